@@ -1,0 +1,71 @@
+# What every target of driveline has in common, and the few words the rooms are declared with.
+include_guard()
+find_package(Threads REQUIRED)
+
+find_program(DRIVELINE_CCACHE ccache)
+if(DRIVELINE_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${DRIVELINE_CCACHE})
+endif()
+
+# Warnings are errors in our own code; generated and third-party code does not link this target.
+add_library(driveline_warnings INTERFACE)
+target_compile_options(driveline_warnings INTERFACE -Wall -Wextra -Wconversion -Wshadow -Werror)
+
+if(DRIVELINE_SANITIZE)
+  add_compile_options(-fsanitize=${DRIVELINE_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer -g)
+  add_link_options(-fsanitize=${DRIVELINE_SANITIZE})
+endif()
+
+# Every library of the fuzz build reports its coverage to libFuzzer; only the fuzz targets link its main().
+if(DRIVELINE_FUZZ)
+  if(NOT CMAKE_CXX_COMPILER_ID STREQUAL Clang)
+    message(FATAL_ERROR "DRIVELINE_FUZZ needs clang: cmake --preset fuzz")
+  endif()
+  add_compile_options(-fsanitize=fuzzer-no-link)
+endif()
+
+# driveline_room(<name> [SOURCES ...] [LINK ...] [PRIVATE_LINK ...])
+# Declares the library driveline_<name> (alias driveline::<name>) of the current folder: headers in
+# include/driveline/<name>/, implementation in the listed sources. Without sources it is header-only.
+function(driveline_room name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK;PRIVATE_LINK" ${ARGN})
+  set(target driveline_${name})
+  if(ARG_SOURCES)
+    add_library(${target} STATIC ${ARG_SOURCES})
+    target_include_directories(${target} PUBLIC ${CMAKE_CURRENT_SOURCE_DIR}/include
+                                         PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/src)
+    target_link_libraries(${target} PUBLIC ${ARG_LINK} PRIVATE ${ARG_PRIVATE_LINK} driveline_warnings)
+  else()
+    add_library(${target} INTERFACE)
+    target_include_directories(${target} INTERFACE ${CMAKE_CURRENT_SOURCE_DIR}/include)
+    target_link_libraries(${target} INTERFACE ${ARG_LINK})
+  endif()
+  add_library(driveline::${name} ALIAS ${target})
+endfunction()
+
+# driveline_test(<name> LABEL <unit|bus|replay|interop|fuzz|rt> SOURCES ... LINK ...)
+# One GoogleTest program; every test case becomes a ctest entry carrying the label.
+function(driveline_test name)
+  cmake_parse_arguments(ARG "SERIAL" "LABEL;TIMEOUT" "SOURCES;LINK" ${ARGN})
+  if(NOT ARG_TIMEOUT)
+    set(ARG_TIMEOUT 60)
+  endif()
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE ${ARG_LINK} GTest::gmock_main driveline_warnings)
+  set(properties LABELS ${ARG_LABEL} TIMEOUT ${ARG_TIMEOUT})
+  if(ARG_SERIAL)
+    list(APPEND properties RUN_SERIAL TRUE)
+  endif()
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST WORKING_DIRECTORY ${CMAKE_SOURCE_DIR}
+                       PROPERTIES ${properties})
+endfunction()
+
+# driveline_bench(<name> SOURCES ... LINK ...)
+# One benchmark program in <build>/bench/.
+function(driveline_bench name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  add_executable(bench_${name} ${ARG_SOURCES})
+  set_target_properties(bench_${name} PROPERTIES OUTPUT_NAME ${name}
+                        RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bench)
+  target_link_libraries(bench_${name} PRIVATE ${ARG_LINK} driveline_warnings)
+endfunction()

@@ -1,0 +1,93 @@
+#!/usr/bin/env bash
+# Five seconds of the main job, twice: on the in-process line, and as two processes over a veth pair in a network
+# namespace of its own. The figures that `driveline run --json` prints are checked against the contract.
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+
+usage() {
+  cat <<'USAGE'
+usage: scripts/smoke.sh [--build DIR]
+  --build DIR   folder with the driveline program (default: build)
+USAGE
+}
+
+build=$root/build
+while [ $# -gt 0 ]; do
+  case "$1" in
+    --build)
+      if [ $# -lt 2 ]; then usage >&2; exit 2; fi
+      build=$(cd "$2" && pwd)
+      shift ;;
+    --help | -h) usage; exit 0 ;;
+    *) echo "smoke: unknown argument '$1'" >&2; usage >&2; exit 2 ;;
+  esac
+  shift
+done
+driveline=$build/driveline
+[ -x "$driveline" ] || { echo "smoke: $driveline does not exist; build first: ./run.sh" >&2; exit 1; }
+
+# The programs leave their plots and captures in the folder they run in; here that is one that goes away.
+scratch=$(mktemp -d)
+netns=driveline-smoke-$$
+line_pid=
+cleanup() {
+  if [ -n "$line_pid" ] && kill -0 "$line_pid" 2>/dev/null; then
+    kill -KILL "$line_pid"
+  fi
+  if [ -e "/run/netns/$netns" ]; then
+    "$root/scripts/veth.sh" down --netns "$netns"
+  fi
+  rm -rf "$scratch"
+}
+trap cleanup EXIT
+trap 'exit 130' INT
+trap 'exit 143' TERM
+cd "$scratch"
+
+echo "smoke: 5 s on the in-process line"
+timeout 120 "$driveline" run --config "$root/examples/line8.toml" --duration 5 --json >in-process.json
+python3 "$root/scripts/check_run_json.py" --axes 8 --duration 5 --no-lost-frames in-process.json
+
+echo "smoke: 5 s as two processes over veth"
+status=0
+"$root/scripts/veth.sh" up --netns "$netns" || status=$?
+if [ "$status" -eq 77 ]; then
+  echo "smoke: SKIPPED the two-process form"
+  exit 0
+elif [ "$status" -ne 0 ]; then
+  exit "$status"
+fi
+
+ip netns exec "$netns" "$driveline" simulate --config "$root/examples/line8-nic.toml" --iface dl-line >simulate.log 2>&1 &
+line_pid=$!
+
+# The line is up when its packet socket for EtherType 88A4 shows in the namespace's socket table.
+deadline=$((SECONDS + 20))
+until ip netns exec "$netns" grep -qi ' 88a4 ' /proc/net/packet; do
+  if ! kill -0 "$line_pid" 2>/dev/null || [ "$SECONDS" -ge "$deadline" ]; then
+    echo "smoke: the simulated line did not come up:" >&2
+    cat simulate.log >&2
+    exit 1
+  fi
+  sleep 0.1
+done
+
+if ! timeout 120 ip netns exec "$netns" "$driveline" run --config "$root/examples/line8-nic.toml" --iface dl-master \
+     --duration 5 --json >veth.json; then
+  echo "smoke: the master failed; the simulated line said:" >&2
+  cat simulate.log >&2
+  exit 1
+fi
+python3 "$root/scripts/check_run_json.py" --axes 8 --duration 5 veth.json
+
+# SIGTERM takes the line down in order.
+kill -TERM "$line_pid"
+status=0
+wait "$line_pid" || status=$?
+line_pid=
+if [ "$status" -ne 0 ]; then
+  echo "smoke: the simulated line ended with status $status on SIGTERM; it said:" >&2
+  cat simulate.log >&2
+  exit 1
+fi
+echo "smoke: passed"

@@ -1,0 +1,35 @@
+#!/usr/bin/env python3
+"""Checks the structure of the project; one sentence on stderr and exit status 1 per broken rule."""
+import argparse
+import sys
+from pathlib import Path
+
+import constructs
+import dependencies
+import words
+
+HERE = Path(__file__).resolve().parent
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("what", choices=["dependencies", "constructs", "words"])
+    parser.add_argument("--root", type=Path, default=HERE.parent.parent, help="project folder")
+    parser.add_argument("--graph", type=Path, help="link graph of a configured build (for dependencies)")
+    options = parser.parse_args()
+    root = options.root.resolve()
+    if options.what == "dependencies":
+        if not options.graph:
+            parser.error("dependencies needs --graph <build>/link_graph.tsv")
+        errors = dependencies.check(root, HERE / "allowed_doors.txt", options.graph)
+    elif options.what == "constructs":
+        errors = constructs.check(root, HERE / "allowed_casts.txt")
+    else:
+        errors = words.check(root)
+    for error in errors:
+        print(error, file=sys.stderr)
+    sys.exit(1 if errors else 0)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,63 @@
+"""What a source may not be or contain: too long, packed, bitfields, casts on frames, silenced checks without a reason."""
+import re
+
+from rooms import code_only, room_of, sources
+
+MAX_LINES = 800
+WIRE_ROOMS = {"wire", "port", "snapshot", "ecat_master", "slaves"}
+
+PACKED = re.compile(r"__attribute__\s*\(\(\s*(?:__)?packed|\[\[\s*gnu::packed|#\s*pragma\s+pack")
+NOT_A_MEMBER = r"(?!.*\b(?:case|default|enum|class|struct|public|private|protected|goto|return)\b)"
+BITFIELD = re.compile(
+    r"^[ \t]*(?:\[\[.*?\]\][ \t]*)?" + NOT_A_MEMBER +
+    r"[A-Za-z_][\w:<>,]*[ \t]+(?:[\w:<>]+[ \t]+)*\w*[ \t]*"  # type, and a name unless it is padding
+    r"(?<!:):(?!:)[ \t]*\w+[ \t]*(?:=[^=;]+|\{[^}]*\}[ \t]*)?[;,]",  # width, initialiser
+    re.M,
+)
+CAST = re.compile(r"\breinterpret_cast\b")
+NOLINT = re.compile(r"NOLINT(?:NEXTLINE|BEGIN)?\b(?P<rest>[^\n]*)")
+REASONED = re.compile(r"\([\w\-.*,| ]+\):?\s+\w.{9,}")
+
+
+def read_casts(file):
+    """{path: reason} of allowed_casts.txt."""
+    casts = {}
+    for line in file.read_text(encoding="utf-8").splitlines():
+        if line.strip() and not line.startswith("#"):
+            path, _, reason = line.strip().partition(" ")
+            casts[path] = reason.strip()
+    return casts
+
+
+def line_of(text, match):
+    return text.count("\n", 0, match.start()) + 1
+
+
+def file_errors(path, text, casts):
+    """Errors of one source. `path` is relative to the project folder."""
+    errors = []
+    lines = text.count("\n")
+    if lines > MAX_LINES:
+        errors.append(f"{path} has {lines} lines; the limit is {MAX_LINES}, split it along its nouns")
+    for match in NOLINT.finditer(text):
+        if not REASONED.match(match.group("rest").strip()):
+            errors.append(f"{path}:{line_of(text, match)}: NOLINT needs the check and a reason: NOLINT(check): why")
+    if room_of(path) in WIRE_ROOMS:
+        code = code_only(text)
+        for pattern, what in ((PACKED, "a packed layout"), (BITFIELD, "a bitfield")):
+            for match in pattern.finditer(code):
+                errors.append(f"{path}:{line_of(code, match)}: {what}; frames go through the codec of wire")
+        if str(path) not in casts:
+            for match in CAST.finditer(code):
+                errors.append(f"{path}:{line_of(code, match)}: reinterpret_cast; "
+                              "only files named with a reason in allowed_casts.txt may")
+    return errors
+
+
+def check(root, casts_file):
+    casts = read_casts(casts_file)
+    errors = [f"{casts_file.name}: {path} is listed without a reason" for path, why in casts.items() if len(why) < 10]
+    errors += [f"{casts_file.name}: {path} does not exist" for path in casts if not (root / path).is_file()]
+    for path in sources(root):
+        errors += file_errors(path, (root / path).read_text(encoding="utf-8"), casts)
+    return errors

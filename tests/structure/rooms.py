@@ -1,0 +1,55 @@
+"""The rooms of the house: where they lie and what is in them."""
+import re
+from pathlib import Path
+
+# Room by folder; the longest prefix of a path wins.
+FOLDERS = {
+    "rt": "rt",
+    "ecat_master/wire": "wire",
+    "ecat_master/port": "port",
+    "ecat_master/snapshot": "snapshot",
+    "ecat_master": "ecat_master",
+    "trajectory": "trajectory",
+    "esi": "esi",
+    "slaves": "slaves",
+    "bridge": "bridge",
+    "cli": "cli",
+    "tests": "tests",
+    "bench": "bench",
+    "examples": "examples",
+}
+
+
+def room_of(path):
+    """Room of a path relative to the project folder, or None."""
+    parts = Path(path).parts
+    for length in range(len(parts), 0, -1):
+        room = FOLDERS.get("/".join(parts[:length]))
+        if room:
+            return room
+    return None
+
+
+def sources(root):
+    """Our C++ sources, relative to the project folder `root`."""
+    tops = sorted({folder.split("/")[0] for folder in FOLDERS})
+    return sorted(
+        path.relative_to(root)
+        for top in tops
+        for path in (root / top).rglob("*")
+        if path.suffix in (".cpp", ".hpp", ".h", ".cc") and path.is_file()
+    )
+
+
+def code_only(text):
+    """`text` with comments and the contents of literals blanked; line numbers stay what they are."""
+
+    def blank(match):
+        found = match.group(0)
+        if found[0] == "/":
+            return "\n" * found.count("\n")
+        return found[0] + "\n" * found.count("\n") + found[-1]
+
+    return re.sub(
+        r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"|(?<![0-9A-Fa-f])\'(?:\\.|[^\'\\\n])*\'', blank, text, flags=re.S
+    )

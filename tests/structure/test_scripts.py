@@ -1,0 +1,121 @@
+"""The scripts refuse what they do not know, and install-deps.sh touches only what is missing."""
+import os
+import shutil
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+INSTALL = ROOT / "scripts/install-deps.sh"
+
+
+def run(command, **options):
+    return subprocess.run(command, capture_output=True, text=True, timeout=30, check=False, **options)
+
+
+class Usage(unittest.TestCase):
+    SCRIPTS = ["run.sh", "test.sh", "scripts/install-deps.sh", "scripts/smoke.sh", "scripts/veth.sh",
+               "scripts/check-tidy.sh", "scripts/check-format.sh"]
+
+    def test_an_unknown_flag_ends_with_status_2_and_the_usage(self):
+        for script in self.SCRIPTS:
+            result = run([ROOT / script, "--bogus"], cwd="/")
+            self.assertEqual(result.returncode, 2, script)
+            self.assertIn("usage:", result.stderr, script)
+            self.assertEqual(result.stdout, "", script)
+
+    def test_help_ends_with_status_0(self):
+        for script in self.SCRIPTS:
+            result = run([ROOT / script, "--help"], cwd="/")
+            self.assertEqual((result.returncode, result.stderr), (0, ""), script)
+            self.assertIn("usage:", result.stdout, script)
+
+    def test_every_script_is_here(self):
+        there = {f"scripts/{path.name}" for path in (ROOT / "scripts").glob("*.sh")} | {"run.sh", "test.sh"}
+        self.assertEqual(there - set(self.SCRIPTS), {"scripts/sources.sh"})  # takes folders, has no flags
+
+
+class InstallDeps(unittest.TestCase):
+    """Runs the script against a dpkg, an apt-get and an id of our own."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.bin = Path(folder.name)
+        self.log = self.bin / "apt.log"
+        for tool in ("bash", "env", "sed", "grep", "wc"):
+            (self.bin / tool).symlink_to(shutil.which(tool))
+        self.tool("apt-get", f'echo "$@" >> {self.log}')
+        self.tool("id", "echo 0")
+
+    def tool(self, name, script):
+        file = self.bin / name
+        file.write_text(f"#!/bin/sh\n{script}\n", encoding="utf-8")
+        file.chmod(0o755)
+
+    def missing(self, *names):
+        cases = "".join(f"*' {name} ') exit 1 ;; " for name in names)
+        self.tool("dpkg-query", f"case \"$* \" in {cases}*) echo installed ;; esac")
+
+    def install(self, *arguments):
+        return run([INSTALL, *arguments], env={**os.environ, "PATH": str(self.bin)})
+
+    def asked_of_apt(self):
+        return self.log.read_text(encoding="utf-8").splitlines() if self.log.exists() else []
+
+    def test_nothing_missing_touches_nothing(self):
+        self.missing()
+        self.assertEqual(self.install().returncode, 0)
+        self.assertEqual(self.asked_of_apt(), [])
+
+    def test_only_what_is_missing_is_installed(self):
+        self.missing("ccache", "tshark")
+        self.assertEqual(self.install().returncode, 0)
+        update, install = self.asked_of_apt()
+        self.assertTrue(update.endswith(" update"))
+        self.assertTrue(install.endswith(" --no-install-recommends ccache tshark"), install)
+
+    def test_a_removed_package_with_its_configuration_left_is_missing(self):
+        self.tool("dpkg-query", "case \"$* \" in *' ccache ') echo config-files ;; *) echo installed ;; esac")
+        self.assertEqual(self.install("--check").returncode, 1)
+
+    def test_check_only_reports(self):
+        self.missing("ccache")
+        result = self.install("--check")
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("missing: ccache", result.stdout)
+        self.assertEqual(self.asked_of_apt(), [])
+
+    def test_no_root_and_no_sudo_is_said(self):
+        self.missing("ccache")
+        self.tool("id", "echo 1000")
+        result = self.install()
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("takes root, and there is no sudo", result.stderr)
+        self.assertEqual(self.asked_of_apt(), [])
+
+    def test_without_root_it_goes_through_sudo(self):
+        self.missing("ccache")
+        self.tool("id", "echo 1000")
+        self.tool("sudo", f'echo sudo >> {self.log}\nexec "$@"')
+        self.assertEqual(self.install().returncode, 0)
+        self.assertEqual(self.asked_of_apt()[0], "sudo")
+
+    def test_a_failing_apt_fails_the_script(self):
+        self.missing("ccache")
+        self.tool("apt-get", "exit 100")
+        result = self.install()
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("apt-get update failed", result.stderr)
+
+    def test_a_system_without_apt_is_told_so(self):
+        (self.bin / "apt-get").unlink()
+        self.missing()
+        result = self.install()
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("not a Debian-like system", result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

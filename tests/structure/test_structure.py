@@ -1,0 +1,209 @@
+"""Plants one violation after the other and expects the checks to name it; and expects them to leave good code alone."""
+import tempfile
+import unittest
+from pathlib import Path
+
+import constructs
+import dependencies
+import words
+from rooms import FOLDERS, code_only, room_of
+
+DOORS = dependencies.read_doors(Path(__file__).resolve().parent / "allowed_doors.txt")
+
+
+class Tree(unittest.TestCase):
+    """A project folder to plant files in."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.root = Path(folder.name)
+
+    def plant(self, path, text=""):
+        file = self.root / path
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding="utf-8")
+        return file
+
+
+class Rooms(unittest.TestCase):
+    def test_the_longest_folder_wins(self):
+        self.assertEqual(room_of("ecat_master/wire/src/frame.cpp"), "wire")
+        self.assertEqual(room_of("ecat_master/src/master.cpp"), "ecat_master")
+        self.assertEqual(room_of("rt"), "rt")
+        self.assertIsNone(room_of("docs/architecture.md"))
+
+    def test_comments_and_literals_are_blanked_and_lines_kept(self):
+        code = code_only('a; // reinterpret_cast\n/* b : 3;\n*/ "reinterpret_cast"; 1\'000\'000; \'"\'; c\n')
+        self.assertNotIn("reinterpret_cast", code)
+        self.assertNotIn("b : 3", code)
+        self.assertEqual(code.count("\n"), 3)
+        self.assertIn("1'000'000", code)
+        self.assertTrue(code.rstrip().endswith("c"))
+
+
+class Edges(Tree):
+    def graph(self, *lines):
+        text = "".join(f"{target}\t{self.root}/{folder}\t{items}\n" for target, folder, items in lines)
+        return dependencies.read_graph(self.plant("link_graph.tsv", text), self.root)
+
+    def link_errors(self, *lines):
+        return dependencies.link_errors(self.graph(*lines), DOORS)
+
+    def test_a_forbidden_link_is_caught(self):
+        errors = self.link_errors(("driveline_rt", "rt", "driveline::wire"), ("driveline_wire", "ecat_master/wire", ""))
+        self.assertEqual(len(errors), 1)
+        self.assertIn("driveline_rt of room rt links driveline::wire", errors[0])
+
+    def test_slaves_never_link_the_master(self):
+        self.assertTrue(self.link_errors(("driveline_slaves", "slaves", "driveline::ecat_master"),
+                                         ("driveline_ecat_master", "ecat_master", "")))
+
+    def test_a_private_link_inside_a_generator_expression_is_caught(self):
+        self.assertTrue(self.link_errors(("driveline_esi", "esi", "fmt::fmt $<LINK_ONLY:driveline::rt>"),
+                                         ("driveline_rt", "rt", "")))
+
+    def test_a_helper_target_has_the_doors_of_its_folder(self):
+        self.assertTrue(self.link_errors(("telemetry_types", "bridge/idl", "driveline_ecat_master"),
+                                         ("driveline_ecat_master", "ecat_master", "")))
+
+    def test_allowed_links_pass(self):
+        self.assertEqual(self.link_errors(("driveline_port", "ecat_master/port", "driveline::wire driveline::rt fmt::fmt"),
+                                          ("driveline_wire", "ecat_master/wire", ""), ("driveline_rt", "rt", ""),
+                                          ("anything", "tests/bus", "driveline::port")), [])
+
+    def test_an_empty_graph_does_not_pass(self):
+        self.assertIn("the link graph has no target driveline_rt", dependencies.graph_errors({}))
+
+    def test_a_room_without_a_line_is_refused(self):
+        with self.assertRaises(SystemExit):
+            dependencies.read_doors(self.plant("doors.txt", "rt ->\n"))
+
+    def include_errors(self, path, include):
+        self.plant(path, f"#pragma once\n\n{include}\n")
+        return dependencies.include_errors(self.root, DOORS)
+
+    def test_a_forbidden_include_is_caught_with_its_line(self):
+        errors = self.include_errors("slaves/src/esc.cpp", '#include "driveline/ecat_master/bus.hpp"')
+        self.assertEqual(len(errors), 1)
+        self.assertIn("slaves/src/esc.cpp:3", errors[0])
+
+    def test_angle_brackets_and_blanks_do_not_hide_it(self):
+        self.assertTrue(self.include_errors("rt/src/a.cpp", " #  include <driveline/port/port.hpp>"))
+
+    def test_a_path_around_the_doors_is_caught(self):
+        self.assertTrue(self.include_errors("rt/src/a.cpp", '#include "../../ecat_master/wire/include/x.hpp"'))
+
+    def test_an_unknown_room_is_caught(self):
+        self.assertTrue(self.include_errors("cli/src/a.cpp", '#include "driveline/attic/x.hpp"'))
+
+    def test_what_tests_share_is_for_tests_only(self):
+        self.plant("tests/rt/guard/include/driveline/guard/guard.hpp")
+        self.assertEqual(self.include_errors("tests/rt/a.cpp", '#include "driveline/guard/guard.hpp"'), [])
+        errors = self.include_errors("rt/src/a.cpp", '#include "driveline/guard/guard.hpp"')
+        self.assertEqual(len(errors), 1)
+        self.assertIn("rt may not use tests", errors[0])
+
+    def test_allowed_includes_pass(self):
+        self.assertEqual(self.include_errors("bridge/src/a.cpp", '#include "driveline/snapshot/snapshot.hpp"\n#include <x..y>'), [])
+
+
+class Constructs(unittest.TestCase):
+    def errors(self, text, path="ecat_master/src/a.cpp", casts=()):
+        return constructs.file_errors(Path(path), text, dict.fromkeys(casts, "a reason for it"))
+
+    def test_length(self):
+        self.assertTrue(self.errors("\n" * 801, "rt/src/a.cpp"))
+        self.assertEqual(self.errors("\n" * 800, "rt/src/a.cpp"), [])
+
+    def test_packed_layouts(self):
+        for text in ("struct __attribute__((packed)) A {};", "struct __attribute__ (( __packed__ )) A {};",
+                     "#pragma pack(push, 1)", "struct [[gnu::packed]] A {};"):
+            self.assertTrue(self.errors(text), text)
+
+    def test_bitfields(self):
+        for text in ("  unsigned a : 3;", "  std::uint8_t a:3;", "  const std::uint8_t a : 3 = 1;", "  unsigned : 5;",
+                     "  unsigned a : 1, b : 2;", "  bool on : kBits{1};", "  [[maybe_unused]] int a : 3;"):
+            self.assertTrue(self.errors(text), text)
+
+    def test_what_only_looks_like_a_bitfield(self):
+        for text in ("  case kA: return 1;", "  default: break;", "enum class A : std::uint8_t;", " public:", "  return a ? b : c;",
+                     "Foo::Foo(int a)\n    : a_(a),\n      b_{1} {}", "  for (auto x : list) use(x);", "  auto x = a ? b : c;",
+                     "  std::uint8_t a;", "  a::b c;", "  // unsigned a : 3;", "class A final : public B {", '  f("a b : 3;");',
+                     "  auto v = a\n      ? b : c;"):
+            self.assertEqual(self.errors(text), [], text)
+
+    def test_casts(self):
+        text = "auto* p = reinterpret_cast<A*>(q);"
+        self.assertTrue(self.errors(text))
+        self.assertTrue(self.errors(text, "slaves/src/a.cpp"))
+        self.assertEqual(self.errors(text, "rt/src/a.cpp"), [])
+        self.assertEqual(self.errors(text, casts=["ecat_master/src/a.cpp"]), [])
+        self.assertEqual(self.errors("// reinterpret_cast is not for frames"), [])
+
+    def test_a_silenced_check_needs_its_name_and_a_reason(self):
+        for text in ("f(); // NOLINT", "f(); // NOLINT(bugprone-x)", "// NOLINTNEXTLINE(bugprone-x): no", "// NOLINTBEGIN(a-b)"):
+            self.assertTrue(self.errors(text, "rt/src/a.cpp"), text)
+        for text in ("f(); // NOLINT(bugprone-x): the kernel wants it so", "// NOLINTEND(bugprone-x)"):
+            self.assertEqual(self.errors(text, "rt/src/a.cpp"), [], text)
+
+
+class CastList(Tree):
+    def test_entries_need_a_file_and_a_reason(self):
+        self.plant("rt/a.cpp")
+        self.plant("ecat_master/port/src/a.cpp")
+        casts = self.plant("allowed_casts.txt", "ecat_master/port/src/a.cpp\nslaves/gone.cpp sockaddr is cast by design\n")
+        errors = constructs.check(self.root, casts)
+        self.assertEqual(len(errors), 2)
+        self.assertIn("without a reason", errors[0])
+        self.assertIn("slaves/gone.cpp does not exist", errors[1])
+
+
+class Words(Tree):
+    def test_a_dead_link_is_caught(self):
+        self.plant("README.md", "[a](docs/a.md) ![b](b.svg)\n")
+        self.assertEqual(len(words.link_errors(self.root)), 2)
+
+    def test_a_dead_anchor_is_caught(self):
+        self.plant("README.md", "# One thing\n[a](#another-thing) [b](#one-thing)\n")
+        errors = words.link_errors(self.root)
+        self.assertEqual(len(errors), 1)
+        self.assertIn("#another-thing", errors[0])
+
+    def test_living_links_pass(self):
+        self.plant("docs/a.md", "## The `cycle`, in short\n")
+        self.plant("README.md", "[a](docs/a.md#the-cycle-in-short) [b](https://example.org/x) [d](docs)\n```\n[c](nowhere)\n```\n")
+        self.assertEqual(words.link_errors(self.root), [])
+
+    def test_a_room_without_a_readme_is_caught(self):
+        for folder in FOLDERS:
+            self.plant(f"{folder}/README.md")
+        self.assertEqual(words.readme_errors(self.root), [])
+        (self.root / "ecat_master/wire/README.md").unlink()
+        self.assertEqual(words.readme_errors(self.root), ["room ecat_master/wire has no README.md"])
+
+    def feature_errors(self, *rows):
+        self.plant("docs/features.md", "| feature | status | proof |\n|---|---|---|\n" + "\n".join(rows) + "\n")
+        self.plant("tests/unit/rt/ring_test.cpp", "TEST(Ring, CountsDrops) {}\nRC_GTEST_PROP(Ring, Keeps, ()) {}\n")
+        self.plant("tests/unit/rt/CMakeLists.txt", "driveline_test(rt_tests LABEL unit)\nadd_test(NAME replay.one COMMAND x)\n")
+        self.plant("bench/cycle.cpp")
+        return words.feature_errors(self.root)
+
+    def test_a_supported_row_without_a_proof_is_caught(self):
+        self.assertTrue(self.feature_errors("| Ring | Supported | |"))
+        self.assertTrue(self.feature_errors("| Ring | Supported |"))
+        self.assertTrue(self.feature_errors("| Ring | Supported | Ring tests |"))
+
+    def test_a_proof_that_does_not_exist_is_caught(self):
+        self.assertTrue(self.feature_errors("| Ring | Supported | `Ring.CountsDrops`, `Ring.IsFast` |"))
+        self.assertTrue(self.feature_errors("| Ring | Supported | `tests/unit/rt/gone_test.cpp` |"))
+        self.assertTrue(self.feature_errors("| Ring | Supported | `docs/features.md` |"))
+
+    def test_proofs_that_exist_pass(self):
+        self.assertEqual(self.feature_errors("| Ring | Supported | `Ring.CountsDrops` `Ring.*` `Ring.Keeps` |", "| Cycle | Supported | `bench/cycle` |",
+                                             "| Replay | Supported | `replay.one`, `rt_tests`, `tests/unit/rt/ring_test.cpp` |",
+                                             "| FoE | Planned | |"), [])
+
+
+if __name__ == "__main__":
+    unittest.main()
