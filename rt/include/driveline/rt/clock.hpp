@@ -1,0 +1,55 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+
+namespace driveline::rt {
+
+/// The source of time for everything that runs. Injected, never looked up, so that a whole line (master, drives,
+/// clocks) can run on a clock that a test advances by hand.
+///
+/// Times are nanoseconds since the clock's own epoch. All functions are \rtsafe.
+class Clock {
+ public:
+  virtual ~Clock() = default;
+
+  /// Current time; never runs backwards.
+  [[nodiscard]] virtual std::chrono::nanoseconds now() const noexcept = 0;
+
+  /// Returns at or after `deadline`; at once if it has passed.
+  virtual void sleep_until(std::chrono::nanoseconds deadline) noexcept = 0;
+
+  /// One turn of a busy-wait loop: a CPU pause in real time, a small step forward on virtual time (so that a loop
+  /// that spins up to a deadline ends).
+  virtual void spin() noexcept = 0;
+};
+
+/// CLOCK_MONOTONIC. Any number of threads may share one.
+class MonotonicClock final : public Clock {
+ public:
+  [[nodiscard]] std::chrono::nanoseconds now() const noexcept override;
+  /// Sleeps to the absolute time; a signal handler that runs meanwhile does not shorten the sleep.
+  void sleep_until(std::chrono::nanoseconds deadline) noexcept override;
+  void spin() noexcept override;
+};
+
+/// A clock that moves only when told to. Starts at `start`. Reading it from other threads than the one that advances
+/// it is safe: who reads a time also sees what was written before the clock was moved there.
+class VirtualClock final : public Clock {
+ public:
+  explicit VirtualClock(std::chrono::nanoseconds start = {},
+                        std::chrono::nanoseconds spin_step = std::chrono::microseconds{1}) noexcept;
+  [[nodiscard]] std::chrono::nanoseconds now() const noexcept override;
+  /// Moves the clock to `deadline` (never back).
+  void sleep_until(std::chrono::nanoseconds deadline) noexcept override;
+  /// Moves the clock by one spin step.
+  void spin() noexcept override;
+  /// Moves the clock forward by `step` (>= 0; a negative step is ignored).
+  void advance(std::chrono::nanoseconds step) noexcept;
+
+ private:
+  std::atomic<std::chrono::nanoseconds::rep> now_ns_;
+  std::chrono::nanoseconds spin_step_;
+};
+
+}  // namespace driveline::rt

@@ -1,0 +1,89 @@
+#include "driveline/rt/cycle_timer.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace driveline::rt {
+
+namespace {
+
+using std::chrono::nanoseconds;
+
+// 16 parts awake owe one part of sleep: 94.1 % of the CPU, below the 95 % at which Linux stops the thread.
+constexpr int kAwakePerRest = 16;
+
+}  // namespace
+
+CycleTimer::CycleTimer(Clock& clock, nanoseconds period, nanoseconds wake_ahead)
+    : clock_{clock}, period_{period}, wake_ahead_{wake_ahead} {
+  if (period <= nanoseconds::zero()) {
+    throw std::invalid_argument("cycle timer: the period must be longer than 0 ns");
+  }
+  if (wake_ahead < nanoseconds::zero() || wake_ahead > max_wake_ahead(period)) {
+    throw std::invalid_argument("cycle timer: the wake-up lead must lie between 0 and a quarter of the period");
+  }
+  start(clock_.now());
+}
+
+void CycleTimer::start(nanoseconds first) noexcept {
+  next_ = first;
+  next_cycle_ = 0;
+  pending_shift_ = phase_shift_ = nanoseconds::zero();
+  missed_total_ = forced_rests_ = 0;
+  awake_since_ = clock_.now();
+  rest_debt_ = nanoseconds::zero();
+}
+
+CycleStart CycleTimer::wait_next() noexcept {
+  next_ += pending_shift_;
+  pending_shift_ = nanoseconds::zero();
+
+  sleep_towards_next();
+  nanoseconds wake = clock_.now();
+  while (wake < next_) {
+    clock_.spin();
+    wake = clock_.now();
+  }
+
+  // Looked at after the sleep, so that periods lost by a late wake-up count like those lost by a long cycle.
+  const std::int64_t missed = (wake - next_) / period_;
+  const CycleStart start{next_cycle_ + missed, next_ + missed * period_, wake, missed};
+  missed_total_ += missed;
+  next_ = start.grid + period_;
+  next_cycle_ = start.cycle + 1;
+  return start;
+}
+
+nanoseconds CycleTimer::shift_phase(nanoseconds shift) noexcept {
+  const nanoseconds limit = period_ / 2;
+  // Compared against the room that is left, so that no sum can overflow.
+  const nanoseconds accepted = std::clamp(shift, -limit - pending_shift_, limit - pending_shift_);
+  pending_shift_ += accepted;
+  phase_shift_ += accepted;
+  return accepted;
+}
+
+void CycleTimer::sleep_towards_next() noexcept {
+  const nanoseconds now = clock_.now();
+  rest_debt_ += (now - awake_since_) / kAwakePerRest;
+
+  nanoseconds target = next_ - wake_ahead_;
+  // Small debts wait: the sleep at the end of an ordinary period pays them.
+  if (rest_debt_ >= period_ / 2 && target < now + rest_debt_) {
+    target = next_at_or_after(now + rest_debt_);
+    ++forced_rests_;
+  }
+  clock_.sleep_until(target);
+  awake_since_ = clock_.now();
+  rest_debt_ = std::max(nanoseconds::zero(), rest_debt_ - (awake_since_ - now));
+}
+
+nanoseconds CycleTimer::next_at_or_after(nanoseconds time) const noexcept {
+  if (time <= next_) {
+    return next_;
+  }
+  const std::int64_t periods = (time - next_ + period_ - nanoseconds{1}) / period_;
+  return next_ + periods * period_;
+}
+
+}  // namespace driveline::rt

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <chrono>
+#include <optional>
+
+#include "driveline/rt/realtime_report.hpp"
+
+/// The single steps of the real-time set-up. Each one sets, reads back what is in effect, and reports.
+namespace driveline::rt::setup {
+
+/// Locks the memory of the process: what is mapped now is brought in and stays, what comes later stays once touched.
+[[nodiscard]] RealtimeItem lock_memory(bool requested);
+
+/// Keeps freed heap memory in the process and serves large blocks from the heap, so that memory once brought in is
+/// used again instead of being given back and faulted in anew.
+[[nodiscard]] RealtimeItem keep_heap(bool requested);
+
+/// Brings the whole stack of the calling thread (created by pthread_create) into memory.
+[[nodiscard]] RealtimeItem prefault_stack();
+
+/// Sets the timer slack of the calling thread.
+[[nodiscard]] RealtimeItem set_timer_slack(std::chrono::nanoseconds slack);
+
+/// Pins the calling thread to one CPU.
+[[nodiscard]] RealtimeItem pin_to_cpu(std::optional<int> cpu);
+
+/// Gives the calling thread a SCHED_FIFO priority.
+[[nodiscard]] RealtimeItem set_scheduler(std::optional<int> priority);
+
+/// The report of a thread that could not even be created.
+[[nodiscard]] RealtimeItem no_thread(int error_number);
+
+}  // namespace driveline::rt::setup
