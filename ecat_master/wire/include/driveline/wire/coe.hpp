@@ -1,0 +1,174 @@
+#pragma once
+
+#include <array>
+
+#include "driveline/wire/decode_error.hpp"
+#include "driveline/wire/endian.hpp"
+
+namespace driveline::wire {
+
+/// CoE services (ETG.1000.6 5.6.1, service field of the CoE header). Other values may arrive and are kept.
+enum class CoeService : std::uint8_t {
+  kEmergency = 1,
+  kSdoRequest = 2,
+  kSdoResponse = 3,
+  kTxPdo = 4,
+  kRxPdo = 5,
+  kTxPdoRemoteRequest = 6,
+  kRxPdoRemoteRequest = 7,
+  kSdoInformation = 8,
+};
+
+/// CoE header: number (PDO services) and service, 2 bytes (ETG.1000.6 Table 29).
+struct CoeHeader {
+  static constexpr std::size_t kSize = 2;
+  std::uint16_t number = 0;  ///< 9 bits
+  CoeService service = CoeService::kSdoRequest;
+
+  constexpr void encode(std::span<std::byte, kSize> out) const noexcept {
+    store_le(out, static_cast<std::uint16_t>((number & 0x1FFU) | (static_cast<unsigned>(service) << 12)));
+  }
+  [[nodiscard]] static constexpr Decoded<CoeHeader> decode(std::span<const std::byte> in) noexcept {
+    if (in.size() < kSize) return tl::unexpected(DecodeError::kTooShort);
+    const auto raw = load_le<std::uint16_t>(in);
+    return CoeHeader{static_cast<std::uint16_t>(raw & 0x1FFU), static_cast<CoeService>(raw >> 12)};
+  }
+  constexpr bool operator==(const CoeHeader&) const = default;
+};
+
+/// Command specifier of SDO requests, bits 5-7 of the first SDO byte (ETG.1000.6 5.6.2).
+enum class SdoRequestCommand : std::uint8_t {
+  kDownloadSegment = 0,
+  kInitiateDownload = 1,
+  kInitiateUpload = 2,
+  kUploadSegment = 3,
+  kAbort = 4,
+};
+
+/// Command specifier of SDO responses.
+enum class SdoResponseCommand : std::uint8_t {
+  kUploadSegment = 0,
+  kDownloadSegment = 1,
+  kInitiateUpload = 2,
+  kInitiateDownload = 3,
+  kAbort = 4,
+};
+
+/// The eight bytes that start every SDO initiate and abort message: command, index, sub-index and four bytes that
+/// hold expedited data, the complete size, or the abort code.
+struct SdoHeader {
+  static constexpr std::size_t kSize = 8;
+  std::uint8_t command = 0;  ///< specifier << 5 | flags
+  std::uint16_t index = 0;
+  std::uint8_t subindex = 0;
+  std::array<std::byte, 4> data{};
+
+  static constexpr std::uint8_t kSizeIndicated = 0x01;
+  static constexpr std::uint8_t kExpedited = 0x02;
+  static constexpr std::uint8_t kCompleteAccess = 0x10;
+
+  [[nodiscard]] constexpr std::uint8_t specifier() const noexcept { return static_cast<std::uint8_t>(command >> 5); }
+  [[nodiscard]] constexpr bool expedited() const noexcept { return (command & kExpedited) != 0; }
+  [[nodiscard]] constexpr bool size_indicated() const noexcept { return (command & kSizeIndicated) != 0; }
+  [[nodiscard]] constexpr bool complete_access() const noexcept { return (command & kCompleteAccess) != 0; }
+  /// Bytes of expedited data: 4 minus the "unused" field when the size is indicated, else 4.
+  [[nodiscard]] constexpr std::size_t expedited_size() const noexcept {
+    return size_indicated() ? 4U - ((command >> 2) & 3U) : 4U;
+  }
+  [[nodiscard]] constexpr std::uint32_t data_u32() const noexcept { return load_le<std::uint32_t>(data); }
+
+  constexpr void encode(std::span<std::byte, kSize> out) const noexcept {
+    out[0] = static_cast<std::byte>(command);
+    store_le(out.subspan<1, 2>(), index);
+    out[3] = static_cast<std::byte>(subindex);
+    for (std::size_t i = 0; i < 4; ++i) out[4 + i] = data[i];
+  }
+  [[nodiscard]] static constexpr Decoded<SdoHeader> decode(std::span<const std::byte> in) noexcept {
+    if (in.size() < kSize) return tl::unexpected(DecodeError::kTooShort);
+    return SdoHeader{load_le<std::uint8_t>(in),
+                     load_le<std::uint16_t>(in.subspan(1)),
+                     load_le<std::uint8_t>(in.subspan(3)),
+                     {in[4], in[5], in[6], in[7]}};
+  }
+  constexpr bool operator==(const SdoHeader&) const = default;
+};
+
+/// Command byte of an initiate download (request) or initiate upload (response) that carries `size` <= 4 bytes.
+[[nodiscard]] constexpr std::uint8_t expedited_command(std::uint8_t specifier, std::size_t size) noexcept {
+  return static_cast<std::uint8_t>((unsigned{specifier} << 5) | ((4U - size) << 2) | SdoHeader::kExpedited |
+                                   SdoHeader::kSizeIndicated);
+}
+
+/// First byte of a segment message (download request, upload response): toggle, unused bytes, last flag.
+struct SdoSegmentHeader {
+  static constexpr std::size_t kSize = 1;
+  static constexpr std::size_t kMinData = 7;  ///< a segment is never shorter; unused bytes are counted
+  std::uint8_t specifier = 0;
+  bool toggle = false;
+  std::uint8_t unused = 0;  ///< 0..7, bytes of a 7-byte segment without data
+  bool last = false;
+
+  [[nodiscard]] constexpr std::uint8_t raw() const noexcept {
+    return static_cast<std::uint8_t>((unsigned{specifier} << 5) | (toggle ? 0x10U : 0U) | ((unused & 7U) << 1) |
+                                     (last ? 1U : 0U));
+  }
+  [[nodiscard]] static constexpr SdoSegmentHeader from_raw(std::uint8_t raw) noexcept {
+    return {static_cast<std::uint8_t>(raw >> 5), (raw & 0x10) != 0, static_cast<std::uint8_t>((raw >> 1) & 7U),
+            (raw & 1) != 0};
+  }
+  constexpr bool operator==(const SdoSegmentHeader&) const = default;
+};
+
+/// CoE emergency message (ETG.1000.6 5.6.4): error code, error register, five bytes of the manufacturer.
+struct Emergency {
+  static constexpr std::size_t kSize = 8;
+  std::uint16_t error_code = 0;
+  std::uint8_t error_register = 0;
+  std::array<std::byte, 5> data{};
+
+  constexpr void encode(std::span<std::byte, kSize> out) const noexcept {
+    store_le(out.subspan<0, 2>(), error_code);
+    out[2] = static_cast<std::byte>(error_register);
+    for (std::size_t i = 0; i < data.size(); ++i) out[3 + i] = data[i];
+  }
+  [[nodiscard]] static constexpr Decoded<Emergency> decode(std::span<const std::byte> in) noexcept {
+    if (in.size() < kSize) return tl::unexpected(DecodeError::kTooShort);
+    return Emergency{
+        load_le<std::uint16_t>(in), load_le<std::uint8_t>(in.subspan(2)), {in[3], in[4], in[5], in[6], in[7]}};
+  }
+  constexpr bool operator==(const Emergency&) const = default;
+};
+
+/// SDO information op-codes (ETG.1000.6 5.6.3). Other values may arrive and are kept.
+enum class SdoInfoOpCode : std::uint8_t {
+  kListRequest = 1,
+  kListResponse = 2,
+  kObjectRequest = 3,
+  kObjectResponse = 4,
+  kEntryRequest = 5,
+  kEntryResponse = 6,
+  kError = 7,
+};
+
+/// SDO information header: op-code, "incomplete" flag, fragments left (ETG.1000.6 5.6.3.2).
+struct SdoInfoHeader {
+  static constexpr std::size_t kSize = 4;
+  SdoInfoOpCode op_code = SdoInfoOpCode::kListRequest;
+  bool incomplete = false;
+  std::uint16_t fragments_left = 0;
+
+  constexpr void encode(std::span<std::byte, kSize> out) const noexcept {
+    out[0] = static_cast<std::byte>((static_cast<unsigned>(op_code) & 0x7FU) | (incomplete ? 0x80U : 0U));
+    out[1] = std::byte{0};
+    store_le(out.subspan<2, 2>(), fragments_left);
+  }
+  [[nodiscard]] static constexpr Decoded<SdoInfoHeader> decode(std::span<const std::byte> in) noexcept {
+    if (in.size() < kSize) return tl::unexpected(DecodeError::kTooShort);
+    const auto raw = load_le<std::uint8_t>(in);
+    return SdoInfoHeader{static_cast<SdoInfoOpCode>(raw & 0x7FU), (raw & 0x80U) != 0,
+                         load_le<std::uint16_t>(in.subspan(2))};
+  }
+  constexpr bool operator==(const SdoInfoHeader&) const = default;
+};
+
+}  // namespace driveline::wire

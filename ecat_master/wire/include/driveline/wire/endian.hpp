@@ -1,0 +1,56 @@
+#pragma once
+
+#include <array>
+#include <bit>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <type_traits>
+
+/// Little-endian loads and stores, the only way bytes of a frame become numbers (ETG.1000.4 5.2: all EtherCAT
+/// fields are little endian; the Ethernet header alone is big endian).
+namespace driveline::wire {
+
+template <typename T>
+concept WireInteger = std::integral<T> && !std::same_as<T, bool>;
+
+/// Reads a little-endian integer from the first sizeof(T) bytes. Precondition: `bytes.size() >= sizeof(T)`. \rtsafe
+template <WireInteger T>
+[[nodiscard]] constexpr T load_le(std::span<const std::byte> bytes) noexcept {
+  std::uint64_t value = 0;
+  for (std::size_t i = 0; i < sizeof(T); ++i) {
+    value |= std::to_integer<std::uint64_t>(bytes[i]) << (8 * i);
+  }
+  return static_cast<T>(value);
+}
+
+/// Writes `value` little endian into the first sizeof(T) bytes. Precondition: `bytes.size() >= sizeof(T)`. \rtsafe
+template <WireInteger T>
+constexpr void store_le(std::span<std::byte> bytes, T value) noexcept {
+  const auto bits = static_cast<std::uint64_t>(static_cast<std::make_unsigned_t<T>>(value));
+  for (std::size_t i = 0; i < sizeof(T); ++i) {
+    bytes[i] = static_cast<std::byte>(bits >> (8 * i));
+  }
+}
+
+/// Reads a big-endian 16-bit number (Ethernet header). Precondition: at least 2 bytes. \rtsafe
+[[nodiscard]] constexpr std::uint16_t load_be16(std::span<const std::byte> bytes) noexcept {
+  return static_cast<std::uint16_t>((std::to_integer<unsigned>(bytes[0]) << 8) | std::to_integer<unsigned>(bytes[1]));
+}
+
+/// Writes a big-endian 16-bit number (Ethernet header). Precondition: at least 2 bytes. \rtsafe
+constexpr void store_be16(std::span<std::byte> bytes, std::uint16_t value) noexcept {
+  bytes[0] = static_cast<std::byte>(value >> 8);
+  bytes[1] = static_cast<std::byte>(value & 0xFF);
+}
+
+/// The little-endian bytes of an integer, for callers that need a buffer of their own. \rtsafe
+template <WireInteger T>
+[[nodiscard]] constexpr std::array<std::byte, sizeof(T)> to_le_bytes(T value) noexcept {
+  std::array<std::byte, sizeof(T)> bytes{};
+  store_le(bytes, value);
+  return bytes;
+}
+
+}  // namespace driveline::wire
