@@ -1,0 +1,127 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <thread>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "driveline/port/counter.hpp"
+#include "driveline/port/file_descriptor.hpp"
+#include "driveline/port/pcapng_writer.hpp"
+#include "driveline/port/port.hpp"
+#include "driveline/port/port_error.hpp"
+#include "driveline/rt/clock.hpp"
+#include "driveline/rt/spsc_ring.hpp"
+
+namespace driveline::port {
+
+/// Where to capture to, and how.
+struct CaptureConfig {
+  std::filesystem::path file;      ///< created or overwritten; may be a named pipe that Wireshark reads
+  std::string interface_name;      ///< shown by Wireshark; empty for none
+  std::size_t ring_frames = 4096;  ///< frames in flight to the file, >= 1; 4096 are 256 ms of an 8 kHz cycle, 6 MiB
+  /// UNIX time at the zero of the clock; none: what the system clock says at open(). Set it to make captures on a
+  /// virtual clock reproducible.
+  std::optional<std::chrono::nanoseconds> unix_time_of_zero{};
+};
+
+/// What became of the frames that passed a CapturePort.
+struct CaptureStatistics {
+  std::uint64_t frames = 0;   ///< frames sent and received while capturing
+  std::uint64_t written = 0;  ///< in the file
+  std::uint64_t dropped = 0;  ///< not in the file, because the ring was full or the file could not be written
+};
+
+/// A tee: passes everything on to another port and writes the frames that were really sent and received to a pcapng
+/// file that any Wireshark opens.
+///
+/// The cycle stays pure: a frame is copied into a wait-free ring, an ordinary thread writes the file. When the file
+/// cannot keep up, frames are dropped and counted, and the next packet in the file says how many are missing before it.
+///
+/// The file grows by whole blocks. It is readable up to the last complete one while the capture runs, after a crash and
+/// after the disk has become full.
+class CapturePort final : public Port {
+ public:
+  /// Creates the file and starts the writer. `inner` and `clock` (the one of `inner`) must outlive the port. Not for
+  /// the cycle; call it from an ordinary thread, whose scheduling the writer inherits.
+  [[nodiscard]] static tl::expected<std::unique_ptr<CapturePort>, PortError> open(Port& inner, const rt::Clock& clock,
+                                                                                  const CaptureConfig& config);
+
+  CapturePort(const CapturePort&) = delete;
+  CapturePort& operator=(const CapturePort&) = delete;
+  /// Closes, and forgets the result.
+  ~CapturePort() override;
+
+  /// \rtsafe
+  [[nodiscard]] SendStatus send(std::span<const std::byte> frame) noexcept override;
+  /// \rtsafe
+  [[nodiscard]] std::optional<ReceivedFrame> receive() noexcept override;
+  bool wait_readable(std::chrono::nanoseconds deadline) noexcept override { return inner_.wait_readable(deadline); }
+  /// \rtsafe
+  [[nodiscard]] std::chrono::nanoseconds last_send_time() const noexcept override { return inner_.last_send_time(); }
+
+  /// Writes what is still in the ring, closes the file and reports; kFile if the file could not be written completely.
+  /// From now on frames only pass. For the thread that uses the port, outside the cycle. Calling it again repeats the
+  /// report.
+  tl::expected<CaptureStatistics, PortError> close();
+
+  /// So far; `written` lags behind. Any thread. \rtsafe
+  [[nodiscard]] CaptureStatistics statistics() const noexcept;
+
+ private:
+  // No initialisers: they would make it unusable as an element of ring_, within the class that declares it.
+  struct Record {
+    std::chrono::nanoseconds time;
+    std::uint64_t dropped_so_far;
+    CaptureDirection direction;
+    std::uint16_t size;
+    std::array<std::byte, kMaxFrameBytes> bytes;
+
+    [[nodiscard]] std::span<const std::byte> frame() const noexcept { return std::span{bytes}.first(size); }
+  };
+
+  CapturePort(Port& inner, const rt::Clock& clock, const CaptureConfig& config, FileDescriptor file);
+
+  // Of the thread that uses the port.
+  void record(CaptureDirection direction, std::chrono::nanoseconds time, std::span<const std::byte> frame) noexcept;
+
+  // Of the writer thread.
+  void start_writer();
+  void write_until_closed();
+  void drain();
+  void flush(std::uint64_t frames);
+  [[nodiscard]] bool write_pending() noexcept;
+
+  Port& inner_;
+  const rt::Clock& clock_;
+  const std::filesystem::path path_;
+  const std::chrono::nanoseconds unix_time_of_zero_;
+
+  rt::SpscRing<Record> ring_;
+  Record outgoing_{};  // filled here and copied into the ring; too large for the stack of a cycle
+  bool capturing_ = true;
+  Counter frames_;
+
+  FileDescriptor file_;
+  std::vector<std::byte> pending_;  // whole blocks not yet in the file
+  PcapngWriter writer_{pending_};
+  std::vector<Record> batch_;
+  std::uint64_t dropped_reported_ = 0;
+  std::int64_t file_bytes_ = 0;  // whole blocks in the file
+  int write_error_ = 0;          // errno of the write that failed; afterwards nothing is written any more
+  Counter written_;
+  Counter unwritten_;
+  std::atomic<bool> closing_{false};
+  std::thread thread_;
+};
+
+}  // namespace driveline::port

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+namespace driveline::port {
+
+/// Longest Ethernet frame handled: 14 byte header, optional 4 byte VLAN tag, 1500 bytes of payload (no FCS).
+inline constexpr std::size_t kMaxFrameBytes = 1518;
+
+/// What became of a frame handed to Port::send.
+enum class SendStatus : std::uint8_t {
+  kSent,      ///< on the wire (or in the queue of the network interface)
+  kLinkDown,  ///< no carrier, or the interface is gone
+  kBusy,      ///< the queue is full; nothing was sent
+  kTooLong,   ///< longer than kMaxFrameBytes; nothing was sent
+};
+
+/// A frame that came back. `bytes` belongs to the port and stays valid until the next call of receive().
+struct ReceivedFrame {
+  std::span<const std::byte> bytes;  ///< whole Ethernet frame without FCS
+  std::chrono::nanoseconds time;     ///< receive time stamp on the port's clock
+};
+
+/// The only door to the wire. A network interface, the in-process line, a redundant pair and the decorators
+/// (capture, faults) all look like this to the master.
+///
+/// One thread at a time uses a port; the thread may change while nobody is inside.
+class Port {
+ public:
+  virtual ~Port() = default;
+
+  /// Hands one Ethernet frame (without FCS, 14..kMaxFrameBytes bytes) to the wire. Does not wait. \rtsafe
+  [[nodiscard]] virtual SendStatus send(std::span<const std::byte> frame) noexcept = 0;
+
+  /// The next frame that has arrived, or nothing. Does not wait. \rtsafe
+  [[nodiscard]] virtual std::optional<ReceivedFrame> receive() noexcept = 0;
+
+  /// Waits until a frame can be received or `deadline` (on the port's clock) has passed; true in the first case.
+  /// Not for the cycle: it may sleep.
+  virtual bool wait_readable(std::chrono::nanoseconds deadline) noexcept = 0;
+
+  /// Time stamp of the last frame that send() put on the wire. \rtsafe
+  [[nodiscard]] virtual std::chrono::nanoseconds last_send_time() const noexcept = 0;
+};
+
+}  // namespace driveline::port

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace driveline::port {
+
+/// Why a port or a capture file could not be opened or closed.
+enum class PortErrorCode : std::uint8_t {
+  kInvalidName,      ///< the interface name is empty or longer than Linux allows
+  kNoSuchInterface,  ///< no network interface has that name
+  kNotEthernet,      ///< the loopback interface, a tunnel or another interface that carries no Ethernet frames
+  kInterfaceDown,    ///< the interface is administratively down
+  kNoPermission,     ///< the process may not open raw sockets
+  kSystem,           ///< the kernel refused something else
+  kFile,             ///< a file could not be created or written
+};
+
+/// An error of start-up or shut-down; none of these occurs in the cycle.
+struct PortError {
+  PortErrorCode code = PortErrorCode::kSystem;
+  int error_number = 0;  ///< errno, or 0 if no system call failed
+  std::string message;   ///< one sentence: what is wrong and, where there is one, the remedy
+};
+
+}  // namespace driveline::port

@@ -1,0 +1,116 @@
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <tl/expected.hpp>
+
+#include "driveline/port/counter.hpp"
+#include "driveline/port/file_descriptor.hpp"
+#include "driveline/port/port.hpp"
+#include "driveline/port/port_error.hpp"
+#include "driveline/rt/clock.hpp"
+#include "driveline/wire/ethernet.hpp"
+
+namespace driveline::port {
+
+/// How a network interface is to be used.
+struct RawSocketConfig {
+  std::string interface;  ///< name as in `ip link`, at most 15 characters
+
+  /// Hands frames to the driver directly, past the queueing discipline (packet(7), PACKET_QDISC_BYPASS). Saves about a
+  /// microsecond and its jitter per frame, and send() learns that the link is down or the transmit ring is full. The
+  /// price: no traffic shaping, and nothing waits when the ring is full; the frame is refused with kBusy. Switch it off
+  /// if the interface is shared with bulk traffic that a queueing discipline keeps in check; the kernel then swallows
+  /// frames without a word while there is no carrier.
+  bool bypass_queue = true;
+
+  /// SO_PRIORITY of outgoing frames, 0..6 (7 and above need CAP_NET_ADMIN). Selects the band of the queueing
+  /// discipline and, on network cards with several, the transmit queue. 6 is the kernel's "interactive".
+  int priority = 6;
+};
+
+/// What a RawSocketPort has done so far.
+struct RawSocketStatistics {
+  std::uint64_t sent = 0;           ///< frames handed to the driver
+  std::uint64_t send_failures = 0;  ///< frames refused, whatever the reason
+  std::uint64_t received = 0;       ///< frames returned by receive()
+  std::uint64_t too_short = 0;      ///< discarded: no room for an EtherCAT header
+  std::uint64_t too_long = 0;       ///< discarded: longer than kMaxFrameBytes
+};
+
+/// EtherCAT on a network interface of this machine: an AF_PACKET socket bound to EtherType 0x88A4.
+///
+/// - Nothing waits in send() and receive(). Each makes one system call; a few more when a frame is refused or
+/// discarded.
+///   The real-time thread spins on receive() up to its deadline.
+/// - Time stamps: send takes the time just before its system call, receive just after, so that their difference is what
+///   the exchange really costs the caller.
+/// - Own frames: the frames of a line come back with the master's address as source (the first slave sets bit 0x02 of
+///   the first octet, ETG.1000.4 5.3.2) and a broadcast destination, so no promiscuous mode is needed. The port never
+///   receives what it has sent itself, only what arrives.
+/// - Pulled cable: send() reports kLinkDown. The kernel spreads the news up to a second late; until then the refused
+///   frames are kBusy.
+/// - VLAN: the kernel removes an 802.1Q tag before the frame gets here; a tagged frame looks like an untagged one.
+/// - Both ends of a cable may be RawSocketPorts: a master and a simulated line.
+///
+/// The clock must run in real time (MonotonicClock): it gives the time stamps and the deadline of wait_readable().
+class RawSocketPort final : public Port {
+ public:
+  /// Opens the interface, which must exist, carry Ethernet and be up. Needs CAP_NET_RAW. `clock` must outlive the port.
+  [[nodiscard]] static tl::expected<std::unique_ptr<RawSocketPort>, PortError> open(const RawSocketConfig& config,
+                                                                                    const rt::Clock& clock);
+
+  RawSocketPort(const RawSocketPort&) = delete;
+  RawSocketPort& operator=(const RawSocketPort&) = delete;
+  ~RawSocketPort() override = default;
+
+  /// kTooLong also for a frame longer than the interface takes (MTU); kBusy also for one the kernel refuses for any
+  /// other reason. \rtsafe
+  [[nodiscard]] SendStatus send(std::span<const std::byte> frame) noexcept override;
+
+  /// \rtsafe
+  [[nodiscard]] std::optional<ReceivedFrame> receive() noexcept override;
+
+  /// May also return true for a frame that receive() then discards (see RawSocketStatistics).
+  bool wait_readable(std::chrono::nanoseconds deadline) noexcept override;
+
+  /// \rtsafe
+  [[nodiscard]] std::chrono::nanoseconds last_send_time() const noexcept override { return last_send_time_; }
+
+  /// Hardware address of the interface when it was opened. \rtsafe
+  [[nodiscard]] const wire::MacAddress& mac() const noexcept { return mac_; }
+
+  /// Whether the interface still exists, is up and has a carrier. Asks the kernel: not for the cycle. Any thread.
+  [[nodiscard]] bool link_up() const noexcept;
+
+  /// Any thread. \rtsafe
+  [[nodiscard]] RawSocketStatistics statistics() const noexcept;
+
+ private:
+  RawSocketPort(FileDescriptor socket, std::string interface, int index, const wire::MacAddress& mac,
+                const rt::Clock& clock) noexcept;
+
+  SendStatus classify_failure(int error_number) const noexcept;
+
+  FileDescriptor socket_;
+  std::string interface_;
+  int index_;
+  wire::MacAddress mac_;
+  const rt::Clock& clock_;
+  std::chrono::nanoseconds last_send_time_{};
+  std::array<std::byte, kMaxFrameBytes> buffer_{};
+
+  Counter sent_;
+  Counter send_failures_;
+  Counter received_;
+  Counter too_short_;
+  Counter too_long_;
+};
+
+}  // namespace driveline::port

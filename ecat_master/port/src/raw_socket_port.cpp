@@ -1,0 +1,226 @@
+#include "driveline/port/raw_socket_port.hpp"
+
+#include <arpa/inet.h>
+#include <linux/if_packet.h>
+#include <poll.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <system_error>
+#include <utility>
+
+#include "driveline/rt/time_conversion.hpp"
+#include "network_interface.hpp"
+
+namespace driveline::port {
+
+namespace {
+
+using std::chrono::nanoseconds;
+
+constexpr std::size_t kMinEtherCatBytes = wire::EthernetHeader::kSize + 2;  // with the EtherCAT header
+constexpr int kMaxDiscardsPerReceive = 16;  // bounds receive() when somebody floods the interface with rubbish
+constexpr const char* kGrantCapabilities =
+    "run as root or grant it with `setcap cap_net_raw,cap_sys_nice,cap_ipc_lock+ep build/driveline`";
+
+tl::unexpected<PortError> failure(PortErrorCode code, std::string message, int error_number = 0) {
+  return tl::unexpected(PortError{code, error_number, std::move(message)});
+}
+
+tl::unexpected<PortError> system_failure(const std::string& what, int error_number) {
+  return failure(PortErrorCode::kSystem, what + ": " + std::generic_category().message(error_number) + ".",
+                 error_number);
+}
+
+std::string quoted(const std::string& name) {
+  return "'" + name + "'";
+}
+
+/// The interface, if it exists and can be used.
+tl::expected<NetworkInterface, PortError> find_interface(const std::string& name) {
+  if (name.empty() || name.size() > kMaxInterfaceName || name.find('\0') != std::string::npos) {
+    return failure(PortErrorCode::kInvalidName, "The interface name " + quoted(name) +
+                                                    " is not valid: Linux allows 1 to " +
+                                                    std::to_string(kMaxInterfaceName) + " characters, see `ip link`.");
+  }
+  // Any socket answers questions about interfaces; this kind needs neither privileges nor a network.
+  const FileDescriptor socket{::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)};
+  if (!socket.valid()) return system_failure("Cannot ask the kernel about interface " + quoted(name), errno);
+
+  const auto interface = query_interface(socket.get(), name);
+  if (!interface) {
+    const std::string others = ethernet_interface_names(socket.get());
+    return failure(PortErrorCode::kNoSuchInterface,
+                   "There is no interface " + quoted(name) + "; " +
+                       (others.empty() ? "this machine has no Ethernet interface." : "choose one of: " + others + "."));
+  }
+  if (interface->loopback) {
+    return failure(PortErrorCode::kNotEthernet,
+                   "Interface " + quoted(name) +
+                       " is the loopback interface, which no EtherCAT slave can be connected to; name an Ethernet "
+                       "interface or one end of a veth pair.");
+  }
+  if (!interface->ethernet) {
+    return failure(PortErrorCode::kNotEthernet,
+                   "Interface " + quoted(name) +
+                       " carries no Ethernet frames; name an Ethernet interface or one end "
+                       "of a veth pair.");
+  }
+  if (!interface->up) {
+    return failure(PortErrorCode::kInterfaceDown,
+                   "Interface " + quoted(name) + " is down; bring it up with `ip link set dev " + name + " up`.");
+  }
+  return *interface;
+}
+
+/// The packet socket. Protocol 0 keeps it deaf until it is bound: no frame of another interface gets into its queue.
+tl::expected<FileDescriptor, PortError> open_socket(const std::string& interface) {
+  FileDescriptor socket{::socket(AF_PACKET, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)};
+  if (socket.valid()) return socket;
+  const int error_number = errno;
+  if (error_number == EPERM || error_number == EACCES) {
+    return failure(
+        PortErrorCode::kNoPermission,
+        "Opening interface " + quoted(interface) + " needs the capability CAP_NET_RAW; " + kGrantCapabilities + ".",
+        error_number);
+  }
+  return system_failure("Cannot open a packet socket for interface " + quoted(interface), error_number);
+}
+
+/// bind() takes every kind of address through a pointer to the generic one; the one cast of this room.
+const sockaddr* generic_address(const sockaddr_ll& address) noexcept {
+  return reinterpret_cast<const sockaddr*>(&address);
+}
+
+bool set_option(int socket, int level, int option, int value) noexcept {
+  return setsockopt(socket, level, option, &value, sizeof value) == 0;
+}
+
+}  // namespace
+
+tl::expected<std::unique_ptr<RawSocketPort>, PortError> RawSocketPort::open(const RawSocketConfig& config,
+                                                                            const rt::Clock& clock) {
+  const auto interface = find_interface(config.interface);
+  if (!interface) return tl::unexpected(interface.error());
+  auto socket = open_socket(config.interface);
+  if (!socket) return tl::unexpected(socket.error());
+
+  const std::string on_interface = " on interface " + quoted(config.interface);
+  if (!set_option(socket->get(), SOL_SOCKET, SO_PRIORITY, config.priority)) {
+    return system_failure("Cannot set the socket priority " + std::to_string(config.priority) + on_interface, errno);
+  }
+  if (config.bypass_queue && !set_option(socket->get(), SOL_PACKET, PACKET_QDISC_BYPASS, 1)) {
+    return system_failure("Cannot bypass the queueing discipline" + on_interface, errno);
+  }
+  // Linux shows outgoing frames only to sockets bound to every protocol, so own frames do not come back here anyway;
+  // this turns the observation into a promise. Kernels before 4.20 do not know it.
+  static_cast<void>(set_option(socket->get(), SOL_PACKET, PACKET_IGNORE_OUTGOING, 1));
+
+  sockaddr_ll address{};
+  address.sll_family = AF_PACKET;
+  address.sll_protocol = htons(wire::kEtherTypeEtherCat);
+  address.sll_ifindex = interface->index;
+  if (bind(socket->get(), generic_address(address), sizeof address) != 0) {
+    return system_failure("Cannot receive EtherCAT frames" + on_interface, errno);
+  }
+  // Not make_unique: the constructor is private.
+  return std::unique_ptr<RawSocketPort>{
+      new RawSocketPort{std::move(*socket), config.interface, interface->index, interface->mac, clock}};
+}
+
+RawSocketPort::RawSocketPort(FileDescriptor socket, std::string interface, int index, const wire::MacAddress& mac,
+                             const rt::Clock& clock) noexcept
+    : socket_{std::move(socket)}, interface_{std::move(interface)}, index_{index}, mac_{mac}, clock_{clock} {}
+
+SendStatus RawSocketPort::send(std::span<const std::byte> frame) noexcept {
+  if (frame.size() > kMaxFrameBytes) {
+    send_failures_.add();
+    return SendStatus::kTooLong;
+  }
+  const nanoseconds time = clock_.now();
+  ssize_t result = ::send(socket_.get(), frame.data(), frame.size(), 0);
+  if (result < 0 && errno == ENETDOWN) {
+    // Either the interface is down, or the socket remembers an outage that is over: it reports each of them once.
+    result = ::send(socket_.get(), frame.data(), frame.size(), 0);
+  }
+  if (result < 0) {
+    send_failures_.add();
+    return classify_failure(errno);
+  }
+  last_send_time_ = time;
+  sent_.add();
+  return SendStatus::kSent;
+}
+
+SendStatus RawSocketPort::classify_failure(int error_number) const noexcept {
+  switch (error_number) {
+    case ENETDOWN:
+    case ENXIO:
+    case ENODEV:
+      return SendStatus::kLinkDown;
+    case EMSGSIZE:
+      return SendStatus::kTooLong;
+    case ENOBUFS:  // the driver refused it: because its ring is full, or because there is no carrier
+      return link_up() ? SendStatus::kBusy : SendStatus::kLinkDown;
+    default:
+      return SendStatus::kBusy;
+  }
+}
+
+std::optional<ReceivedFrame> RawSocketPort::receive() noexcept {
+  for (int attempt = 0; attempt < kMaxDiscardsPerReceive; ++attempt) {
+    // MSG_TRUNC makes the result the true length of the frame, however much of it fits.
+    const ssize_t result = recv(socket_.get(), buffer_.data(), buffer_.size(), MSG_TRUNC);
+    const nanoseconds time = clock_.now();
+    if (result < 0) {
+      if (errno == ENETDOWN) continue;  // reported once per outage, ahead of frames that arrived before or since
+      return std::nullopt;
+    }
+    const auto size = static_cast<std::size_t>(result);
+
+    if (size > buffer_.size()) {
+      too_long_.add();
+    } else if (size < kMinEtherCatBytes) {
+      too_short_.add();
+    } else {
+      received_.add();
+      return ReceivedFrame{std::span{buffer_}.first(size), time};
+    }
+  }
+  return std::nullopt;
+}
+
+bool RawSocketPort::wait_readable(nanoseconds deadline) noexcept {
+  while (true) {
+    const nanoseconds remaining = std::max(deadline - clock_.now(), nanoseconds::zero());
+    const timespec timeout = rt::to_timespec(remaining);
+    pollfd request{socket_.get(), POLLIN, 0};
+    const int ready = ppoll(&request, 1, &timeout, nullptr);
+    if (ready == 0) return false;
+    if (ready > 0 && (request.revents & POLLIN) != 0) return true;
+    if (ready > 0) {
+      // The interface went down: the socket reports that once. Take note by reading it, and wait on for its return.
+      int error_number = 0;
+      socklen_t size = sizeof error_number;
+      if (getsockopt(socket_.get(), SOL_SOCKET, SO_ERROR, &error_number, &size) != 0) return false;
+    } else if (errno != EINTR) {
+      return false;
+    }
+  }
+}
+
+bool RawSocketPort::link_up() const noexcept {
+  const auto interface = query_interface(socket_.get(), interface_);
+  return interface && interface->index == index_ && interface->running;
+}
+
+RawSocketStatistics RawSocketPort::statistics() const noexcept {
+  return {.sent = sent_.value(),
+          .send_failures = send_failures_.value(),
+          .received = received_.value(),
+          .too_short = too_short_.value(),
+          .too_long = too_long_.value()};
+}
+
+}  // namespace driveline::port
