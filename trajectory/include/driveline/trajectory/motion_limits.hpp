@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <span>
+#include <string>
+#include <tl/expected.hpp>
+
+#include "driveline/trajectory/interpolator.hpp"
+
+namespace driveline::trajectory {
+
+/// What one axis can do, as magnitudes in rad/s and rad/s^2 or m/s and m/s^2. Infinity stands for no limit.
+struct AxisLimits {
+  double max_velocity = std::numeric_limits<double>::infinity();
+  double max_acceleration = std::numeric_limits<double>::infinity();
+};
+
+/// The first place where a path asks for more than an axis can do.
+struct LimitViolation {
+  enum class Quantity {
+    kVelocity,      ///< rad/s or m/s
+    kAcceleration,  ///< rad/s^2 or m/s^2
+  };
+
+  PathAxis axis;
+  std::size_t axis_index = 0;
+  Quantity quantity = Quantity::kVelocity;
+  double time_s = 0.0;  ///< on the path's time axis
+  double value = 0.0;   ///< with its sign
+  double limit = 0.0;   ///< magnitude
+
+  /// One sentence that names axis, quantity, value, time and limit.
+  [[nodiscard]] std::string message() const;
+};
+
+/// Evaluates the whole path at the cycle's period, as the cycle will, and compares with the limits (one per axis). An
+/// axis counts as accelerating both by what the interpolator reports and by the change of velocity between two
+/// samples, beginning and ending at standstill; so corners of a linear path and a spline that starts in motion are
+/// found. Exceeding a limit by up to 1e-9 of it is rounding.
+/// For start-up: it allocates and takes some nanoseconds per sample and axis. Leaves the interpolator's cursor at the
+/// end. Throws std::invalid_argument unless there is one pair of positive limits per axis and the period is finite and
+/// at least 1 us.
+[[nodiscard]] tl::expected<void, LimitViolation> check_limits(Interpolator& interpolator,
+                                                              std::span<const AxisLimits> limits, double period_s);
+
+}  // namespace driveline::trajectory

@@ -1,0 +1,100 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <tl/expected.hpp>
+#include <vector>
+
+namespace driveline::trajectory {
+
+inline constexpr std::size_t kMaxPathAxes = 128;
+/// Most positions (points times axes) of one path: 64 MB, and four times that in an interpolator.
+inline constexpr std::size_t kMaxPathValues = 8'000'000;
+/// Times lie within +-1e5 s (more than a day), where a double still resolves 15 ps.
+inline constexpr double kMaxPathTimeS = 1e5;
+/// Positions lie within +-1e9 rad or m.
+inline constexpr double kMaxPathPosition = 1e9;
+/// Consecutive points are at least this far apart.
+inline constexpr double kMinPathStepS = 1e-9;
+
+/// Tells which SI unit an axis is in.
+enum class AxisKind {
+  kRotary,  ///< rad
+  kLinear,  ///< m
+};
+
+/// "rad" or "m".
+std::string_view si_unit(AxisKind kind) noexcept;
+
+/// Name and kind of one axis of a path.
+struct PathAxis {
+  std::string name;
+  AxisKind kind = AxisKind::kRotary;
+};
+
+/// Why a path was refused, and where. Line and column count from 1; 0 means that they do not apply.
+struct PathError {
+  std::string file;
+  std::size_t line = 0;
+  std::size_t column = 0;  ///< in bytes
+  std::string reason;
+
+  /// One sentence: "file:line:column: reason", without the parts that do not apply.
+  [[nodiscard]] std::string message() const;
+};
+
+/// A multi-axis path sampled in time. Made by PathBuilder, parse_path_csv or load_path, and therefore always valid:
+/// 1..kMaxPathAxes axes with distinct names, at least two points, times strictly increasing, all values finite and
+/// within the limits above.
+class Path {
+ public:
+  [[nodiscard]] const std::vector<PathAxis>& axes() const noexcept { return axes_; }
+  [[nodiscard]] std::size_t points() const noexcept { return times_s_.size(); }
+  [[nodiscard]] std::span<const double> times_s() const noexcept { return times_s_; }
+  /// The positions of all axes at one point, in rad or m. Precondition: point < points().
+  [[nodiscard]] std::span<const double> positions(std::size_t point) const noexcept {
+    return std::span(positions_).subspan(point * axes_.size(), axes_.size());
+  }
+  [[nodiscard]] double start_s() const noexcept { return times_s_.front(); }
+  [[nodiscard]] double end_s() const noexcept { return times_s_.back(); }
+  [[nodiscard]] double duration_s() const noexcept { return end_s() - start_s(); }
+
+ private:
+  friend class PathBuilder;
+  Path() = default;
+
+  std::vector<PathAxis> axes_;
+  std::vector<double> times_s_;
+  std::vector<double> positions_;  // point after point
+};
+
+/// Builds a path piece by piece: first all axes, then the points in order of time. An error leaves the builder as it
+/// was; it carries a reason but no file.
+class PathBuilder {
+ public:
+  /// The name is 1..64 characters out of letters, digits and "_-.", and not yet taken.
+  [[nodiscard]] tl::expected<void, PathError> add_axis(PathAxis axis);
+  /// Adds a point; positions in rad or m, one per axis.
+  [[nodiscard]] tl::expected<void, PathError> add_point(double time_s, std::span<const double> positions);
+  /// Hands the path over and leaves the builder empty.
+  [[nodiscard]] tl::expected<Path, PathError> build();
+
+ private:
+  [[nodiscard]] std::string find_fault(double time_s, std::span<const double> positions) const;
+
+  Path path_;
+};
+
+/// Parses a path from CSV text. The first row names the columns and their units, e.g. `time[s],x[rad],y[mm],z[deg]`:
+/// one column is called time and is in s, ms or us; every other column is an axis in rad, deg, rev, m, mm or um.
+/// Blank lines, lines that start with '#', CRLF line ends, a UTF-8 byte order mark and blanks around fields are
+/// allowed. Numbers have a decimal point whatever the locale. `name` stands for the file in errors.
+[[nodiscard]] tl::expected<Path, PathError> parse_path_csv(std::string_view text, std::string_view name);
+
+/// Reads and parses a CSV file of at most 128 MiB.
+[[nodiscard]] tl::expected<Path, PathError> load_path(const std::filesystem::path& file);
+
+}  // namespace driveline::trajectory

@@ -1,0 +1,13 @@
+#pragma once
+
+namespace driveline::trajectory {
+
+/// What one axis shall do at one instant. The unit of length is that of the axis: rad for a rotary axis, m for a
+/// linear one.
+struct AxisSetpoint {
+  double position = 0.0;      ///< rad or m
+  double velocity = 0.0;      ///< rad/s or m/s
+  double acceleration = 0.0;  ///< rad/s^2 or m/s^2
+};
+
+}  // namespace driveline::trajectory

@@ -1,0 +1,91 @@
+#include "driveline/trajectory/motion_limits.hpp"
+
+#include <cmath>
+#include <optional>
+#include <stdexcept>
+#include <vector>
+
+#include "text.hpp"
+
+namespace driveline::trajectory {
+namespace {
+
+using Quantity = LimitViolation::Quantity;
+
+bool exceeds(double value, double limit) {
+  constexpr double kRounding = 1e-9;
+  return std::abs(value) > limit * (1.0 + kRounding);
+}
+
+void require_valid(const Interpolator& interpolator, std::span<const AxisLimits> limits, double period_s) {
+  if (limits.size() != interpolator.axes().size()) {
+    throw std::invalid_argument("one pair of limits per axis is needed");
+  }
+  for (const AxisLimits& limit : limits) {
+    if (!(limit.max_velocity > 0.0) || !(limit.max_acceleration > 0.0)) {
+      throw std::invalid_argument("limits must be positive");
+    }
+  }
+  constexpr double kMinPeriodS = 1e-6;
+  if (!(period_s >= kMinPeriodS) || !std::isfinite(period_s)) {
+    throw std::invalid_argument("the period must be finite and at least 1 us");
+  }
+}
+
+/// What is too much in one sample, if anything; time and axis are filled in by the caller.
+std::optional<LimitViolation> find_violation(const AxisSetpoint& now, double previous_velocity,
+                                             const AxisLimits& limits, double period_s) {
+  LimitViolation violation;
+  if (exceeds(now.velocity, limits.max_velocity)) {
+    violation.quantity = Quantity::kVelocity;
+    violation.value = now.velocity;
+    violation.limit = limits.max_velocity;
+    return violation;
+  }
+  const double mean_acceleration = (now.velocity - previous_velocity) / period_s;
+  const bool is_mean_larger = std::abs(mean_acceleration) > std::abs(now.acceleration);
+  const double acceleration = is_mean_larger ? mean_acceleration : now.acceleration;
+  if (exceeds(acceleration, limits.max_acceleration)) {
+    violation.quantity = Quantity::kAcceleration;
+    violation.value = acceleration;
+    violation.limit = limits.max_acceleration;
+    return violation;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::string LimitViolation::message() const {
+  const bool is_velocity = quantity == Quantity::kVelocity;
+  const std::string unit = std::string(si_unit(axis.kind)) + (is_velocity ? "/s" : "/s^2");
+  return "axis " + in_quotes(axis.name) + " would need " + (is_velocity ? "a velocity" : "an acceleration") + " of " +
+         to_short_text(value) + " " + unit + " at " + to_short_text(time_s) + " s; its limit is " +
+         to_short_text(limit) + " " + unit;
+}
+
+tl::expected<void, LimitViolation> check_limits(Interpolator& interpolator, std::span<const AxisLimits> limits,
+                                                double period_s) {
+  require_valid(interpolator, limits, period_s);
+  std::vector<AxisSetpoint> now(interpolator.axes().size());
+  std::vector<AxisSetpoint> previous(now.size());
+  // Multiplying instead of adding up keeps the grid exact; the last sample is the first one after the end.
+  for (double sample = 0.0;; sample += 1.0) {
+    const double time_s = interpolator.start_s() + sample * period_s;
+    interpolator.evaluate(time_s, now);
+    for (std::size_t i = 0; i < now.size(); ++i) {
+      if (auto violation = find_violation(now[i], previous[i].velocity, limits[i], period_s)) {
+        violation->axis = interpolator.axes()[i];
+        violation->axis_index = i;
+        violation->time_s = time_s;
+        return tl::unexpected(*violation);
+      }
+    }
+    if (interpolator.finished(time_s)) {
+      return {};
+    }
+    now.swap(previous);
+  }
+}
+
+}  // namespace driveline::trajectory

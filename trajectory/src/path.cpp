@@ -1,0 +1,112 @@
+#include "driveline/trajectory/path.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "text.hpp"
+
+namespace driveline::trajectory {
+namespace {
+
+constexpr std::size_t kMaxNameLength = 64;
+
+tl::unexpected<PathError> refuse(std::string reason) {
+  PathError error;
+  error.reason = std::move(reason);
+  return tl::unexpected(std::move(error));
+}
+
+bool is_axis_name(std::string_view name) {
+  constexpr std::string_view kAllowed = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-.";
+  return !name.empty() && name.size() <= kMaxNameLength && name.find_first_not_of(kAllowed) == std::string_view::npos;
+}
+
+// Also false for NaN.
+bool is_within(double value, double limit) {
+  return std::abs(value) <= limit;
+}
+
+}  // namespace
+
+std::string_view si_unit(AxisKind kind) noexcept {
+  return kind == AxisKind::kRotary ? "rad" : "m";
+}
+
+std::string PathError::message() const {
+  std::string sentence = file;
+  for (const std::size_t number : {line, column}) {
+    if (number > 0) {
+      sentence.append(":").append(std::to_string(number));
+    }
+  }
+  if (!sentence.empty()) {
+    sentence.append(": ");
+  }
+  return sentence.append(reason);
+}
+
+tl::expected<void, PathError> PathBuilder::add_axis(PathAxis axis) {
+  if (path_.points() > 0) {
+    return refuse("axes must be declared before the first point");
+  }
+  if (!is_axis_name(axis.name)) {
+    return refuse("axis name " + in_quotes(axis.name) + " must be 1 to 64 characters out of letters, digits and _-.");
+  }
+  if (std::any_of(path_.axes_.begin(), path_.axes_.end(), [&](const PathAxis& a) { return a.name == axis.name; })) {
+    return refuse("axis " + in_quotes(axis.name) + " appears twice");
+  }
+  if (path_.axes_.size() == kMaxPathAxes) {
+    return refuse("a path may have at most " + std::to_string(kMaxPathAxes) + " axes");
+  }
+  path_.axes_.push_back(std::move(axis));
+  return {};
+}
+
+std::string PathBuilder::find_fault(double time_s, std::span<const double> positions) const {
+  if (path_.axes_.empty()) {
+    return "a path needs at least one axis";
+  }
+  if (positions.size() != path_.axes_.size()) {
+    return "expected " + std::to_string(path_.axes_.size()) + " positions, found " + std::to_string(positions.size());
+  }
+  if (path_.positions_.size() + positions.size() > kMaxPathValues) {
+    return "a path may have at most " + std::to_string(kMaxPathValues) + " positions (points times axes)";
+  }
+  if (!is_within(time_s, kMaxPathTimeS)) {
+    return "time " + to_text(time_s) + " s is not within +-" + to_text(kMaxPathTimeS) + " s";
+  }
+  if (path_.points() > 0 && time_s <= path_.end_s()) {
+    return "time " + to_text(time_s) + " s does not come after the previous time " + to_text(path_.end_s()) + " s";
+  }
+  if (path_.points() > 0 && time_s - path_.end_s() < kMinPathStepS) {
+    return "time " + to_text(time_s) + " s comes less than 1 ns after the previous time " + to_text(path_.end_s()) +
+           " s";
+  }
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    if (!is_within(positions[i], kMaxPathPosition)) {
+      const std::string unit(si_unit(path_.axes_[i].kind));
+      return "position " + to_text(positions[i]) + " " + unit + " of axis " + in_quotes(path_.axes_[i].name) +
+             " is not within +-" + to_text(kMaxPathPosition) + " " + unit;
+    }
+  }
+  return {};
+}
+
+tl::expected<void, PathError> PathBuilder::add_point(double time_s, std::span<const double> positions) {
+  if (std::string fault = find_fault(time_s, positions); !fault.empty()) {
+    return refuse(std::move(fault));
+  }
+  path_.times_s_.push_back(time_s);
+  path_.positions_.insert(path_.positions_.end(), positions.begin(), positions.end());
+  return {};
+}
+
+tl::expected<Path, PathError> PathBuilder::build() {
+  if (path_.points() < 2) {
+    return refuse("a path needs at least 2 points, found " + std::to_string(path_.points()));
+  }
+  return std::exchange(path_, Path());
+}
+
+}  // namespace driveline::trajectory
