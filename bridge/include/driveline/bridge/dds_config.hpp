@@ -1,0 +1,49 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace driveline::bridge {
+
+/// What an axis moves along, and with it the unit of its telemetry.
+enum class AxisKind : std::uint8_t {
+  kRotary,  ///< rad, rad/s, Nm
+  kLinear,  ///< m, m/s, N
+};
+
+/// What the subscribers are told about an axis.
+struct AxisInfo {
+  std::string name;  ///< 1 to 31 bytes
+  AxisKind kind = AxisKind::kRotary;
+};
+
+/// Longest name of an axis or a line, in bytes (the bound in the IDL).
+inline constexpr std::size_t kMaxNameLength = 31;
+
+/// Where and how often a DdsPublisher publishes.
+struct DdsConfig {
+  std::uint32_t domain_id = 0;                 ///< 0 to 232; above 100 its ports meet Linux's ephemeral ports
+  std::string participant_name = "driveline";  ///< shown by DDS tools
+  std::string line_name = "line";              ///< 1 to 31 bytes
+  std::vector<AxisInfo> axes;                  ///< by axis index; samples of other axes are refused and counted
+  std::string axis_topic = "driveline/axis_telemetry";
+  std::string status_topic = "driveline/line_status";
+  /// Axis samples are published in every cycle whose number it divides; 8 makes 1 kHz of a 125 µs cycle. At least 1.
+  std::uint32_t decimation = 8;
+  /// Time between two line statuses while the state and the faults stay as they are.
+  std::chrono::nanoseconds status_period = std::chrono::milliseconds{100};
+  /// IPv4 addresses of the interfaces DDS may use; empty: every interface. By default telemetry stays on this machine:
+  /// a servo line must not start to multicast into a plant network, or out of its own EtherCAT port, unasked.
+  std::vector<std::string> interfaces = {"127.0.0.1"};
+  /// IPv4 addresses of machines to announce ourselves to one by one, for networks without multicast. The own machine
+  /// is always among them while `interfaces` allows it.
+  std::vector<std::string> peers;
+  /// Also offer Fast DDS's shared memory. Off, because driveline mostly runs as root: a subscriber of another user may
+  /// not open the segments, yet would be sent nothing over UDP any more.
+  bool shared_memory = false;
+};
+
+}  // namespace driveline::bridge

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <tl/expected.hpp>
+
+#include "driveline/bridge/dds_config.hpp"
+#include "driveline/bridge/line_status.hpp"
+#include "driveline/bridge/sample_consumer.hpp"
+
+namespace driveline::bridge {
+
+/// What became of the telemetry.
+struct PublishCounters {
+  std::uint64_t published = 0;  ///< axis samples handed to DDS
+  /// Samples that got lost before DDS: dropped by a full ring (whether their cycle would have been published or not),
+  /// of an axis that is not configured, or refused by DDS.
+  std::uint64_t dropped = 0;
+};
+
+/// Publishes a line over DDS: one instance of AxisTelemetry per axis and the LineStatus (bridge/idl/driveline.idl).
+///
+/// Axis telemetry is best effort and keeps the last samples; line status is reliable and transient local, so a late
+/// subscriber gets the newest one. The publisher is fed by a DrainThread; nothing here is real-time safe.
+class DdsPublisher final : public SampleConsumer {
+ public:
+  /// Checks the configuration, joins the domain and creates the writers. Fast DDS starts its own threads here; they
+  /// inherit scheduling and CPU affinity of the caller, so do not call it from the real-time thread. From here on Fast
+  /// DDS logs to stderr, process-wide (its default is stdout).
+  /// @return a sentence naming the value that is wrong or the step that failed.
+  [[nodiscard]] static tl::expected<std::unique_ptr<DdsPublisher>, std::string> create(DdsConfig config);
+  /// Leaves the domain.
+  ~DdsPublisher() override;
+  DdsPublisher(const DdsPublisher&) = delete;
+  DdsPublisher& operator=(const DdsPublisher&) = delete;
+
+  /// The status to publish from now on; a change of state or faults goes out with the next pass of the drain thread,
+  /// anything else with the next period. Any thread but the real-time one (it locks).
+  void set_line_status(const LineStatus& status);
+
+  /// Any thread.
+  [[nodiscard]] PublishCounters counters() const noexcept;
+
+  void lines(std::span<const snapshot::LineSample> samples) override;
+  void axes(std::span<const snapshot::AxisSample> samples) override;
+  void pass_done(const DrainCounters& counters) override;
+  /// Publishes the last status and waits briefly for its subscribers to have it.
+  void finish(const DrainCounters& counters) override;
+
+ private:
+  struct State;
+  explicit DdsPublisher(std::unique_ptr<State> state);
+
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace driveline::bridge

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "driveline/bridge/sample_consumer.hpp"
+#include "driveline/rt/spsc_ring.hpp"
+#include "driveline/snapshot/snapshot.hpp"
+
+namespace driveline::bridge {
+
+/// How a DrainThread paces itself.
+struct DrainConfig {
+  /// Pause between two passes over empty rings. The rings must hold what the cycle writes in this time and in the
+  /// longest pause of the machine's scheduler; at 125 µs a pass per millisecond finds eight cycles.
+  std::chrono::nanoseconds period = std::chrono::milliseconds{1};
+  /// Longest time `stop` goes on emptying rings that a producer still fills.
+  std::chrono::nanoseconds stop_limit = std::chrono::seconds{1};
+};
+
+/// The one reader of the telemetry rings: a thread of normal priority that takes the samples out and hands them to
+/// every consumer in turn.
+///
+/// It polls, because waking a sleeper would cost the real-time writer a system call. Rings and consumers belong to the
+/// caller and must outlive the thread.
+class DrainThread {
+ public:
+  /// Nothing is read before `start`.
+  DrainThread(rt::SpscRing<snapshot::LineSample>& lines, rt::SpscRing<snapshot::AxisSample>& axes,
+              std::vector<SampleConsumer*> consumers, DrainConfig config = {});
+  /// Stops the thread if it runs.
+  ~DrainThread();
+  DrainThread(const DrainThread&) = delete;
+  DrainThread& operator=(const DrainThread&) = delete;
+
+  /// Starts the thread; it can be started once. The thread leaves any real-time policy of the caller for normal
+  /// scheduling.
+  /// @return a sentence when it was started before or the system has no thread left. Not real-time safe.
+  [[nodiscard]] tl::expected<void, std::string> start();
+
+  /// Empties the rings, lets the consumers finish and joins the thread. Safe to call twice. It waits for a consumer
+  /// that is at work; when a producer still fills the rings after `stop_limit`, the rest stays in them. Not real-time
+  /// safe.
+  void stop();
+
+  /// Samples handed on and dropped so far. Any thread.
+  [[nodiscard]] DrainCounters counters() const noexcept;
+
+ private:
+  void run();
+  bool pass();  ///< true when the rings may hold more
+  bool wait_for_stop(std::chrono::nanoseconds duration);
+
+  static constexpr std::size_t kBatch = 256;          ///< samples handed on in one call
+  static constexpr std::size_t kBatchesPerPass = 16;  ///< so that timed work is not starved by full rings
+
+  rt::SpscRing<snapshot::LineSample>& lines_;
+  rt::SpscRing<snapshot::AxisSample>& axes_;
+  std::vector<SampleConsumer*> consumers_;
+  DrainConfig config_;
+  std::array<snapshot::LineSample, kBatch> line_batch_;
+  std::array<snapshot::AxisSample, kBatch> axis_batch_;
+  std::atomic<std::uint64_t> lines_handed_{0};
+  std::atomic<std::uint64_t> axes_handed_{0};
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  bool stopping_ = false;  ///< guarded by mutex_
+  bool started_ = false;   ///< used by the owner's thread only
+  std::thread thread_;
+};
+
+}  // namespace driveline::bridge

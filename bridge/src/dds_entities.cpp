@@ -1,0 +1,193 @@
+#include "dds_entities.hpp"
+
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
+#include <fastrtps/utils/IPLocator.h>
+#include <algorithm>
+#include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/log/Log.hpp>
+#include <fastdds/dds/log/StdoutErrConsumer.hpp>
+#include <fastdds/dds/publisher/DataWriter.hpp>
+#include <fastdds/dds/publisher/Publisher.hpp>
+#include <fastdds/dds/topic/TypeSupport.hpp>
+#include <memory>
+#include <mutex>
+
+#include "drivelinePubSubTypes.h"
+
+namespace driveline::bridge {
+namespace {
+
+namespace dds = eprosima::fastdds::dds;
+namespace rtps = eprosima::fastdds::rtps;
+using eprosima::fastrtps::Duration_t;
+using eprosima::fastrtps::rtps::IPLocator;
+using eprosima::fastrtps::rtps::Locator_t;
+
+constexpr const char* kLoopback = "127.0.0.1";
+constexpr const char* kDiscoveryMulticast = "239.255.0.1";  // RTPS 2.2, 9.6.1.4.1
+constexpr std::uint32_t kParticipantsPerPeer = 16;          // participants of one machine found without multicast
+constexpr std::int32_t kAxisHistory = 16;                   // samples kept per axis
+constexpr std::uint32_t kSharedMemorySegment = 256 * 1024;  // bytes
+const Duration_t kFarewell{0, 300'000'000};                 // how long the last status may take to arrive
+
+/// Fast DDS writes its log to stdout, which belongs to the program's own output.
+void log_to_stderr() {
+  static std::once_flag once;
+  std::call_once(once, [] {
+    auto consumer = std::make_unique<dds::StdoutErrConsumer>();
+    consumer->stderr_threshold(dds::Log::Kind::Info);
+    dds::Log::ClearConsumers();
+    dds::Log::RegisterConsumer(std::move(consumer));
+  });
+}
+
+Locator_t peer_locator(const std::string& address) {
+  Locator_t locator;  // port 0: Fast DDS fills in the discovery ports of the domain
+  locator.kind = LOCATOR_KIND_UDPv4;
+  IPLocator::setIPv4(locator, address);
+  return locator;
+}
+
+bool reaches_loopback(const DdsConfig& config) {
+  return config.interfaces.empty() ||
+         std::find(config.interfaces.begin(), config.interfaces.end(), kLoopback) != config.interfaces.end();
+}
+
+dds::DomainParticipantQos participant_qos(const DdsConfig& config) {
+  dds::DomainParticipantQos qos;
+  qos.name(config.participant_name.c_str());
+  auto udp = std::make_shared<rtps::UDPv4TransportDescriptor>();
+  udp->interfaceWhiteList = config.interfaces;
+  udp->non_blocking_send = true;  // rather lose a best-effort sample than wait for a full socket
+  udp->maxInitialPeersRange = kParticipantsPerPeer;
+  qos.transport().use_builtin_transports = false;
+  qos.transport().user_transports.push_back(udp);
+  if (config.shared_memory) {
+    auto shared_memory = std::make_shared<rtps::SharedMemTransportDescriptor>();
+    shared_memory->segment_size(kSharedMemorySegment);
+    qos.transport().user_transports.push_back(shared_memory);
+  }
+  auto& initial_peers = qos.wire_protocol().builtin.initialPeersList;
+  initial_peers.push_back(peer_locator(kDiscoveryMulticast));
+  if (reaches_loopback(config)) {
+    initial_peers.push_back(peer_locator(kLoopback));
+  }
+  for (const std::string& peer : config.peers) {
+    initial_peers.push_back(peer_locator(peer));
+  }
+  return qos;
+}
+
+/// Only this instant's values matter: best effort, a short history per axis, sized once.
+dds::DataWriterQos axis_writer_qos(std::size_t axes) {
+  const auto instances = static_cast<std::int32_t>(std::max<std::size_t>(axes, 1));
+  dds::DataWriterQos qos;
+  qos.reliability().kind = dds::BEST_EFFORT_RELIABILITY_QOS;
+  qos.durability().kind = dds::VOLATILE_DURABILITY_QOS;
+  qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
+  qos.history().depth = kAxisHistory;
+  qos.resource_limits().max_instances = instances;
+  qos.resource_limits().max_samples_per_instance = kAxisHistory;
+  qos.resource_limits().max_samples = instances * kAxisHistory;
+  qos.resource_limits().allocated_samples = instances;
+  qos.data_sharing().off();
+  return qos;
+}
+
+/// What a subscriber must know even when it comes late: reliable, and the last one is kept for it.
+dds::DataWriterQos status_writer_qos() {
+  dds::DataWriterQos qos;
+  qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
+  qos.durability().kind = dds::TRANSIENT_LOCAL_DURABILITY_QOS;
+  qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
+  qos.history().depth = 1;
+  qos.resource_limits().max_instances = 1;
+  qos.resource_limits().max_samples_per_instance = 1;
+  qos.resource_limits().max_samples = 1;
+  qos.resource_limits().allocated_samples = 1;
+  qos.data_sharing().off();
+  return qos;
+}
+
+std::string listed(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) {
+    text += (text.empty() ? "" : ", ") + word;
+  }
+  return text.empty() ? "all" : text;
+}
+
+dds::DataWriter* create_writer(dds::DomainParticipant& participant, dds::Publisher& publisher,
+                               const dds::TypeSupport& type, const std::string& topic_name,
+                               const dds::DataWriterQos& qos) {
+  if (type.register_type(&participant) != ReturnCode_t::RETCODE_OK) {
+    return nullptr;
+  }
+  dds::Topic* topic = participant.create_topic(topic_name, type.get_type_name(), dds::TOPIC_QOS_DEFAULT);
+  return topic == nullptr ? nullptr : publisher.create_datawriter(topic, qos);
+}
+
+}  // namespace
+
+tl::expected<DdsEntities, std::string> DdsEntities::create(const DdsConfig& config) {
+  log_to_stderr();
+  DdsEntities entities;
+  if (auto done = entities.create_participant(config); !done) {
+    return tl::unexpected(std::move(done).error());
+  }
+  if (auto done = entities.create_writers(config); !done) {
+    return tl::unexpected(std::move(done).error());
+  }
+  return entities;
+}
+
+DdsEntities::~DdsEntities() {
+  if (participant_ != nullptr) {
+    participant_->delete_contained_entities();
+    dds::DomainParticipantFactory::get_instance()->delete_participant(participant_);
+  }
+}
+
+tl::expected<void, std::string> DdsEntities::create_participant(const DdsConfig& config) {
+  participant_ =
+      dds::DomainParticipantFactory::get_instance()->create_participant(config.domain_id, participant_qos(config));
+  if (participant_ == nullptr) {
+    return tl::unexpected("Cannot join DDS domain " + std::to_string(config.domain_id) + " on interfaces [" +
+                          listed(config.interfaces) + "]; Fast DDS's own message on stderr says why.");
+  }
+  return {};
+}
+
+tl::expected<void, std::string> DdsEntities::create_writers(const DdsConfig& config) {
+  dds::Publisher* publisher = participant_->create_publisher(dds::PUBLISHER_QOS_DEFAULT);
+  if (publisher == nullptr) {
+    return tl::unexpected(std::string{"Fast DDS cannot create a publisher."});
+  }
+  axis_writer_ = create_writer(*participant_, *publisher, dds::TypeSupport{new telemetry::AxisTelemetryPubSubType},
+                               config.axis_topic, axis_writer_qos(config.axes.size()));
+  if (axis_writer_ == nullptr) {
+    return tl::unexpected("Cannot create a DDS writer for topic '" + config.axis_topic + "'.");
+  }
+  status_writer_ = create_writer(*participant_, *publisher, dds::TypeSupport{new telemetry::LineStatusPubSubType},
+                                 config.status_topic, status_writer_qos());
+  if (status_writer_ == nullptr) {
+    return tl::unexpected("Cannot create a DDS writer for topic '" + config.status_topic + "'.");
+  }
+  return {};
+}
+
+bool DdsEntities::write_axis(void* message) {
+  return axis_writer_->write(message);
+}
+
+bool DdsEntities::write_status(void* message) {
+  return status_writer_->write(message);
+}
+
+void DdsEntities::wait_for_status_readers() {
+  status_writer_->wait_for_acknowledgments(kFarewell);
+}
+
+}  // namespace driveline::bridge

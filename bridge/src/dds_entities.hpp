@@ -1,0 +1,47 @@
+#pragma once
+
+#include <string>
+#include <tl/expected.hpp>
+#include <utility>
+
+#include "driveline/bridge/dds_config.hpp"
+
+namespace eprosima::fastdds::dds {
+class DataWriter;
+class DomainParticipant;
+class Publisher;
+class Topic;
+}  // namespace eprosima::fastdds::dds
+
+namespace driveline::bridge {
+
+/// The DDS entities of one publisher, removed in order when it goes.
+class DdsEntities {
+ public:
+  /// Creates participant, topics and writers for a checked configuration.
+  [[nodiscard]] static tl::expected<DdsEntities, std::string> create(const DdsConfig& config);
+  ~DdsEntities();
+  DdsEntities(DdsEntities&& other) noexcept
+      : participant_(std::exchange(other.participant_, nullptr)),
+        axis_writer_(other.axis_writer_),
+        status_writer_(other.status_writer_) {}
+  DdsEntities& operator=(DdsEntities&&) = delete;
+
+  /// Both return false when DDS refuses the sample.
+  bool write_axis(void* message);
+  bool write_status(void* message);
+
+  /// Waits, for a fraction of a second at most, until every subscriber has the last status.
+  void wait_for_status_readers();
+
+ private:
+  DdsEntities() = default;
+  tl::expected<void, std::string> create_participant(const DdsConfig& config);
+  tl::expected<void, std::string> create_writers(const DdsConfig& config);
+
+  eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;
+  eprosima::fastdds::dds::DataWriter* axis_writer_ = nullptr;
+  eprosima::fastdds::dds::DataWriter* status_writer_ = nullptr;
+};
+
+}  // namespace driveline::bridge

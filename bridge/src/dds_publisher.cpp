@@ -1,0 +1,130 @@
+#include "driveline/bridge/dds_publisher.hpp"
+
+#include <atomic>
+#include <chrono>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+#include "config_check.hpp"
+#include "dds_entities.hpp"
+#include "idl_types.hpp"
+
+namespace driveline::bridge {
+namespace {
+
+using SteadyTime = std::chrono::steady_clock::time_point;
+
+}  // namespace
+
+struct DdsPublisher::State {
+  State(DdsConfig from, DdsEntities made) : config(std::move(from)), entities(std::move(made)) {
+    for (std::size_t i = 0; i < config.axes.size(); ++i) {
+      axis_messages.push_back(axis_message(static_cast<std::uint16_t>(i), config.axes[i]));
+    }
+    status_message.name(config.line_name.c_str());
+    status_message.axes(static_cast<std::uint16_t>(config.axes.size()));
+  }
+
+  void publish_status(const DrainCounters& counters);
+  void count_drops(const DrainCounters& counters) {
+    dropped.store(counters.lines_dropped + counters.axes_dropped + refused, std::memory_order_relaxed);
+  }
+
+  const DdsConfig config;
+  DdsEntities entities;
+  // Of the drain thread alone.
+  std::vector<telemetry::AxisTelemetry> axis_messages;
+  telemetry::LineStatus status_message;
+  SteadyTime next_status = SteadyTime::min();
+  std::uint64_t refused = 0;
+  // Read by others.
+  std::atomic<std::uint64_t> published{0};
+  std::atomic<std::uint64_t> dropped{0};
+  // Between the owner of the line and the drain thread.
+  std::mutex mutex;
+  LineStatus status;
+  bool status_urgent = false;
+};
+
+void DdsPublisher::State::publish_status(const DrainCounters& counters) {
+  count_drops(counters);
+  {
+    const std::lock_guard lock{mutex};
+    set_status(status_message, status);
+    status_urgent = false;
+  }
+  status_message.telemetry_published(published.load(std::memory_order_relaxed));
+  status_message.telemetry_dropped(dropped.load(std::memory_order_relaxed));
+  entities.write_status(&status_message);
+}
+
+tl::expected<std::unique_ptr<DdsPublisher>, std::string> DdsPublisher::create(DdsConfig config) {
+  if (auto checked = check(config); !checked) {
+    return tl::unexpected(std::move(checked).error());
+  }
+  auto entities = DdsEntities::create(config);
+  if (!entities) {
+    return tl::unexpected(std::move(entities).error());
+  }
+  auto state = std::make_unique<State>(std::move(config), *std::move(entities));
+  return std::unique_ptr<DdsPublisher>{new DdsPublisher{std::move(state)}};
+}
+
+DdsPublisher::DdsPublisher(std::unique_ptr<State> state) : state_(std::move(state)) {}
+
+DdsPublisher::~DdsPublisher() = default;
+
+void DdsPublisher::set_line_status(const LineStatus& status) {
+  const std::lock_guard lock{state_->mutex};
+  state_->status_urgent =
+      state_->status_urgent || status.state != state_->status.state || status.faults != state_->status.faults;
+  state_->status = status;
+}
+
+PublishCounters DdsPublisher::counters() const noexcept {
+  return {.published = state_->published.load(std::memory_order_relaxed),
+          .dropped = state_->dropped.load(std::memory_order_relaxed)};
+}
+
+void DdsPublisher::lines(std::span<const snapshot::LineSample> samples) {
+  set_cycle(state_->status_message, samples.back());
+}
+
+void DdsPublisher::axes(std::span<const snapshot::AxisSample> samples) {
+  std::uint64_t written = 0;
+  for (const snapshot::AxisSample& sample : samples) {
+    if (sample.cycle % state_->config.decimation != 0) {
+      continue;
+    }
+    bool accepted = false;
+    if (sample.axis < state_->axis_messages.size()) {
+      telemetry::AxisTelemetry& message = state_->axis_messages[sample.axis];
+      set_sample(message, sample);
+      accepted = state_->entities.write_axis(&message);
+    }
+    ++(accepted ? written : state_->refused);
+  }
+  state_->published.fetch_add(written, std::memory_order_relaxed);
+}
+
+void DdsPublisher::pass_done(const DrainCounters& counters) {
+  const SteadyTime now = std::chrono::steady_clock::now();
+  bool urgent = false;
+  {
+    const std::lock_guard lock{state_->mutex};
+    urgent = state_->status_urgent;
+  }
+  state_->count_drops(counters);
+  if (urgent || now >= state_->next_status) {
+    state_->next_status = now + state_->config.status_period;
+    state_->publish_status(counters);
+  }
+}
+
+void DdsPublisher::finish(const DrainCounters& counters) {
+  state_->publish_status(counters);
+  state_->entities.wait_for_status_readers();
+}
+
+}  // namespace driveline::bridge

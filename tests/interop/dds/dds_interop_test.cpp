@@ -1,0 +1,263 @@
+#include <gmock/gmock.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+#include "driveline/bridge/dds_publisher.hpp"
+#include "driveline/bridge/drain_thread.hpp"
+
+// Our publisher in this process, another DDS implementation (Cyclone DDS, `cyclone_subscriber`) in a process of its
+// own.
+namespace driveline::bridge {
+namespace {
+
+using namespace std::chrono_literals;
+using nlohmann::json;
+using snapshot::AxisSample;
+using snapshot::AxisState;
+using snapshot::LineSample;
+
+constexpr std::uint16_t kAxes = 8;
+constexpr std::int64_t kCycleNs = 125'000;
+
+/// A domain below Linux's ephemeral ports that other test programs of this machine hardly use at the same time.
+std::uint32_t test_domain() {
+  return 10 + static_cast<std::uint32_t>(getpid()) % 80;
+}
+
+/// Swing of each axis in rad; the phase keeps the axes apart.
+double amplitude_rad(std::uint16_t axis) {
+  return 0.5 + axis;
+}
+
+/// A drive on a sine, following with a constant lag of 1 mrad.
+AxisSample moving_axis(std::uint64_t cycle, std::uint16_t axis) {
+  const double phase = 2.0 * std::numbers::pi * static_cast<double>(cycle) / 800.0 + 0.3 * axis;
+  const double position = amplitude_rad(axis) * std::sin(phase);
+  const double velocity = amplitude_rad(axis) * std::cos(phase) * 2.0 * std::numbers::pi / (800.0 * kCycleNs * 1e-9);
+  return {.cycle = cycle,
+          .time_ns = static_cast<std::int64_t>(cycle) * kCycleNs,
+          .axis = axis,
+          .control_word = 0x000F,
+          .status_word = 0x1637,
+          .mode = 8,
+          .state = AxisState::kOperationEnabled,
+          .target_position_rad = position,
+          .actual_position_rad = position - 0.001,
+          .target_velocity_rad_s = velocity,
+          .actual_velocity_rad_s = velocity,
+          .target_torque_nm = 0.25 * axis,
+          .actual_torque_nm = -0.25 * axis,
+          .following_error_rad = 0.001};
+}
+
+LineSample moving_line(std::uint64_t cycle) {
+  LineSample line;
+  line.cycle = cycle;
+  line.time_ns = static_cast<std::int64_t>(cycle) * kCycleNs;
+  line.dc_difference_ns = -42;
+  line.axes = kAxes;
+  line.frame_received = true;
+  line.dc_locked = true;
+  return line;
+}
+
+DdsConfig line_config(std::uint32_t domain) {
+  DdsConfig config;
+  config.domain_id = domain;
+  config.line_name = "synthetic \"line\"";
+  for (std::uint16_t axis = 0; axis < kAxes; ++axis) {
+    config.axes.push_back({.name = "axis" + std::to_string(axis)});
+  }
+  config.axes[7].kind = AxisKind::kLinear;
+  config.status_period = 20ms;
+  return config;
+}
+
+struct ProcessResult {
+  int exit_status = -1;
+  std::string output;
+};
+
+ProcessResult run(const std::string& command) {
+  ProcessResult result;
+  FILE* pipe = popen(command.c_str(), "r");  // the words of the command are ours
+  if (pipe == nullptr) {
+    return result;
+  }
+  std::array<char, 4096> buffer{};
+  for (std::size_t count = 0; (count = fread(buffer.data(), 1, buffer.size(), pipe)) != 0;) {
+    result.output.append(buffer.data(), count);
+  }
+  const int status = pclose(pipe);
+  result.exit_status = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  return result;
+}
+
+ProcessResult run_subscriber(std::uint32_t domain, int min_samples, int timeout_s) {
+  // `timeout` is for a subscriber that does not keep its own limit.
+  return run("timeout -k 5 " + std::to_string(timeout_s + 20) + " " CYCLONE_SUBSCRIBER " " + std::to_string(domain) +
+             " " + std::to_string(min_samples) + " " + std::to_string(timeout_s));
+}
+
+/// Stands in for the real-time cycle: fills the rings until it is told to stop.
+class SyntheticLine {
+ public:
+  explicit SyntheticLine(std::uint32_t domain) {
+    auto publisher = DdsPublisher::create(line_config(domain));
+    if (!publisher) {
+      throw std::runtime_error(publisher.error());
+    }
+    publisher_ = *std::move(publisher);
+    publisher_->set_line_status({.state = LineState::kOp,
+                                 .cycle_period = std::chrono::nanoseconds{kCycleNs},
+                                 .cycles = 123'456,
+                                 .missed_periods = 1,
+                                 .wkc_errors = 2,
+                                 .lost_frames = 3,
+                                 .wake_latency = {.p50 = 4us, .p99 = 9us, .max = 31us},
+                                 .cycle_cost = {.p50 = 12us, .p99 = 15us, .max = 60us},
+                                 .faults = {"axis3: following error", "a \"quoted\" fault"}});
+    drain_ = std::make_unique<DrainThread>(lines_, axes_, std::vector<SampleConsumer*>{publisher_.get()});
+    if (auto started = drain_->start(); !started) {
+      throw std::runtime_error(started.error());
+    }
+    cycle_thread_ = std::thread{[this] { cycle(); }};
+  }
+  ~SyntheticLine() {
+    running_ = false;
+    cycle_thread_.join();
+    drain_->stop();
+  }
+  SyntheticLine(const SyntheticLine&) = delete;
+  SyntheticLine& operator=(const SyntheticLine&) = delete;
+
+  std::uint64_t published() const { return publisher_->counters().published; }
+
+ private:
+  void cycle() {
+    for (std::uint64_t cycle = 0; running_; ++cycle) {
+      lines_.try_push(moving_line(cycle));
+      for (std::uint16_t axis = 0; axis < kAxes; ++axis) {
+        axes_.try_push(moving_axis(cycle, axis));
+      }
+      std::this_thread::sleep_for(std::chrono::nanoseconds{kCycleNs});
+    }
+  }
+
+  rt::SpscRing<LineSample> lines_{4096};
+  rt::SpscRing<AxisSample> axes_{32768};
+  std::unique_ptr<DdsPublisher> publisher_;
+  std::unique_ptr<DrainThread> drain_;
+  std::atomic<bool> running_{true};
+  std::thread cycle_thread_;
+};
+
+void expect_moving_axis(const json& axis, std::uint16_t index, int min_samples) {
+  SCOPED_TRACE(axis.dump());
+  EXPECT_EQ(axis["axis"], index);
+  EXPECT_EQ(axis["name"], "axis" + std::to_string(index));
+  EXPECT_EQ(axis["kind"], index == 7 ? "linear" : "rotary");
+  EXPECT_GE(axis["samples"], min_samples);
+  EXPECT_EQ(axis["backward"], 0) << "samples of an axis come in the order of the cycles";
+  EXPECT_LT(axis["actual_position_min"], axis["actual_position_max"]);
+  EXPECT_GE(axis["actual_position_min"], -amplitude_rad(index) - 0.001);
+  EXPECT_LE(axis["actual_position_max"], amplitude_rad(index) - 0.001);
+  EXPECT_EQ(axis["following_error_max"], 0.001);
+
+  // The last sample must be, to the bit, the one our line made in that cycle.
+  const json& last = axis["last"];
+  const std::uint64_t cycle = last["cycle"];
+  EXPECT_EQ(cycle % 8, 0U);
+  const AxisSample sent = moving_axis(cycle, index);
+  EXPECT_EQ(last["time_ns"], sent.time_ns);
+  EXPECT_EQ(last["control_word"], 0x000F);
+  EXPECT_EQ(last["status_word"], 0x1637);
+  EXPECT_EQ(last["mode"], 8);
+  EXPECT_EQ(last["state"], "OPERATION_ENABLED");
+  EXPECT_EQ(last["target_position"], sent.target_position_rad);
+  EXPECT_EQ(last["actual_position"], sent.actual_position_rad);
+  EXPECT_EQ(last["target_velocity"], sent.target_velocity_rad_s);
+  EXPECT_EQ(last["actual_velocity"], sent.actual_velocity_rad_s);
+  EXPECT_EQ(last["target_torque"], sent.target_torque_nm);
+  EXPECT_EQ(last["actual_torque"], sent.actual_torque_nm);
+  EXPECT_EQ(last["following_error"], sent.following_error_rad);
+}
+
+void expect_line_in_op(const json& status, std::uint64_t published) {
+  SCOPED_TRACE(status.dump());
+  EXPECT_EQ(status["name"], "synthetic \"line\"");
+  EXPECT_EQ(status["state"], "OP");
+  EXPECT_EQ(status["axes"], kAxes);
+  EXPECT_EQ(status["cycle_period_ns"], kCycleNs);
+  EXPECT_GT(status["cycle"], 0);
+  EXPECT_EQ(status["time_ns"], status["cycle"].get<std::int64_t>() * kCycleNs);
+  EXPECT_EQ(status["dc_locked"], true);
+  EXPECT_EQ(status["dc_difference_ns"], -42);
+  EXPECT_EQ(status["cycles"], 123'456);
+  EXPECT_EQ(status["missed_periods"], 1);
+  EXPECT_EQ(status["wkc_errors"], 2);
+  EXPECT_EQ(status["lost_frames"], 3);
+  EXPECT_EQ(status["wake_latency_ns"], json({{"p50", 4000}, {"p99", 9000}, {"max", 31'000}}));
+  EXPECT_EQ(status["cycle_cost_ns"], json({{"p50", 12'000}, {"p99", 15'000}, {"max", 60'000}}));
+  EXPECT_GT(status["telemetry"]["published"], 0);
+  EXPECT_LE(status["telemetry"]["published"], published);
+  EXPECT_EQ(status["telemetry"]["dropped"], 0);
+  EXPECT_EQ(status["faults"], json({"axis3: following error", "a \"quoted\" fault"}));
+}
+
+TEST(DdsInterop, CycloneReadsBothTopicsWithEveryValue) {
+  constexpr int kMinSamples = 50;
+  const std::uint32_t domain = test_domain();
+  SyntheticLine line{domain};
+  const ProcessResult subscriber = run_subscriber(domain, kMinSamples, 60);
+  ASSERT_EQ(subscriber.exit_status, 0) << subscriber.output;
+  const json got = json::parse(subscriber.output);
+  EXPECT_EQ(got["complete"], true);
+  EXPECT_EQ(got["unknown_axes"], 0);
+  EXPECT_GE(got["line_statuses"], kMinSamples);
+  ASSERT_EQ(got["axes"].size(), kAxes);
+  for (std::uint16_t axis = 0; axis < kAxes; ++axis) {
+    expect_moving_axis(got["axes"][axis], axis, kMinSamples);
+  }
+  expect_line_in_op(got["line_status"], line.published());
+}
+
+TEST(DdsInterop, LateCycloneSubscriberGetsTheLastStatusOfASilentLine) {
+  const std::uint32_t domain = test_domain();
+  DdsConfig config = line_config(domain);
+  config.axes.clear();
+  config.status_period = 1h;
+  const auto publisher = DdsPublisher::create(config);
+  ASSERT_TRUE(publisher) << publisher.error();
+  (*publisher)->set_line_status({.state = LineState::kSafeOp, .cycles = 7});
+  (*publisher)->pass_done({});
+
+  const ProcessResult subscriber = run_subscriber(domain, 1, 60);
+  ASSERT_EQ(subscriber.exit_status, 0) << subscriber.output;
+  const json got = json::parse(subscriber.output);
+  EXPECT_EQ(got["line_statuses"], 1);
+  EXPECT_EQ(got["line_status"]["state"], "SAFE_OP");
+  EXPECT_EQ(got["line_status"]["cycles"], 7);
+  EXPECT_TRUE(got["axes"].empty());
+}
+
+TEST(DdsInterop, SubscriberReportsWhatIsMissing) {
+  const ProcessResult subscriber = run_subscriber(test_domain(), 1, 1);  // nobody publishes
+  EXPECT_EQ(subscriber.exit_status, 1);
+  const json got = json::parse(subscriber.output);
+  EXPECT_EQ(got["complete"], false);
+  EXPECT_TRUE(got["line_status"].is_null());
+}
+
+}  // namespace
+}  // namespace driveline::bridge
