@@ -1,0 +1,144 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+/// The description of a device as the ESI schema (ETG.2000) and the SII (ETG.1000.6 5.4) know it: the one neutral
+/// form between object dictionary, ESI file, SII image and master configuration.
+namespace driveline::esi {
+
+/// CANopen / CoE data types by their index in the data type area (ETG.1000.6 Table 64).
+enum class DataType : std::uint16_t {
+  kBoolean = 0x0001,
+  kInteger8 = 0x0002,
+  kInteger16 = 0x0003,
+  kInteger32 = 0x0004,
+  kUnsigned8 = 0x0005,
+  kUnsigned16 = 0x0006,
+  kUnsigned32 = 0x0007,
+  kReal32 = 0x0008,
+  kVisibleString = 0x0009,
+  kOctetString = 0x000A,
+  kReal64 = 0x0011,
+  kInteger64 = 0x0015,
+  kUnsigned64 = 0x001B,
+  kBit1 = 0x0030,
+  kBit2 = 0x0031,
+  kBit3 = 0x0032,
+  kBit4 = 0x0033,
+  kBit5 = 0x0034,
+  kBit6 = 0x0035,
+  kBit7 = 0x0036,
+  kBit8 = 0x0037,
+};
+
+/// An object entry inside a PDO; index 0 is a gap of `bit_length` bits.
+struct PdoEntry {
+  std::uint16_t index = 0;
+  std::uint8_t subindex = 0;
+  std::uint8_t bit_length = 0;
+  std::string name;
+  DataType type = DataType::kUnsigned8;
+  bool operator==(const PdoEntry&) const = default;
+};
+
+struct Pdo {
+  std::uint16_t index = 0;
+  std::string name;
+  bool fixed = false;
+  bool mandatory = false;
+  std::optional<std::uint8_t> sync_manager;  ///< default assignment; none: not assigned
+  std::vector<PdoEntry> entries;
+  bool operator==(const Pdo&) const = default;
+};
+
+struct SyncManager {
+  enum class Use : std::uint8_t { kUnused = 0, kMailboxOut = 1, kMailboxIn = 2, kOutputs = 3, kInputs = 4 };
+  Use use = Use::kUnused;
+  std::uint16_t start_address = 0;
+  std::uint16_t default_size = 0;
+  std::uint16_t min_size = 0;
+  std::uint16_t max_size = 0;
+  std::uint8_t control = 0;  ///< wire::SyncManagerControl::raw()
+  bool enable = false;
+  bool operator==(const SyncManager&) const = default;
+};
+
+enum class FmmuUse : std::uint8_t { kUnused = 0, kOutputs = 1, kInputs = 2, kMailboxState = 3 };
+
+/// A distributed-clock operation mode (ETG.2000, Dc/OpMode).
+struct DcOpMode {
+  std::string name;
+  std::string description;
+  std::uint16_t assign_activate = 0;  ///< value for registers 0x0980/0x0981
+  std::int32_t cycle_time_sync0_ns = 0;
+  std::int16_t cycle_time_sync0_factor = 0;
+  std::int32_t shift_time_sync0_ns = 0;
+  std::int32_t cycle_time_sync1_ns = 0;
+  std::int16_t cycle_time_sync1_factor = 0;
+  std::int32_t shift_time_sync1_ns = 0;
+  bool operator==(const DcOpMode&) const = default;
+};
+
+enum class ObjectCode : std::uint8_t { kVariable = 7, kArray = 8, kRecord = 9 };
+
+/// One sub-index of an object.
+struct ObjectEntry {
+  std::uint8_t subindex = 0;
+  std::string name;
+  DataType type = DataType::kUnsigned32;
+  std::uint16_t bit_length = 32;
+  bool readable = true;
+  bool writable = false;
+  bool rx_mappable = false;
+  bool tx_mappable = false;
+  std::string default_hex;  ///< raw little-endian value as hex digits, empty: none
+  std::string minimum_hex;
+  std::string maximum_hex;
+  bool operator==(const ObjectEntry&) const = default;
+};
+
+struct Object {
+  std::uint16_t index = 0;
+  std::string name;
+  ObjectCode code = ObjectCode::kVariable;
+  std::vector<ObjectEntry> entries;  ///< ascending by sub-index
+  bool operator==(const Object&) const = default;
+};
+
+struct MailboxSupport {
+  bool aoe = false, eoe = false, coe = false, foe = false, soe = false, voe = false;
+  bool coe_sdo_info = false, coe_pdo_assign = false, coe_pdo_config = false, coe_complete_access = false,
+       coe_upload_at_startup = false;
+  [[nodiscard]] bool any() const noexcept { return aoe || eoe || coe || foe || soe || voe; }
+  bool operator==(const MailboxSupport&) const = default;
+};
+
+struct DeviceDescription {
+  std::uint32_t vendor_id = 0;
+  std::uint32_t product_code = 0;
+  std::uint32_t revision = 0;
+  std::uint32_t serial_number = 0;
+  std::string vendor_name;
+  std::string group_type;  ///< ESI group, also SII group name
+  std::string group_name;
+  std::string type;  ///< ESI Device/Type text, SII order code
+  std::string name;
+  std::string physics = "YY";        ///< per port: Y MII, K EBUS
+  std::uint16_t device_profile = 0;  ///< e.g. 402
+  MailboxSupport mailbox;
+  std::uint16_t bootstrap_rx_offset = 0, bootstrap_rx_size = 0, bootstrap_tx_offset = 0, bootstrap_tx_size = 0;
+  std::vector<FmmuUse> fmmus;
+  std::vector<SyncManager> sync_managers;
+  std::vector<Pdo> rx_pdos;
+  std::vector<Pdo> tx_pdos;
+  std::vector<DcOpMode> dc_modes;
+  std::vector<Object> objects;
+  std::uint32_t eeprom_bytes = 2048;
+  std::string eeprom_config_data_hex;  ///< first 14 bytes of the SII (ESC configuration area)
+  bool operator==(const DeviceDescription&) const = default;
+};
+
+}  // namespace driveline::esi

@@ -1,0 +1,264 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <tl/expected.hpp>
+#include <variant>
+#include <vector>
+
+#include "driveline/esi/device_description.hpp"
+
+/// The slave information interface: the content of the EEPROM every slave controller carries (ETG.1000.6 5.4,
+/// ETG.2010). Words are 16 bits, little endian; the first 64 words are fixed, categories follow.
+///
+/// Decoding keeps every byte: for each image that decode_sii() accepts, encode_sii() returns the same bytes.
+namespace driveline::esi {
+
+/// Category types of the standard (ETG.1000.6 Table 17). Other values may arrive and are kept as raw bytes.
+enum class SiiCategoryType : std::uint16_t {
+  kStrings = 10,
+  kDataTypes = 20,
+  kGeneral = 30,
+  kFmmu = 40,
+  kSyncManager = 41,
+  kFmmuExtended = 42,
+  kSyncUnit = 43,
+  kTxPdo = 50,
+  kRxPdo = 51,
+  kDistributedClock = 60,
+  kEnd = 0xFFFF,
+};
+
+/// Words 0x00-0x06, loaded by the slave controller at power-on and covered by the checksum.
+struct SiiConfigArea {
+  std::uint16_t pdi_control = 0;         ///< registers 0x0140/0x0141
+  std::uint16_t pdi_configuration = 0;   ///< registers 0x0150/0x0151
+  std::uint16_t sync_impulse_10ns = 0;   ///< register 0x0982
+  std::uint16_t pdi_configuration2 = 0;  ///< registers 0x0152/0x0153
+  std::uint16_t station_alias = 0;       ///< register 0x0012
+  std::array<std::uint16_t, 2> reserved{};
+
+  static constexpr std::size_t kSize = 14;
+  [[nodiscard]] std::array<std::byte, kSize> bytes() const noexcept;
+  bool operator==(const SiiConfigArea&) const = default;
+};
+
+/// Where the mailbox sync managers lie in one state (words 0x14-0x17 bootstrap, 0x18-0x1B standard).
+struct SiiMailboxWindow {
+  std::uint16_t receive_offset = 0;  ///< master to slave
+  std::uint16_t receive_size = 0;
+  std::uint16_t send_offset = 0;  ///< slave to master
+  std::uint16_t send_size = 0;
+  bool operator==(const SiiMailboxWindow&) const = default;
+};
+
+/// Bits of the supported mailbox protocols, word 0x1C (ETG.1000.6 Table 18).
+namespace sii_mailbox {
+inline constexpr std::uint16_t kAoe = 0x0001;
+inline constexpr std::uint16_t kEoe = 0x0002;
+inline constexpr std::uint16_t kCoe = 0x0004;
+inline constexpr std::uint16_t kFoe = 0x0008;
+inline constexpr std::uint16_t kSoe = 0x0010;
+inline constexpr std::uint16_t kVoe = 0x0020;
+}  // namespace sii_mailbox
+
+/// Category 10. Other categories refer to the texts by number, 1 for the first.
+struct SiiStrings {
+  std::vector<std::string> texts;  ///< at most 255 of at most 255 bytes
+  std::vector<std::byte> padding;  ///< bytes behind the last text up to the end of the category
+  bool operator==(const SiiStrings&) const = default;
+};
+
+/// Category 30 (ETG.1000.6 Table 21). Names ending in `_text` are numbers of strings, 0 for none.
+struct SiiGeneral {
+  std::uint8_t group_text = 0;
+  std::uint8_t image_text = 0;
+  std::uint8_t order_text = 0;
+  std::uint8_t name_text = 0;
+  std::uint8_t reserved1 = 0;
+  std::uint8_t coe_details = 0;  ///< kCoe... bits
+  std::uint8_t foe_details = 0;  ///< bit 0: FoE supported
+  std::uint8_t eoe_details = 0;  ///< bit 0: EoE supported
+  std::uint8_t soe_channels = 0;
+  std::uint8_t ds402_channels = 0;
+  std::uint8_t sysman_class = 0;
+  std::uint8_t flags = 0;
+  std::int16_t ebus_current_ma = 0;  ///< negative: feeds the E-bus
+  std::uint8_t group_name_text = 0;  ///< real devices put the group's name here; the standard, a copy of group_text
+  std::uint8_t reserved2 = 0;        ///< high byte of the word of group_name_text
+  std::uint16_t physical_ports = 0;  ///< four bits per port: 0 none, 1 MII, 3 E-bus, 4 fast hot connect
+  std::vector<std::byte> further;    ///< the rest of the category, 14 bytes in images of today
+
+  static constexpr std::uint8_t kCoeSdo = 0x01;
+  static constexpr std::uint8_t kCoeSdoInfo = 0x02;
+  static constexpr std::uint8_t kCoePdoAssign = 0x04;
+  static constexpr std::uint8_t kCoePdoConfig = 0x08;
+  static constexpr std::uint8_t kCoeUploadAtStartup = 0x10;
+  static constexpr std::uint8_t kCoeCompleteAccess = 0x20;
+  static constexpr std::size_t kMinSize = 18;
+  static constexpr std::size_t kFurtherSize = 14;
+  bool operator==(const SiiGeneral&) const = default;
+};
+
+/// Category 40: one byte per FMMU, 0xFF (also the padding to a whole word) or 0 unused; see FmmuUse.
+struct SiiFmmus {
+  std::vector<std::uint8_t> uses;
+  bool operator==(const SiiFmmus&) const = default;
+};
+
+/// An element of category 41 (ETG.1000.6 Table 23): the register contents of a sync manager and its use.
+struct SiiSyncManager {
+  std::uint16_t start_address = 0;
+  std::uint16_t length = 0;
+  std::uint8_t control = 0;  ///< wire::SyncManagerControl::raw()
+  std::uint8_t status = 0;   ///< do not care
+  std::uint8_t enable = 0;   ///< bit 0 enable, bit 1 fixed content, bit 2 virtual, bit 3 only in OP
+  std::uint8_t use = 0;      ///< SyncManager::Use
+
+  static constexpr std::size_t kSize = 8;
+  bool operator==(const SiiSyncManager&) const = default;
+};
+
+struct SiiPdoEntry {
+  std::uint16_t index = 0;
+  std::uint8_t subindex = 0;
+  std::uint8_t name_text = 0;
+  std::uint8_t data_type = 0;  ///< index of the data type in the object dictionary
+  std::uint8_t bit_length = 0;
+  std::uint16_t flags = 0;
+
+  static constexpr std::size_t kSize = 8;
+  bool operator==(const SiiPdoEntry&) const = default;
+};
+
+/// An element of categories 50 (TxPDO) and 51 (RxPDO), ETG.1000.6 Table 24.
+struct SiiPdo {
+  std::uint16_t index = 0;
+  std::uint8_t sync_manager = 0xFF;  ///< default assignment, 0xFF: none
+  std::uint8_t dc_sync = 0;
+  std::uint8_t name_text = 0;
+  std::uint16_t flags = 0;
+  std::vector<SiiPdoEntry> entries;  ///< at most 255
+
+  static constexpr std::size_t kHeaderSize = 8;
+  static constexpr std::uint8_t kNoSyncManager = 0xFF;
+  static constexpr std::uint16_t kMandatory = 0x0001;
+  static constexpr std::uint16_t kFixedContent = 0x0010;
+  bool operator==(const SiiPdo&) const = default;
+};
+
+/// An element of category 60 (ETG.2010 Table "DC").
+struct SiiDcMode {
+  std::uint32_t cycle_time_sync0_ns = 0;
+  std::uint32_t shift_time_sync0_ns = 0;
+  std::uint32_t shift_time_sync1_ns = 0;
+  std::int16_t cycle_time_sync1_factor = 0;
+  std::uint16_t assign_activate = 0;  ///< registers 0x0980/0x0981
+  std::int16_t cycle_time_sync0_factor = 0;
+  std::uint8_t name_text = 0;
+  std::uint8_t description_text = 0;
+  std::array<std::byte, 4> reserved{};
+
+  static constexpr std::size_t kSize = 24;
+  bool operator==(const SiiDcMode&) const = default;
+};
+
+/// A category whose content is not interpreted: 20, 42, 43, those of vendors and those of tomorrow.
+struct SiiRaw {
+  std::vector<std::byte> bytes;  ///< even number
+  bool operator==(const SiiRaw&) const = default;
+};
+
+using SiiContent = std::variant<SiiRaw, SiiStrings, SiiGeneral, SiiFmmus, std::vector<SiiSyncManager>,
+                                std::vector<SiiPdo>, std::vector<SiiDcMode>>;
+
+struct SiiCategory {
+  SiiCategoryType type = SiiCategoryType::kEnd;
+  SiiContent content;
+  bool operator==(const SiiCategory&) const = default;
+};
+
+/// A whole EEPROM image, taken apart.
+struct SiiImage {
+  SiiConfigArea config;
+  std::uint16_t checksum = 0;  ///< low byte: CRC of the configuration area; as read, see checksum_valid()
+  std::uint32_t vendor_id = 0;
+  std::uint32_t product_code = 0;
+  std::uint32_t revision = 0;
+  std::uint32_t serial_number = 0;
+  std::array<std::uint16_t, 4> delays{};  ///< words 0x10-0x13: execution and port delays, reserved in newer editions
+  SiiMailboxWindow bootstrap_mailbox;
+  SiiMailboxWindow standard_mailbox;
+  std::uint16_t mailbox_protocols = 0;       ///< sii_mailbox bits
+  std::array<std::uint16_t, 33> reserved{};  ///< words 0x1D-0x3D
+  std::uint16_t size_word = 0;               ///< EEPROM size in KiBit minus 1
+  std::uint16_t version = 1;
+  std::vector<SiiCategory> categories;  ///< in the order of the image, without the end category
+  std::vector<std::byte> tail;          ///< bytes behind the end category up to the last that is not 0xFF
+  std::size_t image_bytes = 0;          ///< length of the image; shorter than eeprom_bytes() for a partial read-out
+
+  /// Size of the EEPROM by its own account, 128 bytes to 8 MiB.
+  [[nodiscard]] std::size_t eeprom_bytes() const noexcept { return (std::size_t{size_word} + 1) * 128; }
+  /// The slave controller takes over the configuration area only then. 0x88A4 switches the check off (ESC data sheet,
+  /// EEPROM layout, for debugging).
+  [[nodiscard]] bool checksum_valid() const noexcept;
+  /// Text `number` of the string category; empty for 0 and for numbers that are not there.
+  [[nodiscard]] std::string_view text(std::uint8_t number) const noexcept;
+  /// Content of the first category `type` with content T, nullptr when there is none.
+  template <typename T>
+  [[nodiscard]] const T* find(SiiCategoryType type) const noexcept {
+    for (const auto& category : categories) {
+      if (category.type != type) continue;
+      if (const auto* content = std::get_if<T>(&category.content)) return content;
+    }
+    return nullptr;
+  }
+  bool operator==(const SiiImage&) const = default;
+};
+
+enum class SiiErrorCode : std::uint8_t {
+  kOddSize,        ///< not a whole number of words
+  kNoHeader,       ///< shorter than the 64 fixed words
+  kNoEnd,          ///< the image ends where a category should begin
+  kLongCategory,   ///< a category's length points behind the end of the image
+  kBadSize,        ///< a category is not a whole number of its elements, or shorter than its fixed part
+  kLongText,       ///< a string points behind the end of its category
+  kLongEntryList,  ///< a PDO has more entries than fit into its category
+};
+
+/// Why an image was not accepted, and where.
+struct SiiError {
+  SiiErrorCode code = SiiErrorCode::kNoHeader;
+  SiiCategoryType category = SiiCategoryType::kEnd;  ///< kEnd: outside the categories
+  std::size_t word_offset = 0;                       ///< of the element that does not fit
+  std::size_t needed_bytes = 0;
+  std::size_t available_bytes = 0;
+  bool operator==(const SiiError&) const = default;
+};
+
+/// The error as a sentence, for people.
+[[nodiscard]] std::string to_text(const SiiError& error);
+
+/// CRC-8 over the configuration area: polynomial x^8 + x^2 + x + 1, initial value 0xFF (ETG.1000.6 5.4, word 0x07).
+[[nodiscard]] std::uint8_t sii_checksum(std::span<const std::byte, SiiConfigArea::kSize> config) noexcept;
+
+/// Takes an EEPROM image apart; every length is checked. A wrong checksum is no error, see SiiImage::checksum_valid().
+[[nodiscard]] tl::expected<SiiImage, SiiError> decode_sii(std::span<const std::byte> image);
+
+/// The bytes of an image: header, categories, end category, tail, 0xFF up to `image_bytes` (or as long as the content,
+/// when that is longer).
+[[nodiscard]] std::vector<std::byte> encode_sii(const SiiImage& image);
+
+/// The SII image of a device, checksum included, as long as its EEPROM. The EEPROM is doubled until the content fits.
+/// What the format cannot hold is cut: texts behind 255 bytes, texts and PDO entries behind number 255.
+[[nodiscard]] SiiImage make_sii(const DeviceDescription& device);
+
+/// What an SII image tells of its device. Not in the SII: vendor name, objects, device profile, minimum and maximum of
+/// sync manager sizes, SYNC1 cycle time.
+[[nodiscard]] DeviceDescription description_from_sii(const SiiImage& image);
+
+}  // namespace driveline::esi

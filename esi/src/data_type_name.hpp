@@ -1,0 +1,20 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "driveline/esi/device_description.hpp"
+
+namespace driveline::esi {
+
+/// Name of a base data type in ESI files (ETG.1020 base data types): "UDINT", "STRING(8)", "ARRAY [0..3] OF BYTE".
+/// The strings carry their length, so the name depends on the number of bits.
+[[nodiscard]] std::string data_type_name(DataType type, std::uint32_t bit_length);
+
+/// The base data type of a name; BYTE, WORD, DWORD and the bit arrays count as unsigned numbers of their size.
+/// Nothing for names of the device's own types.
+[[nodiscard]] std::optional<DataType> data_type_of(std::string_view name);
+
+}  // namespace driveline::esi

@@ -1,0 +1,266 @@
+#include <algorithm>
+#include <array>
+#include <map>
+
+#include "data_type_name.hpp"
+#include "driveline/esi/esi_file.hpp"
+#include "driveline/wire/endian.hpp"
+#include "esi_dictionary.hpp"
+#include "hex.hpp"
+#include "utf8.hpp"
+#include "xml_context.hpp"
+
+namespace driveline::esi {
+namespace {
+
+constexpr std::size_t kConfigBytes = 14;      ///< ESC configuration area
+constexpr std::size_t kBootStrapBytes = 8;    ///< four words
+constexpr std::size_t kBootStrapOffset = 40;  ///< of the SII word 0x14
+
+template <typename T>
+struct Named {
+  std::string_view name;
+  T value;
+};
+
+/// Names in ESI files differ in case from vendor to vendor.
+bool same_name(std::string_view a, std::string_view b) {
+  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [&](char x, char y) { return lower(x) == lower(y); });
+}
+
+constexpr std::array kFmmuNames = {
+    Named<FmmuUse>{"Outputs", FmmuUse::kOutputs}, Named<FmmuUse>{"Inputs", FmmuUse::kInputs},
+    Named<FmmuUse>{"MBoxState", FmmuUse::kMailboxState}, Named<FmmuUse>{"", FmmuUse::kUnused}};
+using SmUse = SyncManager::Use;
+constexpr std::array kSyncManagerNames = {
+    Named<SmUse>{"MBoxOut", SmUse::kMailboxOut}, Named<SmUse>{"MBoxIn", SmUse::kMailboxIn},
+    Named<SmUse>{"Outputs", SmUse::kOutputs}, Named<SmUse>{"Inputs", SmUse::kInputs}, Named<SmUse>{"", SmUse::kUnused}};
+
+class EsiReader {
+ public:
+  EsiReader(XmlContext& context, pugi::xml_document& document) : context_(context), document_(document) {}
+
+  EsiFile read() {
+    const auto root = document_.document_element();
+    if (std::string_view(root.name()) != "EtherCATInfo") {
+      context_.fail(root, fmt::format("the root element is '{}'", root.name()), "EtherCATInfo");
+      return {};
+    }
+    const auto vendor = root.child("Vendor");
+    if (!vendor.child("Id")) context_.fail(vendor ? vendor : root, "no vendor id", "Vendor/Id, e.g. #x00000002");
+    file_.vendor_id = context_.child_number<std::uint32_t>(vendor, "Id");
+    file_.vendor_name = context_.localized_text(vendor, "Name");
+    const auto descriptions = root.child("Descriptions");
+    for (const auto group : descriptions.child("Groups").children("Group")) {
+      groups_.emplace(XmlContext::child_text(group, "Type"), context_.localized_text(group, "Name"));
+    }
+    for (const auto device : descriptions.child("Devices").children("Device")) {
+      file_.devices.push_back(read_device(device));
+    }
+    if (const auto modules = descriptions.child("Modules")) context_.note(modules, "modules are not read");
+    return std::move(file_);
+  }
+
+ private:
+  DeviceDescription read_device(pugi::xml_node node) {
+    DeviceDescription device;
+    device.vendor_id = file_.vendor_id;
+    device.vendor_name = file_.vendor_name;
+    if (const auto physics = node.attribute("Physics")) device.physics = physics.value();
+    read_type(node, device);
+    device.name = context_.localized_text(node, "Name");
+    device.group_type = XmlContext::child_text(node, "GroupType");
+    if (const auto group = groups_.find(device.group_type); group != groups_.end()) device.group_name = group->second;
+    read_profile(node, device);
+    read_fmmus(node, device);
+    read_sync_managers(node, device);
+    for (const auto pdo : node.children("RxPdo")) device.rx_pdos.push_back(read_pdo(pdo));
+    for (const auto pdo : node.children("TxPdo")) device.tx_pdos.push_back(read_pdo(pdo));
+    read_mailbox(node.child("Mailbox"), device.mailbox);
+    for (const auto mode : node.child("Dc").children("OpMode")) device.dc_modes.push_back(read_dc_mode(mode));
+    if (const auto slots = node.child("Slots")) context_.note(slots, "slots are not read");
+    read_eeprom(node.child("Eeprom"), device);
+    return device;
+  }
+
+  void read_type(pugi::xml_node node, DeviceDescription& device) {
+    const auto type = node.child("Type");
+    if (!type) {
+      context_.fail(node, "a device without type", "Type with ProductCode and RevisionNo");
+      return;
+    }
+    for (const char* attribute : {"ProductCode", "RevisionNo"}) {
+      if (!type.attribute(attribute)) context_.note(type, fmt::format("no {}, taken as 0", attribute));
+    }
+    device.type = XmlContext::text_of(type);
+    device.product_code = context_.attribute_number<std::uint32_t>(type, "ProductCode");
+    device.revision = context_.attribute_number<std::uint32_t>(type, "RevisionNo");
+    device.serial_number = context_.attribute_number<std::uint32_t>(type, "SerialNo");
+  }
+
+  void read_profile(pugi::xml_node node, DeviceDescription& device) {
+    for (const auto profile : node.children("Profile")) {
+      if (device.device_profile == 0)
+        device.device_profile = context_.child_number<std::uint16_t>(profile, "ProfileNo");
+      if (const auto file = profile.child("DictionaryFile")) context_.note(file, "the dictionary is in another file");
+      const auto dictionary = profile.child("Dictionary");
+      if (dictionary && device.objects.empty()) device.objects = read_dictionary(context_, dictionary);
+    }
+  }
+
+  /// The value of the name in the element's text; unused, with a note, when the name is not known.
+  template <typename T, std::size_t N>
+  T read_name(pugi::xml_node node, const std::array<Named<T>, N>& names) {
+    const std::string text = XmlContext::text_of(node);
+    for (const auto& row : names) {
+      if (same_name(row.name, text)) return row.value;
+    }
+    context_.note(node, fmt::format("the use '{}' is not known; taken as unused", text));
+    return T{};
+  }
+
+  void read_fmmus(pugi::xml_node node, DeviceDescription& device) {
+    for (const auto fmmu : node.children("Fmmu")) device.fmmus.push_back(read_name(fmmu, kFmmuNames));
+  }
+
+  void read_sync_managers(pugi::xml_node node, DeviceDescription& device) {
+    for (const auto sm : node.children("Sm")) {
+      SyncManager& out = device.sync_managers.emplace_back();
+      out.use = read_name(sm, kSyncManagerNames);
+      out.start_address = context_.attribute_number<std::uint16_t>(sm, "StartAddress");
+      out.default_size = context_.attribute_number<std::uint16_t>(sm, "DefaultSize");
+      out.min_size = context_.attribute_number<std::uint16_t>(sm, "MinSize");
+      out.max_size = context_.attribute_number<std::uint16_t>(sm, "MaxSize");
+      out.control = context_.attribute_number<std::uint8_t>(sm, "ControlByte");
+      out.enable = context_.attribute_flag(sm, "Enable");
+    }
+  }
+
+  Pdo read_pdo(pugi::xml_node node) {
+    Pdo pdo;
+    if (!node.child("Index")) context_.fail(node, "a PDO without Index", "Index, e.g. #x1600");
+    pdo.index = context_.child_number<std::uint16_t>(node, "Index");
+    pdo.name = context_.localized_text(node, "Name");
+    pdo.fixed = context_.attribute_flag(node, "Fixed");
+    pdo.mandatory = context_.attribute_flag(node, "Mandatory");
+    if (node.attribute("Sm")) pdo.sync_manager = context_.attribute_number<std::uint8_t>(node, "Sm");
+    for (const auto entry : node.children("Entry")) pdo.entries.push_back(read_pdo_entry(entry));
+    return pdo;
+  }
+
+  PdoEntry read_pdo_entry(pugi::xml_node node) {
+    PdoEntry entry;
+    if (!node.child("BitLen")) context_.fail(node, "a PDO entry without BitLen", "BitLen, 1 to 255");
+    entry.index = context_.child_number<std::uint16_t>(node, "Index");
+    entry.subindex = context_.child_number<std::uint8_t>(node, "SubIndex");
+    entry.bit_length = context_.child_number<std::uint8_t>(node, "BitLen");
+    entry.name = context_.localized_text(node, "Name");
+    const auto type = node.child("DataType");
+    if (type && entry.index != 0) {
+      const auto base = data_type_of(XmlContext::text_of(type));
+      if (!base) context_.note(type, fmt::format("the type '{}' is taken as raw bytes", XmlContext::text_of(type)));
+      entry.type = base.value_or(DataType::kOctetString);
+    }
+    return entry;
+  }
+
+  void read_mailbox(pugi::xml_node node, MailboxSupport& mailbox) {
+    mailbox.aoe = static_cast<bool>(node.child("AoE"));
+    mailbox.eoe = static_cast<bool>(node.child("EoE"));
+    mailbox.foe = static_cast<bool>(node.child("FoE"));
+    mailbox.soe = static_cast<bool>(node.child("SoE"));
+    mailbox.voe = static_cast<bool>(node.child("VoE"));
+    const auto coe = node.child("CoE");
+    mailbox.coe = static_cast<bool>(coe);
+    mailbox.coe_sdo_info = context_.attribute_flag(coe, "SdoInfo");
+    mailbox.coe_pdo_assign = context_.attribute_flag(coe, "PdoAssign");
+    mailbox.coe_pdo_config = context_.attribute_flag(coe, "PdoConfig");
+    mailbox.coe_upload_at_startup = context_.attribute_flag(coe, "PdoUpload");
+    mailbox.coe_complete_access = context_.attribute_flag(coe, "CompleteAccess");
+  }
+
+  DcOpMode read_dc_mode(pugi::xml_node node) {
+    DcOpMode mode;
+    mode.name = XmlContext::child_text(node, "Name");
+    mode.description = context_.localized_text(node, "Desc");
+    mode.assign_activate = context_.child_number<std::uint16_t>(node, "AssignActivate");
+    mode.cycle_time_sync0_ns = context_.child_number<std::int32_t>(node, "CycleTimeSync0");
+    mode.cycle_time_sync0_factor = context_.attribute_number<std::int16_t>(node.child("CycleTimeSync0"), "Factor");
+    mode.shift_time_sync0_ns = context_.child_number<std::int32_t>(node, "ShiftTimeSync0");
+    mode.cycle_time_sync1_ns = context_.child_number<std::int32_t>(node, "CycleTimeSync1");
+    mode.cycle_time_sync1_factor = context_.attribute_number<std::int16_t>(node.child("CycleTimeSync1"), "Factor");
+    mode.shift_time_sync1_ns = context_.child_number<std::int32_t>(node, "ShiftTimeSync1");
+    return mode;
+  }
+
+  /// The EEPROM is described by its parts, or there is the complete image in Data.
+  void read_eeprom(pugi::xml_node node, DeviceDescription& device) {
+    const std::string image = context_.child_hex(node, "Data");
+    const std::string config = image.empty() ? context_.child_hex(node, "ConfigData") : image;
+    device.eeprom_config_data_hex = config.substr(0, 2 * kConfigBytes);
+    device.eeprom_bytes = context_.child_number<std::uint32_t>(node, "ByteSize", device.eeprom_bytes);
+    const bool in_image = image.size() >= 2 * (kBootStrapOffset + kBootStrapBytes);
+    const std::string boot_hex =
+        in_image ? image.substr(2 * kBootStrapOffset, 2 * kBootStrapBytes) : context_.child_hex(node, "BootStrap");
+    auto boot = parse_hex(boot_hex).value_or(std::vector<std::byte>{});
+    if (boot.size() < kBootStrapBytes) {
+      if (!boot.empty()) context_.note(node.child("BootStrap"), "shorter than 8 bytes; the rest is taken as 0");
+      boot.resize(kBootStrapBytes);
+    }
+    const auto word = [&boot](std::size_t n) {
+      return wire::load_le<std::uint16_t>(std::span(boot).subspan(2 * n, 2));
+    };
+    device.bootstrap_rx_offset = word(0);
+    device.bootstrap_rx_size = word(1);
+    device.bootstrap_tx_offset = word(2);
+    device.bootstrap_tx_size = word(3);
+  }
+
+  XmlContext& context_;
+  pugi::xml_document& document_;
+  EsiFile file_;
+  std::map<std::string, std::string> groups_;
+};
+
+bool is_utf16(std::string_view text) {
+  return text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF");
+}
+
+}  // namespace
+
+const DeviceDescription* EsiFile::find_device(std::uint32_t vendor, std::uint32_t product,
+                                              std::uint32_t revision) const noexcept {
+  const auto found = std::find_if(devices.begin(), devices.end(), [&](const DeviceDescription& device) {
+    return device.vendor_id == vendor && device.product_code == product && device.revision == revision;
+  });
+  return found == devices.end() ? nullptr : &*found;
+}
+
+std::string to_text(const EsiError& error) {
+  const std::string place = error.path.empty() ? "" : error.path + ": ";
+  const std::string wish = error.expected.empty() ? "" : ", expected " + error.expected;
+  return fmt::format("{}:{}: {}{}{}", error.file, error.line, place, error.problem, wish);
+}
+
+tl::expected<EsiFile, EsiError> read_esi(std::string_view xml, std::string_view file_name) {
+  const std::string text = to_utf8(xml);
+  XmlContext context(text, file_name);
+  pugi::xml_document document;
+  if (is_utf16(xml)) {
+    context.fail_at(0, "the file is in UTF-16, expected UTF-8 or ISO 8859-1");
+    return tl::unexpected(*context.error());
+  }
+  const auto parsed = document.load_buffer(text.data(), text.size(), pugi::parse_default, pugi::encoding_utf8);
+  if (!parsed) {
+    context.fail_at(static_cast<std::size_t>(std::max<std::ptrdiff_t>(parsed.offset, 0)),
+                    fmt::format("not well-formed XML: {}", parsed.description()));
+    return tl::unexpected(*context.error());
+  }
+  EsiFile file = EsiReader(context, document).read();
+  if (context.error()) return tl::unexpected(*context.error());
+  file.notes = context.take_notes();
+  return file;
+}
+
+}  // namespace driveline::esi

@@ -1,0 +1,58 @@
+#include "utf8.hpp"
+
+#include <cstddef>
+#include <cstdint>
+
+namespace driveline::esi {
+namespace {
+
+struct Sequence {
+  std::size_t length;  ///< bytes
+  char32_t first;      ///< bits of the first byte
+  char32_t smallest;   ///< smallest code point that needs this length
+};
+
+/// Length of the sequence that `lead` starts; 0 when none starts so.
+Sequence sequence_of(std::uint8_t lead) {
+  if (lead < 0x80) return {1, lead, 0};
+  if ((lead & 0xE0U) == 0xC0U) return {2, lead & 0x1FU, 0x80};
+  if ((lead & 0xF0U) == 0xE0U) return {3, lead & 0x0FU, 0x800};
+  if ((lead & 0xF8U) == 0xF0U) return {4, lead & 0x07U, 0x10000};
+  return {0, 0, 0};
+}
+
+bool is_valid_utf8(std::string_view text) {
+  for (std::size_t at = 0; at < text.size();) {
+    const Sequence sequence = sequence_of(static_cast<std::uint8_t>(text[at]));
+    if (sequence.length == 0 || sequence.length > text.size() - at) return false;
+    char32_t point = sequence.first;
+    for (std::size_t i = 1; i < sequence.length; ++i) {
+      const auto byte = static_cast<std::uint8_t>(text[at + i]);
+      if ((byte & 0xC0U) != 0x80U) return false;
+      point = (point << 6) | (byte & 0x3FU);
+    }
+    const bool surrogate = point >= 0xD800 && point <= 0xDFFF;
+    if (point < sequence.smallest || point > 0x10FFFF || surrogate) return false;
+    at += sequence.length;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::string to_utf8(std::string_view text) {
+  if (is_valid_utf8(text)) return std::string(text);
+  std::string converted;
+  for (const char c : text) {
+    const auto byte = static_cast<std::uint8_t>(c);
+    if (byte < 0x80) {
+      converted += c;
+    } else {
+      converted += static_cast<char>(0xC0U | (byte >> 6));
+      converted += static_cast<char>(0x80U | (byte & 0x3FU));
+    }
+  }
+  return converted;
+}
+
+}  // namespace driveline::esi

@@ -1,0 +1,106 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <pugixml.hpp>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include "driveline/esi/esi_file.hpp"
+
+namespace driveline::esi {
+
+/// Reads typed values out of XML elements and remembers where they were: the first error, and notes.
+///
+/// A value that cannot be read becomes its default and the first such failure is kept; the reader runs on and asks
+/// once at the end. That keeps the readers free of error plumbing, and nothing they do on the way has effects outside.
+class XmlContext {
+ public:
+  XmlContext(std::string_view text, std::string_view file_name);
+
+  void note(pugi::xml_node node, std::string text);
+  void fail(pugi::xml_node node, std::string problem, std::string expected);
+  void fail_at(std::size_t offset, std::string problem);
+  [[nodiscard]] const std::optional<EsiError>& error() const { return error_; }
+  [[nodiscard]] std::vector<EsiNote> take_notes() { return std::move(notes_); }
+
+  /// Number in `text`: decimal, #x or 0x hexadecimal; `fallback` and an error when it is none or out of range.
+  template <typename T>
+  [[nodiscard]] T number(pugi::xml_node node, std::string_view text, T fallback);
+  /// Number of the child element; `fallback` when there is no such child.
+  template <typename T>
+  [[nodiscard]] T child_number(pugi::xml_node parent, const char* child, T fallback = 0);
+  template <typename T>
+  [[nodiscard]] T attribute_number(pugi::xml_node node, const char* attribute, T fallback = 0);
+  /// Boolean attribute; missing is false.
+  [[nodiscard]] bool attribute_flag(pugi::xml_node node, const char* attribute);
+
+  /// Text of an element without white space around it.
+  [[nodiscard]] static std::string text_of(pugi::xml_node node);
+  [[nodiscard]] static std::string child_text(pugi::xml_node parent, const char* child);
+  /// Text of the child element in English (LcId 1033) if there are several, else of the first.
+  [[nodiscard]] std::string localized_text(pugi::xml_node parent, const char* child);
+  /// hexBinary content of the child element in upper case; empty when there is no such child.
+  [[nodiscard]] std::string child_hex(pugi::xml_node parent, const char* child);
+
+ private:
+  [[nodiscard]] std::size_t line_of(std::size_t offset) const;
+  [[nodiscard]] static std::string path_of(pugi::xml_node node);
+
+  std::string file_name_;
+  std::vector<std::size_t> line_starts_;
+  std::optional<EsiError> error_;
+  std::vector<EsiNote> notes_;
+};
+
+/// Text without white space at both ends.
+[[nodiscard]] std::string_view trimmed(std::string_view text);
+
+/// Value of a decimal, #x or 0x number that fits into T; nothing else may be in the text.
+template <typename T>
+[[nodiscard]] std::optional<T> parse_number(std::string_view text) {
+  text = trimmed(text);
+  int base = 10;
+  if (text.starts_with("#x") || text.starts_with("#X") || text.starts_with("0x") || text.starts_with("0X")) {
+    base = 16;
+    text.remove_prefix(2);
+    if (text.starts_with('-')) return std::nullopt;
+  } else if (text.starts_with('+')) {
+    text.remove_prefix(1);
+    if (text.starts_with('-')) return std::nullopt;
+  }
+  T value{};
+  const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), value, base);
+  if (problem != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+template <typename T>
+T XmlContext::number(pugi::xml_node node, std::string_view text, T fallback) {
+  static_assert(std::is_integral_v<T>);
+  if (const auto value = parse_number<T>(text)) return *value;
+  fail(node, fmt::format("'{}'", trimmed(text)),
+       fmt::format("a number from {} to {} as 16, #x10 or 0x10", std::numeric_limits<T>::min(),
+                   std::numeric_limits<T>::max()));
+  return fallback;
+}
+
+template <typename T>
+T XmlContext::child_number(pugi::xml_node parent, const char* child, T fallback) {
+  const auto node = parent.child(child);
+  return node ? number(node, node.text().get(), fallback) : fallback;
+}
+
+template <typename T>
+T XmlContext::attribute_number(pugi::xml_node node, const char* attribute, T fallback) {
+  const auto found = node.attribute(attribute);
+  return found ? number(node, found.value(), fallback) : fallback;
+}
+
+}  // namespace driveline::esi
