@@ -1,0 +1,109 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+
+#include "driveline/slaves/cia402/words.hpp"
+
+namespace driveline::slaves {
+
+/// States of the CiA 402 power drive (MSD manual 10.1.3, numbers as there).
+enum class PowerState : std::uint8_t {
+  kNotReadyToSwitchOn = 1,
+  kSwitchOnDisabled = 2,
+  kReadyToSwitchOn = 3,
+  kSwitchedOn = 4,
+  kOperationEnabled = 5,
+  kQuickStopActive = 6,
+  kFaultReactionActive = 7,
+  kFault = 8,
+};
+
+/// Bits 0..3, 5 and 6 of the status word for a state (MSD manual Table 11.8; bit 5 is 0 where it is irrelevant).
+[[nodiscard]] constexpr std::uint16_t status_bits(PowerState state) noexcept {
+  switch (state) {
+    case PowerState::kNotReadyToSwitchOn:
+      return 0x0000;
+    case PowerState::kSwitchOnDisabled:
+      return 0x0040;
+    case PowerState::kReadyToSwitchOn:
+      return 0x0021;
+    case PowerState::kSwitchedOn:
+      return 0x0023;
+    case PowerState::kOperationEnabled:
+      return 0x0027;
+    case PowerState::kQuickStopActive:
+      return 0x0007;
+    case PowerState::kFaultReactionActive:
+      return 0x000F;
+    case PowerState::kFault:
+      return 0x0008;
+  }
+  return 0;
+}
+
+/// What the motor has to do.
+enum class MotionCommand : std::uint8_t {
+  kOff,            ///< power stage off, the motor coasts
+  kFollow,         ///< follow the setpoints of the mode of operation
+  kSlowDownRamp,   ///< brake to standstill with 6084h, then hold
+  kQuickStopRamp,  ///< brake to standstill with 6085h, then hold
+  kTorqueLimit,    ///< brake with all the torque there is (current limit; the voltage limit acts the same here)
+};
+
+/// Option codes 605Ah-605Ch and 605Eh with P 154 (MSD manual Table 10.3).
+struct OptionCodes {
+  std::int16_t quick_stop = 2;
+  std::int16_t shutdown = 0;
+  std::int16_t disable_operation = 1;
+  std::int16_t fault_reaction = 2;
+  std::chrono::nanoseconds external_reaction_time{0};  ///< P 154, for fault reactions -2 and -1
+};
+
+/// The CiA 402 state machine with its sixteen transitions. It decides about state and motion; the drive carries the
+/// motion out and reports standstill.
+///
+/// Decisions where MSD manual contradicts itself: transition 12 happens by itself for quick stop codes 0-4 and not
+/// for 5-8 (10.2 against 10.1.3); 06h -> 0Fh runs through Switched on into Operation enabled; bit 4 of the status
+/// word is the DC link in every state.
+class PowerStateMachine {
+ public:
+  struct Conditions {
+    std::uint16_t control_word = 0;
+    bool power_ready = false;  ///< ENPO, ISDSH and the DC link are there
+    bool standstill = false;   ///< the motor has stopped and a ramp, if any, has ended
+    OptionCodes options;
+  };
+
+  /// One evaluation, `dt` after the one before. Levels count, edges of the fault reset are seen by acknowledge().
+  /// \rtsafe
+  void step(const Conditions& conditions, std::chrono::nanoseconds dt) noexcept;
+  /// Transition 13. `coast`: the fault forbids any reaction but switching off. \rtsafe
+  void fault(const OptionCodes& options, bool coast) noexcept;
+  /// Transition 15; false when the drive is not in Fault. \rtsafe
+  bool acknowledge() noexcept;
+
+  [[nodiscard]] PowerState state() const noexcept { return state_; }
+  [[nodiscard]] MotionCommand motion() const noexcept { return motion_; }
+  /// The motor is under control.
+  [[nodiscard]] bool power_on() const noexcept { return motion_ != MotionCommand::kOff; }
+  /// A quick stop that stays (codes 5-8) has come to its end.
+  [[nodiscard]] bool quick_stop_finished() const noexcept { return quick_stop_finished_; }
+
+ private:
+  void enter(PowerState state, MotionCommand motion) noexcept;
+  void stop_then(PowerState target, MotionCommand motion) noexcept;
+  void step_operation_enabled(PowerCommand command, const OptionCodes& options) noexcept;
+  void step_quick_stop(PowerCommand command, const Conditions& conditions) noexcept;
+  void step_fault_reaction(const Conditions& conditions, std::chrono::nanoseconds dt) noexcept;
+
+  PowerState state_ = PowerState::kNotReadyToSwitchOn;
+  MotionCommand motion_ = MotionCommand::kOff;
+  PowerState after_stop_ = PowerState::kOperationEnabled;  ///< where a controlled stop in Operation enabled leads
+  bool stopping_ = false;
+  bool quick_stop_finished_ = false;
+  std::chrono::nanoseconds external_time_left_{0};
+  bool external_ends_at_standstill_ = false;
+};
+
+}  // namespace driveline::slaves

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstdint>
+
+/// Bits of the CiA 402 control word 6040h and status word 6041h (IEC 61800-7-201, MSD manual 11.3).
+namespace driveline::slaves {
+
+namespace control_word {
+inline constexpr std::uint16_t kSwitchOn = 0x0001;
+inline constexpr std::uint16_t kEnableVoltage = 0x0002;
+inline constexpr std::uint16_t kQuickStop = 0x0004;  ///< active low
+inline constexpr std::uint16_t kEnableOperation = 0x0008;
+inline constexpr std::uint16_t kFaultReset = 0x0080;  ///< rising edge
+inline constexpr std::uint16_t kHalt = 0x0100;
+}  // namespace control_word
+
+namespace status_word {
+inline constexpr std::uint16_t kVoltageEnabled = 0x0010;
+inline constexpr std::uint16_t kWarning = 0x0080;
+inline constexpr std::uint16_t kRemote = 0x0200;
+inline constexpr std::uint16_t kTargetReached = 0x0400;
+inline constexpr std::uint16_t kInternalLimit = 0x0800;
+inline constexpr std::uint16_t kTargetUsed = 0x1000;        ///< CSP, CSV, CST: setpoint is followed
+inline constexpr std::uint16_t kFollowingError = 0x2000;    ///< CSP
+inline constexpr std::uint16_t kStandstill = 0x4000;        ///< MSD: ROT_0
+inline constexpr std::uint16_t kAxisSynchronised = 0x8000;  ///< MSD
+}  // namespace status_word
+
+/// Modes of operation 6060h this product knows by name.
+enum class OperationMode : std::int8_t {
+  kNone = 0,
+  kCyclicSynchronousPosition = 8,
+  kCyclicSynchronousVelocity = 9,
+  kCyclicSynchronousTorque = 10,
+};
+
+/// The command in bits 0..3 and 7 of the control word (MSD manual Table 11.4). The table has bit 7 at 0 in every
+/// command but the fault reset, so a control word with bit 7 set commands nothing else.
+enum class PowerCommand : std::uint8_t {
+  kNone,
+  kDisableVoltage,
+  kQuickStop,
+  kShutdown,
+  kSwitchOn,  ///< in Operation enabled: "disable operation"
+  kEnableOperation,
+};
+
+[[nodiscard]] constexpr PowerCommand power_command(std::uint16_t word) noexcept {
+  using namespace control_word;
+  if ((word & kFaultReset) != 0) return PowerCommand::kNone;
+  if ((word & kEnableVoltage) == 0) return PowerCommand::kDisableVoltage;
+  if ((word & kQuickStop) == 0) return PowerCommand::kQuickStop;
+  if ((word & kSwitchOn) == 0) return PowerCommand::kShutdown;
+  return (word & kEnableOperation) == 0 ? PowerCommand::kSwitchOn : PowerCommand::kEnableOperation;
+}
+
+}  // namespace driveline::slaves

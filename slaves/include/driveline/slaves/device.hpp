@@ -1,0 +1,79 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "driveline/wire/al.hpp"
+#include "driveline/wire/al_status_code.hpp"
+
+namespace driveline::slaves {
+
+/// What a process-data or mailbox sync manager of a device is meant for; the AL state machine compares the master's
+/// settings with it (ETG.1000.6 5.3.2).
+struct SyncManagerLayout {
+  enum class Use : std::uint8_t { kMailboxOut, kMailboxIn, kOutputs, kInputs };
+  Use use = Use::kOutputs;
+  std::uint16_t start_address = 0;
+  std::uint16_t min_length = 0;      ///< mailboxes: smallest acceptable length
+  std::uint16_t max_length = 0;      ///< mailboxes: largest acceptable length
+  std::uint16_t default_length = 0;  ///< as in the SII
+};
+
+/// The fixed facts of a device that its slave controller and its AL state machine are set up with.
+struct DeviceProfile {
+  std::vector<std::byte> sii_image;                    ///< complete EEPROM content, CRC valid
+  std::vector<SyncManagerLayout> sync_managers;        ///< by sync manager number
+  std::vector<SyncManagerLayout> bootstrap_mailboxes;  ///< SM0 and SM1 in BOOT; empty: bootstrap not supported
+  std::uint8_t fmmu_count = 8;
+  std::uint8_t sync_manager_count = 8;
+  std::uint8_t ram_kib = 8;
+  bool distributed_clock = true;
+  bool distributed_clock_64bit = true;
+  std::uint16_t device_id = 0;  ///< explicit device identification; 0: not supported
+};
+
+/// What lives behind the process data interface of an emulated slave controller: a drive, a terminal, a coupler.
+///
+/// All functions run on the thread that drives the line; none may block, and all but the mailbox functions are
+/// \rtsafe (they run inside the cycle when the line is in process). Times are on the line's clock.
+class Device {
+ public:
+  virtual ~Device() = default;
+
+  [[nodiscard]] virtual const DeviceProfile& profile() const noexcept = 0;
+
+  /// Bytes that output / input sync manager number `sync_manager` must have for the present PDO assignment and mapping.
+  [[nodiscard]] virtual std::size_t process_data_size(std::size_t sync_manager) const noexcept = 0;
+
+  /// The application's say in a legal transition whose sync managers have been checked already: kNoError lets it
+  /// happen, anything else refuses it with that AL status code.
+  [[nodiscard]] virtual wire::AlStatusCode transition(wire::AlState from, wire::AlState to) noexcept = 0;
+
+  /// Why the slave fell back by itself (watchdog: kSyncManagerWatchdog). Called after the state was left.
+  virtual void fall_back(wire::AlState from, wire::AlState to, wire::AlStatusCode reason) noexcept = 0;
+
+  /// New outputs have been handed over by an output sync manager; only in OP.
+  virtual void write_outputs(std::size_t sync_manager, std::span<const std::byte> data) noexcept = 0;
+
+  /// Fills the input process data that the slave is about to publish; in SAFEOP and OP.
+  virtual void read_inputs(std::size_t sync_manager, std::span<std::byte> data) noexcept = 0;
+
+  /// A mailbox the master has written, header included (as many bytes as sync manager 0 has). In PREOP, SAFEOP, OP
+  /// and BOOT.
+  virtual void mailbox_request(std::span<const std::byte> mailbox) = 0;
+
+  /// Writes the next mailbox for the master, header included, into `out` (as long as sync manager 1); returns its
+  /// length, 0 when there is none. Called whenever sync manager 1 is empty.
+  [[nodiscard]] virtual std::size_t mailbox_reply(std::span<std::byte> out) = 0;
+
+  /// Runs the device's own life (control loops, timers) up to `now`.
+  virtual void advance(std::chrono::nanoseconds now) noexcept = 0;
+
+  /// Length of the step in which the device reads its outputs and publishes its inputs, e.g. 125 us.
+  [[nodiscard]] virtual std::chrono::nanoseconds process_data_period() const noexcept = 0;
+};
+
+}  // namespace driveline::slaves

@@ -1,0 +1,102 @@
+#pragma once
+
+#include <chrono>
+#include <optional>
+
+#include "driveline/slaves/device.hpp"
+#include "driveline/slaves/esc/esc.hpp"
+
+namespace driveline::slaves {
+
+/// Times of the AL state machine of an emulated slave.
+struct AlOptions {
+  std::chrono::nanoseconds transition_delay{0};  ///< from a request to its execution
+  /// How long SAFEOP to OP waits for valid outputs. Shorter than the time-outs of the usual masters (2 s and up), so
+  /// that they see the reason.
+  std::chrono::nanoseconds safeop_to_op_timeout = std::chrono::seconds{1};
+};
+
+/// The EtherCAT state machine of a slave (ETG.1000.6 chapter 6): answers AL control requests, checks what the master
+/// has configured, locks and releases the sync managers, reports errors with their AL status code until they are
+/// acknowledged. A request without acknowledge is ignored while an error is pending, unless it asks for INIT.
+///
+/// All functions but the constructor are \rtsafe as far as the device's are.
+class AlStateMachine {
+ public:
+  using Nanoseconds = std::chrono::nanoseconds;
+  static constexpr Nanoseconds kNever = Nanoseconds::max();
+
+  AlStateMachine(Esc& esc, Device& device, const AlOptions& options) noexcept;
+
+  /// After power-on of the controller: INIT, sync managers locked.
+  void reset() noexcept;
+  /// Looks at what the master has written: AL control, sync manager activation.
+  void handle_events(Nanoseconds now) noexcept;
+  /// When on_time() wants to be called next; kNever when nothing is pending.
+  [[nodiscard]] Nanoseconds due() const noexcept { return pending_ ? pending_->due : kNever; }
+  /// A delay or time-out has passed.
+  void on_time(Nanoseconds now) noexcept;
+  /// A regular step has passed: a transition that waits for outputs looks for them.
+  void on_step(Nanoseconds now) noexcept;
+  /// The slave leaves its state by itself and reports why.
+  void fall_back(wire::AlState to, wire::AlStatusCode reason) noexcept;
+
+  [[nodiscard]] wire::AlState state() const noexcept { return state_; }
+  [[nodiscard]] bool error() const noexcept { return error_; }
+  /// Mailboxes are served.
+  [[nodiscard]] bool mailbox_running() const noexcept {
+    return state_ != wire::AlState::kInit && state_ != wire::AlState::kNone;
+  }
+  /// Inputs are published.
+  [[nodiscard]] bool inputs_running() const noexcept {
+    return state_ == wire::AlState::kSafeOp || state_ == wire::AlState::kOp;
+  }
+  /// Outputs reach the application.
+  [[nodiscard]] bool outputs_running() const noexcept { return state_ == wire::AlState::kOp; }
+
+  /// \name Faults
+  /// @{
+  void set_transition_delay(Nanoseconds delay) noexcept { options_.transition_delay = delay; }
+  /// Every transition to `to` is refused with `code` until clear_refusal().
+  void refuse(wire::AlState to, wire::AlStatusCode code) noexcept { refusal_ = Refusal{to, code}; }
+  void clear_refusal() noexcept { refusal_.reset(); }
+  /// @}
+
+ private:
+  struct Pending {
+    wire::AlState target;
+    Nanoseconds due;
+    bool waits_for_outputs = false;
+  };
+  struct Refusal {
+    wire::AlState to;
+    wire::AlStatusCode code;
+  };
+
+  void handle_request(const Esc::AlRequest& request, Nanoseconds now) noexcept;
+  void follow_control(wire::AlControl control) noexcept;
+  void check_configuration() noexcept;
+  void execute(wire::AlState target, Nanoseconds now) noexcept;
+  void finish(wire::AlState target) noexcept;
+  void enter(wire::AlState target) noexcept;
+  void report(wire::AlStatusCode code) noexcept;
+  void publish() noexcept;
+  [[nodiscard]] wire::AlStatusCode check_legal(wire::AlState target) const noexcept;
+  [[nodiscard]] wire::AlStatusCode check_settings(wire::AlState target) const noexcept;
+  [[nodiscard]] bool outputs_expected() const noexcept;
+  [[nodiscard]] bool outputs_valid() const noexcept;
+  [[nodiscard]] bool outputs_received() const noexcept;
+  void lock_sync_managers(bool mailboxes, bool process_data) noexcept;
+
+  Esc& esc_;
+  Device& device_;
+  AlOptions options_;
+  wire::AlState state_ = wire::AlState::kInit;
+  bool error_ = false;
+  bool id_loaded_ = false;
+  wire::AlStatusCode code_ = wire::AlStatusCode::kNoError;
+  std::optional<Pending> pending_;
+  std::optional<Refusal> refusal_;
+};
+
+}  // namespace driveline::slaves

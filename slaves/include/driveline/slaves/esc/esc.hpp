@@ -1,0 +1,166 @@
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "driveline/slaves/esc/datagram.hpp"
+#include "driveline/slaves/esc/distributed_clock.hpp"
+#include "driveline/slaves/esc/event_unit.hpp"
+#include "driveline/slaves/esc/fmmu_unit.hpp"
+#include "driveline/slaves/esc/memory.hpp"
+#include "driveline/slaves/esc/register_access.hpp"
+#include "driveline/slaves/esc/sii_interface.hpp"
+#include "driveline/slaves/esc/sync_manager_unit.hpp"
+#include "driveline/slaves/esc/watchdog_unit.hpp"
+#include "driveline/wire/al.hpp"
+#include "driveline/wire/al_status_code.hpp"
+#include "driveline/wire/dl.hpp"
+
+namespace driveline::slaves {
+
+/// What a slave controller is built with.
+struct EscOptions {
+  unsigned fmmu_count = 8;
+  unsigned sync_manager_count = 8;
+  unsigned ram_kib = 8;
+  bool distributed_clock = true;
+  bool distributed_clock_64bit = true;
+  SiiOptions sii;
+  ClockOptions clock;
+};
+
+/// An EtherCAT slave controller of the ET1100 class (ETG.1000.4): registers, process RAM and the units behind them.
+/// One side is the datagrams of passing frames, the other one the process data interface (PDI) of the slave's
+/// application. Holds no thread and no clock: every call brings its time.
+///
+/// All functions but the constructor are \rtsafe.
+class Esc {
+ public:
+  using Nanoseconds = std::chrono::nanoseconds;
+
+  Esc(const EscOptions& options, std::vector<std::byte> sii_image);
+  Esc(const Esc&) = delete;
+  Esc& operator=(const Esc&) = delete;
+
+  /// Everything as after switching the supply on; the EEPROM content and the links of the ports stay.
+  void power_on() noexcept;
+
+  /// \name EtherCAT side
+  /// @{
+  /// A frame begins to pass: `serial` differs from that of the frame before.
+  void begin_frame(std::uint64_t serial) noexcept { frame_serial_ = serial; }
+  /// Processes one datagram of the passing frame: data, address, working counter and IRQ field.
+  void process(Datagram& datagram, Nanoseconds now) noexcept;
+  /// Reads or writes physical memory as a datagram would; true when at least one byte was accessible.
+  bool ecat_read(std::size_t address, std::span<std::byte> out, Nanoseconds now) noexcept;
+  bool ecat_write(std::size_t address, std::span<const std::byte> data, Nanoseconds now) noexcept;
+  /// Counts a frame with a broken datagram structure (0x030C).
+  void count_malformed_frame() noexcept;
+  /// Frames that are not EtherCAT: passed on unchanged, or destroyed (DL control bit 0).
+  [[nodiscard]] bool forwards_foreign_frames() const noexcept;
+  /// @}
+
+  /// \name Ports
+  /// @{
+  [[nodiscard]] wire::LoopControl loop_control(unsigned port) const noexcept;
+  /// DL control was written since take_loop_control_change().
+  [[nodiscard]] bool loop_control_changed() const noexcept { return loop_control_changed_; }
+  [[nodiscard]] bool take_loop_control_change() noexcept;
+  /// The state of a port has changed; updates DL status, counts a lost link.
+  void set_port(unsigned port, const wire::DlStatus::Port& state) noexcept;
+  [[nodiscard]] const wire::DlStatus::Port& port(unsigned number) const noexcept { return dl_status_.ports[number]; }
+  /// @}
+
+  /// \name PDI side
+  /// @{
+  bool pdi_read(std::size_t address, std::span<std::byte> out, Nanoseconds now) noexcept;
+  bool pdi_write(std::size_t address, std::span<const std::byte> data, Nanoseconds now) noexcept;
+  struct AlRequest {
+    wire::AlControl control;
+    Nanoseconds time;  ///< when it was written
+  };
+  /// The AL control the master has written, once.
+  [[nodiscard]] std::optional<AlRequest> take_al_request() noexcept;
+  void set_al_status(wire::AlStatus status, std::uint16_t code) noexcept;
+  [[nodiscard]] wire::AlStatus al_status() const noexcept;
+  /// AL status follows AL control without an application (ESC configuration bit 0, from the EEPROM).
+  [[nodiscard]] bool device_emulation() const noexcept;
+  /// The process data interface works: the EEPROM could be loaded.
+  [[nodiscard]] bool pdi_operational() const noexcept { return sii_.loaded(); }
+  /// The reset sequence 'R' 'E' 'S' was written to 0x0040 (or 0x0041).
+  [[nodiscard]] bool reset_requested() const noexcept { return reset_requested_; }
+  /// @}
+
+  [[nodiscard]] const EscMemory& memory() const noexcept { return memory_; }
+  [[nodiscard]] EventUnit& events() noexcept { return events_; }
+  [[nodiscard]] SyncManagerUnit& sync_managers() noexcept { return sync_managers_; }
+  [[nodiscard]] const SyncManagerUnit& sync_managers() const noexcept { return sync_managers_; }
+  [[nodiscard]] const FmmuUnit& fmmus() const noexcept { return fmmus_; }
+  [[nodiscard]] WatchdogUnit& watchdog() noexcept { return watchdog_; }
+  [[nodiscard]] const WatchdogUnit& watchdog() const noexcept { return watchdog_; }
+  [[nodiscard]] SiiInterface& sii() noexcept { return sii_; }
+  [[nodiscard]] const SiiInterface& sii() const noexcept { return sii_; }
+  [[nodiscard]] DistributedClock& clock() noexcept { return clock_; }
+
+ private:
+  static constexpr std::uint64_t kNoFrame = ~std::uint64_t{0};
+  struct ResetSequence {
+    std::uint8_t step = 0;
+    bool write(std::byte value) noexcept;
+  };
+
+  [[nodiscard]] bool at_station(std::uint16_t address) const noexcept {
+    return address == station_address_ || (alias_enabled_ && address == station_alias_);
+  }
+  void process_addressed(Datagram& datagram, Nanoseconds now) noexcept;
+  void process_broadcast(Datagram& datagram, Nanoseconds now) noexcept;
+  void process_logical(Datagram& datagram, Nanoseconds now) noexcept;
+  void read_into(Datagram& datagram, Nanoseconds now) noexcept;
+  void write_from(Datagram& datagram, Nanoseconds now) noexcept;
+  void exchange(Datagram& datagram, bool merge, Nanoseconds now) noexcept;
+  bool read_logical(const LogicalMapping& mapping, std::uint32_t logical, std::span<std::byte> data,
+                    Nanoseconds now) noexcept;
+  bool write_logical(const LogicalMapping& mapping, std::uint32_t logical, std::span<const std::byte> data,
+                     Nanoseconds now) noexcept;
+
+  bool read_registers(std::size_t address, std::span<std::byte> out, Nanoseconds now) noexcept;
+  bool write_registers(std::size_t address, std::span<const std::byte> data, Nanoseconds now) noexcept;
+  bool write_plain(std::size_t address, std::span<const std::byte> data, const RegisterAccessMap& access) noexcept;
+  bool write_protection(std::size_t address, std::span<const std::byte> data) noexcept;
+  bool write_al_control(std::size_t address, std::span<const std::byte> data, Nanoseconds now) noexcept;
+  bool write_error_counters(std::size_t address, std::size_t length) noexcept;
+  bool write_reset(std::byte value, ResetSequence& sequence, const wire::reg::U8& target) noexcept;
+  [[nodiscard]] bool write_allowed(std::size_t address) const noexcept;
+  void load_reset_values() noexcept;
+  void refresh_addressing() noexcept;
+  void publish_dl_status() noexcept;
+
+  EscOptions options_;
+  // What every passing datagram needs, together.
+  std::uint16_t station_address_ = 0;
+  std::uint16_t station_alias_ = 0;
+  bool alias_enabled_ = false;
+  bool reset_requested_ = false;
+  bool loop_control_changed_ = false;
+  EscMemory memory_;
+  EventUnit events_;
+  WatchdogUnit watchdog_;
+  SyncManagerUnit sync_managers_;
+  FmmuUnit fmmus_;
+  SiiInterface sii_;
+  DistributedClock clock_;
+
+  std::uint64_t frame_serial_ = 0;
+  std::uint64_t register_write_enabled_in_ = kNoFrame;  ///< serial of the frame that wrote 0x0020
+  std::uint64_t esc_write_enabled_in_ = kNoFrame;       ///< serial of the frame that wrote 0x0030
+  ResetSequence reset_ecat_;
+  ResetSequence reset_pdi_;
+  Nanoseconds al_control_time_{0};
+  wire::DlStatus dl_status_;
+};
+
+}  // namespace driveline::slaves

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstdint>
+
+#include "driveline/slaves/esc/memory.hpp"
+
+namespace driveline::slaves {
+
+/// Bits of the ECAT event request 0x0210 (ETG.1000.4 Table 40).
+namespace ecat_event {
+inline constexpr std::uint16_t kDcLatch = 0x0001;
+inline constexpr std::uint16_t kDlStatus = 0x0004;
+inline constexpr std::uint16_t kAlStatus = 0x0008;
+/// Sync manager 0; the following seven sync managers have the following bits.
+inline constexpr std::uint16_t kSyncManager0 = 0x0010;
+inline constexpr unsigned kSyncManagers = 8;
+}  // namespace ecat_event
+
+/// Bits of the AL event request 0x0220 (ETG.1000.4 Table 39).
+namespace al_event {
+inline constexpr std::uint32_t kAlControl = 0x00000001;
+inline constexpr std::uint32_t kDcLatch = 0x00000002;
+inline constexpr std::uint32_t kSync0 = 0x00000004;
+inline constexpr std::uint32_t kSync1 = 0x00000008;
+inline constexpr std::uint32_t kSyncManagerChanged = 0x00000010;
+inline constexpr std::uint32_t kWatchdogProcessData = 0x00000040;
+/// Sync manager 0; the following 15 sync managers have the following bits.
+inline constexpr std::uint32_t kSyncManager0 = 0x00000100;
+}  // namespace al_event
+
+/// Event requests of a slave controller: to the master (ORed into the IRQ field of every datagram that passes, as far
+/// as the event mask lets it) and to the application. \rtsafe throughout.
+class EventUnit {
+ public:
+  explicit EventUnit(EscMemory& memory) noexcept : memory_(memory) {}
+
+  void set_ecat(std::uint16_t bits, bool pending) noexcept {
+    const auto old = memory_.get(wire::reg::kEcatEventRequest);
+    memory_.set(wire::reg::kEcatEventRequest, static_cast<std::uint16_t>(pending ? old | bits : old & ~bits));
+    refresh();
+  }
+  void set_al(std::uint32_t bits, bool pending) noexcept {
+    const auto old = memory_.get(wire::reg::kAlEventRequest);
+    memory_.set(wire::reg::kAlEventRequest, pending ? old | bits : old & ~bits);
+  }
+  [[nodiscard]] bool al_pending(std::uint32_t bits) const noexcept {
+    return (memory_.get(wire::reg::kAlEventRequest) & bits) != 0;
+  }
+
+  /// To be called when the event mask register was written.
+  void refresh() noexcept { irq_ = memory_.get(wire::reg::kEcatEventRequest) & memory_.get(wire::reg::kEcatEventMask); }
+  /// What this slave ORs into the IRQ field of a datagram.
+  [[nodiscard]] std::uint16_t irq() const noexcept { return irq_; }
+
+  /// Something happened that the slave's firmware must look at before its next regular step.
+  void call_firmware() noexcept { firmware_called_ = true; }
+  [[nodiscard]] bool firmware_called() const noexcept { return firmware_called_; }
+  void firmware_answered() noexcept { firmware_called_ = false; }
+
+ private:
+  EscMemory& memory_;
+  std::uint16_t irq_ = 0;
+  bool firmware_called_ = false;
+};
+
+}  // namespace driveline::slaves

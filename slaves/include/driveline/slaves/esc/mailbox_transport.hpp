@@ -1,0 +1,48 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "driveline/slaves/device.hpp"
+#include "driveline/slaves/esc/esc.hpp"
+
+namespace driveline::slaves {
+
+/// Carries mailboxes between the two mailbox sync managers and the device, and keeps what it has sent so that the
+/// master may ask for it again (repeat request, ETG.1000.4 6.6.3). Not \rtsafe: the device may allocate.
+class MailboxTransport {
+ public:
+  /// Faults of the mailbox a test can stage.
+  enum class Fault : std::uint8_t {
+    kNone,
+    kSilent,  ///< requests are taken, no reply is ever sent
+    kBusy,    ///< requests are not taken: the master finds the mailbox full
+  };
+
+  MailboxTransport(Esc& esc, Device& device);
+
+  /// Forgets everything in flight.
+  void reset() noexcept;
+  /// Moves what can be moved. To be called while the mailboxes are running.
+  void run();
+  void set_fault(Fault fault) noexcept { fault_ = fault; }
+
+ private:
+  void accept_request();
+  void repeat_last();
+  void send_next();
+  bool publish(std::span<const std::byte> mail) noexcept;
+
+  Esc& esc_;
+  Device& device_;
+  unsigned out_ = 0;  ///< sync manager the master writes
+  unsigned in_ = 0;   ///< sync manager the master reads
+  bool present_ = false;
+  Fault fault_ = Fault::kNone;
+  std::vector<std::byte> scratch_;
+  std::vector<std::byte> last_;      ///< published last
+  std::vector<std::byte> previous_;  ///< published before that
+  std::vector<std::byte> waiting_;   ///< displaced by a repetition, to be sent next
+};
+
+}  // namespace driveline::slaves

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+
+#include "driveline/slaves/device.hpp"
+#include "driveline/slaves/esc/al_state_machine.hpp"
+#include "driveline/slaves/esc/esc.hpp"
+#include "driveline/slaves/esc/mailbox_transport.hpp"
+
+namespace driveline::slaves {
+
+/// How an emulated slave behaves where the standard leaves it to the device.
+struct SlaveOptions {
+  AlOptions al;
+  SiiOptions sii;
+  ClockOptions clock;
+};
+
+/// A complete emulated slave: controller, state machine, mailbox transport and the device behind them.
+///
+/// It lives in time, not in frames: advance() runs it up to a time, in steps of the device's process data period, with
+/// the watchdog expiring and delayed transitions happening at their own times in between. Not thread-safe; everything
+/// is called by the thread that drives the line.
+class Slave {
+ public:
+  using Nanoseconds = std::chrono::nanoseconds;
+
+  explicit Slave(std::unique_ptr<Device> device, const SlaveOptions& options = {});
+
+  /// Runs the slave up to `now`. Cheap when there is nothing to do. \rtsafe unless a mailbox is moved.
+  void advance(Nanoseconds now) {
+    if (now >= due_ || esc_.events().firmware_called()) run(now);
+  }
+
+  /// Switches the supply off or on; switching on starts the slave in INIT.
+  void set_power(bool on, Nanoseconds now) noexcept;
+  [[nodiscard]] bool powered() const noexcept { return powered_; }
+
+  [[nodiscard]] Esc& esc() noexcept { return esc_; }
+  [[nodiscard]] const Esc& esc() const noexcept { return esc_; }
+  [[nodiscard]] Device& device() noexcept { return *device_; }
+  [[nodiscard]] AlStateMachine& al() noexcept { return al_; }
+  [[nodiscard]] const AlStateMachine& al() const noexcept { return al_; }
+  [[nodiscard]] MailboxTransport& mailbox() noexcept { return mailbox_; }
+  [[nodiscard]] wire::AlState state() const noexcept { return al_.state(); }
+
+ private:
+  void run(Nanoseconds now);
+  void restart(Nanoseconds now) noexcept;
+  void step(Nanoseconds time, Nanoseconds now);
+  void expire_watchdog() noexcept;
+  void after_state_change(Nanoseconds time) noexcept;
+  void hand_over_outputs() noexcept;
+  void publish_inputs() noexcept;
+  [[nodiscard]] Nanoseconds next_event() const noexcept;
+
+  std::unique_ptr<Device> device_;
+  Nanoseconds period_;
+  Esc esc_;
+  AlStateMachine al_;
+  MailboxTransport mailbox_;
+  bool powered_ = true;
+  bool exchanging_ = false;  ///< inputs have been published since SAFEOP was entered
+  Nanoseconds next_step_{0};
+  Nanoseconds due_{0};
+};
+
+}  // namespace driveline::slaves

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <chrono>
+
+#include "driveline/slaves/esc/event_unit.hpp"
+#include "driveline/slaves/esc/memory.hpp"
+
+namespace driveline::slaves {
+
+/// Process data watchdog (registers 0x0400-0x0443, ETG.1000.4 6.3). Triggered by complete writes to sync managers
+/// whose control byte enables it; runs from the first trigger on. The PDI watchdog never expires: the application of
+/// an emulated slave is always alive. \rtsafe throughout.
+class WatchdogUnit {
+ public:
+  /// "Does not expire".
+  static constexpr std::chrono::nanoseconds kNever = std::chrono::nanoseconds::max();
+
+  WatchdogUnit(EscMemory& memory, EventUnit& events) noexcept : memory_(memory), events_(events) {}
+
+  /// Power-on state: not running.
+  void reset() noexcept;
+  /// To be called when the divider or a watchdog time was written.
+  void configure() noexcept;
+  void trigger(std::chrono::nanoseconds now) noexcept;
+
+  /// When the watchdog expires unless it is triggered again; kNever when it does not run.
+  [[nodiscard]] std::chrono::nanoseconds expiry() const noexcept { return expiry_; }
+  /// Time is up: clears the status bit, counts, raises the AL event.
+  void expire() noexcept;
+
+  /// True from expiry to the next trigger.
+  [[nodiscard]] bool expired() const noexcept { return expired_; }
+  /// True when the watchdog time is not zero.
+  [[nodiscard]] bool enabled() const noexcept { return timeout_ > std::chrono::nanoseconds::zero(); }
+  [[nodiscard]] std::chrono::nanoseconds timeout() const noexcept { return timeout_; }
+
+  /// A write to one of the two counters clears both.
+  void clear_counters() noexcept;
+
+ private:
+  void set_status(bool ok) noexcept { memory_.set(wire::reg::kWatchdogStatusProcessData, ok ? 1 : 0); }
+
+  EscMemory& memory_;
+  EventUnit& events_;
+  std::chrono::nanoseconds timeout_{0};
+  std::chrono::nanoseconds last_trigger_{0};
+  std::chrono::nanoseconds expiry_ = kNever;
+  bool expired_ = false;
+};
+
+}  // namespace driveline::slaves

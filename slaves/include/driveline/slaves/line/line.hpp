@@ -1,0 +1,123 @@
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "driveline/port/port.hpp"
+#include "driveline/rt/clock.hpp"
+#include "driveline/slaves/esc/slave.hpp"
+#include "driveline/slaves/line/frame_datagrams.hpp"
+#include "driveline/slaves/line/frame_path.hpp"
+#include "driveline/slaves/line/line_end.hpp"
+#include "driveline/slaves/line/wiring.hpp"
+
+namespace driveline::slaves {
+
+/// Delays of a line.
+struct LineOptions {
+  SlaveDelays delays;                       ///< of every slave
+  std::chrono::nanoseconds cable_delay{5};  ///< of every cable of the plain line (1 m)
+  std::chrono::nanoseconds byte_time{0};    ///< serialisation of a byte of the frame; 80 ns at 100 Mbit/s
+};
+
+/// A line of emulated slaves, and the in-process port of a master that runs them: a frame that is sent passes all
+/// slaves in the order of their wiring at once and can be received when its time on the wire has passed.
+///
+/// The same line serves a network interface: process() takes a frame that came in there, advance() lets the slaves live
+/// on while none comes.
+///
+/// One thread at a time. After construction nothing allocates but mailbox traffic.
+class Line final : public port::Port {
+ public:
+  using Nanoseconds = std::chrono::nanoseconds;
+
+  /// `slaves` wired as `wiring` says, as a plain line without it. Throws std::invalid_argument when the wiring is for
+  /// another number of slaves.
+  Line(rt::Clock& clock, std::vector<std::unique_ptr<Slave>> slaves, const LineOptions& options = {},
+       std::optional<Wiring> wiring = std::nullopt);
+  Line(const Line&) = delete;
+  Line& operator=(const Line&) = delete;
+
+  /// \name The primary interface of the master
+  /// @{
+  [[nodiscard]] port::SendStatus send(std::span<const std::byte> frame) noexcept override { return end(0).send(frame); }
+  [[nodiscard]] std::optional<port::ReceivedFrame> receive() noexcept override { return end(0).receive(); }
+  bool wait_readable(Nanoseconds deadline) noexcept override { return end(0).wait_readable(deadline); }
+  [[nodiscard]] Nanoseconds last_send_time() const noexcept override { return ends_[0]->last_send_time(); }
+  /// @}
+  /// The secondary interface of the master, at the far end of a ring.
+  [[nodiscard]] port::Port& secondary() noexcept { return end(1); }
+
+  /// Where a frame came out, and how long it took; nothing when it got lost on the way.
+  struct Passage {
+    MasterPort exit;
+    Nanoseconds delay;
+  };
+  /// Lets a frame pass all slaves, in place, beginning at `now` (slaves are advanced to it). \rtsafe as Slave::advance.
+  std::optional<Passage> process(std::span<std::byte> frame, Nanoseconds now, MasterPort from = MasterPort::kPrimary);
+  /// Runs the slaves up to `now` while no frames come.
+  void advance(Nanoseconds now);
+
+  [[nodiscard]] std::size_t size() const noexcept { return slaves_.size(); }
+  [[nodiscard]] Slave& slave(std::size_t position) noexcept { return *slaves_[position]; }
+  [[nodiscard]] const Slave& slave(std::size_t position) const noexcept { return *slaves_[position]; }
+
+  /// What has passed.
+  struct Counters {
+    std::uint64_t frames = 0;
+    std::uint64_t malformed = 0;  ///< EtherCAT frames with a broken datagram structure
+    std::uint64_t foreign = 0;    ///< frames that are not EtherCAT
+    std::uint64_t lost = 0;       ///< frames that did not come out again
+  };
+  [[nodiscard]] const Counters& counters() const noexcept { return counters_; }
+
+  /// \name Faults
+  /// @{
+  /// Switches the supply of a slave. Without supply its neighbours see no link.
+  void set_power(std::size_t position, bool on) noexcept;
+  /// Breaks or heals the cable at a port of a slave; false when there is none.
+  bool break_cable(PortId port, bool broken = true) noexcept;
+  /// The next `count` frames get lost before the first slave.
+  void drop_frames(unsigned count) noexcept { drop_ = count; }
+  /// @}
+
+ private:
+  friend class LineEnd;
+
+  [[nodiscard]] LineEnd& end(std::size_t number) noexcept { return *ends_[number]; }
+  port::SendStatus transmit(LineEnd& from, std::span<const std::byte> frame) noexcept;
+  /// The way of a frame that starts now; opens auto-closed ports that it would come in at.
+  const FramePath& current_path(MasterPort from) noexcept;
+  std::optional<Passage> pass(std::span<std::byte> frame, const FramePath& way, Nanoseconds now) noexcept;
+  /// False when the frame was destroyed.
+  bool pass_slaves(const FramePath& way, Nanoseconds now) noexcept;
+  void latch_receive_times(const FramePath& way, Nanoseconds now) noexcept;
+  [[nodiscard]] bool survives_as_foreign(const FramePath& way) const noexcept;
+  [[nodiscard]] bool link_up(PortId port) const noexcept;
+  void refresh_topology() noexcept;
+  void refresh_ports(std::size_t position, bool loop_control_written) noexcept;
+
+  rt::Clock& clock_;
+  std::vector<std::unique_ptr<Slave>> slaves_;
+  Wiring wiring_;
+  LineOptions options_;
+  std::array<std::unique_ptr<LineEnd>, kMasterPortCount> ends_;
+  std::vector<SlavePorts> ports_;
+  /// Ports that lost their link under auto-close: closed until DL control is written or a frame comes in.
+  std::vector<std::array<bool, kPortCount>> auto_closed_;
+  std::array<FramePath, kMasterPortCount> paths_;
+  FrameDatagrams datagrams_;
+  std::vector<std::byte> lost_frame_;  ///< a frame that will not come out is processed here
+  bool topology_changed_ = true;
+  unsigned drop_ = 0;
+  std::uint64_t serial_ = 0;
+  Counters counters_;
+};
+
+}  // namespace driveline::slaves

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <array>
+
+#include "driveline/slaves/mailbox/mailbox_server.hpp"
+#include "driveline/slaves/mailbox/sdo_information.hpp"
+#include "driveline/slaves/mailbox/sdo_server.hpp"
+
+namespace driveline::slaves {
+
+/// CANopen over EtherCAT of a device: SDO, SDO information and the emergency queue (ETG.1000.6 5.6).
+class CoeServer : public MailboxProtocol {
+ public:
+  static constexpr std::size_t kEmergencyDepth = 8;
+
+  CoeServer(ObjectDictionary& dictionary, DictionaryOwner& owner);
+
+  /// Puts an emergency in the queue the master fetches from; when the queue is full the oldest is lost and counted.
+  /// \rtsafe
+  void raise(const wire::Emergency& emergency) noexcept;
+  [[nodiscard]] std::uint64_t lost_emergencies() const noexcept { return lost_; }
+
+  [[nodiscard]] wire::MailboxType type() const noexcept override { return wire::MailboxType::kCoe; }
+  [[nodiscard]] tl::expected<std::size_t, wire::MailboxErrorCode> request(std::span<const std::byte> data,
+                                                                          wire::AlState state,
+                                                                          std::span<std::byte> out) override;
+  [[nodiscard]] std::size_t unsolicited(std::span<std::byte> out) override;
+  void stop() noexcept override;
+
+ private:
+  SdoServer sdo_;
+  SdoInformation information_;
+  std::array<wire::Emergency, kEmergencyDepth> emergencies_{};
+  std::size_t first_ = 0;
+  std::size_t count_ = 0;
+  std::uint64_t lost_ = 0;
+};
+
+}  // namespace driveline::slaves

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "driveline/wire/al.hpp"
+#include "driveline/wire/mailbox.hpp"
+
+namespace driveline::slaves {
+
+/// A mailbox protocol of a device (CoE, ...): answers one request at a time.
+class MailboxProtocol {
+ public:
+  virtual ~MailboxProtocol() = default;
+  [[nodiscard]] virtual wire::MailboxType type() const noexcept = 0;
+  /// Handles the service data of one request and writes the service data of the answer into `out`. Returns the
+  /// length of the answer, 0 when the service has none, or the reason why the request is not understood.
+  [[nodiscard]] virtual tl::expected<std::size_t, wire::MailboxErrorCode> request(std::span<const std::byte> data,
+                                                                                  wire::AlState state,
+                                                                                  std::span<std::byte> out) = 0;
+  /// Something the protocol has to say unasked (emergencies), or the rest of an answer that takes several mailboxes;
+  /// 0 when there is nothing.
+  [[nodiscard]] virtual std::size_t unsolicited(std::span<std::byte> out) = 0;
+  /// The mailbox was stopped: forget what is in progress.
+  virtual void stop() noexcept = 0;
+};
+
+/// Mailbox of a slave: checks headers, drops repeated requests, hands the rest to the protocols and answers what it
+/// cannot serve with mailbox errors (ETG.1000.4 5.6, ETG.1000.6 5.5).
+///
+/// Requests wait in a queue until the master has fetched the previous answer, because an answer is made directly in
+/// the mailbox it leaves in. No allocation after construction.
+class MailboxServer {
+ public:
+  static constexpr std::size_t kQueueDepth = 4;
+
+  /// `max_size`: largest request mailbox in bytes, header included. The protocols must outlive the server.
+  MailboxServer(std::span<MailboxProtocol* const> protocols, std::size_t max_size);
+
+  /// A mailbox the master wrote, header included.
+  void request(std::span<const std::byte> mailbox);
+  /// Next mailbox for the master, header included; returns its length, 0 when there is none.
+  [[nodiscard]] std::size_t reply(std::span<std::byte> out, wire::AlState state);
+  /// The mailbox was started or stopped by the AL state machine: everything pending is forgotten.
+  void reset() noexcept;
+
+  /// Requests lost because the master wrote more than kQueueDepth without fetching an answer.
+  [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_; }
+  /// Requests recognised as repetitions of the one before.
+  [[nodiscard]] std::uint64_t repeated() const noexcept { return repeated_; }
+
+ private:
+  struct Request {
+    wire::MailboxHeader header;
+    std::optional<wire::MailboxErrorCode> error;
+    std::vector<std::byte> data;
+    std::size_t length = 0;
+  };
+  [[nodiscard]] bool is_repetition(std::uint8_t counter) noexcept;
+  [[nodiscard]] std::size_t answer(const Request& request, wire::AlState state, std::span<std::byte> out);
+  [[nodiscard]] std::size_t send(wire::MailboxType type, std::size_t length, std::span<std::byte> out);
+  [[nodiscard]] std::size_t send_error(wire::MailboxErrorCode code, std::span<std::byte> out);
+  [[nodiscard]] MailboxProtocol* protocol(wire::MailboxType type) const noexcept;
+
+  std::vector<MailboxProtocol*> protocols_;
+  std::array<Request, kQueueDepth> queue_;
+  std::size_t head_ = 0;
+  std::size_t count_ = 0;
+  std::uint8_t last_counter_ = 0;
+  std::uint8_t counter_ = 0;
+  std::uint64_t dropped_ = 0;
+  std::uint64_t repeated_ = 0;
+};
+
+}  // namespace driveline::slaves

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "driveline/slaves/od/object_dictionary.hpp"
+#include "driveline/wire/coe.hpp"
+
+namespace driveline::slaves {
+
+/// SDO information service: object list, object and entry description, all from the dictionary's table
+/// (ETG.1000.6 5.6.3). A list longer than the mailbox leaves in fragments.
+class SdoInformation {
+ public:
+  explicit SdoInformation(const ObjectDictionary& dictionary);
+
+  /// Handles a request (bytes behind the CoE header) and writes the response (without CoE header) into `out`, at
+  /// least 16 bytes. Returns its length.
+  [[nodiscard]] std::size_t handle(std::span<const std::byte> request, std::span<std::byte> out);
+  /// The next fragment of a list; 0 when none is left.
+  [[nodiscard]] std::size_t next_fragment(std::span<std::byte> out);
+  void cancel() noexcept;
+
+ private:
+  [[nodiscard]] std::size_t list(std::uint16_t type, std::span<std::byte> out);
+  [[nodiscard]] std::size_t object(std::uint16_t index, std::span<std::byte> out) const;
+  [[nodiscard]] std::size_t entry(std::uint16_t index, std::uint8_t subindex, std::uint8_t wanted,
+                                  std::span<std::byte> out) const;
+  void collect(std::uint16_t type);
+
+  const ObjectDictionary* dictionary_;
+  std::vector<std::byte> list_;  ///< the list being sent, as bytes
+  std::size_t sent_ = 0;
+};
+
+}  // namespace driveline::slaves

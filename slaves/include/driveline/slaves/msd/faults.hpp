@@ -1,0 +1,60 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+#include "driveline/slaves/od/object_dictionary.hpp"
+#include "driveline/wire/coe.hpp"
+
+namespace driveline::slaves::msd {
+
+/// Faults of the drive the model can have.
+enum class Fault : std::uint8_t {
+  kEtherCatWatchdog,
+  kInvalidConfiguration,
+  kMissingOutputs,
+  kLocalError,
+  kFollowingError,
+  kDcLinkUndervoltage,
+};
+
+struct FaultFacts {
+  Fault fault = Fault::kLocalError;
+  std::uint8_t number = 0;          ///< error number, first pair of digits on the display
+  std::uint8_t location = 0;        ///< error location, second pair
+  std::uint16_t error_code = 0;     ///< CiA 402 code of 603Fh and of the emergency
+  std::uint8_t error_register = 0;  ///< bits of 1001h besides bit 0
+  bool coast = false;               ///< no fault reaction but switching off
+  std::string_view text;
+  std::string_view source;
+};
+
+/// All of them: the one place to correct numbers that no manual states.
+inline constexpr std::array kFaults = {
+    FaultFacts{Fault::kEtherCatWatchdog, 14, 1, 0xFF00, 0x10, false, "EtherCAT watchdog",
+               "MSD manual 5.6, 13.1 (FF00h); register bit ours"},
+    FaultFacts{Fault::kInvalidConfiguration, 14, 4, 0xFF00, 0x10, false, "invalid configuration",
+               "MSD manual 5.6, 13.1 (FF00h); register bit ours"},
+    FaultFacts{Fault::kMissingOutputs, 14, 5, 0xFF00, 0x10, false, "no more process data on sync manager 2",
+               "MSD manual 5.6, 13.1 (FF00h); register bit ours"},
+    FaultFacts{Fault::kLocalError, 14, 6, 0xFF00, 0x10, false, "local error: the slave left OP by itself",
+               "MSD manual 5.6, 13.1 (FF00h); register bit ours"},
+    FaultFacts{Fault::kFollowingError, 17, 1, 0x8611, 0x20, false, "following error too large",
+               "Device Help 11.6.18 (error 17), code CiA 402; location ours"},
+    FaultFacts{Fault::kDcLinkUndervoltage, 5, 1, 0x3220, 0x04, true, "DC link undervoltage",
+               "code CiA 402; number and location ours"},
+};
+
+[[nodiscard]] constexpr const FaultFacts& facts(Fault fault) noexcept {
+  return kFaults[static_cast<std::size_t>(fault)];
+}
+
+/// Writes fault or acknowledgement into 603Fh, 1001h and 1003h and makes the emergency message of MSD manual 13.1:
+/// error code, register, number, location, operating hours (little endian from byte 5, byte 7 kept 0). \rtsafe
+[[nodiscard]] wire::Emergency record_fault(ObjectDictionary& dictionary, const FaultFacts& fault,
+                                           std::uint16_t operating_hours) noexcept;
+/// The acknowledgement's emergency is eight zero bytes (MSD manual Table 13.2). \rtsafe
+[[nodiscard]] wire::Emergency record_acknowledgement(ObjectDictionary& dictionary) noexcept;
+
+}  // namespace driveline::slaves::msd

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace driveline::slaves::msd {
+
+/// Turns the setpoints of the bus cycle into setpoints of the control cycle (MSD manual 11.2, P 370).
+///
+/// Each new sample starts a segment from where the output is now, so the output has no jump when samples come early or
+/// late. When the next sample is missing, the output goes on with its last speed for one more period and then stands
+/// still. Delay against the samples: kNone 0, kLinear 1, the splines 2 periods. Which curve the real drive calls
+/// "cubic spline" is not described; here it passes through the samples with central-difference slopes, while the
+/// approximation is the uniform cubic B-spline of the samples (continuous acceleration, does not pass through them).
+class FineInterpolator {
+ public:
+  /// Numbers as in P 370.
+  enum class Method : std::uint8_t { kNone = 0, kLinear = 1, kSpline = 3, kApproximation = 4 };
+
+  /// `steps`: control cycles per sample, at least 1; `step_s`: length of the control cycle. \rtsafe
+  void configure(Method method, std::uint32_t steps, double step_s) noexcept;
+  /// Starts at `value`, moving with `velocity` as if the samples before had. \rtsafe
+  void reset(double value, double velocity) noexcept;
+  /// A new sample has arrived. \rtsafe
+  void push(double sample) noexcept;
+  /// One control cycle. \rtsafe
+  void step() noexcept;
+
+  [[nodiscard]] double value() const noexcept { return value_; }
+  [[nodiscard]] double velocity() const noexcept { return velocity_; }
+  [[nodiscard]] double acceleration() const noexcept { return acceleration_; }
+
+ private:
+  void start_line(double end) noexcept;
+  void start_cubic(double end, double end_velocity) noexcept;
+
+  Method method_ = Method::kLinear;
+  std::uint32_t steps_ = 2;
+  std::uint32_t elapsed_ = 0;
+  double step_s_ = 62.5e-6;
+  double period_s_ = 125e-6;
+  std::array<double, 3> samples_{};     ///< newest first
+  std::array<double, 4> polynomial_{};  ///< of the time since the segment's start, constant term first
+  double value_ = 0.0;
+  double velocity_ = 0.0;
+  double acceleration_ = 0.0;
+};
+
+}  // namespace driveline::slaves::msd

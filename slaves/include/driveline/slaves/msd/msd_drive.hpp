@@ -1,0 +1,130 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+
+#include "driveline/slaves/cia402/power_state_machine.hpp"
+#include "driveline/slaves/device.hpp"
+#include "driveline/slaves/mailbox/coe_server.hpp"
+#include "driveline/slaves/msd/faults.hpp"
+#include "driveline/slaves/msd/motion.hpp"
+#include "driveline/slaves/msd/msd_table.hpp"
+#include "driveline/slaves/od/pdo_map.hpp"
+
+namespace driveline::slaves::msd {
+
+/// What tells one drive from another.
+struct MsdParameters {
+  std::string name = "X-Axis";  ///< P 3, at most 100 characters
+  std::uint32_t serial_number = 1;
+  MotorParameters motor;
+  ControllerParameters controller;  ///< become P 320, P 321, P 351 and P 360; its limits come from 6072h and 6080h
+  double initial_position_rad = 0.0;
+};
+
+/// The Moog MSD servo drive with motor and load behind an EtherCAT slave controller. Modes 8 (CSP), 9 (CSV) and 10
+/// (CST); object dictionary, CoE, CiA 402 state machine, faults and fall-back as in the MSD manual.
+///
+/// Belongs to the thread that drives the line. Times are counted from the first call of advance().
+class MsdDrive final : public Device, private DictionaryOwner {
+ public:
+  explicit MsdDrive(const MsdParameters& parameters = {});
+  MsdDrive(const MsdDrive&) = delete;  // the CoE server refers to the dictionary in here
+  MsdDrive& operator=(const MsdDrive&) = delete;
+  ~MsdDrive() override = default;
+
+  /// What ESI and SII say about every drive of this type (serial number 0).
+  [[nodiscard]] static esi::DeviceDescription description() { return device_description(); }
+
+  // Device
+  [[nodiscard]] const DeviceProfile& profile() const noexcept override { return profile_; }
+  [[nodiscard]] std::size_t process_data_size(std::size_t sync_manager) const noexcept override;
+  [[nodiscard]] wire::AlStatusCode transition(wire::AlState from, wire::AlState to) noexcept override;
+  void fall_back(wire::AlState from, wire::AlState to, wire::AlStatusCode reason) noexcept override;
+  void write_outputs(std::size_t sync_manager, std::span<const std::byte> data) noexcept override;
+  void read_inputs(std::size_t sync_manager, std::span<std::byte> data) noexcept override;
+  void mailbox_request(std::span<const std::byte> mailbox) override { mailbox_.request(mailbox); }
+  [[nodiscard]] std::size_t mailbox_reply(std::span<std::byte> out) override { return mailbox_.reply(out, al_state_); }
+  void advance(std::chrono::nanoseconds now) noexcept override;
+  [[nodiscard]] std::chrono::nanoseconds process_data_period() const noexcept override;
+
+  // The terminals: hardware enable ENPO, safe torque off ISDSH (true: torque permitted), mains. \rtsafe
+  void set_enpo(bool on) noexcept;
+  void set_isdsh(bool on) noexcept { isdsh_ = on; }
+  void set_dc_link(bool present) noexcept { dc_link_ = present; }
+
+  /// Switches the drive off and on again: stored parameters, state machine from the start. The AL state is the slave
+  /// controller's business. Not for use in the cycle.
+  void restart();
+
+  // Truth of the model, for tests and displays.
+  [[nodiscard]] double position_rad() const noexcept { return motion_.motor().position_rad(); }
+  [[nodiscard]] double velocity_rad_s() const noexcept { return motion_.motor().velocity_rad_s(); }
+  [[nodiscard]] double torque_nm() const noexcept { return motion_.motor().torque_nm(); }
+  [[nodiscard]] PowerState state() const noexcept { return power_.state(); }
+  [[nodiscard]] std::uint16_t status() const noexcept;  ///< 6041h
+  [[nodiscard]] std::optional<Fault> fault() const noexcept { return fault_; }
+  /// What the seven-segment display shows, without its flashing: "5.", "S2", "Er 14 01" (MSD manual 4.7).
+  [[nodiscard]] std::string display() const;
+  [[nodiscard]] const std::string& name() const noexcept { return parameters_.name; }
+  [[nodiscard]] const ObjectDictionary& dictionary() const noexcept { return dictionary_; }
+  [[nodiscard]] const MailboxServer& mailbox() const noexcept { return mailbox_; }
+
+ private:
+  // DictionaryOwner
+  [[nodiscard]] SdoResult<void> accept(const EntryRow& row, std::uint32_t raw) override;
+  void written(const EntryRow& row) override;
+  [[nodiscard]] bool power_stage_on() const noexcept override { return power_.power_on(); }
+
+  void write_device_facts(ObjectDictionary& dictionary) const;
+  void store_parameters();
+  void build_process_data() noexcept;
+  void enter_al_state(wire::AlState state) noexcept;
+  [[nodiscard]] bool timing_valid() const noexcept;
+  [[nodiscard]] std::uint32_t steps_per_setpoint() const noexcept;
+  [[nodiscard]] bool remote() const noexcept;
+  [[nodiscard]] OptionCodes option_codes() const noexcept;
+
+  void apply_settings() noexcept;
+  void apply_setpoints() noexcept;
+  void watch_fault_reset() noexcept;
+  void acknowledge() noexcept;
+  void raise(Fault fault) noexcept;
+  void power_step() noexcept;
+  void select_mode() noexcept;
+  void monitor_following_error() noexcept;
+  void update_target_reached() noexcept;
+  void publish() noexcept;
+  [[nodiscard]] std::uint16_t status_word() const noexcept;
+  [[nodiscard]] bool following() const noexcept;
+
+  MsdParameters parameters_;
+  DeviceProfile profile_;
+  ObjectDictionary dictionary_;
+  ObjectDictionary stored_;  ///< what survives a restart
+  CoeServer coe_;
+  MailboxServer mailbox_;
+  PdoMap rx_map_;
+  PdoMap tx_map_;
+  PowerStateMachine power_;
+  Motion motion_;
+
+  wire::AlState al_state_ = wire::AlState::kInit;
+  OperationMode mode_ = OperationMode::kNone;
+  std::optional<Fault> fault_;
+  std::uint16_t last_control_word_ = 0;
+  bool enpo_ = true;
+  bool isdsh_ = true;
+  bool dc_link_ = true;
+  bool settings_changed_ = true;
+  bool factory_reset_pending_ = false;
+  bool following_error_ = false;
+  bool target_reached_ = false;
+  std::chrono::nanoseconds following_error_time_{0};
+  std::chrono::nanoseconds target_time_{0};
+  std::optional<std::chrono::nanoseconds> next_step_;
+  std::uint64_t steps_ = 0;
+};
+
+}  // namespace driveline::slaves::msd

@@ -1,0 +1,26 @@
+#pragma once
+
+#include "driveline/slaves/od/dictionary_table.hpp"
+#include "driveline/slaves/od/pdo_map.hpp"
+
+namespace driveline::slaves::msd {
+
+/// Four PDOs per direction, eight objects and eight bytes each (MSD manual 8.3.3, 9.1).
+inline constexpr PdoLimits kPdoLimits{};
+
+inline constexpr std::uint32_t kVendorId = 0x00000028;     ///< Moog
+inline constexpr std::uint32_t kProductCode = 0x4D534431;  ///< ours; the real one is in no source
+inline constexpr std::uint32_t kRevision = 0x007C001E;     ///< ours: firmware 124.30
+
+/// The object dictionary of the MSD servo drive: one table for SDO, SDO information, PDO mapping, ESI, SII.
+[[nodiscard]] const DictionaryTable& dictionary_table();
+
+/// Parts of the table by address range (1000h-1FFFh, 2000h-5FFFh, 6000h-67FFh).
+[[nodiscard]] std::span<const EntryRow> communication_rows();
+[[nodiscard]] std::span<const EntryRow> parameter_rows();
+[[nodiscard]] std::span<const EntryRow> profile_rows();
+
+/// What ESI and SII say about the drive, made from the table.
+[[nodiscard]] esi::DeviceDescription device_description();
+
+}  // namespace driveline::slaves::msd

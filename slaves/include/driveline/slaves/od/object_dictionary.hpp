@@ -1,0 +1,93 @@
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <span>
+#include <string>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "driveline/slaves/od/dictionary_table.hpp"
+#include "driveline/wire/al.hpp"
+#include "driveline/wire/sdo_abort.hpp"
+
+namespace driveline::slaves {
+
+template <typename T>
+using SdoResult = tl::expected<T, wire::SdoAbort>;
+
+/// The application behind a dictionary: has the last word about a value and hears of every change.
+class DictionaryOwner {
+ public:
+  virtual ~DictionaryOwner() = default;
+  /// The value has the right length and range and the row may be written in this state; the application may still
+  /// refuse it.
+  [[nodiscard]] virtual SdoResult<void> accept(const EntryRow& row, std::uint32_t raw) = 0;
+  /// The value has been stored.
+  virtual void written(const EntryRow& row) = 0;
+  /// Whether the power stage is on (rows with `power_off_only` are locked then).
+  [[nodiscard]] virtual bool power_stage_on() const noexcept = 0;
+};
+
+/// The values of one device: SDO access by address with every check of the table, and direct typed access by slot
+/// for the application. Values are 32 bits each; strings live apart. Not thread safe: belongs to the thread that
+/// runs the device.
+class ObjectDictionary {
+ public:
+  explicit ObjectDictionary(const DictionaryTable& table);
+
+  [[nodiscard]] const DictionaryTable& table() const noexcept { return *table_; }
+
+  /// Value in `slot`, converted to T (sign extended storage: any integer type of the row's width or wider). \rtsafe
+  template <typename T>
+  [[nodiscard]] T get(std::uint16_t slot) const noexcept {
+    if constexpr (std::is_same_v<T, float>) {
+      return std::bit_cast<float>(values_[slot]);
+    } else {
+      return static_cast<T>(values_[slot]);
+    }
+  }
+  /// Stores a value of the row's own type. \rtsafe
+  template <typename T>
+  void set(std::uint16_t slot, T value) noexcept {
+    if constexpr (std::is_same_v<T, float>) {
+      values_[slot] = std::bit_cast<std::uint32_t>(value);
+    } else if constexpr (std::is_signed_v<T>) {
+      values_[slot] = static_cast<std::uint32_t>(std::int32_t{value});  // sign extended
+    } else {
+      values_[slot] = value;
+    }
+  }
+  /// Raw value of any numeric row, constants included.
+  [[nodiscard]] std::uint32_t raw(const EntryRow& row) const noexcept;
+
+  [[nodiscard]] std::string& text(std::uint16_t string_slot) noexcept { return strings_[string_slot]; }
+
+  /// SDO upload of one sub-index: bytes written to `out`, or the abort code. `out` must hold the longest string.
+  [[nodiscard]] SdoResult<std::size_t> upload(std::uint16_t index, std::uint8_t subindex, wire::AlState state,
+                                              std::span<std::byte> out) const;
+  /// SDO download of one sub-index. `size_known` false: an expedited transfer without size, four bytes of which the
+  /// object takes what it needs.
+  [[nodiscard]] SdoResult<void> download(std::uint16_t index, std::uint8_t subindex, wire::AlState state,
+                                         std::span<const std::byte> data, DictionaryOwner& owner,
+                                         bool size_known = true);
+  /// What a download to this sub-index could carry at most; the abort code if it cannot be written now.
+  [[nodiscard]] SdoResult<const EntryRow*> writable(std::uint16_t index, std::uint8_t subindex, wire::AlState state,
+                                                    const DictionaryOwner& owner) const;
+
+  /// Puts every value back to its initial one.
+  void reset();
+  /// Only the rows that "store parameters" keeps.
+  void copy_backup_values(const ObjectDictionary& from);
+
+ private:
+  [[nodiscard]] SdoResult<const EntryRow*> locate(std::uint16_t index, std::uint8_t subindex) const;
+  [[nodiscard]] SdoResult<void> store_string(const EntryRow& row, std::span<const std::byte> data,
+                                             DictionaryOwner& owner);
+
+  const DictionaryTable* table_;
+  std::vector<std::uint32_t> values_;
+  std::vector<std::string> strings_;
+};
+
+}  // namespace driveline::slaves

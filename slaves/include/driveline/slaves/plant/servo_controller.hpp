@@ -1,0 +1,63 @@
+#pragma once
+
+namespace driveline::slaves {
+
+/// Gains of the cascade: position P, velocity PI, torque. Defaults suit the default motor (ours): velocity loop by the
+/// symmetrical optimum over torque lag and speed filter, position loop well below it.
+struct ControllerParameters {
+  double position_gain_per_s = 150.0;
+  double velocity_gain_nm_s = 0.25;   ///< Nm per rad/s
+  double velocity_reset_s = 3.0e-3;   ///< integral time; 0 or less: no integral part
+  double velocity_filter_s = 3.0e-4;  ///< low pass of the measured speed, and of the speed feed-forward to match it
+  double max_velocity_rad_s = 628.0;
+  double max_torque_nm = 7.2;
+};
+
+/// What the cascade is to follow in one step. Position mode uses all three (velocity and torque as feed-forward),
+/// velocity mode the last two, torque mode the last.
+struct ControllerSetpoint {
+  enum class Loop : unsigned char { kTorque, kVelocity, kPosition };
+  Loop loop = Loop::kTorque;
+  double position_rad = 0.0;
+  double velocity_rad_s = 0.0;
+  double torque_nm = 0.0;
+};
+
+/// Cascaded servo controller with anti-windup, one step per control cycle. Not finite inputs are treated as 0.
+class ServoController {
+ public:
+  ServoController(const ControllerParameters& parameters, double step_s) noexcept;
+
+  /// New gains; the state is kept, so this is allowed in motion. \rtsafe
+  void configure(const ControllerParameters& parameters) noexcept;
+  /// Starts at rest in every loop at this position; the torque in force is taken over without a jump. \rtsafe
+  void reset(double position_rad, double torque_nm) noexcept;
+  /// Must be called in every step, also while nothing is controlled: keeps the speed measurement going. \rtsafe
+  void measure(double position_rad) noexcept;
+  /// Torque setpoint for this step, within the torque limit. \rtsafe
+  [[nodiscard]] double step(const ControllerSetpoint& setpoint) noexcept;
+
+  [[nodiscard]] double measured_velocity_rad_s() const noexcept { return measured_velocity_rad_s_; }
+  [[nodiscard]] double velocity_setpoint_rad_s() const noexcept { return velocity_setpoint_rad_s_; }
+  /// Torque or velocity setpoint was cut in the last step.
+  [[nodiscard]] bool limited() const noexcept { return limited_; }
+
+ private:
+  [[nodiscard]] double limit(double value, double bound) noexcept;
+  [[nodiscard]] double velocity_loop(double velocity_setpoint_rad_s, double torque_nm) noexcept;
+
+  ControllerParameters parameters_;
+  double step_s_;
+  double filter_gain_ = 1.0;
+  double integral_gain_ = 0.0;
+  double measured_position_rad_ = 0.0;
+  double measured_velocity_rad_s_ = 0.0;
+  double filtered_feed_forward_rad_s_ = 0.0;
+  double velocity_setpoint_rad_s_ = 0.0;
+  double integral_nm_ = 0.0;
+  double torque_nm_ = 0.0;
+  ControllerSetpoint::Loop loop_ = ControllerSetpoint::Loop::kTorque;
+  bool limited_ = false;
+};
+
+}  // namespace driveline::slaves

@@ -1,0 +1,186 @@
+#include "driveline/slaves/esc/al_state_machine.hpp"
+
+#include <algorithm>
+
+#include "driveline/slaves/esc/sync_manager_check.hpp"
+
+namespace driveline::slaves {
+
+using wire::AlState;
+using wire::AlStatusCode;
+using Use = SyncManagerLayout::Use;
+
+AlStateMachine::AlStateMachine(Esc& esc, Device& device, const AlOptions& options) noexcept
+    : esc_(esc), device_(device), options_(options) {
+  reset();
+}
+
+void AlStateMachine::reset() noexcept {
+  error_ = id_loaded_ = false;
+  code_ = AlStatusCode::kNoError;
+  pending_.reset();
+  enter(AlState::kInit);
+  publish();
+}
+
+void AlStateMachine::handle_events(Nanoseconds now) noexcept {
+  if (const auto request = esc_.take_al_request()) {
+    if (esc_.device_emulation()) {
+      follow_control(request->control);
+    } else {
+      handle_request(*request, now);
+    }
+  }
+  if (esc_.events().al_pending(al_event::kSyncManagerChanged)) {
+    esc_.events().set_al(al_event::kSyncManagerChanged, false);
+    if (!esc_.device_emulation()) check_configuration();
+  }
+}
+
+void AlStateMachine::follow_control(wire::AlControl control) noexcept {
+  // Without an application the controller copies AL control as it is, bit 4 included (ESC data sheet I, device
+  // emulation). Sync managers are never locked.
+  state_ = control.state;
+  esc_.set_al_status({control.state, control.acknowledge, control.request_id}, 0);
+}
+
+void AlStateMachine::handle_request(const Esc::AlRequest& request, Nanoseconds now) noexcept {
+  const auto& control = request.control;
+  if (error_ && !control.acknowledge && control.state != AlState::kInit) return;
+  error_ = false;
+  code_ = AlStatusCode::kNoError;
+  id_loaded_ = control.request_id && device_.profile().device_id != 0;
+  pending_.reset();
+  if (const auto illegal = check_legal(control.state); illegal != AlStatusCode::kNoError) return report(illegal);
+  if (control.state == state_) return publish();
+  publish();
+  pending_ = Pending{control.state, request.time + options_.transition_delay};
+  if (pending_->due <= now) on_time(now);
+}
+
+AlStatusCode AlStateMachine::check_legal(AlState target) const noexcept {
+  if (!wire::is_known(target)) return AlStatusCode::kUnknownRequestedState;
+  if (target == state_ || target == AlState::kInit) return AlStatusCode::kNoError;
+  const bool up = (state_ == AlState::kInit && (target == AlState::kPreOp || target == AlState::kBootstrap)) ||
+                  (state_ == AlState::kPreOp && target == AlState::kSafeOp) ||
+                  (state_ == AlState::kSafeOp && target == AlState::kOp);
+  const bool down = (target == AlState::kPreOp && (state_ == AlState::kSafeOp || state_ == AlState::kOp)) ||
+                    (target == AlState::kSafeOp && state_ == AlState::kOp);
+  if (!up && !down) return AlStatusCode::kInvalidRequestedStateChange;
+  const bool boot_supported = !device_.profile().bootstrap_mailboxes.empty();
+  return target == AlState::kBootstrap && !boot_supported ? AlStatusCode::kBootstrapNotSupported
+                                                          : AlStatusCode::kNoError;
+}
+
+void AlStateMachine::on_time(Nanoseconds now) noexcept {
+  if (!pending_ || pending_->due > now) return;
+  if (!pending_->waits_for_outputs) return execute(pending_->target, now);
+  pending_.reset();
+  report(esc_.watchdog().expired() ? AlStatusCode::kSyncManagerWatchdog : AlStatusCode::kNoValidOutputs);
+}
+
+void AlStateMachine::on_step(Nanoseconds /*now*/) noexcept {
+  if (pending_ && pending_->waits_for_outputs && outputs_valid()) finish(pending_->target);
+}
+
+void AlStateMachine::execute(AlState target, Nanoseconds now) noexcept {
+  pending_.reset();
+  if (refusal_ && refusal_->to == target) return report(refusal_->code);
+  if (const auto code = check_settings(target); code != AlStatusCode::kNoError) return report(code);
+  if (target == AlState::kOp && outputs_expected() && !outputs_valid()) {
+    pending_ = Pending{target, now + options_.safeop_to_op_timeout, true};
+    return;
+  }
+  finish(target);
+}
+
+void AlStateMachine::finish(AlState target) noexcept {
+  pending_.reset();
+  if (const auto code = device_.transition(state_, target); code != AlStatusCode::kNoError) return report(code);
+  enter(target);
+  publish();
+}
+
+AlStatusCode AlStateMachine::check_settings(AlState target) const noexcept {
+  const auto& profile = device_.profile();
+  if (target == AlState::kBootstrap) {
+    return check_mailboxes(esc_, profile.bootstrap_mailboxes, AlStatusCode::kInvalidMailboxConfigurationBoot);
+  }
+  const bool up = target > state_;
+  if (!up) return AlStatusCode::kNoError;
+  auto code = check_mailboxes(esc_, profile.sync_managers, AlStatusCode::kInvalidMailboxConfigurationPreOp);
+  if (code == AlStatusCode::kNoError && target != AlState::kPreOp) code = check_process_data(esc_, device_);
+  if (code == AlStatusCode::kNoError && target != AlState::kPreOp) code = check_watchdog(esc_, device_);
+  return code;
+}
+
+void AlStateMachine::check_configuration() noexcept {
+  if (!mailbox_running()) return;
+  const auto& profile = device_.profile();
+  const bool boot = state_ == AlState::kBootstrap;
+  const auto mailboxes =
+      boot ? check_mailboxes(esc_, profile.bootstrap_mailboxes, AlStatusCode::kInvalidMailboxConfigurationBoot)
+           : check_mailboxes(esc_, profile.sync_managers, AlStatusCode::kInvalidMailboxConfigurationPreOp);
+  if (mailboxes != AlStatusCode::kNoError) return fall_back(AlState::kInit, mailboxes);
+  if (!inputs_running()) return;
+  const auto process_data = check_process_data(esc_, device_);
+  if (process_data != AlStatusCode::kNoError) fall_back(AlState::kPreOp, process_data);
+}
+
+void AlStateMachine::fall_back(AlState to, AlStatusCode reason) noexcept {
+  const auto from = state_;
+  pending_.reset();
+  enter(to);
+  report(reason);
+  device_.fall_back(from, to, reason);
+}
+
+void AlStateMachine::enter(AlState target) noexcept {
+  state_ = target;
+  if (!esc_.device_emulation()) lock_sync_managers(!mailbox_running(), !inputs_running());
+}
+
+void AlStateMachine::lock_sync_managers(bool mailboxes, bool process_data) noexcept {
+  auto& unit = esc_.sync_managers();
+  const auto& layout = device_.profile().sync_managers;
+  const auto count = std::min<std::size_t>(layout.size(), unit.count());
+  for (unsigned n = 0; n < count; ++n) {
+    const bool mailbox = layout[n].use == Use::kMailboxOut || layout[n].use == Use::kMailboxIn;
+    unit.set_deactivated(n, mailbox ? mailboxes : process_data);
+  }
+}
+
+bool AlStateMachine::outputs_expected() const noexcept {
+  const auto& layout = device_.profile().sync_managers;
+  for (unsigned n = 0; n < layout.size(); ++n) {
+    if (layout[n].use == Use::kOutputs && device_.process_data_size(n) > 0) return true;
+  }
+  return false;
+}
+
+bool AlStateMachine::outputs_received() const noexcept {
+  const auto& layout = device_.profile().sync_managers;
+  for (unsigned n = 0; n < layout.size(); ++n) {
+    if (layout[n].use != Use::kOutputs || device_.process_data_size(n) == 0) continue;
+    if (esc_.sync_managers().write_count(n) == 0) return false;
+  }
+  return true;
+}
+
+bool AlStateMachine::outputs_valid() const noexcept {
+  return outputs_received() && !esc_.watchdog().expired();
+}
+
+void AlStateMachine::report(AlStatusCode code) noexcept {
+  error_ = true;
+  id_loaded_ = false;
+  code_ = code;
+  publish();
+}
+
+void AlStateMachine::publish() noexcept {
+  const auto code = id_loaded_ ? device_.profile().device_id : static_cast<std::uint16_t>(code_);
+  esc_.set_al_status({state_, error_, id_loaded_}, code);
+}
+
+}  // namespace driveline::slaves

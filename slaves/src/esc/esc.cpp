@@ -1,0 +1,151 @@
+#include "driveline/slaves/esc/esc.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace driveline::slaves {
+
+namespace reg = wire::reg;
+
+namespace {
+
+/// Bits of the features register 0x0008 that depend on the clock unit.
+constexpr std::uint16_t kFeatureClock = 0x0004;
+constexpr std::uint16_t kFeatureClock64 = 0x0008;
+constexpr std::uint16_t kFeatureEnhancedSync = 0x0100;
+/// DL control bit 24: the alias counts as a station address.
+constexpr std::uint32_t kAliasEnable = 0x01000000;
+constexpr std::uint8_t kDeviceEmulation = 0x01;
+/// The MII management interface belongs to the PDI: ECAT cannot use it.
+constexpr std::uint8_t kMiiOwnedByPdi = 0x01;
+
+}  // namespace
+
+Esc::Esc(const EscOptions& options, std::vector<std::byte> sii_image)
+    : options_(options),
+      memory_(options.ram_kib),
+      events_(memory_),
+      watchdog_(memory_, events_),
+      sync_managers_(memory_, events_, watchdog_, options.sync_manager_count),
+      fmmus_(memory_, options.fmmu_count),
+      sii_(memory_, std::move(sii_image), options.sii),
+      clock_(memory_, options.distributed_clock, options.clock) {
+  power_on();
+}
+
+void Esc::power_on() noexcept {
+  memory_.clear();
+  load_reset_values();
+  reset_requested_ = false;
+  loop_control_changed_ = true;
+  register_write_enabled_in_ = esc_write_enabled_in_ = kNoFrame;
+  reset_ecat_ = reset_pdi_ = {};
+  watchdog_.reset();
+  sync_managers_.reset();
+  fmmus_.reset();
+  clock_.reset();
+  sii_.reset();
+  events_.refresh();
+  refresh_addressing();
+  publish_dl_status();
+}
+
+void Esc::load_reset_values() noexcept {
+  for (const auto& row : wire::kRegisters) {
+    for (unsigned n = 0; n < row.count; ++n) {
+      const auto value = wire::to_le_bytes(row.reset);
+      std::copy_n(value.begin(), row.size, memory_.at(row.address + n * row.stride, row.size).begin());
+    }
+  }
+  memory_.set(reg::kFmmuCount, static_cast<std::uint8_t>(fmmus_.count()));
+  memory_.set(reg::kSyncManagerCount, static_cast<std::uint8_t>(sync_managers_.count()));
+  memory_.set(reg::kRamSize, static_cast<std::uint8_t>((memory_.size() - wire::kProcessRamStart) / 1024));
+  unsigned features = memory_.get(reg::kFeatures);
+  if (!options_.distributed_clock) features &= ~unsigned{kFeatureClock | kFeatureClock64 | kFeatureEnhancedSync};
+  if (!options_.distributed_clock_64bit) features &= ~unsigned{kFeatureClock64};
+  memory_.set(reg::kFeatures, static_cast<std::uint16_t>(features));
+  memory_.set(reg::kMiiPdiAccess, kMiiOwnedByPdi);
+}
+
+void Esc::refresh_addressing() noexcept {
+  station_address_ = memory_.get(reg::kStationAddress);
+  station_alias_ = memory_.get(reg::kStationAlias);
+  alias_enabled_ = (memory_.get(reg::kDlControl) & kAliasEnable) != 0;
+}
+
+void Esc::count_malformed_frame() noexcept {
+  const auto count = memory_.get(reg::kProcessingUnitErrorCounter);
+  memory_.set(reg::kProcessingUnitErrorCounter, static_cast<std::uint8_t>(std::min(count + 1, 0xFF)));
+}
+
+bool Esc::forwards_foreign_frames() const noexcept {
+  return (memory_.get(reg::kDlControl) & 1U) == 0;
+}
+
+wire::LoopControl Esc::loop_control(unsigned port) const noexcept {
+  return static_cast<wire::LoopControl>(memory_.get(reg::kDlControl) >> (8 + 2 * port) & 3U);
+}
+
+bool Esc::take_loop_control_change() noexcept {
+  return std::exchange(loop_control_changed_, false);
+}
+
+void Esc::set_port(unsigned number, const wire::DlStatus::Port& state) noexcept {
+  auto& port = dl_status_.ports[number];
+  if (port == state) return;
+  const auto loop = loop_control(number);
+  const bool watched = loop == wire::LoopControl::kAuto || loop == wire::LoopControl::kAutoClose;
+  if (port.link && !state.link && watched) {
+    const auto count = memory_.get(reg::kLostLinkCounter, number);
+    memory_.set(reg::kLostLinkCounter, static_cast<std::uint8_t>(std::min(count + 1, 0xFF)), number);
+  }
+  port = state;
+  publish_dl_status();
+  events_.set_ecat(ecat_event::kDlStatus, true);
+}
+
+void Esc::publish_dl_status() noexcept {
+  dl_status_.pdi_operational = dl_status_.pdi_watchdog_ok = pdi_operational();
+  memory_.set(reg::kDlStatus, dl_status_.raw());
+}
+
+std::optional<Esc::AlRequest> Esc::take_al_request() noexcept {
+  if (!events_.al_pending(al_event::kAlControl)) return std::nullopt;
+  events_.set_al(al_event::kAlControl, false);
+  return AlRequest{wire::AlControl::from_raw(memory_.get(reg::kAlControl)), al_control_time_};
+}
+
+void Esc::set_al_status(wire::AlStatus status, std::uint16_t code) noexcept {
+  if (memory_.get(reg::kAlStatus) != status.raw()) events_.set_ecat(ecat_event::kAlStatus, true);
+  memory_.set(reg::kAlStatus, status.raw());
+  memory_.set(reg::kAlStatusCode, code);
+}
+
+wire::AlStatus Esc::al_status() const noexcept {
+  return wire::AlStatus::from_raw(memory_.get(reg::kAlStatus));
+}
+
+bool Esc::device_emulation() const noexcept {
+  return (memory_.get(reg::kEscConfiguration) & kDeviceEmulation) != 0 && pdi_operational();
+}
+
+bool Esc::pdi_read(std::size_t address, std::span<std::byte> out, Nanoseconds now) noexcept {
+  if (address + out.size() > memory_.size()) return false;
+  sii_.refresh(now);
+  clock_.refresh(now);
+  std::copy_n(memory_.at(address, out.size()).begin(), out.size(), out.begin());
+  return true;
+}
+
+bool Esc::pdi_write(std::size_t address, std::span<const std::byte> data, Nanoseconds now) noexcept {
+  if (data.empty() || address + data.size() > wire::kProcessRamStart) return false;
+  if (address >= reg::kSiiConfiguration.address && address < reg::kMiiControl.address) {
+    return sii_.write_registers(Side::kPdi, address, data, now);
+  }
+  if (address == reg::kResetPdi.address) return write_reset(data[0], reset_pdi_, reg::kResetPdi);
+  const bool any = write_plain(address, data, kPdiAccess);
+  refresh_addressing();
+  return any;
+}
+
+}  // namespace driveline::slaves

@@ -1,0 +1,275 @@
+// What an EtherCAT access to the register space means (ETG.1000.4 chapter 6, ESC data sheet section II).
+#include <algorithm>
+#include <array>
+#include <cstring>
+
+#include "driveline/slaves/esc/esc.hpp"
+
+namespace driveline::slaves {
+
+namespace reg = wire::reg;
+
+namespace {
+
+/// Register blocks with a meaning of their own, ascending. A write is cut at their borders.
+enum class Block : std::uint8_t {
+  kPlain,
+  kStationAddress,
+  kWriteProtection,
+  kReset,
+  kDlControl,
+  kAlControl,
+  kEventMask,
+  kErrorCounters,
+  kWatchdogSettings,
+  kWatchdogCounters,
+  kSii,
+  kMii,
+  kFmmu,
+  kSyncManager,
+  kClock,
+};
+
+struct BlockRange {
+  std::uint32_t begin;
+  std::uint32_t end;
+  Block block;
+};
+
+/// From the first byte of one register to the last byte of another.
+template <typename First, typename Last>
+constexpr BlockRange range(Block block, const First& first, const Last& last) noexcept {
+  return {first.address, wire::register_row(last).end(), block};
+}
+
+constexpr std::array kBlocks = {
+    range(Block::kStationAddress, reg::kStationAddress, reg::kStationAddress),
+    range(Block::kWriteProtection, reg::kRegisterWriteEnable, reg::kEscWriteProtection),
+    range(Block::kReset, reg::kResetEcat, reg::kResetEcat),
+    range(Block::kDlControl, reg::kDlControl, reg::kDlControl),
+    range(Block::kAlControl, reg::kAlControl, reg::kAlControl),
+    range(Block::kEventMask, reg::kEcatEventMask, reg::kEcatEventMask),
+    range(Block::kErrorCounters, reg::kRxErrorCounter, reg::kLostLinkCounter),
+    range(Block::kWatchdogSettings, reg::kWatchdogDivider, reg::kWatchdogTimeProcessData),
+    range(Block::kWatchdogCounters, reg::kWatchdogCounterProcessData, reg::kWatchdogCounterPdi),
+    range(Block::kSii, reg::kSiiConfiguration, reg::kSiiData),
+    range(Block::kMii, reg::kMiiControl, reg::kPhyPortStatus),
+    range(Block::kFmmu, reg::kFmmu, reg::kFmmu),
+    range(Block::kSyncManager, reg::kSyncManager, reg::kSyncManager),
+    range(Block::kClock, reg::kReceiveTimePort, reg::kPdiBufferChangeTime),
+};
+
+/// The block of the first byte and how many of `length` bytes belong to it.
+struct Part {
+  Block block;
+  std::size_t length;
+};
+
+Part first_part(std::size_t address, std::size_t length) noexcept {
+  for (const auto& range : kBlocks) {
+    if (address >= range.end) continue;
+    if (address >= range.begin) return {range.block, std::min<std::size_t>(length, range.end - address)};
+    return {Block::kPlain, std::min<std::size_t>(length, range.begin - address)};
+  }
+  return {Block::kPlain, length};
+}
+
+bool overlaps(std::size_t address, std::size_t length, std::size_t begin, std::size_t end) noexcept {
+  return address < end && begin < address + length;
+}
+
+}  // namespace
+
+bool Esc::ecat_read(std::size_t address, std::span<std::byte> out, Nanoseconds now) noexcept {
+  if (address >= wire::kProcessRamStart) return sync_managers_.read(address, out);
+  const std::size_t in_registers = std::min<std::size_t>(out.size(), wire::kProcessRamStart - address);
+  const bool any = read_registers(address, out.first(in_registers), now);
+  const auto rest = out.subspan(in_registers);
+  return (!rest.empty() && sync_managers_.read(wire::kProcessRamStart, rest)) || any;
+}
+
+bool Esc::ecat_write(std::size_t address, std::span<const std::byte> data, Nanoseconds now) noexcept {
+  if (address >= wire::kProcessRamStart) {
+    return write_allowed(address) && sync_managers_.write(address, data, now);
+  }
+  const std::size_t in_registers = std::min<std::size_t>(data.size(), wire::kProcessRamStart - address);
+  const bool any = write_registers(address, data.first(in_registers), now);
+  const auto rest = data.subspan(in_registers);
+  if (rest.empty() || !write_allowed(wire::kProcessRamStart)) return any;
+  return sync_managers_.write(wire::kProcessRamStart, rest, now) || any;
+}
+
+bool Esc::read_registers(std::size_t address, std::span<std::byte> out, Nanoseconds now) noexcept {
+  if (out.empty()) return false;
+  if (overlaps(address, out.size(), reg::kSystemTime.address, reg::kSystemTime.address + 8)) clock_.refresh(now);
+  if (overlaps(address, out.size(), reg::kSiiConfiguration.address, reg::kMiiControl.address)) sii_.refresh(now);
+  std::memcpy(out.data(), memory_.at(address, out.size()).data(), out.size());
+  if (overlaps(address, out.size(), reg::kDlStatus.address, reg::kDlStatus.address + 2)) {
+    events_.set_ecat(ecat_event::kDlStatus, false);
+  }
+  if (overlaps(address, out.size(), reg::kAlStatus.address, reg::kAlStatus.address + 2)) {
+    events_.set_ecat(ecat_event::kAlStatus, false);
+  }
+  return true;
+}
+
+bool Esc::write_allowed(std::size_t address) const noexcept {
+  // The enable registers open the protection for the rest of the frame that wrote them.
+  if ((memory_.get(reg::kEscWriteProtection) & 1U) != 0 && esc_write_enabled_in_ != frame_serial_) return false;
+  return address >= wire::kProcessRamStart || (memory_.get(reg::kRegisterWriteProtection) & 1U) == 0 ||
+         register_write_enabled_in_ == frame_serial_;
+}
+
+bool Esc::write_registers(std::size_t address, std::span<const std::byte> data, Nanoseconds now) noexcept {
+  bool any = false;
+  while (!data.empty()) {
+    const auto [block, length] = first_part(address, data.size());
+    const auto part = data.first(length);
+    if (block == Block::kWriteProtection) {
+      any |= write_protection(address, part);
+    } else if (write_allowed(address)) {
+      switch (block) {
+        case Block::kWriteProtection:
+          break;
+        case Block::kStationAddress:
+          any |= write_plain(address, part, kEcatAccess);
+          refresh_addressing();
+          break;
+        case Block::kReset:
+          any |= write_reset(part[0], reset_ecat_, reg::kResetEcat);
+          break;
+        case Block::kDlControl:
+          any |= write_plain(address, part, kEcatAccess);
+          refresh_addressing();
+          loop_control_changed_ = true;
+          events_.call_firmware();
+          break;
+        case Block::kAlControl:
+          any |= write_al_control(address, part, now);
+          break;
+        case Block::kEventMask:
+          any |= write_plain(address, part, kEcatAccess);
+          events_.refresh();
+          break;
+        case Block::kErrorCounters:
+          any |= write_error_counters(address, length);
+          break;
+        case Block::kWatchdogSettings:
+          any |= write_plain(address, part, kEcatAccess);
+          watchdog_.configure();
+          break;
+        case Block::kWatchdogCounters:
+          watchdog_.clear_counters();
+          any = true;
+          break;
+        case Block::kSii:
+          any |= sii_.write_registers(Side::kEcat, address, part, now);
+          break;
+        case Block::kMii:
+          break;  // owned by the PDI
+        case Block::kFmmu:
+          any |= fmmus_.write_registers(address, part);
+          break;
+        case Block::kSyncManager:
+          any |= sync_managers_.write_registers(address, part);
+          break;
+        case Block::kClock:
+          any |= clock_.write_registers(address, part, now);
+          break;
+        case Block::kPlain:
+          any |= write_plain(address, part, kEcatAccess);
+          sync_managers_.register_written(address, length, now);
+          break;
+      }
+    }
+    address += length;
+    data = data.subspan(length);
+  }
+  return any;
+}
+
+bool Esc::write_plain(std::size_t address, std::span<const std::byte> data, const RegisterAccessMap& access) noexcept {
+  bool any = false;
+  const auto target = memory_.at(address, data.size());
+  for (std::size_t i = 0; i < data.size(); ++i) {
+    if (!access.writable(address + i)) continue;
+    target[i] = data[i];
+    any = true;
+  }
+  return any;
+}
+
+bool Esc::write_protection(std::size_t address, std::span<const std::byte> data) noexcept {
+  bool any = false;
+  for (std::size_t i = 0; i < data.size(); ++i) {
+    const std::size_t target = address + i;
+    if (target == reg::kRegisterWriteEnable.address) {
+      register_write_enabled_in_ = frame_serial_;
+      any = true;
+    } else if (target == reg::kEscWriteEnable.address) {
+      esc_write_enabled_in_ = frame_serial_;
+      any = true;
+    } else if ((target == reg::kRegisterWriteProtection.address || target == reg::kEscWriteProtection.address) &&
+               write_allowed(target)) {
+      memory_.at(target, 1)[0] = data[i] & std::byte{1};
+      any = true;
+    }
+  }
+  return any;
+}
+
+bool Esc::write_al_control(std::size_t address, std::span<const std::byte> data, Nanoseconds now) noexcept {
+  // A mailbox of one entry: locked until the application has read it (ESC data sheet II, 0x0120).
+  if (!device_emulation() && events_.al_pending(al_event::kAlControl)) return false;
+  std::copy(data.begin(), data.end(), memory_.at(address, data.size()).begin());
+  al_control_time_ = now;
+  events_.set_al(al_event::kAlControl, true);
+  events_.call_firmware();
+  return true;
+}
+
+bool Esc::write_error_counters(std::size_t address, std::size_t length) noexcept {
+  bool any = false;
+  // A write to any counter of a group clears the whole group; the PDI error code 0x030E is read only.
+  struct Group {
+    std::size_t trigger_begin, trigger_end, begin, end;
+  };
+  constexpr std::size_t kUnit = reg::kProcessingUnitErrorCounter.address;
+  constexpr std::size_t kPdi = reg::kPdiErrorCounter.address;
+  constexpr std::size_t kLostLink = reg::kLostLinkCounter.address;
+  constexpr std::array kGroups = {
+      Group{reg::kRxErrorCounter.address, kUnit, reg::kRxErrorCounter.address, kUnit},
+      Group{kUnit, kUnit + 1, kUnit, kUnit + 1},
+      Group{kPdi, kPdi + 1, kPdi, kPdi + 3},
+      Group{kLostLink, kLostLink + 4, kLostLink, kLostLink + 4},
+  };
+  for (const auto& group : kGroups) {
+    if (!overlaps(address, length, group.trigger_begin, group.trigger_end)) continue;
+    const auto target = memory_.at(group.begin, std::size_t{group.end} - group.begin);
+    std::fill(target.begin(), target.end(), std::byte{0});
+    any = true;
+  }
+  return any;
+}
+
+bool Esc::write_reset(std::byte value, ResetSequence& sequence, const wire::reg::U8& target) noexcept {
+  if (sequence.write(value)) {
+    reset_requested_ = true;
+    events_.call_firmware();
+  }
+  memory_.set(target, sequence.step);
+  return true;
+}
+
+bool Esc::ResetSequence::write(std::byte value) noexcept {
+  constexpr std::array kSequence = {std::byte{'R'}, std::byte{'E'}, std::byte{'S'}};
+  if (value != kSequence[step]) {
+    step = value == kSequence[0] ? 1 : 0;
+    return false;
+  }
+  if (++step < kSequence.size()) return false;
+  step = 0;
+  return true;
+}
+
+}  // namespace driveline::slaves

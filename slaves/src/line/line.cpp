@@ -1,0 +1,180 @@
+#include "driveline/slaves/line/line.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+namespace driveline::slaves {
+
+namespace {
+
+/// Byte of the Ethernet header whose second bit slave controllers set: the source address becomes a locally
+/// administered one, so that the sender knows its frame has been round (ESC data sheet II, 0x0100 bit 0).
+constexpr std::size_t kSourceAddress = 6;
+constexpr std::byte kLocallyAdministered{0x02};
+
+}  // namespace
+
+Line::Line(rt::Clock& clock, std::vector<std::unique_ptr<Slave>> slaves, const LineOptions& options,
+           std::optional<Wiring> wiring)
+    : clock_(clock),
+      slaves_(std::move(slaves)),
+      wiring_(wiring ? std::move(*wiring) : Wiring::line(slaves_.size(), options.cable_delay)),
+      options_(options),
+      ports_(slaves_.size()),
+      auto_closed_(slaves_.size()),
+      lost_frame_(port::kMaxFrameBytes) {
+  if (wiring_.slave_count() != slaves_.size())
+    throw std::invalid_argument("the wiring is for another number of slaves");
+  ends_[0] = std::make_unique<LineEnd>(*this, clock_, MasterPort::kPrimary);
+  ends_[1] = std::make_unique<LineEnd>(*this, clock_, MasterPort::kSecondary);
+  for (auto& slave_ports : ports_) slave_ports.delays = options_.delays;
+}
+
+void Line::advance(Nanoseconds now) {
+  for (auto& slave : slaves_) {
+    slave->advance(now);
+    topology_changed_ |= slave->esc().loop_control_changed();
+  }
+}
+
+port::SendStatus Line::transmit(LineEnd& from, std::span<const std::byte> frame) noexcept {
+  if (frame.size() > port::kMaxFrameBytes) return port::SendStatus::kTooLong;
+  const auto now = clock_.now();
+  advance(now);
+  const auto& way = current_path(from.which_);
+  const auto plugged = wiring_.master(from.which_);
+  if (!plugged || !link_up(*plugged)) return port::SendStatus::kLinkDown;
+  // The frame is processed where it will be received from.
+  LineEnd* to = way.exit() ? ends_[static_cast<std::size_t>(*way.exit())].get() : nullptr;
+  LineEnd::Slot* slot = to != nullptr ? to->next_slot() : nullptr;
+  if (to != nullptr && slot == nullptr) return port::SendStatus::kBusy;
+  const std::span<std::byte> room = slot != nullptr ? std::span<std::byte>(slot->bytes) : lost_frame_;
+  const auto passing = room.first(frame.size());
+  std::copy(frame.begin(), frame.end(), passing.begin());
+  from.last_send_ = now;
+  if (const auto passage = pass(passing, way, now); passage && to != nullptr) {
+    to->commit(frame.size(), now + passage->delay + options_.byte_time * static_cast<std::int64_t>(frame.size()));
+  }
+  return port::SendStatus::kSent;
+}
+
+std::optional<Line::Passage> Line::process(std::span<std::byte> frame, Nanoseconds now, MasterPort from) {
+  advance(now);
+  return pass(frame, current_path(from), now);
+}
+
+std::optional<Line::Passage> Line::pass(std::span<std::byte> frame, const FramePath& way, Nanoseconds now) noexcept {
+  ++counters_.frames;
+  bool survives = drop_ == 0;
+  if (!survives) {
+    --drop_;
+  } else {
+    switch (datagrams_.load(frame)) {
+      case FrameKind::kForeign:
+        ++counters_.foreign;
+        survives = survives_as_foreign(way);
+        break;
+      case FrameKind::kNoCommands:
+        break;
+      case FrameKind::kCommands:
+        survives = pass_slaves(way, now);
+        if (!way.steps().empty()) frame[kSourceAddress] |= kLocallyAdministered;
+        break;
+    }
+    if (datagrams_.malformed()) ++counters_.malformed;
+  }
+  if (!survives || !way.exit()) {
+    ++counters_.lost;
+    return std::nullopt;
+  }
+  return Passage{*way.exit(), way.delay()};
+}
+
+bool Line::pass_slaves(const FramePath& way, Nanoseconds now) noexcept {
+  ++serial_;
+  bool circulating = datagrams_.circulating();
+  bool latch = false;
+  for (const auto& step : way.steps()) {
+    if (step.circulates && circulating) return false;
+    circulating |= step.circulates;
+    auto& esc = slaves_[step.slave]->esc();
+    esc.begin_frame(serial_);
+    for (auto& datagram : datagrams_.datagrams()) esc.process(datagram, now + step.time);
+    if (datagrams_.malformed()) esc.count_malformed_frame();
+    latch |= esc.clock().latch_requested();
+  }
+  if (latch) latch_receive_times(way, now);
+  datagrams_.store(circulating);
+  return true;
+}
+
+void Line::latch_receive_times(const FramePath& way, Nanoseconds now) noexcept {
+  for (const auto& step : way.steps()) {
+    auto& clock = slaves_[step.slave]->esc().clock();
+    if (!clock.latch_requested()) continue;
+    auto received = way.received(step.slave);
+    for (auto& time : received) {
+      if (time != FramePath::kNotReceived) time += now;
+    }
+    clock.latch(received, now + step.time);
+  }
+}
+
+bool Line::survives_as_foreign(const FramePath& way) const noexcept {
+  return std::all_of(way.steps().begin(), way.steps().end(),
+                     [this](const auto& step) { return slaves_[step.slave]->esc().forwards_foreign_frames(); });
+}
+
+bool Line::link_up(PortId port) const noexcept {
+  const auto& end = wiring_.at(port);
+  if (!slaves_[port.slave]->powered() || end.broken || end.kind == Wiring::End::Kind::kNothing) return false;
+  return end.kind == Wiring::End::Kind::kMaster || slaves_[end.slave.slave]->powered();
+}
+
+const FramePath& Line::current_path(MasterPort from) noexcept {
+  refresh_topology();
+  const auto& way = paths_[static_cast<std::size_t>(from)];
+  // An auto-closed port opens when a frame comes in at it.
+  while (way.blocked() && link_up(*way.blocked()) && auto_closed_[way.blocked()->slave][way.blocked()->port]) {
+    auto_closed_[way.blocked()->slave][way.blocked()->port] = false;
+    topology_changed_ = true;
+    refresh_topology();
+  }
+  return way;
+}
+
+void Line::refresh_topology() noexcept {
+  if (!topology_changed_) return;
+  topology_changed_ = false;
+  for (std::size_t i = 0; i < slaves_.size(); ++i) refresh_ports(i, slaves_[i]->esc().take_loop_control_change());
+  paths_[0].trace(wiring_, ports_, MasterPort::kPrimary);
+  paths_[1].trace(wiring_, ports_, MasterPort::kSecondary);
+}
+
+void Line::refresh_ports(std::size_t position, bool loop_control_written) noexcept {
+  auto& esc = slaves_[position]->esc();
+  for (unsigned port = 0; port < kPortCount; ++port) {
+    const bool link = link_up({position, port});
+    const auto control = esc.loop_control(port);
+    auto& auto_closed = auto_closed_[position][port];
+    if (control != wire::LoopControl::kAutoClose || (link && loop_control_written)) auto_closed = false;
+    if (control == wire::LoopControl::kAutoClose && !link) auto_closed = true;
+    bool closed = control == wire::LoopControl::kClosed || auto_closed;
+    if (control == wire::LoopControl::kAuto) closed = !link;
+    ports_[position].closed[port] = closed || !slaves_[position]->powered();
+    esc.set_port(port, {link, closed, link && !closed});
+  }
+}
+
+void Line::set_power(std::size_t position, bool on) noexcept {
+  slaves_[position]->set_power(on, clock_.now());
+  topology_changed_ = true;
+}
+
+bool Line::break_cable(PortId port, bool broken) noexcept {
+  topology_changed_ = true;
+  return wiring_.break_cable(port, broken);
+}
+
+}  // namespace driveline::slaves

@@ -1,0 +1,6 @@
+list(APPEND DRIVELINE_SLAVES_SOURCES
+  src/line/frame_datagrams.cpp
+  src/line/frame_path.cpp
+  src/line/line.cpp
+  src/line/line_end.cpp
+  src/line/wiring.cpp)

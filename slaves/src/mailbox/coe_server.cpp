@@ -1,0 +1,70 @@
+#include "driveline/slaves/mailbox/coe_server.hpp"
+
+namespace driveline::slaves {
+namespace {
+
+using wire::CoeHeader;
+using wire::CoeService;
+using wire::MailboxErrorCode;
+
+/// Room an answer needs at least: CoE header, SDO header and a little of the data.
+constexpr std::size_t kMinRoom = CoeHeader::kSize + 16;
+
+std::size_t with_header(CoeService service, std::size_t length, std::span<std::byte> out) noexcept {
+  if (length == 0) return 0;
+  CoeHeader{0, service}.encode(out.first<CoeHeader::kSize>());
+  return CoeHeader::kSize + length;
+}
+
+}  // namespace
+
+CoeServer::CoeServer(ObjectDictionary& dictionary, DictionaryOwner& owner)
+    : sdo_(dictionary, owner), information_(dictionary) {}
+
+void CoeServer::raise(const wire::Emergency& emergency) noexcept {
+  if (count_ == kEmergencyDepth) {
+    first_ = (first_ + 1) % kEmergencyDepth;
+    --count_;
+    ++lost_;
+  }
+  emergencies_[(first_ + count_++) % kEmergencyDepth] = emergency;
+}
+
+tl::expected<std::size_t, MailboxErrorCode> CoeServer::request(std::span<const std::byte> data, wire::AlState state,
+                                                               std::span<std::byte> out) {
+  const auto header = CoeHeader::decode(data);
+  if (!header) return tl::unexpected(MailboxErrorCode::kSizeTooShort);
+  if (out.size() < kMinRoom) return tl::unexpected(MailboxErrorCode::kNoMoreMemory);
+  const auto body = data.subspan(CoeHeader::kSize);
+  const auto room = out.subspan(CoeHeader::kSize);
+  switch (header->service) {
+    case CoeService::kSdoRequest:
+      if (body.size() < wire::SdoHeader::kSize) return tl::unexpected(MailboxErrorCode::kSizeTooShort);
+      return with_header(CoeService::kSdoResponse, sdo_.handle(body, state, room), out);
+    case CoeService::kSdoInformation:
+      if (body.size() < wire::SdoInfoHeader::kSize) return tl::unexpected(MailboxErrorCode::kSizeTooShort);
+      return with_header(CoeService::kSdoInformation, information_.handle(body, room), out);
+    default:
+      return tl::unexpected(MailboxErrorCode::kServiceNotSupported);
+  }
+}
+
+std::size_t CoeServer::unsolicited(std::span<std::byte> out) {
+  if (out.size() < kMinRoom) return 0;
+  const auto room = out.subspan(CoeHeader::kSize);
+  if (count_ != 0) {
+    emergencies_[first_].encode(room.first<wire::Emergency::kSize>());
+    first_ = (first_ + 1) % kEmergencyDepth;
+    --count_;
+    return with_header(CoeService::kEmergency, wire::Emergency::kSize, out);
+  }
+  return with_header(CoeService::kSdoInformation, information_.next_fragment(room), out);
+}
+
+void CoeServer::stop() noexcept {
+  sdo_.cancel();
+  information_.cancel();
+  count_ = 0;
+}
+
+}  // namespace driveline::slaves

@@ -1,0 +1,81 @@
+#include "driveline/slaves/msd/fine_interpolator.hpp"
+
+#include <algorithm>
+
+namespace driveline::slaves::msd {
+
+void FineInterpolator::configure(Method method, std::uint32_t steps, double step_s) noexcept {
+  const std::uint32_t count = std::max(steps, 1U);
+  if (method == method_ && count == steps_ && !(step_s < step_s_ || step_s > step_s_)) return;
+  method_ = method;
+  steps_ = count;
+  step_s_ = step_s;
+  period_s_ = count * step_s;
+  reset(value_, velocity_);
+}
+
+void FineInterpolator::reset(double value, double velocity) noexcept {
+  value_ = value;
+  velocity_ = velocity;
+  acceleration_ = 0.0;
+  elapsed_ = steps_;
+  polynomial_ = {value, 0.0, 0.0, 0.0};
+  // The splines lag two samples behind: the newest are ahead of the output.
+  const double ahead = method_ == Method::kSpline || method_ == Method::kApproximation ? 2.0
+                       : method_ == Method::kLinear                                    ? 1.0
+                                                                                       : 0.0;
+  for (std::size_t i = 0; i < samples_.size(); ++i) {
+    samples_[i] = value + (ahead - 1.0 - static_cast<double>(i)) * velocity * period_s_;
+  }
+}
+
+void FineInterpolator::start_line(double end) noexcept {
+  polynomial_ = {value_, (end - value_) / period_s_, 0.0, 0.0};
+}
+
+/// Cubic from the present value and speed to these in one period. With samples on time this is exactly the segment of
+/// the spline whose knot it starts from.
+void FineInterpolator::start_cubic(double end, double end_velocity) noexcept {
+  const double rise = end - value_;
+  const double t = period_s_;
+  polynomial_ = {value_, velocity_, (3.0 * rise - (2.0 * velocity_ + end_velocity) * t) / (t * t),
+                 ((velocity_ + end_velocity) * t - 2.0 * rise) / (t * t * t)};
+}
+
+void FineInterpolator::push(double sample) noexcept {
+  samples_ = {sample, samples_[0], samples_[1]};
+  elapsed_ = 0;
+  const double slope = (samples_[0] - samples_[2]) / (2.0 * period_s_);
+  switch (method_) {
+    case Method::kNone:
+      polynomial_ = {sample, 0.0, 0.0, 0.0};
+      return;
+    case Method::kLinear:
+      return start_line(sample);
+    case Method::kSpline:
+      return start_cubic(samples_[1], slope);
+    case Method::kApproximation:
+      return start_cubic((samples_[0] + 4.0 * samples_[1] + samples_[2]) / 6.0, slope);
+  }
+}
+
+void FineInterpolator::step() noexcept {
+  if (elapsed_ < steps_) {
+    ++elapsed_;
+    const double t = elapsed_ * step_s_;
+    const auto& c = polynomial_;
+    value_ = c[0] + t * (c[1] + t * (c[2] + t * c[3]));
+    velocity_ = c[1] + t * (2.0 * c[2] + t * 3.0 * c[3]);
+    acceleration_ = 2.0 * c[2] + t * 6.0 * c[3];
+    return;
+  }
+  acceleration_ = 0.0;
+  if (elapsed_ < 2 * steps_) {
+    ++elapsed_;
+    value_ += velocity_ * step_s_;
+  } else {
+    velocity_ = 0.0;
+  }
+}
+
+}  // namespace driveline::slaves::msd

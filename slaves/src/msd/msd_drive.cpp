@@ -1,0 +1,382 @@
+#include "driveline/slaves/msd/msd_drive.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "driveline/esi/sii.hpp"
+#include "driveline/slaves/msd/device_layout.hpp"
+#include "driveline/slaves/msd/msd_values.hpp"
+
+namespace driveline::slaves::msd {
+namespace {
+
+using std::chrono::nanoseconds;
+using wire::AlState;
+using wire::AlStatusCode;
+
+constexpr double kRpm = 2.0 * std::numbers::pi / 60.0;  ///< rad/s
+constexpr std::uint16_t kControlLocationCia402 = 5;
+constexpr std::uint16_t kReferenceSourceCia402 = 7;
+constexpr std::uint32_t kDcLinkMillivolts = 560'000;  ///< rectified 400 V mains, ours
+constexpr std::uint32_t kWindowOff = 0xFFFFFFFF;
+constexpr std::int64_t kNanosecondsPerHour = 3'600'000'000'000;
+
+/// Network states of P 2060 (MSD manual Table 7.4).
+constexpr std::uint8_t nmt_state(AlState state) noexcept {
+  switch (state) {
+    case AlState::kInit:
+      return 1;
+    case AlState::kPreOp:
+      return 127;
+    case AlState::kSafeOp:
+      return 4;
+    case AlState::kOp:
+      return 5;
+    default:
+      return 0;
+  }
+}
+
+DeviceProfile make_profile(std::uint32_t serial_number) {
+  using Use = SyncManagerLayout::Use;
+  auto description = device_description();
+  description.serial_number = serial_number;
+  DeviceProfile profile;
+  profile.sii_image = esi::encode_sii(esi::make_sii(description));
+  profile.sync_managers = {
+      {Use::kMailboxOut, kMailboxOutStart, kMailboxMinSize, kMailboxSize, kMailboxSize},
+      {Use::kMailboxIn, kMailboxInStart, kMailboxMinSize, kMailboxSize, kMailboxSize},
+      {Use::kOutputs, kOutputsStart, 0, kMaxProcessData, 0},
+      {Use::kInputs, kInputsStart, 0, kMaxProcessData, 0},
+  };
+  return profile;
+}
+
+}  // namespace
+
+MsdDrive::MsdDrive(const MsdParameters& parameters)
+    : parameters_(parameters),
+      profile_(make_profile(parameters.serial_number)),
+      dictionary_(dictionary_table()),
+      stored_(dictionary_table()),
+      coe_(dictionary_, *this),
+      mailbox_(std::array<MailboxProtocol*, 1>{&coe_}, kMailboxSize),
+      motion_(parameters.motor, parameters.initial_position_rad) {
+  parameters_.motor = motion_.motor().parameters();
+  write_device_facts(dictionary_);
+  stored_ = dictionary_;
+  apply_settings();
+  publish();
+}
+
+/// Values that belong to this drive rather than to the type: identity, motor, controller.
+void MsdDrive::write_device_facts(ObjectDictionary& dictionary) const {
+  const auto& motor = parameters_.motor;
+  const auto& controller = parameters_.controller;
+  const auto real = [&](Value value, double number) { dictionary.set(value, static_cast<float>(number)); };
+  dictionary.set(kSerialNumber, parameters_.serial_number);
+  dictionary.text(dictionary.table().find(0x2003, 0)->slot) = parameters_.name.substr(0, 100);
+  dictionary.set(kMotorRatedCurrent, saturate<std::uint32_t>(motor.rated_current_a * 1e3));
+  dictionary.set(kMotorRatedTorque, saturate<std::uint32_t>(motor.rated_torque_nm * 1e3));
+  dictionary.set(kEncoderIncrements, motor.encoder_increments);
+  dictionary.set(kVelocityEncoderIncrements, motor.encoder_increments);
+  dictionary.set(kFeed, motor.encoder_increments);
+  real(kVelocityGain, controller.velocity_gain_nm_s * kRpm);
+  real(kVelocityReset, controller.velocity_reset_s * 1e3);
+  real(kVelocityFilter, controller.velocity_filter_s * 1e3);
+  real(kPositionGain, controller.position_gain_per_s * 60.0);
+  real(kTotalInertia, motor.inertia_kg_m2);
+}
+
+void MsdDrive::store_parameters() {
+  if (factory_reset_pending_) {
+    stored_.reset();
+    write_device_facts(stored_);
+    factory_reset_pending_ = false;
+  } else {
+    stored_.copy_backup_values(dictionary_);
+  }
+}
+
+void MsdDrive::restart() {
+  dictionary_.reset();
+  write_device_facts(dictionary_);
+  dictionary_.copy_backup_values(stored_);
+  power_ = PowerStateMachine{};
+  fault_.reset();
+  mode_ = OperationMode::kNone;
+  last_control_word_ = 0;
+  settings_changed_ = true;
+  factory_reset_pending_ = false;
+  following_error_ = false;
+  target_reached_ = false;
+  build_process_data();
+  dictionary_.set(kNmtState, nmt_state(al_state_));
+  publish();
+}
+
+nanoseconds MsdDrive::process_data_period() const noexcept {
+  return kProcessDataPeriod;
+}
+
+void MsdDrive::build_process_data() noexcept {
+  rx_map_.build(dictionary_, PdoDirection::kRx, kPdoLimits);
+  tx_map_.build(dictionary_, PdoDirection::kTx, kPdoLimits);
+}
+
+std::size_t MsdDrive::process_data_size(std::size_t sync_manager) const noexcept {
+  if (sync_manager == kOutputsSyncManager) return rx_map_.size();
+  return sync_manager == kInputsSyncManager ? tx_map_.size() : 0;
+}
+
+void MsdDrive::enter_al_state(AlState state) noexcept {
+  al_state_ = state;
+  dictionary_.set(kNmtState, nmt_state(state));
+  if (state == AlState::kInit) mailbox_.reset();
+}
+
+AlStatusCode MsdDrive::transition(AlState from, AlState to) noexcept {
+  if (to == AlState::kOp && !timing_valid()) {
+    raise(Fault::kInvalidConfiguration);
+    return AlStatusCode::kInconsistentSettings;
+  }
+  enter_al_state(to);
+  if (from == AlState::kOp && power_.power_on()) raise(Fault::kMissingOutputs);
+  return AlStatusCode::kNoError;
+}
+
+void MsdDrive::fall_back(AlState from, AlState to, AlStatusCode reason) noexcept {
+  enter_al_state(to);
+  if (from != AlState::kOp) return;
+  raise(reason == AlStatusCode::kSyncManagerWatchdog ? Fault::kEtherCatWatchdog : Fault::kLocalError);
+}
+
+void MsdDrive::write_outputs(std::size_t sync_manager, std::span<const std::byte> data) noexcept {
+  if (sync_manager != kOutputsSyncManager) return;
+  const auto max_torque = dictionary_.get<std::uint16_t>(kMaxTorque);
+  rx_map_.decode(data, dictionary_);
+  settings_changed_ = settings_changed_ || max_torque != dictionary_.get<std::uint16_t>(kMaxTorque);
+  watch_fault_reset();
+  apply_setpoints();
+}
+
+void MsdDrive::read_inputs(std::size_t sync_manager, std::span<std::byte> data) noexcept {
+  if (sync_manager == kInputsSyncManager) tx_map_.encode(dictionary_, data);
+}
+
+void MsdDrive::apply_setpoints() noexcept {
+  if (dictionary_.get<std::uint16_t>(kReferenceSource) != kReferenceSourceCia402) return;
+  motion_.set({dictionary_.get<std::int32_t>(kTargetPosition), dictionary_.get<std::int32_t>(kTargetVelocity),
+               dictionary_.get<std::int16_t>(kTargetTorque), dictionary_.get<std::int32_t>(kVelocityOffset),
+               dictionary_.get<std::int16_t>(kTorqueOffset)});
+}
+
+std::uint32_t MsdDrive::steps_per_setpoint() const noexcept {
+  const double period_s = dictionary_.get<std::uint8_t>(kInterpolationPeriodValue) *
+                          std::pow(10.0, dictionary_.get<std::int8_t>(kInterpolationPeriodIndex));
+  return std::max(saturate<std::uint32_t>(period_s / kControlStepS), 1U);
+}
+
+/// P 306 and 60C2h must tell the same cycle (MSD manual 7.4.2), a multiple of 125 us (9.1).
+bool MsdDrive::timing_valid() const noexcept {
+  const std::int64_t cycle_ns = std::llrint(dictionary_.get<float>(kReferenceCycle) * 1e6);
+  std::int64_t period_ns = dictionary_.get<std::uint8_t>(kInterpolationPeriodValue);
+  for (auto exponent = dictionary_.get<std::int32_t>(kInterpolationPeriodIndex); exponent > -9; --exponent)
+    period_ns *= 10;
+  return cycle_ns == period_ns && period_ns % kProcessDataPeriod.count() == 0;
+}
+
+void MsdDrive::apply_settings() noexcept {
+  settings_changed_ = false;
+  const auto real = [this](Value value) { return static_cast<double>(dictionary_.get<float>(value)); };
+  const auto number = [this](Value value) { return static_cast<double>(dictionary_.get<std::uint32_t>(value)); };
+  const auto& motor = parameters_.motor;
+  MotionSettings s;
+  s.scaling = Scaling::from(dictionary_);
+  s.controller.position_gain_per_s = real(kPositionGain) / 60.0;
+  s.controller.velocity_gain_nm_s = real(kVelocityGain) / kRpm * real(kVelocityGainScale) * 1e-2;
+  s.controller.velocity_reset_s = real(kVelocityReset) * 1e-3;
+  s.controller.velocity_filter_s = real(kVelocityFilter) * 1e-3;
+  s.controller.max_velocity_rad_s = number(kMaxMotorSpeed) * kRpm;
+  s.controller.max_torque_nm = std::min(motor.peak_torque_nm, number(kMaxTorque) * 1e-3 * motor.rated_torque_nm);
+  s.method = static_cast<FineInterpolator::Method>(dictionary_.get<std::uint8_t>(kInterpolationType));
+  s.steps_per_setpoint = steps_per_setpoint();
+  s.speed_feed_forward = real(kSpeedFeedForwardScale) * 1e-2;
+  s.torque_feed_forward = real(kTorqueFeedForwardScale) * 1e-2;
+  s.external_speed_feed_forward = dictionary_.get<std::uint16_t>(kSpeedFeedForwardSource) != 0;
+  s.external_torque_feed_forward = dictionary_.get<std::uint16_t>(kTorqueFeedForwardSource) != 0;
+  s.feed_forward_inertia_kg_m2 = real(kTotalInertia);
+  s.slow_down_rad_s2 = number(kProfileDeceleration) * s.scaling.acceleration_rad_s2;
+  s.quick_stop_rad_s2 = number(kQuickStopDeceleration) * s.scaling.acceleration_rad_s2;
+  s.standstill_rad_s = real(kStandstillWindow) * kRpm;
+  s.position_min = dictionary_.get<std::int32_t>(kPositionLimitMin);
+  s.position_max = dictionary_.get<std::int32_t>(kPositionLimitMax);
+  s.position_limited = s.position_min < s.position_max;
+  motion_.configure(s);
+}
+
+bool MsdDrive::remote() const noexcept {
+  return dictionary_.get<std::uint16_t>(kControlLocation) == kControlLocationCia402;
+}
+
+OptionCodes MsdDrive::option_codes() const noexcept {
+  return {dictionary_.get<std::int16_t>(kQuickStopOption), dictionary_.get<std::int16_t>(kShutdownOption),
+          dictionary_.get<std::int16_t>(kDisableOperationOption), dictionary_.get<std::int16_t>(kFaultReactionOption),
+          std::chrono::milliseconds(dictionary_.get<std::uint32_t>(kExternalReactionTime))};
+}
+
+void MsdDrive::set_enpo(bool on) noexcept {
+  const bool rising = on && !enpo_;
+  enpo_ = on;
+  if (rising) acknowledge();
+}
+
+/// The reset acts on the edge, also when both levels lie between two evaluations.
+void MsdDrive::watch_fault_reset() noexcept {
+  const auto word = dictionary_.get<std::uint16_t>(kControlWord);
+  const bool rising = (word & ~last_control_word_ & control_word::kFaultReset) != 0;
+  last_control_word_ = word;
+  if (rising && remote()) acknowledge();
+}
+
+/// The first fault stands until it is acknowledged; a later one can only make the reaction harder.
+void MsdDrive::raise(Fault fault) noexcept {
+  const FaultFacts& f = facts(fault);
+  if (fault_) {
+    if (f.coast) power_.fault(option_codes(), true);
+    return;
+  }
+  fault_ = fault;
+  const std::int64_t hours = static_cast<std::int64_t>(steps_) * kControlStep.count() / kNanosecondsPerHour;
+  coe_.raise(record_fault(dictionary_, f, static_cast<std::uint16_t>(std::min<std::int64_t>(hours, 0xFFFF))));
+  power_.fault(option_codes(), f.coast);
+}
+
+/// Acknowledges a fault; a cause that persists raises it again at once (MSD manual 13.3).
+void MsdDrive::acknowledge() noexcept {
+  if (!power_.acknowledge()) return;
+  const auto was = fault_;
+  fault_.reset();
+  coe_.raise(record_acknowledgement(dictionary_));
+  if (was == Fault::kInvalidConfiguration && !timing_valid()) raise(Fault::kInvalidConfiguration);
+}
+
+void MsdDrive::select_mode() noexcept {
+  const auto wanted = static_cast<OperationMode>(dictionary_.get<std::int8_t>(kMode));
+  switch (wanted) {
+    case OperationMode::kNone:
+    case OperationMode::kCyclicSynchronousPosition:
+    case OperationMode::kCyclicSynchronousVelocity:
+    case OperationMode::kCyclicSynchronousTorque:
+      mode_ = wanted;
+      return;
+  }
+}
+
+void MsdDrive::power_step() noexcept {
+  if (settings_changed_) apply_settings();
+  if (power_.power_on() && enpo_ && isdsh_ && !dc_link_) raise(Fault::kDcLinkUndervoltage);
+  select_mode();
+  PowerStateMachine::Conditions conditions;
+  conditions.control_word = remote() ? dictionary_.get<std::uint16_t>(kControlWord) : std::uint16_t{0};
+  conditions.power_ready = enpo_ && isdsh_ && dc_link_;
+  conditions.standstill = power_.motion() == MotionCommand::kFollow ? motion_.standstill() : motion_.stopped();
+  conditions.options = option_codes();
+  power_.step(conditions, kProcessDataPeriod);
+}
+
+bool MsdDrive::following() const noexcept {
+  return power_.motion() == MotionCommand::kFollow && mode_ != OperationMode::kNone &&
+         dictionary_.get<std::uint16_t>(kReferenceSource) == kReferenceSourceCia402;
+}
+
+void MsdDrive::monitor_following_error() noexcept {
+  const auto window = dictionary_.get<std::uint32_t>(kFollowingErrorWindow);
+  const bool outside = following() && mode_ == OperationMode::kCyclicSynchronousPosition && window != kWindowOff &&
+                       std::abs(motion_.following_error()) > window;
+  following_error_time_ = outside ? following_error_time_ + kProcessDataPeriod : nanoseconds{0};
+  following_error_ =
+      outside && following_error_time_ > std::chrono::milliseconds(dictionary_.get<std::uint16_t>(kFollowingErrorTime));
+  if (following_error_) raise(Fault::kFollowingError);
+}
+
+void MsdDrive::update_target_reached() noexcept {
+  const bool torque = mode_ == OperationMode::kCyclicSynchronousTorque;
+  const bool position = mode_ == OperationMode::kCyclicSynchronousPosition;
+  const auto window =
+      position ? dictionary_.get<std::uint32_t>(kPositionWindow) : dictionary_.get<std::uint16_t>(kVelocityWindow);
+  const auto time = dictionary_.get<std::uint16_t>(position ? kPositionWindowTime : kVelocityWindowTime);
+  const bool inside =
+      following() &&
+      (torque ? !motion_.limited() : window == kWindowOff || std::abs(motion_.distance_to_target()) <= window);
+  target_time_ = inside ? target_time_ + kProcessDataPeriod : nanoseconds{0};
+  target_reached_ = inside && (torque || target_time_ >= std::chrono::milliseconds(time));
+}
+
+void MsdDrive::advance(nanoseconds now) noexcept {
+  if (!next_step_) next_step_ = now + kControlStep;
+  bool stepped = false;
+  for (; *next_step_ <= now; *next_step_ += kControlStep) {
+    const bool process_data_cycle = steps_++ % 2 == 0;
+    if (process_data_cycle) power_step();
+    motion_.step(power_.motion(), mode_);
+    if (process_data_cycle) {
+      monitor_following_error();
+      update_target_reached();
+    }
+    stepped = true;
+  }
+  if (stepped) publish();
+}
+
+std::uint16_t MsdDrive::status() const noexcept {
+  return dictionary_.get<std::uint16_t>(kStatusWord);
+}
+
+std::uint16_t MsdDrive::status_word() const noexcept {
+  unsigned word = status_bits(power_.state());
+  if (dc_link_) word |= status_word::kVoltageEnabled;
+  if (remote()) word |= status_word::kRemote;
+  if (target_reached_ || power_.quick_stop_finished()) word |= status_word::kTargetReached;
+  if (power_.power_on() && motion_.limited()) word |= status_word::kInternalLimit;
+  if (following() && power_.state() == PowerState::kOperationEnabled) word |= status_word::kTargetUsed;
+  if (following_error_ || (power_.state() >= PowerState::kFaultReactionActive && fault_ == Fault::kFollowingError)) {
+    word |= status_word::kFollowingError;
+  }
+  if (mode_ != OperationMode::kNone && motion_.standstill()) word |= status_word::kStandstill;
+  return static_cast<std::uint16_t>(word);
+}
+
+void MsdDrive::publish() noexcept {
+  const auto torque = saturate<std::int16_t>(motion_.torque_permille());
+  dictionary_.set(kStatusWord, status_word());
+  dictionary_.set(kModeDisplay, static_cast<std::int8_t>(mode_));
+  dictionary_.set(kPositionActual, static_cast<std::uint32_t>(motion_.position()));
+  dictionary_.set(kPositionDemand, static_cast<std::uint32_t>(std::llrint(motion_.position_demand())));
+  dictionary_.set(kFollowingError, saturate<std::int32_t>(motion_.following_error()));
+  dictionary_.set(kVelocityActual, saturate<std::int32_t>(motion_.velocity()));
+  dictionary_.set(kVelocityDemand, saturate<std::int32_t>(motion_.velocity_demand()));
+  dictionary_.set(kTorqueActual, torque);
+  dictionary_.set(kCurrentActual, torque);
+  dictionary_.set(kTorqueDemand, saturate<std::int16_t>(motion_.torque_demand_permille()));
+  dictionary_.set(kDcLinkVoltage, dc_link_ ? kDcLinkMillivolts : 0U);
+  dictionary_.set(kInputState, (enpo_ ? 0x01U : 0U) | (isdsh_ ? 0x80U : 0U));
+  dictionary_.set(kDigitalInputs, (isdsh_ ? 0U : 1U << 18U) | (enpo_ ? 1U << 19U : 0U));
+}
+
+std::string MsdDrive::display() const {
+  const auto two_digits = [](unsigned value) {
+    return std::string{static_cast<char>('0' + value / 10), static_cast<char>('0' + value % 10)};
+  };
+  if (power_.state() == PowerState::kFault && fault_) {
+    const FaultFacts& f = facts(*fault_);
+    const bool needs_remedy = *fault_ == Fault::kInvalidConfiguration && !timing_valid();
+    return (needs_remedy ? "Er. " : "Er ") + two_digits(f.number) + " " + two_digits(f.location);
+  }
+  std::string text(1, static_cast<char>('0' + static_cast<int>(power_.state())));
+  if (power_.power_on()) text += '.';
+  return isdsh_ ? text : "S" + text;
+}
+
+}  // namespace driveline::slaves::msd

@@ -1,0 +1,96 @@
+// What happens in the drive when an object is written: the application's checks and commands.
+#include "driveline/slaves/msd/msd_drive.hpp"
+#include "driveline/slaves/msd/msd_values.hpp"
+
+namespace driveline::slaves::msd {
+namespace {
+
+using wire::SdoAbort;
+
+constexpr std::uint32_t kSaveSignature = 0x65766173;  ///< "save", CiA 301 7.5.2.13
+constexpr std::uint32_t kLoadSignature = 0x64616F6C;  ///< "load", CiA 301 7.5.2.14
+
+/// Interpolation types this model has: none, linear, cubic spline, its approximation (MSD manual Table 12.16).
+constexpr bool interpolation_supported(std::uint32_t type) noexcept {
+  return type <= 1 || type == 3 || type == 4;
+}
+
+/// 60C0h has the numbers of P 370 the other way round, except that linear is 0 and none is -1.
+constexpr std::int16_t sub_mode(std::uint8_t type) noexcept {
+  return type == 0 ? std::int16_t{-1} : type == 1 ? std::int16_t{0} : static_cast<std::int16_t>(-type);
+}
+constexpr std::uint8_t type_of(std::int16_t mode) noexcept {
+  return mode == -1 ? std::uint8_t{0} : mode == 0 ? std::uint8_t{1} : static_cast<std::uint8_t>(-mode);
+}
+
+SdoResult<void> require(bool condition, SdoAbort otherwise) noexcept {
+  if (condition) return {};
+  return tl::unexpected(otherwise);
+}
+
+}  // namespace
+
+SdoResult<void> MsdDrive::accept(const EntryRow& row, std::uint32_t raw) {
+  switch (row.slot) {
+    case kStoreCommand:
+      return require(raw == kSaveSignature, SdoAbort::kCannotTransferOrStore);
+    case kRestoreCommand:
+      return require(raw == kLoadSignature, SdoAbort::kCannotTransferOrStore);
+    case kMode: {
+      const auto mode = static_cast<std::int8_t>(raw);
+      return require(mode == 0 || (mode >= 8 && mode <= 10), SdoAbort::kValueRange);
+    }
+    case kInterpolationType:
+      return require(interpolation_supported(raw), SdoAbort::kValueRange);
+    case kInterpolationSubMode:
+      return require(interpolation_supported(type_of(static_cast<std::int16_t>(raw))), SdoAbort::kValueRange);
+    case kSyncTypeOutputs:
+      return require(raw == 0 || raw == 2, SdoAbort::kValueRange);
+    default:
+      return check_pdo_write(dictionary_, kPdoLimits, row, raw);
+  }
+}
+
+void MsdDrive::written(const EntryRow& row) {
+  if (is_string(row.type)) return;
+  if (row.index >= kPdoLimits.rx_first && row.index < 0x2000) build_process_data();  // mapping or assignment
+  switch (row.slot) {
+    case kErrorCount:
+      return dictionary_.set(kLastError, 0U);
+    case kStoreCommand:
+      store_parameters();
+      return dictionary_.set(kStoreCommand, 1U);
+    case kRestoreCommand:
+      factory_reset_pending_ = true;
+      store_parameters();
+      return dictionary_.set(kRestoreCommand, 1U);
+    case kSaveParameters:
+      if (dictionary_.get<std::uint8_t>(kSaveParameters) == 1) store_parameters();
+      return dictionary_.set(kSaveParameters, 0U);
+    case kFactoryReset:
+      factory_reset_pending_ = factory_reset_pending_ || dictionary_.get<std::uint8_t>(kFactoryReset) == 1;
+      return dictionary_.set(kFactoryReset, 0U);
+    case kFaultResetParameter:
+      if (dictionary_.get<std::uint8_t>(kFaultResetParameter) == 1) acknowledge();
+      return dictionary_.set(kFaultResetParameter, 0U);
+    case kControlWord:
+      return watch_fault_reset();
+    case kTargetPosition:
+    case kTargetVelocity:
+    case kTargetTorque:
+    case kVelocityOffset:
+    case kTorqueOffset:
+      return apply_setpoints();
+    case kInterpolationType:
+      dictionary_.set(kInterpolationSubMode, sub_mode(dictionary_.get<std::uint8_t>(kInterpolationType)));
+      break;
+    case kInterpolationSubMode:
+      dictionary_.set(kInterpolationType, type_of(dictionary_.get<std::int16_t>(kInterpolationSubMode)));
+      break;
+    default:
+      break;
+  }
+  settings_changed_ = true;
+}
+
+}  // namespace driveline::slaves::msd

@@ -1,0 +1,159 @@
+#include "driveline/slaves/od/object_dictionary.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "driveline/wire/endian.hpp"
+
+namespace driveline::slaves {
+namespace {
+
+using wire::SdoAbort;
+
+/// Bit of the object access word for reading (0..2) or writing (3..5) in `state`; 0 where no mailbox runs.
+constexpr std::uint16_t access_bit(wire::AlState state, std::uint16_t in_pre_op) noexcept {
+  switch (state) {
+    case wire::AlState::kPreOp:
+      return in_pre_op;
+    case wire::AlState::kSafeOp:
+      return static_cast<std::uint16_t>(in_pre_op << 1);
+    case wire::AlState::kOp:
+      return static_cast<std::uint16_t>(in_pre_op << 2);
+    default:
+      return 0;
+  }
+}
+
+std::uint32_t load_number(esi::DataType type, std::span<const std::byte> data) noexcept {
+  switch (byte_size(type)) {
+    case 1:
+      return is_signed(type) ? static_cast<std::uint32_t>(wire::load_le<std::int8_t>(data))
+                             : wire::load_le<std::uint8_t>(data);
+    case 2:
+      return is_signed(type) ? static_cast<std::uint32_t>(wire::load_le<std::int16_t>(data))
+                             : wire::load_le<std::uint16_t>(data);
+    default:
+      return wire::load_le<std::uint32_t>(data);
+  }
+}
+
+void store_number(esi::DataType type, std::uint32_t raw, std::span<std::byte> out) noexcept {
+  switch (byte_size(type)) {
+    case 1:
+      return wire::store_le(out, static_cast<std::uint8_t>(raw));
+    case 2:
+      return wire::store_le(out, static_cast<std::uint16_t>(raw));
+    default:
+      return wire::store_le(out, raw);
+  }
+}
+
+SdoResult<void> check_range(const EntryRow& row, std::uint32_t raw) noexcept {
+  const double number = number_from_raw(row.type, raw);
+  if (!std::isfinite(number)) return tl::unexpected(SdoAbort::kValueRange);
+  if (number > row.maximum) return tl::unexpected(SdoAbort::kValueTooHigh);
+  if (number < row.minimum) return tl::unexpected(SdoAbort::kValueTooLow);
+  return {};
+}
+
+}  // namespace
+
+ObjectDictionary::ObjectDictionary(const DictionaryTable& table)
+    : table_(&table), values_(table.slot_count()), strings_(table.string_count()) {
+  for (const auto& row : table.rows()) {
+    if (is_string(row.type)) strings_[row.slot].reserve(row.string_length);  // writing later does not allocate
+  }
+  reset();
+}
+
+void ObjectDictionary::reset() {
+  for (const auto& row : table_->rows()) {
+    if (is_string(row.type)) {
+      strings_[row.slot] = row.text;
+    } else if (row.slot != slot::kConstant) {
+      values_[row.slot] = raw_from_number(row.type, row.initial);
+    }
+  }
+}
+
+void ObjectDictionary::copy_backup_values(const ObjectDictionary& from) {
+  for (const auto& row : table_->rows()) {
+    if ((row.access & access::kBackup) == 0 || row.slot == slot::kConstant) continue;
+    if (is_string(row.type)) {
+      strings_[row.slot] = from.strings_[row.slot];
+    } else {
+      values_[row.slot] = from.values_[row.slot];
+    }
+  }
+}
+
+std::uint32_t ObjectDictionary::raw(const EntryRow& row) const noexcept {
+  return row.slot == slot::kConstant ? raw_from_number(row.type, row.initial) : values_[row.slot];
+}
+
+SdoResult<const EntryRow*> ObjectDictionary::locate(std::uint16_t index, std::uint8_t subindex) const {
+  if (table_->object(index).empty()) return tl::unexpected(SdoAbort::kObjectDoesNotExist);
+  const auto* row = table_->find(index, subindex);
+  if (row == nullptr) return tl::unexpected(SdoAbort::kSubindexDoesNotExist);
+  return row;
+}
+
+SdoResult<std::size_t> ObjectDictionary::upload(std::uint16_t index, std::uint8_t subindex, wire::AlState state,
+                                                std::span<std::byte> out) const {
+  const auto located = locate(index, subindex);
+  if (!located) return tl::unexpected(located.error());
+  const EntryRow& row = **located;
+  if ((row.access & access::kRead) == 0) return tl::unexpected(SdoAbort::kWriteOnly);
+  if ((row.access & access_bit(state, access::kReadPreOp)) == 0) return tl::unexpected(SdoAbort::kDeviceState);
+  if (!is_string(row.type)) {
+    store_number(row.type, raw(row), out);
+    return byte_size(row.type);
+  }
+  const std::string& value = strings_[row.slot];
+  const std::size_t length = std::max<std::size_t>(value.size(), row.string_length);
+  std::fill_n(out.begin(), length, std::byte{0});
+  std::transform(value.begin(), value.end(), out.begin(), [](char c) { return static_cast<std::byte>(c); });
+  return length;
+}
+
+SdoResult<const EntryRow*> ObjectDictionary::writable(std::uint16_t index, std::uint8_t subindex, wire::AlState state,
+                                                      const DictionaryOwner& owner) const {
+  const auto located = locate(index, subindex);
+  if (!located) return located;
+  const EntryRow& row = **located;
+  if ((row.access & access::kWrite) == 0) return tl::unexpected(SdoAbort::kReadOnly);
+  if ((row.access & access_bit(state, access::kWritePreOp)) == 0) return tl::unexpected(SdoAbort::kDeviceState);
+  if (row.power_off_only && owner.power_stage_on()) return tl::unexpected(SdoAbort::kDeviceState);
+  return &row;
+}
+
+SdoResult<void> ObjectDictionary::store_string(const EntryRow& row, std::span<const std::byte> data,
+                                               DictionaryOwner& owner) {
+  if (data.size() > row.string_length) return tl::unexpected(SdoAbort::kLengthTooHigh);
+  std::string& value = strings_[row.slot];
+  value.clear();
+  for (const std::byte byte : data) {
+    if (byte == std::byte{0}) break;
+    value += static_cast<char>(byte);
+  }
+  owner.written(row);
+  return {};
+}
+
+SdoResult<void> ObjectDictionary::download(std::uint16_t index, std::uint8_t subindex, wire::AlState state,
+                                           std::span<const std::byte> data, DictionaryOwner& owner, bool size_known) {
+  const auto found = writable(index, subindex, state, owner);
+  if (!found) return tl::unexpected(found.error());
+  const EntryRow& row = **found;
+  if (is_string(row.type)) return store_string(row, data, owner);
+  const std::size_t size = byte_size(row.type);
+  if (data.size() < size) return tl::unexpected(SdoAbort::kLengthTooLow);
+  if (data.size() > size && size_known) return tl::unexpected(SdoAbort::kLengthTooHigh);
+  const std::uint32_t value = load_number(row.type, data);
+  return check_range(row, value).and_then([&] { return owner.accept(row, value); }).map([&] {
+    if (row.slot != slot::kConstant) values_[row.slot] = value;
+    owner.written(row);
+  });
+}
+
+}  // namespace driveline::slaves

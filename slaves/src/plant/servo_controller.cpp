@@ -1,0 +1,97 @@
+#include "driveline/slaves/plant/servo_controller.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace driveline::slaves {
+namespace {
+
+double finite(double value) noexcept {
+  return std::isfinite(value) ? value : 0.0;
+}
+double positive(double value) noexcept {
+  return std::isfinite(value) ? std::max(value, 0.0) : 0.0;
+}
+
+}  // namespace
+
+ServoController::ServoController(const ControllerParameters& parameters, double step_s) noexcept : step_s_(step_s) {
+  configure(parameters);
+}
+
+void ServoController::configure(const ControllerParameters& parameters) noexcept {
+  parameters_.position_gain_per_s = positive(parameters.position_gain_per_s);
+  parameters_.velocity_gain_nm_s = positive(parameters.velocity_gain_nm_s);
+  parameters_.velocity_reset_s = finite(parameters.velocity_reset_s);
+  parameters_.velocity_filter_s = positive(parameters.velocity_filter_s);
+  parameters_.max_velocity_rad_s = positive(parameters.max_velocity_rad_s);
+  parameters_.max_torque_nm = positive(parameters.max_torque_nm);
+  filter_gain_ = step_s_ / (step_s_ + parameters_.velocity_filter_s);
+  integral_gain_ = parameters_.velocity_reset_s > 0.0
+                       ? parameters_.velocity_gain_nm_s * step_s_ / parameters_.velocity_reset_s
+                       : 0.0;
+}
+
+void ServoController::reset(double position_rad, double torque_nm) noexcept {
+  measured_position_rad_ = finite(position_rad);
+  measured_velocity_rad_s_ = 0.0;
+  filtered_feed_forward_rad_s_ = 0.0;
+  velocity_setpoint_rad_s_ = 0.0;
+  integral_nm_ = 0.0;
+  torque_nm_ = finite(torque_nm);
+  loop_ = ControllerSetpoint::Loop::kTorque;
+  limited_ = false;
+}
+
+void ServoController::measure(double position_rad) noexcept {
+  const double position = finite(position_rad);
+  const double velocity = (position - measured_position_rad_) / step_s_;
+  measured_position_rad_ = position;
+  measured_velocity_rad_s_ += filter_gain_ * (velocity - measured_velocity_rad_s_);
+}
+
+double ServoController::limit(double value, double bound) noexcept {
+  const double limited = std::clamp(value, -bound, bound);
+  limited_ = limited_ || limited != value;
+  return limited;
+}
+
+double ServoController::velocity_loop(double velocity_setpoint_rad_s, double torque_nm) noexcept {
+  velocity_setpoint_rad_s_ = limit(velocity_setpoint_rad_s, parameters_.max_velocity_rad_s);
+  const double error = velocity_setpoint_rad_s_ - measured_velocity_rad_s_;
+  const double proportional = parameters_.velocity_gain_nm_s * error + torque_nm;
+  const double wanted = proportional + integral_nm_;
+  const double torque = limit(wanted, parameters_.max_torque_nm);
+  // Anti-windup: no integration further into a limit that is already reached.
+  if (torque == wanted || (wanted > torque) != (error > 0.0)) integral_nm_ += integral_gain_ * error;
+  integral_nm_ = std::clamp(integral_nm_, -parameters_.max_torque_nm, parameters_.max_torque_nm);
+  return torque;
+}
+
+double ServoController::step(const ControllerSetpoint& setpoint) noexcept {
+  using Loop = ControllerSetpoint::Loop;
+  const double velocity = finite(setpoint.velocity_rad_s);
+  const double feed_forward_nm = finite(setpoint.torque_nm);
+  limited_ = false;
+  if (setpoint.loop == Loop::kTorque) {
+    loop_ = Loop::kTorque;
+    torque_nm_ = limit(feed_forward_nm, parameters_.max_torque_nm);
+    return torque_nm_;
+  }
+  if (loop_ != setpoint.loop) filtered_feed_forward_rad_s_ = measured_velocity_rad_s_;
+  double velocity_setpoint = velocity;
+  if (setpoint.loop == Loop::kPosition) {
+    // The speed measurement lags by its filter; the feed-forward is delayed alike, or it would count as an error.
+    filtered_feed_forward_rad_s_ += filter_gain_ * (velocity - filtered_feed_forward_rad_s_);
+    velocity_setpoint = filtered_feed_forward_rad_s_ +
+                        parameters_.position_gain_per_s * (finite(setpoint.position_rad) - measured_position_rad_);
+  }
+  if (loop_ == Loop::kTorque) {  // without a speed error the torque goes on as it was
+    integral_nm_ = std::clamp(torque_nm_ - feed_forward_nm, -parameters_.max_torque_nm, parameters_.max_torque_nm);
+  }
+  loop_ = setpoint.loop;
+  torque_nm_ = velocity_loop(velocity_setpoint, feed_forward_nm);
+  return torque_nm_;
+}
+
+}  // namespace driveline::slaves
