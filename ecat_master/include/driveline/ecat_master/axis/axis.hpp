@@ -1,0 +1,105 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "driveline/ecat_master/axis/cia402.hpp"
+#include "driveline/ecat_master/pdo_mapping.hpp"
+#include "driveline/ecat_master/process_image.hpp"
+#include "driveline/snapshot/snapshot.hpp"
+#include "driveline/trajectory/motion_limits.hpp"
+#include "driveline/trajectory/setpoint.hpp"
+
+namespace driveline::ecat_master {
+
+/// What the master knows about an axis. Lengths are rad for rotary and m for linear axes, torques Nm or N.
+struct AxisConfig {
+  std::string name;
+  std::size_t slave = 0;  ///< position on the line
+  cia402::Mode mode = cia402::Mode::kCyclicPosition;
+  bool linear = false;
+  double increments_per_unit = 1048576.0 / 6.283185307179586;  ///< drive increments per rad or m
+  double rated_torque = 2.4;                                   ///< Nm or N that 1000 per mille stand for (6076h)
+  trajectory::AxisLimits limits{200.0, 2000.0};                ///< for the approach of a path and for stops
+  double inertia = 0.0;  ///< kg m^2 or kg moved by the axis, for the torque feed-forward; 0: none
+
+  /// Loops closed by the master in CSV and CST, where the drive has no position loop of its own.
+  double position_gain_1_s = 20.0;  ///< velocity per position error
+  double velocity_gain = 0.0;       ///< CST: torque per velocity error, Nm s/rad or N s/m
+};
+
+/// Inputs of one axis, decoded; kept from the last valid cycle.
+struct AxisInputs {
+  std::uint16_t status_word = 0;
+  std::uint16_t error_code = 0;  ///< 603Fh
+  std::int8_t mode = 0;          ///< 6061h
+  snapshot::AxisState state = snapshot::AxisState::kUnavailable;
+  double position = 0.0;
+  double velocity = 0.0;
+  double torque = 0.0;
+  double following_error = 0.0;
+};
+
+/// The process data objects an axis is driven with: three RxPDOs and three TxPDOs of at most 8 bytes each (MSD manual
+/// 8.3.4), enough for CSP, CSV and CST without a change of mapping.
+[[nodiscard]] const PdoConfiguration& axis_pdo_configuration();
+
+/// One axis in the process image: decodes its inputs, writes its control word and targets.
+///
+/// Objects that are not mapped are skipped on output and read as zero. Belongs to the real-time thread once the cycle
+/// runs; everything but the constructor is \rtsafe.
+class Axis {
+ public:
+  /// `place` and `pdos` say where the objects lie in the image.
+  Axis(AxisConfig config, const ProcessDataPlace& place, const PdoConfiguration& pdos);
+
+  /// Takes over the inputs; `valid` false: the slave exchanged no valid process data in this cycle.
+  void read_inputs(std::span<const std::byte> image, bool valid) noexcept;
+
+  /// Writes control word, mode and targets. While the axis is not in Operation enabled the targets follow the actual
+  /// values, so that enabling never starts with a jump.
+  void write_outputs(std::span<std::byte> image, cia402::Goal goal, bool reset_fault,
+                     const trajectory::AxisSetpoint& setpoint) noexcept;
+
+  [[nodiscard]] const AxisConfig& config() const noexcept { return config_; }
+  [[nodiscard]] const AxisInputs& inputs() const noexcept { return inputs_; }
+  [[nodiscard]] bool enabled() const noexcept {
+    return inputs_.state == snapshot::AxisState::kOperationEnabled &&
+           inputs_.mode == static_cast<std::int8_t>(config_.mode);
+  }
+  [[nodiscard]] bool fault() const noexcept {
+    return inputs_.state == snapshot::AxisState::kFault || inputs_.state == snapshot::AxisState::kFaultReactionActive;
+  }
+  /// Fills everything but cycle, time and axis number.
+  void fill(snapshot::AxisSample& sample) const noexcept;
+
+ private:
+  struct Targets {
+    std::uint16_t control_word = 0;
+    double position = 0.0;
+    double velocity = 0.0;
+    double torque = 0.0;
+  };
+  void write_targets(std::span<std::byte> image) const noexcept;
+  [[nodiscard]] Targets targets_for(const trajectory::AxisSetpoint& setpoint) const noexcept;
+
+  AxisConfig config_;
+  AxisInputs inputs_;
+  Targets targets_;
+  std::optional<PdoEntry<std::uint16_t>> control_word_;    // 6040h
+  std::optional<PdoEntry<std::int8_t>> mode_;              // 6060h
+  std::optional<PdoEntry<std::int32_t>> target_position_;  // 607Ah
+  std::optional<PdoEntry<std::int32_t>> target_velocity_;  // 60FFh
+  std::optional<PdoEntry<std::int32_t>> velocity_offset_;  // 60B1h
+  std::optional<PdoEntry<std::int16_t>> target_torque_;    // 6071h
+  std::optional<PdoEntry<std::int16_t>> torque_offset_;    // 60B2h
+  std::optional<PdoEntry<std::uint16_t>> status_word_;     // 6041h
+  std::optional<PdoEntry<std::int8_t>> mode_display_;      // 6061h
+  std::optional<PdoEntry<std::int32_t>> actual_position_;  // 6064h
+  std::optional<PdoEntry<std::int32_t>> actual_velocity_;  // 606Ch
+  std::optional<PdoEntry<std::int32_t>> following_error_;  // 60F4h
+  std::optional<PdoEntry<std::int16_t>> actual_torque_;    // 6077h
+  std::optional<PdoEntry<std::uint16_t>> error_code_;      // 603Fh
+};
+
+}  // namespace driveline::ecat_master

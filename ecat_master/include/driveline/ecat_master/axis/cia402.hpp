@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "driveline/snapshot/snapshot.hpp"
+
+/// The power drive system of CiA 402-2 (IEC 61800-7-201) as the master sees it: status word in, control word out.
+namespace driveline::ecat_master::cia402 {
+
+using snapshot::AxisState;
+
+/// Modes of operation, object 6060h.
+enum class Mode : std::int8_t { kCyclicPosition = 8, kCyclicVelocity = 9, kCyclicTorque = 10 };
+
+/// Control word commands, object 6040h (CiA 402-2 Table "Command coding").
+namespace command {
+inline constexpr std::uint16_t kDisableVoltage = 0x0000;
+inline constexpr std::uint16_t kQuickStop = 0x0002;
+inline constexpr std::uint16_t kShutdown = 0x0006;
+inline constexpr std::uint16_t kSwitchOn = 0x0007;
+inline constexpr std::uint16_t kEnableOperation = 0x000F;
+inline constexpr std::uint16_t kFaultReset = 0x0080;
+}  // namespace command
+
+/// What the master wants of an axis.
+enum class Goal : std::uint8_t {
+  kDisabled,   ///< power off, via Shutdown and Disable voltage
+  kEnabled,    ///< Operation enabled, through every state on the way
+  kQuickStop,  ///< stopped by the drive's own quick stop, then off
+};
+
+/// State coded in a status word. Bit 4 (voltage) and bit 7 (warning) do not take part (CiA 402-2, masks 4Fh and 6Fh).
+/// \rtsafe
+[[nodiscard]] AxisState decode_state(std::uint16_t status_word) noexcept;
+
+/// Name as in the standard.
+[[nodiscard]] std::string_view to_text(AxisState state) noexcept;
+
+/// The command that brings an axis one state closer to the goal. Never skips a state: the drives ask for the bits one
+/// after the other (MSD manual, Table 11.4). In Fault it is Disable voltage: faults are reset on request only. \rtsafe
+[[nodiscard]] std::uint16_t next_control_word(AxisState state, Goal goal) noexcept;
+
+}  // namespace driveline::ecat_master::cia402

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "driveline/ecat_master/coe_client.hpp"
+#include "driveline/ecat_master/discovery.hpp"
+#include "driveline/ecat_master/pdo_mapping.hpp"
+#include "driveline/ecat_master/process_image.hpp"
+
+namespace driveline::ecat_master {
+
+/// An SDO to be written at start-up, in PREOP.
+struct StartupSdo {
+  std::uint16_t index = 0;
+  std::uint8_t subindex = 0;
+  std::vector<std::byte> data;
+};
+
+/// What is planned for one slave. Zero in an identity field means: any.
+struct SlavePlan {
+  std::string name;
+  std::uint32_t vendor_id = 0;
+  std::uint32_t product_code = 0;
+  std::vector<StartupSdo> startup_sdos;
+  PdoConfiguration pdos;
+};
+
+/// A slave that has been found and is being run.
+struct ConfiguredSlave {
+  SlaveInfo info;
+  SlavePlan plan;
+  std::unique_ptr<MailboxClient> mailbox;  ///< none: the slave has no mailbox
+};
+
+/// Compares planned and found slaves by position. Errors: kSlaveCountMismatch, kIdentityMismatch. An empty plan
+/// accepts anything.
+[[nodiscard]] Result<void> compare_identities(std::span<const SlavePlan> plans, std::span<const SlaveInfo> found);
+
+/// Sets up sync managers 0 and 1 of all slaves with a mailbox (out of their EEPROM) and takes them to PREOP.
+/// Returns one mailbox client per slave, null without a mailbox.
+[[nodiscard]] Result<std::vector<std::unique_ptr<MailboxClient>>> enter_pre_op(Bus& bus,
+                                                                               std::span<const SlaveInfo> slaves);
+
+/// In PREOP: writes start-up SDOs and PDO configuration of every slave, lays out the process image, writes process data
+/// sync managers and FMMUs. The slaves are ready for SAFEOP afterwards.
+[[nodiscard]] Result<ProcessImage> configure_process_data(Bus& bus, std::span<ConfiguredSlave> slaves);
+
+/// Adds to a refused transition what the slave says about the sizes behind it: for AL status codes 0x001D and 0x001E
+/// the sync manager, the length it was given and the bytes of the PDOs assigned to it.
+[[nodiscard]] Error explain_state_error(Bus& bus, std::span<ConfiguredSlave> slaves, Error error);
+
+}  // namespace driveline::ecat_master

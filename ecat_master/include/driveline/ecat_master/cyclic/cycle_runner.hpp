@@ -1,0 +1,62 @@
+#pragma once
+
+#include <string>
+
+#include "driveline/ecat_master/cyclic/cyclic_core.hpp"
+#include "driveline/rt/realtime_thread.hpp"
+
+namespace driveline::ecat_master {
+
+/// Runs the cycle of a CyclicCore. The two kinds differ in who waits for whom: a real-time thread beside the caller,
+/// or the caller itself on a virtual clock.
+class CycleRunner {
+ public:
+  virtual ~CycleRunner() = default;
+  /// Starts cycling. Error: a sentence (the real-time set-up that is not in effect).
+  [[nodiscard]] virtual tl::expected<void, std::string> start() = 0;
+  /// Lets `duration` pass while the cycle runs.
+  virtual void pass(std::chrono::nanoseconds duration) = 0;
+  /// Ends cycling; returns when no cycle runs any more.
+  virtual void stop() = 0;
+};
+
+/// Cycles in a real-time thread of their own.
+class RealtimeRunner final : public CycleRunner, private rt::RealtimeTask {
+ public:
+  /// `wake_ahead`: see rt::CycleTimer.
+  RealtimeRunner(CyclicCore& core, rt::Clock& clock, rt::RealtimeConfig config, std::chrono::nanoseconds wake_ahead);
+  ~RealtimeRunner() override;
+
+  [[nodiscard]] tl::expected<void, std::string> start() override;
+  void pass(std::chrono::nanoseconds duration) override;
+  void stop() override;
+  /// What is in effect, after start().
+  [[nodiscard]] const rt::RealtimeReport& report() const noexcept { return report_; }
+
+ private:
+  void run(std::stop_token stop) noexcept override;
+
+  CyclicCore& core_;
+  rt::Clock& clock_;
+  rt::RealtimeConfig config_;
+  rt::CycleTimer timer_;
+  rt::RealtimeThread thread_;
+  rt::RealtimeReport report_;
+};
+
+/// Cycles in the caller's thread whenever it lets time pass: deterministic on a virtual clock.
+class InlineRunner final : public CycleRunner {
+ public:
+  InlineRunner(CyclicCore& core, rt::Clock& clock);
+
+  [[nodiscard]] tl::expected<void, std::string> start() override;
+  void pass(std::chrono::nanoseconds duration) override;
+  void stop() override {}
+
+ private:
+  CyclicCore& core_;
+  rt::Clock& clock_;
+  rt::CycleTimer timer_;
+};
+
+}  // namespace driveline::ecat_master

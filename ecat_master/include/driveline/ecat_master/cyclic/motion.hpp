@@ -1,0 +1,106 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <optional>
+#include <vector>
+
+#include "driveline/ecat_master/axis/axis.hpp"
+#include "driveline/trajectory/interpolator.hpp"
+#include "driveline/trajectory/start_ramp.hpp"
+#include "driveline/trajectory/stop_profile.hpp"
+
+namespace driveline::ecat_master {
+
+/// Where the coordinated motion of all axes stands.
+enum class MotionPhase : std::uint8_t {
+  kIdle,       ///< axes without power
+  kEnabling,   ///< CiA 402 start-up of all axes
+  kApproach,   ///< from where the axes are to the first point of the path
+  kFollowing,  ///< on the path
+  kHolding,    ///< end of the setpoints: the axes hold the last one
+  kStopping,   ///< ramp to standstill on request
+  kDisabling,  ///< CiA 402 shut-down of all axes
+  kQuickStop,  ///< an axis failed or the communication did: all drives stop by their own quick stop
+};
+
+[[nodiscard]] std::string_view to_text(MotionPhase phase) noexcept;
+
+/// Why the axes were stopped by MotionPhase::kQuickStop.
+struct MotionFailure {
+  enum class Cause : std::uint8_t { kNone, kAxisFault, kAxisLost, kCommunication, kEnableTimeout };
+  Cause cause = Cause::kNone;
+  std::uint16_t axis = 0;
+  std::uint16_t status_word = 0;
+  std::uint16_t error_code = 0;
+};
+
+/// Takes all axes along a path together: enables them, approaches the path, follows it, and reacts to failures. One
+/// axis that fails stops all of them, because a path of several axes means nothing without one.
+///
+/// Commands come from any thread through atomics; everything else belongs to the cycle and is \rtsafe.
+class Motion {
+ public:
+  struct Settings {
+    std::chrono::nanoseconds period = std::chrono::microseconds{125};
+    bool repeat = false;  ///< start over at the end of the path
+    /// Cycles in a row without valid process data of an axis before all axes are stopped. The drives' own watchdog is
+    /// the second line of defence.
+    std::uint32_t bad_cycle_limit = 8;
+    std::chrono::nanoseconds enable_timeout = std::chrono::seconds{2};
+    std::chrono::nanoseconds quick_stop_time = std::chrono::seconds{2};
+  };
+
+  /// `path` has one axis for each of `axes`, in the same order.
+  /// @throws std::invalid_argument if their numbers differ.
+  Motion(std::vector<Axis> axes, trajectory::Interpolator path, Settings settings);
+
+  // Commands, any thread.
+  /// Enable all axes (resetting faults first) and follow the path.
+  void request_start() noexcept { command_.store(Command::kStart, std::memory_order_release); }
+  /// Bring all axes to standstill, then switch them off.
+  void request_stop() noexcept { command_.store(Command::kStop, std::memory_order_release); }
+  [[nodiscard]] MotionPhase phase() const noexcept { return phase_shared_.load(std::memory_order_acquire); }
+  /// The first failure since the last start; complete once phase() is kQuickStop, kDisabling or kIdle.
+  [[nodiscard]] MotionFailure failure() const noexcept { return failure_; }
+
+  // The cycle's side. \rtsafe
+  /// Reads the inputs of all axes; `valid` tells per slave position whether its process data are.
+  void read_inputs(std::span<const std::byte> image, std::span<const bool> valid) noexcept;
+  /// Advances phases and setpoints to grid cycle `cycle`, writes all outputs.
+  void update(std::int64_t cycle, std::span<std::byte> image) noexcept;
+
+  [[nodiscard]] std::span<const Axis> axes() const noexcept { return axes_; }
+  [[nodiscard]] std::span<const trajectory::AxisSetpoint> setpoints() const noexcept { return setpoints_; }
+
+ private:
+  enum class Command : std::uint8_t { kNone, kStart, kStop };
+
+  void enter(MotionPhase phase, std::int64_t cycle) noexcept;
+  [[nodiscard]] double elapsed_s(std::int64_t cycle) const noexcept;
+  void obey(std::int64_t cycle) noexcept;
+  void watch(std::int64_t cycle) noexcept;
+  void fail(MotionFailure::Cause cause, std::size_t axis, std::int64_t cycle) noexcept;
+  void advance(std::int64_t cycle) noexcept;
+  void plan_approach() noexcept;
+  void plan_stop() noexcept;
+  [[nodiscard]] bool all_enabled() const noexcept;
+  [[nodiscard]] bool none_enabled() const noexcept;
+  [[nodiscard]] cia402::Goal goal() const noexcept;
+
+  std::vector<Axis> axes_;
+  trajectory::Interpolator path_;
+  Settings settings_;
+  std::vector<trajectory::AxisSetpoint> setpoints_;
+  std::vector<std::optional<trajectory::StartRamp>> ramps_;
+  std::vector<std::optional<trajectory::StopProfile>> stops_;
+  std::vector<trajectory::AxisSetpoint> path_start_;
+  std::vector<std::uint32_t> bad_cycles_;
+  MotionPhase phase_ = MotionPhase::kIdle;
+  std::int64_t phase_start_ = 0;
+  MotionFailure failure_;
+  std::atomic<Command> command_{Command::kNone};
+  std::atomic<MotionPhase> phase_shared_{MotionPhase::kIdle};
+};
+
+}  // namespace driveline::ecat_master

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "driveline/ecat_master/error.hpp"
+#include "driveline/wire/datagram.hpp"
+
+namespace driveline::ecat_master {
+
+/// One datagram of acyclic work: what to send, and what came back into the same data.
+struct Request {
+  wire::Command command = wire::Command::kNop;
+  wire::DatagramAddress address;
+  std::span<std::byte> data;          ///< sent; overwritten by the answer
+  std::uint16_t working_counter = 0;  ///< of the answer
+  bool answered = false;
+};
+
+/// Counters of an exchange.
+struct ExchangeStatistics {
+  std::uint64_t frames_sent = 0;
+  std::uint64_t frames_received = 0;
+  std::uint64_t frames_lost = 0;     ///< not answered in time, sent again or given up
+  std::uint64_t frames_stale = 0;    ///< came back after they had been given up, or twice
+  std::uint64_t frames_foreign = 0;  ///< not ours, or damaged
+};
+
+/// The way datagrams of acyclic work (discovery, states, mailboxes) travel: directly through the port before the
+/// cycle runs, in the gaps of the cycle while it does. Callers cannot tell the two apart.
+///
+/// Not real-time safe; one thread at a time.
+class DatagramExchange {
+ public:
+  virtual ~DatagramExchange() = default;
+
+  /// Sends all requests, packed into as few frames as fit, and waits for the answers; lost frames are repeated.
+  /// Errors: kNoAnswer when a frame stays unanswered after all retries, kLinkDown, kProcessDataSize when one
+  /// request does not fit into a frame. A working counter of zero is no error here.
+  [[nodiscard]] virtual Result<void> exchange(std::span<Request> requests) = 0;
+
+  /// Lets time pass between two polls (on the clock of the line, so that virtual time moves on).
+  virtual void pause(std::chrono::nanoseconds duration) = 0;
+  [[nodiscard]] virtual std::chrono::nanoseconds now() const noexcept = 0;
+};
+
+}  // namespace driveline::ecat_master

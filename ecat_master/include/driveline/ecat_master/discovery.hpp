@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "driveline/ecat_master/bus.hpp"
+#include "driveline/esi/device_description.hpp"
+
+namespace driveline::ecat_master {
+
+/// A slave as found on the line.
+struct SlaveInfo {
+  SlaveRef ref;
+  std::uint16_t alias = 0;
+  esi::DeviceDescription description;  ///< what its EEPROM says
+  std::vector<std::byte> sii;          ///< EEPROM content, up to the end of the categories
+};
+
+/// First configured station address; slave n gets this plus n.
+inline constexpr std::uint16_t kFirstStationAddress = 0x1001;
+/// Most slaves of one line: addresses stay below the range that other tools use for temporary ones.
+inline constexpr std::uint16_t kMaxSlaves = 4096;
+
+/// Counts the slaves, brings all of them to INIT with their errors acknowledged and their FMMUs and sync managers
+/// cleared, gives them station addresses and reads their EEPROMs.
+///
+/// Errors: kNoSlaves, kTooManySlaves, kSii*, those of the bus. Not real-time safe.
+[[nodiscard]] Result<std::vector<SlaveInfo>> discover(Bus& bus);
+
+}  // namespace driveline::ecat_master

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <tl/expected.hpp>
+#include <type_traits>
+
+#include "driveline/wire/al.hpp"
+#include "driveline/wire/al_status_code.hpp"
+#include "driveline/wire/sdo_abort.hpp"
+
+namespace driveline::ecat_master {
+
+/// What went wrong on the bus. Error::detail holds the facts that belong to each kind.
+enum class ErrorKind : std::uint8_t {
+  kNoAnswer,            ///< frames did not come back within the retries
+  kLinkDown,            ///< the port has no carrier
+  kWorkingCounter,      ///< a datagram was answered by the wrong number of slaves
+  kNoSlaves,            ///< nothing on the line
+  kTooManySlaves,       ///< more slaves than addresses
+  kSiiBusy,             ///< EEPROM interface stays busy
+  kSiiError,            ///< EEPROM interface reports an error
+  kSiiContent,          ///< EEPROM content cannot be used
+  kStateRefused,        ///< a slave reports an error instead of the requested AL state
+  kStateTimeout,        ///< a slave did not reach the requested AL state in time
+  kNoMailbox,           ///< the slave has no mailbox, or not the protocol
+  kMailboxTimeout,      ///< no mailbox reply in time
+  kMailboxError,        ///< the slave answered with a mailbox error reply
+  kMailboxMalformed,    ///< the slave's mailbox does not decode
+  kSdoAbort,            ///< the slave aborted an SDO transfer
+  kSdoSize,             ///< an SDO has another size than asked for
+  kIdentityMismatch,    ///< another device than planned
+  kSlaveCountMismatch,  ///< another number of slaves than planned
+  kProcessDataSize,     ///< process data does not fit (frame, sync manager, PDO)
+  kCycleBudget,         ///< the process data cannot be exchanged in the cycle time
+  kAxisNotEnabled,      ///< an axis did not reach Operation enabled
+  kAxisFault,           ///< an axis reports a fault
+  kCommunicationLost,   ///< the cyclic exchange broke down
+  kCancelled,           ///< stopped on request
+};
+
+/// An error with its facts; 24 bytes, trivially copyable, made without allocation. `describe()` makes the sentence.
+///
+/// Fields that do not apply to a kind are zero; `slave` is kNoSlave when no slave can be named.
+struct Error {
+  static constexpr std::uint16_t kNoSlave = 0xFFFF;
+
+  ErrorKind kind = ErrorKind::kNoAnswer;
+  std::uint8_t subindex = 0;
+  wire::AlState requested = wire::AlState::kNone;
+  wire::AlState actual = wire::AlState::kNone;
+  std::uint16_t slave = kNoSlave;  ///< position on the line, 0 = first
+  std::uint16_t address = 0;       ///< register, object index or EEPROM word, as the kind says
+  std::uint32_t expected = 0;      ///< working counter, size, identity ... that was expected
+  std::uint32_t received = 0;      ///< the same as found
+  std::uint32_t code = 0;          ///< AL status code, SDO abort code, CiA 402 error code, mailbox error code
+  std::uint32_t extra = 0;         ///< second fact (time in us, sync manager number)
+};
+static_assert(std::is_trivially_copyable_v<Error> && sizeof(Error) <= 24);
+
+template <typename T>
+using Result = tl::expected<T, Error>;
+
+/// The error as one sentence with all of its facts. Allocates: not for the cycle.
+[[nodiscard]] std::string describe(const Error& error);
+
+}  // namespace driveline::ecat_master

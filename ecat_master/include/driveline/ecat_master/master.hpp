@@ -1,0 +1,102 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "driveline/ecat_master/configurator.hpp"
+#include "driveline/ecat_master/cyclic/cycle_runner.hpp"
+#include "driveline/ecat_master/direct_exchange.hpp"
+#include "driveline/ecat_master/state_machine.hpp"
+
+namespace driveline::ecat_master {
+
+/// The master of one line, from first frame to INIT again. The steps are called in this order, each at most once
+/// unless it failed:
+///
+///   scan -> configure -> start_cycle -> go_operational -> (monitor ...) -> shut_down
+///
+/// Everything here runs on an ordinary thread; the cycle runs wherever the CycleRunner runs it. Port and clock must
+/// outlive the master. One thread at a time.
+class Master {
+ public:
+  struct Settings {
+    DirectExchange::Settings exchange;
+    std::chrono::nanoseconds state_timeout = kOpTimeout;
+  };
+
+  Master(port::Port& port, rt::Clock& clock, Settings settings);
+  Master(port::Port& port, rt::Clock& clock) : Master(port, clock, Settings{}) {}
+  ~Master();
+
+  /// AL status of all slaves by their position, without changing anything about them. Needs no scan().
+  [[nodiscard]] Result<std::vector<AlReport>> peek_states();
+  /// Finds the slaves. Leaves them in INIT.
+  [[nodiscard]] Result<void> scan();
+  /// Compares the found slaves with `plans` (by position; empty: anything goes), configures them and takes them to
+  /// SAFEOP. Slaves beyond the plans are taken to SAFEOP without process data.
+  [[nodiscard]] Result<void> configure(std::vector<SlavePlan> plans);
+  /// Sync managers of the mailboxes and PREOP only: enough for SDO transfers. Alternative to configure().
+  [[nodiscard]] Result<void> enter_pre_op();
+
+  [[nodiscard]] std::span<const ConfiguredSlave> slaves() const noexcept { return slaves_; }
+  /// After configure(): where the process data of each slave lie.
+  [[nodiscard]] const ProcessImage& image() const noexcept { return image_; }
+
+  /// Makes the runner for the cycle of `core`.
+  using MakeRunner = std::function<std::unique_ptr<CycleRunner>(CyclicCore& core)>;
+
+  /// Starts the cyclic exchange in SAFEOP. `motion` may be null. Error: a sentence.
+  [[nodiscard]] tl::expected<void, std::string> start_cycle(Motion* motion, SampleRings rings,
+                                                            CyclicCore::Settings settings,
+                                                            const MakeRunner& make_runner);
+  /// SAFEOP to OP while the cycle runs and provides valid outputs.
+  [[nodiscard]] Result<void> go_operational();
+
+  /// AL status of every slave, through the cycle while it runs.
+  [[nodiscard]] Result<std::vector<AlReport>> al_status();
+  /// Lets the cycle run for `duration` (sleeps, or runs it on virtual time).
+  void pass(std::chrono::nanoseconds duration);
+  [[nodiscard]] CyclicCore* core() noexcept { return core_.get(); }
+  [[nodiscard]] CycleRunner* runner() noexcept { return runner_.get(); }
+  /// Access for SDO transfers: through the cycle while it runs, directly otherwise. Null: no mailbox.
+  [[nodiscard]] MailboxClient* mailbox(std::size_t slave) noexcept { return slaves_[slave].mailbox.get(); }
+  [[nodiscard]] Bus& bus() noexcept { return bus_; }
+
+  /// All slaves by way of SAFEOP and PREOP to INIT, whatever state they are in; ends the cycle. Goes on after an error
+  /// and returns the first. The motion must have been stopped before.
+  Result<void> shut_down();
+
+ private:
+  /// Sends requests the way that is open now.
+  class SwitchedExchange final : public DatagramExchange {
+   public:
+    explicit SwitchedExchange(DatagramExchange& direct) noexcept : target_(&direct) {}
+    void use(DatagramExchange& target) noexcept { target_ = &target; }
+    [[nodiscard]] Result<void> exchange(std::span<Request> requests) override { return target_->exchange(requests); }
+    void pause(std::chrono::nanoseconds duration) override { target_->pause(duration); }
+    [[nodiscard]] std::chrono::nanoseconds now() const noexcept override { return target_->now(); }
+
+   private:
+    DatagramExchange* target_;
+  };
+
+  [[nodiscard]] Result<void> change_all(wire::AlState state, std::chrono::nanoseconds timeout);
+  void stop_cycle();
+
+  port::Port& port_;
+  rt::Clock& clock_;
+  Settings settings_;
+  DirectExchange direct_;
+  SwitchedExchange exchange_;
+  Bus bus_;
+  std::vector<ConfiguredSlave> slaves_;
+  std::vector<SlaveRef> refs_;
+  ProcessImage image_;
+  std::unique_ptr<CyclicCore> core_;
+  std::unique_ptr<CycleRunner> runner_;
+  std::unique_ptr<CyclicExchange> cyclic_;
+};
+
+}  // namespace driveline::ecat_master

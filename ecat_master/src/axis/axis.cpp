@@ -1,0 +1,144 @@
+#include "driveline/ecat_master/axis/axis.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace driveline::ecat_master {
+namespace {
+
+/// Offset of an object in the process data of a slave; nothing when it is not mapped or not on a byte border.
+std::optional<std::size_t> find_object(const std::vector<PdoMapping>& pdos, std::uint16_t index, std::size_t bits) {
+  std::size_t at = 0;
+  for (const auto& pdo : pdos) {
+    for (const auto& object : pdo.objects) {
+      if (object.index == index && object.subindex == 0 && object.bits == bits && at % 8 == 0) return at / 8;
+      at += object.bits;
+    }
+  }
+  return std::nullopt;
+}
+
+template <typename T>
+std::optional<PdoEntry<T>> entry(const std::vector<PdoMapping>& pdos, std::size_t base, std::uint16_t index) {
+  const auto offset = find_object(pdos, index, 8 * sizeof(T));
+  return offset ? std::optional(PdoEntry<T>(base + *offset)) : std::nullopt;
+}
+
+/// Rounds to a wire integer; out-of-range values end at the limit, NaN at zero.
+template <typename T>
+T saturate(double value) noexcept {
+  if (std::isnan(value)) return 0;
+  constexpr auto kMin = static_cast<double>(std::numeric_limits<T>::min());
+  constexpr auto kMax = static_cast<double>(std::numeric_limits<T>::max());
+  return static_cast<T>(std::llround(std::clamp(value, kMin, kMax)));
+}
+
+template <typename T>
+void put(const std::optional<PdoEntry<T>>& pdo_entry, std::span<std::byte> image, T value) noexcept {
+  if (pdo_entry) pdo_entry->set(image, value);
+}
+
+template <typename T>
+T take(const std::optional<PdoEntry<T>>& pdo_entry, std::span<const std::byte> image) noexcept {
+  return pdo_entry ? pdo_entry->get(image) : T{0};
+}
+
+}  // namespace
+
+const PdoConfiguration& axis_pdo_configuration() {
+  static const PdoConfiguration kConfiguration{{{0x1600, {{0x6040, 0, 16}, {0x6060, 0, 8}, {0x607A, 0, 32}}},
+                                                {0x1601, {{0x60FF, 0, 32}, {0x60B1, 0, 32}}},
+                                                {0x1602, {{0x6071, 0, 16}, {0x60B2, 0, 16}}}},
+                                               {{0x1A00, {{0x6041, 0, 16}, {0x6061, 0, 8}, {0x6064, 0, 32}}},
+                                                {0x1A01, {{0x606C, 0, 32}, {0x60F4, 0, 32}}},
+                                                {0x1A02, {{0x6077, 0, 16}, {0x603F, 0, 16}}}}};
+  return kConfiguration;
+}
+
+Axis::Axis(AxisConfig config, const ProcessDataPlace& place, const PdoConfiguration& pdos)
+    : config_(std::move(config)),
+      control_word_(entry<std::uint16_t>(pdos.outputs, place.offset, 0x6040)),
+      mode_(entry<std::int8_t>(pdos.outputs, place.offset, 0x6060)),
+      target_position_(entry<std::int32_t>(pdos.outputs, place.offset, 0x607A)),
+      target_velocity_(entry<std::int32_t>(pdos.outputs, place.offset, 0x60FF)),
+      velocity_offset_(entry<std::int32_t>(pdos.outputs, place.offset, 0x60B1)),
+      target_torque_(entry<std::int16_t>(pdos.outputs, place.offset, 0x6071)),
+      torque_offset_(entry<std::int16_t>(pdos.outputs, place.offset, 0x60B2)),
+      status_word_(entry<std::uint16_t>(pdos.inputs, place.offset, 0x6041)),
+      mode_display_(entry<std::int8_t>(pdos.inputs, place.offset, 0x6061)),
+      actual_position_(entry<std::int32_t>(pdos.inputs, place.offset, 0x6064)),
+      actual_velocity_(entry<std::int32_t>(pdos.inputs, place.offset, 0x606C)),
+      following_error_(entry<std::int32_t>(pdos.inputs, place.offset, 0x60F4)),
+      actual_torque_(entry<std::int16_t>(pdos.inputs, place.offset, 0x6077)),
+      error_code_(entry<std::uint16_t>(pdos.inputs, place.offset, 0x603F)) {}
+
+void Axis::read_inputs(std::span<const std::byte> image, bool valid) noexcept {
+  if (!valid) {
+    inputs_.state = snapshot::AxisState::kUnavailable;
+    return;
+  }
+  inputs_.status_word = take(status_word_, image);
+  inputs_.error_code = take(error_code_, image);
+  inputs_.mode = take(mode_display_, image);
+  inputs_.state = cia402::decode_state(inputs_.status_word);
+  inputs_.position = take(actual_position_, image) / config_.increments_per_unit;
+  inputs_.velocity = take(actual_velocity_, image) / config_.increments_per_unit;
+  inputs_.torque = take(actual_torque_, image) * config_.rated_torque / 1000.0;
+  inputs_.following_error = take(following_error_, image) / config_.increments_per_unit;
+}
+
+Axis::Targets Axis::targets_for(const trajectory::AxisSetpoint& setpoint) const noexcept {
+  Targets targets;
+  targets.position = setpoint.position;
+  targets.velocity = setpoint.velocity;
+  targets.torque = config_.inertia * setpoint.acceleration;
+  if (config_.mode == cia402::Mode::kCyclicPosition) return targets;
+  targets.velocity += config_.position_gain_1_s * (setpoint.position - inputs_.position);
+  if (config_.mode == cia402::Mode::kCyclicTorque) {
+    targets.torque += config_.velocity_gain * (targets.velocity - inputs_.velocity);
+  }
+  return targets;
+}
+
+void Axis::write_outputs(std::span<std::byte> image, cia402::Goal goal, bool reset_fault,
+                         const trajectory::AxisSetpoint& setpoint) noexcept {
+  const bool moving = inputs_.state == snapshot::AxisState::kOperationEnabled;
+  targets_ = moving ? targets_for(setpoint) : Targets{0, inputs_.position, 0.0, 0.0};
+  targets_.control_word = cia402::next_control_word(inputs_.state, goal);
+  // Fault reset works on the rising edge of bit 7, so it is given for one request and taken back by the next.
+  if (reset_fault && fault()) targets_.control_word = cia402::command::kFaultReset;
+  put(control_word_, image, targets_.control_word);
+  put(mode_, image, static_cast<std::int8_t>(config_.mode));
+  write_targets(image);
+}
+
+void Axis::write_targets(std::span<std::byte> image) const noexcept {
+  const double scale = config_.increments_per_unit;
+  const double permille = 1000.0 / config_.rated_torque;
+  const auto torque = saturate<std::int16_t>(targets_.torque * permille);
+  put(target_position_, image, saturate<std::int32_t>(targets_.position * scale));
+  const bool position_mode = config_.mode == cia402::Mode::kCyclicPosition;
+  const bool torque_mode = config_.mode == cia402::Mode::kCyclicTorque;
+  // In CSP velocity and torque are feed-forward offsets; in CSV and CST they are the targets themselves.
+  put(velocity_offset_, image, position_mode ? saturate<std::int32_t>(targets_.velocity * scale) : std::int32_t{0});
+  put(target_velocity_, image, position_mode ? std::int32_t{0} : saturate<std::int32_t>(targets_.velocity * scale));
+  put(torque_offset_, image, torque_mode ? std::int16_t{0} : torque);
+  put(target_torque_, image, torque_mode ? torque : std::int16_t{0});
+}
+
+void Axis::fill(snapshot::AxisSample& sample) const noexcept {
+  sample.control_word = targets_.control_word;
+  sample.status_word = inputs_.status_word;
+  sample.mode = inputs_.mode;
+  sample.state = inputs_.state;
+  sample.target_position_rad = targets_.position;
+  sample.actual_position_rad = inputs_.position;
+  sample.target_velocity_rad_s = targets_.velocity;
+  sample.actual_velocity_rad_s = inputs_.velocity;
+  sample.target_torque_nm = targets_.torque;
+  sample.actual_torque_nm = inputs_.torque;
+  sample.following_error_rad = inputs_.following_error;
+}
+
+}  // namespace driveline::ecat_master

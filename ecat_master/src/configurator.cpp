@@ -1,0 +1,185 @@
+#include "driveline/ecat_master/configurator.hpp"
+
+#include <algorithm>
+
+#include "driveline/ecat_master/state_machine.hpp"
+#include "driveline/wire/fmmu.hpp"
+#include "driveline/wire/sync_manager.hpp"
+
+namespace driveline::ecat_master {
+namespace {
+
+using Use = esi::SyncManager::Use;
+
+constexpr std::uint8_t kOutputFmmu = 0;
+constexpr std::uint8_t kInputFmmu = 1;
+
+/// Number of the first sync manager with this use; nothing when the slave has none.
+std::optional<std::uint8_t> find_sync_manager(const SlaveInfo& slave, Use use) {
+  const auto& managers = slave.description.sync_managers;
+  const auto found = std::find_if(managers.begin(), managers.end(), [use](const auto& m) { return m.use == use; });
+  if (found == managers.end()) return std::nullopt;
+  return static_cast<std::uint8_t>(found - managers.begin());
+}
+
+Result<void> write_sync_manager(Bus& bus, SlaveRef slave, std::uint8_t number, const esi::SyncManager& layout,
+                                std::uint16_t length) {
+  wire::SyncManagerChannel channel;
+  channel.start_address = layout.start_address;
+  channel.length = length;
+  channel.control = layout.control;
+  channel.activate = length > 0 ? wire::SyncManagerActivate::kEnable : std::uint8_t{0};
+  std::array<std::byte, wire::SyncManagerChannel::kSize> data{};
+  channel.encode(data);
+  return bus.write(slave, wire::reg::kSyncManager.at(number), data);
+}
+
+Result<void> write_fmmu(Bus& bus, SlaveRef slave, std::uint8_t number, std::uint32_t logical, std::uint16_t physical,
+                        std::size_t bytes, std::uint8_t type) {
+  wire::FmmuEntity fmmu;
+  fmmu.logical_start = logical;
+  fmmu.length = static_cast<std::uint16_t>(bytes);
+  fmmu.physical_start = physical;
+  fmmu.type = type;
+  fmmu.active = true;
+  std::array<std::byte, wire::FmmuEntity::kSize> data{};
+  fmmu.encode(data);
+  return bus.write(slave, wire::reg::kFmmu.at(number), data);
+}
+
+/// One direction of one slave: sync manager with its length, and its FMMU when there is something to exchange.
+Result<void> map_direction(Bus& bus, const SlaveInfo& slave, Use use, std::size_t offset, std::size_t bytes) {
+  const auto number = find_sync_manager(slave, use);
+  if (!number) {
+    if (bytes == 0) return {};
+    Error error;
+    error.kind = ErrorKind::kProcessDataSize;
+    error.slave = slave.ref.position;
+    error.received = static_cast<std::uint32_t>(bytes);
+    return tl::unexpected(error);
+  }
+  const auto& layout = slave.description.sync_managers[*number];
+  if (auto done = write_sync_manager(bus, slave.ref, *number, layout, static_cast<std::uint16_t>(bytes)); !done)
+    return done;
+  if (bytes == 0) return {};
+  const bool outputs = use == Use::kOutputs;
+  return write_fmmu(bus, slave.ref, outputs ? kOutputFmmu : kInputFmmu, ProcessImage::logical_address(offset),
+                    layout.start_address, bytes, outputs ? wire::FmmuEntity::kTypeWrite : wire::FmmuEntity::kTypeRead);
+}
+
+Result<void> configure_over_coe(ConfiguredSlave& slave) {
+  if (slave.plan.startup_sdos.empty() && slave.plan.pdos.outputs.empty() && slave.plan.pdos.inputs.empty()) return {};
+  if (!slave.mailbox || !slave.info.description.mailbox.coe) {
+    Error error;
+    error.kind = ErrorKind::kNoMailbox;
+    error.slave = slave.info.ref.position;
+    return tl::unexpected(error);
+  }
+  CoeClient coe(*slave.mailbox);
+  for (const auto& sdo : slave.plan.startup_sdos) {
+    if (auto done = coe.download(sdo.index, sdo.subindex, sdo.data); !done) return done;
+  }
+  return write_pdo_configuration(coe, slave.plan.pdos);
+}
+
+Error identity_error(const SlaveInfo& slave, std::uint16_t field, std::uint32_t planned, std::uint32_t found) {
+  Error error;
+  error.kind = ErrorKind::kIdentityMismatch;
+  error.slave = slave.ref.position;
+  error.address = field;
+  error.expected = planned;
+  error.received = found;
+  return error;
+}
+
+}  // namespace
+
+Result<void> compare_identities(std::span<const SlavePlan> plans, std::span<const SlaveInfo> found) {
+  if (plans.empty()) return {};
+  if (plans.size() != found.size()) {
+    Error error;
+    error.kind = ErrorKind::kSlaveCountMismatch;
+    error.expected = static_cast<std::uint32_t>(plans.size());
+    error.received = static_cast<std::uint32_t>(found.size());
+    return tl::unexpected(error);
+  }
+  for (std::size_t i = 0; i < plans.size(); ++i) {
+    const auto& device = found[i].description;
+    if (plans[i].vendor_id != 0 && plans[i].vendor_id != device.vendor_id) {
+      return tl::unexpected(identity_error(found[i], 0, plans[i].vendor_id, device.vendor_id));
+    }
+    if (plans[i].product_code != 0 && plans[i].product_code != device.product_code) {
+      return tl::unexpected(identity_error(found[i], 1, plans[i].product_code, device.product_code));
+    }
+  }
+  return {};
+}
+
+Result<std::vector<std::unique_ptr<MailboxClient>>> enter_pre_op(Bus& bus, std::span<const SlaveInfo> slaves) {
+  std::vector<std::unique_ptr<MailboxClient>> mailboxes;
+  std::vector<SlaveRef> refs;
+  for (const auto& slave : slaves) {
+    refs.push_back(slave.ref);
+    mailboxes.push_back(nullptr);
+    const auto out = find_sync_manager(slave, Use::kMailboxOut);
+    const auto in = find_sync_manager(slave, Use::kMailboxIn);
+    if (!slave.description.mailbox.any() || !out || !in) continue;
+    const auto& out_layout = slave.description.sync_managers[*out];
+    const auto& in_layout = slave.description.sync_managers[*in];
+    for (const auto& [number, layout] : {std::pair{*out, &out_layout}, std::pair{*in, &in_layout}}) {
+      if (auto done = write_sync_manager(bus, slave.ref, number, *layout, layout->default_size); !done) {
+        return tl::unexpected(done.error());
+      }
+    }
+    mailboxes.back() = std::make_unique<MailboxClient>(bus, slave.ref,
+                                                       MailboxWindow{out_layout.start_address, out_layout.default_size,
+                                                                     in_layout.start_address, in_layout.default_size});
+  }
+  if (auto done = change_state(bus, refs, wire::AlState::kPreOp, kPreOpTimeout); !done)
+    return tl::unexpected(done.error());
+  return mailboxes;
+}
+
+Result<ProcessImage> configure_process_data(Bus& bus, std::span<ConfiguredSlave> slaves) {
+  std::vector<ProcessDataDemand> demands;
+  for (auto& slave : slaves) {
+    if (auto done = configure_over_coe(slave); !done) return tl::unexpected(done.error());
+    demands.push_back({slave.plan.pdos.output_bytes(), slave.plan.pdos.input_bytes()});
+  }
+  auto image = ProcessImage::lay_out(demands);
+  if (!image) return image;
+  for (std::size_t i = 0; i < slaves.size(); ++i) {
+    const auto& place = image->places()[i];
+    const auto& info = slaves[i].info;
+    if (auto done = map_direction(bus, info, Use::kOutputs, place.offset, place.output_bytes); !done)
+      return tl::unexpected(done.error());
+    if (auto done = map_direction(bus, info, Use::kInputs, place.offset, place.input_bytes); !done)
+      return tl::unexpected(done.error());
+  }
+  return image;
+}
+
+Error explain_state_error(Bus& bus, std::span<ConfiguredSlave> slaves, Error error) {
+  const auto code = static_cast<wire::AlStatusCode>(error.code);
+  const bool outputs = code == wire::AlStatusCode::kInvalidOutputConfiguration;
+  if (error.kind != ErrorKind::kStateRefused || (!outputs && code != wire::AlStatusCode::kInvalidInputConfiguration))
+    return error;
+  const auto slave = std::find_if(slaves.begin(), slaves.end(),
+                                  [&](const ConfiguredSlave& s) { return s.info.ref.position == error.slave; });
+  if (slave == slaves.end() || !slave->mailbox) return error;
+  const auto number = find_sync_manager(slave->info, outputs ? Use::kOutputs : Use::kInputs);
+  if (!number) return error;
+  std::array<std::byte, 2> length{};
+  CoeClient coe(*slave->mailbox);
+  const auto read =
+      bus.read(slave->info.ref, static_cast<std::uint16_t>(wire::reg::kSyncManager.at(*number) + 2), length);
+  const auto assigned = read_assigned_bytes(coe, outputs ? 0x1C12 : 0x1C13);
+  // When the slave does not even tell, the error stays as it is.
+  if (!read || !assigned) return error;
+  error.extra = *number;
+  error.expected = wire::load_le<std::uint16_t>(length);
+  error.received = static_cast<std::uint32_t>(*assigned);
+  return error;
+}
+
+}  // namespace driveline::ecat_master

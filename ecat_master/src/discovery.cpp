@@ -1,0 +1,104 @@
+#include "driveline/ecat_master/discovery.hpp"
+
+#include <array>
+
+#include "driveline/ecat_master/sii_reader.hpp"
+#include "driveline/esi/sii.hpp"
+#include "driveline/wire/fmmu.hpp"
+#include "driveline/wire/sync_manager.hpp"
+
+namespace driveline::ecat_master {
+namespace {
+
+Result<std::uint16_t> count_slaves(Bus& bus) {
+  std::array<std::byte, 1> type{};
+  auto count = bus.broadcast_read(wire::reg::kType.address, type);
+  if (!count) return count;
+  Error error;
+  error.received = *count;
+  error.expected = kMaxSlaves;
+  if (*count == 0) {
+    error.kind = ErrorKind::kNoSlaves;
+    return tl::unexpected(error);
+  }
+  if (*count > kMaxSlaves) {
+    error.kind = ErrorKind::kTooManySlaves;
+    return tl::unexpected(error);
+  }
+  return count;
+}
+
+/// A previous master may have left anything behind: INIT with the error acknowledged, then no FMMU and no sync
+/// manager stays active (the emulated and real controllers keep them across a change to INIT).
+Result<void> reset_slaves(Bus& bus) {
+  const wire::AlControl init{wire::AlState::kInit, true, false};
+  const std::array<std::byte, 8 * wire::SyncManagerChannel::kSize> no_sync_managers{};
+  const std::array<std::byte, 8 * wire::FmmuEntity::kSize> no_fmmus{};
+  const auto control = wire::to_le_bytes(init.raw());
+  const std::pair<std::uint16_t, std::span<const std::byte>> writes[] = {
+      {wire::reg::kAlControl.address, control},
+      {wire::reg::kFmmu.address, no_fmmus},
+      {wire::reg::kSyncManager.address, no_sync_managers},
+  };
+  for (const auto& [address, data] : writes) {
+    if (auto done = bus.broadcast_write(address, data); !done) return tl::unexpected(done.error());
+  }
+  return {};
+}
+
+Result<std::vector<SlaveRef>> assign_addresses(Bus& bus, std::uint16_t count) {
+  std::vector<SlaveRef> slaves;
+  std::vector<std::array<std::byte, 2>> addresses(count);
+  std::vector<Request> requests;
+  for (std::uint16_t i = 0; i < count; ++i) {
+    slaves.push_back({i, static_cast<std::uint16_t>(kFirstStationAddress + i)});
+    addresses[i] = wire::to_le_bytes(slaves.back().station);
+    requests.push_back(
+        {wire::Command::kApwr, wire::DatagramAddress::position(i, wire::reg::kStationAddress.address), addresses[i]});
+  }
+  if (auto done = bus.exchange().exchange(requests); !done) return tl::unexpected(done.error());
+  for (std::uint16_t i = 0; i < count; ++i) {
+    if (requests[i].working_counter == 1) continue;
+    Error error;
+    error.kind = ErrorKind::kWorkingCounter;
+    error.slave = i;
+    error.address = wire::reg::kStationAddress.address;
+    error.expected = 1;
+    error.received = requests[i].working_counter;
+    return tl::unexpected(error);
+  }
+  return slaves;
+}
+
+Result<SlaveInfo> make_info(SlaveRef ref, std::vector<std::byte> image) {
+  const auto decoded = esi::decode_sii(image);
+  if (!decoded) {
+    Error error;
+    error.kind = ErrorKind::kSiiContent;
+    error.slave = ref.position;
+    error.address = static_cast<std::uint16_t>(decoded.error().word_offset);
+    return tl::unexpected(error);
+  }
+  return SlaveInfo{ref, decoded->config.station_alias, esi::description_from_sii(*decoded), std::move(image)};
+}
+
+}  // namespace
+
+Result<std::vector<SlaveInfo>> discover(Bus& bus) {
+  const auto count = count_slaves(bus);
+  if (!count) return tl::unexpected(count.error());
+  if (auto done = reset_slaves(bus); !done) return tl::unexpected(done.error());
+  const auto slaves = assign_addresses(bus, *count);
+  if (!slaves) return tl::unexpected(slaves.error());
+  auto images = read_sii(bus, *slaves);
+  if (!images) return tl::unexpected(images.error());
+  std::vector<SlaveInfo> found;
+  for (std::size_t i = 0; i < slaves->size(); ++i) {
+    auto info = make_info((*slaves)[i], std::move((*images)[i]));
+    if (!info) return tl::unexpected(info.error());
+    found.push_back(std::move(*info));
+  }
+  return found;
+}
+
+}  // namespace driveline::ecat_master

@@ -1,0 +1,117 @@
+#include "driveline/ecat_master/error.hpp"
+
+#include <fmt/format.h>
+
+#include "driveline/wire/mailbox.hpp"
+
+namespace driveline::ecat_master {
+namespace {
+
+std::string who(const Error& e) {
+  return e.slave == Error::kNoSlave ? std::string("the line") : fmt::format("slave {}", e.slave);
+}
+
+std::string al_code(const Error& e) {
+  const auto code = static_cast<wire::AlStatusCode>(e.code);
+  return fmt::format("AL status code 0x{:04X} ({})", e.code, wire::to_text(code));
+}
+
+std::string al_states(const Error& e) {
+  return fmt::format("asked for {}, is in {}", wire::to_text(e.requested), wire::to_text(e.actual));
+}
+
+std::string object(const Error& e) {
+  return fmt::format("object {:04X}h:{:02X}", e.address, e.subindex);
+}
+
+std::string describe_slave_facts(const Error& e) {
+  switch (e.kind) {
+    case ErrorKind::kStateRefused:
+      return e.expected == e.received
+                 ? fmt::format("{}: {}, {}", who(e), al_states(e), al_code(e))
+                 : fmt::format("{}: {}, {}; sync manager {} is set to {} bytes, the slave's PDO mapping has {}", who(e),
+                               al_states(e), al_code(e), e.extra, e.expected, e.received);
+    case ErrorKind::kStateTimeout:
+      return fmt::format("{}: {} and did not change within {} ms, {}", who(e), al_states(e), e.extra / 1000,
+                         al_code(e));
+    case ErrorKind::kSiiBusy:
+      return fmt::format("{}: EEPROM interface stays busy at word 0x{:04X}", who(e), e.address);
+    case ErrorKind::kSiiError:
+      return fmt::format("{}: EEPROM access to word 0x{:04X} failed, status 0x{:04X}", who(e), e.address, e.code);
+    case ErrorKind::kSiiContent:
+      return fmt::format("{}: EEPROM content is not usable at word 0x{:04X}", who(e), e.address);
+    case ErrorKind::kIdentityMismatch:
+      return fmt::format("{}: {} is 0x{:08X} but 0x{:08X} is planned", who(e),
+                         e.address == 0   ? "vendor id"
+                         : e.address == 1 ? "product code"
+                                          : "revision",
+                         e.received, e.expected);
+    case ErrorKind::kProcessDataSize:
+      return fmt::format("{}: {} bytes of process data do not fit, the limit is {}", who(e), e.received, e.expected);
+    default:
+      return {};
+  }
+}
+
+std::string describe_mailbox(const Error& e) {
+  switch (e.kind) {
+    case ErrorKind::kNoMailbox:
+      return fmt::format("{}: has no CoE mailbox", who(e));
+    case ErrorKind::kMailboxTimeout:
+      return fmt::format("{}: no mailbox reply for {} within {} ms", who(e), object(e), e.extra / 1000);
+    case ErrorKind::kMailboxError:
+      return fmt::format("{}: answered {} with mailbox error 0x{:04X}", who(e), object(e), e.code);
+    case ErrorKind::kMailboxMalformed:
+      return fmt::format("{}: sent a malformed mailbox for {}", who(e), object(e));
+    case ErrorKind::kSdoAbort:
+      return fmt::format("{}: {} aborted with 0x{:08X} ({})", who(e), object(e), e.code,
+                         wire::to_text(static_cast<wire::SdoAbort>(e.code)));
+    case ErrorKind::kSdoSize:
+      return fmt::format("{}: {} has {} bytes, {} were expected", who(e), object(e), e.received, e.expected);
+    default:
+      return {};
+  }
+}
+
+}  // namespace
+
+std::string describe(const Error& e) {
+  switch (e.kind) {
+    case ErrorKind::kNoAnswer:
+      return fmt::format("{}: no answer to a frame after {} tries", who(e), e.expected);
+    case ErrorKind::kLinkDown:
+      return "the port has no link";
+    case ErrorKind::kWorkingCounter:
+      return fmt::format("{}: working counter {} instead of {} at address 0x{:04X}", who(e), e.received, e.expected,
+                         e.address);
+    case ErrorKind::kNoSlaves:
+      return "no slave answers on the line";
+    case ErrorKind::kTooManySlaves:
+      return fmt::format("{} slaves answer, the limit is {}", e.received, e.expected);
+    case ErrorKind::kSlaveCountMismatch:
+      return fmt::format("{} slaves answer on the line but {} are planned", e.received, e.expected);
+    case ErrorKind::kCycleBudget:
+      return fmt::format("the cyclic frames take {} ns on a 100 Mbit/s wire, the cycle has {} ns", e.received,
+                         e.expected);
+    case ErrorKind::kAxisNotEnabled:
+      return fmt::format("axis {}: not in Operation enabled within {} ms, status word 0x{:04X}", e.slave,
+                         e.extra / 1000, e.received);
+    case ErrorKind::kAxisFault:
+      return fmt::format("axis {}: fault 0x{:04X}, status word 0x{:04X}", e.slave, e.code, e.received);
+    case ErrorKind::kCommunicationLost:
+      return fmt::format("communication lost: {} cycles in a row without valid process data", e.received);
+    case ErrorKind::kCancelled:
+      return "stopped on request";
+    case ErrorKind::kNoMailbox:
+    case ErrorKind::kMailboxTimeout:
+    case ErrorKind::kMailboxError:
+    case ErrorKind::kMailboxMalformed:
+    case ErrorKind::kSdoAbort:
+    case ErrorKind::kSdoSize:
+      return describe_mailbox(e);
+    default:
+      return describe_slave_facts(e);
+  }
+}
+
+}  // namespace driveline::ecat_master

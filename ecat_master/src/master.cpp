@@ -1,0 +1,108 @@
+#include "driveline/ecat_master/master.hpp"
+
+namespace driveline::ecat_master {
+
+Master::Master(port::Port& port, rt::Clock& clock, Settings settings)
+    : port_(port),
+      clock_(clock),
+      settings_(settings),
+      direct_(port, clock, settings.exchange),
+      exchange_(direct_),
+      bus_(exchange_) {}
+
+Master::~Master() {
+  stop_cycle();
+}
+
+Result<std::vector<AlReport>> Master::peek_states() {
+  return ecat_master::peek_states(bus_);
+}
+
+Result<void> Master::scan() {
+  auto found = discover(bus_);
+  if (!found) return tl::unexpected(found.error());
+  slaves_.clear();
+  refs_.clear();
+  for (auto& info : *found) {
+    refs_.push_back(info.ref);
+    slaves_.push_back({std::move(info), {}, nullptr});
+  }
+  return {};
+}
+
+Result<void> Master::enter_pre_op() {
+  std::vector<SlaveInfo> infos;
+  for (const auto& slave : slaves_) infos.push_back(slave.info);
+  auto mailboxes = ecat_master::enter_pre_op(bus_, infos);
+  if (!mailboxes) return tl::unexpected(mailboxes.error());
+  for (std::size_t i = 0; i < slaves_.size(); ++i) slaves_[i].mailbox = std::move((*mailboxes)[i]);
+  return {};
+}
+
+Result<void> Master::configure(std::vector<SlavePlan> plans) {
+  std::vector<SlaveInfo> infos;
+  for (const auto& slave : slaves_) infos.push_back(slave.info);
+  if (auto done = compare_identities(plans, infos); !done) return done;
+  for (std::size_t i = 0; i < plans.size(); ++i) slaves_[i].plan = std::move(plans[i]);
+  if (auto done = enter_pre_op(); !done) return done;
+  auto image = configure_process_data(bus_, slaves_);
+  if (!image) return tl::unexpected(image.error());
+  image_ = std::move(*image);
+  if (auto done = change_all(wire::AlState::kSafeOp, settings_.state_timeout); !done) {
+    return tl::unexpected(explain_state_error(bus_, slaves_, done.error()));
+  }
+  return {};
+}
+
+tl::expected<void, std::string> Master::start_cycle(Motion* motion, SampleRings rings, CyclicCore::Settings settings,
+                                                    const MakeRunner& make_runner) {
+  settings.slaves = static_cast<std::uint16_t>(refs_.size());
+  core_ = std::make_unique<CyclicCore>(port_, clock_, image_, motion, rings, settings);
+  runner_ = make_runner(*core_);
+  if (auto started = runner_->start(); !started) {
+    runner_.reset();
+    core_.reset();
+    return started;
+  }
+  cyclic_ = std::make_unique<CyclicExchange>(core_->acyclic(), clock_,
+                                             [this](std::chrono::nanoseconds duration) { runner_->pass(duration); });
+  exchange_.use(*cyclic_);
+  return {};
+}
+
+Result<void> Master::go_operational() {
+  return change_all(wire::AlState::kOp, settings_.state_timeout);
+}
+
+Result<void> Master::change_all(wire::AlState state, std::chrono::nanoseconds timeout) {
+  return change_state(bus_, refs_, state, timeout);
+}
+
+Result<std::vector<AlReport>> Master::al_status() {
+  return read_al_status(bus_, refs_);
+}
+
+void Master::pass(std::chrono::nanoseconds duration) {
+  exchange_.pause(duration);
+}
+
+void Master::stop_cycle() {
+  if (!runner_) return;
+  runner_->stop();
+  exchange_.use(direct_);
+}
+
+Result<void> Master::shut_down() {
+  if (refs_.empty()) return {};
+  Result<void> first{};
+  auto note = [&first](Result<void> done) {
+    if (!done && first) first = done;
+  };
+  if (runner_) note(change_all(wire::AlState::kSafeOp, settings_.state_timeout));
+  stop_cycle();
+  note(change_all(wire::AlState::kPreOp, settings_.state_timeout));
+  note(change_all(wire::AlState::kInit, settings_.state_timeout));
+  return first;
+}
+
+}  // namespace driveline::ecat_master
