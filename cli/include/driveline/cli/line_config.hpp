@@ -1,0 +1,74 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "driveline/ecat_master/axis/axis.hpp"
+#include "driveline/rt/realtime_thread.hpp"
+
+namespace driveline::cli {
+
+/// A slave of the line: what the master expects, and what the simulation builds.
+struct SlaveConfig {
+  std::string name;
+  std::string model = "msd";               ///< the simulated device; only "msd" so far
+  std::optional<std::uint32_t> vendor_id;  ///< expected; the model's own when left out
+  std::optional<std::uint32_t> product_code;
+  std::optional<double> inertia_kg_m2;  ///< motor and load, at the motor shaft
+  std::optional<double> coulomb_friction_nm;
+  std::optional<double> viscous_friction_nm_s;
+  double initial_position_rev = 0.0;  ///< of the simulated motor
+};
+
+/// How the setpoints come about.
+struct PathConfig {
+  enum class Interpolation : std::uint8_t { kLinear, kNaturalSpline, kClampedSpline };
+  std::filesystem::path file;
+  Interpolation interpolation = Interpolation::kClampedSpline;
+  bool repeat = false;
+};
+
+struct TelemetryConfig {
+  bool enabled = true;
+  std::uint32_t domain = 0;
+  std::uint32_t decimation = 8;
+  std::vector<std::string> interfaces = {"127.0.0.1"};
+};
+
+struct OutputConfig {
+  std::filesystem::path directory = "out";
+  bool plots = true;
+  std::optional<std::filesystem::path> capture;  ///< pcapng of all frames
+};
+
+/// A line description file.
+struct LineConfig {
+  std::string name = "line";
+  std::chrono::nanoseconds period = std::chrono::microseconds{125};
+  std::optional<std::string> interface;  ///< none: the simulated line in this process
+  rt::RealtimeConfig realtime;
+  std::chrono::nanoseconds wake_ahead{};
+  std::optional<int> simulation_cpu;  ///< where `simulate` runs its slaves
+  std::vector<SlaveConfig> slaves;
+  std::vector<ecat_master::AxisConfig> axes;
+  std::optional<PathConfig> path;
+  TelemetryConfig telemetry;
+  OutputConfig output;
+};
+
+/// Reads a line description (TOML). Every key is checked: unknown keys, wrong types and values out of range are errors
+/// of one sentence that starts with file:line and says what was expected. Paths in it are relative to the file, but
+/// the output directory to the working directory.
+[[nodiscard]] tl::expected<LineConfig, std::string> load_line_config(const std::filesystem::path& file);
+
+/// The same for text that is at hand; `name` stands for the file in errors.
+[[nodiscard]] tl::expected<LineConfig, std::string> parse_line_config(std::string_view text,
+                                                                      const std::filesystem::path& name);
+
+}  // namespace driveline::cli

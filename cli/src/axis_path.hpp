@@ -1,0 +1,16 @@
+#pragma once
+
+#include <string>
+#include <tl/expected.hpp>
+
+#include "driveline/cli/line_config.hpp"
+#include "driveline/trajectory/interpolator.hpp"
+
+namespace driveline::cli {
+
+/// The path of the configured axes, in their order, ready to be followed. Error: a sentence that starts with the file
+/// and, where it applies, its line: the file is no valid path, its columns do not fit the axes, or the path leaves the
+/// range or the limits of an axis. Precondition: `config.path`.
+[[nodiscard]] tl::expected<trajectory::Interpolator, std::string> load_axis_path(const LineConfig& config);
+
+}  // namespace driveline::cli

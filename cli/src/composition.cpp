@@ -1,0 +1,52 @@
+#include "composition.hpp"
+
+#include <algorithm>
+#include <numbers>
+
+#include "driveline/ecat_master/axis/msd_startup.hpp"
+#include "driveline/slaves/msd/msd_drive.hpp"
+
+namespace driveline::cli {
+namespace {
+
+std::unique_ptr<slaves::Slave> make_slave(const SlaveConfig& config, std::uint32_t serial_number) {
+  slaves::msd::MsdParameters parameters;
+  parameters.name = config.name;
+  parameters.serial_number = serial_number;
+  parameters.initial_position_rad = config.initial_position_rev * 2.0 * std::numbers::pi;
+  auto& motor = parameters.motor;
+  motor.inertia_kg_m2 = config.inertia_kg_m2.value_or(motor.inertia_kg_m2);
+  motor.coulomb_friction_nm = config.coulomb_friction_nm.value_or(motor.coulomb_friction_nm);
+  motor.viscous_friction_nm_s = config.viscous_friction_nm_s.value_or(motor.viscous_friction_nm_s);
+  return std::make_unique<slaves::Slave>(std::make_unique<slaves::msd::MsdDrive>(parameters));
+}
+
+}  // namespace
+
+std::unique_ptr<slaves::Line> make_simulated_line(const LineConfig& config, rt::Clock& clock) {
+  std::vector<std::unique_ptr<slaves::Slave>> slaves;
+  for (std::size_t i = 0; i < config.slaves.size(); ++i) {
+    slaves.push_back(make_slave(config.slaves[i], static_cast<std::uint32_t>(i + 1)));
+  }
+  return std::make_unique<slaves::Line>(clock, std::move(slaves));
+}
+
+std::vector<ecat_master::SlavePlan> make_slave_plans(const LineConfig& config) {
+  std::vector<ecat_master::SlavePlan> plans;
+  for (std::size_t i = 0; i < config.slaves.size(); ++i) {
+    const auto& slave = config.slaves[i];
+    ecat_master::SlavePlan plan;
+    plan.name = slave.name;
+    plan.vendor_id = slave.vendor_id.value_or(slaves::msd::kVendorId);
+    plan.product_code = slave.product_code.value_or(slaves::msd::kProductCode);
+    const auto axis = std::find_if(config.axes.begin(), config.axes.end(), [i](const auto& a) { return a.slave == i; });
+    if (axis != config.axes.end()) {
+      plan.startup_sdos = ecat_master::msd_startup_sdos(*axis, config.period);
+      plan.pdos = ecat_master::axis_pdo_configuration();
+    }
+    plans.push_back(std::move(plan));
+  }
+  return plans;
+}
+
+}  // namespace driveline::cli

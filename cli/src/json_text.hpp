@@ -1,0 +1,13 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace driveline::cli {
+
+/// A document as it is printed. Texts of devices and files need not be UTF-8: what is not becomes U+FFFD.
+[[nodiscard]] inline std::string json_text(const nlohmann::json& document) {
+  return document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace driveline::cli

@@ -1,0 +1,197 @@
+#include "driveline/cli/line_config.hpp"
+
+#include <fmt/format.h>
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <numbers>
+#include <set>
+#include <sstream>
+
+#include "driveline/rt/cycle_timer.hpp"
+#include "toml_reader.hpp"
+
+namespace driveline::cli {
+namespace {
+
+using std::chrono::nanoseconds;
+
+constexpr double kMaxIncrements = 4294967295.0;
+/// Longest line of one master: the cyclic frames of more axes do not fit into a useful cycle.
+constexpr std::size_t kMaxSlaves = 256;
+
+nanoseconds from_us(double us) {
+  return nanoseconds{static_cast<std::int64_t>(us * 1000.0 + 0.5)};
+}
+
+void read_line(TomlReader reader, LineConfig& config) {
+  config.name = reader.text_or("name", config.name);
+  if (config.name.empty() || config.name.size() > 31) reader.fail("name", "must have 1 to 31 characters");
+  config.period = from_us(reader.number_or("cycle_us", 125.0, 125.0, 100000.0));
+  // MSD manual 9.1: the cycle time is a multiple of 125 us.
+  if (config.period.count() % 125000 != 0)
+    reader.fail("cycle_us", "must be a multiple of 125, the drives' process data cycle");
+  reader.finish();
+}
+
+void read_bus(TomlReader reader, LineConfig& config) {
+  if (reader.has("interface")) config.interface = reader.text("interface");
+  reader.finish();
+}
+
+void read_realtime(TomlReader reader, LineConfig& config) {
+  auto& realtime = config.realtime;
+  // Enforced on a real wire; a simulated line in the same process may run anywhere.
+  const std::size_t usual = config.interface ? 0 : 1;
+  realtime.policy = reader.choice_or("policy", usual, {"enforce", "degrade"}) == 0 ? rt::RealtimePolicy::kEnforce
+                                                                                   : rt::RealtimePolicy::kDegrade;
+  realtime.priority = static_cast<int>(reader.integer_or("priority", 80, 1, 99));
+  if (reader.has("cpu")) realtime.cpu = static_cast<int>(reader.integer("cpu", 0, 1023));
+  if (reader.has("simulation_cpu")) config.simulation_cpu = static_cast<int>(reader.integer("simulation_cpu", 0, 1023));
+  realtime.lock_memory = reader.boolean_or("lock_memory", true);
+  const double longest = static_cast<double>(rt::CycleTimer::max_wake_ahead(config.period).count()) / 1000.0;
+  config.wake_ahead = from_us(reader.number_or("wake_ahead_us", 0.0, 0.0, longest));
+  reader.finish();
+}
+
+SlaveConfig read_slave(TomlReader reader) {
+  SlaveConfig slave;
+  slave.name = reader.text("name");
+  if (slave.name.empty() || slave.name.size() > 31) reader.fail("name", "must have 1 to 31 characters");
+  slave.model = reader.text_or("model", "msd");
+  if (slave.model != "msd") reader.fail("model", fmt::format("is \"{}\", only \"msd\" is known", slave.model));
+  auto identity = [&reader](std::string_view key) -> std::optional<std::uint32_t> {
+    if (!reader.has(key)) return std::nullopt;
+    return static_cast<std::uint32_t>(reader.integer(key, 1, 0xFFFFFFFF));
+  };
+  slave.vendor_id = identity("vendor_id");
+  slave.product_code = identity("product_code");
+  auto plant = reader.table("plant");
+  auto quantity = [&plant](std::string_view key, double maximum) -> std::optional<double> {
+    if (!plant.has(key)) return std::nullopt;
+    return plant.number(key, 0.0, maximum);
+  };
+  slave.inertia_kg_m2 = quantity("inertia_kg_m2", 10.0);
+  slave.coulomb_friction_nm = quantity("coulomb_friction_nm", 1000.0);
+  slave.viscous_friction_nm_s = quantity("viscous_friction_nm_s", 100.0);
+  slave.initial_position_rev = plant.number_or("initial_position_rev", 0.0, -1000.0, 1000.0);
+  plant.finish();
+  reader.finish();
+  return slave;
+}
+
+ecat_master::AxisConfig read_axis(TomlReader reader, const std::vector<SlaveConfig>& slaves) {
+  using ecat_master::cia402::Mode;
+  ecat_master::AxisConfig axis;
+  axis.name = reader.text("name");
+  if (axis.name.empty() || axis.name.size() > 31) reader.fail("name", "must have 1 to 31 characters");
+  const auto slave_name = reader.text_or("slave", axis.name);
+  const auto slave =
+      std::find_if(slaves.begin(), slaves.end(), [&](const SlaveConfig& s) { return s.name == slave_name; });
+  if (slave == slaves.end()) reader.fail("slave", fmt::format("there is no [[slave]] named \"{}\"", slave_name));
+  axis.slave = static_cast<std::size_t>(slave - slaves.begin());
+  constexpr Mode kModes[] = {Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque};
+  axis.mode = kModes[reader.choice_or("mode", 0, {"csp", "csv", "cst"})];
+  const double increments = reader.number_or("increments_per_revolution", 1048576.0, 1.0, kMaxIncrements);
+  axis.linear = reader.has("feed_mm_per_revolution");
+  const double unit_per_revolution =
+      axis.linear ? reader.number("feed_mm_per_revolution", 1e-6, 1e6) / 1000.0 : 2.0 * std::numbers::pi;
+  axis.increments_per_unit = increments / unit_per_revolution;
+  axis.rated_torque = reader.number_or(axis.linear ? "rated_force_n" : "rated_torque_nm", axis.rated_torque, 1e-6, 1e6);
+  axis.limits.max_velocity = reader.number_or("max_velocity", axis.limits.max_velocity, 1e-6, 1e6);
+  axis.limits.max_acceleration = reader.number_or("max_acceleration", axis.limits.max_acceleration, 1e-6, 1e9);
+  axis.inertia = reader.number_or("inertia", 0.0, 0.0, 1e6);
+  axis.position_gain_1_s = reader.number_or("position_gain_1_s", axis.position_gain_1_s, 0.0, 1e4);
+  axis.velocity_gain = reader.number_or("velocity_gain", axis.velocity_gain, 0.0, 1e6);
+  reader.finish();
+  return axis;
+}
+
+void read_path(TomlReader reader, const std::filesystem::path& directory, LineConfig& config) {
+  PathConfig path;
+  path.file = directory / reader.text("file");
+  constexpr PathConfig::Interpolation kKinds[] = {PathConfig::Interpolation::kClampedSpline,
+                                                  PathConfig::Interpolation::kNaturalSpline,
+                                                  PathConfig::Interpolation::kLinear};
+  path.interpolation = kKinds[reader.choice_or("interpolation", 0, {"clamped", "natural", "linear"})];
+  path.repeat = reader.boolean_or("repeat", false);
+  reader.finish();
+  config.path = path;
+}
+
+void read_telemetry(TomlReader reader, LineConfig& config) {
+  auto& telemetry = config.telemetry;
+  telemetry.enabled = reader.boolean_or("enabled", true);
+  telemetry.domain = static_cast<std::uint32_t>(reader.integer_or("domain", 0, 0, 232));
+  telemetry.decimation = static_cast<std::uint32_t>(reader.integer_or("decimation", 8, 1, 1000000));
+  telemetry.interfaces = reader.texts_or("interfaces", telemetry.interfaces);
+  reader.finish();
+}
+
+void read_output(TomlReader reader, LineConfig& config) {
+  config.output.directory = reader.text_or("directory", config.output.directory.string());
+  config.output.plots = reader.boolean_or("plots", true);
+  if (reader.has("capture")) config.output.capture = reader.text("capture");
+  reader.finish();
+}
+
+void check_unique_names(TomlReader& root, LineConfig& config) {
+  std::set<std::string> names;
+  for (const auto& slave : config.slaves) {
+    if (!names.insert(slave.name).second) root.fail("slave", fmt::format("the name \"{}\" is there twice", slave.name));
+  }
+  names.clear();
+  std::set<std::size_t> driven;
+  for (const auto& axis : config.axes) {
+    if (!names.insert(axis.name).second) root.fail("axis", fmt::format("the name \"{}\" is there twice", axis.name));
+    if (!driven.insert(axis.slave).second) {
+      root.fail("axis", fmt::format("slave \"{}\" is driven by two axes", config.slaves[axis.slave].name));
+    }
+  }
+}
+
+LineConfig read_config(const toml::table& table, const std::filesystem::path& file) {
+  TomlReader root(table, file.string(), "");
+  LineConfig config;
+  read_line(root.table("line"), config);
+  read_bus(root.table("bus"), config);
+  read_realtime(root.table("realtime"), config);
+  for (auto& reader : root.tables("slave")) config.slaves.push_back(read_slave(std::move(reader)));
+  if (config.slaves.empty()) root.fail("", "there is no [[slave]]");
+  if (config.slaves.size() > kMaxSlaves)
+    root.fail("slave", fmt::format("there are {}, the limit is {}", config.slaves.size(), kMaxSlaves));
+  for (auto& reader : root.tables("axis")) config.axes.push_back(read_axis(std::move(reader), config.slaves));
+  check_unique_names(root, config);
+  if (root.has("path")) read_path(root.table("path"), file.parent_path(), config);
+  if (!config.axes.empty() && !config.path) root.fail("path", "is missing: the axes need setpoints");
+  read_telemetry(root.table("telemetry"), config);
+  read_output(root.table("output"), config);
+  root.finish();
+  return config;
+}
+
+}  // namespace
+
+tl::expected<LineConfig, std::string> parse_line_config(std::string_view text, const std::filesystem::path& name) {
+  try {
+    return read_config(toml::parse(text, name.string()), name);
+  } catch (const toml::parse_error& error) {
+    return tl::unexpected(fmt::format("{}:{}: {}", name.string(), error.source().begin.line, error.description()));
+  } catch (const ConfigError& error) {
+    return tl::unexpected(std::string(error.what()));
+  }
+}
+
+tl::expected<LineConfig, std::string> load_line_config(const std::filesystem::path& file) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(file, ignored))
+    return tl::unexpected(fmt::format("{}: is a directory", file.string()));
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) return tl::unexpected(fmt::format("{}: cannot be read: {}", file.string(), std::strerror(errno)));
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return parse_line_config(text.str(), file);
+}
+
+}  // namespace driveline::cli

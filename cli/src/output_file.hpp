@@ -1,0 +1,20 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <tl/expected.hpp>
+
+namespace driveline::cli {
+
+/// Name under which `file` is written until it is complete.
+[[nodiscard]] std::filesystem::path partial_name(const std::filesystem::path& file);
+
+/// Gives the partial file its name. Error: a sentence; the partial file is gone.
+[[nodiscard]] tl::expected<void, std::string> complete_file(const std::filesystem::path& file);
+
+/// Writes a file that appears under its name only when it is complete. Error: a sentence; what was there before is
+/// still there.
+[[nodiscard]] tl::expected<void, std::string> write_file(const std::filesystem::path& file, std::string_view content);
+
+}  // namespace driveline::cli

@@ -1,0 +1,63 @@
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "axis_path.hpp"
+#include "commands.hpp"
+#include "console.hpp"
+#include "json_text.hpp"
+#include "line_run.hpp"
+#include "plots.hpp"
+#include "signals.hpp"
+
+namespace driveline::cli {
+namespace {
+
+/// Files that the run leaves behind, beside axes.csv. A plot that cannot be drawn is no failure of the run.
+void write_files(const LineConfig& config, RunReport& report) {
+  const auto& directory = config.output.directory;
+  const auto jitter = directory / "jitter.csv";
+  if (auto written = write_jitter_csv(report.statistics, jitter); !written) {
+    report.faults.push_back(written.error());
+    return;
+  }
+  report.files["jitter_csv"] = jitter;
+  if (!config.output.plots) return;
+  progress("drawing the plots");
+  auto pictures = draw_plots(directory, report.files.count("axes_csv") != 0 ? report.axes : std::vector<AxisReport>{});
+  if (pictures) {
+    report.files.merge(*pictures);
+  } else {
+    progress("{}", pictures.error());
+  }
+}
+
+}  // namespace
+
+Outcome<int> run_line(const BusOptions& bus, const RunOptions& options) {
+  if (bus.config.empty()) return misused("--config FILE is missing: the axes and their path");
+  std::optional<trajectory::Interpolator> path;
+  auto session = Session::open(bus, [&](LineConfig& config) -> Outcome<void> {
+    if (!options.output_directory.empty()) config.output.directory = options.output_directory;
+    if (!options.capture.empty()) config.output.capture = options.capture;
+    if (options.no_plots) config.output.plots = false;
+    if (options.no_telemetry) config.telemetry.enabled = false;
+    if (config.axes.empty()) return {};
+    auto loaded = load_axis_path(config);
+    if (!loaded) return misused(loaded.error());
+    path = std::move(*loaded);
+    return {};
+  });
+  if (!session) return tl::unexpected(session.error());
+  catch_stop_signals();
+  auto report = LineRun(**session, std::move(path), options.duration_s).execute();
+  const auto capture = (*session)->close_capture();
+  if (!report) return tl::unexpected(report.error());
+  if (!capture) return tl::unexpected(capture.error());
+  if (*capture) report->files["capture"] = **capture;
+  write_files((*session)->config(), *report);
+  fmt::print("{}", options.json ? json_text(to_json(*report)) : to_text(*report));
+  if (!report->faults.empty()) return failed(report->faults.front());
+  return 0;
+}
+
+}  // namespace driveline::cli

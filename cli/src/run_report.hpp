@@ -1,0 +1,44 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "driveline/ecat_master/cyclic/cyclic_core.hpp"
+
+namespace driveline::cli {
+
+/// One axis in the summary; following errors in drive increments.
+struct AxisReport {
+  std::string name;
+  std::size_t slave = 0;
+  double following_error_max = 0.0;
+  double following_error_rms = 0.0;
+  std::string si_unit;  ///< "rad" or "m"
+  double increments_per_unit = 1.0;
+};
+
+/// Everything `run` has to tell at its end.
+struct RunReport {
+  std::string line;
+  std::string state;  ///< state of the line when the run was over: "OP", or what it had come to
+  std::vector<AxisReport> axes;
+  std::chrono::nanoseconds period{};
+  double duration_s = 0.0;
+  ecat_master::CycleStatistics statistics;
+  bool telemetry_enabled = false;
+  std::uint64_t telemetry_published = 0;
+  std::uint64_t telemetry_dropped = 0;
+  std::vector<std::string> faults;
+  std::map<std::string, std::filesystem::path> files;
+};
+
+/// The document of `run --json`; keys are a contract (docs/command_line.md).
+[[nodiscard]] nlohmann::json to_json(const RunReport& report);
+
+/// The summary a motion engineer wants to read, as text.
+[[nodiscard]] std::string to_text(const RunReport& report);
+
+}  // namespace driveline::cli

@@ -1,0 +1,40 @@
+#include "signals.hpp"
+
+#include <atomic>
+#include <csignal>
+
+namespace driveline::cli {
+namespace {
+
+std::atomic<bool> stop_flag{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "used in a signal handler");
+
+extern "C" void on_stop_signal(int signal) {
+  // The line is being taken down already: the user does not want to wait for it.
+  if (stop_flag.exchange(true)) {
+    std::signal(signal, SIG_DFL);
+    std::raise(signal);
+  }
+}
+
+}  // namespace
+
+void catch_stop_signals() {
+  struct sigaction action = {};
+  action.sa_handler = on_stop_signal;
+  sigemptyset(&action.sa_mask);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction before = {};
+    sigaction(signal, nullptr, &before);
+    // What nohup and the like have switched off stays so.
+    if (before.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);
+  }
+  action.sa_handler = SIG_IGN;
+  sigaction(SIGPIPE, &action, nullptr);
+}
+
+bool stop_requested() noexcept {
+  return stop_flag.load(std::memory_order_relaxed);
+}
+
+}  // namespace driveline::cli

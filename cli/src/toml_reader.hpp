@@ -1,0 +1,62 @@
+#pragma once
+
+#include <toml++/toml.h>
+#include <limits>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace driveline::cli {
+
+/// A configuration error as a finished sentence. Thrown inside the parser only.
+class ConfigError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Typed access to one TOML table that knows where it is and which keys were asked for. All errors are ConfigErrors of
+/// the form "file:line: [table] key: reason".
+class TomlReader {
+ public:
+  /// `path` names the table in errors; empty for the root.
+  TomlReader(const toml::table& table, std::string file, std::string path);
+
+  [[nodiscard]] bool has(std::string_view key);
+  [[nodiscard]] std::string text(std::string_view key);
+  [[nodiscard]] std::string text_or(std::string_view key, std::string fallback);
+  [[nodiscard]] bool boolean_or(std::string_view key, bool fallback);
+  /// A number within minimum..maximum; integers are accepted for numbers.
+  [[nodiscard]] double number(std::string_view key, double minimum, double maximum);
+  [[nodiscard]] double number_or(std::string_view key, double fallback, double minimum, double maximum);
+  [[nodiscard]] std::int64_t integer(std::string_view key, std::int64_t minimum, std::int64_t maximum);
+  [[nodiscard]] std::int64_t integer_or(std::string_view key, std::int64_t fallback, std::int64_t minimum,
+                                        std::int64_t maximum);
+  [[nodiscard]] std::vector<std::string> texts_or(std::string_view key, std::vector<std::string> fallback);
+  /// The position of the value in `choices`.
+  [[nodiscard]] std::size_t choice_or(std::string_view key, std::size_t fallback,
+                                      const std::vector<std::string_view>& choices);
+
+  /// A sub-table; an empty one when it is left out.
+  [[nodiscard]] TomlReader table(std::string_view key);
+  /// An array of tables; none when it is left out.
+  [[nodiscard]] std::vector<TomlReader> tables(std::string_view key);
+
+  /// Call when everything has been read: complains about the first key that nobody asked for.
+  void finish() const;
+
+  /// Throws a ConfigError that points at `key` (or at the table when there is no such key).
+  [[noreturn]] void fail(std::string_view key, std::string_view reason) const;
+
+ private:
+  [[nodiscard]] const toml::node* find(std::string_view key);
+  [[nodiscard]] std::string where(const toml::node* node, std::string_view key) const;
+
+  const toml::table* table_;
+  std::string file_;
+  std::string path_;
+  std::set<std::string, std::less<>> known_;
+};
+
+}  // namespace driveline::cli

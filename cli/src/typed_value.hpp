@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstddef>
+#include <nlohmann/json_fwd.hpp>
+#include <span>
+#include <string>
+#include <string_view>
+#include <tl/expected.hpp>
+#include <vector>
+
+namespace driveline::cli {
+
+/// How the bytes of an object are written for people.
+enum class ValueType {
+  kRaw,
+  kUint8,
+  kUint16,
+  kUint32,
+  kUint64,
+  kInt8,
+  kInt16,
+  kInt32,
+  kInt64,
+  kFloat,
+  kDouble,
+  kString
+};
+
+/// "uint16", "int32", "float", "string" ...; empty means raw bytes. Error: a sentence.
+[[nodiscard]] tl::expected<ValueType, std::string> parse_type(std::string_view name);
+
+/// Value of an object as text. Raw bytes are printed in hex, with the unsigned number behind when there are 1, 2, 4 or
+/// 8. Error: the object has another size than the type.
+[[nodiscard]] tl::expected<std::string, std::string> format_value(std::span<const std::byte> data, ValueType type);
+
+/// The same for programs: numbers as numbers, texts as texts, raw bytes as hex text. Error: as above.
+[[nodiscard]] tl::expected<nlohmann::json, std::string> json_value(std::span<const std::byte> data, ValueType type);
+
+/// Bytes of a value given as text: decimal or 0x hexadecimal numbers, hex digits for raw bytes. Error: a sentence.
+[[nodiscard]] tl::expected<std::vector<std::byte>, std::string> parse_value(std::string_view text, ValueType type);
+
+}  // namespace driveline::cli

@@ -1,0 +1,57 @@
+// One simulated drive on virtual time: from first frame to OP, ten revolutions, and back to INIT.
+// With a RawSocketPort, a MonotonicClock and a RealtimeRunner the same calls drive a real line.
+
+#include <cstdio>
+#include <memory>
+#include <numbers>
+
+#include "driveline/ecat_master/axis/msd_startup.hpp"
+#include "driveline/ecat_master/master.hpp"
+#include "driveline/slaves/line/line.hpp"
+#include "driveline/slaves/msd/msd_drive.hpp"
+
+using namespace driveline;
+using namespace std::chrono_literals;
+
+int main() {
+  rt::VirtualClock clock;
+  std::vector<std::unique_ptr<slaves::Slave>> slaves;
+  slaves.push_back(std::make_unique<slaves::Slave>(std::make_unique<slaves::msd::MsdDrive>()));
+  const auto& drive = static_cast<slaves::msd::MsdDrive&>(slaves.front()->device());
+  slaves::Line line(clock, std::move(slaves));
+
+  // What the slave is, what it is told at start-up and which objects are exchanged.
+  ecat_master::AxisConfig config;
+  config.name = "x";
+  ecat_master::SlavePlan plan;
+  plan.startup_sdos = ecat_master::msd_startup_sdos(config, 125us);
+  plan.pdos = ecat_master::axis_pdo_configuration();
+
+  ecat_master::Master master(line, clock);
+  auto done = master.scan();
+  if (done) done = master.configure({plan});
+
+  // Ten revolutions in one second, with a pause at both ends.
+  const auto path = trajectory::parse_path_csv("time[s],x[rev]\n0,0\n0.1,0\n1.1,10\n1.2,10\n", "path");
+  std::vector<ecat_master::Axis> axes;
+  if (done) axes.emplace_back(config, master.image().places()[0], plan.pdos);
+  if (!done || !path) {
+    std::puts(done ? path.error().message().c_str() : ecat_master::describe(done.error()).c_str());
+    return 1;
+  }
+  ecat_master::Motion motion(std::move(axes), trajectory::Interpolator::clamped_spline(*path), {});
+  const auto started = master.start_cycle(&motion, {}, {}, [&clock](ecat_master::CyclicCore& core) {
+    return std::make_unique<ecat_master::InlineRunner>(core, clock);
+  });
+  if (!started || !master.go_operational()) return 1;
+
+  motion.request_start();
+  for (int i = 0; i < 300 && motion.phase() != ecat_master::MotionPhase::kHolding; ++i) master.pass(10ms);
+  const double revolutions = drive.position_rad() / (2.0 * std::numbers::pi);
+  std::printf("%s after %.3f revolutions\n", std::string(to_text(motion.phase())).c_str(), revolutions);
+
+  motion.request_stop();
+  master.pass(200ms);
+  if (!master.shut_down()) return 1;
+  return revolutions > 9.99 && revolutions < 10.01 ? 0 : 1;
+}
