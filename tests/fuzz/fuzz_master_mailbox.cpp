@@ -1,0 +1,95 @@
+// A slave that puts anything into its mailbox while the master reads and writes objects. Input: what the slave's input
+// mailbox holds at each read, pieces with their length in two bytes in front. When it runs out, nothing arrives.
+
+#include <algorithm>
+
+#include "driveline/ecat_master/coe_client.hpp"
+#include "driveline/wire/sync_manager.hpp"
+#include "fuzz_target.hpp"
+
+namespace driveline::fuzz {
+namespace {
+
+using namespace ecat_master;
+
+constexpr MailboxWindow kWindow{0x1000, 128, 0x1080, 128};
+
+/// The other end of the mailbox: full as long as there is input.
+class LyingSlave final : public DatagramExchange {
+ public:
+  explicit LyingSlave(std::span<const std::byte> input) : input_(input) {}
+
+  Result<void> exchange(std::span<Request> requests) override {
+    for (auto& request : requests) {
+      answer(request);
+      request.working_counter = 1;
+      request.answered = true;
+    }
+    return {};
+  }
+  void pause(std::chrono::nanoseconds duration) override { now_ += duration; }
+  std::chrono::nanoseconds now() const noexcept override { return now_; }
+
+ private:
+  void answer(Request& request) {
+    if (request.command != wire::Command::kFprd) return;
+    std::fill(request.data.begin(), request.data.end(), std::byte{0});
+    if (request.address.ado() != kWindow.in_address) {
+      if (input_.size() >= 2) request.data[0] = std::byte{wire::SyncManagerStatus::kMailboxFull};
+      return;
+    }
+    if (input_.size() < 2) return;
+    const std::size_t length = std::min<std::size_t>(wire::load_le<std::uint16_t>(input_), input_.size() - 2);
+    std::copy_n(input_.begin() + 2, std::min(length, request.data.size()), request.data.begin());
+    input_ = input_.subspan(2 + length);
+    now_ += std::chrono::microseconds{1};
+  }
+
+  std::span<const std::byte> input_;
+  std::chrono::nanoseconds now_{0};
+};
+
+void append(Bytes& input, std::span<const std::uint8_t> mailbox) {
+  const auto length = wire::to_le_bytes(static_cast<std::uint16_t>(mailbox.size()));
+  input.insert(input.end(), length.begin(), length.end());
+  for (const auto byte : mailbox) input.push_back(static_cast<std::byte>(byte));
+}
+
+}  // namespace
+
+void test_one_input(std::span<const std::byte> input) {
+  LyingSlave slave(input);
+  Bus bus(slave);
+  MailboxClient mailbox(bus, {0, 0x1001}, kWindow);
+  CoeClient coe(mailbox);
+  const Bytes long_value(300, std::byte{0x55});
+  const auto name = coe.upload(0x2003, 0);
+  if (name && name->size() > CoeClient::kMaxObjectBytes) std::abort();
+  static_cast<void>(describe(name ? Error{} : name.error()));
+  static_cast<void>(coe.download(0x2003, 0, long_value));
+  static_cast<void>(coe.upload_as<std::uint32_t>(0x1018, 1));
+  static_cast<void>(mailbox.poll());
+  static_cast<void>(mailbox.take_emergencies());
+}
+
+std::vector<Bytes> seeds() {
+  // Expedited answer; the first part of ten bytes and the segments with the rest; an emergency; an abort.
+  constexpr std::uint8_t kExpedited[] = {10, 0, 0, 0, 0, 0x13, 0, 0x30, 0x43, 0x03, 0x20, 0, 1, 2, 3, 4};
+  constexpr std::uint8_t kNormal[] = {12, 0, 0, 0, 0, 0x23, 0, 0x30, 0x41, 0x03, 0x20, 0, 10, 0, 0, 0, 1, 2};
+  constexpr std::uint8_t kSegment[] = {10, 0, 0, 0, 0, 0x33, 0, 0x30, 0x00, 3, 4, 5, 6, 7, 8, 9};
+  constexpr std::uint8_t kLastSegment[] = {10, 0, 0, 0, 0, 0x43, 0, 0x30, 0x1D, 10, 0, 0, 0, 0, 0, 0};
+  constexpr std::uint8_t kEmergency[] = {10, 0, 0, 0, 0, 0x53, 0, 0x10, 0x00, 0xFF, 0x11, 14, 1, 0, 0, 0};
+  constexpr std::uint8_t kAbort[] = {10, 0, 0, 0, 0, 0x63, 0, 0x20, 0x80, 0x03, 0x20, 0, 0, 0, 2, 6};
+  Bytes conversation;
+  append(conversation, kEmergency);
+  append(conversation, kNormal);
+  append(conversation, kSegment);
+  append(conversation, kLastSegment);
+  append(conversation, kAbort);
+  Bytes expedited;
+  append(expedited, kExpedited);
+  append(expedited, kAbort);
+  return {conversation, expedited};
+}
+
+}  // namespace driveline::fuzz
