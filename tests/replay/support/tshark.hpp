@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <tl/expected.hpp>
+#include <vector>
+
+/// Wireshark's dissector as the oracle: what it reads in a capture, field by field.
+namespace driveline::replay {
+
+/// True when the program tshark can be run; skip the test otherwise with missing_tshark_text().
+[[nodiscard]] bool tshark_available();
+[[nodiscard]] std::string missing_tshark_text();
+
+/// The values of one field in one packet, in the order of occurrence.
+using FieldValues = std::vector<std::string>;
+
+/// One packet: a list of values per requested field.
+using DissectedPacket = std::vector<FieldValues>;
+
+/// Runs tshark over `capture` and returns the packets that match `display_filter` (empty: all). The error is tshark's
+/// own text.
+[[nodiscard]] tl::expected<std::vector<DissectedPacket>, std::string> dissect(const std::filesystem::path& capture,
+                                                                              const std::string& display_filter,
+                                                                              const std::vector<std::string>& fields);
+
+/// Number in tshark's notation: decimal, 0x hexadecimal, or True/False.
+[[nodiscard]] std::uint64_t to_number(std::string_view text);
+
+/// Writes frames as a classic pcap file of link type Ethernet, one microsecond apart.
+void write_pcap(const std::filesystem::path& file, std::span<const std::vector<std::byte>> frames);
+
+}  // namespace driveline::replay
