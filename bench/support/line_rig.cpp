@@ -1,0 +1,147 @@
+#include "support/line_rig.hpp"
+
+#include <fmt/format.h>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "driveline/ecat_master/axis/msd_startup.hpp"
+#include "driveline/slaves/msd/msd_drive.hpp"
+
+namespace driveline::bench {
+namespace {
+
+using std::chrono::nanoseconds;
+
+/// Cycles the telemetry rings hold.
+constexpr std::size_t kRingCycles = 512;
+
+std::vector<ecat_master::AxisConfig> make_axes(std::size_t count) {
+  std::vector<ecat_master::AxisConfig> axes(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    axes[i].name = fmt::format("axis{}", i);
+    axes[i].slave = i;
+    axes[i].inertia = slaves::MotorParameters{}.inertia_kg_m2;
+  }
+  return axes;
+}
+
+std::vector<std::unique_ptr<slaves::Slave>> make_drives(const std::vector<ecat_master::AxisConfig>& axes) {
+  std::vector<std::unique_ptr<slaves::Slave>> drives;
+  for (const auto& axis : axes) {
+    slaves::msd::MsdParameters parameters;
+    parameters.name = axis.name;
+    parameters.serial_number = static_cast<std::uint32_t>(drives.size() + 1);
+    drives.push_back(std::make_unique<slaves::Slave>(std::make_unique<slaves::msd::MsdDrive>(parameters)));
+  }
+  return drives;
+}
+
+constexpr slaves::LineOptions kNoDelays{
+    .delays = {nanoseconds{0}, nanoseconds{0}}, .cable_delay = nanoseconds{0}, .byte_time = nanoseconds{0}};
+
+template <typename T>
+void require(const tl::expected<T, trajectory::PathError>& done) {
+  if (!done) throw std::runtime_error(done.error().message());
+}
+
+void require(const ecat_master::Result<void>& done) {
+  if (!done) throw std::runtime_error(ecat_master::describe(done.error()));
+}
+
+/// Sines of 3 rad, each axis at its own speed, all from standstill at 0; a point every millisecond, as in a path file.
+trajectory::Path make_path(const std::vector<ecat_master::AxisConfig>& axes, nanoseconds duration) {
+  trajectory::PathBuilder builder;
+  for (const auto& axis : axes) require(builder.add_axis({axis.name, trajectory::AxisKind::kRotary}));
+  std::vector<double> positions(axes.size());
+  for (std::int64_t ms = 0; ms <= duration / std::chrono::milliseconds{1}; ++ms) {
+    const double time_s = static_cast<double>(ms) * 1e-3;
+    for (std::size_t i = 0; i < axes.size(); ++i) {
+      const double frequency_hz = 1.0 + 0.01 * static_cast<double>(i);
+      positions[i] = 1.5 * (1.0 - std::cos(2.0 * std::numbers::pi * frequency_hz * time_s));
+    }
+    require(builder.add_point(time_s, positions));
+  }
+  auto path = builder.build();
+  require(path);
+  return std::move(*path);
+}
+
+}  // namespace
+
+LineRig::LineRig(rt::Clock& clock, std::size_t axes, nanoseconds path_duration)
+    : clock_(clock),
+      path_duration_(path_duration),
+      axes_(make_axes(axes)),
+      line_(clock, make_drives(axes_), kNoDelays),
+      port_(line_),
+      line_ring_(kRingCycles),
+      axis_ring_(kRingCycles * axes),
+      master_(port_, clock) {}
+
+void LineRig::make_motion() {
+  std::vector<ecat_master::Axis> axes;
+  for (const auto& config : axes_) {
+    axes.emplace_back(config, master_.image().places()[config.slave], master_.slaves()[config.slave].plan.pdos);
+  }
+  const auto path = make_path(axes_, path_duration_);
+  ecat_master::Motion::Settings settings;
+  settings.period = kPeriod;
+  motion_ =
+      std::make_unique<ecat_master::Motion>(std::move(axes), trajectory::Interpolator::clamped_spline(path), settings);
+}
+
+void LineRig::bring_up(const ecat_master::Master::MakeRunner& make_runner) {
+  std::vector<ecat_master::SlavePlan> plans;
+  for (const auto& axis : axes_) {
+    ecat_master::SlavePlan plan;
+    plan.name = axis.name;
+    plan.startup_sdos = ecat_master::msd_startup_sdos(axis, kPeriod);
+    plan.pdos = ecat_master::axis_pdo_configuration();
+    plans.push_back(std::move(plan));
+  }
+  require(master_.scan());
+  require(master_.configure(std::move(plans)));
+  make_motion();
+  ecat_master::CyclicCore::Settings settings;
+  settings.period = kPeriod;
+  settings.receive_window = kPeriod * 3 / 4;
+  const auto started = master_.start_cycle(motion_.get(), {&line_ring_, &axis_ring_}, settings, make_runner);
+  if (!started) throw std::runtime_error(started.error());
+  require(master_.go_operational());
+  motion_->request_start();
+  const auto deadline = clock_.now() + std::chrono::seconds{5};
+  while (motion_->phase() != ecat_master::MotionPhase::kFollowing) {
+    if (clock_.now() > deadline) throw std::runtime_error("the axes did not reach the path");
+    master_.pass(std::chrono::milliseconds{1});
+    drain();
+  }
+  master_.core()->count(false);
+  master_.pass(2 * kPeriod);
+  master_.core()->count(true);
+}
+
+void LineRig::drain() {
+  std::array<snapshot::LineSample, 8> lines;
+  std::array<snapshot::AxisSample, 64> axes;
+  while (line_ring_.pop(lines) > 0) {
+  }
+  while (axis_ring_.pop(axes) > 0) {
+  }
+}
+
+void LineRig::check() {
+  if (motion_->phase() != ecat_master::MotionPhase::kFollowing) {
+    throw std::runtime_error(
+        fmt::format("the axes left the path while it was measured: {}", to_text(motion_->phase())));
+  }
+  const auto& statistics = master_.core()->statistics();
+  if (statistics.lost_frames + statistics.wkc_errors > 0) {
+    throw std::runtime_error(fmt::format("{} frames lost and {} working counters wrong while it was measured",
+                                         statistics.lost_frames, statistics.wkc_errors));
+  }
+}
+
+}  // namespace driveline::bench

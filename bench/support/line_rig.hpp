@@ -1,0 +1,48 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "driveline/ecat_master/master.hpp"
+#include "driveline/slaves/line/line.hpp"
+#include "support/timed_port.hpp"
+
+namespace driveline::bench {
+
+/// A line of simulated MSD drives in this process and the master that runs them, put together as the driveline program
+/// does, every axis on its own sine. The wire takes no time: what is measured is computing, not waiting.
+class LineRig {
+ public:
+  static constexpr std::chrono::nanoseconds kPeriod = std::chrono::microseconds{125};
+
+  LineRig(rt::Clock& clock, std::size_t axes, std::chrono::nanoseconds path_duration);
+
+  /// Takes the line to OP and all axes onto the path; cycles are run by what `make_runner` makes, which must leave the
+  /// rings to drain(). Throws std::runtime_error when that fails.
+  void bring_up(const ecat_master::Master::MakeRunner& make_runner);
+  /// Empties the telemetry rings, as their reader would. One thread.
+  void drain();
+  /// Throws std::runtime_error when the axes have left the path or process data have been lost since bring_up(): the
+  /// figures would be those of something else. Only while no cycle runs.
+  void check();
+
+  [[nodiscard]] TimedPort& port() noexcept { return port_; }
+  [[nodiscard]] slaves::Line& line() noexcept { return line_; }
+  [[nodiscard]] ecat_master::Master& master() noexcept { return master_; }
+  [[nodiscard]] ecat_master::Motion& motion() noexcept { return *motion_; }
+
+ private:
+  void make_motion();
+
+  rt::Clock& clock_;
+  std::chrono::nanoseconds path_duration_;
+  std::vector<ecat_master::AxisConfig> axes_;
+  slaves::Line line_;
+  TimedPort port_;
+  rt::SpscRing<snapshot::LineSample> line_ring_;
+  rt::SpscRing<snapshot::AxisSample> axis_ring_;
+  std::unique_ptr<ecat_master::Motion> motion_;
+  ecat_master::Master master_;
+};
+
+}  // namespace driveline::bench

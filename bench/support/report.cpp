@@ -1,0 +1,97 @@
+#include "support/report.hpp"
+
+#include <fmt/format.h>
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "support/environment.hpp"
+
+namespace driveline::bench {
+namespace {
+
+/// A tenth of a unit is as fine as any figure here is meant.
+double rounded(double value) {
+  return std::round(value * 10.0) / 10.0;
+}
+
+double ratio(double value, double base) {
+  return base > 0.0 ? std::round(value / base * 1e4) / 1e4 : 0.0;
+}
+
+std::string aim_text(double limit) {
+  return fmt::format("p50<={:g}", limit);
+}
+
+bool is_met(const Row& row) {
+  return row.figures.p50 <= *row.aim;
+}
+
+nlohmann::ordered_json to_json(const Row& row) {
+  const auto& figures = row.figures;
+  nlohmann::ordered_json json{{"case", row.name},
+                              {"metric", row.metric},
+                              {"unit", row.unit},
+                              {"n", figures.n},
+                              {"p50", rounded(figures.p50)},
+                              {"p99", rounded(figures.p99)},
+                              {"p999", rounded(figures.p999)},
+                              {"max", rounded(figures.max)}};
+  if (row.against) {
+    json["against"] = row.against->name;
+    json["ratio_p50"] = ratio(figures.p50, row.against->figures.p50);
+    json["ratio_p999"] = ratio(figures.p999, row.against->figures.p999);
+  }
+  if (row.aim) {
+    json["aim"] = aim_text(*row.aim);
+    json["met"] = is_met(row);
+  }
+  return json;
+}
+
+}  // namespace
+
+std::string Report::to_json() const {
+  const auto where = environment();
+  auto results = nlohmann::ordered_json::array();
+  for (const auto& row : rows_) results.push_back(bench::to_json(row));
+  const nlohmann::ordered_json document{{"bench", bench_},
+                                        {"environment",
+                                         {{"kernel", where.kernel},
+                                          {"cpu", where.cpu},
+                                          {"cores", where.cores},
+                                          {"compiler", where.compiler},
+                                          {"commit", where.commit},
+                                          {"virtual_machine", where.virtual_machine}}},
+                                        {"results", results}};
+  return document.dump(2) + "\n";
+}
+
+std::string Report::to_table() const {
+  const auto where = environment();
+  std::string text = fmt::format("{}: kernel {}, {} ({} cores{}), {}{}\n\n", bench_, where.kernel, where.cpu,
+                                 where.cores, where.virtual_machine ? ", virtual machine" : "", where.compiler,
+                                 where.commit.empty() ? "" : ", commit " + where.commit);
+  std::size_t width = 4;
+  for (const auto& row : rows_) width = std::max(width, row.name.size());
+  text += fmt::format("{:<{}} {:<22} {:<8}{:>9}{:>12}{:>12}{:>12}{:>12}\n", "case", width, "metric", "unit", "n", "p50",
+                      "p99", "p99.9", "max");
+  for (const auto& row : rows_) {
+    const auto& figures = row.figures;
+    text += fmt::format("{:<{}} {:<22} {:<8}{:>9}{:>12.1f}{:>12.1f}{:>12.1f}{:>12.1f}", row.name, width, row.metric,
+                        row.unit, figures.n, figures.p50, figures.p99, figures.p999, figures.max);
+    if (row.aim) text += fmt::format("  aim {}: {}", aim_text(*row.aim), is_met(row) ? "met" : "MISSED");
+    if (row.against) {
+      text += fmt::format("  {:.3g} x {}", ratio(figures.p50, row.against->figures.p50), row.against->name);
+    }
+    text += '\n';
+  }
+  for (const auto& note : notes_) text += "\n" + note + "\n";
+  return text;
+}
+
+void Report::print(const Options& options) const {
+  fmt::print("{}", options.json ? to_json() : to_table());
+}
+
+}  // namespace driveline::bench

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "support/options.hpp"
+#include "support/samples.hpp"
+
+namespace driveline::bench {
+
+/// Something measured in the same run that a figure is compared with.
+struct Baseline {
+  std::string name;
+  Summary figures;
+};
+
+/// One line of a report.
+struct Row {
+  std::string name;    ///< the case, e.g. "32_axes"
+  std::string metric;  ///< what was measured of it
+  std::string unit;
+  Summary figures;
+  std::optional<double> aim{};  ///< the median shall not be above
+  std::optional<Baseline> against{};
+};
+
+/// The answer of one program: a table for people or one JSON document, the same schema for all programs.
+class Report {
+ public:
+  explicit Report(std::string bench) : bench_(std::move(bench)) {}
+
+  void add(Row row) { rows_.push_back(std::move(row)); }
+  /// Something the reader of the table must know; not part of the JSON document.
+  void note(std::string text) { notes_.push_back(std::move(text)); }
+  /// On stdout.
+  void print(const Options& options) const;
+
+ private:
+  [[nodiscard]] std::string to_json() const;
+  [[nodiscard]] std::string to_table() const;
+
+  std::string bench_;
+  std::vector<Row> rows_;
+  std::vector<std::string> notes_;
+};
+
+}  // namespace driveline::bench

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace driveline::bench {
+
+/// What is reported of a series of measurements. Percentiles by nearest rank: the value that this share of all values
+/// does not exceed.
+struct Summary {
+  std::size_t n = 0;
+  double p50 = 0.0;
+  double p99 = 0.0;
+  double p999 = 0.0;
+  double max = 0.0;
+};
+
+/// All zero for no samples.
+[[nodiscard]] Summary summarize(std::vector<double> samples);
+
+/// The summary of the samples divided by `divisor` (> 0).
+[[nodiscard]] Summary divided(const Summary& summary, double divisor);
+
+}  // namespace driveline::bench

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <ctime>
+
+namespace driveline::bench {
+
+/// CLOCK_MONOTONIC in nanoseconds, whatever clock the measured system runs on.
+[[nodiscard]] inline double now_ns() noexcept {
+  std::timespec time{};
+  clock_gettime(CLOCK_MONOTONIC, &time);
+  return static_cast<double>(time.tv_sec) * 1e9 + static_cast<double>(time.tv_nsec);
+}
+
+/// What two readings of now_ns() with nothing between them are apart: the price of one reading. Measured once, the
+/// median of many.
+[[nodiscard]] double reading_cost_ns();
+
+/// Keeps the compiler from leaving out what made `value`.
+template <typename T>
+inline void keep(const T& value) noexcept {
+  asm volatile("" : : "r"(&value) : "memory");
+}
+
+}  // namespace driveline::bench
