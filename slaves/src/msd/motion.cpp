@@ -88,9 +88,11 @@ double Motion::torque_feed_forward(double acceleration_rad_s2) const noexcept {
   return settings_.torque_feed_forward * torque;
 }
 
+/// The measured position is that of the beginning of the step, and so is the position it is compared with.
 double Motion::follow_position() noexcept {
+  const double reference_rad = position_.value();
   position_.step();
-  return controller_.step({Loop::kPosition, position_.value(), speed_feed_forward(position_.velocity()),
+  return controller_.step({Loop::kPosition, reference_rad, speed_feed_forward(position_.velocity()),
                            torque_feed_forward(position_.acceleration())});
 }
 
@@ -106,7 +108,7 @@ double Motion::follow_torque() noexcept {
   double torque = torque_.value() + torque_of(setpoints_.torque_offset_permille);
   const double speed = controller_.measured_velocity_rad_s();
   limited_ = std::abs(speed) > settings_.controller.max_velocity_rad_s && (torque > 0.0) == (speed > 0.0);
-  
+  if (limited_) torque = 0.0;
   return controller_.step({Loop::kTorque, 0.0, 0.0, torque});
 }
 

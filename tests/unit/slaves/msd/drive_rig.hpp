@@ -1,0 +1,183 @@
+#pragma once
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "driveline/slaves/msd/msd_drive.hpp"
+
+namespace driveline::slaves::msd {
+
+using std::chrono_literals::operator""us;
+using std::chrono_literals::operator""ms;
+using wire::AlState;
+using wire::AlStatusCode;
+
+inline constexpr double kIncrementsPerRadian = 1048576.0 / (2.0 * std::numbers::pi);
+
+/// One drive with a master's hands: SDOs as bytes, AL transitions, PDOs with a fixed layout, time in 125 us cycles.
+/// Layout: RxPDO1 control word, mode, 2807h filler, target position; RxPDO2 target velocity, target torque, torque
+/// offset; RxPDO3 velocity offset. TxPDO1 status word, mode display, filler, position; TxPDO2 velocity, torque,
+/// error code; TxPDO3 following error.
+class DriveRig {
+ public:
+  explicit DriveRig(const MsdParameters& parameters = {}) : drive(parameters) {
+    drive.advance(now);
+    to(AlState::kInit, AlState::kPreOp);
+  }
+
+  AlStatusCode to(AlState from, AlState next) {
+    const auto code = drive.transition(from, next);
+    if (code == AlStatusCode::kNoError) state = next;
+    return code;
+  }
+
+  /// SDO request bytes (without CoE header); the response likewise. Emergencies on the way are kept.
+  std::vector<unsigned> sdo(std::vector<unsigned> request) {
+    std::vector<std::byte> mailbox(512);
+    const std::size_t length = request.size() + 2;
+    counter_ = counter_ % 7 + 1;
+    const std::vector<unsigned> header = {static_cast<unsigned>(length), 0, 0, 0, 0, 0x03U | counter_ << 4, 0x00, 0x20};
+    request.insert(request.begin(), header.begin(), header.end());
+    for (std::size_t i = 0; i < request.size(); ++i) mailbox[i] = static_cast<std::byte>(request[i]);
+    drive.mailbox_request(mailbox);
+    return receive();
+  }
+  /// Fetches mailboxes up to the next SDO response.
+  std::vector<unsigned> receive() {
+    std::vector<std::byte> out(512);
+    for (;;) {
+      const std::size_t length = drive.mailbox_reply(out);
+      if (length == 0) return {};
+      std::vector<unsigned> data;
+      for (std::size_t i = 6; i < length; ++i) data.push_back(std::to_integer<unsigned>(out[i]));
+      std::vector<unsigned> body(data.begin() + 2, data.end());
+      if (data[1] == 0x10) {
+        emergencies.push_back(body);
+      } else {
+        return body;
+      }
+    }
+  }
+  /// Expedited download; 0 or the abort code.
+  std::uint32_t write(std::uint16_t index, unsigned sub, std::uint32_t value, unsigned size) {
+    const auto answer = sdo({0x23 | (4 - size) << 2, index & 0xFFU, unsigned{index} >> 8, sub, value & 0xFF,
+                             value >> 8 & 0xFF, value >> 16 & 0xFF, value >> 24});
+    return answer.at(0) == 0x80 ? number(answer, 4) : 0;
+  }
+  std::uint32_t write_real(std::uint16_t index, unsigned sub, float value) {
+    return write(index, sub, std::bit_cast<std::uint32_t>(value), 4);
+  }
+  /// Expedited upload; fails the test when it is aborted.
+  std::uint32_t read(std::uint16_t index, unsigned sub = 0) {
+    const auto answer = sdo({0x40, index & 0xFFU, unsigned{index} >> 8, sub, 0, 0, 0, 0});
+    EXPECT_NE(answer.at(0), 0x80U) << std::hex << index << ':' << sub << " abort " << number(answer, 4);
+    return number(answer, 4);
+  }
+  static std::uint32_t number(const std::vector<unsigned>& bytes, std::size_t at) {
+    return bytes.at(at) | bytes.at(at + 1) << 8 | bytes.at(at + 2) << 16 | bytes.at(at + 3) << 24;
+  }
+  void fetch_emergencies() { receive(); }
+
+  void map(std::uint16_t pdo, const std::vector<std::uint32_t>& entries) {
+    ASSERT_EQ(write(pdo, 0, 0, 1), 0U);
+    for (unsigned i = 0; i < entries.size(); ++i) ASSERT_EQ(write(pdo, i + 1, entries[i], 4), 0U);
+    ASSERT_EQ(write(pdo, 0, static_cast<std::uint32_t>(entries.size()), 1), 0U);
+  }
+  /// Maps the layout above, sets a cycle of 125 us and goes to OP.
+  void operate(unsigned cycle_us = 125) {
+    map(0x1600, {0x60400010, 0x60600008, 0x28070008, 0x607A0020});
+    map(0x1601, {0x60FF0020, 0x60710010, 0x60B20010});
+    map(0x1602, {0x60B10020});
+    map(0x1A00, {0x60410010, 0x60610008, 0x28070008, 0x60640020});
+    map(0x1A01, {0x606C0020, 0x60770010, 0x603F0010});
+    map(0x1A02, {0x60F40020});
+    ASSERT_EQ(write(0x60C2, 1, cycle_us % 1000 == 0 ? cycle_us / 1000 : cycle_us, 1), 0U);
+    ASSERT_EQ(write(0x60C2, 2, cycle_us % 1000 == 0 ? 0xFD : 0xFA, 1), 0U);
+    ASSERT_EQ(write_real(0x2132, 0, static_cast<float>(cycle_us) * 1e-3F), 0U);
+    ASSERT_EQ(drive.process_data_size(2), 20U);
+    ASSERT_EQ(to(AlState::kPreOp, AlState::kSafeOp), AlStatusCode::kNoError);
+    ASSERT_EQ(to(AlState::kSafeOp, AlState::kOp), AlStatusCode::kNoError);
+    cycle_ = std::chrono::microseconds(cycle_us);
+    cycle();
+  }
+
+  /// One bus cycle: outputs, time, inputs.
+  void cycle() {
+    std::array<std::byte, 20> out{};
+    const std::span bytes(out);
+    wire::store_le(bytes, control);
+    wire::store_le(bytes.subspan(2), mode);
+    wire::store_le(bytes.subspan(4), target_position);
+    wire::store_le(bytes.subspan(8), target_velocity);
+    wire::store_le(bytes.subspan(12), target_torque);
+    wire::store_le(bytes.subspan(14), torque_offset);
+    wire::store_le(bytes.subspan(16), velocity_offset);
+    drive.write_outputs(2, out);
+    pass(cycle_);
+  }
+  void cycles(int count) {
+    for (int i = 0; i < count; ++i) cycle();
+  }
+  /// Time without a bus.
+  void pass(std::chrono::nanoseconds time) {
+    now += time;
+    drive.advance(now);
+    std::array<std::byte, 20> in{};
+    drive.read_inputs(3, in);
+    const std::span<const std::byte> bytes(in);
+    status = wire::load_le<std::uint16_t>(bytes);
+    mode_display = wire::load_le<std::int8_t>(bytes.subspan(2));
+    position = wire::load_le<std::int32_t>(bytes.subspan(4));
+    velocity = wire::load_le<std::int32_t>(bytes.subspan(8));
+    torque = wire::load_le<std::int16_t>(bytes.subspan(12));
+    error_code = wire::load_le<std::uint16_t>(bytes.subspan(14));
+    following_error = wire::load_le<std::int32_t>(bytes.subspan(16));
+  }
+  /// Operation enabled in this mode, target position on the actual one.
+  void enable(std::int8_t operation_mode) {
+    mode = operation_mode;
+    control = 0x00;
+    cycles(2);
+    target_position = position;
+    for (const std::uint16_t word : {std::uint16_t{0x06}, std::uint16_t{0x07}, std::uint16_t{0x0F}}) {
+      control = word;
+      cycles(2);
+    }
+    ASSERT_EQ(drive.state(), PowerState::kOperationEnabled);
+  }
+  /// Runs at a constant speed of this many increments per second (mode 9).
+  void run_at(std::int32_t increments_s) {
+    enable(9);
+    target_velocity = increments_s;
+    cycles(1600);
+    ASSERT_NEAR(velocity, increments_s, 2000);
+  }
+
+  MsdDrive drive;
+  AlState state = AlState::kInit;
+  std::chrono::nanoseconds now{1'000'000'000};
+  std::uint16_t control = 0;
+  std::int8_t mode = 0;
+  std::int32_t target_position = 0;
+  std::int32_t target_velocity = 0;
+  std::int16_t target_torque = 0;
+  std::int16_t torque_offset = 0;
+  std::int32_t velocity_offset = 0;
+  std::uint16_t status = 0;
+  std::int8_t mode_display = 0;
+  std::int32_t position = 0;
+  std::int32_t velocity = 0;
+  std::int16_t torque = 0;
+  std::uint16_t error_code = 0;
+  std::int32_t following_error = 0;
+  std::vector<std::vector<unsigned>> emergencies;
+
+ private:
+  std::chrono::nanoseconds cycle_ = 125us;
+  unsigned counter_ = 0;
+};
+
+}  // namespace driveline::slaves::msd

@@ -1,0 +1,152 @@
+#include "driveline/slaves/msd/fine_interpolator.hpp"
+
+#include <gmock/gmock.h>
+
+#include <array>
+#include <cmath>
+
+namespace driveline::slaves::msd {
+namespace {
+
+using Method = FineInterpolator::Method;
+constexpr double kStep = 62.5e-6;
+constexpr std::uint32_t kSteps = 8;
+constexpr double kPeriod = kSteps * kStep;
+constexpr std::array kSmooth = {Method::kLinear, Method::kSpline, Method::kApproximation};
+
+FineInterpolator make(Method method, double value = 0.0, double velocity = 0.0) {
+  FineInterpolator f;
+  f.configure(method, kSteps, kStep);
+  f.reset(value, velocity);
+  return f;
+}
+
+void run(FineInterpolator& f, std::uint32_t steps = kSteps) {
+  for (std::uint32_t i = 0; i < steps; ++i) f.step();
+}
+
+TEST(FineInterpolator, NoneJumpsWithTheSample) {
+  auto f = make(Method::kNone);
+  f.push(5.0);
+  f.step();
+  EXPECT_DOUBLE_EQ(f.value(), 5.0);
+  EXPECT_DOUBLE_EQ(f.velocity(), 0.0);
+}
+
+TEST(FineInterpolator, LinearReachesTheSampleAfterOnePeriod) {
+  auto f = make(Method::kLinear, 1.0);
+  f.push(9.0);
+  for (std::uint32_t i = 1; i <= kSteps; ++i) {
+    f.step();
+    EXPECT_NEAR(f.value(), 1.0 + i, 1e-12);
+    EXPECT_NEAR(f.velocity(), 8.0 / kPeriod, 1e-6);
+    EXPECT_EQ(f.acceleration(), 0.0);
+  }
+}
+
+TEST(FineInterpolator, SplinePassesThroughTheSamplesTwoPeriodsLate) {
+  auto f = make(Method::kSpline);
+  const std::array samples = {0.0, 1.0, 4.0, -2.0, 7.0, 7.0, 7.0};
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    f.push(samples[i]);
+    run(f);
+    EXPECT_NEAR(f.value(), samples[i == 0 ? 0 : i - 1], 1e-12) << i;
+  }
+}
+
+TEST(FineInterpolator, ApproximationIsTheUniformCubicBSpline) {
+  auto f = make(Method::kApproximation);
+  const std::array p = {0.0, 0.0, 0.0, 3.0, -1.0, 2.0, 8.0};
+  for (std::size_t k = 0; k < p.size(); ++k) {
+    f.push(p[k]);
+    for (std::uint32_t i = 1; i <= kSteps; ++i) {
+      f.step();
+      if (k < 3) continue;
+      const double u = static_cast<double>(i) / kSteps;  // basis functions of the textbook
+      const double expected = ((1 - u) * (1 - u) * (1 - u) * p[k - 3] + (3 * u * u * u - 6 * u * u + 4) * p[k - 2] +
+                               (-3 * u * u * u + 3 * u * u + 3 * u + 1) * p[k - 1] + u * u * u * p[k]) /
+                              6.0;
+      ASSERT_NEAR(f.value(), expected, 1e-12);
+    }
+  }
+}
+
+TEST(FineInterpolator, ConstantSpeedIsReproducedExactly) {
+  for (const auto method : kSmooth) {
+    auto f = make(method, 0.0, 2.0 / kPeriod);
+    double last = 0.0;
+    const double first = method == Method::kLinear ? 2.0 : 4.0;
+    for (int k = 0; k < 20; ++k) {
+      f.push(first + 2.0 * k);
+      for (std::uint32_t i = 0; i < kSteps; ++i) {
+        f.step();
+        ASSERT_NEAR(f.value() - last, 2.0 / kSteps, 1e-12);
+        ASSERT_NEAR(f.velocity(), 2.0 / kPeriod, 1e-7);
+        last = f.value();
+      }
+    }
+  }
+}
+
+TEST(FineInterpolator, VelocityIsTheDerivativeOfTheValue) {
+  for (const auto method : {Method::kSpline, Method::kApproximation}) {
+    auto f = make(method);
+    double before = 0.0;
+    double speed_before = 0.0;
+    for (int k = 0; k < 50; ++k) {
+      f.push(std::sin(0.3 * k));
+      for (std::uint32_t i = 0; i < kSteps; ++i) {
+        f.step();
+        // exact for a cubic: mean of the speeds, corrected by the change of acceleration, is about the difference
+        ASSERT_NEAR((f.value() - before) / kStep, 0.5 * (f.velocity() + speed_before), 2.0 / kPeriod / kSteps);
+        before = f.value();
+        speed_before = f.velocity();
+      }
+    }
+  }
+}
+
+TEST(FineInterpolator, LateSampleIsBridgedWithTheLastSpeedThenStops) {
+  auto f = make(Method::kLinear);
+  f.push(8.0);
+  run(f);
+  run(f);
+  EXPECT_NEAR(f.value(), 16.0, 1e-9);
+  run(f, 100);
+  EXPECT_NEAR(f.value(), 16.0, 1e-9);
+  EXPECT_EQ(f.velocity(), 0.0);
+}
+
+TEST(FineInterpolator, EarlyAndLateSamplesCauseNoJump) {
+  for (const auto method : kSmooth) {
+    auto f = make(method);
+    double last = 0.0;
+    for (int k = 1; k < 400; ++k) {
+      f.push(k);  // one unit per period, arriving up to three steps early or late
+      const auto steps = kSteps + static_cast<std::uint32_t>(k * 7 % 7) - 3U;
+      for (std::uint32_t i = 0; i < steps; ++i) {
+        f.step();
+        ASSERT_LT(std::abs(f.value() - last), 3.0 / kSteps);
+        last = f.value();
+      }
+      ASSERT_NEAR(f.value(), k, 3.0);
+    }
+  }
+}
+
+TEST(FineInterpolator, ReconfigurationKeepsTheOutput) {
+  auto f = make(Method::kLinear);
+  f.push(8.0);
+  run(f, 4);
+  f.configure(Method::kSpline, 2, kStep);
+  EXPECT_NEAR(f.value(), 4.0, 1e-12);
+  f.step();
+  EXPECT_NEAR(f.value(), 4.0 + 1.0, 1e-9);  // goes on with its speed
+  f.configure(Method::kSpline, 0, kStep);   // zero steps count as one
+  f.push(5.0);
+  f.step();
+  EXPECT_TRUE(std::isfinite(f.value()));
+}
+
+}  // namespace
+}  // namespace driveline::slaves::msd

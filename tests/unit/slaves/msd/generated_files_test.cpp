@@ -1,0 +1,44 @@
+// The device files in esi/data are generated; here they are compared with what the object dictionary says now.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include "driveline/esi/esi_file.hpp"
+#include "driveline/esi/sii.hpp"
+#include "driveline/slaves/msd/msd_table.hpp"
+
+namespace driveline::slaves::msd {
+namespace {
+
+/// Tests run in the top folder of the project.
+std::string content(const std::string& name) {
+  std::ifstream file(std::filesystem::path("esi/data") / name, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+TEST(GeneratedDeviceFiles, EsiFileIsWhatTheTableSays) {
+  EXPECT_TRUE(content("moog_msd.xml") == esi::write_esi({device_description()}))
+      << "regenerate: build/driveline esi generate esi/data";
+}
+
+TEST(GeneratedDeviceFiles, SiiImageIsWhatTheTableSays) {
+  std::string image;
+  for (const auto byte : esi::encode_sii(esi::make_sii(device_description()))) image += static_cast<char>(byte);
+  EXPECT_TRUE(content("moog_msd.sii") == image) << "regenerate: build/driveline esi generate esi/data";
+}
+
+TEST(GeneratedDeviceFiles, EsiFileReadsBackWithIdentityAndPdos) {
+  const auto file = esi::read_esi(content("moog_msd.xml"), "moog_msd.xml");
+  ASSERT_TRUE(file) << esi::to_text(file.error());
+  const auto* device = file->find_device(kVendorId, kProductCode, kRevision);
+  ASSERT_NE(device, nullptr);
+  EXPECT_EQ(device->rx_pdos.size(), 4U);
+  EXPECT_EQ(device->tx_pdos.size(), 4U);
+}
+
+}  // namespace
+}  // namespace driveline::slaves::msd

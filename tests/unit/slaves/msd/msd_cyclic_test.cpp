@@ -1,0 +1,337 @@
+// The cyclic modes: tracking, feed-forward, limits, changes of mode in motion.
+#include <algorithm>
+
+#include "drive_rig.hpp"
+
+namespace driveline::slaves::msd {
+namespace {
+
+struct Tracking {
+  double peak_following_error = 0.0;  ///< increments, as the drive reports it
+  double peak_torque_permille = 0.0;
+};
+
+/// Follows amplitude * (1 - cos wt) and reports the worst of the second half.
+Tracking follow_sine(DriveRig& rig, double amplitude_rev, double frequency_hz, double cycle_s = 125e-6) {
+  const double start = rig.position;
+  const double w = 2.0 * std::numbers::pi * frequency_hz;
+  Tracking result;
+  const int count = static_cast<int>(2.0 / cycle_s);
+  for (int i = 0; i < count; ++i) {
+    const double t = i * cycle_s;
+    rig.target_position =
+        static_cast<std::int32_t>(std::lrint(start + amplitude_rev * 1048576.0 * (1.0 - std::cos(w * t))));
+    rig.cycle();
+    if (i < count / 2) continue;
+    result.peak_following_error = std::max(result.peak_following_error, std::abs(double{0} + rig.following_error));
+    result.peak_torque_permille = std::max(result.peak_torque_permille, std::abs(double{0} + rig.torque));
+  }
+  return result;
+}
+
+TEST(MsdCyclic, PositionModeTracksASine) {
+  DriveRig rig;
+  rig.operate();
+  rig.enable(8);
+  const auto tracking = follow_sine(rig, 1.0, 2.0);
+  EXPECT_EQ(rig.drive.state(), PowerState::kOperationEnabled);
+  EXPECT_LT(tracking.peak_following_error, 150.0);  // 0.05 degrees, at the reversals where the friction turns
+  EXPECT_GT(tracking.peak_following_error, 0.0);
+  // inertia * acceleration + friction: 3e-4 * 2 pi * (2 pi 2)^2 + 0.03 = 0.33 Nm of 2.4
+  EXPECT_NEAR(tracking.peak_torque_permille, 137.0, 25.0);
+}
+
+TEST(MsdCyclic, SplinesTrackBetterThanLinearAtAMillisecond) {
+  const auto error = [](std::uint32_t type) {
+    DriveRig rig;
+    EXPECT_EQ(rig.write(0x2172, 0, type, 1), 0U);
+    rig.operate(1000);
+    rig.enable(8);
+    return follow_sine(rig, 0.5, 5.0, 1e-3).peak_following_error;  // 3100 rad/s2
+  };
+  const double linear = error(1);
+  const double spline = error(3);
+  const double approximation = error(4);
+  EXPECT_LT(spline, 0.8 * linear);
+  EXPECT_LT(approximation, 0.8 * linear);
+  EXPECT_LT(linear, 2000.0);
+}
+
+TEST(MsdCyclic, ConstantSpeedHasNoFollowingError) {
+  for (const std::uint32_t type : {1U, 3U, 4U}) {
+    DriveRig rig;
+    ASSERT_EQ(rig.write(0x2172, 0, type, 1), 0U);
+    rig.operate();
+    rig.enable(8);
+    double target = rig.position;
+    for (int i = 0; i < 8000; ++i) {  // up to ten revolutions per second in half a second
+      target += std::min(i / 4000.0, 1.0) * 10.0 * 1048576.0 * 125e-6;
+      rig.target_position = static_cast<std::int32_t>(std::lrint(target));
+      rig.cycle();
+    }
+    EXPECT_NEAR(rig.following_error, 0, 30) << type;
+  }
+}
+
+TEST(MsdCyclic, WithoutFeedForwardTheErrorIsSpeedOverGain) {
+  DriveRig rig;
+  rig.operate();
+  ASSERT_EQ(rig.write_real(0x2177, 0, 0.0F), 0U);
+  ASSERT_EQ(rig.write_real(0x2178, 0, 0.0F), 0U);
+  rig.enable(8);
+  const auto tracking = follow_sine(rig, 0.1, 1.0);
+  const double peak_speed = 0.1 * 1048576 * 2.0 * std::numbers::pi;
+  EXPECT_NEAR(tracking.peak_following_error, peak_speed / 150.0, 0.05 * peak_speed / 150.0);
+}
+
+TEST(MsdCyclic, ExternalFeedForwardReplacesTheInternalOne) {
+  DriveRig rig;
+  rig.operate();
+  ASSERT_EQ(rig.write(0x217B, 1, 1, 2), 0U);
+  rig.enable(8);
+  // External source selected but nothing sent: the error is as without feed-forward.
+  const double speed = 1048576.0;  // one revolution per second
+  const double start = rig.position;
+  const auto run = [&] {
+    for (int i = 0; i < 4000; ++i) {
+      rig.target_position = static_cast<std::int32_t>(std::lrint(rig.target_position + speed * 125e-6));
+      rig.cycle();
+    }
+    return rig.following_error;
+  };
+  EXPECT_NEAR(run(), speed / 150.0, 0.05 * speed / 150.0);
+  rig.velocity_offset = static_cast<std::int32_t>(speed);
+  EXPECT_NEAR(run(), 0.0, 0.02 * speed / 150.0);
+  EXPECT_GT(rig.position, start);
+}
+
+TEST(MsdCyclic, OffsetsWithoutSelectionDoNothing) {
+  DriveRig rig;
+  rig.operate();
+  rig.enable(9);
+  rig.velocity_offset = 1'000'000;
+  rig.torque_offset = 500;
+  rig.cycles(800);
+  EXPECT_NEAR(rig.velocity, 0, 2000);
+  ASSERT_EQ(rig.write(0x217B, 1, 1, 2), 0U);
+  rig.torque_offset = 0;
+  rig.cycles(1600);
+  EXPECT_NEAR(rig.velocity, 1'000'000, 3000);
+}
+
+TEST(MsdCyclic, VelocityModeReachesItsTarget) {
+  DriveRig rig;
+  rig.operate();
+  rig.enable(9);
+  rig.target_velocity = -20'000'000;
+  rig.cycles(8);
+  EXPECT_EQ(rig.status & 0x0400, 0) << "a new setpoint is not reached yet";
+  rig.cycles(1600);
+  EXPECT_NEAR(rig.velocity, -20'000'000, 3000);
+  EXPECT_NEAR(rig.drive.velocity_rad_s() * kIncrementsPerRadian, -20e6, 3000);
+  EXPECT_TRUE(rig.status & 0x0400);
+  EXPECT_EQ(rig.status & 0x4000, 0) << "ROT_0";
+  rig.target_velocity = 0;
+  rig.cycles(1600);
+  EXPECT_TRUE(rig.status & 0x4000);
+}
+
+TEST(MsdCyclic, TorqueModeAcceleratesByTorqueOverInertia) {
+  DriveRig rig;
+  rig.operate();
+  rig.enable(10);
+  rig.target_torque = 100;  // 0.24 Nm
+  rig.cycles(8);
+  const double before = rig.drive.velocity_rad_s();
+  rig.cycles(80);  // 10 ms
+  EXPECT_NEAR(rig.drive.velocity_rad_s() - before, (0.24 - 0.03) / 3e-4 * 0.01, 0.1);
+  EXPECT_EQ(rig.torque, 100);
+  rig.torque_offset = -100;
+  rig.cycles(20);
+  EXPECT_EQ(rig.torque, 0) << "the torque offset adds up in torque mode";
+}
+
+TEST(MsdCyclic, TorqueModeDoesNotRunAway) {
+  DriveRig rig;
+  rig.operate();
+  ASSERT_EQ(rig.write(0x6080, 0, 3000, 4), 0U);
+  rig.enable(10);
+  rig.target_torque = 500;
+  rig.cycles(8000);
+  EXPECT_NEAR(rig.drive.velocity_rad_s(), 314.16, 5.0);
+  EXPECT_TRUE(rig.status & 0x0800) << "internal limit";
+}
+
+TEST(MsdCyclic, MaxTorqueLimitsEveryMode) {
+  DriveRig rig;
+  rig.operate();
+  ASSERT_EQ(rig.write(0x6072, 0, 200, 2), 0U);
+  rig.enable(9);
+  rig.target_velocity = 50'000'000;
+  rig.cycles(40);
+  EXPECT_NEAR(rig.torque, 200, 1);
+  EXPECT_TRUE(rig.status & 0x0800);
+  rig.target_torque = 1000;
+  rig.mode = 10;
+  rig.cycles(40);
+  EXPECT_NEAR(rig.torque, 200, 1);
+}
+
+TEST(MsdCyclic, MaxMotorSpeedLimitsTheVelocitySetpoint) {
+  DriveRig rig;
+  rig.operate();
+  ASSERT_EQ(rig.write(0x6080, 0, 600, 4), 0U);
+  rig.enable(9);
+  rig.target_velocity = 100'000'000;
+  rig.cycles(1600);
+  EXPECT_NEAR(rig.velocity, 10 * 1048576, 5000);
+  EXPECT_TRUE(rig.status & 0x0800);
+}
+
+TEST(MsdCyclic, SoftwareLimitsCutThePositionSetpoint) {
+  DriveRig rig;
+  rig.operate();
+  ASSERT_EQ(rig.write(0x607D, 1, static_cast<std::uint32_t>(-5000), 4), 0U);
+  ASSERT_EQ(rig.write(0x607D, 2, 5000, 4), 0U);
+  rig.enable(8);
+  rig.target_position = 20'000;
+  rig.cycles(1600);
+  EXPECT_NEAR(rig.position, 5000, 60);
+  EXPECT_TRUE(rig.status & 0x0800);
+  rig.target_position = 1000;
+  rig.cycles(1600);
+  EXPECT_NEAR(rig.position, 1000, 60);
+  EXPECT_EQ(rig.status & 0x0800, 0);
+}
+
+TEST(MsdCyclic, TargetReachedNeedsWindowAndTime) {
+  DriveRig rig;
+  rig.operate();
+  ASSERT_EQ(rig.write(0x6068, 0, 20, 2), 0U);
+  rig.enable(8);
+  rig.cycles(400);
+  EXPECT_TRUE(rig.status & 0x0400);
+  rig.target_position += 30'000;
+  rig.cycle();
+  EXPECT_EQ(rig.status & 0x0400, 0);
+  int cycles = 0;
+  while ((rig.status & 0x0400) == 0 && cycles < 8000) {
+    rig.cycle();
+    ++cycles;
+  }
+  EXPECT_GE(cycles * 0.125, 20.0);
+  EXPECT_NEAR(rig.position, rig.target_position, 1000);
+}
+
+TEST(MsdCyclic, PositionWrapsAt32Bits) {
+  MsdParameters parameters;
+  parameters.initial_position_rad = 2147483647.0 / kIncrementsPerRadian - 0.5;
+  DriveRig rig(parameters);
+  rig.operate();
+  rig.enable(8);
+  const auto before = rig.drive.position_rad();
+  ASSERT_GT(rig.position, 2147000000);
+  for (int i = 0; i < 2000; ++i) {
+    rig.target_position = static_cast<std::int32_t>(static_cast<std::uint32_t>(rig.target_position) + 200U);
+    rig.cycle();
+  }
+  EXPECT_EQ(rig.drive.state(), PowerState::kOperationEnabled);
+  EXPECT_LT(rig.position, -2147000000);
+  EXPECT_NEAR((rig.drive.position_rad() - before) * kIncrementsPerRadian, 400'000.0, 1500.0);
+}
+
+TEST(MsdCyclic, ModesChangeInMotionWithoutAJump) {
+  DriveRig rig;
+  rig.operate();
+  rig.run_at(5'000'000);
+  double last_speed = rig.drive.velocity_rad_s();
+  double worst = 0.0;
+  const auto observe = [&](int count, auto&& before_cycle) {
+    for (int i = 0; i < count; ++i) {
+      before_cycle();
+      rig.cycle();
+      worst = std::max(worst, std::abs(rig.drive.velocity_rad_s() - last_speed));
+      last_speed = rig.drive.velocity_rad_s();
+    }
+  };
+  // The master sends setpoints that go on from where the axis is, as it must in these modes.
+  rig.mode = 8;
+  double target = rig.position;
+  observe(800, [&] {
+    target += 5e6 * 125e-6;
+    rig.target_position = static_cast<std::int32_t>(std::lrint(target));
+  });
+  EXPECT_EQ(rig.mode_display, 8);
+  rig.mode = 10;
+  rig.target_torque = rig.torque;
+  observe(100, [] {});
+  EXPECT_EQ(rig.mode_display, 10);
+  rig.mode = 9;
+  rig.target_velocity = rig.velocity;
+  observe(800, [] {});
+  EXPECT_EQ(rig.mode_display, 9);
+  // 30 rad/s; the speed never changes by more than a good percent in a cycle
+  EXPECT_LT(worst, 0.4);
+  EXPECT_EQ(rig.drive.state(), PowerState::kOperationEnabled);
+}
+
+TEST(MsdCyclic, UnsupportedModeInTheProcessDataIsIgnored) {
+  DriveRig rig;
+  rig.operate();
+  rig.enable(9);
+  for (const std::int8_t mode : {std::int8_t{1}, std::int8_t{6}, std::int8_t{7}, std::int8_t{-1}, std::int8_t{11}}) {
+    rig.mode = mode;
+    rig.cycles(2);
+    EXPECT_EQ(rig.mode_display, 9);
+  }
+}
+
+TEST(MsdCyclic, NoModeHoldsTheAxis) {
+  DriveRig rig;
+  rig.operate();
+  rig.run_at(5'000'000);
+  rig.mode = 0;
+  rig.cycles(1600);
+  EXPECT_NEAR(rig.velocity, 0, 2000);
+  EXPECT_EQ(rig.status & 0x1000, 0);
+}
+
+TEST(MsdCyclic, MissingSetpointsStopThePositionDemand) {
+  DriveRig rig;
+  rig.operate();
+  rig.enable(8);
+  for (int i = 0; i < 800; ++i) {
+    rig.target_position += 200;
+    rig.cycle();
+  }
+  const auto last = rig.target_position;
+  rig.pass(50ms);
+  EXPECT_NEAR(rig.position, last + 200, 300);  // one period further, then still
+}
+
+TEST(MsdCyclic, RunsAreBitIdentical) {
+  const auto run = [] {
+    DriveRig rig;
+    rig.operate();
+    rig.enable(8);
+    follow_sine(rig, 0.3, 3.0);
+    return rig.drive.position_rad();
+  };
+  EXPECT_EQ(run(), run());
+}
+
+TEST(MsdCyclic, StateDependsOnTimeNotOnHowOftenAdvanceIsCalled) {
+  const auto run = [](std::chrono::nanoseconds call) {
+    DriveRig rig;
+    rig.operate();
+    rig.run_at(1'000'000);
+    rig.control = 0x02;
+    rig.cycle();
+    for (std::chrono::nanoseconds t{0}; t < 20ms; t += call) rig.pass(call);
+    return rig.drive.position_rad();
+  };
+  EXPECT_EQ(run(125us), run(20ms));
+}
+
+}  // namespace
+}  // namespace driveline::slaves::msd

@@ -1,0 +1,87 @@
+// Factor group: user units, polarity, calculated factors.
+#include "driveline/slaves/msd/scaling.hpp"
+
+#include <limits>
+
+#include "drive_rig.hpp"
+
+namespace driveline::slaves::msd {
+namespace {
+
+TEST(MsdScaling, PositionsInMillidegreesOfALoadBehindAGear) {
+  DriveRig rig;
+  ASSERT_EQ(rig.write(0x6091, 1, 5, 4), 0U);        // 5 motor revolutions
+  ASSERT_EQ(rig.write(0x6091, 2, 2, 4), 0U);        // for 2 of the shaft
+  ASSERT_EQ(rig.write(0x6092, 1, 360'000, 4), 0U);  // units per shaft revolution
+  rig.operate();
+  EXPECT_EQ(rig.read(0x6093, 1), 1048576U * 5U / 640U);  // 2^20 * 5 / (2 * 360000), reduced
+  EXPECT_EQ(rig.read(0x6093, 2), 1125U);
+  EXPECT_EQ(rig.read(0x6094, 1) * std::uint64_t{rig.read(0x6093, 2)},
+            rig.read(0x6093, 1) * std::uint64_t{rig.read(0x6094, 2)});
+  rig.enable(9);
+  rig.target_velocity = 360'000;  // one shaft revolution per second: 2.5 of the motor
+  rig.cycles(4000);
+  EXPECT_NEAR(rig.drive.velocity_rad_s(), 2.5 * 2.0 * std::numbers::pi, 0.05);
+  EXPECT_NEAR(rig.velocity, 360'000, 500);
+  EXPECT_NEAR(rig.position, rig.drive.position_rad() / (2.0 * std::numbers::pi) / 2.5 * 360'000, 2.0);
+}
+
+TEST(MsdScaling, PolarityTurnsSetpointsAndActualValues) {
+  DriveRig rig;
+  ASSERT_EQ(rig.write(0x607E, 0, 0xC0, 1), 0U);
+  rig.operate();
+  rig.enable(9);
+  rig.target_velocity = 2'000'000;
+  rig.cycles(1600);
+  EXPECT_LT(rig.drive.velocity_rad_s(), -11.0);
+  EXPECT_NEAR(rig.velocity, 2'000'000, 4000);
+  EXPECT_GT(rig.position, 0);
+  rig.mode = 8;
+  rig.target_position = rig.position;
+  rig.cycles(4000);
+  EXPECT_NEAR(rig.position, rig.target_position, 100);
+  EXPECT_EQ(rig.drive.state(), PowerState::kOperationEnabled);
+}
+
+TEST(MsdScaling, ChangesOnlyWithThePowerStageOff) {
+  DriveRig rig;
+  rig.operate();
+  rig.enable(9);
+  EXPECT_EQ(rig.write(0x6091, 1, 5, 4), 0x08000022U);
+  EXPECT_EQ(rig.write(0x607E, 0, 0x80, 1), 0x08000022U);
+  rig.control = 0x06;
+  rig.cycles(2);
+  EXPECT_EQ(rig.write(0x6091, 1, 5, 4), 0U);
+}
+
+TEST(MsdScaling, NoDivisorCanBeZero) {
+  DriveRig rig;
+  for (const std::uint16_t index :
+       {std::uint16_t{0x608F}, std::uint16_t{0x6090}, std::uint16_t{0x6091}, std::uint16_t{0x6092}}) {
+    for (const unsigned sub : {1U, 2U}) EXPECT_EQ(rig.write(index, sub, 0, 4), 0x06090032U);
+  }
+}
+
+TEST(MsdScaling, ExtremeFactorsStayFinite) {
+  DriveRig rig;
+  for (const std::uint16_t index : {std::uint16_t{0x608F}, std::uint16_t{0x6091}, std::uint16_t{0x6092}}) {
+    ASSERT_EQ(rig.write(index, 1, index == 0x6092 ? 1 : 0xFFFFFFFF, 4), 0U);
+    ASSERT_EQ(rig.write(index, 2, index == 0x6092 ? 0xFFFFFFFF : 1, 4), 0U);
+  }
+  rig.operate();
+  rig.enable(8);
+  rig.cycles(100);
+  EXPECT_TRUE(std::isfinite(rig.drive.position_rad()));
+  EXPECT_GE(rig.read(0x6093, 2), 1U);
+}
+
+TEST(MsdScaling, SaturateRoundsAndKeepsTheRange) {
+  EXPECT_EQ(saturate<std::int16_t>(2.6), 3);
+  EXPECT_EQ(saturate<std::int16_t>(-1e9), -32768);
+  EXPECT_EQ(saturate<std::int32_t>(1e300), 2147483647);
+  EXPECT_EQ(saturate<std::uint32_t>(-1.0), 0U);
+  EXPECT_EQ(saturate<std::int32_t>(std::numeric_limits<double>::quiet_NaN()), 0);
+}
+
+}  // namespace
+}  // namespace driveline::slaves::msd
