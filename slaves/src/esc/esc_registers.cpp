@@ -103,10 +103,10 @@ bool Esc::read_registers(std::size_t address, std::span<std::byte> out, Nanoseco
   if (out.empty()) return false;
   if (overlaps(address, out.size(), reg::kSystemTime.address, reg::kSystemTime.address + 8)) clock_.refresh(now);
   if (overlaps(address, out.size(), reg::kSiiConfiguration.address, reg::kMiiControl.address)) sii_.refresh(now);
+  const bool reads_dl_status = overlaps(address, out.size(), reg::kDlStatus.address, reg::kDlStatus.address + 2);
+  if (reads_dl_status) publish_dl_status();
   std::memcpy(out.data(), memory_.at(address, out.size()).data(), out.size());
-  if (overlaps(address, out.size(), reg::kDlStatus.address, reg::kDlStatus.address + 2)) {
-    events_.set_ecat(ecat_event::kDlStatus, false);
-  }
+  if (reads_dl_status) events_.set_ecat(ecat_event::kDlStatus, false);
   if (overlaps(address, out.size(), reg::kAlStatus.address, reg::kAlStatus.address + 2)) {
     events_.set_ecat(ecat_event::kAlStatus, false);
   }

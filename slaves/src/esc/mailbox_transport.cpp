@@ -21,6 +21,13 @@ MailboxTransport::MailboxTransport(Esc& esc, Device& device) : esc_(esc), device
     }
   }
   present_ = has_out && has_in;
+  std::size_t longest = 0;
+  for (const auto* layouts : {&layout, &device.profile().bootstrap_mailboxes}) {
+    for (const auto& sync_manager : *layouts) {
+      longest = std::max<std::size_t>({longest, sync_manager.max_length, sync_manager.default_length});
+    }
+  }
+  for (auto* buffer : {&scratch_, &last_, &previous_, &waiting_}) buffer->reserve(longest);
 }
 
 void MailboxTransport::reset() noexcept {

@@ -16,7 +16,6 @@ namespace driveline::slaves {
 namespace {
 
 using namespace std::chrono_literals;
-using wire::Command;
 using Bytes = std::vector<std::byte>;
 
 constexpr std::size_t kMailboxLength = 1024;

@@ -9,7 +9,8 @@
 namespace driveline::slaves {
 
 /// Carries mailboxes between the two mailbox sync managers and the device, and keeps what it has sent so that the
-/// master may ask for it again (repeat request, ETG.1000.4 6.6.3). Not \rtsafe: the device may allocate.
+/// master may ask for it again (repeat request, ETG.1000.4 6.6.3). Allocates nothing after construction; run() is
+/// \rtsafe as far as the device's mailbox functions are.
 class MailboxTransport {
  public:
   /// Faults of the mailbox a test can stage.

@@ -1,0 +1,475 @@
+// The EtherCAT state machine: each transition, each refusal with its AL status code, acknowledge rules (ETG.1000.6
+// chapter 6, Table 11).
+#include "bench_slave.hpp"
+
+namespace driveline::slaves::test {
+namespace {
+
+class AlStateMachineTest : public BenchSlave {
+ protected:
+  /// Rebuilds the slave with bootstrap mailboxes.
+  void with_bootstrap() {
+    using Use = SyncManagerLayout::Use;
+    auto own = std::make_unique<TestDevice>();
+    own->own_profile.bootstrap_mailboxes = {{Use::kMailboxOut, kBootOutAddress, 0x100, 0x200, 0x100},
+                                            {Use::kMailboxIn, kBootInAddress, 0x100, 0x200, 0x100}};
+    rebuild({}, std::move(own));
+  }
+  void configure_boot_mailboxes() {
+    set_sync_manager(0, {kBootOutAddress, 0x100, 0x26, 0, 1, 0});
+    set_sync_manager(1, {kBootInAddress, 0x100, 0x22, 0, 1, 0});
+  }
+  void expect_refused(AlState target, AlStatusCode expected) {
+    const auto before = status().state;
+    request(target);
+    EXPECT_EQ(to_text(status().state), to_text(before));
+    EXPECT_TRUE(status().error);
+    EXPECT_EQ(code(), expected);
+  }
+};
+
+TEST_F(AlStateMachineTest, StartsInInitWithoutError) {
+  expect_status(AlState::kInit);
+  EXPECT_EQ(get(reg::kAlStatus), 0x0001);
+}
+
+TEST_F(AlStateMachineTest, UpStepByStepAndDownInOneLeap) {
+  go_to(AlState::kOp);
+  request(AlState::kInit);
+  expect_status(AlState::kInit);
+  using T = std::pair<AlState, AlState>;
+  EXPECT_EQ(device().transitions, (std::vector<T>{{AlState::kInit, AlState::kPreOp},
+                                                  {AlState::kPreOp, AlState::kSafeOp},
+                                                  {AlState::kSafeOp, AlState::kOp},
+                                                  {AlState::kOp, AlState::kInit}}));
+}
+
+TEST_F(AlStateMachineTest, EveryTransitionOfTheStandard) {
+  struct Row {
+    AlState from, to;
+    AlStatusCode code;
+  };
+  using enum AlState;
+  constexpr auto kOk = AlStatusCode::kNoError;
+  constexpr auto kIllegal = AlStatusCode::kInvalidRequestedStateChange;
+  for (const auto& row : {
+           Row{kInit, kInit, kOk},
+           Row{kInit, kPreOp, kOk},
+           Row{kInit, kSafeOp, kIllegal},
+           Row{kInit, kOp, kIllegal},
+           Row{kPreOp, kInit, kOk},
+           Row{kPreOp, kPreOp, kOk},
+           Row{kPreOp, kSafeOp, kOk},
+           Row{kPreOp, kOp, kIllegal},
+           Row{kPreOp, kBootstrap, kIllegal},
+           Row{kSafeOp, kInit, kOk},
+           Row{kSafeOp, kPreOp, kOk},
+           Row{kSafeOp, kSafeOp, kOk},
+           Row{kSafeOp, kOp, kOk},
+           Row{kSafeOp, kBootstrap, kIllegal},
+           Row{kOp, kInit, kOk},
+           Row{kOp, kPreOp, kOk},
+           Row{kOp, kSafeOp, kOk},
+           Row{kOp, kOp, kOk},
+           Row{kOp, kBootstrap, kIllegal},
+       }) {
+    rebuild();
+    go_to(row.from);
+    if (row.from == kInit) configure_mailboxes();
+    if (row.from == kPreOp) configure_process_data();
+    if (row.from == kSafeOp) write_outputs(bytes({1, 2, 3, 4}));
+    request(row.to);
+    SCOPED_TRACE(std::string(to_text(row.from)) + " -> " + std::string(to_text(row.to)));
+    expect_status(row.code == kOk ? row.to : row.from, row.code);
+  }
+}
+
+TEST_F(AlStateMachineTest, BootstrapOnlyFromInitAndOnlyBackToInit) {
+  with_bootstrap();
+  configure_boot_mailboxes();
+  request(AlState::kBootstrap);
+  expect_status(AlState::kBootstrap);
+  for (const auto target : {AlState::kPreOp, AlState::kSafeOp, AlState::kOp}) {
+    request(target, true);
+    expect_status(AlState::kBootstrap, AlStatusCode::kInvalidRequestedStateChange);
+  }
+  request(AlState::kInit, true);
+  expect_status(AlState::kInit);
+}
+
+TEST_F(AlStateMachineTest, BootstrapNotSupported) {
+  expect_refused(AlState::kBootstrap, AlStatusCode::kBootstrapNotSupported);
+}
+
+TEST_F(AlStateMachineTest, BootstrapMailboxesAreCheckedWithTheirOwnCode) {
+  with_bootstrap();
+  configure_mailboxes();  // those of PREOP
+  expect_refused(AlState::kBootstrap, AlStatusCode::kInvalidMailboxConfigurationBoot);
+}
+
+TEST_F(AlStateMachineTest, UnknownStateCodes) {
+  for (const unsigned raw : {0U, 5U, 6U, 7U, 9U, 15U}) {
+    rebuild();
+    expect_refused(static_cast<AlState>(raw), AlStatusCode::kUnknownRequestedState);
+  }
+}
+
+TEST_F(AlStateMachineTest, MailboxSettingsAreChecked) {
+  const auto refused_with = [this](unsigned n, wire::SyncManagerChannel channel) {
+    rebuild();
+    configure_mailboxes();
+    write(static_cast<std::uint16_t>(0x0806 + 8 * n), bytes({0}));
+    set_sync_manager(n, channel);
+    expect_refused(AlState::kPreOp, AlStatusCode::kInvalidMailboxConfigurationPreOp);
+  };
+  auto channel = mailbox_out();
+  channel.activate = 0;
+  refused_with(0, channel);
+  channel = mailbox_out();
+  channel.length = 0x1F;
+  refused_with(0, channel);
+  channel.length = 0x81;
+  refused_with(0, channel);
+  channel = mailbox_out();
+  channel.start_address += 2;
+  refused_with(0, channel);
+  channel = mailbox_out();
+  channel.control = 0x22;
+  refused_with(0, channel);
+  channel = mailbox_in();
+  channel.control = 0x20;
+  refused_with(1, channel);
+  rebuild();
+  expect_refused(AlState::kPreOp, AlStatusCode::kInvalidMailboxConfigurationPreOp);
+}
+
+TEST_F(AlStateMachineTest, MailboxLengthsOfTheWholeRangeAreAccepted) {
+  for (const unsigned length : {0x20U, 0x80U}) {
+    rebuild();
+    auto out = mailbox_out();
+    out.length = static_cast<std::uint16_t>(length);
+    set_sync_manager(0, out);
+    set_sync_manager(1, mailbox_in());
+    request(AlState::kPreOp);
+    expect_status(AlState::kPreOp);
+  }
+}
+
+TEST_F(AlStateMachineTest, OutputAndInputSettingsAreChecked) {
+  const auto refused_with = [this](unsigned n, wire::SyncManagerChannel channel, AlStatusCode expected) {
+    rebuild();
+    go_to(AlState::kPreOp);
+    if (n != 2) set_sync_manager(2, outputs());
+    if (n != 3) set_sync_manager(3, inputs());
+    set_sync_manager(n, channel);
+    expect_refused(AlState::kSafeOp, expected);
+  };
+  constexpr auto kOutput = AlStatusCode::kInvalidOutputConfiguration;
+  constexpr auto kInput = AlStatusCode::kInvalidInputConfiguration;
+  refused_with(2, outputs(3), kOutput);
+  refused_with(2, outputs(5), kOutput);
+  refused_with(3, inputs(5), kInput);
+  refused_with(3, inputs(7), kInput);
+  auto channel = outputs();
+  channel.activate = 0;
+  refused_with(2, channel, kOutput);
+  channel = outputs();
+  channel.control = 0x20;
+  refused_with(2, channel, kOutput);
+  channel = outputs();
+  channel.start_address += 4;
+  refused_with(2, channel, kOutput);
+  channel = inputs();
+  channel.control = 0x24;
+  refused_with(3, channel, kInput);
+  channel = inputs();
+  channel.activate = 0;
+  refused_with(3, channel, kInput);
+  channel = inputs();
+  channel.control = 0x22;
+  refused_with(3, channel, AlStatusCode::kFreeRunNeedsThreeBufferMode);
+  refused_with(4, {0x1900, 4, 0x24, 0, 1, 0}, AlStatusCode::kInvalidSyncManagerConfiguration);
+}
+
+TEST_F(AlStateMachineTest, OverlappingSyncManagersAreRefused) {
+  auto own = std::make_unique<TestDevice>();
+  own->own_profile.sync_managers[3].start_address = kOutputsAddress + 8;  // inside the third output buffer
+  rebuild({}, std::move(own));
+  go_to(AlState::kPreOp);
+  set_sync_manager(2, outputs());
+  set_sync_manager(3, {kOutputsAddress + 8, 6, 0x20, 0, 1, 0});
+  expect_refused(AlState::kSafeOp, AlStatusCode::kInvalidSyncManagerConfiguration);
+}
+
+TEST_F(AlStateMachineTest, InputOnlyAndOutputOnlyDevices) {
+  for (const bool has_outputs : {true, false}) {
+    auto own = std::make_unique<TestDevice>();
+    own->sizes = has_outputs ? std::array<std::size_t, 8>{0, 0, 4, 0} : std::array<std::size_t, 8>{0, 0, 0, 6};
+    rebuild({}, std::move(own));
+    go_to(AlState::kPreOp);
+    set_sync_manager(has_outputs ? 2 : 3, has_outputs ? outputs() : inputs());
+    request(AlState::kSafeOp);
+    expect_status(AlState::kSafeOp);
+    if (has_outputs) write_outputs(bytes({1, 2, 3, 4}));
+    request(AlState::kOp);
+    expect_status(AlState::kOp);
+    // Without process data a sync manager must stay off.
+    rebuild({}, [has_outputs] {
+      auto other = std::make_unique<TestDevice>();
+      other->sizes = has_outputs ? std::array<std::size_t, 8>{0, 0, 4, 0} : std::array<std::size_t, 8>{0, 0, 0, 6};
+      return other;
+    }());
+    go_to(AlState::kPreOp);
+    configure_process_data();
+    expect_refused(AlState::kSafeOp,
+                   has_outputs ? AlStatusCode::kInvalidInputConfiguration : AlStatusCode::kInvalidOutputConfiguration);
+  }
+}
+
+TEST_F(AlStateMachineTest, WatchdogThatCannotDoItsDuty) {
+  go_to(AlState::kPreOp);
+  configure_process_data();
+  write(reg::kWatchdogTimeProcessData, 0);
+  expect_refused(AlState::kSafeOp, AlStatusCode::kInvalidWatchdogConfiguration);
+  write(reg::kWatchdogTimeProcessData, 1);  // 100 us, the device works every 125 us
+  request(AlState::kSafeOp, true);
+  expect_status(AlState::kPreOp, AlStatusCode::kInvalidWatchdogConfiguration);
+  write(reg::kWatchdogTimeProcessData, 2);
+  request(AlState::kSafeOp, true);
+  expect_status(AlState::kSafeOp);
+}
+
+TEST_F(AlStateMachineTest, WatchdogMayBeOffWhenTheSyncManagerDoesNotTriggerIt) {
+  go_to(AlState::kPreOp);
+  auto channel = outputs();
+  channel.control = 0x24;
+  set_sync_manager(2, channel);
+  set_sync_manager(3, inputs());
+  write(reg::kWatchdogTimeProcessData, 0);
+  request(AlState::kSafeOp);
+  expect_status(AlState::kSafeOp);
+  write_outputs(bytes({1, 2, 3, 4}));
+  request(AlState::kOp);
+  expect_status(AlState::kOp);
+  pass(10s);
+  expect_status(AlState::kOp);
+}
+
+TEST_F(AlStateMachineTest, ApplicationRefusesWithItsOwnCode) {
+  go_to(AlState::kPreOp);
+  configure_process_data();
+  device().refusal = AlStatusCode::kInvalidOutputMapping;
+  expect_refused(AlState::kSafeOp, AlStatusCode::kInvalidOutputMapping);
+  device().refusal = AlStatusCode::kNoError;
+  request(AlState::kSafeOp, true);
+  expect_status(AlState::kSafeOp);
+}
+
+TEST_F(AlStateMachineTest, RefusalChosenFromOutside) {
+  configure_mailboxes();
+  slave().al().refuse(AlState::kPreOp, AlStatusCode::kNoValidFirmware);
+  expect_refused(AlState::kPreOp, AlStatusCode::kNoValidFirmware);
+  slave().al().refuse(AlState::kSafeOp, AlStatusCode::kNoValidInputs);
+  request(AlState::kPreOp, true);
+  expect_status(AlState::kPreOp);
+  configure_process_data();
+  expect_refused(AlState::kSafeOp, AlStatusCode::kNoValidInputs);
+  slave().al().clear_refusal();
+  request(AlState::kSafeOp, true);
+  expect_status(AlState::kSafeOp);
+}
+
+TEST_F(AlStateMachineTest, ErrorBlocksRequestsUntilAcknowledged) {
+  go_to(AlState::kPreOp);
+  expect_refused(AlState::kOp, AlStatusCode::kInvalidRequestedStateChange);
+  configure_process_data();
+  request(AlState::kSafeOp);
+  expect_status(AlState::kPreOp, AlStatusCode::kInvalidRequestedStateChange);
+  request(AlState::kPreOp);
+  expect_status(AlState::kPreOp, AlStatusCode::kInvalidRequestedStateChange);
+  request(AlState::kPreOp, true);
+  expect_status(AlState::kPreOp);
+  request(AlState::kSafeOp);
+  expect_status(AlState::kSafeOp);
+}
+
+TEST_F(AlStateMachineTest, AcknowledgeAndNewStateInOneRequest) {
+  go_to(AlState::kPreOp);
+  expect_refused(AlState::kOp, AlStatusCode::kInvalidRequestedStateChange);
+  configure_process_data();
+  request(AlState::kSafeOp, true);
+  expect_status(AlState::kSafeOp);
+}
+
+TEST_F(AlStateMachineTest, InitIsAcceptedWithoutAcknowledge) {
+  go_to(AlState::kPreOp);
+  expect_refused(AlState::kOp, AlStatusCode::kInvalidRequestedStateChange);
+  request(AlState::kInit);
+  expect_status(AlState::kInit);
+}
+
+TEST_F(AlStateMachineTest, AcknowledgeWithoutErrorDoesNoHarm) {
+  configure_mailboxes();
+  request(AlState::kInit, true);
+  expect_status(AlState::kInit);
+  request(AlState::kPreOp, true);
+  expect_status(AlState::kPreOp);
+}
+
+TEST_F(AlStateMachineTest, ANewErrorReplacesTheAcknowledgedOne) {
+  go_to(AlState::kPreOp);
+  expect_refused(AlState::kOp, AlStatusCode::kInvalidRequestedStateChange);
+  request(AlState::kSafeOp, true);
+  expect_status(AlState::kPreOp, AlStatusCode::kInvalidOutputConfiguration);
+}
+
+TEST_F(AlStateMachineTest, DelayedTransitionHappensWhileNobodyAsks) {
+  SlaveOptions options;
+  options.al.transition_delay = 30ms;
+  rebuild(options);
+  configure_mailboxes();
+  request(AlState::kPreOp);
+  expect_status(AlState::kInit);
+  pass(29ms);
+  expect_status(AlState::kInit);
+  EXPECT_TRUE(device().transitions.empty());
+  pass(1ms);
+  expect_status(AlState::kPreOp);
+}
+
+TEST_F(AlStateMachineTest, DelayedTransitionHappensAtItsTimeInALongSilence) {
+  SlaveOptions options;
+  options.al.transition_delay = 30ms;
+  rebuild(options);
+  configure_mailboxes();
+  request(AlState::kPreOp);
+  pass(30ms);
+  configure_process_data();
+  request(AlState::kSafeOp);
+  const auto steps = device().advance_count;
+  pass(1s);
+  expect_status(AlState::kSafeOp);
+  EXPECT_GE(device().advance_count, steps + 970 * 8) << "steps of 125 us from the transition on";
+  EXPECT_FALSE(device().went_back);
+}
+
+TEST_F(AlStateMachineTest, ANewRequestReplacesADelayedOne) {
+  SlaveOptions options;
+  options.al.transition_delay = 30ms;
+  rebuild(options);
+  configure_mailboxes();
+  request(AlState::kPreOp);
+  pass(10ms);
+  request(AlState::kInit);
+  pass(1s);
+  expect_status(AlState::kInit);
+}
+
+TEST_F(AlStateMachineTest, OpWaitsForOutputs) {
+  go_to(AlState::kSafeOp);
+  request(AlState::kOp);
+  expect_status(AlState::kSafeOp);
+  pass(500ms);
+  expect_status(AlState::kSafeOp);
+  write_outputs(bytes({1, 2, 3, 4}));
+  pass(125us);
+  expect_status(AlState::kOp);
+}
+
+TEST_F(AlStateMachineTest, OpWithoutOutputsTimesOut) {
+  go_to(AlState::kSafeOp);
+  request(AlState::kOp);
+  pass(999ms);
+  expect_status(AlState::kSafeOp);
+  pass(1ms);
+  expect_status(AlState::kSafeOp, AlStatusCode::kNoValidOutputs);
+}
+
+TEST_F(AlStateMachineTest, OpWithOutputsThatHaveStoppedTimesOutWithTheWatchdogCode) {
+  go_to(AlState::kSafeOp);
+  write_outputs(bytes({1, 2, 3, 4}));
+  pass(200ms);  // the watchdog has expired meanwhile
+  expect_status(AlState::kSafeOp);
+  request(AlState::kOp);
+  expect_status(AlState::kSafeOp);
+  pass(1s);
+  expect_status(AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
+}
+
+TEST_F(AlStateMachineTest, SwitchingOffAMailboxFallsBackToInit) {
+  go_to(AlState::kOp);
+  write(0x080E, bytes({0}));
+  slave().advance(now());
+  expect_status(AlState::kInit, AlStatusCode::kInvalidMailboxConfigurationPreOp);
+  EXPECT_EQ(device().fall_backs.back(),
+            (TestDevice::FallBack{AlState::kOp, AlState::kInit, AlStatusCode::kInvalidMailboxConfigurationPreOp}));
+}
+
+TEST_F(AlStateMachineTest, SwitchingOffProcessDataFallsBackToPreOp) {
+  go_to(AlState::kOp);
+  write(0x081E, bytes({0}));
+  slave().advance(now());
+  expect_status(AlState::kPreOp, AlStatusCode::kInvalidInputConfiguration);
+  EXPECT_EQ(device().fall_backs.back(),
+            (TestDevice::FallBack{AlState::kOp, AlState::kPreOp, AlStatusCode::kInvalidInputConfiguration}));
+}
+
+TEST_F(AlStateMachineTest, TogglingTheRepeatBitIsNoReasonToFallBack) {
+  go_to(AlState::kOp);
+  write(0x080E, bytes({3}));
+  slave().advance(now());
+  expect_status(AlState::kOp);
+}
+
+TEST_F(AlStateMachineTest, SyncManagersAreLockedOutsideTheirStates) {
+  configure_mailboxes();
+  configure_process_data();
+  EXPECT_EQ(write(kMailboxOutAddress, std::vector<std::byte>(kMailboxLength)), 0) << "no mailbox in INIT";
+  request(AlState::kPreOp);
+  EXPECT_EQ(write(kMailboxOutAddress, std::vector<std::byte>(kMailboxLength)), 1);
+  EXPECT_EQ(write(kOutputsAddress, bytes({1, 2, 3, 4})), 0);
+  EXPECT_EQ(read(kInputsAddress, 6).working_counter, 0);
+  request(AlState::kSafeOp);
+  EXPECT_EQ(write(kOutputsAddress, bytes({1, 2, 3, 4})), 1);
+  EXPECT_EQ(read(kInputsAddress, 6).working_counter, 1);
+  request(AlState::kPreOp);
+  EXPECT_EQ(write(kOutputsAddress, bytes({1, 2, 3, 4})), 0);
+  request(AlState::kInit);
+  EXPECT_EQ(write(kMailboxOutAddress, std::vector<std::byte>(kMailboxLength)), 0);
+}
+
+TEST_F(AlStateMachineTest, DeviceIdentificationOnRequest) {
+  auto own = std::make_unique<TestDevice>();
+  own->own_profile.device_id = 0x1234;
+  rebuild({}, std::move(own));
+  configure_mailboxes();
+  request(AlState::kPreOp, false, true);
+  EXPECT_EQ(get(reg::kAlStatus), 0x0022);
+  EXPECT_EQ(get(reg::kAlStatusCode), 0x1234);
+  request(AlState::kPreOp);
+  EXPECT_EQ(get(reg::kAlStatus), 0x0002);
+  EXPECT_EQ(get(reg::kAlStatusCode), 0);
+  // An error has the status code register for itself.
+  request(AlState::kOp, false, true);
+  EXPECT_EQ(get(reg::kAlStatus), 0x0012);
+  EXPECT_EQ(get(reg::kAlStatusCode), 0x0011);
+}
+
+TEST_F(AlStateMachineTest, DeviceIdentificationNotSupported) {
+  request(AlState::kInit, false, true);
+  EXPECT_EQ(get(reg::kAlStatus), 0x0001);
+}
+
+TEST_F(AlStateMachineTest, DeviceEmulationCopiesAlControl) {
+  auto own = std::make_unique<TestDevice>();
+  own->own_profile.sii_image = test_image(0x0104);  // digital I/O, device emulation
+  rebuild({}, std::move(own));
+  request(AlState::kSafeOp);
+  EXPECT_EQ(get(reg::kAlStatus), 0x0004) << "no checks: there is no application";
+  request(AlState::kPreOp, true);
+  EXPECT_EQ(get(reg::kAlStatus), 0x0012) << "as the controller does, acknowledge bit included";
+  EXPECT_TRUE(device().transitions.empty());
+}
+
+}  // namespace
+}  // namespace driveline::slaves::test
