@@ -70,8 +70,12 @@ Result<std::vector<std::byte>> CoeClient::transact(Address at, std::span<const s
   auto service = mailbox_.transact(wire::MailboxType::kCoe, with_coe_header(sdo), is_sdo_answer);
   if (!service) {
     Error error = service.error();
-    error.address = at.index;
-    error.subindex = at.subindex;
+    // Errors of the bus name the register that was not reached.
+    if (error.kind == ErrorKind::kMailboxTimeout || error.kind == ErrorKind::kMailboxError ||
+        error.kind == ErrorKind::kMailboxMalformed) {
+      error.address = at.index;
+      error.subindex = at.subindex;
+    }
     return tl::unexpected(error);
   }
   service->erase(service->begin(), service->begin() + CoeHeader::kSize);

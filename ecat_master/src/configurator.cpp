@@ -116,10 +116,14 @@ Result<void> compare_identities(std::span<const SlavePlan> plans, std::span<cons
 }
 
 Result<std::vector<std::unique_ptr<MailboxClient>>> enter_pre_op(Bus& bus, std::span<const SlaveInfo> slaves) {
-  std::vector<std::unique_ptr<MailboxClient>> mailboxes;
   std::vector<SlaveRef> refs;
+  for (const auto& slave : slaves) refs.push_back(slave.ref);
+  // An attempt before may have got somewhere; sync managers and mailbox counters start anew out of INIT only.
+  if (auto done = change_state(bus, refs, wire::AlState::kInit, kPreOpTimeout); !done)
+    return tl::unexpected(done.error());
+  if (auto done = clear_channels(bus); !done) return tl::unexpected(done.error());
+  std::vector<std::unique_ptr<MailboxClient>> mailboxes;
   for (const auto& slave : slaves) {
-    refs.push_back(slave.ref);
     mailboxes.push_back(nullptr);
     const auto out = find_sync_manager(slave, Use::kMailboxOut);
     const auto in = find_sync_manager(slave, Use::kMailboxIn);

@@ -5,6 +5,17 @@
 #include "driveline/wire/frame.hpp"
 
 namespace driveline::ecat_master {
+namespace {
+
+/// Slaves change the position part of an address, but only the master writes the rest of the header.
+bool is_answer_to(const Request& request, std::uint8_t index, const wire::DatagramHeader& answer) noexcept {
+  const bool same_address = wire::is_logical(request.command) ? answer.address == request.address
+                                                              : answer.address.ado() == request.address.ado();
+  return same_address && answer.command == request.command && answer.index == index &&
+         answer.length == request.data.size();
+}
+
+}  // namespace
 
 DirectExchange::DirectExchange(port::Port& port, rt::Clock& clock, Settings settings)
     : port_(port), clock_(clock), settings_(settings) {}
@@ -114,17 +125,17 @@ bool match_answers(std::span<Request> requests, std::span<const std::byte> frame
   for (const bool take : {false, true}) {
     auto cursor = wire::DatagramCursor::open(frame);
     if (!cursor) return false;
-    for (auto& request : requests) {
+    for (std::size_t i = 0; i < requests.size(); ++i) {
+      auto& request = requests[i];
       if (cursor->done()) return false;
       const auto answer = cursor->next();
-      if (!answer || answer->header.command != request.command || answer->data.size() != request.data.size())
-        return false;
-      if (answer->header.address.ado() != request.address.ado() && !wire::is_logical(request.command)) return false;
+      if (!answer || !is_answer_to(request, static_cast<std::uint8_t>(i), answer->header)) return false;
       if (!take) continue;
       std::copy(answer->data.begin(), answer->data.end(), request.data.begin());
       request.working_counter = answer->working_counter();
       request.answered = true;
     }
+    if (!cursor->done()) return false;
   }
   return true;
 }

@@ -28,22 +28,12 @@ Result<std::uint16_t> count_slaves(Bus& bus) {
   return count;
 }
 
-/// A previous master may have left anything behind: INIT with the error acknowledged, then no FMMU and no sync
-/// manager stays active (the emulated and real controllers keep them across a change to INIT).
+/// A previous master may have left anything behind: INIT with the error acknowledged, then no channel stays active.
 Result<void> reset_slaves(Bus& bus) {
-  const wire::AlControl init{wire::AlState::kInit, true, false};
-  const std::array<std::byte, 8 * wire::SyncManagerChannel::kSize> no_sync_managers{};
-  const std::array<std::byte, 8 * wire::FmmuEntity::kSize> no_fmmus{};
-  const auto control = wire::to_le_bytes(init.raw());
-  const std::pair<std::uint16_t, std::span<const std::byte>> writes[] = {
-      {wire::reg::kAlControl.address, control},
-      {wire::reg::kFmmu.address, no_fmmus},
-      {wire::reg::kSyncManager.address, no_sync_managers},
-  };
-  for (const auto& [address, data] : writes) {
-    if (auto done = bus.broadcast_write(address, data); !done) return tl::unexpected(done.error());
-  }
-  return {};
+  const auto control = wire::to_le_bytes(wire::AlControl{wire::AlState::kInit, true, false}.raw());
+  if (auto done = bus.broadcast_write(wire::reg::kAlControl.address, control); !done)
+    return tl::unexpected(done.error());
+  return clear_channels(bus);
 }
 
 Result<std::vector<SlaveRef>> assign_addresses(Bus& bus, std::uint16_t count) {
@@ -83,6 +73,15 @@ Result<SlaveInfo> make_info(SlaveRef ref, std::vector<std::byte> image) {
 }
 
 }  // namespace
+
+Result<void> clear_channels(Bus& bus) {
+  const std::array<std::byte, 8 * wire::SyncManagerChannel::kSize> no_sync_managers{};
+  const std::array<std::byte, 8 * wire::FmmuEntity::kSize> no_fmmus{};
+  if (auto done = bus.broadcast_write(wire::reg::kFmmu.address, no_fmmus); !done) return tl::unexpected(done.error());
+  if (auto done = bus.broadcast_write(wire::reg::kSyncManager.address, no_sync_managers); !done)
+    return tl::unexpected(done.error());
+  return {};
+}
 
 Result<std::vector<SlaveInfo>> discover(Bus& bus) {
   const auto count = count_slaves(bus);

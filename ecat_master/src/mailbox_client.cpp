@@ -61,31 +61,38 @@ Result<void> MailboxClient::send(wire::MailboxType type, std::span<const std::by
   }
 }
 
-Result<bool> MailboxClient::read_full_mailbox(std::span<std::byte> data) {
-  auto taken = bus_.try_read(slave_, window_.in_address, data);
-  if (!taken || *taken) return taken;
-  // It was full a moment ago and is empty now: the reply was read and lost on the way back. Toggle the repeat
-  // request and wait until the slave has put it there again.
-  std::array<std::byte, 3> channel{};
-  auto read = bus_.read(slave_, channel_register(kIn, kStatusOffset), channel);
-  if (!read) return tl::unexpected(read.error());
-  const auto activate = channel[kActivateOffset - kStatusOffset] ^ std::byte{wire::SyncManagerActivate::kRepeatRequest};
-  auto written = bus_.write(slave_, channel_register(kIn, kActivateOffset), {&activate, 1});
-  if (!written) return tl::unexpected(written.error());
+/// Reads the mailbox that was full a moment ago. When it is empty now, the reply has been read and lost on the way back
+/// and is asked for again, as often as it takes and time allows.
+Result<void> MailboxClient::read_full_mailbox(std::span<std::byte> data) {
   const auto deadline = bus_.exchange().now() + kReplyTimeout;
+  for (;;) {
+    auto taken = bus_.try_read(slave_, window_.in_address, data);
+    if (!taken) return tl::unexpected(taken.error());
+    if (*taken) return {};
+    if (bus_.exchange().now() >= deadline) return tl::unexpected(error(ErrorKind::kMailboxTimeout));
+    if (auto done = request_repeat(deadline); !done) return done;
+  }
+}
+
+/// Toggles the repeat request and waits until the slave has put its last mailbox there again.
+Result<void> MailboxClient::request_repeat(std::chrono::nanoseconds deadline) {
+  std::array<std::byte, 3> channel{};
+  if (auto read = bus_.read(slave_, channel_register(kIn, kStatusOffset), channel); !read) return read;
+  const auto activate = channel[kActivateOffset - kStatusOffset] ^ std::byte{wire::SyncManagerActivate::kRepeatRequest};
+  if (auto written = bus_.write(slave_, channel_register(kIn, kActivateOffset), {&activate, 1}); !written)
+    return written;
   const bool wanted = (activate & std::byte{wire::SyncManagerActivate::kRepeatRequest}) != std::byte{0};
   for (;;) {
-    read = bus_.read(slave_, channel_register(kIn, kStatusOffset), channel);
-    if (!read) return tl::unexpected(read.error());
+    if (auto read = bus_.read(slave_, channel_register(kIn, kStatusOffset), channel); !read) return read;
     const auto pdi_control = channel[kPdiControlOffset - kStatusOffset];
     const bool acknowledged = (pdi_control & std::byte{wire::SyncManagerPdiControl::kRepeatAck}) != std::byte{0};
-    if (acknowledged == wanted) return bus_.try_read(slave_, window_.in_address, data);
+    if (acknowledged == wanted) return {};
     if (bus_.exchange().now() >= deadline) return tl::unexpected(error(ErrorKind::kMailboxTimeout));
     bus_.exchange().pause(kPollInterval);
   }
 }
 
-/// Reads one mailbox when there is one. False: none.
+/// Reads one mailbox when there is a new one. False: none.
 Result<bool> MailboxClient::fetch(Mail& mail) {
   std::array<std::byte, 1> status{};
   if (auto read = bus_.read(slave_, channel_register(kIn, kStatusOffset), status); !read) {
@@ -93,10 +100,12 @@ Result<bool> MailboxClient::fetch(Mail& mail) {
   }
   if ((status[0] & std::byte{wire::SyncManagerStatus::kMailboxFull}) == std::byte{0}) return false;
   std::vector<std::byte> data(window_.in_length);
-  auto taken = read_full_mailbox(data);
-  if (!taken || !*taken) return taken;
+  if (auto read = read_full_mailbox(data); !read) return tl::unexpected(read.error());
   const auto header = wire::MailboxHeader::decode(data);
   if (!header) return tl::unexpected(error(ErrorKind::kMailboxMalformed));
+  // A mailbox that has come before carries the same counter again (0 is not counted).
+  if (header->counter != 0 && header->counter == last_received_) return false;
+  last_received_ = header->counter;
   const auto* begin = data.data() + wire::MailboxHeader::kSize;
   mail = {*header, {begin, begin + header->length}};
   return true;
@@ -121,10 +130,6 @@ Result<std::vector<std::byte>> MailboxClient::transact(wire::MailboxType type, s
     auto fetched = fetch(mail);
     if (!fetched) return tl::unexpected(fetched.error());
     if (*fetched) {
-      // A repeated mailbox carries the counter of the one before (0 is not counted).
-      const bool repeated = mail.header.counter != 0 && mail.header.counter == last_received_;
-      last_received_ = mail.header.counter;
-      if (repeated) continue;
       if (mail.header.type == wire::MailboxType::kError) {
         const auto reply = wire::MailboxErrorReply::decode(mail.service);
         return tl::unexpected(reply ? error(ErrorKind::kMailboxError, static_cast<std::uint32_t>(reply->code))
@@ -132,10 +137,10 @@ Result<std::vector<std::byte>> MailboxClient::transact(wire::MailboxType type, s
       }
       if (mail.header.type == type && is_reply(mail.service)) return std::move(mail.service);
       collect(mail);
-    } else {
-      if (bus_.exchange().now() >= deadline) return tl::unexpected(error(ErrorKind::kMailboxTimeout));
-      bus_.exchange().pause(kPollInterval);
     }
+    // Also while something else keeps arriving: a slave that only chatters does not answer.
+    if (bus_.exchange().now() >= deadline) return tl::unexpected(error(ErrorKind::kMailboxTimeout));
+    if (!*fetched) bus_.exchange().pause(kPollInterval);
   }
 }
 
@@ -145,7 +150,6 @@ Result<void> MailboxClient::poll() {
     auto fetched = fetch(mail);
     if (!fetched) return tl::unexpected(fetched.error());
     if (!*fetched) return {};
-    last_received_ = mail.header.counter;
     collect(mail);
   }
   return {};

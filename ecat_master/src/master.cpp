@@ -43,12 +43,13 @@ Result<void> Master::configure(std::vector<SlavePlan> plans) {
   std::vector<SlaveInfo> infos;
   for (const auto& slave : slaves_) infos.push_back(slave.info);
   if (auto done = compare_identities(plans, infos); !done) return done;
-  for (std::size_t i = 0; i < plans.size(); ++i) slaves_[i].plan = std::move(plans[i]);
+  for (std::size_t i = 0; i < slaves_.size(); ++i)
+    slaves_[i].plan = i < plans.size() ? std::move(plans[i]) : SlavePlan{};
   if (auto done = enter_pre_op(); !done) return done;
   auto image = configure_process_data(bus_, slaves_);
   if (!image) return tl::unexpected(image.error());
   image_ = std::move(*image);
-  if (auto done = change_all(wire::AlState::kSafeOp, settings_.state_timeout); !done) {
+  if (auto done = change_state(bus_, refs_, wire::AlState::kSafeOp, settings_.state_timeout); !done) {
     return tl::unexpected(explain_state_error(bus_, slaves_, done.error()));
   }
   return {};
@@ -71,11 +72,7 @@ tl::expected<void, std::string> Master::start_cycle(Motion* motion, SampleRings 
 }
 
 Result<void> Master::go_operational() {
-  return change_all(wire::AlState::kOp, settings_.state_timeout);
-}
-
-Result<void> Master::change_all(wire::AlState state, std::chrono::nanoseconds timeout) {
-  return change_state(bus_, refs_, state, timeout);
+  return change_state(bus_, refs_, wire::AlState::kOp, settings_.state_timeout);
 }
 
 Result<std::vector<AlReport>> Master::al_status() {
@@ -98,10 +95,10 @@ Result<void> Master::shut_down() {
   auto note = [&first](Result<void> done) {
     if (!done && first) first = done;
   };
-  if (runner_) note(change_all(wire::AlState::kSafeOp, settings_.state_timeout));
+  if (runner_) note(lower_state(bus_, refs_, wire::AlState::kSafeOp, settings_.state_timeout));
   stop_cycle();
-  note(change_all(wire::AlState::kPreOp, settings_.state_timeout));
-  note(change_all(wire::AlState::kInit, settings_.state_timeout));
+  note(lower_state(bus_, refs_, wire::AlState::kPreOp, settings_.state_timeout));
+  note(lower_state(bus_, refs_, wire::AlState::kInit, settings_.state_timeout));
   return first;
 }
 

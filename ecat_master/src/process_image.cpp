@@ -38,13 +38,13 @@ Result<ProcessImage> ProcessImage::lay_out(std::span<const ProcessDataDemand> de
 std::uint64_t wire_time_ns(const ProcessImage& image, std::size_t slaves, std::uint64_t slave_delay_ns) {
   constexpr std::uint64_t kNsPerByte = 80;
   constexpr std::uint64_t kPreambleFcsGap = 8 + 4 + 12;
+  // The first frame carries the broadcast read of the AL status, also when there are no process data.
   std::uint64_t bytes = 0;
-  bool first = true;
-  for (const auto& segment : image.segments()) {
-    std::uint64_t frame = wire::kDatagramsOffset + wire::DatagramHeader::kOverhead + segment.bytes;
-    if (first) frame += wire::DatagramHeader::kOverhead + 2;
-    first = false;
+  std::uint64_t frame = wire::kDatagramsOffset + wire::DatagramHeader::kOverhead + 2;
+  for (std::size_t i = 0; i == 0 || i < image.segments().size(); ++i) {
+    if (i < image.segments().size()) frame += wire::DatagramHeader::kOverhead + image.segments()[i].bytes;
     bytes += std::max<std::uint64_t>(frame, wire::kMinFrameBytes) + kPreambleFcsGap;
+    frame = wire::kDatagramsOffset;
   }
   return bytes * kNsPerByte + slaves * slave_delay_ns;
 }

@@ -53,10 +53,13 @@ bool follow_categories(Reading& r) {
       return true;
     }
     r.category_word += 2 + r.word(r.category_word + 1);
-    r.needed_words = r.category_word + 2;
+    if (r.category_word > size_words) return false;
     // The end marker may be left out when the categories fill the EEPROM to the last word.
-    if (r.category_word >= size_words) return r.category_word == size_words && r.words() >= size_words;
+    const bool full = r.category_word == size_words;
+    r.needed_words = full ? size_words : r.category_word + 2;
+    if (full) break;
   }
+  r.complete = r.category_word == size_words && r.words() >= size_words;
   return true;
 }
 
@@ -137,7 +140,6 @@ Result<std::vector<std::vector<std::byte>>> read_sii(Bus& bus, std::span<const S
     for (auto* r : active) {
       if (r->words() < r->needed_words) continue;
       if (!follow_categories(*r)) return tl::unexpected(sii_error(ErrorKind::kSiiContent, *r));
-      if (!r->complete && r->words() >= r->needed_words) r->complete = true;  // filled to the last word
     }
   }
   std::vector<std::vector<std::byte>> images;

@@ -59,19 +59,34 @@ Result<std::vector<AlReport>> collect_reports(Bus& bus, std::span<Request> reque
   return reports;
 }
 
-/// Error indications are acknowledged by repeating the present state with the acknowledge bit (ETG.1000.6 5.3.1).
-Result<void> acknowledge_errors(Bus& bus, std::span<const SlaveRef> slaves) {
-  const auto reports = read_al_status(bus, slaves);
-  if (!reports) return tl::unexpected(reports.error());
-  std::vector<SlaveRef> faulty;
-  std::vector<std::uint16_t> values;
-  for (std::size_t i = 0; i < slaves.size(); ++i) {
-    const auto& status = (*reports)[i].status;
-    if (!status.error) continue;
-    faulty.push_back(slaves[i]);
-    values.push_back(wire::AlControl{status.state, true, false}.raw());
+/// Error indications are acknowledged by repeating the present state with the acknowledge bit (ETG.1000.6 5.3.1). Waits
+/// until they are gone, or the old error would pass for an answer to the next request.
+Result<void> acknowledge_errors(Bus& bus, std::span<const SlaveRef> slaves, wire::AlState target,
+                                std::chrono::nanoseconds timeout) {
+  const auto deadline = bus.exchange().now() + timeout;
+  for (bool acknowledged = false;; acknowledged = true) {
+    const auto reports = read_al_status(bus, slaves);
+    if (!reports) return tl::unexpected(reports.error());
+    std::vector<SlaveRef> faulty;
+    std::vector<std::uint16_t> values;
+    std::size_t first = 0;
+    for (std::size_t i = 0; i < slaves.size(); ++i) {
+      const auto& status = (*reports)[i].status;
+      if (!status.error) continue;
+      if (faulty.empty()) first = i;
+      faulty.push_back(slaves[i]);
+      values.push_back(wire::AlControl{status.state, true, false}.raw());
+    }
+    if (faulty.empty()) return {};
+    if (bus.exchange().now() >= deadline) {
+      return tl::unexpected(state_error(ErrorKind::kStateRefused, slaves[first], target, (*reports)[first], timeout));
+    }
+    if (acknowledged) {
+      bus.exchange().pause(kPollInterval);
+    } else if (auto done = write_al_control(bus, faulty, values); !done) {
+      return done;
+    }
   }
-  return faulty.empty() ? Result<void>{} : write_al_control(bus, faulty, values);
 }
 
 }  // namespace
@@ -107,7 +122,7 @@ Result<std::vector<AlReport>> peek_states(Bus& bus) {
 Result<void> change_state(Bus& bus, std::span<const SlaveRef> slaves, wire::AlState target,
                           std::chrono::nanoseconds timeout) {
   if (slaves.empty()) return {};
-  if (auto done = acknowledge_errors(bus, slaves); !done) return done;
+  if (auto done = acknowledge_errors(bus, slaves, target, timeout); !done) return done;
   const std::vector<std::uint16_t> values(slaves.size(), wire::AlControl{target, false, false}.raw());
   if (auto done = write_al_control(bus, slaves, values); !done) return done;
   const auto deadline = bus.exchange().now() + timeout;
@@ -133,6 +148,24 @@ Result<void> change_state(Bus& bus, std::span<const SlaveRef> slaves, wire::AlSt
     }
     bus.exchange().pause(kPollInterval);
   }
+}
+
+Result<void> lower_state(Bus& bus, std::span<const SlaveRef> slaves, wire::AlState target,
+                         std::chrono::nanoseconds timeout) {
+  Result<void> first{};
+  std::vector<SlaveRef> above;
+  for (const auto& slave : slaves) {
+    const auto raw = bus.read(slave, wire::reg::kAlStatus);
+    if (raw) {
+      if (wire::AlStatus::from_raw(*raw).state > target) above.push_back(slave);
+    } else if (raw.error().kind != ErrorKind::kWorkingCounter) {
+      return tl::unexpected(raw.error());  // nobody can be reached
+    } else if (first) {
+      first = tl::unexpected(raw.error());
+    }
+  }
+  auto lowered = change_state(bus, above, target, timeout);
+  return first ? lowered : first;
 }
 
 }  // namespace driveline::ecat_master

@@ -81,6 +81,18 @@ std::uint16_t towards_disabled(AxisState state) noexcept {
   }
 }
 
+std::uint16_t towards_quick_stop(AxisState state) noexcept {
+  switch (state) {
+    // An axis that cannot be heard may still hear, and run: it is braked rather than left to coast.
+    case AxisState::kUnavailable:
+    case AxisState::kOperationEnabled:
+    case AxisState::kQuickStopActive:
+      return command::kQuickStop;
+    default:
+      return command::kDisableVoltage;
+  }
+}
+
 }  // namespace
 
 std::uint16_t next_control_word(AxisState state, Goal goal) noexcept {
@@ -88,8 +100,7 @@ std::uint16_t next_control_word(AxisState state, Goal goal) noexcept {
     case Goal::kEnabled:
       return towards_enabled(state);
     case Goal::kQuickStop:
-      return state == AxisState::kOperationEnabled || state == AxisState::kQuickStopActive ? command::kQuickStop
-                                                                                           : command::kDisableVoltage;
+      return towards_quick_stop(state);
     case Goal::kDisabled:
       break;
   }

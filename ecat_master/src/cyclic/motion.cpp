@@ -1,6 +1,7 @@
 #include "driveline/ecat_master/cyclic/motion.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 namespace driveline::ecat_master {
@@ -49,6 +50,12 @@ Motion::Motion(std::vector<Axis> axes, trajectory::Interpolator path, Settings s
       bad_cycles_(axes_.size()) {
   if (path_.axes().size() != axes_.size()) {
     throw std::invalid_argument("motion: the path must have one axis for each axis of the line");
+  }
+  for (const auto& axis : axes_) {
+    const auto& limits = axis.config().limits;
+    const bool usable = std::isfinite(limits.max_velocity) && limits.max_velocity > 0.0 &&
+                        std::isfinite(limits.max_acceleration) && limits.max_acceleration > 0.0;
+    if (!usable) throw std::invalid_argument("motion: the limits of an axis must be positive and finite");
   }
   path_.evaluate(path_.start_s(), path_start_);
 }
@@ -170,9 +177,14 @@ void Motion::advance(std::int64_t cycle) noexcept {
       break;
     }
     case MotionPhase::kQuickStop:
-      // A drive that stays in Quick stop active (605Ah = 5..8) is switched off once it has had time to stop.
-      if (t > std::chrono::duration<double>(settings_.quick_stop_time).count()) enter(MotionPhase::kDisabling, cycle);
-      [[fallthrough]];
+      // A drive that stays in Quick stop active (605Ah = 5..8) is switched off once it has had time to stop; so is one
+      // that is not heard of, which keeps being told to stop until then.
+      if (none_enabled() && all_available()) {
+        enter(MotionPhase::kIdle, cycle);
+      } else if (t > std::chrono::duration<double>(settings_.quick_stop_time).count()) {
+        enter(MotionPhase::kDisabling, cycle);
+      }
+      break;
     case MotionPhase::kDisabling:
       if (none_enabled()) enter(MotionPhase::kIdle, cycle);
       break;
@@ -199,6 +211,11 @@ void Motion::plan_stop() noexcept {
 
 bool Motion::all_enabled() const noexcept {
   return std::all_of(axes_.begin(), axes_.end(), [](const Axis& a) { return a.enabled(); });
+}
+
+bool Motion::all_available() const noexcept {
+  return std::none_of(axes_.begin(), axes_.end(),
+                      [](const Axis& a) { return a.inputs().state == snapshot::AxisState::kUnavailable; });
 }
 
 bool Motion::none_enabled() const noexcept {

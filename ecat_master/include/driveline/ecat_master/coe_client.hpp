@@ -8,8 +8,8 @@
 namespace driveline::ecat_master {
 
 /// SDO transfers with one slave (ETG.1000.6 5.6.2): expedited, normal and segmented. Not real-time safe; one thread
-/// at a time. Errors of all transfers: kSdoAbort (code: abort code), kMailbox*, kSdoSize, those of the bus; each names
-/// slave, index and sub-index.
+/// at a time. Errors of all transfers: kSdoAbort (code: abort code), kMailbox* and kSdoSize, each with slave, index and
+/// sub-index; those of the bus, with slave and register.
 class CoeClient {
  public:
   /// Largest object accepted; a slave that announces or sends more is cut off with an abort.

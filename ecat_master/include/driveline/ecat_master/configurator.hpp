@@ -38,7 +38,8 @@ struct ConfiguredSlave {
 /// accepts anything.
 [[nodiscard]] Result<void> compare_identities(std::span<const SlavePlan> plans, std::span<const SlaveInfo> found);
 
-/// Sets up sync managers 0 and 1 of all slaves with a mailbox (out of their EEPROM) and takes them to PREOP.
+/// Takes all slaves to INIT, sets up sync managers 0 and 1 of those with a mailbox (out of their EEPROM) and takes all
+/// to PREOP.
 /// Returns one mailbox client per slave, null without a mailbox.
 [[nodiscard]] Result<std::vector<std::unique_ptr<MailboxClient>>> enter_pre_op(Bus& bus,
                                                                                std::span<const SlaveInfo> slaves);

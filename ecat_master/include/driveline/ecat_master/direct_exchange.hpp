@@ -50,7 +50,8 @@ class DirectExchange final : public DatagramExchange {
   std::array<std::byte, port::kMaxFrameBytes> buffer_{};
 };
 
-/// Copies the answers in `frame` into `requests` when every datagram matches its request; false when one does not.
+/// Copies the answers in `frame` into `requests` when its datagrams are those of the requests, numbered from 0 in the
+/// same order; false, and nothing changed, when they are not.
 /// \rtsafe
 [[nodiscard]] bool match_answers(std::span<Request> requests, std::span<const std::byte> frame) noexcept;
 

@@ -27,4 +27,8 @@ inline constexpr std::uint16_t kMaxSlaves = 4096;
 /// Errors: kNoSlaves, kTooManySlaves, kSii*, those of the bus. Not real-time safe.
 [[nodiscard]] Result<std::vector<SlaveInfo>> discover(Bus& bus);
 
+/// Switches off all FMMUs and sync managers of all slaves: controllers keep them across a change to INIT, and their
+/// settings can only be changed while they are off. The slaves should be in INIT. Not real-time safe.
+[[nodiscard]] Result<void> clear_channels(Bus& bus);
+
 }  // namespace driveline::ecat_master

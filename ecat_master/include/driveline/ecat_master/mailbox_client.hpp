@@ -60,7 +60,8 @@ class MailboxClient {
     std::vector<std::byte> service;
   };
   [[nodiscard]] Result<bool> fetch(Mail& mail);
-  [[nodiscard]] Result<bool> read_full_mailbox(std::span<std::byte> data);
+  [[nodiscard]] Result<void> read_full_mailbox(std::span<std::byte> data);
+  [[nodiscard]] Result<void> request_repeat(std::chrono::nanoseconds deadline);
   void collect(const Mail& mail);
   [[nodiscard]] Error error(ErrorKind kind, std::uint32_t code = 0) const noexcept;
 

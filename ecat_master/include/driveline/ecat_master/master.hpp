@@ -34,8 +34,8 @@ class Master {
   [[nodiscard]] Result<std::vector<AlReport>> peek_states();
   /// Finds the slaves. Leaves them in INIT.
   [[nodiscard]] Result<void> scan();
-  /// Compares the found slaves with `plans` (by position; empty: anything goes), configures them and takes them to
-  /// SAFEOP. Slaves beyond the plans are taken to SAFEOP without process data.
+  /// Compares the found slaves with `plans` (by position; empty: anything goes, without process data), configures them
+  /// and takes them to SAFEOP. Starts from INIT whatever an attempt before has left behind.
   [[nodiscard]] Result<void> configure(std::vector<SlavePlan> plans);
   /// Sync managers of the mailboxes and PREOP only: enough for SDO transfers. Alternative to configure().
   [[nodiscard]] Result<void> enter_pre_op();
@@ -64,8 +64,8 @@ class Master {
   [[nodiscard]] MailboxClient* mailbox(std::size_t slave) noexcept { return slaves_[slave].mailbox.get(); }
   [[nodiscard]] Bus& bus() noexcept { return bus_; }
 
-  /// All slaves by way of SAFEOP and PREOP to INIT, whatever state they are in; ends the cycle. Goes on after an error
-  /// and returns the first. The motion must have been stopped before.
+  /// All slaves by way of SAFEOP and PREOP to INIT, whatever state they are in; ends the cycle. Goes on after an error,
+  /// without the slaves that do not answer, and returns the first. The motion must have been stopped before.
   Result<void> shut_down();
 
  private:
@@ -82,7 +82,6 @@ class Master {
     DatagramExchange* target_;
   };
 
-  [[nodiscard]] Result<void> change_all(wire::AlState state, std::chrono::nanoseconds timeout);
   void stop_cycle();
 
   port::Port& port_;

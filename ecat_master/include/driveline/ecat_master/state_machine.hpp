@@ -31,4 +31,9 @@ inline constexpr std::chrono::seconds kOpTimeout{10};
 [[nodiscard]] Result<void> change_state(Bus& bus, std::span<const SlaveRef> slaves, wire::AlState target,
                                         std::chrono::nanoseconds timeout);
 
+/// Takes those of `slaves` that are above `target` down to it; the others stay where they are. A slave that does not
+/// answer or refuses does not keep the rest from going; the first error is returned.
+[[nodiscard]] Result<void> lower_state(Bus& bus, std::span<const SlaveRef> slaves, wire::AlState target,
+                                       std::chrono::nanoseconds timeout);
+
 }  // namespace driveline::ecat_master

@@ -38,7 +38,8 @@ enum class Goal : std::uint8_t {
 [[nodiscard]] std::string_view to_text(AxisState state) noexcept;
 
 /// The command that brings an axis one state closer to the goal. Never skips a state: the drives ask for the bits one
-/// after the other (MSD manual, Table 11.4). In Fault it is Disable voltage: faults are reset on request only. \rtsafe
+/// after the other (MSD manual, Table 11.4). In Fault it is Disable voltage: faults are reset on request only. An axis
+/// whose state is not known gets nothing that could switch it on, and Quick stop when it shall stop. \rtsafe
 [[nodiscard]] std::uint16_t next_control_word(AxisState state, Goal goal) noexcept;
 
 }  // namespace driveline::ecat_master::cia402

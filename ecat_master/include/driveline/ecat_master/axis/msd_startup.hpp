@@ -15,7 +15,8 @@ struct InterpolationPeriod {
   std::int8_t exponent = -3;
 };
 
-/// The period in the form of 60C2h; nothing when it needs more than 8 bits (137 us, say). CiA 402-2, object 60C2h.
+/// The period in the form of 60C2h; nothing when its digits need more than 8 bits (312.5 us, say). CiA 402-2, object
+/// 60C2h.
 [[nodiscard]] std::optional<InterpolationPeriod> to_interpolation_period(std::chrono::nanoseconds period) noexcept;
 
 /// What an MSD servo drive must be told in PREOP to follow cyclic setpoints of this axis: setpoint cycle in both places

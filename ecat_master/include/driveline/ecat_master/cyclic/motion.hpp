@@ -52,7 +52,8 @@ class Motion {
   };
 
   /// `path` has one axis for each of `axes`, in the same order.
-  /// @throws std::invalid_argument if their numbers differ.
+  /// @throws std::invalid_argument if their numbers differ, or if a limit of an axis is not positive and finite:
+  /// approach and stop could not be planned then.
   Motion(std::vector<Axis> axes, trajectory::Interpolator path, Settings settings);
 
   // Commands, any thread.
@@ -86,6 +87,7 @@ class Motion {
   void plan_stop() noexcept;
   [[nodiscard]] bool all_enabled() const noexcept;
   [[nodiscard]] bool none_enabled() const noexcept;
+  [[nodiscard]] bool all_available() const noexcept;
   [[nodiscard]] cia402::Goal goal() const noexcept;
 
   std::vector<Axis> axes_;

@@ -1,0 +1,130 @@
+#include <gmock/gmock.h>
+
+#include "drive_line.hpp"
+#include "fault_ports.hpp"
+
+namespace driveline::bus_test {
+namespace {
+
+using ecat_master::CoeClient;
+using ecat_master::ErrorKind;
+using ecat_master::MotionPhase;
+
+TEST(SdoWhileCycling, AThousandTransfersDisturbNothing) {
+  DriveLine drives(2);
+  LineOperation operation(drives, RunOptions{.repeat = true});
+  ASSERT_EQ(sentence(operation.to_motion()), "");
+  ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  const auto missed = operation.statistics().missed_periods;
+  for (std::uint32_t i = 0; i < 250; ++i) {
+    for (std::size_t drive = 0; drive < 2; ++drive) {
+      CoeClient coe(*operation.master().mailbox(drive));
+      const std::uint32_t window = 1'000'000 + 2 * i + static_cast<std::uint32_t>(drive);
+      ASSERT_EQ(sentence(coe.download_as<std::uint32_t>(0x6065, 0, window)), "") << i;
+      const auto read = coe.upload_as<std::uint32_t>(0x6065, 0);
+      ASSERT_EQ(sentence(read), "") << i;
+      ASSERT_EQ(*read, window);
+    }
+  }
+  EXPECT_EQ(operation.statistics().wkc_errors, 0U);
+  EXPECT_EQ(operation.statistics().lost_frames, 0U);
+  EXPECT_EQ(operation.statistics().stale_frames, 0U);
+  EXPECT_EQ(operation.statistics().missed_periods, missed);
+  EXPECT_EQ(operation.motion().failure().cause, ecat_master::MotionFailure::Cause::kNone);
+}
+
+TEST(SdoWhileCycling, LongObjectsAndAborts) {
+  DriveLine drives(1);
+  LineOperation operation(drives);
+  ASSERT_EQ(sentence(operation.to_op()), "");
+  CoeClient coe(*operation.master().mailbox(0));
+  const auto name = coe.upload(0x1008, 0);
+  ASSERT_EQ(sentence(name), "");
+  std::string text;
+  for (const auto byte : *name) text += static_cast<char>(byte);
+  EXPECT_EQ(text, "MSD Servo Drive");
+  EXPECT_EQ(sentence(coe.upload(0x5FFF, 1)),
+            "slave 0: object 5FFFh:01 aborted with 0x06020000 (object does not exist in the object dictionary)");
+  EXPECT_EQ(sentence(coe.download_as<std::uint32_t>(0x1000, 0, 1)),
+            "slave 0: object 1000h:00 aborted with 0x06010002 (object is read only)");
+  EXPECT_EQ(sentence(coe.upload_as<std::uint16_t>(0x1000, 0)), "slave 0: object 1000h:00 has 4 bytes, 2 were expected");
+}
+
+class LossWhileCycling : public testing::TestWithParam<LossyPort::Way> {};
+
+TEST_P(LossWhileCycling, OneFrameInFiveOfAnyKind) {
+  for (std::uint32_t seed = 1; seed <= 5; ++seed) {
+    DriveLine drives(1);
+    bool armed = false;
+    Chance chance(5, seed);
+    LossyPort port(drives.line(), GetParam(), [&](auto, auto) { return armed && chance(); });
+    LineOperation operation(drives, port);
+    ASSERT_EQ(sentence(operation.to_op()), "");
+    CoeClient coe(*operation.master().mailbox(0));
+    armed = true;
+    for (std::uint32_t i = 0; i < 20; ++i) {
+      ASSERT_EQ(sentence(coe.download_as<std::uint32_t>(0x6065, 0, 70'000 + i)), "") << seed << " " << i;
+      const auto read = coe.upload_as<std::uint32_t>(0x6065, 0);
+      ASSERT_EQ(sentence(read), "") << seed << " " << i;
+      ASSERT_EQ(*read, 70'000 + i);
+    }
+    EXPECT_GT(port.lost(), 50U);
+    EXPECT_EQ(operation.statistics().wkc_errors, 0U);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Ways, LossWhileCycling, testing::Values(LossyPort::Way::kOut, LossyPort::Way::kBack),
+                         [](const auto& test) { return test.param == LossyPort::Way::kOut ? "Out" : "Back"; });
+
+TEST(AcyclicWork, ThroughADeadLineEndsWithAnError) {
+  DriveLine drives(1);
+  LineOperation operation(drives);
+  ASSERT_EQ(sentence(operation.to_op()), "");
+  drives.line().drop_frames(1'000'000);
+  CoeClient coe(*operation.master().mailbox(0));
+  const auto read = coe.upload(0x6041, 0);
+  ASSERT_FALSE(read);
+  EXPECT_EQ(read.error().kind, ErrorKind::kNoAnswer);
+  EXPECT_EQ(read.error().slave, 0);
+}
+
+TEST(AcyclicWork, ReadsManyRegistersInAFewFrames) {
+  DriveLine drives(8);
+  LineOperation operation(drives);
+  ASSERT_EQ(sentence(operation.to_op()), "");
+  const auto before = operation.master().core()->cycles();
+  const auto reports = operation.master().al_status();
+  ASSERT_EQ(sentence(reports), "");
+  EXPECT_LE(operation.master().core()->cycles() - before, 3U) << "all eight travel in one frame";
+  ASSERT_EQ(reports->size(), 8U);
+  for (const auto& report : *reports) EXPECT_EQ(report.status.state, wire::AlState::kOp);
+}
+
+TEST(Emergencies, ArriveWithTheFaultThatCausedThem) {
+  DriveLine drives(2);
+  LineOperation operation(drives);
+  ASSERT_EQ(sentence(operation.to_motion()), "");
+  ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  drives.drive(1).set_dc_link(false);
+  operation.run(milliseconds{10});
+  ASSERT_EQ(sentence(operation.master().mailbox(1)->poll()), "");
+  const auto emergencies = operation.master().mailbox(1)->take_emergencies();
+  ASSERT_EQ(emergencies.size(), 1U);
+  EXPECT_EQ(emergencies[0].error_code, 0x3220);
+  EXPECT_EQ(emergencies[0].error_register, 0x05) << "generic and voltage";
+  ASSERT_EQ(sentence(operation.master().mailbox(0)->poll()), "");
+  EXPECT_TRUE(operation.master().mailbox(0)->take_emergencies().empty());
+  // One that comes ahead of an SDO answer does not get in its way.
+  drives.drive(1).set_dc_link(true);
+  operation.run(milliseconds{300});
+  operation.motion().request_start();
+  operation.run(milliseconds{20});
+  CoeClient coe(*operation.master().mailbox(1));
+  const auto vendor = coe.upload_as<std::uint32_t>(0x1018, 1);
+  ASSERT_EQ(sentence(vendor), "");
+  EXPECT_EQ(*vendor, 0x28U);
+  EXPECT_EQ(operation.master().mailbox(1)->take_emergencies().size(), 1U) << "the acknowledgement";
+}
+
+}  // namespace
+}  // namespace driveline::bus_test

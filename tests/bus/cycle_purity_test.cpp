@@ -1,0 +1,190 @@
+#include <gmock/gmock.h>
+
+#include "drive_line.hpp"
+#include "driveline/rt_guard/rt_guard.hpp"
+#include "fault_ports.hpp"
+
+namespace driveline::bus_test {
+namespace {
+
+using ecat_master::CoeClient;
+using ecat_master::CycleRunner;
+using ecat_master::CyclicCore;
+using ecat_master::MotionFailure;
+using ecat_master::MotionPhase;
+using rt::RtGuard;
+
+/// What the guarded stretches of code have done so far.
+struct Ledger {
+  RtGuard::Counts counts;
+  std::uint64_t cycles = 0;
+
+  void close() {
+    const auto more = RtGuard::leave();
+    counts.allocations += more.allocations;
+    counts.frees += more.frees;
+    counts.locks += more.locks;
+  }
+};
+
+/// Runs every cycle under guard.
+class GuardedRunner final : public CycleRunner {
+ public:
+  GuardedRunner(CyclicCore& core, rt::Clock& clock, Ledger& ledger)
+      : core_(core), clock_(clock), timer_(clock, core.settings().period), ledger_(ledger) {}
+
+  [[nodiscard]] tl::expected<void, std::string> start() override {
+    timer_.start(clock_.now() + 4 * timer_.period());
+    return {};
+  }
+  void pass(nanoseconds duration) override {
+    const auto end = clock_.now() + duration;
+    do {
+      RtGuard::enter();
+      core_.cycle(timer_.wait_next());
+      ledger_.close();
+      ++ledger_.cycles;
+    } while (clock_.now() < end);
+  }
+  void stop() override {}
+
+ private:
+  CyclicCore& core_;
+  rt::Clock& clock_;
+  rt::CycleTimer timer_;
+  Ledger& ledger_;
+};
+
+/// Takes the guard off while the simulated line works: its drives may allocate for mailboxes, the master may not.
+class UnguardedLine final : public PassingPort {
+ public:
+  UnguardedLine(port::Port& inner, Ledger& ledger) : PassingPort(inner), ledger_(ledger) {}
+
+  [[nodiscard]] port::SendStatus send(std::span<const std::byte> frame) noexcept override {
+    ledger_.close();
+    const auto status = inner_.send(frame);
+    RtGuard::enter();
+    return status;
+  }
+  [[nodiscard]] std::optional<port::ReceivedFrame> receive() noexcept override {
+    ledger_.close();
+    const auto frame = inner_.receive();
+    RtGuard::enter();
+    return frame;
+  }
+
+ private:
+  Ledger& ledger_;
+};
+
+class CyclePurity : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!RtGuard::available()) GTEST_SKIP() << "a sanitizer owns malloc and the locks in this build";
+  }
+  void TearDown() override { RtGuard::leave(); }
+
+  ecat_master::Master::MakeRunner guarded() {
+    return [this](CyclicCore& core) { return std::make_unique<GuardedRunner>(core, drives.clock, ledger); };
+  }
+
+  DriveLine drives{3};
+  Ledger ledger;
+};
+
+TEST_F(CyclePurity, TheMasterNeitherAllocatesNorLocksWhateverHappens) {
+  UnguardedLine line(drives.line(), ledger);
+  LineOperation operation(drives, line, RunOptions{.repeat = true});
+  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  operation.start_cycle(guarded());
+  ledger = {};
+  ASSERT_EQ(sentence(operation.master().go_operational()), "");
+  operation.motion().request_start();
+  ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+
+  // Mailbox traffic beside the motion.
+  for (std::size_t i = 0; i < 300; ++i) {
+    CoeClient coe(*operation.master().mailbox(i % 3));
+    ASSERT_EQ(sentence(coe.upload(0x1008, 0)), "");
+    ASSERT_EQ(sentence(coe.download_as<std::uint32_t>(0x6065, 0, 1'000'000)), "");
+  }
+  // Single lost frames, then enough of them for a loss of communication, and back.
+  for (int i = 0; i < 20; ++i) {
+    drives.line().drop_frames(1);
+    operation.run(milliseconds{1});
+  }
+  EXPECT_EQ(operation.motion().failure().cause, MotionFailure::Cause::kNone);
+  drives.line().drop_frames(40);
+  operation.run(milliseconds{400});
+  EXPECT_EQ(operation.motion().failure().cause, MotionFailure::Cause::kCommunication);
+  operation.motion().request_start();
+  ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  // A drive fault, and back.
+  drives.drive(1).set_dc_link(false);
+  operation.run(milliseconds{400});
+  EXPECT_EQ(operation.motion().failure().cause, MotionFailure::Cause::kAxisFault);
+  drives.drive(1).set_dc_link(true);
+  operation.motion().request_start();
+  ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  // A stop on request, and on again.
+  operation.motion().request_stop();
+  ASSERT_TRUE(operation.run_until(MotionPhase::kIdle, std::chrono::seconds{2}));
+  operation.motion().request_start();
+  ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  // Missed periods.
+  drives.clock.advance(milliseconds{3});
+  operation.run(milliseconds{10});
+  // A drive without power, the motion stopped, acyclic work that fails.
+  drives.line().set_power(2, false);
+  operation.run(milliseconds{100});
+  EXPECT_FALSE(operation.master().al_status().has_value());
+  operation.run(milliseconds{2200});
+  EXPECT_EQ(operation.motion().phase(), MotionPhase::kIdle);
+  drives.line().set_power(2, true);
+  operation.run(milliseconds{100});
+
+  EXPECT_GE(ledger.cycles, 10'000U);
+  EXPECT_EQ(ledger.counts.allocations, 0U);
+  EXPECT_EQ(ledger.counts.frees, 0U);
+  EXPECT_EQ(ledger.counts.locks, 0U);
+}
+
+TEST_F(CyclePurity, TheSimulatedLineIsAsPureWithoutMailboxTraffic) {
+  LineOperation operation(drives, RunOptions{.repeat = true});
+  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  operation.start_cycle(guarded());
+  ASSERT_EQ(sentence(operation.master().go_operational()), "");
+  operation.motion().request_start();
+  ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  ledger = {};
+  operation.run(milliseconds{1500});
+  EXPECT_GE(ledger.cycles, 12'000U);
+  EXPECT_EQ(ledger.counts.total(), 0U);
+  EXPECT_EQ(operation.motion().failure().cause, MotionFailure::Cause::kNone);
+}
+
+/// A port that allocates.
+class WastefulPort final : public PassingPort {
+ public:
+  using PassingPort::PassingPort;
+  [[nodiscard]] port::SendStatus send(std::span<const std::byte> frame) noexcept override {
+    copy_ = std::vector<std::byte>(frame.begin(), frame.end());
+    return inner_.send(copy_);
+  }
+
+ private:
+  std::vector<std::byte> copy_;
+};
+
+TEST_F(CyclePurity, AnAllocationInsideTheCycleWouldBeSeen) {
+  WastefulPort port(drives.line());
+  LineOperation operation(drives, port);
+  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  operation.start_cycle(guarded());
+  ledger = {};
+  operation.run(milliseconds{10});
+  EXPECT_GE(ledger.counts.allocations, ledger.cycles);
+}
+
+}  // namespace
+}  // namespace driveline::bus_test

@@ -1,0 +1,182 @@
+#include "drive_line.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "driveline/trajectory/path.hpp"
+
+namespace driveline::bus_test {
+
+namespace {
+
+/// Where drive n stands at power-on: never where its path begins.
+double initial_position_rad(std::size_t n) {
+  return -0.25 * static_cast<double>(n % 4);
+}
+
+template <typename T, typename E>
+T or_throw(tl::expected<T, E> value) {
+  if (!value) throw std::runtime_error("the test's own path is refused");
+  return std::move(*value);
+}
+
+trajectory::Interpolator make_path(std::size_t axes, double amplitude_rad) {
+  trajectory::PathBuilder builder;
+  for (std::size_t i = 0; i < axes; ++i) {
+    if (!builder.add_axis({"axis" + std::to_string(i), trajectory::AxisKind::kRotary}))
+      throw std::runtime_error("axis");
+  }
+  constexpr int kPoints = 101;
+  std::vector<double> positions(axes);
+  for (int point = 0; point < kPoints; ++point) {
+    const double part = static_cast<double>(point) / (kPoints - 1);
+    for (std::size_t i = 0; i < axes; ++i) {
+      const double amplitude = amplitude_rad / static_cast<double>(1 + i % 4);
+      positions[i] = 0.1 + amplitude * 0.5 * (1.0 - std::cos(2.0 * std::numbers::pi * part));
+    }
+    if (!builder.add_point(part * LineOperation::kPathSeconds, positions)) throw std::runtime_error("point");
+  }
+  return trajectory::Interpolator::clamped_spline(or_throw(builder.build()));
+}
+
+constexpr std::size_t kRingSamples = std::size_t{1} << 15;
+
+}  // namespace
+
+DriveLine::DriveLine(std::size_t drives, const slaves::SlaveOptions& options, const slaves::LineOptions& line_options)
+    : clock(milliseconds{1}) {
+  std::vector<std::unique_ptr<slaves::Slave>> made;
+  for (std::size_t i = 0; i < drives; ++i) {
+    slaves::msd::MsdParameters parameters;
+    parameters.name = "drive " + std::to_string(i);
+    parameters.serial_number = static_cast<std::uint32_t>(1000 + i);
+    parameters.initial_position_rad = initial_position_rad(i);
+    auto drive = std::make_unique<slaves::msd::MsdDrive>(parameters);
+    drives_.push_back(drive.get());
+    made.push_back(std::make_unique<slaves::Slave>(std::move(drive), options));
+  }
+  line_ = std::make_unique<slaves::Line>(clock, std::move(made), line_options);
+}
+
+wire::AlStatusCode DriveLine::al_status_code(std::size_t position) {
+  return static_cast<wire::AlStatusCode>(slave(position).esc().memory().get(wire::reg::kAlStatusCode));
+}
+
+bool DriveLine::all_in(wire::AlState state) noexcept {
+  for (std::size_t i = 0; i < size(); ++i) {
+    if (slave(i).state() != state) return false;
+  }
+  return true;
+}
+
+void DriveLine::leave_alone(nanoseconds duration) {
+  clock.advance(duration);
+  line_->advance(clock.now());
+}
+
+LineOperation::LineOperation(DriveLine& drives, port::Port& port, RunOptions options)
+    : drives_(drives),
+      port_(port),
+      options_(options),
+      line_ring_(kRingSamples),
+      axis_ring_(kRingSamples),
+      master_(std::make_unique<ecat_master::Master>(port_, drives.clock,
+                                                    ecat_master::Master::Settings{{}, options.state_timeout})) {}
+
+ecat_master::AxisConfig LineOperation::axis(std::size_t position, const RunOptions& options) {
+  ecat_master::AxisConfig config;
+  config.name = "axis" + std::to_string(position);
+  config.slave = position;
+  config.mode = options.mode;
+  config.limits = {50.0, 1000.0};
+  config.inertia = slaves::MotorParameters{}.inertia_kg_m2;
+  config.velocity_gain = 0.1;
+  return config;
+}
+
+ecat_master::SlavePlan LineOperation::plan(std::size_t position, const RunOptions& options) {
+  ecat_master::SlavePlan plan;
+  plan.name = "drive " + std::to_string(position);
+  plan.vendor_id = slaves::msd::kVendorId;
+  plan.product_code = slaves::msd::kProductCode;
+  plan.startup_sdos = ecat_master::msd_startup_sdos(axis(position, options), options.period);
+  plan.pdos = ecat_master::axis_pdo_configuration();
+  return plan;
+}
+
+std::vector<ecat_master::SlavePlan> LineOperation::plans() const {
+  std::vector<ecat_master::SlavePlan> all;
+  for (std::size_t i = 0; i < drives_.size(); ++i) all.push_back(plan(i, options_));
+  return all;
+}
+
+ecat_master::Result<void> LineOperation::to_safe_op() {
+  if (auto done = master_->scan(); !done) return done;
+  return master_->configure(plans());
+}
+
+void LineOperation::make_motion() {
+  std::vector<ecat_master::Axis> axes;
+  for (std::size_t i = 0; i < drives_.size(); ++i) {
+    axes.emplace_back(axis(i, options_), master_->image().places()[i], master_->slaves()[i].plan.pdos);
+  }
+  ecat_master::Motion::Settings settings;
+  settings.period = options_.period;
+  settings.repeat = options_.repeat;
+  settings.enable_timeout = options_.enable_timeout;
+  motion_ = std::make_unique<ecat_master::Motion>(std::move(axes), make_path(drives_.size(), options_.amplitude_rad),
+                                                  settings);
+}
+
+void LineOperation::start_cycle(ecat_master::Master::MakeRunner make_runner) {
+  make_motion();
+  ecat_master::CyclicCore::Settings settings;
+  settings.period = options_.period;
+  settings.receive_window = options_.period * 3 / 4;
+  if (!make_runner) {
+    make_runner = [this](ecat_master::CyclicCore& core) {
+      return std::make_unique<ecat_master::InlineRunner>(core, drives_.clock);
+    };
+  }
+  const auto started = master_->start_cycle(motion_.get(), {&line_ring_, &axis_ring_}, settings, make_runner);
+  if (!started) throw std::runtime_error(started.error());
+}
+
+ecat_master::Result<void> LineOperation::to_op() {
+  if (auto done = to_safe_op(); !done) return done;
+  start_cycle();
+  auto done = master_->go_operational();
+  drain();
+  return done;
+}
+
+ecat_master::Result<void> LineOperation::to_motion() {
+  auto done = to_op();
+  if (done) motion_->request_start();
+  return done;
+}
+
+void LineOperation::drain() {
+  snapshot::AxisSample axis_sample;
+  while (axis_ring_.try_pop(axis_sample)) axis_samples.push_back(axis_sample);
+  snapshot::LineSample line_sample;
+  while (line_ring_.try_pop(line_sample)) line_samples.push_back(line_sample);
+}
+
+void LineOperation::run(nanoseconds duration) {
+  const auto end = drives_.clock.now() + duration;
+  do {
+    master_->pass(nanoseconds{1});
+    drain();
+  } while (drives_.clock.now() < end);
+}
+
+bool LineOperation::run_until(ecat_master::MotionPhase phase, nanoseconds limit) {
+  const auto end = drives_.clock.now() + limit;
+  while (motion_->phase() != phase && drives_.clock.now() < end) cycle();
+  return motion_->phase() == phase;
+}
+
+}  // namespace driveline::bus_test

@@ -1,0 +1,105 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "driveline/ecat_master/axis/msd_startup.hpp"
+#include "driveline/ecat_master/master.hpp"
+#include "driveline/rt/clock.hpp"
+#include "driveline/slaves/line/line.hpp"
+#include "driveline/slaves/msd/msd_drive.hpp"
+
+namespace driveline::bus_test {
+
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+/// A simulated line of MSD drives on a virtual clock.
+class DriveLine {
+ public:
+  explicit DriveLine(std::size_t drives, const slaves::SlaveOptions& options = {},
+                     const slaves::LineOptions& line_options = {});
+
+  rt::VirtualClock clock;
+
+  [[nodiscard]] slaves::Line& line() noexcept { return *line_; }
+  [[nodiscard]] std::size_t size() const noexcept { return drives_.size(); }
+  [[nodiscard]] slaves::msd::MsdDrive& drive(std::size_t position) noexcept { return *drives_[position]; }
+  [[nodiscard]] slaves::Slave& slave(std::size_t position) noexcept { return line_->slave(position); }
+  [[nodiscard]] wire::AlState state(std::size_t position) noexcept { return slave(position).state(); }
+  [[nodiscard]] wire::AlStatusCode al_status_code(std::size_t position);
+  [[nodiscard]] bool all_in(wire::AlState state) noexcept;
+  /// No master: time passes for the drives alone.
+  void leave_alone(nanoseconds duration);
+
+ private:
+  std::vector<slaves::msd::MsdDrive*> drives_;
+  std::unique_ptr<slaves::Line> line_;
+};
+
+/// How the drives of a line are run.
+struct RunOptions {
+  nanoseconds period = microseconds{125};
+  ecat_master::cia402::Mode mode = ecat_master::cia402::Mode::kCyclicPosition;
+  bool repeat = false;
+  nanoseconds enable_timeout = std::chrono::seconds{2};
+  nanoseconds state_timeout = std::chrono::seconds{10};
+  double amplitude_rad = 1.0;  ///< of axis 0
+};
+
+/// A master that runs all drives of a line along a path of raised cosines, each axis with its own amplitude.
+class LineOperation {
+ public:
+  /// The path of every axis is one raised cosine of this length.
+  static constexpr double kPathSeconds = 0.4;
+
+  LineOperation(DriveLine& drives, port::Port& port, RunOptions options = {});
+  explicit LineOperation(DriveLine& drives, RunOptions options = {}) : LineOperation(drives, drives.line(), options) {}
+
+  [[nodiscard]] static ecat_master::SlavePlan plan(std::size_t position, const RunOptions& options);
+  [[nodiscard]] std::vector<ecat_master::SlavePlan> plans() const;
+  [[nodiscard]] static ecat_master::AxisConfig axis(std::size_t position, const RunOptions& options);
+
+  /// scan, configure; every step must succeed before the next is tried.
+  [[nodiscard]] ecat_master::Result<void> to_safe_op();
+  /// Builds the motion and starts cycling in SAFEOP, with an InlineRunner unless told otherwise.
+  void start_cycle(ecat_master::Master::MakeRunner make_runner = {});
+  [[nodiscard]] ecat_master::Result<void> to_op();
+  /// Everything, with the motion requested.
+  [[nodiscard]] ecat_master::Result<void> to_motion();
+
+  /// Cycles for `duration`; keeps all samples.
+  void run(nanoseconds duration);
+  /// Exactly one cycle.
+  void cycle() { run(nanoseconds{1}); }
+  /// Cycles until the motion is in `phase`, at most for `limit`; false when it is not.
+  [[nodiscard]] bool run_until(ecat_master::MotionPhase phase, nanoseconds limit);
+
+  [[nodiscard]] ecat_master::Master& master() noexcept { return *master_; }
+  [[nodiscard]] ecat_master::Motion& motion() noexcept { return *motion_; }
+  [[nodiscard]] const ecat_master::CycleStatistics& statistics() noexcept { return master_->core()->statistics(); }
+
+  std::vector<snapshot::AxisSample> axis_samples;
+  std::vector<snapshot::LineSample> line_samples;
+
+ private:
+  void make_motion();
+  void drain();
+
+  DriveLine& drives_;
+  port::Port& port_;
+  RunOptions options_;
+  rt::SpscRing<snapshot::LineSample> line_ring_;
+  rt::SpscRing<snapshot::AxisSample> axis_ring_;
+  std::unique_ptr<ecat_master::Motion> motion_;
+  std::unique_ptr<ecat_master::Master> master_;
+};
+
+/// For assertions: the sentence of an error, empty without one.
+template <typename T>
+[[nodiscard]] std::string sentence(const ecat_master::Result<T>& result) {
+  return result ? std::string{} : ecat_master::describe(result.error());
+}
+
+}  // namespace driveline::bus_test

@@ -1,0 +1,289 @@
+#include "driveline/ecat_master/axis/axis.hpp"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <limits>
+
+#include "driveline/ecat_master/axis/msd_startup.hpp"
+#include "support/bytes.hpp"
+
+namespace driveline::ecat_master {
+namespace {
+
+using cia402::Goal;
+using cia402::Mode;
+using ecat_master_test::copy_of;
+using ecat_master_test::hex;
+using snapshot::AxisState;
+using std::chrono::microseconds;
+using std::chrono::nanoseconds;
+
+/// 1000 increments per rad, 1000 per mille are 4 Nm: numbers that are easy to follow.
+AxisConfig config(Mode mode = Mode::kCyclicPosition) {
+  AxisConfig c;
+  c.mode = mode;
+  c.increments_per_unit = 1000.0;
+  c.rated_torque = 4.0;
+  c.inertia = 0.5;
+  c.position_gain_1_s = 10.0;
+  c.velocity_gain = 0.25;
+  return c;
+}
+
+/// Inputs: status word, mode, position, velocity, following error, torque, error code. An axis 5 bytes into the image.
+constexpr std::size_t kOffset = 5;
+std::vector<std::byte> inputs(std::string_view text) {
+  auto bytes = hex(text);
+  bytes.insert(bytes.begin(), kOffset, std::byte{0xEE});
+  return bytes;
+}
+constexpr std::string_view kEnabledInputs = "3702 08 E8030000 D0070000 F6FFFFFF 7D00 1186";
+
+struct Bench {
+  explicit Bench(const AxisConfig& c) : axis(c, ProcessDataPlace{kOffset, 0, 19, 19}, axis_pdo_configuration()) {}
+  Axis axis;
+  std::vector<std::byte> outputs = std::vector<std::byte>(kOffset + 19, std::byte{0xEE});
+
+  void write(Goal goal, const trajectory::AxisSetpoint& setpoint, bool reset = false) {
+    axis.write_outputs(outputs, goal, reset, setpoint);
+  }
+  [[nodiscard]] std::vector<std::byte> written() const { return {outputs.begin() + kOffset, outputs.end()}; }
+};
+
+TEST(AxisInputs, AreDecodedAndScaled) {
+  Bench bench(config());
+  bench.axis.read_inputs(inputs(kEnabledInputs), true);
+  const auto& in = bench.axis.inputs();
+  EXPECT_EQ(in.status_word, 0x0237);
+  EXPECT_EQ(in.state, AxisState::kOperationEnabled);
+  EXPECT_EQ(in.mode, 8);
+  EXPECT_DOUBLE_EQ(in.position, 1.0);
+  EXPECT_DOUBLE_EQ(in.velocity, 2.0);
+  EXPECT_DOUBLE_EQ(in.following_error, -0.01);
+  EXPECT_DOUBLE_EQ(in.torque, 0.5) << "125 per mille of 4 Nm";
+  EXPECT_EQ(in.error_code, 0x8611);
+  EXPECT_TRUE(bench.axis.enabled());
+  EXPECT_FALSE(bench.axis.fault());
+}
+
+TEST(AxisInputs, OfAnInvalidCycleKeepTheValuesButNotTheState) {
+  Bench bench(config());
+  bench.axis.read_inputs(inputs(kEnabledInputs), true);
+  bench.axis.read_inputs(inputs("0000 00 00000000 00000000 00000000 0000 0000"), false);
+  EXPECT_EQ(bench.axis.inputs().state, AxisState::kUnavailable);
+  EXPECT_DOUBLE_EQ(bench.axis.inputs().position, 1.0);
+  EXPECT_EQ(bench.axis.inputs().status_word, 0x0237);
+  EXPECT_FALSE(bench.axis.enabled());
+}
+
+TEST(AxisInputs, InAnotherModeThanWantedAreNotEnabled) {
+  Bench bench(config(Mode::kCyclicVelocity));
+  bench.axis.read_inputs(inputs(kEnabledInputs), true);
+  EXPECT_FALSE(bench.axis.enabled());
+}
+
+TEST(AxisInputs, TellFaults) {
+  Bench bench(config());
+  bench.axis.read_inputs(inputs("1802 08 00000000 00000000 00000000 0000 0000"), true);
+  EXPECT_TRUE(bench.axis.fault());
+  bench.axis.read_inputs(inputs("1F02 08 00000000 00000000 00000000 0000 0000"), true);
+  EXPECT_TRUE(bench.axis.fault());
+}
+
+TEST(AxisOutputs, InCspAreTargetAndFeedForward) {
+  Bench bench(config());
+  bench.axis.read_inputs(inputs(kEnabledInputs), true);
+  bench.write(Goal::kEnabled, {2.0, 3.0, 4.0});
+  // 000Fh, mode 8, 2000, target velocity 0, offset 3000, target torque 0, offset 0.5 * 4 / 4 Nm = 500 per mille.
+  EXPECT_EQ(bench.written(), hex("0F00 08 D0070000 00000000 B80B0000 0000 F401"));
+  for (std::size_t i = 0; i < kOffset; ++i) EXPECT_EQ(bench.outputs[i], std::byte{0xEE}) << "not its own bytes";
+}
+
+TEST(AxisOutputs, InCsvCloseThePositionLoop) {
+  Bench bench(config(Mode::kCyclicVelocity));
+  bench.axis.read_inputs(inputs("3702 09 E8030000 D0070000 00000000 0000 0000"), true);
+  bench.write(Goal::kEnabled, {1.5, 3.0, 4.0});
+  // 3 + 10 * (1.5 - 1.0) = 8 rad/s; torque offset 500.
+  EXPECT_EQ(bench.written(), hex("0F00 09 DC050000 401F0000 00000000 0000 F401"));
+}
+
+TEST(AxisOutputs, InCstCloseBothLoops) {
+  Bench bench(config(Mode::kCyclicTorque));
+  bench.axis.read_inputs(inputs("3702 0A E8030000 D0070000 00000000 0000 0000"), true);
+  bench.write(Goal::kEnabled, {1.5, 3.0, 4.0});
+  // Velocity wanted 8, is 2: 0.25 * 6 + 0.5 * 4 = 3.5 Nm = 875 per mille.
+  EXPECT_EQ(bench.written(), hex("0F00 0A DC050000 401F0000 00000000 6B03 0000"));
+}
+
+TEST(AxisOutputs, FollowTheActualPositionWhileNotEnabled) {
+  for (const auto mode : {Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque}) {
+    for (const std::string_view status : {"5002", "3102", "3302", "1702", "1802"}) {
+      Bench bench(config(mode));
+      bench.axis.read_inputs(inputs(std::string(status) + "08 E8030000 D0070000 00000000 0000 0000"), true);
+      bench.write(Goal::kEnabled, {50.0, 3.0, 4.0});
+      const auto written = bench.written();
+      EXPECT_EQ(std::vector(written.begin() + 3, written.end()), hex("E8030000 00000000 00000000 0000 0000")) << status;
+    }
+  }
+}
+
+TEST(AxisOutputs, SaturateAndSurviveNan) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  Bench bench(config());
+  bench.axis.read_inputs(inputs(kEnabledInputs), true);
+  bench.write(Goal::kEnabled, {1e12, -1e12, 1e12});
+  EXPECT_EQ(bench.written(), hex("0F00 08 FFFFFF7F 00000000 00000080 0000 FF7F"));
+  bench.write(Goal::kEnabled, {-kInfinity, kInfinity, -kInfinity});
+  EXPECT_EQ(bench.written(), hex("0F00 08 00000080 00000000 FFFFFF7F 0000 0080"));
+  bench.write(Goal::kEnabled, {kNan, kNan, kNan});
+  EXPECT_EQ(bench.written(), hex("0F00 08 00000000 00000000 00000000 0000 0000"));
+}
+
+TEST(AxisOutputs, RoundToTheNearestIncrement) {
+  Bench bench(config());
+  bench.axis.read_inputs(inputs(kEnabledInputs), true);
+  bench.write(Goal::kEnabled, {0.0016, -0.0016, 0.0});
+  EXPECT_EQ(bench.written(), hex("0F00 08 02000000 00000000 FEFFFFFF 0000 0000"));
+}
+
+TEST(AxisOutputs, ResetFaultsOnlyOnRequestAndOnlyFaults) {
+  Bench bench(config());
+  bench.axis.read_inputs(inputs("1802 08 00000000 00000000 00000000 0000 0000"), true);
+  bench.write(Goal::kEnabled, {});
+  EXPECT_EQ(bench.written()[0], std::byte{0x00});
+  bench.write(Goal::kEnabled, {}, true);
+  EXPECT_EQ(bench.written()[0], std::byte{0x80});
+  bench.axis.read_inputs(inputs(kEnabledInputs), true);
+  bench.write(Goal::kEnabled, {}, true);
+  EXPECT_EQ(bench.written()[0], std::byte{0x0F});
+}
+
+TEST(AxisWithoutObjects, ReadsZeroAndWritesNothing) {
+  PdoConfiguration pdos;
+  pdos.outputs = {{0x1600, {{0x6040, 0, 16}}}};
+  pdos.inputs = {{0x1A00, {{0x6041, 0, 16}}}};
+  Axis axis(config(), ProcessDataPlace{0, 0, 2, 2}, pdos);
+  axis.read_inputs(hex("3702"), true);
+  EXPECT_EQ(axis.inputs().state, AxisState::kOperationEnabled);
+  EXPECT_EQ(axis.inputs().position, 0.0);
+  EXPECT_EQ(axis.inputs().error_code, 0);
+  std::vector<std::byte> outputs(2, std::byte{0xEE});
+  axis.write_outputs(outputs, Goal::kEnabled, false, {1.0, 1.0, 1.0});
+  EXPECT_EQ(outputs, hex("0F00"));
+}
+
+TEST(AxisWithoutObjects, IgnoresThoseOfAnotherWidthOrBesideAByteBorder) {
+  PdoConfiguration pdos;
+  pdos.inputs = {{0x1A00, {{0x6064, 0, 16}, {0x2000, 1, 4}, {0x6041, 0, 16}, {0x2000, 2, 4}}}};
+  Axis axis(config(), ProcessDataPlace{0, 0, 0, 5}, pdos);
+  axis.read_inputs(hex("FFFFFFFFFF"), true);
+  EXPECT_EQ(axis.inputs().position, 0.0);
+  EXPECT_EQ(axis.inputs().status_word, 0);
+}
+
+TEST(AxisSample, CarriesTargetsAndInputs) {
+  Bench bench(config());
+  bench.axis.read_inputs(inputs(kEnabledInputs), true);
+  bench.write(Goal::kEnabled, {2.0, 3.0, 4.0});
+  snapshot::AxisSample sample;
+  bench.axis.fill(sample);
+  EXPECT_EQ(sample.control_word, 0x000F);
+  EXPECT_EQ(sample.status_word, 0x0237);
+  EXPECT_EQ(sample.state, AxisState::kOperationEnabled);
+  EXPECT_EQ(sample.mode, 8);
+  EXPECT_DOUBLE_EQ(sample.target_position_rad, 2.0);
+  EXPECT_DOUBLE_EQ(sample.actual_position_rad, 1.0);
+  EXPECT_DOUBLE_EQ(sample.target_velocity_rad_s, 3.0);
+  EXPECT_DOUBLE_EQ(sample.actual_velocity_rad_s, 2.0);
+  EXPECT_DOUBLE_EQ(sample.target_torque_nm, 2.0);
+  EXPECT_DOUBLE_EQ(sample.actual_torque_nm, 0.5);
+  EXPECT_DOUBLE_EQ(sample.following_error_rad, -0.01);
+}
+
+TEST(PdoConfiguration, OfAnAxisKeepsTheLimitsOfTheDrive) {
+  const auto& pdos = axis_pdo_configuration();
+  EXPECT_EQ(pdos.output_bytes(), 19U);
+  EXPECT_EQ(pdos.input_bytes(), 19U);
+  for (const auto* direction : {&pdos.outputs, &pdos.inputs}) {
+    EXPECT_LE(direction->size(), 4U);
+    for (const auto& pdo : *direction) EXPECT_LE(pdo.bits(), 64U) << "8 bytes a PDO (MSD manual 8.3.4)";
+  }
+}
+
+TEST(PdoConfiguration, CodesEntriesAsTheStandardDoes) {
+  // As read from a drive of another maker, object 1600h:01 and 1602h:02: 6040h, 16 bits; 607Ah, 32 bits.
+  EXPECT_EQ((MappedObject{0x6040, 0, 16}.raw()), 0x60400010U);
+  EXPECT_EQ((MappedObject{0x607A, 0, 32}.raw()), 0x607A0020U);
+}
+
+TEST(PdoConfiguration, CountsALastByteThatIsNotFull) {
+  PdoConfiguration pdos;
+  EXPECT_EQ(pdos.output_bytes(), 0U);
+  pdos.outputs = {{0x1600, {{0x2000, 1, 1}}}, {0x1601, {{0x2000, 2, 8}}}};
+  EXPECT_EQ(pdos.output_bytes(), 2U);
+}
+
+TEST(InterpolationPeriod, HoldsTheUsualCycles) {
+  struct Row {
+    nanoseconds period;
+    int value, exponent;
+  };
+  for (const auto& row :
+       {Row{microseconds{125}, 125, -6}, Row{microseconds{250}, 25, -5}, Row{microseconds{500}, 5, -4},
+        Row{microseconds{1000}, 1, -3}, Row{microseconds{2000}, 2, -3}, Row{microseconds{4000}, 4, -3},
+        Row{microseconds{10'000}, 1, -2}, Row{nanoseconds{62'500}, 0, 0}, Row{microseconds{255}, 255, -6}}) {
+    const auto period = to_interpolation_period(row.period);
+    if (row.value == 0) {
+      EXPECT_FALSE(period) << row.period.count();
+      continue;
+    }
+    ASSERT_TRUE(period) << row.period.count();
+    EXPECT_EQ(period->value, row.value);
+    EXPECT_EQ(period->exponent, row.exponent);
+  }
+}
+
+TEST(InterpolationPeriod, DoesNotRoundWhatItCannotHold) {
+  for (const std::int64_t ns : {0LL, -125'000LL, 256'000LL, 312'500LL, 125'001LL}) {
+    EXPECT_FALSE(to_interpolation_period(nanoseconds{ns})) << ns;
+  }
+}
+
+/// "index:sub = bytes" of all, for comparison.
+std::vector<std::vector<std::byte>> flat(const std::vector<StartupSdo>& sdos) {
+  std::vector<std::vector<std::byte>> result;
+  for (const auto& sdo : sdos) {
+    std::vector<std::byte> one{static_cast<std::byte>(sdo.index >> 8), static_cast<std::byte>(sdo.index & 0xFF),
+                               static_cast<std::byte>(sdo.subindex)};
+    one.insert(one.end(), sdo.data.begin(), sdo.data.end());
+    result.push_back(one);
+  }
+  return result;
+}
+
+TEST(MsdStartup, OfACspAxis) {
+  // P 306 = 2132h: 0.125 ms as IEEE 754; 60C2h: 125 * 10^-6 s; P 370 = 2172h: 3; P 1516 = 25ECh: 0.5 kg m^2.
+  EXPECT_THAT(flat(msd_startup_sdos(config(), microseconds{125})),
+              testing::ElementsAre(hex("2132 00 0000003E"), hex("60C2 01 7D"), hex("60C2 02 FA"), hex("2172 00 03"),
+                                   hex("25EC 00 0000003F")));
+}
+
+TEST(MsdStartup, LeavesOutWhatIsNotKnownOrNotNeeded) {
+  auto axis = config();
+  axis.inertia = 0.0;
+  EXPECT_EQ(msd_startup_sdos(axis, microseconds{1000}).size(), 4U);
+  axis = config();
+  axis.linear = true;
+  EXPECT_EQ(msd_startup_sdos(axis, microseconds{1000}).size(), 4U) << "P 1516 is in kg m^2";
+  EXPECT_EQ(msd_startup_sdos(config(Mode::kCyclicVelocity), microseconds{1000}).size(), 3U);
+  EXPECT_EQ(msd_startup_sdos(config(Mode::kCyclicTorque), microseconds{1000}).size(), 3U);
+}
+
+TEST(MsdStartup, RefusesAPeriodTheDriveCannotBeTold) {
+  EXPECT_THROW(static_cast<void>(msd_startup_sdos(config(), nanoseconds{312'500})), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace driveline::ecat_master

@@ -1,0 +1,226 @@
+#include <gmock/gmock.h>
+
+#include "driveline/ecat_master/cyclic/acyclic_channel.hpp"
+#include "driveline/ecat_master/cyclic/cyclic_frame.hpp"
+#include "driveline/ecat_master/cyclic/motion.hpp"
+#include "driveline/trajectory/path.hpp"
+#include "support/bytes.hpp"
+#include "support/fake_port.hpp"
+
+namespace driveline::ecat_master {
+namespace {
+
+using ecat_master_test::copy_of;
+using ecat_master_test::FakePort;
+using ecat_master_test::hex;
+using std::chrono::microseconds;
+
+class CyclicFrameTest : public testing::Test {
+ protected:
+  CyclicFrameTest() {
+    const std::vector<ProcessDataDemand> demands{{4, 4}};
+    image = ProcessImage::lay_out(demands).value();
+    const auto outputs = hex("11223344");
+    std::copy(outputs.begin(), outputs.end(), image.outputs().begin());
+    frame.emplace(&image.segments()[0], true);
+    EXPECT_EQ(frame->send(port, image, {0, 7}), port::SendStatus::kSent);
+    // One slave in OP has read and written.
+    answer = port.sent.at(0);
+    answer[6] = std::byte{0x02};
+    answer[26] = std::byte{0x08};
+    answer[28] = std::byte{1};
+    const auto inputs = hex("A1A2A3A4");
+    std::copy(inputs.begin(), inputs.end(), answer.begin() + 40);
+    answer[44] = std::byte{3};
+  }
+  void expect_refused(const std::vector<std::byte>& bytes, FrameTag tag, const char* why) {
+    EXPECT_FALSE(frame->accept(bytes, tag, image)) << why;
+    EXPECT_FALSE(frame->received()) << why;
+    EXPECT_EQ(copy_of(image.inputs()), hex("00000000")) << why;
+  }
+
+  rt::VirtualClock clock;
+  FakePort port{clock};
+  ProcessImage image;
+  std::optional<CyclicFrame> frame;
+  std::vector<std::byte> answer;
+};
+
+TEST_F(CyclicFrameTest, IsLaidOutAsTheStandardSays) {
+  // BRD index 0 of 0130h, 2 bytes, more to come; LRW index 1 of 00010000h, 4 bytes; padding to 60 bytes.
+  auto expected =
+      hex("FFFFFFFFFFFF 000007000000 88A4 1E10"
+          "07 00 0000 3001 0280 0000 0000 0000"
+          "0C 01 00000100 0400 0000 11223344 0000");
+  expected.resize(60);
+  EXPECT_EQ(port.sent.at(0), expected);
+}
+
+TEST_F(CyclicFrameTest, TakesItsAnswerOnce) {
+  ASSERT_TRUE(frame->accept(answer, {0, 7}, image));
+  EXPECT_TRUE(frame->valid());
+  EXPECT_EQ(copy_of(image.inputs()), hex("A1A2A3A4"));
+  ASSERT_TRUE(frame->al_status());
+  EXPECT_TRUE(frame->al_status()->all_op(1));
+  EXPECT_FALSE(frame->al_status()->all_op(2));
+  EXPECT_FALSE(frame->accept(answer, {0, 7}, image)) << "a second time";
+}
+
+TEST_F(CyclicFrameTest, RefusesOtherAndDamagedFrames) {
+  expect_refused(answer, {0, 6}, "the cycle before");
+  expect_refused(answer, {1, 7}, "another master");
+  auto damaged = [&](std::size_t at, std::byte value) {
+    auto bytes = answer;
+    bytes[at] = value;
+    return bytes;
+  };
+  expect_refused(damaged(13, std::byte{0xA5}), {0, 7}, "EtherType");
+  expect_refused(damaged(16, std::byte{8}), {0, 7}, "command of the first datagram");
+  expect_refused(damaged(30, std::byte{11}), {0, 7}, "command of the second datagram");
+  expect_refused(damaged(31, std::byte{2}), {0, 7}, "index");
+  expect_refused(damaged(36, std::byte{5}), {0, 7}, "length");
+  expect_refused({answer.begin(), answer.begin() + 59}, {0, 7}, "too short");
+}
+
+TEST_F(CyclicFrameTest, KeepsTheInputsWhenTheWorkingCounterIsWrong) {
+  answer[44] = std::byte{2};
+  ASSERT_TRUE(frame->accept(answer, {0, 7}, image));
+  EXPECT_TRUE(frame->received());
+  EXPECT_FALSE(frame->valid());
+  EXPECT_EQ(frame->working_counter(), 2);
+  EXPECT_EQ(copy_of(image.inputs()), hex("00000000"));
+}
+
+TEST_F(CyclicFrameTest, ForgetsTheAnswerWithTheNextSend) {
+  ASSERT_TRUE(frame->accept(answer, {0, 7}, image));
+  ASSERT_EQ(frame->send(port, image, {0, 8}), port::SendStatus::kSent);
+  EXPECT_FALSE(frame->received());
+  EXPECT_FALSE(frame->valid());
+  EXPECT_FALSE(frame->al_status());
+  EXPECT_FALSE(frame->accept(answer, {0, 7}, image));
+}
+
+AcyclicJob job(std::uint64_t id) {
+  AcyclicJob made;
+  made.id = id;
+  made.size = 60;
+  return made;
+}
+
+TEST(AcyclicChannel, HasOneFrameOnTheWireAtATime) {
+  rt::VirtualClock clock;
+  FakePort port(clock);
+  AcyclicChannel channel;
+  ASSERT_TRUE(channel.submit(job(1)));
+  ASSERT_TRUE(channel.submit(job(2)));
+  channel.send_next(port, {0, 5});
+  channel.send_next(port, {0, 6});
+  ASSERT_EQ(port.sent.size(), 1U);
+  EXPECT_FALSE(channel.accept(port.sent[0], {0, 6})) << "another number";
+  EXPECT_FALSE(channel.accept(std::span(port.sent[0]).first(59), {0, 5})) << "too short";
+  EXPECT_TRUE(channel.accept(port.sent[0], {0, 5}));
+  EXPECT_FALSE(channel.accept(port.sent[0], {0, 5})) << "a second time";
+  AcyclicJob answer;
+  ASSERT_TRUE(channel.take_answer(answer));
+  EXPECT_EQ(answer.id, 1U);
+  EXPECT_TRUE(answer.answered);
+  channel.send_next(port, {0, 7});
+  EXPECT_EQ(port.sent.size(), 2U);
+}
+
+TEST(AcyclicChannel, GivesUpALostFrameAfterItsCycles) {
+  rt::VirtualClock clock;
+  FakePort port(clock);
+  AcyclicChannel channel(3);
+  ASSERT_TRUE(channel.submit(job(1)));
+  channel.send_next(port, {0, 5});
+  AcyclicJob answer;
+  for (int cycle = 0; cycle < 2; ++cycle) {
+    channel.end_cycle();
+    EXPECT_FALSE(channel.take_answer(answer));
+  }
+  channel.end_cycle();
+  ASSERT_TRUE(channel.take_answer(answer));
+  EXPECT_FALSE(answer.answered);
+  EXPECT_FALSE(channel.accept(port.sent[0], {0, 5})) << "too late";
+}
+
+TEST(AcyclicChannel, RefusesMoreJobsThanItHolds) {
+  AcyclicChannel channel;
+  int taken = 0;
+  while (channel.submit(job(1))) ++taken;
+  EXPECT_EQ(taken, 4);
+}
+
+TEST(CyclicExchange, SkipsAnswersOfJobsThatWereGivenUp) {
+  rt::VirtualClock clock;
+  FakePort port(clock);
+  // The channel waits longer than the exchange: jobs pile up and are answered when nobody wants them any more.
+  AcyclicChannel channel(1'000'000);
+  std::uint32_t sequence = 0;
+  bool silent = true;
+  std::size_t returned = 0;
+  std::vector<FrameTag> tags;
+  const CyclicExchange::Pass pass = [&](std::chrono::nanoseconds duration) {
+    clock.advance(duration);
+    channel.send_next(port, {0, ++sequence});
+    if (tags.size() < port.sent.size()) tags.push_back({0, sequence});
+    for (; !silent && returned < port.sent.size(); ++returned) {
+      const auto answer = ecat_master_test::answered(port.sent[returned], static_cast<std::byte>(returned + 1));
+      EXPECT_TRUE(channel.accept(answer, tags[returned]));
+    }
+  };
+  CyclicExchange exchange(channel, clock, pass);
+  std::array<std::byte, 1> data{};
+  Request request{wire::Command::kFprd, wire::DatagramAddress::physical(0x1001, 0x0130), data};
+  const auto failed = exchange.exchange({&request, 1});
+  ASSERT_FALSE(failed);
+  EXPECT_EQ(failed.error().kind, ErrorKind::kNoAnswer);
+  ASSERT_EQ(port.sent.size(), 1U);
+  silent = false;
+  pass(microseconds{125});  // the first old answer makes room for a new request
+  ASSERT_TRUE(exchange.exchange({&request, 1}));
+  EXPECT_EQ(std::to_integer<std::size_t>(data[0]), port.sent.size()) << "not the answer to an earlier frame";
+}
+
+TEST(CyclicExchange, RefusesARequestThatFitsNoFrame) {
+  rt::VirtualClock clock;
+  AcyclicChannel channel;
+  CyclicExchange exchange(channel, clock, [&](std::chrono::nanoseconds duration) { clock.advance(duration); });
+  std::vector<std::byte> data(1487);
+  Request request{wire::Command::kFprd, {}, data};
+  EXPECT_EQ(exchange.exchange({&request, 1}).error().kind, ErrorKind::kProcessDataSize);
+}
+
+trajectory::Interpolator path_of(std::size_t axes) {
+  trajectory::PathBuilder builder;
+  for (std::size_t i = 0; i < axes; ++i) EXPECT_TRUE(builder.add_axis({std::to_string(i)}));
+  const std::vector<double> positions(axes, 1.0);
+  EXPECT_TRUE(builder.add_point(0.0, positions));
+  EXPECT_TRUE(builder.add_point(1.0, positions));
+  return trajectory::Interpolator::linear(builder.build().value());
+}
+
+std::vector<Axis> axes_with(trajectory::AxisLimits limits) {
+  AxisConfig config;
+  config.limits = limits;
+  std::vector<Axis> axes;
+  axes.emplace_back(config, ProcessDataPlace{0, 0, 19, 19}, axis_pdo_configuration());
+  return axes;
+}
+
+TEST(Motion, RefusesAPathWithAnotherNumberOfAxes) {
+  EXPECT_THROW(Motion(axes_with({1.0, 1.0}), path_of(2), {}), std::invalid_argument);
+}
+
+TEST(Motion, RefusesLimitsThatNoApproachCanBePlannedWith) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  EXPECT_NO_THROW(Motion(axes_with({1.0, 1.0}), path_of(1), {}));
+  EXPECT_THROW(Motion(axes_with({kInfinity, 1.0}), path_of(1), {}), std::invalid_argument);
+  EXPECT_THROW(Motion(axes_with({1.0, kInfinity}), path_of(1), {}), std::invalid_argument);
+  EXPECT_THROW(Motion(axes_with({0.0, 1.0}), path_of(1), {}), std::invalid_argument);
+  EXPECT_THROW(Motion(axes_with({1.0, -1.0}), path_of(1), {}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace driveline::ecat_master

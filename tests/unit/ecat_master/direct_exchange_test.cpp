@@ -1,0 +1,269 @@
+#include "driveline/ecat_master/direct_exchange.hpp"
+
+#include <gmock/gmock.h>
+
+#include "support/bytes.hpp"
+#include "support/fake_port.hpp"
+
+namespace driveline::ecat_master {
+namespace {
+
+using ecat_master_test::answered;
+using ecat_master_test::copy_of;
+using ecat_master_test::FakePort;
+using ecat_master_test::hex;
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+
+TEST(FrameTag, IsTheSourceAddress) {
+  const auto mac = FrameTag{0x5A, 0x12345678}.to_mac();
+  EXPECT_EQ(copy_of(mac), hex("00 5A 78 56 34 12"));
+  EXPECT_EQ(FrameTag::from_mac(mac), (FrameTag{0x5A, 0x12345678}));
+  EXPECT_FALSE(FrameTag::processed(mac));
+}
+
+TEST(FrameTag, SurvivesTheBitThatSlavesSet) {
+  auto mac = FrameTag{7, 0xFFFFFFFF}.to_mac();
+  mac[0] |= std::byte{0x02};
+  EXPECT_EQ(FrameTag::from_mac(mac), (FrameTag{7, 0xFFFFFFFF}));
+  EXPECT_TRUE(FrameTag::processed(mac));
+}
+
+/// Requests that own their data.
+struct Requests {
+  explicit Requests(std::size_t count, std::size_t bytes = 2) : data(count, std::vector<std::byte>(bytes)) {
+    for (std::size_t i = 0; i < count; ++i) {
+      list.push_back({wire::Command::kFprd,
+                      wire::DatagramAddress::physical(static_cast<std::uint16_t>(0x1001 + i), 0x0130), data[i]});
+    }
+  }
+  std::vector<std::vector<std::byte>> data;
+  std::vector<Request> list;
+};
+
+class MatchAnswers : public testing::Test {
+ protected:
+  MatchAnswers() {
+    wire::FrameBuilder builder(buffer, FrameTag{0, 1}.to_mac());
+    for (std::size_t i = 0; i < 3; ++i) {
+      static_cast<void>(
+          builder.add(requests.list[i].command, static_cast<std::uint8_t>(i), requests.list[i].address, 2));
+    }
+    answer = answered(builder.finish(), std::byte{0xA5});
+  }
+  void expect_refused(std::span<const std::byte> frame, const char* why) {
+    EXPECT_FALSE(match_answers(requests.list, frame)) << why;
+    for (const auto& request : requests.list) {
+      EXPECT_EQ(copy_of(request.data), hex("0000")) << why;
+      EXPECT_EQ(request.working_counter, 0) << why;
+      EXPECT_FALSE(request.answered) << why;
+    }
+  }
+
+  static constexpr std::size_t kDatagram = 14;  // 10 + 2 + 2
+  std::array<std::byte, 1514> buffer{};
+  Requests requests{3};
+  std::vector<std::byte> answer;
+};
+
+TEST_F(MatchAnswers, TakesTheRightFrame) {
+  ASSERT_TRUE(match_answers(requests.list, answer));
+  for (const auto& request : requests.list) {
+    EXPECT_EQ(copy_of(request.data), hex("A5A5"));
+    EXPECT_EQ(request.working_counter, 1);
+    EXPECT_TRUE(request.answered);
+  }
+}
+
+TEST_F(MatchAnswers, TakesNothingOutOfADamagedFrame) {
+  for (std::size_t length = 0; length < 16 + 3 * kDatagram; ++length) {
+    expect_refused(std::span(answer).first(length), "cut off");
+  }
+  auto changed = [&](std::size_t at, std::byte value) {
+    auto frame = answer;
+    frame[at] = value;
+    return frame;
+  };
+  constexpr std::size_t kSecond = 16 + kDatagram;
+  constexpr std::size_t kThird = kSecond + kDatagram;
+  expect_refused(changed(12, std::byte{0x08}), "another EtherType");
+  expect_refused(changed(15, std::byte{0x40}), "another type of EtherCAT frame");
+  expect_refused(changed(kThird, std::byte{5}), "another command in the last datagram");
+  expect_refused(changed(kThird + 1, std::byte{7}), "another index in the last datagram");
+  expect_refused(changed(kThird + 4, std::byte{0x20}), "another register in the last datagram");
+  expect_refused(changed(kThird + 6, std::byte{1}), "another length in the last datagram");
+  expect_refused(changed(kSecond + 7, std::byte{0}), "the list ends early");
+  expect_refused(changed(kThird + 7, std::byte{0x80}), "the list goes on");
+}
+
+TEST_F(MatchAnswers, TakesNothingOutOfADifferentOrder) {
+  auto frame = answer;
+  // Datagrams 0 and 1 swapped; both have a successor.
+  std::swap_ranges(frame.begin() + 16, frame.begin() + 16 + kDatagram, frame.begin() + 16 + kDatagram);
+  expect_refused(frame, "swapped");
+}
+
+TEST_F(MatchAnswers, ComparesWholeLogicalAddresses) {
+  std::vector<std::byte> data(4);
+  Request request{wire::Command::kLrw, wire::DatagramAddress::logical(0x00010000), data};
+  wire::FrameBuilder builder(buffer, FrameTag{0, 1}.to_mac());
+  static_cast<void>(builder.add(wire::Command::kLrw, 0, wire::DatagramAddress::logical(0x00010004), 4));
+  EXPECT_FALSE(match_answers({&request, 1}, answered(builder.finish(), std::byte{1})));
+}
+
+class DirectExchangeTest : public testing::Test {
+ protected:
+  void answer_everything() {
+    port.on_send = [this](auto frame) { port.arrive(answered(frame, std::byte{0x11})); };
+  }
+
+  rt::VirtualClock clock{milliseconds{1}};
+  FakePort port{clock};
+  DirectExchange exchange{port, clock, {milliseconds{2}, 4, 9}};
+};
+
+TEST_F(DirectExchangeTest, PacksAsManyDatagramsAsAFrameHolds) {
+  answer_everything();
+  // 1500 - 2 bytes hold 107 datagrams of 14 bytes.
+  Requests requests(300);
+  ASSERT_TRUE(exchange.exchange(requests.list));
+  ASSERT_EQ(port.sent.size(), 3U);
+  EXPECT_EQ(port.sent[0].size(), 16U + 107 * 14);
+  EXPECT_EQ(port.sent[1].size(), 16U + 107 * 14);
+  EXPECT_EQ(port.sent[2].size(), 16U + 86 * 14);
+  for (const auto& request : requests.list) {
+    EXPECT_TRUE(request.answered);
+    EXPECT_EQ(request.working_counter, 1);
+    EXPECT_EQ(copy_of(request.data), hex("1111"));
+  }
+  EXPECT_EQ(exchange.statistics().frames_sent, 3U);
+  EXPECT_EQ(exchange.statistics().frames_received, 3U);
+  EXPECT_EQ(exchange.statistics().frames_lost, 0U);
+}
+
+TEST_F(DirectExchangeTest, SendsWhatTheStandardSays) {
+  answer_everything();
+  std::vector<std::byte> data = hex("0200");
+  Request request{wire::Command::kFpwr, wire::DatagramAddress::physical(0x1001, 0x0120), data};
+  ASSERT_TRUE(exchange.exchange({&request, 1}));
+  // Ethernet: broadcast, numbered source; EtherCAT: length 14, type 1; FPWR, index 0, 1001h, 0120h, 2 bytes, no
+  // interrupt; data; working counter; padding to 60 bytes (ETG.1000.4 5.3, 5.4).
+  auto expected = hex("FFFFFFFFFFFF 000901000000 88A4 0E10 05 00 0110 2001 0200 0000 0200 0000");
+  expected.resize(60);
+  EXPECT_EQ(port.sent.at(0), expected);
+}
+
+TEST_F(DirectExchangeTest, RepeatsTheLostFrameOnly) {
+  Requests requests(300);
+  int frames = 0;
+  port.on_send = [&](auto frame) {
+    if (++frames != 2) port.arrive(answered(frame, std::byte{0x11}));
+  };
+  ASSERT_TRUE(exchange.exchange(requests.list));
+  ASSERT_EQ(port.sent.size(), 4U);
+  // The same datagrams, another number.
+  EXPECT_TRUE(std::equal(port.sent[1].begin() + 12, port.sent[1].end(), port.sent[3].begin() + 12, port.sent[3].end()));
+  EXPECT_NE(port.sent[1], port.sent[3]);
+  EXPECT_EQ(exchange.statistics().frames_lost, 1U);
+}
+
+TEST_F(DirectExchangeTest, GivesUpAfterTheRetries) {
+  Requests requests(1);
+  const auto begin = clock.now();
+  const auto done = exchange.exchange(requests.list);
+  ASSERT_FALSE(done);
+  EXPECT_EQ(done.error().kind, ErrorKind::kNoAnswer);
+  EXPECT_EQ(done.error().expected, 5U);
+  EXPECT_EQ(port.sent.size(), 5U);
+  EXPECT_EQ(clock.now() - begin, 5 * milliseconds{2});
+  EXPECT_FALSE(requests.list[0].answered);
+  EXPECT_EQ(exchange.statistics().frames_lost, 5U);
+}
+
+TEST_F(DirectExchangeTest, DoesNotTakeTheLateAnswerOfAnEarlierTry) {
+  Requests requests(1);
+  port.on_send = [&](auto frame) {
+    // The first try is answered while the second is awaited, with an older content.
+    const bool first = port.sent.size() == 1;
+    port.arrive(answered(frame, first ? std::byte{0x01} : std::byte{0x02}),
+                first ? microseconds{2100} : microseconds{500});
+  };
+  ASSERT_TRUE(exchange.exchange(requests.list));
+  EXPECT_EQ(copy_of(requests.list[0].data), hex("0202"));
+  EXPECT_EQ(exchange.statistics().frames_stale, 1U);
+  EXPECT_EQ(exchange.statistics().frames_received, 1U);
+}
+
+TEST_F(DirectExchangeTest, DoesNotTakeTheAnswerOfAnEarlierExchange) {
+  Requests first(1);
+  port.on_send = [&](auto frame) {
+    port.arrive(answered(frame, std::byte{0x01}));
+    port.arrive(answered(frame, std::byte{0x01}), microseconds{50});  // twice
+  };
+  ASSERT_TRUE(exchange.exchange(first.list));
+  clock.advance(microseconds{100});
+  port.on_send = [&](auto frame) { port.arrive(answered(frame, std::byte{0x02})); };
+  Requests second(1);
+  ASSERT_TRUE(exchange.exchange(second.list));
+  EXPECT_EQ(copy_of(second.list[0].data), hex("0202"));
+  EXPECT_EQ(exchange.statistics().frames_stale, 1U);
+}
+
+TEST_F(DirectExchangeTest, CountsAndIgnoresWhatIsNotItsOwn) {
+  Requests requests(1);
+  port.on_send = [&](auto frame) {
+    auto other_master = answered(frame, std::byte{0x66});
+    other_master[7] = std::byte{8};
+    port.arrive(other_master);
+    port.arrive(hex("FFFFFFFFFFFF 000901000000 0800 4500"));  // no EtherCAT
+    port.arrive(hex("FFFF"));
+    auto damaged = answered(frame, std::byte{0x66});
+    damaged[16] = std::byte{1};
+    port.arrive(damaged);
+    port.arrive(answered(frame, std::byte{0x22}), microseconds{100});
+  };
+  ASSERT_TRUE(exchange.exchange(requests.list));
+  EXPECT_EQ(copy_of(requests.list[0].data), hex("2222"));
+  EXPECT_EQ(exchange.statistics().frames_foreign, 4U);
+}
+
+TEST_F(DirectExchangeTest, TreatsAFullQueueAsALostFrame) {
+  answer_everything();
+  port.refusals = {port::SendStatus::kBusy, port::SendStatus::kBusy};
+  Requests requests(1);
+  ASSERT_TRUE(exchange.exchange(requests.list));
+  EXPECT_EQ(port.sent.size(), 1U);
+}
+
+TEST_F(DirectExchangeTest, SaysAtOnceThatTheLinkIsDown) {
+  port.refusals = {port::SendStatus::kLinkDown};
+  Requests requests(1);
+  const auto begin = clock.now();
+  const auto done = exchange.exchange(requests.list);
+  ASSERT_FALSE(done);
+  EXPECT_EQ(done.error().kind, ErrorKind::kLinkDown);
+  EXPECT_EQ(clock.now(), begin);
+}
+
+TEST_F(DirectExchangeTest, RefusesARequestThatFitsNoFrame) {
+  answer_everything();
+  Requests longest(1, 1486);
+  EXPECT_TRUE(exchange.exchange(longest.list));
+  Requests longer(1, 1487);
+  const auto done = exchange.exchange(longer.list);
+  ASSERT_FALSE(done);
+  EXPECT_EQ(done.error().kind, ErrorKind::kProcessDataSize);
+  EXPECT_EQ(done.error().expected, 1486U);
+  EXPECT_EQ(done.error().received, 1487U);
+}
+
+TEST_F(DirectExchangeTest, AWorkingCounterOfZeroIsAnAnswer) {
+  port.on_send = [&](auto frame) { port.arrive(copy_of(frame)); };
+  Requests requests(2);
+  ASSERT_TRUE(exchange.exchange(requests.list));
+  EXPECT_TRUE(requests.list[1].answered);
+  EXPECT_EQ(requests.list[1].working_counter, 0);
+}
+
+}  // namespace
+}  // namespace driveline::ecat_master

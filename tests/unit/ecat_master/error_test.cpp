@@ -1,0 +1,101 @@
+#include "driveline/ecat_master/error.hpp"
+
+#include <gtest/gtest.h>
+
+namespace driveline::ecat_master {
+namespace {
+
+static_assert(sizeof(Error) <= 24);
+static_assert(std::is_trivially_copyable_v<Error>);
+
+struct Case {
+  Error error;
+  const char* sentence;
+};
+
+Error make(ErrorKind kind, std::uint16_t slave, std::uint16_t address = 0, std::uint8_t subindex = 0,
+           std::uint32_t expected = 0, std::uint32_t received = 0, std::uint32_t code = 0, std::uint32_t extra = 0) {
+  Error error;
+  error.kind = kind;
+  error.slave = slave;
+  error.address = address;
+  error.subindex = subindex;
+  error.expected = expected;
+  error.received = received;
+  error.code = code;
+  error.extra = extra;
+  return error;
+}
+
+Error state(ErrorKind kind, wire::AlState requested, wire::AlState actual, std::uint32_t code) {
+  Error error = make(kind, 3, 0, 0, 0, 0, code);
+  error.requested = requested;
+  error.actual = actual;
+  return error;
+}
+
+TEST(ErrorSentence, HoldsEveryFactOfEveryKind) {
+  using K = ErrorKind;
+  using wire::AlState;
+  constexpr auto kLine = Error::kNoSlave;
+  Error sizes = state(K::kStateRefused, AlState::kSafeOp, AlState::kPreOp, 0x001D);
+  sizes.extra = 2;
+  sizes.expected = 18;
+  sizes.received = 19;
+  Error late = state(K::kStateTimeout, AlState::kOp, AlState::kSafeOp, 0x001B);
+  late.extra = 10'000'000;
+  const Case cases[] = {
+      {make(K::kNoAnswer, kLine, 0, 0, 5), "the line: no answer to a frame after 5 tries"},
+      {make(K::kNoAnswer, 7, 0x130, 0, 5), "slave 7: no answer to a frame after 5 tries"},
+      {make(K::kLinkDown, kLine), "the port has no link"},
+      {make(K::kWorkingCounter, 4, 0x0130, 0, 1, 0), "slave 4: working counter 0 instead of 1 at address 0x0130"},
+      {make(K::kNoSlaves, kLine), "no slave answers on the line"},
+      {make(K::kTooManySlaves, kLine, 0, 0, 4096, 5000), "5000 slaves answer, the limit is 4096"},
+      {make(K::kSiiBusy, 1, 0x40), "slave 1: EEPROM interface stays busy at word 0x0040"},
+      {make(K::kSiiError, 1, 0x40, 0, 0, 0, 0x2000), "slave 1: EEPROM access to word 0x0040 failed, status 0x2000"},
+      {make(K::kSiiContent, 1, 0x7F), "slave 1: EEPROM content is not usable at word 0x007F"},
+      {state(K::kStateRefused, AlState::kOp, AlState::kSafeOp, 0x0030),
+       "slave 3: asked for OP, is in SAFEOP, AL status code 0x0030 (invalid DC SYNC configuration)"},
+      {sizes,
+       "slave 3: asked for SAFEOP, is in PREOP, AL status code 0x001D (invalid output configuration); sync "
+       "manager 2 is set to 18 bytes, the slave's PDO mapping has 19"},
+      {late,
+       "slave 3: asked for OP, is in SAFEOP and did not change within 10000 ms, AL status code 0x001B (sync "
+       "manager watchdog)"},
+      {state(K::kStateRefused, AlState::kPreOp, static_cast<AlState>(5), 0x8765),
+       "slave 3: asked for PREOP, is in ?, AL status code 0x8765 (vendor specific)"},
+      {make(K::kNoMailbox, 2), "slave 2: has no CoE mailbox"},
+      {make(K::kMailboxTimeout, 2, 0x6041, 0, 0, 0, 0, 2'000'000),
+       "slave 2: no mailbox reply for object 6041h:00 within 2000 ms"},
+      {make(K::kMailboxError, 2, 0x1018, 4, 0, 0, 2), "slave 2: answered object 1018h:04 with mailbox error 0x0002"},
+      {make(K::kMailboxMalformed, 2, 0x1018, 4), "slave 2: sent a malformed mailbox for object 1018h:04"},
+      {make(K::kSdoAbort, 0, 0x1600, 1, 0, 0, 0x06040041),
+       "slave 0: object 1600h:01 aborted with 0x06040041 (object cannot be mapped to a PDO)"},
+      {make(K::kSdoAbort, 0, 0x2001, 0xFF, 0, 0, 0x12345678),
+       "slave 0: object 2001h:FF aborted with 0x12345678 (unknown abort code)"},
+      {make(K::kSdoSize, 0, 0x1000, 0, 2, 4), "slave 0: object 1000h:00 has 4 bytes, 2 were expected"},
+      {make(K::kIdentityMismatch, 5, 0, 0, 0x28, 0x9A), "slave 5: vendor id is 0x0000009A but 0x00000028 is planned"},
+      {make(K::kIdentityMismatch, 5, 1, 0, 1, 2), "slave 5: product code is 0x00000002 but 0x00000001 is planned"},
+      {make(K::kIdentityMismatch, 5, 2, 0, 1, 2), "slave 5: revision is 0x00000002 but 0x00000001 is planned"},
+      {make(K::kSlaveCountMismatch, kLine, 0, 0, 8, 7), "7 slaves answer on the line but 8 are planned"},
+      {make(K::kProcessDataSize, 6, 0, 0, 1452, 1453),
+       "slave 6: 1453 bytes of process data do not fit, the limit is 1452"},
+      {make(K::kCycleBudget, kLine, 0, 0, 125'000, 130'000),
+       "the cyclic frames take 130000 ns on a 100 Mbit/s wire, the cycle has 125000 ns"},
+      {make(K::kAxisNotEnabled, 1, 0, 0, 0, 0x0250, 0, 2'000'000),
+       "axis 1: not in Operation enabled within 2000 ms, status word 0x0250"},
+      {make(K::kAxisFault, 1, 0, 0, 0, 0x0218, 0x8611), "axis 1: fault 0x8611, status word 0x0218"},
+      {make(K::kCommunicationLost, kLine, 0, 0, 0, 8),
+       "communication lost: 8 cycles in a row without valid process data"},
+      {make(K::kCancelled, kLine), "stopped on request"},
+  };
+  std::vector<bool> covered(static_cast<std::size_t>(K::kCancelled) + 1);
+  for (const auto& test : cases) {
+    EXPECT_EQ(describe(test.error), test.sentence);
+    covered[static_cast<std::size_t>(test.error.kind)] = true;
+  }
+  for (std::size_t kind = 0; kind < covered.size(); ++kind) EXPECT_TRUE(covered[kind]) << "kind " << kind;
+}
+
+}  // namespace
+}  // namespace driveline::ecat_master

@@ -1,0 +1,180 @@
+#include "driveline/ecat_master/state_machine.hpp"
+
+#include <gmock/gmock.h>
+
+#include <map>
+
+namespace driveline::ecat_master {
+namespace {
+
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+using wire::AlState;
+using wire::AlStatusCode;
+
+/// Slaves that consist of their AL registers, and take their time. Every exchange takes 10 us.
+class AlRegisters final : public DatagramExchange {
+ public:
+  struct Slave {
+    AlState state = AlState::kInit;
+    bool error = false;
+    AlStatusCode code = AlStatusCode::kNoError;
+    bool dead = false;
+    std::chrono::nanoseconds delay{0};  ///< from a request to its effect
+    bool never_clears = false;          ///< keeps its error whatever is acknowledged
+    AlStatusCode refuses = AlStatusCode::kNoError;
+    std::vector<std::uint16_t> written{};
+  };
+  explicit AlRegisters(std::size_t count) : slaves(count) {
+    for (std::uint16_t i = 0; i < count; ++i) refs.push_back({i, static_cast<std::uint16_t>(0x1001 + i)});
+  }
+
+  std::vector<Slave> slaves;
+  std::vector<SlaveRef> refs;
+
+  Result<void> exchange(std::span<Request> requests) override {
+    now_ += microseconds{10};
+    settle();
+    for (auto& request : requests) {
+      request.answered = true;
+      auto& slave = slaves.at(request.address.adp() - 0x1001U);
+      request.working_counter = slave.dead ? 0 : 1;
+      if (slave.dead) continue;
+      if (request.command == wire::Command::kFpwr) {
+        slave.written.push_back(wire::load_le<std::uint16_t>(request.data));
+        pending_.emplace(now_ + slave.delay, &slave);
+      } else {
+        const auto status = wire::AlStatus{slave.state, slave.error, false}.raw();
+        wire::store_le<std::uint16_t>(request.data, status);
+        if (request.data.size() == 6) {
+          wire::store_le<std::uint16_t>(request.data.subspan(4), static_cast<std::uint16_t>(slave.code));
+        }
+      }
+    }
+    settle();
+    return {};
+  }
+  void pause(std::chrono::nanoseconds duration) override { now_ += duration; }
+  [[nodiscard]] std::chrono::nanoseconds now() const noexcept override { return now_; }
+
+ private:
+  void settle() {
+    while (!pending_.empty() && pending_.begin()->first <= now_) {
+      auto& slave = *pending_.begin()->second;
+      pending_.erase(pending_.begin());
+      const auto control = wire::AlControl::from_raw(slave.written.back());
+      if (control.acknowledge && !slave.never_clears) slave.error = false;
+      if (slave.error) continue;
+      slave.code = AlStatusCode::kNoError;
+      if (control.state > slave.state && slave.refuses != AlStatusCode::kNoError) {
+        slave.error = true;
+        slave.code = slave.refuses;
+      } else {
+        slave.state = control.state;
+      }
+    }
+  }
+
+  std::multimap<std::chrono::nanoseconds, Slave*> pending_;
+  std::chrono::nanoseconds now_{0};
+};
+
+struct Bench {
+  explicit Bench(std::size_t count) : registers(count), bus(registers) {}
+  Result<void> change(AlState target) { return change_state(bus, registers.refs, target, milliseconds{100}); }
+  Result<void> lower(AlState target) { return lower_state(bus, registers.refs, target, milliseconds{100}); }
+  AlRegisters registers;
+  Bus bus;
+};
+
+TEST(ChangeState, AsksAllAtOnceAndWaitsForTheSlowest) {
+  Bench bench(3);
+  bench.registers.slaves[1].delay = milliseconds{40};
+  ASSERT_TRUE(bench.change(AlState::kPreOp));
+  EXPECT_EQ(bench.registers.slaves[1].state, AlState::kPreOp);
+  EXPECT_GE(bench.registers.now(), milliseconds{40});
+  for (const auto& slave : bench.registers.slaves) EXPECT_THAT(slave.written, testing::ElementsAre(0x0002));
+}
+
+TEST(ChangeState, AcknowledgesErrorsInTheStateTheSlaveIsIn) {
+  Bench bench(2);
+  bench.registers.slaves[1] = {AlState::kSafeOp, true, AlStatusCode::kSyncManagerWatchdog};
+  ASSERT_TRUE(bench.change(AlState::kPreOp));
+  EXPECT_THAT(bench.registers.slaves[0].written, testing::ElementsAre(0x0002));
+  EXPECT_THAT(bench.registers.slaves[1].written, testing::ElementsAre(0x0014, 0x0002));
+}
+
+TEST(ChangeState, DoesNotTakeAnOldErrorForARefusal) {
+  Bench bench(1);
+  bench.registers.slaves[0] = {AlState::kSafeOp, true, AlStatusCode::kSyncManagerWatchdog};
+  bench.registers.slaves[0].delay = milliseconds{5};
+  EXPECT_TRUE(bench.change(AlState::kPreOp));
+}
+
+TEST(ChangeState, NamesAnErrorThatDoesNotGoAway) {
+  Bench bench(2);
+  bench.registers.slaves[1] = {AlState::kPreOp, true, AlStatusCode::kPllError};
+  bench.registers.slaves[1].never_clears = true;
+  const auto done = bench.change(AlState::kSafeOp);
+  ASSERT_FALSE(done);
+  EXPECT_EQ(done.error().kind, ErrorKind::kStateRefused);
+  EXPECT_EQ(done.error().slave, 1);
+  EXPECT_EQ(done.error().code, 0x0032U);
+  EXPECT_LT(bench.registers.now(), milliseconds{200});
+}
+
+TEST(ChangeState, NamesTheSlaveThatRefuses) {
+  Bench bench(3);
+  bench.registers.slaves[2].refuses = AlStatusCode::kInvalidMailboxConfigurationPreOp;
+  const auto done = bench.change(AlState::kPreOp);
+  ASSERT_FALSE(done);
+  EXPECT_EQ(done.error().kind, ErrorKind::kStateRefused);
+  EXPECT_EQ(done.error().slave, 2);
+  EXPECT_EQ(done.error().requested, AlState::kPreOp);
+  EXPECT_EQ(done.error().actual, AlState::kInit);
+  EXPECT_EQ(done.error().code, 0x0016U);
+  EXPECT_EQ(bench.registers.slaves[0].state, AlState::kPreOp) << "the others stay where they have got";
+}
+
+TEST(ChangeState, NamesTheSlaveThatIsLate) {
+  Bench bench(3);
+  bench.registers.slaves[1].delay = milliseconds{101};
+  bench.registers.slaves[2].delay = milliseconds{101};
+  const auto done = bench.change(AlState::kPreOp);
+  ASSERT_FALSE(done);
+  EXPECT_EQ(done.error().kind, ErrorKind::kStateTimeout);
+  EXPECT_EQ(done.error().slave, 1);
+  EXPECT_EQ(done.error().extra, 100'000U) << "us";
+}
+
+TEST(ChangeState, OfNobodyIsDone) {
+  Bench bench(0);
+  EXPECT_TRUE(bench.change(AlState::kPreOp));
+}
+
+TEST(LowerState, LeavesThoseBelowWhereTheyAre) {
+  Bench bench(4);
+  bench.registers.slaves[0].state = AlState::kOp;
+  bench.registers.slaves[1].state = AlState::kSafeOp;
+  bench.registers.slaves[2].state = AlState::kPreOp;
+  ASSERT_TRUE(bench.lower(AlState::kSafeOp));
+  EXPECT_EQ(bench.registers.slaves[0].state, AlState::kSafeOp);
+  for (const auto i : {1U, 2U, 3U}) EXPECT_THAT(bench.registers.slaves[i].written, testing::IsEmpty());
+  ASSERT_TRUE(bench.lower(AlState::kInit));
+  for (const auto& slave : bench.registers.slaves) EXPECT_EQ(slave.state, AlState::kInit);
+}
+
+TEST(LowerState, GoesOnWithoutADeadSlaveAndNamesIt) {
+  Bench bench(3);
+  for (auto& slave : bench.registers.slaves) slave.state = AlState::kOp;
+  bench.registers.slaves[1].dead = true;
+  const auto done = bench.lower(AlState::kInit);
+  ASSERT_FALSE(done);
+  EXPECT_EQ(done.error().kind, ErrorKind::kWorkingCounter);
+  EXPECT_EQ(done.error().slave, 1);
+  EXPECT_EQ(bench.registers.slaves[0].state, AlState::kInit);
+  EXPECT_EQ(bench.registers.slaves[2].state, AlState::kInit);
+}
+
+}  // namespace
+}  // namespace driveline::ecat_master
