@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <numbers>
-#include <set>
 #include <sstream>
 
 #include "driveline/rt/cycle_timer.hpp"
@@ -20,14 +20,19 @@ using std::chrono::nanoseconds;
 constexpr double kMaxIncrements = 4294967295.0;
 /// Longest line of one master: the cyclic frames of more axes do not fit into a useful cycle.
 constexpr std::size_t kMaxSlaves = 256;
+/// Of the smallest servo motors there are; nothing would turn infinitely fast.
+constexpr double kMinInertia = 1e-6;
+/// Longest name that fits the telemetry.
+constexpr std::size_t kMaxName = 31;
+constexpr std::string_view kNameLength = "must have 1 to 31 characters";
 
 nanoseconds from_us(double us) {
-  return nanoseconds{static_cast<std::int64_t>(us * 1000.0 + 0.5)};
+  return nanoseconds{std::llround(us * 1000.0)};
 }
 
 void read_line(TomlReader reader, LineConfig& config) {
   config.name = reader.text_or("name", config.name);
-  if (config.name.empty() || config.name.size() > 31) reader.fail("name", "must have 1 to 31 characters");
+  if (config.name.empty() || config.name.size() > kMaxName) reader.fail("name", kNameLength);
   config.period = from_us(reader.number_or("cycle_us", 125.0, 125.0, 100000.0));
   // MSD manual 9.1: the cycle time is a multiple of 125 us.
   if (config.period.count() % 125000 != 0)
@@ -37,15 +42,17 @@ void read_line(TomlReader reader, LineConfig& config) {
 
 void read_bus(TomlReader reader, LineConfig& config) {
   if (reader.has("interface")) config.interface = reader.text("interface");
+  config.max_lost_cycles =
+      static_cast<std::uint32_t>(reader.integer_or("max_lost_cycles", config.max_lost_cycles, 1, 10000));
   reader.finish();
 }
 
 void read_realtime(TomlReader reader, LineConfig& config) {
   auto& realtime = config.realtime;
-  // Enforced on a real wire; a simulated line in the same process may run anywhere.
-  const std::size_t usual = config.interface ? 0 : 1;
-  realtime.policy = reader.choice_or("policy", usual, {"enforce", "degrade"}) == 0 ? rt::RealtimePolicy::kEnforce
-                                                                                   : rt::RealtimePolicy::kDegrade;
+  if (reader.has("policy")) {
+    const bool enforce = reader.choice_or("policy", 0, {"enforce", "degrade"}) == 0;
+    config.policy = enforce ? rt::RealtimePolicy::kEnforce : rt::RealtimePolicy::kDegrade;
+  }
   realtime.priority = static_cast<int>(reader.integer_or("priority", 80, 1, 99));
   if (reader.has("cpu")) realtime.cpu = static_cast<int>(reader.integer("cpu", 0, 1023));
   if (reader.has("simulation_cpu")) config.simulation_cpu = static_cast<int>(reader.integer("simulation_cpu", 0, 1023));
@@ -55,10 +62,20 @@ void read_realtime(TomlReader reader, LineConfig& config) {
   reader.finish();
 }
 
-SlaveConfig read_slave(TomlReader reader) {
+/// A name that none of `others` has.
+template <typename Named>
+std::string read_name(TomlReader& reader, const std::vector<Named>& others) {
+  auto name = reader.text("name");
+  if (name.empty() || name.size() > kMaxName) reader.fail("name", kNameLength);
+  if (std::any_of(others.begin(), others.end(), [&](const Named& other) { return other.name == name; })) {
+    reader.fail("name", fmt::format("\"{}\" is there twice", name));
+  }
+  return name;
+}
+
+SlaveConfig read_slave(TomlReader reader, const std::vector<SlaveConfig>& others) {
   SlaveConfig slave;
-  slave.name = reader.text("name");
-  if (slave.name.empty() || slave.name.size() > 31) reader.fail("name", "must have 1 to 31 characters");
+  slave.name = read_name(reader, others);
   slave.model = reader.text_or("model", "msd");
   if (slave.model != "msd") reader.fail("model", fmt::format("is \"{}\", only \"msd\" is known", slave.model));
   auto identity = [&reader](std::string_view key) -> std::optional<std::uint32_t> {
@@ -68,29 +85,32 @@ SlaveConfig read_slave(TomlReader reader) {
   slave.vendor_id = identity("vendor_id");
   slave.product_code = identity("product_code");
   auto plant = reader.table("plant");
-  auto quantity = [&plant](std::string_view key, double maximum) -> std::optional<double> {
+  auto quantity = [&plant](std::string_view key, double minimum, double maximum) -> std::optional<double> {
     if (!plant.has(key)) return std::nullopt;
-    return plant.number(key, 0.0, maximum);
+    return plant.number(key, minimum, maximum);
   };
-  slave.inertia_kg_m2 = quantity("inertia_kg_m2", 10.0);
-  slave.coulomb_friction_nm = quantity("coulomb_friction_nm", 1000.0);
-  slave.viscous_friction_nm_s = quantity("viscous_friction_nm_s", 100.0);
+  slave.inertia_kg_m2 = quantity("inertia_kg_m2", kMinInertia, 10.0);
+  slave.coulomb_friction_nm = quantity("coulomb_friction_nm", 0.0, 1000.0);
+  slave.viscous_friction_nm_s = quantity("viscous_friction_nm_s", 0.0, 100.0);
   slave.initial_position_rev = plant.number_or("initial_position_rev", 0.0, -1000.0, 1000.0);
   plant.finish();
   reader.finish();
   return slave;
 }
 
-ecat_master::AxisConfig read_axis(TomlReader reader, const std::vector<SlaveConfig>& slaves) {
+ecat_master::AxisConfig read_axis(TomlReader reader, const std::vector<SlaveConfig>& slaves,
+                                  const std::vector<ecat_master::AxisConfig>& others) {
   using ecat_master::cia402::Mode;
   ecat_master::AxisConfig axis;
-  axis.name = reader.text("name");
-  if (axis.name.empty() || axis.name.size() > 31) reader.fail("name", "must have 1 to 31 characters");
+  axis.name = read_name(reader, others);
   const auto slave_name = reader.text_or("slave", axis.name);
   const auto slave =
       std::find_if(slaves.begin(), slaves.end(), [&](const SlaveConfig& s) { return s.name == slave_name; });
   if (slave == slaves.end()) reader.fail("slave", fmt::format("there is no [[slave]] named \"{}\"", slave_name));
   axis.slave = static_cast<std::size_t>(slave - slaves.begin());
+  if (std::any_of(others.begin(), others.end(), [&](const auto& other) { return other.slave == axis.slave; })) {
+    reader.fail("slave", fmt::format("\"{}\" is driven by another axis already", slave_name));
+  }
   constexpr Mode kModes[] = {Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque};
   axis.mode = kModes[reader.choice_or("mode", 0, {"csp", "csv", "cst"})];
   const double increments = reader.number_or("increments_per_revolution", 1048576.0, 1.0, kMaxIncrements);
@@ -136,33 +156,18 @@ void read_output(TomlReader reader, LineConfig& config) {
   reader.finish();
 }
 
-void check_unique_names(TomlReader& root, LineConfig& config) {
-  std::set<std::string> names;
-  for (const auto& slave : config.slaves) {
-    if (!names.insert(slave.name).second) root.fail("slave", fmt::format("the name \"{}\" is there twice", slave.name));
-  }
-  names.clear();
-  std::set<std::size_t> driven;
-  for (const auto& axis : config.axes) {
-    if (!names.insert(axis.name).second) root.fail("axis", fmt::format("the name \"{}\" is there twice", axis.name));
-    if (!driven.insert(axis.slave).second) {
-      root.fail("axis", fmt::format("slave \"{}\" is driven by two axes", config.slaves[axis.slave].name));
-    }
-  }
-}
-
 LineConfig read_config(const toml::table& table, const std::filesystem::path& file) {
   TomlReader root(table, file.string(), "");
   LineConfig config;
   read_line(root.table("line"), config);
   read_bus(root.table("bus"), config);
   read_realtime(root.table("realtime"), config);
-  for (auto& reader : root.tables("slave")) config.slaves.push_back(read_slave(std::move(reader)));
+  for (auto& reader : root.tables("slave")) config.slaves.push_back(read_slave(std::move(reader), config.slaves));
   if (config.slaves.empty()) root.fail("", "there is no [[slave]]");
   if (config.slaves.size() > kMaxSlaves)
     root.fail("slave", fmt::format("there are {}, the limit is {}", config.slaves.size(), kMaxSlaves));
-  for (auto& reader : root.tables("axis")) config.axes.push_back(read_axis(std::move(reader), config.slaves));
-  check_unique_names(root, config);
+  for (auto& reader : root.tables("axis"))
+    config.axes.push_back(read_axis(std::move(reader), config.slaves, config.axes));
   if (root.has("path")) read_path(root.table("path"), file.parent_path(), config);
   if (!config.axes.empty() && !config.path) root.fail("path", "is missing: the axes need setpoints");
   read_telemetry(root.table("telemetry"), config);

@@ -125,6 +125,7 @@ void LineRun::make_motion() {
   ecat_master::Motion::Settings settings;
   settings.period = config_.period;
   settings.repeat = config_.path->repeat;
+  settings.bad_cycle_limit = config_.max_lost_cycles;
   motion_ = std::make_unique<ecat_master::Motion>(std::move(axes), *path_, settings);
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "driveline/wire/ethernet.hpp"
 #include "driveline/wire/registers.hpp"
 
 namespace driveline::cli {
@@ -29,8 +30,10 @@ void LineServer::run(std::stop_token stop) noexcept {
 }
 
 void LineServer::serve(const port::ReceivedFrame& frame) noexcept {
-  const auto reply = std::span(buffer_).first(std::min(frame.bytes.size(), buffer_.size()));
-  std::copy_n(frame.bytes.begin(), reply.size(), reply.begin());
+  // As long as the request, but no shorter than Ethernet allows: what a real wire would have padded already.
+  const auto length = std::min(frame.bytes.size(), buffer_.size());
+  const auto reply = std::span(buffer_).first(std::max(length, wire::kMinFrameBytes));
+  std::fill(std::copy_n(frame.bytes.begin(), length, reply.begin()), reply.end(), std::byte{0});
   if (!line_.process(reply, frame.time)) return;
   const auto status = port_.send(reply);
   frames_.store(frames_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);

@@ -20,6 +20,9 @@ Outcome<std::unique_ptr<Session>> Session::open(const BusOptions& options, const
   }
   auto& config = session->config_;
   if (!options.interface.empty()) config.interface = options.interface;
+  // A simulated line in this process may run anywhere; where drives may hang on the wire, it must be said.
+  config.realtime.policy =
+      config.policy.value_or(config.interface ? rt::RealtimePolicy::kEnforce : rt::RealtimePolicy::kDegrade);
   session->virtual_time_ = options.virtual_time;
   if (options.virtual_time && config.interface) {
     return misused("--virtual runs the simulated line in this process; a network interface has no virtual time");
@@ -55,6 +58,11 @@ Outcome<std::optional<std::filesystem::path>> Session::close_capture() {
   if (!capture_) return std::optional<std::filesystem::path>{};
   const auto closed = capture_->close();
   if (!closed) return failed(closed.error().message);
+  if (closed->frames == 0) {
+    std::error_code ignored;
+    std::filesystem::remove(*config_.output.capture, ignored);
+    return std::optional<std::filesystem::path>{};
+  }
   if (closed->dropped > 0) {
     progress("capture: {} frames are missing in {}", closed->dropped, config_.output.capture->string());
   }

@@ -33,7 +33,8 @@ class Session {
   [[nodiscard]] rt::Clock& clock() noexcept { return *clock_; }
   [[nodiscard]] port::Port& port() noexcept { return capture_ ? static_cast<port::Port&>(*capture_) : *wire_; }
   [[nodiscard]] bool virtual_time() const noexcept { return virtual_time_; }
-  /// Finishes the capture, when there is one; its path, or nothing. Only when nothing uses the port any more.
+  /// Finishes the capture, when there is one; its path, or nothing when there were no frames either. Only when nothing
+  /// uses the port any more.
   [[nodiscard]] Outcome<std::optional<std::filesystem::path>> close_capture();
 
  private:

@@ -1,6 +1,7 @@
 #include "typed_value.hpp"
 
 #include <fmt/format.h>
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <charconv>
@@ -63,7 +64,7 @@ std::string hex(std::span<const std::byte> data) {
 }
 
 std::int64_t sign_extend(std::uint64_t value, std::size_t bytes) {
-  const auto shift = 64 - 8 * bytes;
+  const auto shift = 64 - 8 * std::clamp<std::size_t>(bytes, 1, 8);
   return static_cast<std::int64_t>(value << shift) >> shift;
 }
 
@@ -99,20 +100,21 @@ tl::expected<std::vector<std::byte>, std::string> parse_integer(std::string_view
   return store(negative ? 0 - magnitude : magnitude, row.bytes);
 }
 
-tl::expected<std::vector<std::byte>, std::string> parse_raw(std::string_view text) {
+tl::expected<std::vector<std::byte>, std::string> parse_raw(const std::string_view value) {
+  auto text = value;
   std::vector<std::byte> data;
   while (!text.empty()) {
     if (text.front() == ' ') {
       text.remove_prefix(1);
       continue;
     }
-    unsigned value = 0;
+    unsigned byte = 0;
     const auto* end = text.data() + std::min<std::size_t>(2, text.size());
-    const auto result = std::from_chars(text.data(), end, value, 16);
+    const auto result = std::from_chars(text.data(), end, byte, 16);
     if (result.ec != std::errc{} || result.ptr != end || text.size() < 2) {
-      return tl::unexpected(fmt::format("value \"{}\": bytes of two hex digits are expected, or a --type", text));
+      return tl::unexpected(fmt::format("value \"{}\": bytes of two hex digits are expected, or a --type", value));
     }
-    data.push_back(static_cast<std::byte>(value));
+    data.push_back(static_cast<std::byte>(byte));
     text.remove_prefix(2);
   }
   return data;

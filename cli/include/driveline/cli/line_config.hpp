@@ -52,7 +52,10 @@ struct LineConfig {
   std::string name = "line";
   std::chrono::nanoseconds period = std::chrono::microseconds{125};
   std::optional<std::string> interface;  ///< none: the simulated line in this process
-  rt::RealtimeConfig realtime;
+  /// Cycles in a row without valid process data of an axis before all axes are stopped.
+  std::uint32_t max_lost_cycles = 8;
+  rt::RealtimeConfig realtime;               ///< all but the policy
+  std::optional<rt::RealtimePolicy> policy;  ///< none: enforced on a network interface only
   std::chrono::nanoseconds wake_ahead{};
   std::optional<int> simulation_cpu;  ///< where `simulate` runs its slaves
   std::vector<SlaveConfig> slaves;

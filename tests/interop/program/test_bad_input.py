@@ -1,0 +1,144 @@
+"""Wrong usage and bad input: the exit status, one sentence, and nothing left behind."""
+import os
+import shutil
+import subprocess
+import unittest
+
+from program import AXES, DRIVELINE, EXAMPLES, PATIENCE_S, ProgramTest, WireTest, line_description
+
+LINE8 = EXAMPLES / "line8.toml"
+
+
+class Usage(ProgramTest):
+    def refused(self, status, arguments, *parts):
+        with self.subTest(arguments=arguments):
+            self.check_refused(self.run_program(*arguments), status, *parts)
+            self.assertEqual(self.files(), [])
+
+    def test_command_line(self):
+        self.refused(2, [], "which command?", "--help")
+        self.refused(2, ["walk"], "walk")
+        self.refused(2, ["run", "--quickly"], "--quickly", "--help")
+        self.refused(2, ["run"], "--config FILE")
+        self.refused(2, ["run", "--config"], "--config")
+        self.refused(2, ["slaves"], "--config FILE", "--iface NAME")
+        self.refused(2, ["simulate", "--config", LINE8], "--iface NAME")
+        self.refused(2, ["simulate", "--iface", "lo"], "--config FILE")
+        for duration in ("-1", "soon", "nan", "inf", "1e9"):
+            self.refused(2, ["run", "--config", LINE8, "--duration", duration], duration)
+        self.refused(2, ["run", "--config", LINE8, "--virtual", "--iface", "lo"], "virtual time")
+        self.refused(2, ["states", "--config", LINE8, "OP"], "run")
+        self.refused(2, ["states", "--config", LINE8, "BOOT"], "BOOT", "INIT, PREOP or SAFEOP")
+        self.refused(2, ["upload", "--config", LINE8], "INDEX")
+        self.refused(2, ["upload", "--config", LINE8, "0x12345", "0"], "0x12345")
+        self.refused(2, ["upload", "--config", LINE8, "0x6041", "256"], "256")
+        self.refused(2, ["upload", "--config", LINE8, "-p", "-1", "0x6041", "0"], "-1")
+        self.refused(2, ["upload", "--config", LINE8, "-t", "word", "0x6041", "0"], "word", "uint16")
+        self.refused(2, ["download", "--config", LINE8, "-t", "uint8", "0x6060", "0", "256"], "256", "uint8")
+
+    def test_operation_that_fails(self):
+        self.refused(1, ["slaves", "--iface", "nonexist0"], "nonexist0")
+        self.refused(1, ["run", "--config", LINE8, "--iface", "nonexist0"], "nonexist0")
+        self.refused(1, ["slaves", "--iface", "lo"], "loopback")
+        self.refused(1, ["upload", "--config", LINE8, "-p", "8", "0x6041", "0"], "there is no slave 8")
+        self.refused(1, ["upload", "--config", LINE8, "0x5FFF", "0"], "slave 0", "5FFFh", "0x06020000")
+        self.refused(1, ["upload", "--config", LINE8, "-t", "int32", "0x6041", "0"], "2 bytes", "int32")
+        self.refused(1, ["download", "--config", LINE8, "0x6041", "0", "0000"], "6041h", "0x0601000")
+
+    def test_help_and_version_are_no_errors(self):
+        for arguments in (["--help"], ["run", "--help"], ["esi", "show", "--help"], ["--version"]):
+            with self.subTest(arguments=arguments):
+                result = self.run_program(*arguments)
+                self.assertEqual(result.returncode, 0)
+                self.assertEqual(result.stderr, "")
+                self.assertNotEqual(result.stdout, "")
+
+
+class Files(ProgramTest):
+    def refused(self, status, *parts, arguments=(), **description):
+        """`run` of a line description with something wrong in it leaves nothing but that description."""
+        path = self.write("line.toml", line_description(**description))
+        before = self.files()
+        result = self.run_program("run", "--config", path, "--virtual", "--duration", 0.1, "--capture", "c.pcapng",
+                                  *arguments)
+        self.check_refused(result, status, *parts)
+        self.assertEqual(self.files(), before)
+
+    def path_csv(self, text):
+        return self.write("path.csv", text)
+
+    def test_description_that_is_missing(self):
+        self.check_refused(self.run_program("run", "--config", "none.toml"), 2, "none.toml", "No such file")
+        self.assertEqual(self.files(), [])
+
+    def test_description_that_is_no_toml(self):
+        self.write("line.toml", "[line\n")
+        self.check_refused(self.run_program("run", "--config", "line.toml"), 2, "line.toml:1: ")
+        self.assertEqual(self.files(), ["line.toml"])
+
+    def test_unknown_key(self):
+        self.refused(2, "line.toml:", "[line] colour", "unknown key", tail="[line.colour]\n")
+
+    def test_path_that_is_missing(self):
+        self.refused(2, "none.csv", path="none.csv")
+
+    def test_time_that_does_not_rise(self):
+        header = "time[s]," + ",".join(f"{name}[rad]" for name in AXES)
+        rows = [f"{time}" + ",0" * len(AXES) for time in ("0", "0.001", "0.001")]
+        self.refused(2, "path.csv:4:", path=self.path_csv("\n".join([header, *rows, ""])))
+
+    def test_number_of_axes(self):
+        self.refused(2, "path.csv", "1 axes", "8", path=self.path_csv("time[s],x[rad]\n0,0\n1,0\n"))
+
+    def test_limits(self):
+        header = "time[s]," + ",".join(f"{name}[rad]" for name in AXES)
+        rows = [f"{time}" + f",{position}" * len(AXES) for time, position in ((0, 0), (1, 10000), (2, 0))]
+        self.refused(2, "path.csv", "'x'", "limit", path=self.path_csv("\n".join([header, *rows, ""])))
+
+    def test_folder_that_cannot_be_made(self):
+        self.write("out", "a file")
+        self.refused(1, "out", arguments=["--no-telemetry"])
+
+    def test_telemetry_that_cannot_start(self):
+        self.refused(1, "telemetry", telemetry='interfaces = ["not an address"]')
+
+    def test_another_drive_than_expected(self):
+        # Found out on the bus, so the progress of the scan stands before the sentence.
+        text = line_description().replace('name = "z"\n', 'name = "z"\nproduct_code = 0x1234\n', 1)
+        path = self.write("line.toml", text)
+        result = self.run_program("run", "--config", path, "--virtual", "--json")
+        self.assertEqual(result.returncode, 1)
+        self.assertEqual(result.stdout, "")
+        self.assertIn("slave 2", result.stderr.splitlines()[-1])
+        self.assertIn("1234", result.stderr.splitlines()[-1])
+        self.assertEqual(self.files(), ["line.toml"])
+
+    def test_output_that_nobody_can_write(self):
+        with open("/dev/full", "w", encoding="utf-8") as full:
+            result = self.run_program_to(full, "slaves", "--config", LINE8)
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("cannot be written", result.stderr)
+
+    def run_program_to(self, stdout, *arguments):
+        return subprocess.run([DRIVELINE, *map(str, arguments)], cwd=self.directory, stdout=stdout,
+                              stderr=subprocess.PIPE, text=True, timeout=PATIENCE_S, check=False)
+
+
+class Privileges(WireTest):
+    def test_missing_ones_name_the_remedy(self):
+        if os.geteuid() != 0:
+            self.skipTest("only root can become somebody without privileges")
+        program = self.directory / "driveline"  # where everybody may look
+        shutil.copy(DRIVELINE, program)
+        program.chmod(0o755)
+        before = self.files()
+        self.prefix = [*self.prefix, "setpriv", "--reuid=65534", "--regid=65534", "--clear-groups"]
+        for arguments in (["slaves"], ["run", "--config", LINE8], ["simulate", "--config", LINE8]):
+            with self.subTest(arguments=arguments):
+                result = self.run_program(*arguments, "--iface", "dl-master", program=program)
+                self.check_refused(result, 1, "CAP_NET_RAW", "setcap")
+                self.assertEqual(self.files(), before)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,108 @@
+"""The commands that the documents show work as they stand there."""
+import re
+import shlex
+import sys
+import unittest
+
+from program import ROOT, ProgramTest, WireTest
+
+DOCUMENTS = ("README.md", "docs/command_line.md")
+
+
+def commands():
+    """Every `driveline` command of the shell examples, as a list of its arguments."""
+    found = []
+    for document in DOCUMENTS:
+        text = (ROOT / document).read_text(encoding="utf-8")
+        for block in re.findall(r"^```(?:sh|)\n(.*?)^```", text, re.M | re.S):
+            for line in block.splitlines():
+                words = shlex.split(line, comments=True)
+                if words and words[0] in ("driveline", "build/driveline") and words[1:] not in found:
+                    found.append(words[1:])
+    return found
+
+
+def documented_keys():
+    """Keys of the line description by table, as the reference lists them."""
+    text = (ROOT / "docs/command_line.md").read_text(encoding="utf-8")
+    text = text.partition("\n## Line descriptions\n")[2].partition("\n## ")[0]
+    keys = {}
+    table = None
+    for line in text.splitlines():
+        heading = re.match(r"(?:### |`)\[\[?([\w.]+)\]\]?", line)
+        row = re.match(r"\| `(\w+)` \|", line)
+        if heading:
+            table = heading[1]
+        elif row:
+            keys.setdefault(table, set()).add(row[1])
+    return keys
+
+
+class DocumentTest(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        (self.directory / "examples").symlink_to(ROOT / "examples")
+
+    def check(self, arguments, run):
+        with self.subTest(command=" ".join(arguments)):
+            result, disturbed = run(*arguments)
+            if disturbed:
+                print(f"this machine is too busy for it: {result.stderr.splitlines()[-1]}", file=sys.stderr)
+                return
+            self.assertEqual(result.returncode, 0, result.stderr)
+            if "--json" in arguments:
+                self.one_document(result.stdout)
+
+
+class InProcess(DocumentTest):
+    def test_commands_run(self):
+        shown = [arguments for arguments in commands() if "--iface" not in arguments]
+        self.assertGreater(len(shown), 5)
+        for arguments in shown:
+            self.check(arguments, self.run_undisturbed)
+
+
+class Reference(ProgramTest):
+    # Complete enough for the reader to come to the key that is wrong.
+    TABLES = {
+        "line": ["[line]"],
+        "bus": ["[bus]"],
+        "realtime": ["[realtime]"],
+        "slave": ['[[slave]]\nname = "x"'],
+        "slave.plant": ['[[slave]]\nname = "x"\n[slave.plant]'],
+        "axis": ['[[slave]]\nname = "x"\n[[axis]]\nname = "x"',
+                 '[[slave]]\nname = "x"\n[[axis]]\nname = "x"\nfeed_mm_per_revolution = 5'],
+        "path": ['slave = [{ name = "x" }]\n[path]\nfile = "a.csv"'],
+        "telemetry": ['slave = [{ name = "x" }]\n[telemetry]'],
+        "output": ['slave = [{ name = "x" }]\n[output]'],
+    }
+
+    def test_lists_the_keys_that_the_program_knows(self):
+        documented = documented_keys()
+        self.assertEqual(set(documented), set(self.TABLES))
+        for table, texts in self.TABLES.items():
+            known = set()
+            for text in texts:
+                self.write("line.toml", text + "\nxyzzy = 1\n")
+                complaint = self.run_program("slaves", "--config", "line.toml").stderr
+                self.assertIn("xyzzy: unknown key, expected one of: ", complaint)
+                known |= set(complaint.strip().partition("expected one of: ")[2].split(", "))
+            if table == "slave":
+                known.remove("plant")  # a table of its own
+            self.assertEqual(documented[table], known, table)
+
+
+class OnTheWire(DocumentTest, WireTest):
+    def test_commands_run(self):
+        shown = [arguments for arguments in commands() if "--iface" in arguments]
+        served = [arguments for arguments in shown if arguments[0] == "simulate"]
+        self.assertTrue(served)
+        self.assertGreater(len(shown), len(served) + 2)
+        self.start_line("examples/line8-nic.toml")
+        for arguments in shown:
+            if arguments not in served:
+                self.check(arguments, self.run_undisturbed)
+
+
+if __name__ == "__main__":
+    unittest.main()

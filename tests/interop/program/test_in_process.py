@@ -1,0 +1,140 @@
+"""The line in this process: the document, its files, virtual time, memory, signals."""
+import os
+import signal
+import subprocess
+import unittest
+
+from program import AXES, DRIVELINE, EXAMPLES, PATIENCE_S, SANITIZED, ProgramTest, line_description
+
+LINE8 = EXAMPLES / "line8.toml"
+
+
+class VirtualTime(ProgramTest):
+    def run_once(self, name):
+        folder = self.directory / name
+        folder.mkdir()
+        result = subprocess.run([DRIVELINE, "run", "--config", LINE8, "--virtual", "--duration", "2", "--json",
+                                 "--no-telemetry", "--no-plots"],
+                                cwd=folder, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return self.one_document(result.stdout), (folder / "out/axes.csv").read_bytes()
+
+    def test_same_run_twice_is_the_same_run(self):
+        first, first_csv = self.run_once("first")
+        second, second_csv = self.run_once("second")
+        self.assertEqual(first, second)
+        self.assertEqual(first_csv, second_csv)
+
+    def test_every_cycle_runs_and_every_axis_moves(self):
+        document, csv = self.run_once("once")
+        self.assertEqual(document["state"], "OP")
+        self.assertEqual([axis["name"] for axis in document["axes"]], AXES)
+        self.assertEqual(document["duration_s"], 2.0)
+        self.assertEqual(document["cycles"], 16000)
+        for key in ("missed_periods", "wkc_errors", "lost_frames"):
+            self.assertEqual(document[key], 0, key)
+        self.assertEqual(document["dc"], {"locked": False, "difference_ns": {"p50": None, "p99": None, "max": None}})
+        for axis in document["axes"]:
+            self.assertGreater(axis["following_error_rms"], 0.0)
+            self.assertGreaterEqual(axis["following_error_max"], axis["following_error_rms"])
+            self.assertEqual(axis["unit"], "increments")
+        rows = csv.decode().splitlines()
+        self.assertGreater(len(rows), 2000)
+        columns = rows[0].count(",")
+        self.assertEqual(columns, 3 * len(AXES))
+        self.assertTrue(all(row.count(",") == columns for row in rows))
+
+    def test_end_of_the_path_is_the_end_of_the_run(self):
+        header = "time[s]," + ",".join(f"{name}[rad]" for name in AXES)
+        rows = [f"{time}" + f",{position}" * len(AXES) for time, position in ((0, 0), (0.2, 0.5), (0.4, 0))]
+        path = self.write("line.toml", line_description(path=self.write("path.csv", "\n".join([header, *rows, ""]))))
+        result = self.run_program("run", "--config", path, "--virtual", "--json", "--no-plots")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        document = self.one_document(result.stdout)
+        self.assertGreater(document["duration_s"], 0.4)
+        self.assertLess(document["duration_s"], 2.0)
+
+
+class FilesAndSummary(ProgramTest):
+    def test_plots_and_csv_are_where_the_document_says(self):
+        result = self.run_program("run", "--config", LINE8, "--virtual", "--duration", 1, "--json", "--no-telemetry",
+                                  "--output", "figures", "--capture", "all.pcapng")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        files = self.one_document(result.stdout)["files"]
+        self.assertEqual(set(files), {"axes_csv", "jitter_csv", "jitter_plot", "position_plot",
+                                      "following_error_plot", "capture"})
+        for key, name in files.items():
+            self.assertGreater((self.directory / name).stat().st_size, 40, key)
+            if key.endswith("_plot"):
+                self.assertEqual((self.directory / name).read_bytes()[:4], b"\x89PNG")
+        self.assertFalse([name for name in self.files() if name.endswith(".partial")])
+
+    def test_summary_is_for_people(self):
+        result = self.run_program("run", "--config", LINE8, "--virtual", "--duration", 0.5, "--no-telemetry",
+                                  "--no-plots")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        for part in ("8 axes", "cycles", "missed periods", "WKC errors", "wake-up latency", "cycle cost", "p99.9",
+                     "following error", "telemetry: off", "out/axes.csv"):
+            self.assertIn(part, result.stdout)
+
+    def test_on_real_time(self):
+        # How well periods are kept is the machine's affair; that the run is whole is ours.
+        config = self.write("line.toml", line_description(cycle_us=1000))
+        result = self.run_program("run", "--config", config, "--duration", 1, "--json", "--no-plots")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        document = self.one_document(result.stdout)
+        self.assertEqual(document["state"], "OP")
+        self.assertEqual(document["wkc_errors"], 0)
+        self.assertEqual(document["faults"], [])
+        self.assertGreaterEqual(document["cycles"] + document["missed_periods"], 990)
+
+
+class Memory(ProgramTest):
+    def peak_mib(self, *arguments):
+        with open(self.directory / "run.log", "wb") as log:
+            process = subprocess.Popen([DRIVELINE, "run", "--config", LINE8, "--duration", "1", "--no-telemetry",
+                                        "--no-plots", *arguments], cwd=self.directory, stdout=log, stderr=log)
+            self.addCleanup(self.kill, process)
+            _, status, usage = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        self.assertEqual(process.returncode, 0, self.logs())
+        return usage.ru_maxrss / 1024
+
+    @unittest.skipIf(SANITIZED, "a sanitizer has memory of its own")
+    def test_stays_under_64_mib_without_telemetry(self):
+        self.assertLess(self.peak_mib("--virtual"), 64)
+
+    @unittest.skipIf(SANITIZED, "a sanitizer has memory of its own")
+    def test_stays_under_64_mib_with_all_memory_locked(self):
+        self.assertLess(self.peak_mib(), 64)
+
+
+class Signals(ProgramTest):
+    def test_each_ends_the_run_in_order(self):
+        config = self.write("line.toml", line_description(cycle_us=1000))
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            with self.subTest(signal=number.name):
+                log = f"{number.name}.log"
+                run = self.start("run", "--config", config, "--json", "--no-plots", log=log)
+                self.wait_for("following the path", lambda: "following the path" in self.text(log), run)
+                run.send_signal(number)
+                self.assertEqual(run.wait(PATIENCE_S), 0, self.logs())
+                self.assertIn("stop requested", self.text(log))
+                self.assertIn("all in INIT", self.text(log))
+                document = self.one_document(self.text(f"{log}.out"))
+                self.assertEqual(document["state"], "OP")
+                self.assertEqual(document["faults"], [])
+
+    def test_hang_up_that_was_switched_off_stays_so(self):
+        # As nohup does.
+        config = self.write("line.toml", line_description(cycle_us=1000))
+        run = self.start("run", "--config", config, "--duration", 3, "--no-plots", log="run.log",
+                         preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
+        self.wait_for("OP", lambda: "all in OP" in self.text("run.log"), run)
+        run.send_signal(signal.SIGHUP)
+        self.assertEqual(run.wait(PATIENCE_S), 0, self.logs())
+        self.assertNotIn("stop requested", self.text("run.log"))
+
+
+if __name__ == "__main__":
+    unittest.main()

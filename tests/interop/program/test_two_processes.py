@@ -1,0 +1,80 @@
+"""Master and simulated line as two processes that a veth pair joins."""
+import shutil
+import subprocess
+import sys
+import unittest
+
+from program import AXES, EXAMPLES, PATIENCE_S, WireTest, line_description
+
+CONFIG = EXAMPLES / "line8-nic.toml"
+
+
+class TwoProcesses(WireTest):
+    def run_line(self, *arguments):
+        """A run of the example; its document. On a machine too busy for 125 us, at a slower cycle."""
+        arguments = ["--iface", "dl-master", "--duration", 3, "--json", "--no-plots", *arguments]
+        result, disturbed = self.run_undisturbed("run", "--config", CONFIG, *arguments)
+        self.assertEqual(self.one_document(result.stdout)["wkc_errors"], 0)
+        if disturbed:
+            print(f"too busy for 125 us ({result.stderr.splitlines()[-1]}); at 2 ms instead", file=sys.stderr)
+            slow = self.write("slow.toml", line_description(cycle_us=2000))
+            result = self.run_program("run", "--config", slow, *arguments)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        document = self.one_document(result.stdout)
+        self.assertEqual(document["wkc_errors"], 0)
+        return document
+
+    def test_line_reaches_op_and_follows_the_path(self):
+        line = self.start_line(CONFIG)
+        document = self.run_line()
+        self.assertEqual(document["state"], "OP")
+        self.assertEqual([axis["name"] for axis in document["axes"]], AXES)
+        self.assertEqual(document["faults"], [])
+        self.assertGreater(document["cycles"], 1000)
+        self.assertTrue(all(axis["following_error_rms"] > 0 for axis in document["axes"]))
+        self.assertEqual(set(self.last_states().values()), {"INIT"})
+        self.assertEqual(len(self.last_states()), len(AXES))
+        self.assertIn("states:" + " INIT" * len(AXES), self.end_line(line))
+
+    def fields(self, capture, display_filter, *fields):
+        """Values of `fields` for each frame that matches, as Wireshark's dissector sees them."""
+        columns = [argument for field in fields for argument in ("-e", field)]
+        result = subprocess.run(["tshark", "-n", "-r", str(capture), "-Y", display_filter, "-T", "fields", *columns],
+                                capture_output=True, text=True, timeout=4 * PATIENCE_S, check=True)
+        return [line.split("\t") for line in result.stdout.splitlines()]
+
+    @unittest.skipUnless(shutil.which("tshark"), "tshark is not installed")
+    def test_capture_is_clean_for_wireshark(self):
+        self.start_line(CONFIG)
+        self.run_line("--capture", "run.pcapng")
+        capture = self.directory / "run.pcapng"
+        self.assertEqual(self.fields(capture, "_ws.malformed", "frame.number"), [])
+        frames = self.fields(capture, "ecat", "eth.type", "ecat.cmd")
+        self.assertGreater(len(frames), 1000)
+        self.assertEqual({kind for kind, _ in frames}, {"0x88a4"})
+        self.assertEqual(self.fields(capture, "!ecat", "frame.number"), [], "nothing else is on the wire")
+        # The start-up wrote the PDO assignment, 1C12h of ETG.1000.6, over the mailbox.
+        indices = self.fields(capture, "ecat_mailbox.coe.sdoidx", "ecat_mailbox.coe.sdoidx")
+        self.assertGreater(len(indices), 8 * 4)
+        self.assertIn("0x1c12", {index.lower() for row in indices for index in row[0].split(",")})
+
+    def test_bus_tools_talk_to_the_same_line(self):
+        self.start_line(CONFIG)
+        slaves = self.one_document(self.run_program("slaves", "--iface", "dl-master", "--json").stdout)["slaves"]
+        self.assertEqual([slave["position"] for slave in slaves], list(range(8)))
+        self.assertEqual([slave["serial_number"] for slave in slaves], list(range(1, 9)))
+        states = self.one_document(self.run_program("states", "--iface", "dl-master", "PREOP", "--json").stdout)
+        self.assertEqual({slave["state"] for slave in states["slaves"]}, {"PREOP"})
+        # Looking does not change what is there.
+        states = self.one_document(self.run_program("states", "--iface", "dl-master", "--json").stdout)
+        self.assertEqual({slave["state"] for slave in states["slaves"]}, {"PREOP"})
+        written = self.run_program("download", "--iface", "dl-master", "-p", 5, "-t", "uint32", "0x6065", 0, 4711)
+        self.assertEqual((written.returncode, written.stdout, written.stderr), (0, "", ""))
+        for position, expected in ((5, True), (4, False)):
+            read = self.run_program("upload", "--iface", "dl-master", "-p", position, "-t", "uint32", "0x6065", 0,
+                                    "--json")
+            self.assertEqual(self.one_document(read.stdout)["value"] == 4711, expected)
+
+
+if __name__ == "__main__":
+    unittest.main()

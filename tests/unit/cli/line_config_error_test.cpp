@@ -1,0 +1,189 @@
+// Every way in which a line description can be wrong, with the whole sentence its writer gets to read.
+#include <gmock/gmock.h>
+
+#include "driveline/cli/line_config.hpp"
+#include "temporary_directory.hpp"
+
+namespace driveline::cli {
+namespace {
+
+struct WrongFile {
+  std::string text;
+  std::string sentence;
+};
+
+void PrintTo(const WrongFile& wrong, std::ostream* stream) {
+  *stream << wrong.sentence;
+}
+
+class LineConfigError : public testing::TestWithParam<WrongFile> {};
+
+TEST_P(LineConfigError, IsOneSentenceWithFileAndLine) {
+  const auto config = parse_line_config(GetParam().text, "plant/line.toml");
+  ASSERT_FALSE(config);
+  EXPECT_EQ(config.error(), "plant/line.toml" + GetParam().sentence);
+}
+
+/// A line with one slave, and what is wrong with it from line 4 on.
+std::string one_slave(const std::string& rest) {
+  return "[[slave]]\nname = \"x\"\n\n" + rest;
+}
+/// The same with an axis; the rest begins at line 6, inside the axis.
+std::string one_axis(const std::string& rest) {
+  return one_slave("[[axis]]\nname = \"x\"\n" + rest);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    UnknownKey, LineConfigError,
+    testing::Values(
+        WrongFile{one_slave("[line]\ncycle_ms = 1\n"),
+                  ":5: [line] cycle_ms: unknown key, expected one of: cycle_us, name"},
+        WrongFile{one_slave("[lines]\n"),
+                  ":4: lines: unknown key, expected one of: axis, bus, line, output, path, realtime, slave, telemetry"},
+        WrongFile{one_slave("[bus]\niface = \"eth1\"\n"),
+                  ":5: [bus] iface: unknown key, expected one of: interface, max_lost_cycles"},
+        WrongFile{one_slave("[realtime]\n\nprio = 80\n"),
+                  ":6: [realtime] prio: unknown key, expected one of: cpu, lock_memory, policy, priority, "
+                  "simulation_cpu, wake_ahead_us"},
+        WrongFile{"[[slave]]\nname = \"x\"\naddress = 5\n",
+                  ":3: [slave 1] address: unknown key, expected one of: model, name, plant, product_code, vendor_id"},
+        WrongFile{"[[slave]]\nname = \"x\"\n[slave.plant]\nmass = 5\n",
+                  ":4: [slave 1.plant] mass: unknown key, expected one of: coulomb_friction_nm, inertia_kg_m2, "
+                  "initial_position_rev, viscous_friction_nm_s"},
+        WrongFile{one_axis("limit = 5\n"),
+                  ":6: [axis 1] limit: unknown key, expected one of: feed_mm_per_revolution, "
+                  "increments_per_revolution, inertia, max_acceleration, max_velocity, mode, name, position_gain_1_s, "
+                  "rated_torque_nm, slave, velocity_gain"},
+        WrongFile{one_slave("[path]\nfile = \"a.csv\"\nspeed = 2\n"),
+                  ":6: [path] speed: unknown key, expected one of: file, interpolation, repeat"},
+        WrongFile{one_slave("[telemetry]\nrate = 2\n"),
+                  ":5: [telemetry] rate: unknown key, expected one of: decimation, domain, enabled, interfaces"},
+        WrongFile{one_slave("[output]\nplot = false\n"),
+                  ":5: [output] plot: unknown key, expected one of: capture, directory, plots"}));
+
+INSTANTIATE_TEST_SUITE_P(
+    WrongType, LineConfigError,
+    testing::Values(WrongFile{one_slave("[line]\nname = 8\n"), ":5: [line] name: is an integer, a string is expected"},
+                    WrongFile{one_slave("[line]\ncycle_us = \"125\"\n"),
+                              ":5: [line] cycle_us: is a string, a number is expected"},
+                    WrongFile{one_slave("[realtime]\npriority = 80.5\n"),
+                              ":5: [realtime] priority: is a number, an integer is expected"},
+                    WrongFile{one_slave("[realtime]\nlock_memory = 1\n"),
+                              ":5: [realtime] lock_memory: is an integer, true or false is expected"},
+                    WrongFile{one_slave("[output]\nplots = 1979-05-27\n"),
+                              ":5: [output] plots: is a date or time, true or false is expected"},
+                    WrongFile{one_slave("[telemetry]\ninterfaces = \"127.0.0.1\"\n"),
+                              ":5: [telemetry] interfaces: is a string, an array of strings is expected"},
+                    WrongFile{one_slave("[telemetry]\ninterfaces = [\"127.0.0.1\", 5]\n"),
+                              ":5: [telemetry] interfaces: contains an integer, an array of strings is expected"},
+                    WrongFile{"line = true\n", ":1: line: is a boolean, a table is expected"},
+                    WrongFile{"[slave]\nname = \"x\"\n", ":1: slave: is a table, [[slave]] tables are expected"},
+                    WrongFile{"slave = [5]\n", ":1: slave: contains an integer, [[slave]] tables are expected"},
+                    WrongFile{"[[slave]]\nname = [\"x\"]\n", ":2: [slave 1] name: is an array, a string is expected"}));
+
+INSTANTIATE_TEST_SUITE_P(
+    OutOfRange, LineConfigError,
+    testing::Values(
+        WrongFile{one_slave("[bus]\nmax_lost_cycles = 0\n"), ":5: [bus] max_lost_cycles: is 0, 1 to 10000 is expected"},
+        WrongFile{one_slave("[line]\nname = \"\"\n"), ":5: [line] name: must have 1 to 31 characters"},
+        WrongFile{one_slave("[line]\nname = \"12345678901234567890123456789012\"\n"),
+                  ":5: [line] name: must have 1 to 31 characters"},
+        WrongFile{one_slave("[line]\ncycle_us = 100\n"), ":5: [line] cycle_us: is 100, 125 to 100000 is expected"},
+        WrongFile{one_slave("[line]\ncycle_us = nan\n"), ":5: [line] cycle_us: is nan, 125 to 100000 is expected"},
+        WrongFile{one_slave("[line]\ncycle_us = 200\n"),
+                  ":5: [line] cycle_us: must be a multiple of 125, the drives' process data cycle"},
+        WrongFile{one_slave("[realtime]\npriority = 0\n"), ":5: [realtime] priority: is 0, 1 to 99 is expected"},
+        WrongFile{one_slave("[realtime]\npriority = 100\n"), ":5: [realtime] priority: is 100, 1 to 99 is expected"},
+        WrongFile{one_slave("[realtime]\ncpu = -1\n"), ":5: [realtime] cpu: is -1, 0 to 1023 is expected"},
+        WrongFile{one_slave("[realtime]\nsimulation_cpu = 1024\n"),
+                  ":5: [realtime] simulation_cpu: is 1024, 0 to 1023 is expected"},
+        WrongFile{one_slave("[realtime]\nwake_ahead_us = 126\n"),
+                  ":5: [realtime] wake_ahead_us: is 126, 0 to 31.25 is expected"},
+        WrongFile{one_slave("[realtime]\npolicy = \"strict\"\n"),
+                  ":5: [realtime] policy: is \"strict\", one of \"enforce\", \"degrade\" is expected"},
+        WrongFile{"[[slave]]\nname = \"x\"\nvendor_id = 0\n",
+                  ":3: [slave 1] vendor_id: is 0, 1 to 4294967295 is expected"},
+        WrongFile{"[[slave]]\nname = \"x\"\nproduct_code = 0x100000000\n",
+                  ":3: [slave 1] product_code: is 4294967296, 1 to 4294967295 is expected"},
+        WrongFile{"[[slave]]\nname = \"x\"\nmodel = \"servoone\"\n",
+                  ":3: [slave 1] model: is \"servoone\", only \"msd\" is known"},
+        WrongFile{"[[slave]]\nname = \"x\"\n[slave.plant]\ninertia_kg_m2 = 0\n",
+                  ":4: [slave 1.plant] inertia_kg_m2: is 0, 1e-06 to 10 is expected"},
+        WrongFile{"[[slave]]\nname = \"x\"\n[slave.plant]\ncoulomb_friction_nm = -0.5\n",
+                  ":4: [slave 1.plant] coulomb_friction_nm: is -0.5, 0 to 1000 is expected"},
+        WrongFile{"[[slave]]\nname = \"x\"\n[slave.plant]\ninitial_position_rev = 1e4\n",
+                  ":4: [slave 1.plant] initial_position_rev: is 10000, -1000 to 1000 is expected"},
+        WrongFile{one_axis("mode = \"pp\"\n"),
+                  ":6: [axis 1] mode: is \"pp\", one of \"csp\", \"csv\", \"cst\" is expected"},
+        WrongFile{one_axis("max_velocity = 0\n"), ":6: [axis 1] max_velocity: is 0, 1e-06 to 1000000 is expected"},
+        WrongFile{one_axis("max_acceleration = inf\n"),
+                  ":6: [axis 1] max_acceleration: is inf, 1e-06 to 1000000000 is expected"},
+        WrongFile{one_axis("increments_per_revolution = 0.5\n"),
+                  ":6: [axis 1] increments_per_revolution: is 0.5, 1 to 4294967295 is expected"},
+        WrongFile{one_slave("[path]\nfile = \"a.csv\"\ninterpolation = \"cubic\"\n"),
+                  ":6: [path] interpolation: is \"cubic\", one of \"clamped\", \"natural\", \"linear\" is expected"},
+        WrongFile{one_slave("[telemetry]\ndomain = 233\n"), ":5: [telemetry] domain: is 233, 0 to 232 is expected"},
+        WrongFile{one_slave("[telemetry]\ndecimation = 0\n"),
+                  ":5: [telemetry] decimation: is 0, 1 to 1000000 is expected"}));
+
+INSTANTIATE_TEST_SUITE_P(
+    Missing, LineConfigError,
+    testing::Values(
+        WrongFile{"", ":1: there is no [[slave]]"},
+        WrongFile{"[[slave]]\nmodel = \"msd\"\n", ":1: [slave 1] name: is missing, a string is expected"},
+        WrongFile{one_slave("[path]\n"), ":4: [path] file: is missing, a string is expected"},
+        WrongFile{one_slave("[[axis]]\nslave = \"x\"\n"), ":4: [axis 1] name: is missing, a string is expected"},
+        WrongFile{one_axis(""), ":1: path: is missing: the axes need setpoints"},
+        WrongFile{one_slave("[[axis]]\nname = \"y\"\n"), ":4: [axis 1] slave: there is no [[slave]] named \"y\""},
+        WrongFile{one_slave("[[axis]]\nname = \"y\"\nslave = \"z\"\n"),
+                  ":6: [axis 1] slave: there is no [[slave]] named \"z\""}));
+
+INSTANTIATE_TEST_SUITE_P(
+    Twice, LineConfigError,
+    testing::Values(
+        WrongFile{one_slave("[[slave]]\nname = \"y\"\n[[slave]]\nname = \"x\"\n"),
+                  ":7: [slave 3] name: \"x\" is there twice"},
+        WrongFile{one_slave("[[slave]]\nname = \"y\"\n[[axis]]\nname = \"x\"\n[[axis]]\nname = \"x\"\nslave = \"y\"\n"),
+                  ":9: [axis 2] name: \"x\" is there twice"},
+        WrongFile{one_axis("[[axis]]\nname = \"y\"\nslave = \"x\"\n"),
+                  ":8: [axis 2] slave: \"x\" is driven by another axis already"},
+        WrongFile{one_axis("[[axis]]\nname = \"y\"\n"), ":6: [axis 2] slave: there is no [[slave]] named \"y\""}));
+
+TEST(LineConfigErrors, SyntaxErrorTellsFileAndLine) {
+  const auto config = parse_line_config("[line]\nname = \"x\n", "line.toml");
+  ASSERT_FALSE(config);
+  EXPECT_THAT(config.error(), testing::StartsWith("line.toml:2: "));
+  EXPECT_EQ(config.error().find('\n'), std::string::npos) << config.error();
+}
+
+TEST(LineConfigErrors, TooManySlaves) {
+  std::string text;
+  for (int i = 0; i < 257; ++i) text += "[[slave]]\nname = \"s" + std::to_string(i) + "\"\n";
+  const auto config = parse_line_config(text, "line.toml");
+  ASSERT_FALSE(config);
+  EXPECT_EQ(config.error(), "line.toml:1: slave: there are 257, the limit is 256");
+}
+
+class LineConfigFile : public test::TemporaryDirectory {};
+
+TEST_F(LineConfigFile, MissingOneSaysSo) {
+  const auto file = directory / "none.toml";
+  EXPECT_EQ(load_line_config(file).error(), file.string() + ": cannot be read: No such file or directory");
+}
+
+TEST_F(LineConfigFile, FolderIsNoFile) {
+  EXPECT_EQ(load_line_config(directory).error(), directory.string() + ": is a directory");
+}
+
+TEST_F(LineConfigFile, BinaryRubbishIsAnErrorNotACrash) {
+  const auto file = directory / "line.toml";
+  std::string rubbish;
+  for (int i = 0; i < 4096; ++i) rubbish += static_cast<char>(i * 37);
+  write(file, rubbish);
+  const auto config = load_line_config(file);
+  ASSERT_FALSE(config);
+  EXPECT_THAT(config.error(), testing::StartsWith(file.string() + ":1: "));
+}
+
+}  // namespace
+}  // namespace driveline::cli

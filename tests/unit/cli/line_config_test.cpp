@@ -1,0 +1,201 @@
+#include "driveline/cli/line_config.hpp"
+
+#include <gmock/gmock.h>
+
+#include <numbers>
+
+#include "temporary_directory.hpp"
+
+namespace driveline::cli {
+namespace {
+
+using ecat_master::cia402::Mode;
+using std::chrono::microseconds;
+
+LineConfig parsed(std::string_view text, const std::filesystem::path& name = "line.toml") {
+  auto config = parse_line_config(text, name);
+  if (!config) throw std::runtime_error(config.error());
+  return *config;
+}
+
+TEST(LineConfig, OneNamedSlaveIsEnough) {
+  const auto config = parsed("[[slave]]\nname = \"x\"\n");
+  EXPECT_EQ(config.name, "line");
+  EXPECT_EQ(config.period, microseconds{125});
+  EXPECT_FALSE(config.interface);
+  EXPECT_EQ(config.max_lost_cycles, 8U);
+  EXPECT_FALSE(config.policy);
+  EXPECT_EQ(config.realtime.priority, 80);
+  EXPECT_FALSE(config.realtime.cpu);
+  EXPECT_TRUE(config.realtime.lock_memory);
+  EXPECT_EQ(config.wake_ahead, microseconds{0});
+  EXPECT_FALSE(config.simulation_cpu);
+  ASSERT_EQ(config.slaves.size(), 1U);
+  EXPECT_EQ(config.slaves[0].model, "msd");
+  EXPECT_FALSE(config.slaves[0].vendor_id);
+  EXPECT_TRUE(config.axes.empty());
+  EXPECT_FALSE(config.path);
+  EXPECT_TRUE(config.telemetry.enabled);
+  EXPECT_EQ(config.telemetry.domain, 0U);
+  EXPECT_EQ(config.telemetry.decimation, 8U);
+  EXPECT_THAT(config.telemetry.interfaces, testing::ElementsAre("127.0.0.1"));
+  EXPECT_EQ(config.output.directory, "out");
+  EXPECT_TRUE(config.output.plots);
+  EXPECT_FALSE(config.output.capture);
+}
+
+TEST(LineConfig, EveryKeyArrives) {
+  const auto config = parsed(R"(
+[line]
+name = "press"
+cycle_us = 250
+[bus]
+interface = "eth1"
+max_lost_cycles = 20
+[realtime]
+policy = "degrade"
+priority = 42
+cpu = 3
+simulation_cpu = 2
+lock_memory = false
+wake_ahead_us = 12.5
+[path]
+file = "paths/a.csv"
+interpolation = "natural"
+repeat = true
+[telemetry]
+enabled = false
+domain = 17
+decimation = 1
+interfaces = []
+[output]
+directory = "results"
+plots = false
+capture = "c.pcapng"
+[[slave]]
+name = "drive 1"
+model = "msd"
+vendor_id = 0x28
+product_code = 0x4D534431
+[slave.plant]
+inertia_kg_m2 = 0.002
+coulomb_friction_nm = 0.5
+viscous_friction_nm_s = 0.01
+initial_position_rev = -2.5
+[[slave]]
+name = "drive 2"
+[[axis]]
+name = "z"
+slave = "drive 2"
+mode = "cst"
+feed_mm_per_revolution = 10
+increments_per_revolution = 65536
+rated_force_n = 300
+max_velocity = 2
+max_acceleration = 30.5
+inertia = 12
+position_gain_1_s = 33
+velocity_gain = 4000
+)",
+                             "plant/line.toml");
+  EXPECT_EQ(config.name, "press");
+  EXPECT_EQ(config.period, microseconds{250});
+  EXPECT_EQ(config.interface, "eth1");
+  EXPECT_EQ(config.max_lost_cycles, 20U);
+  EXPECT_EQ(config.policy, rt::RealtimePolicy::kDegrade);
+  EXPECT_EQ(config.realtime.priority, 42);
+  EXPECT_EQ(config.realtime.cpu, 3);
+  EXPECT_EQ(config.simulation_cpu, 2);
+  EXPECT_FALSE(config.realtime.lock_memory);
+  EXPECT_EQ(config.wake_ahead, std::chrono::nanoseconds{12500});
+  ASSERT_TRUE(config.path);
+  EXPECT_EQ(config.path->file, "plant/paths/a.csv") << "relative to the line description";
+  EXPECT_EQ(config.path->interpolation, PathConfig::Interpolation::kNaturalSpline);
+  EXPECT_TRUE(config.path->repeat);
+  EXPECT_FALSE(config.telemetry.enabled);
+  EXPECT_EQ(config.telemetry.domain, 17U);
+  EXPECT_EQ(config.telemetry.decimation, 1U);
+  EXPECT_TRUE(config.telemetry.interfaces.empty());
+  EXPECT_EQ(config.output.directory, "results") << "relative to the working directory";
+  EXPECT_FALSE(config.output.plots);
+  EXPECT_EQ(config.output.capture, "c.pcapng");
+
+  ASSERT_EQ(config.slaves.size(), 2U);
+  EXPECT_EQ(config.slaves[0].vendor_id, 0x28U);
+  EXPECT_EQ(config.slaves[0].product_code, 0x4D534431U);
+  EXPECT_EQ(config.slaves[0].inertia_kg_m2, 0.002);
+  EXPECT_EQ(config.slaves[0].coulomb_friction_nm, 0.5);
+  EXPECT_EQ(config.slaves[0].viscous_friction_nm_s, 0.01);
+  EXPECT_EQ(config.slaves[0].initial_position_rev, -2.5);
+
+  ASSERT_EQ(config.axes.size(), 1U);
+  const auto& axis = config.axes[0];
+  EXPECT_EQ(axis.slave, 1U);
+  EXPECT_EQ(axis.mode, Mode::kCyclicTorque);
+  EXPECT_TRUE(axis.linear);
+  EXPECT_DOUBLE_EQ(axis.increments_per_unit, 65536 / 0.010);
+  EXPECT_EQ(axis.rated_torque, 300.0);
+  EXPECT_EQ(axis.limits.max_velocity, 2.0);
+  EXPECT_EQ(axis.limits.max_acceleration, 30.5);
+  EXPECT_EQ(axis.inertia, 12.0);
+  EXPECT_EQ(axis.position_gain_1_s, 33.0);
+  EXPECT_EQ(axis.velocity_gain, 4000.0);
+}
+
+TEST(LineConfig, AbsolutePathStaysAsItIs) {
+  EXPECT_EQ(parsed("[[slave]]\nname=\"x\"\n[path]\nfile=\"/data/a.csv\"\n", "plant/line.toml").path->file,
+            "/data/a.csv");
+}
+
+TEST(LineConfig, RotaryAxisCountsInRadians) {
+  const auto config = parsed(
+      "[[slave]]\nname = \"x\"\n[[axis]]\nname = \"x\"\nincrements_per_revolution = 4096\nrated_torque_nm = 7.5\n"
+      "mode = \"csv\"\n[path]\nfile = \"a.csv\"\n");
+  EXPECT_FALSE(config.axes[0].linear);
+  EXPECT_DOUBLE_EQ(config.axes[0].increments_per_unit, 4096 / (2 * std::numbers::pi));
+  EXPECT_EQ(config.axes[0].rated_torque, 7.5);
+  EXPECT_EQ(config.axes[0].mode, Mode::kCyclicVelocity);
+}
+
+TEST(LineConfig, ExampleIsEightMsdAxes) {
+  const auto config = load_line_config(DRIVELINE_EXAMPLES_DIR "/line8.toml");
+  ASSERT_TRUE(config) << config.error();
+  EXPECT_EQ(config->period, microseconds{125});
+  EXPECT_EQ(config->slaves.size(), 8U);
+  EXPECT_EQ(config->axes.size(), 8U);
+}
+
+TEST(LineConfig, ExampleForTwoProcessesIsTheSameLine) {
+  const auto one = load_line_config(DRIVELINE_EXAMPLES_DIR "/line8.toml");
+  const auto two = load_line_config(DRIVELINE_EXAMPLES_DIR "/line8-nic.toml");
+  ASSERT_TRUE(one) << one.error();
+  ASSERT_TRUE(two) << two.error();
+  EXPECT_EQ(one->name, two->name);
+  EXPECT_EQ(one->period, two->period);
+  EXPECT_TRUE(std::filesystem::equivalent(one->path->file, two->path->file));
+  EXPECT_EQ(one->path->interpolation, two->path->interpolation);
+  ASSERT_EQ(one->slaves.size(), two->slaves.size());
+  for (std::size_t i = 0; i < one->slaves.size(); ++i) {
+    EXPECT_EQ(one->slaves[i].name, two->slaves[i].name);
+    EXPECT_EQ(one->slaves[i].model, two->slaves[i].model);
+  }
+  ASSERT_EQ(one->axes.size(), two->axes.size());
+  for (std::size_t i = 0; i < one->axes.size(); ++i) {
+    const auto& a = one->axes[i];
+    const auto& b = two->axes[i];
+    EXPECT_EQ(a.name, b.name);
+    EXPECT_EQ(a.slave, b.slave);
+    EXPECT_EQ(a.mode, b.mode);
+    EXPECT_EQ(a.inertia, b.inertia);
+    EXPECT_EQ(a.increments_per_unit, b.increments_per_unit);
+    EXPECT_EQ(a.limits.max_velocity, b.limits.max_velocity);
+    EXPECT_EQ(a.limits.max_acceleration, b.limits.max_acceleration);
+  }
+  // The two processes do not share a core.
+  EXPECT_TRUE(two->realtime.cpu);
+  EXPECT_TRUE(two->simulation_cpu);
+  EXPECT_NE(two->realtime.cpu, two->simulation_cpu);
+}
+
+}  // namespace
+}  // namespace driveline::cli

@@ -1,0 +1,112 @@
+#include "plots.hpp"
+
+#include <gmock/gmock.h>
+#include <stdlib.h>
+
+#include "temporary_directory.hpp"
+
+namespace driveline::cli {
+namespace {
+
+using std::chrono::nanoseconds;
+using testing::ElementsAre;
+
+/// An environment variable, as it was before at the end.
+class ScopedEnvironment {
+ public:
+  ScopedEnvironment(std::string name, const std::string& value) : name_(std::move(name)) {
+    if (const char* before = getenv(name_.c_str())) before_ = before;
+    setenv(name_.c_str(), value.c_str(), 1);
+  }
+  ~ScopedEnvironment() { setenv(name_.c_str(), before_.c_str(), 1); }
+  ScopedEnvironment(const ScopedEnvironment&) = delete;
+  ScopedEnvironment& operator=(const ScopedEnvironment&) = delete;
+
+ private:
+  std::string name_;
+  std::string before_;
+};
+
+class Plots : public test::TemporaryDirectory {
+ protected:
+  void leave_csv_files() const {
+    ecat_master::CycleStatistics statistics;
+    for (int i = 0; i < 1000; ++i) statistics.wake_latency.record(nanoseconds{50 + i});
+    for (int i = 0; i < 1000; ++i) statistics.cost.record(nanoseconds{8000 + i});
+    ASSERT_TRUE(write_jitter_csv(statistics, directory / "jitter.csv"));
+    std::string text =
+        "time[s],x_target[rad],x_actual[rad],x_following_error[rad],y_target[m],y_actual[m],"
+        "y_following_error[m]\n";
+    for (int i = 0; i < 100; ++i) text += std::to_string(i) + ",1,2,0.5,3,4,-0.5\n";
+    write(directory / "axes.csv", text);
+  }
+  static std::vector<AxisReport> axes() { return {{"x", 0, 1.0, 1.0, "rad", 1000.0}, {"y", 1, 1.0, 1.0, "m", 1.0}}; }
+};
+
+MATCHER(IsPng, "") {
+  return arg.substr(0, 8) == "\x89PNG\r\n\x1a\n" && arg.size() > 2000;
+}
+
+TEST_F(Plots, JitterCsvHasBothHistogramsByBucket) {
+  ecat_master::CycleStatistics statistics;
+  statistics.wake_latency.record(nanoseconds{7});
+  statistics.wake_latency.record(nanoseconds{7});
+  statistics.cost.record(nanoseconds{7});
+  statistics.cost.record(nanoseconds{100});
+  ASSERT_TRUE(write_jitter_csv(statistics, directory / "jitter.csv"));
+  EXPECT_EQ(read(directory / "jitter.csv"), "from[ns],to[ns],wake_latency,cycle_cost\n7,8,2,1\n100,101,0,1\n");
+}
+
+TEST_F(Plots, JitterCsvThatCannotBeWritten) {
+  const auto file = directory / "none" / "jitter.csv";
+  EXPECT_EQ(write_jitter_csv({}, file).error(), file.string() + ": cannot be written: No such file or directory");
+}
+
+TEST_F(Plots, PicturesAreDrawn) {
+  leave_csv_files();
+  const auto pictures = draw_plots(directory, axes());
+  ASSERT_TRUE(pictures) << pictures.error();
+  EXPECT_EQ(*pictures, (std::map<std::string, std::filesystem::path>{
+                           {"jitter_plot", directory / "jitter.png"},
+                           {"position_plot", directory / "positions.png"},
+                           {"following_error_plot", directory / "following_error.png"}}));
+  for (const auto& [key, picture] : *pictures) EXPECT_THAT(read(picture), IsPng()) << key;
+  EXPECT_THAT(files(),
+              ElementsAre("axes.csv", "following_error.png", "jitter.csv", "jitter.png", "plots.gp", "positions.png"));
+}
+
+TEST_F(Plots, ScriptThatIsLeftDrawsTheRightColumns) {
+  leave_csv_files();
+  ASSERT_TRUE(draw_plots(directory, axes()));
+  const auto script = read(directory / "plots.gp");
+  EXPECT_THAT(script, testing::HasSubstr("using 1:2 with lines lw 3 title 'commanded'"));
+  EXPECT_THAT(script, testing::HasSubstr("using 1:3 with lines title 'actual'"));
+  EXPECT_THAT(script, testing::HasSubstr("using 1:($4*1000)"));
+  EXPECT_THAT(script, testing::HasSubstr("using 1:5 with lines lw 3 title 'commanded'"));
+  EXPECT_THAT(script, testing::HasSubstr("using 1:($7*1)"));
+}
+
+TEST_F(Plots, WithoutAxesOnlyTheJitterIsDrawn) {
+  leave_csv_files();
+  const auto pictures = draw_plots(directory, {});
+  ASSERT_TRUE(pictures) << pictures.error();
+  EXPECT_EQ(pictures->size(), 1U);
+  EXPECT_THAT(read(pictures->at("jitter_plot")), IsPng());
+}
+
+TEST_F(Plots, MissingGnuplotIsASentenceWithTheRemedy) {
+  leave_csv_files();
+  const ScopedEnvironment path("PATH", directory.string());
+  EXPECT_EQ(draw_plots(directory, axes()).error(), "no plots: gnuplot is not installed (Debian package gnuplot-nox)");
+}
+
+TEST_F(Plots, FailingGnuplotIsASentenceWithTheScript) {
+  leave_csv_files();
+  write(directory / "gnuplot", "#!/bin/sh\nexit 3\n");
+  std::filesystem::permissions(directory / "gnuplot", std::filesystem::perms::owner_all);
+  const ScopedEnvironment path("PATH", directory.string());
+  EXPECT_EQ(draw_plots(directory, axes()).error(), "no plots: gnuplot failed on " + (directory / "plots.gp").string());
+}
+
+}  // namespace
+}  // namespace driveline::cli

@@ -1,0 +1,162 @@
+#include "recorder.hpp"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "temporary_directory.hpp"
+
+namespace driveline::cli {
+namespace {
+
+using snapshot::AxisSample;
+using snapshot::AxisState;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+std::vector<ecat_master::AxisConfig> two_axes() {
+  std::vector<ecat_master::AxisConfig> axes(2);
+  axes[0].name = "x";
+  axes[1].name = "z";
+  axes[1].linear = true;
+  return axes;
+}
+
+AxisSample sample(std::uint64_t cycle, std::uint16_t axis, double error = 0.0,
+                  AxisState state = AxisState::kOperationEnabled) {
+  AxisSample made;
+  made.cycle = cycle;
+  made.time_ns = 5'000'000'000 + static_cast<std::int64_t>(cycle) * 125'000;
+  made.axis = axis;
+  made.state = state;
+  made.target_position_rad = static_cast<double>(cycle);
+  made.actual_position_rad = static_cast<double>(cycle) - error;
+  made.following_error_rad = error;
+  return made;
+}
+
+class RecorderTest : public test::TemporaryDirectory {
+ protected:
+  std::filesystem::path csv() const { return directory / "axes.csv"; }
+  void feed(Recorder& recorder, const std::vector<AxisSample>& samples) { recorder.axes(samples); }
+};
+
+TEST_F(RecorderTest, FollowingErrorIsMaximumAndRmsOfEveryCycleInOperation) {
+  Recorder recorder(two_axes(), std::nullopt, 8);
+  feed(recorder, {sample(1, 0, 3.0), sample(1, 1, 0.0), sample(2, 0, -4.0), sample(2, 1, 0.5)});
+  // An axis without power does not follow anything.
+  feed(recorder, {sample(3, 0, 1000.0, AxisState::kSwitchedOn), sample(3, 1, 1000.0, AxisState::kFault)});
+  recorder.finish({});
+  ASSERT_EQ(recorder.following_errors().size(), 2U);
+  EXPECT_DOUBLE_EQ(recorder.following_errors()[0].maximum, 4.0);
+  EXPECT_DOUBLE_EQ(recorder.following_errors()[0].rms(), std::sqrt((9.0 + 16.0) / 2));
+  EXPECT_DOUBLE_EQ(recorder.following_errors()[1].maximum, 0.5);
+  EXPECT_DOUBLE_EQ(recorder.following_errors()[1].rms(), std::sqrt(0.25 / 2));
+  EXPECT_THAT(files(), IsEmpty());
+}
+
+TEST_F(RecorderTest, NothingRecordedIsNoError) {
+  Recorder recorder(two_axes(), std::nullopt, 1);
+  recorder.finish({});
+  EXPECT_EQ(recorder.following_errors()[0].rms(), 0.0);
+}
+
+TEST_F(RecorderTest, SampleOfAnUnknownAxisIsIgnored) {
+  Recorder recorder(two_axes(), csv(), 1);
+  feed(recorder, {sample(0, 2), sample(0, 65535)});
+  EXPECT_EQ(recorder.rows(), 0U);
+}
+
+TEST_F(RecorderTest, CsvHasOneRowPerRecordedCycleAndUnitsInTheHeader) {
+  Recorder recorder(two_axes(), csv(), 2);
+  for (std::uint64_t cycle = 3; cycle < 8; ++cycle) feed(recorder, {sample(cycle, 0, 0.25), sample(cycle, 1)});
+  recorder.finish({});
+  EXPECT_EQ(read(csv()),
+            "time[s],x_target[rad],x_actual[rad],x_following_error[rad],"
+            "z_target[m],z_actual[m],z_following_error[m]\n"
+            "0.000000,4,3.75,0.25,4,4,0\n"
+            "0.000250,6,5.75,0.25,6,6,0\n");
+  EXPECT_EQ(recorder.rows(), 2U);
+  EXPECT_EQ(recorder.problem(), "");
+}
+
+TEST_F(RecorderTest, FileGetsItsNameWhenItIsComplete) {
+  Recorder recorder(two_axes(), csv(), 1);
+  feed(recorder, {sample(0, 0), sample(0, 1)});
+  EXPECT_THAT(files(), ElementsAre("axes.csv.partial"));
+  recorder.finish({});
+  EXPECT_THAT(files(), ElementsAre("axes.csv"));
+}
+
+TEST_F(RecorderTest, DroppedSamplesCostTheirRowAndNoOther) {
+  Recorder recorder(two_axes(), csv(), 1);
+  feed(recorder, {sample(1, 0), sample(1, 1)});
+  feed(recorder, {sample(2, 0)});                // its second sample was dropped
+  feed(recorder, {sample(3, 1)});                // its first
+  feed(recorder, {sample(5, 1), sample(6, 0)});  // a whole cycle and two halves
+  feed(recorder, {sample(7, 1)});                // must not complete cycle 6
+  feed(recorder, {sample(8, 0), sample(8, 1)});
+  recorder.finish({});
+  EXPECT_EQ(recorder.rows(), 2U);
+  const auto text = read(csv());
+  EXPECT_THAT(text, testing::HasSubstr("\n0.000000,1,1,0,1,1,0\n0.000875,8,8,0,8,8,0\n"));
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 3);
+}
+
+TEST_F(RecorderTest, RecordingEndsAtTheLongestButErrorsGoOn) {
+  Recorder recorder(two_axes(), csv(), 1);
+  for (std::uint64_t cycle = 0; cycle <= Recorder::kMaxRows; ++cycle)
+    feed(recorder, {sample(cycle, 0), sample(cycle, 1)});
+  feed(recorder, {sample(Recorder::kMaxRows + 1, 0, 2.0), sample(Recorder::kMaxRows + 1, 1)});
+  recorder.finish({});
+  EXPECT_EQ(recorder.rows(), Recorder::kMaxRows);
+  EXPECT_EQ(recorder.following_errors()[0].maximum, 2.0);
+}
+
+TEST_F(RecorderTest, WithoutRowsThereIsNoFileAndAnOlderOneStays) {
+  write(csv(), "older");
+  {
+    Recorder recorder(two_axes(), csv(), 1);
+    recorder.finish({});
+    EXPECT_EQ(recorder.problem(), "");
+  }
+  EXPECT_THAT(files(), ElementsAre("axes.csv"));
+  EXPECT_EQ(read(csv()), "older");
+}
+
+TEST_F(RecorderTest, DiscardedOneLeavesNothing) {
+  Recorder recorder(two_axes(), csv(), 1);
+  feed(recorder, {sample(0, 0), sample(0, 1)});
+  recorder.discard();
+  recorder.finish({});
+  EXPECT_THAT(files(), IsEmpty());
+}
+
+TEST_F(RecorderTest, UnfinishedOneLeavesNothing) {
+  {
+    Recorder recorder(two_axes(), csv(), 1);
+    feed(recorder, {sample(0, 0), sample(0, 1)});
+  }
+  EXPECT_THAT(files(), IsEmpty());
+}
+
+TEST_F(RecorderTest, FolderThatCannotBeWrittenIsTold) {
+  const auto file = directory / "none" / "axes.csv";
+  Recorder recorder(two_axes(), file, 1);
+  EXPECT_EQ(recorder.problem(), file.string() + ": cannot be written: No such file or directory");
+  feed(recorder, {sample(0, 0, 1.0), sample(0, 1)});
+  recorder.finish({});
+  EXPECT_EQ(recorder.following_errors()[0].maximum, 1.0) << "the figures do not need the file";
+}
+
+TEST_F(RecorderTest, NameThatIsTakenByAFolderIsToldAndNoPartialFileStays) {
+  std::filesystem::create_directory(csv());
+  Recorder recorder(two_axes(), csv(), 1);
+  feed(recorder, {sample(0, 0), sample(0, 1)});
+  recorder.finish({});
+  EXPECT_EQ(recorder.problem(), csv().string() + ": cannot be written: Is a directory");
+  EXPECT_THAT(files(), ElementsAre("axes.csv"));
+}
+
+}  // namespace
+}  // namespace driveline::cli

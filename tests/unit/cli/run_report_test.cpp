@@ -1,0 +1,108 @@
+#include "run_report.hpp"
+
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+
+namespace driveline::cli {
+namespace {
+
+using nlohmann::json;
+using std::chrono::nanoseconds;
+using testing::HasSubstr;
+using testing::Not;
+using testing::UnorderedElementsAre;
+
+RunReport report_of_a_run() {
+  RunReport report;
+  report.line = "press";
+  report.state = "OP";
+  report.axes = {{"x", 0, 120.0, 30.5, "rad", 1000.0}, {"z", 3, 8.0, 2.0, "m", 1e6}};
+  report.period = std::chrono::microseconds{125};
+  report.duration_s = 5.0;
+  auto& statistics = report.statistics;
+  statistics.cycles = 39'990;
+  statistics.missed_periods = 10;
+  statistics.wkc_errors = 3;
+  statistics.lost_frames = 4;
+  // Below 128 ns the histogram is exact.
+  for (int i = 1; i <= 100; ++i) statistics.wake_latency.record(nanoseconds{i});
+  statistics.cost.record(nanoseconds{8000});
+  statistics.round_trip.record(nanoseconds{60});
+  report.telemetry_enabled = true;
+  report.telemetry_published = 80'000;
+  report.telemetry_dropped = 5;
+  report.faults = {"axis z: fault 0x8611"};
+  report.files = {{"axes_csv", "out/axes.csv"}};
+  return report;
+}
+
+std::vector<std::string> keys(const json& object) {
+  std::vector<std::string> names;
+  for (const auto& [key, value] : object.items()) names.push_back(key);
+  return names;
+}
+
+TEST(RunReport, JsonHasTheKeysOfTheContractAndNoOthers) {
+  const auto document = to_json(report_of_a_run());
+  EXPECT_THAT(keys(document),
+              UnorderedElementsAre("state", "axes_count", "cycle_ns", "duration_s", "cycles", "missed_periods",
+                                   "wkc_errors", "lost_frames", "wake_latency_ns", "cycle_cost_ns", "round_trip_ns",
+                                   "dc", "axes", "telemetry", "faults", "files"));
+  for (const auto* times : {"wake_latency_ns", "cycle_cost_ns", "round_trip_ns"}) {
+    EXPECT_THAT(keys(document[times]), UnorderedElementsAre("p50", "p99", "p999", "max"));
+  }
+  EXPECT_THAT(keys(document["axes"][0]),
+              UnorderedElementsAre("name", "slave", "following_error_max", "following_error_rms", "unit"));
+}
+
+TEST(RunReport, JsonHasTheFigures) {
+  EXPECT_EQ(to_json(report_of_a_run()), json::parse(R"({
+    "state": "OP", "axes_count": 2, "cycle_ns": 125000, "duration_s": 5.0,
+    "cycles": 39990, "missed_periods": 10, "wkc_errors": 3, "lost_frames": 4,
+    "wake_latency_ns": {"p50": 50, "p99": 99, "p999": 100, "max": 100},
+    "cycle_cost_ns": {"p50": 8000, "p99": 8000, "p999": 8000, "max": 8000},
+    "round_trip_ns": {"p50": 60, "p99": 60, "p999": 60, "max": 60},
+    "dc": {"locked": false, "difference_ns": {"p50": null, "p99": null, "max": null}},
+    "axes": [
+      {"name": "x", "slave": 0, "following_error_max": 120.0, "following_error_rms": 30.5, "unit": "increments"},
+      {"name": "z", "slave": 3, "following_error_max": 8.0, "following_error_rms": 2.0, "unit": "increments"}],
+    "telemetry": {"published": 80000, "dropped": 5},
+    "faults": ["axis z: fault 0x8611"],
+    "files": {"axes_csv": "out/axes.csv"}
+  })"));
+}
+
+TEST(RunReport, JsonOfNothingIsComplete) {
+  const auto document = to_json(RunReport{});
+  EXPECT_EQ(document["axes"], json::array());
+  EXPECT_EQ(document["faults"], json::array());
+  EXPECT_EQ(document["files"], json::object());
+  EXPECT_EQ(document["wake_latency_ns"]["p999"], 0);
+}
+
+TEST(RunReport, TextHasTheFigures) {
+  const auto text = to_text(report_of_a_run());
+  EXPECT_THAT(text, HasSubstr("press: 2 axes, cycle 125 us, 5.000 s in operation, line state OP\n"));
+  EXPECT_THAT(text, HasSubstr("  cycles              39990\n"));
+  EXPECT_THAT(text, HasSubstr("  missed periods         10\n"));
+  EXPECT_THAT(text, HasSubstr("  WKC errors              3\n"));
+  EXPECT_THAT(text, HasSubstr("  lost frames             4\n"));
+  EXPECT_THAT(text, HasSubstr("  wake-up latency             0.1      0.1      0.1      0.1\n"));
+  EXPECT_THAT(text, HasSubstr("  cycle cost                  8.0      8.0      8.0      8.0\n"));
+  EXPECT_THAT(text, HasSubstr("120.0 inc             30.50 inc   (max 0.12 rad)\n"));
+  EXPECT_THAT(text, HasSubstr("8.0 inc              2.00 inc   (max 8e-06 m)\n"));
+  EXPECT_THAT(text, HasSubstr("telemetry: 80000 axis samples published, 5 dropped\n"));
+  EXPECT_THAT(text, HasSubstr("  fault: axis z: fault 0x8611\n"));
+  EXPECT_THAT(text, HasSubstr("out/axes.csv\n"));
+}
+
+TEST(RunReport, TextSaysWhenTelemetryWasOff) {
+  auto report = report_of_a_run();
+  report.telemetry_enabled = false;
+  EXPECT_THAT(to_text(report), HasSubstr("telemetry: off\n"));
+  EXPECT_THAT(to_text(report), Not(HasSubstr("published")));
+}
+
+}  // namespace
+}  // namespace driveline::cli
