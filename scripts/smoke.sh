@@ -72,12 +72,21 @@ until ip netns exec "$netns" grep -qi ' 88a4 ' /proc/net/packet; do
   sleep 0.1
 done
 
-if ! timeout 120 ip netns exec "$netns" "$driveline" run --config "$root/examples/line8-nic.toml" --iface dl-master \
-     --duration 5 --json >veth.json; then
-  echo "smoke: the master failed; the simulated line said:" >&2
-  cat simulate.log >&2
-  exit 1
-fi
+# A machine that suspends one of the two processes for longer than the line puts up with ends a run; that says something
+# about the machine, so the run gets two more attempts. Anything else is a failure at once.
+for attempt in 1 2 3; do
+  if timeout 120 ip netns exec "$netns" "$driveline" run --config "$root/examples/line8-nic.toml" --iface dl-master \
+       --duration 5 --json >veth.json 2>master.log; then
+    break
+  fi
+  cat master.log >&2
+  if [ "$attempt" -eq 3 ] || ! grep -qE 'communication lost|fault 0x8611' master.log; then
+    echo "smoke: the master failed; the simulated line said:" >&2
+    cat simulate.log >&2
+    exit 1
+  fi
+  echo "smoke: attempt $attempt was disturbed, once more"
+done
 python3 "$root/scripts/check_run_json.py" --axes 8 --duration 5 veth.json
 
 # SIGTERM takes the line down in order.

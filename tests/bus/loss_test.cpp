@@ -9,7 +9,6 @@ namespace driveline::bus_test {
 namespace {
 
 using ecat_master::CoeClient;
-using ecat_master::ErrorKind;
 using ecat_master::Master;
 using ecat_master::MotionPhase;
 using wire::AlState;

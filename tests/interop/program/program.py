@@ -1,5 +1,6 @@
 """What the tests of the program share: running it, line descriptions, and a network namespace with a veth pair."""
 import json
+import math
 import os
 import pathlib
 import shutil
@@ -31,6 +32,12 @@ def line_description(cycle_us=125, path=EXAMPLES / "line8.csv", head="", realtim
                    for name in AXES)
     return (f'{head}\n[line]\nname = "line8"\ncycle_us = {cycle_us}\n[realtime]\npolicy = "degrade"\n{realtime}\n'
             f'[path]\nfile = "{path}"\n[telemetry]\n{telemetry}\n{slaves}{axes}{tail}')
+
+
+def path_csv(positions):
+    """A path on which all axes have the same positions, given as (time in s, rad)."""
+    header = "time[s]," + ",".join(f"{name}[rad]" for name in AXES)
+    return "\n".join([header, *(f"{time}" + f",{position}" * len(AXES) for time, position in positions), ""])
 
 
 class ProgramTest(unittest.TestCase):
@@ -96,6 +103,14 @@ class ProgramTest(unittest.TestCase):
     def logs(self):
         return "\n".join(f"--- {file.name}\n{self.text(file.name)}" for file in sorted(self.directory.glob("*.log")))
 
+    GENTLE_RANGE_RAD = (0.0, 2.0)
+
+    def write_gentle_line(self, **description):
+        """A line whose axes swing so slowly that a machine that stalls for some periods makes no drive lose its way."""
+        swing = [(0.1 * i, 1.0 - math.cos(2.0 * math.pi * i / 100)) for i in range(101)]
+        text = line_description(path=self.write("gentle.csv", path_csv(swing)), **description)
+        return self.write("line.toml", text.replace("[path]\n", "[path]\nrepeat = true\n"))
+
     def files(self):
         """Every file and folder below the working directory."""
         return sorted(str(path.relative_to(self.directory)) for path in self.directory.rglob("*"))
@@ -155,6 +170,10 @@ class WireTest(ProgramTest):
         """Ends the simulated line in order; what it says on stdout."""
         self.assertEqual(self.end(line, signal.SIGTERM), 0, self.logs())
         return self.text("line.log.out")
+
+    def wait_for_init(self, line):
+        """The line tells of changes a little later than it makes them."""
+        self.wait_for("all in INIT", lambda: list(self.last_states().values()) == ["INIT"] * len(AXES), line)
 
     def last_states(self):
         """The state each slave has come to by the log of the simulated line."""

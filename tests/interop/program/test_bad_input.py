@@ -4,7 +4,7 @@ import shutil
 import subprocess
 import unittest
 
-from program import AXES, DRIVELINE, EXAMPLES, PATIENCE_S, ProgramTest, WireTest, line_description
+from program import DRIVELINE, EXAMPLES, PATIENCE_S, ProgramTest, WireTest, line_description, path_csv
 
 LINE8 = EXAMPLES / "line8.toml"
 
@@ -64,9 +64,6 @@ class Files(ProgramTest):
         self.check_refused(result, status, *parts)
         self.assertEqual(self.files(), before)
 
-    def path_csv(self, text):
-        return self.write("path.csv", text)
-
     def test_description_that_is_missing(self):
         self.check_refused(self.run_program("run", "--config", "none.toml"), 2, "none.toml", "No such file")
         self.assertEqual(self.files(), [])
@@ -83,17 +80,14 @@ class Files(ProgramTest):
         self.refused(2, "none.csv", path="none.csv")
 
     def test_time_that_does_not_rise(self):
-        header = "time[s]," + ",".join(f"{name}[rad]" for name in AXES)
-        rows = [f"{time}" + ",0" * len(AXES) for time in ("0", "0.001", "0.001")]
-        self.refused(2, "path.csv:4:", path=self.path_csv("\n".join([header, *rows, ""])))
+        self.refused(2, "path.csv:4:", path=self.write("path.csv", path_csv([(0, 0), (0.001, 0), (0.001, 0)])))
 
     def test_number_of_axes(self):
-        self.refused(2, "path.csv", "1 axes", "8", path=self.path_csv("time[s],x[rad]\n0,0\n1,0\n"))
+        self.refused(2, "path.csv", "1 axes", "8", path=self.write("path.csv", "time[s],x[rad]\n0,0\n1,0\n"))
 
     def test_limits(self):
-        header = "time[s]," + ",".join(f"{name}[rad]" for name in AXES)
-        rows = [f"{time}" + f",{position}" * len(AXES) for time, position in ((0, 0), (1, 10000), (2, 0))]
-        self.refused(2, "path.csv", "'x'", "limit", path=self.path_csv("\n".join([header, *rows, ""])))
+        path = self.write("path.csv", path_csv([(0, 0), (1, 10000), (2, 0)]))
+        self.refused(2, "path.csv", "'x'", "limit", path=path)
 
     def test_folder_that_cannot_be_made(self):
         self.write("out", "a file")

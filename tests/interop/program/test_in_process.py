@@ -4,7 +4,7 @@ import signal
 import subprocess
 import unittest
 
-from program import AXES, DRIVELINE, EXAMPLES, PATIENCE_S, SANITIZED, ProgramTest, line_description
+from program import AXES, DRIVELINE, EXAMPLES, PATIENCE_S, SANITIZED, ProgramTest, line_description, path_csv
 
 LINE8 = EXAMPLES / "line8.toml"
 
@@ -45,9 +45,8 @@ class VirtualTime(ProgramTest):
         self.assertTrue(all(row.count(",") == columns for row in rows))
 
     def test_end_of_the_path_is_the_end_of_the_run(self):
-        header = "time[s]," + ",".join(f"{name}[rad]" for name in AXES)
-        rows = [f"{time}" + f",{position}" * len(AXES) for time, position in ((0, 0), (0.2, 0.5), (0.4, 0))]
-        path = self.write("line.toml", line_description(path=self.write("path.csv", "\n".join([header, *rows, ""]))))
+        path = self.write("path.csv", path_csv([(0, 0), (0.2, 0.5), (0.4, 0)]))
+        path = self.write("line.toml", line_description(path=path))
         result = self.run_program("run", "--config", path, "--virtual", "--json", "--no-plots")
         self.assertEqual(result.returncode, 0, result.stderr)
         document = self.one_document(result.stdout)
@@ -79,7 +78,7 @@ class FilesAndSummary(ProgramTest):
 
     def test_on_real_time(self):
         # How well periods are kept is the machine's affair; that the run is whole is ours.
-        config = self.write("line.toml", line_description(cycle_us=1000))
+        config = self.write_gentle_line(cycle_us=1000)
         result = self.run_program("run", "--config", config, "--duration", 1, "--json", "--no-plots")
         self.assertEqual(result.returncode, 0, result.stderr)
         document = self.one_document(result.stdout)
@@ -111,7 +110,7 @@ class Memory(ProgramTest):
 
 class Signals(ProgramTest):
     def test_each_ends_the_run_in_order(self):
-        config = self.write("line.toml", line_description(cycle_us=1000))
+        config = self.write_gentle_line(cycle_us=1000)
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             with self.subTest(signal=number.name):
                 log = f"{number.name}.log"
@@ -127,7 +126,7 @@ class Signals(ProgramTest):
 
     def test_hang_up_that_was_switched_off_stays_so(self):
         # As nohup does.
-        config = self.write("line.toml", line_description(cycle_us=1000))
+        config = self.write_gentle_line(cycle_us=1000)
         run = self.start("run", "--config", config, "--duration", 3, "--no-plots", log="run.log",
                          preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
         self.wait_for("OP", lambda: "all in OP" in self.text("run.log"), run)

@@ -3,16 +3,14 @@ import os
 import signal
 import unittest
 
-from program import AXES, PATIENCE_S, WireTest, line_description
+from program import AXES, PATIENCE_S, WireTest
 
 
 class PulledPlug(WireTest):
     def setUp(self):
         super().setUp()
         # A slow cycle: what is tested here is the end, so a busy machine must not end it earlier.
-        text = line_description(cycle_us=2000, realtime="cpu = 1\nsimulation_cpu = 0").replace(
-            "[path]\n", "[path]\nrepeat = true\n")
-        self.config = self.write("line.toml", text)
+        self.config = self.write_gentle_line(cycle_us=2000, realtime="cpu = 1\nsimulation_cpu = 0")
 
     def test_line_dies(self):
         line = self.start_line(self.config)
@@ -62,7 +60,7 @@ class PulledPlug(WireTest):
                 master = self.start_master(self.config)
                 self.assertEqual(self.end(master, number), 0, self.logs())
                 self.assertEqual(self.one_document(self.text("master.log.out"))["faults"], [])
-                self.wait_for("INIT", lambda: set(self.last_states().values()) == {"INIT"}, line)
+                self.wait_for_init(line)
                 self.assertNotIn("ERROR", self.text("line.log"))
         self.assertIn("states:" + " INIT" * len(AXES), self.end_line(line))
 
@@ -76,7 +74,7 @@ class PulledPlug(WireTest):
         with os.fdopen(reader, "rb") as messages:
             self.assertIn(b"8 slaves", messages.readline())
         self.assertEqual(master.wait(PATIENCE_S), 1, "the summary could not be written")
-        self.assertEqual(set(self.last_states().values()), {"INIT"}, self.logs())
+        self.wait_for_init(line)
         self.assertIn(": OP", self.text("line.log"))
         self.assertNotIn("ERROR", self.text("line.log"))
         self.end_line(line)

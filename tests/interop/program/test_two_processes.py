@@ -32,8 +32,7 @@ class TwoProcesses(WireTest):
         self.assertEqual(document["faults"], [])
         self.assertGreater(document["cycles"], 1000)
         self.assertTrue(all(axis["following_error_rms"] > 0 for axis in document["axes"]))
-        self.assertEqual(set(self.last_states().values()), {"INIT"})
-        self.assertEqual(len(self.last_states()), len(AXES))
+        self.wait_for_init(line)
         self.assertIn("states:" + " INIT" * len(AXES), self.end_line(line))
 
     def fields(self, capture, display_filter, *fields):

@@ -13,7 +13,6 @@ namespace {
 
 using cia402::Goal;
 using cia402::Mode;
-using ecat_master_test::copy_of;
 using ecat_master_test::hex;
 using snapshot::AxisState;
 using std::chrono::microseconds;

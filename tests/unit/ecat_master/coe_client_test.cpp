@@ -23,7 +23,7 @@ struct Bench {
         coe(mailbox) {}
 
   /// Each request is answered with one mailbox of these service data; headers and counters are added.
-  void answer(std::vector<std::string_view> services) {
+  void answer(const std::vector<std::string_view>& services) {
     for (const auto service : services) slave.answers.push_back({mail(service)});
   }
   /// A mailbox: length, address 0, channel 0, type, counter; then the service.
@@ -384,7 +384,7 @@ TEST(MailboxClient, IsNotHeldUpByASlaveThatOnlyChatters) {
 TEST(MailboxClient, IsNotHeldUpByASlaveThatRepeatsItself) {
   Bench bench;
   const auto same = bench.mail("0010 2032 05 0501000000");
-  bench.slave.endless = [&] { return same; };
+  bench.slave.endless = [&same] { return std::vector(same); };
   EXPECT_EQ(bench.coe.upload(0x6041, 0).error().kind, ErrorKind::kMailboxTimeout);
   EXPECT_EQ(bench.mailbox.take_emergencies().size(), 1U) << "said once, however often it is repeated";
 }

@@ -25,7 +25,7 @@ class AlRegisters final : public DatagramExchange {
     AlStatusCode refuses = AlStatusCode::kNoError;
     std::vector<std::uint16_t> written{};
   };
-  explicit AlRegisters(std::size_t count) : slaves(count) {
+  explicit AlRegisters(std::uint16_t count) : slaves(count) {
     for (std::uint16_t i = 0; i < count; ++i) refs.push_back({i, static_cast<std::uint16_t>(0x1001 + i)});
   }
 
@@ -80,7 +80,7 @@ class AlRegisters final : public DatagramExchange {
 };
 
 struct Bench {
-  explicit Bench(std::size_t count) : registers(count), bus(registers) {}
+  explicit Bench(std::uint16_t count) : registers(count), bus(registers) {}
   Result<void> change(AlState target) { return change_state(bus, registers.refs, target, milliseconds{100}); }
   Result<void> lower(AlState target) { return lower_state(bus, registers.refs, target, milliseconds{100}); }
   AlRegisters registers;
