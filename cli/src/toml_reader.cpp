@@ -66,7 +66,7 @@ std::string TomlReader::text(std::string_view key) {
 }
 
 std::string TomlReader::text_or(std::string_view key, std::string fallback) {
-  return has(key) ? text(key) : fallback;
+  return has(key) ? text(key) : std::move(fallback);
 }
 
 bool TomlReader::boolean_or(std::string_view key, bool fallback) {
