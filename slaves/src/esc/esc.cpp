@@ -78,6 +78,18 @@ void Esc::count_malformed_frame() noexcept {
   memory_.set(reg::kProcessingUnitErrorCounter, static_cast<std::uint8_t>(std::min(count + 1, 0xFF)));
 }
 
+void Esc::count_damaged_frame(unsigned port, bool forwarded) noexcept {
+  if (forwarded) {
+    const auto count = memory_.get(reg::kForwardedErrorCounter, port);
+    memory_.set(reg::kForwardedErrorCounter, static_cast<std::uint8_t>(std::min(count + 1, 0xFF)), port);
+    return;
+  }
+  // The invalid frame counter is the low byte; the RX errors of the physical layer are the other one.
+  const unsigned count = memory_.get(reg::kRxErrorCounter, port);
+  const unsigned invalid = std::min((count & 0xFFU) + 1U, 0xFFU);
+  memory_.set(reg::kRxErrorCounter, static_cast<std::uint16_t>((count & 0xFF00U) | invalid), port);
+}
+
 bool Esc::forwards_foreign_frames() const noexcept {
   return (memory_.get(reg::kDlControl) & 1U) == 0;
 }

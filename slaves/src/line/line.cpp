@@ -23,15 +23,27 @@ Line::Line(rt::Clock& clock, std::vector<std::unique_ptr<Slave>> slaves, const L
       options_(options),
       ports_(slaves_.size()),
       auto_closed_(slaves_.size()),
-      lost_frame_(port::kMaxFrameBytes) {
+      lost_frame_(port::kMaxFrameBytes),
+      faults_(*this, slaves_.size()) {
   if (wiring_.slave_count() != slaves_.size())
     throw std::invalid_argument("the wiring is for another number of slaves");
   ends_[0] = std::make_unique<LineEnd>(*this, clock_, MasterPort::kPrimary);
   ends_[1] = std::make_unique<LineEnd>(*this, clock_, MasterPort::kSecondary);
-  for (auto& slave_ports : ports_) slave_ports.delays = options_.delays;
+  for (std::size_t i = 0; i < ports_.size(); ++i) {
+    ports_[i].delays = i < options_.slave_delays.size() ? options_.slave_delays[i] : options_.delays;
+  }
 }
 
 void Line::advance(Nanoseconds now) {
+  // Faults come and go at their own times, however late somebody looks.
+  for (auto due = faults_.due(); due <= now; due = faults_.due()) {
+    advance_slaves(due);
+    faults_.run(due);
+  }
+  advance_slaves(now);
+}
+
+void Line::advance_slaves(Nanoseconds now) {
   for (auto& slave : slaves_) {
     slave->advance(now);
     topology_changed_ |= slave->esc().loop_control_changed();
@@ -54,7 +66,13 @@ port::SendStatus Line::transmit(LineEnd& from, std::span<const std::byte> frame)
   std::copy(frame.begin(), frame.end(), passing.begin());
   from.last_send_ = now;
   if (const auto passage = pass(passing, way, now); passage && to != nullptr) {
-    to->commit(frame.size(), now + passage->delay + options_.byte_time * static_cast<std::int64_t>(frame.size()));
+    const auto arrival =
+        now + passage->delay + passage->fault_delay + options_.byte_time * static_cast<std::int64_t>(frame.size());
+    to->commit(frame.size(), arrival);
+    if (auto* copy = passage->duplicated ? to->next_slot() : nullptr; copy != nullptr) {
+      copy->bytes = slot->bytes;
+      to->commit(frame.size(), arrival);
+    }
   }
   return port::SendStatus::kSent;
 }
@@ -66,47 +84,85 @@ std::optional<Line::Passage> Line::process(std::span<std::byte> frame, Nanosecon
 
 std::optional<Line::Passage> Line::pass(std::span<std::byte> frame, const FramePath& way, Nanoseconds now) noexcept {
   ++counters_.frames;
-  bool survives = drop_ == 0;
-  if (!survives) {
-    --drop_;
-  } else {
-    switch (datagrams_.load(frame)) {
-      case FrameKind::kForeign:
-        ++counters_.foreign;
-        survives = survives_as_foreign(way);
-        break;
-      case FrameKind::kNoCommands:
-        break;
-      case FrameKind::kCommands:
-        survives = pass_slaves(way, now);
-        if (!way.steps().empty()) frame[kSourceAddress] |= kLocallyAdministered;
-        break;
-    }
-    if (datagrams_.malformed()) ++counters_.malformed;
-  }
+  const auto fate = faults_.concern_frames() ? faults_.next_frame(frame, now) : FrameFate{};
+  bool survives = !fate.lost_out && pass_frame(frame, way, fate, now);
+  if (faults_.concern_frames()) faults_.corrupt_reply(frame, now);
+  survives = survives && !fate.lost_back && time_of_damage(way, fate) == LineFaults::kNever;
   if (!survives || !way.exit()) {
     ++counters_.lost;
     return std::nullopt;
   }
-  return Passage{*way.exit(), way.delay()};
+  return Passage{*way.exit(), way.delay(), fate.delay, fate.duplicated};
 }
 
-bool Line::pass_slaves(const FramePath& way, Nanoseconds now) noexcept {
+bool Line::pass_frame(std::span<std::byte> frame, const FramePath& way, const FrameFate& fate,
+                      Nanoseconds now) noexcept {
+  bool survives = true;
+  switch (datagrams_.load(frame)) {
+    case FrameKind::kForeign:
+      ++counters_.foreign;
+      survives = survives_as_foreign(way);
+      break;
+    case FrameKind::kNoCommands:
+      break;
+    case FrameKind::kCommands:
+      survives = pass_slaves(way, fate, now);
+      if (!way.steps().empty()) frame[kSourceAddress] |= kLocallyAdministered;
+      break;
+  }
+  if (datagrams_.malformed()) ++counters_.malformed;
+  if (fate.damaged_at) count_damage(way, *fate.damaged_at);
+  return survives;
+}
+
+Line::Nanoseconds Line::time_of_damage(const FramePath& way, const FrameFate& fate) noexcept {
+  if (!fate.damaged_at) return LineFaults::kNever;
+  const auto time = way.received(fate.damaged_at->slave)[fate.damaged_at->port];
+  return time == FramePath::kNotReceived ? LineFaults::kNever : time;
+}
+
+void Line::count_damage(const FramePath& way, PortId damaged_at) noexcept {
+  const auto damage = way.received(damaged_at.slave)[damaged_at.port];
+  if (damage == FramePath::kNotReceived) return;
+  for (std::size_t i = 0; i < slaves_.size(); ++i) {
+    for (unsigned port = 0; port < kPortCount; ++port) {
+      const auto time = way.received(i)[port];
+      if (time == FramePath::kNotReceived || time < damage) continue;
+      slaves_[i]->esc().count_damaged_frame(port, PortId{i, port} != damaged_at);
+    }
+  }
+}
+
+bool Line::pass_slaves(const FramePath& way, const FrameFate& fate, Nanoseconds now) noexcept {
   ++serial_;
   bool circulating = datagrams_.circulating();
   bool latch = false;
+  const auto damage = time_of_damage(way, fate);
   for (const auto& step : way.steps()) {
+    // A controller takes what a frame brings only when its check sequence is right (ETG.1000.4 5.2).
+    if (step.time >= damage) break;
     if (step.circulates && circulating) return false;
     circulating |= step.circulates;
     auto& esc = slaves_[step.slave]->esc();
     esc.begin_frame(serial_);
-    for (auto& datagram : datagrams_.datagrams()) esc.process(datagram, now + step.time);
+    process_at(step.slave, fate, now + step.time);
     if (datagrams_.malformed()) esc.count_malformed_frame();
     latch |= esc.clock().latch_requested();
   }
   if (latch) latch_receive_times(way, now);
   datagrams_.store(circulating);
   return true;
+}
+
+void Line::process_at(std::size_t slave, const FrameFate& fate, Nanoseconds time) noexcept {
+  auto& esc = slaves_[slave]->esc();
+  if (!fate.short_working_counter || faults_.takes_part(slave)) {
+    for (auto& datagram : datagrams_.datagrams()) esc.process(datagram, time);
+    return;
+  }
+  for (auto& datagram : datagrams_.datagrams()) {
+    if (!wire::is_logical(datagram.command)) esc.process(datagram, time);
+  }
 }
 
 void Line::latch_receive_times(const FramePath& way, Nanoseconds now) noexcept {
@@ -167,8 +223,8 @@ void Line::refresh_ports(std::size_t position, bool loop_control_written) noexce
   }
 }
 
-void Line::set_power(std::size_t position, bool on) noexcept {
-  slaves_[position]->set_power(on, clock_.now());
+void Line::set_power(std::size_t position, bool on, Nanoseconds now) noexcept {
+  slaves_[position]->set_power(on, now);
   topology_changed_ = true;
 }
 

@@ -56,6 +56,7 @@ class AlStateMachine {
 
   /// \name Faults
   /// @{
+  [[nodiscard]] Nanoseconds transition_delay() const noexcept { return options_.transition_delay; }
   void set_transition_delay(Nanoseconds delay) noexcept { options_.transition_delay = delay; }
   /// Every transition to `to` is refused with `code` until clear_refusal().
   void refuse(wire::AlState to, wire::AlStatusCode code) noexcept { refusal_ = Refusal{to, code}; }

@@ -60,6 +60,9 @@ class Esc {
   bool ecat_write(std::size_t address, std::span<const std::byte> data, Nanoseconds now) noexcept;
   /// Counts a frame with a broken datagram structure (0x030C).
   void count_malformed_frame() noexcept;
+  /// Counts a frame with a wrong check sequence that came in at `port`: broken on that cable (0x0300), or before and
+  /// marked by the slave that noticed (0x0308).
+  void count_damaged_frame(unsigned port, bool forwarded) noexcept;
   /// Frames that are not EtherCAT: passed on unchanged, or destroyed (DL control bit 0).
   [[nodiscard]] bool forwards_foreign_frames() const noexcept;
   /// @}

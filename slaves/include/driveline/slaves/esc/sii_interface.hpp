@@ -46,6 +46,7 @@ class SiiInterface {
 
   /// \name Faults
   /// @{
+  [[nodiscard]] Nanoseconds busy_time() const noexcept { return options_.busy_time; }
   /// From now on every command keeps the interface busy for `time`.
   void set_busy_time(Nanoseconds time) noexcept { options_.busy_time = time; }
   /// Changes a byte of the content behind the back of everybody, e.g. to break the checksum before a power cycle.

@@ -15,13 +15,15 @@
 #include "driveline/slaves/line/frame_datagrams.hpp"
 #include "driveline/slaves/line/frame_path.hpp"
 #include "driveline/slaves/line/line_end.hpp"
+#include "driveline/slaves/line/line_faults.hpp"
 #include "driveline/slaves/line/wiring.hpp"
 
 namespace driveline::slaves {
 
 /// Delays of a line.
 struct LineOptions {
-  SlaveDelays delays;                       ///< of every slave
+  SlaveDelays delays;                       ///< of every slave that slave_delays does not reach
+  std::vector<SlaveDelays> slave_delays{};  ///< by position
   std::chrono::nanoseconds cable_delay{5};  ///< of every cable of the plain line (1 m)
   std::chrono::nanoseconds byte_time{0};    ///< serialisation of a byte of the frame; 80 ns at 100 Mbit/s
 };
@@ -57,7 +59,9 @@ class Line final : public port::Port {
   /// Where a frame came out, and how long it took; nothing when it got lost on the way.
   struct Passage {
     MasterPort exit;
-    Nanoseconds delay;
+    Nanoseconds delay;           ///< of slaves and cables
+    Nanoseconds fault_delay{0};  ///< besides, by a fault
+    bool duplicated = false;     ///< by a fault: the frame comes out twice
   };
   /// Lets a frame pass all slaves, in place, beginning at `now` (slaves are advanced to it). \rtsafe as Slave::advance.
   std::optional<Passage> process(std::span<std::byte> frame, Nanoseconds now, MasterPort from = MasterPort::kPrimary);
@@ -79,12 +83,20 @@ class Line final : public port::Port {
 
   /// \name Faults
   /// @{
+  /// Faults that come and go, also by a script.
+  [[nodiscard]] LineFaults& faults() noexcept { return faults_; }
+  /// Begins a fault now; false when it is not possible here. \rtsafe
+  bool inject(const Fault& fault) noexcept { return faults_.begin(fault, clock_.now()); }
+  /// Ends a fault now; false when it is not there. \rtsafe
+  bool heal(const Fault& fault) noexcept { return faults_.heal(fault, clock_.now()); }
   /// Switches the supply of a slave. Without supply its neighbours see no link.
-  void set_power(std::size_t position, bool on) noexcept;
+  void set_power(std::size_t position, bool on, Nanoseconds now) noexcept;
+  void set_power(std::size_t position, bool on) noexcept { set_power(position, on, clock_.now()); }
   /// Breaks or heals the cable at a port of a slave; false when there is none.
   bool break_cable(PortId port, bool broken = true) noexcept;
   /// The next `count` frames get lost before the first slave.
-  void drop_frames(unsigned count) noexcept { drop_ = count; }
+  void drop_frames(unsigned count) noexcept { inject({.kind = FaultKind::kDrop, .count = count}); }
+  [[nodiscard]] const Wiring& wiring() const noexcept { return wiring_; }
   /// @}
 
  private:
@@ -96,7 +108,13 @@ class Line final : public port::Port {
   const FramePath& current_path(MasterPort from) noexcept;
   std::optional<Passage> pass(std::span<std::byte> frame, const FramePath& way, Nanoseconds now) noexcept;
   /// False when the frame was destroyed.
-  bool pass_slaves(const FramePath& way, Nanoseconds now) noexcept;
+  bool pass_slaves(const FramePath& way, const FrameFate& fate, Nanoseconds now) noexcept;
+  bool pass_frame(std::span<std::byte> frame, const FramePath& way, const FrameFate& fate, Nanoseconds now) noexcept;
+  void process_at(std::size_t slave, const FrameFate& fate, Nanoseconds time) noexcept;
+  /// When the frame is damaged on its way; never without such a fault.
+  [[nodiscard]] static Nanoseconds time_of_damage(const FramePath& way, const FrameFate& fate) noexcept;
+  void count_damage(const FramePath& way, PortId damaged_at) noexcept;
+  void advance_slaves(Nanoseconds now);
   void latch_receive_times(const FramePath& way, Nanoseconds now) noexcept;
   [[nodiscard]] bool survives_as_foreign(const FramePath& way) const noexcept;
   [[nodiscard]] bool link_up(PortId port) const noexcept;
@@ -115,9 +133,9 @@ class Line final : public port::Port {
   FrameDatagrams datagrams_;
   std::vector<std::byte> lost_frame_;  ///< a frame that will not come out is processed here
   bool topology_changed_ = true;
-  unsigned drop_ = 0;
   std::uint64_t serial_ = 0;
   Counters counters_;
+  LineFaults faults_;
 };
 
 }  // namespace driveline::slaves

@@ -1,0 +1,157 @@
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <string_view>
+
+#include "driveline/slaves/line/wiring.hpp"
+#include "driveline/wire/al.hpp"
+#include "driveline/wire/al_status_code.hpp"
+
+namespace driveline::slaves {
+
+/// What can be made to go wrong on a line.
+enum class FaultKind : std::uint8_t {
+  kDrop,
+  kDelay,
+  kDuplicate,
+  kCorrupt,
+  kDamage,
+  kShortWorkingCounter,
+  kCableBreak,
+  kPowerOff,
+  kMailboxSilent,
+  kMailboxBusy,
+  kEepromBusy,
+  kEepromChecksum,
+  kSlowTransition,
+  kRefuseTransition,
+};
+inline constexpr std::size_t kFaultKindCount = 14;
+
+/// What a fault can be told. The values are bits of a FaultParameters set.
+enum class FaultParameter : std::uint16_t {
+  kSlave = 0x001,
+  kPort = 0x002,
+  kTo = 0x004,
+  kWay = 0x008,
+  kCount = 0x010,
+  kChance = 0x020,
+  kSeed = 0x040,
+  kBits = 0x080,
+  kTime = 0x100,
+  kState = 0x200,
+  kCode = 0x400,
+};
+using FaultParameters = std::uint16_t;
+[[nodiscard]] constexpr FaultParameters operator|(FaultParameter a, FaultParameter b) noexcept {
+  return static_cast<FaultParameters>(static_cast<unsigned>(a) | static_cast<unsigned>(b));
+}
+[[nodiscard]] constexpr FaultParameters operator|(FaultParameters a, FaultParameter b) noexcept {
+  return static_cast<FaultParameters>(a | static_cast<unsigned>(b));
+}
+[[nodiscard]] constexpr bool contains(FaultParameters set, FaultParameter parameter) noexcept {
+  return (set & static_cast<unsigned>(parameter)) != 0;
+}
+
+/// Where on its way a frame meets its fate.
+enum class FaultWay : std::uint8_t {
+  kOut,   ///< before the first slave: no slave sees it as it was sent
+  kBack,  ///< behind the last slave: all have acted on it
+};
+
+/// A fault and how long it lasts. Only the members count that its kind takes (kFaultKinds). A cable is named by the
+/// port of a slave that it is plugged into.
+struct Fault {
+  FaultKind kind = FaultKind::kDrop;
+  FaultWay way = FaultWay::kOut;
+  std::uint16_t slave = 0;                   ///< position in the line
+  std::uint8_t port = 0;                     ///< 0..3
+  std::uint32_t count = 0;                   ///< ends after so many frames; 0: does not
+  double chance = 1.0;                       ///< that a frame is hit, 0..1
+  std::uint32_t seed = 1;                    ///< of the chance and of the bits that flip
+  std::uint32_t bits = 1;                    ///< flipped per frame
+  std::chrono::nanoseconds time{0};          ///< how late, or how busy
+  wire::AlState state = wire::AlState::kOp;  ///< the refused one
+  wire::AlStatusCode code = wire::AlStatusCode::kUnspecifiedError;
+  std::chrono::nanoseconds duration{0};  ///< ends after this time; 0: lasts until it is healed
+
+  /// Both need the same thing of the same place: only one of them can be there.
+  [[nodiscard]] bool same_place(const Fault& other) const noexcept;
+};
+
+/// One kind of fault as users see it: the line file, the command line, the help and the documentation use this table.
+struct FaultKindRow {
+  FaultKind kind;
+  std::string_view name;
+  FaultParameters needs;
+  FaultParameters takes;  ///< besides
+  std::string_view text;
+};
+
+namespace fault_detail {
+using enum FaultParameter;
+inline constexpr FaultParameters kNone = 0;
+inline constexpr FaultParameters kHits = kCount | kChance | kSeed;
+inline constexpr FaultParameters kOnlySlave = kNone | kSlave;
+}  // namespace fault_detail
+
+inline constexpr std::array<FaultKindRow, kFaultKindCount> kFaultKinds{{
+    {FaultKind::kDrop, "drop", 0, fault_detail::kHits | FaultParameter::kWay, "frames get lost"},
+    {FaultKind::kDelay, "delay", fault_detail::kNone | FaultParameter::kTime, fault_detail::kHits,
+     "frames come back late; those behind them wait"},
+    {FaultKind::kDuplicate, "duplicate", 0, fault_detail::kHits, "frames come back twice"},
+    {FaultKind::kCorrupt, "corrupt", 0,
+     FaultParameters{fault_detail::kHits | FaultParameter::kWay} | FaultParameter::kBits,
+     "bits behind the Ethernet header flip and nobody notices"},
+    {FaultKind::kDamage, "damage", FaultParameter::kSlave | FaultParameter::kPort, fault_detail::kHits,
+     "frames that come in at this port have a wrong check sequence: counted by the slaves (0300h, 0308h), not taken by "
+     "those behind, discarded by the master's interface"},
+    {FaultKind::kShortWorkingCounter, "short-wkc", fault_detail::kOnlySlave, fault_detail::kHits,
+     "the slave takes no part in LRD, LWR and LRW"},
+    {FaultKind::kCableBreak, "cable-break", fault_detail::kOnlySlave, FaultParameter::kPort | FaultParameter::kTo,
+     "the cable at this port, or to that slave, is broken"},
+    {FaultKind::kPowerOff, "power-off", fault_detail::kOnlySlave, 0, "the slave has no supply; afterwards it starts"},
+    {FaultKind::kMailboxSilent, "mailbox-silent", fault_detail::kOnlySlave, 0,
+     "the slave takes mailbox requests and never replies"},
+    {FaultKind::kMailboxBusy, "mailbox-busy", fault_detail::kOnlySlave, 0,
+     "the slave does not empty its mailbox: the next request finds it full"},
+    {FaultKind::kEepromBusy, "eeprom-busy", FaultParameter::kSlave | FaultParameter::kTime, 0,
+     "every EEPROM command takes this long"},
+    {FaultKind::kEepromChecksum, "eeprom-checksum", fault_detail::kOnlySlave, 0,
+     "the configuration area has a wrong checksum, as the slave finds out when it loads it: at a reload command or the "
+     "next power-on"},
+    {FaultKind::kSlowTransition, "slow-transition", FaultParameter::kSlave | FaultParameter::kTime, 0,
+     "the slave takes this long for every change of its AL state"},
+    {FaultKind::kRefuseTransition, "refuse-transition", FaultParameter::kSlave | FaultParameter::kState,
+     fault_detail::kNone | FaultParameter::kCode, "the slave refuses this AL state with that AL status code"},
+}};
+
+/// One parameter as users see it.
+struct FaultParameterRow {
+  FaultParameter parameter;
+  std::string_view key;
+  std::string_view value;  ///< what is expected
+  std::string_view text;
+};
+
+inline constexpr std::array<FaultParameterRow, 11> kFaultParameters{{
+    {FaultParameter::kSlave, "slave", "name or position of a slave", "which slave"},
+    {FaultParameter::kPort, "port", "0 to 3", "port of the slave"},
+    {FaultParameter::kTo, "to", "name or position of a slave", "the slave at the other end of the cable"},
+    {FaultParameter::kWay, "way", "out or back", "before the first slave (default) or behind the last one"},
+    {FaultParameter::kCount, "count", "1 to 4294967295", "ends after so many frames; default: does not"},
+    {FaultParameter::kChance, "chance", "0 to 1", "that a frame is hit; default 1"},
+    {FaultParameter::kSeed, "seed", "0 to 4294967295", "of the chance and of the flipped bits; default 1"},
+    {FaultParameter::kBits, "bits", "1 to 1000", "flipped per frame; default 1"},
+    {FaultParameter::kTime, "time_us", "1 to 60000000", "us"},
+    {FaultParameter::kState, "state", "INIT, PREOP, BOOT, SAFEOP or OP", "the AL state that is refused"},
+    {FaultParameter::kCode, "code", "0 to 65535", "AL status code; default 1"},
+}};
+
+[[nodiscard]] constexpr const FaultKindRow& fault_kind_row(FaultKind kind) noexcept {
+  return kFaultKinds[static_cast<std::size_t>(kind)];
+}
+
+}  // namespace driveline::slaves
