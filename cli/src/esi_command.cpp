@@ -22,7 +22,12 @@ Outcome<esi::EsiFile> read_file(const std::string& name) {
   return std::move(*file);
 }
 
-}  // namespace
+/// Every ESI command works on one path.
+Execute with_path(Arguments& to, Value value, std::string_view help, Outcome<int> (*work)(const std::string&)) {
+  auto path = std::make_shared<std::string>();
+  to.required(path.get(), std::move(value), help);
+  return [path, work] { return work(*path); };
+}
 
 Outcome<int> generate_esi(const std::string& directory) {
   std::error_code error;
@@ -59,6 +64,20 @@ Outcome<int> show_esi(const std::string& name) {
                device.objects.size(), device.dc_modes.size());
   }
   return 0;
+}
+
+}  // namespace
+
+Execute prepare_esi_generate(Arguments& to) {
+  return with_path(to, Value::folder("DIRECTORY"), "Where the files go; made when it is not there", generate_esi);
+}
+
+Execute prepare_esi_validate(Arguments& to) {
+  return with_path(to, Value::file(), "ESI file (XML)", validate_esi);
+}
+
+Execute prepare_esi_show(Arguments& to) {
+  return with_path(to, Value::file(), "ESI file (XML)", show_esi);
 }
 
 }  // namespace driveline::cli

@@ -8,9 +8,21 @@
 #include "line_run.hpp"
 #include "plots.hpp"
 #include "signals.hpp"
+#include "tool_options.hpp"
 
 namespace driveline::cli {
 namespace {
+
+/// What `run` was asked for.
+struct RunOptions {
+  BusOptions bus;
+  std::optional<std::string> duration;
+  std::string output_directory;  ///< empty: as configured
+  std::string capture;           ///< empty: as configured
+  bool no_plots = false;
+  bool no_telemetry = false;
+  bool json = false;
+};
 
 /// Files that the run leaves behind, beside axes.csv. A plot that cannot be drawn is no failure of the run.
 void write_files(const LineConfig& config, RunReport& report) {
@@ -31,12 +43,16 @@ void write_files(const LineConfig& config, RunReport& report) {
   }
 }
 
-}  // namespace
-
-Outcome<int> run_line(const BusOptions& bus, const RunOptions& options) {
-  if (bus.config.empty()) return misused("--config FILE is missing: the axes and their path");
+Outcome<int> run_line(const RunOptions& options) {
+  std::optional<double> duration_s;
+  if (options.duration) {
+    const auto seconds = parse_seconds(*options.duration, "--duration");
+    if (!seconds) return tl::unexpected(seconds.error());
+    duration_s = *seconds;
+  }
+  if (options.bus.config.empty()) return misused("--config FILE is missing: the axes and their path");
   std::optional<trajectory::Interpolator> path;
-  auto session = Session::open(bus, [&](LineConfig& config) -> Outcome<void> {
+  auto session = Session::open(options.bus, [&](LineConfig& config) -> Outcome<void> {
     if (!options.output_directory.empty()) config.output.directory = options.output_directory;
     if (!options.capture.empty()) config.output.capture = options.capture;
     if (options.no_plots) config.output.plots = false;
@@ -49,7 +65,7 @@ Outcome<int> run_line(const BusOptions& bus, const RunOptions& options) {
   });
   if (!session) return tl::unexpected(session.error());
   catch_stop_signals();
-  auto report = LineRun(**session, std::move(path), options.duration_s).execute();
+  auto report = LineRun(**session, std::move(path), duration_s).execute();
   const auto capture = (*session)->close_capture();
   if (!report) return tl::unexpected(report.error());
   if (!capture) return tl::unexpected(capture.error());
@@ -58,6 +74,22 @@ Outcome<int> run_line(const BusOptions& bus, const RunOptions& options) {
   fmt::print("{}", options.json ? json_text(to_json(*report)) : to_text(*report));
   if (!report->faults.empty()) return failed(report->faults.front());
   return 0;
+}
+
+}  // namespace
+
+Execute prepare_run(Arguments& to) {
+  auto options = std::make_shared<RunOptions>();
+  add_bus_options(to, options->bus);
+  to.option("--duration", &options->duration, Value::text("SECONDS"),
+            "Seconds in operation; default: until the end of the path");
+  to.flag("--virtual", options->bus.virtual_time, "Simulated line on virtual time: deterministic, as fast as possible");
+  to.option("--output", &options->output_directory, Value::folder(), "Folder for CSV files and plots");
+  to.option("--capture", &options->capture, Value::file(), "Write all frames to this pcapng file");
+  to.flag("--no-plots", options->no_plots, "Leave only the CSV files");
+  to.flag("--no-telemetry", options->no_telemetry, "Do not publish over DDS");
+  add_json_flag(to, options->json);
+  return [options] { return run_line(*options); };
 }
 
 }  // namespace driveline::cli

@@ -6,6 +6,7 @@
 #include "driveline/slaves/msd/msd_drive.hpp"
 #include "line_server.hpp"
 #include "signals.hpp"
+#include "tool_options.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -36,8 +37,6 @@ std::string states_summary(const slaves::Line& line) {
   }
   return text;
 }
-
-}  // namespace
 
 Outcome<int> simulate(const BusOptions& bus) {
   if (bus.config.empty() || bus.interface.empty()) {
@@ -85,6 +84,14 @@ Outcome<int> simulate(const BusOptions& bus) {
       server.frames(), server.send_failures(), us(turn_around.percentile(0.5)), us(turn_around.percentile(0.99)),
       us(turn_around.percentile(0.999)), us(turn_around.max()), states_summary(*line));
   return 0;
+}
+
+}  // namespace
+
+Execute prepare_simulate(Arguments& to) {
+  auto bus = std::make_shared<BusOptions>();
+  add_bus_options(to, *bus);
+  return [bus] { return simulate(*bus); };
 }
 
 }  // namespace driveline::cli

@@ -1,6 +1,7 @@
 #include "typed_value.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -126,10 +127,15 @@ tl::expected<ValueType, std::string> parse_type(std::string_view name) {
   for (const auto& row : kTypes) {
     if (row.name == name) return row.type;
   }
-  std::string names;
-  for (const auto& row : kTypes)
-    names += row.name.empty() ? "" : fmt::format("{}{}", names.empty() ? "" : ", ", row.name);
-  return tl::unexpected(fmt::format("type \"{}\": one of {} is expected", name, names));
+  return tl::unexpected(fmt::format("type \"{}\": one of {} is expected", name, fmt::join(type_names(), ", ")));
+}
+
+std::vector<std::string_view> type_names() {
+  std::vector<std::string_view> names;
+  for (const auto& row : kTypes) {
+    if (!row.name.empty()) names.push_back(row.name);
+  }
+  return names;
 }
 
 tl::expected<nlohmann::json, std::string> json_value(std::span<const std::byte> data, ValueType type) {

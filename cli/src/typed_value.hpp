@@ -29,6 +29,9 @@ enum class ValueType {
 /// "uint16", "int32", "float", "string" ...; empty means raw bytes. Error: a sentence.
 [[nodiscard]] tl::expected<ValueType, std::string> parse_type(std::string_view name);
 
+/// All names parse_type() knows, for the command line.
+[[nodiscard]] std::vector<std::string_view> type_names();
+
 /// Value of an object as text. Raw bytes are printed in hex, with the unsigned number behind when there are 1, 2, 4 or
 /// 8. Error: the object has another size than the type.
 [[nodiscard]] tl::expected<std::string, std::string> format_value(std::span<const std::byte> data, ValueType type);

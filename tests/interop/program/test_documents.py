@@ -17,6 +17,8 @@ def commands():
         for block in re.findall(r"^```(?:sh|)\n(.*?)^```", text, re.M | re.S):
             for line in block.splitlines():
                 words = shlex.split(line, comments=True)
+                if ">" in words:
+                    words = words[:words.index(">")]
                 if words and words[0] in ("driveline", "build/driveline") and words[1:] not in found:
                     found.append(words[1:])
     return found

@@ -1,0 +1,10 @@
+#pragma once
+
+#include <string>
+
+namespace driveline::cli {
+
+/// A bash script that completes the commands of the table, their options and the values of those.
+[[nodiscard]] std::string bash_completion();
+
+}  // namespace driveline::cli

@@ -1,0 +1,126 @@
+#include "program.hpp"
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <deque>
+
+#include "command.hpp"
+#include "console.hpp"
+
+namespace driveline::cli {
+namespace {
+
+/// "driveline esi show"
+std::string full_name(const CLI::App* app) {
+  return app->get_parent() == nullptr ? app->get_name() : full_name(app->get_parent()) + " " + app->get_name();
+}
+
+/// All complaints are one sentence, as those of the commands.
+std::string failure_message(const CLI::App* app, const CLI::Error& error) {
+  while (!app->get_subcommands().empty()) app = app->get_subcommands().front();
+  return fmt::format("{}: {}; {} --help tells more\n", full_name(app), error.what(), full_name(app));
+}
+
+void declare(CLI::App& app, const Argument& argument) {
+  const std::string names(argument.names);
+  const std::string help(argument.help);
+  auto* option = std::visit(
+      [&](auto* target) -> CLI::Option* {
+        if constexpr (std::is_same_v<decltype(target), bool*>) {
+          return app.add_flag(names, *target, help);
+        } else {
+          return app.add_option(names, *target, help);
+        }
+      },
+      argument.target);
+  if (argument.value.kind != Value::Kind::kNone && !argument.positional()) {
+    option->option_text(std::string(argument.value.name));
+  } else if (argument.positional()) {
+    option->option_text(argument.required ? " " : "(optional)");
+  }
+  if (argument.required) option->required();
+}
+
+std::string example_lines(const Command& command) {
+  std::string text = command.examples.empty() ? "" : "Examples:";
+  std::string_view rest = command.examples;
+  while (!rest.empty()) {
+    const auto end = std::min(rest.find('\n'), rest.size());
+    text += fmt::format("\n  driveline {}", rest.substr(0, end));
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+  }
+  return text;
+}
+
+/// A command as it has been built.
+struct Built {
+  CLI::App* app = nullptr;
+  Arguments arguments;
+  Execute execute;
+};
+
+void add_command(CLI::App& parent, const Command& command, std::string_view name, std::string_view group,
+                 std::deque<Built>& built) {
+  auto* app = parent.add_subcommand(std::string(name), std::string(command.summary));
+  app->group(std::string(group));
+  app->footer(example_lines(command));
+  if (command.prepare == nullptr) {
+    app->require_subcommand(1);
+    return;
+  }
+  auto& entry = built.emplace_back();
+  entry.app = app;
+  entry.execute = command.prepare(entry.arguments);
+  for (const auto& argument : entry.arguments.list()) declare(*app, argument);
+}
+
+void add_commands(CLI::App& program, std::deque<Built>& built) {
+  for (const auto& command : commands()) {
+    const auto space = command.name.find(' ');
+    if (space == std::string_view::npos) {
+      add_command(program, command, command.name, command.group, built);
+    } else {
+      auto* head = program.get_subcommand(std::string(command.name.substr(0, space)));
+      add_command(*head, command, command.name.substr(space + 1), "Commands", built);
+    }
+    if (!command.also.empty()) add_command(program, command, command.also, "Other names", built);
+  }
+}
+
+int finish(const Built& command) {
+  const auto outcome = command.execute();
+  if (std::fflush(stdout) != 0) {
+    progress("driveline: the output cannot be written: {}", std::strerror(errno));
+    return 1;
+  }
+  if (outcome) return *outcome;
+  progress("{}: {}", full_name(command.app), outcome.error().text);
+  return outcome.error().status;
+}
+
+}  // namespace
+
+int run_program(int argc, const char* const* argv) {
+  CLI::App app{"A real-time EtherCAT master for servo drive lines, and the drives to run it against", "driveline"};
+  app.failure_message(failure_message);
+  app.set_version_flag("--version", DRIVELINE_VERSION);
+  app.footer("driveline COMMAND --help tells the options of a command and shows examples.");
+  std::deque<Built> built;
+  add_commands(app, built);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    const int status = app.exit(error);
+    return status == 0 ? 0 : 2;
+  }
+  for (const auto& command : built) {
+    if (command.app->parsed()) return finish(command);
+  }
+  progress("driveline: which command? driveline --help lists them");
+  return 2;
+}
+
+}  // namespace driveline::cli
