@@ -3,6 +3,7 @@
 #include <array>
 #include <cstring>
 
+#include "driveline/slaves/bit_copy.hpp"
 #include "driveline/slaves/esc/esc.hpp"
 #include "driveline/wire/datagram.hpp"
 

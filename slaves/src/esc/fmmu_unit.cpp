@@ -83,14 +83,4 @@ void FmmuUnit::add(std::vector<LogicalMapping>& mappings, LogicalMapping mapping
   }
 }
 
-void copy_bits(std::span<const std::byte> from, std::size_t from_bit, std::span<std::byte> to, std::size_t to_bit,
-               std::size_t count) noexcept {
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto bit = std::to_integer<unsigned>(from[(from_bit + i) / 8]) >> ((from_bit + i) % 8) & 1U;
-    const auto mask = static_cast<std::byte>(1U << ((to_bit + i) % 8));
-    auto& target = to[(to_bit + i) / 8];
-    target = bit != 0 ? target | mask : target & ~mask;
-  }
-}
-
 }  // namespace driveline::slaves

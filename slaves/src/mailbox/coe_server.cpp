@@ -18,8 +18,10 @@ std::size_t with_header(CoeService service, std::size_t length, std::span<std::b
 
 }  // namespace
 
-CoeServer::CoeServer(ObjectDictionary& dictionary, DictionaryOwner& owner)
-    : sdo_(dictionary, owner), information_(dictionary) {}
+CoeServer::CoeServer(ObjectDictionary& dictionary, DictionaryOwner& owner, const Options& options)
+    : has_information_(options.sdo_information),
+      sdo_(dictionary, owner, options.complete_access),
+      information_(dictionary) {}
 
 void CoeServer::raise(const wire::Emergency& emergency) noexcept {
   if (count_ == kEmergencyDepth) {
@@ -42,6 +44,7 @@ tl::expected<std::size_t, MailboxErrorCode> CoeServer::request(std::span<const s
       if (body.size() < wire::SdoHeader::kSize) return tl::unexpected(MailboxErrorCode::kSizeTooShort);
       return with_header(CoeService::kSdoResponse, sdo_.handle(body, state, room), out);
     case CoeService::kSdoInformation:
+      if (!has_information_) return tl::unexpected(MailboxErrorCode::kServiceNotSupported);
       if (body.size() < wire::SdoInfoHeader::kSize) return tl::unexpected(MailboxErrorCode::kSizeTooShort);
       return with_header(CoeService::kSdoInformation, information_.handle(body, room), out);
     default:

@@ -32,8 +32,7 @@ class Writer {
   void put(std::string_view text) noexcept {
     for (const char c : text.substr(0, out_.size() - used_)) out_[used_++] = static_cast<std::byte>(c);
   }
-  void put_value(const EntryRow& row, double number) noexcept {
-    const auto raw = raw_from_number(row.type, number);
+  void put_value(const EntryRow& row, std::uint64_t raw) noexcept {
     for (std::size_t i = 0; i < byte_size(row.type); ++i) put(static_cast<std::uint8_t>(raw >> (8 * i)));
   }
   [[nodiscard]] std::size_t used() const noexcept { return used_; }
@@ -180,11 +179,11 @@ std::size_t SdoInformation::entry(std::uint16_t index, std::uint8_t subindex, st
   writer.put(subindex);
   writer.put(included);
   writer.put(static_cast<std::uint16_t>(row->type));
-  writer.put(static_cast<std::uint16_t>(8 * byte_size(*row)));
+  writer.put(static_cast<std::uint16_t>(bit_size(*row)));
   writer.put(row->access);
-  if ((included & kDefaultValue) != 0) writer.put_value(*row, row->initial);
-  if ((included & kMinimum) != 0) writer.put_value(*row, row->minimum);
-  if ((included & kMaximum) != 0) writer.put_value(*row, row->maximum);
+  if ((included & kDefaultValue) != 0) writer.put_value(*row, initial_raw(*row));
+  if ((included & kMinimum) != 0) writer.put_value(*row, raw_from_number(row->type, row->minimum));
+  if ((included & kMaximum) != 0) writer.put_value(*row, raw_from_number(row->type, row->maximum));
   writer.put(entry_name(*row));
   return SdoInfoHeader::kSize + writer.used();
 }

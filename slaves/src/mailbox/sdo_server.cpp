@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "driveline/slaves/od/complete_access.hpp"
+
 namespace driveline::slaves {
 namespace {
 
@@ -20,10 +22,49 @@ std::size_t put_header(const SdoHeader& header, std::span<std::byte> out) noexce
   return SdoHeader::kSize;
 }
 
+/// Bytes of the longest thing that can be asked for.
+std::size_t longest_transfer(const DictionaryTable& table, bool complete_access) noexcept {
+  std::size_t longest = sizeof(std::uint64_t);
+  for (const auto& row : table.rows()) longest = std::max(longest, byte_size(row));
+  if (!complete_access) return longest;
+  for (auto rows = table.next_object(0); !rows.empty(); rows = table.next_object(rows.front().index)) {
+    longest = std::max(longest, complete_size(rows, 0));
+  }
+  return longest;
+}
+
 }  // namespace
 
-SdoServer::SdoServer(ObjectDictionary& dictionary, DictionaryOwner& owner)
-    : dictionary_(&dictionary), owner_(&owner), buffer_(kMaxObject) {}
+SdoServer::SdoServer(ObjectDictionary& dictionary, DictionaryOwner& owner, bool complete_access)
+    : dictionary_(&dictionary),
+      owner_(&owner),
+      complete_access_(complete_access),
+      buffer_(longest_transfer(dictionary.table(), complete_access)) {}
+
+SdoResult<std::size_t> SdoServer::read(const SdoAddress& address, wire::AlState state) {
+  if (!address.complete) return dictionary_->upload(address.index, address.subindex, state, buffer_);
+  if (!complete_access_) return tl::unexpected(SdoAbort::kNoCompleteAccess);
+  return upload_complete(*dictionary_, address.index, address.subindex, state, buffer_);
+}
+
+SdoResult<std::size_t> SdoServer::capacity(const SdoAddress& address, wire::AlState state) const {
+  if (!address.complete) {
+    return dictionary_->writable(address.index, address.subindex, state, *owner_).map([](const EntryRow* row) {
+      return byte_size(*row);
+    });
+  }
+  if (!complete_access_) return tl::unexpected(SdoAbort::kNoCompleteAccess);
+  return writable_complete(*dictionary_, address.index, address.subindex, state);
+}
+
+SdoResult<void> SdoServer::store(const SdoAddress& address, wire::AlState state, std::span<const std::byte> data,
+                                 bool size_known) {
+  if (!address.complete) {
+    return dictionary_->download(address.index, address.subindex, state, data, *owner_, size_known);
+  }
+  if (!complete_access_) return tl::unexpected(SdoAbort::kNoCompleteAccess);
+  return download_complete(*dictionary_, address.index, address.subindex, state, data, *owner_);
+}
 
 std::size_t SdoServer::handle(std::span<const std::byte> request, wire::AlState state, std::span<std::byte> out) {
   const auto header = SdoHeader::decode(request);
@@ -53,28 +94,29 @@ std::size_t SdoServer::abort(std::uint16_t index, std::uint8_t subindex, SdoAbor
 }
 
 std::size_t SdoServer::abort_transfer(SdoAbort code, std::span<std::byte> out) {
-  return abort(transfer_.index, transfer_.subindex, code, out);
+  return abort(transfer_.address.index, transfer_.address.subindex, code, out);
 }
 
 std::size_t SdoServer::initiate_upload(const SdoHeader& request, wire::AlState state, std::span<std::byte> out) {
   cancel();
-  if (request.complete_access()) return abort(request.index, request.subindex, SdoAbort::kNoCompleteAccess, out);
-  const auto size = dictionary_->upload(request.index, request.subindex, state, buffer_);
+  const SdoAddress address{request.index, request.subindex, request.complete_access()};
+  const auto size = read(address, state);
   if (!size) return abort(request.index, request.subindex, size.error(), out);
 
+  const auto flags = address.complete ? SdoHeader::kCompleteAccess : std::uint8_t{0};
   SdoHeader response{0, request.index, request.subindex, {}};
   if (*size > 0 && *size <= response.data.size()) {
-    response.command = wire::expedited_command(static_cast<std::uint8_t>(SdoResponseCommand::kInitiateUpload), *size);
+    response.command = static_cast<std::uint8_t>(
+        wire::expedited_command(static_cast<std::uint8_t>(SdoResponseCommand::kInitiateUpload), *size) | flags);
     std::copy_n(buffer_.begin(), *size, response.data.begin());
     return put_header(response, out);
   }
-  response.command = command_byte(SdoResponseCommand::kInitiateUpload, SdoHeader::kSizeIndicated);
+  response.command =
+      command_byte(SdoResponseCommand::kInitiateUpload, static_cast<std::uint8_t>(SdoHeader::kSizeIndicated | flags));
   response.data = wire::to_le_bytes(static_cast<std::uint32_t>(*size));
   const std::size_t first = std::min(*size, out.size() - SdoHeader::kSize);
   std::copy_n(buffer_.begin(), first, out.begin() + SdoHeader::kSize);
-  if (first < *size) {
-    transfer_ = {Transfer::Kind::kUpload, request.index, request.subindex, false, *size, first};
-  }
+  if (first < *size) transfer_ = {Transfer::Kind::kUpload, address, false, *size, first};
   return put_header(response, out) + first;
 }
 
@@ -99,34 +141,38 @@ std::size_t SdoServer::upload_segment(SdoSegmentHeader request, std::span<std::b
 std::size_t SdoServer::initiate_download(const SdoHeader& request, std::span<const std::byte> data, wire::AlState state,
                                          std::span<std::byte> out) {
   cancel();
-  if (request.complete_access()) return abort(request.index, request.subindex, SdoAbort::kNoCompleteAccess, out);
   if (!request.expedited()) return start_download(request, data, state, out);
   const auto value = std::span<const std::byte>(request.data).first(request.expedited_size());
-  const auto stored =
-      dictionary_->download(request.index, request.subindex, state, value, *owner_, request.size_indicated());
+  const SdoAddress address{request.index, request.subindex, request.complete_access()};
+  const auto stored = store(address, state, value, request.size_indicated());
   if (!stored) return abort(request.index, request.subindex, stored.error(), out);
-  return put_header({command_byte(SdoResponseCommand::kInitiateDownload), request.index, request.subindex, {}}, out);
+  return confirm_download(address, out);
 }
 
-/// A download whose data begin behind the header and go on in segments when they are not complete.
+/// Command 60h whatever the flags of the request were: what slaves in the field answer and masters compare with.
+std::size_t SdoServer::confirm_download(const SdoAddress& address, std::span<std::byte> out) {
+  return put_header({command_byte(SdoResponseCommand::kInitiateDownload), address.index, address.subindex, {}}, out);
+}
+
+/// A download whose data begin behind the header and go on in segments when they are not complete. The complete size
+/// is always there, whether the request indicates it or not.
 std::size_t SdoServer::start_download(const SdoHeader& request, std::span<const std::byte> data, wire::AlState state,
                                       std::span<std::byte> out) {
   const auto fail = [&](SdoAbort code) { return abort(request.index, request.subindex, code, out); };
-  const auto row = dictionary_->writable(request.index, request.subindex, state, *owner_);
-  if (!row) return fail(row.error());
-  if (!request.size_indicated()) return fail(SdoAbort::kInvalidCommand);
+  const SdoAddress address{request.index, request.subindex, request.complete_access()};
+  const auto most = capacity(address, state);
+  if (!most) return fail(most.error());
   const std::size_t size = request.data_u32();
-  if (size > byte_size(**row) || size > buffer_.size()) return fail(SdoAbort::kLengthTooHigh);
+  if (size > *most || size > buffer_.size()) return fail(SdoAbort::kLengthTooHigh);
   const std::size_t first = std::min(size, data.size());
   std::copy_n(data.begin(), first, buffer_.begin());
   if (first == size) {
-    const auto value = std::span<const std::byte>(buffer_).first(size);
-    const auto stored = dictionary_->download(request.index, request.subindex, state, value, *owner_);
+    const auto stored = store(address, state, std::span<const std::byte>(buffer_).first(size), true);
     if (!stored) return fail(stored.error());
   } else {
-    transfer_ = {Transfer::Kind::kDownload, request.index, request.subindex, false, size, first};
+    transfer_ = {Transfer::Kind::kDownload, address, false, size, first};
   }
-  return put_header({command_byte(SdoResponseCommand::kInitiateDownload), request.index, request.subindex, {}}, out);
+  return confirm_download(address, out);
 }
 
 std::size_t SdoServer::download_segment(SdoSegmentHeader request, std::span<const std::byte> data, wire::AlState state,
@@ -144,7 +190,7 @@ std::size_t SdoServer::download_segment(SdoSegmentHeader request, std::span<cons
   if (request.last) {
     if (count != left) return abort_transfer(SdoAbort::kLengthTooLow, out);
     const auto value = std::span<const std::byte>(buffer_).first(transfer_.size);
-    const auto stored = dictionary_->download(transfer_.index, transfer_.subindex, state, value, *owner_);
+    const auto stored = store(transfer_.address, state, value, true);
     if (!stored) return abort_transfer(stored.error(), out);
     cancel();
   }

@@ -10,7 +10,7 @@ using esi::DeviceDescription;
 /// Raw little-endian value as hex digits, the form ESI files have.
 std::string hex(const EntryRow& row, double number) {
   constexpr std::string_view kDigits = "0123456789ABCDEF";
-  const std::uint32_t raw = raw_from_number(row.type, number);
+  const auto raw = raw_from_number(row.type, number);
   std::string text;
   for (std::size_t i = 0; i < byte_size(row.type); ++i) {
     const auto byte = static_cast<std::uint8_t>(raw >> (8 * i));

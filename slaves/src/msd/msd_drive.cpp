@@ -121,8 +121,8 @@ nanoseconds MsdDrive::process_data_period() const noexcept {
 }
 
 void MsdDrive::build_process_data() noexcept {
-  rx_map_.build(dictionary_, PdoDirection::kRx, kPdoLimits);
-  tx_map_.build(dictionary_, PdoDirection::kTx, kPdoLimits);
+  rx_map_.build(dictionary_, kOutputsSyncManager, kPdoLimits);
+  tx_map_.build(dictionary_, kInputsSyncManager, kPdoLimits);
 }
 
 std::size_t MsdDrive::process_data_size(std::size_t sync_manager) const noexcept {

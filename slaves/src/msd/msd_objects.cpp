@@ -11,7 +11,7 @@ constexpr std::uint32_t kSaveSignature = 0x65766173;  ///< "save", CiA 301 7.5.2
 constexpr std::uint32_t kLoadSignature = 0x64616F6C;  ///< "load", CiA 301 7.5.2.14
 
 /// Interpolation types this model has: none, linear, cubic spline, its approximation (MSD manual Table 12.16).
-constexpr bool interpolation_supported(std::uint32_t type) noexcept {
+constexpr bool interpolation_supported(std::uint64_t type) noexcept {
   return type <= 1 || type == 3 || type == 4;
 }
 
@@ -30,7 +30,7 @@ SdoResult<void> require(bool condition, SdoAbort otherwise) noexcept {
 
 }  // namespace
 
-SdoResult<void> MsdDrive::accept(const EntryRow& row, std::uint32_t raw) {
+SdoResult<void> MsdDrive::accept(const EntryRow& row, std::uint64_t raw) {
   switch (row.slot) {
     case kStoreCommand:
       return require(raw == kSaveSignature, SdoAbort::kCannotTransferOrStore);

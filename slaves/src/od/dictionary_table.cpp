@@ -20,15 +20,26 @@ constexpr std::uint32_t address(const EntryRow& row) noexcept {
 
 }  // namespace
 
-std::uint32_t raw_from_number(esi::DataType type, double number) noexcept {
+std::uint64_t raw_from_number(esi::DataType type, double number) noexcept {
   if (type == esi::DataType::kReal32) return std::bit_cast<std::uint32_t>(static_cast<float>(number));
-  return static_cast<std::uint32_t>(static_cast<std::int64_t>(number));
+  if (type == esi::DataType::kReal64) return std::bit_cast<std::uint64_t>(number);
+  return static_cast<std::uint64_t>(static_cast<std::int64_t>(number));
 }
 
-double number_from_raw(esi::DataType type, std::uint32_t raw) noexcept {
-  if (type == esi::DataType::kReal32) return static_cast<double>(std::bit_cast<float>(raw));
-  if (is_signed(type)) return static_cast<double>(static_cast<std::int32_t>(raw));
+double number_from_raw(esi::DataType type, std::uint64_t raw) noexcept {
+  if (type == esi::DataType::kReal32) {
+    return static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(raw)));
+  }
+  if (type == esi::DataType::kReal64) return std::bit_cast<double>(raw);
+  if (is_signed(type)) return static_cast<double>(static_cast<std::int64_t>(raw));
   return static_cast<double>(raw);
+}
+
+std::uint64_t initial_raw(const EntryRow& row) noexcept {
+  if (row.text.size() != sizeof(std::uint64_t)) return raw_from_number(row.type, row.initial);
+  std::uint64_t raw = 0;
+  for (std::size_t i = sizeof raw; i-- > 0;) raw = (raw << 8) | static_cast<std::uint8_t>(row.text[i]);
+  return raw;
 }
 
 DictionaryTable::DictionaryTable(std::initializer_list<std::span<const EntryRow>> parts, std::uint16_t fixed_slots) {
@@ -45,10 +56,12 @@ void DictionaryTable::assign_slots(std::uint16_t fixed_slots) {
   slot_count_ = fixed_slots;
   for (auto& row : rows_) {
     if (is_string(row.type)) {
+      const bool text = row.type == esi::DataType::kVisibleString || row.type == esi::DataType::kOctetString;
+      if (!text && row.string_length == 0) reject("data type without a length", row);
+      if (string_count_ == slot::kConstant) reject("too many texts", row);
       row.slot = string_count_++;
-    } else if (byte_size(row.type) == 0) {
-      reject("data type not supported", row);
     } else if (row.slot == slot::kOwn) {
+      if (slot_count_ == slot::kConstant) reject("too many values", row);
       row.slot = slot_count_++;
     } else if (row.slot != slot::kConstant) {
       if (row.slot >= fixed_slots) reject("slot out of range", row);

@@ -24,31 +24,34 @@ constexpr std::uint16_t access_bit(wire::AlState state, std::uint16_t in_pre_op)
   }
 }
 
-std::uint32_t load_number(esi::DataType type, std::span<const std::byte> data) noexcept {
+/// Number in the first bytes of `data`, sign extended.
+std::uint64_t load_number(esi::DataType type, std::span<const std::byte> data) noexcept {
+  const auto extended = [type](auto value) {
+    using Unsigned = decltype(value);
+    using Signed = std::make_signed_t<Unsigned>;
+    return is_signed(type) ? static_cast<std::uint64_t>(std::int64_t{static_cast<Signed>(value)})
+                           : std::uint64_t{value};
+  };
   switch (byte_size(type)) {
     case 1:
-      return is_signed(type) ? static_cast<std::uint32_t>(wire::load_le<std::int8_t>(data))
-                             : wire::load_le<std::uint8_t>(data);
+      return extended(wire::load_le<std::uint8_t>(data));
     case 2:
-      return is_signed(type) ? static_cast<std::uint32_t>(wire::load_le<std::int16_t>(data))
-                             : wire::load_le<std::uint16_t>(data);
+      return extended(wire::load_le<std::uint16_t>(data));
+    case 4:
+      return extended(wire::load_le<std::uint32_t>(data));
     default:
-      return wire::load_le<std::uint32_t>(data);
+      return wire::load_le<std::uint64_t>(data);
   }
 }
 
-void store_number(esi::DataType type, std::uint32_t raw, std::span<std::byte> out) noexcept {
-  switch (byte_size(type)) {
-    case 1:
-      return wire::store_le(out, static_cast<std::uint8_t>(raw));
-    case 2:
-      return wire::store_le(out, static_cast<std::uint16_t>(raw));
-    default:
-      return wire::store_le(out, raw);
-  }
+void store_number(esi::DataType type, std::uint64_t raw, std::span<std::byte> out) noexcept {
+  const auto bytes = wire::to_le_bytes(raw);
+  std::copy_n(bytes.begin(), byte_size(type), out.begin());
 }
 
-SdoResult<void> check_range(const EntryRow& row, std::uint32_t raw) noexcept {
+SdoResult<void> check_range(const EntryRow& row, std::uint64_t raw) noexcept {
+  const auto field = bit_size(row);
+  if (field < 8 && !is_signed(row.type) && raw >> field != 0) return tl::unexpected(SdoAbort::kValueTooHigh);
   const double number = number_from_raw(row.type, raw);
   if (!std::isfinite(number)) return tl::unexpected(SdoAbort::kValueRange);
   if (number > row.maximum) return tl::unexpected(SdoAbort::kValueTooHigh);
@@ -57,6 +60,14 @@ SdoResult<void> check_range(const EntryRow& row, std::uint32_t raw) noexcept {
 }
 
 }  // namespace
+
+std::uint16_t read_access(wire::AlState state) noexcept {
+  return access_bit(state, access::kReadPreOp);
+}
+
+std::uint16_t write_access(wire::AlState state) noexcept {
+  return access_bit(state, access::kWritePreOp);
+}
 
 ObjectDictionary::ObjectDictionary(const DictionaryTable& table)
     : table_(&table), values_(table.slot_count()), strings_(table.string_count()) {
@@ -71,7 +82,7 @@ void ObjectDictionary::reset() {
     if (is_string(row.type)) {
       strings_[row.slot] = row.text;
     } else if (row.slot != slot::kConstant) {
-      values_[row.slot] = raw_from_number(row.type, row.initial);
+      values_[row.slot] = initial_raw(row);
     }
   }
 }
@@ -87,8 +98,8 @@ void ObjectDictionary::copy_backup_values(const ObjectDictionary& from) {
   }
 }
 
-std::uint32_t ObjectDictionary::raw(const EntryRow& row) const noexcept {
-  return row.slot == slot::kConstant ? raw_from_number(row.type, row.initial) : values_[row.slot];
+std::uint64_t ObjectDictionary::raw(const EntryRow& row) const noexcept {
+  return row.slot == slot::kConstant ? initial_raw(row) : values_[row.slot];
 }
 
 SdoResult<const EntryRow*> ObjectDictionary::locate(std::uint16_t index, std::uint8_t subindex) const {
@@ -104,7 +115,7 @@ SdoResult<std::size_t> ObjectDictionary::upload(std::uint16_t index, std::uint8_
   if (!located) return tl::unexpected(located.error());
   const EntryRow& row = **located;
   if ((row.access & access::kRead) == 0) return tl::unexpected(SdoAbort::kWriteOnly);
-  if ((row.access & access_bit(state, access::kReadPreOp)) == 0) return tl::unexpected(SdoAbort::kDeviceState);
+  if ((row.access & read_access(state)) == 0) return tl::unexpected(SdoAbort::kDeviceState);
   if (!is_string(row.type)) {
     store_number(row.type, raw(row), out);
     return byte_size(row.type);
@@ -122,7 +133,7 @@ SdoResult<const EntryRow*> ObjectDictionary::writable(std::uint16_t index, std::
   if (!located) return located;
   const EntryRow& row = **located;
   if ((row.access & access::kWrite) == 0) return tl::unexpected(SdoAbort::kReadOnly);
-  if ((row.access & access_bit(state, access::kWritePreOp)) == 0) return tl::unexpected(SdoAbort::kDeviceState);
+  if ((row.access & write_access(state)) == 0) return tl::unexpected(SdoAbort::kDeviceState);
   if (row.power_off_only && owner.power_stage_on()) return tl::unexpected(SdoAbort::kDeviceState);
   return &row;
 }
@@ -133,7 +144,7 @@ SdoResult<void> ObjectDictionary::store_string(const EntryRow& row, std::span<co
   std::string& value = strings_[row.slot];
   value.clear();
   for (const std::byte byte : data) {
-    if (byte == std::byte{0}) break;
+    if (byte == std::byte{0} && row.type == esi::DataType::kVisibleString) break;
     value += static_cast<char>(byte);
   }
   owner.written(row);
@@ -149,7 +160,7 @@ SdoResult<void> ObjectDictionary::download(std::uint16_t index, std::uint8_t sub
   const std::size_t size = byte_size(row.type);
   if (data.size() < size) return tl::unexpected(SdoAbort::kLengthTooLow);
   if (data.size() > size && size_known) return tl::unexpected(SdoAbort::kLengthTooHigh);
-  const std::uint32_t value = load_number(row.type, data);
+  const std::uint64_t value = load_number(row.type, data);
   return check_range(row, value).and_then([&] { return owner.accept(row, value); }).map([&] {
     if (row.slot != slot::kConstant) values_[row.slot] = value;
     owner.written(row);

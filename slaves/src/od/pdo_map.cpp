@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "driveline/slaves/bit_copy.hpp"
 #include "driveline/wire/endian.hpp"
 
 namespace driveline::slaves {
@@ -9,8 +10,13 @@ namespace {
 
 using wire::SdoAbort;
 
-constexpr std::uint16_t kRxAssignment = 0x1C12;
-constexpr std::uint16_t kTxAssignment = 0x1C13;
+constexpr std::uint32_t kMaxSyncManagers = 32;
+
+/// Does `sync_managers` have a bit for the assignment object `index`?
+bool assigns_to(std::uint32_t sync_managers, std::uint16_t index) noexcept {
+  const std::uint16_t first = assignment_object(0);
+  return index >= first && index < first + kMaxSyncManagers && (sync_managers >> (index - first) & 1U) != 0;
+}
 
 /// A mapping entry: index, sub-index and length in bits, as stored in 1600h and 1A00h.
 struct MappingEntry {
@@ -25,22 +31,22 @@ struct MappingEntry {
 
 std::uint32_t value_of(const ObjectDictionary& dictionary, std::uint16_t index, std::uint8_t subindex) noexcept {
   const auto* row = dictionary.table().find(index, subindex);
-  return row == nullptr ? 0 : dictionary.raw(*row);
+  return row == nullptr ? 0 : static_cast<std::uint32_t>(dictionary.raw(*row));
 }
 
-bool in_block(std::uint16_t index, std::uint16_t first, std::uint8_t count) noexcept {
+bool in_block(std::uint16_t index, std::uint16_t first, std::uint16_t count) noexcept {
   return index >= first && index < first + count;
 }
 
-SdoResult<void> check_mapping_entry(const ObjectDictionary& dictionary, std::uint16_t mappable, std::uint32_t raw) {
+SdoResult<void> check_mapping_entry(const ObjectDictionary& dictionary, const PdoLimits& limits, std::uint16_t mappable,
+                                    std::uint32_t raw) {
   if (raw == 0) return {};  // clears the entry
   const MappingEntry entry(raw);
+  if (limits.gaps && entry.index == 0 && entry.bits != 0) return {};
   if (dictionary.table().object(entry.index).empty()) return tl::unexpected(SdoAbort::kObjectDoesNotExist);
   const auto* row = dictionary.table().find(entry.index, entry.subindex);
   if (row == nullptr) return tl::unexpected(SdoAbort::kSubindexDoesNotExist);
-  if ((row->access & mappable) == 0 || entry.bits != 8 * byte_size(*row)) {
-    return tl::unexpected(SdoAbort::kNotMappable);
-  }
+  if ((row->access & mappable) == 0 || entry.bits != bit_size(*row)) return tl::unexpected(SdoAbort::kNotMappable);
   return {};
 }
 
@@ -51,7 +57,7 @@ SdoResult<void> check_mapping_count(const ObjectDictionary& dictionary, const Pd
   for (std::uint32_t sub = 1; sub <= count; ++sub) {
     const std::uint32_t raw = value_of(dictionary, index, static_cast<std::uint8_t>(sub));
     if (raw == 0) return tl::unexpected(SdoAbort::kObjectDoesNotExist);
-    const auto valid = check_mapping_entry(dictionary, mappable, raw);
+    const auto valid = check_mapping_entry(dictionary, limits, mappable, raw);
     if (!valid) return valid;
     bits += MappingEntry(raw).bits;
   }
@@ -59,18 +65,23 @@ SdoResult<void> check_mapping_count(const ObjectDictionary& dictionary, const Pd
   return {};
 }
 
+/// A PDO of the right direction that the device has.
+bool is_pdo(const ObjectDictionary& dictionary, const PdoLimits& limits, std::uint16_t first, std::uint32_t raw) {
+  const auto index = static_cast<std::uint16_t>(raw);
+  return in_block(index, first, limits.pdos) && !dictionary.table().object(index).empty();
+}
+
 SdoResult<void> check_assignment_count(const ObjectDictionary& dictionary, std::uint16_t index, std::uint16_t first,
                                        const PdoLimits& limits, std::uint32_t count) {
   if (count > limits.pdos) return tl::unexpected(SdoAbort::kValueTooHigh);
-  std::uint32_t seen = 0;
   for (std::uint32_t sub = 1; sub <= count; ++sub) {
     const auto pdo = value_of(dictionary, index, static_cast<std::uint8_t>(sub));
-    if (!in_block(static_cast<std::uint16_t>(pdo), first, limits.pdos)) {
-      return tl::unexpected(SdoAbort::kObjectDoesNotExist);
+    if (!is_pdo(dictionary, limits, first, pdo)) return tl::unexpected(SdoAbort::kObjectDoesNotExist);
+    for (std::uint32_t before = 1; before < sub; ++before) {
+      if (value_of(dictionary, index, static_cast<std::uint8_t>(before)) == pdo) {
+        return tl::unexpected(SdoAbort::kParameterIncompatible);
+      }
     }
-    const std::uint32_t bit = 1U << (pdo - first);
-    if ((seen & bit) != 0) return tl::unexpected(SdoAbort::kParameterIncompatible);
-    seen |= bit;
   }
   return {};
 }
@@ -78,40 +89,43 @@ SdoResult<void> check_assignment_count(const ObjectDictionary& dictionary, std::
 }  // namespace
 
 SdoResult<void> check_pdo_write(const ObjectDictionary& dictionary, const PdoLimits& limits, const EntryRow& row,
-                                std::uint32_t raw) {
+                                std::uint64_t raw) {
   const bool rx_mapping = in_block(row.index, limits.rx_first, limits.pdos);
   const bool tx_mapping = in_block(row.index, limits.tx_first, limits.pdos);
-  const bool assignment = row.index == kRxAssignment || row.index == kTxAssignment;
+  const bool rx_assignment = assigns_to(limits.output_sync_managers, row.index);
+  const bool tx_assignment = assigns_to(limits.input_sync_managers, row.index);
+  const bool assignment = rx_assignment || tx_assignment;
   if (!rx_mapping && !tx_mapping && !assignment) return {};
+  const auto value = static_cast<std::uint32_t>(raw);
   const std::uint16_t mappable = rx_mapping ? access::kRxMappable : access::kTxMappable;
-  const std::uint16_t first = row.index == kRxAssignment ? limits.rx_first : limits.tx_first;
+  const std::uint16_t first = rx_assignment ? limits.rx_first : limits.tx_first;
   if (row.subindex == 0) {
-    return assignment ? check_assignment_count(dictionary, row.index, first, limits, raw)
-                      : check_mapping_count(dictionary, limits, row.index, mappable, raw);
+    return assignment ? check_assignment_count(dictionary, row.index, first, limits, value)
+                      : check_mapping_count(dictionary, limits, row.index, mappable, value);
   }
   if (value_of(dictionary, row.index, 0) != 0) return tl::unexpected(SdoAbort::kSubindexCannotBeWritten);
-  if (!assignment) return check_mapping_entry(dictionary, mappable, raw);
-  if (raw != 0 && !in_block(static_cast<std::uint16_t>(raw), first, limits.pdos)) {
-    return tl::unexpected(SdoAbort::kObjectDoesNotExist);
-  }
+  if (!assignment) return check_mapping_entry(dictionary, limits, mappable, value);
+  if (value != 0 && !is_pdo(dictionary, limits, first, value)) return tl::unexpected(SdoAbort::kObjectDoesNotExist);
   return {};
 }
 
 void PdoMap::append(const ObjectDictionary& dictionary, std::uint32_t entry) noexcept {
   const MappingEntry mapping(entry);
   const auto* row = dictionary.table().find(mapping.index, mapping.subindex);
-  if (row == nullptr || count_ == kMaxFields) return;
-  const auto bytes = static_cast<std::uint8_t>(mapping.bits / 8);
-  const bool constant = row->slot == slot::kConstant;
-  fields_[count_++] = {row->slot, static_cast<std::uint16_t>(size_),  bytes, is_signed(row->type),
-                       constant,  constant ? dictionary.raw(*row) : 0};
-  size_ += bytes;
+  const auto offset = static_cast<std::uint32_t>(bits_);
+  bits_ += mapping.bits;
+  if (mapping.index == 0 || row == nullptr || fields_.size() == fields_.capacity()) return;
+  const bool text = is_string(row->type);
+  if (text && mapping.bits > 8U * row->string_length) return;
+  const bool constant = !text && row->slot == slot::kConstant;
+  fields_.push_back(
+      {offset, row->slot, mapping.bits, is_signed(row->type), text, constant, constant ? dictionary.raw(*row) : 0});
 }
 
-void PdoMap::build(const ObjectDictionary& dictionary, PdoDirection direction, const PdoLimits& limits) noexcept {
-  count_ = 0;
-  size_ = 0;
-  const std::uint16_t assignment = direction == PdoDirection::kRx ? kRxAssignment : kTxAssignment;
+void PdoMap::build(const ObjectDictionary& dictionary, std::size_t sync_manager, const PdoLimits& limits) noexcept {
+  fields_.clear();
+  bits_ = 0;
+  const std::uint16_t assignment = assignment_object(sync_manager);
   const std::uint32_t pdos = value_of(dictionary, assignment, 0);
   for (std::uint32_t i = 1; i <= std::min<std::uint32_t>(pdos, limits.pdos); ++i) {
     const auto pdo = static_cast<std::uint16_t>(value_of(dictionary, assignment, static_cast<std::uint8_t>(i)));
@@ -122,36 +136,84 @@ void PdoMap::build(const ObjectDictionary& dictionary, PdoDirection direction, c
   }
 }
 
+namespace {
+
+/// Number of whole bytes when the field is one and begins at a byte border, else 0.
+std::size_t whole_bytes(const PdoMap::Field& field) noexcept {
+  return (field.bit_offset | field.bits) % 8 == 0 ? field.bits / 8U : 0U;
+}
+
+std::uint64_t load_field(const PdoMap::Field& field, std::span<const std::byte> data) noexcept {
+  const auto bytes = data.subspan(field.bit_offset / 8);
+  std::uint64_t value = 0;
+  switch (whole_bytes(field)) {
+    case 1:
+      value = wire::load_le<std::uint8_t>(bytes);
+      break;
+    case 2:
+      value = wire::load_le<std::uint16_t>(bytes);
+      break;
+    case 4:
+      value = wire::load_le<std::uint32_t>(bytes);
+      break;
+    default:
+      value = load_bits(data, field.bit_offset, field.bits);
+      break;
+  }
+  return field.is_signed ? sign_extended(value, field.bits) : value;
+}
+
+void store_field(const PdoMap::Field& field, std::uint64_t value, std::span<std::byte> data) noexcept {
+  const auto bytes = data.subspan(field.bit_offset / 8);
+  switch (whole_bytes(field)) {
+    case 1:
+      return wire::store_le(bytes, static_cast<std::uint8_t>(value));
+    case 2:
+      return wire::store_le(bytes, static_cast<std::uint16_t>(value));
+    case 4:
+      return wire::store_le(bytes, static_cast<std::uint32_t>(value));
+    default:
+      return store_bits(data, field.bit_offset, field.bits, value);
+  }
+}
+
+/// A value kept as bytes goes bit by bit through numbers of a byte: it may lie across byte borders.
+void load_text(const PdoMap::Field& field, std::span<const std::byte> data, std::string& text) noexcept {
+  text.assign((field.bits + 7U) / 8U, '\0');
+  for (std::size_t bit = 0; bit < field.bits; bit += 8) {
+    const auto count = std::min<std::size_t>(8, field.bits - bit);
+    text[bit / 8] = static_cast<char>(load_bits(data, field.bit_offset + bit, count));
+  }
+}
+
+void store_text(const PdoMap::Field& field, const std::string& text, std::span<std::byte> data) noexcept {
+  for (std::size_t bit = 0; bit < field.bits; bit += 8) {
+    const auto count = std::min<std::size_t>(8, field.bits - bit);
+    const auto byte = bit / 8 < text.size() ? static_cast<unsigned char>(text[bit / 8]) : std::uint8_t{0};
+    store_bits(data, field.bit_offset + bit, count, byte);
+  }
+}
+
+}  // namespace
+
 void PdoMap::decode(std::span<const std::byte> data, ObjectDictionary& dictionary) const noexcept {
-  for (std::size_t i = 0; i < count_; ++i) {
-    const Field& field = fields_[i];
-    if (field.constant || std::size_t{field.offset} + field.bytes > data.size()) continue;
-    const auto bytes = data.subspan(field.offset);
-    if (field.bytes == 4) {
-      dictionary.set(field.slot, wire::load_le<std::uint32_t>(bytes));
-    } else if (field.bytes == 2) {
-      const auto value = wire::load_le<std::uint16_t>(bytes);
-      dictionary.set(field.slot,
-                     field.is_signed ? static_cast<std::uint32_t>(static_cast<std::int16_t>(value)) : value);
+  for (const Field& field : fields_) {
+    if (field.constant || std::size_t{field.bit_offset} + field.bits > 8 * data.size()) continue;
+    if (field.is_text) {
+      load_text(field, data, dictionary.text(field.slot));
     } else {
-      const auto value = wire::load_le<std::uint8_t>(bytes);
-      dictionary.set(field.slot, field.is_signed ? static_cast<std::uint32_t>(static_cast<std::int8_t>(value)) : value);
+      dictionary.set(field.slot, load_field(field, data));
     }
   }
 }
 
 void PdoMap::encode(const ObjectDictionary& dictionary, std::span<std::byte> data) const noexcept {
-  for (std::size_t i = 0; i < count_; ++i) {
-    const Field& field = fields_[i];
-    if (std::size_t{field.offset} + field.bytes > data.size()) continue;
-    const auto bytes = data.subspan(field.offset);
-    const auto value = field.constant ? field.constant_value : dictionary.get<std::uint32_t>(field.slot);
-    if (field.bytes == 4) {
-      wire::store_le(bytes, value);
-    } else if (field.bytes == 2) {
-      wire::store_le(bytes, static_cast<std::uint16_t>(value));
+  for (const Field& field : fields_) {
+    if (std::size_t{field.bit_offset} + field.bits > 8 * data.size()) continue;
+    if (field.is_text) {
+      store_text(field, dictionary.text(field.slot), data);
     } else {
-      wire::store_le(bytes, static_cast<std::uint8_t>(value));
+      store_field(field, field.constant ? field.constant_value : dictionary.get<std::uint64_t>(field.slot), data);
     }
   }
 }

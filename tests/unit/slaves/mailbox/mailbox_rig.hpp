@@ -16,7 +16,9 @@ using Bytes = std::vector<unsigned>;  // prints well in failures
 /// encoder under test builds or reads them.
 class MailboxRig : private DictionaryOwner {
  public:
-  explicit MailboxRig(std::size_t size = 512) : size_(size) {}
+  explicit MailboxRig(std::size_t size = 512) : MailboxRig(size, table(), {}) {}
+  MailboxRig(std::size_t size, const DictionaryTable& table, const CoeServer::Options& options)
+      : dictionary(table), size_(size), coe_server(dictionary, *this, options) {}
 
   /// Writes a mailbox of `size` bytes that starts with these.
   void write(Bytes start) {
@@ -63,10 +65,12 @@ class MailboxRig : private DictionaryOwner {
   wire::AlState state = wire::AlState::kPreOp;
   bool power = false;
   std::vector<unsigned> written_objects;
+  ObjectDictionary dictionary;
 
  private:
   static const DictionaryTable& table();
-  SdoResult<void> accept(const EntryRow& row, std::uint32_t raw) override {
+  SdoResult<void> accept(const EntryRow& row, std::uint64_t raw) override {
+    if (row.index == 0x8000 && row.subindex == 3 && raw == 13) return tl::unexpected(wire::SdoAbort::kLocalControl);
     if (row.index == 0x2008 && raw == 13) return tl::unexpected(wire::SdoAbort::kLocalControl);
     return {};
   }
@@ -77,8 +81,7 @@ class MailboxRig : private DictionaryOwner {
   unsigned counter_ = 0;
 
  public:
-  ObjectDictionary dictionary{table()};
-  CoeServer coe_server{dictionary, *this};
+  CoeServer coe_server;
   MailboxServer server{std::array<MailboxProtocol*, 1>{&coe_server}, size_};
 };
 

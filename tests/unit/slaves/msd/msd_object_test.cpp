@@ -227,8 +227,8 @@ TEST(MsdObject, RandomProcessDataNeverBreaksThePlant) {
 
 TEST(MsdObject, OneDriveStaysSmall) {
   // values, strings and request queue on the heap, the object itself, far from 64 KiB
-  const std::size_t values = 2 * dictionary_table().slot_count() * sizeof(std::uint32_t);
-  const std::size_t mailbox = MailboxServer::kQueueDepth * 512 + SdoServer::kMaxObject;
+  const std::size_t values = 2 * dictionary_table().slot_count() * sizeof(std::uint64_t);
+  const std::size_t mailbox = MailboxServer::kQueueDepth * 512 + 512;
   const std::size_t list = 2 * (dictionary_table().rows().size() + 1);
   DriveRig rig;
   EXPECT_LT(sizeof(MsdDrive) + values + mailbox + list + rig.drive.profile().sii_image.size() + 2048, 16U * 1024U);

@@ -47,17 +47,37 @@ TEST(DictionaryTable, RejectsAliasesThatDisagree) {
 TEST(DictionaryTable, RejectsSlotsAndTypesItCannotHold) {
   const std::array slots = {EntryRow{.index = 0x2000, .slot = 5}};
   EXPECT_THROW(DictionaryTable({slots}, 5), std::logic_error);
-  const std::array types = {EntryRow{.index = 0x2000, .type = DataType::kReal64}};
+  const std::array types = {EntryRow{.index = 0x2000, .type = DataType{0x0016}}};  // UNSIGNED24, without a length
   EXPECT_THROW(DictionaryTable({types}, 0), std::logic_error);
 }
 
 TEST(EntryRow, ConvertsNumbersOfEveryType) {
-  EXPECT_EQ(raw_from_number(DataType::kInteger8, -3), 0xFFFFFFFDU);
+  EXPECT_EQ(raw_from_number(DataType::kInteger8, -3), 0xFFFFFFFFFFFFFFFDU);
   EXPECT_EQ(raw_from_number(DataType::kUnsigned32, 4294967295.0), 0xFFFFFFFFU);
   EXPECT_EQ(raw_from_number(DataType::kReal32, 1.0), 0x3F800000U);  // IEEE 754
-  EXPECT_DOUBLE_EQ(number_from_raw(DataType::kInteger16, 0xFFFFFFFEU), -2.0);
+  EXPECT_DOUBLE_EQ(number_from_raw(DataType::kInteger16, 0xFFFFFFFFFFFFFFFEU), -2.0);
   EXPECT_DOUBLE_EQ(number_from_raw(DataType::kUnsigned16, 0xFFFEU), 65534.0);
   EXPECT_DOUBLE_EQ(number_from_raw(DataType::kReal32, 0xC0000000U), -2.0);
+  EXPECT_EQ(raw_from_number(DataType::kReal64, 1.0), 0x3FF0000000000000U);  // IEEE 754
+  EXPECT_DOUBLE_EQ(number_from_raw(DataType::kReal64, 0xC000000000000000U), -2.0);
+  EXPECT_DOUBLE_EQ(number_from_raw(DataType::kInteger64, 0xFFFFFFFFFFFFFFFEU), -2.0);
+}
+
+TEST(EntryRow, KeepsA64BitDefaultExactly) {
+  using namespace std::string_view_literals;
+  EXPECT_EQ(initial_raw({.type = DataType::kUnsigned64, .text = "\xFF\xFE\xFD\xFC\xFB\xFA\xF9\xF8"sv}),
+            0xF8F9FAFBFCFDFEFFU);
+  EXPECT_EQ(initial_raw({.type = DataType::kUnsigned64, .initial = 7}), 7U);
+}
+
+TEST(EntryRow, SizesInBits) {
+  EXPECT_EQ(bit_size(EntryRow{.type = DataType::kBoolean}), 1U);
+  EXPECT_EQ(bit_size(EntryRow{.type = DataType::kBit3}), 3U);
+  EXPECT_EQ(bit_size(EntryRow{.type = DataType::kInteger16}), 16U);
+  EXPECT_EQ(bit_size(EntryRow{.type = DataType::kVisibleString, .string_length = 5}), 40U);
+  EXPECT_EQ(bit_size(EntryRow{.type = DataType::kOctetString, .string_length = 2, .bit_length = 12}), 12U);
+  EXPECT_EQ(byte_size(EntryRow{.type = DataType::kBit3}), 1U);
+  EXPECT_EQ(byte_size(EntryRow{.type = DataType::kUnsigned64}), 8U);
 }
 
 TEST(EntryRow, NamesTheLengthEntryOfStandardArraysOnly) {

@@ -13,7 +13,7 @@ using wire::SdoAbort;
 class PdoMapTest : public testing::Test {
  protected:
   PdoMapTest() {
-    owner.decide = [this](const EntryRow& row, std::uint32_t raw) {
+    owner.decide = [this](const EntryRow& row, std::uint64_t raw) {
       return check_pdo_write(dictionary, limits, row, raw);
     };
   }
@@ -88,7 +88,7 @@ TEST_F(PdoMapTest, DecodesInTheOrderOfAssignmentAndSignExtends) {
   map(0x1600, {0x20020020});
   assign(0x1C12, {0x1601, 0x1600});
   PdoMap rx;
-  rx.build(dictionary, PdoDirection::kRx, limits);
+  rx.build(dictionary, 2, limits);
   ASSERT_EQ(rx.size(), 7U);
   rx.decode(bytes({0x80, 0x34, 0x92, 0xFE, 0xFF, 0xFF, 0xFF}), dictionary);
   EXPECT_EQ(dictionary.get<std::int32_t>(sample_table().find(0x2001, 0)->slot), -128);
@@ -102,7 +102,7 @@ TEST_F(PdoMapTest, EncodesConstantsAndValues) {
   dictionary.set(kSampleShared, 0xBEEF);
   dictionary.set(sample_table().find(0x2009, 2)->slot, 0x01020304U);
   PdoMap tx;
-  tx.build(dictionary, PdoDirection::kTx, limits);
+  tx.build(dictionary, 3, limits);
   std::vector<std::byte> data(7);
   tx.encode(dictionary, data);
   EXPECT_EQ(data, bytes({0x5A, 0xEF, 0xBE, 4, 3, 2, 1}));
@@ -112,7 +112,7 @@ TEST_F(PdoMapTest, ShortDataLeavesTheRestAlone) {
   map(0x1600, {0x20000010, 0x20020020});
   assign(0x1C12, {0x1600});
   PdoMap rx;
-  rx.build(dictionary, PdoDirection::kRx, limits);
+  rx.build(dictionary, 2, limits);
   rx.decode(bytes({1, 0, 2, 0, 0}), dictionary);  // one byte of the long object is missing
   EXPECT_EQ(dictionary.get<std::uint16_t>(kSampleShared), 1);
   EXPECT_EQ(dictionary.get<std::int32_t>(sample_table().find(0x2002, 0)->slot), 0);
@@ -124,14 +124,14 @@ TEST_F(PdoMapTest, HoldsFourPdosOfEightObjects) {
   for (std::uint16_t pdo = 0x1600; pdo < 0x1604; ++pdo) map(pdo, std::vector<std::uint32_t>(8, 0x20010008));
   assign(0x1C12, {0x1600, 0x1601, 0x1602, 0x1603});
   PdoMap rx;
-  rx.build(dictionary, PdoDirection::kRx, limits);
+  rx.build(dictionary, 2, limits);
   EXPECT_EQ(rx.size(), 32U);
 }
 
 TEST_F(PdoMapTest, UnassignedMappingsHaveNoProcessData) {
   map(0x1600, {0x20000010});
   PdoMap rx;
-  rx.build(dictionary, PdoDirection::kRx, limits);
+  rx.build(dictionary, 2, limits);
   EXPECT_EQ(rx.size(), 0U);
 }
 

@@ -106,10 +106,10 @@ inline std::vector<std::byte> bytes(std::initializer_list<unsigned> values) {
 
 /// Owner that can refuse, notes what was written, and has a power stage.
 struct SampleOwner : DictionaryOwner {
-  std::function<SdoResult<void>(const EntryRow&, std::uint32_t)> decide;
+  std::function<SdoResult<void>(const EntryRow&, std::uint64_t)> decide;
   std::vector<std::pair<std::uint16_t, std::uint8_t>> writes;
   bool power = false;
-  SdoResult<void> accept(const EntryRow& row, std::uint32_t raw) override {
+  SdoResult<void> accept(const EntryRow& row, std::uint64_t raw) override {
     return decide ? decide(row, raw) : SdoResult<void>{};
   }
   void written(const EntryRow& row) override { writes.emplace_back(row.index, row.subindex); }

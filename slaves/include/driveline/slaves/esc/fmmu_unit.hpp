@@ -58,8 +58,4 @@ class FmmuUnit {
   bool exchanges_ = false;
 };
 
-/// Copies `count` bits; bit 0 of a byte is its least significant one. The ranges must exist. \rtsafe
-void copy_bits(std::span<const std::byte> from, std::size_t from_bit, std::span<std::byte> to, std::size_t to_bit,
-               std::size_t count) noexcept;
-
 }  // namespace driveline::slaves

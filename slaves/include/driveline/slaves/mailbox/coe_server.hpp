@@ -13,7 +13,14 @@ class CoeServer : public MailboxProtocol {
  public:
   static constexpr std::size_t kEmergencyDepth = 8;
 
-  CoeServer(ObjectDictionary& dictionary, DictionaryOwner& owner);
+  /// What the device supports beyond the single-entry SDO services.
+  struct Options {
+    bool complete_access = false;
+    bool sdo_information = true;
+  };
+
+  CoeServer(ObjectDictionary& dictionary, DictionaryOwner& owner, const Options& options);
+  CoeServer(ObjectDictionary& dictionary, DictionaryOwner& owner) : CoeServer(dictionary, owner, Options{}) {}
 
   /// Puts an emergency in the queue the master fetches from; when the queue is full the oldest is lost and counted.
   /// \rtsafe
@@ -28,6 +35,7 @@ class CoeServer : public MailboxProtocol {
   void stop() noexcept override;
 
  private:
+  bool has_information_;
   SdoServer sdo_;
   SdoInformation information_;
   std::array<wire::Emergency, kEmergencyDepth> emergencies_{};

@@ -73,7 +73,7 @@ class MsdDrive final : public Device, private DictionaryOwner {
 
  private:
   // DictionaryOwner
-  [[nodiscard]] SdoResult<void> accept(const EntryRow& row, std::uint32_t raw) override;
+  [[nodiscard]] SdoResult<void> accept(const EntryRow& row, std::uint64_t raw) override;
   void written(const EntryRow& row) override;
   [[nodiscard]] bool power_stage_on() const noexcept override { return power_.power_on(); }
 

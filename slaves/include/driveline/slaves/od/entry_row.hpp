@@ -32,7 +32,7 @@ inline constexpr std::uint16_t kOwn = 0xFFFF;       ///< the table gives the row
 inline constexpr std::uint16_t kConstant = 0xFFFE;  ///< never changes: the row's `initial`
 }  // namespace slot
 
-/// Row of an object dictionary table. Numbers of every type, REAL32 included, are exact in a double.
+/// Row of an object dictionary table. Numbers up to 53 bits and REAL32 are exact in a double.
 struct EntryRow {
   std::uint16_t index = 0;
   std::uint8_t subindex = 0;
@@ -45,22 +45,32 @@ struct EntryRow {
   double minimum = -std::numeric_limits<double>::infinity();  ///< infinite: the limit of the data type
   double maximum = std::numeric_limits<double>::infinity();
   std::string_view unit{};
-  std::string_view text{};          ///< initial value of a string
-  std::uint16_t string_length = 0;  ///< strings: declared length; shorter contents are padded with zeros
+  /// Initial value of a row that is kept as bytes, or of a 64-bit number that no double holds (its eight bytes).
+  std::string_view text{};
+  std::uint16_t string_length = 0;  ///< rows kept as bytes: declared length; shorter contents are padded with zeros
   std::uint16_t record_type = 0;    ///< data type index of a RECORD (ETG.1000.6 Table 64), first row
   bool power_off_only = false;      ///< may only be written while the power stage is off
   std::string_view source{};        ///< where the facts come from; "ours" marks what no source states
+  std::uint16_t bit_length = 0;     ///< 0: as the data type has it
+  std::uint32_t bit_offset = kBehindPrevious;  ///< in complete access; SI 0 is at 0 and the next entry at bit 16
+
+  static constexpr std::uint32_t kBehindPrevious = 0xFFFFFFFF;
 };
 
-[[nodiscard]] constexpr bool is_string(esi::DataType type) noexcept {
-  return type == esi::DataType::kVisibleString || type == esi::DataType::kOctetString;
-}
-
 [[nodiscard]] constexpr bool is_signed(esi::DataType type) noexcept {
-  return type == esi::DataType::kInteger8 || type == esi::DataType::kInteger16 || type == esi::DataType::kInteger32;
+  return type == esi::DataType::kInteger8 || type == esi::DataType::kInteger16 || type == esi::DataType::kInteger32 ||
+         type == esi::DataType::kInteger64;
 }
 
-/// Bytes of a number of `type` on the wire; 0 for strings and types this dictionary does not hold.
+/// Bits of a BIT1 to BIT8; 0 for other types.
+[[nodiscard]] constexpr std::uint8_t bit_field_size(esi::DataType type) noexcept {
+  const auto first = static_cast<unsigned>(esi::DataType::kBit1);
+  const auto last = static_cast<unsigned>(esi::DataType::kBit8);
+  const auto code = static_cast<unsigned>(type);
+  return code >= first && code <= last ? static_cast<std::uint8_t>(code - first + 1) : std::uint8_t{0};
+}
+
+/// Bytes of a number of `type` in an SDO; 0 for strings and other types that are kept as bytes.
 [[nodiscard]] constexpr std::size_t byte_size(esi::DataType type) noexcept {
   switch (type) {
     case esi::DataType::kBoolean:
@@ -74,19 +84,38 @@ struct EntryRow {
     case esi::DataType::kUnsigned32:
     case esi::DataType::kReal32:
       return 4;
+    case esi::DataType::kInteger64:
+    case esi::DataType::kUnsigned64:
+    case esi::DataType::kReal64:
+      return 8;
     default:
-      return 0;
+      return bit_field_size(type) != 0 ? 1 : 0;
   }
+}
+
+/// Values of `type` are kept as bytes, not as a number.
+[[nodiscard]] constexpr bool is_string(esi::DataType type) noexcept {
+  return byte_size(type) == 0;
 }
 
 [[nodiscard]] constexpr std::size_t byte_size(const EntryRow& row) noexcept {
   return is_string(row.type) ? row.string_length : byte_size(row.type);
 }
 
-/// Raw 32 bits of `number` as a value of `type`: two's complement sign extended, or the IEEE 754 bits of a REAL32.
-[[nodiscard]] std::uint32_t raw_from_number(esi::DataType type, double number) noexcept;
+/// Bits the row occupies in process data and complete access. A BOOLEAN has one (ETG.1020, base data types).
+[[nodiscard]] constexpr std::size_t bit_size(const EntryRow& row) noexcept {
+  if (row.bit_length != 0) return row.bit_length;
+  if (row.type == esi::DataType::kBoolean) return 1;
+  const std::size_t field = bit_field_size(row.type);
+  return field != 0 ? field : 8 * byte_size(row);
+}
+
+/// Raw 64 bits of `number` as a value of `type`: two's complement sign extended, or the IEEE 754 bits of a REAL.
+[[nodiscard]] std::uint64_t raw_from_number(esi::DataType type, double number) noexcept;
 /// The number a raw value stands for.
-[[nodiscard]] double number_from_raw(esi::DataType type, std::uint32_t raw) noexcept;
+[[nodiscard]] double number_from_raw(esi::DataType type, std::uint64_t raw) noexcept;
+/// The raw value a numeric row starts with.
+[[nodiscard]] std::uint64_t initial_raw(const EntryRow& row) noexcept;
 
 /// Name of the sub-index: entry 0 of the standard's arrays and records is their length, while the manufacturer's
 /// parameters start with data at 0.

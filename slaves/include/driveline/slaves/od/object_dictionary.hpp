@@ -16,13 +16,17 @@ namespace driveline::slaves {
 template <typename T>
 using SdoResult = tl::expected<T, wire::SdoAbort>;
 
+/// Access right that a row must have to be read or written in `state`; 0 where no mailbox runs.
+[[nodiscard]] std::uint16_t read_access(wire::AlState state) noexcept;
+[[nodiscard]] std::uint16_t write_access(wire::AlState state) noexcept;
+
 /// The application behind a dictionary: has the last word about a value and hears of every change.
 class DictionaryOwner {
  public:
   virtual ~DictionaryOwner() = default;
   /// The value has the right length and range and the row may be written in this state; the application may still
   /// refuse it.
-  [[nodiscard]] virtual SdoResult<void> accept(const EntryRow& row, std::uint32_t raw) = 0;
+  [[nodiscard]] virtual SdoResult<void> accept(const EntryRow& row, std::uint64_t raw) = 0;
   /// The value has been stored.
   virtual void written(const EntryRow& row) = 0;
   /// Whether the power stage is on (rows with `power_off_only` are locked then).
@@ -30,7 +34,7 @@ class DictionaryOwner {
 };
 
 /// The values of one device: SDO access by address with every check of the table, and direct typed access by slot
-/// for the application. Values are 32 bits each; strings live apart. Not thread safe: belongs to the thread that
+/// for the application. Values are 64 bits each; strings live apart. Not thread safe: belongs to the thread that
 /// runs the device.
 class ObjectDictionary {
  public:
@@ -42,7 +46,7 @@ class ObjectDictionary {
   template <typename T>
   [[nodiscard]] T get(std::uint16_t slot) const noexcept {
     if constexpr (std::is_same_v<T, float>) {
-      return std::bit_cast<float>(values_[slot]);
+      return std::bit_cast<float>(static_cast<std::uint32_t>(values_[slot]));
     } else {
       return static_cast<T>(values_[slot]);
     }
@@ -53,15 +57,17 @@ class ObjectDictionary {
     if constexpr (std::is_same_v<T, float>) {
       values_[slot] = std::bit_cast<std::uint32_t>(value);
     } else if constexpr (std::is_signed_v<T>) {
-      values_[slot] = static_cast<std::uint32_t>(std::int32_t{value});  // sign extended
+      values_[slot] = static_cast<std::uint64_t>(std::int64_t{value});  // sign extended
     } else {
       values_[slot] = value;
     }
   }
   /// Raw value of any numeric row, constants included.
-  [[nodiscard]] std::uint32_t raw(const EntryRow& row) const noexcept;
+  [[nodiscard]] std::uint64_t raw(const EntryRow& row) const noexcept;
 
+  /// Value of a row that is kept as bytes; its capacity is the declared length.
   [[nodiscard]] std::string& text(std::uint16_t string_slot) noexcept { return strings_[string_slot]; }
+  [[nodiscard]] const std::string& text(std::uint16_t string_slot) const noexcept { return strings_[string_slot]; }
 
   /// SDO upload of one sub-index: bytes written to `out`, or the abort code. `out` must hold the longest string.
   [[nodiscard]] SdoResult<std::size_t> upload(std::uint16_t index, std::uint8_t subindex, wire::AlState state,
@@ -71,7 +77,7 @@ class ObjectDictionary {
   [[nodiscard]] SdoResult<void> download(std::uint16_t index, std::uint8_t subindex, wire::AlState state,
                                          std::span<const std::byte> data, DictionaryOwner& owner,
                                          bool size_known = true);
-  /// What a download to this sub-index could carry at most; the abort code if it cannot be written now.
+  /// The row a download to this sub-index would change; the abort code if it cannot be written now.
   [[nodiscard]] SdoResult<const EntryRow*> writable(std::uint16_t index, std::uint8_t subindex, wire::AlState state,
                                                     const DictionaryOwner& owner) const;
 
@@ -86,7 +92,7 @@ class ObjectDictionary {
                                              DictionaryOwner& owner);
 
   const DictionaryTable* table_;
-  std::vector<std::uint32_t> values_;
+  std::vector<std::uint64_t> values_;
   std::vector<std::string> strings_;
 };
 
