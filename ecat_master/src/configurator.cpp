@@ -67,19 +67,23 @@ Result<void> map_direction(Bus& bus, const SlaveInfo& slave, Use use, std::size_
                     layout.start_address, bytes, outputs ? wire::FmmuEntity::kTypeWrite : wire::FmmuEntity::kTypeRead);
 }
 
-Result<void> configure_over_coe(ConfiguredSlave& slave) {
-  if (slave.plan.startup_sdos.empty() && slave.plan.pdos.outputs.empty() && slave.plan.pdos.inputs.empty()) return {};
+/// What is to be written to a slave over CoE; nothing to do: no steps.
+Result<SdoScript> coe_script(const ConfiguredSlave& slave) {
+  SdoScript script;
+  script.position = slave.info.ref.position;
+  if (slave.plan.startup_sdos.empty() && slave.plan.pdos.outputs.empty() && slave.plan.pdos.inputs.empty())
+    return script;
   if (!slave.mailbox || !slave.info.description.mailbox.coe) {
     Error error;
     error.kind = ErrorKind::kNoMailbox;
     error.slave = slave.info.ref.position;
     return tl::unexpected(error);
   }
-  CoeClient coe(*slave.mailbox);
   for (const auto& sdo : slave.plan.startup_sdos) {
-    if (auto done = coe.download(sdo.index, sdo.subindex, sdo.data); !done) return done;
+    script.steps.push_back({{sdo.index, sdo.subindex, false}, sdo.data});
   }
-  return write_pdo_configuration(coe, slave.plan.pdos);
+  for (auto& step : pdo_script(slave.plan.pdos)) script.steps.push_back(std::move(step));
+  return script;
 }
 
 Error identity_error(const SlaveInfo& slave, std::uint16_t field, std::uint32_t planned, std::uint32_t found) {
@@ -115,7 +119,9 @@ Result<void> compare_identities(std::span<const SlavePlan> plans, std::span<cons
   return {};
 }
 
-Result<std::vector<std::unique_ptr<MailboxClient>>> enter_pre_op(Bus& bus, std::span<const SlaveInfo> slaves) {
+Result<std::vector<std::unique_ptr<MailboxClient>>> enter_pre_op(MailboxEngine& engine,
+                                                                 std::span<const SlaveInfo> slaves) {
+  auto& bus = engine.bus();
   std::vector<SlaveRef> refs;
   for (const auto& slave : slaves) refs.push_back(slave.ref);
   // An attempt before may have got somewhere; sync managers and mailbox counters start anew out of INIT only.
@@ -135,7 +141,7 @@ Result<std::vector<std::unique_ptr<MailboxClient>>> enter_pre_op(Bus& bus, std::
         return tl::unexpected(done.error());
       }
     }
-    mailboxes.back() = std::make_unique<MailboxClient>(bus, slave.ref,
+    mailboxes.back() = std::make_unique<MailboxClient>(engine, slave.ref,
                                                        MailboxWindow{out_layout.start_address, out_layout.default_size,
                                                                      in_layout.start_address, in_layout.default_size});
   }
@@ -144,11 +150,18 @@ Result<std::vector<std::unique_ptr<MailboxClient>>> enter_pre_op(Bus& bus, std::
   return mailboxes;
 }
 
-Result<ProcessImage> configure_process_data(Bus& bus, std::span<ConfiguredSlave> slaves) {
+Result<ProcessImage> configure_process_data(MailboxEngine& engine, std::span<ConfiguredSlave> slaves) {
+  auto& bus = engine.bus();
   std::vector<ProcessDataDemand> demands;
+  std::vector<SdoScript> scripts;
   for (auto& slave : slaves) {
-    if (auto done = configure_over_coe(slave); !done) return tl::unexpected(done.error());
+    auto script = coe_script(slave);
+    if (!script) return tl::unexpected(script.error());
+    if (!script->steps.empty()) scripts.push_back(std::move(*script));
     demands.push_back({slave.plan.pdos.output_bytes(), slave.plan.pdos.input_bytes()});
+  }
+  for (auto& done : run_scripts(engine, scripts)) {
+    if (!done) return tl::unexpected(done.error());
   }
   auto image = ProcessImage::lay_out(demands);
   if (!image) return image;

@@ -88,6 +88,8 @@ std::string describe(const Error& e) {
       return "no slave answers on the line";
     case ErrorKind::kTooManySlaves:
       return fmt::format("{} slaves answer, the limit is {}", e.received, e.expected);
+    case ErrorKind::kTopology:
+      return fmt::format("{}: its {} open ports fit no tree of the slaves that answer", who(e), e.expected);
     case ErrorKind::kSlaveCountMismatch:
       return fmt::format("{} slaves answer on the line but {} are planned", e.received, e.expected);
     case ErrorKind::kCycleBudget:

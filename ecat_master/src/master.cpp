@@ -8,7 +8,8 @@ Master::Master(port::Port& port, rt::Clock& clock, Settings settings)
       settings_(settings),
       direct_(port, clock, settings.exchange),
       exchange_(direct_),
-      bus_(exchange_) {}
+      bus_(exchange_),
+      engine_(bus_) {}
 
 Master::~Master() {
   stop_cycle();
@@ -21,19 +22,24 @@ Result<std::vector<AlReport>> Master::peek_states() {
 Result<void> Master::scan() {
   auto found = discover(bus_);
   if (!found) return tl::unexpected(found.error());
+  engine_.close_all();
   slaves_.clear();
   refs_.clear();
   for (auto& info : *found) {
     refs_.push_back(info.ref);
     slaves_.push_back({std::move(info), {}, nullptr});
   }
+  auto facts = read_port_facts(bus_, refs_);
+  if (!facts) return tl::unexpected(facts.error());
+  // What cannot be explained does not keep the line from running.
+  topology_ = build_topology(*facts).value_or(Topology{});
   return {};
 }
 
 Result<void> Master::enter_pre_op() {
   std::vector<SlaveInfo> infos;
   for (const auto& slave : slaves_) infos.push_back(slave.info);
-  auto mailboxes = ecat_master::enter_pre_op(bus_, infos);
+  auto mailboxes = ecat_master::enter_pre_op(engine_, infos);
   if (!mailboxes) return tl::unexpected(mailboxes.error());
   for (std::size_t i = 0; i < slaves_.size(); ++i) slaves_[i].mailbox = std::move((*mailboxes)[i]);
   return {};
@@ -46,7 +52,7 @@ Result<void> Master::configure(std::vector<SlavePlan> plans) {
   for (std::size_t i = 0; i < slaves_.size(); ++i)
     slaves_[i].plan = i < plans.size() ? std::move(plans[i]) : SlavePlan{};
   if (auto done = enter_pre_op(); !done) return done;
-  auto image = configure_process_data(bus_, slaves_);
+  auto image = configure_process_data(engine_, slaves_);
   if (!image) return tl::unexpected(image.error());
   image_ = std::move(*image);
   if (auto done = change_state(bus_, refs_, wire::AlState::kSafeOp, settings_.state_timeout); !done) {

@@ -14,24 +14,29 @@ std::size_t bytes_of(const std::vector<PdoMapping>& pdos) {
   return (bits + 7) / 8;
 }
 
-/// Writes a list object the way CANopen wants it: count 0, elements, count.
-template <typename T, typename Elements, typename Raw>
-Result<void> write_list(CoeClient& coe, std::uint16_t index, const Elements& elements, Raw raw) {
-  if (auto done = coe.download_as<std::uint8_t>(index, 0, 0); !done) return done;
-  std::uint8_t subindex = 0;
-  for (const auto& element : elements) {
-    if (auto done = coe.download_as<T>(index, ++subindex, raw(element)); !done) return done;
-  }
-  return coe.download_as<std::uint8_t>(index, 0, subindex);
+using Steps = std::vector<SdoScript::Step>;
+
+template <typename T>
+SdoScript::Step step(std::uint16_t index, std::uint8_t subindex, T value) {
+  const auto bytes = wire::to_le_bytes(value);
+  return {{index, subindex, false}, {bytes.begin(), bytes.end()}};
 }
 
-Result<void> write_direction(CoeClient& coe, std::uint16_t assignment, const std::vector<PdoMapping>& pdos) {
-  if (auto done = coe.download_as<std::uint8_t>(assignment, 0, 0); !done) return done;
+/// A list object the way CANopen wants it: count 0, elements, count.
+template <typename T, typename Elements, typename Raw>
+void append_list(Steps& steps, std::uint16_t index, const Elements& elements, Raw raw) {
+  steps.push_back(step<std::uint8_t>(index, 0, 0));
+  std::uint8_t subindex = 0;
+  for (const auto& element : elements) steps.push_back(step<T>(index, ++subindex, raw(element)));
+  steps.push_back(step<std::uint8_t>(index, 0, subindex));
+}
+
+void append_direction(Steps& steps, std::uint16_t assignment, const std::vector<PdoMapping>& pdos) {
+  steps.push_back(step<std::uint8_t>(assignment, 0, 0));
   for (const auto& pdo : pdos) {
-    auto done = write_list<std::uint32_t>(coe, pdo.index, pdo.objects, [](const MappedObject& o) { return o.raw(); });
-    if (!done) return done;
+    append_list<std::uint32_t>(steps, pdo.index, pdo.objects, [](const MappedObject& o) { return o.raw(); });
   }
-  return write_list<std::uint16_t>(coe, assignment, pdos, [](const PdoMapping& pdo) { return pdo.index; });
+  append_list<std::uint16_t>(steps, assignment, pdos, [](const PdoMapping& pdo) { return pdo.index; });
 }
 
 }  // namespace
@@ -47,9 +52,18 @@ std::size_t PdoConfiguration::input_bytes() const noexcept {
   return bytes_of(inputs);
 }
 
+std::vector<SdoScript::Step> pdo_script(const PdoConfiguration& configuration) {
+  Steps steps;
+  append_direction(steps, kOutputAssignment, configuration.outputs);
+  append_direction(steps, kInputAssignment, configuration.inputs);
+  return steps;
+}
+
 Result<void> write_pdo_configuration(CoeClient& coe, const PdoConfiguration& configuration) {
-  if (auto done = write_direction(coe, kOutputAssignment, configuration.outputs); !done) return done;
-  return write_direction(coe, kInputAssignment, configuration.inputs);
+  for (const auto& written : pdo_script(configuration)) {
+    if (auto done = coe.download(written.at.index, written.at.subindex, written.data); !done) return done;
+  }
+  return {};
 }
 
 Result<std::size_t> read_assigned_bytes(CoeClient& coe, std::uint16_t assignment) {

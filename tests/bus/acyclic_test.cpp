@@ -110,8 +110,8 @@ TEST(Emergencies, ArriveWithTheFaultThatCausedThem) {
   ASSERT_EQ(sentence(operation.master().mailbox(1)->poll()), "");
   const auto emergencies = operation.master().mailbox(1)->take_emergencies();
   ASSERT_EQ(emergencies.size(), 1U);
-  EXPECT_EQ(emergencies[0].error_code, 0x3220);
-  EXPECT_EQ(emergencies[0].error_register, 0x05) << "generic and voltage";
+  EXPECT_EQ(emergencies[0].message.error_code, 0x3220);
+  EXPECT_EQ(emergencies[0].message.error_register, 0x05) << "generic and voltage";
   ASSERT_EQ(sentence(operation.master().mailbox(0)->poll()), "");
   EXPECT_TRUE(operation.master().mailbox(0)->take_emergencies().empty());
   // One that comes ahead of an SDO answer does not get in its way.

@@ -45,7 +45,8 @@ constexpr std::size_t kRingSamples = std::size_t{1} << 15;
 
 }  // namespace
 
-DriveLine::DriveLine(std::size_t drives, const slaves::SlaveOptions& options, const slaves::LineOptions& line_options)
+DriveLine::DriveLine(std::size_t drives, const slaves::SlaveOptions& options, const slaves::LineOptions& line_options,
+                     std::optional<slaves::Wiring> wiring)
     : clock(milliseconds{1}) {
   std::vector<std::unique_ptr<slaves::Slave>> made;
   for (std::size_t i = 0; i < drives; ++i) {
@@ -57,7 +58,7 @@ DriveLine::DriveLine(std::size_t drives, const slaves::SlaveOptions& options, co
     drives_.push_back(drive.get());
     made.push_back(std::make_unique<slaves::Slave>(std::move(drive), options));
   }
-  line_ = std::make_unique<slaves::Line>(clock, std::move(made), line_options);
+  line_ = std::make_unique<slaves::Line>(clock, std::move(made), line_options, std::move(wiring));
 }
 
 wire::AlStatusCode DriveLine::al_status_code(std::size_t position) {

@@ -18,8 +18,9 @@ using std::chrono::nanoseconds;
 /// A simulated line of MSD drives on a virtual clock.
 class DriveLine {
  public:
+  /// Wired as a plain line, or as `wiring` says; drive n is then the n-th of the wiring, not of the line.
   explicit DriveLine(std::size_t drives, const slaves::SlaveOptions& options = {},
-                     const slaves::LineOptions& line_options = {});
+                     const slaves::LineOptions& line_options = {}, std::optional<slaves::Wiring> wiring = std::nullopt);
 
   rt::VirtualClock clock;
 

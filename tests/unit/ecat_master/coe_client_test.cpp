@@ -325,10 +325,10 @@ TEST(MailboxClient, CollectsEmergenciesAheadOfTheAnswer) {
   EXPECT_EQ(bench.coe.upload_as<std::uint8_t>(0x6041, 0).value(), 0x11);
   const auto emergencies = bench.mailbox.take_emergencies();
   ASSERT_EQ(emergencies.size(), 2U);
-  EXPECT_EQ(emergencies[0].error_code, 0x3220);
-  EXPECT_EQ(emergencies[0].error_register, 5);
-  EXPECT_EQ(emergencies[0].data[0], std::byte{5});
-  EXPECT_EQ(emergencies[1].error_code, 0);
+  EXPECT_EQ(emergencies[0].message.error_code, 0x3220);
+  EXPECT_EQ(emergencies[0].message.error_register, 5);
+  EXPECT_EQ(emergencies[0].message.data[0], std::byte{5});
+  EXPECT_EQ(emergencies[1].message.error_code, 0);
   EXPECT_TRUE(bench.mailbox.take_emergencies().empty());
 }
 
@@ -344,8 +344,8 @@ TEST(MailboxClient, KeepsTheNewestEmergencies) {
   ASSERT_TRUE(bench.coe.upload(0x6041, 0));
   const auto emergencies = bench.mailbox.take_emergencies();
   ASSERT_EQ(emergencies.size(), MailboxClient::kMaxEmergencies);
-  EXPECT_EQ(emergencies.front().error_code, 3);
-  EXPECT_EQ(emergencies.back().error_code, MailboxClient::kMaxEmergencies + 2);
+  EXPECT_EQ(emergencies.front().message.error_code, 3);
+  EXPECT_EQ(emergencies.back().message.error_code, MailboxClient::kMaxEmergencies + 2);
 }
 
 TEST(MailboxClient, SkipsWhatBelongsToOtherProtocols) {

@@ -51,6 +51,7 @@ TEST(ErrorSentence, HoldsEveryFactOfEveryKind) {
       {make(K::kWorkingCounter, 4, 0x0130, 0, 1, 0), "slave 4: working counter 0 instead of 1 at address 0x0130"},
       {make(K::kNoSlaves, kLine), "no slave answers on the line"},
       {make(K::kTooManySlaves, kLine, 0, 0, 4096, 5000), "5000 slaves answer, the limit is 4096"},
+      {make(K::kTopology, 2, 0x0110, 0, 3), "slave 2: its 3 open ports fit no tree of the slaves that answer"},
       {make(K::kSiiBusy, 1, 0x40), "slave 1: EEPROM interface stays busy at word 0x0040"},
       {make(K::kSiiError, 1, 0x40, 0, 0, 0, 0x2000), "slave 1: EEPROM access to word 0x0040 failed, status 0x2000"},
       {make(K::kSiiContent, 1, 0x7F), "slave 1: EEPROM content is not usable at word 0x007F"},

@@ -41,12 +41,12 @@ struct ConfiguredSlave {
 /// Takes all slaves to INIT, sets up sync managers 0 and 1 of those with a mailbox (out of their EEPROM) and takes all
 /// to PREOP.
 /// Returns one mailbox client per slave, null without a mailbox.
-[[nodiscard]] Result<std::vector<std::unique_ptr<MailboxClient>>> enter_pre_op(Bus& bus,
+[[nodiscard]] Result<std::vector<std::unique_ptr<MailboxClient>>> enter_pre_op(MailboxEngine& engine,
                                                                                std::span<const SlaveInfo> slaves);
 
 /// In PREOP: writes start-up SDOs and PDO configuration of every slave, lays out the process image, writes process data
 /// sync managers and FMMUs. The slaves are ready for SAFEOP afterwards.
-[[nodiscard]] Result<ProcessImage> configure_process_data(Bus& bus, std::span<ConfiguredSlave> slaves);
+[[nodiscard]] Result<ProcessImage> configure_process_data(MailboxEngine& engine, std::span<ConfiguredSlave> slaves);
 
 /// Adds to a refused transition what the slave says about the sizes behind it: for AL status codes 0x001D and 0x001E
 /// the sync manager, the length it was given and the bytes of the PDOs assigned to it.

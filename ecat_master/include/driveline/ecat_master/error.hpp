@@ -18,6 +18,7 @@ enum class ErrorKind : std::uint8_t {
   kWorkingCounter,      ///< a datagram was answered by the wrong number of slaves
   kNoSlaves,            ///< nothing on the line
   kTooManySlaves,       ///< more slaves than addresses
+  kTopology,            ///< the slaves' ports fit no tree
   kSiiBusy,             ///< EEPROM interface stays busy
   kSiiError,            ///< EEPROM interface reports an error
   kSiiContent,          ///< EEPROM content cannot be used

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include "driveline/ecat_master/cyclic/cycle_runner.hpp"
 #include "driveline/ecat_master/direct_exchange.hpp"
 #include "driveline/ecat_master/state_machine.hpp"
+#include "driveline/ecat_master/topology.hpp"
 
 namespace driveline::ecat_master {
 
@@ -34,6 +36,8 @@ class Master {
   [[nodiscard]] Result<std::vector<AlReport>> peek_states();
   /// Finds the slaves. Leaves them in INIT.
   [[nodiscard]] Result<void> scan();
+  /// After scan(): who is connected to whom. A line whose ports fit no tree has a description without slaves.
+  [[nodiscard]] const Topology& topology() const noexcept { return topology_; }
   /// Compares the found slaves with `plans` (by position; empty: anything goes, without process data), configures them
   /// and takes them to SAFEOP. Starts from INIT whatever an attempt before has left behind.
   [[nodiscard]] Result<void> configure(std::vector<SlavePlan> plans);
@@ -62,6 +66,8 @@ class Master {
   [[nodiscard]] CycleRunner* runner() noexcept { return runner_.get(); }
   /// Access for SDO transfers: through the cycle while it runs, directly otherwise. Null: no mailbox.
   [[nodiscard]] MailboxClient* mailbox(std::size_t slave) noexcept { return slaves_[slave].mailbox.get(); }
+  /// The mailboxes of all slaves; any ordinary thread.
+  [[nodiscard]] MailboxEngine& mailboxes() noexcept { return engine_; }
   [[nodiscard]] Bus& bus() noexcept { return bus_; }
 
   /// All slaves by way of SAFEOP and PREOP to INIT, whatever state they are in; ends the cycle. Goes on after an error,
@@ -69,16 +75,23 @@ class Master {
   Result<void> shut_down();
 
  private:
-  /// Sends requests the way that is open now.
+  /// Sends requests the way that is open now, one batch after the other whichever threads they come from.
   class SwitchedExchange final : public DatagramExchange {
    public:
     explicit SwitchedExchange(DatagramExchange& direct) noexcept : target_(&direct) {}
-    void use(DatagramExchange& target) noexcept { target_ = &target; }
-    [[nodiscard]] Result<void> exchange(std::span<Request> requests) override { return target_->exchange(requests); }
+    void use(DatagramExchange& target) {
+      const std::scoped_lock lock(mutex_);
+      target_ = &target;
+    }
+    [[nodiscard]] Result<void> exchange(std::span<Request> requests) override {
+      const std::scoped_lock lock(mutex_);
+      return target_->exchange(requests);
+    }
     void pause(std::chrono::nanoseconds duration) override { target_->pause(duration); }
     [[nodiscard]] std::chrono::nanoseconds now() const noexcept override { return target_->now(); }
 
    private:
+    std::mutex mutex_;
     DatagramExchange* target_;
   };
 
@@ -90,8 +103,10 @@ class Master {
   DirectExchange direct_;
   SwitchedExchange exchange_;
   Bus bus_;
+  MailboxEngine engine_;
   std::vector<ConfiguredSlave> slaves_;
   std::vector<SlaveRef> refs_;
+  Topology topology_;
   ProcessImage image_;
   std::unique_ptr<CyclicCore> core_;
   std::unique_ptr<CycleRunner> runner_;

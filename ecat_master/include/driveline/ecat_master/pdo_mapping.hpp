@@ -35,6 +35,9 @@ struct PdoConfiguration {
   [[nodiscard]] std::size_t input_bytes() const noexcept;
 };
 
+/// What write_pdo_configuration() writes, for run_scripts().
+[[nodiscard]] std::vector<SdoScript::Step> pdo_script(const PdoConfiguration& configuration);
+
 /// Writes mapping and assignment over CoE in the order the standard asks for: assignment emptied, each mapping
 /// emptied, filled and counted, assignment filled and counted (ETG.1000.6 5.6.7.4). The slave must be in PREOP.
 [[nodiscard]] Result<void> write_pdo_configuration(CoeClient& coe, const PdoConfiguration& configuration);

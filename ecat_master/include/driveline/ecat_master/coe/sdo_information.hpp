@@ -1,0 +1,98 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "driveline/ecat_master/mailbox/dialogue.hpp"
+#include "driveline/wire/coe.hpp"
+
+namespace driveline::ecat_master {
+
+/// Object lists of the SDO information service (ETG.1000.6 Table 47).
+enum class ObjectList : std::uint16_t { kAll = 1, kRxMappable = 2, kTxMappable = 3, kBackup = 4, kStartUp = 5 };
+
+/// What a slave says about an object (ETG.1000.6 5.6.3.5).
+struct ObjectDescription {
+  std::uint16_t index = 0;
+  std::uint16_t data_type = 0;
+  std::uint8_t max_subindex = 0;
+  std::uint8_t object_code = 0;  ///< 7 variable, 8 array, 9 record
+  std::string name;
+};
+
+/// Access bits of an entry description (ETG.1000.6 Table 54).
+namespace entry_access {
+inline constexpr std::uint16_t kReadPreOp = 0x0001;
+inline constexpr std::uint16_t kReadSafeOp = 0x0002;
+inline constexpr std::uint16_t kReadOp = 0x0004;
+inline constexpr std::uint16_t kWritePreOp = 0x0008;
+inline constexpr std::uint16_t kWriteSafeOp = 0x0010;
+inline constexpr std::uint16_t kWriteOp = 0x0020;
+inline constexpr std::uint16_t kRxMappable = 0x0040;
+inline constexpr std::uint16_t kTxMappable = 0x0080;
+inline constexpr std::uint16_t kBackup = 0x0100;
+inline constexpr std::uint16_t kSettings = 0x0200;
+}  // namespace entry_access
+
+/// What a slave says about an entry (ETG.1000.6 5.6.3.6). Values are raw, little endian; nothing: not told.
+struct EntryDescription {
+  std::uint16_t index = 0;
+  std::uint8_t subindex = 0;
+  std::uint16_t data_type = 0;
+  std::uint16_t bit_length = 0;
+  std::uint16_t access = 0;           ///< entry_access bits
+  std::optional<std::uint32_t> unit;  ///< ETG.1004 unit code
+  std::optional<std::vector<std::byte>> default_value;
+  std::optional<std::vector<std::byte>> minimum;
+  std::optional<std::vector<std::byte>> maximum;
+  std::string name;
+};
+
+/// One question of the SDO information service and its answer, put together from its fragments. A slave that repeats or
+/// leaves out fragments, or never ends, gets cut off.
+class SdoInformationQuery final : public MailboxDialogue {
+ public:
+  /// Most bytes that all fragments of an answer may have: a list of every possible index.
+  static constexpr std::size_t kMaxAnswerBytes = 2 * 0x10000 + 2;
+
+  [[nodiscard]] static std::shared_ptr<SdoInformationQuery> list(ObjectList list);
+  [[nodiscard]] static std::shared_ptr<SdoInformationQuery> object(std::uint16_t index);
+  /// Asks for everything there is to know: unit, default, minimum and maximum.
+  [[nodiscard]] static std::shared_ptr<SdoInformationQuery> entry(std::uint16_t index, std::uint8_t subindex);
+
+  SdoInformationQuery(wire::SdoInfoOpCode question, std::uint16_t about, std::uint8_t subindex,
+                      std::span<const std::byte> parameters);
+
+  /// After done(): the data behind the SDO information header, of all fragments. Errors: kSdoAbort with the slave's
+  /// reason, kMailbox*, those of the bus.
+  [[nodiscard]] const Result<std::vector<std::byte>>& result() const noexcept { return result_; }
+
+  void begin(std::uint16_t position, std::size_t max_service) override;
+  [[nodiscard]] std::span<const std::byte> outgoing() const noexcept override { return outgoing_; }
+  [[nodiscard]] Reaction receive(std::span<const std::byte> service) override;
+  void fail(const Error& error) override;
+
+ private:
+  [[nodiscard]] Reaction end(ErrorKind kind, std::uint32_t code = 0);
+  [[nodiscard]] bool is_about_this(std::span<const std::byte> data) const;
+
+  wire::SdoInfoOpCode question_;
+  std::uint16_t about_;
+  std::uint8_t subindex_;
+  std::uint16_t position_ = Error::kNoSlave;
+  std::vector<std::byte> outgoing_;
+  std::vector<std::byte> data_;
+  std::optional<std::uint16_t> fragments_left_;
+  Result<std::vector<std::byte>> result_;
+};
+
+/// \name The answers in words. Errors: kMailboxMalformed when the data are too short.
+/// @{
+[[nodiscard]] Result<std::vector<std::uint16_t>> decode_object_list(std::span<const std::byte> answer);
+[[nodiscard]] Result<ObjectDescription> decode_object_description(std::span<const std::byte> answer);
+[[nodiscard]] Result<EntryDescription> decode_entry_description(std::span<const std::byte> answer);
+/// @}
+
+}  // namespace driveline::ecat_master

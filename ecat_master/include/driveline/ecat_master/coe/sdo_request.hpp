@@ -1,0 +1,65 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "driveline/ecat_master/error.hpp"
+
+namespace driveline::ecat_master {
+
+class SdoTransfer;
+
+/// One SDO of one slave, asked for by the cycle and carried out by the mailbox engine: the cycle starts it, looks at
+/// state() in later cycles and reads the value when it is there. Made by MailboxEngine::make_request().
+///
+/// The buffers change hands with the state: they belong to the cycle but in kPending and kBusy. One thread (the cycle)
+/// uses start_*(), data() and error().
+class SdoRequest {
+ public:
+  enum class State : std::uint8_t {
+    kIdle,     ///< never started
+    kPending,  ///< started, not seen by the engine yet
+    kBusy,     ///< on its way
+    kDone,     ///< data() holds the value read, or the value has been written
+    kFailed,   ///< error() tells why
+  };
+
+  SdoRequest(std::uint16_t position, std::uint16_t index, std::uint8_t subindex, std::size_t capacity);
+  SdoRequest(const SdoRequest&) = delete;
+  SdoRequest& operator=(const SdoRequest&) = delete;
+
+  /// Starts an upload. False: one is under way. \rtsafe
+  [[nodiscard]] bool start_upload() noexcept;
+  /// Starts a download. False: one is under way, or `data` is longer than the capacity. \rtsafe
+  [[nodiscard]] bool start_download(std::span<const std::byte> data) noexcept;
+  /// \rtsafe
+  [[nodiscard]] State state() const noexcept { return state_.load(std::memory_order_acquire); }
+  /// What the last upload has read; empty unless state() is kDone. \rtsafe
+  [[nodiscard]] std::span<const std::byte> data() const noexcept;
+  /// Why the last transfer failed: as for SdoTransfer, and kSdoSize when the value is longer than the capacity. \rtsafe
+  [[nodiscard]] const Error& error() const noexcept { return error_; }
+
+  // The engine's side.
+  [[nodiscard]] std::uint16_t position() const noexcept { return position_; }
+  /// True once for every start.
+  [[nodiscard]] bool take() noexcept;
+  /// The transfer that carries `request` out.
+  [[nodiscard]] static std::shared_ptr<SdoTransfer> make_transfer(std::shared_ptr<SdoRequest> request);
+
+ private:
+  void finish(const Result<std::vector<std::byte>>& result) noexcept;
+
+  std::uint16_t position_;
+  std::uint16_t index_;
+  std::uint8_t subindex_;
+  bool download_ = false;
+  std::size_t used_ = 0;
+  std::vector<std::byte> buffer_;
+  Error error_;
+  std::atomic<State> state_{State::kIdle};
+};
+
+}  // namespace driveline::ecat_master

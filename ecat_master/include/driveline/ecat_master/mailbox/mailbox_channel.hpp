@@ -1,0 +1,122 @@
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "driveline/ecat_master/bus.hpp"
+#include "driveline/ecat_master/mailbox/dialogue.hpp"
+
+namespace driveline::ecat_master {
+
+/// Where a slave has its mailboxes: sync manager 0 (to the slave) and 1 (from the slave).
+struct MailboxWindow {
+  std::uint16_t out_address = 0;
+  std::uint16_t out_length = 0;
+  std::uint16_t in_address = 0;
+  std::uint16_t in_length = 0;
+  constexpr bool operator==(const MailboxWindow&) const = default;
+};
+
+/// What a channel has seen.
+struct MailboxStatistics {
+  std::uint64_t sent = 0;
+  std::uint64_t received = 0;
+  std::uint64_t repeated = 0;   ///< replies asked for again because they were lost on the way
+  std::uint64_t malformed = 0;  ///< header or length that cannot be
+  std::uint64_t unclaimed = 0;  ///< mails that nobody waited for
+  std::uint64_t timeouts = 0;
+};
+
+/// The mailboxes of one slave: carries out one dialogue after the other, in the order of their priorities. It never
+/// waits; each step contributes the datagrams it needs now to a batch that travels for all slaves together, and takes
+/// the answers. Counter, polling of the sync manager's status, and repetition of replies that were lost on the wire as
+/// in ETG.1000.4 5.6 and 6.6.3.
+///
+/// One thread at a time; see MailboxEngine.
+class MailboxChannel {
+ public:
+  struct Settings {
+    std::chrono::nanoseconds reply_timeout = std::chrono::seconds{2};  ///< for each answer
+    /// A mailbox error reply names no request: the awaited answer may still come this long.
+    std::chrono::nanoseconds error_grace = std::chrono::milliseconds{50};
+    std::chrono::nanoseconds idle_poll = std::chrono::milliseconds{10};  ///< for what slaves send unasked
+  };
+  /// Mails that no dialogue waits for.
+  using Deliver = std::function<void(SlaveRef, wire::MailboxType, std::span<const std::byte> service)>;
+  using Finished = std::vector<std::shared_ptr<MailboxDialogue>>;
+
+  MailboxChannel(SlaveRef slave, MailboxWindow window, Settings settings);
+
+  void submit(std::shared_ptr<MailboxDialogue> dialogue);
+  /// True while a dialogue is in progress or waiting.
+  [[nodiscard]] bool busy() const noexcept { return active_ != nullptr || !queue_.empty(); }
+  /// The next prepare() looks into the mailbox, due or not.
+  void poll_now() noexcept { next_idle_poll_ = {}; }
+  /// Nothing has been found in the mailbox since poll_now().
+  [[nodiscard]] bool polled_empty() const noexcept { return fetch_ == Fetch::kPoll && next_idle_poll_.count() != 0; }
+
+  /// Appends what this slave needs now to `batch`; dialogues that cannot even begin go to `finished`.
+  void prepare(std::chrono::nanoseconds now, std::vector<Request>& batch, Finished& finished);
+  /// Takes the answers to what prepare() has appended. True: something has moved on, no need to pause.
+  bool evaluate(std::chrono::nanoseconds now, std::span<const Request> answers, const Deliver& deliver,
+                Finished& finished);
+  /// Ends all dialogues with `error`.
+  void fail_all(Error error, Finished& finished);
+
+  [[nodiscard]] SlaveRef slave() const noexcept { return slave_; }
+  [[nodiscard]] const MailboxWindow& window() const noexcept { return window_; }
+  /// Service bytes that fit into one mailbox to the slave.
+  [[nodiscard]] std::size_t max_service() const noexcept;
+  [[nodiscard]] const MailboxStatistics& statistics() const noexcept { return statistics_; }
+
+ private:
+  enum class Fetch : std::uint8_t { kPoll, kRead, kRepeatLook, kRepeatToggle, kRepeatWait };
+
+  void start_next(std::chrono::nanoseconds now, Finished& finished);
+  [[nodiscard]] bool load_outgoing(std::chrono::nanoseconds now);
+  bool take_written(std::chrono::nanoseconds now, const Request& answer, Finished& finished);
+  bool take_fetched(std::chrono::nanoseconds now, const Request& answer, const Deliver& deliver, Finished& finished);
+  void take_mail(std::chrono::nanoseconds now, const Deliver& deliver, Finished& finished);
+  void take_error(std::chrono::nanoseconds now, std::span<const std::byte> service, Finished& finished);
+  void react(std::chrono::nanoseconds now, MailboxDialogue::Reaction reaction, Finished& finished);
+  void look_at_clock(std::chrono::nanoseconds now, Finished& finished);
+  void finish(Finished& finished);
+  void finish(Finished& finished, const Error& error);
+  [[nodiscard]] Error error(ErrorKind kind, std::uint32_t code = 0) const noexcept;
+
+  SlaveRef slave_;
+  MailboxWindow window_;
+  Settings settings_;
+  MailboxStatistics statistics_;
+  std::deque<std::shared_ptr<MailboxDialogue>> queue_;
+  std::shared_ptr<MailboxDialogue> active_;
+
+  // The way out.
+  std::vector<std::byte> outgoing_;  ///< the mailbox as it is to be written
+  std::vector<std::byte> out_wire_;  ///< its copy in the datagram
+  std::uint8_t counter_ = 0;
+  bool sending_ = false;    ///< not taken by the slave yet
+  bool attempted_ = false;  ///< may have been taken
+  bool leaving_ = false;    ///< the last word of a dialogue that has failed
+  std::optional<std::uint32_t> error_reply_;
+  std::chrono::nanoseconds deadline_{0};
+
+  // The way in.
+  Fetch fetch_ = Fetch::kPoll;
+  std::vector<std::byte> in_wire_;
+  std::array<std::byte, 3> registers_{};  ///< status, activate, PDI control of sync manager 1
+  bool repeat_bit_ = false;
+  std::chrono::nanoseconds repeat_deadline_{0};
+  std::chrono::nanoseconds next_idle_poll_{0};
+  std::uint8_t last_received_ = 0;
+  unsigned silent_ = 0;
+
+  // What prepare() has appended.
+  bool wrote_ = false;
+  bool fetched_ = false;
+};
+
+}  // namespace driveline::ecat_master

@@ -1,0 +1,101 @@
+#pragma once
+
+#include <condition_variable>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "driveline/ecat_master/coe/sdo_request.hpp"
+#include "driveline/ecat_master/mailbox/emergency_log.hpp"
+#include "driveline/ecat_master/mailbox/mailbox_channel.hpp"
+
+namespace driveline::ecat_master {
+
+/// What a protocol does with mails that nobody has asked for.
+class MailboxProtocolHandler {
+ public:
+  virtual ~MailboxProtocolHandler() = default;
+  /// `service` is what follows the mailbox header; `now` the time of its arrival. Called by the thread that steps the
+  /// engine; must not call the engine back.
+  virtual void receive(SlaveRef slave, std::span<const std::byte> service, std::chrono::nanoseconds now) = 0;
+};
+
+/// The mailboxes of all slaves of a line. One step() gathers what every slave needs into one batch of datagrams, so
+/// that the time for many slaves is the time of the slowest, and a slave that is slow or silent delays nobody.
+///
+/// Any ordinary thread may submit dialogues and wait for them; whoever waits drives the engine, one at a time. Without
+/// anybody who waits a thread of the user calls step() now and then (MailboxWorker). The cycle uses SdoRequest. Nothing
+/// here is \rtsafe. The exchange of the bus must allow several threads when several are used.
+class MailboxEngine {
+ public:
+  using Settings = MailboxChannel::Settings;
+  static constexpr std::chrono::nanoseconds kPollInterval = std::chrono::microseconds{200};
+
+  explicit MailboxEngine(Bus& bus, Settings settings = {}) : bus_(bus), settings_(settings) {}
+  MailboxEngine(const MailboxEngine&) = delete;
+  MailboxEngine& operator=(const MailboxEngine&) = delete;
+  /// Dialogues that are still open fail with kCancelled.
+  ~MailboxEngine();
+
+  /// Opens the mailboxes of a slave, with counters as after INIT. What was open before fails with kCancelled.
+  void open(SlaveRef slave, MailboxWindow window);
+  /// Closes the mailboxes of the slave at `position`; its dialogues fail with kCancelled.
+  void close(std::uint16_t position);
+  void close_all();
+  /// Who gets the mails of a protocol that answer nothing. CoE emergencies go to emergencies() unless CoE has a handler
+  /// of its own. The handler must outlive the engine.
+  void handle(wire::MailboxType type, MailboxProtocolHandler& handler);
+
+  /// Queues a dialogue; fails it with kNoMailbox when the slave has no open mailbox.
+  void submit(std::uint16_t position, std::shared_ptr<MailboxDialogue> dialogue);
+  /// Steps the engine until `dialogue` is done.
+  void wait(const MailboxDialogue& dialogue);
+  /// One round of datagrams for all slaves. True: something has moved on. Does nothing while another thread steps.
+  bool step();
+  /// One step by this thread, or by another that is at it; pauses when nothing has moved on.
+  void drive();
+  /// Fetches everything the slave at `position` has put into its mailbox by itself. Errors: those of the bus.
+  [[nodiscard]] Result<void> poll(std::uint16_t position);
+
+  /// An SDO of one slave that the cycle may ask for. `capacity`: most bytes of its value.
+  [[nodiscard]] std::shared_ptr<SdoRequest> make_request(std::uint16_t position, std::uint16_t index,
+                                                         std::uint8_t subindex, std::size_t capacity);
+
+  [[nodiscard]] EmergencyLog& emergencies() noexcept { return emergencies_; }
+  [[nodiscard]] MailboxStatistics statistics(std::uint16_t position);
+  [[nodiscard]] Bus& bus() noexcept { return bus_; }
+  [[nodiscard]] const Settings& settings() const noexcept { return settings_; }
+
+ private:
+  struct Submission {
+    std::uint16_t position = 0;
+    std::shared_ptr<MailboxDialogue> dialogue;
+  };
+
+  /// With step_mutex_ held.
+  bool step_locked(MailboxChannel::Finished& finished);
+  void take_submissions(MailboxChannel::Finished& finished);
+  void take_requests();
+  void deliver(SlaveRef slave, wire::MailboxType type, std::span<const std::byte> service);
+  void pause();
+  static void complete(MailboxChannel::Finished& finished);
+
+  Bus& bus_;
+  Settings settings_;
+  EmergencyLog emergencies_;
+
+  std::mutex step_mutex_;  ///< channels_, handlers_, batch_: one thread steps at a time
+  std::map<std::uint16_t, MailboxChannel> channels_;
+  std::map<wire::MailboxType, MailboxProtocolHandler*> handlers_;
+  std::vector<Request> batch_;
+
+  std::mutex inbox_mutex_;
+  std::vector<Submission> inbox_;
+  std::vector<std::weak_ptr<SdoRequest>> requests_;
+
+  std::mutex wait_mutex_;
+  std::condition_variable stepped_;
+};
+
+}  // namespace driveline::ecat_master

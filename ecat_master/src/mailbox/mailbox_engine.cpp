@@ -1,0 +1,218 @@
+#include "driveline/ecat_master/mailbox/mailbox_engine.hpp"
+
+#include <algorithm>
+
+#include "driveline/ecat_master/coe/sdo_transfer.hpp"
+
+namespace driveline::ecat_master {
+namespace {
+
+Error plain_error(ErrorKind kind, std::uint16_t position) {
+  Error error;
+  error.kind = kind;
+  error.slave = position;
+  return error;
+}
+
+}  // namespace
+
+MailboxEngine::~MailboxEngine() {
+  MailboxChannel::Finished finished;
+  take_submissions(finished);
+  for (auto& [position, channel] : channels_) channel.fail_all(plain_error(ErrorKind::kCancelled, position), finished);
+  complete(finished);
+}
+
+void MailboxEngine::complete(MailboxChannel::Finished& finished) {
+  for (const auto& dialogue : finished) dialogue->complete();
+  finished.clear();
+}
+
+void MailboxEngine::open(SlaveRef slave, MailboxWindow window) {
+  close(slave.position);
+  const std::scoped_lock lock(step_mutex_);
+  channels_.emplace(slave.position, MailboxChannel(slave, window, settings_));
+}
+
+void MailboxEngine::close(std::uint16_t position) {
+  MailboxChannel::Finished finished;
+  {
+    const std::scoped_lock lock(step_mutex_);
+    take_submissions(finished);
+    const auto found = channels_.find(position);
+    if (found != channels_.end()) {
+      found->second.fail_all(plain_error(ErrorKind::kCancelled, position), finished);
+      channels_.erase(found);
+    }
+  }
+  complete(finished);
+}
+
+void MailboxEngine::close_all() {
+  std::vector<std::uint16_t> open;
+  {
+    const std::scoped_lock lock(step_mutex_);
+    for (const auto& [position, channel] : channels_) open.push_back(position);
+  }
+  for (const auto position : open) close(position);
+}
+
+void MailboxEngine::handle(wire::MailboxType type, MailboxProtocolHandler& handler) {
+  const std::scoped_lock lock(step_mutex_);
+  handlers_[type] = &handler;
+}
+
+void MailboxEngine::submit(std::uint16_t position, std::shared_ptr<MailboxDialogue> dialogue) {
+  const std::scoped_lock lock(inbox_mutex_);
+  inbox_.push_back({position, std::move(dialogue)});
+}
+
+void MailboxEngine::take_submissions(MailboxChannel::Finished& finished) {
+  std::vector<Submission> taken;
+  {
+    const std::scoped_lock lock(inbox_mutex_);
+    taken.swap(inbox_);
+  }
+  for (auto& submission : taken) {
+    const auto channel = channels_.find(submission.position);
+    if (channel != channels_.end()) {
+      channel->second.submit(std::move(submission.dialogue));
+      continue;
+    }
+    submission.dialogue->fail(plain_error(ErrorKind::kNoMailbox, submission.position));
+    finished.push_back(std::move(submission.dialogue));
+  }
+}
+
+/// Requests of the cycle become dialogues here.
+void MailboxEngine::take_requests() {
+  std::vector<std::shared_ptr<SdoRequest>> pending;
+  {
+    const std::scoped_lock lock(inbox_mutex_);
+    std::erase_if(requests_, [](const auto& request) { return request.expired(); });
+    for (const auto& weak : requests_) {
+      if (auto request = weak.lock(); request && request->take()) pending.push_back(std::move(request));
+    }
+  }
+  for (auto& request : pending) {
+    const auto position = request->position();
+    submit(position, SdoRequest::make_transfer(std::move(request)));
+  }
+}
+
+bool MailboxEngine::step() {
+  MailboxChannel::Finished finished;
+  bool progress = false;
+  {
+    const std::unique_lock lock(step_mutex_, std::try_to_lock);
+    if (!lock.owns_lock()) return false;
+    progress = step_locked(finished);
+  }
+  progress = progress || !finished.empty();
+  complete(finished);
+  stepped_.notify_all();
+  return progress;
+}
+
+bool MailboxEngine::step_locked(MailboxChannel::Finished& finished) {
+  take_requests();
+  take_submissions(finished);
+  batch_.clear();
+  std::vector<std::pair<MailboxChannel*, std::size_t>> parts;
+  const auto begin = bus_.exchange().now();
+  for (auto& [position, channel] : channels_) {
+    const auto first = batch_.size();
+    channel.prepare(begin, batch_, finished);
+    if (batch_.size() > first) parts.emplace_back(&channel, first);
+  }
+  if (batch_.empty()) return false;
+  const auto done = bus_.exchange().exchange(batch_);
+  const auto now = bus_.exchange().now();
+  bool progress = false;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    auto& [channel, first] = parts[i];
+    if (!done) {
+      channel->fail_all(done.error(), finished);
+      continue;
+    }
+    const auto end = i + 1 < parts.size() ? parts[i + 1].second : batch_.size();
+    const auto hand_out = [this](SlaveRef slave, wire::MailboxType type, std::span<const std::byte> service) {
+      deliver(slave, type, service);
+    };
+    progress =
+        channel->evaluate(now, std::span<const Request>(batch_).subspan(first, end - first), hand_out, finished) ||
+        progress;
+  }
+  return progress;
+}
+
+void MailboxEngine::deliver(SlaveRef slave, wire::MailboxType type, std::span<const std::byte> service) {
+  const auto now = bus_.exchange().now();
+  if (const auto handler = handlers_.find(type); handler != handlers_.end()) {
+    handler->second->receive(slave, service, now);
+    return;
+  }
+  if (type != wire::MailboxType::kCoe) return;
+  const auto coe = wire::CoeHeader::decode(service);
+  if (!coe || coe->service != wire::CoeService::kEmergency) return;
+  const auto emergency = wire::Emergency::decode(service.subspan(wire::CoeHeader::kSize));
+  if (emergency) emergencies_.add({slave.position, now, *emergency});
+}
+
+void MailboxEngine::pause() {
+  bus_.exchange().pause(kPollInterval);
+}
+
+void MailboxEngine::drive() {
+  if (step()) return;
+  std::unique_lock lock(step_mutex_, std::try_to_lock);
+  if (lock.owns_lock()) {
+    lock.unlock();
+    pause();
+    return;
+  }
+  // Another thread steps; it tells when there is news.
+  std::unique_lock waiting(wait_mutex_);
+  stepped_.wait_for(waiting, kPollInterval);
+}
+
+void MailboxEngine::wait(const MailboxDialogue& dialogue) {
+  while (!dialogue.done()) drive();
+}
+
+Result<void> MailboxEngine::poll(std::uint16_t position) {
+  // A slave that never stops talking is heard for as long as an answer may take.
+  const auto deadline = bus_.exchange().now() + settings_.reply_timeout;
+  {
+    const std::scoped_lock lock(step_mutex_);
+    const auto channel = channels_.find(position);
+    if (channel == channels_.end()) return tl::unexpected(plain_error(ErrorKind::kNoMailbox, position));
+    channel->second.poll_now();
+  }
+  for (;;) {
+    const bool progress = step();
+    {
+      const std::scoped_lock lock(step_mutex_);
+      const auto channel = channels_.find(position);
+      if (channel == channels_.end() || channel->second.polled_empty()) return {};
+    }
+    if (bus_.exchange().now() >= deadline) return {};
+    if (!progress) pause();
+  }
+}
+
+std::shared_ptr<SdoRequest> MailboxEngine::make_request(std::uint16_t position, std::uint16_t index,
+                                                        std::uint8_t subindex, std::size_t capacity) {
+  auto request = std::make_shared<SdoRequest>(position, index, subindex, capacity);
+  const std::scoped_lock lock(inbox_mutex_);
+  requests_.push_back(request);
+  return request;
+}
+
+MailboxStatistics MailboxEngine::statistics(std::uint16_t position) {
+  const std::scoped_lock lock(step_mutex_);
+  const auto channel = channels_.find(position);
+  return channel == channels_.end() ? MailboxStatistics{} : channel->second.statistics();
+}
+
+}  // namespace driveline::ecat_master
