@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "driveline/ecat_master/dc/clock_fault.hpp"
 #include "driveline/wire/mailbox.hpp"
 
 namespace driveline::ecat_master {
@@ -102,6 +103,8 @@ std::string describe(const Error& e) {
       return fmt::format("axis {}: fault 0x{:04X}, status word 0x{:04X}", e.slave, e.code, e.received);
     case ErrorKind::kCommunicationLost:
       return fmt::format("communication lost: {} cycles in a row without valid process data", e.received);
+    case ErrorKind::kClock:
+      return dc::describe_clock_error(e);
     case ErrorKind::kCancelled:
       return "stopped on request";
     case ErrorKind::kNoMailbox:

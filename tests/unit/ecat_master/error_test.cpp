@@ -88,6 +88,7 @@ TEST(ErrorSentence, HoldsEveryFactOfEveryKind) {
       {make(K::kAxisFault, 1, 0, 0, 0, 0x0218, 0x8611), "axis 1: fault 0x8611, status word 0x0218"},
       {make(K::kCommunicationLost, kLine, 0, 0, 0, 8),
        "communication lost: 8 cycles in a row without valid process data"},
+      {make(K::kClock, 4), "no slave of the line has a distributed clock, but synchronisation to one is asked for"},
       {make(K::kCancelled, kLine), "stopped on request"},
   };
   std::vector<bool> covered(static_cast<std::size_t>(K::kCancelled) + 1);

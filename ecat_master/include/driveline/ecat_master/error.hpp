@@ -37,6 +37,7 @@ enum class ErrorKind : std::uint8_t {
   kAxisNotEnabled,      ///< an axis did not reach Operation enabled
   kAxisFault,           ///< an axis reports a fault
   kCommunicationLost,   ///< the cyclic exchange broke down
+  kClock,               ///< distributed clocks; code: dc::ClockFault
   kCancelled,           ///< stopped on request
 };
 

@@ -1,0 +1,116 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+
+namespace driveline::ecat_master::dc {
+
+/// Holds the phase of a cycle against the reference clock: a proportional-integral controller, fed once per cycle with
+/// how late the cycle's frame met the reference clock, which answers by how much to move the next grid instant.
+///
+/// The plant: an error of e(k) with a reference clock that runs d too fast becomes e(k+1) = e(k) + d * period + shift.
+/// With shift = -(kp * e + i), i += ki * e, kp = 2w and ki = w^2 the loop is critically damped: both poles at 1 - w,
+/// a disturbance decays to 1 % within about 7 / w cycles. w, in rad per cycle, is 2 pi * 5 Hz * period, at least 0.01
+/// and at most 0.25:
+///
+///   | period | w     | kp    | ki     | 1 % after |
+///   |--------|-------|-------|--------|-----------|
+///   | 125 us | 0.010 | 0.020 | 0.0001 |  83 ms    |
+///   | 250 us | 0.010 | 0.020 | 0.0001 | 166 ms    |
+///   | 1 ms   | 0.031 | 0.063 | 0.0010 | 211 ms    |
+///   | 4 ms   | 0.126 | 0.251 | 0.0158 | 211 ms    |
+///   | 10 ms  | 0.250 | 0.500 | 0.0625 | 242 ms    |
+///
+/// The lower limit keeps the loop faster than the thermal drift of oscillators at every period, the upper one keeps it
+/// from following the noise of single measurements.
+///
+/// - A measurement far from what was expected is an outlier and is not followed; when it keeps coming it is believed.
+/// - Without a measurement the grid coasts on the frequency learned so far.
+/// - Locked is who has stayed inside the lock window for a while; lost is the lock only outside a wider window, or
+/// after
+///   coasting for too long.
+/// - The frequency is limited to +-500 ppm: a clock further off than that is none that a servo line should follow.
+///
+/// No I/O, no allocation; every function is \rtsafe.
+class PhaseController {
+ public:
+  using Nanoseconds = std::chrono::nanoseconds;
+  static constexpr double kMaxPpm = 500.0;
+
+  struct Settings {
+    Nanoseconds period = std::chrono::microseconds{125};  ///< 125 us to 10 ms
+    double bandwidth_hz = 5.0;
+    /// Deviation from the expected error that makes a measurement suspicious, at least; 0: a hundredth of the period.
+    /// Above that, eight times the mean deviation counts.
+    Nanoseconds outlier_floor{0};
+    std::uint32_t outliers_believed = 8;  ///< suspicious measurements in a row, then they are true
+    /// The mean error of a locked loop; 0: a hundredth of the period. Lost beyond four times that.
+    Nanoseconds lock_window{0};
+    std::uint32_t lock_cycles = 200;   ///< inside the window in a row until locked
+    std::uint32_t unlock_cycles = 50;  ///< outside four times the window in a row until lost
+    std::uint32_t coast_cycles = 400;  ///< without a measurement until the lock is lost
+  };
+
+  /// Why the loop is not locked, or was not the last time.
+  enum class Cause : std::uint8_t {
+    kNone,
+    kAcquiring,       ///< has not been locked yet
+    kNoReference,     ///< no measurement for too long
+    kPhaseError,      ///< the reference clock has moved faster than the loop follows
+    kFrequencyLimit,  ///< the reference clock is more than kMaxPpm off
+  };
+
+  explicit PhaseController(const Settings& settings) noexcept;
+
+  /// Starts anew; `ppm`: how much the reference clock is known to run too fast, 0 when nothing is known.
+  void reset(double ppm = 0.0) noexcept;
+
+  /// One cycle. `error`: how much later than wanted the frame met the reference clock (of a frame sent exactly at the
+  /// grid instant; see SystemTime), nothing when it did not come back. Returns by how much the next grid instant is to
+  /// be moved, positive: later.
+  [[nodiscard]] Nanoseconds update(std::optional<Nanoseconds> error) noexcept;
+
+  [[nodiscard]] bool locked() const noexcept { return locked_; }
+  [[nodiscard]] Cause cause() const noexcept { return cause_; }
+  /// How much the reference clock runs faster than the clock of the grid, in parts per million.
+  [[nodiscard]] double ppm() const noexcept { return integral_ / period_ns_ * 1e6; }
+  /// The error, smoothed over some 16 measurements.
+  [[nodiscard]] double mean_error_ns() const noexcept { return mean_error_; }
+  [[nodiscard]] std::uint64_t outliers() const noexcept { return outliers_; }
+  [[nodiscard]] std::uint64_t coasted() const noexcept { return coasted_; }
+  [[nodiscard]] double proportional_gain() const noexcept { return kp_; }
+  [[nodiscard]] double integral_gain() const noexcept { return ki_; }
+
+ private:
+  [[nodiscard]] bool plausible(double error) noexcept;
+  [[nodiscard]] double control(double error) noexcept;
+  void judge(bool measured) noexcept;
+  void lose(Cause cause) noexcept;
+  [[nodiscard]] Nanoseconds quantize(double shift) noexcept;
+
+  Settings settings_;
+  double period_ns_;
+  double kp_;
+  double ki_;
+  double outlier_floor_;
+  double lock_window_;
+
+  double integral_ = 0.0;  ///< of the reference clock, per period, in ns
+  double expected_ = 0.0;  ///< the next error, if nothing happens
+  double spread_ = 0.0;    ///< mean deviation from it
+  double mean_error_ = 0.0;
+  double remainder_ = 0.0;  ///< of the shifts, below one nanosecond
+  bool primed_ = false;     ///< expected_ means something
+  bool locked_ = false;
+  Cause cause_ = Cause::kAcquiring;
+  std::uint32_t suspicious_ = 0;
+  std::uint32_t inside_ = 0;
+  std::uint32_t outside_ = 0;
+  std::uint32_t missing_ = 0;
+  std::uint32_t at_limit_ = 0;
+  std::uint64_t outliers_ = 0;
+  std::uint64_t coasted_ = 0;
+};
+
+}  // namespace driveline::ecat_master::dc

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <tl/expected.hpp>
+#include <vector>
+
+namespace driveline::ecat_master::dc {
+
+/// What is known of a slave's place in the line and of the times at which one and the same frame came in at its ports.
+struct DelayNode {
+  std::uint8_t entry_port = 0;                             ///< towards the master
+  std::array<std::optional<std::uint16_t>, 4> children{};  ///< slave behind each port
+  std::array<std::uint32_t, 4> receive_time_ns{};          ///< registers 0x0900..0x090F, modulo 2^32
+  bool has_receive_times = false;
+};
+
+/// How good a propagation delay is.
+enum class DelayQuality : std::uint8_t {
+  kMeasured,   ///< from receive times around a single path
+  kEstimated,  ///< behind slaves without receive times that branch: all cables there are taken to be equal
+  kAssumed,    ///< not measurable: the branch has nothing but the master in front of it
+  kNone,       ///< the slave has no receive times
+};
+
+struct PropagationDelay {
+  /// From the processing unit of the first slave with receive times to that of this one, in nanoseconds; the frame may
+  /// come by here earlier (negative) when slaves are entered at another port than 0.
+  double from_first_ns = 0.0;
+  DelayQuality quality = DelayQuality::kNone;
+};
+
+/// Slaves whose receive times contradict each other: less time passed around a branch than inside of it.
+struct DelayContradiction {
+  std::uint16_t slave = 0;
+  std::uint8_t port = 0;
+};
+
+/// The time a frame takes from slave to slave, out of its receive times (ETG.1000.4 6.7, ESC data sheet I 9.1.2): what
+/// passes between two ports of a slave is the way around the branch in between; what of it the branch spends behind its
+/// own first port is known there; half of the rest is the way out to it, because cables are the same in both
+/// directions.
+///
+/// Lines, branches, stars and slaves entered at other ports than 0 are the same to this function: it goes around each
+/// branch in the order in which frames do (0 - processing unit - 3 - 1 - 2). Slaves without receive times count as part
+/// of the cable. A ring must be opened at its far end meanwhile. Only differences of times of the same slave are used,
+/// modulo 2^32, so neither the offsets between the clocks nor any wrap-around matter.
+///
+/// `processing_extra_ns`: how much longer a frame takes through the processing unit than past it (tDiff of the
+/// controller, up to 40 ns). Result: one per node. Allocates.
+[[nodiscard]] tl::expected<std::vector<PropagationDelay>, DelayContradiction> propagation_delays(
+    std::span<const DelayNode> nodes, double processing_extra_ns = 0.0);
+
+}  // namespace driveline::ecat_master::dc

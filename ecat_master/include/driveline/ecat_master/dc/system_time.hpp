@@ -1,0 +1,52 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+
+/// Arithmetic on the system time of distributed clocks: nanoseconds as unsigned 64-bit numbers, of which some slaves
+/// have only the lower half. \rtsafe throughout.
+namespace driveline::ecat_master::dc {
+
+/// The time that ends in `low` and is nearest to `expected`: right as long as the expectation is less than 2^31 ns
+/// (2.1 s) off.
+[[nodiscard]] constexpr std::uint64_t extend(std::uint32_t low, std::uint64_t expected) noexcept {
+  const auto ahead = static_cast<std::int32_t>(low - static_cast<std::uint32_t>(expected));
+  return expected + static_cast<std::uint64_t>(std::int64_t{ahead});
+}
+
+/// a - b of two times less than 2^63 ns apart, across any wrap-around.
+[[nodiscard]] constexpr std::chrono::nanoseconds difference(std::uint64_t a, std::uint64_t b) noexcept {
+  return std::chrono::nanoseconds{static_cast<std::int64_t>(a - b)};
+}
+
+/// `value` brought into -cycle/2 .. cycle/2 by whole cycles (cycle > 0).
+[[nodiscard]] constexpr std::chrono::nanoseconds wrap_to_cycle(std::chrono::nanoseconds value,
+                                                               std::chrono::nanoseconds cycle) noexcept {
+  auto rest = value % cycle;
+  if (rest < std::chrono::nanoseconds{0}) rest += cycle;
+  return rest > cycle / 2 ? rest - cycle : rest;
+}
+
+/// Register 0x092C: bit 31 set means that the local copy of the system time is behind the received one; the other bits
+/// are the magnitude (ETG.1000.4 Table 60). Positive: the slave's clock is ahead.
+[[nodiscard]] constexpr std::chrono::nanoseconds decode_difference(std::uint32_t raw) noexcept {
+  const auto magnitude = static_cast<std::int64_t>(raw & 0x7FFF'FFFFU);
+  return std::chrono::nanoseconds{(raw & 0x8000'0000U) != 0 ? -magnitude : magnitude};
+}
+
+/// Where the reference clock stood when a frame sent at a time of the master's clock met it, and how fast it runs
+/// against that clock.
+struct ClockMapping {
+  std::chrono::nanoseconds local{0};
+  std::uint64_t reference = 0;
+  double ppm = 0.0;  ///< the reference clock is that much faster
+
+  /// System time at which a frame sent at `sent` meets the reference clock.
+  [[nodiscard]] constexpr std::uint64_t at(std::chrono::nanoseconds sent) const noexcept {
+    const auto elapsed = sent - local;
+    const auto extra = static_cast<std::int64_t>(static_cast<double>(elapsed.count()) * ppm * 1e-6);
+    return reference + static_cast<std::uint64_t>(elapsed.count() + extra);
+  }
+};
+
+}  // namespace driveline::ecat_master::dc

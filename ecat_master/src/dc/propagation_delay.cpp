@@ -1,0 +1,210 @@
+#include "driveline/ecat_master/dc/propagation_delay.hpp"
+
+#include <algorithm>
+
+namespace driveline::ecat_master::dc {
+namespace {
+
+constexpr std::uint8_t kPorts = 4;
+/// Frames leave a controller at the next open port behind the one they came in at (ESC data sheet I, frame processing
+/// order).
+constexpr std::array<std::uint8_t, kPorts> kNextPort = {3, 2, 0, 1};
+/// Of a slave and its cable, where nothing can be measured.
+constexpr double kAssumedHopNs = 1000.0;
+
+/// The processing unit lies behind port 0, also behind a closed one.
+bool passes_processing_unit(std::uint8_t from, std::uint8_t to) {
+  auto port = from;
+  do {
+    if (port == 0) return true;
+    port = kNextPort[port];
+  } while (port != to);
+  return false;
+}
+
+/// The way through one node: in at the entry, out and in again at each port with a child, out at the entry.
+struct Passage {
+  std::uint8_t from = 0;
+  std::uint8_t to = 0;
+};
+
+std::vector<Passage> passages(const DelayNode& node) {
+  std::vector<Passage> all;
+  auto from = node.entry_port;
+  for (auto port = kNextPort[from]; port != node.entry_port; port = kNextPort[port]) {
+    if (!node.children[port]) continue;
+    all.push_back({from, port});
+    from = port;
+  }
+  all.push_back({from, node.entry_port});
+  return all;
+}
+
+/// Time from port to port inside one node.
+double between(const DelayNode& node, std::uint8_t from, std::uint8_t to) {
+  return static_cast<double>(node.receive_time_ns[to] - node.receive_time_ns[from]);
+}
+
+/// From the entry to the last return: the time spent behind this node.
+double span_of(const DelayNode& node) {
+  return between(node, node.entry_port, passages(node).back().from);
+}
+
+/// From the entry to the moment of processing.
+double processing_of(const DelayNode& node) {
+  for (const auto& passage : passages(node)) {
+    if (passes_processing_unit(passage.from, passage.to)) return between(node, node.entry_port, passage.from);
+  }
+  return 0.0;
+}
+
+/// The way around a branch up to the next slaves with receive times. A hop is the way through a node and along a cable.
+struct Tour {
+  struct Stop {
+    std::uint16_t node = 0;
+    int hops = 0;        ///< until here
+    int processed = 0;   ///< of them through processing units
+    double spans = 0.0;  ///< spent behind earlier stops
+  };
+  std::vector<Stop> stops;
+  int hops = 0;
+  int processed = 0;
+  double spans = 0.0;
+  bool single = true;  ///< one path and nothing else: there and back are the same
+
+  void hop(const Passage& passage) {
+    ++hops;
+    if (passes_processing_unit(passage.from, passage.to)) ++processed;
+  }
+};
+
+class DelayComputation {
+ public:
+  DelayComputation(std::span<const DelayNode> nodes, double processing_extra_ns)
+      : nodes_(nodes), extra_(processing_extra_ns), entry_(nodes.size()), delays_(nodes.size()) {}
+
+  [[nodiscard]] tl::expected<std::vector<PropagationDelay>, DelayContradiction> run() {
+    const auto root = find_root();
+    if (!root) return delays_;
+    start_at(*root);
+    while (!waiting_.empty()) {
+      const auto node = waiting_.back();
+      waiting_.pop_back();
+      if (auto wrong = go_around(node)) return tl::unexpected(*wrong);
+    }
+    refer_to_first();
+    return std::move(delays_);
+  }
+
+ private:
+  [[nodiscard]] std::optional<std::uint16_t> find_root() const {
+    std::vector<bool> child(nodes_.size());
+    for (const auto& node : nodes_) {
+      for (const auto& next : node.children) {
+        if (next) child[*next] = true;
+      }
+    }
+    for (std::uint16_t i = 0; i < nodes_.size(); ++i) {
+      if (!child[i]) return i;
+    }
+    return std::nullopt;
+  }
+
+  /// The frame comes from the master, whose own times are worth nothing.
+  void start_at(std::uint16_t root) {
+    const auto tour = explore(root);
+    for (const auto& stop : tour.stops) {
+      reach(stop, kAssumedHopNs * stop.hops + stop.spans,
+            tour.stops.size() > 1 ? DelayQuality::kAssumed : DelayQuality::kMeasured);
+    }
+  }
+
+  void reach(const Tour::Stop& stop, double entry_ns, DelayQuality quality) {
+    entry_[stop.node] = entry_ns;
+    delays_[stop.node] = {entry_ns + processing_of(nodes_[stop.node]), quality};
+    waiting_.push_back(stop.node);
+  }
+
+  /// All branches of a node whose own times are known.
+  [[nodiscard]] std::optional<DelayContradiction> go_around(std::uint16_t at) {
+    const auto& node = nodes_[at];
+    for (const auto& passage : passages(node)) {
+      if (passage.to == node.entry_port) break;
+      auto tour = explore(*node.children[passage.to]);
+      // The way out of this node: its passage has been left out so far.
+      const int first = passes_processing_unit(passage.from, passage.to) ? 1 : 0;
+      const double loop = between(node, passage.from, passage.to);
+      const double hop = (loop - tour.spans - extra_ * (tour.processed + first)) / (tour.hops + 1);
+      if (hop < 0.0) return DelayContradiction{at, passage.to};
+      const double begin = entry_[at] + between(node, node.entry_port, passage.from);
+      for (const auto& stop : tour.stops) {
+        const int hops = stop.hops + 1;
+        // Nobody knows better than who is in front of him.
+        const auto own = tour.single ? DelayQuality::kMeasured : DelayQuality::kEstimated;
+        reach(stop, begin + hop * hops + extra_ * (stop.processed + first) + stop.spans,
+              std::max(own, delays_[at].quality));
+      }
+    }
+    return std::nullopt;
+  }
+
+  /// Around the branch that begins with `first`, from its entry to the way back out. Nodes without receive times are
+  /// walked through; an explicit stack, because a line of them may be thousands long.
+  [[nodiscard]] Tour explore(std::uint16_t first) const {
+    struct Level {
+      std::uint16_t node;
+      std::vector<Passage> passages;
+      std::size_t next = 0;
+    };
+    Tour tour;
+    std::vector<Level> stack;
+    auto enter = [&](std::uint16_t node) {
+      if (!nodes_[node].has_receive_times) {
+        stack.push_back({node, passages(nodes_[node]), 0});
+        tour.single = tour.single && stack.back().passages.size() == 2;
+        return;
+      }
+      tour.stops.push_back({node, tour.hops, tour.processed, tour.spans});
+      tour.spans += span_of(nodes_[node]);
+      tour.hop(passages(nodes_[node]).back());
+    };
+    enter(first);
+    while (!stack.empty()) {
+      auto& level = stack.back();
+      const auto passage = level.passages[level.next++];
+      const auto node = level.node;
+      tour.hop(passage);
+      if (passage.to == nodes_[node].entry_port) {
+        stack.pop_back();
+      } else {
+        enter(*nodes_[node].children[passage.to]);
+      }
+    }
+    return tour;
+  }
+
+  void refer_to_first() {
+    const auto first = std::find_if(delays_.begin(), delays_.end(),
+                                    [](const PropagationDelay& d) { return d.quality != DelayQuality::kNone; });
+    if (first == delays_.end()) return;
+    const double origin = first->from_first_ns;
+    for (auto& delay : delays_) {
+      if (delay.quality != DelayQuality::kNone) delay.from_first_ns -= origin;
+    }
+  }
+
+  std::span<const DelayNode> nodes_;
+  double extra_;
+  std::vector<double> entry_;  ///< when the frame comes in at each node's entry
+  std::vector<PropagationDelay> delays_;
+  std::vector<std::uint16_t> waiting_;
+};
+
+}  // namespace
+
+tl::expected<std::vector<PropagationDelay>, DelayContradiction> propagation_delays(std::span<const DelayNode> nodes,
+                                                                                   double processing_extra_ns) {
+  return DelayComputation(nodes, processing_extra_ns).run();
+}
+
+}  // namespace driveline::ecat_master::dc

@@ -1,0 +1,98 @@
+#include "driveline/ecat_master/dc/sync_signals.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include "driveline/ecat_master/dc/clock_fault.hpp"
+
+namespace driveline::ecat_master::dc {
+namespace {
+
+using std::chrono::nanoseconds;
+
+/// Start times further ahead would keep a line waiting, and 32-bit clocks cannot tell them from the past.
+constexpr nanoseconds kMaxCommonCycle = std::chrono::seconds{4};
+
+nanoseconds scaled(nanoseconds time, int factor) noexcept {
+  if (factor > 0) return time * factor;
+  return factor < 0 ? time / -factor : nanoseconds{0};
+}
+
+tl::unexpected<Error> refuse(ClockFault fault, std::uint16_t slave, nanoseconds found, nanoseconds expected) {
+  auto error = clock_error(fault, slave);
+  // Cycles fit 32 bits once their range has been checked; shifts are printed as signed numbers.
+  error.received = static_cast<std::uint32_t>(found.count());
+  error.expected = static_cast<std::uint32_t>(expected.count());
+  return tl::unexpected(error);
+}
+
+bool divides(nanoseconds a, nanoseconds b) noexcept {
+  return a > nanoseconds{0} && b % a == nanoseconds{0};
+}
+
+}  // namespace
+
+SyncSignals from_op_mode(const esi::DcOpMode& mode, nanoseconds period) noexcept {
+  SyncSignals signals;
+  signals.assign_activate = mode.assign_activate;
+  if (!signals.active()) return signals;
+  signals.sync0_cycle = nanoseconds{mode.cycle_time_sync0_ns};
+  if (mode.cycle_time_sync0_ns == 0) {
+    signals.sync0_cycle = mode.cycle_time_sync0_factor == 0 ? period : scaled(period, mode.cycle_time_sync0_factor);
+  }
+  signals.sync0_shift = nanoseconds{mode.shift_time_sync0_ns};
+  signals.sync1_cycle = nanoseconds{mode.cycle_time_sync1_ns};
+  if (mode.cycle_time_sync1_ns == 0) signals.sync1_cycle = scaled(signals.sync0_cycle, mode.cycle_time_sync1_factor);
+  signals.sync1_shift = nanoseconds{mode.shift_time_sync1_ns};
+  return signals;
+}
+
+Result<void> check_signals(const SyncSignals& signals, nanoseconds period, nanoseconds base, std::uint16_t slave) {
+  if ((signals.assign_activate & 0x0400U) != 0 && !signals.sync0()) {
+    auto error = clock_error(ClockFault::kSync1WithoutSync0, slave);
+    error.received = signals.assign_activate;
+    return tl::unexpected(error);
+  }
+  if (!signals.active()) return {};
+  const auto cycle = signals.sync0_cycle;
+  if (cycle <= nanoseconds{0} || cycle > kMaxSyncCycle) {
+    return refuse(ClockFault::kCycleRange, slave, std::clamp(cycle, nanoseconds{0}, kMaxSyncCycle), kMaxSyncCycle);
+  }
+  if (base > nanoseconds{0} && !divides(base, cycle)) return refuse(ClockFault::kCycleBase, slave, cycle, base);
+  if (!divides(cycle, period) && !divides(period, cycle))
+    return refuse(ClockFault::kCycleAndPeriod, slave, cycle, period);
+  if (signals.sync0_shift <= -cycle || signals.sync0_shift >= cycle) {
+    return refuse(ClockFault::kShift, slave, signals.sync0_shift, cycle);
+  }
+  if (!signals.sync1()) return {};
+  const bool own_cycle = signals.sync1_cycle != nanoseconds{0};
+  if (own_cycle && (!divides(cycle, signals.sync1_cycle) || signals.sync1_cycle > kMaxSyncCycle)) {
+    return refuse(ClockFault::kSync1Cycle, slave, signals.sync1_cycle, cycle);
+  }
+  if (signals.sync1_shift < nanoseconds{0} || signals.sync1_shift >= cycle) {
+    return refuse(ClockFault::kSync1Shift, slave, signals.sync1_shift, cycle);
+  }
+  return {};
+}
+
+Result<nanoseconds> common_cycle(std::span<const SyncSignals> slaves, nanoseconds period) {
+  auto common = period.count();
+  for (std::size_t i = 0; i < slaves.size(); ++i) {
+    if (!slaves[i].active()) continue;
+    for (const auto cycle : {slaves[i].sync0_cycle, slaves[i].sync1() ? slaves[i].sync1_cycle : nanoseconds{0}}) {
+      if (cycle > nanoseconds{0}) common = std::lcm(common, cycle.count());
+      if (nanoseconds{common} > kMaxCommonCycle) {
+        return refuse(ClockFault::kNoCommonCycle, static_cast<std::uint16_t>(i), cycle, period);
+      }
+    }
+  }
+  return nanoseconds{common};
+}
+
+std::uint64_t start_time(std::uint64_t now, nanoseconds lead, nanoseconds common) noexcept {
+  const auto cycle = static_cast<std::uint64_t>(common.count());
+  const auto earliest = now + static_cast<std::uint64_t>(lead.count());
+  return (earliest + cycle - 1) / cycle * cycle;
+}
+
+}  // namespace driveline::ecat_master::dc
