@@ -28,8 +28,8 @@ struct Value {
   }
 };
 
-/// Where a value goes. An optional one tells that it was not given.
-using Target = std::variant<bool*, std::string*, std::optional<std::string>*>;
+/// Where a value goes. An optional one tells that it was not given, a vector takes all that follow.
+using Target = std::variant<bool*, std::string*, std::optional<std::string>*, std::vector<std::string>*>;
 
 /// An option, a flag (value kind none), or an argument by position (names without a dash).
 struct Argument {

@@ -15,7 +15,15 @@ constexpr std::array kCommands = {
             "run --config examples/line8.toml --duration 5 --virtual --json",
             prepare_run},
     Command{"simulate", "", kLine, "Serve the simulated line on a network interface to any master",
-            "simulate --config examples/line8-nic.toml --iface dl-line", prepare_simulate},
+            "simulate --config examples/line8-nic.toml --iface dl-line\n"
+            "simulate --config examples/line8-nic.toml --iface dl-line --control line.socket",
+            prepare_simulate},
+    Command{"fault", "", kLine, "Begin, end or list faults of the line that `simulate` serves",
+            "fault help\n"
+            "fault --control line.socket cable-break slave=x to=y for_ms=500\n"
+            "fault --control line.socket drop way=back chance=0.01 seed=7\n"
+            "fault --control line.socket heal all",
+            prepare_fault},
     Command{"slaves", "", kTools, "List the slaves on the line",
             "slaves --config examples/line8.toml\n"
             "slaves --iface eth1 --json",

@@ -23,12 +23,18 @@ std::unique_ptr<slaves::Slave> make_slave(const SlaveConfig& config, std::uint32
 
 }  // namespace
 
-std::unique_ptr<slaves::Line> make_simulated_line(const LineConfig& config, rt::Clock& clock) {
+std::unique_ptr<slaves::Line> make_simulated_line(const LineConfig& config, rt::Clock& clock, bool second_interface) {
   std::vector<std::unique_ptr<slaves::Slave>> slaves;
+  slaves::LineOptions options;
   for (std::size_t i = 0; i < config.slaves.size(); ++i) {
     slaves.push_back(make_slave(config.slaves[i], static_cast<std::uint32_t>(i + 1)));
+    options.slave_delays.push_back(config.slaves[i].delays);
   }
-  return std::make_unique<slaves::Line>(clock, std::move(slaves));
+  auto line = std::make_unique<slaves::Line>(clock, std::move(slaves), options, config.wiring);
+  const auto far_end = line->wiring().master(slaves::MasterPort::kSecondary);
+  if (far_end && !second_interface) line->break_cable(*far_end);
+  for (const auto& plan : config.faults) line->faults().schedule(clock.now() + plan.at, plan.fault);
+  return line;
 }
 
 std::vector<ecat_master::SlavePlan> make_slave_plans(const LineConfig& config) {

@@ -9,8 +9,10 @@
 
 namespace driveline::cli {
 
-/// Builds the simulated line that `config` describes.
-[[nodiscard]] std::unique_ptr<slaves::Line> make_simulated_line(const LineConfig& config, rt::Clock& clock);
+/// Builds the simulated line that `config` describes and switches it on. The cable back from the far end of a ring is
+/// unplugged at the master's side without a `second_interface` there.
+[[nodiscard]] std::unique_ptr<slaves::Line> make_simulated_line(const LineConfig& config, rt::Clock& clock,
+                                                                bool second_interface = false);
 
 /// Plans for the master: identities, start-up SDOs and PDOs of the configured slaves.
 [[nodiscard]] std::vector<ecat_master::SlavePlan> make_slave_plans(const LineConfig& config);

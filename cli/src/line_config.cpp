@@ -10,7 +10,9 @@
 #include <sstream>
 
 #include "driveline/rt/cycle_timer.hpp"
+#include "fault_config.hpp"
 #include "toml_reader.hpp"
+#include "wiring_config.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -24,6 +26,8 @@ constexpr std::size_t kMaxSlaves = 256;
 constexpr double kMinInertia = 1e-6;
 /// Longest name that fits the telemetry.
 constexpr std::size_t kMaxName = 31;
+/// Longest delay of a slave: beyond, no cycle is left.
+constexpr std::int64_t kMaxDelay_ns = 1'000'000;
 constexpr std::string_view kNameLength = "must have 1 to 31 characters";
 
 nanoseconds from_us(double us) {
@@ -94,8 +98,21 @@ SlaveConfig read_slave(TomlReader reader, const std::vector<SlaveConfig>& others
   slave.viscous_friction_nm_s = quantity("viscous_friction_nm_s", 0.0, 100.0);
   slave.initial_position_rev = plant.number_or("initial_position_rev", 0.0, -1000.0, 1000.0);
   plant.finish();
+  slave.delays.processing =
+      nanoseconds{reader.integer_or("processing_ns", slave.delays.processing.count(), 0, kMaxDelay_ns)};
+  slave.delays.forwarding =
+      nanoseconds{reader.integer_or("forwarding_ns", slave.delays.forwarding.count(), 0, kMaxDelay_ns)};
   reader.finish();
   return slave;
+}
+
+/// The cables of the simulated line, and what happens to it.
+void read_simulation(TomlReader& root, LineConfig& config) {
+  std::vector<std::string> names;
+  for (const auto& slave : config.slaves) names.push_back(slave.name);
+  config.wiring = read_wiring(root.table("wiring"), names);
+  const FaultPlaces places{names, *config.wiring};
+  for (auto& reader : root.tables("fault")) config.faults.push_back(read_fault(std::move(reader), places));
 }
 
 ecat_master::AxisConfig read_axis(TomlReader reader, const std::vector<SlaveConfig>& slaves,
@@ -166,6 +183,7 @@ LineConfig read_config(const toml::table& table, const std::filesystem::path& fi
   if (config.slaves.empty()) root.fail("", "there is no [[slave]]");
   if (config.slaves.size() > kMaxSlaves)
     root.fail("slave", fmt::format("there are {}, the limit is {}", config.slaves.size(), kMaxSlaves));
+  read_simulation(root, config);
   for (auto& reader : root.tables("axis"))
     config.axes.push_back(read_axis(std::move(reader), config.slaves, config.axes));
   if (root.has("path")) read_path(root.table("path"), file.parent_path(), config);

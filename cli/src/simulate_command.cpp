@@ -1,9 +1,15 @@
 #include <fmt/format.h>
-#include <thread>
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
 
+#include "command_input.hpp"
 #include "commands.hpp"
+#include "composition.hpp"
 #include "console.hpp"
-#include "driveline/slaves/msd/msd_drive.hpp"
+#include "driveline/port/frame_waiter.hpp"
+#include "driveline/port/raw_socket_port.hpp"
+#include "line_console.hpp"
 #include "line_server.hpp"
 #include "signals.hpp"
 #include "tool_options.hpp"
@@ -12,23 +18,94 @@ namespace driveline::cli {
 namespace {
 
 using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
 
 constexpr auto kWatchInterval = milliseconds{50};
 constexpr auto kReportInterval = std::chrono::seconds{5};
 
-void tell_changes(LineServer& server, const LineConfig& config) {
-  StateChange change;
-  while (server.next_change(change)) {
-    const auto& name = config.slaves[change.slave].name;
-    if (change.status.error) {
-      progress("slave {} ({}): {} + ERROR, AL status code 0x{:04X} ({})", change.slave, name,
-               wire::to_text(change.status.state), static_cast<unsigned>(change.code), wire::to_text(change.code));
-    } else {
-      progress("slave {} ({}): {}", change.slave, name, wire::to_text(change.status.state));
-    }
-  }
+double us(nanoseconds time) {
+  return static_cast<double>(time.count()) / 1000.0;
 }
 
+std::string percentiles(const rt::Histogram& times) {
+  return fmt::format("turn-around p50 {:.1f} us, p99 {:.1f} us, p99.9 {:.1f} us, max {:.1f} us",
+                     us(times.percentile(0.5)), us(times.percentile(0.99)), us(times.percentile(0.999)),
+                     us(times.max()));
+}
+
+/// What `simulate` was asked for.
+struct SimulateOptions {
+  BusOptions bus;
+  std::string interface2;  ///< the far end of a ring; may be empty
+  std::string control;     ///< socket for commands; may be empty
+  bool busy_poll = false;
+};
+
+/// Frame rate, turn-around times and states, every few seconds.
+class Reporter {
+ public:
+  Reporter(LineServer& server, const LineConsole& console, const rt::Clock& clock)
+      : server_(server), console_(console), clock_(clock), next_(clock.now() + kReportInterval) {}
+
+  void tell() {
+    rt::Histogram window;
+    if (server_.take_window(window)) {
+      const auto frames = server_.frames();
+      const auto rate = static_cast<double>(frames - frames_) * 1e9 /
+                        static_cast<double>(std::max<std::int64_t>((clock_.now() - last_).count(), 1));
+      progress("{:.0f} frames/s{}; {}", rate, window.count() > 0 ? "; " + percentiles(window) : "", console_.states());
+      frames_ = frames;
+      last_ = clock_.now();
+    }
+    if (clock_.now() < next_) return;
+    next_ += kReportInterval;
+    server_.request_window();
+  }
+
+ private:
+  LineServer& server_;
+  const LineConsole& console_;
+  const rt::Clock& clock_;
+  nanoseconds next_;
+  nanoseconds last_ = clock_.now();
+  std::uint64_t frames_ = 0;
+};
+
+/// The interfaces that a line is served on.
+struct Interfaces {
+  std::unique_ptr<port::RawSocketPort> primary;
+  std::unique_ptr<port::RawSocketPort> secondary;
+  std::unique_ptr<port::FrameWaiter> waiter;
+};
+
+Outcome<Interfaces> open_interfaces(const SimulateOptions& options, const rt::Clock& clock) {
+  Interfaces interfaces;
+  auto primary = port::RawSocketPort::open({options.bus.interface, true, 6}, clock);
+  if (!primary) return failed(primary.error().message);
+  interfaces.primary = std::move(*primary);
+  if (!options.interface2.empty()) {
+    auto secondary = port::RawSocketPort::open({options.interface2, true, 6}, clock);
+    if (!secondary) return failed(secondary.error().message);
+    interfaces.secondary = std::move(*secondary);
+  }
+  auto waiter = port::FrameWaiter::open(*interfaces.primary, interfaces.secondary.get());
+  if (!waiter) return failed(waiter.error().message);
+  interfaces.waiter = std::move(*waiter);
+  return interfaces;
+}
+
+/// Linux stops real-time threads that do not leave it a share of every second.
+void tell_throttling() {
+  std::ifstream file("/proc/sys/kernel/sched_rt_runtime_us");
+  long runtime = -1;
+  if (!(file >> runtime) || runtime < 0) return;
+  progress(
+      "  busy polling: Linux lets real-time threads run {} us of every second; the thread sleeps an eighth of each "
+      "of the master's cycles to stay below",
+      runtime);
+}
+
+/// The states in the order of the line; not while it is served.
 std::string states_summary(const slaves::Line& line) {
   std::string text;
   for (std::size_t i = 0; i < line.size(); ++i) {
@@ -38,17 +115,35 @@ std::string states_summary(const slaves::Line& line) {
   return text;
 }
 
-Outcome<int> simulate(const BusOptions& bus) {
+std::vector<std::string> names_of(const LineConfig& config) {
+  std::vector<std::string> names;
+  for (const auto& slave : config.slaves) names.push_back(slave.name);
+  return names;
+}
+
+Outcome<int> simulate(const SimulateOptions& options) {
+  const auto& bus = options.bus;
   if (bus.config.empty() || bus.interface.empty()) {
     return misused("needs --config FILE, the line to simulate, and --iface NAME, where to serve it");
   }
   auto config = load_line_config(bus.config);
   if (!config) return misused(config.error());
+  const bool ring = config->wiring && config->wiring->master(slaves::MasterPort::kSecondary);
+  if (!options.interface2.empty() && !ring) {
+    return misused(
+        fmt::format("--iface2 {}: the line of {} has one end only; [wiring] preset = \"ring\" leads the last "
+                    "slave back to a second interface",
+                    options.interface2, bus.config));
+  }
   rt::MonotonicClock clock;
-  auto port = port::RawSocketPort::open({bus.interface, true, 6}, clock);
-  if (!port) return failed(port.error().message);
-  const auto line = make_simulated_line(*config, clock);
-  LineServer server(*line, **port, clock);
+  const auto interfaces = open_interfaces(options, clock);
+  if (!interfaces) return tl::unexpected(interfaces.error());
+  auto input = CommandInput::open(options.control);
+  if (!input) return tl::unexpected(input.error());
+  const auto line = make_simulated_line(*config, clock, interfaces->secondary != nullptr);
+  LineServer server(*line, *interfaces->primary, interfaces->secondary.get(), clock,
+                    {options.busy_poll, [&](nanoseconds deadline) { interfaces->waiter->wait(deadline); }});
+  LineConsole console(server, *line, names_of(*config));
   catch_stop_signals();
 
   // The line takes what real-time properties it can get: it stands in for hardware that has no scheduler.
@@ -60,38 +155,33 @@ Outcome<int> simulate(const BusOptions& bus) {
   const auto report = thread.start(realtime, server);
   if (!report) return failed(report.error().message());
   for (const auto& text : rt::to_lines(*report)) progress("  {}", text);
-  progress("{} slaves on {}; Ctrl-C ends", line->size(), bus.interface);
+  if (options.busy_poll) tell_throttling();
+  progress("{} slaves on {}{}{}; Ctrl-C ends, \"help\" tells of faults", line->size(), bus.interface,
+           options.interface2.empty() ? "" : " and ", options.interface2);
 
-  std::uint64_t reported = 0;
-  auto next_report = clock.now() + kReportInterval;
-  while (!stop_requested()) {
-    std::this_thread::sleep_for(kWatchInterval);
-    tell_changes(server, *config);
-    if (clock.now() < next_report) continue;
-    const auto frames = server.frames();
-    progress("{} frames/s", (frames - reported) / kReportInterval.count());
-    reported = frames;
-    next_report += kReportInterval;
+  Reporter reporter(server, console, clock);
+  while (!stop_requested() && !console.ended()) {
+    (*input)->run(kWatchInterval, [&console](std::string_view command) { return console.execute(command); });
+    console.tell_events();
+    reporter.tell();
   }
   thread.request_stop();
   thread.join();
-  tell_changes(server, *config);
-  const auto& turn_around = server.turn_around();
-  auto us = [](std::chrono::nanoseconds time) { return static_cast<double>(time.count()) / 1000.0; };
-  fmt::print(
-      "{} frames served, {} not sent; turn-around p50 {:.1f} us, p99 {:.1f} us, p99.9 {:.1f} us, max {:.1f} "
-      "us\nstates:{}\n",
-      server.frames(), server.send_failures(), us(turn_around.percentile(0.5)), us(turn_around.percentile(0.99)),
-      us(turn_around.percentile(0.999)), us(turn_around.max()), states_summary(*line));
+  console.tell_events();
+  fmt::print("{} frames served, {} not sent; {}\nstates:{}\n", server.frames(), server.send_failures(),
+             percentiles(server.turn_around()), states_summary(*line));
   return 0;
 }
 
 }  // namespace
 
 Execute prepare_simulate(Arguments& to) {
-  auto bus = std::make_shared<BusOptions>();
-  add_bus_options(to, *bus);
-  return [bus] { return simulate(*bus); };
+  auto options = std::make_shared<SimulateOptions>();
+  add_bus_options(to, options->bus);
+  to.option("--iface2", &options->interface2, Value::interface(), "Network interface at the far end of a ring");
+  to.flag("--busy-poll", options->busy_poll, "Spin for frames while a master cycles: faster answers for a whole CPU");
+  to.option("--control", &options->control, Value::file("PATH"), "Socket to listen at for `driveline fault`");
+  return [options] { return simulate(*options); };
 }
 
 }  // namespace driveline::cli

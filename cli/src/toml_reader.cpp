@@ -106,6 +106,14 @@ std::int64_t TomlReader::integer_or(std::string_view key, std::int64_t fallback,
   return has(key) ? integer(key, minimum, maximum) : fallback;
 }
 
+std::string TomlReader::scalar_text(std::string_view key) {
+  const auto* node = find(key);
+  if (node != nullptr && node->is_string()) return node->as_string()->get();
+  if (node != nullptr && node->is_integer()) return fmt::format("{}", node->as_integer()->get());
+  if (node != nullptr && node->is_floating_point()) return fmt::format("{}", node->as_floating_point()->get());
+  fail(key, fmt::format("is {}, a string or a number is expected", node == nullptr ? "missing" : type_name(*node)));
+}
+
 std::vector<std::string> TomlReader::texts_or(std::string_view key, std::vector<std::string> fallback) {
   const auto* node = find(key);
   if (node == nullptr) return fallback;
@@ -140,11 +148,13 @@ TomlReader TomlReader::table(std::string_view key) {
 std::vector<TomlReader> TomlReader::tables(std::string_view key) {
   const auto* node = find(key);
   if (node == nullptr) return {};
-  if (!node->is_array()) fail(key, fmt::format("is {}, [[{}]] tables are expected", type_name(*node), key));
+  const auto path = path_.empty() ? std::string(key) : fmt::format("{}.{}", path_, key);
+  if (!node->is_array()) fail(key, fmt::format("is {}, [[{}]] tables are expected", type_name(*node), path));
   std::vector<TomlReader> readers;
   for (const auto& element : *node->as_array()) {
-    if (!element.is_table()) fail(key, fmt::format("contains {}, [[{}]] tables are expected", type_name(element), key));
-    readers.emplace_back(*element.as_table(), file_, fmt::format("{} {}", key, readers.size() + 1));
+    if (!element.is_table())
+      fail(key, fmt::format("contains {}, [[{}]] tables are expected", type_name(element), path));
+    readers.emplace_back(*element.as_table(), file_, fmt::format("{} {}", path, readers.size() + 1));
   }
   return readers;
 }

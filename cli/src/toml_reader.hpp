@@ -33,6 +33,8 @@ class TomlReader {
   [[nodiscard]] std::int64_t integer(std::string_view key, std::int64_t minimum, std::int64_t maximum);
   [[nodiscard]] std::int64_t integer_or(std::string_view key, std::int64_t fallback, std::int64_t minimum,
                                         std::int64_t maximum);
+  /// The text of a string or a number as the file has its value.
+  [[nodiscard]] std::string scalar_text(std::string_view key);
   [[nodiscard]] std::vector<std::string> texts_or(std::string_view key, std::vector<std::string> fallback);
   /// The position of the value in `choices`.
   [[nodiscard]] std::size_t choice_or(std::string_view key, std::size_t fallback,

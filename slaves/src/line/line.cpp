@@ -37,14 +37,20 @@ Line::Line(rt::Clock& clock, std::vector<std::unique_ptr<Slave>> slaves, const L
 void Line::advance(Nanoseconds now) {
   // Faults come and go at their own times, however late somebody looks.
   for (auto due = faults_.due(); due <= now; due = faults_.due()) {
-    advance_slaves(due);
+    advance_slaves(slaves_, due);
     faults_.run(due);
   }
-  advance_slaves(now);
+  advance_slaves(slaves_, now);
 }
 
-void Line::advance_slaves(Nanoseconds now) {
-  for (auto& slave : slaves_) {
+void Line::advance_some(std::size_t first, std::size_t count, Nanoseconds now) {
+  if (faults_.due() <= now) return advance(now);
+  const auto from = std::min(first, slaves_.size());
+  advance_slaves(std::span(slaves_).subspan(from, std::min(count, slaves_.size() - from)), now);
+}
+
+void Line::advance_slaves(std::span<const std::unique_ptr<Slave>> slaves, Nanoseconds now) {
+  for (const auto& slave : slaves) {
     slave->advance(now);
     topology_changed_ |= slave->esc().loop_control_changed();
   }
@@ -65,7 +71,7 @@ port::SendStatus Line::transmit(LineEnd& from, std::span<const std::byte> frame)
   const auto passing = room.first(frame.size());
   std::copy(frame.begin(), frame.end(), passing.begin());
   from.last_send_ = now;
-  if (const auto passage = pass(passing, way, now); passage && to != nullptr) {
+  if (const auto passage = pass_along(passing, way, now); passage && to != nullptr) {
     const auto arrival =
         now + passage->delay + passage->fault_delay + options_.byte_time * static_cast<std::int64_t>(frame.size());
     to->commit(frame.size(), arrival);
@@ -79,10 +85,15 @@ port::SendStatus Line::transmit(LineEnd& from, std::span<const std::byte> frame)
 
 std::optional<Line::Passage> Line::process(std::span<std::byte> frame, Nanoseconds now, MasterPort from) {
   advance(now);
-  return pass(frame, current_path(from), now);
+  return pass(frame, now, from);
 }
 
-std::optional<Line::Passage> Line::pass(std::span<std::byte> frame, const FramePath& way, Nanoseconds now) noexcept {
+std::optional<Line::Passage> Line::pass(std::span<std::byte> frame, Nanoseconds now, MasterPort from) {
+  return pass_along(frame, current_path(from), now);
+}
+
+std::optional<Line::Passage> Line::pass_along(std::span<std::byte> frame, const FramePath& way,
+                                              Nanoseconds now) noexcept {
   ++counters_.frames;
   const auto fate = faults_.concern_frames() ? faults_.next_frame(frame, now) : FrameFate{};
   bool survives = !fate.lost_out && pass_frame(frame, way, fate, now);

@@ -34,6 +34,15 @@ bool Wiring::connect_master(MasterPort master, PortId slave, std::chrono::nanose
   return true;
 }
 
+bool Wiring::set_delay(PortId port, std::chrono::nanoseconds delay) noexcept {
+  if (port.slave >= ends_.size() || port.port >= kPortCount) return false;
+  auto& end = ends_[port.slave][port.port];
+  if (end.kind == End::Kind::kNothing) return false;
+  end.delay = delay;
+  if (end.kind == End::Kind::kSlave) ends_[end.slave.slave][end.slave.port].delay = delay;
+  return true;
+}
+
 bool Wiring::break_cable(PortId port, bool broken) noexcept {
   if (port.slave >= ends_.size() || port.port >= kPortCount) return false;
   auto& end = ends_[port.slave][port.port];

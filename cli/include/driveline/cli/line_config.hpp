@@ -11,6 +11,9 @@
 
 #include "driveline/ecat_master/axis/axis.hpp"
 #include "driveline/rt/realtime_thread.hpp"
+#include "driveline/slaves/line/fault.hpp"
+#include "driveline/slaves/line/frame_path.hpp"
+#include "driveline/slaves/line/wiring.hpp"
 
 namespace driveline::cli {
 
@@ -24,6 +27,7 @@ struct SlaveConfig {
   std::optional<double> coulomb_friction_nm;
   std::optional<double> viscous_friction_nm_s;
   double initial_position_rev = 0.0;  ///< of the simulated motor
+  slaves::SlaveDelays delays{};
 };
 
 /// How the setpoints come about.
@@ -47,6 +51,12 @@ struct OutputConfig {
   std::optional<std::filesystem::path> capture;  ///< pcapng of all frames
 };
 
+/// A fault of the simulated line, and when it begins.
+struct FaultPlan {
+  std::chrono::nanoseconds at{};  ///< after the line was switched on
+  slaves::Fault fault;
+};
+
 /// A line description file.
 struct LineConfig {
   std::string name = "line";
@@ -59,6 +69,8 @@ struct LineConfig {
   std::chrono::nanoseconds wake_ahead{};
   std::optional<int> simulation_cpu;  ///< where `simulate` runs its slaves
   std::vector<SlaveConfig> slaves;
+  std::optional<slaves::Wiring> wiring;  ///< of the simulated line; none: a plain line
+  std::vector<FaultPlan> faults;
   std::vector<ecat_master::AxisConfig> axes;
   std::optional<PathConfig> path;
   TelemetryConfig telemetry;

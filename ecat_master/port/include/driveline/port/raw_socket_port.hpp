@@ -86,6 +86,9 @@ class RawSocketPort final : public Port {
   /// Hardware address of the interface when it was opened. \rtsafe
   [[nodiscard]] const wire::MacAddress& mac() const noexcept { return mac_; }
 
+  /// The socket, to wait for it together with others.
+  [[nodiscard]] int descriptor() const noexcept { return socket_.get(); }
+
   /// Whether the interface still exists, is up and has a carrier. Asks the kernel: not for the cycle. Any thread.
   [[nodiscard]] bool link_up() const noexcept;
 

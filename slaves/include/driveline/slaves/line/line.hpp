@@ -65,8 +65,13 @@ class Line final : public port::Port {
   };
   /// Lets a frame pass all slaves, in place, beginning at `now` (slaves are advanced to it). \rtsafe as Slave::advance.
   std::optional<Passage> process(std::span<std::byte> frame, Nanoseconds now, MasterPort from = MasterPort::kPrimary);
+  /// The same for slaves that somebody else keeps advancing: they answer as they are. \rtsafe
+  std::optional<Passage> pass(std::span<std::byte> frame, Nanoseconds now, MasterPort from = MasterPort::kPrimary);
   /// Runs the slaves up to `now` while no frames come.
   void advance(Nanoseconds now);
+  /// Runs `count` slaves from `first` on up to `now`; all of them when a fault is due. For who has to look at other
+  /// things in between.
+  void advance_some(std::size_t first, std::size_t count, Nanoseconds now);
 
   [[nodiscard]] std::size_t size() const noexcept { return slaves_.size(); }
   [[nodiscard]] Slave& slave(std::size_t position) noexcept { return *slaves_[position]; }
@@ -106,7 +111,7 @@ class Line final : public port::Port {
   port::SendStatus transmit(LineEnd& from, std::span<const std::byte> frame) noexcept;
   /// The way of a frame that starts now; opens auto-closed ports that it would come in at.
   const FramePath& current_path(MasterPort from) noexcept;
-  std::optional<Passage> pass(std::span<std::byte> frame, const FramePath& way, Nanoseconds now) noexcept;
+  std::optional<Passage> pass_along(std::span<std::byte> frame, const FramePath& way, Nanoseconds now) noexcept;
   /// False when the frame was destroyed.
   bool pass_slaves(const FramePath& way, const FrameFate& fate, Nanoseconds now) noexcept;
   bool pass_frame(std::span<std::byte> frame, const FramePath& way, const FrameFate& fate, Nanoseconds now) noexcept;
@@ -114,7 +119,7 @@ class Line final : public port::Port {
   /// When the frame is damaged on its way; never without such a fault.
   [[nodiscard]] static Nanoseconds time_of_damage(const FramePath& way, const FrameFate& fate) noexcept;
   void count_damage(const FramePath& way, PortId damaged_at) noexcept;
-  void advance_slaves(Nanoseconds now);
+  void advance_slaves(std::span<const std::unique_ptr<Slave>> slaves, Nanoseconds now);
   void latch_receive_times(const FramePath& way, Nanoseconds now) noexcept;
   [[nodiscard]] bool survives_as_foreign(const FramePath& way) const noexcept;
   [[nodiscard]] bool link_up(PortId port) const noexcept;

@@ -48,6 +48,8 @@ class Wiring {
   bool connect(PortId a, PortId b, std::chrono::nanoseconds delay = {});
   /// Plugs a master interface into a free port; false when the port or the interface is taken.
   bool connect_master(MasterPort master, PortId slave, std::chrono::nanoseconds delay = {});
+  /// Gives the cable at `port` another delay; false when there is none.
+  bool set_delay(PortId port, std::chrono::nanoseconds delay) noexcept;
   /// Breaks or heals the cable at `port` (both ends of it); false when there is none.
   bool break_cable(PortId port, bool broken = true) noexcept;
 

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "driveline/port/file_descriptor.hpp"
+#include "failure.hpp"
+
+namespace driveline::cli {
+
+/// Commands for a program that is running: lines typed on stdin, and lines sent to a local socket, each answered there.
+class CommandInput {
+ public:
+  /// Answers a command with text, possibly of several lines.
+  using Execute = std::function<std::string(std::string_view command)>;
+
+  /// Listens at the socket `path`; on stdin alone when it is empty. An old socket that nobody listens at any more is
+  /// replaced.
+  [[nodiscard]] static Outcome<std::unique_ptr<CommandInput>> open(const std::string& path);
+  CommandInput(const CommandInput&) = delete;
+  CommandInput& operator=(const CommandInput&) = delete;
+  /// Removes the socket.
+  ~CommandInput();
+
+  /// Waits for commands up to `timeout` and executes what has come. Answers to stdin go to stderr.
+  void run(std::chrono::milliseconds timeout, const Execute& execute);
+
+ private:
+  explicit CommandInput(std::string path) : path_(std::move(path)) {}
+  void read_stdin(const Execute& execute);
+  void serve_client(const Execute& execute);
+
+  std::string path_;
+  port::FileDescriptor listener_;
+  bool stdin_open_ = true;
+  std::string typed_;  ///< the beginning of a line
+};
+
+/// Sends one command to the socket `path`; the answer.
+[[nodiscard]] Outcome<std::string> send_command(const std::string& path, std::string_view command);
+
+}  // namespace driveline::cli

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <tl/expected.hpp>
+
+#include "driveline/slaves/line/fault.hpp"
+#include "driveline/slaves/line/wiring.hpp"
+
+namespace driveline::cli {
+
+/// What the texts of faults speak of.
+struct FaultPlaces {
+  std::span<const std::string> slaves;  ///< names by position
+  const slaves::Wiring& wiring;
+};
+
+/// A fault that is being put together, parameter by parameter, for the line file and for the command line alike.
+class FaultDraft {
+ public:
+  explicit FaultDraft(const slaves::FaultKindRow& row) : row_(row) { fault_.kind = row.kind; }
+
+  /// Sets a parameter from its text. Error: what is wrong with it, without its name.
+  [[nodiscard]] tl::expected<void, std::string> set(const slaves::FaultParameterRow& parameter, std::string_view value,
+                                                    const FaultPlaces& places);
+  void set_duration(std::chrono::nanoseconds duration) noexcept { fault_.duration = duration; }
+  /// The whole fault. Error: what is missing or does not go together.
+  /// @param complete false: kind and place are enough, as for healing
+  [[nodiscard]] tl::expected<slaves::Fault, std::string> finish(const FaultPlaces& places, bool complete = true) const;
+
+ private:
+  [[nodiscard]] tl::expected<slaves::Fault, std::string> with_cable(slaves::Fault fault,
+                                                                    const FaultPlaces& places) const;
+  const slaves::FaultKindRow& row_;
+  slaves::Fault fault_;
+  std::uint16_t to_ = 0;
+  slaves::FaultParameters given_ = 0;
+};
+
+/// The kind of this name. Error: a sentence that lists the names.
+[[nodiscard]] tl::expected<const slaves::FaultKindRow*, std::string> find_fault_kind(std::string_view name);
+/// "slave, time_us" for the kind; "nothing" without parameters.
+[[nodiscard]] std::string parameters_of(const slaves::FaultKindRow& row);
+
+/// Reads "power-off slave=y for_ms=500". Error: one sentence.
+/// @param complete false: kind and place are enough, as for healing
+[[nodiscard]] tl::expected<slaves::Fault, std::string> parse_fault(std::string_view text, const FaultPlaces& places,
+                                                                   bool complete = true);
+/// The same the other way round: what parse_fault() would read as this fault.
+[[nodiscard]] std::string fault_text(const slaves::Fault& fault, const FaultPlaces& places);
+/// All kinds and parameters, one line each.
+[[nodiscard]] std::string fault_help();
+
+}  // namespace driveline::cli

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <memory>
+#include <tl/expected.hpp>
+
+#include "driveline/port/file_descriptor.hpp"
+#include "driveline/port/port_error.hpp"
+#include "driveline/port/raw_socket_port.hpp"
+
+namespace driveline::port {
+
+/// Waits for frames at one or two ports. For who must answer a frame as fast as he can: the timer of the deadline is
+/// armed before the wait and left alone when a frame comes, whereas RawSocketPort::wait_readable() has it cancelled
+/// first, which costs a virtual machine some microseconds.
+class FrameWaiter {
+ public:
+  /// `second` may be null. Both must live as long as the waiter.
+  [[nodiscard]] static tl::expected<std::unique_ptr<FrameWaiter>, PortError> open(const RawSocketPort& first,
+                                                                                  const RawSocketPort* second);
+
+  /// Waits until a frame can be received or `deadline`, on the monotonic clock, has passed; true in the first case.
+  bool wait(std::chrono::nanoseconds deadline) noexcept;
+
+ private:
+  FrameWaiter(FileDescriptor timer, std::array<int, 2> sockets) noexcept
+      : timer_(std::move(timer)), sockets_(sockets) {}
+
+  FileDescriptor timer_;
+  std::array<int, 2> sockets_;
+  std::chrono::nanoseconds armed_{-1};
+};
+
+}  // namespace driveline::port
