@@ -12,7 +12,7 @@ std::int32_t as_signed(std::uint32_t value) noexcept {
 }
 
 std::string why_not_locked(const Error& e) {
-  using Cause = PhaseController::Cause;
+  using Cause = LockCause;
   switch (static_cast<Cause>(e.extra)) {
     case Cause::kNone:
     case Cause::kAcquiring:
@@ -83,6 +83,8 @@ std::string describe_clock_error(const Error& e) {
     case ClockFault::kBeforeReference:
       return fmt::format("slave {}: frames pass it before the reference clock, slave {}, whose time it cannot follow",
                          e.slave, e.received);
+    case ClockFault::kState:
+      return fmt::format("slave {}: SYNC signals are set up in PREOP, it is in {}", e.slave, wire::to_text(e.actual));
     case ClockFault::kDelays:
       return fmt::format(
           "slave {}: less time passed at port {} than behind it; the receive times contradict each other", e.slave,

@@ -12,13 +12,16 @@ constexpr double kMaxBandwidth = 0.25;
 /// A measurement is an outlier beyond this many mean deviations.
 constexpr double kOutlierSpreads = 8.0;
 constexpr double kSpreadShare = 1.0 / 64.0;
-constexpr double kMeanShare = 1.0 / 16.0;
-constexpr double kUnlockFactor = 4.0;
 /// The grid moves at most this share of a period per cycle, so that the cycle time stays one.
 constexpr double kMaxSlew = 1.0 / 200.0;
 
 double or_share(PhaseController::Nanoseconds value, double period_ns, double share) noexcept {
   return value.count() > 0 ? static_cast<double>(value.count()) : period_ns * share;
+}
+
+LockDetector::Settings detector_settings(const PhaseController::Settings& settings, double period_ns) noexcept {
+  return {or_share(settings.lock_window, period_ns, 0.01), settings.lock_cycles, settings.unlock_cycles,
+          settings.coast_cycles};
 }
 
 }  // namespace
@@ -27,7 +30,7 @@ PhaseController::PhaseController(const Settings& settings) noexcept
     : settings_(settings),
       period_ns_(static_cast<double>(std::max<std::int64_t>(settings.period.count(), 1))),
       outlier_floor_(or_share(settings.outlier_floor, period_ns_, 0.01)),
-      lock_window_(or_share(settings.lock_window, period_ns_, 0.01)) {
+      lock_(detector_settings(settings, period_ns_)) {
   const double wanted = 2.0 * std::numbers::pi * settings.bandwidth_hz * period_ns_ * 1e-9;
   const double bandwidth = std::clamp(wanted, kMinBandwidth, kMaxBandwidth);
   kp_ = 2.0 * bandwidth;
@@ -43,13 +46,12 @@ PhaseController::Nanoseconds PhaseController::update(std::optional<Nanoseconds> 
   const bool measured = error && plausible(static_cast<double>(error->count()));
   double shift = -integral_;
   if (measured) {
-    missing_ = 0;
+    lock_.update(static_cast<double>(error->count()));
     shift = control(static_cast<double>(error->count()));
   } else {
-    ++missing_;
+    lock_.update(std::nullopt);
     ++coasted_;
   }
-  judge(measured);
   return quantize(shift);
 }
 
@@ -63,14 +65,13 @@ bool PhaseController::plausible(double error) noexcept {
   }
   // What is believed after all is a step, not noise: it says nothing about the spread.
   if (primed_ && !suspicious) spread_ += kSpreadShare * (deviation - spread_);
-  if (suspicious || !primed_) mean_error_ = error;
+  if (suspicious || !primed_) lock_.jump(error);
   suspicious_ = 0;
   primed_ = true;
   return true;
 }
 
 double PhaseController::control(double error) noexcept {
-  mean_error_ += kMeanShare * (error - mean_error_);
   const double slew = period_ns_ * kMaxSlew;
   const double limit = kMaxPpm * 1e-6 * period_ns_;
   const double proportional = kp_ * error;
@@ -79,37 +80,10 @@ double PhaseController::control(double error) noexcept {
   // Far away the integral would only wind up.
   if (std::abs(proportional) <= slew) integral_ += ki_ * error;
   at_limit_ = std::abs(integral_) >= limit ? at_limit_ + 1 : 0;
+  // A little beyond the limit the proportional part still holds the phase; that is not what locked means.
+  if (at_limit_ >= settings_.lock_cycles) lock_.lose(Cause::kFrequencyLimit);
   integral_ = std::clamp(integral_, -limit, limit);
   return shift;
-}
-
-void PhaseController::judge(bool measured) noexcept {
-  const double error = std::abs(mean_error_);
-  if (measured) {
-    inside_ = error <= lock_window_ ? inside_ + 1 : 0;
-    outside_ = error > kUnlockFactor * lock_window_ ? outside_ + 1 : 0;
-  }
-  if (missing_ >= settings_.coast_cycles) {
-    inside_ = 0;
-    return lose(Cause::kNoReference);
-  }
-  // A little beyond the limit the proportional part still holds the phase; that is not what locked means.
-  if (at_limit_ >= settings_.lock_cycles) {
-    inside_ = 0;
-    return lose(Cause::kFrequencyLimit);
-  }
-  if (outside_ >= settings_.unlock_cycles) return lose(Cause::kPhaseError);
-  if (inside_ >= settings_.lock_cycles) {
-    locked_ = true;
-    cause_ = Cause::kNone;
-  }
-}
-
-void PhaseController::lose(Cause cause) noexcept {
-  // Not having been locked yet is no loss, but that there is nothing to lock to is worth knowing.
-  const bool acquiring = !locked_ && cause_ == Cause::kAcquiring;
-  locked_ = false;
-  if (!acquiring || cause != Cause::kPhaseError) cause_ = cause;
 }
 
 PhaseController::Nanoseconds PhaseController::quantize(double shift) noexcept {

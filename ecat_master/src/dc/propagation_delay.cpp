@@ -42,7 +42,7 @@ std::vector<Passage> passages(const DelayNode& node) {
 
 /// Time from port to port inside one node.
 double between(const DelayNode& node, std::uint8_t from, std::uint8_t to) {
-  return static_cast<double>(node.receive_time_ns[to] - node.receive_time_ns[from]);
+  return static_cast<double>(node.receive_time_ns[to] - node.receive_time_ns[from]) / node.rate;
 }
 
 /// From the entry to the last return: the time spent behind this node.

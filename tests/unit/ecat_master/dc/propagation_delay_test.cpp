@@ -163,6 +163,21 @@ TEST(PropagationDelay, DoesNotMindWhereTheClocksWrapAround) {
   }
 }
 
+TEST(PropagationDelay, ClocksThatCountFasterAreNotFurtherAway) {
+  auto model = make_line(64);
+  model.pass(0, 1'000'000);
+  auto nodes = model.nodes();
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    nodes[i].rate = i == 0 ? 1.0 : 1.0 + 1e-4 * (i % 2 == 0 ? 1.0 : -1.0);
+    const double span = static_cast<double>(nodes[i].receive_time_ns[1] - nodes[i].receive_time_ns[0]) * nodes[i].rate;
+    if (i < 63)
+      nodes[i].receive_time_ns[1] = nodes[i].receive_time_ns[0] + static_cast<std::uint32_t>(std::lround(span));
+  }
+  const auto delays = propagation_delays(nodes);
+  ASSERT_TRUE(delays);
+  for (std::size_t i = 0; i < nodes.size(); ++i) EXPECT_NEAR((*delays)[i].from_first_ns, model.truth(i), 0.6) << i;
+}
+
 TEST(PropagationDelay, SlavesWithoutReceiveTimesAreCable) {
   auto model = make_line(7);
   for (const std::size_t i : {0U, 2U, 3U, 5U}) model.slaves[i].clock = false;

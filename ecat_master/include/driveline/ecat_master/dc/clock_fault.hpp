@@ -13,6 +13,7 @@ enum class ClockFault : std::uint8_t {
   kNoClock,                ///< SYNC signals are planned for a slave without clock
   kReferenceWithoutClock,  ///< the chosen reference slave has no clock
   kBeforeReference,        ///< received: reference; frames pass this slave before it
+  kState,                  ///< actual: AL state; the slave is not in PREOP
   kDelays,                 ///< extra: port; the receive times contradict each other
   kNoReceiveTimes,         ///< the receive times cannot be read consistently
   kCycleRange,             ///< received: SYNC0 cycle in ns
@@ -27,7 +28,7 @@ enum class ClockFault : std::uint8_t {
   kStartTimePast,          ///< received: lead that was not enough, in us
   kActivation,             ///< address, expected, received: a register does not hold what was written
   kSyncObject,             ///< address, subindex, expected, received: an object does not either
-  kNotLocked,              ///< extra: PhaseController::Cause; received: error in ns
+  kNotLocked,              ///< extra: LockCause; received: error in ns
   kNotSynchronised,        ///< received: difference of the slave's clock in ns, expected: window
 };
 

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <optional>
 
+#include "driveline/ecat_master/dc/lock_detector.hpp"
+
 namespace driveline::ecat_master::dc {
 
 /// Holds the phase of a cycle against the reference clock: a proportional-integral controller, fed once per cycle with
@@ -52,14 +54,7 @@ class PhaseController {
     std::uint32_t coast_cycles = 400;  ///< without a measurement until the lock is lost
   };
 
-  /// Why the loop is not locked, or was not the last time.
-  enum class Cause : std::uint8_t {
-    kNone,
-    kAcquiring,       ///< has not been locked yet
-    kNoReference,     ///< no measurement for too long
-    kPhaseError,      ///< the reference clock has moved faster than the loop follows
-    kFrequencyLimit,  ///< the reference clock is more than kMaxPpm off
-  };
+  using Cause = LockCause;
 
   explicit PhaseController(const Settings& settings) noexcept;
 
@@ -71,12 +66,12 @@ class PhaseController {
   /// be moved, positive: later.
   [[nodiscard]] Nanoseconds update(std::optional<Nanoseconds> error) noexcept;
 
-  [[nodiscard]] bool locked() const noexcept { return locked_; }
-  [[nodiscard]] Cause cause() const noexcept { return cause_; }
+  [[nodiscard]] bool locked() const noexcept { return lock_.locked(); }
+  [[nodiscard]] Cause cause() const noexcept { return lock_.cause(); }
   /// How much the reference clock runs faster than the clock of the grid, in parts per million.
   [[nodiscard]] double ppm() const noexcept { return integral_ / period_ns_ * 1e6; }
   /// The error, smoothed over some 16 measurements.
-  [[nodiscard]] double mean_error_ns() const noexcept { return mean_error_; }
+  [[nodiscard]] double mean_error_ns() const noexcept { return lock_.mean_error_ns(); }
   [[nodiscard]] std::uint64_t outliers() const noexcept { return outliers_; }
   [[nodiscard]] std::uint64_t coasted() const noexcept { return coasted_; }
   [[nodiscard]] double proportional_gain() const noexcept { return kp_; }
@@ -85,8 +80,6 @@ class PhaseController {
  private:
   [[nodiscard]] bool plausible(double error) noexcept;
   [[nodiscard]] double control(double error) noexcept;
-  void judge(bool measured) noexcept;
-  void lose(Cause cause) noexcept;
   [[nodiscard]] Nanoseconds quantize(double shift) noexcept;
 
   Settings settings_;
@@ -94,20 +87,14 @@ class PhaseController {
   double kp_;
   double ki_;
   double outlier_floor_;
-  double lock_window_;
+  LockDetector lock_;
 
-  double integral_ = 0.0;  ///< of the reference clock, per period, in ns
-  double expected_ = 0.0;  ///< the next error, if nothing happens
-  double spread_ = 0.0;    ///< mean deviation from it
-  double mean_error_ = 0.0;
+  double integral_ = 0.0;   ///< of the reference clock, per period, in ns
+  double expected_ = 0.0;   ///< the next error, if nothing happens
+  double spread_ = 0.0;     ///< mean deviation from it
   double remainder_ = 0.0;  ///< of the shifts, below one nanosecond
   bool primed_ = false;     ///< expected_ means something
-  bool locked_ = false;
-  Cause cause_ = Cause::kAcquiring;
   std::uint32_t suspicious_ = 0;
-  std::uint32_t inside_ = 0;
-  std::uint32_t outside_ = 0;
-  std::uint32_t missing_ = 0;
   std::uint32_t at_limit_ = 0;
   std::uint64_t outliers_ = 0;
   std::uint64_t coasted_ = 0;

@@ -15,6 +15,9 @@ struct DelayNode {
   std::array<std::optional<std::uint16_t>, 4> children{};  ///< slave behind each port
   std::array<std::uint32_t, 4> receive_time_ns{};          ///< registers 0x0900..0x090F, modulo 2^32
   bool has_receive_times = false;
+  /// How fast the slave's clock runs against that of the first slave with receive times. What counts as 64 us on a
+  /// clock that is 100 ppm fast is 6 ns less.
+  double rate = 1.0;
 };
 
 /// How good a propagation delay is.
@@ -26,8 +29,8 @@ enum class DelayQuality : std::uint8_t {
 };
 
 struct PropagationDelay {
-  /// From the processing unit of the first slave with receive times to that of this one, in nanoseconds; the frame may
-  /// come by here earlier (negative) when slaves are entered at another port than 0.
+  /// From the processing unit of the first slave with receive times to that of this one, in nanoseconds of its clock;
+  /// the frame may come by here earlier (negative) when slaves are entered at another port than 0.
   double from_first_ns = 0.0;
   DelayQuality quality = DelayQuality::kNone;
 };

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "driveline/ecat_master/dc/propagation_delay.hpp"
+#include "driveline/ecat_master/dc/sync_signals.hpp"
+#include "driveline/ecat_master/dc/system_time.hpp"
+
+namespace driveline::ecat_master::dc {
+
+/// Who follows whom.
+enum class FollowMode : std::uint8_t {
+  kMasterFollows,     ///< the master's cycle follows the reference clock
+  kReferenceFollows,  ///< bus shift: the reference clock follows the master's clock, which may follow another one
+};
+
+/// What is planned for the clock of one slave.
+struct SlaveClockPlan {
+  SyncSignals signals;
+  /// The SYNC0 cycle must be a multiple of it (MSD manual 9.1: 125 us); 0: any.
+  std::chrono::nanoseconds base{0};
+};
+
+/// How the clocks of a line are to be run.
+struct ClockPlan {
+  FollowMode mode = FollowMode::kMasterFollows;
+  /// Position of the slave whose clock is the reference; none: the first that has one.
+  std::optional<std::uint16_t> reference;
+  std::chrono::nanoseconds period = std::chrono::microseconds{125};  ///< of the master
+  /// How long before SYNC0 (of a slave without shift) the frames pass the reference clock: 0 .. period.
+  std::chrono::nanoseconds frame_lead = std::chrono::nanoseconds{62'500};
+  std::vector<SlaveClockPlan> slaves;  ///< by position; who is missing gets no signals
+
+  // What the defaults are good for; here for tests and odd lines.
+  /// System time minus master's clock when the clocks are set.
+  std::chrono::nanoseconds epoch{0};
+  double processing_extra_ns = 0.0;   ///< see propagation_delays()
+  unsigned latch_rounds = 16;         ///< receive times are averaged over so many frames
+  unsigned drift_datagrams = 15'000;  ///< of the static drift compensation
+  unsigned drift_datagrams_per_frame = 32;
+  std::chrono::nanoseconds drift_pause = std::chrono::microseconds{250};  ///< between its frames
+  std::chrono::nanoseconds start_lead = std::chrono::milliseconds{100};   ///< of the start time, at first
+};
+
+/// The clock of one slave as it has been found and set.
+struct SlaveClock {
+  bool present = false;
+  bool wide = false;      ///< 64 bits
+  bool follows = false;   ///< the reference clock; frames pass it behind that
+  double delay_ns = 0.0;  ///< from the first clock of the line
+  DelayQuality quality = DelayQuality::kNone;
+  std::uint32_t delay = 0;   ///< register 0x0928: from the reference clock
+  std::uint64_t offset = 0;  ///< register 0x0920
+  SyncSignals signals;
+  std::uint64_t start = 0;  ///< register 0x0990 (of a 32-bit clock the lower half)
+  /// Register 0x092C at the end of the static compensation.
+  std::chrono::nanoseconds difference{0};
+};
+
+/// The clocks of a line after bring_up_clocks().
+struct LineClocks {
+  FollowMode mode = FollowMode::kMasterFollows;
+  std::chrono::nanoseconds period{0};
+  std::chrono::nanoseconds frame_lead{0};
+  std::uint16_t reference = 0;  ///< position
+  std::uint16_t station = 0;    ///< station address of the reference
+  std::vector<SlaveClock> slaves;
+  /// The master's clock against the reference clock.
+  ClockMapping mapping;
+  /// SYNC0 of a slave without shift comes at this system time, and every multiple of the common cycle from there.
+  std::uint64_t start = 0;
+  std::chrono::nanoseconds common_cycle{0};
+  unsigned drift_frames = 0;  ///< of the static compensation
+  unsigned drift_frames_lost = 0;
+};
+
+}  // namespace driveline::ecat_master::dc

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+namespace driveline::ecat_master::dc {
+
+/// Why a loop is not locked.
+enum class LockCause : std::uint8_t {
+  kNone,            ///< it is
+  kAcquiring,       ///< has not been locked yet
+  kNoReference,     ///< no measurement for too long
+  kPhaseError,      ///< the reference clock has moved faster than the loop follows
+  kFrequencyLimit,  ///< the reference clock is too far off to be followed
+};
+
+/// Judges a phase error, measurement by measurement: locked is who has stayed inside a window for a while; lost is the
+/// lock only outside of four times that window, or without measurements for too long. Judged is the mean error,
+/// smoothed over some 16 measurements, because what single ones say is noise. \rtsafe throughout.
+class LockDetector {
+ public:
+  struct Settings {
+    double window_ns = 1250.0;
+    std::uint32_t lock_cycles = 200;   ///< inside the window in a row until locked
+    std::uint32_t unlock_cycles = 50;  ///< outside four times the window in a row until lost
+    std::uint32_t coast_cycles = 400;  ///< without a measurement until lost
+  };
+
+  explicit LockDetector(const Settings& settings) noexcept : settings_(settings) {}
+
+  /// One cycle; nothing: no measurement.
+  void update(std::optional<double> error_ns) noexcept;
+  /// The error has jumped and that is true: what was before says nothing any more.
+  void jump(double error_ns) noexcept { mean_error_ = error_ns; }
+  /// Something else makes the lock worthless.
+  void lose(LockCause cause) noexcept;
+
+  [[nodiscard]] bool locked() const noexcept { return cause_ == LockCause::kNone; }
+  [[nodiscard]] LockCause cause() const noexcept { return cause_; }
+  [[nodiscard]] double mean_error_ns() const noexcept { return mean_error_; }
+
+ private:
+  Settings settings_;
+  double mean_error_ = 0.0;
+  LockCause cause_ = LockCause::kAcquiring;
+  std::uint32_t inside_ = 0;
+  std::uint32_t outside_ = 0;
+  std::uint32_t missing_ = 0;
+};
+
+}  // namespace driveline::ecat_master::dc

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "driveline/ecat_master/bus.hpp"
+#include "driveline/ecat_master/dc/propagation_delay.hpp"
+#include "driveline/ecat_master/topology.hpp"
+
+/// Reading what the clocks of a line tell. Not real-time safe; errors are those of the bus unless said otherwise.
+namespace driveline::ecat_master::dc {
+
+/// Register 0x0008 of one slave, as far as clocks go (ETG.1000.4 Table 31: bit 2 distributed clocks, bit 3 64 bits).
+struct ClockFeatures {
+  bool present = false;
+  bool wide = false;
+};
+
+[[nodiscard]] Result<std::vector<ClockFeatures>> read_clock_features(Bus& bus, std::span<const SlaveRef> slaves);
+
+/// When one and the same frame came by, on each slave's own clock.
+struct ReceiveTimes {
+  std::array<std::uint32_t, kSlavePorts> ports{};  ///< registers 0x0900..0x090F
+  std::uint64_t processing_unit = 0;               ///< register 0x0918
+};
+
+/// Latches the receive times of one frame in all slaves and reads them; slaves without clock stay zero.
+/// Error: kClock, kNoReceiveTimes, when a slave with clock does not answer.
+[[nodiscard]] Result<std::vector<ReceiveTimes>> latch_receive_times(Bus& bus, std::span<const SlaveRef> slaves,
+                                                                    std::span<const ClockFeatures> features);
+
+/// Propagation delays, averaged over `rounds` frames. A closed ring is opened at its far end meanwhile: the frame must
+/// come back the way it went. Errors: kClock (kDelays when no round makes sense), those of the bus.
+[[nodiscard]] Result<std::vector<PropagationDelay>> measure_delays(Bus& bus, std::span<const SlaveRef> slaves,
+                                                                   std::span<const ClockFeatures> features,
+                                                                   const Topology& topology, unsigned rounds,
+                                                                   double processing_extra_ns);
+
+/// Register 0x092C of all slaves with a clock: how far each is ahead of the reference clock, as its own filter sees it.
+/// Slaves without clock, or without answer, are left out (nothing at their position).
+[[nodiscard]] Result<std::vector<std::optional<std::chrono::nanoseconds>>> read_differences(
+    Bus& bus, std::span<const SlaveRef> slaves, std::span<const ClockFeatures> features);
+
+}  // namespace driveline::ecat_master::dc

@@ -1,0 +1,117 @@
+#include "drift_compensation.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "driveline/ecat_master/dc/phase_controller.hpp"
+
+namespace driveline::ecat_master::dc {
+namespace {
+
+using std::chrono::nanoseconds;
+
+/// One frame that met the reference clock.
+struct Sample {
+  nanoseconds sent{0};
+  nanoseconds round_trip{0};
+  nanoseconds ahead{0};  ///< reference clock minus mapping
+};
+
+/// Line through the samples by least squares. Frames that took longer than usual have been repeated or held up
+/// somewhere: their sending time is not that of the frame that was answered.
+class MappingFit {
+ public:
+  void add(const Sample& sample) { samples_.push_back(sample); }
+
+  void apply(ClockMapping& mapping) {
+    if (samples_.empty()) return;
+    const auto fastest = std::min_element(samples_.begin(), samples_.end(), [](const Sample& a, const Sample& b) {
+                           return a.round_trip < b.round_trip;
+                         })->round_trip;
+    const auto limit = fastest + std::max(fastest / 2, kSlack);
+    std::erase_if(samples_, [limit](const Sample& sample) { return sample.round_trip > limit; });
+    const auto origin = samples_.back().sent;
+    double x_sum = 0.0;
+    double y_sum = 0.0;
+    for (const auto& sample : samples_) {
+      x_sum += static_cast<double>((sample.sent - origin).count());
+      y_sum += static_cast<double>(sample.ahead.count());
+    }
+    const auto n = static_cast<double>(samples_.size());
+    double xx = 0.0;
+    double xy = 0.0;
+    for (const auto& sample : samples_) {
+      const double x = static_cast<double>((sample.sent - origin).count()) - x_sum / n;
+      xx += x * x;
+      xy += x * (static_cast<double>(sample.ahead.count()) - y_sum / n);
+    }
+    const double slope = xx > 0.0 ? xy / xx : 0.0;
+    const double at_origin = y_sum / n - slope * x_sum / n;
+    mapping.reference = mapping.at(origin) + static_cast<std::uint64_t>(std::llround(at_origin));
+    mapping.local = origin;
+    mapping.ppm = std::clamp(mapping.ppm + slope * 1e6, -PhaseController::kMaxPpm, PhaseController::kMaxPpm);
+  }
+
+ private:
+  static constexpr nanoseconds kSlack = std::chrono::microseconds{2};
+  std::vector<Sample> samples_;
+};
+
+/// One frame full of drift datagrams.
+class DriftFrame {
+ public:
+  DriftFrame(const LineClocks& clocks, unsigned datagrams) : clocks_(clocks), data_(datagrams) {
+    const auto address = wire::DatagramAddress::physical(clocks.station, wire::reg::kSystemTime.address);
+    // The reference clock follows the master: it is told the time first, then asked for it.
+    if (clocks.mode == FollowMode::kReferenceFollows)
+      requests_.push_back({wire::Command::kFpwr, address, data_[0], 0, false});
+    for (std::size_t i = requests_.size(); i < data_.size(); ++i)
+      requests_.push_back({wire::Command::kFrmw, address, data_[i], 0, false});
+  }
+
+  /// Nothing: the reference clock did not answer.
+  [[nodiscard]] Result<std::optional<Sample>> exchange(DatagramExchange& exchange, const ClockMapping& mapping) {
+    Sample sample;
+    sample.sent = exchange.now();
+    const auto expected = mapping.at(sample.sent);
+    // Were the reference clock not to answer, the others would take what the datagram brings: the expected time, not
+    // zero.
+    for (auto& data : data_) wire::store_le<std::uint32_t>(data, static_cast<std::uint32_t>(expected));
+    if (auto done = exchange.exchange(requests_); !done) return tl::unexpected(done.error());
+    sample.round_trip = exchange.now() - sample.sent;
+    if (requests_.back().working_counter == 0) return std::nullopt;
+    sample.ahead = difference(extend(wire::load_le<std::uint32_t>(data_.back()), expected), expected);
+    return sample;
+  }
+
+ private:
+  const LineClocks& clocks_;
+  std::vector<std::array<std::byte, 4>> data_;
+  std::vector<Request> requests_;
+};
+
+}  // namespace
+
+Result<void> compensate_drift(Bus& bus, const ClockPlan& plan, LineClocks& clocks) {
+  const auto per_frame = std::clamp(plan.drift_datagrams_per_frame, 2U, 80U);
+  const auto frames = (plan.drift_datagrams + per_frame - 1) / per_frame;
+  DriftFrame frame(clocks, per_frame);
+  MappingFit fit;
+  for (unsigned i = 0; i < frames; ++i) {
+    const auto sample = frame.exchange(bus.exchange(), clocks.mapping);
+    ++clocks.drift_frames;
+    if (!sample) {
+      // A frame that got lost in spite of all repetitions is one sample less. A line that is gone answers none.
+      ++clocks.drift_frames_lost;
+      const bool gone = sample.error().kind == ErrorKind::kLinkDown || clocks.drift_frames_lost > 3 + i / 2;
+      if (gone) return tl::unexpected(sample.error());
+    } else if (*sample) {
+      fit.add(**sample);
+    }
+    bus.exchange().pause(plan.drift_pause);
+  }
+  if (clocks.mode == FollowMode::kMasterFollows) fit.apply(clocks.mapping);
+  return {};
+}
+
+}  // namespace driveline::ecat_master::dc

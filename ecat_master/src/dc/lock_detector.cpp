@@ -1,0 +1,34 @@
+#include "driveline/ecat_master/dc/lock_detector.hpp"
+
+#include <cmath>
+
+namespace driveline::ecat_master::dc {
+namespace {
+
+constexpr double kMeanShare = 1.0 / 16.0;
+constexpr double kUnlockFactor = 4.0;
+
+}  // namespace
+
+void LockDetector::update(std::optional<double> error_ns) noexcept {
+  if (!error_ns) {
+    if (++missing_ >= settings_.coast_cycles) lose(LockCause::kNoReference);
+    return;
+  }
+  missing_ = 0;
+  mean_error_ += kMeanShare * (*error_ns - mean_error_);
+  const double error = std::abs(mean_error_);
+  inside_ = error <= settings_.window_ns ? inside_ + 1 : 0;
+  outside_ = error > kUnlockFactor * settings_.window_ns ? outside_ + 1 : 0;
+  if (outside_ >= settings_.unlock_cycles) return lose(LockCause::kPhaseError);
+  if (inside_ >= settings_.lock_cycles) cause_ = LockCause::kNone;
+}
+
+void LockDetector::lose(LockCause cause) noexcept {
+  inside_ = 0;
+  // Being on the way is no loss, but that there is nothing to lock to is worth knowing.
+  if (cause_ == LockCause::kAcquiring && cause == LockCause::kPhaseError) return;
+  cause_ = cause;
+}
+
+}  // namespace driveline::ecat_master::dc
