@@ -49,4 +49,21 @@ std::optional<DataType> data_type_of(std::string_view name) {
   return std::nullopt;
 }
 
+std::optional<DataType> unsigned_type(std::uint32_t bit_length) {
+  switch (bit_length) {
+    case 8:
+      return DataType::kUnsigned8;
+    case 16:
+      return DataType::kUnsigned16;
+    case 32:
+      return DataType::kUnsigned32;
+    case 64:
+      return DataType::kUnsigned64;
+    default:
+      break;
+  }
+  if (bit_length == 0 || bit_length > 8) return std::nullopt;
+  return static_cast<DataType>(static_cast<std::uint32_t>(DataType::kBit1) + bit_length - 1);
+}
+
 }  // namespace driveline::esi

@@ -17,4 +17,7 @@ namespace driveline::esi {
 /// Nothing for names of the device's own types.
 [[nodiscard]] std::optional<DataType> data_type_of(std::string_view name);
 
+/// The unsigned number, or bit field, of exactly this many bits; nothing when there is none.
+[[nodiscard]] std::optional<DataType> unsigned_type(std::uint32_t bit_length);
+
 }  // namespace driveline::esi

@@ -2,15 +2,17 @@
 #include <map>
 
 #include "data_type_name.hpp"
+#include "driveline/esi/hex.hpp"
 #include "driveline/wire/endian.hpp"
 #include "esi_dictionary.hpp"
-#include "hex.hpp"
 
 namespace driveline::esi {
 namespace {
 
 constexpr std::uint32_t kMaxSubindex = 255;
 constexpr std::uint32_t kMaxBits = 0xFFFF;
+constexpr std::uint32_t kMaxOffset = 0xFFFFF;  ///< of an object of 128 KiB
+constexpr std::uint32_t kFirstEntryBit = 16;   ///< sub-index 0 has 8 bits and is followed by 8 unused ones
 
 /// What a type name stands for.
 struct ResolvedType {
@@ -98,6 +100,7 @@ class DictionaryReader {
   void read_sub_items(pugi::xml_node node, pugi::xml_node record, Object& object) {
     object.code = ObjectCode::kRecord;
     std::uint32_t next = 0;
+    std::uint32_t behind = kFirstEntryBit;
     for (const auto item : record.children("SubItem")) {
       const ResolvedType type = resolve(item, XmlContext::child_text(item, "Type"));
       if (type.record) {
@@ -105,9 +108,12 @@ class DictionaryReader {
         continue;
       }
       const auto flags = item.child("Flags") ? item.child("Flags") : node.child("Flags");
+      const auto offset = bit_offset(item, behind);
       if (type.array) {
         object.code = ObjectCode::kArray;
+        const auto before = object.entries.size();
         next = add_elements(item, type, next, object, flags);
+        place(object, before, offset, behind);
         continue;
       }
       next = context_.child_number<std::uint32_t>(item, "SubIdx", next);
@@ -122,6 +128,25 @@ class DictionaryReader {
       entry.bit_length = bit_size(item);
       read_flags(flags, entry);
       object.entries.push_back(std::move(entry));
+      place(object, object.entries.size() - 1, offset, behind);
+    }
+  }
+
+  std::uint32_t bit_offset(pugi::xml_node item, std::uint32_t behind) {
+    const auto offset = context_.child_number<std::uint32_t>(item, "BitOffs", behind);
+    if (offset <= kMaxOffset) return offset;
+    context_.note(item, fmt::format("a BitOffs above {} is left out", kMaxOffset));
+    return behind;
+  }
+
+  /// The entries from `first` on lie one behind the other from bit `offset` on, the entry before them ends at `behind`.
+  static void place(Object& object, std::size_t first, std::uint32_t offset, std::uint32_t& behind) {
+    for (std::size_t i = first; i < object.entries.size(); ++i) {
+      ObjectEntry& entry = object.entries[i];
+      if (entry.subindex == 0) continue;  // always at 0
+      if (offset != behind) entry.bit_offset = offset;
+      behind = offset + entry.bit_length;
+      offset = behind;
     }
   }
 
@@ -149,7 +174,7 @@ class DictionaryReader {
 
   void read_flags(pugi::xml_node flags, ObjectEntry& entry) {
     const auto access = flags.child("Access");
-    const std::string text = XmlContext::text_of(access);
+    const std::string text = lower_case(XmlContext::text_of(access));
     if (access && text != "ro" && text != "rw" && text != "wo")
       context_.fail(access, fmt::format("'{}'", text), "ro, rw or wo");
     entry.readable = text != "wo";
@@ -163,10 +188,18 @@ class DictionaryReader {
   /// A value as raw bytes: from hexBinary data as it is, from a number in the size of the entry, or from a text.
   std::string value_hex(pugi::xml_node info, const std::string& kind, std::uint16_t bit_length) {
     const std::string data = kind + "Data";
-    if (info.child(data.c_str())) return context_.child_hex(info, data.c_str());
+    if (const auto node = info.child(data.c_str())) {
+      // Some vendors write numbers where the schema has hexBinary.
+      if (const auto bytes = parse_hex(node.text().get())) return to_hex(*bytes);
+      return number_hex(node, bit_length);
+    }
     if (const auto text = info.child((kind + "String").c_str())) return to_hex(as_bytes(XmlContext::text_of(text)));
     const auto node = info.child((kind + "Value").c_str());
-    if (!node) return {};
+    return node ? number_hex(node, bit_length) : std::string{};
+  }
+
+  /// A number as the raw bytes of an entry of `bit_length`; a note when it is none.
+  std::string number_hex(pugi::xml_node node, std::uint16_t bit_length) {
     const std::string text = XmlContext::text_of(node);
     const auto number = parse_number<std::uint64_t>(text);
     const auto negative = parse_number<std::int64_t>(text);

@@ -15,6 +15,7 @@ constexpr std::uint32_t kFirstElementBit = 16;  ///< sub-index 0 has 8 bits and 
 /// A variable, or a structure with the sub-indices; an array type needs elements that are all alike.
 enum class Shape { kVariable, kArray, kRecord };
 
+/// Elements of an array: the same in all but name, values and place.
 bool alike(const ObjectEntry& a, const ObjectEntry& b) {
   return a.type == b.type && a.bit_length == b.bit_length && a.readable == b.readable && a.writable == b.writable &&
          a.rx_mappable == b.rx_mappable && a.tx_mappable == b.tx_mappable;
@@ -25,7 +26,8 @@ Shape shape_of(const Object& object) {
   if (object.code == ObjectCode::kVariable && entries.size() == 1 && entries[0].subindex == 0) return Shape::kVariable;
   if (object.code != ObjectCode::kArray || entries.size() < 2) return Shape::kRecord;
   for (std::size_t i = 0; i < entries.size(); ++i) {
-    if (entries[i].subindex != i || (i > 1 && !alike(entries[i], entries[1]))) return Shape::kRecord;
+    const bool placed = entries[i].bit_offset.has_value();
+    if (entries[i].subindex != i || placed || (i > 1 && !alike(entries[i], entries[1]))) return Shape::kRecord;
   }
   return Shape::kArray;
 }
@@ -40,7 +42,9 @@ std::string array_type_name(const Object& object) {
 std::uint32_t total_bits(const Object& object, Shape shape) {
   if (shape == Shape::kVariable) return object.entries[0].bit_length;
   std::uint32_t bits = 0;
-  for (const auto& entry : object.entries) bits = entry.subindex == 0 ? kFirstElementBit : bits + entry.bit_length;
+  for (const auto& entry : object.entries) {
+    bits = entry.subindex == 0 ? kFirstElementBit : entry.bit_offset.value_or(bits) + entry.bit_length;
+  }
   return bits;
 }
 
@@ -107,6 +111,7 @@ void append_own_type(pugi::xml_node types, const Object& object, Shape shape) {
   }
   std::uint32_t offset = 0;
   for (const auto& entry : object.entries) {
+    if (entry.subindex != 0) offset = entry.bit_offset.value_or(std::max(offset, kFirstElementBit));
     append_sub_item(type, entry, offset);
     offset = entry.subindex == 0 ? kFirstElementBit : offset + entry.bit_length;
   }

@@ -4,9 +4,9 @@
 
 #include "data_type_name.hpp"
 #include "driveline/esi/esi_file.hpp"
+#include "driveline/esi/hex.hpp"
 #include "driveline/wire/endian.hpp"
 #include "esi_dictionary.hpp"
-#include "hex.hpp"
 #include "utf8.hpp"
 #include "xml_context.hpp"
 
@@ -16,6 +16,8 @@ namespace {
 constexpr std::size_t kConfigBytes = 14;      ///< ESC configuration area
 constexpr std::size_t kBootStrapBytes = 8;    ///< four words
 constexpr std::size_t kBootStrapOffset = 40;  ///< of the SII word 0x14
+constexpr std::uint32_t kMaxEntryBits = 255;
+constexpr std::uint32_t kMaxPdoBits = 8 * 1486;  ///< process data of a whole frame
 
 template <typename T>
 struct Named {
@@ -25,8 +27,7 @@ struct Named {
 
 /// Names in ESI files differ in case from vendor to vendor.
 bool same_name(std::string_view a, std::string_view b) {
-  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [&](char x, char y) { return lower(x) == lower(y); });
+  return lower_case(a) == lower_case(b);
 }
 
 constexpr std::array kFmmuNames = {
@@ -42,11 +43,14 @@ class EsiReader {
   EsiReader(XmlContext& context, pugi::xml_document& document) : context_(context), document_(document) {}
 
   EsiFile read() {
-    const auto root = document_.document_element();
+    auto root = document_.document_element();
+    if (std::string_view(root.name()) == "EtherCATInfoList") root = root.child("EtherCATInfo");
     if (std::string_view(root.name()) != "EtherCATInfo") {
-      context_.fail(root, fmt::format("the root element is '{}'", root.name()), "EtherCATInfo");
+      context_.fail(document_.document_element(),
+                    fmt::format("the root element is '{}'", document_.document_element().name()), "EtherCATInfo");
       return {};
     }
+    if (const auto next = root.next_sibling("EtherCATInfo")) context_.note(next, "only the first of a list is read");
     const auto vendor = root.child("Vendor");
     if (!vendor.child("Id")) context_.fail(vendor ? vendor : root, "no vendor id", "Vendor/Id, e.g. #x00000002");
     file_.vendor_id = context_.child_number<std::uint32_t>(vendor, "Id");
@@ -101,8 +105,9 @@ class EsiReader {
 
   void read_profile(pugi::xml_node node, DeviceDescription& device) {
     for (const auto profile : node.children("Profile")) {
-      if (device.device_profile == 0)
-        device.device_profile = context_.child_number<std::uint16_t>(profile, "ProfileNo");
+      // The profile of the device, or that of its first channel.
+      const auto holder = profile.child("ProfileNo") ? profile : profile.child("ChannelInfo");
+      if (device.device_profile == 0) device.device_profile = context_.child_number<std::uint16_t>(holder, "ProfileNo");
       if (const auto file = profile.child("DictionaryFile")) context_.note(file, "the dictionary is in another file");
       const auto dictionary = profile.child("Dictionary");
       if (dictionary && device.objects.empty()) device.objects = read_dictionary(context_, dictionary);
@@ -133,7 +138,7 @@ class EsiReader {
       out.min_size = context_.attribute_number<std::uint16_t>(sm, "MinSize");
       out.max_size = context_.attribute_number<std::uint16_t>(sm, "MaxSize");
       out.control = context_.attribute_number<std::uint8_t>(sm, "ControlByte");
-      out.enable = context_.attribute_flag(sm, "Enable");
+      out.enable = context_.attribute_bit(sm, "Enable");
     }
   }
 
@@ -145,24 +150,48 @@ class EsiReader {
     pdo.fixed = context_.attribute_flag(node, "Fixed");
     pdo.mandatory = context_.attribute_flag(node, "Mandatory");
     if (node.attribute("Sm")) pdo.sync_manager = context_.attribute_number<std::uint8_t>(node, "Sm");
-    for (const auto entry : node.children("Entry")) pdo.entries.push_back(read_pdo_entry(entry));
+    for (const auto entry : node.children("Entry")) read_pdo_entry(entry, pdo.entries);
+    for (const auto other : node.children("Exclude")) {
+      pdo.excluded.push_back(context_.number<std::uint16_t>(other, other.text().get(), 0));
+    }
     return pdo;
   }
 
-  PdoEntry read_pdo_entry(pugi::xml_node node) {
+  void read_pdo_entry(pugi::xml_node node, std::vector<PdoEntry>& entries) {
     PdoEntry entry;
     if (!node.child("BitLen")) context_.fail(node, "a PDO entry without BitLen", "BitLen, 1 to 255");
     entry.index = context_.child_number<std::uint16_t>(node, "Index");
     entry.subindex = context_.child_number<std::uint8_t>(node, "SubIndex");
-    entry.bit_length = context_.child_number<std::uint8_t>(node, "BitLen");
     entry.name = context_.localized_text(node, "Name");
-    const auto type = node.child("DataType");
-    if (type && entry.index != 0) {
-      const auto base = data_type_of(XmlContext::text_of(type));
-      if (!base) context_.note(type, fmt::format("the type '{}' is taken as raw bytes", XmlContext::text_of(type)));
-      entry.type = base.value_or(DataType::kOctetString);
+    auto bits = context_.child_number<std::uint32_t>(node, "BitLen");
+    entry.bit_length = static_cast<std::uint8_t>(std::min(bits, kMaxEntryBits));
+    if (entry.index != 0) entry.type = read_entry_type(node, entry.bit_length);
+    entries.push_back(entry);
+    if (bits <= kMaxEntryBits) return;
+    // Mapping objects and SII count the bits of an entry in a byte. The place of what follows is kept.
+    if (bits > kMaxPdoBits) context_.fail(node, fmt::format("a PDO entry of {} bits", bits), "at most 11888 bits");
+    context_.note(node, fmt::format("an entry of {} bits: the first {} of them, the rest a gap", bits, kMaxEntryBits));
+    for (bits = std::min(bits, kMaxPdoBits) - kMaxEntryBits; bits > 0;) {
+      PdoEntry gap;
+      gap.bit_length = static_cast<std::uint8_t>(std::min(bits, kMaxEntryBits));
+      bits -= gap.bit_length;
+      entries.push_back(gap);
     }
-    return entry;
+  }
+
+  /// The base type of an entry. One that the file does not declare is a number of the entry's length, if there is such
+  /// a number.
+  DataType read_entry_type(pugi::xml_node node, std::uint8_t bit_length) {
+    const auto type = node.child("DataType");
+    const auto base = type ? data_type_of(XmlContext::text_of(type)) : std::nullopt;
+    if (base) return *base;
+    const auto number = unsigned_type(bit_length);
+    if (type) {
+      const auto name = XmlContext::text_of(type);
+      context_.note(type, number ? fmt::format("the type '{}' is taken as a number of {} bits", name, bit_length)
+                                 : fmt::format("the type '{}' is taken as raw bytes", name));
+    }
+    return number.value_or(DataType::kOctetString);
   }
 
   void read_mailbox(pugi::xml_node node, MailboxSupport& mailbox) {
@@ -223,10 +252,6 @@ class EsiReader {
   std::map<std::string, std::string> groups_;
 };
 
-bool is_utf16(std::string_view text) {
-  return text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF");
-}
-
 }  // namespace
 
 const DeviceDescription* EsiFile::find_device(std::uint32_t vendor, std::uint32_t product,
@@ -247,10 +272,6 @@ tl::expected<EsiFile, EsiError> read_esi(std::string_view xml, std::string_view 
   const std::string text = to_utf8(xml);
   XmlContext context(text, file_name);
   pugi::xml_document document;
-  if (is_utf16(xml)) {
-    context.fail_at(0, "the file is in UTF-16, expected UTF-8 or ISO 8859-1");
-    return tl::unexpected(*context.error());
-  }
   const auto parsed = document.load_buffer(text.data(), text.size(), pugi::parse_default, pugi::encoding_utf8);
   if (!parsed) {
     context.fail_at(static_cast<std::size_t>(std::max<std::ptrdiff_t>(parsed.offset, 0)),

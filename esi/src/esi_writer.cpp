@@ -5,9 +5,9 @@
 
 #include "data_type_name.hpp"
 #include "driveline/esi/esi_file.hpp"
+#include "driveline/esi/hex.hpp"
 #include "driveline/wire/endian.hpp"
 #include "esi_dictionary.hpp"
-#include "hex.hpp"
 #include "xml_writer.hpp"
 
 namespace driveline::esi {
@@ -82,6 +82,7 @@ void append_pdo(pugi::xml_node node, const char* element, const Pdo& pdo) {
   if (pdo.sync_manager) set_attribute(out, "Sm", std::to_string(*pdo.sync_manager));
   append_text(out, "Index", hex_number(pdo.index, 4));
   append_name(out, pdo.name);
+  for (const auto other : pdo.excluded) append_text(out, "Exclude", hex_number(other, 4));
   for (const auto& entry : pdo.entries) {
     auto item = out.append_child("Entry");
     append_text(item, "Index", hex_number(entry.index, 4));

@@ -1,4 +1,4 @@
-#include "hex.hpp"
+#include "driveline/esi/hex.hpp"
 
 namespace driveline::esi {
 namespace {

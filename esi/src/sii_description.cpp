@@ -1,8 +1,8 @@
 #include <algorithm>
 
+#include "driveline/esi/hex.hpp"
 #include "driveline/esi/sii.hpp"
 #include "driveline/wire/endian.hpp"
-#include "hex.hpp"
 
 namespace driveline::esi {
 namespace {

@@ -38,9 +38,54 @@ bool is_valid_utf8(std::string_view text) {
   return true;
 }
 
+void append_point(std::string& text, char32_t point) {
+  const auto tail = [&text, point](unsigned shift) { text += static_cast<char>(0x80U | ((point >> shift) & 0x3FU)); };
+  if (point < 0x80) {
+    text += static_cast<char>(point);
+  } else if (point < 0x800) {
+    text += static_cast<char>(0xC0U | (point >> 6));
+    tail(0);
+  } else if (point < 0x10000) {
+    text += static_cast<char>(0xE0U | (point >> 12));
+    tail(6);
+    tail(0);
+  } else {
+    text += static_cast<char>(0xF0U | (point >> 18));
+    tail(12);
+    tail(6);
+    tail(0);
+  }
+}
+
+/// UTF-16 without its byte order mark; `high`: position of the high byte in a unit. What is no character becomes the
+/// replacement character.
+std::string from_utf16(std::string_view text, std::size_t high) {
+  constexpr char32_t kReplacement = 0xFFFD;
+  const auto unit = [&](std::size_t at) -> char32_t {
+    return static_cast<char32_t>(static_cast<std::uint8_t>(text[at + high])) << 8 |
+           static_cast<std::uint8_t>(text[at + 1 - high]);
+  };
+  std::string converted;
+  for (std::size_t at = 0; at + 1 < text.size(); at += 2) {
+    char32_t point = unit(at);
+    const bool pair =
+        point >= 0xD800 && point < 0xDC00 && at + 3 < text.size() && unit(at + 2) >= 0xDC00 && unit(at + 2) < 0xE000;
+    if (pair) {
+      point = 0x10000 + ((point - 0xD800) << 10) + (unit(at + 2) - 0xDC00);
+      at += 2;
+    } else if (point >= 0xD800 && point < 0xE000) {
+      point = kReplacement;
+    }
+    append_point(converted, point);
+  }
+  return converted;
+}
+
 }  // namespace
 
 std::string to_utf8(std::string_view text) {
+  if (text.starts_with("\xFF\xFE")) return from_utf16(text.substr(2), 1);
+  if (text.starts_with("\xFE\xFF")) return from_utf16(text.substr(2), 0);
   if (is_valid_utf8(text)) return std::string(text);
   std::string converted;
   for (const char c : text) {

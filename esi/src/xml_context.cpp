@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "hex.hpp"
+#include "driveline/esi/hex.hpp"
 
 namespace driveline::esi {
 namespace {
@@ -37,6 +37,14 @@ std::string_view trimmed(std::string_view text) {
   const auto first = text.find_first_not_of(kWhiteSpace);
   if (first == std::string_view::npos) return {};
   return text.substr(first, text.find_last_not_of(kWhiteSpace) - first + 1);
+}
+
+std::string lower_case(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return lower;
 }
 
 XmlContext::XmlContext(std::string_view text, std::string_view file_name) : file_name_(file_name), line_starts_{0} {
@@ -78,12 +86,17 @@ void XmlContext::fail_at(std::size_t offset, std::string problem) {
 bool XmlContext::attribute_flag(pugi::xml_node node, const char* attribute) {
   const auto found = node.attribute(attribute);
   if (!found) return false;
-  const std::string_view text = trimmed(found.value());
+  const std::string text = lower_case(trimmed(found.value()));
   if (text == "true") return true;
   if (text == "false") return false;
   if (const auto value = parse_number<std::uint32_t>(text)) return *value != 0;
   fail(node, fmt::format("{}='{}'", attribute, text), "true, false or a number");
   return false;
+}
+
+bool XmlContext::attribute_bit(pugi::xml_node node, const char* attribute) {
+  if (const auto value = parse_number<std::uint32_t>(node.attribute(attribute).value())) return (*value & 1U) != 0;
+  return attribute_flag(node, attribute);
 }
 
 std::string XmlContext::text_of(pugi::xml_node node) {

@@ -38,8 +38,10 @@ class XmlContext {
   [[nodiscard]] T child_number(pugi::xml_node parent, const char* child, T fallback = 0);
   template <typename T>
   [[nodiscard]] T attribute_number(pugi::xml_node node, const char* attribute, T fallback = 0);
-  /// Boolean attribute; missing is false.
+  /// Boolean attribute; missing is false, a number other than 0 true.
   [[nodiscard]] bool attribute_flag(pugi::xml_node node, const char* attribute);
+  /// Boolean attribute that may be a register value, whose bit 0 counts then.
+  [[nodiscard]] bool attribute_bit(pugi::xml_node node, const char* attribute);
 
   /// Text of an element without white space around it.
   [[nodiscard]] static std::string text_of(pugi::xml_node node);
@@ -58,6 +60,9 @@ class XmlContext {
   std::optional<EsiError> error_;
   std::vector<EsiNote> notes_;
 };
+
+/// ASCII letters in lower case.
+[[nodiscard]] std::string lower_case(std::string_view text);
 
 /// Text without white space at both ends.
 [[nodiscard]] std::string_view trimmed(std::string_view text);

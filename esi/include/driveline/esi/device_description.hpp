@@ -51,6 +51,7 @@ struct Pdo {
   bool mandatory = false;
   std::optional<std::uint8_t> sync_manager;  ///< default assignment; none: not assigned
   std::vector<PdoEntry> entries;
+  std::vector<std::uint16_t> excluded{};  ///< PDOs that must not be assigned together with this one; not in the SII
   bool operator==(const Pdo&) const = default;
 };
 
@@ -97,6 +98,8 @@ struct ObjectEntry {
   std::string default_hex;  ///< raw little-endian value as hex digits, empty: none
   std::string minimum_hex;
   std::string maximum_hex;
+  /// Place in the whole object (complete access). None: sub-index 0 at 0, 1 at bit 16, others behind the one before.
+  std::optional<std::uint32_t> bit_offset{};
   bool operator==(const ObjectEntry&) const = default;
 };
 

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <tl/expected.hpp>
@@ -20,6 +21,13 @@ struct EsiNote {
   bool operator==(const EsiNote&) const = default;
 };
 
+/// Which device of a file is meant. What is empty or none does not matter.
+struct DeviceChoice {
+  std::string name;  ///< type or name of the device, upper or lower case
+  std::optional<std::uint32_t> product_code;
+  std::optional<std::uint32_t> revision;
+};
+
 struct EsiFile {
   std::uint32_t vendor_id = 0;
   std::string vendor_name;
@@ -29,13 +37,16 @@ struct EsiFile {
   /// The device with exactly this identity, nullptr when the file has none.
   [[nodiscard]] const DeviceDescription* find_device(std::uint32_t vendor, std::uint32_t product,
                                                      std::uint32_t revision) const noexcept;
+  /// The device that is meant; of several revisions of one product the highest. When there is none, or several products
+  /// fit, the reason as a sentence with the devices that are there.
+  [[nodiscard]] tl::expected<const DeviceDescription*, std::string> choose(const DeviceChoice& choice) const;
 };
 
 /// Why a file was not accepted.
 struct EsiError {
   std::string file;
   std::size_t line = 0;    ///< 1-based
-  std::size_t offset = 0;  ///< bytes from the start of the file (of its UTF-8 form, for files in ISO 8859-1)
+  std::size_t offset = 0;  ///< bytes from the start of the file (of its UTF-8 form, for files in other encodings)
   std::string path;        ///< element path; empty when the XML itself is not well formed
   std::string problem;     ///< what is there
   std::string expected;    ///< what should be there; empty when the problem says it
@@ -44,7 +55,7 @@ struct EsiError {
 /// The error as a sentence, "file:line: path: problem, expected ...".
 [[nodiscard]] std::string to_text(const EsiError& error);
 
-/// Reads an ESI file in UTF-8 or ISO 8859-1. `file_name` is for messages only.
+/// Reads an ESI file in UTF-8, UTF-16 or ISO 8859-1. `file_name` is for messages only.
 ///
 /// Required: the root element, a vendor id, and per device its type; everything else may be missing. Names are taken
 /// in English (LcId 1033) where there is a choice. Elements of vendors are passed over; modules and slots get a note.

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "driveline/esi/device_description.hpp"
+#include "driveline/slaves/od/dictionary_table.hpp"
+#include "driveline/slaves/od/pdo_map.hpp"
+
+namespace driveline::slaves::generic {
+
+/// The description with what a device needs and its file may leave out: sync managers for its mailbox and its PDOs,
+/// their addresses, control bytes and sizes, FMMUs, the PDI configuration. What is there stays as it is.
+[[nodiscard]] esi::DeviceDescription complete_description(esi::DeviceDescription description);
+
+/// Everything that devices of one type have in common, made from their description: the completed description and the
+/// object dictionary. Devices without CoE have a dictionary as well, of their PDOs; only nobody can ask them for it.
+class DeviceModel {
+ public:
+  /// The reason as a sentence when the description cannot be a device: more values than a dictionary holds, process
+  /// data or mailboxes beyond the memory of a slave controller.
+  [[nodiscard]] static tl::expected<std::shared_ptr<const DeviceModel>, std::string> create(
+      esi::DeviceDescription description);
+
+  DeviceModel(const DeviceModel&) = delete;  // rows refer to the texts in here
+  DeviceModel& operator=(const DeviceModel&) = delete;
+  ~DeviceModel() = default;
+
+  [[nodiscard]] const esi::DeviceDescription& description() const noexcept { return description_; }
+  [[nodiscard]] const DictionaryTable& table() const noexcept { return *table_; }
+  [[nodiscard]] const PdoLimits& limits() const noexcept { return limits_; }
+  /// Most entries the process data of a sync manager can have.
+  [[nodiscard]] std::size_t max_fields() const noexcept { return max_fields_; }
+  /// Process RAM that holds all sync managers, in KiB.
+  [[nodiscard]] std::uint8_t ram_kib() const noexcept { return ram_kib_; }
+
+  /// The input entry (of a TxPDO) with this name: "Value", "Channel 1/Value" with the name of its PDO in front, or its
+  /// address "6000:01". The reason as a sentence, with the names that there are, when it is not one entry.
+  [[nodiscard]] tl::expected<const EntryRow*, std::string> find_input(std::string_view name) const;
+
+ private:
+  friend class ModelBuilder;
+  DeviceModel() = default;
+
+  esi::DeviceDescription description_;
+  std::deque<std::string> texts_;
+  std::unique_ptr<const DictionaryTable> table_;
+  PdoLimits limits_;
+  std::size_t max_fields_ = 0;
+  std::uint8_t ram_kib_ = 8;
+};
+
+}  // namespace driveline::slaves::generic

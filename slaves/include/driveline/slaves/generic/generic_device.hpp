@@ -1,0 +1,96 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "driveline/slaves/device.hpp"
+#include "driveline/slaves/generic/device_model.hpp"
+#include "driveline/slaves/generic/signal.hpp"
+#include "driveline/slaves/mailbox/coe_server.hpp"
+
+namespace driveline::slaves::generic {
+
+/// An input whose value follows a script. The input is one that DeviceModel::find_input() gave.
+struct ScriptedInput {
+  const EntryRow* input = nullptr;
+  Signal signal;
+};
+
+/// Can the input take these values? The reason as a sentence, when it is no number or a value does not fit it.
+[[nodiscard]] tl::expected<void, std::string> check_signal(const EntryRow& input, const Signal& signal);
+
+/// What tells one device of a type from another.
+struct GenericOptions {
+  std::uint32_t serial_number = 0;          ///< 0: that of the description
+  std::vector<std::byte> sii_image{};       ///< EEPROM content; empty: made from the description
+  std::optional<bool> distributed_clock{};  ///< none: when the description has DC modes
+  bool loop_back = true;                    ///< inputs repeat outputs
+  std::vector<ScriptedInput> inputs{};
+};
+
+/// A device that is known by its description alone (an ESI file or an EEPROM image): identity, sync managers, process
+/// data, object dictionary and CoE, and no application but this: inputs repeat outputs or follow a script.
+///
+/// Looped back, each input entry repeats an output entry: going through both in the order of the process data, the next
+/// one of the same length. Outputs become 0 when OP is left. A device without mailbox and with a PDI that has no
+/// application is run by its controller alone (device emulation).
+///
+/// Belongs to the thread that drives the line. Times are counted from the first call of advance().
+class GenericDevice final : public Device, private DictionaryOwner {
+ public:
+  /// Every input of `options` is one of the model.
+  GenericDevice(std::shared_ptr<const DeviceModel> model, const GenericOptions& options);
+  GenericDevice(const GenericDevice&) = delete;  // the CoE server refers to the dictionary in here
+  GenericDevice& operator=(const GenericDevice&) = delete;
+  ~GenericDevice() override = default;
+
+  // Device
+  [[nodiscard]] const DeviceProfile& profile() const noexcept override { return profile_; }
+  [[nodiscard]] std::size_t process_data_size(std::size_t sync_manager) const noexcept override;
+  [[nodiscard]] wire::AlStatusCode transition(wire::AlState from, wire::AlState to) noexcept override;
+  void fall_back(wire::AlState from, wire::AlState to, wire::AlStatusCode reason) noexcept override;
+  void write_outputs(std::size_t sync_manager, std::span<const std::byte> data) noexcept override;
+  void read_inputs(std::size_t sync_manager, std::span<std::byte> data) noexcept override;
+  void mailbox_request(std::span<const std::byte> mailbox) override { mailbox_.request(mailbox); }
+  [[nodiscard]] std::size_t mailbox_reply(std::span<std::byte> out) override { return mailbox_.reply(out, al_state_); }
+  void advance(std::chrono::nanoseconds now) noexcept override;
+  [[nodiscard]] std::chrono::nanoseconds process_data_period() const noexcept override;
+
+  [[nodiscard]] const DeviceModel& model() const noexcept { return *model_; }
+  [[nodiscard]] const ObjectDictionary& dictionary() const noexcept { return dictionary_; }
+  [[nodiscard]] const MailboxServer& mailbox() const noexcept { return mailbox_; }
+
+ private:
+  struct Loop {
+    PdoMap::Field output;
+    PdoMap::Field input;
+  };
+
+  // DictionaryOwner
+  [[nodiscard]] SdoResult<void> accept(const EntryRow& row, std::uint64_t raw) override;
+  void written(const EntryRow& row) override;
+  [[nodiscard]] bool power_stage_on() const noexcept override { return false; }
+
+  void build_process_data();
+  void build_loops();
+  [[nodiscard]] bool scripted(const PdoMap::Field& field) const noexcept;
+  void enter_al_state(wire::AlState state) noexcept;
+  void clear_outputs() noexcept;
+  void loop_back() noexcept;
+  [[nodiscard]] wire::AlStatusCode check_assignments() const noexcept;
+
+  std::shared_ptr<const DeviceModel> model_;
+  DeviceProfile profile_;
+  ObjectDictionary dictionary_;
+  CoeServer coe_;
+  MailboxServer mailbox_;
+  std::vector<PdoMap> maps_;  ///< by sync manager
+  bool looped_;
+  std::vector<Loop> loops_;
+  std::vector<ScriptedInput> scripts_;
+  wire::AlState al_state_ = wire::AlState::kInit;
+  std::optional<std::chrono::nanoseconds> start_;
+};
+
+}  // namespace driveline::slaves::generic

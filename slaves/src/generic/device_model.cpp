@@ -1,0 +1,113 @@
+#include "driveline/slaves/generic/device_model.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+
+#include "driveline/wire/registers.hpp"
+#include "model_builder.hpp"
+
+namespace driveline::slaves::generic {
+namespace {
+
+using Use = esi::SyncManager::Use;
+
+constexpr std::size_t kMaxListed = 30;       ///< names in an error
+constexpr std::size_t kMemoryEnd = 0x10000;  ///< addresses have 16 bits
+constexpr std::size_t kUsualRamKib = 8;
+
+struct NamedInput {
+  std::string name;       ///< of the entry
+  std::string full_name;  ///< with its PDO
+  std::uint16_t index;
+  std::uint8_t subindex;
+};
+
+std::vector<NamedInput> inputs_of(const esi::DeviceDescription& device) {
+  std::vector<NamedInput> list;
+  for (const auto& pdo : device.tx_pdos) {
+    for (const auto& entry : pdo.entries) {
+      if (entry.index == 0) continue;
+      list.push_back({entry.name, fmt::format("{}/{}", pdo.name, entry.name), entry.index, entry.subindex});
+    }
+  }
+  return list;
+}
+
+std::string listed(const std::vector<NamedInput>& inputs) {
+  if (inputs.empty()) return "the device has no inputs";
+  std::string text = "there are ";
+  for (std::size_t i = 0; i < std::min(inputs.size(), kMaxListed); ++i) {
+    if (i > 0) text += ", ";
+    text += fmt::format("\"{}\" ({:04X}:{:02X})", inputs[i].full_name, inputs[i].index, inputs[i].subindex);
+  }
+  return inputs.size() > kMaxListed ? fmt::format("{} and {} more", text, inputs.size() - kMaxListed) : text;
+}
+
+/// "6000:01", with or without 0x in front; nothing when the text is no address.
+std::optional<std::pair<std::uint16_t, std::uint8_t>> parse_address(std::string_view text) {
+  const auto hex = [](std::string_view digits, auto& value) {
+    if (digits.starts_with("0x") || digits.starts_with("0X")) digits.remove_prefix(2);
+    const auto [end, problem] = std::from_chars(digits.data(), digits.data() + digits.size(), value, 16);
+    return problem == std::errc{} && end == digits.data() + digits.size();
+  };
+  const auto colon = text.find(':');
+  std::uint16_t index = 0;
+  std::uint8_t subindex = 0;
+  if (colon == std::string_view::npos || !hex(text.substr(0, colon), index) || !hex(text.substr(colon + 1), subindex)) {
+    return std::nullopt;
+  }
+  return std::pair{index, subindex};
+}
+
+/// End of the process RAM that a sync manager needs by default.
+std::size_t end_address(const esi::SyncManager& manager) {
+  const bool mailbox = manager.use == Use::kMailboxOut || manager.use == Use::kMailboxIn;
+  const std::size_t bytes = mailbox ? std::max(manager.default_size, manager.max_size) : manager.default_size;
+  // Only buffers in RAM are there three times; a sync manager may also lie on a register.
+  return manager.start_address + (mailbox || manager.start_address < wire::kProcessRamStart ? 1 : 3) * bytes;
+}
+
+}  // namespace
+
+tl::expected<std::shared_ptr<const DeviceModel>, std::string> DeviceModel::create(esi::DeviceDescription description) {
+  const std::shared_ptr<DeviceModel> model(new DeviceModel);
+  model->description_ = complete_description(std::move(description));
+  const auto& device = model->description_;
+  if (device.sync_managers.size() > wire::reg::kSyncManager.count) {
+    return tl::unexpected(fmt::format("it has {} sync managers, a slave controller has at most {}",
+                                      device.sync_managers.size(), wire::reg::kSyncManager.count));
+  }
+  std::size_t end = wire::kProcessRamStart + kUsualRamKib * 1024;
+  for (std::size_t n = 0; n < device.sync_managers.size(); ++n) {
+    const auto manager_end = end_address(device.sync_managers[n]);
+    if (manager_end > kMemoryEnd) {
+      return tl::unexpected(
+          fmt::format("sync manager {} from 0x{:04X} needs memory up to 0x{:X}, there is none above 0xFFFF", n,
+                      device.sync_managers[n].start_address, manager_end - 1));
+    }
+    end = std::max(end, manager_end);
+  }
+  model->ram_kib_ = static_cast<std::uint8_t>((end - wire::kProcessRamStart + 1023) / 1024);
+  return ModelBuilder(*model).build().map([&] { return std::shared_ptr<const DeviceModel>(model); });
+}
+
+tl::expected<const EntryRow*, std::string> DeviceModel::find_input(std::string_view name) const {
+  const auto inputs = inputs_of(description_);
+  const auto address = parse_address(name);
+  std::vector<NamedInput> matches;
+  for (const auto& input : inputs) {
+    const bool same =
+        address ? *address == std::pair{input.index, input.subindex} : input.name == name || input.full_name == name;
+    const bool known = std::any_of(matches.begin(), matches.end(), [&](const NamedInput& match) {
+      return match.index == input.index && match.subindex == input.subindex;
+    });
+    if (same && !known) matches.push_back(input);
+  }
+  if (matches.empty()) return tl::unexpected(fmt::format("is no input of the device; {}", listed(inputs)));
+  if (matches.size() > 1) return tl::unexpected(fmt::format("is not the only one of that name; {}", listed(matches)));
+  return table_->find(matches.front().index, matches.front().subindex);
+}
+
+}  // namespace driveline::slaves::generic

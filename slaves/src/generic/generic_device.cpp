@@ -1,0 +1,270 @@
+#include "driveline/slaves/generic/generic_device.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <map>
+
+#include "driveline/esi/sii.hpp"
+#include "driveline/slaves/bit_copy.hpp"
+
+namespace driveline::slaves::generic {
+namespace {
+
+using esi::DataType;
+using wire::AlState;
+using wire::AlStatusCode;
+using Use = esi::SyncManager::Use;
+
+/// As the drives of a mixed line have it, so that the device follows the shortest cycle they can.
+constexpr std::chrono::nanoseconds kProcessDataPeriod{125'000};
+/// Longest mailbox of a device that has none.
+constexpr std::size_t kMinMailbox = 64;
+
+SyncManagerLayout::Use layout_use(const esi::SyncManager& manager) noexcept {
+  switch (manager.use) {
+    case Use::kMailboxOut:
+      return SyncManagerLayout::Use::kMailboxOut;
+    case Use::kMailboxIn:
+      return SyncManagerLayout::Use::kMailboxIn;
+    case Use::kOutputs:
+      return SyncManagerLayout::Use::kOutputs;
+    case Use::kInputs:
+    case Use::kUnused:  // an input sync manager without process data: it must not be enabled with a length
+      break;
+  }
+  return SyncManagerLayout::Use::kInputs;
+}
+
+std::vector<std::byte> make_image(const esi::DeviceDescription& description, const GenericOptions& options) {
+  if (!options.sii_image.empty()) return options.sii_image;
+  if (options.serial_number == 0) return esi::encode_sii(esi::make_sii(description));
+  auto device = description;
+  device.serial_number = options.serial_number;
+  return esi::encode_sii(esi::make_sii(device));
+}
+
+DeviceProfile make_profile(const DeviceModel& model, const GenericOptions& options) {
+  const auto& device = model.description();
+  DeviceProfile profile;
+  profile.sii_image = make_image(device, options);
+  for (const auto& manager : device.sync_managers) {
+    profile.sync_managers.push_back(
+        {layout_use(manager), manager.start_address, manager.min_size, manager.max_size, manager.default_size});
+  }
+  if (device.bootstrap_rx_size != 0 && device.bootstrap_tx_size != 0) {
+    profile.bootstrap_mailboxes = {
+        {SyncManagerLayout::Use::kMailboxOut, device.bootstrap_rx_offset, 0, 0, device.bootstrap_rx_size},
+        {SyncManagerLayout::Use::kMailboxIn, device.bootstrap_tx_offset, 0, 0, device.bootstrap_tx_size}};
+  }
+  profile.fmmu_count = static_cast<std::uint8_t>(std::clamp<std::size_t>(device.fmmus.size(), 8, 16));
+  profile.sync_manager_count = static_cast<std::uint8_t>(std::clamp<std::size_t>(device.sync_managers.size(), 8, 16));
+  profile.ram_kib = model.ram_kib();
+  profile.distributed_clock = options.distributed_clock.value_or(!device.dc_modes.empty());
+  return profile;
+}
+
+std::size_t longest_mailbox(const DeviceProfile& profile) noexcept {
+  std::size_t longest = kMinMailbox;
+  for (const auto* list : {&profile.sync_managers, &profile.bootstrap_mailboxes}) {
+    for (const auto& manager : *list) {
+      if (manager.use != SyncManagerLayout::Use::kMailboxOut) continue;
+      longest = std::max<std::size_t>({longest, manager.default_length, manager.max_length});
+    }
+  }
+  return longest;
+}
+
+CoeServer::Options coe_options(const esi::DeviceDescription& device) noexcept {
+  return {.complete_access = device.mailbox.coe_complete_access, .sdo_information = device.mailbox.coe_sdo_info};
+}
+
+std::vector<MailboxProtocol*> protocols(const esi::DeviceDescription& device, CoeServer& coe) {
+  if (!device.mailbox.coe) return {};
+  return {&coe};
+}
+
+bool exchanges(const esi::SyncManager& manager) noexcept {
+  return manager.use == Use::kOutputs || manager.use == Use::kInputs;
+}
+
+bool is_real(DataType type) noexcept {
+  return type == DataType::kReal32 || type == DataType::kReal64;
+}
+
+}  // namespace
+
+tl::expected<void, std::string> check_signal(const EntryRow& input, const Signal& signal) {
+  if (is_string(input.type)) return tl::unexpected(std::string("the entry is no number"));
+  if (is_real(input.type)) return {};
+  const auto bits = static_cast<int>(std::min<std::size_t>(bit_size(input), 63));
+  const double lowest = is_signed(input.type) ? -std::ldexp(1.0, bits - 1) : 0.0;
+  const double highest = std::ldexp(1.0, is_signed(input.type) ? bits - 1 : bits) - 1.0;
+  for (const double value : {signal.low, signal.shape == Signal::Shape::kConstant ? signal.low : signal.high}) {
+    if (value < lowest || value > highest) {
+      return tl::unexpected(fmt::format("{} does not fit the {} bits of the entry, {} to {} do", value, bit_size(input),
+                                        lowest, highest));
+    }
+  }
+  return {};
+}
+
+GenericDevice::GenericDevice(std::shared_ptr<const DeviceModel> model, const GenericOptions& options)
+    : model_(std::move(model)),
+      profile_(make_profile(*model_, options)),
+      dictionary_(model_->table()),
+      coe_(dictionary_, *this, coe_options(model_->description())),
+      mailbox_(protocols(model_->description(), coe_), longest_mailbox(profile_)),
+      looped_(options.loop_back),
+      scripts_(options.inputs) {
+  const auto* serial = model_->table().find(0x1018, 4);
+  if (serial != nullptr && options.serial_number != 0) dictionary_.set(serial->slot, options.serial_number);
+  for (const auto& manager : model_->description().sync_managers) {
+    maps_.emplace_back(exchanges(manager) ? model_->max_fields() : 0);
+  }
+  build_process_data();
+}
+
+std::chrono::nanoseconds GenericDevice::process_data_period() const noexcept {
+  return kProcessDataPeriod;
+}
+
+void GenericDevice::build_process_data() {
+  const auto& managers = model_->description().sync_managers;
+  for (std::size_t n = 0; n < maps_.size(); ++n) {
+    if (exchanges(managers[n])) maps_[n].build(dictionary_, n, model_->limits());
+  }
+  build_loops();
+}
+
+bool GenericDevice::scripted(const PdoMap::Field& field) const noexcept {
+  return std::any_of(scripts_.begin(), scripts_.end(), [&field](const ScriptedInput& script) {
+    return !field.is_text && script.input->slot == field.slot;
+  });
+}
+
+void GenericDevice::build_loops() {
+  loops_.clear();
+  if (!looped_) return;
+  using Kind = std::pair<bool, std::uint8_t>;  // text or number, length
+  std::map<Kind, std::deque<PdoMap::Field>> outputs;
+  const auto& managers = model_->description().sync_managers;
+  for (std::size_t n = 0; n < maps_.size(); ++n) {
+    if (managers[n].use != Use::kOutputs) continue;
+    for (const auto& field : maps_[n].fields()) outputs[{field.is_text, field.bits}].push_back(field);
+  }
+  for (std::size_t n = 0; n < maps_.size(); ++n) {
+    if (managers[n].use != Use::kInputs) continue;
+    for (const auto& field : maps_[n].fields()) {
+      auto& next = outputs[{field.is_text, field.bits}];
+      if (field.constant || next.empty() || scripted(field)) continue;
+      loops_.push_back({next.front(), field});
+      next.pop_front();
+    }
+  }
+}
+
+std::size_t GenericDevice::process_data_size(std::size_t sync_manager) const noexcept {
+  return sync_manager < maps_.size() ? maps_[sync_manager].size() : 0;
+}
+
+void GenericDevice::enter_al_state(AlState state) noexcept {
+  if (al_state_ == AlState::kOp && state != AlState::kOp) clear_outputs();
+  al_state_ = state;
+  if (state == AlState::kInit) mailbox_.reset();
+}
+
+void GenericDevice::clear_outputs() noexcept {
+  const auto& managers = model_->description().sync_managers;
+  for (std::size_t n = 0; n < maps_.size(); ++n) {
+    if (managers[n].use != Use::kOutputs) continue;
+    for (const auto& field : maps_[n].fields()) {
+      if (field.is_text) {
+        dictionary_.text(field.slot).clear();
+      } else if (!field.constant) {
+        dictionary_.set(field.slot, std::uint64_t{0});
+      }
+    }
+  }
+  loop_back();
+}
+
+void GenericDevice::loop_back() noexcept {
+  for (const auto& loop : loops_) {
+    if (loop.input.is_text) {
+      dictionary_.text(loop.input.slot) = dictionary_.text(loop.output.slot);  // within the reserved length
+      continue;
+    }
+    const auto value = dictionary_.get<std::uint64_t>(loop.output.slot);
+    const auto mask = loop.input.bits < 64 ? (std::uint64_t{1} << loop.input.bits) - 1 : ~std::uint64_t{0};
+    dictionary_.set(loop.input.slot, loop.input.is_signed ? sign_extended(value, loop.input.bits) : value & mask);
+  }
+}
+
+/// PDOs that exclude each other must not be assigned together (ETG.2000, Exclude).
+AlStatusCode GenericDevice::check_assignments() const noexcept {
+  const auto& device = model_->description();
+  const auto assigned = [this](std::uint16_t index) {
+    for (std::size_t n = 0; n < maps_.size(); ++n) {
+      const auto rows = model_->table().object(assignment_object(n));
+      if (rows.empty()) continue;
+      const auto count = dictionary_.raw(rows.front());
+      for (std::size_t i = 1; i < rows.size() && i <= count; ++i) {
+        if (dictionary_.raw(rows[i]) == index) return true;
+      }
+    }
+    return false;
+  };
+  const auto conflict = [&assigned](const std::vector<esi::Pdo>& pdos) {
+    return std::any_of(pdos.begin(), pdos.end(), [&](const esi::Pdo& pdo) {
+      return assigned(pdo.index) && std::any_of(pdo.excluded.begin(), pdo.excluded.end(), assigned);
+    });
+  };
+  if (conflict(device.rx_pdos)) return AlStatusCode::kInvalidOutputMapping;
+  return conflict(device.tx_pdos) ? AlStatusCode::kInvalidInputMapping : AlStatusCode::kNoError;
+}
+
+AlStatusCode GenericDevice::transition(AlState from, AlState to) noexcept {
+  if (from == AlState::kPreOp && to == AlState::kSafeOp) {
+    if (const auto code = check_assignments(); code != AlStatusCode::kNoError) return code;
+  }
+  enter_al_state(to);
+  return AlStatusCode::kNoError;
+}
+
+void GenericDevice::fall_back(AlState /*from*/, AlState to, AlStatusCode /*reason*/) noexcept {
+  enter_al_state(to);
+}
+
+void GenericDevice::write_outputs(std::size_t sync_manager, std::span<const std::byte> data) noexcept {
+  if (sync_manager >= maps_.size()) return;
+  maps_[sync_manager].decode(data, dictionary_);
+  loop_back();
+}
+
+void GenericDevice::read_inputs(std::size_t sync_manager, std::span<std::byte> data) noexcept {
+  std::fill(data.begin(), data.end(), std::byte{0});
+  if (sync_manager < maps_.size()) maps_[sync_manager].encode(dictionary_, data);
+}
+
+void GenericDevice::advance(std::chrono::nanoseconds now) noexcept {
+  if (!start_) start_ = now;
+  for (const auto& script : scripts_) {
+    const double value = script.signal.at(now - *start_);
+    const auto type = script.input->type;
+    dictionary_.set(script.input->slot, raw_from_number(type, is_real(type) ? value : std::nearbyint(value)));
+  }
+}
+
+SdoResult<void> GenericDevice::accept(const EntryRow& row, std::uint64_t raw) {
+  return check_pdo_write(dictionary_, model_->limits(), row, raw);
+}
+
+void GenericDevice::written(const EntryRow& row) {
+  // The number of entries is written last; before, they mean nothing.
+  if (row.index >= 0x1600 && row.index < 0x1C30 && row.subindex == 0) build_process_data();
+}
+
+}  // namespace driveline::slaves::generic
