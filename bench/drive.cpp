@@ -84,9 +84,9 @@ class Drives {
     for (std::size_t i = 0; i < rig_.line().size(); ++i) {
       auto& drive = rig_.line().slave(i).device();
       const auto& place = image.places()[i];
-      drive.write_outputs(slaves::msd::kOutputsSyncManager, outputs.subspan(place.offset, place.output_bytes));
+      drive.write_outputs(slaves::msd::kOutputsSyncManager, outputs.subspan(place.output_offset, place.output_bytes));
       drive.advance(time_);
-      drive.read_inputs(slaves::msd::kInputsSyncManager, image.inputs().subspan(place.offset, place.input_bytes));
+      drive.read_inputs(slaves::msd::kInputsSyncManager, image.inputs().subspan(place.input_offset, place.input_bytes));
     }
   }
 

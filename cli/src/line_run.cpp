@@ -103,7 +103,7 @@ Outcome<void> LineRun::bring_up() {
   state_ = "SAFEOP";
   const auto wire_ns = ecat_master::wire_time_ns(master_.image(), master_.slaves().size(), 1000);
   progress("configured, all in SAFEOP; {} bytes of process data in {} frame(s) take {:.1f} us of {:.1f} us on the wire",
-           master_.image().outputs().size(), master_.image().segments().size(), static_cast<double>(wire_ns) / 1000.0,
+           master_.image().outputs().size(), master_.image().frame_count(), static_cast<double>(wire_ns) / 1000.0,
            static_cast<double>(config_.period.count()) / 1000.0);
   // On 100 Mbit/s; a line in this process has no wire.
   if (config_.interface && wire_ns > static_cast<std::uint64_t>(config_.period.count())) {

@@ -2,77 +2,21 @@
 
 #include <algorithm>
 
+#include "driveline/ecat_master/process_data_setup.hpp"
 #include "driveline/ecat_master/state_machine.hpp"
-#include "driveline/wire/fmmu.hpp"
-#include "driveline/wire/sync_manager.hpp"
 
 namespace driveline::ecat_master {
 namespace {
 
 using Use = esi::SyncManager::Use;
 
-constexpr std::uint8_t kOutputFmmu = 0;
-constexpr std::uint8_t kInputFmmu = 1;
-
-/// Number of the first sync manager with this use; nothing when the slave has none.
-std::optional<std::uint8_t> find_sync_manager(const SlaveInfo& slave, Use use) {
-  const auto& managers = slave.description.sync_managers;
-  const auto found = std::find_if(managers.begin(), managers.end(), [use](const auto& m) { return m.use == use; });
-  if (found == managers.end()) return std::nullopt;
-  return static_cast<std::uint8_t>(found - managers.begin());
-}
-
-Result<void> write_sync_manager(Bus& bus, SlaveRef slave, std::uint8_t number, const esi::SyncManager& layout,
-                                std::uint16_t length) {
-  wire::SyncManagerChannel channel;
-  channel.start_address = layout.start_address;
-  channel.length = length;
-  channel.control = layout.control;
-  channel.activate = length > 0 ? wire::SyncManagerActivate::kEnable : std::uint8_t{0};
-  std::array<std::byte, wire::SyncManagerChannel::kSize> data{};
-  channel.encode(data);
-  return bus.write(slave, wire::reg::kSyncManager.at(number), data);
-}
-
-Result<void> write_fmmu(Bus& bus, SlaveRef slave, std::uint8_t number, std::uint32_t logical, std::uint16_t physical,
-                        std::size_t bytes, std::uint8_t type) {
-  wire::FmmuEntity fmmu;
-  fmmu.logical_start = logical;
-  fmmu.length = static_cast<std::uint16_t>(bytes);
-  fmmu.physical_start = physical;
-  fmmu.type = type;
-  fmmu.active = true;
-  std::array<std::byte, wire::FmmuEntity::kSize> data{};
-  fmmu.encode(data);
-  return bus.write(slave, wire::reg::kFmmu.at(number), data);
-}
-
-/// One direction of one slave: sync manager with its length, and its FMMU when there is something to exchange.
-Result<void> map_direction(Bus& bus, const SlaveInfo& slave, Use use, std::size_t offset, std::size_t bytes) {
-  const auto number = find_sync_manager(slave, use);
-  if (!number) {
-    if (bytes == 0) return {};
-    Error error;
-    error.kind = ErrorKind::kProcessDataSize;
-    error.slave = slave.ref.position;
-    error.received = static_cast<std::uint32_t>(bytes);
-    return tl::unexpected(error);
-  }
-  const auto& layout = slave.description.sync_managers[*number];
-  if (auto done = write_sync_manager(bus, slave.ref, *number, layout, static_cast<std::uint16_t>(bytes)); !done)
-    return done;
-  if (bytes == 0) return {};
-  const bool outputs = use == Use::kOutputs;
-  return write_fmmu(bus, slave.ref, outputs ? kOutputFmmu : kInputFmmu, ProcessImage::logical_address(offset),
-                    layout.start_address, bytes, outputs ? wire::FmmuEntity::kTypeWrite : wire::FmmuEntity::kTypeRead);
-}
-
 /// What is to be written to a slave over CoE; nothing to do: no steps.
 Result<SdoScript> coe_script(const ConfiguredSlave& slave) {
   SdoScript script;
   script.position = slave.info.ref.position;
-  if (slave.plan.startup_sdos.empty() && slave.plan.pdos.outputs.empty() && slave.plan.pdos.inputs.empty())
-    return script;
+  const bool fixed_pdos = !slave.info.description.mailbox.any();
+  const bool no_pdos = slave.plan.pdos.outputs.empty() && slave.plan.pdos.inputs.empty();
+  if (slave.plan.startup_sdos.empty() && (no_pdos || fixed_pdos)) return script;
   if (!slave.mailbox || !slave.info.description.mailbox.coe) {
     Error error;
     error.kind = ErrorKind::kNoMailbox;
@@ -150,28 +94,24 @@ Result<std::vector<std::unique_ptr<MailboxClient>>> enter_pre_op(MailboxEngine& 
   return mailboxes;
 }
 
-Result<ProcessImage> configure_process_data(MailboxEngine& engine, std::span<ConfiguredSlave> slaves) {
-  auto& bus = engine.bus();
-  std::vector<ProcessDataDemand> demands;
+Result<ProcessImage> configure_process_data(MailboxEngine& engine, std::span<ConfiguredSlave> slaves,
+                                            const LayoutSettings& layout) {
   std::vector<SdoScript> scripts;
-  for (auto& slave : slaves) {
+  for (const auto& slave : slaves) {
     auto script = coe_script(slave);
     if (!script) return tl::unexpected(script.error());
     if (!script->steps.empty()) scripts.push_back(std::move(*script));
-    demands.push_back({slave.plan.pdos.output_bytes(), slave.plan.pdos.input_bytes()});
   }
   for (auto& done : run_scripts(engine, scripts)) {
     if (!done) return tl::unexpected(done.error());
   }
-  auto image = ProcessImage::lay_out(demands);
+  auto& bus = engine.bus();
+  const auto demands = make_demands(bus, slaves);
+  if (!demands) return tl::unexpected(demands.error());
+  auto image = ProcessImage::lay_out(*demands, layout);
   if (!image) return image;
-  for (std::size_t i = 0; i < slaves.size(); ++i) {
-    const auto& place = image->places()[i];
-    const auto& info = slaves[i].info;
-    if (auto done = map_direction(bus, info, Use::kOutputs, place.offset, place.output_bytes); !done)
-      return tl::unexpected(done.error());
-    if (auto done = map_direction(bus, info, Use::kInputs, place.offset, place.input_bytes); !done)
-      return tl::unexpected(done.error());
+  for (const auto& slave : slaves) {
+    if (auto done = write_process_data_setup(bus, slave, *image); !done) return tl::unexpected(done.error());
   }
   return image;
 }

@@ -80,7 +80,7 @@ Result<std::size_t> DirectExchange::send_frame(std::span<Request> requests, std:
     return tl::unexpected(error);
   }
   // A full queue is treated like a lost frame: the retry sends it again.
-  ++statistics_.frames_sent;
+  if (status == port::SendStatus::kSent) ++statistics_.frames_sent;
   flights_.push_back({tag.sequence, first, end, true});
   return end;
 }

@@ -48,6 +48,9 @@ std::string describe_slave_facts(const Error& e) {
                                           : "revision",
                          e.received, e.expected);
     case ErrorKind::kProcessDataSize:
+      if (e.code == 1) {
+        return fmt::format("{}: its process data need {} FMMUs, it has {}", who(e), e.received, e.expected);
+      }
       return fmt::format("{}: {} bytes of process data do not fit, the limit is {}", who(e), e.received, e.expected);
     default:
       return {};
@@ -107,6 +110,8 @@ std::string describe(const Error& e) {
       return dc::describe_clock_error(e);
     case ErrorKind::kCancelled:
       return "stopped on request";
+    case ErrorKind::kExchangeFull:
+      return "the way through the cycle is full of frames that were given up; the cycle may have stopped";
     case ErrorKind::kNoMailbox:
     case ErrorKind::kMailboxTimeout:
     case ErrorKind::kMailboxError:

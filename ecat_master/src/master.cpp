@@ -52,7 +52,7 @@ Result<void> Master::configure(std::vector<SlavePlan> plans) {
   for (std::size_t i = 0; i < slaves_.size(); ++i)
     slaves_[i].plan = i < plans.size() ? std::move(plans[i]) : SlavePlan{};
   if (auto done = enter_pre_op(); !done) return done;
-  auto image = configure_process_data(engine_, slaves_);
+  auto image = configure_process_data(engine_, slaves_, settings_.layout);
   if (!image) return tl::unexpected(image.error());
   image_ = std::move(*image);
   if (auto done = change_state(bus_, refs_, wire::AlState::kSafeOp, settings_.state_timeout); !done) {

@@ -119,9 +119,12 @@ TEST_F(InMotion, ALastDriveWithoutPowerStopsTheOthers) {
   start();
   drives->line().set_power(2, false);
   watch(milliseconds{500});
-  // One LRW carries all three: its working counter does not tell which one is missing.
-  EXPECT_EQ(operation->motion().failure().cause, Cause::kCommunication);
-  EXPECT_EQ(operation->master().core()->al_status().slaves, 2) << "but the broadcast tells how many are left";
+  // One LRW carries all three; its working counter does not tell which one is missing, but the status bytes do.
+  EXPECT_EQ(operation->motion().failure().cause, Cause::kAxisLost);
+  EXPECT_EQ(operation->motion().failure().axis, 2);
+  EXPECT_EQ(operation->master().core()->al_status().slaves, 2);
+  EXPECT_TRUE(operation->master().core()->slave_report(1).operational) << "the others go on";
+  EXPECT_TRUE(operation->master().core()->slave_report(2).absent);
   EXPECT_GT(operation->statistics().wkc_errors, 0U);
   expect_quick_stopped(0);
   expect_quick_stopped(1);
@@ -154,7 +157,8 @@ TEST_F(InMotion, ABrokenCableStopsBothSides) {
   start(4);
   ASSERT_TRUE(drives->line().break_cable({1, 1}));
   watch(milliseconds{800});
-  EXPECT_EQ(operation->motion().failure().cause, Cause::kCommunication);
+  EXPECT_EQ(operation->motion().failure().cause, Cause::kAxisLost);
+  EXPECT_EQ(operation->motion().failure().axis, 2) << "the first behind the break";
   EXPECT_EQ(operation->master().core()->al_status().slaves, 2);
   expect_quick_stopped(0);
   expect_quick_stopped(1);
@@ -236,17 +240,18 @@ TEST_F(InMotion, WhenTheCycleComesBackTooLateTheAxesStayOff) {
   for (std::size_t i = 0; i < 3; ++i) EXPECT_NE(drives->drive(i).state(), PowerState::kOperationEnabled);
 }
 
-TEST(TwoSegments, ADriveLostInOneNamesAnAxisOfThatSegment) {
+TEST(TwoDatagrams, ADriveLostInOneIsTheOnlyOne) {
   DriveLine drives(80);
   LineOperation operation(drives, RunOptions{.period = microseconds{250}, .amplitude_rad = 0.01});
   ASSERT_EQ(sentence(operation.to_motion()), "");
   ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
-  ASSERT_EQ(operation.master().image().places()[76].segment, 1U);
+  ASSERT_EQ(operation.master().image().places()[76].input_datagram, 1U);
   drives.line().set_power(79, false);
   operation.run(milliseconds{5});
   EXPECT_EQ(operation.motion().phase(), MotionPhase::kQuickStop);
   EXPECT_EQ(operation.motion().failure().cause, Cause::kAxisLost);
-  EXPECT_EQ(operation.motion().failure().axis, 76) << "the first axis of the second datagram";
+  EXPECT_EQ(operation.motion().failure().axis, 79);
+  EXPECT_TRUE(operation.master().core()->slave_report(76).valid) << "in the same datagram";
 }
 
 }  // namespace

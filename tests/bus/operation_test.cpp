@@ -21,11 +21,11 @@ TEST(Configuration, TakesAllDrivesToSafeOp) {
   LineOperation operation(drives);
   ASSERT_EQ(sentence(operation.to_safe_op()), "");
   EXPECT_TRUE(drives.all_in(AlState::kSafeOp));
-  // 16 + 8 + 32 bits, 2 * 32, 2 * 16: 19 bytes each way (MSD manual 8.3.4).
+  // 16 + 8 + 32 bits, 2 * 32, 2 * 16: 19 bytes each way (MSD manual 8.3.4); a byte of AL status, one of the mailbox.
   const auto& image = operation.master().image();
-  EXPECT_EQ(image.outputs().size(), 8U * 19);
-  ASSERT_EQ(image.segments().size(), 1U);
-  EXPECT_EQ(image.segments()[0].expected_working_counter, 8 * 3);
+  EXPECT_EQ(image.outputs().size(), 8U * 21);
+  ASSERT_EQ(image.datagrams().size(), 1U);
+  EXPECT_EQ(image.datagrams()[0].expected_working_counter, 8 * 3);
   for (std::size_t i = 0; i < 8; ++i) {
     const auto& memory = drives.slave(i).esc().memory();
     EXPECT_EQ(wire::load_le<std::uint16_t>(memory.at(wire::reg::kSyncManager.at(2) + 2U, 2)), 19);
@@ -80,7 +80,7 @@ TEST(Operation, MoreDrivesThanOneFrameHolds) {
   // Half the delay of real controllers, or the answer would come after the end of a 125 us cycle.
   LineOperation operation(drives, RunOptions{.period = microseconds{250}});
   ASSERT_EQ(sentence(operation.to_op()), "");
-  EXPECT_EQ(operation.master().image().segments().size(), 2U);
+  EXPECT_EQ(operation.master().image().datagrams().size(), 2U);
   EXPECT_TRUE(drives.all_in(AlState::kOp));
   operation.run(milliseconds{5});
   EXPECT_EQ(operation.statistics().wkc_errors, 0U);

@@ -58,20 +58,20 @@ const PdoConfiguration& axis_pdo_configuration() {
 
 Axis::Axis(AxisConfig config, const ProcessDataPlace& place, const PdoConfiguration& pdos)
     : config_(std::move(config)),
-      control_word_(entry<std::uint16_t>(pdos.outputs, place.offset, 0x6040)),
-      mode_(entry<std::int8_t>(pdos.outputs, place.offset, 0x6060)),
-      target_position_(entry<std::int32_t>(pdos.outputs, place.offset, 0x607A)),
-      target_velocity_(entry<std::int32_t>(pdos.outputs, place.offset, 0x60FF)),
-      velocity_offset_(entry<std::int32_t>(pdos.outputs, place.offset, 0x60B1)),
-      target_torque_(entry<std::int16_t>(pdos.outputs, place.offset, 0x6071)),
-      torque_offset_(entry<std::int16_t>(pdos.outputs, place.offset, 0x60B2)),
-      status_word_(entry<std::uint16_t>(pdos.inputs, place.offset, 0x6041)),
-      mode_display_(entry<std::int8_t>(pdos.inputs, place.offset, 0x6061)),
-      actual_position_(entry<std::int32_t>(pdos.inputs, place.offset, 0x6064)),
-      actual_velocity_(entry<std::int32_t>(pdos.inputs, place.offset, 0x606C)),
-      following_error_(entry<std::int32_t>(pdos.inputs, place.offset, 0x60F4)),
-      actual_torque_(entry<std::int16_t>(pdos.inputs, place.offset, 0x6077)),
-      error_code_(entry<std::uint16_t>(pdos.inputs, place.offset, 0x603F)) {}
+      control_word_(entry<std::uint16_t>(pdos.outputs, place.output_offset, 0x6040)),
+      mode_(entry<std::int8_t>(pdos.outputs, place.output_offset, 0x6060)),
+      target_position_(entry<std::int32_t>(pdos.outputs, place.output_offset, 0x607A)),
+      target_velocity_(entry<std::int32_t>(pdos.outputs, place.output_offset, 0x60FF)),
+      velocity_offset_(entry<std::int32_t>(pdos.outputs, place.output_offset, 0x60B1)),
+      target_torque_(entry<std::int16_t>(pdos.outputs, place.output_offset, 0x6071)),
+      torque_offset_(entry<std::int16_t>(pdos.outputs, place.output_offset, 0x60B2)),
+      status_word_(entry<std::uint16_t>(pdos.inputs, place.input_offset, 0x6041)),
+      mode_display_(entry<std::int8_t>(pdos.inputs, place.input_offset, 0x6061)),
+      actual_position_(entry<std::int32_t>(pdos.inputs, place.input_offset, 0x6064)),
+      actual_velocity_(entry<std::int32_t>(pdos.inputs, place.input_offset, 0x606C)),
+      following_error_(entry<std::int32_t>(pdos.inputs, place.input_offset, 0x60F4)),
+      actual_torque_(entry<std::int16_t>(pdos.inputs, place.input_offset, 0x6077)),
+      error_code_(entry<std::uint16_t>(pdos.inputs, place.input_offset, 0x603F)) {}
 
 void Axis::read_inputs(std::span<const std::byte> image, bool valid) noexcept {
   if (!valid) {

@@ -15,11 +15,19 @@ constexpr auto kPollInterval = std::chrono::microseconds{125};
 
 }  // namespace
 
-AcyclicChannel::AcyclicChannel(std::uint32_t lost_after_cycles)
-    : requests_(kRingFrames), answers_(kRingFrames), lost_after_cycles_(lost_after_cycles) {}
+AcyclicChannel::AcyclicChannel(std::uint32_t lost_after_cycles, std::size_t bytes_per_cycle)
+    : requests_(kRingFrames),
+      answers_(kRingFrames),
+      lost_after_cycles_(lost_after_cycles),
+      bytes_per_cycle_(std::clamp(bytes_per_cycle, wire::kMinFrameBytes, port::kMaxFrameBytes)) {}
 
 void AcyclicChannel::send_next(port::Port& port, FrameTag tag) noexcept {
-  if (in_flight_ || !requests_.try_pop(flying_)) return;
+  credit_ = std::min(credit_ + bytes_per_cycle_, port::kMaxFrameBytes);
+  if (in_flight_) return;
+  if (!waiting_) waiting_ = requests_.try_pop(flying_);
+  if (!waiting_ || flying_.size > credit_) return;
+  waiting_ = false;
+  credit_ -= flying_.size;
   const auto mac = tag.to_mac();
   std::copy(mac.begin(), mac.end(), flying_.bytes.begin() + 6);
   tag_ = tag;
@@ -63,8 +71,12 @@ Result<std::size_t> CyclicExchange::exchange_frame(std::span<Request> requests) 
   AcyclicJob job;
   wire::FrameBuilder builder(job.bytes, FrameTag{}.to_mac());
   std::size_t count = 0;
+  std::size_t bytes = wire::kDatagramsOffset;
   for (; count < requests.size(); ++count) {
     const auto& request = requests[count];
+    // One request goes at any rate; more only as far as they leave in one cycle.
+    bytes += wire::DatagramHeader::kOverhead + request.data.size();
+    if (count > 0 && bytes > channel_.bytes_per_cycle()) break;
     const auto place =
         builder.add(request.command, static_cast<std::uint8_t>(count), request.address, request.data.size());
     if (!place) break;
@@ -81,7 +93,10 @@ Result<std::size_t> CyclicExchange::exchange_frame(std::span<Request> requests) 
   for (int attempt = 0; attempt <= kRetries; ++attempt) {
     AcyclicJob answer = job;
     answer.id = next_id_++;
-    if (!channel_.submit(answer)) break;
+    if (!channel_.submit(answer)) {
+      error.kind = ErrorKind::kExchangeFull;
+      return tl::unexpected(error);
+    }
     if (await(answer.id, answer) &&
         match_answers(requests.first(count), std::span<const std::byte>(answer.bytes).first(answer.size))) {
       return count;

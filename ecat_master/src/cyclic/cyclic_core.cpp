@@ -2,9 +2,26 @@
 
 #include <algorithm>
 
+#include "driveline/wire/sync_manager.hpp"
+
 namespace driveline::ecat_master {
 
 using std::chrono::nanoseconds;
+
+namespace {
+
+bool in_op(std::uint8_t al_status) noexcept {
+  return wire::AlStatus::from_raw(al_status).state == wire::AlState::kOp;
+}
+
+// Bits of SharedSlave::report above the AL status byte.
+constexpr std::uint32_t kValidBit = 0x100;
+constexpr std::uint32_t kAbsentBit = 0x200;
+constexpr std::uint32_t kWatchedBit = 0x400;
+constexpr std::uint32_t kMailboxBit = 0x800;
+constexpr std::uint32_t kOperationalBit = 0x1000;
+
+}  // namespace
 
 CyclicCore::CyclicCore(port::Port& port, rt::Clock& clock, ProcessImage image, Motion* motion, SampleRings rings,
                        Settings settings)
@@ -13,23 +30,47 @@ CyclicCore::CyclicCore(port::Port& port, rt::Clock& clock, ProcessImage image, M
       image_(std::move(image)),
       motion_(motion),
       rings_(rings),
-      settings_(settings),
-      slave_valid_(std::make_unique<bool[]>(image_.places().size())) {
-  for (const auto& segment : image_.segments()) frames_.emplace_back(&segment, frames_.empty());
-  if (frames_.empty()) frames_.emplace_back(nullptr, true);
+      settings_(std::move(settings)),
+      results_(image_.datagrams().size()),
+      conditions_(image_.places().size()),
+      before_(image_.places().size()),
+      was_op_(image_.places().size()),
+      slave_valid_(std::make_unique<bool[]>(image_.places().size())),
+      slave_operational_(std::make_unique<bool[]>(image_.places().size())),
+      shared_(std::make_unique<SharedSlave[]>(image_.places().size())),
+      group_count_(std::max<std::size_t>(1, image_.groups().size())),
+      groups_(std::make_unique<GroupCounters[]>(group_count_)),
+      tallies_(group_count_),
+      acyclic_(AcyclicChannel::kLostAfterCycles, settings_.acyclic_bytes) {
+  const std::size_t frames = std::max<std::size_t>(1, image_.frame_count());
+  frames_.reserve(frames);
+  for (std::size_t i = 0; i < frames; ++i) frames_.emplace_back(image_, i);
+  for (const auto& frame : frames_) {
+    for (std::size_t i = 0; i < frame.results().size(); ++i) {
+      results_[frame.first_datagram() + i] = &frame.results()[i];
+    }
+    if (!frame.results().empty()) tallies_[frame.group()].expected += frame.expected_working_counter();
+  }
+  for (auto& tally : tallies_) tally.last_working_counter = tally.expected;
 }
 
 void CyclicCore::cycle(const rt::CycleStart& start) noexcept {
-  in_port_ = {};
+  cycle_number_ = static_cast<std::uint64_t>(start.cycle);
   missed_now_ = static_cast<std::uint32_t>(start.missed);
+  for (std::size_t i = 0; i < conditions_.size(); ++i) {
+    conditions_[i].recovering = shared_[i].recovering.load(std::memory_order_acquire);
+  }
   send();
   // A late wake-up must not turn an answer that is on its way into a lost frame: half the window is always waited.
   receive(std::max(start.grid + settings_.receive_window, sent_at_ + settings_.receive_window / 2));
-  evaluate();
+  evaluate(start);
+  const std::span<const bool> valid(slave_valid_.get(), conditions_.size());
+  if (settings_.task != nullptr) settings_.task->update(start.cycle, image_.inputs(), valid, image_.outputs());
   if (motion_ != nullptr) {
-    motion_->read_inputs(image_.inputs(), {slave_valid_.get(), image_.places().size()});
+    motion_->read_inputs(image_.inputs(), valid, {slave_operational_.get(), conditions_.size()});
     motion_->update(start.cycle, image_.outputs());
   }
+  apply_copies(settings_.copies, valid, image_.inputs(), image_.outputs());
   acyclic_.end_cycle();
   const auto cost = clock_.now() - start.wake;
   tally(start, cost);
@@ -47,9 +88,10 @@ void CyclicCore::tally(const rt::CycleStart& start, nanoseconds cost) noexcept {
   statistics_.missed_periods += missed_now_;
   statistics_.wake_latency.record(start.wake - start.grid);
   statistics_.cost.record(cost);
-  statistics_.master_cost.record(cost - in_port_);
+  statistics_.master_cost.record(cost - (exchanged_at_ - start.wake));
   if (all_received()) statistics_.round_trip.record(received_at_ - sent_at_);
   for (const auto& frame : frames_) {
+    if (!due(frame)) continue;
     if (!frame.received()) {
       ++statistics_.lost_frames;
     } else if (!frame.valid()) {
@@ -58,24 +100,28 @@ void CyclicCore::tally(const rt::CycleStart& start, nanoseconds cost) noexcept {
   }
 }
 
+bool CyclicCore::due(const CyclicFrame& frame) const noexcept {
+  return frame.results().empty() || image_.groups()[frame.group()].due(cycle_number_);
+}
+
 void CyclicCore::send() noexcept {
-  const auto begin = clock_.now();
   for (auto& frame : frames_) {
+    if (!due(frame)) continue;
+    const bool zero = groups_[frame.group()].outputs_zeroed.load(std::memory_order_relaxed);
     // What could not be sent does not come back and is counted as lost at the end of the cycle.
-    static_cast<void>(frame.send(port_, image_, FrameTag{settings_.instance, ++sequence_}));
+    static_cast<void>(frame.send(port_, image_, FrameTag{settings_.instance, ++sequence_}, zero));
     if (&frame == &frames_.front()) sent_at_ = port_.last_send_time();
   }
   acyclic_.send_next(port_, FrameTag{settings_.instance, ++sequence_});
-  in_port_ += clock_.now() - begin;
 }
 
 bool CyclicCore::all_received() const noexcept {
-  return std::all_of(frames_.begin(), frames_.end(), [](const CyclicFrame& f) { return f.received(); });
+  return std::all_of(frames_.begin(), frames_.end(),
+                     [this](const CyclicFrame& frame) { return frame.received() || !due(frame); });
 }
 
 /// Polls the port until all cyclic frames are back or the deadline has passed, then takes what else is there.
 void CyclicCore::receive(nanoseconds deadline) noexcept {
-  const auto begin = clock_.now();
   received_at_ = {};
   // Once more after the deadline: whoever was held up in between finds what has arrived meanwhile.
   for (bool expired = false;;) {
@@ -83,40 +129,147 @@ void CyclicCore::receive(nanoseconds deadline) noexcept {
       dispatch(*frame);
       continue;
     }
+    exchanged_at_ = clock_.now();
     if (expired || all_received()) break;
-    expired = clock_.now() >= deadline;
+    expired = exchanged_at_ >= deadline;
     if (!expired) clock_.spin();
   }
-  in_port_ += clock_.now() - begin;
 }
 
 void CyclicCore::dispatch(const port::ReceivedFrame& frame) noexcept {
   const auto ethernet = wire::EthernetHeader::decode(frame.bytes);
   const auto tag = ethernet ? FrameTag::from_mac(ethernet->source) : FrameTag{};
   if (!ethernet || tag.instance != settings_.instance) {
-    ++statistics_.foreign_frames;
+    foreign_frames_.add();
+    if (counting_) ++statistics_.foreign_frames;
     return;
   }
   for (auto& cyclic : frames_) {
-    if (cyclic.accept(frame.bytes, tag, image_)) {
+    if (cyclic.accept(frame.bytes, tag, image_, conditions_)) {
       received_at_ = frame.time;
       return;
     }
   }
-  if (!acyclic_.accept(frame.bytes, tag)) ++statistics_.stale_frames;
+  if (acyclic_.accept(frame.bytes, tag)) return;
+  stale_frames_.add();
+  if (counting_) ++statistics_.stale_frames;
 }
 
-/// Validity per slave, and what other threads want to know at once.
-void CyclicCore::evaluate() noexcept {
-  const bool all_valid = std::all_of(frames_.begin(), frames_.end(), [](const CyclicFrame& f) { return f.valid(); });
-  const auto& status = frames_.front().al_status();
-  const auto line = status.value_or(LineAlStatus{});
+void CyclicCore::note(CyclicEvent::Kind kind, std::size_t index, unsigned before, unsigned after,
+                      const rt::CycleStart& start) noexcept {
+  events_.try_push({kind, static_cast<std::uint16_t>(index), static_cast<std::uint16_t>(before),
+                    static_cast<std::uint16_t>(after), cycle_number_, start.grid.count()});
+}
+
+/// Validity per group and slave, and what other threads want to know at once.
+void CyclicCore::evaluate(const rt::CycleStart& start) noexcept {
+  for (auto& frame : frames_) frame.judge_outputs(image_, conditions_);
+  const auto line = frames_.front().al_status().value_or(LineAlStatus{});
   al_status_shared_.store((std::uint32_t{line.slaves} << 16) | line.combined, std::memory_order_relaxed);
-  bad_cycles_.store(all_valid ? 0 : bad_cycles_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
-  const auto places = image_.places();
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    slave_valid_[i] = places[i].segment < frames_.size() && frames_[places[i].segment].valid();
+  judge_groups(start);
+  for (std::size_t i = 0; i < conditions_.size(); ++i) {
+    if (image_.groups()[image_.places()[i].group].due(cycle_number_)) judge_slave(i, start);
   }
+}
+
+void CyclicCore::judge_groups(const rt::CycleStart& start) noexcept {
+  for (auto& tally : tallies_) {
+    tally.lost = 0;
+    tally.incomplete = 0;
+    tally.working_counter = 0;
+    tally.due = false;
+  }
+  for (const auto& frame : frames_) {
+    if (!due(frame) || frame.results().empty()) continue;
+    auto& tally = tallies_[frame.group()];
+    tally.due = true;
+    if (!frame.received()) ++tally.lost;
+    if (frame.received() && !frame.valid()) ++tally.incomplete;
+    tally.working_counter += frame.working_counter();
+  }
+  bool all_valid = frames_.front().received();
+  for (std::size_t i = 0; i < tallies_.size(); ++i) {
+    if (tallies_[i].due) judge_group(i, start);
+    all_valid = all_valid && groups_[i].bad_cycles.load(std::memory_order_relaxed) == 0;
+  }
+  bad_cycles_.store(all_valid ? 0 : bad_cycles_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+}
+
+void CyclicCore::judge_group(std::size_t number, const rt::CycleStart& start) noexcept {
+  auto& tally = tallies_[number];
+  auto& counters = groups_[number];
+  counters.exchanges.add();
+  counters.lost_frames.add(tally.lost);
+  counters.wkc_errors.add(tally.incomplete);
+  counters.working_counter.store(tally.working_counter, std::memory_order_relaxed);
+  if (tally.lost > 0) {
+    note(CyclicEvent::Kind::kFrameLost, number, 0, tally.lost, start);
+  } else if (tally.working_counter != tally.last_working_counter) {
+    note(CyclicEvent::Kind::kWorkingCounter, number, tally.expected, tally.working_counter, start);
+    tally.last_working_counter = tally.working_counter;
+  }
+  if (tally.lost + tally.incomplete == 0) {
+    counters.bad_cycles.store(0, std::memory_order_relaxed);
+    return;
+  }
+  const auto bad = counters.bad_cycles.load(std::memory_order_relaxed) + 1;
+  counters.bad_cycles.store(bad, std::memory_order_relaxed);
+  if (bad > counters.longest_bad.load(std::memory_order_relaxed)) {
+    counters.longest_bad.store(bad, std::memory_order_relaxed);
+  }
+  const auto limit = number < image_.groups().size() ? image_.groups()[number].bad_cycle_limit : 0U;
+  if (limit == 0 || bad < limit || counters.outputs_zeroed.load(std::memory_order_relaxed)) return;
+  counters.outputs_zeroed.store(true, std::memory_order_relaxed);
+  note(CyclicEvent::Kind::kOutputsZeroed, number, limit, bad, start);
+}
+
+/// The datagram came back with the working counter of everybody who is there; so it does when there is none.
+bool CyclicCore::carried(std::size_t datagram) const noexcept {
+  return datagram == ProcessDataPlace::kNone || results_[datagram]->good;
+}
+
+void CyclicCore::judge_slave(std::size_t slave, const rt::CycleStart& start) noexcept {
+  const auto& place = image_.places()[slave];
+  auto& condition = conditions_[slave];
+  auto& before = before_[slave];
+  const bool watched = place.al_status_offset != ProcessDataPlace::kNone;
+  const bool status_read = watched && results_[place.input_datagram]->received;
+  if (status_read && condition.al_status != before.al_status) {
+    note(CyclicEvent::Kind::kSlaveState, slave, before.al_status, condition.al_status, start);
+    before.al_status = condition.al_status;
+  }
+  if (status_read && in_op(condition.al_status)) was_op_[slave] = 1;
+  // Who has fallen out of OP still gives inputs, but does not take its outputs.
+  const bool fallen = watched && was_op_[slave] != 0 && !in_op(condition.al_status);
+  const bool valid =
+      carried(place.output_datagram) && carried(place.input_datagram) && !condition.absent && !condition.recovering;
+  slave_valid_[slave] = valid;
+  slave_operational_[slave] = valid && !fallen;
+  auto& shared = shared_[slave];
+  shared.stale.store(valid ? 0 : shared.stale.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+  std::uint32_t report = condition.al_status;
+  if (valid) report |= kValidBit;
+  if (valid && !fallen) report |= kOperationalBit;
+  if (condition.absent) report |= kAbsentBit;
+  if (watched) report |= kWatchedBit;
+  if (place.mailbox_offset != ProcessDataPlace::kNone &&
+      (std::to_integer<unsigned>(image_.inputs()[place.mailbox_offset]) & wire::SyncManagerStatus::kMailboxFull) != 0) {
+    report |= kMailboxBit;
+  }
+  shared.report.store(report, std::memory_order_release);
+}
+
+CyclicCore::SlaveReport CyclicCore::slave_report(std::size_t slave) const noexcept {
+  const auto raw = shared_[slave].report.load(std::memory_order_acquire);
+  SlaveReport report;
+  report.al_status = static_cast<std::uint8_t>(raw & 0xFF);
+  report.valid = (raw & kValidBit) != 0;
+  report.operational = (raw & kOperationalBit) != 0;
+  report.absent = (raw & kAbsentBit) != 0;
+  report.watched = (raw & kWatchedBit) != 0;
+  report.mailbox_full = (raw & kMailboxBit) != 0;
+  report.stale_exchanges = shared_[slave].stale.load(std::memory_order_relaxed);
+  return report;
 }
 
 void CyclicCore::publish(const rt::CycleStart& start, nanoseconds cost) noexcept {
@@ -129,6 +282,7 @@ void CyclicCore::publish(const rt::CycleStart& start, nanoseconds cost) noexcept
   line.round_trip_ns = all_received() ? (received_at_ - sent_at_).count() : 0;
   line.missed_periods = missed_now_;
   for (const auto& frame : frames_) {
+    if (!due(frame)) continue;
     line.working_counter = static_cast<std::uint16_t>(line.working_counter + frame.working_counter());
     line.expected_working_counter =
         static_cast<std::uint16_t>(line.expected_working_counter + frame.expected_working_counter());

@@ -5,64 +5,161 @@
 #include "driveline/wire/registers.hpp"
 
 namespace driveline::ecat_master {
+namespace {
 
-CyclicFrame::CyclicFrame(const ProcessSegment* segment, bool with_status) {
+/// Low byte of an AL status word.
+constexpr std::uint8_t al_byte(std::byte raw) noexcept {
+  return std::to_integer<std::uint8_t>(raw);
+}
+
+void copy(std::span<const std::byte> from, std::span<std::byte> to, std::size_t offset, std::size_t bytes) noexcept {
+  const auto part = from.subspan(0, bytes);
+  std::copy(part.begin(), part.end(), to.begin() + static_cast<std::ptrdiff_t>(offset));
+}
+
+}  // namespace
+
+CyclicFrame::CyclicFrame(const ProcessImage& image, std::size_t number) {
   wire::FrameBuilder builder(buffer_, FrameTag{}.to_mac());
-  if (with_status) {
-    status_place_ =
-        builder.add(wire::Command::kBrd, 0, wire::DatagramAddress::physical(0, wire::reg::kAlStatus.address), 2);
+  std::uint8_t index = 0;
+  if (number == 0) {
+    const auto address = wire::DatagramAddress::physical(0, wire::reg::kAlStatus.address);
+    status_place_ = builder.add(wire::Command::kBrd, index++, address, 2);
   }
-  if (segment != nullptr) {
-    segment_ = *segment;
-    data_place_ =
-        builder.add(wire::Command::kLrw, 1,
-                    wire::DatagramAddress::logical(ProcessImage::logical_address(segment->offset)), segment->bytes);
+  const auto datagrams = image.datagrams();
+  std::size_t share = 0;
+  for (std::size_t i = 0; i < datagrams.size(); ++i) {
+    const std::size_t first_share = share;
+    while (share < image.shares().size() && image.shares()[share].datagram == i) ++share;
+    if (datagrams[i].frame != number) continue;
+    const auto address = wire::DatagramAddress::logical(ProcessImage::logical_address(datagrams[i].offset));
+    const auto place = builder.add(datagrams[i].command, index++, address, datagrams[i].bytes);
+    if (parts_.empty()) {
+      first_datagram_ = i;
+      group_ = datagrams[i].group;
+    }
+    parts_.push_back({datagrams[i], place.value(), first_share, share - first_share});
+    expected_working_counter_ =
+        static_cast<std::uint16_t>(expected_working_counter_ + datagrams[i].expected_working_counter);
   }
+  results_.resize(parts_.size());
   size_ = builder.finish().size();
 }
 
-port::SendStatus CyclicFrame::send(port::Port& port, const ProcessImage& image, FrameTag tag) noexcept {
+port::SendStatus CyclicFrame::send(port::Port& port, const ProcessImage& image, FrameTag tag,
+                                   bool zero_outputs) noexcept {
   const auto mac = tag.to_mac();
   std::copy(mac.begin(), mac.end(), buffer_.begin() + 6);
-  if (data_place_) {
-    const auto outputs = image.outputs().subspan(segment_.offset, segment_.bytes);
-    std::copy(outputs.begin(), outputs.end(), buffer_.begin() + static_cast<std::ptrdiff_t>(data_place_->data()));
+  for (const auto& part : parts_) {
+    if (part.datagram.command == wire::Command::kLrd) continue;
+    if (zero_outputs) {
+      const auto data = std::span<std::byte>(buffer_).subspan(part.place.data(), part.datagram.bytes);
+      std::fill(data.begin(), data.end(), std::byte{0});
+    } else {
+      copy(image.outputs().subspan(part.datagram.offset), buffer_, part.place.data(), part.datagram.bytes);
+    }
   }
   tag_ = tag;
   awaited_ = true;
   received_ = false;
-  working_counter_ = 0;
+  std::fill(results_.begin(), results_.end(), DatagramResult{});
   al_status_.reset();
   return port.send(std::span(buffer_).first(size_));
 }
 
-bool CyclicFrame::accept(std::span<const std::byte> frame, FrameTag tag, ProcessImage& image) noexcept {
-  if (!awaited_ || tag != tag_ || frame.size() < size_) return false;
-  // The layout is known, so the answer is checked against it instead of being parsed: every byte of the headers but
-  // the flags that slaves may set must be as it was sent.
-  auto header_matches = [&](const wire::DatagramPlace& place) {
+/// The layout is known, so the answer is checked against it instead of being parsed: every byte of the headers but the
+/// flags that slaves may set must be as it was sent.
+bool CyclicFrame::is_answer(std::span<const std::byte> frame) const noexcept {
+  const auto header_matches = [&](const wire::DatagramPlace& place) {
     const auto sent = wire::DatagramHeader::decode(std::span<const std::byte>(buffer_).subspan(place.header));
     const auto got = wire::DatagramHeader::decode(frame.subspan(place.header));
     return sent && got && sent->command == got->command && sent->index == got->index && sent->length == got->length &&
            sent->more == got->more && sent->address.ado() == got->address.ado();
   };
-  if (wire::load_be16(frame.subspan(12, 2)) != wire::kEtherTypeEtherCat) return false;
-  if ((status_place_ && !header_matches(*status_place_)) || (data_place_ && !header_matches(*data_place_)))
-    return false;
+  if (frame.size() < size_ || wire::load_be16(frame.subspan(12, 2)) != wire::kEtherTypeEtherCat) return false;
+  if (status_place_ && !header_matches(*status_place_)) return false;
+  return std::all_of(parts_.begin(), parts_.end(), [&](const Part& part) { return header_matches(part.place); });
+}
+
+bool CyclicFrame::accept(std::span<const std::byte> frame, FrameTag tag, ProcessImage& image,
+                         std::span<SlaveCondition> conditions) noexcept {
+  if (!awaited_ || tag != tag_ || !is_answer(frame)) return false;
   awaited_ = false;
   received_ = true;
   if (status_place_) {
     al_status_ = LineAlStatus{wire::load_le<std::uint16_t>(frame.subspan(status_place_->working_counter(), 2)),
                               wire::load_le<std::uint16_t>(frame.subspan(status_place_->data(), 2))};
   }
-  if (data_place_) {
-    working_counter_ = wire::load_le<std::uint16_t>(frame.subspan(data_place_->working_counter(), 2));
-    if (valid()) {
-      const auto data = frame.subspan(data_place_->data(), segment_.bytes);
-      std::copy(data.begin(), data.end(), image.inputs().begin() + static_cast<std::ptrdiff_t>(segment_.offset));
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    const auto& place = parts_[i].place;
+    results_[i].received = true;
+    results_[i].working_counter = wire::load_le<std::uint16_t>(frame.subspan(place.working_counter(), 2));
+    results_[i].complete = results_[i].working_counter == parts_[i].datagram.expected_working_counter;
+    if (parts_[i].datagram.command != wire::Command::kLwr) {
+      take(parts_[i], results_[i], frame.subspan(place.data(), place.length), image, conditions);
     }
   }
   return true;
+}
+
+/// A complete working counter vouches for everything. Otherwise the status bytes tell who is not there, and what is
+/// left must add up exactly; then those who are there are taken one by one, so that the others keep their last inputs.
+void CyclicFrame::take(const Part& part, DatagramResult& result, std::span<const std::byte> data, ProcessImage& image,
+                       std::span<SlaveCondition> conditions) noexcept {
+  const auto& datagram = part.datagram;
+  const auto shares = image.shares().subspan(part.first_share, part.share_count);
+  for (const auto& share : shares) {
+    const auto& place = image.places()[share.slave];
+    if (place.al_status_offset == ProcessDataPlace::kNone || place.input_datagram != share.datagram) continue;
+    auto& condition = conditions[share.slave];
+    condition.al_status = al_byte(data[place.al_status_offset - datagram.offset]);
+    condition.absent = !result.complete && condition.al_status == 0;
+  }
+  result.good = result.complete || explained(part, image, result.working_counter, conditions);
+  if (result.complete) return copy(data, image.inputs(), datagram.offset, datagram.bytes);
+  if (!result.good) return;
+  for (const auto& share : shares) {
+    const auto& place = image.places()[share.slave];
+    const auto& condition = conditions[share.slave];
+    if (condition.absent || condition.recovering || place.input_datagram != share.datagram) continue;
+    copy(data.subspan(place.input_offset - datagram.offset), image.inputs(), place.input_offset, place.input_bytes);
+    if (place.mailbox_offset == ProcessDataPlace::kNone) continue;
+    image.inputs()[place.mailbox_offset] = data[place.mailbox_offset - datagram.offset];
+  }
+}
+
+/// Between the sum of those who are certainly there and the same with those who are recovering.
+bool CyclicFrame::explained(const Part& part, const ProcessImage& image, std::uint16_t working_counter,
+                            std::span<const SlaveCondition> conditions) const noexcept {
+  unsigned least = 0;
+  unsigned most = 0;
+  for (const auto& share : image.shares().subspan(part.first_share, part.share_count)) {
+    const auto& condition = conditions[share.slave];
+    if (condition.recovering) {
+      most += share.count;
+    } else if (!condition.absent) {
+      least += share.count;
+    }
+  }
+  return working_counter >= least && working_counter <= least + most && least > 0;
+}
+
+void CyclicFrame::judge_outputs(const ProcessImage& image, std::span<const SlaveCondition> conditions) noexcept {
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    auto& result = results_[i];
+    if (parts_[i].datagram.command != wire::Command::kLwr || !result.received) continue;
+    result.good = result.complete || explained(parts_[i], image, result.working_counter, conditions);
+  }
+}
+
+bool CyclicFrame::valid() const noexcept {
+  return received_ && std::all_of(results_.begin(), results_.end(), [](const auto& result) { return result.complete; });
+}
+
+std::uint16_t CyclicFrame::working_counter() const noexcept {
+  unsigned sum = 0;
+  for (const auto& result : results_) sum += result.working_counter;
+  return static_cast<std::uint16_t>(sum);
 }
 
 }  // namespace driveline::ecat_master

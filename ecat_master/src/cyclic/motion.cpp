@@ -70,12 +70,14 @@ double Motion::elapsed_s(std::int64_t cycle) const noexcept {
   return std::chrono::duration<double>(settings_.period).count() * static_cast<double>(cycle - phase_start_);
 }
 
-void Motion::read_inputs(std::span<const std::byte> image, std::span<const bool> valid) noexcept {
+void Motion::read_inputs(std::span<const std::byte> image, std::span<const bool> valid,
+                         std::span<const bool> operational) noexcept {
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     const bool ok = valid[axes_[i].config().slave];
     bad_cycles_[i] = ok ? 0 : bad_cycles_[i] + 1;
     // Single bad cycles are bridged with the inputs of the last good one.
     if (ok || bad_cycles_[i] >= settings_.bad_cycle_limit) axes_[i].read_inputs(image, ok);
+    if (ok && !operational[axes_[i].config().slave]) axes_[i].set_unavailable();
   }
 }
 
@@ -118,7 +120,7 @@ void Motion::watch(std::int64_t cycle) noexcept {
     using Cause = MotionFailure::Cause;
     if (bad_cycles_[i] >= settings_.bad_cycle_limit)
       return fail(all_lost ? Cause::kCommunication : Cause::kAxisLost, i, cycle);
-    if (axes_[i].fault()) return fail(Cause::kAxisFault, i, cycle);
+    if (axes_[i].fault() || axes_[i].reports_fault()) return fail(Cause::kAxisFault, i, cycle);
     if (!axes_[i].enabled()) return fail(Cause::kAxisLost, i, cycle);
   }
 }

@@ -83,8 +83,8 @@ LineOperation::LineOperation(DriveLine& drives, port::Port& port, RunOptions opt
       options_(options),
       line_ring_(kRingSamples),
       axis_ring_(kRingSamples),
-      master_(std::make_unique<ecat_master::Master>(port_, drives.clock,
-                                                    ecat_master::Master::Settings{{}, options.state_timeout})) {}
+      master_(std::make_unique<ecat_master::Master>(
+          port_, drives.clock, ecat_master::Master::Settings{{}, options.state_timeout, options.layout})) {}
 
 ecat_master::AxisConfig LineOperation::axis(std::size_t position, const RunOptions& options) {
   ecat_master::AxisConfig config;
@@ -104,6 +104,8 @@ ecat_master::SlavePlan LineOperation::plan(std::size_t position, const RunOption
   plan.product_code = slaves::msd::kProductCode;
   plan.startup_sdos = ecat_master::msd_startup_sdos(axis(position, options), options.period);
   plan.pdos = ecat_master::axis_pdo_configuration();
+  plan.group = position % options.groups;
+  plan.lrw = !options.every_third_without_lrw || position % 3 != 1;
   return plan;
 }
 
@@ -136,6 +138,7 @@ void LineOperation::start_cycle(ecat_master::Master::MakeRunner make_runner) {
   ecat_master::CyclicCore::Settings settings;
   settings.period = options_.period;
   settings.receive_window = options_.period * 3 / 4;
+  settings.acyclic_bytes = options_.acyclic_bytes;
   if (!make_runner) {
     make_runner = [this](ecat_master::CyclicCore& core) {
       return std::make_unique<ecat_master::InlineRunner>(core, drives_.clock);

@@ -47,6 +47,10 @@ struct RunOptions {
   nanoseconds enable_timeout = std::chrono::seconds{2};
   nanoseconds state_timeout = std::chrono::seconds{10};
   double amplitude_rad = 1.0;  ///< of axis 0
+  ecat_master::LayoutSettings layout{};
+  std::size_t groups = 1;                ///< drive n belongs to group n modulo this
+  bool every_third_without_lrw = false;  ///< drives 1, 4, 7 ... take no LRW
+  std::size_t acyclic_bytes = port::kMaxFrameBytes;
 };
 
 /// A master that runs all drives of a line along a path of raised cosines, each axis with its own amplitude.

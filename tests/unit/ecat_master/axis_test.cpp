@@ -40,7 +40,7 @@ std::vector<std::byte> inputs(std::string_view text) {
 constexpr std::string_view kEnabledInputs = "3702 08 E8030000 D0070000 F6FFFFFF 7D00 1186";
 
 struct Bench {
-  explicit Bench(const AxisConfig& c) : axis(c, ProcessDataPlace{kOffset, 0, 19, 19}, axis_pdo_configuration()) {}
+  explicit Bench(const AxisConfig& c) : axis(c, ProcessDataPlace{kOffset, 19, kOffset, 19}, axis_pdo_configuration()) {}
   Axis axis;
   std::vector<std::byte> outputs = std::vector<std::byte>(kOffset + 19, std::byte{0xEE});
 
@@ -163,7 +163,7 @@ TEST(AxisWithoutObjects, ReadsZeroAndWritesNothing) {
   PdoConfiguration pdos;
   pdos.outputs = {{0x1600, {{0x6040, 0, 16}}}};
   pdos.inputs = {{0x1A00, {{0x6041, 0, 16}}}};
-  Axis axis(config(), ProcessDataPlace{0, 0, 2, 2}, pdos);
+  Axis axis(config(), ProcessDataPlace{0, 2, 0, 2}, pdos);
   axis.read_inputs(hex("3702"), true);
   EXPECT_EQ(axis.inputs().state, AxisState::kOperationEnabled);
   EXPECT_EQ(axis.inputs().position, 0.0);

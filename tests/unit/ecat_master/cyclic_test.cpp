@@ -18,11 +18,13 @@ using std::chrono::microseconds;
 class CyclicFrameTest : public testing::Test {
  protected:
   CyclicFrameTest() {
-    const std::vector<ProcessDataDemand> demands{{4, 4}};
-    image = ProcessImage::lay_out(demands).value();
+    ProcessDataDemand demand;
+    demand.channels = {{true, 2, 0x1100, 4}, {false, 3, 0x1400, 4}};
+    image = ProcessImage::lay_out({&demand, 1}).value();
+    conditions.resize(1);
     const auto outputs = hex("11223344");
     std::copy(outputs.begin(), outputs.end(), image.outputs().begin());
-    frame.emplace(&image.segments()[0], true);
+    frame.emplace(image, 0);
     EXPECT_EQ(frame->send(port, image, {0, 7}), port::SendStatus::kSent);
     // One slave in OP has read and written.
     answer = port.sent.at(0);
@@ -34,7 +36,7 @@ class CyclicFrameTest : public testing::Test {
     answer[44] = std::byte{3};
   }
   void expect_refused(const std::vector<std::byte>& bytes, FrameTag tag, const char* why) {
-    EXPECT_FALSE(frame->accept(bytes, tag, image)) << why;
+    EXPECT_FALSE(frame->accept(bytes, tag, image, conditions)) << why;
     EXPECT_FALSE(frame->received()) << why;
     EXPECT_EQ(copy_of(image.inputs()), hex("00000000")) << why;
   }
@@ -42,6 +44,7 @@ class CyclicFrameTest : public testing::Test {
   rt::VirtualClock clock;
   FakePort port{clock};
   ProcessImage image;
+  std::vector<SlaveCondition> conditions;
   std::optional<CyclicFrame> frame;
   std::vector<std::byte> answer;
 };
@@ -57,13 +60,13 @@ TEST_F(CyclicFrameTest, IsLaidOutAsTheStandardSays) {
 }
 
 TEST_F(CyclicFrameTest, TakesItsAnswerOnce) {
-  ASSERT_TRUE(frame->accept(answer, {0, 7}, image));
+  ASSERT_TRUE(frame->accept(answer, {0, 7}, image, conditions));
   EXPECT_TRUE(frame->valid());
   EXPECT_EQ(copy_of(image.inputs()), hex("A1A2A3A4"));
   ASSERT_TRUE(frame->al_status());
   EXPECT_TRUE(frame->al_status()->all_op(1));
   EXPECT_FALSE(frame->al_status()->all_op(2));
-  EXPECT_FALSE(frame->accept(answer, {0, 7}, image)) << "a second time";
+  EXPECT_FALSE(frame->accept(answer, {0, 7}, image, conditions)) << "a second time";
 }
 
 TEST_F(CyclicFrameTest, RefusesOtherAndDamagedFrames) {
@@ -84,7 +87,7 @@ TEST_F(CyclicFrameTest, RefusesOtherAndDamagedFrames) {
 
 TEST_F(CyclicFrameTest, KeepsTheInputsWhenTheWorkingCounterIsWrong) {
   answer[44] = std::byte{2};
-  ASSERT_TRUE(frame->accept(answer, {0, 7}, image));
+  ASSERT_TRUE(frame->accept(answer, {0, 7}, image, conditions));
   EXPECT_TRUE(frame->received());
   EXPECT_FALSE(frame->valid());
   EXPECT_EQ(frame->working_counter(), 2);
@@ -92,12 +95,12 @@ TEST_F(CyclicFrameTest, KeepsTheInputsWhenTheWorkingCounterIsWrong) {
 }
 
 TEST_F(CyclicFrameTest, ForgetsTheAnswerWithTheNextSend) {
-  ASSERT_TRUE(frame->accept(answer, {0, 7}, image));
+  ASSERT_TRUE(frame->accept(answer, {0, 7}, image, conditions));
   ASSERT_EQ(frame->send(port, image, {0, 8}), port::SendStatus::kSent);
   EXPECT_FALSE(frame->received());
   EXPECT_FALSE(frame->valid());
   EXPECT_FALSE(frame->al_status());
-  EXPECT_FALSE(frame->accept(answer, {0, 7}, image));
+  EXPECT_FALSE(frame->accept(answer, {0, 7}, image, conditions));
 }
 
 AcyclicJob job(std::uint64_t id) {
@@ -143,6 +146,57 @@ TEST(AcyclicChannel, GivesUpALostFrameAfterItsCycles) {
   ASSERT_TRUE(channel.take_answer(answer));
   EXPECT_FALSE(answer.answered);
   EXPECT_FALSE(channel.accept(port.sent[0], {0, 5})) << "too late";
+}
+
+TEST(AcyclicChannel, SavesUpForAFrameLongerThanItsBudget) {
+  rt::VirtualClock clock;
+  FakePort port(clock);
+  AcyclicChannel channel(AcyclicChannel::kLostAfterCycles, 100);
+  auto large = job(1);
+  large.size = 350;
+  ASSERT_TRUE(channel.submit(large));
+  std::uint32_t cycles = 0;
+  while (port.sent.empty() && cycles < 20) channel.send_next(port, {0, ++cycles});
+  EXPECT_EQ(cycles, 4U);
+  ASSERT_TRUE(channel.accept(port.sent[0], {0, 4}));
+  // 50 bytes are left of the credit: a frame within the budget goes in the next cycle.
+  ASSERT_TRUE(channel.submit(job(2)));
+  channel.send_next(port, {0, 5});
+  EXPECT_EQ(port.sent.size(), 2U);
+}
+
+TEST(CyclicExchange, PacksNoMoreThanTheBudgetIntoAFrame) {
+  rt::VirtualClock clock;
+  FakePort port(clock);
+  AcyclicChannel channel(AcyclicChannel::kLostAfterCycles, 200);
+  std::uint32_t sequence = 0;
+  CyclicExchange exchange(channel, clock, [&](std::chrono::nanoseconds duration) {
+    clock.advance(duration);
+    const auto before = port.sent.size();
+    channel.send_next(port, {0, ++sequence});
+    if (port.sent.size() > before) {
+      EXPECT_TRUE(channel.accept(ecat_master_test::answered(port.sent.back(), std::byte{1}), {0, sequence}));
+    }
+  });
+  std::array<std::array<std::byte, 64>, 5> data{};
+  std::vector<Request> requests;
+  for (auto& bytes : data) {
+    requests.push_back({wire::Command::kFprd, wire::DatagramAddress::physical(0x1001, 0x1000), bytes});
+  }
+  ASSERT_TRUE(exchange.exchange(requests));
+  ASSERT_EQ(port.sent.size(), 3U) << "two datagrams of 76 bytes in a frame";
+  for (const auto& frame : port.sent) EXPECT_LE(frame.size(), 200U);
+}
+
+TEST(CyclicExchange, SaysThatTheWayIsFull) {
+  rt::VirtualClock clock;
+  AcyclicChannel channel;
+  while (channel.submit(job(1))) {
+  }
+  CyclicExchange exchange(channel, clock, [&](std::chrono::nanoseconds duration) { clock.advance(duration); });
+  std::array<std::byte, 2> data{};
+  Request request{wire::Command::kFprd, {}, data};
+  EXPECT_EQ(exchange.exchange({&request, 1}).error().kind, ErrorKind::kExchangeFull);
 }
 
 TEST(AcyclicChannel, RefusesMoreJobsThanItHolds) {
@@ -206,7 +260,7 @@ std::vector<Axis> axes_with(trajectory::AxisLimits limits) {
   AxisConfig config;
   config.limits = limits;
   std::vector<Axis> axes;
-  axes.emplace_back(config, ProcessDataPlace{0, 0, 19, 19}, axis_pdo_configuration());
+  axes.emplace_back(config, ProcessDataPlace{0, 19, 0, 19}, axis_pdo_configuration());
   return axes;
 }
 

@@ -5,52 +5,208 @@
 namespace driveline::ecat_master {
 namespace {
 
-ProcessImage lay_out(std::vector<ProcessDataDemand> demands) {
-  auto image = ProcessImage::lay_out(demands);
+using wire::Command;
+
+struct Bytes {
+  std::size_t output = 0;
+  std::size_t input = 0;
+};
+
+ProcessDataDemand demand(Bytes bytes) {
+  ProcessDataDemand made;
+  if (bytes.output > 0) made.channels.push_back({true, 2, 0x1100, bytes.output});
+  if (bytes.input > 0) made.channels.push_back({false, 3, 0x1400, bytes.input});
+  return made;
+}
+
+std::vector<ProcessDataDemand> demands(const std::vector<Bytes>& slaves) {
+  std::vector<ProcessDataDemand> all;
+  for (const auto& slave : slaves) all.push_back(demand(slave));
+  return all;
+}
+
+ProcessImage lay_out(const std::vector<ProcessDataDemand>& wanted, const LayoutSettings& settings = {}) {
+  auto image = ProcessImage::lay_out(wanted, settings);
   EXPECT_TRUE(image.has_value());
   return image.value_or(ProcessImage{});
+}
+ProcessImage lay_out(const std::vector<Bytes>& slaves) {
+  return lay_out(demands(slaves));
 }
 
 TEST(ProcessImage, OverlapsOutputsAndInputsOfASlaveButNotSlaves) {
   const auto image = lay_out({{8, 12}, {20, 4}, {0, 0}, {6, 0}, {0, 2}});
   const auto places = image.places();
   ASSERT_EQ(places.size(), 5U);
-  EXPECT_EQ(places[0].offset, 0U);
-  EXPECT_EQ(places[1].offset, 12U);
-  EXPECT_EQ(places[2].offset, 32U);
-  EXPECT_EQ(places[3].offset, 32U);
-  EXPECT_EQ(places[4].offset, 38U);
+  EXPECT_EQ(places[0].output_offset, 0U);
+  EXPECT_EQ(places[0].input_offset, 0U);
+  EXPECT_EQ(places[1].output_offset, 12U);
+  EXPECT_EQ(places[1].input_offset, 12U);
+  EXPECT_EQ(places[2].output_datagram, ProcessDataPlace::kNone);
+  EXPECT_EQ(places[2].input_datagram, ProcessDataPlace::kNone);
+  EXPECT_EQ(places[3].output_offset, 32U);
+  EXPECT_EQ(places[3].input_datagram, ProcessDataPlace::kNone);
+  EXPECT_EQ(places[4].input_offset, 38U);
   EXPECT_EQ(image.outputs().size(), 40U);
   EXPECT_EQ(image.inputs().size(), 40U);
-  ASSERT_EQ(image.segments().size(), 1U);
-  EXPECT_EQ(image.segments()[0].bytes, 40U);
-  EXPECT_EQ(image.segments()[0].expected_working_counter, 3 + 3 + 0 + 2 + 1);
+  ASSERT_EQ(image.datagrams().size(), 1U);
+  EXPECT_EQ(image.datagrams()[0].bytes, 40U);
+  EXPECT_EQ(image.datagrams()[0].command, Command::kLrw);
+  EXPECT_EQ(image.datagrams()[0].expected_working_counter, 3 + 3 + 0 + 2 + 1);
+}
+
+TEST(ProcessImage, PutsInputsBehindOutputsWhenTheyMayNotOverlap) {
+  const auto image = lay_out(demands({{8, 12}, {20, 4}}), {ImageLayout::kSequential, {}});
+  EXPECT_EQ(image.places()[0].output_offset, 0U);
+  EXPECT_EQ(image.places()[0].input_offset, 8U);
+  EXPECT_EQ(image.places()[1].output_offset, 20U);
+  EXPECT_EQ(image.places()[1].input_offset, 40U);
+  ASSERT_EQ(image.datagrams().size(), 1U);
+  EXPECT_EQ(image.datagrams()[0].bytes, 44U);
+  EXPECT_EQ(image.datagrams()[0].expected_working_counter, 6);
+}
+
+TEST(ProcessImage, ReadsAndWritesInDatagramsOfTheirOwnWhenAsked) {
+  const auto image = lay_out(demands({{8, 12}, {20, 0}, {0, 3}}), {ImageLayout::kSeparate, {}});
+  ASSERT_EQ(image.datagrams().size(), 2U);
+  EXPECT_EQ(image.datagrams()[0].command, Command::kLwr);
+  EXPECT_EQ(image.datagrams()[0].bytes, 28U);
+  EXPECT_EQ(image.datagrams()[0].expected_working_counter, 2);
+  EXPECT_EQ(image.datagrams()[1].command, Command::kLrd);
+  EXPECT_EQ(image.datagrams()[1].bytes, 15U);
+  EXPECT_EQ(image.datagrams()[1].expected_working_counter, 2);
+  EXPECT_EQ(image.datagrams()[0].frame, image.datagrams()[1].frame);
+}
+
+TEST(ProcessImage, SlavesThatDoNotTakeLrwTravelBesideThoseThatDo) {
+  auto wanted = demands({{4, 4}, {4, 4}, {4, 4}});
+  wanted[1].lrw = false;
+  const auto image = lay_out(wanted);
+  ASSERT_EQ(image.datagrams().size(), 3U);
+  const Command commands[] = {Command::kLrw, Command::kLwr, Command::kLrd};
+  const std::uint16_t counters[] = {6, 1, 1};
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(image.datagrams()[i].command, commands[i]);
+    EXPECT_EQ(image.datagrams()[i].expected_working_counter, counters[i]);
+  }
+}
+
+TEST(ProcessImage, GivesEverySyncManagerAnFmmu) {
+  ProcessDataDemand wanted;
+  wanted.channels = {{true, 2, 0x1000, 3}, {true, 3, 0x1080, 2}, {false, 4, 0x1100, 1}, {false, 5, 0x1180, 7}};
+  const auto image = lay_out({wanted});
+  const auto fmmus = image.fmmus(0);
+  ASSERT_EQ(fmmus.size(), 4U);
+  const std::uint32_t logical[] = {0x10000, 0x10003, 0x10000, 0x10001};
+  const std::uint16_t physical[] = {0x1000, 0x1080, 0x1100, 0x1180};
+  const std::uint16_t lengths[] = {3, 2, 1, 7};
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(fmmus[i].logical_start, logical[i]);
+    EXPECT_EQ(fmmus[i].physical_start, physical[i]);
+    EXPECT_EQ(fmmus[i].length, lengths[i]);
+    EXPECT_EQ(fmmus[i].type, i < 2 ? wire::FmmuEntity::kTypeWrite : wire::FmmuEntity::kTypeRead);
+    EXPECT_TRUE(fmmus[i].active);
+  }
+  EXPECT_EQ(image.datagrams()[0].expected_working_counter, 3) << "a slave counts once per direction, not per FMMU";
+}
+
+TEST(ProcessImage, MapsStatusBytesBehindTheProcessDataIfFmmusAreLeft) {
+  auto wanted = demands({{8, 4}, {8, 4}, {8, 4}, {4, 0}});
+  for (auto& slave : wanted) {
+    slave.al_status = true;
+    slave.mailbox_status = 0x080D;
+  }
+  wanted[0].fmmus = 4;
+  wanted[1].fmmus = 3;
+  wanted[2].fmmus = 2;
+  const auto image = lay_out(wanted);
+  const auto places = image.places();
+  EXPECT_EQ(places[0].al_status_offset, 8U);
+  EXPECT_EQ(places[0].mailbox_offset, 9U);
+  EXPECT_EQ(places[1].al_status_offset, 18U);
+  EXPECT_EQ(places[1].mailbox_offset, ProcessDataPlace::kNone);
+  EXPECT_EQ(places[2].al_status_offset, ProcessDataPlace::kNone);
+  EXPECT_EQ(image.fmmus(0)[2].physical_start, 0x0130);
+  EXPECT_EQ(image.fmmus(0)[3].physical_start, 0x080D);
+  // The slave that has no inputs counts for reading all the same: its status bytes are read.
+  EXPECT_EQ(image.datagrams()[0].expected_working_counter, 4 * 3);
+}
+
+TEST(ProcessImage, TheWorkingCounterFollowsTheStatusBytesIntoAnotherDatagram) {
+  auto wanted = demands({{1452, 0}, {1452, 0}});
+  for (auto& slave : wanted) slave.al_status = true;
+  const auto image = lay_out(wanted, {ImageLayout::kSeparate, {}});
+  ASSERT_EQ(image.datagrams().size(), 3U);
+  EXPECT_EQ(image.datagrams()[0].expected_working_counter, 1);
+  EXPECT_EQ(image.datagrams()[1].expected_working_counter, 1);
+  EXPECT_EQ(image.datagrams()[2].expected_working_counter, 2) << "both status bytes";
+  EXPECT_EQ(image.datagrams()[2].bytes, 2U);
+}
+
+TEST(ProcessImage, RefusesASlaveWithTooFewFmmus) {
+  auto wanted = demands({{1, 1}, {1, 1}});
+  wanted[1].fmmus = 1;
+  const auto image = ProcessImage::lay_out(wanted);
+  ASSERT_FALSE(image);
+  EXPECT_EQ(describe(image.error()), "slave 1: its process data need 2 FMMUs, it has 1");
 }
 
 TEST(ProcessImage, CutsNoSlaveInTwo) {
   // 1500 - 2 - 12 bytes of data, less the AL status broadcast (14) and the drift compensation (20).
-  EXPECT_EQ(ProcessImage::kMaxSegmentBytes, 1452U);
+  EXPECT_EQ(ProcessImage::kMaxDatagramBytes, 1452U);
   const auto image = lay_out({{1000, 0}, {400, 0}, {60, 0}, {1452, 1}, {1, 0}});
-  ASSERT_EQ(image.segments().size(), 4U);
+  ASSERT_EQ(image.datagrams().size(), 4U);
   const std::size_t expected_bytes[] = {1400, 60, 1452, 1};
   const std::size_t expected_offsets[] = {0, 1400, 1460, 2912};
   const std::uint16_t expected_counters[] = {4, 2, 3, 2};
   for (std::size_t i = 0; i < 4; ++i) {
-    EXPECT_EQ(image.segments()[i].bytes, expected_bytes[i]);
-    EXPECT_EQ(image.segments()[i].offset, expected_offsets[i]);
-    EXPECT_EQ(image.segments()[i].expected_working_counter, expected_counters[i]);
-    EXPECT_LE(image.segments()[i].bytes, ProcessImage::kMaxSegmentBytes);
+    EXPECT_EQ(image.datagrams()[i].bytes, expected_bytes[i]);
+    EXPECT_EQ(image.datagrams()[i].offset, expected_offsets[i]);
+    EXPECT_EQ(image.datagrams()[i].expected_working_counter, expected_counters[i]);
   }
   for (const auto& place : image.places()) {
-    const auto& segment = image.segments()[place.segment];
-    EXPECT_GE(place.offset, segment.offset);
-    EXPECT_LE(place.offset + std::max(place.output_bytes, place.input_bytes), segment.offset + segment.bytes);
+    const auto& datagram = image.datagrams()[place.output_datagram];
+    EXPECT_GE(place.output_offset, datagram.offset);
+    EXPECT_LE(place.output_offset + place.output_bytes, datagram.offset + datagram.bytes);
   }
 }
 
+TEST(ProcessImage, NoFrameIsLongerThanEthernetAllows) {
+  std::vector<Bytes> slaves(300, Bytes{23, 17});
+  for (const auto layout : {ImageLayout::kOverlapped, ImageLayout::kSequential, ImageLayout::kSeparate}) {
+    const auto image = lay_out(demands(slaves), {layout, {}});
+    std::vector<std::size_t> bytes(image.frame_count(), wire::kDatagramsOffset);
+    bytes[0] += ProcessImage::kReservedBytes;
+    for (const auto& datagram : image.datagrams()) {
+      bytes[datagram.frame] += wire::DatagramHeader::kOverhead + datagram.bytes;
+    }
+    for (const auto frame : bytes) EXPECT_LE(frame, 1514U);
+    EXPECT_GE(image.frame_count(), 5U);
+  }
+}
+
+TEST(ProcessImage, GroupsHaveFramesOfTheirOwn) {
+  auto wanted = demands({{4, 4}, {4, 4}, {4, 4}});
+  wanted[0].group = 1;
+  const auto image = lay_out(wanted, {ImageLayout::kOverlapped, {{1, 0}, {4, 2}}});
+  ASSERT_EQ(image.datagrams().size(), 2U);
+  EXPECT_EQ(image.datagrams()[0].group, 0U);
+  EXPECT_EQ(image.datagrams()[0].expected_working_counter, 6);
+  EXPECT_EQ(image.datagrams()[1].group, 1U);
+  EXPECT_EQ(image.datagrams()[1].expected_working_counter, 3);
+  EXPECT_EQ(image.datagrams()[0].frame, 0U);
+  EXPECT_EQ(image.datagrams()[1].frame, 1U);
+  EXPECT_EQ(image.groups()[1].divider, 4U);
+}
+
+TEST(ProcessImage, AGroupThatPausesDoesNotTravelWithTheBroadcast) {
+  const auto image = lay_out(demands({{4, 4}}), {ImageLayout::kOverlapped, {{2, 0}}});
+  EXPECT_EQ(image.frame_count(), 2U);
+  EXPECT_EQ(image.datagrams()[0].frame, 1U);
+}
+
 TEST(ProcessImage, RefusesASlaveThatFitsNoFrame) {
-  const std::vector<ProcessDataDemand> demands{{1, 1}, {0, 1453}};
-  const auto image = ProcessImage::lay_out(demands);
+  const auto image = ProcessImage::lay_out(demands({{1, 1}, {0, 1453}}));
   ASSERT_FALSE(image);
   EXPECT_EQ(image.error().kind, ErrorKind::kProcessDataSize);
   EXPECT_EQ(image.error().slave, 1);
@@ -58,10 +214,10 @@ TEST(ProcessImage, RefusesASlaveThatFitsNoFrame) {
   EXPECT_EQ(image.error().received, 1453U);
 }
 
-TEST(ProcessImage, WithoutProcessDataHasNoSegment) {
-  EXPECT_TRUE(lay_out({}).segments().empty());
+TEST(ProcessImage, WithoutProcessDataHasNoDatagram) {
+  EXPECT_TRUE(lay_out(std::vector<Bytes>{}).datagrams().empty());
   const auto image = lay_out({{0, 0}, {0, 0}});
-  EXPECT_TRUE(image.segments().empty());
+  EXPECT_TRUE(image.datagrams().empty());
   EXPECT_EQ(image.places().size(), 2U);
   EXPECT_TRUE(image.outputs().empty());
 }
@@ -82,16 +238,52 @@ TEST(PdoEntry, IsLittleEndianAtItsOffset) {
   EXPECT_EQ(PdoEntry<std::uint16_t>(3).get(image), 0xFFFE);
 }
 
+TEST(PdoEntry, OfABitLeavesItsNeighboursAlone) {
+  std::array<std::byte, 2> image{std::byte{0xA5}, std::byte{0x00}};
+  const PdoEntry<bool> bit(0, 1);
+  EXPECT_FALSE(bit.get(image));
+  bit.set(image, true);
+  EXPECT_EQ(image[0], std::byte{0xA7});
+  EXPECT_TRUE(bit.get(image));
+  bit.set(image, false);
+  EXPECT_EQ(image[0], std::byte{0xA5});
+}
+
+TEST(PdoBits, LieAcrossByteBorders) {
+  std::array<std::byte, 6> image{};
+  PdoBits(5, 7).set(image, 0x7F);
+  EXPECT_EQ(image[0], std::byte{0xE0});
+  EXPECT_EQ(image[1], std::byte{0x0F});
+  PdoBits(12, 32).set(image, 0x12345678);
+  EXPECT_EQ(PdoBits(12, 32).get(image), 0x12345678U);
+  EXPECT_EQ(PdoBits(5, 7).get(image), 0x7FU) << "its neighbour";
+  EXPECT_EQ(image[5], std::byte{0x01});
+  PdoBits(5, 7).set(image, 0x80);
+  EXPECT_EQ(PdoBits(5, 7).get(image), 0U) << "more bits than there is room for";
+  EXPECT_EQ(PdoBits(12, 32).get(image), 0x12345678U);
+}
+
 TEST(WireTime, MatchesACalculationByHand) {
   // One frame: Ethernet 14, EtherCAT 2, BRD 12 + 2, LRW 12 + data; preamble 8, FCS 4, gap 12; 80 ns a byte.
-  EXPECT_EQ(wire_time_ns(lay_out({{19, 19}}), 1, 0), (14U + 2 + 14 + 12 + 19 + 24) * 80);
-  EXPECT_EQ(wire_time_ns(lay_out(std::vector<ProcessDataDemand>(8, {19, 19})), 8, 1000), 218U * 80 + 8 * 1000);
+  EXPECT_EQ(wire_time_ns(lay_out({Bytes{19, 19}}), 1, 0), (14U + 2 + 14 + 12 + 19 + 24) * 80);
+  EXPECT_EQ(wire_time_ns(lay_out(std::vector<Bytes>(8, Bytes{19, 19})), 8, 1000), 218U * 80 + 8 * 1000);
   // Nothing but the broadcast: the shortest frame, 60 bytes.
-  EXPECT_EQ(wire_time_ns(lay_out({{0, 0}}), 1, 500), 84U * 80 + 500);
+  EXPECT_EQ(wire_time_ns(lay_out({Bytes{0, 0}}), 1, 500), 84U * 80 + 500);
   // Two frames, the second without the broadcast: 16 + 14 + 12 + 1440 + 24, 16 + 12 + 100 + 24.
   EXPECT_EQ(wire_time_ns(lay_out({{1440, 0}, {100, 0}}), 0, 0), (1506U + 152) * 80);
   // A short second frame is padded to 60 bytes.
   EXPECT_EQ(wire_time_ns(lay_out({{1440, 0}, {20, 0}}), 0, 0), (1506U + 84) * 80);
+}
+
+TEST(WireTime, IsThatOfTheBusiestCycle) {
+  auto wanted = demands({{1440, 0}, {1440, 0}, {1440, 0}});
+  wanted[1].group = 1;
+  wanted[2].group = 2;
+  constexpr std::uint64_t kFirst = 14 + 2 + 14 + 12 + 1440 + 24;
+  constexpr std::uint64_t kOther = 14 + 2 + 12 + 1440 + 24;
+  // Groups 1 and 2 alternate; with the same phase they meet.
+  EXPECT_EQ(wire_time_ns(lay_out(wanted, {{}, {{1, 0}, {2, 0}, {2, 1}}}), 0, 0), (kFirst + kOther) * 80);
+  EXPECT_EQ(wire_time_ns(lay_out(wanted, {{}, {{1, 0}, {2, 0}, {2, 0}}}), 0, 0), (kFirst + 2 * kOther) * 80);
 }
 
 }  // namespace

@@ -25,6 +25,8 @@ struct SlavePlan {
   std::uint32_t product_code = 0;
   std::vector<StartupSdo> startup_sdos;
   PdoConfiguration pdos;
+  std::size_t group = 0;  ///< of the process image
+  bool lrw = true;        ///< false: the slave does not take LRW
 };
 
 /// A slave that has been found and is being run.
@@ -46,7 +48,8 @@ struct ConfiguredSlave {
 
 /// In PREOP: writes start-up SDOs and PDO configuration of every slave, lays out the process image, writes process data
 /// sync managers and FMMUs. The slaves are ready for SAFEOP afterwards.
-[[nodiscard]] Result<ProcessImage> configure_process_data(MailboxEngine& engine, std::span<ConfiguredSlave> slaves);
+[[nodiscard]] Result<ProcessImage> configure_process_data(MailboxEngine& engine, std::span<ConfiguredSlave> slaves,
+                                                          const LayoutSettings& layout = {});
 
 /// Adds to a refused transition what the slave says about the sizes behind it: for AL status codes 0x001D and 0x001E
 /// the sync manager, the length it was given and the bytes of the PDOs assigned to it.

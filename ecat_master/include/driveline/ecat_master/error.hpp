@@ -39,6 +39,7 @@ enum class ErrorKind : std::uint8_t {
   kCommunicationLost,   ///< the cyclic exchange broke down
   kClock,               ///< distributed clocks; code: dc::ClockFault
   kCancelled,           ///< stopped on request
+  kExchangeFull,        ///< frames that were given up before still fill the way through the cycle
 };
 
 /// An error with its facts; 24 bytes, trivially copyable, made without allocation. `describe()` makes the sentence.

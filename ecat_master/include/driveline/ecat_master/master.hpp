@@ -26,6 +26,7 @@ class Master {
   struct Settings {
     DirectExchange::Settings exchange;
     std::chrono::nanoseconds state_timeout = kOpTimeout;
+    LayoutSettings layout{};
   };
 
   Master(port::Port& port, rt::Clock& clock, Settings settings);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "driveline/ecat_master/coe_client.hpp"
@@ -23,6 +24,7 @@ struct MappedObject {
 struct PdoMapping {
   std::uint16_t index = 0;
   std::vector<MappedObject> objects;
+  std::optional<std::uint8_t> sync_manager{};  ///< none: the first of its direction
   [[nodiscard]] std::size_t bits() const noexcept;
 };
 

@@ -56,6 +56,9 @@ class Axis {
   /// Takes over the inputs; `valid` false: the slave exchanged no valid process data in this cycle.
   void read_inputs(std::span<const std::byte> image, bool valid) noexcept;
 
+  /// The slave has fallen out of OP: it does not take its outputs. Until the next read_inputs().
+  void set_unavailable() noexcept { inputs_.state = snapshot::AxisState::kUnavailable; }
+
   /// Writes control word, mode and targets. While the axis is not in Operation enabled the targets follow the actual
   /// values, so that enabling never starts with a jump.
   void write_outputs(std::span<std::byte> image, cia402::Goal goal, bool reset_fault,
@@ -69,6 +72,11 @@ class Axis {
   }
   [[nodiscard]] bool fault() const noexcept {
     return inputs_.state == snapshot::AxisState::kFault || inputs_.state == snapshot::AxisState::kFaultReactionActive;
+  }
+  /// The last status word tells of a fault, whether the axis is available or not.
+  [[nodiscard]] bool reports_fault() const noexcept {
+    const auto state = cia402::decode_state(inputs_.status_word);
+    return state == snapshot::AxisState::kFault || state == snapshot::AxisState::kFaultReactionActive;
   }
   /// Fills everything but cycle, time and axis number.
   void fill(snapshot::AxisSample& sample) const noexcept;

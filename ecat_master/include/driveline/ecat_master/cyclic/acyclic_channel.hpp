@@ -21,13 +21,17 @@ struct AcyclicJob {
 };
 
 /// Carries frames of other threads through the cycle: they go in by one wait-free ring and come back by another, one
-/// frame on the wire at a time, so that the time a cycle lends to them is bounded by one frame.
+/// frame on the wire at a time. What they may take of the wire is a budget of bytes per cycle; a frame that is longer
+/// waits until that many cycles have saved it up, so the average never exceeds the budget.
 class AcyclicChannel {
  public:
-  explicit AcyclicChannel(std::uint32_t lost_after_cycles = 8);
+  static constexpr std::uint32_t kLostAfterCycles = 8;
+
+  explicit AcyclicChannel(std::uint32_t lost_after_cycles = kLostAfterCycles,
+                          std::size_t bytes_per_cycle = port::kMaxFrameBytes);
 
   // The cycle's side. \rtsafe
-  /// Sends the next frame when none is on its way. `tag` numbers it.
+  /// Sends the next frame when none is on its way and the budget allows it. `tag` numbers it; call once per cycle.
   void send_next(port::Port& port, FrameTag tag) noexcept;
   /// Takes a received frame when it is the one on its way.
   [[nodiscard]] bool accept(std::span<const std::byte> frame, FrameTag tag) noexcept;
@@ -35,6 +39,9 @@ class AcyclicChannel {
   void end_cycle() noexcept;
 
   // The other side; one thread.
+  /// Frames up to this length leave in the cycle they are offered in.
+  [[nodiscard]] std::size_t bytes_per_cycle() const noexcept { return bytes_per_cycle_; }
+  /// False: as many frames wait as the ring holds.
   [[nodiscard]] bool submit(const AcyclicJob& job) noexcept { return requests_.try_push(job); }
   [[nodiscard]] bool take_answer(AcyclicJob& job) noexcept { return answers_.try_pop(job); }
 
@@ -42,6 +49,9 @@ class AcyclicChannel {
   rt::SpscRing<AcyclicJob> requests_;
   rt::SpscRing<AcyclicJob> answers_;
   std::uint32_t lost_after_cycles_;
+  std::size_t bytes_per_cycle_;
+  std::size_t credit_ = 0;
+  bool waiting_ = false;  ///< flying_ is not on the wire yet
   AcyclicJob flying_;
   FrameTag tag_{};
   bool in_flight_ = false;
@@ -56,6 +66,7 @@ class CyclicExchange final : public DatagramExchange {
 
   CyclicExchange(AcyclicChannel& channel, rt::Clock& clock, Pass pass);
 
+  /// Errors beside those of DatagramExchange: kExchangeFull when frames given up before still fill the channel.
   [[nodiscard]] Result<void> exchange(std::span<Request> requests) override;
   void pause(std::chrono::nanoseconds duration) override { pass_(duration); }
   [[nodiscard]] std::chrono::nanoseconds now() const noexcept override { return clock_.now(); }

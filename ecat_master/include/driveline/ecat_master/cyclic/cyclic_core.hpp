@@ -5,8 +5,11 @@
 #include <vector>
 
 #include "driveline/ecat_master/cyclic/acyclic_channel.hpp"
+#include "driveline/ecat_master/cyclic/cyclic_event.hpp"
 #include "driveline/ecat_master/cyclic/cyclic_frame.hpp"
 #include "driveline/ecat_master/cyclic/motion.hpp"
+#include "driveline/ecat_master/cyclic/process_copy.hpp"
+#include "driveline/port/counter.hpp"
 #include "driveline/rt/cycle_timer.hpp"
 #include "driveline/rt/histogram.hpp"
 #include "driveline/snapshot/snapshot.hpp"
@@ -29,13 +32,34 @@ struct CycleStatistics {
   std::uint64_t foreign_frames = 0;
   rt::Histogram wake_latency;
   rt::Histogram cost;         ///< wake-up to the end of the cycle's work
-  rt::Histogram master_cost;  ///< the same without the time inside the port
+  rt::Histogram master_cost;  ///< the same without the time until all frames were back
   rt::Histogram round_trip;   ///< send of the first to receive of the last cyclic frame
 };
 
+/// Counters of one group since the cycle began. Any thread may read them. \rtsafe
+struct GroupCounters {
+  port::Counter exchanges;    ///< cycles in which the group was due
+  port::Counter lost_frames;  ///< of the group, not back within their cycle
+  port::Counter wkc_errors;   ///< of its frames, back with another working counter than that of a complete line
+  std::atomic<std::uint32_t> bad_cycles{0};  ///< exchanges in a row that were not valid for the whole group
+  std::atomic<std::uint32_t> longest_bad{0};
+  std::atomic<std::uint32_t> working_counter{0};  ///< of the last exchange
+  std::atomic<bool> outputs_zeroed{false};        ///< GroupSettings::bad_cycle_limit was reached
+};
+
+/// What an application does with the process data in the cycle, beside or instead of a Motion.
+class CyclicTask {
+ public:
+  virtual ~CyclicTask() = default;
+  /// Reads inputs, writes outputs. `valid` tells by slave whether its inputs are of this cycle (of the last one its
+  /// group was due in); those that are not are stale. Must be \rtsafe.
+  virtual void update(std::int64_t cycle, std::span<const std::byte> inputs, std::span<const bool> valid,
+                      std::span<std::byte> outputs) noexcept = 0;
+};
+
 /// The cyclic exchange: sends the outputs prepared in the cycle before right after wake-up, so that they leave with
-/// the least jitter; waits for the answer by polling the port up to a deadline inside the period; then reads the
-/// inputs and prepares the next outputs.
+/// the least jitter; waits for the answers by polling the port up to a deadline inside the period; then reads the
+/// inputs and prepares the next outputs. The frames of all groups that are due are on the wire at once.
 ///
 /// A frame that is lost or late costs its cycle at most the waiting time and the next cycle nothing: the grid stands.
 /// cycle() is \rtsafe and noexcept; it belongs to one thread.
@@ -48,7 +72,13 @@ class CyclicCore {
     std::uint16_t slaves = 0;        ///< on the line, for the AL status broadcast
     std::uint8_t instance = 0;       ///< FrameTag::instance
     std::uint32_t sample_every = 1;  ///< samples of every n-th cycle go to the rings
+    /// What acyclic work may put on the wire per cycle, on average.
+    std::size_t acyclic_bytes = port::kMaxFrameBytes;
+    CyclicTask* task = nullptr;  ///< runs before the motion; must outlive the core
+    std::vector<ProcessDataCopy> copies;
   };
+  /// Events the ring holds while nobody fetches them; more are dropped and counted.
+  static constexpr std::size_t kEventRing = 1024;
 
   /// `motion` may be null: process data are exchanged as the image holds them.
   CyclicCore(port::Port& port, rt::Clock& clock, ProcessImage image, Motion* motion, SampleRings rings,
@@ -73,15 +103,64 @@ class CyclicCore {
     return {static_cast<std::uint16_t>(raw >> 16), static_cast<std::uint16_t>(raw & 0xFFFF)};
   }
 
+  /// What the last exchange told of a slave.
+  struct SlaveReport {
+    bool valid = false;                 ///< outputs delivered, inputs fresh
+    bool operational = false;           ///< valid, and not fallen out of OP
+    bool absent = false;                ///< its status byte came back untouched
+    bool watched = false;               ///< it has a status byte: `absent` and `al_status` mean something
+    std::uint8_t al_status = 0;         ///< low byte of its AL status
+    bool mailbox_full = false;          ///< its mailbox status byte says that a mailbox waits (only if mapped)
+    std::uint32_t stale_exchanges = 0;  ///< exchanges of its group since its inputs were fresh
+  };
+  [[nodiscard]] SlaveReport slave_report(std::size_t slave) const noexcept;
+  /// Takes a slave out of the judgement of working counters while it is being configured: its process data are not
+  /// valid, and it may count or not without harm to the others. From the next cycle on.
+  void set_recovering(std::size_t slave, bool recovering) noexcept {
+    shared_[slave].recovering.store(recovering, std::memory_order_release);
+  }
+  [[nodiscard]] std::span<const GroupCounters> groups() const noexcept { return {groups_.get(), group_count_}; }
+  /// Lets a group drive its outputs again that GroupSettings::bad_cycle_limit has zeroed.
+  void release_outputs(std::size_t group) noexcept { groups_[group].outputs_zeroed.store(false); }
+  /// Frames that came back after their cycle, and frames that were not ours, since the cycle began.
+  [[nodiscard]] std::uint64_t stale_frames() const noexcept { return stale_frames_.value(); }
+  [[nodiscard]] std::uint64_t foreign_frames() const noexcept { return foreign_frames_.value(); }
+
+  /// The oldest event that has not been fetched; one thread.
+  [[nodiscard]] bool take_event(CyclicEvent& event) noexcept { return events_.try_pop(event); }
+  [[nodiscard]] std::uint64_t events_dropped() const noexcept { return events_.dropped(); }
+
   /// Only while no cycle runs.
   [[nodiscard]] const CycleStatistics& statistics() const noexcept { return statistics_; }
   [[nodiscard]] ProcessImage& image() noexcept { return image_; }
 
  private:
+  struct SharedSlave {
+    std::atomic<std::uint32_t> report{0};
+    std::atomic<std::uint32_t> stale{0};
+    std::atomic<bool> recovering{false};
+  };
+  /// One cycle's findings about a group.
+  struct GroupTally {
+    unsigned lost = 0;
+    unsigned incomplete = 0;
+    unsigned working_counter = 0;
+    unsigned last_working_counter = 0;
+    unsigned expected = 0;
+    bool due = false;
+  };
+
+  [[nodiscard]] bool due(const CyclicFrame& frame) const noexcept;
   void send() noexcept;
   void receive(std::chrono::nanoseconds deadline) noexcept;
   void dispatch(const port::ReceivedFrame& frame) noexcept;
-  void evaluate() noexcept;
+  void evaluate(const rt::CycleStart& start) noexcept;
+  void judge_groups(const rt::CycleStart& start) noexcept;
+  void judge_group(std::size_t number, const rt::CycleStart& start) noexcept;
+  void judge_slave(std::size_t slave, const rt::CycleStart& start) noexcept;
+  [[nodiscard]] bool carried(std::size_t datagram) const noexcept;
+  void note(CyclicEvent::Kind kind, std::size_t index, unsigned before, unsigned after,
+            const rt::CycleStart& start) noexcept;
   void tally(const rt::CycleStart& start, std::chrono::nanoseconds cost) noexcept;
   void publish(const rt::CycleStart& start, std::chrono::nanoseconds cost) noexcept;
   [[nodiscard]] bool all_received() const noexcept;
@@ -93,16 +172,29 @@ class CyclicCore {
   SampleRings rings_;
   Settings settings_;
   std::vector<CyclicFrame> frames_;
+  std::vector<const DatagramResult*> results_;  ///< by datagram of the image
+  std::vector<SlaveCondition> conditions_;
+  std::vector<SlaveCondition> before_;
+  std::vector<char> was_op_;
   std::unique_ptr<bool[]> slave_valid_;
+  std::unique_ptr<bool[]> slave_operational_;
+  std::unique_ptr<SharedSlave[]> shared_;
+  std::size_t group_count_ = 0;
+  std::unique_ptr<GroupCounters[]> groups_;
+  std::vector<GroupTally> tallies_;
+  rt::SpscRing<CyclicEvent> events_{kEventRing};
   AcyclicChannel acyclic_;
   CycleStatistics statistics_;
   bool counting_ = true;
+  std::uint64_t cycle_number_ = 0;
   std::uint64_t cycles_ = 0;
   std::uint32_t sequence_ = 0;
   std::chrono::nanoseconds sent_at_{};
   std::chrono::nanoseconds received_at_{};
-  std::chrono::nanoseconds in_port_{};
+  std::chrono::nanoseconds exchanged_at_{};
   std::uint32_t missed_now_ = 0;
+  port::Counter stale_frames_;
+  port::Counter foreign_frames_;
   std::atomic<bool> counting_wanted_{true};
   std::atomic<std::uint64_t> cycles_shared_{0};
   std::atomic<std::uint32_t> bad_cycles_{0};

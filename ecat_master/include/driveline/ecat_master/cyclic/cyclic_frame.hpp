@@ -2,6 +2,7 @@
 
 #include <array>
 #include <optional>
+#include <vector>
 
 #include "driveline/ecat_master/frame_tag.hpp"
 #include "driveline/ecat_master/process_image.hpp"
@@ -20,39 +21,80 @@ struct LineAlStatus {
   }
 };
 
+/// What a cycle knows of one slave.
+struct SlaveCondition {
+  bool absent = false;         ///< its status byte came back untouched
+  bool recovering = false;     ///< taken out by request: it may count or not
+  std::uint8_t al_status = 0;  ///< low byte of its AL status; 0: not known
+};
+
+/// What became of one datagram in the last cycle it travelled in.
+struct DatagramResult {
+  bool received = false;
+  /// The working counter is that of all slaves that are there: whatever is missing of it is the share of slaves whose
+  /// status bytes say that they are not, or that are recovering.
+  bool good = false;
+  bool complete = false;  ///< no slave is missing
+  std::uint16_t working_counter = 0;
+};
+
 /// One frame of the cyclic exchange, laid out once; a cycle only exchanges its data and its number. \rtsafe throughout
 /// but the constructor.
 class CyclicFrame {
  public:
-  /// `segment` travels in it as LRW (none: no process data); `with_status` adds the broadcast read of the AL status.
-  CyclicFrame(const ProcessSegment* segment, bool with_status);
+  /// Frame `number` of `image`, whose layout must not change any more; the first one carries the broadcast read of the
+  /// AL status as well.
+  CyclicFrame(const ProcessImage& image, std::size_t number);
 
-  /// Sends the frame with the outputs out of `image`.
-  [[nodiscard]] port::SendStatus send(port::Port& port, const ProcessImage& image, FrameTag tag) noexcept;
+  /// Sends the frame with the outputs out of `image`, or with zeros.
+  [[nodiscard]] port::SendStatus send(port::Port& port, const ProcessImage& image, FrameTag tag,
+                                      bool zero_outputs = false) noexcept;
 
   /// Takes a received frame when it is the answer to the last send(); false: it is another one or damaged. Inputs are
-  /// copied into `image` only if the working counter is as expected.
-  [[nodiscard]] bool accept(std::span<const std::byte> frame, FrameTag tag, ProcessImage& image) noexcept;
+  /// copied into `image` and status bytes into `conditions` (by slave) as far as the working counters vouch for them.
+  [[nodiscard]] bool accept(std::span<const std::byte> frame, FrameTag tag, ProcessImage& image,
+                            std::span<SlaveCondition> conditions) noexcept;
 
-  /// Facts of the last cycle.
+  /// Judges the datagrams that carry no status bytes, now that all frames of the cycle are back.
+  void judge_outputs(const ProcessImage& image, std::span<const SlaveCondition> conditions) noexcept;
+
+  [[nodiscard]] std::size_t group() const noexcept { return group_; }
+  /// Facts of the last cycle it was sent in.
   [[nodiscard]] bool received() const noexcept { return received_; }
-  [[nodiscard]] std::uint16_t working_counter() const noexcept { return working_counter_; }
-  [[nodiscard]] std::uint16_t expected_working_counter() const noexcept { return segment_.expected_working_counter; }
-  [[nodiscard]] bool valid() const noexcept {
-    return received_ && working_counter_ == segment_.expected_working_counter;
-  }
+  [[nodiscard]] std::uint16_t working_counter() const noexcept;
+  [[nodiscard]] std::uint16_t expected_working_counter() const noexcept { return expected_working_counter_; }
+  /// All datagrams are back with the working counter of a complete line.
+  [[nodiscard]] bool valid() const noexcept;
+  /// By number within the frame; the first is datagram first_datagram() of the image.
+  [[nodiscard]] std::span<const DatagramResult> results() const noexcept { return results_; }
+  [[nodiscard]] std::size_t first_datagram() const noexcept { return first_datagram_; }
   [[nodiscard]] const std::optional<LineAlStatus>& al_status() const noexcept { return al_status_; }
 
  private:
+  struct Part {
+    ProcessDatagram datagram;
+    wire::DatagramPlace place;
+    std::size_t first_share = 0;
+    std::size_t share_count = 0;
+  };
+
+  [[nodiscard]] bool is_answer(std::span<const std::byte> frame) const noexcept;
+  void take(const Part& part, DatagramResult& result, std::span<const std::byte> data, ProcessImage& image,
+            std::span<SlaveCondition> conditions) noexcept;
+  [[nodiscard]] bool explained(const Part& part, const ProcessImage& image, std::uint16_t working_counter,
+                               std::span<const SlaveCondition> conditions) const noexcept;
+
   std::array<std::byte, port::kMaxFrameBytes> buffer_{};
   std::size_t size_ = 0;
-  ProcessSegment segment_{};
+  std::size_t group_ = 0;
+  std::size_t first_datagram_ = 0;
   std::optional<wire::DatagramPlace> status_place_;
-  std::optional<wire::DatagramPlace> data_place_;
+  std::vector<Part> parts_;
+  std::vector<DatagramResult> results_;
+  std::uint16_t expected_working_counter_ = 0;
   FrameTag tag_{};
   bool awaited_ = false;
   bool received_ = false;
-  std::uint16_t working_counter_ = 0;
   std::optional<LineAlStatus> al_status_;
 };
 

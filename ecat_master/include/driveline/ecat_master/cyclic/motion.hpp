@@ -66,8 +66,10 @@ class Motion {
   [[nodiscard]] MotionFailure failure() const noexcept { return failure_; }
 
   // The cycle's side. \rtsafe
-  /// Reads the inputs of all axes; `valid` tells per slave position whether its process data are.
-  void read_inputs(std::span<const std::byte> image, std::span<const bool> valid) noexcept;
+  /// Reads the inputs of all axes; `valid` tells per slave position whether its process data are, `operational`
+  /// whether it takes its outputs, too: an axis that does not is unavailable.
+  void read_inputs(std::span<const std::byte> image, std::span<const bool> valid,
+                   std::span<const bool> operational) noexcept;
   /// Advances phases and setpoints to grid cycle `cycle`, writes all outputs.
   void update(std::int64_t cycle, std::span<std::byte> image) noexcept;
 

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cstdint>
+#include <type_traits>
+
+namespace driveline::ecat_master {
+
+/// Something the cycle has noticed, for the history that an ordinary thread keeps.
+struct CyclicEvent {
+  enum class Kind : std::uint8_t {
+    kSlaveState,      ///< `before` and `after`: low byte of the AL status, 0: the slave is not there
+    kWorkingCounter,  ///< `before`: expected, `after`: received, of a group, when it changes
+    kFrameLost,       ///< `after`: frames of a group lost in this cycle
+    kOutputsZeroed,   ///< a group reached its limit of bad cycles
+  };
+  Kind kind = Kind::kSlaveState;
+  std::uint16_t index = 0;  ///< slave or group
+  std::uint16_t before = 0;
+  std::uint16_t after = 0;
+  std::uint64_t cycle = 0;
+  std::int64_t time_ns = 0;  ///< grid time of the cycle
+};
+static_assert(std::is_trivially_copyable_v<CyclicEvent>);
+
+}  // namespace driveline::ecat_master

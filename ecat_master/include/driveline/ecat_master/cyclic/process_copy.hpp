@@ -1,0 +1,23 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "driveline/ecat_master/process_image.hpp"
+
+namespace driveline::ecat_master {
+
+/// Process data that the master hands from one slave to another in every cycle.
+struct ProcessDataCopy {
+  std::size_t from_slave = 0;
+  std::size_t from_bit = 0;  ///< of ProcessImage::inputs()
+  std::size_t to_bit = 0;    ///< of ProcessImage::outputs()
+  std::size_t bits = 0;
+};
+
+/// Copies what comes from slaves whose inputs are valid in this cycle; the outputs of the others stay as they are.
+/// Every copy must lie inside the image. \rtsafe
+void apply_copies(std::span<const ProcessDataCopy> copies, std::span<const bool> valid,
+                  std::span<const std::byte> inputs, std::span<std::byte> outputs) noexcept;
+
+}  // namespace driveline::ecat_master

@@ -1,0 +1,88 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "driveline/wire/endian.hpp"
+
+namespace driveline::ecat_master {
+
+/// An entry of the process image that lies on a byte border: one load or store in the cycle. Made at start-up, by
+/// ProcessVariables or out of a ProcessDataPlace.
+template <typename T>
+class PdoEntry {
+ public:
+  static_assert(wire::WireInteger<T>, "integers of 1, 2, 4 or 8 bytes; bool for single bits");
+  PdoEntry() = default;
+  explicit PdoEntry(std::size_t offset) noexcept : offset_(offset) {}
+  /// \rtsafe
+  [[nodiscard]] T get(std::span<const std::byte> image) const noexcept {
+    return wire::load_le<T>(image.subspan(offset_, sizeof(T)));
+  }
+  /// \rtsafe
+  void set(std::span<std::byte> image, T value) const noexcept {
+    wire::store_le<T>(image.subspan(offset_, sizeof(T)), value);
+  }
+
+ private:
+  std::size_t offset_ = 0;
+};
+
+/// A single bit of the process image.
+template <>
+class PdoEntry<bool> {
+ public:
+  PdoEntry() = default;
+  PdoEntry(std::size_t offset, unsigned bit) noexcept : offset_(offset), mask_(static_cast<std::byte>(1U << bit)) {}
+  /// \rtsafe
+  [[nodiscard]] bool get(std::span<const std::byte> image) const noexcept {
+    return (image[offset_] & mask_) != std::byte{0};
+  }
+  /// Leaves the other bits of the byte alone. \rtsafe
+  void set(std::span<std::byte> image, bool value) const noexcept {
+    auto& byte = image[offset_];
+    byte = value ? byte | mask_ : byte & ~mask_;
+  }
+
+ private:
+  std::size_t offset_ = 0;
+  std::byte mask_{1};
+};
+
+/// `bits` bits (1..32) of the process image from any bit on: entries that are no whole bytes, or lie across byte
+/// borders.
+class PdoBits {
+ public:
+  static constexpr unsigned kMaxBits = 32;
+
+  PdoBits() = default;
+  PdoBits(std::size_t bit_offset, unsigned bits) noexcept
+      : offset_(bit_offset / 8),
+        bytes_(static_cast<unsigned>((bit_offset % 8 + bits + 7) / 8)),
+        shift_(static_cast<unsigned>(bit_offset % 8)),
+        mask_((std::uint64_t{1} << bits) - 1) {}
+
+  /// \rtsafe
+  [[nodiscard]] std::uint32_t get(std::span<const std::byte> image) const noexcept {
+    return static_cast<std::uint32_t>((load(image) >> shift_) & mask_);
+  }
+  /// The bits of `value` that the entry has no room for are left out; the bits around it stay. \rtsafe
+  void set(std::span<std::byte> image, std::uint32_t value) const noexcept {
+    const std::uint64_t raw = (load(image) & ~(mask_ << shift_)) | ((value & mask_) << shift_);
+    for (unsigned i = 0; i < bytes_; ++i) image[offset_ + i] = static_cast<std::byte>(raw >> (8 * i) & 0xFF);
+  }
+
+ private:
+  [[nodiscard]] std::uint64_t load(std::span<const std::byte> image) const noexcept {
+    std::uint64_t raw = 0;
+    for (unsigned i = 0; i < bytes_; ++i) raw |= std::to_integer<std::uint64_t>(image[offset_ + i]) << (8 * i);
+    return raw;
+  }
+
+  std::size_t offset_ = 0;
+  unsigned bytes_ = 1;
+  unsigned shift_ = 0;
+  std::uint64_t mask_ = 1;
+};
+
+}  // namespace driveline::ecat_master

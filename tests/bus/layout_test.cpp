@@ -1,0 +1,179 @@
+// Every layout of the process image runs the same tests.
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "drive_line.hpp"
+#include "fault_ports.hpp"
+
+namespace driveline::bus_test {
+namespace {
+
+using ecat_master::GroupSettings;
+using ecat_master::ImageLayout;
+using ecat_master::MotionFailure;
+using ecat_master::MotionPhase;
+using ecat_master::ProcessDataPlace;
+using wire::AlState;
+
+struct LayoutCase {
+  const char* name;
+  ImageLayout layout;
+  std::vector<GroupSettings> groups{};
+  bool every_third_without_lrw = false;
+};
+
+void PrintTo(const LayoutCase& layout, std::ostream* out) {
+  *out << layout.name;
+}
+
+class EveryLayout : public testing::TestWithParam<LayoutCase> {
+ protected:
+  static constexpr std::size_t kDrives = 6;
+
+  static RunOptions options() {
+    RunOptions options;
+    options.layout = {GetParam().layout, GetParam().groups};
+    options.groups = std::max<std::size_t>(1, GetParam().groups.size());
+    options.every_third_without_lrw = GetParam().every_third_without_lrw;
+    options.amplitude_rad = 0.2;
+    return options;
+  }
+  static std::uint32_t divider_of(std::size_t slave) {
+    const auto& groups = GetParam().groups;
+    return groups.empty() ? 1 : groups[slave % groups.size()].divider;
+  }
+  void start(port::Port& port) {
+    operation = std::make_unique<LineOperation>(drives, port, options());
+    ASSERT_EQ(sentence(operation->to_motion()), "");
+    ASSERT_TRUE(operation->run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+    operation->run(milliseconds{50});
+  }
+  ecat_master::CyclicCore& core() { return *operation->master().core(); }
+
+  DriveLine drives{kDrives};
+  std::unique_ptr<LineOperation> operation;
+};
+
+TEST_P(EveryLayout, CarriesOutputsToTheDrivesAndInputsBack) {
+  start(drives.line());
+  operation->run(milliseconds{200});
+  EXPECT_EQ(operation->motion().phase(), MotionPhase::kFollowing);
+  EXPECT_EQ(operation->statistics().wkc_errors, 0U);
+  EXPECT_EQ(operation->statistics().lost_frames, 0U);
+  for (std::size_t i = 0; i < kDrives; ++i) {
+    // What the master takes for the position is where the drive is: a few cycles of motion apart at most.
+    EXPECT_NEAR(operation->motion().axes()[i].inputs().position, drives.drive(i).position_rad(), 0.01) << i;
+    EXPECT_NEAR(operation->motion().setpoints()[i].position, drives.drive(i).position_rad(), 0.02) << i;
+    const auto report = core().slave_report(i);
+    EXPECT_TRUE(report.operational) << i;
+    EXPECT_EQ(report.al_status, 8) << i;
+  }
+  operation->motion().request_stop();
+  ASSERT_TRUE(operation->run_until(MotionPhase::kIdle, std::chrono::seconds{2}));
+  EXPECT_EQ(sentence(operation->master().shut_down()), "");
+  EXPECT_TRUE(drives.all_in(AlState::kInit));
+}
+
+TEST_P(EveryLayout, BridgesLostFrames) {
+  start(drives.line());
+  const auto before = operation->statistics().lost_frames;
+  drives.line().drop_frames(3);
+  operation->run(milliseconds{20});
+  EXPECT_EQ(operation->statistics().lost_frames - before, 3U);
+  EXPECT_EQ(operation->motion().phase(), MotionPhase::kFollowing);
+  EXPECT_EQ(operation->motion().failure().cause, MotionFailure::Cause::kNone);
+}
+
+TEST_P(EveryLayout, NamesADriveThatIsGoneAndKeepsTheOthersValid) {
+  start(drives.line());
+  drives.line().set_power(kDrives - 1, false);
+  operation->run(milliseconds{1});
+  const auto& motion = operation->motion();
+  const double position = motion.axes()[0].inputs().position;
+  operation->run(milliseconds{20});
+  EXPECT_NE(motion.axes()[0].inputs().position, position) << "its inputs are still taken";
+  for (std::size_t i = 0; i + 1 < kDrives; ++i) {
+    EXPECT_TRUE(core().slave_report(i).valid) << i;
+    EXPECT_EQ(core().slave_report(i).stale_exchanges, 0U) << i;
+  }
+  EXPECT_FALSE(core().slave_report(kDrives - 1).valid);
+  EXPECT_TRUE(core().slave_report(kDrives - 1).absent);
+  EXPECT_GE(core().slave_report(kDrives - 1).stale_exchanges, 150U / divider_of(kDrives - 1));
+  EXPECT_EQ(motion.failure().cause, MotionFailure::Cause::kAxisLost);
+  EXPECT_EQ(motion.failure().axis, kDrives - 1);
+}
+
+TEST_P(EveryLayout, ADriveThatFallsOutOfOpIsNamedInTheNextExchange) {
+  start(drives.line());
+  ecat_master::CyclicEvent event;
+  while (core().take_event(event)) {
+  }
+  // Behind the back of whoever watches over the states.
+  ecat_master::SlaveRef ref = operation->master().slaves()[2].info.ref;
+  const auto value = wire::AlControl{AlState::kSafeOp, false, false}.raw();
+  ASSERT_EQ(sentence(operation->master().bus().write(ref, wire::reg::kAlControl, value)), "");
+  for (std::uint32_t i = 0; i < 2 * divider_of(2); ++i) operation->cycle();
+  EXPECT_EQ(core().slave_report(2).al_status, 4);
+  EXPECT_TRUE(core().slave_report(2).valid) << "its inputs are fresh";
+  EXPECT_FALSE(core().slave_report(2).operational);
+  bool named = false;
+  while (core().take_event(event)) {
+    if (event.kind != ecat_master::CyclicEvent::Kind::kSlaveState) continue;
+    EXPECT_EQ(event.index, 2);
+    EXPECT_EQ(event.before, 8);
+    EXPECT_EQ(event.after, 4);
+    named = true;
+  }
+  EXPECT_TRUE(named);
+}
+
+/// Changes the working counter of the last datagram of frames with process data on their way back.
+TEST_P(EveryLayout, AWorkingCounterThatNobodyExplainsMakesNobodyValid) {
+  bool on = false;
+  ChangingPort port(drives.line(), {}, [&](std::span<std::byte> frame) {
+    auto cursor = wire::MutableDatagramCursor::open(frame);
+    while (on && cursor && !cursor->done()) {
+      auto datagram = cursor->next();
+      if (datagram && wire::is_logical(datagram->header.command)) {
+        wire::store_le<std::uint16_t>(datagram->working_counter_bytes,
+                                      static_cast<std::uint16_t>(datagram->working_counter() - 1));
+      }
+    }
+  });
+  start(port);
+  on = true;
+  operation->run(microseconds{125} * 10);
+  for (std::size_t i = 0; i < kDrives; ++i) EXPECT_FALSE(core().slave_report(i).valid) << i;
+  EXPECT_GT(operation->statistics().wkc_errors, 4U);
+  on = false;
+  operation->run(milliseconds{1});
+  for (std::size_t i = 0; i < kDrives; ++i) EXPECT_TRUE(core().slave_report(i).valid) << i;
+}
+
+TEST_P(EveryLayout, CarriesMoreDrivesThanOneFrameHolds) {
+  DriveLine many(80);
+  auto run = options();
+  run.period = microseconds{250};
+  LineOperation large(many, run);
+  ASSERT_EQ(sentence(large.to_op()), "");
+  EXPECT_GE(large.master().image().frame_count(), 2U);
+  large.run(milliseconds{10});
+  EXPECT_EQ(large.statistics().wkc_errors, 0U);
+  EXPECT_EQ(large.statistics().lost_frames, 0U);
+  for (std::size_t i = 0; i < many.size(); ++i) EXPECT_TRUE(large.master().core()->slave_report(i).operational) << i;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Layouts, EveryLayout,
+    testing::Values(LayoutCase{"overlapped", ImageLayout::kOverlapped},
+                    LayoutCase{"sequential", ImageLayout::kSequential}, LayoutCase{"separate", ImageLayout::kSeparate},
+                    LayoutCase{"mixed", ImageLayout::kOverlapped, {}, true},
+                    LayoutCase{"two_groups", ImageLayout::kOverlapped, {{1, 0}, {1, 0}}},
+                    LayoutCase{"three_groups_separate", ImageLayout::kSeparate, {{1, 0}, {1, 0}, {1, 0}}},
+                    LayoutCase{"divided_groups", ImageLayout::kOverlapped, {{1, 0}, {2, 0}, {2, 1}}},
+                    LayoutCase{"all_divided", ImageLayout::kSequential, {{2, 1}, {2, 0}}}),
+    [](const auto& name) { return std::string(name.param.name); });
+
+}  // namespace
+}  // namespace driveline::bus_test
