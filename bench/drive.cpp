@@ -71,7 +71,8 @@ class Drives {
       const double begin = now_ns();
       for (const auto& image : outputs) step(image);
       samples.push_back((now_ns() - begin - reading_cost_ns()) / static_cast<double>(batch));
-      rig_.motion().read_inputs(rig_.master().core()->image().inputs(), {valid_.get(), rig_.line().size()});
+      const std::span<const bool> valid(valid_.get(), rig_.line().size());
+      rig_.motion().read_inputs(rig_.master().core()->image().inputs(), valid, valid);
     }
     rig_.check();
     return summarize(std::move(samples));
