@@ -135,6 +135,9 @@ class CyclicCore {
   [[nodiscard]] ProcessImage& image() noexcept { return image_; }
 
  private:
+  /// Far from the numbers of the frames that were sent before the cycle began.
+  static constexpr std::uint32_t kFirstSequence = 0x8000'0000;
+
   struct SharedSlave {
     std::atomic<std::uint32_t> report{0};
     std::atomic<std::uint32_t> stale{0};
@@ -188,7 +191,7 @@ class CyclicCore {
   bool counting_ = true;
   std::uint64_t cycle_number_ = 0;
   std::uint64_t cycles_ = 0;
-  std::uint32_t sequence_ = 0;
+  std::uint32_t sequence_ = kFirstSequence;
   std::chrono::nanoseconds sent_at_{};
   std::chrono::nanoseconds received_at_{};
   std::chrono::nanoseconds exchanged_at_{};

@@ -1,0 +1,106 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <vector>
+
+#include "driveline/port/counter.hpp"
+#include "driveline/port/port.hpp"
+#include "driveline/rt/clock.hpp"
+
+namespace driveline::port {
+
+/// What a RedundantPort has last seen of its ring.
+struct RingStatus {
+  enum class State : std::uint8_t {
+    kUnknown,  ///< no frame has come back yet
+    kClosed,   ///< frames come out at the other end
+    kOpen,     ///< frames come back to the end they were sent from
+  };
+  State state = State::kUnknown;
+  /// While open: slaves between the primary interface and the break, and between the break and the secondary one. Known
+  /// from frames that begin with a broadcast read.
+  std::uint16_t primary_slaves = 0;
+  std::uint16_t secondary_slaves = 0;
+};
+
+/// The two ends of a ring as one port. Every frame leaves on both interfaces. In a whole ring the primary one comes out
+/// at the secondary end with the work of all slaves done, and the copy, which slaves only pass on, at the primary end.
+/// When the ring is broken somewhere each copy turns round at the break and brings back the work of the slaves on its
+/// side; the two are put together, so that a break costs no frame.
+///
+/// The copy on the secondary interface does nothing where it must not do it twice or at the wrong place: commands that
+/// count positions (APxx, ARMW) and clock distribution (FRMW) are NOPs in it. While the ring is open slaves behind the
+/// break can therefore be addressed by station address, not by position, and their clocks run free.
+///
+/// One thread at a time, like any port; status() and the counters may be read by others. Nothing allocates after
+/// construction.
+class RedundantPort final : public Port {
+ public:
+  struct Settings {
+    /// How long after the send half of an answer waits for the other half before it is handed over alone: longer than
+    /// a frame takes, shorter than the master waits for it.
+    std::chrono::nanoseconds half_wait = std::chrono::microseconds{60};
+  };
+  /// Frames that may be on the way at the same time.
+  static constexpr std::size_t kMaxInFlight = 16;
+
+  /// Both ports and the clock must outlive this one.
+  RedundantPort(Port& primary, Port& secondary, const rt::Clock& clock, Settings settings);
+  RedundantPort(Port& primary, Port& secondary, const rt::Clock& clock)
+      : RedundantPort(primary, secondary, clock, Settings{}) {}
+
+  /// kLinkDown only when both interfaces have no link. \rtsafe
+  [[nodiscard]] SendStatus send(std::span<const std::byte> frame) noexcept override;
+  /// \rtsafe
+  [[nodiscard]] std::optional<ReceivedFrame> receive() noexcept override;
+  bool wait_readable(std::chrono::nanoseconds deadline) noexcept override;
+  /// \rtsafe
+  [[nodiscard]] std::chrono::nanoseconds last_send_time() const noexcept override { return last_send_; }
+
+  /// Any thread. \rtsafe
+  [[nodiscard]] RingStatus status() const noexcept;
+  /// Answers put together of two halves, and halves that stayed alone. Any thread. \rtsafe
+  [[nodiscard]] std::uint64_t merged() const noexcept { return merged_.value(); }
+  [[nodiscard]] std::uint64_t halves() const noexcept { return halves_.value(); }
+
+ private:
+  enum class Side : std::uint8_t { kPrimary, kSecondary };
+  using Bytes = std::array<std::byte, kMaxFrameBytes>;
+
+  struct Flight {
+    bool open = false;
+    bool other_expected = false;  ///< both copies are on the wire
+    std::size_t size = 0;
+    std::chrono::nanoseconds sent_at{0};
+    std::optional<Side> half;  ///< whose answer is in `answer`
+    std::chrono::nanoseconds half_time{0};
+    Bytes sent;
+    Bytes answer;
+  };
+
+  [[nodiscard]] Flight& new_flight(std::span<const std::byte> frame) noexcept;
+  [[nodiscard]] Flight* find(std::span<const std::byte> frame) noexcept;
+  [[nodiscard]] bool poll() noexcept;
+  [[nodiscard]] bool accept(const ReceivedFrame& frame, Side arrived) noexcept;
+  [[nodiscard]] bool take_half(Flight& flight, const ReceivedFrame& frame, Side copy) noexcept;
+  [[nodiscard]] bool hand_over_late_half() noexcept;
+  void hand_over(Flight& flight) noexcept;
+  void note_open(const Flight& flight, std::span<const std::byte> other) noexcept;
+
+  Port& primary_;
+  Port& secondary_;
+  const rt::Clock& clock_;
+  Settings settings_;
+  std::vector<Flight> flights_;
+  std::size_t next_flight_ = 0;
+  Bytes copy_{};
+  Bytes merged_frame_{};
+  std::optional<ReceivedFrame> ready_;
+  std::chrono::nanoseconds last_send_{0};
+  Counter merged_;
+  Counter halves_;
+  std::atomic<std::uint64_t> status_{0};
+};
+
+}  // namespace driveline::port

@@ -1,0 +1,262 @@
+#include "driveline/port/redundant_port.hpp"
+
+#include <algorithm>
+
+#include "driveline/wire/frame.hpp"
+
+namespace driveline::port {
+namespace {
+
+using std::chrono::nanoseconds;
+
+/// First byte of the source address: slaves set bit 1; bit 2, which nobody looks at, marks the secondary copy.
+constexpr std::size_t kSource = 6;
+constexpr std::byte kSlaveBit{0x02};
+constexpr std::byte kCopyBit{0x04};
+constexpr std::size_t kSourceEnd = 12;
+/// How long wait_readable() listens to one interface before it looks at the other.
+constexpr auto kSlice = std::chrono::microseconds{10};
+
+/// Commands that would do their work twice or at the wrong place when both copies did it.
+constexpr bool only_primary(wire::Command command) noexcept {
+  using wire::Command;
+  switch (command) {
+    case Command::kAprd:
+    case Command::kApwr:
+    case Command::kAprw:
+    case Command::kArmw:
+    case Command::kFrmw:
+      return true;
+    default:
+      return false;
+  }
+}
+
+constexpr bool is_broadcast(wire::Command command) noexcept {
+  return command == wire::Command::kBrd || command == wire::Command::kBwr || command == wire::Command::kBrw;
+}
+
+/// The same frame apart from what marks copies and what slaves set?
+bool same_source(std::span<const std::byte> a, std::span<const std::byte> b) noexcept {
+  constexpr auto kIgnored = kSlaveBit | kCopyBit;
+  return (a[kSource] & ~kIgnored) == (b[kSource] & ~kIgnored) &&
+         std::equal(a.begin() + kSource + 1, a.begin() + kSourceEnd, b.begin() + kSource + 1);
+}
+
+/// Adds what `other` has brought back to `into`, both answers to `sent`. Each bit has been changed by one side at most,
+/// so that changes add up; broadcast reads are ORed, working counters summed.
+void merge(std::span<const std::byte> sent, std::span<const std::byte> other, std::span<std::byte> into) noexcept {
+  auto cursor = wire::DatagramCursor::open(sent);
+  while (cursor && !cursor->done()) {
+    const auto datagram = cursor->next();
+    if (!datagram) return;
+    const auto& place = datagram->place;
+    if (only_primary(datagram->header.command)) continue;
+    const bool broadcast = is_broadcast(datagram->header.command);
+    for (std::size_t i = place.data(); i < place.data() + place.length; ++i) {
+      into[i] = broadcast ? into[i] | other[i] : into[i] ^ other[i] ^ sent[i];
+    }
+    const auto counter = into.subspan(place.working_counter(), 2);
+    const auto sum = wire::load_le<std::uint16_t>(std::span<const std::byte>(counter)) +
+                     wire::load_le<std::uint16_t>(other.subspan(place.working_counter(), 2));
+    wire::store_le<std::uint16_t>(counter, static_cast<std::uint16_t>(sum));
+    // Event requests of both sides.
+    for (std::size_t i = place.header + 8; i < place.header + 10; ++i) into[i] |= other[i];
+  }
+}
+
+std::uint16_t first_broadcast_count(std::span<const std::byte> frame) noexcept {
+  auto cursor = wire::DatagramCursor::open(frame);
+  if (!cursor || cursor->done()) return 0;
+  const auto datagram = cursor->next();
+  return datagram && is_broadcast(datagram->header.command) ? datagram->working_counter() : std::uint16_t{0};
+}
+
+constexpr std::uint64_t pack(RingStatus status) noexcept {
+  return (std::uint64_t{static_cast<std::uint8_t>(status.state)} << 32) | (std::uint64_t{status.primary_slaves} << 16) |
+         status.secondary_slaves;
+}
+
+}  // namespace
+
+RedundantPort::RedundantPort(Port& primary, Port& secondary, const rt::Clock& clock, Settings settings)
+    : primary_(primary), secondary_(secondary), clock_(clock), settings_(settings), flights_(kMaxInFlight) {}
+
+RingStatus RedundantPort::status() const noexcept {
+  const auto raw = status_.load(std::memory_order_acquire);
+  return {static_cast<RingStatus::State>(raw >> 32), static_cast<std::uint16_t>(raw >> 16 & 0xFFFF),
+          static_cast<std::uint16_t>(raw & 0xFFFF)};
+}
+
+/// The oldest makes room: its answer, should it still come, is nobody's any more. So does one of the same name that was
+/// lost, when a sender begins to number anew.
+RedundantPort::Flight& RedundantPort::new_flight(std::span<const std::byte> frame) noexcept {
+  for (auto& flight : flights_) {
+    if (flight.open && same_source(frame, flight.sent)) flight.open = false;
+  }
+  auto& flight = flights_[next_flight_];
+  next_flight_ = (next_flight_ + 1) % flights_.size();
+  return flight;
+}
+
+SendStatus RedundantPort::send(std::span<const std::byte> frame) noexcept {
+  if (frame.size() > kMaxFrameBytes) return SendStatus::kTooLong;
+  if (frame.size() < wire::EthernetHeader::kSize) return primary_.send(frame);
+  const auto first = primary_.send(frame);
+  if (first == SendStatus::kSent) last_send_ = primary_.last_send_time();
+  const auto copy = std::span(copy_).first(frame.size());
+  std::copy(frame.begin(), frame.end(), copy.begin());
+  copy[kSource] |= kCopyBit;
+  auto cursor = wire::MutableDatagramCursor::open(copy);
+  while (cursor && !cursor->done()) {
+    const auto datagram = cursor->next();
+    if (!datagram) break;
+    if (only_primary(datagram->header.command))
+      copy[datagram->place.header] = static_cast<std::byte>(wire::Command::kNop);
+  }
+  const auto second = secondary_.send(copy);
+  if (first != SendStatus::kSent && second != SendStatus::kSent) return first;
+  if (first != SendStatus::kSent) last_send_ = secondary_.last_send_time();
+  auto& flight = new_flight(frame);
+  flight.open = true;
+  flight.other_expected = first == SendStatus::kSent && second == SendStatus::kSent;
+  flight.half.reset();
+  flight.sent_at = last_send_;
+  flight.size = frame.size();
+  std::copy(frame.begin(), frame.end(), flight.sent.begin());
+  return SendStatus::kSent;
+}
+
+RedundantPort::Flight* RedundantPort::find(std::span<const std::byte> frame) noexcept {
+  const auto found = std::find_if(flights_.begin(), flights_.end(), [&](const Flight& flight) {
+    return flight.open && frame.size() >= flight.size && same_source(frame, flight.sent);
+  });
+  return found == flights_.end() ? nullptr : &*found;
+}
+
+std::optional<ReceivedFrame> RedundantPort::receive() noexcept {
+  if (!ready_ && !poll()) return std::nullopt;
+  const auto frame = ready_;
+  ready_.reset();
+  return frame;
+}
+
+bool RedundantPort::poll() noexcept {
+  while (const auto frame = secondary_.receive()) {
+    if (accept(*frame, Side::kSecondary)) return true;
+  }
+  while (const auto frame = primary_.receive()) {
+    if (accept(*frame, Side::kPrimary)) return true;
+  }
+  return hand_over_late_half();
+}
+
+/// True: a frame is ready to be handed over.
+bool RedundantPort::accept(const ReceivedFrame& frame, Side arrived) noexcept {
+  if (frame.bytes.size() < wire::EthernetHeader::kSize) return false;
+  const bool is_copy = (frame.bytes[kSource] & kCopyBit) != std::byte{0};
+  auto* flight = find(frame.bytes);
+  if (flight == nullptr) {
+    // What is not ours passes; what is left of an exchange that is over does not.
+    if (is_copy) return false;
+    ready_ = frame;
+    return true;
+  }
+  const Side copy = is_copy ? Side::kSecondary : Side::kPrimary;
+  if (copy == arrived) return take_half(*flight, frame, copy);
+  // All the way round. The copy has seen no processing; what it leaves to be had is the half that waits, if any.
+  if (copy == Side::kSecondary) {
+    if (!flight->half) {
+      flight->other_expected = false;
+      return false;
+    }
+    hand_over(*flight);
+    return true;
+  }
+  flight->open = false;
+  status_.store(pack({RingStatus::State::kClosed, 0, 0}), std::memory_order_release);
+  ready_ = frame;
+  return true;
+}
+
+bool RedundantPort::take_half(Flight& flight, const ReceivedFrame& frame, Side copy) noexcept {
+  const auto bytes = frame.bytes.first(flight.size);
+  if (flight.half && *flight.half != copy) {
+    note_open(flight, bytes);
+    // The primary's answer is the base: the copy lacks what only the primary does.
+    const auto base = copy == Side::kPrimary ? bytes : std::span<const std::byte>(flight.answer).first(flight.size);
+    const auto other = copy == Side::kPrimary ? std::span<const std::byte>(flight.answer).first(flight.size) : bytes;
+    const auto merged = std::span(merged_frame_).first(flight.size);
+    std::copy(base.begin(), base.end(), merged.begin());
+    merge(std::span<const std::byte>(flight.sent).first(flight.size), other, merged);
+    merged_.add();
+    flight.open = false;
+    ready_ = ReceivedFrame{merged, frame.time};
+    return true;
+  }
+  std::copy(bytes.begin(), bytes.end(), flight.answer.begin());
+  flight.half = copy;
+  flight.half_time = frame.time;
+  if (flight.other_expected) return false;
+  hand_over(flight);
+  return true;
+}
+
+void RedundantPort::note_open(const Flight& flight, std::span<const std::byte> other) noexcept {
+  const auto first = first_broadcast_count(std::span<const std::byte>(flight.answer).first(flight.size));
+  const auto second = first_broadcast_count(other);
+  if (first == 0 && second == 0) return;
+  const bool first_is_primary = flight.half == Side::kPrimary;
+  status_.store(pack({RingStatus::State::kOpen, first_is_primary ? first : second, first_is_primary ? second : first}),
+                std::memory_order_release);
+}
+
+/// The half that waits, alone.
+void RedundantPort::hand_over(Flight& flight) noexcept {
+  const auto frame = std::span(merged_frame_).first(flight.size);
+  std::copy_n(flight.answer.begin(), flight.size, frame.begin());
+  // What only the primary does has not been done in a lone copy, and looks like a datagram that nobody answered.
+  if (flight.half == Side::kSecondary) {
+    frame[kSource] &= ~kCopyBit;
+    auto cursor = wire::DatagramCursor::open(std::span<const std::byte>(flight.sent).first(flight.size));
+    while (cursor && !cursor->done()) {
+      const auto datagram = cursor->next();
+      if (!datagram) break;
+      frame[datagram->place.header] = static_cast<std::byte>(datagram->header.command);
+    }
+  }
+  const auto count = first_broadcast_count(frame);
+  if (count > 0) {
+    const bool primary = flight.half == Side::kPrimary;
+    status_.store(
+        pack({RingStatus::State::kOpen, primary ? count : std::uint16_t{0}, primary ? std::uint16_t{0} : count}),
+        std::memory_order_release);
+  }
+  halves_.add();
+  flight.open = false;
+  ready_ = ReceivedFrame{frame, flight.half_time};
+}
+
+bool RedundantPort::hand_over_late_half() noexcept {
+  const auto waiting = [](const Flight& flight) { return flight.open && flight.half.has_value(); };
+  if (std::none_of(flights_.begin(), flights_.end(), waiting)) return false;
+  const auto now = clock_.now();
+  const auto late = std::find_if(flights_.begin(), flights_.end(), [&](const Flight& flight) {
+    return waiting(flight) && now - flight.sent_at >= settings_.half_wait;
+  });
+  if (late == flights_.end()) return false;
+  hand_over(*late);
+  return true;
+}
+
+bool RedundantPort::wait_readable(nanoseconds deadline) noexcept {
+  for (;;) {
+    if (ready_ || poll()) return true;
+    const auto now = clock_.now();
+    if (now >= deadline) return false;
+    const auto slice = std::min(deadline, now + kSlice);
+    if (!secondary_.wait_readable(slice)) static_cast<void>(primary_.wait_readable(std::min(deadline, slice)));
+  }
+}
+
+}  // namespace driveline::port

@@ -1,0 +1,153 @@
+// A ring over two interfaces: a break anywhere costs not one cycle of process data.
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "drive_line.hpp"
+#include "driveline/port/redundant_port.hpp"
+#include "fault_ports.hpp"
+
+namespace driveline::bus_test {
+namespace {
+
+using ecat_master::ImageLayout;
+using ecat_master::MotionFailure;
+using ecat_master::MotionPhase;
+using port::RedundantPort;
+using State = port::RingStatus::State;
+
+constexpr std::size_t kDrives = 5;
+
+/// Five drives in a ring, at speed on their path.
+class Ring : public testing::Test {
+ protected:
+  void start(RunOptions options = {}) {
+    operation = std::make_unique<LineOperation>(drives, port, options);
+    ASSERT_EQ(sentence(operation->to_motion()), "");
+    ASSERT_TRUE(operation->run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+    operation->run(milliseconds{30});
+  }
+  /// Cable number n lies before slave n; number kDrives leads back to the master.
+  void cut(std::size_t cable, bool broken = true) {
+    const slaves::PortId end = cable == 0 ? slaves::PortId{0, 0} : slaves::PortId{cable - 1, 1};
+    ASSERT_TRUE(drives.line().break_cable(end, broken));
+  }
+  void expect_undisturbed(const std::string& when) {
+    EXPECT_EQ(operation->statistics().lost_frames, 0U) << when;
+    EXPECT_EQ(operation->statistics().wkc_errors, 0U) << when;
+    EXPECT_EQ(operation->statistics().stale_frames, 0U) << when;
+    EXPECT_EQ(operation->motion().failure().cause, MotionFailure::Cause::kNone) << when;
+    for (std::size_t i = 0; i < kDrives; ++i) {
+      EXPECT_TRUE(operation->master().core()->slave_report(i).operational) << when << ", slave " << i;
+      EXPECT_NEAR(operation->motion().setpoints()[i].position, drives.drive(i).position_rad(), 0.1) << when;
+    }
+  }
+
+  DriveLine drives{kDrives, {}, {}, slaves::Wiring::ring(kDrives, nanoseconds{5})};
+  RedundantPort port{drives.line(), drives.line().secondary(), drives.clock};
+  std::unique_ptr<LineOperation> operation;
+};
+
+TEST_F(Ring, RunsLikeALineWhileItIsWhole) {
+  start();
+  operation->run(milliseconds{100});
+  expect_undisturbed("whole");
+  EXPECT_EQ(port.status().state, State::kClosed);
+  EXPECT_EQ(port.merged(), 0U);
+  EXPECT_EQ(port.halves(), 0U);
+}
+
+TEST_F(Ring, ABreakAnywhereCostsNotOneCycleAndIsLocated) {
+  start(RunOptions{.repeat = true});
+  for (std::size_t cable = 0; cable <= kDrives; ++cable) {
+    const auto where = "cable " + std::to_string(cable);
+    cut(cable);
+    for (int cycle = 0; cycle < 200; ++cycle) {
+      operation->cycle();
+      ASSERT_EQ(operation->master().core()->bad_cycles(), 0U) << where << ", cycle " << cycle;
+    }
+    expect_undisturbed(where);
+    EXPECT_EQ(port.status().state, State::kOpen) << where;
+    EXPECT_EQ(port.status().primary_slaves, cable) << where;
+    EXPECT_EQ(port.status().secondary_slaves, kDrives - cable) << where;
+    cut(cable, false);
+    for (int cycle = 0; cycle < 200; ++cycle) {
+      operation->cycle();
+      ASSERT_EQ(operation->master().core()->bad_cycles(), 0U) << where << " healed, cycle " << cycle;
+    }
+    expect_undisturbed(where + " healed");
+    EXPECT_EQ(port.status().state, State::kClosed) << where;
+  }
+}
+
+TEST_F(Ring, EveryLayoutSurvivesABreak) {
+  for (const auto layout : {ImageLayout::kOverlapped, ImageLayout::kSequential, ImageLayout::kSeparate}) {
+    RunOptions options{.repeat = true};
+    options.layout.layout = layout;
+    options.groups = 2;
+    start(options);
+    cut(2);
+    operation->run(milliseconds{50});
+    expect_undisturbed("layout " + std::to_string(static_cast<int>(layout)));
+    EXPECT_GT(port.merged(), 0U);
+    cut(2, false);
+    operation->run(milliseconds{5});
+    operation->motion().request_stop();
+    ASSERT_TRUE(operation->run_until(MotionPhase::kIdle, std::chrono::seconds{2}));
+    ASSERT_EQ(sentence(operation->master().shut_down()), "");
+  }
+}
+
+TEST_F(Ring, MailboxesOfBothSidesAnswerWhileItIsBroken) {
+  start(RunOptions{.repeat = true});
+  cut(2);
+  for (std::size_t i = 0; i < kDrives; ++i) {
+    ecat_master::CoeClient coe(*operation->master().mailbox(i));
+    EXPECT_EQ(sentence(coe.upload(0x1008, 0)), "") << i;
+    EXPECT_EQ(sentence(coe.download_as<std::uint32_t>(0x6065, 0, 1'000'000)), "") << i;
+  }
+  expect_undisturbed("with mailbox traffic");
+}
+
+TEST_F(Ring, StatesOfAllSlavesAreReadWhileItIsBroken) {
+  start();
+  cut(3);
+  operation->run(milliseconds{1});
+  const auto states = operation->master().al_status();
+  ASSERT_EQ(sentence(states), "");
+  for (const auto& report : *states) EXPECT_EQ(report.status.state, wire::AlState::kOp);
+  EXPECT_TRUE(operation->master().core()->al_status().all_op(kDrives)) << "the broadcast counts both sides";
+}
+
+TEST_F(Ring, TwoBreaksLoseWhatLiesBetween) {
+  start();
+  cut(1);
+  operation->run(milliseconds{5});
+  expect_undisturbed("first break");
+  cut(3);
+  operation->run(milliseconds{20});
+  for (const std::size_t reached : {0U, 3U, 4U}) {
+    EXPECT_TRUE(operation->master().core()->slave_report(reached).valid) << reached;
+  }
+  for (const std::size_t cut_off : {1U, 2U}) {
+    EXPECT_FALSE(operation->master().core()->slave_report(cut_off).valid) << cut_off;
+  }
+  EXPECT_EQ(operation->motion().failure().cause, MotionFailure::Cause::kAxisLost);
+  EXPECT_EQ(operation->motion().failure().axis, 1);
+}
+
+TEST_F(Ring, HalfAnAnswerIsHandedOverInTimeWhenTheOtherHalfIsLost) {
+  start();
+  cut(3);
+  operation->run(milliseconds{5});
+  // Frames that come back to the secondary end are lost from now on: slaves 0 to 2 must not suffer from it.
+  EXPECT_EQ(port.halves(), 0U);
+  drives.line().drop_frames(1);
+  operation->cycle();
+  EXPECT_EQ(port.halves(), 1U);
+  operation->run(milliseconds{5});
+  EXPECT_EQ(operation->motion().failure().cause, MotionFailure::Cause::kNone);
+}
+
+}  // namespace
+}  // namespace driveline::bus_test
