@@ -28,8 +28,21 @@ Result<std::uint16_t> count_slaves(Bus& bus) {
   return count;
 }
 
+/// Slaves may have been locked against writes, by somebody or by a damaged frame. The enable registers work within the
+/// frame they are written in (ESC data sheet II, 0x0020 to 0x0031), and the requests travel in one frame.
+Result<void> lift_write_protection(Bus& bus) {
+  std::array<std::byte, 1> zero{};
+  std::vector<Request> requests;
+  for (const auto& reg : {wire::reg::kEscWriteEnable, wire::reg::kEscWriteProtection, wire::reg::kRegisterWriteEnable,
+                          wire::reg::kRegisterWriteProtection}) {
+    requests.push_back({wire::Command::kBwr, wire::DatagramAddress::physical(0, reg.address), zero});
+  }
+  return bus.exchange().exchange(requests);
+}
+
 /// A previous master may have left anything behind: INIT with the error acknowledged, then no channel stays active.
 Result<void> reset_slaves(Bus& bus) {
+  if (auto done = lift_write_protection(bus); !done) return done;
   const auto control = wire::to_le_bytes(wire::AlControl{wire::AlState::kInit, true, false}.raw());
   if (auto done = bus.broadcast_write(wire::reg::kAlControl.address, control); !done)
     return tl::unexpected(done.error());

@@ -165,5 +165,17 @@ TEST(WrongPlan, MayBeFollowedByTheRightOne) {
   EXPECT_TRUE(drives.all_in(AlState::kSafeOp));
 }
 
+TEST(Discovery, UnlocksSlavesThatSomebodyHasLockedAgainstWrites) {
+  DriveLine drives(3);
+  LineOperation operation(drives);
+  const auto lock = wire::to_le_bytes<std::uint8_t>(1);
+  auto& bus = operation.master().bus();
+  ASSERT_EQ(sentence(bus.broadcast_write(wire::reg::kRegisterWriteProtection.address, lock)), "");
+  ASSERT_EQ(sentence(bus.broadcast_write(wire::reg::kEscWriteProtection.address, lock)), "");
+  const auto refused = bus.broadcast_write(wire::reg::kStationAddress.address, lock);
+  ASSERT_EQ(refused.value_or(99), 0) << "they are locked";
+  EXPECT_EQ(sentence(operation.to_op()), "");
+}
+
 }  // namespace
 }  // namespace driveline::bus_test
