@@ -10,7 +10,18 @@ namespace {
 
 using Use = esi::SyncManager::Use;
 
-/// What is to be written to a slave over CoE; nothing to do: no steps.
+Error identity_error(const SlaveInfo& slave, std::uint16_t field, std::uint32_t planned, std::uint32_t found) {
+  Error error;
+  error.kind = ErrorKind::kIdentityMismatch;
+  error.slave = slave.ref.position;
+  error.address = field;
+  error.expected = planned;
+  error.received = found;
+  return error;
+}
+
+}  // namespace
+
 Result<SdoScript> coe_script(const ConfiguredSlave& slave) {
   SdoScript script;
   script.position = slave.info.ref.position;
@@ -29,18 +40,6 @@ Result<SdoScript> coe_script(const ConfiguredSlave& slave) {
   for (auto& step : pdo_script(slave.plan.pdos)) script.steps.push_back(std::move(step));
   return script;
 }
-
-Error identity_error(const SlaveInfo& slave, std::uint16_t field, std::uint32_t planned, std::uint32_t found) {
-  Error error;
-  error.kind = ErrorKind::kIdentityMismatch;
-  error.slave = slave.ref.position;
-  error.address = field;
-  error.expected = planned;
-  error.received = found;
-  return error;
-}
-
-}  // namespace
 
 Result<void> compare_identities(std::span<const SlavePlan> plans, std::span<const SlaveInfo> found) {
   if (plans.empty()) return {};
@@ -63,6 +62,21 @@ Result<void> compare_identities(std::span<const SlavePlan> plans, std::span<cons
   return {};
 }
 
+Result<std::optional<MailboxWindow>> write_mailbox_channels(Bus& bus, const SlaveInfo& slave) {
+  const auto out = find_sync_manager(slave, Use::kMailboxOut);
+  const auto in = find_sync_manager(slave, Use::kMailboxIn);
+  if (!slave.description.mailbox.any() || !out || !in) return std::nullopt;
+  const auto& out_layout = slave.description.sync_managers[*out];
+  const auto& in_layout = slave.description.sync_managers[*in];
+  for (const auto& [number, layout] : {std::pair{*out, &out_layout}, std::pair{*in, &in_layout}}) {
+    if (auto done = write_sync_manager(bus, slave.ref, number, *layout, layout->default_size); !done) {
+      return tl::unexpected(done.error());
+    }
+  }
+  return MailboxWindow{out_layout.start_address, out_layout.default_size, in_layout.start_address,
+                       in_layout.default_size};
+}
+
 Result<std::vector<std::unique_ptr<MailboxClient>>> enter_pre_op(MailboxEngine& engine,
                                                                  std::span<const SlaveInfo> slaves) {
   auto& bus = engine.bus();
@@ -75,19 +89,9 @@ Result<std::vector<std::unique_ptr<MailboxClient>>> enter_pre_op(MailboxEngine& 
   std::vector<std::unique_ptr<MailboxClient>> mailboxes;
   for (const auto& slave : slaves) {
     mailboxes.push_back(nullptr);
-    const auto out = find_sync_manager(slave, Use::kMailboxOut);
-    const auto in = find_sync_manager(slave, Use::kMailboxIn);
-    if (!slave.description.mailbox.any() || !out || !in) continue;
-    const auto& out_layout = slave.description.sync_managers[*out];
-    const auto& in_layout = slave.description.sync_managers[*in];
-    for (const auto& [number, layout] : {std::pair{*out, &out_layout}, std::pair{*in, &in_layout}}) {
-      if (auto done = write_sync_manager(bus, slave.ref, number, *layout, layout->default_size); !done) {
-        return tl::unexpected(done.error());
-      }
-    }
-    mailboxes.back() = std::make_unique<MailboxClient>(engine, slave.ref,
-                                                       MailboxWindow{out_layout.start_address, out_layout.default_size,
-                                                                     in_layout.start_address, in_layout.default_size});
+    const auto window = write_mailbox_channels(bus, slave);
+    if (!window) return tl::unexpected(window.error());
+    if (*window) mailboxes.back() = std::make_unique<MailboxClient>(engine, slave.ref, **window);
   }
   if (auto done = change_state(bus, refs, wire::AlState::kPreOp, kPreOpTimeout); !done)
     return tl::unexpected(done.error());

@@ -272,8 +272,7 @@ CyclicCore::SlaveReport CyclicCore::slave_report(std::size_t slave) const noexce
   return report;
 }
 
-void CyclicCore::publish(const rt::CycleStart& start, nanoseconds cost) noexcept {
-  if (rings_.lines == nullptr || start.cycle % settings_.sample_every != 0) return;
+snapshot::LineSample CyclicCore::line_sample(const rt::CycleStart& start, nanoseconds cost) const noexcept {
   snapshot::LineSample line;
   line.cycle = static_cast<std::uint64_t>(start.cycle);
   line.time_ns = start.grid.count();
@@ -289,6 +288,15 @@ void CyclicCore::publish(const rt::CycleStart& start, nanoseconds cost) noexcept
   }
   line.frame_received = all_received();
   line.axes = motion_ != nullptr ? static_cast<std::uint16_t>(motion_->axes().size()) : std::uint16_t{0};
+  return line;
+}
+
+void CyclicCore::publish(const rt::CycleStart& start, nanoseconds cost) noexcept {
+  const bool sampled = rings_.lines != nullptr && start.cycle % settings_.sample_every == 0;
+  if (!sampled && settings_.recorder == nullptr) return;
+  const auto line = line_sample(start, cost);
+  if (settings_.recorder != nullptr) record(line);
+  if (!sampled) return;
   rings_.lines->try_push(line);
   if (rings_.axes == nullptr || motion_ == nullptr) return;
   for (std::size_t i = 0; i < motion_->axes().size(); ++i) {
@@ -299,6 +307,20 @@ void CyclicCore::publish(const rt::CycleStart& start, nanoseconds cost) noexcept
     motion_->axes()[i].fill(sample);
     rings_.axes->try_push(sample);
   }
+}
+
+/// The recorder stops a little after a quick stop has begun, or process data have been bad for as long as it takes.
+void CyclicCore::record(const snapshot::LineSample& line) noexcept {
+  constexpr std::uint32_t kBadCycles = 8;
+  std::span<const Axis> axes;
+  if (motion_ != nullptr) {
+    axes = motion_->axes();
+    const auto phase = motion_->phase();
+    if (phase == MotionPhase::kQuickStop && recorded_phase_ != phase) settings_.recorder->trigger();
+    recorded_phase_ = phase;
+  }
+  if (bad_cycles_.load(std::memory_order_relaxed) == kBadCycles) settings_.recorder->trigger();
+  settings_.recorder->record(line, axes);
 }
 
 }  // namespace driveline::ecat_master

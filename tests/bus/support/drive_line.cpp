@@ -139,6 +139,8 @@ void LineOperation::start_cycle(ecat_master::Master::MakeRunner make_runner) {
   settings.period = options_.period;
   settings.receive_window = options_.period * 3 / 4;
   settings.acyclic_bytes = options_.acyclic_bytes;
+  settings.task = options_.task;
+  settings.recorder = options_.recorder;
   if (!make_runner) {
     make_runner = [this](ecat_master::CyclicCore& core) {
       return std::make_unique<ecat_master::InlineRunner>(core, drives_.clock);

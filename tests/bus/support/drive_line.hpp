@@ -51,6 +51,8 @@ struct RunOptions {
   std::size_t groups = 1;                ///< drive n belongs to group n modulo this
   bool every_third_without_lrw = false;  ///< drives 1, 4, 7 ... take no LRW
   std::size_t acyclic_bytes = port::kMaxFrameBytes;
+  ecat_master::CyclicTask* task = nullptr;
+  ecat_master::FlightRecorder* recorder = nullptr;
 };
 
 /// A master that runs all drives of a line along a path of raised cosines, each axis with its own amplitude.

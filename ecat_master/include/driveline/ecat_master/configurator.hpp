@@ -27,6 +27,8 @@ struct SlavePlan {
   PdoConfiguration pdos;
   std::size_t group = 0;  ///< of the process image
   bool lrw = true;        ///< false: the slave does not take LRW
+  /// Known by its alias, wherever it is plugged in again; otherwise its place among the others tells who it is.
+  bool hot_connect = false;
 };
 
 /// A slave that has been found and is being run.
@@ -39,6 +41,12 @@ struct ConfiguredSlave {
 /// Compares planned and found slaves by position. Errors: kSlaveCountMismatch, kIdentityMismatch. An empty plan
 /// accepts anything.
 [[nodiscard]] Result<void> compare_identities(std::span<const SlavePlan> plans, std::span<const SlaveInfo> found);
+
+/// What is to be written to a slave over CoE, in PREOP; nothing to do: no steps. Error: kNoMailbox.
+[[nodiscard]] Result<SdoScript> coe_script(const ConfiguredSlave& slave);
+
+/// In INIT: writes the sync managers of the mailboxes as the slave's EEPROM has them; nothing without a mailbox.
+[[nodiscard]] Result<std::optional<MailboxWindow>> write_mailbox_channels(Bus& bus, const SlaveInfo& slave);
 
 /// Takes all slaves to INIT, sets up sync managers 0 and 1 of those with a mailbox (out of their EEPROM) and takes all
 /// to PREOP.

@@ -61,6 +61,16 @@ class Master {
 
   /// AL status of every slave, through the cycle while it runs.
   [[nodiscard]] Result<std::vector<AlReport>> al_status();
+  /// AL status of one slave. Errors: kWorkingCounter when it does not answer, those of the bus.
+  [[nodiscard]] Result<AlReport> al_status_of(std::size_t slave);
+  /// While the cycle runs: gives their station addresses back to slaves that were switched off or plugged in again.
+  /// A slave is known by its place between the others, one with SlavePlan::hot_connect by its alias. Returns how many
+  /// there were. Errors: those of the bus.
+  [[nodiscard]] Result<std::size_t> readdress_newcomers();
+  /// While the cycle runs: takes one slave from any state back to OP; checks that it is the device it was before and
+  /// configures it anew when it has lost its configuration. The others are not touched. Errors: kIdentityMismatch,
+  /// kWorkingCounter when it does not answer, those of configure().
+  [[nodiscard]] Result<void> recover(std::size_t slave, std::chrono::nanoseconds state_timeout);
   /// Lets the cycle run for `duration` (sleeps, or runs it on virtual time).
   void pass(std::chrono::nanoseconds duration);
   [[nodiscard]] CyclicCore* core() noexcept { return core_.get(); }
@@ -96,6 +106,7 @@ class Master {
     DatagramExchange* target_;
   };
 
+  [[nodiscard]] Result<void> reconfigure(std::size_t slave, std::chrono::nanoseconds state_timeout);
   void stop_cycle();
 
   port::Port& port_;

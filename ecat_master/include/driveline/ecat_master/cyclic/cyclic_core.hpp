@@ -9,6 +9,7 @@
 #include "driveline/ecat_master/cyclic/cyclic_frame.hpp"
 #include "driveline/ecat_master/cyclic/motion.hpp"
 #include "driveline/ecat_master/cyclic/process_copy.hpp"
+#include "driveline/ecat_master/flight_recorder.hpp"
 #include "driveline/port/counter.hpp"
 #include "driveline/rt/cycle_timer.hpp"
 #include "driveline/rt/histogram.hpp"
@@ -76,6 +77,7 @@ class CyclicCore {
     std::size_t acyclic_bytes = port::kMaxFrameBytes;
     CyclicTask* task = nullptr;  ///< runs before the motion; must outlive the core
     std::vector<ProcessDataCopy> copies;
+    FlightRecorder* recorder = nullptr;  ///< must outlive the core
   };
   /// Events the ring holds while nobody fetches them; more are dropped and counted.
   static constexpr std::size_t kEventRing = 1024;
@@ -165,7 +167,10 @@ class CyclicCore {
   void note(CyclicEvent::Kind kind, std::size_t index, unsigned before, unsigned after,
             const rt::CycleStart& start) noexcept;
   void tally(const rt::CycleStart& start, std::chrono::nanoseconds cost) noexcept;
+  [[nodiscard]] snapshot::LineSample line_sample(const rt::CycleStart& start,
+                                                 std::chrono::nanoseconds cost) const noexcept;
   void publish(const rt::CycleStart& start, std::chrono::nanoseconds cost) noexcept;
+  void record(const snapshot::LineSample& line) noexcept;
   [[nodiscard]] bool all_received() const noexcept;
 
   port::Port& port_;
@@ -196,6 +201,7 @@ class CyclicCore {
   std::chrono::nanoseconds received_at_{};
   std::chrono::nanoseconds exchanged_at_{};
   std::uint32_t missed_now_ = 0;
+  MotionPhase recorded_phase_ = MotionPhase::kIdle;
   port::Counter stale_frames_;
   port::Counter foreign_frames_;
   std::atomic<bool> counting_wanted_{true};

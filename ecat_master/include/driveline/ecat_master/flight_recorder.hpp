@@ -1,0 +1,71 @@
+#pragma once
+
+#include <atomic>
+#include <iosfwd>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "driveline/ecat_master/axis/axis.hpp"
+#include "driveline/snapshot/snapshot.hpp"
+
+namespace driveline::ecat_master {
+
+/// Keeps the last cycles in fixed memory and stops a little after something went wrong, so that what led to it and what
+/// followed can be written down.
+///
+/// record() belongs to the cycle; trigger() and frozen() to any thread; the rest to one ordinary thread, while frozen()
+/// or while no cycle runs.
+class FlightRecorder {
+ public:
+  static constexpr std::size_t kCycles = 2048;
+  /// Of them, recorded after the trigger.
+  static constexpr std::size_t kCyclesAfter = 256;
+
+  /// One axis in one cycle; units as in snapshot::AxisSample.
+  struct AxisRecord {
+    double target_position = 0.0;
+    double actual_position = 0.0;
+    float target_velocity = 0.0F;
+    float actual_velocity = 0.0F;
+    float target_torque = 0.0F;
+    float actual_torque = 0.0F;
+    float following_error = 0.0F;
+    std::uint16_t control_word = 0;
+    std::uint16_t status_word = 0;
+    std::int8_t mode = 0;
+    snapshot::AxisState state = snapshot::AxisState::kUnavailable;
+  };
+
+  /// All memory is taken here.
+  explicit FlightRecorder(std::size_t axes, std::size_t cycles = kCycles);
+
+  /// Takes the record of a cycle; does nothing while frozen. \rtsafe
+  void record(const snapshot::LineSample& line, std::span<const Axis> axes) noexcept;
+  /// Lets the recording run on for kCyclesAfter cycles and then stand still. The first trigger counts. \rtsafe
+  void trigger() noexcept { triggered_.store(true, std::memory_order_release); }
+  /// True once the records after a trigger are complete. \rtsafe
+  [[nodiscard]] bool frozen() const noexcept { return frozen_.load(std::memory_order_acquire); }
+
+  /// Cycles that are recorded, oldest first in write_csv().
+  [[nodiscard]] std::size_t size() const noexcept { return size_; }
+  /// One row per cycle, one column per figure; `axis_names` has a name for each axis. The clock difference has a column
+  /// only if a clock was locked in one of the cycles.
+  void write_csv(std::ostream& out, std::span<const std::string> axis_names) const;
+  /// Forgets everything and records again.
+  void rearm() noexcept;
+
+ private:
+  [[nodiscard]] std::size_t slot(std::size_t age) const noexcept;
+
+  std::size_t axes_;
+  std::vector<snapshot::LineSample> lines_;
+  std::vector<AxisRecord> axis_records_;
+  std::size_t next_ = 0;
+  std::size_t size_ = 0;
+  std::size_t after_ = 0;
+  std::atomic<bool> triggered_{false};
+  std::atomic<bool> frozen_{false};
+};
+
+}  // namespace driveline::ecat_master

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "driveline/ecat_master/master.hpp"
+#include "driveline/port/redundant_port.hpp"
+
+namespace driveline::ecat_master {
+
+/// Something that happened to a slave or the line while it was running.
+struct LineEvent {
+  enum class Kind : std::uint8_t {
+    kLeftOp,          ///< a slave is in another state than OP: `state`, `code`
+    kGone,            ///< a slave does not answer any more
+    kRecovered,       ///< a slave is back in OP
+    kRecoveryFailed,  ///< `error` says why; it is tried again
+    kRingBroken,      ///< `slave`: slaves on the primary side; `count`: on the secondary side
+    kRingClosed,
+    kOutputsZeroed,  ///< a group (`slave`) reached its limit of bad cycles (`count`)
+  };
+  Kind kind = Kind::kLeftOp;
+  std::uint16_t slave = 0;
+  std::uint16_t count = 0;
+  std::chrono::nanoseconds time{0};  ///< of the cycle that noticed it, or of the poll
+  wire::AlStatus state{};
+  wire::AlStatusCode code = wire::AlStatusCode::kNoError;
+  Error error{};
+};
+
+/// "12.345678 s slave 3: left OP, is in SAFEOP with error, AL status code 0x001B (...)". Allocates: not for the cycle.
+[[nodiscard]] std::string describe(const LineEvent& event);
+
+/// Watches over a line in OP from an ordinary thread, names what goes wrong, and brings slaves back that lost power,
+/// were unplugged, or fell out of OP. The cycle goes on meanwhile: everything here travels in its gaps. Not \rtsafe.
+class LineSupervisor {
+ public:
+  struct Settings {
+    bool recover = true;
+    std::chrono::nanoseconds state_timeout = std::chrono::seconds{5};  ///< per transition of a slave that is recovered
+    std::chrono::nanoseconds retry_pause = std::chrono::milliseconds{50};  ///< between two tries at the same slave
+  };
+  static constexpr std::size_t kMaxHistory = 1024;
+
+  /// For a master whose cycle is running and whose slaves are in OP. `ring` may be null. Both must outlive this.
+  LineSupervisor(Master& master, const port::RedundantPort* ring, Settings settings);
+  LineSupervisor(Master& master, const port::RedundantPort* ring = nullptr)
+      : LineSupervisor(master, ring, Settings{}) {}
+
+  /// Takes note of what has happened since the last call, and tries to recover what is due. Call it every few
+  /// milliseconds. Takes as long as a recovery takes.
+  void poll();
+
+  /// True when every slave is in OP and exchanges valid data, as of the last poll.
+  [[nodiscard]] bool all_operational() const noexcept;
+  /// False while a slave is not in OP: its axis is unavailable.
+  [[nodiscard]] bool operational(std::size_t slave) const noexcept { return !slaves_[slave].trouble; }
+  /// What has happened, oldest first; the oldest go when there are more than kMaxHistory.
+  [[nodiscard]] const std::deque<LineEvent>& history() const noexcept { return history_; }
+  /// Changes of the working counters and lost frames, oldest first, as many as kMaxHistory.
+  [[nodiscard]] const std::deque<CyclicEvent>& exchange_history() const noexcept { return exchange_history_; }
+  /// Recoveries that succeeded.
+  [[nodiscard]] std::uint64_t recoveries() const noexcept { return recoveries_; }
+
+ private:
+  struct Slave {
+    bool trouble = false;
+    bool gone = false;
+    std::chrono::nanoseconds next_try{0};
+    ErrorKind last_failure = ErrorKind::kCancelled;
+    bool failure_noted = false;
+  };
+
+  void take_cycle_events();
+  void watch_ring();
+  void watch_slaves();
+  void look_at(std::size_t slave);
+  void note_state(std::size_t slave, const AlReport& report, std::chrono::nanoseconds time);
+  void note_gone(std::size_t slave, std::chrono::nanoseconds time);
+  void recover(std::size_t slave);
+  void note(LineEvent event);
+
+  Master& master_;
+  const port::RedundantPort* ring_;
+  Settings settings_;
+  std::vector<Slave> slaves_;
+  port::RingStatus::State ring_state_ = port::RingStatus::State::kUnknown;
+  port::RingStatus ring_status_{};
+  std::deque<LineEvent> history_;
+  std::deque<CyclicEvent> exchange_history_;
+  std::uint64_t recoveries_ = 0;
+};
+
+}  // namespace driveline::ecat_master

@@ -1,0 +1,114 @@
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <map>
+#include <sstream>
+
+#include "drive_line.hpp"
+
+namespace driveline::bus_test {
+namespace {
+
+using ecat_master::FlightRecorder;
+using ecat_master::MotionPhase;
+
+/// A CSV file as columns of numbers by their names.
+std::map<std::string, std::vector<double>> columns_of(const std::string& csv) {
+  std::istringstream in(csv);
+  std::string line;
+  std::vector<std::string> names;
+  std::map<std::string, std::vector<double>> columns;
+  while (std::getline(in, line)) {
+    std::istringstream cells(line);
+    std::string cell;
+    for (std::size_t i = 0; std::getline(cells, cell, ','); ++i) {
+      if (columns.size() < i + 1 && names.size() == i) names.push_back(cell);
+      if (cell == names[i]) {
+        columns[cell];
+      } else {
+        columns[names[i]].push_back(
+            std::stod(cell.starts_with("0x") ? std::to_string(std::stoul(cell, nullptr, 16)) : cell));
+      }
+    }
+  }
+  return columns;
+}
+
+class Recording : public testing::Test {
+ protected:
+  void start() {
+    operation = std::make_unique<LineOperation>(drives, RunOptions{.repeat = true, .recorder = &recorder});
+    ASSERT_EQ(sentence(operation->to_motion()), "");
+    ASSERT_TRUE(operation->run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+    operation->run(milliseconds{400});
+  }
+  std::map<std::string, std::vector<double>> columns() {
+    std::ostringstream out;
+    const std::vector<std::string> names{"x", "y", "z"};
+    recorder.write_csv(out, names);
+    return columns_of(out.str());
+  }
+
+  DriveLine drives{3};
+  FlightRecorder recorder{3};
+  std::unique_ptr<LineOperation> operation;
+};
+
+TEST_F(Recording, KeepsWhatLedToAFaultAndWhatFollowed) {
+  start();
+  EXPECT_FALSE(recorder.frozen());
+  drives.drive(1).set_dc_link(false);
+  operation->run(milliseconds{100});
+  ASSERT_TRUE(recorder.frozen());
+  const auto data = columns();
+  ASSERT_EQ(data.at("cycle").size(), FlightRecorder::kCycles);
+  for (std::size_t i = 1; i < FlightRecorder::kCycles; ++i) {
+    ASSERT_EQ(data.at("cycle")[i], data.at("cycle")[i - 1] + 1) << "not one cycle is missing";
+    ASSERT_EQ(data.at("time_ns")[i], data.at("time_ns")[i - 1] + 125'000);
+  }
+  // Status word before and after the fault (CiA 402: bit 3 fault, mask 0x4F).
+  const auto& status = data.at("y.status_word");
+  const auto state = [&](std::size_t row) { return static_cast<unsigned>(status[row]) & 0x4FU; };
+  EXPECT_EQ(state(0), 0x07U) << "operation enabled";
+  EXPECT_TRUE(state(FlightRecorder::kCycles - 1) == 0x08U || state(FlightRecorder::kCycles - 1) == 0x0FU);
+  std::size_t fault = 0;
+  while ((state(fault) & 0x08U) == 0) ++fault;
+  EXPECT_NEAR(static_cast<double>(FlightRecorder::kCycles - fault), static_cast<double>(FlightRecorder::kCyclesAfter),
+              2.0);
+  // The other axes are told to stop one cycle later, and their targets are those of the drives.
+  EXPECT_EQ(data.at("x.control_word")[fault - 2], 0x0F);
+  EXPECT_EQ(data.at("x.control_word")[fault + 2], 0x02) << "quick stop";
+  EXPECT_NEAR(data.at("x.target_position")[fault - 1], data.at("x.actual_position")[fault - 1], 0.05);
+  EXPECT_EQ(data.at("working_counter")[0], 9);
+  EXPECT_EQ(data.count("dc_difference_ns"), 0U) << "no clock is locked on this line";
+}
+
+TEST_F(Recording, StopsAfterALossOfCommunication) {
+  start();
+  drives.line().drop_frames(1'000'000);
+  operation->run(milliseconds{100});
+  ASSERT_TRUE(recorder.frozen());
+  const auto data = columns();
+  const auto& received = data.at("frames_received");
+  EXPECT_EQ(received.front(), 1);
+  EXPECT_EQ(received.back(), 0);
+}
+
+TEST_F(Recording, RecordsAgainOnceItIsRearmed) {
+  start();
+  drives.drive(1).set_dc_link(false);
+  operation->run(milliseconds{300});
+  ASSERT_TRUE(recorder.frozen());
+  const auto first = columns().at("cycle").back();
+  recorder.rearm();
+  EXPECT_EQ(recorder.size(), 0U);
+  drives.drive(1).set_dc_link(true);
+  operation->motion().request_start();
+  operation->run(milliseconds{50});
+  EXPECT_FALSE(recorder.frozen());
+  EXPECT_EQ(recorder.size(), 400U);
+  EXPECT_GT(columns().at("cycle").front(), first);
+}
+
+}  // namespace
+}  // namespace driveline::bus_test
