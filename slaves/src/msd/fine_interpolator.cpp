@@ -1,6 +1,8 @@
 #include "driveline/slaves/msd/fine_interpolator.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 namespace driveline::slaves::msd {
 
@@ -22,8 +24,8 @@ void FineInterpolator::reset(double value, double velocity) noexcept {
   polynomial_ = {value, 0.0, 0.0, 0.0};
   // The splines lag two samples behind: the newest are ahead of the output.
   const double ahead = method_ == Method::kSpline || method_ == Method::kApproximation ? 2.0
-                       : method_ == Method::kLinear                                    ? 1.0
-                                                                                       : 0.0;
+                       : method_ == Method::kNone                                      ? 0.0
+                                                                                       : 1.0;
   for (std::size_t i = 0; i < samples_.size(); ++i) {
     samples_[i] = value + (ahead - 1.0 - static_cast<double>(i)) * velocity * period_s_;
   }
@@ -42,7 +44,7 @@ void FineInterpolator::start_cubic(double end, double end_velocity) noexcept {
                  ((velocity_ + end_velocity) * t - 2.0 * rise) / (t * t * t)};
 }
 
-void FineInterpolator::push(double sample) noexcept {
+void FineInterpolator::push(double sample, double velocity) noexcept {
   samples_ = {sample, samples_[0], samples_[1]};
   elapsed_ = 0;
   const double slope = (samples_[0] - samples_[2]) / (2.0 * period_s_);
@@ -52,17 +54,32 @@ void FineInterpolator::push(double sample) noexcept {
       return;
     case Method::kLinear:
       return start_line(sample);
+    case Method::kExternal:
+      return start_cubic(sample, velocity);
     case Method::kSpline:
       return start_cubic(samples_[1], slope);
     case Method::kApproximation:
       return start_cubic((samples_[0] + 4.0 * samples_[1] + samples_[2]) / 6.0, slope);
+    case Method::kCosine:
+      polynomial_ = {value_, 0.0, 0.0, 0.0};
+      rise_ = sample - value_;
+      return;
   }
+}
+
+void FineInterpolator::step_cosine(double t) noexcept {
+  const double w = std::numbers::pi / period_s_;
+  const double cosine = std::cos(w * t);
+  value_ = polynomial_[0] + 0.5 * rise_ * (1.0 - cosine);
+  velocity_ = 0.5 * rise_ * w * std::sin(w * t);
+  acceleration_ = 0.5 * rise_ * w * w * cosine;
 }
 
 void FineInterpolator::step() noexcept {
   if (elapsed_ < steps_) {
     ++elapsed_;
     const double t = elapsed_ * step_s_;
+    if (method_ == Method::kCosine) return step_cosine(t);
     const auto& c = polynomial_;
     value_ = c[0] + t * (c[1] + t * (c[2] + t * c[3]));
     velocity_ = c[1] + t * (2.0 * c[2] + t * 3.0 * c[3]);

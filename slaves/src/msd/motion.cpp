@@ -6,8 +6,13 @@
 #include "driveline/slaves/msd/device_layout.hpp"
 
 namespace driveline::slaves::msd {
+namespace {
 
 using Loop = ControllerSetpoint::Loop;
+
+constexpr std::uint32_t kSamplesForSynchronism = 8;  ///< ours
+
+}  // namespace
 
 Motion::Motion(const MotorParameters& motor, double initial_position_rad) noexcept
     : motor_(motor, kControlStepS, initial_position_rad), controller_({}, kControlStepS) {
@@ -16,7 +21,6 @@ Motion::Motion(const MotorParameters& motor, double initial_position_rad) noexce
 
 void Motion::configure(const MotionSettings& settings) noexcept {
   settings_ = settings;
-  units_per_increment_ = motor_.radians_per_increment() / settings.scaling.position_rad;
   controller_.configure(settings.controller);
   position_.configure(settings.method, settings.steps_per_setpoint, kControlStepS);
   // Speed and torque setpoints are always interpolated linearly (Device Help 8).
@@ -31,7 +35,12 @@ double Motion::measured_position_rad() const noexcept {
 }
 
 std::int64_t Motion::position() const noexcept {
-  return std::llrint(static_cast<double>(motor_.encoder_count()) * units_per_increment_);
+  return position_at(motor_.encoder_count());
+}
+
+/// Position units to radians of the motor shaft.
+double Motion::to_rad(double position) const noexcept {
+  return position * settings_.scaling.position_rad + static_cast<double>(zero_) * motor_.radians_per_increment();
 }
 
 double Motion::torque_of(double permille) const noexcept {
@@ -44,29 +53,63 @@ void Motion::set(const Setpoints& setpoints) noexcept {
 }
 
 void Motion::push_setpoints() noexcept {
-  // Position setpoints wrap at 32 bits; the shorter way is meant.
-  const auto difference = static_cast<std::int32_t>(static_cast<std::uint32_t>(setpoints_.position) -
-                                                    static_cast<std::uint32_t>(target_position_));
-  target_position_ += difference;
+  const bool on_time = steps_since_sample_ + 1 >= settings_.steps_per_setpoint &&
+                       steps_since_sample_ <= settings_.steps_per_setpoint + 1;
+  samples_on_time_ = on_time ? std::min(samples_on_time_ + 1, kSamplesForSynchronism) : 0;
+  steps_since_sample_ = 0;
+  // Position setpoints wrap at the ends of their range; the shorter way is meant.
+  target_position_ =
+      settings_.range.destination(target_position_, setpoints_.position, PositionRange::Direction::kShortest);
   std::int64_t target = target_position_;
   limited_ = false;
   if (settings_.position_limited) {
     target = std::clamp<std::int64_t>(target, settings_.position_min, settings_.position_max);
     limited_ = target != target_position_;
   }
-  position_.push(static_cast<double>(target) * settings_.scaling.position_rad);
+  position_.push(to_rad(static_cast<double>(target)), setpoints_.velocity_offset * settings_.scaling.velocity_rad_s);
   velocity_.push(setpoints_.velocity * settings_.scaling.velocity_rad_s);
   torque_.push(torque_of(setpoints_.torque_permille));
 }
 
-void Motion::take_over(MotionCommand command, OperationMode mode) noexcept {
+bool Motion::synchronised() const noexcept {
+  return samples_on_time_ == kSamplesForSynchronism && steps_since_sample_ <= settings_.steps_per_setpoint + 1;
+}
+
+void Motion::move_to(std::int64_t position, const ProfileLimits& limits) noexcept {
+  generator_.move_to(to_rad(static_cast<double>(position)), limits);
+}
+
+void Motion::run_at(double velocity_rad_s, const ProfileLimits& limits) noexcept {
+  generator_.run_at(velocity_rad_s, limits);
+}
+
+void Motion::freeze() noexcept {
+  generator_.reset({generator_.state().position, generator_.state().velocity, 0.0});
+}
+
+void Motion::set_zero(std::int64_t increments) noexcept {
+  zero_ = increments;
+  target_position_ = position();
+}
+
+void Motion::take_over(MotionCommand command, MotionSource source, bool smooth) noexcept {
   const double speed = controller_.measured_velocity_rad_s();
   command_ = command;
-  mode_ = mode;
+  source_ = source;
   limited_ = false;
-  ramp_rad_s_ = 0.0;
-  if (command == MotionCommand::kSlowDownRamp || command == MotionCommand::kQuickStopRamp) ramp_rad_s_ = speed;
+  samples_on_time_ = 0;
+  generator_.reset({measured_position_rad(), speed, 0.0});
+  const double jerk_time_s = smooth ? settings_.jerk_time_s : 0.0;
+  ramping_ = command == MotionCommand::kSlowDownRamp || command == MotionCommand::kQuickStopRamp;
+  if (ramping_) {
+    const double limit =
+        command == MotionCommand::kSlowDownRamp ? settings_.slow_down_rad_s2 : settings_.quick_stop_rad_s2;
+    generator_.run_at(0.0, {1.0, limit, limit, jerk_time_s});
+  }
   if (command != MotionCommand::kFollow) return;
+  if (source == MotionSource::kProfilePosition) {  // stands still until a movement is ordered
+    generator_.run_at(0.0, {1.0, settings_.slow_down_rad_s2, settings_.slow_down_rad_s2, jerk_time_s});
+  }
   target_position_ = position();
   position_.reset(measured_position_rad(), speed);
   velocity_.reset(speed, 0.0);
@@ -82,10 +125,13 @@ double Motion::speed_feed_forward(double internal_rad_s) const noexcept {
 }
 
 double Motion::torque_feed_forward(double acceleration_rad_s2) const noexcept {
-  const double torque = settings_.external_torque_feed_forward
-                            ? torque_of(setpoints_.torque_offset_permille)
-                            : settings_.feed_forward_inertia_kg_m2 * acceleration_rad_s2;
-  return settings_.torque_feed_forward * torque;
+  return settings_.external_torque_feed_forward
+             ? settings_.torque_feed_forward * torque_of(setpoints_.torque_offset_permille)
+             : internal_torque(acceleration_rad_s2);
+}
+
+double Motion::internal_torque(double acceleration_rad_s2) const noexcept {
+  return settings_.torque_feed_forward * settings_.feed_forward_inertia_kg_m2 * acceleration_rad_s2;
 }
 
 /// The measured position is that of the beginning of the step, and so is the position it is compared with.
@@ -112,32 +158,47 @@ double Motion::follow_torque() noexcept {
   return controller_.step({Loop::kTorque, 0.0, 0.0, torque});
 }
 
+/// The profile generator feeds forward what it knows itself (Device Help 8: the generator gives the pre-control).
+double Motion::follow_profile_position() noexcept {
+  const double reference_rad = generator_.state().position;
+  generator_.step(kControlStepS);
+  const ProfileState& state = generator_.state();
+  return controller_.step({Loop::kPosition, reference_rad, settings_.speed_feed_forward * state.velocity,
+                           internal_torque(state.acceleration)});
+}
+
+double Motion::follow_profile_velocity() noexcept {
+  generator_.step(kControlStepS);
+  const ProfileState& state = generator_.state();
+  return controller_.step({Loop::kVelocity, 0.0, state.velocity, internal_torque(state.acceleration)});
+}
+
 double Motion::follow() noexcept {
-  switch (mode_) {
-    case OperationMode::kCyclicSynchronousPosition:
+  switch (source_) {
+    case MotionSource::kCyclicPosition:
       return follow_position();
-    case OperationMode::kCyclicSynchronousVelocity:
+    case MotionSource::kCyclicVelocity:
       return follow_velocity();
-    case OperationMode::kCyclicSynchronousTorque:
+    case MotionSource::kCyclicTorque:
       return follow_torque();
-    case OperationMode::kNone:
+    case MotionSource::kProfilePosition:
+      return follow_profile_position();
+    case MotionSource::kProfileVelocity:
+      return follow_profile_velocity();
+    case MotionSource::kNone:
       break;
   }
   return controller_.step({Loop::kVelocity, 0.0, 0.0, 0.0});
 }
 
-double Motion::brake(double deceleration_rad_s2) noexcept {
-  const double change = deceleration_rad_s2 * kControlStepS;
-  const bool ends = std::abs(ramp_rad_s_) <= change;
-  const double braking = ends ? 0.0 : -std::copysign(deceleration_rad_s2, ramp_rad_s_);
-  ramp_rad_s_ = ends ? 0.0 : ramp_rad_s_ + braking * kControlStepS;
-  return controller_.step({Loop::kVelocity, 0.0, ramp_rad_s_, settings_.feed_forward_inertia_kg_m2 * braking});
+void Motion::select(MotionCommand command, MotionSource source, bool smooth) noexcept {
+  if (command != command_ || source != source_) take_over(command, source, smooth);
 }
 
-void Motion::step(MotionCommand command, OperationMode mode) noexcept {
+void Motion::step(bool brake_closed) noexcept {
   controller_.measure(measured_position_rad());
-  if (command != command_ || mode != mode_) take_over(command, mode);
-  switch (command) {
+  steps_since_sample_ += steps_since_sample_ < 2 * settings_.steps_per_setpoint ? 1 : 0;
+  switch (command_) {
     case MotionCommand::kOff:
       torque_demand_nm_ = controller_.step({});
       break;
@@ -145,21 +206,28 @@ void Motion::step(MotionCommand command, OperationMode mode) noexcept {
       torque_demand_nm_ = follow();
       break;
     case MotionCommand::kSlowDownRamp:
-      torque_demand_nm_ = brake(settings_.slow_down_rad_s2);
-      break;
     case MotionCommand::kQuickStopRamp:
-      torque_demand_nm_ = brake(settings_.quick_stop_rad_s2);
+      torque_demand_nm_ = follow_profile_velocity();
       break;
     case MotionCommand::kTorqueLimit:
       torque_demand_nm_ = controller_.step({Loop::kVelocity, 0.0, 0.0, 0.0});
       break;
   }
-  motor_.step(torque_demand_nm_);
+  motor_.step(torque_demand_nm_, brake_closed);
+}
+
+bool Motion::position_controlled() const noexcept {
+  return command_ == MotionCommand::kFollow &&
+         (source_ == MotionSource::kCyclicPosition || source_ == MotionSource::kProfilePosition);
+}
+
+double Motion::position_setpoint_rad() const noexcept {
+  return source_ == MotionSource::kCyclicPosition ? position_.value() : generator_.state().position;
 }
 
 double Motion::position_demand() const noexcept {
-  const bool positioning = command_ == MotionCommand::kFollow && mode_ == OperationMode::kCyclicSynchronousPosition;
-  return positioning ? position_.value() / settings_.scaling.position_rad : static_cast<double>(position());
+  if (!position_controlled()) return static_cast<double>(position());
+  return (position_setpoint_rad() - to_rad(0.0)) / settings_.scaling.position_rad;
 }
 
 double Motion::following_error() const noexcept {
@@ -187,11 +255,35 @@ bool Motion::standstill() const noexcept {
   return std::abs(controller_.measured_velocity_rad_s()) < settings_.standstill_rad_s;
 }
 
+int Motion::direction() const noexcept {
+  constexpr double kStanding = 1e-3;  // rad/s
+  double speed = 0.0;
+  switch (source_) {
+    case MotionSource::kNone:
+      break;
+    case MotionSource::kCyclicPosition:
+      speed = position_.velocity();
+      break;
+    case MotionSource::kCyclicVelocity:
+      speed = velocity_.value();
+      break;
+    case MotionSource::kCyclicTorque:
+      speed = standstill() ? 0.0 : controller_.measured_velocity_rad_s();
+      break;
+    case MotionSource::kProfilePosition:
+    case MotionSource::kProfileVelocity:
+      speed = generator_.state().velocity;
+      break;
+  }
+  if (settings_.scaling.inverted) speed = -speed;
+  return speed > kStanding ? 1 : speed < -kStanding ? -1 : 0;
+}
+
 double Motion::distance_to_target() const noexcept {
-  switch (mode_) {
-    case OperationMode::kCyclicSynchronousPosition:
+  switch (source_) {
+    case MotionSource::kCyclicPosition:
       return static_cast<double>(target_position_ - position());
-    case OperationMode::kCyclicSynchronousVelocity:
+    case MotionSource::kCyclicVelocity:
       return setpoints_.velocity - velocity();
     default:
       return 0.0;

@@ -16,11 +16,9 @@ using wire::AlState;
 using wire::AlStatusCode;
 
 constexpr double kRpm = 2.0 * std::numbers::pi / 60.0;  ///< rad/s
-constexpr std::uint16_t kControlLocationCia402 = 5;
-constexpr std::uint16_t kReferenceSourceCia402 = 7;
-constexpr std::uint32_t kDcLinkMillivolts = 560'000;  ///< rectified 400 V mains, ours
-constexpr std::uint32_t kWindowOff = 0xFFFFFFFF;
-constexpr std::int64_t kNanosecondsPerHour = 3'600'000'000'000;
+constexpr std::uint32_t kDcLinkMillivolts = 560'000;    ///< rectified 400 V mains, ours
+constexpr std::int16_t kJerkLimited = 3;                ///< 6086h
+constexpr std::uint64_t kStepsPerMs = 16;
 
 /// Network states of P 2060 (MSD manual Table 7.4).
 constexpr std::uint8_t nmt_state(AlState state) noexcept {
@@ -105,12 +103,11 @@ void MsdDrive::restart() {
   dictionary_.copy_backup_values(stored_);
   power_ = PowerStateMachine{};
   fault_.reset();
-  mode_ = OperationMode::kNone;
+  modes_.reset();
   last_control_word_ = 0;
   settings_changed_ = true;
   factory_reset_pending_ = false;
   following_error_ = false;
-  target_reached_ = false;
   build_process_data();
   dictionary_.set(kNmtState, nmt_state(al_state_));
   publish();
@@ -166,10 +163,11 @@ void MsdDrive::read_inputs(std::size_t sync_manager, std::span<std::byte> data) 
 }
 
 void MsdDrive::apply_setpoints() noexcept {
-  if (dictionary_.get<std::uint16_t>(kReferenceSource) != kReferenceSourceCia402) return;
-  motion_.set({dictionary_.get<std::int32_t>(kTargetPosition), dictionary_.get<std::int32_t>(kTargetVelocity),
-               dictionary_.get<std::int16_t>(kTargetTorque), dictionary_.get<std::int32_t>(kVelocityOffset),
-               dictionary_.get<std::int16_t>(kTorqueOffset)});
+  if (!references_from_bus()) return;
+  const bool interpolated = modes_.mode() == OperationMode::kInterpolatedPosition;
+  motion_.set({dictionary_.get<std::int32_t>(interpolated ? kInterpolationData : kTargetPosition),
+               dictionary_.get<std::int32_t>(kTargetVelocity), dictionary_.get<std::int16_t>(kTargetTorque),
+               dictionary_.get<std::int32_t>(kVelocityOffset), dictionary_.get<std::int16_t>(kTorqueOffset)});
 }
 
 std::uint32_t MsdDrive::steps_per_setpoint() const noexcept {
@@ -193,7 +191,8 @@ void MsdDrive::apply_settings() noexcept {
   const auto number = [this](Value value) { return static_cast<double>(dictionary_.get<std::uint32_t>(value)); };
   const auto& motor = parameters_.motor;
   MotionSettings s;
-  s.scaling = Scaling::from(dictionary_);
+  s.scaling = Scaling::from(dictionary_, motor.encoder_increments);
+  s.range = {dictionary_.get<std::int32_t>(kRangeMin), dictionary_.get<std::int32_t>(kRangeMax)};
   s.controller.position_gain_per_s = real(kPositionGain) / 60.0;
   s.controller.velocity_gain_nm_s = real(kVelocityGain) / kRpm * real(kVelocityGainScale) * 1e-2;
   s.controller.velocity_reset_s = real(kVelocityReset) * 1e-3;
@@ -209,122 +208,36 @@ void MsdDrive::apply_settings() noexcept {
   s.feed_forward_inertia_kg_m2 = real(kTotalInertia);
   s.slow_down_rad_s2 = number(kProfileDeceleration) * s.scaling.acceleration_rad_s2;
   s.quick_stop_rad_s2 = number(kQuickStopDeceleration) * s.scaling.acceleration_rad_s2;
+  s.jerk_time_s = dictionary_.get<std::int16_t>(kMotionProfileType) == kJerkLimited ? real(kJerkTime) * 1e-3 : 0.0;
   s.standstill_rad_s = real(kStandstillWindow) * kRpm;
   s.position_min = dictionary_.get<std::int32_t>(kPositionLimitMin);
   s.position_max = dictionary_.get<std::int32_t>(kPositionLimitMax);
   s.position_limited = s.position_min < s.position_max;
+  // P 370 = 2: the controller sends speed and torque with every position (MSD manual Table 12.16).
+  if (s.method == FineInterpolator::Method::kExternal) {
+    s.external_speed_feed_forward = s.external_torque_feed_forward = true;
+  }
   motion_.configure(s);
-}
-
-bool MsdDrive::remote() const noexcept {
-  return dictionary_.get<std::uint16_t>(kControlLocation) == kControlLocationCia402;
-}
-
-OptionCodes MsdDrive::option_codes() const noexcept {
-  return {dictionary_.get<std::int16_t>(kQuickStopOption), dictionary_.get<std::int16_t>(kShutdownOption),
-          dictionary_.get<std::int16_t>(kDisableOperationOption), dictionary_.get<std::int16_t>(kFaultReactionOption),
-          std::chrono::milliseconds(dictionary_.get<std::uint32_t>(kExternalReactionTime))};
-}
-
-void MsdDrive::set_enpo(bool on) noexcept {
-  const bool rising = on && !enpo_;
-  enpo_ = on;
-  if (rising) acknowledge();
-}
-
-/// The reset acts on the edge, also when both levels lie between two evaluations.
-void MsdDrive::watch_fault_reset() noexcept {
-  const auto word = dictionary_.get<std::uint16_t>(kControlWord);
-  const bool rising = (word & ~last_control_word_ & control_word::kFaultReset) != 0;
-  last_control_word_ = word;
-  if (rising && remote()) acknowledge();
-}
-
-/// The first fault stands until it is acknowledged; a later one can only make the reaction harder.
-void MsdDrive::raise(Fault fault) noexcept {
-  const FaultFacts& f = facts(fault);
-  if (fault_) {
-    if (f.coast) power_.fault(option_codes(), true);
-    return;
-  }
-  fault_ = fault;
-  const std::int64_t hours = static_cast<std::int64_t>(steps_) * kControlStep.count() / kNanosecondsPerHour;
-  coe_.raise(record_fault(dictionary_, f, static_cast<std::uint16_t>(std::min<std::int64_t>(hours, 0xFFFF))));
-  power_.fault(option_codes(), f.coast);
-}
-
-/// Acknowledges a fault; a cause that persists raises it again at once (MSD manual 13.3).
-void MsdDrive::acknowledge() noexcept {
-  if (!power_.acknowledge()) return;
-  const auto was = fault_;
-  fault_.reset();
-  coe_.raise(record_acknowledgement(dictionary_));
-  if (was == Fault::kInvalidConfiguration && !timing_valid()) raise(Fault::kInvalidConfiguration);
-}
-
-void MsdDrive::select_mode() noexcept {
-  const auto wanted = static_cast<OperationMode>(dictionary_.get<std::int8_t>(kMode));
-  switch (wanted) {
-    case OperationMode::kNone:
-    case OperationMode::kCyclicSynchronousPosition:
-    case OperationMode::kCyclicSynchronousVelocity:
-    case OperationMode::kCyclicSynchronousTorque:
-      mode_ = wanted;
-      return;
-  }
-}
-
-void MsdDrive::power_step() noexcept {
-  if (settings_changed_) apply_settings();
-  if (power_.power_on() && enpo_ && isdsh_ && !dc_link_) raise(Fault::kDcLinkUndervoltage);
-  select_mode();
-  PowerStateMachine::Conditions conditions;
-  conditions.control_word = remote() ? dictionary_.get<std::uint16_t>(kControlWord) : std::uint16_t{0};
-  conditions.power_ready = enpo_ && isdsh_ && dc_link_;
-  conditions.standstill = power_.motion() == MotionCommand::kFollow ? motion_.standstill() : motion_.stopped();
-  conditions.options = option_codes();
-  power_.step(conditions, kProcessDataPeriod);
-}
-
-bool MsdDrive::following() const noexcept {
-  return power_.motion() == MotionCommand::kFollow && mode_ != OperationMode::kNone &&
-         dictionary_.get<std::uint16_t>(kReferenceSource) == kReferenceSourceCia402;
-}
-
-void MsdDrive::monitor_following_error() noexcept {
-  const auto window = dictionary_.get<std::uint32_t>(kFollowingErrorWindow);
-  const bool outside = following() && mode_ == OperationMode::kCyclicSynchronousPosition && window != kWindowOff &&
-                       std::abs(motion_.following_error()) > window;
-  following_error_time_ = outside ? following_error_time_ + kProcessDataPeriod : nanoseconds{0};
-  following_error_ =
-      outside && following_error_time_ > std::chrono::milliseconds(dictionary_.get<std::uint16_t>(kFollowingErrorTime));
-  if (following_error_) raise(Fault::kFollowingError);
-}
-
-void MsdDrive::update_target_reached() noexcept {
-  const bool torque = mode_ == OperationMode::kCyclicSynchronousTorque;
-  const bool position = mode_ == OperationMode::kCyclicSynchronousPosition;
-  const auto window =
-      position ? dictionary_.get<std::uint32_t>(kPositionWindow) : dictionary_.get<std::uint16_t>(kVelocityWindow);
-  const auto time = dictionary_.get<std::uint16_t>(position ? kPositionWindowTime : kVelocityWindowTime);
-  const bool inside =
-      following() &&
-      (torque ? !motion_.limited() : window == kWindowOff || std::abs(motion_.distance_to_target()) <= window);
-  target_time_ = inside ? target_time_ + kProcessDataPeriod : nanoseconds{0};
-  target_reached_ = inside && (torque || target_time_ >= std::chrono::milliseconds(time));
+  terminals_.configure(dictionary_);
 }
 
 void MsdDrive::advance(nanoseconds now) noexcept {
   if (!next_step_) next_step_ = now + kControlStep;
   bool stepped = false;
   for (; *next_step_ <= now; *next_step_ += kControlStep) {
-    const bool process_data_cycle = steps_++ % 2 == 0;
+    const bool process_data_cycle = steps_ % 2 == 0;
+    evaluate_switches();
     if (process_data_cycle) power_step();
-    motion_.step(power_.motion(), mode_);
+    if (modes_.step_homing(terminals_.signals(), motion_, parameters_.homing_time_out)) raise(Fault::kHoming);
+    motion_.step(brake_open_ ? !brake_settled() : brake_settled());
+    terminals_.step_outputs({dictionary_.get<std::uint32_t>(kPhysicalOutputs),
+                             dictionary_.get<std::uint32_t>(kOutputMask), brake_open_,
+                             (status() & status_word::kInternalLimit) != 0, steps_ % kStepsPerMs == 0});
     if (process_data_cycle) {
       monitor_following_error();
-      update_target_reached();
+      monitor_limit_switches();
     }
+    ++steps_;
     stepped = true;
   }
   if (stepped) publish();
@@ -334,26 +247,13 @@ std::uint16_t MsdDrive::status() const noexcept {
   return dictionary_.get<std::uint16_t>(kStatusWord);
 }
 
-std::uint16_t MsdDrive::status_word() const noexcept {
-  unsigned word = status_bits(power_.state());
-  if (dc_link_) word |= status_word::kVoltageEnabled;
-  if (remote()) word |= status_word::kRemote;
-  if (target_reached_ || power_.quick_stop_finished()) word |= status_word::kTargetReached;
-  if (power_.power_on() && motion_.limited()) word |= status_word::kInternalLimit;
-  if (following() && power_.state() == PowerState::kOperationEnabled) word |= status_word::kTargetUsed;
-  if (following_error_ || (power_.state() >= PowerState::kFaultReactionActive && fault_ == Fault::kFollowingError)) {
-    word |= status_word::kFollowingError;
-  }
-  if (mode_ != OperationMode::kNone && motion_.standstill()) word |= status_word::kStandstill;
-  return static_cast<std::uint16_t>(word);
-}
-
 void MsdDrive::publish() noexcept {
   const auto torque = saturate<std::int16_t>(motion_.torque_permille());
   dictionary_.set(kStatusWord, status_word());
-  dictionary_.set(kModeDisplay, static_cast<std::int8_t>(mode_));
-  dictionary_.set(kPositionActual, static_cast<std::uint32_t>(motion_.position()));
-  dictionary_.set(kPositionDemand, static_cast<std::uint32_t>(std::llrint(motion_.position_demand())));
+  dictionary_.set(kModeDisplay, static_cast<std::int8_t>(modes_.mode()));
+  const PositionRange& range = motion_.settings().range;
+  dictionary_.set(kPositionActual, range.wrap(motion_.position()));
+  dictionary_.set(kPositionDemand, range.wrap(std::llrint(motion_.position_demand())));
   dictionary_.set(kFollowingError, saturate<std::int32_t>(motion_.following_error()));
   dictionary_.set(kVelocityActual, saturate<std::int32_t>(motion_.velocity()));
   dictionary_.set(kVelocityDemand, saturate<std::int32_t>(motion_.velocity_demand()));
@@ -361,22 +261,9 @@ void MsdDrive::publish() noexcept {
   dictionary_.set(kCurrentActual, torque);
   dictionary_.set(kTorqueDemand, saturate<std::int16_t>(motion_.torque_demand_permille()));
   dictionary_.set(kDcLinkVoltage, dc_link_ ? kDcLinkMillivolts : 0U);
-  dictionary_.set(kInputState, (enpo_ ? 0x01U : 0U) | (isdsh_ ? 0x80U : 0U));
-  dictionary_.set(kDigitalInputs, (isdsh_ ? 0U : 1U << 18U) | (enpo_ ? 1U << 19U : 0U));
-}
-
-std::string MsdDrive::display() const {
-  const auto two_digits = [](unsigned value) {
-    return std::string{static_cast<char>('0' + value / 10), static_cast<char>('0' + value % 10)};
-  };
-  if (power_.state() == PowerState::kFault && fault_) {
-    const FaultFacts& f = facts(*fault_);
-    const bool needs_remedy = *fault_ == Fault::kInvalidConfiguration && !timing_valid();
-    return (needs_remedy ? "Er. " : "Er ") + two_digits(f.number) + " " + two_digits(f.location);
-  }
-  std::string text(1, static_cast<char>('0' + static_cast<int>(power_.state())));
-  if (power_.power_on()) text += '.';
-  return isdsh_ ? text : "S" + text;
+  dictionary_.set(kInputState, terminals_.input_image());
+  dictionary_.set(kDigitalInputs, terminals_.function_image());
+  dictionary_.set(kOutputState, terminals_.output_image());
 }
 
 }  // namespace driveline::slaves::msd

@@ -9,11 +9,8 @@ using wire::SdoAbort;
 
 constexpr std::uint32_t kSaveSignature = 0x65766173;  ///< "save", CiA 301 7.5.2.13
 constexpr std::uint32_t kLoadSignature = 0x64616F6C;  ///< "load", CiA 301 7.5.2.14
-
-/// Interpolation types this model has: none, linear, cubic spline, its approximation (MSD manual Table 12.16).
-constexpr bool interpolation_supported(std::uint64_t type) noexcept {
-  return type <= 1 || type == 3 || type == 4;
-}
+constexpr std::uint32_t kLinearProfile = 0;           ///< 6086h
+constexpr std::uint32_t kJerkLimitedProfile = 3;
 
 /// 60C0h has the numbers of P 370 the other way round, except that linear is 0 and none is -1.
 constexpr std::int16_t sub_mode(std::uint8_t type) noexcept {
@@ -36,19 +33,24 @@ SdoResult<void> MsdDrive::accept(const EntryRow& row, std::uint64_t raw) {
       return require(raw == kSaveSignature, SdoAbort::kCannotTransferOrStore);
     case kRestoreCommand:
       return require(raw == kLoadSignature, SdoAbort::kCannotTransferOrStore);
-    case kMode: {
-      const auto mode = static_cast<std::int8_t>(raw);
-      return require(mode == 0 || (mode >= 8 && mode <= 10), SdoAbort::kValueRange);
-    }
-    case kInterpolationType:
-      return require(interpolation_supported(raw), SdoAbort::kValueRange);
-    case kInterpolationSubMode:
-      return require(interpolation_supported(type_of(static_cast<std::int16_t>(raw))), SdoAbort::kValueRange);
+    case kMode:
+      return require(ModeControl::supported(static_cast<OperationMode>(raw)), SdoAbort::kValueRange);
+    case kHomingMethod:
+      return require(raw == 0 || HomingSequence::supported(static_cast<std::int8_t>(raw)), SdoAbort::kValueRange);
+    case kMotionProfileType:
+      return require(raw == kLinearProfile || raw == kJerkLimitedProfile, SdoAbort::kValueRange);
     case kSyncTypeOutputs:
       return require(raw == 0 || raw == 2, SdoAbort::kValueRange);
     default:
-      return check_pdo_write(dictionary_, kPdoLimits, row, raw);
+      break;
   }
+  if (row.slot >= kInputFunctionFirst && row.slot <= kInputFunctionLast) {
+    return require(valid_input_function(row.index, raw), SdoAbort::kValueRange);
+  }
+  if (row.slot >= kOutputFunctionFirst && row.slot <= kOutputFunctionLast) {
+    return require(valid_output_function(row.index, raw), SdoAbort::kValueRange);
+  }
+  return check_pdo_write(dictionary_, kPdoLimits, row, raw);
 }
 
 void MsdDrive::written(const EntryRow& row) {
@@ -80,6 +82,7 @@ void MsdDrive::written(const EntryRow& row) {
     case kTargetTorque:
     case kVelocityOffset:
     case kTorqueOffset:
+    case kInterpolationData:
       return apply_setpoints();
     case kInterpolationType:
       dictionary_.set(kInterpolationSubMode, sub_mode(dictionary_.get<std::uint8_t>(kInterpolationType)));

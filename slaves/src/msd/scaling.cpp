@@ -13,51 +13,72 @@ namespace {
 constexpr std::uint8_t kPositionPolarity = 0x80;
 constexpr std::uint8_t kVelocityPolarity = 0x40;
 
-using Wide = unsigned __int128;  // three 32-bit factors
+using Wide = Ratio::Wide;  // three 32-bit factors
 
-constexpr Wide greatest_common_divisor(Wide a, Wide b) noexcept {
-  while (b != 0) {
-    const Wide rest = a % b;
-    a = b;
-    b = rest;
-  }
-  return a;
-}
-
-/// resolution * gear / feed as a reduced fraction in two 32-bit objects; halved until both fit.
-void store_factor(ObjectDictionary& dictionary, Value increments, Value revolutions, Value numerator,
-                  Value divisor) noexcept {
-  const auto value = [&](Value v) { return static_cast<Wide>(dictionary.get<std::uint32_t>(v)); };
-  Wide n = value(increments) * value(kGearMotorRevolutions) * value(kFeedRevolutions);
-  Wide d = value(revolutions) * value(kGearShaftRevolutions) * value(kFeed);
-  const Wide common = greatest_common_divisor(n, d);
-  n /= common;
-  d /= common;
+/// A factor in two 32-bit objects; halved until both fit.
+void store(ObjectDictionary& dictionary, Ratio factor, Value numerator, Value divisor) noexcept {
+  auto n = static_cast<std::uint64_t>(factor.numerator());
+  auto d = static_cast<std::uint64_t>(factor.divisor());
   while (n > 0xFFFFFFFFU || d > 0xFFFFFFFFU) {
     n >>= 1U;
     d >>= 1U;
   }
-  dictionary.set(numerator, static_cast<std::uint32_t>(n));
+  dictionary.set(numerator, std::max(static_cast<std::uint32_t>(n), 1U));
   dictionary.set(divisor, std::max(static_cast<std::uint32_t>(d), 1U));
+}
+
+constexpr Wide power_of_ten(int exponent) noexcept {
+  Wide power = 1;
+  for (int i = 0; i < exponent; ++i) power *= 10;
+  return power;
+}
+
+/// ratio * 10^exponent; there is room for 10^18 above 64 bits.
+Ratio scaled(Wide numerator, Wide divisor, int exponent) noexcept {
+  while ((numerator >> 64U) != 0 || (divisor >> 64U) != 0) {
+    numerator >>= 1U;
+    divisor >>= 1U;
+  }
+  return exponent >= 0 ? Ratio::of(numerator * power_of_ten(exponent), std::max<Wide>(divisor, 1))
+                       : Ratio::of(numerator, divisor * power_of_ten(-exponent));
 }
 
 }  // namespace
 
-Scaling Scaling::from(ObjectDictionary& dictionary) noexcept {
-  const auto value = [&](Value v) { return static_cast<double>(dictionary.get<std::uint32_t>(v)); };
-  store_factor(dictionary, kEncoderIncrements, kEncoderRevolutions, kPositionFactorNumerator, kPositionFactorDivisor);
-  store_factor(dictionary, kVelocityEncoderIncrements, kVelocityEncoderRevolutions, kVelocityFactorNumerator,
-               kVelocityFactorDivisor);
-  dictionary.set(kAccelerationFactorNumerator, dictionary.get<std::uint32_t>(kVelocityFactorNumerator));
-  dictionary.set(kAccelerationFactorDivisor, dictionary.get<std::uint32_t>(kVelocityFactorDivisor));
+Scaling Scaling::from(ObjectDictionary& dictionary, std::uint32_t encoder_increments) noexcept {
+  const auto value = [&](Value v) { return static_cast<Wide>(dictionary.get<std::uint32_t>(v)); };
+  const auto notation = [&](Value v) { return dictionary.get<std::int32_t>(v); };
+  const int velocity_exponent = notation(kVelocityNotation) - notation(kPositionNotation);
+  const int acceleration_exponent = notation(kAccelerationNotation) - notation(kVelocityNotation);
+  // gear / feed: motor revolutions per position unit. The encoder resolutions cancel out of the real movement.
+  const Wide revolutions = value(kGearMotorRevolutions) * value(kFeedRevolutions);
+  const Wide units = value(kGearShaftRevolutions) * value(kFeed);
 
-  // One position unit is gear / feed motor revolutions: the encoder resolution cancels out.
-  const double revolutions_per_unit =
-      value(kGearMotorRevolutions) * value(kFeedRevolutions) / (value(kGearShaftRevolutions) * value(kFeed));
-  const double radians = 2.0 * std::numbers::pi * revolutions_per_unit;
+  const Ratio gear = Ratio::of(revolutions, units);
+  const auto factor = [&](Value increments, Value per_revolutions, int exponent) {
+    return scaled(static_cast<Wide>(gear.numerator()) * value(increments),
+                  static_cast<Wide>(gear.divisor()) * value(per_revolutions), exponent);
+  };
+  store(dictionary, factor(kEncoderIncrements, kEncoderRevolutions, 0), kPositionFactorNumerator,
+        kPositionFactorDivisor);
+  store(dictionary, factor(kVelocityEncoderIncrements, kVelocityEncoderRevolutions, velocity_exponent),
+        kVelocityFactorNumerator, kVelocityFactorDivisor);
+  store(dictionary,
+        factor(kVelocityEncoderIncrements, kVelocityEncoderRevolutions, velocity_exponent + acceleration_exponent),
+        kAccelerationFactorNumerator, kAccelerationFactorDivisor);
+
+  const double radians = 2.0 * std::numbers::pi * gear.value();
+  const double velocity = radians * std::pow(10.0, velocity_exponent);
   const auto polarity = dictionary.get<std::uint8_t>(kPolarity);
-  return {(polarity & kPositionPolarity) != 0 ? -radians : radians,
-          (polarity & kVelocityPolarity) != 0 ? -radians : radians, radians};
+  Scaling scaling;
+  scaling.inverted = (polarity & kPositionPolarity) != 0;
+  scaling.position_rad = scaling.inverted ? -radians : radians;
+  scaling.velocity_rad_s = (polarity & kVelocityPolarity) != 0 ? -velocity : velocity;
+  scaling.acceleration_rad_s2 = velocity * std::pow(10.0, acceleration_exponent);
+  scaling.increments_per_unit =
+      Ratio::of(static_cast<Wide>(gear.numerator()) * encoder_increments, static_cast<Wide>(gear.divisor()));
+  scaling.units_per_increment = scaling.increments_per_unit.inverse();
+  return scaling;
 }
 
 template <typename T>

@@ -1,20 +1,12 @@
 #include <array>
 
-#include "driveline/slaves/msd/msd_table.hpp"
-#include "driveline/slaves/msd/msd_values.hpp"
+#include "table_row.hpp"
 
 namespace driveline::slaves::msd {
 namespace {
 
 using esi::DataType;
 using esi::ObjectCode;
-
-constexpr std::uint16_t kStored = access::kReadWrite | access::kBackup;
-
-/// P-parameter: index 2000h + number, sub-index = parameter index, 0 included (MSD manual 8.2.3, 8.2.5).
-constexpr std::uint16_t p(std::uint16_t number) {
-  return static_cast<std::uint16_t>(0x2000 + number);
-}
 
 constexpr std::array kRows = {
     EntryRow{.index = p(3),

@@ -1,7 +1,6 @@
 #include <array>
 
-#include "driveline/slaves/msd/msd_table.hpp"
-#include "driveline/slaves/msd/msd_values.hpp"
+#include "table_row.hpp"
 
 namespace driveline::slaves::msd {
 namespace {
@@ -9,10 +8,6 @@ namespace {
 using esi::DataType;
 using esi::ObjectCode;
 
-constexpr std::uint16_t kStored = access::kReadWrite | access::kBackup;
-constexpr std::uint16_t kRx = access::kReadWrite | access::kRxMappable | access::kTxMappable;
-constexpr std::uint16_t kRxStored = kRx | access::kBackup;
-constexpr std::uint16_t kTx = access::kRead | access::kTxMappable;
 constexpr std::string_view kCia = "CiA 402 (IEC 61800-7-201)";
 constexpr std::string_view kScaling = "MSD manual 10.3; default ours: increments of the motor encoder";
 
@@ -127,8 +122,8 @@ constexpr std::array kStateRows = {
     EntryRow{.index = 0x6502,
              .slot = slot::kConstant,
              .name = "Supported drive modes",
-             .initial = 0x0380,
-             .source = "MSD manual 6.4.1; bits of the modes this model runs: CSP, CSV, CST"},
+             .initial = 0x03E7,
+             .source = "MSD manual 6.4.1; bits CiA 402: modes 1, 2, 3, 6, 7, 8, 9, 10"},
 };
 
 constexpr std::array kPositionRows = {
@@ -432,7 +427,8 @@ std::span<const EntryRow> profile_rows() {
 }
 
 const DictionaryTable& dictionary_table() {
-  static const DictionaryTable kTable({communication_rows(), parameter_rows(), profile_rows()}, kValueCount);
+  static const DictionaryTable kTable(
+      {communication_rows(), parameter_rows(), profile_rows(), mode_rows(), terminal_rows()}, kValueCount);
   return kTable;
 }
 

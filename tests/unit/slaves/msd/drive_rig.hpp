@@ -12,6 +12,8 @@ namespace driveline::slaves::msd {
 
 using std::chrono_literals::operator""us;
 using std::chrono_literals::operator""ms;
+using std::chrono_literals::operator""ns;
+using std::chrono_literals::operator""s;
 using wire::AlState;
 using wire::AlStatusCode;
 

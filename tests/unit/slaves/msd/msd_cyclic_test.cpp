@@ -279,7 +279,7 @@ TEST(MsdCyclic, UnsupportedModeInTheProcessDataIsIgnored) {
   DriveRig rig;
   rig.operate();
   rig.enable(9);
-  for (const std::int8_t mode : {std::int8_t{1}, std::int8_t{6}, std::int8_t{7}, std::int8_t{-1}, std::int8_t{11}}) {
+  for (const std::int8_t mode : {std::int8_t{4}, std::int8_t{5}, std::int8_t{-1}, std::int8_t{11}}) {
     rig.mode = mode;
     rig.cycles(2);
     EXPECT_EQ(rig.mode_display, 9);

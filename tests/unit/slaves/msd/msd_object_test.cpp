@@ -28,7 +28,7 @@ TEST(MsdObject, Identity) {
   EXPECT_EQ(upload_text(rig, 0x1008), "MSD Servo Drive");
   EXPECT_EQ(upload_text(rig, 0x1009), "simulation");
   EXPECT_EQ(upload_text(rig, 0x100A), "124.30-00");
-  EXPECT_EQ(rig.read(0x6502), 0x380U);
+  EXPECT_EQ(rig.read(0x6502), 0x3E7U);
 }
 
 TEST(MsdObject, AliasNameHas100BytesPaddedWithZeros) {
@@ -45,7 +45,7 @@ TEST(MsdObject, AliasNameHas100BytesPaddedWithZeros) {
 TEST(MsdObject, ModeAcceptsOnlyWhatItRuns) {
   DriveRig rig;
   for (int mode = -128; mode < 128; ++mode) {
-    const bool runs = mode == 0 || (mode >= 8 && mode <= 10);
+    const bool runs = mode >= 0 && mode <= 10 && mode != 4 && mode != 5;
     EXPECT_EQ(rig.write(0x6060, 0, static_cast<std::uint8_t>(mode), 1), runs ? 0U : 0x06090030U) << mode;
   }
 }
@@ -72,18 +72,16 @@ TEST(MsdObject, InterpolationTypeHasTwoAddressesWithDifferentNumbers) {
     std::uint32_t parameter;
     int sub_mode;
   };
-  for (const auto& p : {Pair{0, -1}, Pair{1, 0}, Pair{3, -3}, Pair{4, -4}}) {
+  for (const auto& p : {Pair{0, -1}, Pair{1, 0}, Pair{2, -2}, Pair{3, -3}, Pair{4, -4}, Pair{5, -5}}) {
     ASSERT_EQ(rig.write(0x2172, 0, p.parameter, 1), 0U);
     EXPECT_EQ(rig.read(0x60C0), static_cast<std::uint16_t>(p.sub_mode));
   }
-  for (const auto& p : {Pair{0, -1}, Pair{1, 0}, Pair{3, -3}, Pair{4, -4}}) {
+  for (const auto& p : {Pair{0, -1}, Pair{1, 0}, Pair{2, -2}, Pair{3, -3}, Pair{4, -4}, Pair{5, -5}}) {
     ASSERT_EQ(rig.write(0x60C0, 0, static_cast<std::uint16_t>(p.sub_mode), 2), 0U);
     EXPECT_EQ(rig.read(0x2172), p.parameter);
   }
-  EXPECT_EQ(rig.write(0x2172, 0, 2, 1), 0x06090030U);  // not in this model
-  EXPECT_EQ(rig.write(0x2172, 0, 5, 1), 0x06090030U);
   EXPECT_EQ(rig.write(0x2172, 0, 6, 1), 0x06090031U);
-  EXPECT_EQ(rig.write(0x60C0, 0, static_cast<std::uint16_t>(-2), 2), 0x06090030U);
+  EXPECT_EQ(rig.write(0x60C0, 0, static_cast<std::uint16_t>(-6), 2), 0x06090032U);
   EXPECT_EQ(rig.write(0x60C0, 0, 1, 2), 0x06090031U);
 }
 

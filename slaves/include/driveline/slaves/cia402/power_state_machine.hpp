@@ -87,6 +87,8 @@ class PowerStateMachine {
   [[nodiscard]] MotionCommand motion() const noexcept { return motion_; }
   /// The motor is under control.
   [[nodiscard]] bool power_on() const noexcept { return motion_ != MotionCommand::kOff; }
+  /// The controlled stop in progress ends with the power stage off. \rtsafe
+  [[nodiscard]] bool powers_off_at_standstill(const OptionCodes& options) const noexcept;
   /// A quick stop that stays (codes 5-8) has come to its end.
   [[nodiscard]] bool quick_stop_finished() const noexcept { return quick_stop_finished_; }
 

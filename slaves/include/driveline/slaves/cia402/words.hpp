@@ -10,7 +10,14 @@ inline constexpr std::uint16_t kSwitchOn = 0x0001;
 inline constexpr std::uint16_t kEnableVoltage = 0x0002;
 inline constexpr std::uint16_t kQuickStop = 0x0004;  ///< active low
 inline constexpr std::uint16_t kEnableOperation = 0x0008;
-inline constexpr std::uint16_t kFaultReset = 0x0080;  ///< rising edge
+inline constexpr std::uint16_t kNewSetpoint = 0x0010;        ///< profile position
+inline constexpr std::uint16_t kHomingStart = 0x0010;        ///< homing
+inline constexpr std::uint16_t kEnableIp = 0x0010;           ///< interpolated position
+inline constexpr std::uint16_t kChangeImmediately = 0x0020;  ///< profile position
+inline constexpr std::uint16_t kUnlockRamp = 0x0020;         ///< velocity: 0 freezes the ramp
+inline constexpr std::uint16_t kRelative = 0x0040;           ///< profile position
+inline constexpr std::uint16_t kReferenceRamp = 0x0040;      ///< velocity: 0 sets the ramp's input to zero
+inline constexpr std::uint16_t kFaultReset = 0x0080;         ///< rising edge
 inline constexpr std::uint16_t kHalt = 0x0100;
 }  // namespace control_word
 
@@ -20,15 +27,26 @@ inline constexpr std::uint16_t kWarning = 0x0080;
 inline constexpr std::uint16_t kRemote = 0x0200;
 inline constexpr std::uint16_t kTargetReached = 0x0400;
 inline constexpr std::uint16_t kInternalLimit = 0x0800;
-inline constexpr std::uint16_t kTargetUsed = 0x1000;        ///< CSP, CSV, CST: setpoint is followed
-inline constexpr std::uint16_t kFollowingError = 0x2000;    ///< CSP
-inline constexpr std::uint16_t kStandstill = 0x4000;        ///< MSD: ROT_0
-inline constexpr std::uint16_t kAxisSynchronised = 0x8000;  ///< MSD
+inline constexpr std::uint16_t kTargetUsed = 0x1000;           ///< CSP, CSV, CST: setpoint is followed
+inline constexpr std::uint16_t kSetpointAcknowledge = 0x1000;  ///< profile position
+inline constexpr std::uint16_t kSpeedZero = 0x1000;            ///< profile velocity
+inline constexpr std::uint16_t kHomingAttained = 0x1000;       ///< homing
+inline constexpr std::uint16_t kIpActive = 0x1000;             ///< interpolated position
+inline constexpr std::uint16_t kFollowingError = 0x2000;       ///< profile position, CSP
+inline constexpr std::uint16_t kMaxSlippage = 0x2000;          ///< profile velocity
+inline constexpr std::uint16_t kHomingError = 0x2000;          ///< homing
+inline constexpr std::uint16_t kStandstill = 0x4000;           ///< MSD: ROT_0
+inline constexpr std::uint16_t kAxisSynchronised = 0x8000;     ///< MSD
 }  // namespace status_word
 
 /// Modes of operation 6060h this product knows by name.
 enum class OperationMode : std::int8_t {
   kNone = 0,
+  kProfilePosition = 1,
+  kVelocity = 2,
+  kProfileVelocity = 3,
+  kHoming = 6,
+  kInterpolatedPosition = 7,
   kCyclicSynchronousPosition = 8,
   kCyclicSynchronousVelocity = 9,
   kCyclicSynchronousTorque = 10,

@@ -17,6 +17,9 @@ enum class Fault : std::uint8_t {
   kLocalError,
   kFollowingError,
   kDcLinkUndervoltage,
+  kPositiveLimitSwitch,
+  kNegativeLimitSwitch,
+  kHoming,
 };
 
 struct FaultFacts {
@@ -44,6 +47,12 @@ inline constexpr std::array kFaults = {
                "Device Help 11.6.18 (error 17), code CiA 402; location ours"},
     FaultFacts{Fault::kDcLinkUndervoltage, 5, 1, 0x3220, 0x04, true, "DC link undervoltage",
                "code CiA 402; number and location ours"},
+    FaultFacts{Fault::kPositiveLimitSwitch, 8, 1, 0x8612, 0x20, false, "positive limit switch",
+               "code CiA 402 (reference limit); number and location ours"},
+    FaultFacts{Fault::kNegativeLimitSwitch, 8, 2, 0x8612, 0x20, false, "negative limit switch",
+               "code CiA 402 (reference limit); number and location ours"},
+    FaultFacts{Fault::kHoming, 20, 1, 0x8600, 0x20, false, "homing failed",
+               "MSD manual Table 12.14: an error code tells the cause; numbers ours"},
 };
 
 [[nodiscard]] constexpr const FaultFacts& facts(Fault fault) noexcept {

@@ -3,6 +3,8 @@
 #include <chrono>
 
 #include "driveline/slaves/cia402/power_state_machine.hpp"
+#include "driveline/slaves/cia402/profile_generator.hpp"
+#include "driveline/slaves/cia402/ratio.hpp"
 #include "driveline/slaves/msd/fine_interpolator.hpp"
 #include "driveline/slaves/msd/scaling.hpp"
 #include "driveline/slaves/plant/servo_controller.hpp"
@@ -13,6 +15,7 @@ namespace driveline::slaves::msd {
 /// What the object dictionary tells the motion control, in motor units.
 struct MotionSettings {
   Scaling scaling;
+  PositionRange range;
   ControllerParameters controller;
   FineInterpolator::Method method = FineInterpolator::Method::kLinear;
   std::uint32_t steps_per_setpoint = 16;
@@ -23,6 +26,7 @@ struct MotionSettings {
   double feed_forward_inertia_kg_m2 = 0.0;  ///< 0: no internal torque feed-forward
   double slow_down_rad_s2 = 600.0;
   double quick_stop_rad_s2 = 2500.0;
+  double jerk_time_s = 0.0;  ///< of the profile; quick stop ramps have it too, fault ramps never (MSD manual 10.2)
   double standstill_rad_s = 1.0;
   bool position_limited = false;  ///< software limits 607Dh, in position units
   std::int32_t position_min = 0;
@@ -38,8 +42,18 @@ struct Setpoints {
   std::int16_t torque_offset_permille = 0;
 };
 
-/// Motor, controller and the setpoints between them: follows the cyclic modes, brakes on ramps, coasts. One object
-/// per axis; step() runs once per control cycle of 62.5 us.
+/// What is followed while the drive is to follow its mode.
+enum class MotionSource : std::uint8_t {
+  kNone,             ///< no mode: speed zero
+  kCyclicPosition,   ///< setpoints of the bus, fine interpolation, position control
+  kCyclicVelocity,   ///< the same with velocity control
+  kCyclicTorque,     ///< the same with torque control
+  kProfilePosition,  ///< profile generator, position control
+  kProfileVelocity,  ///< profile generator, velocity control
+};
+
+/// Motor, controller and the setpoints between them: follows setpoints or its profile generator, brakes on ramps,
+/// coasts. One object per axis; step() runs once per control cycle of 62.5 us.
 class Motion {
  public:
   Motion(const MotorParameters& motor, double initial_position_rad) noexcept;
@@ -48,15 +62,33 @@ class Motion {
   void configure(const MotionSettings& settings) noexcept;
   /// New setpoints from the bus; they start a segment of the fine interpolation. \rtsafe
   void set(const Setpoints& setpoints) noexcept;
-  /// One control cycle. A change of command or mode takes over position, speed and torque as they are. \rtsafe
-  void step(MotionCommand command, OperationMode mode) noexcept;
+  /// Movements of the profile generator: to a position in position units (not wrapped), to a speed of the motor shaft.
+  /// Limits in motor units. They last until the next one or until the source changes. \rtsafe
+  void move_to(std::int64_t position, const ProfileLimits& limits) noexcept;
+  void run_at(double velocity_rad_s, const ProfileLimits& limits) noexcept;
+  /// Holds the speed the profile generator has now. \rtsafe
+  void freeze() noexcept;
+  /// What to do from now on. A change of command or source takes over position, speed and torque as they are; it
+  /// ends a movement of the profile generator. `smooth`: braking ramps have the profile's jerk time. \rtsafe
+  void select(MotionCommand command, MotionSource source, bool smooth) noexcept;
+  /// One control cycle. \rtsafe
+  void step(bool brake_closed) noexcept;
+  /// Makes `increments` of the encoder the new zero of all positions; the movement is not affected. \rtsafe
+  void set_zero(std::int64_t increments) noexcept;
 
   [[nodiscard]] const ServoMotor& motor() const noexcept { return motor_; }
   [[nodiscard]] const ServoController& controller() const noexcept { return controller_; }
+  [[nodiscard]] const MotionSettings& settings() const noexcept { return settings_; }
+  /// Encoder count that position 0 stands for. \rtsafe
+  [[nodiscard]] std::int64_t zero() const noexcept { return zero_; }
   /// Position in position units, not wrapped to 32 bits. \rtsafe
   [[nodiscard]] std::int64_t position() const noexcept;
-  [[nodiscard]] double position_demand() const noexcept;  ///< position units; actual position unless in CSP
-  [[nodiscard]] double following_error() const noexcept;  ///< position units; 0 unless in CSP
+  /// The same for any encoder count. \rtsafe
+  [[nodiscard]] std::int64_t position_at(std::int64_t increments) const noexcept {
+    return settings_.scaling.to_units(increments - zero_);
+  }
+  [[nodiscard]] double position_demand() const noexcept;  ///< position units; actual position without position control
+  [[nodiscard]] double following_error() const noexcept;  ///< position units; 0 without position control
   [[nodiscard]] double velocity() const noexcept;         ///< velocity units
   [[nodiscard]] double velocity_demand() const noexcept;  ///< velocity units
   [[nodiscard]] double torque_permille() const noexcept;
@@ -64,23 +96,38 @@ class Motion {
   /// The measured speed is within the standstill window. \rtsafe
   [[nodiscard]] bool standstill() const noexcept;
   /// Standstill, and a braking ramp has come to its end. \rtsafe
-  [[nodiscard]] bool stopped() const noexcept { return standstill() && !(ramp_rad_s_ < 0.0 || ramp_rad_s_ > 0.0); }
+  [[nodiscard]] bool stopped() const noexcept { return standstill() && (!ramping_ || generator_.finished()); }
+  /// The profile generator has come to the end of its movement. \rtsafe
+  [[nodiscard]] bool movement_finished() const noexcept { return generator_.finished(); }
+  [[nodiscard]] const ProfileState& profile() const noexcept { return generator_.state(); }
   /// Torque, velocity or position setpoint was limited. \rtsafe
   [[nodiscard]] bool limited() const noexcept { return limited_ || controller_.limited(); }
-  /// Distance of actual position or speed from the setpoint of the mode, in its units; 0 in torque mode. \rtsafe
+  /// Distance of actual position or speed from the setpoint of the source, in its units; 0 in torque control. \rtsafe
   [[nodiscard]] double distance_to_target() const noexcept;
+  /// The setpoints have come at the times the interpolation expects them, for a while. \rtsafe
+  [[nodiscard]] bool synchronised() const noexcept;
+  [[nodiscard]] MotionSource source() const noexcept { return source_; }
+  [[nodiscard]] MotionCommand command() const noexcept { return command_; }
+  /// Direction in user units in which the setpoints move the axis: -1, 0, 1; without speed control the direction the
+  /// axis moves in. \rtsafe
+  [[nodiscard]] int direction() const noexcept;
 
  private:
-  void take_over(MotionCommand command, OperationMode mode) noexcept;
+  void take_over(MotionCommand command, MotionSource source, bool smooth) noexcept;
   void push_setpoints() noexcept;
+  [[nodiscard]] bool position_controlled() const noexcept;
+  [[nodiscard]] double position_setpoint_rad() const noexcept;
   [[nodiscard]] double measured_position_rad() const noexcept;
+  [[nodiscard]] double to_rad(double position) const noexcept;
   [[nodiscard]] double follow() noexcept;
   [[nodiscard]] double follow_position() noexcept;
   [[nodiscard]] double follow_velocity() noexcept;
   [[nodiscard]] double follow_torque() noexcept;
-  [[nodiscard]] double brake(double deceleration_rad_s2) noexcept;
+  [[nodiscard]] double follow_profile_position() noexcept;
+  [[nodiscard]] double follow_profile_velocity() noexcept;
   [[nodiscard]] double speed_feed_forward(double internal_rad_s) const noexcept;
   [[nodiscard]] double torque_feed_forward(double acceleration_rad_s2) const noexcept;
+  [[nodiscard]] double internal_torque(double acceleration_rad_s2) const noexcept;
   [[nodiscard]] double torque_of(double permille) const noexcept;
 
   ServoMotor motor_;
@@ -90,12 +137,15 @@ class Motion {
   FineInterpolator position_;
   FineInterpolator velocity_;
   FineInterpolator torque_;
+  ProfileGenerator generator_;
   MotionCommand command_ = MotionCommand::kOff;
-  OperationMode mode_ = OperationMode::kNone;
-  std::int64_t target_position_ = 0;  ///< 607Ah without the wrap at 32 bits
-  double units_per_increment_ = 1.0;
-  double ramp_rad_s_ = 0.0;
+  MotionSource source_ = MotionSource::kNone;
+  std::int64_t zero_ = 0;
+  std::int64_t target_position_ = 0;  ///< cyclic position setpoint without the wrap at 32 bits
   double torque_demand_nm_ = 0.0;
+  std::uint32_t samples_on_time_ = 0;
+  std::uint32_t steps_since_sample_ = 0;
+  bool ramping_ = false;
   bool limited_ = false;
 };
 

@@ -3,16 +3,26 @@
 #include <array>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "driveline/slaves/cia402/power_state_machine.hpp"
 #include "driveline/slaves/device.hpp"
 #include "driveline/slaves/mailbox/coe_server.hpp"
 #include "driveline/slaves/msd/faults.hpp"
+#include "driveline/slaves/msd/mode_control.hpp"
 #include "driveline/slaves/msd/motion.hpp"
 #include "driveline/slaves/msd/msd_table.hpp"
+#include "driveline/slaves/msd/terminals.hpp"
 #include "driveline/slaves/od/pdo_map.hpp"
 
 namespace driveline::slaves::msd {
+
+/// A switch of the machine: it drives an input terminal while the motor shaft is between two positions.
+struct MachineSwitch {
+  Input input = Input::kIsd00;
+  double from_rad = 0.0;
+  double to_rad = 0.0;
+};
 
 /// What tells one drive from another.
 struct MsdParameters {
@@ -21,10 +31,12 @@ struct MsdParameters {
   MotorParameters motor;
   ControllerParameters controller;  ///< become P 320, P 321, P 351 and P 360; its limits come from 6072h and 6080h
   double initial_position_rad = 0.0;
+  std::vector<MachineSwitch> switches;
+  std::chrono::nanoseconds homing_time_out = std::chrono::minutes{2};  ///< ours; then homing fails
 };
 
-/// The Moog MSD servo drive with motor and load behind an EtherCAT slave controller. Modes 8 (CSP), 9 (CSV) and 10
-/// (CST); object dictionary, CoE, CiA 402 state machine, faults and fall-back as in the MSD manual.
+/// The Moog MSD servo drive with motor and load behind an EtherCAT slave controller: all its modes of operation, object
+/// dictionary, CoE, CiA 402 state machine, terminals, faults and fall-back as in the MSD manual.
 ///
 /// Belongs to the thread that drives the line. Times are counted from the first call of advance().
 class MsdDrive final : public Device, private DictionaryOwner {
@@ -49,10 +61,14 @@ class MsdDrive final : public Device, private DictionaryOwner {
   void advance(std::chrono::nanoseconds now) noexcept override;
   [[nodiscard]] std::chrono::nanoseconds process_data_period() const noexcept override;
 
-  // The terminals: hardware enable ENPO, safe torque off ISDSH (true: torque permitted), mains. \rtsafe
-  void set_enpo(bool on) noexcept;
-  void set_isdsh(bool on) noexcept { isdsh_ = on; }
+  // The terminals: any input, hardware enable ENPO, safe torque off ISDSH (true: torque permitted), mains. \rtsafe
+  void set_input(Input input, bool level) noexcept;
+  [[nodiscard]] bool output(Output output) const noexcept { return terminals_.output(output); }
+  void set_enpo(bool on) noexcept { set_input(Input::kEnpo, on); }
+  void set_isdsh(bool on) noexcept { set_input(Input::kIsdsh, on); }
   void set_dc_link(bool present) noexcept { dc_link_ = present; }
+  /// The two buttons under the display: acknowledges a fault (MSD manual 13.2). \rtsafe
+  void press_buttons() noexcept { acknowledge(); }
 
   /// Switches the drive off and on again: stored parameters, state machine from the start. The AL state is the slave
   /// controller's business. Not for use in the cycle.
@@ -84,20 +100,25 @@ class MsdDrive final : public Device, private DictionaryOwner {
   [[nodiscard]] bool timing_valid() const noexcept;
   [[nodiscard]] std::uint32_t steps_per_setpoint() const noexcept;
   [[nodiscard]] bool remote() const noexcept;
+  [[nodiscard]] bool references_from_bus() const noexcept;
+  [[nodiscard]] bool power_ready() const noexcept;
+  [[nodiscard]] bool cause_persists(Fault fault) const noexcept;
   [[nodiscard]] OptionCodes option_codes() const noexcept;
 
   void apply_settings() noexcept;
+  void evaluate_switches() noexcept;
   void apply_setpoints() noexcept;
   void watch_fault_reset() noexcept;
   void acknowledge() noexcept;
   void raise(Fault fault) noexcept;
   void power_step() noexcept;
-  void select_mode() noexcept;
+  void control_brake() noexcept;
+  [[nodiscard]] bool brake_settled() const noexcept;
+  [[nodiscard]] ModeControl::Conditions mode_conditions() const noexcept;
   void monitor_following_error() noexcept;
-  void update_target_reached() noexcept;
+  void monitor_limit_switches() noexcept;
   void publish() noexcept;
   [[nodiscard]] std::uint16_t status_word() const noexcept;
-  [[nodiscard]] bool following() const noexcept;
 
   MsdParameters parameters_;
   DeviceProfile profile_;
@@ -109,20 +130,19 @@ class MsdDrive final : public Device, private DictionaryOwner {
   PdoMap tx_map_;
   PowerStateMachine power_;
   Motion motion_;
+  ModeControl modes_{dictionary_};
+  Terminals terminals_;
 
   wire::AlState al_state_ = wire::AlState::kInit;
-  OperationMode mode_ = OperationMode::kNone;
   std::optional<Fault> fault_;
   std::uint16_t last_control_word_ = 0;
-  bool enpo_ = true;
-  bool isdsh_ = true;
   bool dc_link_ = true;
+  bool brake_open_ = false;                 ///< the brake's output
+  std::chrono::nanoseconds brake_time_{0};  ///< since the output changed
   bool settings_changed_ = true;
   bool factory_reset_pending_ = false;
   bool following_error_ = false;
-  bool target_reached_ = false;
   std::chrono::nanoseconds following_error_time_{0};
-  std::chrono::nanoseconds target_time_{0};
   std::optional<std::chrono::nanoseconds> next_step_;
   std::uint64_t steps_ = 0;
 };

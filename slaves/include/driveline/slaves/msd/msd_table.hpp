@@ -15,10 +15,12 @@ inline constexpr std::uint32_t kRevision = 0x007C001E;     ///< ours: firmware 1
 /// The object dictionary of the MSD servo drive: one table for SDO, SDO information, PDO mapping, ESI, SII.
 [[nodiscard]] const DictionaryTable& dictionary_table();
 
-/// Parts of the table by address range (1000h-1FFFh, 2000h-5FFFh, 6000h-67FFh).
+/// Parts of the table by address range (1000h-1FFFh, 2000h-5FFFh, 6000h-67FFh) and, for the modes of operation, by use.
 [[nodiscard]] std::span<const EntryRow> communication_rows();
 [[nodiscard]] std::span<const EntryRow> parameter_rows();
 [[nodiscard]] std::span<const EntryRow> profile_rows();
+[[nodiscard]] std::span<const EntryRow> mode_rows();
+[[nodiscard]] std::span<const EntryRow> terminal_rows();
 
 /// What ESI and SII say about the drive, made from the table.
 [[nodiscard]] esi::DeviceDescription device_description();

@@ -94,6 +94,47 @@ enum Value : std::uint16_t {
   kInterpolationPeriodIndex,
   kFollowingError,
   kTargetVelocity,
+  // profile position and profile velocity
+  kProfileVelocity,
+  kMaxProfileVelocity,
+  kProfileAcceleration,
+  kMotionProfileType,
+  kJerkTime,
+  kVelocityThreshold,
+  kVelocityThresholdTime,
+  kMaxSlippage,
+  kPositioningOption,
+  kRangeMin,
+  kRangeMax,
+  // homing
+  kHomeOffset,
+  kHomingMethod,
+  kHomingSpeedSwitch,
+  kHomingSpeedZero,
+  kHomingAcceleration,
+  // velocity mode, interpolated position
+  kVelocitySetpoint,
+  kVelocityMin,
+  kVelocityMax,
+  kVelocityAccelerationChange,
+  kVelocityAccelerationTime,
+  kVelocityDecelerationChange,
+  kVelocityDecelerationTime,
+  kInterpolationData,
+  // units
+  kPositionNotation,
+  kVelocityNotation,
+  kAccelerationNotation,
+  // inputs and outputs
+  kInputFunctionFirst,  ///< P 100-P 110, in order
+  kInputFunctionLast = kInputFunctionFirst + 10,
+  kOutputFunctionFirst,  ///< P 122-P 126, in order
+  kOutputFunctionLast = kOutputFunctionFirst + 4,
+  kOutputState,
+  kPhysicalOutputs,
+  kOutputMask,
+  kBrakeLiftTime,
+  kBrakeCloseTime,
   kValueCount,
 };
 

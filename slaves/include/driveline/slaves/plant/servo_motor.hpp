@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 namespace driveline::slaves {
 
@@ -12,6 +13,7 @@ struct MotorParameters {
   double inertia_kg_m2 = 3.0e-4;          ///< motor and load, at the motor shaft
   double viscous_friction_nm_s = 2.0e-4;  ///< Nm per rad/s
   double coulomb_friction_nm = 0.03;
+  double brake_torque_nm = 0.0;                  ///< of the closed holding brake; 0: the motor has none
   double torque_lag_s = 1.5e-4;                  ///< time constant of the current loop
   double max_speed_rad_s = 628.0;                ///< mechanical limit: 6000 rev/min
   std::uint32_t encoder_increments = 1U << 20U;  ///< per revolution, quadrature counted
@@ -27,7 +29,7 @@ class ServoMotor {
   ServoMotor(const MotorParameters& parameters, double step_s, double position_rad) noexcept;
 
   /// One step with this torque setpoint (limited to the peak torque; anything not finite counts as 0). \rtsafe
-  void step(double torque_setpoint_nm) noexcept;
+  void step(double torque_setpoint_nm, bool brake_closed = false) noexcept;
 
   [[nodiscard]] const MotorParameters& parameters() const noexcept { return parameters_; }
   [[nodiscard]] double position_rad() const noexcept { return position_rad_; }
@@ -40,6 +42,9 @@ class ServoMotor {
   /// Position as the encoder counts it, rounded down. \rtsafe
   [[nodiscard]] std::int64_t encoder_count() const noexcept;
   [[nodiscard]] double radians_per_increment() const noexcept { return radians_per_increment_; }
+  /// Where the last step passed the encoder's index pulse, which comes once per revolution at encoder count 0; the
+  /// newest one if a step is longer than a revolution. \rtsafe
+  [[nodiscard]] std::optional<std::int64_t> index_pulse() const noexcept;
 
  private:
   MotorParameters parameters_;
@@ -50,6 +55,7 @@ class ServoMotor {
   double radians_per_increment_;
   double increments_per_radian_;
   double position_rad_;
+  double last_position_rad_;  ///< one step ago
   double velocity_rad_s_ = 0.0;
   double torque_nm_ = 0.0;
 };

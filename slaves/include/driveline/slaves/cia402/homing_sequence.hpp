@@ -1,0 +1,91 @@
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <optional>
+
+namespace driveline::slaves {
+
+/// What homing sees in one control cycle. Positions in encoder increments, counted upwards in the positive direction
+/// of the axis.
+struct HomingInputs {
+  bool negative_limit = false;
+  bool positive_limit = false;
+  bool home_switch = false;
+  std::int64_t position = 0;
+  std::optional<std::int64_t> index_pulse;  ///< where the pulse was passed in this cycle
+  int travel = 0;                           ///< direction the axis really moves in: -1, 0, 1
+  bool standstill = false;                  ///< the demand is zero and the axis stands
+};
+
+/// The movements of the homing methods of CiA 402 (6098h): 1-14 with index pulse, 17-30 without, 33 and 34 index pulse
+/// alone, 35 and 37 the present position. 15, 16, 31, 32 are reserved, 36 and the manufacturer's negative methods are
+/// not part of CiA 402 or not described.
+///
+/// Switches are searched with the fast speed; the edge that becomes the home position is always passed with the slow
+/// one, so without an index pulse an edge found on the way there is left and passed again. An index pulse counts from
+/// the switch edge on. Where the home position is found, the axis stops; it does not return to it (ours).
+class HomingSequence {
+ public:
+  enum class State : std::uint8_t { kIdle, kSearching, kStopping, kAttained, kInterrupted, kFailed };
+  enum class Failure : std::uint8_t { kNone, kLimitSwitch, kTimeOut };
+  /// What the axis is to do: run in this direction (0: stand still).
+  struct Demand {
+    int direction = 0;
+    bool slow = false;
+  };
+
+  [[nodiscard]] static bool supported(std::int8_t method) noexcept;
+
+  /// Begins; anything found before is forgotten. Fails at once with a method that is not supported. \rtsafe
+  void start(std::int8_t method, const HomingInputs& inputs) noexcept;
+  /// Stops the axis and gives up; no effect unless homing runs. \rtsafe
+  void interrupt() noexcept;
+  /// Forgets everything. \rtsafe
+  void reset() noexcept { *this = HomingSequence{}; }
+  /// One control cycle; fails when `time_out` has passed since the start. \rtsafe
+  void step(const HomingInputs& inputs, std::chrono::nanoseconds dt, std::chrono::nanoseconds time_out) noexcept;
+
+  [[nodiscard]] State state() const noexcept { return state_; }
+  [[nodiscard]] Failure failure() const noexcept { return failure_; }
+  [[nodiscard]] bool running() const noexcept { return state_ == State::kSearching || state_ == State::kStopping; }
+  [[nodiscard]] Demand demand() const noexcept;
+  /// The home position, once it is found. \rtsafe
+  [[nodiscard]] std::optional<std::int64_t> home() const noexcept { return home_; }
+
+ private:
+  enum class Switch : std::uint8_t { kNegativeLimit, kPositiveLimit, kHome };
+  enum class Until : std::uint8_t { kActive, kInactive, kIndex };
+  struct Leg {
+    int direction = 0;
+    Until until = Until::kIndex;
+    bool slow = false;
+  };
+  void plan(std::int8_t method, const HomingInputs& inputs) noexcept;
+  void plan_limit(bool on) noexcept;
+  void plan_half(int variant, bool on, bool index) noexcept;
+  void plan_cam(int variant, bool on, bool index) noexcept;
+  void add(int direction, Until until, bool slow) noexcept;
+  void finish_with(bool index) noexcept;
+  [[nodiscard]] bool level(const HomingInputs& inputs) const noexcept;
+  [[nodiscard]] bool blocked(const HomingInputs& inputs) const noexcept;
+  void turn_at_limit() noexcept;
+  void leg_done(std::int64_t position) noexcept;
+
+  State state_ = State::kIdle;
+  Failure failure_ = Failure::kNone;
+  Switch switch_ = Switch::kHome;
+  std::array<Leg, 8> legs_{};
+  std::size_t count_ = 0;
+  std::size_t current_ = 0;
+  int mirror_ = 1;        ///< -1: the method is the mirror image of its neighbour
+  int cam_variant_ = -1;  ///< methods 7-14, 23-30 while a limit switch may still turn the axis round
+  bool with_index_ = false;
+  bool level_ = false;     ///< of the switch, one cycle ago
+  std::int64_t edge_ = 0;  ///< where the last edge was found
+  std::optional<std::int64_t> home_;
+  std::chrono::nanoseconds elapsed_{0};
+};
+
+}  // namespace driveline::slaves

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+namespace driveline::slaves {
+
+/// The handshake of the profile position mode between control word bits 4, 5, 6 and status word bit 12 (MSD manual
+/// 12.2.1): the setpoint in work and one more that waits for its end.
+class SetpointHandshake {
+ public:
+  struct Setpoint {
+    std::int32_t target = 0;
+    bool relative = false;
+  };
+
+  /// Forgets all setpoints; bit 4 must rise again. \rtsafe
+  void reset(std::uint16_t control_word) noexcept;
+  /// One evaluation. Returns the setpoint to go to from now on, if one begins: `finished` tells that the movement of
+  /// the one before has come to its end. \rtsafe
+  [[nodiscard]] std::optional<Setpoint> step(std::uint16_t control_word, std::int32_t target, bool finished) noexcept;
+
+  /// Status word bit 12. \rtsafe
+  [[nodiscard]] bool acknowledged() const noexcept { return acknowledged_; }
+  /// A setpoint is in work or waits. \rtsafe
+  [[nodiscard]] bool busy() const noexcept { return active_ || waiting_.has_value(); }
+
+ private:
+  bool bit_ = true;  ///< control word bit 4, one evaluation ago
+  bool active_ = false;
+  bool acknowledged_ = false;
+  std::optional<Setpoint> waiting_;
+};
+
+}  // namespace driveline::slaves

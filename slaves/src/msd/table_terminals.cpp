@@ -1,0 +1,58 @@
+// Rows of the terminals: function selectors, images, outputs set by the bus, motor brake.
+#include <vector>
+
+#include "table_row.hpp"
+
+namespace driveline::slaves::msd {
+namespace {
+
+using enum esi::DataType;
+
+constexpr std::string_view kSelector = "MSD manual 12.2.4; terminal SERCOS manual Table 10.1; defaults ours";
+constexpr std::array<std::string_view, 11> kInputNames = {
+    "MPRO_INPUT_FS_ENPO",  "MPRO_INPUT_FS_ISD00", "MPRO_INPUT_FS_ISD01", "MPRO_INPUT_FS_ISD02",
+    "MPRO_INPUT_FS_ISD03", "MPRO_INPUT_FS_ISD04", "MPRO_INPUT_FS_ISD05", "MPRO_INPUT_FS_ISD06",
+    "MPRO_INPUT_FS_ISDSH", "MPRO_INPUT_FS_ISA00", "MPRO_INPUT_FS_ISA01"};
+constexpr std::array<std::string_view, 5> kOutputNames = {"MPRO_OUTPUT_FS_OSD00", "MPRO_OUTPUT_FS_OSD01",
+                                                          "MPRO_OUTPUT_FS_OSD02", "MPRO_OUTPUT_FS_MOTO",
+                                                          "MPRO_OUTPUT_FS_RELOUT1"};
+constexpr double kBrakeFunction = 1;  ///< of P 125
+
+constexpr std::array kFixedRows = {
+    variable(p(143), kUnsigned32, kTx, kOutputState, "MPRO_OUTPUT_STATE", {}, {}, "MSD manual Table 10.7"),
+    variable(p(213), kReal32, kStored, kBrakeLiftTime, "Motor brake lift time", {0, 0, 10000}, "ms",
+             "SERCOS manual Table 10.1; default ours"),
+    variable(p(214), kReal32, kStored, kBrakeCloseTime, "Motor brake close time", {0, 0, 10000}, "ms",
+             "SERCOS manual Table 10.1; default ours"),
+    array_length(0x60FE, "Digital outputs", 2, "MSD manual 10.4.5; structure CiA 402"),
+    element(0x60FE, 1, kUnsigned32, kRx, kPhysicalOutputs, "Physical outputs", {}, {}, "MSD manual Table 10.9"),
+    element(0x60FE, 2, kUnsigned32, kRxStored, kOutputMask, "Bit mask", {0x00C70000}, {},
+            "CiA 402; default ours: every output of Table 10.9"),
+};
+
+std::vector<EntryRow> make_rows() {
+  std::vector<EntryRow> rows(kFixedRows.begin(), kFixedRows.end());
+  for (std::uint16_t i = 0; i < kInputNames.size(); ++i) {
+    rows.push_back(variable(p(static_cast<std::uint16_t>(100 + i)), kUnsigned16, kStored,
+                            static_cast<std::uint16_t>(kInputFunctionFirst + i), kInputNames[i], {0, 0, 15}, {},
+                            kSelector));
+  }
+  for (std::uint16_t i = 0; i < kOutputNames.size(); ++i) {
+    const bool brake = i == 3;
+    rows.push_back(variable(p(static_cast<std::uint16_t>(122 + i)), kUnsigned16, kStored,
+                            static_cast<std::uint16_t>(kOutputFunctionFirst + i), kOutputNames[i],
+                            {brake ? kBrakeFunction : 0.0, 0, 40}, {},
+                            brake ? "SERCOS manual Table 10.1: motor brake; number of the function ours"
+                                  : "MSD manual Table 10.8; default ours"));
+  }
+  return rows;
+}
+
+}  // namespace
+
+std::span<const EntryRow> terminal_rows() {
+  static const std::vector<EntryRow> kRows = make_rows();
+  return kRows;
+}
+
+}  // namespace driveline::slaves::msd

@@ -1,0 +1,308 @@
+// Homing mode (MSD manual 12.2.4): every method from three start positions each, on a machine with switches.
+#include <limits>
+
+#include "drive_rig.hpp"
+
+namespace driveline::slaves::msd {
+namespace {
+
+constexpr double kRevolution = 1048576.0;
+constexpr double kTurn = 2.0 * std::numbers::pi;
+constexpr double kEndless = std::numeric_limits<double>::infinity();
+constexpr double kLimit = 4.3;    ///< limit switches beyond this many revolutions either way
+constexpr double kEdge = 1.3;     ///< home switch of methods 3-6, active from here on outwards
+constexpr double kCamLeft = 0.6;  ///< cam of methods 7-14
+constexpr double kCamRight = 1.7;
+constexpr std::uint16_t kReached = 0x0400;
+constexpr std::uint16_t kAttained = 0x1000;
+constexpr std::uint16_t kError = 0x2000;
+
+int without_index(int method) {
+  return method > 16 && method < 31 ? method - 16 : method;
+}
+
+MsdParameters machine(int method, double start_revolutions) {
+  const int number = without_index(method);
+  MsdParameters p;
+  p.initial_position_rad = start_revolutions * kTurn;
+  p.switches = {{Input::kIsd00, -kEndless, -kLimit * kTurn}, {Input::kIsd01, kLimit * kTurn, kEndless}};
+  if (number == 3 || number == 4) {
+    p.switches.push_back({Input::kIsd02, kEdge * kTurn, kEndless});
+  } else if (number == 5 || number == 6) {
+    p.switches.push_back({Input::kIsd02, -kEndless, -kEdge * kTurn});
+  } else {
+    p.switches.push_back({Input::kIsd02, kCamLeft * kTurn, kCamRight * kTurn});
+  }
+  return p;
+}
+
+/// A drive on that machine, enabled in homing mode, ISD00 negative limit, ISD01 positive limit, ISD02 home switch.
+class HomingRig : public DriveRig {
+ public:
+  HomingRig(int method, double start_revolutions, std::int32_t offset = 0)
+      : DriveRig(machine(method, start_revolutions)), offset_(offset) {
+    EXPECT_EQ(write(0x2065, 0, 6, 2), 0U);
+    EXPECT_EQ(write(0x2066, 0, 5, 2), 0U);
+    EXPECT_EQ(write(0x2067, 0, 10, 2), 0U);
+    EXPECT_EQ(write(0x6098, 0, static_cast<std::uint8_t>(method), 1), 0U);
+    EXPECT_EQ(write(0x607C, 0, static_cast<std::uint32_t>(offset), 4), 0U);
+    EXPECT_EQ(write(0x6099, 1, 2 * 1048576, 4), 0U);
+    EXPECT_EQ(write(0x6099, 2, 104858, 4), 0U);
+    operate();
+    enable(6);
+  }
+  /// Runs homing to its end; false when it takes longer than a minute.
+  bool home() {
+    control = 0x1F;
+    for (int i = 0; i < 480'000; ++i) {
+      cycle();
+      if ((status & (kAttained | kError)) != 0 && (status & kReached) != 0) return true;
+      if (drive.state() != PowerState::kOperationEnabled) return true;
+    }
+    return false;
+  }
+  [[nodiscard]] double revolutions() const { return drive.position_rad() / kTurn; }
+  /// The home position in revolutions of the motor, from what the drive calls its position now: zero is the sum of home
+  /// position and offset.
+  [[nodiscard]] double home_revolutions() const {
+    return revolutions() - (double{0} + position + offset_) / kRevolution;
+  }
+
+ private:
+  std::int32_t offset_;
+};
+
+struct Method {
+  int number;
+  double home;  ///< revolutions; index pulses are at whole ones
+};
+
+constexpr std::array kMethods = {
+    Method{1, -4.0},       Method{2, 4.0},       Method{3, 1.0},        Method{4, 2.0},        Method{5, -1.0},
+    Method{6, -2.0},       Method{7, 0.0},       Method{8, 1.0},        Method{9, 1.0},        Method{10, 2.0},
+    Method{11, 2.0},       Method{12, 1.0},      Method{13, 1.0},       Method{14, 0.0},       Method{17, -kLimit},
+    Method{18, kLimit},    Method{19, kEdge},    Method{20, kEdge},     Method{21, -kEdge},    Method{22, -kEdge},
+    Method{23, kCamLeft},  Method{24, kCamLeft}, Method{25, kCamRight}, Method{26, kCamRight}, Method{27, kCamRight},
+    Method{28, kCamRight}, Method{29, kCamLeft}, Method{30, kCamLeft},
+};
+
+/// On the switch and on both sides of it, as far as the method has them.
+std::array<double, 3> starts(int method) {
+  switch (without_index(method)) {
+    case 1:
+      return {-4.4, 0.2, 3.3};
+    case 2:
+      return {4.4, 0.2, -3.3};
+    case 3:
+    case 4:
+      return {0.4, 1.31, 3.2};
+    case 5:
+    case 6:
+      return {-0.4, -1.31, -3.2};
+    default:
+      return {-2.2, 1.1, 3.4};
+  }
+}
+
+class MsdHomingMethods : public testing::TestWithParam<Method> {};
+
+TEST_P(MsdHomingMethods, FindsTheSameHomeFromThreeStarts) {
+  for (const double start : starts(GetParam().number)) {
+    HomingRig rig(GetParam().number, start, 5000);
+    EXPECT_EQ(rig.status & (kAttained | kError), 0);
+    ASSERT_TRUE(rig.home()) << "from " << start;
+    EXPECT_EQ(rig.status & (kAttained | kError | kReached), kAttained | kReached) << "from " << start;
+    // An index pulse is latched exactly, an edge within one control cycle at the slow speed of 0.1 rev/s.
+    const double tolerance = GetParam().number <= 14 ? 3e-6 : 3e-5;
+    EXPECT_NEAR(rig.home_revolutions(), GetParam().home, tolerance) << "from " << start;
+    EXPECT_EQ(rig.drive.state(), PowerState::kOperationEnabled);
+    EXPECT_FALSE(rig.drive.fault().has_value());
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Cia402, MsdHomingMethods, testing::ValuesIn(kMethods),
+                         [](const auto& instance) { return "Method" + std::to_string(instance.param.number); });
+
+TEST(MsdHoming, IndexPulseInEitherDirection) {
+  for (const double start : {-2.3, 0.4, 3.9}) {
+    HomingRig negative(33, start);
+    ASSERT_TRUE(negative.home());
+    EXPECT_NEAR(negative.home_revolutions(), std::floor(start), 3e-6);
+    HomingRig positive(34, start);
+    ASSERT_TRUE(positive.home());
+    EXPECT_NEAR(positive.home_revolutions(), std::ceil(start), 3e-6);
+  }
+}
+
+TEST(MsdHoming, PresentPositionBecomesHomeWithoutMotion) {
+  for (const int method : {35, 37}) {
+    for (const double start : {-2.3, 0.4, 3.9}) {
+      HomingRig rig(method, start, -700);
+      const double before = rig.revolutions();
+      ASSERT_TRUE(rig.home());
+      EXPECT_NEAR(rig.revolutions(), before, 1e-4);
+      EXPECT_NEAR(rig.position, 700, 60) << "zero is home plus offset";
+    }
+  }
+}
+
+TEST(MsdHoming, LaterTargetsReferToTheNewZero) {
+  HomingRig rig(8, -2.2, 20'000);
+  ASSERT_TRUE(rig.home());
+  rig.mode = 1;
+  rig.control = 0x0F;
+  rig.cycles(4);
+  rig.target_position = 0;
+  rig.control = 0x1F;
+  rig.cycles(16'000);
+  EXPECT_TRUE(rig.status & kReached);
+  EXPECT_NEAR(rig.revolutions(), 1.0 + 20'000 / kRevolution, 1e-4);
+}
+
+TEST(MsdHoming, PolarityTurnsDirectionsAndSwitches) {
+  // Seen from the user the machine is mirrored: method 2 goes to the positive limit, which lies at negative shaft
+  // angles.
+  DriveRig rig(machine(2, 0.2));
+  ASSERT_EQ(rig.write(0x607E, 0, 0xC0, 1), 0U);
+  ASSERT_EQ(rig.write(0x2065, 0, 5, 2), 0U);
+  ASSERT_EQ(rig.write(0x2066, 0, 6, 2), 0U);
+  ASSERT_EQ(rig.write(0x6098, 0, 18, 1), 0U);
+  ASSERT_EQ(rig.write(0x607C, 0, 1000, 4), 0U);
+  rig.operate();
+  rig.enable(6);
+  rig.control = 0x1F;
+  for (int i = 0; i < 160'000 && (rig.status & kAttained) == 0; ++i) rig.cycle();
+  ASSERT_TRUE(rig.status & kAttained);
+  const double home = rig.drive.position_rad() / kTurn + (rig.position + 1000.0) / kRevolution;
+  EXPECT_NEAR(home, -kLimit, 1e-4);
+}
+
+TEST(MsdHoming, SpeedsAndAccelerationAreThoseOfTheObjects) {
+  HomingRig rig(17, 3.3);
+  rig.control = 0x1F;
+  double fastest = 0.0;
+  double fastest_back = 0.0;
+  double steepest = 0.0;
+  double last = 0.0;
+  for (int i = 0; i < 160'000 && (rig.status & kAttained) == 0; ++i) {
+    rig.cycle();
+    const double v = rig.drive.velocity_rad_s() / kTurn;
+    fastest = std::max(fastest, -v);
+    fastest_back = std::max(fastest_back, v);
+    steepest = std::max(steepest, std::abs(v - last) / 125e-6);
+    last = v;
+  }
+  EXPECT_NEAR(fastest, 2.0, 0.1) << "6099h sub 1";
+  EXPECT_NEAR(fastest_back, 0.1, 0.06) << "6099h sub 2";
+  EXPECT_NEAR(steepest, 100.0, 60.0) << "609Ah";
+}
+
+TEST(MsdHoming, FallingStartBitInterrupts) {
+  HomingRig rig(17, 3.3);
+  rig.control = 0x1F;
+  rig.cycles(4000);
+  EXPECT_LT(rig.velocity, -1'000'000);
+  EXPECT_EQ(rig.status & (kReached | kAttained | kError), 0) << "in progress";
+  rig.control = 0x0F;
+  rig.cycles(1600);
+  EXPECT_NEAR(rig.velocity, 0, 2000);
+  EXPECT_EQ(rig.status & (kReached | kAttained | kError), kReached) << "interrupted";
+  rig.control = 0x1F;
+  ASSERT_TRUE(rig.home());
+  EXPECT_NEAR(rig.home_revolutions(), -kLimit, 3e-5);
+}
+
+TEST(MsdHoming, HaltPausesIt) {
+  HomingRig rig(17, 3.3);
+  rig.control = 0x1F;
+  rig.cycles(4000);
+  rig.control = 0x11F;
+  rig.cycles(8);
+  EXPECT_EQ(rig.status & kReached, 0) << "axis is braking";
+  rig.cycles(1600);
+  EXPECT_NEAR(rig.velocity, 0, 2000);
+  EXPECT_EQ(rig.status & (kReached | kAttained | kError), kReached);
+  rig.control = 0x1F;
+  ASSERT_TRUE(rig.home());
+  EXPECT_NEAR(rig.home_revolutions(), -kLimit, 3e-5);
+}
+
+TEST(MsdHoming, StartBitWhileEnablingIsNoStart) {
+  DriveRig rig(machine(17, 0.0));
+  ASSERT_EQ(rig.write(0x6098, 0, 17, 1), 0U);
+  rig.operate();
+  rig.mode = 6;
+  for (const std::uint16_t word : {std::uint16_t{0x16}, std::uint16_t{0x17}, std::uint16_t{0x1F}}) {
+    rig.control = word;
+    rig.cycles(4);
+  }
+  rig.cycles(800);
+  EXPECT_NEAR(rig.position, 0, 60);
+}
+
+TEST(MsdHoming, LimitSwitchOnTheWrongSideFails) {
+  HomingRig rig(19, 0.2);
+  ASSERT_EQ(rig.write(0x2067, 0, 0, 2), 0U);  // the home switch is not connected
+  ASSERT_TRUE(rig.home());
+  EXPECT_TRUE(rig.status & kError);
+  EXPECT_EQ(rig.status & kAttained, 0);
+  EXPECT_EQ(rig.drive.fault(), Fault::kHoming);
+  rig.cycles(4000);
+  EXPECT_EQ(rig.error_code, 0x8600);
+  EXPECT_EQ(rig.drive.velocity_rad_s(), 0.0);
+}
+
+TEST(MsdHoming, CamThatIsOnNeitherSideFailsAtTheSecondLimit) {
+  HomingRig rig(24, 0.2);
+  ASSERT_EQ(rig.write(0x2067, 0, 0, 2), 0U);
+  ASSERT_TRUE(rig.home());
+  EXPECT_EQ(rig.drive.fault(), Fault::kHoming);
+  EXPECT_LT(rig.revolutions(), -4.2) << "it has looked on both sides";
+}
+
+TEST(MsdHoming, TimeOutFails) {
+  MsdParameters parameters = machine(17, 3.3);
+  parameters.homing_time_out = 1s;
+  DriveRig rig(parameters);
+  ASSERT_EQ(rig.write(0x6098, 0, 17, 1), 0U);
+  ASSERT_EQ(rig.write(0x6099, 1, 1000, 4), 0U);
+  rig.operate();
+  rig.enable(6);
+  rig.control = 0x1F;
+  rig.cycles(7900);
+  EXPECT_FALSE(rig.drive.fault().has_value());
+  rig.cycles(200);
+  EXPECT_EQ(rig.drive.fault(), Fault::kHoming);
+}
+
+TEST(MsdHoming, ANewStartForgetsTheResult) {
+  HomingRig rig(35, 0.0);
+  ASSERT_TRUE(rig.home());
+  rig.control = 0x0F;
+  rig.cycles(4);
+  EXPECT_TRUE(rig.status & kAttained) << "stays after the start bit is cleared";
+  ASSERT_EQ(rig.write(0x6098, 0, 34, 1), 0U);
+  rig.control = 0x1F;
+  rig.cycles(4);
+  EXPECT_EQ(rig.status & kAttained, 0);
+}
+
+TEST(MsdHoming, ReservedMethodsAreRefused) {
+  DriveRig rig;
+  for (int method = -128; method < 128; ++method) {
+    const bool valid = (method >= 0 && method <= 14) || (method >= 17 && method <= 30) ||
+                       (method >= 33 && method <= 35) || method == 37;
+    const std::uint32_t expected = valid ? 0U : method < 0 ? 0x06090032U : method > 37 ? 0x06090031U : 0x06090030U;
+    EXPECT_EQ(rig.write(0x6098, 0, static_cast<std::uint8_t>(method), 1), expected) << method;
+  }
+}
+
+TEST(MsdHoming, MethodZeroFails) {
+  HomingRig rig(0, 0.0);
+  rig.control = 0x1F;
+  rig.cycles(4);
+  EXPECT_EQ(rig.drive.fault(), Fault::kHoming);
+}
+
+}  // namespace
+}  // namespace driveline::slaves::msd
