@@ -6,6 +6,7 @@ namespace driveline::slaves::msd {
 namespace {
 
 constexpr bool in_order() noexcept {
+  if (kFaults.size() != static_cast<std::size_t>(Fault::kCount)) return false;
   for (std::size_t i = 0; i < kFaults.size(); ++i) {
     if (static_cast<std::size_t>(kFaults[i].fault) != i) return false;
   }
@@ -16,6 +17,20 @@ static_assert(in_order(), "facts() finds a fault by its number");
 constexpr std::uint8_t kGenericError = 0x01;
 
 }  // namespace
+
+std::string_view text(Warning warning) noexcept {
+  switch (warning) {
+    case Warning::kOverload:
+      return "I2t near its limit";
+    case Warning::kAmplifierTemperature:
+      return "power stage nearly too hot";
+    case Warning::kMotorTemperature:
+      return "motor nearly too hot";
+    case Warning::kDcLinkUndervoltage:
+      return "DC link voltage low";
+  }
+  return {};
+}
 
 wire::Emergency record_fault(ObjectDictionary& dictionary, const FaultFacts& fault,
                              std::uint16_t operating_hours) noexcept {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "driveline/esi/sii.hpp"
 #include "driveline/slaves/msd/device_layout.hpp"
@@ -16,8 +17,10 @@ using wire::AlState;
 using wire::AlStatusCode;
 
 constexpr double kRpm = 2.0 * std::numbers::pi / 60.0;  ///< rad/s
-constexpr std::uint32_t kDcLinkMillivolts = 560'000;    ///< rectified 400 V mains, ours
+constexpr std::uint16_t kMessagesIndex = 0x2000 + 33;   ///< P 33
+constexpr std::uint16_t kWarningTexts = 8;              ///< P 33[1-8]
 constexpr std::int16_t kJerkLimited = 3;                ///< 6086h
+constexpr std::uint16_t kThermalOverload = 1;           ///< P 735
 constexpr std::uint64_t kStepsPerMs = 16;
 
 /// Network states of P 2060 (MSD manual Table 7.4).
@@ -60,12 +63,23 @@ MsdDrive::MsdDrive(const MsdParameters& parameters)
       stored_(dictionary_table()),
       coe_(dictionary_, *this),
       mailbox_(std::array<MailboxProtocol*, 1>{&coe_}, kMailboxSize),
-      motion_(parameters.motor, parameters.initial_position_rad) {
+      motion_(parameters.motor, parameters.initial_position_rad),
+      thermal_(parameters.thermal),
+      fault_text_(dictionary_table().find(kMessagesIndex, 0)->slot),
+      warning_text_(dictionary_table().find(kMessagesIndex, 1)->slot) {
   parameters_.motor = motion_.motor().parameters();
-  write_device_facts(dictionary_);
-  stored_ = dictionary_;
-  apply_settings();
-  publish();
+  write_device_facts(stored_);
+  load_stored_parameters();
+  restart();
+}
+
+/// A file that cannot be used leaves the factory settings and a fault that stays until the parameters are saved.
+void MsdDrive::load_stored_parameters() {
+  parameter_file_good_ = true;
+  if (parameters_.parameter_file.empty()) return;
+  const auto loaded = load_parameter_file(parameters_.parameter_file, stored_);
+  if (!loaded) parameter_file_error_ = loaded.error();
+  parameter_file_good_ = loaded.has_value();
 }
 
 /// Values that belong to this drive rather than to the type: identity, motor, controller.
@@ -88,13 +102,21 @@ void MsdDrive::write_device_facts(ObjectDictionary& dictionary) const {
 }
 
 void MsdDrive::store_parameters() {
-  if (factory_reset_pending_) {
+  const bool factory = factory_reset_pending_;
+  if (factory) {
     stored_.reset();
     write_device_facts(stored_);
     factory_reset_pending_ = false;
   } else {
     stored_.copy_backup_values(dictionary_);
   }
+  stored_are_factory_ = factory;
+  save_left_ = parameters_.save_time;
+  if (parameters_.parameter_file.empty()) return;
+  const auto saved = save_parameter_file(parameters_.parameter_file, stored_);
+  if (!saved) parameter_file_error_ = saved.error();
+  parameter_file_good_ = saved.has_value();
+  if (!saved) raise(Fault::kParameterList);
 }
 
 void MsdDrive::restart() {
@@ -108,9 +130,26 @@ void MsdDrive::restart() {
   settings_changed_ = true;
   factory_reset_pending_ = false;
   following_error_ = false;
+  brake_open_ = false;
+  warnings_ = 0;
+  probe_ = {};
+  start_left_ =
+      std::exchange(stored_are_factory_, false) ? parameters_.factory_start_up_time : parameters_.start_up_time;
+  save_left_ = nanoseconds{0};
+  shown_since_ = running_time();
   build_process_data();
   dictionary_.set(kNmtState, nmt_state(al_state_));
+  apply_settings();
+  motion_.select(MotionCommand::kOff, MotionSource::kNone, false);
   publish();
+  if (!parameter_file_good_) raise(Fault::kParameterList);
+}
+
+/// The self-resetting commands: 200Bh sub 1 is 0 again when the data have been saved (MSD manual 7.5.3).
+void MsdDrive::finish_commands() noexcept {
+  if (save_left_.count() <= 0) return;
+  save_left_ -= kProcessDataPeriod;
+  if (save_left_.count() <= 0) dictionary_.set(kSaveParameters, 0U);
 }
 
 nanoseconds MsdDrive::process_data_period() const noexcept {
@@ -219,6 +258,14 @@ void MsdDrive::apply_settings() noexcept {
   }
   motion_.configure(s);
   terminals_.configure(dictionary_);
+  dc_link_limit_volts_ = real(kUndervoltageLimit);
+  overload_limits_ = {dictionary_.get<std::uint16_t>(kOverloadType) == kThermalOverload,
+                      real(kOverloadTimeConstant),
+                      real(kOverloadRated) * 1e-2,
+                      real(kOverloadStandstill) * 1e-2,
+                      real(kOverloadMiddle) * 1e-2,
+                      real(kOverloadMiddleFrequency),
+                      real(kOverloadRatedFrequency)};
 }
 
 void MsdDrive::advance(nanoseconds now) noexcept {
@@ -229,14 +276,18 @@ void MsdDrive::advance(nanoseconds now) noexcept {
     evaluate_switches();
     if (process_data_cycle) power_step();
     if (modes_.step_homing(terminals_.signals(), motion_, parameters_.homing_time_out)) raise(Fault::kHoming);
+    step_touch_probe();
     motion_.step(brake_open_ ? !brake_settled() : brake_settled());
+    apply_scheduled_inputs();
     terminals_.step_outputs({dictionary_.get<std::uint32_t>(kPhysicalOutputs),
                              dictionary_.get<std::uint32_t>(kOutputMask), brake_open_,
                              (status() & status_word::kInternalLimit) != 0, steps_ % kStepsPerMs == 0});
     if (process_data_cycle) {
       monitor_following_error();
       monitor_limit_switches();
+      finish_commands();
     }
+    if (steps_ % kStepsPerMs == 0) monitor_protection();
     ++steps_;
     stepped = true;
   }
@@ -260,10 +311,35 @@ void MsdDrive::publish() noexcept {
   dictionary_.set(kTorqueActual, torque);
   dictionary_.set(kCurrentActual, torque);
   dictionary_.set(kTorqueDemand, saturate<std::int16_t>(motion_.torque_demand_permille()));
-  dictionary_.set(kDcLinkVoltage, dc_link_ ? kDcLinkMillivolts : 0U);
+  dictionary_.set(kDcLinkVoltage, saturate<std::uint32_t>(dc_link_volts_ * 1e3));
+  dictionary_.set(kDcLinkVolts, static_cast<float>(dc_link_volts_));
+  dictionary_.set(kTouchProbeStatus, probe_.status());
+  for (std::uint16_t i = 0; i < TouchProbe::kValues; ++i) {
+    dictionary_.set(static_cast<std::uint16_t>(kTouchProbeValueFirst + i),
+                    probe_.value(static_cast<TouchProbe::Value>(i)));
+  }
+  publish_warnings();
   dictionary_.set(kInputState, terminals_.input_image());
   dictionary_.set(kDigitalInputs, terminals_.function_image());
   dictionary_.set(kOutputState, terminals_.output_image());
+  if (shown_state_ != power_.state()) {
+    shown_state_ = power_.state();
+    shown_since_ = running_time();
+  }
+}
+
+/// P 33, P 34 and the values that the warnings are about.
+void MsdDrive::publish_warnings() noexcept {
+  dictionary_.set(kOverloadIntegrator, static_cast<float>(thermal_.overload_percent()));
+  dictionary_.set(kMotorTemperature, static_cast<float>(thermal_.motor_c()));
+  if (warnings_ == shown_warnings_) return;
+  shown_warnings_ = warnings_;
+  dictionary_.set(kWarnings, warnings_);
+  std::uint16_t slot = warning_text_;
+  for (unsigned bit = 0; bit < 32; ++bit) {
+    if ((warnings_ >> bit & 1U) != 0) dictionary_.text(slot++) = text(static_cast<Warning>(bit));
+  }
+  for (; slot < warning_text_ + kWarningTexts; ++slot) dictionary_.text(slot).clear();
 }
 
 }  // namespace driveline::slaves::msd

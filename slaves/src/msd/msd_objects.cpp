@@ -20,6 +20,23 @@ constexpr std::uint8_t type_of(std::int16_t mode) noexcept {
   return mode == -1 ? std::uint8_t{0} : mode == 0 ? std::uint8_t{1} : static_cast<std::uint8_t>(-mode);
 }
 
+/// Parameters that only make sense together: the first must not exceed the second (the manual's logic check, 8.2.5;
+/// which ones it knows is not described).
+struct LogicRule {
+  Value low;
+  Value high;
+  bool is_signed;
+};
+constexpr std::array kLogicRules = {
+    LogicRule{kPositionLimitMin, kPositionLimitMax, true},
+    LogicRule{kRangeMin, kRangeMax, true},
+    LogicRule{kVelocityMin, kVelocityMax, false},
+};
+
+bool in_order(const LogicRule& rule, std::uint64_t low, std::uint64_t high) noexcept {
+  return rule.is_signed ? static_cast<std::int64_t>(low) <= static_cast<std::int64_t>(high) : low <= high;
+}
+
 SdoResult<void> require(bool condition, SdoAbort otherwise) noexcept {
   if (condition) return {};
   return tl::unexpected(otherwise);
@@ -27,7 +44,27 @@ SdoResult<void> require(bool condition, SdoAbort otherwise) noexcept {
 
 }  // namespace
 
+bool MsdDrive::parameters_consistent() const noexcept {
+  for (const LogicRule& rule : kLogicRules) {
+    if (!in_order(rule, dictionary_.get<std::uint64_t>(rule.low), dictionary_.get<std::uint64_t>(rule.high))) {
+      return false;
+    }
+  }
+  return true;
+}
+
+/// The logic check of one new value against those that are there.
+bool MsdDrive::consistent_with(const EntryRow& row, std::uint64_t raw) const noexcept {
+  for (const LogicRule& rule : kLogicRules) {
+    if (row.slot == rule.low && !in_order(rule, raw, dictionary_.get<std::uint64_t>(rule.high))) return false;
+    if (row.slot == rule.high && !in_order(rule, dictionary_.get<std::uint64_t>(rule.low), raw)) return false;
+  }
+  return true;
+}
+
 SdoResult<void> MsdDrive::accept(const EntryRow& row, std::uint64_t raw) {
+  const bool checked = dictionary_.get<std::uint8_t>(kParameterDownload) == 0;
+  if (checked && !consistent_with(row, raw)) return tl::unexpected(SdoAbort::kParameterIncompatible);
   switch (row.slot) {
     case kStoreCommand:
       return require(raw == kSaveSignature, SdoAbort::kCannotTransferOrStore);
@@ -37,8 +74,12 @@ SdoResult<void> MsdDrive::accept(const EntryRow& row, std::uint64_t raw) {
       return require(ModeControl::supported(static_cast<OperationMode>(raw)), SdoAbort::kValueRange);
     case kHomingMethod:
       return require(raw == 0 || HomingSequence::supported(static_cast<std::int8_t>(raw)), SdoAbort::kValueRange);
+    case kMotorTemperatureSensor:
+      return require(raw != 5, SdoAbort::kValueRange);  // "not used"
     case kMotionProfileType:
       return require(raw == kLinearProfile || raw == kJerkLimitedProfile, SdoAbort::kValueRange);
+    case kParameterDownload:
+      return require(raw == 0 || motion_.standstill(), SdoAbort::kDeviceState);
     case kSyncTypeOutputs:
       return require(raw == 0 || raw == 2, SdoAbort::kValueRange);
     default:
@@ -68,10 +109,15 @@ void MsdDrive::written(const EntryRow& row) {
       return dictionary_.set(kRestoreCommand, 1U);
     case kSaveParameters:
       if (dictionary_.get<std::uint8_t>(kSaveParameters) == 1) store_parameters();
-      return dictionary_.set(kSaveParameters, 0U);
+      return;
     case kFactoryReset:
       factory_reset_pending_ = factory_reset_pending_ || dictionary_.get<std::uint8_t>(kFactoryReset) == 1;
       return dictionary_.set(kFactoryReset, 0U);
+    case kParameterDownload:  // its end: the check that was left out
+      if (dictionary_.get<std::uint8_t>(kParameterDownload) == 0 && !parameters_consistent()) {
+        raise(Fault::kParameterList);
+      }
+      return;
     case kFaultResetParameter:
       if (dictionary_.get<std::uint8_t>(kFaultResetParameter) == 1) acknowledge();
       return dictionary_.set(kFaultResetParameter, 0U);

@@ -1,7 +1,4 @@
-// Device control of the drive: hardware enable, state machine, brake, faults and their acknowledgement, monitoring.
-#include <algorithm>
-#include <cmath>
-
+// Device control of the drive: hardware enable, state machine, brake, status word.
 #include "driveline/slaves/msd/device_layout.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"
 #include "driveline/slaves/msd/msd_values.hpp"
@@ -13,8 +10,6 @@ using std::chrono::nanoseconds;
 
 constexpr std::uint16_t kControlLocationCia402 = 5;
 constexpr std::uint16_t kReferenceSourceCia402 = 7;
-constexpr std::uint32_t kWindowOff = 0xFFFFFFFF;
-constexpr std::int64_t kNanosecondsPerHour = 3'600'000'000'000;
 
 /// Modes that show ROT_0 in status bit 14 (MSD manual Tables 12.5, 12.14, 12.18-12.24).
 bool shows_standstill(OperationMode mode) noexcept {
@@ -42,60 +37,14 @@ bool MsdDrive::references_from_bus() const noexcept {
 }
 
 bool MsdDrive::power_ready() const noexcept {
-  return terminals_.level(Input::kEnpo) && terminals_.level(Input::kIsdsh) && dc_link_;
+  return terminals_.level(Input::kEnpo) && terminals_.level(Input::kIsdsh) && dc_link() &&
+         dictionary_.get<std::uint8_t>(kParameterDownload) == 0;
 }
 
 OptionCodes MsdDrive::option_codes() const noexcept {
   return {dictionary_.get<std::int16_t>(kQuickStopOption), dictionary_.get<std::int16_t>(kShutdownOption),
           dictionary_.get<std::int16_t>(kDisableOperationOption), dictionary_.get<std::int16_t>(kFaultReactionOption),
           std::chrono::milliseconds(dictionary_.get<std::uint32_t>(kExternalReactionTime))};
-}
-
-void MsdDrive::set_input(Input input, bool level) noexcept {
-  const bool rising_enpo = input == Input::kEnpo && level && !terminals_.level(Input::kEnpo);
-  const bool reset = terminals_.signals().fault_reset;
-  terminals_.set(input, level);
-  if (rising_enpo || (terminals_.signals().fault_reset && !reset)) acknowledge();
-}
-
-void MsdDrive::evaluate_switches() noexcept {
-  const double position = motion_.motor().position_rad();
-  for (const MachineSwitch& s : parameters_.switches)
-    set_input(s.input, position >= s.from_rad && position <= s.to_rad);
-}
-
-/// The reset acts on the edge, also when both levels lie between two evaluations.
-void MsdDrive::watch_fault_reset() noexcept {
-  const auto word = dictionary_.get<std::uint16_t>(kControlWord);
-  const bool rising = (word & ~last_control_word_ & control_word::kFaultReset) != 0;
-  last_control_word_ = word;
-  if (rising && remote()) acknowledge();
-}
-
-/// The first fault stands until it is acknowledged; a later one can only make the reaction harder.
-void MsdDrive::raise(Fault fault) noexcept {
-  const FaultFacts& f = facts(fault);
-  if (fault_) {
-    if (f.coast) power_.fault(option_codes(), true);
-    return;
-  }
-  fault_ = fault;
-  const std::int64_t hours = static_cast<std::int64_t>(steps_) * kControlStep.count() / kNanosecondsPerHour;
-  coe_.raise(record_fault(dictionary_, f, static_cast<std::uint16_t>(std::min<std::int64_t>(hours, 0xFFFF))));
-  power_.fault(option_codes(), f.coast);
-}
-
-bool MsdDrive::cause_persists(Fault fault) const noexcept {
-  return fault == Fault::kInvalidConfiguration && !timing_valid();
-}
-
-/// Acknowledges a fault; a cause that persists raises it again at once (MSD manual 13.3).
-void MsdDrive::acknowledge() noexcept {
-  if (!power_.acknowledge()) return;
-  const auto was = fault_;
-  fault_.reset();
-  coe_.raise(record_acknowledgement(dictionary_));
-  if (was && cause_persists(*was)) raise(*was);
 }
 
 /// Lift or close time of the motor brake has passed since its output changed.
@@ -122,7 +71,11 @@ ModeControl::Conditions MsdDrive::mode_conditions() const noexcept {
 
 void MsdDrive::power_step() noexcept {
   if (settings_changed_) apply_settings();
-  if (power_.power_on() && terminals_.level(Input::kEnpo) && terminals_.level(Input::kIsdsh) && !dc_link_) {
+  if (starting()) {
+    start_left_ -= kProcessDataPeriod;
+    return;
+  }
+  if (power_.power_on() && terminals_.level(Input::kEnpo) && terminals_.level(Input::kIsdsh) && !dc_link()) {
     raise(Fault::kDcLinkUndervoltage);
   }
   modes_.select();
@@ -143,30 +96,12 @@ void MsdDrive::power_step() noexcept {
   modes_.step(modes, motion_);
 }
 
-void MsdDrive::monitor_following_error() noexcept {
-  const auto window = dictionary_.get<std::uint32_t>(kFollowingErrorWindow);
-  const bool outside = window != kWindowOff && std::abs(motion_.following_error()) > window;
-  following_error_time_ = outside ? following_error_time_ + kProcessDataPeriod : nanoseconds{0};
-  following_error_ =
-      outside && following_error_time_ > std::chrono::milliseconds(dictionary_.get<std::uint16_t>(kFollowingErrorTime));
-  if (following_error_) raise(Fault::kFollowingError);
-}
-
-/// A limit switch stops what moves towards it; away from it the axis is free. Homing uses the switches itself.
-void MsdDrive::monitor_limit_switches() noexcept {
-  const InputSignals& signals = terminals_.signals();
-  if (!signals.positive_limit && !signals.negative_limit) return;
-  if (motion_.command() != MotionCommand::kFollow || modes_.mode() == OperationMode::kHoming) return;
-  const int direction = motion_.direction();
-  if (signals.positive_limit && direction > 0) raise(Fault::kPositiveLimitSwitch);
-  if (signals.negative_limit && direction < 0) raise(Fault::kNegativeLimitSwitch);
-}
-
 std::uint16_t MsdDrive::status_word() const noexcept {
   const OperationMode mode = modes_.mode();
   unsigned word = status_bits(power_.state()) | modes_.status_bits(motion_);
   const auto put = [&word](std::uint16_t bit, bool on) { word |= on ? bit : 0U; };
-  put(status_word::kVoltageEnabled, dc_link_);
+  put(status_word::kVoltageEnabled, dc_link());
+  put(status_word::kWarning, warnings_ != 0);
   put(status_word::kRemote, remote());
   put(status_word::kTargetReached, power_.quick_stop_finished());
   put(status_word::kInternalLimit, power_.power_on() && (motion_.limited() || modes_.limited()));
@@ -175,19 +110,6 @@ std::uint16_t MsdDrive::status_word() const noexcept {
   put(status_word::kStandstill, shows_standstill(mode) && motion_.standstill());
   put(status_word::kAxisSynchronised, shows_synchronism(mode) && motion_.synchronised());
   return static_cast<std::uint16_t>(word);
-}
-
-std::string MsdDrive::display() const {
-  const auto two_digits = [](unsigned value) {
-    return std::string{static_cast<char>('0' + value / 10), static_cast<char>('0' + value % 10)};
-  };
-  if (power_.state() == PowerState::kFault && fault_) {
-    const FaultFacts& f = facts(*fault_);
-    return (cause_persists(*fault_) ? "Er. " : "Er ") + two_digits(f.number) + " " + two_digits(f.location);
-  }
-  std::string text(1, static_cast<char>('0' + static_cast<int>(power_.state())));
-  if (power_.power_on()) text += '.';
-  return terminals_.level(Input::kIsdsh) ? text : "S" + text;
 }
 
 }  // namespace driveline::slaves::msd

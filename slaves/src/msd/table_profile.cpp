@@ -428,7 +428,8 @@ std::span<const EntryRow> profile_rows() {
 
 const DictionaryTable& dictionary_table() {
   static const DictionaryTable kTable(
-      {communication_rows(), parameter_rows(), profile_rows(), mode_rows(), terminal_rows()}, kValueCount);
+      {communication_rows(), parameter_rows(), profile_rows(), mode_rows(), terminal_rows(), function_rows()},
+      kValueCount);
   return kTable;
 }
 

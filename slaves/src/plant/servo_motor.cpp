@@ -24,6 +24,7 @@ MotorParameters MotorParameters::sanitized() const noexcept {
   p.viscous_friction_nm_s = in_range(viscous_friction_nm_s, 0.0, 1e6, standard.viscous_friction_nm_s);
   p.coulomb_friction_nm = in_range(coulomb_friction_nm, 0.0, 1e6, standard.coulomb_friction_nm);
   p.brake_torque_nm = in_range(brake_torque_nm, 0.0, 1e7, standard.brake_torque_nm);
+  p.pole_pairs = std::clamp(pole_pairs, 1U, 100U);
   p.torque_lag_s = in_range(torque_lag_s, 0.0, 1.0, standard.torque_lag_s);
   p.max_speed_rad_s = in_range(max_speed_rad_s, 1.0, 1e5, standard.max_speed_rad_s);
   p.encoder_increments = std::clamp(encoder_increments, 4U, 1U << 28U);
@@ -69,8 +70,8 @@ std::optional<std::int64_t> ServoMotor::index_pulse() const noexcept {
   return static_cast<std::int64_t>(turn) * parameters_.encoder_increments;
 }
 
-std::int64_t ServoMotor::encoder_count() const noexcept {
-  return static_cast<std::int64_t>(std::floor(position_rad_ * increments_per_radian_));
+std::int64_t ServoMotor::encoder_count(double position_rad) const noexcept {
+  return static_cast<std::int64_t>(std::floor(position_rad * increments_per_radian_));
 }
 
 }  // namespace driveline::slaves

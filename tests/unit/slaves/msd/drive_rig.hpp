@@ -27,6 +27,7 @@ class DriveRig {
  public:
   explicit DriveRig(const MsdParameters& parameters = {}) : drive(parameters) {
     drive.advance(now);
+    pass(2ms);  // the self-test
     to(AlState::kInit, AlState::kPreOp);
   }
 

@@ -20,6 +20,16 @@ enum class Fault : std::uint8_t {
   kPositiveLimitSwitch,
   kNegativeLimitSwitch,
   kHoming,
+  kOvercurrent,
+  kDcLinkOvervoltage,
+  kMotorOverload,
+  kMotorTemperature,
+  kAmplifierTemperature,
+  kEncoder,
+  kEepromData,
+  kInternalRam,
+  kParameterList,
+  kCount,
 };
 
 struct FaultFacts {
@@ -53,7 +63,32 @@ inline constexpr std::array kFaults = {
                "code CiA 402 (reference limit); number and location ours"},
     FaultFacts{Fault::kHoming, 20, 1, 0x8600, 0x20, false, "homing failed",
                "MSD manual Table 12.14: an error code tells the cause; numbers ours"},
+    FaultFacts{Fault::kOvercurrent, 3, 1, 0x2310, 0x02, true, "overcurrent", "code CiA 402; number and location ours"},
+    FaultFacts{Fault::kDcLinkOvervoltage, 4, 1, 0x3210, 0x04, true, "DC link overvoltage",
+               "code CiA 402; number and location ours"},
+    FaultFacts{Fault::kMotorOverload, 9, 1, 0x2350, 0x02, false, "motor I2t integrator over its limit",
+               "Device Help: E-09-01; code CiA 402"},
+    FaultFacts{Fault::kMotorTemperature, 6, 1, 0x4310, 0x08, false, "motor too hot",
+               "code CiA 402; number and location ours"},
+    FaultFacts{Fault::kAmplifierTemperature, 7, 1, 0x4210, 0x08, false, "power stage too hot",
+               "code CiA 402; number and location ours"},
+    FaultFacts{Fault::kEncoder, 10, 1, 0x7300, 0x20, true, "encoder", "code CiA 402; number and location ours"},
+    FaultFacts{Fault::kEepromData, 14, 2, 0xFF00, 0x10, true, "wrong EEPROM data or communication controller",
+               "MSD manual 5.3.3, 13.1 (FF00h); register bit ours"},
+    FaultFacts{Fault::kInternalRam, 14, 3, 0xFF00, 0x10, true, "internal RAM error",
+               "MSD manual 5.3.3, 13.1 (FF00h); register bit ours"},
+    FaultFacts{Fault::kParameterList, 2, 5, 0x6320, 0x20, true, "actual values of the parameter list",
+               "MSD manual 4.7; code CiA 402 (parameter error)"},
 };
+
+/// Warnings: bits of P 34 (the classes of the SERCOS manual, S-0-0012; numbers there, texts ours).
+enum class Warning : std::uint8_t {
+  kOverload = 0,
+  kAmplifierTemperature = 1,
+  kMotorTemperature = 2,
+  kDcLinkUndervoltage = 9,
+};
+[[nodiscard]] std::string_view text(Warning warning) noexcept;
 
 [[nodiscard]] constexpr const FaultFacts& facts(Fault fault) noexcept {
   return kFaults[static_cast<std::size_t>(fault)];

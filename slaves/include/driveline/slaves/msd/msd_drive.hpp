@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <bitset>
 #include <optional>
 #include <string>
 #include <vector>
@@ -8,12 +9,17 @@
 #include "driveline/slaves/cia402/power_state_machine.hpp"
 #include "driveline/slaves/device.hpp"
 #include "driveline/slaves/mailbox/coe_server.hpp"
+#include "driveline/slaves/msd/device_layout.hpp"
 #include "driveline/slaves/msd/faults.hpp"
+#include "driveline/slaves/msd/indicators.hpp"
 #include "driveline/slaves/msd/mode_control.hpp"
 #include "driveline/slaves/msd/motion.hpp"
 #include "driveline/slaves/msd/msd_table.hpp"
 #include "driveline/slaves/msd/terminals.hpp"
+#include "driveline/slaves/msd/touch_probe.hpp"
+#include "driveline/slaves/od/parameter_file.hpp"
 #include "driveline/slaves/od/pdo_map.hpp"
+#include "driveline/slaves/plant/thermal_model.hpp"
 
 namespace driveline::slaves::msd {
 
@@ -33,6 +39,13 @@ struct MsdParameters {
   double initial_position_rad = 0.0;
   std::vector<MachineSwitch> switches;
   std::chrono::nanoseconds homing_time_out = std::chrono::minutes{2};  ///< ours; then homing fails
+  ThermalParameters thermal;
+  /// Where stored parameters are kept between runs; empty: nowhere. A file that cannot be used is fault 02 05 at start.
+  std::string parameter_file;
+  std::chrono::nanoseconds start_up_time = std::chrono::milliseconds{1};  ///< of the self-test; the real drive: seconds
+  /// The same after a reset to factory settings; the real drive: 10 s (MSD manual 7.5.4).
+  std::chrono::nanoseconds factory_start_up_time = std::chrono::milliseconds{10};
+  std::chrono::nanoseconds save_time = std::chrono::milliseconds{1};  ///< until 200Bh sub 1 is 0 again
 };
 
 /// The Moog MSD servo drive with motor and load behind an EtherCAT slave controller: all its modes of operation, object
@@ -66,7 +79,16 @@ class MsdDrive final : public Device, private DictionaryOwner {
   [[nodiscard]] bool output(Output output) const noexcept { return terminals_.output(output); }
   void set_enpo(bool on) noexcept { set_input(Input::kEnpo, on); }
   void set_isdsh(bool on) noexcept { set_input(Input::kIsdsh, on); }
-  void set_dc_link(bool present) noexcept { dc_link_ = present; }
+  void set_dc_link(bool present) noexcept { set_dc_link_voltage(present ? kMainsDcLinkVolts : 0.0); }
+  void set_dc_link_voltage(double volts) noexcept { dc_link_volts_ = volts; }
+  /// An input that changes at this time of the line's clock, also between control cycles: touch probes latch where the
+  /// axis is then. In order of time; false when too many changes wait. \rtsafe
+  bool schedule_input(Input input, bool level, std::chrono::nanoseconds at) noexcept;
+  /// The cause of a fault that the model does not have by itself: comes and goes. While it is there the fault cannot be
+  /// acknowledged. \rtsafe
+  void set_cause(Fault fault, bool present) noexcept { causes_.set(static_cast<std::size_t>(fault), present); }
+  /// Warms up motor and power stage as by this current for this time, in rated currents; for tests and scripts. \rtsafe
+  void heat(double current, std::chrono::seconds time) noexcept;
   /// The two buttons under the display: acknowledges a fault (MSD manual 13.2). \rtsafe
   void press_buttons() noexcept { acknowledge(); }
 
@@ -83,6 +105,12 @@ class MsdDrive final : public Device, private DictionaryOwner {
   [[nodiscard]] std::optional<Fault> fault() const noexcept { return fault_; }
   /// What the seven-segment display shows, without its flashing: "5.", "S2", "Er 14 01" (MSD manual 4.7).
   [[nodiscard]] std::string display() const;
+  /// What is lit at this moment, points and flashing included.
+  [[nodiscard]] DisplayFrame display_now() const noexcept;
+  [[nodiscard]] bool run_led_now() const noexcept { return run_led(al_state_, running_time()); }
+  [[nodiscard]] std::uint32_t warnings() const noexcept { return warnings_; }  ///< P 34
+  /// What was wrong with the parameter file, if fault 02 05 is about it.
+  [[nodiscard]] const ParameterFileError& parameter_file_error() const noexcept { return parameter_file_error_; }
   [[nodiscard]] const std::string& name() const noexcept { return parameters_.name; }
   [[nodiscard]] const ObjectDictionary& dictionary() const noexcept { return dictionary_; }
   [[nodiscard]] const MailboxServer& mailbox() const noexcept { return mailbox_; }
@@ -95,6 +123,8 @@ class MsdDrive final : public Device, private DictionaryOwner {
 
   void write_device_facts(ObjectDictionary& dictionary) const;
   void store_parameters();
+  void load_stored_parameters();
+  void publish_warnings() noexcept;
   void build_process_data() noexcept;
   void enter_al_state(wire::AlState state) noexcept;
   [[nodiscard]] bool timing_valid() const noexcept;
@@ -105,8 +135,25 @@ class MsdDrive final : public Device, private DictionaryOwner {
   [[nodiscard]] bool cause_persists(Fault fault) const noexcept;
   [[nodiscard]] OptionCodes option_codes() const noexcept;
 
+  [[nodiscard]] bool parameters_consistent() const noexcept;
+  [[nodiscard]] bool consistent_with(const EntryRow& row, std::uint64_t raw) const noexcept;
+  [[nodiscard]] bool dc_link() const noexcept { return dc_link_volts_ >= dc_link_limit_volts_ && dc_link_volts_ > 0.0; }
+  [[nodiscard]] bool starting() const noexcept { return start_left_.count() > 0; }
+  [[nodiscard]] std::chrono::nanoseconds running_time() const noexcept {
+    return static_cast<std::int64_t>(steps_) * kControlStep;
+  }
+  [[nodiscard]] DisplayContent display_content() const noexcept;
+  [[nodiscard]] bool motor_temperature_monitored() const noexcept;
+  [[nodiscard]] std::int32_t shown_position(std::int64_t increments) const noexcept;
+
   void apply_settings() noexcept;
   void evaluate_switches() noexcept;
+  void change_input(Input input, bool level, double position_rad) noexcept;
+  void apply_scheduled_inputs() noexcept;
+  void step_touch_probe() noexcept;
+  void monitor_protection() noexcept;
+  void set_warning(Warning warning, bool on) noexcept;
+  void finish_commands() noexcept;
   void apply_setpoints() noexcept;
   void watch_fault_reset() noexcept;
   void acknowledge() noexcept;
@@ -136,9 +183,33 @@ class MsdDrive final : public Device, private DictionaryOwner {
   wire::AlState al_state_ = wire::AlState::kInit;
   std::optional<Fault> fault_;
   std::uint16_t last_control_word_ = 0;
-  bool dc_link_ = true;
-  bool brake_open_ = false;                 ///< the brake's output
-  std::chrono::nanoseconds brake_time_{0};  ///< since the output changed
+  static constexpr double kMainsDcLinkVolts = 560.0;  ///< rectified 400 V mains, ours
+  double dc_link_volts_ = kMainsDcLinkVolts;
+  double dc_link_limit_volts_ = 0.0;
+  std::bitset<static_cast<std::size_t>(Fault::kCount)> causes_;
+  ThermalModel thermal_;
+  OverloadLimits overload_limits_;
+  std::uint32_t warnings_ = 0;
+  TouchProbe probe_;
+  struct ScheduledInput {
+    Input input = Input::kIsd00;
+    bool level = false;
+    std::chrono::nanoseconds at{0};
+  };
+  std::array<ScheduledInput, 16> scheduled_{};
+  std::size_t scheduled_count_ = 0;
+  std::chrono::nanoseconds start_left_{0};
+  std::chrono::nanoseconds save_left_{0};
+  std::uint16_t fault_text_ = 0;  ///< string slots of P 33[0] and of the first warning, P 33[1]
+  std::uint16_t warning_text_ = 0;
+  std::uint32_t shown_warnings_ = 0;
+  bool parameter_file_good_ = true;
+  ParameterFileError parameter_file_error_;
+  bool stored_are_factory_ = false;  ///< the next start takes the time of a reset to factory settings
+  PowerState shown_state_ = PowerState::kNotReadyToSwitchOn;
+  std::chrono::nanoseconds shown_since_{0};  ///< running time when the display last changed its content
+  bool brake_open_ = false;                  ///< the brake's output
+  std::chrono::nanoseconds brake_time_{0};   ///< since the output changed
   bool settings_changed_ = true;
   bool factory_reset_pending_ = false;
   bool following_error_ = false;

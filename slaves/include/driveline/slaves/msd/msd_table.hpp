@@ -21,6 +21,7 @@ inline constexpr std::uint32_t kRevision = 0x007C001E;     ///< ours: firmware 1
 [[nodiscard]] std::span<const EntryRow> profile_rows();
 [[nodiscard]] std::span<const EntryRow> mode_rows();
 [[nodiscard]] std::span<const EntryRow> terminal_rows();
+[[nodiscard]] std::span<const EntryRow> function_rows();
 
 /// What ESI and SII say about the drive, made from the table.
 [[nodiscard]] esi::DeviceDescription device_description();

@@ -135,6 +135,29 @@ enum Value : std::uint16_t {
   kOutputMask,
   kBrakeLiftTime,
   kBrakeCloseTime,
+  // touch probe
+  kTouchProbeVariant,
+  kTouchProbeFunction,
+  kTouchProbeStatus,
+  kTouchProbeValueFirst,  ///< 60BAh-60BDh, in order
+  kTouchProbeValueLast = kTouchProbeValueFirst + 3,
+  // monitoring
+  kWarnings,
+  kOverloadType,
+  kOverloadRated,
+  kOverloadStandstill,
+  kOverloadMiddle,
+  kOverloadMiddleFrequency,
+  kOverloadRatedFrequency,
+  kOverloadTimeConstant,
+  kOverloadIntegrator,
+  kUndervoltageLimit,
+  kMotorTemperatureSensor,
+  kMotorTemperatureMax,
+  kMotorTemperature,
+  kDcLinkVolts,
+  // parameter service
+  kParameterDownload,
   kValueCount,
 };
 

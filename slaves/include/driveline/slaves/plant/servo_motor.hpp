@@ -13,10 +13,11 @@ struct MotorParameters {
   double inertia_kg_m2 = 3.0e-4;          ///< motor and load, at the motor shaft
   double viscous_friction_nm_s = 2.0e-4;  ///< Nm per rad/s
   double coulomb_friction_nm = 0.03;
-  double brake_torque_nm = 0.0;                  ///< of the closed holding brake; 0: the motor has none
   double torque_lag_s = 1.5e-4;                  ///< time constant of the current loop
   double max_speed_rad_s = 628.0;                ///< mechanical limit: 6000 rev/min
   std::uint32_t encoder_increments = 1U << 20U;  ///< per revolution, quadrature counted
+  double brake_torque_nm = 0.0;                  ///< of the closed holding brake; 0: the motor has none
+  std::uint32_t pole_pairs = 4;
 
   /// The same motor with every value in the range the model is stable in; NaN becomes the default.
   [[nodiscard]] MotorParameters sanitized() const noexcept;
@@ -33,6 +34,7 @@ class ServoMotor {
 
   [[nodiscard]] const MotorParameters& parameters() const noexcept { return parameters_; }
   [[nodiscard]] double position_rad() const noexcept { return position_rad_; }
+  [[nodiscard]] double last_position_rad() const noexcept { return last_position_rad_; }  ///< one step ago
   [[nodiscard]] double velocity_rad_s() const noexcept { return velocity_rad_s_; }
   /// Torque of the current loop at the shaft.
   [[nodiscard]] double torque_nm() const noexcept { return torque_nm_; }
@@ -40,7 +42,8 @@ class ServoMotor {
     return 0.5 * parameters_.inertia_kg_m2 * velocity_rad_s_ * velocity_rad_s_;
   }
   /// Position as the encoder counts it, rounded down. \rtsafe
-  [[nodiscard]] std::int64_t encoder_count() const noexcept;
+  [[nodiscard]] std::int64_t encoder_count() const noexcept { return encoder_count(position_rad_); }
+  [[nodiscard]] std::int64_t encoder_count(double position_rad) const noexcept;
   [[nodiscard]] double radians_per_increment() const noexcept { return radians_per_increment_; }
   /// Where the last step passed the encoder's index pulse, which comes once per revolution at encoder count 0; the
   /// newest one if a step is longer than a revolution. \rtsafe

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "driveline/slaves/cia402/power_state_machine.hpp"
+#include "driveline/wire/al.hpp"
+
+/// What the drive shows on its front: seven-segment display (MSD manual 4.7, 5.6) and LEDs (5.3), as functions of time.
+namespace driveline::slaves::msd {
+
+/// What the display has to tell.
+struct DisplayContent {
+  PowerState state = PowerState::kNotReadyToSwitchOn;
+  bool reset = false;            ///< the processor is in reset
+  bool starting = false;         ///< initialisation
+  bool safe_torque_off = false;  ///< STO is active
+  struct FaultCode {
+    std::uint8_t number = 0;
+    std::uint8_t location = 0;
+    bool needs_remedy = false;  ///< can only be acknowledged when its cause is gone
+  };
+  std::optional<FaultCode> fault{};
+};
+
+/// One lit digit or blank, with its point.
+struct Digit {
+  char symbol = ' ';
+  bool point = false;
+  friend bool operator==(const Digit&, const Digit&) = default;
+};
+struct DisplayFrame {
+  Digit first;   ///< D1
+  Digit second;  ///< D2
+  friend bool operator==(const DisplayFrame&, const DisplayFrame&) = default;
+};
+
+/// How long things flash and stand; the manual tells the sequence, not the times (ours).
+inline constexpr std::chrono::milliseconds kDisplayFlash{500};  ///< half a period
+inline constexpr std::chrono::milliseconds kFaultStep{1000};    ///< Er, number, location
+
+/// What is lit `time` after the content began to be shown. \rtsafe
+[[nodiscard]] DisplayFrame display_frame(const DisplayContent& content, std::chrono::nanoseconds time) noexcept;
+/// The frame as text: "S.2", " 5.", "Er", "14".
+[[nodiscard]] std::string to_text(const DisplayFrame& frame);
+
+/// The RUN LED (RN) by AL state; times of ETG.1300. \rtsafe
+[[nodiscard]] bool run_led(wire::AlState state, std::chrono::nanoseconds time) noexcept;
+
+/// Series of the MSD with their own LEDs (MSD manual Tables 5.2-5.4).
+enum class Series : std::uint8_t { kSingleMultiAxis, kCompact };
+enum class Connector : std::uint8_t { kX15, kX16 };
+
+/// What happens at one connector.
+struct LinkState {
+  bool link = false;
+  bool traffic = false;
+};
+/// Top LED of a connector: link/activity. \rtsafe
+[[nodiscard]] bool link_activity_led(LinkState link, std::chrono::nanoseconds time) noexcept;
+/// Bottom LED of a connector: RUN at X15 and nothing at X16 of single and multi-axis devices, link of the PHY on the
+/// Compact, whose RUN LED is a separate one. \rtsafe
+[[nodiscard]] bool bottom_led(Series series, Connector connector, LinkState link, wire::AlState state,
+                              std::chrono::nanoseconds time) noexcept;
+
+}  // namespace driveline::slaves::msd

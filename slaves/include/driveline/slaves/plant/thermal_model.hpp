@@ -1,0 +1,47 @@
+#pragma once
+
+namespace driveline::slaves {
+
+/// I2t of a motor and the temperatures of motor and power stage, each a first-order lag of the squared current.
+struct ThermalParameters {
+  double motor_time_constant_s = 600.0;
+  double motor_rise_k = 65.0;  ///< at rated current
+  double amplifier_time_constant_s = 120.0;
+  double amplifier_rise_k = 30.0;  ///< at rated current
+  double ambient_c = 25.0;
+};
+
+/// How the I2t monitoring counts (P 735).
+struct OverloadLimits {
+  bool thermal = true;            ///< THERM: share of the rated thermal load; false: FREQ
+  double time_constant_s = 60.0;  ///< THERM (P 733[7])
+  double rated = 1.0;             ///< FREQ: permitted current at and above `rated_hz`, in rated currents (P 733[0])
+  double standstill = 1.0;        ///< at 0 Hz (P 733[1])
+  double middle = 1.0;            ///< at `middle_hz` (P 733[2], [3])
+  double middle_hz = 10.0;
+  double rated_hz = 50.0;
+};
+
+class ThermalModel {
+ public:
+  explicit ThermalModel(const ThermalParameters& parameters = {}) noexcept;
+
+  /// `step_s` with this current, in rated currents, at this electrical frequency. \rtsafe
+  void step(double current, double frequency_hz, const OverloadLimits& limits, double step_s) noexcept;
+  /// As after a long time without current. \rtsafe
+  void reset() noexcept;
+
+  /// Integrator in percent: THERM 100 % after a long time at rated current, trips at 110 %; FREQ 100 % is the trip
+  /// point, 150 % of the permitted current for 120 s (Device Help). \rtsafe
+  [[nodiscard]] double overload_percent() const noexcept { return overload_percent_; }
+  [[nodiscard]] double motor_c() const noexcept { return parameters_.ambient_c + motor_k_; }
+  [[nodiscard]] double amplifier_c() const noexcept { return parameters_.ambient_c + amplifier_k_; }
+
+ private:
+  ThermalParameters parameters_;
+  double overload_percent_ = 0.0;
+  double motor_k_ = 0.0;
+  double amplifier_k_ = 0.0;
+};
+
+}  // namespace driveline::slaves

@@ -1,0 +1,190 @@
+// Protection of motor and power stage, faults whose cause stays, warnings (MSD manual 4.7, 11.3.2, 13).
+#include <set>
+
+#include "drive_rig.hpp"
+
+namespace driveline::slaves::msd {
+namespace {
+
+using testing::ElementsAre;
+
+std::string text(DriveRig& rig, std::uint16_t index, unsigned sub) {
+  const auto answer = rig.sdo({0x40, index & 0xFFU, unsigned{index} >> 8, sub, 0, 0, 0, 0});
+  std::string result;
+  for (std::size_t i = 8; i < answer.size() && answer[i] != 0; ++i) result += static_cast<char>(answer[i]);
+  return result;
+}
+
+class MsdCause : public testing::TestWithParam<Fault> {};
+
+TEST_P(MsdCause, RaisesItsFaultAndCannotBeAcknowledgedWhileItLasts) {
+  DriveRig rig;
+  rig.operate();
+  rig.enable(9);
+  const FaultFacts& f = facts(GetParam());
+  rig.drive.set_cause(GetParam(), true);
+  rig.pass(1s);
+  EXPECT_EQ(rig.drive.fault(), GetParam());
+  EXPECT_EQ(rig.drive.state(), PowerState::kFault);
+  EXPECT_EQ(rig.status & 0x08, 0x08) << "fault bit";
+  EXPECT_EQ(rig.error_code, f.error_code);
+  rig.fetch_emergencies();
+  const unsigned error_register = f.error_register | 1U;
+  EXPECT_THAT(rig.emergencies, ElementsAre(ElementsAre(f.error_code & 0xFFU, f.error_code >> 8U, error_register,
+                                                       f.number, f.location, 0, 0, 0)));
+  EXPECT_EQ(rig.read(0x1001), error_register);
+  EXPECT_EQ(text(rig, 0x2021, 0), f.text);
+  EXPECT_TRUE(rig.drive.display().starts_with("Er. "));
+  rig.emergencies.clear();
+  rig.control = 0x80;
+  rig.cycles(4);
+  EXPECT_EQ(rig.drive.state(), PowerState::kFault);
+  rig.fetch_emergencies();
+  ASSERT_EQ(rig.emergencies.size(), 2U) << "acknowledgement, and the fault again";
+  EXPECT_THAT(rig.emergencies[0], ElementsAre(0, 0, 0, 0, 0, 0, 0, 0));
+  rig.drive.set_cause(GetParam(), false);
+  EXPECT_TRUE(rig.drive.display().starts_with("Er "));
+  rig.control = 0;
+  rig.cycles(4);
+  rig.control = 0x80;
+  rig.cycles(4);
+  EXPECT_EQ(rig.drive.state(), PowerState::kSwitchOnDisabled);
+  EXPECT_EQ(text(rig, 0x2021, 0), "");
+}
+
+INSTANTIATE_TEST_SUITE_P(Faults, MsdCause,
+                         testing::Values(Fault::kOvercurrent, Fault::kEncoder, Fault::kEepromData, Fault::kInternalRam,
+                                         Fault::kMotorTemperature, Fault::kAmplifierTemperature));
+
+TEST(MsdProtection, EtherCatFaultsHaveTheNumbersOfTheManual) {
+  // MSD manual 5.3.3
+  EXPECT_EQ(facts(Fault::kEtherCatWatchdog).location, 1);
+  EXPECT_EQ(facts(Fault::kEepromData).location, 2);
+  EXPECT_EQ(facts(Fault::kInternalRam).location, 3);
+  EXPECT_EQ(facts(Fault::kInvalidConfiguration).location, 4);
+  EXPECT_EQ(facts(Fault::kMissingOutputs).location, 5);
+  EXPECT_EQ(facts(Fault::kLocalError).location, 6);
+  for (const auto& f : kFaults) {
+    if (f.number == 14) {
+      EXPECT_EQ(f.error_code, 0xFF00) << "13.1";
+    }
+  }
+}
+
+TEST(MsdProtection, NumbersAndLocationsAreUnique) {
+  std::set<std::pair<int, int>> seen;
+  for (const auto& f : kFaults) EXPECT_TRUE(seen.insert({f.number, f.location}).second) << f.text;
+}
+
+TEST(MsdProtection, OverloadTripsAndIsShown) {
+  DriveRig rig;
+  ASSERT_EQ(rig.write_real(0x22DD, 7, 10.0F), 0U);  // Tth
+  rig.operate();
+  rig.enable(9);
+  rig.drive.heat(1.0, 100s);
+  rig.pass(5ms);
+  EXPECT_FALSE(rig.drive.fault().has_value()) << "rated current is allowed for ever";
+  EXPECT_TRUE(rig.status & 0x80) << "but near the limit";
+  EXPECT_EQ(rig.read(0x2022), 1U);
+  EXPECT_EQ(text(rig, 0x2021, 1), "I2t near its limit");
+  EXPECT_EQ(rig.drive.state(), PowerState::kOperationEnabled) << "a warning changes no state";
+  rig.drive.heat(1.2, 10s);
+  rig.pass(500ms);
+  EXPECT_EQ(rig.drive.fault(), Fault::kMotorOverload);
+  EXPECT_EQ(rig.drive.display(), "Er. 09 01");
+  rig.pass(4s);
+  EXPECT_EQ(rig.drive.display(), "Er 09 01") << "cooled down";
+}
+
+TEST(MsdProtection, OverloadOfTypeFreqAllows150PercentFor120Seconds) {
+  ThermalModel model;
+  OverloadLimits limits;
+  limits.thermal = false;
+  for (int i = 0; i < 119; ++i) model.step(1.5, 100.0, limits, 1.0);
+  EXPECT_LT(model.overload_percent(), 100.0);
+  for (int i = 0; i < 2; ++i) model.step(1.5, 100.0, limits, 1.0);
+  EXPECT_GT(model.overload_percent(), 100.0);
+  for (int i = 0; i < 1000; ++i) model.step(0.0, 100.0, limits, 1.0);
+  EXPECT_EQ(model.overload_percent(), 0.0);
+  limits.standstill = 0.5;  // half the current is allowed at standstill
+  model.step(0.5, 0.0, limits, 100.0);
+  EXPECT_EQ(model.overload_percent(), 0.0);
+  model.step(1.0, 0.0, limits, 10.0);
+  EXPECT_GT(model.overload_percent(), 10.0);
+}
+
+TEST(MsdProtection, OverloadOfTypeThermReachesItsShareWithItsTimeConstant) {
+  ThermalModel model;
+  OverloadLimits limits;
+  limits.time_constant_s = 10.0;
+  for (int i = 0; i < 10000; ++i) model.step(1.0, 0.0, limits, 1e-3);
+  EXPECT_NEAR(model.overload_percent(), 100.0 * (1.0 - std::exp(-1.0)), 0.1);
+  EXPECT_NEAR(model.motor_c(), 25.0 + 65.0 * (1.0 - std::exp(-10.0 / 600.0)), 0.1);
+}
+
+TEST(MsdProtection, MotorTemperatureIsMonitoredWithASensor) {
+  DriveRig rig;
+  rig.drive.heat(1.3, 4000s);  // 135 degC
+  ASSERT_EQ(rig.write(0x22DC, 0, 0, 2), 0U);
+  ASSERT_EQ(rig.write_real(0x22DD, 7, 0.1F), 0U);
+  rig.pass(1s);
+  if (rig.drive.fault()) {
+    ASSERT_EQ(rig.write(0x2099, 0, 1, 1), 0U);
+    rig.pass(5ms);
+  }
+  EXPECT_FALSE(rig.drive.fault().has_value()) << "no sensor";
+  ASSERT_EQ(rig.write(0x22DC, 0, 1, 2), 0U);
+  rig.pass(5ms);
+  EXPECT_EQ(rig.drive.fault(), Fault::kMotorTemperature);
+  EXPECT_EQ(rig.write(0x22DC, 0, 5, 2), 0x06090030U) << "not used";
+}
+
+TEST(MsdProtection, DcLinkVoltageHasLimitsBothWays) {
+  DriveRig rig;
+  rig.operate();
+  rig.enable(9);
+  rig.drive.set_dc_link_voltage(270.0);
+  rig.cycles(16);
+  EXPECT_TRUE(rig.status & 0x80);
+  EXPECT_EQ(rig.read(0x2022), 1U << 9U);
+  EXPECT_EQ(rig.read(0x6079), 270'000U);
+  EXPECT_EQ(std::bit_cast<float>(rig.read(0x219A)), 270.0F);
+  rig.drive.set_dc_link_voltage(240.0);
+  rig.cycles(16);
+  EXPECT_EQ(rig.drive.fault(), Fault::kDcLinkUndervoltage);
+  EXPECT_EQ(rig.status & 0x10, 0) << "voltage enabled";
+  rig.drive.set_dc_link_voltage(560.0);
+  rig.control = 0x80;
+  rig.cycles(4);
+  EXPECT_EQ(rig.drive.state(), PowerState::kSwitchOnDisabled);
+  rig.drive.set_dc_link_voltage(900.0);
+  rig.cycles(16);
+  EXPECT_EQ(rig.drive.fault(), Fault::kDcLinkOvervoltage);
+}
+
+TEST(MsdProtection, OperatingHoursCountInTheEmergency) {
+  DriveRig rig;
+  // 20 minutes per step of the model keep the test short.
+  for (int i = 0; i < 6; ++i) rig.pass(std::chrono::minutes(21));
+  rig.drive.set_cause(Fault::kEncoder, true);
+  rig.pass(5ms);
+  rig.fetch_emergencies();
+  ASSERT_EQ(rig.emergencies.size(), 1U);
+  EXPECT_THAT(rig.emergencies[0], ElementsAre(0x00, 0x73, 0x21, 10, 1, 2, 0, 0)) << "two complete hours";
+}
+
+TEST(MsdProtection, ALaterFaultThatForbidsTorqueEndsTheReaction) {
+  DriveRig rig;
+  rig.operate();
+  rig.run_at(20'000'000);
+  rig.drive.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
+  rig.pass(5ms);
+  EXPECT_LT(rig.torque, -100);
+  rig.drive.set_cause(Fault::kEncoder, true);
+  rig.pass(5ms);
+  EXPECT_EQ(rig.torque, 0);
+  EXPECT_EQ(rig.drive.fault(), Fault::kEtherCatWatchdog);
+}
+
+}  // namespace
+}  // namespace driveline::slaves::msd
