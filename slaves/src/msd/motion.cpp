@@ -234,6 +234,11 @@ double Motion::following_error() const noexcept {
   return position_demand() - static_cast<double>(position());
 }
 
+double Motion::following_error_increments() const noexcept {
+  if (!position_controlled()) return 0.0;
+  return (position_setpoint_rad() - measured_position_rad()) / motor_.radians_per_increment();
+}
+
 double Motion::velocity() const noexcept {
   return controller_.measured_velocity_rad_s() / settings_.scaling.velocity_rad_s;
 }

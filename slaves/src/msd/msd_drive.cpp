@@ -23,6 +23,8 @@ constexpr std::int16_t kJerkLimited = 3;                ///< 6086h
 constexpr std::uint16_t kThermalOverload = 1;           ///< P 735
 constexpr std::uint64_t kStepsPerMs = 16;
 
+constexpr std::uint8_t kBootUp = 0;  ///< P 2060
+
 /// Network states of P 2060 (MSD manual Table 7.4).
 constexpr std::uint8_t nmt_state(AlState state) noexcept {
   switch (state) {
@@ -99,6 +101,11 @@ void MsdDrive::write_device_facts(ObjectDictionary& dictionary) const {
   real(kVelocityFilter, controller.velocity_filter_s * 1e3);
   real(kPositionGain, controller.position_gain_per_s * 60.0);
   real(kTotalInertia, motor.inertia_kg_m2);
+  real(kMotorRatedFrequency, motor.max_speed_rad_s * motor.pole_pairs / (2.0 * std::numbers::pi));
+  real(kMotorRatedCurrentA, motor.rated_current_a);
+  real(kMotorRatedTorqueNm, motor.rated_torque_nm);
+  real(kMotorInertia, motor.inertia_kg_m2);
+  dictionary.set(kMotorPolePairs, motor.pole_pairs);
 }
 
 void MsdDrive::store_parameters() {
@@ -138,7 +145,7 @@ void MsdDrive::restart() {
   save_left_ = nanoseconds{0};
   shown_since_ = running_time();
   build_process_data();
-  dictionary_.set(kNmtState, nmt_state(al_state_));
+  initialise_control_ = true;
   apply_settings();
   motion_.select(MotionCommand::kOff, MotionSource::kNone, false);
   publish();
@@ -168,7 +175,7 @@ std::size_t MsdDrive::process_data_size(std::size_t sync_manager) const noexcept
 
 void MsdDrive::enter_al_state(AlState state) noexcept {
   al_state_ = state;
-  dictionary_.set(kNmtState, nmt_state(state));
+  dictionary_.set(kNmtState, starting() ? kBootUp : nmt_state(state));
   if (state == AlState::kInit) mailbox_.reset();
 }
 
@@ -230,7 +237,10 @@ void MsdDrive::apply_settings() noexcept {
   const auto number = [this](Value value) { return static_cast<double>(dictionary_.get<std::uint32_t>(value)); };
   const auto& motor = parameters_.motor;
   MotionSettings s;
-  s.scaling = Scaling::from(dictionary_, motor.encoder_increments);
+  // Changed units count from the next start of the control on (MSD manual 10.3).
+  const Scaling wanted = Scaling::from(dictionary_, motor.encoder_increments);
+  s.scaling = initialise_control_ ? wanted : motion_.settings().scaling;
+  initialise_control_ = false;
   s.range = {dictionary_.get<std::int32_t>(kRangeMin), dictionary_.get<std::int32_t>(kRangeMax)};
   s.controller.position_gain_per_s = real(kPositionGain) / 60.0;
   s.controller.velocity_gain_nm_s = real(kVelocityGain) / kRpm * real(kVelocityGainScale) * 1e-2;
@@ -301,6 +311,7 @@ std::uint16_t MsdDrive::status() const noexcept {
 void MsdDrive::publish() noexcept {
   const auto torque = saturate<std::int16_t>(motion_.torque_permille());
   dictionary_.set(kStatusWord, status_word());
+  dictionary_.set(kNmtState, starting() ? kBootUp : nmt_state(al_state_));
   dictionary_.set(kModeDisplay, static_cast<std::int8_t>(modes_.mode()));
   const PositionRange& range = motion_.settings().range;
   dictionary_.set(kPositionActual, range.wrap(motion_.position()));
@@ -319,6 +330,7 @@ void MsdDrive::publish() noexcept {
                     probe_.value(static_cast<TouchProbe::Value>(i)));
   }
   publish_warnings();
+  publish_motor_values();
   dictionary_.set(kInputState, terminals_.input_image());
   dictionary_.set(kDigitalInputs, terminals_.function_image());
   dictionary_.set(kOutputState, terminals_.output_image());
@@ -326,6 +338,19 @@ void MsdDrive::publish() noexcept {
     shown_state_ = power_.state();
     shown_since_ = running_time();
   }
+}
+
+/// P 412-P 419: the same as the profile's objects, in units of the motor.
+void MsdDrive::publish_motor_values() noexcept {
+  const auto actual = static_cast<std::int32_t>(motion_.motor().encoder_count());
+  const auto difference = saturate<std::int32_t>(motion_.following_error_increments());
+  dictionary_.set(kActualIncrements, actual);
+  dictionary_.set(kReferenceIncrements, static_cast<std::uint32_t>(actual) + static_cast<std::uint32_t>(difference));
+  dictionary_.set(kIncrementDifference, difference);
+  dictionary_.set(kActualRpm, static_cast<float>(motion_.controller().measured_velocity_rad_s() / kRpm));
+  dictionary_.set(kReferenceRpm, static_cast<float>(motion_.controller().velocity_setpoint_rad_s() / kRpm));
+  dictionary_.set(kReferenceTorqueNm, static_cast<float>(motion_.torque_demand_nm()));
+  dictionary_.set(kActualTorqueNm, static_cast<float>(motion_.motor().torque_nm()));
 }
 
 /// P 33, P 34 and the values that the warnings are about.

@@ -42,7 +42,8 @@ void MsdDrive::raise(Fault fault) noexcept {
     return;
   }
   fault_ = fault;
-  const auto hours = std::min<std::int64_t>(running_time() / std::chrono::hours(1), UINT16_MAX);
+  const auto hours =
+      std::min<std::int64_t>((parameters_.operating_hours + running_time()) / std::chrono::hours(1), UINT16_MAX);
   coe_.raise(record_fault(dictionary_, f, static_cast<std::uint16_t>(hours)));
   dictionary_.text(fault_text_) = f.text;
   power_.fault(option_codes(), f.coast);

@@ -87,7 +87,12 @@ void MsdDrive::power_step() noexcept {
                               : motion_.stopped() && (brake_open_ || brake_settled()) &&
                                     brake_open_ == !power_.powers_off_at_standstill(option_codes());
   conditions.options = option_codes();
+  const bool was_on = power_.power_on();
   power_.step(conditions, kProcessDataPeriod);
+  if (power_.power_on() && !was_on) {
+    initialise_control_ = true;
+    apply_settings();
+  }
   control_brake();
 
   const auto modes = mode_conditions();

@@ -10,6 +10,7 @@ using enum esi::DataType;
 
 constexpr std::string_view kProbe = "MSD manual Tables 14.1, 14.4";
 constexpr std::string_view kMotorProtection = "Device Help: motor protection; default ours";
+constexpr std::string_view kActualValue = "SERCOS manual Table 10.1";
 constexpr std::uint8_t kMessages = 9;  ///< P 33[0-8]
 
 /// Element of a P-parameter array that starts with data at 0.
@@ -31,6 +32,20 @@ constexpr std::array kFixedRows = {
     variable(p(2285), kUnsigned16, kStored, kTouchProbeVariant, "Touch probe function selector", {1, 0, 3}, {},
              "MSD manual 14.1: 1 CiA402, 2 BECK2, 3 SPECIFIC; 0 off and default ours"),
     variable(p(410), kReal32, kTx, kDcLinkVolts, "DC link voltage", {}, "V", "SERCOS manual Table 10.1"),
+    variable(p(412), kInteger32, kTx, kActualIncrements, "Actual position", {}, "inc", kActualValue),
+    variable(p(413), kInteger32, kTx, kReferenceIncrements, "Reference position", {}, "inc", kActualValue),
+    variable(p(414), kInteger32, kTx, kIncrementDifference, "Actual position difference", {}, "inc", kActualValue),
+    variable(p(415), kReal32, kTx, kActualRpm, "Actual speed", {}, "rpm", kActualValue),
+    variable(p(416), kReal32, kTx, kReferenceRpm, "Reference speed", {}, "rpm", kActualValue),
+    variable(p(418), kReal32, kTx, kReferenceTorqueNm, "Reference torque", {}, "Nm", kActualValue),
+    variable(p(419), kReal32, kTx, kActualTorqueNm, "Actual torque", {}, "Nm", kActualValue),
+    variable(p(45), kUnsigned16, access::kRead, slot::kConstant, "MOT_Type", {1}, {},
+             "MSD manual 8.2.2: PSM = 1, what the plant is"),
+    variable(p(455), kReal32, access::kRead, kMotorRatedFrequency, "MOT_FNOM", {}, "Hz", "MSD manual 8.2.3"),
+    variable(p(457), kReal32, access::kRead, kMotorRatedCurrentA, "Motor rated current", {}, "A", kActualValue),
+    variable(p(460), kReal32, access::kRead, kMotorRatedTorqueNm, "Motor rated torque", {}, "Nm", kActualValue),
+    variable(p(461), kReal32, access::kRead, kMotorInertia, "Motor inertia", {}, "kg m2", kActualValue),
+    variable(p(463), kUnsigned16, access::kRead, kMotorPolePairs, "Motor number of pole pairs", {}, {}, kActualValue),
     parameter(701, 0, kReal32, kTx, kOverloadIntegrator, "MON_ActValues: I2t integrator", {}, "%",
               "Device Help: P 701[0]"),
     parameter(701, 1, kReal32, kTx, kMotorTemperature, "Motor temperature", {}, "degC", "index ours"),

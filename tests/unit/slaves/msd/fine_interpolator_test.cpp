@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace driveline::slaves::msd {
 namespace {
@@ -41,6 +42,31 @@ TEST(FineInterpolator, LinearReachesTheSampleAfterOnePeriod) {
     EXPECT_NEAR(f.value(), 1.0 + i, 1e-12);
     EXPECT_NEAR(f.velocity(), 8.0 / kPeriod, 1e-6);
     EXPECT_EQ(f.acceleration(), 0.0);
+  }
+}
+
+TEST(FineInterpolator, ExternalPassesThroughSamplesWithTheirSpeeds) {
+  auto f = make(Method::kExternal);
+  const std::array<std::pair<double, double>, 3> samples = {{{1.0, 500.0}, {2.0, -300.0}, {2.0, 0.0}}};
+  for (const auto& [value, velocity] : samples) {
+    f.push(value, velocity);
+    run(f);
+    EXPECT_NEAR(f.value(), value, 1e-12);
+    EXPECT_NEAR(f.velocity(), velocity, 1e-8);
+  }
+}
+
+TEST(FineInterpolator, CosineStandsStillAtEverySample) {
+  auto f = make(Method::kCosine, 1.0);
+  for (const double sample : {3.0, -2.0, -2.0, 5.0}) {
+    const double before = f.value();
+    f.push(sample);
+    run(f, kSteps / 2);
+    EXPECT_NEAR(f.value(), 0.5 * (before + sample), 1e-12);
+    EXPECT_NEAR(f.velocity(), 0.5 * (sample - before) * 3.14159265358979 / kPeriod, 1e-6);
+    run(f, kSteps / 2);
+    EXPECT_NEAR(f.value(), sample, 1e-12);
+    EXPECT_NEAR(f.velocity(), 0.0, 1e-9);
   }
 }
 

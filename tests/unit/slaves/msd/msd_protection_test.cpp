@@ -163,14 +163,14 @@ TEST(MsdProtection, DcLinkVoltageHasLimitsBothWays) {
 }
 
 TEST(MsdProtection, OperatingHoursCountInTheEmergency) {
-  DriveRig rig;
-  // 20 minutes per step of the model keep the test short.
-  for (int i = 0; i < 6; ++i) rig.pass(std::chrono::minutes(21));
+  MsdParameters parameters;
+  parameters.operating_hours = std::chrono::hours(0x0302);
+  DriveRig rig(parameters);
   rig.drive.set_cause(Fault::kEncoder, true);
   rig.pass(5ms);
   rig.fetch_emergencies();
   ASSERT_EQ(rig.emergencies.size(), 1U);
-  EXPECT_THAT(rig.emergencies[0], ElementsAre(0x00, 0x73, 0x21, 10, 1, 2, 0, 0)) << "two complete hours";
+  EXPECT_THAT(rig.emergencies[0], ElementsAre(0x00, 0x73, 0x21, 10, 1, 0x02, 0x03, 0));
 }
 
 TEST(MsdProtection, ALaterFaultThatForbidsTorqueEndsTheReaction) {

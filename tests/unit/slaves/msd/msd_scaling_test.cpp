@@ -75,6 +75,89 @@ TEST(MsdScaling, ExtremeFactorsStayFinite) {
   EXPECT_GE(rig.read(0x6093, 2), 1U);
 }
 
+TEST(MsdScaling, FactorsFollowTheFormulasOfTheManual) {
+  DriveRig rig;
+  ASSERT_EQ(rig.write(0x608F, 1, 4096, 4), 0U);  // increments per
+  ASSERT_EQ(rig.write(0x608F, 2, 3, 4), 0U);     // revolutions
+  ASSERT_EQ(rig.write(0x6090, 1, 8192, 4), 0U);
+  ASSERT_EQ(rig.write(0x6090, 2, 1, 4), 0U);
+  ASSERT_EQ(rig.write(0x6091, 1, 7, 4), 0U);
+  ASSERT_EQ(rig.write(0x6091, 2, 2, 4), 0U);
+  ASSERT_EQ(rig.write(0x6092, 1, 1000, 4), 0U);
+  ASSERT_EQ(rig.write(0x6092, 2, 1, 4), 0U);
+  ASSERT_EQ(rig.write(0x608B, 0, 2, 1), 0U);
+  ASSERT_EQ(rig.write(0x6089, 0, 0xFF, 1), 0U);  // 10^-1
+  ASSERT_EQ(rig.write(0x608D, 0, 1, 1), 0U);
+  rig.pass(1ms);
+  const auto fraction = [&](std::uint16_t index) {
+    return static_cast<double>(rig.read(index, 1)) / static_cast<double>(rig.read(index, 2));
+  };
+  // 6093h = 608Fh * 6091h / 6092h; 6094h with 10^(2 - -1); 6097h with 10^(1 - 2) on top
+  EXPECT_NEAR(fraction(0x6093), 4096.0 / 3.0 * 3.5 / 1000.0, 1e-9);
+  EXPECT_NEAR(fraction(0x6094), 8192.0 * 3.5 / 1000.0 * 1000.0, 1e-6);
+  EXPECT_NEAR(fraction(0x6097), 8192.0 * 3.5 / 1000.0 * 100.0, 1e-6);
+}
+
+TEST(MsdScaling, DimensionIndicesOnlySayWhatTheUnitsAreCalled) {
+  const auto run = [](std::uint32_t dimension) {
+    DriveRig rig;
+    for (const std::uint16_t index : {std::uint16_t{0x608A}, std::uint16_t{0x608C}, std::uint16_t{0x608E}}) {
+      EXPECT_EQ(rig.write(index, 0, dimension, 1), 0U);
+    }
+    rig.operate();
+    rig.enable(9);
+    rig.target_velocity = 1'000'000;
+    rig.cycles(400);
+    return rig.drive.position_rad();
+  };
+  EXPECT_EQ(run(0), run(0x41));
+}
+
+TEST(MsdScaling, NewUnitsCountFromTheNextStartOfTheControl) {
+  MsdParameters parameters;
+  parameters.initial_position_rad = 2.0 * std::numbers::pi;
+  DriveRig rig(parameters);
+  ASSERT_EQ(rig.write(0x6092, 1, 360, 4), 0U);
+  rig.pass(5ms);
+  EXPECT_NEAR(rig.read(0x6064), 1048576, 1);
+  EXPECT_EQ(rig.read(0x6093, 1) * 45U, rig.read(0x6093, 2) * 131072U) << "calculated at once";
+  rig.operate();
+  rig.enable(9);
+  EXPECT_NEAR(rig.position, 360, 1);
+  rig.control = 0x06;
+  rig.cycles(4);
+  ASSERT_EQ(rig.write(0x6092, 1, 3600, 4), 0U);
+  rig.cycles(4);
+  EXPECT_NEAR(rig.position, 360, 1);
+  ASSERT_EQ(rig.write(0x200B, 1, 1, 1), 0U);
+  rig.drive.restart();
+  rig.pass(5ms);
+  EXPECT_NEAR(rig.position, 3600, 1);
+}
+
+TEST(MsdScaling, NoDriftOverTheWholeRangeAndBack) {
+  // 1/3 of a unit per increment: no double holds it.
+  const Ratio units = Ratio::of(1, 3);
+  for (std::int64_t increments = -(std::int64_t{1} << 40); increments <= (std::int64_t{1} << 40);
+       increments += 987'654'321) {
+    const std::int64_t third = units.apply(increments);
+    EXPECT_LE(std::abs(increments - 3 * third), 1) << increments;
+  }
+  EXPECT_EQ(units.apply(3 * ((std::int64_t{1} << 31) + 7)), (std::int64_t{1} << 31) + 7);
+  EXPECT_EQ(units.inverse().apply((std::int64_t{1} << 60)), 3 * (std::int64_t{1} << 60)) << "needs more than 64 bits";
+}
+
+TEST(MsdScaling, RatioRoundsHalvesAwayFromZeroAndSaturates) {
+  const Ratio half = Ratio::of(10, 20);
+  EXPECT_EQ(half.numerator(), 1);
+  EXPECT_EQ(half.divisor(), 2);
+  EXPECT_EQ(half.apply(3), 2);
+  EXPECT_EQ(half.apply(-3), -2);
+  EXPECT_EQ(half.apply(2), 1);
+  EXPECT_EQ(Ratio::of(1000, 1).apply(std::int64_t{1} << 60), std::numeric_limits<std::int64_t>::max());
+  EXPECT_EQ(Ratio::of(0, 0).apply(5), 5) << "zeros count as 1";
+}
+
 TEST(MsdScaling, SaturateRoundsAndKeepsTheRange) {
   EXPECT_EQ(saturate<std::int16_t>(2.6), 3);
   EXPECT_EQ(saturate<std::int16_t>(-1e9), -32768);

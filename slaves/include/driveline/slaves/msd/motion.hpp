@@ -89,6 +89,8 @@ class Motion {
   }
   [[nodiscard]] double position_demand() const noexcept;  ///< position units; actual position without position control
   [[nodiscard]] double following_error() const noexcept;  ///< position units; 0 without position control
+  [[nodiscard]] double following_error_increments() const noexcept;
+  [[nodiscard]] double torque_demand_nm() const noexcept { return torque_demand_nm_; }
   [[nodiscard]] double velocity() const noexcept;         ///< velocity units
   [[nodiscard]] double velocity_demand() const noexcept;  ///< velocity units
   [[nodiscard]] double torque_permille() const noexcept;

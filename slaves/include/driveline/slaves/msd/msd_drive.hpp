@@ -40,6 +40,7 @@ struct MsdParameters {
   std::vector<MachineSwitch> switches;
   std::chrono::nanoseconds homing_time_out = std::chrono::minutes{2};  ///< ours; then homing fails
   ThermalParameters thermal;
+  std::chrono::hours operating_hours{0};  ///< before this run; emergencies carry them
   /// Where stored parameters are kept between runs; empty: nowhere. A file that cannot be used is fault 02 05 at start.
   std::string parameter_file;
   std::chrono::nanoseconds start_up_time = std::chrono::milliseconds{1};  ///< of the self-test; the real drive: seconds
@@ -125,6 +126,7 @@ class MsdDrive final : public Device, private DictionaryOwner {
   void store_parameters();
   void load_stored_parameters();
   void publish_warnings() noexcept;
+  void publish_motor_values() noexcept;
   void build_process_data() noexcept;
   void enter_al_state(wire::AlState state) noexcept;
   [[nodiscard]] bool timing_valid() const noexcept;
@@ -211,6 +213,7 @@ class MsdDrive final : public Device, private DictionaryOwner {
   bool brake_open_ = false;                  ///< the brake's output
   std::chrono::nanoseconds brake_time_{0};   ///< since the output changed
   bool settings_changed_ = true;
+  bool initialise_control_ = true;  ///< the next settings bring the units of the factor group into force
   bool factory_reset_pending_ = false;
   bool following_error_ = false;
   std::chrono::nanoseconds following_error_time_{0};

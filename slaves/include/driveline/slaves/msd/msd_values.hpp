@@ -156,6 +156,20 @@ enum Value : std::uint16_t {
   kMotorTemperatureMax,
   kMotorTemperature,
   kDcLinkVolts,
+  // actual values in motor units
+  kActualIncrements,
+  kReferenceIncrements,
+  kIncrementDifference,
+  kActualRpm,
+  kReferenceRpm,
+  kReferenceTorqueNm,
+  kActualTorqueNm,
+  // motor data
+  kMotorRatedFrequency,
+  kMotorRatedCurrentA,
+  kMotorRatedTorqueNm,
+  kMotorInertia,
+  kMotorPolePairs,
   // parameter service
   kParameterDownload,
   kValueCount,
