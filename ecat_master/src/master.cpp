@@ -1,5 +1,10 @@
 #include "driveline/ecat_master/master.hpp"
 
+#include <algorithm>
+
+#include "driveline/ecat_master/dc/clock_fault.hpp"
+#include "driveline/ecat_master/dc/sync_objects.hpp"
+
 namespace driveline::ecat_master {
 
 Master::Master(port::Port& port, rt::Clock& clock, Settings settings)
@@ -55,15 +60,59 @@ Result<void> Master::configure(std::vector<SlavePlan> plans) {
   auto image = configure_process_data(engine_, slaves_, settings_.layout);
   if (!image) return tl::unexpected(image.error());
   image_ = std::move(*image);
+  if (auto done = bring_up_clocks(); !done) return done;
   if (auto done = change_state(bus_, refs_, wire::AlState::kSafeOp, settings_.state_timeout); !done) {
     return tl::unexpected(explain_state_error(bus_, slaves_, done.error()));
   }
   return {};
 }
 
+Result<void> Master::bring_up_clocks() {
+  clocks_.reset();
+  if (!clock_plan_) return {};
+  // Before anything is told to a slave.
+  if (auto done = dc::check_plan(*clock_plan_); !done) return done;
+  for (std::size_t i = 0; i < std::min(slaves_.size(), clock_plan_->slaves.size()); ++i) {
+    const auto& slave = slaves_[i];
+    if (!clock_plan_->slaves[i].signals.active() || !slave.mailbox || !slave.info.description.mailbox.coe) continue;
+    CoeClient coe(*slave.mailbox);
+    if (auto done = dc::write_sync_objects(coe, refs_[i].position, clock_plan_->slaves[i].signals); !done) return done;
+  }
+  auto clocks = dc::bring_up_clocks(bus_, refs_, topology_, *clock_plan_);
+  if (!clocks) return tl::unexpected(clocks.error());
+  clocks_ = std::move(*clocks);
+  return {};
+}
+
+Result<void> Master::await_clocks() {
+  constexpr std::chrono::milliseconds kPoll{5};
+  const auto deadline = clock_.now() + settings_.clock_timeout;
+  for (;;) {
+    if (auto done = watch_->poll(); !done) return done;
+    const auto status = follower_->status();
+    const auto late = watch_->out_of_window();
+    if (status.locked && !late) return {};
+    if (clock_.now() >= deadline) {
+      auto error = dc::clock_error(status.locked ? dc::ClockFault::kNotSynchronised : dc::ClockFault::kNotLocked);
+      error.received = static_cast<std::uint32_t>(static_cast<std::int32_t>(status.mean_error_ns));
+      error.extra = static_cast<std::uint32_t>(status.cause);
+      if (status.locked) {
+        error.slave = *late;
+        error.received = static_cast<std::uint32_t>(watch_->clocks().slaves[*late].difference.count());
+        error.expected = static_cast<std::uint32_t>(watch_->window().count());
+      }
+      return tl::unexpected(error);
+    }
+    pass(kPoll);
+  }
+}
+
 tl::expected<void, std::string> Master::start_cycle(Motion* motion, SampleRings rings, CyclicCore::Settings settings,
                                                     const MakeRunner& make_runner) {
   settings.slaves = static_cast<std::uint16_t>(refs_.size());
+  watch_.reset();
+  follower_ = clocks_ ? std::make_unique<dc::ClockFollower>(*clocks_) : nullptr;
+  settings.clocks = follower_.get();
   core_ = std::make_unique<CyclicCore>(port_, clock_, image_, motion, rings, settings);
   runner_ = make_runner(*core_);
   if (auto started = runner_->start(); !started) {
@@ -74,10 +123,14 @@ tl::expected<void, std::string> Master::start_cycle(Motion* motion, SampleRings 
   cyclic_ = std::make_unique<CyclicExchange>(core_->acyclic(), clock_,
                                              [this](std::chrono::nanoseconds duration) { runner_->pass(duration); });
   exchange_.use(*cyclic_);
+  if (clocks_) watch_ = std::make_unique<dc::ClockWatch>(bus_, refs_, *clocks_, *follower_);
   return {};
 }
 
 Result<void> Master::go_operational() {
+  if (watch_) {
+    if (auto done = await_clocks(); !done) return done;
+  }
   return change_state(bus_, refs_, wire::AlState::kOp, settings_.state_timeout);
 }
 

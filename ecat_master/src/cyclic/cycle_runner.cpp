@@ -5,13 +5,8 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-/// First grid time: the next multiple of the period on the clock, a few periods ahead. Drives without distributed
-/// clocks run their control loops on such multiples as well when they share the clock, so the phase between frames and
-/// control loops is the same at every start.
-nanoseconds first_grid_time(const rt::Clock& clock, nanoseconds period) noexcept {
-  constexpr int kPeriodsAhead = 4;
-  return (clock.now() / period + kPeriodsAhead) * period;
-}
+/// Time for the first wake-up.
+constexpr int kPeriodsAhead = 4;
 
 }  // namespace
 
@@ -30,8 +25,11 @@ tl::expected<void, std::string> RealtimeRunner::start() {
 }
 
 void RealtimeRunner::run(std::stop_token stop) noexcept {
-  timer_.start(first_grid_time(clock_, timer_.period()));
-  while (!stop.stop_requested()) core_.cycle(timer_.wait_next());
+  timer_.start(core_.first_grid(clock_.now() + kPeriodsAhead * timer_.period()));
+  while (!stop.stop_requested()) {
+    core_.cycle(timer_.wait_next());
+    timer_.shift_phase(core_.grid_shift());
+  }
 }
 
 void RealtimeRunner::pass(nanoseconds duration) {
@@ -47,7 +45,7 @@ InlineRunner::InlineRunner(CyclicCore& core, rt::Clock& clock)
     : core_(core), clock_(clock), timer_(clock, core.settings().period) {}
 
 tl::expected<void, std::string> InlineRunner::start() {
-  timer_.start(first_grid_time(clock_, timer_.period()));
+  timer_.start(core_.first_grid(clock_.now() + kPeriodsAhead * timer_.period()));
   return {};
 }
 
@@ -55,6 +53,7 @@ void InlineRunner::pass(nanoseconds duration) {
   const auto end = clock_.now() + duration;
   do {
     core_.cycle(timer_.wait_next());
+    timer_.shift_phase(core_.grid_shift());
   } while (clock_.now() < end);
 }
 

@@ -44,7 +44,9 @@ CyclicCore::CyclicCore(port::Port& port, rt::Clock& clock, ProcessImage image, M
       acyclic_(AcyclicChannel::kLostAfterCycles, settings_.acyclic_bytes) {
   const std::size_t frames = std::max<std::size_t>(1, image_.frame_count());
   frames_.reserve(frames);
-  for (std::size_t i = 0; i < frames; ++i) frames_.emplace_back(image_, i);
+  for (std::size_t i = 0; i < frames; ++i) {
+    frames_.emplace_back(image_, i, i == 0 && settings_.clocks != nullptr);
+  }
   for (const auto& frame : frames_) {
     for (std::size_t i = 0; i < frame.results().size(); ++i) {
       results_[frame.first_datagram() + i] = &frame.results()[i];
@@ -64,6 +66,10 @@ void CyclicCore::cycle(const rt::CycleStart& start) noexcept {
   // A late wake-up must not turn an answer that is on its way into a lost frame: half the window is always waited.
   receive(std::max(start.grid + settings_.receive_window, sent_at_ + settings_.receive_window / 2));
   evaluate(start);
+  grid_shift_ = {};
+  if (settings_.clocks != nullptr && due(frames_.front())) {
+    grid_shift_ = settings_.clocks->finish(start, sent_at_, frames_.front().drift());
+  }
   const std::span<const bool> valid(slave_valid_.get(), conditions_.size());
   if (settings_.task != nullptr) settings_.task->update(start.cycle, image_.inputs(), valid, image_.outputs());
   if (motion_ != nullptr) {
@@ -75,6 +81,12 @@ void CyclicCore::cycle(const rt::CycleStart& start) noexcept {
   const auto cost = clock_.now() - start.wake;
   tally(start, cost);
   publish(start, cost);
+}
+
+nanoseconds CyclicCore::first_grid(nanoseconds earliest) const noexcept {
+  if (settings_.clocks != nullptr) return settings_.clocks->first_grid(earliest);
+  // Drives without distributed clocks run their control loops on such multiples as well when they share the clock.
+  return (earliest + settings_.period - nanoseconds{1}) / settings_.period * settings_.period;
 }
 
 void CyclicCore::tally(const rt::CycleStart& start, nanoseconds cost) noexcept {
@@ -107,10 +119,12 @@ bool CyclicCore::due(const CyclicFrame& frame) const noexcept {
 void CyclicCore::send() noexcept {
   for (auto& frame : frames_) {
     if (!due(frame)) continue;
+    const bool first = &frame == &frames_.front();
+    if (first && settings_.clocks != nullptr) frame.set_drift(settings_.clocks->next(clock_.now()));
     const bool zero = groups_[frame.group()].outputs_zeroed.load(std::memory_order_relaxed);
     // What could not be sent does not come back and is counted as lost at the end of the cycle.
     static_cast<void>(frame.send(port_, image_, FrameTag{settings_.instance, ++sequence_}, zero));
-    if (&frame == &frames_.front()) sent_at_ = port_.last_send_time();
+    if (first) sent_at_ = port_.last_send_time();
   }
   acyclic_.send_next(port_, FrameTag{settings_.instance, ++sequence_});
 }

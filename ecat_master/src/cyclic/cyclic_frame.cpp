@@ -19,13 +19,14 @@ void copy(std::span<const std::byte> from, std::span<std::byte> to, std::size_t 
 
 }  // namespace
 
-CyclicFrame::CyclicFrame(const ProcessImage& image, std::size_t number) {
+CyclicFrame::CyclicFrame(const ProcessImage& image, std::size_t number, bool with_drift) {
   wire::FrameBuilder builder(buffer_, FrameTag{}.to_mac());
   std::uint8_t index = 0;
   if (number == 0) {
     const auto address = wire::DatagramAddress::physical(0, wire::reg::kAlStatus.address);
     status_place_ = builder.add(wire::Command::kBrd, index++, address, 2);
   }
+  if (with_drift) drift_place_ = builder.add(wire::Command::kNop, index++, {}, dc::DriftDatagram::kBytes);
   const auto datagrams = image.datagrams();
   std::size_t share = 0;
   for (std::size_t i = 0; i < datagrams.size(); ++i) {
@@ -46,6 +47,15 @@ CyclicFrame::CyclicFrame(const ProcessImage& image, std::size_t number) {
   size_ = builder.finish().size();
 }
 
+void CyclicFrame::set_drift(const dc::DriftDatagram& drift) noexcept {
+  const auto raw = std::span(buffer_).subspan(drift_place_->header).first<wire::DatagramHeader::kSize>();
+  auto header = wire::DatagramHeader::decode(raw).value_or(wire::DatagramHeader{});
+  header.command = drift.command;
+  header.address = drift.address;
+  header.encode(raw);
+  wire::store_le<std::uint32_t>(std::span(buffer_).subspan(drift_place_->data(), drift_place_->length), drift.time);
+}
+
 port::SendStatus CyclicFrame::send(port::Port& port, const ProcessImage& image, FrameTag tag,
                                    bool zero_outputs) noexcept {
   const auto mac = tag.to_mac();
@@ -64,6 +74,7 @@ port::SendStatus CyclicFrame::send(port::Port& port, const ProcessImage& image, 
   received_ = false;
   std::fill(results_.begin(), results_.end(), DatagramResult{});
   al_status_.reset();
+  drift_.reset();
   return port.send(std::span(buffer_).first(size_));
 }
 
@@ -78,6 +89,7 @@ bool CyclicFrame::is_answer(std::span<const std::byte> frame) const noexcept {
   };
   if (frame.size() < size_ || wire::load_be16(frame.subspan(12, 2)) != wire::kEtherTypeEtherCat) return false;
   if (status_place_ && !header_matches(*status_place_)) return false;
+  if (drift_place_ && !header_matches(*drift_place_)) return false;
   return std::all_of(parts_.begin(), parts_.end(), [&](const Part& part) { return header_matches(part.place); });
 }
 
@@ -89,6 +101,10 @@ bool CyclicFrame::accept(std::span<const std::byte> frame, FrameTag tag, Process
   if (status_place_) {
     al_status_ = LineAlStatus{wire::load_le<std::uint16_t>(frame.subspan(status_place_->working_counter(), 2)),
                               wire::load_le<std::uint16_t>(frame.subspan(status_place_->data(), 2))};
+  }
+  if (drift_place_) {
+    drift_ = dc::DriftAnswer{wire::load_le<std::uint32_t>(frame.subspan(drift_place_->data(), drift_place_->length)),
+                             wire::load_le<std::uint16_t>(frame.subspan(drift_place_->working_counter(), 2))};
   }
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     const auto& place = parts_[i].place;

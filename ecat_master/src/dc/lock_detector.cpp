@@ -1,5 +1,6 @@
 #include "driveline/ecat_master/dc/lock_detector.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace driveline::ecat_master::dc {
@@ -9,6 +10,13 @@ constexpr double kMeanShare = 1.0 / 16.0;
 constexpr double kUnlockFactor = 4.0;
 
 }  // namespace
+
+LockDetector::Settings LockDetector::Settings::for_period(std::chrono::nanoseconds period) noexcept {
+  constexpr std::chrono::nanoseconds kLockTime = std::chrono::milliseconds{100};
+  const auto cycles = static_cast<std::uint32_t>(
+      std::clamp<std::int64_t>(kLockTime / std::max(period, std::chrono::nanoseconds{1}), 20, 200));
+  return {static_cast<double>(period.count()) * 0.01, cycles, cycles / 4, cycles * 2};
+}
 
 void LockDetector::update(std::optional<double> error_ns) noexcept {
   if (!error_ns) {

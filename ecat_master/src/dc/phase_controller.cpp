@@ -11,6 +11,8 @@ constexpr double kMinBandwidth = 0.01;  // rad per cycle
 constexpr double kMaxBandwidth = 0.25;
 /// A measurement is an outlier beyond this many mean deviations.
 constexpr double kOutlierSpreads = 8.0;
+/// At the limit of the frequency for so long: it is not the noise.
+constexpr std::uint32_t kLimitCycles = 100;
 constexpr double kSpreadShare = 1.0 / 64.0;
 /// The grid moves at most this share of a period per cycle, so that the cycle time stays one.
 constexpr double kMaxSlew = 1.0 / 200.0;
@@ -19,18 +21,13 @@ double or_share(PhaseController::Nanoseconds value, double period_ns, double sha
   return value.count() > 0 ? static_cast<double>(value.count()) : period_ns * share;
 }
 
-LockDetector::Settings detector_settings(const PhaseController::Settings& settings, double period_ns) noexcept {
-  return {or_share(settings.lock_window, period_ns, 0.01), settings.lock_cycles, settings.unlock_cycles,
-          settings.coast_cycles};
-}
-
 }  // namespace
 
 PhaseController::PhaseController(const Settings& settings) noexcept
     : settings_(settings),
       period_ns_(static_cast<double>(std::max<std::int64_t>(settings.period.count(), 1))),
       outlier_floor_(or_share(settings.outlier_floor, period_ns_, 0.01)),
-      lock_(detector_settings(settings, period_ns_)) {
+      lock_(LockDetector::Settings::for_period(settings.period)) {
   const double wanted = 2.0 * std::numbers::pi * settings.bandwidth_hz * period_ns_ * 1e-9;
   const double bandwidth = std::clamp(wanted, kMinBandwidth, kMaxBandwidth);
   kp_ = 2.0 * bandwidth;
@@ -81,7 +78,7 @@ double PhaseController::control(double error) noexcept {
   if (std::abs(proportional) <= slew) integral_ += ki_ * error;
   at_limit_ = std::abs(integral_) >= limit ? at_limit_ + 1 : 0;
   // A little beyond the limit the proportional part still holds the phase; that is not what locked means.
-  if (at_limit_ >= settings_.lock_cycles) lock_.lose(Cause::kFrequencyLimit);
+  if (at_limit_ >= kLimitCycles) lock_.lose(Cause::kFrequencyLimit);
   integral_ = std::clamp(integral_, -limit, limit);
   return shift;
 }

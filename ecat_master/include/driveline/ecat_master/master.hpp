@@ -8,6 +8,8 @@
 
 #include "driveline/ecat_master/configurator.hpp"
 #include "driveline/ecat_master/cyclic/cycle_runner.hpp"
+#include "driveline/ecat_master/dc/bring_up.hpp"
+#include "driveline/ecat_master/dc/clock_watch.hpp"
 #include "driveline/ecat_master/direct_exchange.hpp"
 #include "driveline/ecat_master/state_machine.hpp"
 #include "driveline/ecat_master/topology.hpp"
@@ -27,6 +29,7 @@ class Master {
     DirectExchange::Settings exchange;
     std::chrono::nanoseconds state_timeout = kOpTimeout;
     LayoutSettings layout{};
+    std::chrono::nanoseconds clock_timeout = std::chrono::seconds{10};  ///< until the clocks are together
   };
 
   Master(port::Port& port, rt::Clock& clock, Settings settings);
@@ -39,6 +42,9 @@ class Master {
   [[nodiscard]] Result<void> scan();
   /// After scan(): who is connected to whom. A line whose ports fit no tree has a description without slaves.
   [[nodiscard]] const Topology& topology() const noexcept { return topology_; }
+  /// From the next configure() on the clocks of the line are brought up in PREOP, the cycle follows the reference clock
+  /// (or it the cycle), and go_operational() waits until they are together.
+  void use_clocks(dc::ClockPlan plan) { clock_plan_ = std::move(plan); }
   /// Compares the found slaves with `plans` (by position; empty: anything goes, without process data), configures them
   /// and takes them to SAFEOP. Starts from INIT whatever an attempt before has left behind.
   [[nodiscard]] Result<void> configure(std::vector<SlavePlan> plans);
@@ -56,7 +62,8 @@ class Master {
   [[nodiscard]] tl::expected<void, std::string> start_cycle(Motion* motion, SampleRings rings,
                                                             CyclicCore::Settings settings,
                                                             const MakeRunner& make_runner);
-  /// SAFEOP to OP while the cycle runs and provides valid outputs.
+  /// SAFEOP to OP while the cycle runs and provides valid outputs. With clocks, first waits up to
+  /// Settings::clock_timeout for the lock; errors then: kClock, kNotLocked or kNotSynchronised.
   [[nodiscard]] Result<void> go_operational();
 
   /// AL status of every slave, through the cycle while it runs.
@@ -73,6 +80,11 @@ class Master {
   [[nodiscard]] Result<void> recover(std::size_t slave, std::chrono::nanoseconds state_timeout);
   /// Lets the cycle run for `duration` (sleeps, or runs it on virtual time).
   void pass(std::chrono::nanoseconds duration);
+  /// After configure() with clocks, else null.
+  [[nodiscard]] const dc::LineClocks* clocks() const noexcept { return clocks_ ? &*clocks_ : nullptr; }
+  /// While the cycle runs with clocks, else null. To be polled every few milliseconds.
+  [[nodiscard]] dc::ClockWatch* clock_watch() noexcept { return watch_.get(); }
+  [[nodiscard]] dc::ClockFollower* clock_follower() noexcept { return follower_.get(); }
   [[nodiscard]] CyclicCore* core() noexcept { return core_.get(); }
   [[nodiscard]] CycleRunner* runner() noexcept { return runner_.get(); }
   /// Access for SDO transfers: through the cycle while it runs, directly otherwise. Null: no mailbox.
@@ -108,6 +120,8 @@ class Master {
 
   [[nodiscard]] Result<void> reconfigure(std::size_t slave, std::chrono::nanoseconds state_timeout);
   void stop_cycle();
+  [[nodiscard]] Result<void> bring_up_clocks();
+  [[nodiscard]] Result<void> await_clocks();
 
   port::Port& port_;
   rt::Clock& clock_;
@@ -120,6 +134,10 @@ class Master {
   std::vector<SlaveRef> refs_;
   Topology topology_;
   ProcessImage image_;
+  std::optional<dc::ClockPlan> clock_plan_;
+  std::optional<dc::LineClocks> clocks_;
+  std::unique_ptr<dc::ClockFollower> follower_;
+  std::unique_ptr<dc::ClockWatch> watch_;
   std::unique_ptr<CyclicCore> core_;
   std::unique_ptr<CycleRunner> runner_;
   std::unique_ptr<CyclicExchange> cyclic_;

@@ -1,5 +1,6 @@
 #include "clock_line.hpp"
 
+#include <algorithm>
 #include <random>
 #include <stdexcept>
 
@@ -55,18 +56,28 @@ void ClockLine::open(port::Port* port) {
         numbers_[found.info.ref.position] = number;
     }
   }
+  passing_.assign(size(), nanoseconds{0});
+  retrace();
+  planned_ = passing_;
+}
+
+void ClockLine::retrace() {
   // The way of a frame, followed by what carries the frames themselves.
   std::vector<slaves::SlavePorts> ports(size());
   for (std::size_t i = 0; i < size(); ++i) {
     ports[i].delays = options_.delays;
     for (unsigned p = 0; p < slaves::kPortCount; ++p) {
-      ports[i].closed[p] = wiring_.at({i, p}).kind == slaves::Wiring::End::Kind::kNothing;
+      const auto& end = wiring_.at({i, p});
+      const bool dead = end.kind == slaves::Wiring::End::Kind::kSlave && !line_->slave(end.slave.slave).powered();
+      ports[i].closed[p] = end.kind == slaves::Wiring::End::Kind::kNothing || dead;
     }
   }
   slaves::FramePath path;
   path.trace(wiring_, ports, slaves::MasterPort::kPrimary);
-  passing_.clear();
-  for (const auto& step : path.steps()) passing_.push_back(step.time);
+  for (const auto& step : path.steps()) {
+    const auto position = std::find(numbers_.begin(), numbers_.end(), step.slave) - numbers_.begin();
+    passing_[static_cast<std::size_t>(position)] = step.time;
+  }
 }
 
 ecat_master::dc::ClockPlan ClockLine::plan(nanoseconds period) const {

@@ -44,6 +44,12 @@ class ClockLine {
   /// True time a frame takes from the processing unit at position `from` to that at `to`, as the clock at `from`
   /// counts.
   [[nodiscard]] double true_delay(std::size_t from, std::size_t to) const;
+  /// From the master to the processing unit at a position.
+  [[nodiscard]] nanoseconds passing(std::size_t position) const { return passing_[position]; }
+  /// The same when the line was opened.
+  [[nodiscard]] nanoseconds planned_passing(std::size_t position) const { return planned_[position]; }
+  /// To be called when slaves have lost their supply: frames take another way.
+  void retrace();
   /// The local copy of the system time at a position, now.
   [[nodiscard]] std::uint64_t system_time(std::size_t position);
   /// By how much the clock at a position is ahead of that at `reference`, now, in the lower 32 bits.
@@ -66,6 +72,7 @@ class ClockLine {
   std::vector<ecat_master::SlaveRef> refs_;
   std::vector<std::size_t> numbers_;  ///< slave of the wiring by position
   std::vector<nanoseconds> passing_;  ///< when a frame is processed, by position
+  std::vector<nanoseconds> planned_;
 };
 
 }  // namespace driveline::bus_test

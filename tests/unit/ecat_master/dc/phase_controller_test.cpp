@@ -232,17 +232,28 @@ TEST(PhaseController, NothingEverHeardIsNoReference) {
   EXPECT_EQ(loop.controller().coasted(), 800U);
 }
 
-TEST(PhaseController, LockHasHysteresis) {
-  Loop loop(with_period(microseconds{125}));
-  loop.run(seconds{1});
-  ASSERT_TRUE(loop.controller().locked());
-  // Twice the window for a while: still locked, but nobody would lock there.
-  for (int i = 0; i < 400; ++i) static_cast<void>(loop.controller().update(nanoseconds{2500}));
-  EXPECT_TRUE(loop.controller().locked());
-  Loop fresh(with_period(microseconds{125}));
-  for (int i = 0; i < 400; ++i) static_cast<void>(fresh.controller().update(nanoseconds{2500}));
-  EXPECT_FALSE(fresh.controller().locked());
-  EXPECT_EQ(fresh.controller().cause(), PhaseController::Cause::kAcquiring);
+TEST(LockDetector, HasHysteresis) {
+  const auto settings = LockDetector::Settings::for_period(microseconds{125});
+  LockDetector lock(settings);
+  auto feed = [&lock](double error, unsigned cycles) {
+    for (unsigned i = 0; i < cycles; ++i) lock.update(error);
+  };
+  feed(2500.0, 1000);
+  EXPECT_FALSE(lock.locked()) << "twice the window: nobody locks there";
+  EXPECT_EQ(lock.cause(), LockCause::kAcquiring);
+  feed(1000.0, 300);
+  EXPECT_TRUE(lock.locked());
+  feed(2500.0, 1000);
+  EXPECT_TRUE(lock.locked()) << "twice the window: nobody loses the lock there";
+  feed(6000.0, 200);
+  EXPECT_FALSE(lock.locked());
+  EXPECT_EQ(lock.cause(), LockCause::kPhaseError);
+}
+
+TEST(LockDetector, NeedsTimeNotOnlyCycles) {
+  EXPECT_EQ(LockDetector::Settings::for_period(microseconds{125}).lock_cycles, 200U);
+  EXPECT_EQ(LockDetector::Settings::for_period(milliseconds{1}).lock_cycles, 100U);
+  EXPECT_EQ(LockDetector::Settings::for_period(milliseconds{10}).lock_cycles, 20U);
 }
 
 TEST(PhaseController, AClockThatCannotBeDisciplinedIsNamed) {

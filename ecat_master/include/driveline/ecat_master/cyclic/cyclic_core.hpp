@@ -9,6 +9,7 @@
 #include "driveline/ecat_master/cyclic/cyclic_frame.hpp"
 #include "driveline/ecat_master/cyclic/motion.hpp"
 #include "driveline/ecat_master/cyclic/process_copy.hpp"
+#include "driveline/ecat_master/dc/clock_follower.hpp"
 #include "driveline/ecat_master/flight_recorder.hpp"
 #include "driveline/port/counter.hpp"
 #include "driveline/rt/cycle_timer.hpp"
@@ -77,7 +78,8 @@ class CyclicCore {
     std::size_t acyclic_bytes = port::kMaxFrameBytes;
     CyclicTask* task = nullptr;  ///< runs before the motion; must outlive the core
     std::vector<ProcessDataCopy> copies;
-    FlightRecorder* recorder = nullptr;  ///< must outlive the core
+    FlightRecorder* recorder = nullptr;   ///< must outlive the core
+    dc::ClockFollower* clocks = nullptr;  ///< distributed clocks; null: none. Must outlive the core
   };
   /// Events the ring holds while nobody fetches them; more are dropped and counted.
   static constexpr std::size_t kEventRing = 1024;
@@ -88,6 +90,11 @@ class CyclicCore {
 
   /// One cycle. \rtsafe
   void cycle(const rt::CycleStart& start) noexcept;
+  /// First instant of the grid, not before `earliest`: a multiple of the period, or the planned phase of the reference
+  /// clock, the same at every start. \rtsafe
+  [[nodiscard]] std::chrono::nanoseconds first_grid(std::chrono::nanoseconds earliest) const noexcept;
+  /// By how much the cycle wants the grid moved before the next one. \rtsafe
+  [[nodiscard]] std::chrono::nanoseconds grid_shift() const noexcept { return grid_shift_; }
 
   [[nodiscard]] AcyclicChannel& acyclic() noexcept { return acyclic_; }
   [[nodiscard]] const Settings& settings() const noexcept { return settings_; }
@@ -200,6 +207,7 @@ class CyclicCore {
   std::chrono::nanoseconds sent_at_{};
   std::chrono::nanoseconds received_at_{};
   std::chrono::nanoseconds exchanged_at_{};
+  std::chrono::nanoseconds grid_shift_{};
   std::uint32_t missed_now_ = 0;
   MotionPhase recorded_phase_ = MotionPhase::kIdle;
   port::Counter stale_frames_;

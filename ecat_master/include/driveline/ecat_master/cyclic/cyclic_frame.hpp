@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "driveline/ecat_master/dc/drift_datagram.hpp"
 #include "driveline/ecat_master/frame_tag.hpp"
 #include "driveline/ecat_master/process_image.hpp"
 #include "driveline/port/port.hpp"
@@ -43,8 +44,11 @@ struct DatagramResult {
 class CyclicFrame {
  public:
   /// Frame `number` of `image`, whose layout must not change any more; the first one carries the broadcast read of the
-  /// AL status as well.
-  CyclicFrame(const ProcessImage& image, std::size_t number);
+  /// AL status as well, and `with_drift` the drift compensation of the distributed clocks.
+  CyclicFrame(const ProcessImage& image, std::size_t number, bool with_drift = false);
+
+  /// What the drift datagram is to do in the next send(). Only with one.
+  void set_drift(const dc::DriftDatagram& drift) noexcept;
 
   /// Sends the frame with the outputs out of `image`, or with zeros.
   [[nodiscard]] port::SendStatus send(port::Port& port, const ProcessImage& image, FrameTag tag,
@@ -69,6 +73,8 @@ class CyclicFrame {
   [[nodiscard]] std::span<const DatagramResult> results() const noexcept { return results_; }
   [[nodiscard]] std::size_t first_datagram() const noexcept { return first_datagram_; }
   [[nodiscard]] const std::optional<LineAlStatus>& al_status() const noexcept { return al_status_; }
+  /// What the drift datagram came back with.
+  [[nodiscard]] const std::optional<dc::DriftAnswer>& drift() const noexcept { return drift_; }
 
  private:
   struct Part {
@@ -89,6 +95,7 @@ class CyclicFrame {
   std::size_t group_ = 0;
   std::size_t first_datagram_ = 0;
   std::optional<wire::DatagramPlace> status_place_;
+  std::optional<wire::DatagramPlace> drift_place_;
   std::vector<Part> parts_;
   std::vector<DatagramResult> results_;
   std::uint16_t expected_working_counter_ = 0;
@@ -96,6 +103,7 @@ class CyclicFrame {
   bool awaited_ = false;
   bool received_ = false;
   std::optional<LineAlStatus> al_status_;
+  std::optional<dc::DriftAnswer> drift_;
 };
 
 }  // namespace driveline::ecat_master

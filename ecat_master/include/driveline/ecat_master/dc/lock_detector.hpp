@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <optional>
 
@@ -24,6 +25,10 @@ class LockDetector {
     std::uint32_t lock_cycles = 200;   ///< inside the window in a row until locked
     std::uint32_t unlock_cycles = 50;  ///< outside four times the window in a row until lost
     std::uint32_t coast_cycles = 400;  ///< without a measurement until lost
+
+    /// What a cycle needs: a hundredth of the period as window; 100 ms, but 20 to 200 cycles, until locked; a quarter
+    /// of that outside until lost, twice that without a measurement.
+    [[nodiscard]] static Settings for_period(std::chrono::nanoseconds period) noexcept;
   };
 
   explicit LockDetector(const Settings& settings) noexcept : settings_(settings) {}

@@ -47,11 +47,6 @@ class PhaseController {
     /// Above that, eight times the mean deviation counts.
     Nanoseconds outlier_floor{0};
     std::uint32_t outliers_believed = 8;  ///< suspicious measurements in a row, then they are true
-    /// The mean error of a locked loop; 0: a hundredth of the period. Lost beyond four times that.
-    Nanoseconds lock_window{0};
-    std::uint32_t lock_cycles = 200;   ///< inside the window in a row until locked
-    std::uint32_t unlock_cycles = 50;  ///< outside four times the window in a row until lost
-    std::uint32_t coast_cycles = 400;  ///< without a measurement until the lock is lost
   };
 
   using Cause = LockCause;

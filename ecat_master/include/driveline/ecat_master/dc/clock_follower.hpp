@@ -1,0 +1,96 @@
+#pragma once
+
+#include <atomic>
+#include <optional>
+
+#include "driveline/ecat_master/dc/drift_datagram.hpp"
+#include "driveline/ecat_master/dc/line_clocks.hpp"
+#include "driveline/ecat_master/dc/phase_controller.hpp"
+#include "driveline/rt/cycle_timer.hpp"
+#include "driveline/rt/histogram.hpp"
+#include "driveline/rt/triple_buffer.hpp"
+
+namespace driveline::ecat_master::dc {
+
+/// The clock whose time the cycle distributes.
+struct ReferenceClock {
+  std::uint16_t station = 0;  ///< 0: none, the datagram does nothing
+  /// How much later frames pass it than the clock that was the reference at start-up, in ns: keeps the phase when
+  /// another one takes over.
+  std::int64_t delay_ns = 0;
+  std::uint16_t working_counter = 0;  ///< of a drift datagram that everybody has seen
+};
+
+/// Keeps the cycle and the reference clock together: makes the drift datagram of each cycle, and out of its answer the
+/// shift of the grid. In bus shift mode the grid stands and the reference clock is told the master's time in every
+/// second cycle.
+///
+/// A datagram that does not find the reference clock would bring the others whatever the master has put in: that is the
+/// time the reference clock would have had, so nobody is led astray by the one frame it takes to notice. From then on
+/// the reference clock is only asked, and the others run on at the speed they have learned, until it is back or another
+/// clock takes over (see ClockWatch). Clocks that frames pass before the reference clock are always told that expected
+/// time, which is as good as the master's knowledge of its own sending.
+///
+/// The cycle's functions are \rtsafe and belong to one thread; status() and set_reference() to one other thread.
+class ClockFollower {
+ public:
+  using Nanoseconds = std::chrono::nanoseconds;
+
+  /// `clocks` after bring-up.
+  explicit ClockFollower(const LineClocks& clocks, PhaseController::Settings control = {});
+
+  /// The first grid instant from `earliest` on with the planned phase: a frame sent then passes the reference clock
+  /// `frame_lead` before SYNC0. \rtsafe
+  [[nodiscard]] Nanoseconds first_grid(Nanoseconds earliest) const noexcept;
+
+  // The cycle's side, once per cycle each. \rtsafe
+  /// What to send at `now`.
+  [[nodiscard]] DriftDatagram next(Nanoseconds now) noexcept;
+  /// What came back of the frame that was sent at `sent` (nothing: it was lost); returns by how much to shift the grid.
+  [[nodiscard]] Nanoseconds finish(const rt::CycleStart& start, Nanoseconds sent,
+                                   const std::optional<DriftAnswer>& answer) noexcept;
+
+  /// How things stand, as of the last cycle.
+  struct Status {
+    bool locked = false;
+    LockCause cause = LockCause::kAcquiring;
+    double ppm = 0.0;            ///< reference clock against the master's clock
+    double mean_error_ns = 0.0;  ///< phase of the frames, positive: late
+    std::uint32_t silent = 0;    ///< frames in a row that came back without the reference clock's time
+    std::uint64_t unlocks = 0;   ///< how often the lock was lost
+  };
+  /// \rtsafe
+  [[nodiscard]] Status status() noexcept;
+  /// From the next cycle on. \rtsafe
+  void set_reference(const ReferenceClock& reference) noexcept { reference_.write(reference); }
+  /// The clock that was set last.
+  [[nodiscard]] static ReferenceClock reference_of(const LineClocks& clocks) noexcept;
+
+  /// Phase errors of all answers while locked, as magnitudes. Only while no cycle runs.
+  [[nodiscard]] const rt::Histogram& phase_errors() const noexcept { return phase_errors_; }
+
+ private:
+  [[nodiscard]] std::optional<Nanoseconds> measure(const rt::CycleStart& start, Nanoseconds sent,
+                                                   const std::optional<DriftAnswer>& answer) noexcept;
+  [[nodiscard]] bool reference_answered(const DriftAnswer& answer) const noexcept;
+  void publish(std::optional<Nanoseconds> error) noexcept;
+
+  FollowMode mode_;
+  Nanoseconds period_;
+  /// System time at which a frame shall pass the reference clock, and all whole periods from there.
+  std::uint64_t arrival_;
+  ClockMapping mapping_;
+  PhaseController controller_;
+  LockDetector detector_;  ///< in bus shift mode, where nothing is controlled here
+  rt::TripleBuffer<ReferenceClock> reference_;
+  DriftDatagram sent_;
+  bool telling_ = false;  ///< this cycle's datagram tells the reference clock the time
+  bool dither_ = false;
+  std::uint32_t silent_ = 0;
+  std::uint64_t unlocks_ = 0;
+  bool was_locked_ = false;
+  rt::Histogram phase_errors_;
+  rt::TripleBuffer<Status> status_;
+};
+
+}  // namespace driveline::ecat_master::dc

@@ -1,0 +1,104 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "driveline/ecat_master/dc/clock_follower.hpp"
+#include "driveline/ecat_master/dc/receive_times.hpp"
+
+namespace driveline::ecat_master::dc {
+
+/// Something that has happened to the clocks of a line.
+struct ClockEvent {
+  enum class Kind : std::uint8_t {
+    kLocked,
+    kLockLost,        ///< `cause`, `value_ns`: mean phase error
+    kReferenceLost,   ///< `slave` no longer answers
+    kReferenceTaken,  ///< `slave` is the reference clock now
+    kNoReference,     ///< there is no clock left that could be it
+    kOutOfWindow,     ///< `slave`, `value_ns`: its difference
+    kBackInWindow,    ///< `slave`, `value_ns`
+    kDelayChanged,    ///< `slave`, `value_ns`: by how much its delay is longer than it was
+  };
+  Kind kind = Kind::kLocked;
+  std::uint16_t slave = 0;
+  LockCause cause = LockCause::kNone;
+  std::int64_t value_ns = 0;
+};
+
+/// The event as one sentence. Allocates.
+[[nodiscard]] std::string describe(const ClockEvent& event);
+
+/// Looks after the clocks of a line while the cycle runs: reads how far each is from the reference clock, notices when
+/// the lock is lost, makes the next clock the reference when that one falls silent, and measures the delays again when
+/// asked to.
+///
+/// When another clock takes over, the drift datagram rests while the delays in the slaves are written for the new
+/// reference: the clocks run on at the speed they have learned, none is told a wrong time, and the phase of the cycle
+/// stays.
+///
+/// One ordinary thread; not real-time safe. Errors are those of the bus.
+class ClockWatch {
+ public:
+  struct Settings {
+    /// A clock further off than this is out of its window.
+    std::chrono::nanoseconds window = std::chrono::microseconds{1};
+    /// Frames in a row without the reference clock's time, then another one takes over.
+    std::uint32_t silent_frames = 8;
+    /// Changes of a delay below this are noise of the measurement.
+    std::chrono::nanoseconds delay_change{40};
+    unsigned latch_rounds = 16;
+    double processing_extra_ns = 0.0;
+  };
+
+  /// All must outlive the watch but `clocks`, the state after bring-up, which is copied.
+  ClockWatch(Bus& bus, std::span<const SlaveRef> slaves, const LineClocks& clocks, ClockFollower& follower,
+             const Settings& settings);
+  ClockWatch(Bus& bus, std::span<const SlaveRef> slaves, const LineClocks& clocks, ClockFollower& follower)
+      : ClockWatch(bus, slaves, clocks, follower, Settings{}) {}
+
+  /// One look at everything; to be called every few milliseconds.
+  [[nodiscard]] Result<void> poll();
+  /// Measures the propagation delays anew, e.g. because cables get longer in a drag chain or a slave was exchanged, and
+  /// writes those that have changed. Does nothing on a closed ring, which would have to be opened for it.
+  [[nodiscard]] Result<void> remeasure_delays(const Topology& topology);
+
+  /// What has happened since the last call, oldest first.
+  [[nodiscard]] std::vector<ClockEvent> take_events() { return std::exchange(events_, {}); }
+
+  /// The clocks as they are now: reference, delays, differences.
+  [[nodiscard]] const LineClocks& clocks() const noexcept { return clocks_; }
+  /// Magnitudes of all differences of a slave, or of all slaves together, read so far.
+  [[nodiscard]] const rt::Histogram& differences(std::size_t slave) const noexcept { return differences_[slave]; }
+  [[nodiscard]] rt::Histogram all_differences() const;
+  /// The first clock that follows but is not inside its window, as far as has been read.
+  [[nodiscard]] std::optional<std::uint16_t> out_of_window() const noexcept;
+  [[nodiscard]] std::chrono::nanoseconds window() const noexcept { return settings_.window; }
+  /// Forgets the differences read so far.
+  void restart_statistics() noexcept;
+
+ private:
+  void note(const ClockEvent& event) { events_.push_back(event); }
+  void watch_lock();
+  [[nodiscard]] Result<void> watch_reference();
+  [[nodiscard]] Result<void> watch_differences();
+  [[nodiscard]] Result<std::optional<std::uint16_t>> next_reference();
+  [[nodiscard]] Result<void> take_over(std::uint16_t reference);
+  [[nodiscard]] Result<void> write_delays();
+  [[nodiscard]] std::vector<ClockFeatures> features() const;
+
+  Bus& bus_;
+  std::span<const SlaveRef> slaves_;
+  LineClocks clocks_;
+  ClockFollower& follower_;
+  Settings settings_;
+  ReferenceClock reference_;
+  bool locked_ = false;
+  bool searching_ = false;  ///< the reference is lost and nobody has taken over
+  std::vector<bool> inside_;
+  std::vector<rt::Histogram> differences_;
+  std::vector<ClockEvent> events_;
+};
+
+}  // namespace driveline::ecat_master::dc

@@ -1,0 +1,20 @@
+#pragma once
+
+#include "driveline/ecat_master/coe_client.hpp"
+#include "driveline/ecat_master/dc/sync_signals.hpp"
+
+namespace driveline::ecat_master::dc {
+
+/// Synchronisation types as 1C32h:01 and 1C33h:01 code them (ETG.1020 6.2).
+inline constexpr std::uint16_t kSyncTypeFreeRun = 0;
+inline constexpr std::uint16_t kSyncTypeSync0 = 2;
+
+/// Tells the application of a slave in PREOP how it is synchronised: type (1C32h:01, 1C33h:01) and cycle (sub-index 02)
+/// of outputs and inputs, each read back. Objects that the slave does not have are left out; one that it does not let
+/// write must hold the right type already, while its cycle is its own business.
+///
+/// Errors: kClock, kSyncObject, for an entry that reads otherwise than it was written; those of the transfer. Not
+/// real-time safe.
+[[nodiscard]] Result<void> write_sync_objects(CoeClient& coe, std::uint16_t slave, const SyncSignals& signals);
+
+}  // namespace driveline::ecat_master::dc

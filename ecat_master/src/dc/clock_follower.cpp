@@ -1,0 +1,127 @@
+#include "driveline/ecat_master/dc/clock_follower.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "driveline/wire/registers.hpp"
+
+namespace driveline::ecat_master::dc {
+namespace {
+
+using std::chrono::nanoseconds;
+
+PhaseController::Settings with_period(PhaseController::Settings settings, nanoseconds period) noexcept {
+  settings.period = period;
+  return settings;
+}
+
+}  // namespace
+
+ReferenceClock ClockFollower::reference_of(const LineClocks& clocks) noexcept {
+  // The reference clock reads, every other clock writes, those in front of it too: one each (ETG.1000.4 Table 17).
+  const auto all =
+      std::count_if(clocks.slaves.begin(), clocks.slaves.end(), [](const SlaveClock& clock) { return clock.present; });
+  return {clocks.station, 0, static_cast<std::uint16_t>(all)};
+}
+
+ClockFollower::ClockFollower(const LineClocks& clocks, PhaseController::Settings control)
+    : mode_(clocks.mode),
+      period_(clocks.period),
+      arrival_(clocks.start - static_cast<std::uint64_t>(clocks.frame_lead.count())),
+      mapping_(clocks.mapping),
+      controller_(with_period(control, clocks.period)),
+      detector_(LockDetector::Settings::for_period(clocks.period)),
+      reference_(reference_of(clocks)) {
+  controller_.reset(mapping_.ppm);
+}
+
+ClockFollower::Nanoseconds ClockFollower::first_grid(Nanoseconds earliest) const noexcept {
+  auto wait = difference(arrival_, mapping_.at(earliest)) % period_;
+  if (wait < Nanoseconds{0}) wait += period_;
+  return earliest + wait;
+}
+
+DriftDatagram ClockFollower::next(Nanoseconds now) noexcept {
+  reference_.update();
+  const auto& reference = reference_.read();
+  telling_ = mode_ == FollowMode::kReferenceFollows && !telling_;
+  sent_ = {};
+  if (reference.station == 0) return sent_;
+  sent_.command = telling_ ? wire::Command::kFpwr : wire::Command::kFrmw;
+  // Once it has not answered it is only asked: with it the way of the frames may have changed, and a time that comes by
+  // another way than it was measured on would pull all clocks away from where they are.
+  if (silent_ > 0 && !telling_) sent_.command = wire::Command::kFprd;
+  sent_.address = wire::DatagramAddress::physical(reference.station, wire::reg::kSystemTime.address);
+  sent_.time = static_cast<std::uint32_t>(mapping_.at(now) + static_cast<std::uint64_t>(reference.delay_ns));
+  // One nanosecond off every other time, so that the reference clock's own time cannot look like this one for ever.
+  dither_ = !dither_ && !telling_;
+  sent_.time += dither_ ? 1U : 0U;
+  return sent_;
+}
+
+ClockFollower::Nanoseconds ClockFollower::finish(const rt::CycleStart& start, Nanoseconds sent,
+                                                 const std::optional<DriftAnswer>& answer) noexcept {
+  if (telling_) return Nanoseconds{0};
+  const auto error = measure(start, sent, answer);
+  auto shift = Nanoseconds{0};
+  if (mode_ == FollowMode::kMasterFollows) {
+    const auto outliers = controller_.outliers();
+    shift = controller_.update(error);
+    // What the controller does not believe is no base for expectations either.
+    if (error && controller_.outliers() == outliers) {
+      const auto& reference = reference_.read();
+      mapping_.reference = extend(answer->time, mapping_.at(sent) + static_cast<std::uint64_t>(reference.delay_ns)) -
+                           static_cast<std::uint64_t>(reference.delay_ns);
+      mapping_.local = sent;
+      mapping_.ppm = controller_.ppm();
+    }
+  } else {
+    detector_.update(error ? std::optional(static_cast<double>(error->count())) : std::nullopt);
+  }
+  publish(error);
+  return shift;
+}
+
+/// How late the frame met the reference clock, had it been sent at the grid instant.
+std::optional<nanoseconds> ClockFollower::measure(const rt::CycleStart& start, Nanoseconds sent,
+                                                  const std::optional<DriftAnswer>& answer) noexcept {
+  if (!answer) return std::nullopt;
+  if (!reference_answered(*answer)) {
+    ++silent_;
+    return std::nullopt;
+  }
+  silent_ = 0;
+  const auto delay = static_cast<std::uint64_t>(reference_.read().delay_ns);
+  const auto time = extend(answer->time, mapping_.at(sent) + delay) - delay;
+  return wrap_to_cycle(difference(time, arrival_) - (sent - start.grid), period_);
+}
+
+/// The working counter counts everybody alike. Without the reference clock one is missing and the time has come back as
+/// it was sent.
+bool ClockFollower::reference_answered(const DriftAnswer& answer) const noexcept {
+  if (sent_.command == wire::Command::kNop || answer.working_counter == 0) return false;
+  if (sent_.command == wire::Command::kFprd) return true;
+  return answer.time != sent_.time || answer.working_counter >= reference_.read().working_counter;
+}
+
+void ClockFollower::publish(std::optional<Nanoseconds> error) noexcept {
+  Status status;
+  const bool follows = mode_ == FollowMode::kMasterFollows;
+  status.locked = follows ? controller_.locked() : detector_.locked();
+  status.cause = follows ? controller_.cause() : detector_.cause();
+  status.ppm = follows ? controller_.ppm() : 0.0;
+  status.mean_error_ns = follows ? controller_.mean_error_ns() : detector_.mean_error_ns();
+  status.silent = silent_;
+  if (was_locked_ && !status.locked) ++unlocks_;
+  was_locked_ = status.locked;
+  status.unlocks = unlocks_;
+  if (status.locked && error) phase_errors_.record(std::chrono::abs(*error));
+  status_.write(status);
+}
+
+ClockFollower::Status ClockFollower::status() noexcept {
+  status_.update();
+  return status_.read();
+}
+
+}  // namespace driveline::ecat_master::dc

@@ -1,0 +1,64 @@
+#include "driveline/ecat_master/dc/sync_objects.hpp"
+
+#include "driveline/ecat_master/dc/clock_fault.hpp"
+
+namespace driveline::ecat_master::dc {
+namespace {
+
+constexpr std::uint16_t kOutputParameter = 0x1C32;
+constexpr std::uint16_t kInputParameter = 0x1C33;
+constexpr std::uint8_t kType = 1;
+constexpr std::uint8_t kCycle = 2;
+
+enum class Written { kYes, kReadOnly, kMissing };
+
+Result<Written> outcome(const Result<void>& download) {
+  if (download) return Written::kYes;
+  const auto& error = download.error();
+  if (error.kind == ErrorKind::kSdoAbort) {
+    switch (static_cast<wire::SdoAbort>(error.code)) {
+      case wire::SdoAbort::kReadOnly:
+        return Written::kReadOnly;
+      case wire::SdoAbort::kObjectDoesNotExist:
+      case wire::SdoAbort::kSubindexDoesNotExist:
+        return Written::kMissing;
+      default:
+        break;
+    }
+  }
+  return tl::unexpected(error);
+}
+
+template <typename T>
+Result<Written> write_and_compare(CoeClient& coe, std::uint16_t slave, std::uint16_t index, std::uint8_t subindex,
+                                  T value) {
+  const auto written = outcome(coe.download_as<T>(index, subindex, value));
+  if (!written || *written == Written::kMissing) return written;
+  if (*written == Written::kReadOnly && subindex == kCycle) return written;
+  const auto read = coe.upload_as<T>(index, subindex);
+  if (!read) return tl::unexpected(read.error());
+  if (*read == value) return written;
+  auto error = clock_error(ClockFault::kSyncObject, slave);
+  error.address = index;
+  error.subindex = subindex;
+  error.expected = value;
+  error.received = *read;
+  return tl::unexpected(error);
+}
+
+}  // namespace
+
+Result<void> write_sync_objects(CoeClient& coe, std::uint16_t slave, const SyncSignals& signals) {
+  const auto type = signals.sync0() ? kSyncTypeSync0 : kSyncTypeFreeRun;
+  const auto cycle = static_cast<std::uint32_t>(signals.sync0_cycle.count());
+  for (const auto index : {kOutputParameter, kInputParameter}) {
+    const auto written = write_and_compare<std::uint16_t>(coe, slave, index, kType, type);
+    if (!written) return tl::unexpected(written.error());
+    if (*written == Written::kMissing || !signals.sync0()) continue;
+    if (const auto done = write_and_compare<std::uint32_t>(coe, slave, index, kCycle, cycle); !done)
+      return tl::unexpected(done.error());
+  }
+  return {};
+}
+
+}  // namespace driveline::ecat_master::dc

@@ -1,0 +1,119 @@
+#include "clock_run.hpp"
+
+#include "driveline/ecat_master/cyclic/cycle_runner.hpp"
+
+namespace driveline::bus_test {
+
+using ecat_master::describe;
+using ecat_master::dc::difference;
+using ecat_master::dc::extend;
+using ecat_master::dc::wrap_to_cycle;
+
+class ClockRun::Runner final : public ecat_master::CycleRunner {
+ public:
+  Runner(ecat_master::CyclicCore& core, rt::Clock& clock, nanoseconds& grid)
+      : core_(core), clock_(clock), timer_(clock, core.settings().period), grid_(grid) {}
+  [[nodiscard]] tl::expected<void, std::string> start() override {
+    timer_.start(core_.first_grid(clock_.now() + 4 * timer_.period()));
+    return {};
+  }
+  void pass(nanoseconds duration) override {
+    const auto end = clock_.now() + duration;
+    do {
+      const auto cycle = timer_.wait_next();
+      grid_ = cycle.grid;
+      core_.cycle(cycle);
+      timer_.shift_phase(core_.grid_shift());
+    } while (clock_.now() < end);
+  }
+  void stop() override {}
+
+ private:
+  ecat_master::CyclicCore& core_;
+  rt::Clock& clock_;
+  rt::CycleTimer timer_;
+  nanoseconds& grid_;
+};
+
+port::SendStatus ClockRun::Probe::send(std::span<const std::byte> frame) noexcept {
+  ++frames;
+  const auto first = first_datagram(frame);
+  const auto status = inner_.send(frame);
+  if (first.command == wire::Command::kBrd && first.ado == wire::reg::kAlStatus.address)
+    cyclic_sent = inner_.last_send_time();
+  return status;
+}
+
+ClockRun::ClockRun(ClockLine& line, const Options& options)
+    : line_(line),
+      probe_(options.port != nullptr ? *options.port : line.line()),
+      clock_(
+          line.clock, options.latency ? options.latency : [] { return nanoseconds{0}; }) {
+  line_.open(&probe_);
+  ecat_master::Master::Settings settings;
+  settings.clock_timeout = options.clock_timeout;
+  master_ = std::make_unique<ecat_master::Master>(probe_, clock_, settings);
+}
+
+std::string ClockRun::start(const ecat_master::dc::ClockPlan& plan) {
+  if (auto done = master_->scan(); !done) return describe(done.error());
+  master_->use_clocks(plan);
+  if (auto done = master_->configure({}); !done) return describe(done.error());
+  ecat_master::CyclicCore::Settings settings;
+  settings.period = plan.period;
+  settings.receive_window = plan.period * 3 / 4;
+  const auto started = master_->start_cycle(nullptr, {}, settings, [this](ecat_master::CyclicCore& core) {
+    return std::make_unique<Runner>(core, clock_, grid_);
+  });
+  if (!started) return started.error();
+  if (auto done = master_->go_operational(); !done) return describe(done.error());
+  return {};
+}
+
+void ClockRun::run(nanoseconds duration, const std::function<void()>& each) {
+  constexpr auto kPoll = milliseconds{5};
+  const auto end = line_.clock.now() + duration;
+  auto next_poll = line_.clock.now();
+  while (line_.clock.now() < end) {
+    cycle();
+    if (each) each();
+    if (line_.clock.now() < next_poll) continue;
+    next_poll += kPoll;
+    if (auto done = watch().poll(); !done) throw std::runtime_error(describe(done.error()));
+  }
+}
+
+nanoseconds ClockRun::arrival_error() {
+  const auto& clocks = this->clocks();
+  const auto start = *master_->clocks();
+  // Another clock that has taken over is passed as much later as it was behind the first one.
+  const auto reference = clocks.reference;
+  const auto arrival = probe_.cyclic_sent + line_.passing(reference);
+  const auto way = line_.planned_passing(reference) - line_.planned_passing(start.reference);
+  auto time = static_cast<std::uint64_t>(line_.slave(reference).esc().clock().system_time(arrival - way).count());
+  if (!clocks.slaves[reference].wide) time = extend(static_cast<std::uint32_t>(time), start.mapping.at(arrival));
+  const auto wanted = start.start - static_cast<std::uint64_t>(start.frame_lead.count());
+  return wrap_to_cycle(difference(time, wanted), start.period);
+}
+
+nanoseconds ClockRun::grid_error() {
+  return wrap_to_cycle(arrival_error() - (probe_.cyclic_sent - grid_), master_->clocks()->period);
+}
+
+nanoseconds ClockRun::worst_sync0() {
+  nanoseconds worst{0};
+  const auto& clocks = this->clocks();
+  for (std::size_t i = 0; i < line_.size(); ++i) {
+    if (clocks.slaves[i].follows && line_.slave(i).powered())
+      worst = std::max(worst, std::chrono::abs(line_.ahead(i, clocks.reference)));
+  }
+  return worst;
+}
+
+std::vector<std::string> ClockRun::events() {
+  std::vector<std::string> sentences;
+  for (const auto& event : watch().take_events()) sentences.push_back(ecat_master::dc::describe(event));
+  return sentences;
+}
+
+}  // namespace driveline::bus_test

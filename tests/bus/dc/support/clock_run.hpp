@@ -1,0 +1,81 @@
+#pragma once
+
+#include <functional>
+#include <random>
+
+#include "clock_line.hpp"
+#include "fault_ports.hpp"
+
+namespace driveline::bus_test {
+
+/// A clock that wakes its sleeper late, by what `latency` says.
+class LateClock final : public rt::Clock {
+ public:
+  LateClock(rt::VirtualClock& inner, std::function<nanoseconds()> latency)
+      : inner_(inner), latency_(std::move(latency)) {}
+  [[nodiscard]] nanoseconds now() const noexcept override { return inner_.now(); }
+  void sleep_until(nanoseconds deadline) noexcept override { inner_.sleep_until(deadline + latency_()); }
+  void spin() noexcept override { inner_.spin(); }
+
+ private:
+  rt::VirtualClock& inner_;
+  std::function<nanoseconds()> latency_;
+};
+
+/// A line of clocks in OP under a cycling master, seen from outside: what the frames and SYNC0 truly do.
+class ClockRun {
+ public:
+  struct Options {
+    std::function<nanoseconds()> latency;  ///< of wake-ups; empty: none
+    port::Port* port = nullptr;            ///< instead of the line
+    nanoseconds clock_timeout = seconds{2};
+  };
+
+  explicit ClockRun(ClockLine& line) : ClockRun(line, Options{}) {}
+  ClockRun(ClockLine& line, const Options& options);
+
+  /// To OP; the sentence of what went wrong, empty when nothing did.
+  [[nodiscard]] std::string start(const ecat_master::dc::ClockPlan& plan);
+  /// One cycle.
+  void cycle() { master_->pass(nanoseconds{1}); }
+  /// Cycles for `duration`, polling the watch as an application would; `each` sees every cycle.
+  void run(nanoseconds duration, const std::function<void()>& each = {});
+
+  /// How late the last cyclic frame met the reference clock, in the reference clock's own time: against the phase that
+  /// was planned.
+  [[nodiscard]] nanoseconds arrival_error();
+  /// The same had it been sent at its grid instant.
+  [[nodiscard]] nanoseconds grid_error();
+  /// Grid instant of the last cycle, as the master sees it.
+  [[nodiscard]] nanoseconds grid() const { return grid_; }
+  /// The largest true distance of any SYNC0 from that of the reference clock, now.
+  [[nodiscard]] nanoseconds worst_sync0();
+
+  [[nodiscard]] ecat_master::Master& master() { return *master_; }
+  [[nodiscard]] ecat_master::dc::ClockWatch& watch() { return *master_->clock_watch(); }
+  [[nodiscard]] ecat_master::dc::ClockFollower::Status status() { return master_->clock_follower()->status(); }
+  [[nodiscard]] const ecat_master::dc::LineClocks& clocks() { return watch().clocks(); }
+  [[nodiscard]] std::vector<std::string> events();
+  [[nodiscard]] std::uint64_t frames() const { return probe_.frames; }
+  [[nodiscard]] std::size_t cycles() { return master_->core()->cycles(); }
+
+ private:
+  /// Notes when frames are sent.
+  class Probe final : public PassingPort {
+   public:
+    explicit Probe(port::Port& inner) : PassingPort(inner) {}
+    [[nodiscard]] port::SendStatus send(std::span<const std::byte> frame) noexcept override;
+    std::uint64_t frames = 0;
+    nanoseconds cyclic_sent{};  ///< last frame that begins with the broadcast read of the AL status
+  };
+  /// Remembers the grid of the cycle it runs.
+  class Runner;
+
+  ClockLine& line_;
+  Probe probe_;
+  LateClock clock_;
+  std::unique_ptr<ecat_master::Master> master_;
+  nanoseconds grid_{};
+};
+
+}  // namespace driveline::bus_test
