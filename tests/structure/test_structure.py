@@ -204,6 +204,25 @@ class Words(Tree):
                                              "| Replay | Supported | `replay.one`, `rt_tests`, `tests/unit/rt/ring_test.cpp` |",
                                              "| FoE | Planned | |"), [])
 
+    def checklist_errors(self, *rows, body="EXPECT_TRUE(true);", cmake="a_test.cpp"):
+        self.plant("docs/msd.md", "| no. | fact | line | test | status |\n|---|---|---|---|---|\n" + "\n".join(rows) + "\n")
+        self.plant("tests/unit/slaves/a_test.cpp", f"TEST(Drive, Turns) {{ {body} }}\nTEST(Drive, DISABLED_Flies) {{}}\n")
+        self.plant("tests/unit/slaves/CMakeLists.txt", f"driveline_test(slaves_tests SOURCES {cmake})\n")
+        return words.checklist_errors(self.root)
+
+    def test_facts_with_tests_that_run_or_reasons_pass(self):
+        self.assertEqual(self.checklist_errors("| 1 | turns | 12 | `Drive.Turns` | proven |", "| 2 | flies | 13 | no wings | open |"), [])
+
+    def test_facts_without_a_test_that_runs_are_caught(self):
+        self.assertTrue(self.checklist_errors("| 1 | turns | 12 | `Drive.Turn` | proven |"))
+        self.assertTrue(self.checklist_errors("| 1 | flies | 12 | `Drive.DISABLED_Flies` | proven |"))
+        self.assertTrue(self.checklist_errors("| 1 | turns | 12 | | proven |"))
+        self.assertTrue(self.checklist_errors("| 1 | turns | 12 | | open |"))
+        self.assertTrue(self.checklist_errors("| 1 | turns | 12 | `Drive.Turns` | perhaps |"))
+        self.assertTrue(self.checklist_errors("| 1 | turns | `Drive.Turns` | proven |"))
+        self.assertTrue(self.checklist_errors("| 1 | turns | 12 | `Drive.Turns` | proven |", body='GTEST_SKIP() << "not today";'))
+        self.assertTrue(self.checklist_errors("| 1 | turns | 12 | `Drive.Turns` | proven |", cmake="b_test.cpp"))
+
 
 if __name__ == "__main__":
     unittest.main()

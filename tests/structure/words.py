@@ -89,5 +89,50 @@ def feature_errors(root):
     return errors
 
 
+TEST_HEAD = re.compile(r"\bTEST(?:_F|_P)?\s*\(\s*(\w+)\s*,\s*(\w+)\s*\)")
+
+
+def running_tests(root):
+    """Test cases that run in every build: in a source that a test program lists, neither disabled nor skipping."""
+    running = set()
+    for folder in {path.parent for path in (root / "tests").rglob("*.cpp")}:
+        cmake = folder / "CMakeLists.txt"
+        listed = set(re.findall(r"[\w]+\.cpp", cmake.read_text(encoding="utf-8"))) if cmake.is_file() else set()
+        for path in folder.glob("*.cpp"):
+            if path.name not in listed:
+                continue
+            text = path.read_text(encoding="utf-8")
+            heads = list(TEST_HEAD.finditer(text))
+            for head, end in zip(heads, [h.start() for h in heads[1:]] + [len(text)]):
+                suite, name = head.groups()
+                if name.startswith("DISABLED_") or suite.startswith("DISABLED_") or "GTEST_SKIP" in text[head.end():end]:
+                    continue
+                running.add(f"{suite}.{name}")
+    return running
+
+
+def checklist_errors(root):
+    """docs/msd.md: a proven row names tests that run, an open one says why."""
+    page = "docs/msd.md"
+    if not (root / page).is_file():
+        return []
+    running = running_tests(root)
+    errors = []
+    for number, line in enumerate((root / page).read_text(encoding="utf-8").splitlines(), 1):
+        cells = [cell.strip() for cell in line.strip().strip("|").split("|")]
+        if not line.startswith("|") or not cells[0].isdigit():
+            continue
+        if len(cells) != 5 or cells[4] not in ("proven", "open"):
+            errors.append(f"{page}:{number}: a row has five cells and ends in proven or open")
+            continue
+        named = re.findall(r"`([^`]+)`", cells[3])
+        if not cells[3] or (cells[4] == "proven" and not named):
+            errors.append(f"{page}:{number}: fact {cells[0]} is {cells[4]} but says neither test nor reason")
+        if cells[4] == "proven":
+            errors += [f"{page}:{number}: fact {cells[0]} names {name}, which is no test that runs"
+                       for name in named if name not in running]
+    return errors
+
+
 def check(root):
-    return link_errors(root) + readme_errors(root) + feature_errors(root)
+    return link_errors(root) + readme_errors(root) + feature_errors(root) + checklist_errors(root)
