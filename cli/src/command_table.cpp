@@ -32,6 +32,11 @@ constexpr std::array kCommands = {
             "states --iface eth1\n"
             "states --config examples/line8.toml SAFEOP",
             prepare_states},
+    Command{"dc", "", kTools, "Bring the clocks together, watch them, and show how far apart they are",
+            "dc --config examples/line8-dc.toml\n"
+            "dc --config examples/line8-dc.toml --virtual --output out\n"
+            "dc --iface eth1 --duration 10 --json",
+            prepare_dc},
     Command{"upload", "", kTools, "Read an object over CoE",
             "upload --config examples/line8.toml -p 0 -t int32 0x6064 0\n"
             "upload --config examples/line8.toml -p 2 -t string 0x1008 0",

@@ -11,6 +11,7 @@ namespace driveline::cli {
 
 [[nodiscard]] Execute prepare_slaves(Arguments& to);
 [[nodiscard]] Execute prepare_states(Arguments& to);
+[[nodiscard]] Execute prepare_dc(Arguments& to);
 [[nodiscard]] Execute prepare_upload(Arguments& to);
 [[nodiscard]] Execute prepare_download(Arguments& to);
 

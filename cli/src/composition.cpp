@@ -18,7 +18,9 @@ std::unique_ptr<slaves::Slave> make_slave(const SlaveConfig& config, std::uint32
   motor.inertia_kg_m2 = config.inertia_kg_m2.value_or(motor.inertia_kg_m2);
   motor.coulomb_friction_nm = config.coulomb_friction_nm.value_or(motor.coulomb_friction_nm);
   motor.viscous_friction_nm_s = config.viscous_friction_nm_s.value_or(motor.viscous_friction_nm_s);
-  return std::make_unique<slaves::Slave>(std::make_unique<slaves::msd::MsdDrive>(parameters));
+  slaves::SlaveOptions options;
+  options.clock.drift_ppm = config.dc.drift_ppm;
+  return std::make_unique<slaves::Slave>(std::make_unique<slaves::msd::MsdDrive>(parameters), options);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <sstream>
 
+#include "clock_config.hpp"
 #include "driveline/rt/cycle_timer.hpp"
 #include "fault_config.hpp"
 #include "toml_reader.hpp"
@@ -98,6 +99,7 @@ SlaveConfig read_slave(TomlReader reader, const std::vector<SlaveConfig>& others
   slave.viscous_friction_nm_s = quantity("viscous_friction_nm_s", 0.0, 100.0);
   slave.initial_position_rev = plant.number_or("initial_position_rev", 0.0, -1000.0, 1000.0);
   plant.finish();
+  slave.dc = read_slave_clock(reader.table("dc"));
   slave.delays.processing =
       nanoseconds{reader.integer_or("processing_ns", slave.delays.processing.count(), 0, kMaxDelay_ns)};
   slave.delays.forwarding =
@@ -184,6 +186,7 @@ LineConfig read_config(const toml::table& table, const std::filesystem::path& fi
   if (config.slaves.size() > kMaxSlaves)
     root.fail("slave", fmt::format("there are {}, the limit is {}", config.slaves.size(), kMaxSlaves));
   read_simulation(root, config);
+  if (root.has("dc")) config.clocks = read_clocks(root.table("dc"), config.period, config.slaves);
   for (auto& reader : root.tables("axis"))
     config.axes.push_back(read_axis(std::move(reader), config.slaves, config.axes));
   if (root.has("path")) read_path(root.table("path"), file.parent_path(), config);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <thread>
 
+#include "clock_plan.hpp"
 #include "console.hpp"
 #include "signals.hpp"
 
@@ -99,6 +100,12 @@ Outcome<void> LineRun::bring_up() {
   auto sentence = [](const ecat_master::Error& error) { return failed(ecat_master::describe(error)); };
   if (auto done = master_.scan(); !done) return sentence(done.error());
   progress("{} slaves found", master_.slaves().size());
+  if (config_.clocks) {
+    auto plan = make_clock_plan(config_, master_.slaves());
+    if (!plan) return tl::unexpected(plan.error());
+    master_.use_clocks(std::move(*plan));
+    progress("clocks: measuring delays, setting offsets, learning speeds");
+  }
   if (auto done = master_.configure(make_slave_plans(config_)); !done) return sentence(done.error());
   state_ = "SAFEOP";
   const auto wire_ns = ecat_master::wire_time_ns(master_.image(), master_.slaves().size(), 1000);
@@ -143,6 +150,11 @@ Outcome<void> LineRun::start_cycle() {
     for (const auto& line : rt::to_lines(runner->report())) progress("  {}", line);
   }
   if (auto done = master_.go_operational(); !done) return failed(ecat_master::describe(done.error()));
+  if (auto* watch = master_.clock_watch()) {
+    const auto status = master_.clock_follower()->status();
+    progress("clocks: locked to slave {}, which runs {:+.1f} ppm against this machine", watch->clocks().reference,
+             status.ppm);
+  }
   state_ = "OP";
   if (feed_) feed_->set_state(bridge::LineState::kOp);
   progress("all in OP");
@@ -166,6 +178,7 @@ void LineRun::operate() {
   master_.core()->count(false);
   pass(2 * config_.period);
   master_.core()->count(true);
+  if (auto* watch = master_.clock_watch()) watch->restart_statistics();
   operation_start_ = session_.clock().now();
   if (motion_) motion_->request_start();
   auto next_progress = 1.0;
@@ -186,6 +199,25 @@ void LineRun::operate() {
   stop_motion();
 }
 
+/// A look at the clocks. What happens to them is told, a lost lock is a fault, but neither ends the run: the drives
+/// know best how long they can do without. False: the bus does not answer.
+bool LineRun::clocks_answer() {
+  auto* watch = master_.clock_watch();
+  if (watch == nullptr) return true;
+  using Kind = ecat_master::dc::ClockEvent::Kind;
+  const auto polled = watch->poll();
+  for (const auto& event : watch->take_events()) {
+    const bool fault = event.kind == Kind::kLockLost || event.kind == Kind::kNoReference;
+    if (fault) {
+      note_fault(ecat_master::dc::describe(event));
+    } else {
+      progress("clocks: {}", ecat_master::dc::describe(event));
+    }
+  }
+  if (!polled) note_fault(ecat_master::describe(polled.error()));
+  return polled.has_value();
+}
+
 /// Notes faults; false when the run cannot go on.
 bool LineRun::line_is_healthy() {
   auto& core = *master_.core();
@@ -194,6 +226,7 @@ bool LineRun::line_is_healthy() {
     note_fault(fmt::format("communication lost: no frame came back for {} cycles", core.bad_cycles()));
     return false;
   }
+  if (!clocks_answer()) return false;
   const auto status = core.al_status();
   if (status.slaves != 0 && !status.all_op(core.settings().slaves)) {
     const auto reports = master_.al_status();
@@ -281,6 +314,9 @@ RunReport LineRun::make_report() {
   report.period = config_.period;
   report.duration_s = seconds_in_operation();
   report.statistics = master_.core()->statistics();
+  if (auto* watch = master_.clock_watch()) {
+    report.clocks = ClockReport{master_.clock_follower()->status().locked, watch->all_differences()};
+  }
   for (std::size_t i = 0; i < config_.axes.size(); ++i) {
     const auto& axis = config_.axes[i];
     const auto& error = recorder_->following_errors()[i];

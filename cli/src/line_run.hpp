@@ -34,6 +34,7 @@ class LineRun {
   [[nodiscard]] Outcome<void> start_cycle();
   void operate();
   [[nodiscard]] bool line_is_healthy();
+  [[nodiscard]] bool clocks_answer();
   void stop_motion();
   void take_down();
   void leave_nothing_behind();

@@ -114,4 +114,20 @@ tl::expected<std::map<std::string, std::filesystem::path>, std::string> draw_plo
   return pictures;
 }
 
+tl::expected<std::filesystem::path, std::string> draw_clocks(const std::filesystem::path& directory,
+                                                             const std::vector<std::string>& names) {
+  auto script = terminal(700) +
+                "set output 'clocks.png'\nset datafile separator ','\nset grid\nset key outside right\n"
+                "set title 'clocks against the reference clock (register 0x092C)'\n"
+                "set xlabel 'time in s'\nset ylabel 'difference in ns'\n";
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    script +=
+        fmt::format("{} 'clocks.csv' skip 1 using 1:{} with lines title '{}'", i == 0 ? "plot" : ",", i + 2, names[i]);
+  }
+  if (auto written = write_file(directory / "clocks.gp", script + '\n'); !written)
+    return tl::unexpected(written.error());
+  if (auto drawn = run_gnuplot(directory, "clocks.gp"); !drawn) return tl::unexpected(drawn.error());
+  return directory / "clocks.png";
+}
+
 }  // namespace driveline::cli

@@ -20,4 +20,9 @@ namespace driveline::cli {
 [[nodiscard]] tl::expected<std::map<std::string, std::filesystem::path>, std::string> draw_plots(
     const std::filesystem::path& directory, const std::vector<AxisReport>& axes);
 
+/// Draws clocks.png from clocks.csv in `directory`: time in the first column, one column per slave behind it. Error: a
+/// sentence.
+[[nodiscard]] tl::expected<std::filesystem::path, std::string> draw_clocks(const std::filesystem::path& directory,
+                                                                           const std::vector<std::string>& names);
+
 }  // namespace driveline::cli

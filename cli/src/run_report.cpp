@@ -13,6 +13,20 @@ nlohmann::json percentiles(const rt::Histogram& histogram) {
           {"max", histogram.max().count()}};
 }
 
+/// Without clocks nothing is locked and there is no difference to report; so too with the reference clock alone.
+nlohmann::json clocks_to_json(const std::optional<ClockReport>& clocks) {
+  if (!clocks || clocks->differences.count() == 0) {
+    return {{"locked", clocks && clocks->locked},
+            {"difference_ns", {{"p50", nullptr}, {"p99", nullptr}, {"max", nullptr}}}};
+  }
+  const auto& differences = clocks->differences;
+  return {{"locked", clocks->locked},
+          {"difference_ns",
+           {{"p50", differences.percentile(0.5).count()},
+            {"p99", differences.percentile(0.99).count()},
+            {"max", differences.max().count()}}}};
+}
+
 std::string row(std::string_view name, const rt::Histogram& histogram) {
   auto us = [](std::chrono::nanoseconds value) { return static_cast<double>(value.count()) / 1000.0; };
   return fmt::format("  {:<22}{:>9.1f}{:>9.1f}{:>9.1f}{:>9.1f}\n", name, us(histogram.percentile(0.5)),
@@ -44,8 +58,7 @@ nlohmann::json to_json(const RunReport& report) {
           {"wake_latency_ns", percentiles(statistics.wake_latency)},
           {"cycle_cost_ns", percentiles(statistics.cost)},
           {"round_trip_ns", percentiles(statistics.round_trip)},
-          // The clocks of the line are not synchronised yet: nothing is locked and there is no difference to report.
-          {"dc", {{"locked", false}, {"difference_ns", {{"p50", nullptr}, {"p99", nullptr}, {"max", nullptr}}}}},
+          {"dc", clocks_to_json(report.clocks)},
           {"axes", std::move(axes)},
           {"telemetry", {{"published", report.telemetry_published}, {"dropped", report.telemetry_dropped}}},
           {"faults", report.faults},
@@ -62,6 +75,12 @@ std::string to_text(const RunReport& report) {
   text += fmt::format("  {:<22}{:>9}{:>9}{:>9}{:>9}\n", "time in us", "p50", "p99", "p99.9", "max");
   text += row("wake-up latency", statistics.wake_latency) + row("cycle cost", statistics.cost) +
           row("round trip", statistics.round_trip);
+  if (report.clocks) {
+    const auto& differences = report.clocks->differences;
+    text += fmt::format("\n  clocks: {}; slaves off the reference clock by p50 {} ns, p99 {} ns, max {} ns\n",
+                        report.clocks->locked ? "locked" : "NOT LOCKED", differences.percentile(0.5).count(),
+                        differences.percentile(0.99).count(), differences.max().count());
+  }
   if (!report.axes.empty()) {
     text += fmt::format("\n  {:<12}{:>7}{:>22}{:>22}\n", "following error", "slave", "maximum", "RMS");
     for (const auto& axis : report.axes) {

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <map>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,12 @@ struct AxisReport {
   double increments_per_unit = 1.0;
 };
 
+/// How the clocks of the line did.
+struct ClockReport {
+  bool locked = false;        ///< the cycle to the reference clock, at the end
+  rt::Histogram differences;  ///< of all slaves against the reference clock, magnitudes as their registers tell
+};
+
 /// Everything `run` has to tell at its end.
 struct RunReport {
   std::string line;
@@ -28,6 +35,7 @@ struct RunReport {
   std::chrono::nanoseconds period{};
   double duration_s = 0.0;
   ecat_master::CycleStatistics statistics;
+  std::optional<ClockReport> clocks;  ///< none: the drives ran free
   bool telemetry_enabled = false;
   std::uint64_t telemetry_published = 0;
   std::uint64_t telemetry_dropped = 0;

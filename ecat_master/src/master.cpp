@@ -60,14 +60,14 @@ Result<void> Master::configure(std::vector<SlavePlan> plans) {
   auto image = configure_process_data(engine_, slaves_, settings_.layout);
   if (!image) return tl::unexpected(image.error());
   image_ = std::move(*image);
-  if (auto done = bring_up_clocks(); !done) return done;
+  if (auto done = synchronise_clocks(); !done) return done;
   if (auto done = change_state(bus_, refs_, wire::AlState::kSafeOp, settings_.state_timeout); !done) {
     return tl::unexpected(explain_state_error(bus_, slaves_, done.error()));
   }
   return {};
 }
 
-Result<void> Master::bring_up_clocks() {
+Result<void> Master::synchronise_clocks() {
   clocks_.reset();
   if (!clock_plan_) return {};
   // Before anything is told to a slave.
@@ -157,6 +157,7 @@ Result<void> Master::shut_down() {
   if (runner_) note(lower_state(bus_, refs_, wire::AlState::kSafeOp, settings_.state_timeout));
   stop_cycle();
   note(lower_state(bus_, refs_, wire::AlState::kPreOp, settings_.state_timeout));
+  if (clocks_) note(dc::stop_signals(bus_));
   note(lower_state(bus_, refs_, wire::AlState::kInit, settings_.state_timeout));
   return first;
 }

@@ -157,7 +157,7 @@ Result<LineClocks> bring_up_clocks(Bus& bus, std::span<const SlaveRef> slaves, c
   auto clocks = make_clocks(plan, *features, *reference);
   clocks.station = slaves[*reference].station;
   clocks.common_cycle = *common_cycle(signals_of(plan), plan.period);
-  if (auto done = deactivate_signals(bus); !done) return tl::unexpected(done.error());
+  if (auto done = stop_signals(bus); !done) return tl::unexpected(done.error());
   const auto delays = measure_delays(bus, slaves, *features, topology, plan.latch_rounds, plan.processing_extra_ns);
   if (!delays) return tl::unexpected(delays.error());
   for (std::size_t i = 0; i < slaves.size(); ++i) {

@@ -130,7 +130,7 @@ class Activation {
 
 }  // namespace
 
-Result<void> deactivate_signals(Bus& bus) {
+Result<void> stop_signals(Bus& bus) {
   // 0x0980 and 0x0981 together: the unit back to the EtherCAT side, everything off.
   const std::array<std::byte, 2> off{};
   if (auto done = bus.broadcast_write(wire::reg::kCyclicUnitControl.address, off); !done)
@@ -148,7 +148,7 @@ Result<void> activate_signals(Bus& bus, std::span<const SlaveRef> slaves, nanose
   for (auto attempt_lead = lead;; attempt_lead *= 2) {
     auto started = activation.attempt(std::min(attempt_lead, kMaxLead));
     if (started && *started) return activation.verify();
-    if (auto off = deactivate_signals(bus); !off && started) return off;
+    if (auto off = stop_signals(bus); !off && started) return off;
     if (!started) return tl::unexpected(started.error());
     if (attempt_lead < kMaxLead) continue;
     auto error = clock_error(ClockFault::kStartTimePast);

@@ -4,9 +4,6 @@
 
 namespace driveline::ecat_master::dc {
 
-/// Switches the SYNC signals of all slaves off.
-[[nodiscard]] Result<void> deactivate_signals(Bus& bus);
-
 /// Writes and activates the signals of `clocks` (signals are set there, start times are filled in); see
 /// bring_up_clocks(), step 7.
 [[nodiscard]] Result<void> activate_signals(Bus& bus, std::span<const SlaveRef> slaves, std::chrono::nanoseconds lead,

@@ -34,6 +34,7 @@ TEST(DrivesWithClocks, AreToldInTheirObjectsAndRunThePath) {
   EXPECT_TRUE(operation.run_until(ecat_master::MotionPhase::kHolding, std::chrono::seconds{5}));
   EXPECT_TRUE(operation.master().clock_follower()->status().locked);
   EXPECT_EQ(sentence(operation.master().shut_down()), "");
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(drives.slave(i).esc().memory().get(wire::reg::kDcActivation), 0) << i;
 }
 
 TEST(DrivesWithClocks, ACycleThatIsNoMultipleOf125MicrosecondsIsRefused) {

@@ -39,7 +39,7 @@ INSTANTIATE_TEST_SUITE_P(
         WrongFile{one_slave("[line]\ncycle_ms = 1\n"),
                   ":5: [line] cycle_ms: unknown key, expected one of: cycle_us, name"},
         WrongFile{one_slave("[lines]\n"),
-                  ":4: lines: unknown key, expected one of: axis, bus, fault, line, output, path, realtime, slave, "
+                  ":4: lines: unknown key, expected one of: axis, bus, dc, fault, line, output, path, realtime, slave, "
                   "telemetry, wiring"},
         WrongFile{one_slave("[bus]\niface = \"eth1\"\n"),
                   ":5: [bus] iface: unknown key, expected one of: interface, max_lost_cycles"},
@@ -47,7 +47,7 @@ INSTANTIATE_TEST_SUITE_P(
                   ":6: [realtime] prio: unknown key, expected one of: cpu, lock_memory, policy, priority, "
                   "simulation_cpu, wake_ahead_us"},
         WrongFile{"[[slave]]\nname = \"x\"\naddress = 5\n",
-                  ":3: [slave 1] address: unknown key, expected one of: forwarding_ns, model, name, "
+                  ":3: [slave 1] address: unknown key, expected one of: dc, forwarding_ns, model, name, "
                   "plant, processing_ns, product_code, vendor_id"},
         WrongFile{"[[slave]]\nname = \"x\"\n[slave.plant]\nmass = 5\n",
                   ":4: [slave 1.plant] mass: unknown key, expected one of: coulomb_friction_nm, inertia_kg_m2, "

@@ -10,12 +10,31 @@
 #include <vector>
 
 #include "driveline/ecat_master/axis/axis.hpp"
+#include "driveline/ecat_master/dc/line_clocks.hpp"
 #include "driveline/rt/realtime_thread.hpp"
 #include "driveline/slaves/line/fault.hpp"
 #include "driveline/slaves/line/frame_path.hpp"
 #include "driveline/slaves/line/wiring.hpp"
 
 namespace driveline::cli {
+
+/// The distributed clock of one slave. What is left out comes from its EEPROM.
+struct SlaveClockConfig {
+  bool synchronous = true;             ///< false: no SYNC signals, free run
+  std::optional<std::string> op_mode;  ///< by name
+  std::optional<std::chrono::nanoseconds> sync0_cycle;
+  std::optional<std::chrono::nanoseconds> sync0_shift;
+  std::optional<std::chrono::nanoseconds> sync1_cycle;
+  std::optional<std::chrono::nanoseconds> sync1_shift;
+  double drift_ppm = 0.0;  ///< of the simulated oscillator
+};
+
+/// How the clocks of the line are run.
+struct ClockConfig {
+  ecat_master::dc::FollowMode mode = ecat_master::dc::FollowMode::kMasterFollows;
+  std::optional<std::uint16_t> reference;  ///< slave; none: the first with a clock
+  std::chrono::nanoseconds frame_lead{};   ///< of the frames before SYNC0
+};
 
 /// A slave of the line: what the master expects, and what the simulation builds.
 struct SlaveConfig {
@@ -28,6 +47,7 @@ struct SlaveConfig {
   std::optional<double> viscous_friction_nm_s;
   double initial_position_rev = 0.0;  ///< of the simulated motor
   slaves::SlaveDelays delays{};
+  SlaveClockConfig dc;
 };
 
 /// How the setpoints come about.
@@ -71,6 +91,7 @@ struct LineConfig {
   std::vector<SlaveConfig> slaves;
   std::optional<slaves::Wiring> wiring;  ///< of the simulated line; none: a plain line
   std::vector<FaultPlan> faults;
+  std::optional<ClockConfig> clocks;  ///< none: the drives run free
   std::vector<ecat_master::AxisConfig> axes;
   std::optional<PathConfig> path;
   TelemetryConfig telemetry;

@@ -45,6 +45,8 @@ class Master {
   /// From the next configure() on the clocks of the line are brought up in PREOP, the cycle follows the reference clock
   /// (or it the cycle), and go_operational() waits until they are together.
   void use_clocks(dc::ClockPlan plan) { clock_plan_ = std::move(plan); }
+  /// After enter_pre_op(): what configure() does about the clocks, for who wants nothing else. Then start_cycle().
+  [[nodiscard]] Result<void> synchronise_clocks();
   /// Compares the found slaves with `plans` (by position; empty: anything goes, without process data), configures them
   /// and takes them to SAFEOP. Starts from INIT whatever an attempt before has left behind.
   [[nodiscard]] Result<void> configure(std::vector<SlavePlan> plans);
@@ -120,7 +122,6 @@ class Master {
 
   [[nodiscard]] Result<void> reconfigure(std::size_t slave, std::chrono::nanoseconds state_timeout);
   void stop_cycle();
-  [[nodiscard]] Result<void> bring_up_clocks();
   [[nodiscard]] Result<void> await_clocks();
 
   port::Port& port_;

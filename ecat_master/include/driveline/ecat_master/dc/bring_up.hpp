@@ -31,6 +31,9 @@ namespace driveline::ecat_master::dc {
 [[nodiscard]] Result<LineClocks> bring_up_clocks(Bus& bus, std::span<const SlaveRef> slaves, const Topology& topology,
                                                  const ClockPlan& plan);
 
+/// Switches the SYNC signals of all slaves off: they go on in every state otherwise. Not real-time safe.
+[[nodiscard]] Result<void> stop_signals(Bus& bus);
+
 /// Step 1 alone, without the bus: every rule of the plan that does not depend on the slaves found.
 [[nodiscard]] Result<void> check_plan(const ClockPlan& plan);
 

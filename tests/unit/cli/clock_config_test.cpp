@@ -1,0 +1,119 @@
+// [dc] and the `dc` tables of the slaves, from the file to the plan for the clocks.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "clock_plan.hpp"
+#include "driveline/cli/line_config.hpp"
+#include "run_report.hpp"
+
+namespace driveline::cli {
+namespace {
+
+using ecat_master::dc::FollowMode;
+using std::chrono::microseconds;
+using std::chrono::nanoseconds;
+
+LineConfig parse(const std::string& text) {
+  auto config = parse_line_config(text, "line.toml");
+  if (!config) throw std::runtime_error(config.error());
+  return *config;
+}
+
+std::string refusal(const std::string& text) {
+  const auto config = parse_line_config(text, "line.toml");
+  return config ? std::string{} : config.error();
+}
+
+/// Slaves as found, with the operation modes of a drive in their EEPROMs.
+std::vector<ecat_master::ConfiguredSlave> found(std::size_t count) {
+  esi::DcOpMode sync;
+  sync.name = "DC-Synchronous";
+  sync.assign_activate = 0x0300;
+  sync.cycle_time_sync0_factor = 1;
+  esi::DcOpMode half;
+  half.name = "Half";
+  half.assign_activate = 0x0300;
+  half.cycle_time_sync0_factor = -2;
+  std::vector<ecat_master::ConfiguredSlave> slaves(count);
+  for (auto& slave : slaves) slave.info.description.dc_modes = {sync, half};
+  return slaves;
+}
+
+TEST(ClockConfig, WithoutItTheDrivesRunFree) {
+  EXPECT_FALSE(parse("[[slave]]\nname = \"x\"\n").clocks);
+}
+
+TEST(ClockConfig, DefaultsAreTheFirstClockAndHalfAPeriod) {
+  const auto config = parse("[line]\ncycle_us = 250\n[dc]\n[[slave]]\nname = \"x\"\n");
+  ASSERT_TRUE(config.clocks);
+  EXPECT_EQ(config.clocks->mode, FollowMode::kMasterFollows);
+  EXPECT_FALSE(config.clocks->reference);
+  EXPECT_EQ(config.clocks->frame_lead, microseconds{125});
+  const auto plan = make_clock_plan(config, found(1));
+  ASSERT_TRUE(plan);
+  EXPECT_EQ(plan->slaves.at(0).signals.sync0_cycle, microseconds{250});
+  EXPECT_EQ(plan->slaves.at(0).signals.assign_activate, 0x0300);
+  EXPECT_EQ(plan->slaves.at(0).base, microseconds{125});
+}
+
+TEST(ClockConfig, EveryKeyArrives) {
+  const auto config = parse(
+      "[line]\ncycle_us = 250\n"
+      "[dc]\nmode = \"reference_follows\"\nreference = \"y\"\nframe_lead_us = 40.5\n"
+      "[[slave]]\nname = \"x\"\ndc = { synchronous = false, drift_ppm = -20.5 }\n"
+      "[[slave]]\nname = \"y\"\ndc = { op_mode = \"Half\", sync0_shift_us = -10 }\n"
+      "[[slave]]\nname = \"z\"\ndc = { sync0_cycle_us = 125, sync1_cycle_us = 250, sync1_shift_us = 3.5 }\n");
+  EXPECT_EQ(config.slaves[0].dc.drift_ppm, -20.5);
+  const auto plan = make_clock_plan(config, found(3));
+  ASSERT_TRUE(plan);
+  EXPECT_EQ(plan->mode, FollowMode::kReferenceFollows);
+  EXPECT_EQ(plan->reference, 1);
+  EXPECT_EQ(plan->period, microseconds{250});
+  EXPECT_EQ(plan->frame_lead, nanoseconds{40'500});
+  EXPECT_FALSE(plan->slaves[0].signals.active());
+  EXPECT_EQ(plan->slaves[1].signals.sync0_cycle, microseconds{125});
+  EXPECT_EQ(plan->slaves[1].signals.sync0_shift, microseconds{-10});
+  EXPECT_EQ(plan->slaves[2].signals,
+            (ecat_master::dc::SyncSignals{0x0700, microseconds{125}, {}, microseconds{250}, nanoseconds{3500}}));
+}
+
+TEST(ClockConfig, MistakesHaveASentence) {
+  const std::string slave = "\n[[slave]]\nname = \"x\"\n";
+  EXPECT_EQ(refusal("[dc]\nreference = \"q\"" + slave),
+            "line.toml:2: [dc] reference: there is no [[slave]] named \"q\"");
+  EXPECT_NE(refusal("[dc]\nframe_lead_us = 126" + slave), "");
+  EXPECT_NE(refusal("[dc]\nmode = \"free\"" + slave), "");
+  EXPECT_NE(refusal("[dc]\nshift = 3" + slave), "");
+  EXPECT_NE(refusal("[dc]" + slave + "dc = { sync0_shift = 3 }"), "");
+}
+
+TEST(ClockConfig, AModeThatTheSlaveDoesNotHaveIsRefused) {
+  const auto config = parse("[dc]\n[[slave]]\nname = \"x\"\ndc = { op_mode = \"DC\" }\n");
+  const auto plan = make_clock_plan(config, found(1));
+  ASSERT_FALSE(plan);
+  EXPECT_EQ(plan.error().status, 2);
+  EXPECT_EQ(plan.error().text, "slave x: has no operation mode \"DC\", its EEPROM knows \"DC-Synchronous\", \"Half\"");
+}
+
+TEST(ClockConfig, ExampleIsSynchronousWithClocksOfUnequalSpeed) {
+  const auto config = load_line_config(DRIVELINE_EXAMPLES_DIR "/line8-dc.toml");
+  ASSERT_TRUE(config) << config.error();
+  ASSERT_TRUE(config->clocks);
+  EXPECT_EQ(config->clocks->frame_lead, microseconds{60});
+  for (const auto& slave : config->slaves) EXPECT_NE(slave.dc.drift_ppm, 0.0) << slave.name;
+}
+
+TEST(RunReport, ClocksAreInTheDocument) {
+  RunReport report;
+  report.clocks.emplace();
+  report.clocks->locked = true;
+  EXPECT_EQ(to_json(report)["dc"].dump(), R"({"difference_ns":{"max":null,"p50":null,"p99":null},"locked":true})")
+      << "the reference clock alone";
+  for (int i = 1; i <= 100; ++i) report.clocks->differences.record(nanoseconds{i});
+  EXPECT_EQ(to_json(report)["dc"].dump(), R"({"difference_ns":{"max":100,"p50":50,"p99":99},"locked":true})");
+  EXPECT_NE(to_text(report).find("clocks: locked; slaves off the reference clock by p50 50 ns"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace driveline::cli
