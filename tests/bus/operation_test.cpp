@@ -200,6 +200,25 @@ TEST(ShutDown, BrakesOnARampInsteadOfStoppingDead) {
   EXPECT_EQ(last, 0.0);
 }
 
+TEST(ShutDown, TheFirstSetpointOfTheStopIsAPeriodAheadOfTheLastOneOfThePath) {
+  DriveLine drives(1);
+  LineOperation operation(drives);
+  ASSERT_EQ(sentence(operation.to_motion()), "");
+  ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  operation.run(milliseconds{100});
+  operation.motion().request_stop();
+  auto last = operation.motion().setpoints()[0];
+  ASSERT_GT(std::abs(last.velocity), 1.0);
+  do {
+    operation.cycle();
+    const auto now = operation.motion().setpoints()[0];
+    // The position moves on by the mean of the two velocities; the end in the middle of a period leaves a remainder.
+    EXPECT_NEAR(now.position - last.position, (now.velocity + last.velocity) / 2.0 * 125e-6, 1000.0 * 125e-6 * 125e-6)
+        << "at " << last.velocity << " rad/s";
+    last = now;
+  } while (operation.motion().phase() == MotionPhase::kStopping);
+}
+
 TEST(ShutDown, WorksFromEveryStepOfTheWayUp) {
   for (int step = 0; step < 5; ++step) {
     DriveLine drives(2);

@@ -85,6 +85,7 @@ void Motion::update(std::int64_t cycle, std::span<std::byte> image) noexcept {
   obey(cycle);
   watch(cycle);
   advance(cycle);
+  setpoint_cycle_ = cycle;
   const bool reset = phase_ == MotionPhase::kEnabling && (cycle - phase_start_) % (2 * kResetCycles) < kResetCycles;
   for (std::size_t i = 0; i < axes_.size(); ++i) axes_[i].write_outputs(image, goal(), reset, setpoints_[i]);
 }
@@ -98,7 +99,9 @@ void Motion::obey(std::int64_t cycle) noexcept {
     if (phase_ == MotionPhase::kEnabling) enter(MotionPhase::kDisabling, cycle);
     if (is_powered(phase_) && phase_ != MotionPhase::kStopping) {
       plan_stop();
-      enter(MotionPhase::kStopping, cycle);
+      // The stop begins at the setpoints of the cycle before: in this one it is a period (or more, after missed ones)
+      // on.
+      enter(MotionPhase::kStopping, setpoint_cycle_);
     }
   }
 }

@@ -102,6 +102,7 @@ class Motion {
   std::vector<std::uint32_t> bad_cycles_;
   MotionPhase phase_ = MotionPhase::kIdle;
   std::int64_t phase_start_ = 0;
+  std::int64_t setpoint_cycle_ = 0;  ///< the cycle that setpoints_ belong to
   MotionFailure failure_;
   std::atomic<Command> command_{Command::kNone};
   std::atomic<MotionPhase> phase_shared_{MotionPhase::kIdle};
