@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 
 #include "drive_line.hpp"
+#include "driveline/ecat_master/line_supervisor.hpp"
+#include "driveline/port/redundant_port.hpp"
 #include "driveline/rt_guard/rt_guard.hpp"
 #include "fault_ports.hpp"
 
@@ -161,6 +163,69 @@ TEST_F(CyclePurity, TheSimulatedLineIsAsPureWithoutMailboxTraffic) {
   EXPECT_GE(ledger.cycles, 12'000U);
   EXPECT_EQ(ledger.counts.total(), 0U);
   EXPECT_EQ(operation.motion().failure().cause, MotionFailure::Cause::kNone);
+}
+
+TEST_F(CyclePurity, GroupsRecoveryAndRecordingDoNotChangeThat) {
+  UnguardedLine line(drives.line(), ledger);
+  ecat_master::FlightRecorder recorder(3);
+  RunOptions options{.repeat = true};
+  options.layout = {ecat_master::ImageLayout::kSeparate, {{1, 0, 50}, {2, 0, 50}, {1, 0, 50}}};
+  options.groups = 3;
+  options.recorder = &recorder;
+  options.amplitude_rad = 0.1;
+  LineOperation operation(drives, line, options);
+  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  operation.start_cycle(guarded());
+  ASSERT_EQ(sentence(operation.master().go_operational()), "");
+  ledger = {};
+  operation.run(milliseconds{10});
+  ecat_master::LineSupervisor supervisor(operation.master());
+  for (int round = 0; round < 6; ++round) {
+    operation.motion().request_start();
+    ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2})) << round;
+    // The drive in the middle takes the last one along; both come back while the first keeps cycling.
+    drives.line().set_power(1, false);
+    operation.run(milliseconds{100});
+    supervisor.poll();
+    drives.line().set_power(1, true);
+    for (int i = 0; i < 400 && !supervisor.all_operational(); ++i) {
+      operation.run(milliseconds{5});
+      supervisor.poll();
+    }
+    ASSERT_TRUE(supervisor.all_operational()) << round;
+    operation.run(milliseconds{2200});
+    ASSERT_EQ(operation.motion().phase(), MotionPhase::kIdle);
+    EXPECT_TRUE(recorder.frozen());
+    recorder.rearm();
+    for (std::size_t group = 0; group < 3; ++group) operation.master().core()->release_outputs(group);
+  }
+  EXPECT_EQ(supervisor.recoveries(), 12U);
+  EXPECT_GE(ledger.cycles, 100'000U);
+  EXPECT_EQ(ledger.counts.total(), 0U);
+}
+
+TEST_F(CyclePurity, ARedundantPortIsPureWholeAndBroken) {
+  DriveLine ring(4, {}, {}, slaves::Wiring::ring(4, nanoseconds{5}));
+  UnguardedLine primary(ring.line(), ledger);
+  UnguardedLine secondary(ring.line().secondary(), ledger);
+  port::RedundantPort port(primary, secondary, ring.clock);
+  LineOperation operation(ring, port, RunOptions{.repeat = true});
+  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  operation.start_cycle([&](CyclicCore& core) { return std::make_unique<GuardedRunner>(core, ring.clock, ledger); });
+  ASSERT_EQ(sentence(operation.master().go_operational()), "");
+  ledger = {};
+  operation.motion().request_start();
+  ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  for (int round = 0; round < 50; ++round) {
+    ring.line().break_cable({static_cast<std::size_t>(round % 4), 1}, true);
+    operation.run(milliseconds{15});
+    ring.line().break_cable({static_cast<std::size_t>(round % 4), 1}, false);
+    operation.run(milliseconds{15});
+  }
+  EXPECT_EQ(operation.motion().failure().cause, MotionFailure::Cause::kNone);
+  EXPECT_GT(port.merged(), 1000U);
+  EXPECT_GE(ledger.cycles, 10'000U);
+  EXPECT_EQ(ledger.counts.total(), 0U);
 }
 
 /// A port that allocates.

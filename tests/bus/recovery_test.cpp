@@ -3,7 +3,7 @@
 
 #include "drive_line.hpp"
 #include "driveline/ecat_master/line_supervisor.hpp"
-#include "driveline/port/redundant_port.hpp"
+#include "driveline/esi/sii.hpp"
 #include "fault_ports.hpp"
 
 namespace driveline::bus_test {
@@ -183,6 +183,95 @@ TEST_F(Recovery, WithoutItSlavesStayWhereTheyAreButAreNamed) {
   EXPECT_FALSE(wait_for_all(milliseconds{100}));
   EXPECT_EQ(drives->state(1), AlState::kSafeOp);
   EXPECT_EQ(told(), "slave 1: left OP, is in SAFEOP, AL status code 0x0000 (no error)\n");
+}
+
+/// Changes bytes of an EEPROM and renews the checksum of its configuration area.
+void rewrite(slaves::Slave& slave, const std::vector<std::pair<std::size_t, unsigned>>& bytes) {
+  auto& sii = slave.esc().sii();
+  for (const auto& [offset, value] : bytes) sii.corrupt(offset, static_cast<std::byte>(value));
+  sii.corrupt(14, static_cast<std::byte>(esi::sii_checksum(sii.image().first<esi::SiiConfigArea::kSize>())));
+}
+
+TEST_F(Recovery, AnotherDeviceInItsPlaceIsNamedAndLeftAlone) {
+  start(3);
+  drives->line().set_power(2, false);
+  operation->run(milliseconds{5});
+  // Revision number, words 12 and 13 of the EEPROM.
+  rewrite(drives->slave(2), {{24, 0xEF}, {25, 0xBE}, {26, 0xAD}, {27, 0xDE}});
+  drives->line().set_power(2, true);
+  expect_undisturbed(2, [&] { EXPECT_FALSE(wait_for_all(milliseconds{500})); });
+  EXPECT_THAT(told(), testing::StartsWith("slave 2: does not answer any more\n"
+                                          "slave 2: not brought back to OP: slave 2: revision is 0xDEADBEEF but 0x"));
+  EXPECT_EQ(supervisor->history().size(), 2U) << "said once";
+  EXPECT_EQ(drives->state(2), AlState::kInit);
+}
+
+/// Slave 2 hangs on a branch of slave 1; slave 3 follows on the trunk.
+class HotConnect : public Recovery {
+ protected:
+  void SetUp() override {
+    slaves::Wiring wiring(4);
+    wiring.connect_master(slaves::MasterPort::kPrimary, {0, 0});
+    wiring.connect({0, 1}, {1, 0});
+    wiring.connect({1, 3}, {2, 0});
+    wiring.connect({1, 1}, {3, 0});
+    drives = std::make_unique<DriveLine>(4, slaves::SlaveOptions{}, slaves::LineOptions{}, std::move(wiring));
+    set_alias(2, 0x0207);
+    set_alias(3, 0x0308);
+  }
+  /// Takes effect when the slave is switched on.
+  void set_alias(std::size_t slave, unsigned alias) {
+    drives->line().set_power(slave, false);
+    rewrite(drives->slave(slave), {{8, alias & 0xFF}, {9, alias >> 8}});
+    drives->line().set_power(slave, true);
+  }
+  void run(std::vector<std::size_t> hot) {
+    RunOptions options;
+    options.task = &watch;
+    options.hot_connect = std::move(hot);
+    operation = std::make_unique<LineOperation>(*drives, options);
+    ASSERT_EQ(sentence(operation->to_op()), "");
+    supervisor = std::make_unique<LineSupervisor>(operation->master());
+  }
+};
+
+TEST_F(HotConnect, ASlaveBehindTheMissingOneIsNotTakenForIt) {
+  run({2});
+  expect_undisturbed(2, [&] {
+    drives->line().set_power(2, false);
+    operation->run(milliseconds{20});
+    supervisor->poll();
+    // Slave 3 is now the third of the line, where slave 2 used to be.
+    drives->line().set_power(3, false);
+    operation->run(milliseconds{20});
+    supervisor->poll();
+    drives->line().set_power(3, true);
+    for (int i = 0; i < 200; ++i) {
+      operation->run(milliseconds{2});
+      supervisor->poll();
+    }
+    EXPECT_TRUE(supervisor->operational(3)) << told();
+    EXPECT_FALSE(supervisor->operational(2));
+    drives->line().set_power(2, true);
+    ASSERT_TRUE(wait_for_all(std::chrono::seconds{3})) << told();
+  });
+  EXPECT_TRUE(drives->all_in(AlState::kOp));
+}
+
+TEST_F(HotConnect, SlavesThatChangedPlacesAreKnownByTheirAliases) {
+  run({2, 3});
+  expect_undisturbed(2, [&] {
+    // As if one had been plugged in where the other was.
+    set_alias(2, 0x0308);
+    set_alias(3, 0x0207);
+    ASSERT_TRUE(wait_for_all(std::chrono::seconds{3})) << told();
+  });
+  const auto station = [this](std::size_t at) {
+    return drives->slave(at).esc().memory().get(wire::reg::kStationAddress);
+  };
+  EXPECT_EQ(station(2), operation->master().slaves()[3].info.ref.station);
+  EXPECT_EQ(station(3), operation->master().slaves()[2].info.ref.station);
+  EXPECT_TRUE(drives->all_in(AlState::kOp));
 }
 
 }  // namespace

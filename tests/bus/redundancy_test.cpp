@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "drive_line.hpp"
+#include "driveline/ecat_master/line_supervisor.hpp"
 #include "driveline/port/redundant_port.hpp"
 #include "fault_ports.hpp"
 
@@ -147,6 +148,51 @@ TEST_F(Ring, HalfAnAnswerIsHandedOverInTimeWhenTheOtherHalfIsLost) {
   EXPECT_EQ(port.halves(), 1U);
   operation->run(milliseconds{5});
   EXPECT_EQ(operation->motion().failure().cause, MotionFailure::Cause::kNone);
+}
+
+TEST_F(Ring, TheSupervisorTellsWhereItBroke) {
+  start(RunOptions{.repeat = true});
+  ecat_master::LineSupervisor supervisor(operation->master(), &port);
+  std::vector<std::string> told;
+  for (const std::size_t cable : {0U, 4U, 5U}) {
+    for (const bool broken : {true, false}) {
+      cut(cable, broken);
+      operation->run(milliseconds{1});
+      supervisor.poll();
+    }
+  }
+  for (const auto& event : supervisor.history()) {
+    const auto text = describe(event);
+    told.push_back(text.substr(text.find(" s ") + 3));
+  }
+  const std::string closed = "the ring is closed again";
+  const std::string on = "; process data go on over both interfaces";
+  EXPECT_THAT(told,
+              testing::ElementsAre("the ring is broken between the primary interface and slave 0" + on, closed,
+                                   "the ring is broken between slave 3 and slave 4" + on, closed,
+                                   "the ring is broken between slave 4 and the secondary interface" + on, closed));
+  expect_undisturbed("all the time");
+}
+
+TEST_F(Ring, ADriveThatWasSwitchedOffIsRecoveredInARingToo) {
+  start(RunOptions{.repeat = true});
+  ecat_master::LineSupervisor supervisor(operation->master(), &port);
+  drives.line().set_power(2, false);
+  operation->run(milliseconds{20});
+  supervisor.poll();
+  EXPECT_EQ(port.status().primary_slaves, 2);
+  EXPECT_EQ(port.status().secondary_slaves, 2);
+  for (const std::size_t left : {0U, 1U, 3U, 4U}) {
+    EXPECT_TRUE(operation->master().core()->slave_report(left).operational) << left;
+  }
+  drives.line().set_power(2, true);
+  for (int i = 0; i < 400 && !supervisor.all_operational(); ++i) {
+    operation->run(milliseconds{5});
+    supervisor.poll();
+  }
+  EXPECT_TRUE(supervisor.all_operational());
+  EXPECT_EQ(supervisor.recoveries(), 1U) << "the others did not even notice";
+  EXPECT_EQ(port.status().state, State::kClosed);
 }
 
 }  // namespace

@@ -105,6 +105,7 @@ ecat_master::SlavePlan LineOperation::plan(std::size_t position, const RunOption
   plan.startup_sdos = ecat_master::msd_startup_sdos(axis(position, options), options.period);
   plan.pdos = ecat_master::axis_pdo_configuration();
   plan.group = position % options.groups;
+  plan.hot_connect = std::count(options.hot_connect.begin(), options.hot_connect.end(), position) > 0;
   plan.lrw = !options.every_third_without_lrw || position % 3 != 1;
   return plan;
 }

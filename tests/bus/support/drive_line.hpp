@@ -52,6 +52,7 @@ struct RunOptions {
   bool every_third_without_lrw = false;  ///< drives 1, 4, 7 ... take no LRW
   std::size_t acyclic_bytes = port::kMaxFrameBytes;
   ecat_master::CyclicTask* task = nullptr;
+  std::vector<std::size_t> hot_connect{};  ///< these drives
   ecat_master::FlightRecorder* recorder = nullptr;
 };
 
