@@ -16,6 +16,15 @@ std::size_t with_header(CoeService service, std::size_t length, std::span<std::b
   return CoeHeader::kSize + length;
 }
 
+/// The CoE service of an SDO answer. Abort SDO transfer is a request whoever sends it (ETG.1000.6 5.6.2.7); masters
+/// look for it there, and so does Wireshark's dissector.
+CoeService service_of(std::span<const std::byte> answer) noexcept {
+  constexpr unsigned kSpecifierShift = 5;
+  const auto specifier = std::to_integer<unsigned>(answer.front()) >> kSpecifierShift;
+  return specifier == static_cast<unsigned>(wire::SdoResponseCommand::kAbort) ? CoeService::kSdoRequest
+                                                                              : CoeService::kSdoResponse;
+}
+
 }  // namespace
 
 CoeServer::CoeServer(ObjectDictionary& dictionary, DictionaryOwner& owner, const Options& options)
@@ -40,9 +49,11 @@ tl::expected<std::size_t, MailboxErrorCode> CoeServer::request(std::span<const s
   const auto body = data.subspan(CoeHeader::kSize);
   const auto room = out.subspan(CoeHeader::kSize);
   switch (header->service) {
-    case CoeService::kSdoRequest:
+    case CoeService::kSdoRequest: {
       if (body.size() < wire::SdoHeader::kSize) return tl::unexpected(MailboxErrorCode::kSizeTooShort);
-      return with_header(CoeService::kSdoResponse, sdo_.handle(body, state, room), out);
+      const auto length = sdo_.handle(body, state, room);
+      return with_header(service_of(room), length, out);
+    }
     case CoeService::kSdoInformation:
       if (!has_information_) return tl::unexpected(MailboxErrorCode::kServiceNotSupported);
       if (body.size() < wire::SdoInfoHeader::kSize) return tl::unexpected(MailboxErrorCode::kSizeTooShort);

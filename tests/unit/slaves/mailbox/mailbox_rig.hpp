@@ -48,12 +48,14 @@ class MailboxRig : private DictionaryOwner {
     write(mailbox);
     return service_data(read());
   }
-  /// SDO request: the bytes behind the CoE header; the answer without its CoE header, which must be an SDO response.
+  /// SDO request: the bytes behind the CoE header; the answer without its CoE header, which must be an SDO response, or
+  /// an SDO request when it aborts the transfer (ETG.1000.6 5.6.2.7).
   Bytes sdo(Bytes request) {
     request.insert(request.begin(), {0x00, 0x20});
     Bytes answer = coe(request);
     if (answer.empty()) return answer;
-    EXPECT_THAT(Bytes(answer.begin(), answer.begin() + 2), testing::ElementsAre(0x00, 0x30));
+    EXPECT_THAT(Bytes(answer.begin(), answer.begin() + 2),
+                testing::ElementsAre(0x00, answer.at(2) == 0x80 ? 0x20 : 0x30));
     return {answer.begin() + 2, answer.end()};
   }
   static Bytes service_data(const Bytes& mailbox) {

@@ -1,0 +1,249 @@
+// The traffic of the bus tests through Wireshark's dissector: nothing malformed, and every mailbox read as what it is.
+#include <gmock/gmock.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+
+#include "drive_line.hpp"
+#include "driveline/ecat_master/coe_client.hpp"
+#include "driveline/esi/esi_file.hpp"
+#include "driveline/slaves/generic/generic_device.hpp"
+#include "driveline/wire/frame.hpp"
+#include "driveline/wire/mailbox.hpp"
+#include "fault_ports.hpp"
+#include "tshark.hpp"
+
+namespace driveline::bus_test {
+namespace {
+
+using ecat_master::CoeClient;
+using slaves::Fault;
+using slaves::FaultKind;
+using slaves::FaultWay;
+using Bytes = std::vector<std::byte>;
+
+/// Mailboxes of the drives (MSD manual, EEPROM): where requests are written and replies read.
+constexpr std::uint16_t kRequests = 0x1000;
+constexpr std::uint16_t kReplies = 0x1200;
+
+/// Keeps every frame that passes, both ways, and counts the CoE mailboxes that have been transferred.
+class Recorder final : public PassingPort {
+ public:
+  explicit Recorder(port::Port& inner, std::uint16_t replies_at = kReplies)
+      : PassingPort(inner), replies_at_(replies_at) {}
+  port::SendStatus send(std::span<const std::byte> frame) noexcept override {
+    const auto status = PassingPort::send(frame);
+    if (status == port::SendStatus::kSent) keep(frame, wire::Command::kFpwr, kRequests, false);
+    return status;
+  }
+  std::optional<port::ReceivedFrame> receive() noexcept override {
+    const auto frame = PassingPort::receive();
+    if (frame) keep(frame->bytes, wire::Command::kFprd, replies_at_, true);
+    return frame;
+  }
+
+  std::vector<Bytes> frames;
+  std::size_t requests = 0;
+  std::size_t replies = 0;
+
+ private:
+  std::uint16_t replies_at_;
+
+  void keep(std::span<const std::byte> frame, wire::Command command, std::uint16_t address, bool answered) {
+    frames.emplace_back(frame.begin(), frame.end());
+    auto cursor = wire::DatagramCursor::open(frame);
+    while (cursor && !cursor->done()) {
+      const auto datagram = cursor->next();
+      if (!datagram) return;
+      if (datagram->header.command != command || datagram->header.address.ado() != address) continue;
+      if (answered && datagram->working_counter() != 1) continue;
+      const auto mailbox = wire::MailboxHeader::decode(datagram->data);
+      if (!mailbox || mailbox->length == 0 || mailbox->type != wire::MailboxType::kCoe) continue;
+      ++(answered ? replies : requests);
+    }
+  }
+};
+
+class BusTraffic : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!replay::tshark_available()) GTEST_SKIP() << replay::missing_tshark_text();
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    file_ = std::filesystem::path(testing::TempDir()) /
+            ("driveline_" + std::string(test->name()) + "_" + std::to_string(::getpid()) + ".pcap");
+  }
+  void TearDown() override {
+    if (!file_.empty()) std::filesystem::remove(file_);
+  }
+
+  /// Nothing malformed, nothing suspicious; everything is EtherCAT, unless frames were damaged on purpose.
+  void expect_clean(const std::vector<Bytes>& frames) {
+    replay::write_pcap(file_, frames);
+    const auto bad = replay::dissect(file_, "_ws.malformed || _ws.expert.severity >= 0x600000", {"frame.number"});
+    ASSERT_TRUE(bad) << bad.error();
+    EXPECT_TRUE(bad->empty()) << bad->size() << " of " << frames.size() << ", the first is frame "
+                              << bad->front()[0][0];
+    const auto all = replay::dissect(file_, "ecat", {"frame.number"});
+    ASSERT_TRUE(all) << all.error();
+    EXPECT_EQ(all->size(), frames.size());
+  }
+  /// How often a field occurs in the frames that match.
+  std::size_t occurrences(const std::string& filter, const std::string& field) {
+    const auto packets = replay::dissect(file_, filter, {field});
+    if (!packets) throw std::runtime_error(packets.error());
+    std::size_t count = 0;
+    for (const auto& packet : *packets) count += packet[0].size();
+    return count;
+  }
+  std::map<std::string, std::size_t> values(const std::string& filter, const std::string& field) {
+    const auto packets = replay::dissect(file_, filter, {field});
+    if (!packets) throw std::runtime_error(packets.error());
+    std::map<std::string, std::size_t> counts;
+    for (const auto& packet : *packets) {
+      for (const auto& value : packet[0]) ++counts[value];
+    }
+    return counts;
+  }
+
+ private:
+  std::filesystem::path file_;
+};
+
+TEST_F(BusTraffic, DiscoveryStartUpAndCyclicOperation) {
+  DriveLine drives(3);
+  Recorder recorder(drives.line());
+  LineOperation operation(drives, recorder);
+  ASSERT_EQ(sentence(operation.to_motion()), "");
+  ASSERT_TRUE(operation.run_until(ecat_master::MotionPhase::kFollowing, std::chrono::seconds{2}));
+  operation.run(milliseconds{50});
+  ASSERT_EQ(sentence(operation.master().shut_down()), "");
+  expect_clean(recorder.frames);
+  EXPECT_GT(recorder.requests, 30U);
+  EXPECT_EQ(occurrences("ecat.cnt == 0", "ecat_mailbox.coe.sdoreq"), recorder.requests);
+  EXPECT_EQ(occurrences("ecat.cnt == 1", "ecat_mailbox.coe.sdores"), recorder.replies);
+}
+
+TEST_F(BusTraffic, ServiceDataAndAborts) {
+  DriveLine drives(2);
+  Recorder recorder(drives.line());
+  ecat_master::Master master(recorder, drives.clock);
+  ASSERT_EQ(sentence(master.scan()), "");
+  ASSERT_EQ(sentence(master.enter_pre_op()), "");
+  recorder.frames.clear();
+  recorder.requests = recorder.replies = 0;
+  CoeClient coe(*master.mailbox(1));
+  ASSERT_EQ(sentence(coe.upload(0x1008, 0)), "");
+  ASSERT_EQ(sentence(coe.upload_as<std::uint32_t>(0x1018, 1)), "");
+  ASSERT_EQ(sentence(coe.download_as<std::uint32_t>(0x6065, 0, 4711)), "");
+  ASSERT_FALSE(coe.upload(0x5FFF, 0)) << "an abort";
+  ASSERT_FALSE(coe.download_as<std::uint8_t>(0x6041, 0, 1)) << "another one";
+  ASSERT_FALSE(coe.upload(0x1018, 0, true));
+  expect_clean(recorder.frames);
+  // Requests, and the aborts (read only, no complete access, no such object), which are requests as well; replies.
+  const auto codes = values("ecat.cnt == 1", "ecat_mailbox.coe.abortcode");
+  EXPECT_EQ(codes, (std::map<std::string, std::size_t>{{"0x06010002", 1}, {"0x06010004", 1}, {"0x06020000", 1}}));
+  EXPECT_EQ(occurrences("ecat.cnt == 0", "ecat_mailbox.coe.sdoreq"), recorder.requests);
+  EXPECT_EQ(occurrences("ecat.cnt == 1", "ecat_mailbox.coe.sdores"), recorder.replies - codes.size());
+  const auto indices = values("ecat.cnt == 0", "ecat_mailbox.coe.sdoidx");
+  for (const char* index : {"0x1008", "0x1018", "0x6065", "0x5fff", "0x6041"}) {
+    EXPECT_EQ(indices.count(index), 1U) << index;
+  }
+}
+
+/// A terminal whose mailboxes are so short that its array of 120 bytes comes and goes in segments.
+std::unique_ptr<slaves::Slave> make_terminal() {
+  std::ifstream stream("examples/terminals.xml", std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  const auto file = esi::read_esi(text, "examples/terminals.xml");
+  if (!file) throw std::runtime_error(esi::to_text(file.error()));
+  const auto device = file->choose({"MX4", {}, {}});
+  if (!device) throw std::runtime_error(device.error());
+  auto description = **device;
+  for (std::size_t n = 0; n < 2; ++n) description.sync_managers.at(n).default_size = 64;
+  auto model = slaves::generic::DeviceModel::create(std::move(description));
+  if (!model) throw std::runtime_error(model.error());
+  return std::make_unique<slaves::Slave>(
+      std::make_unique<slaves::generic::GenericDevice>(*model, slaves::generic::GenericOptions{}));
+}
+
+TEST_F(BusTraffic, SegmentsCompleteAccessAndInformation) {
+  rt::VirtualClock clock(milliseconds{1});
+  std::vector<std::unique_ptr<slaves::Slave>> terminals;
+  terminals.push_back(make_terminal());
+  slaves::Line line(clock, std::move(terminals));
+  Recorder recorder(line, 0x1100);
+  ecat_master::Master master(recorder, clock);
+  ASSERT_EQ(sentence(master.scan()), "");
+  ASSERT_EQ(sentence(master.enter_pre_op()), "");
+  CoeClient coe(*master.mailbox(0));
+  auto names = coe.upload(0x8010, 0, true);
+  ASSERT_EQ(sentence(names), "");
+  ASSERT_GT(names->size(), 64U);
+  for (std::size_t i = 2; i < names->size(); ++i) (*names)[i] = static_cast<std::byte>(i);
+  ASSERT_EQ(sentence(coe.download(0x8010, 0, *names, true)), "");
+  const auto again = coe.upload(0x8010, 0, true);
+  ASSERT_EQ(sentence(again), "");
+  EXPECT_EQ(*again, *names);
+  const auto objects = coe.object_list();
+  ASSERT_EQ(sentence(objects), "");
+  for (const auto index : *objects) ASSERT_EQ(sentence(coe.object_description(index)), "");
+  ASSERT_EQ(sentence(coe.entry_description(0x8010, 1)), "");
+  expect_clean(recorder.frames);
+  EXPECT_EQ(occurrences("ecat.cnt == 0", "ecat_mailbox.coe"), recorder.requests);
+  EXPECT_EQ(occurrences("ecat.cnt == 1", "ecat_mailbox.coe"), recorder.requests + recorder.replies)
+      << "requests as they come back from the line, and replies";
+  EXPECT_GE(occurrences("ecat.cnt == 0", "ecat_mailbox.coe.sdoccsus"), 4U) << "segments of two uploads";
+  EXPECT_GE(occurrences("ecat.cnt == 0", "ecat_mailbox.coe.sdoccsds"), 2U) << "and of a download";
+}
+
+TEST_F(BusTraffic, FaultsOfTheLine) {
+  DriveLine drives(4);
+  Recorder recorder(drives.line());
+  LineOperation operation(drives, recorder);
+  ASSERT_EQ(sentence(operation.to_op()), "");
+  const Fault faults[] = {
+      {.kind = FaultKind::kDrop, .chance = 0.2},
+      {.kind = FaultKind::kDrop, .way = FaultWay::kBack, .chance = 0.2},
+      {.kind = FaultKind::kDelay, .chance = 0.1, .time = microseconds{300}},
+      {.kind = FaultKind::kDuplicate, .chance = 0.2},
+      {.kind = FaultKind::kDamage, .slave = 2, .port = 0, .chance = 0.2},
+      {.kind = FaultKind::kShortWorkingCounter, .slave = 1},
+      {.kind = FaultKind::kCableBreak, .slave = 2, .port = 1},
+      {.kind = FaultKind::kPowerOff, .slave = 3},
+      {.kind = FaultKind::kMailboxSilent, .slave = 0},
+      {.kind = FaultKind::kEepromBusy, .slave = 0, .time = milliseconds{1}},
+      {.kind = FaultKind::kSlowTransition, .slave = 0, .time = milliseconds{1}},
+  };
+  for (const auto& fault : faults) {
+    ASSERT_TRUE(drives.line().inject(fault));
+    operation.run(milliseconds{10});
+    ASSERT_TRUE(drives.line().heal(fault));
+  }
+  static_cast<void>(operation.master().shut_down());
+  LineOperation again(drives, recorder);
+  ASSERT_EQ(sentence(again.to_op()), "") << "after all of them";
+  expect_clean(recorder.frames);
+}
+
+TEST_F(BusTraffic, EmergenciesAndSdoWhileCycling) {
+  DriveLine drives(2);
+  Recorder recorder(drives.line());
+  LineOperation operation(drives, recorder);
+  ASSERT_EQ(sentence(operation.to_motion()), "");
+  ASSERT_TRUE(operation.run_until(ecat_master::MotionPhase::kFollowing, std::chrono::seconds{2}));
+  recorder.frames.clear();
+  drives.drive(1).set_dc_link(false);
+  operation.run(milliseconds{10});
+  ASSERT_EQ(sentence(operation.master().mailbox(1)->poll()), "");
+  CoeClient coe(*operation.master().mailbox(1));
+  ASSERT_EQ(sentence(coe.upload_as<std::uint32_t>(0x1018, 1)), "");
+  expect_clean(recorder.frames);
+  // An emergency, of which the dissector knows the CoE type (ETG.1000.6 5.6.4: service 1).
+  EXPECT_GE(values("ecat.cnt == 1", "ecat_mailbox.coe.type").count("1"), 1U);
+}
+
+}  // namespace
+}  // namespace driveline::bus_test

@@ -1,0 +1,237 @@
+"""Lines of 1, 8, 64 and 256 drives, a ring on two interfaces, and faults while the line is served."""
+import pathlib
+import re
+import signal
+import subprocess
+import unittest
+
+from program import DRIVELINE, PATIENCE_S, SANITIZED, ProgramTest, WireTest
+
+KIB_PER_MIB = 1024
+# A path has no more (trajectory/path.hpp); the drives beyond exchange process data and stand still.
+MAX_AXES = 128
+
+
+def line_of(count, cycle_us, head=""):
+    """A line of `count` drives that swing so slowly that a machine that stalls makes no drive lose its way."""
+    names = [f"d{i}" for i in range(count)]
+    slaves = "".join(f'[[slave]]\nname = "{name}"\n' for name in names)
+    axes = "".join(f'[[axis]]\nname = "{name}"\n' for name in names[:MAX_AXES])
+    text = (f'{head}\n[line]\ncycle_us = {cycle_us}\n[bus]\nmax_lost_cycles = 1000\n[realtime]\npolicy = "degrade"\n'
+            f'[path]\nfile = "path.csv"\nrepeat = true\n[telemetry]\nenabled = false\n{slaves}{axes}')
+    header = "time[s]," + ",".join(f"{name}[rad]" for name in names[:MAX_AXES])
+    rows = [f"{2 * i}" + f",{0.2 * (i % 2)}" * min(count, MAX_AXES) for i in range(3)]
+    return text, "\n".join([header, *rows, ""])
+
+
+class LineSize(WireTest):
+    def write_line(self, count, cycle_us, head=""):
+        text, path = line_of(count, cycle_us, head)
+        self.write("path.csv", path)
+        return self.write("line.toml", text)
+
+    def accepted(self, count, cycle_us):
+        config = self.write_line(count, cycle_us)
+        line = self.start_line(config)
+        found = self.one_document(self.run_undisturbed("slaves", "--iface", "dl-master", "--json")[0].stdout)["slaves"]
+        self.assertEqual([slave["position"] for slave in found], list(range(count)))
+        self.assertEqual([slave["serial_number"] for slave in found], list(range(1, count + 1)))
+        result, disturbed = self.run_undisturbed("run", "--config", config, "--iface", "dl-master", "--duration", 2,
+                                                 "--json", "--no-plots")
+        if disturbed:
+            self.skipTest(f"this machine is too busy for {count} drives at {cycle_us} us: {result.stderr.splitlines()[-1]}")
+        self.assertEqual(result.returncode, 0, result.stderr + self.logs())
+        document = self.one_document(result.stdout)
+        self.assertEqual(document["state"], "OP")
+        self.assertEqual(document["axes_count"], min(count, MAX_AXES))
+        self.assertEqual(document["faults"], [])
+        self.assertGreater(document["cycles"], 10)
+        self.assertTrue(all(axis["following_error_rms"] > 0 for axis in document["axes"]))
+        status = pathlib.Path(f"/proc/{line.pid}/status").read_text(encoding="ascii")
+        resident_kib = int(re.search(r"VmHWM:\s+(\d+) kB", status)[1])
+        self.assertIn("frames served", self.end_line(line))
+        return resident_kib
+
+    def test_1_drive(self):
+        self.accepted(1, 1000)
+
+    def test_8_drives(self):
+        self.accepted(8, 2000)
+
+    def test_64_drives(self):
+        self.accepted(64, 5000)
+
+    @unittest.skipIf(SANITIZED, "256 drives in real time are too many for a sanitizer")
+    def test_256_drives_in_256_mib(self):
+        resident_kib = self.accepted(256, 20000)
+        print(f"256 drives: {resident_kib / KIB_PER_MIB:.1f} MiB resident at most")
+        self.assertLess(resident_kib, 256 * KIB_PER_MIB)
+
+
+class FaultsWhileServed(WireTest):
+    def start_controlled(self, config, *arguments):
+        line = self.start("simulate", "--config", config, "--iface", "dl-line", "--control", "line.socket", *arguments,
+                          log="line.log")
+        self.wait_for("the simulated line", lambda: "slaves on dl-line" in self.text("line.log"), line)
+        return line
+
+    def fault(self, *words):
+        return self.run_program("fault", "--control", "line.socket", *words)
+
+    def states_of_slaves(self):
+        result = self.run_program("slaves", "--iface", "dl-master", "--json")
+        return [slave["serial_number"] for slave in self.one_document(result.stdout)["slaves"]]
+
+    def config(self, count=4, head=""):
+        names = "xyzabcuv"
+        return self.write("line.toml", head + "".join(f'[[slave]]\nname = "{names[i]}"\n' for i in range(count)))
+
+    def test_the_master_sees_what_is_commanded(self):
+        line = self.start_controlled(self.config())
+        self.assertEqual(self.states_of_slaves(), [1, 2, 3, 4])
+        done = self.fault("cable-break", "slave=y", "to=z")
+        self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "done\n", ""))
+        self.assertEqual(self.states_of_slaves(), [1, 2])
+        self.assertEqual(self.fault("list").stdout, "cable-break slave=y port=1\n")
+        self.assertEqual(self.fault("heal", "cable-break", "slave=z", "to=y").stdout, "done\n")
+        self.assertEqual(self.states_of_slaves(), [1, 2, 3, 4])
+        self.assertEqual(self.fault("power-off slave=1").returncode, 0)
+        self.assertEqual(self.fault("states").stdout, "INIT: x z a; OFF: y\n")
+        self.assertEqual(self.states_of_slaves(), [1])
+        self.assertEqual(self.fault("heal", "all").returncode, 0)
+        self.assertEqual(self.fault("list").stdout, "no faults\n")
+        self.assertEqual(self.states_of_slaves(), [1, 2, 3, 4])
+        log = self.text("line.log")
+        self.assertIn("fault begins: cable-break slave=y port=1", log)
+        self.assertIn("fault ends: cable-break slave=y port=1", log)
+        self.assertIn("slave 1 (y): OFF", log)
+        # The end of the line ends the socket, too.
+        self.assertEqual(self.fault("quit").stdout, "ending\n")
+        self.assertEqual(line.wait(PATIENCE_S), 0)
+        self.assertNotIn("line.socket", self.files())
+        self.check_refused(self.fault("list"), 1, "line.socket", "simulate --control")
+
+    def test_commands_that_are_wrong(self):
+        line = self.start_controlled(self.config())
+        for words, parts in ((["dorp"], ["no kind of fault", "drop"]), (["power-off", "slave=q"], ["\"q\""]),
+                             (["heal", "drop"], ["not there"]), (["cable-break", "slave=a", "port=1"], ["port 1"]),
+                             (["drop", "chance=2"], ["chance", "0 to 1"])):
+            with self.subTest(words=words):
+                self.check_refused(self.fault(*words), 1, *parts)
+        self.check_refused(self.run_program("fault", "list"), 2, "--control PATH")
+        self.check_refused(self.run_program("simulate", "--config", "line.toml", "--iface", "dl-line", "--control",
+                                            "line.toml"), 1, "line.toml", "already")
+        self.check_refused(self.run_program("simulate", "--config", "line.toml", "--iface", "dl-line", "--control",
+                                            "line.socket"), 1, "line.socket", "already")
+        self.check_refused(self.run_program("simulate", "--config", "line.toml", "--iface", "dl-line", "--iface2",
+                                            "dl-master"), 2, "--iface2", "ring")
+        self.assertEqual(self.end(line, signal.SIGTERM), 0)
+        self.assertEqual(self.files(), ["line.log", "line.log.out", "line.toml"], "the socket is gone, no other file")
+
+    def test_typed_commands(self):
+        config = self.config()
+        with open(self.directory / "line.log", "wb") as log:
+            line = subprocess.Popen([*self.prefix, DRIVELINE, "simulate", "--config", str(config), "--iface", "dl-line"],
+                                    cwd=self.directory, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=log)
+            self.addCleanup(self.kill, line)
+            line.stdin.write(b"power-off slave=x\nlist\nheal all\nhelp\ndorp\nquit\n")
+            out, _ = line.communicate(timeout=PATIENCE_S)
+        self.assertEqual(line.returncode, 0, self.logs())
+        self.assertIn(b"states: INIT INIT INIT INIT", out)
+        log = self.text("line.log")
+        for text in ("fault begins: power-off slave=x", "\npower-off slave=x\n", "fault ends: power-off slave=x",
+                     "refuse-transition", "error: \"dorp\" is no kind of fault"):
+            self.assertIn(text, log)
+
+    def test_script_of_the_line_file(self):
+        script = '[[fault]]\nat_ms = 200\nkind = "power-off"\nslave = "z"\nfor_ms = 300\n'
+        line = self.start_controlled(self.config(head=script))
+        self.wait_for("the fault ends", lambda: "fault ends: power-off slave=z" in self.text("line.log"), line)
+        log = self.text("line.log")
+        self.assertLess(log.index("fault begins: power-off slave=z"), log.index("fault ends"))
+        self.assertIn("slave 2 (z): OFF", log)
+
+    def test_end_of_stdin_is_no_end_of_the_line(self):
+        line = self.start_controlled(self.config())  # stdin is /dev/null
+        self.assertEqual(self.states_of_slaves(), [1, 2, 3, 4])
+        self.assertIsNone(line.poll())
+
+
+class Ring(WireTest):
+    """Both ends of a ring on interfaces of their own; the other ends of the cables are in the hands of the test."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        made = subprocess.run([*cls.prefix, "sh", "-c", "ip link add dl-master2 type veth peer name dl-line2 && "
+                               "ip link set dl-master2 up && ip link set dl-line2 up"],
+                              capture_output=True, text=True, check=False, timeout=PATIENCE_S)
+        if made.returncode != 0:
+            raise unittest.SkipTest(made.stderr.strip())
+
+    PROBE = r"""
+import select, socket, sys
+# BRD of AL status, 2 bytes, from each interface in turn; prints where it came back and with which working counter.
+names = ["dl-master", "dl-master2"]
+sockets = []
+for name in names:
+    s = socket.socket(socket.AF_PACKET, socket.SOCK_RAW, socket.htons(0x88A4))
+    s.bind((name, 0x88A4))
+    sockets.append(s)
+for number, s in enumerate(sockets):
+    frame = bytes.fromhex("ffffffffffff 001020304050 88a4 0e10 07 00 0000 3001 0200 0000 0000 0000")
+    frame = frame[:17] + bytes([number + 1]) + frame[18:]
+    frame += bytes(60 - len(frame))
+    answer = None
+    for _ in range(50):
+        s.send(frame)
+        ready, _, _ = select.select(sockets, [], [], 0.2)
+        for r in ready:
+            reply, address = r.recvfrom(2000)
+            if address[2] != socket.PACKET_OUTGOING and reply[17] == number + 1 and len(reply) == 60:
+                answer = (names[sockets.index(r)], int.from_bytes(reply[28:30], "little"))
+        if answer:
+            break
+    print(names[number], *(answer or ("nothing",)))
+"""
+
+    def probe(self):
+        result = self.run_program("-c", self.PROBE, program="python3")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return result.stdout.splitlines()
+
+    def test_frames_take_the_way_the_ring_leads_them(self):
+        names = "xyzab"
+        config = self.write("ring.toml", '[wiring]\npreset = "ring"\n' + "".join(f'[[slave]]\nname = "{n}"\n' for n in names))
+        line = self.start("simulate", "--config", config, "--iface", "dl-line", "--iface2", "dl-line2", "--control",
+                          "ring.socket", log="line.log")
+        self.wait_for("the ring", lambda: "slaves on dl-line and dl-line2" in self.text("line.log"), line)
+        self.assertEqual(self.probe(), ["dl-master dl-master2 5", "dl-master2 dl-master 0"])
+        broken = self.run_program("fault", "--control", "ring.socket", "cable-break", "slave=y", "to=z")
+        self.assertEqual(broken.returncode, 0, broken.stderr)
+        self.assertEqual(self.probe(), ["dl-master dl-master 2", "dl-master2 dl-master2 3"])
+        self.run_program("fault", "--control", "ring.socket", "heal", "all")
+        self.assertEqual(self.probe(), ["dl-master dl-master2 5", "dl-master2 dl-master 0"])
+        self.assertEqual(self.end(line, signal.SIGTERM), 0)
+
+    def test_without_the_second_interface_it_is_a_line(self):
+        config = self.write("ring.toml", '[wiring]\npreset = "ring"\n' + "".join(f'[[slave]]\nname = "{n}"\n' for n in "xyz"))
+        line = self.start("simulate", "--config", config, "--iface", "dl-line", log="line.log")
+        self.wait_for("the line", lambda: "slaves on dl-line" in self.text("line.log"), line)
+        found = self.one_document(self.run_program("slaves", "--iface", "dl-master", "--json").stdout)["slaves"]
+        self.assertEqual(len(found), 3)
+
+
+class InProcess(ProgramTest):
+    def test_wiring_and_faults_of_the_line_in_this_process(self):
+        text = ('[wiring]\npreset = "branch"\njunction = "x"\nbranch_slaves = 1\n'
+                '[[slave]]\nname = "x"\n[[slave]]\nname = "y"\n[[slave]]\nname = "z"\n')
+        found = self.one_document(self.run_program("slaves", "--config", self.write("line.toml", text), "--json").stdout)
+        self.assertEqual(len(found["slaves"]), 3)
+        off = self.write("off.toml", text + '[[fault]]\nkind = "power-off"\nslave = "y"\n')
+        found = self.one_document(self.run_program("slaves", "--config", off, "--json").stdout)
+        self.assertEqual([slave["serial_number"] for slave in found["slaves"]], [1, 3], "the branch is gone")
+
+
+if __name__ == "__main__":
+    unittest.main()
