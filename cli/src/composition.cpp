@@ -3,13 +3,21 @@
 #include <algorithm>
 #include <numbers>
 
+#include "device_source.hpp"
 #include "driveline/ecat_master/axis/msd_startup.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"
 
 namespace driveline::cli {
 namespace {
 
-std::unique_ptr<slaves::Slave> make_slave(const SlaveConfig& config, std::uint32_t serial_number) {
+std::unique_ptr<slaves::Device> make_device(const DeviceSource& source, std::uint32_t serial_number) {
+  auto options = source.options;
+  // An EEPROM image has a serial number of its own.
+  if (options.sii_image.empty()) options.serial_number = serial_number;
+  return std::make_unique<slaves::generic::GenericDevice>(source.model, options);
+}
+
+std::unique_ptr<slaves::Device> make_drive(const SlaveConfig& config, std::uint32_t serial_number) {
   slaves::msd::MsdParameters parameters;
   parameters.name = config.name;
   parameters.serial_number = serial_number;
@@ -18,9 +26,14 @@ std::unique_ptr<slaves::Slave> make_slave(const SlaveConfig& config, std::uint32
   motor.inertia_kg_m2 = config.inertia_kg_m2.value_or(motor.inertia_kg_m2);
   motor.coulomb_friction_nm = config.coulomb_friction_nm.value_or(motor.coulomb_friction_nm);
   motor.viscous_friction_nm_s = config.viscous_friction_nm_s.value_or(motor.viscous_friction_nm_s);
+  return std::make_unique<slaves::msd::MsdDrive>(parameters);
+}
+
+std::unique_ptr<slaves::Slave> make_slave(const SlaveConfig& config, std::uint32_t serial_number) {
   slaves::SlaveOptions options;
   options.clock.drift_ppm = config.dc.drift_ppm;
-  return std::make_unique<slaves::Slave>(std::make_unique<slaves::msd::MsdDrive>(parameters), options);
+  auto device = config.device ? make_device(*config.device, serial_number) : make_drive(config, serial_number);
+  return std::make_unique<slaves::Slave>(std::move(device), options);
 }
 
 }  // namespace
@@ -45,8 +58,10 @@ std::vector<ecat_master::SlavePlan> make_slave_plans(const LineConfig& config) {
     const auto& slave = config.slaves[i];
     ecat_master::SlavePlan plan;
     plan.name = slave.name;
-    plan.vendor_id = slave.vendor_id.value_or(slaves::msd::kVendorId);
-    plan.product_code = slave.product_code.value_or(slaves::msd::kProductCode);
+    const auto* device = slave.device ? &slave.device->model->description() : nullptr;
+    plan.vendor_id = slave.vendor_id.value_or(device != nullptr ? device->vendor_id : slaves::msd::kVendorId);
+    plan.product_code =
+        slave.product_code.value_or(device != nullptr ? device->product_code : slaves::msd::kProductCode);
     const auto axis = std::find_if(config.axes.begin(), config.axes.end(), [i](const auto& a) { return a.slave == i; });
     if (axis != config.axes.end()) {
       plan.startup_sdos = ecat_master::msd_startup_sdos(*axis, config.period);

@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "clock_config.hpp"
+#include "device_source.hpp"
 #include "driveline/rt/cycle_timer.hpp"
 #include "fault_config.hpp"
 #include "toml_reader.hpp"
@@ -78,17 +79,10 @@ std::string read_name(TomlReader& reader, const std::vector<Named>& others) {
   return name;
 }
 
-SlaveConfig read_slave(TomlReader reader, const std::vector<SlaveConfig>& others) {
-  SlaveConfig slave;
-  slave.name = read_name(reader, others);
+/// What only the simulated drive has.
+void read_drive(TomlReader& reader, SlaveConfig& slave) {
   slave.model = reader.text_or("model", "msd");
   if (slave.model != "msd") reader.fail("model", fmt::format("is \"{}\", only \"msd\" is known", slave.model));
-  auto identity = [&reader](std::string_view key) -> std::optional<std::uint32_t> {
-    if (!reader.has(key)) return std::nullopt;
-    return static_cast<std::uint32_t>(reader.integer(key, 1, 0xFFFFFFFF));
-  };
-  slave.vendor_id = identity("vendor_id");
-  slave.product_code = identity("product_code");
   auto plant = reader.table("plant");
   auto quantity = [&plant](std::string_view key, double minimum, double maximum) -> std::optional<double> {
     if (!plant.has(key)) return std::nullopt;
@@ -99,6 +93,19 @@ SlaveConfig read_slave(TomlReader reader, const std::vector<SlaveConfig>& others
   slave.viscous_friction_nm_s = quantity("viscous_friction_nm_s", 0.0, 100.0);
   slave.initial_position_rev = plant.number_or("initial_position_rev", 0.0, -1000.0, 1000.0);
   plant.finish();
+}
+
+SlaveConfig read_slave(TomlReader reader, const std::vector<SlaveConfig>& others, DeviceFiles& files) {
+  SlaveConfig slave;
+  slave.name = read_name(reader, others);
+  slave.device = files.read(reader);
+  if (!slave.device) read_drive(reader, slave);
+  auto identity = [&reader](std::string_view key) -> std::optional<std::uint32_t> {
+    if (!reader.has(key)) return std::nullopt;
+    return static_cast<std::uint32_t>(reader.integer(key, 1, 0xFFFFFFFF));
+  };
+  slave.vendor_id = identity("vendor_id");
+  slave.product_code = identity("product_code");
   slave.dc = read_slave_clock(reader.table("dc"));
   slave.delays.processing =
       nanoseconds{reader.integer_or("processing_ns", slave.delays.processing.count(), 0, kMaxDelay_ns)};
@@ -127,6 +134,10 @@ ecat_master::AxisConfig read_axis(TomlReader reader, const std::vector<SlaveConf
       std::find_if(slaves.begin(), slaves.end(), [&](const SlaveConfig& s) { return s.name == slave_name; });
   if (slave == slaves.end()) reader.fail("slave", fmt::format("there is no [[slave]] named \"{}\"", slave_name));
   axis.slave = static_cast<std::size_t>(slave - slaves.begin());
+  if (slave->device) {
+    reader.fail("slave", fmt::format("\"{}\" is a device of {}, an axis needs a drive", slave_name,
+                                     slave->device->file.filename().string()));
+  }
   if (std::any_of(others.begin(), others.end(), [&](const auto& other) { return other.slave == axis.slave; })) {
     reader.fail("slave", fmt::format("\"{}\" is driven by another axis already", slave_name));
   }
@@ -181,7 +192,10 @@ LineConfig read_config(const toml::table& table, const std::filesystem::path& fi
   read_line(root.table("line"), config);
   read_bus(root.table("bus"), config);
   read_realtime(root.table("realtime"), config);
-  for (auto& reader : root.tables("slave")) config.slaves.push_back(read_slave(std::move(reader), config.slaves));
+  DeviceFiles files(file.parent_path());
+  for (auto& reader : root.tables("slave")) {
+    config.slaves.push_back(read_slave(std::move(reader), config.slaves, files));
+  }
   if (config.slaves.empty()) root.fail("", "there is no [[slave]]");
   if (config.slaves.size() > kMaxSlaves)
     root.fail("slave", fmt::format("there are {}, the limit is {}", config.slaves.size(), kMaxSlaves));

@@ -18,6 +18,17 @@ Error no_sync_manager(const ConfiguredSlave& slave, std::size_t bits) {
   return error;
 }
 
+/// PDOs of one direction that the EEPROM assigns to a sync manager: what a slave exchanges that no PDOs are planned for.
+std::vector<PdoMapping> assigned_pdos(const std::vector<esi::Pdo>& pdos) {
+  std::vector<PdoMapping> assigned;
+  for (const auto& pdo : pdos) {
+    if (!pdo.sync_manager) continue;
+    auto& mapping = assigned.emplace_back(PdoMapping{pdo.index, {}, pdo.sync_manager});
+    for (const auto& entry : pdo.entries) mapping.objects.push_back({entry.index, entry.subindex, entry.bit_length});
+  }
+  return assigned;
+}
+
 /// Adds the channels of one direction to `demand`.
 Result<void> add_channels(const ConfiguredSlave& slave, const std::vector<PdoMapping>& pdos, Use use,
                           ProcessDataDemand& demand) {
@@ -67,10 +78,13 @@ Result<void> write_sync_manager(Bus& bus, SlaveRef slave, std::uint8_t number, c
 
 Result<ProcessDataDemand> make_demand(const ConfiguredSlave& slave) {
   ProcessDataDemand demand;
-  if (auto done = add_channels(slave, slave.plan.pdos.outputs, Use::kOutputs, demand); !done)
-    return tl::unexpected(done.error());
-  if (auto done = add_channels(slave, slave.plan.pdos.inputs, Use::kInputs, demand); !done)
-    return tl::unexpected(done.error());
+  auto [outputs, inputs] = slave.plan.pdos;
+  if (outputs.empty() && inputs.empty()) {
+    outputs = assigned_pdos(slave.info.description.rx_pdos);
+    inputs = assigned_pdos(slave.info.description.tx_pdos);
+  }
+  if (auto done = add_channels(slave, outputs, Use::kOutputs, demand); !done) return tl::unexpected(done.error());
+  if (auto done = add_channels(slave, inputs, Use::kInputs, demand); !done) return tl::unexpected(done.error());
   demand.group = slave.plan.group;
   demand.lrw = slave.plan.lrw;
   demand.al_status = true;

@@ -1,27 +1,34 @@
-// Frames of every kind of malformation through a line of emulated drives. Input: frames one after the other, each with
-// its length in two bytes in front; the slaves keep their state in between, and time goes on.
+// Frames of every kind of malformation through a line of a drive, a mixed device and two terminals. Input: frames one
+// after the other, each with its length in two bytes in front; the slaves keep their state in between, and time goes
+// on.
 
 #include <memory>
 
 #include "driveline/rt/clock.hpp"
+#include "driveline/slaves/generic/generic_device.hpp"
 #include "driveline/slaves/line/line.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"
 #include "driveline/wire/al.hpp"
 #include "driveline/wire/frame.hpp"
 #include "driveline/wire/registers.hpp"
+#include "fuzz_seeds.hpp"
 #include "fuzz_target.hpp"
 
 namespace driveline::fuzz {
 namespace {
 
-constexpr std::size_t kDrives = 3;
-
 std::unique_ptr<slaves::Line> make_line(rt::Clock& clock) {
-  std::vector<std::unique_ptr<slaves::Slave>> drives;
-  for (std::size_t i = 0; i < kDrives; ++i) {
-    drives.push_back(std::make_unique<slaves::Slave>(std::make_unique<slaves::msd::MsdDrive>()));
+  using slaves::generic::DeviceModel;
+  static const std::array kModels = {DeviceModel::create(example_device("MX4")).value(),
+                                     DeviceModel::create(example_device("DO4")).value(),
+                                     DeviceModel::create(example_device("DI8")).value()};
+  std::vector<std::unique_ptr<slaves::Slave>> line;
+  line.push_back(std::make_unique<slaves::Slave>(std::make_unique<slaves::msd::MsdDrive>()));
+  for (const auto& model : kModels) {
+    line.push_back(std::make_unique<slaves::Slave>(
+        std::make_unique<slaves::generic::GenericDevice>(model, slaves::generic::GenericOptions{})));
   }
-  return std::make_unique<slaves::Line>(clock, std::move(drives));
+  return std::make_unique<slaves::Line>(clock, std::move(line));
 }
 
 void append_frame(Bytes& input, std::span<const std::byte> frame) {
@@ -87,7 +94,10 @@ void test_one_input(std::span<const std::byte> input) {
 }
 
 std::vector<Bytes> seeds() {
-  return {all_commands(), mailbox_start()};
+  std::vector<Bytes> inputs = recorded_frames();
+  inputs.push_back(all_commands());
+  inputs.push_back(mailbox_start());
+  return inputs;
 }
 
 }  // namespace driveline::fuzz

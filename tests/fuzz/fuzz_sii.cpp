@@ -1,9 +1,13 @@
-// EEPROM images. What decodes must encode to the same bytes.
+// EEPROM images. What decodes must encode to the same bytes, and run as a device or be refused with a reason.
 
 #include <algorithm>
+#include <cstdlib>
 
 #include "driveline/esi/sii.hpp"
+#include "driveline/slaves/esc/slave.hpp"
+#include "driveline/slaves/generic/generic_device.hpp"
 #include "driveline/slaves/msd/msd_table.hpp"
+#include "fuzz_seeds.hpp"
 #include "fuzz_target.hpp"
 
 namespace driveline::fuzz {
@@ -16,11 +20,22 @@ void test_one_input(std::span<const std::byte> input) {
   }
   const auto encoded = esi::encode_sii(*image);
   if (!std::equal(encoded.begin(), encoded.end(), input.begin(), input.end())) std::abort();
-  static_cast<void>(esi::description_from_sii(*image));
+  const auto model = slaves::generic::DeviceModel::create(esi::description_from_sii(*image));
+  if (!model) {
+    if (model.error().empty()) std::abort();
+    return;
+  }
+  slaves::generic::GenericOptions options;
+  options.sii_image.assign(input.begin(), input.end());
+  slaves::Slave slave(std::make_unique<slaves::generic::GenericDevice>(*model, options));
+  slave.advance(std::chrono::milliseconds{1});
 }
 
 std::vector<Bytes> seeds() {
-  return {esi::encode_sii(esi::make_sii(slaves::msd::device_description()))};
+  std::vector<Bytes> inputs = recorded_images();
+  inputs.push_back(esi::encode_sii(esi::make_sii(slaves::msd::device_description())));
+  inputs.push_back(esi::encode_sii(esi::make_sii(example_device("MX4"))));
+  return inputs;
 }
 
 }  // namespace driveline::fuzz

@@ -1,11 +1,14 @@
-// Mailboxes of every kind of malformation into a drive in PREOP. Input: mailboxes one after the other, each with its
+// Mailboxes of every kind of malformation into a drive in PREOP, and into a device out of an ESI file: complete access,
+// PDOs that can be mapped and assigned, two sync managers each way. Input: mailboxes one after the other, each with its
 // length in two bytes in front; answers are fetched in between.
 
 #include <array>
 
+#include "driveline/slaves/generic/generic_device.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"
 #include "driveline/wire/coe.hpp"
 #include "driveline/wire/mailbox.hpp"
+#include "fuzz_seeds.hpp"
 #include "fuzz_target.hpp"
 
 namespace driveline::fuzz {
@@ -27,11 +30,14 @@ void append_coe(Bytes& input, wire::CoeService service, std::span<const std::uin
   input.insert(input.end(), mailbox.begin(), mailbox.end());
 }
 
-}  // namespace
+/// The mixed device of the examples.
+std::shared_ptr<const slaves::generic::DeviceModel> mixed_device() {
+  static const auto kModel = slaves::generic::DeviceModel::create(example_device("MX4")).value();
+  return kModel;
+}
 
-void test_one_input(std::span<const std::byte> input) {
-  slaves::msd::MsdDrive drive;
-  static_cast<void>(drive.transition(wire::AlState::kInit, wire::AlState::kPreOp));
+void talk(slaves::Device& device, std::span<const std::byte> input) {
+  static_cast<void>(device.transition(wire::AlState::kInit, wire::AlState::kPreOp));
   std::array<std::byte, kMailboxBytes> reply{};
   std::chrono::nanoseconds now{0};
   while (input.size() >= 2) {
@@ -39,13 +45,35 @@ void test_one_input(std::span<const std::byte> input) {
     std::array<std::byte, kMailboxBytes> mailbox{};
     std::copy_n(input.begin() + 2, std::min(length, mailbox.size()), mailbox.begin());
     input = input.subspan(2 + length);
-    drive.mailbox_request(mailbox);
-    const auto bytes = drive.mailbox_reply(reply);
+    device.mailbox_request(mailbox);
+    const auto bytes = device.mailbox_reply(reply);
     if (bytes > reply.size()) std::abort();
     if (bytes > 0 && !wire::MailboxHeader::decode(std::span(reply).first(bytes))) std::abort();
-    now += drive.process_data_period();
-    drive.advance(now);
+    now += device.process_data_period();
+    device.advance(now);
   }
+}
+
+/// What the mailboxes have done to mapping and assignment must leave process data that work.
+void exchange(slaves::Device& device) {
+  static_cast<void>(device.transition(wire::AlState::kPreOp, wire::AlState::kSafeOp));
+  const auto& managers = device.profile().sync_managers;
+  for (std::size_t n = 0; n < managers.size(); ++n) {
+    std::vector<std::byte> data(device.process_data_size(n), std::byte{0xA5});
+    if (managers[n].use == slaves::SyncManagerLayout::Use::kOutputs) device.write_outputs(n, data);
+    if (managers[n].use == slaves::SyncManagerLayout::Use::kInputs) device.read_inputs(n, data);
+  }
+}
+
+}  // namespace
+
+void test_one_input(std::span<const std::byte> input) {
+  slaves::msd::MsdDrive drive;
+  talk(drive, input);
+  exchange(drive);
+  slaves::generic::GenericDevice mixed(mixed_device(), {});
+  talk(mixed, input);
+  exchange(mixed);
 }
 
 std::vector<Bytes> seeds() {
@@ -73,7 +101,22 @@ std::vector<Bytes> seeds() {
   append_coe(information, wire::CoeService::kSdoInformation, kObjectList);
   append_coe(information, wire::CoeService::kSdoInformation, kObjectDescription);
   append_coe(information, wire::CoeService::kSdoInformation, kEntryDescription);
-  return {transfers, information};
+  constexpr std::uint8_t kUploadRecord[] = {0x50, 0x00, 0x80, 0x00, 0, 0, 0, 0};
+  constexpr std::uint8_t kUploadTexts[] = {0x50, 0x10, 0x80, 0x01, 0, 0, 0, 0};
+  constexpr std::uint8_t kDownloadRecord[] = {0x31, 0x00, 0x80, 0x00, 14, 0, 0, 0, 4, 0, 3,
+                                              0,    50,   0,    1,    2,  3, 4, 5, 6, 7, 8};
+  constexpr std::uint8_t kAssign[] = {0x31, 0x12, 0x1C, 0x00, 6, 0, 0, 0, 2, 0, 0x10, 0x16, 0x00, 0x16};
+  constexpr std::uint8_t kMap[] = {0x31, 0x00, 0x16, 0x00, 14, 0, 0,    0,    3,    0,    0x01,
+                                   0x01, 0x00, 0x70, 0x05, 0,  0, 0x00, 0x18, 0x04, 0x00, 0x70};
+  Bytes whole;
+  for (const auto& sdo : {std::span<const std::uint8_t>(kUploadRecord), std::span<const std::uint8_t>(kUploadTexts),
+                          std::span<const std::uint8_t>(kUploadSegment), std::span<const std::uint8_t>(kDownloadRecord),
+                          std::span<const std::uint8_t>(kAssign), std::span<const std::uint8_t>(kMap)}) {
+    append_coe(whole, wire::CoeService::kSdoRequest, sdo);
+  }
+  std::vector<Bytes> inputs = {transfers, information, whole};
+  for (auto& recorded : recorded_mailboxes()) inputs.push_back(std::move(recorded));
+  return inputs;
 }
 
 }  // namespace driveline::fuzz

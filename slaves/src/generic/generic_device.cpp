@@ -62,7 +62,7 @@ DeviceProfile make_profile(const DeviceModel& model, const GenericOptions& optio
   profile.fmmu_count = static_cast<std::uint8_t>(std::clamp<std::size_t>(device.fmmus.size(), 8, 16));
   profile.sync_manager_count = static_cast<std::uint8_t>(std::clamp<std::size_t>(device.sync_managers.size(), 8, 16));
   profile.ram_kib = model.ram_kib();
-  profile.distributed_clock = options.distributed_clock.value_or(!device.dc_modes.empty());
+  profile.distributed_clock = options.distributed_clock;
   return profile;
 }
 

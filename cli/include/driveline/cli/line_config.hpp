@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -17,6 +18,8 @@
 #include "driveline/slaves/line/wiring.hpp"
 
 namespace driveline::cli {
+
+struct DeviceSource;
 
 /// The distributed clock of one slave. What is left out comes from its EEPROM.
 struct SlaveClockConfig {
@@ -39,7 +42,9 @@ struct ClockConfig {
 /// A slave of the line: what the master expects, and what the simulation builds.
 struct SlaveConfig {
   std::string name;
-  std::string model = "msd";               ///< the simulated device; only "msd" so far
+  std::string model = "msd";  ///< the simulated drive; only "msd" so far
+  /// The simulation is a device out of an ESI file or an EEPROM image instead; none: it is `model`.
+  std::shared_ptr<const DeviceSource> device;
   std::optional<std::uint32_t> vendor_id;  ///< expected; the model's own when left out
   std::optional<std::uint32_t> product_code;
   std::optional<double> inertia_kg_m2;  ///< motor and load, at the motor shaft

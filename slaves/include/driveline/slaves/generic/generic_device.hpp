@@ -22,10 +22,12 @@ struct ScriptedInput {
 
 /// What tells one device of a type from another.
 struct GenericOptions {
-  std::uint32_t serial_number = 0;          ///< 0: that of the description
-  std::vector<std::byte> sii_image{};       ///< EEPROM content; empty: made from the description
-  std::optional<bool> distributed_clock{};  ///< none: when the description has DC modes
-  bool loop_back = true;                    ///< inputs repeat outputs
+  std::uint32_t serial_number = 0;     ///< 0: that of the description
+  std::vector<std::byte> sii_image{};  ///< EEPROM content; empty: made from the description
+  /// The controller has a clock, as those of the ET1100 class do also in devices without DC modes: the way frames take
+  /// is measured with it.
+  bool distributed_clock = true;
+  bool loop_back = true;  ///< inputs repeat outputs
   std::vector<ScriptedInput> inputs{};
 };
 

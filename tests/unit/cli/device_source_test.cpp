@@ -1,0 +1,165 @@
+// Slaves that are simulated from a device file: what a line description says about them, and what is wrong with it.
+#include "device_source.hpp"
+
+#include <gmock/gmock.h>
+
+#include "composition.hpp"
+#include "driveline/cli/line_config.hpp"
+#include "driveline/esi/sii.hpp"
+#include "temporary_directory.hpp"
+
+namespace driveline::cli {
+namespace {
+
+using slaves::generic::Signal;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+class DeviceSourceTest : public test::TemporaryDirectory {
+ protected:
+  void SetUp() override {
+    TemporaryDirectory::SetUp();
+    std::filesystem::copy_file(std::filesystem::path(DRIVELINE_EXAMPLES_DIR) / "terminals.xml",
+                               directory / "terminals.xml");
+  }
+  tl::expected<LineConfig, std::string> parse(const std::string& text) const {
+    return parse_line_config(text, directory / "line.toml");
+  }
+  /// A line of one slave with these keys from line 3 on; the error without the folder.
+  std::string error(const std::string& keys) const {
+    const auto config = parse("[[slave]]\nname = \"x\"\n" + keys);
+    if (config) return "no error";
+    std::string text = config.error();
+    for (auto at = text.find(directory.string()); at != std::string::npos; at = text.find(directory.string())) {
+      text.erase(at, directory.string().size() + 1);
+    }
+    return text;
+  }
+  void write_image(const std::string& name, std::vector<std::byte> image) const {
+    std::string bytes;
+    for (const auto byte : image) bytes += static_cast<char>(byte);
+    write(directory / name, bytes);
+  }
+  std::vector<std::byte> image_of(const char* device) const {
+    const auto file = esi::read_esi(read(directory / "terminals.xml"), "terminals.xml");
+    return esi::encode_sii(esi::make_sii(**file->choose({device, {}, {}})));
+  }
+};
+
+constexpr auto kAi2 = "esi = \"terminals.xml\"\ndevice = \"AI2\"\n";
+
+TEST_F(DeviceSourceTest, ADeviceOfAnEsiFile) {
+  const auto config = parse(
+      "[[slave]]\nname = \"bk\"\nesi = \"terminals.xml\"\ndevice = \"bc100\"\nrevision = 0x10000\n"
+      "[[slave]]\nname = \"ai\"\nesi = \"terminals.xml\"\nproduct_code = 0x302\nloop_back = false\n"
+      "distributed_clock = false\n"
+      "[[slave.input]]\nentry = \"Channel 1/Value\"\nshape = \"sine\"\nlow = -100\nhigh = 100\nperiod_s = 0.5\n"
+      "[[slave.input]]\nentry = \"6010:11\"\nvalue = 7\n"
+      "[[slave]]\nname = \"drive\"\n");
+  ASSERT_TRUE(config) << config.error();
+  ASSERT_EQ(config->slaves.size(), 3U);
+  EXPECT_EQ(config->slaves[0].device->model->description().revision, 0x10000U);
+  const auto& source = *config->slaves[1].device;
+  EXPECT_EQ(source.model->description().type, "AI2");
+  EXPECT_FALSE(source.options.loop_back);
+  EXPECT_FALSE(source.options.distributed_clock);
+  EXPECT_TRUE(config->slaves[0].device->options.distributed_clock);
+  ASSERT_EQ(source.options.inputs.size(), 2U);
+  EXPECT_EQ(source.options.inputs[0].signal.shape, Signal::Shape::kSine);
+  EXPECT_EQ(source.options.inputs[0].signal.period, std::chrono::milliseconds{500});
+  EXPECT_DOUBLE_EQ(source.options.inputs[0].signal.low, -100.0);
+  EXPECT_EQ(source.options.inputs[1].input->index, 0x6010);
+  EXPECT_DOUBLE_EQ(source.options.inputs[1].signal.low, 7.0);
+  EXPECT_EQ(config->slaves[2].device, nullptr);
+}
+
+TEST_F(DeviceSourceTest, AnEepromImage) {
+  write_image("mx4.bin", image_of("MX4"));
+  const auto config = parse("[[slave]]\nname = \"x\"\nsii = \"mx4.bin\"\n");
+  ASSERT_TRUE(config) << config.error();
+  EXPECT_EQ(config->slaves[0].device->model->description().product_code, 0x440U);
+  EXPECT_EQ(config->slaves[0].device->options.sii_image.size(), 4096U);
+}
+
+TEST_F(DeviceSourceTest, SlavesOfOneDeviceShareItsModel) {
+  const auto config = parse(std::string("[[slave]]\nname = \"a\"\n") + kAi2 + "[[slave]]\nname = \"b\"\n" + kAi2);
+  ASSERT_TRUE(config) << config.error();
+  EXPECT_EQ(config->slaves[0].device->model, config->slaves[1].device->model);
+}
+
+TEST_F(DeviceSourceTest, ThePlanExpectsTheIdentityOfTheDevice) {
+  const auto config = parse(std::string("[[slave]]\nname = \"a\"\n") + kAi2);
+  ASSERT_TRUE(config) << config.error();
+  const auto plans = make_slave_plans(*config);
+  EXPECT_EQ(plans.at(0).vendor_id, 0xE0000DD1U);
+  EXPECT_EQ(plans.at(0).product_code, 0x302U);
+}
+
+TEST_F(DeviceSourceTest, WrongFiles) {
+  EXPECT_EQ(error("esi = \"no.xml\"\n"), "line.toml:3: [slave 1] esi: no.xml cannot be read");
+  EXPECT_EQ(error("sii = \".\"\n"), "line.toml:3: [slave 1] sii: . cannot be read");
+  write(directory / "bad.xml", "<EtherCATInfo>\n<Vendor><Id>x</Id></Vendor></EtherCATInfo>");
+  EXPECT_EQ(error("esi = \"bad.xml\"\n"),
+            "line.toml:3: [slave 1] esi: bad.xml:2: EtherCATInfo/Vendor/Id: 'x', expected a number from 0 to "
+            "4294967295 as 16, #x10 or 0x10");
+  write(directory / "short.bin", "ab");
+  EXPECT_THAT(error("sii = \"short.bin\"\n"), StartsWith("line.toml:3: [slave 1] sii: short.bin: "));
+  auto image = image_of("DI8");
+  image[14] ^= std::byte{1};
+  write_image("wrong.bin", image);
+  EXPECT_THAT(error("sii = \"wrong.bin\"\n"),
+              HasSubstr("wrong.bin: the checksum of the configuration area is wrong, 0x"));
+}
+
+TEST_F(DeviceSourceTest, WrongChoices) {
+  EXPECT_THAT(error("esi = \"terminals.xml\"\ndevice = \"EL9999\"\n"),
+              StartsWith("line.toml:4: [slave 1] device: terminals.xml: there is no device \"EL9999\", but \"AI2\" "
+                         "(0x00000302, revision 0x00010000), \"BC100\" (0x00000100, revision 0x00010000, 0x00020000)"));
+  EXPECT_THAT(error("esi = \"terminals.xml\"\n"),
+              StartsWith("line.toml:3: [slave 1] esi: terminals.xml: several devices are there, one is to be chosen"));
+  EXPECT_EQ(error("esi = \"terminals.xml\"\nsii = \"x.bin\"\n"),
+            "line.toml:4: [slave 1] sii: is there besides esi: a device has one source");
+  EXPECT_EQ(error(std::string(kAi2) + "model = \"msd\"\n"),
+            "line.toml:5: [slave 1] model: goes with the simulated drive, not with esi");
+  EXPECT_EQ(error(std::string(kAi2) + "[slave.plant]\ninertia_kg_m2 = 1.0\n"),
+            "line.toml:5: [slave 1] plant: goes with the simulated drive, not with esi");
+  EXPECT_THAT(error(std::string(kAi2) + "colour = 1\n"), HasSubstr("colour: unknown key, expected one of: "));
+  EXPECT_THAT(error("device = \"AI2\"\n"), HasSubstr("device: unknown key"));
+}
+
+TEST_F(DeviceSourceTest, WrongInputs) {
+  const auto input = [this](const std::string& keys) { return error(std::string(kAi2) + "[[slave.input]]\n" + keys); };
+  EXPECT_THAT(input("entry = \"Vlaue\"\nvalue = 1\n"),
+              StartsWith("line.toml:6: [slave 1.input 1] entry: \"Vlaue\" is no input of the device; there are "
+                         "\"Channel 1/Underrange\" (6000:01)"));
+  EXPECT_EQ(input("entry = \"Channel 1/Limit\"\nvalue = 4\n"),
+            "line.toml:6: [slave 1.input 1] entry: 4 does not fit the 2 bits of the entry, 0 to 3 do");
+  EXPECT_THAT(input("value = 4\n"), HasSubstr("entry: is missing"));
+  EXPECT_THAT(input("entry = \"Toggle\"\n"), HasSubstr("value: is missing"));
+  EXPECT_THAT(input("entry = \"Toggle\"\nshape = \"square\"\n"), HasSubstr("shape: is \"square\""));
+  EXPECT_THAT(input("entry = \"Toggle\"\nshape = \"toggle\"\n"), HasSubstr("period_s: is missing"));
+  EXPECT_THAT(input("entry = \"Toggle\"\nvalue = 1\nlow = 0\n"), HasSubstr("low: unknown key"));
+}
+
+TEST_F(DeviceSourceTest, AnAxisNeedsADrive) {
+  const auto config = parse(std::string("[[slave]]\nname = \"ai\"\n") + kAi2 + "[[axis]]\nname = \"ai\"\n");
+  ASSERT_FALSE(config);
+  EXPECT_THAT(config.error(), HasSubstr("\"ai\" is a device of terminals.xml, an axis needs a drive"));
+}
+
+TEST(MixedExample, IsALineOfDevicesAndDrives) {
+  const auto config = load_line_config(std::filesystem::path(DRIVELINE_EXAMPLES_DIR) / "mixed.toml");
+  ASSERT_TRUE(config) << config.error();
+  ASSERT_EQ(config->slaves.size(), 7U);
+  EXPECT_EQ(
+      std::count_if(config->slaves.begin(), config->slaves.end(), [](const auto& s) { return s.device != nullptr; }),
+      5);
+  rt::VirtualClock clock;
+  const auto line = make_simulated_line(*config, clock);
+  ASSERT_EQ(line->size(), 7U);
+  EXPECT_TRUE(line->slave(2).esc().device_emulation());
+  EXPECT_FALSE(line->slave(5).esc().device_emulation());
+}
+
+}  // namespace
+}  // namespace driveline::cli
