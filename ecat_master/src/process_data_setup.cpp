@@ -18,7 +18,8 @@ Error no_sync_manager(const ConfiguredSlave& slave, std::size_t bits) {
   return error;
 }
 
-/// PDOs of one direction that the EEPROM assigns to a sync manager: what a slave exchanges that no PDOs are planned for.
+/// PDOs of one direction that the EEPROM assigns to a sync manager: what a slave exchanges that no PDOs are planned
+/// for.
 std::vector<PdoMapping> assigned_pdos(const std::vector<esi::Pdo>& pdos) {
   std::vector<PdoMapping> assigned;
   for (const auto& pdo : pdos) {
@@ -57,6 +58,12 @@ std::size_t channel_bytes(const ProcessDataDemand& demand, std::uint8_t sync_man
 
 }  // namespace
 
+PdoConfiguration exchanged_pdos(const ConfiguredSlave& slave) {
+  const auto& planned = slave.plan.pdos;
+  if (!planned.outputs.empty() || !planned.inputs.empty()) return planned;
+  return {assigned_pdos(slave.info.description.rx_pdos), assigned_pdos(slave.info.description.tx_pdos)};
+}
+
 std::optional<std::uint8_t> find_sync_manager(const SlaveInfo& slave, Use use) {
   const auto& managers = slave.description.sync_managers;
   const auto found = std::find_if(managers.begin(), managers.end(), [use](const auto& m) { return m.use == use; });
@@ -78,13 +85,9 @@ Result<void> write_sync_manager(Bus& bus, SlaveRef slave, std::uint8_t number, c
 
 Result<ProcessDataDemand> make_demand(const ConfiguredSlave& slave) {
   ProcessDataDemand demand;
-  auto [outputs, inputs] = slave.plan.pdos;
-  if (outputs.empty() && inputs.empty()) {
-    outputs = assigned_pdos(slave.info.description.rx_pdos);
-    inputs = assigned_pdos(slave.info.description.tx_pdos);
-  }
-  if (auto done = add_channels(slave, outputs, Use::kOutputs, demand); !done) return tl::unexpected(done.error());
-  if (auto done = add_channels(slave, inputs, Use::kInputs, demand); !done) return tl::unexpected(done.error());
+  const auto pdos = exchanged_pdos(slave);
+  if (auto done = add_channels(slave, pdos.outputs, Use::kOutputs, demand); !done) return tl::unexpected(done.error());
+  if (auto done = add_channels(slave, pdos.inputs, Use::kInputs, demand); !done) return tl::unexpected(done.error());
   demand.group = slave.plan.group;
   demand.lrw = slave.plan.lrw;
   demand.al_status = true;

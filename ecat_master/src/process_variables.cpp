@@ -80,7 +80,8 @@ void ProcessVariables::add(const ConfiguredSlave& slave, const ProcessImage& ima
   if (!demand) return;
   const auto position = slave.info.ref.position;
   const auto& place = image.places()[position];
-  const auto& pdos = output ? slave.plan.pdos.outputs : slave.plan.pdos.inputs;
+  const auto exchanged = exchanged_pdos(slave);
+  const auto& pdos = output ? exchanged.outputs : exchanged.inputs;
   const auto first =
       find_sync_manager(slave.info, output ? esi::SyncManager::Use::kOutputs : esi::SyncManager::Use::kInputs);
   std::size_t channel_offset = output ? place.output_offset : place.input_offset;

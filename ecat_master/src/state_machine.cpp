@@ -64,24 +64,27 @@ Result<std::vector<AlReport>> collect_reports(Bus& bus, std::span<Request> reque
 Result<void> acknowledge_errors(Bus& bus, std::span<const SlaveRef> slaves, wire::AlState target,
                                 std::chrono::nanoseconds timeout) {
   const auto deadline = bus.exchange().now() + timeout;
-  for (bool acknowledged = false;; acknowledged = true) {
+  for (unsigned pass = 0;; ++pass) {
     const auto reports = read_al_status(bus, slaves);
     if (!reports) return tl::unexpected(reports.error());
     std::vector<SlaveRef> faulty;
     std::vector<std::uint16_t> values;
     std::size_t first = 0;
     for (std::size_t i = 0; i < slaves.size(); ++i) {
-      const auto& status = (*reports)[i].status;
+      const auto& [status, code] = (*reports)[i];
       if (!status.error) continue;
       if (faulty.empty()) first = i;
+      // The controller of a slave without application copies AL control, acknowledge bit included, into AL status (ESC
+      // data sheet I, device emulation): what looks like an error without code goes away when the bit is not written.
+      const bool copied = pass > 0 && code == wire::AlStatusCode::kNoError;
       faulty.push_back(slaves[i]);
-      values.push_back(wire::AlControl{status.state, true, false}.raw());
+      values.push_back(wire::AlControl{status.state, !copied, false}.raw());
     }
     if (faulty.empty()) return {};
     if (bus.exchange().now() >= deadline) {
       return tl::unexpected(state_error(ErrorKind::kStateRefused, slaves[first], target, (*reports)[first], timeout));
     }
-    if (acknowledged) {
+    if (pass > 1) {
       bus.exchange().pause(kPollInterval);
     } else if (auto done = write_al_control(bus, faulty, values); !done) {
       return done;

@@ -47,8 +47,8 @@ class Master {
   void use_clocks(dc::ClockPlan plan) { clock_plan_ = std::move(plan); }
   /// After enter_pre_op(): what configure() does about the clocks, for who wants nothing else. Then start_cycle().
   [[nodiscard]] Result<void> synchronise_clocks();
-  /// Compares the found slaves with `plans` (by position; empty: anything goes, without process data), configures them
-  /// and takes them to SAFEOP. Starts from INIT whatever an attempt before has left behind.
+  /// Compares the found slaves with `plans` (by position; empty: anything goes, with the PDOs of the EEPROM),
+  /// configures them and takes them to SAFEOP. Starts from INIT whatever an attempt before has left behind.
   [[nodiscard]] Result<void> configure(std::vector<SlavePlan> plans);
   /// Sync managers of the mailboxes and PREOP only: enough for SDO transfers. Alternative to configure().
   [[nodiscard]] Result<void> enter_pre_op();

@@ -7,7 +7,11 @@ namespace driveline::ecat_master {
 /// Number of the first sync manager of a slave with this use; nothing when it has none.
 [[nodiscard]] std::optional<std::uint8_t> find_sync_manager(const SlaveInfo& slave, esi::SyncManager::Use use);
 
-/// What the planned PDOs of `slave` ask of the process image; every PDO goes to its sync manager (PdoMapping). Errors:
+/// The PDOs the slave exchanges: those that are planned; when none are, those that its EEPROM assigns by default, which
+/// nobody writes to it.
+[[nodiscard]] PdoConfiguration exchanged_pdos(const ConfiguredSlave& slave);
+
+/// What the PDOs of `slave` ask of the process image; every PDO goes to its sync manager (PdoMapping). Errors:
 /// kProcessDataSize when the slave has no sync manager for them.
 [[nodiscard]] Result<ProcessDataDemand> make_demand(const ConfiguredSlave& slave);
 
