@@ -153,6 +153,17 @@ TEST_F(InMotion, ADriveThatLostPowerIsTakenInAgainByANewStart) {
   EXPECT_EQ(again.statistics().wkc_errors, 0U);
 }
 
+TEST_F(InMotion, APowerCycleIsNoFaultOfTheDrive) {
+  start();
+  drives->line().set_power(1, false);
+  watch(milliseconds{300});
+  drives->line().set_power(1, true);
+  watch(milliseconds{10});
+  EXPECT_EQ(drives->drive(1).fault(), std::nullopt) << drives->drive(1).display();
+  EXPECT_NE(drives->drive(1).state(), PowerState::kFault);
+  EXPECT_NE(drives->drive(1).state(), PowerState::kOperationEnabled);
+}
+
 TEST_F(InMotion, ABrokenCableStopsBothSides) {
   start(4);
   ASSERT_TRUE(drives->line().break_cable({1, 1}));

@@ -11,7 +11,7 @@ using wire::AlStatusCode;
 using Use = SyncManagerLayout::Use;
 
 AlStateMachine::AlStateMachine(Esc& esc, Device& device, const AlOptions& options) noexcept
-    : esc_(esc), device_(device), options_(options) {
+    : esc_(esc), device_(device), options_(options), synchronisation_(esc.memory()) {
   reset();
 }
 
@@ -73,31 +73,58 @@ AlStatusCode AlStateMachine::check_legal(AlState target) const noexcept {
 }
 
 void AlStateMachine::on_time(Nanoseconds now) noexcept {
+  if (synchronisation_.due() <= now) {
+    synchronisation_.on_time(now, outputs_written());
+    react_to_synchronisation();
+  }
   if (!pending_ || pending_->due > now) return;
-  if (!pending_->waits_for_outputs) return execute(pending_->target, now);
-  pending_.reset();
-  report(esc_.watchdog().expired() ? AlStatusCode::kSyncManagerWatchdog : AlStatusCode::kNoValidOutputs);
+  return pending_->waits ? give_up_waiting() : execute(pending_->target, now);
 }
 
-void AlStateMachine::on_step(Nanoseconds /*now*/) noexcept {
-  if (pending_ && pending_->waits_for_outputs && outputs_valid()) finish(pending_->target);
+void AlStateMachine::on_step(Nanoseconds now) noexcept {
+  if (pending_ && pending_->waits && ready_for_op()) finish(pending_->target, now);
+}
+
+void AlStateMachine::on_sync(SyncSignal signal, Nanoseconds time) noexcept {
+  synchronisation_.pulse(signal, time, outputs_written());
+  react_to_synchronisation();
+}
+
+void AlStateMachine::react_to_synchronisation() noexcept {
+  const auto fault = synchronisation_.fault();
+  if (outputs_running() && fault != AlStatusCode::kNoError) fall_back(AlState::kSafeOp, fault);
+}
+
+bool AlStateMachine::ready_for_op() const noexcept {
+  return (!outputs_expected() || outputs_valid()) && synchronisation_.obstacle() == AlStatusCode::kNoError;
+}
+
+void AlStateMachine::give_up_waiting() noexcept {
+  pending_.reset();
+  // Without SYNC0 nobody can tell whether outputs come in time.
+  if (const auto obstacle = synchronisation_.obstacle(); obstacle != AlStatusCode::kNoError) return report(obstacle);
+  report(esc_.watchdog().expired() ? AlStatusCode::kSyncManagerWatchdog : AlStatusCode::kNoValidOutputs);
 }
 
 void AlStateMachine::execute(AlState target, Nanoseconds now) noexcept {
   pending_.reset();
   if (refusal_ && refusal_->to == target) return report(refusal_->code);
   if (const auto code = check_settings(target); code != AlStatusCode::kNoError) return report(code);
-  if (target == AlState::kOp && outputs_expected() && !outputs_valid()) {
-    pending_ = Pending{target, now + options_.safeop_to_op_timeout, true};
-    return;
+  if (target == AlState::kOp) {
+    synchronisation_.start(device_.sync_demand());
+    if (!ready_for_op()) {
+      pending_ = Pending{target, now + options_.safeop_to_op_timeout, true};
+      return;
+    }
   }
-  finish(target);
+  finish(target, now);
 }
 
-void AlStateMachine::finish(AlState target) noexcept {
+void AlStateMachine::finish(AlState target, Nanoseconds now) noexcept {
   pending_.reset();
   if (const auto code = device_.transition(state_, target); code != AlStatusCode::kNoError) return report(code);
   enter(target);
+  if (target == AlState::kOp) synchronisation_.enter_op(now, outputs_written());
   publish();
 }
 
@@ -108,9 +135,16 @@ AlStatusCode AlStateMachine::check_settings(AlState target) const noexcept {
   }
   const bool up = target > state_;
   if (!up) return AlStatusCode::kNoError;
+  if (state_ == AlState::kInit && !device_.firmware_valid()) return AlStatusCode::kNoValidFirmware;
+  if (state_ == AlState::kPreOp) {
+    if (const auto mapping = device_.check_mapping(); mapping != AlStatusCode::kNoError) return mapping;
+  }
   auto code = check_mailboxes(esc_, profile.sync_managers, AlStatusCode::kInvalidMailboxConfigurationPreOp);
   if (code == AlStatusCode::kNoError && target != AlState::kPreOp) code = check_process_data(esc_, device_);
   if (code == AlStatusCode::kNoError && target != AlState::kPreOp) code = check_watchdog(esc_, device_);
+  if (state_ != AlState::kPreOp || code != AlStatusCode::kNoError) return code;
+  code = synchronisation_.check(device_.sync_demand());
+  if (code == AlStatusCode::kNoError && !device_.inputs_valid()) code = AlStatusCode::kNoValidInputs;
   return code;
 }
 
@@ -136,7 +170,11 @@ void AlStateMachine::fall_back(AlState to, AlStatusCode reason) noexcept {
 }
 
 void AlStateMachine::enter(AlState target) noexcept {
+  const auto from = state_;
   state_ = target;
+  if (target == AlState::kSafeOp && from == AlState::kPreOp) synchronisation_.start(device_.sync_demand());
+  if (target == AlState::kSafeOp && from == AlState::kOp) synchronisation_.leave_op();
+  if (!inputs_running()) synchronisation_.stop();
   if (!esc_.device_emulation()) lock_sync_managers(!mailbox_running(), !inputs_running());
 }
 
@@ -156,6 +194,16 @@ bool AlStateMachine::outputs_expected() const noexcept {
     if (layout[n].use == Use::kOutputs && device_.process_data_size(n) > 0) return true;
   }
   return false;
+}
+
+std::uint32_t AlStateMachine::outputs_written() const noexcept {
+  const auto& layout = device_.profile().sync_managers;
+  std::uint32_t count = 0;
+  for (unsigned n = 0; n < layout.size(); ++n) {
+    if (layout[n].use == Use::kOutputs && n < esc_.sync_managers().count())
+      count += esc_.sync_managers().write_count(n);
+  }
+  return count;
 }
 
 bool AlStateMachine::outputs_received() const noexcept {

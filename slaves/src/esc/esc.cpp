@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "driveline/slaves/esc/led.hpp"
+
 namespace driveline::slaves {
 
 namespace reg = wire::reg;
@@ -29,25 +31,27 @@ Esc::Esc(const EscOptions& options, std::vector<std::byte> sii_image)
       sync_managers_(memory_, events_, watchdog_, options.sync_manager_count),
       fmmus_(memory_, options.fmmu_count),
       sii_(memory_, std::move(sii_image), options.sii),
-      clock_(memory_, options.distributed_clock, options.clock) {
+      clock_(memory_, events_, options.distributed_clock, options.distributed_clock_64bit, options.clock) {
   power_on();
 }
 
-void Esc::power_on() noexcept {
+void Esc::power_on(Nanoseconds now) noexcept {
   memory_.clear();
   load_reset_values();
   reset_requested_ = false;
   loop_control_changed_ = true;
   register_write_enabled_in_ = esc_write_enabled_in_ = kNoFrame;
   reset_ecat_ = reset_pdi_ = {};
+  loops_revert_at_ = WatchdogUnit::kNever;
   watchdog_.reset();
   sync_managers_.reset();
   fmmus_.reset();
-  clock_.reset();
+  clock_.power_on(now);
   sii_.reset();
   events_.refresh();
   refresh_addressing();
   publish_dl_status();
+  if (!sii_.loaded()) memory_.set(reg::kErrLedOverride, led::kFlickering);
 }
 
 void Esc::load_reset_values() noexcept {
@@ -116,8 +120,27 @@ void Esc::set_port(unsigned number, const wire::DlStatus::Port& state) noexcept 
   events_.set_ecat(ecat_event::kDlStatus, true);
 }
 
+void Esc::on_time(Nanoseconds now) noexcept {
+  if (watchdog_.expiry() <= now) {
+    // The edge counts, and only in OP (ESC data sheet I, ERR LED).
+    if (al_status().state == wire::AlState::kOp) memory_.set(reg::kErrLedOverride, led::kDoubleFlash);
+    watchdog_.expire();
+  }
+  if (watchdog_.pdi_expiry() <= now) {
+    memory_.set(reg::kErrLedOverride, led::kOn);
+    watchdog_.expire_pdi();
+  }
+  if (loops_revert_at_ <= now) {
+    loops_revert_at_ = WatchdogUnit::kNever;
+    memory_.at(reg::kDlControl.address + 1U, 1)[0] = std::byte{loops_before_};
+    loop_control_changed_ = true;
+    events_.call_firmware();
+  }
+}
+
 void Esc::publish_dl_status() noexcept {
-  dl_status_.pdi_operational = dl_status_.pdi_watchdog_ok = pdi_operational();
+  dl_status_.pdi_operational = pdi_operational();
+  dl_status_.pdi_watchdog_ok = pdi_operational() && !watchdog_.pdi_expired();
   memory_.set(reg::kDlStatus, dl_status_.raw());
 }
 
@@ -128,9 +151,22 @@ std::optional<Esc::AlRequest> Esc::take_al_request() noexcept {
 }
 
 void Esc::set_al_status(wire::AlStatus status, std::uint16_t code) noexcept {
-  if (memory_.get(reg::kAlStatus) != status.raw()) events_.set_ecat(ecat_event::kAlStatus, true);
+  const auto before = al_status();
+  const bool new_error = status.error && (!before.error || memory_.get(reg::kAlStatusCode) != code);
+  if (before.raw() != status.raw()) events_.set_ecat(ecat_event::kAlStatus, true);
   memory_.set(reg::kAlStatus, status.raw());
   memory_.set(reg::kAlStatusCode, code);
+  if (before.state != status.state) memory_.set(reg::kRunLedOverride, led::run_code(status.state));
+  show_error(status.error && !device_emulation(), new_error);
+}
+
+/// A new error ends an override of the ERR LED (ESC data sheet I, ERR LED).
+void Esc::show_error(bool error, bool new_error) noexcept {
+  const bool overridden = (memory_.get(reg::kErrLedOverride) & led::kOverride) != 0;
+  if (overridden && !new_error) return;
+  const bool watchdog =
+      memory_.get(reg::kAlStatusCode) == static_cast<std::uint16_t>(wire::AlStatusCode::kSyncManagerWatchdog);
+  memory_.set(reg::kErrLedOverride, !error ? led::kOff : watchdog ? led::kDoubleFlash : led::kSingleFlash);
 }
 
 wire::AlStatus Esc::al_status() const noexcept {
@@ -144,8 +180,9 @@ bool Esc::device_emulation() const noexcept {
 bool Esc::pdi_read(std::size_t address, std::span<std::byte> out, Nanoseconds now) noexcept {
   if (address + out.size() > memory_.size()) return false;
   sii_.refresh(now);
-  clock_.refresh(now);
+  clock_.refresh(Side::kPdi, address, out.size(), now);
   std::copy_n(memory_.at(address, out.size()).begin(), out.size(), out.begin());
+  clock_.was_read(Side::kPdi, address, out.size());
   return true;
 }
 
@@ -153,6 +190,9 @@ bool Esc::pdi_write(std::size_t address, std::span<const std::byte> data, Nanose
   if (data.empty() || address + data.size() > wire::kProcessRamStart) return false;
   if (address >= reg::kSiiConfiguration.address && address < reg::kMiiControl.address) {
     return sii_.write_registers(Side::kPdi, address, data, now);
+  }
+  if (address >= reg::kReceiveTimePort.address && address < wire::register_row(reg::kPdiBufferChangeTime).end()) {
+    return clock_.write_registers(Side::kPdi, address, data, now);
   }
   if (address == reg::kResetPdi.address) return write_reset(data[0], reset_pdi_, reg::kResetPdi);
   const bool any = write_plain(address, data, kPdiAccess);

@@ -28,6 +28,7 @@ enum class Block : std::uint8_t {
   kFmmu,
   kSyncManager,
   kClock,
+  kUserRam,
 };
 
 struct BlockRange {
@@ -57,7 +58,10 @@ constexpr std::array kBlocks = {
     range(Block::kFmmu, reg::kFmmu, reg::kFmmu),
     range(Block::kSyncManager, reg::kSyncManager, reg::kSyncManager),
     range(Block::kClock, reg::kReceiveTimePort, reg::kPdiBufferChangeTime),
+    range(Block::kUserRam, reg::kUserRam, reg::kUserRam),
 };
+
+constexpr std::size_t kClockEnd = wire::register_row(reg::kPdiBufferChangeTime).end();
 
 /// The block of the first byte and how many of `length` bytes belong to it.
 struct Part {
@@ -81,31 +85,42 @@ bool overlaps(std::size_t address, std::size_t length, std::size_t begin, std::s
 }  // namespace
 
 bool Esc::ecat_read(std::size_t address, std::span<std::byte> out, Nanoseconds now) noexcept {
-  if (address >= wire::kProcessRamStart) return sync_managers_.read(address, out);
+  if (address >= wire::kProcessRamStart) return read_ram(address, out, now);
   const std::size_t in_registers = std::min<std::size_t>(out.size(), wire::kProcessRamStart - address);
   const bool any = read_registers(address, out.first(in_registers), now);
   const auto rest = out.subspan(in_registers);
-  return (!rest.empty() && sync_managers_.read(wire::kProcessRamStart, rest)) || any;
+  return (!rest.empty() && read_ram(wire::kProcessRamStart, rest, now)) || any;
+}
+
+bool Esc::read_ram(std::size_t address, std::span<std::byte> out, Nanoseconds now) noexcept {
+  const bool any = sync_managers_.read(address, out);
+  if (sync_managers_.take_ecat_buffer_event()) clock_.stamp_ecat_buffer(now);
+  return any;
+}
+
+bool Esc::write_ram(std::size_t address, std::span<const std::byte> data, Nanoseconds now) noexcept {
+  const bool any = write_allowed(address) && sync_managers_.write(address, data, now);
+  if (sync_managers_.take_ecat_buffer_event()) clock_.stamp_ecat_buffer(now);
+  return any;
 }
 
 bool Esc::ecat_write(std::size_t address, std::span<const std::byte> data, Nanoseconds now) noexcept {
-  if (address >= wire::kProcessRamStart) {
-    return write_allowed(address) && sync_managers_.write(address, data, now);
-  }
+  if (address >= wire::kProcessRamStart) return write_ram(address, data, now);
   const std::size_t in_registers = std::min<std::size_t>(data.size(), wire::kProcessRamStart - address);
   const bool any = write_registers(address, data.first(in_registers), now);
   const auto rest = data.subspan(in_registers);
-  if (rest.empty() || !write_allowed(wire::kProcessRamStart)) return any;
-  return sync_managers_.write(wire::kProcessRamStart, rest, now) || any;
+  return (!rest.empty() && write_ram(wire::kProcessRamStart, rest, now)) || any;
 }
 
 bool Esc::read_registers(std::size_t address, std::span<std::byte> out, Nanoseconds now) noexcept {
   if (out.empty()) return false;
-  if (overlaps(address, out.size(), reg::kSystemTime.address, reg::kSystemTime.address + 8)) clock_.refresh(now);
+  const bool reads_clock = overlaps(address, out.size(), reg::kReceiveTimePort.address, kClockEnd);
+  if (reads_clock) clock_.refresh(Side::kEcat, address, out.size(), now);
   if (overlaps(address, out.size(), reg::kSiiConfiguration.address, reg::kMiiControl.address)) sii_.refresh(now);
   const bool reads_dl_status = overlaps(address, out.size(), reg::kDlStatus.address, reg::kDlStatus.address + 2);
   if (reads_dl_status) publish_dl_status();
   std::memcpy(out.data(), memory_.at(address, out.size()).data(), out.size());
+  if (reads_clock) clock_.was_read(Side::kEcat, address, out.size());
   if (reads_dl_status) events_.set_ecat(ecat_event::kDlStatus, false);
   if (overlaps(address, out.size(), reg::kAlStatus.address, reg::kAlStatus.address + 2)) {
     events_.set_ecat(ecat_event::kAlStatus, false);
@@ -114,9 +129,10 @@ bool Esc::read_registers(std::size_t address, std::span<std::byte> out, Nanoseco
 }
 
 bool Esc::write_allowed(std::size_t address) const noexcept {
-  // The enable registers open the protection for the rest of the frame that wrote them.
+  // The enable registers open the protection for the rest of the frame that wrote them. Register protection ends in
+  // front of the user RAM (ESC data sheet I, write protection).
   if ((memory_.get(reg::kEscWriteProtection) & 1U) != 0 && esc_write_enabled_in_ != frame_serial_) return false;
-  return address >= wire::kProcessRamStart || (memory_.get(reg::kRegisterWriteProtection) & 1U) == 0 ||
+  return address >= reg::kUserRam.address || (memory_.get(reg::kRegisterWriteProtection) & 1U) == 0 ||
          register_write_enabled_in_ == frame_serial_;
 }
 
@@ -139,10 +155,7 @@ bool Esc::write_registers(std::size_t address, std::span<const std::byte> data, 
           any |= write_reset(part[0], reset_ecat_, reg::kResetEcat);
           break;
         case Block::kDlControl:
-          any |= write_plain(address, part, kEcatAccess);
-          refresh_addressing();
-          loop_control_changed_ = true;
-          events_.call_firmware();
+          any |= write_dl_control(address, part, now);
           break;
         case Block::kAlControl:
           any |= write_al_control(address, part, now);
@@ -174,9 +187,10 @@ bool Esc::write_registers(std::size_t address, std::span<const std::byte> data, 
           any |= sync_managers_.write_registers(address, part);
           break;
         case Block::kClock:
-          any |= clock_.write_registers(address, part, now);
+          any |= clock_.write_registers(Side::kEcat, address, part, now);
           break;
         case Block::kPlain:
+        case Block::kUserRam:
           any |= write_plain(address, part, kEcatAccess);
           sync_managers_.register_written(address, length, now);
           break;
@@ -193,10 +207,28 @@ bool Esc::write_plain(std::size_t address, std::span<const std::byte> data, cons
   const auto target = memory_.at(address, data.size());
   for (std::size_t i = 0; i < data.size(); ++i) {
     if (!access.writable(address + i)) continue;
-    target[i] = data[i];
+    target[i] = access.accepted(address + i, data[i]);
     any = true;
   }
   return any;
+}
+
+bool Esc::write_dl_control(std::size_t address, std::span<const std::byte> data, Nanoseconds now) noexcept {
+  constexpr std::size_t kLoops = reg::kDlControl.address + 1;
+  constexpr std::uint32_t kTemporary = 0x00000002;
+  constexpr Nanoseconds kTemporaryTime = std::chrono::seconds{1};
+  const auto before = std::to_integer<std::uint8_t>(memory_.at(kLoops, 1)[0]);
+  if (!write_plain(address, data, kEcatAccess)) return false;
+  if (overlaps(address, data.size(), kLoops, kLoops + 1)) {
+    const bool temporary = (memory_.get(reg::kDlControl) & kTemporary) != 0;
+    // What a row of temporary settings goes back to is what was set for good.
+    if (temporary && loops_revert_at_ == WatchdogUnit::kNever) loops_before_ = before;
+    loops_revert_at_ = temporary ? now + kTemporaryTime : WatchdogUnit::kNever;
+  }
+  refresh_addressing();
+  loop_control_changed_ = true;
+  events_.call_firmware();
+  return true;
 }
 
 bool Esc::write_protection(std::size_t address, std::span<const std::byte> data) noexcept {
@@ -221,7 +253,7 @@ bool Esc::write_protection(std::size_t address, std::span<const std::byte> data)
 bool Esc::write_al_control(std::size_t address, std::span<const std::byte> data, Nanoseconds now) noexcept {
   // A mailbox of one entry: locked until the application has read it (ESC data sheet II, 0x0120).
   if (!device_emulation() && events_.al_pending(al_event::kAlControl)) return false;
-  std::copy(data.begin(), data.end(), memory_.at(address, data.size()).begin());
+  write_plain(address, data, kEcatAccess);
   al_control_time_ = now;
   events_.set_al(al_event::kAlControl, true);
   events_.call_firmware();

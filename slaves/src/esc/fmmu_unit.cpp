@@ -1,14 +1,16 @@
 #include "driveline/slaves/esc/fmmu_unit.hpp"
 
 #include <algorithm>
+#include <array>
 
 namespace driveline::slaves {
 
 namespace {
 
 constexpr std::size_t kBase = wire::reg::kFmmu.address;
-/// Bytes 13-15 of an entity are reserved.
-constexpr std::size_t kUsedBytes = 13;
+/// Bits of an entity that exist; bytes 13-15 are reserved (ETG.1000.4 Table 56).
+constexpr std::array<std::uint8_t, 13> kBits = {0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0x07,
+                                                0x07, 0xFF, 0xFF, 0x07, 0x03, 0x01};
 bool share_physical_bits(const LogicalMapping& a, const LogicalMapping& b) noexcept {
   return a.physical_bit < b.physical_bit + (b.end_bit - b.begin_bit) &&
          b.physical_bit < a.physical_bit + (a.end_bit - a.begin_bit);
@@ -27,8 +29,9 @@ bool FmmuUnit::write_registers(std::size_t address, std::span<const std::byte> d
   for (std::size_t i = 0; i < data.size(); ++i) {
     const std::size_t offset = address + i - kBase;
     if (offset / wire::FmmuEntity::kSize >= count_) break;
-    if (offset % wire::FmmuEntity::kSize >= kUsedBytes) continue;
-    memory_.at(address + i, 1)[0] = data[i];
+    const std::size_t field = offset % wire::FmmuEntity::kSize;
+    if (field >= kBits.size()) continue;
+    memory_.at(address + i, 1)[0] = data[i] & std::byte{kBits[field]};
     any = true;
   }
   rebuild();

@@ -130,7 +130,7 @@ void SiiInterface::complete() noexcept {
     if (address < image_.size() / 2) {
       image_[2 * address] = data[0];
       image_[2 * address + 1] = data[1];
-      modified_ = true;
+      ++revision_;
     }
     return;
   }

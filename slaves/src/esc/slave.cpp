@@ -30,7 +30,8 @@ EscOptions esc_options(const DeviceProfile& profile, const SlaveOptions& options
 Slave::Slave(std::unique_ptr<Device> device, const SlaveOptions& options)
     : device_(std::move(device)),
       period_(device_->process_data_period() > Nanoseconds{0} ? device_->process_data_period() : kDefaultPeriod),
-      esc_(esc_options(device_->profile(), options), device_->profile().sii_image),
+      esc_(esc_options(device_->profile(), options),
+           options.sii_image.empty() ? device_->profile().sii_image : options.sii_image),
       al_(esc_, *device_, options.al),
       mailbox_(esc_, *device_) {}
 
@@ -42,60 +43,109 @@ void Slave::set_power(bool on, Nanoseconds now) noexcept {
 }
 
 void Slave::restart(Nanoseconds now) noexcept {
-  const auto from = al_.state();
-  esc_.power_on();
+  esc_.power_on(now);
   al_.reset();
   mailbox_.reset();
-  exchanging_ = false;
+  exchanging_ = sync_driven_ = false;
+  stalled_until_.reset();
   next_step_ = now;
-  device_->fall_back(from, wire::AlState::kInit, wire::AlStatusCode::kNoError);
+  device_->restart();
+}
+
+void Slave::stall(Nanoseconds now, Nanoseconds duration) noexcept {
+  if (!stalled_until_) stalled_since_ = now;
+  stalled_until_ = now + duration;
+  esc_.watchdog().pdi_silent(now);
+  due_ = std::min(due_, now);
 }
 
 void Slave::run(Nanoseconds now) {
   esc_.events().firmware_answered();
-  if (!powered_ || !esc_.pdi_operational()) {
+  if (!powered_) {
     due_ = Nanoseconds::max();
     return;
   }
   if (esc_.reset_requested()) restart(now);
-  al_.handle_events(now);
-  after_state_change(now);
-  if (al_.mailbox_running()) mailbox_.run();
+  run_application(now);
   if (now - next_step_ > kMaxCatchUp) next_step_ += (now - next_step_) / period_ * period_;
+  if (now - esc_.clock().sync_due() > kMaxCatchUp) esc_.clock().skip_pulses(now);
   for (Nanoseconds time = next_event(); time <= now; time = next_event()) {
-    if (time == esc_.watchdog().expiry()) {
-      expire_watchdog();
-    } else if (time == al_.due()) {
-      al_.on_time(time);
-    } else {
-      step(time, now);
-    }
+    happen(time, now);
     after_state_change(time);
   }
   due_ = next_event();
 }
 
-Slave::Nanoseconds Slave::next_event() const noexcept {
-  return std::min({next_step_, al_.due(), esc_.watchdog().expiry()});
+void Slave::run_application(Nanoseconds now) {
+  if (stalled_until_ || !esc_.pdi_operational()) return;
+  al_.handle_events(now);
+  after_state_change(now);
+  if (al_.mailbox_running()) mailbox_.run();
 }
 
-void Slave::expire_watchdog() noexcept {
-  esc_.watchdog().expire();
-  if (al_.outputs_running() && !esc_.device_emulation()) {
+Slave::Nanoseconds Slave::next_event() const noexcept {
+  const auto controller = std::min(esc_.due(), esc_.clock().sync_due());
+  if (!esc_.pdi_operational()) return controller;
+  if (stalled_until_) return std::min(controller, *stalled_until_);
+  return std::min({next_step_, al_.due(), controller});
+}
+
+void Slave::happen(Nanoseconds time, Nanoseconds now) {
+  if (time == esc_.due()) return controller_event(time);
+  if (time == esc_.clock().sync_due()) return sync_pulse(time);
+  if (stalled_until_) return wake_up(time);
+  if (time == al_.due()) return al_.on_time(time);
+  step(time, now);
+}
+
+void Slave::controller_event(Nanoseconds time) noexcept {
+  const bool was_expired = esc_.watchdog().expired();
+  esc_.on_time(time);
+  const bool expires = esc_.watchdog().expired() && !was_expired;
+  if (expires && !stalled_until_ && al_.outputs_running() && !esc_.device_emulation()) {
     al_.fall_back(wire::AlState::kSafeOp, wire::AlStatusCode::kSyncManagerWatchdog);
   }
+}
+
+void Slave::sync_pulse(Nanoseconds time) {
+  const auto pulse = esc_.clock().take_pulse();
+  if (!pulse || stalled_until_ || !esc_.pdi_operational()) return;
+  esc_.clock().acknowledge_sync();
+  device_->advance(time);
+  const bool exchange = pulse->signal == SyncSignal::kSync0 && al_.inputs_running();
+  if (exchange && al_.outputs_running()) hand_over_outputs(time);
+  device_->sync_event(pulse->signal, time);
+  al_.on_sync(pulse->signal, time);
+  if (!exchange) return;
+  publish_inputs(time);
+  al_.on_step(time);
+  // SYNC0 is the step from now on; the device's own one comes only where SYNC0 leaves room for it.
+  sync_driven_ = true;
+  next_step_ = time + period_ + period_ / 2;
+}
+
+void Slave::wake_up(Nanoseconds time) noexcept {
+  stalled_until_.reset();
+  esc_.watchdog().pdi_alive();
+  next_step_ = time;
+  const bool noticed = time - stalled_since_ > kBackgroundWatchdog;
+  if (noticed && al_.inputs_running() && !esc_.device_emulation()) {
+    al_.fall_back(wire::AlState::kSafeOp, wire::AlStatusCode::kBackgroundWatchdog);
+  }
+  al_.handle_events(time);
 }
 
 void Slave::step(Nanoseconds time, Nanoseconds now) {
   if (!al_.inputs_running()) {
     // Nobody exchanges process data: one step up to the next event.
-    const auto until = std::min({now, al_.due(), esc_.watchdog().expiry()});
+    const auto until = std::min({now, al_.due(), esc_.due(), esc_.clock().sync_due()});
     device_->advance(until);
     next_step_ = until + period_;
   } else {
-    if (al_.outputs_running()) hand_over_outputs();
+    sync_driven_ = sync_driven_ && esc_.clock().sync().running();
+    if (al_.outputs_running() && !sync_driven_) hand_over_outputs(time);
     device_->advance(time);
-    publish_inputs();
+    publish_inputs(time);
     next_step_ = time + period_;
     al_.on_step(time);
   }
@@ -106,20 +156,22 @@ void Slave::after_state_change(Nanoseconds time) noexcept {
   if (!al_.mailbox_running()) mailbox_.reset();
   if (al_.inputs_running() == exchanging_) return;
   exchanging_ = al_.inputs_running();
+  sync_driven_ = false;
   next_step_ = time + period_;
-  if (exchanging_) publish_inputs();
+  if (exchanging_) publish_inputs(time);
 }
 
-void Slave::hand_over_outputs() noexcept {
+void Slave::hand_over_outputs(Nanoseconds time) noexcept {
   const auto& layout = device_->profile().sync_managers;
   for (unsigned n = 0; n < layout.size(); ++n) {
     if (layout[n].use != Use::kOutputs || !esc_.sync_managers().fresh(n)) continue;
     const auto data = esc_.sync_managers().take(n);
     if (!data.empty()) device_->write_outputs(n, data);
   }
+  if (esc_.sync_managers().take_pdi_buffer_event()) esc_.clock().stamp_pdi_buffer(time);
 }
 
-void Slave::publish_inputs() noexcept {
+void Slave::publish_inputs(Nanoseconds time) noexcept {
   const auto& layout = device_->profile().sync_managers;
   for (unsigned n = 0; n < layout.size(); ++n) {
     if (layout[n].use != Use::kInputs) continue;
@@ -128,6 +180,7 @@ void Slave::publish_inputs() noexcept {
     device_->read_inputs(n, buffer);
     esc_.sync_managers().end_publish(n);
   }
+  if (esc_.sync_managers().take_pdi_buffer_event()) esc_.clock().stamp_pdi_buffer(time);
 }
 
 }  // namespace driveline::slaves

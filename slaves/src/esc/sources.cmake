@@ -5,9 +5,15 @@ list(APPEND DRIVELINE_SLAVES_SOURCES
   src/esc/esc_datagrams.cpp
   src/esc/esc_registers.cpp
   src/esc/fmmu_unit.cpp
+  src/esc/latch_unit.cpp
   src/esc/mailbox_transport.cpp
+  src/esc/oscillator.cpp
+  src/esc/sii_file.cpp
   src/esc/sii_interface.cpp
   src/esc/slave.cpp
   src/esc/sync_manager_check.cpp
   src/esc/sync_manager_unit.cpp
+  src/esc/sync_supervision.cpp
+  src/esc/sync_unit.cpp
+  src/esc/time_loop.cpp
   src/esc/watchdog_unit.cpp)

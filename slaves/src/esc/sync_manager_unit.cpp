@@ -15,6 +15,8 @@ constexpr std::size_t kControlOffset = 4;
 constexpr std::size_t kStatusOffset = 5;
 constexpr std::size_t kActivateOffset = 6;
 constexpr std::size_t kPdiControlOffset = 7;
+/// Bit 7 of the control byte is reserved.
+constexpr std::byte kControlMask{0x7F};
 /// Enable, repeat request, latch event bits; the others are reserved.
 constexpr std::byte kActivateMask{0xC3};
 
@@ -144,6 +146,7 @@ bool SyncManagerUnit::read_channel(unsigned n, std::size_t address, std::span<st
   copy(memory_.at(buffer_address(c, c.reading) + offset, out.size()), out);
   if (offset + out.size() == c.length) {
     close_read(c);
+    ecat_buffer_event_ |= c.latch_ecat;
     if (c.mailbox()) events_.call_firmware();
   }
   publish_status(n);
@@ -159,6 +162,7 @@ bool SyncManagerUnit::write_channel(unsigned n, std::size_t address, std::span<c
   copy(data, memory_.at(buffer_address(c, c.writing) + offset, data.size()));
   if (offset + data.size() == c.length) {
     close_write(c);
+    ecat_buffer_event_ |= c.latch_ecat;
     triggered_by_master(n, now);
   }
   publish_status(n);
@@ -197,7 +201,7 @@ bool SyncManagerUnit::write_registers(std::size_t address, std::span<const std::
       auto& target = memory_.at(address + i, 1)[0];
       if (field <= kControlOffset) {
         // Start address, length and control are locked while the channel is enabled (ESC data sheet II, 0x0800).
-        if (!locked) target = data[i];
+        if (!locked) target = field == kControlOffset ? data[i] & kControlMask : data[i];
         any |= !locked;
       } else if (field == kActivateOffset) {
         activation_changed |= target != (data[i] & kActivateMask);
@@ -229,6 +233,8 @@ void SyncManagerUnit::configure(unsigned n) noexcept {
   c.length = settings.length;
   c.control = wire::SyncManagerControl::from_raw(settings.control);
   c.enabled = enable;
+  c.latch_ecat = (settings.activate & wire::SyncManagerActivate::kLatchEcat) != 0;
+  c.latch_pdi = (settings.activate & wire::SyncManagerActivate::kLatchPdi) != 0;
   c.in_registers = settings.start_address < wire::kProcessRamStart;
   const std::size_t buffers = c.mailbox() || c.in_registers ? 1 : 3;
   const std::size_t limit = c.in_registers ? wire::kProcessRamStart : memory_.size();
@@ -275,6 +281,7 @@ std::span<const std::byte> SyncManagerUnit::take(unsigned n) noexcept {
   const auto data = memory_.at(buffer_address(c, c.reading), c.length);
   c.interrupt_write = false;
   close_read(c);
+  pdi_buffer_event_ |= c.latch_pdi;
   publish_status(n);
   return data;
 }
@@ -289,6 +296,7 @@ void SyncManagerUnit::end_publish(unsigned n) noexcept {
   auto& c = channels_[n];
   if (!c.usable || c.ecat_writes() || !c.write_open) return;
   close_write(c);
+  pdi_buffer_event_ |= c.latch_pdi;
   publish_status(n);
 }
 

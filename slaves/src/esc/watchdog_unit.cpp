@@ -9,13 +9,17 @@ namespace reg = wire::reg;
 void WatchdogUnit::reset() noexcept {
   expiry_ = kNever;
   expired_ = false;
+  pdi_alive();
   configure();
 }
 
-void WatchdogUnit::configure() noexcept {
+std::chrono::nanoseconds WatchdogUnit::unit() const noexcept {
   // The divider counts 25 MHz ticks and is written as its value minus 2 (ESC data sheet II, 0x0400).
-  const auto unit = std::chrono::nanoseconds{40} * (std::int64_t{memory_.get(reg::kWatchdogDivider)} + 2);
-  timeout_ = unit * std::int64_t{memory_.get(reg::kWatchdogTimeProcessData)};
+  return std::chrono::nanoseconds{40} * (std::int64_t{memory_.get(reg::kWatchdogDivider)} + 2);
+}
+
+void WatchdogUnit::configure() noexcept {
+  timeout_ = unit() * std::int64_t{memory_.get(reg::kWatchdogTimeProcessData)};
   if (!enabled()) {
     expiry_ = kNever;
     expired_ = false;
@@ -41,9 +45,28 @@ void WatchdogUnit::expire() noexcept {
   expiry_ = kNever;
   expired_ = true;
   set_status(false);
-  const auto count = memory_.get(reg::kWatchdogCounterProcessData);
-  memory_.set(reg::kWatchdogCounterProcessData, static_cast<std::uint8_t>(std::min(count + 1, 0xFF)));
+  count(reg::kWatchdogCounterProcessData);
   events_.set_al(al_event::kWatchdogProcessData, true);
+}
+
+void WatchdogUnit::count(const reg::U8& counter) noexcept {
+  memory_.set(counter, static_cast<std::uint8_t>(std::min(memory_.get(counter) + 1, 0xFF)));
+}
+
+void WatchdogUnit::pdi_silent(std::chrono::nanoseconds since) noexcept {
+  const auto timeout = unit() * std::int64_t{memory_.get(reg::kWatchdogTimePdi)};
+  pdi_expiry_ = timeout > std::chrono::nanoseconds::zero() ? since + timeout : kNever;
+}
+
+void WatchdogUnit::pdi_alive() noexcept {
+  pdi_expiry_ = kNever;
+  pdi_expired_ = false;
+}
+
+void WatchdogUnit::expire_pdi() noexcept {
+  pdi_expiry_ = kNever;
+  pdi_expired_ = true;
+  count(reg::kWatchdogCounterPdi);
 }
 
 void WatchdogUnit::clear_counters() noexcept {

@@ -24,6 +24,8 @@ constexpr std::uint16_t kThermalOverload = 1;           ///< P 735
 constexpr std::uint64_t kStepsPerMs = 16;
 
 constexpr std::uint8_t kBootUp = 0;  ///< P 2060
+/// A motor that nobody watched for longer (supply off) has come to rest meanwhile.
+constexpr nanoseconds kMaxCatchUp = std::chrono::seconds{10};
 
 /// Network states of P 2060 (MSD manual Table 7.4).
 constexpr std::uint8_t nmt_state(AlState state) noexcept {
@@ -127,6 +129,7 @@ void MsdDrive::store_parameters() {
 }
 
 void MsdDrive::restart() {
+  enter_al_state(AlState::kInit);
   dictionary_.reset();
   write_device_facts(dictionary_);
   dictionary_.copy_backup_values(stored_);
@@ -280,6 +283,7 @@ void MsdDrive::apply_settings() noexcept {
 
 void MsdDrive::advance(nanoseconds now) noexcept {
   if (!next_step_) next_step_ = now + kControlStep;
+  if (now - *next_step_ > kMaxCatchUp) *next_step_ += (now - *next_step_ - kMaxCatchUp) / kControlStep * kControlStep;
   bool stepped = false;
   for (; *next_step_ <= now; *next_step_ += kControlStep) {
     const bool process_data_cycle = steps_ % 2 == 0;

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "driveline/slaves/sync_demand.hpp"
 #include "driveline/wire/al.hpp"
 #include "driveline/wire/al_status_code.hpp"
 
@@ -54,6 +55,29 @@ class Device {
 
   /// Why the slave fell back by itself (watchdog: kSyncManagerWatchdog). Called after the state was left.
   virtual void fall_back(wire::AlState from, wire::AlState to, wire::AlStatusCode reason) noexcept = 0;
+
+  /// The supply was switched on again, or the controller was reset and with it the application: everything from the
+  /// start, in INIT. Nothing is reported for it: there was no application that could have noticed a fault. The clock of
+  /// advance() may have jumped. Not \rtsafe.
+  virtual void restart() {}
+
+  /// \name What speaks against a transition
+  /// Asked before the sync managers are compared.
+  /// @{
+  /// INIT to PREOP needs a complete firmware, else 0x0014; BOOT is reached without.
+  [[nodiscard]] virtual bool firmware_valid() const noexcept { return true; }
+  /// PREOP to SAFEOP: kInvalidInputMapping or kInvalidOutputMapping when PDO assignment and mapping cannot be process
+  /// data of this device.
+  [[nodiscard]] virtual wire::AlStatusCode check_mapping() const noexcept { return wire::AlStatusCode::kNoError; }
+  /// PREOP to SAFEOP needs inputs that mean something (a sensor that is there), else 0x0018.
+  [[nodiscard]] virtual bool inputs_valid() const noexcept { return true; }
+  /// What the device asks of synchronisation as it is set now.
+  [[nodiscard]] virtual SyncDemand sync_demand() const noexcept { return {}; }
+  /// @}
+
+  /// SYNC0 or SYNC1 came, at `time` on the line's clock (the true time of the pulse, between two ticks of the device's
+  /// own clock). In every state; outputs are handed over and inputs published by the slave.
+  virtual void sync_event(SyncSignal /*signal*/, std::chrono::nanoseconds /*time*/) noexcept {}
 
   /// New outputs have been handed over by an output sync manager; only in OP.
   virtual void write_outputs(std::size_t sync_manager, std::span<const std::byte> data) noexcept = 0;

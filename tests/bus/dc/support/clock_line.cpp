@@ -38,6 +38,7 @@ ClockLine::ClockLine(const std::vector<ClockSpec>& specs, std::optional<slaves::
     slaves::SlaveOptions slave_options;
     slave_options.clock.start = spec.start;
     slave_options.clock.drift_ppm = spec.ppm;
+    slave_options.clock.resolution = nanoseconds{1};  // so that what is measured can be compared with what is true
     made.push_back(std::make_unique<slaves::Slave>(std::move(device), slave_options));
   }
   line_ = std::make_unique<slaves::Line>(clock, std::move(made), options, wiring_);

@@ -265,6 +265,75 @@ TEST_F(AlStateMachineTest, ApplicationRefusesWithItsOwnCode) {
   expect_status(AlState::kSafeOp);
 }
 
+TEST_F(AlStateMachineTest, IncompleteFirmwareDoesNotLeaveInit) {
+  with_bootstrap();
+  device().firmware_complete = false;  // what an interrupted download in BOOT leaves behind
+  configure_mailboxes();
+  expect_refused(AlState::kPreOp, AlStatusCode::kNoValidFirmware);
+  for (const unsigned n : {0U, 1U}) write(static_cast<std::uint16_t>(0x0806 + 8 * n), bytes({0}));
+  configure_boot_mailboxes();
+  request(AlState::kBootstrap, true);
+  expect_status(AlState::kBootstrap);
+}
+
+TEST_F(AlStateMachineTest, MappingIsCheckedBeforeTheSyncManagers) {
+  for (const auto wrong : {AlStatusCode::kInvalidInputMapping, AlStatusCode::kInvalidOutputMapping}) {
+    rebuild();
+    go_to(AlState::kPreOp);
+    device().mapping = wrong;  // the sync managers are not set up either
+    expect_refused(AlState::kSafeOp, wrong);
+    device().mapping = AlStatusCode::kNoError;
+    configure_process_data();
+    request(AlState::kSafeOp, true);
+    expect_status(AlState::kSafeOp);
+  }
+}
+
+TEST_F(AlStateMachineTest, InputsWithoutASensorAreNotValid) {
+  go_to(AlState::kPreOp);
+  configure_process_data();
+  device().sensor_present = false;
+  expect_refused(AlState::kSafeOp, AlStatusCode::kNoValidInputs);
+  device().sensor_present = true;
+  request(AlState::kSafeOp, true);
+  expect_status(AlState::kSafeOp);
+}
+
+TEST_F(AlStateMachineTest, AnApplicationThatHungReportsItsBackgroundWatchdog) {
+  go_to(AlState::kOp);
+  write(reg::kWatchdogTimeProcessData, 0);
+  slave().stall(now(), 200ms);
+  pass(150ms);
+  expect_status(AlState::kOp);
+  EXPECT_EQ(write(reg::kAlControl, 0x0001), 1);
+  EXPECT_EQ(write(reg::kAlControl, 0x0001), 0) << "nobody takes the request";
+  const int steps = device().advance_count;
+  pass(49ms);
+  EXPECT_EQ(device().advance_count, steps);
+  expect_status(AlState::kOp);
+  pass(1ms);
+  EXPECT_EQ(device().fall_backs.back(),
+            (TestDevice::FallBack{AlState::kOp, AlState::kSafeOp, AlStatusCode::kBackgroundWatchdog}));
+  expect_status(AlState::kInit);  // the request that waited
+  pass(1ms);
+  EXPECT_GT(device().advance_count, steps);
+}
+
+TEST_F(AlStateMachineTest, BackgroundWatchdogOfTheApplicationIsShown) {
+  go_to(AlState::kOp);
+  write(reg::kWatchdogTimeProcessData, 0);
+  slave().stall(now(), 101ms);
+  pass(101ms);
+  expect_status(AlState::kSafeOp, AlStatusCode::kBackgroundWatchdog);
+}
+
+TEST_F(AlStateMachineTest, AShortStandstillIsNotNoticed) {
+  go_to(AlState::kOp);
+  slave().stall(now(), 50ms);
+  pass(60ms);
+  expect_status(AlState::kOp);
+}
+
 TEST_F(AlStateMachineTest, RefusalChosenFromOutside) {
   configure_mailboxes();
   slave().al().refuse(AlState::kPreOp, AlStatusCode::kNoValidFirmware);

@@ -194,6 +194,8 @@ TEST_F(ProcessDataTest, PowerCycleStartsOver) {
   expect_status(AlState::kInit);
   EXPECT_EQ(get(reg::kStationAddress), 0);
   EXPECT_EQ(read(0x0800, 8).data[0], std::byte{0});
+  EXPECT_GE(device().restarts, 1);
+  EXPECT_TRUE(device().fall_backs.empty()) << "losing the supply is not a fault of communication";
   go_to(AlState::kOp);
   expect_status(AlState::kOp);
 }

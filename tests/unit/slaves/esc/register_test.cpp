@@ -116,6 +116,10 @@ TEST_F(RegisterTest, WriteProtectionIsOpenedForOneFrame) {
   EXPECT_EQ(write(reg::kStationAddress, 0x1234), 0);
   EXPECT_EQ(get(reg::kStationAddress), 0);
   EXPECT_EQ(write(0x1F00, bytes({5})), 1) << "process RAM is not protected by 0x0021";
+  EXPECT_EQ(write(0x0F80, bytes({5})), 1) << "nor is the user RAM";
+  EXPECT_EQ(write(0x0F7C, bytes({1, 2, 3, 4, 5})), 1);
+  EXPECT_EQ(read(0x0F80, 1).data, bytes({5}));
+  EXPECT_EQ(write(0x0F10, bytes({5})), 0) << "the outputs in front of it are";
   EXPECT_EQ(write(0x0020, bytes({0})), 1);
   EXPECT_EQ(write(reg::kStationAddress, 0x1234), 0) << "that was another frame";
 
@@ -148,8 +152,8 @@ TEST_F(RegisterTest, ResetSequenceRestartsTheSlave) {
   slave().advance(now());
   expect_status(AlState::kInit);
   EXPECT_EQ(get(reg::kStationAddress), 0);
-  EXPECT_EQ(device().fall_backs.back(),
-            (TestDevice::FallBack{AlState::kPreOp, AlState::kInit, AlStatusCode::kNoError}));
+  EXPECT_EQ(device().restarts, 1) << "the application starts anew with its controller";
+  EXPECT_TRUE(device().fall_backs.empty()) << "and has no fault to report";
 }
 
 TEST_F(RegisterTest, ResetSequenceMayStartAnew) {
@@ -176,11 +180,104 @@ TEST_F(RegisterTest, MiiBelongsToThePdi) {
   EXPECT_EQ(get(reg::kMiiControl), 0);
 }
 
-TEST_F(RegisterTest, LedOverrideAndUserRamKeepWhatIsWritten) {
-  EXPECT_EQ(write(reg::kRunLedOverride, 0x1F), 1);
-  EXPECT_EQ(get(reg::kRunLedOverride), 0x1F);
+TEST_F(RegisterTest, UserRamKeepsWhatIsWritten) {
   EXPECT_EQ(write(0x0F80, bytes({1, 2, 3})), 1);
   EXPECT_EQ(read(0x0F80, 3).data, bytes({1, 2, 3}));
+}
+
+TEST_F(RegisterTest, ReservedBitsStayZero) {
+  struct Row {
+    std::uint16_t address;
+    std::uint8_t bits;
+  };
+  for (const auto& row : {Row{0x0100, 0x03}, Row{0x0102, 0x4F}, Row{0x0103, 0x01}, Row{0x0138, 0x1F}, Row{0x0139, 0x1F},
+                          Row{0x0606, 0x07}, Row{0x060B, 0x03}, Row{0x060C, 0x01}, Row{0x060D, 0x00}, Row{0x0804, 0x7F},
+                          Row{0x0806, 0xC3}, Row{0x0931, 0x7F}, Row{0x0934, 0x0F}, Row{0x0935, 0x0F}}) {
+    rebuild();
+    write(row.address, bytes({0xFF}));
+    EXPECT_EQ(read(row.address, 1).data, bytes({row.bits})) << std::hex << row.address;
+  }
+}
+
+TEST_F(RegisterTest, RunLedFollowsTheState) {
+  struct Row {
+    AlState state;
+    unsigned code;
+  };
+  for (const auto& row :
+       {Row{AlState::kInit, 0x00}, Row{AlState::kPreOp, 0x0D}, Row{AlState::kSafeOp, 0x01}, Row{AlState::kOp, 0x0F}}) {
+    rebuild();
+    go_to(row.state);
+    EXPECT_EQ(get(reg::kRunLedOverride), row.code) << to_text(row.state);
+  }
+}
+
+TEST_F(RegisterTest, LedOverrideLastsUntilTheIndicatorHasNews) {
+  go_to(AlState::kPreOp);
+  EXPECT_EQ(write(reg::kRunLedOverride, 0x15), 1);
+  EXPECT_EQ(write(reg::kErrLedOverride, 0x1F), 1);
+  request(AlState::kPreOp);
+  EXPECT_EQ(get(reg::kRunLedOverride), 0x15) << "the same state again is no news";
+  EXPECT_EQ(get(reg::kErrLedOverride), 0x1F);
+  request(AlState::kOp);
+  EXPECT_EQ(get(reg::kErrLedOverride), 0x01) << "single flash: error indication in AL status";
+  EXPECT_EQ(get(reg::kRunLedOverride), 0x15);
+  request(AlState::kInit, true);
+  EXPECT_EQ(get(reg::kRunLedOverride), 0x00);
+  EXPECT_EQ(get(reg::kErrLedOverride), 0x00);
+}
+
+TEST_F(RegisterTest, ErrLedFlashesTwiceForTheWatchdog) {
+  go_to(AlState::kOp);
+  pass(100ms);
+  EXPECT_EQ(get(reg::kErrLedOverride), 0x02);
+}
+
+TEST_F(RegisterTest, TemporaryLoopSettingsGoBackAfterOneSecond) {
+  write(0x0101, bytes({0x40}));
+  write(0x0100, bytes({0x03, 0x0C}));  // temporary use, port 1 closed
+  slave().advance(now());
+  EXPECT_EQ(esc().loop_control(1), wire::LoopControl::kClosed);
+  pass(900ms);
+  write(0x0101, bytes({0x08}));  // once more: another second
+  pass(900ms);
+  EXPECT_EQ(read(0x0101, 1).data, bytes({0x08}));
+  EXPECT_TRUE(esc().take_loop_control_change());
+  pass(100ms);
+  EXPECT_EQ(read(0x0101, 1).data, bytes({0x40})) << "what was set for good";
+  EXPECT_TRUE(esc().loop_control_changed()) << "the line must look at its ports again";
+  pass(10s);
+  EXPECT_EQ(read(0x0101, 1).data, bytes({0x40}));
+}
+
+TEST_F(RegisterTest, LoopSettingsForGoodEndTemporaryOnes) {
+  write(0x0100, bytes({0x03, 0x0C}));
+  write(0x0100, bytes({0x01, 0x08}));
+  pass(2s);
+  EXPECT_EQ(read(0x0101, 1).data, bytes({0x08}));
+}
+
+TEST_F(RegisterTest, PdiWatchdogTellsThatTheApplicationStandsStill) {
+  EXPECT_EQ(get(reg::kDlStatus) & 3U, 3U);
+  slave().stall(now(), 300ms);
+  pass(99ms);
+  EXPECT_EQ(get(reg::kDlStatus) & 3U, 3U);
+  pass(1ms);
+  EXPECT_EQ(get(reg::kDlStatus) & 3U, 1U) << "PDI still up, its watchdog expired";
+  EXPECT_EQ(get(reg::kWatchdogCounterPdi), 1);
+  EXPECT_EQ(get(reg::kErrLedOverride), 0x0F);
+  pass(200ms);
+  EXPECT_EQ(get(reg::kDlStatus) & 3U, 3U) << "the application is back";
+  EXPECT_EQ(write(reg::kWatchdogCounterProcessData, 0), 1);
+  EXPECT_EQ(get(reg::kWatchdogCounterPdi), 0);
+}
+
+TEST_F(RegisterTest, PdiWatchdogTimeZeroSwitchesItOff) {
+  write(reg::kWatchdogTimePdi, 0);
+  slave().stall(now(), 10s);
+  pass(9s);
+  EXPECT_EQ(get(reg::kWatchdogCounterPdi), 0);
+  EXPECT_EQ(get(reg::kDlStatus) & 3U, 3U);
 }
 
 TEST_F(RegisterTest, BlockWritesOfCommonMastersReachTheirRegisters) {

@@ -19,16 +19,22 @@ inline constexpr wire::MacAddress kMac{std::byte{0x00}, std::byte{0x11}, std::by
 /// A line of test devices on a virtual clock, and a master that sends frame by frame.
 class LineTest : public ::testing::Test {
  protected:
-  void build(std::size_t count, const LineOptions& options = {}, std::optional<Wiring> wiring = std::nullopt) {
+  void build(std::size_t count, const LineOptions& options = {}, std::optional<Wiring> wiring = std::nullopt,
+             const std::vector<SlaveOptions>& slave_options = {}) {
     std::vector<std::unique_ptr<Slave>> slaves;
     devices_.clear();
     for (std::size_t i = 0; i < count; ++i) {
       auto device = std::make_unique<TestDevice>();
       devices_.push_back(device.get());
-      slaves.push_back(std::make_unique<Slave>(std::move(device)));
+      device->own_profile.distributed_clock = without_clock != i;
+      const auto options_of_slave = i < slave_options.size() ? slave_options[i] : SlaveOptions{};
+      slaves.push_back(std::make_unique<Slave>(std::move(device), options_of_slave));
     }
     line_ = std::make_unique<Line>(clock_, std::move(slaves), options, std::move(wiring));
   }
+  /// Position of a slave that is to have no distributed clock.
+  std::optional<std::size_t> without_clock;
+
   Line& line() { return *line_; }
   rt::VirtualClock& clock() { return clock_; }
   TestDevice& device(std::size_t position) { return *devices_[position]; }

@@ -84,6 +84,12 @@ class DriveRig {
   }
   void fetch_emergencies() { receive(); }
 
+  /// Switches the drive off and on, and takes it to PREOP, where the mailbox is.
+  void restart() {
+    drive.restart();
+    EXPECT_EQ(to(AlState::kInit, AlState::kPreOp), AlStatusCode::kNoError);
+  }
+
   void map(std::uint16_t pdo, const std::vector<std::uint32_t>& entries) {
     ASSERT_EQ(write(pdo, 0, 0, 1), 0U);
     for (unsigned i = 0; i < entries.size(); ++i) ASSERT_EQ(write(pdo, i + 1, entries[i], 4), 0U);

@@ -116,7 +116,7 @@ TEST(MsdObject, StoredParametersSurviveARestartTheOthersDoNot) {
   ASSERT_EQ(rig.write(0x6060, 0, 8, 1), 0U);
   ASSERT_EQ(rig.write(0x200B, 1, 1, 1), 0U);
   ASSERT_EQ(rig.write(0x605B, 0, 1, 2), 0U);
-  rig.drive.restart();
+  rig.restart();
   EXPECT_EQ(rig.read(0x605A), 6U);
   EXPECT_EQ(rig.read(0x1600), 1U);
   EXPECT_EQ(rig.drive.process_data_size(2), 2U);
@@ -130,11 +130,11 @@ TEST(MsdObject, FactoryResetActsAfterSavingAndRestarting) {
   ASSERT_EQ(rig.write(0x200B, 1, 1, 1), 0U);
   ASSERT_EQ(rig.write(0x200B, 3, 1, 1), 0U);
   EXPECT_EQ(rig.read(0x605A), 6U);
-  rig.drive.restart();
+  rig.restart();
   EXPECT_EQ(rig.read(0x605A), 6U) << "not saved";
   ASSERT_EQ(rig.write(0x200B, 3, 1, 1), 0U);
   ASSERT_EQ(rig.write(0x200B, 1, 1, 1), 0U);
-  rig.drive.restart();
+  rig.restart();
   EXPECT_EQ(rig.read(0x605A), 2U);
 }
 
@@ -143,7 +143,7 @@ TEST(MsdObject, RestoreDefaultsOverThe1011hObject) {
   ASSERT_EQ(rig.write(0x605A, 0, 6, 2), 0U);
   ASSERT_EQ(rig.write(0x1010, 1, 0x65766173, 4), 0U);
   ASSERT_EQ(rig.write(0x1011, 1, 0x64616F6C, 4), 0U);
-  rig.drive.restart();
+  rig.restart();
   EXPECT_EQ(rig.read(0x605A), 2U);
   EXPECT_EQ(upload_text(rig, 0x2003).substr(0, 6), "X-Axis") << "facts of the drive stay";
 }
@@ -152,7 +152,7 @@ TEST(MsdObject, RestartSwitchesOff) {
   DriveRig rig;
   rig.operate();
   rig.run_at(5'000'000);
-  rig.drive.restart();
+  rig.restart();
   EXPECT_EQ(rig.drive.state(), PowerState::kNotReadyToSwitchOn);
   rig.pass(500ms);
   EXPECT_EQ(rig.drive.velocity_rad_s(), 0.0);

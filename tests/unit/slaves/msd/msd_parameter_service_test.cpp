@@ -24,7 +24,7 @@ TEST(MsdParameterService, StartTakesItsTimeAndLongerAfterAFactoryReset) {
   parameters.factory_start_up_time = 10s;
   DriveRig rig(parameters);
   const auto time_to_ready = [&] {
-    rig.drive.restart();
+    rig.restart();
     std::chrono::milliseconds time{0};
     while (rig.drive.state() == PowerState::kNotReadyToSwitchOn && time < 20s) {
       rig.pass(1ms);

@@ -130,7 +130,7 @@ TEST(MsdScaling, NewUnitsCountFromTheNextStartOfTheControl) {
   rig.cycles(4);
   EXPECT_NEAR(rig.position, 360, 1);
   ASSERT_EQ(rig.write(0x200B, 1, 1, 1), 0U);
-  rig.drive.restart();
+  rig.restart();
   rig.pass(5ms);
   EXPECT_NEAR(rig.position, 3600, 1);
 }

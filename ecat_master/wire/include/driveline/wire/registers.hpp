@@ -25,6 +25,8 @@ struct Register {
   std::string_view source;
   std::uint16_t count = 1;
   std::uint16_t stride = sizeof(T);
+  /// Bits that exist; the others are reserved, read zero and ignore writes.
+  T bits = static_cast<T>(~T{0});
 
   /// Address of element `n` of an array.
   [[nodiscard]] constexpr std::uint16_t at(unsigned n) const noexcept {
@@ -64,18 +66,20 @@ inline constexpr U8 kEscWriteProtection{0x0031, "ESC write protection",  A::kRea
 inline constexpr U8 kResetEcat{0x0040, "ESC reset ECAT", A::kReadWrite, A::kRead, 0, "ESC data sheet II 2.13"};
 inline constexpr U8 kResetPdi{0x0041, "ESC reset PDI", A::kRead, A::kReadWrite, 0, "ESC data sheet II 2.14"};
 // Data link layer
-inline constexpr U32 kDlControl{0x0100, "DL control", A::kReadWrite, A::kRead, 0x00070001, "ETG.1000.4 Table 34"};
+inline constexpr U32 kDlControl{0x0100, "DL control", A::kReadWrite, A::kRead, 0x00070001, "ETG.1000.4 Table 34", 1,
+                                4,      0x014FFF03};
 inline constexpr U16 kPhysicalOffset{0x0108, "physical read/write offset", A::kReadWrite, A::kRead,
                                      0,      "ESC data sheet II 2.17"};
 inline constexpr U16 kDlStatus{0x0110, "DL status", A::kRead, A::kRead, 0, "ETG.1000.4 Table 35"};
 // Application layer
-inline constexpr U16 kAlControl{0x0120, "AL control", A::kReadWrite, A::kRead, 0x0001, "ETG.1000.6 Table 9"};
+inline constexpr U16 kAlControl{0x0120, "AL control", A::kReadWrite, A::kRead, 0x0001, "ETG.1000.6 Table 9", 1,
+                                2,      0x003F};
 inline constexpr U16 kAlStatus{0x0130, "AL status", A::kRead, A::kReadWrite, 0x0001, "ETG.1000.6 Table 10"};
 inline constexpr U16 kAlStatusCode{0x0134, "AL status code", A::kRead, A::kReadWrite, 0, "ETG.1000.6 Table 11"};
-inline constexpr U8 kRunLedOverride{0x0138, "RUN LED override",      A::kReadWrite, A::kReadWrite,
-                                    0,      "ESC data sheet II 2.23"};
-inline constexpr U8 kErrLedOverride{0x0139, "ERR LED override",      A::kReadWrite, A::kReadWrite,
-                                    0,      "ESC data sheet II 2.24"};
+inline constexpr U8 kRunLedOverride{
+    0x0138, "RUN LED override", A::kReadWrite, A::kReadWrite, 0, "ESC data sheet II 2.23", 1, 1, 0x1F};
+inline constexpr U8 kErrLedOverride{
+    0x0139, "ERR LED override", A::kReadWrite, A::kReadWrite, 0, "ESC data sheet II 2.24", 1, 1, 0x1F};
 // Process data interface
 inline constexpr U8 kPdiControl{0x0140, "PDI control", A::kRead, A::kRead, 0x05, "ETG.1000.4 Table 38"};
 inline constexpr U8 kEscConfiguration{0x0141, "ESC configuration", A::kRead, A::kRead, 0x0E, "ESC data sheet II 2.26"};
@@ -151,17 +155,18 @@ inline constexpr U64 kSystemTimeOffset{0x0920, "system time offset", A::kReadWri
 inline constexpr U32 kSystemTimeDelay{0x0928, "system time delay", A::kReadWrite, A::kRead, 0, "ETG.1000.4 Table 60"};
 inline constexpr U32 kSystemTimeDifference{0x092C, "system time difference", A::kRead, A::kRead,
                                            0,      "ETG.1000.4 Table 60"};
-inline constexpr U16 kSpeedCounterStart{0x0930, "speed counter start", A::kReadWrite, A::kRead,
-                                        0x1000, "ETG.1000.4 Table 60"};
+inline constexpr U16 kSpeedCounterStart{
+    0x0930, "speed counter start", A::kReadWrite, A::kRead, 0x1000, "ETG.1000.4 Table 60", 1, 2, 0x7FFF};
 inline constexpr U16 kSpeedCounterDifference{0x0932, "speed counter difference", A::kRead, A::kRead,
                                              0,      "ETG.1000.4 Table 60"};
 inline constexpr U8 kSystemTimeFilterDepth{
-    0x0934, "system time difference filter depth", A::kReadWrite, A::kRead, 4, "ETG.1000.4 Table 60"};
-inline constexpr U8 kSpeedFilterDepth{0x0935, "speed counter filter depth", A::kReadWrite, A::kRead,
-                                      12,     "ETG.1000.4 Table 60"};
-inline constexpr U8 kCyclicUnitControl{0x0980, "cyclic unit control", A::kReadWrite, A::kRead,
-                                       0,      "ETG.1000.4 Table 61"};
-inline constexpr U8 kDcActivation{0x0981, "DC activation", A::kReadWrite, A::kReadWrite, 0, "ETG.1000.4 Table 61"};
+    0x0934, "system time difference filter depth", A::kReadWrite, A::kRead, 4, "ETG.1000.4 Table 60", 1, 1, 0x0F};
+inline constexpr U8 kSpeedFilterDepth{
+    0x0935, "speed counter filter depth", A::kReadWrite, A::kRead, 12, "ETG.1000.4 Table 60", 1, 1, 0x0F};
+inline constexpr U8 kCyclicUnitControl{
+    0x0980, "cyclic unit control", A::kReadWrite, A::kRead, 0, "ETG.1000.4 Table 61", 1, 1, 0x31};
+inline constexpr U8 kDcActivation{0x0981, "DC activation", A::kReadWrite, A::kReadWrite, 0, "ETG.1000.4 Table 61", 1, 1,
+                                  0x7F};
 inline constexpr U16 kSyncPulseLength{0x0982, "SYNC pulse length in 10 ns", A::kRead, A::kRead,
                                       0x0064, "ETG.1000.4 Table 61"};
 inline constexpr U8 kDcActivationStatus{0x0984, "DC activation status", A::kRead, A::kRead, 0, "ETG.1000.4 Table 61"};
@@ -174,8 +179,10 @@ inline constexpr U32 kSync0CycleTime{0x09A0, "SYNC0 cycle time",   A::kReadWrite
                                      0,      "ETG.1000.4 Table 61"};
 inline constexpr U32 kSync1CycleTime{0x09A4, "SYNC1 cycle time",   A::kReadWrite, A::kReadWrite,
                                      0,      "ETG.1000.4 Table 61"};
-inline constexpr U8 kLatch0Control{0x09A8, "LATCH0 control", A::kReadWrite, A::kReadWrite, 0, "ETG.1000.4 Table 62"};
-inline constexpr U8 kLatch1Control{0x09A9, "LATCH1 control", A::kReadWrite, A::kReadWrite, 0, "ETG.1000.4 Table 62"};
+inline constexpr U8 kLatch0Control{
+    0x09A8, "LATCH0 control", A::kReadWrite, A::kReadWrite, 0, "ETG.1000.4 Table 62", 1, 1, 0x03};
+inline constexpr U8 kLatch1Control{
+    0x09A9, "LATCH1 control", A::kReadWrite, A::kReadWrite, 0, "ETG.1000.4 Table 62", 1, 1, 0x03};
 inline constexpr U8 kLatch0Status{0x09AE, "LATCH0 status", A::kRead, A::kRead, 0, "ETG.1000.4 Table 62"};
 inline constexpr U8 kLatch1Status{0x09AF, "LATCH1 status", A::kRead, A::kRead, 0, "ETG.1000.4 Table 62"};
 inline constexpr U64 kLatch0PositiveEdge{0x09B0, "LATCH0 time positive edge", A::kRead, A::kRead,
@@ -214,13 +221,14 @@ struct RegisterRow {
   std::uint64_t reset = 0;
   std::string_view name;
   std::string_view source;
+  std::uint64_t bits = 0;  ///< that exist
   /// First address behind the last element.
   [[nodiscard]] constexpr std::uint32_t end() const noexcept { return address + std::uint32_t{count} * stride; }
 };
 
 template <typename T>
 [[nodiscard]] constexpr RegisterRow register_row(const Register<T>& r) noexcept {
-  return {r.address, sizeof(T), r.count, r.stride, r.ecat, r.pdi, r.reset, r.name, r.source};
+  return {r.address, sizeof(T), r.count, r.stride, r.ecat, r.pdi, r.reset, r.name, r.source, r.bits};
 }
 
 /// First byte behind the registers: process RAM.
@@ -324,11 +332,12 @@ inline constexpr std::array kRegisters = {register_row(reg::kType),
                                           register_row(reg::kGeneralPurposeInput),
                                           register_row(reg::kUserRam)};
 
-/// Sorted, without overlap, inside the register space.
+/// Sorted, without overlap, inside the register space; no reserved bit is set at reset.
 [[nodiscard]] constexpr bool registers_are_consistent() noexcept {
   for (std::size_t i = 0; i < kRegisters.size(); ++i) {
     const auto& row = kRegisters[i];
     if (row.stride < row.size || row.count == 0 || row.end() > kProcessRamStart || row.source.empty()) return false;
+    if ((row.reset & ~row.bits) != 0) return false;
     if (i > 0 && kRegisters[i - 1].end() > row.address) return false;
   }
   return true;

@@ -44,6 +44,8 @@ struct SyncManagerStatus {
 struct SyncManagerActivate {
   static constexpr std::uint8_t kEnable = 0x01;
   static constexpr std::uint8_t kRepeatRequest = 0x02;
+  static constexpr std::uint8_t kLatchEcat = 0x40;  ///< time stamps of the master's buffer events
+  static constexpr std::uint8_t kLatchPdi = 0x80;   ///< time stamps of the application's
 };
 
 /// Bits of the PDI control byte (register 0x0807 + 8 n).

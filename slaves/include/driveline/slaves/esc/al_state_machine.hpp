@@ -1,10 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <optional>
 
 #include "driveline/slaves/device.hpp"
 #include "driveline/slaves/esc/esc.hpp"
+#include "driveline/slaves/esc/sync_supervision.hpp"
 
 namespace driveline::slaves {
 
@@ -33,10 +35,14 @@ class AlStateMachine {
   /// Looks at what the master has written: AL control, sync manager activation.
   void handle_events(Nanoseconds now) noexcept;
   /// When on_time() wants to be called next; kNever when nothing is pending.
-  [[nodiscard]] Nanoseconds due() const noexcept { return pending_ ? pending_->due : kNever; }
-  /// A delay or time-out has passed.
+  [[nodiscard]] Nanoseconds due() const noexcept {
+    return std::min(pending_ ? pending_->due : kNever, synchronisation_.due());
+  }
+  /// A delay or time-out has passed, or a SYNC0 has not come.
   void on_time(Nanoseconds now) noexcept;
-  /// A regular step has passed: a transition that waits for outputs looks for them.
+  /// SYNC0 or SYNC1 came, at `time`.
+  void on_sync(SyncSignal signal, Nanoseconds time) noexcept;
+  /// A regular step has passed: a transition that waits for outputs or for SYNC0 looks for them.
   void on_step(Nanoseconds now) noexcept;
   /// The slave leaves its state by itself and reports why.
   void fall_back(wire::AlState to, wire::AlStatusCode reason) noexcept;
@@ -67,7 +73,7 @@ class AlStateMachine {
   struct Pending {
     wire::AlState target;
     Nanoseconds due;
-    bool waits_for_outputs = false;
+    bool waits = false;  ///< for outputs or synchronisation; else for its time
   };
   struct Refusal {
     wire::AlState to;
@@ -78,7 +84,11 @@ class AlStateMachine {
   void follow_control(wire::AlControl control) noexcept;
   void check_configuration() noexcept;
   void execute(wire::AlState target, Nanoseconds now) noexcept;
-  void finish(wire::AlState target) noexcept;
+  void finish(wire::AlState target, Nanoseconds now) noexcept;
+  void give_up_waiting() noexcept;
+  [[nodiscard]] bool ready_for_op() const noexcept;
+  void react_to_synchronisation() noexcept;
+  [[nodiscard]] std::uint32_t outputs_written() const noexcept;
   void enter(wire::AlState target) noexcept;
   void report(wire::AlStatusCode code) noexcept;
   void publish() noexcept;
@@ -92,6 +102,7 @@ class AlStateMachine {
   Esc& esc_;
   Device& device_;
   AlOptions options_;
+  SyncSupervision synchronisation_;
   wire::AlState state_ = wire::AlState::kInit;
   bool error_ = false;
   bool id_loaded_ = false;

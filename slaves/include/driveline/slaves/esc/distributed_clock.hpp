@@ -6,61 +6,126 @@
 #include <optional>
 #include <span>
 
+#include "driveline/slaves/esc/clock_options.hpp"
+#include "driveline/slaves/esc/event_unit.hpp"
+#include "driveline/slaves/esc/latch_unit.hpp"
 #include "driveline/slaves/esc/memory.hpp"
+#include "driveline/slaves/esc/oscillator.hpp"
+#include "driveline/slaves/esc/random_source.hpp"
+#include "driveline/slaves/esc/register_access.hpp"
+#include "driveline/slaves/esc/sync_unit.hpp"
+#include "driveline/slaves/esc/time_loop.hpp"
 
 namespace driveline::slaves {
 
-/// How the oscillator of an emulated slave differs from the line's clock.
-struct ClockOptions {
-  std::chrono::nanoseconds start{0};  ///< local time at time zero of the line's clock
-  double drift_ppm = 0.0;             ///< how much too fast the oscillator runs
-};
-
-/// The distributed clock unit (registers 0x0900-0x09FF, ETG.1000.4 6.7): a local clock that runs from power-on, the
-/// copy of the system time derived from it, receive time stamps of the ports and the control loop that follows the
-/// system time the reference clock's frames bring.
+/// The distributed clock unit (registers 0x0900-0x09FF, ETG.1000.4 6.7): a local time that an oscillator of its own
+/// drives from power-on and the time control loop speeds up or slows down; the copy of the system time derived from it;
+/// receive time stamps of the ports; SYNC signals; latch inputs.
 ///
-/// Times handed in are on the line's clock. \rtsafe throughout.
+/// Times handed in and out are true times, on the line's clock; so tests know what no hardware can tell. \rtsafe
+/// throughout.
 class DistributedClock {
  public:
   using Nanoseconds = std::chrono::nanoseconds;
   static constexpr Nanoseconds kNoFrame = Nanoseconds::min();
+  static constexpr Nanoseconds kNever = Nanoseconds::max();
 
-  DistributedClock(EscMemory& memory, bool present, const ClockOptions& options) noexcept
-      : memory_(memory), present_(present), options_(options) {}
+  /// `present`: there is a clock at all; `wide`: times have 64 bits, else 32.
+  DistributedClock(EscMemory& memory, EventUnit& events, bool present, bool wide, const ClockOptions& options) noexcept;
 
-  /// Power-on state of everything but the oscillator.
-  void reset() noexcept;
+  /// Switched on at `now`.
+  void power_on(Nanoseconds now) noexcept;
   [[nodiscard]] bool present() const noexcept { return present_; }
 
-  /// Local time: the oscillator since power-on, sped up or slowed down by the control loop.
+  /// Local time, in steps of the oscillator. Not cut to 32 bits.
   [[nodiscard]] Nanoseconds local_time(Nanoseconds now) const noexcept;
-  /// The local copy of the system time: local time plus offset register.
+  /// The local copy of the system time: local time plus offset register. Not cut to 32 bits.
   [[nodiscard]] Nanoseconds system_time(Nanoseconds now) const noexcept;
+  /// When the local copy of the system time comes to `system_time`, as things are now.
+  [[nodiscard]] Nanoseconds true_time(Nanoseconds system_time) const noexcept;
+  [[nodiscard]] const Oscillator& oscillator() const noexcept { return oscillator_; }
 
-  /// To be called before ECAT or PDI reads the system time register.
-  void refresh(Nanoseconds now) noexcept {
-    memory_.set(wire::reg::kSystemTime, static_cast<std::uint64_t>(system_time(now).count()));
-  }
-  /// ECAT writes registers at `address`; true when a byte was accepted.
-  bool write_registers(std::size_t address, std::span<const std::byte> data, Nanoseconds now) noexcept;
+  /// \name Registers
+  /// @{
+  /// To be called before one side reads registers at `address`.
+  void refresh(Side side, std::size_t address, std::size_t length, Nanoseconds now) noexcept;
+  /// To be called after it: reading the latched times acknowledges them.
+  void was_read(Side side, std::size_t address, std::size_t length) noexcept;
+  /// A write of one side; true when a byte was accepted.
+  bool write_registers(Side side, std::size_t address, std::span<const std::byte> data, Nanoseconds now) noexcept;
+  /// @}
 
+  /// \name Receive times
+  /// @{
   /// Register 0x0900 was written by the frame that is just passing: it asks for its receive times at all ports.
   [[nodiscard]] bool latch_requested() const noexcept { return latch_requested_; }
   /// Ends the request: receive time of that frame per port (kNoFrame: it did not come in there) and at the processing
   /// unit.
   void latch(const std::array<Nanoseconds, 4>& ports, Nanoseconds processing_unit) noexcept;
+  /// @}
+
+  /// \name SYNC signals
+  /// @{
+  /// When the next pulse comes; kNever when none is to come.
+  [[nodiscard]] Nanoseconds sync_due() const noexcept { return sync_due_; }
+  /// A pulse came: which, and when.
+  struct Pulse {
+    SyncSignal signal;
+    Nanoseconds time;
+  };
+  /// Takes the pulse that is due; call again while sync_due() has passed.
+  std::optional<Pulse> take_pulse() noexcept;
+  /// The application has seen the pulses (acknowledges AL event and status register).
+  void acknowledge_sync() noexcept;
+  /// Pulses in front of `time` are left out: nobody was there to see them.
+  void skip_pulses(Nanoseconds time) noexcept;
+  [[nodiscard]] const SyncUnit& sync() const noexcept { return sync_; }
+  /// The pulse of SYNC0 that came last.
+  [[nodiscard]] const std::optional<Nanoseconds>& last_sync0() const noexcept { return last_sync0_; }
+  [[nodiscard]] std::uint64_t sync0_count() const noexcept { return sync0_count_; }
+  /// @}
+
+  /// The level of a latch input (0 or 1) is `high` from `now` on.
+  void set_latch_input(unsigned input, bool high, Nanoseconds now) noexcept;
+
+  /// \name Buffer event times
+  /// @{
+  void stamp_ecat_buffer(Nanoseconds now) noexcept { stamp(wire::reg::kEcatBufferChangeTime, now); }
+  void stamp_pdi_buffer(Nanoseconds now) noexcept {
+    stamp(wire::reg::kPdiBufferStartTime, now);
+    stamp(wire::reg::kPdiBufferChangeTime, now);
+  }
+  /// @}
 
  private:
-  void follow(Nanoseconds difference, Nanoseconds now) noexcept;
+  [[nodiscard]] Nanoseconds stamped(Nanoseconds now) noexcept;
+  [[nodiscard]] std::uint64_t system_count(Nanoseconds now) const noexcept;
+  [[nodiscard]] std::uint64_t cut(std::uint64_t time) const noexcept { return wide_ ? time : time & 0xFFFFFFFFU; }
+  [[nodiscard]] bool writable(Side side, std::size_t address) const noexcept;
+  void stamp(const wire::reg::U32& target, Nanoseconds now) noexcept;
+  void compare(std::uint32_t received, Nanoseconds now) noexcept;
+  void restart_filter(Nanoseconds now) noexcept;
+  bool store(Side side, std::size_t address, std::span<const std::byte> data) noexcept;
+  void extend_start_time(std::size_t address, std::size_t length, Nanoseconds now) noexcept;
+  void plan_sync() noexcept;
 
   EscMemory& memory_;
+  EventUnit& events_;
   bool present_;
-  ClockOptions options_;
+  bool wide_;
   bool latch_requested_ = false;
-  Nanoseconds correction_{0};
+  Nanoseconds sync_due_ = kNever;
+  std::int64_t start_;
+  std::int64_t jitter_;
+  std::uint64_t seed_;
+  Oscillator oscillator_;
+  TimeLoop loop_;
+  SyncUnit sync_;
+  LatchUnit latches_;
+  RandomSource random_;
   double mean_difference_ns_ = 0.0;
-  std::optional<Nanoseconds> last_follow_;  ///< when the reference time came in last
+  std::optional<Nanoseconds> last_sync0_;
+  std::uint64_t sync0_count_ = 0;
 };
 
 }  // namespace driveline::slaves

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstdint>
@@ -46,8 +47,8 @@ class Esc {
   Esc(const Esc&) = delete;
   Esc& operator=(const Esc&) = delete;
 
-  /// Everything as after switching the supply on; the EEPROM content and the links of the ports stay.
-  void power_on() noexcept;
+  /// Everything as after switching the supply on at `now`; the EEPROM content and the links of the ports stay.
+  void power_on(Nanoseconds now = {}) noexcept;
 
   /// \name EtherCAT side
   /// @{
@@ -65,6 +66,16 @@ class Esc {
   void count_damaged_frame(unsigned port, bool forwarded) noexcept;
   /// Frames that are not EtherCAT: passed on unchanged, or destroyed (DL control bit 0).
   [[nodiscard]] bool forwards_foreign_frames() const noexcept;
+  /// @}
+
+  /// \name The controller's own time
+  /// @{
+  /// When on_time() wants to be called next; Nanoseconds::max() when nothing is pending.
+  [[nodiscard]] Nanoseconds due() const noexcept {
+    return std::min({loops_revert_at_, watchdog_.expiry(), watchdog_.pdi_expiry()});
+  }
+  /// Something falls due: watchdogs expire, temporary loop settings end.
+  void on_time(Nanoseconds now) noexcept;
   /// @}
 
   /// \name Ports
@@ -108,6 +119,7 @@ class Esc {
   [[nodiscard]] SiiInterface& sii() noexcept { return sii_; }
   [[nodiscard]] const SiiInterface& sii() const noexcept { return sii_; }
   [[nodiscard]] DistributedClock& clock() noexcept { return clock_; }
+  [[nodiscard]] const DistributedClock& clock() const noexcept { return clock_; }
 
  private:
   static constexpr std::uint64_t kNoFrame = ~std::uint64_t{0};
@@ -130,6 +142,8 @@ class Esc {
   bool write_logical(const LogicalMapping& mapping, std::uint32_t logical, std::span<const std::byte> data,
                      Nanoseconds now) noexcept;
 
+  bool read_ram(std::size_t address, std::span<std::byte> out, Nanoseconds now) noexcept;
+  bool write_ram(std::size_t address, std::span<const std::byte> data, Nanoseconds now) noexcept;
   bool read_registers(std::size_t address, std::span<std::byte> out, Nanoseconds now) noexcept;
   bool write_registers(std::size_t address, std::span<const std::byte> data, Nanoseconds now) noexcept;
   bool write_plain(std::size_t address, std::span<const std::byte> data, const RegisterAccessMap& access) noexcept;
@@ -137,10 +151,12 @@ class Esc {
   bool write_al_control(std::size_t address, std::span<const std::byte> data, Nanoseconds now) noexcept;
   bool write_error_counters(std::size_t address, std::size_t length) noexcept;
   bool write_reset(std::byte value, ResetSequence& sequence, const wire::reg::U8& target) noexcept;
+  bool write_dl_control(std::size_t address, std::span<const std::byte> data, Nanoseconds now) noexcept;
   [[nodiscard]] bool write_allowed(std::size_t address) const noexcept;
   void load_reset_values() noexcept;
   void refresh_addressing() noexcept;
   void publish_dl_status() noexcept;
+  void show_error(bool error, bool new_error) noexcept;
 
   EscOptions options_;
   // What every passing datagram needs, together.
@@ -163,6 +179,8 @@ class Esc {
   ResetSequence reset_ecat_;
   ResetSequence reset_pdi_;
   Nanoseconds al_control_time_{0};
+  Nanoseconds loops_revert_at_ = WatchdogUnit::kNever;
+  std::uint8_t loops_before_ = 0;  ///< 0x0101 before the temporary setting
   wire::DlStatus dl_status_;
 };
 

@@ -10,26 +10,31 @@ namespace driveline::slaves {
 /// Who accesses the memory of a slave controller.
 enum class Side : std::uint8_t { kEcat, kPdi };
 
-/// Access right per register byte, made from the register table; bytes in no register are kNone.
+/// Which bits of each register byte a side may write, made from the register table; none in bytes of no register.
 class RegisterAccessMap {
  public:
   constexpr explicit RegisterAccessMap(Side side) noexcept {
     for (const auto& row : wire::kRegisters) {
+      const auto access = side == Side::kEcat ? row.ecat : row.pdi;
+      if (access != wire::RegisterAccess::kWrite && access != wire::RegisterAccess::kReadWrite) continue;
       for (unsigned n = 0; n < row.count; ++n) {
         for (unsigned i = 0; i < row.size; ++i) {
-          bytes_[row.address + n * row.stride + i] = side == Side::kEcat ? row.ecat : row.pdi;
+          bits_[row.address + n * row.stride + i] = static_cast<std::byte>(row.bits >> (8 * i) & 0xFF);
+          writable_[row.address + n * row.stride + i] = true;
         }
       }
     }
   }
   /// Precondition: `address` < 0x1000. \rtsafe
-  [[nodiscard]] constexpr bool writable(std::size_t address) const noexcept {
-    const auto access = bytes_[address];
-    return access == wire::RegisterAccess::kWrite || access == wire::RegisterAccess::kReadWrite;
+  [[nodiscard]] constexpr bool writable(std::size_t address) const noexcept { return writable_[address]; }
+  /// What a byte becomes when the side writes `value`: reserved bits stay zero. \rtsafe
+  [[nodiscard]] constexpr std::byte accepted(std::size_t address, std::byte value) const noexcept {
+    return value & bits_[address];
   }
 
  private:
-  std::array<wire::RegisterAccess, wire::kProcessRamStart> bytes_{};
+  std::array<std::byte, wire::kProcessRamStart> bits_{};
+  std::array<bool, wire::kProcessRamStart> writable_{};
 };
 
 inline constexpr RegisterAccessMap kEcatAccess{Side::kEcat};

@@ -42,7 +42,9 @@ class SiiInterface {
   /// The EEPROM content as it is now.
   [[nodiscard]] std::span<const std::byte> image() const noexcept { return image_; }
   /// True when a command has changed the content since construction.
-  [[nodiscard]] bool modified() const noexcept { return modified_; }
+  [[nodiscard]] bool modified() const noexcept { return revision_ != 0; }
+  /// Counts the words that commands have written.
+  [[nodiscard]] std::uint64_t revision() const noexcept { return revision_; }
 
   /// \name Faults
   /// @{
@@ -68,7 +70,7 @@ class SiiInterface {
   std::vector<std::byte> image_;
   SiiOptions options_;
   bool loaded_ = false;
-  bool modified_ = false;
+  std::uint64_t revision_ = 0;
   bool busy_ = false;
   std::uint16_t command_ = 0;
   Nanoseconds done_at_{0};

@@ -2,6 +2,8 @@
 
 #include <chrono>
 #include <memory>
+#include <optional>
+#include <vector>
 
 #include "driveline/slaves/device.hpp"
 #include "driveline/slaves/esc/al_state_machine.hpp"
@@ -15,12 +17,15 @@ struct SlaveOptions {
   AlOptions al;
   SiiOptions sii;
   ClockOptions clock;
+  /// EEPROM content instead of the device's own (see SiiFile); empty: the device's.
+  std::vector<std::byte> sii_image;
 };
 
 /// A complete emulated slave: controller, state machine, mailbox transport and the device behind them.
 ///
 /// It lives in time, not in frames: advance() runs it up to a time, in steps of the device's process data period, with
-/// the watchdog expiring and delayed transitions happening at their own times in between. Not thread-safe; everything
+/// the watchdog expiring and delayed transitions happening at their own times in between. As soon as SYNC0 comes in
+/// SAFEOP or OP, process data change hands at SYNC0 instead. Not thread-safe; everything
 /// is called by the thread that drives the line.
 class Slave {
  public:
@@ -37,6 +42,12 @@ class Slave {
   void set_power(bool on, Nanoseconds now) noexcept;
   [[nodiscard]] bool powered() const noexcept { return powered_; }
 
+  /// Fault: from `now` on the application stands still for `duration`, as a processor does that hangs. The controller
+  /// answers frames alone; AL control and mailboxes stay unanswered, the PDI watchdog expires. An application that
+  /// wakes up after more than kBackgroundWatchdog in SAFEOP or OP reports its own background watchdog (0x002A).
+  void stall(Nanoseconds now, Nanoseconds duration) noexcept;
+  static constexpr Nanoseconds kBackgroundWatchdog = std::chrono::milliseconds{100};
+
   [[nodiscard]] Esc& esc() noexcept { return esc_; }
   [[nodiscard]] const Esc& esc() const noexcept { return esc_; }
   [[nodiscard]] Device& device() noexcept { return *device_; }
@@ -48,11 +59,15 @@ class Slave {
  private:
   void run(Nanoseconds now);
   void restart(Nanoseconds now) noexcept;
+  void run_application(Nanoseconds now);
+  void happen(Nanoseconds time, Nanoseconds now);
   void step(Nanoseconds time, Nanoseconds now);
-  void expire_watchdog() noexcept;
+  void controller_event(Nanoseconds time) noexcept;
+  void wake_up(Nanoseconds time) noexcept;
   void after_state_change(Nanoseconds time) noexcept;
-  void hand_over_outputs() noexcept;
-  void publish_inputs() noexcept;
+  void sync_pulse(Nanoseconds time);
+  void hand_over_outputs(Nanoseconds time) noexcept;
+  void publish_inputs(Nanoseconds time) noexcept;
   [[nodiscard]] Nanoseconds next_event() const noexcept;
 
   std::unique_ptr<Device> device_;
@@ -61,8 +76,11 @@ class Slave {
   AlStateMachine al_;
   MailboxTransport mailbox_;
   bool powered_ = true;
-  bool exchanging_ = false;  ///< inputs have been published since SAFEOP was entered
+  bool sync_driven_ = false;  ///< process data change hands at SYNC0, not in steps of the device
+  bool exchanging_ = false;   ///< inputs have been published since SAFEOP was entered
   Nanoseconds next_step_{0};
+  std::optional<Nanoseconds> stalled_until_;
+  Nanoseconds stalled_since_{0};
   Nanoseconds due_{0};
 };
 

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 
 #include "driveline/slaves/esc/event_unit.hpp"
 #include "driveline/slaves/esc/memory.hpp"
@@ -40,6 +41,14 @@ class SyncManagerUnit {
   void peek(std::size_t address, std::span<std::byte> out) const noexcept;
   /// A register that a sync manager covers (digital outputs at 0x0F00) was written.
   void register_written(std::size_t address, std::size_t length, Nanoseconds now) noexcept;
+  /// @}
+
+  /// \name Buffer events
+  /// A buffer of a channel that latches its events (activation bits 6 and 7) has changed hands, seen from either side;
+  /// true once per event.
+  /// @{
+  bool take_ecat_buffer_event() noexcept { return std::exchange(ecat_buffer_event_, false); }
+  bool take_pdi_buffer_event() noexcept { return std::exchange(pdi_buffer_event_, false); }
   /// @}
 
   /// ECAT writes configuration registers at `address` (0x0800 and up); true when a byte was accepted.
@@ -79,6 +88,8 @@ class SyncManagerUnit {
     wire::SyncManagerControl control;
     bool enabled = false;  ///< by the master
     bool usable = false;
+    bool latch_ecat = false;    ///< ECAT buffer events are time-stamped
+    bool latch_pdi = false;     ///< those of the application
     bool in_registers = false;  ///< area below 0x1000: no buffers, direct access
     bool full = false;          ///< mailbox
     bool fresh = false;
@@ -122,6 +133,8 @@ class SyncManagerUnit {
   std::array<Channel, kMaxCount> channels_{};
   std::array<std::uint8_t, kMaxCount> active_{};  ///< numbers of the enabled channels in RAM, ascending
   unsigned active_count_ = 0;
+  bool ecat_buffer_event_ = false;
+  bool pdi_buffer_event_ = false;
 };
 
 }  // namespace driveline::slaves

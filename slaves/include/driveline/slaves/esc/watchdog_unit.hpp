@@ -7,9 +7,11 @@
 
 namespace driveline::slaves {
 
-/// Process data watchdog (registers 0x0400-0x0443, ETG.1000.4 6.3). Triggered by complete writes to sync managers
-/// whose control byte enables it; runs from the first trigger on. The PDI watchdog never expires: the application of
-/// an emulated slave is always alive. \rtsafe throughout.
+/// The two watchdogs of a slave controller (registers 0x0400-0x0443, ETG.1000.4 6.3). \rtsafe throughout.
+///
+/// Process data: triggered by complete writes to sync managers whose control byte enables it; runs from the first
+/// trigger on. PDI: triggered by every access of the application, which an emulated one makes all the time; so it runs
+/// only while the application stands still.
 class WatchdogUnit {
  public:
   /// "Does not expire".
@@ -34,10 +36,23 @@ class WatchdogUnit {
   [[nodiscard]] bool enabled() const noexcept { return timeout_ > std::chrono::nanoseconds::zero(); }
   [[nodiscard]] std::chrono::nanoseconds timeout() const noexcept { return timeout_; }
 
+  /// \name PDI watchdog
+  /// @{
+  /// The application has made its last access for some time.
+  void pdi_silent(std::chrono::nanoseconds since) noexcept;
+  /// The application is back.
+  void pdi_alive() noexcept;
+  [[nodiscard]] std::chrono::nanoseconds pdi_expiry() const noexcept { return pdi_expiry_; }
+  void expire_pdi() noexcept;
+  [[nodiscard]] bool pdi_expired() const noexcept { return pdi_expired_; }
+  /// @}
+
   /// A write to one of the two counters clears both.
   void clear_counters() noexcept;
 
  private:
+  [[nodiscard]] std::chrono::nanoseconds unit() const noexcept;
+  void count(const wire::reg::U8& counter) noexcept;
   void set_status(bool ok) noexcept { memory_.set(wire::reg::kWatchdogStatusProcessData, ok ? 1 : 0); }
 
   EscMemory& memory_;
@@ -46,6 +61,8 @@ class WatchdogUnit {
   std::chrono::nanoseconds last_trigger_{0};
   std::chrono::nanoseconds expiry_ = kNever;
   bool expired_ = false;
+  std::chrono::nanoseconds pdi_expiry_ = kNever;
+  bool pdi_expired_ = false;
 };
 
 }  // namespace driveline::slaves

@@ -93,9 +93,9 @@ class MsdDrive final : public Device, private DictionaryOwner {
   /// The two buttons under the display: acknowledges a fault (MSD manual 13.2). \rtsafe
   void press_buttons() noexcept { acknowledge(); }
 
-  /// Switches the drive off and on again: stored parameters, state machine from the start. The AL state is the slave
-  /// controller's business. Not for use in the cycle.
-  void restart();
+  /// Switches the drive off and on again: stored parameters, state machine from the start, INIT. Not for use in the
+  /// cycle.
+  void restart() override;
 
   // Truth of the model, for tests and displays.
   [[nodiscard]] double position_rad() const noexcept { return motion_.motor().position_rad(); }

@@ -74,6 +74,14 @@ class TestDevice final : public Device {
   void fall_back(wire::AlState from, wire::AlState to, wire::AlStatusCode reason) noexcept override {
     fall_backs.push_back({from, to, reason});
   }
+  void restart() override { ++restarts; }
+  void sync_event(SyncSignal signal, std::chrono::nanoseconds time) noexcept override {
+    if (sync_events.size() < sync_events.capacity()) sync_events.emplace_back(signal, time);
+  }
+  bool firmware_valid() const noexcept override { return firmware_complete; }
+  wire::AlStatusCode check_mapping() const noexcept override { return mapping; }
+  SyncDemand sync_demand() const noexcept override { return demand; }
+  bool inputs_valid() const noexcept override { return sensor_present; }
   void write_outputs(std::size_t sync_manager, std::span<const std::byte> data) noexcept override {
     outputs[sync_manager].assign(data.begin(), data.end());
     ++output_count;
@@ -113,6 +121,13 @@ class TestDevice final : public Device {
   DeviceProfile own_profile;
   std::array<std::size_t, 8> sizes{0, 0, 4, 6};
   wire::AlStatusCode refusal = wire::AlStatusCode::kNoError;
+  wire::AlStatusCode mapping = wire::AlStatusCode::kNoError;
+  bool firmware_complete = true;
+  bool sensor_present = true;
+  SyncDemand demand;
+  int restarts = 0;
+  /// As many as the test reserves room for.
+  std::vector<std::pair<SyncSignal, std::chrono::nanoseconds>> sync_events;
   std::vector<std::pair<wire::AlState, wire::AlState>> transitions;
   std::vector<FallBack> fall_backs;
   std::array<std::vector<std::byte>, 8> outputs;

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+
+#include "driveline/slaves/esc/clock_options.hpp"
+
+namespace driveline::slaves {
+
+/// The oscillator of an emulated slave: counts its own nanoseconds from power-on, too many or too few, in steps of its
+/// period. Times handed in are true times: on the line's clock. \rtsafe throughout.
+class Oscillator {
+ public:
+  using Nanoseconds = std::chrono::nanoseconds;
+
+  explicit Oscillator(const ClockOptions& options) noexcept;
+
+  /// Starts counting from 0 at `now`.
+  void power_on(Nanoseconds now) noexcept { origin_ = now; }
+  /// Its count at a true time: that of the last step, a multiple of the period.
+  [[nodiscard]] std::int64_t count(Nanoseconds now) const noexcept;
+  /// The true time of the first step whose count is not below `count`, rounded up to whole nanoseconds.
+  [[nodiscard]] Nanoseconds time_of(std::int64_t count) const noexcept;
+  /// Error of its rate at a true time, in ppm; for tests.
+  [[nodiscard]] double rate_error_ppm(Nanoseconds now) const noexcept;
+
+ private:
+  [[nodiscard]] std::int64_t elapsed_count(std::int64_t elapsed) const noexcept;
+  [[nodiscard]] double wander_ns(double elapsed) const noexcept;
+
+  std::int64_t period_ = 1;
+  double drift_ = 0.0;          ///< relative
+  double span_ = 0.0;           ///< relative, of the temperature
+  double wander_period_ = 0.0;  ///< ns; 0: none
+  double wander_phase_ = 0.0;   ///< share of the period
+  Nanoseconds origin_{0};
+};
+
+}  // namespace driveline::slaves

@@ -1,0 +1,107 @@
+#include "driveline/slaves/esc/sync_unit.hpp"
+
+#include <algorithm>
+
+namespace driveline::slaves {
+
+namespace reg = wire::reg;
+
+namespace {
+
+/// Bits of the activation status 0x0984.
+constexpr std::uint8_t kSync0Pending = 0x01;
+constexpr std::uint8_t kSync1Pending = 0x02;
+constexpr std::uint8_t kImplausibleStart = 0x04;
+constexpr std::uint64_t k32 = std::uint64_t{1} << 32;
+
+}  // namespace
+
+void SyncUnit::reset() noexcept {
+  activation_ = 0;
+  stop();
+}
+
+void SyncUnit::stop() noexcept {
+  next_ = {kNever, kNever};
+  started_ = sync1_ = false;
+  set_status(kSync0Pending | kSync1Pending | kImplausibleStart, 0);
+}
+
+void SyncUnit::set_status(std::uint8_t clear, std::uint8_t set) noexcept {
+  memory_.set(reg::kDcActivationStatus,
+              static_cast<std::uint8_t>((memory_.get(reg::kDcActivationStatus) & ~unsigned{clear}) | set));
+}
+
+void SyncUnit::configure(std::uint64_t now) noexcept {
+  const auto before = activation_;
+  activation_ = memory_.get(reg::kDcActivation);
+  const bool active = (activation_ & dc_activation::kUnit) != 0 && (activation_ & dc_activation::kSync0) != 0;
+  if (!active) return stop();
+  constexpr unsigned kSignals = dc_activation::kUnit | dc_activation::kSync0 | dc_activation::kSync1;
+  // Pulses that run go on when the same is written again.
+  if ((before & kSignals) == (activation_ & kSignals)) return;
+  stop();
+  cycle0_ = memory_.get(reg::kSync0CycleTime);
+  cycle1_ = memory_.get(reg::kSync1CycleTime);
+  sync1_ = (activation_ & dc_activation::kSync1) != 0;
+  next_[0] = first_pulse(now);
+  set_status(0, static_cast<std::uint8_t>(kSync0Pending | (sync1_ ? kSync1Pending : 0U)));
+}
+
+std::uint64_t SyncUnit::first_pulse(std::uint64_t now) noexcept {
+  const auto start = memory_.get(reg::kStartTimeCyclic);
+  const std::uint64_t ahead = wide_ ? start - now : (start - now) % k32;
+  if ((activation_ & dc_activation::kPlausibilityCheck) != 0) {
+    const bool short_future = (activation_ & dc_activation::kNearFuture31) != 0;
+    if (ahead >= (short_future ? std::uint64_t{1} << 31 : range())) {
+      set_status(0, kImplausibleStart);
+      return now + 1;
+    }
+  }
+  return wide_ && ahead >= range() ? kNever : now + ahead;
+}
+
+void SyncUnit::jumped(std::uint64_t before, std::uint64_t now) noexcept {
+  skip_to(before);
+  for (auto& next : next_) {
+    if (next == kNever || next > now) continue;
+    // The comparison finds nothing any more, with 32 bits until the clock comes by again.
+    next = wide_ ? kNever : next + (now - next + k32) / k32 * k32;
+  }
+}
+
+std::optional<SyncSignal> SyncUnit::fire() noexcept {
+  if (next() == kNever) return std::nullopt;
+  if (next_[0] <= next_[1]) {
+    const auto time = next_[0];
+    started_ = true;
+    set_status(kSync0Pending, 0);
+    next_[0] = cycle0_ == 0 ? kNever : time + cycle0_;
+    if (sync1_ && next_[1] == kNever) next_[1] = time + cycle1_;
+    return SyncSignal::kSync0;
+  }
+  set_status(kSync1Pending, 0);
+  next_[1] = kNever;
+  return SyncSignal::kSync1;
+}
+
+void SyncUnit::skip_to(std::uint64_t time) noexcept {
+  if (next() >= time) return;
+  // Whole periods of both signals, so that their relation stays; the rest one by one.
+  const std::uint64_t period = cycle0_ == 0 ? 0 : (sync1_ ? cycle1_ / cycle0_ + 1U : 1U) * std::uint64_t{cycle0_};
+  if (period != 0 && time - next() > period) {
+    const auto shift = (time - next()) / period * period;
+    for (auto& next : next_) {
+      if (next != kNever) next += shift;
+    }
+  }
+  while (next() < time) static_cast<void>(fire());
+}
+
+std::uint64_t SyncUnit::next_after(SyncSignal signal, std::uint64_t now) const noexcept {
+  const auto next = next_[signal == SyncSignal::kSync0 ? 0 : 1];
+  if (signal == SyncSignal::kSync1 || next == kNever || next > now || cycle0_ == 0) return next;
+  return next + ((now - next) / cycle0_ + 1) * cycle0_;
+}
+
+}  // namespace driveline::slaves

@@ -1,0 +1,122 @@
+#include "driveline/slaves/esc/time_loop.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace driveline::slaves {
+
+namespace {
+
+/// Share of a difference that is made up for per nanosecond, and at least per reference time, at speed counter start
+/// 0x1000. The latter counts in the static phase of a master, which sends thousands of them back to back, many in one
+/// frame.
+constexpr double kProportional = 40e-9;
+constexpr double kShare = 0.005;
+constexpr double kMaxShare = 0.25;
+/// A proportional correction ends after this, and after some periods, so that rare reference times do not overshoot.
+constexpr std::int64_t kHold = 10'000'000;
+constexpr std::int64_t kHoldPeriods = 4;
+/// Differences beyond these, plain and per nanosecond since the last reference time, are no drift: somebody has set a
+/// clock. They are made up for as fast as the counters can, and teach the integral nothing.
+constexpr double kOffset = 3000.0;
+constexpr double kOffsetShare = 2e-3;
+/// The counter stays this far from its start (ESC data sheet II, 0x0932).
+constexpr int kCounterMargin = 0x7F;
+constexpr int kMinStart = 0x80;
+constexpr int kDefaultDepth = 12;
+
+double rate_of(int counter, int start) noexcept {
+  return static_cast<double>(counter) /
+         (5.0 * static_cast<double>(start + counter + 2) * static_cast<double>(start - counter + 2));
+}
+
+}  // namespace
+
+void TimeLoop::reset(std::int64_t start) noexcept {
+  *this = TimeLoop{};
+  anchor_local_ = start;
+}
+
+double TimeLoop::gained(std::int64_t distance) const noexcept {
+  const auto held = std::min(distance, hold_);
+  return anchor_fraction_ + static_cast<double>(held) * rate_ + static_cast<double>(distance - held) * settled_rate_;
+}
+
+std::int64_t TimeLoop::local(std::int64_t count) const noexcept {
+  const auto distance = count - anchor_count_;
+  return anchor_local_ + distance + static_cast<std::int64_t>(std::floor(gained(distance)));
+}
+
+std::int64_t TimeLoop::count_of(std::int64_t local_time) const noexcept {
+  auto count = anchor_count_ + (local_time - anchor_local_);
+  // The rate is 1 but for less than 1e-3: each round takes that share of the error.
+  for (int round = 0; round < 4; ++round) count += local_time - local(count);
+  while (local(count) < local_time) ++count;
+  while (local(count - 1) >= local_time) --count;
+  return count;
+}
+
+void TimeLoop::anchor(std::int64_t count) noexcept {
+  const auto distance = count - anchor_count_;
+  const double sum = gained(distance);
+  const double whole = std::floor(sum);
+  anchor_local_ += distance + static_cast<std::int64_t>(whole);
+  anchor_fraction_ = sum - whole;
+  anchor_count_ = count;
+}
+
+TimeLoop::Speed TimeLoop::quantised(double rate, const Settings& settings) noexcept {
+  const int start = std::max<int>(settings.speed_counter_start, kMinStart);
+  // The counter that makes this rate: positive root of 5 r D^2 + D - 5 r (S + 2)^2 = 0, sign of r.
+  const double reach = static_cast<double>(start + 2);
+  const double exact = rate == 0.0 ? 0.0 : (std::sqrt(1.0 + 100.0 * rate * rate * reach * reach) - 1.0) / (10.0 * rate);
+  const double limit = start - kCounterMargin;
+  const int counter = static_cast<int>(std::lround(std::clamp(exact, -limit, limit)));
+  return {rate_of(counter, start), counter};
+}
+
+void TimeLoop::follow(std::int64_t difference, std::int64_t count, const Settings& settings) noexcept {
+  anchor(count);
+  if (last_ != count) {
+    period_ = std::max<std::int64_t>(count - last_.value_or(count), 0);
+    last_ = count;
+    repeats_ = 0;
+    settled_integral_ = integral_;
+  }
+  // Several reference times in one frame bring the same difference: they count together.
+  ++repeats_;
+  const auto elapsed = period_;
+  const int start = std::max<int>(settings.speed_counter_start, kMinStart);
+  const double limit = rate_of(start - kCounterMargin, start);
+  const double share = std::min(kShare * repeats_, kMaxShare);
+  const double per_time = elapsed > 0 ? share / static_cast<double>(elapsed) : 0.0;
+  const double bandwidth = std::max(kProportional, per_time) * 0x1000 / start;
+  const double slower = std::ldexp(1.0, std::clamp(kDefaultDepth - settings.filter_depth, -4, 1));
+  const auto error = static_cast<double>(difference);
+  const bool offset = std::abs(error) > std::max(kOffset, kOffsetShare * static_cast<double>(elapsed));
+  const double wanted = offset ? std::copysign(limit, -error) : settled_integral_ - bandwidth * error;
+  // What cannot be made up for in time must not wind the integral up, unless it is just that: drift between rare
+  // reference times.
+  const bool saturated = std::abs(wanted) > limit && elapsed < kHold;
+  if (!offset && !saturated) {
+    // Rare reference times count for less than the time they stand for, else they would overshoot.
+    const auto e = static_cast<double>(std::min(elapsed, kHold));
+    const double weight = elapsed > kHold ? static_cast<double>(kHold) / static_cast<double>(elapsed) : 1.0;
+    const double step = bandwidth * bandwidth / 4.0 * slower * error * e * weight;
+    integral_ = std::clamp(settled_integral_ - step, -limit, limit);
+  }
+  const auto settled = quantised(integral_, settings);
+  rate_ = quantised(offset ? wanted : integral_ - bandwidth * error, settings).rate;
+  settled_rate_ = settled.rate;
+  difference_ = static_cast<std::int16_t>(settled.counter);
+  hold_ = elapsed > 0 ? std::min(kHold, kHoldPeriods * elapsed) : kHold;
+}
+
+void TimeLoop::restart(std::int64_t count) noexcept {
+  anchor(count);
+  rate_ = settled_rate_ = integral_ = 0.0;
+  difference_ = 0;
+  last_.reset();
+}
+
+}  // namespace driveline::slaves

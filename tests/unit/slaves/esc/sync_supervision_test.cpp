@@ -1,0 +1,285 @@
+// Synchronisation as the slave sees it: settings that cannot work, SYNC0 that is missing or uneven, outputs that come
+// too late, each with its AL status code (ETG.1020).
+#include "bench_slave.hpp"
+
+namespace driveline::slaves::test {
+namespace {
+
+using std::chrono::nanoseconds;
+
+class SyncSupervisionTest : public BenchSlave {
+ protected:
+  static constexpr std::uint32_t kCycle = 1'000'000;
+
+  /// In PREOP with process data configured, SYNC as given.
+  void prepare(const SyncDemand& demand) {
+    auto own = std::make_unique<TestDevice>();
+    own->demand = demand;
+    rebuild({}, std::move(own));
+    go_to(AlState::kPreOp);
+    configure_process_data();
+  }
+  void activate(std::uint32_t cycle0, unsigned activation = 0x03, std::uint32_t cycle1 = 0,
+                std::int64_t start_in = kCycle) {
+    write(reg::kDcActivation, 0);
+    write(reg::kStartTimeCyclic, static_cast<std::uint64_t>(esc().clock().system_time(now()).count() + start_in));
+    write(reg::kSync0CycleTime, cycle0);
+    write(reg::kSync1CycleTime, cycle1);
+    write(reg::kDcActivation, static_cast<std::uint8_t>(activation));
+  }
+  /// One cycle of the master: outputs 300 us in front of SYNC0.
+  void cycle(bool with_outputs = true) {
+    pass(nanoseconds{kCycle} - 300us);
+    if (with_outputs) write_outputs(bytes({1, 2, 3, 4}));
+    pass(300us);
+  }
+  void to_op(const SyncDemand& demand) {
+    prepare(demand);
+    activate(kCycle);
+    request(AlState::kSafeOp);
+    expect_status(AlState::kSafeOp);
+    pass(100us);  // between two pulses
+    request(AlState::kOp);
+    for (int i = 0; i < 20; ++i) cycle();
+    expect_status(AlState::kOp);
+  }
+  void expect_safe_op_refused(AlStatusCode code) {
+    request(AlState::kSafeOp);
+    expect_status(AlState::kPreOp, code);
+  }
+};
+
+SyncDemand demand_of_a_drive() {
+  SyncDemand demand;
+  demand.sync1 = true;
+  demand.time_base = 125us;
+  demand.min_cycle = 125us;
+  demand.max_cycle = 20ms;
+  demand.error_limit = 12;
+  return demand;
+}
+
+TEST_F(SyncSupervisionTest, ADeviceThatNeedsSync0DoesNotRunWithoutIt) {
+  SyncDemand demand;
+  demand.free_run = demand.sm_event = false;
+  prepare(demand);
+  expect_safe_op_refused(AlStatusCode::kFreeRunNotSupported);
+  activate(kCycle);
+  request(AlState::kSafeOp, true);
+  expect_status(AlState::kSafeOp);
+}
+
+TEST_F(SyncSupervisionTest, FreeRunThatIsSetButNotSupported) {
+  SyncDemand demand;
+  demand.free_run = false;
+  demand.type = SyncType::kFreeRun;
+  prepare(demand);
+  expect_safe_op_refused(AlStatusCode::kFreeRunNotSupported);
+}
+
+TEST_F(SyncSupervisionTest, TypesThatAreNotSupported) {
+  SyncDemand no_clock;
+  no_clock.sync0 = false;
+  prepare(no_clock);
+  activate(kCycle);
+  expect_safe_op_refused(AlStatusCode::kSyncModeNotSupported);
+
+  SyncDemand no_sync1;
+  prepare(no_sync1);
+  activate(kCycle, 0x07, 0);
+  expect_safe_op_refused(AlStatusCode::kSyncModeNotSupported);
+
+  SyncDemand unknown;
+  unknown.type = static_cast<SyncType>(7);
+  prepare(unknown);
+  expect_safe_op_refused(AlStatusCode::kSyncModeNotSupported);
+}
+
+TEST_F(SyncSupervisionTest, ActivationThatContradictsTheTypeOrItself) {
+  struct Row {
+    std::optional<SyncType> type;
+    unsigned activation;
+  };
+  for (const auto& row : {Row{SyncType::kSync0, 0x00}, Row{SyncType::kFreeRun, 0x03}, Row{SyncType::kSmEvent, 0x03},
+                          Row{SyncType::kSync1, 0x03}, Row{{}, 0x05}, Row{{}, 0x01}}) {
+    auto demand = demand_of_a_drive();
+    demand.type = row.type;
+    prepare(demand);
+    activate(kCycle, row.activation);
+    SCOPED_TRACE(row.activation);
+    expect_safe_op_refused(AlStatusCode::kInvalidDcSyncConfiguration);
+  }
+}
+
+TEST_F(SyncSupervisionTest, Sync0CycleTimesThatDoNotFit) {
+  for (const std::uint32_t cycle : {0U, 200'000U, 62'500U, 40'000'000U}) {
+    prepare(demand_of_a_drive());
+    activate(cycle);
+    SCOPED_TRACE(cycle);
+    expect_safe_op_refused(AlStatusCode::kDcSync0CycleTime);
+  }
+  for (const std::uint32_t cycle : {125'000U, 20'000'000U}) {
+    prepare(demand_of_a_drive());
+    activate(cycle);
+    request(AlState::kSafeOp);
+    expect_status(AlState::kSafeOp);
+  }
+}
+
+TEST_F(SyncSupervisionTest, Sync1CycleTimesThatDoNotFit) {
+  prepare(demand_of_a_drive());
+  activate(250'000, 0x07, 300'000);
+  expect_safe_op_refused(AlStatusCode::kDcSync1CycleTime);
+  activate(250'000, 0x07, 100'000);  // a shift
+  request(AlState::kSafeOp, true);
+  expect_status(AlState::kSafeOp);
+}
+
+TEST_F(SyncSupervisionTest, ACycleOtherThanTheOneTheApplicationIsSetTo) {
+  auto demand = demand_of_a_drive();
+  demand.cycle = 1ms;
+  prepare(demand);
+  activate(500'000);
+  expect_safe_op_refused(AlStatusCode::kDcInvalidSyncCycleTime);
+  activate(250'000, 0x07, 750'000);  // SYNC1 at every fourth SYNC0
+  request(AlState::kSafeOp, true);
+  expect_status(AlState::kSafeOp);
+}
+
+TEST_F(SyncSupervisionTest, OpWaitsForEvenPulses) {
+  prepare(demand_of_a_drive());
+  activate(kCycle);
+  request(AlState::kSafeOp);
+  pass(100us);
+  request(AlState::kOp);
+  // The first pulse tells nothing, the eight behind it are even.
+  for (int i = 0; i < 8; ++i) cycle();
+  expect_status(AlState::kSafeOp);
+  cycle();
+  expect_status(AlState::kOp);
+}
+
+TEST_F(SyncSupervisionTest, OpIsNotReachedWithoutSync0) {
+  prepare(demand_of_a_drive());
+  activate(kCycle, 0x03, 0, -1000);  // a start time in the past
+  request(AlState::kSafeOp);
+  expect_status(AlState::kSafeOp);
+  request(AlState::kOp);
+  for (int i = 0; i < 1001; ++i) cycle();
+  expect_status(AlState::kSafeOp, AlStatusCode::kNoSyncError);
+}
+
+TEST_F(SyncSupervisionTest, OpIsNotReachedWithAClockThatIsSetAgainAndAgain) {
+  prepare(demand_of_a_drive());
+  activate(kCycle);
+  request(AlState::kSafeOp);
+  request(AlState::kOp);
+  for (int i = 0; i < 1001; ++i) {
+    cycle();
+    if (i % 5 == 0) write(reg::kSystemTimeOffset, static_cast<std::uint64_t>(-40'000 * (i / 5 % 2)));
+  }
+  expect_status(AlState::kSafeOp, AlStatusCode::kPllError);
+}
+
+TEST_F(SyncSupervisionTest, AClockThatIsSetInOp) {
+  to_op(demand_of_a_drive());
+  write(reg::kSystemTimeOffset, static_cast<std::uint64_t>(-100'000));
+  cycle();
+  cycle();
+  expect_status(AlState::kSafeOp, AlStatusCode::kPllError);
+  EXPECT_EQ(device().fall_backs.back(),
+            (TestDevice::FallBack{AlState::kOp, AlState::kSafeOp, AlStatusCode::kPllError}));
+}
+
+TEST_F(SyncSupervisionTest, Sync0ThatStopsInOp) {
+  to_op(demand_of_a_drive());
+  write(reg::kDcActivation, 0);
+  pass(2800us);
+  expect_status(AlState::kOp);
+  pass(200us);
+  expect_status(AlState::kSafeOp, AlStatusCode::kFatalSyncError);
+}
+
+TEST_F(SyncSupervisionTest, SmallCorrectionsOfTheClockAreNoReason) {
+  to_op(demand_of_a_drive());
+  for (int i = 0; i < 200; ++i) {
+    cycle();
+    const auto ahead = wire::to_le_bytes(static_cast<std::uint32_t>(now().count() + 2000));
+    transfer(Command::kArmw, 1, 0x0910, {ahead.begin(), ahead.end()});
+  }
+  expect_status(AlState::kOp);
+}
+
+TEST_F(SyncSupervisionTest, OutputsThatComeNoMore) {
+  to_op(demand_of_a_drive());
+  for (int i = 0; i < 4; ++i) cycle(false);
+  expect_status(AlState::kOp);
+  cycle(false);
+  expect_status(AlState::kSafeOp, AlStatusCode::kDcSyncTimeout);
+}
+
+TEST_F(SyncSupervisionTest, OutputsThatMissEverySecondPulse) {
+  to_op(demand_of_a_drive());
+  for (int i = 0; i < 20; ++i) cycle(i % 2 == 0);
+  expect_status(AlState::kSafeOp, AlStatusCode::kDcSyncIoError);
+}
+
+TEST_F(SyncSupervisionTest, ASingleMissedPulseIsForgiven) {
+  to_op(demand_of_a_drive());
+  for (int i = 0; i < 200; ++i) cycle(i % 4 != 0);
+  expect_status(AlState::kOp);
+}
+
+TEST_F(SyncSupervisionTest, WithoutALimitOnlyTheWatchdogLooksAtOutputs) {
+  auto demand = demand_of_a_drive();
+  demand.error_limit = 0;
+  to_op(demand);
+  for (int i = 0; i < 90; ++i) cycle(false);
+  expect_status(AlState::kOp);
+  for (int i = 0; i < 20; ++i) cycle(false);
+  expect_status(AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
+}
+
+TEST_F(SyncSupervisionTest, ProcessDataThatSynchroniseAndComeTooLate) {
+  auto demand = demand_of_a_drive();
+  demand.type = SyncType::kSmEvent;
+  demand.cycle = 1ms;
+  prepare(demand);
+  request(AlState::kSafeOp);
+  write_outputs(bytes({1, 2, 3, 4}));
+  request(AlState::kOp);
+  expect_status(AlState::kOp);
+  for (int i = 0; i < 100; ++i) cycle();
+  expect_status(AlState::kOp);
+  for (int i = 0; i < 6; ++i) cycle(false);
+  expect_status(AlState::kSafeOp, AlStatusCode::kSynchronizationError);
+}
+
+TEST_F(SyncSupervisionTest, AfterTheErrorANewStartUpSucceeds) {
+  to_op(demand_of_a_drive());
+  for (int i = 0; i < 6; ++i) cycle(false);
+  expect_status(AlState::kSafeOp, AlStatusCode::kDcSyncTimeout);
+  request(AlState::kSafeOp, true);
+  expect_status(AlState::kSafeOp);
+  cycle();
+  request(AlState::kOp);
+  cycle();
+  expect_status(AlState::kOp);
+  for (int i = 0; i < 100; ++i) cycle();
+  expect_status(AlState::kOp);
+}
+
+TEST_F(SyncSupervisionTest, DevicesWithoutDemandsFollowWhateverIsActivated) {
+  prepare({});
+  request(AlState::kSafeOp);
+  write_outputs(bytes({1, 2, 3, 4}));
+  request(AlState::kOp);
+  expect_status(AlState::kOp);
+  activate(kCycle);
+  for (int i = 0; i < 90; ++i) cycle();
+  expect_status(AlState::kOp);
+  EXPECT_GT(device().output_count, 80);
+}
+
+}  // namespace
+}  // namespace driveline::slaves::test
