@@ -26,6 +26,7 @@ constexpr std::array kCommands = {
             prepare_fault},
     Command{"slaves", "", kTools, "List the slaves on the line",
             "slaves --config examples/line8.toml\n"
+            "slaves --config examples/line8.toml -p 0 -v\n"
             "slaves --iface eth1 --json",
             prepare_slaves},
     Command{"states", "", kTools, "Show the EtherCAT states, or change them",
@@ -37,12 +38,40 @@ constexpr std::array kCommands = {
             "dc --config examples/line8-dc.toml --virtual --output out\n"
             "dc --iface eth1 --duration 10 --json",
             prepare_dc},
+    Command{"rescan", "", kTools, "Find the slaves anew, all in INIT", "rescan --config examples/line8.toml",
+            prepare_rescan},
+    Command{"pdos", "", kTools, "List sync managers, PDOs and the objects mapped into them",
+            "pdos --config examples/line8.toml -p 0\n"
+            "pdos --config examples/line8.toml -p 0 --sii",
+            prepare_pdos},
+    Command{"cstruct", "", kTools, "Print C++ declarations of the PDOs for programs that use the library",
+            "cstruct --config examples/line8.toml -p 0", prepare_cstruct},
     Command{"upload", "", kTools, "Read an object over CoE",
             "upload --config examples/line8.toml -p 0 -t int32 0x6064 0\n"
             "upload --config examples/line8.toml -p 2 -t string 0x1008 0",
             prepare_upload},
     Command{"download", "", kTools, "Write an object over CoE",
             "download --config examples/line8.toml -p 1 -t int8 0x6060 0 8", prepare_download},
+    Command{"reg", "", kTools, "Registers of the slave controllers", "", nullptr},
+    Command{"reg read", "reg_read", "", "Read a register, of several slaves if you like",
+            "reg read --config examples/line8.toml -p 0 al_status\n"
+            "reg read --config examples/line8.toml -p 0-3 0x0130 -t uint16\n"
+            "reg read --config examples/line8.toml -p 1 0x0000 10",
+            prepare_reg_read},
+    Command{"reg write", "reg_write", "", "Write a register of one slave",
+            "reg write --config examples/line8.toml -p 0 watchdog_divider 2498", prepare_reg_write},
+    Command{"reg list", "", "", "List the registers that have names", "reg list", prepare_reg_list},
+    Command{"sii", "", kTools, "EEPROM of a slave (slave information interface)", "", nullptr},
+    Command{"sii read", "sii_read", "", "Read the EEPROM as an image, or print what it says",
+            "sii read --config examples/line8.toml -p 0 -v\n"
+            "sii read --config examples/line8.toml -p 0 -o drive.sii",
+            prepare_sii_read},
+    Command{"sii write", "sii_write", "", "Write an image into the EEPROM; every word is read back",
+            "sii write --iface eth1 -p 0 drive.sii", prepare_sii_write},
+    Command{"sii compare", "", "", "Compare the EEPROM with an ESI file",
+            "sii compare --config examples/line8.toml -p 0 esi/data/moog_msd.xml", prepare_sii_compare},
+    Command{"sii alias", "alias", "", "Write the alias address into the EEPROM",
+            "sii alias --config examples/line8.toml -p 2 4711", prepare_sii_alias},
     Command{"esi", "", kFiles, "Device description files (ESI) and EEPROM images (SII)", "", nullptr},
     Command{"esi generate", "", "", "Write ESI file and SII image of the simulated MSD", "esi generate out",
             prepare_esi_generate},

@@ -12,8 +12,18 @@ namespace driveline::cli {
 [[nodiscard]] Execute prepare_slaves(Arguments& to);
 [[nodiscard]] Execute prepare_states(Arguments& to);
 [[nodiscard]] Execute prepare_dc(Arguments& to);
+[[nodiscard]] Execute prepare_rescan(Arguments& to);
+[[nodiscard]] Execute prepare_pdos(Arguments& to);
+[[nodiscard]] Execute prepare_cstruct(Arguments& to);
 [[nodiscard]] Execute prepare_upload(Arguments& to);
 [[nodiscard]] Execute prepare_download(Arguments& to);
+[[nodiscard]] Execute prepare_reg_read(Arguments& to);
+[[nodiscard]] Execute prepare_reg_write(Arguments& to);
+[[nodiscard]] Execute prepare_reg_list(Arguments& to);
+[[nodiscard]] Execute prepare_sii_read(Arguments& to);
+[[nodiscard]] Execute prepare_sii_write(Arguments& to);
+[[nodiscard]] Execute prepare_sii_compare(Arguments& to);
+[[nodiscard]] Execute prepare_sii_alias(Arguments& to);
 
 // These work on files, not on a bus.
 [[nodiscard]] Execute prepare_esi_generate(Arguments& to);

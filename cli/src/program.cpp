@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -44,12 +45,13 @@ void declare(CLI::App& app, const Argument& argument) {
   if (argument.required) option->required();
 }
 
-std::string example_lines(const Command& command) {
+/// Examples as they are typed, under the name that the command has here.
+std::string example_lines(const Command& command, std::string_view name) {
   std::string text = command.examples.empty() ? "" : "Examples:";
   std::string_view rest = command.examples;
   while (!rest.empty()) {
     const auto end = std::min(rest.find('\n'), rest.size());
-    text += fmt::format("\n  driveline {}", rest.substr(0, end));
+    text += fmt::format("\n  driveline {}{}", name, rest.substr(command.name.size(), end - command.name.size()));
     rest.remove_prefix(std::min(end + 1, rest.size()));
   }
   return text;
@@ -62,11 +64,13 @@ struct Built {
   Execute execute;
 };
 
+/// `name` as users type it: that of the command, or its other one.
 void add_command(CLI::App& parent, const Command& command, std::string_view name, std::string_view group,
                  std::deque<Built>& built) {
-  auto* app = parent.add_subcommand(std::string(name), std::string(command.summary));
+  const auto last_word = name.substr(name.find(' ') + 1);
+  auto* app = parent.add_subcommand(std::string(last_word), std::string(command.summary));
   app->group(std::string(group));
-  app->footer(example_lines(command));
+  app->footer(example_lines(command, name));
   if (command.prepare == nullptr) {
     app->require_subcommand(1);
     return;
@@ -84,7 +88,7 @@ void add_commands(CLI::App& program, std::deque<Built>& built) {
       add_command(program, command, command.name, command.group, built);
     } else {
       auto* head = program.get_subcommand(std::string(command.name.substr(0, space)));
-      add_command(*head, command, command.name.substr(space + 1), "Commands", built);
+      add_command(*head, command, command.name, "Commands", built);
     }
     if (!command.also.empty()) add_command(program, command, command.also, "Other names", built);
   }

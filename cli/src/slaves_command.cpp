@@ -1,49 +1,52 @@
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
+#include <algorithm>
 
 #include "commands.hpp"
 #include "json_text.hpp"
-#include "tool_options.hpp"
+#include "line_view.hpp"
+#include "sii_text.hpp"
+#include "slave_text.hpp"
 
 namespace driveline::cli {
 namespace {
 
 struct SlavesOptions {
   BusOptions bus;
+  SlaveSelection selection;
+  bool verbose = false;
   bool json = false;
 };
 
-nlohmann::json to_json(const ecat_master::SlaveInfo& info) {
-  const auto& device = info.description;
-  return {{"position", info.ref.position},
-          {"station_address", info.ref.station},
-          {"alias", info.alias},
-          {"vendor_id", device.vendor_id},
-          {"product_code", device.product_code},
-          {"revision", device.revision},
-          {"serial_number", device.serial_number},
-          {"name", device.name}};
+Outcome<std::vector<ecat_master::EscInformation>> read_controllers(LineView& line, std::span<const SlaveView> slaves) {
+  std::vector<ecat_master::EscInformation> found;
+  for (const auto& view : slaves) {
+    const auto info = ecat_master::read_esc_information(line.bus(), view.slave.ref);
+    if (!info) return bus_failure(info.error());
+    found.push_back(*info);
+  }
+  return found;
 }
 
 Outcome<int> list_slaves(const SlavesOptions& options) {
-  auto session = Session::open(options.bus);
-  if (!session) return tl::unexpected(session.error());
-  ecat_master::Master master((*session)->port(), (*session)->clock());
-  if (auto done = master.scan(); !done) return bus_failure(done.error());
-  if (options.json) {
-    auto slaves = nlohmann::json::array();
-    for (const auto& slave : master.slaves()) slaves.push_back(to_json(slave.info));
-    fmt::print("{}", json_text({{"slaves", slaves}}));
+  if (auto checked = options.selection.check(); !checked) return tl::unexpected(checked.error());
+  auto line = LineView::open(options.bus);
+  if (!line) return tl::unexpected(line.error());
+  const auto positions = (*line)->select(options.selection);
+  if (!positions) return tl::unexpected(positions.error());
+  const auto slaves = (*line)->read(*positions);
+  if (!options.verbose && !options.json) {
+    fmt::print("{}", slave_table(slaves));
     return 0;
   }
-  fmt::print("{:>4} {:>8} {:>6}  {:>10} {:>10} {:>10} {:>10}  {}\n", "pos", "address", "alias", "vendor", "product",
-             "revision", "serial", "name");
-  for (const auto& slave : master.slaves()) {
-    const auto& device = slave.info.description;
-    fmt::print("{:>4}   0x{:04X} {:>6}  0x{:08X} 0x{:08X} 0x{:08X} {:>10}  {}\n", slave.info.ref.position,
-               slave.info.ref.station, slave.info.alias, device.vendor_id, device.product_code, device.revision,
-               device.serial_number, device.name);
+  const auto controllers = read_controllers(**line, slaves);
+  if (!controllers) return tl::unexpected(controllers.error());
+  if (options.json) {
+    auto rows = nlohmann::json::array();
+    for (std::size_t i = 0; i < slaves.size(); ++i) rows.push_back(slave_json(slaves[i], (*controllers)[i]));
+    fmt::print("{}", json_text({{"slaves", rows}}));
+    return 0;
   }
+  for (std::size_t i = 0; i < slaves.size(); ++i) fmt::print("{}", slave_details(slaves[i], (*controllers)[i]));
   return 0;
 }
 
@@ -52,6 +55,8 @@ Outcome<int> list_slaves(const SlavesOptions& options) {
 Execute prepare_slaves(Arguments& to) {
   auto options = std::make_shared<SlavesOptions>();
   add_bus_options(to, options->bus);
+  options->selection.add(to);
+  to.flag("-v,--verbose", options->verbose, "Everything that is known about each slave");
   add_json_flag(to, options->json);
   return [options] { return list_slaves(*options); };
 }

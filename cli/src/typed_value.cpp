@@ -25,6 +25,8 @@ struct TypeRow {
 constexpr std::array kTypes = {
     TypeRow{"", ValueType::kRaw, 0},
     TypeRow{"raw", ValueType::kRaw, 0},
+    TypeRow{"octet_string", ValueType::kRaw, 0},
+    TypeRow{"bool", ValueType::kBool, 1},
     TypeRow{"uint8", ValueType::kUint8, 1},
     TypeRow{"uint16", ValueType::kUint16, 2},
     TypeRow{"uint32", ValueType::kUint32, 4},
@@ -36,6 +38,7 @@ constexpr std::array kTypes = {
     TypeRow{"float", ValueType::kFloat, 4},
     TypeRow{"double", ValueType::kDouble, 8},
     TypeRow{"string", ValueType::kString, 0},
+    TypeRow{"unicode_string", ValueType::kUnicode, 0},
 };
 
 const TypeRow& row_of(ValueType type) {
@@ -67,6 +70,38 @@ std::string hex(std::span<const std::byte> data) {
 std::int64_t sign_extend(std::uint64_t value, std::size_t bytes) {
   const auto shift = 64 - 8 * std::clamp<std::size_t>(bytes, 1, 8);
   return static_cast<std::int64_t>(value << shift) >> shift;
+}
+
+/// UTF-16 little endian, as in UNICODE_STRING objects (ETG.1000.6 Table 64), to UTF-8; what is no character becomes
+/// U+FFFD.
+std::string utf8_from_utf16(std::span<const std::byte> data) {
+  std::string text;
+  for (std::size_t i = 0; i + 1 < data.size(); i += 2) {
+    std::uint32_t code = wire::load_le<std::uint16_t>(data.subspan(i, 2));
+    if (code == 0) break;
+    const bool pair = code >= 0xD800 && code < 0xDC00 && i + 3 < data.size();
+    const std::uint32_t low = pair ? wire::load_le<std::uint16_t>(data.subspan(i + 2, 2)) : 0;
+    if (pair && low >= 0xDC00 && low < 0xE000) {
+      code = 0x10000 + ((code - 0xD800) << 10) + (low - 0xDC00);
+      i += 2;
+    } else if (code >= 0xD800 && code < 0xE000) {
+      code = 0xFFFD;
+    }
+    const auto add = [&text](std::uint32_t byte) { text += static_cast<char>(byte); };
+    if (code < 0x80) {
+      add(code);
+    } else if (code < 0x800) {
+      add(0xC0 | code >> 6);
+    } else if (code < 0x10000) {
+      add(0xE0 | code >> 12);
+    } else {
+      add(0xF0 | code >> 18);
+      add(0x80 | (code >> 12 & 0x3F));
+    }
+    if (code >= 0x800) add(0x80 | (code >> 6 & 0x3F));
+    if (code >= 0x80) add(0x80 | (code & 0x3F));
+  }
+  return text;
 }
 
 tl::unexpected<std::string> not_a(std::string_view text, const TypeRow& row) {
@@ -109,6 +144,7 @@ tl::expected<std::vector<std::byte>, std::string> parse_raw(const std::string_vi
       text.remove_prefix(1);
       continue;
     }
+    if (text.starts_with("0x") || text.starts_with("0X")) text.remove_prefix(2);
     unsigned byte = 0;
     const auto* end = text.data() + std::min<std::size_t>(2, text.size());
     const auto result = std::from_chars(text.data(), end, byte, 16);
@@ -147,6 +183,10 @@ tl::expected<nlohmann::json, std::string> json_value(std::span<const std::byte> 
   switch (type) {
     case ValueType::kRaw:
       return hex(data);
+    case ValueType::kBool:
+      return data[0] != std::byte{0};
+    case ValueType::kUnicode:
+      return utf8_from_utf16(data);
     case ValueType::kString: {
       std::string text;
       for (const auto byte : data) text += static_cast<char>(byte);
@@ -168,11 +208,17 @@ tl::expected<std::string, std::string> format_value(std::span<const std::byte> d
   if (!value) return tl::unexpected(value.error());
   switch (type) {
     case ValueType::kRaw: {
-      const bool number = data.size() == 1 || data.size() == 2 || data.size() == 4 || data.size() == 8;
-      return number ? fmt::format("{}  ({})", hex(data), load(data)) : hex(data);
+      std::string text;
+      for (const auto byte : data) {
+        text += fmt::format("{}0x{:02x}", text.empty() ? "" : " ", std::to_integer<unsigned>(byte));
+      }
+      return text;
     }
     case ValueType::kString:
+    case ValueType::kUnicode:
       return value->get<std::string>();
+    case ValueType::kBool:
+      return std::string(data[0] != std::byte{0} ? "1" : "0");
     case ValueType::kFloat:
       return fmt::format("{}", value->get<float>());
     case ValueType::kDouble:
@@ -181,8 +227,13 @@ tl::expected<std::string, std::string> format_value(std::span<const std::byte> d
       break;
   }
   const auto& row = row_of(type);
-  if (row.is_signed) return fmt::format("{}", value->get<std::int64_t>());
-  return fmt::format("{} (0x{:0{}X})", load(data), load(data), 2 * row.bytes);
+  const auto pattern = fmt::format("0x{:0{}x}", load(data), 2 * row.bytes);
+  if (row.is_signed) return fmt::format("{} {}", pattern, value->get<std::int64_t>());
+  return fmt::format("{} {}", pattern, load(data));
+}
+
+std::size_t type_bytes(ValueType type) noexcept {
+  return row_of(type).bytes;
 }
 
 tl::expected<std::vector<std::byte>, std::string> parse_value(std::string_view text, ValueType type) {
@@ -195,6 +246,11 @@ tl::expected<std::vector<std::byte>, std::string> parse_value(std::string_view t
       for (const char c : text) data.push_back(static_cast<std::byte>(c));
       return data;
     }
+    case ValueType::kBool:
+      if (text != "0" && text != "1") return not_a(text, row);
+      return store(text == "1" ? 1 : 0, 1);
+    case ValueType::kUnicode:
+      return tl::unexpected(std::string("unicode_string can be read only; write its bytes as raw"));
     case ValueType::kFloat:
       return parse_real<float>(text, row).map([](float v) { return store(std::bit_cast<std::uint32_t>(v), 4); });
     case ValueType::kDouble:

@@ -13,6 +13,7 @@ namespace driveline::cli {
 /// How the bytes of an object are written for people.
 enum class ValueType {
   kRaw,
+  kBool,
   kUint8,
   kUint16,
   kUint32,
@@ -23,17 +24,21 @@ enum class ValueType {
   kInt64,
   kFloat,
   kDouble,
-  kString
+  kString,
+  kUnicode
 };
 
-/// "uint16", "int32", "float", "string" ...; empty means raw bytes. Error: a sentence.
+/// "uint16", "int32", "float", "string" ... as in the IgH tool; empty means raw bytes. Error: a sentence.
 [[nodiscard]] tl::expected<ValueType, std::string> parse_type(std::string_view name);
 
 /// All names parse_type() knows, for the command line.
 [[nodiscard]] std::vector<std::string_view> type_names();
 
-/// Value of an object as text. Raw bytes are printed in hex, with the unsigned number behind when there are 1, 2, 4 or
-/// 8. Error: the object has another size than the type.
+/// Bytes of a value of the type, 0: any number.
+[[nodiscard]] std::size_t type_bytes(ValueType type) noexcept;
+
+/// Value of an object as text, as the IgH tool prints it: integers as bit pattern and number ("0xfffe -2"), raw bytes
+/// in hex ("0x02 0x00"), texts as they are up to the first zero. Error: the object has another size than the type.
 [[nodiscard]] tl::expected<std::string, std::string> format_value(std::span<const std::byte> data, ValueType type);
 
 /// The same for programs: numbers as numbers, texts as texts, raw bytes as hex text. Error: as above.

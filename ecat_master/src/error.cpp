@@ -41,6 +41,9 @@ std::string describe_slave_facts(const Error& e) {
       return fmt::format("{}: EEPROM access to word 0x{:04X} failed, status 0x{:04X}", who(e), e.address, e.code);
     case ErrorKind::kSiiContent:
       return fmt::format("{}: EEPROM content is not usable at word 0x{:04X}", who(e), e.address);
+    case ErrorKind::kSiiVerify:
+      return fmt::format("{}: EEPROM word 0x{:04X} reads back as 0x{:04X} after 0x{:04X} was written", who(e),
+                         e.address, e.received, e.expected);
     case ErrorKind::kIdentityMismatch:
       return fmt::format("{}: {} is 0x{:08X} but 0x{:08X} is planned", who(e),
                          e.address == 0   ? "vendor id"

@@ -66,22 +66,29 @@ Result<void> write_pdo_configuration(CoeClient& coe, const PdoConfiguration& con
   return {};
 }
 
-Result<std::size_t> read_assigned_bytes(CoeClient& coe, std::uint16_t assignment) {
-  const auto pdos = coe.upload_as<std::uint8_t>(assignment, 0);
-  if (!pdos) return tl::unexpected(pdos.error());
-  std::size_t bits = 0;
-  for (unsigned i = 1; i <= *pdos; ++i) {
-    const auto pdo = coe.upload_as<std::uint16_t>(assignment, static_cast<std::uint8_t>(i));
-    if (!pdo) return tl::unexpected(pdo.error());
-    const auto objects = coe.upload_as<std::uint8_t>(*pdo, 0);
+Result<std::vector<PdoMapping>> read_assigned_pdos(CoeClient& coe, std::uint16_t assignment) {
+  const auto count = coe.upload_as<std::uint8_t>(assignment, 0);
+  if (!count) return tl::unexpected(count.error());
+  std::vector<PdoMapping> pdos;
+  for (unsigned i = 1; i <= *count; ++i) {
+    const auto index = coe.upload_as<std::uint16_t>(assignment, static_cast<std::uint8_t>(i));
+    if (!index) return tl::unexpected(index.error());
+    const auto objects = coe.upload_as<std::uint8_t>(*index, 0);
     if (!objects) return tl::unexpected(objects.error());
+    PdoMapping pdo;
+    pdo.index = *index;
     for (unsigned k = 1; k <= *objects; ++k) {
-      const auto entry = coe.upload_as<std::uint32_t>(*pdo, static_cast<std::uint8_t>(k));
+      const auto entry = coe.upload_as<std::uint32_t>(*index, static_cast<std::uint8_t>(k));
       if (!entry) return tl::unexpected(entry.error());
-      bits += *entry & 0xFFU;
+      pdo.objects.push_back(MappedObject::from_raw(*entry));
     }
+    pdos.push_back(std::move(pdo));
   }
-  return (bits + 7) / 8;
+  return pdos;
+}
+
+Result<std::size_t> read_assigned_bytes(CoeClient& coe, std::uint16_t assignment) {
+  return read_assigned_pdos(coe, assignment).map([](const auto& pdos) { return bytes_of(pdos); });
 }
 
 }  // namespace driveline::ecat_master

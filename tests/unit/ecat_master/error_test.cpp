@@ -55,6 +55,8 @@ TEST(ErrorSentence, HoldsEveryFactOfEveryKind) {
       {make(K::kSiiBusy, 1, 0x40), "slave 1: EEPROM interface stays busy at word 0x0040"},
       {make(K::kSiiError, 1, 0x40, 0, 0, 0, 0x2000), "slave 1: EEPROM access to word 0x0040 failed, status 0x2000"},
       {make(K::kSiiContent, 1, 0x7F), "slave 1: EEPROM content is not usable at word 0x007F"},
+      {make(K::kSiiVerify, 1, 0x40, 0, 0x1234, 0x5678),
+       "slave 1: EEPROM word 0x0040 reads back as 0x5678 after 0x1234 was written"},
       {state(K::kStateRefused, AlState::kOp, AlState::kSafeOp, 0x0030),
        "slave 3: asked for OP, is in SAFEOP, AL status code 0x0030 (invalid DC SYNC configuration)"},
       {sizes,

@@ -22,6 +22,7 @@ enum class ErrorKind : std::uint8_t {
   kSiiBusy,             ///< EEPROM interface stays busy
   kSiiError,            ///< EEPROM interface reports an error
   kSiiContent,          ///< EEPROM content cannot be used
+  kSiiVerify,           ///< an EEPROM word reads back as something else than was written
   kStateRefused,        ///< a slave reports an error instead of the requested AL state
   kStateTimeout,        ///< a slave did not reach the requested AL state in time
   kNoMailbox,           ///< the slave has no mailbox, or not the protocol

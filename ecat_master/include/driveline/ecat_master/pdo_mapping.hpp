@@ -17,6 +17,9 @@ struct MappedObject {
   [[nodiscard]] constexpr std::uint32_t raw() const noexcept {
     return (std::uint32_t{index} << 16) | (std::uint32_t{subindex} << 8) | bits;
   }
+  [[nodiscard]] static constexpr MappedObject from_raw(std::uint32_t raw) noexcept {
+    return {static_cast<std::uint16_t>(raw >> 16), static_cast<std::uint8_t>(raw >> 8), static_cast<std::uint8_t>(raw)};
+  }
   constexpr bool operator==(const MappedObject&) const = default;
 };
 
@@ -43,6 +46,10 @@ struct PdoConfiguration {
 /// Writes mapping and assignment over CoE in the order the standard asks for: assignment emptied, each mapping
 /// emptied, filled and counted, assignment filled and counted (ETG.1000.6 5.6.7.4). The slave must be in PREOP.
 [[nodiscard]] Result<void> write_pdo_configuration(CoeClient& coe, const PdoConfiguration& configuration);
+
+/// Reads which PDOs the slave has assigned to a sync manager (`assignment`: 1C10h + its number) and what is mapped into
+/// each. Errors: those of CoeClient.
+[[nodiscard]] Result<std::vector<PdoMapping>> read_assigned_pdos(CoeClient& coe, std::uint16_t assignment);
 
 /// Reads back how many bytes the slave makes of the assignment object (1C12h or 1C13h).
 [[nodiscard]] Result<std::size_t> read_assigned_bytes(CoeClient& coe, std::uint16_t assignment);

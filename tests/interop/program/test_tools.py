@@ -1,0 +1,176 @@
+"""The bus tools: what they print in process, and EEPROMs that keep what was written, over the wire."""
+import os
+import re
+import subprocess
+import unittest
+
+from program import EXAMPLES, PATIENCE_S, ROOT, ProgramTest, WireTest
+
+LINE8 = EXAMPLES / "line8.toml"
+ESI_FILE = ROOT / "esi/data/moog_msd.xml"
+
+
+class InProcess(ProgramTest):
+    def tool(self, *arguments, status=0):
+        result = self.run_program(*arguments, "--config", LINE8)
+        self.assertEqual(result.returncode, status, result.stderr)
+        return result.stdout
+
+    def test_slaves(self):
+        lines = self.tool("slaves").splitlines()
+        self.assertEqual(len(lines), 8)
+        for position, line in enumerate(lines):
+            self.assertRegex(line, rf"\A{position}  0:{position}  INIT  \+  MSD\b")
+        self.assertEqual(self.tool("slaves", "-p", "2,4-5").splitlines(), [lines[2], lines[4], lines[5]])
+
+    def test_slaves_in_detail(self):
+        text = self.tool("slaves", "-p", "1", "-v")
+        for part in ("=== Master 0, Slave 1 ===", "  Vendor Id:       0x00000028", "  Serial number:   0x00000002",
+                     "   0  MII   up    open    yes", "   2  N/A   down  closed  no", "  Supported protocols: CoE",
+                     "SM2: PhysAddr 0x1400", "FMMU0: outputs"):
+            self.assertIn(part, text)
+        document = self.one_document(self.tool("slaves", "--json"))
+        slave = document["slaves"][7]
+        self.assertEqual((slave["position"], slave["serial_number"], slave["state"]), (7, 8, "INIT"))
+        self.assertEqual([port["link"] for port in slave["controller"]["ports"]], [True, False, False, False])
+        self.assertEqual(slave["sii"]["mailbox"]["protocols"], ["CoE"])
+
+    def test_values_as_pattern_and_number(self):
+        self.assertEqual(self.tool("upload", "-p", "0", "-t", "int32", "0x6064", "0"), "0x00000000 0\n")
+        self.assertEqual(self.tool("upload", "-p", "0", "-t", "uint16", "0x6041", "0"), "0x0250 592\n")
+        self.assertEqual(self.tool("upload", "-p", "0", "0x6041", "0"), "0x50 0x02\n")
+        self.assertEqual(self.tool("download", "-p", "0", "-t", "int32", "0x607A", "0", "-5"), "")
+
+    def test_registers(self):
+        self.assertEqual(self.tool("reg", "read", "-p", "3", "al_status"), "0x0001 1\n")
+        self.assertEqual(self.tool("reg_read", "-p", "3", "0x0130", "2"), "0x01 0x00\n")
+        self.assertEqual(self.tool("reg_read", "-p", "3", "0x0130", "-t", "uint16"), "0x0001 1\n")
+        self.assertEqual(self.tool("reg_read", "-p", "0,7", "station address"), "   0  0x1001 4097\n   7  0x1008 4104\n")
+        self.assertEqual(self.tool("reg_write", "-p", "0", "-t", "uint16", "0x0400", "1000"), "")
+        document = self.one_document(self.tool("reg", "read", "-p", "2-3", "type", "--json"))
+        self.assertEqual(document, {"address": 0, "bytes": 1, "name": "type",
+                                    "slaves": [{"position": 2, "value": 0x11}, {"position": 3, "value": 0x11}]})
+
+    def test_register_misuse(self):
+        for status, arguments, parts in (
+                (2, ["reg", "read", "0x9000"], ["0x9000", "--type"]),
+                (2, ["reg", "read", "colour"], ["colour", "reg list"]),
+                (2, ["reg", "read", "-t", "uint8", "0x0130", "2"], ["size 2", "uint8"]),
+                (2, ["reg", "write", "watchdog_divider", "1"], ["which of the 8 slaves", "-p N"]),
+                (1, ["reg", "write", "-p", "0", "al_status", "2"], ["slave 0", "AL status", "read-only"]),
+                (1, ["reg", "read", "-p", "8", "al_status"], ["no slave 8"]),
+                (1, ["slaves", "-a", "17"], ["alias address 17"]),
+                (2, ["slaves", "-p", "3-1"], ["3-1"]),
+                (1, ["pdos", "-p", "9"], ["no slave 9"])):
+            with self.subTest(arguments=arguments):
+                self.check_refused(self.run_program(*arguments, "--config", LINE8), status, *parts)
+
+    def test_pdos_of_eeprom_and_slave(self):
+        for arguments in (["--sii"], []):
+            text = self.tool("pdos", "-p", "0", *arguments)
+            self.assertRegex(text, r"(?m)^SM2: PhysAddr 0x1400, DefaultSize +\d+, ControlRegister 0x64, Enable 1$")
+            self.assertRegex(text, r'(?m)^  RxPDO 0x1600 "')
+            self.assertRegex(text, r'(?m)^  TxPDO 0x1a00 "')
+        self.assertEqual(self.tool("pdos").count("=== Master 0, Slave "), 8)
+        document = self.one_document(self.tool("pdos", "-p", "0", "--json"))
+        self.assertEqual(document["slaves"][0]["source"], "coe")
+        self.assertEqual([channel["direction"] for channel in document["slaves"][0]["sync_managers"]],
+                         ["outputs", "inputs", "outputs", "inputs"])
+
+    def test_declarations_compile(self):
+        self.write("pdos.cpp", self.tool("cstruct", "-p", "0-1") +
+                   "\nint main() { return kSlave0Pdos.outputs.size() == kSlave1Pdos.outputs.size() ? 0 : 1; }\n")
+        rooms = ("ecat_master", "ecat_master/wire", "ecat_master/port", "rt")
+        includes = [f"-I{ROOT / room / 'include'}" for room in rooms]
+        result = subprocess.run([os.environ["CXX_COMPILER"], "-std=c++20", "-fsyntax-only", "-Wall", "-Wextra", "-Werror",
+                                 *includes, "pdos.cpp"], cwd=self.directory, capture_output=True, text=True,
+                                timeout=PATIENCE_S, check=False)
+        self.assertEqual(result.returncode, 0, result.stderr)
+
+    def test_eeprom_image_and_what_it_says(self):
+        self.assertEqual(self.tool("sii", "read", "-p", "1", "-o", "drive.sii"), "")
+        image = (self.directory / "drive.sii").read_bytes()
+        self.assertEqual(int.from_bytes(image[0x10:0x14], "little"), 0x28)
+        self.assertEqual(int.from_bytes(image[0x1C:0x20], "little"), 2)
+        piped = subprocess.run([*self.prefix, os.environ["DRIVELINE"], "sii_read", "-p", "1", "--config", LINE8],
+                               capture_output=True, timeout=PATIENCE_S, check=True).stdout
+        self.assertEqual(piped, image)
+        text = self.tool("sii", "read", "-p", "1", "-v")
+        self.assertIn("checksum valid", text)
+        self.assertIn("  Product code:    0x4d534431", text)
+        self.assertEqual(self.one_document(self.tool("sii", "read", "-p", "1", "--json"))["serial_number"], 2)
+
+    def test_eeprom_against_the_device_file(self):
+        self.assertIn("as ", self.tool("sii", "compare", "-p", "5", ESI_FILE))
+        changed = re.sub(r"(<Name[^>]*><!\[CDATA\[|<Name[^>]*>)MSD Servo", r"\1MSD Other", ESI_FILE.read_text())
+        other = self.write("other.xml", changed)
+        self.assertNotEqual(changed, ESI_FILE.read_text())
+        result = self.run_program("sii", "compare", "-p", "5", "--config", LINE8, other)
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("name: ", result.stdout)
+        self.assertIn("slave 5: 1 difference from", result.stderr)
+        revision = self.write("revision.xml", re.sub(r'RevisionNo="[^"]*"', 'RevisionNo="#x1"', ESI_FILE.read_text()))
+        self.check_refused(self.run_program("sii", "compare", "--config", LINE8, revision), 1, "has no device",
+                           "revision 0x007C001E")
+
+    def test_images_that_do_not_fit_are_refused(self):
+        self.tool("sii", "read", "-p", "0", "-o", "drive.sii")
+        good = (self.directory / "drive.sii").read_bytes()
+        write = ["sii", "write", "-p", "0", "--config", LINE8]
+        broken = bytearray(good)
+        broken[2] ^= 1
+        (self.directory / "checksum.sii").write_bytes(broken)
+        self.check_refused(self.run_program(*write, "checksum.sii"), 1, "checksum.sii", "checksum", "--force")
+        other = bytearray(good)
+        other[0x14] ^= 1
+        (self.directory / "other.sii").write_bytes(other)
+        self.check_refused(self.run_program(*write, "other.sii"), 1, "product", "--force")
+        (self.directory / "short.sii").write_bytes(good[:100])
+        self.check_refused(self.run_program(*write, "short.sii"), 2, "short.sii")
+        self.check_refused(self.run_program(*write, "none.sii"), 2, "none.sii")
+        self.check_refused(self.run_program("sii", "write", "--config", LINE8, "drive.sii"), 2, "which of the 8 slaves")
+        self.assertEqual(self.run_program(*write, "--force", "other.sii").returncode, 0)
+
+    def test_rescan(self):
+        self.assertEqual(self.tool("rescan"), "8 slaves, all in INIT\n")
+
+
+class OnTheWire(WireTest):
+    def tool(self, *arguments, status=0):
+        result = self.run_program(*arguments, "--iface", "dl-master")
+        self.assertEqual(result.returncode, status, result.stderr)
+        return result.stdout
+
+    def test_looking_changes_nothing(self):
+        self.start_line(EXAMPLES / "line8-nic.toml")
+        self.tool("states", "PREOP")
+        for arguments in (["slaves"], ["slaves", "-v"], ["pdos", "--sii"], ["reg", "read", "al_status"],
+                          ["sii", "read", "-v", "-p", "0"]):
+            self.tool(*arguments)
+        states = self.one_document(self.tool("states", "--json"))["slaves"]
+        self.assertEqual({slave["state"] for slave in states}, {"PREOP"})
+        self.assertRegex(self.tool("slaves").splitlines()[0], r"\A0  0:0  PREOP  \+  MSD")
+
+    def test_alias_and_image_stay_in_the_eeprom(self):
+        self.start_line(EXAMPLES / "line8-nic.toml")
+        self.assertIn("2 words changed", self.tool("alias", "-p", "3", "4711"))
+        self.tool("sii", "read", "-p", "3", "-o", "drive.sii")
+        image = bytearray((self.directory / "drive.sii").read_bytes())
+        self.assertEqual(int.from_bytes(image[8:10], "little"), 4711)
+        image[0x1C] = 0x77  # serial number
+        (self.directory / "new.sii").write_bytes(image)
+        document = self.one_document(self.tool("sii", "write", "-p", "3", "new.sii", "--json"))
+        self.assertEqual((document["slave"], document["words_changed"]), (3, 1))
+        self.tool("sii", "read", "-p", "3", "-o", "back.sii")
+        self.assertEqual((self.directory / "back.sii").read_bytes(), bytes(image))
+
+    def test_eeprom_is_not_written_under_a_running_drive(self):
+        self.start_line(EXAMPLES / "line8-nic.toml")
+        self.tool("sii", "read", "-p", "0", "-o", "drive.sii")
+        self.tool("states", "SAFEOP")
+        result = self.run_program("sii", "write", "-p", "0", "drive.sii", "--iface", "dl-master")
+        self.check_refused(result, 1, "slave 0 is in SAFEOP", "states INIT", "--force")
+
+
+if __name__ == "__main__":
+    unittest.main()
