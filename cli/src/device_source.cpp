@@ -12,7 +12,6 @@ namespace driveline::cli {
 namespace {
 
 using slaves::generic::DeviceModel;
-using slaves::generic::GenericOptions;
 using slaves::generic::ScriptedInput;
 using slaves::generic::Signal;
 
