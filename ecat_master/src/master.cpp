@@ -72,16 +72,29 @@ Result<void> Master::synchronise_clocks() {
   if (!clock_plan_) return {};
   // Before anything is told to a slave.
   if (auto done = dc::check_plan(*clock_plan_); !done) return done;
-  for (std::size_t i = 0; i < std::min(slaves_.size(), clock_plan_->slaves.size()); ++i) {
-    const auto& slave = slaves_[i];
-    if (!clock_plan_->slaves[i].signals.active() || !slave.mailbox || !slave.info.description.mailbox.coe) continue;
-    CoeClient coe(*slave.mailbox);
-    if (auto done = dc::write_sync_objects(coe, refs_[i].position, clock_plan_->slaves[i].signals); !done) return done;
+  for (std::size_t i = 0; i < slaves_.size(); ++i) {
+    if (auto done = tell_sync_type(i); !done) return done;
   }
   auto clocks = dc::bring_up_clocks(bus_, refs_, topology_, *clock_plan_);
   if (!clocks) return tl::unexpected(clocks.error());
   clocks_ = std::move(*clocks);
   return {};
+}
+
+/// 1C32h and 1C33h of a slave with signals.
+Result<void> Master::tell_sync_type(std::size_t slave) {
+  if (slave >= clock_plan_->slaves.size() || !clock_plan_->slaves[slave].signals.active()) return {};
+  const auto& one = slaves_[slave];
+  if (!one.mailbox || !one.info.description.mailbox.coe) return {};
+  CoeClient coe(*one.mailbox);
+  return dc::write_sync_objects(coe, refs_[slave].position, clock_plan_->slaves[slave].signals);
+}
+
+/// A slave that is being configured while the others cycle.
+Result<void> Master::restore_clock(std::size_t slave) {
+  if (!watch_) return {};
+  if (auto done = tell_sync_type(slave); !done) return done;
+  return watch_->restore(static_cast<std::uint16_t>(slave));
 }
 
 Result<void> Master::await_clocks() {

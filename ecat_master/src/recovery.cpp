@@ -166,6 +166,7 @@ Result<void> Master::reconfigure(std::size_t slave, std::chrono::nanoseconds sta
     if (auto done = run_scripts(engine_, {&*script, 1}).front(); !done) return done;
   }
   if (auto done = write_process_data_setup(bus_, one, image_); !done) return done;
+  if (auto done = restore_clock(slave); !done) return done;
   return change_state(bus_, ref, AlState::kSafeOp, state_timeout);
 }
 

@@ -36,7 +36,7 @@ class GuardedRunner final : public CycleRunner {
       : core_(core), clock_(clock), timer_(clock, core.settings().period), ledger_(ledger) {}
 
   [[nodiscard]] tl::expected<void, std::string> start() override {
-    timer_.start(clock_.now() + 4 * timer_.period());
+    timer_.start(core_.first_grid(clock_.now() + 4 * timer_.period()));
     return {};
   }
   void pass(nanoseconds duration) override {
@@ -44,6 +44,7 @@ class GuardedRunner final : public CycleRunner {
     do {
       RtGuard::enter();
       core_.cycle(timer_.wait_next());
+      timer_.shift_phase(core_.grid_shift());
       ledger_.close();
       ++ledger_.cycles;
     } while (clock_.now() < end);
@@ -224,6 +225,33 @@ TEST_F(CyclePurity, ARedundantPortIsPureWholeAndBroken) {
   }
   EXPECT_EQ(operation.motion().failure().cause, MotionFailure::Cause::kNone);
   EXPECT_GT(port.merged(), 1000U);
+  EXPECT_GE(ledger.cycles, 10'000U);
+  EXPECT_EQ(ledger.counts.total(), 0U);
+}
+
+TEST_F(CyclePurity, ClocksThatAreFollowedLostAndFoundDoNotChangeThat) {
+  UnguardedLine line(drives.line(), ledger);
+  LineOperation operation(drives, line, RunOptions{.repeat = true});
+  ecat_master::dc::ClockPlan plan;
+  plan.slaves.resize(3, {{ecat_master::dc::kActivateSync0, plan.period, {}, {}, {}}, {}});
+  operation.master().use_clocks(plan);
+  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  operation.start_cycle(guarded());
+  ledger = {};
+  ASSERT_EQ(sentence(operation.master().go_operational()), "");
+  auto& watch = *operation.master().clock_watch();
+  for (int round = 0; round < 60; ++round) {
+    operation.run(milliseconds{20});
+    ASSERT_EQ(sentence(watch.poll()), "");
+    drives.line().drop_frames(1);
+  }
+  ASSERT_EQ(sentence(watch.remeasure_delays(operation.master().topology())), "");
+  // Silence until the lock is lost, then back to it.
+  drives.line().drop_frames(500);
+  operation.run(milliseconds{80});
+  EXPECT_FALSE(operation.master().clock_follower()->status().locked);
+  operation.run(milliseconds{300});
+  EXPECT_TRUE(operation.master().clock_follower()->status().locked);
   EXPECT_GE(ledger.cycles, 10'000U);
   EXPECT_EQ(ledger.counts.total(), 0U);
 }

@@ -165,7 +165,7 @@ Result<LineClocks> bring_up_clocks(Bus& bus, std::span<const SlaveRef> slaves, c
     clocks.slaves[i].quality = (*delays)[i].quality;
   }
   if (auto done = write_offsets(bus, slaves, *features, plan, clocks); !done) return tl::unexpected(done.error());
-  if (auto done = compensate_drift(bus, plan, clocks); !done) return tl::unexpected(done.error());
+  if (auto done = compensate_drift(bus, slaves, *features, plan, clocks); !done) return tl::unexpected(done.error());
   if (auto done = note_differences(bus, slaves, *features, clocks); !done) return tl::unexpected(done.error());
   if (auto done = activate_signals(bus, slaves, plan.start_lead, clocks); !done) return tl::unexpected(done.error());
   return clocks;

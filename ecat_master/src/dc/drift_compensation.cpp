@@ -90,27 +90,69 @@ class DriftFrame {
   std::vector<Request> requests_;
 };
 
+/// The loops learn slowly: reading how far they are costs a frame, so not after each.
+constexpr unsigned kFramesPerLook = 40;
+
+class DriftCompensation {
+ public:
+  DriftCompensation(Bus& bus, const ClockPlan& plan, LineClocks& clocks, unsigned per_frame)
+      : bus_(bus), plan_(plan), clocks_(clocks), frame_(clocks, per_frame) {}
+
+  [[nodiscard]] Result<void> send(unsigned frames) {
+    for (unsigned i = 0; i < frames; ++i) {
+      const auto sample = frame_.exchange(bus_.exchange(), clocks_.mapping);
+      ++clocks_.drift_frames;
+      if (!sample) {
+        // A frame that got lost in spite of all repetitions is one sample less. A line that is gone answers none.
+        ++clocks_.drift_frames_lost;
+        const bool gone = clocks_.drift_frames_lost > 3 + clocks_.drift_frames / 2;
+        if (gone || sample.error().kind == ErrorKind::kLinkDown) return tl::unexpected(sample.error());
+      } else if (*sample) {
+        fit_.add(**sample);
+      }
+      bus_.exchange().pause(plan_.drift_pause);
+    }
+    return {};
+  }
+
+  void finish() {
+    if (clocks_.mode == FollowMode::kMasterFollows) fit_.apply(clocks_.mapping);
+  }
+
+ private:
+  Bus& bus_;
+  const ClockPlan& plan_;
+  LineClocks& clocks_;
+  DriftFrame frame_;
+  MappingFit fit_;
+};
+
+/// Every clock behind the reference is within the window.
+Result<bool> settled(Bus& bus, std::span<const SlaveRef> slaves, std::span<const ClockFeatures> features,
+                     const LineClocks& clocks, nanoseconds window) {
+  const auto differences = read_differences(bus, slaves, features);
+  if (!differences) return tl::unexpected(differences.error());
+  for (std::size_t i = 0; i < slaves.size(); ++i) {
+    if (clocks.slaves[i].follows && std::chrono::abs((*differences)[i].value_or(nanoseconds{0})) > window) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
-Result<void> compensate_drift(Bus& bus, const ClockPlan& plan, LineClocks& clocks) {
+Result<void> compensate_drift(Bus& bus, std::span<const SlaveRef> slaves, std::span<const ClockFeatures> features,
+                              const ClockPlan& plan, LineClocks& clocks) {
   const auto per_frame = std::clamp(plan.drift_datagrams_per_frame, 2U, 80U);
-  const auto frames = (plan.drift_datagrams + per_frame - 1) / per_frame;
-  DriftFrame frame(clocks, per_frame);
-  MappingFit fit;
-  for (unsigned i = 0; i < frames; ++i) {
-    const auto sample = frame.exchange(bus.exchange(), clocks.mapping);
-    ++clocks.drift_frames;
-    if (!sample) {
-      // A frame that got lost in spite of all repetitions is one sample less. A line that is gone answers none.
-      ++clocks.drift_frames_lost;
-      const bool gone = sample.error().kind == ErrorKind::kLinkDown || clocks.drift_frames_lost > 3 + i / 2;
-      if (gone) return tl::unexpected(sample.error());
-    } else if (*sample) {
-      fit.add(**sample);
-    }
-    bus.exchange().pause(plan.drift_pause);
+  DriftCompensation compensation(bus, plan, clocks, per_frame);
+  if (auto done = compensation.send((plan.drift_datagrams + per_frame - 1) / per_frame); !done) return done;
+  const auto limit = bus.exchange().now() + plan.drift_limit;
+  while (bus.exchange().now() < limit) {
+    const auto near = settled(bus, slaves, features, clocks, plan.drift_window);
+    if (!near) return tl::unexpected(near.error());
+    if (*near) break;
+    if (auto done = compensation.send(kFramesPerLook); !done) return done;
   }
-  if (clocks.mode == FollowMode::kMasterFollows) fit.apply(clocks.mapping);
+  compensation.finish();
   return {};
 }
 

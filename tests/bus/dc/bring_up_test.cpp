@@ -28,12 +28,13 @@ LineOptions with_cable(nanoseconds cable) {
   return options;
 }
 
-/// Register 0x0928 of every clock behind the reference is the true delay, to a count.
+/// Register 0x0928 of every clock behind the reference is the true delay, to a count of the clocks.
 void expect_true_delays(ClockLine& line, const LineClocks& clocks) {
   for (std::size_t i = 0; i < line.size(); ++i) {
     if (!clocks.slaves[i].present) continue;
     const auto written = line.slave(i).esc().memory().get(wire::reg::kSystemTimeDelay);
-    EXPECT_NEAR(static_cast<double>(static_cast<std::int32_t>(written)), line.true_delay(clocks.reference, i), 1.0)
+    EXPECT_NEAR(static_cast<double>(static_cast<std::int32_t>(written)), line.true_delay(clocks.reference, i),
+                static_cast<double>(line.spec(i).resolution.count()))
         << "slave " << i;
     EXPECT_EQ(clocks.slaves[i].quality, DelayQuality::kMeasured) << "slave " << i;
   }

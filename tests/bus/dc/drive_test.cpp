@@ -3,12 +3,14 @@
 
 #include "drive_line.hpp"
 #include "driveline/ecat_master/dc/bring_up.hpp"
+#include "driveline/ecat_master/line_supervisor.hpp"
 
 namespace driveline::bus_test {
 namespace {
 
 using ecat_master::CoeClient;
 using ecat_master::dc::ClockPlan;
+using std::chrono::seconds;
 
 ClockPlan plan_for(std::size_t drives, nanoseconds period) {
   ClockPlan plan;
@@ -35,6 +37,38 @@ TEST(DrivesWithClocks, AreToldInTheirObjectsAndRunThePath) {
   EXPECT_TRUE(operation.master().clock_follower()->status().locked);
   EXPECT_EQ(sentence(operation.master().shut_down()), "");
   for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(drives.slave(i).esc().memory().get(wire::reg::kDcActivation), 0) << i;
+}
+
+/// The last two drives lose their supply and come back while the first two go on.
+TEST(DrivesWithClocks, GetTheirTimeBackWhenTheyComeBack) {
+  DriveLine drives(4);
+  LineOperation operation(drives);
+  operation.master().use_clocks(plan_for(4, microseconds{125}));
+  ASSERT_EQ(sentence(operation.to_op()), "");
+  ecat_master::LineSupervisor supervisor(operation.master());
+  operation.run(milliseconds{500});
+  drives.line().set_power(2, false);
+  for (int i = 0; i < 20; ++i) {
+    operation.run(milliseconds{5});
+    supervisor.poll();
+  }
+  ASSERT_FALSE(supervisor.all_operational());
+  drives.line().set_power(2, true);
+  for (int i = 0; i < 1000 && !supervisor.all_operational(); ++i) {
+    operation.run(milliseconds{5});
+    supervisor.poll();
+    ASSERT_EQ(sentence(operation.master().clock_watch()->poll()), "");
+  }
+  ASSERT_TRUE(supervisor.all_operational()) << describe(supervisor.history().back());
+  operation.run(seconds{1});
+  const auto now = drives.clock.now();
+  for (std::size_t i = 1; i < 4; ++i) {
+    const auto ahead = drives.slave(i).esc().clock().system_time(now) - drives.slave(0).esc().clock().system_time(now);
+    EXPECT_LE(std::chrono::abs(ahead), nanoseconds{40}) << "drive " << i;
+    const auto pulses = *drives.slave(i).esc().clock().last_sync0() - *drives.slave(0).esc().clock().last_sync0();
+    EXPECT_LE(std::chrono::abs(ecat_master::dc::wrap_to_cycle(pulses, microseconds{125})), nanoseconds{40}) << i;
+    EXPECT_EQ(drives.state(i), wire::AlState::kOp) << "drive " << i;
+  }
 }
 
 TEST(DrivesWithClocks, ACycleThatIsNoMultipleOf125MicrosecondsIsRefused) {

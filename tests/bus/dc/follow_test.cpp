@@ -173,7 +173,7 @@ Wiring reference_on_a_branch() {
 }
 
 TEST(ClockFollowing, TheNextClockTakesOverAndNobodyJumps) {
-  auto specs = random_clocks(5, 5.0);
+  auto specs = random_clocks(5, 60.0);
   // In front of the reference there is a clock that needs no time, so that the way to the others is known.
   ClockLine line(specs, reference_on_a_branch());
   ClockRun run(line);
@@ -201,7 +201,10 @@ TEST(ClockFollowing, TheNextClockTakesOverAndNobodyJumps) {
   EXPECT_THAT(run.events(), testing::ElementsAre("slave 1: the reference clock no longer answers",
                                                  "slave 2: is the reference clock from now on"));
   EXPECT_EQ(run.clocks().reference, 2);
-  EXPECT_LE(apart, nanoseconds{100}) << "SYNC0 of the others against each other, all the time";
+  // With the branch gone frames come two microseconds sooner; the one that brought the expected time before anybody had
+  // noticed has given all clocks a push, which the new reference keeps for a while and the others have to follow.
+  EXPECT_LE(apart, nanoseconds{500}) << "SYNC0 of the others against each other, all the time";
+  EXPECT_LE(run.worst_sync0(), nanoseconds{40}) << "in the end";
   EXPECT_LE(jump, nanoseconds{200}) << "system time of a drive from cycle to cycle";
   EXPECT_TRUE(run.status().locked);
   EXPECT_EQ(run.status().unlocks, 0U);

@@ -123,6 +123,8 @@ class Master {
   [[nodiscard]] Result<void> reconfigure(std::size_t slave, std::chrono::nanoseconds state_timeout);
   void stop_cycle();
   [[nodiscard]] Result<void> await_clocks();
+  [[nodiscard]] Result<void> tell_sync_type(std::size_t slave);
+  [[nodiscard]] Result<void> restore_clock(std::size_t slave);
 
   port::Port& port_;
   rt::Clock& clock_;

@@ -38,7 +38,11 @@ ClockLine::ClockLine(const std::vector<ClockSpec>& specs, std::optional<slaves::
     slaves::SlaveOptions slave_options;
     slave_options.clock.start = spec.start;
     slave_options.clock.drift_ppm = spec.ppm;
-    slave_options.clock.resolution = nanoseconds{1};  // so that what is measured can be compared with what is true
+    slave_options.clock.resolution = spec.resolution;
+    slave_options.clock.receive_jitter = spec.jitter;
+    slave_options.clock.temperature_ppm_per_s = spec.temperature_ppm_per_s;
+    slave_options.clock.temperature_span_ppm = spec.temperature_ppm_per_s > 0.0 ? 20.0 : 0.0;
+    slave_options.clock.seed = made.size() + 1;
     made.push_back(std::make_unique<slaves::Slave>(std::move(device), slave_options));
   }
   line_ = std::make_unique<slaves::Line>(clock, std::move(made), options, wiring_);

@@ -23,6 +23,10 @@ struct ClockSpec {
   bool wide = true;
   nanoseconds start{0};  ///< what its clock shows at time zero
   double ppm = 0.0;      ///< how much too fast it runs
+  nanoseconds resolution{10};
+  nanoseconds jitter{0};  ///< of receive times, either way
+  /// Its speed wanders by up to 20 ppm around `ppm`, that fast.
+  double temperature_ppm_per_s = 0.0;
 };
 
 /// `count` clocks with any start and up to +-`ppm`.

@@ -15,7 +15,7 @@ namespace driveline::ecat_master::dc {
 ///  it;
 ///  5. the control loops are started anew (0x0930) and given some ten thousand times of the reference clock, so that
 ///  the
-///     clocks run at the same speed; a frame that gets lost meanwhile costs one sample;
+///     clocks run at the same speed, and then on until all are near; a frame that gets lost meanwhile costs one sample;
 ///  6. the speed of the reference clock against the master's is taken from the same frames;
 ///  7. cycle times (0x09A0, 0x09A4) and start time (0x0990) of all signals are written, then all are activated
 ///  (0x0981);
@@ -27,7 +27,7 @@ namespace driveline::ecat_master::dc {
 /// cyclic exchange should follow soon: without it the clocks drift apart by what the loops have not learned.
 ///
 /// Errors: kClock with the rule or slave; those of the bus. After an error no SYNC signal is active, and the call may
-/// be repeated. Takes some 150 ms plus 1 ms per slave. Not real-time safe.
+/// be repeated. Takes 150 ms to 1.2 s, as the clocks need, plus 1 ms per slave. Not real-time safe.
 [[nodiscard]] Result<LineClocks> bring_up_clocks(Bus& bus, std::span<const SlaveRef> slaves, const Topology& topology,
                                                  const ClockPlan& plan);
 

@@ -44,6 +44,8 @@ class ClockWatch {
   struct Settings {
     /// A clock further off than this is out of its window.
     std::chrono::nanoseconds window = std::chrono::microseconds{1};
+    /// A clock that has been restored must be this near before its signals start.
+    std::chrono::nanoseconds settled{100};
     /// Frames in a row without the reference clock's time, then another one takes over.
     std::uint32_t silent_frames = 8;
     /// Changes of a delay below this are noise of the measurement.
@@ -63,6 +65,11 @@ class ClockWatch {
   /// Measures the propagation delays anew, e.g. because cables get longer in a drag chain or a slave was exchanged, and
   /// writes those that have changed. Does nothing on a closed ring, which would have to be opened for it.
   [[nodiscard]] Result<void> remeasure_delays(const Topology& topology);
+
+  /// Gives a slave in PREOP that lost its clock (power, reset) its time back while the cycle runs, waits until it is
+  /// with the others, and starts its signals in their phase. Errors: kClock for a slave that cannot follow or does not
+  /// settle; those of the bus.
+  [[nodiscard]] Result<void> restore(std::uint16_t slave);
 
   /// What has happened since the last call, oldest first.
   [[nodiscard]] std::vector<ClockEvent> take_events() { return std::exchange(events_, {}); }
@@ -86,6 +93,8 @@ class ClockWatch {
   [[nodiscard]] Result<std::optional<std::uint16_t>> next_reference();
   [[nodiscard]] Result<void> take_over(std::uint16_t reference);
   [[nodiscard]] Result<void> write_delays();
+  [[nodiscard]] Result<void> set_clock(std::uint16_t slave);
+  [[nodiscard]] Result<void> await_clock(std::uint16_t slave);
   [[nodiscard]] std::vector<ClockFeatures> features() const;
 
   Bus& bus_;

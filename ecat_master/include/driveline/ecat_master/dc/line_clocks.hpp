@@ -42,7 +42,11 @@ struct ClockPlan {
   unsigned drift_datagrams = 15'000;  ///< of the static drift compensation
   unsigned drift_datagrams_per_frame = 32;
   std::chrono::nanoseconds drift_pause = std::chrono::microseconds{250};  ///< between its frames
-  std::chrono::nanoseconds start_lead = std::chrono::milliseconds{100};   ///< of the start time, at first
+  /// The static compensation goes on until all clocks are as near as this, but no longer than that beyond its
+  /// datagrams.
+  std::chrono::nanoseconds drift_window{100};
+  std::chrono::nanoseconds drift_limit = std::chrono::milliseconds{1000};
+  std::chrono::nanoseconds start_lead = std::chrono::milliseconds{100};  ///< of the start time, at first
 };
 
 /// The clock of one slave as it has been found and set.

@@ -1,0 +1,91 @@
+#include <array>
+
+#include "checked_exchange.hpp"
+#include "driveline/ecat_master/dc/clock_fault.hpp"
+#include "driveline/ecat_master/dc/clock_watch.hpp"
+#include "sync_activation.hpp"
+
+namespace driveline::ecat_master::dc {
+namespace {
+
+using std::chrono::nanoseconds;
+
+constexpr nanoseconds kStartLead = std::chrono::milliseconds{20};
+/// A clock that has to learn its speed from the cycle alone needs some 0.3 s.
+constexpr nanoseconds kSettleTime = std::chrono::seconds{2};
+constexpr nanoseconds kLook = std::chrono::milliseconds{5};
+
+}  // namespace
+
+Result<void> ClockWatch::restore(std::uint16_t slave) {
+  auto& clock = clocks_.slaves[slave];
+  if (!clock.present) return {};
+  if (!clock.follows) {
+    // Its time is what the others go by; nobody can tell it the right one but themselves.
+    auto error = clock_error(ClockFault::kBeforeReference, slave);
+    error.received = clocks_.reference;
+    if (clock.signals.active()) return tl::unexpected(error);
+    return {};
+  }
+  if (auto done = set_clock(slave); !done) return done;
+  if (auto done = await_clock(slave); !done) return done;
+  // The same common start for everybody: a multiple of the common cycle, so its phase is that of the others.
+  auto alone = clocks_;
+  for (std::size_t i = 0; i < alone.slaves.size(); ++i) {
+    if (i != slave) alone.slaves[i].signals = {};
+  }
+  if (auto done = activate_signals(bus_, slaves_, kStartLead, alone); !done) return done;
+  clock.start = alone.slaves[slave].start;
+  return {};
+}
+
+/// Offset, delay, and the loop started anew: one frame latched by both clocks tells what the slave's shows and what it
+/// should.
+Result<void> ClockWatch::set_clock(std::uint16_t slave) {
+  auto& clock = clocks_.slaves[slave];
+  const auto& reference = clocks_.slaves[clocks_.reference];
+  const std::array<SlaveRef, 2> both{slaves_[clocks_.reference], slaves_[slave]};
+  const std::array<ClockFeatures, 2> features{ClockFeatures{true, reference.wide}, ClockFeatures{true, clock.wide}};
+  const auto times = latch_receive_times(bus_, both, features);
+  if (!times) return tl::unexpected(times.error());
+  const auto way = static_cast<std::uint64_t>(std::int64_t{static_cast<std::int32_t>(clock.delay)});
+  clock.offset = (*times)[0].processing_unit + reference.offset + way - (*times)[1].processing_unit;
+  if (!clock.wide) clock.offset &= 0xFFFF'FFFFU;
+  std::array<std::byte, 2> off{};
+  std::array<std::byte, 8> offset{};
+  std::array<std::byte, 4> delay{};
+  std::array<std::byte, 2> speed{};
+  wire::store_le<std::uint64_t>(offset, clock.offset);
+  wire::store_le<std::uint32_t>(delay, clock.delay);
+  wire::store_le<std::uint16_t>(speed, wire::reg::kSpeedCounterStart.reset);
+  const auto write = [&](std::uint16_t address, std::span<std::byte> data) {
+    return Request{wire::Command::kFpwr, wire::DatagramAddress::physical(slaves_[slave].station, address), data, 0,
+                   false};
+  };
+  std::array<Request, 4> requests{
+      write(wire::reg::kCyclicUnitControl.address, off),
+      write(wire::reg::kSystemTimeOffset.address, std::span(offset).first(clock.wide ? 8 : 4)),
+      write(wire::reg::kSystemTimeDelay.address, delay), write(wire::reg::kSpeedCounterStart.address, speed)};
+  return exchange_checked(bus_, slaves_, requests);
+}
+
+/// Until it runs with the others.
+Result<void> ClockWatch::await_clock(std::uint16_t slave) {
+  const std::span<const SlaveRef> one(&slaves_[slave], 1);
+  const std::array<ClockFeatures, 1> features{ClockFeatures{true, clocks_.slaves[slave].wide}};
+  const auto deadline = bus_.exchange().now() + kSettleTime;
+  for (;;) {
+    bus_.exchange().pause(kLook);
+    const auto read = read_differences(bus_, one, features);
+    if (!read) return tl::unexpected(read.error());
+    const auto difference = read->front();
+    if (difference && std::chrono::abs(*difference) <= settings_.settled) return {};
+    if (bus_.exchange().now() < deadline) continue;
+    auto error = clock_error(ClockFault::kNotSynchronised, slave);
+    error.received = static_cast<std::uint32_t>(difference.value_or(nanoseconds{0}).count());
+    error.expected = static_cast<std::uint32_t>(settings_.settled.count());
+    return tl::unexpected(error);
+  }
+}
+
+}  // namespace driveline::ecat_master::dc
