@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 #include <algorithm>
+#include <sstream>
 #include <thread>
 
 #include "clock_plan.hpp"
 #include "console.hpp"
+#include "output_file.hpp"
 #include "signals.hpp"
 
 namespace driveline::cli {
@@ -140,6 +142,8 @@ Outcome<void> LineRun::start_cycle() {
   ecat_master::CyclicCore::Settings settings;
   settings.period = config_.period;
   settings.receive_window = config_.period * 3 / 4;
+  flight_recorder_ = std::make_unique<ecat_master::FlightRecorder>(motion_ ? config_.axes.size() : 0);
+  settings.recorder = flight_recorder_.get();
   auto make_runner = [this](ecat_master::CyclicCore& core) -> std::unique_ptr<ecat_master::CycleRunner> {
     if (session_.virtual_time()) return std::make_unique<ecat_master::InlineRunner>(core, session_.clock());
     return std::make_unique<ecat_master::RealtimeRunner>(core, session_.clock(), config_.realtime, config_.wake_ahead);
@@ -280,6 +284,7 @@ std::string LineRun::motion_failure() const {
 void LineRun::note_fault(std::string fault) {
   progress("fault: {}", fault);
   if (feed_) feed_->add_fault(fault);
+  if (flight_recorder_) flight_recorder_->trigger();
   faults_.push_back(std::move(fault));
 }
 
@@ -305,6 +310,20 @@ void LineRun::take_down() {
   }
   if (drain_) drain_->stop();
   if (recorder_ && !recorder_->problem().empty()) note_fault(recorder_->problem());
+  if (!faults_.empty() && operation_time_ > nanoseconds{0}) write_flight_record();
+}
+
+/// After the cycle has ended.
+void LineRun::write_flight_record() {
+  if (!flight_recorder_ || flight_recorder_->size() == 0) return;
+  std::vector<std::string> names;
+  for (const auto& axis : config_.axes) names.push_back(axis.name);
+  std::ostringstream text;
+  flight_recorder_->write_csv(text, names);
+  const auto file = config_.output.directory / "flight_recorder.csv";
+  if (auto written = write_file(file, text.str()); !written) return note_fault(written.error());
+  flight_record_ = file;
+  progress("the last {} cycles are in {}", flight_recorder_->size(), file.string());
 }
 
 RunReport LineRun::make_report() {
@@ -332,6 +351,7 @@ RunReport LineRun::make_report() {
   report.faults = faults_;
   if (recorder_->rows() > 0 && recorder_->problem().empty())
     report.files["axes_csv"] = config_.output.directory / "axes.csv";
+  if (flight_record_) report.files["flight_recorder_csv"] = *flight_record_;
   return report;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -37,6 +38,7 @@ class LineRun {
   [[nodiscard]] bool clocks_answer();
   void stop_motion();
   void take_down();
+  void write_flight_record();
   void leave_nothing_behind();
   void pass(std::chrono::nanoseconds duration);
   void note_fault(std::string fault);
@@ -54,6 +56,8 @@ class LineRun {
   std::unique_ptr<StatusFeed> feed_;
   std::unique_ptr<Recorder> recorder_;
   std::unique_ptr<ecat_master::Motion> motion_;
+  std::unique_ptr<ecat_master::FlightRecorder> flight_recorder_;
+  std::optional<std::filesystem::path> flight_record_;
   ecat_master::Master master_;
   std::unique_ptr<bridge::DrainThread> drain_;
   bool created_directory_ = false;

@@ -78,8 +78,14 @@ TEST_P(EveryLayout, CarriesOutputsToTheDrivesAndInputsBack) {
 TEST_P(EveryLayout, BridgesLostFrames) {
   start(drives.line());
   const auto before = operation->statistics().lost_frames;
+  operation->line_samples.clear();
   drives.line().drop_frames(3);
   operation->run(milliseconds{20});
+  ASSERT_EQ(operation->line_samples.size(), 160U);
+  for (const auto& sample : operation->line_samples) {
+    EXPECT_LE(sample.cost_ns, 100'000) << "the cycle ends at its deadline, whatever is missing";
+    EXPECT_EQ(sample.missed_periods, 0U);
+  }
   EXPECT_EQ(operation->statistics().lost_frames - before, 3U);
   EXPECT_EQ(operation->motion().phase(), MotionPhase::kFollowing);
   EXPECT_EQ(operation->motion().failure().cause, MotionFailure::Cause::kNone);

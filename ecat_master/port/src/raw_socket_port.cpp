@@ -172,11 +172,11 @@ std::optional<ReceivedFrame> RawSocketPort::receive() noexcept {
   for (int attempt = 0; attempt < kMaxDiscardsPerReceive; ++attempt) {
     // MSG_TRUNC makes the result the true length of the frame, however much of it fits.
     const ssize_t result = recv(socket_.get(), buffer_.data(), buffer_.size(), MSG_TRUNC);
-    const nanoseconds time = clock_.now();
     if (result < 0) {
       if (errno == ENETDOWN) continue;  // reported once per outage, ahead of frames that arrived before or since
       return std::nullopt;
     }
+    const nanoseconds time = clock_.now();
     const auto size = static_cast<std::size_t>(result);
 
     if (size > buffer_.size()) {

@@ -134,14 +134,17 @@ bool CyclicCore::all_received() const noexcept {
                      [this](const CyclicFrame& frame) { return frame.received() || !due(frame); });
 }
 
-/// Polls the port until all cyclic frames are back or the deadline has passed, then takes what else is there.
+/// Polls the port until all cyclic frames are back or the deadline has passed. What is behind them in the queue waits
+/// for the next cycle, unless the answer to an acyclic frame may be there: asking once more costs a system call.
 void CyclicCore::receive(nanoseconds deadline) noexcept {
   received_at_ = {};
   // Once more after the deadline: whoever was held up in between finds what has arrived meanwhile.
   for (bool expired = false;;) {
     if (const auto frame = port_.receive()) {
       dispatch(*frame);
-      continue;
+      if (acyclic_.in_flight() || !all_received()) continue;
+      exchanged_at_ = clock_.now();
+      break;
     }
     exchanged_at_ = clock_.now();
     if (expired || all_received()) break;

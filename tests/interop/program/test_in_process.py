@@ -68,6 +68,22 @@ class FilesAndSummary(ProgramTest):
                 self.assertEqual((self.directory / name).read_bytes()[:4], b"\x89PNG")
         self.assertFalse([name for name in self.files() if name.endswith(".partial")])
 
+    def test_after_a_fault_the_last_cycles_are_there(self):
+        power_off = '[[fault]]\nat_ms = 700\nkind = "power-off"\nslave = "%s"\n' % AXES[2]
+        config = self.write("line.toml", line_description(tail=power_off))
+        result = self.run_program("run", "--config", config, "--virtual", "--duration", 2, "--json", "--no-plots")
+        document = self.one_document(result.stdout)
+        self.assertTrue(document["faults"], result.stderr)
+        rows = (self.directory / document["files"]["flight_recorder_csv"]).read_text().splitlines()
+        self.assertEqual(len(rows), 1 + 2048)
+        columns = rows[0].split(",")
+        self.assertEqual(len([name for name in columns if name.startswith(AXES[2] + ".")]), 10)
+        cycles = [int(row.split(",")[0]) for row in rows[1:]]
+        self.assertEqual(cycles, list(range(cycles[0], cycles[0] + 2048)))
+        counter = columns.index("working_counter")
+        self.assertEqual(rows[1].split(",")[counter], "24")
+        self.assertNotEqual(rows[-1].split(",")[counter], "24")
+
     def test_summary_is_for_people(self):
         result = self.run_program("run", "--config", LINE8, "--virtual", "--duration", 0.5, "--no-telemetry",
                                   "--no-plots")

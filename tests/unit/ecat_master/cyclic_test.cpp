@@ -103,6 +103,16 @@ TEST_F(CyclicFrameTest, ForgetsTheAnswerWithTheNextSend) {
   EXPECT_FALSE(frame->accept(answer, {0, 7}, image, conditions));
 }
 
+TEST_F(CyclicFrameTest, IsNotTakenForOneThatIsMoreThanASecondYounger) {
+  // The datagram index of the standard comes round every 256 frames: these two have the same one, 1.28 s apart at 8
+  // kHz.
+  constexpr std::uint32_t kLater = 7 + 40 * 256;
+  ASSERT_EQ(frame->send(port, image, {0, kLater}), port::SendStatus::kSent);
+  EXPECT_FALSE(frame->accept(answer, FrameTag{0, 7}, image, conditions));
+  EXPECT_FALSE(frame->received());
+  EXPECT_TRUE(frame->accept(answer, FrameTag{0, kLater}, image, conditions)) << "its own answer has the same bytes";
+}
+
 AcyclicJob job(std::uint64_t id) {
   AcyclicJob made;
   made.id = id;

@@ -35,6 +35,7 @@ class AcyclicChannel {
   void send_next(port::Port& port, FrameTag tag) noexcept;
   /// Takes a received frame when it is the one on its way.
   [[nodiscard]] bool accept(std::span<const std::byte> frame, FrameTag tag) noexcept;
+  [[nodiscard]] bool in_flight() const noexcept { return in_flight_; }
   /// Gives up a frame that has been on its way for too many cycles; call once per cycle.
   void end_cycle() noexcept;
 

@@ -1,0 +1,368 @@
+// What does the master's cycle (send, receive, decode) cost on a packet socket, against loops that do nothing but send
+// and receive the same frames? All over the same virtual cable, in turns; a minimal responder spins at its other end.
+#include <arpa/inet.h>
+#include <fmt/format.h>
+#include <linux/if_packet.h>
+#include <net/if.h>
+#include <pthread.h>
+#include <sys/mman.h>
+#include <sys/socket.h>
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <memory>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+#include "driveline/ecat_master/cyclic/cyclic_core.hpp"
+#include "driveline/port/raw_socket_port.hpp"
+#include "driveline/wire/frame.hpp"
+#include "support/report.hpp"
+#include "support/stopwatch.hpp"
+#include "support/veth_pair.hpp"
+
+namespace {
+
+using namespace driveline;
+using namespace driveline::bench;
+using namespace std::chrono_literals;
+using ecat_master::CyclicCore;
+using ecat_master::ProcessImage;
+
+constexpr int kCycles = 20'000;
+/// So few in a row that a disturbance of the machine meets all loops alike.
+constexpr int kCyclesPerRound = 200;
+constexpr int kWarmUp = 20;
+/// Aims: median and 99.9 % of the master's cycle over those of the bare loop of the same kind of socket.
+constexpr double kAim = 1.05;
+constexpr std::size_t kBytesPerAxis = 19;
+constexpr double kLostNs = 5e6;
+constexpr std::uint8_t kOp = 0x08;
+
+/// On a processor of its own, ahead of ordinary work where that is allowed: whoever has to share it measures others.
+void pin(int cpu) {
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  CPU_SET(static_cast<unsigned>(cpu), &set);
+  static_cast<void>(pthread_setaffinity_np(pthread_self(), sizeof set, &set));
+  const sched_param priority{.sched_priority = 20};
+  static_cast<void>(pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority));
+}
+
+int last_cpu() {
+  return static_cast<int>(std::thread::hardware_concurrency()) - 1;
+}
+
+/// A packet socket as the raw socket port opens it.
+class PacketSocket {
+ public:
+  explicit PacketSocket(const std::string& interface) : PacketSocket() { bind_to(interface); }
+  PacketSocket() : socket_(::socket(AF_PACKET, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)) {
+    if (!socket_.valid()) throw std::runtime_error("no packet socket");
+    const int on = 1;
+    setsockopt(socket_.get(), SOL_PACKET, PACKET_QDISC_BYPASS, &on, sizeof on);
+    setsockopt(socket_.get(), SOL_PACKET, PACKET_IGNORE_OUTGOING, &on, sizeof on);
+  }
+  void bind_to(const std::string& interface) const {
+    sockaddr_ll address{};
+    address.sll_family = AF_PACKET;
+    address.sll_protocol = htons(wire::kEtherTypeEtherCat);
+    address.sll_ifindex = static_cast<int>(if_nametoindex(interface.c_str()));
+    if (bind(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+      throw std::runtime_error("cannot bind to " + interface);
+    }
+  }
+  [[nodiscard]] int get() const noexcept { return socket_.get(); }
+
+ private:
+  port::FileDescriptor socket_;
+};
+
+/// Bytes of a frame that the slaves would have changed.
+struct Patch {
+  std::size_t frame_bytes = 0;
+  std::vector<std::pair<std::size_t, std::byte>> bytes;
+};
+
+/// Answers as a line in OP would, with as little as that takes: working counters and AL status bytes.
+class Responder {
+ public:
+  Responder(const std::string& interface, std::vector<Patch> patches)
+      : socket_(interface), patches_(std::move(patches)), thread_([this](std::stop_token stop) { run(stop); }) {}
+
+ private:
+  void run(const std::stop_token& stop) {
+    pin(last_cpu());
+    std::array<std::byte, port::kMaxFrameBytes> frame;
+    while (!stop.stop_requested()) {
+      const auto size = recv(socket_.get(), frame.data(), frame.size(), 0);
+      if (size <= 0) continue;
+      frame[6] |= std::byte{0x02};
+      for (const auto& patch : patches_) {
+        if (patch.frame_bytes != static_cast<std::size_t>(size)) continue;
+        for (const auto& [offset, value] : patch.bytes) frame[offset] = value;
+      }
+      keep(send(socket_.get(), frame.data(), static_cast<std::size_t>(size), 0));
+    }
+  }
+
+  PacketSocket socket_;
+  std::vector<Patch> patches_;
+  std::jthread thread_;
+};
+
+/// Reads the status word, mode and position of every axis and writes a control word and a target, as an application
+/// with handles does.
+class Decoder final : public ecat_master::CyclicTask {
+ public:
+  explicit Decoder(const ProcessImage& image) {
+    for (const auto& place : image.places()) {
+      axes_.push_back({ecat_master::PdoEntry<std::uint16_t>(place.input_offset),
+                       ecat_master::PdoEntry<std::int32_t>(place.input_offset + 3),
+                       ecat_master::PdoEntry<std::uint16_t>(place.output_offset),
+                       ecat_master::PdoEntry<std::int32_t>(place.output_offset + 3)});
+    }
+  }
+  void update(std::int64_t, std::span<const std::byte> inputs, std::span<const bool> valid,
+              std::span<std::byte> outputs) noexcept override {
+    for (std::size_t i = 0; i < axes_.size(); ++i) {
+      if (!valid[i]) ++invalid;
+      axes_[i].control_word.set(outputs, axes_[i].status_word.get(inputs));
+      axes_[i].target.set(outputs, axes_[i].position.get(inputs) + 1);
+    }
+  }
+  std::uint64_t invalid = 0;
+
+ private:
+  struct AxisEntries {
+    ecat_master::PdoEntry<std::uint16_t> status_word;
+    ecat_master::PdoEntry<std::int32_t> position;
+    ecat_master::PdoEntry<std::uint16_t> control_word;
+    ecat_master::PdoEntry<std::int32_t> target;
+  };
+  std::vector<AxisEntries> axes_;
+};
+
+ProcessImage make_image(std::size_t axes) {
+  ecat_master::ProcessDataDemand demand;
+  demand.channels = {{true, 2, 0x1100, kBytesPerAxis}, {false, 3, 0x1400, kBytesPerAxis}};
+  demand.al_status = true;
+  const std::vector<ecat_master::ProcessDataDemand> demands(axes, demand);
+  return ProcessImage::lay_out(demands).value();
+}
+
+/// The frames of the cycle, as bare loops send them, and what the responder has to change in them.
+struct Frames {
+  std::vector<std::vector<std::byte>> bytes;
+  std::vector<Patch> patches;
+};
+
+Frames make_frames(const ProcessImage& image) {
+  Frames frames;
+  for (std::size_t number = 0; number < image.frame_count(); ++number) {
+    std::vector<std::byte> buffer(port::kMaxFrameBytes);
+    wire::FrameBuilder builder(buffer, {});
+    Patch patch;
+    if (number == 0) {
+      const auto place = builder.add(wire::Command::kBrd, 0, wire::DatagramAddress::physical(0, 0x0130), 2).value();
+      patch.bytes.emplace_back(place.data(), std::byte{kOp});
+      patch.bytes.emplace_back(place.working_counter(), static_cast<std::byte>(image.places().size()));
+    }
+    for (const auto& datagram : image.datagrams()) {
+      if (datagram.frame != number) continue;
+      const auto address = wire::DatagramAddress::logical(ProcessImage::logical_address(datagram.offset));
+      const auto place = builder.add(datagram.command, 1, address, datagram.bytes).value();
+      patch.bytes.emplace_back(place.working_counter(),
+                               static_cast<std::byte>(datagram.expected_working_counter & 0xFF));
+      patch.bytes.emplace_back(place.working_counter() + 1,
+                               static_cast<std::byte>(datagram.expected_working_counter >> 8));
+      for (const auto& slave : image.places()) {
+        if (slave.al_status_offset < datagram.offset || slave.al_status_offset >= datagram.offset + datagram.bytes)
+          continue;
+        patch.bytes.emplace_back(place.data() + slave.al_status_offset - datagram.offset, std::byte{kOp});
+      }
+    }
+    const auto frame = builder.finish();
+    patch.frame_bytes = frame.size();
+    frames.bytes.emplace_back(frame.begin(), frame.end());
+    frames.patches.push_back(std::move(patch));
+  }
+  return frames;
+}
+
+/// The floor of sockets: send all frames, spin until as many have come back.
+class BareLoop {
+ public:
+  BareLoop(const std::string& interface, Frames frames) : socket_(interface), frames_(std::move(frames)) {}
+  double cycle() {
+    const double begin = now_ns();
+    for (const auto& frame : frames_.bytes) keep(send(socket_.get(), frame.data(), frame.size(), 0));
+    for (std::size_t back = 0; back < frames_.bytes.size();) {
+      const auto size = recv(socket_.get(), buffer_.data(), buffer_.size(), MSG_TRUNC);
+      if (size > 0) ++back;
+      if (size <= 0 && now_ns() - begin > kLostNs) break;
+    }
+    return now_ns() - begin;
+  }
+
+ private:
+  PacketSocket socket_;
+  Frames frames_;
+  std::array<std::byte, port::kMaxFrameBytes> buffer_;
+};
+
+/// The same with a receive ring that is shared with the kernel: no system call to receive.
+class RingLoop {
+ public:
+  RingLoop(const std::string& interface, Frames frames) : frames_(std::move(frames)) {
+    const int version = TPACKET_V2;
+    setsockopt(socket_.get(), SOL_PACKET, PACKET_VERSION, &version, sizeof version);
+    tpacket_req request{};
+    request.tp_block_size = kBlockBytes;
+    request.tp_block_nr = kBlocks;
+    request.tp_frame_size = kSlotBytes;
+    request.tp_frame_nr = kSlots;
+    if (setsockopt(socket_.get(), SOL_PACKET, PACKET_RX_RING, &request, sizeof request) != 0) {
+      throw std::runtime_error("no receive ring");
+    }
+    void* memory =
+        mmap(nullptr, std::size_t{kBlockBytes} * kBlocks, PROT_READ | PROT_WRITE, MAP_SHARED, socket_.get(), 0);
+    if (memory == MAP_FAILED) throw std::runtime_error("the receive ring cannot be mapped");
+    ring_ = static_cast<std::byte*>(memory);
+    socket_.bind_to(interface);
+  }
+  RingLoop(const RingLoop&) = delete;
+  RingLoop& operator=(const RingLoop&) = delete;
+  ~RingLoop() { munmap(ring_, std::size_t{kBlockBytes} * kBlocks); }
+
+  double cycle() {
+    const double begin = now_ns();
+    for (const auto& frame : frames_.bytes) keep(send(socket_.get(), frame.data(), frame.size(), 0));
+    for (std::size_t back = 0; back < frames_.bytes.size();) {
+      auto* header = reinterpret_cast<tpacket2_hdr*>(ring_ + std::size_t{slot_} * kSlotBytes);
+      if ((__atomic_load_n(&header->tp_status, __ATOMIC_ACQUIRE) & TP_STATUS_USER) != 0) {
+        keep(*(ring_ + std::size_t{slot_} * kSlotBytes + header->tp_mac));
+        __atomic_store_n(&header->tp_status, __u32{TP_STATUS_KERNEL}, __ATOMIC_RELEASE);
+        slot_ = (slot_ + 1) % kSlots;
+        ++back;
+      } else if (now_ns() - begin > kLostNs) {
+        break;
+      }
+    }
+    return now_ns() - begin;
+  }
+
+ private:
+  static constexpr unsigned kSlotBytes = 2048;
+  static constexpr unsigned kBlockBytes = 1U << 16;
+  static constexpr unsigned kBlocks = 2;
+  static constexpr unsigned kSlots = kBlockBytes / kSlotBytes * kBlocks;
+
+  PacketSocket socket_;
+  Frames frames_;
+  std::byte* ring_ = nullptr;
+  unsigned slot_ = 0;
+};
+
+/// The master's cycle on the raw socket port.
+class MasterLoop {
+ public:
+  MasterLoop(const std::string& interface, const ProcessImage& image) : decoder_(image), port_(open(interface)) {
+    CyclicCore::Settings settings;
+    settings.receive_window = 5ms;
+    settings.slaves = static_cast<std::uint16_t>(image.places().size());
+    settings.task = &decoder_;
+    core_ = std::make_unique<CyclicCore>(*port_, clock_, image, nullptr, ecat_master::SampleRings{}, settings);
+  }
+  double cycle() {
+    const double begin = now_ns();
+    const auto now = clock_.now();
+    core_->cycle({cycle_++, now, now, 0});
+    return now_ns() - begin;
+  }
+  /// Cycles until the responder is there and answers as a line would.
+  void settle() {
+    constexpr int kPatience = 400;
+    for (int i = 0; i < kPatience; ++i) {
+      cycle();
+      if (core_->bad_cycles() == 0 && core_->al_status().slaves != 0) return;
+    }
+    throw std::runtime_error("the responder does not answer as it should");
+  }
+
+ private:
+  std::unique_ptr<port::RawSocketPort> open(const std::string& interface) {
+    auto port = port::RawSocketPort::open({.interface = interface}, clock_);
+    if (!port) throw std::runtime_error(port.error().message);
+    return std::move(*port);
+  }
+
+  rt::MonotonicClock clock_;
+  Decoder decoder_;
+  std::unique_ptr<port::RawSocketPort> port_;
+  std::unique_ptr<CyclicCore> core_;
+  std::int64_t cycle_ = 0;
+};
+
+/// One round of a loop that is made for it, so that no other socket hears its frames.
+template <typename Make>
+void round_of(const Make& make, std::vector<double>& samples) {
+  auto loop = make();
+  for (int i = 0; i < kWarmUp; ++i) loop->cycle();
+  for (int i = 0; i < kCyclesPerRound; ++i) samples.push_back(loop->cycle() / 1000.0);
+}
+
+void measure_axes(Report& report, const VethPair& cable, std::size_t axes, int cycles) {
+  const auto image = make_image(axes);
+  const auto frames = make_frames(image);
+  const Responder responder(cable.far, frames.patches);
+  std::vector<double> master;
+  std::vector<double> bare;
+  std::vector<double> ring;
+  for (int round = 0; round < std::max(1, cycles / kCyclesPerRound); ++round) {
+    round_of([&] { return std::make_unique<BareLoop>(cable.near, frames); }, bare);
+    round_of(
+        [&] {
+          auto loop = std::make_unique<MasterLoop>(cable.near, image);
+          loop->settle();
+          return loop;
+        },
+        master);
+    round_of([&] { return std::make_unique<RingLoop>(cable.near, frames); }, ring);
+  }
+  const auto name = fmt::format("{}_axes", axes);
+  const Baseline against_bare{"bare_af_packet_loop", summarize(std::move(bare))};
+  const Baseline against_ring{"bare_packet_mmap_loop", summarize(std::move(ring))};
+  const auto figures = summarize(std::move(master));
+  report.add({name, "send_receive_decode", "us", figures, kAim * against_bare.figures.p50, against_bare});
+  report.add({name, "against_packet_mmap", "us", figures, std::nullopt, against_ring});
+}
+
+void measure_all(const Options& options) {
+  Report report("master_cost");
+  const auto problem = enter_private_network();
+  const auto cable = problem.empty() ? make_veth_pair("dlcost") : std::nullopt;
+  if (!cable) {
+    report.note("skipped: no veth pair can be made here" + (problem.empty() ? std::string(".") : ": " + problem));
+    report.print(options);
+    return;
+  }
+  pin(std::max(0, last_cpu() - 1));
+  for (const std::size_t axes : {1U, 8U, 32U, 100U}) measure_axes(report, *cable, axes, options.count(kCycles));
+  report.note(
+      fmt::format("Cycles back to back over a veth pair; the responder spins on the last CPU. Rounds of {} cycles\n"
+                  "in turns: bare AF_PACKET loop, master, bare PACKET_MMAP loop. The master also checks headers\n"
+                  "and working counters, copies the process image both ways, and reads and writes two entries\n"
+                  "of each axis.",
+                  kCyclesPerRound));
+  report.print(options);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return run(argc, argv,
+             "What does the master's cycle on a packet socket cost against bare loops with the same frames?",
+             measure_all);
+}
