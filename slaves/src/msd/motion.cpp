@@ -92,6 +92,10 @@ void Motion::set_zero(std::int64_t increments) noexcept {
   target_position_ = position();
 }
 
+void Motion::restart_encoder() noexcept {
+  if (motor_.parameters().encoder_turns != MotorParameters::kAllTurns) set_zero(motor_.power_on_origin());
+}
+
 void Motion::take_over(MotionCommand command, MotionSource source, bool smooth) noexcept {
   const double speed = controller_.measured_velocity_rad_s();
   command_ = command;

@@ -150,6 +150,7 @@ void MsdDrive::restart() {
   build_process_data();
   initialise_control_ = true;
   apply_settings();
+  motion_.restart_encoder();
   motion_.select(MotionCommand::kOff, MotionSource::kNone, false);
   publish();
   if (!parameter_file_good_) raise(Fault::kParameterList);

@@ -24,6 +24,8 @@ MotorParameters MotorParameters::sanitized() const noexcept {
   p.viscous_friction_nm_s = in_range(viscous_friction_nm_s, 0.0, 1e6, standard.viscous_friction_nm_s);
   p.coulomb_friction_nm = in_range(coulomb_friction_nm, 0.0, 1e6, standard.coulomb_friction_nm);
   p.brake_torque_nm = in_range(brake_torque_nm, 0.0, 1e7, standard.brake_torque_nm);
+  p.encoder_noise_increments = in_range(encoder_noise_increments, 0.0, 1e6, 0.0);
+  p.load = load.sanitized();
   p.pole_pairs = std::clamp(pole_pairs, 1U, 100U);
   p.torque_lag_s = in_range(torque_lag_s, 0.0, 1.0, standard.torque_lag_s);
   p.max_speed_rad_s = in_range(max_speed_rad_s, 1.0, 1e5, standard.max_speed_rad_s);
@@ -37,41 +39,53 @@ ServoMotor::ServoMotor(const MotorParameters& parameters, double step_s, double 
       torque_gain_(parameters_.torque_lag_s > 0.0 ? -std::expm1(-step_s / parameters_.torque_lag_s) : 1.0),
       radians_per_increment_(2.0 * std::numbers::pi / parameters_.encoder_increments),
       increments_per_radian_(1.0 / radians_per_increment_),
-      position_rad_(in_range(position_rad, -1e6, 1e6, 0.0)),
-      last_position_rad_(position_rad_) {
-  const double rate = parameters_.viscous_friction_nm_s / parameters_.inertia_kg_m2;
-  speed_decay_ = std::exp(-rate * step_s);
-  speed_gain_ = rate * step_s > 1e-9 ? (1.0 - speed_decay_) / parameters_.viscous_friction_nm_s
-                                     : step_s / parameters_.inertia_kg_m2;
-}
+      current_(parameters_.winding, parameters_.rated_torque_nm / (std::numbers::sqrt2 * parameters_.rated_current_a),
+               parameters_.pole_pairs, parameters_.torque_lag_s, step_s),
+      mechanics_({parameters_.inertia_kg_m2, parameters_.viscous_friction_nm_s, parameters_.coulomb_friction_nm,
+                  parameters_.brake_torque_nm, parameters_.max_speed_rad_s},
+                 parameters_.load, step_s, in_range(position_rad, -1e6, 1e6, 0.0)),
+      random_(parameters_.encoder_seed != 0 ? parameters_.encoder_seed : 1) {}
 
 void ServoMotor::step(double torque_setpoint_nm, bool brake_closed) noexcept {
   const double setpoint = in_range(torque_setpoint_nm, -parameters_.peak_torque_nm, parameters_.peak_torque_nm, 0.0);
-  torque_nm_ += torque_gain_ * (setpoint - torque_nm_);
-
-  const double before = velocity_rad_s_;
-  const double without_friction = speed_decay_ * before + speed_gain_ * torque_nm_;
-  const double holding_nm = brake_closed ? parameters_.brake_torque_nm : 0.0;
-  const double friction = speed_gain_ * (parameters_.coulomb_friction_nm + holding_nm);
-  // Dry friction takes away speed but cannot turn it round: within its reach the shaft sticks.
-  const double after =
-      std::abs(without_friction) <= friction ? 0.0 : without_friction - std::copysign(friction, without_friction);
-  velocity_rad_s_ = std::clamp(after, -parameters_.max_speed_rad_s, parameters_.max_speed_rad_s);
-  last_position_rad_ = position_rad_;
-  position_rad_ += 0.5 * step_s_ * (before + velocity_rad_s_);
+  if (parameters_.winding.simulated) {
+    torque_nm_ = current_.step(setpoint, mechanics_.velocity_rad_s(), dc_link_volts_);
+  } else {
+    torque_nm_ += torque_gain_ * (setpoint - torque_nm_);
+  }
+  mechanics_.step(torque_nm_, brake_closed);
+  if (parameters_.encoder_noise_increments > 0.0) draw_noise();
 }
 
-std::optional<std::int64_t> ServoMotor::index_pulse() const noexcept {
-  const double revolution = 2.0 * std::numbers::pi;
-  const double before = std::floor(last_position_rad_ / revolution);
-  const double now = std::floor(position_rad_ / revolution);
-  if (!(before < now) && !(now < before)) return std::nullopt;
-  const double turn = now > before ? now : now + 1.0;
-  return static_cast<std::int64_t>(turn) * parameters_.encoder_increments;
+/// xorshift32: the same sequence for the same seed on every machine.
+void ServoMotor::draw_noise() noexcept {
+  random_ ^= random_ << 13U;
+  random_ ^= random_ >> 17U;
+  random_ ^= random_ << 5U;
+  const double share = static_cast<double>(random_) / 2147483648.0 - 1.0;
+  noise_ = std::llrint(share * parameters_.encoder_noise_increments);
+}
+
+std::int64_t ServoMotor::power_on_origin() const noexcept {
+  const std::int64_t count = encoder_count(position_rad());
+  if (parameters_.encoder_turns == 0) return count;
+  if (parameters_.encoder_turns == MotorParameters::kAllTurns) return 0;
+  const std::int64_t range = std::int64_t{parameters_.encoder_turns} * parameters_.encoder_increments;
+  const std::int64_t rest = count % range;
+  return count - (rest < 0 ? rest + range : rest);
 }
 
 std::int64_t ServoMotor::encoder_count(double position_rad) const noexcept {
   return static_cast<std::int64_t>(std::floor(position_rad * increments_per_radian_));
+}
+
+std::optional<std::int64_t> ServoMotor::index_pulse() const noexcept {
+  const double revolution = 2.0 * std::numbers::pi;
+  const double before = std::floor(last_position_rad() / revolution);
+  const double now = std::floor(position_rad() / revolution);
+  if (!(before < now) && !(now < before)) return std::nullopt;
+  const double turn = now > before ? now : now + 1.0;
+  return static_cast<std::int64_t>(turn) * parameters_.encoder_increments;
 }
 
 }  // namespace driveline::slaves

@@ -73,6 +73,10 @@ class Motion {
   void select(MotionCommand command, MotionSource source, bool smooth) noexcept;
   /// One control cycle. \rtsafe
   void step(bool brake_closed) noexcept;
+  /// Power-on of an encoder that does not know all turns: positions count from where it starts. \rtsafe
+  void restart_encoder() noexcept;
+  /// \rtsafe
+  void set_dc_link_voltage(double volts) noexcept { motor_.set_dc_link_voltage(volts); }
   /// Makes `increments` of the encoder the new zero of all positions; the movement is not affected. \rtsafe
   void set_zero(std::int64_t increments) noexcept;
 

@@ -81,7 +81,10 @@ class MsdDrive final : public Device, private DictionaryOwner {
   void set_enpo(bool on) noexcept { set_input(Input::kEnpo, on); }
   void set_isdsh(bool on) noexcept { set_input(Input::kIsdsh, on); }
   void set_dc_link(bool present) noexcept { set_dc_link_voltage(present ? kMainsDcLinkVolts : 0.0); }
-  void set_dc_link_voltage(double volts) noexcept { dc_link_volts_ = volts; }
+  void set_dc_link_voltage(double volts) noexcept {
+    dc_link_volts_ = volts;
+    motion_.set_dc_link_voltage(volts);
+  }
   /// An input that changes at this time of the line's clock, also between control cycles: touch probes latch where the
   /// axis is then. In order of time; false when too many changes wait. \rtsafe
   bool schedule_input(Input input, bool level, std::chrono::nanoseconds at) noexcept;

@@ -3,6 +3,9 @@
 #include <cstdint>
 #include <optional>
 
+#include "driveline/slaves/plant/current_loop.hpp"
+#include "driveline/slaves/plant/mechanics.hpp"
+
 namespace driveline::slaves {
 
 /// A motor with a rigidly coupled load and its encoder. Defaults: a small permanent magnet servo of 0.75 kW (ours).
@@ -18,49 +21,62 @@ struct MotorParameters {
   std::uint32_t encoder_increments = 1U << 20U;  ///< per revolution, quadrature counted
   double brake_torque_nm = 0.0;                  ///< of the closed holding brake; 0: the motor has none
   std::uint32_t pole_pairs = 4;
+  double encoder_noise_increments = 0.0;  ///< uniform, either way; seeded, so runs repeat bit by bit
+  std::uint32_t encoder_seed = 1;
+  std::uint32_t encoder_turns = kAllTurns;  ///< known after power-on: 0 incremental, 1 single-turn, more multi-turn
+  LoadParameters load{};
+  WindingParameters winding{};
+
+  static constexpr std::uint32_t kAllTurns = 0xFFFFFFFF;
 
   /// The same motor with every value in the range the model is stable in; NaN becomes the default.
   [[nodiscard]] MotorParameters sanitized() const noexcept;
 };
 
-/// Mechanics and current loop of one axis, integrated exactly for constant torque over a step, friction implicit: the
-/// model cannot gain energy without torque and is stable for every step length and parameter set.
+/// Current loop, mechanics and encoder of one axis.
 class ServoMotor {
  public:
   ServoMotor(const MotorParameters& parameters, double step_s, double position_rad) noexcept;
 
   /// One step with this torque setpoint (limited to the peak torque; anything not finite counts as 0). \rtsafe
   void step(double torque_setpoint_nm, bool brake_closed = false) noexcept;
+  /// Voltage of the inverter; only the simulated winding needs it. \rtsafe
+  void set_dc_link_voltage(double volts) noexcept { dc_link_volts_ = volts; }
 
   [[nodiscard]] const MotorParameters& parameters() const noexcept { return parameters_; }
-  [[nodiscard]] double position_rad() const noexcept { return position_rad_; }
-  [[nodiscard]] double last_position_rad() const noexcept { return last_position_rad_; }  ///< one step ago
-  [[nodiscard]] double velocity_rad_s() const noexcept { return velocity_rad_s_; }
+  [[nodiscard]] const Mechanics& mechanics() const noexcept { return mechanics_; }
+  [[nodiscard]] const CurrentLoop& current_loop() const noexcept { return current_; }
+  [[nodiscard]] double position_rad() const noexcept { return mechanics_.position_rad(); }
+  [[nodiscard]] double last_position_rad() const noexcept { return mechanics_.last_position_rad(); }  ///< one step ago
+  [[nodiscard]] double velocity_rad_s() const noexcept { return mechanics_.velocity_rad_s(); }
   /// Torque of the current loop at the shaft.
   [[nodiscard]] double torque_nm() const noexcept { return torque_nm_; }
-  [[nodiscard]] double kinetic_energy_j() const noexcept {
-    return 0.5 * parameters_.inertia_kg_m2 * velocity_rad_s_ * velocity_rad_s_;
-  }
-  /// Position as the encoder counts it, rounded down. \rtsafe
-  [[nodiscard]] std::int64_t encoder_count() const noexcept { return encoder_count(position_rad_); }
+  [[nodiscard]] double kinetic_energy_j() const noexcept { return mechanics_.kinetic_energy_j(); }
+  /// Position as the encoder counts it, rounded down, with its noise. \rtsafe
+  [[nodiscard]] std::int64_t encoder_count() const noexcept { return encoder_count(position_rad()) + noise_; }
+  /// What it would count at this position without noise. \rtsafe
   [[nodiscard]] std::int64_t encoder_count(double position_rad) const noexcept;
+  /// The count at which an encoder that knows only so many turns would start to count from 0. \rtsafe
+  [[nodiscard]] std::int64_t power_on_origin() const noexcept;
   [[nodiscard]] double radians_per_increment() const noexcept { return radians_per_increment_; }
   /// Where the last step passed the encoder's index pulse, which comes once per revolution at encoder count 0; the
   /// newest one if a step is longer than a revolution. \rtsafe
   [[nodiscard]] std::optional<std::int64_t> index_pulse() const noexcept;
 
  private:
+  void draw_noise() noexcept;
+
   MotorParameters parameters_;
   double step_s_;
   double torque_gain_;  ///< share of the torque error the current loop makes up for in one step
-  double speed_decay_;  ///< speed left after one step of viscous friction
-  double speed_gain_;   ///< speed per torque in one step
   double radians_per_increment_;
   double increments_per_radian_;
-  double position_rad_;
-  double last_position_rad_;  ///< one step ago
-  double velocity_rad_s_ = 0.0;
+  CurrentLoop current_;
+  Mechanics mechanics_;
+  double dc_link_volts_ = 560.0;
   double torque_nm_ = 0.0;
+  std::int64_t noise_ = 0;
+  std::uint32_t random_;
 };
 
 }  // namespace driveline::slaves

@@ -1,0 +1,48 @@
+#pragma once
+
+namespace driveline::slaves {
+
+/// Windings of a permanent magnet motor with surface magnets, and its current control. Currents are amplitudes.
+struct WindingParameters {
+  bool simulated = false;  ///< false: the torque follows its setpoint as a first-order lag
+  double resistance_ohm = 1.2;
+  double inductance_h = 4.0e-3;
+  double saturation_current_a = 0.0;  ///< amplitude at which the torque constant has fallen by 30 %; 0: none
+};
+
+/// Current control in the rotor's d and q axes: PI controllers with decoupling, the voltage limit of the inverter,
+/// windings with resistance, inductance, back EMF and iron saturation.
+class CurrentLoop {
+ public:
+  /// `torque_constant`: Nm per ampere of q current; `lag_s`: time constant of the closed loop.
+  CurrentLoop(const WindingParameters& parameters, double torque_constant, unsigned pole_pairs, double lag_s,
+              double step_s) noexcept;
+
+  /// One step at this speed of the shaft with this DC link voltage; the torque at its end. \rtsafe
+  double step(double torque_setpoint_nm, double speed_rad_s, double dc_link_volts) noexcept;
+
+  [[nodiscard]] double d_current_a() const noexcept { return d_a_; }
+  [[nodiscard]] double q_current_a() const noexcept { return q_a_; }
+  /// The voltage was at the inverter's limit in the last step. \rtsafe
+  [[nodiscard]] bool limited() const noexcept { return limited_; }
+  /// Heat in the windings. \rtsafe
+  [[nodiscard]] double loss_w() const noexcept;
+
+ private:
+  [[nodiscard]] double torque_nm() const noexcept;
+
+  WindingParameters parameters_;
+  double torque_constant_;
+  double flux_vs_;
+  double pole_pairs_;
+  double step_s_;
+  double proportional_v_a_;
+  double integral_v_a_;  ///< per step
+  double d_a_ = 0.0;
+  double q_a_ = 0.0;
+  double d_integral_v_ = 0.0;
+  double q_integral_v_ = 0.0;
+  bool limited_ = false;
+};
+
+}  // namespace driveline::slaves

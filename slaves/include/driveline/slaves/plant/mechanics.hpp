@@ -1,0 +1,76 @@
+#pragma once
+
+#include <limits>
+
+namespace driveline::slaves {
+
+/// What the motor moves, seen from the motor shaft.
+struct LoadParameters {
+  double inertia_kg_m2 = 0.0;       ///< behind an elastic coupling; 0: the load is rigidly part of the motor's inertia
+  double stiffness_nm_rad = 200.0;  ///< of the coupling
+  double damping_nm_s = 0.01;       ///< of the coupling
+  double coulomb_friction_nm = 0.0;
+  double gravity_nm = 0.0;  ///< torque of a weight, in negative direction
+  double end_stop_min_rad = -std::numeric_limits<double>::infinity();
+  double end_stop_max_rad = std::numeric_limits<double>::infinity();
+  double end_stop_stiffness_nm_rad = 500.0;
+  double end_stop_damping_nm_s = 0.05;
+
+  /// The same load with every value in the range the model is stable in. \rtsafe
+  [[nodiscard]] LoadParameters sanitized() const noexcept;
+};
+
+/// Inertia and friction of the motor itself.
+struct RotorParameters {
+  double inertia_kg_m2 = 3.0e-4;
+  double viscous_friction_nm_s = 2.0e-4;
+  double coulomb_friction_nm = 0.03;
+  double brake_torque_nm = 0.0;
+  double max_speed_rad_s = 628.0;
+};
+
+/// One or two masses with friction, brake, gravity and end stops. The coupling is integrated by the implicit midpoint
+/// rule, which keeps its energy exactly, everything that takes energy away implicitly: without torque the model never
+/// gains energy, whatever the step length and the parameters. An end stop that is hard for the step length may hold
+/// more for a moment than the impact had; it does not give it back.
+class Mechanics {
+ public:
+  Mechanics(const RotorParameters& rotor, const LoadParameters& load, double step_s, double position_rad) noexcept;
+
+  /// One step with this torque at the rotor. \rtsafe
+  void step(double torque_nm, bool brake_closed) noexcept;
+
+  [[nodiscard]] double position_rad() const noexcept { return rotor_.position; }
+  [[nodiscard]] double last_position_rad() const noexcept { return last_position_; }
+  [[nodiscard]] double velocity_rad_s() const noexcept { return rotor_.velocity; }
+  [[nodiscard]] double load_position_rad() const noexcept { return elastic_ ? load_.position : rotor_.position; }
+  [[nodiscard]] double load_velocity_rad_s() const noexcept { return elastic_ ? load_.velocity : rotor_.velocity; }
+  [[nodiscard]] double kinetic_energy_j() const noexcept;
+  /// Kinetic energy and what coupling, weight and end stops have stored. \rtsafe
+  [[nodiscard]] double energy_j() const noexcept;
+
+ private:
+  struct Mass {
+    double position = 0.0;
+    double velocity = 0.0;
+  };
+  [[nodiscard]] double with_friction(double velocity, double friction_nm, double inertia) const noexcept;
+  [[nodiscard]] double penetration(double position) const noexcept;
+  [[nodiscard]] double at_end_stop(const Mass& mass, double velocity, double inertia) const noexcept;
+  [[nodiscard]] bool sticks(const Mass& mass, double torque_nm, double friction_nm) const noexcept;
+  void step_elastic(double torque_nm, double friction_nm) noexcept;
+  void step_rigid(double torque_nm, double friction_nm) noexcept;
+
+  RotorParameters rotor_parameters_;
+  LoadParameters load_parameters_;
+  double step_s_;
+  bool elastic_;
+  bool stopped_by_ends_;  ///< there are end stops at all
+  double speed_decay_;    ///< of the rotor, left after one step of viscous friction
+  double speed_gain_;     ///< of the rotor, per torque in one step
+  Mass rotor_;
+  Mass load_;
+  double last_position_ = 0.0;
+};
+
+}  // namespace driveline::slaves

@@ -1,0 +1,75 @@
+#include "driveline/slaves/plant/current_loop.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace driveline::slaves {
+namespace {
+
+double at_least(double value, double low) noexcept {
+  return std::isfinite(value) ? std::max(value, low) : low;
+}
+double finite(double value) noexcept {
+  return std::isfinite(value) ? value : 0.0;
+}
+
+}  // namespace
+
+CurrentLoop::CurrentLoop(const WindingParameters& parameters, double torque_constant, unsigned pole_pairs, double lag_s,
+                         double step_s) noexcept
+    : parameters_(parameters),
+      torque_constant_(at_least(torque_constant, 1e-6)),
+      pole_pairs_(pole_pairs),
+      step_s_(step_s) {
+  parameters_.resistance_ohm = at_least(parameters.resistance_ohm, 1e-6);
+  parameters_.inductance_h = at_least(parameters.inductance_h, 1e-7);
+  parameters_.saturation_current_a = at_least(parameters.saturation_current_a, 0.0);
+  flux_vs_ = torque_constant_ / (1.5 * pole_pairs_);
+  // Pole cancelled: the closed loop is a lag of this time, but no faster than three steps.
+  const double bandwidth = 1.0 / std::max(at_least(lag_s, 0.0), 3.0 * step_s);
+  proportional_v_a_ = bandwidth * parameters_.inductance_h;
+  integral_v_a_ = bandwidth * parameters_.resistance_ohm * step_s;
+}
+
+double CurrentLoop::torque_nm() const noexcept {
+  if (!(parameters_.saturation_current_a > 0.0)) return torque_constant_ * q_a_;
+  const double share = q_a_ / parameters_.saturation_current_a;
+  return torque_constant_ * q_a_ / std::sqrt(1.0 + share * share);
+}
+
+double CurrentLoop::loss_w() const noexcept {
+  return 1.5 * parameters_.resistance_ohm * (d_a_ * d_a_ + q_a_ * q_a_);
+}
+
+double CurrentLoop::step(double torque_setpoint_nm, double speed_rad_s, double dc_link_volts) noexcept {
+  const double wanted_a = finite(torque_setpoint_nm) / torque_constant_;
+  const double speed = pole_pairs_ * finite(speed_rad_s);
+  const double d_error = -d_a_;
+  const double q_error = wanted_a - q_a_;
+  const double reactance = speed * parameters_.inductance_h;
+  double d_v = proportional_v_a_ * d_error + d_integral_v_ - reactance * q_a_;
+  double q_v = proportional_v_a_ * q_error + q_integral_v_ + reactance * d_a_ + speed * flux_vs_;
+  const double limit = std::max(finite(dc_link_volts), 0.0) / std::numbers::sqrt3;
+  const double amplitude = std::hypot(d_v, q_v);
+  limited_ = amplitude > limit;
+  if (limited_) {
+    d_v *= limit / amplitude;
+    q_v *= limit / amplitude;
+  } else {  // no integration into the limit
+    d_integral_v_ += integral_v_a_ * d_error;
+    q_integral_v_ += integral_v_a_ * q_error;
+  }
+  // Windings, implicit: stable at every speed.
+  const double share = step_s_ / parameters_.inductance_h;
+  const double diagonal = 1.0 + share * parameters_.resistance_ohm;
+  const double cross = step_s_ * speed;
+  const double d_right = d_a_ + share * d_v;
+  const double q_right = q_a_ + share * (q_v - speed * flux_vs_);
+  const double determinant = diagonal * diagonal + cross * cross;
+  d_a_ = (diagonal * d_right + cross * q_right) / determinant;
+  q_a_ = (diagonal * q_right - cross * d_right) / determinant;
+  return torque_nm();
+}
+
+}  // namespace driveline::slaves

@@ -1,0 +1,91 @@
+// The drive with the machine behind it: weight, end stops, winding, encoder.
+#include "drive_rig.hpp"
+
+namespace driveline::slaves::msd {
+namespace {
+
+constexpr std::int32_t kRevolution = 1 << 20;
+
+TEST(MsdMachine, WeightDropsWithoutABrakeAndStaysWithOne) {
+  for (const double brake_nm : {0.0, 5.0}) {
+    MsdParameters parameters;
+    parameters.motor.load.gravity_nm = 1.0;
+    parameters.motor.brake_torque_nm = brake_nm;
+    DriveRig rig(parameters);
+    rig.operate();
+    rig.enable(8);
+    rig.cycles(800);
+    EXPECT_NEAR(rig.torque, 417, 20) << "holds 1 Nm of 2.4";
+    const double held = rig.drive.position_rad();
+    rig.control = 0x00;
+    rig.cycles(800);
+    if (brake_nm > 0.0) {
+      EXPECT_NEAR(rig.drive.position_rad(), held, 0.01);
+    } else {
+      EXPECT_LT(rig.drive.position_rad(), held - 5.0);
+    }
+  }
+}
+
+TEST(MsdMachine, EndStopEndsInAFollowingError) {
+  MsdParameters parameters;
+  parameters.motor.load.end_stop_max_rad = 3.0;
+  DriveRig rig(parameters);
+  ASSERT_EQ(rig.write(0x6065, 0, kRevolution / 4, 4), 0U);
+  rig.operate();
+  rig.enable(1);
+  rig.target_position = 5 * kRevolution;
+  rig.control = 0x1F;
+  rig.cycles(8000);
+  EXPECT_EQ(rig.drive.fault(), Fault::kFollowingError);
+  EXPECT_NEAR(rig.drive.position_rad(), 3.0, 0.1);
+}
+
+TEST(MsdMachine, SimulatedWindingTracksLikeTheLagAndRunsOutOfVoltage) {
+  MsdParameters parameters;
+  parameters.motor.winding.simulated = true;
+  DriveRig rig(parameters);
+  rig.operate();
+  rig.enable(3);
+  rig.target_velocity = 50 * kRevolution;
+  rig.cycles(8000);
+  EXPECT_NEAR(rig.velocity, 50 * kRevolution, kRevolution / 20);
+  rig.drive.set_dc_link_voltage(260.0);
+  rig.target_velocity = 99 * kRevolution;
+  rig.cycles(16'000);
+  EXPECT_LT(rig.velocity, 95 * kRevolution) << "the back EMF leaves no voltage";
+}
+
+TEST(MsdMachine, TwoMassAxisWithEncoderNoiseMovesToItsTarget) {
+  MsdParameters parameters;
+  parameters.motor.load.inertia_kg_m2 = 1e-4;
+  parameters.motor.load.stiffness_nm_rad = 1000.0;
+  parameters.motor.load.damping_nm_s = 0.02;
+  parameters.motor.encoder_noise_increments = 2.0;
+  const auto run = [&] {
+    DriveRig rig(parameters);
+    rig.operate();
+    rig.enable(1);
+    rig.target_position = 3 * kRevolution;
+    rig.control = 0x1F;
+    rig.cycles(16'000);
+    EXPECT_TRUE(rig.status & 0x0400);
+    EXPECT_NEAR(rig.position, 3 * kRevolution, 200);
+    return rig.drive.position_rad();
+  };
+  EXPECT_EQ(run(), run()) << "bit-identical with the same seed";
+}
+
+TEST(MsdMachine, EncoderForgetsWhatItDoesNotKnowAtPowerOn) {
+  MsdParameters parameters;
+  parameters.initial_position_rad = 2.0 * std::numbers::pi * 3.25;
+  for (const std::uint32_t turns : {0U, 1U, MotorParameters::kAllTurns}) {
+    parameters.motor.encoder_turns = turns;
+    DriveRig rig(parameters);
+    const double expected = turns == 0 ? 0.0 : turns == 1 ? 0.25 : 3.25;
+    EXPECT_NEAR(static_cast<std::int32_t>(rig.read(0x6064)), expected * kRevolution, 2.0);
+  }
+}
+
+}  // namespace
+}  // namespace driveline::slaves::msd
