@@ -1,9 +1,12 @@
 #include <fmt/format.h>
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <utility>
 
 #include "commands.hpp"
+#include "driveline/esi/eds_file.hpp"
 #include "driveline/esi/esi_file.hpp"
 #include "driveline/esi/sii.hpp"
 #include "driveline/slaves/msd/msd_table.hpp"
@@ -34,13 +37,18 @@ Outcome<int> generate_esi(const std::string& directory) {
   std::filesystem::create_directories(directory, error);
   if (error) return failed(fmt::format("{}: cannot be created: {}", directory, error.message()));
   const auto device = slaves::msd::device_description();
-  const auto xml = std::filesystem::path(directory) / "moog_msd.xml";
-  if (auto done = write_file(xml, esi::write_esi({device})); !done) return failed(done.error());
   std::string image;
   for (const auto byte : esi::encode_sii(esi::make_sii(device))) image += static_cast<char>(byte);
-  const auto sii = std::filesystem::path(directory) / "moog_msd.sii";
-  if (auto done = write_file(sii, image); !done) return failed(done.error());
-  fmt::print("{}\n{}\n", xml.string(), sii.string());
+  const std::array<std::pair<std::string_view, std::string>, 4> files = {
+      {{"moog_msd.xml", esi::write_esi({device})},
+       {"moog_msd.sii", image},
+       {"moog_msd.eds", esi::write_eds(device, "moog_msd.eds")},
+       {"moog_msd_objects.md", slaves::msd::object_reference()}}};
+  for (const auto& [name, content] : files) {
+    const auto path = std::filesystem::path(directory) / name;
+    if (auto done = write_file(path, content); !done) return failed(done.error());
+    fmt::print("{}\n", path.string());
+  }
   return 0;
 }
 

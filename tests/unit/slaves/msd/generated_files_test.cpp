@@ -2,11 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
 
+#include "driveline/esi/eds_file.hpp"
 #include "driveline/esi/esi_file.hpp"
 #include "driveline/esi/sii.hpp"
 #include "driveline/slaves/msd/msd_table.hpp"
@@ -29,6 +31,26 @@ TEST(GeneratedDeviceFiles, SiiImageIsWhatTheTableSays) {
   std::string image;
   for (const auto byte : esi::encode_sii(esi::make_sii(device_description()))) image += static_cast<char>(byte);
   EXPECT_TRUE(content("moog_msd.sii") == image) << "regenerate: build/driveline esi generate esi/data";
+}
+
+TEST(GeneratedDeviceFiles, EdsIsWhatTheTableSays) {
+  EXPECT_TRUE(content("moog_msd.eds") == esi::write_eds(device_description(), "moog_msd.eds"))
+      << "regenerate: build/driveline esi generate esi/data";
+}
+
+TEST(GeneratedDeviceFiles, ObjectPageIsWhatTheTableSays) {
+  EXPECT_TRUE(content("moog_msd_objects.md") == object_reference())
+      << "regenerate: build/driveline esi generate esi/data";
+}
+
+TEST(GeneratedDeviceFiles, EveryRowIsOnTheObjectPageAndInTheEds) {
+  const std::string page = content("moog_msd_objects.md");
+  const std::string eds = content("moog_msd.eds");
+  const auto rows = dictionary_table().rows();
+  EXPECT_EQ(static_cast<std::size_t>(std::count(page.begin(), page.end(), '\n')), rows.size() + 7);
+  std::size_t entries = 0;
+  for (auto at = eds.find("AccessType="); at != std::string::npos; at = eds.find("AccessType=", at + 1)) ++entries;
+  EXPECT_EQ(entries, rows.size());
 }
 
 TEST(GeneratedDeviceFiles, EsiFileReadsBackWithIdentityAndPdos) {

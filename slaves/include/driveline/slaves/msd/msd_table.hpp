@@ -26,4 +26,7 @@ inline constexpr std::uint32_t kRevision = 0x007C001E;     ///< ours: firmware 1
 /// What ESI and SII say about the drive, made from the table.
 [[nodiscard]] esi::DeviceDescription device_description();
 
+/// All rows of the table as a page of Markdown.
+[[nodiscard]] std::string object_reference();
+
 }  // namespace driveline::slaves::msd
