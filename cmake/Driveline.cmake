@@ -24,23 +24,31 @@ if(DRIVELINE_FUZZ)
   add_compile_options(-fsanitize=fuzzer-no-link)
 endif()
 
-# driveline_room(<name> [SOURCES ...] [LINK ...] [PRIVATE_LINK ...])
+# driveline_room(<name> [INTERNAL] [SOURCES ...] [LINK ...] [PRIVATE_LINK ...])
 # Declares the library driveline_<name> (alias driveline::<name>) of the current folder: headers in
-# include/driveline/<name>/, implementation in the listed sources. Without sources it is header-only.
+# include/driveline/<name>/, implementation in the listed sources. Without sources it is header-only. It is installed
+# with its headers, for find_package(driveline), unless it is INTERNAL.
 function(driveline_room name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;LINK;PRIVATE_LINK" ${ARGN})
+  cmake_parse_arguments(ARG "INTERNAL" "" "SOURCES;LINK;PRIVATE_LINK" ${ARGN})
   set(target driveline_${name})
+  set(headers $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:include>)
   if(ARG_SOURCES)
     add_library(${target} STATIC ${ARG_SOURCES})
-    target_include_directories(${target} PUBLIC ${CMAKE_CURRENT_SOURCE_DIR}/include
-                                         PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/src)
-    target_link_libraries(${target} PUBLIC ${ARG_LINK} PRIVATE ${ARG_PRIVATE_LINK} driveline_warnings)
+    target_include_directories(${target} PUBLIC ${headers} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/src)
+    target_link_libraries(${target} PUBLIC ${ARG_LINK}
+                                    PRIVATE ${ARG_PRIVATE_LINK} $<BUILD_INTERFACE:driveline_warnings>)
   else()
     add_library(${target} INTERFACE)
-    target_include_directories(${target} INTERFACE ${CMAKE_CURRENT_SOURCE_DIR}/include)
+    target_include_directories(${target} INTERFACE ${headers})
     target_link_libraries(${target} INTERFACE ${ARG_LINK})
   endif()
   add_library(driveline::${name} ALIAS ${target})
+  if(NOT ARG_INTERNAL)
+    set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
+    target_compile_features(${target} INTERFACE cxx_std_20)
+    install(TARGETS ${target} EXPORT driveline)
+    install(DIRECTORY include/ TYPE INCLUDE)
+  endif()
 endfunction()
 
 # driveline_test(<name> LABEL <unit|bus|replay|interop|fuzz|rt> SOURCES ... LINK ...)

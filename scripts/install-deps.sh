@@ -37,6 +37,7 @@ tshark                oracle for EtherCAT frames
 cyclonedds-dev        oracle for the telemetry: another DDS implementation
 cyclonedds-tools      its IDL compiler
 python3               structure checks, checks of JSON output
+doxygen               reference of the library
 # running
 gnuplot-nox           plots
 graphviz              picture of the bus

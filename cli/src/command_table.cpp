@@ -24,6 +24,10 @@ constexpr std::array kCommands = {
             "fault --control line.socket drop way=back chance=0.01 seed=7\n"
             "fault --control line.socket heal all",
             prepare_fault},
+    Command{"scan", "", kTools, "Show what is on the line, and write a line description of it",
+            "scan --config examples/line8.toml\n"
+            "scan --iface eth1 --write line.toml",
+            prepare_scan},
     Command{"slaves", "", kTools, "List the slaves on the line",
             "slaves --config examples/line8.toml\n"
             "slaves --config examples/line8.toml -p 0 -v\n"
@@ -38,6 +42,14 @@ constexpr std::array kCommands = {
             "dc --config examples/line8-dc.toml --virtual --output out\n"
             "dc --iface eth1 --duration 10 --json",
             prepare_dc},
+    Command{"graph", "", kTools, "Draw who is connected to whom, for Graphviz or as a tree",
+            "graph --config examples/line8.toml\n"
+            "graph --config examples/line8.toml --tree",
+            prepare_graph},
+    Command{"diag", "crc", kTools, "Tell what is wrong on the line, and where: states, links, error counters",
+            "diag --config examples/line8.toml\n"
+            "diag --config examples/line8.toml --json",
+            prepare_diag},
     Command{"rescan", "", kTools, "Find the slaves anew, all in INIT", "rescan --config examples/line8.toml",
             prepare_rescan},
     Command{"pdos", "", kTools, "List sync managers, PDOs and the objects mapped into them",
@@ -46,6 +58,10 @@ constexpr std::array kCommands = {
             prepare_pdos},
     Command{"cstruct", "", kTools, "Print C++ declarations of the PDOs for programs that use the library",
             "cstruct --config examples/line8.toml -p 0", prepare_cstruct},
+    Command{"sdos", "", kTools, "List the objects of the slaves with type and access",
+            "sdos --config examples/line8.toml -p 0 0x6041\n"
+            "sdos --config examples/line8.toml -p 0 -q",
+            prepare_sdos},
     Command{"upload", "", kTools, "Read an object over CoE",
             "upload --config examples/line8.toml -p 0 -t int32 0x6064 0\n"
             "upload --config examples/line8.toml -p 2 -t string 0x1008 0",

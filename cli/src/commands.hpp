@@ -9,12 +9,16 @@ namespace driveline::cli {
 [[nodiscard]] Execute prepare_simulate(Arguments& to);
 [[nodiscard]] Execute prepare_fault(Arguments& to);
 
+[[nodiscard]] Execute prepare_scan(Arguments& to);
+[[nodiscard]] Execute prepare_graph(Arguments& to);
+[[nodiscard]] Execute prepare_diag(Arguments& to);
 [[nodiscard]] Execute prepare_slaves(Arguments& to);
 [[nodiscard]] Execute prepare_states(Arguments& to);
 [[nodiscard]] Execute prepare_dc(Arguments& to);
 [[nodiscard]] Execute prepare_rescan(Arguments& to);
 [[nodiscard]] Execute prepare_pdos(Arguments& to);
 [[nodiscard]] Execute prepare_cstruct(Arguments& to);
+[[nodiscard]] Execute prepare_sdos(Arguments& to);
 [[nodiscard]] Execute prepare_upload(Arguments& to);
 [[nodiscard]] Execute prepare_download(Arguments& to);
 [[nodiscard]] Execute prepare_reg_read(Arguments& to);

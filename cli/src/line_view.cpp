@@ -1,6 +1,7 @@
 #include "line_view.hpp"
 
 #include <fmt/format.h>
+#include <numeric>
 
 namespace driveline::cli {
 namespace {
@@ -69,6 +70,22 @@ std::vector<SlaveView> LineView::read(std::span<const std::size_t> positions) {
     views.push_back(std::move(view));
   }
   return views;
+}
+
+std::vector<SlaveView> LineView::read_all() {
+  std::vector<std::size_t> positions(slaves_.size());
+  std::iota(positions.begin(), positions.end(), std::size_t{0});
+  return read(positions);
+}
+
+Outcome<ecat_master::Topology> LineView::topology() {
+  std::vector<ecat_master::SlaveRef> refs;
+  for (const auto& slave : slaves_) refs.push_back(slave.ref);
+  const auto facts = ecat_master::read_port_facts(bus(), refs);
+  if (!facts) return bus_failure(facts.error());
+  auto topology = ecat_master::build_topology(*facts);
+  if (!topology) return bus_failure(topology.error());
+  return std::move(*topology);
 }
 
 std::vector<std::string> alias_positions(std::span<const std::uint16_t> aliases) {

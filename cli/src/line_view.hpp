@@ -35,6 +35,9 @@ class LineView {
   [[nodiscard]] Outcome<ecat_master::SlaveRef> select_one(const SlaveSelection& selection, bool explicitly) const;
   /// Reads the EEPROMs of the slaves at `positions`.
   [[nodiscard]] std::vector<SlaveView> read(std::span<const std::size_t> positions);
+  [[nodiscard]] std::vector<SlaveView> read_all();
+  /// Who is connected to whom.
+  [[nodiscard]] Outcome<ecat_master::Topology> topology();
 
  private:
   LineView() = default;

@@ -17,7 +17,7 @@ struct ObjectOptions {
   SlaveSelection selection;
   std::string index;
   std::string subindex;
-  std::string type;   ///< empty: raw bytes
+  std::string type;   ///< empty: as the slave's dictionary says, raw bytes when it says nothing
   std::string value;  ///< download only
   bool json = false;
 };
@@ -49,6 +49,13 @@ Outcome<ecat_master::MailboxClient*> open_mailbox(Master& master, const SlaveSel
   return mailbox;
 }
 
+/// The type that was asked for, or what the slave says about the entry.
+ValueType type_of(ecat_master::CoeClient& coe, const ObjectAddress& at, const ObjectOptions& options, ValueType asked) {
+  if (!options.type.empty()) return asked;
+  const auto entry = coe.entry_description(at.index, at.subindex);
+  return entry ? value_type_of(entry->data_type).value_or(ValueType::kRaw) : ValueType::kRaw;
+}
+
 Outcome<int> upload(const ObjectOptions& options) {
   const auto address = parse_address(options);
   if (!address) return tl::unexpected(address.error());
@@ -59,16 +66,20 @@ Outcome<int> upload(const ObjectOptions& options) {
   Master master((*session)->port(), (*session)->clock());
   auto mailbox = open_mailbox(master, options.selection);
   if (!mailbox) return tl::unexpected(mailbox.error());
-  const auto data = ecat_master::CoeClient(**mailbox).upload(address->index, address->subindex);
+  ecat_master::CoeClient coe(**mailbox);
+  const auto data = coe.upload(address->index, address->subindex);
   if (!data) return bus_failure(data.error());
-  const auto text = format_value(*data, *type);
+  auto shown = type_of(coe, *address, options, *type);
+  // What a slave says about its types is no reason to hide the value.
+  if (options.type.empty() && type_bytes(shown) != 0 && type_bytes(shown) != data->size()) shown = ValueType::kRaw;
+  const auto text = format_value(*data, shown);
   if (!text) return failed(text.error());
   if (options.json) {
     fmt::print("{}", json_text({{"slave", (*mailbox)->slave().position},
                                 {"index", address->index},
                                 {"subindex", address->subindex},
                                 {"bytes", data->size()},
-                                {"value", *json_value(*data, *type)}}));
+                                {"value", *json_value(*data, shown)}}));
   } else {
     fmt::print("{}\n", *text);
   }
@@ -80,14 +91,18 @@ Outcome<int> download(const ObjectOptions& options) {
   if (!address) return tl::unexpected(address.error());
   const auto type = parse_type(options.type);
   if (!type) return misused(type.error());
-  const auto data = parse_value(options.value, *type);
-  if (!data) return misused(data.error());
+  if (!options.type.empty()) {  // what can be found wrong before anything is opened
+    if (auto value = parse_value(options.value, *type); !value) return misused(value.error());
+  }
   auto session = Session::open(options.bus);
   if (!session) return tl::unexpected(session.error());
   Master master((*session)->port(), (*session)->clock());
   auto mailbox = open_mailbox(master, options.selection);
   if (!mailbox) return tl::unexpected(mailbox.error());
-  auto done = ecat_master::CoeClient(**mailbox).download(address->index, address->subindex, *data);
+  ecat_master::CoeClient coe(**mailbox);
+  const auto data = parse_value(options.value, type_of(coe, *address, options, *type));
+  if (!data) return misused(data.error());
+  auto done = coe.download(address->index, address->subindex, *data);
   if (!done) return bus_failure(done.error());
   if (options.json) {
     fmt::print("{}", json_text({{"slave", (*mailbox)->slave().position},
@@ -103,7 +118,7 @@ std::shared_ptr<ObjectOptions> add_object_options(Arguments& to) {
   add_bus_options(to, options->bus);
   options->selection.add_single(to);
   to.option("-t,--type", &options->type, Value::choice("TYPE", type_names()),
-            "uint8 ... int64, float, double, string; default: raw bytes in hex");
+            "uint8 ... int64, float, double, string, raw ...; default: what the slave's dictionary says");
   add_json_flag(to, options->json);
   to.required(&options->index, Value::text("INDEX"), "Index, e.g. 0x6041 or 6041h");
   to.required(&options->subindex, Value::text("SUBINDEX"), "Sub-index");

@@ -41,14 +41,18 @@ std::string controller_text(const EscInformation& controller) {
   return text;
 }
 
-std::string ports_text(const EscInformation& controller) {
-  std::string text = "Port  Type  Link  Loop    Signal  RxTime [ns]\n";
+std::string ports_text(const SlaveFacts& facts) {
+  const auto& controller = facts.controller;
+  std::string text = "Port  Type  Link  Loop    Signal  NextSlave  RxTime [ns]  Diff [ns]\n";
   for (unsigned port = 0; port < 4; ++port) {
     const auto& status = controller.dl_status.ports[port];
-    text += fmt::format("   {}  {:<4}  {:<4}  {:<6}  {:<6}  {:>11}\n", port, port_type(controller, port),
-                        status.link ? "up" : "down", status.loop_closed ? "closed" : "open",
-                        status.communication ? "yes" : "no",
-                        status.communication ? fmt::format("{}", controller.receive_time_ns[port]) : "-");
+    const bool active = status.communication;
+    const auto time = controller.receive_time_ns[port];
+    const auto difference = static_cast<std::int32_t>(time - controller.receive_time_ns[0]);
+    text += fmt::format("   {}  {:<4}  {:<4}  {:<6}  {:<6}  {:>9}  {:>11}  {:>9}\n", port, port_type(controller, port),
+                        status.link ? "up" : "down", status.loop_closed ? "closed" : "open", active ? "yes" : "no",
+                        facts.neighbours[port] ? fmt::format("{}", *facts.neighbours[port]) : "-",
+                        active ? fmt::format("{}", time) : "-", active ? fmt::format("{}", difference) : "-");
   }
   return text;
 }
@@ -87,7 +91,16 @@ std::string slave_table(std::span<const SlaveView> slaves) {
   return text;
 }
 
-std::string slave_details(const SlaveView& view, const EscInformation& controller) {
+std::array<std::optional<std::uint16_t>, 4> neighbours_of(const ecat_master::Topology& topology, std::size_t position) {
+  std::array<std::optional<std::uint16_t>, 4> neighbours{};
+  if (position >= topology.slaves.size()) return neighbours;
+  const auto& node = topology.slaves[position];
+  neighbours = node.children;
+  if (node.parent) neighbours[node.entry_port] = node.parent->slave;
+  return neighbours;
+}
+
+std::string slave_details(const SlaveView& view, const SlaveFacts& facts) {
   const auto& [status, code] = view.slave.al;
   std::string text = slave_heading(view.slave.ref.position);
   text += fmt::format("Alias: {}\nStation address: 0x{:04x}\nState: {}\nFlag: {}\n", view.slave.alias,
@@ -97,14 +110,15 @@ std::string slave_details(const SlaveView& view, const EscInformation& controlle
   }
   if (!view.trouble.empty()) text += fmt::format("Trouble: {}\n", view.trouble);
   if (view.sii) text += identity_text(*view.sii);
-  text += controller_text(controller) + ports_text(controller);
+  text += controller_text(facts.controller) + ports_text(facts);
   if (view.sii) {
     text += mailbox_and_general_text(*view.sii) + sync_managers_text(*view.sii) + fmmu_and_clock_text(*view.sii);
   }
   return text + "\n";
 }
 
-nlohmann::json slave_json(const SlaveView& view, const EscInformation& controller) {
+nlohmann::json slave_json(const SlaveView& view, const SlaveFacts& facts) {
+  const auto& controller = facts.controller;
   const auto& [status, code] = view.slave.al;
   nlohmann::json row = {{"position", view.slave.ref.position},
                         {"station_address", view.slave.ref.station},
@@ -128,11 +142,14 @@ nlohmann::json slave_json(const SlaveView& view, const EscInformation& controlle
   auto ports = nlohmann::json::array();
   for (unsigned port = 0; port < 4; ++port) {
     const auto& state = controller.dl_status.ports[port];
-    ports.push_back({{"type", port_type(controller, port)},
-                     {"link", state.link},
-                     {"loop_closed", state.loop_closed},
-                     {"communication", state.communication},
-                     {"receive_time_ns", controller.receive_time_ns[port]}});
+    nlohmann::json port_row = {{"type", port_type(controller, port)},
+                               {"link", state.link},
+                               {"loop_closed", state.loop_closed},
+                               {"communication", state.communication},
+                               {"next_slave", nullptr},
+                               {"receive_time_ns", controller.receive_time_ns[port]}};
+    if (facts.neighbours[port]) port_row["next_slave"] = *facts.neighbours[port];
+    ports.push_back(std::move(port_row));
   }
   row["controller"] = {
       {"type", controller.type},

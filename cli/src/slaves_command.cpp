@@ -17,14 +17,16 @@ struct SlavesOptions {
   bool json = false;
 };
 
-Outcome<std::vector<ecat_master::EscInformation>> read_controllers(LineView& line, std::span<const SlaveView> slaves) {
-  std::vector<ecat_master::EscInformation> found;
+Outcome<std::vector<SlaveFacts>> read_facts(LineView& line, std::span<const SlaveView> slaves) {
+  // Ports that fit no tree are shown all the same; who is behind them is not known then.
+  const auto topology = line.topology().value_or(ecat_master::Topology{});
+  std::vector<SlaveFacts> facts;
   for (const auto& view : slaves) {
     const auto info = ecat_master::read_esc_information(line.bus(), view.slave.ref);
     if (!info) return bus_failure(info.error());
-    found.push_back(*info);
+    facts.push_back({*info, neighbours_of(topology, view.slave.ref.position)});
   }
-  return found;
+  return facts;
 }
 
 Outcome<int> list_slaves(const SlavesOptions& options) {
@@ -38,15 +40,15 @@ Outcome<int> list_slaves(const SlavesOptions& options) {
     fmt::print("{}", slave_table(slaves));
     return 0;
   }
-  const auto controllers = read_controllers(**line, slaves);
-  if (!controllers) return tl::unexpected(controllers.error());
+  const auto facts = read_facts(**line, slaves);
+  if (!facts) return tl::unexpected(facts.error());
   if (options.json) {
     auto rows = nlohmann::json::array();
-    for (std::size_t i = 0; i < slaves.size(); ++i) rows.push_back(slave_json(slaves[i], (*controllers)[i]));
+    for (std::size_t i = 0; i < slaves.size(); ++i) rows.push_back(slave_json(slaves[i], (*facts)[i]));
     fmt::print("{}", json_text({{"slaves", rows}}));
     return 0;
   }
-  for (std::size_t i = 0; i < slaves.size(); ++i) fmt::print("{}", slave_details(slaves[i], (*controllers)[i]));
+  for (std::size_t i = 0; i < slaves.size(); ++i) fmt::print("{}", slave_details(slaves[i], (*facts)[i]));
   return 0;
 }
 

@@ -10,6 +10,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "driveline/esi/device_description.hpp"
 #include "driveline/wire/endian.hpp"
 
 namespace driveline::cli {
@@ -230,6 +231,47 @@ tl::expected<std::string, std::string> format_value(std::span<const std::byte> d
   const auto pattern = fmt::format("0x{:0{}x}", load(data), 2 * row.bytes);
   if (row.is_signed) return fmt::format("{} {}", pattern, value->get<std::int64_t>());
   return fmt::format("{} {}", pattern, load(data));
+}
+
+std::string_view type_name(ValueType type) noexcept {
+  return row_of(type).name;
+}
+
+std::optional<ValueType> value_type_of(std::uint16_t data_type) noexcept {
+  switch (static_cast<esi::DataType>(data_type)) {
+    using enum esi::DataType;
+    case kBoolean:
+      return ValueType::kBool;
+    case kInteger8:
+      return ValueType::kInt8;
+    case kInteger16:
+      return ValueType::kInt16;
+    case kInteger32:
+      return ValueType::kInt32;
+    case kInteger64:
+      return ValueType::kInt64;
+    case kUnsigned8:
+      return ValueType::kUint8;
+    case kUnsigned16:
+      return ValueType::kUint16;
+    case kUnsigned32:
+      return ValueType::kUint32;
+    case kUnsigned64:
+      return ValueType::kUint64;
+    case kReal32:
+      return ValueType::kFloat;
+    case kReal64:
+      return ValueType::kDouble;
+    case kVisibleString:
+      return ValueType::kString;
+    case kOctetString:
+      return ValueType::kRaw;
+    default:
+      break;
+  }
+  constexpr std::uint16_t kUnicodeString = 0x000B;
+  if (data_type == kUnicodeString) return ValueType::kUnicode;
+  return std::nullopt;
 }
 
 std::size_t type_bytes(ValueType type) noexcept {

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -33,6 +35,13 @@ enum class ValueType {
 
 /// All names parse_type() knows, for the command line.
 [[nodiscard]] std::vector<std::string_view> type_names();
+
+/// The name that parse_type() knows.
+[[nodiscard]] std::string_view type_name(ValueType type) noexcept;
+
+/// How values of a CoE data type (its index in the dictionary, ETG.1000.6 Table 64) are written; nothing for types
+/// that have no form of their own.
+[[nodiscard]] std::optional<ValueType> value_type_of(std::uint16_t data_type) noexcept;
 
 /// Bytes of a value of the type, 0: any number.
 [[nodiscard]] std::size_t type_bytes(ValueType type) noexcept;

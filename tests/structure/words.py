@@ -53,7 +53,7 @@ CMAKE_TEST = re.compile(r"\b(?:add_test\s*\(\s*NAME|driveline_test\s*\(|drivelin
 def known_proofs(root):
     """Everything a row may name: test cases `Suite.Name`, suites, and the names of tests and benches in CMake."""
     proofs = set()
-    for top in ("tests", "bench"):
+    for top in ("tests", "bench", "examples"):
         for path in (root / top).rglob("*"):
             if path.suffix == ".cpp":
                 for suite, name in TEST_CASE.findall(path.read_text(encoding="utf-8")):

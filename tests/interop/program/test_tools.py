@@ -38,7 +38,13 @@ class InProcess(ProgramTest):
     def test_values_as_pattern_and_number(self):
         self.assertEqual(self.tool("upload", "-p", "0", "-t", "int32", "0x6064", "0"), "0x00000000 0\n")
         self.assertEqual(self.tool("upload", "-p", "0", "-t", "uint16", "0x6041", "0"), "0x0250 592\n")
-        self.assertEqual(self.tool("upload", "-p", "0", "0x6041", "0"), "0x50 0x02\n")
+        self.assertEqual(self.tool("upload", "-p", "0", "-t", "raw", "0x6041", "0"), "0x50 0x02\n")
+        # Without a type, the one that the slave's dictionary names.
+        self.assertEqual(self.tool("upload", "-p", "0", "0x6041", "0"), "0x0250 592\n")
+        self.assertEqual(self.tool("upload", "-p", "0", "0x1008", "0"), "MSD Servo Drive\n")
+        self.assertEqual(self.tool("download", "-p", "0", "0x6060", "0", "8"), "")
+        result = self.run_program("download", "-p", "0", "--config", LINE8, "0x6060", "0", "300")
+        self.check_refused(result, 2, "300", "int8")
         self.assertEqual(self.tool("download", "-p", "0", "-t", "int32", "0x607A", "0", "-5"), "")
 
     def test_registers(self):
@@ -131,6 +137,51 @@ class InProcess(ProgramTest):
         self.check_refused(self.run_program("sii", "write", "--config", LINE8, "drive.sii"), 2, "which of the 8 slaves")
         self.assertEqual(self.run_program(*write, "--force", "other.sii").returncode, 0)
 
+    def test_objects(self):
+        text = self.tool("sdos", "-p", "0", "0x6041")
+        self.assertRegex(text, r'\ASDO 0x6041, "[^"]+"\n  0x6041:00, r-r-r-, uint16, 16 bit, "[^"]+"\n\Z')
+        names = self.tool("sdos", "-p", "0", "-q").splitlines()
+        self.assertGreater(len(names), 20)
+        self.assertTrue(all(re.fullmatch(r'SDO 0x[0-9a-f]{4}, ".*"', name) for name in names))
+        objects = self.one_document(self.tool("sdos", "-p", "0", "0x1018", "--json"))["slaves"][0]["objects"]
+        self.assertEqual([entry["subindex"] for entry in objects[0]["entries"]], [0, 1, 2, 3, 4])
+        self.assertEqual(self.tool("sdos", "0x1000").count("=== Master 0, Slave "), 8)
+        self.check_refused(self.run_program("sdos", "--config", LINE8, "-p", "0", "0x5FFF"), 1, "slave 0", "5FFF")
+
+    def test_graph(self):
+        dot = self.tool("graph")
+        self.assertTrue(dot.startswith("digraph"))
+        drawn = subprocess.run(["dot", "-Tsvg"], input=dot, capture_output=True, text=True, timeout=PATIENCE_S,
+                               check=False)
+        self.assertEqual(drawn.returncode, 0, drawn.stderr)
+        self.assertEqual(len(re.findall(r"s\d -> s\d", dot)), 7)
+        self.assertEqual(len(self.tool("graph", "--tree").splitlines()), 9)
+        document = self.one_document(self.tool("graph", "--json"))
+        self.assertIsNone(document["slaves"][0]["parent"])
+        self.assertEqual(document["slaves"][7]["parent"], {"slave": 6, "port": 1})
+
+    def test_description_of_what_was_found_runs_unchanged(self):
+        self.assertEqual(len(self.tool("scan").splitlines()), 9)
+        self.tool("scan", "--write", "line.toml")
+        result = self.run_program("run", "--config", "line.toml", "--virtual", "--duration", 0.2, "--json", "--no-plots",
+                                  "--no-telemetry")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        document = self.one_document(result.stdout)
+        self.assertEqual((document["state"], document["faults"]), ("OP", []))
+        # It expects what was found: another device is noticed.
+        text = (self.directory / "line.toml").read_text(encoding="utf-8")
+        self.write("other.toml", text.replace("product_code = 0x4D534431", "product_code = 0x4D534432", 1))
+        result = self.run_program("run", "--config", "other.toml", "--virtual", "--duration", 0.2, "--no-plots")
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("4D534432", result.stderr)
+
+    def test_diagnosis(self):
+        self.assertIn("nothing wrong is known", self.tool("diag"))
+        document = self.one_document(self.tool("diag", "--json"))
+        self.assertEqual(document["places"], [])
+        self.assertEqual([slave["answers"] for slave in document["slaves"]], [True] * 8)
+        self.assertEqual(document["slaves"][0]["name"], "x")
+
     def test_rescan(self):
         self.assertEqual(self.tool("rescan"), "8 slaves, all in INIT\n")
 
@@ -150,6 +201,27 @@ class OnTheWire(WireTest):
         states = self.one_document(self.tool("states", "--json"))["slaves"]
         self.assertEqual({slave["state"] for slave in states}, {"PREOP"})
         self.assertRegex(self.tool("slaves").splitlines()[0], r"\A0  0:0  PREOP  \+  MSD")
+
+    def test_diagnosis_names_the_bad_cable_until_it_is_cleared(self):
+        self.start("simulate", "--config", EXAMPLES / "line8-nic.toml", "--iface", "dl-line", "--control", "line.socket",
+                   log="line.log")
+        self.wait_for("the simulated line", lambda: "slaves on dl-line" in self.text("line.log"))
+        fault = self.run_program("fault", "--control", "line.socket", "damage", "slave=z", "port=0", "count=3")
+        self.assertEqual(fault.returncode, 0, fault.stderr)
+        self.tool("states", "--json")
+        place = self.one_document(self.tool("diag", "--json"))["places"][0]
+        self.assertEqual((place["kind"], place["slave"], place["port"], place["other"]), ("damaged_frames", 2, 0, 1))
+        self.assertIn(place["sentence"], self.tool("diag", "--clear"))
+        self.assertIn("nothing wrong is known", self.tool("diag"))
+
+    def test_description_of_what_was_found_runs_unchanged(self):
+        self.start_line(EXAMPLES / "line8-nic.toml")
+        self.tool("scan", "--write", "line.toml")
+        result, disturbed = self.run_undisturbed("run", "--config", "line.toml", "--duration", 0.5, "--json",
+                                                 "--no-plots", "--no-telemetry")
+        if not disturbed:
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertEqual(self.one_document(result.stdout)["state"], "OP")
 
     def test_alias_and_image_stay_in_the_eeprom(self):
         self.start_line(EXAMPLES / "line8-nic.toml")

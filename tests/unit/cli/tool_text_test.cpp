@@ -76,18 +76,23 @@ TEST(SlaveTable, TroubleStandsWhereTheNameWould) {
 }
 
 TEST(SlaveDetails, HaveIdentityPortsMailboxesAndSyncManagers) {
-  ecat_master::EscInformation controller;
+  SlaveFacts facts;
+  auto& controller = facts.controller;
   controller.type = 0x11;
   controller.port_descriptor = 0x0F;
   controller.features = 0x000C;
   controller.dl_status = wire::DlStatus::from_raw(0x5613);
-  const auto text = slave_details(view_of(3, wire::AlState::kPreOp, false, terminal()), controller);
+  facts.neighbours[0] = 2;
+  controller.receive_time_ns = {4294967290, 14, 0, 0};
+  const auto text = slave_details(view_of(3, wire::AlState::kPreOp, false, terminal()), facts);
   for (const auto* part :
        {"=== Master 0, Slave 3 ===\n", "State: PREOP\nFlag: +\n", "  Vendor Id:       0x00000002\n",
         "  Product code:    0x1b773052\n", "  Revision number: 0x00100000\n", "  Serial number:   0x00000000\n",
-        "  Distributed clocks: yes, 64 bit\n", "Port  Type  Link  Loop    Signal  RxTime [ns]\n", "   0  MII   up ",
-        "   2  N/A   down  closed  no ", "  Supported protocols: CoE\n", "    Enable SDO Info: yes\n",
-        "  Order number: EL7031\n", "SM0: PhysAddr 0x1000, DefaultSize  128, ControlRegister 0x26, Enable 1\n"}) {
+        "  Distributed clocks: yes, 64 bit\n", "Port  Type  Link  Loop    Signal  NextSlave  RxTime [ns]  Diff [ns]\n",
+        "   0  MII   up    open    yes             2   4294967290          0\n",
+        "   1  MII   up    open    yes             -           14         20\n", "   2  N/A   down  closed  no ",
+        "  Supported protocols: CoE\n", "    Enable SDO Info: yes\n", "  Order number: EL7031\n",
+        "SM0: PhysAddr 0x1000, DefaultSize  128, ControlRegister 0x26, Enable 1\n"}) {
     EXPECT_THAT(text, HasSubstr(part));
   }
 }

@@ -84,6 +84,7 @@ class CoeClient {
 /// Values to be written to objects of one slave, in this order.
 struct SdoScript {
   std::uint16_t position = 0;
+  /// One value and where it goes.
   struct Step {
     SdoAddress at;
     std::vector<std::byte> data;

@@ -13,6 +13,7 @@ namespace driveline::ecat_master {
 /// Exchange straight through the port, for everything that happens while no cycle runs.
 class DirectExchange final : public DatagramExchange {
  public:
+  /// Patience with frames.
   struct Settings {
     std::chrono::nanoseconds timeout = std::chrono::milliseconds{2};  ///< per frame and try
     int retries = 4;                                                  ///< further tries after the first

@@ -25,6 +25,7 @@ namespace driveline::ecat_master {
 /// outlive the master. One thread at a time.
 class Master {
  public:
+  /// Patience with line and slaves.
   struct Settings {
     DirectExchange::Settings exchange;
     std::chrono::nanoseconds state_timeout = kOpTimeout;

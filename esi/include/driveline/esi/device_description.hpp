@@ -44,6 +44,7 @@ struct PdoEntry {
   bool operator==(const PdoEntry&) const = default;
 };
 
+/// A PDO: what is mapped into it, and the sync manager it is assigned to.
 struct Pdo {
   std::uint16_t index = 0;
   std::string name;
@@ -55,6 +56,7 @@ struct Pdo {
   bool operator==(const Pdo&) const = default;
 };
 
+/// A sync manager as the device comes with it.
 struct SyncManager {
   enum class Use : std::uint8_t { kUnused = 0, kMailboxOut = 1, kMailboxIn = 2, kOutputs = 3, kInputs = 4 };
   Use use = Use::kUnused;
@@ -103,6 +105,7 @@ struct ObjectEntry {
   bool operator==(const ObjectEntry&) const = default;
 };
 
+/// An object of the dictionary with its entries.
 struct Object {
   std::uint16_t index = 0;
   std::string name;
@@ -111,6 +114,7 @@ struct Object {
   bool operator==(const Object&) const = default;
 };
 
+/// Mailbox protocols of a device, and what of CoE it knows.
 struct MailboxSupport {
   bool aoe = false, eoe = false, coe = false, foe = false, soe = false, voe = false;
   bool coe_sdo_info = false, coe_pdo_assign = false, coe_pdo_config = false, coe_complete_access = false,
@@ -119,6 +123,7 @@ struct MailboxSupport {
   bool operator==(const MailboxSupport&) const = default;
 };
 
+/// A device, one revision of it.
 struct DeviceDescription {
   std::uint32_t vendor_id = 0;
   std::uint32_t product_code = 0;

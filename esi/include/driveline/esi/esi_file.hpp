@@ -28,6 +28,7 @@ struct DeviceChoice {
   std::optional<std::uint32_t> revision;
 };
 
+/// What an ESI file holds.
 struct EsiFile {
   std::uint32_t vendor_id = 0;
   std::string vendor_name;

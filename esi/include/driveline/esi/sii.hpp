@@ -123,6 +123,7 @@ struct SiiSyncManager {
   bool operator==(const SiiSyncManager&) const = default;
 };
 
+/// An object in a PDO of the EEPROM (ETG.1000.6 Table 25).
 struct SiiPdoEntry {
   std::uint16_t index = 0;
   std::uint8_t subindex = 0;
@@ -176,6 +177,7 @@ struct SiiRaw {
 using SiiContent = std::variant<SiiRaw, SiiStrings, SiiGeneral, SiiFmmus, std::vector<SiiSyncManager>,
                                 std::vector<SiiPdo>, std::vector<SiiDcMode>>;
 
+/// A category: its type, and its content as far as that type is interpreted.
 struct SiiCategory {
   SiiCategoryType type = SiiCategoryType::kEnd;
   SiiContent content;

@@ -67,6 +67,7 @@ class CyclicTask {
 /// cycle() is \rtsafe and noexcept; it belongs to one thread.
 class CyclicCore {
  public:
+  /// How the cycle runs.
   struct Settings {
     std::chrono::nanoseconds period = std::chrono::microseconds{125};
     /// Longest wait for the answer, from the grid time on.

@@ -41,6 +41,7 @@ struct MotionFailure {
 /// Commands come from any thread through atomics; everything else belongs to the cycle and is \rtsafe.
 class Motion {
  public:
+  /// How the axes move together.
   struct Settings {
     std::chrono::nanoseconds period = std::chrono::microseconds{125};
     bool repeat = false;  ///< start over at the end of the path

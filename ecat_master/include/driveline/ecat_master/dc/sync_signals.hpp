@@ -39,7 +39,7 @@ inline constexpr std::uint16_t kActivateSync0 = 0x0300;
 
 /// The signals of an operation mode of the ESI for a master that cycles with `period`. Without a SYNC0 cycle of its own
 /// a mode takes the master's; factors multiply (positive) or divide (negative): that of SYNC0 the master's cycle, that
-/// of SYNC1 the SYNC0 cycle (ETG.2000, CycleTimeSync0@Factor).
+/// of SYNC1 the SYNC0 cycle (ETG.2000, attribute Factor of CycleTimeSync0).
 [[nodiscard]] SyncSignals from_op_mode(const esi::DcOpMode& mode, std::chrono::nanoseconds period) noexcept;
 
 /// Longest cycle a register can hold.

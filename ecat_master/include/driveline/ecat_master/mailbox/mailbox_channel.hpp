@@ -38,6 +38,7 @@ struct MailboxStatistics {
 /// One thread at a time; see MailboxEngine.
 class MailboxChannel {
  public:
+  /// Patience with the slave.
   struct Settings {
     std::chrono::nanoseconds reply_timeout = std::chrono::seconds{2};  ///< for each answer
     /// A mailbox error reply names no request: the awaited answer may still come this long.

@@ -69,6 +69,7 @@ enum class AlStatusCode : std::uint16_t {
   kApplicationControllerAvailable = 0x00F0,
 };
 
+/// A code and its text.
 struct AlStatusCodeText {
   AlStatusCode code;
   std::string_view text;

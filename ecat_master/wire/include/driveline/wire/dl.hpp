@@ -10,6 +10,7 @@ enum class LoopControl : std::uint8_t { kAuto = 0, kAutoClose = 1, kOpen = 2, kC
 
 /// DL status register 0x0110 (ETG.1000.4 Table 39): PDI state and, per port, physical link, loop and communication.
 struct DlStatus {
+  /// One port of the slave controller.
   struct Port {
     bool link = false;           ///< physical link detected
     bool loop_closed = true;     ///< frames are turned round at this port

@@ -40,6 +40,7 @@ enum class SdoAbort : std::uint32_t {
   kNoObjectDictionary = 0x08000023,
 };
 
+/// A code and its text.
 struct SdoAbortText {
   SdoAbort code;
   std::string_view text;

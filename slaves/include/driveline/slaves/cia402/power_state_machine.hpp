@@ -68,6 +68,7 @@ struct OptionCodes {
 /// word is the DC link in every state.
 class PowerStateMachine {
  public:
+  /// What the drive itself says about a transition.
   struct Conditions {
     std::uint16_t control_word = 0;
     bool power_ready = false;  ///< ENPO, ISDSH and the DC link are there

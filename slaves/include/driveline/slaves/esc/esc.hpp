@@ -93,6 +93,7 @@ class Esc {
   /// @{
   bool pdi_read(std::size_t address, std::span<std::byte> out, Nanoseconds now) noexcept;
   bool pdi_write(std::size_t address, std::span<const std::byte> data, Nanoseconds now) noexcept;
+  /// A write to AL control that the state machine has not seen yet.
   struct AlRequest {
     wire::AlControl control;
     Nanoseconds time;  ///< when it was written

@@ -28,6 +28,7 @@ inline constexpr std::size_t kMasterPortCount = 2;
 /// broken and healed. Setting up allocates; break_cable() and the look-ups are \rtsafe.
 class Wiring {
  public:
+  /// One end of a cable.
   struct End {
     enum class Kind : std::uint8_t { kNothing, kSlave, kMaster };
     Kind kind = Kind::kNothing;

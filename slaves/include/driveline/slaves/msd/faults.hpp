@@ -32,6 +32,7 @@ enum class Fault : std::uint8_t {
   kCount,
 };
 
+/// What the manual says about a fault.
 struct FaultFacts {
   Fault fault = Fault::kLocalError;
   std::uint8_t number = 0;          ///< error number, first pair of digits on the display

@@ -1,0 +1,22 @@
+# What `cmake --install` puts in place beside the rooms: the package for find_package(driveline), the program, its
+# completion, and the examples.
+include(CMakePackageConfigHelpers)
+
+set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/driveline)
+install(EXPORT driveline FILE drivelineTargets.cmake NAMESPACE driveline:: DESTINATION ${package_folder})
+configure_package_config_file(cmake/drivelineConfig.cmake.in ${CMAKE_BINARY_DIR}/drivelineConfig.cmake
+                              INSTALL_DESTINATION ${package_folder})
+# Before 1.0 every minor version may break.
+write_basic_package_version_file(${CMAKE_BINARY_DIR}/drivelineConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${CMAKE_BINARY_DIR}/drivelineConfig.cmake ${CMAKE_BINARY_DIR}/drivelineConfigVersion.cmake
+        DESTINATION ${package_folder})
+
+install(DIRECTORY examples/ DESTINATION ${CMAKE_INSTALL_DATADIR}/driveline/examples
+        PATTERN CMakeLists.txt EXCLUDE)
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+
+if(TARGET driveline)
+  install(TARGETS driveline)
+  install(FILES ${CMAKE_BINARY_DIR}/completion/driveline
+          DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
+endif()

@@ -1,0 +1,53 @@
+// Objects of a drive over CoE: one value read, one written, three read at the same time, and what a refusal looks like.
+
+#include <cstdio>
+#include <memory>
+
+#include "driveline/ecat_master/master.hpp"
+#include "driveline/slaves/line/line.hpp"
+#include "driveline/slaves/msd/msd_drive.hpp"
+
+using namespace driveline;
+
+int main() {
+  rt::VirtualClock clock;
+  std::vector<std::unique_ptr<slaves::Slave>> slaves;
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    slaves::msd::MsdParameters parameters;
+    parameters.serial_number = 1001 + i;
+    slaves.push_back(std::make_unique<slaves::Slave>(std::make_unique<slaves::msd::MsdDrive>(parameters)));
+  }
+  slaves::Line line(clock, std::move(slaves));
+
+  ecat_master::Master master(line, clock);
+  auto ready = master.scan();
+  if (ready) ready = master.enter_pre_op();
+  if (!ready) {
+    std::puts(ecat_master::describe(ready.error()).c_str());
+    return 1;
+  }
+
+  // Calls that wait. The value comes typed, its size is checked.
+  ecat_master::CoeClient first(*master.mailbox(0));
+  const auto status_word = first.upload_as<std::uint16_t>(0x6041, 0);
+  const auto written = first.download_as<std::int8_t>(0x6060, 0, 8);  // mode of operation: cyclic synchronous position
+  if (!status_word || !written) return 1;
+  std::printf("slave 0: status word 0x%04X\n", *status_word);
+
+  // Transfers with many slaves travel together: start all, then fetch the results.
+  std::vector<ecat_master::SdoFuture> serial_numbers;
+  for (std::uint16_t i = 0; i < 3; ++i) {
+    serial_numbers.push_back(ecat_master::CoeClient(*master.mailbox(i)).start_upload({0x1018, 4}));
+  }
+  for (const auto& serial_number : serial_numbers) {
+    const auto& bytes = serial_number.get();
+    if (!bytes) return 1;
+    std::printf("serial number %u\n", wire::load_le<std::uint32_t>(*bytes));
+  }
+
+  // Errors are values, with their facts; describe() makes the sentence.
+  const auto refused = first.download_as<std::uint16_t>(0x6041, 0, 0);
+  if (refused) return 1;
+  std::puts(ecat_master::describe(refused.error()).c_str());
+  return refused.error().kind == ecat_master::ErrorKind::kSdoAbort && master.shut_down() ? 0 : 1;
+}

@@ -1,0 +1,71 @@
+// Process data of one drive in every cycle: an application reads the status word and the position, and writes the
+// control word. Nothing moves; 05_csp.cpp does that.
+
+#include <atomic>
+#include <cstdio>
+#include <memory>
+
+#include "driveline/ecat_master/axis/msd_startup.hpp"
+#include "driveline/ecat_master/master.hpp"
+#include "driveline/slaves/line/line.hpp"
+#include "driveline/slaves/msd/msd_drive.hpp"
+
+using namespace driveline;
+using namespace std::chrono_literals;
+
+/// Runs in the cycle: no allocation, no lock, no waiting. Entries are one load or store each.
+class Application final : public ecat_master::CyclicTask {
+ public:
+  explicit Application(const ecat_master::ProcessDataPlace& place)
+      : control_word_(place.output_offset), status_word_(place.input_offset), position_(place.input_offset + 2) {}
+
+  void update(std::int64_t, std::span<const std::byte> inputs, std::span<const bool> valid,
+              std::span<std::byte> outputs) noexcept override {
+    control_word_.set(outputs, 0x0006);  // shutdown: ready to be switched on (CiA 402)
+    if (!valid[0]) return;               // what lies in the image is older than this cycle
+    status_word.store(status_word_.get(inputs));
+    position.store(position_.get(inputs));
+  }
+
+  std::atomic<std::uint16_t> status_word{0};
+  std::atomic<std::int32_t> position{0};
+
+ private:
+  ecat_master::PdoEntry<std::uint16_t> control_word_;
+  ecat_master::PdoEntry<std::uint16_t> status_word_;
+  ecat_master::PdoEntry<std::int32_t> position_;
+};
+
+int main() {
+  rt::VirtualClock clock;
+  std::vector<std::unique_ptr<slaves::Slave>> slaves;
+  slaves.push_back(std::make_unique<slaves::Slave>(std::make_unique<slaves::msd::MsdDrive>()));
+  slaves::Line line(clock, std::move(slaves));
+
+  ecat_master::SlavePlan plan;
+  plan.startup_sdos = ecat_master::msd_startup_sdos({}, 1ms);
+  plan.pdos.outputs = {{.index = 0x1600, .objects = {{0x6040, 0, 16}}}};
+  plan.pdos.inputs = {{.index = 0x1A00, .objects = {{0x6041, 0, 16}, {0x6064, 0, 32}}}};
+
+  ecat_master::Master master(line, clock);
+  auto done = master.scan();
+  if (done) done = master.configure({plan});
+  if (!done) {
+    std::puts(ecat_master::describe(done.error()).c_str());
+    return 1;
+  }
+  Application application(master.image().places()[0]);
+  ecat_master::CyclicCore::Settings settings;
+  settings.period = 1ms;
+  settings.receive_window = 500us;
+  settings.task = &application;
+  const auto started = master.start_cycle(nullptr, {}, settings, [&clock](ecat_master::CyclicCore& core) {
+    return std::make_unique<ecat_master::InlineRunner>(core, clock);
+  });
+  if (!started || !master.go_operational()) return 1;
+  master.pass(100ms);
+  std::printf("status word 0x%04X, position %d increments\n", application.status_word.load(),
+              application.position.load());
+  const bool ready = (application.status_word.load() & 0x006F) == 0x0021;
+  return ready && master.shut_down() ? 0 : 1;
+}
