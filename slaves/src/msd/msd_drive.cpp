@@ -23,7 +23,8 @@ constexpr std::int16_t kJerkLimited = 3;                ///< 6086h
 constexpr std::uint16_t kThermalOverload = 1;           ///< P 735
 constexpr std::uint64_t kStepsPerMs = 16;
 
-constexpr std::uint8_t kBootUp = 0;  ///< P 2060
+constexpr std::uint8_t kBootUp = 0;       ///< P 2060
+constexpr unsigned kSyncErrorLimit = 30;  ///< ten cycles without outputs (ETG.1020, 10F1h); ours
 /// A motor that nobody watched for longer (supply off) has come to rest meanwhile.
 constexpr nanoseconds kMaxCatchUp = std::chrono::seconds{10};
 
@@ -197,6 +198,22 @@ void MsdDrive::fall_back(AlState from, AlState to, AlStatusCode reason) noexcept
   enter_al_state(to);
   if (from != AlState::kOp) return;
   raise(reason == AlStatusCode::kSyncManagerWatchdog ? Fault::kEtherCatWatchdog : Fault::kLocalError);
+}
+
+/// SYNC0 in multiples of 125 us (MSD manual 9.1). 1C32h:01 = 2 insists on SYNC0; 0, its default, takes what is there.
+SyncDemand MsdDrive::sync_demand() const noexcept {
+  SyncDemand demand;
+  if (dictionary_.get<std::uint16_t>(kSyncTypeOutputs) == static_cast<std::uint16_t>(SyncType::kSync0)) {
+    demand.type = SyncType::kSync0;
+  }
+  demand.time_base = demand.min_cycle = kProcessDataPeriod;
+  demand.error_limit = kSyncErrorLimit;
+  return demand;
+}
+
+/// The control steps lie half a step beside SYNC0, so that none comes now before and now behind it.
+void MsdDrive::sync_event(SyncSignal signal, nanoseconds time) noexcept {
+  if (signal == SyncSignal::kSync0 && next_step_) next_step_ = time + kControlStep / 2;
 }
 
 void MsdDrive::write_outputs(std::size_t sync_manager, std::span<const std::byte> data) noexcept {

@@ -114,7 +114,8 @@ class DriveRig {
   }
 
   /// One bus cycle: outputs, time, inputs.
-  void cycle() {
+  void cycle() { cycle(cycle_); }
+  void cycle(std::chrono::nanoseconds time) {
     std::array<std::byte, 20> out{};
     const std::span bytes(out);
     wire::store_le(bytes, control);
@@ -125,7 +126,7 @@ class DriveRig {
     wire::store_le(bytes.subspan(14), torque_offset);
     wire::store_le(bytes.subspan(16), velocity_offset);
     drive.write_outputs(2, out);
-    pass(cycle_);
+    pass(time);
   }
   void cycles(int count) {
     for (int i = 0; i < count; ++i) cycle();

@@ -74,6 +74,8 @@ class MsdDrive final : public Device, private DictionaryOwner {
   [[nodiscard]] std::size_t mailbox_reply(std::span<std::byte> out) override { return mailbox_.reply(out, al_state_); }
   void advance(std::chrono::nanoseconds now) noexcept override;
   [[nodiscard]] std::chrono::nanoseconds process_data_period() const noexcept override;
+  [[nodiscard]] SyncDemand sync_demand() const noexcept override;
+  void sync_event(SyncSignal signal, std::chrono::nanoseconds time) noexcept override;
 
   // The terminals: any input, hardware enable ENPO, safe torque off ISDSH (true: torque permitted), mains. \rtsafe
   void set_input(Input input, bool level) noexcept;

@@ -1,0 +1,177 @@
+// The drive and SYNC0: what it asks for, what it does when SYNC0 does not come, and its control steps that follow it
+// (MSD manual 9.1).
+#include "drive_rig.hpp"
+#include "driveline/slaves/esc/slave.hpp"
+#include "driveline/slaves/msd/device_layout.hpp"
+#include "driveline/wire/registers.hpp"
+
+namespace driveline::slaves::msd {
+namespace {
+
+namespace reg = wire::reg;
+
+/// The drive behind its slave controller, with control word and status word as process data.
+class MsdSynchronisation : public ::testing::Test {
+ protected:
+  MsdSynchronisation() : slave_(std::make_unique<MsdDrive>()) { pass(2ms); }
+
+  MsdDrive& drive() { return static_cast<MsdDrive&>(slave_.device()); }
+  void pass(std::chrono::nanoseconds time) {
+    now_ += time;
+    slave_.advance(now_);
+  }
+  template <typename T>
+  void write(const wire::Register<T>& r, std::type_identity_t<T> value) {
+    const auto raw = wire::to_le_bytes(value);
+    slave_.esc().begin_frame(++serial_);
+    EXPECT_TRUE(slave_.esc().ecat_write(r.address, raw, now_)) << r.name;
+  }
+  void set_sync_manager(unsigned n, std::uint16_t start, std::size_t length, std::uint8_t control) {
+    std::array<std::byte, wire::SyncManagerChannel::kSize> raw{};
+    wire::SyncManagerChannel{start, static_cast<std::uint16_t>(length), control, 0, 1, 0}.encode(raw);
+    slave_.esc().begin_frame(++serial_);
+    EXPECT_TRUE(slave_.esc().ecat_write(0x0800 + 8 * n, raw, now_));
+  }
+  AlStatusCode request(AlState state) {
+    write(reg::kAlControl, wire::AlControl{state, true, false}.raw());
+    slave_.advance(now_);
+    return static_cast<AlStatusCode>(slave_.esc().memory().get(reg::kAlStatusCode));
+  }
+  /// Expedited download, handed to the drive as its mailbox.
+  void download(unsigned index, unsigned sub, std::uint32_t value, unsigned size) {
+    std::vector<std::byte> mail(kMailboxSize);
+    counter_ = counter_ % 7 + 1;
+    const std::vector<unsigned> raw = {10,
+                                       0,
+                                       0,
+                                       0,
+                                       0,
+                                       0x03U | counter_ << 4,
+                                       0,
+                                       0x20,
+                                       0x23 | (4 - size) << 2,
+                                       index & 0xFF,
+                                       index >> 8,
+                                       sub,
+                                       value & 0xFF,
+                                       value >> 8 & 0xFF,
+                                       value >> 16 & 0xFF,
+                                       value >> 24};
+    for (std::size_t i = 0; i < raw.size(); ++i) mail[i] = static_cast<std::byte>(raw[i]);
+    drive().mailbox_request(mail);
+    std::vector<std::byte> reply(kMailboxSize);
+    ASSERT_GT(drive().mailbox_reply(reply), 8U);
+    ASSERT_EQ(reply[8], std::byte{0x60}) << std::hex << index;
+  }
+  void to_pre_op() {
+    set_sync_manager(0, kMailboxOutStart, kMailboxSize, 0x26);
+    set_sync_manager(1, kMailboxInStart, kMailboxSize, 0x22);
+    ASSERT_EQ(request(AlState::kPreOp), AlStatusCode::kNoError);
+    for (const auto& [pdo, entry] : {std::pair{0x1600U, 0x60400010U}, std::pair{0x1A00U, 0x60410010U}}) {
+      download(pdo, 0, 0, 1);
+      download(pdo, 1, entry, 4);
+      download(pdo, 0, 1, 1);
+    }
+    set_sync_manager(2, kOutputsStart, drive().process_data_size(2), 0x64);
+    set_sync_manager(3, kInputsStart, drive().process_data_size(3), 0x20);
+  }
+  void activate(std::uint32_t cycle) {
+    write(reg::kDcActivation, 0);
+    write(reg::kStartTimeCyclic, static_cast<std::uint64_t>((now_ + 1ms).count()));
+    write(reg::kSync0CycleTime, cycle);
+    write(reg::kDcActivation, 3);
+  }
+  void cycle(bool with_outputs = true) {
+    const std::vector<std::byte> zeros(drive().process_data_size(2));
+    slave_.esc().begin_frame(++serial_);
+    if (with_outputs) {
+      EXPECT_TRUE(slave_.esc().ecat_write(kOutputsStart, zeros, now_));
+    }
+    pass(1ms);
+  }
+  void to_op() {
+    to_pre_op();
+    activate(1'000'000);
+    ASSERT_EQ(request(AlState::kSafeOp), AlStatusCode::kNoError);
+    pass(500us);
+    ASSERT_EQ(request(AlState::kOp), AlStatusCode::kNoError);
+    for (int i = 0; i < 12; ++i) cycle();
+    ASSERT_EQ(slave_.state(), AlState::kOp);
+  }
+  AlStatusCode code() const { return static_cast<AlStatusCode>(slave_.esc().memory().get(reg::kAlStatusCode)); }
+
+  Slave slave_;
+  std::chrono::nanoseconds now_ = 1s;
+  std::uint64_t serial_ = 0;
+  unsigned counter_ = 0;
+};
+
+TEST_F(MsdSynchronisation, TheCycleMustBeAMultipleOf125Microseconds) {
+  to_pre_op();
+  activate(200'000);
+  EXPECT_EQ(request(AlState::kSafeOp), AlStatusCode::kDcSync0CycleTime);
+  activate(250'000);
+  EXPECT_EQ(request(AlState::kSafeOp), AlStatusCode::kNoError);
+}
+
+TEST_F(MsdSynchronisation, FreeRunNeedsNoSync0) {
+  to_pre_op();
+  ASSERT_EQ(request(AlState::kSafeOp), AlStatusCode::kNoError);
+  cycle();
+  ASSERT_EQ(request(AlState::kOp), AlStatusCode::kNoError);
+  for (int i = 0; i < 50; ++i) cycle();
+  EXPECT_EQ(slave_.state(), AlState::kOp);
+}
+
+TEST_F(MsdSynchronisation, Sync0ThatStopsIsALocalError) {
+  to_op();
+  write(reg::kDcActivation, 0);
+  for (int i = 0; i < 4; ++i) cycle();
+  EXPECT_EQ(slave_.state(), AlState::kSafeOp);
+  EXPECT_EQ(code(), AlStatusCode::kFatalSyncError);
+  EXPECT_EQ(drive().fault(), Fault::kLocalError);
+}
+
+TEST_F(MsdSynchronisation, OutputsThatComeNoMoreAreNoticedBeforeTheWatchdog) {
+  to_op();
+  for (int i = 0; i < 10; ++i) cycle(false);
+  EXPECT_EQ(slave_.state(), AlState::kOp);
+  cycle(false);
+  EXPECT_EQ(slave_.state(), AlState::kSafeOp);
+  EXPECT_EQ(code(), AlStatusCode::kDcSyncTimeout);
+  EXPECT_EQ(drive().fault(), Fault::kLocalError);
+}
+
+TEST(MsdSynchronisationType, DcInsistsOnSync0) {
+  DriveRig rig;
+  EXPECT_FALSE(rig.drive.sync_demand().type);
+  ASSERT_EQ(rig.write(0x1C32, 1, 2, 2), 0U);
+  EXPECT_EQ(rig.drive.sync_demand().type, SyncType::kSync0);
+}
+
+/// Largest difference of two speeds while the setpoint moves evenly, in increments per second. SYNC0 comes every
+/// 125.025 us; the drive's own time base is 200 ppm faster.
+std::int32_t ripple(bool sync) {
+  DriveRig rig;
+  rig.operate();
+  rig.enable(8);
+  std::int32_t lowest = std::numeric_limits<std::int32_t>::max();
+  std::int32_t highest = std::numeric_limits<std::int32_t>::min();
+  for (int i = 0; i < 12'000; ++i) {
+    rig.target_position += 500;
+    rig.cycle(125'025ns);
+    if (sync) rig.drive.sync_event(SyncSignal::kSync0, rig.now);
+    if (i < 4000) continue;
+    lowest = std::min(lowest, rig.velocity);
+    highest = std::max(highest, rig.velocity);
+  }
+  EXPECT_EQ(rig.drive.state(), PowerState::kOperationEnabled);
+  return highest - lowest;
+}
+
+TEST(MsdSynchronisationType, ControlStepsFollowSync0) {
+  EXPECT_LT(ripple(true) * 4, ripple(false));
+}
+
+}  // namespace
+}  // namespace driveline::slaves::msd
