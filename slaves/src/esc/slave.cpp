@@ -11,6 +11,8 @@ namespace {
 
 /// Steps that lie further back are not made up for one by one (the program was stopped, the clock was set).
 constexpr std::chrono::nanoseconds kMaxCatchUp = std::chrono::seconds{10};
+/// As many SYNC0 pulses are made up for.
+constexpr std::int64_t kMaxPulses = 100'000;
 constexpr std::chrono::nanoseconds kDefaultPeriod = std::chrono::milliseconds{1};
 
 EscOptions esc_options(const DeviceProfile& profile, const SlaveOptions& options) {
@@ -68,12 +70,19 @@ void Slave::run(Nanoseconds now) {
   if (esc_.reset_requested()) restart(now);
   run_application(now);
   if (now - next_step_ > kMaxCatchUp) next_step_ += (now - next_step_) / period_ * period_;
-  if (now - esc_.clock().sync_due() > kMaxCatchUp) esc_.clock().skip_pulses(now);
+  skip_pulses_long_past(now);
   for (Nanoseconds time = next_event(); time <= now; time = next_event()) {
     happen(time, now);
     after_state_change(time);
   }
   due_ = next_event();
+}
+
+void Slave::skip_pulses_long_past(Nanoseconds now) noexcept {
+  auto& clock = esc_.clock();
+  const Nanoseconds cycle{clock.sync().cycle()};
+  const auto patience = cycle.count() == 0 ? kMaxCatchUp : std::min(kMaxCatchUp, kMaxPulses * cycle);
+  if (now - clock.sync_due() > patience) clock.skip_pulses(now);
 }
 
 void Slave::run_application(Nanoseconds now) {

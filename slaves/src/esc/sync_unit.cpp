@@ -12,6 +12,10 @@ namespace {
 constexpr std::uint8_t kSync0Pending = 0x01;
 constexpr std::uint8_t kSync1Pending = 0x02;
 constexpr std::uint8_t kImplausibleStart = 0x04;
+/// Pulses that come closer than their length are one signal that stays on (ESC data sheet I, cyclic generation); this
+/// is the shortest pulse.
+constexpr std::uint32_t kShortestPulse = 1000;
+constexpr std::uint32_t kPulseLengthUnit = 10;
 constexpr std::uint64_t k32 = std::uint64_t{1} << 32;
 
 }  // namespace
@@ -43,6 +47,8 @@ void SyncUnit::configure(std::uint64_t now) noexcept {
   stop();
   cycle0_ = memory_.get(reg::kSync0CycleTime);
   cycle1_ = memory_.get(reg::kSync1CycleTime);
+  const auto pulse = std::max(kShortestPulse, kPulseLengthUnit * memory_.get(reg::kSyncPulseLength));
+  if (cycle0_ <= pulse) cycle0_ = 0;
   sync1_ = (activation_ & dc_activation::kSync1) != 0;
   next_[0] = first_pulse(now);
   set_status(0, static_cast<std::uint8_t>(kSync0Pending | (sync1_ ? kSync1Pending : 0U)));

@@ -119,6 +119,25 @@ TEST_F(SyncUnitTest, SingleShot) {
   EXPECT_EQ(sync0().size(), 2U) << "again after another activation";
 }
 
+TEST_F(SyncUnitTest, PulsesCloserThanTheirLengthAreOneSignal) {
+  for (const std::uint32_t cycle : {1U, 10U, 1000U}) {
+    rebuild_with({});
+    activate(system_time() + 1'000'000, cycle, 1, 0x07);
+    pass(9s);
+    EXPECT_EQ(sync0().size(), 1U) << cycle;
+    EXPECT_EQ(sync1().size(), 1U) << cycle;
+  }
+}
+
+TEST_F(SyncUnitTest, ShortCyclesAreNotMadeUpForWithoutEnd) {
+  activate(system_time() + 1'000'000, 1010);
+  pass(100ms);
+  const auto pulses = sync0().size();
+  EXPECT_NEAR(static_cast<double>(pulses), 99e6 / 1010, 2.0);
+  pass(9s);
+  EXPECT_LT(sync0().size(), pulses + 100) << "nobody looked for too long";
+}
+
 TEST_F(SyncUnitTest, Sync1FollowsSync0) {
   struct Row {
     std::uint32_t cycle1;

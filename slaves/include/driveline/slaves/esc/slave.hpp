@@ -60,6 +60,7 @@ class Slave {
   void run(Nanoseconds now);
   void restart(Nanoseconds now) noexcept;
   void run_application(Nanoseconds now);
+  void skip_pulses_long_past(Nanoseconds now) noexcept;
   void happen(Nanoseconds time, Nanoseconds now);
   void step(Nanoseconds time, Nanoseconds now);
   void controller_event(Nanoseconds time) noexcept;

@@ -24,7 +24,8 @@ inline constexpr std::uint8_t kNearFuture31 = 0x40;       ///< the near future i
 /// The SYNC out unit (registers 0x0981-0x09A7, ESC data sheet I, SyncSignal generation): when the next SYNC0 and SYNC1
 /// come, in system time. All times are those of the slave's copy of the system time, not cut to 32 bits.
 ///
-/// SYNC0 comes at the start time, then every cycle; once with a cycle of 0. A start time in the past is waited for
+/// SYNC0 comes at the start time, then every cycle; once with a cycle of 0 or one that is not longer than the pulse. A
+/// start time in the past is waited for
 /// until the clock comes by again: for ever with 64 bits, up to 4.3 s with 32; unless the plausibility check is on.
 /// SYNC1 comes its cycle time after a SYNC0; the next SYNC0 behind that starts it again. \rtsafe throughout.
 class SyncUnit {
@@ -50,6 +51,8 @@ class SyncUnit {
   /// Leaves out the pulses in front of `time`: nobody was there to see them.
   void skip_to(std::uint64_t time) noexcept;
 
+  /// Length of the SYNC0 cycle in ns; 0: one pulse only.
+  [[nodiscard]] std::uint32_t cycle() const noexcept { return cycle0_; }
   /// Next pulse of a signal behind `now`, as its register shows it.
   [[nodiscard]] std::uint64_t next_after(SyncSignal signal, std::uint64_t now) const noexcept;
 
