@@ -156,7 +156,11 @@ bool Line::pass_slaves(const FramePath& way, const FrameFate& fate, Nanoseconds 
     circulating |= step.circulates;
     auto& esc = slaves_[step.slave]->esc();
     esc.begin_frame(serial_);
-    process_at(step.slave, fate, now + step.time);
+    if (fate.short_working_counter && !faults_.takes_part(step.slave)) {
+      process_without_logical(esc, now + step.time);
+    } else {
+      for (auto& datagram : datagrams_.datagrams()) esc.process(datagram, now + step.time);
+    }
     if (datagrams_.malformed()) esc.count_malformed_frame();
     latch |= esc.clock().latch_requested();
   }
@@ -165,12 +169,7 @@ bool Line::pass_slaves(const FramePath& way, const FrameFate& fate, Nanoseconds 
   return true;
 }
 
-void Line::process_at(std::size_t slave, const FrameFate& fate, Nanoseconds time) noexcept {
-  auto& esc = slaves_[slave]->esc();
-  if (!fate.short_working_counter || faults_.takes_part(slave)) {
-    for (auto& datagram : datagrams_.datagrams()) esc.process(datagram, time);
-    return;
-  }
+void Line::process_without_logical(Esc& esc, Nanoseconds time) noexcept {
   for (auto& datagram : datagrams_.datagrams()) {
     if (!wire::is_logical(datagram.command)) esc.process(datagram, time);
   }

@@ -227,6 +227,46 @@ TEST_F(LineServerTest, SlavesLiveOnWithoutFrames) {
   ASSERT_EQ(told.size(), 1U);
 }
 
+TEST_F(LineServerTest, AStateChangeTakesItsTimeWhileNobodyAsks) {
+  serve(1);
+  ASSERT_TRUE(line->inject({.kind = FaultKind::kSlowTransition, .slave = 0, .time = 20ms}));
+  Frame buffer(port::kMaxFrameBytes);
+  wire::FrameBuilder builder(buffer, {});
+  const auto place = builder.add(wire::Command::kBwr, 0, wire::DatagramAddress::physical(0, 0x0120), 2);
+  builder.data(*place)[0] = std::byte{2};  // PREOP, for which no mailbox is set up
+  const auto frame = builder.finish();
+  primary.incoming.emplace_back(frame.begin(), frame.end());
+  run(19ms);
+  EXPECT_TRUE(changes().empty());
+  run(2ms);
+  const auto told = changes();
+  ASSERT_EQ(told.size(), 1U) << "no frame has come since";
+  EXPECT_EQ(told[0].status, (wire::AlStatus{wire::AlState::kInit, true, false}));
+  EXPECT_EQ(told[0].code, wire::AlStatusCode::kInvalidMailboxConfigurationPreOp);
+}
+
+TEST_F(LineServerTest, NoSlaveOfALongLineIsForgottenUnderLoad) {
+  // Frames come faster than all slaves can be advanced in between: a few at a time, and all of them in the end.
+  serve(100);
+  for (std::size_t i = 0; i < 100; ++i) {
+    ASSERT_TRUE(
+        line->inject({.kind = FaultKind::kSlowTransition, .slave = static_cast<std::uint16_t>(i % 60), .time = 1ms}));
+  }
+  Frame buffer(port::kMaxFrameBytes);
+  wire::FrameBuilder builder(buffer, {});
+  const auto place = builder.add(wire::Command::kBwr, 0, wire::DatagramAddress::physical(0, 0x0120), 2);
+  builder.data(*place)[0] = std::byte{2};
+  const auto request = builder.finish();
+  primary.incoming.emplace_back(request.begin(), request.end());
+  for (int i = 0; i < 200; ++i) {
+    primary.incoming.push_back(brd());
+    server->turn();
+    clock.advance(10us);
+  }
+  EXPECT_EQ(primary.incoming.size(), 1U) << "one frame a turn";
+  for (std::size_t i = 0; i < 100; ++i) EXPECT_TRUE(line->slave(i).esc().al_status().error) << "slave " << i;
+}
+
 TEST_F(LineServerTest, TurnAroundTimesComeInWindowsAndAsAWhole) {
   serve(1);
   rt::Histogram window;

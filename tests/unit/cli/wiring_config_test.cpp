@@ -126,6 +126,16 @@ TEST(WiringConfig, DelaysOfASlave) {
   EXPECT_EQ(config.slaves[1].delays.forwarding, 310ns);
 }
 
+TEST(WiringConfig, TheRingOfTheExamples) {
+  const auto config = load_line_config(DRIVELINE_EXAMPLES_DIR "/ring4.toml");
+  ASSERT_TRUE(config) << config.error();
+  EXPECT_EQ(config->wiring->master(MasterPort::kSecondary), (PortId{3, 1}));
+  EXPECT_EQ(config->wiring->at({1, 1}).delay, 175ns);
+  ASSERT_EQ(config->faults.size(), 3U);
+  EXPECT_EQ(config->faults[1].fault.kind, slaves::FaultKind::kCableBreak);
+  EXPECT_EQ(config->faults[1].fault.port, 1);
+}
+
 struct Wrong {
   std::string rest;
   std::string sentence;

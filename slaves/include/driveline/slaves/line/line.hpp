@@ -115,7 +115,7 @@ class Line final : public port::Port {
   /// False when the frame was destroyed.
   bool pass_slaves(const FramePath& way, const FrameFate& fate, Nanoseconds now) noexcept;
   bool pass_frame(std::span<std::byte> frame, const FramePath& way, const FrameFate& fate, Nanoseconds now) noexcept;
-  void process_at(std::size_t slave, const FrameFate& fate, Nanoseconds time) noexcept;
+  void process_without_logical(Esc& esc, Nanoseconds time) noexcept;
   /// When the frame is damaged on its way; never without such a fault.
   [[nodiscard]] static Nanoseconds time_of_damage(const FramePath& way, const FrameFate& fate) noexcept;
   void count_damage(const FramePath& way, PortId damaged_at) noexcept;
