@@ -32,6 +32,7 @@ std::unique_ptr<slaves::Device> make_drive(const SlaveConfig& config, std::uint3
 std::unique_ptr<slaves::Slave> make_slave(const SlaveConfig& config, std::uint32_t serial_number) {
   slaves::SlaveOptions options;
   options.clock.drift_ppm = config.dc.drift_ppm;
+  options.sii_image = config.sii_content;
   auto device = config.device ? make_device(*config.device, serial_number) : make_drive(config, serial_number);
   return std::make_unique<slaves::Slave>(std::move(device), options);
 }

@@ -12,6 +12,7 @@
 #include "clock_config.hpp"
 #include "device_source.hpp"
 #include "driveline/rt/cycle_timer.hpp"
+#include "driveline/slaves/esc/sii_file.hpp"
 #include "fault_config.hpp"
 #include "toml_reader.hpp"
 #include "wiring_config.hpp"
@@ -95,7 +96,17 @@ void read_drive(TomlReader& reader, SlaveConfig& slave) {
   plant.finish();
 }
 
-SlaveConfig read_slave(TomlReader reader, const std::vector<SlaveConfig>& others, DeviceFiles& files) {
+/// The EEPROM content that an earlier simulation has left.
+void read_eeprom(TomlReader& reader, const std::filesystem::path& directory, SlaveConfig& slave) {
+  if (!reader.has("sii_file")) return;
+  slave.sii_file = directory / reader.text("sii_file");
+  auto content = slaves::SiiFile(slave.sii_file).load();
+  if (!content) reader.fail("sii_file", content.error());
+  slave.sii_content = std::move(*content);
+}
+
+SlaveConfig read_slave(TomlReader reader, const std::vector<SlaveConfig>& others, DeviceFiles& files,
+                       const std::filesystem::path& directory) {
   SlaveConfig slave;
   slave.name = read_name(reader, others);
   slave.device = files.read(reader);
@@ -107,6 +118,7 @@ SlaveConfig read_slave(TomlReader reader, const std::vector<SlaveConfig>& others
   slave.vendor_id = identity("vendor_id");
   slave.product_code = identity("product_code");
   slave.dc = read_slave_clock(reader.table("dc"));
+  read_eeprom(reader, directory, slave);
   slave.delays.processing =
       nanoseconds{reader.integer_or("processing_ns", slave.delays.processing.count(), 0, kMaxDelay_ns)};
   slave.delays.forwarding =
@@ -194,7 +206,7 @@ LineConfig read_config(const toml::table& table, const std::filesystem::path& fi
   read_realtime(root.table("realtime"), config);
   DeviceFiles files(file.parent_path());
   for (auto& reader : root.tables("slave")) {
-    config.slaves.push_back(read_slave(std::move(reader), config.slaves, files));
+    config.slaves.push_back(read_slave(std::move(reader), config.slaves, files, file.parent_path()));
   }
   if (config.slaves.empty()) root.fail("", "there is no [[slave]]");
   if (config.slaves.size() > kMaxSlaves)

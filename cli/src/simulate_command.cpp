@@ -9,6 +9,7 @@
 #include "console.hpp"
 #include "driveline/port/frame_waiter.hpp"
 #include "driveline/port/raw_socket_port.hpp"
+#include "driveline/slaves/esc/sii_file.hpp"
 #include "line_console.hpp"
 #include "line_server.hpp"
 #include "signals.hpp"
@@ -105,6 +106,17 @@ void tell_throttling() {
       runtime);
 }
 
+/// Keeps what a master has written into the EEPROMs; not while the line is served.
+Outcome<void> save_eeproms(const LineConfig& config, const slaves::Line& line) {
+  for (std::size_t i = 0; i < config.slaves.size(); ++i) {
+    if (config.slaves[i].sii_file.empty()) continue;
+    const auto saved = slaves::SiiFile(config.slaves[i].sii_file).save(line.slave(i).esc().sii());
+    if (!saved) return failed(saved.error());
+    if (*saved) progress("EEPROM of {} written to {}", config.slaves[i].name, config.slaves[i].sii_file.string());
+  }
+  return {};
+}
+
 /// The states in the order of the line; not while it is served.
 std::string states_summary(const slaves::Line& line) {
   std::string text;
@@ -168,8 +180,10 @@ Outcome<int> simulate(const SimulateOptions& options) {
   thread.request_stop();
   thread.join();
   console.tell_events();
+  const auto saved = save_eeproms(*config, *line);
   fmt::print("{} frames served, {} not sent; {}\nstates:{}\n", server.frames(), server.send_failures(),
              percentiles(server.turn_around()), states_summary(*line));
+  if (!saved) return tl::unexpected(saved.error());
   return 0;
 }
 

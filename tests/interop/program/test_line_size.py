@@ -222,6 +222,40 @@ for number, s in enumerate(sockets):
         self.assertEqual(len(found), 3)
 
 
+class Eeprom(WireTest):
+    # BWR to 0x0502: write command, word address 0x000E (serial number, low word), value 0x1234 (ETG.1000.4 6.4).
+    WRITE = r"""
+import socket, time
+s = socket.socket(socket.AF_PACKET, socket.SOCK_RAW, socket.htons(0x88A4))
+s.bind(("dl-master", 0x88A4))
+frame = bytes.fromhex("ffffffffffff 001020304050 88a4 1410 08 00 0000 0205 0800 0000 0102 0e000000 3412 0000")
+for _ in range(5):
+    s.send(frame + bytes(60 - len(frame)))
+    time.sleep(0.05)
+"""
+
+    def serial_number(self):
+        found = self.one_document(self.run_program("slaves", "--iface", "dl-master", "--json").stdout)
+        return found["slaves"][0]["serial_number"]
+
+    def test_what_a_master_writes_is_there_at_the_next_start(self):
+        config = self.write("line.toml", '[[slave]]\nname = "x"\nsii_file = "x.sii"\n')
+        line = self.start_line(config)
+        self.assertEqual(self.serial_number(), 1)
+        self.assertEqual(self.run_program("-c", self.WRITE, program="python3").returncode, 0)
+        self.assertEqual(self.serial_number(), 0x1234)
+        self.end_line(line)
+        self.assertEqual((self.directory / "x.sii").read_bytes()[0x1C:0x1E], b"\x34\x12")
+        line = self.start_line(config)
+        self.assertEqual(self.serial_number(), 0x1234)
+        before = (self.directory / "x.sii").stat().st_mtime_ns
+        self.end_line(line)
+        self.assertEqual((self.directory / "x.sii").stat().st_mtime_ns, before, "nothing has changed")
+        (self.directory / "x.sii").write_bytes(b"")
+        self.check_refused(self.run_program("slaves", "--config", config), 2, "line.toml:3: [slave 1] sii_file",
+                           "x.sii")
+
+
 class InProcess(ProgramTest):
     def test_wiring_and_faults_of_the_line_in_this_process(self):
         text = ('[wiring]\npreset = "branch"\njunction = "x"\nbranch_slaves = 1\n'

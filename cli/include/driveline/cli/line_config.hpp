@@ -53,6 +53,8 @@ struct SlaveConfig {
   double initial_position_rev = 0.0;  ///< of the simulated motor
   slaves::SlaveDelays delays{};
   SlaveClockConfig dc;
+  std::filesystem::path sii_file;      ///< where `simulate` keeps the EEPROM content; empty: nowhere
+  std::vector<std::byte> sii_content;  ///< that of the file; empty: there is none yet
 };
 
 /// How the setpoints come about.
