@@ -67,7 +67,10 @@ std::vector<ecat_master::SlavePlan> make_slave_plans(const LineConfig& config) {
     if (axis != config.axes.end()) {
       plan.startup_sdos = ecat_master::msd_startup_sdos(*axis, config.period);
       plan.pdos = ecat_master::axis_pdo_configuration();
+    } else {
+      plan.own_pdos = !slave.plan.pdos;
     }
+    slave.plan.apply(plan);
     plans.push_back(std::move(plan));
   }
   return plans;

@@ -14,6 +14,7 @@
 #include "driveline/rt/cycle_timer.hpp"
 #include "driveline/slaves/esc/sii_file.hpp"
 #include "fault_config.hpp"
+#include "slave_plan_reader.hpp"
 #include "toml_reader.hpp"
 #include "wiring_config.hpp"
 
@@ -117,6 +118,7 @@ SlaveConfig read_slave(TomlReader reader, const std::vector<SlaveConfig>& others
   };
   slave.vendor_id = identity("vendor_id");
   slave.product_code = identity("product_code");
+  slave.plan = read_slave_plan(reader);
   slave.dc = read_slave_clock(reader.table("dc"));
   read_eeprom(reader, directory, slave);
   slave.delays.processing =

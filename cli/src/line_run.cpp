@@ -128,7 +128,9 @@ Outcome<void> LineRun::bring_up() {
 
 void LineRun::make_motion() {
   std::vector<ecat_master::Axis> axes;
-  for (const auto& axis : config_.axes) {
+  for (auto axis : config_.axes) {
+    // The file names slaves; those with an alias may be anywhere on the line. All are there, or configure() had failed.
+    axis.slave = master_.position_of(axis.slave).value_or(axis.slave);
     axes.emplace_back(axis, master_.image().places()[axis.slave], master_.slaves()[axis.slave].plan.pdos);
   }
   ecat_master::Motion::Settings settings;

@@ -58,6 +58,11 @@ bool TomlReader::has(std::string_view key) {
   return find(key) != nullptr;
 }
 
+bool TomlReader::is_text(std::string_view key) {
+  const auto* node = find(key);
+  return node != nullptr && node->is_string();
+}
+
 std::string TomlReader::text(std::string_view key) {
   const auto* node = find(key);
   if (node == nullptr) fail(key, "is missing, a string is expected");

@@ -24,6 +24,8 @@ class TomlReader {
   TomlReader(const toml::table& table, std::string file, std::string path);
 
   [[nodiscard]] bool has(std::string_view key);
+  /// There is a text under this key (and not a number, say).
+  [[nodiscard]] bool is_text(std::string_view key);
   [[nodiscard]] std::string text(std::string_view key);
   [[nodiscard]] std::string text_or(std::string_view key, std::string fallback);
   [[nodiscard]] bool boolean_or(std::string_view key, bool fallback);

@@ -54,6 +54,21 @@ Result<void> Bus::write(SlaveRef slave, std::uint16_t address, std::span<const s
   return {};
 }
 
+Result<void> Bus::write_all(std::span<RegisterWrite> writes) {
+  std::vector<Request> requests;
+  for (auto& write : writes) {
+    requests.push_back({wire::Command::kFpwr, wire::DatagramAddress::physical(write.slave.station, write.address),
+                        write.data, 0, false});
+  }
+  if (auto done = exchange_.exchange(requests); !done) return done;
+  for (std::size_t i = 0; i < writes.size(); ++i) {
+    if (requests[i].working_counter == 0) {
+      return tl::unexpected(wkc_error(writes[i].slave.position, writes[i].address, 0));
+    }
+  }
+  return {};
+}
+
 Result<std::uint16_t> Bus::broadcast_read(std::uint16_t address, std::span<std::byte> data) {
   Request request{wire::Command::kBrd, wire::DatagramAddress::physical(0, address), data};
   return exchange_.exchange({&request, 1}).map([&] { return request.working_counter; });

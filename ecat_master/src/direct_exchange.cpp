@@ -1,11 +1,16 @@
 #include "driveline/ecat_master/direct_exchange.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "driveline/wire/frame.hpp"
 
 namespace driveline::ecat_master {
 namespace {
+
+/// The longest frame on a 100 Mbit/s wire: 1,518 bytes with preamble and gap. Further frames pass one by one.
+constexpr auto kFrameTime = std::chrono::microseconds{124};
 
 /// Slaves change the position part of an address, but only the master writes the rest of the header.
 bool is_answer_to(const Request& request, std::uint8_t index, const wire::DatagramHeader& answer) noexcept {
@@ -27,11 +32,15 @@ void DirectExchange::pause(std::chrono::nanoseconds duration) {
 Result<void> DirectExchange::exchange(std::span<Request> requests) {
   for (auto& request : requests) request.answered = false;
   for (int attempt = 0; attempt <= settings_.retries; ++attempt) {
-    if (auto sent = send_pending(requests); !sent) return sent;
-    collect(requests);
+    for (std::size_t next = 0; next < requests.size();) {
+      auto end = send_pending(requests, next);
+      if (!end) return tl::unexpected(end.error());
+      next = *end;
+      collect(requests);
+      statistics_.frames_lost += static_cast<std::uint64_t>(
+          std::count_if(flights_.begin(), flights_.end(), [](const Flight& f) { return f.pending; }));
+    }
     if (std::all_of(requests.begin(), requests.end(), [](const Request& r) { return r.answered; })) return {};
-    statistics_.frames_lost += static_cast<std::uint64_t>(
-        std::count_if(flights_.begin(), flights_.end(), [](const Flight& f) { return f.pending; }));
   }
   Error error;
   error.kind = ErrorKind::kNoAnswer;
@@ -39,19 +48,20 @@ Result<void> DirectExchange::exchange(std::span<Request> requests) {
   return tl::unexpected(error);
 }
 
-Result<void> DirectExchange::send_pending(std::span<Request> requests) {
+/// Sends what has not been answered yet, from `next` on, in as many frames as may be on their way; returns the first
+/// request that has to wait.
+Result<std::size_t> DirectExchange::send_pending(std::span<Request> requests, std::size_t next) {
   flights_.clear();
-  std::size_t next = 0;
-  while (next < requests.size()) {
+  while (next < requests.size() && flights_.size() < kMaxInFlight) {
     if (requests[next].answered) {
       ++next;
       continue;
     }
     auto end = send_frame(requests, next);
-    if (!end) return tl::unexpected(end.error());
+    if (!end) return end;
     next = *end;
   }
-  return {};
+  return next;
 }
 
 /// Packs unanswered requests from `first` on into one frame; returns the first request that is not in it.
@@ -86,7 +96,8 @@ Result<std::size_t> DirectExchange::send_frame(std::span<Request> requests, std:
 }
 
 void DirectExchange::collect(std::span<Request> requests) {
-  const auto deadline = clock_.now() + settings_.timeout;
+  const auto further = flights_.empty() ? 0 : flights_.size() - 1;
+  const auto deadline = clock_.now() + settings_.timeout + kFrameTime * further;
   auto open = [this] {
     return std::any_of(flights_.begin(), flights_.end(), [](const Flight& f) { return f.pending; });
   };
@@ -118,6 +129,12 @@ void DirectExchange::accept(std::span<Request> requests, std::span<const std::by
   }
   flight->pending = false;
   ++statistics_.frames_received;
+}
+
+std::string describe_traffic(const ExchangeStatistics& statistics) {
+  if (statistics.frames_foreign == 0) return {};
+  return fmt::format("{} frames that are not ours have come in: another master is on the wire, or other devices use it",
+                     statistics.frames_foreign);
 }
 
 bool match_answers(std::span<Request> requests, std::span<const std::byte> frame) noexcept {

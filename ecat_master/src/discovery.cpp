@@ -73,16 +73,34 @@ Result<std::vector<SlaveRef>> assign_addresses(Bus& bus, std::uint16_t count) {
   return slaves;
 }
 
-Result<SlaveInfo> make_info(SlaveRef ref, std::vector<std::byte> image) {
-  const auto decoded = esi::decode_sii(image);
+SlaveInfo make_info(SlaveRef ref, Result<std::vector<std::byte>> image) {
+  SlaveInfo info;
+  info.ref = ref;
+  if (!image) {
+    info.problem = image.error();
+    return info;
+  }
+  const auto decoded = esi::decode_sii(*image);
   if (!decoded) {
     Error error;
     error.kind = ErrorKind::kSiiContent;
     error.slave = ref.position;
     error.address = static_cast<std::uint16_t>(decoded.error().word_offset);
-    return tl::unexpected(error);
+    info.problem = error;
+  } else {
+    info.alias = decoded->config.station_alias;
+    info.description = esi::description_from_sii(*decoded);
+    if (!decoded->checksum_valid()) {
+      Error error;
+      error.kind = ErrorKind::kSiiChecksum;
+      error.slave = ref.position;
+      error.expected = esi::sii_checksum(decoded->config.bytes());
+      error.received = decoded->checksum & 0xFFU;
+      info.problem = error;
+    }
   }
-  return SlaveInfo{ref, decoded->config.station_alias, esi::description_from_sii(*decoded), std::move(image)};
+  info.sii = std::move(*image);
+  return info;
 }
 
 }  // namespace
@@ -96,6 +114,21 @@ Result<void> clear_channels(Bus& bus) {
   return {};
 }
 
+Result<void> clear_channels(Bus& bus, std::span<const SlaveRef> slaves) {
+  std::array<std::byte, 8 * wire::SyncManagerChannel::kSize> no_sync_managers{};
+  std::array<std::byte, 8 * wire::FmmuEntity::kSize> no_fmmus{};
+  std::vector<Request> requests;
+  for (const auto& slave : slaves) {
+    auto write = [&](std::uint16_t address, std::span<std::byte> zeros) {
+      requests.push_back(
+          {wire::Command::kFpwr, wire::DatagramAddress::physical(slave.station, address), zeros, 0, false});
+    };
+    write(wire::reg::kFmmu.address, no_fmmus);
+    write(wire::reg::kSyncManager.address, no_sync_managers);
+  }
+  return bus.exchange().exchange(requests);
+}
+
 Result<std::vector<SlaveInfo>> discover(Bus& bus) {
   const auto count = count_slaves(bus);
   if (!count) return tl::unexpected(count.error());
@@ -106,9 +139,7 @@ Result<std::vector<SlaveInfo>> discover(Bus& bus) {
   if (!images) return tl::unexpected(images.error());
   std::vector<SlaveInfo> found;
   for (std::size_t i = 0; i < slaves->size(); ++i) {
-    auto info = make_info((*slaves)[i], std::move((*images)[i]));
-    if (!info) return tl::unexpected(info.error());
-    found.push_back(std::move(*info));
+    found.push_back(make_info((*slaves)[i], std::move((*images)[i])));
   }
   return found;
 }

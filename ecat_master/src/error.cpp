@@ -48,8 +48,18 @@ std::string describe_slave_facts(const Error& e) {
       return fmt::format("{}: {} is 0x{:08X} but 0x{:08X} is planned", who(e),
                          e.address == 0   ? "vendor id"
                          : e.address == 1 ? "product code"
-                                          : "revision",
+                         : e.address == 2 ? "revision"
+                                          : "serial number",
                          e.received, e.expected);
+    case ErrorKind::kSiiChecksum:
+      return fmt::format("{}: EEPROM checksum is 0x{:02X}, 0x{:02X} would be right: the slave does not use its content",
+                         who(e), e.received, e.expected);
+    case ErrorKind::kSlavesSwapped:
+      return fmt::format("{} and slave {} have changed places", who(e), e.extra);
+    case ErrorKind::kWiring:
+      return fmt::format("{}: IN and OUT are swapped, frames come in at port {}", who(e), e.extra);
+    case ErrorKind::kDuplicateAlias:
+      return fmt::format("{} and slave {} both answer to alias or device ID {}", who(e), e.extra, e.address);
     case ErrorKind::kProcessDataSize:
       if (e.code == 1) {
         return fmt::format("{}: its process data need {} FMMUs, it has {}", who(e), e.received, e.expected);
@@ -99,6 +109,10 @@ std::string describe(const Error& e) {
       return fmt::format("{}: its {} open ports fit no tree of the slaves that answer", who(e), e.expected);
     case ErrorKind::kSlaveCountMismatch:
       return fmt::format("{} slaves answer on the line but {} are planned", e.received, e.expected);
+    case ErrorKind::kSlaveMissing:
+      return e.address == 0
+                 ? fmt::format("planned slave {} is not on the line", e.extra)
+                 : fmt::format("planned slave {} (alias or device ID {}) is not on the line", e.extra, e.address);
     case ErrorKind::kCycleBudget:
       return fmt::format("the cyclic frames take {} ns on a 100 Mbit/s wire, the cycle has {} ns", e.received,
                          e.expected);

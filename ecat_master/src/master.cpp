@@ -4,6 +4,7 @@
 
 #include "driveline/ecat_master/dc/clock_fault.hpp"
 #include "driveline/ecat_master/dc/sync_objects.hpp"
+#include "driveline/ecat_master/device_identification.hpp"
 
 namespace driveline::ecat_master {
 
@@ -43,25 +44,59 @@ Result<void> Master::scan() {
 
 Result<void> Master::enter_pre_op() {
   std::vector<SlaveInfo> infos;
-  for (const auto& slave : slaves_) infos.push_back(slave.info);
-  auto mailboxes = ecat_master::enter_pre_op(engine_, infos);
+  std::vector<StateTimeouts> timeouts;
+  for (const auto& slave : slaves_) {
+    infos.push_back(slave.info);
+    timeouts.push_back(slave.plan.timeouts);
+  }
+  auto mailboxes = ecat_master::enter_pre_op(engine_, infos, timeouts);
   if (!mailboxes) return tl::unexpected(mailboxes.error());
   for (std::size_t i = 0; i < slaves_.size(); ++i) slaves_[i].mailbox = std::move((*mailboxes)[i]);
   return {};
 }
 
-Result<void> Master::configure(std::vector<SlavePlan> plans) {
+Result<void> Master::identify_devices() {
+  const auto ids = read_device_ids(bus_, refs_);
+  if (!ids) return tl::unexpected(ids.error());
+  for (std::size_t i = 0; i < slaves_.size(); ++i) slaves_[i].info.device_id = (*ids)[i];
+  return {};
+}
+
+std::optional<std::size_t> Master::position_of(std::size_t plan) const noexcept {
+  const auto& plans = comparison_.plan_of_slave;
+  const auto found = std::find(plans.begin(), plans.end(), std::optional(plan));
+  if (found == plans.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - plans.begin());
+}
+
+/// Finds the slave of each plan; any difference is an error.
+Result<void> Master::match_plans(std::span<const SlavePlan> plans) {
+  const bool by_id =
+      std::any_of(plans.begin(), plans.end(), [](const SlavePlan& p) { return p.device_id.has_value(); });
+  if (by_id) {
+    if (auto done = identify_devices(); !done) return done;
+  }
   std::vector<SlaveInfo> infos;
   for (const auto& slave : slaves_) infos.push_back(slave.info);
-  if (auto done = compare_identities(plans, infos); !done) return done;
-  for (std::size_t i = 0; i < slaves_.size(); ++i)
-    slaves_[i].plan = i < plans.size() ? std::move(plans[i]) : SlavePlan{};
+  const auto expected = expected_slaves(plans);
+  comparison_ = compare_line(expected, infos, settings_.accept_swapped_ports ? Topology{} : topology_);
+  if (comparison_.matches()) return {};
+  return tl::unexpected(to_error(comparison_.differences.front(), expected, infos));
+}
+
+Result<void> Master::configure(std::vector<SlavePlan> plans) {
+  if (auto done = match_plans(plans); !done) return done;
+  for (std::size_t i = 0; i < slaves_.size(); ++i) {
+    const auto plan = comparison_.plan_of_slave[i];
+    slaves_[i].plan = plan ? std::move(plans[*plan]) : SlavePlan{};
+    if (!plan) slaves_[i].plan.own_pdos = true;
+  }
   if (auto done = enter_pre_op(); !done) return done;
   auto image = configure_process_data(engine_, slaves_, settings_.layout);
   if (!image) return tl::unexpected(image.error());
   image_ = std::move(*image);
   if (auto done = synchronise_clocks(); !done) return done;
-  if (auto done = change_state(bus_, refs_, wire::AlState::kSafeOp, settings_.state_timeout); !done) {
+  if (auto done = raise_to(wire::AlState::kSafeOp); !done) {
     return tl::unexpected(explain_state_error(bus_, slaves_, done.error()));
   }
   return {};
@@ -140,11 +175,21 @@ tl::expected<void, std::string> Master::start_cycle(Motion* motion, SampleRings 
   return {};
 }
 
+/// All slaves at once, each with its own time limit.
+Result<void> Master::raise_to(wire::AlState target) {
+  std::vector<StateTarget> targets;
+  for (const auto& slave : slaves_) {
+    targets.push_back({slave.info.ref, std::min(slave.plan.timeouts.limit(target, false), settings_.state_timeout)});
+  }
+  return first_failure(change_states(bus_, targets, target));
+}
+
 Result<void> Master::go_operational() {
   if (watch_) {
     if (auto done = await_clocks(); !done) return done;
   }
-  return change_state(bus_, refs_, wire::AlState::kOp, settings_.state_timeout);
+  if (auto done = write_startup_sdos(engine_, slaves_, wire::AlState::kOp); !done) return done;
+  return raise_to(wire::AlState::kOp);
 }
 
 Result<std::vector<AlReport>> Master::al_status() {

@@ -60,6 +60,8 @@ std::size_t channel_bytes(const ProcessDataDemand& demand, std::uint8_t sync_man
 
 PdoConfiguration exchanged_pdos(const ConfiguredSlave& slave) {
   const auto& planned = slave.plan.pdos;
+  // The slave's own have been read from it, and may be none.
+  if (slave.plan.own_pdos) return planned;
   if (!planned.outputs.empty() || !planned.inputs.empty()) return planned;
   return {assigned_pdos(slave.info.description.rx_pdos), assigned_pdos(slave.info.description.tx_pdos)};
 }
@@ -71,16 +73,22 @@ std::optional<std::uint8_t> find_sync_manager(const SlaveInfo& slave, Use use) {
   return static_cast<std::uint8_t>(found - managers.begin());
 }
 
-Result<void> write_sync_manager(Bus& bus, SlaveRef slave, std::uint8_t number, const esi::SyncManager& layout,
-                                std::uint16_t length) {
+RegisterWrite sync_manager_write(SlaveRef slave, std::uint8_t number, const esi::SyncManager& layout,
+                                 std::uint16_t length) {
   wire::SyncManagerChannel channel;
   channel.start_address = layout.start_address;
   channel.length = length;
   channel.control = layout.control;
   channel.activate = length > 0 ? wire::SyncManagerActivate::kEnable : std::uint8_t{0};
-  std::array<std::byte, wire::SyncManagerChannel::kSize> data{};
-  channel.encode(data);
-  return bus.write(slave, wire::reg::kSyncManager.at(number), data);
+  RegisterWrite write{slave, wire::reg::kSyncManager.at(number), std::vector<std::byte>(channel.kSize)};
+  channel.encode(std::span(write.data).first<wire::SyncManagerChannel::kSize>());
+  return write;
+}
+
+Result<void> write_sync_manager(Bus& bus, SlaveRef slave, std::uint8_t number, const esi::SyncManager& layout,
+                                std::uint16_t length) {
+  const auto write = sync_manager_write(slave, number, layout, length);
+  return bus.write(slave, write.address, write.data);
 }
 
 Result<ProcessDataDemand> make_demand(const ConfiguredSlave& slave) {

@@ -25,19 +25,12 @@ Error error_of(ErrorKind kind, SlaveRef slave, std::uint16_t address, std::uint3
   return error;
 }
 
-/// Off, in this order: whatever is mapped through a sync manager must not be open while that one is not.
-Result<void> clear_channels_of(Bus& bus, SlaveRef slave) {
-  const std::array<std::byte, 8 * wire::FmmuEntity::kSize> no_fmmus{};
-  const std::array<std::byte, 8 * wire::SyncManagerChannel::kSize> no_sync_managers{};
-  if (auto done = bus.write(slave, wire::reg::kFmmu.address, no_fmmus); !done) return done;
-  return bus.write(slave, wire::reg::kSyncManager.address, no_sync_managers);
-}
-
 /// The device at `slave` is the one that was found there at start, or one of its kind.
 Result<void> check_identity(Bus& bus, const SlaveInfo& known) {
   auto images = read_sii(bus, {&known.ref, 1});
   if (!images) return tl::unexpected(images.error());
-  const auto decoded = esi::decode_sii(images->front());
+  if (!images->front()) return tl::unexpected(images->front().error());
+  const auto decoded = esi::decode_sii(*images->front());
   if (!decoded) {
     const auto word = static_cast<std::uint16_t>(decoded.error().word_offset);
     return tl::unexpected(error_of(ErrorKind::kSiiContent, known.ref, word, 0, 0));
@@ -147,6 +140,7 @@ Result<void> Master::recover(std::size_t slave, std::chrono::nanoseconds state_t
   if (auto done = reconfigure(slave, state_timeout); !done) {
     return tl::unexpected(explain_state_error(bus_, slaves_, done.error()));
   }
+  if (auto done = write_startup_sdos(engine_, {&slaves_[slave], 1}, AlState::kOp); !done) return done;
   return change_state(bus_, ref, AlState::kOp, state_timeout);
 }
 
@@ -155,16 +149,13 @@ Result<void> Master::reconfigure(std::size_t slave, std::chrono::nanoseconds sta
   const std::span<const SlaveRef> ref(&refs_[slave], 1);
   if (auto done = check_identity(bus_, one.info); !done) return done;
   if (auto done = change_state(bus_, ref, AlState::kInit, state_timeout); !done) return done;
-  if (auto done = clear_channels_of(bus_, refs_[slave]); !done) return done;
+  if (auto done = clear_channels(bus_, ref); !done) return done;
   const auto window = write_mailbox_channels(bus_, one.info);
   if (!window) return tl::unexpected(window.error());
   if (*window) engine_.open(one.info.ref, **window);
   if (auto done = change_state(bus_, ref, AlState::kPreOp, state_timeout); !done) return done;
-  auto script = coe_script(one);
-  if (!script) return tl::unexpected(script.error());
-  if (!script->steps.empty()) {
-    if (auto done = run_scripts(engine_, {&*script, 1}).front(); !done) return done;
-  }
+  if (auto done = write_startup_sdos(engine_, {&one, 1}, AlState::kSafeOp); !done) return done;
+  if (auto done = write_watchdogs(bus_, {&one, 1}); !done) return done;
   if (auto done = write_process_data_setup(bus_, one, image_); !done) return done;
   if (auto done = restore_clock(slave); !done) return done;
   return change_state(bus_, ref, AlState::kSafeOp, state_timeout);

@@ -1,6 +1,7 @@
 #include "driveline/ecat_master/sii_reader.hpp"
 
 #include <algorithm>
+#include <optional>
 
 #include "driveline/wire/sii_access.hpp"
 
@@ -26,6 +27,7 @@ struct Reading {
   std::size_t category_word = kFirstCategoryWord;
   bool complete = false;
   bool arrived = false;
+  std::optional<Error> failure;
   std::array<std::byte, kInterfaceBytes> interface {};
 
   [[nodiscard]] std::size_t words() const noexcept { return image.size() / 2; }
@@ -97,7 +99,9 @@ Result<void> await_words(Bus& bus, std::span<Reading*> active) {
       const auto status = wire::load_le<std::uint16_t>(r.interface);
       if (requests[i].working_counter != 1 || (status & sii::kBusy) != 0) continue;
       if ((status & (sii::kErrorAcknowledge | sii::kErrorWriteEnable)) != 0) {
-        return tl::unexpected(sii_error(ErrorKind::kSiiError, r, status));
+        r.failure = sii_error(ErrorKind::kSiiError, r, status);
+        r.arrived = true;
+        continue;
       }
       const std::size_t bytes = (status & sii::kReads8Bytes) != 0 ? 8 : 4;
       r.image.insert(r.image.end(), r.interface.begin() + 6,
@@ -105,8 +109,10 @@ Result<void> await_words(Bus& bus, std::span<Reading*> active) {
       r.arrived = true;
     }
     if (bus.exchange().now() > deadline) {
-      const auto late = std::find_if(active.begin(), active.end(), [](const Reading* r) { return !r->arrived; });
-      if (late != active.end()) return tl::unexpected(sii_error(ErrorKind::kSiiBusy, **late));
+      for (auto* r : active) {
+        if (!r->arrived) r->failure = sii_error(ErrorKind::kSiiBusy, *r);
+        r->arrived = true;
+      }
     }
   }
 }
@@ -124,26 +130,32 @@ Result<void> take_interface(Bus& bus) {
 
 }  // namespace
 
-Result<std::vector<std::vector<std::byte>>> read_sii(Bus& bus, std::span<const SlaveRef> slaves) {
+Result<std::vector<Result<std::vector<std::byte>>>> read_sii(Bus& bus, std::span<const SlaveRef> slaves) {
   if (auto taken = take_interface(bus); !taken) return tl::unexpected(taken.error());
   std::vector<Reading> readings;
   for (const auto& slave : slaves)
-    readings.push_back({slave, {}, kFirstCategoryWord + 2, kFirstCategoryWord, false, false, {}});
+    readings.push_back({slave, {}, kFirstCategoryWord + 2, kFirstCategoryWord, false, false, std::nullopt, {}});
   for (;;) {
     std::vector<Reading*> active;
     for (auto& r : readings) {
-      if (!r.complete) active.push_back(&r);
+      if (!r.complete && !r.failure) active.push_back(&r);
     }
     if (active.empty()) break;
     if (auto done = request_words(bus, active); !done) return tl::unexpected(done.error());
     if (auto done = await_words(bus, active); !done) return tl::unexpected(done.error());
     for (auto* r : active) {
-      if (r->words() < r->needed_words) continue;
-      if (!follow_categories(*r)) return tl::unexpected(sii_error(ErrorKind::kSiiContent, *r));
+      if (r->failure || r->words() < r->needed_words) continue;
+      if (!follow_categories(*r)) r->failure = sii_error(ErrorKind::kSiiContent, *r);
     }
   }
-  std::vector<std::vector<std::byte>> images;
-  for (auto& r : readings) images.push_back(std::move(r.image));
+  std::vector<Result<std::vector<std::byte>>> images;
+  for (auto& r : readings) {
+    if (r.failure) {
+      images.emplace_back(tl::unexpected(*r.failure));
+    } else {
+      images.emplace_back(std::move(r.image));
+    }
+  }
   return images;
 }
 

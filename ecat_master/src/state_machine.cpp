@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 
 namespace driveline::ecat_master {
 namespace {
@@ -24,6 +25,11 @@ Error state_error(ErrorKind kind, SlaveRef slave, wire::AlState target, const Al
     error.extra = static_cast<std::uint32_t>(std::chrono::duration_cast<microseconds>(timeout).count());
   }
   return error;
+}
+
+AlReport decode_report(std::span<const std::byte> bytes) {
+  return {wire::AlStatus::from_raw(wire::load_le<std::uint16_t>(bytes)),
+          static_cast<wire::AlStatusCode>(wire::load_le<std::uint16_t>(bytes.subspan(4)))};
 }
 
 Result<void> write_al_control(Bus& bus, std::span<const SlaveRef> slaves, std::span<const std::uint16_t> values) {
@@ -52,44 +58,113 @@ Result<std::vector<AlReport>> collect_reports(Bus& bus, std::span<Request> reque
       error.received = requests[i].working_counter;
       return tl::unexpected(error);
     }
-    const std::span<const std::byte> bytes = requests[i].data;
-    reports.push_back({wire::AlStatus::from_raw(wire::load_le<std::uint16_t>(bytes)),
-                       static_cast<wire::AlStatusCode>(wire::load_le<std::uint16_t>(bytes.subspan(4)))});
+    reports.push_back(decode_report(requests[i].data));
   }
   return reports;
 }
 
-/// Error indications are acknowledged by repeating the present state with the acknowledge bit (ETG.1000.6 5.3.1). Waits
-/// until they are gone, or the old error would pass for an answer to the next request.
-Result<void> acknowledge_errors(Bus& bus, std::span<const SlaveRef> slaves, wire::AlState target,
-                                std::chrono::nanoseconds timeout) {
-  const auto deadline = bus.exchange().now() + timeout;
-  for (unsigned pass = 0;; ++pass) {
-    const auto reports = read_al_status(bus, slaves);
-    if (!reports) return tl::unexpected(reports.error());
-    std::vector<SlaveRef> faulty;
-    std::vector<std::uint16_t> values;
-    std::size_t first = 0;
-    for (std::size_t i = 0; i < slaves.size(); ++i) {
-      const auto& [status, code] = (*reports)[i];
-      if (!status.error) continue;
-      if (faulty.empty()) first = i;
-      // The controller of a slave without application copies AL control, acknowledge bit included, into AL status (ESC
-      // data sheet I, device emulation): what looks like an error without code goes away when the bit is not written.
-      const bool copied = pass > 0 && code == wire::AlStatusCode::kNoError;
-      faulty.push_back(slaves[i]);
-      values.push_back(wire::AlControl{status.state, !copied, false}.raw());
-    }
-    if (faulty.empty()) return {};
-    if (bus.exchange().now() >= deadline) {
-      return tl::unexpected(state_error(ErrorKind::kStateRefused, slaves[first], target, (*reports)[first], timeout));
-    }
-    if (pass > 1) {
-      bus.exchange().pause(kPollInterval);
-    } else if (auto done = write_al_control(bus, faulty, values); !done) {
-      return done;
-    }
+/// Error of the first report that is none.
+Error silent(SlaveRef slave, unsigned working_counter) {
+  Error error;
+  error.kind = ErrorKind::kWorkingCounter;
+  error.slave = slave.position;
+  error.address = wire::reg::kAlStatus.address;
+  error.expected = 1;
+  error.received = working_counter;
+  return error;
+}
+
+/// One slave on its way. Error indications are acknowledged first, by repeating the present state with the acknowledge
+/// bit (ETG.1000.6 5.3.1), and must be gone before the request: the old error would pass for the answer to it.
+class Change {
+ public:
+  Change(const StateTarget& slave, std::chrono::nanoseconds now)
+      : slave_(slave.slave), timeout_(slave.timeout), deadline_(now + slave.timeout) {}
+
+  [[nodiscard]] bool open() const noexcept { return !result_.has_value(); }
+  [[nodiscard]] SlaveRef slave() const noexcept { return slave_; }
+  [[nodiscard]] const Result<void>& result() const noexcept { return *result_; }
+  void fail(const Error& error) { result_ = tl::unexpected(error); }
+
+  /// The slave has not answered a poll.
+  void missed(unsigned working_counter) {
+    if (++missed_ >= kMissedPolls) fail(silent(slave_, working_counter));
   }
+  /// What to write to AL control now; nothing: wait.
+  [[nodiscard]] std::optional<std::uint16_t> take(const AlReport& report, wire::AlState target,
+                                                  std::chrono::nanoseconds now) {
+    missed_ = 0;
+    const bool late = now >= deadline_;
+    auto give_up = [&](ErrorKind kind) { fail(state_error(kind, slave_, target, report, timeout_)); };
+    switch (phase_) {
+      case Phase::kStart:
+      case Phase::kAcknowledge:
+        if (!report.status.error) {
+          phase_ = Phase::kRequest;
+          deadline_ = now + timeout_;
+          return wire::AlControl{target, false, false}.raw();
+        }
+        if (late) give_up(ErrorKind::kStateRefused);
+        // The controller of a slave without application copies AL control, acknowledge bit included, into AL status
+        // (ESC data sheet I, device emulation): what looks like an error without code goes away when the bit is not
+        // written.
+        if (phase_ == Phase::kAcknowledge && !copied_ && report.code == wire::AlStatusCode::kNoError) {
+          copied_ = true;
+          return wire::AlControl{report.status.state, false, false}.raw();
+        }
+        if (phase_ == Phase::kAcknowledge) return std::nullopt;
+        phase_ = Phase::kAcknowledge;
+        return wire::AlControl{report.status.state, true, false}.raw();
+      case Phase::kRequest:
+        if (report.status.error) {
+          give_up(ErrorKind::kStateRefused);
+        } else if (report.status.state == target) {
+          result_.emplace();
+        } else if (late) {
+          give_up(ErrorKind::kStateTimeout);
+        }
+        break;
+    }
+    return std::nullopt;
+  }
+
+ private:
+  enum class Phase : std::uint8_t { kStart, kAcknowledge, kRequest };
+  /// A port that opens or closes may cost a poll.
+  static constexpr unsigned kMissedPolls = 3;
+
+  SlaveRef slave_;
+  std::chrono::nanoseconds timeout_;
+  std::chrono::nanoseconds deadline_;
+  Phase phase_ = Phase::kStart;
+  bool copied_ = false;
+  unsigned missed_ = 0;
+  std::optional<Result<void>> result_;
+};
+
+/// One poll of all open changes and what has to be written in answer to it.
+Result<void> advance(Bus& bus, std::span<Change*> open, wire::AlState target) {
+  std::vector<Request> requests;
+  std::vector<std::array<std::byte, kReportBytes>> data(open.size());
+  for (std::size_t i = 0; i < open.size(); ++i) {
+    requests.push_back({wire::Command::kFprd,
+                        wire::DatagramAddress::physical(open[i]->slave().station, wire::reg::kAlStatus.address),
+                        data[i], 0, false});
+  }
+  if (auto done = bus.exchange().exchange(requests); !done) return done;
+  std::vector<SlaveRef> written;
+  std::vector<std::uint16_t> values;
+  for (std::size_t i = 0; i < open.size(); ++i) {
+    if (requests[i].working_counter != 1) {
+      open[i]->missed(requests[i].working_counter);
+      continue;
+    }
+    const auto value = open[i]->take(decode_report(data[i]), target, bus.exchange().now());
+    if (!value) continue;
+    written.push_back(open[i]->slave());
+    values.push_back(*value);
+  }
+  return written.empty() ? Result<void>{} : write_al_control(bus, written, values);
 }
 
 }  // namespace
@@ -122,49 +197,80 @@ Result<std::vector<AlReport>> peek_states(Bus& bus) {
   return collect_reports(bus, requests, [](std::size_t i) { return static_cast<std::uint16_t>(i); });
 }
 
+std::chrono::nanoseconds StateTimeouts::limit(wire::AlState target, bool down) const noexcept {
+  switch (target) {
+    case wire::AlState::kOp:
+      return to_op;
+    case wire::AlState::kSafeOp:
+      return down ? back_to_safe_op : to_safe_op;
+    case wire::AlState::kInit:
+      return back_to_init;
+    default:
+      return to_pre_op;
+  }
+}
+
+std::vector<Result<void>> change_states(Bus& bus, std::span<const StateTarget> slaves, wire::AlState target) {
+  std::vector<Change> changes;
+  for (const auto& slave : slaves) changes.emplace_back(slave, bus.exchange().now());
+  for (;;) {
+    std::vector<Change*> open;
+    for (auto& change : changes) {
+      if (change.open()) open.push_back(&change);
+    }
+    if (open.empty()) break;
+    if (auto done = advance(bus, open, target); !done) {
+      for (auto* change : open) {
+        Error error = done.error();
+        error.slave = change->slave().position;
+        change->fail(error);
+      }
+      break;
+    }
+    if (std::any_of(open.begin(), open.end(), [](const Change* change) { return change->open(); })) {
+      bus.exchange().pause(kPollInterval);
+    }
+  }
+  std::vector<Result<void>> results;
+  for (const auto& change : changes) results.push_back(change.result());
+  return results;
+}
+
 Result<void> change_state(Bus& bus, std::span<const SlaveRef> slaves, wire::AlState target,
                           std::chrono::nanoseconds timeout) {
-  if (slaves.empty()) return {};
-  if (auto done = acknowledge_errors(bus, slaves, target, timeout); !done) return done;
-  const std::vector<std::uint16_t> values(slaves.size(), wire::AlControl{target, false, false}.raw());
-  if (auto done = write_al_control(bus, slaves, values); !done) return done;
-  const auto deadline = bus.exchange().now() + timeout;
-  for (;;) {
-    const auto reports = read_al_status(bus, slaves);
-    if (!reports) return tl::unexpected(reports.error());
-    std::size_t arrived = 0;
-    std::size_t late = slaves.size();
-    for (std::size_t i = 0; i < slaves.size(); ++i) {
-      const auto& report = (*reports)[i];
-      if (report.status.error) {
-        return tl::unexpected(state_error(ErrorKind::kStateRefused, slaves[i], target, report, timeout));
-      }
-      if (report.status.state == target) {
-        ++arrived;
-      } else {
-        late = std::min(late, i);
-      }
-    }
-    if (arrived == slaves.size()) return {};
-    if (bus.exchange().now() >= deadline) {
-      return tl::unexpected(state_error(ErrorKind::kStateTimeout, slaves[late], target, (*reports)[late], timeout));
-    }
-    bus.exchange().pause(kPollInterval);
+  std::vector<StateTarget> targets;
+  for (const auto& slave : slaves) targets.push_back({slave, timeout});
+  return first_failure(change_states(bus, targets, target));
+}
+
+Result<void> first_failure(std::span<const Result<void>> results) {
+  const Result<void>* worst = nullptr;
+  for (const auto& result : results) {
+    if (result) continue;
+    if (result.error().kind == ErrorKind::kStateRefused) return result;
+    if (worst == nullptr) worst = &result;
   }
+  return worst == nullptr ? Result<void>{} : *worst;
 }
 
 Result<void> lower_state(Bus& bus, std::span<const SlaveRef> slaves, wire::AlState target,
                          std::chrono::nanoseconds timeout) {
+  std::vector<Request> requests;
+  std::vector<std::array<std::byte, kReportBytes>> data(slaves.size());
+  for (std::size_t i = 0; i < slaves.size(); ++i) {
+    requests.push_back({wire::Command::kFprd,
+                        wire::DatagramAddress::physical(slaves[i].station, wire::reg::kAlStatus.address), data[i], 0,
+                        false});
+  }
+  // Nobody can be reached.
+  if (auto done = bus.exchange().exchange(requests); !done) return done;
   Result<void> first{};
   std::vector<SlaveRef> above;
-  for (const auto& slave : slaves) {
-    const auto raw = bus.read(slave, wire::reg::kAlStatus);
-    if (raw) {
-      if (wire::AlStatus::from_raw(*raw).state > target) above.push_back(slave);
-    } else if (raw.error().kind != ErrorKind::kWorkingCounter) {
-      return tl::unexpected(raw.error());  // nobody can be reached
-    } else if (first) {
-      first = tl::unexpected(raw.error());
+  for (std::size_t i = 0; i < slaves.size(); ++i) {
+    if (requests[i].working_counter != 1) {
+      if (first) first = tl::unexpected(silent(slaves[i], requests[i].working_counter));
+    } else if (decode_report(data[i]).status.state > target) {
+      above.push_back(slaves[i]);
     }
   }
   auto lowered = change_state(bus, above, target, timeout);

@@ -67,6 +67,34 @@ TEST(StartupSdo, NamesTheObjectThatDoesNotExist) {
             "slave 0: object 5FFFh:03 aborted with 0x06020000 (object does not exist in the object dictionary)");
 }
 
+TEST(StartupSdo, IsWrittenBeforeTheTransitionItIsPlannedFor) {
+  DriveLine drives(2);
+  LineOperation operation(drives);
+  ASSERT_EQ(sentence(operation.master().scan()), "");
+  auto plans = operation.plans();
+  const auto value = wire::to_le_bytes<std::uint32_t>(4242);
+  plans[1].startup_sdos.push_back({0x6065, 0, {value.begin(), value.end()}, false, AlState::kOp});
+  ASSERT_EQ(sentence(operation.master().configure(plans)), "");
+  EXPECT_NE(CoeClient(*operation.master().mailbox(1)).upload_as<std::uint32_t>(0x6065, 0).value(), 4242U);
+  operation.start_cycle();
+  ASSERT_EQ(sentence(operation.master().go_operational()), "");
+  EXPECT_EQ(CoeClient(*operation.master().mailbox(1)).upload_as<std::uint32_t>(0x6065, 0).value(), 4242U);
+}
+
+TEST(Watchdogs, AreSetAsPlanned) {
+  DriveLine drives(2);
+  LineOperation operation(drives);
+  ASSERT_EQ(sentence(operation.master().scan()), "");
+  auto plans = operation.plans();
+  plans[1].watchdog = {2498, 500, 0};
+  ASSERT_EQ(sentence(operation.master().configure(plans)), "");
+  const auto& memory = drives.slave(1).esc().memory();
+  EXPECT_EQ(memory.get(wire::reg::kWatchdogDivider), 2498);
+  EXPECT_EQ(memory.get(wire::reg::kWatchdogTimeProcessData), 500);
+  EXPECT_EQ(memory.get(wire::reg::kWatchdogTimePdi), 0);
+  EXPECT_EQ(drives.slave(0).esc().memory().get(wire::reg::kWatchdogTimeProcessData), 1000) << "as after power-on";
+}
+
 /// The length written to sync manager `number` arrives one byte short.
 ChangingPort::Change shorten_sync_manager(unsigned number) {
   return [number](std::span<std::byte> frame) {

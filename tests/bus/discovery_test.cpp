@@ -66,7 +66,10 @@ TEST(DiscoveryOfOneDrive, GivesUpOnAnEepromThatStaysBusy) {
   options.sii.busy_time = std::chrono::hours{1};
   DriveLine drives(2, options);
   Master master(drives.line(), drives.clock);
-  EXPECT_EQ(sentence(master.scan()), "slave 0: EEPROM interface stays busy at word 0x0000");
+  ASSERT_EQ(sentence(master.scan()), "");
+  ASSERT_TRUE(master.slaves()[0].info.problem);
+  EXPECT_EQ(describe(*master.slaves()[0].info.problem), "slave 0: EEPROM interface stays busy at word 0x0000");
+  EXPECT_EQ(sentence(master.enter_pre_op()), "slave 0: EEPROM interface stays busy at word 0x0000");
 }
 
 TEST(DiscoveryOfNothing, SaysSo) {

@@ -47,8 +47,9 @@ INSTANTIATE_TEST_SUITE_P(
                   ":6: [realtime] prio: unknown key, expected one of: cpu, lock_memory, policy, priority, "
                   "simulation_cpu, wake_ahead_us"},
         WrongFile{"[[slave]]\nname = \"x\"\naddress = 5\n",
-                  ":3: [slave 1] address: unknown key, expected one of: dc, esi, forwarding_ns, model, "
-                  "name, plant, processing_ns, product_code, sii, sii_file, vendor_id"},
+                  ":3: [slave 1] address: unknown key, expected one of: alias, dc, device_id, esi, "
+                  "forwarding_ns, model, name, pdo, plant, processing_ns, product_code, revision, sdo, serial, sii, "
+                  "sii_file, timeouts, vendor_id, watchdog"},
         WrongFile{"[[slave]]\nname = \"x\"\n[slave.plant]\nmass = 5\n",
                   ":4: [slave 1.plant] mass: unknown key, expected one of: coulomb_friction_nm, inertia_kg_m2, "
                   "initial_position_rev, viscous_friction_nm_s"},

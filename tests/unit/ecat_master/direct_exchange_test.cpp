@@ -167,6 +167,21 @@ TEST_F(DirectExchangeTest, RepeatsTheLostFrameOnly) {
   EXPECT_EQ(exchange.statistics().frames_lost, 1U);
 }
 
+TEST_F(DirectExchangeTest, LimitsTheFramesOnTheirWay) {
+  Requests requests(100, 1400);
+  std::size_t flying = 0;
+  std::size_t most = 0;
+  port.on_send = [&](auto frame) {
+    most = std::max(most, ++flying);
+    port.arrive(answered(frame, std::byte{0x11}), microseconds{500});
+  };
+  port.on_wait = [&] { flying = 0; };
+  ASSERT_TRUE(exchange.exchange(requests.list));
+  EXPECT_EQ(most, DirectExchange::kMaxInFlight);
+  EXPECT_EQ(port.sent.size(), 100U);
+  for (const auto& request : requests.list) EXPECT_TRUE(request.answered);
+}
+
 TEST_F(DirectExchangeTest, GivesUpAfterTheRetries) {
   Requests requests(1);
   const auto begin = clock.now();

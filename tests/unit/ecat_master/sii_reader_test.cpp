@@ -66,7 +66,7 @@ Result<std::vector<std::byte>> read(Eeprom& eeprom) {
   const SlaveRef slave{6, 0x1007};
   auto images = read_sii(bus, {&slave, 1});
   if (!images) return tl::unexpected(images.error());
-  return images->at(0);
+  return std::move(images->at(0));
 }
 
 TEST(SiiReader, ReadsUpToTheEndMarkerAndNotTheWholeEeprom) {

@@ -152,6 +152,33 @@ TEST(ChangeState, OfNobodyIsDone) {
   EXPECT_TRUE(bench.change(AlState::kPreOp));
 }
 
+TEST(ChangeStates, NobodyWaitsForAnotherAndEachHasItsResult) {
+  Bench bench(4);
+  bench.registers.slaves[0].delay = milliseconds{50};
+  bench.registers.slaves[1].refuses = AlStatusCode::kPllError;
+  bench.registers.slaves[2].dead = true;
+  std::vector<StateTarget> targets;
+  for (const auto& slave : bench.registers.refs) targets.push_back({slave, milliseconds{20}});
+  targets[3].timeout = milliseconds{100};
+  bench.registers.slaves[3].delay = milliseconds{80};
+  const auto results = change_states(bench.bus, targets, AlState::kPreOp);
+  ASSERT_EQ(results.size(), 4U);
+  EXPECT_EQ(results[0].error().kind, ErrorKind::kStateTimeout) << "its own limit counts";
+  EXPECT_EQ(results[0].error().extra, 20'000U);
+  EXPECT_EQ(results[1].error().kind, ErrorKind::kStateRefused);
+  EXPECT_EQ(results[2].error().kind, ErrorKind::kWorkingCounter);
+  EXPECT_TRUE(results[3]);
+  EXPECT_EQ(first_failure(results).error().slave, 1) << "a refusal says more than silence";
+}
+
+TEST(StateTimeouts, DependOnTheWay) {
+  const StateTimeouts timeouts;
+  EXPECT_EQ(timeouts.limit(AlState::kPreOp, false), milliseconds{3000});
+  EXPECT_EQ(timeouts.limit(AlState::kSafeOp, false), milliseconds{10'000});
+  EXPECT_EQ(timeouts.limit(AlState::kSafeOp, true), milliseconds{200});
+  EXPECT_EQ(timeouts.limit(AlState::kInit, true), milliseconds{5000});
+}
+
 TEST(LowerState, LeavesThoseBelowWhereTheyAre) {
   Bench bench(4);
   bench.registers.slaves[0].state = AlState::kOp;

@@ -10,6 +10,7 @@
 #include <tl/expected.hpp>
 #include <vector>
 
+#include "driveline/cli/slave_plan_config.hpp"
 #include "driveline/ecat_master/axis/axis.hpp"
 #include "driveline/ecat_master/dc/line_clocks.hpp"
 #include "driveline/rt/realtime_thread.hpp"
@@ -47,6 +48,7 @@ struct SlaveConfig {
   std::shared_ptr<const DeviceSource> device;
   std::optional<std::uint32_t> vendor_id;  ///< expected; the model's own when left out
   std::optional<std::uint32_t> product_code;
+  SlavePlanConfig plan;                 ///< further identity, start-up SDOs, PDOs, watchdogs, time limits
   std::optional<double> inertia_kg_m2;  ///< motor and load, at the motor shaft
   std::optional<double> coulomb_friction_nm;
   std::optional<double> viscous_friction_nm_s;

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <bit>
+#include <vector>
 
 #include "driveline/ecat_master/datagram_exchange.hpp"
 #include "driveline/wire/registers.hpp"
@@ -12,6 +13,13 @@ namespace driveline::ecat_master {
 struct SlaveRef {
   std::uint16_t position = 0;  ///< for messages: position on the line, 0 = first
   std::uint16_t station = 0;   ///< configured station address
+};
+
+/// Bytes to be written to registers or memory of a slave.
+struct RegisterWrite {
+  SlaveRef slave;
+  std::uint16_t address = 0;
+  std::vector<std::byte> data;
 };
 
 /// Typed single-datagram access to registers and memory of slaves, with the working counter checked.
@@ -27,6 +35,9 @@ class Bus {
   /// Like read/write, but tells by false that the slave did not touch its working counter (an empty or full mailbox).
   [[nodiscard]] Result<bool> try_read(SlaveRef slave, std::uint16_t address, std::span<std::byte> data);
   [[nodiscard]] Result<bool> try_write(SlaveRef slave, std::uint16_t address, std::span<const std::byte> data);
+
+  /// All of `writes` in as few frames as they fit into. The error names the first slave that did not take its own.
+  [[nodiscard]] Result<void> write_all(std::span<RegisterWrite> writes);
 
   template <typename T>
   [[nodiscard]] Result<T> read(SlaveRef slave, const wire::Register<T>& reg, unsigned element = 0) {

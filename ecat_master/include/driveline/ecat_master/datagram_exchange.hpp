@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 
 #include "driveline/ecat_master/error.hpp"
 #include "driveline/wire/datagram.hpp"
@@ -27,6 +28,10 @@ struct ExchangeStatistics {
   std::uint64_t frames_stale = 0;    ///< came back after they had been given up, or twice
   std::uint64_t frames_foreign = 0;  ///< not ours, or damaged
 };
+
+/// What is strange about the traffic, as one sentence: frames that are not ours mean another master or other devices on
+/// the wire. Empty when there is nothing to say.
+[[nodiscard]] std::string describe_traffic(const ExchangeStatistics& statistics);
 
 /// The way datagrams of acyclic work (discovery, states, mailboxes) travel: directly through the port before the
 /// cycle runs, in the gaps of the cycle while it does. Callers cannot tell the two apart.

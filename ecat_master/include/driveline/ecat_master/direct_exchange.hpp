@@ -13,11 +13,15 @@ namespace driveline::ecat_master {
 /// Exchange straight through the port, for everything that happens while no cycle runs.
 class DirectExchange final : public DatagramExchange {
  public:
+  /// Frames on their way at the same time: more would overrun the receive buffers of network cards and sockets.
+  static constexpr std::size_t kMaxInFlight = 24;
+
   /// Patience with frames.
   struct Settings {
-    std::chrono::nanoseconds timeout = std::chrono::milliseconds{2};  ///< per frame and try
-    int retries = 4;                                                  ///< further tries after the first
-    std::uint8_t instance = 0;                                        ///< FrameTag::instance
+    /// For the answers of one try; the time that the frames take on the wire comes on top.
+    std::chrono::nanoseconds timeout = std::chrono::milliseconds{2};
+    int retries = 4;            ///< further tries after the first
+    std::uint8_t instance = 0;  ///< FrameTag::instance
   };
 
   DirectExchange(port::Port& port, rt::Clock& clock, Settings settings);
@@ -37,7 +41,7 @@ class DirectExchange final : public DatagramExchange {
     bool pending = false;
   };
 
-  [[nodiscard]] Result<void> send_pending(std::span<Request> requests);
+  [[nodiscard]] Result<std::size_t> send_pending(std::span<Request> requests, std::size_t next);
   [[nodiscard]] Result<std::size_t> send_frame(std::span<Request> requests, std::size_t first);
   void collect(std::span<Request> requests);
   void accept(std::span<Request> requests, std::span<const std::byte> frame);

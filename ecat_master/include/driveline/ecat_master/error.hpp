@@ -31,7 +31,12 @@ enum class ErrorKind : std::uint8_t {
   kMailboxMalformed,    ///< the slave's mailbox does not decode
   kSdoAbort,            ///< the slave aborted an SDO transfer
   kSdoSize,             ///< an SDO has another size than asked for
+  kSiiChecksum,         ///< the checksum of the EEPROM's configuration area is wrong
   kIdentityMismatch,    ///< another device than planned
+  kSlaveMissing,        ///< a planned slave is not on the line
+  kSlavesSwapped,       ///< two neighbours have changed places
+  kWiring,              ///< IN and OUT of a slave are swapped
+  kDuplicateAlias,      ///< an alias or device ID that must be unique is not
   kSlaveCountMismatch,  ///< another number of slaves than planned
   kProcessDataSize,     ///< process data does not fit (frame, sync manager, PDO)
   kCycleBudget,         ///< the process data cannot be exchanged in the cycle time

@@ -28,9 +28,12 @@ class Master {
   /// Patience with line and slaves.
   struct Settings {
     DirectExchange::Settings exchange;
-    std::chrono::nanoseconds state_timeout = kOpTimeout;
+    std::chrono::nanoseconds state_timeout = kOpTimeout;  ///< for SAFEOP and OP, unless the plan says less
     LayoutSettings layout{};
     std::chrono::nanoseconds clock_timeout = std::chrono::seconds{10};  ///< until the clocks are together
+    /// A slave that is entered at another port than IN has another place in the order of the line than its neighbours
+    /// suggest; that is refused unless it is meant.
+    bool accept_swapped_ports = false;
   };
 
   Master(port::Port& port, rt::Clock& clock, Settings settings);
@@ -48,8 +51,15 @@ class Master {
   void use_clocks(dc::ClockPlan plan) { clock_plan_ = std::move(plan); }
   /// After enter_pre_op(): what configure() does about the clocks, for who wants nothing else. Then start_cycle().
   [[nodiscard]] Result<void> synchronise_clocks();
-  /// Compares the found slaves with `plans` (by position; empty: anything goes, with the PDOs of the EEPROM),
-  /// configures them and takes them to SAFEOP. Starts from INIT whatever an attempt before has left behind.
+  /// After configure(): how the line differs from the plans, and which plan belongs to which slave.
+  [[nodiscard]] const LineComparison& comparison() const noexcept { return comparison_; }
+  /// After configure(): where on the line the slave of plan number `plan` is.
+  [[nodiscard]] std::optional<std::size_t> position_of(std::size_t plan) const noexcept;
+  /// Explicit device identifications of all slaves, into slaves()[n].info; after scan().
+  [[nodiscard]] Result<void> identify_devices();
+  /// Compares the found slaves with `plans` (position, alias or device ID; empty: anything goes, every slave with the
+  /// process data that it has assigned by itself), configures them and takes them to SAFEOP. Starts from INIT whatever
+  /// an attempt before has left behind.
   [[nodiscard]] Result<void> configure(std::vector<SlavePlan> plans);
   /// Sync managers of the mailboxes and PREOP only: enough for SDO transfers. Alternative to configure().
   [[nodiscard]] Result<void> enter_pre_op();
@@ -95,6 +105,8 @@ class Master {
   /// The mailboxes of all slaves; any ordinary thread.
   [[nodiscard]] MailboxEngine& mailboxes() noexcept { return engine_; }
   [[nodiscard]] Bus& bus() noexcept { return bus_; }
+  /// Frames of acyclic work outside the cycle.
+  [[nodiscard]] const ExchangeStatistics& exchange_statistics() const noexcept { return direct_.statistics(); }
 
   /// All slaves by way of SAFEOP and PREOP to INIT, whatever state they are in; ends the cycle. Goes on after an error,
   /// without the slaves that do not answer, and returns the first. The motion must have been stopped before.
@@ -122,6 +134,8 @@ class Master {
   };
 
   [[nodiscard]] Result<void> reconfigure(std::size_t slave, std::chrono::nanoseconds state_timeout);
+  [[nodiscard]] Result<void> match_plans(std::span<const SlavePlan> plans);
+  [[nodiscard]] Result<void> raise_to(wire::AlState target);
   void stop_cycle();
   [[nodiscard]] Result<void> await_clocks();
   [[nodiscard]] Result<void> tell_sync_type(std::size_t slave);
@@ -137,6 +151,7 @@ class Master {
   std::vector<ConfiguredSlave> slaves_;
   std::vector<SlaveRef> refs_;
   Topology topology_;
+  LineComparison comparison_;
   ProcessImage image_;
   std::optional<dc::ClockPlan> clock_plan_;
   std::optional<dc::LineClocks> clocks_;

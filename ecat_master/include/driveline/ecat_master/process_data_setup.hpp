@@ -23,6 +23,10 @@ namespace driveline::ecat_master {
 /// so that the slave counts for all of its process data at once or not at all. In PREOP.
 [[nodiscard]] Result<void> write_process_data_setup(Bus& bus, const ConfiguredSlave& slave, const ProcessImage& image);
 
+/// What write_sync_manager() writes, for Bus::write_all().
+[[nodiscard]] RegisterWrite sync_manager_write(SlaveRef slave, std::uint8_t number, const esi::SyncManager& layout,
+                                               std::uint16_t length);
+
 /// Writes one sync manager with `length` bytes; enabled when that is more than none.
 [[nodiscard]] Result<void> write_sync_manager(Bus& bus, SlaveRef slave, std::uint8_t number,
                                               const esi::SyncManager& layout, std::uint16_t length);

@@ -17,6 +17,23 @@ struct AlReport {
 inline constexpr std::chrono::seconds kPreOpTimeout{3};
 inline constexpr std::chrono::seconds kOpTimeout{10};
 
+/// How long a slave may take for its transitions; ESI files and line descriptions may say otherwise.
+struct StateTimeouts {
+  std::chrono::nanoseconds to_pre_op = kPreOpTimeout;  ///< also to BOOT
+  std::chrono::nanoseconds to_safe_op = kOpTimeout;    ///< from PREOP
+  std::chrono::nanoseconds to_op = kOpTimeout;
+  std::chrono::nanoseconds back_to_init = std::chrono::seconds{5};
+  std::chrono::nanoseconds back_to_safe_op = std::chrono::milliseconds{200};
+  /// The limit for going to `target`, from above when `down`.
+  [[nodiscard]] std::chrono::nanoseconds limit(wire::AlState target, bool down) const noexcept;
+};
+
+/// One slave of a change of state.
+struct StateTarget {
+  SlaveRef slave;
+  std::chrono::nanoseconds timeout{0};
+};
+
 /// AL status of all `slaves`, in their order. Errors: kWorkingCounter for a slave that does not answer, those of the
 /// bus.
 [[nodiscard]] Result<std::vector<AlReport>> read_al_status(Bus& bus, std::span<const SlaveRef> slaves);
@@ -25,9 +42,17 @@ inline constexpr std::chrono::seconds kOpTimeout{10};
 /// kWorkingCounter, those of the bus.
 [[nodiscard]] Result<std::vector<AlReport>> peek_states(Bus& bus);
 
-/// Asks all `slaves` for `target` at once, acknowledging errors where there are any, and waits until all are there.
-/// Returns the first slave that refused (kStateRefused with its AL status code) or was late (kStateTimeout). The
-/// slaves that made it stay where they are; the call may be repeated.
+/// Asks all `slaves` for `target` at once, acknowledging errors where there are any, and waits for each of them as long
+/// as it may take; nobody waits for another. One result per slave: kStateRefused with the AL status code,
+/// kStateTimeout, kWorkingCounter for a slave that does not answer several times in a row, or the error of the bus.
+[[nodiscard]] std::vector<Result<void>> change_states(Bus& bus, std::span<const StateTarget> slaves,
+                                                      wire::AlState target);
+
+/// The first refusal, or else the first other failure, or success.
+[[nodiscard]] Result<void> first_failure(std::span<const Result<void>> results);
+
+/// change_states() with one time limit for all. Returns the error of the first slave that refused, or else of the first
+/// that failed otherwise. The slaves that made it stay where they are; the call may be repeated.
 [[nodiscard]] Result<void> change_state(Bus& bus, std::span<const SlaveRef> slaves, wire::AlState target,
                                         std::chrono::nanoseconds timeout);
 

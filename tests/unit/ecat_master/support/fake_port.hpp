@@ -17,6 +17,8 @@ class FakePort final : public port::Port {
 
   /// Called for every frame that is sent.
   std::function<void(std::span<const std::byte> frame)> on_send = [](auto) {};
+  /// Called when the master starts to wait.
+  std::function<void()> on_wait = [] {};
   /// What the next sends return instead of kSent; nothing is sent then.
   std::deque<port::SendStatus> refusals;
   std::vector<std::vector<std::byte>> sent;
@@ -43,6 +45,7 @@ class FakePort final : public port::Port {
     return port::ReceivedFrame{held_, clock_.now()};
   }
   bool wait_readable(std::chrono::nanoseconds deadline) noexcept override {
+    on_wait();
     const auto first = earliest();
     if (first == incoming_.end() || first->due > deadline) {
       clock_.sleep_until(deadline);

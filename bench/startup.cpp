@@ -1,0 +1,200 @@
+// How long does a line take from the first frame until all of its drives are in OP?
+#include <fmt/format.h>
+#include <sched.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <stdexcept>
+#include <thread>
+
+#include "driveline/ecat_master/axis/msd_startup.hpp"
+#include "driveline/ecat_master/master.hpp"
+#include "driveline/port/raw_socket_port.hpp"
+#include "driveline/slaves/line/line.hpp"
+#include "driveline/slaves/msd/msd_drive.hpp"
+#include "support/environment.hpp"
+#include "support/report.hpp"
+#include "support/stopwatch.hpp"
+
+namespace {
+
+using namespace driveline;
+using namespace driveline::bench;
+using std::chrono::nanoseconds;
+
+constexpr nanoseconds kPeriod = std::chrono::milliseconds{1};
+constexpr int kRuns = 10;
+constexpr double kVethAimMs = 1000.0;  // 64 drives
+constexpr std::size_t kAimDrives = 64;
+constexpr double kMemoryAimMib = 64.0;  // 256 slaves
+constexpr std::size_t kMostDrives = 256;
+
+constexpr slaves::LineOptions kNoDelays{
+    .delays = {nanoseconds{0}, nanoseconds{0}}, .cable_delay = nanoseconds{0}, .byte_time = nanoseconds{0}};
+
+std::unique_ptr<slaves::Line> make_line(rt::Clock& clock, std::size_t count) {
+  std::vector<std::unique_ptr<slaves::Slave>> drives;
+  for (std::size_t i = 0; i < count; ++i) {
+    slaves::msd::MsdParameters parameters;
+    parameters.serial_number = static_cast<std::uint32_t>(i + 1);
+    drives.push_back(std::make_unique<slaves::Slave>(std::make_unique<slaves::msd::MsdDrive>(parameters)));
+  }
+  return std::make_unique<slaves::Line>(clock, std::move(drives), kNoDelays);
+}
+
+std::vector<ecat_master::SlavePlan> make_plans(std::size_t count) {
+  std::vector<ecat_master::SlavePlan> plans(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    ecat_master::AxisConfig axis;
+    axis.slave = i;
+    plans[i].name = fmt::format("axis{}", i);
+    plans[i].startup_sdos = ecat_master::msd_startup_sdos(axis, kPeriod);
+    plans[i].pdos = ecat_master::axis_pdo_configuration();
+  }
+  return plans;
+}
+
+void require(const ecat_master::Result<void>& done) {
+  if (!done) throw std::runtime_error(ecat_master::describe(done.error()));
+}
+
+/// Milliseconds of the parts of one start, and what the master's side took in memory.
+struct Start {
+  double discovery = 0.0;
+  double to_safe_op = 0.0;
+  double to_op = 0.0;
+  double memory_mib = 0.0;
+  [[nodiscard]] double total() const noexcept { return discovery + to_safe_op + to_op; }
+};
+
+Start start_line(port::Port& port, rt::Clock& clock, std::size_t count) {
+  constexpr double kNsPerMs = 1e6;
+  constexpr double kMib = 1024.0 * 1024.0;
+  auto plans = make_plans(count);
+  Start start;
+  const auto memory = static_cast<double>(resident_bytes());
+  ecat_master::Master master(port, clock);
+  double begin = now_ns();
+  auto lap = [&begin] {
+    const double end = now_ns();
+    const double ms = (end - begin) / kNsPerMs;
+    begin = end;
+    return ms;
+  };
+  require(master.scan());
+  start.discovery = lap();
+  require(master.configure(std::move(plans)));
+  start.to_safe_op = lap();
+  ecat_master::CyclicCore::Settings settings;
+  settings.period = kPeriod;
+  settings.receive_window = kPeriod * 3 / 4;
+  const auto started = master.start_cycle(nullptr, {}, settings, [&clock](ecat_master::CyclicCore& core) {
+    return std::make_unique<ecat_master::InlineRunner>(core, clock);
+  });
+  if (!started) throw std::runtime_error(started.error());
+  require(master.go_operational());
+  start.to_op = lap();
+  start.memory_mib = (static_cast<double>(resident_bytes()) - memory) / kMib;
+  require(master.shut_down());
+  return start;
+}
+
+/// The drives at the far end of a cable, in a thread of their own.
+class Server {
+ public:
+  Server(slaves::Line& line, port::Port& port, rt::Clock& clock)
+      : thread_([&line, &port, &clock](const std::stop_token& stop) { serve(stop, line, port, clock); }) {}
+
+ private:
+  static void serve(const std::stop_token& stop, slaves::Line& line, port::Port& port, rt::Clock& clock) {
+    std::array<std::byte, port::kMaxFrameBytes> buffer{};
+    while (!stop.stop_requested()) {
+      const auto frame = port.receive();
+      if (!frame) {
+        line.advance(clock.now());
+        port.wait_readable(clock.now() + std::chrono::microseconds{125});
+        continue;
+      }
+      const auto reply = std::span(buffer).first(frame->bytes.size());
+      std::copy(frame->bytes.begin(), frame->bytes.end(), reply.begin());
+      // A reply that cannot be sent is a lost frame: the master's business.
+      if (line.process(reply, frame->time)) static_cast<void>(port.send(reply));
+    }
+  }
+
+  std::jthread thread_;
+};
+
+/// A network namespace of our own with a cable in it; why not, when it cannot be had.
+std::string make_cable() {
+  if (unshare(CLONE_NEWNET) != 0) return "no network namespace of our own (needs root)";
+  const auto* make =
+      "ip link add master0 type veth peer name drives0 && ip link set master0 up && ip link set drives0 up";
+  if (std::system(fmt::format("({}) >/dev/null 2>&1", make).c_str()) != 0) return "ip link add ... type veth failed";
+  return {};
+}
+
+std::unique_ptr<port::RawSocketPort> open(const char* interface, rt::Clock& clock) {
+  auto port = port::RawSocketPort::open({.interface = interface}, clock);
+  if (!port) throw std::runtime_error(port.error().message);
+  return std::move(*port);
+}
+
+void add(Report& report, const char* where, std::size_t drives, const std::vector<Start>& starts,
+         std::optional<double> aim) {
+  const auto name = fmt::format("{}_{}_drives", where, drives);
+  auto row = [&](const char* metric, double (*of)(const Start&), std::optional<double> row_aim) {
+    std::vector<double> samples;
+    for (const auto& start : starts) samples.push_back(of(start));
+    report.add({name, metric, "ms", summarize(samples), row_aim, std::nullopt});
+  };
+  row(
+      "first_frame_to_op", [](const Start& s) { return s.total(); }, aim);
+  row(
+      "discovery", [](const Start& s) { return s.discovery; }, std::nullopt);
+  row(
+      "configuration_to_safe_op", [](const Start& s) { return s.to_safe_op; }, std::nullopt);
+  row(
+      "to_op", [](const Start& s) { return s.to_op; }, std::nullopt);
+}
+
+void measure_all(const Options& options) {
+  Report report("startup");
+  const int runs = std::max(1, options.count(kRuns));
+  rt::MonotonicClock clock;
+  const auto obstacle = make_cable();
+  for (const std::size_t drives : {std::size_t{1}, std::size_t{8}, kAimDrives, kMostDrives}) {
+    std::vector<Start> in_process;
+    for (int i = 0; i < runs; ++i) {
+      const auto line = make_line(clock, drives);
+      in_process.push_back(start_line(*line, clock, drives));
+    }
+    add(report, "in_process", drives, in_process, std::nullopt);
+    if (drives == kMostDrives) {
+      report.add({fmt::format("in_process_{}_drives", drives), "memory_of_the_master", "MiB",
+                  summarize({in_process.front().memory_mib}), kMemoryAimMib, std::nullopt});
+    }
+    if (!obstacle.empty()) continue;
+    std::vector<Start> over_veth;
+    for (int i = 0; i < runs; ++i) {
+      const auto line = make_line(clock, drives);
+      const auto master_port = open("master0", clock);
+      const auto drives_port = open("drives0", clock);
+      const Server server(*line, *drives_port, clock);
+      over_veth.push_back(start_line(*master_port, clock, drives));
+    }
+    add(report, "veth", drives, over_veth, drives == kAimDrives ? std::optional(kVethAimMs) : std::nullopt);
+  }
+  if (!obstacle.empty()) report.note("veth: not measured, " + obstacle);
+  report.note(
+      fmt::format("MSD drives with all their start-up SDOs and PDO mapping, EEPROM and AL delays zero; cycle {} ms;\n"
+                  "no real-time thread: the caller runs the cycle. veth: the drives in a second thread.",
+                  kPeriod / std::chrono::milliseconds{1}));
+  report.print(options);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return run(argc, argv, "How long do 1, 8, 64 and 256 drives take from the first frame to OP?", measure_all);
+}

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "driveline/ecat_master/configurator.hpp"
+
+namespace driveline::cli {
+
+/// What a [[slave]] of a line description says about identity and configuration, beside vendor and product:
+///
+///   alias = 7                      device_id = 3
+///   revision = ">= 0x00010000"     serial = 4711            (numbers, ">= ..." or "any")
+///   [slave.watchdog]               process_data_ms, pdi_ms  (0 is off)
+///   [slave.timeouts]               preop_ms, safeop_ms, op_ms, back_to_init_ms, back_to_safeop_ms
+///   [[slave.sdo]]                  index, subindex, type, value, complete, before = "safeop" or "op"
+///   [[slave.pdo]]                  index, sync_manager, direction = "out" or "in", entries = ["0x6040:0:16", ...]
+struct SlavePlanConfig {
+  ecat_master::IdentityRule revision;
+  ecat_master::IdentityRule serial;
+  std::optional<std::uint16_t> alias;
+  std::optional<std::uint16_t> device_id;
+  ecat_master::WatchdogPlan watchdog;
+  ecat_master::StateTimeouts timeouts;
+  std::vector<ecat_master::StartupSdo> sdos;
+  std::optional<ecat_master::PdoConfiguration> pdos;  ///< none: what the slave's own use asks for
+
+  /// Adds what is said here to `plan`: start-up SDOs behind those that are there, PDOs instead of them.
+  void apply(ecat_master::SlavePlan& plan) const;
+};
+
+}  // namespace driveline::cli

@@ -1,0 +1,107 @@
+#include "driveline/ecat_master/pdo_discovery.hpp"
+
+#include <gmock/gmock.h>
+
+#include "edited_line.hpp"
+
+namespace driveline::bus_test {
+namespace {
+
+using ecat_master::MappedObject;
+using ecat_master::Master;
+using ecat_master::PdoConfiguration;
+using wire::AlState;
+
+std::vector<ecat_master::SlaveInfo> infos_of(Master& master) {
+  std::vector<ecat_master::SlaveInfo> infos;
+  for (const auto& slave : master.slaves()) infos.push_back(slave.info);
+  return infos;
+}
+
+void expect_same(const PdoConfiguration& found, const PdoConfiguration& written) {
+  auto compare = [](const auto& a, const auto& b, std::uint8_t sync_manager) {
+    ASSERT_EQ(a.size(), b.size());
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      EXPECT_EQ(a[i].index, b[i].index);
+      EXPECT_EQ(a[i].objects, b[i].objects);
+      EXPECT_EQ(a[i].sync_manager, sync_manager);
+    }
+  };
+  compare(found.outputs, written.outputs, 2);
+  compare(found.inputs, written.inputs, 3);
+}
+
+TEST(OwnPdos, AreReadBackAsTheyWereWrittenFromAllSlavesAtOnce) {
+  DriveLine drives(16);
+  LineOperation operation(drives);
+  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  const auto infos = infos_of(operation.master());
+  auto begin = drives.clock.now();
+  ASSERT_EQ(sentence(read_pdo_configurations(operation.master().mailboxes(), std::span(infos).first(1))[0]), "");
+  const auto one = drives.clock.now() - begin;
+  begin = drives.clock.now();
+  const auto found = read_pdo_configurations(operation.master().mailboxes(), infos);
+  EXPECT_LT(drives.clock.now() - begin, 4 * one) << "side by side, not one after the other";
+  ASSERT_EQ(found.size(), 16U);
+  for (const auto& configuration : found) {
+    ASSERT_EQ(sentence(configuration), "");
+    expect_same(*configuration, ecat_master::axis_pdo_configuration());
+  }
+}
+
+TEST(OwnPdos, ASilentSlaveHasAnErrorOfItsOwn) {
+  DriveLine drives(3);
+  LineOperation operation(drives);
+  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  drives.slave(1).mailbox().set_fault(slaves::MailboxTransport::Fault::kSilent);
+  const auto found = read_pdo_configurations(operation.master().mailboxes(), infos_of(operation.master()));
+  EXPECT_EQ(sentence(found[0]), "");
+  EXPECT_EQ(sentence(found[1]), "slave 1: no mailbox reply for object 1C12h:00 within 2000 ms");
+  EXPECT_EQ(sentence(found[2]), "");
+}
+
+TEST(OwnPdos, OfASlaveWithoutMailboxAreThoseOfItsEeprom) {
+  esi::DeviceDescription device;
+  esi::Pdo outputs;
+  outputs.index = 0x1600;
+  outputs.sync_manager = 0;
+  outputs.entries = {{0x7000, 1, 1, "", esi::DataType::kBoolean}, {0, 0, 7, "", esi::DataType::kUnsigned8}};
+  auto second = outputs;
+  second.index = 0x1601;
+  second.sync_manager = 1;
+  auto spare = outputs;
+  spare.index = 0x1602;
+  spare.sync_manager.reset();
+  device.rx_pdos = {outputs, second, spare};
+  const auto found = ecat_master::pdo_configuration_from_sii(device);
+  ASSERT_EQ(found.outputs.size(), 2U) << "what is not assigned is not exchanged";
+  EXPECT_THAT(found.outputs[0].objects, testing::ElementsAre(MappedObject{0x7000, 1, 1}, MappedObject{0, 0, 7}));
+  EXPECT_EQ(found.outputs[0].sync_manager, 0);
+  EXPECT_EQ(found.outputs[1].sync_manager, 1) << "a second output sync manager";
+  EXPECT_TRUE(found.inputs.empty());
+}
+
+TEST(LineWithoutDescription, RunsWithWhatTheSlavesHaveAssigned) {
+  DriveLine drives(3);
+  {
+    // Somebody has mapped and left the drives in PREOP: the mapping stays.
+    LineOperation before(drives);
+    ASSERT_EQ(sentence(before.to_safe_op()), "");
+  }
+  Master master(drives.line(), drives.clock);
+  ASSERT_EQ(sentence(master.scan()), "");
+  ASSERT_EQ(sentence(master.configure({})), "");
+  for (std::size_t i = 0; i < 3; ++i) expect_same(master.slaves()[i].plan.pdos, ecat_master::axis_pdo_configuration());
+  EXPECT_TRUE(drives.all_in(AlState::kSafeOp));
+}
+
+TEST(LineWithoutDescription, RunsWithNothingAssigned) {
+  DriveLine drives(2);
+  Master master(drives.line(), drives.clock);
+  ASSERT_EQ(sentence(master.scan()), "");
+  EXPECT_EQ(sentence(master.configure({})), "");
+  EXPECT_TRUE(drives.all_in(AlState::kSafeOp));
+}
+
+}  // namespace
+}  // namespace driveline::bus_test

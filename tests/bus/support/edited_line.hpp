@@ -1,0 +1,69 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "drive_line.hpp"
+#include "driveline/esi/sii.hpp"
+
+namespace driveline::bus_test {
+
+/// A device with a profile of its own: EEPROM, sync managers and identification as the test wants them, behaviour as
+/// the device inside has it.
+class EditedDevice final : public slaves::Device {
+ public:
+  EditedDevice(std::unique_ptr<slaves::Device> inner, slaves::DeviceProfile profile)
+      : inner_(std::move(inner)), profile_(std::move(profile)) {}
+
+  [[nodiscard]] const slaves::DeviceProfile& profile() const noexcept override { return profile_; }
+  [[nodiscard]] std::size_t process_data_size(std::size_t sync_manager) const noexcept override {
+    return inner_->process_data_size(sync_manager);
+  }
+  [[nodiscard]] wire::AlStatusCode transition(wire::AlState from, wire::AlState to) noexcept override {
+    return inner_->transition(from, to);
+  }
+  void fall_back(wire::AlState from, wire::AlState to, wire::AlStatusCode reason) noexcept override {
+    inner_->fall_back(from, to, reason);
+  }
+  void write_outputs(std::size_t sync_manager, std::span<const std::byte> data) noexcept override {
+    inner_->write_outputs(sync_manager, data);
+  }
+  void read_inputs(std::size_t sync_manager, std::span<std::byte> data) noexcept override {
+    inner_->read_inputs(sync_manager, data);
+  }
+  void mailbox_request(std::span<const std::byte> mailbox) override;
+  [[nodiscard]] std::size_t mailbox_reply(std::span<std::byte> out) override;
+  void advance(nanoseconds now) noexcept override { inner_->advance(now); }
+  [[nodiscard]] nanoseconds process_data_period() const noexcept override { return inner_->process_data_period(); }
+
+  /// What the slave puts into its mailbox ahead of its own answers.
+  std::vector<std::vector<std::byte>> says_first;
+  /// Changes an answer before it is sent; returns its new length.
+  std::function<std::size_t(std::span<std::byte> out, std::size_t length)> changes_answer;
+
+ private:
+  std::unique_ptr<slaves::Device> inner_;
+  slaves::DeviceProfile profile_;
+};
+
+/// A line of MSD drives whose profiles are edited.
+class EditedLine {
+ public:
+  using Edit = std::function<void(std::size_t drive, slaves::DeviceProfile& profile)>;
+  explicit EditedLine(std::size_t drives, const Edit& edit = {});
+
+  rt::VirtualClock clock;
+  [[nodiscard]] slaves::Line& line() noexcept { return *line_; }
+  [[nodiscard]] EditedDevice& device(std::size_t drive) noexcept { return *devices_[drive]; }
+  [[nodiscard]] slaves::Slave& slave(std::size_t drive) noexcept { return line_->slave(drive); }
+
+ private:
+  std::vector<EditedDevice*> devices_;
+  std::unique_ptr<slaves::Line> line_;
+};
+
+/// Gives the EEPROM in `profile` another station alias, with the right checksum.
+void set_alias(slaves::DeviceProfile& profile, std::uint16_t alias);
+
+}  // namespace driveline::bus_test
