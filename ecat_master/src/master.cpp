@@ -171,6 +171,7 @@ tl::expected<void, std::string> Master::start_cycle(Motion* motion, SampleRings 
   cyclic_ = std::make_unique<CyclicExchange>(core_->acyclic(), clock_,
                                              [this](std::chrono::nanoseconds duration) { runner_->pass(duration); });
   exchange_.use(*cyclic_);
+  engine_.use_status(&mailbox_status_);
   if (clocks_) watch_ = std::make_unique<dc::ClockWatch>(bus_, refs_, *clocks_, *follower_);
   return {};
 }
@@ -192,6 +193,17 @@ Result<void> Master::go_operational() {
   return raise_to(wire::AlState::kOp);
 }
 
+std::optional<MailboxStatusSample> Master::CycleMailboxStatus::mailbox_status(std::uint16_t position) const noexcept {
+  const auto places = master_.image_.places();
+  if (!master_.core_ || position >= places.size() || places[position].mailbox_offset == ProcessDataPlace::kNone)
+    return std::nullopt;
+  // The number of the cycle first: the report is of that cycle or a later one.
+  const auto cycle = master_.core_->cycles();
+  const auto report = master_.core_->slave_report(position);
+  if (!report.valid) return std::nullopt;
+  return MailboxStatusSample{report.mailbox_full, cycle};
+}
+
 Result<std::vector<AlReport>> Master::al_status() {
   return read_al_status(bus_, refs_);
 }
@@ -202,6 +214,7 @@ void Master::pass(std::chrono::nanoseconds duration) {
 
 void Master::stop_cycle() {
   if (!runner_) return;
+  engine_.use_status(nullptr);
   runner_->stop();
   exchange_.use(direct_);
 }

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 
 #include "drive_line.hpp"
+#include "driveline/wire/frame.hpp"
 #include "fault_ports.hpp"
 
 namespace driveline::bus_test {
@@ -98,6 +99,63 @@ TEST(AcyclicWork, ReadsManyRegistersInAFewFrames) {
   EXPECT_LE(operation.master().core()->cycles() - before, 3U) << "all eight travel in one frame";
   ASSERT_EQ(reports->size(), 8U);
   for (const auto& report : *reports) EXPECT_EQ(report.status.state, wire::AlState::kOp);
+}
+
+/// How often a register is read with a datagram of its own (the first of its frame or any further).
+std::size_t reads_of(std::span<const std::byte> frame, std::uint16_t address) {
+  std::size_t count = 0;
+  auto cursor = wire::DatagramCursor::open(frame);
+  while (cursor && !cursor->done()) {
+    const auto datagram = cursor->next();
+    if (!datagram) break;
+    if (datagram->header.command == wire::Command::kFprd && datagram->header.address.ado() == address) ++count;
+  }
+  return count;
+}
+
+TEST(MailboxStatus, ComesWithTheProcessDataAndCostsNoDatagram) {
+  DriveLine drives(3);
+  std::size_t polls = 0;
+  std::size_t reads = 0;
+  ChangingPort port(drives.line(),
+                    [&](std::span<std::byte> frame) {
+                      polls += reads_of(frame, 0x080D);
+                      reads += reads_of(frame, 0x1200);
+                    },
+                    {});
+  LineOperation operation(drives, port);
+  ASSERT_EQ(sentence(operation.to_op()), "");
+  ASSERT_NE(operation.master().image().places()[1].mailbox_offset, ecat_master::ProcessDataPlace::kNone);
+  polls = reads = 0;
+  for (int i = 0; i < 50; ++i) {
+    CoeClient coe(*operation.master().mailbox(1));
+    ASSERT_EQ(sentence(coe.upload(0x1018, 1)), "") << i;
+  }
+  EXPECT_EQ(polls, 0U) << "the status is in the process data";
+  EXPECT_EQ(reads, 50U) << "no read finds an empty mailbox";
+  EXPECT_EQ(operation.master().mailboxes().statistics(1).repeated, 0U);
+}
+
+TEST(MailboxStatus, IsAskedForAgainWhenTheCycleEnds) {
+  DriveLine drives(2);
+  LineOperation operation(drives);
+  ASSERT_EQ(sentence(operation.to_op()), "");
+  ASSERT_EQ(sentence(operation.master().shut_down()), "");
+  ASSERT_EQ(sentence(operation.master().enter_pre_op()), "");
+  EXPECT_EQ(sentence(CoeClient(*operation.master().mailbox(1)).upload(0x1018, 1)), "");
+}
+
+TEST(MailboxStatus, OfASlaveThatIsGoneIsNotTakenFromOldProcessData) {
+  DriveLine drives(3);
+  LineOperation operation(drives);
+  ASSERT_EQ(sentence(operation.to_op()), "");
+  drives.line().set_power(2, false);
+  operation.run(milliseconds{2});
+  const auto begin = drives.clock.now();
+  const auto read = CoeClient(*operation.master().mailbox(2)).upload(0x1018, 1);
+  ASSERT_FALSE(read);
+  EXPECT_EQ(read.error().slave, 2);
+  EXPECT_LT(drives.clock.now() - begin, milliseconds{100}) << "three unanswered polls, not the time limit of a mailbox";
 }
 
 TEST(Emergencies, ArriveWithTheFaultThatCausedThem) {

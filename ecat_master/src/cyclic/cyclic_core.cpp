@@ -90,7 +90,7 @@ nanoseconds CyclicCore::first_grid(nanoseconds earliest) const noexcept {
 }
 
 void CyclicCore::tally(const rt::CycleStart& start, nanoseconds cost) noexcept {
-  cycles_shared_.store(++cycles_, std::memory_order_relaxed);
+  cycles_shared_.store(++cycles_, std::memory_order_release);
   if (const bool wanted = counting_wanted_.load(std::memory_order_acquire); wanted != counting_) {
     counting_ = wanted;
     if (counting_) statistics_ = CycleStatistics{};

@@ -114,6 +114,27 @@ void MailboxChannel::start_next(nanoseconds now, Finished& finished) {
   }
 }
 
+void MailboxChannel::use_sample(std::optional<MailboxStatusSample> sample) noexcept {
+  sample_ = sample;
+  if (!sample_ || !sample_is_old_) return;
+  // The frame of the cycle that runs now may have passed the slave before the mailbox was read; the next one has not.
+  sample_from_ = sample_->cycle + 2;
+  sample_is_old_ = false;
+}
+
+/// True: the next datagram is about the mailbox. With a sample that is none but the read of a full mailbox.
+bool MailboxChannel::wants_poll(nanoseconds now) noexcept {
+  if (!sample_) return active_ != nullptr || now >= next_idle_poll_;
+  if (sample_->cycle < sample_from_) return false;
+  if (sample_->full) {
+    fetch_ = Fetch::kRead;
+    repeat_deadline_ = now + settings_.reply_timeout;
+    return true;
+  }
+  next_idle_poll_ = now + settings_.idle_poll;
+  return false;
+}
+
 void MailboxChannel::prepare(nanoseconds now, std::vector<Request>& batch, Finished& finished) {
   start_next(now, finished);
   wrote_ = sending_;
@@ -123,7 +144,7 @@ void MailboxChannel::prepare(nanoseconds now, std::vector<Request>& batch, Finis
                      out_wire_, 0, false});
     attempted_ = true;
   }
-  fetched_ = active_ != nullptr || fetch_ != Fetch::kPoll || now >= next_idle_poll_;
+  fetched_ = fetch_ != Fetch::kPoll || wants_poll(now);
   if (!fetched_) return;
   auto access = [&](wire::Command command, std::uint16_t address, std::span<std::byte> data) {
     batch.push_back({command, wire::DatagramAddress::physical(slave_.station, address), data, 0, false});
@@ -218,7 +239,7 @@ bool MailboxChannel::take_fetched(nanoseconds now, const Request& answer, const 
 
 void MailboxChannel::take_mail(nanoseconds now, const Deliver& deliver, Finished& finished) {
   // More may be waiting behind it.
-  next_idle_poll_ = {};
+  poll_now();
   const auto header = wire::MailboxHeader::decode(in_wire_);
   if (!header) {
     ++statistics_.malformed;

@@ -62,6 +62,12 @@ void MailboxEngine::handle(wire::MailboxType type, MailboxProtocolHandler& handl
   handlers_[type] = &handler;
 }
 
+void MailboxEngine::use_status(const MailboxStatusSource* source) {
+  const std::scoped_lock lock(step_mutex_);
+  status_ = source;
+  for (auto& [position, channel] : channels_) channel.use_sample(std::nullopt);
+}
+
 void MailboxEngine::submit(std::uint16_t position, std::shared_ptr<MailboxDialogue> dialogue) {
   const std::scoped_lock lock(inbox_mutex_);
   inbox_.push_back({position, std::move(dialogue)});
@@ -122,6 +128,7 @@ bool MailboxEngine::step_locked(MailboxChannel::Finished& finished) {
   const auto begin = bus_.exchange().now();
   for (auto& [position, channel] : channels_) {
     const auto first = batch_.size();
+    if (status_ != nullptr) channel.use_sample(status_->mailbox_status(position));
     channel.prepare(begin, batch_, finished);
     if (batch_.size() > first) parts.emplace_back(&channel, first);
   }

@@ -136,6 +136,16 @@ class Master {
   [[nodiscard]] Result<void> reconfigure(std::size_t slave, std::chrono::nanoseconds state_timeout);
   [[nodiscard]] Result<void> match_plans(std::span<const SlavePlan> plans);
   [[nodiscard]] Result<void> raise_to(wire::AlState target);
+  /// What the process data say about the mailboxes.
+  class CycleMailboxStatus final : public MailboxStatusSource {
+   public:
+    explicit CycleMailboxStatus(const Master& master) noexcept : master_(master) {}
+    [[nodiscard]] std::optional<MailboxStatusSample> mailbox_status(std::uint16_t position) const noexcept override;
+
+   private:
+    const Master& master_;
+  };
+
   void stop_cycle();
   [[nodiscard]] Result<void> await_clocks();
   [[nodiscard]] Result<void> tell_sync_type(std::size_t slave);
@@ -148,6 +158,7 @@ class Master {
   SwitchedExchange exchange_;
   Bus bus_;
   MailboxEngine engine_;
+  CycleMailboxStatus mailbox_status_{*this};
   std::vector<ConfiguredSlave> slaves_;
   std::vector<SlaveRef> refs_;
   Topology topology_;

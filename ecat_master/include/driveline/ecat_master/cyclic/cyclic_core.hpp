@@ -104,7 +104,7 @@ class CyclicCore {
   /// Switches the statistics on (at first they are) or off from the next cycle on; switching them on starts anew.
   void count(bool on) noexcept { counting_wanted_.store(on, std::memory_order_release); }
   /// Cycles so far, counting or not.
-  [[nodiscard]] std::uint64_t cycles() const noexcept { return cycles_shared_.load(std::memory_order_relaxed); }
+  [[nodiscard]] std::uint64_t cycles() const noexcept { return cycles_shared_.load(std::memory_order_acquire); }
   /// Cycles in a row whose process data were not all valid.
   [[nodiscard]] std::uint32_t bad_cycles() const noexcept { return bad_cycles_.load(std::memory_order_relaxed); }
   /// Newest AL status of the line; slaves == 0 while no frame comes back.

@@ -20,6 +20,13 @@ struct MailboxWindow {
   constexpr bool operator==(const MailboxWindow&) const = default;
 };
 
+/// The status of a slave's mailbox to the master as it came with the process data (an FMMU maps the sync manager's
+/// status byte).
+struct MailboxStatusSample {
+  bool full = false;
+  std::uint64_t cycle = 0;  ///< cycles that were over when it was looked at
+};
+
 /// What a channel has seen.
 struct MailboxStatistics {
   std::uint64_t sent = 0;
@@ -55,7 +62,12 @@ class MailboxChannel {
   /// True while a dialogue is in progress or waiting.
   [[nodiscard]] bool busy() const noexcept { return active_ != nullptr || !queue_.empty(); }
   /// The next prepare() looks into the mailbox, due or not.
-  void poll_now() noexcept { next_idle_poll_ = {}; }
+  void poll_now() noexcept {
+    next_idle_poll_ = {};
+    sample_is_old_ = true;
+  }
+  /// What the process data say about the mailbox now; nothing: it is asked for with a datagram of its own.
+  void use_sample(std::optional<MailboxStatusSample> sample) noexcept;
   /// Nothing has been found in the mailbox since poll_now().
   [[nodiscard]] bool polled_empty() const noexcept { return fetch_ == Fetch::kPoll && next_idle_poll_.count() != 0; }
 
@@ -76,6 +88,7 @@ class MailboxChannel {
  private:
   enum class Fetch : std::uint8_t { kPoll, kRead, kRepeatLook, kRepeatToggle, kRepeatWait };
 
+  [[nodiscard]] bool wants_poll(std::chrono::nanoseconds now) noexcept;
   void start_next(std::chrono::nanoseconds now, Finished& finished);
   [[nodiscard]] bool load_outgoing(std::chrono::nanoseconds now);
   bool take_written(std::chrono::nanoseconds now, const Request& answer, Finished& finished);
@@ -113,6 +126,9 @@ class MailboxChannel {
   std::chrono::nanoseconds repeat_deadline_{0};
   std::chrono::nanoseconds next_idle_poll_{0};
   std::uint8_t last_received_ = 0;
+  std::optional<MailboxStatusSample> sample_;
+  bool sample_is_old_ = false;     ///< the mailbox has been read since it was taken
+  std::uint64_t sample_from_ = 0;  ///< first cycle whose sample counts
   unsigned silent_ = 0;
 
   // What prepare() has appended.

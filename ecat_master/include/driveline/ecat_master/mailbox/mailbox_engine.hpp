@@ -21,6 +21,14 @@ class MailboxProtocolHandler {
   virtual void receive(SlaveRef slave, std::span<const std::byte> service, std::chrono::nanoseconds now) = 0;
 };
 
+/// Where the status of the mailboxes comes with the process data.
+class MailboxStatusSource {
+ public:
+  virtual ~MailboxStatusSource() = default;
+  /// Nothing: not mapped for the slave at `position`, or the process data are not valid. Any thread.
+  [[nodiscard]] virtual std::optional<MailboxStatusSample> mailbox_status(std::uint16_t position) const noexcept = 0;
+};
+
 /// The mailboxes of all slaves of a line. One step() gathers what every slave needs into one batch of datagrams, so
 /// that the time for many slaves is the time of the slowest, and a slave that is slow or silent delays nobody.
 ///
@@ -46,6 +54,9 @@ class MailboxEngine {
   /// Who gets the mails of a protocol that answer nothing. CoE emergencies go to emergencies() unless CoE has a handler
   /// of its own. The handler must outlive the engine.
   void handle(wire::MailboxType type, MailboxProtocolHandler& handler);
+
+  /// While the cycle runs: asks `source` whether a mailbox is full, instead of the slave. Null ends that.
+  void use_status(const MailboxStatusSource* source);
 
   /// Queues a dialogue; fails it with kNoMailbox when the slave has no open mailbox.
   void submit(std::uint16_t position, std::shared_ptr<MailboxDialogue> dialogue);
@@ -85,8 +96,9 @@ class MailboxEngine {
   Settings settings_;
   EmergencyLog emergencies_;
 
-  std::mutex step_mutex_;  ///< channels_, handlers_, batch_: one thread steps at a time
+  std::mutex step_mutex_;  ///< channels_, status_, handlers_, batch_: one thread steps at a time
   std::map<std::uint16_t, MailboxChannel> channels_;
+  const MailboxStatusSource* status_ = nullptr;
   std::map<wire::MailboxType, MailboxProtocolHandler*> handlers_;
   std::vector<Request> batch_;
 
