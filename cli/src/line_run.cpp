@@ -21,6 +21,8 @@ constexpr auto kWatchInterval = milliseconds{20};
 /// No valid process data for that long: the line is given up.
 constexpr auto kCommunicationTimeout = milliseconds{100};
 constexpr auto kStopTimeout = std::chrono::seconds{10};
+/// How often the ways to the clocks are measured anew.
+constexpr auto kDelayInterval = std::chrono::seconds{10};
 /// Cycles the telemetry rings hold: a quarter of a second at 8 kHz.
 constexpr std::size_t kRingCycles = 2048;
 constexpr std::size_t kMaxRingSamples = 1 << 17;
@@ -185,6 +187,7 @@ void LineRun::operate() {
   pass(2 * config_.period);
   master_.core()->count(true);
   if (auto* watch = master_.clock_watch()) watch->restart_statistics();
+  next_delays_ = session_.clock().now() + kDelayInterval;
   operation_start_ = session_.clock().now();
   if (motion_) motion_->request_start();
   auto next_progress = 1.0;
@@ -211,7 +214,11 @@ bool LineRun::clocks_answer() {
   auto* watch = master_.clock_watch();
   if (watch == nullptr) return true;
   using Kind = ecat_master::dc::ClockEvent::Kind;
-  const auto polled = watch->poll();
+  auto polled = watch->poll();
+  if (const auto now = session_.clock().now(); polled && now >= next_delays_) {
+    next_delays_ = now + kDelayInterval;
+    polled = watch->remeasure_delays(master_.topology());
+  }
   for (const auto& event : watch->take_events()) {
     const bool fault = event.kind == Kind::kLockLost || event.kind == Kind::kNoReference;
     if (fault) {

@@ -64,6 +64,7 @@ class LineRun {
   std::vector<std::string> faults_;
   std::string state_ = "INIT";
   std::chrono::nanoseconds operation_start_{};
+  std::chrono::nanoseconds next_delays_{};  ///< when the ways to the clocks are measured again
   std::chrono::nanoseconds operation_time_{};
 };
 

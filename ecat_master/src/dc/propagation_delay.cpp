@@ -104,10 +104,9 @@ class DelayComputation {
         if (next) child[*next] = true;
       }
     }
-    for (std::uint16_t i = 0; i < nodes_.size(); ++i) {
-      if (!child[i]) return i;
-    }
-    return std::nullopt;
+    const auto root = std::find(child.begin(), child.end(), false);
+    if (root == child.end()) return std::nullopt;
+    return static_cast<std::uint16_t>(root - child.begin());
   }
 
   /// The frame comes from the master, whose own times are worth nothing.
