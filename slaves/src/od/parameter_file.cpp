@@ -203,7 +203,7 @@ Result read_parameters(std::string_view text, ObjectDictionary& dictionary) {
 
 Result save_parameter_file(const std::string& path, const ObjectDictionary& dictionary) {
   const std::string partial = path + ".partial";
-  const auto written = write_through(partial, write_parameters(dictionary));
+  auto written = write_through(partial, write_parameters(dictionary));
   if (!written) {
     ::unlink(partial.c_str());
     return written;
