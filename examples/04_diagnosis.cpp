@@ -23,13 +23,17 @@ int main() {
     return 1;
   }
 
-  // The cable in front of slave 2 damages the next five frames. They are repeated, so the work goes on.
+  // The cable in front of slave 2 damages the next three frames. They are repeated, so the work goes on.
   slaves::Fault fault;
   fault.kind = slaves::FaultKind::kDamage;
   fault.slave = 2;
   fault.port = 0;
-  fault.count = 5;
-  if (!line.inject(fault) || !master.enter_pre_op()) return 1;
+  fault.count = 3;
+  if (!line.inject(fault)) return 1;
+  if (const auto done = master.enter_pre_op(); !done) {
+    std::puts(ecat_master::describe(done.error()).c_str());
+    return 1;
+  }
 
   const auto diagnosis = ecat_master::diagnose(master, nullptr, nullptr);
   if (!diagnosis) {

@@ -81,7 +81,7 @@ TEST(SlaveDetails, HaveIdentityPortsMailboxesAndSyncManagers) {
   controller.type = 0x11;
   controller.port_descriptor = 0x0F;
   controller.features = 0x000C;
-  controller.dl_status = wire::DlStatus::from_raw(0x5613);
+  controller.dl_status = wire::DlStatus::from_raw(0x5A33);
   facts.neighbours[0] = 2;
   controller.receive_time_ns = {4294967290, 14, 0, 0};
   const auto text = slave_details(view_of(3, wire::AlState::kPreOp, false, terminal()), facts);
