@@ -89,7 +89,7 @@ struct Patch {
 class Responder {
  public:
   Responder(const std::string& interface, std::vector<Patch> patches)
-      : socket_(interface), patches_(std::move(patches)), thread_([this](std::stop_token stop) { run(stop); }) {}
+      : socket_(interface), patches_(std::move(patches)), thread_([this](const std::stop_token& stop) { run(stop); }) {}
 
  private:
   void run(const std::stop_token& stop) {

@@ -9,9 +9,9 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-constexpr double kMaxCycle_us = 4'294'967.0;
+constexpr double kMaxCycleUs = 4'294'967.0;
 /// Oscillators of slaves are within 100 ppm; a simulated one may be worse than the standard allows.
-constexpr double kMaxDrift_ppm = 1000.0;
+constexpr double kMaxDriftPpm = 1000.0;
 
 nanoseconds from_us(double us) {
   return nanoseconds{std::llround(us * 1000.0)};
@@ -43,13 +43,13 @@ SlaveClockConfig read_slave_clock(TomlReader reader) {
   if (reader.has("op_mode")) clock.op_mode = reader.text("op_mode");
   auto time = [&reader](std::string_view key, double minimum) -> std::optional<nanoseconds> {
     if (!reader.has(key)) return std::nullopt;
-    return from_us(reader.number(key, minimum, kMaxCycle_us));
+    return from_us(reader.number(key, minimum, kMaxCycleUs));
   };
   clock.sync0_cycle = time("sync0_cycle_us", 0.0);
-  clock.sync0_shift = time("sync0_shift_us", -kMaxCycle_us);
+  clock.sync0_shift = time("sync0_shift_us", -kMaxCycleUs);
   clock.sync1_cycle = time("sync1_cycle_us", 0.0);
   clock.sync1_shift = time("sync1_shift_us", 0.0);
-  clock.drift_ppm = reader.number_or("drift_ppm", 0.0, -kMaxDrift_ppm, kMaxDrift_ppm);
+  clock.drift_ppm = reader.number_or("drift_ppm", 0.0, -kMaxDriftPpm, kMaxDriftPpm);
   reader.finish();
   return clock;
 }

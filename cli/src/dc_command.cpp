@@ -13,7 +13,6 @@
 namespace driveline::cli {
 namespace {
 
-using ecat_master::dc::ClockWatch;
 using ecat_master::dc::DelayQuality;
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;

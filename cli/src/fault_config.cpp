@@ -6,7 +6,7 @@ namespace driveline::cli {
 
 namespace {
 
-constexpr double kMaxTime_ms = 86'400'000.0;
+constexpr double kMaxTimeMs = 86'400'000.0;
 
 std::chrono::nanoseconds from_ms(double ms) {
   return std::chrono::nanoseconds{std::llround(ms * 1e6)};
@@ -16,7 +16,7 @@ std::chrono::nanoseconds from_ms(double ms) {
 
 FaultPlan read_fault(TomlReader reader, const FaultPlaces& places) {
   FaultPlan plan;
-  plan.at = from_ms(reader.number_or("at_ms", 0.0, 0.0, kMaxTime_ms));
+  plan.at = from_ms(reader.number_or("at_ms", 0.0, 0.0, kMaxTimeMs));
   const auto row = find_fault_kind(reader.text("kind"));
   if (!row) reader.fail("kind", row.error());
   FaultDraft draft(**row);
@@ -25,7 +25,7 @@ FaultPlan read_fault(TomlReader reader, const FaultPlaces& places) {
     const auto done = draft.set(parameter, reader.scalar_text(parameter.key), places);
     if (!done) reader.fail(parameter.key, done.error());
   }
-  if (reader.has("for_ms")) draft.set_duration(from_ms(reader.number("for_ms", 0.001, kMaxTime_ms)));
+  if (reader.has("for_ms")) draft.set_duration(from_ms(reader.number("for_ms", 0.001, kMaxTimeMs)));
   reader.finish();
   const auto fault = draft.finish(places);
   if (!fault) reader.fail("", fault.error());

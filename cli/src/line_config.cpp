@@ -31,7 +31,7 @@ constexpr double kMinInertia = 1e-6;
 /// Longest name that fits the telemetry.
 constexpr std::size_t kMaxName = 31;
 /// Longest delay of a slave: beyond, no cycle is left.
-constexpr std::int64_t kMaxDelay_ns = 1'000'000;
+constexpr std::int64_t kMaxDelayNs = 1'000'000;
 constexpr std::string_view kNameLength = "must have 1 to 31 characters";
 
 nanoseconds from_us(double us) {
@@ -122,9 +122,9 @@ SlaveConfig read_slave(TomlReader reader, const std::vector<SlaveConfig>& others
   slave.dc = read_slave_clock(reader.table("dc"));
   read_eeprom(reader, directory, slave);
   slave.delays.processing =
-      nanoseconds{reader.integer_or("processing_ns", slave.delays.processing.count(), 0, kMaxDelay_ns)};
+      nanoseconds{reader.integer_or("processing_ns", slave.delays.processing.count(), 0, kMaxDelayNs)};
   slave.delays.forwarding =
-      nanoseconds{reader.integer_or("forwarding_ns", slave.delays.forwarding.count(), 0, kMaxDelay_ns)};
+      nanoseconds{reader.integer_or("forwarding_ns", slave.delays.forwarding.count(), 0, kMaxDelayNs)};
   reader.finish();
   return slave;
 }

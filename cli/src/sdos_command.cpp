@@ -26,7 +26,7 @@ using ecat_master::CoeClient;
 class DictionaryReader {
  public:
   DictionaryReader(CoeClient coe, rt::Clock& clock, std::size_t position, bool with_entries)
-      : coe_(std::move(coe)), clock_(clock), position_(position), with_entries_(with_entries), told_(clock.now()) {}
+      : coe_(coe), clock_(clock), position_(position), with_entries_(with_entries), told_(clock.now()) {}
 
   Outcome<std::vector<DictionaryObject>> read(const std::vector<std::uint16_t>& indices) {
     std::vector<DictionaryObject> objects;

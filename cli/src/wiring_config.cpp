@@ -20,15 +20,15 @@ using Names = std::span<const std::string>;
 namespace {
 
 /// Signals on copper go about 20 cm in a nanosecond (ISO/IEC 11801: at most 5.38 ns/m for 100BASE-TX cable).
-constexpr double kDelayPerMetre_ns = 5.0;
-constexpr double kMaxCable_m = 100000.0;  // with media converters
+constexpr double kDelayPerMetreNs = 5.0;
+constexpr double kMaxCableM = 100000.0;  // with media converters
 /// Where the branches of a junction begin, in the order in which the frame passes them (ESC data sheet I).
 constexpr std::array<unsigned, 3> kBranchPorts = {3, 1, 2};
 
 enum class Preset { kLine, kRing, kStar, kBranch, kCustom };
 
 nanoseconds cable_delay(double length_m) {
-  return nanoseconds{std::llround(length_m * kDelayPerMetre_ns)};
+  return nanoseconds{std::llround(length_m * kDelayPerMetreNs)};
 }
 
 /// One end of a cable as the file names it.
@@ -116,7 +116,7 @@ Wiring make_branch(TomlReader& reader, Names names, nanoseconds delay) {
 void read_cable(TomlReader reader, Names names, Preset preset, double default_m, Wiring& wiring) {
   const auto from = read_end(reader, "from", names);
   const auto to = read_end(reader, "to", names);
-  const auto delay = cable_delay(reader.number_or("length_m", default_m, 0.0, kMaxCable_m));
+  const auto delay = cable_delay(reader.number_or("length_m", default_m, 0.0, kMaxCableM));
   reader.finish();
   if (preset != Preset::kCustom) {
     if (!connects(wiring, from, to)) {
@@ -165,7 +165,7 @@ void check_order(const TomlReader& reader, const Wiring& wiring, Names names) {
 
 Wiring read_wiring(TomlReader reader, Names names) {
   const auto preset = static_cast<Preset>(reader.choice_or("preset", 0, {"line", "ring", "star", "branch", "custom"}));
-  const double cable_m = reader.number_or("cable_m", 1.0, 0.0, kMaxCable_m);
+  const double cable_m = reader.number_or("cable_m", 1.0, 0.0, kMaxCableM);
   const auto delay = cable_delay(cable_m);
   Wiring wiring(names.size());
   switch (preset) {

@@ -64,7 +64,8 @@ class Locator {
   Locator(std::span<const SlaveDiagnosis> slaves, const Topology& topology) : slaves_(slaves), topology_(topology) {}
 
   std::vector<FaultPlace> run() {
-    for (std::uint16_t i = 0; i < slaves_.size(); ++i) {
+    const auto count = static_cast<std::uint16_t>(slaves_.size());
+    for (std::uint16_t i = 0; i < count; ++i) {
       if (!slaves_[i].answers) {
         unreachable(i);
         continue;

@@ -286,9 +286,9 @@ Error to_error(const Difference& difference, std::span<const ExpectedSlave> plan
                                                                   {&plan.product, device.product_code},
                                                                   {&plan.revision, device.revision},
                                                                   {&plan.serial, device.serial_number}};
-  for (std::uint16_t field = 0; field < std::size(fields); ++field) {
+  for (std::size_t field = 0; field < std::size(fields); ++field) {
     if (fields[field].first->accepts(fields[field].second)) continue;
-    error.address = field;
+    error.address = static_cast<std::uint16_t>(field);
     error.expected = fields[field].first->value;
     error.received = fields[field].second;
     break;

@@ -45,7 +45,7 @@ class LineSupervisor {
 
   /// For a master whose cycle is running and whose slaves are in OP. `ring` may be null. Both must outlive this.
   LineSupervisor(Master& master, const port::RedundantPort* ring, Settings settings);
-  LineSupervisor(Master& master, const port::RedundantPort* ring = nullptr)
+  explicit LineSupervisor(Master& master, const port::RedundantPort* ring = nullptr)
       : LineSupervisor(master, ring, Settings{}) {}
 
   /// Takes note of what has happened since the last call, and tries to recover what is due. Call it every few
