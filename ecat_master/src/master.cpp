@@ -8,7 +8,7 @@
 
 namespace driveline::ecat_master {
 
-Master::Master(port::Port& port, rt::Clock& clock, Settings settings)
+Master::Master(port::Port& port, rt::Clock& clock, const Settings& settings)
     : port_(port),
       clock_(clock),
       settings_(settings),

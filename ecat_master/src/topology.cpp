@@ -56,7 +56,8 @@ class TreeBuilder {
   /// slave, the outermost last.
   [[nodiscard]] std::vector<PortRef> build_plain() {
     std::vector<PortRef> open;
-    for (std::uint16_t i = 0; i < slaves_.size(); ++i) {
+    const auto count = static_cast<std::uint16_t>(slaves_.size());
+    for (std::uint16_t i = 0; i < count; ++i) {
       if (i > 0) {
         if (open.empty()) return {PortRef{i, 0}, PortRef{i, 0}};
         attach(open.back(), i);
@@ -157,8 +158,8 @@ std::optional<std::uint16_t> Topology::first() const noexcept {
 
 std::vector<std::uint16_t> Topology::swapped() const {
   std::vector<std::uint16_t> list;
-  for (std::uint16_t i = 0; i < slaves.size(); ++i) {
-    if (slaves[i].entry_port != 0) list.push_back(i);
+  for (std::size_t i = 0; i < slaves.size(); ++i) {
+    if (slaves[i].entry_port != 0) list.push_back(static_cast<std::uint16_t>(i));
   }
   return list;
 }
@@ -196,11 +197,12 @@ Result<Topology> build_topology(std::span<const SlavePortFacts> facts) {
     // Attempts that failed have left their guesses behind.
     topology.slaves[root].parent.reset();
   }
-  for (std::uint16_t i = 0; i < facts.size(); ++i) {
+  for (std::size_t i = 0; i < facts.size(); ++i) {
     topology.slaves[i].entry_port = slaves[i].entry;
     topology.slaves[i].span_ns = slaves[i].span_ns;
     for (std::uint8_t port = 0; port < kSlavePorts; ++port) {
-      if (facts[i].link[port] && !facts[i].open[port]) topology.silent_ports.push_back({i, port});
+      if (facts[i].link[port] && !facts[i].open[port])
+        topology.silent_ports.push_back({static_cast<std::uint16_t>(i), port});
     }
   }
   number_depths(topology, root);

@@ -36,7 +36,7 @@ class Master {
     bool accept_swapped_ports = false;
   };
 
-  Master(port::Port& port, rt::Clock& clock, Settings settings);
+  Master(port::Port& port, rt::Clock& clock, const Settings& settings);
   Master(port::Port& port, rt::Clock& clock) : Master(port, clock, Settings{}) {}
   ~Master();
 
