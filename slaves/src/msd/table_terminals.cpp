@@ -32,12 +32,12 @@ constexpr std::array kFixedRows = {
 
 std::vector<EntryRow> make_rows() {
   std::vector<EntryRow> rows(kFixedRows.begin(), kFixedRows.end());
-  for (std::uint16_t i = 0; i < kInputNames.size(); ++i) {
+  for (std::size_t i = 0; i < kInputNames.size(); ++i) {
     rows.push_back(variable(p(static_cast<std::uint16_t>(100 + i)), kUnsigned16, kStored,
                             static_cast<std::uint16_t>(kInputFunctionFirst + i), kInputNames[i], {0, 0, 15}, {},
                             kSelector));
   }
-  for (std::uint16_t i = 0; i < kOutputNames.size(); ++i) {
+  for (std::size_t i = 0; i < kOutputNames.size(); ++i) {
     const bool brake = i == 3;
     rows.push_back(variable(p(static_cast<std::uint16_t>(122 + i)), kUnsigned16, kStored,
                             static_cast<std::uint16_t>(kOutputFunctionFirst + i), kOutputNames[i],
