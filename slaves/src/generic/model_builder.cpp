@@ -273,13 +273,14 @@ void ModelBuilder::add_device_facts() {
   if (!has_object(0x1000)) {
     put({.index = 0x1000, .name = "Device type", .initial = static_cast<double>(device_.device_profile)});
   }
-  const auto text = [this](std::uint16_t index, std::string_view name, const std::string& value) {
+  const auto text = [this](std::uint16_t index, std::string_view name, std::string value) {
     if (has_object(index)) return;
+    const std::string_view kept = keep(std::move(value));
     put({.index = index,
          .type = DataType::kVisibleString,
          .name = name,
-         .text = value,
-         .string_length = static_cast<std::uint16_t>(std::min<std::size_t>(value.size(), 0xFFFF))});
+         .text = kept,
+         .string_length = static_cast<std::uint16_t>(std::min<std::size_t>(kept.size(), 0xFFFF))});
   };
   text(0x1008, "Manufacturer device name", device_.name.empty() ? device_.type : device_.name);
   text(0x1009, "Manufacturer hardware version", "simulation");

@@ -284,7 +284,8 @@ TEST(PropagationDelayProperty, WhatIsCalledMeasuredIsExactWhoeverHasNoClock) {
     const auto first = static_cast<std::size_t>(
         std::find_if(model.slaves.begin(), model.slaves.end(), [](const auto& s) { return s.clock; }) -
         model.slaves.begin());
-    RC_PRE(first < delays.size() && delays[first].quality == DelayQuality::kMeasured);
+    RC_PRE(first < delays.size());
+    RC_PRE(delays[first].quality == DelayQuality::kMeasured);
     for (std::size_t i = 0; i < delays.size(); ++i) {
       RC_ASSERT((delays[i].quality == DelayQuality::kNone) == !model.slaves[i].clock);
       if (delays[i].quality != DelayQuality::kMeasured) continue;
