@@ -7,7 +7,7 @@ usage() {
   cat <<'USAGE'
 usage: scripts/check-tidy.sh [--build DIR] [ROOM|FILE...]
   --build DIR   folder with compile_commands.json (default: build)
-  ROOM|FILE...  only these (default: every .cpp of ours that the build compiles)
+  ROOM|FILE...  only these (default: every .cpp that the build compiles, but the tests)
 USAGE
 }
 
@@ -25,6 +25,9 @@ while [ $# -gt 0 ]; do
   esac
   shift
 done
+if [ ${#selection[@]} -eq 0 ]; then
+  selection=(rt ecat_master trajectory esi slaves bridge cli bench examples)
+fi
 database=$build/compile_commands.json
 if [ ! -f "$database" ]; then
   echo "check-tidy: $database does not exist; configure first: cmake --preset release" >&2
