@@ -33,8 +33,8 @@ constexpr double kRmsAimNs = 15.0;
 constexpr double kLockAimMs = 1000.0;
 constexpr double kPhaseAimNs = 1000.0;
 
-/// Wake-up latency of a thread under SCHED_FIFO on the virtual machine of docs/benchmarks.md (program `wake`): upper
-/// ends in ns and how many of 10,000 wake-ups are below.
+/// Wake-up latency of a thread under SCHED_FIFO on a busy virtual machine, as an assumption in the range of what
+/// program `wake` shows: upper ends in ns and how many of 10,000 wake-ups are below.
 struct LatencyStep {
   double up_to_ns;
   int of_10000;

@@ -8,7 +8,7 @@ namespace driveline::cli {
 namespace {
 
 using ecat_master::EntryDescription;
-namespace access = ecat_master::entry_access;
+namespace access = wire::entry_access;
 
 std::string access_text(std::uint16_t bits) {
   std::string text;

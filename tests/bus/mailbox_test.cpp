@@ -233,7 +233,7 @@ TEST(SdoInformationOfADrive, ListsObjectsAndDescribesThem) {
   ASSERT_EQ(sentence(window), "");
   EXPECT_EQ(window->data_type, 0x0007) << "UNSIGNED32";
   EXPECT_EQ(window->bit_length, 32);
-  EXPECT_NE(window->access & ecat_master::entry_access::kWriteOp, 0);
+  EXPECT_NE(window->access & wire::entry_access::kWriteOp, 0);
   EXPECT_TRUE(window->default_value);
   EXPECT_EQ(sentence(coe.object_description(0x5FFF)),
             "slave 0: object 5FFFh:00 aborted with 0x06020000 (object does not exist in the object dictionary)");

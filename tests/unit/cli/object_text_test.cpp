@@ -9,7 +9,7 @@
 namespace driveline::cli {
 namespace {
 
-namespace access = ecat_master::entry_access;
+namespace access = wire::entry_access;
 using testing::HasSubstr;
 
 constexpr std::uint16_t kReadAlways = access::kReadPreOp | access::kReadSafeOp | access::kReadOp;

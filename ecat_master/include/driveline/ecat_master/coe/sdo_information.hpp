@@ -22,27 +22,13 @@ struct ObjectDescription {
   std::string name;
 };
 
-/// Access bits of an entry description (ETG.1000.6 Table 54).
-namespace entry_access {
-inline constexpr std::uint16_t kReadPreOp = 0x0001;
-inline constexpr std::uint16_t kReadSafeOp = 0x0002;
-inline constexpr std::uint16_t kReadOp = 0x0004;
-inline constexpr std::uint16_t kWritePreOp = 0x0008;
-inline constexpr std::uint16_t kWriteSafeOp = 0x0010;
-inline constexpr std::uint16_t kWriteOp = 0x0020;
-inline constexpr std::uint16_t kRxMappable = 0x0040;
-inline constexpr std::uint16_t kTxMappable = 0x0080;
-inline constexpr std::uint16_t kBackup = 0x0100;
-inline constexpr std::uint16_t kSettings = 0x0200;
-}  // namespace entry_access
-
 /// What a slave says about an entry (ETG.1000.6 5.6.3.6). Values are raw, little endian; nothing: not told.
 struct EntryDescription {
   std::uint16_t index = 0;
   std::uint8_t subindex = 0;
   std::uint16_t data_type = 0;
   std::uint16_t bit_length = 0;
-  std::uint16_t access = 0;           ///< entry_access bits
+  std::uint16_t access = 0;           ///< wire::entry_access bits
   std::optional<std::uint32_t> unit;  ///< ETG.1004 unit code
   std::optional<std::vector<std::byte>> default_value;
   std::optional<std::vector<std::byte>> minimum;

@@ -19,6 +19,20 @@ enum class CoeService : std::uint8_t {
   kSdoInformation = 8,
 };
 
+/// Object access bits of an entry, as the SDO information service reports them (ETG.1000.6 5.6.3.6, Table 54).
+namespace entry_access {
+inline constexpr std::uint16_t kReadPreOp = 0x0001;
+inline constexpr std::uint16_t kReadSafeOp = 0x0002;
+inline constexpr std::uint16_t kReadOp = 0x0004;
+inline constexpr std::uint16_t kWritePreOp = 0x0008;
+inline constexpr std::uint16_t kWriteSafeOp = 0x0010;
+inline constexpr std::uint16_t kWriteOp = 0x0020;
+inline constexpr std::uint16_t kRxMappable = 0x0040;
+inline constexpr std::uint16_t kTxMappable = 0x0080;
+inline constexpr std::uint16_t kBackup = 0x0100;  ///< kept by "store parameters"
+inline constexpr std::uint16_t kSettings = 0x0200;
+}  // namespace entry_access
+
 /// CoE header: number (PDO services) and service, 2 bytes (ETG.1000.6 Table 29).
 struct CoeHeader {
   static constexpr std::size_t kSize = 2;

@@ -5,21 +5,14 @@
 #include <string_view>
 
 #include "driveline/esi/device_description.hpp"
+#include "driveline/wire/coe.hpp"
 
 /// One row of a device's object dictionary table: everything that is known about one sub-index, in one place.
 namespace driveline::slaves {
 
-/// Object access bits as the SDO information service reports them (ETG.1000.6 5.6.3.6, object access).
+/// Object access bits, and the combinations that tables use.
 namespace access {
-inline constexpr std::uint16_t kReadPreOp = 0x0001;
-inline constexpr std::uint16_t kReadSafeOp = 0x0002;
-inline constexpr std::uint16_t kReadOp = 0x0004;
-inline constexpr std::uint16_t kWritePreOp = 0x0008;
-inline constexpr std::uint16_t kWriteSafeOp = 0x0010;
-inline constexpr std::uint16_t kWriteOp = 0x0020;
-inline constexpr std::uint16_t kRxMappable = 0x0040;
-inline constexpr std::uint16_t kTxMappable = 0x0080;
-inline constexpr std::uint16_t kBackup = 0x0100;  ///< kept by "store parameters"
+using namespace wire::entry_access;
 inline constexpr std::uint16_t kRead = kReadPreOp | kReadSafeOp | kReadOp;
 inline constexpr std::uint16_t kWrite = kWritePreOp | kWriteSafeOp | kWriteOp;
 inline constexpr std::uint16_t kReadWrite = kRead | kWrite;
