@@ -13,12 +13,12 @@
 #include <thread>
 #include <vector>
 
-#include "composition.hpp"
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/port/frame_waiter.hpp"
 #include "driveline/port/raw_socket_port.hpp"
 #include "driveline/wire/frame.hpp"
-#include "line_server.hpp"
+#include "line/composition.hpp"
+#include "line/line_server.hpp"
 #include "support/realtime.hpp"
 #include "support/report.hpp"
 #include "support/stopwatch.hpp"

@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <memory>
 
-#include "driveline/ecat_master/diagnosis.hpp"
+#include "driveline/ecat_master/diagnosis/diagnosis.hpp"
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/slaves/line/line.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"

@@ -8,7 +8,7 @@
 #include <cstring>
 #include <deque>
 
-#include "command.hpp"
+#include "commands/command.hpp"
 #include "console.hpp"
 
 namespace driveline::cli {

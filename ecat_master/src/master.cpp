@@ -4,7 +4,7 @@
 
 #include "driveline/ecat_master/dc/clock_fault.hpp"
 #include "driveline/ecat_master/dc/sync_objects.hpp"
-#include "driveline/ecat_master/device_identification.hpp"
+#include "driveline/ecat_master/discovery/device_identification.hpp"
 
 namespace driveline::ecat_master {
 

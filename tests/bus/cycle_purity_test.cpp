@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 
 #include "drive_line.hpp"
-#include "driveline/ecat_master/line_supervisor.hpp"
+#include "driveline/ecat_master/recovery/line_supervisor.hpp"
 #include "driveline/port/redundant_port.hpp"
 #include "driveline/rt_guard/rt_guard.hpp"
 #include "fault_ports.hpp"

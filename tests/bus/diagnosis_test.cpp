@@ -1,4 +1,4 @@
-#include "driveline/ecat_master/diagnosis.hpp"
+#include "driveline/ecat_master/diagnosis/diagnosis.hpp"
 
 #include <gmock/gmock.h>
 

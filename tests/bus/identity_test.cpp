@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 
-#include "driveline/ecat_master/device_identification.hpp"
-#include "driveline/ecat_master/line_comparison.hpp"
+#include "driveline/ecat_master/discovery/device_identification.hpp"
+#include "driveline/ecat_master/discovery/line_comparison.hpp"
 #include "edited_line.hpp"
 
 namespace driveline::bus_test {

@@ -1,12 +1,12 @@
 // Looking at a line, and writing EEPROMs, against the simulated controllers.
-#include "driveline/ecat_master/line_survey.hpp"
+#include "driveline/ecat_master/discovery/line_survey.hpp"
 
 #include <gmock/gmock.h>
 
 #include <set>
 
 #include "drive_line.hpp"
-#include "driveline/ecat_master/sii_writer.hpp"
+#include "driveline/ecat_master/sii/sii_writer.hpp"
 #include "driveline/esi/sii.hpp"
 
 namespace driveline::bus_test {

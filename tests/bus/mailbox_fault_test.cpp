@@ -2,7 +2,7 @@
 
 #include <deque>
 
-#include "driveline/ecat_master/coe_client.hpp"
+#include "driveline/ecat_master/coe/coe_client.hpp"
 #include "edited_line.hpp"
 #include "fault_ports.hpp"
 

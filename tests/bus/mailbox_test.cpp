@@ -5,7 +5,7 @@
 #include <thread>
 
 #include "drive_line.hpp"
-#include "driveline/ecat_master/coe_client.hpp"
+#include "driveline/ecat_master/coe/coe_client.hpp"
 #include "fault_ports.hpp"
 
 namespace driveline::bus_test {

@@ -1,4 +1,4 @@
-#include "driveline/ecat_master/pdo_discovery.hpp"
+#include "driveline/ecat_master/configuration/pdo_discovery.hpp"
 
 #include <gmock/gmock.h>
 

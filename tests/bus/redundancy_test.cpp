@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "drive_line.hpp"
-#include "driveline/ecat_master/line_supervisor.hpp"
+#include "driveline/ecat_master/recovery/line_supervisor.hpp"
 #include "driveline/port/redundant_port.hpp"
 #include "fault_ports.hpp"
 

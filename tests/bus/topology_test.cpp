@@ -1,4 +1,4 @@
-#include "driveline/ecat_master/topology.hpp"
+#include "driveline/ecat_master/discovery/topology.hpp"
 
 #include <gmock/gmock.h>
 

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "driveline/ecat_master/coe_client.hpp"
+#include "driveline/ecat_master/coe/coe_client.hpp"
 #include "driveline/wire/sync_manager.hpp"
 #include "fuzz_target.hpp"
 

@@ -84,7 +84,7 @@ class Edges(Tree):
         return dependencies.include_errors(self.root, DOORS)
 
     def test_a_forbidden_include_is_caught_with_its_line(self):
-        errors = self.include_errors("slaves/src/esc.cpp", '#include "driveline/ecat_master/bus.hpp"')
+        errors = self.include_errors("slaves/src/esc.cpp", '#include "driveline/ecat_master/bus/bus.hpp"')
         self.assertEqual(len(errors), 1)
         self.assertIn("slaves/src/esc.cpp:3", errors[0])
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "driveline/ecat_master/direct_exchange.hpp"
+#include "driveline/ecat_master/bus/direct_exchange.hpp"
 #include "driveline/wire/frame.hpp"
 
 namespace driveline::ecat_master {

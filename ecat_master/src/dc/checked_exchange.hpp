@@ -1,6 +1,6 @@
 #pragma once
 
-#include "driveline/ecat_master/bus.hpp"
+#include "driveline/ecat_master/bus/bus.hpp"
 
 namespace driveline::ecat_master::dc {
 

@@ -3,7 +3,7 @@
 
 #include "drive_line.hpp"
 #include "driveline/ecat_master/dc/bring_up.hpp"
-#include "driveline/ecat_master/line_supervisor.hpp"
+#include "driveline/ecat_master/recovery/line_supervisor.hpp"
 
 namespace driveline::bus_test {
 namespace {

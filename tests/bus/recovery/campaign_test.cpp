@@ -11,7 +11,7 @@
 #include <set>
 
 #include "drive_line.hpp"
-#include "driveline/ecat_master/line_supervisor.hpp"
+#include "driveline/ecat_master/recovery/line_supervisor.hpp"
 
 namespace driveline::bus_test {
 namespace {

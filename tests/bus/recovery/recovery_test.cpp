@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 
 #include "drive_line.hpp"
-#include "driveline/ecat_master/line_supervisor.hpp"
+#include "driveline/ecat_master/recovery/line_supervisor.hpp"
 #include "driveline/esi/sii.hpp"
 #include "fault_ports.hpp"
 

@@ -8,7 +8,7 @@
 #include <map>
 
 #include "drive_line.hpp"
-#include "driveline/ecat_master/coe_client.hpp"
+#include "driveline/ecat_master/coe/coe_client.hpp"
 #include "driveline/esi/esi_file.hpp"
 #include "driveline/slaves/generic/generic_device.hpp"
 #include "driveline/wire/frame.hpp"

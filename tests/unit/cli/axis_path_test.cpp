@@ -1,5 +1,5 @@
 // What the path of a line may not be, with the whole sentence.
-#include "axis_path.hpp"
+#include "config/axis_path.hpp"
 
 #include <gmock/gmock.h>
 

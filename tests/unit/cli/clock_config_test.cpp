@@ -3,9 +3,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "clock_plan.hpp"
+#include "config/clock_plan.hpp"
 #include "driveline/cli/line_config.hpp"
-#include "run_report.hpp"
+#include "text/run_report.hpp"
 
 namespace driveline::cli {
 namespace {

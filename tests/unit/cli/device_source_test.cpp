@@ -1,11 +1,11 @@
 // Slaves that are simulated from a device file: what a line description says about them, and what is wrong with it.
-#include "device_source.hpp"
+#include "config/device_source.hpp"
 
 #include <gmock/gmock.h>
 
-#include "composition.hpp"
 #include "driveline/cli/line_config.hpp"
 #include "driveline/esi/sii.hpp"
+#include "line/composition.hpp"
 #include "temporary_directory.hpp"
 
 namespace driveline::cli {

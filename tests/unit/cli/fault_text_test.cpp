@@ -1,5 +1,5 @@
 // Faults as users write them: in the line file, on the command line, and what is wrong with them.
-#include "fault_text.hpp"
+#include "text/fault_text.hpp"
 
 #include <gmock/gmock.h>
 

@@ -1,4 +1,4 @@
-#include "line_description.hpp"
+#include "config/line_description.hpp"
 
 #include <gmock/gmock.h>
 

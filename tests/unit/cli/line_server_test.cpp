@@ -1,5 +1,5 @@
 // The serving loop of `simulate`, turn by turn on virtual time: two interfaces, faults, what its owner hears.
-#include "line_server.hpp"
+#include "line/line_server.hpp"
 
 #include <gmock/gmock.h>
 

@@ -2,7 +2,7 @@
 //   SDO 0x1000, "Device type"
 //     0x1000:00, r-r-r-, uint32, 32 bit, "Device type"
 //     0x2004:00, rwrwrw, type 002f, 32 bit, "Calibration Options"
-#include "object_text.hpp"
+#include "text/object_text.hpp"
 
 #include <gmock/gmock.h>
 

@@ -1,4 +1,4 @@
-#include "plots.hpp"
+#include "text/plots.hpp"
 
 #include <gmock/gmock.h>
 #include <stdlib.h>

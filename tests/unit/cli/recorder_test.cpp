@@ -1,4 +1,4 @@
-#include "recorder.hpp"
+#include "line/recorder.hpp"
 
 #include <gmock/gmock.h>
 

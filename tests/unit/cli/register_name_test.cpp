@@ -1,4 +1,4 @@
-#include "register_name.hpp"
+#include "text/register_name.hpp"
 
 #include <gmock/gmock.h>
 

@@ -1,4 +1,4 @@
-#include "run_report.hpp"
+#include "text/run_report.hpp"
 
 #include <gmock/gmock.h>
 

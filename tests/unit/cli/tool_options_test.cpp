@@ -1,4 +1,4 @@
-#include "tool_options.hpp"
+#include "commands/tool_options.hpp"
 
 #include <gmock/gmock.h>
 

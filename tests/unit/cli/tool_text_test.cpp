@@ -6,9 +6,9 @@
 #include <gmock/gmock.h>
 
 #include "driveline/esi/sii.hpp"
-#include "pdo_view.hpp"
-#include "sii_text.hpp"
-#include "slave_text.hpp"
+#include "text/pdo_view.hpp"
+#include "text/sii_text.hpp"
+#include "text/slave_text.hpp"
 
 namespace driveline::cli {
 namespace {

@@ -1,4 +1,4 @@
-#include "typed_value.hpp"
+#include "text/typed_value.hpp"
 
 #include <gmock/gmock.h>
 

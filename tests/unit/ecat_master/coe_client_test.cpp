@@ -1,8 +1,8 @@
-#include "driveline/ecat_master/coe_client.hpp"
+#include "driveline/ecat_master/coe/coe_client.hpp"
 
 #include <gmock/gmock.h>
 
-#include "driveline/ecat_master/pdo_mapping.hpp"
+#include "driveline/ecat_master/configuration/pdo_mapping.hpp"
 #include "support/bytes.hpp"
 #include "support/scripted_mailbox.hpp"
 

@@ -1,4 +1,4 @@
-#include "driveline/ecat_master/direct_exchange.hpp"
+#include "driveline/ecat_master/bus/direct_exchange.hpp"
 
 #include <gmock/gmock.h>
 

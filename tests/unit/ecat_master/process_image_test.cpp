@@ -1,4 +1,4 @@
-#include "driveline/ecat_master/process_image.hpp"
+#include "driveline/ecat_master/process_data/process_image.hpp"
 
 #include <gmock/gmock.h>
 

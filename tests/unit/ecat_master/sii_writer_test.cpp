@@ -1,4 +1,4 @@
-#include "driveline/ecat_master/sii_writer.hpp"
+#include "driveline/ecat_master/sii/sii_writer.hpp"
 
 #include <gmock/gmock.h>
 

@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "driveline/ecat_master/configurator.hpp"
+#include "driveline/ecat_master/configuration/configurator.hpp"
 
 namespace driveline::cli {
 

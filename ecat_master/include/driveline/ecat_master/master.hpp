@@ -6,13 +6,13 @@
 #include <optional>
 #include <vector>
 
-#include "driveline/ecat_master/configurator.hpp"
+#include "driveline/ecat_master/bus/direct_exchange.hpp"
+#include "driveline/ecat_master/configuration/configurator.hpp"
 #include "driveline/ecat_master/cyclic/cycle_runner.hpp"
 #include "driveline/ecat_master/dc/bring_up.hpp"
 #include "driveline/ecat_master/dc/clock_watch.hpp"
-#include "driveline/ecat_master/direct_exchange.hpp"
+#include "driveline/ecat_master/discovery/topology.hpp"
 #include "driveline/ecat_master/state_machine.hpp"
-#include "driveline/ecat_master/topology.hpp"
 
 namespace driveline::ecat_master {
 

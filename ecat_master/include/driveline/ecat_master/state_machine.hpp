@@ -3,7 +3,7 @@
 #include <chrono>
 #include <vector>
 
-#include "driveline/ecat_master/bus.hpp"
+#include "driveline/ecat_master/bus/bus.hpp"
 
 namespace driveline::ecat_master {
 

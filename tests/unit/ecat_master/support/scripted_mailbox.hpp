@@ -4,7 +4,7 @@
 #include <functional>
 #include <vector>
 
-#include "driveline/ecat_master/datagram_exchange.hpp"
+#include "driveline/ecat_master/bus/datagram_exchange.hpp"
 
 namespace driveline::ecat_master_test {
 

@@ -4,8 +4,8 @@
 #include <string>
 
 #include "driveline/ecat_master/axis/cia402.hpp"
-#include "driveline/ecat_master/pdo_mapping.hpp"
-#include "driveline/ecat_master/process_image.hpp"
+#include "driveline/ecat_master/configuration/pdo_mapping.hpp"
+#include "driveline/ecat_master/process_data/process_image.hpp"
 #include "driveline/snapshot/snapshot.hpp"
 #include "driveline/trajectory/motion_limits.hpp"
 #include "driveline/trajectory/setpoint.hpp"

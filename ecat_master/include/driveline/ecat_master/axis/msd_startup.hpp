@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "driveline/ecat_master/axis/axis.hpp"
-#include "driveline/ecat_master/configurator.hpp"
+#include "driveline/ecat_master/configuration/configurator.hpp"
 
 namespace driveline::ecat_master {
 

@@ -4,8 +4,8 @@
 #include <atomic>
 #include <functional>
 
-#include "driveline/ecat_master/datagram_exchange.hpp"
-#include "driveline/ecat_master/frame_tag.hpp"
+#include "driveline/ecat_master/bus/datagram_exchange.hpp"
+#include "driveline/ecat_master/bus/frame_tag.hpp"
 #include "driveline/port/port.hpp"
 #include "driveline/rt/clock.hpp"
 #include "driveline/rt/spsc_ring.hpp"

@@ -10,7 +10,7 @@
 #include "driveline/ecat_master/cyclic/motion.hpp"
 #include "driveline/ecat_master/cyclic/process_copy.hpp"
 #include "driveline/ecat_master/dc/clock_follower.hpp"
-#include "driveline/ecat_master/flight_recorder.hpp"
+#include "driveline/ecat_master/diagnosis/flight_recorder.hpp"
 #include "driveline/port/counter.hpp"
 #include "driveline/rt/cycle_timer.hpp"
 #include "driveline/rt/histogram.hpp"

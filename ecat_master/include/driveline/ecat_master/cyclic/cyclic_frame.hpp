@@ -4,9 +4,9 @@
 #include <optional>
 #include <vector>
 
+#include "driveline/ecat_master/bus/frame_tag.hpp"
 #include "driveline/ecat_master/dc/drift_datagram.hpp"
-#include "driveline/ecat_master/frame_tag.hpp"
-#include "driveline/ecat_master/process_image.hpp"
+#include "driveline/ecat_master/process_data/process_image.hpp"
 #include "driveline/port/port.hpp"
 #include "driveline/wire/al.hpp"
 

@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "driveline/ecat_master/process_image.hpp"
+#include "driveline/ecat_master/process_data/process_image.hpp"
 
 namespace driveline::ecat_master {
 

@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "driveline/ecat_master/bus.hpp"
+#include "driveline/ecat_master/bus/bus.hpp"
 #include "driveline/ecat_master/dc/propagation_delay.hpp"
-#include "driveline/ecat_master/topology.hpp"
+#include "driveline/ecat_master/discovery/topology.hpp"
 
 /// Reading what the clocks of a line tell. Not real-time safe; errors are those of the bus unless said otherwise.
 namespace driveline::ecat_master::dc {

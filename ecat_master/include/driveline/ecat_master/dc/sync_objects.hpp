@@ -1,6 +1,6 @@
 #pragma once
 
-#include "driveline/ecat_master/coe_client.hpp"
+#include "driveline/ecat_master/coe/coe_client.hpp"
 #include "driveline/ecat_master/dc/sync_signals.hpp"
 
 namespace driveline::ecat_master::dc {

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "driveline/ecat_master/bus.hpp"
+#include "driveline/ecat_master/bus/bus.hpp"
 #include "driveline/ecat_master/mailbox/dialogue.hpp"
 
 namespace driveline::ecat_master {

@@ -1,0 +1,163 @@
+#include "commands/command_input.hpp"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+#include "console.hpp"
+
+namespace driveline::cli {
+
+using port::FileDescriptor;
+
+namespace {
+
+constexpr std::size_t kLongestCommand = 4096;
+/// A client that sends nothing does not hold up the others for longer.
+constexpr timeval kClientPatience{1, 0};
+
+tl::expected<sockaddr_un, Failure> address_of(const std::string& path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path.empty() || path.size() >= sizeof address.sun_path) {
+    return misused(fmt::format("{}: the path of a socket has 1 to {} characters", path, sizeof address.sun_path - 1));
+  }
+  std::copy(path.begin(), path.end(), address.sun_path);
+  return address;
+}
+
+/// The address family's own types go through a pointer to the generic one.
+const sockaddr* generic(const sockaddr_un& address) noexcept {
+  return reinterpret_cast<const sockaddr*>(&address);
+}
+
+FileDescriptor make_socket() {
+  return FileDescriptor{::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)};
+}
+
+bool connects(const sockaddr_un& address) {
+  const auto socket = make_socket();
+  return socket.valid() && ::connect(socket.get(), generic(address), sizeof address) == 0;
+}
+
+/// Up to the end of the line or of the connection.
+std::string read_line(int socket) {
+  std::string text;
+  std::array<char, 512> buffer;
+  while (text.find('\n') == std::string::npos && text.size() < kLongestCommand) {
+    const auto count = ::recv(socket, buffer.data(), buffer.size(), 0);
+    if (count <= 0) break;
+    text.append(buffer.data(), static_cast<std::size_t>(count));
+  }
+  return text.substr(0, text.find('\n'));
+}
+
+bool write_all(int socket, std::string_view text) {
+  while (!text.empty()) {
+    const auto count = ::send(socket, text.data(), text.size(), MSG_NOSIGNAL);
+    if (count < 0) return false;
+    text.remove_prefix(static_cast<std::size_t>(count));
+  }
+  return true;
+}
+
+/// In the background of a terminal reading would stop the program.
+bool may_read_stdin() {
+  return isatty(STDIN_FILENO) == 0 || tcgetpgrp(STDIN_FILENO) == getpgrp();
+}
+
+}  // namespace
+
+Outcome<std::unique_ptr<CommandInput>> CommandInput::open(const std::string& path) {
+  std::unique_ptr<CommandInput> input(new CommandInput(path));
+  if (path.empty()) return input;
+  const auto address = address_of(path);
+  if (!address) return tl::unexpected(address.error());
+  struct stat found = {};
+  if (::lstat(path.c_str(), &found) == 0) {
+    if (!S_ISSOCK(found.st_mode) || connects(*address)) {
+      input->path_.clear();
+      return failed(fmt::format("{}: is there already; another name is expected", path));
+    }
+    ::unlink(path.c_str());
+  }
+  input->listener_ = make_socket();
+  const int socket = input->listener_.get();
+  // Only its owner may send commands.
+  const auto mask = ::umask(0177);
+  const bool bound = socket >= 0 && ::bind(socket, generic(*address), sizeof *address) == 0;
+  const int error = errno;
+  ::umask(mask);
+  if (!bound || ::listen(socket, 8) != 0) {
+    if (!bound) input->path_.clear();
+    return failed(fmt::format("{}: cannot listen: {}", path, std::strerror(bound ? errno : error)));
+  }
+  return input;
+}
+
+CommandInput::~CommandInput() {
+  if (listener_.valid()) ::unlink(path_.c_str());
+}
+
+void CommandInput::run(std::chrono::milliseconds timeout, const Execute& execute) {
+  // poll() ignores negative descriptors.
+  std::array<pollfd, 2> requests{pollfd{stdin_open_ && may_read_stdin() ? STDIN_FILENO : -1, POLLIN, 0},
+                                 pollfd{listener_.get(), POLLIN, 0}};
+  if (::poll(requests.data(), requests.size(), static_cast<int>(timeout.count())) <= 0) return;
+  if (requests[0].revents != 0) read_stdin(execute);
+  if (requests[1].revents != 0) serve_client(execute);
+}
+
+void CommandInput::read_stdin(const Execute& execute) {
+  std::array<char, 512> buffer;
+  const auto count = ::read(STDIN_FILENO, buffer.data(), buffer.size());
+  if (count <= 0) {
+    stdin_open_ = count < 0 && errno == EINTR;
+    return;
+  }
+  typed_.append(buffer.data(), static_cast<std::size_t>(count));
+  for (auto end = typed_.find('\n'); end != std::string::npos; end = typed_.find('\n')) {
+    const auto answer = execute(std::string_view(typed_).substr(0, end));
+    if (!answer.empty()) print_line(answer);
+    typed_.erase(0, end + 1);
+  }
+  if (typed_.size() > kLongestCommand) typed_.clear();
+}
+
+void CommandInput::serve_client(const Execute& execute) {
+  const FileDescriptor client{::accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC)};
+  if (!client.valid()) return;
+  ::setsockopt(client.get(), SOL_SOCKET, SO_RCVTIMEO, &kClientPatience, sizeof kClientPatience);
+  ::setsockopt(client.get(), SOL_SOCKET, SO_SNDTIMEO, &kClientPatience, sizeof kClientPatience);
+  write_all(client.get(), execute(read_line(client.get())) + "\n");
+}
+
+Outcome<std::string> send_command(const std::string& path, std::string_view command) {
+  const auto address = address_of(path);
+  if (!address) return tl::unexpected(address.error());
+  const auto socket = make_socket();
+  if (!socket.valid() || ::connect(socket.get(), generic(*address), sizeof *address) != 0) {
+    return failed(fmt::format("{}: cannot be reached: {}; driveline simulate --control {} listens there", path,
+                              std::strerror(errno), path));
+  }
+  std::string answer;
+  std::array<char, 512> buffer;
+  if (write_all(socket.get(), fmt::format("{}\n", command))) {
+    for (auto count = ::recv(socket.get(), buffer.data(), buffer.size(), 0); count > 0;
+         count = ::recv(socket.get(), buffer.data(), buffer.size(), 0)) {
+      answer.append(buffer.data(), static_cast<std::size_t>(count));
+    }
+  }
+  if (answer.empty()) return failed(fmt::format("{}: no answer", path));
+  answer.pop_back();
+  return answer;
+}
+
+}  // namespace driveline::cli

@@ -1,0 +1,107 @@
+#include <array>
+
+#include "commands/commands.hpp"
+
+namespace driveline::cli {
+namespace {
+
+constexpr std::string_view kLine = "Lines";
+constexpr std::string_view kTools = "Bus tools";
+constexpr std::string_view kFiles = "Files and the shell";
+
+constexpr std::array kCommands = {
+    Command{"run", "", kLine, "Take the line to OP and its axes along their path",
+            "run --config examples/line8.toml --duration 5\n"
+            "run --config examples/line8.toml --duration 5 --virtual --json",
+            prepare_run},
+    Command{"simulate", "", kLine, "Serve the simulated line on a network interface to any master",
+            "simulate --config examples/line8-nic.toml --iface dl-line\n"
+            "simulate --config examples/line8-nic.toml --iface dl-line --control line.socket",
+            prepare_simulate},
+    Command{"fault", "", kLine, "Begin, end or list faults of the line that `simulate` serves",
+            "fault help\n"
+            "fault --control line.socket cable-break slave=x to=y for_ms=500\n"
+            "fault --control line.socket drop way=back chance=0.01 seed=7\n"
+            "fault --control line.socket heal all",
+            prepare_fault},
+    Command{"scan", "", kTools, "Show what is on the line, and write a line description of it",
+            "scan --config examples/line8.toml\n"
+            "scan --iface eth1 --write line.toml",
+            prepare_scan},
+    Command{"slaves", "", kTools, "List the slaves on the line",
+            "slaves --config examples/line8.toml\n"
+            "slaves --config examples/line8.toml -p 0 -v\n"
+            "slaves --iface eth1 --json",
+            prepare_slaves},
+    Command{"states", "", kTools, "Show the EtherCAT states, or change them",
+            "states --iface eth1\n"
+            "states --config examples/line8.toml SAFEOP",
+            prepare_states},
+    Command{"dc", "", kTools, "Bring the clocks together, watch them, and show how far apart they are",
+            "dc --config examples/line8-dc.toml\n"
+            "dc --config examples/line8-dc.toml --virtual --output out\n"
+            "dc --iface eth1 --duration 10 --json",
+            prepare_dc},
+    Command{"graph", "", kTools, "Draw who is connected to whom, for Graphviz or as a tree",
+            "graph --config examples/line8.toml\n"
+            "graph --config examples/line8.toml --tree",
+            prepare_graph},
+    Command{"diag", "crc", kTools, "Tell what is wrong on the line, and where: states, links, error counters",
+            "diag --config examples/line8.toml\n"
+            "diag --config examples/line8.toml --json",
+            prepare_diag},
+    Command{"rescan", "", kTools, "Find the slaves anew, all in INIT", "rescan --config examples/line8.toml",
+            prepare_rescan},
+    Command{"pdos", "", kTools, "List sync managers, PDOs and the objects mapped into them",
+            "pdos --config examples/line8.toml -p 0\n"
+            "pdos --config examples/line8.toml -p 0 --sii",
+            prepare_pdos},
+    Command{"cstruct", "", kTools, "Print C++ declarations of the PDOs for programs that use the library",
+            "cstruct --config examples/line8.toml -p 0", prepare_cstruct},
+    Command{"sdos", "", kTools, "List the objects of the slaves with type and access",
+            "sdos --config examples/line8.toml -p 0 0x6041\n"
+            "sdos --config examples/line8.toml -p 0 -q",
+            prepare_sdos},
+    Command{"upload", "", kTools, "Read an object over CoE",
+            "upload --config examples/line8.toml -p 0 -t int32 0x6064 0\n"
+            "upload --config examples/line8.toml -p 2 -t string 0x1008 0",
+            prepare_upload},
+    Command{"download", "", kTools, "Write an object over CoE",
+            "download --config examples/line8.toml -p 1 -t int8 0x6060 0 8", prepare_download},
+    Command{"reg", "", kTools, "Registers of the slave controllers", "", nullptr},
+    Command{"reg read", "reg_read", "", "Read a register, of several slaves if you like",
+            "reg read --config examples/line8.toml -p 0 al_status\n"
+            "reg read --config examples/line8.toml -p 0-3 0x0130 -t uint16\n"
+            "reg read --config examples/line8.toml -p 1 0x0000 10",
+            prepare_reg_read},
+    Command{"reg write", "reg_write", "", "Write a register of one slave",
+            "reg write --config examples/line8.toml -p 0 watchdog_divider 2498", prepare_reg_write},
+    Command{"reg list", "", "", "List the registers that have names", "reg list", prepare_reg_list},
+    Command{"sii", "", kTools, "EEPROM of a slave (slave information interface)", "", nullptr},
+    Command{"sii read", "sii_read", "", "Read the EEPROM as an image, or print what it says",
+            "sii read --config examples/line8.toml -p 0 -v\n"
+            "sii read --config examples/line8.toml -p 0 -o drive.sii",
+            prepare_sii_read},
+    Command{"sii write", "sii_write", "", "Write an image into the EEPROM; every word is read back",
+            "sii write --iface eth1 -p 0 drive.sii", prepare_sii_write},
+    Command{"sii compare", "", "", "Compare the EEPROM with an ESI file",
+            "sii compare --config examples/line8.toml -p 0 esi/data/moog_msd.xml", prepare_sii_compare},
+    Command{"sii alias", "alias", "", "Write the alias address into the EEPROM",
+            "sii alias --config examples/line8.toml -p 2 4711", prepare_sii_alias},
+    Command{"esi", "", kFiles, "Device description files (ESI) and EEPROM images (SII)", "", nullptr},
+    Command{"esi generate", "", "", "Write ESI file and SII image of the simulated MSD", "esi generate out",
+            prepare_esi_generate},
+    Command{"esi validate", "", "", "Check an ESI file and tell what was passed over",
+            "esi validate esi/data/moog_msd.xml", prepare_esi_validate},
+    Command{"esi show", "", "", "List the devices of an ESI file", "esi show esi/data/moog_msd.xml", prepare_esi_show},
+    Command{"completion", "", kFiles, "Print a script that lets the shell complete commands and options",
+            "completion bash > ~/.local/share/bash-completion/completions/driveline", prepare_completion},
+};
+
+}  // namespace
+
+std::span<const Command> commands() {
+  return kCommands;
+}
+
+}  // namespace driveline::cli

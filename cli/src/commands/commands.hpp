@@ -1,0 +1,38 @@
+#pragma once
+
+#include "commands/command.hpp"
+
+/// The commands of the program, each in a file of its own; the table is in command_table.cpp.
+namespace driveline::cli {
+
+[[nodiscard]] Execute prepare_run(Arguments& to);
+[[nodiscard]] Execute prepare_simulate(Arguments& to);
+[[nodiscard]] Execute prepare_fault(Arguments& to);
+
+[[nodiscard]] Execute prepare_scan(Arguments& to);
+[[nodiscard]] Execute prepare_graph(Arguments& to);
+[[nodiscard]] Execute prepare_diag(Arguments& to);
+[[nodiscard]] Execute prepare_slaves(Arguments& to);
+[[nodiscard]] Execute prepare_states(Arguments& to);
+[[nodiscard]] Execute prepare_dc(Arguments& to);
+[[nodiscard]] Execute prepare_rescan(Arguments& to);
+[[nodiscard]] Execute prepare_pdos(Arguments& to);
+[[nodiscard]] Execute prepare_cstruct(Arguments& to);
+[[nodiscard]] Execute prepare_sdos(Arguments& to);
+[[nodiscard]] Execute prepare_upload(Arguments& to);
+[[nodiscard]] Execute prepare_download(Arguments& to);
+[[nodiscard]] Execute prepare_reg_read(Arguments& to);
+[[nodiscard]] Execute prepare_reg_write(Arguments& to);
+[[nodiscard]] Execute prepare_reg_list(Arguments& to);
+[[nodiscard]] Execute prepare_sii_read(Arguments& to);
+[[nodiscard]] Execute prepare_sii_write(Arguments& to);
+[[nodiscard]] Execute prepare_sii_compare(Arguments& to);
+[[nodiscard]] Execute prepare_sii_alias(Arguments& to);
+
+// These work on files, not on a bus.
+[[nodiscard]] Execute prepare_esi_generate(Arguments& to);
+[[nodiscard]] Execute prepare_esi_validate(Arguments& to);
+[[nodiscard]] Execute prepare_esi_show(Arguments& to);
+[[nodiscard]] Execute prepare_completion(Arguments& to);
+
+}  // namespace driveline::cli

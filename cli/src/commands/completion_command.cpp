@@ -1,0 +1,131 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <algorithm>
+
+#include "commands/commands.hpp"
+#include "commands/completion.hpp"
+
+namespace driveline::cli {
+namespace {
+
+std::string joined(const std::vector<std::string>& words, std::string_view separator) {
+  return fmt::format("{}", fmt::join(words, separator));
+}
+
+/// "-p,--position" as two words.
+std::vector<std::string> names_of(const Argument& argument) {
+  std::vector<std::string> names;
+  std::string_view rest = argument.names;
+  while (!rest.empty()) {
+    const auto comma = std::min(rest.find(','), rest.size());
+    names.emplace_back(rest.substr(0, comma));
+    rest.remove_prefix(std::min(comma + 1, rest.size()));
+  }
+  return names;
+}
+
+/// The bash command that offers what may stand for a value.
+std::string offer(const Value& value) {
+  switch (value.kind) {
+    case Value::Kind::kFile:
+      return "_driveline_paths -f";
+    case Value::Kind::kFolder:
+      return "_driveline_paths -d";
+    case Value::Kind::kInterface:
+      return "_driveline_words \"$(cd /sys/class/net && echo *)\"";
+    case Value::Kind::kChoice:
+      return fmt::format("_driveline_words \"{}\"", fmt::join(value.choices, " "));
+    case Value::Kind::kText:
+    case Value::Kind::kNone:
+      break;
+  }
+  return ":";  // nothing to offer
+}
+
+/// The branch of one command: values behind its options, then its options, then its positions.
+std::string branch(std::string_view name, const Command& command) {
+  Arguments arguments;
+  const auto unused = command.prepare(arguments);
+  std::string values;
+  std::vector<std::string> options = {"--help"};
+  std::string position;
+  for (const auto& argument : arguments.list()) {
+    if (argument.positional()) {
+      if (argument.value.kind != Value::Kind::kText) position += fmt::format("      {}\n", offer(argument.value));
+      continue;
+    }
+    const auto names = names_of(argument);
+    options.insert(options.end(), names.begin(), names.end());
+    if (argument.value.kind != Value::Kind::kNone) {
+      values += fmt::format("        {}) {}; return ;;\n", joined(names, " | "), offer(argument.value));
+    }
+  }
+  std::string text = fmt::format("    \"{}\")\n", name);
+  if (!values.empty()) text += fmt::format("      case $previous in\n{}      esac\n", values);
+  text +=
+      fmt::format("      if [[ $current == -* ]]; then _driveline_words \"{}\"; return; fi\n", joined(options, " "));
+  return text + position + "      ;;\n";
+}
+
+/// First words of the command line, and for each group its second words.
+struct Words {
+  std::vector<std::string> first = {"--help", "--version"};
+  std::vector<std::pair<std::string, std::vector<std::string>>> groups;
+};
+
+Words collect_words() {
+  Words words;
+  for (const auto& command : commands()) {
+    const auto space = command.name.find(' ');
+    if (space == std::string_view::npos) {
+      words.first.emplace_back(command.name);
+      if (command.prepare == nullptr) words.groups.push_back({std::string(command.name), {"--help"}});
+    } else {
+      words.groups.back().second.emplace_back(command.name.substr(space + 1));
+    }
+    if (!command.also.empty()) words.first.emplace_back(command.also);
+  }
+  return words;
+}
+
+}  // namespace
+
+std::string bash_completion() {
+  const auto words = collect_words();
+  std::string text =
+      "# Completion of driveline for bash, made by `driveline completion bash`.\n"
+      "_driveline_words() { mapfile -t COMPREPLY < <(compgen -W \"$1\" -- \"$current\"); }\n"
+      "_driveline_paths() {\n"
+      "  compopt -o filenames 2>/dev/null\n"
+      "  mapfile -t COMPREPLY < <(compgen \"$1\" -- \"$current\")\n"
+      "}\n"
+      "_driveline() {\n"
+      "  local current=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD-1]} command=${COMP_WORDS[1]}\n"
+      "  COMPREPLY=()\n";
+  text += fmt::format("  if ((COMP_CWORD == 1)); then _driveline_words \"{}\"; return; fi\n", joined(words.first, " "));
+  text += "  case $command in\n";
+  for (const auto& [group, members] : words.groups) {
+    text += fmt::format("    {}) if ((COMP_CWORD == 2)); then _driveline_words \"{}\"; return; fi\n", group,
+                        joined(members, " "));
+    text += "      command+=\" ${COMP_WORDS[2]}\" ;;\n";
+  }
+  text += "  esac\n  case $command in\n";
+  for (const auto& command : commands()) {
+    if (command.prepare == nullptr) continue;
+    text += branch(command.name, command);
+    if (!command.also.empty()) text += branch(command.also, command);
+  }
+  return text + "  esac\n}\ncomplete -F _driveline driveline\n";
+}
+
+Execute prepare_completion(Arguments& to) {
+  auto shell = std::make_shared<std::string>();
+  to.required(shell.get(), Value::choice("SHELL", {"bash"}), "bash; zsh takes the same script after bashcompinit");
+  return [shell]() -> Outcome<int> {
+    if (*shell != "bash") return misused(fmt::format("shell \"{}\": bash is expected", *shell));
+    fmt::print("{}", bash_completion());
+    return 0;
+  };
+}
+
+}  // namespace driveline::cli

@@ -1,0 +1,240 @@
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "commands/commands.hpp"
+#include "commands/tool_options.hpp"
+#include "config/clock_plan.hpp"
+#include "console.hpp"
+#include "output_file.hpp"
+#include "signals.hpp"
+#include "text/json_text.hpp"
+#include "text/plots.hpp"
+
+namespace driveline::cli {
+namespace {
+
+using ecat_master::dc::DelayQuality;
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+/// How often the differences are read.
+constexpr auto kReadInterval = milliseconds{5};
+constexpr double kDefaultSeconds = 3.0;
+
+struct DcOptions {
+  BusOptions bus;
+  std::optional<std::string> duration;
+  std::string output_directory;
+  bool no_plots = false;
+  bool json = false;
+};
+
+std::string_view to_text(DelayQuality quality) {
+  switch (quality) {
+    case DelayQuality::kMeasured:
+      return "measured";
+    case DelayQuality::kEstimated:
+      return "estimated";
+    case DelayQuality::kAssumed:
+      return "assumed";
+    case DelayQuality::kNone:
+      break;
+  }
+  return "-";
+}
+
+/// The clocks of a line in PREOP, kept together for a while and watched.
+class ClockSession {
+ public:
+  ClockSession(Session& session, const DcOptions& options)
+      : session_(session), options_(options), master_(session.port(), session.clock()) {}
+
+  [[nodiscard]] Outcome<int> run(double seconds) {
+    if (auto done = bring_up(); !done) return tl::unexpected(done.error());
+    auto watched = watch(seconds);
+    auto files = watched ? write_files() : Outcome<std::map<std::string, std::filesystem::path>>{};
+    if (watched) fmt::print("{}", options_.json ? json_text(document(*files)) : table(*files));
+    const auto down = master_.shut_down();
+    if (!watched) return tl::unexpected(watched.error());
+    if (!files) return tl::unexpected(files.error());
+    if (!down) return bus_failure(down.error());
+    return 0;
+  }
+
+ private:
+  [[nodiscard]] Outcome<void> bring_up() {
+    if (auto done = master_.scan(); !done) return bus_failure(done.error());
+    if (auto done = master_.enter_pre_op(); !done) return bus_failure(done.error());
+    ecat_master::dc::ClockPlan plan;
+    plan.period = session_.config().period;
+    plan.frame_lead = plan.period / 2;
+    if (session_.config().clocks) {
+      auto configured = make_clock_plan(session_.config(), master_.slaves());
+      if (!configured) return tl::unexpected(configured.error());
+      plan = std::move(*configured);
+    }
+    progress("{} slaves found; measuring delays, setting offsets, learning speeds", master_.slaves().size());
+    master_.use_clocks(std::move(plan));
+    if (auto done = master_.synchronise_clocks(); !done) return bus_failure(done.error());
+    return start_cycle();
+  }
+
+  [[nodiscard]] Outcome<void> start_cycle() {
+    ecat_master::CyclicCore::Settings settings;
+    settings.period = session_.config().period;
+    settings.receive_window = settings.period * 3 / 4;
+    auto started = master_.start_cycle(
+        nullptr, {}, settings, [this](ecat_master::CyclicCore& core) -> std::unique_ptr<ecat_master::CycleRunner> {
+          if (session_.virtual_time()) return std::make_unique<ecat_master::InlineRunner>(core, session_.clock());
+          auto realtime = session_.config().realtime;
+          realtime.policy = rt::RealtimePolicy::kDegrade;
+          return std::make_unique<ecat_master::RealtimeRunner>(core, session_.clock(), realtime,
+                                                               session_.config().wake_ahead);
+        });
+    if (!started) return failed(started.error());
+    return {};
+  }
+
+  [[nodiscard]] Outcome<void> watch(double seconds) {
+    auto& watch = *master_.clock_watch();
+    const auto begin = session_.clock().now();
+    auto elapsed = [&] { return std::chrono::duration<double>(session_.clock().now() - begin).count(); };
+    double next_progress = 1.0;
+    while (elapsed() < seconds && !stop_requested()) {
+      if (auto done = watch.poll(); !done) return bus_failure(done.error());
+      for (const auto& event : watch.take_events()) progress("{}", ecat_master::dc::describe(event));
+      csv_ += fmt::format("{:.6f}", elapsed());
+      for (const auto& clock : watch.clocks().slaves) csv_ += fmt::format(",{}", clock.difference.count());
+      csv_ += '\n';
+      if (elapsed() >= next_progress) {
+        next_progress += 1.0;
+        progress("{:6.1f} s  {}", elapsed(), master_.clock_follower()->status().locked ? "locked" : "not locked");
+      }
+      master_.pass(kReadInterval);
+    }
+    return {};
+  }
+
+  [[nodiscard]] std::vector<std::string> names() const {
+    std::vector<std::string> list;
+    for (std::size_t i = 0; i < master_.slaves().size(); ++i) {
+      const auto& configured = session_.config().slaves;
+      list.push_back(i < configured.size() ? configured[i].name : fmt::format("slave {}", i));
+    }
+    return list;
+  }
+
+  [[nodiscard]] Outcome<std::map<std::string, std::filesystem::path>> write_files() const {
+    std::map<std::string, std::filesystem::path> files;
+    if (options_.output_directory.empty()) return files;
+    const std::filesystem::path directory = options_.output_directory;
+    std::error_code error;
+    std::filesystem::create_directories(directory, error);
+    if (error) return failed(fmt::format("{}: cannot be created: {}", directory.string(), error.message()));
+    std::string header = "time[s]";
+    for (const auto& name : names()) header += fmt::format(",{}[ns]", name);
+    const auto csv = directory / "clocks.csv";
+    if (auto written = write_file(csv, header + '\n' + csv_); !written) return failed(written.error());
+    files["clocks_csv"] = csv;
+    if (options_.no_plots) return files;
+    if (auto picture = draw_clocks(directory, names())) {
+      files["clocks_plot"] = *picture;
+    } else {
+      progress("{}", picture.error());
+    }
+    return files;
+  }
+
+  [[nodiscard]] nlohmann::json document(const std::map<std::string, std::filesystem::path>& files) {
+    auto& watch = *master_.clock_watch();
+    const auto status = master_.clock_follower()->status();
+    auto slaves = nlohmann::json::array();
+    for (std::size_t i = 0; i < watch.clocks().slaves.size(); ++i) {
+      const auto& clock = watch.clocks().slaves[i];
+      const auto& differences = watch.differences(i);
+      slaves.push_back({{"position", i},
+                        {"clock_bits", clock.present ? (clock.wide ? 64 : 32) : 0},
+                        {"reference", i == watch.clocks().reference},
+                        {"delay_ns", static_cast<std::int32_t>(clock.delay)},
+                        {"delay_quality", to_text(clock.quality)},
+                        {"offset_ns", clock.offset},
+                        {"difference_ns",
+                         {{"last", clock.difference.count()},
+                          {"p50", differences.percentile(0.5).count()},
+                          {"p99", differences.percentile(0.99).count()},
+                          {"max", differences.max().count()}}},
+                        {"sync0_cycle_ns", clock.signals.sync0_cycle.count()},
+                        {"sync0_shift_ns", clock.signals.sync0_shift.count()},
+                        {"sync0_active", clock.signals.sync0()}});
+    }
+    auto paths = nlohmann::json::object();
+    for (const auto& [key, path] : files) paths[key] = path.string();
+    return {{"locked", status.locked},
+            {"ppm", status.ppm},
+            {"phase_error_ns", status.mean_error_ns},
+            {"slaves", std::move(slaves)},
+            {"files", std::move(paths)}};
+  }
+
+  [[nodiscard]] std::string table(const std::map<std::string, std::filesystem::path>& files) {
+    auto& watch = *master_.clock_watch();
+    const auto status = master_.clock_follower()->status();
+    auto text =
+        fmt::format("{:>4}  {:<12} {:>6} {:>4} {:>10}  {:<9} {:>20} {:>11} {:>11} {:>10} {:>10}\n", "pos", "name",
+                    "clock", "ref", "delay ns", "", "offset ns", "now ns", "max ns", "SYNC0 us", "shift us");
+    const auto list = names();
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      const auto& clock = watch.clocks().slaves[i];
+      if (!clock.present) {
+        text += fmt::format("{:>4}  {:<12} {:>6}\n", i, list[i], "none");
+        continue;
+      }
+      auto us = [](nanoseconds time) { return static_cast<double>(time.count()) / 1000.0; };
+      text += fmt::format(
+          "{:>4}  {:<12} {:>6} {:>4} {:>10}  {:<9} {:>20} {:>11} {:>11}", i, list[i], clock.wide ? "64 bit" : "32 bit",
+          i == watch.clocks().reference ? "*" : "", static_cast<std::int32_t>(clock.delay), to_text(clock.quality),
+          static_cast<std::int64_t>(clock.offset), clock.difference.count(), watch.differences(i).max().count());
+      text += clock.signals.sync0()
+                  ? fmt::format(" {:>10.3f} {:>10.3f}\n", us(clock.signals.sync0_cycle), us(clock.signals.sync0_shift))
+                  : fmt::format(" {:>10}\n", "off");
+    }
+    text += fmt::format(
+        "\nthe cycle is {} the reference clock, which runs {:+.2f} ppm against this machine; phase {:+.0f} ns\n",
+        status.locked ? "locked to" : "NOT LOCKED to", status.ppm, status.mean_error_ns);
+    for (const auto& [key, path] : files) text += fmt::format("  {:<14}{}\n", key, path.string());
+    return text;
+  }
+
+  Session& session_;
+  const DcOptions& options_;
+  ecat_master::Master master_;
+  std::string csv_;
+};
+
+Outcome<int> show_clocks(const DcOptions& options) {
+  double seconds = kDefaultSeconds;
+  if (options.duration) {
+    const auto parsed = parse_seconds(*options.duration, "--duration");
+    if (!parsed) return tl::unexpected(parsed.error());
+    seconds = *parsed;
+  }
+  auto session = Session::open(options.bus);
+  if (!session) return tl::unexpected(session.error());
+  catch_stop_signals();
+  return ClockSession(**session, options).run(seconds);
+}
+
+}  // namespace
+
+Execute prepare_dc(Arguments& to) {
+  auto options = std::make_shared<DcOptions>();
+  add_bus_options(to, options->bus);
+  to.option("--duration", &options->duration, Value::text("SECONDS"), "Seconds to watch the clocks; default 3");
+  to.flag("--virtual", options->bus.virtual_time, "Simulated line on virtual time");
+  to.option("--output", &options->output_directory, Value::folder(), "Write every clock's difference over time there");
+  to.flag("--no-plots", options->no_plots, "Leave only the CSV file");
+  add_json_flag(to, options->json);
+  return [options] { return show_clocks(*options); };
+}
+
+}  // namespace driveline::cli

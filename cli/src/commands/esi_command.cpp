@@ -1,0 +1,91 @@
+#include <fmt/format.h>
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <utility>
+
+#include "commands/commands.hpp"
+#include "driveline/esi/eds_file.hpp"
+#include "driveline/esi/esi_file.hpp"
+#include "driveline/esi/sii.hpp"
+#include "driveline/slaves/msd/msd_table.hpp"
+#include "output_file.hpp"
+
+namespace driveline::cli {
+namespace {
+
+Outcome<esi::EsiFile> read_file(const std::string& name) {
+  std::ifstream stream(name, std::ios::binary);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  if (!stream || std::filesystem::is_directory(name)) return misused(fmt::format("{}: cannot be read", name));
+  auto file = esi::read_esi(text.str(), name);
+  if (!file) return failed(esi::to_text(file.error()));
+  return std::move(*file);
+}
+
+/// Every ESI command works on one path.
+Execute with_path(Arguments& to, Value value, std::string_view help, Outcome<int> (*work)(const std::string&)) {
+  auto path = std::make_shared<std::string>();
+  to.required(path.get(), std::move(value), help);
+  return [path, work] { return work(*path); };
+}
+
+Outcome<int> generate_esi(const std::string& directory) {
+  std::error_code error;
+  std::filesystem::create_directories(directory, error);
+  if (error) return failed(fmt::format("{}: cannot be created: {}", directory, error.message()));
+  const auto device = slaves::msd::device_description();
+  std::string image;
+  for (const auto byte : esi::encode_sii(esi::make_sii(device))) image += static_cast<char>(byte);
+  const std::array<std::pair<std::string_view, std::string>, 4> files = {
+      {{"moog_msd.xml", esi::write_esi({device})},
+       {"moog_msd.sii", image},
+       {"moog_msd.eds", esi::write_eds(device, "moog_msd.eds")},
+       {"moog_msd_objects.md", slaves::msd::object_reference()}}};
+  for (const auto& [name, content] : files) {
+    const auto path = std::filesystem::path(directory) / name;
+    if (auto done = write_file(path, content); !done) return failed(done.error());
+    fmt::print("{}\n", path.string());
+  }
+  return 0;
+}
+
+Outcome<int> validate_esi(const std::string& name) {
+  const auto file = read_file(name);
+  if (!file) return tl::unexpected(file.error());
+  for (const auto& note : file->notes) fmt::print("{}:{}: {}: {}\n", name, note.line, note.path, note.text);
+  fmt::print("{}: {} devices, {} notes\n", name, file->devices.size(), file->notes.size());
+  return 0;
+}
+
+Outcome<int> show_esi(const std::string& name) {
+  const auto file = read_file(name);
+  if (!file) return tl::unexpected(file.error());
+  fmt::print("vendor 0x{:08X} {}\n", file->vendor_id, file->vendor_name);
+  for (const auto& device : file->devices) {
+    fmt::print("{}  product 0x{:08X}, revision 0x{:08X}: {}\n", device.type, device.product_code, device.revision,
+               device.name);
+    fmt::print("  {} sync managers, {} FMMUs, {} RxPDOs, {} TxPDOs, {} objects, {} DC modes\n",
+               device.sync_managers.size(), device.fmmus.size(), device.rx_pdos.size(), device.tx_pdos.size(),
+               device.objects.size(), device.dc_modes.size());
+  }
+  return 0;
+}
+
+}  // namespace
+
+Execute prepare_esi_generate(Arguments& to) {
+  return with_path(to, Value::folder("DIRECTORY"), "Where the files go; made when it is not there", generate_esi);
+}
+
+Execute prepare_esi_validate(Arguments& to) {
+  return with_path(to, Value::file(), "ESI file (XML)", validate_esi);
+}
+
+Execute prepare_esi_show(Arguments& to) {
+  return with_path(to, Value::file(), "ESI file (XML)", show_esi);
+}
+
+}  // namespace driveline::cli

@@ -1,0 +1,42 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <memory>
+
+#include "commands/command_input.hpp"
+#include "commands/commands.hpp"
+#include "text/fault_text.hpp"
+
+namespace driveline::cli {
+namespace {
+
+struct FaultOptions {
+  std::string control;  ///< socket of `simulate`
+  std::vector<std::string> words;
+};
+
+Outcome<int> fault(const FaultOptions& options) {
+  const auto command = fmt::format("{}", fmt::join(options.words, " "));
+  if (command == "help") {
+    fmt::print("{}", fault_help());
+    return 0;
+  }
+  if (options.control.empty()) return misused("--control PATH is missing: the socket that `simulate --control` opened");
+  const auto answer = send_command(options.control, command);
+  if (!answer) return tl::unexpected(answer.error());
+  constexpr std::string_view kError = "error: ";
+  if (answer->starts_with(kError)) return failed(answer->substr(kError.size()));
+  fmt::print("{}\n", *answer);
+  return 0;
+}
+
+}  // namespace
+
+Execute prepare_fault(Arguments& to) {
+  auto options = std::make_shared<FaultOptions>();
+  to.option("--control", &options->control, Value::file("PATH"), "Socket that `simulate --control` listens at");
+  to.required(&options->words, Value::text("COMMAND"),
+              "KIND KEY=VALUE ..., heal KIND KEY=VALUE ..., heal all, list, states, quit; help lists the kinds");
+  return [options] { return fault(*options); };
+}
+
+}  // namespace driveline::cli

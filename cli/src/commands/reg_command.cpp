@@ -1,0 +1,168 @@
+#include <fmt/format.h>
+
+#include "commands/commands.hpp"
+#include "line/line_view.hpp"
+#include "text/json_text.hpp"
+#include "text/register_name.hpp"
+#include "text/typed_value.hpp"
+
+namespace driveline::cli {
+namespace {
+
+/// Data of one datagram.
+constexpr std::uint32_t kMaxBytes = 1024;
+
+struct RegOptions {
+  BusOptions bus;
+  SlaveSelection selection;
+  std::string address;
+  std::optional<std::string> size;  ///< read only
+  std::string type;
+  std::string value;  ///< write only
+  bool json = false;
+};
+
+/// What is accessed, and how its value is written.
+struct Access {
+  RegisterAddress at;
+  ValueType type = ValueType::kRaw;
+  std::size_t bytes = 0;
+};
+
+ValueType unsigned_type(std::size_t bytes) {
+  switch (bytes) {
+    case 1:
+      return ValueType::kUint8;
+    case 2:
+      return ValueType::kUint16;
+    case 4:
+      return ValueType::kUint32;
+    case 8:
+      return ValueType::kUint64;
+    default:
+      return ValueType::kRaw;
+  }
+}
+
+/// The size is what was said, that of the type, or that of the register, in this order.
+Outcome<Access> parse_access(const RegOptions& options) {
+  if (auto checked = options.selection.check(); !checked) return tl::unexpected(checked.error());
+  const auto at = find_register(options.address);
+  if (!at) return tl::unexpected(at.error());
+  const auto type = parse_type(options.type);
+  if (!type) return misused(type.error());
+  Access access{*at, *type, at->bytes};
+  if (type_bytes(*type) != 0) access.bytes = type_bytes(*type);
+  if (options.size) {
+    const auto size = parse_number(*options.size, kMaxBytes, "size");
+    if (!size) return tl::unexpected(size.error());
+    if (*size == 0) return misused("size \"0\": 1 to 1024 bytes are expected");
+    if (type_bytes(*type) != 0 && *size != type_bytes(*type)) {
+      return misused(fmt::format("size {}: {} has {} bytes", *size, options.type, type_bytes(*type)));
+    }
+    access.bytes = *size;
+  } else if (options.type.empty()) {
+    access.type = unsigned_type(access.bytes);
+  }
+  return access;
+}
+
+std::string name_of(const RegisterAddress& at) {
+  return at.row == nullptr ? fmt::format("address 0x{:04X}", at.address)
+                           : fmt::format("register 0x{:04X} ({})", at.address, at.row->name);
+}
+
+/// A slave that does not answer, or one that refuses the access?
+tl::unexpected<Failure> access_failure(const ecat_master::Error& error, const RegisterAddress& at, bool write) {
+  if (error.kind != ecat_master::ErrorKind::kWorkingCounter) return bus_failure(error);
+  const bool refused = write && at.row != nullptr && at.row->ecat == wire::RegisterAccess::kRead;
+  return failed(fmt::format("slave {}: does not let the master {} {}{}", error.slave, write ? "write" : "read",
+                            name_of(at), refused ? ", which is read-only" : ""));
+}
+
+Outcome<int> read_register(const RegOptions& options) {
+  const auto access = parse_access(options);
+  if (!access) return tl::unexpected(access.error());
+  if (access->bytes == 0) {
+    return misused(fmt::format("{}: how many bytes? Give SIZE or --type", name_of(access->at)));
+  }
+  auto line = LineView::open(options.bus);
+  if (!line) return tl::unexpected(line.error());
+  const auto positions = (*line)->select(options.selection);
+  if (!positions) return tl::unexpected(positions.error());
+  auto rows = nlohmann::json::array();
+  std::string text;
+  for (const auto position : *positions) {
+    std::vector<std::byte> data(access->bytes);
+    auto done = (*line)->bus().read((*line)->slaves()[position].ref, access->at.address, data);
+    if (!done) return access_failure(done.error(), access->at, false);
+    const auto value = format_value(data, access->type);
+    if (!value) return failed(value.error());
+    if (positions->size() > 1) text += fmt::format("{:>4}  ", position);
+    text += *value + "\n";
+    rows.push_back({{"position", position}, {"value", *json_value(data, access->type)}});
+  }
+  if (options.json) {
+    nlohmann::json document = {{"address", access->at.address}, {"bytes", access->bytes}, {"slaves", rows}};
+    document["name"] = access->at.row == nullptr ? nlohmann::json() : nlohmann::json(access->at.row->name);
+    text = json_text(document);
+  }
+  fmt::print("{}", text);
+  return 0;
+}
+
+Outcome<int> write_register(const RegOptions& options) {
+  const auto access = parse_access(options);
+  if (!access) return tl::unexpected(access.error());
+  const auto data = parse_value(options.value, access->type);
+  if (!data) return misused(data.error());
+  if (data->empty()) return misused("value \"\": bytes are expected");
+  auto line = LineView::open(options.bus);
+  if (!line) return tl::unexpected(line.error());
+  const auto slave = (*line)->select_one(options.selection, true);
+  if (!slave) return tl::unexpected(slave.error());
+  auto done = (*line)->bus().write(*slave, access->at.address, *data);
+  if (!done) return access_failure(done.error(), access->at, true);
+  if (options.json) {
+    fmt::print("{}", json_text({{"slave", slave->position}, {"address", access->at.address}, {"bytes", data->size()}}));
+  }
+  return 0;
+}
+
+std::shared_ptr<RegOptions> add_common(Arguments& to, bool write) {
+  auto options = std::make_shared<RegOptions>();
+  add_bus_options(to, options->bus);
+  if (write) {
+    options->selection.add_single(to);
+  } else {
+    options->selection.add(to);
+  }
+  to.option("-t,--type", &options->type, Value::choice("TYPE", type_names()),
+            "Type of the value; default: unsigned, as wide as the register");
+  add_json_flag(to, options->json);
+  to.required(&options->address, Value::text("REGISTER"), "Address, e.g. 0x0130, or name, e.g. al_status or fmmu[1]");
+  return options;
+}
+
+}  // namespace
+
+Execute prepare_reg_read(Arguments& to) {
+  auto options = add_common(to, false);
+  to.positional(&options->size, Value::text("SIZE"), "Bytes; default: those of the register or the type");
+  return [options] { return read_register(*options); };
+}
+
+Execute prepare_reg_write(Arguments& to) {
+  auto options = add_common(to, true);
+  to.required(&options->value, Value::text("VALUE"), "Value");
+  return [options] { return write_register(*options); };
+}
+
+Execute prepare_reg_list(Arguments&) {
+  return []() -> Outcome<int> {
+    fmt::print("{}", register_table());
+    return 0;
+  };
+}
+
+}  // namespace driveline::cli

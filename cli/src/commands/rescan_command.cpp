@@ -1,0 +1,37 @@
+#include <fmt/format.h>
+
+#include "commands/commands.hpp"
+#include "commands/tool_options.hpp"
+#include "text/json_text.hpp"
+
+namespace driveline::cli {
+namespace {
+
+struct ScanOptions {
+  BusOptions bus;
+  bool json = false;
+};
+
+Outcome<int> rescan(const ScanOptions& options) {
+  auto session = Session::open(options.bus);
+  if (!session) return tl::unexpected(session.error());
+  ecat_master::Master master((*session)->port(), (*session)->clock());
+  if (auto done = master.scan(); !done) return bus_failure(done.error());
+  if (options.json) {
+    fmt::print("{}", json_text({{"slaves_count", master.slaves().size()}}));
+  } else {
+    fmt::print("{} slaves, all in INIT\n", master.slaves().size());
+  }
+  return 0;
+}
+
+}  // namespace
+
+Execute prepare_rescan(Arguments& to) {
+  auto options = std::make_shared<ScanOptions>();
+  add_bus_options(to, options->bus);
+  add_json_flag(to, options->json);
+  return [options] { return rescan(*options); };
+}
+
+}  // namespace driveline::cli

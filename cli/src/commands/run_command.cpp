@@ -1,0 +1,95 @@
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "commands/commands.hpp"
+#include "commands/tool_options.hpp"
+#include "config/axis_path.hpp"
+#include "console.hpp"
+#include "line/line_run.hpp"
+#include "signals.hpp"
+#include "text/json_text.hpp"
+#include "text/plots.hpp"
+
+namespace driveline::cli {
+namespace {
+
+/// What `run` was asked for.
+struct RunOptions {
+  BusOptions bus;
+  std::optional<std::string> duration;
+  std::string output_directory;  ///< empty: as configured
+  std::string capture;           ///< empty: as configured
+  bool no_plots = false;
+  bool no_telemetry = false;
+  bool json = false;
+};
+
+/// Files that the run leaves behind, beside axes.csv. A plot that cannot be drawn is no failure of the run.
+void write_files(const LineConfig& config, RunReport& report) {
+  const auto& directory = config.output.directory;
+  const auto jitter = directory / "jitter.csv";
+  if (auto written = write_jitter_csv(report.statistics, jitter); !written) {
+    report.faults.push_back(written.error());
+    return;
+  }
+  report.files["jitter_csv"] = jitter;
+  if (!config.output.plots) return;
+  progress("drawing the plots");
+  auto pictures = draw_plots(directory, report.files.count("axes_csv") != 0 ? report.axes : std::vector<AxisReport>{});
+  if (pictures) {
+    report.files.merge(*pictures);
+  } else {
+    progress("{}", pictures.error());
+  }
+}
+
+Outcome<int> run_line(const RunOptions& options) {
+  std::optional<double> duration_s;
+  if (options.duration) {
+    const auto seconds = parse_seconds(*options.duration, "--duration");
+    if (!seconds) return tl::unexpected(seconds.error());
+    duration_s = *seconds;
+  }
+  if (options.bus.config.empty()) return misused("--config FILE is missing: the axes and their path");
+  std::optional<trajectory::Interpolator> path;
+  auto session = Session::open(options.bus, [&](LineConfig& config) -> Outcome<void> {
+    if (!options.output_directory.empty()) config.output.directory = options.output_directory;
+    if (!options.capture.empty()) config.output.capture = options.capture;
+    if (options.no_plots) config.output.plots = false;
+    if (options.no_telemetry) config.telemetry.enabled = false;
+    if (config.axes.empty()) return {};
+    auto loaded = load_axis_path(config);
+    if (!loaded) return misused(loaded.error());
+    path = std::move(*loaded);
+    return {};
+  });
+  if (!session) return tl::unexpected(session.error());
+  catch_stop_signals();
+  auto report = LineRun(**session, std::move(path), duration_s).execute();
+  const auto capture = (*session)->close_capture();
+  if (!report) return tl::unexpected(report.error());
+  if (!capture) return tl::unexpected(capture.error());
+  if (*capture) report->files["capture"] = **capture;
+  write_files((*session)->config(), *report);
+  fmt::print("{}", options.json ? json_text(to_json(*report)) : to_text(*report));
+  if (!report->faults.empty()) return failed(report->faults.front());
+  return 0;
+}
+
+}  // namespace
+
+Execute prepare_run(Arguments& to) {
+  auto options = std::make_shared<RunOptions>();
+  add_bus_options(to, options->bus);
+  to.option("--duration", &options->duration, Value::text("SECONDS"),
+            "Seconds in operation; default: until the end of the path");
+  to.flag("--virtual", options->bus.virtual_time, "Simulated line on virtual time: deterministic, as fast as possible");
+  to.option("--output", &options->output_directory, Value::folder(), "Folder for CSV files and plots");
+  to.option("--capture", &options->capture, Value::file(), "Write all frames to this pcapng file");
+  to.flag("--no-plots", options->no_plots, "Leave only the CSV files");
+  to.flag("--no-telemetry", options->no_telemetry, "Do not publish over DDS");
+  add_json_flag(to, options->json);
+  return [options] { return run_line(*options); };
+}
+
+}  // namespace driveline::cli

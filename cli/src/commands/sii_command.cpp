@@ -1,0 +1,271 @@
+#include <fmt/format.h>
+#include <unistd.h>
+#include <cstdio>
+#include <fstream>
+#include <sstream>
+
+#include "commands/commands.hpp"
+#include "console.hpp"
+#include "driveline/ecat_master/sii/sii_writer.hpp"
+#include "driveline/esi/esi_file.hpp"
+#include "driveline/esi/sii_difference.hpp"
+#include "line/line_view.hpp"
+#include "output_file.hpp"
+#include "signals.hpp"
+#include "text/json_text.hpp"
+#include "text/pdo_view.hpp"
+#include "text/sii_text.hpp"
+
+namespace driveline::cli {
+namespace {
+
+struct SiiOptions {
+  BusOptions bus;
+  SlaveSelection selection;
+  std::string file;  ///< input or output, as the command says
+  std::string alias;
+  bool verbose = false;
+  bool force = false;
+  bool json = false;
+};
+
+Outcome<std::string> read_file(const std::string& name) {
+  std::ifstream stream(name, std::ios::binary);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  if (!stream || text.str().empty()) return misused(fmt::format("{}: cannot be read", name));
+  return text.str();
+}
+
+std::vector<std::byte> bytes_of(const std::string& text) {
+  std::vector<std::byte> bytes;
+  for (const char c : text) bytes.push_back(static_cast<std::byte>(c));
+  return bytes;
+}
+
+std::string text_of(std::span<const std::byte> bytes) {
+  std::string text;
+  for (const auto byte : bytes) text += static_cast<char>(byte);
+  return text;
+}
+
+/// A line with one slave chosen and its EEPROM read.
+struct Chosen {
+  std::unique_ptr<LineView> line;
+  SlaveView view;
+};
+
+Outcome<Chosen> choose(const SiiOptions& options, bool explicitly) {
+  if (auto checked = options.selection.check(); !checked) return tl::unexpected(checked.error());
+  auto line = LineView::open(options.bus);
+  if (!line) return tl::unexpected(line.error());
+  const auto slave = (*line)->select_one(options.selection, explicitly);
+  if (!slave) return tl::unexpected(slave.error());
+  const std::size_t position = slave->position;
+  auto views = (*line)->read({&position, 1});
+  return Chosen{std::move(*line), std::move(views.front())};
+}
+
+tl::unexpected<Failure> trouble(const SlaveView& view) {
+  return failed(fmt::format("slave {}: {}", view.slave.ref.position, view.trouble));
+}
+
+std::string describe_image(const esi::SiiImage& sii) {
+  std::string text = fmt::format("EEPROM: {} bytes, checksum {}\nAlias: {}\n", sii.eeprom_bytes(),
+                                 sii.checksum_valid() ? "valid" : "WRONG", sii.config.station_alias);
+  const auto channels = pdos_from_sii(sii);
+  return text + identity_text(sii) + mailbox_and_general_text(sii) + to_text(channels) + fmmu_and_clock_text(sii);
+}
+
+Outcome<int> read_image(const SiiOptions& options) {
+  const bool binary = !options.verbose && !options.json;
+  if (binary && options.file.empty() && isatty(STDOUT_FILENO) != 0) {
+    return misused("an EEPROM image is no text: give --output FILE, redirect the output, or take -v");
+  }
+  auto chosen = choose(options, false);
+  if (!chosen) return tl::unexpected(chosen.error());
+  const auto& view = chosen->view;
+  if (view.image.empty() || (!binary && !view.sii)) return trouble(view);
+  if (!options.file.empty()) {
+    if (auto done = write_file(options.file, text_of(view.image)); !done) return failed(done.error());
+  } else if (binary) {
+    std::fwrite(view.image.data(), 1, view.image.size(), stdout);
+  }
+  if (options.json) {
+    auto document = to_json(*view.sii);
+    document["position"] = view.slave.ref.position;
+    document["bytes"] = view.image.size();
+    fmt::print("{}", json_text(document));
+  } else if (options.verbose) {
+    fmt::print("{}", describe_image(*view.sii));
+  }
+  if (!view.trouble.empty()) progress("slave {}: {}", view.slave.ref.position, view.trouble);
+  return 0;
+}
+
+/// Reasons to refuse an image that --force passes over.
+Outcome<void> check_image(const esi::SiiImage& image, const SlaveView& view, const std::string& file) {
+  if (!image.checksum_valid()) {
+    return failed(
+        fmt::format("{}: the checksum of the configuration area is wrong: the slave would not start with it; "
+                    "--force writes it all the same",
+                    file));
+  }
+  const auto state = view.slave.al.status.state;
+  if (state != wire::AlState::kInit && state != wire::AlState::kPreOp) {
+    return failed(
+        fmt::format("slave {} is in {}: EEPROMs are written in INIT or PREOP, `driveline states INIT` takes the "
+                    "line there; --force writes it all the same",
+                    view.slave.ref.position, wire::to_text(state)));
+  }
+  if (!view.sii) return {};  // nothing usable there: whatever comes is better
+  if (view.sii->vendor_id != image.vendor_id || view.sii->product_code != image.product_code) {
+    return failed(fmt::format(
+        "{}: is for vendor 0x{:08X}, product 0x{:08X}, slave {} is vendor 0x{:08X}, product 0x{:08X}; --force "
+        "writes it all the same",
+        file, image.vendor_id, image.product_code, view.slave.ref.position, view.sii->vendor_id,
+        view.sii->product_code));
+  }
+  return {};
+}
+
+/// When the old content could not be restored, it is the user's only copy.
+std::string save_previous(const ecat_master::SiiWriteFailure& failure, std::size_t position) {
+  const auto file = fmt::format("sii-slave{}-before.bin", position);
+  const auto saved = write_file(file, text_of(failure.previous));
+  return saved ? fmt::format("; what it held before is in {}", file) : "; " + saved.error();
+}
+
+/// Tells how far a long write is, about every second word in a hundred, and stops it on a signal.
+ecat_master::SiiProgress make_progress(std::size_t position) {
+  return [position, told = std::size_t{0}](std::size_t done, std::size_t total) mutable {
+    const std::size_t percent = total == 0 ? 100 : 100 * done / total;
+    if (percent >= told + 10) {
+      told = percent;
+      progress("slave {}: {} of {} words written", position, done, total);
+    }
+    return !stop_requested();
+  };
+}
+
+Outcome<int> finish_write(const tl::expected<ecat_master::SiiWriteReport, ecat_master::SiiWriteFailure>& written,
+                          const SiiOptions& options, std::size_t position) {
+  if (!written) {
+    auto text = ecat_master::describe(written.error());
+    if (!written.error().left.empty()) text += save_previous(written.error(), position);
+    return failed(text);
+  }
+  if (options.json) {
+    fmt::print("{}", json_text({{"slave", position},
+                                {"words_changed", written->words_changed},
+                                {"words_unchanged", written->words_unchanged}}));
+  } else {
+    fmt::print("slave {}: {} words changed, {} left as they were, all read back; in effect after the next power-on\n",
+               position, written->words_changed, written->words_unchanged);
+  }
+  return 0;
+}
+
+Outcome<int> write_image(const SiiOptions& options) {
+  const auto content = read_file(options.file);
+  if (!content) return tl::unexpected(content.error());
+  const auto bytes = bytes_of(*content);
+  const auto image = esi::decode_sii(bytes);
+  if (!image) return misused(fmt::format("{}: {}", options.file, esi::to_text(image.error())));
+  auto chosen = choose(options, true);
+  if (!chosen) return tl::unexpected(chosen.error());
+  if (!options.force) {
+    if (auto checked = check_image(*image, chosen->view, options.file); !checked)
+      return tl::unexpected(checked.error());
+  }
+  catch_stop_signals();
+  const auto slave = chosen->view.slave.ref;
+  return finish_write(ecat_master::write_sii(chosen->line->bus(), slave, bytes, make_progress(slave.position)), options,
+                      slave.position);
+}
+
+Outcome<int> set_alias(const SiiOptions& options) {
+  const auto alias = parse_number(options.alias, 0xFFFF, "alias");
+  if (!alias) return tl::unexpected(alias.error());
+  auto chosen = choose(options, true);
+  if (!chosen) return tl::unexpected(chosen.error());
+  const auto slave = chosen->view.slave.ref;
+  for (const auto& other : chosen->line->slaves()) {
+    if (*alias != 0 && other.alias == *alias && other.ref.position != slave.position) {
+      return failed(fmt::format("slave {} has the alias address {} already", other.ref.position, *alias));
+    }
+  }
+  return finish_write(ecat_master::write_alias(chosen->line->bus(), slave, static_cast<std::uint16_t>(*alias)), options,
+                      slave.position);
+}
+
+Outcome<int> compare_image(const SiiOptions& options) {
+  const auto text = read_file(options.file);
+  if (!text) return tl::unexpected(text.error());
+  const auto file = esi::read_esi(*text, options.file);
+  if (!file) return misused(esi::to_text(file.error()));
+  auto chosen = choose(options, false);
+  if (!chosen) return tl::unexpected(chosen.error());
+  const auto& view = chosen->view;
+  if (!view.sii) return trouble(view);
+  const auto& sii = *view.sii;
+  const auto* device = file->find_device(sii.vendor_id, sii.product_code, sii.revision);
+  if (device == nullptr) {
+    return failed(fmt::format("{}: has no device of vendor 0x{:08X}, product 0x{:08X}, revision 0x{:08X}", options.file,
+                              sii.vendor_id, sii.product_code, sii.revision));
+  }
+  const auto differences = esi::compare_sii(sii, esi::make_sii(*device));
+  if (options.json) {
+    auto rows = nlohmann::json::array();
+    for (const auto& difference : differences) {
+      rows.push_back({{"what", difference.what}, {"found", difference.found}, {"planned", difference.planned}});
+    }
+    fmt::print("{}", json_text({{"slave", view.slave.ref.position}, {"differences", rows}}));
+  } else {
+    for (const auto& difference : differences) {
+      fmt::print("{}: {}, the file says {}\n", difference.what, difference.found, difference.planned);
+    }
+    if (differences.empty()) fmt::print("slave {}: as {} says\n", view.slave.ref.position, options.file);
+  }
+  if (differences.empty()) return 0;
+  return failed(fmt::format("slave {}: {} difference{} from {}", view.slave.ref.position, differences.size(),
+                            differences.size() == 1 ? "" : "s", options.file));
+}
+
+std::shared_ptr<SiiOptions> add_common(Arguments& to) {
+  auto options = std::make_shared<SiiOptions>();
+  add_bus_options(to, options->bus);
+  options->selection.add_single(to);
+  add_json_flag(to, options->json);
+  return options;
+}
+
+}  // namespace
+
+Execute prepare_sii_read(Arguments& to) {
+  auto options = add_common(to);
+  to.option("-o,--output", &options->file, Value::file(), "Write the image to this file, not to stdout");
+  to.flag("-v,--verbose", options->verbose, "Print what the image says");
+  return [options] { return read_image(*options); };
+}
+
+Execute prepare_sii_write(Arguments& to) {
+  auto options = add_common(to);
+  to.flag("-f,--force", options->force, "Even when checksum or identity do not fit");
+  to.required(&options->file, Value::file(), "EEPROM image");
+  return [options] { return write_image(*options); };
+}
+
+Execute prepare_sii_compare(Arguments& to) {
+  auto options = add_common(to);
+  to.required(&options->file, Value::file(), "ESI file (XML)");
+  return [options] { return compare_image(*options); };
+}
+
+Execute prepare_sii_alias(Arguments& to) {
+  auto options = add_common(to);
+  to.required(&options->alias, Value::text("ALIAS"), "New alias address, 0: none");
+  return [options] { return set_alias(*options); };
+}
+
+}  // namespace driveline::cli

@@ -1,0 +1,201 @@
+#include <fmt/format.h>
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+
+#include "commands/command_input.hpp"
+#include "commands/commands.hpp"
+#include "commands/tool_options.hpp"
+#include "console.hpp"
+#include "driveline/port/frame_waiter.hpp"
+#include "driveline/port/raw_socket_port.hpp"
+#include "driveline/slaves/esc/sii_file.hpp"
+#include "line/composition.hpp"
+#include "line/line_console.hpp"
+#include "line/line_server.hpp"
+#include "signals.hpp"
+
+namespace driveline::cli {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+constexpr auto kWatchInterval = milliseconds{50};
+constexpr auto kReportInterval = std::chrono::seconds{5};
+
+double us(nanoseconds time) {
+  return static_cast<double>(time.count()) / 1000.0;
+}
+
+std::string percentiles(const rt::Histogram& times) {
+  return fmt::format("turn-around p50 {:.1f} us, p99 {:.1f} us, p99.9 {:.1f} us, max {:.1f} us",
+                     us(times.percentile(0.5)), us(times.percentile(0.99)), us(times.percentile(0.999)),
+                     us(times.max()));
+}
+
+/// What `simulate` was asked for.
+struct SimulateOptions {
+  BusOptions bus;
+  std::string interface2;  ///< the far end of a ring; may be empty
+  std::string control;     ///< socket for commands; may be empty
+  bool busy_poll = false;
+};
+
+/// Frame rate, turn-around times and states, every few seconds.
+class Reporter {
+ public:
+  Reporter(LineServer& server, const LineConsole& console, const rt::Clock& clock)
+      : server_(server), console_(console), clock_(clock), next_(clock.now() + kReportInterval) {}
+
+  void tell() {
+    rt::Histogram window;
+    if (server_.take_window(window)) {
+      const auto frames = server_.frames();
+      const auto rate = static_cast<double>(frames - frames_) * 1e9 /
+                        static_cast<double>(std::max<std::int64_t>((clock_.now() - last_).count(), 1));
+      progress("{:.0f} frames/s{}; {}", rate, window.count() > 0 ? "; " + percentiles(window) : "", console_.states());
+      frames_ = frames;
+      last_ = clock_.now();
+    }
+    if (clock_.now() < next_) return;
+    next_ += kReportInterval;
+    server_.request_window();
+  }
+
+ private:
+  LineServer& server_;
+  const LineConsole& console_;
+  const rt::Clock& clock_;
+  nanoseconds next_;
+  nanoseconds last_ = clock_.now();
+  std::uint64_t frames_ = 0;
+};
+
+/// The interfaces that a line is served on.
+struct Interfaces {
+  std::unique_ptr<port::RawSocketPort> primary;
+  std::unique_ptr<port::RawSocketPort> secondary;
+  std::unique_ptr<port::FrameWaiter> waiter;
+};
+
+Outcome<Interfaces> open_interfaces(const SimulateOptions& options, const rt::Clock& clock) {
+  Interfaces interfaces;
+  auto primary = port::RawSocketPort::open({options.bus.interface, true, 6}, clock);
+  if (!primary) return failed(primary.error().message);
+  interfaces.primary = std::move(*primary);
+  if (!options.interface2.empty()) {
+    auto secondary = port::RawSocketPort::open({options.interface2, true, 6}, clock);
+    if (!secondary) return failed(secondary.error().message);
+    interfaces.secondary = std::move(*secondary);
+  }
+  auto waiter = port::FrameWaiter::open(*interfaces.primary, interfaces.secondary.get());
+  if (!waiter) return failed(waiter.error().message);
+  interfaces.waiter = std::move(*waiter);
+  return interfaces;
+}
+
+/// Linux stops real-time threads that do not leave it a share of every second.
+void tell_throttling() {
+  std::ifstream file("/proc/sys/kernel/sched_rt_runtime_us");
+  long runtime = -1;
+  if (!(file >> runtime) || runtime < 0) return;
+  progress(
+      "  busy polling: Linux lets real-time threads run {} us of every second; the thread sleeps an eighth of each "
+      "of the master's cycles to stay below",
+      runtime);
+}
+
+/// Keeps what a master has written into the EEPROMs; not while the line is served.
+Outcome<void> save_eeproms(const LineConfig& config, const slaves::Line& line) {
+  for (std::size_t i = 0; i < config.slaves.size(); ++i) {
+    if (config.slaves[i].sii_file.empty()) continue;
+    const auto saved = slaves::SiiFile(config.slaves[i].sii_file).save(line.slave(i).esc().sii());
+    if (!saved) return failed(saved.error());
+    if (*saved) progress("EEPROM of {} written to {}", config.slaves[i].name, config.slaves[i].sii_file.string());
+  }
+  return {};
+}
+
+/// The states in the order of the line; not while it is served.
+std::string states_summary(const slaves::Line& line) {
+  std::string text;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const auto status = line.slave(i).esc().al_status();
+    text += fmt::format(" {}{}", wire::to_text(status.state), status.error ? "+ERROR" : "");
+  }
+  return text;
+}
+
+std::vector<std::string> names_of(const LineConfig& config) {
+  std::vector<std::string> names;
+  for (const auto& slave : config.slaves) names.push_back(slave.name);
+  return names;
+}
+
+Outcome<int> simulate(const SimulateOptions& options) {
+  const auto& bus = options.bus;
+  if (bus.config.empty() || bus.interface.empty()) {
+    return misused("needs --config FILE, the line to simulate, and --iface NAME, where to serve it");
+  }
+  auto config = load_line_config(bus.config);
+  if (!config) return misused(config.error());
+  const bool ring = config->wiring && config->wiring->master(slaves::MasterPort::kSecondary);
+  if (!options.interface2.empty() && !ring) {
+    return misused(
+        fmt::format("--iface2 {}: the line of {} has one end only; [wiring] preset = \"ring\" leads the last "
+                    "slave back to a second interface",
+                    options.interface2, bus.config));
+  }
+  rt::MonotonicClock clock;
+  const auto interfaces = open_interfaces(options, clock);
+  if (!interfaces) return tl::unexpected(interfaces.error());
+  auto input = CommandInput::open(options.control);
+  if (!input) return tl::unexpected(input.error());
+  const auto line = make_simulated_line(*config, clock, interfaces->secondary != nullptr);
+  LineServer server(*line, *interfaces->primary, interfaces->secondary.get(), clock,
+                    {options.busy_poll, [&](nanoseconds deadline) { interfaces->waiter->wait(deadline); }});
+  LineConsole console(server, *line, names_of(*config));
+  catch_stop_signals();
+
+  // The line takes what real-time properties it can get: it stands in for hardware that has no scheduler.
+  rt::RealtimeConfig realtime = config->realtime;
+  realtime.policy = rt::RealtimePolicy::kDegrade;
+  realtime.name = "driveline-line";
+  realtime.cpu = config->simulation_cpu;
+  rt::RealtimeThread thread;
+  const auto report = thread.start(realtime, server);
+  if (!report) return failed(report.error().message());
+  for (const auto& text : rt::to_lines(*report)) progress("  {}", text);
+  if (options.busy_poll) tell_throttling();
+  progress("{} slaves on {}{}{}; Ctrl-C ends, \"help\" tells of faults", line->size(), bus.interface,
+           options.interface2.empty() ? "" : " and ", options.interface2);
+
+  Reporter reporter(server, console, clock);
+  while (!stop_requested() && !console.ended()) {
+    (*input)->run(kWatchInterval, [&console](std::string_view command) { return console.execute(command); });
+    console.tell_events();
+    reporter.tell();
+  }
+  thread.request_stop();
+  thread.join();
+  console.tell_events();
+  const auto saved = save_eeproms(*config, *line);
+  fmt::print("{} frames served, {} not sent; {}\nstates:{}\n", server.frames(), server.send_failures(),
+             percentiles(server.turn_around()), states_summary(*line));
+  if (!saved) return tl::unexpected(saved.error());
+  return 0;
+}
+
+}  // namespace
+
+Execute prepare_simulate(Arguments& to) {
+  auto options = std::make_shared<SimulateOptions>();
+  add_bus_options(to, options->bus);
+  to.option("--iface2", &options->interface2, Value::interface(), "Network interface at the far end of a ring");
+  to.flag("--busy-poll", options->busy_poll, "Spin for frames while a master cycles: faster answers for a whole CPU");
+  to.option("--control", &options->control, Value::file("PATH"), "Socket to listen at for `driveline fault`");
+  return [options] { return simulate(*options); };
+}
+
+}  // namespace driveline::cli

@@ -1,0 +1,66 @@
+#include <fmt/format.h>
+#include <algorithm>
+
+#include "commands/commands.hpp"
+#include "line/line_view.hpp"
+#include "text/json_text.hpp"
+#include "text/sii_text.hpp"
+#include "text/slave_text.hpp"
+
+namespace driveline::cli {
+namespace {
+
+struct SlavesOptions {
+  BusOptions bus;
+  SlaveSelection selection;
+  bool verbose = false;
+  bool json = false;
+};
+
+Outcome<std::vector<SlaveFacts>> read_facts(LineView& line, std::span<const SlaveView> slaves) {
+  // Ports that fit no tree are shown all the same; who is behind them is not known then.
+  const auto topology = line.topology().value_or(ecat_master::Topology{});
+  std::vector<SlaveFacts> facts;
+  for (const auto& view : slaves) {
+    const auto info = ecat_master::read_esc_information(line.bus(), view.slave.ref);
+    if (!info) return bus_failure(info.error());
+    facts.push_back({*info, neighbours_of(topology, view.slave.ref.position)});
+  }
+  return facts;
+}
+
+Outcome<int> list_slaves(const SlavesOptions& options) {
+  if (auto checked = options.selection.check(); !checked) return tl::unexpected(checked.error());
+  auto line = LineView::open(options.bus);
+  if (!line) return tl::unexpected(line.error());
+  const auto positions = (*line)->select(options.selection);
+  if (!positions) return tl::unexpected(positions.error());
+  const auto slaves = (*line)->read(*positions);
+  if (!options.verbose && !options.json) {
+    fmt::print("{}", slave_table(slaves));
+    return 0;
+  }
+  const auto facts = read_facts(**line, slaves);
+  if (!facts) return tl::unexpected(facts.error());
+  if (options.json) {
+    auto rows = nlohmann::json::array();
+    for (std::size_t i = 0; i < slaves.size(); ++i) rows.push_back(slave_json(slaves[i], (*facts)[i]));
+    fmt::print("{}", json_text({{"slaves", rows}}));
+    return 0;
+  }
+  for (std::size_t i = 0; i < slaves.size(); ++i) fmt::print("{}", slave_details(slaves[i], (*facts)[i]));
+  return 0;
+}
+
+}  // namespace
+
+Execute prepare_slaves(Arguments& to) {
+  auto options = std::make_shared<SlavesOptions>();
+  add_bus_options(to, options->bus);
+  options->selection.add(to);
+  to.flag("-v,--verbose", options->verbose, "Everything that is known about each slave");
+  add_json_flag(to, options->json);
+  return [options] { return list_slaves(*options); };
+}
+
+}  // namespace driveline::cli

@@ -1,0 +1,144 @@
+#include "commands/tool_options.hpp"
+
+#include <fmt/format.h>
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+namespace driveline::cli {
+namespace {
+
+constexpr std::uint32_t kMaxPosition = 65535;
+
+struct Range {
+  std::size_t first = 0;
+  std::size_t last = 0;
+};
+
+/// "0,2-4" as ranges.
+Outcome<std::vector<Range>> parse_positions(std::string_view text) {
+  std::vector<Range> ranges;
+  std::string_view rest = text;
+  for (;;) {
+    const auto comma = std::min(rest.find(','), rest.size());
+    const auto part = rest.substr(0, comma);
+    const auto dash = part.find('-');
+    const auto first = parse_number(part.substr(0, dash), kMaxPosition, "position");
+    const auto last =
+        dash == std::string_view::npos ? first : parse_number(part.substr(dash + 1), kMaxPosition, "position");
+    if (!first || !last || *first > *last) {
+      return misused(fmt::format("positions \"{}\": e.g. 3, 0,2 or 1-4 is expected", text));
+    }
+    ranges.push_back({*first, *last});
+    if (comma == rest.size()) return ranges;
+    rest.remove_prefix(comma + 1);
+  }
+}
+
+}  // namespace
+
+void add_bus_options(Arguments& to, BusOptions& bus) {
+  to.option("--config", &bus.config, Value::file(), "Line description (TOML)");
+  to.option("--iface", &bus.interface, Value::interface(),
+            "Network interface; replaces the simulated line of the file");
+}
+
+void add_json_flag(Arguments& to, bool& json) {
+  to.flag("--json", json, "Print one JSON document");
+}
+
+Outcome<std::uint32_t> parse_number(std::string_view text, std::uint32_t maximum, std::string_view what) {
+  int base = 10;
+  std::string_view digits = text;
+  if (digits.starts_with("0x") || digits.starts_with("0X")) {
+    base = 16;
+    digits.remove_prefix(2);
+  } else if (digits.ends_with('h') || digits.ends_with('H')) {
+    base = 16;
+    digits.remove_suffix(1);
+  }
+  std::uint32_t value = 0;
+  const auto* end = digits.data() + digits.size();
+  const auto result = std::from_chars(digits.data(), end, value, base);
+  if (result.ec != std::errc{} || result.ptr != end || value > maximum) {
+    return misused(fmt::format("{} \"{}\": a number up to {} is expected, as 0x{:X}, {:X}h or {}", what, text, maximum,
+                               maximum, maximum, maximum));
+  }
+  return value;
+}
+
+Outcome<double> parse_seconds(std::string_view text, std::string_view what) {
+  constexpr double kLongest = 1e7;
+  double seconds = 0.0;
+  const auto result = std::from_chars(text.data(), text.data() + text.size(), seconds);
+  const bool number = result.ec == std::errc{} && result.ptr == text.data() + text.size();
+  // The comparison is written so that NaN fails it.
+  if (!number || !(seconds >= 0.0 && seconds <= kLongest)) {
+    return misused(fmt::format("{} \"{}\": 0 to 10000000 s is expected", what, text));
+  }
+  return seconds;
+}
+
+void SlaveSelection::add(Arguments& to) {
+  to.option("-p,--position", &positions, Value::text("N"),
+            "Positions of slaves, 0 is the first, e.g. 3, 0,2 or 1-4; default: all");
+  to.option("-a,--alias", &alias, Value::text("ALIAS"), "Slaves with this alias address");
+}
+
+void SlaveSelection::add_single(Arguments& to) {
+  to.option("-p,--position", &positions, Value::text("N"), "Position of the slave, 0 is the first");
+  to.option("-a,--alias", &alias, Value::text("ALIAS"), "Slave with this alias address");
+}
+
+Outcome<void> SlaveSelection::check() const {
+  if (positions) {
+    if (auto ranges = parse_positions(*positions); !ranges) return tl::unexpected(ranges.error());
+  }
+  if (alias) {
+    if (auto number = parse_number(*alias, 0xFFFF, "alias"); !number) return tl::unexpected(number.error());
+  }
+  return {};
+}
+
+Outcome<std::vector<std::size_t>> SlaveSelection::select(std::span<const std::uint16_t> aliases) const {
+  std::vector<bool> wanted(aliases.size(), true);
+  if (positions) {
+    const auto ranges = parse_positions(*positions);
+    if (!ranges) return tl::unexpected(ranges.error());
+    std::fill(wanted.begin(), wanted.end(), false);
+    for (const auto& range : *ranges) {
+      if (range.last >= aliases.size()) {
+        return failed(fmt::format("there is no slave {}, the line has {}", range.last, aliases.size()));
+      }
+      std::fill(wanted.begin() + static_cast<std::ptrdiff_t>(range.first),
+                wanted.begin() + static_cast<std::ptrdiff_t>(range.last) + 1, true);
+    }
+  }
+  std::uint32_t number = 0;
+  if (alias) {
+    const auto parsed = parse_number(*alias, 0xFFFF, "alias");
+    if (!parsed) return tl::unexpected(parsed.error());
+    number = *parsed;
+  }
+  std::vector<std::size_t> selected;
+  for (std::size_t i = 0; i < aliases.size(); ++i) {
+    if (wanted[i] && (!alias || aliases[i] == number)) selected.push_back(i);
+  }
+  if (selected.empty()) return failed(fmt::format("no slave has the alias address {}", alias.value_or("")));
+  return selected;
+}
+
+Outcome<std::size_t> SlaveSelection::select_one(std::span<const std::uint16_t> aliases, bool explicitly) const {
+  if (!positions && !alias) {
+    if (explicitly && aliases.size() > 1) {
+      return misused(fmt::format("which of the {} slaves? Give -p N or -a ALIAS", aliases.size()));
+    }
+    return std::size_t{0};
+  }
+  const auto selected = select(aliases);
+  if (!selected) return tl::unexpected(selected.error());
+  if (selected->size() > 1) return misused(fmt::format("{} slaves are selected, one is expected", selected->size()));
+  return selected->front();
+}
+
+}  // namespace driveline::cli

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "commands/command.hpp"
+#include "driveline/ecat_master/master.hpp"
+#include "line/session.hpp"
+
+namespace driveline::cli {
+
+/// Declares --config and --iface.
+void add_bus_options(Arguments& to, BusOptions& bus);
+/// Declares --json.
+void add_json_flag(Arguments& to, bool& json);
+
+/// A number as people write indices: 0x6041, 6041h or decimal. Failure: status 2, names `what`.
+[[nodiscard]] Outcome<std::uint32_t> parse_number(std::string_view text, std::uint32_t maximum, std::string_view what);
+
+/// Seconds from 0 to 10000000. Failure: status 2.
+[[nodiscard]] Outcome<double> parse_seconds(std::string_view text, std::string_view what);
+
+/// Which slaves a bus tool works on: -p POSITIONS and -a ALIAS as in the IgH tool. Neither: all of them.
+struct SlaveSelection {
+  std::optional<std::string> positions;  ///< "3", "0,2", "1-4"
+  std::optional<std::string> alias;
+
+  void add(Arguments& to);
+  /// For tools that work on one slave.
+  void add_single(Arguments& to);
+  /// Complaints about how it is written, before anything is opened.
+  [[nodiscard]] Outcome<void> check() const;
+  /// Positions of the selected slaves, ascending; `aliases` are those of the slaves on the line by position. Failure:
+  /// no such slave.
+  [[nodiscard]] Outcome<std::vector<std::size_t>> select(std::span<const std::uint16_t> aliases) const;
+  /// The one slave selected. Without a selection it is slave 0, unless `explicitly`: then there must be no other.
+  [[nodiscard]] Outcome<std::size_t> select_one(std::span<const std::uint16_t> aliases, bool explicitly) const;
+};
+
+/// A failure of the master as one of the program.
+[[nodiscard]] inline tl::unexpected<Failure> bus_failure(const ecat_master::Error& error) {
+  return failed(ecat_master::describe(error));
+}
+
+}  // namespace driveline::cli

@@ -1,0 +1,107 @@
+#include "config/axis_path.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "driveline/trajectory/motion_limits.hpp"
+
+namespace driveline::cli {
+namespace {
+
+using trajectory::Interpolator;
+using trajectory::Path;
+
+Interpolator make_interpolator(const Path& path, PathConfig::Interpolation kind) {
+  switch (kind) {
+    case PathConfig::Interpolation::kLinear:
+      return Interpolator::linear(path);
+    case PathConfig::Interpolation::kNaturalSpline:
+      return Interpolator::natural_spline(path);
+    case PathConfig::Interpolation::kClampedSpline:
+      break;
+  }
+  return Interpolator::clamped_spline(path);
+}
+
+/// Column of the path for each axis. Error: a reason.
+tl::expected<std::vector<std::size_t>, std::string> columns_of(const Path& path, const LineConfig& config) {
+  if (path.axes().size() != config.axes.size()) {
+    return tl::unexpected(
+        fmt::format("the path has {} axes but the line has {}", path.axes().size(), config.axes.size()));
+  }
+  std::vector<std::size_t> columns;
+  for (const auto& axis : config.axes) {
+    const auto found =
+        std::find_if(path.axes().begin(), path.axes().end(), [&](const auto& a) { return a.name == axis.name; });
+    if (found == path.axes().end()) return tl::unexpected(fmt::format("there is no column for axis \"{}\"", axis.name));
+    if ((found->kind == trajectory::AxisKind::kLinear) != axis.linear) {
+      return tl::unexpected(fmt::format("column \"{}\" is in {} but the axis is {}", axis.name,
+                                        trajectory::si_unit(found->kind), axis.linear ? "linear" : "rotary"));
+    }
+    columns.push_back(static_cast<std::size_t>(found - path.axes().begin()));
+  }
+  return columns;
+}
+
+/// The path with its axes in the order of the configuration. Error: a reason.
+tl::expected<Path, std::string> arrange(const Path& path, const LineConfig& config) {
+  const auto columns = columns_of(path, config);
+  if (!columns) return tl::unexpected(columns.error());
+  trajectory::PathBuilder builder;
+  for (const auto column : *columns) {
+    if (auto added = builder.add_axis(path.axes()[column]); !added) return tl::unexpected(added.error().message());
+  }
+  std::vector<double> positions(columns->size());
+  for (std::size_t point = 0; point < path.points(); ++point) {
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+      positions[i] = path.positions(point)[(*columns)[i]];
+      // Position setpoints are 32-bit increments on the wire.
+      if (std::abs(positions[i] * config.axes[i].increments_per_unit) > std::numeric_limits<std::int32_t>::max()) {
+        return tl::unexpected(fmt::format("axis \"{}\" leaves the 32-bit range of its increments at {} s",
+                                          config.axes[i].name, path.times_s()[point]));
+      }
+    }
+    if (auto added = builder.add_point(path.times_s()[point], positions); !added) {
+      return tl::unexpected(added.error().message());
+    }
+  }
+  auto arranged = builder.build();
+  if (!arranged) return tl::unexpected(arranged.error().message());
+  return std::move(*arranged);
+}
+
+std::vector<trajectory::AxisLimits> limits_of(const LineConfig& config) {
+  std::vector<trajectory::AxisLimits> limits;
+  for (const auto& axis : config.axes) {
+    limits.push_back(axis.limits);
+    // Corners of a linear path have no finite acceleration; the drives' own interpolation rounds them.
+    if (config.path->interpolation == PathConfig::Interpolation::kLinear) {
+      limits.back().max_acceleration = std::numeric_limits<double>::infinity();
+    }
+  }
+  return limits;
+}
+
+}  // namespace
+
+tl::expected<Interpolator, std::string> load_axis_path(const LineConfig& config) {
+  const auto& file = config.path->file;
+  auto wrong = [&file](const std::string& reason) {
+    return tl::unexpected(fmt::format("{}: {}", file.string(), reason));
+  };
+  const auto loaded = trajectory::load_path(file);
+  if (!loaded) return tl::unexpected(loaded.error().message());
+  const auto path = arrange(*loaded, config);
+  if (!path) return wrong(path.error());
+  auto interpolator = make_interpolator(*path, config.path->interpolation);
+  const auto period_s = std::chrono::duration<double>(config.period).count();
+  if (auto checked = trajectory::check_limits(interpolator, limits_of(config), period_s); !checked) {
+    return wrong(checked.error().message());
+  }
+  return interpolator;
+}
+
+}  // namespace driveline::cli

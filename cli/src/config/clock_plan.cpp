@@ -1,0 +1,63 @@
+#include "config/clock_plan.hpp"
+
+#include <fmt/format.h>
+#include <algorithm>
+
+namespace driveline::cli {
+namespace {
+
+using ecat_master::dc::from_op_mode;
+using ecat_master::dc::SyncSignals;
+
+/// MSD manual 9.1: the cycle time is a multiple of 125 us.
+constexpr std::chrono::microseconds kMsdTimeBase{125};
+
+std::string known_modes(const std::vector<esi::DcOpMode>& modes) {
+  std::string names;
+  for (const auto& mode : modes) names += fmt::format("{}\"{}\"", names.empty() ? "" : ", ", mode.name);
+  return names.empty() ? "none" : names;
+}
+
+Outcome<SyncSignals> signals_of(const SlaveConfig& config, const std::vector<esi::DcOpMode>& modes,
+                                std::chrono::nanoseconds period) {
+  SyncSignals signals{ecat_master::dc::kActivateSync0, period, {}, {}, {}};
+  const auto wanted = [&](const esi::DcOpMode& mode) {
+    return config.dc.op_mode ? mode.name == *config.dc.op_mode : from_op_mode(mode, period).sync0();
+  };
+  const auto mode = std::find_if(modes.begin(), modes.end(), wanted);
+  if (mode != modes.end()) {
+    signals = from_op_mode(*mode, period);
+  } else if (config.dc.op_mode) {
+    return misused(fmt::format("slave {}: has no operation mode \"{}\", its EEPROM knows {}", config.name,
+                               *config.dc.op_mode, known_modes(modes)));
+  }
+  signals.sync0_cycle = config.dc.sync0_cycle.value_or(signals.sync0_cycle);
+  signals.sync0_shift = config.dc.sync0_shift.value_or(signals.sync0_shift);
+  signals.sync1_cycle = config.dc.sync1_cycle.value_or(signals.sync1_cycle);
+  signals.sync1_shift = config.dc.sync1_shift.value_or(signals.sync1_shift);
+  // Who asks for SYNC1 times wants SYNC1.
+  if (config.dc.sync1_cycle || config.dc.sync1_shift) signals.assign_activate |= 0x0400U;
+  return signals;
+}
+
+}  // namespace
+
+Outcome<ecat_master::dc::ClockPlan> make_clock_plan(const LineConfig& config,
+                                                    std::span<const ecat_master::ConfiguredSlave> slaves) {
+  ecat_master::dc::ClockPlan plan;
+  plan.mode = config.clocks->mode;
+  plan.reference = config.clocks->reference;
+  plan.period = config.period;
+  plan.frame_lead = config.clocks->frame_lead;
+  for (std::size_t i = 0; i < std::min(config.slaves.size(), slaves.size()); ++i) {
+    auto& slave = plan.slaves.emplace_back();
+    if (!config.slaves[i].dc.synchronous) continue;
+    auto signals = signals_of(config.slaves[i], slaves[i].info.description.dc_modes, config.period);
+    if (!signals) return tl::unexpected(signals.error());
+    slave.signals = *signals;
+    if (config.slaves[i].model == "msd") slave.base = kMsdTimeBase;
+  }
+  return plan;
+}
+
+}  // namespace driveline::cli

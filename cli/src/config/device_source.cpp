@@ -1,0 +1,132 @@
+#include "config/device_source.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include "driveline/esi/sii.hpp"
+
+namespace driveline::cli {
+namespace {
+
+using slaves::generic::DeviceModel;
+using slaves::generic::ScriptedInput;
+using slaves::generic::Signal;
+
+constexpr double kMaxValue = 1e18;  ///< of a script; larger numbers fit no entry
+constexpr double kMaxPeriodS = 86400.0;
+
+Signal read_signal(TomlReader& reader) {
+  constexpr Signal::Shape kShapes[] = {Signal::Shape::kConstant, Signal::Shape::kRamp, Signal::Shape::kSine,
+                                       Signal::Shape::kToggle};
+  Signal signal;
+  signal.shape = kShapes[reader.choice_or("shape", 0, {"constant", "ramp", "sine", "toggle"})];
+  if (signal.shape == Signal::Shape::kConstant) {
+    signal.low = reader.number("value", -kMaxValue, kMaxValue);
+    return signal;
+  }
+  signal.low = reader.number_or("low", 0.0, -kMaxValue, kMaxValue);
+  signal.high = reader.number_or("high", 1.0, -kMaxValue, kMaxValue);
+  const double period_s = reader.number("period_s", 1e-6, kMaxPeriodS);
+  signal.period = std::chrono::nanoseconds{std::llround(period_s * 1e9)};
+  return signal;
+}
+
+ScriptedInput read_input(TomlReader reader, const DeviceModel& model) {
+  const auto name = reader.text("entry");
+  const auto row = model.find_input(name);
+  if (!row) reader.fail("entry", fmt::format("\"{}\" {}", name, row.error()));
+  const ScriptedInput input{*row, read_signal(reader)};
+  if (const auto fits = check_signal(**row, input.signal); !fits) reader.fail("entry", fits.error());
+  reader.finish();
+  return input;
+}
+
+/// Keys of the simulated drive that mean nothing to a device.
+void refuse_drive_keys(TomlReader& reader, std::string_view file_key) {
+  for (const std::string_view key : {"model", "plant"}) {
+    if (reader.has(key)) reader.fail(key, fmt::format("goes with the simulated drive, not with {}", file_key));
+  }
+}
+
+}  // namespace
+
+std::shared_ptr<const DeviceSource> DeviceFiles::read(TomlReader& reader) {
+  const bool esi = reader.has("esi");
+  const bool sii = reader.has("sii");
+  if (esi && sii) reader.fail("sii", "is there besides esi: a device has one source");
+  if (!esi && !sii) return nullptr;
+  refuse_drive_keys(reader, esi ? "esi" : "sii");
+  auto source = std::make_shared<DeviceSource>();
+  source->model = esi ? model_from_esi(reader, *source) : model_from_sii(reader, *source);
+  source->options.loop_back = reader.boolean_or("loop_back", true);
+  if (reader.has("distributed_clock"))
+    source->options.distributed_clock = reader.boolean_or("distributed_clock", false);
+  for (auto& input : reader.tables("input")) {
+    source->options.inputs.push_back(read_input(std::move(input), *source->model));
+  }
+  return source;
+}
+
+std::string DeviceFiles::content(TomlReader& reader, std::string_view key, const std::filesystem::path& file) const {
+  std::ifstream stream(file, std::ios::binary);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  std::error_code ignored;
+  if (!stream || std::filesystem::is_directory(file, ignored)) {
+    reader.fail(key, fmt::format("{} cannot be read", file.string()));
+  }
+  return text.str();
+}
+
+DeviceFiles::Model DeviceFiles::make_model(TomlReader& reader, std::string_view key, const DeviceSource& source,
+                                           const esi::DeviceDescription& description) {
+  auto model = DeviceModel::create(description);
+  if (!model) {
+    reader.fail(key, fmt::format("{}: the device \"{}\" cannot be simulated: {}", source.file.string(),
+                                 description.type, model.error()));
+  }
+  return *model;
+}
+
+DeviceFiles::Model DeviceFiles::model_from_esi(TomlReader& reader, DeviceSource& source) {
+  source.file = directory_ / reader.text("esi");
+  auto file = files_.find(source.file);
+  if (file == files_.end()) {
+    auto read = esi::read_esi(content(reader, "esi", source.file), source.file.string());
+    if (!read) reader.fail("esi", esi::to_text(read.error()));
+    file = files_.emplace(source.file, std::move(*read)).first;
+  }
+  esi::DeviceChoice choice;
+  choice.name = reader.text_or("device", "");
+  const auto number = [&reader](std::string_view key) -> std::optional<std::uint32_t> {
+    if (!reader.has(key)) return std::nullopt;
+    return static_cast<std::uint32_t>(reader.integer(key, 0, 0xFFFFFFFF));
+  };
+  choice.product_code = number("product_code");
+  choice.revision = number("revision");
+  const auto device = file->second.choose(choice);
+  const std::string_view key = reader.has("device") ? "device" : "esi";
+  if (!device) reader.fail(key, fmt::format("{}: {}", source.file.string(), device.error()));
+  auto& model = models_[*device];
+  if (!model) model = make_model(reader, key, source, **device);
+  return model;
+}
+
+DeviceFiles::Model DeviceFiles::model_from_sii(TomlReader& reader, DeviceSource& source) {
+  source.file = directory_ / reader.text("sii");
+  const auto text = content(reader, "sii", source.file);
+  for (const char c : text) source.options.sii_image.push_back(static_cast<std::byte>(c));
+  const auto image = esi::decode_sii(source.options.sii_image);
+  if (!image) reader.fail("sii", fmt::format("{}: {}", source.file.string(), esi::to_text(image.error())));
+  if (!image->checksum_valid()) {
+    reader.fail("sii",
+                fmt::format("{}: the checksum of the configuration area is wrong, 0x{:02X} is expected in word 7",
+                            source.file.string(), esi::sii_checksum(image->config.bytes())));
+  }
+  return make_model(reader, "sii", source, esi::description_from_sii(*image));
+}
+
+}  // namespace driveline::cli

@@ -1,0 +1,251 @@
+#include "driveline/cli/line_config.hpp"
+
+#include <fmt/format.h>
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <numbers>
+#include <sstream>
+
+#include "config/clock_config.hpp"
+#include "config/device_source.hpp"
+#include "config/fault_config.hpp"
+#include "config/slave_plan_reader.hpp"
+#include "config/toml_reader.hpp"
+#include "config/wiring_config.hpp"
+#include "driveline/rt/cycle_timer.hpp"
+#include "driveline/slaves/esc/sii_file.hpp"
+
+namespace driveline::cli {
+namespace {
+
+using std::chrono::nanoseconds;
+
+constexpr double kMaxIncrements = 4294967295.0;
+/// Longest line of one master: the cyclic frames of more axes do not fit into a useful cycle.
+constexpr std::size_t kMaxSlaves = 256;
+/// Of the smallest servo motors there are; nothing would turn infinitely fast.
+constexpr double kMinInertia = 1e-6;
+/// Longest name that fits the telemetry.
+constexpr std::size_t kMaxName = 31;
+/// Longest delay of a slave: beyond, no cycle is left.
+constexpr std::int64_t kMaxDelayNs = 1'000'000;
+constexpr std::string_view kNameLength = "must have 1 to 31 characters";
+
+nanoseconds from_us(double us) {
+  return nanoseconds{std::llround(us * 1000.0)};
+}
+
+void read_line(TomlReader reader, LineConfig& config) {
+  config.name = reader.text_or("name", config.name);
+  if (config.name.empty() || config.name.size() > kMaxName) reader.fail("name", kNameLength);
+  config.period = from_us(reader.number_or("cycle_us", 125.0, 125.0, 100000.0));
+  // MSD manual 9.1: the cycle time is a multiple of 125 us.
+  if (config.period.count() % 125000 != 0)
+    reader.fail("cycle_us", "must be a multiple of 125, the drives' process data cycle");
+  reader.finish();
+}
+
+void read_bus(TomlReader reader, LineConfig& config) {
+  if (reader.has("interface")) config.interface = reader.text("interface");
+  config.max_lost_cycles =
+      static_cast<std::uint32_t>(reader.integer_or("max_lost_cycles", config.max_lost_cycles, 1, 10000));
+  reader.finish();
+}
+
+void read_realtime(TomlReader reader, LineConfig& config) {
+  auto& realtime = config.realtime;
+  if (reader.has("policy")) {
+    const bool enforce = reader.choice_or("policy", 0, {"enforce", "degrade"}) == 0;
+    config.policy = enforce ? rt::RealtimePolicy::kEnforce : rt::RealtimePolicy::kDegrade;
+  }
+  realtime.priority = static_cast<int>(reader.integer_or("priority", 80, 1, 99));
+  if (reader.has("cpu")) realtime.cpu = static_cast<int>(reader.integer("cpu", 0, 1023));
+  if (reader.has("simulation_cpu")) config.simulation_cpu = static_cast<int>(reader.integer("simulation_cpu", 0, 1023));
+  realtime.lock_memory = reader.boolean_or("lock_memory", true);
+  const double longest = static_cast<double>(rt::CycleTimer::max_wake_ahead(config.period).count()) / 1000.0;
+  config.wake_ahead = from_us(reader.number_or("wake_ahead_us", 0.0, 0.0, longest));
+  reader.finish();
+}
+
+/// A name that none of `others` has.
+template <typename Named>
+std::string read_name(TomlReader& reader, const std::vector<Named>& others) {
+  auto name = reader.text("name");
+  if (name.empty() || name.size() > kMaxName) reader.fail("name", kNameLength);
+  if (std::any_of(others.begin(), others.end(), [&](const Named& other) { return other.name == name; })) {
+    reader.fail("name", fmt::format("\"{}\" is there twice", name));
+  }
+  return name;
+}
+
+/// What only the simulated drive has.
+void read_drive(TomlReader& reader, SlaveConfig& slave) {
+  slave.model = reader.text_or("model", "msd");
+  if (slave.model != "msd") reader.fail("model", fmt::format("is \"{}\", only \"msd\" is known", slave.model));
+  auto plant = reader.table("plant");
+  auto quantity = [&plant](std::string_view key, double minimum, double maximum) -> std::optional<double> {
+    if (!plant.has(key)) return std::nullopt;
+    return plant.number(key, minimum, maximum);
+  };
+  slave.inertia_kg_m2 = quantity("inertia_kg_m2", kMinInertia, 10.0);
+  slave.coulomb_friction_nm = quantity("coulomb_friction_nm", 0.0, 1000.0);
+  slave.viscous_friction_nm_s = quantity("viscous_friction_nm_s", 0.0, 100.0);
+  slave.initial_position_rev = plant.number_or("initial_position_rev", 0.0, -1000.0, 1000.0);
+  plant.finish();
+}
+
+/// The EEPROM content that an earlier simulation has left.
+void read_eeprom(TomlReader& reader, const std::filesystem::path& directory, SlaveConfig& slave) {
+  if (!reader.has("sii_file")) return;
+  slave.sii_file = directory / reader.text("sii_file");
+  auto content = slaves::SiiFile(slave.sii_file).load();
+  if (!content) reader.fail("sii_file", content.error());
+  slave.sii_content = std::move(*content);
+}
+
+SlaveConfig read_slave(TomlReader reader, const std::vector<SlaveConfig>& others, DeviceFiles& files,
+                       const std::filesystem::path& directory) {
+  SlaveConfig slave;
+  slave.name = read_name(reader, others);
+  slave.device = files.read(reader);
+  if (!slave.device) read_drive(reader, slave);
+  auto identity = [&reader](std::string_view key) -> std::optional<std::uint32_t> {
+    if (!reader.has(key)) return std::nullopt;
+    return static_cast<std::uint32_t>(reader.integer(key, 1, 0xFFFFFFFF));
+  };
+  slave.vendor_id = identity("vendor_id");
+  slave.product_code = identity("product_code");
+  slave.plan = read_slave_plan(reader);
+  slave.dc = read_slave_clock(reader.table("dc"));
+  read_eeprom(reader, directory, slave);
+  slave.delays.processing =
+      nanoseconds{reader.integer_or("processing_ns", slave.delays.processing.count(), 0, kMaxDelayNs)};
+  slave.delays.forwarding =
+      nanoseconds{reader.integer_or("forwarding_ns", slave.delays.forwarding.count(), 0, kMaxDelayNs)};
+  reader.finish();
+  return slave;
+}
+
+/// The cables of the simulated line, and what happens to it.
+void read_simulation(TomlReader& root, LineConfig& config) {
+  std::vector<std::string> names;
+  for (const auto& slave : config.slaves) names.push_back(slave.name);
+  config.wiring = read_wiring(root.table("wiring"), names);
+  const FaultPlaces places{names, *config.wiring};
+  for (auto& reader : root.tables("fault")) config.faults.push_back(read_fault(std::move(reader), places));
+}
+
+ecat_master::AxisConfig read_axis(TomlReader reader, const std::vector<SlaveConfig>& slaves,
+                                  const std::vector<ecat_master::AxisConfig>& others) {
+  using ecat_master::cia402::Mode;
+  ecat_master::AxisConfig axis;
+  axis.name = read_name(reader, others);
+  const auto slave_name = reader.text_or("slave", axis.name);
+  const auto slave =
+      std::find_if(slaves.begin(), slaves.end(), [&](const SlaveConfig& s) { return s.name == slave_name; });
+  if (slave == slaves.end()) reader.fail("slave", fmt::format("there is no [[slave]] named \"{}\"", slave_name));
+  axis.slave = static_cast<std::size_t>(slave - slaves.begin());
+  if (slave->device) {
+    reader.fail("slave", fmt::format("\"{}\" is a device of {}, an axis needs a drive", slave_name,
+                                     slave->device->file.filename().string()));
+  }
+  if (std::any_of(others.begin(), others.end(), [&](const auto& other) { return other.slave == axis.slave; })) {
+    reader.fail("slave", fmt::format("\"{}\" is driven by another axis already", slave_name));
+  }
+  constexpr Mode kModes[] = {Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque};
+  axis.mode = kModes[reader.choice_or("mode", 0, {"csp", "csv", "cst"})];
+  const double increments = reader.number_or("increments_per_revolution", 1048576.0, 1.0, kMaxIncrements);
+  axis.linear = reader.has("feed_mm_per_revolution");
+  const double unit_per_revolution =
+      axis.linear ? reader.number("feed_mm_per_revolution", 1e-6, 1e6) / 1000.0 : 2.0 * std::numbers::pi;
+  axis.increments_per_unit = increments / unit_per_revolution;
+  axis.rated_torque = reader.number_or(axis.linear ? "rated_force_n" : "rated_torque_nm", axis.rated_torque, 1e-6, 1e6);
+  axis.limits.max_velocity = reader.number_or("max_velocity", axis.limits.max_velocity, 1e-6, 1e6);
+  axis.limits.max_acceleration = reader.number_or("max_acceleration", axis.limits.max_acceleration, 1e-6, 1e9);
+  axis.inertia = reader.number_or("inertia", 0.0, 0.0, 1e6);
+  axis.position_gain_1_s = reader.number_or("position_gain_1_s", axis.position_gain_1_s, 0.0, 1e4);
+  axis.velocity_gain = reader.number_or("velocity_gain", axis.velocity_gain, 0.0, 1e6);
+  reader.finish();
+  return axis;
+}
+
+void read_path(TomlReader reader, const std::filesystem::path& directory, LineConfig& config) {
+  PathConfig path;
+  path.file = directory / reader.text("file");
+  constexpr PathConfig::Interpolation kKinds[] = {PathConfig::Interpolation::kClampedSpline,
+                                                  PathConfig::Interpolation::kNaturalSpline,
+                                                  PathConfig::Interpolation::kLinear};
+  path.interpolation = kKinds[reader.choice_or("interpolation", 0, {"clamped", "natural", "linear"})];
+  path.repeat = reader.boolean_or("repeat", false);
+  reader.finish();
+  config.path = path;
+}
+
+void read_telemetry(TomlReader reader, LineConfig& config) {
+  auto& telemetry = config.telemetry;
+  telemetry.enabled = reader.boolean_or("enabled", true);
+  telemetry.domain = static_cast<std::uint32_t>(reader.integer_or("domain", 0, 0, 232));
+  telemetry.decimation = static_cast<std::uint32_t>(reader.integer_or("decimation", 8, 1, 1000000));
+  telemetry.interfaces = reader.texts_or("interfaces", telemetry.interfaces);
+  reader.finish();
+}
+
+void read_output(TomlReader reader, LineConfig& config) {
+  config.output.directory = reader.text_or("directory", config.output.directory.string());
+  config.output.plots = reader.boolean_or("plots", true);
+  if (reader.has("capture")) config.output.capture = reader.text("capture");
+  reader.finish();
+}
+
+LineConfig read_config(const toml::table& table, const std::filesystem::path& file) {
+  TomlReader root(table, file.string(), "");
+  LineConfig config;
+  read_line(root.table("line"), config);
+  read_bus(root.table("bus"), config);
+  read_realtime(root.table("realtime"), config);
+  DeviceFiles files(file.parent_path());
+  for (auto& reader : root.tables("slave")) {
+    config.slaves.push_back(read_slave(std::move(reader), config.slaves, files, file.parent_path()));
+  }
+  if (config.slaves.empty()) root.fail("", "there is no [[slave]]");
+  if (config.slaves.size() > kMaxSlaves)
+    root.fail("slave", fmt::format("there are {}, the limit is {}", config.slaves.size(), kMaxSlaves));
+  read_simulation(root, config);
+  if (root.has("dc")) config.clocks = read_clocks(root.table("dc"), config.period, config.slaves);
+  for (auto& reader : root.tables("axis"))
+    config.axes.push_back(read_axis(std::move(reader), config.slaves, config.axes));
+  if (root.has("path")) read_path(root.table("path"), file.parent_path(), config);
+  if (!config.axes.empty() && !config.path) root.fail("path", "is missing: the axes need setpoints");
+  read_telemetry(root.table("telemetry"), config);
+  read_output(root.table("output"), config);
+  root.finish();
+  return config;
+}
+
+}  // namespace
+
+tl::expected<LineConfig, std::string> parse_line_config(std::string_view text, const std::filesystem::path& name) {
+  try {
+    return read_config(toml::parse(text, name.string()), name);
+  } catch (const toml::parse_error& error) {
+    return tl::unexpected(fmt::format("{}:{}: {}", name.string(), error.source().begin.line, error.description()));
+  } catch (const ConfigError& error) {
+    return tl::unexpected(std::string(error.what()));
+  }
+}
+
+tl::expected<LineConfig, std::string> load_line_config(const std::filesystem::path& file) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(file, ignored))
+    return tl::unexpected(fmt::format("{}: is a directory", file.string()));
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) return tl::unexpected(fmt::format("{}: cannot be read: {}", file.string(), std::strerror(errno)));
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return parse_line_config(text.str(), file);
+}
+
+}  // namespace driveline::cli

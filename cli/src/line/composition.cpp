@@ -1,0 +1,79 @@
+#include "line/composition.hpp"
+
+#include <algorithm>
+#include <numbers>
+
+#include "config/device_source.hpp"
+#include "driveline/ecat_master/axis/msd_startup.hpp"
+#include "driveline/slaves/msd/msd_drive.hpp"
+
+namespace driveline::cli {
+namespace {
+
+std::unique_ptr<slaves::Device> make_device(const DeviceSource& source, std::uint32_t serial_number) {
+  auto options = source.options;
+  // An EEPROM image has a serial number of its own.
+  if (options.sii_image.empty()) options.serial_number = serial_number;
+  return std::make_unique<slaves::generic::GenericDevice>(source.model, options);
+}
+
+std::unique_ptr<slaves::Device> make_drive(const SlaveConfig& config, std::uint32_t serial_number) {
+  slaves::msd::MsdParameters parameters;
+  parameters.name = config.name;
+  parameters.serial_number = serial_number;
+  parameters.initial_position_rad = config.initial_position_rev * 2.0 * std::numbers::pi;
+  auto& motor = parameters.motor;
+  motor.inertia_kg_m2 = config.inertia_kg_m2.value_or(motor.inertia_kg_m2);
+  motor.coulomb_friction_nm = config.coulomb_friction_nm.value_or(motor.coulomb_friction_nm);
+  motor.viscous_friction_nm_s = config.viscous_friction_nm_s.value_or(motor.viscous_friction_nm_s);
+  return std::make_unique<slaves::msd::MsdDrive>(parameters);
+}
+
+std::unique_ptr<slaves::Slave> make_slave(const SlaveConfig& config, std::uint32_t serial_number) {
+  slaves::SlaveOptions options;
+  options.clock.drift_ppm = config.dc.drift_ppm;
+  options.sii_image = config.sii_content;
+  auto device = config.device ? make_device(*config.device, serial_number) : make_drive(config, serial_number);
+  return std::make_unique<slaves::Slave>(std::move(device), options);
+}
+
+}  // namespace
+
+std::unique_ptr<slaves::Line> make_simulated_line(const LineConfig& config, rt::Clock& clock, bool second_interface) {
+  std::vector<std::unique_ptr<slaves::Slave>> slaves;
+  slaves::LineOptions options;
+  for (std::size_t i = 0; i < config.slaves.size(); ++i) {
+    slaves.push_back(make_slave(config.slaves[i], static_cast<std::uint32_t>(i + 1)));
+    options.slave_delays.push_back(config.slaves[i].delays);
+  }
+  auto line = std::make_unique<slaves::Line>(clock, std::move(slaves), options, config.wiring);
+  const auto far_end = line->wiring().master(slaves::MasterPort::kSecondary);
+  if (far_end && !second_interface) line->break_cable(*far_end);
+  for (const auto& plan : config.faults) line->faults().schedule(clock.now() + plan.at, plan.fault);
+  return line;
+}
+
+std::vector<ecat_master::SlavePlan> make_slave_plans(const LineConfig& config) {
+  std::vector<ecat_master::SlavePlan> plans;
+  for (std::size_t i = 0; i < config.slaves.size(); ++i) {
+    const auto& slave = config.slaves[i];
+    ecat_master::SlavePlan plan;
+    plan.name = slave.name;
+    const auto* device = slave.device ? &slave.device->model->description() : nullptr;
+    plan.vendor_id = slave.vendor_id.value_or(device != nullptr ? device->vendor_id : slaves::msd::kVendorId);
+    plan.product_code =
+        slave.product_code.value_or(device != nullptr ? device->product_code : slaves::msd::kProductCode);
+    const auto axis = std::find_if(config.axes.begin(), config.axes.end(), [i](const auto& a) { return a.slave == i; });
+    if (axis != config.axes.end()) {
+      plan.startup_sdos = ecat_master::msd_startup_sdos(*axis, config.period);
+      plan.pdos = ecat_master::axis_pdo_configuration();
+    } else {
+      plan.own_pdos = !slave.plan.pdos;
+    }
+    slave.plan.apply(plan);
+    plans.push_back(std::move(plan));
+  }
+  return plans;
+}
+
+}  // namespace driveline::cli

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <memory>
+
+#include "driveline/cli/line_config.hpp"
+#include "driveline/ecat_master/configuration/configurator.hpp"
+#include "driveline/rt/clock.hpp"
+#include "driveline/slaves/line/line.hpp"
+
+namespace driveline::cli {
+
+/// Builds the simulated line that `config` describes and switches it on. The cable back from the far end of a ring is
+/// unplugged at the master's side without a `second_interface` there.
+[[nodiscard]] std::unique_ptr<slaves::Line> make_simulated_line(const LineConfig& config, rt::Clock& clock,
+                                                                bool second_interface = false);
+
+/// Plans for the master: identities, start-up SDOs and PDOs of the configured slaves.
+[[nodiscard]] std::vector<ecat_master::SlavePlan> make_slave_plans(const LineConfig& config);
+
+}  // namespace driveline::cli

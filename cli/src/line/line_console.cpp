@@ -1,0 +1,123 @@
+#include "line/line_console.hpp"
+
+#include <fmt/format.h>
+#include <algorithm>
+#include <map>
+#include <thread>
+
+#include "console.hpp"
+
+namespace driveline::cli {
+
+using std::chrono::milliseconds;
+
+namespace {
+
+constexpr int kAnswerTries = 1000;
+
+std::string state_text(const StateChange& change) {
+  if (change.status.state == wire::AlState::kNone) return "OFF";
+  if (!change.status.error) return std::string(wire::to_text(change.status.state));
+  return fmt::format("{} + ERROR 0x{:04X}", wire::to_text(change.status.state), static_cast<unsigned>(change.code));
+}
+
+std::string_view trimmed(std::string_view text) {
+  const auto begin = text.find_first_not_of(" \t\r");
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
+}
+
+constexpr std::string_view kCommands =
+    "Commands: a fault begins it; heal FAULT ends it, its place is enough; heal all; list: faults that are there; "
+    "states; help; quit.\n";
+
+}  // namespace
+
+LineConsole::LineConsole(LineServer& server, slaves::Line& line, std::vector<std::string> names)
+    : server_(server), line_(line), names_(std::move(names)), latest_(names_.size()) {
+  for (std::size_t i = 0; i < latest_.size(); ++i) latest_[i].slave = static_cast<std::uint16_t>(i);
+}
+
+std::string LineConsole::execute(std::string_view command) {
+  command = trimmed(command);
+  if (command.empty()) return {};
+  if (command == "help") return std::string(kCommands) + fault_help();
+  if (command == "list") return list();
+  if (command == "states") return states();
+  if (command == "quit") {
+    ended_ = true;
+    return "ending";
+  }
+  FaultOrder wanted;
+  if (command == "heal all") {
+    wanted.verb = FaultOrder::Verb::kHealAll;
+    return order(wanted);
+  }
+  if (command.starts_with("heal ")) {
+    wanted.verb = FaultOrder::Verb::kHeal;
+    command = trimmed(command.substr(5));
+  }
+  const auto fault = parse_fault(command, places(), wanted.verb == FaultOrder::Verb::kBegin);
+  if (!fault) return fmt::format("error: {}; help lists all", fault.error());
+  wanted.fault = *fault;
+  return order(wanted);
+}
+
+std::string LineConsole::order(FaultOrder wanted) {
+  if (!server_.order(wanted)) return "error: too many commands wait already";
+  FaultOrder answer;
+  for (int i = 0; !server_.next_answer(answer); ++i) {
+    if (i == kAnswerTries) return "error: the line does not answer";
+    std::this_thread::sleep_for(milliseconds{1});
+  }
+  tell_events();
+  if (answer.done) return "done";
+  return wanted.verb == FaultOrder::Verb::kHeal
+             ? "error: this fault is not there"
+             : fmt::format("error: not possible; at most {} faults can be there", slaves::LineFaults::kMaxActive);
+}
+
+std::string LineConsole::list() const {
+  if (active_.empty()) return "no faults";
+  std::string text;
+  for (const auto& fault : active_) text.append(text.empty() ? "" : "\n").append(fault_text(fault, places()));
+  return text;
+}
+
+void LineConsole::note(const slaves::FaultEvent& event) {
+  std::erase_if(active_, [&](const auto& fault) { return fault.same_place(event.fault); });
+  if (event.begins) active_.push_back(event.fault);
+}
+
+void LineConsole::tell_events() {
+  slaves::FaultEvent event;
+  while (line_.faults().next_event(event)) {
+    note(event);
+    progress("fault {}: {}", event.begins ? "begins" : "ends", fault_text(event.fault, places()));
+  }
+  StateChange change;
+  while (server_.next_change(change)) {
+    latest_[change.slave] = change;
+    const auto& name = names_[change.slave];
+    if (change.status.state == wire::AlState::kNone) {
+      progress("slave {} ({}): OFF", change.slave, name);
+    } else if (change.status.error) {
+      progress("slave {} ({}): {} + ERROR, AL status code 0x{:04X} ({})", change.slave, name,
+               wire::to_text(change.status.state), static_cast<unsigned>(change.code), wire::to_text(change.code));
+    } else {
+      progress("slave {} ({}): {}", change.slave, name, wire::to_text(change.status.state));
+    }
+  }
+}
+
+std::string LineConsole::states() const {
+  std::map<std::string, std::string> names_by_state;
+  for (const auto& change : latest_) names_by_state[state_text(change)].append(" ").append(names_[change.slave]);
+  std::string text;
+  for (const auto& [state, names] : names_by_state) {
+    text += fmt::format("{}{}:{}", text.empty() ? "" : "; ", state, names);
+  }
+  return text;
+}
+
+}  // namespace driveline::cli

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <chrono>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "line/line_server.hpp"
+#include "text/fault_text.hpp"
+
+namespace driveline::cli {
+
+/// What the user of a served line sees and says: changes of state, faults, commands. Belongs to the thread that owns
+/// the server, while that runs.
+class LineConsole {
+ public:
+  LineConsole(LineServer& server, slaves::Line& line, std::vector<std::string> names);
+
+  /// Executes a command of the user; the answer, in an error one that begins with "error: ".
+  [[nodiscard]] std::string execute(std::string_view command);
+  /// Tells on stderr what has happened since the last call.
+  void tell_events();
+  /// "OP: x y; SAFEOP + ERROR 0x001B: z"
+  [[nodiscard]] std::string states() const;
+  /// The user has asked for the end.
+  [[nodiscard]] bool ended() const noexcept { return ended_; }
+
+ private:
+  [[nodiscard]] std::string order(FaultOrder order);
+  [[nodiscard]] std::string list() const;
+  void note(const slaves::FaultEvent& event);
+  [[nodiscard]] FaultPlaces places() const { return {names_, line_.wiring()}; }
+
+  LineServer& server_;
+  slaves::Line& line_;
+  std::vector<std::string> names_;
+  std::vector<StateChange> latest_;
+  std::vector<slaves::Fault> active_;
+  bool ended_ = false;
+};
+
+}  // namespace driveline::cli

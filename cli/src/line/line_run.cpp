@@ -1,0 +1,367 @@
+#include "line/line_run.hpp"
+
+#include <fmt/format.h>
+#include <algorithm>
+#include <sstream>
+#include <thread>
+
+#include "config/clock_plan.hpp"
+#include "console.hpp"
+#include "output_file.hpp"
+#include "signals.hpp"
+
+namespace driveline::cli {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+/// How often the line is looked after while the cycle runs.
+constexpr auto kWatchInterval = milliseconds{20};
+/// No valid process data for that long: the line is given up.
+constexpr auto kCommunicationTimeout = milliseconds{100};
+constexpr auto kStopTimeout = std::chrono::seconds{10};
+/// How often the ways to the clocks are measured anew.
+constexpr auto kDelayInterval = std::chrono::seconds{10};
+/// Cycles the telemetry rings hold: a quarter of a second at 8 kHz.
+constexpr std::size_t kRingCycles = 2048;
+constexpr std::size_t kMaxRingSamples = 1 << 17;
+
+}  // namespace
+
+LineRun::LineRun(Session& session, std::optional<trajectory::Interpolator> path, std::optional<double> duration_s)
+    : session_(session),
+      config_(session.config()),
+      duration_s_(duration_s),
+      path_(std::move(path)),
+      line_ring_(kRingCycles),
+      axis_ring_(std::clamp<std::size_t>(config_.axes.size() * kRingCycles, 1, kMaxRingSamples)),
+      master_(session.port(), session.clock()) {}
+
+LineRun::~LineRun() = default;
+
+Outcome<RunReport> LineRun::execute() {
+  auto up = prepare();
+  if (up) {
+    up = bring_up();
+    if (up) up = start_cycle();
+    if (up) {
+      operate();
+    } else {
+      recorder_->discard();
+    }
+    take_down();
+  }
+  if (up) return make_report();
+  leave_nothing_behind();
+  return tl::unexpected(up.error());
+}
+
+void LineRun::leave_nothing_behind() {
+  drain_.reset();
+  recorder_.reset();
+  std::error_code ignored;  // the folder stays when there is something else in it
+  if (created_directory_) std::filesystem::remove(config_.output.directory, ignored);
+}
+
+Outcome<void> LineRun::prepare() {
+  std::error_code error;
+  created_directory_ = std::filesystem::create_directories(config_.output.directory, error);
+  if (error)
+    return failed(fmt::format("{}: cannot be created: {}", config_.output.directory.string(), error.message()));
+  const auto every = std::max<std::int64_t>(1, milliseconds{1} / config_.period);
+  recorder_ = std::make_unique<Recorder>(
+      config_.axes, config_.axes.empty() ? std::nullopt : std::optional(config_.output.directory / "axes.csv"),
+      static_cast<std::uint64_t>(every));
+  if (!recorder_->problem().empty()) return failed(recorder_->problem());
+  return start_telemetry();
+}
+
+Outcome<void> LineRun::start_telemetry() {
+  std::vector<bridge::SampleConsumer*> consumers{recorder_.get()};
+  if (config_.telemetry.enabled) {
+    bridge::DdsConfig dds;
+    dds.domain_id = config_.telemetry.domain;
+    dds.line_name = config_.name;
+    dds.decimation = config_.telemetry.decimation;
+    dds.interfaces = config_.telemetry.interfaces;
+    for (const auto& axis : config_.axes) {
+      dds.axes.push_back({axis.name, axis.linear ? bridge::AxisKind::kLinear : bridge::AxisKind::kRotary});
+    }
+    auto publisher = bridge::DdsPublisher::create(std::move(dds));
+    if (!publisher) return failed(fmt::format("telemetry: {}", publisher.error()));
+    publisher_ = std::move(*publisher);
+    feed_ = std::make_unique<StatusFeed>(*publisher_, config_.period);
+    consumers.push_back(feed_.get());
+    consumers.push_back(publisher_.get());
+  }
+  drain_ = std::make_unique<bridge::DrainThread>(line_ring_, axis_ring_, std::move(consumers));
+  if (auto started = drain_->start(); !started) return failed(started.error());
+  return {};
+}
+
+Outcome<void> LineRun::bring_up() {
+  auto sentence = [](const ecat_master::Error& error) { return failed(ecat_master::describe(error)); };
+  if (auto done = master_.scan(); !done) return sentence(done.error());
+  progress("{} slaves found", master_.slaves().size());
+  if (config_.clocks) {
+    auto plan = make_clock_plan(config_, master_.slaves());
+    if (!plan) return tl::unexpected(plan.error());
+    master_.use_clocks(std::move(*plan));
+    progress("clocks: measuring delays, setting offsets, learning speeds");
+  }
+  if (auto done = master_.configure(make_slave_plans(config_)); !done) return sentence(done.error());
+  state_ = "SAFEOP";
+  const auto wire_ns = ecat_master::wire_time_ns(master_.image(), master_.slaves().size(), 1000);
+  progress("configured, all in SAFEOP; {} bytes of process data in {} frame(s) take {:.1f} us of {:.1f} us on the wire",
+           master_.image().outputs().size(), master_.image().frame_count(), static_cast<double>(wire_ns) / 1000.0,
+           static_cast<double>(config_.period.count()) / 1000.0);
+  // On 100 Mbit/s; a line in this process has no wire.
+  if (config_.interface && wire_ns > static_cast<std::uint64_t>(config_.period.count())) {
+    ecat_master::Error error;
+    error.kind = ecat_master::ErrorKind::kCycleBudget;
+    error.expected = static_cast<std::uint32_t>(config_.period.count());
+    error.received = static_cast<std::uint32_t>(wire_ns);
+    return sentence(error);
+  }
+  if (path_) make_motion();
+  return {};
+}
+
+void LineRun::make_motion() {
+  std::vector<ecat_master::Axis> axes;
+  for (auto axis : config_.axes) {
+    // The file names slaves; those with an alias may be anywhere on the line. All are there, or configure() had failed.
+    axis.slave = master_.position_of(axis.slave).value_or(axis.slave);
+    axes.emplace_back(axis, master_.image().places()[axis.slave], master_.slaves()[axis.slave].plan.pdos);
+  }
+  ecat_master::Motion::Settings settings;
+  settings.period = config_.period;
+  settings.repeat = config_.path->repeat;
+  settings.bad_cycle_limit = config_.max_lost_cycles;
+  motion_ = std::make_unique<ecat_master::Motion>(std::move(axes), *path_, settings);
+}
+
+Outcome<void> LineRun::start_cycle() {
+  ecat_master::CyclicCore::Settings settings;
+  settings.period = config_.period;
+  settings.receive_window = config_.period * 3 / 4;
+  flight_recorder_ = std::make_unique<ecat_master::FlightRecorder>(motion_ ? config_.axes.size() : 0);
+  settings.recorder = flight_recorder_.get();
+  auto make_runner = [this](ecat_master::CyclicCore& core) -> std::unique_ptr<ecat_master::CycleRunner> {
+    if (session_.virtual_time()) return std::make_unique<ecat_master::InlineRunner>(core, session_.clock());
+    return std::make_unique<ecat_master::RealtimeRunner>(core, session_.clock(), config_.realtime, config_.wake_ahead);
+  };
+  auto started = master_.start_cycle(motion_.get(), {&line_ring_, &axis_ring_}, settings, make_runner);
+  if (!started) return failed(started.error());
+  if (const auto* runner = dynamic_cast<ecat_master::RealtimeRunner*>(master_.runner())) {
+    for (const auto& line : rt::to_lines(runner->report())) progress("  {}", line);
+  }
+  if (auto done = master_.go_operational(); !done) return failed(ecat_master::describe(done.error()));
+  if (auto* watch = master_.clock_watch()) {
+    const auto status = master_.clock_follower()->status();
+    progress("clocks: locked to slave {}, which runs {:+.1f} ppm against this machine", watch->clocks().reference,
+             status.ppm);
+  }
+  state_ = "OP";
+  if (feed_) feed_->set_state(bridge::LineState::kOp);
+  progress("all in OP");
+  return {};
+}
+
+/// Lets time pass beside the cycle; on virtual time waits for the telemetry to keep up.
+void LineRun::pass(nanoseconds duration) {
+  master_.pass(duration);
+  while (session_.virtual_time() && (line_ring_.size() > 0 || axis_ring_.size() > 0)) {
+    std::this_thread::sleep_for(std::chrono::microseconds{100});
+  }
+}
+
+double LineRun::seconds_in_operation() const {
+  return std::chrono::duration<double>(operation_time_).count();
+}
+
+void LineRun::operate() {
+  // The figures of the report are those of the time in operation.
+  master_.core()->count(false);
+  pass(2 * config_.period);
+  master_.core()->count(true);
+  if (auto* watch = master_.clock_watch()) watch->restart_statistics();
+  next_delays_ = session_.clock().now() + kDelayInterval;
+  operation_start_ = session_.clock().now();
+  if (motion_) motion_->request_start();
+  auto next_progress = 1.0;
+  for (;;) {
+    pass(kWatchInterval);
+    operation_time_ = session_.clock().now() - operation_start_;
+    if (!line_is_healthy() || stop_requested()) break;
+    if (duration_s_ && seconds_in_operation() >= *duration_s_) break;
+    if (!duration_s_ && motion_ && motion_->phase() == ecat_master::MotionPhase::kHolding) break;
+    if (seconds_in_operation() >= next_progress) {
+      next_progress += session_.virtual_time() ? 10.0 : 1.0;
+      progress("{:6.1f} s  {}", seconds_in_operation(),
+               motion_ ? ecat_master::to_text(motion_->phase()) : "exchanging");
+    }
+  }
+  master_.core()->count(false);
+  if (stop_requested()) progress("stop requested: taking the line down");
+  stop_motion();
+}
+
+/// A look at the clocks. What happens to them is told, a lost lock is a fault, but neither ends the run: the drives
+/// know best how long they can do without. False: the bus does not answer.
+bool LineRun::clocks_answer() {
+  auto* watch = master_.clock_watch();
+  if (watch == nullptr) return true;
+  using Kind = ecat_master::dc::ClockEvent::Kind;
+  auto polled = watch->poll();
+  if (const auto now = session_.clock().now(); polled && now >= next_delays_) {
+    next_delays_ = now + kDelayInterval;
+    polled = watch->remeasure_delays(master_.topology());
+  }
+  for (const auto& event : watch->take_events()) {
+    const bool fault = event.kind == Kind::kLockLost || event.kind == Kind::kNoReference;
+    if (fault) {
+      note_fault(ecat_master::dc::describe(event));
+    } else {
+      progress("clocks: {}", ecat_master::dc::describe(event));
+    }
+  }
+  if (!polled) note_fault(ecat_master::describe(polled.error()));
+  return polled.has_value();
+}
+
+/// Notes faults; false when the run cannot go on.
+bool LineRun::line_is_healthy() {
+  auto& core = *master_.core();
+  if (core.bad_cycles() * config_.period > nanoseconds{kCommunicationTimeout} && core.al_status().slaves == 0) {
+    state_ = "LOST";
+    note_fault(fmt::format("communication lost: no frame came back for {} cycles", core.bad_cycles()));
+    return false;
+  }
+  if (!clocks_answer()) return false;
+  const auto status = core.al_status();
+  if (status.slaves != 0 && !status.all_op(core.settings().slaves)) {
+    const auto reports = master_.al_status();
+    if (!reports) {
+      note_fault(ecat_master::describe(reports.error()));
+      return false;
+    }
+    for (std::size_t i = 0; i < reports->size(); ++i) {
+      const auto& report = (*reports)[i];
+      if (report.status.state == wire::AlState::kOp && !report.status.error) continue;
+      state_ = std::string(wire::to_text(report.status.state)) + (report.status.error ? "+ERROR" : "");
+      note_fault(fmt::format("slave {} ({}): left OP, is in {}, AL status code 0x{:04X} ({})", i,
+                             config_.slaves[i].name, state_, static_cast<unsigned>(report.code),
+                             wire::to_text(report.code)));
+    }
+    if (!faults_.empty()) return false;
+  }
+  if (!motion_) return true;
+  const auto failure = motion_failure();
+  if (!failure.empty()) note_fault(failure);
+  return failure.empty();
+}
+
+std::string LineRun::motion_failure() const {
+  using Cause = ecat_master::MotionFailure::Cause;
+  const auto phase = motion_->phase();
+  if (phase != ecat_master::MotionPhase::kQuickStop && phase != ecat_master::MotionPhase::kDisabling &&
+      phase != ecat_master::MotionPhase::kIdle) {
+    return {};
+  }
+  const auto failure = motion_->failure();
+  const auto& name = config_.axes[failure.axis].name;
+  switch (failure.cause) {
+    case Cause::kNone:
+      return {};
+    case Cause::kAxisFault:
+      return fmt::format("axis {}: fault 0x{:04X}, status word 0x{:04X}; all axes stopped", name, failure.error_code,
+                         failure.status_word);
+    case Cause::kAxisLost:
+      return fmt::format("axis {}: no longer in operation, status word 0x{:04X}; all axes stopped", name,
+                         failure.status_word);
+    case Cause::kEnableTimeout:
+      return fmt::format("axis {}: did not reach Operation enabled, status word 0x{:04X}, error code 0x{:04X}", name,
+                         failure.status_word, failure.error_code);
+    case Cause::kCommunication:
+      break;
+  }
+  return "communication lost: the axes exchange no valid process data; quick stop commanded";
+}
+
+void LineRun::note_fault(std::string fault) {
+  progress("fault: {}", fault);
+  if (feed_) feed_->add_fault(fault);
+  if (flight_recorder_) flight_recorder_->trigger();
+  faults_.push_back(std::move(fault));
+}
+
+void LineRun::stop_motion() {
+  if (!motion_ || state_ == "LOST") return;
+  motion_->request_stop();
+  const auto deadline = session_.clock().now() + kStopTimeout;
+  do {
+    pass(kWatchInterval);
+  } while (motion_->phase() != ecat_master::MotionPhase::kIdle && session_.clock().now() < deadline);
+  if (motion_->phase() != ecat_master::MotionPhase::kIdle) {
+    note_fault(fmt::format("the axes did not switch off within {} s", kStopTimeout.count()));
+  }
+}
+
+void LineRun::take_down() {
+  if (feed_) feed_->set_state(bridge::LineState::kDown);
+  const auto down = master_.shut_down();
+  if (down) {
+    progress("all in INIT");
+  } else {
+    note_fault(fmt::format("on the way to INIT: {}", ecat_master::describe(down.error())));
+  }
+  if (drain_) drain_->stop();
+  if (recorder_ && !recorder_->problem().empty()) note_fault(recorder_->problem());
+  if (!faults_.empty() && operation_time_ > nanoseconds{0}) write_flight_record();
+}
+
+/// After the cycle has ended.
+void LineRun::write_flight_record() {
+  if (!flight_recorder_ || flight_recorder_->size() == 0) return;
+  std::vector<std::string> names;
+  for (const auto& axis : config_.axes) names.push_back(axis.name);
+  std::ostringstream text;
+  flight_recorder_->write_csv(text, names);
+  const auto file = config_.output.directory / "flight_recorder.csv";
+  if (auto written = write_file(file, text.str()); !written) return note_fault(written.error());
+  flight_record_ = file;
+  progress("the last {} cycles are in {}", flight_recorder_->size(), file.string());
+}
+
+RunReport LineRun::make_report() {
+  RunReport report;
+  report.line = config_.name;
+  report.state = state_;
+  report.period = config_.period;
+  report.duration_s = seconds_in_operation();
+  report.statistics = master_.core()->statistics();
+  if (auto* watch = master_.clock_watch()) {
+    report.clocks = ClockReport{master_.clock_follower()->status().locked, watch->all_differences()};
+  }
+  for (std::size_t i = 0; i < config_.axes.size(); ++i) {
+    const auto& axis = config_.axes[i];
+    const auto& error = recorder_->following_errors()[i];
+    report.axes.push_back({axis.name, axis.slave, error.maximum * axis.increments_per_unit,
+                           error.rms() * axis.increments_per_unit, axis.linear ? "m" : "rad",
+                           axis.increments_per_unit});
+  }
+  report.telemetry_enabled = publisher_ != nullptr;
+  if (publisher_) {
+    report.telemetry_published = publisher_->counters().published;
+    report.telemetry_dropped = publisher_->counters().dropped;
+  }
+  report.faults = faults_;
+  if (recorder_->rows() > 0 && recorder_->problem().empty())
+    report.files["axes_csv"] = config_.output.directory / "axes.csv";
+  if (flight_record_) report.files["flight_recorder_csv"] = *flight_record_;
+  return report;
+}
+
+}  // namespace driveline::cli

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "driveline/bridge/drain_thread.hpp"
+#include "driveline/ecat_master/master.hpp"
+#include "line/recorder.hpp"
+#include "line/session.hpp"
+#include "line/status_feed.hpp"
+#include "text/run_report.hpp"
+
+namespace driveline::cli {
+
+/// The main job: a line from INIT to OP, its axes along the path, and back to INIT. One use.
+class LineRun {
+ public:
+  /// `path`: of the configured axes; none: process data are exchanged without motion. `duration_s`: none, until the end
+  /// of the path.
+  LineRun(Session& session, std::optional<trajectory::Interpolator> path, std::optional<double> duration_s);
+  ~LineRun();
+
+  /// Everything from scan to INIT. Progress goes to stderr. The report is complete also after a failure; faults() of
+  /// it tell what happened. Failure: the line did not even get into operation.
+  [[nodiscard]] Outcome<RunReport> execute();
+
+ private:
+  [[nodiscard]] Outcome<void> prepare();
+  [[nodiscard]] Outcome<void> start_telemetry();
+  [[nodiscard]] Outcome<void> bring_up();
+  void make_motion();
+  [[nodiscard]] Outcome<void> start_cycle();
+  void operate();
+  [[nodiscard]] bool line_is_healthy();
+  [[nodiscard]] bool clocks_answer();
+  void stop_motion();
+  void take_down();
+  void write_flight_record();
+  void leave_nothing_behind();
+  void pass(std::chrono::nanoseconds duration);
+  void note_fault(std::string fault);
+  [[nodiscard]] std::string motion_failure() const;
+  [[nodiscard]] RunReport make_report();
+  [[nodiscard]] double seconds_in_operation() const;
+
+  Session& session_;
+  const LineConfig& config_;
+  std::optional<double> duration_s_;
+  std::optional<trajectory::Interpolator> path_;
+  rt::SpscRing<snapshot::LineSample> line_ring_;
+  rt::SpscRing<snapshot::AxisSample> axis_ring_;
+  std::unique_ptr<bridge::DdsPublisher> publisher_;
+  std::unique_ptr<StatusFeed> feed_;
+  std::unique_ptr<Recorder> recorder_;
+  std::unique_ptr<ecat_master::Motion> motion_;
+  std::unique_ptr<ecat_master::FlightRecorder> flight_recorder_;
+  std::optional<std::filesystem::path> flight_record_;
+  ecat_master::Master master_;
+  std::unique_ptr<bridge::DrainThread> drain_;
+  bool created_directory_ = false;
+  std::vector<std::string> faults_;
+  std::string state_ = "INIT";
+  std::chrono::nanoseconds operation_start_{};
+  std::chrono::nanoseconds next_delays_{};  ///< when the ways to the clocks are measured again
+  std::chrono::nanoseconds operation_time_{};
+};
+
+}  // namespace driveline::cli

@@ -1,0 +1,109 @@
+#include "line/line_view.hpp"
+
+#include <fmt/format.h>
+#include <numeric>
+
+namespace driveline::cli {
+namespace {
+
+void take_apart(SlaveView& view) {
+  auto decoded = esi::decode_sii(view.image);
+  if (!decoded) {
+    view.trouble = "EEPROM: " + esi::to_text(decoded.error());
+    return;
+  }
+  if (!decoded->checksum_valid()) view.trouble = "EEPROM: the checksum of the configuration area is wrong";
+  view.sii = std::move(*decoded);
+}
+
+}  // namespace
+
+std::string SlaveView::name() const {
+  if (!sii) return trouble;
+  if (const auto* general = sii->find<esi::SiiGeneral>(esi::SiiCategoryType::kGeneral)) {
+    if (const auto text = sii->text(general->name_text); !text.empty()) return std::string(text);
+    if (const auto text = sii->text(general->order_text); !text.empty()) return std::string(text);
+  }
+  return fmt::format("0x{:08x}:0x{:08x}", sii->vendor_id, sii->product_code);
+}
+
+Outcome<std::unique_ptr<LineView>> LineView::open(const BusOptions& bus) {
+  auto session = Session::open(bus);
+  if (!session) return tl::unexpected(session.error());
+  std::unique_ptr<LineView> view(new LineView);
+  view->session_ = std::move(*session);
+  view->master_ = std::make_unique<ecat_master::Master>(view->session_->port(), view->session_->clock());
+  auto slaves = ecat_master::survey(view->bus());
+  if (!slaves) return bus_failure(slaves.error());
+  view->slaves_ = std::move(*slaves);
+  return view;
+}
+
+std::vector<std::uint16_t> LineView::aliases() const {
+  std::vector<std::uint16_t> aliases;
+  for (const auto& slave : slaves_) aliases.push_back(slave.alias);
+  return aliases;
+}
+
+Outcome<std::vector<std::size_t>> LineView::select(const SlaveSelection& selection) const {
+  return selection.select(aliases());
+}
+
+Outcome<ecat_master::SlaveRef> LineView::select_one(const SlaveSelection& selection, bool explicitly) const {
+  return selection.select_one(aliases(), explicitly).map([this](std::size_t i) { return slaves_[i].ref; });
+}
+
+std::vector<SlaveView> LineView::read(std::span<const std::size_t> positions) {
+  std::vector<ecat_master::SlaveRef> refs;
+  for (const auto position : positions) refs.push_back(slaves_[position].ref);
+  auto images = ecat_master::read_each_sii(bus(), refs);
+  const auto names = alias_positions(aliases());
+  std::vector<SlaveView> views;
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    SlaveView view{slaves_[positions[i]], names[positions[i]], {}, std::nullopt, {}};
+    if (images[i]) {
+      view.image = std::move(*images[i]);
+      take_apart(view);
+    } else {
+      view.trouble = ecat_master::describe(images[i].error());
+    }
+    views.push_back(std::move(view));
+  }
+  return views;
+}
+
+std::vector<SlaveView> LineView::read_all() {
+  std::vector<std::size_t> positions(slaves_.size());
+  std::iota(positions.begin(), positions.end(), std::size_t{0});
+  return read(positions);
+}
+
+Outcome<ecat_master::Topology> LineView::topology() {
+  std::vector<ecat_master::SlaveRef> refs;
+  for (const auto& slave : slaves_) refs.push_back(slave.ref);
+  const auto facts = ecat_master::read_port_facts(bus(), refs);
+  if (!facts) return bus_failure(facts.error());
+  auto topology = ecat_master::build_topology(*facts);
+  if (!topology) return bus_failure(topology.error());
+  return std::move(*topology);
+}
+
+std::vector<std::string> alias_positions(std::span<const std::uint16_t> aliases) {
+  std::vector<std::string> texts;
+  std::uint16_t alias = 0;
+  std::size_t since = 0;
+  for (const auto own : aliases) {
+    if (own != 0) {
+      alias = own;
+      since = 0;
+    }
+    texts.push_back(fmt::format("{}:{}", alias, since++));
+  }
+  return texts;
+}
+
+std::string slave_heading(std::size_t position) {
+  return fmt::format("=== Master 0, Slave {} ===\n", position);
+}
+
+}  // namespace driveline::cli

@@ -1,0 +1,93 @@
+#include "line/recorder.hpp"
+
+#include <fmt/format.h>
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <iterator>
+
+#include "output_file.hpp"
+
+namespace driveline::cli {
+
+double FollowingError::rms() const noexcept {
+  return samples == 0 ? 0.0 : std::sqrt(sum_of_squares / static_cast<double>(samples));
+}
+
+Recorder::Recorder(const std::vector<ecat_master::AxisConfig>& axes, std::optional<std::filesystem::path> csv,
+                   std::uint64_t every)
+    : errors_(axes.size()), csv_(std::move(csv)), every_(every) {
+  if (!csv_) return;
+  stream_.open(partial_name(*csv_), std::ios::trunc);
+  if (!stream_) problem_ = fmt::format("{}: cannot be written: {}", csv_->string(), std::strerror(errno));
+  stream_ << "time[s]";
+  for (const auto& axis : axes) {
+    const auto unit = axis.linear ? "m" : "rad";
+    for (const auto* column : {"target", "actual", "following_error"})
+      stream_ << fmt::format(",{}_{}[{}]", axis.name, column, unit);
+  }
+  stream_ << '\n';
+}
+
+void Recorder::lines(std::span<const snapshot::LineSample>) {}
+
+void Recorder::axes(std::span<const snapshot::AxisSample> samples) {
+  for (const auto& sample : samples) {
+    if (sample.axis >= errors_.size()) continue;
+    if (sample.state == snapshot::AxisState::kOperationEnabled) {
+      auto& error = errors_[sample.axis];
+      error.maximum = std::max(error.maximum, std::abs(sample.following_error_rad));
+      error.sum_of_squares += sample.following_error_rad * sample.following_error_rad;
+      ++error.samples;
+    }
+    if (csv_ && sample.cycle % every_ == 0 && rows_ < kMaxRows) add_to_row(sample);
+  }
+}
+
+/// Samples of one cycle come one after the other; a row is written when it is complete, and dropped when samples of
+/// it got lost.
+void Recorder::add_to_row(const snapshot::AxisSample& sample) {
+  if (sample.axis == 0 || row_.empty() || row_.front().cycle != sample.cycle) row_.clear();
+  if (sample.axis != row_.size()) return;
+  row_.push_back(sample);
+  if (row_.size() == errors_.size()) write_row();
+}
+
+void Recorder::write_row() {
+  if (!first_time_ns_) first_time_ns_ = row_.front().time_ns;
+  fmt::memory_buffer text;
+  fmt::format_to(std::back_inserter(text), "{:.6f}",
+                 static_cast<double>(row_.front().time_ns - *first_time_ns_) * 1e-9);
+  for (const auto& sample : row_) {
+    fmt::format_to(std::back_inserter(text), ",{:.7g},{:.7g},{:.4g}", sample.target_position_rad,
+                   sample.actual_position_rad, sample.following_error_rad);
+  }
+  text.push_back('\n');
+  stream_.write(text.data(), static_cast<std::streamsize>(text.size()));
+  row_.clear();
+  ++rows_;
+}
+
+void Recorder::finish(const bridge::DrainCounters&) {
+  if (!stream_.is_open()) return;
+  if (rows_ == 0 || discarded_.load(std::memory_order_relaxed)) return drop_file();
+  stream_.close();
+  if (!stream_) {
+    problem_ = fmt::format("{}: could not be written completely: {}", csv_->string(), std::strerror(errno));
+    return drop_file();
+  }
+  if (auto completed = complete_file(*csv_); !completed) problem_ = completed.error();
+}
+
+void Recorder::drop_file() {
+  stream_.close();
+  std::error_code ignored;
+  std::filesystem::remove(partial_name(*csv_), ignored);
+}
+
+Recorder::~Recorder() {
+  if (stream_.is_open()) drop_file();
+}
+
+}  // namespace driveline::cli

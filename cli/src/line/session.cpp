@@ -1,0 +1,72 @@
+#include "line/session.hpp"
+
+#include <fmt/format.h>
+
+#include "console.hpp"
+
+namespace driveline::cli {
+
+Outcome<std::unique_ptr<Session>> Session::open(const BusOptions& options, const Adjust& adjust) {
+  std::unique_ptr<Session> session(new Session);
+  if (options.config.empty() && options.interface.empty()) {
+    return misused(
+        "which bus? Give --config FILE for the line described there, or --iface NAME for a network interface");
+  }
+  if (!options.config.empty()) {
+    auto config = load_line_config(options.config);
+    if (!config) return misused(config.error());
+    session->config_ = std::move(*config);
+    session->has_config_ = true;
+  }
+  auto& config = session->config_;
+  if (!options.interface.empty()) config.interface = options.interface;
+  // A simulated line in this process may run anywhere; where drives may hang on the wire, it must be said.
+  config.realtime.policy =
+      config.policy.value_or(config.interface ? rt::RealtimePolicy::kEnforce : rt::RealtimePolicy::kDegrade);
+  session->virtual_time_ = options.virtual_time;
+  if (options.virtual_time && config.interface) {
+    return misused("--virtual runs the simulated line in this process; a network interface has no virtual time");
+  }
+  if (adjust) {
+    if (auto adjusted = adjust(config); !adjusted) return tl::unexpected(adjusted.error());
+  }
+  if (options.virtual_time) {
+    session->clock_ = std::make_unique<rt::VirtualClock>();
+  } else {
+    session->clock_ = std::make_unique<rt::MonotonicClock>();
+  }
+  if (config.interface) {
+    auto port = port::RawSocketPort::open({*config.interface, true, 6}, *session->clock_);
+    if (!port) return failed(port.error().message);
+    session->raw_ = std::move(*port);
+    session->wire_ = session->raw_.get();
+  } else {
+    session->line_ = make_simulated_line(config, *session->clock_);
+    session->wire_ = session->line_.get();
+  }
+  if (config.output.capture) {
+    auto capture =
+        port::CapturePort::open(*session->wire_, *session->clock_,
+                                {*config.output.capture, config.interface.value_or("line"), 4096, std::nullopt});
+    if (!capture) return failed(capture.error().message);
+    session->capture_ = std::move(*capture);
+  }
+  return session;
+}
+
+Outcome<std::optional<std::filesystem::path>> Session::close_capture() {
+  if (!capture_) return std::optional<std::filesystem::path>{};
+  const auto closed = capture_->close();
+  if (!closed) return failed(closed.error().message);
+  if (closed->frames == 0) {
+    std::error_code ignored;
+    std::filesystem::remove(*config_.output.capture, ignored);
+    return std::optional<std::filesystem::path>{};
+  }
+  if (closed->dropped > 0) {
+    progress("capture: {} frames are missing in {}", closed->dropped, config_.output.capture->string());
+  }
+  return config_.output.capture;
+}
+
+}  // namespace driveline::cli

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "driveline/port/capture_port.hpp"
+#include "driveline/port/raw_socket_port.hpp"
+#include "failure.hpp"
+#include "line/composition.hpp"
+
+namespace driveline::cli {
+
+/// Which bus a command talks to.
+struct BusOptions {
+  std::string config;     ///< line description; may be empty when `interface` is given
+  std::string interface;  ///< replaces the simulated line of the file
+  bool virtual_time = false;
+};
+
+/// A bus that a command can work on: clock, port and what is behind them.
+class Session {
+ public:
+  /// Changes and checks a configuration that has been read, before anything is opened.
+  using Adjust = std::function<Outcome<void>(LineConfig&)>;
+
+  /// Reads the configuration, opens the interface or builds the simulated line, and the capture when one is asked for.
+  [[nodiscard]] static Outcome<std::unique_ptr<Session>> open(const BusOptions& options, const Adjust& adjust = {});
+
+  [[nodiscard]] const LineConfig& config() const noexcept { return config_; }
+  [[nodiscard]] bool has_config() const noexcept { return has_config_; }
+  [[nodiscard]] rt::Clock& clock() noexcept { return *clock_; }
+  [[nodiscard]] port::Port& port() noexcept { return capture_ ? static_cast<port::Port&>(*capture_) : *wire_; }
+  [[nodiscard]] bool virtual_time() const noexcept { return virtual_time_; }
+  /// Finishes the capture, when there is one; its path, or nothing when there were no frames either. Only when nothing
+  /// uses the port any more.
+  [[nodiscard]] Outcome<std::optional<std::filesystem::path>> close_capture();
+
+ private:
+  Session() = default;
+
+  LineConfig config_;
+  bool has_config_ = false;
+  bool virtual_time_ = false;
+  std::unique_ptr<rt::Clock> clock_;
+  std::unique_ptr<slaves::Line> line_;
+  std::unique_ptr<port::RawSocketPort> raw_;
+  port::Port* wire_ = nullptr;
+  std::unique_ptr<port::CapturePort> capture_;
+};
+
+}  // namespace driveline::cli

@@ -1,0 +1,61 @@
+#include "line/status_feed.hpp"
+
+namespace driveline::cli {
+namespace {
+
+using std::chrono::nanoseconds;
+
+constexpr auto kHandOverPeriod = std::chrono::milliseconds{50};
+
+bridge::Percentiles percentiles(const rt::Histogram& histogram) {
+  return {histogram.percentile(0.5), histogram.percentile(0.99), histogram.max()};
+}
+
+}  // namespace
+
+StatusFeed::StatusFeed(bridge::DdsPublisher& publisher, nanoseconds period) : publisher_(publisher) {
+  status_.cycle_period = period;
+}
+
+void StatusFeed::add_fault(std::string fault) {
+  const std::lock_guard lock(mutex_);
+  faults_.push_back(std::move(fault));
+}
+
+void StatusFeed::lines(std::span<const snapshot::LineSample> samples) {
+  for (const auto& sample : samples) {
+    ++status_.cycles;
+    status_.missed_periods += sample.missed_periods;
+    if (!sample.frame_received) {
+      ++status_.lost_frames;
+    } else if (sample.working_counter != sample.expected_working_counter) {
+      ++status_.wkc_errors;
+    }
+    wake_latency_.record(nanoseconds{sample.wake_latency_ns});
+    cost_.record(nanoseconds{sample.cost_ns});
+  }
+}
+
+void StatusFeed::pass_done(const bridge::DrainCounters&) {
+  const auto now = std::chrono::steady_clock::now();
+  if (now < due_) return;
+  due_ = now + kHandOverPeriod;
+  hand_over();
+}
+
+void StatusFeed::finish(const bridge::DrainCounters&) {
+  hand_over();
+}
+
+void StatusFeed::hand_over() {
+  status_.state = state_.load(std::memory_order_relaxed);
+  status_.wake_latency = percentiles(wake_latency_);
+  status_.cycle_cost = percentiles(cost_);
+  {
+    const std::lock_guard lock(mutex_);
+    status_.faults = faults_;
+  }
+  publisher_.set_line_status(status_);
+}
+
+}  // namespace driveline::cli

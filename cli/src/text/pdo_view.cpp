@@ -1,0 +1,188 @@
+#include "text/pdo_view.hpp"
+
+#include <fmt/format.h>
+#include <algorithm>
+
+#include "driveline/wire/sync_manager.hpp"
+#include "text/sii_text.hpp"
+
+namespace driveline::cli {
+namespace {
+
+using esi::SiiCategoryType;
+using Pdos = std::vector<esi::SiiPdo>;
+
+/// Assignment objects are 1C10h plus the number of the sync manager (ETG.1000.6 5.6.7.4).
+constexpr std::uint16_t kFirstAssignment = 0x1C10;
+
+bool is_outputs(const esi::SiiSyncManager& channel) {
+  return wire::SyncManagerControl::from_raw(channel.control).direction == wire::SyncManagerDirection::kWrite;
+}
+
+bool is_mailbox(const esi::SiiSyncManager& channel) {
+  return wire::SyncManagerControl::from_raw(channel.control).mode == wire::SyncManagerMode::kMailbox;
+}
+
+PdoView view_of(const esi::SiiImage& sii, const esi::SiiPdo& pdo) {
+  PdoView view{pdo.index, std::string(sii.text(pdo.name_text)), {}};
+  for (const auto& entry : pdo.entries) {
+    view.entries.push_back({entry.index, entry.subindex, entry.bit_length, std::string(sii.text(entry.name_text))});
+  }
+  return view;
+}
+
+std::vector<SyncManagerView> channels_of(const esi::SiiImage& sii) {
+  std::vector<SyncManagerView> views;
+  const auto* channels = sii.find<std::vector<esi::SiiSyncManager>>(SiiCategoryType::kSyncManager);
+  for (std::size_t i = 0; channels != nullptr && i < channels->size(); ++i) {
+    views.push_back({i, (*channels)[i], is_outputs((*channels)[i]), {}});
+  }
+  return views;
+}
+
+/// What the EEPROM calls PDOs and objects.
+class Names {
+ public:
+  explicit Names(const esi::SiiImage& sii) {
+    for (const auto type : {SiiCategoryType::kRxPdo, SiiCategoryType::kTxPdo}) {
+      if (const auto* pdos = sii.find<Pdos>(type)) {
+        for (const auto& pdo : *pdos) known_.push_back(view_of(sii, pdo));
+      }
+    }
+  }
+  [[nodiscard]] std::string pdo(std::uint16_t index) const {
+    for (const auto& known : known_) {
+      if (known.index == index) return known.name;
+    }
+    return {};
+  }
+  [[nodiscard]] std::string entry(std::uint16_t index, std::uint8_t subindex) const {
+    for (const auto& known : known_) {
+      for (const auto& entry : known.entries) {
+        if (index != 0 && entry.index == index && entry.subindex == subindex) return entry.name;
+      }
+    }
+    return {};
+  }
+
+ private:
+  std::vector<PdoView> known_;
+};
+
+/// One slave of a line that is in PREOP.
+Outcome<SlavePdos> read_slave(ecat_master::Master& master, SlaveView view, bool only_sii) {
+  SlavePdos slave{std::move(view), PdoSource::kSii, {}};
+  if (!slave.slave.sii) return failed(fmt::format("slave {}: {}", slave.slave.slave.ref.position, slave.slave.trouble));
+  const auto& sii = *slave.slave.sii;
+  auto* mailbox = only_sii ? nullptr : master.mailbox(slave.slave.slave.ref.position);
+  if (mailbox == nullptr || (sii.mailbox_protocols & esi::sii_mailbox::kCoe) == 0) {
+    slave.sync_managers = pdos_from_sii(sii);
+    return slave;
+  }
+  ecat_master::CoeClient coe(*mailbox);
+  auto pdos = pdos_from_coe(coe, sii);
+  if (!pdos) return tl::unexpected(pdos.error());
+  slave.source = PdoSource::kCoe;
+  slave.sync_managers = std::move(*pdos);
+  return slave;
+}
+
+}  // namespace
+
+std::vector<SyncManagerView> pdos_from_sii(const esi::SiiImage& sii) {
+  auto views = channels_of(sii);
+  for (auto& view : views) {
+    const auto* pdos = sii.find<Pdos>(view.outputs ? SiiCategoryType::kRxPdo : SiiCategoryType::kTxPdo);
+    for (std::size_t i = 0; pdos != nullptr && i < pdos->size(); ++i) {
+      if ((*pdos)[i].sync_manager == view.number) view.pdos.push_back(view_of(sii, (*pdos)[i]));
+    }
+  }
+  return views;
+}
+
+Outcome<std::vector<SyncManagerView>> pdos_from_coe(ecat_master::CoeClient& coe, const esi::SiiImage& sii) {
+  const Names names(sii);
+  auto views = channels_of(sii);
+  for (auto& view : views) {
+    if (is_mailbox(view.registers)) continue;
+    const auto assigned =
+        ecat_master::read_assigned_pdos(coe, static_cast<std::uint16_t>(kFirstAssignment + view.number));
+    if (!assigned) {
+      // A sync manager without an assignment object has no PDOs.
+      if (assigned.error().kind == ecat_master::ErrorKind::kSdoAbort) continue;
+      return bus_failure(assigned.error());
+    }
+    for (const auto& pdo : *assigned) {
+      PdoView shown{pdo.index, names.pdo(pdo.index), {}};
+      for (const auto& object : pdo.objects) {
+        shown.entries.push_back(
+            {object.index, object.subindex, object.bits, names.entry(object.index, object.subindex)});
+      }
+      view.pdos.push_back(std::move(shown));
+    }
+  }
+  return views;
+}
+
+Outcome<std::vector<SlavePdos>> read_pdos(const BusOptions& bus, const SlaveSelection& selection, bool only_sii) {
+  if (auto checked = selection.check(); !checked) return tl::unexpected(checked.error());
+  auto line = LineView::open(bus);
+  if (!line) return tl::unexpected(line.error());
+  const auto positions = (*line)->select(selection);
+  if (!positions) return tl::unexpected(positions.error());
+  auto views = (*line)->read(*positions);
+  auto& master = (*line)->master();
+  if (!only_sii) {
+    if (auto done = master.scan(); !done) return bus_failure(done.error());
+    if (auto done = master.enter_pre_op(); !done) return bus_failure(done.error());
+  }
+  std::vector<SlavePdos> slaves;
+  for (auto& view : views) {
+    auto slave = read_slave(master, std::move(view), only_sii);
+    if (!slave) return tl::unexpected(slave.error());
+    slaves.push_back(std::move(*slave));
+  }
+  return slaves;
+}
+
+std::string to_text(std::span<const SyncManagerView> sync_managers) {
+  std::string text;
+  for (const auto& channel : sync_managers) {
+    text += sync_manager_text(channel.number, channel.registers);
+    for (const auto& pdo : channel.pdos) {
+      text += fmt::format("  {}PDO 0x{:04x} \"{}\"\n", channel.outputs ? "Rx" : "Tx", pdo.index, pdo.name);
+      for (const auto& entry : pdo.entries) {
+        text += fmt::format("    PDO entry 0x{:04x}:{:02x}, {:2} bit, \"{}\"\n", entry.index, entry.subindex,
+                            entry.bits, entry.index == 0 ? "Gap" : entry.name);
+      }
+    }
+  }
+  return text;
+}
+
+nlohmann::json to_json(const SlavePdos& slave) {
+  auto channels = nlohmann::json::array();
+  for (const auto& channel : slave.sync_managers) {
+    auto pdos = nlohmann::json::array();
+    for (const auto& pdo : channel.pdos) {
+      auto entries = nlohmann::json::array();
+      for (const auto& entry : pdo.entries) {
+        entries.push_back(
+            {{"index", entry.index}, {"subindex", entry.subindex}, {"bits", entry.bits}, {"name", entry.name}});
+      }
+      pdos.push_back({{"index", pdo.index}, {"name", pdo.name}, {"entries", entries}});
+    }
+    channels.push_back({{"number", channel.number},
+                        {"start_address", channel.registers.start_address},
+                        {"length", channel.registers.length},
+                        {"control", channel.registers.control},
+                        {"enable", (channel.registers.enable & 1U) != 0},
+                        {"direction", channel.outputs ? "outputs" : "inputs"},
+                        {"pdos", pdos}});
+  }
+  return {{"position", slave.slave.slave.ref.position},
+          {"source", slave.source == PdoSource::kCoe ? "coe" : "sii"},
+          {"sync_managers", channels}};
+}
+
+}  // namespace driveline::cli

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "line/line_view.hpp"
+
+namespace driveline::cli {
+
+/// An object in a PDO; index 0 is a gap.
+struct PdoEntryView {
+  std::uint16_t index = 0;
+  std::uint8_t subindex = 0;
+  std::uint8_t bits = 0;
+  std::string name;  ///< empty: not known
+};
+
+struct PdoView {
+  std::uint16_t index = 0;
+  std::string name;
+  std::vector<PdoEntryView> entries;
+};
+
+/// A sync manager of a slave and the PDOs assigned to it.
+struct SyncManagerView {
+  std::size_t number = 0;
+  esi::SiiSyncManager registers;
+  bool outputs = false;  ///< master to slave: RxPDOs
+  std::vector<PdoView> pdos;
+};
+
+/// Sync managers and their PDOs as the EEPROM says.
+[[nodiscard]] std::vector<SyncManagerView> pdos_from_sii(const esi::SiiImage& sii);
+
+/// The same with the assignment and mapping that the slave has at present, read over CoE; names come from the EEPROM
+/// as far as it has them. The slave must be in PREOP or above.
+[[nodiscard]] Outcome<std::vector<SyncManagerView>> pdos_from_coe(ecat_master::CoeClient& coe,
+                                                                  const esi::SiiImage& sii);
+
+/// How the PDOs of the selected slaves are found.
+enum class PdoSource : std::uint8_t { kSii, kCoe };
+
+/// Sync managers and PDOs of one slave.
+struct SlavePdos {
+  SlaveView slave;
+  PdoSource source = PdoSource::kSii;
+  std::vector<SyncManagerView> sync_managers;
+};
+
+/// Opens the bus and finds the PDOs of the selected slaves: over CoE, which takes the line to PREOP, where a slave has
+/// CoE and `only_sii` does not forbid it; from the EEPROM otherwise.
+[[nodiscard]] Outcome<std::vector<SlavePdos>> read_pdos(const BusOptions& bus, const SlaveSelection& selection,
+                                                        bool only_sii);
+
+/// Three levels, indented: sync manager, PDO, entry.
+[[nodiscard]] std::string to_text(std::span<const SyncManagerView> sync_managers);
+[[nodiscard]] nlohmann::json to_json(const SlavePdos& slave);
+
+/// C++ declarations of the slave's PDOs for a SlavePlan of the library.
+[[nodiscard]] std::string cpp_declaration(const SlavePdos& slave);
+
+}  // namespace driveline::cli

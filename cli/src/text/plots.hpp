@@ -1,0 +1,28 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "text/run_report.hpp"
+
+namespace driveline::cli {
+
+/// Writes the histograms of a run as CSV: lower and upper bound in ns, and for wake-up latency and cycle cost how many.
+[[nodiscard]] tl::expected<void, std::string> write_jitter_csv(const ecat_master::CycleStatistics& statistics,
+                                                               const std::filesystem::path& file);
+
+/// Draws what lies in `directory` (jitter.csv, and axes.csv unless `axes` is empty) with gnuplot: jitter.png,
+/// positions.png, following_error.png. The gnuplot script stays beside them. Returns the pictures by the key they
+/// have in the report. Error: a sentence (gnuplot is not there or failed).
+[[nodiscard]] tl::expected<std::map<std::string, std::filesystem::path>, std::string> draw_plots(
+    const std::filesystem::path& directory, const std::vector<AxisReport>& axes);
+
+/// Draws clocks.png from clocks.csv in `directory`: time in the first column, one column per slave behind it. Error: a
+/// sentence.
+[[nodiscard]] tl::expected<std::filesystem::path, std::string> draw_clocks(const std::filesystem::path& directory,
+                                                                           const std::vector<std::string>& names);
+
+}  // namespace driveline::cli

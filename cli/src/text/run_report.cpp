@@ -1,0 +1,100 @@
+#include "text/run_report.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace driveline::cli {
+namespace {
+
+nlohmann::json percentiles(const rt::Histogram& histogram) {
+  return {{"p50", histogram.percentile(0.5).count()},
+          {"p99", histogram.percentile(0.99).count()},
+          {"p999", histogram.percentile(0.999).count()},
+          {"max", histogram.max().count()}};
+}
+
+/// Without clocks nothing is locked and there is no difference to report; so too with the reference clock alone.
+nlohmann::json clocks_to_json(const std::optional<ClockReport>& clocks) {
+  if (!clocks || clocks->differences.count() == 0) {
+    return {{"locked", clocks && clocks->locked},
+            {"difference_ns", {{"p50", nullptr}, {"p99", nullptr}, {"max", nullptr}}}};
+  }
+  const auto& differences = clocks->differences;
+  return {{"locked", clocks->locked},
+          {"difference_ns",
+           {{"p50", differences.percentile(0.5).count()},
+            {"p99", differences.percentile(0.99).count()},
+            {"max", differences.max().count()}}}};
+}
+
+std::string row(std::string_view name, const rt::Histogram& histogram) {
+  auto us = [](std::chrono::nanoseconds value) { return static_cast<double>(value.count()) / 1000.0; };
+  return fmt::format("  {:<22}{:>9.1f}{:>9.1f}{:>9.1f}{:>9.1f}\n", name, us(histogram.percentile(0.5)),
+                     us(histogram.percentile(0.99)), us(histogram.percentile(0.999)), us(histogram.max()));
+}
+
+}  // namespace
+
+nlohmann::json to_json(const RunReport& report) {
+  const auto& statistics = report.statistics;
+  nlohmann::json axes = nlohmann::json::array();
+  for (const auto& axis : report.axes) {
+    axes.push_back({{"name", axis.name},
+                    {"slave", axis.slave},
+                    {"following_error_max", axis.following_error_max},
+                    {"following_error_rms", axis.following_error_rms},
+                    {"unit", "increments"}});
+  }
+  nlohmann::json files = nlohmann::json::object();
+  for (const auto& [key, path] : report.files) files[key] = path.string();
+  return {{"state", report.state},
+          {"axes_count", report.axes.size()},
+          {"cycle_ns", report.period.count()},
+          {"duration_s", report.duration_s},
+          {"cycles", statistics.cycles},
+          {"missed_periods", statistics.missed_periods},
+          {"wkc_errors", statistics.wkc_errors},
+          {"lost_frames", statistics.lost_frames},
+          {"wake_latency_ns", percentiles(statistics.wake_latency)},
+          {"cycle_cost_ns", percentiles(statistics.cost)},
+          {"round_trip_ns", percentiles(statistics.round_trip)},
+          {"dc", clocks_to_json(report.clocks)},
+          {"axes", std::move(axes)},
+          {"telemetry", {{"published", report.telemetry_published}, {"dropped", report.telemetry_dropped}}},
+          {"faults", report.faults},
+          {"files", std::move(files)}};
+}
+
+std::string to_text(const RunReport& report) {
+  const auto& statistics = report.statistics;
+  std::string text = fmt::format("\n{}: {} axes, cycle {} us, {:.3f} s in operation, line state {}\n\n", report.line,
+                                 report.axes.size(), static_cast<double>(report.period.count()) / 1000.0,
+                                 report.duration_s, report.state);
+  text += fmt::format("  cycles {:>18}\n  missed periods {:>10}\n  WKC errors {:>14}\n  lost frames {:>13}\n\n",
+                      statistics.cycles, statistics.missed_periods, statistics.wkc_errors, statistics.lost_frames);
+  text += fmt::format("  {:<22}{:>9}{:>9}{:>9}{:>9}\n", "time in us", "p50", "p99", "p99.9", "max");
+  text += row("wake-up latency", statistics.wake_latency) + row("cycle cost", statistics.cost) +
+          row("round trip", statistics.round_trip);
+  if (report.clocks) {
+    const auto& differences = report.clocks->differences;
+    text += fmt::format("\n  clocks: {}; slaves off the reference clock by p50 {} ns, p99 {} ns, max {} ns\n",
+                        report.clocks->locked ? "locked" : "NOT LOCKED", differences.percentile(0.5).count(),
+                        differences.percentile(0.99).count(), differences.max().count());
+  }
+  if (!report.axes.empty()) {
+    text += fmt::format("\n  {:<12}{:>7}{:>22}{:>22}\n", "following error", "slave", "maximum", "RMS");
+    for (const auto& axis : report.axes) {
+      text += fmt::format("  {:<12}{:>10}{:>14.1f} inc{:>18.2f} inc   (max {:.3g} {})\n", axis.name, axis.slave,
+                          axis.following_error_max, axis.following_error_rms,
+                          axis.following_error_max / axis.increments_per_unit, axis.si_unit);
+    }
+  }
+  text += report.telemetry_enabled ? fmt::format("\n  telemetry: {} axis samples published, {} dropped\n",
+                                                 report.telemetry_published, report.telemetry_dropped)
+                                   : std::string("\n  telemetry: off\n");
+  for (const auto& fault : report.faults) text += fmt::format("  fault: {}\n", fault);
+  for (const auto& [key, path] : report.files) text += fmt::format("  {:<22}{}\n", key, path.string());
+  return text;
+}
+
+}  // namespace driveline::cli

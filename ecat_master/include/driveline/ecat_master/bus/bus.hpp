@@ -1,0 +1,66 @@
+#pragma once
+
+#include <array>
+#include <bit>
+#include <vector>
+
+#include "driveline/ecat_master/bus/datagram_exchange.hpp"
+#include "driveline/wire/registers.hpp"
+
+namespace driveline::ecat_master {
+
+/// A slave as acyclic work addresses it.
+struct SlaveRef {
+  std::uint16_t position = 0;  ///< for messages: position on the line, 0 = first
+  std::uint16_t station = 0;   ///< configured station address
+};
+
+/// Bytes to be written to registers or memory of a slave.
+struct RegisterWrite {
+  SlaveRef slave;
+  std::uint16_t address = 0;
+  std::vector<std::byte> data;
+};
+
+/// Typed single-datagram access to registers and memory of slaves, with the working counter checked.
+/// Not real-time safe. Errors of all functions: those of the exchange, and kWorkingCounter.
+class Bus {
+ public:
+  explicit Bus(DatagramExchange& exchange) noexcept : exchange_(exchange) {}
+
+  [[nodiscard]] DatagramExchange& exchange() noexcept { return exchange_; }
+
+  [[nodiscard]] Result<void> read(SlaveRef slave, std::uint16_t address, std::span<std::byte> data);
+  [[nodiscard]] Result<void> write(SlaveRef slave, std::uint16_t address, std::span<const std::byte> data);
+  /// Like read/write, but tells by false that the slave did not touch its working counter (an empty or full mailbox).
+  [[nodiscard]] Result<bool> try_read(SlaveRef slave, std::uint16_t address, std::span<std::byte> data);
+  [[nodiscard]] Result<bool> try_write(SlaveRef slave, std::uint16_t address, std::span<const std::byte> data);
+
+  /// All of `writes` in as few frames as they fit into. The error names the first slave that did not take its own.
+  [[nodiscard]] Result<void> write_all(std::span<RegisterWrite> writes);
+
+  template <typename T>
+  [[nodiscard]] Result<T> read(SlaveRef slave, const wire::Register<T>& reg, unsigned element = 0) {
+    std::array<std::byte, sizeof(T)> data{};
+    return read(slave, reg.at(element), data).map([&] { return wire::load_le<T>(data); });
+  }
+  template <typename T>
+  [[nodiscard]] Result<void> write(SlaveRef slave, const wire::Register<T>& reg, std::type_identity_t<T> value,
+                                   unsigned element = 0) {
+    const auto data = wire::to_le_bytes(value);
+    return write(slave, reg.at(element), data);
+  }
+
+  /// Number of slaves that answer a broadcast read; `data` receives the OR of all their answers.
+  [[nodiscard]] Result<std::uint16_t> broadcast_read(std::uint16_t address, std::span<std::byte> data);
+  /// Writes to all slaves; returns how many took it.
+  [[nodiscard]] Result<std::uint16_t> broadcast_write(std::uint16_t address, std::span<const std::byte> data);
+  /// Writes to the slave at a position of the line, for the time before station addresses exist.
+  [[nodiscard]] Result<void> write_at_position(std::uint16_t position, std::uint16_t address,
+                                               std::span<const std::byte> data);
+
+ private:
+  DatagramExchange& exchange_;
+};
+
+}  // namespace driveline::ecat_master

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "driveline/ecat_master/bus/datagram_exchange.hpp"
+#include "driveline/ecat_master/bus/frame_tag.hpp"
+#include "driveline/port/port.hpp"
+#include "driveline/rt/clock.hpp"
+
+namespace driveline::ecat_master {
+
+/// Exchange straight through the port, for everything that happens while no cycle runs.
+class DirectExchange final : public DatagramExchange {
+ public:
+  /// Frames on their way at the same time: more would overrun the receive buffers of network cards and sockets.
+  static constexpr std::size_t kMaxInFlight = 24;
+
+  /// Patience with frames.
+  struct Settings {
+    /// For the answers of one try; the time that the frames take on the wire comes on top.
+    std::chrono::nanoseconds timeout = std::chrono::milliseconds{2};
+    int retries = 4;            ///< further tries after the first
+    std::uint8_t instance = 0;  ///< FrameTag::instance
+  };
+
+  DirectExchange(port::Port& port, rt::Clock& clock, Settings settings);
+  DirectExchange(port::Port& port, rt::Clock& clock) : DirectExchange(port, clock, Settings{}) {}
+
+  [[nodiscard]] Result<void> exchange(std::span<Request> requests) override;
+  void pause(std::chrono::nanoseconds duration) override;
+  [[nodiscard]] std::chrono::nanoseconds now() const noexcept override { return clock_.now(); }
+  [[nodiscard]] const ExchangeStatistics& statistics() const noexcept { return statistics_; }
+
+ private:
+  /// Requests first..last travel in the frame with number `sequence`.
+  struct Flight {
+    std::uint32_t sequence = 0;
+    std::size_t first = 0;
+    std::size_t last = 0;
+    bool pending = false;
+  };
+
+  [[nodiscard]] Result<std::size_t> send_pending(std::span<Request> requests, std::size_t next);
+  [[nodiscard]] Result<std::size_t> send_frame(std::span<Request> requests, std::size_t first);
+  void collect(std::span<Request> requests);
+  void accept(std::span<Request> requests, std::span<const std::byte> frame);
+
+  port::Port& port_;
+  rt::Clock& clock_;
+  Settings settings_;
+  ExchangeStatistics statistics_;
+  std::uint32_t sequence_ = 0;
+  std::vector<Flight> flights_;
+  std::array<std::byte, port::kMaxFrameBytes> buffer_{};
+};
+
+/// Copies the answers in `frame` into `requests` when its datagrams are those of the requests, numbered from 0 in the
+/// same order; false, and nothing changed, when they are not.
+/// \rtsafe
+[[nodiscard]] bool match_answers(std::span<Request> requests, std::span<const std::byte> frame) noexcept;
+
+}  // namespace driveline::ecat_master

@@ -1,0 +1,99 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "driveline/ecat_master/coe/coe_client.hpp"
+#include "driveline/ecat_master/configuration/pdo_mapping.hpp"
+#include "driveline/ecat_master/discovery/discovery.hpp"
+#include "driveline/ecat_master/discovery/line_comparison.hpp"
+#include "driveline/ecat_master/process_data/process_image.hpp"
+#include "driveline/ecat_master/state_machine.hpp"
+
+namespace driveline::ecat_master {
+
+/// An SDO to be written at start-up.
+struct StartupSdo {
+  std::uint16_t index = 0;
+  std::uint8_t subindex = 0;
+  std::vector<std::byte> data;
+  bool complete = false;  ///< all sub-indices from `subindex` (0 or 1) on
+  /// The transition before which it is written: to SAFEOP (in PREOP), or to OP (in SAFEOP).
+  wire::AlState before = wire::AlState::kSafeOp;
+};
+
+/// Watchdogs of the slave controller (ETG.1000.4 6.3); what is not set stays as the slave has it after power-on.
+struct WatchdogPlan {
+  std::optional<std::uint16_t> divider;       ///< register 0x0400: 40 ns * (divider + 2) is one increment
+  std::optional<std::uint16_t> process_data;  ///< register 0x0420, in increments; 0: off
+  std::optional<std::uint16_t> pdi;           ///< register 0x0410, in increments; 0: off
+  constexpr bool operator==(const WatchdogPlan&) const = default;
+};
+
+/// What is planned for one slave. Zero in an identity field means: any.
+struct SlavePlan {
+  std::string name;
+  std::uint32_t vendor_id = 0;
+  std::uint32_t product_code = 0;
+  IdentityRule revision;
+  IdentityRule serial;
+  std::optional<std::uint16_t> alias;      ///< anywhere on the line, by its station alias
+  std::optional<std::uint16_t> device_id;  ///< anywhere on the line, by its explicit device identification
+  WatchdogPlan watchdog;
+  StateTimeouts timeouts;
+  std::vector<StartupSdo> startup_sdos;
+  PdoConfiguration pdos;
+  std::size_t group = 0;  ///< of the process image
+  bool lrw = true;        ///< false: the slave does not take LRW
+  /// Known by its alias, wherever it is plugged in again; otherwise its place among the others tells who it is.
+  bool hot_connect = false;
+  /// The PDOs that the slave has assigned by itself, instead of `pdos`; they are read and nothing is written.
+  bool own_pdos = false;
+};
+
+/// A slave that has been found and is being run.
+struct ConfiguredSlave {
+  SlaveInfo info;
+  SlavePlan plan;
+  std::unique_ptr<MailboxClient> mailbox;  ///< none: the slave has no mailbox
+};
+
+/// What the plans say about who the slaves are, for compare_line().
+[[nodiscard]] std::vector<ExpectedSlave> expected_slaves(std::span<const SlavePlan> plans);
+
+/// What is to be written to a slave over CoE before a transition (before SAFEOP with the PDO configuration behind the
+/// start-up SDOs); nothing to do: no steps. Error: kNoMailbox.
+[[nodiscard]] Result<SdoScript> coe_script(const ConfiguredSlave& slave, wire::AlState before);
+
+/// In INIT: writes the sync managers of the mailboxes as the slave's EEPROM has them; nothing without a mailbox.
+[[nodiscard]] Result<std::optional<MailboxWindow>> write_mailbox_channels(Bus& bus, const SlaveInfo& slave);
+
+/// Takes `slaves` (all of the line or some) to INIT, switches their FMMUs and sync managers off, sets up sync managers
+/// 0 and 1 of those with a mailbox (out of their EEPROM) and takes them to PREOP. Returns one mailbox client per slave,
+/// null without a mailbox. `timeouts` belong to the slaves of the same number. Errors: kSii* for a slave with an
+/// unusable EEPROM, kState*, those of the bus.
+[[nodiscard]] Result<std::vector<std::unique_ptr<MailboxClient>>> enter_pre_op(
+    MailboxEngine& engine, std::span<const SlaveInfo> slaves, std::span<const StateTimeouts> timeouts = {});
+
+/// Takes one slave to BOOT, with the mailboxes that its EEPROM gives for that state. Errors: kNoMailbox when there are
+/// none, kState*, those of the bus.
+[[nodiscard]] Result<std::unique_ptr<MailboxClient>> enter_bootstrap(MailboxEngine& engine, const SlaveInfo& slave);
+
+/// Writes the start-up SDOs planned before a transition (before SAFEOP with the PDO configuration behind them), each
+/// slave's in order, all slaves side by side. Errors: those of SdoTransfer, kNoMailbox.
+[[nodiscard]] Result<void> write_startup_sdos(MailboxEngine& engine, std::span<const ConfiguredSlave> slaves,
+                                              wire::AlState before);
+/// Writes the watchdog times that are planned. Errors: those of the bus.
+[[nodiscard]] Result<void> write_watchdogs(Bus& bus, std::span<const ConfiguredSlave> slaves);
+
+/// In PREOP: writes start-up SDOs and PDO configuration of every slave (or reads the slave's own into the plan), lays
+/// out the process image, writes process data sync managers and FMMUs. The slaves are ready for SAFEOP afterwards.
+[[nodiscard]] Result<ProcessImage> configure_process_data(MailboxEngine& engine, std::span<ConfiguredSlave> slaves,
+                                                          const LayoutSettings& layout = {});
+
+/// Adds to a refused transition what the slave says about the sizes behind it: for AL status codes 0x001D and 0x001E
+/// the sync manager, the length it was given and the bytes of the PDOs assigned to it.
+[[nodiscard]] Error explain_state_error(Bus& bus, std::span<ConfiguredSlave> slaves, Error error);
+
+}  // namespace driveline::ecat_master

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "driveline/ecat_master/coe/coe_client.hpp"
+
+namespace driveline::ecat_master {
+
+/// One object in a PDO, as in the mapping objects 1600h and 1A00h.
+struct MappedObject {
+  std::uint16_t index = 0;
+  std::uint8_t subindex = 0;
+  std::uint8_t bits = 0;
+
+  /// The entry as it is written: index << 16 | sub-index << 8 | bits (ETG.1000.6 Table 74).
+  [[nodiscard]] constexpr std::uint32_t raw() const noexcept {
+    return (std::uint32_t{index} << 16) | (std::uint32_t{subindex} << 8) | bits;
+  }
+  [[nodiscard]] static constexpr MappedObject from_raw(std::uint32_t raw) noexcept {
+    return {static_cast<std::uint16_t>(raw >> 16), static_cast<std::uint8_t>(raw >> 8), static_cast<std::uint8_t>(raw)};
+  }
+  constexpr bool operator==(const MappedObject&) const = default;
+};
+
+/// A PDO and what shall be mapped into it.
+struct PdoMapping {
+  std::uint16_t index = 0;
+  std::vector<MappedObject> objects;
+  std::optional<std::uint8_t> sync_manager{};  ///< none: the first of its direction
+  [[nodiscard]] std::size_t bits() const noexcept;
+};
+
+/// The PDOs of one slave: outputs on sync manager 2 (1C12h), inputs on sync manager 3 (1C13h).
+struct PdoConfiguration {
+  std::vector<PdoMapping> outputs;
+  std::vector<PdoMapping> inputs;
+  /// Process data in bytes; a last byte that is not full counts.
+  [[nodiscard]] std::size_t output_bytes() const noexcept;
+  [[nodiscard]] std::size_t input_bytes() const noexcept;
+};
+
+/// What write_pdo_configuration() writes, for run_scripts().
+[[nodiscard]] std::vector<SdoScript::Step> pdo_script(const PdoConfiguration& configuration);
+
+/// Writes mapping and assignment over CoE in the order the standard asks for: assignment emptied, each mapping
+/// emptied, filled and counted, assignment filled and counted (ETG.1000.6 5.6.7.4). The slave must be in PREOP.
+[[nodiscard]] Result<void> write_pdo_configuration(CoeClient& coe, const PdoConfiguration& configuration);
+
+/// Reads which PDOs the slave has assigned to a sync manager (`assignment`: 1C10h + its number) and what is mapped into
+/// each. Errors: those of CoeClient.
+[[nodiscard]] Result<std::vector<PdoMapping>> read_assigned_pdos(CoeClient& coe, std::uint16_t assignment);
+
+/// Reads back how many bytes the slave makes of the assignment object (1C12h or 1C13h).
+[[nodiscard]] Result<std::size_t> read_assigned_bytes(CoeClient& coe, std::uint16_t assignment);
+
+}  // namespace driveline::ecat_master

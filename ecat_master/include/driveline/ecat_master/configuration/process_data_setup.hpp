@@ -1,0 +1,34 @@
+#pragma once
+
+#include "driveline/ecat_master/configuration/configurator.hpp"
+
+namespace driveline::ecat_master {
+
+/// Number of the first sync manager of a slave with this use; nothing when it has none.
+[[nodiscard]] std::optional<std::uint8_t> find_sync_manager(const SlaveInfo& slave, esi::SyncManager::Use use);
+
+/// The PDOs the slave exchanges: those that are planned; when none are, those that its EEPROM assigns by default, which
+/// nobody writes to it.
+[[nodiscard]] PdoConfiguration exchanged_pdos(const ConfiguredSlave& slave);
+
+/// What the PDOs of `slave` ask of the process image; every PDO goes to its sync manager (PdoMapping). Errors:
+/// kProcessDataSize when the slave has no sync manager for them.
+[[nodiscard]] Result<ProcessDataDemand> make_demand(const ConfiguredSlave& slave);
+
+/// The demands of all slaves with the number of FMMUs that each of them says it has. Errors: those of make_demand and
+/// of the bus.
+[[nodiscard]] Result<std::vector<ProcessDataDemand>> make_demands(Bus& bus, std::span<const ConfiguredSlave> slaves);
+
+/// Writes process data sync managers and FMMUs of the slave as `image` has laid them out. All FMMUs go in one datagram,
+/// so that the slave counts for all of its process data at once or not at all. In PREOP.
+[[nodiscard]] Result<void> write_process_data_setup(Bus& bus, const ConfiguredSlave& slave, const ProcessImage& image);
+
+/// What write_sync_manager() writes, for Bus::write_all().
+[[nodiscard]] RegisterWrite sync_manager_write(SlaveRef slave, std::uint8_t number, const esi::SyncManager& layout,
+                                               std::uint16_t length);
+
+/// Writes one sync manager with `length` bytes; enabled when that is more than none.
+[[nodiscard]] Result<void> write_sync_manager(Bus& bus, SlaveRef slave, std::uint8_t number,
+                                              const esi::SyncManager& layout, std::uint16_t length);
+
+}  // namespace driveline::ecat_master

@@ -1,0 +1,101 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "driveline/ecat_master/recovery/line_supervisor.hpp"
+#include "driveline/wire/dl.hpp"
+
+namespace driveline::ecat_master {
+
+/// One port of a slave: its link and what went wrong there. The counters stop at 255.
+struct PortDiagnosis {
+  wire::DlStatus::Port status;
+  std::uint8_t invalid_frames = 0;  ///< came in damaged here, for the first time on their way (0300h)
+  std::uint8_t receive_errors = 0;  ///< symbols the physical layer could not read, in and between frames (0301h)
+  std::uint8_t forwarded = 0;       ///< damaged and marked as such by a slave before (0308h)
+  std::uint8_t lost_links = 0;      ///< 0310h
+};
+
+struct SlaveDiagnosis {
+  std::string name;
+  SlaveRef ref;
+  bool answers = false;  ///< false: everything below is empty
+  AlReport al;
+  std::array<PortDiagnosis, kSlavePorts> ports{};
+  std::uint8_t processing_unit_errors = 0;  ///< frames that are no proper EtherCAT frames (030Ch)
+  std::uint8_t pdi_errors = 0;              ///< accesses of the slave's own processor (030Dh)
+};
+
+/// A place where something is wrong, computed from the counters of all slaves.
+struct FaultPlace {
+  enum class Kind : std::uint8_t {
+    kDamagedFrames,  ///< frames come in damaged at `port`
+    kLostLink,       ///< the link at `port` has been lost `count` times
+    kNoLink,         ///< there was a cable at `port` when the line was scanned; now there is no link
+    kNoAnswer,       ///< the link is there, but the slave behind it does not answer to its address
+    kBadFrames,      ///< the slave's processing unit got frames it cannot make sense of
+    kPdi,            ///< the slave's own processor fails to access its controller
+  };
+  Kind kind = Kind::kDamagedFrames;
+  std::uint16_t slave = 0;
+  std::uint8_t port = 0;
+  std::optional<std::uint16_t> other{};  ///< the slave at the other end of the cable; none: the master
+  std::uint32_t count = 0;
+};
+
+/// One group of the cyclic exchange since it began.
+struct GroupDiagnosis {
+  std::uint64_t exchanges = 0;
+  std::uint64_t lost_frames = 0;
+  std::uint64_t wkc_errors = 0;
+  std::uint32_t bad_cycles = 0;   ///< in a row, now
+  std::uint32_t longest_bad = 0;  ///< in a row, at worst
+  std::uint32_t working_counter = 0;
+  std::uint32_t expected_working_counter = 0;
+  bool outputs_zeroed = false;
+};
+
+/// Everything that tells how a line is.
+struct LineDiagnosis {
+  std::chrono::nanoseconds time{0};
+  std::vector<SlaveDiagnosis> slaves;
+  std::vector<FaultPlace> places;
+  std::vector<GroupDiagnosis> groups;  ///< empty while no cycle runs
+  std::uint64_t cycles = 0;
+  std::uint64_t stale_frames = 0;
+  std::uint64_t foreign_frames = 0;
+  std::optional<CycleStatistics> statistics;  ///< only of a cycle that has ended
+  std::optional<port::RingStatus> ring;
+  std::vector<LineEvent> events;
+  std::vector<CyclicEvent> exchange_history;
+  std::vector<EmergencyRecord> emergencies;
+};
+
+/// Reads states, links and error counters of all slaves, side by side; who does not answer is marked so. Errors: those
+/// of the bus. Not real-time safe.
+[[nodiscard]] Result<std::vector<SlaveDiagnosis>> read_slave_diagnosis(Bus& bus,
+                                                                       std::span<const ConfiguredSlave> slaves);
+
+/// Sets the error counters of all slaves to zero. Errors: those of the bus. Not real-time safe.
+[[nodiscard]] Result<void> clear_error_counters(Bus& bus);
+
+/// Where the faults are. A damaged frame is counted at the port it comes in at (invalid frames) and marked, so that all
+/// slaves behind count it as forwarded: the cable, or the sender at its other end, is at the port that counts invalid
+/// frames (ESC data sheet I, "Error counters"). `topology` tells who is at the other end.
+[[nodiscard]] std::vector<FaultPlace> locate_faults(std::span<const SlaveDiagnosis> slaves, const Topology& topology);
+
+/// All of it, of a master whose line has been scanned. `supervisor` and `ring` may be null. Errors: those of the bus.
+/// Not real-time safe.
+[[nodiscard]] Result<LineDiagnosis> diagnose(Master& master, const LineSupervisor* supervisor,
+                                             const port::RedundantPort* ring);
+
+[[nodiscard]] std::string describe(const FaultPlace& place);
+/// "0.125000 s group 0: working counter 21 of 24".
+[[nodiscard]] std::string describe(const CyclicEvent& event);
+/// The diagnosis as one page of text.
+[[nodiscard]] std::string to_text(const LineDiagnosis& diagnosis);
+
+}  // namespace driveline::ecat_master

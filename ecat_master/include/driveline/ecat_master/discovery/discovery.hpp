@@ -1,0 +1,44 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "driveline/ecat_master/bus/bus.hpp"
+#include "driveline/esi/device_description.hpp"
+
+namespace driveline::ecat_master {
+
+/// A slave as found on the line.
+struct SlaveInfo {
+  SlaveRef ref;
+  std::uint16_t alias = 0;                 ///< station alias, out of the EEPROM
+  std::optional<std::uint16_t> device_id;  ///< explicit device identification, when it has been asked for
+  esi::DeviceDescription description;      ///< what its EEPROM says
+  std::vector<std::byte> sii;              ///< EEPROM content, up to the end of the categories
+  /// What is wrong with the EEPROM: kSiiBusy, kSiiError, kSiiContent (there is no description then), kSiiChecksum. A
+  /// slave like that does not keep the others from being found, and its EEPROM can be repaired.
+  std::optional<Error> problem;
+  /// False: nothing is known about the slave but where it is.
+  [[nodiscard]] bool usable() const noexcept { return !problem || problem->kind == ErrorKind::kSiiChecksum; }
+};
+
+/// First configured station address; slave n gets this plus n.
+inline constexpr std::uint16_t kFirstStationAddress = 0x1001;
+/// Most slaves of one line: addresses stay below the range that other tools use for temporary ones.
+inline constexpr std::uint16_t kMaxSlaves = 4096;
+
+/// Counts the slaves, brings all of them to INIT with their errors acknowledged and their FMMUs and sync managers
+/// cleared, gives them station addresses and reads their EEPROMs.
+///
+/// Errors: kNoSlaves, kTooManySlaves, those of the bus. Trouble with an EEPROM is a fact about its slave
+/// (SlaveInfo::problem), no error. Not real-time safe.
+[[nodiscard]] Result<std::vector<SlaveInfo>> discover(Bus& bus);
+
+/// Switches off all FMMUs and sync managers of all slaves: controllers keep them across a change to INIT, and their
+/// settings can only be changed while they are off. The slaves should be in INIT. Not real-time safe.
+[[nodiscard]] Result<void> clear_channels(Bus& bus);
+/// The same for some slaves.
+[[nodiscard]] Result<void> clear_channels(Bus& bus, std::span<const SlaveRef> slaves);
+
+}  // namespace driveline::ecat_master

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "driveline/ecat_master/discovery/discovery.hpp"
+#include "driveline/ecat_master/discovery/topology.hpp"
+
+namespace driveline::ecat_master {
+
+/// A condition on one number of a slave's identity.
+struct IdentityRule {
+  enum class Kind : std::uint8_t { kAny, kEqual, kAtLeast };
+  Kind kind = Kind::kAny;
+  std::uint32_t value = 0;
+
+  [[nodiscard]] static constexpr IdentityRule equal(std::uint32_t value) noexcept { return {Kind::kEqual, value}; }
+  [[nodiscard]] static constexpr IdentityRule at_least(std::uint32_t value) noexcept { return {Kind::kAtLeast, value}; }
+  [[nodiscard]] constexpr bool accepts(std::uint32_t found) const noexcept {
+    return kind == Kind::kAny || (kind == Kind::kEqual ? found == value : found >= value);
+  }
+  constexpr bool operator==(const IdentityRule&) const = default;
+};
+
+/// A slave as it is planned: what it must be, and how it is told from the others.
+struct ExpectedSlave {
+  std::string name;
+  IdentityRule vendor;
+  IdentityRule product;
+  IdentityRule revision;
+  IdentityRule serial;
+  std::optional<std::uint16_t> alias;      ///< anywhere on the line, by its station alias
+  std::optional<std::uint16_t> device_id;  ///< anywhere on the line, by its explicit device identification
+  [[nodiscard]] bool by_position() const noexcept { return !alias && !device_id; }
+};
+
+/// One way in which the line is not what was planned.
+struct Difference {
+  enum class Kind : std::uint8_t {
+    kMissing,      ///< planned, nowhere found
+    kExtra,        ///< found, not planned
+    kWrongDevice,  ///< another vendor or product
+    kRevision,     ///< the right device in another revision
+    kSerial,       ///< the right device, but not this one
+    kSwapped,      ///< two neighbours have changed places: `slave` and `other`
+    kInOut,        ///< a slave is entered at another port than IN: its cables are swapped
+    kDuplicate,    ///< an alias or device ID by which a slave is planned is there more than once
+  };
+  static constexpr std::uint16_t kNone = 0xFFFF;
+  Kind kind = Kind::kMissing;
+  std::uint16_t slave = kNone;  ///< position on the line; kNone: not there
+  std::uint16_t other = kNone;  ///< the second slave of kSwapped and kDuplicate; the port of kInOut
+  std::uint16_t plan = kNone;   ///< number in the plan; kNone: not planned
+  bool operator==(const Difference&) const = default;
+};
+
+struct LineComparison {
+  std::vector<Difference> differences;
+  /// For each slave of the line the number of its plan; nothing for a slave that is not planned.
+  std::vector<std::optional<std::size_t>> plan_of_slave;
+  [[nodiscard]] bool matches() const noexcept { return differences.empty(); }
+};
+
+/// Compares what is planned with what is there. Slaves that are planned by alias or device ID may be anywhere; the rest
+/// must come in the order of the plan. The comparison is an alignment: one missing slave is one difference, not as many
+/// as there are slaves behind it. An empty plan accepts anything. `topology` may be empty; its swapped slaves are
+/// differences.
+[[nodiscard]] LineComparison compare_line(std::span<const ExpectedSlave> planned, std::span<const SlaveInfo> found,
+                                          const Topology& topology);
+
+/// One sentence for each difference, with what was planned and what is there.
+[[nodiscard]] std::string describe(const Difference& difference, std::span<const ExpectedSlave> planned,
+                                   std::span<const SlaveInfo> found);
+
+/// The difference as the error of an attempt to use the line all the same. kSlaveCountMismatch names both counts, the
+/// others the slave.
+[[nodiscard]] Error to_error(const Difference& difference, std::span<const ExpectedSlave> planned,
+                             std::span<const SlaveInfo> found);
+
+/// Station aliases (not 0) that several slaves have, each with all of their positions.
+struct DuplicateAlias {
+  std::uint16_t alias = 0;
+  std::vector<std::uint16_t> positions;
+};
+[[nodiscard]] std::vector<DuplicateAlias> find_duplicate_aliases(std::span<const SlaveInfo> found);
+
+}  // namespace driveline::ecat_master

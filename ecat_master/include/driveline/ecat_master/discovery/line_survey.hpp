@@ -1,0 +1,66 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "driveline/ecat_master/bus/bus.hpp"
+#include "driveline/ecat_master/state_machine.hpp"
+#include "driveline/wire/dl.hpp"
+
+namespace driveline::ecat_master {
+
+/// A slave as it is met, whoever runs it.
+struct SurveyedSlave {
+  SlaveRef ref;
+  std::uint16_t alias = 0;  ///< configured station alias, register 0x0012
+  AlReport al;
+};
+
+/// What is on the line, without disturbing it: no state, error, sync manager or FMMU changes. Station addresses stay
+/// when they are usable; where they are missing, or two slaves have the same, all get new ones as discover() gives
+/// them, because everything behind this works by station address.
+///
+/// Errors: kNoSlaves, kTooManySlaves, kWorkingCounter for a slave that does not answer, those of the bus. Not real-time
+/// safe.
+[[nodiscard]] Result<std::vector<SurveyedSlave>> survey(Bus& bus);
+
+/// EEPROM content of each slave, or why it could not be read; one slave's trouble is not that of the others. Not
+/// real-time safe.
+[[nodiscard]] std::vector<Result<std::vector<std::byte>>> read_each_sii(Bus& bus, std::span<const SlaveRef> slaves);
+
+/// What a slave controller says about itself (registers 0x0000..0x0009) and its ports.
+struct EscInformation {
+  std::uint8_t type = 0;
+  std::uint8_t revision = 0;
+  std::uint16_t build = 0;
+  std::uint8_t fmmus = 0;
+  std::uint8_t sync_managers = 0;
+  std::uint8_t ram_kib = 0;
+  std::uint8_t port_descriptor = 0;  ///< two bits per port, see port_type()
+  std::uint16_t features = 0;        ///< register 0x0008, see esc_feature
+  wire::DlStatus dl_status;
+  std::array<std::uint32_t, 4> receive_time_ns{};  ///< as last latched, local time
+
+  enum class PortType : std::uint8_t { kNotImplemented = 0, kNotConfigured = 1, kEbus = 2, kMii = 3 };
+  [[nodiscard]] PortType port_type(unsigned port) const noexcept {
+    return static_cast<PortType>((port_descriptor >> (2 * port)) & 3U);
+  }
+};
+
+/// Bits of register 0x0008 (ETG.1000.4 Table 31).
+namespace esc_feature {
+inline constexpr std::uint16_t kFmmuBytesOnly = 0x0001;  ///< FMMUs map whole bytes
+inline constexpr std::uint16_t kDistributedClocks = 0x0004;
+inline constexpr std::uint16_t kDc64Bit = 0x0008;
+inline constexpr std::uint16_t kNoLrw = 0x0200;          ///< LRW not supported
+inline constexpr std::uint16_t kFixedChannels = 0x0800;  ///< FMMUs and sync managers are fixed
+}  // namespace esc_feature
+
+/// Reads the information of one slave; nothing is changed. Errors: kWorkingCounter, those of the bus. Not real-time
+/// safe.
+[[nodiscard]] Result<EscInformation> read_esc_information(Bus& bus, SlaveRef slave);
+
+/// Name of the controller by its type register, e.g. "ET1100"; empty for an unknown type (ESC data sheet II, 0x0000).
+[[nodiscard]] std::string_view esc_type_name(std::uint8_t type) noexcept;
+
+}  // namespace driveline::ecat_master

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "driveline/ecat_master/configuration/configurator.hpp"
+#include "driveline/ecat_master/cyclic/process_copy.hpp"
+
+namespace driveline::ecat_master {
+
+/// An entry of the process data with its names and its place.
+struct ProcessVariable {
+  std::string slave_name;
+  std::uint16_t slave = 0;  ///< position on the line
+  std::string name;         ///< out of the slave's description; may be empty
+  std::uint16_t index = 0;
+  std::uint8_t subindex = 0;
+  bool output = false;         ///< written by the master
+  std::size_t bit_offset = 0;  ///< of ProcessImage::outputs() or inputs()
+  unsigned bits = 0;
+
+  /// "x.6041h:00 (Status word)".
+  [[nodiscard]] std::string text() const;
+};
+
+/// The process data of a line by their names, for programs and line files. Made at start-up; what it gives out is for
+/// the cycle. Not \rtsafe.
+///
+/// A variable is called `slave.object`: the name of the slave (or its position), then the name of the object as the
+/// slave's description has it, or its address as 0x6041, 6041h or 6041, with :subindex (hexadecimal) unless that is 0.
+class ProcessVariables {
+ public:
+  template <typename T>
+  using Found = tl::expected<T, std::string>;
+
+  /// Of slaves that have been configured. Gaps in the mapping (index 0) are no variables.
+  ProcessVariables(std::span<const ConfiguredSlave> slaves, const ProcessImage& image);
+
+  [[nodiscard]] std::span<const ProcessVariable> all() const noexcept { return variables_; }
+  /// Errors: a sentence, with the names there are when nothing or more than one thing is called so.
+  [[nodiscard]] Found<ProcessVariable> find(std::string_view name) const;
+
+  /// The handle of an entry of exactly this type's size; bool for a single bit. Errors: also when size or place do not
+  /// allow a single load or store.
+  template <typename T>
+  [[nodiscard]] Found<PdoEntry<T>> entry(std::string_view name) const {
+    auto variable = find(name);
+    if (!variable) return tl::unexpected(variable.error());
+    if constexpr (std::is_same_v<T, bool>) {
+      if (variable->bits != 1) return tl::unexpected(unfit(*variable, 1));
+      return PdoEntry<bool>(variable->bit_offset / 8, static_cast<unsigned>(variable->bit_offset % 8));
+    } else {
+      if (variable->bits != 8 * sizeof(T) || variable->bit_offset % 8 != 0) {
+        return tl::unexpected(unfit(*variable, 8 * sizeof(T)));
+      }
+      return PdoEntry<T>(variable->bit_offset / 8);
+    }
+  }
+  /// The handle of an entry of up to 32 bits, wherever it lies.
+  [[nodiscard]] Found<PdoBits> bits(std::string_view name) const;
+  /// Hands an input of one slave to an output of another in every cycle. Errors: also when directions or sizes do not
+  /// fit.
+  [[nodiscard]] Found<ProcessDataCopy> copy(std::string_view from, std::string_view to) const;
+
+ private:
+  void add(const ConfiguredSlave& slave, const ProcessImage& image, bool output);
+  [[nodiscard]] static std::string unfit(const ProcessVariable& variable, std::size_t wanted_bits);
+
+  std::vector<ProcessVariable> variables_;
+};
+
+}  // namespace driveline::ecat_master

@@ -1,0 +1,160 @@
+#include "driveline/ecat_master/bus/direct_exchange.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "driveline/wire/frame.hpp"
+
+namespace driveline::ecat_master {
+namespace {
+
+/// The longest frame on a 100 Mbit/s wire: 1,518 bytes with preamble and gap. Further frames pass one by one.
+constexpr auto kFrameTime = std::chrono::microseconds{124};
+
+/// Slaves change the position part of an address, but only the master writes the rest of the header.
+bool is_answer_to(const Request& request, std::uint8_t index, const wire::DatagramHeader& answer) noexcept {
+  const bool same_address = wire::is_logical(request.command) ? answer.address == request.address
+                                                              : answer.address.ado() == request.address.ado();
+  return same_address && answer.command == request.command && answer.index == index &&
+         answer.length == request.data.size();
+}
+
+}  // namespace
+
+DirectExchange::DirectExchange(port::Port& port, rt::Clock& clock, Settings settings)
+    : port_(port), clock_(clock), settings_(settings) {}
+
+void DirectExchange::pause(std::chrono::nanoseconds duration) {
+  clock_.sleep_until(clock_.now() + duration);
+}
+
+Result<void> DirectExchange::exchange(std::span<Request> requests) {
+  for (auto& request : requests) request.answered = false;
+  for (int attempt = 0; attempt <= settings_.retries; ++attempt) {
+    for (std::size_t next = 0; next < requests.size();) {
+      auto end = send_pending(requests, next);
+      if (!end) return tl::unexpected(end.error());
+      next = *end;
+      collect(requests);
+      statistics_.frames_lost += static_cast<std::uint64_t>(
+          std::count_if(flights_.begin(), flights_.end(), [](const Flight& f) { return f.pending; }));
+    }
+    if (std::all_of(requests.begin(), requests.end(), [](const Request& r) { return r.answered; })) return {};
+  }
+  Error error;
+  error.kind = ErrorKind::kNoAnswer;
+  error.expected = static_cast<std::uint32_t>(settings_.retries + 1);
+  return tl::unexpected(error);
+}
+
+/// Sends what has not been answered yet, from `next` on, in as many frames as may be on their way; returns the first
+/// request that has to wait.
+Result<std::size_t> DirectExchange::send_pending(std::span<Request> requests, std::size_t next) {
+  flights_.clear();
+  while (next < requests.size() && flights_.size() < kMaxInFlight) {
+    if (requests[next].answered) {
+      ++next;
+      continue;
+    }
+    auto end = send_frame(requests, next);
+    if (!end) return end;
+    next = *end;
+  }
+  return next;
+}
+
+/// Packs unanswered requests from `first` on into one frame; returns the first request that is not in it.
+Result<std::size_t> DirectExchange::send_frame(std::span<Request> requests, std::size_t first) {
+  const FrameTag tag{settings_.instance, ++sequence_};
+  wire::FrameBuilder builder(buffer_, tag.to_mac());
+  std::size_t end = first;
+  for (; end < requests.size() && !requests[end].answered; ++end) {
+    const auto& request = requests[end];
+    const auto place =
+        builder.add(request.command, static_cast<std::uint8_t>(end - first), request.address, request.data.size());
+    if (!place) break;
+    std::copy(request.data.begin(), request.data.end(), builder.data(*place).begin());
+  }
+  if (end == first) {
+    Error error;
+    error.kind = ErrorKind::kProcessDataSize;
+    error.expected = wire::kMaxDatagramData;
+    error.received = static_cast<std::uint32_t>(requests[first].data.size());
+    return tl::unexpected(error);
+  }
+  const auto status = port_.send(builder.finish());
+  if (status == port::SendStatus::kLinkDown) {
+    Error error;
+    error.kind = ErrorKind::kLinkDown;
+    return tl::unexpected(error);
+  }
+  // A full queue is treated like a lost frame: the retry sends it again.
+  if (status == port::SendStatus::kSent) ++statistics_.frames_sent;
+  flights_.push_back({tag.sequence, first, end, true});
+  return end;
+}
+
+void DirectExchange::collect(std::span<Request> requests) {
+  const auto further = flights_.empty() ? 0 : flights_.size() - 1;
+  const auto deadline = clock_.now() + settings_.timeout + kFrameTime * further;
+  auto open = [this] {
+    return std::any_of(flights_.begin(), flights_.end(), [](const Flight& f) { return f.pending; });
+  };
+  while (open()) {
+    if (const auto frame = port_.receive()) {
+      accept(requests, frame->bytes);
+    } else if (clock_.now() >= deadline || !port_.wait_readable(deadline)) {
+      break;
+    }
+  }
+}
+
+void DirectExchange::accept(std::span<Request> requests, std::span<const std::byte> frame) {
+  const auto ethernet = wire::EthernetHeader::decode(frame);
+  if (!ethernet || FrameTag::from_mac(ethernet->source).instance != settings_.instance) {
+    ++statistics_.frames_foreign;
+    return;
+  }
+  const auto sequence = FrameTag::from_mac(ethernet->source).sequence;
+  const auto flight = std::find_if(flights_.begin(), flights_.end(),
+                                   [&](const Flight& f) { return f.pending && f.sequence == sequence; });
+  if (flight == flights_.end()) {
+    ++statistics_.frames_stale;
+    return;
+  }
+  if (!match_answers(requests.subspan(flight->first, flight->last - flight->first), frame)) {
+    ++statistics_.frames_foreign;
+    return;
+  }
+  flight->pending = false;
+  ++statistics_.frames_received;
+}
+
+std::string describe_traffic(const ExchangeStatistics& statistics) {
+  if (statistics.frames_foreign == 0) return {};
+  return fmt::format("{} frames that are not ours have come in: another master is on the wire, or other devices use it",
+                     statistics.frames_foreign);
+}
+
+bool match_answers(std::span<Request> requests, std::span<const std::byte> frame) noexcept {
+  // First pass: is it the whole frame? Second pass: take it. A damaged frame changes nothing.
+  for (const bool take : {false, true}) {
+    auto cursor = wire::DatagramCursor::open(frame);
+    if (!cursor) return false;
+    for (std::size_t i = 0; i < requests.size(); ++i) {
+      auto& request = requests[i];
+      if (cursor->done()) return false;
+      const auto answer = cursor->next();
+      if (!answer || !is_answer_to(request, static_cast<std::uint8_t>(i), answer->header)) return false;
+      if (!take) continue;
+      std::copy(answer->data.begin(), answer->data.end(), request.data.begin());
+      request.working_counter = answer->working_counter();
+      request.answered = true;
+    }
+    if (!cursor->done()) return false;
+  }
+  return true;
+}
+
+}  // namespace driveline::ecat_master

@@ -1,0 +1,113 @@
+#include "driveline/ecat_master/coe/coe_client.hpp"
+
+namespace driveline::ecat_master {
+
+Error CoeClient::size_error(std::uint16_t index, std::uint8_t subindex, std::size_t expected,
+                            std::size_t received) const noexcept {
+  Error error;
+  error.kind = ErrorKind::kSdoSize;
+  error.slave = position_;
+  error.address = index;
+  error.subindex = subindex;
+  error.expected = static_cast<std::uint32_t>(expected);
+  error.received = static_cast<std::uint32_t>(received);
+  return error;
+}
+
+SdoFuture CoeClient::start_upload(SdoAddress at, Callback callback, std::uint8_t priority) {
+  auto transfer = std::make_shared<SdoTransfer>(at, priority);
+  transfer->on_completion(std::move(callback));
+  engine_.submit(position_, transfer);
+  return {engine_, std::move(transfer)};
+}
+
+SdoFuture CoeClient::start_download(SdoAddress at, std::span<const std::byte> data, Callback callback,
+                                    std::uint8_t priority) {
+  auto transfer = std::make_shared<SdoTransfer>(at, std::vector<std::byte>(data.begin(), data.end()), priority);
+  transfer->on_completion(std::move(callback));
+  engine_.submit(position_, transfer);
+  return {engine_, std::move(transfer)};
+}
+
+Result<std::vector<std::byte>> CoeClient::upload(std::uint16_t index, std::uint8_t subindex, bool complete) {
+  return start_upload({index, subindex, complete}).get();
+}
+
+Result<void> CoeClient::download(std::uint16_t index, std::uint8_t subindex, std::span<const std::byte> data,
+                                 bool complete) {
+  const auto future = start_download({index, subindex, complete}, data);
+  if (const auto& done = future.get(); !done) return tl::unexpected(done.error());
+  return {};
+}
+
+Result<std::vector<std::byte>> CoeClient::ask(const std::shared_ptr<SdoInformationQuery>& query) {
+  engine_.submit(position_, query);
+  engine_.wait(*query);
+  return query->result();
+}
+
+namespace {
+
+/// An answer that is too short is the slave's doing: say whose.
+template <typename T>
+Result<T> named(Result<T> result, std::uint16_t position, std::uint16_t index, std::uint8_t subindex) {
+  if (!result) {
+    result.error().slave = position;
+    result.error().address = index;
+    result.error().subindex = subindex;
+  }
+  return result;
+}
+
+}  // namespace
+
+Result<std::vector<std::uint16_t>> CoeClient::object_list(ObjectList list) {
+  const auto answer = ask(SdoInformationQuery::list(list));
+  if (!answer) return tl::unexpected(answer.error());
+  return named(decode_object_list(*answer), position_, 0, 0);
+}
+
+Result<ObjectDescription> CoeClient::object_description(std::uint16_t index) {
+  const auto answer = ask(SdoInformationQuery::object(index));
+  if (!answer) return tl::unexpected(answer.error());
+  return named(decode_object_description(*answer), position_, index, 0);
+}
+
+Result<EntryDescription> CoeClient::entry_description(std::uint16_t index, std::uint8_t subindex) {
+  const auto answer = ask(SdoInformationQuery::entry(index, subindex));
+  if (!answer) return tl::unexpected(answer.error());
+  return named(decode_entry_description(*answer), position_, index, subindex);
+}
+
+std::vector<Result<void>> run_scripts(MailboxEngine& engine, std::span<const SdoScript> scripts) {
+  struct Run {
+    std::size_t next = 0;
+    std::shared_ptr<SdoTransfer> transfer;
+  };
+  std::vector<Run> runs(scripts.size());
+  std::vector<Result<void>> results(scripts.size());
+  auto start = [&](std::size_t i) {
+    runs[i].transfer.reset();
+    if (!results[i] || runs[i].next == scripts[i].steps.size()) return;
+    const auto& step = scripts[i].steps[runs[i].next++];
+    runs[i].transfer = std::make_shared<SdoTransfer>(step.at, step.data);
+    engine.submit(scripts[i].position, runs[i].transfer);
+  };
+  for (std::size_t i = 0; i < scripts.size(); ++i) start(i);
+  for (bool open = true; open;) {
+    open = false;
+    bool moved = false;
+    for (std::size_t i = 0; i < scripts.size(); ++i) {
+      if (!runs[i].transfer) continue;
+      open = true;
+      if (!runs[i].transfer->done()) continue;
+      if (const auto& done = runs[i].transfer->result(); !done) results[i] = tl::unexpected(done.error());
+      start(i);
+      moved = true;
+    }
+    if (open && !moved) engine.drive();
+  }
+  return results;
+}
+
+}  // namespace driveline::ecat_master

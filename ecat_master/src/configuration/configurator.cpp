@@ -1,0 +1,206 @@
+#include "driveline/ecat_master/configuration/configurator.hpp"
+
+#include <algorithm>
+
+#include "driveline/ecat_master/configuration/pdo_discovery.hpp"
+#include "driveline/ecat_master/configuration/process_data_setup.hpp"
+#include "driveline/ecat_master/state_machine.hpp"
+#include "driveline/wire/sync_manager.hpp"
+
+namespace driveline::ecat_master {
+namespace {
+
+using Use = esi::SyncManager::Use;
+
+/// Completes the plans that leave the PDOs to the slave.
+Result<void> read_own_pdos(MailboxEngine& engine, std::span<ConfiguredSlave> slaves) {
+  std::vector<SlaveInfo> asked;
+  std::vector<ConfiguredSlave*> owners;
+  for (auto& slave : slaves) {
+    if (!slave.plan.own_pdos) continue;
+    asked.push_back(slave.info);
+    owners.push_back(&slave);
+  }
+  auto found = read_pdo_configurations(engine, asked);
+  for (std::size_t i = 0; i < owners.size(); ++i) {
+    if (!found[i]) return tl::unexpected(found[i].error());
+    owners[i]->plan.pdos = std::move(*found[i]);
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<SdoScript> coe_script(const ConfiguredSlave& slave, wire::AlState before) {
+  SdoScript script;
+  script.position = slave.info.ref.position;
+  for (const auto& sdo : slave.plan.startup_sdos) {
+    if (sdo.before == before) script.steps.push_back({{sdo.index, sdo.subindex, sdo.complete}, sdo.data});
+  }
+  const bool fixed_pdos = slave.plan.own_pdos || !slave.info.description.mailbox.any();
+  const bool no_pdos = slave.plan.pdos.outputs.empty() && slave.plan.pdos.inputs.empty();
+  if (before == wire::AlState::kSafeOp && !fixed_pdos && !no_pdos) {
+    for (auto& step : pdo_script(slave.plan.pdos)) script.steps.push_back(std::move(step));
+  }
+  if (script.steps.empty() || (slave.mailbox && slave.info.description.mailbox.coe)) return script;
+  Error error;
+  error.kind = ErrorKind::kNoMailbox;
+  error.slave = slave.info.ref.position;
+  return tl::unexpected(error);
+}
+
+std::vector<ExpectedSlave> expected_slaves(std::span<const SlavePlan> plans) {
+  auto equal_or_any = [](std::uint32_t value) { return value == 0 ? IdentityRule{} : IdentityRule::equal(value); };
+  std::vector<ExpectedSlave> expected;
+  for (const auto& plan : plans) {
+    expected.push_back({plan.name, equal_or_any(plan.vendor_id), equal_or_any(plan.product_code), plan.revision,
+                        plan.serial, plan.alias, plan.device_id});
+  }
+  return expected;
+}
+
+Result<std::optional<MailboxWindow>> write_mailbox_channels(Bus& bus, const SlaveInfo& slave) {
+  const auto out = find_sync_manager(slave, Use::kMailboxOut);
+  const auto in = find_sync_manager(slave, Use::kMailboxIn);
+  if (!slave.description.mailbox.any() || !out || !in) return std::nullopt;
+  const auto& out_layout = slave.description.sync_managers[*out];
+  const auto& in_layout = slave.description.sync_managers[*in];
+  std::array writes{sync_manager_write(slave.ref, *out, out_layout, out_layout.default_size),
+                    sync_manager_write(slave.ref, *in, in_layout, in_layout.default_size)};
+  if (auto done = bus.write_all(writes); !done) return tl::unexpected(done.error());
+  return MailboxWindow{out_layout.start_address, out_layout.default_size, in_layout.start_address,
+                       in_layout.default_size};
+}
+
+Result<std::vector<std::unique_ptr<MailboxClient>>> enter_pre_op(MailboxEngine& engine,
+                                                                 std::span<const SlaveInfo> slaves,
+                                                                 std::span<const StateTimeouts> timeouts) {
+  auto& bus = engine.bus();
+  std::vector<SlaveRef> refs;
+  std::vector<StateTarget> up;
+  std::vector<StateTarget> down;
+  for (std::size_t i = 0; i < slaves.size(); ++i) {
+    const auto& slave = slaves[i];
+    if (!slave.usable()) return tl::unexpected(*slave.problem);
+    const auto limits = i < timeouts.size() ? timeouts[i] : StateTimeouts{};
+    refs.push_back(slave.ref);
+    down.push_back({slave.ref, limits.limit(wire::AlState::kInit, true)});
+    up.push_back({slave.ref, limits.limit(wire::AlState::kPreOp, false)});
+  }
+  // An attempt before may have got somewhere; sync managers and mailbox counters start anew out of INIT only.
+  if (auto done = first_failure(change_states(bus, down, wire::AlState::kInit)); !done)
+    return tl::unexpected(done.error());
+  if (auto done = clear_channels(bus, refs); !done) return tl::unexpected(done.error());
+  std::vector<std::unique_ptr<MailboxClient>> mailboxes;
+  for (const auto& slave : slaves) {
+    mailboxes.push_back(nullptr);
+    engine.close(slave.ref.position);
+    const auto window = write_mailbox_channels(bus, slave);
+    if (!window) return tl::unexpected(window.error());
+    if (*window) mailboxes.back() = std::make_unique<MailboxClient>(engine, slave.ref, **window);
+  }
+  if (auto done = first_failure(change_states(bus, up, wire::AlState::kPreOp)); !done)
+    return tl::unexpected(done.error());
+  return mailboxes;
+}
+
+Result<std::unique_ptr<MailboxClient>> enter_bootstrap(MailboxEngine& engine, const SlaveInfo& slave) {
+  auto& bus = engine.bus();
+  if (!slave.usable()) return tl::unexpected(*slave.problem);
+  const auto& device = slave.description;
+  if (device.bootstrap_rx_size == 0 || device.bootstrap_tx_size == 0) {
+    Error error;
+    error.kind = ErrorKind::kNoMailbox;
+    error.slave = slave.ref.position;
+    return tl::unexpected(error);
+  }
+  const std::array refs{slave.ref};
+  if (auto done = change_state(bus, refs, wire::AlState::kInit, kPreOpTimeout); !done)
+    return tl::unexpected(done.error());
+  if (auto done = clear_channels(bus, refs); !done) return tl::unexpected(done.error());
+  using wire::SyncManagerControl;
+  using Mode = wire::SyncManagerMode;
+  using Direction = wire::SyncManagerDirection;
+  esi::SyncManager out;
+  out.start_address = device.bootstrap_rx_offset;
+  out.control = SyncManagerControl{Mode::kMailbox, Direction::kWrite, false, true, false}.raw();
+  esi::SyncManager in;
+  in.start_address = device.bootstrap_tx_offset;
+  in.control = SyncManagerControl{Mode::kMailbox, Direction::kRead, false, true, false}.raw();
+  std::array writes{sync_manager_write(slave.ref, 0, out, device.bootstrap_rx_size),
+                    sync_manager_write(slave.ref, 1, in, device.bootstrap_tx_size)};
+  if (auto done = bus.write_all(writes); !done) return tl::unexpected(done.error());
+  if (auto done = change_state(bus, refs, wire::AlState::kBootstrap, kPreOpTimeout); !done)
+    return tl::unexpected(done.error());
+  return std::make_unique<MailboxClient>(engine, slave.ref,
+                                         MailboxWindow{device.bootstrap_rx_offset, device.bootstrap_rx_size,
+                                                       device.bootstrap_tx_offset, device.bootstrap_tx_size});
+}
+
+Result<void> write_startup_sdos(MailboxEngine& engine, std::span<const ConfiguredSlave> slaves, wire::AlState before) {
+  std::vector<SdoScript> scripts;
+  for (const auto& slave : slaves) {
+    auto script = coe_script(slave, before);
+    if (!script) return tl::unexpected(script.error());
+    if (!script->steps.empty()) scripts.push_back(std::move(*script));
+  }
+  return first_failure(run_scripts(engine, scripts));
+}
+
+Result<void> write_watchdogs(Bus& bus, std::span<const ConfiguredSlave> slaves) {
+  std::vector<RegisterWrite> writes;
+  for (const auto& slave : slaves) {
+    const auto& plan = slave.plan.watchdog;
+    auto write = [&](const wire::Register<std::uint16_t>& reg, std::optional<std::uint16_t> value) {
+      if (!value) return;
+      const auto bytes = wire::to_le_bytes(*value);
+      writes.push_back({slave.info.ref, reg.address, {bytes.begin(), bytes.end()}});
+    };
+    write(wire::reg::kWatchdogDivider, plan.divider);
+    write(wire::reg::kWatchdogTimePdi, plan.pdi);
+    write(wire::reg::kWatchdogTimeProcessData, plan.process_data);
+  }
+  return bus.write_all(writes);
+}
+
+Result<ProcessImage> configure_process_data(MailboxEngine& engine, std::span<ConfiguredSlave> slaves,
+                                            const LayoutSettings& layout) {
+  auto& bus = engine.bus();
+  if (auto done = write_startup_sdos(engine, slaves, wire::AlState::kSafeOp); !done)
+    return tl::unexpected(done.error());
+  if (auto done = read_own_pdos(engine, slaves); !done) return tl::unexpected(done.error());
+  if (auto done = write_watchdogs(bus, slaves); !done) return tl::unexpected(done.error());
+  const auto demands = make_demands(bus, slaves);
+  if (!demands) return tl::unexpected(demands.error());
+  auto image = ProcessImage::lay_out(*demands, layout);
+  if (!image) return image;
+  for (const auto& slave : slaves) {
+    if (auto done = write_process_data_setup(bus, slave, *image); !done) return tl::unexpected(done.error());
+  }
+  return image;
+}
+
+Error explain_state_error(Bus& bus, std::span<ConfiguredSlave> slaves, Error error) {
+  const auto code = static_cast<wire::AlStatusCode>(error.code);
+  const bool outputs = code == wire::AlStatusCode::kInvalidOutputConfiguration;
+  if (error.kind != ErrorKind::kStateRefused || (!outputs && code != wire::AlStatusCode::kInvalidInputConfiguration))
+    return error;
+  const auto slave = std::find_if(slaves.begin(), slaves.end(),
+                                  [&](const ConfiguredSlave& s) { return s.info.ref.position == error.slave; });
+  if (slave == slaves.end() || !slave->mailbox) return error;
+  const auto number = find_sync_manager(slave->info, outputs ? Use::kOutputs : Use::kInputs);
+  if (!number) return error;
+  std::array<std::byte, 2> length{};
+  CoeClient coe(*slave->mailbox);
+  const auto read =
+      bus.read(slave->info.ref, static_cast<std::uint16_t>(wire::reg::kSyncManager.at(*number) + 2), length);
+  const auto assigned = read_assigned_bytes(coe, outputs ? 0x1C12 : 0x1C13);
+  // When the slave does not even tell, the error stays as it is.
+  if (!read || !assigned) return error;
+  error.extra = *number;
+  error.expected = wire::load_le<std::uint16_t>(length);
+  error.received = static_cast<std::uint32_t>(*assigned);
+  return error;
+}
+
+}  // namespace driveline::ecat_master

@@ -1,0 +1,160 @@
+#include "driveline/ecat_master/configuration/pdo_discovery.hpp"
+
+#include <algorithm>
+
+namespace driveline::ecat_master {
+namespace {
+
+using Use = esi::SyncManager::Use;
+
+/// Sync manager n is assigned by object 1C10h + n (ETG.1000.6 5.6.7.4).
+constexpr std::uint16_t kFirstAssignment = 0x1C10;
+
+bool carries_process_data(Use use) {
+  return use == Use::kOutputs || use == Use::kInputs;
+}
+
+/// A list object of one slave: how many elements it has, then the elements.
+struct ListRead {
+  std::size_t slave = 0;
+  std::uint8_t sync_manager = 0;
+  std::uint16_t index = 0;
+  SdoFuture count;
+  std::vector<SdoFuture> elements{};
+};
+
+template <typename T>
+Result<T> value_of(const SdoFuture& future, std::uint16_t position, std::uint16_t index, std::uint8_t subindex) {
+  const auto& data = future.get();
+  if (!data) return tl::unexpected(data.error());
+  if (data->size() == sizeof(T)) return wire::load_le<T>(*data);
+  Error error;
+  error.kind = ErrorKind::kSdoSize;
+  error.slave = position;
+  error.address = index;
+  error.subindex = subindex;
+  error.expected = sizeof(T);
+  error.received = static_cast<std::uint32_t>(data->size());
+  return tl::unexpected(error);
+}
+
+bool does_not_exist(const Error& error) {
+  return error.kind == ErrorKind::kSdoAbort &&
+         error.code == static_cast<std::uint32_t>(wire::SdoAbort::kObjectDoesNotExist);
+}
+
+class Reader {
+ public:
+  Reader(MailboxEngine& engine, std::span<const SlaveInfo> slaves) : engine_(engine), slaves_(slaves) {
+    results_.resize(slaves.size());
+  }
+
+  std::vector<Result<PdoConfiguration>> run() {
+    std::vector<ListRead> assignments;
+    for (std::size_t i = 0; i < slaves_.size(); ++i) {
+      const auto& device = slaves_[i].description;
+      if (!device.mailbox.coe) {
+        results_[i] = pdo_configuration_from_sii(device);
+        continue;
+      }
+      for (std::size_t n = 0; n < device.sync_managers.size(); ++n) {
+        if (!carries_process_data(device.sync_managers[n].use)) continue;
+        assignments.push_back(
+            start_list(i, static_cast<std::uint8_t>(n), static_cast<std::uint16_t>(kFirstAssignment + n)));
+      }
+    }
+    for (auto& list : assignments) read_elements(list, true);
+    std::vector<ListRead> mappings;
+    for (auto& list : assignments) take_assignment(list, mappings);
+    for (auto& list : mappings) read_elements(list, false);
+    for (auto& list : mappings) take_mapping(list);
+    return std::move(results_);
+  }
+
+ private:
+  [[nodiscard]] std::uint16_t position(std::size_t slave) const { return slaves_[slave].ref.position; }
+
+  ListRead start_list(std::size_t slave, std::uint8_t sync_manager, std::uint16_t index) {
+    CoeClient coe(engine_, position(slave));
+    return {slave, sync_manager, index, coe.start_upload({index, 0, false})};
+  }
+
+  void fail(const ListRead& list, const Error& error) {
+    if (results_[list.slave]) results_[list.slave] = tl::unexpected(error);
+  }
+
+  /// Waits for the count and asks for all elements.
+  void read_elements(ListRead& list, bool may_be_missing) {
+    const auto count = value_of<std::uint8_t>(list.count, position(list.slave), list.index, 0);
+    if (!count) {
+      // A slave without the assignment object has the PDOs of its EEPROM.
+      if (may_be_missing && does_not_exist(count.error())) {
+        results_[list.slave] = pdo_configuration_from_sii(slaves_[list.slave].description);
+      } else {
+        fail(list, count.error());
+      }
+      return;
+    }
+    CoeClient coe(engine_, position(list.slave));
+    for (unsigned n = 1; n <= *count; ++n) {
+      list.elements.push_back(coe.start_upload({list.index, static_cast<std::uint8_t>(n), false}));
+    }
+  }
+
+  void take_assignment(const ListRead& list, std::vector<ListRead>& mappings) {
+    for (std::size_t n = 0; n < list.elements.size(); ++n) {
+      const auto pdo =
+          value_of<std::uint16_t>(list.elements[n], position(list.slave), list.index, static_cast<std::uint8_t>(n + 1));
+      if (!pdo) return fail(list, pdo.error());
+      // Some slaves fill places of the assignment that are not used with zeros.
+      if (*pdo != 0) mappings.push_back(start_list(list.slave, list.sync_manager, *pdo));
+    }
+  }
+
+  void take_mapping(const ListRead& list) {
+    auto& result = results_[list.slave];
+    PdoMapping pdo;
+    pdo.index = list.index;
+    pdo.sync_manager = list.sync_manager;
+    for (std::size_t n = 0; n < list.elements.size(); ++n) {
+      const auto raw =
+          value_of<std::uint32_t>(list.elements[n], position(list.slave), list.index, static_cast<std::uint8_t>(n + 1));
+      if (!raw) return fail(list, raw.error());
+      pdo.objects.push_back({static_cast<std::uint16_t>(*raw >> 16), static_cast<std::uint8_t>(*raw >> 8),
+                             static_cast<std::uint8_t>(*raw)});
+    }
+    if (!result) return;
+    const auto use = slaves_[list.slave].description.sync_managers[list.sync_manager].use;
+    (use == Use::kOutputs ? result->outputs : result->inputs).push_back(std::move(pdo));
+  }
+
+  MailboxEngine& engine_;
+  std::span<const SlaveInfo> slaves_;
+  std::vector<Result<PdoConfiguration>> results_;
+};
+
+}  // namespace
+
+PdoConfiguration pdo_configuration_from_sii(const esi::DeviceDescription& device) {
+  PdoConfiguration configuration;
+  auto take = [](const std::vector<esi::Pdo>& pdos, std::vector<PdoMapping>& mappings) {
+    for (const auto& pdo : pdos) {
+      if (!pdo.sync_manager) continue;
+      PdoMapping mapping;
+      mapping.index = pdo.index;
+      mapping.sync_manager = *pdo.sync_manager;
+      for (const auto& entry : pdo.entries) mapping.objects.push_back({entry.index, entry.subindex, entry.bit_length});
+      mappings.push_back(std::move(mapping));
+    }
+  };
+  take(device.rx_pdos, configuration.outputs);
+  take(device.tx_pdos, configuration.inputs);
+  return configuration;
+}
+
+std::vector<Result<PdoConfiguration>> read_pdo_configurations(MailboxEngine& engine,
+                                                              std::span<const SlaveInfo> slaves) {
+  return Reader(engine, slaves).run();
+}
+
+}  // namespace driveline::ecat_master

@@ -1,0 +1,94 @@
+#include "driveline/ecat_master/configuration/pdo_mapping.hpp"
+
+#include <numeric>
+
+namespace driveline::ecat_master {
+namespace {
+
+constexpr std::uint16_t kOutputAssignment = 0x1C12;
+constexpr std::uint16_t kInputAssignment = 0x1C13;
+
+std::size_t bytes_of(const std::vector<PdoMapping>& pdos) {
+  const auto bits = std::accumulate(pdos.begin(), pdos.end(), std::size_t{0},
+                                    [](std::size_t sum, const PdoMapping& pdo) { return sum + pdo.bits(); });
+  return (bits + 7) / 8;
+}
+
+using Steps = std::vector<SdoScript::Step>;
+
+template <typename T>
+SdoScript::Step step(std::uint16_t index, std::uint8_t subindex, T value) {
+  const auto bytes = wire::to_le_bytes(value);
+  return {{index, subindex, false}, {bytes.begin(), bytes.end()}};
+}
+
+/// A list object the way CANopen wants it: count 0, elements, count.
+template <typename T, typename Elements, typename Raw>
+void append_list(Steps& steps, std::uint16_t index, const Elements& elements, Raw raw) {
+  steps.push_back(step<std::uint8_t>(index, 0, 0));
+  std::uint8_t subindex = 0;
+  for (const auto& element : elements) steps.push_back(step<T>(index, ++subindex, raw(element)));
+  steps.push_back(step<std::uint8_t>(index, 0, subindex));
+}
+
+void append_direction(Steps& steps, std::uint16_t assignment, const std::vector<PdoMapping>& pdos) {
+  steps.push_back(step<std::uint8_t>(assignment, 0, 0));
+  for (const auto& pdo : pdos) {
+    append_list<std::uint32_t>(steps, pdo.index, pdo.objects, [](const MappedObject& o) { return o.raw(); });
+  }
+  append_list<std::uint16_t>(steps, assignment, pdos, [](const PdoMapping& pdo) { return pdo.index; });
+}
+
+}  // namespace
+
+std::size_t PdoMapping::bits() const noexcept {
+  return std::accumulate(objects.begin(), objects.end(), std::size_t{0},
+                         [](std::size_t sum, const MappedObject& o) { return sum + o.bits; });
+}
+std::size_t PdoConfiguration::output_bytes() const noexcept {
+  return bytes_of(outputs);
+}
+std::size_t PdoConfiguration::input_bytes() const noexcept {
+  return bytes_of(inputs);
+}
+
+std::vector<SdoScript::Step> pdo_script(const PdoConfiguration& configuration) {
+  Steps steps;
+  append_direction(steps, kOutputAssignment, configuration.outputs);
+  append_direction(steps, kInputAssignment, configuration.inputs);
+  return steps;
+}
+
+Result<void> write_pdo_configuration(CoeClient& coe, const PdoConfiguration& configuration) {
+  for (const auto& written : pdo_script(configuration)) {
+    if (auto done = coe.download(written.at.index, written.at.subindex, written.data); !done) return done;
+  }
+  return {};
+}
+
+Result<std::vector<PdoMapping>> read_assigned_pdos(CoeClient& coe, std::uint16_t assignment) {
+  const auto count = coe.upload_as<std::uint8_t>(assignment, 0);
+  if (!count) return tl::unexpected(count.error());
+  std::vector<PdoMapping> pdos;
+  for (unsigned i = 1; i <= *count; ++i) {
+    const auto index = coe.upload_as<std::uint16_t>(assignment, static_cast<std::uint8_t>(i));
+    if (!index) return tl::unexpected(index.error());
+    const auto objects = coe.upload_as<std::uint8_t>(*index, 0);
+    if (!objects) return tl::unexpected(objects.error());
+    PdoMapping pdo;
+    pdo.index = *index;
+    for (unsigned k = 1; k <= *objects; ++k) {
+      const auto entry = coe.upload_as<std::uint32_t>(*index, static_cast<std::uint8_t>(k));
+      if (!entry) return tl::unexpected(entry.error());
+      pdo.objects.push_back(MappedObject::from_raw(*entry));
+    }
+    pdos.push_back(std::move(pdo));
+  }
+  return pdos;
+}
+
+Result<std::size_t> read_assigned_bytes(CoeClient& coe, std::uint16_t assignment) {
+  return read_assigned_pdos(coe, assignment).map([](const auto& pdos) { return bytes_of(pdos); });
+}
+
+}  // namespace driveline::ecat_master

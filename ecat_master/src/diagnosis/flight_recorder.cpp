@@ -1,0 +1,82 @@
+#include "driveline/ecat_master/diagnosis/flight_recorder.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <ostream>
+
+namespace driveline::ecat_master {
+
+FlightRecorder::FlightRecorder(std::size_t axes, std::size_t cycles)
+    : axes_(axes), lines_(std::max<std::size_t>(cycles, 1)), axis_records_(lines_.size() * axes) {}
+
+void FlightRecorder::record(const snapshot::LineSample& line, std::span<const Axis> axes) noexcept {
+  if (frozen_.load(std::memory_order_relaxed)) return;
+  lines_[next_] = line;
+  const auto records = std::span(axis_records_).subspan(next_ * axes_, axes_);
+  for (std::size_t i = 0; i < std::min(axes_, axes.size()); ++i) {
+    snapshot::AxisSample sample;
+    axes[i].fill(sample);
+    auto& record = records[i];
+    record.target_position = sample.target_position_rad;
+    record.actual_position = sample.actual_position_rad;
+    record.target_velocity = static_cast<float>(sample.target_velocity_rad_s);
+    record.actual_velocity = static_cast<float>(sample.actual_velocity_rad_s);
+    record.target_torque = static_cast<float>(sample.target_torque_nm);
+    record.actual_torque = static_cast<float>(sample.actual_torque_nm);
+    record.following_error = static_cast<float>(sample.following_error_rad);
+    record.control_word = sample.control_word;
+    record.status_word = sample.status_word;
+    record.mode = sample.mode;
+    record.state = sample.state;
+  }
+  next_ = (next_ + 1) % lines_.size();
+  size_ = std::min(size_ + 1, lines_.size());
+  if (triggered_.load(std::memory_order_acquire) && ++after_ >= std::min(kCyclesAfter, lines_.size())) {
+    frozen_.store(true, std::memory_order_release);
+  }
+}
+
+/// The slot of the record that is `age` cycles older than the newest.
+std::size_t FlightRecorder::slot(std::size_t age) const noexcept {
+  return (next_ + lines_.size() - 1 - age) % lines_.size();
+}
+
+void FlightRecorder::write_csv(std::ostream& out, std::span<const std::string> axis_names) const {
+  const bool clocks = std::any_of(lines_.begin(), lines_.end(), [](const auto& line) { return line.dc_locked; });
+  out << "cycle,time_ns,wake_latency_ns,cost_ns,round_trip_ns,missed_periods,frames_received,working_counter,"
+         "expected_working_counter";
+  if (clocks) out << ",dc_difference_ns";
+  for (std::size_t axis = 0; axis < axes_; ++axis) {
+    const std::string name = axis < axis_names.size() ? axis_names[axis] : fmt::format("axis{}", axis);
+    for (const char* figure :
+         {"control_word", "status_word", "mode", "target_position", "actual_position", "target_velocity",
+          "actual_velocity", "target_torque", "actual_torque", "following_error"}) {
+      out << ',' << name << '.' << figure;
+    }
+  }
+  out << '\n';
+  for (std::size_t age = size_; age-- > 0;) {
+    const auto& line = lines_[slot(age)];
+    out << fmt::format("{},{},{},{},{},{},{},{},{}", line.cycle, line.time_ns, line.wake_latency_ns, line.cost_ns,
+                       line.round_trip_ns, line.missed_periods, line.frame_received ? 1 : 0, line.working_counter,
+                       line.expected_working_counter);
+    if (clocks) out << fmt::format(",{}", line.dc_difference_ns);
+    for (const auto& axis : std::span(axis_records_).subspan(slot(age) * axes_, axes_)) {
+      out << fmt::format(",0x{:04X},0x{:04X},{},{:.9g},{:.9g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}", axis.control_word,
+                         axis.status_word, axis.mode, axis.target_position, axis.actual_position, axis.target_velocity,
+                         axis.actual_velocity, axis.target_torque, axis.actual_torque, axis.following_error);
+    }
+    out << '\n';
+  }
+}
+
+void FlightRecorder::rearm() noexcept {
+  next_ = 0;
+  size_ = 0;
+  after_ = 0;
+  triggered_.store(false, std::memory_order_relaxed);
+  frozen_.store(false, std::memory_order_release);
+}
+
+}  // namespace driveline::ecat_master

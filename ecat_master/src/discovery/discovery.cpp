@@ -1,0 +1,147 @@
+#include "driveline/ecat_master/discovery/discovery.hpp"
+
+#include <array>
+
+#include "driveline/ecat_master/sii/sii_reader.hpp"
+#include "driveline/esi/sii.hpp"
+#include "driveline/wire/fmmu.hpp"
+#include "driveline/wire/sync_manager.hpp"
+
+namespace driveline::ecat_master {
+namespace {
+
+Result<std::uint16_t> count_slaves(Bus& bus) {
+  std::array<std::byte, 1> type{};
+  auto count = bus.broadcast_read(wire::reg::kType.address, type);
+  if (!count) return count;
+  Error error;
+  error.received = *count;
+  error.expected = kMaxSlaves;
+  if (*count == 0) {
+    error.kind = ErrorKind::kNoSlaves;
+    return tl::unexpected(error);
+  }
+  if (*count > kMaxSlaves) {
+    error.kind = ErrorKind::kTooManySlaves;
+    return tl::unexpected(error);
+  }
+  return count;
+}
+
+/// Slaves may have been locked against writes, by somebody or by a damaged frame. The enable registers work within the
+/// frame they are written in (ESC data sheet II, 0x0020 to 0x0031), and the requests travel in one frame.
+Result<void> lift_write_protection(Bus& bus) {
+  std::array<std::byte, 1> zero{};
+  std::vector<Request> requests;
+  for (const auto& reg : {wire::reg::kEscWriteEnable, wire::reg::kEscWriteProtection, wire::reg::kRegisterWriteEnable,
+                          wire::reg::kRegisterWriteProtection}) {
+    requests.push_back({wire::Command::kBwr, wire::DatagramAddress::physical(0, reg.address), zero});
+  }
+  return bus.exchange().exchange(requests);
+}
+
+/// A previous master may have left anything behind: INIT with the error acknowledged, then no channel stays active.
+Result<void> reset_slaves(Bus& bus) {
+  if (auto done = lift_write_protection(bus); !done) return done;
+  const auto control = wire::to_le_bytes(wire::AlControl{wire::AlState::kInit, true, false}.raw());
+  if (auto done = bus.broadcast_write(wire::reg::kAlControl.address, control); !done)
+    return tl::unexpected(done.error());
+  return clear_channels(bus);
+}
+
+Result<std::vector<SlaveRef>> assign_addresses(Bus& bus, std::uint16_t count) {
+  std::vector<SlaveRef> slaves;
+  std::vector<std::array<std::byte, 2>> addresses(count);
+  std::vector<Request> requests;
+  for (std::uint16_t i = 0; i < count; ++i) {
+    slaves.push_back({i, static_cast<std::uint16_t>(kFirstStationAddress + i)});
+    addresses[i] = wire::to_le_bytes(slaves.back().station);
+    requests.push_back(
+        {wire::Command::kApwr, wire::DatagramAddress::position(i, wire::reg::kStationAddress.address), addresses[i]});
+  }
+  if (auto done = bus.exchange().exchange(requests); !done) return tl::unexpected(done.error());
+  for (std::uint16_t i = 0; i < count; ++i) {
+    if (requests[i].working_counter == 1) continue;
+    Error error;
+    error.kind = ErrorKind::kWorkingCounter;
+    error.slave = i;
+    error.address = wire::reg::kStationAddress.address;
+    error.expected = 1;
+    error.received = requests[i].working_counter;
+    return tl::unexpected(error);
+  }
+  return slaves;
+}
+
+SlaveInfo make_info(SlaveRef ref, Result<std::vector<std::byte>> image) {
+  SlaveInfo info;
+  info.ref = ref;
+  if (!image) {
+    info.problem = image.error();
+    return info;
+  }
+  const auto decoded = esi::decode_sii(*image);
+  if (!decoded) {
+    Error error;
+    error.kind = ErrorKind::kSiiContent;
+    error.slave = ref.position;
+    error.address = static_cast<std::uint16_t>(decoded.error().word_offset);
+    info.problem = error;
+  } else {
+    info.alias = decoded->config.station_alias;
+    info.description = esi::description_from_sii(*decoded);
+    if (!decoded->checksum_valid()) {
+      Error error;
+      error.kind = ErrorKind::kSiiChecksum;
+      error.slave = ref.position;
+      error.expected = esi::sii_checksum(decoded->config.bytes());
+      error.received = decoded->checksum & 0xFFU;
+      info.problem = error;
+    }
+  }
+  info.sii = std::move(*image);
+  return info;
+}
+
+}  // namespace
+
+Result<void> clear_channels(Bus& bus) {
+  const std::array<std::byte, 8 * wire::SyncManagerChannel::kSize> no_sync_managers{};
+  const std::array<std::byte, 8 * wire::FmmuEntity::kSize> no_fmmus{};
+  if (auto done = bus.broadcast_write(wire::reg::kFmmu.address, no_fmmus); !done) return tl::unexpected(done.error());
+  if (auto done = bus.broadcast_write(wire::reg::kSyncManager.address, no_sync_managers); !done)
+    return tl::unexpected(done.error());
+  return {};
+}
+
+Result<void> clear_channels(Bus& bus, std::span<const SlaveRef> slaves) {
+  std::array<std::byte, 8 * wire::SyncManagerChannel::kSize> no_sync_managers{};
+  std::array<std::byte, 8 * wire::FmmuEntity::kSize> no_fmmus{};
+  std::vector<Request> requests;
+  for (const auto& slave : slaves) {
+    auto write = [&](std::uint16_t address, std::span<std::byte> zeros) {
+      requests.push_back(
+          {wire::Command::kFpwr, wire::DatagramAddress::physical(slave.station, address), zeros, 0, false});
+    };
+    write(wire::reg::kFmmu.address, no_fmmus);
+    write(wire::reg::kSyncManager.address, no_sync_managers);
+  }
+  return bus.exchange().exchange(requests);
+}
+
+Result<std::vector<SlaveInfo>> discover(Bus& bus) {
+  const auto count = count_slaves(bus);
+  if (!count) return tl::unexpected(count.error());
+  if (auto done = reset_slaves(bus); !done) return tl::unexpected(done.error());
+  const auto slaves = assign_addresses(bus, *count);
+  if (!slaves) return tl::unexpected(slaves.error());
+  auto images = read_sii(bus, *slaves);
+  if (!images) return tl::unexpected(images.error());
+  std::vector<SlaveInfo> found;
+  for (std::size_t i = 0; i < slaves->size(); ++i) {
+    found.push_back(make_info((*slaves)[i], std::move((*images)[i])));
+  }
+  return found;
+}
+
+}  // namespace driveline::ecat_master

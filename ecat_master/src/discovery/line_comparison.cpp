@@ -1,0 +1,311 @@
+#include "driveline/ecat_master/discovery/line_comparison.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+namespace driveline::ecat_master {
+namespace {
+
+using Kind = Difference::Kind;
+
+enum class Fit : std::uint8_t { kYes, kSerial, kRevision, kNo };
+
+Fit fit(const ExpectedSlave& expected, const SlaveInfo& found) {
+  const auto& device = found.description;
+  if (!expected.vendor.accepts(device.vendor_id) || !expected.product.accepts(device.product_code)) return Fit::kNo;
+  if (!expected.revision.accepts(device.revision)) return Fit::kRevision;
+  return expected.serial.accepts(device.serial_number) ? Fit::kYes : Fit::kSerial;
+}
+
+/// Price of putting a planned and a found slave side by side. Leaving both out costs 2 * kGap.
+constexpr unsigned kGap = 4;
+/// Price of two neighbours that have changed places: one thing that happened, not two.
+constexpr unsigned kSwap = 5;
+unsigned price(Fit fit) {
+  switch (fit) {
+    case Fit::kYes:
+      return 0;
+    case Fit::kSerial:
+      return 3;
+    case Fit::kRevision:
+      return 5;
+    case Fit::kNo:
+      return 7;
+  }
+  return 2 * kGap;
+}
+
+Difference::Kind kind_of(Fit fit) {
+  return fit == Fit::kSerial ? Kind::kSerial : fit == Fit::kRevision ? Kind::kRevision : Kind::kWrongDevice;
+}
+
+/// A planned and a found slave side by side; one of them may be missing.
+struct Pair {
+  std::optional<std::size_t> plan;
+  std::optional<std::size_t> slave;
+};
+
+/// The cheapest way to put two sequences side by side: order kept, but that neighbours may have changed places
+/// (Damerau-Levenshtein distance with the prices above).
+std::vector<Pair> align(std::span<const ExpectedSlave> planned, std::span<const std::size_t> plans,
+                        std::span<const SlaveInfo> found, std::span<const std::size_t> slaves) {
+  const auto rows = plans.size() + 1;
+  const auto columns = slaves.size() + 1;
+  std::vector<unsigned> cost(rows * columns);
+  auto at = [&](std::size_t row, std::size_t column) -> unsigned& { return cost[row * columns + column]; };
+  auto match = [&](std::size_t row, std::size_t column) {
+    return price(fit(planned[plans[row - 1]], found[slaves[column - 1]]));
+  };
+  auto crossed = [&](std::size_t row, std::size_t column) {
+    return row > 1 && column > 1 && match(row, column) != 0 && match(row - 1, column - 1) != 0 &&
+           match(row - 1, column) == 0 && match(row, column - 1) == 0;
+  };
+  for (std::size_t row = 0; row < rows; ++row) {
+    for (std::size_t column = 0; column < columns; ++column) {
+      if (row == 0 || column == 0) {
+        at(row, column) = static_cast<unsigned>((row + column) * kGap);
+        continue;
+      }
+      at(row, column) = std::min(
+          {at(row - 1, column - 1) + match(row, column), at(row - 1, column) + kGap, at(row, column - 1) + kGap});
+      if (crossed(row, column)) at(row, column) = std::min(at(row, column), at(row - 2, column - 2) + kSwap);
+    }
+  }
+  std::vector<Pair> pairs;
+  for (auto row = rows - 1, column = columns - 1; row > 0 || column > 0;) {
+    if (crossed(row, column) && at(row, column) == at(row - 2, column - 2) + kSwap) {
+      pairs.push_back({plans[--row], slaves[--column]});
+      pairs.push_back({plans[--row], slaves[--column]});
+    } else if (row > 0 && at(row, column) == at(row - 1, column) + kGap) {
+      pairs.push_back({plans[--row], std::nullopt});
+    } else if (column > 0 && at(row, column) == at(row, column - 1) + kGap) {
+      pairs.push_back({std::nullopt, slaves[--column]});
+    } else {
+      pairs.push_back({plans[--row], slaves[--column]});
+    }
+  }
+  std::reverse(pairs.begin(), pairs.end());
+  return pairs;
+}
+
+class Comparison {
+ public:
+  Comparison(std::span<const ExpectedSlave> planned, std::span<const SlaveInfo> found)
+      : planned_(planned), found_(found) {
+    result_.plan_of_slave.resize(found.size());
+  }
+
+  LineComparison run(const Topology& topology) {
+    std::vector<std::size_t> plans;
+    for (std::size_t i = 0; i < planned_.size(); ++i) {
+      if (planned_[i].by_position()) {
+        plans.push_back(i);
+      } else {
+        take_by_name(i);
+      }
+    }
+    std::vector<std::size_t> slaves;
+    for (std::size_t i = 0; i < found_.size(); ++i) {
+      if (!result_.plan_of_slave[i] && !spoken_for(i)) slaves.push_back(i);
+    }
+    take_in_order(plans, slaves);
+    // Swapped cables change the order of the slaves: they come first, what follows is mostly their doing.
+    std::vector<Difference> wiring;
+    for (const auto slave : planned_.empty() ? std::vector<std::uint16_t>{} : topology.swapped()) {
+      wiring.push_back({Kind::kInOut, slave, topology.slaves[slave].entry_port, plan_of(slave)});
+    }
+    result_.differences.insert(result_.differences.begin(), wiring.begin(), wiring.end());
+    return std::move(result_);
+  }
+
+ private:
+  [[nodiscard]] std::uint16_t plan_of(std::size_t slave) const {
+    const auto& plan = result_.plan_of_slave[slave];
+    return plan ? static_cast<std::uint16_t>(*plan) : Difference::kNone;
+  }
+  void add(Difference difference) { result_.differences.push_back(difference); }
+
+  [[nodiscard]] static bool carries(const ExpectedSlave& expected, const SlaveInfo& slave) {
+    return expected.alias ? slave.alias == *expected.alias : slave.device_id == expected.device_id;
+  }
+  /// A slave with the alias of a plan is no extra slave, even if it is the second one.
+  [[nodiscard]] bool spoken_for(std::size_t slave) const {
+    return std::any_of(planned_.begin(), planned_.end(),
+                       [&](const auto& plan) { return !plan.by_position() && carries(plan, found_[slave]); });
+  }
+
+  void take_by_name(std::size_t plan) {
+    std::optional<std::size_t> first;
+    const auto number = static_cast<std::uint16_t>(plan);
+    for (std::size_t i = 0; i < found_.size(); ++i) {
+      if (!carries(planned_[plan], found_[i])) continue;
+      if (first) {
+        add({Kind::kDuplicate, static_cast<std::uint16_t>(*first), static_cast<std::uint16_t>(i), number});
+        return;
+      }
+      first = i;
+    }
+    if (!first) {
+      add({Kind::kMissing, Difference::kNone, Difference::kNone, number});
+      return;
+    }
+    take({plan, first});
+  }
+
+  void take(const Pair& pair) {
+    const auto number = pair.plan ? static_cast<std::uint16_t>(*pair.plan) : Difference::kNone;
+    const auto position = pair.slave ? static_cast<std::uint16_t>(*pair.slave) : Difference::kNone;
+    if (!pair.slave) return add({Kind::kMissing, position, Difference::kNone, number});
+    if (!pair.plan) return add({Kind::kExtra, position, Difference::kNone, number});
+    result_.plan_of_slave[*pair.slave] = *pair.plan;
+    const auto how = fit(planned_[*pair.plan], found_[*pair.slave]);
+    if (how != Fit::kYes) add({kind_of(how), position, Difference::kNone, number});
+  }
+
+  [[nodiscard]] bool fits(const Pair& a, const Pair& b) const {
+    return a.plan && b.slave && fit(planned_[*a.plan], found_[*b.slave]) == Fit::kYes;
+  }
+  [[nodiscard]] bool fits_itself(const Pair& a) const { return fits(a, a); }
+
+  void take_in_order(std::span<const std::size_t> plans, std::span<const std::size_t> slaves) {
+    if (planned_.empty()) return;
+    const auto pairs = align(planned_, plans, found_, slaves);
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      if (i + 1 < pairs.size() && swapped(pairs[i], pairs[i + 1])) {
+        add({Kind::kSwapped, static_cast<std::uint16_t>(*pairs[i].slave),
+             static_cast<std::uint16_t>(*pairs[i + 1].slave), static_cast<std::uint16_t>(*pairs[i].plan)});
+        ++i;
+        continue;
+      }
+      take(pairs[i]);
+    }
+  }
+
+  [[nodiscard]] bool swapped(const Pair& a, const Pair& b) const {
+    return a.plan && a.slave && b.plan && b.slave && !fits_itself(a) && !fits_itself(b) && fits(a, b) && fits(b, a);
+  }
+
+  std::span<const ExpectedSlave> planned_;
+  std::span<const SlaveInfo> found_;
+  LineComparison result_;
+};
+
+std::string device_text(const SlaveInfo& slave) {
+  const auto& device = slave.description;
+  const auto& name = device.name.empty() ? device.type : device.name;
+  return fmt::format("{}{}vendor 0x{:08X} product 0x{:08X} revision 0x{:08X} serial {}", name, name.empty() ? "" : ", ",
+                     device.vendor_id, device.product_code, device.revision, device.serial_number);
+}
+
+std::string rule_text(const char* what, const IdentityRule& rule) {
+  if (rule.kind == IdentityRule::Kind::kAny) return {};
+  return fmt::format(" {} {}0x{:08X}", what, rule.kind == IdentityRule::Kind::kAtLeast ? ">= " : "", rule.value);
+}
+
+std::string plan_text(const ExpectedSlave& plan) {
+  auto text = plan.name.empty() ? std::string("a slave") : fmt::format("\"{}\"", plan.name);
+  auto rules = rule_text("vendor", plan.vendor) + rule_text("product", plan.product) +
+               rule_text("revision", plan.revision) + rule_text("serial", plan.serial);
+  if (plan.alias) rules += fmt::format(" alias {}", *plan.alias);
+  if (plan.device_id) rules += fmt::format(" device ID {}", *plan.device_id);
+  return rules.empty() ? text : fmt::format("{} ({})", text, rules.substr(1));
+}
+
+}  // namespace
+
+LineComparison compare_line(std::span<const ExpectedSlave> planned, std::span<const SlaveInfo> found,
+                            const Topology& topology) {
+  return Comparison(planned, found).run(topology);
+}
+
+std::string describe(const Difference& difference, std::span<const ExpectedSlave> planned,
+                     std::span<const SlaveInfo> found) {
+  const auto plan = difference.plan < planned.size() ? plan_text(planned[difference.plan]) : std::string{};
+  const auto device = difference.slave < found.size() ? device_text(found[difference.slave]) : std::string{};
+  switch (difference.kind) {
+    case Kind::kMissing:
+      return fmt::format("missing: {}", plan);
+    case Kind::kExtra:
+      return fmt::format("slave {}: not planned: {}", difference.slave, device);
+    case Kind::kWrongDevice:
+      return fmt::format("slave {}: {} is planned, found {}", difference.slave, plan, device);
+    case Kind::kRevision:
+      return fmt::format("slave {}: wrong revision: {} is planned, found {}", difference.slave, plan, device);
+    case Kind::kSerial:
+      return fmt::format("slave {}: wrong serial number: {} is planned, found {}", difference.slave, plan, device);
+    case Kind::kSwapped:
+      return fmt::format("slaves {} and {} have changed places: {} is planned first", difference.slave,
+                         difference.other, plan);
+    case Kind::kInOut:
+      return fmt::format("slave {}: IN and OUT are swapped, frames come in at port {}", difference.slave,
+                         difference.other);
+    case Kind::kDuplicate:
+      return fmt::format("slaves {} and {} both answer to {}", difference.slave, difference.other, plan);
+  }
+  return {};
+}
+
+Error to_error(const Difference& difference, std::span<const ExpectedSlave> planned, std::span<const SlaveInfo> found) {
+  Error error;
+  error.slave = difference.slave;
+  switch (difference.kind) {
+    case Kind::kMissing:
+    case Kind::kExtra:
+      error.kind = ErrorKind::kSlaveCountMismatch;
+      error.slave = Error::kNoSlave;
+      error.expected = static_cast<std::uint32_t>(planned.size());
+      error.received = static_cast<std::uint32_t>(found.size());
+      if (error.expected == error.received) {
+        error.kind = ErrorKind::kSlaveMissing;
+        error.extra = difference.plan;
+        error.address = planned[difference.plan].alias.value_or(planned[difference.plan].device_id.value_or(0));
+      }
+      return error;
+    case Kind::kSwapped:
+      error.kind = ErrorKind::kSlavesSwapped;
+      error.extra = difference.other;
+      return error;
+    case Kind::kInOut:
+      error.kind = ErrorKind::kWiring;
+      error.extra = difference.other;
+      return error;
+    case Kind::kDuplicate:
+      error.kind = ErrorKind::kDuplicateAlias;
+      error.extra = difference.other;
+      error.address = planned[difference.plan].alias.value_or(planned[difference.plan].device_id.value_or(0));
+      return error;
+    default:
+      break;
+  }
+  const auto& plan = planned[difference.plan];
+  const auto& device = found[difference.slave].description;
+  error.kind = ErrorKind::kIdentityMismatch;
+  const std::pair<const IdentityRule*, std::uint32_t> fields[] = {{&plan.vendor, device.vendor_id},
+                                                                  {&plan.product, device.product_code},
+                                                                  {&plan.revision, device.revision},
+                                                                  {&plan.serial, device.serial_number}};
+  for (std::size_t field = 0; field < std::size(fields); ++field) {
+    if (fields[field].first->accepts(fields[field].second)) continue;
+    error.address = static_cast<std::uint16_t>(field);
+    error.expected = fields[field].first->value;
+    error.received = fields[field].second;
+    break;
+  }
+  return error;
+}
+
+std::vector<DuplicateAlias> find_duplicate_aliases(std::span<const SlaveInfo> found) {
+  std::map<std::uint16_t, std::vector<std::uint16_t>> positions;
+  for (const auto& slave : found) {
+    if (slave.alias != 0) positions[slave.alias].push_back(slave.ref.position);
+  }
+  std::vector<DuplicateAlias> duplicates;
+  for (auto& [alias, list] : positions) {
+    if (list.size() > 1) duplicates.push_back({alias, std::move(list)});
+  }
+  return duplicates;
+}
+
+}  // namespace driveline::ecat_master

@@ -1,0 +1,160 @@
+#include "driveline/ecat_master/process_data/process_variables.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <optional>
+
+#include "driveline/ecat_master/configuration/process_data_setup.hpp"
+
+namespace driveline::ecat_master {
+namespace {
+
+std::string name_of(const esi::DeviceDescription& description, const MappedObject& object) {
+  for (const auto* pdos : {&description.rx_pdos, &description.tx_pdos}) {
+    for (const auto& pdo : *pdos) {
+      const auto entry = std::find_if(pdo.entries.begin(), pdo.entries.end(), [&](const esi::PdoEntry& e) {
+        return e.index == object.index && e.subindex == object.subindex;
+      });
+      if (entry != pdo.entries.end() && !entry->name.empty()) return entry->name;
+    }
+  }
+  return {};
+}
+
+std::optional<unsigned> number(std::string_view text, int base) {
+  unsigned value = 0;
+  const auto end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, value, base);
+  if (text.empty() || error != std::errc{} || stop != end) return std::nullopt;
+  return value;
+}
+
+struct ObjectAddress {
+  unsigned index = 0;
+  unsigned subindex = 0;
+};
+
+/// "0x6041", "6041h", "6041:02".
+std::optional<ObjectAddress> address(std::string_view text) {
+  const auto colon = text.find(':');
+  auto index = text.substr(0, colon);
+  if (index.starts_with("0x") || index.starts_with("0X")) index.remove_prefix(2);
+  if (index.ends_with('h')) index.remove_suffix(1);
+  const auto high = index.size() == 4 ? number(index, 16) : std::nullopt;
+  if (!high) return std::nullopt;
+  if (colon == std::string_view::npos) return ObjectAddress{*high, 0};
+  const auto low = number(text.substr(colon + 1), 16);
+  if (!low || *low > 0xFF) return std::nullopt;
+  return ObjectAddress{*high, *low};
+}
+
+std::string listing(const std::vector<const ProcessVariable*>& variables) {
+  constexpr std::size_t kMost = 12;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(variables.size(), kMost); ++i) {
+    text += (i == 0 ? "" : ", ") + variables[i]->text();
+  }
+  if (variables.size() > kMost) text += fmt::format(" and {} more", variables.size() - kMost);
+  return text;
+}
+
+}  // namespace
+
+std::string ProcessVariable::text() const {
+  const auto who = slave_name.empty() ? std::to_string(slave) : slave_name;
+  const auto what = name.empty() ? std::string() : fmt::format(" ({})", name);
+  return fmt::format("{}.{:04X}h:{:02X}{}", who, index, subindex, what);
+}
+
+ProcessVariables::ProcessVariables(std::span<const ConfiguredSlave> slaves, const ProcessImage& image) {
+  for (const auto& slave : slaves) {
+    add(slave, image, true);
+    add(slave, image, false);
+  }
+}
+
+void ProcessVariables::add(const ConfiguredSlave& slave, const ProcessImage& image, bool output) {
+  const auto demand = make_demand(slave);
+  if (!demand) return;
+  const auto position = slave.info.ref.position;
+  const auto& place = image.places()[position];
+  const auto exchanged = exchanged_pdos(slave);
+  const auto& pdos = output ? exchanged.outputs : exchanged.inputs;
+  const auto first =
+      find_sync_manager(slave.info, output ? esi::SyncManager::Use::kOutputs : esi::SyncManager::Use::kInputs);
+  std::size_t channel_offset = output ? place.output_offset : place.input_offset;
+  for (const auto& channel : demand->channels) {
+    if (channel.output != output) continue;
+    std::size_t bit = 8 * channel_offset;
+    for (const auto& pdo : pdos) {
+      if (pdo.sync_manager.value_or(first.value_or(0)) != channel.sync_manager) continue;
+      for (const auto& object : pdo.objects) {
+        if (object.index != 0) {
+          variables_.push_back({slave.plan.name, position, name_of(slave.info.description, object), object.index,
+                                object.subindex, output, bit, object.bits});
+        }
+        bit += object.bits;
+      }
+    }
+    channel_offset += channel.bytes;
+  }
+}
+
+ProcessVariables::Found<ProcessVariable> ProcessVariables::find(std::string_view name) const {
+  std::vector<const ProcessVariable*> of_slave;
+  std::vector<const ProcessVariable*> matches;
+  for (const auto& variable : variables_) {
+    // Names may contain dots: the slave's name decides where it ends.
+    for (const auto& who : {variable.slave_name, std::to_string(variable.slave)}) {
+      if (who.empty() || name.size() <= who.size() || !name.starts_with(who) || name[who.size()] != '.') continue;
+      of_slave.push_back(&variable);
+      const auto object = name.substr(who.size() + 1);
+      const auto at = address(object);
+      const bool same_address = at && at->index == variable.index && at->subindex == variable.subindex;
+      if (same_address || (!variable.name.empty() && object == variable.name)) matches.push_back(&variable);
+      break;
+    }
+  }
+  if (matches.size() == 1) return *matches.front();
+  if (matches.size() > 1) {
+    return tl::unexpected(fmt::format("'{}' is not one process variable: it may be {}", name, listing(matches)));
+  }
+  if (!of_slave.empty()) {
+    return tl::unexpected(fmt::format("there is no process variable '{}'; the slave has {}", name, listing(of_slave)));
+  }
+  return tl::unexpected(fmt::format(
+      "there is no process variable '{}'; expected slave.object, for example {}", name,
+      variables_.empty() ? std::string("x.6041h:00, but no process data are mapped") : variables_[0].text()));
+}
+
+std::string ProcessVariables::unfit(const ProcessVariable& variable, std::size_t wanted_bits) {
+  return fmt::format("{} has {} bits from bit {} of a byte on; the handle is for {} bits{}", variable.text(),
+                     variable.bits, variable.bit_offset % 8, wanted_bits, wanted_bits == 1 ? "" : " on a byte border");
+}
+
+ProcessVariables::Found<PdoBits> ProcessVariables::bits(std::string_view name) const {
+  auto variable = find(name);
+  if (!variable) return tl::unexpected(variable.error());
+  if (variable->bits == 0 || variable->bits > PdoBits::kMaxBits) {
+    return tl::unexpected(unfit(*variable, PdoBits::kMaxBits));
+  }
+  return PdoBits(variable->bit_offset, variable->bits);
+}
+
+ProcessVariables::Found<ProcessDataCopy> ProcessVariables::copy(std::string_view from, std::string_view to) const {
+  auto source = find(from);
+  if (!source) return tl::unexpected(source.error());
+  auto target = find(to);
+  if (!target) return tl::unexpected(target.error());
+  if (source->output) return tl::unexpected(fmt::format("{} cannot be copied from: it is an output", source->text()));
+  if (!target->output) return tl::unexpected(fmt::format("{} cannot be copied to: it is an input", target->text()));
+  if (source->bits != target->bits) {
+    return tl::unexpected(fmt::format("{} has {} bits and {} has {}: they cannot be copied", source->text(),
+                                      source->bits, target->text(), target->bits));
+  }
+  return ProcessDataCopy{source->slave, source->bit_offset, target->bit_offset, source->bits};
+}
+
+}  // namespace driveline::ecat_master

@@ -1,0 +1,184 @@
+#include "driveline/ecat_master/recovery/line_supervisor.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace driveline::ecat_master {
+namespace {
+
+using std::chrono::nanoseconds;
+using wire::AlState;
+using RingState = port::RingStatus::State;
+
+std::string ring_break(const LineEvent& event) {
+  if (event.slave == 0) return "between the primary interface and slave 0";
+  if (event.count == 0) return fmt::format("between slave {} and the secondary interface", event.slave - 1);
+  return fmt::format("between slave {} and slave {}", event.slave - 1, event.slave);
+}
+
+std::string what_happened(const LineEvent& event) {
+  switch (event.kind) {
+    case LineEvent::Kind::kLeftOp:
+      return fmt::format("slave {}: left OP, is in {}{}, AL status code 0x{:04X} ({})", event.slave,
+                         wire::to_text(event.state.state), event.state.error ? " with an error" : "",
+                         static_cast<unsigned>(event.code), wire::to_text(event.code));
+    case LineEvent::Kind::kGone:
+      return fmt::format("slave {}: does not answer any more", event.slave);
+    case LineEvent::Kind::kRecovered:
+      return fmt::format("slave {}: back in OP", event.slave);
+    case LineEvent::Kind::kRecoveryFailed:
+      return fmt::format("slave {}: not brought back to OP: {}", event.slave, describe(event.error));
+    case LineEvent::Kind::kRingBroken:
+      return fmt::format("the ring is broken {}; process data go on over both interfaces", ring_break(event));
+    case LineEvent::Kind::kRingClosed:
+      return "the ring is closed again";
+    case LineEvent::Kind::kOutputsZeroed:
+      return fmt::format("group {}: outputs set to zero after {} bad exchanges in a row", event.slave, event.count);
+  }
+  return "?";
+}
+
+}  // namespace
+
+std::string describe(const LineEvent& event) {
+  return fmt::format("{:.6f} s {}", std::chrono::duration<double>(event.time).count(), what_happened(event));
+}
+
+LineSupervisor::LineSupervisor(Master& master, const port::RedundantPort* ring, Settings settings)
+    : master_(master), ring_(ring), settings_(settings), slaves_(master.slaves().size()) {
+  // What the cycle noticed on the way to OP is no news.
+  CyclicEvent event;
+  while (master_.core()->take_event(event)) {
+  }
+  if (ring_ != nullptr) ring_state_ = ring_->status().state;
+}
+
+bool LineSupervisor::all_operational() const noexcept {
+  return std::none_of(slaves_.begin(), slaves_.end(), [](const Slave& slave) { return slave.trouble; });
+}
+
+void LineSupervisor::note(LineEvent event) {
+  if (history_.size() == kMaxHistory) history_.pop_front();
+  history_.push_back(event);
+}
+
+void LineSupervisor::poll() {
+  take_cycle_events();
+  watch_ring();
+  watch_slaves();
+  if (!settings_.recover || all_operational()) return;
+  const auto now = master_.bus().exchange().now();
+  const auto due = [&](const Slave& slave) { return slave.trouble && now >= slave.next_try; };
+  if (std::none_of(slaves_.begin(), slaves_.end(), due)) return;
+  const bool missing = std::any_of(slaves_.begin(), slaves_.end(), [&](const Slave& s) { return due(s) && s.gone; });
+  // A failure is not worth a word here: whoever is still missing is tried again.
+  if (missing) static_cast<void>(master_.readdress_newcomers().has_value());
+  for (std::size_t i = 0; i < slaves_.size(); ++i) {
+    if (due(slaves_[i])) recover(i);
+  }
+}
+
+void LineSupervisor::take_cycle_events() {
+  CyclicEvent event;
+  while (master_.core()->take_event(event)) {
+    if (event.kind == CyclicEvent::Kind::kOutputsZeroed) {
+      LineEvent zeroed{.kind = LineEvent::Kind::kOutputsZeroed, .slave = event.index, .count = event.after};
+      zeroed.time = nanoseconds{event.time_ns};
+      note(zeroed);
+    }
+    if (event.kind == CyclicEvent::Kind::kSlaveState) continue;  // slave_report() has the newest
+    if (exchange_history_.size() == kMaxHistory) exchange_history_.pop_front();
+    exchange_history_.push_back(event);
+  }
+}
+
+void LineSupervisor::watch_ring() {
+  if (ring_ == nullptr) return;
+  const auto status = ring_->status();
+  const bool same_place =
+      status.primary_slaves == ring_status_.primary_slaves && status.secondary_slaves == ring_status_.secondary_slaves;
+  if (status.state == ring_state_ && same_place) return;
+  LineEvent event;
+  event.time = master_.bus().exchange().now();
+  event.kind = status.state == RingState::kOpen ? LineEvent::Kind::kRingBroken : LineEvent::Kind::kRingClosed;
+  event.slave = status.primary_slaves;
+  event.count = status.secondary_slaves;
+  ring_state_ = status.state;
+  ring_status_ = status;
+  note(event);
+}
+
+void LineSupervisor::watch_slaves() {
+  auto& core = *master_.core();
+  const auto line = core.al_status();
+  const bool line_complete = line.all_op(core.settings().slaves);
+  for (std::size_t i = 0; i < slaves_.size(); ++i) {
+    if (slaves_[i].trouble) continue;
+    const auto report = core.slave_report(i);
+    // Slaves without a status byte in the image are looked at when the broadcast tells that something is wrong.
+    if (report.watched ? report.operational : line_complete) continue;
+    look_at(i);
+  }
+}
+
+/// Why a slave is not what it should be.
+void LineSupervisor::look_at(std::size_t slave) {
+  const auto now = master_.bus().exchange().now();
+  const auto report = master_.al_status_of(slave);
+  if (!report) {
+    if (report.error().kind == ErrorKind::kWorkingCounter) note_gone(slave, now);
+    return;  // otherwise nobody can be reached: a matter of the line, not of this slave
+  }
+  if (report->status.state != AlState::kOp || report->status.error) note_state(slave, *report, now);
+}
+
+void LineSupervisor::note_gone(std::size_t slave, nanoseconds time) {
+  auto& one = slaves_[slave];
+  one.trouble = true;
+  one.gone = true;
+  one.failure_noted = false;
+  master_.core()->set_recovering(slave, true);
+  LineEvent event{.kind = LineEvent::Kind::kGone, .slave = static_cast<std::uint16_t>(slave)};
+  event.time = time;
+  note(event);
+}
+
+void LineSupervisor::note_state(std::size_t slave, const AlReport& report, nanoseconds time) {
+  auto& one = slaves_[slave];
+  one.trouble = true;
+  one.failure_noted = false;
+  master_.core()->set_recovering(slave, true);
+  LineEvent event{.kind = LineEvent::Kind::kLeftOp, .slave = static_cast<std::uint16_t>(slave)};
+  event.time = time;
+  event.state = report.status;
+  event.code = report.code;
+  note(event);
+}
+
+void LineSupervisor::recover(std::size_t slave) {
+  auto& one = slaves_[slave];
+  const auto done = master_.recover(slave, settings_.state_timeout);
+  const auto now = master_.bus().exchange().now();
+  LineEvent event{.kind = LineEvent::Kind::kRecovered, .slave = static_cast<std::uint16_t>(slave)};
+  event.time = now;
+  if (done) {
+    one = {};
+    ++recoveries_;
+    master_.core()->set_recovering(slave, false);
+    note(event);
+    return;
+  }
+  one.next_try = now + settings_.retry_pause;
+  const bool answers = done.error().kind != ErrorKind::kWorkingCounter && done.error().kind != ErrorKind::kNoAnswer;
+  one.gone = !answers;
+  // Told once per reason; that somebody who is gone does not answer has been told.
+  if (!answers || (one.failure_noted && one.last_failure == done.error().kind)) return;
+  one.failure_noted = true;
+  one.last_failure = done.error().kind;
+  event.kind = LineEvent::Kind::kRecoveryFailed;
+  event.error = done.error();
+  note(event);
+}
+
+}  // namespace driveline::ecat_master

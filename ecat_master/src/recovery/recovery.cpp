@@ -1,0 +1,164 @@
+// Bringing single slaves back while the others keep cycling.
+#include <algorithm>
+
+#include "driveline/ecat_master/configuration/process_data_setup.hpp"
+#include "driveline/ecat_master/master.hpp"
+#include "driveline/ecat_master/sii/sii_reader.hpp"
+#include "driveline/esi/sii.hpp"
+#include "driveline/wire/sync_manager.hpp"
+
+namespace driveline::ecat_master {
+namespace {
+
+using wire::AlState;
+
+/// Least state in which the configuration of the process data is still in place.
+constexpr AlState kConfigured = AlState::kSafeOp;
+
+Error error_of(ErrorKind kind, SlaveRef slave, std::uint16_t address, std::uint32_t expected, std::uint32_t received) {
+  Error error;
+  error.kind = kind;
+  error.slave = slave.position;
+  error.address = address;
+  error.expected = expected;
+  error.received = received;
+  return error;
+}
+
+/// The device at `slave` is the one that was found there at start, or one of its kind.
+Result<void> check_identity(Bus& bus, const SlaveInfo& known) {
+  auto images = read_sii(bus, {&known.ref, 1});
+  if (!images) return tl::unexpected(images.error());
+  if (!images->front()) return tl::unexpected(images->front().error());
+  const auto decoded = esi::decode_sii(*images->front());
+  if (!decoded) {
+    const auto word = static_cast<std::uint16_t>(decoded.error().word_offset);
+    return tl::unexpected(error_of(ErrorKind::kSiiContent, known.ref, word, 0, 0));
+  }
+  const auto found = esi::description_from_sii(*decoded);
+  const auto& planned = known.description;
+  const std::array<std::pair<std::uint32_t, std::uint32_t>, 3> fields{{{planned.vendor_id, found.vendor_id},
+                                                                       {planned.product_code, found.product_code},
+                                                                       {planned.revision, found.revision}}};
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    if (fields[i].first == fields[i].second) continue;
+    return tl::unexpected(error_of(ErrorKind::kIdentityMismatch, known.ref, static_cast<std::uint16_t>(i),
+                                   fields[i].first, fields[i].second));
+  }
+  return {};
+}
+
+/// One slave of the line by position: its station address and the alias it loaded when it was switched on.
+struct Seen {
+  std::uint16_t station = 0;
+  std::uint16_t alias = 0;
+  bool answers = false;
+};
+
+Result<std::vector<Seen>> look_around(Bus& bus) {
+  std::array<std::byte, 1> type{};
+  const auto count = bus.broadcast_read(wire::reg::kType.address, type);
+  if (!count) return tl::unexpected(count.error());
+  // Station address 0x0010 and alias 0x0012 in one read.
+  std::vector<std::array<std::byte, 4>> data(*count);
+  std::vector<Request> requests;
+  for (std::uint16_t i = 0; i < *count; ++i) {
+    requests.push_back(
+        {wire::Command::kAprd, wire::DatagramAddress::position(i, wire::reg::kStationAddress.address), data[i]});
+  }
+  if (auto done = bus.exchange().exchange(requests); !done) return tl::unexpected(done.error());
+  std::vector<Seen> seen;
+  for (std::size_t i = 0; i < data.size(); ++i) {
+    seen.push_back({wire::load_le<std::uint16_t>(data[i]), wire::load_le<std::uint16_t>(std::span(data[i]).subspan(2)),
+                    requests[i].working_counter == 1});
+  }
+  return seen;
+}
+
+}  // namespace
+
+Result<AlReport> Master::al_status_of(std::size_t slave) {
+  auto reports = read_al_status(bus_, {&refs_[slave], 1});
+  if (!reports) return tl::unexpected(reports.error());
+  return reports->front();
+}
+
+/// A slave that was switched off has lost its station address. Members of the line are recognised by it; whoever has
+/// another or none is the missing slave whose turn it is at that place, or the hot-connected one with that alias.
+Result<std::size_t> Master::readdress_newcomers() {
+  const auto seen = look_around(bus_);
+  if (!seen) return tl::unexpected(seen.error());
+  const auto index_of = [this](std::uint16_t station) -> std::optional<std::size_t> {
+    const auto found = std::find_if(refs_.begin(), refs_.end(), [=](SlaveRef ref) { return ref.station == station; });
+    if (found == refs_.end()) return std::nullopt;
+    return static_cast<std::size_t>(found - refs_.begin());
+  };
+  std::vector<bool> present(refs_.size());
+  for (const auto& one : *seen) {
+    if (const auto index = index_of(one.station); index && one.answers) present[*index] = true;
+  }
+  std::size_t next = 0;
+  std::size_t addressed = 0;
+  for (std::size_t position = 0; position < seen->size(); ++position) {
+    const auto& one = (*seen)[position];
+    if (!one.answers) continue;
+    if (const auto index = index_of(one.station)) {
+      if (!slaves_[*index].plan.hot_connect) next = *index + 1;
+      continue;
+    }
+    std::optional<std::size_t> match;
+    for (std::size_t i = 0; i < slaves_.size() && !match; ++i) {
+      if (present[i] || !slaves_[i].plan.hot_connect) continue;
+      if (one.alias != 0 && slaves_[i].info.alias == one.alias) match = i;
+    }
+    for (std::size_t i = next; i < slaves_.size() && !match; ++i) {
+      if (slaves_[i].plan.hot_connect) continue;
+      if (present[i]) break;
+      match = i;
+    }
+    if (!match) continue;
+    const auto address = wire::to_le_bytes(refs_[*match].station);
+    if (auto done =
+            bus_.write_at_position(static_cast<std::uint16_t>(position), wire::reg::kStationAddress.address, address);
+        !done) {
+      return tl::unexpected(done.error());
+    }
+    present[*match] = true;
+    if (!slaves_[*match].plan.hot_connect) next = *match + 1;
+    ++addressed;
+  }
+  return addressed;
+}
+
+Result<void> Master::recover(std::size_t slave, std::chrono::nanoseconds state_timeout) {
+  const auto report = al_status_of(slave);
+  if (!report) return tl::unexpected(report.error());
+  const std::span<const SlaveRef> ref(&refs_[slave], 1);
+  // Who has kept its station address and fell no further than SAFEOP is still configured.
+  const bool configured = report->status.state == kConfigured || report->status.state == AlState::kOp;
+  if (configured && change_state(bus_, ref, AlState::kOp, state_timeout)) return {};
+  if (auto done = reconfigure(slave, state_timeout); !done) {
+    return tl::unexpected(explain_state_error(bus_, slaves_, done.error()));
+  }
+  if (auto done = write_startup_sdos(engine_, {&slaves_[slave], 1}, AlState::kOp); !done) return done;
+  return change_state(bus_, ref, AlState::kOp, state_timeout);
+}
+
+Result<void> Master::reconfigure(std::size_t slave, std::chrono::nanoseconds state_timeout) {
+  auto& one = slaves_[slave];
+  const std::span<const SlaveRef> ref(&refs_[slave], 1);
+  if (auto done = check_identity(bus_, one.info); !done) return done;
+  if (auto done = change_state(bus_, ref, AlState::kInit, state_timeout); !done) return done;
+  if (auto done = clear_channels(bus_, ref); !done) return done;
+  const auto window = write_mailbox_channels(bus_, one.info);
+  if (!window) return tl::unexpected(window.error());
+  if (*window) engine_.open(one.info.ref, **window);
+  if (auto done = change_state(bus_, ref, AlState::kPreOp, state_timeout); !done) return done;
+  if (auto done = write_startup_sdos(engine_, {&one, 1}, AlState::kSafeOp); !done) return done;
+  if (auto done = write_watchdogs(bus_, {&one, 1}); !done) return done;
+  if (auto done = write_process_data_setup(bus_, one, image_); !done) return done;
+  if (auto done = restore_clock(slave); !done) return done;
+  return change_state(bus_, ref, AlState::kSafeOp, state_timeout);
+}
+
+}  // namespace driveline::ecat_master

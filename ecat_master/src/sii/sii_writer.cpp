@@ -1,0 +1,300 @@
+#include "driveline/ecat_master/sii/sii_writer.hpp"
+
+#include <fmt/format.h>
+#include <algorithm>
+
+#include "driveline/esi/sii.hpp"
+#include "driveline/wire/sii_access.hpp"
+
+namespace driveline::ecat_master {
+namespace {
+
+namespace sii = wire::sii_access;
+using std::chrono::milliseconds;
+
+constexpr std::size_t kChecksumWord = 7;
+constexpr std::size_t kAliasWord = 4;
+constexpr std::size_t kConfigWords = 8;
+constexpr std::size_t kInterfaceBytes = 14;  // control/status, address, data: 0x0502..0x050F
+/// An EEPROM is busy with itself for up to 10 ms after a word and does not acknowledge meanwhile.
+constexpr auto kBusyTimeout = milliseconds{500};
+constexpr auto kPause = milliseconds{1};
+constexpr int kTries = 10;
+/// After so many words in a row that cannot be restored, the rest is not tried any more.
+constexpr int kHopeless = 3;
+
+std::uint16_t word_at(std::span<const std::byte> bytes, std::size_t word) {
+  return wire::load_le<std::uint16_t>(bytes.subspan(2 * word, 2));
+}
+
+/// The EEPROM interface of one slave (ETG.1000.4 6.4).
+class SiiInterfaceAccess {
+ public:
+  SiiInterfaceAccess(Bus& bus, SlaveRef slave) : bus_(bus), slave_(slave) {}
+
+  /// Forced take-over, then hand-over to EtherCAT: a previous master may have left it to the application.
+  Result<void> take() {
+    for (const std::uint8_t value : {sii::kConfigForceEcat, std::uint8_t{0}}) {
+      if (auto done = bus_.write(slave_, wire::reg::kSiiConfiguration, value); !done) return done;
+    }
+    return {};
+  }
+
+  /// The bytes of one read command, 4 or 8.
+  Result<std::vector<std::byte>> read(std::size_t word) {
+    return attempt(word, [&] { return command(sii::kCommandRead, word, {}); });
+  }
+
+  Result<void> write(std::size_t word, std::uint16_t value) {
+    const auto data = wire::to_le_bytes(value);
+    auto done = attempt(word, [&] { return command(sii::kCommandWrite | sii::kWriteEnable, word, data); });
+    if (!done) return tl::unexpected(done.error());
+    return {};
+  }
+
+  [[nodiscard]] Error error(ErrorKind kind, std::size_t word, std::uint32_t code = 0) const {
+    Error error;
+    error.kind = kind;
+    error.slave = slave_.position;
+    error.address = static_cast<std::uint16_t>(word);
+    error.code = code;
+    return error;
+  }
+
+ private:
+  /// Repeats what the EEPROM did not acknowledge; every other error ends it.
+  template <typename Try>
+  Result<std::vector<std::byte>> attempt(std::size_t word, Try what) {
+    Result<std::vector<std::byte>> result = tl::unexpected(error(ErrorKind::kSiiBusy, word));
+    for (int i = 0; i < kTries; ++i) {
+      result = what();
+      if (result || result.error().kind != ErrorKind::kSiiError) return result;
+      bus_.exchange().pause(kPause);
+    }
+    return result;
+  }
+
+  Result<std::vector<std::byte>> command(unsigned control, std::size_t word, std::span<const std::byte> data) {
+    std::vector<std::byte> request(6 + data.size());
+    wire::store_le<std::uint16_t>(request, static_cast<std::uint16_t>(control));
+    wire::store_le<std::uint32_t>(std::span(request).subspan(2), static_cast<std::uint32_t>(word));
+    std::copy(data.begin(), data.end(), request.begin() + 6);
+    if (auto ready = wait_idle(word); !ready) return tl::unexpected(ready.error());
+    if (auto done = bus_.write(slave_, wire::reg::kSiiControl.address, request); !done) {
+      return tl::unexpected(done.error());
+    }
+    const auto status = wait_idle(word);
+    if (!status) return tl::unexpected(status.error());
+    const auto flags = wire::load_le<std::uint16_t>(*status);
+    if ((flags & (sii::kErrorAcknowledge | sii::kErrorWriteEnable)) != 0) {
+      return tl::unexpected(error(ErrorKind::kSiiError, word, flags));
+    }
+    const std::size_t bytes = (flags & sii::kReads8Bytes) != 0 ? 8 : 4;
+    return std::vector<std::byte>(status->begin() + 6, status->begin() + 6 + static_cast<std::ptrdiff_t>(bytes));
+  }
+
+  Result<std::array<std::byte, kInterfaceBytes>> wait_idle(std::size_t word) {
+    const auto deadline = bus_.exchange().now() + kBusyTimeout;
+    for (;;) {
+      std::array<std::byte, kInterfaceBytes> data{};
+      if (auto done = bus_.read(slave_, wire::reg::kSiiControl.address, data); !done) {
+        return tl::unexpected(done.error());
+      }
+      if ((wire::load_le<std::uint16_t>(data) & sii::kBusy) == 0) return data;
+      if (bus_.exchange().now() > deadline) return tl::unexpected(error(ErrorKind::kSiiBusy, word));
+      bus_.exchange().pause(kPause);
+    }
+  }
+
+  Bus& bus_;
+  SlaveRef slave_;
+};
+
+Result<std::vector<std::byte>> read_range(SiiInterfaceAccess& access, std::size_t first, std::size_t count) {
+  std::vector<std::byte> bytes;
+  while (bytes.size() < 2 * count) {
+    const auto part = access.read(first + bytes.size() / 2);
+    if (!part) return tl::unexpected(part.error());
+    bytes.insert(bytes.end(), part->begin(), part->end());
+  }
+  bytes.resize(2 * count);
+  return bytes;
+}
+
+/// One word that is to get another value.
+struct Change {
+  std::size_t word = 0;
+  std::uint16_t value = 0;
+};
+
+/// A checksum word that fits neither configuration area and does not switch the check off.
+std::uint16_t invalid_checksum(std::span<const std::byte> before, std::span<const std::byte> after) {
+  const auto crc = [](std::span<const std::byte> image) {
+    return esi::sii_checksum(image.first<esi::SiiConfigArea::kSize>());
+  };
+  std::uint16_t value = 0x00FF;
+  while ((value & 0xFF) == crc(before) || (value & 0xFF) == crc(after)) --value;
+  return value;
+}
+
+/// The writes in their order; see write_sii().
+std::vector<Change> plan(std::span<const std::byte> before, std::span<const std::byte> after) {
+  std::vector<Change> changes;
+  const auto add = [&](std::size_t first, std::size_t last) {
+    for (std::size_t word = first; word < last; ++word) {
+      if (word_at(before, word) != word_at(after, word)) changes.push_back({word, word_at(after, word)});
+    }
+  };
+  add(0, kChecksumWord);
+  const std::size_t in_config_area = changes.size();
+  changes.clear();
+  add(kConfigWords, after.size() / 2);
+  // One word of the configuration area and the checksum behind it cannot pass for a whole in between.
+  const bool marked = !changes.empty() || in_config_area > 1;
+  if (marked) changes.insert(changes.begin(), Change{kChecksumWord, invalid_checksum(before, after)});
+  add(0, kChecksumWord);
+  if (marked) {
+    changes.push_back({kChecksumWord, word_at(after, kChecksumWord)});
+  } else {
+    add(kChecksumWord, kConfigWords);
+  }
+  return changes;
+}
+
+Result<void> write_and_check(SiiInterfaceAccess& access, const Change& change) {
+  if (auto done = access.write(change.word, change.value); !done) return done;
+  const auto back = access.read(change.word);
+  if (!back) return tl::unexpected(back.error());
+  const auto found = word_at(*back, 0);
+  if (found == change.value) return {};
+  auto error = access.error(ErrorKind::kSiiVerify, change.word);
+  error.expected = change.value;
+  error.received = found;
+  return tl::unexpected(error);
+}
+
+/// A word that could not be written may hold its old value all the same.
+bool put_back(SiiInterfaceAccess& access, const Change& change) {
+  const auto now = access.read(change.word);
+  if (now && word_at(*now, 0) == change.value) return true;
+  return now && write_and_check(access, change);
+}
+
+/// Restores words in reverse order of their writing; returns those that may differ from before.
+std::vector<std::uint16_t> restore(SiiInterfaceAccess& access, std::span<const Change> written,
+                                   std::span<const std::byte> before) {
+  std::vector<std::uint16_t> left;
+  int failures = 0;
+  for (auto change = written.rbegin(); change != written.rend(); ++change) {
+    const bool hopeless = failures >= kHopeless;
+    if (!hopeless && put_back(access, {change->word, word_at(before, change->word)})) {
+      failures = 0;
+    } else {
+      ++failures;
+      left.push_back(static_cast<std::uint16_t>(change->word));
+    }
+  }
+  std::sort(left.begin(), left.end());
+  left.erase(std::unique(left.begin(), left.end()), left.end());
+  return left;
+}
+
+Result<void> check_all(SiiInterfaceAccess& access, std::span<const std::byte> image) {
+  const auto back = read_range(access, 0, image.size() / 2);
+  if (!back) return tl::unexpected(back.error());
+  for (std::size_t word = 0; word < image.size() / 2; ++word) {
+    if (word_at(*back, word) == word_at(image, word)) continue;
+    auto error = access.error(ErrorKind::kSiiVerify, word);
+    error.expected = word_at(image, word);
+    error.received = word_at(*back, word);
+    return tl::unexpected(error);
+  }
+  return {};
+}
+
+Result<void> write_all(SiiInterfaceAccess& access, std::span<const Change> changes, const SiiProgress& progress,
+                       std::size_t& written) {
+  for (const auto& change : changes) {
+    ++written;  // a word that fails may have been written all the same
+    if (auto done = write_and_check(access, change); !done) return done;
+    if (progress && !progress(written, changes.size())) {
+      return tl::unexpected(access.error(ErrorKind::kCancelled, change.word));
+    }
+  }
+  return {};
+}
+
+/// "0x0007, 0x0041-0x0043"
+std::string ranges(std::span<const std::uint16_t> words) {
+  std::string text;
+  for (std::size_t i = 0; i < words.size();) {
+    std::size_t last = i;
+    while (last + 1 < words.size() && words[last + 1] == words[last] + 1) ++last;
+    text += fmt::format("{}0x{:04X}", text.empty() ? "" : ", ", words[i]);
+    if (last > i) text += fmt::format("-0x{:04X}", words[last]);
+    i = last + 1;
+  }
+  return text;
+}
+
+}  // namespace
+
+Result<std::vector<std::byte>> read_sii_words(Bus& bus, SlaveRef slave, std::size_t first, std::size_t count) {
+  SiiInterfaceAccess access(bus, slave);
+  if (auto taken = access.take(); !taken) return tl::unexpected(taken.error());
+  return read_range(access, first, count);
+}
+
+tl::expected<SiiWriteReport, SiiWriteFailure> write_sii(Bus& bus, SlaveRef slave, std::span<const std::byte> image,
+                                                        const SiiProgress& progress) {
+  SiiInterfaceAccess access(bus, slave);
+  const auto fail_before = [](const Error& error) { return tl::unexpected(SiiWriteFailure{error, 0, {}, {}}); };
+  if (image.size() % 2 != 0 || image.size() < 2 * kConfigWords || image.size() / 2 > 0x10000) {
+    return fail_before(access.error(ErrorKind::kSiiContent, image.size() / 2));
+  }
+  if (auto taken = access.take(); !taken) return fail_before(taken.error());
+  auto before = read_range(access, 0, image.size() / 2);
+  if (!before) return fail_before(before.error());
+
+  const auto changes = plan(*before, image);
+  std::size_t written = 0;
+  auto done = write_all(access, changes, progress, written);
+  if (done) done = check_all(access, image);
+  if (!done) {
+    auto left = restore(access, std::span(changes).first(written), *before);
+    return tl::unexpected(SiiWriteFailure{done.error(), written, std::move(left), std::move(*before)});
+  }
+  std::size_t unchanged = 0;
+  for (std::size_t word = 0; word < image.size() / 2; ++word) {
+    unchanged += word_at(*before, word) == word_at(image, word) ? 1 : 0;
+  }
+  return SiiWriteReport{image.size() / 2 - unchanged, unchanged, std::move(*before)};
+}
+
+tl::expected<SiiWriteReport, SiiWriteFailure> write_alias(Bus& bus, SlaveRef slave, std::uint16_t alias) {
+  auto image = read_sii_words(bus, slave, 0, kConfigWords);
+  if (!image) return tl::unexpected(SiiWriteFailure{image.error(), 0, {}, {}});
+  const auto area = std::span(*image).first<esi::SiiConfigArea::kSize>();
+  if ((word_at(*image, kChecksumWord) & 0xFF) != esi::sii_checksum(area)) {
+    const SiiInterfaceAccess access(bus, slave);
+    auto error = access.error(ErrorKind::kSiiContent, kChecksumWord);
+    return tl::unexpected(SiiWriteFailure{error, 0, {}, {}});
+  }
+  wire::store_le(std::span(*image).subspan(2 * kAliasWord, 2), alias);
+  const std::uint16_t high = word_at(*image, kChecksumWord) & 0xFF00U;
+  wire::store_le(std::span(*image).subspan(2 * kChecksumWord, 2),
+                 static_cast<std::uint16_t>(high | esi::sii_checksum(area)));
+  return write_sii(bus, slave, *image);
+}
+
+std::string describe(const SiiWriteFailure& failure) {
+  const auto reason = describe(failure.error);
+  if (failure.words_written == 0) return reason + "; nothing has been written";
+  if (failure.left.empty()) return reason + "; what had been written is undone, the EEPROM holds what it held before";
+  return fmt::format(
+      "{}; {} words could not be restored and may hold anything: {}; the EEPROM is not usable until it has been "
+      "written again",
+      reason, failure.left.size(), ranges(failure.left));
+}
+
+}  // namespace driveline::ecat_master
