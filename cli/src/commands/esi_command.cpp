@@ -1,9 +1,8 @@
 #include <fmt/format.h>
-#include <array>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
-#include <utility>
+#include <vector>
 
 #include "commands/commands.hpp"
 #include "driveline/esi/eds_file.hpp"
@@ -32,19 +31,35 @@ Execute with_path(Arguments& to, Value value, std::string_view help, Outcome<int
   return [path, work] { return work(*path); };
 }
 
+struct GeneratedFile {
+  std::string name;
+  std::string content;
+};
+
+/// The files of all simulated drives. The variants of the ServoOne share an ESI file and the page of objects.
+std::vector<GeneratedFile> generated_files() {
+  using slaves::msd::Variant;
+  const auto device = [](Variant variant) { return slaves::msd::device_description(variant); };
+  std::vector<GeneratedFile> files = {
+      {"moog_msd.xml", esi::write_esi({device(Variant::kMsd)})},
+      {"moog_msd_objects.md", slaves::msd::object_reference(Variant::kMsd)},
+      {"servoone.xml", esi::write_esi({device(Variant::kServoOne), device(Variant::kServoOneJunior)})},
+      {"servoone_objects.md", slaves::msd::object_reference(Variant::kServoOne)}};
+  for (const auto& facts : slaves::msd::kVariants) {
+    const std::string stem(facts.file_stem);
+    std::string image;
+    for (const auto byte : esi::encode_sii(esi::make_sii(device(facts.variant)))) image += static_cast<char>(byte);
+    files.push_back({stem + ".sii", image});
+    files.push_back({stem + ".eds", esi::write_eds(device(facts.variant), stem + ".eds")});
+  }
+  return files;
+}
+
 Outcome<int> generate_esi(const std::string& directory) {
   std::error_code error;
   std::filesystem::create_directories(directory, error);
   if (error) return failed(fmt::format("{}: cannot be created: {}", directory, error.message()));
-  const auto device = slaves::msd::device_description();
-  std::string image;
-  for (const auto byte : esi::encode_sii(esi::make_sii(device))) image += static_cast<char>(byte);
-  const std::array<std::pair<std::string_view, std::string>, 4> files = {
-      {{"moog_msd.xml", esi::write_esi({device})},
-       {"moog_msd.sii", image},
-       {"moog_msd.eds", esi::write_eds(device, "moog_msd.eds")},
-       {"moog_msd_objects.md", slaves::msd::object_reference()}}};
-  for (const auto& [name, content] : files) {
+  for (const auto& [name, content] : generated_files()) {
     const auto path = std::filesystem::path(directory) / name;
     if (auto done = write_file(path, content); !done) return failed(done.error());
     fmt::print("{}\n", path.string());

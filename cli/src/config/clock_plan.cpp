@@ -55,7 +55,7 @@ Outcome<ecat_master::dc::ClockPlan> make_clock_plan(const LineConfig& config,
     auto signals = signals_of(config.slaves[i], slaves[i].info.description.dc_modes, config.period);
     if (!signals) return tl::unexpected(signals.error());
     slave.signals = *signals;
-    if (config.slaves[i].model == "msd") slave.base = kMsdTimeBase;
+    if (!config.slaves[i].device) slave.base = kMsdTimeBase;
   }
   return plan;
 }

@@ -81,10 +81,31 @@ std::string read_name(TomlReader& reader, const std::vector<Named>& others) {
   return name;
 }
 
+/// Which drive of the family, with which firmware.
+void read_model(TomlReader& reader, SlaveConfig& slave) {
+  const auto key = reader.text_or("model", std::string(slaves::msd::facts(slave.model).key));
+  const auto model = slaves::msd::find_variant(key);
+  if (!model) {
+    std::string known;
+    for (const auto& variant : slaves::msd::kVariants) {
+      known += fmt::format("{}\"{}\"", known.empty() ? "" : ", ", variant.key);
+    }
+    reader.fail("model", fmt::format("is \"{}\", known are {}", key, known));
+  }
+  slave.model = *model;
+  if (!reader.has("firmware")) return;
+  const auto& facts = slaves::msd::facts(slave.model);
+  slave.firmware = slaves::msd::FirmwareVersion::parse(reader.text("firmware"));
+  const auto as_long = [](const auto& version) { return version.text().size(); };
+  if (!slave.firmware || *slave.firmware < facts.oldest || as_long(*slave.firmware) > as_long(facts.firmware)) {
+    reader.fail("firmware",
+                fmt::format("must be a version as \"{}\", from {} on", facts.firmware.text(), facts.oldest.text()));
+  }
+}
+
 /// What only the simulated drive has.
 void read_drive(TomlReader& reader, SlaveConfig& slave) {
-  slave.model = reader.text_or("model", "msd");
-  if (slave.model != "msd") reader.fail("model", fmt::format("is \"{}\", only \"msd\" is known", slave.model));
+  read_model(reader, slave);
   auto plant = reader.table("plant");
   auto quantity = [&plant](std::string_view key, double minimum, double maximum) -> std::optional<double> {
     if (!plant.has(key)) return std::nullopt;

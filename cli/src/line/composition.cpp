@@ -19,6 +19,8 @@ std::unique_ptr<slaves::Device> make_device(const DeviceSource& source, std::uin
 
 std::unique_ptr<slaves::Device> make_drive(const SlaveConfig& config, std::uint32_t serial_number) {
   slaves::msd::MsdParameters parameters;
+  parameters.variant = config.model;
+  parameters.firmware = config.firmware;
   parameters.name = config.name;
   parameters.serial_number = serial_number;
   parameters.initial_position_rad = config.initial_position_rev * 2.0 * std::numbers::pi;
@@ -61,8 +63,8 @@ std::vector<ecat_master::SlavePlan> make_slave_plans(const LineConfig& config) {
     plan.name = slave.name;
     const auto* device = slave.device ? &slave.device->model->description() : nullptr;
     plan.vendor_id = slave.vendor_id.value_or(device != nullptr ? device->vendor_id : slaves::msd::kVendorId);
-    plan.product_code =
-        slave.product_code.value_or(device != nullptr ? device->product_code : slaves::msd::kProductCode);
+    plan.product_code = slave.product_code.value_or(device != nullptr ? device->product_code
+                                                                      : slaves::msd::facts(slave.model).product_code);
     const auto axis = std::find_if(config.axes.begin(), config.axes.end(), [i](const auto& a) { return a.slave == i; });
     if (axis != config.axes.end()) {
       plan.startup_sdos = ecat_master::msd_startup_sdos(*axis, config.period);

@@ -37,9 +37,8 @@ esi::ObjectEntry describe(const EntryRow& row) {
   return entry;
 }
 
-std::vector<esi::Object> describe_objects() {
+std::vector<esi::Object> describe_objects(const DictionaryTable& table) {
   std::vector<esi::Object> objects;
-  const auto& table = dictionary_table();
   for (auto rows = table.next_object(0); !rows.empty(); rows = table.next_object(rows.front().index)) {
     esi::Object object{rows.front().index, std::string(rows.front().name), rows.front().code, {}};
     for (const auto& row : rows) object.entries.push_back(describe(row));
@@ -89,16 +88,17 @@ std::vector<esi::DcOpMode> dc_modes() {
 
 }  // namespace
 
-DeviceDescription device_description() {
+DeviceDescription device_description(Variant variant) {
+  const VariantFacts& facts = msd::facts(variant);
   DeviceDescription device;
   device.vendor_id = kVendorId;
-  device.product_code = kProductCode;
-  device.revision = kRevision;
+  device.product_code = facts.product_code;
+  device.revision = facts.revision;
   device.vendor_name = "Moog";
-  device.group_type = "MSD";
-  device.group_name = "MSD servo drives";
-  device.type = "G392";
-  device.name = "MSD Servo Drive (simulated)";
+  device.group_type = facts.group_type;
+  device.group_name = facts.group_name;
+  device.type = facts.type;
+  device.name = std::string(facts.device_name) + " (simulated)";
   device.device_profile = 402;
   device.mailbox.coe = true;
   device.mailbox.coe_sdo_info = true;
@@ -109,7 +109,7 @@ DeviceDescription device_description() {
   device.rx_pdos = empty_pdos(kPdoLimits.rx_first, "RxPDO", 2);
   device.tx_pdos = empty_pdos(kPdoLimits.tx_first, "TxPDO", 3);
   device.dc_modes = dc_modes();
-  device.objects = describe_objects();
+  device.objects = describe_objects(dictionary_table(variant));
   // PDI 0x08 (16 bit microcontroller), ESC configuration 0x0E: DC SYNC and latch units on, enhanced link detection.
   device.eeprom_config_data_hex = "080E00CC0A000000000000000000";
   return device;

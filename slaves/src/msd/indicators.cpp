@@ -79,8 +79,47 @@ bool link_activity_led(LinkState link, nanoseconds time) noexcept {
 }
 
 bool bottom_led(Series series, Connector connector, LinkState link, wire::AlState state, nanoseconds time) noexcept {
-  if (series == Series::kCompact) return link.link;
+  switch (series) {
+    case Series::kCompact:
+    case Series::kServoOneJunior:
+      return link.link;
+    case Series::kServoOne:
+      return (connector == Connector::kX15 || link.link) && run_led(state, time);
+    case Series::kSingleMultiAxis:
+      break;
+  }
   return connector == Connector::kX15 && run_led(state, time);
+}
+
+ErrorIndication error_indication(wire::AlStatus status, wire::AlStatusCode code) noexcept {
+  using enum wire::AlStatusCode;
+  if (!status.error || code == kNoError) return ErrorIndication::kNone;
+  if (code == kSyncManagerWatchdog) return ErrorIndication::kWatchdog;
+  const bool refused = (code >= kInvalidRequestedStateChange && code <= kInvalidSyncManagerConfiguration) ||
+                       (code >= kInvalidSyncManagerTypes && code <= kFreeRunNeedsThreeBufferMode) ||
+                       (code >= kInvalidInputFmmu && code <= kInvalidDcLatchConfiguration) ||
+                       (code >= kDcInvalidSyncCycleTime && code <= kMailboxVoe);
+  return refused ? ErrorIndication::kInvalidConfiguration : ErrorIndication::kLocalError;
+}
+
+BicolourLed status_led_h1(wire::AlStatus status, wire::AlStatusCode code, nanoseconds time) noexcept {
+  BicolourLed led{run_led(status.state, time), false};
+  switch (error_indication(status, code)) {
+    case ErrorIndication::kNone:
+      break;
+    case ErrorIndication::kInvalidConfiguration:
+      led.red = first_half(time, kBlink);
+      break;
+    case ErrorIndication::kLocalError:
+      led.red = time % (kSingleFlash + kSinglePause) < kSingleFlash;
+      break;
+    case ErrorIndication::kWatchdog: {
+      const auto into = time % (3 * kSingleFlash + kSinglePause);
+      led.red = into < kSingleFlash || (into >= 2 * kSingleFlash && into < 3 * kSingleFlash);
+      break;
+    }
+  }
+  return led;
 }
 
 }  // namespace driveline::slaves::msd

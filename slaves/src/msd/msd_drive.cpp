@@ -17,10 +17,11 @@ using wire::AlState;
 using wire::AlStatusCode;
 
 constexpr double kRpm = 2.0 * std::numbers::pi / 60.0;  ///< rad/s
-constexpr std::uint16_t kMessagesIndex = 0x2000 + 33;   ///< P 33
-constexpr std::uint16_t kWarningTexts = 8;              ///< P 33[1-8]
-constexpr std::int16_t kJerkLimited = 3;                ///< 6086h
-constexpr std::uint16_t kThermalOverload = 1;           ///< P 735
+constexpr std::uint16_t kSoftwareVersionIndex = 0x100A;
+constexpr std::uint16_t kMessagesIndex = 0x2000 + 33;  ///< P 33
+constexpr std::uint16_t kWarningTexts = 8;             ///< P 33[1-8]
+constexpr std::int16_t kJerkLimited = 3;               ///< 6086h
+constexpr std::uint16_t kThermalOverload = 1;          ///< P 735
 constexpr std::uint64_t kStepsPerMs = 16;
 
 constexpr std::uint8_t kBootUp = 0;       ///< P 2060
@@ -44,10 +45,10 @@ constexpr std::uint8_t nmt_state(AlState state) noexcept {
   }
 }
 
-DeviceProfile make_profile(std::uint32_t serial_number) {
+DeviceProfile make_profile(const MsdParameters& parameters) {
   using Use = SyncManagerLayout::Use;
-  auto description = device_description();
-  description.serial_number = serial_number;
+  auto description = device_description(parameters.variant);
+  description.serial_number = parameters.serial_number;
   DeviceProfile profile;
   profile.sii_image = esi::encode_sii(esi::make_sii(description));
   profile.sync_managers = {
@@ -63,16 +64,17 @@ DeviceProfile make_profile(std::uint32_t serial_number) {
 
 MsdDrive::MsdDrive(const MsdParameters& parameters)
     : parameters_(parameters),
-      profile_(make_profile(parameters.serial_number)),
-      dictionary_(dictionary_table()),
-      stored_(dictionary_table()),
+      profile_(make_profile(parameters)),
+      dictionary_(dictionary_table(parameters.variant)),
+      stored_(dictionary_table(parameters.variant)),
       coe_(dictionary_, *this),
       mailbox_(std::array<MailboxProtocol*, 1>{&coe_}, kMailboxSize),
       motion_(parameters.motor, parameters.initial_position_rad),
       thermal_(parameters.thermal),
-      fault_text_(dictionary_table().find(kMessagesIndex, 0)->slot),
-      warning_text_(dictionary_table().find(kMessagesIndex, 1)->slot) {
+      fault_text_(dictionary_.table().find(kMessagesIndex, 0)->slot),
+      warning_text_(dictionary_.table().find(kMessagesIndex, 1)->slot) {
   parameters_.motor = motion_.motor().parameters();
+  pdo_limits_.even_bytes = firmware() < facts(parameters_.variant).odd_pdos_since;
   write_device_facts(stored_);
   load_stored_parameters();
   restart();
@@ -93,6 +95,9 @@ void MsdDrive::write_device_facts(ObjectDictionary& dictionary) const {
   const auto& controller = parameters_.controller;
   const auto real = [&](Value value, double number) { dictionary.set(value, static_cast<float>(number)); };
   dictionary.set(kSerialNumber, parameters_.serial_number);
+  dictionary.text(dictionary.table().find(kSoftwareVersionIndex, 0)->slot) = firmware().text();
+  // A variant without the object has no such limit.
+  if (dictionary.table().object(0x607F).empty()) dictionary.set(kMaxProfileVelocity, 0xFFFFFFFFU);
   dictionary.text(dictionary.table().find(0x2003, 0)->slot) = parameters_.name.substr(0, 100);
   dictionary.set(kMotorRatedCurrent, saturate<std::uint32_t>(motor.rated_current_a * 1e3));
   dictionary.set(kMotorRatedTorque, saturate<std::uint32_t>(motor.rated_torque_nm * 1e3));
@@ -169,8 +174,8 @@ nanoseconds MsdDrive::process_data_period() const noexcept {
 }
 
 void MsdDrive::build_process_data() noexcept {
-  rx_map_.build(dictionary_, kOutputsSyncManager, kPdoLimits);
-  tx_map_.build(dictionary_, kInputsSyncManager, kPdoLimits);
+  rx_map_.build(dictionary_, kOutputsSyncManager, pdo_limits_);
+  tx_map_.build(dictionary_, kInputsSyncManager, pdo_limits_);
 }
 
 std::size_t MsdDrive::process_data_size(std::size_t sync_manager) const noexcept {
@@ -283,8 +288,12 @@ void MsdDrive::apply_settings() noexcept {
   s.position_min = dictionary_.get<std::int32_t>(kPositionLimitMin);
   s.position_max = dictionary_.get<std::int32_t>(kPositionLimitMax);
   s.position_limited = s.position_min < s.position_max;
-  // P 370 = 2: the controller sends speed and torque with every position (MSD manual Table 12.16).
-  if (s.method == FineInterpolator::Method::kExternal) {
+  const bool external_spline = s.method == FineInterpolator::Method::kExternal;
+  if (facts(parameters_.variant).external_feed_forward_needs_spline) {
+    s.external_speed_feed_forward = s.external_speed_feed_forward && external_spline;
+    s.external_torque_feed_forward = s.external_torque_feed_forward && external_spline;
+  } else if (external_spline) {
+    // The controller sends speed and torque with every position (MSD manual Table 12.16).
     s.external_speed_feed_forward = s.external_torque_feed_forward = true;
   }
   motion_.configure(s);

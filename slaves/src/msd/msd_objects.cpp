@@ -91,12 +91,12 @@ SdoResult<void> MsdDrive::accept(const EntryRow& row, std::uint64_t raw) {
   if (row.slot >= kOutputFunctionFirst && row.slot <= kOutputFunctionLast) {
     return require(valid_output_function(row.index, raw), SdoAbort::kValueRange);
   }
-  return check_pdo_write(dictionary_, kPdoLimits, row, raw);
+  return check_pdo_write(dictionary_, pdo_limits_, row, raw);
 }
 
 void MsdDrive::written(const EntryRow& row) {
   if (is_string(row.type)) return;
-  if (row.index >= kPdoLimits.rx_first && row.index < 0x2000) build_process_data();  // mapping or assignment
+  if (row.index >= pdo_limits_.rx_first && row.index < 0x2000) build_process_data();  // mapping or assignment
   switch (row.slot) {
     case kErrorCount:
       return dictionary_.set(kLastError, 0U);

@@ -68,14 +68,15 @@ std::string range_text(const EntryRow& row) {
 
 }  // namespace
 
-std::string object_reference() {
+std::string object_reference(Variant variant) {
   std::string text =
-      "# Objects of the simulated MSD\n\n"
+      "# Objects of the simulated " + std::string(variant == Variant::kMsd ? "MSD" : "ServoOne") + "\n\n";
+  text +=
       "Made from the drive's object dictionary table, like the ESI file, by `driveline esi generate`. Objects 2000h + "
       "n are the\n"
       "P-parameters n. *Source* tells where a row comes from; \"ours\" marks what no source states.\n\n"
       "| object | name | type | access | default | range | unit | source |\n|---|---|---|---|---|---|---|---|\n";
-  for (const auto& row : dictionary_table().rows()) {
+  for (const auto& row : dictionary_table(variant).rows()) {
     const bool parameter = row.index >= 0x2000 && row.index < 0x6000;
     text += "| " + hex(row.index, 4) + "h:" + hex(row.subindex, 2) + " | ";
     if (parameter) text += "P " + std::to_string(row.index - 0x2000) + " ";

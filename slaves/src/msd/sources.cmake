@@ -19,4 +19,5 @@ target_sources(driveline_slaves PRIVATE
   ${CMAKE_CURRENT_LIST_DIR}/table_profile.cpp
   ${CMAKE_CURRENT_LIST_DIR}/table_terminals.cpp
   ${CMAKE_CURRENT_LIST_DIR}/terminals.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/touch_probe.cpp)
+  ${CMAKE_CURRENT_LIST_DIR}/touch_probe.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/variant.cpp)

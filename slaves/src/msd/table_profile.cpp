@@ -426,11 +426,4 @@ std::span<const EntryRow> profile_rows() {
   return kRows;
 }
 
-const DictionaryTable& dictionary_table() {
-  static const DictionaryTable kTable(
-      {communication_rows(), parameter_rows(), profile_rows(), mode_rows(), terminal_rows(), function_rows()},
-      kValueCount);
-  return kTable;
-}
-
 }  // namespace driveline::slaves::msd

@@ -62,6 +62,7 @@ SdoResult<void> check_mapping_count(const ObjectDictionary& dictionary, const Pd
     bits += MappingEntry(raw).bits;
   }
   if (bits > 8U * limits.bytes) return tl::unexpected(SdoAbort::kMappingTooLong);
+  if (limits.even_bytes && bits % 16 != 0) return tl::unexpected(SdoAbort::kParameterIncompatible);
   return {};
 }
 

@@ -46,11 +46,12 @@ constexpr std::size_t kRingSamples = std::size_t{1} << 15;
 }  // namespace
 
 DriveLine::DriveLine(std::size_t drives, const slaves::SlaveOptions& options, const slaves::LineOptions& line_options,
-                     std::optional<slaves::Wiring> wiring)
+                     std::optional<slaves::Wiring> wiring, slaves::msd::Variant variant)
     : clock(milliseconds{1}) {
   std::vector<std::unique_ptr<slaves::Slave>> made;
   for (std::size_t i = 0; i < drives; ++i) {
     slaves::msd::MsdParameters parameters;
+    parameters.variant = variant;
     parameters.name = "drive " + std::to_string(i);
     parameters.serial_number = static_cast<std::uint32_t>(1000 + i);
     parameters.initial_position_rad = initial_position_rad(i);
@@ -101,7 +102,7 @@ ecat_master::SlavePlan LineOperation::plan(std::size_t position, const RunOption
   ecat_master::SlavePlan plan;
   plan.name = "drive " + std::to_string(position);
   plan.vendor_id = slaves::msd::kVendorId;
-  plan.product_code = slaves::msd::kProductCode;
+  plan.product_code = slaves::msd::facts(options.variant).product_code;
   plan.startup_sdos = ecat_master::msd_startup_sdos(axis(position, options), options.period);
   plan.pdos = ecat_master::axis_pdo_configuration();
   plan.group = position % options.groups;

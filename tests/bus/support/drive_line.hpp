@@ -15,12 +15,13 @@ using std::chrono::microseconds;
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-/// A simulated line of MSD drives on a virtual clock.
+/// A simulated line of drives on a virtual clock.
 class DriveLine {
  public:
   /// Wired as a plain line, or as `wiring` says; drive n is then the n-th of the wiring, not of the line.
   explicit DriveLine(std::size_t drives, const slaves::SlaveOptions& options = {},
-                     const slaves::LineOptions& line_options = {}, std::optional<slaves::Wiring> wiring = std::nullopt);
+                     const slaves::LineOptions& line_options = {}, std::optional<slaves::Wiring> wiring = std::nullopt,
+                     slaves::msd::Variant variant = slaves::msd::Variant::kMsd);
 
   rt::VirtualClock clock;
 
@@ -51,6 +52,7 @@ struct RunOptions {
   std::size_t groups = 1;                ///< drive n belongs to group n modulo this
   bool every_third_without_lrw = false;  ///< drives 1, 4, 7 ... take no LRW
   std::size_t acyclic_bytes = port::kMaxFrameBytes;
+  slaves::msd::Variant variant = slaves::msd::Variant::kMsd;  ///< expected
   ecat_master::CyclicTask* task = nullptr;
   std::vector<std::size_t> hot_connect{};  ///< these drives
   ecat_master::FlightRecorder* recorder = nullptr;

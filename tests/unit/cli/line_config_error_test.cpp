@@ -48,7 +48,8 @@ INSTANTIATE_TEST_SUITE_P(
                   "simulation_cpu, wake_ahead_us"},
         WrongFile{"[[slave]]\nname = \"x\"\naddress = 5\n",
                   ":3: [slave 1] address: unknown key, expected one of: alias, dc, device_id, esi, "
-                  "forwarding_ns, model, name, pdo, plant, processing_ns, product_code, revision, sdo, serial, sii, "
+                  "firmware, forwarding_ns, model, name, pdo, plant, processing_ns, product_code, revision, sdo, "
+                  "serial, sii, "
                   "sii_file, timeouts, vendor_id, watchdog"},
         WrongFile{"[[slave]]\nname = \"x\"\n[slave.plant]\nmass = 5\n",
                   ":4: [slave 1.plant] mass: unknown key, expected one of: coulomb_friction_nm, inertia_kg_m2, "
@@ -108,8 +109,14 @@ INSTANTIATE_TEST_SUITE_P(
                   ":3: [slave 1] vendor_id: is 0, 1 to 4294967295 is expected"},
         WrongFile{"[[slave]]\nname = \"x\"\nproduct_code = 0x100000000\n",
                   ":3: [slave 1] product_code: is 4294967296, 1 to 4294967295 is expected"},
-        WrongFile{"[[slave]]\nname = \"x\"\nmodel = \"servoone\"\n",
-                  ":3: [slave 1] model: is \"servoone\", only \"msd\" is known"},
+        WrongFile{"[[slave]]\nname = \"x\"\nmodel = \"servotwo\"\n",
+                  ":3: [slave 1] model: is \"servotwo\", known are \"msd\", \"servoone\", \"servoone_junior\""},
+        WrongFile{"[[slave]]\nname = \"x\"\nmodel = \"servoone\"\nfirmware = \"4.15.02\"\n",
+                  ":4: [slave 1] firmware: must be a version as \"4.30-00\", from 3.25-00 on"},
+        WrongFile{"[[slave]]\nname = \"x\"\nmodel = \"servoone\"\nfirmware = \"3.24-99\"\n",
+                  ":4: [slave 1] firmware: must be a version as \"4.30-00\", from 3.25-00 on"},
+        WrongFile{"[[slave]]\nname = \"x\"\nfirmware = \"4.30-00\"\n",
+                  ":3: [slave 1] firmware: must be a version as \"124.30-00\", from 124.25-00 on"},
         WrongFile{"[[slave]]\nname = \"x\"\n[slave.plant]\ninertia_kg_m2 = 0\n",
                   ":4: [slave 1.plant] inertia_kg_m2: is 0, 1e-06 to 10 is expected"},
         WrongFile{"[[slave]]\nname = \"x\"\n[slave.plant]\ncoulomb_friction_nm = -0.5\n",

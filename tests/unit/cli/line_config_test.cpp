@@ -31,7 +31,8 @@ TEST(LineConfig, OneNamedSlaveIsEnough) {
   EXPECT_EQ(config.wake_ahead, microseconds{0});
   EXPECT_FALSE(config.simulation_cpu);
   ASSERT_EQ(config.slaves.size(), 1U);
-  EXPECT_EQ(config.slaves[0].model, "msd");
+  EXPECT_EQ(config.slaves[0].model, slaves::msd::Variant::kMsd);
+  EXPECT_FALSE(config.slaves[0].firmware);
   EXPECT_FALSE(config.slaves[0].vendor_id);
   EXPECT_TRUE(config.axes.empty());
   EXPECT_FALSE(config.path);

@@ -17,6 +17,7 @@
 #include "driveline/slaves/line/fault.hpp"
 #include "driveline/slaves/line/frame_path.hpp"
 #include "driveline/slaves/line/wiring.hpp"
+#include "driveline/slaves/msd/variant.hpp"
 
 namespace driveline::cli {
 
@@ -43,7 +44,8 @@ struct ClockConfig {
 /// A slave of the line: what the master expects, and what the simulation builds.
 struct SlaveConfig {
   std::string name;
-  std::string model = "msd";  ///< the simulated drive; only "msd" so far
+  slaves::msd::Variant model = slaves::msd::Variant::kMsd;  ///< the simulated drive
+  std::optional<slaves::msd::FirmwareVersion> firmware;     ///< of it; none: as the model comes
   /// The simulation is a device out of an ESI file or an EEPROM image instead; none: it is `model`.
   std::shared_ptr<const DeviceSource> device;
   std::optional<std::uint32_t> vendor_id;  ///< expected; the model's own when left out

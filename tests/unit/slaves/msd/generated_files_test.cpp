@@ -43,6 +43,20 @@ TEST(GeneratedDeviceFiles, ObjectPageIsWhatTheTableSays) {
       << "regenerate: build/driveline esi generate esi/data";
 }
 
+TEST(GeneratedDeviceFiles, FilesOfTheServoOneAreWhatItsTablesSay) {
+  const auto one = device_description(Variant::kServoOne);
+  const auto junior = device_description(Variant::kServoOneJunior);
+  EXPECT_TRUE(content("servoone.xml") == esi::write_esi({one, junior})) << "regenerate";
+  EXPECT_TRUE(content("servoone.eds") == esi::write_eds(one, "servoone.eds")) << "regenerate";
+  EXPECT_TRUE(content("servoone_junior.eds") == esi::write_eds(junior, "servoone_junior.eds")) << "regenerate";
+  EXPECT_TRUE(content("servoone_objects.md") == object_reference(Variant::kServoOne)) << "regenerate";
+  for (const auto& [name, device] : {std::pair("servoone.sii", one), std::pair("servoone_junior.sii", junior)}) {
+    std::string image;
+    for (const auto byte : esi::encode_sii(esi::make_sii(device))) image += static_cast<char>(byte);
+    EXPECT_TRUE(content(name) == image) << name << ": regenerate";
+  }
+}
+
 TEST(GeneratedDeviceFiles, EveryRowIsOnTheObjectPageAndInTheEds) {
   const std::string page = content("moog_msd_objects.md");
   const std::string eds = content("moog_msd.eds");

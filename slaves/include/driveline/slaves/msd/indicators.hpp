@@ -7,6 +7,7 @@
 
 #include "driveline/slaves/cia402/power_state_machine.hpp"
 #include "driveline/wire/al.hpp"
+#include "driveline/wire/al_status_code.hpp"
 
 /// What the drive shows on its front: seven-segment display (MSD manual 4.7, 5.6) and LEDs (5.3), as functions of time.
 namespace driveline::slaves::msd {
@@ -49,8 +50,8 @@ inline constexpr std::chrono::milliseconds kFaultStep{1000};    ///< Er, number,
 /// The RUN LED (RN) by AL state; times of ETG.1300. \rtsafe
 [[nodiscard]] bool run_led(wire::AlState state, std::chrono::nanoseconds time) noexcept;
 
-/// Series of the MSD with their own LEDs (MSD manual Tables 5.2-5.4).
-enum class Series : std::uint8_t { kSingleMultiAxis, kCompact };
+/// Series with their own LEDs (MSD manual Tables 5.2-5.4, ServoOne manual Tables 5.2, 5.3).
+enum class Series : std::uint8_t { kSingleMultiAxis, kCompact, kServoOne, kServoOneJunior };
 enum class Connector : std::uint8_t { kX15, kX16 };
 
 /// What happens at one connector.
@@ -60,9 +61,26 @@ struct LinkState {
 };
 /// Top LED of a connector: link/activity. \rtsafe
 [[nodiscard]] bool link_activity_led(LinkState link, std::chrono::nanoseconds time) noexcept;
-/// Bottom LED of a connector: RUN at X15 and nothing at X16 of single and multi-axis devices, link of the PHY on the
-/// Compact, whose RUN LED is a separate one. \rtsafe
+/// Bottom LED of a connector: RUN at X15 and nothing at X16 of single and multi-axis devices; RUN at both sockets of a
+/// ServoOne, at the output X16 only while a further user is connected there; link of the PHY on the Compact and the
+/// ServoOne junior, whose RUN LED is a separate one. \rtsafe
 [[nodiscard]] bool bottom_led(Series series, Connector connector, LinkState link, wire::AlState state,
                               std::chrono::nanoseconds time) noexcept;
+
+/// What a red ERROR indicator tells (ServoOne manual Table 5.3).
+enum class ErrorIndication : std::uint8_t { kNone, kInvalidConfiguration, kLocalError, kWatchdog };
+/// From AL status and its code. Which codes belong to which indication is told by ETG.1300: settings of the master that
+/// keep the slave from a state, a state that the slave has left by itself, the process data watchdog. \rtsafe
+[[nodiscard]] ErrorIndication error_indication(wire::AlStatus status, wire::AlStatusCode code) noexcept;
+
+/// The bicolour RUN/ERROR indicator H1 of the ServoOne junior.
+struct BicolourLed {
+  bool green = false;
+  bool red = false;
+  friend bool operator==(const BicolourLed&, const BicolourLed&) = default;
+};
+/// The colours have sequences of their own (ServoOne manual Table 5.3), times of ETG.1300. \rtsafe
+[[nodiscard]] BicolourLed status_led_h1(wire::AlStatus status, wire::AlStatusCode code,
+                                        std::chrono::nanoseconds time) noexcept;
 
 }  // namespace driveline::slaves::msd

@@ -32,7 +32,9 @@ struct MachineSwitch {
 
 /// What tells one drive from another.
 struct MsdParameters {
-  std::string name = "X-Axis";  ///< P 3, at most 100 characters
+  Variant variant = Variant::kMsd;
+  std::optional<FirmwareVersion> firmware;  ///< 100Ah; none: that of the variant. Decides about PDOs of odd length.
+  std::string name = "X-Axis";              ///< P 3, at most 100 characters
   std::uint32_t serial_number = 1;
   MotorParameters motor;
   ControllerParameters controller;  ///< become P 320, P 321, P 351 and P 360; its limits come from 6072h and 6080h
@@ -49,7 +51,8 @@ struct MsdParameters {
   std::chrono::nanoseconds save_time = std::chrono::milliseconds{1};  ///< until 200Bh sub 1 is 0 again
 };
 
-/// The Moog MSD servo drive with motor and load behind an EtherCAT slave controller: all its modes of operation, object
+/// The Moog MSD servo drive, or one of its variants, with motor and load behind an EtherCAT slave controller: all its
+/// modes of operation, object
 /// dictionary, CoE, CiA 402 state machine, terminals, faults and fall-back as in the MSD manual.
 ///
 /// Belongs to the thread that drives the line. Times are counted from the first call of advance().
@@ -61,7 +64,9 @@ class MsdDrive final : public Device, private DictionaryOwner {
   ~MsdDrive() override = default;
 
   /// What ESI and SII say about every drive of this type (serial number 0).
-  [[nodiscard]] static esi::DeviceDescription description() { return device_description(); }
+  [[nodiscard]] static esi::DeviceDescription description(Variant variant = Variant::kMsd) {
+    return device_description(variant);
+  }
 
   // Device
   [[nodiscard]] const DeviceProfile& profile() const noexcept override { return profile_; }
@@ -118,6 +123,7 @@ class MsdDrive final : public Device, private DictionaryOwner {
   /// What was wrong with the parameter file, if fault 02 05 is about it.
   [[nodiscard]] const ParameterFileError& parameter_file_error() const noexcept { return parameter_file_error_; }
   [[nodiscard]] const std::string& name() const noexcept { return parameters_.name; }
+  [[nodiscard]] Variant variant() const noexcept { return parameters_.variant; }
   [[nodiscard]] const ObjectDictionary& dictionary() const noexcept { return dictionary_; }
   [[nodiscard]] const MailboxServer& mailbox() const noexcept { return mailbox_; }
 
@@ -128,6 +134,9 @@ class MsdDrive final : public Device, private DictionaryOwner {
   [[nodiscard]] bool power_stage_on() const noexcept override { return power_.power_on(); }
 
   void write_device_facts(ObjectDictionary& dictionary) const;
+  [[nodiscard]] FirmwareVersion firmware() const noexcept {
+    return parameters_.firmware.value_or(facts(parameters_.variant).firmware);
+  }
   void store_parameters();
   void load_stored_parameters();
   void publish_warnings() noexcept;
@@ -176,6 +185,7 @@ class MsdDrive final : public Device, private DictionaryOwner {
 
   MsdParameters parameters_;
   DeviceProfile profile_;
+  PdoLimits pdo_limits_ = kPdoLimits;
   ObjectDictionary dictionary_;
   ObjectDictionary stored_;  ///< what survives a restart
   CoeServer coe_;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "driveline/slaves/msd/variant.hpp"
 #include "driveline/slaves/od/dictionary_table.hpp"
 #include "driveline/slaves/od/pdo_map.hpp"
 
@@ -8,12 +9,12 @@ namespace driveline::slaves::msd {
 /// Four PDOs per direction, eight objects and eight bytes each (MSD manual 8.3.3, 9.1).
 inline constexpr PdoLimits kPdoLimits{};
 
-inline constexpr std::uint32_t kVendorId = 0x00000028;     ///< Moog
-inline constexpr std::uint32_t kProductCode = 0x4D534431;  ///< ours; the real one is in no source
-inline constexpr std::uint32_t kRevision = 0x007C001E;     ///< ours: firmware 124.30
+inline constexpr std::uint32_t kVendorId = 0x00000028;  ///< Moog
+inline constexpr std::uint32_t kProductCode = facts(Variant::kMsd).product_code;
+inline constexpr std::uint32_t kRevision = facts(Variant::kMsd).revision;
 
-/// The object dictionary of the MSD servo drive: one table for SDO, SDO information, PDO mapping, ESI, SII.
-[[nodiscard]] const DictionaryTable& dictionary_table();
+/// The object dictionary of a variant: one table for SDO, SDO information, PDO mapping, ESI, SII.
+[[nodiscard]] const DictionaryTable& dictionary_table(Variant variant = Variant::kMsd);
 
 /// Parts of the table by address range (1000h-1FFFh, 2000h-5FFFh, 6000h-67FFh) and, for the modes of operation, by use.
 [[nodiscard]] std::span<const EntryRow> communication_rows();
@@ -24,9 +25,9 @@ inline constexpr std::uint32_t kRevision = 0x007C001E;     ///< ours: firmware 1
 [[nodiscard]] std::span<const EntryRow> function_rows();
 
 /// What ESI and SII say about the drive, made from the table.
-[[nodiscard]] esi::DeviceDescription device_description();
+[[nodiscard]] esi::DeviceDescription device_description(Variant variant = Variant::kMsd);
 
 /// All rows of the table as a page of Markdown.
-[[nodiscard]] std::string object_reference();
+[[nodiscard]] std::string object_reference(Variant variant = Variant::kMsd);
 
 }  // namespace driveline::slaves::msd

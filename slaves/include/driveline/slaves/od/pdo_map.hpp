@@ -16,7 +16,8 @@ struct PdoLimits {
   std::uint16_t tx_first = 0x1A00;
   std::uint32_t output_sync_managers = 1U << 2;  ///< bit n: sync manager n carries RxPDOs
   std::uint32_t input_sync_managers = 1U << 3;
-  bool gaps = false;  ///< a mapping may have gaps: index 0 with a number of bits
+  bool gaps = false;        ///< a mapping may have gaps: index 0 with a number of bits
+  bool even_bytes = false;  ///< a PDO must have an even number of bytes
 };
 
 /// Object with the PDOs assigned to a sync manager (ETG.1000.6 5.6.7.4: 1C10h plus its number).
