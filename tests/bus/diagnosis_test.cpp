@@ -8,7 +8,6 @@ namespace driveline::bus_test {
 namespace {
 
 using ecat_master::LineSupervisor;
-using slaves::Fault;
 using slaves::FaultKind;
 using testing::ElementsAre;
 using testing::HasSubstr;

@@ -7,7 +7,6 @@
 namespace driveline::bus_test {
 namespace {
 
-using ecat_master::ErrorKind;
 using ecat_master::Master;
 using wire::AlState;
 

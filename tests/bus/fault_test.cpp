@@ -19,7 +19,7 @@ using Cause = MotionFailure::Cause;
 /// Three drives on their path, at speed.
 class InMotion : public testing::Test {
  protected:
-  void start(std::size_t count = 3, RunOptions options = {}) {
+  void start(std::size_t count = 3, const RunOptions& options = {}) {
     drives = std::make_unique<DriveLine>(count);
     operation = std::make_unique<LineOperation>(*drives, options);
     ASSERT_EQ(sentence(operation->to_motion()), "");

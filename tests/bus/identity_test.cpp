@@ -9,7 +9,6 @@ namespace {
 
 using ecat_master::compare_line;
 using ecat_master::Difference;
-using ecat_master::ErrorKind;
 using ecat_master::ExpectedSlave;
 using ecat_master::IdentityRule;
 using ecat_master::Master;
@@ -24,7 +23,7 @@ SlaveInfo found_one(char letter, std::uint16_t position) {
   SlaveInfo slave;
   slave.ref = {position, static_cast<std::uint16_t>(0x1001 + position)};
   slave.description.vendor_id = 0x28;
-  slave.description.product_code = static_cast<std::uint32_t>(letter);
+  slave.description.product_code = static_cast<unsigned char>(letter);
   slave.description.revision = 5;
   slave.description.serial_number = static_cast<std::uint32_t>(letter - 'a' + 1);
   slave.description.name = std::string(1, letter);

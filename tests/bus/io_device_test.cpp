@@ -9,9 +9,7 @@
 namespace driveline::bus_test {
 namespace {
 
-using ecat_master::ConfiguredSlave;
 using ecat_master::CyclicCore;
-using ecat_master::GroupSettings;
 using ecat_master::ImageLayout;
 using ecat_master::Master;
 using ecat_master::PdoMapping;

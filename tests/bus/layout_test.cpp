@@ -13,7 +13,6 @@ using ecat_master::GroupSettings;
 using ecat_master::ImageLayout;
 using ecat_master::MotionFailure;
 using ecat_master::MotionPhase;
-using ecat_master::ProcessDataPlace;
 using wire::AlState;
 
 struct LayoutCase {

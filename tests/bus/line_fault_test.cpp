@@ -8,8 +8,6 @@ namespace driveline::bus_test {
 namespace {
 
 using ecat_master::CoeClient;
-using ecat_master::ErrorKind;
-using ecat_master::MotionPhase;
 using slaves::Fault;
 using slaves::FaultKind;
 using slaves::FaultWay;
@@ -28,7 +26,7 @@ class LineFault : public testing::Test {
     operation->run(milliseconds{10});
     before = operation->statistics();
   }
-  void scanned(std::size_t count = 2, RunOptions options = {}) {
+  void scanned(std::size_t count = 2, const RunOptions& options = {}) {
     drives = std::make_unique<DriveLine>(count);
     operation = std::make_unique<LineOperation>(*drives, options);
     ASSERT_EQ(sentence(operation->master().scan()), "");

@@ -12,7 +12,6 @@
 namespace driveline::bus_test {
 namespace {
 
-using testing::Each;
 using testing::HasSubstr;
 using testing::IsEmpty;
 

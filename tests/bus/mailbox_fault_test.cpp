@@ -10,7 +10,6 @@ namespace driveline::bus_test {
 namespace {
 
 using ecat_master::CoeClient;
-using ecat_master::ErrorKind;
 using ecat_master::Master;
 using Bytes = std::vector<std::byte>;
 

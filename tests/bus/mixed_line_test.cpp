@@ -16,7 +16,6 @@ namespace {
 using ecat_master::Master;
 using ecat_master::ProcessVariables;
 using ecat_master::SlavePlan;
-using slaves::generic::Signal;
 
 constexpr std::array kDevices = {"BC100", "DI8", "DO4", "AI2", "MX4"};
 

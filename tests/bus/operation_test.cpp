@@ -1,7 +1,8 @@
 #include <gmock/gmock.h>
 
+#include <bit>
 #include <cmath>
-#include <cstring>
+#include <cstdint>
 
 #include "drive_line.hpp"
 #include "driveline/slaves/msd/msd_values.hpp"
@@ -320,7 +321,7 @@ TEST(Determinism, TheSameRunTwiceGivesTheSameSamplesBitByBit) {
                               &snapshot::AxisSample::target_velocity_rad_s,
                               &snapshot::AxisSample::actual_velocity_rad_s, &snapshot::AxisSample::target_torque_nm,
                               &snapshot::AxisSample::actual_torque_nm, &snapshot::AxisSample::following_error_rad}) {
-      ASSERT_EQ(std::memcmp(&(a.*member), &(b.*member), sizeof(double)), 0) << "sample " << i;
+      ASSERT_EQ(std::bit_cast<std::uint64_t>(a.*member), std::bit_cast<std::uint64_t>(b.*member)) << "sample " << i;
     }
   }
 }

@@ -22,7 +22,7 @@ constexpr std::size_t kDrives = 5;
 /// Five drives in a ring, at speed on their path.
 class Ring : public testing::Test {
  protected:
-  void start(RunOptions options = {}) {
+  void start(const RunOptions& options = {}) {
     operation = std::make_unique<LineOperation>(drives, port, options);
     ASSERT_EQ(sentence(operation->to_motion()), "");
     ASSERT_TRUE(operation->run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));

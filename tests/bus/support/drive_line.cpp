@@ -78,7 +78,7 @@ void DriveLine::leave_alone(nanoseconds duration) {
   line_->advance(clock.now());
 }
 
-LineOperation::LineOperation(DriveLine& drives, port::Port& port, RunOptions options)
+LineOperation::LineOperation(DriveLine& drives, port::Port& port, const RunOptions& options)
     : drives_(drives),
       port_(port),
       options_(options),

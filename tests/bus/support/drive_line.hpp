@@ -64,8 +64,9 @@ class LineOperation {
   /// The path of every axis is one raised cosine of this length.
   static constexpr double kPathSeconds = 0.4;
 
-  LineOperation(DriveLine& drives, port::Port& port, RunOptions options = {});
-  explicit LineOperation(DriveLine& drives, RunOptions options = {}) : LineOperation(drives, drives.line(), options) {}
+  LineOperation(DriveLine& drives, port::Port& port, const RunOptions& options = {});
+  explicit LineOperation(DriveLine& drives, const RunOptions& options = {})
+      : LineOperation(drives, drives.line(), options) {}
 
   [[nodiscard]] static ecat_master::SlavePlan plan(std::size_t position, const RunOptions& options);
   [[nodiscard]] std::vector<ecat_master::SlavePlan> plans() const;

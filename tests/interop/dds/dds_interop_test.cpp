@@ -14,6 +14,7 @@
 
 #include "driveline/bridge/dds_publisher.hpp"
 #include "driveline/bridge/drain_thread.hpp"
+#include "support/dds_domain.hpp"
 
 // Our publisher in this process, another DDS implementation (Cyclone DDS, `cyclone_subscriber`) in a process of its
 // own.
@@ -25,14 +26,10 @@ using nlohmann::json;
 using snapshot::AxisSample;
 using snapshot::AxisState;
 using snapshot::LineSample;
+using test::test_domain;
 
 constexpr std::uint16_t kAxes = 8;
 constexpr std::int64_t kCycleNs = 125'000;
-
-/// A domain below Linux's ephemeral ports that other test programs of this machine hardly use at the same time.
-std::uint32_t test_domain() {
-  return 10 + static_cast<std::uint32_t>(getpid()) % 80;
-}
 
 /// Swing of each axis in rad; the phase keeps the axes apart.
 double amplitude_rad(std::uint16_t axis) {

@@ -9,7 +9,7 @@
 namespace driveline::slaves {
 namespace {
 
-std::unique_ptr<Device> from_image(Bytes image, std::deque<Bytes> /*replies*/) {
+std::unique_ptr<Device> from_image(Bytes image, const std::deque<Bytes>& /*replies*/) {
   const auto decoded = esi::decode_sii(image);
   EXPECT_TRUE(decoded) << esi::to_text(decoded.error());
   const auto model = generic::DeviceModel::create(esi::description_from_sii(*decoded));

@@ -278,7 +278,7 @@ class Blocker : public SampleConsumer {
 };
 
 TEST(DdsPublisher, FedFromTheRingsItReportsWhatTheRingsDropped) {
-  constexpr std::size_t kCapacity = 256;
+  constexpr std::size_t kCapacity = 64;  // one burst of them fits into a socket's receive buffer
   rt::SpscRing<LineSample> lines{kCapacity};
   rt::SpscRing<AxisSample> axes{kCapacity};
   DdsConfig config = config_with_axes(1);

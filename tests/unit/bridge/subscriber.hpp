@@ -1,7 +1,5 @@
 #pragma once
 
-#include <unistd.h>
-
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <chrono>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
@@ -16,15 +14,13 @@
 #include <vector>
 
 #include "drivelinePubSubTypes.h"
+#include "support/dds_domain.hpp"
 
 namespace driveline::bridge::test {
 
 namespace dds = eprosima::fastdds::dds;
 
-/// A domain of our own, away from Linux's ephemeral ports and, mostly, from other test programs of this machine.
-inline std::uint32_t test_domain() {
-  return 10 + static_cast<std::uint32_t>(getpid()) % 80;
-}
+using driveline::test::test_domain;
 
 /// A Fast DDS subscriber on the loopback interface that remembers all it receives.
 template <class Message, class PubSubType>

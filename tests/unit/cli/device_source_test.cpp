@@ -35,7 +35,7 @@ class DeviceSourceTest : public test::TemporaryDirectory {
     }
     return text;
   }
-  void write_image(const std::string& name, std::vector<std::byte> image) const {
+  void write_image(const std::string& name, const std::vector<std::byte>& image) const {
     std::string bytes;
     for (const auto byte : image) bytes += static_cast<char>(byte);
     write(directory / name, bytes);
