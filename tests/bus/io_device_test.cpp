@@ -202,6 +202,39 @@ INSTANTIATE_TEST_SUITE_P(Layouts, Terminals,
                                          TerminalCase{"divided", {ImageLayout::kSequential, {{1, 0}, {2, 1}, {4, 2}}}}),
                          [](const auto& name) { return std::string(name.param.name); });
 
+TEST(SlaveWithoutLrw, IsToldByItsEepromAndGetsLwrAndLrd) {
+  rt::VirtualClock clock{milliseconds{1}};
+  auto special = terminal();
+  special.not_lrw = true;
+  std::vector<std::unique_ptr<slaves::Slave>> made;
+  for (const auto& device : {terminal(), special}) {
+    const auto model = slaves::generic::DeviceModel::create(device).value();
+    made.push_back(std::make_unique<slaves::Slave>(
+        std::make_unique<slaves::generic::GenericDevice>(model, slaves::generic::GenericOptions{})));
+  }
+  slaves::Line line(clock, std::move(made));
+  Master master(line, clock);
+  ASSERT_EQ(sentence(master.scan()), "");
+  EXPECT_FALSE(master.slaves()[0].info.description.not_lrw);
+  EXPECT_TRUE(master.slaves()[1].info.description.not_lrw);
+  ASSERT_EQ(sentence(master.configure({})), "");
+  const auto command_of = [&](std::size_t datagram) { return master.image().datagrams()[datagram].command; };
+  const auto places = master.image().places();
+  EXPECT_EQ(command_of(places[0].output_datagram), wire::Command::kLrw);
+  EXPECT_EQ(places[0].output_datagram, places[0].input_datagram);
+  EXPECT_EQ(command_of(places[1].output_datagram), wire::Command::kLwr);
+  EXPECT_EQ(command_of(places[1].input_datagram), wire::Command::kLrd);
+  // The plan goes before the EEPROM.
+  std::vector<SlavePlan> plans(2);
+  for (auto& plan : plans) plan.own_pdos = true;
+  plans[0].lrw = false;
+  plans[1].lrw = true;
+  ASSERT_EQ(sentence(master.configure(plans)), "");
+  const auto planned = master.image().places();
+  EXPECT_EQ(command_of(planned[0].output_datagram), wire::Command::kLwr);
+  EXPECT_EQ(command_of(planned[1].output_datagram), wire::Command::kLrw);
+}
+
 class NamesOfTerminals : public Terminals {};
 INSTANTIATE_TEST_SUITE_P(One, NamesOfTerminals, testing::Values(TerminalCase{"overlapped", {}}));
 

@@ -54,7 +54,8 @@ constexpr std::array kCommands = {
             prepare_rescan},
     Command{"pdos", "", kTools, "List sync managers, PDOs and the objects mapped into them",
             "pdos --config examples/line8.toml -p 0\n"
-            "pdos --config examples/line8.toml -p 0 --sii",
+            "pdos --config examples/line8.toml -p 0 --sii\n"
+            "pdos --config examples/process_data.toml --image",
             prepare_pdos},
     Command{"cstruct", "", kTools, "Print C++ declarations of the PDOs for programs that use the library",
             "cstruct --config examples/line8.toml -p 0", prepare_cstruct},

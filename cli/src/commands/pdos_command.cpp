@@ -1,6 +1,9 @@
 #include <fmt/format.h>
 
 #include "commands/commands.hpp"
+#include "commands/tool_options.hpp"
+#include "console.hpp"
+#include "text/image_view.hpp"
 #include "text/json_text.hpp"
 #include "text/pdo_view.hpp"
 
@@ -11,10 +14,33 @@ struct PdosOptions {
   BusOptions bus;
   SlaveSelection selection;
   bool only_sii = false;
+  bool image = false;
   bool json = false;
 };
 
+/// The process image of the whole line, for which it is configured as `run` does and taken down again.
+Outcome<int> show_image(const PdosOptions& options) {
+  if (options.bus.config.empty()) return misused("--config FILE is missing: groups and process data of the line");
+  if (options.only_sii || options.selection.positions || options.selection.alias) {
+    return misused("--image shows the whole line as it is configured: it goes with none of --sii, -p and -a");
+  }
+  auto session = Session::open(options.bus);
+  if (!session) return tl::unexpected(session.error());
+  const auto& config = (*session)->config();
+  ecat_master::Master::Settings settings;
+  settings.layout = make_layout(config);
+  ecat_master::Master master((*session)->port(), (*session)->clock(), settings);
+  if (auto done = master.scan(); !done) return bus_failure(done.error());
+  if (auto done = master.configure(make_slave_plans(config)); !done) return bus_failure(done.error());
+  const auto named = name_process_data(config, master);
+  if (!named) return tl::unexpected(named.error());
+  fmt::print("{}", options.json ? json_text(image_json(config, master, *named)) : image_text(config, master, *named));
+  if (auto down = master.shut_down(); !down) return bus_failure(down.error());
+  return 0;
+}
+
 Outcome<int> list_pdos(const PdosOptions& options) {
+  if (options.image) return show_image(options);
   const auto slaves = read_pdos(options.bus, options.selection, options.only_sii);
   if (!slaves) return tl::unexpected(slaves.error());
   if (options.json) {
@@ -51,6 +77,7 @@ std::shared_ptr<PdosOptions> add_options(Arguments& to) {
 
 Execute prepare_pdos(Arguments& to) {
   auto options = add_options(to);
+  to.flag("--image", options->image, "The process image that the line description makes of them; to SAFEOP and back");
   add_json_flag(to, options->json);
   return [options] { return list_pdos(*options); };
 }

@@ -52,7 +52,8 @@ Outcome<ecat_master::dc::ClockPlan> make_clock_plan(const LineConfig& config,
   for (std::size_t i = 0; i < std::min(config.slaves.size(), slaves.size()); ++i) {
     auto& slave = plan.slaves.emplace_back();
     if (!config.slaves[i].dc.synchronous) continue;
-    auto signals = signals_of(config.slaves[i], slaves[i].info.description.dc_modes, config.period);
+    auto signals = signals_of(config.slaves[i], slaves[i].info.description.dc_modes,
+                              config.period * exchange_divider(config, config.slaves[i]));
     if (!signals) return tl::unexpected(signals.error());
     slave.signals = *signals;
     if (!config.slaves[i].device) slave.base = kMsdTimeBase;

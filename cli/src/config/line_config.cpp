@@ -12,6 +12,7 @@
 #include "config/clock_config.hpp"
 #include "config/device_source.hpp"
 #include "config/fault_config.hpp"
+#include "config/process_data_reader.hpp"
 #include "config/slave_plan_reader.hpp"
 #include "config/toml_reader.hpp"
 #include "config/wiring_config.hpp"
@@ -140,6 +141,7 @@ SlaveConfig read_slave(TomlReader reader, const std::vector<SlaveConfig>& others
   slave.vendor_id = identity("vendor_id");
   slave.product_code = identity("product_code");
   slave.plan = read_slave_plan(reader);
+  slave.names = read_entry_names(reader.table("names"));
   slave.dc = read_slave_clock(reader.table("dc"));
   read_eeprom(reader, directory, slave);
   slave.delays.processing =
@@ -238,6 +240,7 @@ LineConfig read_config(const toml::table& table, const std::filesystem::path& fi
   if (root.has("dc")) config.clocks = read_clocks(root.table("dc"), config.period, config.slaves);
   for (auto& reader : root.tables("axis"))
     config.axes.push_back(read_axis(std::move(reader), config.slaves, config.axes));
+  read_process_data(root, config);
   if (root.has("path")) read_path(root.table("path"), file.parent_path(), config);
   if (!config.axes.empty() && !config.path) root.fail("path", "is missing: the axes need setpoints");
   read_telemetry(root.table("telemetry"), config);
@@ -247,6 +250,11 @@ LineConfig read_config(const toml::table& table, const std::filesystem::path& fi
 }
 
 }  // namespace
+
+std::uint32_t exchange_divider(const LineConfig& config, const SlaveConfig& slave) noexcept {
+  const auto& groups = config.process_data.groups;
+  return slave.group < groups.size() ? groups[slave.group].settings.divider : 1;
+}
 
 tl::expected<LineConfig, std::string> parse_line_config(std::string_view text, const std::filesystem::path& name) {
   try {

@@ -140,6 +140,7 @@ SlavePlanConfig read_slave_plan(TomlReader& slave) {
   config.alias = read_name_number(slave, "alias");
   config.device_id = read_name_number(slave, "device_id");
   if (config.alias && config.device_id) slave.fail("device_id", "stands beside alias: one of them finds the slave");
+  if (slave.has("lrw")) config.lrw = slave.boolean_or("lrw", true);
   config.watchdog = read_watchdogs(slave.table("watchdog"));
   config.timeouts = read_timeouts(slave.table("timeouts"));
   for (auto& sdo : slave.tables("sdo")) config.sdos.push_back(read_sdo(std::move(sdo)));
@@ -155,6 +156,7 @@ void SlavePlanConfig::apply(ecat_master::SlavePlan& plan) const {
   plan.serial = serial;
   plan.alias = alias;
   plan.device_id = device_id;
+  plan.lrw = lrw;
   plan.watchdog = watchdog;
   plan.timeouts = timeouts;
   plan.startup_sdos.insert(plan.startup_sdos.end(), sdos.begin(), sdos.end());

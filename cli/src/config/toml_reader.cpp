@@ -142,6 +142,15 @@ std::size_t TomlReader::choice_or(std::string_view key, std::size_t fallback,
   fail(key, fmt::format("is \"{}\", one of \"{}\" is expected", value, fmt::join(choices, "\", \"")));
 }
 
+std::vector<std::string> TomlReader::keys() {
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : *table_) {
+    keys.emplace_back(key.str());
+    known_.emplace(key.str());
+  }
+  return keys;
+}
+
 TomlReader TomlReader::table(std::string_view key) {
   const auto* node = find(key);
   const auto path = path_.empty() ? std::string(key) : fmt::format("{}.{}", path_, key);

@@ -42,6 +42,9 @@ class TomlReader {
   [[nodiscard]] std::size_t choice_or(std::string_view key, std::size_t fallback,
                                       const std::vector<std::string_view>& choices);
 
+  /// All keys of the table, in the order of the alphabet. They count as asked for.
+  [[nodiscard]] std::vector<std::string> keys();
+
   /// A sub-table; an empty one when it is left out.
   [[nodiscard]] TomlReader table(std::string_view key);
   /// An array of tables; none when it is left out.
@@ -52,6 +55,8 @@ class TomlReader {
 
   /// Throws a ConfigError that points at `key` (or at the table when there is no such key).
   [[noreturn]] void fail(std::string_view key, std::string_view reason) const;
+  /// "file:line: [table] key", for complaints that can only be made once the line is there.
+  [[nodiscard]] std::string place(std::string_view key) const { return where(table_->get(key), key); }
 
  private:
   [[nodiscard]] const toml::node* find(std::string_view key);

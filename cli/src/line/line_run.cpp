@@ -7,6 +7,7 @@
 
 #include "config/clock_plan.hpp"
 #include "console.hpp"
+#include "line/process_data_plan.hpp"
 #include "output_file.hpp"
 #include "signals.hpp"
 
@@ -27,6 +28,12 @@ constexpr auto kDelayInterval = std::chrono::seconds{10};
 constexpr std::size_t kRingCycles = 2048;
 constexpr std::size_t kMaxRingSamples = 1 << 17;
 
+ecat_master::Master::Settings master_settings(const LineConfig& config) {
+  ecat_master::Master::Settings settings;
+  settings.layout = make_layout(config);
+  return settings;
+}
+
 }  // namespace
 
 LineRun::LineRun(Session& session, std::optional<trajectory::Interpolator> path, std::optional<double> duration_s)
@@ -36,7 +43,8 @@ LineRun::LineRun(Session& session, std::optional<trajectory::Interpolator> path,
       path_(std::move(path)),
       line_ring_(kRingCycles),
       axis_ring_(std::clamp<std::size_t>(config_.axes.size() * kRingCycles, 1, kMaxRingSamples)),
-      master_(session.port(), session.clock()) {}
+      group_watch_(config_.process_data),
+      master_(session.port(), session.clock(), master_settings(config_)) {}
 
 LineRun::~LineRun() = default;
 
@@ -112,16 +120,19 @@ Outcome<void> LineRun::bring_up() {
   }
   if (auto done = master_.configure(make_slave_plans(config_)); !done) return sentence(done.error());
   state_ = "SAFEOP";
-  const auto wire_ns = ecat_master::wire_time_ns(master_.image(), master_.slaves().size(), 1000);
+  auto named = name_process_data(config_, master_);
+  if (!named) return tl::unexpected(named.error());
+  copies_ = std::move(named->copies);
+  const auto wire = wire_budget(master_, config_.period);
   progress("configured, all in SAFEOP; {} bytes of process data in {} frame(s) take {:.1f} us of {:.1f} us on the wire",
-           master_.image().outputs().size(), master_.image().frame_count(), static_cast<double>(wire_ns) / 1000.0,
-           static_cast<double>(config_.period.count()) / 1000.0);
+           master_.image().outputs().size(), master_.image().frame_count(),
+           static_cast<double>(wire.total().count()) / 1000.0, static_cast<double>(config_.period.count()) / 1000.0);
   // On 100 Mbit/s; a line in this process has no wire.
-  if (config_.interface && wire_ns > static_cast<std::uint64_t>(config_.period.count())) {
+  if (config_.interface && wire.total() > config_.period) {
     ecat_master::Error error;
     error.kind = ecat_master::ErrorKind::kCycleBudget;
     error.expected = static_cast<std::uint32_t>(config_.period.count());
-    error.received = static_cast<std::uint32_t>(wire_ns);
+    error.received = static_cast<std::uint32_t>(wire.total().count());
     return sentence(error);
   }
   if (path_) make_motion();
@@ -146,6 +157,7 @@ Outcome<void> LineRun::start_cycle() {
   ecat_master::CyclicCore::Settings settings;
   settings.period = config_.period;
   settings.receive_window = config_.period * 3 / 4;
+  settings.copies = copies_;
   flight_recorder_ = std::make_unique<ecat_master::FlightRecorder>(motion_ ? config_.axes.size() : 0);
   settings.recorder = flight_recorder_.get();
   auto make_runner = [this](ecat_master::CyclicCore& core) -> std::unique_ptr<ecat_master::CycleRunner> {
@@ -240,6 +252,7 @@ bool LineRun::line_is_healthy() {
     return false;
   }
   if (!clocks_answer()) return false;
+  for (const auto& told : group_watch_.poll(core)) progress("{}", told);
   const auto status = core.al_status();
   if (status.slaves != 0 && !status.all_op(core.settings().slaves)) {
     const auto reports = master_.al_status();
@@ -342,6 +355,7 @@ RunReport LineRun::make_report() {
   report.period = config_.period;
   report.duration_s = seconds_in_operation();
   report.statistics = master_.core()->statistics();
+  report.process_data = view_image(config_, master_, master_.core()->groups(), &group_watch_);
   if (auto* watch = master_.clock_watch()) {
     report.clocks = ClockReport{master_.clock_follower()->status().locked, watch->all_differences()};
   }

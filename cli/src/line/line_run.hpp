@@ -8,6 +8,7 @@
 
 #include "driveline/bridge/drain_thread.hpp"
 #include "driveline/ecat_master/master.hpp"
+#include "line/group_watch.hpp"
 #include "line/recorder.hpp"
 #include "line/session.hpp"
 #include "line/status_feed.hpp"
@@ -56,6 +57,8 @@ class LineRun {
   std::unique_ptr<StatusFeed> feed_;
   std::unique_ptr<Recorder> recorder_;
   std::unique_ptr<ecat_master::Motion> motion_;
+  std::vector<ecat_master::ProcessDataCopy> copies_;
+  GroupWatch group_watch_;
   std::unique_ptr<ecat_master::FlightRecorder> flight_recorder_;
   std::optional<std::filesystem::path> flight_record_;
   ecat_master::Master master_;

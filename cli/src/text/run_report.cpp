@@ -47,22 +47,25 @@ nlohmann::json to_json(const RunReport& report) {
   }
   nlohmann::json files = nlohmann::json::object();
   for (const auto& [key, path] : report.files) files[key] = path.string();
-  return {{"state", report.state},
-          {"axes_count", report.axes.size()},
-          {"cycle_ns", report.period.count()},
-          {"duration_s", report.duration_s},
-          {"cycles", statistics.cycles},
-          {"missed_periods", statistics.missed_periods},
-          {"wkc_errors", statistics.wkc_errors},
-          {"lost_frames", statistics.lost_frames},
-          {"wake_latency_ns", percentiles(statistics.wake_latency)},
-          {"cycle_cost_ns", percentiles(statistics.cost)},
-          {"round_trip_ns", percentiles(statistics.round_trip)},
-          {"dc", clocks_to_json(report.clocks)},
-          {"axes", std::move(axes)},
-          {"telemetry", {{"published", report.telemetry_published}, {"dropped", report.telemetry_dropped}}},
-          {"faults", report.faults},
-          {"files", std::move(files)}};
+  nlohmann::json document = {
+      {"state", report.state},
+      {"axes_count", report.axes.size()},
+      {"cycle_ns", report.period.count()},
+      {"duration_s", report.duration_s},
+      {"cycles", statistics.cycles},
+      {"missed_periods", statistics.missed_periods},
+      {"wkc_errors", statistics.wkc_errors},
+      {"lost_frames", statistics.lost_frames},
+      {"wake_latency_ns", percentiles(statistics.wake_latency)},
+      {"cycle_cost_ns", percentiles(statistics.cost)},
+      {"round_trip_ns", percentiles(statistics.round_trip)},
+      {"dc", clocks_to_json(report.clocks)},
+      {"axes", std::move(axes)},
+      {"telemetry", {{"published", report.telemetry_published}, {"dropped", report.telemetry_dropped}}},
+      {"faults", report.faults},
+      {"files", std::move(files)}};
+  if (report.process_data) document["process_data"] = to_json(*report.process_data);
+  return document;
 }
 
 std::string to_text(const RunReport& report) {
@@ -81,6 +84,7 @@ std::string to_text(const RunReport& report) {
                         report.clocks->locked ? "locked" : "NOT LOCKED", differences.percentile(0.5).count(),
                         differences.percentile(0.99).count(), differences.max().count());
   }
+  if (report.process_data) text += fmt::format("\n{}", to_text(*report.process_data));
   if (!report.axes.empty()) {
     text += fmt::format("\n  {:<12}{:>7}{:>22}{:>22}\n", "following error", "slave", "maximum", "RMS");
     for (const auto& axis : report.axes) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "driveline/ecat_master/cyclic/cyclic_core.hpp"
+#include "text/image_view.hpp"
 
 namespace driveline::cli {
 
@@ -35,6 +36,7 @@ struct RunReport {
   std::chrono::nanoseconds period{};
   double duration_s = 0.0;
   ecat_master::CycleStatistics statistics;
+  std::optional<ImageView> process_data;
   std::optional<ClockReport> clocks;  ///< none: the drives ran free
   bool telemetry_enabled = false;
   std::uint64_t telemetry_published = 0;

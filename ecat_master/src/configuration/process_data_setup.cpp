@@ -97,7 +97,7 @@ Result<ProcessDataDemand> make_demand(const ConfiguredSlave& slave) {
   if (auto done = add_channels(slave, pdos.outputs, Use::kOutputs, demand); !done) return tl::unexpected(done.error());
   if (auto done = add_channels(slave, pdos.inputs, Use::kInputs, demand); !done) return tl::unexpected(done.error());
   demand.group = slave.plan.group;
-  demand.lrw = slave.plan.lrw;
+  demand.lrw = slave.plan.lrw.value_or(!slave.info.description.not_lrw);
   demand.al_status = true;
   if (const auto mailbox = find_sync_manager(slave.info, Use::kMailboxIn); mailbox && slave.mailbox) {
     demand.mailbox_status = static_cast<std::uint16_t>(wire::reg::kSyncManager.at(*mailbox) + 5);

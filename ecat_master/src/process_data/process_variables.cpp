@@ -6,21 +6,65 @@
 #include <charconv>
 #include <optional>
 
+#include "driveline/ecat_master/axis/object_name.hpp"
 #include "driveline/ecat_master/configuration/process_data_setup.hpp"
 
 namespace driveline::ecat_master {
 namespace {
 
-std::string name_of(const esi::DeviceDescription& description, const MappedObject& object) {
+struct Names {
+  std::string entry;
+  std::string pdo;
+};
+
+const esi::PdoEntry* find_entry(const esi::Pdo& pdo, const MappedObject& object) {
+  const auto entry = std::find_if(pdo.entries.begin(), pdo.entries.end(), [&](const esi::PdoEntry& e) {
+    return e.index == object.index && e.subindex == object.subindex;
+  });
+  return entry != pdo.entries.end() && !entry->name.empty() ? &*entry : nullptr;
+}
+
+/// What the description calls an object in a PDO: as that PDO has it, as another PDO does, as the dictionary does, as
+/// the drive profile does.
+Names names_of(const esi::DeviceDescription& description, std::uint16_t pdo_index, const MappedObject& object) {
+  Names names;
   for (const auto* pdos : {&description.rx_pdos, &description.tx_pdos}) {
     for (const auto& pdo : *pdos) {
-      const auto entry = std::find_if(pdo.entries.begin(), pdo.entries.end(), [&](const esi::PdoEntry& e) {
-        return e.index == object.index && e.subindex == object.subindex;
-      });
-      if (entry != pdo.entries.end() && !entry->name.empty()) return entry->name;
+      const auto* entry = find_entry(pdo, object);
+      if (entry != nullptr && (names.entry.empty() || pdo.index == pdo_index)) names.entry = entry->name;
+      if (pdo.index == pdo_index) names.pdo = pdo.name;
     }
   }
-  return {};
+  if (!names.entry.empty()) return names;
+  for (const auto& known : description.objects) {
+    if (known.index != object.index) continue;
+    for (const auto& entry : known.entries) {
+      if (entry.subindex == object.subindex) names.entry = entry.name;
+    }
+  }
+  if (names.entry.empty()) names.entry = cia402::object_name(object.index, object.subindex);
+  return names;
+}
+
+/// Names as they are compared: lower case, one underscore for all that is neither letter nor digit.
+std::string plain(std::string_view name) {
+  std::string text;
+  for (const char c : name) {
+    const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+    if (letter || (c >= '0' && c <= '9') || static_cast<unsigned char>(c) >= 0x80) {
+      text += letter && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    } else if (!text.empty() && text.back() != '_') {
+      text += '_';
+    }
+  }
+  if (text.ends_with('_')) text.pop_back();
+  return text;
+}
+
+bool is_called(const ProcessVariable& variable, std::string_view object) {
+  const auto wanted = plain(object);
+  if (wanted.empty() || variable.name.empty()) return false;
+  return wanted == plain(variable.name) || wanted == plain(variable.pdo_name + "/" + variable.name);
 }
 
 std::optional<unsigned> number(std::string_view text, int base) {
@@ -50,11 +94,22 @@ std::optional<ObjectAddress> address(std::string_view text) {
   return ObjectAddress{*high, *low};
 }
 
+/// What of it is called like others of the list gets the name of its PDO in front.
+std::string full_text(const ProcessVariable& variable, const std::vector<const ProcessVariable*>& list) {
+  const auto namesakes = std::count_if(list.begin(), list.end(), [&](const ProcessVariable* other) {
+    return other->slave == variable.slave && other->name == variable.name;
+  });
+  if (namesakes < 2 || variable.name.empty() || variable.pdo_name.empty()) return variable.text();
+  auto full = variable;
+  full.name = variable.pdo_name + "/" + variable.name;
+  return full.text();
+}
+
 std::string listing(const std::vector<const ProcessVariable*>& variables) {
   constexpr std::size_t kMost = 12;
   std::string text;
   for (std::size_t i = 0; i < std::min(variables.size(), kMost); ++i) {
-    text += (i == 0 ? "" : ", ") + variables[i]->text();
+    text += (i == 0 ? "" : ", ") + full_text(*variables[i], variables);
   }
   if (variables.size() > kMost) text += fmt::format(" and {} more", variables.size() - kMost);
   return text;
@@ -92,8 +147,17 @@ void ProcessVariables::add(const ConfiguredSlave& slave, const ProcessImage& ima
       if (pdo.sync_manager.value_or(first.value_or(0)) != channel.sync_manager) continue;
       for (const auto& object : pdo.objects) {
         if (object.index != 0) {
-          variables_.push_back({slave.plan.name, position, name_of(slave.info.description, object), object.index,
-                                object.subindex, output, bit, object.bits});
+          auto names = names_of(slave.info.description, pdo.index, object);
+          variables_.push_back({slave.plan.name,
+                                position,
+                                std::move(names.entry),
+                                std::move(names.pdo),
+                                {},
+                                object.index,
+                                object.subindex,
+                                output,
+                                bit,
+                                object.bits});
         }
         bit += object.bits;
       }
@@ -103,6 +167,10 @@ void ProcessVariables::add(const ConfiguredSlave& slave, const ProcessImage& ima
 }
 
 ProcessVariables::Found<ProcessVariable> ProcessVariables::find(std::string_view name) const {
+  return find_number(name).map([this](std::size_t number) { return variables_[number]; });
+}
+
+ProcessVariables::Found<std::size_t> ProcessVariables::find_number(std::string_view name) const {
   std::vector<const ProcessVariable*> of_slave;
   std::vector<const ProcessVariable*> matches;
   for (const auto& variable : variables_) {
@@ -111,13 +179,16 @@ ProcessVariables::Found<ProcessVariable> ProcessVariables::find(std::string_view
       if (who.empty() || name.size() <= who.size() || !name.starts_with(who) || name[who.size()] != '.') continue;
       of_slave.push_back(&variable);
       const auto object = name.substr(who.size() + 1);
+      if (!variable.alias.empty() && plain(object) == plain(variable.alias)) {
+        return static_cast<std::size_t>(&variable - variables_.data());
+      }
       const auto at = address(object);
       const bool same_address = at && at->index == variable.index && at->subindex == variable.subindex;
-      if (same_address || (!variable.name.empty() && object == variable.name)) matches.push_back(&variable);
+      if (same_address || is_called(variable, object)) matches.push_back(&variable);
       break;
     }
   }
-  if (matches.size() == 1) return *matches.front();
+  if (matches.size() == 1) return static_cast<std::size_t>(matches.front() - variables_.data());
   if (matches.size() > 1) {
     return tl::unexpected(fmt::format("'{}' is not one process variable: it may be {}", name, listing(matches)));
   }
@@ -127,6 +198,29 @@ ProcessVariables::Found<ProcessVariable> ProcessVariables::find(std::string_view
   return tl::unexpected(fmt::format(
       "there is no process variable '{}'; expected slave.object, for example {}", name,
       variables_.empty() ? std::string("x.6041h:00, but no process data are mapped") : variables_[0].text()));
+}
+
+std::string ProcessVariables::full_name(const ProcessVariable& variable) const {
+  const auto who = variable.slave_name.empty() ? std::to_string(variable.slave) : variable.slave_name;
+  if (!variable.alias.empty()) return fmt::format("{}.{}", who, variable.alias);
+  if (variable.name.empty()) return fmt::format("{}.{:04X}:{:02X}", who, variable.index, variable.subindex);
+  const auto namesakes = std::count_if(variables_.begin(), variables_.end(), [&](const ProcessVariable& other) {
+    return other.slave == variable.slave && plain(other.name) == plain(variable.name);
+  });
+  if (namesakes < 2 || variable.pdo_name.empty()) return fmt::format("{}.{}", who, variable.name);
+  return fmt::format("{}.{}/{}", who, variable.pdo_name, variable.name);
+}
+
+ProcessVariables::Found<void> ProcessVariables::rename(std::string_view name, std::string_view alias) {
+  const auto number = find_number(name);
+  if (!number) return tl::unexpected(number.error());
+  auto& variable = variables_[*number];
+  for (const auto& other : variables_) {
+    if (other.slave != variable.slave || plain(other.alias) != plain(alias)) continue;
+    return tl::unexpected(fmt::format("'{}' is the name of {} already", alias, other.text()));
+  }
+  variable.alias = alias;
+  return {};
 }
 
 std::string ProcessVariables::unfit(const ProcessVariable& variable, std::size_t wanted_bits) {

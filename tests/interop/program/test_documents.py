@@ -79,6 +79,9 @@ class Reference(DocumentTest):
         "slave.sdo": ['[[slave]]\nname = "x"\n[[slave.sdo]]\nindex = 0x2000\nvalue = "00"'],
         "slave.input": [TERMINAL + f'\n[[slave.input]]\nentry = "6000:11"\n{shape}'
                         for shape in ("value = 1", 'shape = "ramp"\nperiod_s = 1')],
+        "process_data": ['slave = [{ name = "x" }]\n[process_data]'],
+        "group": ['slave = [{ name = "x" }]\n[[group]]\nname = "g"\nslaves = ["x"]'],
+        "copy": ['slave = [{ name = "x" }]\n[[copy]]\nfrom = "x.6041h"\nto = "x.6040h"'],
         "wiring": ['slave = [{ name = "x" }, { name = "y" }]\n[wiring]\n' + preset
                    for preset in ("", 'preset = "star"', 'preset = "branch"\njunction = "x"\nbranch_slaves = 1')],
         "wiring.cable": ['slave = [{ name = "x" }]\n[[wiring.cable]]\nfrom = "master"\nto = "x:0"'],

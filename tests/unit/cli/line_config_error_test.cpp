@@ -39,18 +39,20 @@ INSTANTIATE_TEST_SUITE_P(
         WrongFile{one_slave("[line]\ncycle_ms = 1\n"),
                   ":5: [line] cycle_ms: unknown key, expected one of: cycle_us, name"},
         WrongFile{one_slave("[lines]\n"),
-                  ":4: lines: unknown key, expected one of: axis, bus, dc, fault, line, output, path, realtime, slave, "
+                  ":4: lines: unknown key, expected one of: axis, bus, copy, dc, fault, group, line, output, path, "
+                  "process_data, realtime, slave, "
                   "telemetry, wiring"},
         WrongFile{one_slave("[bus]\niface = \"eth1\"\n"),
                   ":5: [bus] iface: unknown key, expected one of: interface, max_lost_cycles"},
         WrongFile{one_slave("[realtime]\n\nprio = 80\n"),
                   ":6: [realtime] prio: unknown key, expected one of: cpu, lock_memory, policy, priority, "
                   "simulation_cpu, wake_ahead_us"},
-        WrongFile{"[[slave]]\nname = \"x\"\naddress = 5\n",
-                  ":3: [slave 1] address: unknown key, expected one of: alias, dc, device_id, esi, "
-                  "firmware, forwarding_ns, model, name, pdo, plant, processing_ns, product_code, revision, sdo, "
-                  "serial, sii, "
-                  "sii_file, timeouts, vendor_id, watchdog"},
+        WrongFile{
+            "[[slave]]\nname = \"x\"\naddress = 5\n",
+            ":3: [slave 1] address: unknown key, expected one of: alias, dc, device_id, esi, "
+            "firmware, forwarding_ns, lrw, model, name, names, pdo, plant, processing_ns, product_code, revision, sdo, "
+            "serial, sii, "
+            "sii_file, timeouts, vendor_id, watchdog"},
         WrongFile{"[[slave]]\nname = \"x\"\n[slave.plant]\nmass = 5\n",
                   ":4: [slave 1.plant] mass: unknown key, expected one of: coulomb_friction_nm, inertia_kg_m2, "
                   "initial_position_rev, viscous_friction_nm_s"},

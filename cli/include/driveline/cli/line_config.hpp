@@ -10,6 +10,7 @@
 #include <tl/expected.hpp>
 #include <vector>
 
+#include "driveline/cli/process_data_config.hpp"
 #include "driveline/cli/slave_plan_config.hpp"
 #include "driveline/ecat_master/axis/axis.hpp"
 #include "driveline/ecat_master/dc/line_clocks.hpp"
@@ -51,6 +52,8 @@ struct SlaveConfig {
   std::optional<std::uint32_t> vendor_id;  ///< expected; the model's own when left out
   std::optional<std::uint32_t> product_code;
   SlavePlanConfig plan;                 ///< further identity, start-up SDOs, PDOs, watchdogs, time limits
+  std::size_t group = 0;                ///< number in ProcessDataConfig::groups
+  std::vector<EntryName> names;         ///< of entries of its process data
   std::optional<double> inertia_kg_m2;  ///< motor and load, at the motor shaft
   std::optional<double> coulomb_friction_nm;
   std::optional<double> viscous_friction_nm_s;
@@ -100,6 +103,7 @@ struct LineConfig {
   std::chrono::nanoseconds wake_ahead{};
   std::optional<int> simulation_cpu;  ///< where `simulate` runs its slaves
   std::vector<SlaveConfig> slaves;
+  ProcessDataConfig process_data;
   std::optional<slaves::Wiring> wiring;  ///< of the simulated line; none: a plain line
   std::vector<FaultPlan> faults;
   std::optional<ClockConfig> clocks;  ///< none: the drives run free
@@ -108,6 +112,9 @@ struct LineConfig {
   TelemetryConfig telemetry;
   OutputConfig output;
 };
+
+/// Cycles of the line from one exchange with a slave to the next: the divider of its group.
+[[nodiscard]] std::uint32_t exchange_divider(const LineConfig& config, const SlaveConfig& slave) noexcept;
 
 /// Reads a line description (TOML). Every key is checked: unknown keys, wrong types and values out of range are errors
 /// of one sentence that starts with file:line and says what was expected. Paths in it are relative to the file, but

@@ -9,7 +9,7 @@ namespace driveline::cli {
 
 /// What a [[slave]] of a line description says about identity and configuration, beside vendor and product:
 ///
-///   alias = 7                      device_id = 3
+///   alias = 7                      device_id = 3            lrw = false
 ///   revision = ">= 0x00010000"     serial = 4711            (numbers, ">= ..." or "any")
 ///   [slave.watchdog]               process_data_ms, pdi_ms  (0 is off)
 ///   [slave.timeouts]               preop_ms, safeop_ms, op_ms, back_to_init_ms, back_to_safeop_ms
@@ -22,6 +22,7 @@ struct SlavePlanConfig {
   std::optional<std::uint16_t> device_id;
   ecat_master::WatchdogPlan watchdog;
   ecat_master::StateTimeouts timeouts;
+  std::optional<bool> lrw;  ///< false: no LRW for this slave; none: its description decides
   std::vector<ecat_master::StartupSdo> sdos;
   std::optional<ecat_master::PdoConfiguration> pdos;  ///< none: what the slave's own use asks for
 

@@ -136,6 +136,7 @@ struct DeviceDescription {
   std::string name;
   std::string physics = "YY";        ///< per port: Y MII, K EBUS
   std::uint16_t device_profile = 0;  ///< e.g. 402
+  bool not_lrw = false;              ///< LWR and LRD only (SII general category, flags bit 1)
   MailboxSupport mailbox;
   std::uint16_t bootstrap_rx_offset = 0, bootstrap_rx_size = 0, bootstrap_tx_offset = 0, bootstrap_tx_size = 0;
   std::vector<FmmuUse> fmmus;

@@ -99,6 +99,7 @@ struct SiiGeneral {
   static constexpr std::uint8_t kCoePdoConfig = 0x08;
   static constexpr std::uint8_t kCoeUploadAtStartup = 0x10;
   static constexpr std::uint8_t kCoeCompleteAccess = 0x20;
+  static constexpr std::uint8_t kEnableNotLrw = 0x02;  ///< in `flags`: LWR and LRD instead of LRW
   static constexpr std::size_t kMinSize = 18;
   static constexpr std::size_t kFurtherSize = 14;
   bool operator==(const SiiGeneral&) const = default;

@@ -45,7 +45,8 @@ struct SlavePlan {
   std::vector<StartupSdo> startup_sdos;
   PdoConfiguration pdos;
   std::size_t group = 0;  ///< of the process image
-  bool lrw = true;        ///< false: the slave does not take LRW
+  /// False: the slave takes its outputs by LWR and gives its inputs by LRD only; none: its description decides.
+  std::optional<bool> lrw;
   /// Known by its alias, wherever it is plugged in again; otherwise its place among the others tells who it is.
   bool hot_connect = false;
   /// The PDOs that the slave has assigned by itself, instead of `pdos`; they are read and nothing is written.

@@ -15,6 +15,8 @@ struct ProcessVariable {
   std::string slave_name;
   std::uint16_t slave = 0;  ///< position on the line
   std::string name;         ///< out of the slave's description; may be empty
+  std::string pdo_name;     ///< of the PDO it is mapped into; may be empty
+  std::string alias;        ///< given by ProcessVariables::rename(); may be empty
   std::uint16_t index = 0;
   std::uint8_t subindex = 0;
   bool output = false;         ///< written by the master
@@ -29,7 +31,10 @@ struct ProcessVariable {
 /// the cycle. Not \rtsafe.
 ///
 /// A variable is called `slave.object`: the name of the slave (or its position), then the name of the object as the
-/// slave's description has it, or its address as 0x6041, 6041h or 6041, with :subindex (hexadecimal) unless that is 0.
+/// slave's description has it, with that of its PDO in front where several are called so ("io.Channel 1/Input"), or its
+/// address as 0x6041, 6041h or 6041, with :subindex (hexadecimal) unless that is 0. In names letters may be upper or
+/// lower case, and whatever is neither letter nor digit counts as one separator: "x.position_actual_value" is
+/// "x.Position actual value".
 class ProcessVariables {
  public:
   template <typename T>
@@ -41,6 +46,12 @@ class ProcessVariables {
   [[nodiscard]] std::span<const ProcessVariable> all() const noexcept { return variables_; }
   /// Errors: a sentence, with the names there are when nothing or more than one thing is called so.
   [[nodiscard]] Found<ProcessVariable> find(std::string_view name) const;
+  /// What find() knows the variable by: its alias, else its name, with its PDO in front when the slave has several of
+  /// that name, else its address.
+  [[nodiscard]] std::string full_name(const ProcessVariable& variable) const;
+  /// Gives the variable `name` one more name behind that of its slave, which goes before all others. Errors: those of
+  /// find(), and an alias that the slave has already.
+  [[nodiscard]] Found<void> rename(std::string_view name, std::string_view alias);
 
   /// The handle of an entry of exactly this type's size; bool for a single bit. Errors: also when size or place do not
   /// allow a single load or store.
@@ -66,6 +77,7 @@ class ProcessVariables {
 
  private:
   void add(const ConfiguredSlave& slave, const ProcessImage& image, bool output);
+  [[nodiscard]] Found<std::size_t> find_number(std::string_view name) const;
   [[nodiscard]] static std::string unfit(const ProcessVariable& variable, std::size_t wanted_bits);
 
   std::vector<ProcessVariable> variables_;

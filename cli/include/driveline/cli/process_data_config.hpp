@@ -1,0 +1,38 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "driveline/ecat_master/process_data/process_image.hpp"
+
+namespace driveline::cli {
+
+/// Slaves that are exchanged together: a [[group]] of a line description.
+struct GroupConfig {
+  std::string name;
+  ecat_master::GroupSettings settings;
+};
+
+/// A [[copy]]: an input of one slave that becomes an output of another, by the names ProcessVariables knows.
+struct CopyConfig {
+  std::string from;
+  std::string to;
+  std::string from_place;  ///< "file:line: [copy 1] from", for what only the configured line can tell
+  std::string to_place;
+};
+
+/// A name that the file gives to an entry of a slave's process data ([slave.names]).
+struct EntryName {
+  std::string name;
+  std::string object;  ///< as ProcessVariables knows it, without the slave
+  std::string place;   ///< "file:line: [slave 1.names] name"
+};
+
+/// What a line description says of the process image as a whole.
+struct ProcessDataConfig {
+  ecat_master::ImageLayout layout = ecat_master::ImageLayout::kOverlapped;
+  std::vector<GroupConfig> groups;  ///< by their number in the image; none: all slaves together in every cycle
+  std::vector<CopyConfig> copies;
+};
+
+}  // namespace driveline::cli

@@ -1,0 +1,99 @@
+#include "line/process_data_plan.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace driveline::cli {
+namespace {
+
+using ecat_master::ProcessDataCopy;
+using ecat_master::ProcessVariable;
+using ecat_master::ProcessVariables;
+using std::chrono::nanoseconds;
+
+/// Way through a slave and back when nothing has been measured.
+constexpr nanoseconds kAssumedDelay{1000};
+
+Outcome<void> give_names(const LineConfig& config, ProcessVariables& variables) {
+  for (const auto& slave : config.slaves) {
+    for (const auto& entry : slave.names) {
+      const auto named = variables.rename(fmt::format("{}.{}", slave.name, entry.object), entry.name);
+      if (!named) return misused(fmt::format("{}: {}", entry.place, named.error()));
+    }
+  }
+  return {};
+}
+
+/// The axis whose cycle writes this output; nothing when it is free.
+const ecat_master::AxisConfig* writer_of(const LineConfig& config, const ProcessVariable& variable) {
+  const auto axis = std::find_if(config.axes.begin(), config.axes.end(),
+                                 [&](const auto& a) { return config.slaves[a.slave].name == variable.slave_name; });
+  if (axis == config.axes.end()) return nullptr;
+  const auto& pdos = ecat_master::axis_pdo_configuration().outputs;
+  const bool written = std::any_of(pdos.begin(), pdos.end(), [&](const auto& pdo) {
+    return std::any_of(pdo.objects.begin(), pdo.objects.end(),
+                       [&](const auto& o) { return o.index == variable.index && o.subindex == variable.subindex; });
+  });
+  return written ? &*axis : nullptr;
+}
+
+bool overlap(const ProcessDataCopy& a, const ProcessDataCopy& b) {
+  return a.to_bit < b.to_bit + b.bits && b.to_bit < a.to_bit + a.bits;
+}
+
+Outcome<ProcessDataCopy> make_copy(const LineConfig& config, const CopyConfig& wanted,
+                                   const ProcessVariables& variables) {
+  if (const auto source = variables.find(wanted.from); !source) {
+    return misused(fmt::format("{}: {}", wanted.from_place, source.error()));
+  }
+  const auto target = variables.find(wanted.to);
+  if (!target) return misused(fmt::format("{}: {}", wanted.to_place, target.error()));
+  if (const auto* axis = writer_of(config, *target)) {
+    return misused(fmt::format("{}: {} is written by the axis \"{}\"", wanted.to_place, target->text(), axis->name));
+  }
+  const auto copy = variables.copy(wanted.from, wanted.to);
+  if (!copy) return misused(fmt::format("{}: {}", wanted.to_place, copy.error()));
+  return *copy;
+}
+
+}  // namespace
+
+ecat_master::LayoutSettings make_layout(const LineConfig& config) {
+  ecat_master::LayoutSettings layout;
+  layout.layout = config.process_data.layout;
+  for (const auto& group : config.process_data.groups) layout.groups.push_back(group.settings);
+  return layout;
+}
+
+Outcome<NamedProcessData> name_process_data(const LineConfig& config, const ecat_master::Master& master) {
+  NamedProcessData named{ProcessVariables(master.slaves(), master.image()), {}};
+  if (auto done = give_names(config, named.variables); !done) return tl::unexpected(done.error());
+  for (const auto& wanted : config.process_data.copies) {
+    const auto copy = make_copy(config, wanted, named.variables);
+    if (!copy) return tl::unexpected(copy.error());
+    for (std::size_t i = 0; i < named.copies.size(); ++i) {
+      if (!overlap(named.copies[i], *copy)) continue;
+      return misused(fmt::format("{}: \"{}\" is written by the copy from \"{}\" already", wanted.to_place, wanted.to,
+                                 config.process_data.copies[i].from));
+    }
+    named.copies.push_back(*copy);
+  }
+  return named;
+}
+
+WireBudget wire_budget(const ecat_master::Master& master, nanoseconds period) {
+  WireBudget budget;
+  budget.period = period;
+  budget.frames = nanoseconds{ecat_master::wire_time_ns(master.image(), 0, 0)};
+  budget.line = master.slaves().size() * kAssumedDelay;
+  const auto& topology = master.topology();
+  if (const auto first = topology.first(); first && topology.slaves[*first].span_ns > 0) {
+    // The time behind the first slave, and that through itself.
+    budget.line = nanoseconds{topology.slaves[*first].span_ns} + kAssumedDelay;
+    budget.line_measured = true;
+  }
+  return budget;
+}
+
+}  // namespace driveline::cli

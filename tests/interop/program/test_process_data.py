@@ -1,0 +1,85 @@
+"""The process image of a line file: groups, names and copies, in process and on the wire; cycles that cannot fit."""
+import unittest
+
+from program import EXAMPLES, ProgramTest, WireTest
+
+EXAMPLE = EXAMPLES / "process_data.toml"
+
+
+def last_line(result):
+    """The sentence that a run ends with, behind what it says of its progress."""
+    return result.stderr.splitlines()[-1]
+
+
+class InProcess(ProgramTest):
+    def test_run_tells_how_each_group_did(self):
+        result = self.run_program("run", "--config", EXAMPLE, "--virtual", "--duration", 1, "--json", "--no-plots",
+                                  "--no-telemetry")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        image = self.one_document(result.stdout)["process_data"]
+        self.assertEqual(image["layout"], "overlapped")
+        groups = {group["name"]: group for group in image["groups"]}
+        self.assertEqual(set(groups), {"others", "terminals", "slow"})
+        self.assertGreater(groups["others"]["exchanges"], 4000)
+        for name, divider in (("terminals", 4), ("slow", 40)):
+            self.assertEqual(groups[name]["divider"], divider)
+            self.assertLessEqual(abs(groups[name]["exchanges"] - groups["others"]["exchanges"] // divider), 1)
+        self.assertEqual([group["wkc_errors"] for group in image["groups"]], [0, 0, 0])
+        self.assertTrue(0 < image["wire_utilisation"] < 0.5)
+
+    def test_pdos_shows_the_image(self):
+        result = self.run_program("pdos", "--config", EXAMPLE, "--image")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        for part in ("group terminals", "every 40 cycles from 2", "outputs.lamp", "x.Position actual value",
+                     "frame 0  LWR", "copy    inputs.Channel 1/Input -> outputs.lamp, 1 bits"):
+            self.assertIn(part, result.stdout)
+        document = self.one_document(self.run_program("pdos", "--config", EXAMPLE, "--image", "--json").stdout)
+        self.assertEqual(sum(row["working_counter"] for row in document["datagram_list"]), 10)
+        self.assertIn("analogue.Channel 2/Value", [entry["name"] for entry in document["entries"]])
+
+    def test_wrong_names_are_wrong_configuration(self):
+        text = EXAMPLE.read_text().replace('"outputs.lamp"', '"outputs.horn"')
+        for key in ("terminals.xml", "process_data.csv"):
+            text = text.replace(f'"{key}"', f'"{EXAMPLES / key}"')
+        config = self.write("line.toml", text)
+        line = 1 + text[:text.index('"outputs.horn"')].count("\n")
+        for command in (["run", "--virtual"], ["pdos", "--image"]):
+            result = self.run_program(*command, "--config", config)
+            self.assertEqual(result.returncode, 2, result.stderr)
+            for part in (f"line.toml:{line}: [copy 1] to: there is no process variable 'outputs.horn'",
+                         "outputs.7000h:01 (Channel 1/Output)"):
+                self.assertIn(part, last_line(result))
+            self.assertEqual(result.stdout, "")
+        self.check_refused(self.run_program("pdos", "--image", "--iface", "lo"), 2, "--config FILE is missing")
+        self.check_refused(self.run_program("pdos", "--image", "--config", EXAMPLE, "-p", "1"), 2, "--image")
+
+
+class OnTheWire(WireTest):
+    def test_groups_and_copies_run_over_an_interface(self):
+        text = EXAMPLE.read_text().replace("cycle_us = 250", "cycle_us = 2000") + "plots = false\n"
+        text += '[realtime]\npolicy = "degrade"\n[bus]\nmax_lost_cycles = 80\n'
+        for key in ("terminals.xml", "process_data.csv"):
+            text = text.replace(f'"{key}"', f'"{EXAMPLES / key}"')
+        config = self.write("line.toml", text)
+        self.start_line(config)
+        result, _ = self.run_undisturbed("run", "--config", config, "--iface", "dl-master", "--duration", 2, "--json",
+                                         "--no-plots", "--no-telemetry")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        document = self.one_document(result.stdout)
+        self.assertEqual((document["state"], document["wkc_errors"], document["faults"]), ("OP", 0, []))
+        self.assertTrue(document["process_data"]["wire_line_measured"])
+        self.assertGreater(document["process_data"]["groups"][1]["exchanges"], 100)
+
+    def test_a_cycle_that_cannot_fit_is_refused_with_the_numbers(self):
+        slaves = "".join(f'[[slave]]\nname = "s{i}"\n' for i in range(130))
+        config = self.write("line.toml", f'{slaves}[line]\ncycle_us = 125\n[realtime]\npolicy = "degrade"\n')
+        self.start_line(config)
+        result = self.run_program("run", "--config", config, "--iface", "dl-master", "--duration", 1, "--no-plots",
+                                  "--no-telemetry")
+        self.assertEqual(result.returncode, 1, result.stderr)
+        self.assertRegex(last_line(result), r"take \d{6} ns on a 100 Mbit/s wire, the cycle has 125000 ns")
+        self.assertEqual(result.stdout, "")
+
+
+if __name__ == "__main__":
+    unittest.main()
