@@ -5,6 +5,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
 #include <type_traits>
 
@@ -18,6 +19,12 @@ concept WireInteger = std::integral<T> && !std::same_as<T, bool>;
 /// Reads a little-endian integer from the first sizeof(T) bytes. Precondition: `bytes.size() >= sizeof(T)`. \rtsafe
 template <WireInteger T>
 [[nodiscard]] constexpr T load_le(std::span<const std::byte> bytes) noexcept {
+  // One load instead of sizeof(T): compilers do not reliably join the bytes themselves.
+  if (std::endian::native == std::endian::little && !std::is_constant_evaluated()) {
+    T native{};
+    std::memcpy(&native, bytes.data(), sizeof(T));
+    return native;
+  }
   std::uint64_t value = 0;
   for (std::size_t i = 0; i < sizeof(T); ++i) {
     value |= std::to_integer<std::uint64_t>(bytes[i]) << (8 * i);
@@ -28,6 +35,10 @@ template <WireInteger T>
 /// Writes `value` little endian into the first sizeof(T) bytes. Precondition: `bytes.size() >= sizeof(T)`. \rtsafe
 template <WireInteger T>
 constexpr void store_le(std::span<std::byte> bytes, T value) noexcept {
+  if (std::endian::native == std::endian::little && !std::is_constant_evaluated()) {
+    std::memcpy(bytes.data(), &value, sizeof(T));
+    return;
+  }
   const auto bits = static_cast<std::uint64_t>(static_cast<std::make_unsigned_t<T>>(value));
   for (std::size_t i = 0; i < sizeof(T); ++i) {
     bytes[i] = static_cast<std::byte>(bits >> (8 * i));
