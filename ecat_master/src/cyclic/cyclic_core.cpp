@@ -57,11 +57,7 @@ CyclicCore::CyclicCore(port::Port& port, rt::Clock& clock, ProcessImage image, M
 }
 
 void CyclicCore::cycle(const rt::CycleStart& start) noexcept {
-  cycle_number_ = static_cast<std::uint64_t>(start.cycle);
-  missed_now_ = static_cast<std::uint32_t>(start.missed);
-  for (std::size_t i = 0; i < conditions_.size(); ++i) {
-    conditions_[i].recovering = shared_[i].recovering.load(std::memory_order_acquire);
-  }
+  begin(start);
   send();
   // A late wake-up must not turn an answer that is on its way into a lost frame: half the window is always waited.
   receive(std::max(start.grid + settings_.receive_window, sent_at_ + settings_.receive_window / 2));
@@ -81,6 +77,23 @@ void CyclicCore::cycle(const rt::CycleStart& start) noexcept {
   const auto cost = clock_.now() - start.wake;
   tally(start, cost);
   publish(start, cost);
+}
+
+void CyclicCore::begin(const rt::CycleStart& start) noexcept {
+  cycle_number_ = static_cast<std::uint64_t>(start.cycle);
+  missed_now_ = static_cast<std::uint32_t>(start.missed);
+  const auto settings = image_.groups();
+  for (std::size_t i = 0; i < settings.size(); ++i) tallies_[i].due = settings[i].due(cycle_number_);
+  if (recovery_requests_.load(std::memory_order_acquire) != recovery_requests_seen_) take_recovery_requests();
+}
+
+void CyclicCore::take_recovery_requests() noexcept {
+  // The number first: a request that comes meanwhile is taken again in the next cycle instead of being missed.
+  recovery_requests_seen_ = recovery_requests_.load(std::memory_order_acquire);
+  for (std::size_t i = 0; i < conditions_.size(); ++i) {
+    conditions_[i].recovering = shared_[i].recovering.load(std::memory_order_relaxed);
+  }
+  for (auto& tally : tallies_) tally.settled = false;
 }
 
 nanoseconds CyclicCore::first_grid(nanoseconds earliest) const noexcept {
@@ -113,10 +126,11 @@ void CyclicCore::tally(const rt::CycleStart& start, nanoseconds cost) noexcept {
 }
 
 bool CyclicCore::due(const CyclicFrame& frame) const noexcept {
-  return frame.results().empty() || image_.groups()[frame.group()].due(cycle_number_);
+  return frame.results().empty() || tallies_[frame.group()].due;
 }
 
 void CyclicCore::send() noexcept {
+  awaited_ = 0;
   for (auto& frame : frames_) {
     if (!due(frame)) continue;
     const bool first = &frame == &frames_.front();
@@ -124,14 +138,10 @@ void CyclicCore::send() noexcept {
     const bool zero = groups_[frame.group()].outputs_zeroed.load(std::memory_order_relaxed);
     // What could not be sent does not come back and is counted as lost at the end of the cycle.
     static_cast<void>(frame.send(port_, image_, FrameTag{settings_.instance, ++sequence_}, zero));
+    ++awaited_;
     if (first) sent_at_ = port_.last_send_time();
   }
   acyclic_.send_next(port_, FrameTag{settings_.instance, ++sequence_});
-}
-
-bool CyclicCore::all_received() const noexcept {
-  return std::all_of(frames_.begin(), frames_.end(),
-                     [this](const CyclicFrame& frame) { return frame.received() || !due(frame); });
 }
 
 /// Polls the port until all cyclic frames are back or the deadline has passed. What is behind them in the queue waits
@@ -142,8 +152,8 @@ void CyclicCore::receive(nanoseconds deadline) noexcept {
   for (bool expired = false;;) {
     if (const auto frame = port_.receive()) {
       dispatch(*frame);
+      exchanged_at_ = frame->time;
       if (acyclic_.in_flight() || !all_received()) continue;
-      exchanged_at_ = clock_.now();
       break;
     }
     exchanged_at_ = clock_.now();
@@ -154,9 +164,9 @@ void CyclicCore::receive(nanoseconds deadline) noexcept {
 }
 
 void CyclicCore::dispatch(const port::ReceivedFrame& frame) noexcept {
-  const auto ethernet = wire::EthernetHeader::decode(frame.bytes);
-  const auto tag = ethernet ? FrameTag::from_mac(ethernet->source) : FrameTag{};
-  if (!ethernet || tag.instance != settings_.instance) {
+  const bool complete = frame.bytes.size() >= wire::EthernetHeader::kSize;
+  const auto tag = complete ? FrameTag::of(frame.bytes) : FrameTag{};
+  if (!complete || tag.instance != settings_.instance) {
     foreign_frames_.add();
     if (counting_) ++statistics_.foreign_frames;
     return;
@@ -164,6 +174,7 @@ void CyclicCore::dispatch(const port::ReceivedFrame& frame) noexcept {
   for (auto& cyclic : frames_) {
     if (cyclic.accept(frame.bytes, tag, image_, conditions_)) {
       received_at_ = frame.time;
+      --awaited_;
       return;
     }
   }
@@ -184,8 +195,24 @@ void CyclicCore::evaluate(const rt::CycleStart& start) noexcept {
   const auto line = frames_.front().al_status().value_or(LineAlStatus{});
   al_status_shared_.store((std::uint32_t{line.slaves} << 16) | line.combined, std::memory_order_relaxed);
   judge_groups(start);
+  if (anything_new()) judge_slaves(start);
+}
+
+/// False when the answers can but repeat what the last ones said of every slave.
+bool CyclicCore::anything_new() const noexcept {
+  return std::any_of(frames_.begin(), frames_.end(), [this](const CyclicFrame& frame) {
+    return !frame.results().empty() && tallies_[frame.group()].due &&
+           !(frame.steady() && tallies_[frame.group()].settled);
+  });
+}
+
+void CyclicCore::judge_slaves(const rt::CycleStart& start) noexcept {
+  for (auto& tally : tallies_) tally.settled = tally.settled || tally.due;
   for (std::size_t i = 0; i < conditions_.size(); ++i) {
-    if (image_.groups()[image_.places()[i].group].due(cycle_number_)) judge_slave(i, start);
+    auto& tally = tallies_[image_.places()[i].group];
+    if (!tally.due) continue;
+    const bool valid = judge_slave(i, start);
+    tally.settled = tally.settled && valid;
   }
 }
 
@@ -194,12 +221,10 @@ void CyclicCore::judge_groups(const rt::CycleStart& start) noexcept {
     tally.lost = 0;
     tally.incomplete = 0;
     tally.working_counter = 0;
-    tally.due = false;
   }
   for (const auto& frame : frames_) {
     if (!due(frame) || frame.results().empty()) continue;
     auto& tally = tallies_[frame.group()];
-    tally.due = true;
     if (!frame.received()) ++tally.lost;
     if (frame.received() && !frame.valid()) ++tally.incomplete;
     tally.working_counter += frame.working_counter();
@@ -245,7 +270,8 @@ bool CyclicCore::carried(std::size_t datagram) const noexcept {
   return datagram == ProcessDataPlace::kNone || results_[datagram]->good;
 }
 
-void CyclicCore::judge_slave(std::size_t slave, const rt::CycleStart& start) noexcept {
+/// True if the slave is valid.
+bool CyclicCore::judge_slave(std::size_t slave, const rt::CycleStart& start) noexcept {
   const auto& place = image_.places()[slave];
   auto& condition = conditions_[slave];
   auto& before = before_[slave];
@@ -274,6 +300,7 @@ void CyclicCore::judge_slave(std::size_t slave, const rt::CycleStart& start) noe
     report |= kMailboxBit;
   }
   shared.report.store(report, std::memory_order_release);
+  return valid;
 }
 
 CyclicCore::SlaveReport CyclicCore::slave_report(std::size_t slave) const noexcept {

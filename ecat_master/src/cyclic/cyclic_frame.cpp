@@ -39,12 +39,38 @@ CyclicFrame::CyclicFrame(const ProcessImage& image, std::size_t number, bool wit
       first_datagram_ = i;
       group_ = datagrams[i].group;
     }
-    parts_.push_back({datagrams[i], place.value(), first_share, share - first_share});
+    parts_.push_back({datagrams[i], place.value(), first_share, share - first_share, {}, {}, false});
     expected_working_counter_ =
         static_cast<std::uint16_t>(expected_working_counter_ + datagrams[i].expected_working_counter);
   }
   results_.resize(parts_.size());
   size_ = builder.finish().size();
+  collect_status_places(image);
+}
+
+void CyclicFrame::collect_status_places(const ProcessImage& image) {
+  for (auto& part : parts_) {
+    for (const auto& share : image.shares().subspan(part.first_share, part.share_count)) {
+      const auto& place = image.places()[share.slave];
+      if (place.input_datagram != share.datagram) continue;
+      for (const auto offset : {place.al_status_offset, place.mailbox_offset}) {
+        if (offset == ProcessDataPlace::kNone) continue;
+        part.status_places.push_back(static_cast<std::uint32_t>(part.place.data() + offset - part.datagram.offset));
+      }
+    }
+    part.status_bytes.resize(part.status_places.size());
+  }
+}
+
+/// Remembers the status bytes of this answer; true if one differs from the last answer's.
+bool CyclicFrame::status_changed(Part& part, std::span<const std::byte> frame) noexcept {
+  auto difference = std::byte{0};
+  for (std::size_t i = 0; i < part.status_places.size(); ++i) {
+    const auto status = frame[part.status_places[i]];
+    difference |= status ^ part.status_bytes[i];
+    part.status_bytes[i] = status;
+  }
+  return difference != std::byte{0};
 }
 
 void CyclicFrame::set_drift(const dc::DriftDatagram& drift) noexcept {
@@ -106,13 +132,24 @@ bool CyclicFrame::accept(std::span<const std::byte> frame, FrameTag tag, Process
     drift_ = dc::DriftAnswer{wire::load_le<std::uint32_t>(frame.subspan(drift_place_->data(), drift_place_->length)),
                              wire::load_le<std::uint16_t>(frame.subspan(drift_place_->working_counter(), 2))};
   }
+  steady_ = true;
   for (std::size_t i = 0; i < parts_.size(); ++i) {
-    const auto& place = parts_[i].place;
-    results_[i].received = true;
-    results_[i].working_counter = wire::load_le<std::uint16_t>(frame.subspan(place.working_counter(), 2));
-    results_[i].complete = results_[i].working_counter == parts_[i].datagram.expected_working_counter;
-    if (parts_[i].datagram.command != wire::Command::kLwr) {
-      take(parts_[i], results_[i], frame.subspan(place.data(), place.length), image, conditions);
+    auto& part = parts_[i];
+    auto& result = results_[i];
+    result.received = true;
+    result.working_counter = wire::load_le<std::uint16_t>(frame.subspan(part.place.working_counter(), 2));
+    result.complete = result.working_counter == part.datagram.expected_working_counter;
+    const bool changed = status_changed(part, frame);
+    const bool same = result.complete && part.was_complete && !changed;
+    part.was_complete = result.complete;
+    steady_ = steady_ && same;
+    if (part.datagram.command == wire::Command::kLwr) continue;
+    const auto data = frame.subspan(part.place.data(), part.place.length);
+    if (same) {
+      result.good = true;
+      copy(data, image.inputs(), part.datagram.offset, part.datagram.bytes);
+    } else {
+      take(part, result, data, image, conditions);
     }
   }
   return true;

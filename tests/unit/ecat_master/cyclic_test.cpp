@@ -113,6 +113,69 @@ TEST_F(CyclicFrameTest, IsNotTakenForOneThatIsMoreThanASecondYounger) {
   EXPECT_TRUE(frame->accept(answer, FrameTag{0, kLater}, image, conditions)) << "its own answer has the same bytes";
 }
 
+/// Two slaves with AL status and mailbox status bytes in one LRW; hands the frame answers and tells if they were
+/// steady.
+class SteadyAnswers : public testing::Test {
+ protected:
+  SteadyAnswers() {
+    ProcessDataDemand demand;
+    demand.channels = {{true, 2, 0x1100, 4}, {false, 3, 0x1400, 4}};
+    demand.al_status = true;
+    demand.mailbox_status = 0x080D;
+    image = ProcessImage::lay_out(std::vector{demand, demand}).value();
+    inputs.resize(image.datagrams()[0].bytes);
+    for (const auto& place : image.places()) inputs.at(place.al_status_offset) = std::byte{0x08};
+    working_counter = static_cast<std::uint8_t>(image.datagrams()[0].expected_working_counter);
+    frame.emplace(image, 0);
+  }
+  bool steady_after_answer() {
+    const FrameTag tag{0, ++sequence};
+    EXPECT_EQ(frame->send(port, image, tag), port::SendStatus::kSent);
+    auto answer = port.sent.back();
+    std::copy(inputs.begin(), inputs.end(), answer.begin() + 40);
+    answer[40 + inputs.size()] = std::byte{working_counter};
+    EXPECT_TRUE(frame->accept(answer, tag, image, conditions));
+    return frame->steady();
+  }
+
+  rt::VirtualClock clock;
+  FakePort port{clock};
+  ProcessImage image;
+  std::array<SlaveCondition, 2> conditions{};
+  std::vector<std::byte> inputs;
+  std::uint8_t working_counter = 0;
+  std::uint32_t sequence = 100;
+  std::optional<CyclicFrame> frame;
+};
+
+TEST_F(SteadyAnswers, AreThoseThatRepeatWhatTheLastOneSaidOfTheSlaves) {
+  EXPECT_FALSE(steady_after_answer()) << "the first";
+  EXPECT_TRUE(steady_after_answer());
+  inputs.at(image.places()[1].input_offset) = std::byte{0x77};
+  EXPECT_TRUE(steady_after_answer()) << "process data are not status";
+  EXPECT_EQ(image.inputs()[image.places()[1].input_offset], std::byte{0x77});
+  ASSERT_EQ(frame->send(port, image, {0, ++sequence}), port::SendStatus::kSent);
+  EXPECT_FALSE(frame->steady()) << "nothing came back";
+}
+
+TEST_F(SteadyAnswers, EndWithAStatusByteOrAWorkingCounterThatDiffers) {
+  static_cast<void>(steady_after_answer());
+  ASSERT_TRUE(steady_after_answer());
+  inputs.at(image.places()[1].al_status_offset) = std::byte{0x14};
+  EXPECT_FALSE(steady_after_answer()) << "AL status";
+  EXPECT_EQ(conditions[1].al_status, 0x14);
+  EXPECT_TRUE(steady_after_answer());
+  inputs.at(image.places()[0].mailbox_offset) = std::byte{0x08};
+  EXPECT_FALSE(steady_after_answer()) << "mailbox";
+  EXPECT_TRUE(steady_after_answer());
+  --working_counter;
+  EXPECT_FALSE(steady_after_answer()) << "somebody is missing";
+  EXPECT_FALSE(steady_after_answer()) << "and still is";
+  ++working_counter;
+  EXPECT_FALSE(steady_after_answer()) << "back, but not so before";
+  EXPECT_TRUE(steady_after_answer());
+}
+
 AcyclicJob job(std::uint64_t id) {
   AcyclicJob made;
   made.id = id;

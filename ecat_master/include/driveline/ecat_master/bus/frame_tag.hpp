@@ -25,6 +25,10 @@ struct FrameTag {
   [[nodiscard]] static constexpr FrameTag from_mac(const wire::MacAddress& mac) noexcept {
     return {std::to_integer<std::uint8_t>(mac[1]), wire::load_le<std::uint32_t>(std::span(mac).subspan<2, 4>())};
   }
+  /// Of a whole frame, which must be at least as long as an Ethernet header.
+  [[nodiscard]] static constexpr FrameTag of(std::span<const std::byte> frame) noexcept {
+    return {std::to_integer<std::uint8_t>(frame[7]), wire::load_le<std::uint32_t>(frame.subspan(8, 4))};
+  }
   /// True once a slave has processed the frame.
   [[nodiscard]] static constexpr bool processed(const wire::MacAddress& mac) noexcept {
     return (mac[0] & std::byte{0x02}) != std::byte{0};

@@ -127,7 +127,8 @@ class CyclicCore {
   /// Takes a slave out of the judgement of working counters while it is being configured: its process data are not
   /// valid, and it may count or not without harm to the others. From the next cycle on.
   void set_recovering(std::size_t slave, bool recovering) noexcept {
-    shared_[slave].recovering.store(recovering, std::memory_order_release);
+    shared_[slave].recovering.store(recovering, std::memory_order_relaxed);
+    recovery_requests_.fetch_add(1, std::memory_order_release);
   }
   [[nodiscard]] std::span<const GroupCounters> groups() const noexcept { return {groups_.get(), group_count_}; }
   /// Lets a group drive its outputs again that GroupSettings::bad_cycle_limit has zeroed.
@@ -161,16 +162,23 @@ class CyclicCore {
     unsigned last_working_counter = 0;
     unsigned expected = 0;
     bool due = false;
+    /// When its slaves were judged last all of them were valid, so that an answer with nothing new in it changes
+    /// nothing.
+    bool settled = false;
   };
 
   [[nodiscard]] bool due(const CyclicFrame& frame) const noexcept;
+  void begin(const rt::CycleStart& start) noexcept;
+  void take_recovery_requests() noexcept;
   void send() noexcept;
   void receive(std::chrono::nanoseconds deadline) noexcept;
   void dispatch(const port::ReceivedFrame& frame) noexcept;
   void evaluate(const rt::CycleStart& start) noexcept;
   void judge_groups(const rt::CycleStart& start) noexcept;
   void judge_group(std::size_t number, const rt::CycleStart& start) noexcept;
-  void judge_slave(std::size_t slave, const rt::CycleStart& start) noexcept;
+  [[nodiscard]] bool anything_new() const noexcept;
+  void judge_slaves(const rt::CycleStart& start) noexcept;
+  [[nodiscard]] bool judge_slave(std::size_t slave, const rt::CycleStart& start) noexcept;
   [[nodiscard]] bool carried(std::size_t datagram) const noexcept;
   void note(CyclicEvent::Kind kind, std::size_t index, unsigned before, unsigned after,
             const rt::CycleStart& start) noexcept;
@@ -179,7 +187,7 @@ class CyclicCore {
                                                  std::chrono::nanoseconds cost) const noexcept;
   void publish(const rt::CycleStart& start, std::chrono::nanoseconds cost) noexcept;
   void record(const snapshot::LineSample& line) noexcept;
-  [[nodiscard]] bool all_received() const noexcept;
+  [[nodiscard]] bool all_received() const noexcept { return awaited_ == 0; }
 
   port::Port& port_;
   rt::Clock& clock_;
@@ -188,6 +196,7 @@ class CyclicCore {
   SampleRings rings_;
   Settings settings_;
   std::vector<CyclicFrame> frames_;
+  std::size_t awaited_ = 0;                     ///< frames of this cycle that are not back
   std::vector<const DatagramResult*> results_;  ///< by datagram of the image
   std::vector<SlaveCondition> conditions_;
   std::vector<SlaveCondition> before_;
@@ -210,9 +219,11 @@ class CyclicCore {
   std::chrono::nanoseconds exchanged_at_{};
   std::chrono::nanoseconds grid_shift_{};
   std::uint32_t missed_now_ = 0;
+  std::uint32_t recovery_requests_seen_ = 0;
   MotionPhase recorded_phase_ = MotionPhase::kIdle;
   port::Counter stale_frames_;
   port::Counter foreign_frames_;
+  std::atomic<std::uint32_t> recovery_requests_{0};  ///< set_recovering() calls; wraps around
   std::atomic<bool> counting_wanted_{true};
   std::atomic<std::uint64_t> cycles_shared_{0};
   std::atomic<std::uint32_t> bad_cycles_{0};

@@ -65,6 +65,9 @@ class CyclicFrame {
   [[nodiscard]] std::size_t group() const noexcept { return group_; }
   /// Facts of the last cycle it was sent in.
   [[nodiscard]] bool received() const noexcept { return received_; }
+  /// It came back complete, and so did the answer before it, with the same status bytes: nothing that it says of a
+  /// slave is new.
+  [[nodiscard]] bool steady() const noexcept { return received_ && steady_; }
   [[nodiscard]] std::uint16_t working_counter() const noexcept;
   [[nodiscard]] std::uint16_t expected_working_counter() const noexcept { return expected_working_counter_; }
   /// All datagrams are back with the working counter of a complete line.
@@ -82,9 +85,15 @@ class CyclicFrame {
     wire::DatagramPlace place;
     std::size_t first_share = 0;
     std::size_t share_count = 0;
+    /// Places in the frame of what slaves tell about themselves (AL status, mailbox status), and what they told last.
+    std::vector<std::uint32_t> status_places;
+    std::vector<std::byte> status_bytes;
+    bool was_complete = false;
   };
 
   [[nodiscard]] bool is_answer(std::span<const std::byte> frame) const noexcept;
+  void collect_status_places(const ProcessImage& image);
+  [[nodiscard]] static bool status_changed(Part& part, std::span<const std::byte> frame) noexcept;
   void take(const Part& part, DatagramResult& result, std::span<const std::byte> data, ProcessImage& image,
             std::span<SlaveCondition> conditions) noexcept;
   [[nodiscard]] bool explained(const Part& part, const ProcessImage& image, std::uint16_t working_counter,
@@ -102,6 +111,7 @@ class CyclicFrame {
   FrameTag tag_{};
   bool awaited_ = false;
   bool received_ = false;
+  bool steady_ = false;
   std::optional<LineAlStatus> al_status_;
   std::optional<dc::DriftAnswer> drift_;
 };
