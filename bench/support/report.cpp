@@ -19,12 +19,12 @@ double ratio(double value, double base) {
   return base > 0.0 ? std::round(value / base * 1e4) / 1e4 : 0.0;
 }
 
-std::string aim_text(double limit) {
-  return fmt::format("p50<={:g}", limit);
+std::string aim_text(const Row& row) {
+  return fmt::format("p50<={:g}", *row.aim) + (row.aim_p999 ? fmt::format(" p999<={:g}", *row.aim_p999) : "");
 }
 
 bool is_met(const Row& row) {
-  return row.figures.p50 <= *row.aim;
+  return row.figures.p50 <= *row.aim && (!row.aim_p999 || row.figures.p999 <= *row.aim_p999);
 }
 
 nlohmann::ordered_json to_json(const Row& row) {
@@ -43,7 +43,7 @@ nlohmann::ordered_json to_json(const Row& row) {
     json["ratio_p999"] = ratio(figures.p999, row.against->figures.p999);
   }
   if (row.aim) {
-    json["aim"] = aim_text(*row.aim);
+    json["aim"] = aim_text(row);
     json["met"] = is_met(row);
   }
   return json;
@@ -80,9 +80,11 @@ std::string Report::to_table() const {
     const auto& figures = row.figures;
     text += fmt::format("{:<{}} {:<22} {:<8}{:>9}{:>12.1f}{:>12.1f}{:>12.1f}{:>12.1f}", row.name, width, row.metric,
                         row.unit, figures.n, figures.p50, figures.p99, figures.p999, figures.max);
-    if (row.aim) text += fmt::format("  aim {}: {}", aim_text(*row.aim), is_met(row) ? "met" : "MISSED");
+    if (row.aim) text += fmt::format("  aim {}: {}", aim_text(row), is_met(row) ? "met" : "MISSED");
     if (row.against) {
-      text += fmt::format("  {:.3g} x {}", ratio(figures.p50, row.against->figures.p50), row.against->name);
+      const auto& base = row.against->figures;
+      text += fmt::format("  {:.3g} x {}", ratio(figures.p50, base.p50), row.against->name);
+      if (row.aim_p999) text += fmt::format(" (p99.9 {:.3g} x)", ratio(figures.p999, base.p999));
     }
     text += '\n';
   }

@@ -23,6 +23,7 @@ struct Row {
   Summary figures;
   std::optional<double> aim{};  ///< the median shall not be above
   std::optional<Baseline> against{};
+  std::optional<double> aim_p999{};  ///< nor 99.9 % of the measurements above this
 };
 
 /// The answer of one program: a table for people or one JSON document, the same schema for all programs.
