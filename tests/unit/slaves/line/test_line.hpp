@@ -52,8 +52,8 @@ class LineTest : public ::testing::Test {
                                            const std::vector<std::byte>& data) {
     std::vector<std::byte> buffer(port::kMaxFrameBytes);
     wire::FrameBuilder builder(buffer, kMac);
-    const auto place = builder.add(command, 0x5A, address, data.size());
-    std::copy(data.begin(), data.end(), builder.data(*place).begin());
+    const auto place = builder.add(command, 0x5A, address, data.size()).value();
+    std::copy(data.begin(), data.end(), builder.data(place).begin());
     const auto frame = builder.finish();
     return {frame.begin(), frame.end()};
   }
