@@ -116,7 +116,7 @@ void MsdDrive::write_device_facts(ObjectDictionary& dictionary) const {
   dictionary.set(kMotorPolePairs, motor.pole_pairs);
 }
 
-void MsdDrive::store_parameters() {
+bool MsdDrive::store_parameters() {
   const bool factory = factory_reset_pending_;
   if (factory) {
     stored_.reset();
@@ -127,11 +127,12 @@ void MsdDrive::store_parameters() {
   }
   stored_are_factory_ = factory;
   save_left_ = parameters_.save_time;
-  if (parameters_.parameter_file.empty()) return;
+  if (parameters_.parameter_file.empty()) return true;
   const auto saved = save_parameter_file(parameters_.parameter_file, stored_);
   if (!saved) parameter_file_error_ = saved.error();
   parameter_file_good_ = saved.has_value();
   if (!saved) raise(Fault::kParameterList);
+  return parameter_file_good_;
 }
 
 void MsdDrive::restart() {

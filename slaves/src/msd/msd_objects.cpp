@@ -66,10 +66,16 @@ SdoResult<void> MsdDrive::accept(const EntryRow& row, std::uint64_t raw) {
   const bool checked = dictionary_.get<std::uint8_t>(kParameterDownload) == 0;
   if (checked && !consistent_with(row, raw)) return tl::unexpected(SdoAbort::kParameterIncompatible);
   switch (row.slot) {
+    // Saving is what these writes are about: when it fails, so do they (CiA 301 7.5.2.13: 0606 0000h).
     case kStoreCommand:
-      return require(raw == kSaveSignature, SdoAbort::kCannotTransferOrStore);
+      if (raw != kSaveSignature) return tl::unexpected(SdoAbort::kCannotTransferOrStore);
+      return require(store_parameters(), SdoAbort::kHardwareError);
     case kRestoreCommand:
-      return require(raw == kLoadSignature, SdoAbort::kCannotTransferOrStore);
+      if (raw != kLoadSignature) return tl::unexpected(SdoAbort::kCannotTransferOrStore);
+      factory_reset_pending_ = true;
+      return require(store_parameters(), SdoAbort::kHardwareError);
+    case kSaveParameters:
+      return require(raw != 1 || store_parameters(), SdoAbort::kHardwareError);
     case kMode:
       return require(ModeControl::supported(static_cast<OperationMode>(raw)), SdoAbort::kValueRange);
     case kHomingMethod:
@@ -101,14 +107,10 @@ void MsdDrive::written(const EntryRow& row) {
     case kErrorCount:
       return dictionary_.set(kLastError, 0U);
     case kStoreCommand:
-      store_parameters();
       return dictionary_.set(kStoreCommand, 1U);
     case kRestoreCommand:
-      factory_reset_pending_ = true;
-      store_parameters();
       return dictionary_.set(kRestoreCommand, 1U);
     case kSaveParameters:
-      if (dictionary_.get<std::uint8_t>(kSaveParameters) == 1) store_parameters();
       return;
     case kFactoryReset:
       factory_reset_pending_ = factory_reset_pending_ || dictionary_.get<std::uint8_t>(kFactoryReset) == 1;

@@ -175,9 +175,13 @@ TEST_F(MsdParameterFile, WhereNothingCanBeWrittenTheUserIsTold) {
   parameters_.parameter_file = (std::filesystem::path(testing::TempDir()) / "no_such_folder" / "file").string();
   DriveRig rig(parameters_);
   EXPECT_FALSE(rig.drive.fault().has_value()) << "no file yet is no error";
-  ASSERT_EQ(rig.write(0x200B, 1, 1, 1), 0U);
+  constexpr std::uint32_t kHardwareReason = 0x06060000;
+  EXPECT_EQ(rig.write(0x200B, 1, 1, 1), kHardwareReason);
+  EXPECT_EQ(rig.read(0x200B, 1), 0U);
   rig.pass(5ms);
   EXPECT_EQ(rig.drive.fault(), Fault::kParameterList);
+  EXPECT_EQ(rig.write(0x1010, 1, 0x65766173, 4), kHardwareReason);
+  EXPECT_EQ(rig.write(0x1011, 1, 0x64616F6C, 4), kHardwareReason);
   EXPECT_NE(rig.drive.parameter_file_error().what.find("No such file"), std::string::npos);
 }
 

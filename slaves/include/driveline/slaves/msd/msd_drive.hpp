@@ -137,7 +137,8 @@ class MsdDrive final : public Device, private DictionaryOwner {
   [[nodiscard]] FirmwareVersion firmware() const noexcept {
     return parameters_.firmware.value_or(facts(parameters_.variant).firmware);
   }
-  void store_parameters();
+  /// False: the parameter file could not be written, which is a fault.
+  [[nodiscard]] bool store_parameters();
   void load_stored_parameters();
   void publish_warnings() noexcept;
   void publish_motor_values() noexcept;
