@@ -50,6 +50,11 @@ constexpr std::array kCommands = {
             "diag --config examples/line8.toml\n"
             "diag --config examples/line8.toml --json",
             prepare_diag},
+    Command{"drive", "", kTools, "Show one drive: display, state, values, inputs, faults, parameters",
+            "drive --config examples/line8.toml -p 0 --once\n"
+            "drive --iface eth1 -p 2\n"
+            "drive --iface eth1 -p 2 --json",
+            prepare_drive},
     Command{"rescan", "", kTools, "Find the slaves anew, all in INIT", "rescan --config examples/line8.toml",
             prepare_rescan},
     Command{"pdos", "", kTools, "List sync managers, PDOs and the objects mapped into them",

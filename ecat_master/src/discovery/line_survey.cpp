@@ -55,7 +55,7 @@ Result<void> assign_stations(Bus& bus, std::span<SurveyedSlave> slaves) {
 
 }  // namespace
 
-Result<std::vector<SurveyedSlave>> survey(Bus& bus) {
+Result<std::vector<SurveyedSlave>> survey(Bus& bus, SurveyAddresses policy) {
   const auto states = peek_states(bus);
   if (!states) return tl::unexpected(states.error());
   if (states->size() > kMaxSlaves) {
@@ -74,7 +74,7 @@ Result<std::vector<SurveyedSlave>> survey(Bus& bus) {
     const auto alias = wire::load_le<std::uint16_t>(std::span(addresses[i]).subspan(2));
     slaves.push_back({{static_cast<std::uint16_t>(i), station}, alias, (*states)[i]});
   }
-  if (!usable(slaves)) {
+  if (policy == SurveyAddresses::kComplete && !usable(slaves)) {
     if (auto done = assign_stations(bus, slaves); !done) return tl::unexpected(done.error());
   }
   return slaves;

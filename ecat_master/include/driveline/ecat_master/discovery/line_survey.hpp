@@ -16,13 +16,20 @@ struct SurveyedSlave {
   AlReport al;
 };
 
+/// Which slaves may get station addresses from a survey.
+enum class SurveyAddresses : std::uint8_t {
+  kComplete,  ///< all, unless every one has an address of its own already
+  kLeave  ///< none: another master works with those that are there. A slave without one is then only known by position
+};
+
 /// What is on the line, without disturbing it: no state, error, sync manager or FMMU changes. Station addresses stay
 /// when they are usable; where they are missing, or two slaves have the same, all get new ones as discover() gives
-/// them, because everything behind this works by station address.
+/// them, because everything behind this works by station address; unless `addresses` says to leave them.
 ///
 /// Errors: kNoSlaves, kTooManySlaves, kWorkingCounter for a slave that does not answer, those of the bus. Not real-time
 /// safe.
-[[nodiscard]] Result<std::vector<SurveyedSlave>> survey(Bus& bus);
+[[nodiscard]] Result<std::vector<SurveyedSlave>> survey(Bus& bus,
+                                                        SurveyAddresses addresses = SurveyAddresses::kComplete);
 
 /// EEPROM content of each slave, or why it could not be read; one slave's trouble is not that of the others. Not
 /// real-time safe.

@@ -1,0 +1,141 @@
+#include <fmt/format.h>
+
+#include <charconv>
+
+#include "commands/commands.hpp"
+#include "commands/tool_options.hpp"
+#include "console.hpp"
+#include "line/drive_link.hpp"
+#include "signals.hpp"
+#include "terminal.hpp"
+#include "text/drive_page.hpp"
+#include "text/json_text.hpp"
+
+namespace driveline::cli {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr std::uint32_t kShortestMs = 50;
+constexpr std::uint32_t kLongestMs = 60'000;
+constexpr std::uint32_t kUsualMs = 250;
+
+struct DriveOptions {
+  BusOptions bus;
+  SlaveSelection selection;
+  std::optional<std::string> interval_ms;
+  bool once = false;
+  bool json = false;
+};
+
+Outcome<milliseconds> interval_of(const DriveOptions& options) {
+  if (!options.interval_ms) return milliseconds{kUsualMs};
+  const auto number = parse_number(*options.interval_ms, kLongestMs, "interval");
+  if (!number) return tl::unexpected(number.error());
+  if (*number < kShortestMs) {
+    return misused(
+        fmt::format("interval \"{}\": {} to {} ms is expected", *options.interval_ms, kShortestMs, kLongestMs));
+  }
+  return milliseconds{*number};
+}
+
+Outcome<int> print_once(DriveLink& link, std::size_t position, bool json) {
+  DriveView view;
+  view.position = position;
+  if (auto done = link.read(position, view); !done) return tl::unexpected(done.error());
+  fmt::print("{}", json ? json_text(drive_json(view)) : drive_page(view, std::chrono::nanoseconds{0}));
+  return 0;
+}
+
+/// The page, drawn again at every interval, until a key or a signal ends it.
+class Pages {
+ public:
+  Pages(DriveLink& link, Session& session, std::size_t position, milliseconds interval)
+      : link_(link), session_(session), interval_(interval) {
+    view_.position = position;
+  }
+
+  void run() {
+    while (!stop_requested()) {
+      // What is wrong stands on the page; the next look may find it mended.
+      static_cast<void>(link_.read(view_.position, view_));
+      terminal_.show(page());
+      switch (terminal_.wait_for_key(interval_)) {
+        case Key::kQuit:
+          return;
+        case Key::kNext:
+          go_to((view_.position + 1) % link_.size());
+          break;
+        case Key::kPrevious:
+          go_to((view_.position + link_.size() - 1) % link_.size());
+          break;
+        case Key::kNone:
+          break;
+      }
+    }
+  }
+
+ private:
+  void go_to(std::size_t position) {
+    view_ = {};
+    view_.position = position;
+    shown_ = {};
+  }
+
+  [[nodiscard]] std::string page() {
+    const auto now = session_.clock().now();
+    const auto content = display_content(view_);
+    const std::string content_key =
+        fmt::format("{} {} {}", static_cast<int>(content.state), content.starting,
+                    content.fault ? content.fault->number * 256 + content.fault->location : -1);
+    if (content_key != shown_) {
+      shown_ = content_key;
+      shown_since_ = now;
+    }
+    const std::string keys = "\n  n next slave, p previous slave, q quit";
+    if (!view_.values.bits(DriveObject::kStatusWord)) {
+      return fmt::format("slave {} of {}\n\n  {}\n{}", view_.position, link_.size(), view_.trouble, keys);
+    }
+    return drive_page(view_, now - shown_since_) + keys;
+  }
+
+  DriveLink& link_;
+  Session& session_;
+  milliseconds interval_;
+  TerminalPage terminal_;
+  DriveView view_;
+  std::string shown_;
+  std::chrono::nanoseconds shown_since_{0};
+};
+
+Outcome<int> drive(const DriveOptions& options) {
+  if (auto checked = options.selection.check(); !checked) return tl::unexpected(checked.error());
+  const auto interval = interval_of(options);
+  if (!interval) return tl::unexpected(interval.error());
+  auto session = Session::open(options.bus);
+  if (!session) return tl::unexpected(session.error());
+  catch_stop_signals();
+  auto link = DriveLink::open(**session);
+  if (!link) return tl::unexpected(link.error());
+  const auto aliases = (*link)->aliases();
+  const auto position = options.selection.select_one(aliases, false);
+  if (!position) return tl::unexpected(position.error());
+  if (options.once || options.json || !TerminalPage::possible()) return print_once(**link, *position, options.json);
+  Pages(**link, **session, *position, *interval).run();
+  return 0;
+}
+
+}  // namespace
+
+Execute prepare_drive(Arguments& to) {
+  auto options = std::make_shared<DriveOptions>();
+  add_bus_options(to, options->bus);
+  options->selection.add_single(to);
+  to.option("--interval", &options->interval_ms, Value::text("MS"),
+            "Time between two looks, 50 to 60000 ms; default: 250");
+  to.flag("--once", options->once, "Print the page once, as without a terminal");
+  add_json_flag(to, options->json);
+  return [options] { return drive(*options); };
+}
+
+}  // namespace driveline::cli

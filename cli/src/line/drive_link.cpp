@@ -1,0 +1,174 @@
+#include "line/drive_link.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "driveline/wire/sync_manager.hpp"
+
+namespace driveline::cli {
+namespace {
+
+using ecat_master::ErrorKind;
+using wire::AlState;
+using wire::SdoAbort;
+namespace reg = wire::reg;
+
+/// Another master may have taken the answer: better to ask again soon than to wait long.
+constexpr std::chrono::milliseconds kReplyTimeout{250};
+constexpr int kAttempts = 4;
+constexpr std::uint16_t kDriveProfile = 402;
+
+bool has_mailbox(AlState state) noexcept {
+  return state == AlState::kPreOp || state == AlState::kSafeOp || state == AlState::kOp;
+}
+
+/// The slave will never have this object.
+bool for_good(const ecat_master::Error& error) noexcept {
+  if (error.kind != ErrorKind::kSdoAbort) return false;
+  const auto code = static_cast<SdoAbort>(error.code);
+  return code == SdoAbort::kObjectDoesNotExist || code == SdoAbort::kSubindexDoesNotExist ||
+         code == SdoAbort::kWriteOnly || code == SdoAbort::kUnsupportedAccess;
+}
+
+}  // namespace
+
+DriveLink::DriveLink(Session& session)
+    : session_(session),
+      master_(session.port(), session.clock()),
+      engine_(master_.bus(), {.reply_timeout = kReplyTimeout}) {}
+
+DriveLink::~DriveLink() {
+  engine_.close_all();
+  // Who looked is going: there is nobody left to be told.
+  if (raised_) static_cast<void>(master_.shut_down());
+}
+
+Outcome<std::unique_ptr<DriveLink>> DriveLink::open(Session& session) {
+  std::unique_ptr<DriveLink> link(new DriveLink(session));
+  auto slaves = ecat_master::survey(link->master_.bus(), ecat_master::SurveyAddresses::kLeave);
+  if (!slaves) return bus_failure(slaves.error());
+  link->slaves_ = std::move(*slaves);
+  link->other_master_ = std::any_of(link->slaves_.begin(), link->slaves_.end(),
+                                    [](const auto& slave) { return slave.al.status.state != AlState::kInit; });
+  if (!link->other_master_) {
+    if (auto done = link->take_to_pre_op(); !done) return tl::unexpected(done.error());
+  }
+  return link;
+}
+
+Outcome<void> DriveLink::take_to_pre_op() {
+  raised_ = true;
+  if (auto done = master_.scan(); !done) return bus_failure(done.error());
+  if (auto done = master_.enter_pre_op(); !done) return bus_failure(done.error());
+  for (std::size_t i = 0; i < slaves_.size(); ++i) slaves_[i].ref = master_.slaves()[i].info.ref;
+  return {};
+}
+
+std::vector<std::uint16_t> DriveLink::aliases() const {
+  std::vector<std::uint16_t> aliases;
+  for (const auto& slave : slaves_) aliases.push_back(slave.alias);
+  return aliases;
+}
+
+Outcome<void> DriveLink::read_registers(std::size_t position, DriveView& view) {
+  const auto& slave = slaves_[position].ref;
+  const auto with_address = std::count_if(slaves_.begin(), slaves_.end(),
+                                          [&slave](const auto& other) { return other.ref.station == slave.station; });
+  if (slave.station == 0 || with_address > 1) {
+    return failed(
+        fmt::format("slave {} has no station address of its own (0x{:04X}), and another master works with the "
+                    "line: it is left alone",
+                    position, slave.station));
+  }
+  const auto al = ecat_master::read_al_status(master_.bus(), std::span(&slave, 1));
+  if (!al) return bus_failure(al.error());
+  view.al = al->front();
+  const auto dl = master_.bus().read(slave, reg::kDlStatus);
+  if (!dl) return bus_failure(dl.error());
+  view.dl = wire::DlStatus::from_raw(*dl);
+  if (!has_mailbox(view.al.status.state)) {
+    attached_.erase(position);
+    return failed(fmt::format("slave {} is in {}, where it has no mailbox for CoE{}", position,
+                              wire::to_text(view.al.status.state),
+                              other_master_ ? "; another master works with the line and has to take it further" : ""));
+  }
+  return {};
+}
+
+Outcome<void> DriveLink::attach(std::size_t position) {
+  const auto& slave = slaves_[position].ref;
+  std::array<std::byte, 2 * wire::SyncManagerChannel::kSize> bytes{};
+  if (auto done = master_.bus().read(slave, reg::kSyncManager.at(0), bytes); !done) return bus_failure(done.error());
+  const auto out = wire::SyncManagerChannel::decode(std::span(bytes).first(wire::SyncManagerChannel::kSize));
+  const auto in = wire::SyncManagerChannel::decode(std::span(bytes).subspan(wire::SyncManagerChannel::kSize));
+  const auto usable = [](const wire::SyncManagerChannel& channel, wire::SyncManagerDirection direction) {
+    const auto control = wire::SyncManagerControl::from_raw(channel.control);
+    return (channel.activate & wire::SyncManagerActivate::kEnable) != 0 &&
+           channel.length > wire::MailboxHeader::kSize && control.mode == wire::SyncManagerMode::kMailbox &&
+           control.direction == direction;
+  };
+  if (!usable(*out, wire::SyncManagerDirection::kWrite) || !usable(*in, wire::SyncManagerDirection::kRead)) {
+    return failed(fmt::format("slave {} has no mailbox: sync managers 0 and 1 are set up for none", position));
+  }
+  const ecat_master::MailboxWindow window{out->start_address, out->length, in->start_address, in->length};
+  const auto known = attached_.find(position);
+  if (known != attached_.end() && known->second == window) return {};
+  engine_.open(slave, window);
+  attached_[position] = window;
+  return {};
+}
+
+Outcome<std::optional<std::vector<std::byte>>> DriveLink::upload(std::size_t position, const DriveObjectRow& row) {
+  ecat_master::CoeClient coe(engine_, slaves_[position].ref.position);
+  for (int attempt = 1;; ++attempt) {
+    auto data = coe.upload(row.index, row.subindex);
+    if (data) return std::optional(std::move(*data));
+    if (for_good(data.error())) {
+      missing_[position].push_back(row.object);
+      return std::nullopt;
+    }
+    if (data.error().kind == ErrorKind::kSdoAbort) return std::nullopt;  // not now
+    if (attempt == kAttempts) return bus_failure(data.error());
+  }
+}
+
+Outcome<void> DriveLink::read_object(std::size_t position, const DriveObjectRow& row, DriveView& view) {
+  auto& missing = missing_[position];
+  if (std::find(missing.begin(), missing.end(), row.object) != missing.end()) return {};
+  auto value = upload(position, row);
+  if (!value) return tl::unexpected(value.error());
+  view.values.set(row.object, std::move(*value));
+  return {};
+}
+
+Outcome<void> DriveLink::read(std::size_t position, DriveView& view) {
+  const bool fresh = view.position != position || !view.values.bits(DriveObject::kDeviceType);
+  if (view.position != position) view.values = {};
+  view.position = position;
+  view.slaves = slaves_.size();
+  view.other_master = other_master_;
+  const auto fail = [&view](const Failure& failure) {
+    view.trouble = failure.text;
+    return tl::unexpected(failure);
+  };
+  if (auto done = read_registers(position, view); !done) return fail(done.error());
+  if (auto done = attach(position); !done) return fail(done.error());
+  for (const auto& row : drive_objects()) {
+    if (row.constant && !fresh) continue;
+    if (auto done = read_object(position, row, view); !done) return fail(done.error());
+    if (row.object != DriveObject::kDeviceType) continue;
+    const auto type = view.values.bits(row.object);
+    if (!type || (*type & 0xFFFF) != kDriveProfile) {
+      return fail({1, type
+                          ? fmt::format("slave {} is no servo drive: its device type 1000h is 0x{:08X}, profile 402 in "
+                                        "the low word is expected",
+                                        position, *type)
+                          : fmt::format("slave {} is no servo drive: it has no device type, object 1000h", position)});
+    }
+  }
+  view.trouble.clear();
+  return {};
+}
+
+}  // namespace driveline::cli

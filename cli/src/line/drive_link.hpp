@@ -1,0 +1,56 @@
+#pragma once
+
+#include <map>
+#include <memory>
+
+#include "commands/tool_options.hpp"
+#include "driveline/ecat_master/coe/coe_client.hpp"
+#include "driveline/ecat_master/discovery/line_survey.hpp"
+#include "text/drive_view.hpp"
+
+namespace driveline::cli {
+
+/// The drives of a line for somebody who only looks: through the mailbox, in whatever state their master keeps them. A
+/// line that is altogether in INIT has no master; then its slaves are taken to PREOP, and to INIT again at the end.
+///
+/// A mailbox is shared with the master that runs the line: an answer may reach the other one. What is lost is asked for
+/// again.
+class DriveLink {
+ public:
+  /// Looks at the line behind `session`, which must outlive the link. Errors: nothing on the line, the bus.
+  [[nodiscard]] static Outcome<std::unique_ptr<DriveLink>> open(Session& session);
+  DriveLink(const DriveLink&) = delete;
+  DriveLink& operator=(const DriveLink&) = delete;
+  /// A line that was taken to PREOP goes back to INIT.
+  ~DriveLink();
+
+  [[nodiscard]] std::size_t size() const noexcept { return slaves_.size(); }
+  [[nodiscard]] std::vector<std::uint16_t> aliases() const;
+  /// Somebody else had the line in PREOP or beyond before.
+  [[nodiscard]] bool other_master() const noexcept { return other_master_; }
+
+  /// Reads the drive at `position` anew into `view`. Failure: no mailbox with CoE in its present state, no drive
+  /// (1000h), no answer; `view` then keeps its values and says so.
+  [[nodiscard]] Outcome<void> read(std::size_t position, DriveView& view);
+
+ private:
+  DriveLink(Session& session);
+  [[nodiscard]] Outcome<void> take_to_pre_op();
+  [[nodiscard]] Outcome<void> read_registers(std::size_t position, DriveView& view);
+  /// Opens the mailbox as the slave's registers say it is set up.
+  [[nodiscard]] Outcome<void> attach(std::size_t position);
+  [[nodiscard]] Outcome<void> read_object(std::size_t position, const DriveObjectRow& row, DriveView& view);
+  [[nodiscard]] Outcome<std::optional<std::vector<std::byte>>> upload(std::size_t position, const DriveObjectRow& row);
+
+  Session& session_;
+  ecat_master::Master master_;
+  ecat_master::MailboxEngine engine_;
+  std::vector<ecat_master::SurveyedSlave> slaves_;
+  bool other_master_ = false;
+  bool raised_ = false;
+  std::map<std::size_t, ecat_master::MailboxWindow> attached_;
+  /// Objects that a slave does not have; they are not asked for again.
+  std::map<std::size_t, std::vector<DriveObject>> missing_;
+};
+
+}  // namespace driveline::cli

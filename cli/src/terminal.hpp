@@ -1,0 +1,44 @@
+#pragma once
+
+#include <termios.h>
+
+#include <chrono>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace driveline::cli {
+
+/// A key as the pages know them.
+enum class Key : std::uint8_t { kNone, kQuit, kNext, kPrevious };
+
+/// What the bytes that a terminal sends for one or several keys ask for; the first that means something counts. q,
+/// Escape and Ctrl-C quit; n, Tab, right and down go on; p, left and up go back.
+[[nodiscard]] Key key_of(std::string_view bytes) noexcept;
+
+/// The terminal at stdin and stdout as a page that is drawn again and again: the other screen, no cursor, keys without
+/// Enter. What was there before comes back with the destructor.
+class TerminalPage {
+ public:
+  /// Whether stdin and stdout are a terminal.
+  [[nodiscard]] static bool possible() noexcept;
+
+  TerminalPage();
+  TerminalPage(const TerminalPage&) = delete;
+  TerminalPage& operator=(const TerminalPage&) = delete;
+  ~TerminalPage();
+
+  /// Draws `text` over what was there; what does not fit is cut off.
+  void show(std::string_view text);
+  /// Waits for a key; kNone after `timeout`. The end of the input quits.
+  [[nodiscard]] Key wait_for_key(std::chrono::milliseconds timeout);
+
+ private:
+  std::optional<termios> before_;
+};
+
+/// `text` as the bytes that draw it: from the top left corner, every line and the rest of the screen cleared; at most
+/// `rows` lines of `columns` characters.
+[[nodiscard]] std::string drawn(std::string_view text, std::size_t rows, std::size_t columns);
+
+}  // namespace driveline::cli

@@ -1,0 +1,126 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "driveline/ecat_master/state_machine.hpp"
+#include "driveline/esi/device_description.hpp"
+#include "driveline/wire/dl.hpp"
+
+namespace driveline::cli {
+
+/// The objects on the page of a drive: those of CiA 301 and CiA 402, and parameters that the manual of the MSD names.
+enum class DriveObject : std::uint8_t {
+  kDeviceType,
+  kDeviceName,
+  kSoftwareVersion,
+  kVendor,
+  kProduct,
+  kRevision,
+  kSerial,
+  kAlias,
+  kErrorRegister,
+  kLastError,
+  kErrorCode,
+  kControlWord,
+  kStatusWord,
+  kMode,
+  kModeDisplay,
+  kPositionActual,
+  kPositionDemand,
+  kTargetPosition,
+  kVelocityActual,
+  kVelocityDemand,
+  kTargetVelocity,
+  kTorqueActual,
+  kTorqueDemand,
+  kTargetTorque,
+  kFollowingError,
+  kCurrentActual,
+  kDcLink,
+  kDigitalInputs,
+  kPhysicalOutputs,
+  kInputState,
+  kOutputState,
+  kNetworkState,
+  kWarnings,
+  kFaultText,
+  kWarningText,
+  kRatedTorque,
+  kRatedCurrent,
+  kFeed,
+  kFeedRevolutions,
+  kPositionNotation,
+  kVelocityNotation,
+  kControlLocation,
+  kReferenceSource,
+  kReferenceCycle,
+  kPeriodValue,
+  kPeriodIndex,
+  kInterpolation,
+  kFollowingWindow,
+  kFollowingTime,
+  kPositionMin,
+  kPositionMax,
+  kMaxTorque,
+  kMaxSpeed,
+  kQuickStopOption,
+  kShutdownOption,
+  kDisableOption,
+  kHaltOption,
+  kFaultOption,
+  kCount,
+};
+
+/// Where an object is and how its value is to be read.
+struct DriveObjectRow {
+  DriveObject object;
+  std::uint16_t index;
+  std::uint8_t subindex;
+  esi::DataType type;
+  std::string_view key;    ///< in JSON
+  bool constant = false;   ///< read once
+  bool important = false;  ///< a parameter, listed on the page under its own name
+  std::string_view label{};
+  std::string_view unit{};
+};
+
+/// All of them, in the order of the enumeration.
+[[nodiscard]] const std::array<DriveObjectRow, static_cast<std::size_t>(DriveObject::kCount)>& drive_objects() noexcept;
+
+/// Values as they were uploaded. What a drive does not have stays empty.
+class DriveValues {
+ public:
+  void set(DriveObject object, std::optional<std::vector<std::byte>> bytes) { at(object) = std::move(bytes); }
+  /// The number, when the object is there, is one, and has the length of its type. REAL32 too.
+  [[nodiscard]] std::optional<double> number(DriveObject object) const;
+  /// The same without sign, for words of bits.
+  [[nodiscard]] std::optional<std::uint32_t> bits(DriveObject object) const;
+  /// A text up to its first zero byte; empty when there is none.
+  [[nodiscard]] std::string text(DriveObject object) const;
+
+ private:
+  [[nodiscard]] std::optional<std::vector<std::byte>>& at(DriveObject object) {
+    return bytes_[static_cast<std::size_t>(object)];
+  }
+  [[nodiscard]] const std::optional<std::vector<std::byte>>& at(DriveObject object) const {
+    return bytes_[static_cast<std::size_t>(object)];
+  }
+  std::array<std::optional<std::vector<std::byte>>, static_cast<std::size_t>(DriveObject::kCount)> bytes_;
+};
+
+/// What is known of a drive at one moment.
+struct DriveView {
+  std::size_t position = 0;
+  std::size_t slaves = 1;  ///< on the line
+  ecat_master::AlReport al;
+  wire::DlStatus dl;
+  bool other_master = false;  ///< somebody else had taken the line to PREOP or beyond before
+  std::string trouble;        ///< why the values are not those of now; empty: they are
+  DriveValues values;
+};
+
+}  // namespace driveline::cli

@@ -1,0 +1,157 @@
+// Looking at a drive through its mailbox: alone on the line, and beside a master.
+#include <gmock/gmock.h>
+
+#include "driveline/wire/registers.hpp"
+#include "line/drive_link.hpp"
+#include "temporary_directory.hpp"
+
+namespace driveline::cli {
+namespace {
+
+using testing::HasSubstr;
+using wire::AlState;
+
+/// A simulated line in this process, and a master on it beside the one that looks.
+class DriveLinkTest : public test::TemporaryDirectory {
+ protected:
+  void SetUp() override {
+    test::TemporaryDirectory::SetUp();
+    const auto file = directory / "line.toml";
+    write(file,
+          "[[slave]]\nname = \"x\"\n[[slave]]\nname = \"y\"\nmodel = \"servoone\"\n"
+          "[[slave]]\nname = \"box\"\nesi = \"" DRIVELINE_EXAMPLES_DIR "/terminals.xml\"\ndevice = \"MX4\"\n");
+    BusOptions options;
+    options.config = file.string();
+    options.virtual_time = true;
+    auto session = Session::open(options);
+    ASSERT_TRUE(session) << session.error().text;
+    session_ = std::move(*session);
+    other_ = std::make_unique<ecat_master::Master>(session_->port(), session_->clock());
+  }
+
+  /// All slaves to PREOP by the other master.
+  void take_line() {
+    ASSERT_TRUE(other_->scan());
+    ASSERT_TRUE(other_->enter_pre_op());
+  }
+  [[nodiscard]] std::vector<AlState> states() {
+    std::vector<AlState> states;
+    const auto reports = other_->peek_states();
+    if (reports) {
+      for (const auto& report : *reports) states.push_back(report.status.state);
+    }
+    return states;
+  }
+
+  std::unique_ptr<Session> session_;
+  std::unique_ptr<ecat_master::Master> other_;
+};
+
+TEST_F(DriveLinkTest, TakesALineInInitToPreOpAndBack) {
+  {
+    auto link = DriveLink::open(*session_);
+    ASSERT_TRUE(link) << link.error().text;
+    EXPECT_FALSE((*link)->other_master());
+    EXPECT_EQ((*link)->size(), 3U);
+    DriveView view;
+    ASSERT_TRUE((*link)->read(0, view)) << view.trouble;
+    EXPECT_EQ(view.al.status.state, AlState::kPreOp);
+    EXPECT_EQ(view.values.text(DriveObject::kAlias), "x");
+    EXPECT_EQ(view.values.number(DriveObject::kStatusWord), 0x0250);
+    EXPECT_EQ(view.values.number(DriveObject::kReferenceCycle), 1.0);
+    EXPECT_EQ(view.values.number(DriveObject::kPeriodIndex), -3.0);
+    ASSERT_TRUE((*link)->read(1, view)) << view.trouble;
+    EXPECT_EQ(view.values.text(DriveObject::kDeviceName), "ServoOne");
+  }
+  EXPECT_THAT(states(), testing::Each(AlState::kInit));
+}
+
+TEST_F(DriveLinkTest, LeavesTheStatesOfAnotherMasterAlone) {
+  take_line();
+  const std::vector<AlState> before = states();
+  {
+    auto link = DriveLink::open(*session_);
+    ASSERT_TRUE(link) << link.error().text;
+    EXPECT_TRUE((*link)->other_master());
+    DriveView view;
+    for (int i = 0; i < 20; ++i) {
+      ASSERT_TRUE((*link)->read(0, view)) << view.trouble;
+      // The other master's own transfers go on between ours.
+      ecat_master::CoeClient coe(*other_->mailbox(0));
+      ASSERT_EQ(coe.upload_as<std::uint16_t>(0x6041, 0).value(), 0x0250);
+    }
+    EXPECT_TRUE(view.other_master);
+  }
+  EXPECT_EQ(states(), before);
+}
+
+TEST_F(DriveLinkTest, SeesWhatChanges) {
+  take_line();
+  auto link = DriveLink::open(*session_);
+  ASSERT_TRUE(link);
+  DriveView view;
+  ASSERT_TRUE((*link)->read(0, view));
+  EXPECT_EQ(view.values.number(DriveObject::kMode), 0.0);
+  ecat_master::CoeClient coe(*other_->mailbox(0));
+  ASSERT_TRUE(coe.download_as<std::int8_t>(0x6060, 0, 8));
+  ASSERT_TRUE((*link)->read(0, view));
+  EXPECT_EQ(view.values.number(DriveObject::kMode), 8.0);
+}
+
+TEST_F(DriveLinkTest, ASlaveInInitIsLeftToItsMaster) {
+  take_line();
+  const auto slave = other_->slaves()[0].info.ref;
+  ASSERT_TRUE(ecat_master::change_state(other_->bus(), std::span(&slave, 1), AlState::kInit, std::chrono::seconds{1}));
+  auto link = DriveLink::open(*session_);
+  ASSERT_TRUE(link);
+  DriveView view;
+  EXPECT_FALSE((*link)->read(0, view));
+  EXPECT_THAT(view.trouble, HasSubstr("slave 0 is in INIT, where it has no mailbox for CoE; another master"));
+  EXPECT_EQ(states()[0], AlState::kInit);
+  EXPECT_TRUE((*link)->read(1, view)) << "its neighbour can be looked at";
+}
+
+TEST_F(DriveLinkTest, ComesBackWhenTheSlaveDoes) {
+  take_line();
+  auto link = DriveLink::open(*session_);
+  ASSERT_TRUE(link);
+  DriveView view;
+  ASSERT_TRUE((*link)->read(0, view));
+  const auto slave = other_->slaves()[0].info.ref;
+  ASSERT_TRUE(ecat_master::change_state(other_->bus(), std::span(&slave, 1), AlState::kInit, std::chrono::seconds{1}));
+  EXPECT_FALSE((*link)->read(0, view));
+  EXPECT_EQ(view.values.text(DriveObject::kAlias), "x") << "values of before";
+  take_line();
+  EXPECT_TRUE((*link)->read(0, view)) << view.trouble;
+  EXPECT_EQ(view.trouble, "");
+}
+
+TEST_F(DriveLinkTest, WhatIsNoDriveIsNamed) {
+  auto link = DriveLink::open(*session_);
+  ASSERT_TRUE(link);
+  DriveView view;
+  const auto done = (*link)->read(2, view);
+  ASSERT_FALSE(done);
+  EXPECT_EQ(done.error().status, 1);
+  EXPECT_THAT(done.error().text, HasSubstr("slave 2 is no servo drive: its device type 1000h is 0x00001389"));
+}
+
+TEST_F(DriveLinkTest, StationAddressesOfAnotherMasterAreNotTouched) {
+  take_line();
+  const auto lost = other_->slaves()[1].info.ref;
+  const auto kept = other_->slaves()[0].info.ref;
+  ASSERT_TRUE(other_->bus().write(lost, wire::reg::kStationAddress, 0));
+  auto link = DriveLink::open(*session_);
+  ASSERT_TRUE(link);
+  DriveView view;
+  EXPECT_FALSE((*link)->read(1, view));
+  EXPECT_THAT(view.trouble, HasSubstr("no station address of its own"));
+  EXPECT_TRUE((*link)->read(0, view)) << view.trouble;
+  EXPECT_EQ(other_->bus().read(kept, wire::reg::kStationAddress).value(), kept.station);
+  std::array<std::byte, 2> station{};
+  EXPECT_EQ(other_->bus().try_read(lost, wire::reg::kStationAddress.address, station).value(), false)
+      << "it still has none";
+}
+
+}  // namespace
+}  // namespace driveline::cli
