@@ -18,3 +18,51 @@ set xlabel 'time since the cycle began in s'
 set ylabel 'difference in ns'
 plot for [i=3:9] '$folder/clocks.csv' using 1:i with lines title columnheader(i)
 PLOT
+
+# The drive of axis y without supply for 0.6 s, under either choice of [recovery].
+awk 'BEGIN { print "time[s],x[rad],y[rad]"; for (i = 0; i <= 400; ++i) { t = i / 100; p = 1 - cos(2 * 3.14159265 * t / 2); print t "," p "," p / 2 } }' > "$folder/path.csv"
+for axes in hold continue; do
+  cat > "$folder/$axes.toml" <<LINE
+[line]
+cycle_us = 1000
+[recovery]
+axes = "$axes"
+[path]
+file = "path.csv"
+[telemetry]
+enabled = false
+[[slave]]
+name = "x"
+[[slave]]
+name = "y"
+[[axis]]
+name = "x"
+max_velocity = 20
+max_acceleration = 100
+[[axis]]
+name = "y"
+max_velocity = 20
+max_acceleration = 100
+[[fault]]
+at_ms = 1500
+kind = "power-off"
+slave = "y"
+for_ms = 600
+LINE
+  "$build/driveline" run --config "$folder/$axes.toml" --virtual --no-plots --output "$folder/$axes" > /dev/null
+done
+gnuplot <<PLOT
+set terminal svg size 760,480 font 'sans,11' background 'white' noenhanced
+set output 'docs/figures/recovery.svg'
+set datafile separator ','
+set grid
+set key outside right
+set xlabel 'time in s'
+set ylabel 'position in rad'
+set multiplot layout 2,1
+do for [axes in 'hold continue'] {
+  set title axes
+  plot '$folder/'.axes.'/axes.csv' every 10 using 1:3 with lines title 'x', '' every 10 using 1:6 with lines title 'y'
+}
+unset multiplot
+PLOT

@@ -25,6 +25,24 @@ std::string object(const Error& e) {
   return fmt::format("object {:04X}h:{:02X}", e.address, e.subindex);
 }
 
+std::string_view to_text(IdentityNumber number) {
+  switch (number) {
+    case IdentityNumber::kVendor:
+      return "vendor id";
+    case IdentityNumber::kProduct:
+      return "product code";
+    case IdentityNumber::kRevision:
+      return "revision";
+    case IdentityNumber::kSerial:
+      return "serial number";
+    case IdentityNumber::kAlias:
+      return "alias";
+    case IdentityNumber::kDeviceId:
+      return "device ID";
+  }
+  return "identity";
+}
+
 std::string describe_slave_facts(const Error& e) {
   switch (e.kind) {
     case ErrorKind::kStateRefused:
@@ -46,11 +64,7 @@ std::string describe_slave_facts(const Error& e) {
                          e.address, e.received, e.expected);
     case ErrorKind::kIdentityMismatch:
       return fmt::format("{}: {} is 0x{:08X} but 0x{:08X} is planned", who(e),
-                         e.address == 0   ? "vendor id"
-                         : e.address == 1 ? "product code"
-                         : e.address == 2 ? "revision"
-                                          : "serial number",
-                         e.received, e.expected);
+                         to_text(static_cast<IdentityNumber>(e.address)), e.received, e.expected);
     case ErrorKind::kSiiChecksum:
       return fmt::format("{}: EEPROM checksum is 0x{:02X}, 0x{:02X} would be right: the slave does not use its content",
                          who(e), e.received, e.expected);

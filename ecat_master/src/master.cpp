@@ -170,6 +170,7 @@ tl::expected<void, std::string> Master::start_cycle(Motion* motion, SampleRings 
   }
   cyclic_ = std::make_unique<CyclicExchange>(core_->acyclic(), clock_,
                                              [this](std::chrono::nanoseconds duration) { runner_->pass(duration); });
+  cycling_ = true;
   exchange_.use(*cyclic_);
   engine_.use_status(&mailbox_status_);
   if (clocks_) watch_ = std::make_unique<dc::ClockWatch>(bus_, refs_, *clocks_, *follower_);
@@ -216,6 +217,7 @@ void Master::stop_cycle() {
   if (!runner_) return;
   engine_.use_status(nullptr);
   runner_->stop();
+  cycling_ = false;
   exchange_.use(direct_);
 }
 

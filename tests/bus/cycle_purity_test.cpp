@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 
 #include "drive_line.hpp"
+#include "driveline/ecat_master/coe/sdo_request.hpp"
 #include "driveline/ecat_master/recovery/line_supervisor.hpp"
 #include "driveline/port/redundant_port.hpp"
 #include "driveline/rt_guard/rt_guard.hpp"
@@ -252,6 +253,75 @@ TEST_F(CyclePurity, ClocksThatAreFollowedLostAndFoundDoNotChangeThat) {
   EXPECT_FALSE(operation.master().clock_follower()->status().locked);
   operation.run(milliseconds{300});
   EXPECT_TRUE(operation.master().clock_follower()->status().locked);
+  EXPECT_GE(ledger.cycles, 10'000U);
+  EXPECT_EQ(ledger.counts.total(), 0U);
+}
+
+/// Asks for SDOs out of the cycle, one after the other, and looks whether they are there.
+class AskingTask final : public ecat_master::CyclicTask {
+ public:
+  using State = ecat_master::SdoRequest::State;
+  void update(std::int64_t, std::span<const std::byte>, std::span<const bool>, std::span<std::byte>) noexcept override {
+    if (!read || !written || !refused) return;
+    if (look(*read, reads)) static_cast<void>(read->start_upload());
+    if (look(*written, writes)) static_cast<void>(written->start_download(wire::to_le_bytes(++value)));
+    if (look(*refused, refusals)) static_cast<void>(refused->start_upload());
+  }
+  std::shared_ptr<ecat_master::SdoRequest> read;
+  std::shared_ptr<ecat_master::SdoRequest> written;
+  std::shared_ptr<ecat_master::SdoRequest> refused;  ///< an object that is not there
+  std::uint64_t reads = 0;
+  std::uint64_t writes = 0;
+  std::uint64_t refusals = 0;
+
+ private:
+  /// True: another one may be started.
+  static bool look(const ecat_master::SdoRequest& request, std::uint64_t& ended) noexcept {
+    const auto state = request.state();
+    if (state == State::kPending || state == State::kBusy) return false;
+    if (state == State::kDone || (state == State::kFailed && request.error().kind == ecat_master::ErrorKind::kSdoAbort))
+      ++ended;
+    return true;
+  }
+  std::uint32_t value = 1'000'000;  ///< of the following error window
+};
+
+TEST_F(CyclePurity, RequestsOfTheCycleAndCopiedProcessDataDoNotChangeThat) {
+  UnguardedLine line(drives.line(), ledger);
+  AskingTask task;
+  RunOptions options{.repeat = true};
+  options.task = &task;
+  options.amplitude_rad = 0.1;
+  // To target velocity (60FFh) and, at an odd bit, target torque (6071h) of drive 2, which it does not look at in CSP.
+  options.copies = [](const ecat_master::Master& master) {
+    const auto places = master.image().places();
+    return std::vector<ecat_master::ProcessDataCopy>{
+        {0, 8 * places[0].input_offset + 56, 8 * places[2].output_offset + 56, 32},
+        {1, 8 * places[1].input_offset + 61, 8 * places[2].output_offset + 121, 7}};
+  };
+  LineOperation operation(drives, line, options);
+  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  operation.start_cycle(guarded());
+  ASSERT_EQ(sentence(operation.master().go_operational()), "");
+  auto& mailboxes = operation.master().mailboxes();
+  task.read = mailboxes.make_request(0, 0x6065, 0, 4);
+  task.written = mailboxes.make_request(1, 0x6065, 0, 4);
+  task.refused = mailboxes.make_request(2, 0x5FFF, 0, 4);
+  ledger = {};
+  operation.motion().request_start();
+  const auto end = drives.clock.now() + std::chrono::seconds{2};
+  while (drives.clock.now() < end) {
+    if (!mailboxes.step()) operation.run(milliseconds{1});
+  }
+  EXPECT_EQ(operation.motion().failure().cause, MotionFailure::Cause::kNone);
+  EXPECT_GT(task.reads, 50U);
+  EXPECT_GT(task.writes, 50U);
+  EXPECT_GT(task.refusals, 50U);
+  const auto places = operation.master().image().places();
+  const auto& image = operation.master().core()->image();
+  const auto from = image.inputs().subspan(places[0].input_offset + 7, 4);
+  const auto to = image.outputs().subspan(places[2].output_offset + 7, 4);
+  EXPECT_TRUE(std::equal(from.begin(), from.end(), to.begin())) << "the copy is made";
   EXPECT_GE(ledger.cycles, 10'000U);
   EXPECT_EQ(ledger.counts.total(), 0U);
 }

@@ -75,8 +75,9 @@ bool may_read_stdin() {
 
 }  // namespace
 
-Outcome<std::unique_ptr<CommandInput>> CommandInput::open(const std::string& path) {
+Outcome<std::unique_ptr<CommandInput>> CommandInput::open(const std::string& path, Sources sources) {
   std::unique_ptr<CommandInput> input(new CommandInput(path));
+  input->stdin_open_ = sources == Sources::kSocketAndStdin;
   if (path.empty()) return input;
   const auto address = address_of(path);
   if (!address) return tl::unexpected(address.error());
@@ -139,13 +140,13 @@ void CommandInput::serve_client(const Execute& execute) {
   write_all(client.get(), execute(read_line(client.get())) + "\n");
 }
 
-Outcome<std::string> send_command(const std::string& path, std::string_view command) {
+Outcome<std::string> send_command(const std::string& path, std::string_view command, std::string_view listener) {
   const auto address = address_of(path);
   if (!address) return tl::unexpected(address.error());
   const auto socket = make_socket();
   if (!socket.valid() || ::connect(socket.get(), generic(*address), sizeof *address) != 0) {
-    return failed(fmt::format("{}: cannot be reached: {}; driveline simulate --control {} listens there", path,
-                              std::strerror(errno), path));
+    return failed(fmt::format("{}: cannot be reached: {}; driveline {} --control {} listens there", path,
+                              std::strerror(errno), listener, path));
   }
   std::string answer;
   std::array<char, 512> buffer;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -17,9 +18,12 @@ class CommandInput {
   /// Answers a command with text, possibly of several lines.
   using Execute = std::function<std::string(std::string_view command)>;
 
+  enum class Sources : std::uint8_t { kSocketAndStdin, kSocket };
+
   /// Listens at the socket `path`; on stdin alone when it is empty. An old socket that nobody listens at any more is
   /// replaced.
-  [[nodiscard]] static Outcome<std::unique_ptr<CommandInput>> open(const std::string& path);
+  [[nodiscard]] static Outcome<std::unique_ptr<CommandInput>> open(const std::string& path,
+                                                                   Sources sources = Sources::kSocketAndStdin);
   CommandInput(const CommandInput&) = delete;
   CommandInput& operator=(const CommandInput&) = delete;
   /// Removes the socket.
@@ -39,7 +43,8 @@ class CommandInput {
   std::string typed_;  ///< the beginning of a line
 };
 
-/// Sends one command to the socket `path`; the answer.
-[[nodiscard]] Outcome<std::string> send_command(const std::string& path, std::string_view command);
+/// Sends one command to the socket `path`, where `listener` should be; the answer.
+[[nodiscard]] Outcome<std::string> send_command(const std::string& path, std::string_view command,
+                                                std::string_view listener);
 
 }  // namespace driveline::cli

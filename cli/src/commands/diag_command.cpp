@@ -1,79 +1,23 @@
 #include <fmt/format.h>
 
+#include "commands/command_input.hpp"
 #include "commands/commands.hpp"
 #include "driveline/ecat_master/diagnosis/diagnosis.hpp"
 #include "line/line_view.hpp"
+#include "text/diagnosis_json.hpp"
 #include "text/json_text.hpp"
-#include "text/slave_text.hpp"
 
 namespace driveline::cli {
 namespace {
 
-using ecat_master::FaultPlace;
 using ecat_master::LineDiagnosis;
 
 struct DiagOptions {
   BusOptions bus;
+  std::string control;  ///< socket of a `run`; empty: the bus itself
   bool clear = false;
   bool json = false;
 };
-
-std::string_view kind_text(FaultPlace::Kind kind) {
-  switch (kind) {
-    using enum FaultPlace::Kind;
-    case kDamagedFrames:
-      return "damaged_frames";
-    case kLostLink:
-      return "lost_link";
-    case kNoLink:
-      return "no_link";
-    case kNoAnswer:
-      return "no_answer";
-    case kBadFrames:
-      return "bad_frames";
-    case kPdi:
-      return "pdi";
-  }
-  return "unknown";
-}
-
-nlohmann::json to_json(const ecat_master::SlaveDiagnosis& slave) {
-  auto ports = nlohmann::json::array();
-  for (const auto& port : slave.ports) {
-    ports.push_back({{"link", port.status.link},
-                     {"communication", port.status.communication},
-                     {"invalid_frames", port.invalid_frames},
-                     {"receive_errors", port.receive_errors},
-                     {"forwarded_errors", port.forwarded},
-                     {"lost_links", port.lost_links}});
-  }
-  return {{"position", slave.ref.position},
-          {"name", slave.name},
-          {"answers", slave.answers},
-          {"state", state_text(slave.al.status.state)},
-          {"error", slave.al.status.error},
-          {"al_status_code", static_cast<unsigned>(slave.al.code)},
-          {"processing_unit_errors", slave.processing_unit_errors},
-          {"pdi_errors", slave.pdi_errors},
-          {"ports", ports}};
-}
-
-nlohmann::json to_json(const FaultPlace& place) {
-  nlohmann::json row = {{"kind", kind_text(place.kind)},
-                        {"slave", place.slave},
-                        {"port", place.port},
-                        {"count", place.count},
-                        {"sentence", ecat_master::describe(place)}};
-  row["other"] = place.other ? nlohmann::json(*place.other) : nlohmann::json();
-  return row;
-}
-
-nlohmann::json to_json(const LineDiagnosis& diagnosis) {
-  nlohmann::json document = {{"slaves", nlohmann::json::array()}, {"places", nlohmann::json::array()}};
-  for (const auto& slave : diagnosis.slaves) document["slaves"].push_back(to_json(slave));
-  for (const auto& place : diagnosis.places) document["places"].push_back(to_json(place));
-  return document;
-}
 
 /// The slaves as the diagnosis wants them: who they are and how they are addressed.
 std::vector<ecat_master::ConfiguredSlave> known_slaves(LineView& line) {
@@ -91,7 +35,22 @@ std::vector<ecat_master::ConfiguredSlave> known_slaves(LineView& line) {
   return slaves;
 }
 
+/// Asks the master that drives the line.
+Outcome<int> diagnose_running(const DiagOptions& options) {
+  if (!options.bus.config.empty() || !options.bus.interface.empty()) {
+    return misused("--control asks a `run` about its line; it does not go with --config and --iface");
+  }
+  if (options.clear) return misused("--clear writes to the slaves; it does not go with --control");
+  const auto answer = send_command(options.control, options.json ? "diag json" : "diag", "run");
+  if (!answer) return tl::unexpected(answer.error());
+  constexpr std::string_view kError = "error: ";
+  if (answer->starts_with(kError)) return failed(answer->substr(kError.size()));
+  fmt::print("{}", *answer);
+  return 0;
+}
+
 Outcome<int> diagnose(const DiagOptions& options) {
+  if (!options.control.empty()) return diagnose_running(options);
   auto line = LineView::open(options.bus);
   if (!line) return tl::unexpected(line.error());
   LineDiagnosis diagnosis;
@@ -117,6 +76,8 @@ Outcome<int> diagnose(const DiagOptions& options) {
 Execute prepare_diag(Arguments& to) {
   auto options = std::make_shared<DiagOptions>();
   add_bus_options(to, options->bus);
+  to.option("--control", &options->control, Value::file("PATH"),
+            "Socket that `run --control` listens at: the line that it drives, while it does");
   to.flag("--clear", options->clear, "Set the error counters to zero afterwards");
   add_json_flag(to, options->json);
   return [options] { return diagnose(*options); };

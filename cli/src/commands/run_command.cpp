@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "commands/command_input.hpp"
 #include "commands/commands.hpp"
 #include "commands/tool_options.hpp"
 #include "config/axis_path.hpp"
@@ -19,6 +20,7 @@ struct RunOptions {
   std::optional<std::string> duration;
   std::string output_directory;  ///< empty: as configured
   std::string capture;           ///< empty: as configured
+  std::string control;           ///< socket for `diag --control`; may be empty
   bool no_plots = false;
   bool no_telemetry = false;
   bool json = false;
@@ -30,6 +32,7 @@ void write_files(const LineConfig& config, RunReport& report) {
   const auto jitter = directory / "jitter.csv";
   if (auto written = write_jitter_csv(report.statistics, jitter); !written) {
     report.faults.push_back(written.error());
+    if (report.failure.empty()) report.failure = written.error();
     return;
   }
   report.files["jitter_csv"] = jitter;
@@ -64,15 +67,21 @@ Outcome<int> run_line(const RunOptions& options) {
     return {};
   });
   if (!session) return tl::unexpected(session.error());
+  std::unique_ptr<CommandInput> control;
+  if (!options.control.empty()) {
+    auto input = CommandInput::open(options.control, CommandInput::Sources::kSocket);
+    if (!input) return tl::unexpected(input.error());
+    control = std::move(*input);
+  }
   catch_stop_signals();
-  auto report = LineRun(**session, std::move(path), duration_s).execute();
+  auto report = LineRun(**session, std::move(path), duration_s, control.get()).execute();
   const auto capture = (*session)->close_capture();
   if (!report) return tl::unexpected(report.error());
   if (!capture) return tl::unexpected(capture.error());
   if (*capture) report->files["capture"] = **capture;
   write_files((*session)->config(), *report);
   fmt::print("{}", options.json ? json_text(to_json(*report)) : to_text(*report));
-  if (!report->faults.empty()) return failed(report->faults.front());
+  if (!report->failure.empty()) return failed(report->failure);
   return 0;
 }
 
@@ -86,6 +95,7 @@ Execute prepare_run(Arguments& to) {
   to.flag("--virtual", options->bus.virtual_time, "Simulated line on virtual time: deterministic, as fast as possible");
   to.option("--output", &options->output_directory, Value::folder(), "Folder for CSV files and plots");
   to.option("--capture", &options->capture, Value::file(), "Write all frames to this pcapng file");
+  to.option("--control", &options->control, Value::file("PATH"), "Socket to listen at for `driveline diag`");
   to.flag("--no-plots", options->no_plots, "Leave only the CSV files");
   to.flag("--no-telemetry", options->no_telemetry, "Do not publish over DDS");
   add_json_flag(to, options->json);

@@ -37,8 +37,7 @@ std::string percentiles(const rt::Histogram& times) {
 /// What `simulate` was asked for.
 struct SimulateOptions {
   BusOptions bus;
-  std::string interface2;  ///< the far end of a ring; may be empty
-  std::string control;     ///< socket for commands; may be empty
+  std::string control;  ///< socket for commands; may be empty
   bool busy_poll = false;
 };
 
@@ -84,8 +83,8 @@ Outcome<Interfaces> open_interfaces(const SimulateOptions& options, const rt::Cl
   auto primary = port::RawSocketPort::open({options.bus.interface, true, 6}, clock);
   if (!primary) return failed(primary.error().message);
   interfaces.primary = std::move(*primary);
-  if (!options.interface2.empty()) {
-    auto secondary = port::RawSocketPort::open({options.interface2, true, 6}, clock);
+  if (!options.bus.interface2.empty()) {
+    auto secondary = port::RawSocketPort::open({options.bus.interface2, true, 6}, clock);
     if (!secondary) return failed(secondary.error().message);
     interfaces.secondary = std::move(*secondary);
   }
@@ -141,11 +140,11 @@ Outcome<int> simulate(const SimulateOptions& options) {
   auto config = load_line_config(bus.config);
   if (!config) return misused(config.error());
   const bool ring = config->wiring && config->wiring->master(slaves::MasterPort::kSecondary);
-  if (!options.interface2.empty() && !ring) {
+  if (!options.bus.interface2.empty() && !ring) {
     return misused(
         fmt::format("--iface2 {}: the line of {} has one end only; [wiring] preset = \"ring\" leads the last "
                     "slave back to a second interface",
-                    options.interface2, bus.config));
+                    options.bus.interface2, bus.config));
   }
   rt::MonotonicClock clock;
   const auto interfaces = open_interfaces(options, clock);
@@ -169,7 +168,7 @@ Outcome<int> simulate(const SimulateOptions& options) {
   for (const auto& text : rt::to_lines(*report)) progress("  {}", text);
   if (options.busy_poll) tell_throttling();
   progress("{} slaves on {}{}{}; Ctrl-C ends, \"help\" tells of faults", line->size(), bus.interface,
-           options.interface2.empty() ? "" : " and ", options.interface2);
+           options.bus.interface2.empty() ? "" : " and ", options.bus.interface2);
 
   Reporter reporter(server, console, clock);
   while (!stop_requested() && !console.ended()) {
@@ -192,7 +191,6 @@ Outcome<int> simulate(const SimulateOptions& options) {
 Execute prepare_simulate(Arguments& to) {
   auto options = std::make_shared<SimulateOptions>();
   add_bus_options(to, options->bus);
-  to.option("--iface2", &options->interface2, Value::interface(), "Network interface at the far end of a ring");
   to.flag("--busy-poll", options->busy_poll, "Spin for frames while a master cycles: faster answers for a whole CPU");
   to.option("--control", &options->control, Value::file("PATH"), "Socket to listen at for `driveline fault`");
   return [options] { return simulate(*options); };

@@ -41,6 +41,7 @@ void add_bus_options(Arguments& to, BusOptions& bus) {
   to.option("--config", &bus.config, Value::file(), "Line description (TOML)");
   to.option("--iface", &bus.interface, Value::interface(),
             "Network interface; replaces the simulated line of the file");
+  to.option("--iface2", &bus.interface2, Value::interface(), "Network interface at the far end of a ring");
 }
 
 void add_json_flag(Arguments& to, bool& json) {

@@ -51,6 +51,11 @@ void read_line(TomlReader reader, LineConfig& config) {
 
 void read_bus(TomlReader reader, LineConfig& config) {
   if (reader.has("interface")) config.interface = reader.text("interface");
+  if (reader.has("interface2")) config.interface2 = reader.text("interface2");
+  if (config.interface2 && !config.interface) reader.fail("interface2", "needs interface, the other end of the ring");
+  if (config.interface2 && *config.interface2 == *config.interface) {
+    reader.fail("interface2", fmt::format("is \"{}\" like interface, a ring has two ends", *config.interface2));
+  }
   config.max_lost_cycles =
       static_cast<std::uint32_t>(reader.integer_or("max_lost_cycles", config.max_lost_cycles, 1, 10000));
   reader.finish();
@@ -223,6 +228,15 @@ void read_output(TomlReader reader, LineConfig& config) {
   reader.finish();
 }
 
+void read_recovery(TomlReader reader, RecoveryConfig& recovery) {
+  using ecat_master::LossPolicy;
+  constexpr LossPolicy kPolicies[] = {LossPolicy::kStop, LossPolicy::kHold, LossPolicy::kContinue};
+  constexpr std::int64_t kLongestWait = 86'400;
+  recovery.axes = kPolicies[reader.choice_or("axes", 0, {"stop", "hold", "continue"})];
+  recovery.give_up = std::chrono::seconds{reader.integer_or("give_up_s", recovery.give_up.count(), 0, kLongestWait)};
+  reader.finish();
+}
+
 LineConfig read_config(const toml::table& table, const std::filesystem::path& file) {
   TomlReader root(table, file.string(), "");
   LineConfig config;
@@ -245,6 +259,7 @@ LineConfig read_config(const toml::table& table, const std::filesystem::path& fi
   if (!config.axes.empty() && !config.path) root.fail("path", "is missing: the axes need setpoints");
   read_telemetry(root.table("telemetry"), config);
   read_output(root.table("output"), config);
+  read_recovery(root.table("recovery"), config.recovery);
   root.finish();
   return config;
 }

@@ -7,9 +7,12 @@
 
 #include "config/clock_plan.hpp"
 #include "console.hpp"
+#include "driveline/ecat_master/diagnosis/diagnosis.hpp"
 #include "line/process_data_plan.hpp"
 #include "output_file.hpp"
 #include "signals.hpp"
+#include "text/diagnosis_json.hpp"
+#include "text/json_text.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -19,11 +22,7 @@ using std::chrono::nanoseconds;
 
 /// How often the line is looked after while the cycle runs.
 constexpr auto kWatchInterval = milliseconds{20};
-/// No valid process data for that long: the line is given up.
-constexpr auto kCommunicationTimeout = milliseconds{100};
 constexpr auto kStopTimeout = std::chrono::seconds{10};
-/// How often the ways to the clocks are measured anew.
-constexpr auto kDelayInterval = std::chrono::seconds{10};
 /// Cycles the telemetry rings hold: a quarter of a second at 8 kHz.
 constexpr std::size_t kRingCycles = 2048;
 constexpr std::size_t kMaxRingSamples = 1 << 17;
@@ -36,10 +35,12 @@ ecat_master::Master::Settings master_settings(const LineConfig& config) {
 
 }  // namespace
 
-LineRun::LineRun(Session& session, std::optional<trajectory::Interpolator> path, std::optional<double> duration_s)
+LineRun::LineRun(Session& session, std::optional<trajectory::Interpolator> path, std::optional<double> duration_s,
+                 CommandInput* control)
     : session_(session),
       config_(session.config()),
       duration_s_(duration_s),
+      control_(control),
       path_(std::move(path)),
       line_ring_(kRingCycles),
       axis_ring_(std::clamp<std::size_t>(config_.axes.size() * kRingCycles, 1, kMaxRingSamples)),
@@ -86,7 +87,8 @@ Outcome<void> LineRun::prepare() {
 }
 
 Outcome<void> LineRun::start_telemetry() {
-  std::vector<bridge::SampleConsumer*> consumers{recorder_.get()};
+  figures_ = std::make_unique<CycleFigures>();
+  std::vector<bridge::SampleConsumer*> consumers{recorder_.get(), figures_.get()};
   if (config_.telemetry.enabled) {
     bridge::DdsConfig dds;
     dds.domain_id = config_.telemetry.domain;
@@ -143,7 +145,10 @@ void LineRun::make_motion() {
   std::vector<ecat_master::Axis> axes;
   for (auto axis : config_.axes) {
     // The file names slaves; those with an alias may be anywhere on the line. All are there, or configure() had failed.
+    axis.on_loss = config_.recovery.axes;
     axis.slave = master_.position_of(axis.slave).value_or(axis.slave);
+    // A slave that may come and go is no reason for the others to stop.
+    if (master_.slaves()[axis.slave].plan.hot_connect) axis.on_loss = ecat_master::LossPolicy::kContinue;
     axes.emplace_back(axis, master_.image().places()[axis.slave], master_.slaves()[axis.slave].plan.pdos);
   }
   ecat_master::Motion::Settings settings;
@@ -199,14 +204,20 @@ void LineRun::operate() {
   pass(2 * config_.period);
   master_.core()->count(true);
   if (auto* watch = master_.clock_watch()) watch->restart_statistics();
-  next_delays_ = session_.clock().now() + kDelayInterval;
+  recorder_->begin_operation(session_.clock().now());
+  make_watch();
   operation_start_ = session_.clock().now();
   if (motion_) motion_->request_start();
   auto next_progress = 1.0;
   for (;;) {
     pass(kWatchInterval);
     operation_time_ = session_.clock().now() - operation_start_;
-    if (!line_is_healthy() || stop_requested()) break;
+    for (const auto& told : group_watch_.poll(*master_.core())) progress("{}", told);
+    const bool goes_on = watch_->look();
+    state_ = watch_->state();
+    if (!goes_on || stop_requested()) break;
+    if (control_ != nullptr)
+      control_->run(milliseconds{0}, [this](std::string_view command) { return answer(command); });
     if (duration_s_ && seconds_in_operation() >= *duration_s_) break;
     if (!duration_s_ && motion_ && motion_->phase() == ecat_master::MotionPhase::kHolding) break;
     if (seconds_in_operation() >= next_progress) {
@@ -217,101 +228,47 @@ void LineRun::operate() {
   }
   master_.core()->count(false);
   if (stop_requested()) progress("stop requested: taking the line down");
+  recorder_->end_operation(session_.clock().now());
+  watch_->tell_missing();
+  state_ = watch_->state();
   stop_motion();
 }
 
-/// A look at the clocks. What happens to them is told, a lost lock is a fault, but neither ends the run: the drives
-/// know best how long they can do without. False: the bus does not answer.
-bool LineRun::clocks_answer() {
-  auto* watch = master_.clock_watch();
-  if (watch == nullptr) return true;
-  using Kind = ecat_master::dc::ClockEvent::Kind;
-  auto polled = watch->poll();
-  if (const auto now = session_.clock().now(); polled && now >= next_delays_) {
-    next_delays_ = now + kDelayInterval;
-    polled = watch->remeasure_delays(master_.topology());
-  }
-  for (const auto& event : watch->take_events()) {
-    const bool fault = event.kind == Kind::kLockLost || event.kind == Kind::kNoReference;
-    if (fault) {
-      note_fault(ecat_master::dc::describe(event));
-    } else {
-      progress("clocks: {}", ecat_master::dc::describe(event));
-    }
-  }
-  if (!polled) note_fault(ecat_master::describe(polled.error()));
-  return polled.has_value();
+void LineRun::make_watch() {
+  watch_ = std::make_unique<LineWatch>(
+      master_, session_.ring(), motion_.get(), config_, session_.clock(),
+      LineWatch::Listener{[this](const std::string& sentence) { note_event(sentence); },
+                          [this](std::string sentence, bool ends_run) { note_fault(std::move(sentence), ends_run); }});
 }
 
-/// Notes faults; false when the run cannot go on.
-bool LineRun::line_is_healthy() {
-  auto& core = *master_.core();
-  if (core.bad_cycles() * config_.period > nanoseconds{kCommunicationTimeout} && core.al_status().slaves == 0) {
-    state_ = "LOST";
-    note_fault(fmt::format("communication lost: no frame came back for {} cycles", core.bad_cycles()));
-    return false;
+/// Of the line as it is now. Travels in the gaps of the cycle.
+std::string LineRun::answer(std::string_view command) {
+  if (command != "diag" && command != "diag json") {
+    return fmt::format("error: \"{}\" is no command of a running line; diag and diag json are", command);
   }
-  if (!clocks_answer()) return false;
-  for (const auto& told : group_watch_.poll(core)) progress("{}", told);
-  const auto status = core.al_status();
-  if (status.slaves != 0 && !status.all_op(core.settings().slaves)) {
-    const auto reports = master_.al_status();
-    if (!reports) {
-      note_fault(ecat_master::describe(reports.error()));
-      return false;
-    }
-    for (std::size_t i = 0; i < reports->size(); ++i) {
-      const auto& report = (*reports)[i];
-      if (report.status.state == wire::AlState::kOp && !report.status.error) continue;
-      state_ = std::string(wire::to_text(report.status.state)) + (report.status.error ? "+ERROR" : "");
-      note_fault(fmt::format("slave {} ({}): left OP, is in {}, AL status code 0x{:04X} ({})", i,
-                             config_.slaves[i].name, state_, static_cast<unsigned>(report.code),
-                             wire::to_text(report.code)));
-    }
-    if (!faults_.empty()) return false;
-  }
-  if (!motion_) return true;
-  const auto failure = motion_failure();
-  if (!failure.empty()) note_fault(failure);
-  return failure.empty();
+  auto diagnosis = ecat_master::diagnose(master_, &watch_->supervisor(), session_.ring());
+  if (!diagnosis) return fmt::format("error: {}", ecat_master::describe(diagnosis.error()));
+  diagnosis->statistics = figures_->snapshot();
+  return command == "diag" ? to_text(*diagnosis) : json_text(to_json(*diagnosis));
 }
 
-std::string LineRun::motion_failure() const {
-  using Cause = ecat_master::MotionFailure::Cause;
-  const auto phase = motion_->phase();
-  if (phase != ecat_master::MotionPhase::kQuickStop && phase != ecat_master::MotionPhase::kDisabling &&
-      phase != ecat_master::MotionPhase::kIdle) {
-    return {};
-  }
-  const auto failure = motion_->failure();
-  const auto& name = config_.axes[failure.axis].name;
-  switch (failure.cause) {
-    case Cause::kNone:
-      return {};
-    case Cause::kAxisFault:
-      return fmt::format("axis {}: fault 0x{:04X}, status word 0x{:04X}; all axes stopped", name, failure.error_code,
-                         failure.status_word);
-    case Cause::kAxisLost:
-      return fmt::format("axis {}: no longer in operation, status word 0x{:04X}; all axes stopped", name,
-                         failure.status_word);
-    case Cause::kEnableTimeout:
-      return fmt::format("axis {}: did not reach Operation enabled, status word 0x{:04X}, error code 0x{:04X}", name,
-                         failure.status_word, failure.error_code);
-    case Cause::kCommunication:
-      break;
-  }
-  return "communication lost: the axes exchange no valid process data; quick stop commanded";
-}
-
-void LineRun::note_fault(std::string fault) {
+void LineRun::note_fault(std::string fault, bool fatal) {
   progress("fault: {}", fault);
   if (feed_) feed_->add_fault(fault);
   if (flight_recorder_) flight_recorder_->trigger();
+  if (fatal && failure_.empty()) failure_ = fault;
+  events_.push_back(fmt::format("{:.3f} s {}", seconds_in_operation(), fault));
   faults_.push_back(std::move(fault));
 }
 
+void LineRun::note_event(const std::string& sentence) {
+  progress("{}", sentence);
+  events_.push_back(fmt::format("{:.3f} s {}", seconds_in_operation(), sentence));
+}
+
 void LineRun::stop_motion() {
-  if (!motion_ || state_ == "LOST") return;
+  // Nobody hears it.
+  if (!motion_ || master_.core()->al_status().slaves == 0) return;
   motion_->request_stop();
   const auto deadline = session_.clock().now() + kStopTimeout;
   do {
@@ -363,8 +320,8 @@ RunReport LineRun::make_report() {
     const auto& axis = config_.axes[i];
     const auto& error = recorder_->following_errors()[i];
     report.axes.push_back({axis.name, axis.slave, error.maximum * axis.increments_per_unit,
-                           error.rms() * axis.increments_per_unit, axis.linear ? "m" : "rad",
-                           axis.increments_per_unit});
+                           error.rms() * axis.increments_per_unit, axis.linear ? "m" : "rad", axis.increments_per_unit,
+                           error.unavailable});
   }
   report.telemetry_enabled = publisher_ != nullptr;
   if (publisher_) {
@@ -372,6 +329,9 @@ RunReport LineRun::make_report() {
     report.telemetry_dropped = publisher_->counters().dropped;
   }
   report.faults = faults_;
+  report.failure = failure_;
+  report.events = events_;
+  if (watch_) report.recoveries = watch_->supervisor().recoveries();
   if (recorder_->rows() > 0 && recorder_->problem().empty())
     report.files["axes_csv"] = config_.output.directory / "axes.csv";
   if (flight_record_) report.files["flight_recorder_csv"] = *flight_record_;

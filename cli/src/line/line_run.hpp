@@ -6,9 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "commands/command_input.hpp"
 #include "driveline/bridge/drain_thread.hpp"
 #include "driveline/ecat_master/master.hpp"
+#include "line/cycle_figures.hpp"
 #include "line/group_watch.hpp"
+#include "line/line_watch.hpp"
 #include "line/recorder.hpp"
 #include "line/session.hpp"
 #include "line/status_feed.hpp"
@@ -21,7 +24,9 @@ class LineRun {
  public:
   /// `path`: of the configured axes; none: process data are exchanged without motion. `duration_s`: none, until the end
   /// of the path.
-  LineRun(Session& session, std::optional<trajectory::Interpolator> path, std::optional<double> duration_s);
+  /// `control`: answers `driveline diag --control` while the line is in operation; may be null.
+  LineRun(Session& session, std::optional<trajectory::Interpolator> path, std::optional<double> duration_s,
+          CommandInput* control = nullptr);
   ~LineRun();
 
   /// Everything from scan to INIT. Progress goes to stderr. The report is complete also after a failure; faults() of
@@ -35,27 +40,30 @@ class LineRun {
   void make_motion();
   [[nodiscard]] Outcome<void> start_cycle();
   void operate();
-  [[nodiscard]] bool line_is_healthy();
-  [[nodiscard]] bool clocks_answer();
   void stop_motion();
   void take_down();
   void write_flight_record();
   void leave_nothing_behind();
   void pass(std::chrono::nanoseconds duration);
-  void note_fault(std::string fault);
-  [[nodiscard]] std::string motion_failure() const;
+  /// `fatal`: the run has failed.
+  void note_fault(std::string fault, bool fatal = true);
+  void note_event(const std::string& sentence);
+  void make_watch();
+  [[nodiscard]] std::string answer(std::string_view command);
   [[nodiscard]] RunReport make_report();
   [[nodiscard]] double seconds_in_operation() const;
 
   Session& session_;
   const LineConfig& config_;
   std::optional<double> duration_s_;
+  CommandInput* control_;
   std::optional<trajectory::Interpolator> path_;
   rt::SpscRing<snapshot::LineSample> line_ring_;
   rt::SpscRing<snapshot::AxisSample> axis_ring_;
   std::unique_ptr<bridge::DdsPublisher> publisher_;
   std::unique_ptr<StatusFeed> feed_;
   std::unique_ptr<Recorder> recorder_;
+  std::unique_ptr<CycleFigures> figures_;
   std::unique_ptr<ecat_master::Motion> motion_;
   std::vector<ecat_master::ProcessDataCopy> copies_;
   GroupWatch group_watch_;
@@ -64,10 +72,12 @@ class LineRun {
   ecat_master::Master master_;
   std::unique_ptr<bridge::DrainThread> drain_;
   bool created_directory_ = false;
+  std::unique_ptr<LineWatch> watch_;
   std::vector<std::string> faults_;
+  std::string failure_;  ///< the first fault that the run failed by
+  std::vector<std::string> events_;
   std::string state_ = "INIT";
   std::chrono::nanoseconds operation_start_{};
-  std::chrono::nanoseconds next_delays_{};  ///< when the ways to the clocks are measured again
   std::chrono::nanoseconds operation_time_{};
 };
 

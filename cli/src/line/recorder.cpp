@@ -33,10 +33,13 @@ Recorder::Recorder(const std::vector<ecat_master::AxisConfig>& axes, std::option
 void Recorder::lines(std::span<const snapshot::LineSample>) {}
 
 void Recorder::axes(std::span<const snapshot::AxisSample> samples) {
+  const auto begin = operation_begin_.load();
   for (const auto& sample : samples) {
     if (sample.axis >= errors_.size()) continue;
+    auto& error = errors_[sample.axis];
+    const bool operating = sample.time_ns >= begin && sample.time_ns < operation_end_.load();
+    if (sample.state == snapshot::AxisState::kUnavailable && operating) ++error.unavailable;
     if (sample.state == snapshot::AxisState::kOperationEnabled) {
-      auto& error = errors_[sample.axis];
       error.maximum = std::max(error.maximum, std::abs(sample.following_error_rad));
       error.sum_of_squares += sample.following_error_rad * sample.following_error_rad;
       ++error.samples;

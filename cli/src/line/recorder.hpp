@@ -1,8 +1,10 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,6 +19,7 @@ struct FollowingError {
   double maximum = 0.0;
   double sum_of_squares = 0.0;
   std::uint64_t samples = 0;
+  std::uint64_t unavailable = 0;  ///< cycles in operation in which the axis was not there
   [[nodiscard]] double rms() const noexcept;
 };
 
@@ -39,6 +42,10 @@ class Recorder final : public bridge::SampleConsumer {
 
   /// Nothing will be worth keeping: no file at the end. Any thread.
   void discard() noexcept { discarded_.store(true, std::memory_order_relaxed); }
+
+  /// The line is in operation from one grid time to the other: who is unavailable in between is missing. Any thread.
+  void begin_operation(std::chrono::nanoseconds now) noexcept { operation_begin_.store(now.count()); }
+  void end_operation(std::chrono::nanoseconds now) noexcept { operation_end_.store(now.count()); }
 
   void lines(std::span<const snapshot::LineSample> samples) override;
   void axes(std::span<const snapshot::AxisSample> samples) override;
@@ -63,6 +70,8 @@ class Recorder final : public bridge::SampleConsumer {
   std::optional<std::int64_t> first_time_ns_;
   std::string problem_;
   std::atomic<bool> discarded_{false};
+  std::atomic<std::int64_t> operation_begin_{std::numeric_limits<std::int64_t>::max()};
+  std::atomic<std::int64_t> operation_end_{std::numeric_limits<std::int64_t>::max()};
 };
 
 }  // namespace driveline::cli

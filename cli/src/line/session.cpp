@@ -1,6 +1,7 @@
 #include "line/session.hpp"
 
 #include <fmt/format.h>
+#include <algorithm>
 
 #include "console.hpp"
 
@@ -20,6 +21,13 @@ Outcome<std::unique_ptr<Session>> Session::open(const BusOptions& options, const
   }
   auto& config = session->config_;
   if (!options.interface.empty()) config.interface = options.interface;
+  if (!options.interface2.empty()) config.interface2 = options.interface2;
+  if (config.interface2 && !config.interface) {
+    return misused("--iface2 is the other end of a ring: it needs --iface NAME as well");
+  }
+  if (config.interface2 && *config.interface2 == *config.interface) {
+    return misused(fmt::format("--iface2 {}: is the first interface, too; a ring has two ends", *config.interface2));
+  }
   // A simulated line in this process may run anywhere; where drives may hang on the wire, it must be said.
   config.realtime.policy =
       config.policy.value_or(config.interface ? rt::RealtimePolicy::kEnforce : rt::RealtimePolicy::kDegrade);
@@ -36,13 +44,13 @@ Outcome<std::unique_ptr<Session>> Session::open(const BusOptions& options, const
     session->clock_ = std::make_unique<rt::MonotonicClock>();
   }
   if (config.interface) {
-    auto port = port::RawSocketPort::open({*config.interface, true, 6}, *session->clock_);
-    if (!port) return failed(port.error().message);
-    session->raw_ = std::move(*port);
-    session->wire_ = session->raw_.get();
+    if (auto opened = session->open_interfaces(); !opened) return tl::unexpected(opened.error());
   } else {
-    session->line_ = make_simulated_line(config, *session->clock_);
+    session->line_ = make_simulated_line(config, *session->clock_, true);
     session->wire_ = session->line_.get();
+    if (session->line_->wiring().master(slaves::MasterPort::kSecondary)) {
+      session->join_ends(*session->line_, session->line_->secondary());
+    }
   }
   if (config.output.capture) {
     auto capture =
@@ -52,6 +60,27 @@ Outcome<std::unique_ptr<Session>> Session::open(const BusOptions& options, const
     session->capture_ = std::move(*capture);
   }
   return session;
+}
+
+Outcome<void> Session::open_interfaces() {
+  auto port = port::RawSocketPort::open({*config_.interface, true, 6}, *clock_);
+  if (!port) return failed(port.error().message);
+  raw_ = std::move(*port);
+  wire_ = raw_.get();
+  if (!config_.interface2) return {};
+  auto second = port::RawSocketPort::open({*config_.interface2, true, 6}, *clock_);
+  if (!second) return failed(second.error().message);
+  raw2_ = std::move(*second);
+  join_ends(*raw_, *raw2_);
+  return {};
+}
+
+void Session::join_ends(port::Port& primary, port::Port& secondary) {
+  // Half of an answer waits for the other half for half of the cycle at most: the cycle itself waits three quarters.
+  port::RedundantPort::Settings settings;
+  settings.half_wait = std::max(settings.half_wait, config_.period / 2);
+  ring_ = std::make_unique<port::RedundantPort>(primary, secondary, *clock_, settings);
+  wire_ = ring_.get();
 }
 
 Outcome<std::optional<std::filesystem::path>> Session::close_capture() {

@@ -7,6 +7,7 @@
 
 #include "driveline/port/capture_port.hpp"
 #include "driveline/port/raw_socket_port.hpp"
+#include "driveline/port/redundant_port.hpp"
 #include "failure.hpp"
 #include "line/composition.hpp"
 
@@ -14,8 +15,9 @@ namespace driveline::cli {
 
 /// Which bus a command talks to.
 struct BusOptions {
-  std::string config;     ///< line description; may be empty when `interface` is given
-  std::string interface;  ///< replaces the simulated line of the file
+  std::string config;      ///< line description; may be empty when `interface` is given
+  std::string interface;   ///< replaces the simulated line of the file
+  std::string interface2;  ///< at the far end of a ring
   bool virtual_time = false;
 };
 
@@ -32,6 +34,8 @@ class Session {
   [[nodiscard]] bool has_config() const noexcept { return has_config_; }
   [[nodiscard]] rt::Clock& clock() noexcept { return *clock_; }
   [[nodiscard]] port::Port& port() noexcept { return capture_ ? static_cast<port::Port&>(*capture_) : *wire_; }
+  /// The two ends of a ring; null: the line has one end.
+  [[nodiscard]] const port::RedundantPort* ring() const noexcept { return ring_.get(); }
   [[nodiscard]] bool virtual_time() const noexcept { return virtual_time_; }
   /// Finishes the capture, when there is one; its path, or nothing when there were no frames either. Only when nothing
   /// uses the port any more.
@@ -39,6 +43,8 @@ class Session {
 
  private:
   Session() = default;
+  [[nodiscard]] Outcome<void> open_interfaces();
+  void join_ends(port::Port& primary, port::Port& secondary);
 
   LineConfig config_;
   bool has_config_ = false;
@@ -46,6 +52,8 @@ class Session {
   std::unique_ptr<rt::Clock> clock_;
   std::unique_ptr<slaves::Line> line_;
   std::unique_ptr<port::RawSocketPort> raw_;
+  std::unique_ptr<port::RawSocketPort> raw2_;
+  std::unique_ptr<port::RedundantPort> ring_;
   port::Port* wire_ = nullptr;
   std::unique_ptr<port::CapturePort> capture_;
 };

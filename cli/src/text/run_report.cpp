@@ -43,7 +43,8 @@ nlohmann::json to_json(const RunReport& report) {
                     {"slave", axis.slave},
                     {"following_error_max", axis.following_error_max},
                     {"following_error_rms", axis.following_error_rms},
-                    {"unit", "increments"}});
+                    {"unit", "increments"},
+                    {"unavailable_cycles", axis.unavailable_cycles}});
   }
   nlohmann::json files = nlohmann::json::object();
   for (const auto& [key, path] : report.files) files[key] = path.string();
@@ -63,6 +64,8 @@ nlohmann::json to_json(const RunReport& report) {
       {"axes", std::move(axes)},
       {"telemetry", {{"published", report.telemetry_published}, {"dropped", report.telemetry_dropped}}},
       {"faults", report.faults},
+      {"events", report.events},
+      {"recoveries", report.recoveries},
       {"files", std::move(files)}};
   if (report.process_data) document["process_data"] = to_json(*report.process_data);
   return document;
@@ -96,6 +99,7 @@ std::string to_text(const RunReport& report) {
   text += report.telemetry_enabled ? fmt::format("\n  telemetry: {} axis samples published, {} dropped\n",
                                                  report.telemetry_published, report.telemetry_dropped)
                                    : std::string("\n  telemetry: off\n");
+  for (const auto& event : report.events) text += fmt::format("  {}\n", event);
   for (const auto& fault : report.faults) text += fmt::format("  fault: {}\n", fault);
   for (const auto& [key, path] : report.files) text += fmt::format("  {:<22}{}\n", key, path.string());
   return text;

@@ -20,6 +20,7 @@ struct AxisReport {
   double following_error_rms = 0.0;
   std::string si_unit;  ///< "rad" or "m"
   double increments_per_unit = 1.0;
+  std::uint64_t unavailable_cycles = 0;  ///< in operation, without valid process data or not in OP
 };
 
 /// How the clocks of the line did.
@@ -42,6 +43,9 @@ struct RunReport {
   std::uint64_t telemetry_published = 0;
   std::uint64_t telemetry_dropped = 0;
   std::vector<std::string> faults;
+  std::string failure;              ///< the fault that the run failed by; empty: it did what it was to do
+  std::vector<std::string> events;  ///< what happened to line and axes, with the time in operation
+  std::uint64_t recoveries = 0;     ///< slaves brought back to OP
   std::map<std::string, std::filesystem::path> files;
 };
 

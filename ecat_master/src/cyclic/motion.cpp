@@ -7,12 +7,10 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// A fault reset needs one cycle with bit 7 set and one without for its edge; a few of each ride out a lost frame.
-constexpr std::int64_t kResetCycles = 4;
-
-bool is_powered(MotionPhase phase) noexcept {
-  return phase == MotionPhase::kApproach || phase == MotionPhase::kFollowing || phase == MotionPhase::kHolding ||
-         phase == MotionPhase::kStopping;
+std::vector<trajectory::AxisLimits> limits_of(const std::vector<Axis>& axes) {
+  std::vector<trajectory::AxisLimits> limits;
+  for (const auto& axis : axes) limits.push_back(axis.config().limits);
+  return limits;
 }
 
 }  // namespace
@@ -35,6 +33,8 @@ std::string_view to_text(MotionPhase phase) noexcept {
       return "disabling";
     case MotionPhase::kQuickStop:
       return "quick stop";
+    case MotionPhase::kWaiting:
+      return "waiting for an axis";
   }
   return "?";
 }
@@ -47,6 +47,9 @@ Motion::Motion(std::vector<Axis> axes, trajectory::Interpolator path, Settings s
       ramps_(axes_.size()),
       stops_(axes_.size()),
       path_start_(axes_.size()),
+      targets_(axes_.size()),
+      absences_(axes_.size()),
+      presence_shared_(std::make_unique<std::atomic<AxisPresence>[]>(axes_.size())),
       bad_cycles_(axes_.size()) {
   if (path_.axes().size() != axes_.size()) {
     throw std::invalid_argument("motion: the path must have one axis for each axis of the line");
@@ -58,6 +61,13 @@ Motion::Motion(std::vector<Axis> axes, trajectory::Interpolator path, Settings s
     if (!usable) throw std::invalid_argument("motion: the limits of an axis must be positive and finite");
   }
   path_.evaluate(path_.start_s(), path_start_);
+  path_clock_ = trajectory::PathClock(trajectory::path_ramp_s(path_, limits_of(axes_)));
+}
+
+/// Setpoints go to the drives.
+bool Motion::powered() const noexcept {
+  return phase_ == MotionPhase::kApproach || phase_ == MotionPhase::kFollowing || phase_ == MotionPhase::kHolding ||
+         phase_ == MotionPhase::kStopping || phase_ == MotionPhase::kWaiting;
 }
 
 void Motion::enter(MotionPhase phase, std::int64_t cycle) noexcept {
@@ -66,8 +76,8 @@ void Motion::enter(MotionPhase phase, std::int64_t cycle) noexcept {
   phase_shared_.store(phase, std::memory_order_release);
 }
 
-double Motion::elapsed_s(std::int64_t cycle) const noexcept {
-  return std::chrono::duration<double>(settings_.period).count() * static_cast<double>(cycle - phase_start_);
+double Motion::seconds(std::int64_t cycles) const noexcept {
+  return std::chrono::duration<double>(settings_.period).count() * static_cast<double>(cycles);
 }
 
 void Motion::read_inputs(std::span<const std::byte> image, std::span<const bool> valid,
@@ -86,18 +96,20 @@ void Motion::update(std::int64_t cycle, std::span<std::byte> image) noexcept {
   watch(cycle);
   advance(cycle);
   setpoint_cycle_ = cycle;
-  const bool reset = phase_ == MotionPhase::kEnabling && (cycle - phase_start_) % (2 * kResetCycles) < kResetCycles;
-  for (std::size_t i = 0; i < axes_.size(); ++i) axes_[i].write_outputs(image, goal(), reset, setpoints_[i]);
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    axes_[i].write_outputs(image, goal(i), reset_due(i, cycle), setpoints_[i]);
+  }
 }
 
 void Motion::obey(std::int64_t cycle) noexcept {
   const auto command = command_.exchange(Command::kNone, std::memory_order_acq_rel);
   if (command == Command::kStart && phase_ == MotionPhase::kIdle) {
     failure_ = {};
+    for (std::size_t i = 0; i < axes_.size(); ++i) set_presence(i, AxisPresence::kPresent, cycle);
     enter(MotionPhase::kEnabling, cycle);
   } else if (command == Command::kStop) {
     if (phase_ == MotionPhase::kEnabling) enter(MotionPhase::kDisabling, cycle);
-    if (is_powered(phase_) && phase_ != MotionPhase::kStopping) {
+    if (powered() && phase_ != MotionPhase::kStopping) {
       plan_stop();
       // The stop begins at the setpoints of the cycle before: in this one it is a period (or more, after missed ones)
       // on.
@@ -108,24 +120,24 @@ void Motion::obey(std::int64_t cycle) noexcept {
 
 /// Looks for axes that cannot go on.
 void Motion::watch(std::int64_t cycle) noexcept {
-  if (phase_ == MotionPhase::kEnabling) {
-    if (elapsed_s(cycle) <= std::chrono::duration<double>(settings_.enable_timeout).count()) return;
-    const auto late = std::find_if(axes_.begin(), axes_.end(), [](const Axis& a) { return !a.enabled(); });
-    if (late != axes_.end()) {
-      fail(MotionFailure::Cause::kEnableTimeout, static_cast<std::size_t>(late - axes_.begin()), cycle);
-    }
-    return;
+  if (phase_ == MotionPhase::kEnabling) return watch_enabling(cycle);
+  for (std::size_t i = 0; i < axes_.size() && powered(); ++i) watch_axis(i, cycle);
+}
+
+void Motion::watch_axis(std::size_t axis, std::int64_t cycle) noexcept {
+  using Cause = MotionFailure::Cause;
+  if (tolerated(axis)) {
+    watch_absence(axis, cycle);
+    if (absences_[axis].presence == AxisPresence::kMissing || absences_[axis].presence == AxisPresence::kEnabling)
+      return;
   }
-  if (!is_powered(phase_)) return;
-  const bool all_lost = std::all_of(bad_cycles_.begin(), bad_cycles_.end(),
-                                    [this](std::uint32_t bad) { return bad >= settings_.bad_cycle_limit; });
-  for (std::size_t i = 0; i < axes_.size(); ++i) {
-    using Cause = MotionFailure::Cause;
-    if (bad_cycles_[i] >= settings_.bad_cycle_limit)
-      return fail(all_lost ? Cause::kCommunication : Cause::kAxisLost, i, cycle);
-    if (axes_[i].fault() || axes_[i].reports_fault()) return fail(Cause::kAxisFault, i, cycle);
-    if (!axes_[i].enabled()) return fail(Cause::kAxisLost, i, cycle);
+  if (bad_cycles_[axis] >= settings_.bad_cycle_limit) {
+    const bool all_lost = std::all_of(bad_cycles_.begin(), bad_cycles_.end(),
+                                      [this](std::uint32_t bad) { return bad >= settings_.bad_cycle_limit; });
+    return fail(all_lost ? Cause::kCommunication : Cause::kAxisLost, axis, cycle);
   }
+  if (axes_[axis].fault() || axes_[axis].reports_fault()) return fail(Cause::kAxisFault, axis, cycle);
+  if (!axes_[axis].enabled()) return fail(Cause::kAxisLost, axis, cycle);
 }
 
 void Motion::fail(MotionFailure::Cause cause, std::size_t axis, std::int64_t cycle) noexcept {
@@ -145,6 +157,7 @@ void Motion::advance(std::int64_t cycle) noexcept {
         if (!axes_[i].enabled()) setpoints_[i] = {axes_[i].inputs().position, 0.0, 0.0};
       }
       if (all_enabled()) {
+        std::copy(setpoints_.begin(), setpoints_.end(), targets_.begin());
         plan_approach();
         enter(MotionPhase::kApproach, cycle);
       }
@@ -152,22 +165,17 @@ void Motion::advance(std::int64_t cycle) noexcept {
     case MotionPhase::kApproach: {
       bool done = true;
       for (std::size_t i = 0; i < axes_.size(); ++i) {
+        targets_[i] = path_start_[i];
         if (!ramps_[i]) continue;
-        setpoints_[i] = ramps_[i]->evaluate(t);
+        targets_[i] = ramps_[i]->evaluate(t);
         done = done && ramps_[i]->finished(t);
       }
-      if (done) enter(MotionPhase::kFollowing, cycle);
+      if (done) begin_path(cycle);
       break;
     }
     case MotionPhase::kFollowing:
-      path_.evaluate(path_.start_s() + t, setpoints_);
-      if (!path_.finished(path_.start_s() + t)) break;
-      if (settings_.repeat) {
-        plan_approach();
-        enter(MotionPhase::kApproach, cycle);
-      } else {
-        enter(MotionPhase::kHolding, cycle);
-      }
+    case MotionPhase::kWaiting:
+      advance_path(cycle);
       break;
     case MotionPhase::kHolding:
       break;
@@ -194,13 +202,44 @@ void Motion::advance(std::int64_t cycle) noexcept {
       if (none_enabled()) enter(MotionPhase::kIdle, cycle);
       break;
   }
+  if (powered() && phase_ != MotionPhase::kStopping) {
+    aim(seconds(std::max<std::int64_t>(cycle - setpoint_cycle_, 1)));
+  }
+}
+
+void Motion::begin_path(std::int64_t cycle) noexcept {
+  const bool wait = must_wait();
+  path_begin_ = cycle;
+  path_clock_.start(0.0, 0.0, !wait);
+  enter(wait ? MotionPhase::kWaiting : MotionPhase::kFollowing, cycle);
+}
+
+void Motion::advance_path(std::int64_t cycle) noexcept {
+  const bool wait = must_wait();
+  if (wait != (phase_ == MotionPhase::kWaiting)) {
+    path_clock_.run(!wait);
+    enter(wait ? MotionPhase::kWaiting : MotionPhase::kFollowing, cycle);
+  }
+  const double t = path_.start_s() + path_clock_.advance(seconds(cycle - path_begin_));
+  path_.evaluate(t, targets_);
+  for (auto& target : targets_) target = path_clock_.scaled(target);
+  if (!path_.finished(t)) return;
+  if (settings_.repeat) {
+    plan_approach();
+    enter(MotionPhase::kApproach, cycle);
+  } else {
+    enter(MotionPhase::kHolding, cycle);
+  }
 }
 
 void Motion::plan_approach() noexcept {
-  // The present setpoints are where the axes stand; the ramps end at the path's first point, all together.
+  // The axes stand where the path is; the ramps end at its first point, all together.
   double longest = 0.0;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
-    ramps_[i] = trajectory::StartRamp::plan(setpoints_[i].position, path_start_[i].position, axes_[i].config().limits);
+    ramps_[i].reset();
+    // Who is not on the path is not waited for here, and goes straight to that point.
+    if (absences_[i].presence != AxisPresence::kPresent) continue;
+    ramps_[i] = trajectory::StartRamp::plan(targets_[i].position, path_start_[i].position, axes_[i].config().limits);
     if (ramps_[i]) longest = std::max(longest, ramps_[i]->duration_s());
   }
   for (auto& ramp : ramps_) {
@@ -215,7 +254,12 @@ void Motion::plan_stop() noexcept {
 }
 
 bool Motion::all_enabled() const noexcept {
-  return std::all_of(axes_.begin(), axes_.end(), [](const Axis& a) { return a.enabled(); });
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    const bool left_out =
+        absences_[i].presence == AxisPresence::kMissing && axes_[i].config().on_loss == LossPolicy::kContinue;
+    if (!left_out && !axes_[i].enabled()) return false;
+  }
+  return true;
 }
 
 bool Motion::all_available() const noexcept {
@@ -229,11 +273,6 @@ bool Motion::none_enabled() const noexcept {
     return state == snapshot::AxisState::kOperationEnabled || state == snapshot::AxisState::kQuickStopActive ||
            state == snapshot::AxisState::kSwitchedOn || state == snapshot::AxisState::kFaultReactionActive;
   });
-}
-
-cia402::Goal Motion::goal() const noexcept {
-  if (phase_ == MotionPhase::kQuickStop) return cia402::Goal::kQuickStop;
-  return phase_ == MotionPhase::kEnabling || is_powered(phase_) ? cia402::Goal::kEnabled : cia402::Goal::kDisabled;
 }
 
 }  // namespace driveline::ecat_master

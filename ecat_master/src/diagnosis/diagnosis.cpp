@@ -171,11 +171,13 @@ Result<LineDiagnosis> diagnose(Master& master, const LineSupervisor* supervisor,
     diagnosis.cycles = core->cycles();
     diagnosis.stale_frames = core->stale_frames();
     diagnosis.foreign_frames = core->foreign_frames();
+    if (!master.cycling()) diagnosis.statistics = core->statistics();
   }
   if (ring != nullptr) diagnosis.ring = ring->status();
   if (supervisor != nullptr) {
     diagnosis.events.assign(supervisor->history().begin(), supervisor->history().end());
     diagnosis.exchange_history.assign(supervisor->exchange_history().begin(), supervisor->exchange_history().end());
+    diagnosis.state_history.assign(supervisor->state_history().begin(), supervisor->state_history().end());
   }
   diagnosis.emergencies = master.mailboxes().emergencies().all();
   return diagnosis;

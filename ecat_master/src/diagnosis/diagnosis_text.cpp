@@ -128,9 +128,15 @@ std::string to_text(const LineDiagnosis& diagnosis) {
   add_exchange(text, diagnosis);
   if (const auto& cycle = diagnosis.statistics) {
     const auto us = [](std::chrono::nanoseconds time) { return static_cast<double>(time.count()) / 1e3; };
-    text += fmt::format("cycle: cost median {:.1f} us, 99.9 % {:.1f} us, longest {:.1f} us; {} missed periods\n",
-                        us(cycle->cost.percentile(0.5)), us(cycle->cost.percentile(0.999)), us(cycle->cost.max()),
-                        cycle->missed_periods);
+    const auto row = [&](const char* name, const rt::Histogram& times) {
+      text += fmt::format("  {} median {:.1f} us, 99.9 % {:.1f} us, longest {:.1f} us\n", name,
+                          us(times.percentile(0.5)), us(times.percentile(0.999)), us(times.max()));
+    };
+    text += fmt::format("cycle: {} cycles, {} missed periods, {} with lost frames, {} with a wrong working counter\n",
+                        cycle->cycles, cycle->missed_periods, cycle->lost_frames, cycle->wkc_errors);
+    row("wake-up latency", cycle->wake_latency);
+    row("cost", cycle->cost);
+    row("round trip", cycle->round_trip);
   }
   const auto list = [&text](const char* title, const auto& entries) {
     if (entries.empty()) return;
@@ -138,6 +144,7 @@ std::string to_text(const LineDiagnosis& diagnosis) {
     for (const auto& entry : entries) text += fmt::format("  {}\n", describe(entry));
   };
   list("what happened\n", diagnosis.events);
+  list("states as the process data told them\n", diagnosis.state_history);
   list("exchange history\n", diagnosis.exchange_history);
   list("emergencies\n", diagnosis.emergencies);
   return text;

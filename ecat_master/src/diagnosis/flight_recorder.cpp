@@ -50,7 +50,7 @@ void FlightRecorder::write_csv(std::ostream& out, std::span<const std::string> a
   for (std::size_t axis = 0; axis < axes_; ++axis) {
     const std::string name = axis < axis_names.size() ? axis_names[axis] : fmt::format("axis{}", axis);
     for (const char* figure :
-         {"control_word", "status_word", "mode", "target_position", "actual_position", "target_velocity",
+         {"control_word", "status_word", "mode", "available", "target_position", "actual_position", "target_velocity",
           "actual_velocity", "target_torque", "actual_torque", "following_error"}) {
       out << ',' << name << '.' << figure;
     }
@@ -63,9 +63,10 @@ void FlightRecorder::write_csv(std::ostream& out, std::span<const std::string> a
                        line.expected_working_counter);
     if (clocks) out << fmt::format(",{}", line.dc_difference_ns);
     for (const auto& axis : std::span(axis_records_).subspan(slot(age) * axes_, axes_)) {
-      out << fmt::format(",0x{:04X},0x{:04X},{},{:.9g},{:.9g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}", axis.control_word,
-                         axis.status_word, axis.mode, axis.target_position, axis.actual_position, axis.target_velocity,
-                         axis.actual_velocity, axis.target_torque, axis.actual_torque, axis.following_error);
+      out << fmt::format(",0x{:04X},0x{:04X},{},{},{:.9g},{:.9g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}", axis.control_word,
+                         axis.status_word, axis.mode, axis.state == snapshot::AxisState::kUnavailable ? 0 : 1,
+                         axis.target_position, axis.actual_position, axis.target_velocity, axis.actual_velocity,
+                         axis.target_torque, axis.actual_torque, axis.following_error);
     }
     out << '\n';
   }

@@ -17,18 +17,22 @@ std::string ring_break(const LineEvent& event) {
   return fmt::format("between slave {} and slave {}", event.slave - 1, event.slave);
 }
 
-std::string what_happened(const LineEvent& event) {
+}  // namespace
+
+std::string what_happened(const LineEvent& event, std::string_view name) {
+  const auto slave =
+      name.empty() ? fmt::format("slave {}", event.slave) : fmt::format("slave {} ({})", event.slave, name);
   switch (event.kind) {
     case LineEvent::Kind::kLeftOp:
-      return fmt::format("slave {}: left OP, is in {}{}, AL status code 0x{:04X} ({})", event.slave,
+      return fmt::format("{}: left OP, is in {}{}, AL status code 0x{:04X} ({})", slave,
                          wire::to_text(event.state.state), event.state.error ? " with an error" : "",
                          static_cast<unsigned>(event.code), wire::to_text(event.code));
     case LineEvent::Kind::kGone:
-      return fmt::format("slave {}: does not answer any more", event.slave);
+      return fmt::format("{}: does not answer any more", slave);
     case LineEvent::Kind::kRecovered:
-      return fmt::format("slave {}: back in OP", event.slave);
+      return fmt::format("{}: back in OP", slave);
     case LineEvent::Kind::kRecoveryFailed:
-      return fmt::format("slave {}: not brought back to OP: {}", event.slave, describe(event.error));
+      return fmt::format("{}: not brought back to OP: {}", slave, describe(event.error));
     case LineEvent::Kind::kRingBroken:
       return fmt::format("the ring is broken {}; process data go on over both interfaces", ring_break(event));
     case LineEvent::Kind::kRingClosed:
@@ -38,8 +42,6 @@ std::string what_happened(const LineEvent& event) {
   }
   return "?";
 }
-
-}  // namespace
 
 std::string describe(const LineEvent& event) {
   return fmt::format("{:.6f} s {}", std::chrono::duration<double>(event.time).count(), what_happened(event));
@@ -59,6 +61,7 @@ bool LineSupervisor::all_operational() const noexcept {
 }
 
 void LineSupervisor::note(LineEvent event) {
+  ++events_;
   if (history_.size() == kMaxHistory) history_.pop_front();
   history_.push_back(event);
 }
@@ -67,16 +70,19 @@ void LineSupervisor::poll() {
   take_cycle_events();
   watch_ring();
   watch_slaves();
-  if (!settings_.recover || all_operational()) return;
+  if (all_operational()) return;
   const auto now = master_.bus().exchange().now();
-  const auto due = [&](const Slave& slave) { return slave.trouble && now >= slave.next_try; };
-  if (std::none_of(slaves_.begin(), slaves_.end(), due)) return;
-  const bool missing = std::any_of(slaves_.begin(), slaves_.end(), [&](const Slave& s) { return due(s) && s.gone; });
+  std::vector<std::size_t> due;
+  bool missing = false;
+  for (std::size_t i = 0; i < slaves_.size(); ++i) {
+    const bool wanted = settings_.recover || master_.slaves()[i].plan.hot_connect;
+    if (!wanted || !slaves_[i].trouble || now < slaves_[i].next_try) continue;
+    due.push_back(i);
+    missing = missing || slaves_[i].gone;
+  }
   // A failure is not worth a word here: whoever is still missing is tried again.
   if (missing) static_cast<void>(master_.readdress_newcomers().has_value());
-  for (std::size_t i = 0; i < slaves_.size(); ++i) {
-    if (due(slaves_[i])) recover(i);
-  }
+  for (const auto slave : due) recover(slave);
 }
 
 void LineSupervisor::take_cycle_events() {
@@ -87,9 +93,9 @@ void LineSupervisor::take_cycle_events() {
       zeroed.time = nanoseconds{event.time_ns};
       note(zeroed);
     }
-    if (event.kind == CyclicEvent::Kind::kSlaveState) continue;  // slave_report() has the newest
-    if (exchange_history_.size() == kMaxHistory) exchange_history_.pop_front();
-    exchange_history_.push_back(event);
+    auto& history = event.kind == CyclicEvent::Kind::kSlaveState ? state_history_ : exchange_history_;
+    if (history.size() == kMaxHistory) history.pop_front();
+    history.push_back(event);
   }
 }
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "driveline/ecat_master/configuration/process_data_setup.hpp"
+#include "driveline/ecat_master/discovery/device_identification.hpp"
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/ecat_master/sii/sii_reader.hpp"
 #include "driveline/esi/sii.hpp"
@@ -25,26 +26,51 @@ Error error_of(ErrorKind kind, SlaveRef slave, std::uint16_t address, std::uint3
   return error;
 }
 
-/// The device at `slave` is the one that was found there at start, or one of its kind.
-Result<void> check_identity(Bus& bus, const SlaveInfo& known) {
-  auto images = read_sii(bus, {&known.ref, 1});
+/// One number of an identity as planned and found.
+struct IdentityField {
+  IdentityRule planned;
+  std::uint32_t found = 0;
+};
+
+/// What the plan says about who the slave is; where it leaves vendor, product or revision open, those of the slave that
+/// was found at start.
+std::array<IdentityField, 4> identity_fields(const ConfiguredSlave& slave, const esi::DeviceDescription& found) {
+  const auto& known = slave.info.description;
+  const auto revision =
+      slave.plan.revision == IdentityRule{} ? IdentityRule::equal(known.revision) : slave.plan.revision;
+  return {{{IdentityRule::equal(known.vendor_id), found.vendor_id},
+           {IdentityRule::equal(known.product_code), found.product_code},
+           {revision, found.revision},
+           {slave.plan.serial, found.serial_number}}};
+}
+
+/// The device at `slave` is the one that was found there at start, or one of its kind that the plan accepts.
+Result<void> check_identity(Bus& bus, const ConfiguredSlave& slave) {
+  const auto& ref = slave.info.ref;
+  const auto mismatch = [&ref](IdentityNumber number, std::uint32_t expected, std::uint32_t received) {
+    const auto which = static_cast<std::uint16_t>(number);
+    return tl::unexpected(error_of(ErrorKind::kIdentityMismatch, ref, which, expected, received));
+  };
+  auto images = read_sii(bus, {&ref, 1});
   if (!images) return tl::unexpected(images.error());
   if (!images->front()) return tl::unexpected(images->front().error());
   const auto decoded = esi::decode_sii(*images->front());
   if (!decoded) {
     const auto word = static_cast<std::uint16_t>(decoded.error().word_offset);
-    return tl::unexpected(error_of(ErrorKind::kSiiContent, known.ref, word, 0, 0));
+    return tl::unexpected(error_of(ErrorKind::kSiiContent, ref, word, 0, 0));
   }
-  const auto found = esi::description_from_sii(*decoded);
-  const auto& planned = known.description;
-  const std::array<std::pair<std::uint32_t, std::uint32_t>, 3> fields{{{planned.vendor_id, found.vendor_id},
-                                                                       {planned.product_code, found.product_code},
-                                                                       {planned.revision, found.revision}}};
+  const auto fields = identity_fields(slave, esi::description_from_sii(*decoded));
   for (std::size_t i = 0; i < fields.size(); ++i) {
-    if (fields[i].first == fields[i].second) continue;
-    return tl::unexpected(error_of(ErrorKind::kIdentityMismatch, known.ref, static_cast<std::uint16_t>(i),
-                                   fields[i].first, fields[i].second));
+    if (!fields[i].planned.accepts(fields[i].found))
+      return mismatch(static_cast<IdentityNumber>(i), fields[i].planned.value, fields[i].found);
   }
+  if (slave.plan.alias && decoded->config.station_alias != *slave.plan.alias)
+    return mismatch(IdentityNumber::kAlias, *slave.plan.alias, decoded->config.station_alias);
+  if (!slave.plan.device_id) return {};
+  const auto ids = read_device_ids(bus, {&ref, 1});
+  if (!ids) return tl::unexpected(ids.error());
+  if (ids->front() != slave.plan.device_id)
+    return mismatch(IdentityNumber::kDeviceId, *slave.plan.device_id, ids->front().value_or(0));
   return {};
 }
 
@@ -147,7 +173,7 @@ Result<void> Master::recover(std::size_t slave, std::chrono::nanoseconds state_t
 Result<void> Master::reconfigure(std::size_t slave, std::chrono::nanoseconds state_timeout) {
   auto& one = slaves_[slave];
   const std::span<const SlaveRef> ref(&refs_[slave], 1);
-  if (auto done = check_identity(bus_, one.info); !done) return done;
+  if (auto done = check_identity(bus_, one); !done) return done;
   if (auto done = change_state(bus_, ref, AlState::kInit, state_timeout); !done) return done;
   if (auto done = clear_channels(bus_, ref); !done) return done;
   const auto window = write_mailbox_channels(bus_, one.info);

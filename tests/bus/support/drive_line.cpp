@@ -95,6 +95,7 @@ ecat_master::AxisConfig LineOperation::axis(std::size_t position, const RunOptio
   config.limits = {50.0, 1000.0};
   config.inertia = slaves::MotorParameters{}.inertia_kg_m2;
   config.velocity_gain = 0.1;
+  config.on_loss = options.on_loss;
   return config;
 }
 
@@ -143,6 +144,7 @@ void LineOperation::start_cycle(ecat_master::Master::MakeRunner make_runner) {
   settings.acyclic_bytes = options_.acyclic_bytes;
   settings.task = options_.task;
   settings.recorder = options_.recorder;
+  if (options_.copies) settings.copies = options_.copies(*master_);
   if (!make_runner) {
     make_runner = [this](ecat_master::CyclicCore& core) {
       return std::make_unique<ecat_master::InlineRunner>(core, drives_.clock);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -56,6 +57,9 @@ struct RunOptions {
   ecat_master::CyclicTask* task = nullptr;
   std::vector<std::size_t> hot_connect{};  ///< these drives
   ecat_master::FlightRecorder* recorder = nullptr;
+  /// Process data handed from slave to slave, in the image of the line.
+  std::function<std::vector<ecat_master::ProcessDataCopy>(const ecat_master::Master&)> copies{};
+  ecat_master::LossPolicy on_loss = ecat_master::LossPolicy::kStop;  ///< of every axis
 };
 
 /// A master that runs all drives of a line along a path of raised cosines, each axis with its own amplitude.

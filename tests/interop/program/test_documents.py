@@ -88,6 +88,7 @@ class Reference(DocumentTest):
         "axis": ['[[slave]]\nname = "x"\n[[axis]]\nname = "x"',
                  '[[slave]]\nname = "x"\n[[axis]]\nname = "x"\nfeed_mm_per_revolution = 5'],
         "path": ['slave = [{ name = "x" }]\n[path]\nfile = "a.csv"'],
+        "recovery": ['slave = [{ name = "x" }]\n[recovery]'],
         "telemetry": ['slave = [{ name = "x" }]\n[telemetry]'],
         "output": ['slave = [{ name = "x" }]\n[output]'],
     }

@@ -77,7 +77,7 @@ class FilesAndSummary(ProgramTest):
         rows = (self.directory / document["files"]["flight_recorder_csv"]).read_text().splitlines()
         self.assertEqual(len(rows), 1 + 2048)
         columns = rows[0].split(",")
-        self.assertEqual(len([name for name in columns if name.startswith(AXES[2] + ".")]), 10)
+        self.assertEqual(len([name for name in columns if name.startswith(AXES[2] + ".")]), 11)
         cycles = [int(row.split(",")[0]) for row in rows[1:]]
         self.assertEqual(cycles, list(range(cycles[0], cycles[0] + 2048)))
         counter = columns.index("working_counter")

@@ -40,10 +40,10 @@ INSTANTIATE_TEST_SUITE_P(
                   ":5: [line] cycle_ms: unknown key, expected one of: cycle_us, name"},
         WrongFile{one_slave("[lines]\n"),
                   ":4: lines: unknown key, expected one of: axis, bus, copy, dc, fault, group, line, output, path, "
-                  "process_data, realtime, slave, "
+                  "process_data, realtime, recovery, slave, "
                   "telemetry, wiring"},
         WrongFile{one_slave("[bus]\niface = \"eth1\"\n"),
-                  ":5: [bus] iface: unknown key, expected one of: interface, max_lost_cycles"},
+                  ":5: [bus] iface: unknown key, expected one of: interface, interface2, max_lost_cycles"},
         WrongFile{one_slave("[realtime]\n\nprio = 80\n"),
                   ":6: [realtime] prio: unknown key, expected one of: cpu, lock_memory, policy, priority, "
                   "simulation_cpu, wake_ahead_us"},
@@ -90,6 +90,13 @@ INSTANTIATE_TEST_SUITE_P(
 INSTANTIATE_TEST_SUITE_P(
     OutOfRange, LineConfigError,
     testing::Values(
+        WrongFile{one_slave("[bus]\ninterface2 = \"b\"\n"),
+                  ":5: [bus] interface2: needs interface, the other end of the ring"},
+        WrongFile{one_slave("[bus]\ninterface = \"a\"\ninterface2 = \"a\"\n"),
+                  ":6: [bus] interface2: is \"a\" like interface, a ring has two ends"},
+        WrongFile{one_slave("[recovery]\naxes = \"go\"\n"),
+                  ":5: [recovery] axes: is \"go\", one of \"stop\", \"hold\", \"continue\" is expected"},
+        WrongFile{one_slave("[recovery]\ngive_up_s = -1\n"), ":5: [recovery] give_up_s: is -1, 0 to 86400 is expected"},
         WrongFile{one_slave("[bus]\nmax_lost_cycles = 0\n"), ":5: [bus] max_lost_cycles: is 0, 1 to 10000 is expected"},
         WrongFile{one_slave("[line]\nname = \"\"\n"), ":5: [line] name: must have 1 to 31 characters"},
         WrongFile{one_slave("[line]\nname = \"12345678901234567890123456789012\"\n"),

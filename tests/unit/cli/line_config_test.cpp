@@ -43,6 +43,9 @@ TEST(LineConfig, OneNamedSlaveIsEnough) {
   EXPECT_EQ(config.output.directory, "out");
   EXPECT_TRUE(config.output.plots);
   EXPECT_FALSE(config.output.capture);
+  EXPECT_FALSE(config.interface2);
+  EXPECT_EQ(config.recovery.axes, ecat_master::LossPolicy::kStop);
+  EXPECT_EQ(config.recovery.give_up, std::chrono::seconds{60});
 }
 
 TEST(LineConfig, EveryKeyArrives) {
@@ -52,7 +55,11 @@ name = "press"
 cycle_us = 250
 [bus]
 interface = "eth1"
+interface2 = "eth2"
 max_lost_cycles = 20
+[recovery]
+axes = "continue"
+give_up_s = 0
 [realtime]
 policy = "degrade"
 priority = 42
@@ -102,6 +109,9 @@ velocity_gain = 4000
   EXPECT_EQ(config.name, "press");
   EXPECT_EQ(config.period, microseconds{250});
   EXPECT_EQ(config.interface, "eth1");
+  EXPECT_EQ(config.interface2, "eth2");
+  EXPECT_EQ(config.recovery.axes, ecat_master::LossPolicy::kContinue);
+  EXPECT_EQ(config.recovery.give_up, std::chrono::seconds{0});
   EXPECT_EQ(config.max_lost_cycles, 20U);
   EXPECT_EQ(config.policy, rt::RealtimePolicy::kDegrade);
   EXPECT_EQ(config.realtime.priority, 42);

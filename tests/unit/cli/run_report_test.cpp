@@ -17,7 +17,7 @@ RunReport report_of_a_run() {
   RunReport report;
   report.line = "press";
   report.state = "OP";
-  report.axes = {{"x", 0, 120.0, 30.5, "rad", 1000.0}, {"z", 3, 8.0, 2.0, "m", 1e6}};
+  report.axes = {{"x", 0, 120.0, 30.5, "rad", 1000.0}, {"z", 3, 8.0, 2.0, "m", 1e6, 17}};
   report.period = std::chrono::microseconds{125};
   report.duration_s = 5.0;
   auto& statistics = report.statistics;
@@ -33,6 +33,8 @@ RunReport report_of_a_run() {
   report.telemetry_published = 80'000;
   report.telemetry_dropped = 5;
   report.faults = {"axis z: fault 0x8611"};
+  report.events = {"1.250 s slave 3 (z): back in OP"};
+  report.recoveries = 1;
   report.files = {{"axes_csv", "out/axes.csv"}};
   return report;
 }
@@ -48,12 +50,14 @@ TEST(RunReport, JsonHasTheKeysOfTheContractAndNoOthers) {
   EXPECT_THAT(keys(document),
               UnorderedElementsAre("state", "axes_count", "cycle_ns", "duration_s", "cycles", "missed_periods",
                                    "wkc_errors", "lost_frames", "wake_latency_ns", "cycle_cost_ns", "round_trip_ns",
-                                   "dc", "axes", "telemetry", "faults", "files"));
+                                   "dc", "axes", "telemetry", "faults", "files",
+                                   // Added since:
+                                   "events", "recoveries"));
   for (const auto* times : {"wake_latency_ns", "cycle_cost_ns", "round_trip_ns"}) {
     EXPECT_THAT(keys(document[times]), UnorderedElementsAre("p50", "p99", "p999", "max"));
   }
-  EXPECT_THAT(keys(document["axes"][0]),
-              UnorderedElementsAre("name", "slave", "following_error_max", "following_error_rms", "unit"));
+  EXPECT_THAT(keys(document["axes"][0]), UnorderedElementsAre("name", "slave", "following_error_max",
+                                                              "following_error_rms", "unit", "unavailable_cycles"));
 }
 
 TEST(RunReport, JsonHasTheFigures) {
@@ -65,10 +69,12 @@ TEST(RunReport, JsonHasTheFigures) {
     "round_trip_ns": {"p50": 60, "p99": 60, "p999": 60, "max": 60},
     "dc": {"locked": false, "difference_ns": {"p50": null, "p99": null, "max": null}},
     "axes": [
-      {"name": "x", "slave": 0, "following_error_max": 120.0, "following_error_rms": 30.5, "unit": "increments"},
-      {"name": "z", "slave": 3, "following_error_max": 8.0, "following_error_rms": 2.0, "unit": "increments"}],
+      {"name": "x", "slave": 0, "following_error_max": 120.0, "following_error_rms": 30.5, "unit": "increments",
+       "unavailable_cycles": 0},
+      {"name": "z", "slave": 3, "following_error_max": 8.0, "following_error_rms": 2.0, "unit": "increments",
+       "unavailable_cycles": 17}],
     "telemetry": {"published": 80000, "dropped": 5},
-    "faults": ["axis z: fault 0x8611"],
+    "faults": ["axis z: fault 0x8611"], "events": ["1.250 s slave 3 (z): back in OP"], "recoveries": 1,
     "files": {"axes_csv": "out/axes.csv"}
   })"));
 }

@@ -81,6 +81,8 @@ TEST(ErrorSentence, HoldsEveryFactOfEveryKind) {
       {make(K::kIdentityMismatch, 5, 1, 0, 1, 2), "slave 5: product code is 0x00000002 but 0x00000001 is planned"},
       {make(K::kIdentityMismatch, 5, 2, 0, 1, 2), "slave 5: revision is 0x00000002 but 0x00000001 is planned"},
       {make(K::kIdentityMismatch, 5, 3, 0, 1, 2), "slave 5: serial number is 0x00000002 but 0x00000001 is planned"},
+      {make(K::kIdentityMismatch, 5, 4, 0, 1, 2), "slave 5: alias is 0x00000002 but 0x00000001 is planned"},
+      {make(K::kIdentityMismatch, 5, 5, 0, 1, 2), "slave 5: device ID is 0x00000002 but 0x00000001 is planned"},
       {make(K::kSiiChecksum, 5, 0, 0, 0x1F, 0x20),
        "slave 5: EEPROM checksum is 0x20, 0x1F would be right: the slave does not use its content"},
       {make(K::kSlaveMissing, kLine, 0, 0, 0, 0, 0, 3), "planned slave 3 is not on the line"},

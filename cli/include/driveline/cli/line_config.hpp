@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "driveline/cli/process_data_config.hpp"
+#include "driveline/cli/recovery_config.hpp"
 #include "driveline/cli/slave_plan_config.hpp"
 #include "driveline/ecat_master/axis/axis.hpp"
 #include "driveline/ecat_master/dc/line_clocks.hpp"
@@ -95,7 +96,8 @@ struct FaultPlan {
 struct LineConfig {
   std::string name = "line";
   std::chrono::nanoseconds period = std::chrono::microseconds{125};
-  std::optional<std::string> interface;  ///< none: the simulated line in this process
+  std::optional<std::string> interface;   ///< none: the simulated line in this process
+  std::optional<std::string> interface2;  ///< at the far end of a ring
   /// Cycles in a row without valid process data of an axis before all axes are stopped.
   std::uint32_t max_lost_cycles = 8;
   rt::RealtimeConfig realtime;               ///< all but the policy
@@ -111,6 +113,7 @@ struct LineConfig {
   std::optional<PathConfig> path;
   TelemetryConfig telemetry;
   OutputConfig output;
+  RecoveryConfig recovery;
 };
 
 /// Cycles of the line from one exchange with a slave to the next: the divider of its group.

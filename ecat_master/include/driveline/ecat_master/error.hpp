@@ -48,6 +48,9 @@ enum class ErrorKind : std::uint8_t {
   kExchangeFull,        ///< frames that were given up before still fill the way through the cycle
 };
 
+/// Error::address of kIdentityMismatch: which number is another one than planned.
+enum class IdentityNumber : std::uint16_t { kVendor, kProduct, kRevision, kSerial, kAlias, kDeviceId };
+
 /// An error with its facts; 24 bytes, trivially copyable, made without allocation. `describe()` makes the sentence.
 ///
 /// Fields that do not apply to a kind are zero; `slave` is kNoSlave when no slave can be named.

@@ -100,6 +100,8 @@ class Master {
   [[nodiscard]] dc::ClockFollower* clock_follower() noexcept { return follower_.get(); }
   [[nodiscard]] CyclicCore* core() noexcept { return core_.get(); }
   [[nodiscard]] CycleRunner* runner() noexcept { return runner_.get(); }
+  /// Between start_cycle() and shut_down().
+  [[nodiscard]] bool cycling() const noexcept { return cycling_; }
   /// Access for SDO transfers: through the cycle while it runs, directly otherwise. Null: no mailbox.
   [[nodiscard]] MailboxClient* mailbox(std::size_t slave) noexcept { return slaves_[slave].mailbox.get(); }
   /// The mailboxes of all slaves; any ordinary thread.
@@ -170,6 +172,7 @@ class Master {
   std::unique_ptr<dc::ClockWatch> watch_;
   std::unique_ptr<CyclicCore> core_;
   std::unique_ptr<CycleRunner> runner_;
+  bool cycling_ = false;
   std::unique_ptr<CyclicExchange> cyclic_;
 };
 

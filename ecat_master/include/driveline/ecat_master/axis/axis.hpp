@@ -12,6 +12,13 @@
 
 namespace driveline::ecat_master {
 
+/// What it means for the others when an axis is missing: its slave exchanges no process data, or has left OP.
+enum class LossPolicy : std::uint8_t {
+  kStop,      ///< all axes stop by their own quick stop
+  kHold,      ///< the others come to rest together, on the path, and wait for it
+  kContinue,  ///< the others go on along the path
+};
+
 /// What the master knows about an axis. Lengths are rad for rotary and m for linear axes, torques Nm or N.
 struct AxisConfig {
   std::string name;
@@ -22,6 +29,7 @@ struct AxisConfig {
   double rated_torque = 2.4;                                   ///< Nm or N that 1000 per mille stand for (6076h)
   trajectory::AxisLimits limits{200.0, 2000.0};                ///< for the approach of a path and for stops
   double inertia = 0.0;  ///< kg m^2 or kg moved by the axis, for the torque feed-forward; 0: none
+  LossPolicy on_loss = LossPolicy::kStop;
 
   /// Loops closed by the master in CSV and CST, where the drive has no position loop of its own.
   double position_gain_1_s = 20.0;  ///< velocity per position error

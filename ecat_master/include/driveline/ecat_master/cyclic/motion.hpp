@@ -2,11 +2,14 @@
 
 #include <atomic>
 #include <chrono>
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "driveline/ecat_master/axis/axis.hpp"
 #include "driveline/trajectory/interpolator.hpp"
+#include "driveline/trajectory/path_clock.hpp"
+#include "driveline/trajectory/rejoin.hpp"
 #include "driveline/trajectory/start_ramp.hpp"
 #include "driveline/trajectory/stop_profile.hpp"
 
@@ -22,6 +25,7 @@ enum class MotionPhase : std::uint8_t {
   kStopping,   ///< ramp to standstill on request
   kDisabling,  ///< CiA 402 shut-down of all axes
   kQuickStop,  ///< an axis failed or the communication did: all drives stop by their own quick stop
+  kWaiting,    ///< at rest on the path, or coming to rest there, until a missing axis is back
 };
 
 [[nodiscard]] std::string_view to_text(MotionPhase phase) noexcept;
@@ -35,8 +39,20 @@ struct MotionFailure {
   std::uint16_t error_code = 0;
 };
 
+/// How an axis takes part in the motion. All but the first is seen only of axes whose loss is not to stop the others
+/// (AxisConfig::on_loss).
+enum class AxisPresence : std::uint8_t {
+  kPresent,
+  kMissing,    ///< no valid process data, or not in OP
+  kEnabling,   ///< heard again: its faults are reset, and it is enabled where it stands
+  kReturning,  ///< on its way back to where the path is, within its limits
+};
+
 /// Takes all axes along a path together: enables them, approaches the path, follows it, and reacts to failures. One
-/// axis that fails stops all of them, because a path of several axes means nothing without one.
+/// axis that fails stops all of them, because a path of several axes means nothing without one; unless the axis is only
+/// missing (its slave is not there) and its LossPolicy says otherwise. It is enabled again when it is back, where it
+/// stands, and taken back onto the path within its limits. A drive that has a fault or switches off stops all in any
+/// case.
 ///
 /// Commands come from any thread through atomics; everything else belongs to the cycle and is \rtsafe.
 class Motion {
@@ -63,6 +79,9 @@ class Motion {
   /// Bring all axes to standstill, then switch them off.
   void request_stop() noexcept { command_.store(Command::kStop, std::memory_order_release); }
   [[nodiscard]] MotionPhase phase() const noexcept { return phase_shared_.load(std::memory_order_acquire); }
+  [[nodiscard]] AxisPresence presence(std::size_t axis) const noexcept {
+    return presence_shared_[axis].load(std::memory_order_acquire);
+  }
   /// The first failure since the last start; complete once phase() is kQuickStop, kDisabling or kIdle.
   [[nodiscard]] MotionFailure failure() const noexcept { return failure_; }
 
@@ -80,18 +99,40 @@ class Motion {
  private:
   enum class Command : std::uint8_t { kNone, kStart, kStop };
 
+  /// What is known of an axis that is not simply there.
+  struct Absence {
+    AxisPresence presence = AxisPresence::kPresent;
+    std::int64_t since = 0;  ///< cycle
+    trajectory::Rejoin rejoin{};
+  };
+
   void enter(MotionPhase phase, std::int64_t cycle) noexcept;
-  [[nodiscard]] double elapsed_s(std::int64_t cycle) const noexcept;
+  [[nodiscard]] double seconds(std::int64_t cycles) const noexcept;
+  [[nodiscard]] double elapsed_s(std::int64_t cycle) const noexcept { return seconds(cycle - phase_start_); }
   void obey(std::int64_t cycle) noexcept;
   void watch(std::int64_t cycle) noexcept;
   void fail(MotionFailure::Cause cause, std::size_t axis, std::int64_t cycle) noexcept;
+  void watch_enabling(std::int64_t cycle) noexcept;
+  void watch_axis(std::size_t axis, std::int64_t cycle) noexcept;
+  void watch_absence(std::size_t axis, std::int64_t cycle) noexcept;
+  void set_presence(std::size_t axis, AxisPresence presence, std::int64_t cycle) noexcept;
+  void aim(double step_s) noexcept;
   void advance(std::int64_t cycle) noexcept;
+  void advance_path(std::int64_t cycle) noexcept;
+  void begin_path(std::int64_t cycle) noexcept;
+  [[nodiscard]] bool must_wait() const noexcept;
+  [[nodiscard]] bool powered() const noexcept;
+  [[nodiscard]] bool unavailable(std::size_t axis) const noexcept;
+  [[nodiscard]] bool tolerated(std::size_t axis) const noexcept {
+    return axes_[axis].config().on_loss != LossPolicy::kStop;
+  }
+  [[nodiscard]] bool reset_due(std::size_t axis, std::int64_t cycle) const noexcept;
   void plan_approach() noexcept;
   void plan_stop() noexcept;
   [[nodiscard]] bool all_enabled() const noexcept;
   [[nodiscard]] bool none_enabled() const noexcept;
   [[nodiscard]] bool all_available() const noexcept;
-  [[nodiscard]] cia402::Goal goal() const noexcept;
+  [[nodiscard]] cia402::Goal goal(std::size_t axis) const noexcept;
 
   std::vector<Axis> axes_;
   trajectory::Interpolator path_;
@@ -100,6 +141,11 @@ class Motion {
   std::vector<std::optional<trajectory::StartRamp>> ramps_;
   std::vector<std::optional<trajectory::StopProfile>> stops_;
   std::vector<trajectory::AxisSetpoint> path_start_;
+  std::vector<trajectory::AxisSetpoint> targets_;  ///< where the path is; setpoints_ of the axes on it
+  trajectory::PathClock path_clock_;
+  std::int64_t path_begin_ = 0;
+  std::vector<Absence> absences_;
+  std::unique_ptr<std::atomic<AxisPresence>[]> presence_shared_;
   std::vector<std::uint32_t> bad_cycles_;
   MotionPhase phase_ = MotionPhase::kIdle;
   std::int64_t phase_start_ = 0;

@@ -67,10 +67,12 @@ struct LineDiagnosis {
   std::uint64_t cycles = 0;
   std::uint64_t stale_frames = 0;
   std::uint64_t foreign_frames = 0;
-  std::optional<CycleStatistics> statistics;  ///< only of a cycle that has ended
+  /// Of a cycle that has ended; while it runs they are its own, and whoever drains its samples may fill this in.
+  std::optional<CycleStatistics> statistics;
   std::optional<port::RingStatus> ring;
   std::vector<LineEvent> events;
   std::vector<CyclicEvent> exchange_history;
+  std::vector<CyclicEvent> state_history;  ///< of slaves, as their process data told
   std::vector<EmergencyRecord> emergencies;
 };
 

@@ -31,13 +31,15 @@ struct LineEvent {
 
 /// "12.345678 s slave 3: left OP, is in SAFEOP with error, AL status code 0x001B (...)". Allocates: not for the cycle.
 [[nodiscard]] std::string describe(const LineEvent& event);
+/// The same without the time; `name` of the slave, when it has one, stands behind its position.
+[[nodiscard]] std::string what_happened(const LineEvent& event, std::string_view name = {});
 
 /// Watches over a line in OP from an ordinary thread, names what goes wrong, and brings slaves back that lost power,
 /// were unplugged, or fell out of OP. The cycle goes on meanwhile: everything here travels in its gaps. Not \rtsafe.
 class LineSupervisor {
  public:
   struct Settings {
-    bool recover = true;
+    bool recover = true;  ///< false: only slaves with SlavePlan::hot_connect
     std::chrono::nanoseconds state_timeout = std::chrono::seconds{5};  ///< per transition of a slave that is recovered
     std::chrono::nanoseconds retry_pause = std::chrono::milliseconds{50};  ///< between two tries at the same slave
   };
@@ -58,8 +60,12 @@ class LineSupervisor {
   [[nodiscard]] bool operational(std::size_t slave) const noexcept { return !slaves_[slave].trouble; }
   /// What has happened, oldest first; the oldest go when there are more than kMaxHistory.
   [[nodiscard]] const std::deque<LineEvent>& history() const noexcept { return history_; }
+  /// Events so far, those included that history() has no more.
+  [[nodiscard]] std::uint64_t events() const noexcept { return events_; }
   /// Changes of the working counters and lost frames, oldest first, as many as kMaxHistory.
   [[nodiscard]] const std::deque<CyclicEvent>& exchange_history() const noexcept { return exchange_history_; }
+  /// AL states of slaves as the process data told of them, oldest first, as many as kMaxHistory.
+  [[nodiscard]] const std::deque<CyclicEvent>& state_history() const noexcept { return state_history_; }
   /// Recoveries that succeeded.
   [[nodiscard]] std::uint64_t recoveries() const noexcept { return recoveries_; }
 
@@ -89,6 +95,8 @@ class LineSupervisor {
   port::RingStatus ring_status_{};
   std::deque<LineEvent> history_;
   std::deque<CyclicEvent> exchange_history_;
+  std::deque<CyclicEvent> state_history_;
+  std::uint64_t events_ = 0;
   std::uint64_t recoveries_ = 0;
 };
 

@@ -1,0 +1,111 @@
+// Axes that are missing for a while, and come back.
+#include <algorithm>
+
+#include "driveline/ecat_master/cyclic/motion.hpp"
+
+namespace driveline::ecat_master {
+namespace {
+
+/// A fault reset needs one cycle with bit 7 set and one without for its edge; a few of each ride out a lost frame.
+constexpr std::int64_t kResetCycles = 4;
+
+}  // namespace
+
+bool Motion::unavailable(std::size_t axis) const noexcept {
+  return axes_[axis].inputs().state == snapshot::AxisState::kUnavailable;
+}
+
+void Motion::set_presence(std::size_t axis, AxisPresence presence, std::int64_t cycle) noexcept {
+  absences_[axis].presence = presence;
+  absences_[axis].since = cycle;
+  presence_shared_[axis].store(presence, std::memory_order_release);
+}
+
+/// Nobody is missed before the others have power: whoever comes in time is enabled with them.
+void Motion::watch_enabling(std::int64_t cycle) noexcept {
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    const bool missing = absences_[i].presence == AxisPresence::kMissing;
+    if (tolerated(i) && missing != unavailable(i))
+      set_presence(i, missing ? AxisPresence::kPresent : AxisPresence::kMissing, cycle);
+    if (absences_[i].presence == AxisPresence::kMissing || axes_[i].enabled()) continue;
+    const double waited = seconds(cycle - std::max(phase_start_, absences_[i].since));
+    if (waited > std::chrono::duration<double>(settings_.enable_timeout).count())
+      return fail(MotionFailure::Cause::kEnableTimeout, i, cycle);
+  }
+}
+
+void Motion::watch_absence(std::size_t axis, std::int64_t cycle) noexcept {
+  auto& absence = absences_[axis];
+  const auto& inputs = axes_[axis].inputs();
+  if (unavailable(axis)) {
+    if (absence.presence != AxisPresence::kMissing) set_presence(axis, AxisPresence::kMissing, cycle);
+    return;
+  }
+  switch (absence.presence) {
+    case AxisPresence::kPresent:
+    case AxisPresence::kReturning:
+      break;
+    case AxisPresence::kMissing:
+      // On the way to standstill nobody is enabled any more.
+      if (phase_ != MotionPhase::kStopping) set_presence(axis, AxisPresence::kEnabling, cycle);
+      break;
+    case AxisPresence::kEnabling:
+      if (axes_[axis].enabled()) {
+        absence.rejoin = trajectory::Rejoin(inputs.position, inputs.velocity, axes_[axis].config().limits);
+        set_presence(axis, AxisPresence::kReturning, cycle);
+      } else if (seconds(cycle - absence.since) > std::chrono::duration<double>(settings_.enable_timeout).count()) {
+        fail(MotionFailure::Cause::kEnableTimeout, axis, cycle);
+      }
+      break;
+  }
+}
+
+bool Motion::must_wait() const noexcept {
+  bool nobody = true;
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    const bool present = absences_[i].presence == AxisPresence::kPresent;
+    if (!present && axes_[i].config().on_loss == LossPolicy::kHold) return true;
+    nobody = nobody && !present;
+  }
+  return nobody;
+}
+
+/// Setpoints of this cycle: on the path, on the way back to it, or where the axis is.
+void Motion::aim(double step_s) noexcept {
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    auto& absence = absences_[i];
+    if (absence.presence == AxisPresence::kPresent) {
+      setpoints_[i] = targets_[i];
+    } else if (absence.presence == AxisPresence::kReturning) {
+      setpoints_[i] = absence.rejoin.step(targets_[i], step_s);
+      if (absence.rejoin.joined()) set_presence(i, AxisPresence::kPresent, phase_start_);
+    } else {
+      setpoints_[i] = {axes_[i].inputs().position, 0.0, 0.0};
+    }
+  }
+}
+
+bool Motion::reset_due(std::size_t axis, std::int64_t cycle) const noexcept {
+  const bool enabling =
+      phase_ == MotionPhase::kEnabling || (powered() && absences_[axis].presence == AxisPresence::kEnabling);
+  return enabling && cycle % (2 * kResetCycles) < kResetCycles;
+}
+
+cia402::Goal Motion::goal(std::size_t axis) const noexcept {
+  using cia402::Goal;
+  if (phase_ == MotionPhase::kQuickStop) return Goal::kQuickStop;
+  if (phase_ != MotionPhase::kEnabling && !powered()) return Goal::kDisabled;
+  switch (absences_[axis].presence) {
+    case AxisPresence::kMissing:
+      // It may hear what it is told, and run.
+      return phase_ == MotionPhase::kEnabling ? Goal::kDisabled : Goal::kQuickStop;
+    case AxisPresence::kEnabling:
+      return phase_ == MotionPhase::kStopping ? Goal::kDisabled : Goal::kEnabled;
+    case AxisPresence::kPresent:
+    case AxisPresence::kReturning:
+      break;
+  }
+  return Goal::kEnabled;
+}
+
+}  // namespace driveline::ecat_master

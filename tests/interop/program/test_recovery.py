@@ -1,0 +1,237 @@
+"""Slaves that go and come back while the program runs the line, a ring that breaks, and the diagnosis of it all."""
+import csv
+import signal
+import subprocess
+import unittest
+
+from program import AXES, PATIENCE_S, ProgramTest, WireTest
+
+LAST = len(AXES) - 1
+
+
+def fault(kind, at_ms, **keys):
+    """A [[fault]] of the line file."""
+    return f'[[fault]]\nat_ms = {at_ms}\nkind = "{kind}"\n' + "".join(f"{key} = {value}\n" for key, value in keys.items())
+
+
+class InThisProcess(ProgramTest):
+    def run_line(self, *faults, head="", duration=8):
+        config = self.write_gentle_line(cycle_us=1000, head=head + "\n" + "".join(faults))
+        result = self.run_program("run", "--config", config, "--virtual", "--duration", duration, "--json", "--no-plots")
+        document = self.one_document(result.stdout) if result.stdout else None
+        return result, document
+
+    def check_back(self, document, slave):
+        name = AXES[slave]
+        text = "\n".join(document["events"])
+        self.assertIn(f"slave {slave} ({name}): back in OP", text)
+        for step in (f"axis {name}: unavailable", f"axis {name}: enabled, on its way back to the path",
+                     f"axis {name}: back on the path"):
+            self.assertIn(step, text)
+        self.assertGreater(document["axes"][slave]["unavailable_cycles"], 0)
+
+    def test_a_drive_that_is_switched_off_and_on(self):
+        for policy, others in (("hold", "come to rest on the path and wait for it"), ("continue", "go on without it")):
+            with self.subTest(policy=policy):
+                result, document = self.run_line(fault("power-off", 3000, slave='"v"', for_ms=700),
+                                                 head=f'[recovery]\naxes = "{policy}"')
+                self.assertEqual(result.returncode, 0, result.stderr)
+                self.assertEqual(document["state"], "OP")
+                self.assertEqual(document["recoveries"], 1)
+                self.assertEqual(document["faults"], [f"slave {LAST} (v): does not answer any more",
+                                                      f"axis v: unavailable; the others {others}"])
+                self.check_back(document, LAST)
+                for axis in document["axes"][:-1]:
+                    self.assertEqual(axis["unavailable_cycles"], 0, axis)
+                self.assertIn(f"fault: slave {LAST} (v): does not answer any more", result.stderr)
+                self.assertIn("axis v: back on the path", result.stderr)
+                with open(self.directory / "out/flight_recorder.csv", encoding="utf-8") as file:
+                    rows = list(csv.DictReader(file))
+                self.assertEqual([row["v.available"] for row in (rows[0], rows[-1])], ["1", "0"])
+                self.assertEqual({row["x.available"] for row in rows}, {"1"})
+
+    def test_by_default_a_lost_drive_ends_the_run(self):
+        result, document = self.run_line(fault("power-off", 3000, slave='"v"', for_ms=700))
+        self.assertEqual(result.returncode, 1)
+        self.assertIn(f"slave {LAST} (v): does not answer any more", document["faults"])
+        self.assertEqual(document["state"], "INCOMPLETE")
+        self.assertEqual(document["recoveries"], 0)
+        self.assertLess(document["duration_s"], 4)
+
+    def test_a_cable_that_is_pulled_and_plugged_in(self):
+        result, document = self.run_line(fault("cable-break", 3000, slave='"c"', to='"u"', for_ms=1000),
+                                         head='[recovery]\naxes = "hold"')
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(document["recoveries"], 2)
+        for slave in (LAST - 1, LAST):
+            self.check_back(document, slave)
+
+    def test_a_drive_that_falls_to_safeop(self):
+        # Without outputs its watchdog fires.
+        result, document = self.run_line(fault("short-wkc", 3000, slave='"v"', for_ms=400),
+                                         head='[recovery]\naxes = "continue"')
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn(f"slave {LAST} (v): left OP, is in SAFEOP with an error, AL status code 0x001B (sync manager "
+                      "watchdog)", document["faults"])
+        self.check_back(document, LAST)
+
+    def test_the_whole_line_is_cut_off_for_a_while(self):
+        result, document = self.run_line(fault("drop", 3000, for_ms=800), head='[recovery]\naxes = "hold"')
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertTrue(any(text.startswith("communication lost") for text in document["faults"]), document["faults"])
+        self.assertIn("frames come back again", "\n".join(document["events"]))
+        self.assertEqual(document["recoveries"], len(AXES))
+        for slave in range(len(AXES)):
+            self.check_back(document, slave)
+
+    def test_patience_has_an_end(self):
+        result, document = self.run_line(fault("power-off", 3000, slave='"v"'),
+                                         head='[recovery]\naxes = "hold"\ngive_up_s = 2')
+        self.assertEqual(result.returncode, 1)
+        self.assertIn(f"slave {LAST} (v): not back within 2 s", document["faults"])
+        result, document = self.run_line(fault("power-off", 3000, slave='"v"'), head='[recovery]\naxes = "continue"',
+                                         duration=5)
+        self.assertEqual(result.returncode, 1)
+        self.assertIn(f"slave {LAST} (v): was not back when the run ended", document["faults"])
+
+    def test_a_ring_that_breaks_costs_nothing(self):
+        for at, (first, second) in enumerate(zip(AXES, AXES[1:])):
+            with self.subTest(cable=f"{first} to {second}"):
+                result, document = self.run_line(
+                    fault("cable-break", 2000, slave=f'"{first}"', to=f'"{second}"', for_ms=1000),
+                    head='[wiring]\npreset = "ring"', duration=4)
+                self.assertEqual(result.returncode, 0, result.stderr)
+                self.assertEqual(document["faults"], [f"the ring is broken between slave {at} and slave {at + 1}; "
+                                                      "process data go on over both interfaces"])
+                self.assertIn("the ring is closed again", "\n".join(document["events"]))
+                self.assertEqual((document["lost_frames"], document["wkc_errors"]), (0, 0))
+                self.assertEqual({axis["unavailable_cycles"] for axis in document["axes"]}, {0})
+
+    def test_a_drive_of_a_ring_that_is_switched_off_takes_nobody_along(self):
+        result, document = self.run_line(fault("power-off", 3000, slave='"z"', for_ms=700),
+                                         head='[recovery]\naxes = "continue"\n[wiring]\npreset = "ring"')
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(document["recoveries"], 1)
+        self.check_back(document, 2)
+        self.assertEqual({axis["unavailable_cycles"] for axis in document["axes"] if axis["name"] != "z"}, {0})
+
+
+class OnTheWire(WireTest):
+    def start_both(self, policy):
+        config = self.write_gentle_line(cycle_us=2000, realtime="cpu = 1\nsimulation_cpu = 0",
+                                        head=f'[recovery]\naxes = "{policy}"')
+        line = self.start("simulate", "--config", config, "--iface", "dl-line", "--control", "line.socket",
+                          log="line.log")
+        self.wait_for("the simulated line", lambda: "slaves on dl-line" in self.text("line.log"), line)
+        return line, self.start_master(config, "--control", "run.socket")
+
+    def fault(self, *words):
+        result = self.run_program("fault", "--control", "line.socket", *words)
+        self.assertEqual(result.returncode, 0, result.stderr)
+
+    def diag(self):
+        result = self.run_program("diag", "--control", "run.socket", "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return self.one_document(result.stdout)
+
+    def wait_for_sentence(self, sentence, master, times=1):
+        self.wait_for(sentence, lambda: self.text("master.log").count(sentence) >= times, master)
+
+    def test_faults_come_and_go_while_the_line_runs(self):
+        _, master = self.start_both("continue")
+        self.assertEqual({slave["state"] for slave in self.diag()["slaves"]}, {"OP"})
+        for number, (begin, heal) in enumerate(((["power-off", "slave=v"], ["power-off", "slave=v"]),
+                                                (["cable-break", "slave=u", "to=v"], ["cable-break", "slave=u", "to=v"]),
+                                                (["short-wkc", "slave=v"], ["short-wkc", "slave=v"])), start=1):
+            with self.subTest(fault=begin):
+                self.fault(*begin)
+                self.wait_for_sentence("axis v: unavailable", master, number)
+                if begin[0] == "short-wkc":  # its watchdog takes its time
+                    self.wait_for_sentence(f"slave {LAST} (v): left OP", master)
+                self.fault("heal", *heal)
+                self.wait_for_sentence(f"slave {LAST} (v): back in OP", master, number)
+                self.wait_for_sentence("axis v: back on the path", master, number)
+        found = self.diag()
+        self.assertEqual([slave["state"] for slave in found["slaves"]], ["OP"] * len(AXES))
+        self.assertEqual(found["groups"][0]["working_counter"], found["groups"][0]["expected_working_counter"])
+        self.assertEqual(found["groups"][0]["bad_cycles"], 0)
+        self.assertGreater(found["cycle"]["cycles"], 100)
+        self.assertGreater(found["cycle"]["cycle_cost_ns"]["p50"], 0)
+        told = [event["sentence"] for event in found["events"]]
+        self.assertEqual(told.count(f"slave {LAST}: back in OP"), 3)
+        self.assertTrue(any(place["kind"] == "lost_link" and place["slave"] == LAST - 1 for place in found["places"]),
+                        found["places"])
+        text = self.run_program("diag", "--control", "run.socket").stdout
+        for part in ("wrong\n", "slaves\n", "exchange: ", "group 0: working counter", "cycle: ", "wake-up latency",
+                     "what happened\n", "back in OP"):
+            self.assertIn(part, text)
+        self.assertEqual(self.end(master, signal.SIGTERM), 0, self.logs())
+        document = self.one_document(self.text("master.log.out"))
+        self.assertEqual(document["state"], "OP")
+        self.assertGreaterEqual(document["recoveries"], 3)
+        self.assertNotIn("run.socket", self.files())
+
+    def test_a_drive_is_waited_for(self):
+        _, master = self.start_both("hold")
+        self.fault("power-off", "slave=z")
+        self.wait_for_sentence("waiting for an axis", master)
+        self.assertFalse(self.diag()["slaves"][2]["answers"])
+        self.fault("heal", "power-off", "slave=z")
+        for name in "zabcuv":
+            self.wait_for_sentence(f"axis {name}: back on the path", master)
+        self.assertEqual(self.end(master, signal.SIGTERM), 0, self.logs())
+
+    def test_questions_that_cannot_be_answered(self):
+        self.check_refused(self.run_program("diag", "--control", "nobody.socket"), 1, "nobody.socket", "run --control")
+        self.check_refused(self.run_program("diag", "--control", "x", "--iface", "dl-master"), 2, "--control")
+        self.check_refused(self.run_program("diag", "--control", "x", "--clear"), 2, "--clear")
+
+
+class Ring(WireTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        made = subprocess.run([*cls.prefix, "sh", "-c", "ip link add dl-master2 type veth peer name dl-line2 && "
+                               "ip link set dl-master2 up && ip link set dl-line2 up"],
+                              capture_output=True, text=True, check=False, timeout=PATIENCE_S)
+        if made.returncode != 0:
+            raise unittest.SkipTest(made.stderr.strip())
+
+    def fault(self, *words):
+        result = self.run_program("fault", "--control", "line.socket", *words)
+        self.assertEqual(result.returncode, 0, result.stderr)
+
+    def test_every_cable_breaks_and_is_mended_while_the_line_runs(self):
+        config = self.write_gentle_line(cycle_us=2000, realtime="cpu = 1\nsimulation_cpu = 0",
+                                        head='[wiring]\npreset = "ring"')
+        line = self.start("simulate", "--config", config, "--iface", "dl-line", "--iface2", "dl-line2", "--control",
+                          "line.socket", log="line.log")
+        self.wait_for("the ring", lambda: "slaves on dl-line and dl-line2" in self.text("line.log"), line)
+        master = self.start_master(config, "--iface2", "dl-master2", "--control", "run.socket")
+        for at, (first, second) in enumerate(zip(AXES, AXES[1:])):
+            with self.subTest(cable=f"{first} to {second}"):
+                self.fault("cable-break", f"slave={first}", f"to={second}")
+                sentence = f"the ring is broken between slave {at} and slave {at + 1};"
+                self.wait_for(sentence, lambda sentence=sentence: sentence in self.text("master.log"), master)
+                found = self.one_document(self.run_program("diag", "--control", "run.socket", "--json").stdout)
+                self.assertEqual(found["ring"], {"state": "open", "primary_slaves": at + 1,
+                                                 "secondary_slaves": len(AXES) - at - 1})
+                self.assertEqual({slave["state"] for slave in found["slaves"]}, {"OP"})
+                self.fault("heal", "all")
+                self.wait_for("the ring is whole", lambda at=at: self.text("master.log").count(
+                    "the ring is closed again") > at, master)
+        self.assertEqual(self.end(master, signal.SIGTERM), 0, self.logs())
+        document = self.one_document(self.text("master.log.out"))
+        self.assertEqual(document["wkc_errors"], 0, "not one cycle of anybody's process data")
+        self.assertEqual({axis["unavailable_cycles"] for axis in document["axes"]}, {0})
+        self.assertEqual(document["state"], "OP")
+
+    def test_one_interface_is_no_ring(self):
+        config = self.write_gentle_line(cycle_us=2000)
+        for arguments, part in ((["--iface2", "dl-master"], "--iface"),
+                                (["--iface", "dl-master", "--iface2", "dl-master"], "two ends")):
+            self.check_refused(self.run_program("run", "--config", config, *arguments), 2, "--iface2", part)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,44 @@
+#include "driveline/trajectory/rejoin.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace driveline::trajectory {
+namespace {
+
+/// Share of the acceleration that braking in front of the path is planned with: the rest is for the path's own.
+constexpr double kBrakingShare = 0.25;
+/// What is left of a deviation is worn down at this rate, per step and at most per second.
+constexpr double kGainPerStep = 0.125;
+constexpr double kLargestGain = 50.0;
+
+}  // namespace
+
+AxisSetpoint Rejoin::step(const AxisSetpoint& target, double period_s) noexcept {
+  // The deviation as it was one step ago, when the path was a step behind `target`.
+  const double deviation = target.position - target.velocity * period_s - position_;
+  const double most_change = limits_.max_acceleration * period_s;
+  // Near enough to step onto the path with what one step may change.
+  const bool near = std::abs(deviation) <= 0.25 * most_change * period_s;
+  if (near && std::abs(target.velocity - velocity_) <= 0.5 * most_change) {
+    position_ = target.position;
+    velocity_ = target.velocity;
+    joined_ = true;
+    return target;
+  }
+  joined_ = false;
+  // As fast as still can be braked, and in the end slower and slower.
+  const double gain = std::min(kGainPerStep / period_s, kLargestGain);
+  const double braking = std::sqrt(2.0 * kBrakingShare * limits_.max_acceleration * std::abs(deviation));
+  const double closing = std::copysign(std::min(braking, gain * std::abs(deviation)), deviation);
+  // An axis that comes in faster than the limit is brought within it at its acceleration, too.
+  const double top = std::max(limits_.max_velocity, std::abs(target.velocity));
+  const double wanted = std::clamp(target.velocity + closing, -top, top);
+  const double velocity = velocity_ + std::clamp(wanted - velocity_, -most_change, most_change);
+  const double acceleration = (velocity - velocity_) / period_s;
+  position_ += velocity * period_s;
+  velocity_ = velocity;
+  return {position_, velocity_, acceleration};
+}
+
+}  // namespace driveline::trajectory
