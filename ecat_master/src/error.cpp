@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "driveline/ecat_master/configuration/configuration_check.hpp"
 #include "driveline/ecat_master/dc/clock_fault.hpp"
 #include "driveline/wire/mailbox.hpp"
 
@@ -19,6 +20,12 @@ std::string al_code(const Error& e) {
 
 std::string al_states(const Error& e) {
   return fmt::format("asked for {}, is in {}", wire::to_text(e.requested), wire::to_text(e.actual));
+}
+
+/// What was found out about a refused transition.
+std::string explanation(const Error& e) {
+  const auto finding = finding_of(e);
+  return finding ? "; " + describe(*finding) : std::string{};
 }
 
 std::string object(const Error& e) {
@@ -46,10 +53,7 @@ std::string_view to_text(IdentityNumber number) {
 std::string describe_slave_facts(const Error& e) {
   switch (e.kind) {
     case ErrorKind::kStateRefused:
-      return e.expected == e.received
-                 ? fmt::format("{}: {}, {}", who(e), al_states(e), al_code(e))
-                 : fmt::format("{}: {}, {}; sync manager {} is set to {} bytes, the slave's PDO mapping has {}", who(e),
-                               al_states(e), al_code(e), e.extra, e.expected, e.received);
+      return fmt::format("{}: {}, {}{}", who(e), al_states(e), al_code(e), explanation(e));
     case ErrorKind::kStateTimeout:
       return fmt::format("{}: {} and did not change within {} ms, {}", who(e), al_states(e), e.extra / 1000,
                          al_code(e));

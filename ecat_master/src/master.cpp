@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "driveline/ecat_master/configuration/configuration_check.hpp"
+#include "driveline/ecat_master/configuration/description_plan.hpp"
 #include "driveline/ecat_master/dc/clock_fault.hpp"
 #include "driveline/ecat_master/dc/sync_objects.hpp"
 #include "driveline/ecat_master/discovery/device_identification.hpp"
@@ -45,11 +47,13 @@ Result<void> Master::scan() {
 Result<void> Master::enter_pre_op() {
   std::vector<SlaveInfo> infos;
   std::vector<StateTimeouts> timeouts;
+  std::vector<MailboxTimeouts> mailbox_timeouts;
   for (const auto& slave : slaves_) {
     infos.push_back(slave.info);
     timeouts.push_back(slave.plan.timeouts);
+    mailbox_timeouts.push_back(slave.plan.mailbox_timeouts);
   }
-  auto mailboxes = ecat_master::enter_pre_op(engine_, infos, timeouts);
+  auto mailboxes = ecat_master::enter_pre_op(engine_, infos, timeouts, mailbox_timeouts);
   if (!mailboxes) return tl::unexpected(mailboxes.error());
   for (std::size_t i = 0; i < slaves_.size(); ++i) slaves_[i].mailbox = std::move((*mailboxes)[i]);
   return {};
@@ -90,14 +94,20 @@ Result<void> Master::configure(std::vector<SlavePlan> plans) {
     const auto plan = comparison_.plan_of_slave[i];
     slaves_[i].plan = plan ? std::move(plans[*plan]) : SlavePlan{};
     if (!plan) slaves_[i].plan.own_pdos = true;
+    if (!slaves_[i].plan.esi && settings_.describe) slaves_[i].plan.esi = settings_.describe(slaves_[i].info);
+    apply_description(slaves_[i]);
   }
-  if (auto done = enter_pre_op(); !done) return done;
+  // Nothing is laid out yet that a refusal could be about but the mailboxes.
+  image_ = {};
+  if (auto done = enter_pre_op(); !done) {
+    return tl::unexpected(explain_state_error(bus_, slaves_, image_, done.error()));
+  }
   auto image = configure_process_data(engine_, slaves_, settings_.layout);
   if (!image) return tl::unexpected(image.error());
   image_ = std::move(*image);
   if (auto done = synchronise_clocks(); !done) return done;
   if (auto done = raise_to(wire::AlState::kSafeOp); !done) {
-    return tl::unexpected(explain_state_error(bus_, slaves_, done.error()));
+    return tl::unexpected(explain_state_error(bus_, slaves_, image_, done.error()));
   }
   return {};
 }

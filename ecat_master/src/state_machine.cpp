@@ -200,13 +200,13 @@ Result<std::vector<AlReport>> peek_states(Bus& bus) {
 std::chrono::nanoseconds StateTimeouts::limit(wire::AlState target, bool down) const noexcept {
   switch (target) {
     case wire::AlState::kOp:
-      return to_op;
+      return to_op.value_or(kOpTimeout);
     case wire::AlState::kSafeOp:
-      return down ? back_to_safe_op : to_safe_op;
+      return down ? back_to_safe_op.value_or(std::chrono::milliseconds{200}) : to_safe_op.value_or(kOpTimeout);
     case wire::AlState::kInit:
-      return back_to_init;
+      return back_to_init.value_or(std::chrono::seconds{5});
     default:
-      return to_pre_op;
+      return to_pre_op.value_or(kPreOpTimeout);
   }
 }
 

@@ -76,14 +76,23 @@ class EsiReader {
     device.name = context_.localized_text(node, "Name");
     device.group_type = XmlContext::child_text(node, "GroupType");
     if (const auto group = groups_.find(device.group_type); group != groups_.end()) device.group_name = group->second;
+    read_timeouts(node.child("Info"), device.timeouts);
     read_profile(node, device);
     read_fmmus(node, device);
     read_sync_managers(node, device);
     for (const auto pdo : node.children("RxPdo")) device.rx_pdos.push_back(read_pdo(pdo));
     for (const auto pdo : node.children("TxPdo")) device.tx_pdos.push_back(read_pdo(pdo));
     read_mailbox(node.child("Mailbox"), device.mailbox);
+    for (const auto command : node.child("Mailbox").child("CoE").children("InitCmd")) {
+      device.init_commands.push_back(read_init_command(command));
+    }
     for (const auto mode : node.child("Dc").children("OpMode")) device.dc_modes.push_back(read_dc_mode(mode));
     if (const auto slots = node.child("Slots")) context_.note(slots, "slots are not read");
+    // Files have either spelling.
+    const auto controller = node.child("ESC") ? node.child("ESC") : node.child("Esc");
+    device.watchdogs.divider = optional_number<std::uint16_t>(controller, "Reg0400");
+    device.watchdogs.pdi = optional_number<std::uint16_t>(controller, "Reg0410");
+    device.watchdogs.process_data = optional_number<std::uint16_t>(controller, "Reg0420");
     read_eeprom(node.child("Eeprom"), device);
     return device;
   }
@@ -101,6 +110,44 @@ class EsiReader {
     device.product_code = context_.attribute_number<std::uint32_t>(type, "ProductCode");
     device.revision = context_.attribute_number<std::uint32_t>(type, "RevisionNo");
     device.serial_number = context_.attribute_number<std::uint32_t>(type, "SerialNo");
+    device.not_lrw = context_.attribute_flag(type, "UseLrdLwr");
+  }
+
+  template <typename T>
+  std::optional<T> optional_number(pugi::xml_node parent, const char* child) {
+    if (!parent.child(child)) return std::nullopt;
+    return context_.child_number<T>(parent, child);
+  }
+
+  void read_timeouts(pugi::xml_node info, DeviceTimeouts& timeouts) {
+    const auto states = info.child("StateMachine").child("Timeout");
+    timeouts.to_pre_op = optional_number<std::uint32_t>(states, "PreopTimeout");
+    timeouts.to_safe_op_and_op = optional_number<std::uint32_t>(states, "SafeopOpTimeout");
+    timeouts.back_to_init = optional_number<std::uint32_t>(states, "BackToInitTimeout");
+    timeouts.back_to_safe_op = optional_number<std::uint32_t>(states, "BackToSafeopTimeout");
+    const auto mailbox = info.child("Mailbox").child("Timeout");
+    timeouts.mailbox_request = optional_number<std::uint32_t>(mailbox, "RequestTimeout");
+    timeouts.mailbox_response = optional_number<std::uint32_t>(mailbox, "ResponseTimeout");
+  }
+
+  InitCommand read_init_command(pugi::xml_node node) {
+    InitCommand command;
+    for (const auto transition : node.children("Transition")) {
+      auto name = XmlContext::text_of(transition);
+      std::transform(name.begin(), name.end(), name.begin(),
+                     [](char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c; });
+      command.transitions.push_back(std::move(name));
+    }
+    if (!node.child("Index")) context_.fail(node, "an InitCmd without Index", "Index, e.g. #x1C12");
+    command.index = context_.child_number<std::uint16_t>(node, "Index");
+    command.subindex = context_.child_number<std::uint8_t>(node, "SubIndex");
+    command.data_hex = context_.child_hex(node, "Data");
+    command.complete_access = context_.attribute_flag(node, "CompleteAccess");
+    const bool upward = std::any_of(command.transitions.begin(), command.transitions.end(),
+                                    [](const auto& name) { return name == "IP" || name == "PS" || name == "SO"; });
+    if (!upward)
+      context_.note(node, "an InitCmd of none of the transitions IP, PS and SO: a master here never sends it");
+    return command;
   }
 
   void read_profile(pugi::xml_node node, DeviceDescription& device) {

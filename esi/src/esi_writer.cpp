@@ -134,6 +134,46 @@ void append_dc(pugi::xml_node node, const std::vector<DcOpMode>& modes) {
   }
 }
 
+void append_number(pugi::xml_node node, const char* name, const std::optional<std::uint32_t>& value) {
+  if (value) append_text(node, name, std::to_string(*value));
+}
+
+void append_info(pugi::xml_node node, const DeviceTimeouts& timeouts) {
+  if (timeouts == DeviceTimeouts{}) return;
+  auto info = node.append_child("Info");
+  DeviceTimeouts states = timeouts;
+  states.mailbox_request.reset();
+  states.mailbox_response.reset();
+  if (states != DeviceTimeouts{}) {
+    auto out = info.append_child("StateMachine").append_child("Timeout");
+    append_number(out, "PreopTimeout", timeouts.to_pre_op);
+    append_number(out, "SafeopOpTimeout", timeouts.to_safe_op_and_op);
+    append_number(out, "BackToInitTimeout", timeouts.back_to_init);
+    append_number(out, "BackToSafeopTimeout", timeouts.back_to_safe_op);
+  }
+  if (states == timeouts) return;
+  auto out = info.append_child("Mailbox").append_child("Timeout");
+  append_number(out, "RequestTimeout", timeouts.mailbox_request);
+  append_number(out, "ResponseTimeout", timeouts.mailbox_response);
+}
+
+void append_watchdogs(pugi::xml_node node, const DeviceWatchdogs& watchdogs) {
+  if (watchdogs == DeviceWatchdogs{}) return;
+  auto out = node.append_child("ESC");
+  append_number(out, "Reg0400", watchdogs.divider);
+  append_number(out, "Reg0410", watchdogs.pdi);
+  append_number(out, "Reg0420", watchdogs.process_data);
+}
+
+void append_init_command(pugi::xml_node coe, const InitCommand& command) {
+  auto out = coe.append_child("InitCmd");
+  if (command.complete_access) set_attribute(out, "CompleteAccess", "1");
+  for (const auto& transition : command.transitions) append_text(out, "Transition", transition);
+  append_text(out, "Index", hex_number(command.index, 4));
+  append_text(out, "SubIndex", std::to_string(command.subindex));
+  append_text(out, "Data", command.data_hex);
+}
+
 void append_eeprom(pugi::xml_node node, const DeviceDescription& device) {
   auto eeprom = node.append_child("Eeprom");
   append_text(eeprom, "ByteSize", std::to_string(device.eeprom_bytes));
@@ -153,7 +193,9 @@ void append_device(pugi::xml_node devices, const DeviceDescription& device) {
   set_attribute(type, "ProductCode", hex_number(device.product_code, 8));
   set_attribute(type, "RevisionNo", hex_number(device.revision, 8));
   if (device.serial_number != 0) set_attribute(type, "SerialNo", hex_number(device.serial_number, 8));
+  if (device.not_lrw) set_attribute(type, "UseLrdLwr", "1");
   append_name(node, device.name);
+  append_info(node, device.timeouts);
   if (!device.group_type.empty()) append_text(node, "GroupType", device.group_type);
   append_profile(node, device);
   for (const FmmuUse use : device.fmmus) append_text(node, "Fmmu", fmmu_name(use));
@@ -161,7 +203,11 @@ void append_device(pugi::xml_node devices, const DeviceDescription& device) {
   for (const auto& pdo : device.rx_pdos) append_pdo(node, "RxPdo", pdo);
   for (const auto& pdo : device.tx_pdos) append_pdo(node, "TxPdo", pdo);
   append_mailbox(node, device.mailbox);
+  if (auto coe = node.child("Mailbox").child("CoE")) {
+    for (const auto& command : device.init_commands) append_init_command(coe, command);
+  }
   append_dc(node, device.dc_modes);
+  append_watchdogs(node, device.watchdogs);
   append_eeprom(node, device);
 }
 

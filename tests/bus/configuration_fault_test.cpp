@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 
 #include "drive_line.hpp"
+#include "driveline/ecat_master/configuration/configuration_check.hpp"
 #include "fault_ports.hpp"
 
 namespace driveline::bus_test {
@@ -95,13 +96,34 @@ TEST(Watchdogs, AreSetAsPlanned) {
   EXPECT_EQ(drives.slave(0).esc().memory().get(wire::reg::kWatchdogTimeProcessData), 1000) << "as after power-on";
 }
 
+/// Changes the data of every write to `address` of the slave with station address 0x1001.
+ChangingPort::Change change_write(std::uint16_t address, const std::function<void(std::span<std::byte>)>& change) {
+  return [address, change](std::span<std::byte> frame) {
+    // Datagrams: command, index, ADP, ADO, length with a flag that more follow, interrupt, data, working counter.
+    for (std::size_t at = 16; at + 12 <= frame.size();) {
+      const auto word = [&](std::size_t offset) {
+        return std::to_integer<unsigned>(frame[at + offset]) | std::to_integer<unsigned>(frame[at + offset + 1]) << 8;
+      };
+      const std::size_t length = word(6) & 0x7FFU;
+      if (frame[at] == std::byte{5} && word(2) == 0x1001 && word(4) == address) change(frame.subspan(at + 10, length));
+      if ((word(6) & 0x8000U) == 0) return;
+      at += 12 + length;
+    }
+  };
+}
+
 /// The length written to sync manager `number` arrives one byte short.
 ChangingPort::Change shorten_sync_manager(unsigned number) {
-  return [number](std::span<std::byte> frame) {
-    const auto datagram = first_datagram(frame);
-    if (datagram.command != wire::Command::kFpwr || datagram.ado != 0x0800 + 8 * number) return;
-    frame[16 + 10 + 2] = std::byte{18};
-  };
+  return change_write(static_cast<std::uint16_t>(0x0800 + 8 * number),
+                      [](std::span<std::byte> data) { data[2] = std::byte{18}; });
+}
+
+/// configure(), and everything that the master has to say about its end.
+std::string everything_about(LineOperation& operation, std::vector<ecat_master::SlavePlan> plans) {
+  auto& master = operation.master();
+  const auto done = master.configure(std::move(plans));
+  if (done) return {};
+  return describe_with_findings(master.bus(), master.slaves(), master.image(), done.error());
 }
 
 TEST(SyncManagerSize, ThatDisagreesWithTheInputsIsNamedWithBothSizes) {
@@ -121,6 +143,80 @@ TEST(SyncManagerSize, ThatDisagreesWithTheOutputsIsNamedWithBothSizes) {
       sentence(operation.to_safe_op()),
       "slave 0: asked for SAFEOP, is in PREOP, AL status code 0x001D (invalid output configuration); sync manager "
       "2 is set to 18 bytes, the slave's PDO mapping has 19");
+}
+
+TEST(RefusedTransition, NamesFmmusThatAreNotAsTheyWereWritten) {
+  DriveLine drives(2);
+  // FMMU 1 maps the inputs: its length arrives as 7, the other settings as they are.
+  ChangingPort port(drives.line(), change_write(0x0600, [](std::span<std::byte> data) { data[16 + 4] = std::byte{7}; }),
+                    {});
+  LineOperation operation(drives, port);
+  drives.slave(0).al().refuse(AlState::kSafeOp, wire::AlStatusCode::kInvalidInputMapping);
+  ASSERT_EQ(sentence(operation.master().scan()), "");
+  EXPECT_EQ(
+      everything_about(operation, operation.plans()),
+      "slave 0: asked for SAFEOP, is in PREOP, AL status code 0x0024 (invalid input mapping); FMMU 1: length is 7 "
+      "instead of 19; FMMU 1 maps 7 bytes of sync manager 3, which has 19");
+}
+
+TEST(RefusedTransition, NamesEverySizeThatDisagrees) {
+  DriveLine drives(2);
+  ChangingPort port(drives.line(), shorten_sync_manager(3), {});
+  LineOperation operation(drives, port);
+  ASSERT_EQ(sentence(operation.master().scan()), "");
+  EXPECT_EQ(everything_about(operation, operation.plans()),
+            "slave 0: asked for SAFEOP, is in PREOP, AL status code 0x001E (invalid input configuration); sync manager "
+            "3 is set to 18 bytes, the slave's PDO mapping has 19; sync manager 3: length is 18 instead of 19; FMMU 1 "
+            "maps 19 bytes of sync manager 3, which has 18");
+}
+
+TEST(RefusedTransition, NamesPdosThatAreNotThePlannedOnes) {
+  DriveLine drives(1);
+  LineOperation operation(drives);
+  drives.slave(0).al().refuse(AlState::kSafeOp, wire::AlStatusCode::kInvalidOutputMapping);
+  ASSERT_EQ(sentence(operation.master().scan()), "");
+  EXPECT_EQ(everything_about(operation, operation.plans()),
+            "slave 0: asked for SAFEOP, is in PREOP, AL status code 0x0025 (invalid output mapping)")
+      << "nothing disagrees, nothing is said";
+  auto& slave = const_cast<ecat_master::ConfiguredSlave&>(operation.master().slaves()[0]);
+  slave.plan.pdos.outputs.pop_back();
+  const auto findings = check_configuration(operation.master().bus(), slave, operation.master().image(),
+                                            wire::AlStatusCode::kInvalidOutputMapping);
+  ASSERT_FALSE(findings.empty());
+  EXPECT_EQ(describe(findings[0]),
+            "the PDOs planned for sync manager 2 have 15 bytes, those that the slave has assigned 19");
+}
+
+TEST(RefusedTransition, NamesTheWatchdogThatIsSwitchedOff) {
+  DriveLine drives(1);
+  LineOperation operation(drives);
+  ASSERT_EQ(sentence(operation.master().scan()), "");
+  auto plans = operation.plans();
+  plans[0].watchdog.process_data = 0;
+  EXPECT_THAT(everything_about(operation, plans),
+              testing::MatchesRegex("slave 0: asked for SAFEOP, is in PREOP, AL status code 0x001F .*; sync manager 2 "
+                                    "triggers the watchdog, which is switched off"));
+  plans = operation.plans();
+  plans[0].watchdog = {0, 1, std::nullopt};
+  EXPECT_THAT(everything_about(operation, plans), testing::HasSubstr("which is switched off"))
+      << "80 ns are none in microseconds";
+}
+
+TEST(RefusedTransition, NamesMailboxesOfAnotherDevicesFile) {
+  DriveLine drives(1);
+  LineOperation operation(drives);
+  ASSERT_EQ(sentence(operation.master().scan()), "");
+  auto plans = operation.plans();
+  auto file = operation.master().slaves()[0].info.description;
+  file.sync_managers[0].start_address = 0x1E00;
+  file.sync_managers[1].default_size = 64;
+  plans[0].esi = std::make_shared<const esi::DeviceDescription>(file);
+  const auto text = everything_about(operation, plans);
+  EXPECT_THAT(text, testing::StartsWith("slave 0: asked for PREOP, is in INIT, AL status code 0x0016"));
+  EXPECT_THAT(text, testing::HasSubstr("; sync manager 0: start address is 0x1E00 by the description file, 0x1"));
+  EXPECT_THAT(text, testing::HasSubstr("; sync manager 1: length is 64 by the description file, "));
+  // And without the file all is well again.
+  EXPECT_EQ(everything_about(operation, operation.plans()), "");
 }
 
 TEST(RefusedTransition, IsNamedAndMayBeRepeated) {

@@ -27,9 +27,7 @@ Outcome<int> show_image(const PdosOptions& options) {
   auto session = Session::open(options.bus);
   if (!session) return tl::unexpected(session.error());
   const auto& config = (*session)->config();
-  ecat_master::Master::Settings settings;
-  settings.layout = make_layout(config);
-  ecat_master::Master master((*session)->port(), (*session)->clock(), settings);
+  ecat_master::Master master((*session)->port(), (*session)->clock(), master_settings(config));
   if (auto done = master.scan(); !done) return bus_failure(done.error());
   if (auto done = master.configure(make_slave_plans(config)); !done) return bus_failure(done.error());
   const auto named = name_process_data(config, master);

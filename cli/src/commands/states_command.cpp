@@ -3,6 +3,7 @@
 
 #include "commands/commands.hpp"
 #include "commands/tool_options.hpp"
+#include "line/process_data_plan.hpp"
 #include "text/json_text.hpp"
 
 namespace driveline::cli {
@@ -68,7 +69,7 @@ Outcome<int> states(const StatesOptions& options) {
   if (!target) return tl::unexpected(target.error());
   auto session = Session::open(options.bus);
   if (!session) return tl::unexpected(session.error());
-  Master master((*session)->port(), (*session)->clock());
+  Master master((*session)->port(), (*session)->clock(), master_settings((*session)->config()));
   if (*target) {
     if (auto done = change_states(**session, master, **target); !done) return tl::unexpected(done.error());
   }

@@ -18,6 +18,14 @@ std::string known_modes(const std::vector<esi::DcOpMode>& modes) {
   return names.empty() ? "none" : names;
 }
 
+/// Operation modes of a slave: those of its ESI file, else those of its EEPROM.
+std::vector<esi::DcOpMode> modes_of(const LineConfig& line, const SlaveConfig& slave,
+                                    const esi::DeviceDescription& found) {
+  auto file = slave.esi;
+  if (!file && line.esi_library) file = line.esi_library->find(found.vendor_id, found.product_code, found.revision);
+  return file && !file->dc_modes.empty() ? file->dc_modes : found.dc_modes;
+}
+
 Outcome<SyncSignals> signals_of(const SlaveConfig& config, const std::vector<esi::DcOpMode>& modes,
                                 std::chrono::nanoseconds period) {
   SyncSignals signals{ecat_master::dc::kActivateSync0, period, {}, {}, {}};
@@ -28,7 +36,7 @@ Outcome<SyncSignals> signals_of(const SlaveConfig& config, const std::vector<esi
   if (mode != modes.end()) {
     signals = from_op_mode(*mode, period);
   } else if (config.dc.op_mode) {
-    return misused(fmt::format("slave {}: has no operation mode \"{}\", its EEPROM knows {}", config.name,
+    return misused(fmt::format("slave {}: has no operation mode \"{}\", its description knows {}", config.name,
                                *config.dc.op_mode, known_modes(modes)));
   }
   signals.sync0_cycle = config.dc.sync0_cycle.value_or(signals.sync0_cycle);
@@ -52,7 +60,7 @@ Outcome<ecat_master::dc::ClockPlan> make_clock_plan(const LineConfig& config,
   for (std::size_t i = 0; i < std::min(config.slaves.size(), slaves.size()); ++i) {
     auto& slave = plan.slaves.emplace_back();
     if (!config.slaves[i].dc.synchronous) continue;
-    auto signals = signals_of(config.slaves[i], slaves[i].info.description.dc_modes,
+    auto signals = signals_of(config.slaves[i], modes_of(config, config.slaves[i], slaves[i].info.description),
                               config.period * exchange_divider(config, config.slaves[i]));
     if (!signals) return tl::unexpected(signals.error());
     slave.signals = *signals;

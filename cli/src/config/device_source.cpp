@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <sstream>
@@ -53,21 +54,51 @@ void refuse_drive_keys(TomlReader& reader, std::string_view file_key) {
 
 }  // namespace
 
-std::shared_ptr<const DeviceSource> DeviceFiles::read(TomlReader& reader) {
+DeviceFiles::Device DeviceFiles::read(TomlReader& reader) {
   const bool esi = reader.has("esi");
   const bool sii = reader.has("sii");
   if (esi && sii) reader.fail("sii", "is there besides esi: a device has one source");
-  if (!esi && !sii) return nullptr;
+  if (!esi && !sii) return {};
+  Device device;
+  if (esi) device.file = read_description(reader);
+  // The file describes a drive whose behaviour is known better than from there.
+  if (esi && reader.has("model")) return device;
   refuse_drive_keys(reader, esi ? "esi" : "sii");
   auto source = std::make_shared<DeviceSource>();
-  source->model = esi ? model_from_esi(reader, *source) : model_from_sii(reader, *source);
+  source->file = directory_ / reader.text(esi ? "esi" : "sii");
+  source->model = esi ? model_from_esi(reader, *source, device.file) : model_from_sii(reader, *source);
   source->options.loop_back = reader.boolean_or("loop_back", true);
   if (reader.has("distributed_clock"))
     source->options.distributed_clock = reader.boolean_or("distributed_clock", false);
   for (auto& input : reader.tables("input")) {
     source->options.inputs.push_back(read_input(std::move(input), *source->model));
   }
-  return source;
+  device.source = std::move(source);
+  return device;
+}
+
+std::shared_ptr<const esi::EsiLibrary> DeviceFiles::read_library(TomlReader& reader, std::string_view key) const {
+  auto library = std::make_shared<esi::EsiLibrary>();
+  for (const auto& name : reader.texts_or(key, {})) {
+    const auto place = directory_ / name;
+    std::vector<std::filesystem::path> files;
+    std::error_code ignored;
+    if (std::filesystem::is_directory(place, ignored)) {
+      for (const auto& entry : std::filesystem::directory_iterator(place, ignored)) {
+        if (entry.path().extension() == ".xml" || entry.path().extension() == ".XML") files.push_back(entry.path());
+      }
+      if (files.empty()) reader.fail(key, fmt::format("there is no .xml file in {}", place.string()));
+      std::sort(files.begin(), files.end());
+    } else {
+      files.push_back(place);
+    }
+    for (const auto& file : files) {
+      auto read = esi::read_esi(content(reader, key, file), file.string());
+      if (!read) reader.fail(key, esi::to_text(read.error()));
+      library->add(std::move(*read));
+    }
+  }
+  return library;
 }
 
 std::string DeviceFiles::content(TomlReader& reader, std::string_view key, const std::filesystem::path& file) const {
@@ -91,32 +122,39 @@ DeviceFiles::Model DeviceFiles::make_model(TomlReader& reader, std::string_view 
   return *model;
 }
 
-DeviceFiles::Model DeviceFiles::model_from_esi(TomlReader& reader, DeviceSource& source) {
-  source.file = directory_ / reader.text("esi");
-  auto file = files_.find(source.file);
+DeviceFiles::Description DeviceFiles::read_description(TomlReader& reader) {
+  const auto path = directory_ / reader.text("esi");
+  auto file = files_.find(path);
   if (file == files_.end()) {
-    auto read = esi::read_esi(content(reader, "esi", source.file), source.file.string());
+    auto read = esi::read_esi(content(reader, "esi", path), path.string());
     if (!read) reader.fail("esi", esi::to_text(read.error()));
-    file = files_.emplace(source.file, std::move(*read)).first;
+    file = files_.emplace(path, std::move(*read)).first;
   }
   esi::DeviceChoice choice;
   choice.name = reader.text_or("device", "");
   const auto number = [&reader](std::string_view key) -> std::optional<std::uint32_t> {
-    if (!reader.has(key)) return std::nullopt;
+    // A text is a condition on the slave that is there, ">= 2", and chooses nothing.
+    if (!reader.has(key) || reader.is_text(key)) return std::nullopt;
     return static_cast<std::uint32_t>(reader.integer(key, 0, 0xFFFFFFFF));
   };
   choice.product_code = number("product_code");
   choice.revision = number("revision");
   const auto device = file->second.choose(choice);
-  const std::string_view key = reader.has("device") ? "device" : "esi";
-  if (!device) reader.fail(key, fmt::format("{}: {}", source.file.string(), device.error()));
-  auto& model = models_[*device];
-  if (!model) model = make_model(reader, key, source, **device);
+  if (!device)
+    reader.fail(reader.has("device") ? "device" : "esi", fmt::format("{}: {}", path.string(), device.error()));
+  auto& description = descriptions_[*device];
+  if (!description) description = std::make_shared<const esi::DeviceDescription>(**device);
+  return description;
+}
+
+DeviceFiles::Model DeviceFiles::model_from_esi(TomlReader& reader, const DeviceSource& source,
+                                               const Description& description) {
+  auto& model = models_[description];
+  if (!model) model = make_model(reader, reader.has("device") ? "device" : "esi", source, *description);
   return model;
 }
 
 DeviceFiles::Model DeviceFiles::model_from_sii(TomlReader& reader, DeviceSource& source) {
-  source.file = directory_ / reader.text("sii");
   const auto text = content(reader, "sii", source.file);
   for (const char c : text) source.options.sii_image.push_back(static_cast<std::byte>(c));
   const auto image = esi::decode_sii(source.options.sii_image);

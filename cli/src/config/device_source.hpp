@@ -6,7 +6,7 @@
 #include <string>
 
 #include "config/toml_reader.hpp"
-#include "driveline/esi/esi_file.hpp"
+#include "driveline/esi/esi_library.hpp"
 #include "driveline/slaves/generic/generic_device.hpp"
 
 namespace driveline::cli {
@@ -24,14 +24,28 @@ class DeviceFiles {
   /// `directory`: of the line description; paths in it are relative to that.
   explicit DeviceFiles(std::filesystem::path directory) : directory_(std::move(directory)) {}
 
-  /// Reads the keys of a [[slave]] that is a device: esi with device, product_code and revision, or sii; and loop_back,
-  /// distributed_clock and [[slave.input]]. Nothing when the slave names neither file. Throws ConfigError.
-  [[nodiscard]] std::shared_ptr<const DeviceSource> read(TomlReader& reader);
+  /// What the files of a [[slave]] say.
+  struct Device {
+    std::shared_ptr<const DeviceSource> source;          ///< what is simulated; null: a drive (`model`)
+    std::shared_ptr<const esi::DeviceDescription> file;  ///< how a master configures it; null: by its EEPROM
+  };
+
+  /// Reads the keys of a [[slave]] that has device files: esi with device, product_code and revision, or sii. The
+  /// device is simulated out of the same file, with loop_back, distributed_clock and [[slave.input]], unless `model`
+  /// names a drive. Throws ConfigError.
+  [[nodiscard]] Device read(TomlReader& reader);
+
+  /// Adds the ESI files under `key` of [bus], and all .xml files of folders among them, to a library. Throws
+  /// ConfigError.
+  [[nodiscard]] std::shared_ptr<const esi::EsiLibrary> read_library(TomlReader& reader, std::string_view key) const;
 
  private:
   using Model = std::shared_ptr<const slaves::generic::DeviceModel>;
 
-  [[nodiscard]] Model model_from_esi(TomlReader& reader, DeviceSource& source);
+  using Description = std::shared_ptr<const esi::DeviceDescription>;
+
+  [[nodiscard]] Description read_description(TomlReader& reader);
+  [[nodiscard]] Model model_from_esi(TomlReader& reader, const DeviceSource& source, const Description& description);
   [[nodiscard]] Model model_from_sii(TomlReader& reader, DeviceSource& source);
   [[nodiscard]] std::string content(TomlReader& reader, std::string_view key, const std::filesystem::path& file) const;
   [[nodiscard]] static Model make_model(TomlReader& reader, std::string_view key, const DeviceSource& source,
@@ -39,7 +53,8 @@ class DeviceFiles {
 
   std::filesystem::path directory_;
   std::map<std::filesystem::path, esi::EsiFile> files_;
-  std::map<const esi::DeviceDescription*, Model> models_;
+  std::map<const esi::DeviceDescription*, Description> descriptions_;  ///< by their place in files_
+  std::map<Description, Model> models_;
 };
 
 }  // namespace driveline::cli

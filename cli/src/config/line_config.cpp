@@ -16,6 +16,7 @@
 #include "config/slave_plan_reader.hpp"
 #include "config/toml_reader.hpp"
 #include "config/wiring_config.hpp"
+#include "driveline/ecat_master/configuration/description_plan.hpp"
 #include "driveline/rt/cycle_timer.hpp"
 #include "driveline/slaves/esc/sii_file.hpp"
 
@@ -49,7 +50,8 @@ void read_line(TomlReader reader, LineConfig& config) {
   reader.finish();
 }
 
-void read_bus(TomlReader reader, LineConfig& config) {
+void read_bus(TomlReader reader, const DeviceFiles& files, LineConfig& config) {
+  if (reader.has("esi")) config.esi_library = files.read_library(reader, "esi");
   if (reader.has("interface")) config.interface = reader.text("interface");
   if (reader.has("interface2")) config.interface2 = reader.text("interface2");
   if (config.interface2 && !config.interface) reader.fail("interface2", "needs interface, the other end of the ring");
@@ -137,7 +139,9 @@ SlaveConfig read_slave(TomlReader reader, const std::vector<SlaveConfig>& others
                        const std::filesystem::path& directory) {
   SlaveConfig slave;
   slave.name = read_name(reader, others);
-  slave.device = files.read(reader);
+  auto device = files.read(reader);
+  slave.device = std::move(device.source);
+  slave.esi = std::move(device.file);
   if (!slave.device) read_drive(reader, slave);
   auto identity = [&reader](std::string_view key) -> std::optional<std::uint32_t> {
     if (!reader.has(key)) return std::nullopt;
@@ -146,6 +150,10 @@ SlaveConfig read_slave(TomlReader reader, const std::vector<SlaveConfig>& others
   slave.vendor_id = identity("vendor_id");
   slave.product_code = identity("product_code");
   slave.plan = read_slave_plan(reader);
+  if (slave.esi && slave.plan.pdos) {
+    ecat_master::complete_pdos(*slave.esi, *slave.plan.pdos);
+    if (const auto fit = ecat_master::check_pdos(*slave.esi, *slave.plan.pdos); !fit) reader.fail("pdo", fit.error());
+  }
   slave.names = read_entry_names(reader.table("names"));
   slave.dc = read_slave_clock(reader.table("dc"));
   read_eeprom(reader, directory, slave);
@@ -241,9 +249,9 @@ LineConfig read_config(const toml::table& table, const std::filesystem::path& fi
   TomlReader root(table, file.string(), "");
   LineConfig config;
   read_line(root.table("line"), config);
-  read_bus(root.table("bus"), config);
-  read_realtime(root.table("realtime"), config);
   DeviceFiles files(file.parent_path());
+  read_bus(root.table("bus"), files, config);
+  read_realtime(root.table("realtime"), config);
   for (auto& reader : root.tables("slave")) {
     config.slaves.push_back(read_slave(std::move(reader), config.slaves, files, file.parent_path()));
   }

@@ -69,9 +69,9 @@ ecat_master::WatchdogPlan read_watchdogs(TomlReader reader) {
   return plan;
 }
 
-ecat_master::StateTimeouts read_timeouts(TomlReader reader) {
+ecat_master::StateTimeouts read_timeouts(TomlReader reader, ecat_master::MailboxTimeouts& mailbox) {
   ecat_master::StateTimeouts timeouts;
-  auto read = [&reader](std::string_view key, std::chrono::nanoseconds& limit) {
+  auto read = [&reader](std::string_view key, auto& limit) {
     constexpr std::int64_t kLongestMs = 600'000;
     if (reader.has(key)) limit = std::chrono::milliseconds{reader.integer(key, 1, kLongestMs)};
   };
@@ -80,6 +80,8 @@ ecat_master::StateTimeouts read_timeouts(TomlReader reader) {
   read("op_ms", timeouts.to_op);
   read("back_to_init_ms", timeouts.back_to_init);
   read("back_to_safeop_ms", timeouts.back_to_safe_op);
+  read("mailbox_request_ms", mailbox.request);
+  read("mailbox_response_ms", mailbox.response);
   reader.finish();
   return timeouts;
 }
@@ -142,7 +144,7 @@ SlavePlanConfig read_slave_plan(TomlReader& slave) {
   if (config.alias && config.device_id) slave.fail("device_id", "stands beside alias: one of them finds the slave");
   if (slave.has("lrw")) config.lrw = slave.boolean_or("lrw", true);
   config.watchdog = read_watchdogs(slave.table("watchdog"));
-  config.timeouts = read_timeouts(slave.table("timeouts"));
+  config.timeouts = read_timeouts(slave.table("timeouts"), config.mailbox_timeouts);
   for (auto& sdo : slave.tables("sdo")) config.sdos.push_back(read_sdo(std::move(sdo)));
   for (auto& pdo : slave.tables("pdo")) {
     if (!config.pdos) config.pdos.emplace();
@@ -159,6 +161,7 @@ void SlavePlanConfig::apply(ecat_master::SlavePlan& plan) const {
   plan.lrw = lrw;
   plan.watchdog = watchdog;
   plan.timeouts = timeouts;
+  plan.mailbox_timeouts = mailbox_timeouts;
   plan.startup_sdos.insert(plan.startup_sdos.end(), sdos.begin(), sdos.end());
   if (pdos) plan.pdos = *pdos;
 }

@@ -61,7 +61,8 @@ std::vector<ecat_master::SlavePlan> make_slave_plans(const LineConfig& config) {
     const auto& slave = config.slaves[i];
     ecat_master::SlavePlan plan;
     plan.name = slave.name;
-    const auto* device = slave.device ? &slave.device->model->description() : nullptr;
+    const auto* device = slave.esi ? slave.esi.get() : slave.device ? &slave.device->model->description() : nullptr;
+    plan.esi = slave.esi;
     plan.vendor_id = slave.vendor_id.value_or(device != nullptr ? device->vendor_id : slaves::msd::kVendorId);
     plan.product_code = slave.product_code.value_or(device != nullptr ? device->product_code
                                                                       : slaves::msd::facts(slave.model).product_code);

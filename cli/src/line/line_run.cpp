@@ -7,6 +7,7 @@
 
 #include "config/clock_plan.hpp"
 #include "console.hpp"
+#include "driveline/ecat_master/configuration/configuration_check.hpp"
 #include "driveline/ecat_master/diagnosis/diagnosis.hpp"
 #include "line/process_data_plan.hpp"
 #include "output_file.hpp"
@@ -26,12 +27,6 @@ constexpr auto kStopTimeout = std::chrono::seconds{10};
 /// Cycles the telemetry rings hold: a quarter of a second at 8 kHz.
 constexpr std::size_t kRingCycles = 2048;
 constexpr std::size_t kMaxRingSamples = 1 << 17;
-
-ecat_master::Master::Settings master_settings(const LineConfig& config) {
-  ecat_master::Master::Settings settings;
-  settings.layout = make_layout(config);
-  return settings;
-}
 
 }  // namespace
 
@@ -120,7 +115,9 @@ Outcome<void> LineRun::bring_up() {
     master_.use_clocks(std::move(*plan));
     progress("clocks: measuring delays, setting offsets, learning speeds");
   }
-  if (auto done = master_.configure(make_slave_plans(config_)); !done) return sentence(done.error());
+  if (auto done = master_.configure(make_slave_plans(config_)); !done) {
+    return failed(ecat_master::describe_with_findings(master_.bus(), master_.slaves(), master_.image(), done.error()));
+  }
   state_ = "SAFEOP";
   auto named = name_process_data(config_, master_);
   if (!named) return tl::unexpected(named.error());

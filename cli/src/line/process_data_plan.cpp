@@ -59,11 +59,17 @@ Outcome<ProcessDataCopy> make_copy(const LineConfig& config, const CopyConfig& w
 
 }  // namespace
 
-ecat_master::LayoutSettings make_layout(const LineConfig& config) {
-  ecat_master::LayoutSettings layout;
-  layout.layout = config.process_data.layout;
-  for (const auto& group : config.process_data.groups) layout.groups.push_back(group.settings);
-  return layout;
+ecat_master::Master::Settings master_settings(const LineConfig& config) {
+  ecat_master::Master::Settings settings;
+  settings.layout.layout = config.process_data.layout;
+  for (const auto& group : config.process_data.groups) settings.layout.groups.push_back(group.settings);
+  if (config.esi_library) {
+    settings.describe = [library = config.esi_library](const ecat_master::SlaveInfo& info) {
+      const auto& found = info.description;
+      return library->find(found.vendor_id, found.product_code, found.revision);
+    };
+  }
+  return settings;
 }
 
 Outcome<NamedProcessData> name_process_data(const LineConfig& config, const ecat_master::Master& master) {

@@ -10,8 +10,8 @@
 
 namespace driveline::cli {
 
-/// Layout and groups of the process image, for Master::Settings.
-[[nodiscard]] ecat_master::LayoutSettings make_layout(const LineConfig& config);
+/// Layout and groups of the process image, and the descriptions out of [bus] esi.
+[[nodiscard]] ecat_master::Master::Settings master_settings(const LineConfig& config);
 
 /// The process data of a configured line by the names of the file, and what is copied in every cycle.
 struct NamedProcessData {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "driveline/ecat_master/configuration/description_plan.hpp"
 #include "driveline/ecat_master/configuration/pdo_discovery.hpp"
 #include "driveline/ecat_master/configuration/process_data_setup.hpp"
 #include "driveline/ecat_master/state_machine.hpp"
@@ -40,7 +41,8 @@ Result<SdoScript> coe_script(const ConfiguredSlave& slave, wire::AlState before)
   const bool fixed_pdos = slave.plan.own_pdos || !slave.info.description.mailbox.any();
   const bool no_pdos = slave.plan.pdos.outputs.empty() && slave.plan.pdos.inputs.empty();
   if (before == wire::AlState::kSafeOp && !fixed_pdos && !no_pdos) {
-    for (auto& step : pdo_script(slave.plan.pdos)) script.steps.push_back(std::move(step));
+    auto steps = slave.plan.esi ? pdo_script(slave.plan.pdos, slave.info.description) : pdo_script(slave.plan.pdos);
+    for (auto& step : steps) script.steps.push_back(std::move(step));
   }
   if (script.steps.empty() || (slave.mailbox && slave.info.description.mailbox.coe)) return script;
   Error error;
@@ -59,7 +61,8 @@ std::vector<ExpectedSlave> expected_slaves(std::span<const SlavePlan> plans) {
   return expected;
 }
 
-Result<std::optional<MailboxWindow>> write_mailbox_channels(Bus& bus, const SlaveInfo& slave) {
+Result<std::optional<MailboxWindow>> write_mailbox_channels(Bus& bus, const SlaveInfo& slave,
+                                                            const MailboxTimeouts& timeouts) {
   const auto out = find_sync_manager(slave, Use::kMailboxOut);
   const auto in = find_sync_manager(slave, Use::kMailboxIn);
   if (!slave.description.mailbox.any() || !out || !in) return std::nullopt;
@@ -69,12 +72,13 @@ Result<std::optional<MailboxWindow>> write_mailbox_channels(Bus& bus, const Slav
                     sync_manager_write(slave.ref, *in, in_layout, in_layout.default_size)};
   if (auto done = bus.write_all(writes); !done) return tl::unexpected(done.error());
   return MailboxWindow{out_layout.start_address, out_layout.default_size, in_layout.start_address,
-                       in_layout.default_size};
+                       in_layout.default_size, timeouts};
 }
 
 Result<std::vector<std::unique_ptr<MailboxClient>>> enter_pre_op(MailboxEngine& engine,
                                                                  std::span<const SlaveInfo> slaves,
-                                                                 std::span<const StateTimeouts> timeouts) {
+                                                                 std::span<const StateTimeouts> timeouts,
+                                                                 std::span<const MailboxTimeouts> mailbox_timeouts) {
   auto& bus = engine.bus();
   std::vector<SlaveRef> refs;
   std::vector<StateTarget> up;
@@ -92,10 +96,12 @@ Result<std::vector<std::unique_ptr<MailboxClient>>> enter_pre_op(MailboxEngine& 
     return tl::unexpected(done.error());
   if (auto done = clear_channels(bus, refs); !done) return tl::unexpected(done.error());
   std::vector<std::unique_ptr<MailboxClient>> mailboxes;
-  for (const auto& slave : slaves) {
+  for (std::size_t i = 0; i < slaves.size(); ++i) {
+    const auto& slave = slaves[i];
     mailboxes.push_back(nullptr);
     engine.close(slave.ref.position);
-    const auto window = write_mailbox_channels(bus, slave);
+    const auto window =
+        write_mailbox_channels(bus, slave, i < mailbox_timeouts.size() ? mailbox_timeouts[i] : MailboxTimeouts{});
     if (!window) return tl::unexpected(window.error());
     if (*window) mailboxes.back() = std::make_unique<MailboxClient>(engine, slave.ref, **window);
   }
@@ -174,33 +180,8 @@ Result<ProcessImage> configure_process_data(MailboxEngine& engine, std::span<Con
   if (!demands) return tl::unexpected(demands.error());
   auto image = ProcessImage::lay_out(*demands, layout);
   if (!image) return image;
-  for (const auto& slave : slaves) {
-    if (auto done = write_process_data_setup(bus, slave, *image); !done) return tl::unexpected(done.error());
-  }
+  if (auto done = write_process_data_setup(bus, slaves, *image); !done) return tl::unexpected(done.error());
   return image;
-}
-
-Error explain_state_error(Bus& bus, std::span<ConfiguredSlave> slaves, Error error) {
-  const auto code = static_cast<wire::AlStatusCode>(error.code);
-  const bool outputs = code == wire::AlStatusCode::kInvalidOutputConfiguration;
-  if (error.kind != ErrorKind::kStateRefused || (!outputs && code != wire::AlStatusCode::kInvalidInputConfiguration))
-    return error;
-  const auto slave = std::find_if(slaves.begin(), slaves.end(),
-                                  [&](const ConfiguredSlave& s) { return s.info.ref.position == error.slave; });
-  if (slave == slaves.end() || !slave->mailbox) return error;
-  const auto number = find_sync_manager(slave->info, outputs ? Use::kOutputs : Use::kInputs);
-  if (!number) return error;
-  std::array<std::byte, 2> length{};
-  CoeClient coe(*slave->mailbox);
-  const auto read =
-      bus.read(slave->info.ref, static_cast<std::uint16_t>(wire::reg::kSyncManager.at(*number) + 2), length);
-  const auto assigned = read_assigned_bytes(coe, outputs ? 0x1C12 : 0x1C13);
-  // When the slave does not even tell, the error stays as it is.
-  if (!read || !assigned) return error;
-  error.extra = *number;
-  error.expected = wire::load_le<std::uint16_t>(length);
-  error.received = static_cast<std::uint32_t>(*assigned);
-  return error;
 }
 
 }  // namespace driveline::ecat_master

@@ -85,12 +85,6 @@ RegisterWrite sync_manager_write(SlaveRef slave, std::uint8_t number, const esi:
   return write;
 }
 
-Result<void> write_sync_manager(Bus& bus, SlaveRef slave, std::uint8_t number, const esi::SyncManager& layout,
-                                std::uint16_t length) {
-  const auto write = sync_manager_write(slave, number, layout, length);
-  return bus.write(slave, write.address, write.data);
-}
-
 Result<ProcessDataDemand> make_demand(const ConfiguredSlave& slave) {
   ProcessDataDemand demand;
   const auto pdos = exchanged_pdos(slave);
@@ -98,6 +92,7 @@ Result<ProcessDataDemand> make_demand(const ConfiguredSlave& slave) {
   if (auto done = add_channels(slave, pdos.inputs, Use::kInputs, demand); !done) return tl::unexpected(done.error());
   demand.group = slave.plan.group;
   demand.lrw = slave.plan.lrw.value_or(!slave.info.description.not_lrw);
+  demand.fmmu_uses = slave.info.description.fmmus;
   demand.al_status = true;
   if (const auto mailbox = find_sync_manager(slave.info, Use::kMailboxIn); mailbox && slave.mailbox) {
     demand.mailbox_status = static_cast<std::uint16_t>(wire::reg::kSyncManager.at(*mailbox) + 5);
@@ -134,24 +129,37 @@ Result<std::vector<ProcessDataDemand>> make_demands(Bus& bus, std::span<const Co
   return demands;
 }
 
-Result<void> write_process_data_setup(Bus& bus, const ConfiguredSlave& slave, const ProcessImage& image) {
+Result<std::vector<RegisterWrite>> process_data_setup(const ConfiguredSlave& slave, const ProcessImage& image) {
   const auto demand = make_demand(slave);
   if (!demand) return tl::unexpected(demand.error());
+  std::vector<RegisterWrite> writes;
   const auto& managers = slave.info.description.sync_managers;
   for (std::size_t i = 0; i < managers.size(); ++i) {
     if (managers[i].use != Use::kOutputs && managers[i].use != Use::kInputs) continue;
     const auto number = static_cast<std::uint8_t>(i);
     const auto bytes = static_cast<std::uint16_t>(channel_bytes(*demand, number));
-    if (auto done = write_sync_manager(bus, slave.info.ref, number, managers[i], bytes); !done) return done;
+    writes.push_back(sync_manager_write(slave.info.ref, number, managers[i], bytes));
   }
   const auto fmmus = image.fmmus(slave.info.ref.position);
-  if (fmmus.empty()) return {};
-  std::vector<std::byte> data(fmmus.size() * wire::FmmuEntity::kSize);
+  if (fmmus.empty()) return writes;
+  RegisterWrite write{slave.info.ref, wire::reg::kFmmu.address,
+                      std::vector<std::byte>(fmmus.size() * wire::FmmuEntity::kSize)};
   for (std::size_t i = 0; i < fmmus.size(); ++i) {
-    const auto place = std::span(data).subspan(i * wire::FmmuEntity::kSize);
+    const auto place = std::span(write.data).subspan(i * wire::FmmuEntity::kSize);
     fmmus[i].encode(place.first<wire::FmmuEntity::kSize>());
   }
-  return bus.write(slave.info.ref, wire::reg::kFmmu.address, data);
+  writes.push_back(std::move(write));
+  return writes;
+}
+
+Result<void> write_process_data_setup(Bus& bus, std::span<const ConfiguredSlave> slaves, const ProcessImage& image) {
+  std::vector<RegisterWrite> writes;
+  for (const auto& slave : slaves) {
+    auto setup = process_data_setup(slave, image);
+    if (!setup) return tl::unexpected(setup.error());
+    for (auto& write : *setup) writes.push_back(std::move(write));
+  }
+  return bus.write_all(writes);
 }
 
 }  // namespace driveline::ecat_master

@@ -28,6 +28,19 @@ Result<std::uint16_t> count_slaves(Bus& bus) {
   return count;
 }
 
+/// A predecessor may have closed ports for good (DL control, ETG.1000.4 Table 37), and whoever is behind them is not
+/// seen. Every port goes back to automatic; slaves that come to light by that may have closed ports themselves.
+Result<std::uint16_t> open_ports(Bus& bus, std::uint16_t count) {
+  constexpr auto kLoopControl = static_cast<std::uint16_t>(wire::reg::kDlControl.address + 1);
+  const std::array<std::byte, 1> automatic{};
+  for (;;) {
+    if (auto done = bus.broadcast_write(kLoopControl, automatic); !done) return tl::unexpected(done.error());
+    const auto now = count_slaves(bus);
+    if (!now || *now <= count) return now;
+    count = *now;
+  }
+}
+
 /// Slaves may have been locked against writes, by somebody or by a damaged frame. The enable registers work within the
 /// frame they are written in (ESC data sheet II, 0x0020 to 0x0031), and the requests travel in one frame.
 Result<void> lift_write_protection(Bus& bus) {
@@ -42,7 +55,6 @@ Result<void> lift_write_protection(Bus& bus) {
 
 /// A previous master may have left anything behind: INIT with the error acknowledged, then no channel stays active.
 Result<void> reset_slaves(Bus& bus) {
-  if (auto done = lift_write_protection(bus); !done) return done;
   const auto control = wire::to_le_bytes(wire::AlControl{wire::AlState::kInit, true, false}.raw());
   if (auto done = bus.broadcast_write(wire::reg::kAlControl.address, control); !done)
     return tl::unexpected(done.error());
@@ -130,7 +142,10 @@ Result<void> clear_channels(Bus& bus, std::span<const SlaveRef> slaves) {
 }
 
 Result<std::vector<SlaveInfo>> discover(Bus& bus) {
-  const auto count = count_slaves(bus);
+  const auto visible = count_slaves(bus);
+  if (!visible) return tl::unexpected(visible.error());
+  if (auto done = lift_write_protection(bus); !done) return tl::unexpected(done.error());
+  const auto count = open_ports(bus, *visible);
   if (!count) return tl::unexpected(count.error());
   if (auto done = reset_slaves(bus); !done) return tl::unexpected(done.error());
   const auto slaves = assign_addresses(bus, *count);

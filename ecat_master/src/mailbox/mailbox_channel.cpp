@@ -31,7 +31,13 @@ bool is_set(std::byte value, std::uint8_t bits) {
 }  // namespace
 
 MailboxChannel::MailboxChannel(SlaveRef slave, MailboxWindow window, Settings settings)
-    : slave_(slave), window_(window), settings_(settings), in_wire_(window.in_length) {}
+    : slave_(slave), window_(window), settings_(settings), in_wire_(window.in_length) {
+  settings_.reply_timeout = window.timeouts.response.value_or(settings_.reply_timeout);
+}
+
+nanoseconds MailboxChannel::request_timeout() const noexcept {
+  return window_.timeouts.request.value_or(settings_.reply_timeout);
+}
 
 std::size_t MailboxChannel::max_service() const noexcept {
   return window_.out_length < wire::MailboxHeader::kSize ? 0 : window_.out_length - wire::MailboxHeader::kSize;
@@ -44,7 +50,8 @@ Error MailboxChannel::error(ErrorKind kind, std::uint32_t code) const noexcept {
   e.code = code;
   if (kind == ErrorKind::kMailboxTimeout) {
     e.extra = static_cast<std::uint32_t>(
-        std::chrono::duration_cast<std::chrono::microseconds>(settings_.reply_timeout).count());
+        std::chrono::duration_cast<std::chrono::microseconds>(sending_ ? request_timeout() : settings_.reply_timeout)
+            .count());
   }
   return e;
 }
@@ -97,7 +104,7 @@ bool MailboxChannel::load_outgoing(nanoseconds now) {
   sending_ = true;
   attempted_ = false;
   error_reply_.reset();
-  deadline_ = now + settings_.reply_timeout;
+  deadline_ = now + request_timeout();
   return true;
 }
 

@@ -157,23 +157,46 @@ class ProcessImage::Builder {
   }
 
   void make_fmmus(std::size_t slave) {
+    using esi::FmmuUse;
+    const auto& demand = demands_[slave];
     const auto& place = image_.places_[slave];
-    auto& fmmus = image_.fmmus_[slave];
     std::size_t output = place.output_offset;
     std::size_t input = place.input_offset;
-    for (const auto& channel : demands_[slave].channels) {
+    for (const auto& channel : demand.channels) {
       if (channel.bytes == 0) continue;
       auto& at = channel.output ? output : input;
-      fmmus.push_back(make_fmmu(at, channel.bytes, channel.physical_start,
-                                channel.output ? wire::FmmuEntity::kTypeWrite : wire::FmmuEntity::kTypeRead));
+      put_fmmu(slave, channel.output ? FmmuUse::kOutputs : FmmuUse::kInputs,
+               make_fmmu(at, channel.bytes, channel.physical_start,
+                         channel.output ? wire::FmmuEntity::kTypeWrite : wire::FmmuEntity::kTypeRead));
       at += channel.bytes;
     }
-    if (place.al_status_offset != kNone) {
-      fmmus.push_back(make_fmmu(place.al_status_offset, 1, wire::reg::kAlStatus.address, wire::FmmuEntity::kTypeRead));
-    }
     if (place.mailbox_offset != kNone) {
-      fmmus.push_back(make_fmmu(place.mailbox_offset, 1, demands_[slave].mailbox_status, wire::FmmuEntity::kTypeRead));
+      put_fmmu(slave, FmmuUse::kMailboxState,
+               make_fmmu(place.mailbox_offset, 1, demand.mailbox_status, wire::FmmuEntity::kTypeRead));
     }
+    if (place.al_status_offset != kNone) {
+      put_fmmu(slave, FmmuUse::kUnused,
+               make_fmmu(place.al_status_offset, 1, wire::reg::kAlStatus.address, wire::FmmuEntity::kTypeRead));
+    }
+  }
+
+  /// There are enough of them: choose_status_bytes() has counted.
+  void put_fmmu(std::size_t slave, esi::FmmuUse use, const wire::FmmuEntity& fmmu) {
+    const auto& demand = demands_[slave];
+    auto& fmmus = image_.fmmus_[slave];
+    const auto meant_for = [&](std::size_t n) {
+      return n < demand.fmmu_uses.size() ? demand.fmmu_uses[n] : esi::FmmuUse::kUnused;
+    };
+    const auto find = [&](auto fits) {
+      std::size_t n = 0;
+      while (n < demand.fmmus && ((n < fmmus.size() && fmmus[n].active) || !fits(n))) ++n;
+      return n;
+    };
+    auto number = find([&](std::size_t n) { return meant_for(n) == use; });
+    if (number == demand.fmmus) number = find([&](std::size_t n) { return meant_for(n) == esi::FmmuUse::kUnused; });
+    if (number == demand.fmmus) number = find([](std::size_t) { return true; });
+    if (number >= fmmus.size()) fmmus.resize(number + 1);
+    fmmus[number] = fmmu;
   }
 
   /// Datagrams of one group share frames; groups do not, because they are not always sent together. The first frame

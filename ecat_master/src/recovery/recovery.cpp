@@ -1,6 +1,7 @@
 // Bringing single slaves back while the others keep cycling.
 #include <algorithm>
 
+#include "driveline/ecat_master/configuration/configuration_check.hpp"
 #include "driveline/ecat_master/configuration/process_data_setup.hpp"
 #include "driveline/ecat_master/discovery/device_identification.hpp"
 #include "driveline/ecat_master/master.hpp"
@@ -164,7 +165,7 @@ Result<void> Master::recover(std::size_t slave, std::chrono::nanoseconds state_t
   const bool configured = report->status.state == kConfigured || report->status.state == AlState::kOp;
   if (configured && change_state(bus_, ref, AlState::kOp, state_timeout)) return {};
   if (auto done = reconfigure(slave, state_timeout); !done) {
-    return tl::unexpected(explain_state_error(bus_, slaves_, done.error()));
+    return tl::unexpected(explain_state_error(bus_, slaves_, image_, done.error()));
   }
   if (auto done = write_startup_sdos(engine_, {&slaves_[slave], 1}, AlState::kOp); !done) return done;
   return change_state(bus_, ref, AlState::kOp, state_timeout);
@@ -176,13 +177,13 @@ Result<void> Master::reconfigure(std::size_t slave, std::chrono::nanoseconds sta
   if (auto done = check_identity(bus_, one); !done) return done;
   if (auto done = change_state(bus_, ref, AlState::kInit, state_timeout); !done) return done;
   if (auto done = clear_channels(bus_, ref); !done) return done;
-  const auto window = write_mailbox_channels(bus_, one.info);
+  const auto window = write_mailbox_channels(bus_, one.info, one.plan.mailbox_timeouts);
   if (!window) return tl::unexpected(window.error());
   if (*window) engine_.open(one.info.ref, **window);
   if (auto done = change_state(bus_, ref, AlState::kPreOp, state_timeout); !done) return done;
   if (auto done = write_startup_sdos(engine_, {&one, 1}, AlState::kSafeOp); !done) return done;
   if (auto done = write_watchdogs(bus_, {&one, 1}); !done) return done;
-  if (auto done = write_process_data_setup(bus_, one, image_); !done) return done;
+  if (auto done = write_process_data_setup(bus_, {&one, 1}, image_); !done) return done;
   if (auto done = restore_clock(slave); !done) return done;
   return change_state(bus_, ref, AlState::kSafeOp, state_timeout);
 }

@@ -93,7 +93,8 @@ TEST(ClockConfig, AModeThatTheSlaveDoesNotHaveIsRefused) {
   const auto plan = make_clock_plan(config, found(1));
   ASSERT_FALSE(plan);
   EXPECT_EQ(plan.error().status, 2);
-  EXPECT_EQ(plan.error().text, "slave x: has no operation mode \"DC\", its EEPROM knows \"DC-Synchronous\", \"Half\"");
+  EXPECT_EQ(plan.error().text,
+            "slave x: has no operation mode \"DC\", its description knows \"DC-Synchronous\", \"Half\"");
 }
 
 TEST(ClockConfig, ExampleIsSynchronousWithClocksOfUnequalSpeed) {

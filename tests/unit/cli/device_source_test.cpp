@@ -5,7 +5,9 @@
 
 #include "driveline/cli/line_config.hpp"
 #include "driveline/esi/sii.hpp"
+#include "driveline/slaves/msd/msd_table.hpp"
 #include "line/composition.hpp"
+#include "line/process_data_plan.hpp"
 #include "temporary_directory.hpp"
 
 namespace driveline::cli {
@@ -93,6 +95,66 @@ TEST_F(DeviceSourceTest, ThePlanExpectsTheIdentityOfTheDevice) {
   const auto plans = make_slave_plans(*config);
   EXPECT_EQ(plans.at(0).vendor_id, 0xE0000DD1U);
   EXPECT_EQ(plans.at(0).product_code, 0x302U);
+}
+
+TEST_F(DeviceSourceTest, TheSameFileTellsTheMasterHowToConfigureIt) {
+  const auto config = parse(std::string("[[slave]]\nname = \"a\"\n") + kAi2 + "[[slave]]\nname = \"x\"\n");
+  ASSERT_TRUE(config) << config.error();
+  const auto plans = make_slave_plans(*config);
+  ASSERT_NE(plans.at(0).esi, nullptr);
+  EXPECT_EQ(plans[0].esi->type, "AI2");
+  EXPECT_EQ(plans.at(1).esi, nullptr);
+}
+
+TEST_F(DeviceSourceTest, AModelBesideTheFileIsWhatIsSimulated) {
+  write(directory / "drive.xml", esi::write_esi({slaves::msd::device_description()}));
+  write(directory / "p.csv", "time[s],x[rad]\n0,0\n1,1\n");
+  const auto config = parse(
+      "[[slave]]\nname = \"x\"\nmodel = \"msd\"\nesi = \"drive.xml\"\nrevision = \">= 1\"\n[[axis]]\nname = "
+      "\"x\"\n[path]\nfile = \"p.csv\"\n");
+  ASSERT_TRUE(config) << config.error();
+  EXPECT_EQ(config->slaves[0].device, nullptr);
+  const auto plan = make_slave_plans(*config).at(0);
+  ASSERT_NE(plan.esi, nullptr);
+  EXPECT_EQ(plan.vendor_id, slaves::msd::kVendorId);
+  EXPECT_EQ(plan.pdos.outputs.size(), 3U) << "those of the axis";
+}
+
+TEST_F(DeviceSourceTest, PdosThatTheDeviceDoesNotAllowAreRefused) {
+  const auto pdos = [&](const std::string& rest) { return error(kAi2 + rest); };
+  EXPECT_EQ(pdos("[[slave.pdo]]\nindex = 0x1A00\n[[slave.pdo]]\nindex = 0x1A01\n"),
+            "line.toml:5: [slave 1] pdo: PDO 1A00h excludes PDO 1A01h");
+  EXPECT_EQ(pdos("[[slave.pdo]]\nindex = 0x1A02\nentries = [\"0x6010:17:16\"]\n"),
+            "line.toml:5: [slave 1] pdo: PDO 1A02h is fixed: its entries cannot be changed");
+  EXPECT_EQ(pdos("[[slave.pdo]]\nindex = 0x1A07\nentries = [\"0x6010:17:16\"]\n"),
+            "line.toml:5: [slave 1] pdo: the device has no PDO 1A07h in this direction");
+  const auto config = parse("[[slave]]\nname = \"x\"\n" + std::string(kAi2) + "[[slave.pdo]]\nindex = 0x1A01\n");
+  ASSERT_TRUE(config) << config.error();
+  EXPECT_EQ(config->slaves[0].plan.pdos->inputs.at(0).objects.size(), 1U) << "entries out of the file";
+}
+
+TEST_F(DeviceSourceTest, FilesForAllSlavesOfTheBus) {
+  const auto one = "[[slave]]\nname = \"x\"\n";
+  auto config = parse(std::string(one) + "[bus]\nesi = [\"terminals.xml\"]\n");
+  ASSERT_TRUE(config) << config.error();
+  ASSERT_NE(config->esi_library, nullptr);
+  EXPECT_NE(config->esi_library->find(0xE0000DD1, 0x302, 0x10000), nullptr);
+  const auto settings = master_settings(*config);
+  ecat_master::SlaveInfo found;
+  found.description.vendor_id = 0xE0000DD1;
+  found.description.product_code = 0x302;
+  found.description.revision = 0x10001;
+  ASSERT_TRUE(settings.describe);
+  EXPECT_EQ(settings.describe(found)->type, "AI2");
+  std::filesystem::create_directory(directory / "esi");
+  const auto refused = parse(std::string(one) + "[bus]\n\nesi = [\"esi\"]\n");
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error(), HasSubstr("line.toml:5: [bus] esi: there is no .xml file in "));
+  std::filesystem::copy_file(directory / "terminals.xml", directory / "esi" / "t.xml");
+  config = parse(std::string(one) + "[bus]\nesi = [\"esi\"]\n");
+  ASSERT_TRUE(config) << config.error();
+  EXPECT_EQ(config->esi_library->size(), 6U);
+  EXPECT_THAT(parse(std::string(one) + "[bus]\nesi = [\"no.xml\"]\n").error(), HasSubstr("line.toml:4: [bus] esi: "));
 }
 
 TEST_F(DeviceSourceTest, WrongFiles) {

@@ -38,9 +38,7 @@ class ProcessDataExample : public testing::Test {
     ASSERT_TRUE(parsed) << parsed.error();
     config = std::move(*parsed);
     line = make_simulated_line(config, clock);
-    Master::Settings settings;
-    settings.layout = make_layout(config);
-    master = std::make_unique<Master>(*line, clock, settings);
+    master = std::make_unique<Master>(*line, clock, master_settings(config));
     ASSERT_TRUE(master->scan());
     const auto done = master->configure(make_slave_plans(config));
     ASSERT_TRUE(done) << describe(done.error());

@@ -55,6 +55,42 @@ TEST(ProcessImage, OverlapsOutputsAndInputsOfASlaveButNotSlaves) {
   EXPECT_EQ(image.datagrams()[0].expected_working_counter, 3 + 3 + 0 + 2 + 1);
 }
 
+TEST(ProcessImage, TakesFmmusForWhatTheyAreMeant) {
+  using Use = esi::FmmuUse;
+  auto wanted = demands({{8, 12}});
+  wanted[0].al_status = true;
+  wanted[0].mailbox_status = 0x080D;
+  wanted[0].fmmus = 5;
+  wanted[0].fmmu_uses = {Use::kMailboxState, Use::kInputs, Use::kUnused, Use::kOutputs};
+  const auto image = lay_out(wanted);
+  const auto fmmus = image.fmmus(0);
+  ASSERT_EQ(fmmus.size(), 4U);
+  EXPECT_EQ(fmmus[0].physical_start, 0x080D);
+  EXPECT_EQ(fmmus[1].physical_start, 0x1400);
+  EXPECT_EQ(fmmus[2].physical_start, 0x0130) << "the AL status takes one that is meant for nothing";
+  EXPECT_EQ(fmmus[3].physical_start, 0x1100);
+  // Three of them, none meant for outputs: any will do, and there is none left for the mailbox.
+  wanted[0].fmmus = 3;
+  wanted[0].fmmu_uses = {Use::kInputs, Use::kInputs, Use::kInputs};
+  const auto few = lay_out(wanted);
+  ASSERT_EQ(few.fmmus(0).size(), 3U);
+  EXPECT_EQ(few.fmmus(0)[0].physical_start, 0x1100);
+  EXPECT_EQ(few.fmmus(0)[1].physical_start, 0x1400);
+  EXPECT_EQ(few.fmmus(0)[2].physical_start, 0x0130);
+  EXPECT_EQ(few.datagrams()[0].expected_working_counter, 3);
+}
+
+TEST(ProcessImage, LeavesFmmusOutThatAreMeantForSomethingElse) {
+  using Use = esi::FmmuUse;
+  auto wanted = demands({{0, 12}});
+  wanted[0].fmmu_uses = {Use::kOutputs, Use::kInputs};
+  const auto image = lay_out(wanted);
+  ASSERT_EQ(image.fmmus(0).size(), 2U);
+  EXPECT_FALSE(image.fmmus(0)[0].active);
+  EXPECT_EQ(image.fmmus(0)[1].physical_start, 0x1400);
+  EXPECT_EQ(image.datagrams()[0].expected_working_counter, 1);
+}
+
 TEST(ProcessImage, PutsInputsBehindOutputsWhenTheyMayNotOverlap) {
   const auto image = lay_out(demands({{8, 12}, {20, 4}}), {ImageLayout::kSequential, {}});
   EXPECT_EQ(image.places()[0].output_offset, 0U);

@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "driveline/esi/esi_file.hpp"
+#include "driveline/esi/esi_library.hpp"
 
 namespace driveline::esi {
 namespace {
@@ -315,6 +315,69 @@ TEST(ReadEsiErrors, OffsetPointsToTheElement) {
   ASSERT_FALSE(file);
   EXPECT_EQ(kXml.substr(file.error().offset, 2), "Id");
   EXPECT_EQ(file.error().path, "EtherCATInfo/Vendor/Id");
+}
+
+/// Typed by hand after the schema, with what servo drives of several vendors have there.
+constexpr std::string_view kForMasters = R"(<EtherCATInfo><Vendor><Id>1</Id></Vendor><Descriptions><Devices>
+  <Device><Type ProductCode="2" RevisionNo="3" UseLrdLwr="true">D</Type>
+    <Info><StateMachine><Timeout><PreopTimeout>2000</PreopTimeout><SafeopOpTimeout>9000</SafeopOpTimeout>
+      <BackToInitTimeout>5000</BackToInitTimeout><BackToSafeopTimeout>200</BackToSafeopTimeout></Timeout></StateMachine>
+      <Mailbox><Timeout><RequestTimeout>100</RequestTimeout><ResponseTimeout>4000</ResponseTimeout></Timeout></Mailbox></Info>
+    <Mailbox><CoE>
+      <InitCmd Fixed="1"><Transition>PS</Transition><Index>#x1c12</Index><SubIndex>0</SubIndex><Data>0a00</Data><Comment>x</Comment></InitCmd>
+      <InitCmd CompleteAccess="true"><Transition>so</Transition><Transition>PS</Transition><Index>8193</Index><SubIndex>0</SubIndex><Data>01</Data></InitCmd>
+      <InitCmd><Transition>OS</Transition><Index>1</Index><Data>01</Data></InitCmd></CoE></Mailbox>
+    <Esc><Reg0400>#x09c2</Reg0400><Reg0420>500</Reg0420></Esc></Device>
+</Devices></Descriptions></EtherCATInfo>)";
+
+TEST(ReadEsi, WhatAMasterNeeds) {
+  const auto file = read_esi(kForMasters, "d.xml");
+  ASSERT_TRUE(file) << to_text(file.error());
+  const auto& device = file->devices.at(0);
+  EXPECT_TRUE(device.not_lrw);
+  EXPECT_EQ(device.timeouts, (DeviceTimeouts{2000, 9000, 5000, 200, 100, 4000}));
+  EXPECT_EQ(device.watchdogs, (DeviceWatchdogs{2498, std::nullopt, 500}));
+  ASSERT_EQ(device.init_commands.size(), 3U);
+  EXPECT_EQ(device.init_commands[0], (InitCommand{{"PS"}, 0x1C12, 0, "0A00", false}));
+  EXPECT_EQ(device.init_commands[1], (InitCommand{{"SO", "PS"}, 0x2001, 0, "01", true}));
+  ASSERT_EQ(file->notes.size(), 1U);
+  EXPECT_THAT(file->notes[0].text, HasSubstr("none of the transitions IP, PS and SO"));
+}
+
+TEST(ReadEsiErrors, StartUpCommandWithoutIndexOrWithWrongData) {
+  std::string text(kForMasters);
+  text.replace(text.find("<Index>8193</Index>"), 19, "");
+  const auto no_index = read_esi(text, "d.xml");
+  ASSERT_FALSE(no_index);
+  EXPECT_THAT(to_text(no_index.error()),
+              HasSubstr("d.xml:7: EtherCATInfo/Descriptions/Devices/Device/Mailbox/CoE/InitCmd"));
+  text = kForMasters;
+  text.replace(text.find("0a00"), 4, "0a0x");
+  EXPECT_FALSE(read_esi(text, "d.xml"));
+}
+
+TEST(EsiLibraryTest, FindsTheRevisionOrTheNextBelow) {
+  EsiLibrary library;
+  const auto file = [](std::uint32_t revision, const char* name) {
+    EsiFile made;
+    DeviceDescription device;
+    device.vendor_id = 1;
+    device.product_code = 2;
+    device.revision = revision;
+    device.name = name;
+    made.devices = {device};
+    return made;
+  };
+  library.add(file(10, "ten"));
+  library.add(file(30, "thirty"));
+  library.add(file(10, "ten once more"));
+  EXPECT_EQ(library.size(), 2U);
+  EXPECT_EQ(library.find(1, 2, 10)->name, "ten");
+  EXPECT_EQ(library.find(1, 2, 29)->name, "ten");
+  EXPECT_EQ(library.find(1, 2, 31)->name, "thirty");
+  EXPECT_EQ(library.find(1, 2, 9), nullptr) << "older than every description";
+  EXPECT_EQ(library.find(1, 3, 10), nullptr);
+  EXPECT_EQ(library.find(2, 2, 10), nullptr);
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include "driveline/cli/slave_plan_config.hpp"
 #include "driveline/ecat_master/axis/axis.hpp"
 #include "driveline/ecat_master/dc/line_clocks.hpp"
+#include "driveline/esi/esi_library.hpp"
 #include "driveline/rt/realtime_thread.hpp"
 #include "driveline/slaves/line/fault.hpp"
 #include "driveline/slaves/line/frame_path.hpp"
@@ -50,6 +51,8 @@ struct SlaveConfig {
   std::optional<slaves::msd::FirmwareVersion> firmware;     ///< of it; none: as the model comes
   /// The simulation is a device out of an ESI file or an EEPROM image instead; none: it is `model`.
   std::shared_ptr<const DeviceSource> device;
+  /// How the master configures it: by this device of an ESI file; none: by [bus] esi, else by its EEPROM.
+  std::shared_ptr<const esi::DeviceDescription> esi;
   std::optional<std::uint32_t> vendor_id;  ///< expected; the model's own when left out
   std::optional<std::uint32_t> product_code;
   SlavePlanConfig plan;                 ///< further identity, start-up SDOs, PDOs, watchdogs, time limits
@@ -96,8 +99,9 @@ struct FaultPlan {
 struct LineConfig {
   std::string name = "line";
   std::chrono::nanoseconds period = std::chrono::microseconds{125};
-  std::optional<std::string> interface;   ///< none: the simulated line in this process
-  std::optional<std::string> interface2;  ///< at the far end of a ring
+  std::optional<std::string> interface;                ///< none: the simulated line in this process
+  std::optional<std::string> interface2;               ///< at the far end of a ring
+  std::shared_ptr<const esi::EsiLibrary> esi_library;  ///< for slaves without `esi`; null: none
   /// Cycles in a row without valid process data of an axis before all axes are stopped.
   std::uint32_t max_lost_cycles = 8;
   rt::RealtimeConfig realtime;               ///< all but the policy

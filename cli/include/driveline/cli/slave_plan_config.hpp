@@ -12,7 +12,8 @@ namespace driveline::cli {
 ///   alias = 7                      device_id = 3            lrw = false
 ///   revision = ">= 0x00010000"     serial = 4711            (numbers, ">= ..." or "any")
 ///   [slave.watchdog]               process_data_ms, pdi_ms  (0 is off)
-///   [slave.timeouts]               preop_ms, safeop_ms, op_ms, back_to_init_ms, back_to_safeop_ms
+///   [slave.timeouts]               preop_ms, safeop_ms, op_ms, back_to_init_ms, back_to_safeop_ms,
+///                                  mailbox_request_ms, mailbox_response_ms
 ///   [[slave.sdo]]                  index, subindex, type, value, complete, before = "safeop" or "op"
 ///   [[slave.pdo]]                  index, sync_manager, direction = "out" or "in", entries = ["0x6040:0:16", ...]
 struct SlavePlanConfig {
@@ -22,6 +23,7 @@ struct SlavePlanConfig {
   std::optional<std::uint16_t> device_id;
   ecat_master::WatchdogPlan watchdog;
   ecat_master::StateTimeouts timeouts;
+  ecat_master::MailboxTimeouts mailbox_timeouts;
   std::optional<bool> lrw;  ///< false: no LRW for this slave; none: its description decides
   std::vector<ecat_master::StartupSdo> sdos;
   std::optional<ecat_master::PdoConfiguration> pdos;  ///< none: what the slave's own use asks for

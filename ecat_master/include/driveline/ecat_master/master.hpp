@@ -34,6 +34,9 @@ class Master {
     /// A slave that is entered at another port than IN has another place in the order of the line than its neighbours
     /// suggest; that is refused unless it is meant.
     bool accept_swapped_ports = false;
+    /// Device descriptions for slaves whose plan has none (SlavePlan::esi), by what was found; null: the EEPROM
+    /// decides.
+    std::function<std::shared_ptr<const esi::DeviceDescription>(const SlaveInfo&)> describe{};
   };
 
   Master(port::Port& port, rt::Clock& clock, const Settings& settings);

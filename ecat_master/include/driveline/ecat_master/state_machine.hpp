@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <optional>
 #include <vector>
 
 #include "driveline/ecat_master/bus/bus.hpp"
@@ -17,13 +18,16 @@ struct AlReport {
 inline constexpr std::chrono::seconds kPreOpTimeout{3};
 inline constexpr std::chrono::seconds kOpTimeout{10};
 
-/// How long a slave may take for its transitions; ESI files and line descriptions may say otherwise.
+/// How long a slave may take for its transitions. What is not said: kPreOpTimeout, kOpTimeout for SAFEOP and OP, 5 s
+/// back to INIT, 200 ms back to SAFEOP.
 struct StateTimeouts {
-  std::chrono::nanoseconds to_pre_op = kPreOpTimeout;  ///< also to BOOT
-  std::chrono::nanoseconds to_safe_op = kOpTimeout;    ///< from PREOP
-  std::chrono::nanoseconds to_op = kOpTimeout;
-  std::chrono::nanoseconds back_to_init = std::chrono::seconds{5};
-  std::chrono::nanoseconds back_to_safe_op = std::chrono::milliseconds{200};
+  using Limit = std::optional<std::chrono::nanoseconds>;
+  Limit to_pre_op;   ///< also to BOOT
+  Limit to_safe_op;  ///< from PREOP
+  Limit to_op;
+  Limit back_to_init;
+  Limit back_to_safe_op;
+  constexpr bool operator==(const StateTimeouts&) const = default;
   /// The limit for going to `target`, from above when `down`.
   [[nodiscard]] std::chrono::nanoseconds limit(wire::AlState target, bool down) const noexcept;
 };

@@ -123,6 +123,36 @@ struct MailboxSupport {
   bool operator==(const MailboxSupport&) const = default;
 };
 
+/// Time that a device asks of a master, in ms (ETG.2000, Info/StateMachine/Timeout, Info/Mailbox/Timeout); none: not
+/// told.
+struct DeviceTimeouts {
+  std::optional<std::uint32_t> to_pre_op;
+  std::optional<std::uint32_t> to_safe_op_and_op;
+  std::optional<std::uint32_t> back_to_init;
+  std::optional<std::uint32_t> back_to_safe_op;
+  std::optional<std::uint32_t> mailbox_request;   ///< until the device takes a mailbox
+  std::optional<std::uint32_t> mailbox_response;  ///< until it answers
+  bool operator==(const DeviceTimeouts&) const = default;
+};
+
+/// Register values that a device asks for (ETG.2000, ESC); none: as after power-on.
+struct DeviceWatchdogs {
+  std::optional<std::uint16_t> divider;       ///< register 0x0400
+  std::optional<std::uint16_t> pdi;           ///< register 0x0410
+  std::optional<std::uint16_t> process_data;  ///< register 0x0420
+  bool operator==(const DeviceWatchdogs&) const = default;
+};
+
+/// An object that a master is to write over CoE on its way up or down (ETG.2000, Mailbox/CoE/InitCmd).
+struct InitCommand {
+  std::vector<std::string> transitions;  ///< "IP", "PS", "SO" ...
+  std::uint16_t index = 0;
+  std::uint8_t subindex = 0;
+  std::string data_hex;  ///< raw little-endian bytes as hex digits
+  bool complete_access = false;
+  bool operator==(const InitCommand&) const = default;
+};
+
 /// A device, one revision of it.
 struct DeviceDescription {
   std::uint32_t vendor_id = 0;
@@ -144,6 +174,10 @@ struct DeviceDescription {
   std::vector<Pdo> rx_pdos;
   std::vector<Pdo> tx_pdos;
   std::vector<DcOpMode> dc_modes;
+  // Not in the SII:
+  DeviceTimeouts timeouts;
+  DeviceWatchdogs watchdogs;
+  std::vector<InitCommand> init_commands;
   std::vector<Object> objects;
   std::uint32_t eeprom_bytes = 2048;
   std::string eeprom_config_data_hex;  ///< first 14 bytes of the SII (ESC configuration area)

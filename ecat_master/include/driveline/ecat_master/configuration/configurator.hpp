@@ -42,6 +42,7 @@ struct SlavePlan {
   std::optional<std::uint16_t> device_id;  ///< anywhere on the line, by its explicit device identification
   WatchdogPlan watchdog;
   StateTimeouts timeouts;
+  MailboxTimeouts mailbox_timeouts;
   std::vector<StartupSdo> startup_sdos;
   PdoConfiguration pdos;
   std::size_t group = 0;  ///< of the process image
@@ -49,15 +50,20 @@ struct SlavePlan {
   std::optional<bool> lrw;
   /// Known by its alias, wherever it is plugged in again; otherwise its place among the others tells who it is.
   bool hot_connect = false;
-  /// The PDOs that the slave has assigned by itself, instead of `pdos`; they are read and nothing is written.
+  /// The PDOs that the slave has assigned by itself, instead of `pdos`; they are read and nothing is written. With a
+  /// description file that has PDOs, those that it assigns.
   bool own_pdos = false;
+  /// Description of the device out of its ESI file; null: the EEPROM's. What is planned here goes before it, it goes
+  /// before the EEPROM (apply_description()).
+  std::shared_ptr<const esi::DeviceDescription> esi;
 };
 
 /// A slave that has been found and is being run.
 struct ConfiguredSlave {
   SlaveInfo info;
   SlavePlan plan;
-  std::unique_ptr<MailboxClient> mailbox;  ///< none: the slave has no mailbox
+  std::unique_ptr<MailboxClient> mailbox;          ///< none: the slave has no mailbox
+  std::optional<esi::DeviceDescription> eeprom{};  ///< that of the EEPROM while info has that of a file
 };
 
 /// What the plans say about who the slaves are, for compare_line().
@@ -68,14 +74,16 @@ struct ConfiguredSlave {
 [[nodiscard]] Result<SdoScript> coe_script(const ConfiguredSlave& slave, wire::AlState before);
 
 /// In INIT: writes the sync managers of the mailboxes as the slave's EEPROM has them; nothing without a mailbox.
-[[nodiscard]] Result<std::optional<MailboxWindow>> write_mailbox_channels(Bus& bus, const SlaveInfo& slave);
+[[nodiscard]] Result<std::optional<MailboxWindow>> write_mailbox_channels(Bus& bus, const SlaveInfo& slave,
+                                                                          const MailboxTimeouts& timeouts = {});
 
 /// Takes `slaves` (all of the line or some) to INIT, switches their FMMUs and sync managers off, sets up sync managers
 /// 0 and 1 of those with a mailbox (out of their EEPROM) and takes them to PREOP. Returns one mailbox client per slave,
-/// null without a mailbox. `timeouts` belong to the slaves of the same number. Errors: kSii* for a slave with an
-/// unusable EEPROM, kState*, those of the bus.
+/// null without a mailbox. `timeouts` and `mailbox_timeouts` belong to the slaves of the same number. Errors: kSii* for
+/// a slave with an unusable EEPROM, kState*, those of the bus.
 [[nodiscard]] Result<std::vector<std::unique_ptr<MailboxClient>>> enter_pre_op(
-    MailboxEngine& engine, std::span<const SlaveInfo> slaves, std::span<const StateTimeouts> timeouts = {});
+    MailboxEngine& engine, std::span<const SlaveInfo> slaves, std::span<const StateTimeouts> timeouts = {},
+    std::span<const MailboxTimeouts> mailbox_timeouts = {});
 
 /// Takes one slave to BOOT, with the mailboxes that its EEPROM gives for that state. Errors: kNoMailbox when there are
 /// none, kState*, those of the bus.
@@ -92,9 +100,5 @@ struct ConfiguredSlave {
 /// out the process image, writes process data sync managers and FMMUs. The slaves are ready for SAFEOP afterwards.
 [[nodiscard]] Result<ProcessImage> configure_process_data(MailboxEngine& engine, std::span<ConfiguredSlave> slaves,
                                                           const LayoutSettings& layout = {});
-
-/// Adds to a refused transition what the slave says about the sizes behind it: for AL status codes 0x001D and 0x001E
-/// the sync manager, the length it was given and the bytes of the PDOs assigned to it.
-[[nodiscard]] Error explain_state_error(Bus& bus, std::span<ConfiguredSlave> slaves, Error error);
 
 }  // namespace driveline::ecat_master

@@ -19,16 +19,17 @@ namespace driveline::ecat_master {
 /// of the bus.
 [[nodiscard]] Result<std::vector<ProcessDataDemand>> make_demands(Bus& bus, std::span<const ConfiguredSlave> slaves);
 
-/// Writes process data sync managers and FMMUs of the slave as `image` has laid them out. All FMMUs go in one datagram,
-/// so that the slave counts for all of its process data at once or not at all. In PREOP.
-[[nodiscard]] Result<void> write_process_data_setup(Bus& bus, const ConfiguredSlave& slave, const ProcessImage& image);
+/// Process data sync managers and FMMUs of the slave as `image` has laid them out. All FMMUs go in one datagram, so
+/// that the slave counts for all of its process data at once or not at all. Errors: those of make_demand().
+[[nodiscard]] Result<std::vector<RegisterWrite>> process_data_setup(const ConfiguredSlave& slave,
+                                                                    const ProcessImage& image);
 
-/// What write_sync_manager() writes, for Bus::write_all().
+/// Writes process_data_setup() of all `slaves`, side by side. In PREOP. Errors: also those of the bus.
+[[nodiscard]] Result<void> write_process_data_setup(Bus& bus, std::span<const ConfiguredSlave> slaves,
+                                                    const ProcessImage& image);
+
+/// One sync manager with `length` bytes; enabled when that is more than none.
 [[nodiscard]] RegisterWrite sync_manager_write(SlaveRef slave, std::uint8_t number, const esi::SyncManager& layout,
                                                std::uint16_t length);
-
-/// Writes one sync manager with `length` bytes; enabled when that is more than none.
-[[nodiscard]] Result<void> write_sync_manager(Bus& bus, SlaveRef slave, std::uint8_t number,
-                                              const esi::SyncManager& layout, std::uint16_t length);
 
 }  // namespace driveline::ecat_master

@@ -11,12 +11,20 @@
 
 namespace driveline::ecat_master {
 
+/// Patience with the mailboxes of one slave; none: as for all (MailboxChannel::Settings).
+struct MailboxTimeouts {
+  std::optional<std::chrono::nanoseconds> request;   ///< until it takes a mailbox
+  std::optional<std::chrono::nanoseconds> response;  ///< until it answers
+  constexpr bool operator==(const MailboxTimeouts&) const = default;
+};
+
 /// Where a slave has its mailboxes: sync manager 0 (to the slave) and 1 (from the slave).
 struct MailboxWindow {
   std::uint16_t out_address = 0;
   std::uint16_t out_length = 0;
   std::uint16_t in_address = 0;
   std::uint16_t in_length = 0;
+  MailboxTimeouts timeouts{};
   constexpr bool operator==(const MailboxWindow&) const = default;
 };
 
@@ -86,6 +94,7 @@ class MailboxChannel {
   [[nodiscard]] const MailboxStatistics& statistics() const noexcept { return statistics_; }
 
  private:
+  [[nodiscard]] std::chrono::nanoseconds request_timeout() const noexcept;
   enum class Fetch : std::uint8_t { kPoll, kRead, kRepeatLook, kRepeatToggle, kRepeatWait };
 
   [[nodiscard]] bool wants_poll(std::chrono::nanoseconds now) noexcept;

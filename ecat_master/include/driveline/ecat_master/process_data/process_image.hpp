@@ -6,6 +6,7 @@
 
 #include "driveline/ecat_master/error.hpp"
 #include "driveline/ecat_master/process_data/pdo_entry.hpp"
+#include "driveline/esi/device_description.hpp"
 #include "driveline/wire/command.hpp"
 #include "driveline/wire/fmmu.hpp"
 #include "driveline/wire/frame.hpp"
@@ -24,8 +25,11 @@ struct ProcessDataChannel {
 struct ProcessDataDemand {
   std::vector<ProcessDataChannel> channels;  ///< in the order of their sync managers
   std::size_t group = 0;
-  bool lrw = true;                   ///< false: takes its outputs by LWR and gives its inputs by LRD only
-  std::size_t fmmus = 8;             ///< the slave has (register 0x0004)
+  bool lrw = true;        ///< false: takes its outputs by LWR and gives its inputs by LRD only
+  std::size_t fmmus = 8;  ///< the slave has (register 0x0004)
+  /// What its description means them for, by their number: each mapping takes one that is meant for it, if there is one
+  /// left, else one that is meant for nothing, else any.
+  std::vector<esi::FmmuUse> fmmu_uses{};
   bool al_status = false;            ///< its AL status is wanted in the image, if an FMMU is left
   std::uint16_t mailbox_status = 0;  ///< address of a sync manager status byte wanted in the image likewise; 0: none
 

@@ -1,0 +1,237 @@
+#include "driveline/ecat_master/configuration/description_plan.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "driveline/ecat_master/configuration/pdo_discovery.hpp"
+#include "driveline/ecat_master/configuration/process_data_setup.hpp"
+#include "driveline/esi/hex.hpp"
+
+namespace driveline::ecat_master {
+namespace {
+
+using Use = esi::SyncManager::Use;
+using Steps = std::vector<SdoScript::Step>;
+
+/// Sync manager n is assigned by object 1C10h + n (ETG.1000.6 5.6.7.4).
+constexpr std::uint16_t kFirstAssignment = 0x1C10;
+
+template <typename Limit>
+void complete(Limit& limit, const std::optional<std::uint32_t>& milliseconds) {
+  if (!limit && milliseconds) limit = std::chrono::milliseconds{*milliseconds};
+}
+
+void complete_timeouts(SlavePlan& plan, const esi::DeviceTimeouts& file) {
+  complete(plan.timeouts.to_pre_op, file.to_pre_op);
+  complete(plan.timeouts.to_safe_op, file.to_safe_op_and_op);
+  complete(plan.timeouts.to_op, file.to_safe_op_and_op);
+  complete(plan.timeouts.back_to_init, file.back_to_init);
+  complete(plan.timeouts.back_to_safe_op, file.back_to_safe_op);
+  complete(plan.mailbox_timeouts.request, file.mailbox_request);
+  complete(plan.mailbox_timeouts.response, file.mailbox_response);
+}
+
+/// Times are in increments of the divider: they come from one place or the other.
+void complete_watchdogs(SlavePlan& plan, const esi::DeviceWatchdogs& file) {
+  if (plan.watchdog != WatchdogPlan{}) return;
+  plan.watchdog = {file.divider, file.process_data, file.pdi};
+}
+
+const std::vector<esi::Pdo>& pdos_of(const esi::DeviceDescription& device, bool outputs) {
+  return outputs ? device.rx_pdos : device.tx_pdos;
+}
+
+const esi::Pdo* find_pdo(const std::vector<esi::Pdo>& pdos, std::uint16_t index) {
+  const auto found = std::find_if(pdos.begin(), pdos.end(), [=](const esi::Pdo& pdo) { return pdo.index == index; });
+  return found == pdos.end() ? nullptr : &*found;
+}
+
+std::vector<MappedObject> objects_of(const esi::Pdo& pdo) {
+  std::vector<MappedObject> objects;
+  for (const auto& entry : pdo.entries) objects.push_back({entry.index, entry.subindex, entry.bit_length});
+  return objects;
+}
+
+/// Objects of the same place and size; how a gap is written does not matter.
+bool same_content(const std::vector<MappedObject>& a, const std::vector<MappedObject>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const MappedObject& x, const MappedObject& y) {
+    return x.index == y.index && x.bits == y.bits && (x.index == 0 || x.subindex == y.subindex);
+  });
+}
+
+tl::expected<void, std::string> check_pdo(const esi::DeviceDescription& device, const PdoMapping& planned,
+                                          const std::vector<esi::Pdo>& known) {
+  const auto* pdo = find_pdo(known, planned.index);
+  if (pdo == nullptr) {
+    if (device.mailbox.coe_pdo_config) return {};
+    return tl::unexpected(fmt::format("the device has no PDO {:04X}h in this direction", planned.index));
+  }
+  if (same_content(planned.objects, objects_of(*pdo))) return {};
+  if (pdo->fixed) return tl::unexpected(fmt::format("PDO {:04X}h is fixed: its entries cannot be changed", pdo->index));
+  if (device.mailbox.coe_pdo_config) return {};
+  return tl::unexpected(
+      fmt::format("the entries of PDO {:04X}h cannot be changed: the device has no PDO configuration", pdo->index));
+}
+
+tl::expected<void, std::string> check_direction(const esi::DeviceDescription& device,
+                                                const std::vector<PdoMapping>& planned,
+                                                const std::vector<esi::Pdo>& known) {
+  const auto is_planned = [&](std::uint16_t index) {
+    return std::any_of(planned.begin(), planned.end(), [=](const PdoMapping& pdo) { return pdo.index == index; });
+  };
+  for (const auto& one : planned) {
+    if (auto done = check_pdo(device, one, known); !done) return done;
+    const auto* pdo = find_pdo(known, one.index);
+    if (pdo == nullptr) continue;
+    for (const auto other : pdo->excluded) {
+      if (!is_planned(other)) continue;
+      return tl::unexpected(fmt::format("PDO {:04X}h excludes PDO {:04X}h", one.index, other));
+    }
+  }
+  for (const auto& pdo : known) {
+    if (pdo.mandatory && !is_planned(pdo.index)) {
+      return tl::unexpected(fmt::format("PDO {:04X}h is mandatory and missing", pdo.index));
+    }
+    if (!device.mailbox.coe_pdo_assign && pdo.sync_manager.has_value() != is_planned(pdo.index)) {
+      return tl::unexpected(fmt::format("PDO {:04X}h is {}assigned by the device, which cannot be changed", pdo.index,
+                                        pdo.sync_manager ? "" : "not "));
+    }
+  }
+  return {};
+}
+
+template <typename T>
+SdoScript::Step step(std::uint16_t index, std::uint8_t subindex, T value) {
+  const auto bytes = wire::to_le_bytes(value);
+  return {{index, subindex, false}, {bytes.begin(), bytes.end()}};
+}
+
+/// A list object: count 0, elements, count (ETG.1000.6 5.6.7.4).
+template <typename T>
+void append_list(Steps& steps, std::uint16_t index, const std::vector<T>& elements) {
+  steps.push_back(step<std::uint8_t>(index, 0, 0));
+  std::uint8_t subindex = 0;
+  for (const auto element : elements) steps.push_back(step<T>(index, ++subindex, element));
+  if (!elements.empty()) steps.push_back(step<std::uint8_t>(index, 0, subindex));
+}
+
+void append_mapping(Steps& steps, const PdoMapping& pdo) {
+  std::vector<std::uint32_t> objects;
+  for (const auto& object : pdo.objects) objects.push_back(object.raw());
+  append_list(steps, pdo.index, objects);
+}
+
+std::optional<std::uint8_t> first_of(const esi::DeviceDescription& device, Use use) {
+  for (std::size_t n = 0; n < device.sync_managers.size(); ++n) {
+    if (device.sync_managers[n].use == use) return static_cast<std::uint8_t>(n);
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+esi::DeviceDescription merge_description(const esi::DeviceDescription& eeprom, const esi::DeviceDescription& file) {
+  auto merged = file;
+  merged.vendor_id = eeprom.vendor_id;
+  merged.product_code = eeprom.product_code;
+  merged.revision = eeprom.revision;
+  merged.serial_number = eeprom.serial_number;
+  merged.eeprom_bytes = eeprom.eeprom_bytes;
+  merged.eeprom_config_data_hex = eeprom.eeprom_config_data_hex;
+  // Files leave out what only the EEPROM needs.
+  if (merged.bootstrap_rx_size == 0) {
+    merged.bootstrap_rx_offset = eeprom.bootstrap_rx_offset;
+    merged.bootstrap_rx_size = eeprom.bootstrap_rx_size;
+    merged.bootstrap_tx_offset = eeprom.bootstrap_tx_offset;
+    merged.bootstrap_tx_size = eeprom.bootstrap_tx_size;
+  }
+  if (merged.sync_managers.empty()) merged.sync_managers = eeprom.sync_managers;
+  if (merged.fmmus.empty()) merged.fmmus = eeprom.fmmus;
+  if (merged.dc_modes.empty()) merged.dc_modes = eeprom.dc_modes;
+  return merged;
+}
+
+void apply_description(ConfiguredSlave& slave) {
+  if (slave.eeprom) {
+    slave.info.description = std::move(*slave.eeprom);
+    slave.eeprom.reset();
+  }
+  if (!slave.plan.esi) return;
+  const auto& file = *slave.plan.esi;
+  slave.eeprom = std::move(slave.info.description);
+  slave.info.description = merge_description(*slave.eeprom, file);
+  complete_timeouts(slave.plan, file.timeouts);
+  complete_watchdogs(slave.plan, file.watchdogs);
+  auto commands = startup_commands(file);
+  auto& planned = slave.plan.startup_sdos;
+  planned.insert(planned.begin(), commands.begin(), commands.end());
+  auto& pdos = slave.plan.pdos;
+  complete_pdos(file, pdos);
+  // The PDOs of modules are not in the file: the slave knows best what it has.
+  const bool knows_pdos = !file.rx_pdos.empty() || !file.tx_pdos.empty();
+  if (!knows_pdos || !pdos.outputs.empty() || !pdos.inputs.empty()) return;
+  pdos = pdo_configuration_from_sii(file);
+  slave.plan.own_pdos = false;
+}
+
+std::vector<StartupSdo> startup_commands(const esi::DeviceDescription& device) {
+  std::vector<StartupSdo> sdos;
+  // Those of INIT to PREOP need the mailbox as well: they are the first in PREOP.
+  const std::array<std::pair<std::string_view, wire::AlState>, 3> kinds{
+      {{"IP", wire::AlState::kSafeOp}, {"PS", wire::AlState::kSafeOp}, {"SO", wire::AlState::kOp}}};
+  for (const auto& [transition, before] : kinds) {
+    for (const auto& command : device.init_commands) {
+      const auto& when = command.transitions;
+      if (std::find(when.begin(), when.end(), transition) == when.end()) continue;
+      auto data = esi::parse_hex(command.data_hex).value_or(std::vector<std::byte>{});
+      if (data.empty()) continue;
+      sdos.push_back({command.index, command.subindex, std::move(data), command.complete_access, before});
+    }
+  }
+  return sdos;
+}
+
+void complete_pdos(const esi::DeviceDescription& device, PdoConfiguration& pdos) {
+  for (const bool outputs : {true, false}) {
+    for (auto& planned : outputs ? pdos.outputs : pdos.inputs) {
+      const auto* pdo = find_pdo(pdos_of(device, outputs), planned.index);
+      if (pdo == nullptr) continue;
+      if (planned.objects.empty()) planned.objects = objects_of(*pdo);
+      if (!planned.sync_manager) planned.sync_manager = pdo->sync_manager;
+    }
+  }
+}
+
+tl::expected<void, std::string> check_pdos(const esi::DeviceDescription& device, const PdoConfiguration& pdos) {
+  if (auto done = check_direction(device, pdos.outputs, device.rx_pdos); !done) return done;
+  return check_direction(device, pdos.inputs, device.tx_pdos);
+}
+
+Steps pdo_script(const PdoConfiguration& pdos, const esi::DeviceDescription& device) {
+  Steps steps;
+  if (!device.mailbox.coe || (!device.mailbox.coe_pdo_assign && !device.mailbox.coe_pdo_config)) return steps;
+  for (std::size_t n = 0; n < device.sync_managers.size(); ++n) {
+    const auto use = device.sync_managers[n].use;
+    if (use != Use::kOutputs && use != Use::kInputs) continue;
+    const bool outputs = use == Use::kOutputs;
+    const auto first = first_of(device, use);
+    std::vector<std::uint16_t> assigned;
+    Steps mappings;
+    for (const auto& pdo : outputs ? pdos.outputs : pdos.inputs) {
+      if (pdo.sync_manager.value_or(first.value_or(0)) != n) continue;
+      assigned.push_back(pdo.index);
+      const auto* known = find_pdo(pdos_of(device, outputs), pdo.index);
+      const bool fixed = known != nullptr && known->fixed;
+      if (device.mailbox.coe_pdo_config && !fixed) append_mapping(mappings, pdo);
+    }
+    const auto assignment = static_cast<std::uint16_t>(kFirstAssignment + n);
+    // A PDO can be changed only while it is not assigned.
+    if (device.mailbox.coe_pdo_assign && !mappings.empty()) steps.push_back(step<std::uint8_t>(assignment, 0, 0));
+    for (auto& mapping : mappings) steps.push_back(std::move(mapping));
+    if (device.mailbox.coe_pdo_assign) append_list(steps, assignment, assigned);
+  }
+  return steps;
+}
+
+}  // namespace driveline::ecat_master
