@@ -84,7 +84,11 @@ class EsiReader {
     for (const auto pdo : node.children("TxPdo")) device.tx_pdos.push_back(read_pdo(pdo));
     read_mailbox(node.child("Mailbox"), device.mailbox);
     for (const auto command : node.child("Mailbox").child("CoE").children("InitCmd")) {
-      device.init_commands.push_back(read_init_command(command));
+      if (command.child("Index")) {
+        device.init_commands.push_back(read_init_command(command));
+      } else {
+        context_.note(command, "a start-up command without Index is passed over");
+      }
     }
     for (const auto mode : node.child("Dc").children("OpMode")) device.dc_modes.push_back(read_dc_mode(mode));
     if (const auto slots = node.child("Slots")) context_.note(slots, "slots are not read");
@@ -138,7 +142,6 @@ class EsiReader {
                      [](char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c; });
       command.transitions.push_back(std::move(name));
     }
-    if (!node.child("Index")) context_.fail(node, "an InitCmd without Index", "Index, e.g. #x1C12");
     command.index = context_.child_number<std::uint16_t>(node, "Index");
     command.subindex = context_.child_number<std::uint8_t>(node, "SubIndex");
     command.data_hex = context_.child_hex(node, "Data");

@@ -170,13 +170,13 @@ class ProcessImage::Builder {
                          channel.output ? wire::FmmuEntity::kTypeWrite : wire::FmmuEntity::kTypeRead));
       at += channel.bytes;
     }
-    if (place.mailbox_offset != kNone) {
-      put_fmmu(slave, FmmuUse::kMailboxState,
-               make_fmmu(place.mailbox_offset, 1, demand.mailbox_status, wire::FmmuEntity::kTypeRead));
-    }
     if (place.al_status_offset != kNone) {
       put_fmmu(slave, FmmuUse::kUnused,
                make_fmmu(place.al_status_offset, 1, wire::reg::kAlStatus.address, wire::FmmuEntity::kTypeRead));
+    }
+    if (place.mailbox_offset != kNone) {
+      put_fmmu(slave, FmmuUse::kMailboxState,
+               make_fmmu(place.mailbox_offset, 1, demand.mailbox_status, wire::FmmuEntity::kTypeRead));
     }
   }
 

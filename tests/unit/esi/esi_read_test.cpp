@@ -186,12 +186,14 @@ TEST(ReadEsi, NotesSayWhatWasLeftOut) {
     notes.push_back(std::to_string(note.line) + " " + note.path + ": " + note.text);
   }
   const std::string devices = "EtherCATInfo/Descriptions/Devices/";
-  EXPECT_THAT(notes,
-              ElementsAre("18 " + devices + "Device[1]/Fmmu[3]: the use 'DynamicThing' is not known; taken as unused",
-                          "28 " + devices +
-                              "Device[1]/RxPdo/Entry[3]/DataType: the type 'DT_VENDOR' is taken as a number of 16 bits",
-                          "34 " + devices + "Device[1]/Slots: slots are not read",
-                          "75 EtherCATInfo/Descriptions/Modules: modules are not read"));
+  EXPECT_THAT(
+      notes,
+      ElementsAre(
+          "18 " + devices + "Device[1]/Fmmu[3]: the use 'DynamicThing' is not known; taken as unused",
+          "28 " + devices + "Device[1]/RxPdo/Entry[3]/DataType: the type 'DT_VENDOR' is taken as a number of 16 bits",
+          "31 " + devices + "Device[1]/Mailbox/CoE/InitCmd: a start-up command without Index is passed over",
+          "34 " + devices + "Device[1]/Slots: slots are not read",
+          "75 EtherCATInfo/Descriptions/Modules: modules are not read"));
 }
 
 TEST(ReadEsi, NotesAreLimited) {
@@ -344,13 +346,14 @@ TEST(ReadEsi, WhatAMasterNeeds) {
   EXPECT_THAT(file->notes[0].text, HasSubstr("none of the transitions IP, PS and SO"));
 }
 
-TEST(ReadEsiErrors, StartUpCommandWithoutIndexOrWithWrongData) {
+TEST(ReadEsi, StartUpCommandWithoutIndexIsPassedOverAndWrongDataRefused) {
   std::string text(kForMasters);
   text.replace(text.find("<Index>8193</Index>"), 19, "");
   const auto no_index = read_esi(text, "d.xml");
-  ASSERT_FALSE(no_index);
-  EXPECT_THAT(to_text(no_index.error()),
-              HasSubstr("d.xml:7: EtherCATInfo/Descriptions/Devices/Device/Mailbox/CoE/InitCmd"));
+  ASSERT_TRUE(no_index);
+  EXPECT_EQ(no_index->devices.at(0).init_commands.size(), 2U);
+  ASSERT_EQ(no_index->notes.size(), 2U);
+  EXPECT_EQ(no_index->notes[0].text, "a start-up command without Index is passed over");
   text = kForMasters;
   text.replace(text.find("0a00"), 4, "0a0x");
   EXPECT_FALSE(read_esi(text, "d.xml"));
