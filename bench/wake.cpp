@@ -6,6 +6,7 @@
 #include "driveline/rt/clock.hpp"
 #include "driveline/rt/cycle_timer.hpp"
 #include "driveline/rt/time_conversion.hpp"
+#include "support/latency_histogram.hpp"
 #include "support/realtime.hpp"
 #include "support/report.hpp"
 
@@ -74,6 +75,10 @@ void measure_all(const Options& options) {
   rt::RealtimeThread thread;
   start_realtime(thread, waits);
   thread.join();
+  if (!options.histogram.empty()) {
+    // As the cycle of a line waits that sets no `wake_ahead_us`.
+    write_latency_histogram(options.histogram, "cycle_timer", waits.timer_ns);
+  }
   Report report("wake");
   const Baseline floor{"clock_nanosleep_loop", summarize(std::move(waits.floor_ns))};
   report.add({"clock_nanosleep_loop", "wake_latency", "ns", floor.figures});

@@ -11,6 +11,8 @@ int run(int argc, char** argv, const char* question, void (*measure)(const Optio
   CLI::App app{question};
   app.add_flag("--json", options.json, "Print one JSON document");
   app.add_flag("--quick", options.quick, "A tenth of the measurements, to see that it works");
+  app.add_option("--figures", options.figures, "Folder for curves instead of a report (dc)");
+  app.add_option("--histogram", options.histogram, "File for the measured histogram (wake)");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

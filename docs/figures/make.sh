@@ -66,3 +66,5 @@ do for [axes in 'hold continue'] {
 }
 unset multiplot
 PLOT
+
+docs/figures/clocks.sh "$build"

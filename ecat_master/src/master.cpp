@@ -184,6 +184,7 @@ tl::expected<void, std::string> Master::start_cycle(Motion* motion, SampleRings 
   exchange_.use(*cyclic_);
   engine_.use_status(&mailbox_status_);
   if (clocks_) watch_ = std::make_unique<dc::ClockWatch>(bus_, refs_, *clocks_, *follower_);
+  if (watch_ && ring_ != nullptr) watch_->use_ring(*ring_);
   return {};
 }
 

@@ -5,6 +5,8 @@
 #include "commands/tool_options.hpp"
 #include "config/clock_plan.hpp"
 #include "console.hpp"
+#include "line/composition.hpp"
+#include "line/sync_margins.hpp"
 #include "output_file.hpp"
 #include "signals.hpp"
 #include "text/json_text.hpp"
@@ -26,6 +28,7 @@ struct DcOptions {
   std::optional<std::string> duration;
   std::string output_directory;
   bool no_plots = false;
+  bool operational = false;
   bool json = false;
 };
 
@@ -64,19 +67,28 @@ class ClockSession {
  private:
   [[nodiscard]] Outcome<void> bring_up() {
     if (auto done = master_.scan(); !done) return bus_failure(done.error());
-    if (auto done = master_.enter_pre_op(); !done) return bus_failure(done.error());
+    if (!options_.operational) {
+      if (auto done = master_.enter_pre_op(); !done) return bus_failure(done.error());
+    }
     ecat_master::dc::ClockPlan plan;
     plan.period = session_.config().period;
     plan.frame_lead = plan.period / 2;
     if (session_.config().clocks) {
-      auto configured = make_clock_plan(session_.config(), master_.slaves());
+      auto configured = make_clock_plan(session_.config(), master_.slaves(), session_.virtual_time());
       if (!configured) return tl::unexpected(configured.error());
       plan = std::move(*configured);
     }
     progress("{} slaves found; measuring delays, setting offsets, learning speeds", master_.slaves().size());
     master_.use_clocks(std::move(plan));
-    if (auto done = master_.synchronise_clocks(); !done) return bus_failure(done.error());
-    return start_cycle();
+    if (!options_.operational) {
+      if (auto done = master_.synchronise_clocks(); !done) return bus_failure(done.error());
+      return start_cycle();
+    }
+    auto plans = session_.has_config() ? make_slave_plans(session_.config()) : std::vector<ecat_master::SlavePlan>{};
+    if (auto done = master_.configure(std::move(plans)); !done) return bus_failure(done.error());
+    if (auto done = start_cycle(); !done) return done;
+    if (auto done = master_.go_operational(); !done) return bus_failure(done.error());
+    return {};
   }
 
   [[nodiscard]] Outcome<void> start_cycle() {
@@ -112,6 +124,7 @@ class ClockSession {
       }
       master_.pass(kReadInterval);
     }
+    if (options_.operational) margins_ = read_sync_margins(master_);
     return {};
   }
 
@@ -152,6 +165,7 @@ class ClockSession {
     for (std::size_t i = 0; i < watch.clocks().slaves.size(); ++i) {
       const auto& clock = watch.clocks().slaves[i];
       const auto& differences = watch.differences(i);
+      const auto* margin = margin_of(i);
       slaves.push_back({{"position", i},
                         {"clock_bits", clock.present ? (clock.wide ? 64 : 32) : 0},
                         {"reference", i == watch.clocks().reference},
@@ -165,7 +179,11 @@ class ClockSession {
                           {"max", differences.max().count()}}},
                         {"sync0_cycle_ns", clock.signals.sync0_cycle.count()},
                         {"sync0_shift_ns", clock.signals.sync0_shift.count()},
-                        {"sync0_active", clock.signals.sync0()}});
+                        {"sync0_active", clock.signals.sync0()},
+                        {"sync0_margin", margin == nullptr ? nlohmann::json()
+                                                           : nlohmann::json{{"min_ns", margin->shortest.count()},
+                                                                            {"max_ns", margin->longest.count()},
+                                                                            {"missed", margin->missed}}}});
     }
     auto paths = nlohmann::json::object();
     for (const auto& [key, path] : files) paths[key] = path.string();
@@ -179,9 +197,9 @@ class ClockSession {
   [[nodiscard]] std::string table(const std::map<std::string, std::filesystem::path>& files) {
     auto& watch = *master_.clock_watch();
     const auto status = master_.clock_follower()->status();
-    auto text =
-        fmt::format("{:>4}  {:<12} {:>6} {:>4} {:>10}  {:<9} {:>20} {:>11} {:>11} {:>10} {:>10}\n", "pos", "name",
-                    "clock", "ref", "delay ns", "", "offset ns", "now ns", "max ns", "SYNC0 us", "shift us");
+    auto text = fmt::format("{:>4}  {:<12} {:>6} {:>4} {:>10}  {:<9} {:>20} {:>7} {:>7} {:>10} {:>10}{}\n", "pos",
+                            "name", "clock", "ref", "delay ns", "", "offset ns", "now ns", "max ns", "SYNC0 us",
+                            "shift us", options_.operational ? "  outputs before SYNC0, us (missed)" : "");
     const auto list = names();
     for (std::size_t i = 0; i < list.size(); ++i) {
       const auto& clock = watch.clocks().slaves[i];
@@ -191,12 +209,16 @@ class ClockSession {
       }
       auto us = [](nanoseconds time) { return static_cast<double>(time.count()) / 1000.0; };
       text += fmt::format(
-          "{:>4}  {:<12} {:>6} {:>4} {:>10}  {:<9} {:>20} {:>11} {:>11}", i, list[i], clock.wide ? "64 bit" : "32 bit",
+          "{:>4}  {:<12} {:>6} {:>4} {:>10}  {:<9} {:>20} {:>7} {:>7}", i, list[i], clock.wide ? "64 bit" : "32 bit",
           i == watch.clocks().reference ? "*" : "", static_cast<std::int32_t>(clock.delay), to_text(clock.quality),
           static_cast<std::int64_t>(clock.offset), clock.difference.count(), watch.differences(i).max().count());
       text += clock.signals.sync0()
-                  ? fmt::format(" {:>10.3f} {:>10.3f}\n", us(clock.signals.sync0_cycle), us(clock.signals.sync0_shift))
-                  : fmt::format(" {:>10}\n", "off");
+                  ? fmt::format(" {:>10.3f} {:>10.3f}", us(clock.signals.sync0_cycle), us(clock.signals.sync0_shift))
+                  : fmt::format(" {:>10}", "off");
+      if (const auto* margin = margin_of(i)) {
+        text += fmt::format("  {:.1f} .. {:.1f} ({})", us(margin->shortest), us(margin->longest), margin->missed);
+      }
+      text += '\n';
     }
     text += fmt::format(
         "\nthe cycle is {} the reference clock, which runs {:+.2f} ppm against this machine; phase {:+.0f} ns\n",
@@ -205,10 +227,17 @@ class ClockSession {
     return text;
   }
 
+  [[nodiscard]] const ecat_master::dc::SyncMarginReport* margin_of(std::size_t slave) const {
+    const auto found =
+        std::find_if(margins_.begin(), margins_.end(), [slave](const SlaveMargin& m) { return m.slave == slave; });
+    return found == margins_.end() ? nullptr : &found->report;
+  }
+
   Session& session_;
   const DcOptions& options_;
   ecat_master::Master master_;
   std::string csv_;
+  std::vector<SlaveMargin> margins_;
 };
 
 Outcome<int> show_clocks(const DcOptions& options) {
@@ -232,6 +261,8 @@ Execute prepare_dc(Arguments& to) {
   to.option("--duration", &options->duration, Value::text("SECONDS"), "Seconds to watch the clocks; default 3");
   to.flag("--virtual", options->bus.virtual_time, "Simulated line on virtual time");
   to.option("--output", &options->output_directory, Value::folder(), "Write every clock's difference over time there");
+  to.flag("--op", options->operational,
+          "Take the line to OP, all outputs zero: the drives then tell how long before SYNC0 outputs come");
   to.flag("--no-plots", options->no_plots, "Leave only the CSV file");
   add_json_flag(to, options->json);
   return [options] { return show_clocks(*options); };

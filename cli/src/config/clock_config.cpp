@@ -12,6 +12,8 @@ using std::chrono::nanoseconds;
 constexpr double kMaxCycleUs = 4'294'967.0;
 /// Oscillators of slaves are within 100 ppm; a simulated one may be worse than the standard allows.
 constexpr double kMaxDriftPpm = 1000.0;
+/// The data sheets say up to 40 ns; what a gateway adds is more.
+constexpr double kMaxProcessingExtraNs = 10'000.0;
 
 nanoseconds from_us(double us) {
   return nanoseconds{std::llround(us * 1000.0)};
@@ -24,6 +26,9 @@ ClockConfig read_clocks(TomlReader reader, nanoseconds period, const std::vector
   ClockConfig clocks;
   constexpr FollowMode kModes[] = {FollowMode::kMasterFollows, FollowMode::kReferenceFollows};
   clocks.mode = kModes[reader.choice_or("mode", 0, {"master_follows", "reference_follows"})];
+  using Time = ClockConfig::Time;
+  constexpr Time kTimes[] = {Time::kMonotonic, Time::kSystem, Time::kTai};
+  clocks.time = kTimes[reader.choice_or("time", 0, {"monotonic", "system", "tai"})];
   if (reader.has("reference")) {
     const auto name = reader.text("reference");
     const auto found =
@@ -49,6 +54,7 @@ SlaveClockConfig read_slave_clock(TomlReader reader) {
   clock.sync0_shift = time("sync0_shift_us", -kMaxCycleUs);
   clock.sync1_cycle = time("sync1_cycle_us", 0.0);
   clock.sync1_shift = time("sync1_shift_us", 0.0);
+  clock.processing_extra_ns = reader.number_or("processing_extra_ns", 0.0, 0.0, kMaxProcessingExtraNs);
   clock.drift_ppm = reader.number_or("drift_ppm", 0.0, -kMaxDriftPpm, kMaxDriftPpm);
   reader.finish();
   return clock;

@@ -12,6 +12,22 @@ using ecat_master::dc::SyncSignals;
 /// MSD manual 9.1: the cycle time is a multiple of 125 us.
 constexpr std::chrono::microseconds kMsdTimeBase{125};
 
+/// Null: the master's own clock.
+const ecat_master::dc::TimeSource* time_source(ClockConfig::Time time) {
+  using ecat_master::dc::SystemTimeSource;
+  static const SystemTimeSource kUtc(SystemTimeSource::Scale::kUtc);
+  static const SystemTimeSource kTai(SystemTimeSource::Scale::kTai);
+  switch (time) {
+    case ClockConfig::Time::kMonotonic:
+      return nullptr;
+    case ClockConfig::Time::kSystem:
+      return &kUtc;
+    case ClockConfig::Time::kTai:
+      return &kTai;
+  }
+  return nullptr;
+}
+
 std::string known_modes(const std::vector<esi::DcOpMode>& modes) {
   std::string names;
   for (const auto& mode : modes) names += fmt::format("{}\"{}\"", names.empty() ? "" : ", ", mode.name);
@@ -51,14 +67,17 @@ Outcome<SyncSignals> signals_of(const SlaveConfig& config, const std::vector<esi
 }  // namespace
 
 Outcome<ecat_master::dc::ClockPlan> make_clock_plan(const LineConfig& config,
-                                                    std::span<const ecat_master::ConfiguredSlave> slaves) {
+                                                    std::span<const ecat_master::ConfiguredSlave> slaves,
+                                                    bool virtual_time) {
   ecat_master::dc::ClockPlan plan;
   plan.mode = config.clocks->mode;
+  if (!virtual_time) plan.time = time_source(config.clocks->time);
   plan.reference = config.clocks->reference;
   plan.period = config.period;
   plan.frame_lead = config.clocks->frame_lead;
   for (std::size_t i = 0; i < std::min(config.slaves.size(), slaves.size()); ++i) {
     auto& slave = plan.slaves.emplace_back();
+    slave.processing_extra_ns = config.slaves[i].dc.processing_extra_ns;
     if (!config.slaves[i].dc.synchronous) continue;
     auto signals = signals_of(config.slaves[i], modes_of(config, config.slaves[i], slaves[i].info.description),
                               config.period * exchange_divider(config, config.slaves[i]));

@@ -110,9 +110,10 @@ Outcome<void> LineRun::bring_up() {
   if (auto done = master_.scan(); !done) return sentence(done.error());
   progress("{} slaves found", master_.slaves().size());
   if (config_.clocks) {
-    auto plan = make_clock_plan(config_, master_.slaves());
+    auto plan = make_clock_plan(config_, master_.slaves(), session_.virtual_time());
     if (!plan) return tl::unexpected(plan.error());
     master_.use_clocks(std::move(*plan));
+    if (session_.ring() != nullptr) master_.use_ring(*session_.ring());
     progress("clocks: measuring delays, setting offsets, learning speeds");
   }
   if (auto done = master_.configure(make_slave_plans(config_)); !done) {
@@ -224,6 +225,7 @@ void LineRun::operate() {
     }
   }
   master_.core()->count(false);
+  if (faults_.empty()) margins_ = read_sync_margins(master_);
   if (stop_requested()) progress("stop requested: taking the line down");
   recorder_->end_operation(session_.clock().now());
   watch_->tell_missing();
@@ -311,7 +313,14 @@ RunReport LineRun::make_report() {
   report.statistics = master_.core()->statistics();
   report.process_data = view_image(config_, master_, master_.core()->groups(), &group_watch_);
   if (auto* watch = master_.clock_watch()) {
-    report.clocks = ClockReport{master_.clock_follower()->status().locked, watch->all_differences()};
+    const auto& follower = *master_.clock_follower();
+    auto& clocks = report.clocks.emplace();
+    clocks.locked = master_.clock_follower()->status().locked;
+    clocks.differences = watch->all_differences();
+    clocks.phase_errors = follower.phase_errors();
+    for (const auto& margin : margins_) {
+      clocks.margins.push_back({config_.slaves[margin.slave].name, margin.report});
+    }
   }
   for (std::size_t i = 0; i < config_.axes.size(); ++i) {
     const auto& axis = config_.axes[i];

@@ -15,6 +15,7 @@
 #include "line/recorder.hpp"
 #include "line/session.hpp"
 #include "line/status_feed.hpp"
+#include "line/sync_margins.hpp"
 #include "text/run_report.hpp"
 
 namespace driveline::cli {
@@ -76,6 +77,7 @@ class LineRun {
   std::vector<std::string> faults_;
   std::string failure_;  ///< the first fault that the run failed by
   std::vector<std::string> events_;
+  std::vector<SlaveMargin> margins_;  ///< as of the end of the operation
   std::string state_ = "INIT";
   std::chrono::nanoseconds operation_start_{};
   std::chrono::nanoseconds operation_time_{};

@@ -35,7 +35,7 @@ class Session {
   [[nodiscard]] rt::Clock& clock() noexcept { return *clock_; }
   [[nodiscard]] port::Port& port() noexcept { return capture_ ? static_cast<port::Port&>(*capture_) : *wire_; }
   /// The two ends of a ring; null: the line has one end.
-  [[nodiscard]] const port::RedundantPort* ring() const noexcept { return ring_.get(); }
+  [[nodiscard]] port::RedundantPort* ring() const noexcept { return ring_.get(); }
   [[nodiscard]] bool virtual_time() const noexcept { return virtual_time_; }
   /// Finishes the capture, when there is one; its path, or nothing when there were no frames either. Only when nothing
   /// uses the port any more.

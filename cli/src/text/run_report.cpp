@@ -13,18 +13,41 @@ nlohmann::json percentiles(const rt::Histogram& histogram) {
           {"max", histogram.max().count()}};
 }
 
+nlohmann::json three_percentiles(const rt::Histogram& histogram) {
+  if (histogram.count() == 0) return {{"p50", nullptr}, {"p99", nullptr}, {"max", nullptr}};
+  return {{"p50", histogram.percentile(0.5).count()},
+          {"p99", histogram.percentile(0.99).count()},
+          {"max", histogram.max().count()}};
+}
+
+/// The drives' own view of how long before SYNC0 their outputs came.
+std::string margins_to_text(const std::vector<ClockReport::Margin>& margins) {
+  if (margins.empty()) return {};
+  auto us = [](std::chrono::nanoseconds value) { return static_cast<double>(value.count()) / 1000.0; };
+  std::string text = fmt::format("\n  {:<28}{:>12}{:>12}{:>24}\n", "outputs before SYNC0", "least us", "most us",
+                                 "SYNC0 without outputs");
+  for (const auto& [slave, report] : margins) {
+    text += fmt::format("  {:<28}{:>12.1f}{:>12.1f}{:>24}\n", slave, us(report.shortest), us(report.longest),
+                        report.missed);
+  }
+  return text;
+}
+
 /// Without clocks nothing is locked and there is no difference to report; so too with the reference clock alone.
 nlohmann::json clocks_to_json(const std::optional<ClockReport>& clocks) {
-  if (!clocks || clocks->differences.count() == 0) {
-    return {{"locked", clocks && clocks->locked},
-            {"difference_ns", {{"p50", nullptr}, {"p99", nullptr}, {"max", nullptr}}}};
+  auto margins = nlohmann::json::array();
+  if (clocks) {
+    for (const auto& [slave, report] : clocks->margins) {
+      margins.push_back({{"slave", slave},
+                         {"min_ns", report.shortest.count()},
+                         {"max_ns", report.longest.count()},
+                         {"missed", report.missed}});
+    }
   }
-  const auto& differences = clocks->differences;
-  return {{"locked", clocks->locked},
-          {"difference_ns",
-           {{"p50", differences.percentile(0.5).count()},
-            {"p99", differences.percentile(0.99).count()},
-            {"max", differences.max().count()}}}};
+  return {{"locked", clocks && clocks->locked},
+          {"difference_ns", three_percentiles(clocks ? clocks->differences : rt::Histogram{})},
+          {"phase_error_ns", three_percentiles(clocks ? clocks->phase_errors : rt::Histogram{})},
+          {"sync0_margin", std::move(margins)}};
 }
 
 std::string row(std::string_view name, const rt::Histogram& histogram) {
@@ -86,6 +109,7 @@ std::string to_text(const RunReport& report) {
     text += fmt::format("\n  clocks: {}; slaves off the reference clock by p50 {} ns, p99 {} ns, max {} ns\n",
                         report.clocks->locked ? "locked" : "NOT LOCKED", differences.percentile(0.5).count(),
                         differences.percentile(0.99).count(), differences.max().count());
+    text += margins_to_text(report.clocks->margins);
   }
   if (report.process_data) text += fmt::format("\n{}", to_text(*report.process_data));
   if (!report.axes.empty()) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "driveline/ecat_master/cyclic/cyclic_core.hpp"
+#include "driveline/ecat_master/dc/sync_objects.hpp"
 #include "text/image_view.hpp"
 
 namespace driveline::cli {
@@ -25,8 +26,15 @@ struct AxisReport {
 
 /// How the clocks of the line did.
 struct ClockReport {
-  bool locked = false;        ///< the cycle to the reference clock, at the end
-  rt::Histogram differences;  ///< of all slaves against the reference clock, magnitudes as their registers tell
+  bool locked = false;         ///< the cycle to the reference clock, at the end
+  rt::Histogram differences;   ///< of all slaves against the reference clock, magnitudes as their registers tell
+  rt::Histogram phase_errors;  ///< of the frames at the reference clock against the planned phase, while locked
+  /// Time from the outputs to SYNC0 as the slaves themselves have measured it; those that do not are left out.
+  struct Margin {
+    std::string slave;
+    ecat_master::dc::SyncMarginReport report;
+  };
+  std::vector<Margin> margins;
 };
 
 /// Everything `run` has to tell at its end.

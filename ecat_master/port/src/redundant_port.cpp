@@ -32,6 +32,17 @@ constexpr bool only_primary(wire::Command command) noexcept {
   }
 }
 
+/// The reference clock's time on its way to the others.
+bool is_clock_time(const wire::DatagramHeader& header) noexcept {
+  constexpr std::uint16_t kSystemTime = 0x0910;
+  return header.command == wire::Command::kFrmw && header.address.ado() == kSystemTime && header.length == 4;
+}
+
+// Bits of the stored route above the 32 of the time.
+constexpr std::uint64_t kShiftBit = std::uint64_t{1} << 32;
+constexpr std::uint64_t kSecondaryBit = std::uint64_t{1} << 33;
+constexpr unsigned kSlavesShift = 48;
+
 constexpr bool is_broadcast(wire::Command command) noexcept {
   return command == wire::Command::kBrd || command == wire::Command::kBwr || command == wire::Command::kBrw;
 }
@@ -102,8 +113,44 @@ RedundantPort::Flight& RedundantPort::new_flight(std::span<const std::byte> fram
 SendStatus RedundantPort::send(std::span<const std::byte> frame) noexcept {
   if (frame.size() > kMaxFrameBytes) return SendStatus::kTooLong;
   if (frame.size() < wire::EthernetHeader::kSize) return primary_.send(frame);
+  auto route = time_route();
+  if (const auto now = status(); now.state != RingStatus::State::kOpen || now.primary_slaves != route.primary_slaves)
+    route = {};
   const auto first = primary_.send(frame);
   if (first == SendStatus::kSent) last_send_ = primary_.last_send_time();
+  const auto second = secondary_.send(make_copy(frame, route));
+  if (first != SendStatus::kSent && second != SendStatus::kSent) return first;
+  if (first != SendStatus::kSent) last_send_ = secondary_.last_send_time();
+  auto& flight = new_flight(frame);
+  flight.open = true;
+  flight.other_expected = first == SendStatus::kSent && second == SendStatus::kSent;
+  flight.time_leader = route.leader == TimeRoute::Leader::kSecondary ? Side::kSecondary : Side::kPrimary;
+  flight.half.reset();
+  flight.sent_at = last_send_;
+  flight.size = frame.size();
+  std::copy(frame.begin(), frame.end(), flight.sent.begin());
+  return SendStatus::kSent;
+}
+
+void RedundantPort::route_time(const TimeRoute& route) noexcept {
+  std::uint64_t packed = route.leader == TimeRoute::Leader::kSecondary ? kSecondaryBit : 0;
+  if (route.other_later_ns) packed |= kShiftBit | static_cast<std::uint32_t>(*route.other_later_ns);
+  packed |= std::uint64_t{route.primary_slaves} << kSlavesShift;
+  time_route_.store(packed, std::memory_order_release);
+}
+
+RedundantPort::TimeRoute RedundantPort::time_route() const noexcept {
+  const auto packed = time_route_.load(std::memory_order_acquire);
+  TimeRoute route;
+  if ((packed & kSecondaryBit) != 0) route.leader = TimeRoute::Leader::kSecondary;
+  if ((packed & kShiftBit) != 0)
+    route.other_later_ns = static_cast<std::int32_t>(static_cast<std::uint32_t>(packed & 0xFFFF'FFFFU));
+  route.primary_slaves = static_cast<std::uint16_t>(packed >> kSlavesShift);
+  return route;
+}
+
+/// The frame as it leaves on the secondary side.
+std::span<const std::byte> RedundantPort::make_copy(std::span<const std::byte> frame, const TimeRoute& route) noexcept {
   const auto copy = std::span(copy_).first(frame.size());
   std::copy(frame.begin(), frame.end(), copy.begin());
   copy[kSource] |= kCopyBit;
@@ -111,20 +158,41 @@ SendStatus RedundantPort::send(std::span<const std::byte> frame) noexcept {
   while (cursor && !cursor->done()) {
     const auto datagram = cursor->next();
     if (!datagram) break;
-    if (only_primary(datagram->header.command))
-      copy[datagram->place.header] = static_cast<std::byte>(wire::Command::kNop);
+    const auto& place = datagram->place;
+    if (!only_primary(datagram->header.command)) continue;
+    if (is_clock_time(datagram->header)) {
+      if (route.leader == TimeRoute::Leader::kSecondary) continue;
+      if (route.other_later_ns) {
+        const auto time = copy.subspan(place.data(), 4);
+        const auto value = wire::load_le<std::uint32_t>(std::span<const std::byte>(time));
+        wire::store_le<std::uint32_t>(time, value + static_cast<std::uint32_t>(*route.other_later_ns));
+        continue;
+      }
+    }
+    copy[place.header] = static_cast<std::byte>(wire::Command::kNop);
   }
-  const auto second = secondary_.send(copy);
-  if (first != SendStatus::kSent && second != SendStatus::kSent) return first;
-  if (first != SendStatus::kSent) last_send_ = secondary_.last_send_time();
-  auto& flight = new_flight(frame);
-  flight.open = true;
-  flight.other_expected = first == SendStatus::kSent && second == SendStatus::kSent;
-  flight.half.reset();
-  flight.sent_at = last_send_;
-  flight.size = frame.size();
-  std::copy(frame.begin(), frame.end(), flight.sent.begin());
-  return SendStatus::kSent;
+  return copy;
+}
+
+/// What `into` says about the reference clock is what the leading copy has brought back: `leader`, or nothing when that
+/// is not there. `from`: whose answer `into` is made of.
+void RedundantPort::settle_time(const Flight& flight, Side from, std::span<const std::byte> leader,
+                                std::span<std::byte> into) noexcept {
+  if (from == flight.time_leader) return;
+  auto cursor = wire::DatagramCursor::open(std::span<const std::byte>(flight.sent).first(flight.size));
+  while (cursor && !cursor->done()) {
+    const auto datagram = cursor->next();
+    if (!datagram) return;
+    if (!is_clock_time(datagram->header)) continue;
+    const auto& place = datagram->place;
+    const auto source = leader.empty() ? std::span<const std::byte>(flight.sent) : leader;
+    into[place.header] = static_cast<std::byte>(datagram->header.command);
+    std::copy_n(source.begin() + static_cast<std::ptrdiff_t>(place.data()), place.length,
+                into.begin() + static_cast<std::ptrdiff_t>(place.data()));
+    const auto counter =
+        leader.empty() ? std::uint16_t{0} : wire::load_le<std::uint16_t>(leader.subspan(place.working_counter(), 2));
+    wire::store_le<std::uint16_t>(into.subspan(place.working_counter(), 2), counter);
+  }
 }
 
 RedundantPort::Flight* RedundantPort::find(std::span<const std::byte> frame) noexcept {
@@ -189,6 +257,7 @@ bool RedundantPort::take_half(Flight& flight, const ReceivedFrame& frame, Side c
     const auto merged = std::span(merged_frame_).first(flight.size);
     std::copy(base.begin(), base.end(), merged.begin());
     merge(std::span<const std::byte>(flight.sent).first(flight.size), other, merged);
+    settle_time(flight, Side::kPrimary, other, merged);
     merged_.add();
     flight.open = false;
     ready_ = ReceivedFrame{merged, frame.time};
@@ -225,6 +294,7 @@ void RedundantPort::hand_over(Flight& flight) noexcept {
       frame[datagram->place.header] = static_cast<std::byte>(datagram->header.command);
     }
   }
+  settle_time(flight, *flight.half, {}, frame);
   const auto count = first_broadcast_count(frame);
   if (count > 0) {
     const bool primary = flight.half == Side::kPrimary;

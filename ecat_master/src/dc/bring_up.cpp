@@ -48,6 +48,7 @@ Result<void> check_states(Bus& bus, std::span<const SlaveRef> slaves, const Cloc
 LineClocks make_clocks(const ClockPlan& plan, std::span<const ClockFeatures> features, std::uint16_t reference) {
   LineClocks clocks;
   clocks.mode = plan.mode;
+  clocks.time = plan.time;
   clocks.period = plan.period;
   clocks.frame_lead = plan.frame_lead;
   clocks.reference = reference;
@@ -57,7 +58,9 @@ LineClocks make_clocks(const ClockPlan& plan, std::span<const ClockFeatures> fea
     clock.present = features[i].present;
     clock.wide = features[i].wide;
     clock.follows = clock.present && i > reference;
-    if (i < plan.slaves.size()) clock.signals = plan.slaves[i].signals;
+    if (i >= plan.slaves.size()) continue;
+    clock.signals = plan.slaves[i].signals;
+    clock.processing_extra_ns = plan.slaves[i].processing_extra_ns;
   }
   return clocks;
 }
@@ -65,10 +68,13 @@ LineClocks make_clocks(const ClockPlan& plan, std::span<const ClockFeatures> fea
 /// Steps 3 and 4: registers 0x0920 and 0x0928 of every clock, from one more frame that is latched.
 Result<void> write_offsets(Bus& bus, std::span<const SlaveRef> slaves, std::span<const ClockFeatures> features,
                            const ClockPlan& plan, LineClocks& clocks) {
+  TimePair both;
+  if (plan.time != nullptr) both = read_both(*plan.time, [&bus] { return bus.exchange().now(); });
   const auto sent = bus.exchange().now();
   const auto times = latch_receive_times(bus, slaves, features);
   if (!times) return tl::unexpected(times.error());
-  clocks.mapping = {sent, static_cast<std::uint64_t>((sent + plan.epoch).count()), 0.0};
+  const auto show = plan.time == nullptr ? sent + plan.epoch : both.external + (sent - both.local);
+  clocks.mapping = {sent, static_cast<std::uint64_t>(show.count()), 0.0};
   const double reference_delay = clocks.slaves[clocks.reference].delay_ns;
   struct Values {
     std::array<std::byte, 8> offset{};
@@ -158,7 +164,7 @@ Result<LineClocks> bring_up_clocks(Bus& bus, std::span<const SlaveRef> slaves, c
   clocks.station = slaves[*reference].station;
   clocks.common_cycle = *common_cycle(signals_of(plan), plan.period);
   if (auto done = stop_signals(bus); !done) return tl::unexpected(done.error());
-  const auto delays = measure_delays(bus, slaves, *features, topology, plan.latch_rounds, plan.processing_extra_ns);
+  const auto delays = measure_delays(bus, slaves, *features, topology, plan.latch_rounds, processing_extra(clocks));
   if (!delays) return tl::unexpected(delays.error());
   for (std::size_t i = 0; i < slaves.size(); ++i) {
     clocks.slaves[i].delay_ns = (*delays)[i].from_first_ns;

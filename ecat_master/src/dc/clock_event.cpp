@@ -40,6 +40,14 @@ std::string describe(const ClockEvent& event) {
       return fmt::format("slave {}: its clock is back within its window, {} ns off", event.slave, event.value_ns);
     case ClockEvent::Kind::kDelayChanged:
       return fmt::format("slave {}: the way to its clock has become {} ns longer", event.slave, event.value_ns);
+    case ClockEvent::Kind::kTimeJumped:
+      return fmt::format("the time that the clocks follow has jumped by {} ns; they have not", event.value_ns);
+    case ClockEvent::Kind::kRingParted:
+      return fmt::format(
+          "the ring is open in front of slave {}: the clocks from there on are led by the second interface",
+          event.slave);
+    case ClockEvent::Kind::kRingWhole:
+      return "the ring is closed: one frame leads all clocks again";
   }
   return "unknown event";
 }

@@ -10,6 +10,10 @@ namespace {
 
 using std::chrono::nanoseconds;
 
+/// More than this between two cycles is no drift: somebody has set the clock.
+constexpr auto kTimeJump = std::chrono::milliseconds{1};
+constexpr double kLateShare = 1.0 / 64.0;
+
 PhaseController::Settings with_period(PhaseController::Settings settings, nanoseconds period) noexcept {
   settings.period = period;
   return settings;
@@ -29,6 +33,7 @@ ClockFollower::ClockFollower(const LineClocks& clocks, PhaseController::Settings
       period_(clocks.period),
       arrival_(clocks.start - static_cast<std::uint64_t>(clocks.frame_lead.count())),
       mapping_(clocks.mapping),
+      time_(clocks.mode == FollowMode::kReferenceFollows ? clocks.time : nullptr),
       controller_(with_period(control, clocks.period)),
       detector_(LockDetector::Settings::for_period(clocks.period)),
       reference_(reference_of(clocks)) {
@@ -52,7 +57,10 @@ DriftDatagram ClockFollower::next(Nanoseconds now) noexcept {
   // another way than it was measured on would pull all clocks away from where they are.
   if (silent_ > 0 && !telling_) sent_.command = wire::Command::kFprd;
   sent_.address = wire::DatagramAddress::physical(reference.station, wire::reg::kSystemTime.address);
-  sent_.time = static_cast<std::uint32_t>(mapping_.at(now) + static_cast<std::uint64_t>(reference.delay_ns));
+  told_at_ = now;
+  const auto time =
+      telling_ ? time_to_tell(now) : mapping_.at(now) + static_cast<std::uint64_t>(std::llround(late_ns_));
+  sent_.time = static_cast<std::uint32_t>(time + static_cast<std::uint64_t>(reference.delay_ns));
   // One nanosecond off every other time, so that the reference clock's own time cannot look like this one for ever.
   dither_ = !dither_ && !telling_;
   sent_.time += dither_ ? 1U : 0U;
@@ -61,25 +69,40 @@ DriftDatagram ClockFollower::next(Nanoseconds now) noexcept {
 
 ClockFollower::Nanoseconds ClockFollower::finish(const rt::CycleStart& start, Nanoseconds sent,
                                                  const std::optional<DriftAnswer>& answer) noexcept {
-  if (telling_) return Nanoseconds{0};
+  if (telling_) return time_ != nullptr ? controller_.update(std::nullopt) : Nanoseconds{0};
   const auto error = measure(start, sent, answer);
   auto shift = Nanoseconds{0};
-  if (mode_ == FollowMode::kMasterFollows) {
+  if (grid_follows()) {
     const auto outliers = controller_.outliers();
     shift = controller_.update(error);
     // What the controller does not believe is no base for expectations either.
-    if (error && controller_.outliers() == outliers) {
-      const auto& reference = reference_.read();
-      mapping_.reference = extend(answer->time, mapping_.at(sent) + static_cast<std::uint64_t>(reference.delay_ns)) -
-                           static_cast<std::uint64_t>(reference.delay_ns);
-      mapping_.local = sent;
-      mapping_.ppm = controller_.ppm();
-    }
+    if (error && controller_.outliers() == outliers) learn(sent, *answer);
   } else {
     detector_.update(error ? std::optional(static_cast<double>(error->count())) : std::nullopt);
   }
   publish(error);
   return shift;
+}
+
+/// The external time; what it has jumped is left out.
+std::uint64_t ClockFollower::time_to_tell(Nanoseconds now) noexcept {
+  if (time_ == nullptr) return mapping_.at(now);
+  const auto ahead = time_->now() - now - jumped_;
+  if (time_ahead_ && std::chrono::abs(ahead - *time_ahead_) > kTimeJump) {
+    jumped_ += ahead - *time_ahead_;
+    ++jumps_;
+  } else {
+    time_ahead_ = ahead;
+  }
+  return static_cast<std::uint64_t>((now + *time_ahead_).count());
+}
+
+/// A believed answer is the base of the next expectations.
+void ClockFollower::learn(Nanoseconds sent, const DriftAnswer& answer) noexcept {
+  const auto delay = static_cast<std::uint64_t>(reference_.read().delay_ns);
+  const auto met = extend(answer.time, mapping_.at(sent) + delay) - delay;
+  late_ns_ += kLateShare * (static_cast<double>(difference(met, mapping_.at(told_at_)).count()) - late_ns_);
+  mapping_ = {sent, met, controller_.ppm()};
 }
 
 /// How late the frame met the reference clock, had it been sent at the grid instant.
@@ -106,7 +129,7 @@ bool ClockFollower::reference_answered(const DriftAnswer& answer) const noexcept
 
 void ClockFollower::publish(std::optional<Nanoseconds> error) noexcept {
   Status status;
-  const bool follows = mode_ == FollowMode::kMasterFollows;
+  const bool follows = grid_follows();
   status.locked = follows ? controller_.locked() : detector_.locked();
   status.cause = follows ? controller_.cause() : detector_.cause();
   status.ppm = follows ? controller_.ppm() : 0.0;
@@ -115,6 +138,8 @@ void ClockFollower::publish(std::optional<Nanoseconds> error) noexcept {
   if (was_locked_ && !status.locked) ++unlocks_;
   was_locked_ = status.locked;
   status.unlocks = unlocks_;
+  status.time_jumps = jumps_;
+  status.time_jumped_ns = jumped_.count();
   if (status.locked && error) phase_errors_.record(std::chrono::abs(*error));
   status_.write(status);
 }

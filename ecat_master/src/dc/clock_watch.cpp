@@ -22,12 +22,17 @@ ClockWatch::ClockWatch(Bus& bus, std::span<const SlaveRef> slaves, const LineClo
 
 Result<void> ClockWatch::poll() {
   watch_lock();
+  if (auto done = watch_ring(); !done) return done;
   if (auto done = watch_reference(); !done) return done;
   return watch_differences();
 }
 
 void ClockWatch::watch_lock() {
   const auto status = follower_.status();
+  if (status.time_jumps != time_jumps_) {
+    time_jumps_ = status.time_jumps;
+    note({ClockEvent::Kind::kTimeJumped, clocks_.reference, LockCause::kNone, status.time_jumped_ns});
+  }
   if (status.locked == locked_) return;
   locked_ = status.locked;
   note({locked_ ? ClockEvent::Kind::kLocked : ClockEvent::Kind::kLockLost, clocks_.reference, status.cause,
@@ -118,9 +123,9 @@ Result<void> ClockWatch::watch_differences() {
 }
 
 Result<void> ClockWatch::remeasure_delays(const Topology& topology) {
-  if (topology.ring_end) return {};
+  if (topology.ring_end && (ring_ == nullptr || behind_break_)) return {};
   const auto delays =
-      measure_delays(bus_, slaves_, features(), topology, settings_.latch_rounds, settings_.processing_extra_ns);
+      measure_delays(bus_, slaves_, features(), topology, settings_.latch_rounds, processing_extra(clocks_));
   if (!delays) return tl::unexpected(delays.error());
   const double reference = (*delays)[clocks_.reference].from_first_ns;
   bool any = false;

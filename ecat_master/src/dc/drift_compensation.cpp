@@ -1,61 +1,13 @@
 #include "drift_compensation.hpp"
 
 #include <algorithm>
-#include <cmath>
 
-#include "driveline/ecat_master/dc/phase_controller.hpp"
+#include "driveline/ecat_master/dc/mapping_fit.hpp"
 
 namespace driveline::ecat_master::dc {
 namespace {
 
 using std::chrono::nanoseconds;
-
-/// One frame that met the reference clock.
-struct Sample {
-  nanoseconds sent{0};
-  nanoseconds round_trip{0};
-  nanoseconds ahead{0};  ///< reference clock minus mapping
-};
-
-/// Line through the samples by least squares. Frames that took longer than usual have been repeated or held up
-/// somewhere: their sending time is not that of the frame that was answered.
-class MappingFit {
- public:
-  void add(const Sample& sample) { samples_.push_back(sample); }
-
-  void apply(ClockMapping& mapping) {
-    if (samples_.empty()) return;
-    const auto fastest = std::min_element(samples_.begin(), samples_.end(), [](const Sample& a, const Sample& b) {
-                           return a.round_trip < b.round_trip;
-                         })->round_trip;
-    const auto limit = fastest + std::max(fastest / 2, kSlack);
-    std::erase_if(samples_, [limit](const Sample& sample) { return sample.round_trip > limit; });
-    const auto origin = samples_.back().sent;
-    double x_sum = 0.0;
-    double y_sum = 0.0;
-    for (const auto& sample : samples_) {
-      x_sum += static_cast<double>((sample.sent - origin).count());
-      y_sum += static_cast<double>(sample.ahead.count());
-    }
-    const auto n = static_cast<double>(samples_.size());
-    double xx = 0.0;
-    double xy = 0.0;
-    for (const auto& sample : samples_) {
-      const double x = static_cast<double>((sample.sent - origin).count()) - x_sum / n;
-      xx += x * x;
-      xy += x * (static_cast<double>(sample.ahead.count()) - y_sum / n);
-    }
-    const double slope = xx > 0.0 ? xy / xx : 0.0;
-    const double at_origin = y_sum / n - slope * x_sum / n;
-    mapping.reference = mapping.at(origin) + static_cast<std::uint64_t>(std::llround(at_origin));
-    mapping.local = origin;
-    mapping.ppm = std::clamp(mapping.ppm + slope * 1e6, -PhaseController::kMaxPpm, PhaseController::kMaxPpm);
-  }
-
- private:
-  static constexpr nanoseconds kSlack = std::chrono::microseconds{2};
-  std::vector<Sample> samples_;
-};
 
 /// One frame full of drift datagrams.
 class DriftFrame {
@@ -70,15 +22,14 @@ class DriftFrame {
   }
 
   /// Nothing: the reference clock did not answer.
-  [[nodiscard]] Result<std::optional<Sample>> exchange(DatagramExchange& exchange, const ClockMapping& mapping) {
-    Sample sample;
+  [[nodiscard]] Result<std::optional<ClockSample>> exchange(DatagramExchange& exchange, const ClockMapping& mapping) {
+    ClockSample sample;
     sample.sent = exchange.now();
     const auto expected = mapping.at(sample.sent);
     // Were the reference clock not to answer, the others would take what the datagram brings: the expected time, not
     // zero.
     for (auto& data : data_) wire::store_le<std::uint32_t>(data, static_cast<std::uint32_t>(expected));
     if (auto done = exchange.exchange(requests_); !done) return tl::unexpected(done.error());
-    sample.round_trip = exchange.now() - sample.sent;
     if (requests_.back().working_counter == 0) return std::nullopt;
     sample.ahead = difference(extend(wire::load_le<std::uint32_t>(data_.back()), expected), expected);
     return sample;
@@ -100,6 +51,7 @@ class DriftCompensation {
 
   [[nodiscard]] Result<void> send(unsigned frames) {
     for (unsigned i = 0; i < frames; ++i) {
+      follow_time_source();
       const auto sample = frame_.exchange(bus_.exchange(), clocks_.mapping);
       ++clocks_.drift_frames;
       if (!sample) {
@@ -120,6 +72,13 @@ class DriftCompensation {
   }
 
  private:
+  /// Who tells the reference clock the time of another clock does so from the start.
+  void follow_time_source() {
+    if (clocks_.time == nullptr || clocks_.mode != FollowMode::kReferenceFollows) return;
+    const auto both = read_both(*clocks_.time, [this] { return bus_.exchange().now(); });
+    clocks_.mapping = {both.local, static_cast<std::uint64_t>(both.external.count()), 0.0};
+  }
+
   Bus& bus_;
   const ClockPlan& plan_;
   LineClocks& clocks_;

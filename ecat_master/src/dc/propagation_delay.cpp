@@ -58,30 +58,35 @@ double processing_of(const DelayNode& node) {
   return 0.0;
 }
 
+/// How much longer than a plain hop the way through a node takes.
+double extra_of(const DelayNode& node, const Passage& passage) {
+  return passes_processing_unit(passage.from, passage.to) ? node.processing_extra_ns : 0.0;
+}
+
 /// The way around a branch up to the next slaves with receive times. A hop is the way through a node and along a cable.
 struct Tour {
   struct Stop {
     std::uint16_t node = 0;
-    int hops = 0;        ///< until here
-    int processed = 0;   ///< of them through processing units
-    double spans = 0.0;  ///< spent behind earlier stops
+    int hops = 0;           ///< until here
+    double extra_ns = 0.0;  ///< of them, in processing units
+    double spans = 0.0;     ///< spent behind earlier stops
   };
   std::vector<Stop> stops;
   int hops = 0;
-  int processed = 0;
+  double extra_ns = 0.0;
   double spans = 0.0;
   bool single = true;  ///< one path and nothing else: there and back are the same
 
-  void hop(const Passage& passage) {
+  void hop(const DelayNode& node, const Passage& passage) {
     ++hops;
-    if (passes_processing_unit(passage.from, passage.to)) ++processed;
+    extra_ns += extra_of(node, passage);
   }
 };
 
 class DelayComputation {
  public:
-  DelayComputation(std::span<const DelayNode> nodes, double processing_extra_ns)
-      : nodes_(nodes), extra_(processing_extra_ns), entry_(nodes.size()), delays_(nodes.size()) {}
+  explicit DelayComputation(std::span<const DelayNode> nodes)
+      : nodes_(nodes), entry_(nodes.size()), delays_(nodes.size()) {}
 
   [[nodiscard]] tl::expected<std::vector<PropagationDelay>, DelayContradiction> run() {
     const auto root = find_root();
@@ -131,17 +136,16 @@ class DelayComputation {
       if (passage.to == node.entry_port) break;
       auto tour = explore(*node.children[passage.to]);
       // The way out of this node: its passage has been left out so far.
-      const int first = passes_processing_unit(passage.from, passage.to) ? 1 : 0;
+      const double first = extra_of(node, passage);
       const double loop = between(node, passage.from, passage.to);
-      const double hop = (loop - tour.spans - extra_ * (tour.processed + first)) / (tour.hops + 1);
+      const double hop = (loop - tour.spans - tour.extra_ns - first) / (tour.hops + 1);
       if (hop < 0.0) return DelayContradiction{at, passage.to};
       const double begin = entry_[at] + between(node, node.entry_port, passage.from);
       for (const auto& stop : tour.stops) {
         const int hops = stop.hops + 1;
         // Nobody knows better than who is in front of him.
         const auto own = tour.single ? DelayQuality::kMeasured : DelayQuality::kEstimated;
-        reach(stop, begin + hop * hops + extra_ * (stop.processed + first) + stop.spans,
-              std::max(own, delays_[at].quality));
+        reach(stop, begin + hop * hops + stop.extra_ns + first + stop.spans, std::max(own, delays_[at].quality));
       }
     }
     return std::nullopt;
@@ -163,16 +167,16 @@ class DelayComputation {
         tour.single = tour.single && stack.back().passages.size() == 2;
         return;
       }
-      tour.stops.push_back({node, tour.hops, tour.processed, tour.spans});
+      tour.stops.push_back({node, tour.hops, tour.extra_ns, tour.spans});
       tour.spans += span_of(nodes_[node]);
-      tour.hop(passages(nodes_[node]).back());
+      tour.hop(nodes_[node], passages(nodes_[node]).back());
     };
     enter(first);
     while (!stack.empty()) {
       auto& level = stack.back();
       const auto passage = level.passages[level.next++];
       const auto node = level.node;
-      tour.hop(passage);
+      tour.hop(nodes_[node], passage);
       if (passage.to == nodes_[node].entry_port) {
         stack.pop_back();
       } else {
@@ -193,7 +197,6 @@ class DelayComputation {
   }
 
   std::span<const DelayNode> nodes_;
-  double extra_;
   std::vector<double> entry_;  ///< when the frame comes in at each node's entry
   std::vector<PropagationDelay> delays_;
   std::vector<std::uint16_t> waiting_;
@@ -201,9 +204,8 @@ class DelayComputation {
 
 }  // namespace
 
-tl::expected<std::vector<PropagationDelay>, DelayContradiction> propagation_delays(std::span<const DelayNode> nodes,
-                                                                                   double processing_extra_ns) {
-  return DelayComputation(nodes, processing_extra_ns).run();
+tl::expected<std::vector<PropagationDelay>, DelayContradiction> propagation_delays(std::span<const DelayNode> nodes) {
+  return DelayComputation(nodes).run();
 }
 
 }  // namespace driveline::ecat_master::dc

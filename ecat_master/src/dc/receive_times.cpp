@@ -14,14 +14,19 @@ Request read_request(SlaveRef slave, std::uint16_t address, std::span<std::byte>
   return {wire::Command::kFprd, wire::DatagramAddress::physical(slave.station, address), data, 0, false};
 }
 
-/// Closes the loop at a port for as long as it lives (DL control 0x0100, bits 8 to 15: two per port).
+/// DL control 0x0100, bit 1: the loop settings end by themselves after about a second (ETG.1000.4 Table 33).
+constexpr std::uint32_t kTemporary = 0x0000'0002;
+
+/// Closes the loop at a port for as long as it lives (DL control 0x0100, bits 8 to 15: two per port), and no longer
+/// than a second: were the ring to break meanwhile, nobody could reach the slave to open it.
 class ClosedLoop {
  public:
   [[nodiscard]] static Result<ClosedLoop> at(Bus& bus, SlaveRef slave, unsigned port) {
     auto before = bus.read(slave, wire::reg::kDlControl);
     if (!before) return tl::unexpected(before.error());
     const unsigned shift = 8 + 2 * port;
-    const auto closed = (*before & ~(3U << shift)) | (static_cast<unsigned>(wire::LoopControl::kClosed) << shift);
+    const auto closed =
+        (*before & ~(3U << shift)) | (static_cast<unsigned>(wire::LoopControl::kClosed) << shift) | kTemporary;
     if (auto done = bus.write(slave, wire::reg::kDlControl, closed); !done) return tl::unexpected(done.error());
     return ClosedLoop(bus, slave, *before);
   }
@@ -70,14 +75,13 @@ void set_rates(std::span<DelayNode> nodes, std::span<const ClockFeatures> featur
 
 /// Delays averaged over the frames that make sense; those of the last one that does not, if none does.
 Result<std::vector<PropagationDelay>> average_delays(std::span<DelayNode> nodes,
-                                                     std::span<const std::vector<ReceiveTimes>> frames,
-                                                     double processing_extra_ns) {
+                                                     std::span<const std::vector<ReceiveTimes>> frames) {
   std::vector<PropagationDelay> sums(nodes.size());
   int count = 0;
   auto error = clock_error(ClockFault::kDelays);
   for (const auto& times : frames) {
     for (std::size_t i = 0; i < nodes.size(); ++i) nodes[i].receive_time_ns = times[i].ports;
-    const auto delays = propagation_delays(nodes, processing_extra_ns);
+    const auto delays = propagation_delays(nodes);
     if (!delays) {
       error.slave = delays.error().slave;
       error.extra = delays.error().port;
@@ -165,7 +169,7 @@ Result<std::vector<ReceiveTimes>> latch_receive_times(Bus& bus, std::span<const 
 
 Result<std::vector<PropagationDelay>> measure_delays(Bus& bus, std::span<const SlaveRef> slaves,
                                                      std::span<const ClockFeatures> features, const Topology& topology,
-                                                     unsigned rounds, double processing_extra_ns) {
+                                                     unsigned rounds, std::span<const double> processing_extra_ns) {
   std::optional<ClosedLoop> opened;
   if (topology.ring_end) {
     auto closed = ClosedLoop::at(bus, slaves[topology.ring_end->slave], topology.ring_end->port);
@@ -179,7 +183,9 @@ Result<std::vector<PropagationDelay>> measure_delays(Bus& bus, std::span<const S
   if (!frames) return tl::unexpected(frames.error());
   auto nodes = make_nodes(topology, features);
   set_rates(nodes, features, frames->front(), frames->back());
-  return average_delays(nodes, *frames, processing_extra_ns);
+  for (std::size_t i = 0; i < std::min(nodes.size(), processing_extra_ns.size()); ++i)
+    nodes[i].processing_extra_ns = processing_extra_ns[i];
+  return average_delays(nodes, *frames);
 }
 
 Result<std::vector<std::optional<std::chrono::nanoseconds>>> read_differences(Bus& bus,

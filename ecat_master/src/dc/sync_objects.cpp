@@ -9,6 +9,9 @@ constexpr std::uint16_t kOutputParameter = 0x1C32;
 constexpr std::uint16_t kInputParameter = 0x1C33;
 constexpr std::uint8_t kType = 1;
 constexpr std::uint8_t kCycle = 2;
+constexpr std::uint8_t kEventsMissed = 0x0B;
+constexpr std::uint8_t kDistanceMin = 0x11;
+constexpr std::uint8_t kDistanceMax = 0x12;
 
 enum class Written { kYes, kReadOnly, kMissing };
 
@@ -59,6 +62,25 @@ Result<void> write_sync_objects(CoeClient& coe, std::uint16_t slave, const SyncS
       return tl::unexpected(done.error());
   }
   return {};
+}
+
+Result<std::optional<SyncMarginReport>> read_sync_margin(CoeClient& coe) {
+  const auto absent = [](const Error& error) {
+    if (error.kind != ErrorKind::kSdoAbort) return false;
+    const auto code = static_cast<wire::SdoAbort>(error.code);
+    return code == wire::SdoAbort::kObjectDoesNotExist || code == wire::SdoAbort::kSubindexDoesNotExist;
+  };
+  SyncMarginReport report;
+  for (const auto& [subindex, time] : {std::pair{kDistanceMin, &report.shortest}, {kDistanceMax, &report.longest}}) {
+    const auto value = coe.upload_as<std::uint32_t>(kOutputParameter, subindex);
+    if (!value && absent(value.error())) return std::nullopt;
+    if (!value) return tl::unexpected(value.error());
+    *time = std::chrono::nanoseconds{*value};
+  }
+  const auto missed = coe.upload_as<std::uint16_t>(kOutputParameter, kEventsMissed);
+  if (!missed && !absent(missed.error())) return tl::unexpected(missed.error());
+  report.missed = missed.value_or(std::uint16_t{0});
+  return report;
 }
 
 }  // namespace driveline::ecat_master::dc

@@ -86,7 +86,7 @@ void AlStateMachine::on_step(Nanoseconds now) noexcept {
 }
 
 void AlStateMachine::on_sync(SyncSignal signal, Nanoseconds time) noexcept {
-  synchronisation_.pulse(signal, time, outputs_written());
+  synchronisation_.pulse(signal, time, outputs_written(), last_outputs());
   react_to_synchronisation();
 }
 
@@ -204,6 +204,16 @@ std::uint32_t AlStateMachine::outputs_written() const noexcept {
       count += esc_.sync_managers().write_count(n);
   }
   return count;
+}
+
+AlStateMachine::Nanoseconds AlStateMachine::last_outputs() const noexcept {
+  const auto& layout = device_.profile().sync_managers;
+  Nanoseconds last{0};
+  for (unsigned n = 0; n < layout.size(); ++n) {
+    if (layout[n].use == Use::kOutputs && n < esc_.sync_managers().count())
+      last = std::max(last, esc_.sync_managers().last_write(n));
+  }
+  return last;
 }
 
 bool AlStateMachine::outputs_received() const noexcept {

@@ -125,6 +125,7 @@ void Slave::sync_pulse(Nanoseconds time) {
   if (exchange && al_.outputs_running()) hand_over_outputs(time);
   device_->sync_event(pulse->signal, time);
   al_.on_sync(pulse->signal, time);
+  if (al_.outputs_running()) device_->sync_margin(al_.sync_margin());
   if (!exchange) return;
   publish_inputs(time);
   al_.on_step(time);

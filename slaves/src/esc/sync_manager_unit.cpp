@@ -170,6 +170,7 @@ bool SyncManagerUnit::write_channel(unsigned n, std::size_t address, std::span<c
 }
 
 void SyncManagerUnit::triggered_by_master(unsigned n, Nanoseconds now) noexcept {
+  channels_[n].last_write = now;
   if (channels_[n].control.watchdog_trigger) watchdog_.trigger(now);
   if (channels_[n].mailbox()) events_.call_firmware();
 }

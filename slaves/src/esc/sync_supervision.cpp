@@ -133,11 +133,13 @@ void SyncSupervision::enter_op(Nanoseconds now, std::uint32_t outputs) noexcept 
   outputs_ = outputs;
   missing_ = 0;
   some_came_ = false;
+  margin_ = {};
+  first_pulse_ = true;
   if (mode_ == Mode::kSync) due_ = last_pulse_ + kMissingCycles * cycle_;
   if (mode_ == Mode::kSmEvent) due_ = now + cycle_;
 }
 
-void SyncSupervision::pulse(SyncSignal signal, Nanoseconds time, std::uint32_t outputs) noexcept {
+void SyncSupervision::pulse(SyncSignal signal, Nanoseconds time, std::uint32_t outputs, Nanoseconds written) noexcept {
   if (mode_ != Mode::kSync) return;
   if (signal == SyncSignal::kSync0) {
     const auto late = time - last_pulse_ - cycle_;
@@ -151,7 +153,15 @@ void SyncSupervision::pulse(SyncSignal signal, Nanoseconds time, std::uint32_t o
       if (!even) fault_ = AlStatusCode::kPllError;
     }
   }
-  if (in_op_ && signal == data_signal_) count_cycle(outputs);
+  if (!in_op_ || signal != data_signal_) return;
+  // Whoever looks at a pulse late may have newer outputs already: those belong to the next one.
+  const std::uint32_t early = written > time && outputs != outputs_ ? 1 : 0;
+  const bool came = outputs - early != outputs_;
+  outputs_ = outputs - early;
+  if (came && early == 0) margin_.found(time - written);
+  if (!came && !first_pulse_) ++margin_.missed;
+  first_pulse_ = false;
+  count_cycle(came);
 }
 
 void SyncSupervision::on_time(Nanoseconds now, std::uint32_t outputs) noexcept {
@@ -162,13 +172,13 @@ void SyncSupervision::on_time(Nanoseconds now, std::uint32_t outputs) noexcept {
     return;
   }
   due_ += cycle_;
-  count_cycle(outputs);
-}
-
-void SyncSupervision::count_cycle(std::uint32_t outputs) noexcept {
-  if (error_limit_ == 0) return;
   const bool came = outputs != outputs_;
   outputs_ = outputs;
+  count_cycle(came);
+}
+
+void SyncSupervision::count_cycle(bool came) noexcept {
+  if (error_limit_ == 0) return;
   if (came) {
     some_came_ = missing_ > 1;
     missing_ = missing_ == 0 ? 0 : missing_ - 1;

@@ -97,7 +97,7 @@ ErrorIndication error_indication(wire::AlStatus status, wire::AlStatusCode code)
   if (code == kSyncManagerWatchdog) return ErrorIndication::kWatchdog;
   const bool refused = (code >= kInvalidRequestedStateChange && code <= kInvalidSyncManagerConfiguration) ||
                        (code >= kInvalidSyncManagerTypes && code <= kFreeRunNeedsThreeBufferMode) ||
-                       (code >= kInvalidInputFmmu && code <= kInvalidDcLatchConfiguration) ||
+                       (code >= kCycleTimeTooSmall && code <= kInvalidDcLatchConfiguration) ||
                        (code >= kDcInvalidSyncCycleTime && code <= kMailboxVoe);
   return refused ? ErrorIndication::kInvalidConfiguration : ErrorIndication::kLocalError;
 }

@@ -24,8 +24,7 @@ constexpr std::int16_t kJerkLimited = 3;               ///< 6086h
 constexpr std::uint16_t kThermalOverload = 1;          ///< P 735
 constexpr std::uint64_t kStepsPerMs = 16;
 
-constexpr std::uint8_t kBootUp = 0;       ///< P 2060
-constexpr unsigned kSyncErrorLimit = 30;  ///< ten cycles without outputs (ETG.1020, 10F1h); ours
+constexpr std::uint8_t kBootUp = 0;  ///< P 2060
 /// A motor that nobody watched for longer (supply off) has come to rest meanwhile.
 constexpr nanoseconds kMaxCatchUp = std::chrono::seconds{10};
 
@@ -42,6 +41,21 @@ constexpr std::uint8_t nmt_state(AlState state) noexcept {
       return 5;
     default:
       return 0;
+  }
+}
+
+/// The codes of a loss of synchronisation (ETG.1020, AL status codes).
+constexpr bool is_sync_error(AlStatusCode code) noexcept {
+  switch (code) {
+    case AlStatusCode::kSynchronizationError:
+    case AlStatusCode::kFatalSyncError:
+    case AlStatusCode::kNoSyncError:
+    case AlStatusCode::kPllError:
+    case AlStatusCode::kDcSyncIoError:
+    case AlStatusCode::kDcSyncTimeout:
+      return true;
+    default:
+      return false;
   }
 }
 
@@ -196,6 +210,7 @@ AlStatusCode MsdDrive::transition(AlState from, AlState to) noexcept {
     return AlStatusCode::kInconsistentSettings;
   }
   enter_al_state(to);
+  if (to == AlState::kOp) dictionary_.set(kSyncError, std::uint8_t{0});
   if (from == AlState::kOp && power_.power_on()) raise(Fault::kMissingOutputs);
   return AlStatusCode::kNoError;
 }
@@ -203,23 +218,33 @@ AlStatusCode MsdDrive::transition(AlState from, AlState to) noexcept {
 void MsdDrive::fall_back(AlState from, AlState to, AlStatusCode reason) noexcept {
   enter_al_state(to);
   if (from != AlState::kOp) return;
+  dictionary_.set(kSyncError, std::uint8_t{is_sync_error(reason)});
   raise(reason == AlStatusCode::kSyncManagerWatchdog ? Fault::kEtherCatWatchdog : Fault::kLocalError);
 }
 
-/// SYNC0 in multiples of 125 us (MSD manual 9.1). 1C32h:01 = 2 insists on SYNC0; 0, its default, takes what is there.
+/// SYNC0 in multiples of 125 us (MSD manual 9.1). 1C32h:01 = 2 insists on SYNC0, 1 on process data in each setpoint
+/// cycle; 0, its default, takes what is there.
 SyncDemand MsdDrive::sync_demand() const noexcept {
   SyncDemand demand;
-  if (dictionary_.get<std::uint16_t>(kSyncTypeOutputs) == static_cast<std::uint16_t>(SyncType::kSync0)) {
-    demand.type = SyncType::kSync0;
-  }
+  const auto type = static_cast<SyncType>(dictionary_.get<std::uint16_t>(kSyncTypeOutputs));
+  if (type != SyncType::kFreeRun) demand.type = type;
+  if (type == SyncType::kSmEvent)
+    demand.cycle = nanoseconds{std::llrint(dictionary_.get<float>(kReferenceCycle) * 1e6)};
   demand.time_base = demand.min_cycle = kProcessDataPeriod;
-  demand.error_limit = kSyncErrorLimit;
+  demand.error_limit = dictionary_.get<std::uint16_t>(kSyncErrorLimit);
   return demand;
 }
 
 /// The control steps lie half a step beside SYNC0, so that none comes now before and now behind it.
 void MsdDrive::sync_event(SyncSignal signal, nanoseconds time) noexcept {
   if (signal == SyncSignal::kSync0 && next_step_) next_step_ = time + kControlStep / 2;
+}
+
+void MsdDrive::sync_margin(const SyncMargin& margin) noexcept {
+  dictionary_.set(kSyncEventsMissed, static_cast<std::uint16_t>(std::min<std::uint64_t>(margin.missed, 0xFFFF)));
+  if (margin.pulses == 0) return;
+  dictionary_.set(kSyncDistanceMin, static_cast<std::uint32_t>(margin.shortest.count()));
+  dictionary_.set(kSyncDistanceMax, static_cast<std::uint32_t>(margin.longest.count()));
 }
 
 void MsdDrive::write_outputs(std::size_t sync_manager, std::span<const std::byte> data) noexcept {

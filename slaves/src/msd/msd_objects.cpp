@@ -86,8 +86,6 @@ SdoResult<void> MsdDrive::accept(const EntryRow& row, std::uint64_t raw) {
       return require(raw == kLinearProfile || raw == kJerkLimitedProfile, SdoAbort::kValueRange);
     case kParameterDownload:
       return require(raw == 0 || motion_.standstill(), SdoAbort::kDeviceState);
-    case kSyncTypeOutputs:
-      return require(raw == 0 || raw == 2, SdoAbort::kValueRange);
     default:
       break;
   }

@@ -10,10 +10,12 @@ using esi::DataType;
 using esi::ObjectCode;
 
 constexpr std::string_view kTable81 = "MSD manual Table 8.1";
+constexpr std::string_view kErrorSettings = "ETG.1020 10F1h; without local error reaction";
 constexpr std::string_view kEtg = "ETG.1000.6 5.6.7";
 constexpr std::uint16_t kPdoMappingRecord = 0x0021;
 constexpr std::uint16_t kIdentityRecord = 0x0023;
 constexpr std::uint16_t kSyncManagerRecord = 0x0029;
+constexpr std::uint8_t kSyncParameterLast = 0x20;
 
 constexpr EntryRow constant(std::uint16_t index, std::uint8_t subindex, ObjectCode code, DataType type,
                             std::string_view name, double value, std::string_view source) {
@@ -102,6 +104,16 @@ constexpr std::array kSingleRows = {
              .slot = kSerialNumber,
              .name = "Serial number",
              .source = kTable81},
+    constant(0x10F1, 0, ObjectCode::kRecord, DataType::kUnsigned8, "Error settings", 2, kErrorSettings),
+    EntryRow{.index = 0x10F1,
+             .subindex = 2,
+             .code = ObjectCode::kRecord,
+             .type = DataType::kUnsigned16,
+             .access = access::kReadWritePreOp | access::kBackup,
+             .slot = kSyncErrorLimit,
+             .name = "Sync error counter limit",
+             .initial = 30,
+             .source = "ETG.1020 10F1h: a cycle without outputs counts 3, one with them -1; initial value ours"},
     constant(0x1C00, 0, ObjectCode::kArray, DataType::kUnsigned8, "Sync manager communication type", 4, kEtg),
     constant(0x1C00, 1, ObjectCode::kArray, DataType::kUnsigned8, "Sync manager 0: mailbox out", 1, kEtg),
     constant(0x1C00, 2, ObjectCode::kArray, DataType::kUnsigned8, "Sync manager 1: mailbox in", 2, kEtg),
@@ -147,13 +159,14 @@ void add_assignment(std::vector<EntryRow>& rows, std::uint16_t index, std::uint1
   }
 }
 
-/// 1C32h, 1C33h (ETG.1020 Table 80): free run or DC SYNC0, cycle from 125 us (MSD manual 9.1).
-void add_synchronisation(std::vector<EntryRow>& rows, std::uint16_t index, std::string_view name) {
+/// 1C32h, 1C33h (ETG.1020 Table 80): free run, SM event or DC SYNC0, cycle from 125 us (MSD manual 9.1).
+void add_synchronisation(std::vector<EntryRow>& rows, std::uint16_t index, std::string_view name,
+                         std::uint8_t entries) {
   constexpr auto kSource = "ETG.1020 6.2; cycle MSD manual 9.1";
   const auto number = [&](std::uint8_t subindex, DataType type, std::string_view entry, double value) {
     rows.push_back(constant(index, subindex, ObjectCode::kRecord, type, entry, value, kSource));
   };
-  number(0, DataType::kUnsigned8, name, 6);
+  number(0, DataType::kUnsigned8, name, entries);
   rows.back().record_type = kSyncManagerRecord;
   rows.push_back({.index = index,
                   .subindex = 1,
@@ -166,9 +179,28 @@ void add_synchronisation(std::vector<EntryRow>& rows, std::uint16_t index, std::
                   .source = kSource});
   number(2, DataType::kUnsigned32, "Cycle time", 125000);
   number(3, DataType::kUnsigned32, "Shift time", 0);
-  number(4, DataType::kUnsigned16, "Synchronisation types supported", 0x0005);
+  number(4, DataType::kUnsigned16, "Synchronisation types supported", 0x0007);
   number(5, DataType::kUnsigned32, "Minimum cycle time", 125000);
   number(6, DataType::kUnsigned32, "Calc and copy time", 62500);
+}
+
+/// What the drive has seen of the outputs' punctuality since OP (1C32h only).
+void add_sync_diagnosis(std::vector<EntryRow>& rows) {
+  const auto value = [&](std::uint8_t subindex, DataType type, Value slot, std::string_view name,
+                         std::string_view unit) {
+    rows.push_back({.index = 0x1C32,
+                    .subindex = subindex,
+                    .code = ObjectCode::kRecord,
+                    .type = type,
+                    .slot = slot,
+                    .name = name,
+                    .unit = unit,
+                    .source = "ETG.1020 6.2"});
+  };
+  value(0x0B, DataType::kUnsigned16, kSyncEventsMissed, "SM event missed", {});
+  value(0x11, DataType::kUnsigned32, kSyncDistanceMin, "Minimum SM SYNC distance", "ns");
+  value(0x12, DataType::kUnsigned32, kSyncDistanceMax, "Maximum SM SYNC distance", "ns");
+  value(kSyncParameterLast, DataType::kBoolean, kSyncError, "Sync error", {});
 }
 
 std::vector<EntryRow> make_rows() {
@@ -177,8 +209,9 @@ std::vector<EntryRow> make_rows() {
   add_mappings(rows, kPdoLimits.tx_first, "TxPDO mapping");
   add_assignment(rows, 0x1C12, kPdoLimits.rx_first, "RxPDO assignment");
   add_assignment(rows, 0x1C13, kPdoLimits.tx_first, "TxPDO assignment");
-  add_synchronisation(rows, 0x1C32, "Output sync manager parameter");
-  add_synchronisation(rows, 0x1C33, "Input sync manager parameter");
+  add_synchronisation(rows, 0x1C32, "Output sync manager parameter", kSyncParameterLast);
+  add_sync_diagnosis(rows);
+  add_synchronisation(rows, 0x1C33, "Input sync manager parameter", 6);
   return rows;
 }
 

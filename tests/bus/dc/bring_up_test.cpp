@@ -68,7 +68,7 @@ TEST(ClockDelays, OfALineWhoseProcessingTakesLongerAreTrue) {
   ClockLine line(random_clocks(8, 100.0), std::nullopt, options);
   line.open();
   auto plan = line.plan();
-  plan.processing_extra_ns = 40.0;
+  for (auto& slave : plan.slaves) slave.processing_extra_ns = 40.0;
   expect_true_delays(line, bring_up(line, plan));
 }
 

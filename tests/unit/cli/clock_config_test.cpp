@@ -57,6 +57,23 @@ TEST(ClockConfig, DefaultsAreTheFirstClockAndHalfAPeriod) {
   EXPECT_EQ(plan->slaves.at(0).base, microseconds{125});
 }
 
+TEST(ClockConfig, TheTimeToShowAndTheControllersOfTheSlaves) {
+  const auto with = [](const std::string& time) {
+    return parse("[dc]\n" + time + "[[slave]]\nname = \"x\"\ndc = { processing_extra_ns = 17.5 }\n");
+  };
+  EXPECT_EQ(make_clock_plan(with(""), found(1))->time, nullptr);
+  EXPECT_EQ(make_clock_plan(with("time = \"monotonic\"\n"), found(1))->time, nullptr);
+  const auto utc = make_clock_plan(with("time = \"system\"\n"), found(1));
+  const auto tai = make_clock_plan(with("time = \"tai\"\n"), found(1));
+  ASSERT_NE(utc->time, nullptr);
+  ASSERT_NE(tai->time, nullptr);
+  EXPECT_NE(utc->time, tai->time);
+  EXPECT_EQ(utc->slaves.at(0).processing_extra_ns, 17.5);
+  EXPECT_EQ(make_clock_plan(with("time = \"system\"\n"), found(1), true)->time, nullptr) << "on virtual time";
+  EXPECT_EQ(refusal("[dc]\ntime = \"gps\"\n[[slave]]\nname = \"x\"\n"),
+            "line.toml:2: [dc] time: is \"gps\", one of \"monotonic\", \"system\", \"tai\" is expected");
+}
+
 TEST(ClockConfig, EveryKeyArrives) {
   const auto config = parse(
       "[line]\ncycle_us = 250\n"

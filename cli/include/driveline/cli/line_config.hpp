@@ -34,12 +34,16 @@ struct SlaveClockConfig {
   std::optional<std::chrono::nanoseconds> sync0_shift;
   std::optional<std::chrono::nanoseconds> sync1_cycle;
   std::optional<std::chrono::nanoseconds> sync1_shift;
-  double drift_ppm = 0.0;  ///< of the simulated oscillator
+  double processing_extra_ns = 0.0;  ///< tDiff of its controller, for the propagation delays
+  double drift_ppm = 0.0;            ///< of the simulated oscillator
 };
 
 /// How the clocks of the line are run.
 struct ClockConfig {
   ecat_master::dc::FollowMode mode = ecat_master::dc::FollowMode::kMasterFollows;
+  /// What the clocks show: the master's monotonic clock, CLOCK_REALTIME, or CLOCK_TAI.
+  enum class Time : std::uint8_t { kMonotonic, kSystem, kTai };
+  Time time = Time::kMonotonic;
   std::optional<std::uint16_t> reference;  ///< slave; none: the first with a clock
   std::chrono::nanoseconds frame_lead{};   ///< of the frames before SYNC0
 };

@@ -52,6 +52,9 @@ class Master {
   /// From the next configure() on the clocks of the line are brought up in PREOP, the cycle follows the reference clock
   /// (or it the cycle), and go_operational() waits until they are together.
   void use_clocks(dc::ClockPlan plan) { clock_plan_ = std::move(plan); }
+  /// The port is `ring`, perhaps behind a capture: its clocks are kept together also while it is open. `ring` must
+  /// outlive the master.
+  void use_ring(port::RedundantPort& ring) noexcept { ring_ = &ring; }
   /// After enter_pre_op(): what configure() does about the clocks, for who wants nothing else. Then start_cycle().
   [[nodiscard]] Result<void> synchronise_clocks();
   /// After configure(): how the line differs from the plans, and which plan belongs to which slave.
@@ -171,6 +174,7 @@ class Master {
   ProcessImage image_;
   std::optional<dc::ClockPlan> clock_plan_;
   std::optional<dc::LineClocks> clocks_;
+  port::RedundantPort* ring_ = nullptr;
   std::unique_ptr<dc::ClockFollower> follower_;
   std::unique_ptr<dc::ClockWatch> watch_;
   std::unique_ptr<CyclicCore> core_;

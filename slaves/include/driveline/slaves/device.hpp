@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "driveline/slaves/sync_demand.hpp"
+#include "driveline/slaves/sync_margin.hpp"
 #include "driveline/wire/al.hpp"
 #include "driveline/wire/al_status_code.hpp"
 
@@ -78,6 +79,9 @@ class Device {
   /// SYNC0 or SYNC1 came, at `time` on the line's clock (the true time of the pulse, between two ticks of the device's
   /// own clock). In every state; outputs are handed over and inputs published by the slave.
   virtual void sync_event(SyncSignal /*signal*/, std::chrono::nanoseconds /*time*/) noexcept {}
+
+  /// How punctual the outputs have been so far; after each pulse in OP.
+  virtual void sync_margin(const SyncMargin& /*margin*/) noexcept {}
 
   /// New outputs have been handed over by an output sync manager; only in OP.
   virtual void write_outputs(std::size_t sync_manager, std::span<const std::byte> data) noexcept = 0;

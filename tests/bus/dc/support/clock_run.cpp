@@ -53,6 +53,7 @@ ClockRun::ClockRun(ClockLine& line, const Options& options)
   ecat_master::Master::Settings settings;
   settings.clock_timeout = options.clock_timeout;
   master_ = std::make_unique<ecat_master::Master>(probe_, clock_, settings);
+  if (options.ring != nullptr) master_->use_ring(*options.ring);
 }
 
 std::string ClockRun::start(const ecat_master::dc::ClockPlan& plan) {

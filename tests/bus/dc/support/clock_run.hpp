@@ -29,6 +29,7 @@ class ClockRun {
     std::function<nanoseconds()> latency;  ///< of wake-ups; empty: none
     port::Port* port = nullptr;            ///< instead of the line
     nanoseconds clock_timeout = seconds{2};
+    port::RedundantPort* ring = nullptr;  ///< behind `port`
   };
 
   explicit ClockRun(ClockLine& line) : ClockRun(line, Options{}) {}

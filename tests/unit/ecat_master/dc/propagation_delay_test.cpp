@@ -26,6 +26,7 @@ struct Model {
     bool clock = true;
     std::array<std::int64_t, 4> received{};
     std::int64_t processed = 0;
+    std::int64_t own_extra = 0;  ///< of its processing unit, beyond that of all
   };
   std::vector<Slave> slaves;
   std::int64_t forwarding = 300;
@@ -60,7 +61,7 @@ struct Model {
         unit(port);  // closed: past it, and through the unit behind it
         continue;
       }
-      at += forwarding + (through_unit ? processing_extra : 0);
+      at += forwarding + (through_unit ? processing_extra + slave.own_extra : 0);
       through_unit = false;
       if (child < 0) break;
       const auto cable = slaves[static_cast<std::size_t>(child)].cable;
@@ -77,6 +78,7 @@ struct Model {
       DelayNode node;
       node.entry_port = static_cast<std::uint8_t>(slave.entry);
       node.has_receive_times = slave.clock;
+      node.processing_extra_ns = static_cast<double>(processing_extra + slave.own_extra);
       for (unsigned port = 0; port < 4; ++port) {
         if (slave.child[port] >= 0) node.children[port] = static_cast<std::uint16_t>(slave.child[port]);
         // Ports without a frame keep what they had: anything.
@@ -92,7 +94,7 @@ struct Model {
 
   [[nodiscard]] std::vector<PropagationDelay> compute() {
     pass(0, 1'000'000);
-    const auto delays = propagation_delays(nodes(), static_cast<double>(processing_extra));
+    const auto delays = propagation_delays(nodes());
     if (!delays) throw std::runtime_error("contradiction at slave " + std::to_string(delays.error().slave));
     return *delays;
   }
@@ -128,6 +130,13 @@ TEST(PropagationDelay, OfALine) {
 TEST(PropagationDelay, OfALineWhoseProcessingUnitsTakeLonger) {
   auto model = make_line(8);
   model.processing_extra = 40;
+  expect_true(model);
+}
+
+/// Controllers of different make in one line: each has a processing unit of its own.
+TEST(PropagationDelay, OfSlavesWhoseProcessingUnitsDiffer) {
+  auto model = make_line(9);
+  for (std::size_t i = 0; i < model.slaves.size(); ++i) model.slaves[i].own_extra = static_cast<int>(i * 7 % 41);
   expect_true(model);
 }
 

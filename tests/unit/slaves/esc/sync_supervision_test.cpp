@@ -224,6 +224,28 @@ TEST_F(SyncSupervisionTest, OutputsThatMissEverySecondPulse) {
   expect_status(AlState::kSafeOp, AlStatusCode::kDcSyncIoError);
 }
 
+/// On a network interface a frame may be served before the pulse in front of it is looked at.
+TEST_F(SyncSupervisionTest, OutputsBehindThePulseAreNotItsOwn) {
+  EscMemory memory(8);
+  memory.set(reg::kDcActivation, 0x03);
+  memory.set(reg::kSync0CycleTime, kCycle);
+  SyncSupervision supervision(memory);
+  supervision.start(demand_of_a_drive());
+  supervision.enter_op(0ns, 10);
+  supervision.pulse(SyncSignal::kSync0, 1ms, 10, 0ns);  // the first tells nothing
+  supervision.pulse(SyncSignal::kSync0, 2ms, 11, 1700us);
+  EXPECT_EQ(supervision.margin().shortest, 300us);
+  supervision.pulse(SyncSignal::kSync0, 3ms, 12, 3100us);  // came 100 us too late
+  EXPECT_EQ(supervision.margin().missed, 1U);
+  supervision.pulse(SyncSignal::kSync0, 4ms, 12, 3100us);  // and is used now
+  EXPECT_EQ(supervision.margin().missed, 1U);
+  EXPECT_EQ(supervision.margin().longest, 900us);
+  supervision.pulse(SyncSignal::kSync0, 5ms, 14, 5100us);  // one in time, one for the next pulse
+  EXPECT_EQ(supervision.margin().missed, 1U);
+  EXPECT_EQ(supervision.margin().pulses, 2U);
+  EXPECT_EQ(supervision.margin().shortest, 300us);
+}
+
 TEST_F(SyncSupervisionTest, ASingleMissedPulseIsForgiven) {
   to_op(demand_of_a_drive());
   for (int i = 0; i < 200; ++i) cycle(i % 4 != 0);

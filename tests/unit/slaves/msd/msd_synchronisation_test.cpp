@@ -1,8 +1,13 @@
 // The drive and SYNC0: what it asks for, what it does when SYNC0 does not come, and its control steps that follow it
 // (MSD manual 9.1).
+#include <gmock/gmock.h>
+
+#include <functional>
+
 #include "drive_rig.hpp"
 #include "driveline/slaves/esc/slave.hpp"
 #include "driveline/slaves/msd/device_layout.hpp"
+#include "driveline/slaves/msd/msd_values.hpp"
 #include "driveline/wire/registers.hpp"
 
 namespace driveline::slaves::msd {
@@ -98,6 +103,18 @@ class MsdSynchronisation : public ::testing::Test {
     for (int i = 0; i < 12; ++i) cycle();
     ASSERT_EQ(slave_.state(), AlState::kOp);
   }
+  /// Fetches the mailboxes that wait, as a master does.
+  std::vector<std::array<unsigned, 4>> emergencies() {
+    std::vector<std::array<unsigned, 4>> found;
+    std::vector<std::byte> mail(kMailboxSize);
+    for (;;) {
+      slave_.esc().begin_frame(++serial_);
+      if (!slave_.esc().ecat_read(kMailboxInStart, mail, now_)) return found;
+      slave_.advance(now_);
+      const auto byte = [&](std::size_t at) { return std::to_integer<unsigned>(mail[at]); };
+      if (byte(7) >> 4 == 1) found.push_back({byte(8) | byte(9) << 8, byte(10), byte(11), byte(12)});
+    }
+  }
   AlStatusCode code() const { return static_cast<AlStatusCode>(slave_.esc().memory().get(reg::kAlStatusCode)); }
 
   Slave slave_;
@@ -140,6 +157,133 @@ TEST_F(MsdSynchronisation, OutputsThatComeNoMoreAreNoticedBeforeTheWatchdog) {
   EXPECT_EQ(slave_.state(), AlState::kSafeOp);
   EXPECT_EQ(code(), AlStatusCode::kDcSyncTimeout);
   EXPECT_EQ(drive().fault(), Fault::kLocalError);
+}
+
+/// Emergencies that the slave has sent: error code, error register, fault number and location.
+using Emergencies = std::vector<std::array<unsigned, 4>>;
+
+/// Er 14 06 in manufacturer-specific form (MSD manual 13.3, FF00h).
+const Emergencies kLocalErrorReported{{0xFF00, 0x11, 14, 6}};
+
+TEST_F(MsdSynchronisation, EveryLossInOpHasItsCodeAndItsEmergency) {
+  struct Row {
+    AlStatusCode code;
+    std::function<void()> cause;
+  };
+  const std::array rows{
+      Row{AlStatusCode::kFatalSyncError,
+          [this] {
+            write(reg::kDcActivation, 0);
+            for (int i = 0; i < 4; ++i) cycle();
+          }},
+      Row{AlStatusCode::kPllError,
+          [this] {
+            write(reg::kSystemTimeOffset, static_cast<std::uint64_t>(-100'000));
+            for (int i = 0; i < 2; ++i) cycle();
+          }},
+      Row{AlStatusCode::kDcSyncIoError,
+          [this] {
+            for (int i = 0; i < 60; ++i) cycle(i % 2 == 0);
+          }},
+      Row{AlStatusCode::kDcSyncTimeout,
+          [this] {
+            for (int i = 0; i < 11; ++i) cycle(false);
+          }},
+  };
+  for (const auto& row : rows) {
+    SCOPED_TRACE(static_cast<unsigned>(row.code));
+    ASSERT_EQ(request(AlState::kInit), AlStatusCode::kNoError);
+    drive().restart();
+    pass(2ms);
+    write(reg::kDcActivation, 0);
+    write(reg::kSystemTimeOffset, 0);
+    to_op();
+    static_cast<void>(emergencies());
+    EXPECT_EQ(drive().dictionary().get<std::uint8_t>(kSyncError), 0);
+    row.cause();
+    EXPECT_EQ(slave_.state(), AlState::kSafeOp);
+    EXPECT_EQ(code(), row.code);
+    EXPECT_EQ(drive().fault(), Fault::kLocalError);
+    EXPECT_EQ(emergencies(), kLocalErrorReported);
+    EXPECT_EQ(drive().dictionary().get<std::uint8_t>(kSyncError), 1) << "1C32h:20";
+    // Acknowledging the AL error, then INIT.
+    write(reg::kAlControl, wire::AlControl{AlState::kSafeOp, true, false}.raw());
+    slave_.advance(now_);
+  }
+}
+
+TEST_F(MsdSynchronisation, ProcessDataThatSynchroniseAndStayAwayAreALocalError) {
+  to_pre_op();
+  download(0x1C32, 1, 1, 2);
+  ASSERT_EQ(request(AlState::kSafeOp), AlStatusCode::kNoError);
+  cycle();
+  ASSERT_EQ(request(AlState::kOp), AlStatusCode::kNoError);
+  for (int i = 0; i < 50; ++i) cycle();
+  ASSERT_EQ(slave_.state(), AlState::kOp);
+  static_cast<void>(emergencies());
+  for (int i = 0; i < 12; ++i) cycle(false);
+  EXPECT_EQ(slave_.state(), AlState::kSafeOp);
+  EXPECT_EQ(code(), AlStatusCode::kSynchronizationError);
+  EXPECT_EQ(emergencies(), kLocalErrorReported);
+}
+
+TEST_F(MsdSynchronisation, SettingsThatCannotWorkAreRefusedWithoutAFault) {
+  to_pre_op();
+  download(0x1C32, 1, 2, 2);
+  EXPECT_EQ(request(AlState::kSafeOp), AlStatusCode::kInvalidDcSyncConfiguration) << "SYNC0 is off";
+  activate(200'000);
+  EXPECT_EQ(request(AlState::kSafeOp), AlStatusCode::kDcSync0CycleTime);
+  EXPECT_EQ(drive().fault(), std::nullopt);
+  EXPECT_THAT(emergencies(), testing::IsEmpty());
+}
+
+TEST_F(MsdSynchronisation, Sync0ThatNeverCameIsNoWayToOp) {
+  to_pre_op();
+  activate(1'000'000);
+  write(reg::kDcActivation, 0);
+  write(reg::kStartTimeCyclic, static_cast<std::uint64_t>((now_ - 1us).count()));
+  write(reg::kDcActivation, 3);
+  ASSERT_EQ(request(AlState::kSafeOp), AlStatusCode::kNoError);
+  request(AlState::kOp);
+  for (int i = 0; i < 10'000 && code() == AlStatusCode::kNoError; ++i) cycle();
+  EXPECT_EQ(slave_.state(), AlState::kSafeOp);
+  EXPECT_EQ(code(), AlStatusCode::kNoSyncError);
+}
+
+TEST_F(MsdSynchronisation, TheLimitOfMissingOutputsIsASetting) {
+  to_pre_op();
+  download(0x10F1, 2, 12, 2);
+  activate(1'000'000);
+  ASSERT_EQ(request(AlState::kSafeOp), AlStatusCode::kNoError);
+  pass(500us);
+  ASSERT_EQ(request(AlState::kOp), AlStatusCode::kNoError);
+  for (int i = 0; i < 12; ++i) cycle();
+  ASSERT_EQ(slave_.state(), AlState::kOp);
+  for (int i = 0; i < 4; ++i) cycle(false);
+  EXPECT_EQ(slave_.state(), AlState::kOp);
+  cycle(false);
+  EXPECT_EQ(code(), AlStatusCode::kDcSyncTimeout);
+}
+
+/// Outputs come 500 us before SYNC0, once 200 us later, and three times not at all: 1C32h tells.
+TEST_F(MsdSynchronisation, TheDriveMeasuresHowPunctualOutputsAre) {
+  to_op();
+  for (int i = 0; i < 20; ++i) cycle();
+  pass(200us);
+  cycle();
+  pass(800us);
+  for (int i = 0; i < 2; ++i) cycle(false);
+  cycle();
+  const auto& margin = slave_.al().sync_margin();
+  EXPECT_GT(margin.pulses, 20U);
+  EXPECT_EQ(margin.missed, 3U);
+  EXPECT_EQ(margin.longest - margin.shortest, 200us);
+  EXPECT_GT(margin.mean(), margin.shortest);
+  EXPECT_LT(margin.mean(), margin.longest);
+  const auto& dictionary = drive().dictionary();
+  EXPECT_EQ(dictionary.get<std::uint16_t>(kSyncEventsMissed), 3U);
+  EXPECT_EQ(dictionary.get<std::uint32_t>(kSyncDistanceMin), margin.shortest.count());
+  EXPECT_EQ(dictionary.get<std::uint32_t>(kSyncDistanceMax), margin.longest.count());
 }
 
 TEST(MsdSynchronisationType, DcInsistsOnSync0) {

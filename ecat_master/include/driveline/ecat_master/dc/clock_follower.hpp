@@ -22,8 +22,9 @@ struct ReferenceClock {
 };
 
 /// Keeps the cycle and the reference clock together: makes the drift datagram of each cycle, and out of its answer the
-/// shift of the grid. In bus shift mode the grid stands and the reference clock is told the master's time in every
-/// second cycle.
+/// shift of the grid. In bus shift mode the reference clock is told the master's time in every second cycle and the
+/// grid stands; or it is told that of LineClocks::time, and the grid follows all the same. Should that time jump, by
+/// more than any clock drifts, the drives must not: they go on without the jump, and it is counted.
 ///
 /// A datagram that does not find the reference clock would bring the others whatever the master has put in: that is the
 /// time the reference clock would have had, so nobody is led astray by the one frame it takes to notice. From then on
@@ -58,6 +59,9 @@ class ClockFollower {
     double mean_error_ns = 0.0;  ///< phase of the frames, positive: late
     std::uint32_t silent = 0;    ///< frames in a row that came back without the reference clock's time
     std::uint64_t unlocks = 0;   ///< how often the lock was lost
+    /// How often LineClocks::time has jumped, which the clocks have not followed, and how far in all.
+    std::uint64_t time_jumps = 0;
+    std::int64_t time_jumped_ns = 0;
   };
   /// \rtsafe
   [[nodiscard]] Status status() noexcept;
@@ -72,6 +76,9 @@ class ClockFollower {
  private:
   [[nodiscard]] std::optional<Nanoseconds> measure(const rt::CycleStart& start, Nanoseconds sent,
                                                    const std::optional<DriftAnswer>& answer) noexcept;
+  [[nodiscard]] bool grid_follows() const noexcept { return mode_ == FollowMode::kMasterFollows || time_ != nullptr; }
+  [[nodiscard]] std::uint64_t time_to_tell(Nanoseconds now) noexcept;
+  void learn(Nanoseconds sent, const DriftAnswer& answer) noexcept;
   [[nodiscard]] bool reference_answered(const DriftAnswer& answer) const noexcept;
   void publish(std::optional<Nanoseconds> error) noexcept;
 
@@ -80,6 +87,14 @@ class ClockFollower {
   /// System time at which a frame shall pass the reference clock, and all whole periods from there.
   std::uint64_t arrival_;
   ClockMapping mapping_;
+  Nanoseconds told_at_{0};  ///< `now` of this cycle's datagram
+  /// What the time put into the datagram was short of when it met the reference clock, on average: the way from
+  /// reading the clock to the wire.
+  double late_ns_ = 0.0;
+  const TimeSource* time_;
+  std::optional<Nanoseconds> time_ahead_;  ///< of the master's clock, with the jumps taken out
+  Nanoseconds jumped_{0};
+  std::uint64_t jumps_ = 0;
   PhaseController controller_;
   LockDetector detector_;  ///< in bus shift mode, where nothing is controlled here
   rt::TripleBuffer<ReferenceClock> reference_;

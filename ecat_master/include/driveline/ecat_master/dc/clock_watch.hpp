@@ -6,6 +6,7 @@
 
 #include "driveline/ecat_master/dc/clock_follower.hpp"
 #include "driveline/ecat_master/dc/receive_times.hpp"
+#include "driveline/port/redundant_port.hpp"
 
 namespace driveline::ecat_master::dc {
 
@@ -20,6 +21,9 @@ struct ClockEvent {
     kOutOfWindow,     ///< `slave`, `value_ns`: its difference
     kBackInWindow,    ///< `slave`, `value_ns`
     kDelayChanged,    ///< `slave`, `value_ns`: by how much its delay is longer than it was
+    kTimeJumped,      ///< `value_ns`: what the external time has jumped by and the clocks have not
+    kRingParted,      ///< `slave` is the first behind the break; its part is led by the second interface
+    kRingWhole,       ///< one frame reaches all clocks again
   };
   Kind kind = Kind::kLocked;
   std::uint16_t slave = 0;
@@ -51,7 +55,6 @@ class ClockWatch {
     /// Changes of a delay below this are noise of the measurement.
     std::chrono::nanoseconds delay_change{40};
     unsigned latch_rounds = 16;
-    double processing_extra_ns = 0.0;
   };
 
   /// All must outlive the watch but `clocks`, the state after bring-up, which is copied.
@@ -60,10 +63,14 @@ class ClockWatch {
   ClockWatch(Bus& bus, std::span<const SlaveRef> slaves, const LineClocks& clocks, ClockFollower& follower)
       : ClockWatch(bus, slaves, clocks, follower, Settings{}) {}
 
+  /// The clocks are those of a ring: when it is open, both parts are kept together. `ring` must outlive the watch.
+  void use_ring(port::RedundantPort& ring) noexcept { ring_ = &ring; }
+
   /// One look at everything; to be called every few milliseconds.
   [[nodiscard]] Result<void> poll();
   /// Measures the propagation delays anew, e.g. because cables get longer in a drag chain or a slave was exchanged, and
-  /// writes those that have changed. Does nothing on a closed ring, which would have to be opened for it.
+  /// writes those that have changed. A closed ring is opened at its far end meanwhile, some 30 ms, in which a second
+  /// break would cost slaves; nothing is measured while a ring is open, or when use_ring() has not been called for one.
   [[nodiscard]] Result<void> remeasure_delays(const Topology& topology);
 
   /// Gives a slave in PREOP that lost its clock (power, reset) its time back while the cycle runs, waits until it is
@@ -90,6 +97,9 @@ class ClockWatch {
   void watch_lock();
   [[nodiscard]] Result<void> watch_reference();
   [[nodiscard]] Result<void> watch_differences();
+  [[nodiscard]] Result<void> watch_ring();
+  [[nodiscard]] std::optional<std::uint16_t> first_clock_from(std::size_t position) const noexcept;
+  [[nodiscard]] Result<std::int32_t> measure_second_way(std::uint16_t slave);
   [[nodiscard]] Result<std::optional<std::uint16_t>> next_reference();
   [[nodiscard]] Result<void> take_over(std::uint16_t reference);
   [[nodiscard]] Result<void> write_delays();
@@ -103,6 +113,10 @@ class ClockWatch {
   ClockFollower& follower_;
   Settings settings_;
   ReferenceClock reference_;
+  port::RedundantPort* ring_ = nullptr;
+  std::optional<std::uint16_t> behind_break_;  ///< first clock of the far part
+  std::uint16_t primary_slaves_ = 0;           ///< when that was found
+  std::uint64_t time_jumps_ = 0;
   bool locked_ = false;
   bool searching_ = false;  ///< the reference is lost and nobody has taken over
   std::vector<bool> inside_;

@@ -8,13 +8,16 @@
 #include "driveline/ecat_master/dc/propagation_delay.hpp"
 #include "driveline/ecat_master/dc/sync_signals.hpp"
 #include "driveline/ecat_master/dc/system_time.hpp"
+#include "driveline/ecat_master/dc/time_source.hpp"
 
 namespace driveline::ecat_master::dc {
 
 /// Who follows whom.
 enum class FollowMode : std::uint8_t {
-  kMasterFollows,     ///< the master's cycle follows the reference clock
-  kReferenceFollows,  ///< bus shift: the reference clock follows the master's clock, which may follow another one
+  kMasterFollows,  ///< the master's cycle follows the reference clock
+  /// Bus shift: the reference clock follows the master's clock, or ClockPlan::time; in the latter case the cycle
+  /// follows the reference clock, so that frames keep their phase.
+  kReferenceFollows,
 };
 
 /// What is planned for the clock of one slave.
@@ -22,6 +25,8 @@ struct SlaveClockPlan {
   SyncSignals signals;
   /// The SYNC0 cycle must be a multiple of it (MSD manual 9.1: 125 us); 0: any.
   std::chrono::nanoseconds base{0};
+  /// DelayNode::processing_extra_ns of its controller.
+  double processing_extra_ns = 0.0;
 };
 
 /// How the clocks of a line are to be run.
@@ -32,12 +37,14 @@ struct ClockPlan {
   std::chrono::nanoseconds period = std::chrono::microseconds{125};  ///< of the master
   /// How long before SYNC0 (of a slave without shift) the frames pass the reference clock: 0 .. period.
   std::chrono::nanoseconds frame_lead = std::chrono::nanoseconds{62'500};
+  /// What the clocks are to show; null: the master's clock. When the master follows, they are set to it once and go on
+  /// as the reference clock does; when the reference follows, it follows this time. Must outlive the cycle.
+  const TimeSource* time = nullptr;
   std::vector<SlaveClockPlan> slaves;  ///< by position; who is missing gets no signals
 
   // What the defaults are good for; here for tests and odd lines.
-  /// System time minus master's clock when the clocks are set.
+  /// System time minus master's clock when the clocks are set, without `time`.
   std::chrono::nanoseconds epoch{0};
-  double processing_extra_ns = 0.0;   ///< see propagation_delays()
   unsigned latch_rounds = 16;         ///< receive times are averaged over so many frames
   unsigned drift_datagrams = 15'000;  ///< of the static drift compensation
   unsigned drift_datagrams_per_frame = 32;
@@ -60,6 +67,7 @@ struct SlaveClock {
   std::uint64_t offset = 0;  ///< register 0x0920
   SyncSignals signals;
   std::uint64_t start = 0;  ///< register 0x0990 (of a 32-bit clock the lower half)
+  double processing_extra_ns = 0.0;
   /// Register 0x092C at the end of the static compensation.
   std::chrono::nanoseconds difference{0};
 };
@@ -69,6 +77,7 @@ struct LineClocks {
   FollowMode mode = FollowMode::kMasterFollows;
   std::chrono::nanoseconds period{0};
   std::chrono::nanoseconds frame_lead{0};
+  const TimeSource* time = nullptr;
   std::uint16_t reference = 0;  ///< position
   std::uint16_t station = 0;    ///< station address of the reference
   std::vector<SlaveClock> slaves;
@@ -80,5 +89,12 @@ struct LineClocks {
   unsigned drift_frames = 0;  ///< of the static compensation
   unsigned drift_frames_lost = 0;
 };
+
+/// DelayNode::processing_extra_ns of all slaves.
+[[nodiscard]] inline std::vector<double> processing_extra(const LineClocks& clocks) {
+  std::vector<double> all;
+  for (const auto& clock : clocks.slaves) all.push_back(clock.processing_extra_ns);
+  return all;
+}
 
 }  // namespace driveline::ecat_master::dc

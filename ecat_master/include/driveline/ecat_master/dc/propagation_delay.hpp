@@ -18,6 +18,8 @@ struct DelayNode {
   /// How fast the slave's clock runs against that of the first slave with receive times. What counts as 64 us on a
   /// clock that is 100 ppm fast is 6 ns less.
   double rate = 1.0;
+  /// How much longer a frame takes through the processing unit than past it (tDiff of the controller, up to 40 ns).
+  double processing_extra_ns = 0.0;
 };
 
 /// How good a propagation delay is.
@@ -51,9 +53,8 @@ struct DelayContradiction {
 /// of the cable. A ring must be opened at its far end meanwhile. Only differences of times of the same slave are used,
 /// modulo 2^32, so neither the offsets between the clocks nor any wrap-around matter.
 ///
-/// `processing_extra_ns`: how much longer a frame takes through the processing unit than past it (tDiff of the
-/// controller, up to 40 ns). Result: one per node. Allocates.
+/// Result: one per node. Allocates.
 [[nodiscard]] tl::expected<std::vector<PropagationDelay>, DelayContradiction> propagation_delays(
-    std::span<const DelayNode> nodes, double processing_extra_ns = 0.0);
+    std::span<const DelayNode> nodes);
 
 }  // namespace driveline::ecat_master::dc

@@ -31,11 +31,13 @@ struct ReceiveTimes {
                                                                     std::span<const ClockFeatures> features);
 
 /// Propagation delays, averaged over `rounds` frames. A closed ring is opened at its far end meanwhile: the frame must
-/// come back the way it went. Errors: kClock (kDelays when no round makes sense), those of the bus.
+/// come back the way it went, and closed again, which its last slave does by itself after a second should nobody reach
+/// it. `processing_extra_ns`: DelayNode::processing_extra_ns by position; who is missing has none. Errors: kClock
+/// (kDelays when no round makes sense), those of the bus.
 [[nodiscard]] Result<std::vector<PropagationDelay>> measure_delays(Bus& bus, std::span<const SlaveRef> slaves,
                                                                    std::span<const ClockFeatures> features,
                                                                    const Topology& topology, unsigned rounds,
-                                                                   double processing_extra_ns);
+                                                                   std::span<const double> processing_extra_ns);
 
 /// Register 0x092C of all slaves with a clock: how far each is ahead of the reference clock, as its own filter sees it.
 /// Slaves without clock, or without answer, are left out (nothing at their position).

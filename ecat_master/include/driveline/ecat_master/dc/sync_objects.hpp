@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "driveline/ecat_master/coe/coe_client.hpp"
 #include "driveline/ecat_master/dc/sync_signals.hpp"
 
@@ -16,5 +18,16 @@ inline constexpr std::uint16_t kSyncTypeSync0 = 2;
 /// Errors: kClock, kSyncObject, for an entry that reads otherwise than it was written; those of the transfer. Not
 /// real-time safe.
 [[nodiscard]] Result<void> write_sync_objects(CoeClient& coe, std::uint16_t slave, const SyncSignals& signals);
+
+/// What a slave has measured of the master's punctuality since it entered OP (ETG.1020, 1C32h).
+struct SyncMarginReport {
+  std::chrono::nanoseconds shortest{0};  ///< sub-index 11h: least time from complete outputs to SYNC0
+  std::chrono::nanoseconds longest{0};   ///< sub-index 12h
+  std::uint32_t missed = 0;              ///< sub-index 0Bh: SYNC0 pulses without new outputs
+};
+
+/// Reads it from one slave; nothing where the slave does not have these entries. Errors: those of the transfer. Not
+/// real-time safe.
+[[nodiscard]] Result<std::optional<SyncMarginReport>> read_sync_margin(CoeClient& coe);
 
 }  // namespace driveline::ecat_master::dc

@@ -30,8 +30,10 @@ struct RingStatus {
 /// side; the two are put together, so that a break costs no frame.
 ///
 /// The copy on the secondary interface does nothing where it must not do it twice or at the wrong place: commands that
-/// count positions (APxx, ARMW) and clock distribution (FRMW) are NOPs in it. While the ring is open slaves behind the
-/// break can therefore be addressed by station address, not by position, and their clocks run free.
+/// count positions (APxx, ARMW) and those that read one slave and write the others (FRMW) are NOPs in it. While the
+/// ring is open slaves behind the break can therefore be addressed by station address, not by position.
+///
+/// The time of the reference clock (FRMW to 0x0910) is the exception: route_time() says how it gets to both parts.
 ///
 /// One thread at a time, like any port; status() and the counters may be read by others. Nothing allocates after
 /// construction.
@@ -44,6 +46,19 @@ class RedundantPort final : public Port {
   };
   /// Frames that may be on the way at the same time.
   static constexpr std::size_t kMaxInFlight = 16;
+
+  /// How the time of the reference clock travels (FRMW to register 0x0910, ETG.1000.4 Table 60).
+  struct TimeRoute {
+    /// Whose copy meets the reference clock.
+    enum class Leader : std::uint8_t { kPrimary, kSecondary };
+    Leader leader = Leader::kPrimary;
+    /// When the primary one does: the other carries the time as the master has put it in, plus this, by how much later
+    /// it passes. Nothing: it carries none.
+    std::optional<std::int32_t> other_later_ns{};
+    /// RingStatus::primary_slaves of the break it was made for. Once the ring is closed, or open elsewhere, the primary
+    /// copy leads and the other carries no time.
+    std::uint16_t primary_slaves = 0;
+  };
 
   /// Both ports and the clock must outlive this one.
   RedundantPort(Port& primary, Port& secondary, const rt::Clock& clock, Settings settings);
@@ -58,6 +73,9 @@ class RedundantPort final : public Port {
   /// \rtsafe
   [[nodiscard]] std::chrono::nanoseconds last_send_time() const noexcept override { return last_send_; }
 
+  /// From the next frame on. Any one thread. \rtsafe
+  void route_time(const TimeRoute& route) noexcept;
+
   /// Any thread. \rtsafe
   [[nodiscard]] RingStatus status() const noexcept;
   /// Answers put together of two halves, and halves that stayed alone. Any thread. \rtsafe
@@ -71,6 +89,7 @@ class RedundantPort final : public Port {
   struct Flight {
     bool open = false;
     bool other_expected = false;  ///< both copies are on the wire
+    Side time_leader = Side::kPrimary;
     std::size_t size = 0;
     std::chrono::nanoseconds sent_at{0};
     std::optional<Side> half;  ///< whose answer is in `answer`
@@ -86,6 +105,10 @@ class RedundantPort final : public Port {
   [[nodiscard]] bool take_half(Flight& flight, const ReceivedFrame& frame, Side copy) noexcept;
   [[nodiscard]] bool hand_over_late_half() noexcept;
   void hand_over(Flight& flight) noexcept;
+  [[nodiscard]] TimeRoute time_route() const noexcept;
+  [[nodiscard]] std::span<const std::byte> make_copy(std::span<const std::byte> frame, const TimeRoute& route) noexcept;
+  static void settle_time(const Flight& flight, Side from, std::span<const std::byte> leader,
+                          std::span<std::byte> into) noexcept;
   void note_open(const Flight& flight, std::span<const std::byte> other) noexcept;
 
   Port& primary_;
@@ -101,6 +124,7 @@ class RedundantPort final : public Port {
   Counter merged_;
   Counter halves_;
   std::atomic<std::uint64_t> status_{0};
+  std::atomic<std::uint64_t> time_route_{0};
 };
 
 }  // namespace driveline::port

@@ -42,6 +42,8 @@ class AlStateMachine {
   void on_time(Nanoseconds now) noexcept;
   /// SYNC0 or SYNC1 came, at `time`.
   void on_sync(SyncSignal signal, Nanoseconds time) noexcept;
+  /// How punctual outputs have been at the SYNC pulses since OP was entered.
+  [[nodiscard]] const SyncMargin& sync_margin() const noexcept { return synchronisation_.margin(); }
   /// A regular step has passed: a transition that waits for outputs or for SYNC0 looks for them.
   void on_step(Nanoseconds now) noexcept;
   /// The slave leaves its state by itself and reports why.
@@ -89,6 +91,7 @@ class AlStateMachine {
   [[nodiscard]] bool ready_for_op() const noexcept;
   void react_to_synchronisation() noexcept;
   [[nodiscard]] std::uint32_t outputs_written() const noexcept;
+  [[nodiscard]] Nanoseconds last_outputs() const noexcept;
   void enter(wire::AlState target) noexcept;
   void report(wire::AlStatusCode code) noexcept;
   void publish() noexcept;

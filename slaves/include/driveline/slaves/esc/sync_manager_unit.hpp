@@ -65,6 +65,8 @@ class SyncManagerUnit {
   [[nodiscard]] bool fresh(unsigned n) const noexcept { return channels_[n].usable && channels_[n].fresh; }
   /// Complete buffers the master has written since the channel was enabled.
   [[nodiscard]] std::uint32_t write_count(unsigned n) const noexcept { return channels_[n].writes; }
+  /// When the last of them was complete.
+  [[nodiscard]] Nanoseconds last_write(unsigned n) const noexcept { return channels_[n].last_write; }
   /// Hands over the newest buffer; empty when there is none. Valid until the next access of the master.
   [[nodiscard]] std::span<const std::byte> take(unsigned n) noexcept;
   /// Buffer for the next data to the master; empty when the channel is not operational or its mailbox is full.
@@ -101,6 +103,7 @@ class SyncManagerUnit {
     std::uint8_t writing = 0;
     std::uint8_t reading = 0;
     std::uint32_t writes = 0;
+    Nanoseconds last_write{0};
 
     [[nodiscard]] std::size_t end() const noexcept { return std::size_t{begin} + length; }
     [[nodiscard]] bool mailbox() const noexcept { return control.mode == wire::SyncManagerMode::kMailbox; }

@@ -5,6 +5,7 @@
 
 #include "driveline/slaves/esc/memory.hpp"
 #include "driveline/slaves/sync_demand.hpp"
+#include "driveline/slaves/sync_margin.hpp"
 #include "driveline/wire/al_status_code.hpp"
 
 namespace driveline::slaves {
@@ -49,8 +50,8 @@ class SyncSupervision {
   void leave_op() noexcept;
   void stop() noexcept;
 
-  /// A pulse came.
-  void pulse(SyncSignal signal, Nanoseconds time, std::uint32_t outputs) noexcept;
+  /// A pulse came; the last of `outputs` complete output buffers came at `written`.
+  void pulse(SyncSignal signal, Nanoseconds time, std::uint32_t outputs, Nanoseconds written) noexcept;
   /// When on_time() wants to be called next.
   [[nodiscard]] Nanoseconds due() const noexcept { return due_; }
   void on_time(Nanoseconds now, std::uint32_t outputs) noexcept;
@@ -59,12 +60,14 @@ class SyncSupervision {
   [[nodiscard]] wire::AlStatusCode obstacle() const noexcept;
   /// Why OP must be left; kNoError: no reason.
   [[nodiscard]] wire::AlStatusCode fault() const noexcept { return fault_; }
+  /// Since OP was entered; keeps its figures when OP is left.
+  [[nodiscard]] const SyncMargin& margin() const noexcept { return margin_; }
 
  private:
   enum class Mode : std::uint8_t { kNone, kSmEvent, kSync };
 
   [[nodiscard]] wire::AlStatusCode check_cycles(const SyncDemand& demand) const noexcept;
-  void count_cycle(std::uint32_t outputs) noexcept;
+  void count_cycle(bool came) noexcept;
 
   const EscMemory& memory_;
   Mode mode_ = Mode::kNone;
@@ -78,6 +81,8 @@ class SyncSupervision {
   unsigned missing_ = 0;    ///< sync error counter, as 10F1h counts
   bool some_came_ = false;  ///< while it was above zero
   std::uint32_t outputs_ = 0;
+  SyncMargin margin_;
+  bool first_pulse_ = false;  ///< its outputs may have come before OP
   Nanoseconds due_ = kNever;
   wire::AlStatusCode fault_ = wire::AlStatusCode::kNoError;
 };

@@ -81,6 +81,7 @@ class MsdDrive final : public Device, private DictionaryOwner {
   [[nodiscard]] std::chrono::nanoseconds process_data_period() const noexcept override;
   [[nodiscard]] SyncDemand sync_demand() const noexcept override;
   void sync_event(SyncSignal signal, std::chrono::nanoseconds time) noexcept override;
+  void sync_margin(const SyncMargin& margin) noexcept override;
 
   // The terminals: any input, hardware enable ENPO, safe torque off ISDSH (true: torque permitted), mains. \rtsafe
   void set_input(Input input, bool level) noexcept;

@@ -1,0 +1,121 @@
+#!/usr/bin/env bash
+# Makes the figures of docs/distributed_clocks.md but the first anew: docs/figures/clocks.sh [build folder]
+# Needs the program bench/dc (ninja bench_dc) and gnuplot.
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+build=${1:-build}
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+"$build/bench/dc" --figures "$folder"
+
+style="set datafile separator ','
+set grid lc rgb '#d0d0d0'
+set border lc rgb '#606060'
+set key outside right
+set style line 1 lw 1.6 lc rgb '#0060ad'
+set style line 2 lw 1.6 lc rgb '#dd181f'
+set style line 3 lw 1.6 lc rgb '#2e8b2e'
+set style line 4 lw 1.6 lc rgb '#b8860b'
+set style line 5 lw 1.6 lc rgb '#7b3fa0'
+set style line 6 lw 1.6 lc rgb '#606060'"
+# draw NAME HEIGHT COMMANDS
+draw() {
+  gnuplot <<PLOT
+set terminal svg size 760,$2 font 'sans,11' background 'white' noenhanced
+set output 'docs/figures/$1.svg'
+$style
+$3
+PLOT
+}
+
+draw lock_in 320 "
+set xlabel 'time in ms'
+set ylabel 'phase error, % of the period'
+set xrange [0:400]
+set yrange [-0.3:1.05]
+plot '$folder/lock_in_125.csv' skip 1 using 1:(\$2/100) with lines ls 1 title '125 us', \
+     '$folder/lock_in_250.csv' skip 1 using 1:(\$2/100) with lines ls 2 title '250 us', \
+     '$folder/lock_in_1000.csv' skip 1 using 1:(\$2/100) with lines ls 3 title '1 ms', \
+     '$folder/lock_in_4000.csv' skip 1 using 1:(\$2/100) with lines ls 4 title '4 ms', \
+     '$folder/lock_in_10000.csv' skip 1 using 1:(\$2/100) with lines ls 5 title '10 ms'"
+
+draw disturbed 640 "
+set multiplot layout 5,1
+set lmargin 10
+set rmargin 3
+set key inside right top
+set yrange [-40:40]
+set ytics 20
+set format x ''
+set ylabel 'ns'
+set tmargin 0.6
+set bmargin 0.6
+plot '$folder/disturbed_quiet.csv' skip 1 using 1:2 with lines ls 1 title 'undisturbed'
+plot '$folder/disturbed_receive_jitter.csv' skip 1 using 1:2 with lines ls 2 title 'receive times +-20 ns'
+plot '$folder/disturbed_temperature.csv' skip 1 using 1:2 with lines ls 3 title 'speeds wander by 1 ppm/s'
+plot '$folder/disturbed_wake_jitter.csv' skip 1 using 1:2 with lines ls 4 title 'measured wake-up latency'
+set format x
+set bmargin 3
+set xlabel 'time in s'
+plot '$folder/disturbed_loss.csv' skip 1 using 1:2 with lines ls 5 title '1 % of the frames lost'
+unset multiplot"
+
+draw takeover 300 "
+set xlabel 'time in s; the reference clock is switched off at 0.2 s'
+set ylabel 'SYNC0 against the next reference, ns'
+set arrow from 0.2, graph 0 to 0.2, graph 1 nohead lc rgb '#606060' dt 2
+plot '$folder/takeover.csv' skip 1 using 1:2 with lines ls 1 title 'slave 3', \
+     '$folder/takeover.csv' skip 1 using 1:3 with lines ls 2 title 'slave 4', \
+     '$folder/takeover.csv' skip 1 using 1:4 with lines ls 3 title 'slave 5'"
+
+draw ring 460 "
+set multiplot layout 2,1
+set lmargin 10
+set rmargin 14
+set arrow from 0.2, graph 0 to 0.2, graph 1 nohead lc rgb '#606060' dt 2
+set ylabel 'free, ns'
+plot for [i=2:7] '$folder/ring_free.csv' skip 1 using 1:i with lines ls i-1 title word('1 4 7 8 11 15', i-1)
+set yrange [-60:60]
+set ylabel 'led, ns'
+set xlabel 'time in s; the cable in front of slave 8 breaks at 0.2 s'
+plot for [i=2:7] '$folder/ring_led.csv' skip 1 using 1:i with lines ls i-1 title word('1 4 7 8 11 15', i-1)
+unset multiplot"
+
+# One cycle: what lies where.
+draw cycle 300 "
+unset grid
+unset border
+unset xtics
+unset ytics
+unset key
+set xrange [-8:150]
+set yrange [-0.6:4.6]
+set arrow from -5,0 to 148,0 lc rgb '#606060'
+set label 'time' at 140,-0.3
+set arrow from 0,-0.1 to 0,4.3 nohead dt 2 lc rgb '#606060'
+set arrow from 125,-0.1 to 125,4.3 nohead dt 2 lc rgb '#606060'
+set label 'grid' at 1,4.35
+set label 'grid + period' at 126,4.35
+set label 'master' at -8,3.5
+set object 1 rect from 0,3.2 to 6,3.8 fc rgb '#e0e0e0' fs border lc rgb '#606060'
+set label 'wake' at 0.6,3.5
+set object 2 rect from 6,3.2 to 12,3.8 fc rgb '#9ecae1' fs border lc rgb '#606060'
+set label 'send' at 6.4,3.5
+set object 3 rect from 34,3.2 to 46,3.8 fc rgb '#a1d99b' fs border lc rgb '#606060'
+set label 'work' at 37,3.5
+set label 'reference' at -8,2.4
+set object 4 rect from 14,2.1 to 30,2.7 fc rgb '#9ecae1' fs border lc rgb '#606060'
+set label 'frame' at 19,2.4
+set arrow from 14,2.0 to 14,0 nohead dt 3
+set arrow from 80,2.9 to 80,0 nohead lw 2 lc rgb '#dd181f'
+set label 'SYNC0' at 75,3.05 tc rgb '#dd181f'
+set arrow from 14,1.75 to 80,1.75 heads size 2,15 lc rgb '#0060ad'
+set label 'frame_lead: held by the master' at 28,1.95 tc rgb '#0060ad'
+set label 'slave n' at -8,1.0
+set object 5 rect from 18,0.7 to 34,1.3 fc rgb '#9ecae1' fs border lc rgb '#606060'
+set label 'frame' at 23,1.0
+set arrow from 98,1.5 to 98,0 nohead lw 2 lc rgb '#dd181f'
+set label 'SYNC0 + shift' at 93,1.65 tc rgb '#dd181f'
+set arrow from 34,0.5 to 98,0.5 heads size 2,15 lc rgb '#2e8b2e'
+set label 'SYNC0 margin: 1C32h:11, :12' at 46,0.28 tc rgb '#2e8b2e'
+plot NaN"
