@@ -64,6 +64,7 @@ struct Start {
   double to_safe_op = 0.0;
   double to_op = 0.0;
   double memory_mib = 0.0;
+  double discovery_frames = 0.0;
   [[nodiscard]] double total() const noexcept { return discovery + to_safe_op + to_op; }
 };
 
@@ -83,6 +84,7 @@ Start start_line(port::Port& port, rt::Clock& clock, std::size_t count) {
   };
   require(master.scan());
   start.discovery = lap();
+  start.discovery_frames = static_cast<double>(master.exchange_statistics().frames_sent);
   require(master.configure(std::move(plans)));
   start.to_safe_op = lap();
   ecat_master::CyclicCore::Settings settings;
@@ -152,6 +154,8 @@ void add(Report& report, const char* where, std::size_t drives, const std::vecto
       "first_frame_to_op", [](const Start& s) { return s.total(); }, aim);
   row(
       "discovery", [](const Start& s) { return s.discovery; }, std::nullopt);
+  report.add(
+      {name, "discovery_frames", "frames", summarize({starts.front().discovery_frames}), std::nullopt, std::nullopt});
   row(
       "configuration_to_safe_op", [](const Start& s) { return s.to_safe_op; }, std::nullopt);
   row(

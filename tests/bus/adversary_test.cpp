@@ -89,7 +89,7 @@ class Adversary : public testing::TestWithParam<std::uint32_t> {};
 
 TEST_P(Adversary, ChangedFramesOfOurOwnBreakNothingForGood) {
   static const auto kTraffic = own_traffic();
-  ASSERT_GT(kTraffic.size(), 500U);
+  ASSERT_GT(kTraffic.size(), 400U);
   Random random(GetParam());
   DriveLine drives(3);
   auto& line = drives.line();

@@ -10,6 +10,7 @@ namespace {
 
 namespace sii = wire::sii_access;
 using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
 
 constexpr std::size_t kFirstCategoryWord = 0x40;
 constexpr std::size_t kSizeWord = 0x3E;
@@ -17,105 +18,254 @@ constexpr std::size_t kMaxWords = 0x10000;
 constexpr std::uint16_t kEndCategory = 0xFFFF;
 /// ESC data sheet: an EEPROM answers within a few ms; real slaves were seen to need up to 10 ms.
 constexpr auto kBusyTimeout = milliseconds{100};
+constexpr std::size_t kCommandBytes = 6;     // control, address: 0x0502..0x0507
 constexpr std::size_t kInterfaceBytes = 14;  // control/status, address, data: 0x0502..0x050F
+constexpr std::size_t kAddressAt = 2;
+constexpr std::size_t kDataAt = 6;
+/// Words of one read command: 4 bytes, until a slave has said that it reads 8.
+constexpr std::size_t kFewWords = 2;
+constexpr std::size_t kManyWords = 4;
+/// Read commands with their answers in one round: first, and when all goes well; these fill a frame.
+constexpr std::size_t kFirstDepth = 8;
+constexpr std::size_t kFullDepth = 32;
+/// Answers to other addresses in a row, after which a slave is taken to be one that does not show the address.
+constexpr int kStrangeAnswers = 3;
 
-/// One slave's progress through its EEPROM.
-struct Reading {
-  SlaveRef slave;
-  std::vector<std::byte> image;
-  std::size_t needed_words = kFirstCategoryWord + 2;
-  std::size_t category_word = kFirstCategoryWord;
-  bool complete = false;
-  bool arrived = false;
-  std::optional<Error> failure;
-  std::array<std::byte, kInterfaceBytes> interface {};
-
-  [[nodiscard]] std::size_t words() const noexcept { return image.size() / 2; }
-  [[nodiscard]] std::uint16_t word(std::size_t at) const noexcept {
-    return wire::load_le<std::uint16_t>(std::span(image).subspan(2 * at, 2));
-  }
+/// A read command, the interface of the slave looked at, or both; in which order, the mode of the reading says.
+struct Step {
+  std::size_t word = 0;
+  std::array<std::byte, kCommandBytes> command{};
+  std::array<std::byte, kInterfaceBytes> answer{};
+  bool commands = false;
+  bool looks = false;
 };
 
-Error sii_error(ErrorKind kind, const Reading& r, std::uint32_t code = 0) {
-  Error error;
-  error.kind = kind;
-  error.slave = r.slave.position;
-  error.address = static_cast<std::uint16_t>(r.words());
-  error.code = code;
-  return error;
-}
+/// One slave's progress through its EEPROM.
+///
+/// A slave controller takes over what is written to its registers at the end of a frame, and commands only while its
+/// interface is idle (ESC data sheet I "Shadow buffer", II 0x0502); so as a rule the answer to a command comes in a
+/// later frame, and the next command travels with the look for it. Controllers that work off a command within the frame
+/// get many commands per frame, each with its look behind it. Neither is ever assumed: an answer counts when the
+/// interface is idle and shows the address of the wanted word. The first word is asked for with nothing else in the
+/// frame, since the address may be that of a reader before us.
+class Reading {
+ public:
+  Reading(SlaveRef slave, nanoseconds now) : slave_(slave), since_(now) {}
 
-/// Follows the chain of categories as far as it has been read. False: it does not end.
-bool follow_categories(Reading& r) {
-  // Word 0x3E holds the EEPROM size in KiBit minus one.
-  const std::size_t size_words = std::min<std::size_t>((std::size_t{r.word(kSizeWord)} + 1) * 64, kMaxWords);
-  while (r.words() >= r.category_word + 2) {
-    if (r.word(r.category_word) == kEndCategory) {
-      r.complete = true;
-      return true;
-    }
-    r.category_word += 2 + r.word(r.category_word + 1);
-    if (r.category_word > size_words) return false;
-    // The end marker may be left out when the categories fill the EEPROM to the last word.
-    const bool full = r.category_word == size_words;
-    r.needed_words = full ? size_words : r.category_word + 2;
-    if (full) break;
+  [[nodiscard]] bool done() const noexcept { return complete_ || failure_.has_value(); }
+  [[nodiscard]] Result<std::vector<std::byte>> take() {
+    if (failure_) return tl::unexpected(*failure_);
+    return std::move(image_);
   }
-  r.complete = r.category_word == size_words && r.words() >= size_words;
-  return true;
-}
 
-Result<void> request_words(Bus& bus, std::span<Reading*> active) {
-  std::vector<std::array<std::byte, 6>> commands(active.size());
-  std::vector<Request> requests;
-  for (std::size_t i = 0; i < active.size(); ++i) {
-    wire::store_le<std::uint16_t>(commands[i], sii::kCommandRead);
-    wire::store_le<std::uint32_t>(std::span(commands[i]).subspan(2), static_cast<std::uint32_t>(active[i]->words()));
-    requests.push_back({wire::Command::kFpwr,
-                        wire::DatagramAddress::physical(active[i]->slave.station, wire::reg::kSiiControl.address),
-                        commands[i]});
-  }
-  return bus.exchange().exchange(requests);
-}
-
-/// Polls until all of `active` have delivered; takes over the words.
-Result<void> await_words(Bus& bus, std::span<Reading*> active) {
-  for (auto* r : active) r->arrived = false;
-  const auto deadline = bus.exchange().now() + kBusyTimeout;
-  for (;;) {
-    std::vector<Reading*> waiting;
-    std::copy_if(active.begin(), active.end(), std::back_inserter(waiting),
-                 [](const Reading* r) { return !r->arrived; });
-    if (waiting.empty()) return {};
-    std::vector<Request> requests;
-    for (auto* r : waiting) {
-      requests.push_back({wire::Command::kFprd,
-                          wire::DatagramAddress::physical(r->slave.station, wire::reg::kSiiControl.address),
-                          r->interface});
+  /// Appends the datagrams of the next round. They point into this object.
+  void prepare(std::vector<Request>& requests) {
+    make_steps();
+    const auto address = wire::DatagramAddress::physical(slave_.station, wire::reg::kSiiControl.address);
+    for (auto& step : steps_) {
+      const Request look{wire::Command::kFprd, address, step.answer};
+      if (step.looks && mode_ != Mode::kPairs) requests.push_back(look);
+      if (step.commands) {
+        wire::store_le<std::uint16_t>(step.command, sii::kCommandRead);
+        wire::store_le<std::uint32_t>(std::span(step.command).subspan(kAddressAt),
+                                      static_cast<std::uint32_t>(step.word));
+        requests.push_back({wire::Command::kFpwr, address, step.command});
+      }
+      if (step.looks && mode_ == Mode::kPairs) requests.push_back(look);
     }
-    if (auto done = bus.exchange().exchange(requests); !done) return done;
-    for (std::size_t i = 0; i < waiting.size(); ++i) {
-      auto& r = *waiting[i];
-      const auto status = wire::load_le<std::uint16_t>(r.interface);
-      if (requests[i].working_counter != 1 || (status & sii::kBusy) != 0) continue;
-      if ((status & (sii::kErrorAcknowledge | sii::kErrorWriteEnable)) != 0) {
-        r.failure = sii_error(ErrorKind::kSiiError, r, status);
-        r.arrived = true;
+  }
+
+  /// Takes over what came back; `answers` begins with the datagrams of this slave. Returns how many they were.
+  std::size_t evaluate(std::span<const Request> answers, nanoseconds now, const SiiCache& cache) {
+    std::size_t used = 0;
+    bool looked = true;
+    for (auto& step : steps_) {
+      const auto count = (step.looks ? 1U : 0U) + (step.commands ? 1U : 0U);
+      for (const auto& answer : answers.subspan(used, count)) {
+        const bool touched = answer.working_counter == 1;
+        if (answer.command == wire::Command::kFpwr) {
+          step.commands = touched;  // a busy interface need not take one
+        } else {
+          looked = looked && touched;
+        }
+      }
+      used += count;
+    }
+    const auto before = words();
+    if (looked) evaluate();
+    if (words() > before) {
+      since_ = now;
+      look_at_content(cache);
+    }
+    if (!done() && now - since_ > kBusyTimeout) fail(ErrorKind::kSiiBusy);
+    return used;
+  }
+
+ private:
+  enum class Mode : std::uint8_t {
+    kCommand,  ///< gives a command when the interface is idle
+    kAwait,    ///< looks for the answer; the next command may travel behind the look
+    kPairs,    ///< commands, each with its look behind it
+  };
+  enum class Answer : std::uint8_t { kTaken, kBusy, kOther, kFailed };
+
+  void make_steps() {
+    steps_.clear();
+    if (mode_ == Mode::kPairs) {
+      for (std::size_t i = 0; i < depth_; ++i) {
+        const std::size_t word = words() + i * words_per_read_;
+        if (i > 0 && word >= limit()) break;
+        steps_.push_back({word, {}, {}, true, true});
+      }
+    } else if (mode_ == Mode::kCommand) {
+      steps_.push_back({words(), {}, {}, true, true});
+    } else {
+      const std::size_t next = words() + words_per_read_;
+      steps_.push_back({next, {}, {}, next_travels_ && next < limit(), true});
+    }
+  }
+
+  void evaluate() {
+    const auto& first = steps_.front();
+    if (mode_ == Mode::kCommand) {
+      const auto status = wire::load_le<std::uint16_t>(first.answer);
+      if ((status & sii::kBusy) == 0 && first.commands) mode_ = Mode::kAwait;
+    } else if (mode_ == Mode::kAwait) {
+      evaluate_awaited(first);
+    } else {
+      evaluate_pairs();
+    }
+  }
+
+  void evaluate_awaited(const Step& step) {
+    switch (take_answer(step.answer)) {
+      case Answer::kTaken:
+        // Does this controller work off commands within a frame?
+        mode_ = !tried_pairs_ ? Mode::kPairs : step.commands ? Mode::kAwait : Mode::kCommand;
+        tried_pairs_ = true;
+        strange_answers_ = 0;
+        break;
+      case Answer::kOther:
+        mode_ = Mode::kCommand;
+        if (++strange_answers_ == kStrangeAnswers) {
+          shows_address_ = false;
+          next_travels_ = false;
+          tried_pairs_ = true;
+        }
+        break;
+      case Answer::kBusy:
+      case Answer::kFailed:
+        break;
+    }
+  }
+
+  void evaluate_pairs() {
+    for (const auto& step : steps_) {
+      // A slave that changes how much it reads at once has another idea of what comes next.
+      if (step.word == words() && take_answer(step.answer) == Answer::kTaken) {
+        pairs_work_ = true;
         continue;
       }
-      const std::size_t bytes = (status & sii::kReads8Bytes) != 0 ? 8 : 4;
-      r.image.insert(r.image.end(), r.interface.begin() + 6,
-                     r.interface.begin() + 6 + static_cast<std::ptrdiff_t>(bytes));
-      r.arrived = true;
+      // Which of the commands was taken at the end of the frame, if any, is not known. Once proven, pairs are tried
+      // again: a frame may have been lost.
+      mode_ = Mode::kCommand;
+      next_travels_ = true;
+      tried_pairs_ = !pairs_work_;
+      return;
     }
-    if (bus.exchange().now() > deadline) {
-      for (auto* r : active) {
-        if (!r->arrived) r->failure = sii_error(ErrorKind::kSiiBusy, *r);
-        r->arrived = true;
+    depth_ = kFullDepth;
+  }
+
+  /// Appends the words in `answer` when they are the wanted ones.
+  Answer take_answer(std::span<const std::byte, kInterfaceBytes> answer) {
+    const auto status = wire::load_le<std::uint16_t>(answer);
+    if ((status & sii::kBusy) != 0) return Answer::kBusy;
+    const auto shown = wire::load_le<std::uint32_t>(answer.subspan(kAddressAt));
+    if (shows_address_ && shown != words()) return Answer::kOther;
+    if ((status & (sii::kErrorAcknowledge | sii::kErrorWriteEnable)) != 0) {
+      fail(ErrorKind::kSiiError, status);
+      return Answer::kFailed;
+    }
+    words_per_read_ = (status & sii::kReads8Bytes) != 0 ? kManyWords : kFewWords;
+    const auto data = answer.subspan(kDataAt, 2 * words_per_read_);
+    image_.insert(image_.end(), data.begin(), data.end());
+    return Answer::kTaken;
+  }
+
+  [[nodiscard]] std::size_t words() const noexcept { return image_.size() / 2; }
+  [[nodiscard]] std::uint16_t word(std::size_t at) const noexcept {
+    return wire::load_le<std::uint16_t>(std::span(image_).subspan(2 * at, 2));
+  }
+  /// Behind the last word that may be asked for. Word 0x3E holds the EEPROM size in KiBit minus one.
+  [[nodiscard]] std::size_t limit() const noexcept {
+    if (words() <= kSizeWord) return SiiCache::kHeadWords;
+    return std::min<std::size_t>((std::size_t{word(kSizeWord)} + 1) * 64, kMaxWords);
+  }
+
+  void fail(ErrorKind kind, std::uint32_t code = 0) {
+    Error error;
+    error.kind = kind;
+    error.slave = slave_.position;
+    error.address = static_cast<std::uint16_t>(words());
+    error.code = code;
+    failure_ = error;
+  }
+
+  /// Is it complete, known from before, or does it lead nowhere?
+  void look_at_content(const SiiCache& cache) {
+    if (!looked_up_ && words() >= SiiCache::kHeadWords) {
+      looked_up_ = true;
+      if (auto known = cache.find(image_)) {
+        image_ = std::move(*known);
+        complete_ = true;
+        return;
       }
     }
+    if (words() < needed_words_) return;
+    if (!follow_categories()) return fail(ErrorKind::kSiiContent);
+    // What was asked for beyond the end is nobody's content.
+    if (complete_)
+      image_.resize(
+          std::min(image_.size(), 2 * ((needed_words_ + words_per_read_ - 1) / words_per_read_ * words_per_read_)));
   }
-}
+
+  /// Follows the chain of categories as far as it has been read. False: it does not end.
+  bool follow_categories() {
+    const std::size_t size_words = limit();
+    while (words() >= category_word_ + 2) {
+      if (word(category_word_) == kEndCategory) {
+        complete_ = true;
+        return true;
+      }
+      category_word_ += 2 + word(category_word_ + 1);
+      if (category_word_ > size_words) return false;
+      // The end marker may be left out when the categories fill the EEPROM to the last word.
+      const bool full = category_word_ == size_words;
+      needed_words_ = full ? size_words : category_word_ + 2;
+      if (full) break;
+    }
+    complete_ = category_word_ == size_words && words() >= size_words;
+    return true;
+  }
+
+  SlaveRef slave_;
+  std::vector<std::byte> image_;
+  std::vector<Step> steps_;
+  Mode mode_ = Mode::kCommand;
+  std::size_t needed_words_ = SiiCache::kHeadWords;
+  std::size_t category_word_ = kFirstCategoryWord;
+  std::size_t words_per_read_ = kFewWords;
+  std::size_t depth_ = kFirstDepth;
+  int strange_answers_ = 0;
+  bool shows_address_ = true;
+  bool tried_pairs_ = false;
+  bool pairs_work_ = false;
+  bool next_travels_ = false;  ///< commands do not take effect within their frame
+  bool looked_up_ = false;
+  bool complete_ = false;
+  nanoseconds since_;
+  std::optional<Error> failure_;
+};
 
 Result<void> take_interface(Bus& bus) {
   // Forced take-over, then hand-over to EtherCAT (ETG.1000.4 6.4.3): a previous master may have left it to the PDI.
@@ -128,33 +278,35 @@ Result<void> take_interface(Bus& bus) {
   return {};
 }
 
+/// One round of all that are not through yet.
+Result<void> read_on(Bus& bus, std::span<Reading*> active) {
+  std::vector<Request> requests;
+  for (auto* reading : active) reading->prepare(requests);
+  if (auto done = bus.exchange().exchange(requests); !done) return done;
+  std::span<const Request> answers = requests;
+  const auto now = bus.exchange().now();
+  for (auto* reading : active) answers = answers.subspan(reading->evaluate(answers, now, bus.sii_cache()));
+  return {};
+}
+
 }  // namespace
 
 Result<std::vector<Result<std::vector<std::byte>>>> read_sii(Bus& bus, std::span<const SlaveRef> slaves) {
   if (auto taken = take_interface(bus); !taken) return tl::unexpected(taken.error());
   std::vector<Reading> readings;
-  for (const auto& slave : slaves)
-    readings.push_back({slave, {}, kFirstCategoryWord + 2, kFirstCategoryWord, false, false, std::nullopt, {}});
+  for (const auto& slave : slaves) readings.emplace_back(slave, bus.exchange().now());
   for (;;) {
     std::vector<Reading*> active;
-    for (auto& r : readings) {
-      if (!r.complete && !r.failure) active.push_back(&r);
+    for (auto& reading : readings) {
+      if (!reading.done()) active.push_back(&reading);
     }
     if (active.empty()) break;
-    if (auto done = request_words(bus, active); !done) return tl::unexpected(done.error());
-    if (auto done = await_words(bus, active); !done) return tl::unexpected(done.error());
-    for (auto* r : active) {
-      if (r->failure || r->words() < r->needed_words) continue;
-      if (!follow_categories(*r)) r->failure = sii_error(ErrorKind::kSiiContent, *r);
-    }
+    if (auto done = read_on(bus, active); !done) return tl::unexpected(done.error());
   }
   std::vector<Result<std::vector<std::byte>>> images;
-  for (auto& r : readings) {
-    if (r.failure) {
-      images.emplace_back(tl::unexpected(*r.failure));
-    } else {
-      images.emplace_back(std::move(r.image));
-    }
+  for (auto& reading : readings) {
+    images.push_back(reading.take());
+    if (images.back()) bus.sii_cache().keep(*images.back());
   }
   return images;
 }

@@ -253,6 +253,7 @@ tl::expected<SiiWriteReport, SiiWriteFailure> write_sii(Bus& bus, SlaveRef slave
     return fail_before(access.error(ErrorKind::kSiiContent, image.size() / 2));
   }
   if (auto taken = access.take(); !taken) return fail_before(taken.error());
+  bus.sii_cache().clear();
   auto before = read_range(access, 0, image.size() / 2);
   if (!before) return fail_before(before.error());
 

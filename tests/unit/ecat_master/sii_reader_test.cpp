@@ -2,6 +2,9 @@
 
 #include <gmock/gmock.h>
 
+#include <optional>
+#include <utility>
+
 namespace driveline::ecat_master {
 namespace {
 
@@ -29,36 +32,71 @@ class Eeprom final : public DatagramExchange {
     return result;
   }
 
+  /// When a command of the master takes effect.
+  enum class Takes : std::uint8_t { kAtOnce, kAtTheEndOfTheFrame };
+
   std::vector<std::uint16_t> image;
   std::uint16_t error_status = 0;
   std::size_t error_word = SIZE_MAX;
   std::size_t highest_word = 0;
+  Takes takes = Takes::kAtOnce;
+  std::size_t words_per_read = 4;
+  bool shows_address = true;
+  std::chrono::nanoseconds busy_time{0};
+  std::chrono::nanoseconds frame_time = std::chrono::microseconds{10};
+  std::size_t rounds = 0;
+  std::size_t datagrams = 0;
+  /// Put on the interface by somebody before us: address shown, and data that belong to nothing.
+  void leave_from_before(std::uint32_t shown, std::uint16_t rubbish) {
+    word_ = shown;
+    data_.fill(rubbish);
+  }
 
   Result<void> exchange(std::span<Request> requests) override {
-    now_ += std::chrono::microseconds{10};
+    now_ += frame_time;
+    ++rounds;
+    std::optional<std::uint32_t> shadow;
     for (auto& request : requests) {
+      ++datagrams;
       request.answered = true;
       request.working_counter = 1;
       if (request.command == wire::Command::kFpwr && request.address.ado() == 0x0502) {
-        word_ = wire::load_le<std::uint32_t>(request.data.subspan(2));
-        highest_word = std::max(highest_word, word_);
+        EXPECT_EQ(wire::load_le<std::uint16_t>(request.data), 0x0100) << "a read command";
+        shadow = wire::load_le<std::uint32_t>(request.data.subspan(2));
+        if (takes == Takes::kAtOnce) start(*std::exchange(shadow, std::nullopt));
       } else if (request.command == wire::Command::kFprd && request.address.ado() == 0x0502) {
-        wire::store_le<std::uint16_t>(request.data,
-                                      static_cast<std::uint16_t>(0x0040 | (word_ >= error_word ? error_status : 0)));
-        for (std::size_t i = 0; i < 4; ++i) {
-          const auto value = word_ + i < image.size() ? image[word_ + i] : std::uint16_t{0xFFFF};
-          wire::store_le<std::uint16_t>(request.data.subspan(6 + 2 * i), value);
-        }
+        show(request.data);
       }
     }
+    if (shadow) start(*shadow);
     return {};
   }
   void pause(std::chrono::nanoseconds duration) override { now_ += duration; }
   [[nodiscard]] std::chrono::nanoseconds now() const noexcept override { return now_; }
 
  private:
-  std::size_t word_ = 0;
+  void start(std::uint32_t word) {
+    if (now_ < done_at_) return;  // no command while one is at work
+    word_ = word;
+    highest_word = std::max<std::size_t>(highest_word, word);
+    done_at_ = now_ + busy_time;
+    for (std::size_t i = 0; i < words_per_read; ++i) {
+      data_.at(i) = word + i < image.size() ? image[word + i] : std::uint16_t{0xFFFF};
+    }
+  }
+  void show(std::span<std::byte> data) const {
+    unsigned status = words_per_read == 4 ? 0x0040 : 0;
+    if (now_ < done_at_) status |= 0x8000;
+    if (word_ >= error_word) status |= error_status;
+    wire::store_le<std::uint16_t>(data, static_cast<std::uint16_t>(status));
+    wire::store_le<std::uint32_t>(data.subspan(2), shows_address ? word_ : 0xFFFFFFFFU);
+    for (std::size_t i = 0; i < 4; ++i) wire::store_le<std::uint16_t>(data.subspan(6 + 2 * i), data_.at(i));
+  }
+
+  std::uint32_t word_ = 0;
+  std::array<std::uint16_t, 4> data_{};
   std::chrono::nanoseconds now_{0};
+  std::chrono::nanoseconds done_at_{0};
 };
 
 Result<std::vector<std::byte>> read(Eeprom& eeprom) {
@@ -121,6 +159,90 @@ TEST(SiiReader, NamesTheWordThatCouldNotBeRead) {
   EXPECT_EQ(image.error().kind, ErrorKind::kSiiError);
   EXPECT_EQ(image.error().address, 8);
   EXPECT_EQ(image.error().code, 0x2040U);
+}
+
+/// An EEPROM with a name and PDOs, with the serial number and the right checksum.
+Eeprom drive_eeprom(std::uint16_t serial) {
+  Eeprom eeprom(16);
+  auto end = eeprom.add_category(0x40, 10, 40);
+  end = eeprom.add_category(end, 50, 90);
+  eeprom.image[8] = 0x28;
+  eeprom.image[14] = serial;
+  // CRC-8 of 14 zero bytes, x^8 + x^2 + x + 1 with initial value 0xFF.
+  eeprom.image[7] = 0x30;
+  return eeprom;
+}
+
+TEST(SiiReader, GetsTheSameContentFromEveryKindOfController) {
+  const auto expected = drive_eeprom(7).bytes(0x40 + 42 + 92 + 1);
+  for (const auto takes : {Eeprom::Takes::kAtOnce, Eeprom::Takes::kAtTheEndOfTheFrame}) {
+    for (const std::size_t words : {2U, 4U}) {
+      for (const int busy_us : {0, 3, 35, 990}) {
+        for (const bool shows : {true, false}) {
+          auto eeprom = drive_eeprom(7);
+          eeprom.takes = takes;
+          eeprom.words_per_read = words;
+          eeprom.busy_time = std::chrono::microseconds{busy_us};
+          eeprom.shows_address = shows;
+          // The worst that a reader before us may have left: the address of our first word, and other data.
+          eeprom.leave_from_before(0, 0xBAD0);
+          const auto image = read(eeprom);
+          ASSERT_TRUE(image) << describe(image.error());
+          ASSERT_GE(image->size(), expected.size());
+          EXPECT_TRUE(std::equal(expected.begin(), expected.end(), image->begin()))
+              << words << " words, " << busy_us << " us, at once " << (takes == Eeprom::Takes::kAtOnce) << ", address "
+              << shows;
+        }
+      }
+    }
+  }
+}
+
+TEST(SiiReader, AsksForManyWordsPerFrameWhereTheyComeAtOnce) {
+  auto fast = drive_eeprom(7);
+  ASSERT_TRUE(read(fast));
+  EXPECT_LE(fast.rounds, 8U) << "two for the interface, two for the first word, and few for 50 reads";
+  auto latched = drive_eeprom(7);
+  latched.takes = Eeprom::Takes::kAtTheEndOfTheFrame;
+  ASSERT_TRUE(read(latched));
+  EXPECT_LE(latched.rounds, 50U + 6U) << "one per read: the next command travels with the look for the answer";
+}
+
+TEST(SiiReader, DoesNotAskAgainForWhatItKnows) {
+  auto eeprom = drive_eeprom(7);
+  Bus bus(eeprom);
+  const SlaveRef slave{6, 0x1007};
+  const auto first = read_sii(bus, {&slave, 1});
+  ASSERT_TRUE(first && first->front());
+  EXPECT_EQ(bus.sii_cache().size(), 1U);
+  eeprom.datagrams = 0;
+  eeprom.highest_word = 0;
+  const auto again = read_sii(bus, {&slave, 1});
+  ASSERT_TRUE(again && again->front());
+  EXPECT_EQ(*again->front(), *first->front());
+  EXPECT_LT(eeprom.highest_word, 0x42U) << "the head only";
+  // Another device with the same content but for its serial number is another device.
+  eeprom.image[14] = 8;
+  eeprom.image[0x42] = 0x1234;
+  const auto other = read_sii(bus, {&slave, 1});
+  ASSERT_TRUE(other && other->front());
+  EXPECT_NE(*other->front(), *first->front());
+  EXPECT_EQ(wire::load_le<std::uint16_t>(std::span(*other->front()).subspan(0x84)), 0x1234);
+}
+
+TEST(SiiReader, DoesNotRememberWhatCouldBeAnybodys) {
+  for (const bool checksum : {true, false}) {
+    auto eeprom = drive_eeprom(checksum ? 0 : 7);
+    if (!checksum) eeprom.image[7] ^= 1;
+    Bus bus(eeprom);
+    const SlaveRef slave{6, 0x1007};
+    ASSERT_TRUE(read_sii(bus, {&slave, 1}));
+    EXPECT_EQ(bus.sii_cache().size(), 0U) << (checksum ? "no serial number and no alias" : "wrong checksum");
+    eeprom.image[0x42] = 0x1234;
+    const auto image = read_sii(bus, {&slave, 1});
+    ASSERT_TRUE(image && image->front());
+    EXPECT_EQ(wire::load_le<std::uint16_t>(std::span(*image->front()).subspan(0x84)), 0x1234) << "read anew";
+  }
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "driveline/ecat_master/bus/datagram_exchange.hpp"
+#include "driveline/ecat_master/sii/sii_cache.hpp"
 #include "driveline/wire/registers.hpp"
 
 namespace driveline::ecat_master {
@@ -29,6 +30,8 @@ class Bus {
   explicit Bus(DatagramExchange& exchange) noexcept : exchange_(exchange) {}
 
   [[nodiscard]] DatagramExchange& exchange() noexcept { return exchange_; }
+  /// EEPROM contents read through this bus. To be cleared when an EEPROM is written by other means than write_sii().
+  [[nodiscard]] SiiCache& sii_cache() noexcept { return sii_cache_; }
 
   [[nodiscard]] Result<void> read(SlaveRef slave, std::uint16_t address, std::span<std::byte> data);
   [[nodiscard]] Result<void> write(SlaveRef slave, std::uint16_t address, std::span<const std::byte> data);
@@ -61,6 +64,7 @@ class Bus {
 
  private:
   DatagramExchange& exchange_;
+  SiiCache sii_cache_;
 };
 
 }  // namespace driveline::ecat_master

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstddef>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace driveline::ecat_master {
+
+/// EEPROM contents that have been read through one bus, so that a second look at the line and a slave that comes back
+/// cost the head of the EEPROM only.
+///
+/// A content is known by its head: the first kHeadWords words, which hold the configuration area with its checksum and
+/// the alias, vendor, product, revision, serial number, mailboxes, size and the first category header (ETG.1000.6 Table
+/// 16). A head that would fit several devices, without serial number and without alias, and one with a wrong checksum
+/// are never kept. Who writes an EEPROM forgets everything (write_sii() does). Nothing outlives the process: a file
+/// could not tell that another tool has written the categories meanwhile.
+///
+/// All functions: any ordinary thread, not real-time safe.
+class SiiCache {
+ public:
+  /// Up to and with the header of the first category.
+  static constexpr std::size_t kHeadWords = 0x42;
+  /// More contents than this, and all are forgotten.
+  static constexpr std::size_t kMostContents = 4096;
+
+  /// The whole content that begins with `head`, kHeadWords words; nothing: not known.
+  [[nodiscard]] std::optional<std::vector<std::byte>> find(std::span<const std::byte> head) const;
+  /// Keeps a content that has been read completely, when its head tells whose it is and is not known yet.
+  void keep(std::span<const std::byte> content);
+  /// Forgets everything.
+  void clear();
+  /// Contents that are known.
+  [[nodiscard]] std::size_t size() const;
+
+ private:
+  mutable std::mutex mutex_;
+  std::vector<std::vector<std::byte>> contents_;
+};
+
+}  // namespace driveline::ecat_master

@@ -1,0 +1,61 @@
+#include "driveline/ecat_master/sii/sii_cache.hpp"
+
+#include <algorithm>
+
+#include "driveline/esi/sii.hpp"
+#include "driveline/wire/endian.hpp"
+
+namespace driveline::ecat_master {
+namespace {
+
+constexpr std::size_t kHeadBytes = 2 * SiiCache::kHeadWords;
+// Words of the EEPROM, ETG.1000.6 Table 16.
+constexpr std::size_t kAliasWord = 4;
+constexpr std::size_t kChecksumWord = 7;
+constexpr std::size_t kSerialWord = 14;
+
+/// One device and no other has this head.
+bool tells_whose(std::span<const std::byte> content) {
+  const auto checksum = wire::load_le<std::uint16_t>(content.subspan(2 * kChecksumWord, 2));
+  if ((checksum & 0xFF) != esi::sii_checksum(content.first<esi::SiiConfigArea::kSize>())) return false;
+  return wire::load_le<std::uint16_t>(content.subspan(2 * kAliasWord, 2)) != 0 ||
+         wire::load_le<std::uint32_t>(content.subspan(2 * kSerialWord, 4)) != 0;
+}
+
+const std::vector<std::byte>* with_head(std::span<const std::vector<std::byte>> contents,
+                                        std::span<const std::byte> head) {
+  const auto found = std::find_if(contents.begin(), contents.end(), [&](const std::vector<std::byte>& content) {
+    return std::equal(content.begin(), content.begin() + kHeadBytes, head.begin());
+  });
+  return found == contents.end() ? nullptr : &*found;
+}
+
+}  // namespace
+
+std::optional<std::vector<std::byte>> SiiCache::find(std::span<const std::byte> head) const {
+  if (head.size() < kHeadBytes) return std::nullopt;
+  const std::scoped_lock lock(mutex_);
+  const auto* known = with_head(contents_, head);
+  if (known == nullptr) return std::nullopt;
+  return *known;
+}
+
+void SiiCache::keep(std::span<const std::byte> content) {
+  if (content.size() < kHeadBytes || !tells_whose(content)) return;
+  const std::scoped_lock lock(mutex_);
+  if (with_head(contents_, content) != nullptr) return;
+  if (contents_.size() == kMostContents) contents_.clear();
+  contents_.emplace_back(content.begin(), content.end());
+}
+
+void SiiCache::clear() {
+  const std::scoped_lock lock(mutex_);
+  contents_.clear();
+}
+
+std::size_t SiiCache::size() const {
+  const std::scoped_lock lock(mutex_);
+  return contents_.size();
+}
+
+}  // namespace driveline::ecat_master
