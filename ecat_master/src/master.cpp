@@ -171,6 +171,7 @@ tl::expected<void, std::string> Master::start_cycle(Motion* motion, SampleRings 
   watch_.reset();
   follower_ = clocks_ ? std::make_unique<dc::ClockFollower>(*clocks_) : nullptr;
   settings.clocks = follower_.get();
+  settings.instance = direct_.instance();
   core_ = std::make_unique<CyclicCore>(port_, clock_, image_, motion, rings, settings);
   runner_ = make_runner(*core_);
   if (auto started = runner_->start(); !started) {

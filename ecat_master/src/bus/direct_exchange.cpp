@@ -23,7 +23,7 @@ bool is_answer_to(const Request& request, std::uint8_t index, const wire::Datagr
 }  // namespace
 
 DirectExchange::DirectExchange(port::Port& port, rt::Clock& clock, Settings settings)
-    : port_(port), clock_(clock), settings_(settings) {}
+    : port_(port), clock_(clock), settings_(settings), instance_(settings.instance.value_or(next_frame_instance())) {}
 
 void DirectExchange::pause(std::chrono::nanoseconds duration) {
   clock_.sleep_until(clock_.now() + duration);
@@ -66,7 +66,7 @@ Result<std::size_t> DirectExchange::send_pending(std::span<Request> requests, st
 
 /// Packs unanswered requests from `first` on into one frame; returns the first request that is not in it.
 Result<std::size_t> DirectExchange::send_frame(std::span<Request> requests, std::size_t first) {
-  const FrameTag tag{settings_.instance, ++sequence_};
+  const FrameTag tag{instance_, ++sequence_};
   wire::FrameBuilder builder(buffer_, tag.to_mac());
   std::size_t end = first;
   for (; end < requests.size() && !requests[end].answered; ++end) {
@@ -112,10 +112,7 @@ void DirectExchange::collect(std::span<Request> requests) {
 
 void DirectExchange::accept(std::span<Request> requests, std::span<const std::byte> frame) {
   const auto ethernet = wire::EthernetHeader::decode(frame);
-  if (!ethernet || FrameTag::from_mac(ethernet->source).instance != settings_.instance) {
-    ++statistics_.frames_foreign;
-    return;
-  }
+  if (!ethernet || FrameTag::from_mac(ethernet->source).instance != instance_) return note_foreign(frame);
   const auto sequence = FrameTag::from_mac(ethernet->source).sequence;
   const auto flight = std::find_if(flights_.begin(), flights_.end(),
                                    [&](const Flight& f) { return f.pending && f.sequence == sequence; });
@@ -131,10 +128,25 @@ void DirectExchange::accept(std::span<Request> requests, std::span<const std::by
   ++statistics_.frames_received;
 }
 
+void DirectExchange::note_foreign(std::span<const std::byte> frame) {
+  ++statistics_.frames_foreign;
+  const auto ethernet = wire::EthernetHeader::decode(frame);
+  const auto cursor = wire::DatagramCursor::open(frame);
+  if (!ethernet || !cursor || cursor->done()) return;
+  ++statistics_.frames_of_masters;
+  statistics_.other_master = ethernet->source;
+}
+
 std::string describe_traffic(const ExchangeStatistics& statistics) {
+  if (statistics.frames_of_masters > 0) {
+    const auto source = [&](std::size_t i) { return std::to_integer<unsigned>(statistics.other_master.at(i)); };
+    return fmt::format(
+        "another EtherCAT master is on the wire: {} of its frames have come in, the last one from "
+        "{:02X}:{:02X}:{:02X}:{:02X}:{:02X}:{:02X}; two masters disturb each other",
+        statistics.frames_of_masters, source(0), source(1), source(2), source(3), source(4), source(5));
+  }
   if (statistics.frames_foreign == 0) return {};
-  return fmt::format("{} frames that are not ours have come in: another master is on the wire, or other devices use it",
-                     statistics.frames_foreign);
+  return fmt::format("{} frames that are not ours have come in: other devices use the wire", statistics.frames_foreign);
 }
 
 bool match_answers(std::span<Request> requests, std::span<const std::byte> frame) noexcept {

@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include <set>
+
 #include "support/bytes.hpp"
 #include "support/fake_port.hpp"
 
@@ -23,10 +25,21 @@ TEST(FrameTag, IsTheSourceAddress) {
 }
 
 TEST(FrameTag, SurvivesTheBitThatSlavesSet) {
-  auto mac = FrameTag{7, 0xFFFFFFFF}.to_mac();
+  auto mac = FrameTag{0x3FFF, 0xFFFFFFFF}.to_mac();
+  EXPECT_EQ(copy_of(mac), hex("FC FF FF FF FF FF")) << "neither a multicast address nor a locally administered one";
   mac[0] |= std::byte{0x02};
-  EXPECT_EQ(FrameTag::from_mac(mac), (FrameTag{7, 0xFFFFFFFF}));
+  EXPECT_EQ(FrameTag::from_mac(mac), (FrameTag{0x3FFF, 0xFFFFFFFF}));
   EXPECT_TRUE(FrameTag::processed(mac));
+}
+
+TEST(FrameTag, EveryMasterOfAProcessGetsAnInstanceOfItsOwn) {
+  std::set<std::uint16_t> given;
+  for (int i = 0; i < 1000; ++i) given.insert(next_frame_instance());
+  EXPECT_EQ(given.size(), 1000U);
+  EXPECT_LT(*given.rbegin(), FrameTag::kInstances);
+  rt::VirtualClock clock;
+  FakePort port(clock);
+  EXPECT_NE(DirectExchange(port, clock).instance(), DirectExchange(port, clock).instance());
 }
 
 /// Requests that own their data.
@@ -240,6 +253,10 @@ TEST_F(DirectExchangeTest, CountsAndIgnoresWhatIsNotItsOwn) {
   ASSERT_TRUE(exchange.exchange(requests.list));
   EXPECT_EQ(copy_of(requests.list[0].data), hex("2222"));
   EXPECT_EQ(exchange.statistics().frames_foreign, 4U);
+  EXPECT_EQ(exchange.statistics().frames_of_masters, 1U);
+  EXPECT_EQ(describe_traffic(exchange.statistics()),
+            "another EtherCAT master is on the wire: 1 of its frames have come in, the last one from "
+            "02:08:01:00:00:00; two masters disturb each other");
 }
 
 TEST_F(DirectExchangeTest, TreatsAFullQueueAsALostFrame) {

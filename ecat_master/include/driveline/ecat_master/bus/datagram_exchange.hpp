@@ -8,6 +8,7 @@
 
 #include "driveline/ecat_master/error.hpp"
 #include "driveline/wire/datagram.hpp"
+#include "driveline/wire/ethernet.hpp"
 
 namespace driveline::ecat_master {
 
@@ -24,13 +25,15 @@ struct Request {
 struct ExchangeStatistics {
   std::uint64_t frames_sent = 0;
   std::uint64_t frames_received = 0;
-  std::uint64_t frames_lost = 0;     ///< not answered in time, sent again or given up
-  std::uint64_t frames_stale = 0;    ///< came back after they had been given up, or twice
-  std::uint64_t frames_foreign = 0;  ///< not ours, or damaged
+  std::uint64_t frames_lost = 0;        ///< not answered in time, sent again or given up
+  std::uint64_t frames_stale = 0;       ///< came back after they had been given up, or twice
+  std::uint64_t frames_foreign = 0;     ///< not ours, or damaged
+  std::uint64_t frames_of_masters = 0;  ///< those of them that are EtherCAT frames of another sender
+  wire::MacAddress other_master{};      ///< source address of the last of these
 };
 
-/// What is strange about the traffic, as one sentence: frames that are not ours mean another master or other devices on
-/// the wire. Empty when there is nothing to say.
+/// What is strange about the traffic, as one sentence: another master, or other devices that use the wire. Empty when
+/// there is nothing to say. Allocates: not for the cycle.
 [[nodiscard]] std::string describe_traffic(const ExchangeStatistics& statistics);
 
 /// The way datagrams of acyclic work (discovery, states, mailboxes) travel: directly through the port before the

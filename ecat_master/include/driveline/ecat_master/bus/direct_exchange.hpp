@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "driveline/ecat_master/bus/datagram_exchange.hpp"
@@ -20,8 +21,9 @@ class DirectExchange final : public DatagramExchange {
   struct Settings {
     /// For the answers of one try; the time that the frames take on the wire comes on top.
     std::chrono::nanoseconds timeout = std::chrono::milliseconds{2};
-    int retries = 4;            ///< further tries after the first
-    std::uint8_t instance = 0;  ///< FrameTag::instance
+    int retries = 4;  ///< further tries after the first
+    /// FrameTag::instance; none: one that no other master has (next_frame_instance()).
+    std::optional<std::uint16_t> instance = std::nullopt;
   };
 
   DirectExchange(port::Port& port, rt::Clock& clock, Settings settings);
@@ -30,6 +32,8 @@ class DirectExchange final : public DatagramExchange {
   [[nodiscard]] Result<void> exchange(std::span<Request> requests) override;
   void pause(std::chrono::nanoseconds duration) override;
   [[nodiscard]] std::chrono::nanoseconds now() const noexcept override { return clock_.now(); }
+  /// FrameTag::instance of all its frames.
+  [[nodiscard]] std::uint16_t instance() const noexcept { return instance_; }
   [[nodiscard]] const ExchangeStatistics& statistics() const noexcept { return statistics_; }
 
  private:
@@ -45,10 +49,12 @@ class DirectExchange final : public DatagramExchange {
   [[nodiscard]] Result<std::size_t> send_frame(std::span<Request> requests, std::size_t first);
   void collect(std::span<Request> requests);
   void accept(std::span<Request> requests, std::span<const std::byte> frame);
+  void note_foreign(std::span<const std::byte> frame);
 
   port::Port& port_;
   rt::Clock& clock_;
   Settings settings_;
+  std::uint16_t instance_;
   ExchangeStatistics statistics_;
   std::uint32_t sequence_ = 0;
   std::vector<Flight> flights_;

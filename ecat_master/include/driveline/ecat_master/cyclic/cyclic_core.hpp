@@ -73,7 +73,7 @@ class CyclicCore {
     /// Longest wait for the answer, from the grid time on.
     std::chrono::nanoseconds receive_window = std::chrono::microseconds{90};
     std::uint16_t slaves = 0;        ///< on the line, for the AL status broadcast
-    std::uint8_t instance = 0;       ///< FrameTag::instance
+    std::uint16_t instance = 0;      ///< FrameTag::instance; the master sets its own
     std::uint32_t sample_every = 1;  ///< samples of every n-th cycle go to the rings
     /// What acyclic work may put on the wire per cycle, on average.
     std::size_t acyclic_bytes = port::kMaxFrameBytes;
