@@ -118,12 +118,121 @@ std::string bash_completion() {
   return text + "  esac\n}\ncomplete -F _driveline driveline\n";
 }
 
+namespace {
+
+/// A text inside single quotes of zsh, and inside the brackets of _arguments.
+std::string zsh_text(std::string_view text) {
+  std::string safe;
+  for (const char c : text) {
+    if (c == '\'') {
+      safe += "'\\''";
+    } else {
+      if (c == '[' || c == ']' || c == ':') safe += '\\';
+      safe += c;
+    }
+  }
+  return safe;
+}
+
+/// What zsh offers for a value.
+std::string zsh_action(const Value& value) {
+  switch (value.kind) {
+    case Value::Kind::kFile:
+      return "_files";
+    case Value::Kind::kFolder:
+      return "_files -/";
+    case Value::Kind::kInterface:
+      return "_net_interfaces";
+    case Value::Kind::kChoice:
+      return fmt::format("({})", fmt::join(value.choices, " "));
+    case Value::Kind::kText:
+    case Value::Kind::kNone:
+      break;
+  }
+  return " ";
+}
+
+/// The specifications of one argument for _arguments: one per name, each excluding the others.
+std::string zsh_specs(const Argument& argument) {
+  const auto value = argument.value.kind == Value::Kind::kNone
+                         ? std::string()
+                         : fmt::format(":{}:{}", zsh_text(argument.value.name), zsh_action(argument.value));
+  if (argument.positional()) {
+    const bool many = std::holds_alternative<std::vector<std::string>*>(argument.target);
+    return fmt::format(" \\\n        '{}:{}:{}'",
+                       many                ? "*"
+                       : argument.required ? ""
+                                           : ":",
+                       zsh_text(argument.value.name), zsh_action(argument.value));
+  }
+  const auto names = names_of(argument);
+  std::string text;
+  for (const auto& name : names) {
+    text += fmt::format(" \\\n        '({}){}[{}]{}'", joined(names, " "), name, zsh_text(argument.help), value);
+  }
+  return text;
+}
+
+std::string zsh_branch(std::string_view name, const Command& command) {
+  Arguments arguments;
+  const auto unused = command.prepare(arguments);
+  std::string text = fmt::format("    '{}')\n      _arguments '--help[Options and examples]'", name);
+  for (const auto& argument : arguments.list()) text += zsh_specs(argument);
+  return text + " ;;\n";
+}
+
+/// "name:summary" of the commands that stand behind `group`, or of the first words.
+std::string zsh_commands(std::string_view group) {
+  std::string text;
+  for (const auto& command : commands()) {
+    const auto space = command.name.find(' ');
+    const bool member = space != std::string_view::npos && command.name.substr(0, space) == group;
+    const auto summary = zsh_text(command.summary);
+    if (member) text += fmt::format(" '{}:{}'", command.name.substr(space + 1), summary);
+    if (group.empty() && space == std::string_view::npos) text += fmt::format(" '{}:{}'", command.name, summary);
+    if (group.empty() && !command.also.empty()) text += fmt::format(" '{}:{}'", command.also, summary);
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string zsh_completion() {
+  std::string text =
+      "#compdef driveline\n"
+      "# Completion of driveline for zsh, made by `driveline completion zsh`.\n"
+      "_driveline() {\n"
+      "  local -a words_here\n"
+      "  if ((CURRENT == 2)); then\n";
+  text += fmt::format("    words_here=({} '--help' '--version')\n    _describe command words_here\n    return\n  fi\n",
+                      zsh_commands(""));
+  text += "  local command=$words[2]\n  case $command in\n";
+  for (const auto& command : commands()) {
+    if (command.prepare != nullptr) continue;
+    text += fmt::format(
+        "    {})\n      if ((CURRENT == 3)); then words_here=({} '--help'); _describe command words_here; return; fi\n"
+        "      command+=\" $words[3]\"\n      shift words\n      ((CURRENT--)) ;;\n",
+        command.name, zsh_commands(command.name));
+  }
+  text += "  esac\n  shift words\n  ((CURRENT--))\n  case $command in\n";
+  for (const auto& command : commands()) {
+    if (command.prepare == nullptr) continue;
+    text += zsh_branch(command.name, command);
+    if (!command.also.empty()) text += zsh_branch(command.also, command);
+  }
+  return text +
+         "  esac\n}\n"
+         "if [[ $funcstack[1] == _driveline ]]; then _driveline \"$@\"; else compdef _driveline driveline; fi\n";
+}
+
 Execute prepare_completion(Arguments& to) {
   auto shell = std::make_shared<std::string>();
-  to.required(shell.get(), Value::choice("SHELL", {"bash"}), "bash; zsh takes the same script after bashcompinit");
+  to.required(shell.get(), Value::choice("SHELL", {"bash", "zsh"}), "bash or zsh");
   return [shell]() -> Outcome<int> {
-    if (*shell != "bash") return misused(fmt::format("shell \"{}\": bash is expected", *shell));
-    fmt::print("{}", bash_completion());
+    if (*shell != "bash" && *shell != "zsh") {
+      return misused(fmt::format("shell \"{}\": bash or zsh is expected", *shell));
+    }
+    fmt::print("{}", *shell == "bash" ? bash_completion() : zsh_completion());
     return 0;
   };
 }

@@ -10,6 +10,9 @@
 namespace driveline::cli {
 namespace {
 
+/// Where the types of the declarations are.
+constexpr std::string_view kHeader = "driveline/ecat_master/configuration/pdo_mapping.hpp";
+
 struct PdosOptions {
   BusOptions bus;
   SlaveSelection selection;
@@ -58,7 +61,17 @@ Outcome<int> list_pdos(const PdosOptions& options) {
 Outcome<int> print_declarations(const PdosOptions& options) {
   const auto slaves = read_pdos(options.bus, options.selection, options.only_sii);
   if (!slaves) return tl::unexpected(slaves.error());
-  fmt::print("#include \"driveline/ecat_master/configuration/pdo_mapping.hpp\"\n");
+  if (options.json) {
+    auto rows = nlohmann::json::array();
+    for (const auto& slave : *slaves) {
+      auto row = to_json(slave);
+      row["declaration"] = cpp_declaration(slave);
+      rows.push_back(std::move(row));
+    }
+    fmt::print("{}", json_text({{"include", kHeader}, {"slaves", rows}}));
+    return 0;
+  }
+  fmt::print("#include \"{}\"\n", kHeader);
   for (const auto& slave : *slaves) fmt::print("\n{}", cpp_declaration(slave));
   return 0;
 }
@@ -82,6 +95,7 @@ Execute prepare_pdos(Arguments& to) {
 
 Execute prepare_cstruct(Arguments& to) {
   auto options = add_options(to);
+  add_json_flag(to, options->json);
   return [options] { return print_declarations(*options); };
 }
 

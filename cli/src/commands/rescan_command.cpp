@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include "commands/commands.hpp"
-#include "commands/tool_options.hpp"
+#include "line/line_view.hpp"
 #include "text/json_text.hpp"
 
 namespace driveline::cli {
@@ -13,9 +13,9 @@ struct ScanOptions {
 };
 
 Outcome<int> rescan(const ScanOptions& options) {
-  auto session = Session::open(options.bus);
-  if (!session) return tl::unexpected(session.error());
-  ecat_master::Master master((*session)->port(), (*session)->clock());
+  auto line = LineView::open(options.bus);
+  if (!line) return tl::unexpected(line.error());
+  auto& master = (*line)->master();
   if (auto done = master.scan(); !done) return bus_failure(done.error());
   if (options.json) {
     fmt::print("{}", json_text({{"slaves_count", master.slaves().size()}}));

@@ -1,8 +1,11 @@
 #include <fmt/format.h>
+#include <algorithm>
 
 #include "commands/commands.hpp"
 #include "config/line_description.hpp"
 #include "console.hpp"
+#include "driveline/ecat_master/discovery/device_identification.hpp"
+#include "driveline/ecat_master/discovery/topology.hpp"
 #include "output_file.hpp"
 #include "text/json_text.hpp"
 
@@ -45,6 +48,76 @@ nlohmann::json to_json(const SlaveView& view) {
   return row;
 }
 
+/// CiA 402 drives among `slaves`, asked over CoE. Not on a line that somebody operates: asking takes a slave to PREOP.
+Outcome<void> ask_drives(LineView& line, std::vector<FoundSlave>& slaves) {
+  std::vector<std::size_t> positions;
+  for (const auto& slave : slaves) {
+    const auto state = slave.view.slave.al.status.state;
+    if (state != wire::AlState::kInit && state != wire::AlState::kPreOp) {
+      return failed(fmt::format("slave {} is in {}", slave.view.slave.ref.position, wire::to_text(state)));
+    }
+    if (slave.view.sii && (slave.view.sii->mailbox_protocols & esi::sii_mailbox::kCoe) != 0) {
+      positions.push_back(slave.view.slave.ref.position);
+    }
+  }
+  if (auto done = line.enter_pre_op(positions); !done) return done;
+  for (const auto position : positions) {
+    if (auto* mailbox = line.mailbox(position); mailbox != nullptr) {
+      ecat_master::CoeClient coe(*mailbox);
+      slaves[position].drive = DriveFacts::read(coe);
+    }
+  }
+  return {};
+}
+
+/// For a line that is simulated: EEPROM contents that the simulation would not have by itself.
+Outcome<void> keep_images(std::vector<FoundSlave>& slaves, const std::filesystem::path& description) {
+  for (auto& slave : slaves) {
+    if (!needs_image(slave.view)) continue;
+    slave.image_file = fmt::format("{}.slave{}.sii", description.stem().string(), slave.view.slave.ref.position);
+    std::string content;
+    for (const auto byte : slave.view.image) content += static_cast<char>(byte);
+    const auto done = write_file(description.parent_path() / slave.image_file, content);
+    if (!done) return failed(done.error());
+  }
+  return {};
+}
+
+/// It is no plain line with the IN of each slave at the OUT of the one before.
+bool branches(const ecat_master::Topology& topology) {
+  return topology.ring_end || !topology.swapped().empty() ||
+         std::any_of(topology.slaves.begin(), topology.slaves.end(), [](const auto& node) { return node.depth > 0; });
+}
+
+Outcome<void> write_description(LineView& line, std::span<const SlaveView> views, const std::string& file) {
+  FoundLine found;
+  found.interface = line.session().config().interface;
+  std::vector<ecat_master::SlaveRef> refs;
+  std::vector<std::string> labels;
+  for (const auto& view : views) {
+    found.slaves.push_back({view, std::nullopt, std::nullopt, {}});
+    refs.push_back(view.slave.ref);
+    labels.push_back(fmt::format("slave{}", view.slave.ref.position));
+  }
+  const auto ids = ecat_master::read_device_ids(line.bus(), refs);
+  if (!ids) return bus_failure(ids.error());
+  for (std::size_t i = 0; i < ids->size(); ++i) found.slaves[i].device_id = (*ids)[i];
+  if (const auto topology = line.topology(); topology && branches(*topology)) {
+    found.tree = ecat_master::to_tree_text(*topology, labels);
+  }
+  if (auto asked = ask_drives(line, found.slaves); !asked) {
+    progress("{}: without axes: the drives are not asked about their scaling: {}", file, asked.error().text);
+  }
+  if (!found.interface) {
+    if (auto kept = keep_images(found.slaves, file); !kept) return kept;
+  }
+  const auto description = describe_line(found);
+  if (!description) return tl::unexpected(description.error());
+  if (auto done = write_file(file, *description); !done) return failed(done.error());
+  progress("{}: {} slaves", file, views.size());
+  return {};
+}
+
 Outcome<int> scan(const ScanOptions& options) {
   auto line = LineView::open(options.bus);
   if (!line) return tl::unexpected(line.error());
@@ -57,10 +130,9 @@ Outcome<int> scan(const ScanOptions& options) {
     fmt::print("{}", table(slaves));
   }
   if (options.write.empty()) return 0;
-  const auto description = describe_line(slaves, (*line)->session().config().interface);
-  if (!description) return tl::unexpected(description.error());
-  if (auto done = write_file(options.write, *description); !done) return failed(done.error());
-  progress("{}: {} slaves", options.write, slaves.size());
+  if (auto written = write_description(**line, slaves, options.write); !written) {
+    return tl::unexpected(written.error());
+  }
   return 0;
 }
 

@@ -2,14 +2,12 @@
 #include <nlohmann/json.hpp>
 
 #include "commands/commands.hpp"
-#include "commands/tool_options.hpp"
+#include "line/line_view.hpp"
 #include "text/json_text.hpp"
 #include "text/typed_value.hpp"
 
 namespace driveline::cli {
 namespace {
-
-using ecat_master::Master;
 
 /// An object of a slave, and how its value is to be read or written.
 struct ObjectOptions {
@@ -36,19 +34,6 @@ Outcome<ObjectAddress> parse_address(const ObjectOptions& options) {
   return ObjectAddress{static_cast<std::uint16_t>(*index), static_cast<std::uint8_t>(*subindex)};
 }
 
-/// A slave in PREOP, ready for SDO transfers.
-Outcome<ecat_master::MailboxClient*> open_mailbox(Master& master, const SlaveSelection& selection) {
-  if (auto done = master.scan(); !done) return bus_failure(done.error());
-  std::vector<std::uint16_t> aliases;
-  for (const auto& slave : master.slaves()) aliases.push_back(slave.info.alias);
-  const auto slave = selection.select_one(aliases, false);
-  if (!slave) return tl::unexpected(slave.error());
-  if (auto done = master.enter_pre_op(); !done) return bus_failure(done.error());
-  auto* mailbox = master.mailbox(*slave);
-  if (mailbox == nullptr) return failed(fmt::format("slave {} has no mailbox", *slave));
-  return mailbox;
-}
-
 /// The type that was asked for, or what the slave says about the entry.
 ValueType type_of(ecat_master::CoeClient& coe, const ObjectAddress& at, const ObjectOptions& options, ValueType asked) {
   if (!options.type.empty()) return asked;
@@ -56,30 +41,58 @@ ValueType type_of(ecat_master::CoeClient& coe, const ObjectAddress& at, const Ob
   return entry ? value_type_of(entry->data_type).value_or(ValueType::kRaw) : ValueType::kRaw;
 }
 
-Outcome<int> upload(const ObjectOptions& options) {
+/// What upload and download have in common: a slave in PREOP with its mailbox open, and the object.
+struct Dialogue {
+  std::unique_ptr<LineView> line;
+  ecat_master::MailboxClient* mailbox = nullptr;
+  ObjectAddress address;
+  ValueType type = ValueType::kRaw;  ///< that was asked for
+
+  [[nodiscard]] nlohmann::json to_json(std::size_t bytes) const {
+    return {{"slave", mailbox->slave().position},
+            {"index", address.index},
+            {"subindex", address.subindex},
+            {"bytes", bytes}};
+  }
+};
+
+/// `writes`: the value is given and is checked as far as it can be before anything is opened.
+Outcome<Dialogue> begin(const ObjectOptions& options, bool writes) {
+  Dialogue dialogue;
   const auto address = parse_address(options);
   if (!address) return tl::unexpected(address.error());
+  dialogue.address = *address;
   const auto type = parse_type(options.type);
   if (!type) return misused(type.error());
-  auto session = Session::open(options.bus);
-  if (!session) return tl::unexpected(session.error());
-  Master master((*session)->port(), (*session)->clock());
-  auto mailbox = open_mailbox(master, options.selection);
+  dialogue.type = *type;
+  if (writes && !options.type.empty()) {
+    if (auto value = parse_value(options.value, *type); !value) return misused(value.error());
+  }
+  auto line = LineView::open(options.bus);
+  if (!line) return tl::unexpected(line.error());
+  dialogue.line = std::move(*line);
+  const auto mailbox = dialogue.line->open_mailbox(options.selection);
   if (!mailbox) return tl::unexpected(mailbox.error());
-  ecat_master::CoeClient coe(**mailbox);
-  const auto data = coe.upload(address->index, address->subindex);
+  dialogue.mailbox = *mailbox;
+  return dialogue;
+}
+
+Outcome<int> upload(const ObjectOptions& options) {
+  const auto dialogue = begin(options, false);
+  if (!dialogue) return tl::unexpected(dialogue.error());
+  const auto& address = dialogue->address;
+  ecat_master::CoeClient coe(*dialogue->mailbox);
+  const auto data = coe.upload(address.index, address.subindex);
   if (!data) return bus_failure(data.error());
-  auto shown = type_of(coe, *address, options, *type);
+  auto shown = type_of(coe, address, options, dialogue->type);
   // What a slave says about its types is no reason to hide the value.
   if (options.type.empty() && type_bytes(shown) != 0 && type_bytes(shown) != data->size()) shown = ValueType::kRaw;
   const auto text = format_value(*data, shown);
   if (!text) return failed(text.error());
   if (options.json) {
-    fmt::print("{}", json_text({{"slave", (*mailbox)->slave().position},
-                                {"index", address->index},
-                                {"subindex", address->subindex},
-                                {"bytes", data->size()},
-                                {"value", *json_value(*data, shown)}}));
+    auto document = dialogue->to_json(data->size());
+    document["value"] = *json_value(*data, shown);
+    fmt::print("{}", json_text(document));
   } else {
     fmt::print("{}\n", *text);
   }
@@ -87,29 +100,15 @@ Outcome<int> upload(const ObjectOptions& options) {
 }
 
 Outcome<int> download(const ObjectOptions& options) {
-  const auto address = parse_address(options);
-  if (!address) return tl::unexpected(address.error());
-  const auto type = parse_type(options.type);
-  if (!type) return misused(type.error());
-  if (!options.type.empty()) {  // what can be found wrong before anything is opened
-    if (auto value = parse_value(options.value, *type); !value) return misused(value.error());
-  }
-  auto session = Session::open(options.bus);
-  if (!session) return tl::unexpected(session.error());
-  Master master((*session)->port(), (*session)->clock());
-  auto mailbox = open_mailbox(master, options.selection);
-  if (!mailbox) return tl::unexpected(mailbox.error());
-  ecat_master::CoeClient coe(**mailbox);
-  const auto data = parse_value(options.value, type_of(coe, *address, options, *type));
+  const auto dialogue = begin(options, true);
+  if (!dialogue) return tl::unexpected(dialogue.error());
+  const auto& address = dialogue->address;
+  ecat_master::CoeClient coe(*dialogue->mailbox);
+  const auto data = parse_value(options.value, type_of(coe, address, options, dialogue->type));
   if (!data) return misused(data.error());
-  auto done = coe.download(address->index, address->subindex, *data);
+  auto done = coe.download(address.index, address.subindex, *data);
   if (!done) return bus_failure(done.error());
-  if (options.json) {
-    fmt::print("{}", json_text({{"slave", (*mailbox)->slave().position},
-                                {"index", address->index},
-                                {"subindex", address->subindex},
-                                {"bytes", data->size()}}));
-  }
+  if (options.json) fmt::print("{}", json_text(dialogue->to_json(data->size())));
   return 0;
 }
 

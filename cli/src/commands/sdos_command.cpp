@@ -66,7 +66,7 @@ class DictionaryReader {
 
 Outcome<std::vector<DictionaryObject>> read_dictionary(LineView& line, std::size_t position,
                                                        const SdosOptions& options) {
-  auto* mailbox = line.master().mailbox(position);
+  auto* mailbox = line.mailbox(position);
   if (mailbox == nullptr) return failed(fmt::format("slave {} has no mailbox", position));
   CoeClient coe(*mailbox);
   std::vector<std::uint16_t> indices;
@@ -91,9 +91,7 @@ Outcome<int> list_objects(const SdosOptions& options) {
   if (!line) return tl::unexpected(line.error());
   const auto positions = (*line)->select(options.selection);
   if (!positions) return tl::unexpected(positions.error());
-  auto& master = (*line)->master();
-  if (auto done = master.scan(); !done) return bus_failure(done.error());
-  if (auto done = master.enter_pre_op(); !done) return bus_failure(done.error());
+  if (auto done = (*line)->enter_pre_op(*positions); !done) return tl::unexpected(done.error());
   auto rows = nlohmann::json::array();
   for (const auto position : *positions) {
     const auto objects = read_dictionary(**line, position, options);

@@ -14,6 +14,7 @@
 #include "signals.hpp"
 #include "text/json_text.hpp"
 #include "text/pdo_view.hpp"
+#include "text/sii_dump.hpp"
 #include "text/sii_text.hpp"
 
 namespace driveline::cli {
@@ -85,11 +86,16 @@ Outcome<int> read_image(const SiiOptions& options) {
   auto chosen = choose(options, false);
   if (!chosen) return tl::unexpected(chosen.error());
   const auto& view = chosen->view;
-  if (view.image.empty() || (!binary && !view.sii)) return trouble(view);
+  if (view.image.empty()) return trouble(view);
   if (!options.file.empty()) {
     if (auto done = write_file(options.file, text_of(view.image)); !done) return failed(done.error());
   } else if (binary) {
     std::fwrite(view.image.data(), 1, view.image.size(), stdout);
+  }
+  if (!binary && !view.sii) {
+    // What cannot be taken apart can still be looked at.
+    if (options.verbose) fmt::print("{}", sii_dump(view.image));
+    return trouble(view);
   }
   if (options.json) {
     auto document = to_json(*view.sii);
@@ -97,7 +103,7 @@ Outcome<int> read_image(const SiiOptions& options) {
     document["bytes"] = view.image.size();
     fmt::print("{}", json_text(document));
   } else if (options.verbose) {
-    fmt::print("{}", describe_image(*view.sii));
+    fmt::print("{}\n{}", describe_image(*view.sii), sii_dump(view.image));
   }
   if (!view.trouble.empty()) progress("slave {}: {}", view.slave.ref.position, view.trouble);
   return 0;
@@ -245,7 +251,7 @@ std::shared_ptr<SiiOptions> add_common(Arguments& to) {
 Execute prepare_sii_read(Arguments& to) {
   auto options = add_common(to);
   to.option("-o,--output", &options->file, Value::file(), "Write the image to this file, not to stdout");
-  to.flag("-v,--verbose", options->verbose, "Print what the image says");
+  to.flag("-v,--verbose", options->verbose, "Print what the image says, and its bytes by category");
   return [options] { return read_image(*options); };
 }
 

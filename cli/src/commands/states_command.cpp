@@ -2,39 +2,53 @@
 #include <nlohmann/json.hpp>
 
 #include "commands/commands.hpp"
-#include "commands/tool_options.hpp"
-#include "line/process_data_plan.hpp"
+#include "driveline/ecat_master/configuration/configurator.hpp"
+#include "driveline/ecat_master/discovery/discovery.hpp"
+#include "line/line_view.hpp"
 #include "text/json_text.hpp"
 
 namespace driveline::cli {
 namespace {
 
-using ecat_master::Master;
+using wire::AlState;
 
 struct StatesOptions {
   BusOptions bus;
+  SlaveSelection selection;
   std::string wanted;  ///< empty: only look
   bool json = false;
 };
 
-Outcome<std::optional<wire::AlState>> parse_state(const std::string& text) {
-  using wire::AlState;
+/// A slave's AL status, with its position on the line.
+struct Row {
+  std::size_t position = 0;
+  ecat_master::AlReport al;
+};
+
+Outcome<std::optional<AlState>> parse_state(const StatesOptions& options) {
+  const auto& text = options.wanted;
   std::optional<AlState> target;
-  for (const auto state : {AlState::kInit, AlState::kPreOp, AlState::kSafeOp, AlState::kOp}) {
+  for (const auto state : {AlState::kInit, AlState::kPreOp, AlState::kSafeOp, AlState::kOp, AlState::kBootstrap}) {
     if (text == wire::to_text(state)) target = state;
   }
   if (!text.empty() && !target) {
-    return misused(fmt::format("state \"{}\": INIT, PREOP or SAFEOP is expected", text));
+    return misused(fmt::format("state \"{}\": INIT, PREOP, SAFEOP or BOOT is expected", text));
   }
   if (target == AlState::kOp) return misused("OP lives on cyclic process data, which end with this command: use `run`");
+  if (target == AlState::kBootstrap && !options.selection.chosen()) {
+    return misused("BOOT is for single slaves: give -p N or -a ALIAS");
+  }
   return target;
 }
 
-Outcome<void> change_states(Session& session, Master& master, wire::AlState target) {
+/// All of the line, from INIT up.
+Outcome<void> change_line(LineView& line, AlState target) {
+  auto& master = line.master();
   if (auto done = master.scan(); !done) return bus_failure(done.error());
   ecat_master::Result<void> done{};
-  if (target == wire::AlState::kPreOp) done = master.enter_pre_op();
-  if (target == wire::AlState::kSafeOp) {
+  if (target == AlState::kPreOp) done = master.enter_pre_op();
+  if (target == AlState::kSafeOp) {
+    auto& session = line.session();
     done = master.configure(session.has_config() ? make_slave_plans(session.config())
                                                  : std::vector<ecat_master::SlavePlan>{});
   }
@@ -42,44 +56,105 @@ Outcome<void> change_states(Session& session, Master& master, wire::AlState targ
   return {};
 }
 
-void print(std::span<const ecat_master::AlReport> reports) {
-  for (std::size_t i = 0; i < reports.size(); ++i) {
-    const auto& [status, code] = reports[i];
-    fmt::print("{:>4}  {}{}\n", i, wire::to_text(status.state),
+/// Opens the mailboxes of slaves that come from below, for PREOP or BOOT.
+ecat_master::Result<void> raise(ecat_master::Master& master, std::span<const ecat_master::SlaveRef> slaves,
+                                AlState target) {
+  auto& bus = master.bus();
+  const auto found = ecat_master::inspect(bus, slaves);
+  if (!found) return tl::unexpected(found.error());
+  if (target == AlState::kPreOp) {
+    const auto mailboxes = ecat_master::enter_pre_op(master.mailboxes(), *found);
+    return mailboxes ? ecat_master::Result<void>{} : tl::unexpected(mailboxes.error());
+  }
+  for (const auto& slave : *found) {
+    if (const auto mailbox = ecat_master::enter_bootstrap(master.mailboxes(), slave); !mailbox) {
+      return tl::unexpected(mailbox.error());
+    }
+  }
+  return {};
+}
+
+/// Some slaves of the line; the others are not touched.
+Outcome<void> change_slaves(LineView& line, std::span<const std::size_t> positions, AlState target) {
+  std::vector<ecat_master::SlaveRef> below;
+  std::vector<ecat_master::SlaveRef> above;
+  for (const auto position : positions) {
+    const auto& slave = line.slaves()[position];
+    const bool lowers = target != AlState::kBootstrap && slave.al.status.state != AlState::kBootstrap &&
+                        slave.al.status.state >= target;
+    (lowers ? above : below).push_back(slave.ref);
+  }
+  if (target == AlState::kSafeOp && !below.empty()) {
+    const auto position = below.front().position;
+    return failed(
+        fmt::format("slave {} is in {}: the way up to SAFEOP needs the process data of the whole line, "
+                    "`driveline states SAFEOP` without -p and -a goes it",
+                    position, wire::to_text(line.slaves()[position].al.status.state)));
+  }
+  auto& master = line.master();
+  if (!above.empty()) {
+    const auto done = ecat_master::change_state(line.bus(), above, target, ecat_master::kOpTimeout);
+    if (!done) return bus_failure(done.error());
+  }
+  if (below.empty()) return {};
+  const auto done = target == AlState::kInit
+                        ? ecat_master::change_state(line.bus(), below, target, ecat_master::kOpTimeout)
+                        : raise(master, below, target);
+  if (!done) return bus_failure(done.error());
+  return {};
+}
+
+Outcome<std::vector<Row>> read_rows(LineView& line, std::span<const std::size_t> positions) {
+  std::vector<ecat_master::SlaveRef> refs;
+  for (const auto position : positions) refs.push_back(line.slaves()[position].ref);
+  const auto reports = ecat_master::read_al_status(line.bus(), refs);
+  if (!reports) return bus_failure(reports.error());
+  std::vector<Row> rows;
+  for (std::size_t i = 0; i < positions.size(); ++i) rows.push_back({positions[i], (*reports)[i]});
+  return rows;
+}
+
+void print(std::span<const Row> rows) {
+  for (const auto& [position, al] : rows) {
+    const auto& [status, code] = al;
+    fmt::print("{:>4}  {}{}\n", position, wire::to_text(status.state),
                status.error ? fmt::format(" + ERROR, AL status code 0x{:04X} ({})", static_cast<unsigned>(code),
                                           wire::to_text(code))
                             : std::string());
   }
 }
 
-nlohmann::json to_json(std::span<const ecat_master::AlReport> reports) {
-  auto rows = nlohmann::json::array();
-  for (std::size_t i = 0; i < reports.size(); ++i) {
-    const auto& [status, code] = reports[i];
-    rows.push_back({{"position", i},
-                    {"state", wire::to_text(status.state)},
-                    {"error", status.error},
-                    {"al_status_code", static_cast<unsigned>(code)}});
+nlohmann::json to_json(std::span<const Row> rows) {
+  auto slaves = nlohmann::json::array();
+  for (const auto& [position, al] : rows) {
+    const auto& [status, code] = al;
+    slaves.push_back({{"position", position},
+                      {"state", wire::to_text(status.state)},
+                      {"error", status.error},
+                      {"al_status_code", static_cast<unsigned>(code)}});
   }
-  return {{"slaves", rows}};
+  return {{"slaves", slaves}};
 }
 
 Outcome<int> states(const StatesOptions& options) {
-  const auto target = parse_state(options.wanted);
+  const auto target = parse_state(options);
   if (!target) return tl::unexpected(target.error());
-  auto session = Session::open(options.bus);
-  if (!session) return tl::unexpected(session.error());
-  Master master((*session)->port(), (*session)->clock(), master_settings((*session)->config()));
+  if (auto checked = options.selection.check(); !checked) return tl::unexpected(checked.error());
+  auto line = LineView::open(options.bus);
+  if (!line) return tl::unexpected(line.error());
+  const auto positions = (*line)->select(options.selection);
+  if (!positions) return tl::unexpected(positions.error());
   if (*target) {
-    if (auto done = change_states(**session, master, **target); !done) return tl::unexpected(done.error());
+    const auto done =
+        options.selection.chosen() ? change_slaves(**line, *positions, **target) : change_line(**line, **target);
+    if (!done) return tl::unexpected(done.error());
   }
-  // Looking is not touching: without a wanted state no slave is reset.
-  const auto reports = *target ? master.al_status() : master.peek_states();
-  if (!reports) return bus_failure(reports.error());
+  const auto rows = read_rows(**line, *positions);
+  if (!rows) return tl::unexpected(rows.error());
   if (options.json) {
-    fmt::print("{}", json_text(to_json(*reports)));
+    fmt::print("{}", json_text(to_json(*rows)));
   } else {
-    print(*reports);
+    print(*rows);
   }
   return 0;
 }
@@ -89,9 +164,10 @@ Outcome<int> states(const StatesOptions& options) {
 Execute prepare_states(Arguments& to) {
   auto options = std::make_shared<StatesOptions>();
   add_bus_options(to, options->bus);
+  options->selection.add(to);
   add_json_flag(to, options->json);
-  to.positional(&options->wanted, Value::choice("STATE", {"INIT", "PREOP", "SAFEOP"}),
-                "State to change to: INIT, PREOP or SAFEOP");
+  to.positional(&options->wanted, Value::choice("STATE", {"INIT", "PREOP", "SAFEOP", "BOOT"}),
+                "State to change to: INIT, PREOP, SAFEOP, or BOOT of single slaves");
   return [options] { return states(*options); };
 }
 

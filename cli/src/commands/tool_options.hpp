@@ -25,6 +25,8 @@ struct SlaveSelection {
   std::optional<std::string> positions;  ///< "3", "0,2", "1-4"
   std::optional<std::string> alias;
 
+  /// Positions or an alias have been given.
+  [[nodiscard]] bool chosen() const noexcept { return positions || alias; }
   void add(Arguments& to);
   /// For tools that work on one slave.
   void add_single(Arguments& to);

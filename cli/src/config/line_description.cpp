@@ -1,9 +1,19 @@
 #include "config/line_description.hpp"
 
 #include <fmt/format.h>
+#include <algorithm>
+#include <numbers>
+
+#include "driveline/slaves/msd/msd_drive.hpp"
 
 namespace driveline::cli {
 namespace {
+
+using ecat_master::CoeClient;
+
+/// Device profile in the lower word of 1000h (CiA 402-1).
+constexpr std::uint32_t kProfileMask = 0xFFFF;
+constexpr std::uint32_t kDriveProfile = 402;
 
 /// A text of a slave or a name of the user inside a comment or a basic string of TOML.
 std::string plain(std::string_view text) {
@@ -15,26 +25,163 @@ std::string plain(std::string_view text) {
   return safe;
 }
 
+std::optional<std::uint32_t> number(CoeClient& coe, std::uint16_t index, std::uint8_t subindex) {
+  const auto data = coe.upload(index, subindex);
+  if (!data || data->size() != 4) return std::nullopt;
+  return wire::load_le<std::uint32_t>(*data);
+}
+
+/// Sub-index 1 over sub-index 2.
+std::optional<double> ratio(CoeClient& coe, std::uint16_t index) {
+  const auto numerator = number(coe, index, 1);
+  const auto denominator = number(coe, index, 2);
+  if (!numerator || !denominator || *numerator == 0 || *denominator == 0) return std::nullopt;
+  return static_cast<double>(*numerator) / static_cast<double>(*denominator);
+}
+
+/// The drive of ours that has this identity; null: none.
+const slaves::msd::VariantFacts* model_of(const esi::SiiImage& sii) {
+  if (sii.vendor_id != slaves::msd::kVendorId) return nullptr;
+  const auto found =
+      std::find_if(slaves::msd::kVariants.begin(), slaves::msd::kVariants.end(), [&](const auto& variant) {
+        return variant.product_code == sii.product_code && variant.revision == sii.revision;
+      });
+  return found == slaves::msd::kVariants.end() ? nullptr : &*found;
+}
+
+/// How often each value occurs among the slaves that have one.
+using Uses = std::map<std::uint16_t, std::size_t>;
+
+struct Names {
+  Uses aliases;
+  Uses device_ids;
+
+  explicit Names(std::span<const FoundSlave> slaves) {
+    for (const auto& slave : slaves) {
+      if (slave.view.sii && slave.view.sii->config.station_alias != 0) ++aliases[slave.view.sii->config.station_alias];
+      if (slave.device_id.value_or(0) != 0) ++device_ids[*slave.device_id];
+    }
+  }
+};
+
+/// The key by which the slave is found; a comment when another slave has the same number.
+std::string place_lines(const FoundSlave& slave, const Names& names) {
+  const auto alias = slave.view.sii->config.station_alias;
+  const auto id = slave.device_id.value_or(0);
+  std::string text;
+  auto line = [&text](std::string_view key, unsigned value, bool active, std::string_view why) {
+    text += fmt::format("{}{} = {}{}\n", active ? "" : "# ", key, value, why.empty() ? "" : fmt::format("  # {}", why));
+  };
+  const bool by_alias = alias != 0 && names.aliases.at(alias) == 1;
+  if (alias != 0) line("alias", alias, by_alias, by_alias ? "" : "another slave has the same");
+  if (id == 0) return text;
+  const bool by_id = !by_alias && names.device_ids.at(id) == 1;
+  line("device_id", id, by_id, by_id ? "" : by_alias ? "it is found by its alias" : "another slave has the same");
+  return text;
+}
+
+std::string slave_lines(const FoundSlave& slave, const Names& names) {
+  const auto& sii = *slave.view.sii;
+  std::string text =
+      fmt::format("\n# {}\n[[slave]]\nname = \"slave{}\"\n", plain(slave.view.name()), slave.view.slave.ref.position);
+  const auto* model = model_of(sii);
+  if (model != nullptr && model->variant != slaves::msd::Variant::kMsd) {
+    text += fmt::format("model = \"{}\"\n", model->key);
+  }
+  if (!slave.image_file.empty()) {
+    text += fmt::format("{} = \"{}\"  # for the simulation\n", model != nullptr ? "sii_file" : "sii",
+                        plain(slave.image_file));
+  }
+  text += fmt::format("vendor_id = 0x{:08X}\nproduct_code = 0x{:08X}\nrevision = \"= 0x{:08X}\"\n", sii.vendor_id,
+                      sii.product_code, sii.revision);
+  if (sii.serial_number != 0) text += fmt::format("serial = {}\n", sii.serial_number);
+  return text + place_lines(slave, names);
+}
+
+std::string_view mode_of(const DriveFacts& drive) {
+  // 6502h: bit 7 csp, bit 8 csv, bit 9 cst (CiA 402-2).
+  const auto modes = drive.supported_modes.value_or(1U << 7U);
+  if ((modes >> 7U & 1U) != 0) return "csp";
+  if ((modes >> 8U & 1U) != 0) return "csv";
+  return (modes >> 9U & 1U) != 0 ? "cst" : "csp";
+}
+
+std::string axis_lines(const FoundSlave& slave) {
+  const auto position = slave.view.slave.ref.position;
+  const auto& drive = *slave.drive;
+  std::string text = fmt::format("# [[axis]]\n# name = \"axis{}\"\n# slave = \"slave{}\"\n# mode = \"{}\"\n", position,
+                                 position, mode_of(drive));
+  auto value = [&text](std::string_view key, const std::optional<double>& number, std::string_view object) {
+    if (number) text += fmt::format("# {} = {}  # {}\n", key, *number, object);
+  };
+  value("increments_per_revolution", drive.increments_per_revolution, "6092h, 6091h, 608Fh");
+  value("rated_torque_nm", drive.rated_torque_nm, "6076h");
+  value("max_velocity", drive.max_velocity_rad_s, "6080h, rad/s");
+  return text;
+}
+
+std::string axes_lines(std::span<const FoundSlave> slaves) {
+  std::string text;
+  for (const auto& slave : slaves) {
+    if (slave.drive) text += axis_lines(slave);
+  }
+  if (text.empty()) return text;
+  return "\n# CiA 402 drives, scaled as they say. With these lines and a path behind them, `run` switches the drives "
+         "on\n"
+         "# and moves them.\n" +
+         text + "# [path]\n# file = \"path.csv\"\n";
+}
+
+std::string comment(std::string_view lines) {
+  std::string text;
+  while (!lines.empty()) {
+    const auto end = std::min(lines.find('\n'), lines.size());
+    text += fmt::format("#   {}\n", plain(lines.substr(0, end)));
+    lines.remove_prefix(std::min(end + 1, lines.size()));
+  }
+  return text;
+}
+
 }  // namespace
 
-Outcome<std::string> describe_line(std::span<const SlaveView> slaves, const std::optional<std::string>& interface) {
-  std::string text = fmt::format(
-      "# {} slaves as `driveline scan` found them. docs/command_line.md explains every key.\n\n"
-      "[line]\nname = \"line\"\ncycle_us = 1000\n",
-      slaves.size());
-  if (interface) text += fmt::format("\n[bus]\ninterface = \"{}\"\n", plain(*interface));
-  for (const auto& view : slaves) {
-    const auto position = view.slave.ref.position;
-    if (!view.sii) return failed(fmt::format("slave {}: {}", position, view.trouble));
-    text += fmt::format("\n# {}, revision 0x{:08X}, serial number {}\n", plain(view.name()), view.sii->revision,
-                        view.sii->serial_number);
-    text += fmt::format("[[slave]]\nname = \"slave{}\"\nvendor_id = 0x{:08X}\nproduct_code = 0x{:08X}\n", position,
-                        view.sii->vendor_id, view.sii->product_code);
+std::optional<DriveFacts> DriveFacts::read(CoeClient& coe) {
+  const auto type = number(coe, 0x1000, 0);
+  if (!type || (*type & kProfileMask) != kDriveProfile) return std::nullopt;
+  DriveFacts facts;
+  facts.supported_modes = number(coe, 0x6502, 0);
+  // Position units per turn of the motor: feed per turn of the shaft over turns of the motor per turn of the shaft; the
+  // encoder's own increments where the drive has no factors (CiA 402-2, factor group).
+  const auto feed = ratio(coe, 0x6092);
+  facts.increments_per_revolution = feed ? std::optional(*feed / ratio(coe, 0x6091).value_or(1.0)) : ratio(coe, 0x608F);
+  constexpr double kMilli = 1e-3;
+  if (const auto torque = number(coe, 0x6076, 0); torque.value_or(0) != 0) facts.rated_torque_nm = *torque * kMilli;
+  if (const auto rpm = number(coe, 0x6080, 0); rpm.value_or(0) != 0) {
+    facts.max_velocity_rad_s = *rpm * 2.0 * std::numbers::pi / 60.0;
   }
-  text +=
-      "\n# To move a drive, give it an axis and the axes a path:\n"
-      "# [[axis]]\n# name = \"x\"\n# slave = \"slave0\"\n# [path]\n# file = \"path.csv\"\n";
-  return text;
+  return facts;
+}
+
+bool needs_image(const SlaveView& view) {
+  return view.sii && (model_of(*view.sii) == nullptr || view.sii->config.station_alias != 0 ||
+                      view.sii->serial_number != view.slave.ref.position + 1U);
+}
+
+Outcome<std::string> describe_line(const FoundLine& line) {
+  std::string text = fmt::format(
+      "# {} slaves as `driveline scan` found them. docs/command_line.md explains every key.\n"
+      "# `revision = \">= number\"` takes later ones as well; without `serial` another device of the kind may stand "
+      "in.\n",
+      line.slaves.size());
+  if (!line.tree.empty()) text += "#\n# Who is connected to whom:\n" + comment(line.tree);
+  text += "\n[line]\nname = \"line\"\ncycle_us = 1000\n";
+  if (line.interface) text += fmt::format("\n[bus]\ninterface = \"{}\"\n", plain(*line.interface));
+  const Names names(line.slaves);
+  for (const auto& slave : line.slaves) {
+    const auto& view = slave.view;
+    if (!view.sii) return failed(fmt::format("slave {}: {}", view.slave.ref.position, view.trouble));
+    text += slave_lines(slave, names);
+  }
+  return text + axes_lines(line.slaves);
 }
 
 }  // namespace driveline::cli

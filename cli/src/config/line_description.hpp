@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -8,10 +9,40 @@
 
 namespace driveline::cli {
 
-/// A line description (TOML) of slaves that have been found; load_line_config() takes it as it is. Every slave is
-/// expected by its identity, in the order of the line. `interface`: where the line is, nothing for a simulated one.
-/// Failure: a slave whose EEPROM cannot be read has no identity to expect.
-[[nodiscard]] Outcome<std::string> describe_line(std::span<const SlaveView> slaves,
-                                                 const std::optional<std::string>& interface);
+/// How a CiA 402 drive is scaled, as far as it tells. Raw values of its objects.
+struct DriveFacts {
+  std::optional<std::uint32_t> supported_modes;                                      ///< 6502h, bit n: mode n + 1
+  std::optional<double> increments_per_revolution;                                   ///< position units per motor turn
+  std::optional<double> rated_torque_nm;                                             ///< 6076h
+  std::optional<double> max_velocity_rad_s;                                          ///< 6080h
+  [[nodiscard]] static std::optional<DriveFacts> read(ecat_master::CoeClient& coe);  ///< nothing: no CiA 402 drive
+};
+
+/// A slave that is to be described.
+struct FoundSlave {
+  SlaveView view;
+  std::optional<std::uint16_t> device_id;  ///< explicit device identification, when the slave has one
+  std::optional<DriveFacts> drive;
+  /// Where its EEPROM content is kept for a simulation of the line, beside the description; empty: nowhere.
+  std::string image_file;
+};
+
+/// Everything a description is made of.
+struct FoundLine {
+  std::vector<FoundSlave> slaves;
+  std::optional<std::string> interface;  ///< where the line is; nothing: simulated in this process
+  std::string tree;                      ///< who is connected to whom, for a comment; empty: a plain line or not known
+};
+
+/// A line description (TOML) of slaves that have been found; load_line_config() takes it as it is, and `run` brings the
+/// line to OP. Every slave is expected by vendor, product, revision and, where it has one, serial number; it is found
+/// by alias or device identification where that is unique on the line, else by its position. CiA 402 drives get a
+/// comment with an [[axis]] scaled as the drive says: to make it move is for the user to decide. Failure: a slave whose
+/// EEPROM cannot be read has no identity to expect.
+[[nodiscard]] Outcome<std::string> describe_line(const FoundLine& line);
+
+/// Whether a simulation of the line needs the EEPROM content of this slave: it is no drive that the program knows, or
+/// one with an identity that the simulated one would not have at this place.
+[[nodiscard]] bool needs_image(const SlaveView& view);
 
 }  // namespace driveline::cli

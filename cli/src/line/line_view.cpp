@@ -3,6 +3,11 @@
 #include <fmt/format.h>
 #include <numeric>
 
+#include "console.hpp"
+#include "driveline/ecat_master/configuration/configurator.hpp"
+#include "driveline/ecat_master/discovery/discovery.hpp"
+#include "line/process_data_plan.hpp"
+
 namespace driveline::cli {
 namespace {
 
@@ -14,6 +19,11 @@ void take_apart(SlaveView& view) {
   }
   if (!decoded->checksum_valid()) view.trouble = "EEPROM: the checksum of the configuration area is wrong";
   view.sii = std::move(*decoded);
+}
+
+/// What the line file asks of a master; a line without a file gets the defaults.
+ecat_master::Master::Settings settings_of(const Session& session) {
+  return session.has_config() ? master_settings(session.config()) : ecat_master::Master::Settings{};
 }
 
 }  // namespace
@@ -32,11 +42,44 @@ Outcome<std::unique_ptr<LineView>> LineView::open(const BusOptions& bus) {
   if (!session) return tl::unexpected(session.error());
   std::unique_ptr<LineView> view(new LineView);
   view->session_ = std::move(*session);
-  view->master_ = std::make_unique<ecat_master::Master>(view->session_->port(), view->session_->clock());
+  view->master_ = std::make_unique<ecat_master::Master>(view->session_->port(), view->session_->clock(),
+                                                        settings_of(*view->session_));
   auto slaves = ecat_master::survey(view->bus());
   if (!slaves) return bus_failure(slaves.error());
   view->slaves_ = std::move(*slaves);
   return view;
+}
+
+LineView::~LineView() {
+  if (!master_) return;
+  const auto strange = ecat_master::describe_traffic(master_->exchange_statistics());
+  if (!strange.empty()) progress("{}", strange);
+}
+
+Outcome<void> LineView::enter_pre_op(std::span<const std::size_t> positions) {
+  std::vector<ecat_master::SlaveRef> refs;
+  for (const auto position : positions) refs.push_back(slaves_[position].ref);
+  const auto found = ecat_master::inspect(bus(), refs);
+  if (!found) return bus_failure(found.error());
+  auto mailboxes = ecat_master::enter_pre_op(master_->mailboxes(), *found);
+  if (!mailboxes) return bus_failure(mailboxes.error());
+  for (std::size_t i = 0; i < refs.size(); ++i) mailboxes_[positions[i]] = std::move((*mailboxes)[i]);
+  return {};
+}
+
+ecat_master::MailboxClient* LineView::mailbox(std::size_t position) noexcept {
+  const auto found = mailboxes_.find(position);
+  return found == mailboxes_.end() ? nullptr : found->second.get();
+}
+
+Outcome<ecat_master::MailboxClient*> LineView::open_mailbox(const SlaveSelection& selection) {
+  const auto slave = select_one(selection, false);
+  if (!slave) return tl::unexpected(slave.error());
+  const std::size_t position = slave->position;
+  if (auto done = enter_pre_op({&position, 1}); !done) return tl::unexpected(done.error());
+  auto* opened = mailbox(position);
+  if (opened == nullptr) return failed(fmt::format("slave {} has no mailbox", position));
+  return opened;
 }
 
 std::vector<std::uint16_t> LineView::aliases() const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <vector>
 
@@ -21,9 +22,13 @@ struct SlaveView {
   [[nodiscard]] std::string name() const;
 };
 
-/// A bus as most tools need it: opened and looked at, nothing changed on it.
+/// A bus as most tools need it: opened and looked at, nothing changed on it. Tells on stderr at its end when another
+/// master was heard meanwhile.
 class LineView {
  public:
+  LineView(const LineView&) = delete;
+  LineView& operator=(const LineView&) = delete;
+  ~LineView();
   [[nodiscard]] static Outcome<std::unique_ptr<LineView>> open(const BusOptions& bus);
 
   [[nodiscard]] Session& session() noexcept { return *session_; }
@@ -36,6 +41,12 @@ class LineView {
   /// Reads the EEPROMs of the slaves at `positions`.
   [[nodiscard]] std::vector<SlaveView> read(std::span<const std::size_t> positions);
   [[nodiscard]] std::vector<SlaveView> read_all();
+  /// Takes the slaves at `positions` to PREOP by way of INIT, for SDO transfers; the others are not touched.
+  [[nodiscard]] Outcome<void> enter_pre_op(std::span<const std::size_t> positions);
+  /// Of a slave that enter_pre_op() took there; null: it has none.
+  [[nodiscard]] ecat_master::MailboxClient* mailbox(std::size_t position) noexcept;
+  /// The mailbox of the one slave selected, slave 0 without a selection, taken to PREOP. Failure also: no mailbox.
+  [[nodiscard]] Outcome<ecat_master::MailboxClient*> open_mailbox(const SlaveSelection& selection);
   /// Who is connected to whom.
   [[nodiscard]] Outcome<ecat_master::Topology> topology();
 
@@ -46,6 +57,7 @@ class LineView {
   std::unique_ptr<Session> session_;
   std::unique_ptr<ecat_master::Master> master_;
   std::vector<ecat_master::SurveyedSlave> slaves_;
+  std::map<std::size_t, std::unique_ptr<ecat_master::MailboxClient>> mailboxes_;
 };
 
 /// "alias:position" of every slave as the IgH tool counts: the alias address of the last slave that has one, and how

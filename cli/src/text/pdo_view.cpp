@@ -69,12 +69,12 @@ class Names {
   std::vector<PdoView> known_;
 };
 
-/// One slave of a line that is in PREOP.
-Outcome<SlavePdos> read_slave(ecat_master::Master& master, SlaveView view, bool only_sii) {
+/// One slave; over CoE where its mailbox is open.
+Outcome<SlavePdos> read_slave(LineView& line, SlaveView view, bool only_sii) {
   SlavePdos slave{std::move(view), PdoSource::kSii, {}};
   if (!slave.slave.sii) return failed(fmt::format("slave {}: {}", slave.slave.slave.ref.position, slave.slave.trouble));
   const auto& sii = *slave.slave.sii;
-  auto* mailbox = only_sii ? nullptr : master.mailbox(slave.slave.slave.ref.position);
+  auto* mailbox = only_sii ? nullptr : line.mailbox(slave.slave.slave.ref.position);
   if (mailbox == nullptr || (sii.mailbox_protocols & esi::sii_mailbox::kCoe) == 0) {
     slave.sync_managers = pdos_from_sii(sii);
     return slave;
@@ -131,14 +131,12 @@ Outcome<std::vector<SlavePdos>> read_pdos(const BusOptions& bus, const SlaveSele
   const auto positions = (*line)->select(selection);
   if (!positions) return tl::unexpected(positions.error());
   auto views = (*line)->read(*positions);
-  auto& master = (*line)->master();
   if (!only_sii) {
-    if (auto done = master.scan(); !done) return bus_failure(done.error());
-    if (auto done = master.enter_pre_op(); !done) return bus_failure(done.error());
+    if (auto done = (*line)->enter_pre_op(*positions); !done) return tl::unexpected(done.error());
   }
   std::vector<SlavePdos> slaves;
   for (auto& view : views) {
-    auto slave = read_slave(master, std::move(view), only_sii);
+    auto slave = read_slave(**line, std::move(view), only_sii);
     if (!slave) return tl::unexpected(slave.error());
     slaves.push_back(std::move(*slave));
   }

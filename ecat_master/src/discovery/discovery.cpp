@@ -141,6 +141,14 @@ Result<void> clear_channels(Bus& bus, std::span<const SlaveRef> slaves) {
   return bus.exchange().exchange(requests);
 }
 
+Result<std::vector<SlaveInfo>> inspect(Bus& bus, std::span<const SlaveRef> slaves) {
+  auto images = read_sii(bus, slaves);
+  if (!images) return tl::unexpected(images.error());
+  std::vector<SlaveInfo> found;
+  for (std::size_t i = 0; i < slaves.size(); ++i) found.push_back(make_info(slaves[i], std::move((*images)[i])));
+  return found;
+}
+
 Result<std::vector<SlaveInfo>> discover(Bus& bus) {
   const auto visible = count_slaves(bus);
   if (!visible) return tl::unexpected(visible.error());
@@ -150,13 +158,7 @@ Result<std::vector<SlaveInfo>> discover(Bus& bus) {
   if (auto done = reset_slaves(bus); !done) return tl::unexpected(done.error());
   const auto slaves = assign_addresses(bus, *count);
   if (!slaves) return tl::unexpected(slaves.error());
-  auto images = read_sii(bus, *slaves);
-  if (!images) return tl::unexpected(images.error());
-  std::vector<SlaveInfo> found;
-  for (std::size_t i = 0; i < slaves->size(); ++i) {
-    found.push_back(make_info((*slaves)[i], std::move((*images)[i])));
-  }
-  return found;
+  return inspect(bus, *slaves);
 }
 
 }  // namespace driveline::ecat_master

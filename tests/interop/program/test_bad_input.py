@@ -28,7 +28,7 @@ class Usage(ProgramTest):
             self.refused(2, ["run", "--config", LINE8, "--duration", duration], duration)
         self.refused(2, ["run", "--config", LINE8, "--virtual", "--iface", "lo"], "virtual time")
         self.refused(2, ["states", "--config", LINE8, "OP"], "run")
-        self.refused(2, ["states", "--config", LINE8, "BOOT"], "BOOT", "INIT, PREOP or SAFEOP")
+        self.refused(2, ["states", "--config", LINE8, "BOOT"], "BOOT", "single slaves")
         self.refused(2, ["upload", "--config", LINE8], "INDEX")
         self.refused(2, ["upload", "--config", LINE8, "0x12345", "0"], "0x12345")
         self.refused(2, ["upload", "--config", LINE8, "0x6041", "256"], "256")

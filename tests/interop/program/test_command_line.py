@@ -1,6 +1,7 @@
 """Help, the examples in it, and shell completion: all three come from the table of commands."""
 import re
 import shlex
+import shutil
 import subprocess
 import unittest
 
@@ -102,6 +103,35 @@ class Completion(ProgramTest):
         self.assertEqual(self.complete("upload", "-t", "uint3"), ["uint32"])
         self.assertEqual(self.complete("states", "SA"), ["SAFEOP"])
         self.assertEqual(self.complete("upload", "-p", ""), [])
+
+    def zsh(self, *words):
+        """What the completion functions of zsh are told for the last of the words behind `driveline`."""
+        script = self.write("_driveline", run("completion", "zsh").stdout)
+        quoted = " ".join(shlex.quote(word) for word in ("driveline", *words))
+        source = ("_arguments() { print -rl -- \"$@\" }; _describe() { print -rl -- ${(P)2} }; compdef() { }; "
+                  f"source {shlex.quote(str(script))}; words=({quoted}); CURRENT={len(words) + 1}; _driveline; "
+                  "print -r -- \"at $CURRENT\"")
+        result = subprocess.run(["zsh", "-f", "-c", source], cwd=self.directory, capture_output=True, text=True,
+                                timeout=PATIENCE_S, check=False)
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        return result.stdout.splitlines()
+
+    @unittest.skipUnless(shutil.which("zsh"), "zsh is not installed")
+    def test_zsh(self):
+        names = {line.split(":")[0] for line in self.zsh("")}
+        self.assertLessEqual(set(listed(run("--help").stdout)), names)
+        self.assertIn("validate:Check an ESI file and tell what was passed over", self.zsh("esi", ""))
+        self.assertIn("(-t --type)-t[uint8 ... int64, float, double, string, raw ...; default\\: what the slave's "
+                      "dictionary says]:TYPE:(" , "\n".join(self.zsh("upload", "-"))[:100000])
+        self.assertIn(":STATE:(INIT PREOP SAFEOP BOOT)", "\n".join(self.zsh("states", "")))
+        # _arguments counts from the last word of the command.
+        self.assertEqual(self.zsh("sii", "read", "-")[-1], "at 2")
+        for command in all_commands():
+            with self.subTest(command=command):
+                text = run(*command, "--help").stdout
+                known = set(re.findall(r"(?<![\w-])(--[a-z0-9-]+)", text.partition("Options:")[2].partition("Examples:")[0]))
+                offered = set(re.findall(r"(?m)^(?:\([^)]*\))?(--[a-z0-9-]+)\[", "\n".join(self.zsh(*command, "-"))))
+                self.assertEqual(offered, known)
 
     def test_another_shell_is_refused(self):
         self.check_refused(run("completion", "tcsh"), 2, "tcsh", "bash")

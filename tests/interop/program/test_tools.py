@@ -88,6 +88,11 @@ class InProcess(ProgramTest):
                    "\nint main() { return kSlave0Pdos.outputs.size() == kSlave1Pdos.outputs.size() ? 0 : 1; }\n")
         rooms = ("ecat_master", "ecat_master/wire", "ecat_master/port", "rt")
         includes = [f"-I{ROOT / room / 'include'}" for room in rooms]
+        document = self.one_document(self.tool("cstruct", "-p", "0-1", "--json"))
+        self.assertIn(document["include"], (self.directory / "pdos.cpp").read_text())
+        for slave in document["slaves"]:
+            self.assertIn(slave["declaration"], (self.directory / "pdos.cpp").read_text())
+            self.assertEqual(slave["source"], "coe")
         result = subprocess.run([os.environ["CXX_COMPILER"], "-std=c++20", "-fsyntax-only", "-Wall", "-Wextra", "-Werror",
                                  *includes, "pdos.cpp"], cwd=self.directory, capture_output=True, text=True,
                                 timeout=PATIENCE_S, check=False)
@@ -103,6 +108,11 @@ class InProcess(ProgramTest):
         self.assertEqual(piped, image)
         text = self.tool("sii", "read", "-p", "1", "-v")
         self.assertIn("checksum valid", text)
+        # The bytes stand behind what they say, every one of them once.
+        lines = re.findall(r"(?m)^  ([0-9a-f]{4}) ((?: [0-9a-f]{2})+) ", text)
+        self.assertEqual(bytes.fromhex("".join(digits for _, digits in lines)), image)
+        self.assertEqual(int(lines[-1][0], 16) + len(bytes.fromhex(lines[-1][1])), len(image))
+        self.assertRegex(text, r"(?m)^Word 0x0040: category 10 \(strings\), \d+ words$")
         self.assertIn("  Product code:    0x4d534431", text)
         self.assertEqual(self.one_document(self.tool("sii", "read", "-p", "1", "--json"))["serial_number"], 2)
 
@@ -168,12 +178,60 @@ class InProcess(ProgramTest):
         self.assertEqual(result.returncode, 0, result.stderr)
         document = self.one_document(result.stdout)
         self.assertEqual((document["state"], document["faults"]), ("OP", []))
-        # It expects what was found: another device is noticed.
+        # Nothing moves, but how the drives are scaled is there.
+        self.assertIn("# increments_per_revolution = 1048576", (self.directory / "line.toml").read_text())
+        # Two slaves that have changed places are noticed: they have serial numbers.
         text = (self.directory / "line.toml").read_text(encoding="utf-8")
+        swapped = text.replace("serial = 3\n", "serial = -\n").replace("serial = 4\n", "serial = 3\n")
+        self.write("swapped.toml", swapped.replace("serial = -\n", "serial = 4\n"))
+        result = self.run_program("run", "--config", "swapped.toml", "--virtual", "--duration", 0.2, "--no-plots")
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("slave 2 and slave 3 have changed places", result.stderr)
+        # It expects what was found: another device is noticed.
         self.write("other.toml", text.replace("product_code = 0x4D534431", "product_code = 0x4D534432", 1))
         result = self.run_program("run", "--config", "other.toml", "--virtual", "--duration", 0.2, "--no-plots")
         self.assertEqual(result.returncode, 1)
         self.assertIn("4D534432", result.stderr)
+
+    def test_description_of_devices_of_all_kinds_runs_unchanged(self):
+        scan = self.run_program("scan", "--config", EXAMPLES / "mixed.toml", "--write", "again.toml")
+        self.assertEqual(scan.returncode, 0, scan.stderr)
+        result = self.run_program("run", "--config", "again.toml", "--virtual", "--duration", 0.2, "--json", "--no-plots",
+                                  "--no-telemetry")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(self.one_document(result.stdout)["state"], "OP")
+        again = self.run_program("scan", "--config", "again.toml")
+        self.assertEqual(again.stdout, scan.stdout)
+
+    def test_alias_of_a_simulated_line_is_in_its_description(self):
+        self.tool("sii", "read", "-p", "1", "-o", "image.sii")
+        image = bytearray((self.directory / "image.sii").read_bytes())
+        image[8:10] = (77).to_bytes(2, "little")
+        crc = 0xFF
+        for byte in image[:14]:
+            crc ^= byte
+            for _ in range(8):
+                crc = (crc << 1 ^ 0x07) & 0xFF if crc & 0x80 else crc << 1
+        image[14] = crc
+        (self.directory / "alias.sii").write_bytes(image)
+        self.write("one.toml", '[line]\nname = "one"\ncycle_us = 1000\n[[slave]]\nname = "x"\nsii_file = "alias.sii"\n')
+        scan = self.run_program("scan", "--config", "one.toml", "--write", "found.toml")
+        self.assertEqual(scan.returncode, 0, scan.stderr)
+        self.assertIn("\nalias = 77\n", (self.directory / "found.toml").read_text())
+        result = self.run_program("run", "--config", "found.toml", "--virtual", "--duration", 0.2, "--no-plots",
+                                  "--no-telemetry")
+        self.assertEqual(result.returncode, 0, result.stderr)
+
+    def test_states_of_single_slaves(self):
+        self.assertEqual(self.tool("states", "-p", "1-2,5", "PREOP"), "   1  PREOP\n   2  PREOP\n   5  PREOP\n")
+        self.assertEqual(len(self.tool("states").splitlines()), 8)
+        for status, arguments, parts in (
+                (1, ["-p", "1", "SAFEOP"], ["slave 1 is in INIT", "states SAFEOP"]),
+                (2, ["BOOT"], ["single slaves", "-p N"]),
+                (1, ["-p", "1", "BOOT"], ["slave 1"]),  # the drive has no mailboxes for BOOT
+                (1, ["-a", "9"], ["alias address 9"])):
+            with self.subTest(arguments=arguments):
+                self.check_refused(self.run_program("states", "--config", LINE8, *arguments), status, *parts)
 
     def test_diagnosis(self):
         self.assertIn("nothing wrong is known", self.tool("diag"))
@@ -201,6 +259,23 @@ class OnTheWire(WireTest):
         states = self.one_document(self.tool("states", "--json"))["slaves"]
         self.assertEqual({slave["state"] for slave in states}, {"PREOP"})
         self.assertRegex(self.tool("slaves").splitlines()[0], r"\A0  0:0  PREOP  \+  MSD")
+
+    def test_single_slaves_change_their_state_and_the_others_stay(self):
+        self.start_line(EXAMPLES / "line8-nic.toml")
+        self.tool("states", "SAFEOP")
+        self.tool("states", "-p", "2", "PREOP")
+        self.assertEqual(self.tool("upload", "-p", "4", "-t", "uint16", "0x6041", "0"), "0x0250 592\n")
+        self.tool("states", "-p", "7", "INIT")
+        states = [slave["state"] for slave in self.one_document(self.tool("states", "--json"))["slaves"]]
+        self.assertEqual(states, ["SAFEOP", "SAFEOP", "PREOP", "SAFEOP", "PREOP", "SAFEOP", "SAFEOP", "INIT"])
+
+    def test_another_master_on_the_wire_is_named(self):
+        self.start_line(EXAMPLES / "line8-nic.toml")
+        other = self.start("run", "--config", EXAMPLES / "line8-nic.toml", "--iface", "dl-master", "--no-plots",
+                           "--no-telemetry", log="other.log")
+        self.wait_for("the other master", lambda: "OP" in self.text("other.log") or other.poll() is not None)
+        result = self.run_program("sii", "read", "-v", "--iface", "dl-master")
+        self.assertIn("another EtherCAT master is on the wire", result.stderr)
 
     def test_diagnosis_names_the_bad_cable_until_it_is_cleared(self):
         self.start("simulate", "--config", EXAMPLES / "line8-nic.toml", "--iface", "dl-line", "--control", "line.socket",

@@ -10,46 +10,107 @@ namespace {
 
 using testing::HasSubstr;
 
-SlaveView view_of(std::uint16_t position, std::uint32_t vendor, std::string name) {
+struct Identity {
+  std::uint32_t vendor = 2;
+  std::uint32_t revision = 0x00110000;
+  std::uint32_t serial = 0;
+  std::uint16_t alias = 0;
+};
+
+FoundSlave found(std::uint16_t position, const Identity& identity, std::string name) {
   esi::DeviceDescription device;
-  device.vendor_id = vendor;
-  device.product_code = 0x10 + position;
+  device.vendor_id = identity.vendor;
+  device.product_code = 0x10U + position;
+  device.revision = identity.revision;
+  device.serial_number = identity.serial;
   device.name = std::move(name);
-  SlaveView view;
-  view.slave.ref = {position, 0x1001};
-  view.sii = esi::make_sii(device);
-  return view;
+  FoundSlave slave;
+  slave.view.slave.ref = {position, 0x1001};
+  slave.view.sii = esi::make_sii(device);
+  slave.view.sii->config.station_alias = identity.alias;
+  return slave;
+}
+
+LineConfig described(const FoundLine& line) {
+  const auto text = describe_line(line);
+  EXPECT_TRUE(text) << text.error().text;
+  const auto config = parse_line_config(*text, "line.toml");
+  EXPECT_TRUE(config) << config.error() << *text;
+  return config.value_or(LineConfig{});
 }
 
 TEST(LineDescription, IsAConfigurationThatExpectsWhatWasFound) {
-  const std::vector<SlaveView> slaves = {view_of(0, 2, "EK1100"), view_of(1, 0x28, "MSD")};
-  const auto text = describe_line(slaves, "eth1");
+  const auto config =
+      described({{found(0, {.vendor = 2}, "EK1100"), found(1, {.vendor = 0x28, .serial = 4711}, "MSD")}, "eth1", {}});
+  EXPECT_EQ(config.interface, "eth1");
+  ASSERT_EQ(config.slaves.size(), 2U);
+  EXPECT_EQ(config.slaves[0].vendor_id, 2U);
+  EXPECT_EQ(config.slaves[1].vendor_id, 0x28U);
+  EXPECT_EQ(config.slaves[1].product_code, 0x11U);
+  EXPECT_TRUE(config.slaves[0].plan.revision.accepts(0x00110000));
+  EXPECT_FALSE(config.slaves[0].plan.revision.accepts(0x00110001));
+  EXPECT_TRUE(config.slaves[0].plan.serial.accepts(99)) << "no serial number in the EEPROM: any";
+  EXPECT_TRUE(config.slaves[1].plan.serial.accepts(4711));
+  EXPECT_FALSE(config.slaves[1].plan.serial.accepts(4712));
+  EXPECT_TRUE(config.axes.empty());
+}
+
+TEST(LineDescription, SlavesAreFoundByWhatNoOtherSlaveHas) {
+  FoundLine line;
+  line.slaves = {found(0, {.alias = 7}, "a"), found(1, {.alias = 9}, "b"), found(2, {.alias = 9}, "c"),
+                 found(3, {}, "d"),           found(4, {}, "e"),           found(5, {}, "f")};
+  line.slaves[3].device_id = 3;
+  line.slaves[4].device_id = 4;
+  line.slaves[5].device_id = 4;
+  line.slaves[0].device_id = 12;
+  const auto config = described(line);
+  EXPECT_EQ(config.slaves[0].plan.alias, 7);
+  EXPECT_FALSE(config.slaves[0].plan.device_id) << "one of them";
+  EXPECT_FALSE(config.slaves[1].plan.alias) << "the alias of two slaves";
+  EXPECT_FALSE(config.slaves[2].plan.alias);
+  EXPECT_EQ(config.slaves[3].plan.device_id, 3);
+  EXPECT_FALSE(config.slaves[4].plan.device_id);
+  const auto text = describe_line(line);
+  EXPECT_THAT(*text, HasSubstr("# alias = 9  # another slave has the same"));
+}
+
+TEST(LineDescription, AxesAreThereToBeUncommented) {
+  FoundLine line;
+  line.slaves = {found(0, {.vendor = 0x28}, "drive")};
+  line.slaves[0].drive = DriveFacts{1U << 8U, 65536.0, 1.25, 300.0};
+  const auto text = describe_line(line);
   ASSERT_TRUE(text);
-  const auto config = parse_line_config(*text, "line.toml");
-  ASSERT_TRUE(config) << config.error();
-  EXPECT_EQ(config->interface, "eth1");
-  ASSERT_EQ(config->slaves.size(), 2U);
-  EXPECT_EQ(config->slaves[0].vendor_id, 2U);
-  EXPECT_EQ(config->slaves[1].vendor_id, 0x28U);
-  EXPECT_EQ(config->slaves[1].product_code, 0x11U);
-  EXPECT_TRUE(config->axes.empty());
+  EXPECT_TRUE(described(line).axes.empty()) << "nothing moves that nobody asked to move";
+  std::string active;
+  for (std::size_t at = text->find("# [[axis]]"); at < text->size();) {
+    const auto end = text->find('\n', at);
+    active += text->substr(at + 2, end - at - 1);
+    at = end + 1;
+  }
+  const auto config = parse_line_config(text->substr(0, text->find("# CiA 402")) + active, "line.toml");
+  ASSERT_TRUE(config) << config.error() << active;
+  ASSERT_EQ(config->axes.size(), 1U);
+  EXPECT_EQ(config->axes[0].mode, ecat_master::cia402::Mode::kCyclicVelocity);
+  EXPECT_NEAR(config->axes[0].increments_per_unit, 65536.0 / 6.283185307, 1e-3);
+  EXPECT_DOUBLE_EQ(config->axes[0].rated_torque, 1.25);
+  EXPECT_DOUBLE_EQ(config->axes[0].limits.max_velocity, 300.0);
 }
 
 TEST(LineDescription, NamesOfSlavesCannotBecomeKeys) {
-  const std::vector<SlaveView> slaves = {view_of(0, 2, "a\"\n[[axis]]\nname = \"x\"\\")};
-  const auto text = describe_line(slaves, std::nullopt);
-  ASSERT_TRUE(text);
-  const auto config = parse_line_config(*text, "line.toml");
-  ASSERT_TRUE(config) << config.error();
-  EXPECT_TRUE(config->axes.empty());
-  EXPECT_FALSE(config->interface);
+  FoundLine line;
+  line.slaves = {found(0, {}, "a\"\n[[axis]]\nname = \"x\"\\")};
+  line.tree = "master\n[[axis]]\n";
+  const auto config = described(line);
+  EXPECT_TRUE(config.axes.empty());
+  EXPECT_FALSE(config.interface);
 }
 
 TEST(LineDescription, SlaveWithoutIdentityIsNamed) {
-  std::vector<SlaveView> slaves = {view_of(0, 2, "EK1100"), view_of(1, 2, "?")};
-  slaves[1].sii.reset();
-  slaves[1].trouble = "EEPROM: the image ends early";
-  const auto text = describe_line(slaves, std::nullopt);
+  FoundLine line;
+  line.slaves = {found(0, {}, "EK1100"), found(1, {}, "?")};
+  line.slaves[1].view.sii.reset();
+  line.slaves[1].view.trouble = "EEPROM: the image ends early";
+  const auto text = describe_line(line);
   ASSERT_FALSE(text);
   EXPECT_THAT(text.error().text, HasSubstr("slave 1: EEPROM"));
 }

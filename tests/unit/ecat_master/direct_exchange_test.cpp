@@ -25,10 +25,10 @@ TEST(FrameTag, IsTheSourceAddress) {
 }
 
 TEST(FrameTag, SurvivesTheBitThatSlavesSet) {
-  auto mac = FrameTag{0x3FFF, 0xFFFFFFFF}.to_mac();
-  EXPECT_EQ(copy_of(mac), hex("FC FF FF FF FF FF")) << "neither a multicast address nor a locally administered one";
+  auto mac = FrameTag{0x1FFF, 0xFFFFFFFF}.to_mac();
+  EXPECT_EQ(copy_of(mac), hex("F8 FF FF FF FF FF")) << "neither a multicast address nor a locally administered one";
   mac[0] |= std::byte{0x02};
-  EXPECT_EQ(FrameTag::from_mac(mac), (FrameTag{0x3FFF, 0xFFFFFFFF}));
+  EXPECT_EQ(FrameTag::from_mac(mac), (FrameTag{0x1FFF, 0xFFFFFFFF}));
   EXPECT_TRUE(FrameTag::processed(mac));
 }
 

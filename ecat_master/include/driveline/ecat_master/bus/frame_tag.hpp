@@ -11,11 +11,12 @@ namespace driveline::ecat_master {
 /// The 8-bit datagram index comes round after 256 frames, 32 ms at 8 kHz, so a late frame could be taken for a new
 /// one. Slave controllers do not look at the source address; the first one only sets the "locally administered" bit
 /// in its first byte (ESC data sheet I, "Ethernet frame processing"). The master therefore numbers its frames there:
-/// the upper six bits of byte 0 and byte 1 tell masters on one wire apart, bytes 2-5 are a sequence number that lasts
-/// for days. The multicast bit of byte 0 stays clear.
+/// the upper five bits of byte 0 and byte 1 tell masters on one wire apart, bytes 2-5 are a sequence number that lasts
+/// for days. The multicast bit of byte 0 stays clear, and so does bit 2,
+/// with which a ring marks its second copy (port::RedundantPort).
 struct FrameTag {
-  /// Most values of `instance`: 14 bits.
-  static constexpr std::uint16_t kInstances = 0x4000;
+  /// Most values of `instance`: 13 bits.
+  static constexpr std::uint16_t kInstances = 0x2000;
 
   std::uint16_t instance = 0;  ///< of the master, below kInstances
   std::uint32_t sequence = 0;  ///< of the frame
@@ -23,14 +24,14 @@ struct FrameTag {
   /// As a source address; \rtsafe.
   [[nodiscard]] constexpr wire::MacAddress to_mac() const noexcept {
     wire::MacAddress mac{};
-    mac[0] = static_cast<std::byte>((instance >> 8U << 2U) & 0xFCU);
+    mac[0] = static_cast<std::byte>((instance >> 8U << 3U) & 0xF8U);
     mac[1] = static_cast<std::byte>(instance & 0xFFU);
     wire::store_le(std::span(mac).subspan<2, 4>(), sequence);
     return mac;
   }
   /// Of a frame that came in, with or without the bit that slaves set; \rtsafe.
   [[nodiscard]] static constexpr FrameTag from_mac(const wire::MacAddress& mac) noexcept {
-    const unsigned high = std::to_integer<unsigned>(mac[0]) >> 2U;
+    const unsigned high = std::to_integer<unsigned>(mac[0]) >> 3U;
     return {static_cast<std::uint16_t>(high << 8U | std::to_integer<unsigned>(mac[1])),
             wire::load_le<std::uint32_t>(std::span(mac).subspan<2, 4>())};
   }
@@ -46,7 +47,7 @@ struct FrameTag {
 };
 
 /// An instance for one more master: masters of this process get different ones until all are used up, those of other
-/// processes and machines start from a random number, so that two of them agree once in 16384 times. Any thread, not
+/// processes and machines start from a random number, so that two of them agree once in 8192 times. Any thread, not
 /// real-time safe.
 [[nodiscard]] std::uint16_t next_frame_instance();
 

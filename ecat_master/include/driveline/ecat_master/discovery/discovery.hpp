@@ -35,6 +35,10 @@ inline constexpr std::uint16_t kMaxSlaves = 4096;
 /// (SlaveInfo::problem), no error. Not real-time safe.
 [[nodiscard]] Result<std::vector<SlaveInfo>> discover(Bus& bus);
 
+/// What the EEPROMs of `slaves` say, in their order, without changing anything about the slaves. Errors: those of the
+/// bus; trouble with an EEPROM is a fact about its slave. Not real-time safe.
+[[nodiscard]] Result<std::vector<SlaveInfo>> inspect(Bus& bus, std::span<const SlaveRef> slaves);
+
 /// Switches off all FMMUs and sync managers of all slaves: controllers keep them across a change to INIT, and their
 /// settings can only be changed while they are off. The slaves should be in INIT. Not real-time safe.
 [[nodiscard]] Result<void> clear_channels(Bus& bus);

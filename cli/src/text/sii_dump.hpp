@@ -1,0 +1,14 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+
+namespace driveline::cli {
+
+/// An EEPROM image section by section, as hexadecimal bytes with the texts among them: the fixed words, then every
+/// category with its number, name and place. Bytes that belong to no category, because one is longer than the image,
+/// are shown as what is left.
+[[nodiscard]] std::string sii_dump(std::span<const std::byte> image);
+
+}  // namespace driveline::cli
