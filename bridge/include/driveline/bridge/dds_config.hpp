@@ -16,8 +16,8 @@ enum class AxisKind : std::uint8_t {
 
 /// What the subscribers are told about an axis.
 struct AxisInfo {
-  std::string name;  ///< 1 to 31 bytes
-  AxisKind kind = AxisKind::kRotary;
+  std::string name;                   ///< 1 to 31 bytes
+  AxisKind kind = AxisKind::kRotary;  ///< unit of its samples: rad or m
 };
 
 /// Longest name of an axis or a line, in bytes (the bound in the IDL).
@@ -29,8 +29,8 @@ struct DdsConfig {
   std::string participant_name = "driveline";  ///< shown by DDS tools
   std::string line_name = "line";              ///< 1 to 31 bytes
   std::vector<AxisInfo> axes;                  ///< by axis index; samples of other axes are refused and counted
-  std::string axis_topic = "driveline/axis_telemetry";
-  std::string status_topic = "driveline/line_status";
+  std::string axis_topic = "driveline/axis_telemetry";  ///< name of the DDS topic of the axis samples
+  std::string status_topic = "driveline/line_status";   ///< name of the DDS topic of the line's status
   /// Axis samples are published in every cycle whose number it divides; 8 makes 1 kHz of a 125 µs cycle. At least 1.
   std::uint32_t decimation = 8;
   /// Time between two line statuses while the state and the faults stay as they are.

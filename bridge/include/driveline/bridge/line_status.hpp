@@ -18,22 +18,22 @@ enum class LineState : std::uint8_t {
 
 /// Distribution of a time since cyclic operation started.
 struct Percentiles {
-  std::chrono::nanoseconds p50{0};
-  std::chrono::nanoseconds p99{0};
-  std::chrono::nanoseconds max{0};
+  std::chrono::nanoseconds p50{0};  ///< median
+  std::chrono::nanoseconds p99{0};  ///< 99th percentile
+  std::chrono::nanoseconds max{0};  ///< largest value
 };
 
 /// What the owner of the line knows about it and a subscriber wants to read. The publisher adds the newest cycle
 /// number, the clock's state and its own counters.
 struct LineStatus {
-  LineState state = LineState::kDown;
-  std::chrono::nanoseconds cycle_period{0};
-  std::uint64_t cycles = 0;          ///< cycles run
-  std::uint64_t missed_periods = 0;  ///< periods skipped because a cycle was late
-  std::uint64_t wkc_errors = 0;      ///< cycles whose working counter was not the expected one
-  std::uint64_t lost_frames = 0;     ///< frames that did not come back
-  Percentiles wake_latency{};        ///< wake-up after the grid time
-  Percentiles cycle_cost{};          ///< work of a cycle, wake-up to end of send
+  LineState state = LineState::kDown;        ///< AL state of the line as a whole
+  std::chrono::nanoseconds cycle_period{0};  ///< grid of the cycle
+  std::uint64_t cycles = 0;                  ///< cycles run
+  std::uint64_t missed_periods = 0;          ///< periods skipped because a cycle was late
+  std::uint64_t wkc_errors = 0;              ///< cycles whose working counter was not the expected one
+  std::uint64_t lost_frames = 0;             ///< frames that did not come back
+  Percentiles wake_latency{};                ///< wake-up after the grid time
+  Percentiles cycle_cost{};                  ///< work of a cycle, wake-up to end of send
   /// One sentence each, oldest first. The newest 16 are published, up to 255 bytes of each.
   std::vector<std::string> faults{};
 };

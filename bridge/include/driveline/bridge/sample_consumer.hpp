@@ -39,6 +39,7 @@ class SampleConsumer {
 
  protected:
   SampleConsumer() = default;
+  /// Copies are for implementations; a consumer is used where it is.
   SampleConsumer(const SampleConsumer&) = default;
   SampleConsumer& operator=(const SampleConsumer&) = default;
 };

@@ -37,6 +37,7 @@ class MonotonicClock final : public Clock {
 /// it is safe: who reads a time also sees what was written before the clock was moved there.
 class VirtualClock final : public Clock {
  public:
+  /// Begins at `start`; spin() moves it on by `spin_step`.
   explicit VirtualClock(std::chrono::nanoseconds start = {},
                         std::chrono::nanoseconds spin_step = std::chrono::microseconds{1}) noexcept;
   [[nodiscard]] std::chrono::nanoseconds now() const noexcept override;

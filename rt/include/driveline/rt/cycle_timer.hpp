@@ -53,6 +53,7 @@ class CycleTimer {
   /// @return the part of `shift` that was accepted.
   std::chrono::nanoseconds shift_phase(std::chrono::nanoseconds shift) noexcept;
 
+  /// Distance of two instants of the grid. \rtsafe
   [[nodiscard]] std::chrono::nanoseconds period() const noexcept { return period_; }
   /// Sum of all accepted shifts since start().
   [[nodiscard]] std::chrono::nanoseconds phase_shift() const noexcept { return phase_shift_; }

@@ -14,13 +14,14 @@ namespace driveline::rt {
 /// One writer; to look at it from another thread, copy it while the writer rests.
 class Histogram {
  public:
+  /// Longer times are counted as overflows.
   static constexpr std::chrono::nanoseconds kLargest = std::chrono::seconds{1};
 
   /// A non-empty class of values: lower <= value < upper.
   struct Bucket {
-    std::chrono::nanoseconds lower;
-    std::chrono::nanoseconds upper;
-    std::uint64_t count;
+    std::chrono::nanoseconds lower;  ///< smallest time in it
+    std::chrono::nanoseconds upper;  ///< smallest time of the next one
+    std::uint64_t count;             ///< times that fell into it
   };
 
   /// Counts one value, in constant time. Values outside 0 .. 1 s go to the nearest bucket and are counted as
@@ -32,8 +33,11 @@ class Histogram {
   /// the maximum is known: a rank among the overflows reports 1 s or a little more. 0 ns if empty.
   [[nodiscard]] std::chrono::nanoseconds percentile(double quantile) const noexcept;
 
+  /// Times recorded, those out of range included. \rtsafe
   [[nodiscard]] std::uint64_t count() const noexcept { return count_; }
+  /// Negative times; they are in no bucket. \rtsafe
   [[nodiscard]] std::uint64_t underflows() const noexcept { return underflows_; }
+  /// Times above kLargest; they are in no bucket. \rtsafe
   [[nodiscard]] std::uint64_t overflows() const noexcept { return overflows_; }
   /// Smallest value, exact; 0 ns if empty.
   [[nodiscard]] std::chrono::nanoseconds min() const noexcept { return min_; }
@@ -44,6 +48,7 @@ class Histogram {
 
   /// Adds everything `other` has counted.
   void merge(const Histogram& other) noexcept;
+  /// Forgets everything. \rtsafe
   void reset() noexcept { *this = Histogram{}; }
 
   /// Calls `visit(Bucket)` for every non-empty bucket in ascending order.

@@ -26,7 +26,7 @@ struct RealtimeReport {
 
 /// Why a thread was not started under RealtimePolicy::kEnforce.
 struct RealtimeError {
-  RealtimeReport report;
+  RealtimeReport report;  ///< what was asked for and what is in effect
 
   /// One sentence for each setting that is not in effect: what was requested and found, the error text and the remedy.
   [[nodiscard]] std::string message() const;

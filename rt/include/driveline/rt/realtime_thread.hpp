@@ -20,12 +20,12 @@ enum class RealtimePolicy {
 
 /// How a real-time thread is to be set up. The defaults ask for everything except a CPU, which only the user can name.
 struct RealtimeConfig {
-  RealtimePolicy policy = RealtimePolicy::kEnforce;
-  std::string name = "driveline-rt";     ///< as seen in `top -H`; the kernel keeps 15 characters
-  std::optional<int> priority = 80;      ///< SCHED_FIFO priority 1 .. 99; none: scheduling is left alone
-  std::optional<int> cpu{};              ///< the one CPU to run on; none: affinity is left alone
-  bool lock_memory = true;               ///< lock the memory of the whole process and keep its heap
-  std::size_t stack_bytes = 512 * 1024;  ///< all of it is touched before the task runs
+  RealtimePolicy policy = RealtimePolicy::kEnforce;  ///< what happens when a setting cannot be had
+  std::string name = "driveline-rt";                 ///< as seen in `top -H`; the kernel keeps 15 characters
+  std::optional<int> priority = 80;                  ///< SCHED_FIFO priority 1 .. 99; none: scheduling is left alone
+  std::optional<int> cpu{};                          ///< the one CPU to run on; none: affinity is left alone
+  bool lock_memory = true;                           ///< lock the memory of the whole process and keep its heap
+  std::size_t stack_bytes = 512 * 1024;              ///< all of it is touched before the task runs
   /// How much the kernel may delay a timer to save wake-ups, >= 1 ns (newer kernels do not delay SCHED_FIFO at all).
   std::chrono::nanoseconds timer_slack{1};
 };

@@ -86,6 +86,7 @@ class SpscRing {
     return std::min<std::uint64_t>(head - tail, capacity());
   }
 
+  /// Most elements that it holds: the wanted number, rounded up to a power of two. \rtsafe
   [[nodiscard]] std::size_t capacity() const noexcept { return mask_ + 1; }
 
  private:

@@ -9,6 +9,7 @@
 /// long.
 namespace driveline::rt {
 
+/// One second.
 inline constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
 
 /// `time` as seconds and nanoseconds, with tv_nsec always in 0 .. 999'999'999 (negative times round tv_sec down), as

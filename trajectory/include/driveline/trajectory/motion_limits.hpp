@@ -12,23 +12,24 @@ namespace driveline::trajectory {
 
 /// What one axis can do, as magnitudes in rad/s and rad/s^2 or m/s and m/s^2. Infinity stands for no limit.
 struct AxisLimits {
-  double max_velocity = std::numeric_limits<double>::infinity();
-  double max_acceleration = std::numeric_limits<double>::infinity();
+  double max_velocity = std::numeric_limits<double>::infinity();      ///< rad/s or m/s, > 0
+  double max_acceleration = std::numeric_limits<double>::infinity();  ///< rad/s² or m/s², > 0
 };
 
 /// The first place where a path asks for more than an axis can do.
 struct LimitViolation {
+  /// Which limit.
   enum class Quantity {
     kVelocity,      ///< rad/s or m/s
     kAcceleration,  ///< rad/s^2 or m/s^2
   };
 
-  PathAxis axis;
-  std::size_t axis_index = 0;
-  Quantity quantity = Quantity::kVelocity;
-  double time_s = 0.0;  ///< on the path's time axis
-  double value = 0.0;   ///< with its sign
-  double limit = 0.0;   ///< magnitude
+  PathAxis axis;                            ///< name and kind of the axis
+  std::size_t axis_index = 0;               ///< its column, 0 is the first
+  Quantity quantity = Quantity::kVelocity;  ///< what is too large
+  double time_s = 0.0;                      ///< on the path's time axis
+  double value = 0.0;                       ///< with its sign
+  double limit = 0.0;                       ///< magnitude
 
   /// One sentence that names axis, quantity, value, time and limit.
   [[nodiscard]] std::string message() const;

@@ -31,16 +31,16 @@ std::string_view si_unit(AxisKind kind) noexcept;
 
 /// Name and kind of one axis of a path.
 struct PathAxis {
-  std::string name;
-  AxisKind kind = AxisKind::kRotary;
+  std::string name;                   ///< as in the heading of its column
+  AxisKind kind = AxisKind::kRotary;  ///< rotary axes are in rad, linear ones in m
 };
 
 /// Why a path was refused, and where. Line and column count from 1; 0 means that they do not apply.
 struct PathError {
-  std::string file;
-  std::size_t line = 0;
+  std::string file;        ///< as it was given to the reader
+  std::size_t line = 0;    ///< 1 is the first; 0: the file as a whole
   std::size_t column = 0;  ///< in bytes
-  std::string reason;
+  std::string reason;      ///< what is wrong and what was expected
 
   /// One sentence: "file:line:column: reason", without the parts that do not apply.
   [[nodiscard]] std::string message() const;
@@ -51,15 +51,21 @@ struct PathError {
 /// within the limits above.
 class Path {
  public:
+  /// In the order of the columns.
   [[nodiscard]] const std::vector<PathAxis>& axes() const noexcept { return axes_; }
+  /// Number of points, at least 2.
   [[nodiscard]] std::size_t points() const noexcept { return times_s_.size(); }
+  /// Times of all points, rising.
   [[nodiscard]] std::span<const double> times_s() const noexcept { return times_s_; }
   /// The positions of all axes at one point, in rad or m. Precondition: point < points().
   [[nodiscard]] std::span<const double> positions(std::size_t point) const noexcept {
     return std::span(positions_).subspan(point * axes_.size(), axes_.size());
   }
+  /// Time of the first point.
   [[nodiscard]] double start_s() const noexcept { return times_s_.front(); }
+  /// Time of the last point.
   [[nodiscard]] double end_s() const noexcept { return times_s_.back(); }
+  /// From first to last point, > 0.
   [[nodiscard]] double duration_s() const noexcept { return end_s() - start_s(); }
 
  private:

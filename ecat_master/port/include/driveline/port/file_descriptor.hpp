@@ -10,7 +10,9 @@ namespace driveline::port {
 class FileDescriptor {
  public:
   FileDescriptor() = default;
+  /// Takes over `descriptor` and closes it at its end; -1: none.
   explicit FileDescriptor(int descriptor) noexcept : descriptor_{descriptor} {}
+  /// Takes over the descriptor of `other`, which then has none.
   FileDescriptor(FileDescriptor&& other) noexcept : descriptor_{std::exchange(other.descriptor_, -1)} {}
   FileDescriptor& operator=(FileDescriptor&& other) noexcept {
     std::swap(descriptor_, other.descriptor_);  // the old one is closed with `other`
@@ -20,7 +22,9 @@ class FileDescriptor {
     if (descriptor_ >= 0) ::close(descriptor_);
   }
 
+  /// The descriptor, -1 when there is none; stays owned. \rtsafe
   [[nodiscard]] int get() const noexcept { return descriptor_; }
+  /// Whether there is one. \rtsafe
   [[nodiscard]] bool valid() const noexcept { return descriptor_ >= 0; }
   /// Gives up ownership.
   [[nodiscard]] int release() noexcept { return std::exchange(descriptor_, -1); }

@@ -20,8 +20,8 @@ class PcapngWriter {
  public:
   /// One captured frame.
   struct Packet {
-    std::chrono::nanoseconds unix_time{};  ///< since 1970-01-01 UTC, not negative
-    CaptureDirection direction = CaptureDirection::kInbound;
+    std::chrono::nanoseconds unix_time{};                     ///< since 1970-01-01 UTC, not negative
+    CaptureDirection direction = CaptureDirection::kInbound;  ///< as seen by the interface that captures
     std::uint64_t dropped_before = 0;  ///< frames that the capture lost between the packet before and this one
     std::span<const std::byte> bytes;  ///< Ethernet frame without FCS
   };

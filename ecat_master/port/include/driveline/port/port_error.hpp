@@ -18,9 +18,9 @@ enum class PortErrorCode : std::uint8_t {
 
 /// An error of start-up or shut-down; none of these occurs in the cycle.
 struct PortError {
-  PortErrorCode code = PortErrorCode::kSystem;
-  int error_number = 0;  ///< errno, or 0 if no system call failed
-  std::string message;   ///< one sentence: what is wrong and, where there is one, the remedy
+  PortErrorCode code = PortErrorCode::kSystem;  ///< what kind of trouble
+  int error_number = 0;                         ///< errno, or 0 if no system call failed
+  std::string message;                          ///< one sentence: what is wrong and, where there is one, the remedy
 };
 
 }  // namespace driveline::port

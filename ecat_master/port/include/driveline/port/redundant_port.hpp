@@ -12,16 +12,17 @@ namespace driveline::port {
 
 /// What a RedundantPort has last seen of its ring.
 struct RingStatus {
+  /// What is known about the ring from the frames of the last exchange.
   enum class State : std::uint8_t {
     kUnknown,  ///< no frame has come back yet
     kClosed,   ///< frames come out at the other end
     kOpen,     ///< frames come back to the end they were sent from
   };
-  State state = State::kUnknown;
+  State state = State::kUnknown;  ///< closed, broken, or not known yet
   /// While open: slaves between the primary interface and the break, and between the break and the secondary one. Known
   /// from frames that begin with a broadcast read.
   std::uint16_t primary_slaves = 0;
-  std::uint16_t secondary_slaves = 0;
+  std::uint16_t secondary_slaves = 0;  ///< slaves that the secondary interface reached
 };
 
 /// The two ends of a ring as one port. Every frame leaves on both interfaces. In a whole ring the primary one comes out
@@ -39,6 +40,7 @@ struct RingStatus {
 /// construction.
 class RedundantPort final : public Port {
  public:
+  /// When a ring counts as broken and as healed.
   struct Settings {
     /// How long after the send half of an answer waits for the other half before it is handed over alone: longer than
     /// a frame takes, shorter than the master waits for it.
@@ -62,6 +64,7 @@ class RedundantPort final : public Port {
 
   /// Both ports and the clock must outlive this one.
   RedundantPort(Port& primary, Port& secondary, const rt::Clock& clock, Settings settings);
+  /// With the default settings. Both ports and the clock must outlive it.
   RedundantPort(Port& primary, Port& secondary, const rt::Clock& clock)
       : RedundantPort(primary, secondary, clock, Settings{}) {}
 
@@ -80,6 +83,7 @@ class RedundantPort final : public Port {
   [[nodiscard]] RingStatus status() const noexcept;
   /// Answers put together of two halves, and halves that stayed alone. Any thread. \rtsafe
   [[nodiscard]] std::uint64_t merged() const noexcept { return merged_.value(); }
+  /// Frames put together from what came back on both interfaces. \rtsafe
   [[nodiscard]] std::uint64_t halves() const noexcept { return halves_.value(); }
 
  private:

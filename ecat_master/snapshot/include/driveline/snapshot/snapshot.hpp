@@ -22,19 +22,19 @@ enum class AxisState : std::uint8_t {
 
 /// One axis in one cycle.
 struct AxisSample {
-  std::uint64_t cycle = 0;         ///< number of the cycle since cyclic operation started
-  std::int64_t time_ns = 0;        ///< grid time of the cycle on the master's clock
-  std::uint16_t axis = 0;          ///< index of the axis in the line description
-  std::uint16_t control_word = 0;  ///< 6040h as sent in this cycle
-  std::uint16_t status_word = 0;   ///< 6041h as received in this cycle
-  std::int8_t mode = 0;            ///< 6061h mode of operation display
-  AxisState state = AxisState::kUnavailable;
-  double target_position_rad = 0;
-  double actual_position_rad = 0;
-  double target_velocity_rad_s = 0;
-  double actual_velocity_rad_s = 0;
-  double target_torque_nm = 0;
-  double actual_torque_nm = 0;
+  std::uint64_t cycle = 0;                    ///< number of the cycle since cyclic operation started
+  std::int64_t time_ns = 0;                   ///< grid time of the cycle on the master's clock
+  std::uint16_t axis = 0;                     ///< index of the axis in the line description
+  std::uint16_t control_word = 0;             ///< 6040h as sent in this cycle
+  std::uint16_t status_word = 0;              ///< 6041h as received in this cycle
+  std::int8_t mode = 0;                       ///< 6061h mode of operation display
+  AxisState state = AxisState::kUnavailable;  ///< CiA 402 state of the drive
+  double target_position_rad = 0;             ///< commanded in this cycle; m for linear axes
+  double actual_position_rad = 0;             ///< as the drive reported it; m for linear axes
+  double target_velocity_rad_s = 0;           ///< commanded; m/s for linear axes
+  double actual_velocity_rad_s = 0;           ///< as the drive reported it; m/s for linear axes
+  double target_torque_nm = 0;                ///< commanded; N for linear axes
+  double actual_torque_nm = 0;                ///< as the drive reported it; N for linear axes
   /// Setpoint the drive was following at the time of `actual_position_rad`, minus the actual position.
   double following_error_rad = 0;
 };
@@ -42,18 +42,18 @@ static_assert(std::is_trivially_copyable_v<AxisSample>);
 
 /// The line as a whole in one cycle.
 struct LineSample {
-  std::uint64_t cycle = 0;
-  std::int64_t time_ns = 0;           ///< grid time of the cycle on the master's clock
-  std::int64_t wake_latency_ns = 0;   ///< wake-up after the grid time
-  std::int64_t cost_ns = 0;           ///< work of the cycle, from wake-up to the end of the send
-  std::int64_t round_trip_ns = 0;     ///< send to receive of the frame; 0 when none came back
-  std::int64_t dc_difference_ns = 0;  ///< reference clock minus the master's estimate of it
-  std::uint32_t missed_periods = 0;   ///< periods skipped before this cycle
-  std::uint16_t working_counter = 0;  ///< received
-  std::uint16_t expected_working_counter = 0;
-  std::uint16_t axes = 0;  ///< number of axes; as many AxisSamples follow with the same cycle number
-  bool frame_received = false;
-  bool dc_locked = false;
+  std::uint64_t cycle = 0;                     ///< number of the cycle, from 0 at the start of the exchange
+  std::int64_t time_ns = 0;                    ///< grid time of the cycle on the master's clock
+  std::int64_t wake_latency_ns = 0;            ///< wake-up after the grid time
+  std::int64_t cost_ns = 0;                    ///< work of the cycle, from wake-up to the end of the send
+  std::int64_t round_trip_ns = 0;              ///< send to receive of the frame; 0 when none came back
+  std::int64_t dc_difference_ns = 0;           ///< reference clock minus the master's estimate of it
+  std::uint32_t missed_periods = 0;            ///< periods skipped before this cycle
+  std::uint16_t working_counter = 0;           ///< received
+  std::uint16_t expected_working_counter = 0;  ///< sum over the datagrams that were due, from the FMMUs
+  std::uint16_t axes = 0;       ///< number of axes; as many AxisSamples follow with the same cycle number
+  bool frame_received = false;  ///< all frames that were due have come back in time
+  bool dc_locked = false;       ///< the clocks of the line and the grid are within their window
 };
 static_assert(std::is_trivially_copyable_v<LineSample>);
 

@@ -71,8 +71,8 @@ enum class AlStatusCode : std::uint16_t {
 
 /// A code and its text.
 struct AlStatusCodeText {
-  AlStatusCode code;
-  std::string_view text;
+  AlStatusCode code;      ///< the code
+  std::string_view text;  ///< its meaning in the words of ETG.1020
 };
 
 /// Every code of the standard with its meaning, ascending.

@@ -11,11 +11,11 @@ namespace driveline::wire {
 
 /// EtherCAT frame header (ETG.1000.4 5.3.3): bits 0-10 length of the datagrams, bit 11 reserved, bits 12-15 type.
 struct EtherCatHeader {
-  static constexpr std::size_t kSize = 2;
-  static constexpr std::uint8_t kTypeCommands = 1;
-  static constexpr std::uint16_t kMaxLength = 0x7FF;
-  std::uint16_t length = 0;  ///< bytes of datagrams that follow, 0..2047
-  std::uint8_t type = kTypeCommands;
+  static constexpr std::size_t kSize = 2;             ///< on the wire, bytes
+  static constexpr std::uint8_t kTypeCommands = 1;    ///< the only type that slave controllers process
+  static constexpr std::uint16_t kMaxLength = 0x7FF;  ///< 11 bits
+  std::uint16_t length = 0;                           ///< bytes of datagrams that follow, 0..2047
+  std::uint8_t type = kTypeCommands;                  ///< 4 bits
 
   /// \rtsafe
   constexpr void encode(std::span<std::byte, kSize> out) const noexcept {
@@ -32,7 +32,7 @@ struct EtherCatHeader {
 
 /// The 32-bit address field: position or station address plus register offset, or one logical address.
 struct DatagramAddress {
-  std::uint32_t raw = 0;
+  std::uint32_t raw = 0;  ///< ADP in the lower word, ADO in the upper one; or a logical address
 
   /// ADP (auto-increment position, station address) and ADO (memory offset).
   [[nodiscard]] static constexpr DatagramAddress physical(std::uint16_t adp, std::uint16_t ado) noexcept {
@@ -42,8 +42,11 @@ struct DatagramAddress {
   [[nodiscard]] static constexpr DatagramAddress position(std::uint16_t position, std::uint16_t ado) noexcept {
     return physical(static_cast<std::uint16_t>(0U - position), ado);
   }
+  /// For LRD, LWR and LRW. \rtsafe
   [[nodiscard]] static constexpr DatagramAddress logical(std::uint32_t address) noexcept { return {address}; }
+  /// Position or station address. \rtsafe
   [[nodiscard]] constexpr std::uint16_t adp() const noexcept { return static_cast<std::uint16_t>(raw & 0xFFFF); }
+  /// Register or memory address. \rtsafe
   [[nodiscard]] constexpr std::uint16_t ado() const noexcept { return static_cast<std::uint16_t>(raw >> 16); }
   constexpr bool operator==(const DatagramAddress&) const = default;
 };
@@ -51,18 +54,19 @@ struct DatagramAddress {
 /// Datagram header (ETG.1000.4 5.4.1.2): command, index, address, length and flags, IRQ; 10 bytes.
 /// `length` counts the data only, not the header and not the working counter.
 struct DatagramHeader {
-  static constexpr std::size_t kSize = 10;
-  static constexpr std::size_t kWorkingCounterSize = 2;
+  static constexpr std::size_t kSize = 10;               ///< of the header on the wire, bytes
+  static constexpr std::size_t kWorkingCounterSize = 2;  ///< behind the data, bytes
+  /// bytes that a datagram takes beside its data
   static constexpr std::size_t kOverhead = kSize + kWorkingCounterSize;
-  static constexpr std::uint16_t kMaxLength = 0x7FF;
+  static constexpr std::uint16_t kMaxLength = 0x7FF;  ///< 11 bits
 
-  Command command = Command::kNop;
-  std::uint8_t index = 0;
-  DatagramAddress address;
-  std::uint16_t length = 0;  ///< data bytes, 0..2047
-  bool circulating = false;  ///< frame has passed a slave with a closed loop on port 0 once already
-  bool more = false;         ///< another datagram follows in this frame
-  std::uint16_t irq = 0;     ///< ECAT event request of all slaves, OR-ed
+  Command command = Command::kNop;  ///< what the slaves do with it
+  std::uint8_t index = 0;           ///< chosen by the master, comes back unchanged
+  DatagramAddress address;          ///< whom it is for
+  std::uint16_t length = 0;         ///< data bytes, 0..2047
+  bool circulating = false;         ///< frame has passed a slave with a closed loop on port 0 once already
+  bool more = false;                ///< another datagram follows in this frame
+  std::uint16_t irq = 0;            ///< ECAT event request of all slaves, OR-ed
 
   /// Reserved bits 11-13 of the length field are written as zero. \rtsafe
   constexpr void encode(std::span<std::byte, kSize> out) const noexcept {

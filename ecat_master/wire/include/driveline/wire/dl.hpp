@@ -17,11 +17,12 @@ struct DlStatus {
     bool communication = false;  ///< stable communication established
     constexpr bool operator==(const Port&) const = default;
   };
-  bool pdi_operational = false;
-  bool pdi_watchdog_ok = false;
-  bool enhanced_link_detection = false;
-  std::array<Port, 4> ports{};
+  bool pdi_operational = false;          ///< bit 0: EEPROM loaded, the application has access
+  bool pdi_watchdog_ok = false;          ///< bit 1: the application's watchdog has not expired
+  bool enhanced_link_detection = false;  ///< bit 2
+  std::array<Port, 4> ports{};           ///< by their number
 
+  /// As register 0x0110. \rtsafe
   [[nodiscard]] constexpr std::uint16_t raw() const noexcept {
     unsigned value = (pdi_operational ? 1U : 0U) | (pdi_watchdog_ok ? 2U : 0U) | (enhanced_link_detection ? 4U : 0U);
     for (unsigned i = 0; i < 4; ++i) {
@@ -31,6 +32,7 @@ struct DlStatus {
     }
     return static_cast<std::uint16_t>(value);
   }
+  /// From register 0x0110. \rtsafe
   [[nodiscard]] static constexpr DlStatus from_raw(std::uint16_t raw) noexcept {
     DlStatus status;
     status.pdi_operational = (raw & 1U) != 0;

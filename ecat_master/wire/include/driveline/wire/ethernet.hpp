@@ -11,20 +11,23 @@ namespace driveline::wire {
 
 inline constexpr std::uint16_t kEtherTypeEtherCat = 0x88A4;  ///< ETG.1000.4 5.3.2
 inline constexpr std::uint16_t kEtherTypeVlan = 0x8100;      ///< IEEE 802.1Q tag
+/// Of IPv4, for EtherCAT in UDP.
 inline constexpr std::uint16_t kEtherTypeIpv4 = 0x0800;
 inline constexpr std::size_t kMinFrameBytes = 60;      ///< shortest Ethernet frame, without FCS
 inline constexpr std::size_t kMaxPayloadBytes = 1500;  ///< longest Ethernet payload
 
+/// In the order of the wire.
 using MacAddress = std::array<std::byte, 6>;
+/// Everybody; what masters send EtherCAT frames to.
 inline constexpr MacAddress kBroadcastMac{std::byte{0xFF}, std::byte{0xFF}, std::byte{0xFF},
                                           std::byte{0xFF}, std::byte{0xFF}, std::byte{0xFF}};
 
 /// Ethernet II header (IEEE 802.3), 14 bytes, big endian.
 struct EthernetHeader {
-  static constexpr std::size_t kSize = 14;
-  MacAddress destination{};
-  MacAddress source{};
-  std::uint16_t ether_type = 0;
+  static constexpr std::size_t kSize = 14;  ///< on the wire, bytes
+  MacAddress destination{};                 ///< slave controllers do not look at it
+  MacAddress source{};                      ///< the first slave sets the bit of locally administered addresses in it
+  std::uint16_t ether_type = 0;             ///< in the order of the host
 
   /// \rtsafe
   constexpr void encode(std::span<std::byte, kSize> out) const noexcept {

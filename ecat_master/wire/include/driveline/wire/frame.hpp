@@ -8,15 +8,18 @@
 
 namespace driveline::wire {
 
+/// Bytes in front of the first datagram of a frame.
 inline constexpr std::size_t kDatagramsOffset = EthernetHeader::kSize + EtherCatHeader::kSize;
 /// Longest data of a single datagram in one untagged frame: 1500 - 2 - 12.
 inline constexpr std::size_t kMaxDatagramData = kMaxPayloadBytes - EtherCatHeader::kSize - DatagramHeader::kOverhead;
 
 /// Where a datagram lies in its frame (offsets from the first byte of the Ethernet header).
 struct DatagramPlace {
-  std::size_t header = 0;
+  std::size_t header = 0;  ///< offset of the datagram header in the frame
   std::size_t length = 0;  ///< data bytes
+  /// Offset of the data. \rtsafe
   [[nodiscard]] constexpr std::size_t data() const noexcept { return header + DatagramHeader::kSize; }
+  /// Offset of the working counter. \rtsafe
   [[nodiscard]] constexpr std::size_t working_counter() const noexcept { return data() + length; }
 };
 
@@ -25,6 +28,7 @@ struct DatagramPlace {
 /// The buffer must hold at least kMinFrameBytes; data and working counters start as zero. \rtsafe throughout.
 class FrameBuilder {
  public:
+  /// Begins a frame in `buffer`, which must outlive the builder and hold at least the headers. \rtsafe
   constexpr FrameBuilder(std::span<std::byte> buffer, const MacAddress& source,
                          const MacAddress& destination = kBroadcastMac) noexcept
       : buffer_(buffer.first(std::min(buffer.size(), EthernetHeader::kSize + kMaxPayloadBytes))) {
@@ -53,6 +57,7 @@ class FrameBuilder {
     return place;
   }
 
+  /// Data of a datagram that add() has placed, to be filled in. \rtsafe
   [[nodiscard]] constexpr std::span<std::byte> data(const DatagramPlace& place) noexcept {
     return buffer_.subspan(place.data(), place.length);
   }
@@ -61,6 +66,7 @@ class FrameBuilder {
     const std::size_t used = end_ + DatagramHeader::kOverhead;
     return used >= buffer_.size() ? 0 : buffer_.size() - used;
   }
+  /// No datagram has been added. \rtsafe
   [[nodiscard]] constexpr bool empty() const noexcept { return last_header_ == 0; }
 
   /// Writes the EtherCAT header and returns the frame, padded to the Ethernet minimum of 60 bytes.
@@ -79,14 +85,16 @@ class FrameBuilder {
 /// One datagram of a received frame.
 template <typename Byte>
 struct BasicDatagramView {
-  DatagramHeader header;
-  DatagramPlace place;
-  std::span<Byte> data;
-  std::span<Byte> working_counter_bytes;
+  DatagramHeader header;                  ///< as received
+  DatagramPlace place;                    ///< where it is in the frame
+  std::span<Byte> data;                   ///< as long as the header says
+  std::span<Byte> working_counter_bytes;  ///< behind the data
+  /// How many slaves took part, by the weights of the command. \rtsafe
   [[nodiscard]] constexpr std::uint16_t working_counter() const noexcept {
     return load_le<std::uint16_t>(working_counter_bytes);
   }
 };
+/// Of a frame that is only read.
 using DatagramView = BasicDatagramView<const std::byte>;
 
 /// Walks the datagrams of a frame. Every length is checked against the bytes that are there before it is used.
@@ -126,6 +134,7 @@ class BasicDatagramCursor {
     return BasicDatagramCursor(frame, begin, begin + header->length);
   }
 
+  /// The last datagram has been handed out. \rtsafe
   [[nodiscard]] constexpr bool done() const noexcept { return done_; }
 
   /// The next datagram. After an error the cursor is done.
@@ -151,7 +160,9 @@ class BasicDatagramCursor {
   std::size_t end_;
   bool done_;
 };
+/// For frames that are only read.
 using DatagramCursor = BasicDatagramCursor<const std::byte>;
+/// For frames that are changed on their way, as slaves do.
 using MutableDatagramCursor = BasicDatagramCursor<std::byte>;
 
 }  // namespace driveline::wire

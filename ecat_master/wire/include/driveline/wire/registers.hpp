@@ -17,14 +17,14 @@ enum class RegisterAccess : std::uint8_t { kNone, kRead, kWrite, kReadWrite, kRe
 /// A register, or an array of equal registers `stride` bytes apart. T is the type of one element.
 template <typename T>
 struct Register {
-  std::uint16_t address;
-  std::string_view name;
-  RegisterAccess ecat;
-  RegisterAccess pdi;
-  T reset;
-  std::string_view source;
-  std::uint16_t count = 1;
-  std::uint16_t stride = sizeof(T);
+  std::uint16_t address;             ///< of the first element
+  std::string_view name;             ///< as in the ESC data sheet
+  RegisterAccess ecat;               ///< what the master may do
+  RegisterAccess pdi;                ///< what the slave's application may do
+  T reset;                           ///< value after power-on
+  std::string_view source;           ///< document and table
+  std::uint16_t count = 1;           ///< elements
+  std::uint16_t stride = sizeof(T);  ///< bytes from one element to the next
   /// Bits that exist; the others are reserved, read zero and ignore writes.
   T bits = static_cast<T>(~T{0});
 
@@ -212,21 +212,22 @@ inline constexpr U8 kUserRam{0x0F80, "user RAM", A::kReadWrite, A::kReadWrite, 0
 
 /// A row of the register table, the type of the register reduced to its size.
 struct RegisterRow {
-  std::uint16_t address = 0;
-  std::uint16_t size = 0;  ///< bytes of one element
-  std::uint16_t count = 1;
-  std::uint16_t stride = 0;
-  RegisterAccess ecat = RegisterAccess::kNone;
-  RegisterAccess pdi = RegisterAccess::kNone;
-  std::uint64_t reset = 0;
-  std::string_view name;
-  std::string_view source;
-  std::uint64_t bits = 0;  ///< that exist
+  std::uint16_t address = 0;                    ///< of the first element
+  std::uint16_t size = 0;                       ///< bytes of one element
+  std::uint16_t count = 1;                      ///< elements
+  std::uint16_t stride = 0;                     ///< bytes from one element to the next
+  RegisterAccess ecat = RegisterAccess::kNone;  ///< what the master may do
+  RegisterAccess pdi = RegisterAccess::kNone;   ///< what the slave's application may do
+  std::uint64_t reset = 0;                      ///< value after power-on
+  std::string_view name;                        ///< as in the ESC data sheet
+  std::string_view source;                      ///< document and table
+  std::uint64_t bits = 0;                       ///< that exist
   /// First address behind the last element.
   [[nodiscard]] constexpr std::uint32_t end() const noexcept { return address + std::uint32_t{count} * stride; }
 };
 
 template <typename T>
+/// The row of a typed register.
 [[nodiscard]] constexpr RegisterRow register_row(const Register<T>& r) noexcept {
   return {r.address, sizeof(T), r.count, r.stride, r.ecat, r.pdi, r.reset, r.name, r.source, r.bits};
 }

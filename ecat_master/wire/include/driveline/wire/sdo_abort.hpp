@@ -42,8 +42,8 @@ enum class SdoAbort : std::uint32_t {
 
 /// A code and its text.
 struct SdoAbortText {
-  SdoAbort code;
-  std::string_view text;
+  SdoAbort code;          ///< the code
+  std::string_view text;  ///< its meaning in the words of ETG.1000.6
 };
 
 /// Every code of the standard with its meaning.

@@ -7,20 +7,20 @@ namespace driveline::wire::sii_access {
 
 /// EEPROM configuration 0x0500.
 inline constexpr std::uint8_t kConfigPdiOwns = 0x01;
-inline constexpr std::uint8_t kConfigForceEcat = 0x02;
+inline constexpr std::uint8_t kConfigForceEcat = 0x02;  ///< takes the interface away from the application
 
 /// EEPROM control/status 0x0502.
 inline constexpr std::uint16_t kWriteEnable = 0x0001;
-inline constexpr std::uint16_t kReads8Bytes = 0x0040;     ///< status: 8 bytes per read, else 4
-inline constexpr std::uint16_t kTwoByteAddress = 0x0080;  ///< status: EEPROM larger than 16 kbit
-inline constexpr std::uint16_t kCommandMask = 0x0700;
-inline constexpr std::uint16_t kCommandRead = 0x0100;
-inline constexpr std::uint16_t kCommandWrite = 0x0200;
-inline constexpr std::uint16_t kCommandReload = 0x0400;
+inline constexpr std::uint16_t kReads8Bytes = 0x0040;       ///< status: 8 bytes per read, else 4
+inline constexpr std::uint16_t kTwoByteAddress = 0x0080;    ///< status: EEPROM larger than 16 kbit
+inline constexpr std::uint16_t kCommandMask = 0x0700;       ///< bits of the command
+inline constexpr std::uint16_t kCommandRead = 0x0100;       ///< reads from the address in 0x0504
+inline constexpr std::uint16_t kCommandWrite = 0x0200;      ///< writes a word; needs kWriteEnable in the same frame
+inline constexpr std::uint16_t kCommandReload = 0x0400;     ///< loads the configuration area anew
 inline constexpr std::uint16_t kErrorChecksum = 0x0800;     ///< checksum error in the ESC configuration area
 inline constexpr std::uint16_t kErrorNotLoaded = 0x1000;    ///< device information not loaded
 inline constexpr std::uint16_t kErrorAcknowledge = 0x2000;  ///< missing acknowledge or invalid command
 inline constexpr std::uint16_t kErrorWriteEnable = 0x4000;  ///< write without write enable
-inline constexpr std::uint16_t kBusy = 0x8000;
+inline constexpr std::uint16_t kBusy = 0x8000;              ///< a command is at work; no other is accepted
 
 }  // namespace driveline::wire::sii_access
