@@ -29,6 +29,9 @@ TEST(FrameTag, SurvivesTheBitThatSlavesSet) {
   EXPECT_EQ(copy_of(mac), hex("F8 FF FF FF FF FF")) << "neither a multicast address nor a locally administered one";
   mac[0] |= std::byte{0x02};
   EXPECT_EQ(FrameTag::from_mac(mac), (FrameTag{0x1FFF, 0xFFFFFFFF}));
+  std::vector<std::byte> frame(14);
+  std::copy(mac.begin(), mac.end(), frame.begin() + 6);
+  EXPECT_EQ(FrameTag::of(frame), (FrameTag{0x1FFF, 0xFFFFFFFF})) << "the same out of a whole frame";
   EXPECT_TRUE(FrameTag::processed(mac));
 }
 

@@ -30,20 +30,23 @@ struct FrameTag {
     return mac;
   }
   /// Of a frame that came in, with or without the bit that slaves set; \rtsafe.
-  [[nodiscard]] static constexpr FrameTag from_mac(const wire::MacAddress& mac) noexcept {
-    const unsigned high = std::to_integer<unsigned>(mac[0]) >> 3U;
-    return {static_cast<std::uint16_t>(high << 8U | std::to_integer<unsigned>(mac[1])),
-            wire::load_le<std::uint32_t>(std::span(mac).subspan<2, 4>())};
-  }
-  /// Of a whole frame, which must be at least as long as an Ethernet header.
+  [[nodiscard]] static constexpr FrameTag from_mac(const wire::MacAddress& mac) noexcept { return from_source(mac); }
+  /// Of a whole frame, which must be at least as long as an Ethernet header; \rtsafe.
   [[nodiscard]] static constexpr FrameTag of(std::span<const std::byte> frame) noexcept {
-    return {std::to_integer<std::uint8_t>(frame[7]), wire::load_le<std::uint32_t>(frame.subspan(8, 4))};
+    return from_source(frame.subspan(6, 6));
   }
   /// True once a slave has processed the frame.
   [[nodiscard]] static constexpr bool processed(const wire::MacAddress& mac) noexcept {
     return (mac[0] & std::byte{0x02}) != std::byte{0};
   }
   constexpr bool operator==(const FrameTag&) const = default;
+
+ private:
+  static constexpr FrameTag from_source(std::span<const std::byte> source) noexcept {
+    const unsigned high = std::to_integer<unsigned>(source[0]) >> 3U;
+    return {static_cast<std::uint16_t>(high << 8U | std::to_integer<unsigned>(source[1])),
+            wire::load_le<std::uint32_t>(source.subspan(2, 4))};
+  }
 };
 
 /// An instance for one more master: masters of this process get different ones until all are used up, those of other
