@@ -3,7 +3,7 @@
 # warning: a reference that leads nowhere, a parameter or a command that does not exist, and in the rooms below anything
 # public without a comment; comparison and assignment speak for themselves. Exit status 77: no Doxygen here.
 set -euo pipefail
-documented='bridge|ecat_master/port|ecat_master/snapshot|ecat_master/wire|rt|trajectory'
+documented='bridge|ecat_master/port|ecat_master/snapshot|ecat_master/wire|esi|rt|trajectory'
 usage="usage: scripts/check-docs.sh [FOLDER]"
 case "${1-}" in
   --help | -h) echo "$usage"; exit 0 ;;

@@ -55,18 +55,19 @@ enum class IdentityNumber : std::uint16_t { kVendor, kProduct, kRevision, kSeria
 ///
 /// Fields that do not apply to a kind are zero; `slave` is kNoSlave when no slave can be named.
 struct Error {
+  /// `slave`: it is about the line as a whole.
   static constexpr std::uint16_t kNoSlave = 0xFFFF;
 
-  ErrorKind kind = ErrorKind::kNoAnswer;
-  std::uint8_t subindex = 0;
-  wire::AlState requested = wire::AlState::kNone;
-  wire::AlState actual = wire::AlState::kNone;
-  std::uint16_t slave = kNoSlave;  ///< position on the line, 0 = first
-  std::uint16_t address = 0;       ///< register, object index or EEPROM word, as the kind says
-  std::uint32_t expected = 0;      ///< working counter, size, identity ... that was expected
-  std::uint32_t received = 0;      ///< the same as found
-  std::uint32_t code = 0;          ///< AL status code, SDO abort code, CiA 402 error code, mailbox error code
-  std::uint32_t extra = 0;         ///< second fact (time in us, sync manager number)
+  ErrorKind kind = ErrorKind::kNoAnswer;           ///< what went wrong
+  std::uint8_t subindex = 0;                       ///< of the object at `address`, for CoE
+  wire::AlState requested = wire::AlState::kNone;  ///< for state changes
+  wire::AlState actual = wire::AlState::kNone;     ///< for state changes
+  std::uint16_t slave = kNoSlave;                  ///< position on the line, 0 = first
+  std::uint16_t address = 0;                       ///< register, object index or EEPROM word, as the kind says
+  std::uint32_t expected = 0;                      ///< working counter, size, identity ... that was expected
+  std::uint32_t received = 0;                      ///< the same as found
+  std::uint32_t code = 0;   ///< AL status code, SDO abort code, CiA 402 error code, mailbox error code
+  std::uint32_t extra = 0;  ///< second fact (time in us, sync manager number)
 };
 static_assert(std::is_trivially_copyable_v<Error> && sizeof(Error) <= 24);
 

@@ -27,9 +27,9 @@ class Master {
  public:
   /// Patience with line and slaves.
   struct Settings {
-    DirectExchange::Settings exchange;
+    DirectExchange::Settings exchange;                    ///< patience with frames
     std::chrono::nanoseconds state_timeout = kOpTimeout;  ///< for SAFEOP and OP, unless the plan says less
-    LayoutSettings layout{};
+    LayoutSettings layout{};                              ///< how the process data are laid out
     std::chrono::nanoseconds clock_timeout = std::chrono::seconds{10};  ///< until the clocks are together
     /// A slave that is entered at another port than IN has another place in the order of the line than its neighbours
     /// suggest; that is refused unless it is meant.
@@ -39,7 +39,9 @@ class Master {
     std::function<std::shared_ptr<const esi::DeviceDescription>(const SlaveInfo&)> describe{};
   };
 
+  /// Port and clock must outlive the master.
   Master(port::Port& port, rt::Clock& clock, const Settings& settings);
+  /// With the default settings.
   Master(port::Port& port, rt::Clock& clock) : Master(port, clock, Settings{}) {}
   ~Master();
 
@@ -70,6 +72,7 @@ class Master {
   /// Sync managers of the mailboxes and PREOP only: enough for SDO transfers. Alternative to configure().
   [[nodiscard]] Result<void> enter_pre_op();
 
+  /// After scan(): by position.
   [[nodiscard]] std::span<const ConfiguredSlave> slaves() const noexcept { return slaves_; }
   /// After configure(): where the process data of each slave lie.
   [[nodiscard]] const ProcessImage& image() const noexcept { return image_; }
@@ -103,8 +106,11 @@ class Master {
   [[nodiscard]] const dc::LineClocks* clocks() const noexcept { return clocks_ ? &*clocks_ : nullptr; }
   /// While the cycle runs with clocks, else null. To be polled every few milliseconds.
   [[nodiscard]] dc::ClockWatch* clock_watch() noexcept { return watch_.get(); }
+  /// While the cycle runs with clocks, else null.
   [[nodiscard]] dc::ClockFollower* clock_follower() noexcept { return follower_.get(); }
+  /// While the cycle runs, else null.
   [[nodiscard]] CyclicCore* core() noexcept { return core_.get(); }
+  /// While the cycle runs, else null.
   [[nodiscard]] CycleRunner* runner() noexcept { return runner_.get(); }
   /// Between start_cycle() and shut_down().
   [[nodiscard]] bool cycling() const noexcept { return cycling_; }
@@ -112,6 +118,7 @@ class Master {
   [[nodiscard]] MailboxClient* mailbox(std::size_t slave) noexcept { return slaves_[slave].mailbox.get(); }
   /// The mailboxes of all slaves; any ordinary thread.
   [[nodiscard]] MailboxEngine& mailboxes() noexcept { return engine_; }
+  /// For registers and EEPROMs; goes through the cycle while it runs.
   [[nodiscard]] Bus& bus() noexcept { return bus_; }
   /// Frames of acyclic work outside the cycle.
   [[nodiscard]] const ExchangeStatistics& exchange_statistics() const noexcept { return direct_.statistics(); }

@@ -10,8 +10,8 @@ namespace driveline::ecat_master {
 
 /// AL status of one slave, read in one go.
 struct AlReport {
-  wire::AlStatus status;
-  wire::AlStatusCode code = wire::AlStatusCode::kNoError;
+  wire::AlStatus status;                                   ///< state and error flag
+  wire::AlStatusCode code = wire::AlStatusCode::kNoError;  ///< meaning depends on the error flag
 };
 
 /// Time a slave has for one transition unless told otherwise (ETG.1020: 3 s to PREOP, 10 s to SAFEOP and OP).
@@ -21,12 +21,12 @@ inline constexpr std::chrono::seconds kOpTimeout{10};
 /// How long a slave may take for its transitions. What is not said: kPreOpTimeout, kOpTimeout for SAFEOP and OP, 5 s
 /// back to INIT, 200 ms back to SAFEOP.
 struct StateTimeouts {
-  using Limit = std::optional<std::chrono::nanoseconds>;
-  Limit to_pre_op;   ///< also to BOOT
-  Limit to_safe_op;  ///< from PREOP
-  Limit to_op;
-  Limit back_to_init;
-  Limit back_to_safe_op;
+  using Limit = std::optional<std::chrono::nanoseconds>;  ///< none: not said
+  Limit to_pre_op;                                        ///< also to BOOT
+  Limit to_safe_op;                                       ///< from PREOP
+  Limit to_op;                                            ///< from SAFEOP
+  Limit back_to_init;                                     ///< from any state
+  Limit back_to_safe_op;                                  ///< from OP
   constexpr bool operator==(const StateTimeouts&) const = default;
   /// The limit for going to `target`, from above when `down`.
   [[nodiscard]] std::chrono::nanoseconds limit(wire::AlState target, bool down) const noexcept;
@@ -34,8 +34,8 @@ struct StateTimeouts {
 
 /// One slave of a change of state.
 struct StateTarget {
-  SlaveRef slave;
-  std::chrono::nanoseconds timeout{0};
+  SlaveRef slave;                       ///< whom
+  std::chrono::nanoseconds timeout{0};  ///< how long it may take
 };
 
 /// AL status of all `slaves`, in their order. Errors: kWorkingCounter for a slave that does not answer, those of the

@@ -17,23 +17,23 @@ namespace driveline::esi {
 struct EsiNote {
   std::size_t line = 0;  ///< 1-based
   std::string path;      ///< element path, e.g. EtherCATInfo/Descriptions/Devices/Device[2]/Slots
-  std::string text;
+  std::string text;      ///< one sentence
   bool operator==(const EsiNote&) const = default;
 };
 
 /// Which device of a file is meant. What is empty or none does not matter.
 struct DeviceChoice {
-  std::string name;  ///< type or name of the device, upper or lower case
-  std::optional<std::uint32_t> product_code;
-  std::optional<std::uint32_t> revision;
+  std::string name;                           ///< type or name of the device, upper or lower case
+  std::optional<std::uint32_t> product_code;  ///< exactly; nothing: any
+  std::optional<std::uint32_t> revision;      ///< exactly; nothing: the highest
 };
 
 /// What an ESI file holds.
 struct EsiFile {
-  std::uint32_t vendor_id = 0;
-  std::string vendor_name;
+  std::uint32_t vendor_id = 0;             ///< of the ETG
+  std::string vendor_name;                 ///< as in the file
   std::vector<DeviceDescription> devices;  ///< in the order of the file, every revision
-  std::vector<EsiNote> notes;
+  std::vector<EsiNote> notes;              ///< what was passed over
 
   /// The device with exactly this identity, nullptr when the file has none.
   [[nodiscard]] const DeviceDescription* find_device(std::uint32_t vendor, std::uint32_t product,
@@ -45,7 +45,7 @@ struct EsiFile {
 
 /// Why a file was not accepted.
 struct EsiError {
-  std::string file;
+  std::string file;        ///< as it was given to the reader
   std::size_t line = 0;    ///< 1-based
   std::size_t offset = 0;  ///< bytes from the start of the file (of its UTF-8 form, for files in other encodings)
   std::string path;        ///< element path; empty when the XML itself is not well formed

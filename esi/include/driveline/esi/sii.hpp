@@ -35,14 +35,15 @@ enum class SiiCategoryType : std::uint16_t {
 
 /// Words 0x00-0x06, loaded by the slave controller at power-on and covered by the checksum.
 struct SiiConfigArea {
-  std::uint16_t pdi_control = 0;         ///< registers 0x0140/0x0141
-  std::uint16_t pdi_configuration = 0;   ///< registers 0x0150/0x0151
-  std::uint16_t sync_impulse_10ns = 0;   ///< register 0x0982
-  std::uint16_t pdi_configuration2 = 0;  ///< registers 0x0152/0x0153
-  std::uint16_t station_alias = 0;       ///< register 0x0012
-  std::array<std::uint16_t, 2> reserved{};
+  std::uint16_t pdi_control = 0;            ///< registers 0x0140/0x0141
+  std::uint16_t pdi_configuration = 0;      ///< registers 0x0150/0x0151
+  std::uint16_t sync_impulse_10ns = 0;      ///< register 0x0982
+  std::uint16_t pdi_configuration2 = 0;     ///< registers 0x0152/0x0153
+  std::uint16_t station_alias = 0;          ///< register 0x0012
+  std::array<std::uint16_t, 2> reserved{};  ///< as read
 
-  static constexpr std::size_t kSize = 14;
+  static constexpr std::size_t kSize = 14;  ///< bytes under the checksum
+  /// As in the EEPROM, for the checksum.
   [[nodiscard]] std::array<std::byte, kSize> bytes() const noexcept;
   bool operator==(const SiiConfigArea&) const = default;
 };
@@ -50,20 +51,20 @@ struct SiiConfigArea {
 /// Where the mailbox sync managers lie in one state (words 0x14-0x17 bootstrap, 0x18-0x1B standard).
 struct SiiMailboxWindow {
   std::uint16_t receive_offset = 0;  ///< master to slave
-  std::uint16_t receive_size = 0;
-  std::uint16_t send_offset = 0;  ///< slave to master
-  std::uint16_t send_size = 0;
+  std::uint16_t receive_size = 0;    ///< bytes; 0: no mailbox
+  std::uint16_t send_offset = 0;     ///< slave to master
+  std::uint16_t send_size = 0;       ///< bytes; 0: no mailbox
   bool operator==(const SiiMailboxWindow&) const = default;
 };
 
 /// Bits of the supported mailbox protocols, word 0x1C (ETG.1000.6 Table 18).
 namespace sii_mailbox {
-inline constexpr std::uint16_t kAoe = 0x0001;
-inline constexpr std::uint16_t kEoe = 0x0002;
-inline constexpr std::uint16_t kCoe = 0x0004;
-inline constexpr std::uint16_t kFoe = 0x0008;
-inline constexpr std::uint16_t kSoe = 0x0010;
-inline constexpr std::uint16_t kVoe = 0x0020;
+inline constexpr std::uint16_t kAoe = 0x0001;  ///< ADS over EtherCAT
+inline constexpr std::uint16_t kEoe = 0x0002;  ///< Ethernet over EtherCAT
+inline constexpr std::uint16_t kCoe = 0x0004;  ///< CANopen over EtherCAT
+inline constexpr std::uint16_t kFoe = 0x0008;  ///< files over EtherCAT
+inline constexpr std::uint16_t kSoe = 0x0010;  ///< servo profile over EtherCAT
+inline constexpr std::uint16_t kVoe = 0x0020;  ///< of the vendor
 }  // namespace sii_mailbox
 
 /// Category 10. Other categories refer to the texts by number, 1 for the first.
@@ -75,97 +76,97 @@ struct SiiStrings {
 
 /// Category 30 (ETG.1000.6 Table 21). Names ending in `_text` are numbers of strings, 0 for none.
 struct SiiGeneral {
-  std::uint8_t group_text = 0;
-  std::uint8_t image_text = 0;
-  std::uint8_t order_text = 0;
-  std::uint8_t name_text = 0;
-  std::uint8_t reserved1 = 0;
-  std::uint8_t coe_details = 0;  ///< kCoe... bits
-  std::uint8_t foe_details = 0;  ///< bit 0: FoE supported
-  std::uint8_t eoe_details = 0;  ///< bit 0: EoE supported
-  std::uint8_t soe_channels = 0;
-  std::uint8_t ds402_channels = 0;
-  std::uint8_t sysman_class = 0;
-  std::uint8_t flags = 0;
+  std::uint8_t group_text = 0;       ///< group's name
+  std::uint8_t image_text = 0;       ///< picture's name
+  std::uint8_t order_text = 0;       ///< order number
+  std::uint8_t name_text = 0;        ///< device's name
+  std::uint8_t reserved1 = 0;        ///< as read
+  std::uint8_t coe_details = 0;      ///< kCoe... bits
+  std::uint8_t foe_details = 0;      ///< bit 0: FoE supported
+  std::uint8_t eoe_details = 0;      ///< bit 0: EoE supported
+  std::uint8_t soe_channels = 0;     ///< 0 in images of today
+  std::uint8_t ds402_channels = 0;   ///< 0 in images of today
+  std::uint8_t sysman_class = 0;     ///< 0 in images of today
+  std::uint8_t flags = 0;            ///< bit 0: "enable SAFEOP", bit 1: no LRW
   std::int16_t ebus_current_ma = 0;  ///< negative: feeds the E-bus
   std::uint8_t group_name_text = 0;  ///< real devices put the group's name here; the standard, a copy of group_text
   std::uint8_t reserved2 = 0;        ///< high byte of the word of group_name_text
   std::uint16_t physical_ports = 0;  ///< four bits per port: 0 none, 1 MII, 3 E-bus, 4 fast hot connect
   std::vector<std::byte> further;    ///< the rest of the category, 14 bytes in images of today
 
-  static constexpr std::uint8_t kCoeSdo = 0x01;
-  static constexpr std::uint8_t kCoeSdoInfo = 0x02;
-  static constexpr std::uint8_t kCoePdoAssign = 0x04;
-  static constexpr std::uint8_t kCoePdoConfig = 0x08;
-  static constexpr std::uint8_t kCoeUploadAtStartup = 0x10;
-  static constexpr std::uint8_t kCoeCompleteAccess = 0x20;
-  static constexpr std::uint8_t kEnableNotLrw = 0x02;  ///< in `flags`: LWR and LRD instead of LRW
-  static constexpr std::size_t kMinSize = 18;
-  static constexpr std::size_t kFurtherSize = 14;
+  static constexpr std::uint8_t kCoeSdo = 0x01;              ///< SDO transfers
+  static constexpr std::uint8_t kCoeSdoInfo = 0x02;          ///< SDO information
+  static constexpr std::uint8_t kCoePdoAssign = 0x04;        ///< PDO assignment can be changed
+  static constexpr std::uint8_t kCoePdoConfig = 0x08;        ///< PDO mapping can be changed
+  static constexpr std::uint8_t kCoeUploadAtStartup = 0x10;  ///< the master reads the PDOs at start
+  static constexpr std::uint8_t kCoeCompleteAccess = 0x20;   ///< complete access
+  static constexpr std::uint8_t kEnableNotLrw = 0x02;        ///< in `flags`: LWR and LRD instead of LRW
+  static constexpr std::size_t kMinSize = 18;                ///< bytes that every image has
+  static constexpr std::size_t kFurtherSize = 14;            ///< bytes behind them in images of today
   bool operator==(const SiiGeneral&) const = default;
 };
 
 /// Category 40: one byte per FMMU, 0xFF (also the padding to a whole word) or 0 unused; see FmmuUse.
 struct SiiFmmus {
-  std::vector<std::uint8_t> uses;
+  std::vector<std::uint8_t> uses;  ///< by number of the FMMU
   bool operator==(const SiiFmmus&) const = default;
 };
 
 /// An element of category 41 (ETG.1000.6 Table 23): the register contents of a sync manager and its use.
 struct SiiSyncManager {
-  std::uint16_t start_address = 0;
-  std::uint16_t length = 0;
-  std::uint8_t control = 0;  ///< wire::SyncManagerControl::raw()
-  std::uint8_t status = 0;   ///< do not care
-  std::uint8_t enable = 0;   ///< bit 0 enable, bit 1 fixed content, bit 2 virtual, bit 3 only in OP
-  std::uint8_t use = 0;      ///< SyncManager::Use
+  std::uint16_t start_address = 0;  ///< in the slave's memory
+  std::uint16_t length = 0;         ///< bytes; 0: as the PDOs ask
+  std::uint8_t control = 0;         ///< wire::SyncManagerControl::raw()
+  std::uint8_t status = 0;          ///< do not care
+  std::uint8_t enable = 0;          ///< bit 0 enable, bit 1 fixed content, bit 2 virtual, bit 3 only in OP
+  std::uint8_t use = 0;             ///< SyncManager::Use
 
-  static constexpr std::size_t kSize = 8;
+  static constexpr std::size_t kSize = 8;  ///< on the wire, bytes
   bool operator==(const SiiSyncManager&) const = default;
 };
 
 /// An object in a PDO of the EEPROM (ETG.1000.6 Table 25).
 struct SiiPdoEntry {
-  std::uint16_t index = 0;
-  std::uint8_t subindex = 0;
-  std::uint8_t name_text = 0;
-  std::uint8_t data_type = 0;  ///< index of the data type in the object dictionary
-  std::uint8_t bit_length = 0;
-  std::uint16_t flags = 0;
+  std::uint16_t index = 0;      ///< 0: a gap
+  std::uint8_t subindex = 0;    ///< of the entry
+  std::uint8_t name_text = 0;   ///< number of a string
+  std::uint8_t data_type = 0;   ///< index of the data type in the object dictionary
+  std::uint8_t bit_length = 0;  ///< in the process data
+  std::uint16_t flags = 0;      ///< 0 in images of today
 
-  static constexpr std::size_t kSize = 8;
+  static constexpr std::size_t kSize = 8;  ///< in the image, bytes
   bool operator==(const SiiPdoEntry&) const = default;
 };
 
 /// An element of categories 50 (TxPDO) and 51 (RxPDO), ETG.1000.6 Table 24.
 struct SiiPdo {
-  std::uint16_t index = 0;
+  std::uint16_t index = 0;           ///< of the PDO
   std::uint8_t sync_manager = 0xFF;  ///< default assignment, 0xFF: none
-  std::uint8_t dc_sync = 0;
-  std::uint8_t name_text = 0;
-  std::uint16_t flags = 0;
+  std::uint8_t dc_sync = 0;          ///< clock mode it belongs to; 0 in images of today
+  std::uint8_t name_text = 0;        ///< number of a string
+  std::uint16_t flags = 0;           ///< kMandatory, kFixedContent
   std::vector<SiiPdoEntry> entries;  ///< at most 255
 
-  static constexpr std::size_t kHeaderSize = 8;
-  static constexpr std::uint8_t kNoSyncManager = 0xFF;
-  static constexpr std::uint16_t kMandatory = 0x0001;
-  static constexpr std::uint16_t kFixedContent = 0x0010;
+  static constexpr std::size_t kHeaderSize = 8;           ///< in the image, bytes
+  static constexpr std::uint8_t kNoSyncManager = 0xFF;    ///< `sync_manager`: not assigned as the device comes
+  static constexpr std::uint16_t kMandatory = 0x0001;     ///< `flags`: always assigned
+  static constexpr std::uint16_t kFixedContent = 0x0010;  ///< `flags`: its mapping cannot be changed
   bool operator==(const SiiPdo&) const = default;
 };
 
 /// An element of category 60 (ETG.2010 Table "DC").
 struct SiiDcMode {
-  std::uint32_t cycle_time_sync0_ns = 0;
-  std::uint32_t shift_time_sync0_ns = 0;
-  std::uint32_t shift_time_sync1_ns = 0;
-  std::int16_t cycle_time_sync1_factor = 0;
-  std::uint16_t assign_activate = 0;  ///< registers 0x0980/0x0981
-  std::int16_t cycle_time_sync0_factor = 0;
-  std::uint8_t name_text = 0;
-  std::uint8_t description_text = 0;
-  std::array<std::byte, 4> reserved{};
+  std::uint32_t cycle_time_sync0_ns = 0;     ///< 0: that of the bus cycle times the factor
+  std::uint32_t shift_time_sync0_ns = 0;     ///< from the start of the cycle to SYNC0
+  std::uint32_t shift_time_sync1_ns = 0;     ///< from SYNC0 to SYNC1
+  std::int16_t cycle_time_sync1_factor = 0;  ///< cycles of SYNC0 per cycle of SYNC1
+  std::uint16_t assign_activate = 0;         ///< registers 0x0980/0x0981
+  std::int16_t cycle_time_sync0_factor = 0;  ///< cycles of the bus per cycle of SYNC0
+  std::uint8_t name_text = 0;                ///< number of a string
+  std::uint8_t description_text = 0;         ///< number of a string
+  std::array<std::byte, 4> reserved{};       ///< as read
 
-  static constexpr std::size_t kSize = 24;
+  static constexpr std::size_t kSize = 24;  ///< in the image, bytes
   bool operator==(const SiiDcMode&) const = default;
 };
 
@@ -175,34 +176,35 @@ struct SiiRaw {
   bool operator==(const SiiRaw&) const = default;
 };
 
+/// Content of a category, by its type.
 using SiiContent = std::variant<SiiRaw, SiiStrings, SiiGeneral, SiiFmmus, std::vector<SiiSyncManager>,
                                 std::vector<SiiPdo>, std::vector<SiiDcMode>>;
 
 /// A category: its type, and its content as far as that type is interpreted.
 struct SiiCategory {
-  SiiCategoryType type = SiiCategoryType::kEnd;
-  SiiContent content;
+  SiiCategoryType type = SiiCategoryType::kEnd;  ///< number of the category
+  SiiContent content;                            ///< what is in it
   bool operator==(const SiiCategory&) const = default;
 };
 
 /// A whole EEPROM image, taken apart.
 struct SiiImage {
-  SiiConfigArea config;
-  std::uint16_t checksum = 0;  ///< low byte: CRC of the configuration area; as read, see checksum_valid()
-  std::uint32_t vendor_id = 0;
-  std::uint32_t product_code = 0;
-  std::uint32_t revision = 0;
-  std::uint32_t serial_number = 0;
-  std::array<std::uint16_t, 4> delays{};  ///< words 0x10-0x13: execution and port delays, reserved in newer editions
-  SiiMailboxWindow bootstrap_mailbox;
-  SiiMailboxWindow standard_mailbox;
+  SiiConfigArea config;                      ///< words 0x00-0x06
+  std::uint16_t checksum = 0;                ///< low byte: CRC of the configuration area; as read, see checksum_valid()
+  std::uint32_t vendor_id = 0;               ///< words 0x08-0x09
+  std::uint32_t product_code = 0;            ///< words 0x0A-0x0B
+  std::uint32_t revision = 0;                ///< words 0x0C-0x0D
+  std::uint32_t serial_number = 0;           ///< words 0x0E-0x0F, 0: none
+  std::array<std::uint16_t, 4> delays{};     ///< words 0x10-0x13: execution and port delays, reserved in newer editions
+  SiiMailboxWindow bootstrap_mailbox;        ///< words 0x14-0x17
+  SiiMailboxWindow standard_mailbox;         ///< words 0x18-0x1B
   std::uint16_t mailbox_protocols = 0;       ///< sii_mailbox bits
   std::array<std::uint16_t, 33> reserved{};  ///< words 0x1D-0x3D
   std::uint16_t size_word = 0;               ///< EEPROM size in KiBit minus 1
-  std::uint16_t version = 1;
-  std::vector<SiiCategory> categories;  ///< in the order of the image, without the end category
-  std::vector<std::byte> tail;          ///< bytes behind the end category up to the last that is not 0xFF
-  std::size_t image_bytes = 0;          ///< length of the image; shorter than eeprom_bytes() for a partial read-out
+  std::uint16_t version = 1;                 ///< word 0x3F, of the format
+  std::vector<SiiCategory> categories;       ///< in the order of the image, without the end category
+  std::vector<std::byte> tail;               ///< bytes behind the end category up to the last that is not 0xFF
+  std::size_t image_bytes = 0;  ///< length of the image; shorter than eeprom_bytes() for a partial read-out
 
   /// Size of the EEPROM by its own account, 128 bytes to 8 MiB.
   [[nodiscard]] std::size_t eeprom_bytes() const noexcept { return (std::size_t{size_word} + 1) * 128; }
@@ -223,6 +225,7 @@ struct SiiImage {
   bool operator==(const SiiImage&) const = default;
 };
 
+/// What is wrong with an image.
 enum class SiiErrorCode : std::uint8_t {
   kOddSize,        ///< not a whole number of words
   kNoHeader,       ///< shorter than the 64 fixed words
@@ -235,11 +238,11 @@ enum class SiiErrorCode : std::uint8_t {
 
 /// Why an image was not accepted, and where.
 struct SiiError {
-  SiiErrorCode code = SiiErrorCode::kNoHeader;
+  SiiErrorCode code = SiiErrorCode::kNoHeader;       ///< what is wrong
   SiiCategoryType category = SiiCategoryType::kEnd;  ///< kEnd: outside the categories
   std::size_t word_offset = 0;                       ///< of the element that does not fit
-  std::size_t needed_bytes = 0;
-  std::size_t available_bytes = 0;
+  std::size_t needed_bytes = 0;                      ///< 0: does not apply
+  std::size_t available_bytes = 0;                   ///< 0: does not apply
   bool operator==(const SiiError&) const = default;
 };
 

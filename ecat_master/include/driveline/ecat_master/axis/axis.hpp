@@ -21,15 +21,15 @@ enum class LossPolicy : std::uint8_t {
 
 /// What the master knows about an axis. Lengths are rad for rotary and m for linear axes, torques Nm or N.
 struct AxisConfig {
-  std::string name;
-  std::size_t slave = 0;  ///< position on the line
-  cia402::Mode mode = cia402::Mode::kCyclicPosition;
-  bool linear = false;
+  std::string name;                                            ///< for messages and files
+  std::size_t slave = 0;                                       ///< position on the line
+  cia402::Mode mode = cia402::Mode::kCyclicPosition;           ///< mode of operation, written to 6060h
+  bool linear = false;                                         ///< positions in m and forces in N instead of rad and Nm
   double increments_per_unit = 1048576.0 / 6.283185307179586;  ///< drive increments per rad or m
   double rated_torque = 2.4;                                   ///< Nm or N that 1000 per mille stand for (6076h)
   trajectory::AxisLimits limits{200.0, 2000.0};                ///< for the approach of a path and for stops
-  double inertia = 0.0;  ///< kg m^2 or kg moved by the axis, for the torque feed-forward; 0: none
-  LossPolicy on_loss = LossPolicy::kStop;
+  double inertia = 0.0;                    ///< kg m^2 or kg moved by the axis, for the torque feed-forward; 0: none
+  LossPolicy on_loss = LossPolicy::kStop;  ///< what happens when the drive exchanges no valid process data
 
   /// Loops closed by the master in CSV and CST, where the drive has no position loop of its own.
   double position_gain_1_s = 20.0;  ///< velocity per position error
@@ -38,14 +38,14 @@ struct AxisConfig {
 
 /// Inputs of one axis, decoded; kept from the last valid cycle.
 struct AxisInputs {
-  std::uint16_t status_word = 0;
-  std::uint16_t error_code = 0;  ///< 603Fh
-  std::int8_t mode = 0;          ///< 6061h
-  snapshot::AxisState state = snapshot::AxisState::kUnavailable;
-  double position = 0.0;
-  double velocity = 0.0;
-  double torque = 0.0;
-  double following_error = 0.0;
+  std::uint16_t status_word = 0;                                  ///< object 6041h
+  std::uint16_t error_code = 0;                                   ///< 603Fh
+  std::int8_t mode = 0;                                           ///< 6061h
+  snapshot::AxisState state = snapshot::AxisState::kUnavailable;  ///< CiA 402 state out of the status word
+  double position = 0.0;                                          ///< rad or m
+  double velocity = 0.0;                                          ///< rad/s or m/s
+  double torque = 0.0;                                            ///< Nm or N
+  double following_error = 0.0;                                   ///< as the drive reports it (60F4h); rad or m
 };
 
 /// The process data objects an axis is driven with: three RxPDOs and three TxPDOs of at most 8 bytes each (MSD manual
@@ -72,12 +72,16 @@ class Axis {
   void write_outputs(std::span<std::byte> image, cia402::Goal goal, bool reset_fault,
                      const trajectory::AxisSetpoint& setpoint) noexcept;
 
+  /// As it was made. \rtsafe
   [[nodiscard]] const AxisConfig& config() const noexcept { return config_; }
+  /// Of the last cycle. \rtsafe
   [[nodiscard]] const AxisInputs& inputs() const noexcept { return inputs_; }
+  /// In Operation enabled, in the mode that it is configured for. \rtsafe
   [[nodiscard]] bool enabled() const noexcept {
     return inputs_.state == snapshot::AxisState::kOperationEnabled &&
            inputs_.mode == static_cast<std::int8_t>(config_.mode);
   }
+  /// The drive reports a fault, or is on its way into one. \rtsafe
   [[nodiscard]] bool fault() const noexcept {
     return inputs_.state == snapshot::AxisState::kFault || inputs_.state == snapshot::AxisState::kFaultReactionActive;
   }

@@ -15,11 +15,17 @@ enum class Mode : std::int8_t { kCyclicPosition = 8, kCyclicVelocity = 9, kCycli
 
 /// Control word commands, object 6040h (CiA 402-2 Table "Command coding").
 namespace command {
+/// Control word: to Switch on disabled.
 inline constexpr std::uint16_t kDisableVoltage = 0x0000;
+/// Control word: stops as 605Ah says.
 inline constexpr std::uint16_t kQuickStop = 0x0002;
+/// Control word: to Ready to switch on.
 inline constexpr std::uint16_t kShutdown = 0x0006;
+/// Control word: to Switched on.
 inline constexpr std::uint16_t kSwitchOn = 0x0007;
+/// Control word: to Operation enabled.
 inline constexpr std::uint16_t kEnableOperation = 0x000F;
+/// Control word, bit 7: its rising edge resets a fault.
 inline constexpr std::uint16_t kFaultReset = 0x0080;
 }  // namespace command
 

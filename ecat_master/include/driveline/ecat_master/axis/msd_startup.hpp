@@ -11,8 +11,8 @@ namespace driveline::ecat_master {
 
 /// An interpolation period as 60C2h has it: value times ten to the power of exponent, in seconds.
 struct InterpolationPeriod {
-  std::uint8_t value = 1;
-  std::int8_t exponent = -3;
+  std::uint8_t value = 1;     ///< 60C2h:01
+  std::int8_t exponent = -3;  ///< 60C2h:02, power of ten of seconds
 };
 
 /// The period in the form of 60C2h; nothing when its digits need more than 8 bits (312.5 us, say). CiA 402-2, object

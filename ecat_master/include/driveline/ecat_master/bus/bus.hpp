@@ -18,36 +18,43 @@ struct SlaveRef {
 
 /// Bytes to be written to registers or memory of a slave.
 struct RegisterWrite {
-  SlaveRef slave;
-  std::uint16_t address = 0;
-  std::vector<std::byte> data;
+  SlaveRef slave;               ///< whom it is for
+  std::uint16_t address = 0;    ///< of the first byte
+  std::vector<std::byte> data;  ///< to be written
 };
 
 /// Typed single-datagram access to registers and memory of slaves, with the working counter checked.
 /// Not real-time safe. Errors of all functions: those of the exchange, and kWorkingCounter.
 class Bus {
  public:
+  /// `exchange` must outlive the bus.
   explicit Bus(DatagramExchange& exchange) noexcept : exchange_(exchange) {}
 
+  /// The way that the datagrams go.
   [[nodiscard]] DatagramExchange& exchange() noexcept { return exchange_; }
   /// EEPROM contents read through this bus. To be cleared when an EEPROM is written by other means than write_sii().
   [[nodiscard]] SiiCache& sii_cache() noexcept { return sii_cache_; }
 
+  /// Reads registers or memory from `address` on, as many bytes as `data` has.
   [[nodiscard]] Result<void> read(SlaveRef slave, std::uint16_t address, std::span<std::byte> data);
+  /// Writes registers or memory from `address` on.
   [[nodiscard]] Result<void> write(SlaveRef slave, std::uint16_t address, std::span<const std::byte> data);
   /// Like read/write, but tells by false that the slave did not touch its working counter (an empty or full mailbox).
   [[nodiscard]] Result<bool> try_read(SlaveRef slave, std::uint16_t address, std::span<std::byte> data);
+  /// See try_read().
   [[nodiscard]] Result<bool> try_write(SlaveRef slave, std::uint16_t address, std::span<const std::byte> data);
 
   /// All of `writes` in as few frames as they fit into. The error names the first slave that did not take its own.
   [[nodiscard]] Result<void> write_all(std::span<RegisterWrite> writes);
 
   template <typename T>
+  /// Reads a register, or one `element` of an array of them.
   [[nodiscard]] Result<T> read(SlaveRef slave, const wire::Register<T>& reg, unsigned element = 0) {
     std::array<std::byte, sizeof(T)> data{};
     return read(slave, reg.at(element), data).map([&] { return wire::load_le<T>(data); });
   }
   template <typename T>
+  /// Writes a register, or one `element` of an array of them.
   [[nodiscard]] Result<void> write(SlaveRef slave, const wire::Register<T>& reg, std::type_identity_t<T> value,
                                    unsigned element = 0) {
     const auto data = wire::to_le_bytes(value);

@@ -14,17 +14,17 @@ namespace driveline::ecat_master {
 
 /// One datagram of acyclic work: what to send, and what came back into the same data.
 struct Request {
-  wire::Command command = wire::Command::kNop;
-  wire::DatagramAddress address;
-  std::span<std::byte> data;          ///< sent; overwritten by the answer
-  std::uint16_t working_counter = 0;  ///< of the answer
-  bool answered = false;
+  wire::Command command = wire::Command::kNop;  ///< what the slaves do with it
+  wire::DatagramAddress address;                ///< whom it is for
+  std::span<std::byte> data;                    ///< sent; overwritten by the answer
+  std::uint16_t working_counter = 0;            ///< of the answer
+  bool answered = false;                        ///< false: it was never seen again
 };
 
 /// Counters of an exchange.
 struct ExchangeStatistics {
-  std::uint64_t frames_sent = 0;
-  std::uint64_t frames_received = 0;
+  std::uint64_t frames_sent = 0;        ///< retries included
+  std::uint64_t frames_received = 0;    ///< own ones, in time and undamaged
   std::uint64_t frames_lost = 0;        ///< not answered in time, sent again or given up
   std::uint64_t frames_stale = 0;       ///< came back after they had been given up, or twice
   std::uint64_t frames_foreign = 0;     ///< not ours, or damaged
@@ -51,6 +51,7 @@ class DatagramExchange {
 
   /// Lets time pass between two polls (on the clock of the line, so that virtual time moves on).
   virtual void pause(std::chrono::nanoseconds duration) = 0;
+  /// On the clock that pause() lets pass.
   [[nodiscard]] virtual std::chrono::nanoseconds now() const noexcept = 0;
 };
 

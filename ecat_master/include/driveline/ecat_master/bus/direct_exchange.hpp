@@ -26,14 +26,18 @@ class DirectExchange final : public DatagramExchange {
     std::optional<std::uint16_t> instance = std::nullopt;
   };
 
+  /// Port and clock must outlive it.
   DirectExchange(port::Port& port, rt::Clock& clock, Settings settings);
+  /// With the default settings.
   DirectExchange(port::Port& port, rt::Clock& clock) : DirectExchange(port, clock, Settings{}) {}
 
   [[nodiscard]] Result<void> exchange(std::span<Request> requests) override;
   void pause(std::chrono::nanoseconds duration) override;
+  /// On the clock that it was made with.
   [[nodiscard]] std::chrono::nanoseconds now() const noexcept override { return clock_.now(); }
   /// FrameTag::instance of all its frames.
   [[nodiscard]] std::uint16_t instance() const noexcept { return instance_; }
+  /// Since it was made.
   [[nodiscard]] const ExchangeStatistics& statistics() const noexcept { return statistics_; }
 
  private:

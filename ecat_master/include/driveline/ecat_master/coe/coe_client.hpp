@@ -12,8 +12,10 @@ namespace driveline::ecat_master {
 /// The result of an SDO transfer that is still under way. May be copied; the engine must outlive it.
 class SdoFuture {
  public:
+  /// Made by CoeClient.
   SdoFuture(MailboxEngine& engine, std::shared_ptr<SdoTransfer> transfer)
       : engine_(&engine), transfer_(std::move(transfer)) {}
+  /// The transfer is over, well or not; get() does not wait then.
   [[nodiscard]] bool ready() const noexcept { return transfer_->done(); }
   /// Waits, driving the engine meanwhile.
   void wait() const { engine_->wait(*transfer_); }
@@ -34,10 +36,14 @@ class SdoFuture {
 /// index and sub-index; those of the bus, with slave and register.
 class CoeClient {
  public:
+  /// Longest object that is taken from a slave.
   static constexpr std::size_t kMaxObjectBytes = SdoTransfer::kMaxObjectBytes;
+  /// Called on the thread that serves the mailboxes when a transfer is over.
   using Callback = SdoTransfer::Callback;
 
+  /// Of the slave of this mailbox, whose engine must outlive the client.
   explicit CoeClient(MailboxClient& mailbox) : engine_(mailbox.engine()), position_(mailbox.slave().position) {}
+  /// Of the slave at this position, whose mailbox is open in `engine`.
   CoeClient(MailboxEngine& engine, std::uint16_t position) : engine_(engine), position_(position) {}
 
   /// Reads an object entry. `complete` reads all sub-indices from `subindex` (0 or 1) on.
@@ -50,10 +56,12 @@ class CoeClient {
   /// Starts a transfer; whoever waits for the future, or steps the engine, carries it out. `callback` (may be empty) is
   /// called by that thread.
   SdoFuture start_upload(SdoAddress at, Callback callback = {}, std::uint8_t priority = 0);
+  /// Like start_upload(), in the other direction; `data` is copied.
   SdoFuture start_download(SdoAddress at, std::span<const std::byte> data, Callback callback = {},
                            std::uint8_t priority = 0);
 
   template <wire::WireInteger T>
+  /// Uploads a number. Further error: kSdoSize when it has another size.
   [[nodiscard]] Result<T> upload_as(std::uint16_t index, std::uint8_t subindex) {
     auto data = upload(index, subindex);
     if (!data) return tl::unexpected(data.error());
@@ -61,14 +69,18 @@ class CoeClient {
     return wire::load_le<T>(*data);
   }
   template <wire::WireInteger T>
+  /// Downloads a number, little endian.
   [[nodiscard]] Result<void> download_as(std::uint16_t index, std::uint8_t subindex, T value) {
     return download(index, subindex, wire::to_le_bytes(value));
   }
 
   /// \name SDO information (ETG.1000.6 5.6.3). Errors: kSdoAbort with the slave's reason, kMailbox*, those of the bus.
   /// @{
+  /// Indices of the objects in a list of the slave, by SDO information.
   [[nodiscard]] Result<std::vector<std::uint16_t>> object_list(ObjectList list = ObjectList::kAll);
+  /// What the slave says about an object.
   [[nodiscard]] Result<ObjectDescription> object_description(std::uint16_t index);
+  /// What the slave says about an entry of an object.
   [[nodiscard]] Result<EntryDescription> entry_description(std::uint16_t index, std::uint8_t subindex);
   /// @}
 
@@ -83,13 +95,13 @@ class CoeClient {
 
 /// Values to be written to objects of one slave, in this order.
 struct SdoScript {
-  std::uint16_t position = 0;
+  std::uint16_t position = 0;  ///< of the slave
   /// One value and where it goes.
   struct Step {
-    SdoAddress at;
-    std::vector<std::byte> data;
+    SdoAddress at;                ///< object and entry
+    std::vector<std::byte> data;  ///< to be written
   };
-  std::vector<Step> steps;
+  std::vector<Step> steps;  ///< in their order
 };
 
 /// Writes the scripts of many slaves at the same time: each slave's in order, all slaves side by side. A script ends at

@@ -15,25 +15,25 @@ enum class ObjectList : std::uint16_t { kAll = 1, kRxMappable = 2, kTxMappable =
 
 /// What a slave says about an object (ETG.1000.6 5.6.3.5).
 struct ObjectDescription {
-  std::uint16_t index = 0;
-  std::uint16_t data_type = 0;
-  std::uint8_t max_subindex = 0;
-  std::uint8_t object_code = 0;  ///< 7 variable, 8 array, 9 record
-  std::string name;
+  std::uint16_t index = 0;        ///< of the object
+  std::uint16_t data_type = 0;    ///< index of the type in the dictionary, 0001h to 0FFFh
+  std::uint8_t max_subindex = 0;  ///< highest sub-index
+  std::uint8_t object_code = 0;   ///< 7 variable, 8 array, 9 record
+  std::string name;               ///< in the words of the slave
 };
 
 /// What a slave says about an entry (ETG.1000.6 5.6.3.6). Values are raw, little endian; nothing: not told.
 struct EntryDescription {
-  std::uint16_t index = 0;
-  std::uint8_t subindex = 0;
-  std::uint16_t data_type = 0;
-  std::uint16_t bit_length = 0;
-  std::uint16_t access = 0;           ///< wire::entry_access bits
-  std::optional<std::uint32_t> unit;  ///< ETG.1004 unit code
-  std::optional<std::vector<std::byte>> default_value;
-  std::optional<std::vector<std::byte>> minimum;
-  std::optional<std::vector<std::byte>> maximum;
-  std::string name;
+  std::uint16_t index = 0;                              ///< of the object
+  std::uint8_t subindex = 0;                            ///< of the entry
+  std::uint16_t data_type = 0;                          ///< index of the type in the dictionary
+  std::uint16_t bit_length = 0;                         ///< of the value
+  std::uint16_t access = 0;                             ///< wire::entry_access bits
+  std::optional<std::uint32_t> unit;                    ///< ETG.1004 unit code
+  std::optional<std::vector<std::byte>> default_value;  ///< little endian; nothing: not told
+  std::optional<std::vector<std::byte>> minimum;        ///< the same
+  std::optional<std::vector<std::byte>> maximum;        ///< the same
+  std::string name;                                     ///< in the words of the slave
 };
 
 /// One question of the SDO information service and its answer, put together from its fragments. A slave that repeats or
@@ -43,11 +43,14 @@ class SdoInformationQuery final : public MailboxDialogue {
   /// Most bytes that all fragments of an answer may have: a list of every possible index.
   static constexpr std::size_t kMaxAnswerBytes = 2 * 0x10000 + 2;
 
+  /// Asks for the indices in a list.
   [[nodiscard]] static std::shared_ptr<SdoInformationQuery> list(ObjectList list);
+  /// Asks about an object.
   [[nodiscard]] static std::shared_ptr<SdoInformationQuery> object(std::uint16_t index);
   /// Asks for everything there is to know: unit, default, minimum and maximum.
   [[nodiscard]] static std::shared_ptr<SdoInformationQuery> entry(std::uint16_t index, std::uint8_t subindex);
 
+  /// Made by the functions above.
   SdoInformationQuery(wire::SdoInfoOpCode question, std::uint16_t about, std::uint8_t subindex,
                       std::span<const std::byte> parameters);
 

@@ -19,6 +19,7 @@ class SdoTransfer;
 /// uses start_*(), data() and error().
 class SdoRequest {
  public:
+  /// Where the request is.
   enum class State : std::uint8_t {
     kIdle,     ///< never started
     kPending,  ///< started, not seen by the engine yet
@@ -27,6 +28,7 @@ class SdoRequest {
     kFailed,   ///< error() tells why
   };
 
+  /// For objects of at most `capacity` bytes; allocates all that it will need.
   SdoRequest(std::uint16_t position, std::uint16_t index, std::uint8_t subindex, std::size_t capacity);
   SdoRequest(const SdoRequest&) = delete;
   SdoRequest& operator=(const SdoRequest&) = delete;
@@ -43,6 +45,7 @@ class SdoRequest {
   [[nodiscard]] const Error& error() const noexcept { return error_; }
 
   // The engine's side.
+  /// Position of the slave. \rtsafe
   [[nodiscard]] std::uint16_t position() const noexcept { return position_; }
   /// True once for every start.
   [[nodiscard]] bool take() noexcept;

@@ -10,9 +10,9 @@ namespace driveline::ecat_master {
 
 /// Object, sub-index and whether all sub-indices from there on are meant (complete access).
 struct SdoAddress {
-  std::uint16_t index = 0;
-  std::uint8_t subindex = 0;
-  bool complete = false;
+  std::uint16_t index = 0;    ///< of the object
+  std::uint8_t subindex = 0;  ///< of the entry; 0 or 1 with complete access
+  bool complete = false;      ///< complete access: all sub-indices from `subindex` on
 };
 
 /// One SDO upload or download (ETG.1000.6 5.6.2): expedited, normal and segmented, complete access both ways.
@@ -24,6 +24,7 @@ class SdoTransfer : public MailboxDialogue {
  public:
   /// Largest object accepted; a slave that announces or sends more is cut off with an abort.
   static constexpr std::size_t kMaxObjectBytes = std::size_t{1} << 20;
+  /// Told the result: the bytes of an upload, none of a download.
   using Callback = std::function<void(const Result<std::vector<std::byte>>&)>;
 
   /// Upload.
@@ -36,6 +37,7 @@ class SdoTransfer : public MailboxDialogue {
   /// After done(): what was read (empty for a download), or why not. Errors: kSdoAbort (code: abort code), kMailbox*
   /// and kSdoSize, each with slave, index and sub-index; those of the bus, with slave and register.
   [[nodiscard]] const Result<std::vector<std::byte>>& result() const noexcept { return result_; }
+  /// What is transferred.
   [[nodiscard]] const SdoAddress& address() const noexcept { return at_; }
 
   void begin(std::uint16_t position, std::size_t max_service) override;

@@ -11,7 +11,7 @@ namespace driveline::ecat_master {
 
 /// A slave as found on the line.
 struct SlaveInfo {
-  SlaveRef ref;
+  SlaveRef ref;                            ///< place on the line and station address
   std::uint16_t alias = 0;                 ///< station alias, out of the EEPROM
   std::optional<std::uint16_t> device_id;  ///< explicit device identification, when it has been asked for
   esi::DeviceDescription description;      ///< what its EEPROM says

@@ -12,12 +12,16 @@ namespace driveline::ecat_master {
 
 /// A condition on one number of a slave's identity.
 struct IdentityRule {
+  /// What the rule asks for.
   enum class Kind : std::uint8_t { kAny, kEqual, kAtLeast };
-  Kind kind = Kind::kAny;
-  std::uint32_t value = 0;
+  Kind kind = Kind::kAny;   ///< any value, this one, or at least this one
+  std::uint32_t value = 0;  ///< what is found is compared with it
 
+  /// Exactly `value`. \rtsafe
   [[nodiscard]] static constexpr IdentityRule equal(std::uint32_t value) noexcept { return {Kind::kEqual, value}; }
+  /// `value` or more. \rtsafe
   [[nodiscard]] static constexpr IdentityRule at_least(std::uint32_t value) noexcept { return {Kind::kAtLeast, value}; }
+  /// True when `found` is as it should be. \rtsafe
   [[nodiscard]] constexpr bool accepts(std::uint32_t found) const noexcept {
     return kind == Kind::kAny || (kind == Kind::kEqual ? found == value : found >= value);
   }
@@ -26,18 +30,20 @@ struct IdentityRule {
 
 /// A slave as it is planned: what it must be, and how it is told from the others.
 struct ExpectedSlave {
-  std::string name;
-  IdentityRule vendor;
-  IdentityRule product;
-  IdentityRule revision;
-  IdentityRule serial;
+  std::string name;                        ///< for messages
+  IdentityRule vendor;                     ///< by the EEPROM
+  IdentityRule product;                    ///< by the EEPROM
+  IdentityRule revision;                   ///< by the EEPROM
+  IdentityRule serial;                     ///< by the EEPROM
   std::optional<std::uint16_t> alias;      ///< anywhere on the line, by its station alias
   std::optional<std::uint16_t> device_id;  ///< anywhere on the line, by its explicit device identification
+  /// Known by its place on the line alone. \rtsafe
   [[nodiscard]] bool by_position() const noexcept { return !alias && !device_id; }
 };
 
 /// One way in which the line is not what was planned.
 struct Difference {
+  /// What differs.
   enum class Kind : std::uint8_t {
     kMissing,      ///< planned, nowhere found
     kExtra,        ///< found, not planned
@@ -48,18 +54,21 @@ struct Difference {
     kInOut,        ///< a slave is entered at another port than IN: its cables are swapped
     kDuplicate,    ///< an alias or device ID by which a slave is planned is there more than once
   };
+  /// No such slave or plan.
   static constexpr std::uint16_t kNone = 0xFFFF;
-  Kind kind = Kind::kMissing;
+  Kind kind = Kind::kMissing;   ///< what differs
   std::uint16_t slave = kNone;  ///< position on the line; kNone: not there
   std::uint16_t other = kNone;  ///< the second slave of kSwapped and kDuplicate; the port of kInOut
   std::uint16_t plan = kNone;   ///< number in the plan; kNone: not planned
   bool operator==(const Difference&) const = default;
 };
 
+/// How a line differs from its plans, and which plan belongs to which slave.
 struct LineComparison {
-  std::vector<Difference> differences;
+  std::vector<Difference> differences;  ///< in the order of the line
   /// For each slave of the line the number of its plan; nothing for a slave that is not planned.
   std::vector<std::optional<std::size_t>> plan_of_slave;
+  /// The line is as planned.
   [[nodiscard]] bool matches() const noexcept { return differences.empty(); }
 };
 
@@ -81,8 +90,8 @@ struct LineComparison {
 
 /// Station aliases (not 0) that several slaves have, each with all of their positions.
 struct DuplicateAlias {
-  std::uint16_t alias = 0;
-  std::vector<std::uint16_t> positions;
+  std::uint16_t alias = 0;               ///< station alias
+  std::vector<std::uint16_t> positions;  ///< of the slaves that have it
 };
 [[nodiscard]] std::vector<DuplicateAlias> find_duplicate_aliases(std::span<const SlaveInfo> found);
 

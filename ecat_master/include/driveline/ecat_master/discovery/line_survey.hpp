@@ -11,9 +11,9 @@ namespace driveline::ecat_master {
 
 /// A slave as it is met, whoever runs it.
 struct SurveyedSlave {
-  SlaveRef ref;
+  SlaveRef ref;             ///< place on the line and station address
   std::uint16_t alias = 0;  ///< configured station alias, register 0x0012
-  AlReport al;
+  AlReport al;              ///< state and AL status code
 };
 
 /// Which slaves may get station addresses from a survey.
@@ -37,18 +37,20 @@ enum class SurveyAddresses : std::uint8_t {
 
 /// What a slave controller says about itself (registers 0x0000..0x0009) and its ports.
 struct EscInformation {
-  std::uint8_t type = 0;
-  std::uint8_t revision = 0;
-  std::uint16_t build = 0;
-  std::uint8_t fmmus = 0;
-  std::uint8_t sync_managers = 0;
-  std::uint8_t ram_kib = 0;
-  std::uint8_t port_descriptor = 0;  ///< two bits per port, see port_type()
-  std::uint16_t features = 0;        ///< register 0x0008, see esc_feature
-  wire::DlStatus dl_status;
+  std::uint8_t type = 0;                           ///< register 0x0000, see esc_type_name()
+  std::uint8_t revision = 0;                       ///< register 0x0001
+  std::uint16_t build = 0;                         ///< register 0x0002
+  std::uint8_t fmmus = 0;                          ///< number of FMMUs
+  std::uint8_t sync_managers = 0;                  ///< number of sync managers
+  std::uint8_t ram_kib = 0;                        ///< process data memory
+  std::uint8_t port_descriptor = 0;                ///< two bits per port, see port_type()
+  std::uint16_t features = 0;                      ///< register 0x0008, see esc_feature
+  wire::DlStatus dl_status;                        ///< links, loops and communication of the ports
   std::array<std::uint32_t, 4> receive_time_ns{};  ///< as last latched, local time
 
+  /// Kind of a port (register 0x0007).
   enum class PortType : std::uint8_t { kNotImplemented = 0, kNotConfigured = 1, kEbus = 2, kMii = 3 };
+  /// Of port 0 to 3. \rtsafe
   [[nodiscard]] PortType port_type(unsigned port) const noexcept {
     return static_cast<PortType>((port_descriptor >> (2 * port)) & 3U);
   }
@@ -57,7 +59,9 @@ struct EscInformation {
 /// Bits of register 0x0008 (ETG.1000.4 Table 31).
 namespace esc_feature {
 inline constexpr std::uint16_t kFmmuBytesOnly = 0x0001;  ///< FMMUs map whole bytes
+/// The controller has clocks.
 inline constexpr std::uint16_t kDistributedClocks = 0x0004;
+/// They have 64 bits; else 32.
 inline constexpr std::uint16_t kDc64Bit = 0x0008;
 inline constexpr std::uint16_t kNoLrw = 0x0200;          ///< LRW not supported
 inline constexpr std::uint16_t kFixedChannels = 0x0800;  ///< FMMUs and sync managers are fixed

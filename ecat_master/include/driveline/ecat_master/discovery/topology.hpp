@@ -24,8 +24,8 @@ struct SlavePortFacts {
 
 /// One end of a cable.
 struct PortRef {
-  std::uint16_t slave = 0;
-  std::uint8_t port = 0;
+  std::uint16_t slave = 0;  ///< position
+  std::uint8_t port = 0;    ///< 0 to 3
   constexpr bool operator==(const PortRef&) const = default;
 };
 
@@ -40,7 +40,7 @@ struct TopologyNode {
 
 /// Who is connected to whom, by position of the slaves.
 struct Topology {
-  std::vector<TopologyNode> slaves;
+  std::vector<TopologyNode> slaves;  ///< by position; empty: not known
   /// The slave whose free port leads back to the master (second interface of a ring), nothing for an open line.
   std::optional<PortRef> ring_end;
   /// Ports with a link whose loop is closed: a cable with nobody who answers at its other end.

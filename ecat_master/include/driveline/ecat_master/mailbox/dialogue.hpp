@@ -15,6 +15,7 @@ namespace driveline::ecat_master {
 /// All functions but done() are called by the engine, never by two threads at once.
 class MailboxDialogue {
  public:
+  /// What a dialogue makes of a mail.
   enum class Reaction : std::uint8_t {
     kForeign,  ///< not the awaited answer; the mail goes to the protocol's handler
     kSend,     ///< outgoing() holds the next service
@@ -29,7 +30,9 @@ class MailboxDialogue {
   MailboxDialogue& operator=(const MailboxDialogue&) = delete;
   virtual ~MailboxDialogue() = default;
 
+  /// Protocol of its mails.
   [[nodiscard]] wire::MailboxType type() const noexcept { return type_; }
+  /// 0 to 3, 3 goes first.
   [[nodiscard]] std::uint8_t priority() const noexcept { return priority_; }
   /// True once the result may be read, by any thread.
   [[nodiscard]] bool done() const noexcept { return done_.load(std::memory_order_acquire); }

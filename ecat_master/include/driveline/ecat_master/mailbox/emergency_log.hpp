@@ -16,7 +16,7 @@ namespace driveline::ecat_master {
 struct EmergencyRecord {
   std::uint16_t slave = 0;           ///< position on the line
   std::chrono::nanoseconds time{0};  ///< clock of the master
-  wire::Emergency message;
+  wire::Emergency message;           ///< as the slave sent it
 };
 
 /// "3.201 s slave 4: emergency 0x3220, error register 0x05, 01 00 00 00 00".
@@ -28,6 +28,7 @@ class EmergencyLog {
   /// Most emergencies kept of one slave; the oldest goes first.
   static constexpr std::size_t kMaxPerSlave = 64;
 
+  /// Keeps one more; the oldest of a slave that has too many goes.
   void add(const EmergencyRecord& record);
   /// Those of one slave, oldest first; they are gone afterwards.
   [[nodiscard]] std::vector<EmergencyRecord> take(std::uint16_t slave);

@@ -20,29 +20,29 @@ struct MailboxTimeouts {
 
 /// Where a slave has its mailboxes: sync manager 0 (to the slave) and 1 (from the slave).
 struct MailboxWindow {
-  std::uint16_t out_address = 0;
-  std::uint16_t out_length = 0;
-  std::uint16_t in_address = 0;
-  std::uint16_t in_length = 0;
-  MailboxTimeouts timeouts{};
+  std::uint16_t out_address = 0;  ///< of the master's mails, in the slave's memory
+  std::uint16_t out_length = 0;   ///< bytes
+  std::uint16_t in_address = 0;   ///< of the slave's mails, in the slave's memory
+  std::uint16_t in_length = 0;    ///< bytes
+  MailboxTimeouts timeouts{};     ///< of this slave
   constexpr bool operator==(const MailboxWindow&) const = default;
 };
 
 /// The status of a slave's mailbox to the master as it came with the process data (an FMMU maps the sync manager's
 /// status byte).
 struct MailboxStatusSample {
-  bool full = false;
+  bool full = false;        ///< the slave has put a mail into it
   std::uint64_t cycle = 0;  ///< cycles that were over when it was looked at
 };
 
 /// What a channel has seen.
 struct MailboxStatistics {
-  std::uint64_t sent = 0;
-  std::uint64_t received = 0;
+  std::uint64_t sent = 0;       ///< mails to the slave
+  std::uint64_t received = 0;   ///< mails from the slave
   std::uint64_t repeated = 0;   ///< replies asked for again because they were lost on the way
   std::uint64_t malformed = 0;  ///< header or length that cannot be
   std::uint64_t unclaimed = 0;  ///< mails that nobody waited for
-  std::uint64_t timeouts = 0;
+  std::uint64_t timeouts = 0;   ///< dialogues that got no answer in time
 };
 
 /// The mailboxes of one slave: carries out one dialogue after the other, in the order of their priorities. It never
@@ -62,10 +62,13 @@ class MailboxChannel {
   };
   /// Mails that no dialogue waits for.
   using Deliver = std::function<void(SlaveRef, wire::MailboxType, std::span<const std::byte> service)>;
+  /// Dialogues that are over.
   using Finished = std::vector<std::shared_ptr<MailboxDialogue>>;
 
+  /// `window`: of the sync managers that are set up for it.
   MailboxChannel(SlaveRef slave, MailboxWindow window, Settings settings);
 
+  /// Puts a dialogue into the queue, behind those of the same priority.
   void submit(std::shared_ptr<MailboxDialogue> dialogue);
   /// True while a dialogue is in progress or waiting.
   [[nodiscard]] bool busy() const noexcept { return active_ != nullptr || !queue_.empty(); }
@@ -87,10 +90,13 @@ class MailboxChannel {
   /// Ends all dialogues with `error`.
   void fail_all(Error error, Finished& finished);
 
+  /// Whose mailboxes these are.
   [[nodiscard]] SlaveRef slave() const noexcept { return slave_; }
+  /// Where they are.
   [[nodiscard]] const MailboxWindow& window() const noexcept { return window_; }
   /// Service bytes that fit into one mailbox to the slave.
   [[nodiscard]] std::size_t max_service() const noexcept;
+  /// Since the channel was opened.
   [[nodiscard]] const MailboxStatistics& statistics() const noexcept { return statistics_; }
 
  private:

@@ -13,6 +13,7 @@ class MailboxClient {
  public:
   /// Most emergencies kept; the oldest goes first.
   static constexpr std::size_t kMaxEmergencies = EmergencyLog::kMaxPerSlave;
+  /// How long an answer may take unless told otherwise.
   static constexpr std::chrono::nanoseconds kReplyTimeout = MailboxEngine::Settings{}.reply_timeout;
 
   /// Opens the mailboxes of `slave` in `engine`, which must outlive the client.
@@ -30,7 +31,9 @@ class MailboxClient {
   /// Emergencies that have arrived so far, oldest first; the call empties the list.
   [[nodiscard]] std::vector<EmergencyRecord> take_emergencies() { return engine_->emergencies().take(slave_.position); }
 
+  /// Whose mailboxes these are.
   [[nodiscard]] SlaveRef slave() const noexcept { return slave_; }
+  /// That serves them.
   [[nodiscard]] MailboxEngine& engine() noexcept { return *engine_; }
 
  private:

@@ -37,9 +37,12 @@ class MailboxStatusSource {
 /// here is \rtsafe. The exchange of the bus must allow several threads when several are used.
 class MailboxEngine {
  public:
+  /// Patience with slaves.
   using Settings = MailboxChannel::Settings;
+  /// From one look for mails to the next.
   static constexpr std::chrono::nanoseconds kPollInterval = std::chrono::microseconds{200};
 
+  /// `bus` must outlive the engine.
   explicit MailboxEngine(Bus& bus, Settings settings = {}) : bus_(bus), settings_(settings) {}
   MailboxEngine(const MailboxEngine&) = delete;
   MailboxEngine& operator=(const MailboxEngine&) = delete;
@@ -50,6 +53,7 @@ class MailboxEngine {
   void open(SlaveRef slave, MailboxWindow window);
   /// Closes the mailboxes of the slave at `position`; its dialogues fail with kCancelled.
   void close(std::uint16_t position);
+  /// Closes all mailboxes; their dialogues end with kCancelled.
   void close_all();
   /// Who gets the mails of a protocol that answer nothing. CoE emergencies go to emergencies() unless CoE has a handler
   /// of its own. The handler must outlive the engine.
@@ -73,9 +77,13 @@ class MailboxEngine {
   [[nodiscard]] std::shared_ptr<SdoRequest> make_request(std::uint16_t position, std::uint16_t index,
                                                          std::uint8_t subindex, std::size_t capacity);
 
+  /// What slaves have sent by themselves.
   [[nodiscard]] EmergencyLog& emergencies() noexcept { return emergencies_; }
+  /// Of the mailboxes of one slave.
   [[nodiscard]] MailboxStatistics statistics(std::uint16_t position);
+  /// That the mails go through.
   [[nodiscard]] Bus& bus() noexcept { return bus_; }
+  /// As it was made.
   [[nodiscard]] const Settings& settings() const noexcept { return settings_; }
 
  private:

@@ -14,14 +14,14 @@ using SiiProgress = std::function<bool(std::size_t done, std::size_t total)>;
 
 /// A write that is complete and has been read back.
 struct SiiWriteReport {
-  std::size_t words_changed = 0;
+  std::size_t words_changed = 0;    ///< written, since they held something else
   std::size_t words_unchanged = 0;  ///< held the wanted value before and were left alone
   std::vector<std::byte> previous;  ///< what the written range held before
 };
 
 /// A write that failed.
 struct SiiWriteFailure {
-  Error error;
+  Error error;                    ///< why
   std::size_t words_written = 0;  ///< before the failure
   /// Words that may hold something else than before the write, ascending: they could not be restored. Empty: the
   /// content is what it was before.
