@@ -19,4 +19,6 @@ if(TARGET driveline)
   install(TARGETS driveline)
   install(FILES ${CMAKE_BINARY_DIR}/completion/driveline
           DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
+  install(FILES ${CMAKE_BINARY_DIR}/completion/_driveline
+          DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-functions)
 endif()

@@ -3,7 +3,7 @@ file(REMOVE_RECURSE ${PREFIX})
 execute_process(COMMAND ${CMAKE_COMMAND} --install ${BUILD} --prefix ${PREFIX} OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
 set(program)
 if(PROGRAM)
-  set(program bin/driveline share/bash-completion/completions/driveline)
+  set(program bin/driveline share/bash-completion/completions/driveline share/zsh/site-functions/_driveline)
 endif()
 foreach(wanted
         include/driveline/ecat_master/master.hpp

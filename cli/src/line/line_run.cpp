@@ -279,6 +279,7 @@ void LineRun::stop_motion() {
 }
 
 void LineRun::take_down() {
+  tell_traffic();
   if (feed_) feed_->set_state(bridge::LineState::kDown);
   const auto down = master_.shut_down();
   if (down) {
@@ -289,6 +290,13 @@ void LineRun::take_down() {
   if (drain_) drain_->stop();
   if (recorder_ && !recorder_->problem().empty()) note_fault(recorder_->problem());
   if (!faults_.empty() && operation_time_ > nanoseconds{0}) write_flight_record();
+}
+
+/// Another master on the wire explains much of what else went wrong.
+void LineRun::tell_traffic() {
+  auto traffic = master_.exchange_statistics();
+  if (const auto* core = master_.core(); core != nullptr) traffic.frames_foreign += core->foreign_frames();
+  if (const auto strange = ecat_master::describe_traffic(traffic); !strange.empty()) note_event(strange);
 }
 
 /// After the cycle has ended.

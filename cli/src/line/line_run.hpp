@@ -43,6 +43,7 @@ class LineRun {
   void operate();
   void stop_motion();
   void take_down();
+  void tell_traffic();
   void write_flight_record();
   void leave_nothing_behind();
   void pass(std::chrono::nanoseconds duration);

@@ -146,7 +146,8 @@ std::string describe_traffic(const ExchangeStatistics& statistics) {
         statistics.frames_of_masters, source(0), source(1), source(2), source(3), source(4), source(5));
   }
   if (statistics.frames_foreign == 0) return {};
-  return fmt::format("{} frames that are not ours have come in: other devices use the wire", statistics.frames_foreign);
+  return fmt::format("{} frames that are not ours have come in: another master or other devices use the wire",
+                     statistics.frames_foreign);
 }
 
 bool match_answers(std::span<Request> requests, std::span<const std::byte> frame) noexcept {

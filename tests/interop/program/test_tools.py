@@ -1,6 +1,7 @@
 """The bus tools: what they print in process, and EEPROMs that keep what was written, over the wire."""
 import os
 import re
+import signal
 import subprocess
 import unittest
 
@@ -276,6 +277,8 @@ class OnTheWire(WireTest):
         self.wait_for("the other master", lambda: "OP" in self.text("other.log") or other.poll() is not None)
         result = self.run_program("sii", "read", "-v", "--iface", "dl-master")
         self.assertIn("another EtherCAT master is on the wire", result.stderr)
+        self.end(other, signal.SIGTERM)
+        self.assertRegex(self.text("other.log"), r"(?m)^\d+ frames that are not ours have come in: another master or ")
 
     def test_diagnosis_names_the_bad_cable_until_it_is_cleared(self):
         self.start("simulate", "--config", EXAMPLES / "line8-nic.toml", "--iface", "dl-line", "--control", "line.socket",

@@ -35,9 +35,9 @@ class Histogram {
 
   /// Times recorded, those out of range included. \rtsafe
   [[nodiscard]] std::uint64_t count() const noexcept { return count_; }
-  /// Negative times; they are in no bucket. \rtsafe
+  /// Negative times; they count in the first bucket as well. \rtsafe
   [[nodiscard]] std::uint64_t underflows() const noexcept { return underflows_; }
-  /// Times above kLargest; they are in no bucket. \rtsafe
+  /// Times above kLargest; they count in the last bucket as well. \rtsafe
   [[nodiscard]] std::uint64_t overflows() const noexcept { return overflows_; }
   /// Smallest value, exact; 0 ns if empty.
   [[nodiscard]] std::chrono::nanoseconds min() const noexcept { return min_; }

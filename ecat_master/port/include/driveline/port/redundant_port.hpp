@@ -40,7 +40,7 @@ struct RingStatus {
 /// construction.
 class RedundantPort final : public Port {
  public:
-  /// When a ring counts as broken and as healed.
+  /// Patience with halves of answers.
   struct Settings {
     /// How long after the send half of an answer waits for the other half before it is handed over alone: longer than
     /// a frame takes, shorter than the master waits for it.
@@ -81,9 +81,9 @@ class RedundantPort final : public Port {
 
   /// Any thread. \rtsafe
   [[nodiscard]] RingStatus status() const noexcept;
-  /// Answers put together of two halves, and halves that stayed alone. Any thread. \rtsafe
+  /// Answers put together of two halves. Any thread. \rtsafe
   [[nodiscard]] std::uint64_t merged() const noexcept { return merged_.value(); }
-  /// Frames put together from what came back on both interfaces. \rtsafe
+  /// Halves of answers that stayed alone and were handed over so. Any thread. \rtsafe
   [[nodiscard]] std::uint64_t halves() const noexcept { return halves_.value(); }
 
  private:
