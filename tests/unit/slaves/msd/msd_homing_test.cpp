@@ -74,16 +74,26 @@ class HomingRig : public DriveRig {
 
 struct Method {
   int number;
-  double home;  ///< revolutions; index pulses are at whole ones
+  double home;                ///< revolutions; index pulses are at whole ones
+  int approach;               ///< direction in which home is passed (CiA 402, pictures of the methods)
+  std::array<int, 3> begins;  ///< direction of the first movement from each of starts()
 };
 
 constexpr std::array kMethods = {
-    Method{1, -4.0},       Method{2, 4.0},       Method{3, 1.0},        Method{4, 2.0},        Method{5, -1.0},
-    Method{6, -2.0},       Method{7, 0.0},       Method{8, 1.0},        Method{9, 1.0},        Method{10, 2.0},
-    Method{11, 2.0},       Method{12, 1.0},      Method{13, 1.0},       Method{14, 0.0},       Method{17, -kLimit},
-    Method{18, kLimit},    Method{19, kEdge},    Method{20, kEdge},     Method{21, -kEdge},    Method{22, -kEdge},
-    Method{23, kCamLeft},  Method{24, kCamLeft}, Method{25, kCamRight}, Method{26, kCamRight}, Method{27, kCamRight},
-    Method{28, kCamRight}, Method{29, kCamLeft}, Method{30, kCamLeft},
+    Method{1, -4.0, 1, {1, -1, -1}},       Method{2, 4.0, -1, {-1, 1, 1}},
+    Method{3, 1.0, -1, {1, -1, -1}},       Method{4, 2.0, 1, {1, -1, -1}},
+    Method{5, -1.0, 1, {-1, 1, 1}},        Method{6, -2.0, -1, {-1, 1, 1}},
+    Method{7, 0.0, -1, {1, -1, 1}},        Method{8, 1.0, 1, {1, -1, 1}},
+    Method{9, 1.0, -1, {1, 1, 1}},         Method{10, 2.0, 1, {1, 1, 1}},
+    Method{11, 2.0, 1, {-1, 1, -1}},       Method{12, 1.0, -1, {-1, 1, -1}},
+    Method{13, 1.0, 1, {-1, -1, -1}},      Method{14, 0.0, -1, {-1, -1, -1}},
+    Method{17, -kLimit, 1, {1, -1, -1}},   Method{18, kLimit, -1, {-1, 1, 1}},
+    Method{19, kEdge, -1, {1, -1, -1}},    Method{20, kEdge, 1, {1, -1, -1}},
+    Method{21, -kEdge, 1, {-1, 1, 1}},     Method{22, -kEdge, -1, {-1, 1, 1}},
+    Method{23, kCamLeft, -1, {1, -1, 1}},  Method{24, kCamLeft, 1, {1, -1, 1}},
+    Method{25, kCamRight, -1, {1, 1, 1}},  Method{26, kCamRight, 1, {1, 1, 1}},
+    Method{27, kCamRight, 1, {-1, 1, -1}}, Method{28, kCamRight, -1, {-1, 1, -1}},
+    Method{29, kCamLeft, 1, {-1, -1, -1}}, Method{30, kCamLeft, -1, {-1, -1, -1}},
 };
 
 /// On the switch and on both sides of it, as far as the method has them.
@@ -117,6 +127,64 @@ TEST_P(MsdHomingMethods, FindsTheSameHomeFromThreeStarts) {
     EXPECT_NEAR(rig.home_revolutions(), GetParam().home, tolerance) << "from " << start;
     EXPECT_EQ(rig.drive.state(), PowerState::kOperationEnabled);
     EXPECT_FALSE(rig.drive.fault().has_value());
+  }
+}
+
+/// How the axis went.
+struct Way {
+  int begins = 0;            ///< direction of the first movement
+  int approach = 0;          ///< direction in which it was last at home
+  double speed_at_home = 0;  ///< rev/s, then
+  double fastest = 0;        ///< rev/s, before it stopped
+};
+
+Way watch(HomingRig& rig, double home) {
+  Way way;
+  rig.control = 0x1F;
+  double last = rig.revolutions();
+  for (int i = 0; i < 480'000 && (rig.status & kAttained) == 0; ++i) {
+    rig.cycle();
+    const double now = rig.revolutions();
+    const double speed = rig.drive.velocity_rad_s() / kTurn;
+    if (way.begins == 0 && std::abs(speed) > 0.01) way.begins = speed > 0.0 ? 1 : -1;
+    if ((last < home && now >= home) || (last > home && now <= home)) {
+      way.approach = now > last ? 1 : -1;
+      way.speed_at_home = std::abs(speed);
+    }
+    way.fastest = std::max(way.fastest, std::abs(speed));
+    last = now;
+  }
+  return way;
+}
+
+TEST_P(MsdHomingMethods, TakesItsWayAtItsSpeedsToTheIncrement) {
+  const Method& method = GetParam();
+  constexpr std::int32_t kOffset = -12345;
+  constexpr double kFast = 2.0;
+  constexpr double kSlow = 0.1;
+  const auto places = starts(method.number);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    HomingRig rig(method.number, places[i], kOffset);
+    const Way way = watch(rig, method.home);
+    ASSERT_TRUE(rig.status & kAttained) << "from " << places[i];
+    EXPECT_EQ(way.begins, method.begins[i]) << "from " << places[i];
+    EXPECT_EQ(way.approach, method.approach) << "from " << places[i];
+    EXPECT_NEAR(way.speed_at_home, kSlow, 0.3 * kSlow) << "from " << places[i];
+    // Where the first edge is the one that counts, or a slow leg comes first, nothing is fast.
+    const bool fast = way.fastest > 2.0 * kSlow;
+    EXPECT_TRUE(fast || method.begins[i] == method.approach) << "from " << places[i];
+    EXPECT_LT(way.fastest, 1.05 * kFast) << "from " << places[i];
+    // 6064h is -607Ch at home, exactly: an index pulse is latched where it is, an edge by the control cycle behind it.
+    const auto count = static_cast<std::int64_t>(std::floor(rig.revolutions() * kRevolution));
+    const std::int64_t home = count - rig.position - kOffset;
+    const auto expected = std::llround(method.home * kRevolution);
+    if (method.number <= 14) {
+      EXPECT_EQ(home, expected) << "from " << places[i];
+    } else {
+      constexpr std::int64_t kWayOfACycle = 8;  // 0.1 rev/s in 62.5 us, and the speed's ripple
+      EXPECT_GE((home - expected) * method.approach, -1) << "from " << places[i];
+      EXPECT_LE((home - expected) * method.approach, kWayOfACycle) << "from " << places[i];
+    }
   }
 }
 
