@@ -161,4 +161,13 @@ Outcome<std::string> send_command(const std::string& path, std::string_view comm
   return answer;
 }
 
+Outcome<int> order_simulation(const std::string& path, std::string_view command) {
+  const auto answer = send_command(path, command, "simulate");
+  if (!answer) return tl::unexpected(answer.error());
+  constexpr std::string_view kError = "error: ";
+  if (answer->starts_with(kError)) return failed(answer->substr(kError.size()));
+  fmt::print("{}\n", *answer);
+  return 0;
+}
+
 }  // namespace driveline::cli

@@ -46,5 +46,7 @@ class CommandInput {
 /// Sends one command to the socket `path`, where `listener` should be; the answer.
 [[nodiscard]] Outcome<std::string> send_command(const std::string& path, std::string_view command,
                                                 std::string_view listener);
+/// The same at the `simulate` that listens there, and prints the answer; one that begins with "error: " is a failure.
+[[nodiscard]] Outcome<int> order_simulation(const std::string& path, std::string_view command);
 
 }  // namespace driveline::cli

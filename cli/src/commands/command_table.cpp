@@ -24,6 +24,11 @@ constexpr std::array kCommands = {
             "fault --control line.socket drop way=back chance=0.01 seed=7\n"
             "fault --control line.socket heal all",
             prepare_fault},
+    Command{"input", "", kLine, "Set inputs, read inputs and outputs of a slave that `simulate` serves",
+            "input --control line.socket x\n"
+            "input --control line.socket x ENPO=0\n"
+            "input --control line.socket analogue \"Channel 1/Value=500\"",
+            prepare_input},
     Command{"scan", "", kTools, "Show what is on the line, and write a line description of it",
             "scan --config examples/line8.toml\n"
             "scan --iface eth1 --write line.toml",

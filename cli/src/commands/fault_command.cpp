@@ -21,12 +21,7 @@ Outcome<int> fault(const FaultOptions& options) {
     return 0;
   }
   if (options.control.empty()) return misused("--control PATH is missing: the socket that `simulate --control` opened");
-  const auto answer = send_command(options.control, command, "simulate");
-  if (!answer) return tl::unexpected(answer.error());
-  constexpr std::string_view kError = "error: ";
-  if (answer->starts_with(kError)) return failed(answer->substr(kError.size()));
-  fmt::print("{}\n", *answer);
-  return 0;
+  return order_simulation(options.control, command);
 }
 
 }  // namespace

@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <fstream>
 #include <sstream>
 
+#include "config/signal_reader.hpp"
 #include "driveline/esi/sii.hpp"
 
 namespace driveline::cli {
@@ -14,40 +14,20 @@ namespace {
 
 using slaves::generic::DeviceModel;
 using slaves::generic::ScriptedInput;
-using slaves::generic::Signal;
-
-constexpr double kMaxValue = 1e18;  ///< of a script; larger numbers fit no entry
-constexpr double kMaxPeriodS = 86400.0;
-
-Signal read_signal(TomlReader& reader) {
-  constexpr Signal::Shape kShapes[] = {Signal::Shape::kConstant, Signal::Shape::kRamp, Signal::Shape::kSine,
-                                       Signal::Shape::kToggle};
-  Signal signal;
-  signal.shape = kShapes[reader.choice_or("shape", 0, {"constant", "ramp", "sine", "toggle"})];
-  if (signal.shape == Signal::Shape::kConstant) {
-    signal.low = reader.number("value", -kMaxValue, kMaxValue);
-    return signal;
-  }
-  signal.low = reader.number_or("low", 0.0, -kMaxValue, kMaxValue);
-  signal.high = reader.number_or("high", 1.0, -kMaxValue, kMaxValue);
-  const double period_s = reader.number("period_s", 1e-6, kMaxPeriodS);
-  signal.period = std::chrono::nanoseconds{std::llround(period_s * 1e9)};
-  return signal;
-}
 
 ScriptedInput read_input(TomlReader reader, const DeviceModel& model) {
   const auto name = reader.text("entry");
   const auto row = model.find_input(name);
   if (!row) reader.fail("entry", fmt::format("\"{}\" {}", name, row.error()));
   const ScriptedInput input{*row, read_signal(reader)};
-  if (const auto fits = check_signal(**row, input.signal); !fits) reader.fail("entry", fits.error());
+  if (const auto fits = slaves::generic::check_signal(**row, input.signal); !fits) reader.fail("entry", fits.error());
   reader.finish();
   return input;
 }
 
 /// Keys of the simulated drive that mean nothing to a device.
 void refuse_drive_keys(TomlReader& reader, std::string_view file_key) {
-  for (const std::string_view key : {"model", "firmware", "plant"}) {
+  for (const std::string_view key : {"model", "firmware", "plant", "switch", "parameter_file", "start_up_ms"}) {
     if (reader.has(key)) reader.fail(key, fmt::format("goes with the simulated drive, not with {}", file_key));
   }
 }

@@ -11,6 +11,7 @@
 
 #include "config/clock_config.hpp"
 #include "config/device_source.hpp"
+#include "config/drive_reader.hpp"
 #include "config/fault_config.hpp"
 #include "config/process_data_reader.hpp"
 #include "config/slave_plan_reader.hpp"
@@ -28,8 +29,6 @@ using std::chrono::nanoseconds;
 constexpr double kMaxIncrements = 4294967295.0;
 /// Longest line of one master: the cyclic frames of more axes do not fit into a useful cycle.
 constexpr std::size_t kMaxSlaves = 256;
-/// Of the smallest servo motors there are; nothing would turn infinitely fast.
-constexpr double kMinInertia = 1e-6;
 /// Longest name that fits the telemetry.
 constexpr std::size_t kMaxName = 31;
 /// Longest delay of a slave: beyond, no cycle is left.
@@ -112,18 +111,9 @@ void read_model(TomlReader& reader, SlaveConfig& slave) {
 }
 
 /// What only the simulated drive has.
-void read_drive(TomlReader& reader, SlaveConfig& slave) {
+void read_drive(TomlReader& reader, const std::filesystem::path& directory, SlaveConfig& slave) {
   read_model(reader, slave);
-  auto plant = reader.table("plant");
-  auto quantity = [&plant](std::string_view key, double minimum, double maximum) -> std::optional<double> {
-    if (!plant.has(key)) return std::nullopt;
-    return plant.number(key, minimum, maximum);
-  };
-  slave.inertia_kg_m2 = quantity("inertia_kg_m2", kMinInertia, 10.0);
-  slave.coulomb_friction_nm = quantity("coulomb_friction_nm", 0.0, 1000.0);
-  slave.viscous_friction_nm_s = quantity("viscous_friction_nm_s", 0.0, 100.0);
-  slave.initial_position_rev = plant.number_or("initial_position_rev", 0.0, -1000.0, 1000.0);
-  plant.finish();
+  slave.drive = read_drive_parameters(reader, directory);
 }
 
 /// The EEPROM content that an earlier simulation has left.
@@ -142,7 +132,7 @@ SlaveConfig read_slave(TomlReader reader, const std::vector<SlaveConfig>& others
   auto device = files.read(reader);
   slave.device = std::move(device.source);
   slave.esi = std::move(device.file);
-  if (!slave.device) read_drive(reader, slave);
+  if (!slave.device) read_drive(reader, directory, slave);
   auto identity = [&reader](std::string_view key) -> std::optional<std::uint32_t> {
     if (!reader.has(key)) return std::nullopt;
     return static_cast<std::uint32_t>(reader.integer(key, 1, 0xFFFFFFFF));

@@ -119,6 +119,22 @@ std::string TomlReader::scalar_text(std::string_view key) {
   fail(key, fmt::format("is {}, a string or a number is expected", node == nullptr ? "missing" : type_name(*node)));
 }
 
+std::vector<double> TomlReader::numbers(std::string_view key, double minimum, double maximum) {
+  const auto* node = find(key);
+  if (node == nullptr) fail(key, "is missing, an array of numbers is expected");
+  if (!node->is_array()) fail(key, fmt::format("is {}, an array of numbers is expected", type_name(*node)));
+  std::vector<double> numbers;
+  for (const auto& element : *node->as_array()) {
+    const auto value = element.value<double>();
+    if (!element.is_number() || !value)
+      fail(key, fmt::format("contains {}, an array of numbers is expected", type_name(element)));
+    if (!std::isfinite(*value) || *value < minimum || *value > maximum)
+      fail(key, fmt::format("contains {}, {} to {} is expected", *value, minimum, maximum));
+    numbers.push_back(*value);
+  }
+  return numbers;
+}
+
 std::vector<std::string> TomlReader::texts_or(std::string_view key, std::vector<std::string> fallback) {
   const auto* node = find(key);
   if (node == nullptr) return fallback;

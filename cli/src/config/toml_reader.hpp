@@ -37,6 +37,8 @@ class TomlReader {
                                         std::int64_t maximum);
   /// The text of a string or a number as the file has its value.
   [[nodiscard]] std::string scalar_text(std::string_view key);
+  /// An array of numbers within minimum..maximum.
+  [[nodiscard]] std::vector<double> numbers(std::string_view key, double minimum, double maximum);
   [[nodiscard]] std::vector<std::string> texts_or(std::string_view key, std::vector<std::string> fallback);
   /// The position of the value in `choices`.
   [[nodiscard]] std::size_t choice_or(std::string_view key, std::size_t fallback,

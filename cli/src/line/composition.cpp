@@ -1,7 +1,6 @@
 #include "line/composition.hpp"
 
 #include <algorithm>
-#include <numbers>
 
 #include "config/device_source.hpp"
 #include "driveline/ecat_master/axis/msd_startup.hpp"
@@ -18,16 +17,11 @@ std::unique_ptr<slaves::Device> make_device(const DeviceSource& source, std::uin
 }
 
 std::unique_ptr<slaves::Device> make_drive(const SlaveConfig& config, std::uint32_t serial_number) {
-  slaves::msd::MsdParameters parameters;
+  auto parameters = config.drive;
   parameters.variant = config.model;
   parameters.firmware = config.firmware;
   parameters.name = config.name;
   parameters.serial_number = serial_number;
-  parameters.initial_position_rad = config.initial_position_rev * 2.0 * std::numbers::pi;
-  auto& motor = parameters.motor;
-  motor.inertia_kg_m2 = config.inertia_kg_m2.value_or(motor.inertia_kg_m2);
-  motor.coulomb_friction_nm = config.coulomb_friction_nm.value_or(motor.coulomb_friction_nm);
-  motor.viscous_friction_nm_s = config.viscous_friction_nm_s.value_or(motor.viscous_friction_nm_s);
   return std::make_unique<slaves::msd::MsdDrive>(parameters);
 }
 

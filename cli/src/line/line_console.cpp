@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "console.hpp"
+#include "text/signal_text.hpp"
 
 namespace driveline::cli {
 
@@ -27,9 +28,10 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
 }
 
+constexpr std::string_view kNoAnswer = "error: the line does not answer";
 constexpr std::string_view kCommands =
     "Commands: a fault begins it; heal FAULT ends it, its place is enough; heal all; list: faults that are there; "
-    "states; help; quit.\n";
+    "input SLAVE: its inputs and outputs; input SLAVE INPUT=VALUE ... sets inputs; states; help; quit.\n";
 
 }  // namespace
 
@@ -48,31 +50,73 @@ std::string LineConsole::execute(std::string_view command) {
     ended_ = true;
     return "ending";
   }
-  FaultOrder wanted;
+  if (command == "input" || command.starts_with("input ")) return input(trimmed(command.substr(5)));
+  LineOrder wanted;
   if (command == "heal all") {
-    wanted.verb = FaultOrder::Verb::kHealAll;
+    wanted.verb = LineOrder::Verb::kHealAll;
     return order(wanted);
   }
   if (command.starts_with("heal ")) {
-    wanted.verb = FaultOrder::Verb::kHeal;
+    wanted.verb = LineOrder::Verb::kHeal;
     command = trimmed(command.substr(5));
   }
-  const auto fault = parse_fault(command, places(), wanted.verb == FaultOrder::Verb::kBegin);
+  const auto fault = parse_fault(command, places(), wanted.verb == LineOrder::Verb::kBegin);
   if (!fault) return fmt::format("error: {}; help lists all", fault.error());
   wanted.fault = *fault;
   return order(wanted);
 }
 
-std::string LineConsole::order(FaultOrder wanted) {
-  if (!server_.order(wanted)) return "error: too many commands wait already";
-  FaultOrder answer;
+std::optional<LineOrder> LineConsole::carry_out(const LineOrder& wanted) {
+  if (!server_.order(wanted)) return std::nullopt;
+  LineOrder answer;
   for (int i = 0; !server_.next_answer(answer); ++i) {
-    if (i == kAnswerTries) return "error: the line does not answer";
+    if (i == kAnswerTries) return std::nullopt;
     std::this_thread::sleep_for(milliseconds{1});
   }
+  return answer;
+}
+
+/// "SLAVE" or "SLAVE INPUT=VALUE ...".
+std::string LineConsole::input(std::string_view words) {
+  const auto end = std::min(words.find(' '), words.size());
+  const auto slave = parse_slave(words.substr(0, end), names_);
+  if (!slave) return fmt::format("error: {}", slave.error());
+  const auto* signals = line_.slave(*slave).device().signals();
+  if (signals == nullptr) return fmt::format("error: {} has no inputs", names_[*slave]);
+  const auto settings = parse_signal_settings(words.substr(end), *signals);
+  if (!settings) return fmt::format("error: {}", settings.error());
+  if (settings->empty()) return signal_levels(*slave);
+  for (const auto& setting : *settings) {
+    const LineOrder order{.verb = LineOrder::Verb::kSetSignal,
+                          .slave = *slave,
+                          .signal = {slaves::SignalPlace::Way::kInput, setting.input},
+                          .value = setting.value};
+    if (!carry_out(order)) return std::string(kNoAnswer);
+  }
+  return "done";
+}
+
+std::string LineConsole::signal_levels(std::uint16_t slave) {
+  using Way = slaves::SignalPlace::Way;
+  const auto& signals = *line_.slave(slave).device().signals();
+  std::string text;
+  for (const Way way : {Way::kInput, Way::kOutput}) {
+    for (std::size_t i = 0; i < signals.signal_count(way); ++i) {
+      const auto answer = carry_out({.verb = LineOrder::Verb::kReadSignal, .slave = slave, .signal = {way, i}});
+      if (!answer) return std::string(kNoAnswer);
+      text += fmt::format("{}{} {} = {}", text.empty() ? "" : "\n", way == Way::kInput ? "input " : "output",
+                          signals.signal_name({way, i}), answer->value);
+    }
+  }
+  return text.empty() ? "no inputs and no outputs" : text;
+}
+
+std::string LineConsole::order(LineOrder wanted) {
+  const auto answer = carry_out(wanted);
+  if (!answer) return std::string(kNoAnswer);
   tell_events();
-  if (answer.done) return "done";
-  return wanted.verb == FaultOrder::Verb::kHeal
+  if (answer->done) return "done";
+  return wanted.verb == LineOrder::Verb::kHeal
              ? "error: this fault is not there"
              : fmt::format("error: not possible; at most {} faults can be there", slaves::LineFaults::kMaxActive);
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -26,7 +27,11 @@ class LineConsole {
   [[nodiscard]] bool ended() const noexcept { return ended_; }
 
  private:
-  [[nodiscard]] std::string order(FaultOrder order);
+  [[nodiscard]] std::string order(LineOrder order);
+  /// Waits for the server; nothing when it does not answer.
+  [[nodiscard]] std::optional<LineOrder> carry_out(const LineOrder& order);
+  [[nodiscard]] std::string input(std::string_view words);
+  [[nodiscard]] std::string signal_levels(std::uint16_t slave);
   [[nodiscard]] std::string list() const;
   void note(const slaves::FaultEvent& event);
   [[nodiscard]] FaultPlaces places() const { return {names_, line_.wiring()}; }

@@ -163,7 +163,7 @@ void LineServer::release_held(Nanoseconds now) noexcept {
 
 void LineServer::housekeep(Nanoseconds now) noexcept {
   next_housekeeping_ = now + kHousekeeping;
-  FaultOrder order;
+  LineOrder order;
   while (orders_.try_pop(order)) carry_out(order, now);
   watch_states();
   // Relaxed would do for the look; the store hands the finished window over.
@@ -173,19 +173,25 @@ void LineServer::housekeep(Nanoseconds now) noexcept {
   }
 }
 
-void LineServer::carry_out(FaultOrder order, Nanoseconds now) noexcept {
+void LineServer::carry_out(LineOrder order, Nanoseconds now) noexcept {
   line_.advance(now);
   auto& faults = line_.faults();
   order.done = true;
   switch (order.verb) {
-    case FaultOrder::Verb::kBegin:
+    case LineOrder::Verb::kBegin:
       order.done = faults.begin(order.fault, now);
       break;
-    case FaultOrder::Verb::kHeal:
+    case LineOrder::Verb::kHeal:
       order.done = faults.heal(order.fault, now);
       break;
-    case FaultOrder::Verb::kHealAll:
+    case LineOrder::Verb::kHealAll:
       faults.heal_all(now);
+      break;
+    case LineOrder::Verb::kSetSignal:
+      line_.slave(order.slave).device().signals()->set_signal(order.signal.number, order.value);
+      break;
+    case LineOrder::Verb::kReadSignal:
+      order.value = line_.slave(order.slave).device().signals()->signal(order.signal);
       break;
   }
   answers_.try_push(order);

@@ -22,12 +22,18 @@ struct StateChange {
   wire::AlStatusCode code = wire::AlStatusCode::kNoError;
 };
 
-/// What the server is asked to do with a fault, and what became of it.
-struct FaultOrder {
-  enum class Verb : std::uint8_t { kBegin, kHeal, kHealAll };
+/// What the server is asked to do with the line, and what became of it.
+struct LineOrder {
+  enum class Verb : std::uint8_t { kBegin, kHeal, kHealAll, kSetSignal, kReadSignal };
   Verb verb = Verb::kBegin;
-  slaves::Fault fault;
-  bool done = false;  ///< of an answer: it was possible
+  slaves::Fault fault{};  ///< kBegin, kHeal
+  bool done = false;      ///< of an answer: it was possible
+  /// \name kSetSignal, kReadSignal: a signal that the device has, a value that it takes
+  /// @{
+  std::uint16_t slave = 0;
+  slaves::SignalPlace signal{};
+  double value = 0.0;  ///< to be set, or as it was read
+  /// @}
 };
 
 /// Serves a simulated line on one or two ports: every frame that comes in passes the slaves and goes back where the
@@ -61,8 +67,8 @@ class LineServer final : public rt::RealtimeTask {
   /// The next change of state that has not been told yet.
   [[nodiscard]] bool next_change(StateChange& change) noexcept { return changes_.try_pop(change); }
   /// False when too many orders wait already.
-  [[nodiscard]] bool order(const FaultOrder& order) noexcept { return orders_.try_push(order); }
-  [[nodiscard]] bool next_answer(FaultOrder& answer) noexcept { return answers_.try_pop(answer); }
+  [[nodiscard]] bool order(const LineOrder& order) noexcept { return orders_.try_push(order); }
+  [[nodiscard]] bool next_answer(LineOrder& answer) noexcept { return answers_.try_pop(answer); }
   /// Asks for the turn-around times since the last window; take_window() has them a moment later.
   void request_window() noexcept;
   [[nodiscard]] bool take_window(rt::Histogram& window) noexcept;
@@ -87,7 +93,7 @@ class LineServer final : public rt::RealtimeTask {
   void hold(std::span<const std::byte> frame, std::size_t port, Nanoseconds due) noexcept;
   void release_held(Nanoseconds now) noexcept;
   void housekeep(Nanoseconds now) noexcept;
-  void carry_out(FaultOrder order, Nanoseconds now) noexcept;
+  void carry_out(LineOrder order, Nanoseconds now) noexcept;
   void watch_states() noexcept;
   void rest(Nanoseconds until) noexcept;
 
@@ -114,8 +120,8 @@ class LineServer final : public rt::RealtimeTask {
   bool rested_ = true;
 
   rt::SpscRing<StateChange> changes_;
-  rt::SpscRing<FaultOrder> orders_;
-  rt::SpscRing<FaultOrder> answers_;
+  rt::SpscRing<LineOrder> orders_;
+  rt::SpscRing<LineOrder> answers_;
   std::array<rt::Histogram, 2> windows_;
   std::size_t filled_ = 0;  ///< the window that the server records in
   std::size_t taken_ = 0;   ///< the window that the owner takes next

@@ -57,17 +57,7 @@ tl::expected<void, std::string> set_time(std::chrono::nanoseconds& target, std::
 }
 
 tl::expected<void, std::string> set_slave(std::uint16_t& target, std::string_view text, const FaultPlaces& places) {
-  const auto named = std::find(places.slaves.begin(), places.slaves.end(), text);
-  if (named != places.slaves.end()) {
-    target = static_cast<std::uint16_t>(named - places.slaves.begin());
-    return {};
-  }
-  const auto position = to_integer(text);
-  if (!position || *position >= places.slaves.size()) {
-    return Problem(fmt::format("there is no slave \"{}\" among the {}", text, places.slaves.size()));
-  }
-  target = static_cast<std::uint16_t>(*position);
-  return {};
+  return parse_slave(text, places.slaves).map([&target](std::uint16_t slave) { target = slave; });
 }
 
 tl::expected<void, std::string> set_state(wire::AlState& target, std::string_view text) {
@@ -89,6 +79,16 @@ std::string slave_name(std::size_t position, const FaultPlaces& places) {
 }
 
 }  // namespace
+
+tl::expected<std::uint16_t, std::string> parse_slave(std::string_view text, std::span<const std::string> names) {
+  const auto named = std::find(names.begin(), names.end(), text);
+  if (named != names.end()) return static_cast<std::uint16_t>(named - names.begin());
+  const auto position = to_integer(text);
+  if (!position || *position >= names.size()) {
+    return Problem(fmt::format("there is no slave \"{}\" among the {}", text, names.size()));
+  }
+  return static_cast<std::uint16_t>(*position);
+}
 
 tl::expected<void, std::string> FaultDraft::set(const slaves::FaultParameterRow& parameter, std::string_view value,
                                                 const FaultPlaces& places) {

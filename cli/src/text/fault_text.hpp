@@ -38,6 +38,9 @@ class FaultDraft {
   slaves::FaultParameters given_ = 0;
 };
 
+/// The slave of this name or position. Error: a sentence.
+[[nodiscard]] tl::expected<std::uint16_t, std::string> parse_slave(std::string_view text,
+                                                                   std::span<const std::string> names);
 /// The kind of this name. Error: a sentence that lists the names.
 [[nodiscard]] tl::expected<const slaves::FaultKindRow*, std::string> find_fault_kind(std::string_view name);
 /// "slave, time_us" for the kind; "nothing" without parameters.

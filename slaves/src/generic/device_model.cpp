@@ -17,16 +17,16 @@ constexpr std::size_t kMaxListed = 30;       ///< names in an error
 constexpr std::size_t kMemoryEnd = 0x10000;  ///< addresses have 16 bits
 constexpr std::size_t kUsualRamKib = 8;
 
-struct NamedInput {
+struct PdoEntryName {
   std::string name;       ///< of the entry
   std::string full_name;  ///< with its PDO
   std::uint16_t index;
   std::uint8_t subindex;
 };
 
-std::vector<NamedInput> inputs_of(const esi::DeviceDescription& device) {
-  std::vector<NamedInput> list;
-  for (const auto& pdo : device.tx_pdos) {
+std::vector<PdoEntryName> entries_of(const std::vector<esi::Pdo>& pdos) {
+  std::vector<PdoEntryName> list;
+  for (const auto& pdo : pdos) {
     for (const auto& entry : pdo.entries) {
       if (entry.index == 0) continue;
       list.push_back({entry.name, fmt::format("{}/{}", pdo.name, entry.name), entry.index, entry.subindex});
@@ -35,14 +35,14 @@ std::vector<NamedInput> inputs_of(const esi::DeviceDescription& device) {
   return list;
 }
 
-std::string listed(const std::vector<NamedInput>& inputs) {
-  if (inputs.empty()) return "the device has no inputs";
+std::string listed(const std::vector<PdoEntryName>& entries, std::string_view kind) {
+  if (entries.empty()) return fmt::format("the device has no {}s", kind);
   std::string text = "there are ";
-  for (std::size_t i = 0; i < std::min(inputs.size(), kMaxListed); ++i) {
+  for (std::size_t i = 0; i < std::min(entries.size(), kMaxListed); ++i) {
     if (i > 0) text += ", ";
-    text += fmt::format("\"{}\" ({:04X}:{:02X})", inputs[i].full_name, inputs[i].index, inputs[i].subindex);
+    text += fmt::format("\"{}\" ({:04X}:{:02X})", entries[i].full_name, entries[i].index, entries[i].subindex);
   }
-  return inputs.size() > kMaxListed ? fmt::format("{} and {} more", text, inputs.size() - kMaxListed) : text;
+  return entries.size() > kMaxListed ? fmt::format("{} and {} more", text, entries.size() - kMaxListed) : text;
 }
 
 /// "6000:01", with or without 0x in front; nothing when the text is no address.
@@ -59,6 +59,37 @@ std::optional<std::pair<std::uint16_t, std::uint8_t>> parse_address(std::string_
     return std::nullopt;
   }
   return std::pair{index, subindex};
+}
+
+/// `kind`: "input" or "output", for the error.
+tl::expected<const EntryRow*, std::string> find_entry(const DictionaryTable& table, const std::vector<esi::Pdo>& pdos,
+                                                      std::string_view name, std::string_view kind) {
+  const auto entries = entries_of(pdos);
+  const auto address = parse_address(name);
+  std::vector<PdoEntryName> matches;
+  for (const auto& entry : entries) {
+    const bool same =
+        address ? *address == std::pair{entry.index, entry.subindex} : entry.name == name || entry.full_name == name;
+    const bool known = std::any_of(matches.begin(), matches.end(), [&](const PdoEntryName& match) {
+      return match.index == entry.index && match.subindex == entry.subindex;
+    });
+    if (same && !known) matches.push_back(entry);
+  }
+  if (matches.empty()) return tl::unexpected(fmt::format("is no {} of the device; {}", kind, listed(entries, kind)));
+  if (matches.size() > 1)
+    return tl::unexpected(fmt::format("is not the only one of that name; {}", listed(matches, kind)));
+  return table.find(matches.front().index, matches.front().subindex);
+}
+
+template <typename NamedEntry>
+std::vector<NamedEntry> named_entries(const DictionaryTable& table, const std::vector<esi::Pdo>& pdos) {
+  std::vector<NamedEntry> list;
+  for (auto& entry : entries_of(pdos)) {
+    const EntryRow* row = table.find(entry.index, entry.subindex);
+    const bool known = std::any_of(list.begin(), list.end(), [row](const NamedEntry& e) { return e.row == row; });
+    if (row != nullptr && !known) list.push_back({std::move(entry.full_name), row});
+  }
+  return list;
 }
 
 /// End of the process RAM that a sync manager needs by default.
@@ -94,20 +125,19 @@ tl::expected<std::shared_ptr<const DeviceModel>, std::string> DeviceModel::creat
 }
 
 tl::expected<const EntryRow*, std::string> DeviceModel::find_input(std::string_view name) const {
-  const auto inputs = inputs_of(description_);
-  const auto address = parse_address(name);
-  std::vector<NamedInput> matches;
-  for (const auto& input : inputs) {
-    const bool same =
-        address ? *address == std::pair{input.index, input.subindex} : input.name == name || input.full_name == name;
-    const bool known = std::any_of(matches.begin(), matches.end(), [&](const NamedInput& match) {
-      return match.index == input.index && match.subindex == input.subindex;
-    });
-    if (same && !known) matches.push_back(input);
-  }
-  if (matches.empty()) return tl::unexpected(fmt::format("is no input of the device; {}", listed(inputs)));
-  if (matches.size() > 1) return tl::unexpected(fmt::format("is not the only one of that name; {}", listed(matches)));
-  return table_->find(matches.front().index, matches.front().subindex);
+  return find_entry(*table_, description_.tx_pdos, name, "input");
+}
+
+tl::expected<const EntryRow*, std::string> DeviceModel::find_output(std::string_view name) const {
+  return find_entry(*table_, description_.rx_pdos, name, "output");
+}
+
+std::vector<DeviceModel::NamedEntry> DeviceModel::inputs() const {
+  return named_entries<NamedEntry>(*table_, description_.tx_pdos);
+}
+
+std::vector<DeviceModel::NamedEntry> DeviceModel::outputs() const {
+  return named_entries<NamedEntry>(*table_, description_.rx_pdos);
 }
 
 }  // namespace driveline::slaves::generic

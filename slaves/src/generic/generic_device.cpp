@@ -102,7 +102,7 @@ tl::expected<void, std::string> check_signal(const EntryRow& input, const Signal
   const auto bits = static_cast<int>(std::min<std::size_t>(bit_size(input), 63));
   const double lowest = is_signed(input.type) ? -std::ldexp(1.0, bits - 1) : 0.0;
   const double highest = std::ldexp(1.0, is_signed(input.type) ? bits - 1 : bits) - 1.0;
-  for (const double value : {signal.low, signal.shape == Signal::Shape::kConstant ? signal.low : signal.high}) {
+  for (const double value : {signal.smallest(), signal.largest()}) {
     if (value < lowest || value > highest) {
       return tl::unexpected(fmt::format("{} does not fit the {} bits of the entry, {} to {} do", value, bit_size(input),
                                         lowest, highest));
@@ -118,7 +118,10 @@ GenericDevice::GenericDevice(std::shared_ptr<const DeviceModel> model, const Gen
       coe_(dictionary_, *this, coe_options(model_->description())),
       mailbox_(protocols(model_->description(), coe_), longest_mailbox(profile_)),
       looped_(options.loop_back),
-      scripts_(options.inputs) {
+      scripts_(options.inputs),
+      inputs_(model_->inputs()),
+      outputs_(model_->outputs()) {
+  set_slots_.reserve(inputs_.size());
   const auto* serial = model_->table().find(0x1018, 4);
   if (serial != nullptr && options.serial_number != 0) dictionary_.set(serial->slot, options.serial_number);
   for (const auto& manager : model_->description().sync_managers) {
@@ -139,10 +142,12 @@ void GenericDevice::build_process_data() {
   build_loops();
 }
 
-bool GenericDevice::scripted(const PdoMap::Field& field) const noexcept {
-  return std::any_of(scripts_.begin(), scripts_.end(), [&field](const ScriptedInput& script) {
-    return !field.is_text && script.input->slot == field.slot;
-  });
+/// By a script, or by what set_signal() has set.
+bool GenericDevice::driven(const PdoMap::Field& field) const noexcept {
+  if (field.is_text) return false;
+  return std::any_of(scripts_.begin(), scripts_.end(),
+                     [&field](const ScriptedInput& script) { return script.input->slot == field.slot; }) ||
+         std::find(set_slots_.begin(), set_slots_.end(), field.slot) != set_slots_.end();
 }
 
 void GenericDevice::build_loops() {
@@ -159,7 +164,7 @@ void GenericDevice::build_loops() {
     if (managers[n].use != Use::kInputs) continue;
     for (const auto& field : maps_[n].fields()) {
       auto& next = outputs[{field.is_text, field.bits}];
-      if (field.constant || next.empty() || scripted(field)) continue;
+      if (field.constant || next.empty() || driven(field)) continue;
       loops_.push_back({next.front(), field});
       next.pop_front();
     }
@@ -256,6 +261,36 @@ void GenericDevice::advance(std::chrono::nanoseconds now) noexcept {
     const auto type = script.input->type;
     dictionary_.set(script.input->slot, raw_from_number(type, is_real(type) ? value : std::nearbyint(value)));
   }
+}
+
+std::string GenericDevice::signal_name(SignalPlace place) const {
+  return rows(place.way)[place.number].name;
+}
+
+tl::expected<SignalPlace, std::string> GenericDevice::find_signal(Way way, std::string_view name) const {
+  const auto row = way == Way::kInput ? model_->find_input(name) : model_->find_output(name);
+  if (!row) return tl::unexpected(row.error());
+  const auto& list = rows(way);
+  const auto found = std::find_if(list.begin(), list.end(), [&](const auto& entry) { return entry.row == *row; });
+  return SignalPlace{way, static_cast<std::size_t>(found - list.begin())};
+}
+
+tl::expected<void, std::string> GenericDevice::check_signal_value(std::size_t input, double value) const {
+  return check_signal(*inputs_[input].row, {.low = value});
+}
+
+void GenericDevice::set_signal(std::size_t input, double value) noexcept {
+  const EntryRow& row = *inputs_[input].row;
+  if (is_string(row.type)) return;
+  std::erase_if(scripts_, [&row](const ScriptedInput& script) { return script.input->slot == row.slot; });
+  std::erase_if(loops_, [&row](const Loop& loop) { return !loop.input.is_text && loop.input.slot == row.slot; });
+  if (std::find(set_slots_.begin(), set_slots_.end(), row.slot) == set_slots_.end()) set_slots_.push_back(row.slot);
+  dictionary_.set(row.slot, raw_from_number(row.type, is_real(row.type) ? value : std::nearbyint(value)));
+}
+
+double GenericDevice::signal(SignalPlace place) const noexcept {
+  const EntryRow& row = *rows(place.way)[place.number].row;
+  return is_string(row.type) ? 0.0 : number_from_raw(row.type, dictionary_.get<std::uint64_t>(row.slot));
 }
 
 SdoResult<void> GenericDevice::accept(const EntryRow& row, std::uint64_t raw) {

@@ -89,6 +89,7 @@ MsdDrive::MsdDrive(const MsdParameters& parameters)
       warning_text_(dictionary_.table().find(kMessagesIndex, 1)->slot) {
   parameters_.motor = motion_.motor().parameters();
   pdo_limits_.even_bytes = firmware() < facts(parameters_.variant).odd_pdos_since;
+  set_dc_link(true);
   write_device_facts(stored_);
   load_stored_parameters();
   restart();
@@ -335,7 +336,10 @@ void MsdDrive::apply_settings() noexcept {
 }
 
 void MsdDrive::advance(nanoseconds now) noexcept {
-  if (!next_step_) next_step_ = now + kControlStep;
+  if (!next_step_) {
+    next_step_ = now + kControlStep;
+    start_scripts(now);
+  }
   if (now - *next_step_ > kMaxCatchUp) *next_step_ += (now - *next_step_ - kMaxCatchUp) / kControlStep * kControlStep;
   bool stepped = false;
   for (; *next_step_ <= now; *next_step_ += kControlStep) {
@@ -346,6 +350,7 @@ void MsdDrive::advance(nanoseconds now) noexcept {
     step_touch_probe();
     motion_.step(brake_open_ ? !brake_settled() : brake_settled());
     apply_scheduled_inputs();
+    if (script_due_ <= *next_step_) follow_scripts();
     terminals_.step_outputs({dictionary_.get<std::uint32_t>(kPhysicalOutputs),
                              dictionary_.get<std::uint32_t>(kOutputMask), brake_open_,
                              (status() & status_word::kInternalLimit) != 0, steps_ % kStepsPerMs == 0});

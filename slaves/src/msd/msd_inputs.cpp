@@ -1,5 +1,6 @@
 // Inputs of the drive: terminals, switches of the machine, edges that the touch probe latches.
 #include <algorithm>
+#include <utility>
 
 #include "driveline/slaves/msd/msd_drive.hpp"
 #include "driveline/slaves/msd/msd_values.hpp"
@@ -49,17 +50,45 @@ bool MsdDrive::schedule_input(Input input, bool level, std::chrono::nanoseconds 
   return true;
 }
 
+/// `at` lies in the control cycle that has just passed: the shaft was between its places at the cycle's ends.
+void MsdDrive::change_between_steps(Input input, bool level, std::chrono::nanoseconds at) noexcept {
+  const auto into = at - (*next_step_ - kControlStep);
+  const double share =
+      std::clamp(static_cast<double>(into.count()) / static_cast<double>(kControlStep.count()), 0.0, 1.0);
+  const ServoMotor& motor = motion_.motor();
+  change_input(input, level, motor.last_position_rad() + share * (motor.position_rad() - motor.last_position_rad()));
+}
+
+/// The first values count from the start on.
+void MsdDrive::start_scripts(std::chrono::nanoseconds now) noexcept {
+  script_start_ = now;
+  script_due_ = parameters_.inputs.empty() ? kNever : now;
+  if (script_due_ == now) follow_scripts();
+}
+
+/// Everything that scripted inputs have done since script_due_, in order of time.
+void MsdDrive::follow_scripts() noexcept {
+  while (script_due_ <= *next_step_) {
+    const auto at = std::exchange(script_due_, kNever);
+    for (const ScriptedSignal& script : parameters_.inputs) {
+      const double value = script.signal.at(at - script_start_);
+      if (const auto terminal = input_terminal(script.input)) {
+        change_between_steps(*terminal, value >= 0.5, at);
+      } else {
+        set_dc_link_voltage(value);
+      }
+      if (const auto next = script.signal.next_jump(at - script_start_)) {
+        script_due_ = std::min(script_due_, script_start_ + *next);
+      }
+    }
+  }
+}
+
 /// Changes within the control cycle that has just passed, at their places between its ends.
 void MsdDrive::apply_scheduled_inputs() noexcept {
   std::size_t done = 0;
   for (; done < scheduled_count_ && scheduled_[done].at <= *next_step_; ++done) {
-    const ScheduledInput& change = scheduled_[done];
-    const auto into = change.at - (*next_step_ - kControlStep);
-    const double share =
-        std::clamp(static_cast<double>(into.count()) / static_cast<double>(kControlStep.count()), 0.0, 1.0);
-    const ServoMotor& motor = motion_.motor();
-    change_input(change.input, change.level,
-                 motor.last_position_rad() + share * (motor.position_rad() - motor.last_position_rad()));
+    change_between_steps(scheduled_[done].input, scheduled_[done].level, scheduled_[done].at);
   }
   if (done == 0) return;
   std::move(scheduled_.begin() + static_cast<std::ptrdiff_t>(done),

@@ -10,6 +10,7 @@ target_sources(driveline_slaves PRIVATE
   ${CMAKE_CURRENT_LIST_DIR}/msd_inputs.cpp
   ${CMAKE_CURRENT_LIST_DIR}/msd_objects.cpp
   ${CMAKE_CURRENT_LIST_DIR}/msd_power.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/msd_signals.cpp
   ${CMAKE_CURRENT_LIST_DIR}/object_reference.cpp
   ${CMAKE_CURRENT_LIST_DIR}/scaling.cpp
   ${CMAKE_CURRENT_LIST_DIR}/table_communication.cpp

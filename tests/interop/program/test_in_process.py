@@ -54,6 +54,56 @@ class VirtualTime(ProgramTest):
         self.assertLess(document["duration_s"], 2.0)
 
 
+class Seeds(ProgramTest):
+    """Everything that is random in one line: lost frames, encoder noise; and a script, a winding, a load."""
+
+    LINE = """
+[path]
+file = "path.csv"
+[[slave]]
+name = "z"
+[slave.plant.winding]
+[slave.plant.encoder]
+noise_increments = 5
+seed = NOISE
+[slave.plant.load]
+inertia_kg_m2 = 1e-4
+stiffness_nm_rad = 800
+gravity_nm = 0.3
+[[slave.input]]
+entry = "ISD03"
+shape = "toggle"
+period_s = 0.013
+[[axis]]
+name = "z"
+inertia = 4e-4
+[[fault]]
+at_ms = 300
+kind = "drop"
+chance = 0.01
+seed = FAULT
+"""
+
+    def outcome(self, noise_seed, fault_seed):
+        self.write("path.csv", "time[s],z[rad]\n0,0\n0.3,2\n0.6,0\n")
+        self.write("line.toml", self.LINE.replace("NOISE", str(noise_seed)).replace("FAULT", str(fault_seed)))
+        result = self.run_program("run", "--config", "line.toml", "--virtual", "--json", "--no-telemetry", "--no-plots")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        document = self.one_document(result.stdout)
+        self.assertGreater(document["lost_frames"], 0)
+        return document, self.text("out/axes.csv")
+
+    def test_equal_seeds_equal_runs_to_the_last_bit(self):
+        first, second = self.outcome(1, 1), self.outcome(1, 1)
+        self.assertEqual(first[0], second[0])
+        self.assertTrue(first[1] == second[1], "axes.csv")
+
+    def test_other_seeds_other_runs(self):
+        first = self.outcome(1, 1)
+        self.assertNotEqual(first[0]["lost_frames"], self.outcome(1, 2)[0]["lost_frames"])
+        self.assertNotEqual(first[1], self.outcome(2, 1)[1])
+
+
 class FilesAndSummary(ProgramTest):
     def test_plots_and_csv_are_where_the_document_says(self):
         result = self.run_program("run", "--config", LINE8, "--virtual", "--duration", 1, "--json", "--no-telemetry",

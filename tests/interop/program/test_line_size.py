@@ -143,6 +143,33 @@ class FaultsWhileServed(WireTest):
                      "refuse-transition", "error: \"dorp\" is no kind of fault"):
             self.assertIn(text, log)
 
+    def test_inputs_are_set_and_read(self):
+        switch = '[[slave]]\nname = "x"\n[[slave.switch]]\ninput = "ISD02"\nfrom_rev = -1\nto_rev = 1\n'
+        config = self.write("line.toml", switch + '[[slave]]\nname = "y"\n')
+        self.start_controlled(config)
+
+        def command(*words):
+            return self.run_program("input", "--control", "line.socket", *words)
+
+        shown = command("x").stdout.splitlines()
+        self.assertIn("input  ENPO = 1", shown)
+        self.assertIn("input  ISD02 = 1", shown, "the shaft is on the cam")
+        self.assertIn("input  DC_LINK = 560", shown)
+        self.assertIn("output STO_RELAY = 0", shown)
+        self.assertEqual(command("x", "ISDSH=0", "ISD02=0", "DC_LINK=48").stdout, "done\n")
+        shown = command("0").stdout.splitlines()
+        for line in ("input  ISDSH = 0", "input  ISD02 = 0", "input  DC_LINK = 48", "output STO_RELAY = 1"):
+            self.assertIn(line, shown)
+        self.assertIn("input  ISDSH = 1", command("y").stdout.splitlines(), "only the slave that was named")
+        # The master sees it: 2079h, without ISDSH (bit 7).
+        image = self.run_program("upload", "--iface", "dl-master", "-p", "0", "-t", "uint32", "0x2079", "0")
+        self.assertEqual(image.stdout.split()[0], "0x00000001", image.stderr)
+        for words, part in ((["q"], "no slave"), (["x", "ISD09=1"], "there are ENPO"), (["x", "ISD00=2"], "0 or 1"),
+                            (["x", "ISD00"], "INPUT=VALUE"), (["x", "BRAKE=1"], "no input")):
+            with self.subTest(words=words):
+                self.check_refused(command(*words), 1, part)
+        self.check_refused(self.run_program("input", "x"), 2, "--control PATH")
+
     def test_script_of_the_line_file(self):
         script = '[[fault]]\nat_ms = 200\nkind = "power-off"\nslave = "z"\nfor_ms = 300\n'
         line = self.start_controlled(self.config(head=script))

@@ -13,7 +13,7 @@
 namespace driveline::cli {
 namespace {
 
-using slaves::generic::Signal;
+using slaves::Signal;
 using testing::HasSubstr;
 using testing::StartsWith;
 

@@ -134,10 +134,10 @@ velocity_gain = 4000
   ASSERT_EQ(config.slaves.size(), 2U);
   EXPECT_EQ(config.slaves[0].vendor_id, 0x28U);
   EXPECT_EQ(config.slaves[0].product_code, 0x4D534431U);
-  EXPECT_EQ(config.slaves[0].inertia_kg_m2, 0.002);
-  EXPECT_EQ(config.slaves[0].coulomb_friction_nm, 0.5);
-  EXPECT_EQ(config.slaves[0].viscous_friction_nm_s, 0.01);
-  EXPECT_EQ(config.slaves[0].initial_position_rev, -2.5);
+  EXPECT_EQ(config.slaves[0].drive.motor.inertia_kg_m2, 0.002);
+  EXPECT_EQ(config.slaves[0].drive.motor.coulomb_friction_nm, 0.5);
+  EXPECT_EQ(config.slaves[0].drive.motor.viscous_friction_nm_s, 0.01);
+  EXPECT_DOUBLE_EQ(config.slaves[0].drive.initial_position_rad, -5.0 * std::numbers::pi);
 
   ASSERT_EQ(config.axes.size(), 1U);
   const auto& axis = config.axes[0];

@@ -84,10 +84,10 @@ class LineServerTest : public testing::Test {
     while (server->next_change(change)) all.push_back(change);
     return all;
   }
-  FaultOrder carried_out(FaultOrder::Verb verb, const Fault& fault) {
-    EXPECT_TRUE(server->order({verb, fault, false}));
+  LineOrder carried_out(LineOrder::Verb verb, const Fault& fault) {
+    EXPECT_TRUE(server->order({.verb = verb, .fault = fault}));
     run(1ms);
-    FaultOrder answer;
+    LineOrder answer;
     EXPECT_TRUE(server->next_answer(answer));
     return answer;
   }
@@ -141,7 +141,7 @@ TEST_F(LineServerTest, AWholeRingLeadsFromEitherInterfaceToTheOther) {
 
 TEST_F(LineServerTest, ABrokenRingAnswersAtBothInterfaces) {
   serve(4, slaves::Wiring::ring(4), true);
-  EXPECT_TRUE(carried_out(FaultOrder::Verb::kBegin, {.kind = FaultKind::kCableBreak, .slave = 0, .port = 1}).done);
+  EXPECT_TRUE(carried_out(LineOrder::Verb::kBegin, {.kind = FaultKind::kCableBreak, .slave = 0, .port = 1}).done);
   primary.incoming.push_back(brd());
   secondary.incoming.push_back(brd());
   run(1ms);
@@ -201,18 +201,18 @@ TEST_F(LineServerTest, TheOwnerHearsOfStatesAndPower) {
   run(1ms);
   EXPECT_TRUE(changes().empty()) << "INIT is where all begin";
   const Fault off{.kind = FaultKind::kPowerOff, .slave = 1};
-  EXPECT_TRUE(carried_out(FaultOrder::Verb::kBegin, off).done);
+  EXPECT_TRUE(carried_out(LineOrder::Verb::kBegin, off).done);
   auto told = changes();
   ASSERT_EQ(told.size(), 1U);
   EXPECT_EQ(told[0].slave, 1);
   EXPECT_EQ(told[0].status.state, wire::AlState::kNone);
-  EXPECT_TRUE(carried_out(FaultOrder::Verb::kHeal, off).done);
+  EXPECT_TRUE(carried_out(LineOrder::Verb::kHeal, off).done);
   told = changes();
   ASSERT_EQ(told.size(), 1U);
   EXPECT_EQ(told[0].status.state, wire::AlState::kInit);
-  EXPECT_FALSE(carried_out(FaultOrder::Verb::kHeal, off).done) << "healed already";
-  EXPECT_FALSE(carried_out(FaultOrder::Verb::kBegin, {.kind = FaultKind::kPowerOff, .slave = 2}).done);
-  EXPECT_TRUE(carried_out(FaultOrder::Verb::kHealAll, {}).done);
+  EXPECT_FALSE(carried_out(LineOrder::Verb::kHeal, off).done) << "healed already";
+  EXPECT_FALSE(carried_out(LineOrder::Verb::kBegin, {.kind = FaultKind::kPowerOff, .slave = 2}).done);
+  EXPECT_TRUE(carried_out(LineOrder::Verb::kHealAll, {}).done);
 }
 
 TEST_F(LineServerTest, SlavesLiveOnWithoutFrames) {
@@ -287,6 +287,36 @@ TEST_F(LineServerTest, TurnAroundTimesComeInWindowsAndAsAWhole) {
   primary.incoming.push_back(brd());
   run(1ms);
   EXPECT_EQ(server->turn_around().count(), 16U);
+}
+
+TEST_F(LineServerTest, SignalsOfADeviceAreSetAndRead) {
+  using Way = slaves::SignalPlace::Way;
+  serve(2);
+  run(5ms);
+  const auto carried_out = [this](LineOrder order) {
+    EXPECT_TRUE(server->order(order));
+    run(1ms);
+    LineOrder answer;
+    EXPECT_TRUE(server->next_answer(answer));
+    return answer;
+  };
+  const auto* signals = line->slave(1).device().signals();
+  const auto isdsh = signals->find_signal(Way::kInput, "ISDSH");
+  const auto relay = signals->find_signal(Way::kOutput, "STO_RELAY");
+  ASSERT_TRUE(isdsh && relay);
+  LineOrder read;
+  read.verb = LineOrder::Verb::kReadSignal;
+  read.slave = 1;
+  read.signal = *relay;
+  EXPECT_EQ(carried_out(read).value, 0.0);
+  LineOrder set = read;
+  set.verb = LineOrder::Verb::kSetSignal;
+  set.signal = *isdsh;
+  set.value = 0.0;
+  EXPECT_TRUE(carried_out(set).done);
+  EXPECT_EQ(carried_out(read).value, 1.0) << "safe torque off is active";
+  read.slave = 0;
+  EXPECT_EQ(carried_out(read).value, 0.0) << "only at its slave";
 }
 
 }  // namespace

@@ -20,6 +20,7 @@
 #include "driveline/slaves/line/fault.hpp"
 #include "driveline/slaves/line/frame_path.hpp"
 #include "driveline/slaves/line/wiring.hpp"
+#include "driveline/slaves/msd/msd_drive.hpp"
 #include "driveline/slaves/msd/variant.hpp"
 
 namespace driveline::cli {
@@ -59,13 +60,10 @@ struct SlaveConfig {
   std::shared_ptr<const esi::DeviceDescription> esi;
   std::optional<std::uint32_t> vendor_id;  ///< expected; the model's own when left out
   std::optional<std::uint32_t> product_code;
-  SlavePlanConfig plan;                 ///< further identity, start-up SDOs, PDOs, watchdogs, time limits
-  std::size_t group = 0;                ///< number in ProcessDataConfig::groups
-  std::vector<EntryName> names;         ///< of entries of its process data
-  std::optional<double> inertia_kg_m2;  ///< motor and load, at the motor shaft
-  std::optional<double> coulomb_friction_nm;
-  std::optional<double> viscous_friction_nm_s;
-  double initial_position_rev = 0.0;  ///< of the simulated motor
+  SlavePlanConfig plan;              ///< further identity, start-up SDOs, PDOs, watchdogs, time limits
+  std::size_t group = 0;             ///< number in ProcessDataConfig::groups
+  std::vector<EntryName> names;      ///< of entries of its process data
+  slaves::msd::MsdParameters drive;  ///< the simulated drive with its machine, if it is one; without name and number
   slaves::SlaveDelays delays{};
   SlaveClockConfig dc;
   std::filesystem::path sii_file;      ///< where `simulate` keeps the EEPROM content; empty: nowhere

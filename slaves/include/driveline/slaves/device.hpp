@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "driveline/slaves/device_signals.hpp"
 #include "driveline/slaves/sync_demand.hpp"
 #include "driveline/slaves/sync_margin.hpp"
 #include "driveline/wire/al.hpp"
@@ -99,6 +100,9 @@ class Device {
 
   /// Runs the device's own life (control loops, timers) up to `now`.
   virtual void advance(std::chrono::nanoseconds now) noexcept = 0;
+
+  /// What connects the device with the machine around it; null: nothing that could be set or read from outside.
+  [[nodiscard]] virtual DeviceSignals* signals() noexcept { return nullptr; }
 
   /// Length of the step in which the device reads its outputs and publishes its inputs, e.g. 125 us.
   [[nodiscard]] virtual std::chrono::nanoseconds process_data_period() const noexcept = 0;

@@ -1,8 +1,8 @@
-#include "driveline/slaves/generic/signal.hpp"
+#include "driveline/slaves/signal.hpp"
 
 #include <gtest/gtest.h>
 
-namespace driveline::slaves::generic {
+namespace driveline::slaves {
 namespace {
 
 using namespace std::chrono_literals;
@@ -44,5 +44,38 @@ TEST(Signal, KeepsItsPhaseForYears) {
   EXPECT_DOUBLE_EQ(signal.at(years + 500us), 1.0);
 }
 
+TEST(Signal, StepsKeepTheirValueUntilTheNext) {
+  Signal signal{Signal::Shape::kSteps, 7.0};
+  signal.steps = {{10ms, 1.0}, {12ms, -2.0}};
+  EXPECT_DOUBLE_EQ(signal.at(0ms), 7.0);
+  EXPECT_DOUBLE_EQ(signal.at(10ms - 1ns), 7.0);
+  EXPECT_DOUBLE_EQ(signal.at(10ms), 1.0);
+  EXPECT_DOUBLE_EQ(signal.at(12ms), -2.0);
+  EXPECT_DOUBLE_EQ(signal.at(1h), -2.0);
+  EXPECT_DOUBLE_EQ(signal.smallest(), -2.0);
+  EXPECT_DOUBLE_EQ(signal.largest(), 7.0);
+}
+
+TEST(Signal, NextJumpIsWhereTheValueChanges) {
+  Signal steps{Signal::Shape::kSteps, 0.0};
+  steps.steps = {{10ms, 1.0}, {12ms, 0.0}};
+  EXPECT_EQ(steps.next_jump(0ms), 10ms);
+  EXPECT_EQ(steps.next_jump(10ms), 12ms);
+  EXPECT_EQ(steps.next_jump(12ms), std::nullopt);
+  EXPECT_EQ((Signal{Signal::Shape::kConstant, 1.0}).next_jump(0ms), std::nullopt);
+  for (const auto period : {Signal::Nanoseconds{7}, Signal::Nanoseconds{1}, Signal::Nanoseconds{1'000'000}}) {
+    const Signal toggle{Signal::Shape::kToggle, 0.0, 1.0, period};
+    Signal::Nanoseconds now{0};
+    for (int i = 0; i < 20; ++i) {
+      const auto next = toggle.next_jump(now);
+      ASSERT_TRUE(next && *next > now);
+      EXPECT_TRUE(period == 1ns || toggle.at(*next) > toggle.at(*next - 1ns) ||
+                  toggle.at(*next) < toggle.at(*next - 1ns));
+      EXPECT_EQ(toggle.at(*next - 1ns), toggle.at(now)) << "nothing before";
+      now = *next;
+    }
+  }
+}
+
 }  // namespace
-}  // namespace driveline::slaves::generic
+}  // namespace driveline::slaves

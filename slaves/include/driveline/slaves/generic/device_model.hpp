@@ -41,6 +41,17 @@ class DeviceModel {
   /// The input entry (of a TxPDO) with this name: "Value", "Channel 1/Value" with the name of its PDO in front, or its
   /// address "6000:01". The reason as a sentence, with the names that there are, when it is not one entry.
   [[nodiscard]] tl::expected<const EntryRow*, std::string> find_input(std::string_view name) const;
+  /// The same for output entries (of RxPDOs).
+  [[nodiscard]] tl::expected<const EntryRow*, std::string> find_output(std::string_view name) const;
+
+  /// An entry that PDOs can hold, with the name of its PDO in front: "Channel 1/Value".
+  struct NamedEntry {
+    std::string name;
+    const EntryRow* row = nullptr;
+  };
+  /// All of them, each once: inputs are the entries of TxPDOs, outputs those of RxPDOs.
+  [[nodiscard]] std::vector<NamedEntry> inputs() const;
+  [[nodiscard]] std::vector<NamedEntry> outputs() const;
 
  private:
   friend class ModelBuilder;

@@ -6,8 +6,8 @@
 
 #include "driveline/slaves/device.hpp"
 #include "driveline/slaves/generic/device_model.hpp"
-#include "driveline/slaves/generic/signal.hpp"
 #include "driveline/slaves/mailbox/coe_server.hpp"
+#include "driveline/slaves/signal.hpp"
 
 namespace driveline::slaves::generic {
 
@@ -39,7 +39,7 @@ struct GenericOptions {
 /// application is run by its controller alone (device emulation).
 ///
 /// Belongs to the thread that drives the line. Times are counted from the first call of advance().
-class GenericDevice final : public Device, private DictionaryOwner {
+class GenericDevice final : public Device, public DeviceSignals, private DictionaryOwner {
  public:
   /// Every input of `options` is one of the model.
   GenericDevice(std::shared_ptr<const DeviceModel> model, const GenericOptions& options);
@@ -58,6 +58,15 @@ class GenericDevice final : public Device, private DictionaryOwner {
   [[nodiscard]] std::size_t mailbox_reply(std::span<std::byte> out) override { return mailbox_.reply(out, al_state_); }
   void advance(std::chrono::nanoseconds now) noexcept override;
   [[nodiscard]] std::chrono::nanoseconds process_data_period() const noexcept override;
+  [[nodiscard]] DeviceSignals* signals() noexcept override { return this; }
+
+  // DeviceSignals: the entries of its PDOs that are numbers or texts; texts cannot be set and read as 0.
+  [[nodiscard]] std::size_t signal_count(Way way) const noexcept override { return rows(way).size(); }
+  [[nodiscard]] std::string signal_name(SignalPlace place) const override;
+  [[nodiscard]] tl::expected<SignalPlace, std::string> find_signal(Way way, std::string_view name) const override;
+  [[nodiscard]] tl::expected<void, std::string> check_signal_value(std::size_t input, double value) const override;
+  void set_signal(std::size_t input, double value) noexcept override;
+  [[nodiscard]] double signal(SignalPlace place) const noexcept override;
 
   [[nodiscard]] const DeviceModel& model() const noexcept { return *model_; }
   [[nodiscard]] const ObjectDictionary& dictionary() const noexcept { return dictionary_; }
@@ -76,7 +85,10 @@ class GenericDevice final : public Device, private DictionaryOwner {
 
   void build_process_data();
   void build_loops();
-  [[nodiscard]] bool scripted(const PdoMap::Field& field) const noexcept;
+  [[nodiscard]] bool driven(const PdoMap::Field& field) const noexcept;
+  [[nodiscard]] const std::vector<DeviceModel::NamedEntry>& rows(Way way) const noexcept {
+    return way == Way::kInput ? inputs_ : outputs_;
+  }
   void enter_al_state(wire::AlState state) noexcept;
   void clear_outputs() noexcept;
   void loop_back() noexcept;
@@ -91,6 +103,9 @@ class GenericDevice final : public Device, private DictionaryOwner {
   bool looped_;
   std::vector<Loop> loops_;
   std::vector<ScriptedInput> scripts_;
+  std::vector<DeviceModel::NamedEntry> inputs_;
+  std::vector<DeviceModel::NamedEntry> outputs_;
+  std::vector<std::uint16_t> set_slots_;  ///< of inputs that set_signal() has set; there is room for all
   wire::AlState al_state_ = wire::AlState::kInit;
   std::optional<std::chrono::nanoseconds> start_;
 };

@@ -10,6 +10,7 @@
 #include "driveline/slaves/device.hpp"
 #include "driveline/slaves/mailbox/coe_server.hpp"
 #include "driveline/slaves/msd/device_layout.hpp"
+#include "driveline/slaves/msd/drive_signals.hpp"
 #include "driveline/slaves/msd/faults.hpp"
 #include "driveline/slaves/msd/indicators.hpp"
 #include "driveline/slaves/msd/mode_control.hpp"
@@ -39,7 +40,9 @@ struct MsdParameters {
   MotorParameters motor;
   ControllerParameters controller;  ///< become P 320, P 321, P 351 and P 360; its limits come from 6072h and 6080h
   double initial_position_rad = 0.0;
+  double dc_link_volts = 560.0;  ///< with mains; rectified 400 V, ours
   std::vector<MachineSwitch> switches;
+  std::vector<ScriptedSignal> inputs;
   std::chrono::nanoseconds homing_time_out = std::chrono::minutes{2};  ///< ours; then homing fails
   ThermalParameters thermal;
   std::chrono::hours operating_hours{0};  ///< before this run; emergencies carry them
@@ -56,7 +59,7 @@ struct MsdParameters {
 /// dictionary, CoE, CiA 402 state machine, terminals, faults and fall-back as in the MSD manual.
 ///
 /// Belongs to the thread that drives the line. Times are counted from the first call of advance().
-class MsdDrive final : public Device, private DictionaryOwner {
+class MsdDrive final : public Device, public DeviceSignals, private DictionaryOwner {
  public:
   explicit MsdDrive(const MsdParameters& parameters = {});
   MsdDrive(const MsdDrive&) = delete;  // the CoE server refers to the dictionary in here
@@ -82,13 +85,22 @@ class MsdDrive final : public Device, private DictionaryOwner {
   [[nodiscard]] SyncDemand sync_demand() const noexcept override;
   void sync_event(SyncSignal signal, std::chrono::nanoseconds time) noexcept override;
   void sync_margin(const SyncMargin& margin) noexcept override;
+  [[nodiscard]] DeviceSignals* signals() noexcept override { return this; }
+
+  // DeviceSignals, see drive_signals.hpp
+  [[nodiscard]] std::size_t signal_count(Way way) const noexcept override;
+  [[nodiscard]] std::string signal_name(SignalPlace place) const override;
+  [[nodiscard]] tl::expected<SignalPlace, std::string> find_signal(Way way, std::string_view name) const override;
+  [[nodiscard]] tl::expected<void, std::string> check_signal_value(std::size_t input, double value) const override;
+  void set_signal(std::size_t input, double value) noexcept override;
+  [[nodiscard]] double signal(SignalPlace place) const noexcept override;
 
   // The terminals: any input, hardware enable ENPO, safe torque off ISDSH (true: torque permitted), mains. \rtsafe
   void set_input(Input input, bool level) noexcept;
   [[nodiscard]] bool output(Output output) const noexcept { return terminals_.output(output); }
   void set_enpo(bool on) noexcept { set_input(Input::kEnpo, on); }
   void set_isdsh(bool on) noexcept { set_input(Input::kIsdsh, on); }
-  void set_dc_link(bool present) noexcept { set_dc_link_voltage(present ? kMainsDcLinkVolts : 0.0); }
+  void set_dc_link(bool present) noexcept { set_dc_link_voltage(present ? parameters_.dc_link_volts : 0.0); }
   void set_dc_link_voltage(double volts) noexcept {
     dc_link_volts_ = volts;
     motion_.set_dc_link_voltage(volts);
@@ -168,6 +180,9 @@ class MsdDrive final : public Device, private DictionaryOwner {
   void evaluate_switches() noexcept;
   void change_input(Input input, bool level, double position_rad) noexcept;
   void apply_scheduled_inputs() noexcept;
+  void start_scripts(std::chrono::nanoseconds now) noexcept;
+  void follow_scripts() noexcept;
+  void change_between_steps(Input input, bool level, std::chrono::nanoseconds at) noexcept;
   void step_touch_probe() noexcept;
   void monitor_protection() noexcept;
   void set_warning(Warning warning, bool on) noexcept;
@@ -184,6 +199,8 @@ class MsdDrive final : public Device, private DictionaryOwner {
   void monitor_limit_switches() noexcept;
   void publish() noexcept;
   [[nodiscard]] std::uint16_t status_word() const noexcept;
+
+  static constexpr std::chrono::nanoseconds kNever = std::chrono::nanoseconds::max();
 
   MsdParameters parameters_;
   DeviceProfile profile_;
@@ -202,8 +219,7 @@ class MsdDrive final : public Device, private DictionaryOwner {
   wire::AlState al_state_ = wire::AlState::kInit;
   std::optional<Fault> fault_;
   std::uint16_t last_control_word_ = 0;
-  static constexpr double kMainsDcLinkVolts = 560.0;  ///< rectified 400 V mains, ours
-  double dc_link_volts_ = kMainsDcLinkVolts;
+  double dc_link_volts_ = 0.0;
   double dc_link_limit_volts_ = 0.0;
   std::bitset<static_cast<std::size_t>(Fault::kCount)> causes_;
   ThermalModel thermal_;
@@ -217,6 +233,8 @@ class MsdDrive final : public Device, private DictionaryOwner {
   };
   std::array<ScheduledInput, 16> scheduled_{};
   std::size_t scheduled_count_ = 0;
+  std::chrono::nanoseconds script_due_ = kNever;  ///< when the next scripted input jumps
+  std::chrono::nanoseconds script_start_{0};
   std::chrono::nanoseconds start_left_{0};
   std::chrono::nanoseconds save_left_{0};
   std::uint16_t fault_text_ = 0;  ///< string slots of P 33[0] and of the first warning, P 33[1]

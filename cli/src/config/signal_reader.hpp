@@ -1,0 +1,12 @@
+#pragma once
+
+#include "config/toml_reader.hpp"
+#include "driveline/slaves/signal.hpp"
+
+namespace driveline::cli {
+
+/// Reads how an input goes on: shape with value, low, high, period_s, or at_ms and values. The same keys for every
+/// kind of device. Throws ConfigError.
+[[nodiscard]] slaves::Signal read_signal(TomlReader& reader);
+
+}  // namespace driveline::cli

@@ -1,0 +1,58 @@
+#include "text/signal_text.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <optional>
+
+namespace driveline::cli {
+namespace {
+
+using Way = slaves::SignalPlace::Way;
+
+std::string_view trimmed(std::string_view text) {
+  const auto begin = text.find_first_not_of(' ');
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(' ') - begin + 1);
+}
+
+std::optional<double> to_number(std::string_view text) {
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+tl::expected<SignalSetting, std::string> parse_one(std::string_view name, std::string_view text,
+                                                   const slaves::DeviceSignals& signals) {
+  const auto place = signals.find_signal(Way::kInput, name);
+  if (!place) return tl::unexpected(fmt::format("\"{}\" {}", name, place.error()));
+  const auto value = to_number(text);
+  if (!value) return tl::unexpected(fmt::format("{} is \"{}\", a number is expected", name, text));
+  if (const auto fits = signals.check_signal_value(place->number, *value); !fits) {
+    return tl::unexpected(fmt::format("{}: {}", name, fits.error()));
+  }
+  return SignalSetting{place->number, *value};
+}
+
+}  // namespace
+
+tl::expected<std::vector<SignalSetting>, std::string> parse_signal_settings(std::string_view text,
+                                                                            const slaves::DeviceSignals& signals) {
+  std::vector<SignalSetting> settings;
+  for (auto rest = trimmed(text); !rest.empty(); rest = trimmed(rest)) {
+    const auto equals = rest.find('=');
+    if (equals == std::string_view::npos) {
+      return tl::unexpected(fmt::format("\"{}\" is no setting, INPUT=VALUE is expected", rest));
+    }
+    const auto end = std::min(rest.find(' ', equals), rest.size());
+    const auto setting = parse_one(trimmed(rest.substr(0, equals)), rest.substr(equals + 1, end - equals - 1), signals);
+    if (!setting) return tl::unexpected(setting.error());
+    settings.push_back(*setting);
+    rest.remove_prefix(end);
+  }
+  return settings;
+}
+
+}  // namespace driveline::cli

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "driveline/slaves/device_signals.hpp"
+
+namespace driveline::cli {
+
+/// An input that is to be set.
+struct SignalSetting {
+  std::size_t input = 0;
+  double value = 0.0;
+};
+
+/// Reads "ENPO=0 ISD02=1" for a device; names may have spaces in them. Error: one sentence; then nothing is to be set.
+[[nodiscard]] tl::expected<std::vector<SignalSetting>, std::string> parse_signal_settings(
+    std::string_view text, const slaves::DeviceSignals& signals);
+
+}  // namespace driveline::cli
