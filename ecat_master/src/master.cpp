@@ -49,13 +49,15 @@ Result<void> Master::enter_pre_op() {
   std::vector<StateTimeouts> timeouts;
   std::vector<MailboxTimeouts> mailbox_timeouts;
   for (const auto& slave : slaves_) {
+    // Those who are not there are the last ones.
+    if (!slave.present) break;
     infos.push_back(slave.info);
     timeouts.push_back(slave.plan.timeouts);
     mailbox_timeouts.push_back(slave.plan.mailbox_timeouts);
   }
   auto mailboxes = ecat_master::enter_pre_op(engine_, infos, timeouts, mailbox_timeouts);
   if (!mailboxes) return tl::unexpected(mailboxes.error());
-  for (std::size_t i = 0; i < slaves_.size(); ++i) slaves_[i].mailbox = std::move((*mailboxes)[i]);
+  for (std::size_t i = 0; i < mailboxes->size(); ++i) slaves_[i].mailbox = std::move((*mailboxes)[i]);
   return {};
 }
 
@@ -75,6 +77,7 @@ std::optional<std::size_t> Master::position_of(std::size_t plan) const noexcept 
 
 /// Finds the slave of each plan; any difference is an error.
 Result<void> Master::match_plans(std::span<const SlavePlan> plans) {
+  drop_absent();
   const bool by_id =
       std::any_of(plans.begin(), plans.end(), [](const SlavePlan& p) { return p.device_id.has_value(); });
   if (by_id) {
@@ -97,6 +100,7 @@ Result<void> Master::configure(std::vector<SlavePlan> plans) {
     if (!slaves_[i].plan.esi && settings_.describe) slaves_[i].plan.esi = settings_.describe(slaves_[i].info);
     apply_description(slaves_[i]);
   }
+  for (const auto number : comparison_.absent) add_absent(number, std::move(plans[number]));
   // Nothing is laid out yet that a refusal could be about but the mailboxes.
   image_ = {};
   if (auto done = enter_pre_op(); !done) {
@@ -120,7 +124,7 @@ Result<void> Master::synchronise_clocks() {
   for (std::size_t i = 0; i < slaves_.size(); ++i) {
     if (auto done = tell_sync_type(i); !done) return done;
   }
-  auto clocks = dc::bring_up_clocks(bus_, refs_, topology_, *clock_plan_);
+  auto clocks = dc::bring_up_clocks(bus_, reachable(), topology_, *clock_plan_);
   if (!clocks) return tl::unexpected(clocks.error());
   clocks_ = std::move(*clocks);
   return {};
@@ -128,7 +132,8 @@ Result<void> Master::synchronise_clocks() {
 
 /// 1C32h and 1C33h of a slave with signals.
 Result<void> Master::tell_sync_type(std::size_t slave) {
-  if (slave >= clock_plan_->slaves.size() || !clock_plan_->slaves[slave].signals.active()) return {};
+  if (!slaves_[slave].present || slave >= clock_plan_->slaves.size() || !clock_plan_->slaves[slave].signals.active())
+    return {};
   const auto& one = slaves_[slave];
   if (!one.mailbox || !one.info.description.mailbox.coe) return {};
   CoeClient coe(*one.mailbox);
@@ -137,7 +142,8 @@ Result<void> Master::tell_sync_type(std::size_t slave) {
 
 /// A slave that is being configured while the others cycle.
 Result<void> Master::restore_clock(std::size_t slave) {
-  if (!watch_) return {};
+  // The clock of a slave that joins runs free.
+  if (!watch_ || slave >= clocks_->slaves.size()) return {};
   if (auto done = tell_sync_type(slave); !done) return done;
   return watch_->restore(static_cast<std::uint16_t>(slave));
 }
@@ -167,12 +173,13 @@ Result<void> Master::await_clocks() {
 
 tl::expected<void, std::string> Master::start_cycle(Motion* motion, SampleRings rings, CyclicCore::Settings settings,
                                                     const MakeRunner& make_runner) {
-  settings.slaves = static_cast<std::uint16_t>(refs_.size());
+  settings.slaves = static_cast<std::uint16_t>(reachable().size());
   watch_.reset();
   follower_ = clocks_ ? std::make_unique<dc::ClockFollower>(*clocks_) : nullptr;
   settings.clocks = follower_.get();
   settings.instance = direct_.instance();
   core_ = std::make_unique<CyclicCore>(port_, clock_, image_, motion, rings, settings);
+  for (std::size_t i = 0; i < slaves_.size(); ++i) core_->set_recovering(i, !slaves_[i].present);
   runner_ = make_runner(*core_);
   if (auto started = runner_->start(); !started) {
     runner_.reset();
@@ -184,7 +191,10 @@ tl::expected<void, std::string> Master::start_cycle(Motion* motion, SampleRings 
   cycling_ = true;
   exchange_.use(*cyclic_);
   engine_.use_status(&mailbox_status_);
-  if (clocks_) watch_ = std::make_unique<dc::ClockWatch>(bus_, refs_, *clocks_, *follower_);
+  if (clocks_) {
+    const auto clocked = std::span<const SlaveRef>(refs_).first(clocks_->slaves.size());
+    watch_ = std::make_unique<dc::ClockWatch>(bus_, clocked, *clocks_, *follower_);
+  }
   if (watch_ && ring_ != nullptr) watch_->use_ring(*ring_);
   return {};
 }
@@ -193,6 +203,7 @@ tl::expected<void, std::string> Master::start_cycle(Motion* motion, SampleRings 
 Result<void> Master::raise_to(wire::AlState target) {
   std::vector<StateTarget> targets;
   for (const auto& slave : slaves_) {
+    if (!slave.present) continue;
     targets.push_back({slave.info.ref, std::min(slave.plan.timeouts.limit(target, false), settings_.state_timeout)});
   }
   return first_failure(change_states(bus_, targets, target));
@@ -218,7 +229,14 @@ std::optional<MailboxStatusSample> Master::CycleMailboxStatus::mailbox_status(st
 }
 
 Result<std::vector<AlReport>> Master::al_status() {
-  return read_al_status(bus_, refs_);
+  auto reports = read_al_status(bus_, reachable());
+  if (!reports) return reports;
+  AlReport absent;
+  absent.status.state = wire::AlState::kNone;
+  for (std::size_t i = 0; i < slaves_.size(); ++i) {
+    if (!slaves_[i].present) reports->insert(reports->begin() + static_cast<std::ptrdiff_t>(i), absent);
+  }
+  return reports;
 }
 
 void Master::pass(std::chrono::nanoseconds duration) {
@@ -239,11 +257,17 @@ Result<void> Master::shut_down() {
   auto note = [&first](Result<void> done) {
     if (!done && first) first = done;
   };
-  if (runner_) note(lower_state(bus_, refs_, wire::AlState::kSafeOp, settings_.state_timeout));
+  // Who may come and go may be gone.
+  std::vector<SlaveRef> refs;
+  for (std::size_t i = 0; i < slaves_.size(); ++i) {
+    const bool here = slaves_[i].present && (!slaves_[i].plan.hot_connect || al_status_of(i));
+    if (here) refs.push_back(refs_[i]);
+  }
+  if (runner_) note(lower_state(bus_, refs, wire::AlState::kSafeOp, settings_.state_timeout));
   stop_cycle();
-  note(lower_state(bus_, refs_, wire::AlState::kPreOp, settings_.state_timeout));
+  note(lower_state(bus_, refs, wire::AlState::kPreOp, settings_.state_timeout));
   if (clocks_) note(dc::stop_signals(bus_));
-  note(lower_state(bus_, refs_, wire::AlState::kInit, settings_.state_timeout));
+  note(lower_state(bus_, refs, wire::AlState::kInit, settings_.state_timeout));
   return first;
 }
 

@@ -143,6 +143,10 @@ SlavePlanConfig read_slave_plan(TomlReader& slave) {
   config.device_id = read_name_number(slave, "device_id");
   if (config.alias && config.device_id) slave.fail("device_id", "stands beside alias: one of them finds the slave");
   if (slave.has("lrw")) config.lrw = slave.boolean_or("lrw", true);
+  config.hot_connect = slave.boolean_or("hot_connect", false);
+  if (config.hot_connect && !config.alias && !config.device_id) {
+    slave.fail("hot_connect", "needs alias or device_id, by which the slave is known wherever it is plugged in");
+  }
   config.watchdog = read_watchdogs(slave.table("watchdog"));
   config.timeouts = read_timeouts(slave.table("timeouts"), config.mailbox_timeouts);
   for (auto& sdo : slave.tables("sdo")) config.sdos.push_back(read_sdo(std::move(sdo)));
@@ -158,6 +162,7 @@ void SlavePlanConfig::apply(ecat_master::SlavePlan& plan) const {
   plan.serial = serial;
   plan.alias = alias;
   plan.device_id = device_id;
+  plan.hot_connect = hot_connect;
   plan.lrw = lrw;
   plan.watchdog = watchdog;
   plan.timeouts = timeouts;

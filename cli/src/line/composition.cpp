@@ -4,6 +4,7 @@
 
 #include "config/device_source.hpp"
 #include "driveline/ecat_master/axis/msd_startup.hpp"
+#include "driveline/esi/sii.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"
 
 namespace driveline::cli {
@@ -25,11 +26,24 @@ std::unique_ptr<slaves::Device> make_drive(const SlaveConfig& config, std::uint3
   return std::make_unique<slaves::msd::MsdDrive>(parameters);
 }
 
+/// The EEPROM content `image` with another station alias.
+std::vector<std::byte> with_alias(std::vector<std::byte> image, std::uint16_t alias) {
+  constexpr std::size_t kAlias = 8;
+  constexpr std::size_t kChecksum = 14;
+  wire::store_le<std::uint16_t>(std::span(image).subspan(kAlias, 2), alias);
+  const auto area = std::span<const std::byte>(image).first<esi::SiiConfigArea::kSize>();
+  image[kChecksum] = static_cast<std::byte>(esi::sii_checksum(area));
+  return image;
+}
+
 std::unique_ptr<slaves::Slave> make_slave(const SlaveConfig& config, std::uint32_t serial_number) {
   slaves::SlaveOptions options;
   options.clock.drift_ppm = config.dc.drift_ppm;
   options.sii_image = config.sii_content;
   auto device = config.device ? make_device(*config.device, serial_number) : make_drive(config, serial_number);
+  // The simulated slave is the one that the description expects.
+  if (options.sii_image.empty() && config.plan.alias)
+    options.sii_image = with_alias(device->profile().sii_image, *config.plan.alias);
   return std::make_unique<slaves::Slave>(std::move(device), options);
 }
 

@@ -39,7 +39,12 @@ LineWatch::LineWatch(ecat_master::Master& master, const port::RedundantPort* rin
       last_emergency_(clock.now()),
       away_since_(master.slaves().size()),
       presences_(motion != nullptr ? motion->axes().size() : 0),
-      next_delays_(clock.now() + kDelayInterval) {}
+      next_delays_(clock.now() + kDelayInterval) {
+  for (std::size_t i = 0; i < master.slaves().size(); ++i) {
+    if (!master.slaves()[i].present)
+      listener_.event(fmt::format("slave {} ({}): is not connected; it joins when it is", i, name_of(i)));
+  }
+}
 
 /// The run goes on without it.
 bool LineWatch::expendable(std::size_t slave) const {
@@ -96,7 +101,7 @@ bool LineWatch::take_line_events() {
 bool LineWatch::take(const LineEvent& event) {
   using Kind = LineEvent::Kind;
   const bool of_slave = event.kind == Kind::kLeftOp || event.kind == Kind::kGone || event.kind == Kind::kRecovered ||
-                        event.kind == Kind::kRecoveryFailed;
+                        event.kind == Kind::kJoined || event.kind == Kind::kRecoveryFailed;
   auto sentence = what_happened(event, of_slave ? name_of(event.slave) : std::string());
   switch (event.kind) {
     case Kind::kLeftOp:
@@ -111,6 +116,7 @@ bool LineWatch::take(const LineEvent& event) {
                    : std::string(wire::to_text(event.state.state)) + (event.state.error ? "+ERROR" : "");
       end(std::move(sentence));
       return false;
+    case Kind::kJoined:
     case Kind::kRecovered:
       away_since_[event.slave] = {};
       [[fallthrough]];

@@ -13,12 +13,16 @@ namespace {
 
 using Use = esi::SyncManager::Use;
 
+bool same_device(const SlaveInfo& a, const SlaveInfo& b) {
+  return a.description.vendor_id == b.description.vendor_id && a.description.product_code == b.description.product_code;
+}
+
 /// Completes the plans that leave the PDOs to the slave.
 Result<void> read_own_pdos(MailboxEngine& engine, std::span<ConfiguredSlave> slaves) {
   std::vector<SlaveInfo> asked;
   std::vector<ConfiguredSlave*> owners;
   for (auto& slave : slaves) {
-    if (!slave.plan.own_pdos) continue;
+    if (!slave.plan.own_pdos || !slave.present) continue;
     asked.push_back(slave.info);
     owners.push_back(&slave);
   }
@@ -26,6 +30,14 @@ Result<void> read_own_pdos(MailboxEngine& engine, std::span<ConfiguredSlave> sla
   for (std::size_t i = 0; i < owners.size(); ++i) {
     if (!found[i]) return tl::unexpected(found[i].error());
     owners[i]->plan.pdos = std::move(*found[i]);
+  }
+  // Who is not there yet exchanges what one of its kind does.
+  for (auto& slave : slaves) {
+    if (slave.present || !slave.plan.own_pdos) continue;
+    const auto alike = std::find_if(slaves.begin(), slaves.end(), [&](const ConfiguredSlave& other) {
+      return other.present && same_device(other.info, slave.info);
+    });
+    if (alike != slaves.end()) slave.plan.pdos = alike->plan.pdos;
   }
   return {};
 }
@@ -56,7 +68,7 @@ std::vector<ExpectedSlave> expected_slaves(std::span<const SlavePlan> plans) {
   std::vector<ExpectedSlave> expected;
   for (const auto& plan : plans) {
     expected.push_back({plan.name, equal_or_any(plan.vendor_id), equal_or_any(plan.product_code), plan.revision,
-                        plan.serial, plan.alias, plan.device_id});
+                        plan.serial, plan.alias, plan.device_id, plan.hot_connect && (plan.alias || plan.device_id)});
   }
   return expected;
 }
@@ -146,6 +158,7 @@ Result<std::unique_ptr<MailboxClient>> enter_bootstrap(MailboxEngine& engine, co
 Result<void> write_startup_sdos(MailboxEngine& engine, std::span<const ConfiguredSlave> slaves, wire::AlState before) {
   std::vector<SdoScript> scripts;
   for (const auto& slave : slaves) {
+    if (!slave.present) continue;
     auto script = coe_script(slave, before);
     if (!script) return tl::unexpected(script.error());
     if (!script->steps.empty()) scripts.push_back(std::move(*script));
@@ -156,6 +169,7 @@ Result<void> write_startup_sdos(MailboxEngine& engine, std::span<const Configure
 Result<void> write_watchdogs(Bus& bus, std::span<const ConfiguredSlave> slaves) {
   std::vector<RegisterWrite> writes;
   for (const auto& slave : slaves) {
+    if (!slave.present) continue;
     const auto& plan = slave.plan.watchdog;
     auto write = [&](const wire::Register<std::uint16_t>& reg, std::optional<std::uint16_t> value) {
       if (!value) return;

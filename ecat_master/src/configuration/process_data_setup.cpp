@@ -10,6 +10,9 @@ namespace {
 
 using Use = esi::SyncManager::Use;
 
+/// Of a slave that is not there yet: one for each direction, and its AL status.
+constexpr std::size_t kFewestFmmus = 3;
+
 Error no_sync_manager(const ConfiguredSlave& slave, std::size_t bits) {
   Error error;
   error.kind = ErrorKind::kProcessDataSize;
@@ -114,8 +117,8 @@ Result<std::vector<ProcessDataDemand>> make_demands(Bus& bus, std::span<const Co
   }
   if (auto done = bus.exchange().exchange(requests); !done) return tl::unexpected(done.error());
   for (std::size_t i = 0; i < slaves.size(); ++i) {
-    if (requests[i].working_counter == 1) {
-      demands[i].fmmus = std::to_integer<std::size_t>(counts[i][0]);
+    if (requests[i].working_counter == 1 || !slaves[i].present) {
+      demands[i].fmmus = slaves[i].present ? std::to_integer<std::size_t>(counts[i][0]) : kFewestFmmus;
       continue;
     }
     Error error;
@@ -155,6 +158,7 @@ Result<std::vector<RegisterWrite>> process_data_setup(const ConfiguredSlave& sla
 Result<void> write_process_data_setup(Bus& bus, std::span<const ConfiguredSlave> slaves, const ProcessImage& image) {
   std::vector<RegisterWrite> writes;
   for (const auto& slave : slaves) {
+    if (!slave.present) continue;
     auto setup = process_data_setup(slave, image);
     if (!setup) return tl::unexpected(setup.error());
     for (auto& write : *setup) writes.push_back(std::move(write));

@@ -327,8 +327,9 @@ snapshot::LineSample CyclicCore::line_sample(const rt::CycleStart& start, nanose
   for (const auto& frame : frames_) {
     if (!due(frame)) continue;
     line.working_counter = static_cast<std::uint16_t>(line.working_counter + frame.working_counter());
-    line.expected_working_counter =
-        static_cast<std::uint16_t>(line.expected_working_counter + frame.expected_working_counter());
+    // Of the slaves that are expected now.
+    const auto expected = frame.valid() ? frame.working_counter() : frame.expected_working_counter();
+    line.expected_working_counter = static_cast<std::uint16_t>(line.expected_working_counter + expected);
   }
   line.frame_received = all_received();
   line.axes = motion_ != nullptr ? static_cast<std::uint16_t>(motion_->axes().size()) : std::uint16_t{0};

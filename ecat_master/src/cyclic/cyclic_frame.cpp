@@ -168,7 +168,7 @@ void CyclicFrame::take(const Part& part, DatagramResult& result, std::span<const
     condition.al_status = al_byte(data[place.al_status_offset - datagram.offset]);
     condition.absent = !result.complete && condition.al_status == 0;
   }
-  result.good = result.complete || explained(part, image, result.working_counter, conditions);
+  explain(part, image, conditions, result);
   if (result.complete) return copy(data, image.inputs(), datagram.offset, datagram.bytes);
   if (!result.good) return;
   for (const auto& share : shares) {
@@ -182,31 +182,33 @@ void CyclicFrame::take(const Part& part, DatagramResult& result, std::span<const
 }
 
 /// Between the sum of those who are certainly there and the same with those who are recovering.
-bool CyclicFrame::explained(const Part& part, const ProcessImage& image, std::uint16_t working_counter,
-                            std::span<const SlaveCondition> conditions) const noexcept {
-  unsigned least = 0;
-  unsigned most = 0;
+void CyclicFrame::explain(const Part& part, const ProcessImage& image, std::span<const SlaveCondition> conditions,
+                          DatagramResult& result) const noexcept {
+  result.good = result.complete;
+  if (result.complete) return;
+  unsigned here = 0;
+  unsigned absent = 0;
+  unsigned recovering = 0;
   for (const auto& share : image.shares().subspan(part.first_share, part.share_count)) {
     const auto& condition = conditions[share.slave];
-    if (condition.recovering) {
-      most += share.count;
-    } else if (!condition.absent) {
-      least += share.count;
-    }
+    (condition.recovering ? recovering : condition.absent ? absent : here) += share.count;
   }
-  return working_counter >= least && working_counter <= least + most && least > 0;
+  const unsigned counter = result.working_counter;
+  result.good = counter >= here && counter <= here + recovering && here > 0;
+  result.disturbed = counter < here + absent || counter > here + absent + recovering;
 }
 
 void CyclicFrame::judge_outputs(const ProcessImage& image, std::span<const SlaveCondition> conditions) noexcept {
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     auto& result = results_[i];
     if (parts_[i].datagram.command != wire::Command::kLwr || !result.received) continue;
-    result.good = result.complete || explained(parts_[i], image, result.working_counter, conditions);
+    explain(parts_[i], image, conditions, result);
   }
 }
 
 bool CyclicFrame::valid() const noexcept {
-  return received_ && std::all_of(results_.begin(), results_.end(), [](const auto& result) { return result.complete; });
+  return received_ &&
+         std::none_of(results_.begin(), results_.end(), [](const auto& result) { return result.disturbed; });
 }
 
 std::uint16_t CyclicFrame::working_counter() const noexcept {

@@ -67,7 +67,7 @@ class Locator {
     const auto count = static_cast<std::uint16_t>(slaves_.size());
     for (std::uint16_t i = 0; i < count; ++i) {
       if (!slaves_[i].answers) {
-        unreachable(i);
+        if (!slaves_[i].optional) unreachable(i);
         continue;
       }
       for (std::uint8_t port = 0; port < kSlavePorts; ++port) look_at(i, port);
@@ -134,6 +134,7 @@ Result<std::vector<SlaveDiagnosis>> read_slave_diagnosis(Bus& bus, std::span<con
   for (std::size_t i = 0; i < slaves.size(); ++i) {
     found[i].name = slaves[i].plan.name;
     found[i].ref = slaves[i].info.ref;
+    found[i].optional = slaves[i].plan.hot_connect;
     const auto own = std::span(requests).subspan(3 * i, 3);
     found[i].answers = std::all_of(own.begin(), own.end(), [](const Request& r) { return r.working_counter == 1; });
     if (found[i].answers) decode(answers[i], found[i]);

@@ -29,7 +29,8 @@ void add_slaves(std::string& text, const LineDiagnosis& diagnosis) {
   for (const auto& slave : diagnosis.slaves) {
     const auto name = slave.name.empty() ? std::string() : fmt::format(" ({})", slave.name);
     if (!slave.answers) {
-      text += fmt::format("  {:3}{}: does not answer\n", slave.ref.position, name);
+      text += fmt::format("  {:3}{}: {}\n", slave.ref.position, name,
+                          slave.optional ? "is not connected" : "does not answer");
       continue;
     }
     text += fmt::format("  {:3}{}: {}{}", slave.ref.position, name, wire::to_text(slave.al.status.state),

@@ -85,7 +85,9 @@ Result<std::vector<SlaveRef>> assign_addresses(Bus& bus, std::uint16_t count) {
   return slaves;
 }
 
-SlaveInfo make_info(SlaveRef ref, Result<std::vector<std::byte>> image) {
+}  // namespace
+
+SlaveInfo make_slave_info(SlaveRef ref, Result<std::vector<std::byte>> image) {
   SlaveInfo info;
   info.ref = ref;
   if (!image) {
@@ -115,8 +117,6 @@ SlaveInfo make_info(SlaveRef ref, Result<std::vector<std::byte>> image) {
   return info;
 }
 
-}  // namespace
-
 Result<void> clear_channels(Bus& bus) {
   const std::array<std::byte, 8 * wire::SyncManagerChannel::kSize> no_sync_managers{};
   const std::array<std::byte, 8 * wire::FmmuEntity::kSize> no_fmmus{};
@@ -145,7 +145,7 @@ Result<std::vector<SlaveInfo>> inspect(Bus& bus, std::span<const SlaveRef> slave
   auto images = read_sii(bus, slaves);
   if (!images) return tl::unexpected(images.error());
   std::vector<SlaveInfo> found;
-  for (std::size_t i = 0; i < slaves.size(); ++i) found.push_back(make_info(slaves[i], std::move((*images)[i])));
+  for (std::size_t i = 0; i < slaves.size(); ++i) found.push_back(make_slave_info(slaves[i], std::move((*images)[i])));
   return found;
 }
 

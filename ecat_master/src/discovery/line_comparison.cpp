@@ -147,6 +147,10 @@ class Comparison {
       }
       first = i;
     }
+    if (!first && planned_[plan].optional) {
+      result_.absent.push_back(plan);
+      return;
+    }
     if (!first) {
       add({Kind::kMissing, Difference::kNone, Difference::kNone, number});
       return;

@@ -286,4 +286,15 @@ std::uint64_t wire_time_ns(const ProcessImage& image, std::size_t slaves, std::u
   return busiest * kNsPerByte + slaves * slave_delay_ns;
 }
 
+void ProcessImage::relocate(std::size_t slave, std::span<const ProcessDataChannel> from,
+                            std::span<const ProcessDataChannel> to) {
+  for (auto& fmmu : fmmus_[slave]) {
+    for (std::size_t i = 0; i < from.size(); ++i) {
+      if (fmmu.physical_start != from[i].physical_start) continue;
+      fmmu.physical_start = to[i].physical_start;
+      break;
+    }
+  }
+}
+
 }  // namespace driveline::ecat_master

@@ -11,6 +11,9 @@ using std::chrono::nanoseconds;
 using wire::AlState;
 using RingState = port::RingStatus::State;
 
+/// How often is looked for slaves that have not been there yet.
+constexpr nanoseconds kJoinPause = std::chrono::milliseconds{200};
+
 std::string ring_break(const LineEvent& event) {
   if (event.slave == 0) return "between the primary interface and slave 0";
   if (event.count == 0) return fmt::format("between slave {} and the secondary interface", event.slave - 1);
@@ -31,6 +34,8 @@ std::string what_happened(const LineEvent& event, std::string_view name) {
       return fmt::format("{}: does not answer any more", slave);
     case LineEvent::Kind::kRecovered:
       return fmt::format("{}: back in OP", slave);
+    case LineEvent::Kind::kJoined:
+      return fmt::format("{}: has joined the line, is in OP", slave);
     case LineEvent::Kind::kRecoveryFailed:
       return fmt::format("{}: not brought back to OP: {}", slave, describe(event.error));
     case LineEvent::Kind::kRingBroken:
@@ -54,10 +59,16 @@ LineSupervisor::LineSupervisor(Master& master, const port::RedundantPort* ring, 
   while (master_.core()->take_event(event)) {
   }
   if (ring_ != nullptr) ring_state_ = ring_->status().state;
+  for (std::size_t i = 0; i < slaves_.size(); ++i) {
+    slaves_[i].trouble = slaves_[i].gone = !master_.slaves()[i].present;
+  }
 }
 
 bool LineSupervisor::all_operational() const noexcept {
-  return std::none_of(slaves_.begin(), slaves_.end(), [](const Slave& slave) { return slave.trouble; });
+  for (std::size_t i = 0; i < slaves_.size(); ++i) {
+    if (slaves_[i].trouble && master_.slaves()[i].present) return false;
+  }
+  return true;
 }
 
 void LineSupervisor::note(LineEvent event) {
@@ -70,7 +81,6 @@ void LineSupervisor::poll() {
   take_cycle_events();
   watch_ring();
   watch_slaves();
-  if (all_operational()) return;
   const auto now = master_.bus().exchange().now();
   std::vector<std::size_t> due;
   bool missing = false;
@@ -80,6 +90,7 @@ void LineSupervisor::poll() {
     due.push_back(i);
     missing = missing || slaves_[i].gone;
   }
+  if (due.empty()) return;
   // A failure is not worth a word here: whoever is still missing is tried again.
   if (missing) static_cast<void>(master_.readdress_newcomers().has_value());
   for (const auto slave : due) recover(slave);
@@ -118,7 +129,8 @@ void LineSupervisor::watch_ring() {
 void LineSupervisor::watch_slaves() {
   auto& core = *master_.core();
   const auto line = core.al_status();
-  const bool line_complete = line.all_op(core.settings().slaves);
+  const auto expected = std::count_if(slaves_.begin(), slaves_.end(), [](const Slave& slave) { return !slave.gone; });
+  const bool line_complete = line.all_op(static_cast<std::uint16_t>(expected));
   for (std::size_t i = 0; i < slaves_.size(); ++i) {
     if (slaves_[i].trouble) continue;
     const auto report = core.slave_report(i);
@@ -164,18 +176,21 @@ void LineSupervisor::note_state(std::size_t slave, const AlReport& report, nanos
 
 void LineSupervisor::recover(std::size_t slave) {
   auto& one = slaves_[slave];
+  const bool joins = !master_.slaves()[slave].present;
   const auto done = master_.recover(slave, settings_.state_timeout);
   const auto now = master_.bus().exchange().now();
   LineEvent event{.kind = LineEvent::Kind::kRecovered, .slave = static_cast<std::uint16_t>(slave)};
   event.time = now;
   if (done) {
     one = {};
-    ++recoveries_;
+    if (joins) event.kind = LineEvent::Kind::kJoined;
+    if (!joins) ++recoveries_;
     master_.core()->set_recovering(slave, false);
     note(event);
     return;
   }
-  one.next_try = now + settings_.retry_pause;
+  // Nobody knows when somebody is plugged in.
+  one.next_try = now + (joins ? kJoinPause : settings_.retry_pause);
   const bool answers = done.error().kind != ErrorKind::kWorkingCounter && done.error().kind != ErrorKind::kNoAnswer;
   one.gone = !answers;
   // Told once per reason; that somebody who is gone does not answer has been told.

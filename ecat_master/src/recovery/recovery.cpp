@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "driveline/ecat_master/configuration/configuration_check.hpp"
+#include "driveline/ecat_master/configuration/description_plan.hpp"
 #include "driveline/ecat_master/configuration/process_data_setup.hpp"
 #include "driveline/ecat_master/discovery/device_identification.hpp"
 #include "driveline/ecat_master/master.hpp"
@@ -37,11 +38,16 @@ struct IdentityField {
 /// was found at start.
 std::array<IdentityField, 4> identity_fields(const ConfiguredSlave& slave, const esi::DeviceDescription& found) {
   const auto& known = slave.info.description;
-  const auto revision =
-      slave.plan.revision == IdentityRule{} ? IdentityRule::equal(known.revision) : slave.plan.revision;
-  return {{{IdentityRule::equal(known.vendor_id), found.vendor_id},
-           {IdentityRule::equal(known.product_code), found.product_code},
-           {revision, found.revision},
+  const auto rule = [&slave](IdentityRule planned, std::uint32_t was) {
+    if (planned != IdentityRule{} || !slave.present) return planned;
+    return IdentityRule::equal(was);
+  };
+  const auto equal_or_any = [](std::uint32_t value) {
+    return value == 0 ? IdentityRule{} : IdentityRule::equal(value);
+  };
+  return {{{rule(equal_or_any(slave.plan.vendor_id), known.vendor_id), found.vendor_id},
+           {rule(equal_or_any(slave.plan.product_code), known.product_code), found.product_code},
+           {rule(slave.plan.revision, known.revision), found.revision},
            {slave.plan.serial, found.serial_number}}};
 }
 
@@ -80,6 +86,7 @@ struct Seen {
   std::uint16_t station = 0;
   std::uint16_t alias = 0;
   bool answers = false;
+  std::optional<std::uint16_t> device_id{};  ///< when somebody is missing who is known by it
 };
 
 Result<std::vector<Seen>> look_around(Bus& bus) {
@@ -113,7 +120,7 @@ Result<AlReport> Master::al_status_of(std::size_t slave) {
 /// A slave that was switched off has lost its station address. Members of the line are recognised by it; whoever has
 /// another or none is the missing slave whose turn it is at that place, or the hot-connected one with that alias.
 Result<std::size_t> Master::readdress_newcomers() {
-  const auto seen = look_around(bus_);
+  auto seen = look_around(bus_);
   if (!seen) return tl::unexpected(seen.error());
   const auto index_of = [this](std::uint16_t station) -> std::optional<std::size_t> {
     const auto found = std::find_if(refs_.begin(), refs_.end(), [=](SlaveRef ref) { return ref.station == station; });
@@ -123,6 +130,20 @@ Result<std::size_t> Master::readdress_newcomers() {
   std::vector<bool> present(refs_.size());
   for (const auto& one : *seen) {
     if (const auto index = index_of(one.station); index && one.answers) present[*index] = true;
+  }
+  bool by_id = false;
+  for (std::size_t i = 0; i < slaves_.size(); ++i) {
+    by_id = by_id || (!present[i] && slaves_[i].plan.hot_connect && slaves_[i].plan.device_id);
+  }
+  if (by_id) {
+    std::vector<std::uint16_t> strangers;
+    for (std::size_t position = 0; position < seen->size(); ++position) {
+      const auto& one = (*seen)[position];
+      if (one.answers && !index_of(one.station)) strangers.push_back(static_cast<std::uint16_t>(position));
+    }
+    const auto ids = identify_newcomers(strangers);
+    if (!ids) return tl::unexpected(ids.error());
+    for (std::size_t i = 0; i < strangers.size(); ++i) (*seen)[strangers[i]].device_id = (*ids)[i];
   }
   std::size_t next = 0;
   std::size_t addressed = 0;
@@ -136,7 +157,9 @@ Result<std::size_t> Master::readdress_newcomers() {
     std::optional<std::size_t> match;
     for (std::size_t i = 0; i < slaves_.size() && !match; ++i) {
       if (present[i] || !slaves_[i].plan.hot_connect) continue;
-      if (one.alias != 0 && slaves_[i].info.alias == one.alias) match = i;
+      const auto alias = slaves_[i].plan.alias.value_or(slaves_[i].info.alias);
+      if (one.alias != 0 && alias == one.alias) match = i;
+      if (one.device_id && slaves_[i].plan.device_id == one.device_id) match = i;
     }
     for (std::size_t i = next; i < slaves_.size() && !match; ++i) {
       if (slaves_[i].plan.hot_connect) continue;
@@ -157,12 +180,64 @@ Result<std::size_t> Master::readdress_newcomers() {
   return addressed;
 }
 
+/// Device IDs of slaves that have no station address of ours: they get one for as long as that takes.
+Result<std::vector<std::optional<std::uint16_t>>> Master::identify_newcomers(std::span<const std::uint16_t> positions) {
+  // Above those of any line (kMaxSlaves).
+  constexpr std::uint16_t kTemporary = 0x3000;
+  std::vector<SlaveRef> guests;
+  for (const auto position : positions) {
+    const SlaveRef guest{position, static_cast<std::uint16_t>(kTemporary + position)};
+    const auto address = wire::to_le_bytes(guest.station);
+    if (auto done = bus_.write_at_position(position, wire::reg::kStationAddress.address, address); !done)
+      return tl::unexpected(done.error());
+    guests.push_back(guest);
+  }
+  return read_device_ids(bus_, guests);
+}
+
+/// A hot-connected slave that has not been there yet: who it is, and whether its place in the image fits.
+Result<void> Master::welcome(std::size_t slave) {
+  auto& one = slaves_[slave];
+  if (auto done = check_identity(bus_, one); !done) return done;
+  auto images = read_sii(bus_, {&refs_[slave], 1});
+  if (!images) return tl::unexpected(images.error());
+  ConfiguredSlave arrived;
+  arrived.info = make_slave_info(refs_[slave], std::move(images->front()));
+  if (!arrived.info.usable()) return tl::unexpected(*arrived.info.problem);
+  arrived.plan = one.plan;
+  if (one.plan.esi) {
+    arrived.eeprom = std::move(arrived.info.description);
+    arrived.info.description = merge_description(*arrived.eeprom, *one.plan.esi);
+  }
+  const auto reserved = make_demand(one);
+  const auto wanted = make_demand(arrived);
+  if (!wanted) return tl::unexpected(wanted.error());
+  const auto fits = [&] {
+    return reserved && std::equal(reserved->channels.begin(), reserved->channels.end(), wanted->channels.begin(),
+                                  wanted->channels.end(), [](const auto& a, const auto& b) { return a.same_place(b); });
+  };
+  if (!fits()) {
+    std::size_t bytes = 0;
+    for (const auto& channel : wanted->channels) bytes += channel.bytes;
+    return tl::unexpected(error_of(ErrorKind::kProcessDataSize, refs_[slave], 0, 0, static_cast<std::uint32_t>(bytes)));
+  }
+  image_.relocate(slave, reserved->channels, wanted->channels);
+  one.info = std::move(arrived.info);
+  one.eeprom = std::move(arrived.eeprom);
+  one.present = true;
+  return {};
+}
+
 Result<void> Master::recover(std::size_t slave, std::chrono::nanoseconds state_timeout) {
   const auto report = al_status_of(slave);
   if (!report) return tl::unexpected(report.error());
+  const bool joins = !slaves_[slave].present;
+  if (joins) {
+    if (auto done = welcome(slave); !done) return done;
+  }
   const std::span<const SlaveRef> ref(&refs_[slave], 1);
   // Who has kept its station address and fell no further than SAFEOP is still configured.
-  const bool configured = report->status.state == kConfigured || report->status.state == AlState::kOp;
+  const bool configured = !joins && (report->status.state == kConfigured || report->status.state == AlState::kOp);
   if (configured && change_state(bus_, ref, AlState::kOp, state_timeout)) return {};
   if (auto done = reconfigure(slave, state_timeout); !done) {
     return tl::unexpected(explain_state_error(bus_, slaves_, image_, done.error()));
@@ -179,7 +254,11 @@ Result<void> Master::reconfigure(std::size_t slave, std::chrono::nanoseconds sta
   if (auto done = clear_channels(bus_, ref); !done) return done;
   const auto window = write_mailbox_channels(bus_, one.info, one.plan.mailbox_timeouts);
   if (!window) return tl::unexpected(window.error());
-  if (*window) engine_.open(one.info.ref, **window);
+  if (*window && !one.mailbox) {
+    one.mailbox = std::make_unique<MailboxClient>(engine_, one.info.ref, **window);
+  } else if (*window) {
+    engine_.open(one.info.ref, **window);
+  }
   if (auto done = change_state(bus_, ref, AlState::kPreOp, state_timeout); !done) return done;
   if (auto done = write_startup_sdos(engine_, {&one, 1}, AlState::kSafeOp); !done) return done;
   if (auto done = write_watchdogs(bus_, {&one, 1}); !done) return done;

@@ -94,6 +94,26 @@ class InThisProcess(ProgramTest):
         self.assertEqual(result.returncode, 1)
         self.assertIn(f"slave {LAST} (v): was not back when the run ended", document["faults"])
 
+    def test_a_hot_connected_drive_joins_when_it_comes(self):
+        for at_ms, for_ms in ((0, 3000), (0, 0)):
+            with self.subTest(for_ms=for_ms):
+                fault_of_v = fault("power-off", at_ms, slave='"v"', **({"for_ms": for_ms} if for_ms else {}))
+                config = self.write_gentle_line(cycle_us=1000, head=fault_of_v)
+                text = config.read_text(encoding="utf-8").replace('[[slave]]\nname = "v"\n',
+                                                                  '[[slave]]\nname = "v"\nalias = 77\nhot_connect = true\n')
+                config.write_text(text, encoding="utf-8")
+                result = self.run_program("run", "--config", config, "--virtual", "--duration", 6, "--json", "--no-plots")
+                self.assertEqual(result.returncode, 0, result.stderr)
+                document = self.one_document(result.stdout)
+                self.assertEqual(document["state"], "OP")
+                self.assertEqual((document["wkc_errors"], document["lost_frames"]), (0, 0))
+                events = "\n".join(document["events"])
+                self.assertIn(f"slave {LAST} (v): is not connected; it joins when it is", events)
+                for step in (f"slave {LAST} (v): has joined the line, is in OP", "axis v: back on the path"):
+                    self.assertEqual(step in events, bool(for_ms), events)
+                for axis in document["axes"][:-1]:
+                    self.assertEqual(axis["unavailable_cycles"], 0, axis)
+
     def test_a_ring_that_breaks_costs_nothing(self):
         for at, (first, second) in enumerate(zip(AXES, AXES[1:])):
             with self.subTest(cable=f"{first} to {second}"):

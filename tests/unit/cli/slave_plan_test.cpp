@@ -40,6 +40,8 @@ TEST(SlavePlan, IdentityHasRules) {
   EXPECT_EQ(parsed("revision = \"any\"\n").revision, IdentityRule{});
   EXPECT_EQ(parsed("serial = 4711\n").serial, IdentityRule::equal(4711));
   EXPECT_EQ(parsed("alias = 7\n").alias, 7);
+  EXPECT_FALSE(parsed("alias = 7\n").hot_connect);
+  EXPECT_TRUE(parsed("device_id = 7\nhot_connect = true\n").hot_connect);
   EXPECT_EQ(parsed("device_id = 9\n").device_id, 9);
 }
 
@@ -100,6 +102,9 @@ TEST(SlavePlan, ApplyAddsToWhatIsPlanned) {
 TEST(SlavePlan, WrongValuesAreNamedWithTheirLine) {
   EXPECT_EQ(refused("revision = \"newer\"\n"),
             "line.toml:3: [slave 1] revision: is \"newer\", expected a number, \">= number\" or \"any\"");
+  EXPECT_EQ(refused("hot_connect = true\n"),
+            "line.toml:3: [slave 1] hot_connect: needs alias or device_id, by which the slave is known wherever it is "
+            "plugged in");
   EXPECT_EQ(refused("alias = 1\ndevice_id = 2\n"),
             "line.toml:4: [slave 1] device_id: stands beside alias: one of them finds the slave");
   EXPECT_THAT(refused("alias = 0\n"), testing::StartsWith("line.toml:3: [slave 1] alias: "));

@@ -10,6 +10,7 @@ namespace driveline::cli {
 /// What a [[slave]] of a line description says about identity and configuration, beside vendor and product:
 ///
 ///   alias = 7                      device_id = 3            lrw = false
+///   hot_connect = true             (may be missing, and comes and goes)
 ///   revision = ">= 0x00010000"     serial = 4711            (numbers, ">= ..." or "any")
 ///   [slave.watchdog]               process_data_ms, pdi_ms  (0 is off)
 ///   [slave.timeouts]               preop_ms, safeop_ms, op_ms, back_to_init_ms, back_to_safeop_ms,
@@ -21,6 +22,7 @@ struct SlavePlanConfig {
   ecat_master::IdentityRule serial;
   std::optional<std::uint16_t> alias;
   std::optional<std::uint16_t> device_id;
+  bool hot_connect = false;  ///< may be missing, and comes and goes
   ecat_master::WatchdogPlan watchdog;
   ecat_master::StateTimeouts timeouts;
   ecat_master::MailboxTimeouts mailbox_timeouts;

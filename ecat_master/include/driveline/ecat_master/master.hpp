@@ -88,13 +88,13 @@ class Master {
   /// Settings::clock_timeout for the lock; errors then: kClock, kNotLocked or kNotSynchronised.
   [[nodiscard]] Result<void> go_operational();
 
-  /// AL status of every slave, through the cycle while it runs.
+  /// AL status of every slave, through the cycle while it runs; nothing is said of those that have not been there yet.
   [[nodiscard]] Result<std::vector<AlReport>> al_status();
   /// AL status of one slave. Errors: kWorkingCounter when it does not answer, those of the bus.
   [[nodiscard]] Result<AlReport> al_status_of(std::size_t slave);
   /// While the cycle runs: gives their station addresses back to slaves that were switched off or plugged in again.
-  /// A slave is known by its place between the others, one with SlavePlan::hot_connect by its alias. Returns how many
-  /// there were. Errors: those of the bus.
+  /// A slave is known by its place between the others, one with SlavePlan::hot_connect by its alias or device ID.
+  /// Returns how many there were. Errors: those of the bus.
   [[nodiscard]] Result<std::size_t> readdress_newcomers();
   /// While the cycle runs: takes one slave from any state back to OP; checks that it is the device it was before and
   /// configures it anew when it has lost its configuration. The others are not touched. Errors: kIdentityMismatch,
@@ -148,6 +148,12 @@ class Master {
     DatagramExchange* target_;
   };
 
+  void drop_absent();
+  void add_absent(std::size_t number, SlavePlan plan);
+  [[nodiscard]] std::vector<SlaveRef> reachable() const;
+  [[nodiscard]] Result<void> welcome(std::size_t slave);
+  [[nodiscard]] Result<std::vector<std::optional<std::uint16_t>>> identify_newcomers(
+      std::span<const std::uint16_t> positions);
   [[nodiscard]] Result<void> reconfigure(std::size_t slave, std::chrono::nanoseconds state_timeout);
   [[nodiscard]] Result<void> match_plans(std::span<const SlavePlan> plans);
   [[nodiscard]] Result<void> raise_to(wire::AlState target);

@@ -48,7 +48,8 @@ struct SlavePlan {
   std::size_t group = 0;  ///< of the process image
   /// False: the slave takes its outputs by LWR and gives its inputs by LRD only; none: its description decides.
   std::optional<bool> lrw;
-  /// Known by its alias, wherever it is plugged in again; otherwise its place among the others tells who it is.
+  /// Known by its alias or device ID, wherever it is plugged in, and when: with one of them planned it may be missing
+  /// at the start, and joins when it comes. Otherwise its place among the others tells who it is.
   bool hot_connect = false;
   /// The PDOs that the slave has assigned by itself, instead of `pdos`; they are read and nothing is written. With a
   /// description file that has PDOs, those that it assigns.
@@ -64,6 +65,9 @@ struct ConfiguredSlave {
   SlavePlan plan;
   std::unique_ptr<MailboxClient> mailbox;          ///< none: the slave has no mailbox
   std::optional<esi::DeviceDescription> eeprom{};  ///< that of the EEPROM while info has that of a file
+  /// False: a hot-connected slave that has not been there yet. Its description is that of one of its kind, if there is
+  /// one, and its process data have their place in the image.
+  bool present = true;
 };
 
 /// What the plans say about who the slaves are, for compare_line().

@@ -35,7 +35,8 @@ struct DatagramResult {
   /// The working counter is that of all slaves that are there: whatever is missing of it is the share of slaves whose
   /// status bytes say that they are not, or that are recovering.
   bool good = false;
-  bool complete = false;  ///< no slave is missing
+  bool complete = false;   ///< no slave is missing
+  bool disturbed = false;  ///< slaves are missing besides those that are recovering
   std::uint16_t working_counter = 0;
 };
 
@@ -70,7 +71,7 @@ class CyclicFrame {
   [[nodiscard]] bool steady() const noexcept { return received_ && steady_; }
   [[nodiscard]] std::uint16_t working_counter() const noexcept;
   [[nodiscard]] std::uint16_t expected_working_counter() const noexcept { return expected_working_counter_; }
-  /// All datagrams are back with the working counter of a complete line.
+  /// All datagrams are back with the working counter of the line, without the slaves that are recovering.
   [[nodiscard]] bool valid() const noexcept;
   /// By number within the frame; the first is datagram first_datagram() of the image.
   [[nodiscard]] std::span<const DatagramResult> results() const noexcept { return results_; }
@@ -96,8 +97,8 @@ class CyclicFrame {
   [[nodiscard]] static bool status_changed(Part& part, std::span<const std::byte> frame) noexcept;
   void take(const Part& part, DatagramResult& result, std::span<const std::byte> data, ProcessImage& image,
             std::span<SlaveCondition> conditions) noexcept;
-  [[nodiscard]] bool explained(const Part& part, const ProcessImage& image, std::uint16_t working_counter,
-                               std::span<const SlaveCondition> conditions) const noexcept;
+  void explain(const Part& part, const ProcessImage& image, std::span<const SlaveCondition> conditions,
+               DatagramResult& result) const noexcept;
 
   std::array<std::byte, port::kMaxFrameBytes> buffer_{};
   std::size_t size_ = 0;

@@ -22,7 +22,8 @@ struct PortDiagnosis {
 struct SlaveDiagnosis {
   std::string name;
   SlaveRef ref;
-  bool answers = false;  ///< false: everything below is empty
+  bool optional = false;  ///< hot-connected: it may be missing
+  bool answers = false;   ///< false: everything below is empty
   AlReport al;
   std::array<PortDiagnosis, kSlavePorts> ports{};
   std::uint8_t processing_unit_errors = 0;  ///< frames that are no proper EtherCAT frames (030Ch)

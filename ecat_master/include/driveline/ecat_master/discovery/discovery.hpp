@@ -39,6 +39,9 @@ inline constexpr std::uint16_t kMaxSlaves = 4096;
 /// bus; trouble with an EEPROM is a fact about its slave. Not real-time safe.
 [[nodiscard]] Result<std::vector<SlaveInfo>> inspect(Bus& bus, std::span<const SlaveRef> slaves);
 
+/// What `image`, the EEPROM of a slave, says about it, or why it says nothing.
+[[nodiscard]] SlaveInfo make_slave_info(SlaveRef ref, Result<std::vector<std::byte>> image);
+
 /// Switches off all FMMUs and sync managers of all slaves: controllers keep them across a change to INIT, and their
 /// settings can only be changed while they are off. The slaves should be in INIT. Not real-time safe.
 [[nodiscard]] Result<void> clear_channels(Bus& bus);

@@ -37,6 +37,7 @@ struct ExpectedSlave {
   IdentityRule serial;                     ///< by the EEPROM
   std::optional<std::uint16_t> alias;      ///< anywhere on the line, by its station alias
   std::optional<std::uint16_t> device_id;  ///< anywhere on the line, by its explicit device identification
+  bool optional = false;                   ///< it may be missing; needs alias or device ID
   /// Known by its place on the line alone. \rtsafe
   [[nodiscard]] bool by_position() const noexcept { return !alias && !device_id; }
 };
@@ -68,6 +69,7 @@ struct LineComparison {
   std::vector<Difference> differences;  ///< in the order of the line
   /// For each slave of the line the number of its plan; nothing for a slave that is not planned.
   std::vector<std::optional<std::size_t>> plan_of_slave;
+  std::vector<std::size_t> absent;  ///< plans of slaves that may be missing, and are
   /// The line is as planned.
   [[nodiscard]] bool matches() const noexcept { return differences.empty(); }
 };

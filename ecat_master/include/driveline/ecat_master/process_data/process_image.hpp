@@ -19,6 +19,10 @@ struct ProcessDataChannel {
   std::uint8_t sync_manager = 0;
   std::uint16_t physical_start = 0;
   std::size_t bytes = 0;
+  /// The same but for the address in the slave's memory.
+  [[nodiscard]] constexpr bool same_place(const ProcessDataChannel& other) const noexcept {
+    return output == other.output && sync_manager == other.sync_manager && bytes == other.bytes;
+  }
 };
 
 /// What one slave contributes to the process image, and what it can do.
@@ -127,6 +131,8 @@ class ProcessImage {
   [[nodiscard]] std::size_t frame_count() const noexcept { return frame_count_; }
   /// The FMMUs of a slave by their number, as they have to be written to it.
   [[nodiscard]] std::span<const wire::FmmuEntity> fmmus(std::size_t slave) const noexcept { return fmmus_[slave]; }
+  /// Gives the FMMUs of a slave the addresses of `to`, channels that are those of `from` but for their addresses.
+  void relocate(std::size_t slave, std::span<const ProcessDataChannel> from, std::span<const ProcessDataChannel> to);
   [[nodiscard]] static constexpr std::uint32_t logical_address(std::size_t offset) noexcept {
     return kLogicalStart + static_cast<std::uint32_t>(offset);
   }

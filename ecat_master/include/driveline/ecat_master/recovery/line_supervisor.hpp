@@ -18,6 +18,7 @@ struct LineEvent {
     kRecoveryFailed,  ///< `error` says why; it is tried again
     kRingBroken,      ///< `slave`: slaves on the primary side; `count`: on the secondary side
     kRingClosed,
+    kJoined,         ///< a hot-connected slave that was missing is in OP
     kOutputsZeroed,  ///< a group (`slave`) reached its limit of bad cycles (`count`)
   };
   Kind kind = Kind::kLeftOp;
@@ -54,7 +55,8 @@ class LineSupervisor {
   /// milliseconds. Takes as long as a recovery takes.
   void poll();
 
-  /// True when every slave is in OP and exchanges valid data, as of the last poll.
+  /// True when every slave is in OP and exchanges valid data, as of the last poll; hot-connected ones that have not
+  /// been there yet are not waited for.
   [[nodiscard]] bool all_operational() const noexcept;
   /// False while a slave is not in OP: its axis is unavailable.
   [[nodiscard]] bool operational(std::size_t slave) const noexcept { return !slaves_[slave].trouble; }
