@@ -270,7 +270,18 @@ class EsiReader {
     mode.cycle_time_sync1_ns = context_.child_number<std::int32_t>(node, "CycleTimeSync1");
     mode.cycle_time_sync1_factor = context_.attribute_number<std::int16_t>(node.child("CycleTimeSync1"), "Factor");
     mode.shift_time_sync1_ns = context_.child_number<std::int32_t>(node, "ShiftTimeSync1");
+    for (const auto sm : node.children("Sm")) read_assignment(sm, mode);
     return mode;
+  }
+
+  /// A sync manager of a mode: its times are passed over, its PDOs are not. Without PDOs the default assignment stays.
+  void read_assignment(pugi::xml_node node, DcOpMode& mode) {
+    SmAssignment assignment;
+    assignment.sync_manager = context_.attribute_number<std::uint8_t>(node, "No");
+    for (const auto pdo : node.children("Pdo")) {
+      assignment.pdos.push_back(context_.number<std::uint16_t>(pdo, pdo.text().get(), 0));
+    }
+    if (!assignment.pdos.empty()) mode.assignments.push_back(std::move(assignment));
   }
 
   /// The EEPROM is described by its parts, or there is the complete image in Data.

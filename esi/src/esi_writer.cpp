@@ -131,6 +131,11 @@ void append_dc(pugi::xml_node node, const std::vector<DcOpMode>& modes) {
     append_text(out, "ShiftTimeSync0", std::to_string(mode.shift_time_sync0_ns));
     append_cycle_time(out, "CycleTimeSync1", mode.cycle_time_sync1_ns, mode.cycle_time_sync1_factor);
     append_text(out, "ShiftTimeSync1", std::to_string(mode.shift_time_sync1_ns));
+    for (const auto& assignment : mode.assignments) {
+      auto sm = out.append_child("Sm");
+      set_attribute(sm, "No", std::to_string(assignment.sync_manager));
+      for (const auto pdo : assignment.pdos) append_text(sm, "Pdo", hex_number(pdo, 4));
+    }
   }
 }
 

@@ -108,11 +108,19 @@ std::string entry_text(const SiiImage& image, const SiiPdoEntry& entry) {
                      image.text(entry.name_text));
 }
 
+/// The master may write the mapping (CoE details: PDO configuration).
+bool maps_over_coe(const SiiImage& image) {
+  const auto* general = image.find<SiiGeneral>(SiiCategoryType::kGeneral);
+  return general != nullptr && (general->coe_details & SiiGeneral::kCoePdoConfig) != 0;
+}
+
 void compare_pdo(Comparison& to, std::string_view name, const SiiImage& found, const SiiPdo& has,
                  const SiiImage& planned, const SiiPdo& wants) {
   to.text(fmt::format("{}, name", name), found.text(has.name_text), planned.text(wants.name_text));
   to.number(fmt::format("{}, sync manager", name), has.sync_manager, wants.sync_manager, 2);
   to.number(fmt::format("{}, flags", name), has.flags, wants.flags, 4);
+  // An EEPROM may leave open what is mapped into a PDO that the master fills; the file then has a proposal.
+  if (has.entries.empty() && maps_over_coe(planned)) return;
   if (has.entries.size() != wants.entries.size()) {
     to.add(fmt::format("{}, entries", name), fmt::format("{}", has.entries.size()),
            fmt::format("{}", wants.entries.size()));

@@ -41,9 +41,10 @@ std::vector<GeneratedFile> generated_files() {
   using slaves::msd::Variant;
   const auto device = [](Variant variant) { return slaves::msd::device_description(variant); };
   std::vector<GeneratedFile> files = {
-      {"moog_msd.xml", esi::write_esi({device(Variant::kMsd)})},
+      {"moog_msd.xml", esi::write_esi({slaves::msd::esi_description(Variant::kMsd)})},
       {"moog_msd_objects.md", slaves::msd::object_reference(Variant::kMsd)},
-      {"servoone.xml", esi::write_esi({device(Variant::kServoOne), device(Variant::kServoOneJunior)})},
+      {"servoone.xml", esi::write_esi({slaves::msd::esi_description(Variant::kServoOne),
+                                       slaves::msd::esi_description(Variant::kServoOneJunior)})},
       {"servoone_objects.md", slaves::msd::object_reference(Variant::kServoOne)}};
   for (const auto& facts : slaves::msd::kVariants) {
     const std::string stem(facts.file_stem);
@@ -85,6 +86,13 @@ Outcome<int> show_esi(const std::string& name) {
     fmt::print("  {} sync managers, {} FMMUs, {} RxPDOs, {} TxPDOs, {} objects, {} DC modes\n",
                device.sync_managers.size(), device.fmmus.size(), device.rx_pdos.size(), device.tx_pdos.size(),
                device.objects.size(), device.dc_modes.size());
+    for (const auto& mode : device.dc_modes) {
+      std::string pdos;
+      for (const auto& assignment : mode.assignments) {
+        for (const auto pdo : assignment.pdos) pdos += fmt::format(" 0x{:04X}", pdo);
+      }
+      fmt::print("    {}: {}{}{}\n", mode.name, mode.description, pdos.empty() ? "" : ";", pdos);
+    }
   }
   return 0;
 }

@@ -244,7 +244,11 @@ std::string heading(const DriveView& view) {
   if (const auto serial = values.bits(Object::kSerial)) append("serial ", std::to_string(*serial));
   text += "\n";
   if (view.other_master) {
-    text += "Another master works with this line: nothing is touched but the mailbox of the drive, which they share.\n";
+    const bool exchanging =
+        view.al.status.state == wire::AlState::kSafeOp || view.al.status.state == wire::AlState::kOp;
+    text += fmt::format("{}: nothing is touched but the mailbox of the drive, which they share.\n",
+                        exchanging ? "Another master works with this line"
+                                   : "A master has taken this line out of INIT and may be at work");
   }
   if (!view.trouble.empty()) text += fmt::format("Values of before: {}\n", view.trouble);
   return text;

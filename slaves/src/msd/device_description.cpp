@@ -1,6 +1,7 @@
 #include "driveline/slaves/msd/device_layout.hpp"
 #include "driveline/slaves/msd/msd_table.hpp"
 #include "driveline/wire/sync_manager.hpp"
+#include "mode_mapping.hpp"
 
 namespace driveline::slaves::msd {
 namespace {
@@ -83,7 +84,9 @@ std::vector<esi::DcOpMode> dc_modes() {
   esi::DcOpMode free_run;
   free_run.name = "Free-Run";
   free_run.description = "Free run, no synchronisation";
-  return {synchronous, free_run};
+  std::vector<esi::DcOpMode> modes = {synchronous, free_run};
+  for (auto& mode : mode_op_modes()) modes.push_back(std::move(mode));
+  return modes;
 }
 
 }  // namespace

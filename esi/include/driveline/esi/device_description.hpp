@@ -73,6 +73,13 @@ struct SyncManager {
 /// What an FMMU of the device is for, as SII category 40 numbers it.
 enum class FmmuUse : std::uint8_t { kUnused = 0, kOutputs = 1, kInputs = 2, kMailboxState = 3 };
 
+/// PDOs that an operation mode assigns to a sync manager.
+struct SmAssignment {
+  std::uint8_t sync_manager = 0;
+  std::vector<std::uint16_t> pdos;
+  bool operator==(const SmAssignment&) const = default;
+};
+
 /// A distributed-clock operation mode (ETG.2000, Dc/OpMode).
 struct DcOpMode {
   std::string name;                      ///< by which files and line descriptions choose it
@@ -85,6 +92,8 @@ struct DcOpMode {
   std::int32_t cycle_time_sync1_ns = 0;      ///< 0: that of SYNC0 times the factor
   std::int16_t cycle_time_sync1_factor = 0;  ///< cycles of SYNC0 per cycle of SYNC1
   std::int32_t shift_time_sync1_ns = 0;      ///< from SYNC0 to SYNC1
+  /// What is assigned in this mode instead of the PDOs' own default (ETG.2000, Dc/OpMode/Sm). Not in the SII.
+  std::vector<SmAssignment> assignments{};
   bool operator==(const DcOpMode&) const = default;
 };
 

@@ -27,6 +27,10 @@ inline constexpr std::uint32_t kRevision = facts(Variant::kMsd).revision;
 /// What ESI and SII say about the drive, made from the table.
 [[nodiscard]] esi::DeviceDescription device_description(Variant variant = Variant::kMsd);
 
+/// The same for ESI files: with mappings for the modes of operation, as proposals for configuration tools (ours; the
+/// drive itself comes with empty PDOs).
+[[nodiscard]] esi::DeviceDescription esi_description(Variant variant = Variant::kMsd);
+
 /// All rows of the table as a page of Markdown.
 [[nodiscard]] std::string object_reference(Variant variant = Variant::kMsd);
 
