@@ -20,6 +20,7 @@ CONTRACT = {
     "missed_periods": int,
     "wkc_errors": int,
     "lost_frames": int,
+    "late_frames": int,
     "wake_latency_ns": LATENCY,
     "cycle_cost_ns": LATENCY,
     "round_trip_ns": LATENCY,
@@ -121,7 +122,7 @@ def main():
     if errors:
         sys.exit(1)
     print(f"check_run_json: {run['cycles']} cycles, {run['missed_periods']} missed periods, "
-          f"{run['lost_frames']} lost frames, wake-up p99.9 {run['wake_latency_ns']['p999']} ns, "
+          f"{run['lost_frames']} lost frames ({run['late_frames']} late), wake-up p99.9 {run['wake_latency_ns']['p999']} ns, "
           f"cycle cost p99.9 {run['cycle_cost_ns']['p999']} ns, published {run['telemetry']['published']}")
 
 

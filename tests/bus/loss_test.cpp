@@ -175,6 +175,7 @@ TEST(LostCyclicFrames, CostTheirCycleAndNothingElse) {
   EXPECT_EQ(operation.motion().phase(), MotionPhase::kFollowing);
   EXPECT_GE(port.lost(), 79U);
   EXPECT_EQ(operation.statistics().lost_frames, port.lost());
+  EXPECT_EQ(operation.statistics().late_frames, 0U);
   EXPECT_EQ(operation.statistics().wkc_errors, 0U);
   EXPECT_EQ(operation.statistics().missed_periods, 0U) << "the grid stands";
   EXPECT_TRUE(drives.all_in(AlState::kOp));
@@ -198,6 +199,7 @@ TEST(LateFrames, AreCountedAndNeverTakenForNewOnes) {
   operation.run(milliseconds{2});
   EXPECT_GE(port.delayed(), 110U);
   EXPECT_EQ(operation.statistics().lost_frames, port.delayed());
+  EXPECT_EQ(operation.statistics().late_frames, port.delayed()) << "told from those that never come";
   EXPECT_EQ(operation.statistics().stale_frames, port.delayed());
   EXPECT_EQ(operation.statistics().wkc_errors, 0U);
   ASSERT_EQ(operation.axis_samples.size(), operation.line_samples.size());

@@ -80,6 +80,7 @@ nlohmann::json to_json(const RunReport& report) {
       {"missed_periods", statistics.missed_periods},
       {"wkc_errors", statistics.wkc_errors},
       {"lost_frames", statistics.lost_frames},
+      {"late_frames", statistics.late_frames},
       {"wake_latency_ns", percentiles(statistics.wake_latency)},
       {"cycle_cost_ns", percentiles(statistics.cost)},
       {"round_trip_ns", percentiles(statistics.round_trip)},
@@ -99,8 +100,11 @@ std::string to_text(const RunReport& report) {
   std::string text = fmt::format("\n{}: {} axes, cycle {} us, {:.3f} s in operation, line state {}\n\n", report.line,
                                  report.axes.size(), static_cast<double>(report.period.count()) / 1000.0,
                                  report.duration_s, report.state);
-  text += fmt::format("  cycles {:>18}\n  missed periods {:>10}\n  WKC errors {:>14}\n  lost frames {:>13}\n\n",
+  text += fmt::format("  cycles {:>18}\n  missed periods {:>10}\n  WKC errors {:>14}\n  lost frames {:>13}",
                       statistics.cycles, statistics.missed_periods, statistics.wkc_errors, statistics.lost_frames);
+  // What came after its deadline was not lost on the wire.
+  if (statistics.late_frames > 0) text += fmt::format(" ({} of them came late)", statistics.late_frames);
+  text += "\n\n";
   text += fmt::format("  {:<22}{:>9}{:>9}{:>9}{:>9}\n", "time in us", "p50", "p99", "p99.9", "max");
   text += row("wake-up latency", statistics.wake_latency) + row("cycle cost", statistics.cost) +
           row("round trip", statistics.round_trip);

@@ -79,6 +79,19 @@ void CyclicCore::cycle(const rt::CycleStart& start) noexcept {
   publish(start, cost);
 }
 
+void CyclicCore::remember_missing(std::uint32_t sequence) noexcept {
+  missing_[next_missing_] = sequence;
+  next_missing_ = (next_missing_ + 1) % missing_.size();
+}
+
+/// Once per frame: its double is not late, too.
+bool CyclicCore::was_missing(std::uint32_t sequence) noexcept {
+  const auto found = std::find(missing_.begin(), missing_.end(), sequence);
+  if (found == missing_.end() || sequence == 0) return false;
+  *found = 0;
+  return true;
+}
+
 void CyclicCore::begin(const rt::CycleStart& start) noexcept {
   cycle_number_ = static_cast<std::uint64_t>(start.cycle);
   missed_now_ = static_cast<std::uint32_t>(start.missed);
@@ -106,7 +119,10 @@ void CyclicCore::tally(const rt::CycleStart& start, nanoseconds cost) noexcept {
   cycles_shared_.store(++cycles_, std::memory_order_release);
   if (const bool wanted = counting_wanted_.load(std::memory_order_acquire); wanted != counting_) {
     counting_ = wanted;
-    if (counting_) statistics_ = CycleStatistics{};
+    if (counting_) {
+      statistics_ = CycleStatistics{};
+      missing_.fill(0);
+    }
   }
   if (!counting_) return;
   statistics_.cycles += 1;
@@ -119,6 +135,7 @@ void CyclicCore::tally(const rt::CycleStart& start, nanoseconds cost) noexcept {
     if (!due(frame)) continue;
     if (!frame.received()) {
       ++statistics_.lost_frames;
+      remember_missing(frame.tag().sequence);
     } else if (!frame.valid()) {
       ++statistics_.wkc_errors;
     }
@@ -180,7 +197,9 @@ void CyclicCore::dispatch(const port::ReceivedFrame& frame) noexcept {
   }
   if (acyclic_.accept(frame.bytes, tag)) return;
   stale_frames_.add();
-  if (counting_) ++statistics_.stale_frames;
+  if (!counting_) return;
+  ++statistics_.stale_frames;
+  if (was_missing(tag.sequence)) ++statistics_.late_frames;
 }
 
 void CyclicCore::note(CyclicEvent::Kind kind, std::size_t index, unsigned before, unsigned after,

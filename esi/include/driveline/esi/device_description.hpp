@@ -75,8 +75,8 @@ enum class FmmuUse : std::uint8_t { kUnused = 0, kOutputs = 1, kInputs = 2, kMai
 
 /// PDOs that an operation mode assigns to a sync manager.
 struct SmAssignment {
-  std::uint8_t sync_manager = 0;
-  std::vector<std::uint16_t> pdos;
+  std::uint8_t sync_manager = 0;    ///< its number
+  std::vector<std::uint16_t> pdos;  ///< their objects, 1600h ... or 1A00h ...
   bool operator==(const SmAssignment&) const = default;
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <memory>
 #include <vector>
@@ -30,7 +31,8 @@ struct CycleStatistics {
   std::uint64_t missed_periods = 0;
   std::uint64_t wkc_errors = 0;    ///< frames that came back with another working counter than expected
   std::uint64_t lost_frames = 0;   ///< cyclic frames that did not come back within their cycle
-  std::uint64_t stale_frames = 0;  ///< frames that came back after their cycle
+  std::uint64_t late_frames = 0;   ///< of them, those that came back after all, in one of the next cycles
+  std::uint64_t stale_frames = 0;  ///< frames nobody waited for: late ones, doubled ones, late acyclic answers
   std::uint64_t foreign_frames = 0;
   rt::Histogram wake_latency;
   rt::Histogram cost;         ///< wake-up to the end of the cycle's work
@@ -173,6 +175,8 @@ class CyclicCore {
   void send() noexcept;
   void receive(std::chrono::nanoseconds deadline) noexcept;
   void dispatch(const port::ReceivedFrame& frame) noexcept;
+  void remember_missing(std::uint32_t sequence) noexcept;
+  [[nodiscard]] bool was_missing(std::uint32_t sequence) noexcept;
   void evaluate(const rt::CycleStart& start) noexcept;
   void judge_groups(const rt::CycleStart& start) noexcept;
   void judge_group(std::size_t number, const rt::CycleStart& start) noexcept;
@@ -214,6 +218,9 @@ class CyclicCore {
   std::uint64_t cycle_number_ = 0;
   std::uint64_t cycles_ = 0;
   std::uint32_t sequence_ = kFirstSequence;
+  /// Numbers of the last frames that did not come back in time; 0: none.
+  std::array<std::uint32_t, 64> missing_{};
+  std::size_t next_missing_ = 0;
   std::chrono::nanoseconds sent_at_{};
   std::chrono::nanoseconds received_at_{};
   std::chrono::nanoseconds exchanged_at_{};

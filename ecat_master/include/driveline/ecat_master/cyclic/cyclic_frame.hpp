@@ -64,6 +64,8 @@ class CyclicFrame {
   void judge_outputs(const ProcessImage& image, std::span<const SlaveCondition> conditions) noexcept;
 
   [[nodiscard]] std::size_t group() const noexcept { return group_; }
+  /// Of the last send().
+  [[nodiscard]] FrameTag tag() const noexcept { return tag_; }
   /// Facts of the last cycle it was sent in.
   [[nodiscard]] bool received() const noexcept { return received_; }
   /// It came back complete, and so did the answer before it, with the same status bytes: nothing that it says of a
