@@ -63,8 +63,10 @@ PositionRange::PositionRange(std::int32_t minimum, std::int32_t maximum) noexcep
 
 /// From one position to the other in positive direction, less than the whole range.
 std::int64_t PositionRange::positive_way(std::int64_t from, std::int64_t to) const noexcept {
-  const std::int64_t way = (to - from) % size_;
-  return way < 0 ? way + size_ : way;
+  const std::int64_t way = to - from;
+  if (way >= 0 && way < size_) return way;  // nearly always: saves the division
+  const std::int64_t rest = way % size_;
+  return rest < 0 ? rest + size_ : rest;
 }
 
 std::int32_t PositionRange::wrap(std::int64_t position) const noexcept {

@@ -36,12 +36,16 @@ class EventUnit {
 
   void set_ecat(std::uint16_t bits, bool pending) noexcept {
     const auto old = memory_.get(wire::reg::kEcatEventRequest);
-    memory_.set(wire::reg::kEcatEventRequest, static_cast<std::uint16_t>(pending ? old | bits : old & ~bits));
+    const auto requests = static_cast<std::uint16_t>(pending ? old | bits : old & ~bits);
+    // The common case: every access to a sync manager buffer comes by here.
+    if (requests == old) return;
+    memory_.set(wire::reg::kEcatEventRequest, requests);
     refresh();
   }
   void set_al(std::uint32_t bits, bool pending) noexcept {
     const auto old = memory_.get(wire::reg::kAlEventRequest);
-    memory_.set(wire::reg::kAlEventRequest, pending ? old | bits : old & ~bits);
+    const auto requests = pending ? old | bits : old & ~bits;
+    if (requests != old) memory_.set(wire::reg::kAlEventRequest, requests);
   }
   [[nodiscard]] bool al_pending(std::uint32_t bits) const noexcept {
     return (memory_.get(wire::reg::kAlEventRequest) & bits) != 0;
