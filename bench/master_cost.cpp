@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <linux/if_packet.h>
 #include <net/if.h>
-#include <pthread.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
 #include <algorithm>
@@ -18,6 +17,7 @@
 #include "driveline/ecat_master/cyclic/cyclic_core.hpp"
 #include "driveline/port/raw_socket_port.hpp"
 #include "driveline/wire/frame.hpp"
+#include "support/realtime.hpp"
 #include "support/report.hpp"
 #include "support/stopwatch.hpp"
 #include "support/veth_pair.hpp"
@@ -40,20 +40,6 @@ constexpr double kAimP999 = 1.2;
 constexpr std::size_t kBytesPerAxis = 19;
 constexpr double kLostNs = 5e6;
 constexpr std::uint8_t kOp = 0x08;
-
-/// On a processor of its own, ahead of ordinary work where that is allowed: whoever has to share it measures others.
-void pin(int cpu) {
-  cpu_set_t set;
-  CPU_ZERO(&set);
-  CPU_SET(static_cast<unsigned>(cpu), &set);
-  static_cast<void>(pthread_setaffinity_np(pthread_self(), sizeof set, &set));
-  const sched_param priority{.sched_priority = 20};
-  static_cast<void>(pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority));
-}
-
-int last_cpu() {
-  return static_cast<int>(std::thread::hardware_concurrency()) - 1;
-}
 
 /// A packet socket as the raw socket port opens it.
 class PacketSocket {
@@ -96,7 +82,7 @@ class Responder {
 
  private:
   void run(const std::stop_token& stop) {
-    pin(last_cpu());
+    claim_cpu(last_cpu());
     std::array<std::byte, port::kMaxFrameBytes> frame;
     while (!stop.stop_requested()) {
       const auto size = recv(socket_.get(), frame.data(), frame.size(), 0);
@@ -388,7 +374,7 @@ void measure_all(const Options& options) {
     report.print(options);
     return;
   }
-  pin(std::max(0, last_cpu() - 1));
+  claim_cpu(std::max(0, last_cpu() - 1));
   for (const std::size_t axes : {1U, 8U, 32U, 100U}) measure_axes(report, *cable, axes, options.count(kCycles));
   report.note(
       fmt::format("Cycles back to back over a veth pair; the responder spins on the last CPU. Rounds of {} cycles\n"

@@ -8,4 +8,9 @@ namespace driveline::bench {
 /// not in effect is said on stderr. Throws std::runtime_error when there is no thread at all.
 void start_realtime(rt::RealtimeThread& thread, rt::RealtimeTask& task);
 
+/// The calling thread alone on processor `cpu`, ahead of ordinary work where that is allowed: whoever has to share it
+/// measures others. Threads that it makes begin with the same.
+void claim_cpu(int cpu) noexcept;
+[[nodiscard]] int last_cpu() noexcept;
+
 }  // namespace driveline::bench
