@@ -8,6 +8,7 @@ namespace {
 constexpr std::string_view kLine = "Lines";
 constexpr std::string_view kTools = "Bus tools";
 constexpr std::string_view kFiles = "Files and the shell";
+constexpr std::string_view kMeasuring = "Measuring";
 
 constexpr std::array kCommands = {
     Command{"run", "", kLine, "Take the line to OP and its axes along their path",
@@ -105,6 +106,10 @@ constexpr std::array kCommands = {
     Command{"esi validate", "", "", "Check an ESI file and tell what was passed over",
             "esi validate esi/data/moog_msd.xml", prepare_esi_validate},
     Command{"esi show", "", "", "List the devices of an ESI file", "esi show esi/data/moog_msd.xml", prepare_esi_show},
+    Command{"bench", "", kMeasuring, "Run the benchmarks and put their figures together, with pictures",
+            "bench --list\n"
+            "bench wake --quick --output out",
+            prepare_bench},
     Command{"completion", "", kFiles, "Print a script that lets the shell complete commands and options",
             "completion bash > ~/.local/share/bash-completion/completions/driveline", prepare_completion},
 };

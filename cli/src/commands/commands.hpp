@@ -35,6 +35,7 @@ namespace driveline::cli {
 [[nodiscard]] Execute prepare_esi_generate(Arguments& to);
 [[nodiscard]] Execute prepare_esi_validate(Arguments& to);
 [[nodiscard]] Execute prepare_esi_show(Arguments& to);
+[[nodiscard]] Execute prepare_bench(Arguments& to);
 [[nodiscard]] Execute prepare_completion(Arguments& to);
 
 }  // namespace driveline::cli

@@ -1,12 +1,9 @@
 #include "text/plots.hpp"
 
 #include <fmt/format.h>
-#include <spawn.h>
-#include <sys/wait.h>
 
 #include "output_file.hpp"
-
-extern char** environ;
+#include "text/gnuplot.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -55,28 +52,6 @@ std::string axes_script(const std::vector<AxisReport>& axes, std::string_view ou
     }
   }
   return script + "unset multiplot\n";
-}
-
-/// Runs gnuplot on `script` inside `directory`. Error: a sentence.
-tl::expected<void, std::string> run_gnuplot(const std::filesystem::path& directory, const std::string& script) {
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addchdir_np(&actions, directory.c_str());
-  std::string program = "gnuplot";
-  std::string argument = script;
-  char* arguments[] = {program.data(), argument.data(), nullptr};
-  pid_t pid = 0;
-  const int failed = posix_spawnp(&pid, "gnuplot", &actions, nullptr, arguments, environ);
-  posix_spawn_file_actions_destroy(&actions);
-  if (failed != 0)
-    return tl::unexpected(std::string("no plots: gnuplot is not installed (Debian package gnuplot-nox)"));
-  int status = 0;
-  while (waitpid(pid, &status, 0) < 0 && errno == EINTR) {
-  }
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
-    return tl::unexpected(fmt::format("no plots: gnuplot failed on {}", (directory / script).string()));
-  }
-  return {};
 }
 
 }  // namespace

@@ -1,0 +1,187 @@
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "commands/commands.hpp"
+#include "console.hpp"
+#include "output_file.hpp"
+#include "text/bench_report.hpp"
+#include "text/gnuplot.hpp"
+
+extern char** environ;
+
+namespace driveline::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+struct Options {
+  std::vector<std::string> names;
+  std::optional<std::string> directory;
+  std::optional<std::string> output;
+  bool quick = false;
+  bool json = false;
+  bool list = false;
+};
+
+/// Where the build puts the programs of bench/: in a folder of that name beside this program.
+fs::path default_directory() {
+  std::error_code error;
+  const auto program = fs::read_symlink("/proc/self/exe", error);
+  return error ? fs::path("bench") : program.parent_path() / "bench";
+}
+
+/// The programs in `directory`, by name.
+Outcome<std::vector<fs::path>> find_programs(const fs::path& directory) {
+  std::vector<fs::path> found;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(directory, error)) {
+    if (!entry.is_regular_file() || entry.path().has_extension()) continue;
+    if (access(entry.path().c_str(), X_OK) == 0) found.push_back(entry.path());
+  }
+  if (error) {
+    return misused(fmt::format("{}: {}; --dir names the folder of the benchmark programs (<build>/bench)",
+                               directory.string(), error.message()));
+  }
+  if (found.empty()) return misused(fmt::format("{}: no benchmark program in it", directory.string()));
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+/// Those of `programs` that were asked for; all without names.
+Outcome<std::vector<fs::path>> select(const std::vector<fs::path>& programs, const std::vector<std::string>& names) {
+  if (names.empty()) return programs;
+  std::vector<fs::path> chosen;
+  for (const auto& name : names) {
+    const auto found =
+        std::find_if(programs.begin(), programs.end(), [&](const auto& p) { return p.filename() == name; });
+    if (found == programs.end()) {
+      std::string known;
+      for (const auto& program : programs) known += (known.empty() ? "" : ", ") + program.filename().string();
+      return misused(fmt::format("there is no benchmark '{}'; choose from {}", name, known));
+    }
+    chosen.push_back(*found);
+  }
+  return chosen;
+}
+
+/// Runs a program and returns what it printed on stdout; its stderr is ours. Error: a sentence.
+tl::expected<std::string, std::string> output_of(const fs::path& program, bool quick) {
+  std::array<int, 2> ends{};
+  if (pipe(ends.data()) != 0) return tl::unexpected(std::string("no pipe to read from"));
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
+  posix_spawn_file_actions_addclose(&actions, ends[0]);
+  posix_spawn_file_actions_addclose(&actions, ends[1]);
+  std::array<std::string, 3> words{program.string(), "--json", "--quick"};
+  std::array<char*, 4> arguments{words[0].data(), words[1].data(), quick ? words[2].data() : nullptr, nullptr};
+  pid_t pid = 0;
+  const int refused = posix_spawn(&pid, program.c_str(), &actions, nullptr, arguments.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  close(ends[1]);
+  std::string text;
+  std::array<char, 4096> part{};
+  for (ssize_t size = 0; refused == 0 && (size = read(ends[0], part.data(), part.size())) != 0;) {
+    if (size > 0) text.append(part.data(), static_cast<std::size_t>(size));
+    if (size < 0 && errno != EINTR) break;
+  }
+  close(ends[0]);
+  if (refused != 0)
+    return tl::unexpected(fmt::format("cannot be started: {}", std::generic_category().message(refused)));
+  int status = 0;
+  while (waitpid(pid, &status, 0) < 0 && errno == EINTR) {
+  }
+  if (WIFSIGNALED(status)) return tl::unexpected(fmt::format("was ended by signal {}", WTERMSIG(status)));
+  if (WEXITSTATUS(status) != 0) return tl::unexpected(fmt::format("failed with status {}", WEXITSTATUS(status)));
+  return text;
+}
+
+/// Writes documents, report and pictures. That gnuplot is missing costs the pictures only.
+Outcome<void> write_output(const fs::path& directory, const std::vector<json>& documents) {
+  std::error_code error;
+  fs::create_directories(directory, error);
+  if (error) return failed(fmt::format("{}: cannot be created: {}", directory.string(), error.message()));
+  const auto write = [&](const std::string& name, const std::string& content) -> Outcome<void> {
+    if (auto done = write_file(directory / name, content); !done) return failed(done.error());
+    print_line((directory / name).string());
+    return {};
+  };
+  auto report = bench_report(documents);
+  for (const auto& document : documents) {
+    if (auto done = write(document["bench"].get<std::string>() + ".json", document.dump(2) + "\n"); !done) return done;
+  }
+  for (const auto& figure : bench_figures(documents)) {
+    if (auto done = write(figure.name + ".dat", figure.data); !done) return done;
+    if (auto done = write(figure.name + ".gp", figure.script); !done) return done;
+    if (auto drawn = run_gnuplot(directory, figure.name + ".gp"); !drawn) {
+      print_line(drawn.error());
+      continue;
+    }
+    report += fmt::format("\n![{0}]({0}.svg)\n", figure.name);
+  }
+  return write("report.md", report);
+}
+
+Outcome<int> bench(const Options& options) {
+  const auto programs = find_programs(options.directory ? fs::path(*options.directory) : default_directory());
+  if (!programs) return tl::unexpected(programs.error());
+  const auto chosen = select(*programs, options.names);
+  if (!chosen) return tl::unexpected(chosen.error());
+  if (options.list) {
+    for (const auto& program : *chosen) fmt::print("{}\n", program.filename().string());
+    return 0;
+  }
+  std::vector<json> documents;
+  std::string failures;
+  for (std::size_t i = 0; i < chosen->size(); ++i) {
+    const auto& program = (*chosen)[i];
+    const auto name = program.filename().string();
+    progress("{} of {}: {} ...", i + 1, chosen->size(), name);
+    const auto begin = std::chrono::steady_clock::now();
+    const auto text = output_of(program, options.quick);
+    const auto document = text ? parse_bench_document(*text) : tl::unexpected(text.error());
+    if (!document) {
+      failures += fmt::format("{}{} {}", failures.empty() ? "" : "; ", name, document.error());
+      continue;
+    }
+    documents.push_back(*document);
+    progress("  {:.0f} s", std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+  }
+  if (options.json) {
+    fmt::print("{}\n", json{{"benches", documents}}.dump(2));
+  } else if (!documents.empty()) {
+    fmt::print("{}", bench_report(documents));
+  }
+  if (options.output && !documents.empty()) {
+    if (auto written = write_output(*options.output, documents); !written) return tl::unexpected(written.error());
+  }
+  if (!failures.empty()) return failed(failures);
+  return 0;
+}
+
+}  // namespace
+
+Execute prepare_bench(Arguments& to) {
+  auto options = std::make_shared<Options>();
+  to.option("--dir", &options->directory, Value::folder(),
+            "Folder of the programs (default: bench beside this program)");
+  to.option("-o,--output", &options->output, Value::folder(), "Write the documents, a report and pictures there");
+  to.flag("--quick", options->quick, "A tenth of the measurements: to see that it works");
+  to.flag("--list", options->list, "List the programs instead of running them");
+  to.flag("--json", options->json, "One JSON document on stdout");
+  to.positional(&options->names, Value::text("NAME"), "Which to run (default: all)");
+  return [options] { return bench(*options); };
+}
+
+}  // namespace driveline::cli

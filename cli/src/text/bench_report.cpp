@@ -1,0 +1,174 @@
+#include "text/bench_report.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <charconv>
+#include <optional>
+#include <string_view>
+
+namespace driveline::cli {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::string_view kTerminal = "set terminal svg size 860,360 font 'sans,11' background 'white' noenhanced\n";
+
+/// What every row of a document has; the rest of the schema may be left out.
+constexpr std::string_view kNames[] = {"case", "metric", "unit"};
+constexpr std::string_view kFigures[] = {"n", "p50", "p99", "p999", "max"};
+
+std::string row_text(const json& row) {
+  auto text = fmt::format("| {} | {} | {} |", row["case"].get<std::string>(), row["metric"].get<std::string>(),
+                          row["unit"].get<std::string>());
+  for (const auto* key : {"p50", "p99", "p999", "max"}) text += fmt::format(" {:.1f} |", row[key].get<double>());
+  text += row.contains("aim")
+              ? fmt::format(" {}: {} |", row["aim"].get<std::string>(), row.value("met", false) ? "met" : "**missed**")
+              : std::string(" |");
+  text += row.contains("against") ? fmt::format(" {:.2f} ({:.2f}) x {} |\n", row.value("ratio_p50", 0.0),
+                                                row.value("ratio_p999", 0.0), row["against"].get<std::string>())
+                                  : std::string(" |\n");
+  return text;
+}
+
+/// The number in front of `tail` at the end of a name: 32 of "paced_32_axes".
+std::optional<int> number_before(std::string_view name, std::string_view tail) {
+  if (!name.ends_with(tail)) return std::nullopt;
+  name.remove_suffix(tail.size());
+  const auto begin = name.find_last_not_of("0123456789") + 1;
+  int number = 0;
+  const auto* end = name.data() + name.size();
+  if (std::from_chars(name.data() + begin, end, number).ptr != end || begin == name.size()) return std::nullopt;
+  return number;
+}
+
+const json* find_document(const std::vector<json>& documents, std::string_view bench) {
+  for (const auto& document : documents) {
+    if (document["bench"].get<std::string>() == bench) return &document;
+  }
+  return nullptr;
+}
+
+/// Rows of cases that begin with `begin` and measure `metric`, by number of axes: number, median, 99.9 %. One block of
+/// a gnuplot file.
+std::string by_axes(const json& document, std::string_view begin, std::string_view metric) {
+  std::string block = fmt::format("# {}{}\n", begin, metric);
+  for (const auto& row : document["results"]) {
+    const auto name = row["case"].get<std::string>();
+    const auto axes = number_before(name, "_axes");
+    if (!axes || !name.starts_with(begin) || row["metric"].get<std::string>() != metric) continue;
+    block += fmt::format("{} {} {}\n", *axes, row["p50"].get<double>(), row["p999"].get<double>());
+  }
+  return block + "\n\n";
+}
+
+BenchFigure master_cost_figure(const json& document) {
+  BenchFigure figure{"master_cost", {}, {}};
+  for (const auto* metric : {"bare_af_packet_loop", "send_receive_decode", "bare_packet_mmap_loop"}) {
+    figure.data += by_axes(document, "", metric);
+  }
+  figure.script = std::string(kTerminal) +
+                  "set output 'master_cost.svg'\n"
+                  "set title 'one cycle on a packet socket'\nset xlabel 'axes'\nset ylabel 'ns'\n"
+                  "set grid\nset key outside right\nset logscale xy\nset xtics (1, 8, 32, 100)\nset xrange [0.8:125]\n"
+                  "plot 'master_cost.dat' index 1 using 1:2 with linespoints lw 3 title 'master, median', \\\n"
+                  "  '' index 0 using 1:2 with linespoints lw 2 title 'bare AF_PACKET loop, median', \\\n"
+                  "  '' index 2 using 1:2 with linespoints lw 2 title 'bare PACKET_MMAP loop, median', \\\n"
+                  "  '' index 1 using 1:3 with linespoints dt 2 title 'master, 99.9 %', \\\n"
+                  "  '' index 0 using 1:3 with linespoints dt 2 title 'bare AF_PACKET loop, 99.9 %'\n";
+  return figure;
+}
+
+BenchFigure cycle_figure(const json& document) {
+  BenchFigure figure{"cycle", {}, {}};
+  for (const auto* pace : {"back_to_back_", "paced_"}) figure.data += by_axes(document, pace, "master_part_per_axis");
+  figure.script = std::string(kTerminal) +
+                  "set output 'cycle.svg'\n"
+                  "set title 'the part of the master in a cycle'\nset xlabel 'axes'\nset ylabel 'ns per axis'\n"
+                  "set grid\nset key outside right\nset logscale xy\nset xtics (1, 8, 32, 100)\nset xrange [0.8:125]\n"
+                  "plot 150 with lines dt 3 lc 'gray' title 'aim: 150 ns', \\\n"
+                  "  'cycle.dat' index 0 using 1:2 with linespoints lw 3 title 'back to back, median', \\\n"
+                  "  '' index 1 using 1:2 with linespoints lw 3 title 'every 125 us, median', \\\n"
+                  "  '' index 1 using 1:3 with linespoints dt 2 title 'every 125 us, 99.9 %'\n";
+  return figure;
+}
+
+/// How late who wakes up: a curve through the percentiles per way of waiting.
+BenchFigure wake_figure(const json& document) {
+  BenchFigure figure{"wake", {}, {}};
+  std::string curves;
+  std::string unit;
+  int index = 0;
+  for (const auto& row : document["results"]) {
+    const auto name = row["case"].get<std::string>();
+    unit = row["unit"].get<std::string>();
+    figure.data += fmt::format("# {}\n50 {}\n99 {}\n99.9 {}\n100 {}\n\n\n", name, row["p50"].get<double>(),
+                               row["p99"].get<double>(), row["p999"].get<double>(), row["max"].get<double>());
+    curves += fmt::format("{}'wake.dat' index {} using 0:2:xtic(1) with linespoints lw 2 title '{}'",
+                          index == 0 ? "" : ", \\\n  ", index, name);
+    ++index;
+  }
+  figure.script = std::string(kTerminal) +
+                  "set output 'wake.svg'\n"
+                  "set title 'wake-up after the grid time'\nset xlabel 'per cent of the cycles'\nset ylabel '" +
+                  unit + "'\nset grid\nset key outside right\nset logscale y\nplot " + curves + "\n";
+  return figure;
+}
+
+}  // namespace
+
+tl::expected<json, std::string> parse_bench_document(const std::string& text) {
+  auto document = json::parse(text, nullptr, false);
+  if (!document.is_object()) return tl::unexpected(std::string("printed no JSON document"));
+  if (!document.contains("bench") || !document["bench"].is_string())
+    return tl::unexpected(std::string("the document has no \"bench\""));
+  if (!document.contains("environment") || !document["environment"].is_object())
+    return tl::unexpected(std::string("the document has no \"environment\""));
+  if (!document.contains("results") || !document["results"].is_array())
+    return tl::unexpected(std::string("the document has no \"results\""));
+  for (const auto& row : document["results"]) {
+    if (!row.is_object()) return tl::unexpected(std::string("a result is not an object"));
+    for (const auto key : kNames) {
+      if (!row.contains(key) || !row[std::string(key)].is_string())
+        return tl::unexpected(fmt::format("a result has no \"{}\"", key));
+    }
+    for (const auto key : kFigures) {
+      if (!row.contains(key) || !row[std::string(key)].is_number())
+        return tl::unexpected(fmt::format("a result has no \"{}\"", key));
+    }
+  }
+  return document;
+}
+
+std::string bench_report(const std::vector<json>& documents) {
+  std::string text = "# Benchmarks\n";
+  for (const auto& document : documents) {
+    const auto& where = document["environment"];
+    text += fmt::format("\n## {}\n\n{}, {} ({} cores{}), {}, commit {}\n\n", document["bench"].get<std::string>(),
+                        where.value("kernel", "?"), where.value("cpu", "?"), where.value("cores", 0),
+                        where.value("virtual_machine", false) ? ", virtual machine" : "", where.value("compiler", "?"),
+                        where.value("commit", "?"));
+    if (document["results"].empty()) {
+      text += "Skipped: it could not measure here.\n";
+      continue;
+    }
+    text += "| case | metric | unit | p50 | p99 | p99.9 | max | aim | against: p50 (p99.9) |\n";
+    text += "|---|---|---|---:|---:|---:|---:|---|---|\n";
+    for (const auto& row : document["results"]) text += row_text(row);
+  }
+  return text;
+}
+
+std::vector<BenchFigure> bench_figures(const std::vector<json>& documents) {
+  std::vector<BenchFigure> figures;
+  const auto draw = [&](std::string_view bench, BenchFigure (*make)(const json&)) {
+    const auto* document = find_document(documents, bench);
+    if (document != nullptr && !(*document)["results"].empty()) figures.push_back(make(*document));
+  };
+  draw("cycle", cycle_figure);
+  draw("master_cost", master_cost_figure);
+  draw("wake", wake_figure);
+  return figures;
+}
+
+}  // namespace driveline::cli
