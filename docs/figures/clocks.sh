@@ -88,7 +88,7 @@ unset border
 unset xtics
 unset ytics
 unset key
-set xrange [-8:150]
+set xrange [-24:150]
 set yrange [-0.6:4.6]
 set arrow from -5,0 to 148,0 lc rgb '#606060'
 set label 'time' at 140,-0.3
@@ -96,26 +96,26 @@ set arrow from 0,-0.1 to 0,4.3 nohead dt 2 lc rgb '#606060'
 set arrow from 125,-0.1 to 125,4.3 nohead dt 2 lc rgb '#606060'
 set label 'grid' at 1,4.35
 set label 'grid + period' at 126,4.35
-set label 'master' at -8,3.5
-set object 1 rect from 0,3.2 to 6,3.8 fc rgb '#e0e0e0' fs border lc rgb '#606060'
-set label 'wake' at 0.6,3.5
-set object 2 rect from 6,3.2 to 12,3.8 fc rgb '#9ecae1' fs border lc rgb '#606060'
-set label 'send' at 6.4,3.5
-set object 3 rect from 34,3.2 to 46,3.8 fc rgb '#a1d99b' fs border lc rgb '#606060'
-set label 'work' at 37,3.5
-set label 'reference' at -8,2.4
-set object 4 rect from 14,2.1 to 30,2.7 fc rgb '#9ecae1' fs border lc rgb '#606060'
-set label 'frame' at 19,2.4
-set arrow from 14,2.0 to 14,0 nohead dt 3
+set label 'master' at -24,3.5
+set object 1 rect from 0,3.2 to 9,3.8 fc rgb '#e0e0e0' fs border lc rgb '#606060'
+set label 'wake' at 1,3.5
+set object 2 rect from 9,3.2 to 18,3.8 fc rgb '#9ecae1' fs border lc rgb '#606060'
+set label 'send' at 10,3.5
+set object 3 rect from 44,3.2 to 58,3.8 fc rgb '#a1d99b' fs border lc rgb '#606060'
+set label 'work' at 47,3.5
+set label 'reference' at -24,2.4
+set object 4 rect from 20,2.1 to 36,2.7 fc rgb '#9ecae1' fs border lc rgb '#606060'
+set label 'frame' at 24,2.4
+set arrow from 20,2.0 to 20,0 nohead dt 3
 set arrow from 80,2.9 to 80,0 nohead lw 2 lc rgb '#dd181f'
 set label 'SYNC0' at 75,3.05 tc rgb '#dd181f'
-set arrow from 14,1.75 to 80,1.75 heads size 2,15 lc rgb '#0060ad'
+set arrow from 20,1.75 to 80,1.75 heads size 2,15 lc rgb '#0060ad'
 set label 'frame_lead: held by the master' at 28,1.95 tc rgb '#0060ad'
-set label 'slave n' at -8,1.0
-set object 5 rect from 18,0.7 to 34,1.3 fc rgb '#9ecae1' fs border lc rgb '#606060'
-set label 'frame' at 23,1.0
+set label 'slave n' at -24,1.0
+set object 5 rect from 24,0.7 to 40,1.3 fc rgb '#9ecae1' fs border lc rgb '#606060'
+set label 'frame' at 28,1.0
 set arrow from 98,1.5 to 98,0 nohead lw 2 lc rgb '#dd181f'
 set label 'SYNC0 + shift' at 93,1.65 tc rgb '#dd181f'
-set arrow from 34,0.5 to 98,0.5 heads size 2,15 lc rgb '#2e8b2e'
-set label 'SYNC0 margin: 1C32h:11, :12' at 46,0.28 tc rgb '#2e8b2e'
+set arrow from 40,0.5 to 98,0.5 heads size 2,15 lc rgb '#2e8b2e'
+set label 'SYNC0 margin: 1C32h:11, :12' at 42,0.28 tc rgb '#2e8b2e'
 plot NaN"
