@@ -261,12 +261,18 @@ void MsdDrive::read_inputs(std::size_t sync_manager, std::span<std::byte> data) 
   if (sync_manager == kInputsSyncManager) tx_map_.encode(dictionary_, data);
 }
 
+/// For the mode that 6060h asks for: what comes together with a new mode is meant for that one.
+Setpoints MsdDrive::setpoints() const noexcept {
+  const auto wanted = static_cast<OperationMode>(dictionary_.get<std::int8_t>(kMode));
+  const OperationMode mode = ModeControl::supported(wanted) ? wanted : modes_.mode();
+  const bool interpolated = mode == OperationMode::kInterpolatedPosition;
+  return {dictionary_.get<std::int32_t>(interpolated ? kInterpolationData : kTargetPosition),
+          dictionary_.get<std::int32_t>(kTargetVelocity), dictionary_.get<std::int16_t>(kTargetTorque),
+          dictionary_.get<std::int32_t>(kVelocityOffset), dictionary_.get<std::int16_t>(kTorqueOffset)};
+}
+
 void MsdDrive::apply_setpoints() noexcept {
-  if (!references_from_bus()) return;
-  const bool interpolated = modes_.mode() == OperationMode::kInterpolatedPosition;
-  motion_.set({dictionary_.get<std::int32_t>(interpolated ? kInterpolationData : kTargetPosition),
-               dictionary_.get<std::int32_t>(kTargetVelocity), dictionary_.get<std::int16_t>(kTargetTorque),
-               dictionary_.get<std::int32_t>(kVelocityOffset), dictionary_.get<std::int16_t>(kTorqueOffset)});
+  if (references_from_bus()) motion_.set(setpoints());
 }
 
 std::uint32_t MsdDrive::steps_per_setpoint() const noexcept {

@@ -78,7 +78,10 @@ void MsdDrive::power_step() noexcept {
   if (power_.power_on() && terminals_.level(Input::kEnpo) && terminals_.level(Input::kIsdsh) && !dc_link()) {
     raise(Fault::kDcLinkUndervoltage);
   }
+  const OperationMode before = modes_.mode();
   modes_.select();
+  // Modes take their position from different objects: what has come with the new mode is for the new mode.
+  if (modes_.mode() != before && references_from_bus()) motion_.prepare(setpoints());
   PowerStateMachine::Conditions conditions;
   conditions.control_word = remote() ? dictionary_.get<std::uint16_t>(kControlWord) : std::uint16_t{0};
   conditions.power_ready = power_ready();

@@ -60,6 +60,8 @@ double CurrentLoop::step(double torque_setpoint_nm, double speed_rad_s, double d
     d_integral_v_ += integral_v_a_ * d_error;
     q_integral_v_ += integral_v_a_ * q_error;
   }
+  d_v_ = d_v;
+  q_v_ = q_v;
   // Windings, implicit: stable at every speed.
   const double share = step_s_ / parameters_.inductance_h;
   const double diagonal = 1.0 + share * parameters_.resistance_ohm;

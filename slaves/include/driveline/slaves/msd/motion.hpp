@@ -62,6 +62,8 @@ class Motion {
   void configure(const MotionSettings& settings) noexcept;
   /// New setpoints from the bus; they start a segment of the fine interpolation. \rtsafe
   void set(const Setpoints& setpoints) noexcept;
+  /// Setpoints that a change of the source is going to take over. \rtsafe
+  void prepare(const Setpoints& setpoints) noexcept { setpoints_ = setpoints; }
   /// Movements of the profile generator: to a position in position units (not wrapped), to a speed of the motor shaft.
   /// Limits in motor units. They last until the next one or until the source changes. \rtsafe
   void move_to(std::int64_t position, const ProfileLimits& limits) noexcept;

@@ -188,6 +188,7 @@ class MsdDrive final : public Device, public DeviceSignals, private DictionaryOw
   void set_warning(Warning warning, bool on) noexcept;
   void finish_commands() noexcept;
   void apply_setpoints() noexcept;
+  [[nodiscard]] Setpoints setpoints() const noexcept;
   void watch_fault_reset() noexcept;
   void acknowledge() noexcept;
   void raise(Fault fault) noexcept;

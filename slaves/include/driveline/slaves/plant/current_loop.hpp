@@ -27,6 +27,12 @@ class CurrentLoop {
   [[nodiscard]] bool limited() const noexcept { return limited_; }
   /// Heat in the windings. \rtsafe
   [[nodiscard]] double loss_w() const noexcept;
+  /// What the inverter put into the windings in the last step. \rtsafe
+  [[nodiscard]] double power_w() const noexcept { return 1.5 * (d_v_ * d_a_ + q_v_ * q_a_); }
+  /// In the field of the windings. \rtsafe
+  [[nodiscard]] double energy_j() const noexcept {
+    return 0.75 * parameters_.inductance_h * (d_a_ * d_a_ + q_a_ * q_a_);
+  }
 
  private:
   [[nodiscard]] double torque_nm() const noexcept;
@@ -40,6 +46,8 @@ class CurrentLoop {
   double integral_v_a_;  ///< per step
   double d_a_ = 0.0;
   double q_a_ = 0.0;
+  double d_v_ = 0.0;
+  double q_v_ = 0.0;
   double d_integral_v_ = 0.0;
   double q_integral_v_ = 0.0;
   bool limited_ = false;

@@ -1,0 +1,224 @@
+// What the shaft does in transitions: every value of the option codes 605Ah-605Eh, every change of mode under load.
+#include <algorithm>
+
+#include "drive_rig.hpp"
+
+namespace driveline::slaves::msd {
+namespace {
+
+constexpr std::int32_t kRevolution = 1 << 20;
+constexpr double kTurn = 2.0 * std::numbers::pi;
+constexpr double kCycleS = 125e-6;
+constexpr double kSlowDownRamp = 100.0 * kTurn;   ///< 6084h in this file, rad/s2
+constexpr double kQuickStopRamp = 300.0 * kTurn;  ///< 6085h
+constexpr double kFriction = 0.03 / 3.0e-4;       ///< what coasting takes, rad/s2; the viscous part is small
+constexpr double kTorqueLimit = 7.2 / 3.0e-4;     ///< what the current limit gives, rad/s2
+
+/// How the axis comes to rest.
+enum class Stop : std::uint8_t { kCoasts, kSlowDown, kQuickStop, kCurrentLimit };
+
+/// Runs at 10 rev/s in mode 3, with the two ramps far apart.
+void run_fast(DriveRig& rig) {
+  rig.operate();
+  ASSERT_EQ(rig.write(0x6084, 0, 100 * kRevolution, 4), 0U);
+  ASSERT_EQ(rig.write(0x6085, 0, 300 * kRevolution, 4), 0U);
+  rig.enable(3);
+  rig.target_velocity = 10 * kRevolution;
+  rig.cycles(4000);
+  ASSERT_NEAR(rig.velocity, 10 * kRevolution, 20'000);
+}
+
+/// Deceleration over the middle half of the way down, in rad/s2; 0 when it takes longer than half a second.
+double deceleration(DriveRig& rig) {
+  const double speed = rig.drive.velocity_rad_s();
+  int begin = -1;
+  for (int i = 0; i < 4000; ++i) {
+    const double now = rig.drive.velocity_rad_s();
+    if (begin < 0 && now <= 0.75 * speed) begin = i;
+    if (now <= 0.25 * speed) return 0.5 * speed / ((i - begin) * kCycleS);
+    rig.cycle();
+  }
+  return 0.0;
+}
+
+void expect_stop(DriveRig& rig, Stop stop) {
+  // Ramps as exactly as the samples allow; the controller is at its limit for part of a stop on the current limit.
+  switch (stop) {
+    case Stop::kSlowDown:
+      EXPECT_NEAR(deceleration(rig), kSlowDownRamp, 0.06 * kSlowDownRamp);
+      break;
+    case Stop::kQuickStop:
+      EXPECT_NEAR(deceleration(rig), kQuickStopRamp, 0.06 * kQuickStopRamp);
+      break;
+    case Stop::kCurrentLimit:
+      EXPECT_GT(deceleration(rig), 0.3 * kTorqueLimit);
+      break;
+    case Stop::kCoasts:
+      EXPECT_LT(deceleration(rig), 2.0 * kFriction);
+      EXPECT_EQ(rig.torque, 0);
+      break;
+  }
+}
+
+struct QuickStopCode {
+  int value;
+  Stop stop;
+  PowerState end;
+};
+
+TEST(MsdOptionCode, QuickStopEveryValue605A) {
+  constexpr auto kOff = PowerState::kSwitchOnDisabled;
+  constexpr auto kStays = PowerState::kQuickStopActive;
+  for (const auto& code : {QuickStopCode{0, Stop::kCoasts, kOff}, QuickStopCode{1, Stop::kSlowDown, kOff},
+                           QuickStopCode{2, Stop::kQuickStop, kOff}, QuickStopCode{3, Stop::kCurrentLimit, kOff},
+                           QuickStopCode{4, Stop::kCurrentLimit, kOff}, QuickStopCode{5, Stop::kSlowDown, kStays},
+                           QuickStopCode{6, Stop::kQuickStop, kStays}, QuickStopCode{7, Stop::kCurrentLimit, kStays},
+                           QuickStopCode{8, Stop::kCurrentLimit, kStays}}) {
+    SCOPED_TRACE(code.value);
+    DriveRig rig;
+    run_fast(rig);
+    ASSERT_EQ(rig.write(0x605A, 0, static_cast<std::uint32_t>(code.value), 2), 0U);
+    rig.control = 0x02;
+    expect_stop(rig, code.stop);
+    rig.cycles(16'000);
+    EXPECT_EQ(rig.drive.state(), code.end);
+    if (code.end != kStays) continue;
+    EXPECT_TRUE(rig.status & 0x0400) << "the quick stop is over";
+    rig.control = 0x0F;
+    rig.cycles(4);
+    EXPECT_EQ(rig.drive.state(), PowerState::kOperationEnabled) << "transition 16";
+  }
+}
+
+TEST(MsdOptionCode, ShutdownEveryValue605B) {
+  struct Code {
+    std::uint32_t value;
+    Stop stop;
+  };
+  for (const auto& code : {Code{0xFFFF, Stop::kQuickStop}, Code{0, Stop::kCoasts}, Code{1, Stop::kSlowDown}}) {
+    SCOPED_TRACE(code.value);
+    DriveRig rig;
+    run_fast(rig);
+    ASSERT_EQ(rig.write(0x605B, 0, code.value, 2), 0U);  // -1: as 605Ah, whose default is the quick stop ramp
+    rig.control = 0x06;
+    expect_stop(rig, code.stop);
+    rig.cycles(4000);
+    EXPECT_FALSE(rig.drive.state() == PowerState::kOperationEnabled);
+    EXPECT_EQ(rig.torque, 0);
+  }
+}
+
+TEST(MsdOptionCode, DisableOperationEveryValue605C) {
+  for (const std::uint32_t value : {0U, 1U}) {
+    SCOPED_TRACE(value);
+    DriveRig rig;
+    run_fast(rig);
+    ASSERT_EQ(rig.write(0x605C, 0, value, 2), 0U);
+    rig.control = 0x07;
+    expect_stop(rig, value == 0 ? Stop::kCoasts : Stop::kSlowDown);
+    rig.cycles(4000);
+    EXPECT_EQ(rig.drive.state(), PowerState::kSwitchedOn);
+  }
+}
+
+TEST(MsdOptionCode, HaltEveryValue605D) {
+  constexpr std::array kStops = {Stop::kCoasts, Stop::kSlowDown, Stop::kQuickStop, Stop::kCurrentLimit,
+                                 Stop::kCurrentLimit};
+  for (std::uint32_t value = 0; value < kStops.size(); ++value) {
+    SCOPED_TRACE(value);
+    DriveRig rig;
+    run_fast(rig);
+    ASSERT_EQ(rig.write(0x605D, 0, value, 2), 0U);
+    rig.control = 0x10F;
+    expect_stop(rig, kStops[value]);
+    rig.cycles(4000);
+    EXPECT_EQ(rig.drive.state(), PowerState::kOperationEnabled) << "halt leaves the drive enabled";
+    rig.control = 0x0F;
+    rig.cycles(4000);
+    EXPECT_NEAR(rig.velocity, 10 * kRevolution, 20'000) << "and goes on afterwards";
+  }
+}
+
+TEST(MsdOptionCode, FaultReactionEveryValue605E) {
+  struct Code {
+    std::int16_t value;
+    Stop stop;
+  };
+  for (const auto& code : {Code{0, Stop::kCoasts}, Code{1, Stop::kSlowDown}, Code{2, Stop::kQuickStop},
+                           Code{3, Stop::kCurrentLimit}, Code{4, Stop::kCurrentLimit}}) {
+    SCOPED_TRACE(code.value);
+    DriveRig rig;
+    run_fast(rig);
+    ASSERT_EQ(rig.write(0x605E, 0, static_cast<std::uint16_t>(code.value), 2), 0U);
+    ASSERT_EQ(rig.write(0x6098, 0, 0, 1), 0U);
+    rig.drive.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
+    expect_stop(rig, code.stop);
+    rig.pass(2s);
+    EXPECT_EQ(rig.drive.state(), PowerState::kFault);
+  }
+}
+
+/// A master as it should be: its setpoints go on from where the shaft is and as fast as it turns. Modes with a profile
+/// of their own bring it to rest, or to speed again, on their ramps.
+class ModeMaster {
+ public:
+  ModeMaster(DriveRig& rig, std::int32_t speed, std::int16_t torque) : rig_(rig), fast_(speed), torque_(torque) {}
+  void enter(std::int8_t mode) {
+    rig_.mode = mode;
+    target_ = rig_.position;
+    speed_ = rig_.velocity;
+    rig_.target_velocity = mode == 3 ? fast_ : speed_;
+    rig_.target_torque = torque_;
+  }
+  void cycle() {
+    target_ += rig_.mode == 8 ? speed_ * kCycleS : 0.0;
+    if (rig_.mode == 8 || rig_.mode == 7) rig_.target_position = static_cast<std::int32_t>(std::lrint(target_));
+    rig_.cycle();
+  }
+
+ private:
+  DriveRig& rig_;
+  std::int32_t fast_;
+  std::int16_t torque_;
+  std::int32_t speed_ = 0;
+  double target_ = 0.0;
+};
+
+TEST(MsdModes, EveryChangeOfModeUnderLoadStaysWithinTheJerkLimitedRamps) {
+  constexpr std::int32_t kSpeed = 3 * kRevolution;
+  constexpr double kWeightNm = 0.8;
+  MsdParameters parameters;
+  parameters.motor.load.gravity_nm = kWeightNm;
+  constexpr auto kCarries = static_cast<std::int16_t>((kWeightNm + 0.03) / 2.4 * 1000.0);  // and the friction
+  constexpr std::array<std::int8_t, 8> kModes = {1, 2, 3, 6, 7, 8, 9, 10};
+  for (const std::int8_t from : kModes) {
+    for (const std::int8_t to : kModes) {
+      if (from == to) continue;
+      SCOPED_TRACE(testing::Message() << int{from} << " to " << int{to});
+      DriveRig rig(parameters);
+      rig.operate();
+      ASSERT_EQ(rig.write(0x6086, 0, 3, 2), 0U);        // jerk limited,
+      ASSERT_EQ(rig.write_real(0x20A6, 0, 20.0F), 0U);  // within 20 ms
+      rig.run_at(kSpeed);
+      ModeMaster master(rig, kSpeed, kCarries);
+      double last = rig.drive.velocity_rad_s();
+      double largest = 0.0;
+      for (const std::int8_t mode : {from, to}) {
+        master.enter(mode);
+        for (int i = 0; i < 400; ++i) {
+          master.cycle();
+          largest = std::max(largest, std::abs(rig.drive.velocity_rad_s() - last));
+          last = rig.drive.velocity_rad_s();
+        }
+        EXPECT_EQ(rig.mode_display, mode);
+        EXPECT_EQ(rig.drive.state(), PowerState::kOperationEnabled);
+      }
+      // The steepest ramp there is, 6084h, in one cycle, and as much again for controller and encoder.
+      constexpr double kRamp = 600.0 * kCycleS;
+      EXPECT_LT(largest, 2.0 * kRamp);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace driveline::slaves::msd
