@@ -30,7 +30,7 @@ struct MappedPdo {
 constexpr std::array kRxPdos = {
     MappedPdo{0x1600, "Control, mode, position", {{{0x6040, 0}, {0x6060, 0}, kFiller, {0x607A, 0}}}},
     MappedPdo{0x1601, "Velocity, torque", {{{0x60FF, 0}, {0x6071, 0}, {0x6042, 0}}}},
-    MappedPdo{0x1602, "Offsets, torque limit", {{{0x60B1, 0}, {0x60B2, 0}, {0x6072, 0}}}},
+    MappedPdo{0x1602, "Offsets", {{{0x60B1, 0}, {0x60B2, 0}}}},
     MappedPdo{0x1603, "Profile, interpolation", {{{0x6081, 0}, {0x60C1, 1}}}},
 };
 constexpr std::array kTxPdos = {

@@ -83,7 +83,7 @@ TEST(EsiMapping, IsTakenByEveryVariantAndFirmware) {
       }
       for (const auto& pdo : device.tx_pdos) rig.map(pdo.index, entries_of(pdo));
       EXPECT_EQ(rig.drive.process_data_size(2), out);
-      EXPECT_EQ(out, 32U);
+      EXPECT_EQ(out, 30U);
     }
   }
 }
