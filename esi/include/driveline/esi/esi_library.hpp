@@ -18,6 +18,7 @@ class EsiLibrary {
   /// keeps to the descriptions of its older revisions (ETG.2000, RevisionNo); null when there is none.
   [[nodiscard]] std::shared_ptr<const DeviceDescription> find(std::uint32_t vendor, std::uint32_t product,
                                                               std::uint32_t revision) const;
+  /// Devices, every revision counted.
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
 
  private:

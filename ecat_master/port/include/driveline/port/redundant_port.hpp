@@ -53,7 +53,7 @@ class RedundantPort final : public Port {
   struct TimeRoute {
     /// Whose copy meets the reference clock.
     enum class Leader : std::uint8_t { kPrimary, kSecondary };
-    Leader leader = Leader::kPrimary;
+    Leader leader = Leader::kPrimary;  ///< by the place of the reference clock
     /// When the primary one does: the other carries the time as the master has put it in, plus this, by how much later
     /// it passes. Nothing: it carries none.
     std::optional<std::int32_t> other_later_ns{};
