@@ -24,12 +24,7 @@ CONTRACT = {
     "wake_latency_ns": LATENCY,
     "cycle_cost_ns": LATENCY,
     "round_trip_ns": LATENCY,
-    "dc": {
-        "locked": bool,
-        "difference_ns": {"p50": OPTIONAL, "p99": OPTIONAL, "max": OPTIONAL},
-        "phase_error_ns": {"p50": OPTIONAL, "p99": OPTIONAL, "max": OPTIONAL},
-        "sync0_margin": [{"slave": str, "min_ns": int, "max_ns": int, "missed": int}],
-    },
+    "dc": {"locked": bool, "difference_ns": {"p50": OPTIONAL, "p99": OPTIONAL, "max": OPTIONAL}},
     "axes": [
         {"name": str, "slave": int, "following_error_max": float, "following_error_rms": float, "unit": str}
     ],

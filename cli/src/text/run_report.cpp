@@ -35,19 +35,17 @@ std::string margins_to_text(const std::vector<ClockReport::Margin>& margins) {
 
 /// Without clocks nothing is locked and there is no difference to report; so too with the reference clock alone.
 nlohmann::json clocks_to_json(const std::optional<ClockReport>& clocks) {
-  auto margins = nlohmann::json::array();
-  if (clocks) {
-    for (const auto& [slave, report] : clocks->margins) {
-      margins.push_back({{"slave", slave},
-                         {"min_ns", report.shortest.count()},
-                         {"max_ns", report.longest.count()},
-                         {"missed", report.missed}});
-    }
+  nlohmann::json document = {{"locked", clocks && clocks->locked},
+                             {"difference_ns", three_percentiles(clocks ? clocks->differences : rt::Histogram{})}};
+  if (!clocks) return document;
+  if (clocks->phase_errors.count() > 0) document["phase_error_ns"] = three_percentiles(clocks->phase_errors);
+  for (const auto& [slave, report] : clocks->margins) {
+    document["sync0_margin"].push_back({{"slave", slave},
+                                        {"min_ns", report.shortest.count()},
+                                        {"max_ns", report.longest.count()},
+                                        {"missed", report.missed}});
   }
-  return {{"locked", clocks && clocks->locked},
-          {"difference_ns", three_percentiles(clocks ? clocks->differences : rt::Histogram{})},
-          {"phase_error_ns", three_percentiles(clocks ? clocks->phase_errors : rt::Histogram{})},
-          {"sync0_margin", std::move(margins)}};
+  return document;
 }
 
 std::string row(std::string_view name, const rt::Histogram& histogram) {

@@ -135,5 +135,18 @@ TEST(RunReport, ClocksAreInTheDocument) {
   EXPECT_NE(to_text(report).find("clocks: locked; slaves off the reference clock by p50 50 ns"), std::string::npos);
 }
 
+TEST(ClockReport, TellsPhaseAndMarginsWhereThereAreSome) {
+  RunReport report;
+  report.clocks.emplace();
+  report.clocks->phase_errors.record(nanoseconds{7});
+  report.clocks->margins.push_back({"x", {nanoseconds{58'500}, nanoseconds{60'000}, 3}});
+  const auto document = to_json(report)["dc"];
+  EXPECT_EQ(document["phase_error_ns"].dump(), R"({"max":7,"p50":7,"p99":7})");
+  EXPECT_EQ(document["sync0_margin"].dump(), R"([{"max_ns":60000,"min_ns":58500,"missed":3,"slave":"x"}])");
+  const auto text = to_text(report);
+  EXPECT_NE(text.find("outputs before SYNC0"), std::string::npos);
+  EXPECT_NE(text.find("58.5        60.0"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace driveline::cli
