@@ -69,8 +69,7 @@ TEST(RunReport, JsonHasTheFigures) {
     "wake_latency_ns": {"p50": 50, "p99": 99, "p999": 100, "max": 100},
     "cycle_cost_ns": {"p50": 8000, "p99": 8000, "p999": 8000, "max": 8000},
     "round_trip_ns": {"p50": 60, "p99": 60, "p999": 60, "max": 60},
-    "dc": {"locked": false, "difference_ns": {"p50": null, "p99": null, "max": null},
-           "phase_error_ns": {"p50": null, "p99": null, "max": null}, "sync0_margin": []},
+    "dc": {"locked": false, "difference_ns": {"p50": null, "p99": null, "max": null}},
     "axes": [
       {"name": "x", "slave": 0, "following_error_max": 120.0, "following_error_rms": 30.5, "unit": "increments",
        "unavailable_cycles": 0},
