@@ -179,7 +179,8 @@ tl::expected<void, std::string> Master::start_cycle(Motion* motion, SampleRings 
   settings.clocks = follower_.get();
   settings.instance = direct_.instance();
   core_ = std::make_unique<CyclicCore>(port_, clock_, image_, motion, rings, settings);
-  for (std::size_t i = 0; i < slaves_.size(); ++i) core_->set_recovering(i, !slaves_[i].present);
+  // Without process data, as for clocks in PREOP, there is nothing to judge slaves by.
+  for (std::size_t i = 0; i < image_.places().size(); ++i) core_->set_recovering(i, !slaves_[i].present);
   runner_ = make_runner(*core_);
   if (auto started = runner_->start(); !started) {
     runner_.reset();

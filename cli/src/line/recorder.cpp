@@ -27,6 +27,7 @@ Recorder::Recorder(const std::vector<ecat_master::AxisConfig>& axes, std::option
     for (const auto* column : {"target", "actual", "following_error"})
       stream_ << fmt::format(",{}_{}[{}]", axis.name, column, unit);
   }
+  for (const auto& axis : axes) stream_ << fmt::format(",{}_torque[{}]", axis.name, axis.linear ? "N" : "Nm");
   stream_ << '\n';
 }
 
@@ -66,6 +67,7 @@ void Recorder::write_row() {
     fmt::format_to(std::back_inserter(text), ",{:.7g},{:.7g},{:.4g}", sample.target_position_rad,
                    sample.actual_position_rad, sample.following_error_rad);
   }
+  for (const auto& sample : row_) fmt::format_to(std::back_inserter(text), ",{:.5g}", sample.actual_torque_nm);
   text.push_back('\n');
   stream_.write(text.data(), static_cast<std::streamsize>(text.size()));
   row_.clear();

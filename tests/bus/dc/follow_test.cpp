@@ -49,6 +49,18 @@ TEST(ClockFollowing, LocksWithinASecondAt125Microseconds) {
   EXPECT_LT(run.cycles() * microseconds{125}, seconds{1}) << "first cycle to OP, lock included";
 }
 
+/// Nothing is laid out in the process image: there is no slave to judge, and nothing to judge it by.
+TEST(ClockFollowing, LocksInPreOpWithoutProcessData) {
+  ClockLine line(random_clocks(8, 100.0), std::nullopt, with_cable(nanoseconds{50}));
+  ClockRun::Options options;
+  options.process_data = false;
+  ClockRun run(line, options);
+  ASSERT_EQ(run.start(line.plan()), "");
+  run.run(seconds{2});
+  EXPECT_TRUE(run.status().locked);
+  EXPECT_EQ(run.master().al_status()->front().status.state, wire::AlState::kPreOp);
+}
+
 /// Whenever the line starts, and wherever its clocks are, frames pass the reference clock at the planned phase: the
 /// first one within a microsecond.
 TEST(ClockFollowing, ThePhaseIsTheSameAtEveryStart) {

@@ -32,6 +32,7 @@ AxisSample sample(std::uint64_t cycle, std::uint16_t axis, double error = 0.0,
   made.target_position_rad = static_cast<double>(cycle);
   made.actual_position_rad = static_cast<double>(cycle) - error;
   made.following_error_rad = error;
+  made.actual_torque_nm = 0.1 * static_cast<double>(cycle);
   return made;
 }
 
@@ -73,9 +74,9 @@ TEST_F(RecorderTest, CsvHasOneRowPerRecordedCycleAndUnitsInTheHeader) {
   recorder.finish({});
   EXPECT_EQ(read(csv()),
             "time[s],x_target[rad],x_actual[rad],x_following_error[rad],"
-            "z_target[m],z_actual[m],z_following_error[m]\n"
-            "0.000000,4,3.75,0.25,4,4,0\n"
-            "0.000250,6,5.75,0.25,6,6,0\n");
+            "z_target[m],z_actual[m],z_following_error[m],x_torque[Nm],z_torque[N]\n"
+            "0.000000,4,3.75,0.25,4,4,0,0.4,0.4\n"
+            "0.000250,6,5.75,0.25,6,6,0,0.6,0.6\n");
   EXPECT_EQ(recorder.rows(), 2U);
   EXPECT_EQ(recorder.problem(), "");
 }
@@ -99,7 +100,7 @@ TEST_F(RecorderTest, DroppedSamplesCostTheirRowAndNoOther) {
   recorder.finish({});
   EXPECT_EQ(recorder.rows(), 2U);
   const auto text = read(csv());
-  EXPECT_THAT(text, testing::HasSubstr("\n0.000000,1,1,0,1,1,0\n0.000875,8,8,0,8,8,0\n"));
+  EXPECT_THAT(text, testing::HasSubstr("\n0.000000,1,1,0,1,1,0,0.1,0.1\n0.000875,8,8,0,8,8,0,0.8,0.8\n"));
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 3);
 }
 

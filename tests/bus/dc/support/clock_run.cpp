@@ -48,7 +48,8 @@ ClockRun::ClockRun(ClockLine& line, const Options& options)
     : line_(line),
       probe_(options.port != nullptr ? *options.port : line.line()),
       clock_(
-          line.clock, options.latency ? options.latency : [] { return nanoseconds{0}; }) {
+          line.clock, options.latency ? options.latency : [] { return nanoseconds{0}; }),
+      process_data_(options.process_data) {
   line_.open(&probe_);
   ecat_master::Master::Settings settings;
   settings.clock_timeout = options.clock_timeout;
@@ -58,8 +59,12 @@ ClockRun::ClockRun(ClockLine& line, const Options& options)
 
 std::string ClockRun::start(const ecat_master::dc::ClockPlan& plan) {
   if (auto done = master_->scan(); !done) return describe(done.error());
+  if (!process_data_) {
+    if (auto done = master_->enter_pre_op(); !done) return describe(done.error());
+  }
   master_->use_clocks(plan);
-  if (auto done = master_->configure({}); !done) return describe(done.error());
+  const auto prepared = process_data_ ? master_->configure({}) : master_->synchronise_clocks();
+  if (!prepared) return describe(prepared.error());
   ecat_master::CyclicCore::Settings settings;
   settings.period = plan.period;
   settings.receive_window = plan.period * 3 / 4;
@@ -67,6 +72,7 @@ std::string ClockRun::start(const ecat_master::dc::ClockPlan& plan) {
     return std::make_unique<Runner>(core, clock_, grid_);
   });
   if (!started) return started.error();
+  if (!process_data_) return {};
   if (auto done = master_->go_operational(); !done) return describe(done.error());
   return {};
 }

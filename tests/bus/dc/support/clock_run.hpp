@@ -30,12 +30,13 @@ class ClockRun {
     port::Port* port = nullptr;            ///< instead of the line
     nanoseconds clock_timeout = seconds{2};
     port::RedundantPort* ring = nullptr;  ///< behind `port`
+    bool process_data = true;             ///< false: the slaves stay in PREOP, the cycle carries the time alone
   };
 
   explicit ClockRun(ClockLine& line) : ClockRun(line, Options{}) {}
   ClockRun(ClockLine& line, const Options& options);
 
-  /// To OP; the sentence of what went wrong, empty when nothing did.
+  /// To OP, or to PREOP without process data; the sentence of what went wrong, empty when nothing did.
   [[nodiscard]] std::string start(const ecat_master::dc::ClockPlan& plan);
   /// One cycle.
   void cycle() { master_->pass(nanoseconds{1}); }
@@ -77,6 +78,7 @@ class ClockRun {
   LateClock clock_;
   std::unique_ptr<ecat_master::Master> master_;
   nanoseconds grid_{};
+  bool process_data_;
 };
 
 }  // namespace driveline::bus_test

@@ -127,7 +127,8 @@ class CyclicCore {
   };
   [[nodiscard]] SlaveReport slave_report(std::size_t slave) const noexcept;
   /// Takes a slave out of the judgement of working counters while it is being configured: its process data are not
-  /// valid, and it may count or not without harm to the others. From the next cycle on.
+  /// valid, and it may count or not without harm to the others. From the next cycle on. `slave` has a place in the
+  /// process image.
   void set_recovering(std::size_t slave, bool recovering) noexcept {
     shared_[slave].recovering.store(recovering, std::memory_order_relaxed);
     recovery_requests_.fetch_add(1, std::memory_order_release);
