@@ -69,4 +69,26 @@ do for [axes in 'hold continue'] {
 unset multiplot
 PLOT
 
+# The example path at 125 us: how far axis z lags, and the current that the torque needs.
+"$build/driveline" run --config examples/line8.toml --duration 8 --virtual --no-telemetry --no-plots --output "$folder" > /dev/null
+gnuplot <<PLOT
+set terminal svg size 760,520 font 'sans,11' background 'white' noenhanced
+set output 'docs/figures/tracking.svg'
+set datafile separator ','
+set grid
+set key outside right
+set xrange [0:8]
+set multiplot layout 3,1
+set lmargin 9
+set rmargin 20
+set ylabel 'rad'
+plot '$folder/axes.csv' skip 1 every 4 using 1:9 with lines title 'position'
+set ylabel 'increments'
+plot '$folder/axes.csv' skip 1 every 4 using 1:(\$10*1048576/(2*pi)) with lines title 'following error'
+set ylabel 'A'
+set xlabel 'time in s'
+plot '$folder/axes.csv' skip 1 every 4 using 1:(\$28*4.1/2.4) with lines title 'current'
+unset multiplot
+PLOT
+
 docs/figures/clocks.sh "$build"

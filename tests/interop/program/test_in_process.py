@@ -41,7 +41,7 @@ class VirtualTime(ProgramTest):
         rows = csv.decode().splitlines()
         self.assertGreater(len(rows), 2000)
         columns = rows[0].count(",")
-        self.assertEqual(columns, 3 * len(AXES))
+        self.assertEqual(columns, 4 * len(AXES))
         self.assertTrue(all(row.count(",") == columns for row in rows))
 
     def test_end_of_the_path_is_the_end_of_the_run(self):
