@@ -47,7 +47,9 @@ class MsdAdversary : public testing::TestWithParam<Variant> {
   }
   std::uint32_t download(const EntryRow& row, std::uint64_t raw, std::size_t size) {
     std::vector<unsigned> data;
-    for (std::size_t i = 0; i < size; ++i) data.push_back(static_cast<unsigned>(raw >> 8 * i & 0xFF));
+    for (std::size_t i = 0; i < size; ++i) {
+      data.push_back(i < sizeof raw ? static_cast<unsigned>(raw >> 8 * i & 0xFF) : 0U);
+    }
     return download(row.index, row.subindex, data);
   }
   /// Upload: the data, or the abort code.
