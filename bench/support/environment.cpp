@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <string_view>
 #include <thread>
 
@@ -42,6 +43,12 @@ Environment environment() {
       result.virtual_machine = true;
   }
   return result;
+}
+
+nlohmann::ordered_json environment_json() {
+  const auto where = environment();
+  return {{"kernel", where.kernel},     {"cpu", where.cpu},       {"cores", where.cores},
+          {"compiler", where.compiler}, {"commit", where.commit}, {"virtual_machine", where.virtual_machine}};
 }
 
 std::size_t resident_bytes() {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 namespace driveline::bench {
@@ -15,6 +16,8 @@ struct Environment {
 };
 
 [[nodiscard]] Environment environment();
+/// environment() as the documents of the benchmarks have it.
+[[nodiscard]] nlohmann::ordered_json environment_json();
 
 /// Memory of this process that is resident now, in bytes; 0 when the kernel does not say.
 [[nodiscard]] std::size_t resident_bytes();

@@ -62,17 +62,10 @@ void write_latency_histogram(const std::string& file, std::string_view way, cons
   }
   auto bins = nlohmann::json::array();
   for (std::size_t i = 0; i < edges.size(); ++i) bins.push_back({{"below_ns", edges[i]}, {"count", counts[i]}});
-  const auto where = environment();
   const nlohmann::json document = {{"what", "wake-up latency of a SCHED_FIFO thread on a grid of 125 us"},
                                    {"measured_by", fmt::format("bench/wake --histogram, way of waiting: {}", way)},
                                    {"wake_ups", latencies_ns.size()},
-                                   {"environment",
-                                    {{"kernel", where.kernel},
-                                     {"cpu", where.cpu},
-                                     {"cores", where.cores},
-                                     {"compiler", where.compiler},
-                                     {"commit", where.commit},
-                                     {"virtual_machine", where.virtual_machine}}},
+                                   {"environment", environment_json()},
                                    {"bins", std::move(bins)}};
   std::ofstream out(file);
   out << document.dump(1) << '\n';

@@ -52,18 +52,9 @@ nlohmann::ordered_json to_json(const Row& row) {
 }  // namespace
 
 std::string Report::to_json() const {
-  const auto where = environment();
   auto results = nlohmann::ordered_json::array();
   for (const auto& row : rows_) results.push_back(bench::to_json(row));
-  const nlohmann::ordered_json document{{"bench", bench_},
-                                        {"environment",
-                                         {{"kernel", where.kernel},
-                                          {"cpu", where.cpu},
-                                          {"cores", where.cores},
-                                          {"compiler", where.compiler},
-                                          {"commit", where.commit},
-                                          {"virtual_machine", where.virtual_machine}}},
-                                        {"results", results}};
+  const nlohmann::ordered_json document{{"bench", bench_}, {"environment", environment_json()}, {"results", results}};
   return document.dump(2) + "\n";
 }
 

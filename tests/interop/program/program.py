@@ -183,3 +183,16 @@ class WireTest(ProgramTest):
                 name, _, state = text.partition(": ")
                 states[name] = state
         return states
+
+
+class RingTest(WireTest):
+    """The same with a second pair dl-master2 <-> dl-line2, for the other end of a ring."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        made = subprocess.run([*cls.prefix, "sh", "-c", "ip link add dl-master2 type veth peer name dl-line2 && "
+                               "ip link set dl-master2 up && ip link set dl-line2 up"],
+                              capture_output=True, text=True, check=False, timeout=PATIENCE_S)
+        if made.returncode != 0:
+            raise unittest.SkipTest(made.stderr.strip())

@@ -5,7 +5,7 @@ import signal
 import subprocess
 import unittest
 
-from program import DRIVELINE, PATIENCE_S, SANITIZED, ProgramTest, WireTest
+from program import DRIVELINE, PATIENCE_S, SANITIZED, ProgramTest, RingTest, WireTest
 
 KIB_PER_MIB = 1024
 # A path has no more (trajectory/path.hpp); the drives beyond exchange process data and stand still.
@@ -184,17 +184,8 @@ class FaultsWhileServed(WireTest):
         self.assertIsNone(line.poll())
 
 
-class Ring(WireTest):
+class Ring(RingTest):
     """Both ends of a ring on interfaces of their own; the other ends of the cables are in the hands of the test."""
-
-    @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        made = subprocess.run([*cls.prefix, "sh", "-c", "ip link add dl-master2 type veth peer name dl-line2 && "
-                               "ip link set dl-master2 up && ip link set dl-line2 up"],
-                              capture_output=True, text=True, check=False, timeout=PATIENCE_S)
-        if made.returncode != 0:
-            raise unittest.SkipTest(made.stderr.strip())
 
     PROBE = r"""
 import select, socket, sys

@@ -1,10 +1,9 @@
 """Slaves that go and come back while the program runs the line, a ring that breaks, and the diagnosis of it all."""
 import csv
 import signal
-import subprocess
 import unittest
 
-from program import AXES, PATIENCE_S, ProgramTest, WireTest
+from program import AXES, ProgramTest, RingTest, WireTest
 
 LAST = len(AXES) - 1
 
@@ -207,16 +206,7 @@ class OnTheWire(WireTest):
         self.check_refused(self.run_program("diag", "--control", "x", "--clear"), 2, "--clear")
 
 
-class Ring(WireTest):
-    @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        made = subprocess.run([*cls.prefix, "sh", "-c", "ip link add dl-master2 type veth peer name dl-line2 && "
-                               "ip link set dl-master2 up && ip link set dl-line2 up"],
-                              capture_output=True, text=True, check=False, timeout=PATIENCE_S)
-        if made.returncode != 0:
-            raise unittest.SkipTest(made.stderr.strip())
-
+class Ring(RingTest):
     def fault(self, *words):
         result = self.run_program("fault", "--control", "line.socket", *words)
         self.assertEqual(result.returncode, 0, result.stderr)
