@@ -34,14 +34,14 @@ enum class Fault : std::uint8_t {
 
 /// What the manual says about a fault.
 struct FaultFacts {
-  Fault fault = Fault::kLocalError;
-  std::uint8_t number = 0;          ///< error number, first pair of digits on the display
-  std::uint8_t location = 0;        ///< error location, second pair
-  std::uint16_t error_code = 0;     ///< CiA 402 code of 603Fh and of the emergency
-  std::uint8_t error_register = 0;  ///< bits of 1001h besides bit 0
-  bool coast = false;               ///< no fault reaction but switching off
-  std::string_view text;
-  std::string_view source;
+  Fault fault = Fault::kLocalError;  ///< rows are in the order of the enumeration
+  std::uint8_t number = 0;           ///< error number, first pair of digits on the display
+  std::uint8_t location = 0;         ///< error location, second pair
+  std::uint16_t error_code = 0;      ///< CiA 402 code of 603Fh and of the emergency
+  std::uint8_t error_register = 0;   ///< bits of 1001h besides bit 0
+  bool coast = false;                ///< no fault reaction but switching off
+  std::string_view text;             ///< for people, without numbers
+  std::string_view source;           ///< where the numbers come from; "ours" marks what no source states
 };
 
 /// All of them: the one place to correct numbers that no manual states.
@@ -89,8 +89,10 @@ enum class Warning : std::uint8_t {
   kMotorTemperature = 2,
   kDcLinkUndervoltage = 9,
 };
+/// For people; never empty. \rtsafe
 [[nodiscard]] std::string_view text(Warning warning) noexcept;
 
+/// Precondition: not kCount. \rtsafe
 [[nodiscard]] constexpr const FaultFacts& facts(Fault fault) noexcept {
   return kFaults[static_cast<std::size_t>(fault)];
 }

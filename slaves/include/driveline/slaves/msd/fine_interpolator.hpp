@@ -9,13 +9,12 @@ namespace driveline::slaves::msd {
 ///
 /// Each new sample starts a segment from where the output is now, so the output has no jump when samples come early or
 /// late. When the next sample is missing, the output goes on with its last speed for one more period and then stands
-/// still. Delay against the samples: kNone 0, kLinear,
-/// kExternal and kCosine 1, the splines 2 periods. Which curve the real drive calls
-/// "cubic spline" is not described; here it passes through the samples with central-difference slopes, while the
-/// approximation is the uniform cubic B-spline of the samples (continuous acceleration, does not pass through them).
-/// With external feed-forward the curve is a cubic that has the samples and the speeds sent with them at its ends; the
-/// cosine goes from sample to sample in half a period of a cosine, standing still at each (both: names of the manual,
-/// curves ours).
+/// still. Delay against the samples: kNone 0, kLinear, kExternal and kCosine 1, the splines 2 periods. Which curve the
+/// real drive calls "cubic spline" is not described; here it passes through the samples with central-difference slopes,
+/// while the approximation is the uniform cubic B-spline of the samples (continuous acceleration, does not pass through
+/// them). With external feed-forward the curve is a cubic that has the samples and the speeds sent with them at its
+/// ends; the cosine goes from sample to sample in half a period of a cosine, standing still at each (both: names of the
+/// manual, curves ours).
 class FineInterpolator {
  public:
   /// Numbers as in P 370.
@@ -37,8 +36,11 @@ class FineInterpolator {
   /// One control cycle. \rtsafe
   void step() noexcept;
 
+  /// Setpoint of this control cycle, in the unit of the samples. \rtsafe
   [[nodiscard]] double value() const noexcept { return value_; }
+  /// Slope of value() at this control cycle, per second. \rtsafe
   [[nodiscard]] double velocity() const noexcept { return velocity_; }
+  /// Slope of velocity(), per second; 0 with kNone and kLinear. \rtsafe
   [[nodiscard]] double acceleration() const noexcept { return acceleration_; }
 
  private:

@@ -14,24 +14,26 @@ namespace driveline::slaves::msd {
 
 /// What the display has to tell.
 struct DisplayContent {
-  PowerState state = PowerState::kNotReadyToSwitchOn;
-  bool reset = false;            ///< the processor is in reset
-  bool starting = false;         ///< initialisation
-  bool safe_torque_off = false;  ///< STO is active
+  PowerState state = PowerState::kNotReadyToSwitchOn;  ///< shown when nothing below is to be told
+  bool reset = false;                                  ///< the processor is in reset
+  bool starting = false;                               ///< initialisation
+  bool safe_torque_off = false;                        ///< STO is active
+  /// What tells one fault from another on the display.
   struct FaultCode {
-    std::uint8_t number = 0;
-    std::uint8_t location = 0;
+    std::uint8_t number = 0;    ///< FaultFacts::number
+    std::uint8_t location = 0;  ///< FaultFacts::location
     bool needs_remedy = false;  ///< can only be acknowledged when its cause is gone
   };
-  std::optional<FaultCode> fault{};
+  std::optional<FaultCode> fault{};  ///< the fault that is there
 };
 
 /// One lit digit or blank, with its point.
 struct Digit {
-  char symbol = ' ';
-  bool point = false;
+  char symbol = ' ';   ///< as the segments can draw it; ' ': dark
+  bool point = false;  ///< point behind it
   friend bool operator==(const Digit&, const Digit&) = default;
 };
+/// Both digits, left to right.
 struct DisplayFrame {
   Digit first;   ///< D1
   Digit second;  ///< D2
@@ -52,12 +54,13 @@ inline constexpr std::chrono::milliseconds kFaultStep{1000};    ///< Er, number,
 
 /// Series with their own LEDs (MSD manual Tables 5.2-5.4, ServoOne manual Tables 5.2, 5.3).
 enum class Series : std::uint8_t { kSingleMultiAxis, kCompact, kServoOne, kServoOneJunior };
+/// Bus connectors: X15 is the input (towards the master), X16 the output.
 enum class Connector : std::uint8_t { kX15, kX16 };
 
 /// What happens at one connector.
 struct LinkState {
-  bool link = false;
-  bool traffic = false;
+  bool link = false;     ///< the cable leads to somebody
+  bool traffic = false;  ///< frames pass
 };
 /// Top LED of a connector: link/activity. \rtsafe
 [[nodiscard]] bool link_activity_led(LinkState link, std::chrono::nanoseconds time) noexcept;
@@ -75,8 +78,8 @@ enum class ErrorIndication : std::uint8_t { kNone, kInvalidConfiguration, kLocal
 
 /// The bicolour RUN/ERROR indicator H1 of the ServoOne junior.
 struct BicolourLed {
-  bool green = false;
-  bool red = false;
+  bool green = false;  ///< green half is lit
+  bool red = false;    ///< red half is lit
   friend bool operator==(const BicolourLed&, const BicolourLed&) = default;
 };
 /// The colours have sequences of their own (ServoOne manual Table 5.3), times of ETG.1300. \rtsafe

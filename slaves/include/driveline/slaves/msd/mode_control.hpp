@@ -15,23 +15,26 @@ namespace driveline::slaves::msd {
 /// which movements it orders, and its bits of the status word.
 class ModeControl {
  public:
+  /// The dictionary holds what the modes are set to and must outlive this.
   explicit ModeControl(const ObjectDictionary& dictionary) noexcept : dictionary_(&dictionary) {}
 
   /// What the modes need to know in one process data cycle.
   struct Conditions {
-    std::uint16_t control_word = 0;
-    bool enabled = false;  ///< the setpoints of the bus are to be followed
-    InputSignals inputs;
+    std::uint16_t control_word = 0;  ///< 6040h
+    bool enabled = false;            ///< the setpoints of the bus are to be followed
+    InputSignals inputs;             ///< limit and home switches, for homing
   };
 
   /// Takes over 6060h if it is a mode of this drive. \rtsafe
   void select() noexcept;
   /// The mode in force, 6061h.
   [[nodiscard]] OperationMode mode() const noexcept { return mode_; }
+  /// Modes of CiA 402 that 6060h takes; kNone is one of them. \rtsafe
   [[nodiscard]] static bool supported(OperationMode mode) noexcept;
 
   /// Where motion gets its setpoints, and what it is to do instead of following while halted (605Dh). \rtsafe
   [[nodiscard]] MotionSource source(const Conditions& conditions) const noexcept;
+  /// kFollow unless the drive is halted. \rtsafe
   [[nodiscard]] MotionCommand command(const Conditions& conditions) const noexcept;
 
   /// One process data cycle, after motion has been told source and command. \rtsafe
@@ -44,6 +47,7 @@ class ModeControl {
   [[nodiscard]] std::uint16_t status_bits(const Motion& motion) const noexcept;
   /// A target or a speed had to be cut. \rtsafe
   [[nodiscard]] bool limited() const noexcept { return limited_; }
+  /// For its state and its failure. \rtsafe
   [[nodiscard]] const HomingSequence& homing() const noexcept { return homing_; }
   /// Operation with positions in which the following error counts. \rtsafe
   [[nodiscard]] bool positioning() const noexcept;

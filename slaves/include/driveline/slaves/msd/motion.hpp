@@ -14,32 +14,32 @@ namespace driveline::slaves::msd {
 
 /// What the object dictionary tells the motion control, in motor units.
 struct MotionSettings {
-  Scaling scaling;
-  PositionRange range;
-  ControllerParameters controller;
-  FineInterpolator::Method method = FineInterpolator::Method::kLinear;
-  std::uint32_t steps_per_setpoint = 16;
-  double speed_feed_forward = 1.0;   ///< share, 0..1
-  double torque_feed_forward = 1.0;  ///< share, 0..1
-  bool external_speed_feed_forward = false;
-  bool external_torque_feed_forward = false;
-  double feed_forward_inertia_kg_m2 = 0.0;  ///< 0: no internal torque feed-forward
-  double slow_down_rad_s2 = 600.0;
-  double quick_stop_rad_s2 = 2500.0;
-  double jerk_time_s = 0.0;  ///< of the profile; quick stop ramps have it too, fault ramps never (MSD manual 10.2)
-  double standstill_rad_s = 1.0;
+  Scaling scaling;                                                      ///< user units, see Scaling
+  PositionRange range;                                                  ///< in which positions count (607Bh)
+  ControllerParameters controller;                                      ///< P 320, P 321, P 351, P 360, 6072h, 6080h
+  FineInterpolator::Method method = FineInterpolator::Method::kLinear;  ///< P 370
+  std::uint32_t steps_per_setpoint = 16;      ///< control cycles per setpoint of the bus (60C2h), at least 1
+  double speed_feed_forward = 1.0;            ///< share, 0..1
+  double torque_feed_forward = 1.0;           ///< share, 0..1
+  bool external_speed_feed_forward = false;   ///< velocity offsets of the bus feed forward
+  bool external_torque_feed_forward = false;  ///< torque offsets of the bus feed forward
+  double feed_forward_inertia_kg_m2 = 0.0;    ///< 0: no internal torque feed-forward
+  double slow_down_rad_s2 = 600.0;            ///< 6084h
+  double quick_stop_rad_s2 = 2500.0;          ///< 6085h
+  double jerk_time_s = 0.0;       ///< of the profile; quick stop ramps have it too, fault ramps never (MSD manual 10.2)
+  double standstill_rad_s = 1.0;  ///< below it the axis counts as standing
   bool position_limited = false;  ///< software limits 607Dh, in position units
-  std::int32_t position_min = 0;
-  std::int32_t position_max = 0;
+  std::int32_t position_min = 0;  ///< 607Dh:01, position units
+  std::int32_t position_max = 0;  ///< 607Dh:02, position units
 };
 
 /// Setpoints as they stand in the object dictionary, in user units.
 struct Setpoints {
-  std::int32_t position = 0;
-  std::int32_t velocity = 0;
-  std::int16_t torque_permille = 0;
-  std::int32_t velocity_offset = 0;
-  std::int16_t torque_offset_permille = 0;
+  std::int32_t position = 0;                ///< 607Ah
+  std::int32_t velocity = 0;                ///< 60FFh
+  std::int16_t torque_permille = 0;         ///< 6071h, of the rated torque
+  std::int32_t velocity_offset = 0;         ///< 60B1h
+  std::int16_t torque_offset_permille = 0;  ///< 60B2h, of the rated torque
 };
 
 /// What is followed while the drive is to follow its mode.
@@ -56,8 +56,10 @@ enum class MotionSource : std::uint8_t {
 /// coasts. One object per axis; step() runs once per control cycle of 62.5 us.
 class Motion {
  public:
+  /// At rest at `initial_position_rad`, command kOff; parameters as ServoMotor takes them.
   Motion(const MotorParameters& motor, double initial_position_rad) noexcept;
 
+  /// New settings, from the next control cycle on, also in motion.
   /// \rtsafe
   void configure(const MotionSettings& settings) noexcept;
   /// New setpoints from the bus; they start a segment of the fine interpolation. \rtsafe
@@ -67,6 +69,7 @@ class Motion {
   /// Movements of the profile generator: to a position in position units (not wrapped), to a speed of the motor shaft.
   /// Limits in motor units. They last until the next one or until the source changes. \rtsafe
   void move_to(std::int64_t position, const ProfileLimits& limits) noexcept;
+  /// See move_to(): goes on at this speed of the motor shaft.
   void run_at(double velocity_rad_s, const ProfileLimits& limits) noexcept;
   /// Holds the speed the profile generator has now. \rtsafe
   void freeze() noexcept;
@@ -77,13 +80,17 @@ class Motion {
   void step(bool brake_closed) noexcept;
   /// Power-on of an encoder that does not know all turns: positions count from where it starts. \rtsafe
   void restart_encoder() noexcept;
+  /// Volts at the power stage; see ServoMotor::set_dc_link_voltage().
   /// \rtsafe
   void set_dc_link_voltage(double volts) noexcept { motor_.set_dc_link_voltage(volts); }
   /// Makes `increments` of the encoder the new zero of all positions; the movement is not affected. \rtsafe
   void set_zero(std::int64_t increments) noexcept;
 
+  /// The shaft as it really is. \rtsafe
   [[nodiscard]] const ServoMotor& motor() const noexcept { return motor_; }
+  /// Loops of the cascade. \rtsafe
   [[nodiscard]] const ServoController& controller() const noexcept { return controller_; }
+  /// As the last configure() gave them. \rtsafe
   [[nodiscard]] const MotionSettings& settings() const noexcept { return settings_; }
   /// Encoder count that position 0 stands for. \rtsafe
   [[nodiscard]] std::int64_t zero() const noexcept { return zero_; }
@@ -95,11 +102,15 @@ class Motion {
   }
   [[nodiscard]] double position_demand() const noexcept;  ///< position units; actual position without position control
   [[nodiscard]] double following_error() const noexcept;  ///< position units; 0 without position control
+  /// The same in increments of the encoder; 0 without position control. \rtsafe
   [[nodiscard]] double following_error_increments() const noexcept;
+  /// Torque setpoint of the last control cycle, at the motor shaft. \rtsafe
   [[nodiscard]] double torque_demand_nm() const noexcept { return torque_demand_nm_; }
   [[nodiscard]] double velocity() const noexcept;         ///< velocity units
   [[nodiscard]] double velocity_demand() const noexcept;  ///< velocity units
+  /// Torque at the shaft, of the rated torque. \rtsafe
   [[nodiscard]] double torque_permille() const noexcept;
+  /// torque_demand_nm() of the rated torque. \rtsafe
   [[nodiscard]] double torque_demand_permille() const noexcept;
   /// The measured speed is within the standstill window. \rtsafe
   [[nodiscard]] bool standstill() const noexcept;
@@ -107,6 +118,7 @@ class Motion {
   [[nodiscard]] bool stopped() const noexcept { return standstill() && (!ramping_ || generator_.finished()); }
   /// The profile generator has come to the end of its movement. \rtsafe
   [[nodiscard]] bool movement_finished() const noexcept { return generator_.finished(); }
+  /// The profile generator in radians of the motor shaft. \rtsafe
   [[nodiscard]] const ProfileState& profile() const noexcept { return generator_.state(); }
   /// Torque, velocity or position setpoint was limited. \rtsafe
   [[nodiscard]] bool limited() const noexcept { return limited_ || controller_.limited(); }
@@ -114,7 +126,9 @@ class Motion {
   [[nodiscard]] double distance_to_target() const noexcept;
   /// The setpoints have come at the times the interpolation expects them, for a while. \rtsafe
   [[nodiscard]] bool synchronised() const noexcept;
+  /// As select() was told. \rtsafe
   [[nodiscard]] MotionSource source() const noexcept { return source_; }
+  /// As select() was told. \rtsafe
   [[nodiscard]] MotionCommand command() const noexcept { return command_; }
   /// Direction in user units in which the setpoints move the axis: -1, 0, 1; without speed control the direction the
   /// axis moves in. \rtsafe

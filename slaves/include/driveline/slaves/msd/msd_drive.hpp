@@ -26,26 +26,26 @@ namespace driveline::slaves::msd {
 
 /// A switch of the machine: it drives an input terminal while the motor shaft is between two positions.
 struct MachineSwitch {
-  Input input = Input::kIsd00;
-  double from_rad = 0.0;
-  double to_rad = 0.0;
+  Input input = Input::kIsd00;  ///< terminal it is wired to
+  double from_rad = 0.0;        ///< active from here, motor shaft
+  double to_rad = 0.0;          ///< to here, both included
 };
 
 /// What tells one drive from another.
 struct MsdParameters {
-  Variant variant = Variant::kMsd;
+  Variant variant = Variant::kMsd;          ///< decides about identity, firmware and dictionary
   std::optional<FirmwareVersion> firmware;  ///< 100Ah; none: that of the variant. Decides about PDOs of odd length.
   std::string name = "X-Axis";              ///< P 3, at most 100 characters
-  std::uint32_t serial_number = 1;
-  MotorParameters motor;
-  ControllerParameters controller;  ///< become P 320, P 321, P 351 and P 360; its limits come from 6072h and 6080h
-  double initial_position_rad = 0.0;
-  double dc_link_volts = 560.0;  ///< with mains; rectified 400 V, ours
-  std::vector<MachineSwitch> switches;
-  std::vector<ScriptedSignal> inputs;
+  std::uint32_t serial_number = 1;          ///< 1018h:04
+  MotorParameters motor;                    ///< rotor, load, encoder
+  ControllerParameters controller;      ///< become P 320, P 321, P 351 and P 360; its limits come from 6072h and 6080h
+  double initial_position_rad = 0.0;    ///< of the motor shaft at the start
+  double dc_link_volts = 560.0;         ///< with mains; rectified 400 V, ours
+  std::vector<MachineSwitch> switches;  ///< switches that follow the axis
+  std::vector<ScriptedSignal> inputs;   ///< inputs that follow a script
   std::chrono::nanoseconds homing_time_out = std::chrono::minutes{2};  ///< ours; then homing fails
-  ThermalParameters thermal;
-  std::chrono::hours operating_hours{0};  ///< before this run; emergencies carry them
+  ThermalParameters thermal;                                           ///< of motor and power stage
+  std::chrono::hours operating_hours{0};                               ///< before this run; emergencies carry them
   /// Where stored parameters are kept between runs; empty: nowhere. A file that cannot be used is fault 02 05 at start.
   std::string parameter_file;
   std::chrono::nanoseconds start_up_time = std::chrono::milliseconds{1};  ///< of the self-test; the real drive: seconds
@@ -55,12 +55,14 @@ struct MsdParameters {
 };
 
 /// The Moog MSD servo drive, or one of its variants, with motor and load behind an EtherCAT slave controller: all its
-/// modes of operation, object
-/// dictionary, CoE, CiA 402 state machine, terminals, faults and fall-back as in the MSD manual.
+/// modes of operation, object dictionary, CoE, CiA 402 state machine, terminals, faults and fall-back as in the MSD
+/// manual.
 ///
 /// Belongs to the thread that drives the line. Times are counted from the first call of advance().
 class MsdDrive final : public Device, public DeviceSignals, private DictionaryOwner {
  public:
+  /// Takes stored parameters from their file, if there is one, and starts as restart() does, with mains on, ENPO
+  /// and ISDSH connected and the other terminals low. Motor parameters are sanitized().
   explicit MsdDrive(const MsdParameters& parameters = {});
   MsdDrive(const MsdDrive&) = delete;  // the CoE server refers to the dictionary in here
   MsdDrive& operator=(const MsdDrive&) = delete;
@@ -72,6 +74,7 @@ class MsdDrive final : public Device, public DeviceSignals, private DictionaryOw
   }
 
   // Device
+  /// Identity, memory and EEPROM image of the variant.
   [[nodiscard]] const DeviceProfile& profile() const noexcept override { return profile_; }
   [[nodiscard]] std::size_t process_data_size(std::size_t sync_manager) const noexcept override;
   [[nodiscard]] wire::AlStatusCode transition(wire::AlState from, wire::AlState to) noexcept override;
@@ -88,7 +91,9 @@ class MsdDrive final : public Device, public DeviceSignals, private DictionaryOw
   [[nodiscard]] DeviceSignals* signals() noexcept override { return this; }
 
   // DeviceSignals, see drive_signals.hpp
+  /// See drive_signal_count().
   [[nodiscard]] std::size_t signal_count(Way way) const noexcept override;
+  /// See drive_signal_name().
   [[nodiscard]] std::string signal_name(SignalPlace place) const override;
   [[nodiscard]] tl::expected<SignalPlace, std::string> find_signal(Way way, std::string_view name) const override;
   [[nodiscard]] tl::expected<void, std::string> check_signal_value(std::size_t input, double value) const override;
@@ -96,11 +101,17 @@ class MsdDrive final : public Device, public DeviceSignals, private DictionaryOw
   [[nodiscard]] double signal(SignalPlace place) const noexcept override;
 
   // The terminals: any input, hardware enable ENPO, safe torque off ISDSH (true: torque permitted), mains. \rtsafe
+  /// Level of a terminal from now on.
   void set_input(Input input, bool level) noexcept;
+  /// Level of an output terminal. \rtsafe
   [[nodiscard]] bool output(Output output) const noexcept { return terminals_.output(output); }
+  /// Hardware enable; a rising level acknowledges a fault. \rtsafe
   void set_enpo(bool on) noexcept { set_input(Input::kEnpo, on); }
+  /// Safe torque off: false takes the torque away. \rtsafe
   void set_isdsh(bool on) noexcept { set_input(Input::kIsdsh, on); }
+  /// Mains on or off: the voltage of MsdParameters, or 0 V. \rtsafe
   void set_dc_link(bool present) noexcept { set_dc_link_voltage(present ? parameters_.dc_link_volts : 0.0); }
+  /// Volts at the power stage from now on; below P 701[12] an undervoltage. \rtsafe
   void set_dc_link_voltage(double volts) noexcept {
     dc_link_volts_ = volts;
     motion_.set_dc_link_voltage(volts);
@@ -121,23 +132,33 @@ class MsdDrive final : public Device, public DeviceSignals, private DictionaryOw
   void restart() override;
 
   // Truth of the model, for tests and displays.
+  /// Of the motor shaft, as it is, not as the encoder counts it. \rtsafe
   [[nodiscard]] double position_rad() const noexcept { return motion_.motor().position_rad(); }
+  /// Of the motor shaft. \rtsafe
   [[nodiscard]] double velocity_rad_s() const noexcept { return motion_.motor().velocity_rad_s(); }
+  /// At the motor shaft. \rtsafe
   [[nodiscard]] double torque_nm() const noexcept { return motion_.motor().torque_nm(); }
+  /// Of the CiA 402 state machine. \rtsafe
   [[nodiscard]] PowerState state() const noexcept { return power_.state(); }
   [[nodiscard]] std::uint16_t status() const noexcept;  ///< 6041h
+  /// The fault that stands until it is acknowledged: the first one when there were several. \rtsafe
   [[nodiscard]] std::optional<Fault> fault() const noexcept { return fault_; }
   /// What the seven-segment display shows, without its flashing: "5.", "S2", "Er 14 01" (MSD manual 4.7).
   [[nodiscard]] std::string display() const;
   /// What is lit at this moment, points and flashing included.
   [[nodiscard]] DisplayFrame display_now() const noexcept;
+  /// The RUN LED is lit at this moment. \rtsafe
   [[nodiscard]] bool run_led_now() const noexcept { return run_led(al_state_, running_time()); }
   [[nodiscard]] std::uint32_t warnings() const noexcept { return warnings_; }  ///< P 34
   /// What was wrong with the parameter file, if fault 02 05 is about it.
   [[nodiscard]] const ParameterFileError& parameter_file_error() const noexcept { return parameter_file_error_; }
+  /// As in MsdParameters; P 3 may be another by now. \rtsafe
   [[nodiscard]] const std::string& name() const noexcept { return parameters_.name; }
+  /// \rtsafe
   [[nodiscard]] Variant variant() const noexcept { return parameters_.variant; }
+  /// Values as they are now. \rtsafe
   [[nodiscard]] const ObjectDictionary& dictionary() const noexcept { return dictionary_; }
+  /// For its counters. \rtsafe
   [[nodiscard]] const MailboxServer& mailbox() const noexcept { return mailbox_; }
 
  private:

@@ -14,8 +14,8 @@ struct Scaling {
   double velocity_rad_s = 1.0;       ///< motor rad/s per velocity unit; negative with inverted polarity
   double acceleration_rad_s2 = 1.0;  ///< motor rad/s2 per acceleration unit, always positive
   Ratio units_per_increment;         ///< position units per increment of the motor encoder
-  Ratio increments_per_unit;
-  bool inverted = false;  ///< polarity of positions
+  Ratio increments_per_unit;         ///< its inverse, as a fraction
+  bool inverted = false;             ///< polarity of positions
 
   /// From 607Eh, 6089h-608Dh, 608Fh and 6090h-6092h; writes the calculated factors 6093h, 6094h and 6097h back.
   /// `encoder_increments`: of the motor's encoder, per revolution. \rtsafe
@@ -25,6 +25,7 @@ struct Scaling {
   [[nodiscard]] std::int64_t to_units(std::int64_t increments) const noexcept {
     return units_per_increment.apply(inverted ? -increments : increments);
   }
+  /// See to_units(). \rtsafe
   [[nodiscard]] std::int64_t to_increments(std::int64_t units) const noexcept {
     return increments_per_unit.apply(inverted ? -units : units);
   }

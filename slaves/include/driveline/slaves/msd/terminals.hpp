@@ -46,15 +46,17 @@ enum class OutputFunction : std::uint16_t {
   kBusEachStep = 40  ///< 60FEh, in every control cycle
 };
 
+/// May the selector `index` (2064h and up for P 100 and up) be set to this number? \rtsafe
 [[nodiscard]] bool valid_input_function(std::uint16_t index, std::uint64_t function) noexcept;
+/// See valid_input_function(), for the selectors of outputs. \rtsafe
 [[nodiscard]] bool valid_output_function(std::uint16_t index, std::uint64_t function) noexcept;
 
 /// What the inputs mean, whatever terminal they are connected to.
 struct InputSignals {
-  bool positive_limit = false;
-  bool negative_limit = false;
-  bool home_switch = false;
-  bool fault_reset = false;
+  bool positive_limit = false;  ///< some input with kPositiveLimit is on
+  bool negative_limit = false;  ///< some input with kNegativeLimit is on
+  bool home_switch = false;     ///< some input with kHomeSwitch is on
+  bool fault_reset = false;     ///< some input with kFaultReset is on
   std::array<bool, 2> probe{};  ///< ISD05, ISD06 where they are selected as probes
 };
 
@@ -63,21 +65,24 @@ class Terminals {
  public:
   /// \rtsafe
   void set(Input input, bool level) noexcept;
+  /// At the terminal, whatever its function. \rtsafe
   [[nodiscard]] bool level(Input input) const noexcept { return (inputs_ >> static_cast<unsigned>(input) & 1U) != 0; }
+  /// At the terminal, whatever its function. \rtsafe
   [[nodiscard]] bool output(Output output) const noexcept {
     return (outputs_ >> static_cast<unsigned>(output) & 1U) != 0;
   }
   /// New function selectors. \rtsafe
   void configure(const ObjectDictionary& dictionary) noexcept;
+  /// What the inputs mean now. \rtsafe
   [[nodiscard]] const InputSignals& signals() const noexcept { return signals_; }
 
   /// What decides about the outputs in one control cycle.
   struct OutputConditions {
     std::uint32_t physical_outputs = 0;  ///< 60FEh sub 1
     std::uint32_t mask = 0;              ///< 60FEh sub 2
-    bool brake_open = false;
-    bool limit = false;
-    bool millisecond = false;  ///< a new period of 1 ms begins
+    bool brake_open = false;             ///< the brake is to be open
+    bool limit = false;                  ///< a setpoint is at its limit
+    bool millisecond = false;            ///< a new period of 1 ms begins
   };
   /// \rtsafe
   void step_outputs(const OutputConditions& conditions) noexcept;

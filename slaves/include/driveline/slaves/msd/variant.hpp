@@ -20,9 +20,9 @@ enum class Variant : std::uint8_t {
 
 /// Firmware version as the manuals write it: 4.15-02.
 struct FirmwareVersion {
-  std::uint8_t major = 0;
-  std::uint8_t minor = 0;
-  std::uint8_t correction = 0;
+  std::uint8_t major = 0;       ///< before the point
+  std::uint8_t minor = 0;       ///< behind the point, two digits
+  std::uint8_t correction = 0;  ///< behind the hyphen, two digits
 
   friend constexpr auto operator<=>(const FirmwareVersion&, const FirmwareVersion&) = default;
   /// "4.15-02". Not for use in the cycle.
@@ -35,18 +35,18 @@ struct FirmwareVersion {
 /// What tells one variant from another. Product codes and revisions are ours: no public source names the real ones. The
 /// vendor is Moog for all (ours for the ServoOne, whose vendor id is in no source).
 struct VariantFacts {
-  Variant variant = Variant::kMsd;
-  std::string_view key;          ///< name in line files
-  std::string_view file_stem;    ///< of the generated device files
-  std::string_view device_name;  ///< 1008h
-  std::string_view type;         ///< order code: ESI Type, SII order text
-  std::string_view group_type;
-  std::string_view group_name;
-  std::uint32_t product_code = 0;
-  std::uint32_t revision = 0;
-  FirmwareVersion firmware;  ///< unless the drive has another
-  FirmwareVersion oldest;    ///< the manual's scope begins with it
-  Series series = Series::kSingleMultiAxis;
+  Variant variant = Variant::kMsd;           ///< rows are in the order of the enumeration
+  std::string_view key;                      ///< name in line files
+  std::string_view file_stem;                ///< of the generated device files
+  std::string_view device_name;              ///< 1008h
+  std::string_view type;                     ///< order code: ESI Type, SII order text
+  std::string_view group_type;               ///< ESI GroupType
+  std::string_view group_name;               ///< ESI name of the group
+  std::uint32_t product_code = 0;            ///< 1018h:02, ours
+  std::uint32_t revision = 0;                ///< 1018h:03, ours
+  FirmwareVersion firmware;                  ///< unless the drive has another
+  FirmwareVersion oldest;                    ///< the manual's scope begins with it
+  Series series = Series::kSingleMultiAxis;  ///< decides about the LEDs
   /// External feed-forward acts only with P 370 = 2 (ServoOne manual 12.4).
   bool external_feed_forward_needs_spline = false;
   /// First firmware whose PDOs may have an odd number of bytes; before, they are filled up with P 2055 (ServoOne manual
@@ -54,6 +54,7 @@ struct VariantFacts {
   FirmwareVersion odd_pdos_since;
 };
 
+/// One row per variant; facts() finds one.
 inline constexpr std::array kVariants = {
     VariantFacts{.variant = Variant::kMsd,
                  .key = "msd",
@@ -97,6 +98,7 @@ inline constexpr std::array kVariants = {
                  .odd_pdos_since = {4, 15, 2}},
 };
 
+/// \rtsafe
 [[nodiscard]] constexpr const VariantFacts& facts(Variant variant) noexcept {
   return kVariants[static_cast<std::size_t>(variant)];
 }
