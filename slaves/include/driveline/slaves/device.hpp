@@ -17,9 +17,10 @@ namespace driveline::slaves {
 /// What a process-data or mailbox sync manager of a device is meant for; the AL state machine compares the master's
 /// settings with it (ETG.1000.6 5.3.2).
 struct SyncManagerLayout {
+  /// The purposes that the sync manager category of the SII knows (types 1 to 4, ETG.2010).
   enum class Use : std::uint8_t { kMailboxOut, kMailboxIn, kOutputs, kInputs };
-  Use use = Use::kOutputs;
-  std::uint16_t start_address = 0;
+  Use use = Use::kOutputs;           ///< what the master must set it up for
+  std::uint16_t start_address = 0;   ///< physical address; where the SII and the device want it
   std::uint16_t min_length = 0;      ///< mailboxes: smallest acceptable length
   std::uint16_t max_length = 0;      ///< mailboxes: largest acceptable length
   std::uint16_t default_length = 0;  ///< as in the SII
@@ -30,12 +31,12 @@ struct DeviceProfile {
   std::vector<std::byte> sii_image;                    ///< complete EEPROM content, CRC valid
   std::vector<SyncManagerLayout> sync_managers;        ///< by sync manager number
   std::vector<SyncManagerLayout> bootstrap_mailboxes;  ///< SM0 and SM1 in BOOT; empty: bootstrap not supported
-  std::uint8_t fmmu_count = 8;
-  std::uint8_t sync_manager_count = 8;
-  std::uint8_t ram_kib = 8;
-  bool distributed_clock = true;
-  bool distributed_clock_64bit = true;
-  std::uint16_t device_id = 0;  ///< explicit device identification; 0: not supported
+  std::uint8_t fmmu_count = 8;                         ///< FMMUs of the controller, at most 16
+  std::uint8_t sync_manager_count = 8;                 ///< sync managers of the controller, at most 16
+  std::uint8_t ram_kib = 8;                            ///< process RAM in KiB, at most 60
+  bool distributed_clock = true;                       ///< the controller has a DC unit
+  bool distributed_clock_64bit = true;                 ///< its times have 64 bits, else 32
+  std::uint16_t device_id = 0;                         ///< explicit device identification; 0: not supported
 };
 
 /// What lives behind the process data interface of an emulated slave controller: a drive, a terminal, a coupler.
@@ -46,6 +47,8 @@ class Device {
  public:
   virtual ~Device() = default;
 
+  /// Stays the same, and where it is, for the life of the device: its SII image, layouts and controller are set up from
+  /// it once.
   [[nodiscard]] virtual const DeviceProfile& profile() const noexcept = 0;
 
   /// Bytes that output / input sync manager number `sync_manager` must have for the present PDO assignment and mapping.
@@ -66,6 +69,7 @@ class Device {
   /// \name What speaks against a transition
   /// Asked before the sync managers are compared.
   /// @{
+
   /// INIT to PREOP needs a complete firmware, else 0x0014; BOOT is reached without.
   [[nodiscard]] virtual bool firmware_valid() const noexcept { return true; }
   /// PREOP to SAFEOP: kInvalidInputMapping or kInvalidOutputMapping when PDO assignment and mapping cannot be process

@@ -9,7 +9,9 @@ namespace driveline::slaves {
 
 /// The value of an input that follows a script instead of a machine.
 struct Signal {
+  /// Unit of all times here.
   using Nanoseconds = std::chrono::nanoseconds;
+  /// How the value runs over time.
   enum class Shape : std::uint8_t {
     kConstant,  ///< `low`
     kRamp,      ///< from `low` to `high` in a period, then from the start
@@ -17,13 +19,14 @@ struct Signal {
     kToggle,    ///< `low` in the first half of a period, `high` in the second
     kSteps,     ///< `low` until the first of `steps`, then the value of the last step that has come
   };
+  /// One change of a signal of shape kSteps.
   struct Step {
-    Nanoseconds at{};  ///< from the start of the script
-    double value = 0.0;
+    Nanoseconds at{};    ///< from the start of the script
+    double value = 0.0;  ///< from then on, in the unit of the input
   };
-  Shape shape = Shape::kConstant;
-  double low = 0.0;
-  double high = 0.0;
+  Shape shape = Shape::kConstant;                ///< decides which of the members below count
+  double low = 0.0;                              ///< in the unit of the input
+  double high = 0.0;                             ///< in the unit of the input
   Nanoseconds period = std::chrono::seconds{1};  ///< above 0
   std::vector<Step> steps{};                     ///< in order of time
 
@@ -35,6 +38,7 @@ struct Signal {
   [[nodiscard]] std::optional<Nanoseconds> next_jump(Nanoseconds time) const noexcept;
   /// Smallest and largest value it takes. \rtsafe
   [[nodiscard]] double smallest() const noexcept;
+  /// See smallest(). \rtsafe
   [[nodiscard]] double largest() const noexcept;
 };
 

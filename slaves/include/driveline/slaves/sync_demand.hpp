@@ -14,9 +14,9 @@ struct SyncDemand {
   /// The type that is set in 1C32h:01; nothing: whatever the master has activated is right.
   std::optional<SyncType> type;
   bool free_run = true;  ///< types the application supports
-  bool sm_event = true;
-  bool sync0 = true;
-  bool sync1 = false;
+  bool sm_event = true;  ///< type 1: outputs act when the frame has written them
+  bool sync0 = true;     ///< type 2: outputs act at SYNC0
+  bool sync1 = false;    ///< type 3: outputs act at SYNC1
   /// Cycle the application is set to (1C32h:02, 60C2h); 0: it takes any.
   std::chrono::nanoseconds cycle{0};
   /// SYNC0 must come in multiples of this; 0: any cycle.

@@ -10,10 +10,10 @@ namespace driveline::slaves {
 /// What homing sees in one control cycle. Positions in encoder increments, counted upwards in the positive direction
 /// of the axis.
 struct HomingInputs {
-  bool negative_limit = false;
-  bool positive_limit = false;
-  bool home_switch = false;
-  std::int64_t position = 0;
+  bool negative_limit = false;              ///< limit switch at the negative end, active
+  bool positive_limit = false;              ///< limit switch at the positive end, active
+  bool home_switch = false;                 ///< home switch (cam), active
+  std::int64_t position = 0;                ///< where the axis is
   std::optional<std::int64_t> index_pulse;  ///< where the pulse was passed in this cycle
   int travel = 0;                           ///< direction the axis really moves in: -1, 0, 1
   bool standstill = false;                  ///< the demand is zero and the axis stands
@@ -28,14 +28,28 @@ struct HomingInputs {
 /// the switch edge on. Where the home position is found, the axis stops; it does not return to it (ours).
 class HomingSequence {
  public:
-  enum class State : std::uint8_t { kIdle, kSearching, kStopping, kAttained, kInterrupted, kFailed };
-  enum class Failure : std::uint8_t { kNone, kLimitSwitch, kTimeOut };
+  /// How far it is.
+  enum class State : std::uint8_t {
+    kIdle,         ///< nothing was started
+    kSearching,    ///< on the way to the home position
+    kStopping,     ///< it is found, the axis brakes
+    kAttained,     ///< it is found, the axis stands
+    kInterrupted,  ///< given up by interrupt()
+    kFailed,       ///< given up, failure() tells why
+  };
+  /// What ended the search.
+  enum class Failure : std::uint8_t {
+    kNone,         ///< nothing, or the method is not supported
+    kLimitSwitch,  ///< a limit switch stopped the axis where the method does not turn round
+    kTimeOut,      ///< it took longer than step() allows
+  };
   /// What the axis is to do: run in this direction (0: stand still).
   struct Demand {
-    int direction = 0;
-    bool slow = false;
+    int direction = 0;  ///< -1, 0 or 1
+    bool slow = false;  ///< with the slow speed (6099h:02), else with the fast one (6099h:01)
   };
 
+  /// The number is one of those above. \rtsafe
   [[nodiscard]] static bool supported(std::int8_t method) noexcept;
 
   /// Begins; anything found before is forgotten. Fails at once with a method that is not supported. \rtsafe
@@ -47,9 +61,13 @@ class HomingSequence {
   /// One control cycle; fails when `time_out` has passed since the start. \rtsafe
   void step(const HomingInputs& inputs, std::chrono::nanoseconds dt, std::chrono::nanoseconds time_out) noexcept;
 
+  /// \rtsafe
   [[nodiscard]] State state() const noexcept { return state_; }
+  /// Means something in State::kFailed. \rtsafe
   [[nodiscard]] Failure failure() const noexcept { return failure_; }
+  /// Begun, and neither attained nor given up. \rtsafe
   [[nodiscard]] bool running() const noexcept { return state_ == State::kSearching || state_ == State::kStopping; }
+  /// What the axis has to do now; standing still in every state but kSearching. \rtsafe
   [[nodiscard]] Demand demand() const noexcept;
   /// The home position, once it is found. \rtsafe
   [[nodiscard]] std::optional<std::int64_t> home() const noexcept { return home_; }

@@ -53,10 +53,10 @@ enum class MotionCommand : std::uint8_t {
 
 /// Option codes 605Ah-605Ch and 605Eh with P 154 (MSD manual Table 10.3).
 struct OptionCodes {
-  std::int16_t quick_stop = 2;
-  std::int16_t shutdown = 0;
-  std::int16_t disable_operation = 1;
-  std::int16_t fault_reaction = 2;
+  std::int16_t quick_stop = 2;                         ///< 605Ah
+  std::int16_t shutdown = 0;                           ///< 605Bh
+  std::int16_t disable_operation = 1;                  ///< 605Ch
+  std::int16_t fault_reaction = 2;                     ///< 605Eh
   std::chrono::nanoseconds external_reaction_time{0};  ///< P 154, for fault reactions -2 and -1
 };
 
@@ -70,10 +70,10 @@ class PowerStateMachine {
  public:
   /// What the drive itself says about a transition.
   struct Conditions {
-    std::uint16_t control_word = 0;
-    bool power_ready = false;  ///< ENPO, ISDSH and the DC link are there
-    bool standstill = false;   ///< the motor has stopped and a ramp, if any, has ended
-    OptionCodes options;
+    std::uint16_t control_word = 0;  ///< 6040h
+    bool power_ready = false;        ///< ENPO, ISDSH and the DC link are there
+    bool standstill = false;         ///< the motor has stopped and a ramp, if any, has ended
+    OptionCodes options;             ///< as they are set now
   };
 
   /// One evaluation, `dt` after the one before. Levels count, edges of the fault reset are seen by acknowledge().
@@ -84,7 +84,9 @@ class PowerStateMachine {
   /// Transition 15; false when the drive is not in Fault. \rtsafe
   bool acknowledge() noexcept;
 
+  /// What bits 0-3, 5 and 6 of the status word show: status_bits(). \rtsafe
   [[nodiscard]] PowerState state() const noexcept { return state_; }
+  /// What the drive has to do with the motor until the next step(). \rtsafe
   [[nodiscard]] MotionCommand motion() const noexcept { return motion_; }
   /// The motor is under control.
   [[nodiscard]] bool power_on() const noexcept { return motion_ != MotionCommand::kOff; }

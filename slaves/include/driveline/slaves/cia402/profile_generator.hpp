@@ -8,16 +8,18 @@ namespace driveline::slaves {
 /// Limits of one movement. Everything positive and finite; `acceleration` counts while the speed grows in magnitude,
 /// `deceleration` while it falls.
 struct ProfileLimits {
-  double velocity = 1.0;
-  double acceleration = 1.0;
-  double deceleration = 1.0;
-  double jerk_time_s = 0.0;  ///< time in which the acceleration builds up; 0: trapezoid (6086h = 0)
+  double velocity = 1.0;      ///< greatest speed on the way, units of position per s
+  double acceleration = 1.0;  ///< in units/s^2
+  double deceleration = 1.0;  ///< in units/s^2
+  double jerk_time_s = 0.0;   ///< time in which the acceleration builds up; 0: trapezoid (6086h = 0)
 };
 
+/// Where a movement is, in the caller's unit of position (the drive: increments or revolutions) and its derivatives by
+/// seconds.
 struct ProfileState {
-  double position = 0.0;
-  double velocity = 0.0;
-  double acceleration = 0.0;
+  double position = 0.0;      ///< in units
+  double velocity = 0.0;      ///< in units/s
+  double acceleration = 0.0;  ///< in units/s^2
 };
 
 /// Profile generator of CiA 402: trapezoidal or jerk-limited movements to a position or to a speed, from any state of
@@ -37,6 +39,7 @@ class ProfileGenerator {
   /// \rtsafe
   void step(double step_s) noexcept;
 
+  /// Where the movement is after the last step(). \rtsafe
   [[nodiscard]] const ProfileState& state() const noexcept { return state_; }
   /// The movement has come to its end: standing on the target, or running at the speed. \rtsafe
   [[nodiscard]] bool finished() const noexcept { return current_ == count_; }

@@ -8,6 +8,7 @@ namespace driveline::slaves {
 /// however far the axis has travelled.
 class Ratio {
  public:
+  /// Holds the product of two 64-bit factors.
   using Wide = unsigned __int128;
 
   constexpr Ratio() noexcept = default;
@@ -20,10 +21,13 @@ class Ratio {
   [[nodiscard]] std::int64_t apply(std::int64_t value) const noexcept;
   /// \rtsafe
   [[nodiscard]] Ratio inverse() const noexcept;
+  /// The fraction as a floating-point number, for values that need not be exact. \rtsafe
   [[nodiscard]] double value() const noexcept {
     return static_cast<double>(numerator_) / static_cast<double>(divisor_);
   }
+  /// Above 0, in lowest terms. \rtsafe
   [[nodiscard]] std::int64_t numerator() const noexcept { return numerator_; }
+  /// Above 0, in lowest terms. \rtsafe
   [[nodiscard]] std::int64_t divisor() const noexcept { return divisor_; }
 
  private:
@@ -45,6 +49,7 @@ class PositionRange {
   /// From `minimum` to `maximum` and then on with `minimum`; the 32-bit range unless minimum < maximum. \rtsafe
   PositionRange(std::int32_t minimum, std::int32_t maximum) noexcept;
 
+  /// The axis counts in less than all 32 bits, so that wrap() is not a plain cut. \rtsafe
   [[nodiscard]] bool limited() const noexcept { return size_ != kFullSize; }
   /// The position as it is shown. \rtsafe
   [[nodiscard]] std::int32_t wrap(std::int64_t position) const noexcept;

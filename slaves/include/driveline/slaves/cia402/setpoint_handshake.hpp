@@ -9,9 +9,10 @@ namespace driveline::slaves {
 /// 12.2.1): the setpoint in work and one more that waits for its end.
 class SetpointHandshake {
  public:
+  /// One position to go to, as control word and 607Ah gave it when bit 4 rose.
   struct Setpoint {
-    std::int32_t target = 0;
-    bool relative = false;
+    std::int32_t target = 0;  ///< 607Ah, user units
+    bool relative = false;    ///< bit 6: counts from the target before, not from zero
   };
 
   /// Forgets all setpoints; bit 4 must rise again. \rtsafe

@@ -63,6 +63,7 @@ enum class PowerCommand : std::uint8_t {
   kEnableOperation,
 };
 
+/// The command in a control word; kNone with bit 7 set. \rtsafe
 [[nodiscard]] constexpr PowerCommand power_command(std::uint16_t word) noexcept {
   using namespace control_word;
   if ((word & kFaultReset) != 0) return PowerCommand::kNone;

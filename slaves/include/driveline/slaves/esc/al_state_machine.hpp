@@ -25,9 +25,12 @@ struct AlOptions {
 /// All functions but the constructor are \rtsafe as far as the device's are.
 class AlStateMachine {
  public:
+  /// Times are on the line's clock.
   using Nanoseconds = std::chrono::nanoseconds;
+  /// Stands for "nothing pending" in due().
   static constexpr Nanoseconds kNever = Nanoseconds::max();
 
+  /// Starts as after reset(). Controller and device must outlive it.
   AlStateMachine(Esc& esc, Device& device, const AlOptions& options) noexcept;
 
   /// After power-on of the controller: INIT, sync managers locked.
@@ -49,7 +52,9 @@ class AlStateMachine {
   /// The slave leaves its state by itself and reports why.
   void fall_back(wire::AlState to, wire::AlStatusCode reason) noexcept;
 
+  /// The state the slave is in, not the one asked for.
   [[nodiscard]] wire::AlState state() const noexcept { return state_; }
+  /// An error is reported (AL status bit 4) and not acknowledged yet.
   [[nodiscard]] bool error() const noexcept { return error_; }
   /// Mailboxes are served.
   [[nodiscard]] bool mailbox_running() const noexcept {
@@ -64,10 +69,14 @@ class AlStateMachine {
 
   /// \name Faults
   /// @{
+
+  /// From a request to its execution, as for AlOptions.
   [[nodiscard]] Nanoseconds transition_delay() const noexcept { return options_.transition_delay; }
+  /// From the next request on; a pending one keeps its time.
   void set_transition_delay(Nanoseconds delay) noexcept { options_.transition_delay = delay; }
   /// Every transition to `to` is refused with `code` until clear_refusal().
   void refuse(wire::AlState to, wire::AlStatusCode code) noexcept { refusal_ = Refusal{to, code}; }
+  /// Ends refuse().
   void clear_refusal() noexcept { refusal_.reset(); }
   /// @}
 

@@ -26,8 +26,11 @@ namespace driveline::slaves {
 /// throughout.
 class DistributedClock {
  public:
+  /// Times of the line, and of the slave's clock.
   using Nanoseconds = std::chrono::nanoseconds;
+  /// A port in latch() at which the frame did not come in.
   static constexpr Nanoseconds kNoFrame = Nanoseconds::min();
+  /// Stands for "no pulse to come" in sync_due().
   static constexpr Nanoseconds kNever = Nanoseconds::max();
 
   /// `present`: there is a clock at all; `wide`: times have 64 bits, else 32.
@@ -35,6 +38,7 @@ class DistributedClock {
 
   /// Switched on at `now`.
   void power_on(Nanoseconds now) noexcept;
+  /// Without a clock all its registers read 0 and writes to them are not counted.
   [[nodiscard]] bool present() const noexcept { return present_; }
 
   /// Local time, in steps of the oscillator. Not cut to 32 bits.
@@ -43,10 +47,12 @@ class DistributedClock {
   [[nodiscard]] Nanoseconds system_time(Nanoseconds now) const noexcept;
   /// When the local copy of the system time comes to `system_time`, as things are now.
   [[nodiscard]] Nanoseconds true_time(Nanoseconds system_time) const noexcept;
+  /// For tests: what it really does.
   [[nodiscard]] const Oscillator& oscillator() const noexcept { return oscillator_; }
 
   /// \name Registers
   /// @{
+
   /// To be called before one side reads registers at `address`.
   void refresh(Side side, std::size_t address, std::size_t length, Nanoseconds now) noexcept;
   /// To be called after it: reading the latched times acknowledges them.
@@ -57,6 +63,7 @@ class DistributedClock {
 
   /// \name Receive times
   /// @{
+
   /// Register 0x0900 was written by the frame that is just passing: it asks for its receive times at all ports.
   [[nodiscard]] bool latch_requested() const noexcept { return latch_requested_; }
   /// Ends the request: receive time of that frame per port (kNoFrame: it did not come in there) and at the processing
@@ -66,12 +73,13 @@ class DistributedClock {
 
   /// \name SYNC signals
   /// @{
+
   /// When the next pulse comes; kNever when none is to come.
   [[nodiscard]] Nanoseconds sync_due() const noexcept { return sync_due_; }
   /// A pulse came: which, and when.
   struct Pulse {
-    SyncSignal signal;
-    Nanoseconds time;
+    SyncSignal signal;  ///< of the two
+    Nanoseconds time;   ///< of its rising edge
   };
   /// Takes the pulse that is due; call again while sync_due() has passed.
   std::optional<Pulse> take_pulse() noexcept;
@@ -79,9 +87,11 @@ class DistributedClock {
   void acknowledge_sync() noexcept;
   /// Pulses in front of `time` are left out: nobody was there to see them.
   void skip_pulses(Nanoseconds time) noexcept;
+  /// The signals as registers and system time define them; its times are system times.
   [[nodiscard]] const SyncUnit& sync() const noexcept { return sync_; }
   /// The pulse of SYNC0 that came last.
   [[nodiscard]] const std::optional<Nanoseconds>& last_sync0() const noexcept { return last_sync0_; }
+  /// Pulses of SYNC0 since power-on.
   [[nodiscard]] std::uint64_t sync0_count() const noexcept { return sync0_count_; }
   /// @}
 
@@ -90,7 +100,10 @@ class DistributedClock {
 
   /// \name Buffer event times
   /// @{
+
+  /// The master has changed a process data buffer (0x09F0).
   void stamp_ecat_buffer(Nanoseconds now) noexcept { stamp(wire::reg::kEcatBufferChangeTime, now); }
+  /// The application has changed one (0x09F8, start and 0x09FC, end; one instant here).
   void stamp_pdi_buffer(Nanoseconds now) noexcept {
     stamp(wire::reg::kPdiBufferStartTime, now);
     stamp(wire::reg::kPdiBufferChangeTime, now);

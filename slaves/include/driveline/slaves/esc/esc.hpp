@@ -25,13 +25,13 @@ namespace driveline::slaves {
 
 /// What a slave controller is built with.
 struct EscOptions {
-  unsigned fmmu_count = 8;
-  unsigned sync_manager_count = 8;
-  unsigned ram_kib = 8;
-  bool distributed_clock = true;
-  bool distributed_clock_64bit = true;
-  SiiOptions sii;
-  ClockOptions clock;
+  unsigned fmmu_count = 8;              ///< at most 16
+  unsigned sync_manager_count = 8;      ///< at most 16
+  unsigned ram_kib = 8;                 ///< process RAM from 0x1000 on, in KiB; at most 60
+  bool distributed_clock = true;        ///< there is a DC unit
+  bool distributed_clock_64bit = true;  ///< its times have 64 bits, else 32
+  SiiOptions sii;                       ///< behaviour of the EEPROM
+  ClockOptions clock;                   ///< oscillator and time stamps of the DC unit
 };
 
 /// An EtherCAT slave controller of the ET1100 class (ETG.1000.4): registers, process RAM and the units behind them.
@@ -41,8 +41,10 @@ struct EscOptions {
 /// All functions but the constructor are \rtsafe.
 class Esc {
  public:
+  /// Times are on the line's clock.
   using Nanoseconds = std::chrono::nanoseconds;
 
+  /// `sii_image`: EEPROM content, see SiiInterface; the controller is powered on at time 0.
   Esc(const EscOptions& options, std::vector<std::byte> sii_image);
   Esc(const Esc&) = delete;
   Esc& operator=(const Esc&) = delete;
@@ -52,12 +54,14 @@ class Esc {
 
   /// \name EtherCAT side
   /// @{
+
   /// A frame begins to pass: `serial` differs from that of the frame before.
   void begin_frame(std::uint64_t serial) noexcept { frame_serial_ = serial; }
   /// Processes one datagram of the passing frame: data, address, working counter and IRQ field.
   void process(Datagram& datagram, Nanoseconds now) noexcept;
   /// Reads or writes physical memory as a datagram would; true when at least one byte was accessible.
   bool ecat_read(std::size_t address, std::span<std::byte> out, Nanoseconds now) noexcept;
+  /// See ecat_read(). A range that begins in the registers may end in process RAM.
   bool ecat_write(std::size_t address, std::span<const std::byte> data, Nanoseconds now) noexcept;
   /// Counts a frame with a broken datagram structure (0x030C).
   void count_malformed_frame() noexcept;
@@ -70,6 +74,7 @@ class Esc {
 
   /// \name The controller's own time
   /// @{
+
   /// When on_time() wants to be called next; Nanoseconds::max() when nothing is pending.
   [[nodiscard]] Nanoseconds due() const noexcept {
     return std::min({loops_revert_at_, watchdog_.expiry(), watchdog_.pdi_expiry()});
@@ -80,27 +85,39 @@ class Esc {
 
   /// \name Ports
   /// @{
+
+  /// DL control bits 8 to 15: what the master wants the loop at `port` (0 to 3) to do.
   [[nodiscard]] wire::LoopControl loop_control(unsigned port) const noexcept;
   /// DL control was written since take_loop_control_change().
   [[nodiscard]] bool loop_control_changed() const noexcept { return loop_control_changed_; }
+  /// loop_control_changed(), once.
   [[nodiscard]] bool take_loop_control_change() noexcept;
   /// The state of a port has changed; updates DL status, counts a lost link.
   void set_port(unsigned port, const wire::DlStatus::Port& state) noexcept;
+  /// What DL status shows of port `number` (0 to 3).
   [[nodiscard]] const wire::DlStatus::Port& port(unsigned number) const noexcept { return dl_status_.ports[number]; }
   /// @}
 
   /// \name PDI side
   /// @{
+
+  /// Reads as the application does; times of the clock are acknowledged by it. False, and nothing read, when the range
+  /// reaches beyond the memory.
   bool pdi_read(std::size_t address, std::span<std::byte> out, Nanoseconds now) noexcept;
+  /// Writes registers as the application may; true when a byte was accepted. Not for process RAM, which goes through
+  /// sync_managers().
   bool pdi_write(std::size_t address, std::span<const std::byte> data, Nanoseconds now) noexcept;
   /// A write to AL control that the state machine has not seen yet.
   struct AlRequest {
-    wire::AlControl control;
-    Nanoseconds time;  ///< when it was written
+    wire::AlControl control;  ///< as written, bits 0 to 4 decoded
+    Nanoseconds time;         ///< when it was written
   };
   /// The AL control the master has written, once.
   [[nodiscard]] std::optional<AlRequest> take_al_request() noexcept;
+  /// Puts AL status and AL status code (0x0130, 0x0134) on show, raises the event, and sets the RUN and ERR indicators
+  /// to match.
   void set_al_status(wire::AlStatus status, std::uint16_t code) noexcept;
+  /// As it is on show.
   [[nodiscard]] wire::AlStatus al_status() const noexcept;
   /// AL status follows AL control without an application (ESC configuration bit 0, from the EEPROM).
   [[nodiscard]] bool device_emulation() const noexcept;
@@ -110,16 +127,27 @@ class Esc {
   [[nodiscard]] bool reset_requested() const noexcept { return reset_requested_; }
   /// @}
 
+  /// Registers and process RAM as they are, without side effects.
   [[nodiscard]] const EscMemory& memory() const noexcept { return memory_; }
+  /// Event requests to master and application.
   [[nodiscard]] EventUnit& events() noexcept { return events_; }
+  /// Also the application's way to process data and mailboxes.
   [[nodiscard]] SyncManagerUnit& sync_managers() noexcept { return sync_managers_; }
+  /// For looking only.
   [[nodiscard]] const SyncManagerUnit& sync_managers() const noexcept { return sync_managers_; }
+  /// Logical mappings that are active.
   [[nodiscard]] const FmmuUnit& fmmus() const noexcept { return fmmus_; }
+  /// Process data and PDI watchdog.
   [[nodiscard]] WatchdogUnit& watchdog() noexcept { return watchdog_; }
+  /// For looking only.
   [[nodiscard]] const WatchdogUnit& watchdog() const noexcept { return watchdog_; }
+  /// The EEPROM, also for faults.
   [[nodiscard]] SiiInterface& sii() noexcept { return sii_; }
+  /// For looking only.
   [[nodiscard]] const SiiInterface& sii() const noexcept { return sii_; }
+  /// The DC unit; without one it is there and not present().
   [[nodiscard]] DistributedClock& clock() noexcept { return clock_; }
+  /// For looking only.
   [[nodiscard]] const DistributedClock& clock() const noexcept { return clock_; }
 
  private:

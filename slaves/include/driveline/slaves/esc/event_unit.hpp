@@ -8,22 +8,22 @@ namespace driveline::slaves {
 
 /// Bits of the ECAT event request 0x0210 (ETG.1000.4 Table 40).
 namespace ecat_event {
-inline constexpr std::uint16_t kDcLatch = 0x0001;
-inline constexpr std::uint16_t kDlStatus = 0x0004;
-inline constexpr std::uint16_t kAlStatus = 0x0008;
+inline constexpr std::uint16_t kDcLatch = 0x0001;   ///< latch inputs: an edge was seen
+inline constexpr std::uint16_t kDlStatus = 0x0004;  ///< DL status changed
+inline constexpr std::uint16_t kAlStatus = 0x0008;  ///< AL status changed
 /// Sync manager 0; the following seven sync managers have the following bits.
 inline constexpr std::uint16_t kSyncManager0 = 0x0010;
-inline constexpr unsigned kSyncManagers = 8;
+inline constexpr unsigned kSyncManagers = 8;  ///< how many have a bit
 }  // namespace ecat_event
 
 /// Bits of the AL event request 0x0220 (ETG.1000.4 Table 39).
 namespace al_event {
-inline constexpr std::uint32_t kAlControl = 0x00000001;
-inline constexpr std::uint32_t kDcLatch = 0x00000002;
-inline constexpr std::uint32_t kSync0 = 0x00000004;
-inline constexpr std::uint32_t kSync1 = 0x00000008;
-inline constexpr std::uint32_t kSyncManagerChanged = 0x00000010;
-inline constexpr std::uint32_t kWatchdogProcessData = 0x00000040;
+inline constexpr std::uint32_t kAlControl = 0x00000001;            ///< AL control was written
+inline constexpr std::uint32_t kDcLatch = 0x00000002;              ///< latch inputs: an edge was seen
+inline constexpr std::uint32_t kSync0 = 0x00000004;                ///< SYNC0 came
+inline constexpr std::uint32_t kSync1 = 0x00000008;                ///< SYNC1 came
+inline constexpr std::uint32_t kSyncManagerChanged = 0x00000010;   ///< activation of a sync manager was written
+inline constexpr std::uint32_t kWatchdogProcessData = 0x00000040;  ///< process data watchdog expired
 /// Sync manager 0; the following 15 sync managers have the following bits.
 inline constexpr std::uint32_t kSyncManager0 = 0x00000100;
 }  // namespace al_event
@@ -32,8 +32,10 @@ inline constexpr std::uint32_t kSyncManager0 = 0x00000100;
 /// as the event mask lets it) and to the application. \rtsafe throughout.
 class EventUnit {
  public:
+  /// `memory` holds the event registers and must outlive this.
   explicit EventUnit(EscMemory& memory) noexcept : memory_(memory) {}
 
+  /// Sets or clears `bits` (ecat_event) of 0x0210; irq() follows.
   void set_ecat(std::uint16_t bits, bool pending) noexcept {
     const auto old = memory_.get(wire::reg::kEcatEventRequest);
     const auto requests = static_cast<std::uint16_t>(pending ? old | bits : old & ~bits);
@@ -42,11 +44,13 @@ class EventUnit {
     memory_.set(wire::reg::kEcatEventRequest, requests);
     refresh();
   }
+  /// Sets or clears `bits` (al_event) of 0x0220.
   void set_al(std::uint32_t bits, bool pending) noexcept {
     const auto old = memory_.get(wire::reg::kAlEventRequest);
     const auto requests = pending ? old | bits : old & ~bits;
     if (requests != old) memory_.set(wire::reg::kAlEventRequest, requests);
   }
+  /// At least one of `bits` (al_event) is requested.
   [[nodiscard]] bool al_pending(std::uint32_t bits) const noexcept {
     return (memory_.get(wire::reg::kAlEventRequest) & bits) != 0;
   }
@@ -58,7 +62,9 @@ class EventUnit {
 
   /// Something happened that the slave's firmware must look at before its next regular step.
   void call_firmware() noexcept { firmware_called_ = true; }
+  /// Since firmware_answered().
   [[nodiscard]] bool firmware_called() const noexcept { return firmware_called_; }
+  /// The slave's firmware is looking now.
   void firmware_answered() noexcept { firmware_called_ = false; }
 
  private:

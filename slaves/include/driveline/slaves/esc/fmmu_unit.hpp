@@ -16,6 +16,7 @@ struct LogicalMapping {
   std::uint64_t begin_bit = 0;     ///< logical
   std::uint64_t end_bit = 0;       ///< logical, exclusive
   std::uint32_t physical_bit = 0;  ///< physical bit of `begin_bit`
+  /// Whole bytes to whole bytes: can be copied without shifting. \rtsafe
   [[nodiscard]] bool byte_aligned() const noexcept {
     return begin_bit % 8 == 0 && end_bit % 8 == 0 && physical_bit % 8 == 0;
   }
@@ -25,10 +26,13 @@ struct LogicalMapping {
 /// ones. All functions but the constructor are \rtsafe.
 class FmmuUnit {
  public:
+  /// Highest number of FMMUs; the registers have room for no more.
   static constexpr unsigned kMaxCount = 16;
 
+  /// `count` FMMUs, at most kMaxCount. Allocates all it will need.
   FmmuUnit(EscMemory& memory, unsigned count);
 
+  /// FMMUs that exist; registers of others are not there.
   [[nodiscard]] unsigned count() const noexcept { return count_; }
   /// Power-on state: nothing mapped.
   void reset() noexcept { rebuild(); }
@@ -41,6 +45,7 @@ class FmmuUnit {
   }
   /// Mappings in ascending logical order.
   [[nodiscard]] std::span<const LogicalMapping> reads() const noexcept { return reads_; }
+  /// Mappings for writing, in ascending logical order.
   [[nodiscard]] std::span<const LogicalMapping> writes() const noexcept { return writes_; }
   /// Some physical bit is mapped both for reading and for writing.
   [[nodiscard]] bool exchanges() const noexcept { return exchanges_; }

@@ -12,10 +12,13 @@ namespace driveline::slaves {
 /// first one or the latest one. \rtsafe throughout.
 class LatchUnit {
  public:
+  /// Latch inputs, numbered from 0.
   static constexpr unsigned kInputs = 2;
 
+  /// The registers are in `memory`; both must outlive this.
   LatchUnit(EscMemory& memory, EventUnit& events) noexcept : memory_(memory), events_(events) {}
 
+  /// Power-on state: both inputs low.
   void reset() noexcept { levels_ = {}; }
   /// The level of an input is `high` from system time `time` on.
   void set_input(unsigned input, bool high, std::uint64_t time) noexcept;

@@ -8,15 +8,16 @@
 /// which state looks how: ETG.1300 and ESC data sheet I, LED signals).
 namespace driveline::slaves::led {
 
-inline constexpr std::uint8_t kOff = 0x00;
-inline constexpr std::uint8_t kSingleFlash = 0x01;
-inline constexpr std::uint8_t kDoubleFlash = 0x02;
-inline constexpr std::uint8_t kBlinking = 0x0D;
-inline constexpr std::uint8_t kFlickering = 0x0E;
-inline constexpr std::uint8_t kOn = 0x0F;
+inline constexpr std::uint8_t kOff = 0x00;          ///< dark
+inline constexpr std::uint8_t kSingleFlash = 0x01;  ///< one flash of 200 ms, 1 s dark
+inline constexpr std::uint8_t kDoubleFlash = 0x02;  ///< two flashes of 200 ms, 1 s dark
+inline constexpr std::uint8_t kBlinking = 0x0D;     ///< 2.5 Hz
+inline constexpr std::uint8_t kFlickering = 0x0E;   ///< 10 Hz
+inline constexpr std::uint8_t kOn = 0x0F;           ///< lit
 /// The indicator shows what was written instead of what the controller would show.
 inline constexpr std::uint8_t kOverride = 0x10;
 
+/// What the RUN indicator shows in an AL state. \rtsafe
 [[nodiscard]] constexpr std::uint8_t run_code(wire::AlState state) noexcept {
   switch (state) {
     case wire::AlState::kPreOp:

@@ -20,12 +20,14 @@ class MailboxTransport {
     kBusy,    ///< requests are not taken: the master finds the mailbox full
   };
 
+  /// Both must outlive this. Allocates room for the largest mailbox.
   MailboxTransport(Esc& esc, Device& device);
 
   /// Forgets everything in flight.
   void reset() noexcept;
   /// Moves what can be moved. To be called while the mailboxes are running.
   void run();
+  /// From now on; kNone ends it.
   void set_fault(Fault fault) noexcept { fault_ = fault; }
 
  private:

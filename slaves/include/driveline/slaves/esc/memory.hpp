@@ -20,6 +20,7 @@ class EscMemory {
   explicit EscMemory(std::size_t ram_kib)
       : bytes_(wire::kProcessRamStart + std::min<std::size_t>(ram_kib, kMaxRamKib) * 1024) {}
 
+  /// Process RAM that the 64 KiB of addresses leave room for.
   static constexpr std::size_t kMaxRamKib = 60;
 
   /// First address that does not exist any more.
@@ -29,6 +30,7 @@ class EscMemory {
   [[nodiscard]] std::span<std::byte> at(std::size_t address, std::size_t length) noexcept {
     return std::span(bytes_).subspan(address, length);
   }
+  /// See above; for looking only. \rtsafe
   [[nodiscard]] std::span<const std::byte> at(std::size_t address, std::size_t length) const noexcept {
     return std::span(bytes_).subspan(address, length);
   }
@@ -44,6 +46,7 @@ class EscMemory {
     wire::store_le<T>(at(reg.at(n), sizeof(T)), value);
   }
 
+  /// All registers and the process RAM read zero. \rtsafe
   void clear() noexcept { std::fill(bytes_.begin(), bytes_.end(), std::byte{0}); }
 
  private:

@@ -11,8 +11,10 @@ namespace driveline::slaves {
 /// period. Times handed in are true times: on the line's clock. \rtsafe throughout.
 class Oscillator {
  public:
+  /// True times are on the line's clock.
   using Nanoseconds = std::chrono::nanoseconds;
 
+  /// Frequency error, wander, period and seed as in `options`; counts from time 0 until power_on().
   explicit Oscillator(const ClockOptions& options) noexcept;
 
   /// Starts counting from 0 at `now`.

@@ -8,11 +8,13 @@
 namespace driveline::slaves {
 
 /// Who accesses the memory of a slave controller.
+/// The master by datagrams, or the application by the process data interface.
 enum class Side : std::uint8_t { kEcat, kPdi };
 
 /// Which bits of each register byte a side may write, made from the register table; none in bytes of no register.
 class RegisterAccessMap {
  public:
+  /// Allocates nothing; meant to be built by the compiler.
   constexpr explicit RegisterAccessMap(Side side) noexcept {
     for (const auto& row : wire::kRegisters) {
       const auto access = side == Side::kEcat ? row.ecat : row.pdi;
@@ -37,7 +39,9 @@ class RegisterAccessMap {
   std::array<bool, wire::kProcessRamStart> writable_{};
 };
 
+/// What datagrams may write.
 inline constexpr RegisterAccessMap kEcatAccess{Side::kEcat};
+/// What the application may write.
 inline constexpr RegisterAccessMap kPdiAccess{Side::kPdi};
 
 }  // namespace driveline::slaves

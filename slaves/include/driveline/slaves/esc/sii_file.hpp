@@ -17,8 +17,8 @@ namespace driveline::slaves {
 ///
 ///     SiiFile file("drive1.sii");
 ///     SlaveOptions options;
-///     options.sii_image = *file.load();                            // empty when there is no file yet: the device's
-///     own Slave slave(std::make_unique<MsdDrive>(), options);
+///     options.sii_image = *file.load();  // empty when there is no file yet: the device's own
+///     Slave slave(std::make_unique<MsdDrive>(), options);
 ///     ...
 ///     if (const auto saved = file.save(slave.esc().sii()); !saved) complain(saved.error());
 ///
@@ -28,8 +28,10 @@ class SiiFile {
   /// Largest EEPROM a controller can address over its interface of 2 address bytes, in bytes.
   static constexpr std::size_t kMaxBytes = 128 * 1024;
 
+  /// Neither opens nor makes the file.
   explicit SiiFile(std::filesystem::path path) : path_(std::move(path)) {}
 
+  /// As given to the constructor.
   [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
   /// The content; empty when the file does not exist. Refuses an empty file and one that is longer than any EEPROM.
   [[nodiscard]] tl::expected<std::vector<std::byte>, std::string> load() const;

@@ -22,6 +22,7 @@ struct SiiOptions {
 /// constructor are \rtsafe.
 class SiiInterface {
  public:
+  /// Times are on the line's clock.
   using Nanoseconds = std::chrono::nanoseconds;
 
   /// Takes over the EEPROM content (whole 16-bit words; an odd last byte gets a companion 0xFF).
@@ -48,6 +49,8 @@ class SiiInterface {
 
   /// \name Faults
   /// @{
+
+  /// From a command to its result, 0: at once.
   [[nodiscard]] Nanoseconds busy_time() const noexcept { return options_.busy_time; }
   /// From now on every command keeps the interface busy for `time`.
   void set_busy_time(Nanoseconds time) noexcept { options_.busy_time = time; }

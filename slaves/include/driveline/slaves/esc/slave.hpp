@@ -14,9 +14,9 @@ namespace driveline::slaves {
 
 /// How an emulated slave behaves where the standard leaves it to the device.
 struct SlaveOptions {
-  AlOptions al;
-  SiiOptions sii;
-  ClockOptions clock;
+  AlOptions al;        ///< times of the state machine
+  SiiOptions sii;      ///< behaviour of the EEPROM
+  ClockOptions clock;  ///< oscillator and time stamps
   /// EEPROM content instead of the device's own (see SiiFile); empty: the device's.
   std::vector<std::byte> sii_image;
 };
@@ -29,8 +29,10 @@ struct SlaveOptions {
 /// is called by the thread that drives the line.
 class Slave {
  public:
+  /// Times are on the line's clock.
   using Nanoseconds = std::chrono::nanoseconds;
 
+  /// Switched on at time 0, in INIT. `device` must not be null.
   explicit Slave(std::unique_ptr<Device> device, const SlaveOptions& options = {});
 
   /// Runs the slave up to `now`. Cheap when there is nothing to do. \rtsafe unless a mailbox is moved.
@@ -40,20 +42,29 @@ class Slave {
 
   /// Switches the supply off or on; switching on starts the slave in INIT.
   void set_power(bool on, Nanoseconds now) noexcept;
+  /// As set_power() left it.
   [[nodiscard]] bool powered() const noexcept { return powered_; }
 
   /// Fault: from `now` on the application stands still for `duration`, as a processor does that hangs. The controller
   /// answers frames alone; AL control and mailboxes stay unanswered, the PDI watchdog expires. An application that
   /// wakes up after more than kBackgroundWatchdog in SAFEOP or OP reports its own background watchdog (0x002A).
   void stall(Nanoseconds now, Nanoseconds duration) noexcept;
+  /// Longest stall that goes unnoticed by the application.
   static constexpr Nanoseconds kBackgroundWatchdog = std::chrono::milliseconds{100};
 
+  /// The slave controller: registers, ports, EEPROM, clock.
   [[nodiscard]] Esc& esc() noexcept { return esc_; }
+  /// For looking only.
   [[nodiscard]] const Esc& esc() const noexcept { return esc_; }
+  /// What was given to the constructor.
   [[nodiscard]] Device& device() noexcept { return *device_; }
+  /// The state machine, also for its faults.
   [[nodiscard]] AlStateMachine& al() noexcept { return al_; }
+  /// For looking only.
   [[nodiscard]] const AlStateMachine& al() const noexcept { return al_; }
+  /// Mailboxes, for their faults.
   [[nodiscard]] MailboxTransport& mailbox() noexcept { return mailbox_; }
+  /// AL state; INIT while it is off.
   [[nodiscard]] wire::AlState state() const noexcept { return al_.state(); }
 
  private:

@@ -23,19 +23,26 @@ namespace driveline::slaves {
 /// counter alone. \rtsafe throughout.
 class SyncManagerUnit {
  public:
+  /// Highest number of sync managers; the registers have room for no more.
   static constexpr unsigned kMaxCount = 16;
+  /// Times are on the line's clock.
   using Nanoseconds = std::chrono::nanoseconds;
 
+  /// `count` sync managers, at most kMaxCount. The other units must outlive this.
   SyncManagerUnit(EscMemory& memory, EventUnit& events, WatchdogUnit& watchdog, unsigned count) noexcept;
 
   /// Power-on state.
   void reset() noexcept;
+  /// Sync managers that exist; registers of others are not there.
   [[nodiscard]] unsigned count() const noexcept { return count_; }
 
   /// \name Process RAM as EtherCAT sees it. Ranges may extend over several sync managers and beyond the RAM.
   /// True when at least one byte was read or written.
   /// @{
+
+  /// Bytes that a full or closed buffer refuses stay as they are in `out`.
   bool read(std::size_t address, std::span<std::byte> out) noexcept;
+  /// A write that completes a buffer at `now` hands it over, and triggers the watchdog where the channel asks for it.
   bool write(std::size_t address, std::span<const std::byte> data, Nanoseconds now) noexcept;
   /// The bytes that a write would replace: the open write buffer or the last one written. For bit-wise writes.
   void peek(std::size_t address, std::span<std::byte> out) const noexcept;
@@ -47,7 +54,10 @@ class SyncManagerUnit {
   /// A buffer of a channel that latches its events (activation bits 6 and 7) has changed hands, seen from either side;
   /// true once per event.
   /// @{
+
+  /// Of the master.
   bool take_ecat_buffer_event() noexcept { return std::exchange(ecat_buffer_event_, false); }
+  /// Of the application.
   bool take_pdi_buffer_event() noexcept { return std::exchange(pdi_buffer_event_, false); }
   /// @}
 
@@ -61,6 +71,7 @@ class SyncManagerUnit {
 
   /// \name The application's side.
   /// @{
+
   /// A complete buffer waits that the application has not read yet (channels the master writes).
   [[nodiscard]] bool fresh(unsigned n) const noexcept { return channels_[n].usable && channels_[n].fresh; }
   /// Complete buffers the master has written since the channel was enabled.
@@ -79,6 +90,7 @@ class SyncManagerUnit {
   void set_deactivated(unsigned n, bool deactivated) noexcept;
   /// The master has toggled the repeat request and the application has not acknowledged it yet.
   [[nodiscard]] bool repeat_requested(unsigned n) const noexcept;
+  /// Shows the master that its repeat request was seen (PDI control bit 1).
   void acknowledge_repeat(unsigned n) noexcept;
   /// @}
 

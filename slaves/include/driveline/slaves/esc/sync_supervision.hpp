@@ -30,13 +30,16 @@ namespace driveline::slaves {
 /// | 0x001A | in OP and synchronised by the process data: they were missing in too many cycles                    |
 class SyncSupervision {
  public:
+  /// Times are on the line's clock.
   using Nanoseconds = std::chrono::nanoseconds;
+  /// Stands for "nothing is waited for" in due().
   static constexpr Nanoseconds kNever = Nanoseconds::max();
   /// Even pulses in a row until the application counts as locked.
   static constexpr unsigned kLockPulses = 8;
   /// SYNC0 cycles after which a missing SYNC0 is an error.
   static constexpr int kMissingCycles = 3;
 
+  /// `memory`: the registers that tell what the master has set up; must outlive this.
   explicit SyncSupervision(const EscMemory& memory) noexcept : memory_(memory) {}
 
   /// PREOP to SAFEOP: what speaks against the settings. kNoError: nothing.
@@ -48,12 +51,14 @@ class SyncSupervision {
   void enter_op(Nanoseconds now, std::uint32_t outputs) noexcept;
   /// OP was left; pulses are still looked at.
   void leave_op() noexcept;
+  /// SAFEOP was left downwards: pulses do not matter any more.
   void stop() noexcept;
 
   /// A pulse came; the last of `outputs` complete output buffers came at `written`.
   void pulse(SyncSignal signal, Nanoseconds time, std::uint32_t outputs, Nanoseconds written) noexcept;
   /// When on_time() wants to be called next.
   [[nodiscard]] Nanoseconds due() const noexcept { return due_; }
+  /// The time in due() has come; `outputs` as for enter_op(). Nothing happens before it.
   void on_time(Nanoseconds now, std::uint32_t outputs) noexcept;
 
   /// What the way to OP still waits for; kNoError: nothing.

@@ -12,9 +12,9 @@ namespace driveline::slaves {
 
 /// Bits of DC activation 0x0981 (ESC data sheet II).
 namespace dc_activation {
-inline constexpr std::uint8_t kUnit = 0x01;
-inline constexpr std::uint8_t kSync0 = 0x02;
-inline constexpr std::uint8_t kSync1 = 0x04;
+inline constexpr std::uint8_t kUnit = 0x01;               ///< the unit is on
+inline constexpr std::uint8_t kSync0 = 0x02;              ///< SYNC0 is generated
+inline constexpr std::uint8_t kSync1 = 0x04;              ///< SYNC1 is generated
 inline constexpr std::uint8_t kAutoActivation = 0x08;     ///< writing the start time sets kUnit
 inline constexpr std::uint8_t kExtendStartTime = 0x10;    ///< a start time of 32 bits is made one of 64
 inline constexpr std::uint8_t kPlausibilityCheck = 0x20;  ///< a start time outside the near future: start at once
@@ -25,15 +25,18 @@ inline constexpr std::uint8_t kNearFuture31 = 0x40;       ///< the near future i
 /// come, in system time. All times are those of the slave's copy of the system time, not cut to 32 bits.
 ///
 /// SYNC0 comes at the start time, then every cycle; once with a cycle of 0 or one that is not longer than the pulse. A
-/// start time in the past is waited for
-/// until the clock comes by again: for ever with 64 bits, up to 4.3 s with 32; unless the plausibility check is on.
-/// SYNC1 comes its cycle time after a SYNC0; the next SYNC0 behind that starts it again. \rtsafe throughout.
+/// start time in the past is waited for until the clock comes by again: for ever with 64 bits, up to 4.3 s with 32;
+/// unless the plausibility check is on. SYNC1 comes its cycle time after a SYNC0; the next SYNC0 behind that starts it
+/// again. \rtsafe throughout.
 class SyncUnit {
  public:
+  /// Stands for "no pulse to come" in next().
   static constexpr std::uint64_t kNever = std::numeric_limits<std::uint64_t>::max();
 
+  /// `wide`: the clock has 64 bits, else 32. `memory` holds the registers and must outlive this.
   SyncUnit(EscMemory& memory, bool wide) noexcept : memory_(memory), wide_(wide) {}
 
+  /// Power-on state: not activated.
   void reset() noexcept;
   /// Activation or, with auto-activation, start time was written at system time `now`.
   void configure(std::uint64_t now) noexcept;

@@ -20,8 +20,8 @@ class TimeLoop {
  public:
   /// Registers 0x0930 and 0x0935.
   struct Settings {
-    std::uint16_t speed_counter_start = 0x1000;
-    std::uint8_t filter_depth = 12;
+    std::uint16_t speed_counter_start = 0x1000;  ///< 0x0930: larger is slower
+    std::uint8_t filter_depth = 12;              ///< 0x0935: exponent of the filter of the differences' mean
   };
 
   /// Power-on: local time `start` at count 0, uncorrected.

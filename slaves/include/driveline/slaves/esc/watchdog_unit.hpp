@@ -17,12 +17,14 @@ class WatchdogUnit {
   /// "Does not expire".
   static constexpr std::chrono::nanoseconds kNever = std::chrono::nanoseconds::max();
 
+  /// The registers are in `memory`; both must outlive this. Disabled until configure().
   WatchdogUnit(EscMemory& memory, EventUnit& events) noexcept : memory_(memory), events_(events) {}
 
   /// Power-on state: not running.
   void reset() noexcept;
   /// To be called when the divider or a watchdog time was written.
   void configure() noexcept;
+  /// Starts it or starts it again at `now`; nothing happens while it is disabled. Ends an expiry.
   void trigger(std::chrono::nanoseconds now) noexcept;
 
   /// When the watchdog expires unless it is triggered again; kNever when it does not run.
@@ -34,16 +36,21 @@ class WatchdogUnit {
   [[nodiscard]] bool expired() const noexcept { return expired_; }
   /// True when the watchdog time is not zero.
   [[nodiscard]] bool enabled() const noexcept { return timeout_ > std::chrono::nanoseconds::zero(); }
+  /// From a trigger to expiry: divider times 0x0420; 0 when disabled.
   [[nodiscard]] std::chrono::nanoseconds timeout() const noexcept { return timeout_; }
 
   /// \name PDI watchdog
   /// @{
+
   /// The application has made its last access for some time.
   void pdi_silent(std::chrono::nanoseconds since) noexcept;
   /// The application is back.
   void pdi_alive() noexcept;
+  /// When it expires unless pdi_alive() comes before; kNever when it does not run.
   [[nodiscard]] std::chrono::nanoseconds pdi_expiry() const noexcept { return pdi_expiry_; }
+  /// Time is up: counts (0x0443).
   void expire_pdi() noexcept;
+  /// True from its expiry to pdi_alive().
   [[nodiscard]] bool pdi_expired() const noexcept { return pdi_expired_; }
   /// @}
 

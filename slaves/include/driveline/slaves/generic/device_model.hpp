@@ -30,8 +30,11 @@ class DeviceModel {
   DeviceModel& operator=(const DeviceModel&) = delete;
   ~DeviceModel() = default;
 
+  /// As completed by complete_description().
   [[nodiscard]] const esi::DeviceDescription& description() const noexcept { return description_; }
+  /// Rows of all objects; as long-lived as the model.
   [[nodiscard]] const DictionaryTable& table() const noexcept { return *table_; }
+  /// What PDO mappings and assignments may be written, see check_pdo_write().
   [[nodiscard]] const PdoLimits& limits() const noexcept { return limits_; }
   /// Most entries the process data of a sync manager can have.
   [[nodiscard]] std::size_t max_fields() const noexcept { return max_fields_; }
@@ -46,11 +49,12 @@ class DeviceModel {
 
   /// An entry that PDOs can hold, with the name of its PDO in front: "Channel 1/Value".
   struct NamedEntry {
-    std::string name;
-    const EntryRow* row = nullptr;
+    std::string name;               ///< as find_input() and find_output() take it
+    const EntryRow* row = nullptr;  ///< never null; in table()
   };
   /// All of them, each once: inputs are the entries of TxPDOs, outputs those of RxPDOs.
   [[nodiscard]] std::vector<NamedEntry> inputs() const;
+  /// See inputs().
   [[nodiscard]] std::vector<NamedEntry> outputs() const;
 
  private:

@@ -13,8 +13,8 @@ namespace driveline::slaves::generic {
 
 /// An input whose value follows a script. The input is one that DeviceModel::find_input() gave.
 struct ScriptedInput {
-  const EntryRow* input = nullptr;
-  Signal signal;
+  const EntryRow* input = nullptr;  ///< row in the model's table
+  Signal signal;                    ///< in the unit of the entry, from the first advance() on
 };
 
 /// Can the input take these values? The reason as a sentence, when it is no number or a value does not fit it.
@@ -27,8 +27,8 @@ struct GenericOptions {
   /// The controller has a clock, as those of the ET1100 class do also in devices without DC modes: the way frames take
   /// is measured with it.
   bool distributed_clock = true;
-  bool loop_back = true;  ///< inputs repeat outputs
-  std::vector<ScriptedInput> inputs{};
+  bool loop_back = true;                ///< inputs repeat outputs
+  std::vector<ScriptedInput> inputs{};  ///< those that follow a script; the others repeat outputs, or stay 0
 };
 
 /// A device that is known by its description alone (an ESI file or an EEPROM image): identity, sync managers, process
@@ -48,6 +48,7 @@ class GenericDevice final : public Device, public DeviceSignals, private Diction
   ~GenericDevice() override = default;
 
   // Device
+  /// With the EEPROM image of the options, or one made from the description.
   [[nodiscard]] const DeviceProfile& profile() const noexcept override { return profile_; }
   [[nodiscard]] std::size_t process_data_size(std::size_t sync_manager) const noexcept override;
   [[nodiscard]] wire::AlStatusCode transition(wire::AlState from, wire::AlState to) noexcept override;
@@ -61,15 +62,20 @@ class GenericDevice final : public Device, public DeviceSignals, private Diction
   [[nodiscard]] DeviceSignals* signals() noexcept override { return this; }
 
   // DeviceSignals: the entries of its PDOs that are numbers or texts; texts cannot be set and read as 0.
+  /// Entries of its TxPDOs (inputs) or RxPDOs (outputs), in their order.
   [[nodiscard]] std::size_t signal_count(Way way) const noexcept override { return rows(way).size(); }
+  /// Name of the PDO and of the entry, as DeviceModel::find_input() takes it.
   [[nodiscard]] std::string signal_name(SignalPlace place) const override;
   [[nodiscard]] tl::expected<SignalPlace, std::string> find_signal(Way way, std::string_view name) const override;
   [[nodiscard]] tl::expected<void, std::string> check_signal_value(std::size_t input, double value) const override;
   void set_signal(std::size_t input, double value) noexcept override;
   [[nodiscard]] double signal(SignalPlace place) const noexcept override;
 
+  /// What this device has in common with the others of its type.
   [[nodiscard]] const DeviceModel& model() const noexcept { return *model_; }
+  /// Values as they are now.
   [[nodiscard]] const ObjectDictionary& dictionary() const noexcept { return dictionary_; }
+  /// For its counters.
   [[nodiscard]] const MailboxServer& mailbox() const noexcept { return mailbox_; }
 
  private:

@@ -28,6 +28,7 @@ enum class FaultKind : std::uint8_t {
   kSlowTransition,
   kRefuseTransition,
 };
+/// Rows of kFaultKinds.
 inline constexpr std::size_t kFaultKindCount = 14;
 
 /// What a fault can be told. The values are bits of a FaultParameters set.
@@ -44,13 +45,17 @@ enum class FaultParameter : std::uint16_t {
   kState = 0x200,
   kCode = 0x400,
 };
+/// Several FaultParameter, ORed.
 using FaultParameters = std::uint16_t;
+/// The set of both. \rtsafe
 [[nodiscard]] constexpr FaultParameters operator|(FaultParameter a, FaultParameter b) noexcept {
   return static_cast<FaultParameters>(static_cast<unsigned>(a) | static_cast<unsigned>(b));
 }
+/// The set and one more. \rtsafe
 [[nodiscard]] constexpr FaultParameters operator|(FaultParameters a, FaultParameter b) noexcept {
   return static_cast<FaultParameters>(a | static_cast<unsigned>(b));
 }
+/// \rtsafe
 [[nodiscard]] constexpr bool contains(FaultParameters set, FaultParameter parameter) noexcept {
   return (set & static_cast<unsigned>(parameter)) != 0;
 }
@@ -64,17 +69,17 @@ enum class FaultWay : std::uint8_t {
 /// A fault and how long it lasts. Only the members count that its kind takes (kFaultKinds). A cable is named by the
 /// port of a slave that it is plugged into.
 struct Fault {
-  FaultKind kind = FaultKind::kDrop;
-  FaultWay way = FaultWay::kOut;
-  std::uint16_t slave = 0;                   ///< position in the line
-  std::uint8_t port = 0;                     ///< 0..3
-  std::uint32_t count = 0;                   ///< ends after so many frames; 0: does not
-  double chance = 1.0;                       ///< that a frame is hit, 0..1
-  std::uint32_t seed = 1;                    ///< of the chance and of the bits that flip
-  std::uint32_t bits = 1;                    ///< flipped per frame
-  std::chrono::nanoseconds time{0};          ///< how late, or how busy
-  wire::AlState state = wire::AlState::kOp;  ///< the refused one
-  wire::AlStatusCode code = wire::AlStatusCode::kUnspecifiedError;
+  FaultKind kind = FaultKind::kDrop;                                ///< what goes wrong
+  FaultWay way = FaultWay::kOut;                                    ///< where frames are hit; kDrop and kCorrupt
+  std::uint16_t slave = 0;                                          ///< position in the line
+  std::uint8_t port = 0;                                            ///< 0..3
+  std::uint32_t count = 0;                                          ///< ends after so many frames; 0: does not
+  double chance = 1.0;                                              ///< that a frame is hit, 0..1
+  std::uint32_t seed = 1;                                           ///< of the chance and of the bits that flip
+  std::uint32_t bits = 1;                                           ///< flipped per frame
+  std::chrono::nanoseconds time{0};                                 ///< how late, or how busy
+  wire::AlState state = wire::AlState::kOp;                         ///< the refused one
+  wire::AlStatusCode code = wire::AlStatusCode::kUnspecifiedError;  ///< what it is refused with
   std::chrono::nanoseconds duration{0};  ///< ends after this time; 0: lasts until it is healed
 
   /// Both need the same thing of the same place: only one of them can be there.
@@ -83,11 +88,11 @@ struct Fault {
 
 /// One kind of fault as users see it: the line file, the command line, the help and the documentation use this table.
 struct FaultKindRow {
-  FaultKind kind;
-  std::string_view name;
-  FaultParameters needs;
+  FaultKind kind;         ///< rows are in the order of the enumeration
+  std::string_view name;  ///< in line files and commands; unique
+  FaultParameters needs;  ///< must be told
   FaultParameters takes;  ///< besides
-  std::string_view text;
+  std::string_view text;  ///< what it does, as a user reads it
 };
 
 namespace fault_detail {
@@ -97,6 +102,7 @@ inline constexpr FaultParameters kHits = kCount | kChance | kSeed;
 inline constexpr FaultParameters kOnlySlave = kNone | kSlave;
 }  // namespace fault_detail
 
+/// All kinds, by their number; fault_kind_row() finds one.
 inline constexpr std::array<FaultKindRow, kFaultKindCount> kFaultKinds{{
     {FaultKind::kDrop, "drop", 0, fault_detail::kHits | FaultParameter::kWay, "frames get lost"},
     {FaultKind::kDelay, "delay", fault_detail::kNone | FaultParameter::kTime, fault_detail::kHits,
@@ -130,12 +136,13 @@ inline constexpr std::array<FaultKindRow, kFaultKindCount> kFaultKinds{{
 
 /// One parameter as users see it.
 struct FaultParameterRow {
-  FaultParameter parameter;
-  std::string_view key;
-  std::string_view value;  ///< what is expected
-  std::string_view text;
+  FaultParameter parameter;  ///< which one the row is about
+  std::string_view key;      ///< in line files and commands; unique
+  std::string_view value;    ///< what is expected
+  std::string_view text;     ///< what it means, as a user reads it
 };
 
+/// All parameters, in the order of their bits.
 inline constexpr std::array<FaultParameterRow, 11> kFaultParameters{{
     {FaultParameter::kSlave, "slave", "name or position of a slave", "which slave"},
     {FaultParameter::kPort, "port", "0 to 3", "port of the slave"},
@@ -150,6 +157,7 @@ inline constexpr std::array<FaultParameterRow, 11> kFaultParameters{{
     {FaultParameter::kCode, "code", "0 to 65535", "AL status code; default 1"},
 }};
 
+/// Precondition: `kind` is one of the enumeration. \rtsafe
 [[nodiscard]] constexpr const FaultKindRow& fault_kind_row(FaultKind kind) noexcept {
   return kFaultKinds[static_cast<std::size_t>(kind)];
 }

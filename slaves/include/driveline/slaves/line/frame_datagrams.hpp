@@ -27,7 +27,9 @@ class FrameDatagrams {
 
   /// Takes `frame` apart; the frame must stay where it is until store().
   FrameKind load(std::span<std::byte> frame) noexcept;
+  /// In the order of the frame; to be changed in place. Until the next load().
   [[nodiscard]] std::span<Datagram> datagrams() noexcept { return {datagrams_.data(), count_}; }
+  /// The frame says that it holds more than it does, or a datagram is cut off.
   [[nodiscard]] bool malformed() const noexcept { return malformed_; }
   /// Writes the changed header fields and working counters back; `circulating` sets the bit of that name.
   void store(bool circulating) noexcept;

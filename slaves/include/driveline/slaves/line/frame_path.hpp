@@ -12,14 +12,14 @@ namespace driveline::slaves {
 
 /// Delays of a slave, port to port: through the processing unit (in at port 0), or past it.
 struct SlaveDelays {
-  std::chrono::nanoseconds processing{500};
-  std::chrono::nanoseconds forwarding{500};
+  std::chrono::nanoseconds processing{500};  ///< in at port 0, out at the next open port
+  std::chrono::nanoseconds forwarding{500};  ///< in at another port, out at the next open one
 };
 
 /// What the path needs to know of a slave: loops closed per port, supply.
 struct SlavePorts {
-  std::array<bool, kPortCount> closed{};
-  SlaveDelays delays;
+  std::array<bool, kPortCount> closed{};  ///< by port: frames turn round inside
+  SlaveDelays delays;                     ///< of the slave; without supply all ports are closed and nothing passes
 };
 
 /// The way a frame takes from one master interface on: in at a port, through the processing unit when it comes from
@@ -32,8 +32,8 @@ class FramePath {
 
   /// The frame passes a processing unit.
   struct Step {
-    std::size_t slave = 0;
-    std::chrono::nanoseconds time{0};
+    std::size_t slave = 0;             ///< position in the line
+    std::chrono::nanoseconds time{0};  ///< after the start at the master
     /// It comes from a closed port 0: the circulating bit is set, or, when it is set already, the frame destroyed.
     bool circulates = false;
   };
@@ -41,6 +41,8 @@ class FramePath {
   /// Follows the wiring from `from` on. Allocates only when a path is longer than any before.
   void trace(const Wiring& wiring, std::span<const SlavePorts> slaves, MasterPort from);
 
+  /// Processing units in the order in which the frame passes them; a slave can be passed twice in a ring that is
+  /// broken. Until the next trace().
   [[nodiscard]] std::span<const Step> steps() const noexcept { return steps_; }
   /// When the frame came in at each port of `slave`.
   [[nodiscard]] const std::array<std::chrono::nanoseconds, kPortCount>& received(std::size_t slave) const noexcept {

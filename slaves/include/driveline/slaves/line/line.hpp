@@ -37,6 +37,7 @@ struct LineOptions {
 /// One thread at a time. After construction nothing allocates but mailbox traffic.
 class Line final : public port::Port {
  public:
+  /// Times are on the line's clock.
   using Nanoseconds = std::chrono::nanoseconds;
 
   /// `slaves` wired as `wiring` says, as a plain line without it. Throws std::invalid_argument when the wiring is for
@@ -58,7 +59,7 @@ class Line final : public port::Port {
 
   /// Where a frame came out, and how long it took; nothing when it got lost on the way.
   struct Passage {
-    MasterPort exit;
+    MasterPort exit;             ///< interface
     Nanoseconds delay;           ///< of slaves and cables
     Nanoseconds fault_delay{0};  ///< besides, by a fault
     bool duplicated = false;     ///< by a fault: the frame comes out twice
@@ -73,21 +74,26 @@ class Line final : public port::Port {
   /// things in between.
   void advance_some(std::size_t first, std::size_t count, Nanoseconds now);
 
+  /// Slaves, powered or not. \rtsafe
   [[nodiscard]] std::size_t size() const noexcept { return slaves_.size(); }
+  /// Precondition: position < size(). \rtsafe
   [[nodiscard]] Slave& slave(std::size_t position) noexcept { return *slaves_[position]; }
+  /// See above; for looking only. \rtsafe
   [[nodiscard]] const Slave& slave(std::size_t position) const noexcept { return *slaves_[position]; }
 
   /// What has passed.
   struct Counters {
-    std::uint64_t frames = 0;
+    std::uint64_t frames = 0;     ///< of any kind, from either interface
     std::uint64_t malformed = 0;  ///< EtherCAT frames with a broken datagram structure
     std::uint64_t foreign = 0;    ///< frames that are not EtherCAT
     std::uint64_t lost = 0;       ///< frames that did not come out again
   };
+  /// Since construction. \rtsafe
   [[nodiscard]] const Counters& counters() const noexcept { return counters_; }
 
   /// \name Faults
   /// @{
+
   /// Faults that come and go, also by a script.
   [[nodiscard]] LineFaults& faults() noexcept { return faults_; }
   /// Begins a fault now; false when it is not possible here. \rtsafe
@@ -96,11 +102,13 @@ class Line final : public port::Port {
   bool heal(const Fault& fault) noexcept { return faults_.heal(fault, clock_.now()); }
   /// Switches the supply of a slave. Without supply its neighbours see no link.
   void set_power(std::size_t position, bool on, Nanoseconds now) noexcept;
+  /// The same, now.
   void set_power(std::size_t position, bool on) noexcept { set_power(position, on, clock_.now()); }
   /// Breaks or heals the cable at a port of a slave; false when there is none.
   bool break_cable(PortId port, bool broken = true) noexcept;
   /// The next `count` frames get lost before the first slave.
   void drop_frames(unsigned count) noexcept { inject({.kind = FaultKind::kDrop, .count = count}); }
+  /// Cables as they are, the broken ones marked. \rtsafe
   [[nodiscard]] const Wiring& wiring() const noexcept { return wiring_; }
   /// @}
 

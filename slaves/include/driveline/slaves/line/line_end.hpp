@@ -21,6 +21,7 @@ class LineEnd final : public port::Port {
   /// Frames that may be on the way at the same time.
   static constexpr std::size_t kMaxInFlight = 64;
 
+  /// Made by the line, which must outlive it.
   LineEnd(Line& line, rt::Clock& clock, MasterPort which);
 
   [[nodiscard]] port::SendStatus send(std::span<const std::byte> frame) noexcept override;

@@ -17,19 +17,19 @@ class Line;
 
 /// A fault has begun or ended.
 struct FaultEvent {
-  std::chrono::nanoseconds time{0};
-  Fault fault;
-  bool begins = false;
+  std::chrono::nanoseconds time{0};  ///< when
+  Fault fault;                       ///< which
+  bool begins = false;               ///< else it ends
 };
 
 /// What the faults of the moment make of one frame.
 struct FrameFate {
-  bool lost_out = false;
-  bool lost_back = false;
-  bool duplicated = false;
+  bool lost_out = false;               ///< before the first slave
+  bool lost_back = false;              ///< behind the last slave
+  bool duplicated = false;             ///< comes out twice
   bool short_working_counter = false;  ///< some slave takes no part, see LineFaults::takes_part()
-  std::chrono::nanoseconds delay{0};
-  std::optional<PortId> damaged_at;
+  std::chrono::nanoseconds delay{0};   ///< how much later it comes back
+  std::optional<PortId> damaged_at;    ///< port where its check sequence is wrong from then on
 };
 
 /// The faults of a line: those that are there now, and those that a script will bring at their time. Chance is seeded,
@@ -39,11 +39,14 @@ struct FrameFate {
 /// schedule() allocates.
 class LineFaults {
  public:
+  /// Times are on the line's clock.
   using Nanoseconds = std::chrono::nanoseconds;
+  /// Stands for "nothing due", and for "lasts until it is healed".
   static constexpr Nanoseconds kNever = Nanoseconds::max();
   /// Faults that can be there at the same time.
   static constexpr std::size_t kMaxActive = 64;
 
+  /// Faults of a line of `slave_count` slaves; the line must outlive this.
   explicit LineFaults(Line& line, std::size_t slave_count);
 
   /// Begins a fault at `now`, in place of one of the same kind in the same place. False when there is no such slave or
@@ -72,13 +75,14 @@ class LineFaults {
 
   /// A fault that is there. For the thread that drives the line.
   struct Active {
-    Fault fault;
-    Nanoseconds end{kNever};
-    std::uint64_t hits = 0;  ///< frames
-    std::uint32_t random = 0;
-    Nanoseconds before{0};  ///< the slave's own time that is replaced
-    std::byte checksum{0};  ///< the right one
+    Fault fault;               ///< with the slave nearer to the master for a cable
+    Nanoseconds end{kNever};   ///< when it ends by itself
+    std::uint64_t hits = 0;    ///< frames
+    std::uint32_t random = 0;  ///< state of its random numbers
+    Nanoseconds before{0};     ///< the slave's own time that is replaced
+    std::byte checksum{0};     ///< the right one
   };
+  /// In no particular order; valid until the next change. \rtsafe
   [[nodiscard]] std::span<const Active> active() const noexcept { return std::span(active_).first(count_); }
 
   /// What has begun and ended since the last call; false when nothing has.

@@ -15,13 +15,14 @@ inline constexpr unsigned kPortCount = 4;
 
 /// One end of a cable: a port of a slave.
 struct PortId {
-  std::size_t slave = 0;
-  unsigned port = 0;
+  std::size_t slave = 0;  ///< position in the line
+  unsigned port = 0;      ///< 0 to kPortCount - 1
   constexpr bool operator==(const PortId&) const = default;
 };
 
 /// Where the master's interfaces are plugged in.
 enum class MasterPort : std::uint8_t { kPrimary, kSecondary };
+/// As many interfaces as a master can have on one line.
 inline constexpr std::size_t kMasterPortCount = 2;
 
 /// Who is connected to whom: cables between slaves and to the master's interfaces, each with its delay. A cable may be
@@ -30,14 +31,16 @@ class Wiring {
  public:
   /// One end of a cable.
   struct End {
+    /// What is plugged in here.
     enum class Kind : std::uint8_t { kNothing, kSlave, kMaster };
-    Kind kind = Kind::kNothing;
+    Kind kind = Kind::kNothing;                ///< decides which of the members below count
     PortId slave;                              ///< kSlave
     MasterPort master = MasterPort::kPrimary;  ///< kMaster
     std::chrono::nanoseconds delay{0};         ///< of the cable
-    bool broken = false;
+    bool broken = false;                       ///< no frame passes, neither side sees a link
   };
 
+  /// `slave_count` slaves without any cable.
   explicit Wiring(std::size_t slave_count) : ends_(slave_count) {}
 
   /// A plain line: the master at port 0 of the first slave, port 1 of each slave to port 0 of the next.
@@ -54,6 +57,7 @@ class Wiring {
   /// Breaks or heals the cable at `port` (both ends of it); false when there is none.
   bool break_cable(PortId port, bool broken = true) noexcept;
 
+  /// As given to the constructor.
   [[nodiscard]] std::size_t slave_count() const noexcept { return ends_.size(); }
   /// What the cable at `port` leads to.
   [[nodiscard]] const End& at(PortId port) const noexcept { return ends_[port.slave][port.port]; }

@@ -11,22 +11,27 @@ namespace driveline::slaves {
 /// CANopen over EtherCAT of a device: SDO, SDO information and the emergency queue (ETG.1000.6 5.6).
 class CoeServer : public MailboxProtocol {
  public:
+  /// Emergencies that wait for the master.
   static constexpr std::size_t kEmergencyDepth = 8;
 
   /// What the device supports beyond the single-entry SDO services.
   struct Options {
-    bool complete_access = false;
-    bool sdo_information = true;
+    bool complete_access = false;  ///< whole objects in one SDO transfer
+    bool sdo_information = true;   ///< object list and descriptions
   };
 
+  /// Both must outlive this. Allocates room for the longest transfer of the dictionary.
   CoeServer(ObjectDictionary& dictionary, DictionaryOwner& owner, const Options& options);
+  /// With the default options.
   CoeServer(ObjectDictionary& dictionary, DictionaryOwner& owner) : CoeServer(dictionary, owner, Options{}) {}
 
   /// Puts an emergency in the queue the master fetches from; when the queue is full the oldest is lost and counted.
   /// \rtsafe
   void raise(const wire::Emergency& emergency) noexcept;
+  /// Emergencies that the master fetched too late to get. \rtsafe
   [[nodiscard]] std::uint64_t lost_emergencies() const noexcept { return lost_; }
 
+  /// CoE, type 3.
   [[nodiscard]] wire::MailboxType type() const noexcept override { return wire::MailboxType::kCoe; }
   [[nodiscard]] tl::expected<std::size_t, wire::MailboxErrorCode> request(std::span<const std::byte> data,
                                                                           wire::AlState state,

@@ -16,6 +16,7 @@ namespace driveline::slaves {
 class MailboxProtocol {
  public:
   virtual ~MailboxProtocol() = default;
+  /// Type of the mailboxes it answers; stays the same.
   [[nodiscard]] virtual wire::MailboxType type() const noexcept = 0;
   /// Handles the service data of one request and writes the service data of the answer into `out`. Returns the
   /// length of the answer, 0 when the service has none, or the reason why the request is not understood.
@@ -36,6 +37,7 @@ class MailboxProtocol {
 /// the mailbox it leaves in. No allocation after construction.
 class MailboxServer {
  public:
+  /// Requests that may wait for their turn.
   static constexpr std::size_t kQueueDepth = 4;
 
   /// `max_size`: largest request mailbox in bytes, header included. The protocols must outlive the server.

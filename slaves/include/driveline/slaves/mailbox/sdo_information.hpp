@@ -13,6 +13,7 @@ namespace driveline::slaves {
 /// (ETG.1000.6 5.6.3). A list longer than the mailbox leaves in fragments.
 class SdoInformation {
  public:
+  /// The dictionary must outlive this.
   explicit SdoInformation(const ObjectDictionary& dictionary);
 
   /// Handles a request (bytes behind the CoE header) and writes the response (without CoE header) into `out`, at
@@ -20,6 +21,7 @@ class SdoInformation {
   [[nodiscard]] std::size_t handle(std::span<const std::byte> request, std::span<std::byte> out);
   /// The next fragment of a list; 0 when none is left.
   [[nodiscard]] std::size_t next_fragment(std::span<std::byte> out);
+  /// Forgets the fragments that are left.
   void cancel() noexcept;
 
  private:

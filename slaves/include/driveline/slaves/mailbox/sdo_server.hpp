@@ -16,6 +16,7 @@ namespace driveline::slaves {
 /// time-out between segments (the trace in MSD manual 8.2.4 pauses for 16 s).
 class SdoServer {
  public:
+  /// Both must outlive this. Allocates room for the longest transfer.
   SdoServer(ObjectDictionary& dictionary, DictionaryOwner& owner, bool complete_access);
 
   /// Handles an SDO request (the bytes behind the CoE header); writes the response (without CoE header) into `out`,

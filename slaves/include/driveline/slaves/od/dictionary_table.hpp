@@ -16,6 +16,7 @@ class DictionaryTable {
   /// Throws std::logic_error when two rows have one address or aliases disagree in type.
   DictionaryTable(std::initializer_list<std::span<const EntryRow>> parts, std::uint16_t fixed_slots);
 
+  /// All of them, in ascending order of index and sub-index. \rtsafe
   [[nodiscard]] std::span<const EntryRow> rows() const noexcept { return rows_; }
   /// The rows of one object, empty when there is none.
   [[nodiscard]] std::span<const EntryRow> object(std::uint16_t index) const noexcept;
@@ -24,7 +25,9 @@ class DictionaryTable {
   /// The rows of the object behind those of `index`, in ascending order; empty at the end. Start with index 0.
   [[nodiscard]] std::span<const EntryRow> next_object(std::uint16_t index) const noexcept;
 
+  /// Values an ObjectDictionary of this table holds as numbers; slots are below it.
   [[nodiscard]] std::uint16_t slot_count() const noexcept { return slot_count_; }
+  /// Values it holds as bytes; slots of such rows are below it.
   [[nodiscard]] std::uint16_t string_count() const noexcept { return string_count_; }
 
  private:

@@ -13,10 +13,10 @@ namespace driveline::slaves {
 /// Object access bits, and the combinations that tables use.
 namespace access {
 using namespace wire::entry_access;
-inline constexpr std::uint16_t kRead = kReadPreOp | kReadSafeOp | kReadOp;
-inline constexpr std::uint16_t kWrite = kWritePreOp | kWriteSafeOp | kWriteOp;
-inline constexpr std::uint16_t kReadWrite = kRead | kWrite;
-inline constexpr std::uint16_t kReadWritePreOp = kRead | kWritePreOp;  ///< settings of the process data
+inline constexpr std::uint16_t kRead = kReadPreOp | kReadSafeOp | kReadOp;      ///< in every state that has a mailbox
+inline constexpr std::uint16_t kWrite = kWritePreOp | kWriteSafeOp | kWriteOp;  ///< in every state that has a mailbox
+inline constexpr std::uint16_t kReadWrite = kRead | kWrite;                     ///< in every state that has a mailbox
+inline constexpr std::uint16_t kReadWritePreOp = kRead | kWritePreOp;           ///< settings of the process data
 }  // namespace access
 
 /// Where the value of a row lives. Rows with the same number are aliases: one value, several addresses.
@@ -27,17 +27,18 @@ inline constexpr std::uint16_t kConstant = 0xFFFE;  ///< never changes: the row'
 
 /// Row of an object dictionary table. Numbers up to 53 bits and REAL32 are exact in a double.
 struct EntryRow {
-  std::uint16_t index = 0;
-  std::uint8_t subindex = 0;
+  std::uint16_t index = 0;                            ///< of the object
+  std::uint8_t subindex = 0;                          ///< 0 for the only value of a VAR
   esi::ObjectCode code = esi::ObjectCode::kVariable;  ///< of the whole object, the same in all its rows
-  esi::DataType type = esi::DataType::kUnsigned32;
+  esi::DataType type = esi::DataType::kUnsigned32;    ///< of this sub-index
+  /// Bits of namespace access, and those for PDO mapping and storing (ETG.1000.6 Table 41)
   std::uint16_t access = access::kRead;
-  std::uint16_t slot = slot::kOwn;
-  std::string_view name{};  ///< of the object in its first row, of the sub-index in the others
-  double initial = 0.0;
+  std::uint16_t slot = slot::kOwn;  ///< where the value lives, see namespace slot
+  std::string_view name{};          ///< of the object in its first row, of the sub-index in the others
+  double initial = 0.0;             ///< value after power-on, when nothing is stored; rows kept as bytes have `text`
   double minimum = -std::numeric_limits<double>::infinity();  ///< infinite: the limit of the data type
-  double maximum = std::numeric_limits<double>::infinity();
-  std::string_view unit{};
+  double maximum = std::numeric_limits<double>::infinity();   ///< infinite: the limit of the data type
+  std::string_view unit{};                                    ///< for people, as SDO information tells it; empty: none
   /// Initial value of a row that is kept as bytes, or of a 64-bit number that no double holds (its eight bytes).
   std::string_view text{};
   std::uint16_t string_length = 0;  ///< rows kept as bytes: declared length; shorter contents are padded with zeros
@@ -47,9 +48,11 @@ struct EntryRow {
   std::uint16_t bit_length = 0;     ///< 0: as the data type has it
   std::uint32_t bit_offset = kBehindPrevious;  ///< in complete access; SI 0 is at 0 and the next entry at bit 16
 
+  /// The entry begins where the one before ends, or at the next byte where its type wants that.
   static constexpr std::uint32_t kBehindPrevious = 0xFFFFFFFF;
 };
 
+/// INTEGER8 to INTEGER64; a REAL is none of them. \rtsafe
 [[nodiscard]] constexpr bool is_signed(esi::DataType type) noexcept {
   return type == esi::DataType::kInteger8 || type == esi::DataType::kInteger16 || type == esi::DataType::kInteger32 ||
          type == esi::DataType::kInteger64;
@@ -91,6 +94,7 @@ struct EntryRow {
   return byte_size(type) == 0;
 }
 
+/// Bytes of the row in an SDO; its declared length when it is kept as bytes. \rtsafe
 [[nodiscard]] constexpr std::size_t byte_size(const EntryRow& row) noexcept {
   return is_string(row.type) ? row.string_length : byte_size(row.type);
 }

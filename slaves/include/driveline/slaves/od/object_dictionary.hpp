@@ -14,10 +14,12 @@
 namespace driveline::slaves {
 
 template <typename T>
+/// A value, or the abort code that the SDO service answers with.
 using SdoResult = tl::expected<T, wire::SdoAbort>;
 
 /// Access right that a row must have to be read or written in `state`; 0 where no mailbox runs.
 [[nodiscard]] std::uint16_t read_access(wire::AlState state) noexcept;
+/// See read_access().
 [[nodiscard]] std::uint16_t write_access(wire::AlState state) noexcept;
 
 /// The application behind a dictionary: has the last word about a value and hears of every change.
@@ -38,8 +40,10 @@ class DictionaryOwner {
 /// runs the device.
 class ObjectDictionary {
  public:
+  /// All values as the table has them initially. Allocates all it will need; the table must outlive this.
   explicit ObjectDictionary(const DictionaryTable& table);
 
+  /// As given to the constructor. \rtsafe
   [[nodiscard]] const DictionaryTable& table() const noexcept { return *table_; }
 
   /// Value in `slot`, converted to T (sign extended storage: any integer type of the row's width or wider). \rtsafe
@@ -67,6 +71,7 @@ class ObjectDictionary {
 
   /// Value of a row that is kept as bytes; its capacity is the declared length.
   [[nodiscard]] std::string& text(std::uint16_t string_slot) noexcept { return strings_[string_slot]; }
+  /// See above; for looking only.
   [[nodiscard]] const std::string& text(std::uint16_t string_slot) const noexcept { return strings_[string_slot]; }
 
   /// SDO upload of one sub-index: bytes written to `out`, or the abort code. `out` must hold the longest string.

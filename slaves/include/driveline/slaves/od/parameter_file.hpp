@@ -10,8 +10,8 @@ namespace driveline::slaves {
 
 /// What is wrong with a parameter file, and where. `line` counts from 1; 0: the file as a whole.
 struct ParameterFileError {
-  std::size_t line = 0;
-  std::string what;
+  std::size_t line = 0;  ///< from 1; 0: the file as a whole
+  std::string what;      ///< a sentence without the line
 };
 
 /// The stored parameters of a device as text, one per line: `6085:00 = 419430400  # Quick stop deceleration`.

@@ -9,15 +9,15 @@ namespace driveline::slaves {
 
 /// Limits of a device's process data.
 struct PdoLimits {
-  std::uint16_t pdos = 4;    ///< PDOs per direction
-  std::uint8_t objects = 8;  ///< mapped objects per PDO
-  std::uint16_t bytes = 8;   ///< bytes per PDO
-  std::uint16_t rx_first = 0x1600;
-  std::uint16_t tx_first = 0x1A00;
+  std::uint16_t pdos = 4;                        ///< PDOs per direction
+  std::uint8_t objects = 8;                      ///< mapped objects per PDO
+  std::uint16_t bytes = 8;                       ///< bytes per PDO
+  std::uint16_t rx_first = 0x1600;               ///< index of the first RxPDO mapping
+  std::uint16_t tx_first = 0x1A00;               ///< index of the first TxPDO mapping
   std::uint32_t output_sync_managers = 1U << 2;  ///< bit n: sync manager n carries RxPDOs
-  std::uint32_t input_sync_managers = 1U << 3;
-  bool gaps = false;        ///< a mapping may have gaps: index 0 with a number of bits
-  bool even_bytes = false;  ///< a PDO must have an even number of bytes
+  std::uint32_t input_sync_managers = 1U << 3;   ///< bit n: sync manager n carries TxPDOs
+  bool gaps = false;                             ///< a mapping may have gaps: index 0 with a number of bits
+  bool even_bytes = false;                       ///< a PDO must have an even number of bytes
 };
 
 /// Object with the PDOs assigned to a sync manager (ETG.1000.6 5.6.7.4: 1C10h plus its number).
@@ -29,17 +29,18 @@ struct PdoLimits {
 /// encoding need no lookup. Entries may have any number of bits and lie across byte borders.
 class PdoMap {
  public:
+  /// Entries that are enough for drives with 4 PDOs of 8 objects.
   static constexpr std::size_t kDefaultFields = 32;
 
   /// An entry of the process data, gaps left out.
   struct Field {
-    std::uint32_t bit_offset = 0;
-    std::uint16_t slot = 0;
-    std::uint8_t bits = 0;
-    bool is_signed = false;
-    bool is_text = false;  ///< `slot` is one of a row that is kept as bytes
-    bool constant = false;
-    std::uint64_t constant_value = 0;
+    std::uint32_t bit_offset = 0;      ///< in the process data
+    std::uint16_t slot = 0;            ///< in the dictionary, of a text or of a number
+    std::uint8_t bits = 0;             ///< length in the process data
+    bool is_signed = false;            ///< decode() extends the sign
+    bool is_text = false;              ///< `slot` is one of a row that is kept as bytes
+    bool constant = false;             ///< not in a slot: `constant_value`; decode() leaves it out
+    std::uint64_t constant_value = 0;  ///< raw value of a constant
   };
 
   /// Holds at most `max_fields` entries; what is assigned beyond is left out.
@@ -51,6 +52,7 @@ class PdoMap {
 
   /// Bytes of process data.
   [[nodiscard]] std::size_t size() const noexcept { return (bits_ + 7) / 8; }
+  /// In the order of the process data. \rtsafe
   [[nodiscard]] std::span<const Field> fields() const noexcept { return fields_; }
   /// Process data into values; entries that are not complete at the end leave their values alone. \rtsafe
   void decode(std::span<const std::byte> data, ObjectDictionary& dictionary) const noexcept;

@@ -4,9 +4,9 @@ namespace driveline::slaves {
 
 /// Windings of a permanent magnet motor with surface magnets, and its current control. Currents are amplitudes.
 struct WindingParameters {
-  bool simulated = false;  ///< false: the torque follows its setpoint as a first-order lag
-  double resistance_ohm = 1.2;
-  double inductance_h = 4.0e-3;
+  bool simulated = false;             ///< false: the torque follows its setpoint as a first-order lag
+  double resistance_ohm = 1.2;        ///< of one phase; at least 1e-6
+  double inductance_h = 4.0e-3;       ///< of one phase; at least 1e-7
   double saturation_current_a = 0.0;  ///< amplitude at which the torque constant has fallen by 30 %; 0: none
 };
 
@@ -21,7 +21,9 @@ class CurrentLoop {
   /// One step at this speed of the shaft with this DC link voltage; the torque at its end. \rtsafe
   double step(double torque_setpoint_nm, double speed_rad_s, double dc_link_volts) noexcept;
 
+  /// In the direction of the magnets' flux; makes no torque. \rtsafe
   [[nodiscard]] double d_current_a() const noexcept { return d_a_; }
+  /// Across the magnets' flux; makes the torque. \rtsafe
   [[nodiscard]] double q_current_a() const noexcept { return q_a_; }
   /// The voltage was at the inverter's limit in the last step. \rtsafe
   [[nodiscard]] bool limited() const noexcept { return limited_; }

@@ -6,15 +6,17 @@ namespace driveline::slaves {
 
 /// What the motor moves, seen from the motor shaft.
 struct LoadParameters {
-  double inertia_kg_m2 = 0.0;       ///< behind an elastic coupling; 0: the load is rigidly part of the motor's inertia
-  double stiffness_nm_rad = 200.0;  ///< of the coupling
-  double damping_nm_s = 0.01;       ///< of the coupling
-  double coulomb_friction_nm = 0.0;
-  double gravity_nm = 0.0;  ///< torque of a weight, in negative direction
+  double inertia_kg_m2 = 0.0;        ///< behind an elastic coupling; 0: the load is rigidly part of the motor's inertia
+  double stiffness_nm_rad = 200.0;   ///< of the coupling
+  double damping_nm_s = 0.01;        ///< of the coupling
+  double coulomb_friction_nm = 0.0;  ///< dry friction of the load; 0 or more
+  double gravity_nm = 0.0;           ///< torque of a weight, in negative direction
+  /// Position of the load at the lower end stop; infinite: none
   double end_stop_min_rad = -std::numeric_limits<double>::infinity();
+  /// The same of the upper one; both must be in order, else there are none
   double end_stop_max_rad = std::numeric_limits<double>::infinity();
-  double end_stop_stiffness_nm_rad = 500.0;
-  double end_stop_damping_nm_s = 0.05;
+  double end_stop_stiffness_nm_rad = 500.0;  ///< spring of either end stop
+  double end_stop_damping_nm_s = 0.05;       ///< Nm per rad/s, of either end stop; takes energy, never pulls
 
   /// The same load with every value in the range the model is stable in. \rtsafe
   [[nodiscard]] LoadParameters sanitized() const noexcept;
@@ -22,11 +24,11 @@ struct LoadParameters {
 
 /// Inertia and friction of the motor itself.
 struct RotorParameters {
-  double inertia_kg_m2 = 3.0e-4;
-  double viscous_friction_nm_s = 2.0e-4;
-  double coulomb_friction_nm = 0.03;
-  double brake_torque_nm = 0.0;
-  double max_speed_rad_s = 628.0;
+  double inertia_kg_m2 = 3.0e-4;          ///< at the shaft; above 0
+  double viscous_friction_nm_s = 2.0e-4;  ///< Nm per rad/s
+  double coulomb_friction_nm = 0.03;      ///< dry friction
+  double brake_torque_nm = 0.0;           ///< of the closed holding brake; 0: none
+  double max_speed_rad_s = 628.0;         ///< the model never turns faster
 };
 
 /// One or two masses with friction, brake, gravity and end stops. The coupling is integrated by the implicit midpoint
@@ -35,16 +37,23 @@ struct RotorParameters {
 /// more for a moment than the impact had; it does not give it back.
 class Mechanics {
  public:
+  /// At rest at `position_rad`. `step_s`: length of every step(), above 0.
   Mechanics(const RotorParameters& rotor, const LoadParameters& load, double step_s, double position_rad) noexcept;
 
   /// One step with this torque at the rotor. \rtsafe
   void step(double torque_nm, bool brake_closed) noexcept;
 
+  /// Of the rotor, not wrapped. \rtsafe
   [[nodiscard]] double position_rad() const noexcept { return rotor_.position; }
+  /// Of the rotor, one step ago. \rtsafe
   [[nodiscard]] double last_position_rad() const noexcept { return last_position_; }
+  /// Of the rotor. \rtsafe
   [[nodiscard]] double velocity_rad_s() const noexcept { return rotor_.velocity; }
+  /// Behind the coupling; that of the rotor when it is rigid. \rtsafe
   [[nodiscard]] double load_position_rad() const noexcept { return elastic_ ? load_.position : rotor_.position; }
+  /// Behind the coupling; that of the rotor when it is rigid. \rtsafe
   [[nodiscard]] double load_velocity_rad_s() const noexcept { return elastic_ ? load_.velocity : rotor_.velocity; }
+  /// Of rotor and load. \rtsafe
   [[nodiscard]] double kinetic_energy_j() const noexcept;
   /// Kinetic energy and what coupling, weight and end stops have stored. \rtsafe
   [[nodiscard]] double energy_j() const noexcept;

@@ -5,27 +5,29 @@ namespace driveline::slaves {
 /// Gains of the cascade: position P, velocity PI, torque. Defaults suit the default motor (ours): velocity loop by the
 /// symmetrical optimum over torque lag and speed filter, position loop well below it.
 struct ControllerParameters {
-  double position_gain_per_s = 150.0;
-  double velocity_gain_nm_s = 0.25;   ///< Nm per rad/s
-  double velocity_reset_s = 3.0e-3;   ///< integral time; 0 or less: no integral part
-  double velocity_filter_s = 3.0e-4;  ///< low pass of the measured speed, and of the speed feed-forward to match it
-  double max_velocity_rad_s = 628.0;
-  double max_torque_nm = 7.2;
+  double position_gain_per_s = 150.0;  ///< rad/s per rad of position error
+  double velocity_gain_nm_s = 0.25;    ///< Nm per rad/s
+  double velocity_reset_s = 3.0e-3;    ///< integral time; 0 or less: no integral part
+  double velocity_filter_s = 3.0e-4;   ///< low pass of the measured speed, and of the speed feed-forward to match it
+  double max_velocity_rad_s = 628.0;   ///< limit of the velocity setpoint, either way
+  double max_torque_nm = 7.2;          ///< limit of the torque setpoint, either way
 };
 
 /// What the cascade is to follow in one step. Position mode uses all three (velocity and torque as feed-forward),
 /// velocity mode the last two, torque mode the last.
 struct ControllerSetpoint {
+  /// The outermost loop that is closed.
   enum class Loop : unsigned char { kTorque, kVelocity, kPosition };
-  Loop loop = Loop::kTorque;
-  double position_rad = 0.0;
-  double velocity_rad_s = 0.0;
-  double torque_nm = 0.0;
+  Loop loop = Loop::kTorque;    ///< decides which of the members below count
+  double position_rad = 0.0;    ///< position mode
+  double velocity_rad_s = 0.0;  ///< position and velocity mode
+  double torque_nm = 0.0;       ///< every mode
 };
 
 /// Cascaded servo controller with anti-windup, one step per control cycle. Not finite inputs are treated as 0.
 class ServoController {
  public:
+  /// At rest at 0. `step_s`: time between two calls of step(), above 0.
   ServoController(const ControllerParameters& parameters, double step_s) noexcept;
 
   /// New gains; the state is kept, so this is allowed in motion. \rtsafe
@@ -37,7 +39,9 @@ class ServoController {
   /// Torque setpoint for this step, within the torque limit. \rtsafe
   [[nodiscard]] double step(const ControllerSetpoint& setpoint) noexcept;
 
+  /// As measure() sees it, filtered. \rtsafe
   [[nodiscard]] double measured_velocity_rad_s() const noexcept { return measured_velocity_rad_s_; }
+  /// What the velocity loop followed in the last step; without one the one before. \rtsafe
   [[nodiscard]] double velocity_setpoint_rad_s() const noexcept { return velocity_setpoint_rad_s_; }
   /// Torque or velocity setpoint was cut in the last step.
   [[nodiscard]] bool limited() const noexcept { return limited_; }

@@ -10,23 +10,24 @@ namespace driveline::slaves {
 
 /// A motor with a rigidly coupled load and its encoder. Defaults: a small permanent magnet servo of 0.75 kW (ours).
 struct MotorParameters {
-  double rated_torque_nm = 2.4;
-  double peak_torque_nm = 7.2;
-  double rated_current_a = 4.1;
-  double inertia_kg_m2 = 3.0e-4;          ///< motor and load, at the motor shaft
-  double viscous_friction_nm_s = 2.0e-4;  ///< Nm per rad/s
-  double coulomb_friction_nm = 0.03;
+  double rated_torque_nm = 2.4;                  ///< continuous torque, which takes the rated current
+  double peak_torque_nm = 7.2;                   ///< limit of the torque setpoint, either way
+  double rated_current_a = 4.1;                  ///< effective value (not amplitude)
+  double inertia_kg_m2 = 3.0e-4;                 ///< motor and load, at the motor shaft
+  double viscous_friction_nm_s = 2.0e-4;         ///< Nm per rad/s
+  double coulomb_friction_nm = 0.03;             ///< dry friction of the rotor
   double torque_lag_s = 1.5e-4;                  ///< time constant of the current loop
   double max_speed_rad_s = 628.0;                ///< mechanical limit: 6000 rev/min
   std::uint32_t encoder_increments = 1U << 20U;  ///< per revolution, quadrature counted
   double brake_torque_nm = 0.0;                  ///< of the closed holding brake; 0: the motor has none
-  std::uint32_t pole_pairs = 4;
-  double encoder_noise_increments = 0.0;  ///< uniform, either way; seeded, so runs repeat bit by bit
-  std::uint32_t encoder_seed = 1;
+  std::uint32_t pole_pairs = 4;                  ///< electrical turns per turn of the shaft, 1 to 100
+  double encoder_noise_increments = 0.0;         ///< uniform, either way; seeded, so runs repeat bit by bit
+  std::uint32_t encoder_seed = 1;                ///< of the noise; 0 counts as 1
   std::uint32_t encoder_turns = kAllTurns;  ///< known after power-on: 0 incremental, 1 single-turn, more multi-turn
-  LoadParameters load{};
-  WindingParameters winding{};
+  LoadParameters load{};                    ///< what hangs on the shaft
+  WindingParameters winding{};              ///< plain lag of the torque, or windings that are simulated
 
+  /// An encoder that counts more turns than any axis makes.
   static constexpr std::uint32_t kAllTurns = 0xFFFFFFFF;
 
   /// The same motor with every value in the range the model is stable in; NaN becomes the default.
@@ -36,6 +37,7 @@ struct MotorParameters {
 /// Current loop, mechanics and encoder of one axis.
 class ServoMotor {
  public:
+  /// At rest at `position_rad`; `step_s`: length of every step(), above 0. `parameters` are sanitized().
   ServoMotor(const MotorParameters& parameters, double step_s, double position_rad) noexcept;
 
   /// One step with this torque setpoint (limited to the peak torque; anything not finite counts as 0). \rtsafe
@@ -43,14 +45,20 @@ class ServoMotor {
   /// Voltage of the inverter; only the simulated winding needs it. \rtsafe
   void set_dc_link_voltage(double volts) noexcept { dc_link_volts_ = volts; }
 
+  /// As they are used: sanitized. \rtsafe
   [[nodiscard]] const MotorParameters& parameters() const noexcept { return parameters_; }
+  /// Shaft and load. \rtsafe
   [[nodiscard]] const Mechanics& mechanics() const noexcept { return mechanics_; }
+  /// Only runs with a simulated winding. \rtsafe
   [[nodiscard]] const CurrentLoop& current_loop() const noexcept { return current_; }
+  /// Of the shaft, not wrapped, without encoder noise. \rtsafe
   [[nodiscard]] double position_rad() const noexcept { return mechanics_.position_rad(); }
   [[nodiscard]] double last_position_rad() const noexcept { return mechanics_.last_position_rad(); }  ///< one step ago
+  /// Of the shaft. \rtsafe
   [[nodiscard]] double velocity_rad_s() const noexcept { return mechanics_.velocity_rad_s(); }
   /// Torque of the current loop at the shaft.
   [[nodiscard]] double torque_nm() const noexcept { return torque_nm_; }
+  /// Of rotor and load. \rtsafe
   [[nodiscard]] double kinetic_energy_j() const noexcept { return mechanics_.kinetic_energy_j(); }
   /// Position as the encoder counts it, rounded down, with its noise. \rtsafe
   [[nodiscard]] std::int64_t encoder_count() const noexcept { return encoder_count(position_rad()) + noise_; }
@@ -58,6 +66,7 @@ class ServoMotor {
   [[nodiscard]] std::int64_t encoder_count(double position_rad) const noexcept;
   /// The count at which an encoder that knows only so many turns would start to count from 0. \rtsafe
   [[nodiscard]] std::int64_t power_on_origin() const noexcept;
+  /// Of the encoder. \rtsafe
   [[nodiscard]] double radians_per_increment() const noexcept { return radians_per_increment_; }
   /// Where the last step passed the encoder's index pulse, which comes once per revolution at encoder count 0; the
   /// newest one if a step is longer than a revolution. \rtsafe

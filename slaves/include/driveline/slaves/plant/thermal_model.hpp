@@ -4,11 +4,11 @@ namespace driveline::slaves {
 
 /// I2t of a motor and the temperatures of motor and power stage, each a first-order lag of the squared current.
 struct ThermalParameters {
-  double motor_time_constant_s = 600.0;
-  double motor_rise_k = 65.0;  ///< at rated current
-  double amplifier_time_constant_s = 120.0;
-  double amplifier_rise_k = 30.0;  ///< at rated current
-  double ambient_c = 25.0;
+  double motor_time_constant_s = 600.0;      ///< of the windings
+  double motor_rise_k = 65.0;                ///< at rated current
+  double amplifier_time_constant_s = 120.0;  ///< of the power stage
+  double amplifier_rise_k = 30.0;            ///< at rated current
+  double ambient_c = 25.0;                   ///< temperature of both after a long time without current
 };
 
 /// How the I2t monitoring counts (P 735).
@@ -18,12 +18,14 @@ struct OverloadLimits {
   double rated = 1.0;             ///< FREQ: permitted current at and above `rated_hz`, in rated currents (P 733[0])
   double standstill = 1.0;        ///< at 0 Hz (P 733[1])
   double middle = 1.0;            ///< at `middle_hz` (P 733[2], [3])
-  double middle_hz = 10.0;
-  double rated_hz = 50.0;
+  double middle_hz = 10.0;        ///< up to here the limit goes from `standstill` to `middle`, then to `rated`
+  double rated_hz = 50.0;         ///< from here on the limit is `rated`
 };
 
+/// Motor and power stage as two masses that the squared current heats, and the overload monitoring of the drive.
 class ThermalModel {
  public:
+  /// Cold: both at ambient temperature, integrator at 0. Values that cannot be are replaced by the next that can.
   explicit ThermalModel(const ThermalParameters& parameters = {}) noexcept;
 
   /// `step_s` with this current, in rated currents, at this electrical frequency. \rtsafe
@@ -34,7 +36,9 @@ class ThermalModel {
   /// Integrator in percent: THERM 100 % after a long time at rated current, trips at 110 %; FREQ 100 % is the trip
   /// point, 150 % of the permitted current for 120 s (Device Help). \rtsafe
   [[nodiscard]] double overload_percent() const noexcept { return overload_percent_; }
+  /// Temperature of the windings in degrees Celsius. \rtsafe
   [[nodiscard]] double motor_c() const noexcept { return parameters_.ambient_c + motor_k_; }
+  /// Temperature of the power stage in degrees Celsius. \rtsafe
   [[nodiscard]] double amplifier_c() const noexcept { return parameters_.ambient_c + amplifier_k_; }
 
  private:
