@@ -71,6 +71,7 @@ struct Error {
 };
 static_assert(std::is_trivially_copyable_v<Error> && sizeof(Error) <= 24);
 
+/// A value, or why there is none.
 template <typename T>
 using Result = tl::expected<T, Error>;
 

@@ -16,6 +16,7 @@ struct AlReport {
 
 /// Time a slave has for one transition unless told otherwise (ETG.1020: 3 s to PREOP, 10 s to SAFEOP and OP).
 inline constexpr std::chrono::seconds kPreOpTimeout{3};
+/// See kPreOpTimeout; for SAFEOP and for OP.
 inline constexpr std::chrono::seconds kOpTimeout{10};
 
 /// How long a slave may take for its transitions. What is not said: kPreOpTimeout, kOpTimeout for SAFEOP and OP, 5 s

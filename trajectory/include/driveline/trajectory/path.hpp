@@ -10,6 +10,7 @@
 
 namespace driveline::trajectory {
 
+/// Columns that a path file may have beside the time.
 inline constexpr std::size_t kMaxPathAxes = 128;
 /// Most positions (points times axes) of one path: 64 MB, and four times that in an interpolator.
 inline constexpr std::size_t kMaxPathValues = 8'000'000;

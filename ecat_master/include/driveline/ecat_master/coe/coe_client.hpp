@@ -76,6 +76,7 @@ class CoeClient {
 
   /// \name SDO information (ETG.1000.6 5.6.3). Errors: kSdoAbort with the slave's reason, kMailbox*, those of the bus.
   /// @{
+
   /// Indices of the objects in a list of the slave, by SDO information.
   [[nodiscard]] Result<std::vector<std::uint16_t>> object_list(ObjectList list = ObjectList::kAll);
   /// What the slave says about an object.

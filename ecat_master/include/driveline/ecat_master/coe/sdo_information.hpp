@@ -79,8 +79,12 @@ class SdoInformationQuery final : public MailboxDialogue {
 
 /// \name The answers in words. Errors: kMailboxMalformed when the data are too short.
 /// @{
+
+/// Indices behind the list type, in the order of the slave.
 [[nodiscard]] Result<std::vector<std::uint16_t>> decode_object_list(std::span<const std::byte> answer);
+/// Behind the header of the service.
 [[nodiscard]] Result<ObjectDescription> decode_object_description(std::span<const std::byte> answer);
+/// Behind the header of the service, with unit, default, minimum and maximum where the slave tells them.
 [[nodiscard]] Result<EntryDescription> decode_entry_description(std::span<const std::byte> answer);
 /// @}
 

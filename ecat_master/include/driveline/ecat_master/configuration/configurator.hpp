@@ -15,10 +15,10 @@ namespace driveline::ecat_master {
 
 /// An SDO to be written at start-up.
 struct StartupSdo {
-  std::uint16_t index = 0;
-  std::uint8_t subindex = 0;
-  std::vector<std::byte> data;
-  bool complete = false;  ///< all sub-indices from `subindex` (0 or 1) on
+  std::uint16_t index = 0;      ///< object
+  std::uint8_t subindex = 0;    ///< entry of it, or the first one with `complete`
+  std::vector<std::byte> data;  ///< as it goes over the wire: little endian, as long as the entry
+  bool complete = false;        ///< all sub-indices from `subindex` (0 or 1) on
   /// The transition before which it is written: to SAFEOP (in PREOP), or to OP (in SAFEOP).
   wire::AlState before = wire::AlState::kSafeOp;
 };
@@ -33,19 +33,19 @@ struct WatchdogPlan {
 
 /// What is planned for one slave. Zero in an identity field means: any.
 struct SlavePlan {
-  std::string name;
-  std::uint32_t vendor_id = 0;
-  std::uint32_t product_code = 0;
-  IdentityRule revision;
-  IdentityRule serial;
+  std::string name;                        ///< for people and for ProcessVariables; empty: none
+  std::uint32_t vendor_id = 0;             ///< as in the EEPROM or 1018h:01
+  std::uint32_t product_code = 0;          ///< as in the EEPROM or 1018h:02
+  IdentityRule revision;                   ///< which ones are accepted
+  IdentityRule serial;                     ///< which ones are accepted
   std::optional<std::uint16_t> alias;      ///< anywhere on the line, by its station alias
   std::optional<std::uint16_t> device_id;  ///< anywhere on the line, by its explicit device identification
-  WatchdogPlan watchdog;
-  StateTimeouts timeouts;
-  MailboxTimeouts mailbox_timeouts;
-  std::vector<StartupSdo> startup_sdos;
-  PdoConfiguration pdos;
-  std::size_t group = 0;  ///< of the process image
+  WatchdogPlan watchdog;                   ///< written in PREOP
+  StateTimeouts timeouts;                  ///< of its state changes
+  MailboxTimeouts mailbox_timeouts;        ///< of its mailbox
+  std::vector<StartupSdo> startup_sdos;    ///< in the order in which they are written
+  PdoConfiguration pdos;                   ///< mapping and assignment, written behind the start-up SDOs
+  std::size_t group = 0;                   ///< of the process image
   /// False: the slave takes its outputs by LWR and gives its inputs by LRD only; none: its description decides.
   std::optional<bool> lrw;
   /// Known by its alias or device ID, wherever it is plugged in, and when: with one of them planned it may be missing
@@ -61,8 +61,8 @@ struct SlavePlan {
 
 /// A slave that has been found and is being run.
 struct ConfiguredSlave {
-  SlaveInfo info;
-  SlavePlan plan;
+  SlaveInfo info;                                  ///< as found at discovery
+  SlavePlan plan;                                  ///< as planned
   std::unique_ptr<MailboxClient> mailbox;          ///< none: the slave has no mailbox
   std::optional<esi::DeviceDescription> eeprom{};  ///< that of the EEPROM while info has that of a file
   /// False: a hot-connected slave that has not been there yet. Its description is that of one of its kind, if there is

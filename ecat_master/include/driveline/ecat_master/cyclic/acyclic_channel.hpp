@@ -14,10 +14,10 @@ namespace driveline::ecat_master {
 
 /// A frame on its way through an AcyclicChannel.
 struct AcyclicJob {
-  std::uint64_t id = 0;
-  bool answered = false;
-  std::uint16_t size = 0;
-  std::array<std::byte, port::kMaxFrameBytes> bytes{};
+  std::uint64_t id = 0;                                 ///< chosen by the sender, who knows its answer by it
+  bool answered = false;                                ///< on the way back: false, when the frame was lost
+  std::uint16_t size = 0;                               ///< of `bytes`, Ethernet header included
+  std::array<std::byte, port::kMaxFrameBytes> bytes{};  ///< the frame, its answer on the way back
 };
 
 /// Carries frames of other threads through the cycle: they go in by one wait-free ring and come back by another, one
@@ -25,8 +25,10 @@ struct AcyclicJob {
 /// waits until that many cycles have saved it up, so the average never exceeds the budget.
 class AcyclicChannel {
  public:
+  /// Cycles without an answer until a frame counts as lost.
   static constexpr std::uint32_t kLostAfterCycles = 8;
 
+  /// `bytes_per_cycle`: the budget. Takes all memory the channel will need.
   explicit AcyclicChannel(std::uint32_t lost_after_cycles = kLostAfterCycles,
                           std::size_t bytes_per_cycle = port::kMaxFrameBytes);
 
@@ -35,6 +37,7 @@ class AcyclicChannel {
   void send_next(port::Port& port, FrameTag tag) noexcept;
   /// Takes a received frame when it is the one on its way.
   [[nodiscard]] bool accept(std::span<const std::byte> frame, FrameTag tag) noexcept;
+  /// A frame is on its way and has not been given up.
   [[nodiscard]] bool in_flight() const noexcept { return in_flight_; }
   /// Gives up a frame that has been on its way for too many cycles; call once per cycle.
   void end_cycle() noexcept;
@@ -44,6 +47,7 @@ class AcyclicChannel {
   [[nodiscard]] std::size_t bytes_per_cycle() const noexcept { return bytes_per_cycle_; }
   /// False: as many frames wait as the ring holds.
   [[nodiscard]] bool submit(const AcyclicJob& job) noexcept { return requests_.try_push(job); }
+  /// The next answer, in the order of the requests; false: none is there yet.
   [[nodiscard]] bool take_answer(AcyclicJob& job) noexcept { return answers_.try_pop(job); }
 
  private:
@@ -65,6 +69,7 @@ class CyclicExchange final : public DatagramExchange {
   /// Lets time pass while waiting for the cycle: sleeps beside a real-time thread, runs cycles on virtual time.
   using Pass = std::function<void(std::chrono::nanoseconds)>;
 
+  /// Channel and clock must outlive this, which belongs to the one thread on the channel's other side. Not \rtsafe.
   CyclicExchange(AcyclicChannel& channel, rt::Clock& clock, Pass pass);
 
   /// Errors beside those of DatagramExchange: kExchangeFull when frames given up before still fill the channel.

@@ -47,6 +47,7 @@ class RealtimeRunner final : public CycleRunner, private rt::RealtimeTask {
 /// Cycles in the caller's thread whenever it lets time pass: deterministic on a virtual clock.
 class InlineRunner final : public CycleRunner {
  public:
+  /// Both must outlive this; the grid begins at start().
   InlineRunner(CyclicCore& core, rt::Clock& clock);
 
   [[nodiscard]] tl::expected<void, std::string> start() override;

@@ -21,23 +21,23 @@ namespace driveline::ecat_master {
 
 /// Rings the cycle writes its samples to; both may be left out.
 struct SampleRings {
-  rt::SpscRing<snapshot::LineSample>* lines = nullptr;
-  rt::SpscRing<snapshot::AxisSample>* axes = nullptr;
+  rt::SpscRing<snapshot::LineSample>* lines = nullptr;  ///< one sample per sampled cycle
+  rt::SpscRing<snapshot::AxisSample>* axes = nullptr;   ///< one per axis and sampled cycle
 };
 
 /// What the cycle has counted while counting was on; owned by the cycle, to be read when it rests.
 struct CycleStatistics {
-  std::uint64_t cycles = 0;
-  std::uint64_t missed_periods = 0;
-  std::uint64_t wkc_errors = 0;    ///< frames that came back with another working counter than expected
-  std::uint64_t lost_frames = 0;   ///< cyclic frames that did not come back within their cycle
-  std::uint64_t late_frames = 0;   ///< of them, those that came back after all, in one of the next cycles
-  std::uint64_t stale_frames = 0;  ///< frames nobody waited for: late ones, doubled ones, late acyclic answers
-  std::uint64_t foreign_frames = 0;
-  rt::Histogram wake_latency;
-  rt::Histogram cost;         ///< wake-up to the end of the cycle's work
-  rt::Histogram master_cost;  ///< the same without the time until all frames were back
-  rt::Histogram round_trip;   ///< send of the first to receive of the last cyclic frame
+  std::uint64_t cycles = 0;          ///< cycles that have run
+  std::uint64_t missed_periods = 0;  ///< grid instants that were skipped because a cycle was late
+  std::uint64_t wkc_errors = 0;      ///< frames that came back with another working counter than expected
+  std::uint64_t lost_frames = 0;     ///< cyclic frames that did not come back within their cycle
+  std::uint64_t late_frames = 0;     ///< of them, those that came back after all, in one of the next cycles
+  std::uint64_t stale_frames = 0;    ///< frames nobody waited for: late ones, doubled ones, late acyclic answers
+  std::uint64_t foreign_frames = 0;  ///< frames that are none of ours
+  rt::Histogram wake_latency;        ///< grid time to wake-up
+  rt::Histogram cost;                ///< wake-up to the end of the cycle's work
+  rt::Histogram master_cost;         ///< the same without the time until all frames were back
+  rt::Histogram round_trip;          ///< send of the first to receive of the last cyclic frame
 };
 
 /// Counters of one group since the cycle began. Any thread may read them. \rtsafe
@@ -45,8 +45,8 @@ struct GroupCounters {
   port::Counter exchanges;    ///< cycles in which the group was due
   port::Counter lost_frames;  ///< of the group, not back within their cycle
   port::Counter wkc_errors;   ///< of its frames, back with another working counter than that of a complete line
-  std::atomic<std::uint32_t> bad_cycles{0};  ///< exchanges in a row that were not valid for the whole group
-  std::atomic<std::uint32_t> longest_bad{0};
+  std::atomic<std::uint32_t> bad_cycles{0};       ///< exchanges in a row that were not valid for the whole group
+  std::atomic<std::uint32_t> longest_bad{0};      ///< highest `bad_cycles` so far
   std::atomic<std::uint32_t> working_counter{0};  ///< of the last exchange
   std::atomic<bool> outputs_zeroed{false};        ///< GroupSettings::bad_cycle_limit was reached
 };
@@ -71,7 +71,7 @@ class CyclicCore {
  public:
   /// How the cycle runs.
   struct Settings {
-    std::chrono::nanoseconds period = std::chrono::microseconds{125};
+    std::chrono::nanoseconds period = std::chrono::microseconds{125};  ///< of the grid
     /// Longest wait for the answer, from the grid time on.
     std::chrono::nanoseconds receive_window = std::chrono::microseconds{90};
     std::uint16_t slaves = 0;        ///< on the line, for the AL status broadcast
@@ -79,8 +79,8 @@ class CyclicCore {
     std::uint32_t sample_every = 1;  ///< samples of every n-th cycle go to the rings
     /// What acyclic work may put on the wire per cycle, on average.
     std::size_t acyclic_bytes = port::kMaxFrameBytes;
-    CyclicTask* task = nullptr;  ///< runs before the motion; must outlive the core
-    std::vector<ProcessDataCopy> copies;
+    CyclicTask* task = nullptr;           ///< runs before the motion; must outlive the core
+    std::vector<ProcessDataCopy> copies;  ///< slave to slave, done in every cycle behind task and motion
     FlightRecorder* recorder = nullptr;   ///< must outlive the core
     dc::ClockFollower* clocks = nullptr;  ///< distributed clocks; null: none. Must outlive the core
   };
@@ -99,7 +99,9 @@ class CyclicCore {
   /// By how much the cycle wants the grid moved before the next one. \rtsafe
   [[nodiscard]] std::chrono::nanoseconds grid_shift() const noexcept { return grid_shift_; }
 
+  /// For the acyclic work that shares the wire; its sides say which thread they belong to.
   [[nodiscard]] AcyclicChannel& acyclic() noexcept { return acyclic_; }
+  /// As given to the constructor, task and copies included. \rtsafe
   [[nodiscard]] const Settings& settings() const noexcept { return settings_; }
 
   // Any thread, \rtsafe.
@@ -125,6 +127,7 @@ class CyclicCore {
     bool mailbox_full = false;          ///< its mailbox status byte says that a mailbox waits (only if mapped)
     std::uint32_t stale_exchanges = 0;  ///< exchanges of its group since its inputs were fresh
   };
+  /// `slave` has a place in the process image.
   [[nodiscard]] SlaveReport slave_report(std::size_t slave) const noexcept;
   /// Takes a slave out of the judgement of working counters while it is being configured: its process data are not
   /// valid, and it may count or not without harm to the others. From the next cycle on. `slave` has a place in the
@@ -133,19 +136,23 @@ class CyclicCore {
     shared_[slave].recovering.store(recovering, std::memory_order_relaxed);
     recovery_requests_.fetch_add(1, std::memory_order_release);
   }
+  /// By number of the group.
   [[nodiscard]] std::span<const GroupCounters> groups() const noexcept { return {groups_.get(), group_count_}; }
   /// Lets a group drive its outputs again that GroupSettings::bad_cycle_limit has zeroed.
   void release_outputs(std::size_t group) noexcept { groups_[group].outputs_zeroed.store(false); }
   /// Frames that came back after their cycle, and frames that were not ours, since the cycle began.
   [[nodiscard]] std::uint64_t stale_frames() const noexcept { return stale_frames_.value(); }
+  /// See stale_frames().
   [[nodiscard]] std::uint64_t foreign_frames() const noexcept { return foreign_frames_.value(); }
 
   /// The oldest event that has not been fetched; one thread.
   [[nodiscard]] bool take_event(CyclicEvent& event) noexcept { return events_.try_pop(event); }
+  /// Events that found the ring full.
   [[nodiscard]] std::uint64_t events_dropped() const noexcept { return events_.dropped(); }
 
   /// Only while no cycle runs.
   [[nodiscard]] const CycleStatistics& statistics() const noexcept { return statistics_; }
+  /// Inputs, outputs and where things lie in them. Once cycles run their bytes belong to the cycle.
   [[nodiscard]] ProcessImage& image() noexcept { return image_; }
 
  private:

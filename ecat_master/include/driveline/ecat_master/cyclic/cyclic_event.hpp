@@ -7,18 +7,19 @@ namespace driveline::ecat_master {
 
 /// Something the cycle has noticed, for the history that an ordinary thread keeps.
 struct CyclicEvent {
+  /// What was noticed.
   enum class Kind : std::uint8_t {
     kSlaveState,      ///< `before` and `after`: low byte of the AL status, 0: the slave is not there
     kWorkingCounter,  ///< `before`: expected, `after`: received, of a group, when it changes
     kFrameLost,       ///< `after`: frames of a group lost in this cycle
     kOutputsZeroed,   ///< a group reached its limit of bad cycles
   };
-  Kind kind = Kind::kSlaveState;
-  std::uint16_t index = 0;  ///< slave or group
-  std::uint16_t before = 0;
-  std::uint16_t after = 0;
-  std::uint64_t cycle = 0;
-  std::int64_t time_ns = 0;  ///< grid time of the cycle
+  Kind kind = Kind::kSlaveState;  ///< decides how the members below are meant
+  std::uint16_t index = 0;        ///< slave or group
+  std::uint16_t before = 0;       ///< see Kind
+  std::uint16_t after = 0;        ///< see Kind
+  std::uint64_t cycle = 0;        ///< number of the cycle that noticed it
+  std::int64_t time_ns = 0;       ///< grid time of the cycle
 };
 static_assert(std::is_trivially_copyable_v<CyclicEvent>);
 

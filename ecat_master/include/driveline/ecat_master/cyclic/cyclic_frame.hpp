@@ -31,13 +31,13 @@ struct SlaveCondition {
 
 /// What became of one datagram in the last cycle it travelled in.
 struct DatagramResult {
-  bool received = false;
+  bool received = false;  ///< it came back within its cycle
   /// The working counter is that of all slaves that are there: whatever is missing of it is the share of slaves whose
   /// status bytes say that they are not, or that are recovering.
   bool good = false;
-  bool complete = false;   ///< no slave is missing
-  bool disturbed = false;  ///< slaves are missing besides those that are recovering
-  std::uint16_t working_counter = 0;
+  bool complete = false;              ///< no slave is missing
+  bool disturbed = false;             ///< slaves are missing besides those that are recovering
+  std::uint16_t working_counter = 0;  ///< as it came back; 0 when it did not
 };
 
 /// One frame of the cyclic exchange, laid out once; a cycle only exchanges its data and its number. \rtsafe throughout
@@ -63,6 +63,7 @@ class CyclicFrame {
   /// Judges the datagrams that carry no status bytes, now that all frames of the cycle are back.
   void judge_outputs(const ProcessImage& image, std::span<const SlaveCondition> conditions) noexcept;
 
+  /// All its datagrams belong to this group of the image.
   [[nodiscard]] std::size_t group() const noexcept { return group_; }
   /// Of the last send().
   [[nodiscard]] FrameTag tag() const noexcept { return tag_; }
@@ -71,13 +72,17 @@ class CyclicFrame {
   /// It came back complete, and so did the answer before it, with the same status bytes: nothing that it says of a
   /// slave is new.
   [[nodiscard]] bool steady() const noexcept { return received_ && steady_; }
+  /// Sum over its process datagrams as they came back.
   [[nodiscard]] std::uint16_t working_counter() const noexcept;
+  /// The same of a line without a missing slave.
   [[nodiscard]] std::uint16_t expected_working_counter() const noexcept { return expected_working_counter_; }
   /// All datagrams are back with the working counter of the line, without the slaves that are recovering.
   [[nodiscard]] bool valid() const noexcept;
   /// By number within the frame; the first is datagram first_datagram() of the image.
   [[nodiscard]] std::span<const DatagramResult> results() const noexcept { return results_; }
+  /// Number in ProcessImage::datagrams() of the first one in this frame.
   [[nodiscard]] std::size_t first_datagram() const noexcept { return first_datagram_; }
+  /// Of the first frame's broadcast; nothing in the others and when it did not come back.
   [[nodiscard]] const std::optional<LineAlStatus>& al_status() const noexcept { return al_status_; }
   /// What the drift datagram came back with.
   [[nodiscard]] const std::optional<dc::DriftAnswer>& drift() const noexcept { return drift_; }

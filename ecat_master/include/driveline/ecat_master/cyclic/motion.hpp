@@ -28,15 +28,17 @@ enum class MotionPhase : std::uint8_t {
   kWaiting,    ///< at rest on the path, or coming to rest there, until a missing axis is back
 };
 
+/// "following" and the like, for people. \rtsafe
 [[nodiscard]] std::string_view to_text(MotionPhase phase) noexcept;
 
 /// Why the axes were stopped by MotionPhase::kQuickStop.
 struct MotionFailure {
+  /// What it was.
   enum class Cause : std::uint8_t { kNone, kAxisFault, kAxisLost, kCommunication, kEnableTimeout };
-  Cause cause = Cause::kNone;
-  std::uint16_t axis = 0;
-  std::uint16_t status_word = 0;
-  std::uint16_t error_code = 0;
+  Cause cause = Cause::kNone;  ///< kNone: there was no failure
+  std::uint16_t axis = 0;      ///< number of the axis, as given to the constructor; the first one where several failed
+  std::uint16_t status_word = 0;  ///< 6041h when it failed
+  std::uint16_t error_code = 0;   ///< 603Fh when it failed, if it is mapped; else 0
 };
 
 /// How an axis takes part in the motion. All but the first is seen only of axes whose loss is not to stop the others
@@ -59,12 +61,14 @@ class Motion {
  public:
   /// How the axes move together.
   struct Settings {
-    std::chrono::nanoseconds period = std::chrono::microseconds{125};
-    bool repeat = false;  ///< start over at the end of the path
+    std::chrono::nanoseconds period = std::chrono::microseconds{125};  ///< of the cycle
+    bool repeat = false;                                               ///< start over at the end of the path
     /// Cycles in a row without valid process data of an axis before all axes are stopped. The drives' own watchdog is
     /// the second line of defence.
     std::uint32_t bad_cycle_limit = 8;
+    /// Until all axes are in Operation enabled, or one that is back
     std::chrono::nanoseconds enable_timeout = std::chrono::seconds{2};
+    /// For all axes to stand by themselves; then they are switched off
     std::chrono::nanoseconds quick_stop_time = std::chrono::seconds{2};
   };
 
@@ -78,7 +82,9 @@ class Motion {
   void request_start() noexcept { command_.store(Command::kStart, std::memory_order_release); }
   /// Bring all axes to standstill, then switch them off.
   void request_stop() noexcept { command_.store(Command::kStop, std::memory_order_release); }
+  /// As of the last cycle. \rtsafe
   [[nodiscard]] MotionPhase phase() const noexcept { return phase_shared_.load(std::memory_order_acquire); }
+  /// Of an axis by its number, as of the last cycle. \rtsafe
   [[nodiscard]] AxisPresence presence(std::size_t axis) const noexcept {
     return presence_shared_[axis].load(std::memory_order_acquire);
   }
@@ -93,7 +99,9 @@ class Motion {
   /// Advances phases and setpoints to grid cycle `cycle`, writes all outputs.
   void update(std::int64_t cycle, std::span<std::byte> image) noexcept;
 
+  /// In the order given to the constructor.
   [[nodiscard]] std::span<const Axis> axes() const noexcept { return axes_; }
+  /// What update() has commanded last, one for each axis.
   [[nodiscard]] std::span<const trajectory::AxisSetpoint> setpoints() const noexcept { return setpoints_; }
 
  private:

@@ -9,10 +9,10 @@ namespace driveline::ecat_master {
 
 /// Process data that the master hands from one slave to another in every cycle.
 struct ProcessDataCopy {
-  std::size_t from_slave = 0;
-  std::size_t from_bit = 0;  ///< of ProcessImage::inputs()
-  std::size_t to_bit = 0;    ///< of ProcessImage::outputs()
-  std::size_t bits = 0;
+  std::size_t from_slave = 0;  ///< position; decides whether the copy is made
+  std::size_t from_bit = 0;    ///< of ProcessImage::inputs()
+  std::size_t to_bit = 0;      ///< of ProcessImage::outputs()
+  std::size_t bits = 0;        ///< how many
 };
 
 /// Copies what comes from slaves whose inputs are valid in this cycle; the outputs of the others stay as they are.

@@ -35,6 +35,7 @@ struct ReferenceClock {
 /// The cycle's functions are \rtsafe and belong to one thread; status() and set_reference() to one other thread.
 class ClockFollower {
  public:
+  /// Times are those of the master's clock.
   using Nanoseconds = std::chrono::nanoseconds;
 
   /// `clocks` after bring-up.
@@ -53,15 +54,15 @@ class ClockFollower {
 
   /// How things stand, as of the last cycle.
   struct Status {
-    bool locked = false;
-    LockCause cause = LockCause::kAcquiring;
-    double ppm = 0.0;            ///< reference clock against the master's clock
-    double mean_error_ns = 0.0;  ///< phase of the frames, positive: late
-    std::uint32_t silent = 0;    ///< frames in a row that came back without the reference clock's time
-    std::uint64_t unlocks = 0;   ///< how often the lock was lost
+    bool locked = false;                      ///< within its window, see LockDetector
+    LockCause cause = LockCause::kAcquiring;  ///< why not; kNone while locked
+    double ppm = 0.0;                         ///< reference clock against the master's clock
+    double mean_error_ns = 0.0;               ///< phase of the frames, positive: late
+    std::uint32_t silent = 0;                 ///< frames in a row that came back without the reference clock's time
+    std::uint64_t unlocks = 0;                ///< how often the lock was lost
     /// How often LineClocks::time has jumped, which the clocks have not followed, and how far in all.
     std::uint64_t time_jumps = 0;
-    std::int64_t time_jumped_ns = 0;
+    std::int64_t time_jumped_ns = 0;  ///< sum of these jumps; positive: that time went ahead
   };
   /// \rtsafe
   [[nodiscard]] Status status() noexcept;

@@ -12,6 +12,7 @@ namespace driveline::ecat_master::dc {
 
 /// Something that has happened to the clocks of a line.
 struct ClockEvent {
+  /// What has happened.
   enum class Kind : std::uint8_t {
     kLocked,
     kLockLost,        ///< `cause`, `value_ns`: mean phase error
@@ -25,10 +26,10 @@ struct ClockEvent {
     kRingParted,      ///< `slave` is the first behind the break; its part is led by the second interface
     kRingWhole,       ///< one frame reaches all clocks again
   };
-  Kind kind = Kind::kLocked;
-  std::uint16_t slave = 0;
-  LockCause cause = LockCause::kNone;
-  std::int64_t value_ns = 0;
+  Kind kind = Kind::kLocked;           ///< decides which of the members below count
+  std::uint16_t slave = 0;             ///< position
+  LockCause cause = LockCause::kNone;  ///< kLockLost
+  std::int64_t value_ns = 0;           ///< as Kind says
 };
 
 /// The event as one sentence. Allocates.
@@ -45,6 +46,7 @@ struct ClockEvent {
 /// One ordinary thread; not real-time safe. Errors are those of the bus.
 class ClockWatch {
  public:
+  /// Limits of what is normal.
   struct Settings {
     /// A clock further off than this is out of its window.
     std::chrono::nanoseconds window = std::chrono::microseconds{1};
@@ -54,12 +56,13 @@ class ClockWatch {
     std::uint32_t silent_frames = 8;
     /// Changes of a delay below this are noise of the measurement.
     std::chrono::nanoseconds delay_change{40};
-    unsigned latch_rounds = 16;
+    unsigned latch_rounds = 16;  ///< frames that remeasure_delays() averages over
   };
 
   /// All must outlive the watch but `clocks`, the state after bring-up, which is copied.
   ClockWatch(Bus& bus, std::span<const SlaveRef> slaves, const LineClocks& clocks, ClockFollower& follower,
              const Settings& settings);
+  /// With the default settings.
   ClockWatch(Bus& bus, std::span<const SlaveRef> slaves, const LineClocks& clocks, ClockFollower& follower)
       : ClockWatch(bus, slaves, clocks, follower, Settings{}) {}
 
@@ -85,9 +88,11 @@ class ClockWatch {
   [[nodiscard]] const LineClocks& clocks() const noexcept { return clocks_; }
   /// Magnitudes of all differences of a slave, or of all slaves together, read so far.
   [[nodiscard]] const rt::Histogram& differences(std::size_t slave) const noexcept { return differences_[slave]; }
+  /// See differences().
   [[nodiscard]] rt::Histogram all_differences() const;
   /// The first clock that follows but is not inside its window, as far as has been read.
   [[nodiscard]] std::optional<std::uint16_t> out_of_window() const noexcept;
+  /// As in Settings.
   [[nodiscard]] std::chrono::nanoseconds window() const noexcept { return settings_.window; }
   /// Forgets the differences read so far.
   void restart_statistics() noexcept;

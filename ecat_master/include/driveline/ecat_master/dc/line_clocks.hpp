@@ -22,7 +22,7 @@ enum class FollowMode : std::uint8_t {
 
 /// What is planned for the clock of one slave.
 struct SlaveClockPlan {
-  SyncSignals signals;
+  SyncSignals signals;  ///< none when 0x0981 is 0
   /// The SYNC0 cycle must be a multiple of it (MSD manual 9.1: 125 us); 0: any.
   std::chrono::nanoseconds base{0};
   /// DelayNode::processing_extra_ns of its controller.
@@ -31,7 +31,7 @@ struct SlaveClockPlan {
 
 /// How the clocks of a line are to be run.
 struct ClockPlan {
-  FollowMode mode = FollowMode::kMasterFollows;
+  FollowMode mode = FollowMode::kMasterFollows;  ///< who follows whom
   /// Position of the slave whose clock is the reference; none: the first that has one.
   std::optional<std::uint16_t> reference;
   std::chrono::nanoseconds period = std::chrono::microseconds{125};  ///< of the master
@@ -45,49 +45,50 @@ struct ClockPlan {
   // What the defaults are good for; here for tests and odd lines.
   /// System time minus master's clock when the clocks are set, without `time`.
   std::chrono::nanoseconds epoch{0};
-  unsigned latch_rounds = 16;         ///< receive times are averaged over so many frames
-  unsigned drift_datagrams = 15'000;  ///< of the static drift compensation
-  unsigned drift_datagrams_per_frame = 32;
+  unsigned latch_rounds = 16;               ///< receive times are averaged over so many frames
+  unsigned drift_datagrams = 15'000;        ///< of the static drift compensation
+  unsigned drift_datagrams_per_frame = 32;  ///< 2 to 80
   std::chrono::nanoseconds drift_pause = std::chrono::microseconds{250};  ///< between its frames
   /// The static compensation goes on until all clocks are as near as this, but no longer than that beyond its
   /// datagrams.
   std::chrono::nanoseconds drift_window{100};
+  /// The longest it goes on beyond its datagrams
   std::chrono::nanoseconds drift_limit = std::chrono::milliseconds{1000};
   std::chrono::nanoseconds start_lead = std::chrono::milliseconds{100};  ///< of the start time, at first
 };
 
 /// The clock of one slave as it has been found and set.
 struct SlaveClock {
-  bool present = false;
-  bool wide = false;      ///< 64 bits
-  bool follows = false;   ///< the reference clock; frames pass it behind that
-  double delay_ns = 0.0;  ///< from the first clock of the line
-  DelayQuality quality = DelayQuality::kNone;
-  std::uint32_t delay = 0;   ///< register 0x0928: from the reference clock
-  std::uint64_t offset = 0;  ///< register 0x0920
-  SyncSignals signals;
-  std::uint64_t start = 0;  ///< register 0x0990 (of a 32-bit clock the lower half)
-  double processing_extra_ns = 0.0;
+  bool present = false;                        ///< the slave has a clock
+  bool wide = false;                           ///< 64 bits
+  bool follows = false;                        ///< the reference clock; frames pass it behind that
+  double delay_ns = 0.0;                       ///< from the first clock of the line
+  DelayQuality quality = DelayQuality::kNone;  ///< of `delay_ns`
+  std::uint32_t delay = 0;                     ///< register 0x0928: from the reference clock
+  std::uint64_t offset = 0;                    ///< register 0x0920
+  SyncSignals signals;                         ///< as planned
+  std::uint64_t start = 0;                     ///< register 0x0990 (of a 32-bit clock the lower half)
+  double processing_extra_ns = 0.0;            ///< as planned
   /// Register 0x092C at the end of the static compensation.
   std::chrono::nanoseconds difference{0};
 };
 
 /// The clocks of a line after bring_up_clocks().
 struct LineClocks {
-  FollowMode mode = FollowMode::kMasterFollows;
-  std::chrono::nanoseconds period{0};
-  std::chrono::nanoseconds frame_lead{0};
-  const TimeSource* time = nullptr;
-  std::uint16_t reference = 0;  ///< position
-  std::uint16_t station = 0;    ///< station address of the reference
-  std::vector<SlaveClock> slaves;
+  FollowMode mode = FollowMode::kMasterFollows;  ///< as planned
+  std::chrono::nanoseconds period{0};            ///< of the master's cycle
+  std::chrono::nanoseconds frame_lead{0};        ///< as planned
+  const TimeSource* time = nullptr;              ///< as planned; null: the master's clock
+  std::uint16_t reference = 0;                   ///< position
+  std::uint16_t station = 0;                     ///< station address of the reference
+  std::vector<SlaveClock> slaves;                ///< by position
   /// The master's clock against the reference clock.
   ClockMapping mapping;
   /// SYNC0 of a slave without shift comes at this system time, and every multiple of the common cycle from there.
   std::uint64_t start = 0;
-  std::chrono::nanoseconds common_cycle{0};
-  unsigned drift_frames = 0;  ///< of the static compensation
-  unsigned drift_frames_lost = 0;
+  std::chrono::nanoseconds common_cycle{0};  ///< after which all signals and the master's cycle repeat
+  unsigned drift_frames = 0;                 ///< of the static compensation
+  unsigned drift_frames_lost = 0;            ///< of `drift_frames`, those that did not come back
 };
 
 /// DelayNode::processing_extra_ns of all slaves.

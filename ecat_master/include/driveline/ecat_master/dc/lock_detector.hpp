@@ -20,8 +20,9 @@ enum class LockCause : std::uint8_t {
 /// smoothed over some 16 measurements, because what single ones say is noise. \rtsafe throughout.
 class LockDetector {
  public:
+  /// When a loop counts as locked, and when no more.
   struct Settings {
-    double window_ns = 1250.0;
+    double window_ns = 1250.0;         ///< greatest mean error, either way
     std::uint32_t lock_cycles = 200;   ///< inside the window in a row until locked
     std::uint32_t unlock_cycles = 50;  ///< outside four times the window in a row until lost
     std::uint32_t coast_cycles = 400;  ///< without a measurement until lost
@@ -31,6 +32,7 @@ class LockDetector {
     [[nodiscard]] static Settings for_period(std::chrono::nanoseconds period) noexcept;
   };
 
+  /// Starts unlocked, kAcquiring.
   explicit LockDetector(const Settings& settings) noexcept : settings_(settings) {}
 
   /// One cycle; nothing: no measurement.
@@ -40,8 +42,11 @@ class LockDetector {
   /// Something else makes the lock worthless.
   void lose(LockCause cause) noexcept;
 
+  /// The judgement as of the last update().
   [[nodiscard]] bool locked() const noexcept { return cause_ == LockCause::kNone; }
+  /// Why not; kNone while locked.
   [[nodiscard]] LockCause cause() const noexcept { return cause_; }
+  /// Positive: late. Smoothed, see above.
   [[nodiscard]] double mean_error_ns() const noexcept { return mean_error_; }
 
  private:

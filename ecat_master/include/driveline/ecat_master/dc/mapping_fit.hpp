@@ -8,7 +8,7 @@ namespace driveline::ecat_master::dc {
 
 /// One frame that met the reference clock.
 struct ClockSample {
-  std::chrono::nanoseconds sent{0};
+  std::chrono::nanoseconds sent{0};   ///< on the master's clock
   std::chrono::nanoseconds ahead{0};  ///< reference clock minus mapping when the frame met it
 };
 
@@ -21,7 +21,9 @@ struct ClockSample {
 /// Allocates.
 class MappingFit {
  public:
+  /// Samples in order of time.
   void add(const ClockSample& sample) { samples_.push_back(sample); }
+  /// Samples so far.
   [[nodiscard]] std::size_t size() const noexcept { return samples_.size(); }
 
   /// Moves `mapping` to the time of the last sample and corrects its speed, to at most PhaseController::kMaxPpm. With

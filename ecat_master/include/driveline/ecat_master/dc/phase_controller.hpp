@@ -30,27 +30,31 @@ namespace driveline::ecat_master::dc {
 /// - A measurement far from what was expected is an outlier and is not followed; when it keeps coming it is believed.
 /// - Without a measurement the grid coasts on the frequency learned so far.
 /// - Locked is who has stayed inside the lock window for a while; lost is the lock only outside a wider window, or
-/// after
-///   coasting for too long.
+///   after coasting for too long.
 /// - The frequency is limited to +-500 ppm: a clock further off than that is none that a servo line should follow.
 ///
 /// No I/O, no allocation; every function is \rtsafe.
 class PhaseController {
  public:
+  /// Times are those of the grid's clock.
   using Nanoseconds = std::chrono::nanoseconds;
+  /// Greatest frequency difference that is followed, either way.
   static constexpr double kMaxPpm = 500.0;
 
+  /// How the loop is tuned.
   struct Settings {
     Nanoseconds period = std::chrono::microseconds{125};  ///< 125 us to 10 ms
-    double bandwidth_hz = 5.0;
+    double bandwidth_hz = 5.0;                            ///< of the closed loop; see the table above
     /// Deviation from the expected error that makes a measurement suspicious, at least; 0: a hundredth of the period.
     /// Above that, eight times the mean deviation counts.
     Nanoseconds outlier_floor{0};
     std::uint32_t outliers_believed = 8;  ///< suspicious measurements in a row, then they are true
   };
 
+  /// Why it is not locked.
   using Cause = LockCause;
 
+  /// Starts as after reset().
   explicit PhaseController(const Settings& settings) noexcept;
 
   /// Starts anew; `ppm`: how much the reference clock is known to run too fast, 0 when nothing is known.
@@ -61,15 +65,21 @@ class PhaseController {
   /// be moved, positive: later.
   [[nodiscard]] Nanoseconds update(std::optional<Nanoseconds> error) noexcept;
 
+  /// As of the last update(), see LockDetector.
   [[nodiscard]] bool locked() const noexcept { return lock_.locked(); }
+  /// Why not; kNone while locked.
   [[nodiscard]] Cause cause() const noexcept { return lock_.cause(); }
   /// How much the reference clock runs faster than the clock of the grid, in parts per million.
   [[nodiscard]] double ppm() const noexcept { return integral_ / period_ns_ * 1e6; }
   /// The error, smoothed over some 16 measurements.
   [[nodiscard]] double mean_error_ns() const noexcept { return lock_.mean_error_ns(); }
+  /// Measurements that were not followed.
   [[nodiscard]] std::uint64_t outliers() const noexcept { return outliers_; }
+  /// Cycles without a measurement.
   [[nodiscard]] std::uint64_t coasted() const noexcept { return coasted_; }
+  /// kp above, as it follows from period and bandwidth.
   [[nodiscard]] double proportional_gain() const noexcept { return kp_; }
+  /// ki above.
   [[nodiscard]] double integral_gain() const noexcept { return ki_; }
 
  private:

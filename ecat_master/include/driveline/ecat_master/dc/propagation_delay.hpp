@@ -14,7 +14,7 @@ struct DelayNode {
   std::uint8_t entry_port = 0;                             ///< towards the master
   std::array<std::optional<std::uint16_t>, 4> children{};  ///< slave behind each port
   std::array<std::uint32_t, 4> receive_time_ns{};          ///< registers 0x0900..0x090F, modulo 2^32
-  bool has_receive_times = false;
+  bool has_receive_times = false;                          ///< false: the slave has no DC unit
   /// How fast the slave's clock runs against that of the first slave with receive times. What counts as 64 us on a
   /// clock that is 100 ppm fast is 6 ns less.
   double rate = 1.0;
@@ -30,17 +30,18 @@ enum class DelayQuality : std::uint8_t {
   kNone,       ///< the slave has no receive times
 };
 
+/// Of one slave.
 struct PropagationDelay {
   /// From the processing unit of the first slave with receive times to that of this one, in nanoseconds of its clock;
   /// the frame may come by here earlier (negative) when slaves are entered at another port than 0.
   double from_first_ns = 0.0;
-  DelayQuality quality = DelayQuality::kNone;
+  DelayQuality quality = DelayQuality::kNone;  ///< kNone: the number means nothing
 };
 
 /// Slaves whose receive times contradict each other: less time passed around a branch than inside of it.
 struct DelayContradiction {
-  std::uint16_t slave = 0;
-  std::uint8_t port = 0;
+  std::uint16_t slave = 0;  ///< position
+  std::uint8_t port = 0;    ///< port whose branch took too little time
 };
 
 /// The time a frame takes from slave to slave, out of its receive times (ETG.1000.4 6.7, ESC data sheet I 9.1.2): what

@@ -13,10 +13,11 @@ namespace driveline::ecat_master::dc {
 
 /// Register 0x0008 of one slave, as far as clocks go (ETG.1000.4 Table 31: bit 2 distributed clocks, bit 3 64 bits).
 struct ClockFeatures {
-  bool present = false;
-  bool wide = false;
+  bool present = false;  ///< it has a DC unit
+  bool wide = false;     ///< of 64 bits, else of 32
 };
 
+/// Of all slaves, by position; a slave that does not answer counts as one without clock.
 [[nodiscard]] Result<std::vector<ClockFeatures>> read_clock_features(Bus& bus, std::span<const SlaveRef> slaves);
 
 /// When one and the same frame came by, on each slave's own clock.

@@ -9,7 +9,7 @@ namespace driveline::ecat_master::dc {
 
 /// Synchronisation types as 1C32h:01 and 1C33h:01 code them (ETG.1020 6.2).
 inline constexpr std::uint16_t kSyncTypeFreeRun = 0;
-inline constexpr std::uint16_t kSyncTypeSync0 = 2;
+inline constexpr std::uint16_t kSyncTypeSync0 = 2;  ///< at SYNC0
 
 /// Tells the application of a slave in PREOP how it is synchronised: type (1C32h:01, 1C33h:01) and cycle (sub-index 02)
 /// of outputs and inputs, each read back. Objects that the slave does not have are left out; one that it does not let

@@ -15,7 +15,7 @@ struct SyncSignals {
   /// Registers 0x0980 (low byte: who controls the unit) and 0x0981 (high byte: bit 0 cyclic operation, bit 1 SYNC0,
   /// bit 2 SYNC1; ETG.1000.4 Table 61). Zero: no signals.
   std::uint16_t assign_activate = 0;
-  std::chrono::nanoseconds sync0_cycle{0};
+  std::chrono::nanoseconds sync0_cycle{0};  ///< register 0x09A0
   /// Of SYNC0 against the common start of all slaves, less than a cycle either way.
   std::chrono::nanoseconds sync0_shift{0};
   /// Multiple of the SYNC0 cycle; 0: that of SYNC0.
@@ -23,8 +23,11 @@ struct SyncSignals {
   /// Of SYNC1 against the SYNC0 it belongs to, 0 <= shift < SYNC0 cycle.
   std::chrono::nanoseconds sync1_shift{0};
 
+  /// The SYNC unit is switched on. \rtsafe
   [[nodiscard]] constexpr bool active() const noexcept { return (assign_activate & 0x0100U) != 0; }
+  /// SYNC0 is generated. \rtsafe
   [[nodiscard]] constexpr bool sync0() const noexcept { return active() && (assign_activate & 0x0200U) != 0; }
+  /// SYNC1 is generated. \rtsafe
   [[nodiscard]] constexpr bool sync1() const noexcept { return active() && (assign_activate & 0x0400U) != 0; }
   /// Register 0x09A4: time from the SYNC0 that starts it to the SYNC1 pulse. SYNC0 pulses meanwhile start none, so one
   /// cycle less than the SYNC1 cycle makes it come every SYNC1 cycle (ESC data sheet I 9.2.3.5).

@@ -37,9 +37,9 @@ namespace driveline::ecat_master::dc {
 /// Where the reference clock stood when a frame sent at a time of the master's clock met it, and how fast it runs
 /// against that clock.
 struct ClockMapping {
-  std::chrono::nanoseconds local{0};
-  std::uint64_t reference = 0;
-  double ppm = 0.0;  ///< the reference clock is that much faster
+  std::chrono::nanoseconds local{0};  ///< master's clock when the frame was sent
+  std::uint64_t reference = 0;        ///< system time when the reference clock was met
+  double ppm = 0.0;                   ///< the reference clock is that much faster
 
   /// System time at which a frame sent at `sent` meets the reference clock.
   [[nodiscard]] constexpr std::uint64_t at(std::chrono::nanoseconds sent) const noexcept {

@@ -15,10 +15,12 @@ class TimeSource {
 /// The clock of this machine, whatever disciplines it.
 class SystemTimeSource final : public TimeSource {
  public:
+  /// Which of the kernel's clocks.
   enum class Scale {
     kUtc,  ///< CLOCK_REALTIME: repeats a second at a leap second
     kTai,  ///< CLOCK_TAI: even, as PTP counts; right only where somebody has told the kernel the offset (ptp4l, chrony)
   };
+  /// Reads nothing yet.
   explicit SystemTimeSource(Scale scale) noexcept : scale_(scale) {}
   [[nodiscard]] std::chrono::nanoseconds now() const noexcept override;
 
@@ -28,8 +30,8 @@ class SystemTimeSource final : public TimeSource {
 
 /// Two times of one instant.
 struct TimePair {
-  std::chrono::nanoseconds local{0};
-  std::chrono::nanoseconds external{0};
+  std::chrono::nanoseconds local{0};     ///< on the local clock
+  std::chrono::nanoseconds external{0};  ///< as TimeSource::now() tells it
 };
 
 /// Both clocks read at once, or as nearly as several attempts come to it: between two readings a thread may be

@@ -12,26 +12,28 @@ namespace driveline::ecat_master {
 
 /// One port of a slave: its link and what went wrong there. The counters stop at 255.
 struct PortDiagnosis {
-  wire::DlStatus::Port status;
+  wire::DlStatus::Port status;      ///< DL status 0110h
   std::uint8_t invalid_frames = 0;  ///< came in damaged here, for the first time on their way (0300h)
   std::uint8_t receive_errors = 0;  ///< symbols the physical layer could not read, in and between frames (0301h)
   std::uint8_t forwarded = 0;       ///< damaged and marked as such by a slave before (0308h)
   std::uint8_t lost_links = 0;      ///< 0310h
 };
 
+/// One slave at the time of the diagnosis.
 struct SlaveDiagnosis {
-  std::string name;
-  SlaveRef ref;
-  bool optional = false;  ///< hot-connected: it may be missing
-  bool answers = false;   ///< false: everything below is empty
-  AlReport al;
-  std::array<PortDiagnosis, kSlavePorts> ports{};
-  std::uint8_t processing_unit_errors = 0;  ///< frames that are no proper EtherCAT frames (030Ch)
-  std::uint8_t pdi_errors = 0;              ///< accesses of the slave's own processor (030Dh)
+  std::string name;                                ///< as planned; empty without a plan
+  SlaveRef ref;                                    ///< position and station address
+  bool optional = false;                           ///< hot-connected: it may be missing
+  bool answers = false;                            ///< false: everything below is empty
+  AlReport al;                                     ///< AL state, error indication, AL status code
+  std::array<PortDiagnosis, kSlavePorts> ports{};  ///< by port
+  std::uint8_t processing_unit_errors = 0;         ///< frames that are no proper EtherCAT frames (030Ch)
+  std::uint8_t pdi_errors = 0;                     ///< accesses of the slave's own processor (030Dh)
 };
 
 /// A place where something is wrong, computed from the counters of all slaves.
 struct FaultPlace {
+  /// What is wrong.
   enum class Kind : std::uint8_t {
     kDamagedFrames,  ///< frames come in damaged at `port`
     kLostLink,       ///< the link at `port` has been lost `count` times
@@ -40,41 +42,41 @@ struct FaultPlace {
     kBadFrames,      ///< the slave's processing unit got frames it cannot make sense of
     kPdi,            ///< the slave's own processor fails to access its controller
   };
-  Kind kind = Kind::kDamagedFrames;
-  std::uint16_t slave = 0;
-  std::uint8_t port = 0;
+  Kind kind = Kind::kDamagedFrames;      ///< decides which of the members below count
+  std::uint16_t slave = 0;               ///< position of the slave that noticed it
+  std::uint8_t port = 0;                 ///< of that slave, 0 to 3
   std::optional<std::uint16_t> other{};  ///< the slave at the other end of the cable; none: the master
-  std::uint32_t count = 0;
+  std::uint32_t count = 0;               ///< as the counters have it; they stop at 255
 };
 
 /// One group of the cyclic exchange since it began.
 struct GroupDiagnosis {
-  std::uint64_t exchanges = 0;
-  std::uint64_t lost_frames = 0;
-  std::uint64_t wkc_errors = 0;
-  std::uint32_t bad_cycles = 0;   ///< in a row, now
-  std::uint32_t longest_bad = 0;  ///< in a row, at worst
-  std::uint32_t working_counter = 0;
-  std::uint32_t expected_working_counter = 0;
-  bool outputs_zeroed = false;
+  std::uint64_t exchanges = 0;        ///< cycles in which the group was due
+  std::uint64_t lost_frames = 0;      ///< not back within their cycle
+  std::uint64_t wkc_errors = 0;       ///< frames back with another working counter than that of a complete line
+  std::uint32_t bad_cycles = 0;       ///< in a row, now
+  std::uint32_t longest_bad = 0;      ///< in a row, at worst
+  std::uint32_t working_counter = 0;  ///< sum over its frames in the last exchange
+  std::uint32_t expected_working_counter = 0;  ///< the same of a complete line
+  bool outputs_zeroed = false;                 ///< GroupSettings::bad_cycle_limit was reached
 };
 
 /// Everything that tells how a line is.
 struct LineDiagnosis {
-  std::chrono::nanoseconds time{0};
-  std::vector<SlaveDiagnosis> slaves;
-  std::vector<FaultPlace> places;
+  std::chrono::nanoseconds time{0};    ///< when it was made, on the master's clock
+  std::vector<SlaveDiagnosis> slaves;  ///< by position
+  std::vector<FaultPlace> places;      ///< see locate_faults()
   std::vector<GroupDiagnosis> groups;  ///< empty while no cycle runs
-  std::uint64_t cycles = 0;
-  std::uint64_t stale_frames = 0;
-  std::uint64_t foreign_frames = 0;
+  std::uint64_t cycles = 0;            ///< so far; 0 while no cycle runs
+  std::uint64_t stale_frames = 0;      ///< came back after their cycle
+  std::uint64_t foreign_frames = 0;    ///< none of ours
   /// Of a cycle that has ended; while it runs they are its own, and whoever drains its samples may fill this in.
   std::optional<CycleStatistics> statistics;
-  std::optional<port::RingStatus> ring;
-  std::vector<LineEvent> events;
-  std::vector<CyclicEvent> exchange_history;
-  std::vector<CyclicEvent> state_history;  ///< of slaves, as their process data told
-  std::vector<EmergencyRecord> emergencies;
+  std::optional<port::RingStatus> ring;       ///< nothing without a ring
+  std::vector<LineEvent> events;              ///< LineSupervisor::history()
+  std::vector<CyclicEvent> exchange_history;  ///< LineSupervisor::exchange_history()
+  std::vector<CyclicEvent> state_history;     ///< of slaves, as their process data told
+  std::vector<EmergencyRecord> emergencies;   ///< of all slaves, in order of time
 };
 
 /// Reads states, links and error counters of all slaves, side by side; who does not answer is marked so. Errors: those
@@ -95,6 +97,7 @@ struct LineDiagnosis {
 [[nodiscard]] Result<LineDiagnosis> diagnose(Master& master, const LineSupervisor* supervisor,
                                              const port::RedundantPort* ring);
 
+/// "slave 3: ..." as one sentence. Allocates.
 [[nodiscard]] std::string describe(const FaultPlace& place);
 /// "0.125000 s group 0: working counter 21 of 24".
 [[nodiscard]] std::string describe(const CyclicEvent& event);

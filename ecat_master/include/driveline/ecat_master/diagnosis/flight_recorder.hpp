@@ -18,23 +18,24 @@ namespace driveline::ecat_master {
 /// or while no cycle runs.
 class FlightRecorder {
  public:
+  /// Cycles that are kept, unless the constructor is told otherwise.
   static constexpr std::size_t kCycles = 2048;
   /// Of them, recorded after the trigger.
   static constexpr std::size_t kCyclesAfter = 256;
 
   /// One axis in one cycle; units as in snapshot::AxisSample.
   struct AxisRecord {
-    double target_position = 0.0;
-    double actual_position = 0.0;
-    float target_velocity = 0.0F;
-    float actual_velocity = 0.0F;
-    float target_torque = 0.0F;
-    float actual_torque = 0.0F;
-    float following_error = 0.0F;
-    std::uint16_t control_word = 0;
-    std::uint16_t status_word = 0;
-    std::int8_t mode = 0;
-    snapshot::AxisState state = snapshot::AxisState::kUnavailable;
+    double target_position = 0.0;                                   ///< rad, or m for linear axes
+    double actual_position = 0.0;                                   ///< rad, or m for linear axes
+    float target_velocity = 0.0F;                                   ///< rad/s, or m/s
+    float actual_velocity = 0.0F;                                   ///< rad/s, or m/s
+    float target_torque = 0.0F;                                     ///< Nm, or N
+    float actual_torque = 0.0F;                                     ///< Nm, or N
+    float following_error = 0.0F;                                   ///< rad, or m
+    std::uint16_t control_word = 0;                                 ///< 6040h
+    std::uint16_t status_word = 0;                                  ///< 6041h
+    std::int8_t mode = 0;                                           ///< 6061h
+    snapshot::AxisState state = snapshot::AxisState::kUnavailable;  ///< CiA 402 state of the drive
   };
 
   /// All memory is taken here.

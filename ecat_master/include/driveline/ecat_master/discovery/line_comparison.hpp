@@ -95,6 +95,7 @@ struct DuplicateAlias {
   std::uint16_t alias = 0;               ///< station alias
   std::vector<std::uint16_t> positions;  ///< of the slaves that have it
 };
+/// All of them, in ascending order; alias 0 is none. Allocates.
 [[nodiscard]] std::vector<DuplicateAlias> find_duplicate_aliases(std::span<const SlaveInfo> found);
 
 }  // namespace driveline::ecat_master

@@ -14,6 +14,7 @@ class PdoEntry {
  public:
   static_assert(wire::WireInteger<T>, "integers of 1, 2, 4 or 8 bytes; bool for single bits");
   PdoEntry() = default;
+  /// `offset`: bytes from the start of ProcessImage::inputs() or outputs(); the entry must lie inside.
   explicit PdoEntry(std::size_t offset) noexcept : offset_(offset) {}
   /// \rtsafe
   [[nodiscard]] T get(std::span<const std::byte> image) const noexcept {
@@ -33,6 +34,7 @@ template <>
 class PdoEntry<bool> {
  public:
   PdoEntry() = default;
+  /// `bit` 0 to 7 of the byte at `offset`; 0 is the lowest.
   PdoEntry(std::size_t offset, unsigned bit) noexcept : offset_(offset), mask_(static_cast<std::byte>(1U << bit)) {}
   /// \rtsafe
   [[nodiscard]] bool get(std::span<const std::byte> image) const noexcept {
@@ -53,9 +55,11 @@ class PdoEntry<bool> {
 /// borders.
 class PdoBits {
  public:
+  /// Longest entry; it touches five bytes when it begins inside of one.
   static constexpr unsigned kMaxBits = 32;
 
   PdoBits() = default;
+  /// `bit_offset` from bit 0 of the image's first byte, 1 <= bits <= kMaxBits; the entry must lie inside.
   PdoBits(std::size_t bit_offset, unsigned bits) noexcept
       : offset_(bit_offset / 8),
         bytes_(static_cast<unsigned>((bit_offset % 8 + bits + 7) / 8)),

@@ -15,10 +15,10 @@ namespace driveline::ecat_master {
 
 /// What one process data sync manager of a slave contributes.
 struct ProcessDataChannel {
-  bool output = false;
-  std::uint8_t sync_manager = 0;
-  std::uint16_t physical_start = 0;
-  std::size_t bytes = 0;
+  bool output = false;               ///< written by the master; else read
+  std::uint8_t sync_manager = 0;     ///< its number
+  std::uint16_t physical_start = 0;  ///< address of its buffer in the slave
+  std::size_t bytes = 0;             ///< length of its buffer; 0: it has no process data now
   /// The same but for the address in the slave's memory.
   [[nodiscard]] constexpr bool same_place(const ProcessDataChannel& other) const noexcept {
     return output == other.output && sync_manager == other.sync_manager && bytes == other.bytes;
@@ -28,16 +28,18 @@ struct ProcessDataChannel {
 /// What one slave contributes to the process image, and what it can do.
 struct ProcessDataDemand {
   std::vector<ProcessDataChannel> channels;  ///< in the order of their sync managers
-  std::size_t group = 0;
-  bool lrw = true;        ///< false: takes its outputs by LWR and gives its inputs by LRD only
-  std::size_t fmmus = 8;  ///< the slave has (register 0x0004)
+  std::size_t group = 0;                     ///< number of its group
+  bool lrw = true;                           ///< false: takes its outputs by LWR and gives its inputs by LRD only
+  std::size_t fmmus = 8;                     ///< the slave has (register 0x0004)
   /// What its description means them for, by their number: each mapping takes one that is meant for it, if there is one
   /// left, else one that is meant for nothing, else any.
   std::vector<esi::FmmuUse> fmmu_uses{};
   bool al_status = false;            ///< its AL status is wanted in the image, if an FMMU is left
   std::uint16_t mailbox_status = 0;  ///< address of a sync manager status byte wanted in the image likewise; 0: none
 
+  /// Sum over the output channels.
   [[nodiscard]] std::size_t output_bytes() const noexcept { return bytes(true); }
+  /// Sum over the input channels.
   [[nodiscard]] std::size_t input_bytes() const noexcept { return bytes(false); }
 
  private:
@@ -62,20 +64,22 @@ struct GroupSettings {
   [[nodiscard]] constexpr bool due(std::uint64_t cycle) const noexcept { return cycle % divider == phase; }
 };
 
+/// What the application decides about the image.
 struct LayoutSettings {
-  ImageLayout layout = ImageLayout::kOverlapped;
-  std::vector<GroupSettings> groups;  ///< groups without an entry are exchanged in every cycle
+  ImageLayout layout = ImageLayout::kOverlapped;  ///< slaves that cannot do it get the next that they can
+  std::vector<GroupSettings> groups;              ///< groups without an entry are exchanged in every cycle
 };
 
 /// Where the process data of one slave lie. Offsets are bytes of ProcessImage::outputs() and inputs().
 struct ProcessDataPlace {
+  /// An offset or datagram that does not exist.
   static constexpr std::size_t kNone = SIZE_MAX;
 
-  std::size_t output_offset = 0;
-  std::size_t output_bytes = 0;
-  std::size_t input_offset = 0;
-  std::size_t input_bytes = 0;
-  std::size_t group = 0;
+  std::size_t output_offset = 0;         ///< of outputs()
+  std::size_t output_bytes = 0;          ///< 0: no outputs
+  std::size_t input_offset = 0;          ///< of inputs()
+  std::size_t input_bytes = 0;           ///< 0: no inputs
+  std::size_t group = 0;                 ///< number of its group
   std::size_t output_datagram = kNone;   ///< the datagram that carries the outputs
   std::size_t input_datagram = kNone;    ///< the same for inputs and status bytes
   std::size_t al_status_offset = kNone;  ///< input byte: low byte of the AL status (register 0x0130)
@@ -84,20 +88,20 @@ struct ProcessDataPlace {
 
 /// A stretch of the image that one datagram carries.
 struct ProcessDatagram {
-  wire::Command command = wire::Command::kLrw;
-  std::size_t group = 0;
-  std::size_t frame = 0;  ///< number of the frame it travels in
-  std::size_t offset = 0;
-  std::size_t bytes = 0;
+  wire::Command command = wire::Command::kLrw;  ///< LRW, LRD or LWR
+  std::size_t group = 0;                        ///< number of its group
+  std::size_t frame = 0;                        ///< number of the frame it travels in
+  std::size_t offset = 0;                       ///< of the image, in bytes, the same for outputs and inputs
+  std::size_t bytes = 0;                        ///< length of its data
   /// Sum over the slaves whose FMMUs touch it: a read counts 1, a write 1, or 2 in an LRW (ETG.1000.4 5.4.1.2).
   std::uint16_t expected_working_counter = 0;
 };
 
 /// What one slave adds to the working counter of one datagram.
 struct WorkingCounterShare {
-  std::size_t datagram = 0;
-  std::size_t slave = 0;
-  std::uint16_t count = 0;
+  std::size_t datagram = 0;  ///< number in ProcessImage::datagrams()
+  std::size_t slave = 0;     ///< position on the line
+  std::uint16_t count = 0;   ///< what it adds when it takes part
 };
 
 /// The process data of the whole line, its cut into datagrams and frames, and the FMMUs that follow from it. No slave's
@@ -109,6 +113,7 @@ class ProcessImage {
   /// Bytes beside the process data that the first cyclic frame must have room for: BRD of the AL status (2) and the
   /// drift compensation datagram (8), with their headers.
   static constexpr std::size_t kReservedBytes = 2 * wire::DatagramHeader::kOverhead + 2 + 8;
+  /// Longest datagram that fits into the first frame beside these.
   static constexpr std::size_t kMaxDatagramBytes = wire::kMaxDatagramData - kReservedBytes;
 
   ProcessImage() = default;
@@ -118,21 +123,29 @@ class ProcessImage {
   [[nodiscard]] static Result<ProcessImage> lay_out(std::span<const ProcessDataDemand> demands,
                                                     const LayoutSettings& settings = {});
 
+  /// What the next cycle sends. Belongs to the cycle once it runs. \rtsafe
   [[nodiscard]] std::span<std::byte> outputs() noexcept { return outputs_; }
+  /// See above; for looking only. \rtsafe
   [[nodiscard]] std::span<const std::byte> outputs() const noexcept { return outputs_; }
+  /// What the last cycles brought; who is missing keeps his old bytes. Belongs to the cycle once it runs. \rtsafe
   [[nodiscard]] std::span<std::byte> inputs() noexcept { return inputs_; }
+  /// See above; for looking only. \rtsafe
   [[nodiscard]] std::span<const std::byte> inputs() const noexcept { return inputs_; }
   /// By position of the slave on the line.
   [[nodiscard]] std::span<const ProcessDataPlace> places() const noexcept { return places_; }
+  /// In the order of their frames. \rtsafe
   [[nodiscard]] std::span<const ProcessDatagram> datagrams() const noexcept { return datagrams_; }
   /// In the order of the datagrams.
   [[nodiscard]] std::span<const WorkingCounterShare> shares() const noexcept { return shares_; }
+  /// By number of the group. \rtsafe
   [[nodiscard]] std::span<const GroupSettings> groups() const noexcept { return groups_; }
+  /// Frames when all groups are due. \rtsafe
   [[nodiscard]] std::size_t frame_count() const noexcept { return frame_count_; }
   /// The FMMUs of a slave by their number, as they have to be written to it.
   [[nodiscard]] std::span<const wire::FmmuEntity> fmmus(std::size_t slave) const noexcept { return fmmus_[slave]; }
   /// Gives the FMMUs of a slave the addresses of `to`, channels that are those of `from` but for their addresses.
   void relocate(std::size_t slave, std::span<const ProcessDataChannel> from, std::span<const ProcessDataChannel> to);
+  /// Of a byte of outputs() or inputs(). \rtsafe
   [[nodiscard]] static constexpr std::uint32_t logical_address(std::size_t offset) noexcept {
     return kLogicalStart + static_cast<std::uint32_t>(offset);
   }

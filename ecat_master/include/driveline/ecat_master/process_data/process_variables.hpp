@@ -12,16 +12,16 @@ namespace driveline::ecat_master {
 
 /// An entry of the process data with its names and its place.
 struct ProcessVariable {
-  std::string slave_name;
-  std::uint16_t slave = 0;  ///< position on the line
-  std::string name;         ///< out of the slave's description; may be empty
-  std::string pdo_name;     ///< of the PDO it is mapped into; may be empty
-  std::string alias;        ///< given by ProcessVariables::rename(); may be empty
-  std::uint16_t index = 0;
-  std::uint8_t subindex = 0;
+  std::string slave_name;      ///< as planned; its position where it has none
+  std::uint16_t slave = 0;     ///< position on the line
+  std::string name;            ///< out of the slave's description; may be empty
+  std::string pdo_name;        ///< of the PDO it is mapped into; may be empty
+  std::string alias;           ///< given by ProcessVariables::rename(); may be empty
+  std::uint16_t index = 0;     ///< of the mapped object
+  std::uint8_t subindex = 0;   ///< of the mapped object
   bool output = false;         ///< written by the master
   std::size_t bit_offset = 0;  ///< of ProcessImage::outputs() or inputs()
-  unsigned bits = 0;
+  unsigned bits = 0;           ///< length in the process data
 
   /// "x.6041h:00 (Status word)".
   [[nodiscard]] std::string text() const;
@@ -38,11 +38,13 @@ struct ProcessVariable {
 class ProcessVariables {
  public:
   template <typename T>
+  /// What was looked for, or a sentence that says why not.
   using Found = tl::expected<T, std::string>;
 
   /// Of slaves that have been configured. Gaps in the mapping (index 0) are no variables.
   ProcessVariables(std::span<const ConfiguredSlave> slaves, const ProcessImage& image);
 
+  /// In the order of slaves and of their process data, outputs first.
   [[nodiscard]] std::span<const ProcessVariable> all() const noexcept { return variables_; }
   /// Errors: a sentence, with the names there are when nothing or more than one thing is called so.
   [[nodiscard]] Found<ProcessVariable> find(std::string_view name) const;

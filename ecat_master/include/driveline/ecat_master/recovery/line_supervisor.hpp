@@ -11,6 +11,7 @@ namespace driveline::ecat_master {
 
 /// Something that happened to a slave or the line while it was running.
 struct LineEvent {
+  /// What happened.
   enum class Kind : std::uint8_t {
     kLeftOp,          ///< a slave is in another state than OP: `state`, `code`
     kGone,            ///< a slave does not answer any more
@@ -21,13 +22,13 @@ struct LineEvent {
     kJoined,         ///< a hot-connected slave that was missing is in OP
     kOutputsZeroed,  ///< a group (`slave`) reached its limit of bad cycles (`count`)
   };
-  Kind kind = Kind::kLeftOp;
-  std::uint16_t slave = 0;
-  std::uint16_t count = 0;
-  std::chrono::nanoseconds time{0};  ///< of the cycle that noticed it, or of the poll
-  wire::AlStatus state{};
-  wire::AlStatusCode code = wire::AlStatusCode::kNoError;
-  Error error{};
+  Kind kind = Kind::kLeftOp;                               ///< decides which of the members below count
+  std::uint16_t slave = 0;                                 ///< position, or as Kind says
+  std::uint16_t count = 0;                                 ///< as Kind says
+  std::chrono::nanoseconds time{0};                        ///< of the cycle that noticed it, or of the poll
+  wire::AlStatus state{};                                  ///< of the slave, kLeftOp
+  wire::AlStatusCode code = wire::AlStatusCode::kNoError;  ///< kLeftOp, why
+  Error error{};                                           ///< kRecoveryFailed, why
 };
 
 /// "12.345678 s slave 3: left OP, is in SAFEOP with error, AL status code 0x001B (...)". Allocates: not for the cycle.
@@ -39,15 +40,18 @@ struct LineEvent {
 /// were unplugged, or fell out of OP. The cycle goes on meanwhile: everything here travels in its gaps. Not \rtsafe.
 class LineSupervisor {
  public:
+  /// How slaves are brought back.
   struct Settings {
     bool recover = true;  ///< false: only slaves with SlavePlan::hot_connect
     std::chrono::nanoseconds state_timeout = std::chrono::seconds{5};  ///< per transition of a slave that is recovered
     std::chrono::nanoseconds retry_pause = std::chrono::milliseconds{50};  ///< between two tries at the same slave
   };
+  /// Longest of the histories below.
   static constexpr std::size_t kMaxHistory = 1024;
 
   /// For a master whose cycle is running and whose slaves are in OP. `ring` may be null. Both must outlive this.
   LineSupervisor(Master& master, const port::RedundantPort* ring, Settings settings);
+  /// With the default settings.
   explicit LineSupervisor(Master& master, const port::RedundantPort* ring = nullptr)
       : LineSupervisor(master, ring, Settings{}) {}
 

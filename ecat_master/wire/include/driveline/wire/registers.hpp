@@ -34,6 +34,8 @@ struct Register {
   }
 };
 
+/// Registers of a slave controller that master or simulated slave use; each value tells name, access of ECAT and PDI,
+/// reset value and source.
 namespace reg {
 using A = RegisterAccess;
 using U8 = Register<std::uint8_t>;
