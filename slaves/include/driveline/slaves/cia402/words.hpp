@@ -2,14 +2,14 @@
 
 #include <cstdint>
 
-/// Bits of the CiA 402 control word 6040h and status word 6041h (IEC 61800-7-201, MSD manual 11.3).
 namespace driveline::slaves {
 
+/// Bits of the CiA 402 control word 6040h (IEC 61800-7-201, MSD manual 11.3); some belong to one mode each.
 namespace control_word {
-inline constexpr std::uint16_t kSwitchOn = 0x0001;
-inline constexpr std::uint16_t kEnableVoltage = 0x0002;
-inline constexpr std::uint16_t kQuickStop = 0x0004;  ///< active low
-inline constexpr std::uint16_t kEnableOperation = 0x0008;
+inline constexpr std::uint16_t kSwitchOn = 0x0001;           ///< bit of the power state machine
+inline constexpr std::uint16_t kEnableVoltage = 0x0002;      ///< bit of the power state machine
+inline constexpr std::uint16_t kQuickStop = 0x0004;          ///< active low
+inline constexpr std::uint16_t kEnableOperation = 0x0008;    ///< bit of the power state machine
 inline constexpr std::uint16_t kNewSetpoint = 0x0010;        ///< profile position
 inline constexpr std::uint16_t kHomingStart = 0x0010;        ///< homing
 inline constexpr std::uint16_t kEnableIp = 0x0010;           ///< interpolated position
@@ -18,15 +18,16 @@ inline constexpr std::uint16_t kUnlockRamp = 0x0020;         ///< velocity: 0 fr
 inline constexpr std::uint16_t kRelative = 0x0040;           ///< profile position
 inline constexpr std::uint16_t kReferenceRamp = 0x0040;      ///< velocity: 0 sets the ramp's input to zero
 inline constexpr std::uint16_t kFaultReset = 0x0080;         ///< rising edge
-inline constexpr std::uint16_t kHalt = 0x0100;
+inline constexpr std::uint16_t kHalt = 0x0100;               ///< stops the axis as 605Dh says; 0 goes on
 }  // namespace control_word
 
+/// Bits of the CiA 402 status word 6041h (IEC 61800-7-201, MSD manual 11.3); some belong to one mode each.
 namespace status_word {
-inline constexpr std::uint16_t kVoltageEnabled = 0x0010;
-inline constexpr std::uint16_t kWarning = 0x0080;
-inline constexpr std::uint16_t kRemote = 0x0200;
-inline constexpr std::uint16_t kTargetReached = 0x0400;
-inline constexpr std::uint16_t kInternalLimit = 0x0800;
+inline constexpr std::uint16_t kVoltageEnabled = 0x0010;       ///< the DC link has its voltage
+inline constexpr std::uint16_t kWarning = 0x0080;              ///< something is about to become a fault
+inline constexpr std::uint16_t kRemote = 0x0200;               ///< the control word counts
+inline constexpr std::uint16_t kTargetReached = 0x0400;        ///< as the mode defines it
+inline constexpr std::uint16_t kInternalLimit = 0x0800;        ///< a setpoint is cut at a limit of the drive
 inline constexpr std::uint16_t kTargetUsed = 0x1000;           ///< CSP, CSV, CST: setpoint is followed
 inline constexpr std::uint16_t kSetpointAcknowledge = 0x1000;  ///< profile position
 inline constexpr std::uint16_t kSpeedZero = 0x1000;            ///< profile velocity
