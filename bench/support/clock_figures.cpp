@@ -34,8 +34,9 @@ void write_lock_in(const std::string& folder) {
     ecat_master::dc::PhaseController controller(settings);
     const auto length = static_cast<double>(nanoseconds{period}.count());
     double error = length * 0.01;
-    for (double time = 0.0; time < 500e6; time += length) {
-      curve.row(time * 1e-6, {100.0 * 100.0 * error / length, controller.locked() ? 1.0 : 0.0});
+    for (nanoseconds time{0}; time < 500ms; time += period) {
+      curve.row(static_cast<double>(time.count()) * 1e-6,
+                {100.0 * 100.0 * error / length, controller.locked() ? 1.0 : 0.0});
       error += length * 50e-6;
       error += static_cast<double>(controller.update(nanoseconds{std::llround(error)}).count());
     }

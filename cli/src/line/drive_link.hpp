@@ -34,7 +34,7 @@ class DriveLink {
   [[nodiscard]] Outcome<void> read(std::size_t position, DriveView& view);
 
  private:
-  DriveLink(Session& session);
+  explicit DriveLink(Session& session);
   [[nodiscard]] Outcome<void> take_to_pre_op();
   [[nodiscard]] Outcome<void> read_registers(std::size_t position, DriveView& view);
   /// Opens the mailbox as the slave's registers say it is set up.

@@ -24,7 +24,7 @@ struct FrameTag {
   /// As a source address; \rtsafe.
   [[nodiscard]] constexpr wire::MacAddress to_mac() const noexcept {
     wire::MacAddress mac{};
-    mac[0] = static_cast<std::byte>((instance >> 8U << 3U) & 0xF8U);
+    mac[0] = static_cast<std::byte>((std::uint32_t{instance} >> 8U << 3U) & 0xF8U);
     mac[1] = static_cast<std::byte>(instance & 0xFFU);
     wire::store_le(std::span(mac).subspan<2, 4>(), sequence);
     return mac;
