@@ -4,17 +4,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "in_range.hpp"
+
 namespace driveline::slaves {
-namespace {
-
-double at_least(double value, double low) noexcept {
-  return std::isfinite(value) ? std::max(value, low) : low;
-}
-double finite(double value) noexcept {
-  return std::isfinite(value) ? value : 0.0;
-}
-
-}  // namespace
 
 CurrentLoop::CurrentLoop(const WindingParameters& parameters, double torque_constant, unsigned pole_pairs, double lag_s,
                          double step_s) noexcept

@@ -3,14 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "in_range.hpp"
+
 namespace driveline::slaves {
-namespace {
-
-double in_range(double value, double low, double high, double fallback) noexcept {
-  return std::isfinite(value) ? std::clamp(value, low, high) : fallback;
-}
-
-}  // namespace
 
 LoadParameters LoadParameters::sanitized() const noexcept {
   const LoadParameters standard;

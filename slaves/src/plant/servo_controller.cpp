@@ -1,31 +1,22 @@
 #include "driveline/slaves/plant/servo_controller.hpp"
 
 #include <algorithm>
-#include <cmath>
+
+#include "in_range.hpp"
 
 namespace driveline::slaves {
-namespace {
-
-double finite(double value) noexcept {
-  return std::isfinite(value) ? value : 0.0;
-}
-double positive(double value) noexcept {
-  return std::isfinite(value) ? std::max(value, 0.0) : 0.0;
-}
-
-}  // namespace
 
 ServoController::ServoController(const ControllerParameters& parameters, double step_s) noexcept : step_s_(step_s) {
   configure(parameters);
 }
 
 void ServoController::configure(const ControllerParameters& parameters) noexcept {
-  parameters_.position_gain_per_s = positive(parameters.position_gain_per_s);
-  parameters_.velocity_gain_nm_s = positive(parameters.velocity_gain_nm_s);
+  parameters_.position_gain_per_s = at_least(parameters.position_gain_per_s, 0.0);
+  parameters_.velocity_gain_nm_s = at_least(parameters.velocity_gain_nm_s, 0.0);
   parameters_.velocity_reset_s = finite(parameters.velocity_reset_s);
-  parameters_.velocity_filter_s = positive(parameters.velocity_filter_s);
-  parameters_.max_velocity_rad_s = positive(parameters.max_velocity_rad_s);
-  parameters_.max_torque_nm = positive(parameters.max_torque_nm);
+  parameters_.velocity_filter_s = at_least(parameters.velocity_filter_s, 0.0);
+  parameters_.max_velocity_rad_s = at_least(parameters.max_velocity_rad_s, 0.0);
+  parameters_.max_torque_nm = at_least(parameters.max_torque_nm, 0.0);
   filter_gain_ = step_s_ / (step_s_ + parameters_.velocity_filter_s);
   integral_gain_ = parameters_.velocity_reset_s > 0.0
                        ? parameters_.velocity_gain_nm_s * step_s_ / parameters_.velocity_reset_s

@@ -4,14 +4,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "in_range.hpp"
+
 namespace driveline::slaves {
-namespace {
-
-double in_range(double value, double low, double high, double fallback) noexcept {
-  return std::isfinite(value) ? std::clamp(value, low, high) : fallback;
-}
-
-}  // namespace
 
 MotorParameters MotorParameters::sanitized() const noexcept {
   const MotorParameters standard;

@@ -3,15 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "in_range.hpp"
+
 namespace driveline::slaves {
 namespace {
 
 constexpr double kOverloadFactor = 1.5;  ///< FREQ: of the permitted current ...
 constexpr double kOverloadTimeS = 120.0;
-
-double at_least(double value, double low) noexcept {
-  return std::isfinite(value) ? std::max(value, low) : low;
-}
 
 double permitted(double frequency_hz, const OverloadLimits& limits) noexcept {
   const double f = std::abs(frequency_hz);

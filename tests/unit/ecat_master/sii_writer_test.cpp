@@ -256,7 +256,7 @@ TEST(SiiWriterFailure, InterfaceThatStaysBusyEndsBeforeAnythingIsWritten) {
 TEST(SiiWriterFailure, ImageThatIsNoneIsRefused) {
   Eeprom eeprom(64);
   Bus bus(eeprom);
-  for (const std::size_t bytes : {0, 2, 14, 17, 0x20002}) {
+  for (const std::size_t bytes : {0U, 2U, 14U, 17U, 0x20002U}) {
     const auto report = write_sii(bus, kSlave, std::vector<std::byte>(bytes));
     ASSERT_FALSE(report) << bytes;
     EXPECT_EQ(report.error().error.kind, ErrorKind::kSiiContent);

@@ -176,7 +176,7 @@ TEST_F(SyncSupervisionTest, OpIsNotReachedWithAClockThatIsSetAgainAndAgain) {
   request(AlState::kOp);
   for (int i = 0; i < 1001; ++i) {
     cycle();
-    if (i % 5 == 0) write(reg::kSystemTimeOffset, static_cast<std::uint64_t>(-40'000 * (i / 5 % 2)));
+    if (i % 5 == 0) write(reg::kSystemTimeOffset, static_cast<std::uint64_t>(std::int64_t{-40'000} * (i / 5 % 2)));
   }
   expect_status(AlState::kSafeOp, AlStatusCode::kPllError);
 }

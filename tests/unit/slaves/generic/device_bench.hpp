@@ -62,9 +62,9 @@ inline ScriptedInput script(const DeviceModel& model, std::string_view input, co
 /// EEPROM, and process data go through FMMUs, outputs and inputs of all sync managers in the same logical bytes.
 class DeviceBench {
  public:
-  explicit DeviceBench(const esi::DeviceDescription& description, GenericOptions options = {})
-      : DeviceBench(model_of(description), std::move(options)) {}
-  DeviceBench(std::shared_ptr<const DeviceModel> model, GenericOptions options) {
+  explicit DeviceBench(const esi::DeviceDescription& description, const GenericOptions& options = {})
+      : DeviceBench(model_of(description), options) {}
+  DeviceBench(std::shared_ptr<const DeviceModel> model, const GenericOptions& options) {
     auto device = std::make_unique<GenericDevice>(std::move(model), options);
     device_ = device.get();
     slave_ = std::make_unique<Slave>(std::move(device));

@@ -7,7 +7,6 @@ namespace {
 using esi::DataType;
 using esi::ObjectCode;
 using testing::ElementsAre;
-using testing::ElementsAreArray;
 
 EntryRow row(std::uint16_t index, std::uint8_t sub, DataType type, std::uint16_t rights, double value = 0) {
   return {.index = index,

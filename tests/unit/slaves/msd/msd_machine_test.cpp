@@ -49,7 +49,7 @@ TEST(MsdMachine, SimulatedWindingTracksLikeTheLagAndRunsOutOfVoltage) {
   rig.enable(3);
   rig.target_velocity = 50 * kRevolution;
   rig.cycles(8000);
-  EXPECT_NEAR(rig.velocity, 50 * kRevolution, kRevolution / 20);
+  EXPECT_NEAR(rig.velocity, 50 * kRevolution, kRevolution / 20.0);
   rig.drive.set_dc_link_voltage(260.0);
   rig.target_velocity = 99 * kRevolution;
   rig.cycles(16'000);

@@ -64,7 +64,7 @@ TEST_F(MsdProfilePosition, MovesOnATrapezoidAndReportsTheTarget) {
   }
   // 0.2 s up (1 rev), 0.1 s down (0.5 rev), 3.5 rev at 10
   EXPECT_NEAR(cycles * 125e-6, 0.2 + 0.1 + 0.35, 0.02);
-  EXPECT_NEAR(peak, 10 * kRevolution, kRevolution / 5);
+  EXPECT_NEAR(peak, 10 * kRevolution, kRevolution / 5.0);
   EXPECT_NEAR(rig.position, 5 * kRevolution, 1000);
   rig.cycles(800);
   EXPECT_NEAR(rig.position, 5 * kRevolution, 60);
@@ -168,12 +168,12 @@ TEST_F(MsdProfilePosition, RelativeTargetsAddToTheTargetBefore) {
     go_to(kRevolution / 2, kRelative);
     until_reached();
     rig.cycles(200);
-    EXPECT_NEAR(rig.position, i * kRevolution / 2, 100);
+    EXPECT_NEAR(rig.position, i * kRevolution / 2.0, 100);
   }
   go_to(-kRevolution, kRelative | kImmediately);
   until_reached();
   rig.cycles(200);
-  EXPECT_NEAR(rig.position, kRevolution / 2, 100);
+  EXPECT_NEAR(rig.position, kRevolution / 2.0, 100);
 }
 
 TEST_F(MsdProfilePosition, SetpointWaitsForTheEndOfTheOneBeforeAtStandstill) {
