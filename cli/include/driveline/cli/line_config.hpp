@@ -65,7 +65,7 @@ struct SlaveConfig {
   std::vector<EntryName> names;               ///< of entries of its process data
   slaves::msd::MsdParameters drive;    ///< the simulated drive with its machine, if it is one; without name and number
   slaves::SlaveDelays delays{};        ///< of the simulated controller
-  SlaveClockConfig dc;                 ///< its clock; counts with LineConfig::clocks only
+  SlaveClockConfig dc;                 ///< its clock and its SYNC signals
   std::filesystem::path sii_file;      ///< where `simulate` keeps the EEPROM content; empty: nowhere
   std::vector<std::byte> sii_content;  ///< that of the file; empty: there is none yet
 };

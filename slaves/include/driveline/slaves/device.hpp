@@ -17,7 +17,7 @@ namespace driveline::slaves {
 /// What a process-data or mailbox sync manager of a device is meant for; the AL state machine compares the master's
 /// settings with it (ETG.1000.6 5.3.2).
 struct SyncManagerLayout {
-  /// The purposes that the sync manager category of the SII knows (types 1 to 4, ETG.2010).
+  /// The purposes that category 41 of the SII knows (types 1 to 4).
   enum class Use : std::uint8_t { kMailboxOut, kMailboxIn, kOutputs, kInputs };
   Use use = Use::kOutputs;           ///< what the master must set it up for
   std::uint16_t start_address = 0;   ///< physical address; where the SII and the device want it

@@ -66,7 +66,7 @@ struct GroupSettings {
 
 /// What the application decides about the image.
 struct LayoutSettings {
-  ImageLayout layout = ImageLayout::kOverlapped;  ///< slaves that cannot do it get the next that they can
+  ImageLayout layout = ImageLayout::kOverlapped;  ///< of all slaves but those without LRW: kSeparate
   std::vector<GroupSettings> groups;              ///< groups without an entry are exchanged in every cycle
 };
 

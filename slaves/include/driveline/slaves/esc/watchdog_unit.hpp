@@ -36,7 +36,7 @@ class WatchdogUnit {
   [[nodiscard]] bool expired() const noexcept { return expired_; }
   /// True when the watchdog time is not zero.
   [[nodiscard]] bool enabled() const noexcept { return timeout_ > std::chrono::nanoseconds::zero(); }
-  /// From a trigger to expiry: divider times 0x0420; 0 when disabled.
+  /// From a trigger to expiry: increments of 0x0400 times 0x0420; 0 when disabled.
   [[nodiscard]] std::chrono::nanoseconds timeout() const noexcept { return timeout_; }
 
   /// \name PDI watchdog

@@ -41,8 +41,7 @@ class FramePath {
   /// Follows the wiring from `from` on. Allocates only when a path is longer than any before.
   void trace(const Wiring& wiring, std::span<const SlavePorts> slaves, MasterPort from);
 
-  /// Processing units in the order in which the frame passes them; a slave can be passed twice in a ring that is
-  /// broken. Until the next trace().
+  /// Processing units in the order in which the frame passes them. Valid until the next trace().
   [[nodiscard]] std::span<const Step> steps() const noexcept { return steps_; }
   /// When the frame came in at each port of `slave`.
   [[nodiscard]] const std::array<std::chrono::nanoseconds, kPortCount>& received(std::size_t slave) const noexcept {

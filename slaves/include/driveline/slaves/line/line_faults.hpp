@@ -75,7 +75,7 @@ class LineFaults {
 
   /// A fault that is there. For the thread that drives the line.
   struct Active {
-    Fault fault;               ///< with the slave nearer to the master for a cable
+    Fault fault;               ///< for a cable with the end at the lower position
     Nanoseconds end{kNever};   ///< when it ends by itself
     std::uint64_t hits = 0;    ///< frames
     std::uint32_t random = 0;  ///< state of its random numbers

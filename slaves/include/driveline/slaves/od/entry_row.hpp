@@ -31,7 +31,7 @@ struct EntryRow {
   std::uint8_t subindex = 0;                          ///< 0 for the only value of a VAR
   esi::ObjectCode code = esi::ObjectCode::kVariable;  ///< of the whole object, the same in all its rows
   esi::DataType type = esi::DataType::kUnsigned32;    ///< of this sub-index
-  /// Bits of namespace access, and those for PDO mapping and storing (ETG.1000.6 Table 41)
+  /// Bits of namespace access.
   std::uint16_t access = access::kRead;
   std::uint16_t slot = slot::kOwn;  ///< where the value lives, see namespace slot
   std::string_view name{};          ///< of the object in its first row, of the sub-index in the others
