@@ -42,6 +42,7 @@ Key key_of(std::string_view bytes) noexcept {
     if (first == 'q' || first == 'Q' || first == kCtrlC || first == kEscape) return Key::kQuit;
     if (first == 'n' || first == 'N' || first == '\t') return Key::kNext;
     if (first == 'p' || first == 'P') return Key::kPrevious;
+    if (first == 'r' || first == 'R') return Key::kReset;
     bytes.remove_prefix(1);
   }
   return Key::kNone;

@@ -10,7 +10,7 @@
 namespace driveline::cli {
 
 /// A key as the pages know them.
-enum class Key : std::uint8_t { kNone, kQuit, kNext, kPrevious };
+enum class Key : std::uint8_t { kNone, kQuit, kNext, kPrevious, kReset };
 
 /// What the bytes that a terminal sends for one or several keys ask for; the first that means something counts. q,
 /// Escape and Ctrl-C quit; n, Tab, right and down go on; p, left and up go back.

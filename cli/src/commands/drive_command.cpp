@@ -25,6 +25,7 @@ struct DriveOptions {
   SlaveSelection selection;
   std::optional<std::string> interval_ms;
   bool once = false;
+  bool acknowledge = false;
   bool json = false;
 };
 
@@ -39,11 +40,15 @@ Outcome<milliseconds> interval_of(const DriveOptions& options) {
   return milliseconds{*number};
 }
 
-Outcome<int> print_once(DriveLink& link, std::size_t position, bool json) {
+Outcome<int> print_once(DriveLink& link, std::size_t position, const DriveOptions& options) {
   DriveView view;
   view.position = position;
   if (auto done = link.read(position, view); !done) return tl::unexpected(done.error());
-  fmt::print("{}", json ? json_text(drive_json(view)) : drive_page(view, std::chrono::nanoseconds{0}));
+  if (options.acknowledge) {
+    if (auto done = link.acknowledge(position); !done) return tl::unexpected(done.error());
+    if (auto done = link.read(position, view); !done) return tl::unexpected(done.error());
+  }
+  fmt::print("{}", options.json ? json_text(drive_json(view)) : drive_page(view, std::chrono::nanoseconds{0}));
   return 0;
 }
 
@@ -69,6 +74,9 @@ class Pages {
         case Key::kPrevious:
           go_to((view_.position + link_.size() - 1) % link_.size());
           break;
+        case Key::kReset:
+          acknowledge();
+          break;
         case Key::kNone:
           break;
       }
@@ -76,10 +84,17 @@ class Pages {
   }
 
  private:
+  void acknowledge() {
+    if (!view_.trouble.empty()) return;  // there is nobody to be told
+    const auto done = link_.acknowledge(view_.position);
+    note_ = done ? std::string() : "\n  " + done.error().text;
+  }
+
   void go_to(std::size_t position) {
     view_ = {};
     view_.position = position;
     shown_ = {};
+    note_ = {};
   }
 
   [[nodiscard]] std::string page() {
@@ -92,7 +107,7 @@ class Pages {
       shown_ = content_key;
       shown_since_ = now;
     }
-    const std::string keys = "\n  n next slave, p previous slave, q quit";
+    const std::string keys = note_ + "\n  n next slave, p previous slave, r acknowledge a fault, q quit";
     if (!view_.values.bits(DriveObject::kStatusWord)) {
       return fmt::format("slave {} of {}\n\n  {}\n{}", view_.position, link_.size(), view_.trouble, keys);
     }
@@ -105,6 +120,7 @@ class Pages {
   TerminalPage terminal_;
   DriveView view_;
   std::string shown_;
+  std::string note_;  ///< why a fault was not acknowledged
   std::chrono::nanoseconds shown_since_{0};
 };
 
@@ -120,7 +136,9 @@ Outcome<int> drive(const DriveOptions& options) {
   const auto aliases = (*link)->aliases();
   const auto position = options.selection.select_one(aliases, false);
   if (!position) return tl::unexpected(position.error());
-  if (options.once || options.json || !TerminalPage::possible()) return print_once(**link, *position, options.json);
+  if (options.once || options.json || options.acknowledge || !TerminalPage::possible()) {
+    return print_once(**link, *position, options);
+  }
   Pages(**link, **session, *position, *interval).run();
   return 0;
 }
@@ -134,6 +152,7 @@ Execute prepare_drive(Arguments& to) {
   to.option("--interval", &options->interval_ms, Value::text("MS"),
             "Time between two looks, 50 to 60000 ms; default: 250");
   to.flag("--once", options->once, "Print the page once, as without a terminal");
+  to.flag("--acknowledge", options->acknowledge, "Acknowledge a fault of the drive first (P 153), then print once");
   add_json_flag(to, options->json);
   return [options] { return drive(*options); };
 }

@@ -18,6 +18,7 @@ namespace reg = wire::reg;
 constexpr std::chrono::milliseconds kReplyTimeout{250};
 constexpr int kAttempts = 4;
 constexpr std::uint16_t kDriveProfile = 402;
+constexpr std::uint16_t kFaultResetIndex = 0x2000 + 153;  ///< P 153
 
 bool has_mailbox(AlState state) noexcept {
   return state == AlState::kPreOp || state == AlState::kSafeOp || state == AlState::kOp;
@@ -169,6 +170,21 @@ Outcome<void> DriveLink::read(std::size_t position, DriveView& view) {
   }
   view.trouble.clear();
   return {};
+}
+
+Outcome<void> DriveLink::acknowledge(std::size_t position) {
+  ecat_master::CoeClient coe(engine_, slaves_[position].ref.position);
+  for (int attempt = 1;; ++attempt) {
+    const auto done = coe.download_as<std::uint8_t>(kFaultResetIndex, 0, 1);
+    if (done) return {};
+    if (for_good(done.error())) {
+      return failed(
+          fmt::format("slave {} has no parameter P 153 (2099h); bit 7 of its control word, which its master "
+                      "has, acknowledges faults",
+                      position));
+    }
+    if (done.error().kind == ErrorKind::kSdoAbort || attempt == kAttempts) return bus_failure(done.error());
+  }
 }
 
 }  // namespace driveline::cli

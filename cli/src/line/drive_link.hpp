@@ -32,6 +32,9 @@ class DriveLink {
   /// Reads the drive at `position` anew into `view`. Failure: no mailbox with CoE in its present state, no drive
   /// (1000h), no answer; `view` then keeps its values and says so.
   [[nodiscard]] Outcome<void> read(std::size_t position, DriveView& view);
+  /// Acknowledges the fault of the drive at `position`, which must have been read before: writes 1 to P 153 (MSD manual
+  /// 13.2; the PC tool's way). Failure: as with read(), or the drive has no such parameter.
+  [[nodiscard]] Outcome<void> acknowledge(std::size_t position);
 
  private:
   explicit DriveLink(Session& session);

@@ -344,17 +344,19 @@ void MsdDrive::apply_settings() noexcept {
 void MsdDrive::advance(nanoseconds now) noexcept {
   if (!next_step_) {
     next_step_ = now + kControlStep;
+    evaluate_switches();
     start_scripts(now);
   }
   if (now - *next_step_ > kMaxCatchUp) *next_step_ += (now - *next_step_ - kMaxCatchUp) / kControlStep * kControlStep;
   bool stepped = false;
   for (; *next_step_ <= now; *next_step_ += kControlStep) {
     const bool process_data_cycle = steps_ % 2 == 0;
-    evaluate_switches();
     if (process_data_cycle) power_step();
     if (modes_.step_homing(terminals_.signals(), motion_, parameters_.homing_time_out)) raise(Fault::kHoming);
-    step_touch_probe();
+    control_touch_probe();
     motion_.step(brake_open_ ? !brake_settled() : brake_settled());
+    evaluate_switches();
+    if (const auto index = motion_.motor().index_pulse()) probe_.zero_pulse(shown_position(*index));
     apply_scheduled_inputs();
     if (script_due_ <= *next_step_) follow_scripts();
     terminals_.step_outputs({dictionary_.get<std::uint32_t>(kPhysicalOutputs),

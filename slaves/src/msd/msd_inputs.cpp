@@ -96,10 +96,10 @@ void MsdDrive::apply_scheduled_inputs() noexcept {
   scheduled_count_ -= done;
 }
 
-void MsdDrive::step_touch_probe() noexcept {
+/// Before the events of a control cycle: what the controller armed counts for what the axis passes in it.
+void MsdDrive::control_touch_probe() noexcept {
   const auto variant = static_cast<TouchProbe::Variant>(dictionary_.get<std::uint16_t>(kTouchProbeVariant));
   probe_.control(variant, dictionary_.get<std::uint16_t>(kTouchProbeFunction));
-  if (const auto index = motion_.motor().index_pulse()) probe_.zero_pulse(shown_position(*index));
 }
 
 }  // namespace driveline::slaves::msd

@@ -98,6 +98,39 @@ TEST_F(DriveLinkTest, SeesWhatChanges) {
   EXPECT_EQ(view.values.number(DriveObject::kMode), 8.0);
 }
 
+/// MSD manual 13.2, the fifth way: the PC software. Here the page of a drive stands for it.
+TEST_F(DriveLinkTest, Way5ThePcToolAcknowledgesAFault) {
+  take_line();
+  auto link = DriveLink::open(*session_);
+  ASSERT_TRUE(link);
+  ecat_master::CoeClient coe(*other_->mailbox(0));
+  // A data set that contradicts itself: fault 02 05.
+  ASSERT_TRUE(coe.download_as<std::uint8_t>(0x200B, 4, 1));
+  ASSERT_TRUE(coe.download_as<std::int32_t>(0x607D, 1, 5000));
+  ASSERT_TRUE(coe.download_as<std::uint8_t>(0x200B, 4, 0));
+  DriveView view;
+  ASSERT_TRUE((*link)->read(0, view));
+  EXPECT_EQ(view.values.number(DriveObject::kErrorCode), 0x6320);
+  ASSERT_TRUE((*link)->acknowledge(0));
+  ASSERT_TRUE((*link)->read(0, view));
+  EXPECT_EQ(view.values.number(DriveObject::kErrorCode), 0x6320) << "its cause lasts";
+  ASSERT_TRUE(coe.download_as<std::int32_t>(0x607D, 1, 0));
+  ASSERT_TRUE((*link)->acknowledge(0));
+  ASSERT_TRUE((*link)->read(0, view));
+  EXPECT_EQ(view.values.number(DriveObject::kErrorCode), 0.0);
+  EXPECT_EQ(static_cast<unsigned>(*view.values.number(DriveObject::kStatusWord)) & 0x4FU, 0x40U);
+}
+
+TEST_F(DriveLinkTest, WhatHasNoParameterForItCannotAcknowledge) {
+  auto link = DriveLink::open(*session_);
+  ASSERT_TRUE(link);
+  DriveView view;
+  EXPECT_FALSE((*link)->read(2, view));
+  const auto done = (*link)->acknowledge(2);
+  ASSERT_FALSE(done);
+  EXPECT_THAT(done.error().text, HasSubstr("slave 2 has no parameter P 153 (2099h)"));
+}
+
 TEST_F(DriveLinkTest, ASlaveInInitIsLeftToItsMaster) {
   take_line();
   const auto slave = other_->slaves()[0].info.ref;

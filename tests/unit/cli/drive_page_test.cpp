@@ -212,6 +212,7 @@ TEST(SevenSegments, EveryDigit) {
 TEST(Keys, AsTerminalsSendThem) {
   for (const auto* quit : {"q", "Q", "\x03", "\x1b", "xq"}) EXPECT_EQ(key_of(quit), Key::kQuit) << quit;
   for (const auto* next : {"n", "N", "\t", "\x1b[C", "\x1b[B", "\x1bOC"}) EXPECT_EQ(key_of(next), Key::kNext) << next;
+  for (const auto* reset : {"r", "R"}) EXPECT_EQ(key_of(reset), Key::kReset) << reset;
   for (const auto* previous : {"p", "\x1b[D", "\x1b[A"}) EXPECT_EQ(key_of(previous), Key::kPrevious) << previous;
   for (const auto* nothing : {"", "x", " ", "\x1b[5~", "\x1b[1;5F"}) EXPECT_EQ(key_of(nothing), Key::kNone) << nothing;
   EXPECT_EQ(key_of("\x1b[5~n"), Key::kNext) << "a key that means nothing, and one that does";

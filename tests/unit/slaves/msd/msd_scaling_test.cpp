@@ -147,6 +147,43 @@ TEST(MsdScaling, NoDriftOverTheWholeRangeAndBack) {
   EXPECT_EQ(units.inverse().apply((std::int64_t{1} << 60)), 3 * (std::int64_t{1} << 60)) << "needs more than 64 bits";
 }
 
+/// A round table of 7 motor revolutions in 1000 units turns for more than 2^32 increments and back, in CSP: the shaft
+/// is where exact fractions say it is, and the position object never steps.
+TEST(MsdScaling, NoDriftInMotionPastTheEndsOf32Bits) {
+  DriveRig rig;
+  ASSERT_EQ(rig.write(0x6091, 1, 7, 4), 0U);
+  ASSERT_EQ(rig.write(0x6092, 1, 1000, 4), 0U);
+  ASSERT_EQ(rig.write(0x607B, 1, 0, 4), 0U);
+  ASSERT_EQ(rig.write(0x607B, 2, 999, 4), 0U);
+  ASSERT_EQ(rig.write(0x6065, 0, 0xFFFFFFFF, 4), 0U);
+  rig.operate(1000);
+  rig.enable(8);
+  constexpr std::int64_t kTurns = 620;  // * 7 * 2^20 increments = 4.55e9
+  constexpr std::int64_t kStep = 8;     // units per cycle: 56 motor revolutions per second
+  std::int64_t target = 0;
+  std::int32_t last = rig.position;
+  const auto run_to = [&](std::int64_t end) {
+    const std::int64_t step = end > target ? kStep : -kStep;
+    while (target != end) {
+      target += step;
+      const auto wrapped = ((target % 1000) + 1000) % 1000;
+      rig.target_position = static_cast<std::int32_t>(wrapped);
+      rig.cycle();
+      const std::int32_t moved = std::abs(rig.position - last);
+      ASSERT_LE(std::min(moved, 1000 - moved), 40) << "at " << target;
+      ASSERT_TRUE(rig.position >= 0 && rig.position < 1000);
+      last = rig.position;
+    }
+    rig.cycles(500);
+    const double revolutions = rig.drive.position_rad() / (2.0 * std::numbers::pi);
+    EXPECT_NEAR(revolutions, static_cast<double>(target) * 7.0 / 1000.0, 2e-5) << "20 increments";
+    EXPECT_EQ(rig.drive.state(), PowerState::kOperationEnabled);
+  };
+  run_to(kTurns * 1000);
+  run_to(-kTurns * 1000);
+  run_to(0);
+}
+
 TEST(MsdScaling, RatioRoundsHalvesAwayFromZeroAndSaturates) {
   const Ratio half = Ratio::of(10, 20);
   EXPECT_EQ(half.numerator(), 1);

@@ -140,30 +140,6 @@ TEST(MsdTerminal, StoRelayFollowsIsdsh) {
   EXPECT_EQ(rig.read(0x208F) & 0x8000U, 0x8000U);
 }
 
-TEST(MsdTerminal, InputWithResetFunctionAcknowledgesOnItsEdge) {
-  DriveRig rig;
-  ASSERT_EQ(rig.write(0x2068, 0, 1, 2), 0U);
-  rig.operate();
-  rig.drive.set_input(Input::kIsd03, true);
-  rig.drive.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
-  rig.pass(1ms);
-  EXPECT_EQ(rig.drive.state(), PowerState::kFault) << "a level is no edge";
-  rig.drive.set_input(Input::kIsd03, false);
-  rig.drive.set_input(Input::kIsd03, true);
-  rig.pass(1ms);
-  EXPECT_EQ(rig.drive.state(), PowerState::kSwitchOnDisabled);
-}
-
-TEST(MsdTerminal, ButtonsUnderTheDisplayAcknowledge) {
-  DriveRig rig;
-  rig.operate();
-  rig.drive.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
-  rig.pass(1ms);
-  rig.drive.press_buttons();
-  rig.pass(1ms);
-  EXPECT_EQ(rig.drive.state(), PowerState::kSwitchOnDisabled);
-}
-
 class MsdLimitSwitch : public testing::TestWithParam<int> {};
 
 TEST_P(MsdLimitSwitch, StopsTheMotionTowardsItAndLetsItGoAway) {

@@ -204,7 +204,7 @@ class MsdDrive final : public Device, public DeviceSignals, private DictionaryOw
   void start_scripts(std::chrono::nanoseconds now) noexcept;
   void follow_scripts() noexcept;
   void change_between_steps(Input input, bool level, std::chrono::nanoseconds at) noexcept;
-  void step_touch_probe() noexcept;
+  void control_touch_probe() noexcept;
   void monitor_protection() noexcept;
   void set_warning(Warning warning, bool on) noexcept;
   void finish_commands() noexcept;
