@@ -256,7 +256,10 @@ class RingLoop {
     for (std::size_t back = 0; back < frames_.bytes.size();) {
       auto* header = reinterpret_cast<tpacket2_hdr*>(ring_ + std::size_t{slot_} * kSlotBytes);
       if ((__atomic_load_n(&header->tp_status, __ATOMIC_ACQUIRE) & TP_STATUS_USER) != 0) {
-        keep(*(ring_ + std::size_t{slot_} * kSlotBytes + header->tp_mac));
+        // Into the program's memory, as recv() does it: the ring has the bytes where the other processor wrote them.
+        std::memcpy(buffer_.data(), ring_ + std::size_t{slot_} * kSlotBytes + header->tp_mac,
+                    std::min<std::size_t>(header->tp_snaplen, buffer_.size()));
+        keep(buffer_[0]);
         __atomic_store_n(&header->tp_status, __u32{TP_STATUS_KERNEL}, __ATOMIC_RELEASE);
         slot_ = (slot_ + 1) % kSlots;
         ++back;
@@ -284,6 +287,7 @@ class RingLoop {
 
   PacketSocket socket_;
   Frames frames_;
+  std::array<std::byte, port::kMaxFrameBytes> buffer_;
   std::byte* ring_ = nullptr;
   unsigned slot_ = 0;
 };

@@ -117,6 +117,8 @@ tl::expected<std::unique_ptr<RawSocketPort>, PortError> RawSocketPort::open(cons
   // this turns the observation into a promise. Kernels before 4.20 do not know it.
   static_cast<void>(set_option(socket->get(), SOL_PACKET, PACKET_IGNORE_OUTGOING, 1));
 
+  auto ring = config.receive_ring ? ReceiveRing::map(socket->get()) : std::nullopt;
+
   sockaddr_ll address{};
   address.sll_family = AF_PACKET;
   address.sll_protocol = htons(wire::kEtherTypeEtherCat);
@@ -125,13 +127,18 @@ tl::expected<std::unique_ptr<RawSocketPort>, PortError> RawSocketPort::open(cons
     return system_failure("Cannot receive EtherCAT frames" + on_interface, errno);
   }
   // Not make_unique: the constructor is private.
-  return std::unique_ptr<RawSocketPort>{
-      new RawSocketPort{std::move(*socket), config.interface, interface->index, interface->mac, clock}};
+  return std::unique_ptr<RawSocketPort>{new RawSocketPort{std::move(*socket), std::move(ring), config.interface,
+                                                          interface->index, interface->mac, clock}};
 }
 
-RawSocketPort::RawSocketPort(FileDescriptor socket, std::string interface, int index, const wire::MacAddress& mac,
-                             const rt::Clock& clock) noexcept
-    : socket_{std::move(socket)}, interface_{std::move(interface)}, index_{index}, mac_{mac}, clock_{clock} {}
+RawSocketPort::RawSocketPort(FileDescriptor socket, std::optional<ReceiveRing> ring, std::string interface, int index,
+                             const wire::MacAddress& mac, const rt::Clock& clock) noexcept
+    : socket_{std::move(socket)},
+      ring_{std::move(ring)},
+      interface_{std::move(interface)},
+      index_{index},
+      mac_{mac},
+      clock_{clock} {}
 
 SendStatus RawSocketPort::send(std::span<const std::byte> frame) noexcept {
   if (frame.size() > kMaxFrameBytes) {
@@ -168,30 +175,41 @@ SendStatus RawSocketPort::classify_failure(int error_number) const noexcept {
   }
 }
 
-std::optional<ReceivedFrame> RawSocketPort::receive() noexcept {
-  for (int attempt = 0; attempt < kMaxDiscardsPerReceive; ++attempt) {
+/// From the ring or by a system call, which tells an outage of the interface once: ahead of frames that arrived before
+/// or since.
+std::optional<RawSocketPort::Arrival> RawSocketPort::take() noexcept {
+  if (ring_) return ring_->take();
+  for (int attempt = 0; attempt < 2; ++attempt) {
     // MSG_TRUNC makes the result the true length of the frame, however much of it fits.
     const ssize_t result = recv(socket_.get(), buffer_.data(), buffer_.size(), MSG_TRUNC);
-    if (result < 0) {
-      if (errno == ENETDOWN) continue;  // reported once per outage, ahead of frames that arrived before or since
-      return std::nullopt;
+    if (result >= 0) {
+      const auto length = static_cast<std::size_t>(result);
+      return Arrival{std::span{buffer_}.first(std::min(length, buffer_.size())), length};
     }
-    const nanoseconds time = clock_.now();
-    const auto size = static_cast<std::size_t>(result);
+    if (errno != ENETDOWN) break;
+  }
+  return std::nullopt;
+}
 
-    if (size > buffer_.size()) {
+std::optional<ReceivedFrame> RawSocketPort::receive() noexcept {
+  for (int attempt = 0; attempt < kMaxDiscardsPerReceive; ++attempt) {
+    const auto arrival = take();
+    if (!arrival) return std::nullopt;
+    const nanoseconds time = clock_.now();
+    if (arrival->length > kMaxFrameBytes) {
       too_long_.add();
-    } else if (size < kMinEtherCatBytes) {
+    } else if (arrival->length < kMinEtherCatBytes) {
       too_short_.add();
     } else {
       received_.add();
-      return ReceivedFrame{std::span{buffer_}.first(size), time};
+      return ReceivedFrame{arrival->bytes, time};
     }
   }
   return std::nullopt;
 }
 
 bool RawSocketPort::wait_readable(nanoseconds deadline) noexcept {
+  if (ring_) ring_->release();
   while (true) {
     const nanoseconds remaining = std::max(deadline - clock_.now(), nanoseconds::zero());
     const timespec timeout = rt::to_timespec(remaining);

@@ -52,7 +52,7 @@ Bytes returned(Bytes frame) {
   return frame;
 }
 
-class RawSocket : public ::testing::Test {
+class OnTap : public ::testing::Test {
  protected:
   void SetUp() override {
     if (const std::string& obstacle = enter_private_network(); !obstacle.empty()) GTEST_SKIP() << obstacle;
@@ -62,7 +62,7 @@ class RawSocket : public ::testing::Test {
     tap->set_up(true);
   }
 
-  std::unique_ptr<RawSocketPort> open(const RawSocketConfig& config = {.interface = "ecat0"}) {
+  std::unique_ptr<RawSocketPort> open(const RawSocketConfig& config) {
     auto port = RawSocketPort::open(config, clock);
     EXPECT_TRUE(port) << port.error().message;
     return port ? std::move(*port) : nullptr;
@@ -87,7 +87,60 @@ class RawSocket : public ::testing::Test {
   std::unique_ptr<TapInterface> tap;
 };
 
-TEST_F(RawSocket, SendsFramesUnchangedAndInOrder) {
+/// Everything with a receive ring and without.
+class RawSocket : public OnTap, public ::testing::WithParamInterface<bool> {
+ protected:
+  std::unique_ptr<RawSocketPort> open(bool bypass_queue = true) {
+    auto port = OnTap::open({.interface = "ecat0", .bypass_queue = bypass_queue, .receive_ring = GetParam()});
+    EXPECT_EQ(port->has_receive_ring(), GetParam());
+    return port;
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(Receiving, RawSocket, ::testing::Bool(),
+                         [](const auto& way) { return way.param ? "Ring" : "Queue"; });
+
+using RawSocketOpening = OnTap;
+using RawSocketRing = OnTap;
+
+TEST_F(RawSocketRing, FramesBeyondItsEndAreDroppedAndThoseAfterThemArrive) {
+  const auto port = open({.interface = "ecat0"});
+  ASSERT_TRUE(port->has_receive_ring());
+  for (unsigned turn = 0; turn < 3; ++turn) {
+    for (unsigned i = 0; i < 200; ++i) ASSERT_TRUE(tap->inject(frame_of(60, i)));
+    for (unsigned i = 0; i < 128; ++i) ASSERT_EQ(next(*port), frame_of(60, i)) << turn << ' ' << i;
+    EXPECT_FALSE(port->receive());
+  }
+}
+
+TEST_F(RawSocketRing, FrameStaysWhileOthersArrive) {
+  const auto port = open({.interface = "ecat0"});
+  ASSERT_TRUE(tap->inject(frame_of(1514, 1)));
+  ASSERT_TRUE(port->wait_readable(clock.now() + 5s));
+  const auto frame = port->receive();
+  ASSERT_TRUE(frame);
+  for (unsigned i = 0; i < 200; ++i) ASSERT_TRUE(tap->inject(frame_of(1514, 7)));
+  EXPECT_EQ(Bytes(frame->bytes.begin(), frame->bytes.end()), frame_of(1514, 1));
+}
+
+TEST_F(RawSocketRing, FrameThatWasReadDoesNotEndTheNextWait) {
+  const auto port = open({.interface = "ecat0"});
+  ASSERT_TRUE(tap->inject(frame_of(60, 1)));
+  ASSERT_TRUE(port->wait_readable(clock.now() + 5s));
+  ASSERT_TRUE(port->receive());
+  EXPECT_FALSE(port->wait_readable(clock.now() + 1ms));
+}
+
+TEST_F(RawSocketRing, KernelWithoutItQueuesFrames) {
+  unknown_option = PACKET_RX_RING;
+  const auto port = open({.interface = "ecat0"});
+  unknown_option = 0;
+  EXPECT_FALSE(port->has_receive_ring());
+  ASSERT_TRUE(tap->inject(frame_of(60, 1)));
+  EXPECT_EQ(next(*port), frame_of(60, 1));
+}
+
+TEST_P(RawSocket, SendsFramesUnchangedAndInOrder) {
   const auto port = open();
   for (unsigned i = 0; i < 200; ++i) {
     const Bytes frame = frame_of(60 + (i * 97) % 1455, i);
@@ -98,21 +151,21 @@ TEST_F(RawSocket, SendsFramesUnchangedAndInOrder) {
   }
 }
 
-TEST_F(RawSocket, SendsThroughTheQueueingDisciplineToo) {
-  const auto port = open({.interface = "ecat0", .bypass_queue = false});
+TEST_P(RawSocket, SendsThroughTheQueueingDisciplineToo) {
+  const auto port = open(false);
   const Bytes frame = frame_of(100, 1);
   EXPECT_EQ(port->send(frame), SendStatus::kSent);
   EXPECT_EQ(tap->take(), frame);
 }
 
-TEST_F(RawSocket, ReceivesFramesUnchangedAndInOrder) {
+TEST_P(RawSocket, ReceivesFramesUnchangedAndInOrder) {
   const auto port = open();
   for (unsigned i = 0; i < 50; ++i) ASSERT_TRUE(tap->inject(returned(frame_of(60 + (i * 97) % 1455, i))));
   for (unsigned i = 0; i < 50; ++i) ASSERT_EQ(next(*port), returned(frame_of(60 + (i * 97) % 1455, i))) << i;
   EXPECT_FALSE(port->receive());
 }
 
-TEST_F(RawSocket, LongestFrameOfTheInterfacePassesBothWays) {
+TEST_P(RawSocket, LongestFrameOfTheInterfacePassesBothWays) {
   const auto port = open();
   const Bytes frame = frame_of(1514, 9);
   EXPECT_EQ(port->send(frame), SendStatus::kSent);
@@ -121,7 +174,7 @@ TEST_F(RawSocket, LongestFrameOfTheInterfacePassesBothWays) {
   EXPECT_EQ(next(*port), returned(frame));
 }
 
-TEST_F(RawSocket, FrameThatWentRoundTheLineComesBack) {
+TEST_P(RawSocket, FrameThatWentRoundTheLineComesBack) {
   const auto port = open();
   for (unsigned i = 0; i < 20; ++i) {
     ASSERT_EQ(port->send(frame_of(80, i)), SendStatus::kSent);
@@ -136,7 +189,7 @@ TEST_F(RawSocket, FrameThatWentRoundTheLineComesBack) {
   EXPECT_EQ(statistics.send_failures + statistics.too_short + statistics.too_long, 0U);
 }
 
-TEST_F(RawSocket, TimeStampsLieAroundTheExchange) {
+TEST_P(RawSocket, TimeStampsLieAroundTheExchange) {
   const auto port = open();
   EXPECT_EQ(port->last_send_time(), 0ns);
   const auto start = clock.now();
@@ -154,7 +207,7 @@ TEST_F(RawSocket, TimeStampsLieAroundTheExchange) {
   EXPECT_LE(frame->time, clock.now());
 }
 
-TEST_F(RawSocket, RefusedFrameLeavesTheSendTimeAlone) {
+TEST_P(RawSocket, RefusedFrameLeavesTheSendTimeAlone) {
   const auto port = open();
   ASSERT_EQ(port->send(frame_of(60, 0)), SendStatus::kSent);
   const auto time = port->last_send_time();
@@ -162,7 +215,7 @@ TEST_F(RawSocket, RefusedFrameLeavesTheSendTimeAlone) {
   EXPECT_EQ(port->last_send_time(), time);
 }
 
-TEST_F(RawSocket, OwnFramesAndOtherProtocolsAreNotSeen) {
+TEST_P(RawSocket, OwnFramesAndOtherProtocolsAreNotSeen) {
   const auto port = open();
   ASSERT_EQ(port->send(frame_of(60, 1)), SendStatus::kSent);
   ASSERT_TRUE(tap->inject(frame_of(60, 2, 0x0806)));
@@ -172,10 +225,10 @@ TEST_F(RawSocket, OwnFramesAndOtherProtocolsAreNotSeen) {
   EXPECT_FALSE(port->receive());
 }
 
-TEST_F(RawSocket, OwnFramesAreNotSeenOnKernelsBefore420Either) {
+TEST_P(RawSocket, OwnFramesAreNotSeenOnKernelsBefore420Either) {
   unknown_option = PACKET_IGNORE_OUTGOING;
   const auto direct = open();
-  const auto queued = open({.interface = "ecat0", .bypass_queue = false});
+  const auto queued = open(false);
   unknown_option = 0;
   ASSERT_EQ(direct->send(frame_of(60, 1)), SendStatus::kSent);
   ASSERT_EQ(queued->send(frame_of(60, 2)), SendStatus::kSent);
@@ -184,7 +237,7 @@ TEST_F(RawSocket, OwnFramesAreNotSeenOnKernelsBefore420Either) {
   EXPECT_EQ(next(*queued), returned(frame_of(60, 3)));
 }
 
-TEST_F(RawSocket, FramesOfAnotherInterfaceAreNotSeen) {
+TEST_P(RawSocket, FramesOfAnotherInterfaceAreNotSeen) {
   TapInterface other{"ecat1"};
   ASSERT_EQ(other.error(), "");
   other.set_up(true);
@@ -195,7 +248,7 @@ TEST_F(RawSocket, FramesOfAnotherInterfaceAreNotSeen) {
   EXPECT_FALSE(port->receive());
 }
 
-TEST_F(RawSocket, FramesThatCannotBeEtherCatAreDiscardedAndCounted) {
+TEST_P(RawSocket, FramesThatCannotBeEtherCatAreDiscardedAndCounted) {
   tap->set_mtu(9000);
   const auto port = open();
   ASSERT_TRUE(tap->inject(frame_of(14, 0)));
@@ -211,7 +264,7 @@ TEST_F(RawSocket, FramesThatCannotBeEtherCatAreDiscardedAndCounted) {
   EXPECT_EQ(port->statistics().received, 2U);
 }
 
-TEST_F(RawSocket, FloodOfRubbishDoesNotHoldReceive) {
+TEST_P(RawSocket, FloodOfRubbishDoesNotHoldReceive) {
   const auto port = open();
   for (int i = 0; i < 40; ++i) ASSERT_TRUE(tap->inject(frame_of(14, 0)));
   ASSERT_TRUE(port->wait_readable(clock.now() + 5s));
@@ -219,7 +272,7 @@ TEST_F(RawSocket, FloodOfRubbishDoesNotHoldReceive) {
   EXPECT_LT(port->statistics().too_short, 40U);
 }
 
-TEST_F(RawSocket, FramesLongerThanTheInterfaceTakesAreRefused) {
+TEST_P(RawSocket, FramesLongerThanTheInterfaceTakesAreRefused) {
   const auto port = open();
   EXPECT_EQ(port->send(frame_of(kMaxFrameBytes + 1, 0)), SendStatus::kTooLong);
   EXPECT_EQ(port->send(frame_of(1515, 0)), SendStatus::kTooLong);  // the MTU is 1500
@@ -227,7 +280,7 @@ TEST_F(RawSocket, FramesLongerThanTheInterfaceTakesAreRefused) {
   EXPECT_EQ(port->statistics().sent, 0U);
 }
 
-TEST_F(RawSocket, FullQueueIsBusyAndRecovers) {
+TEST_P(RawSocket, FullQueueIsBusyAndRecovers) {
   const auto port = open();
   unsigned sent = 0;
   SendStatus status = SendStatus::kSent;
@@ -243,7 +296,7 @@ TEST_F(RawSocket, FullQueueIsBusyAndRecovers) {
   EXPECT_EQ(tap->take(), frame_of(60, 7));
 }
 
-TEST_F(RawSocket, PulledCableIsLinkDownUntilItIsBack) {
+TEST_P(RawSocket, PulledCableIsLinkDownUntilItIsBack) {
   const auto port = open();
   EXPECT_TRUE(link_becomes(*port, true));
   tap->set_carrier(false);
@@ -256,7 +309,7 @@ TEST_F(RawSocket, PulledCableIsLinkDownUntilItIsBack) {
   EXPECT_TRUE(link_becomes(*port, true));
 }
 
-TEST_F(RawSocket, InterfaceTakenDownIsLinkDownAndWorksAgainAtOnceWhenUp) {
+TEST_P(RawSocket, InterfaceTakenDownIsLinkDownAndWorksAgainAtOnceWhenUp) {
   const auto port = open();
   tap->set_up(false);
   EXPECT_FALSE(port->link_up());
@@ -274,7 +327,7 @@ TEST_F(RawSocket, InterfaceTakenDownIsLinkDownAndWorksAgainAtOnceWhenUp) {
   EXPECT_EQ(next(*port), frame_of(60, 2));
 }
 
-TEST_F(RawSocket, DeletedInterfaceIsLinkDown) {
+TEST_P(RawSocket, DeletedInterfaceIsLinkDown) {
   const auto port = open();
   tap->remove();
   EXPECT_EQ(port->send(frame_of(60, 0)), SendStatus::kLinkDown);
@@ -290,14 +343,14 @@ TEST_F(RawSocket, DeletedInterfaceIsLinkDown) {
   EXPECT_FALSE(port->link_up());
 }
 
-TEST_F(RawSocket, WaitEndsNotBeforeTheDeadline) {
+TEST_P(RawSocket, WaitEndsNotBeforeTheDeadline) {
   const auto port = open();
   const auto deadline = clock.now() + 3ms;
   EXPECT_FALSE(port->wait_readable(deadline));
   EXPECT_GE(clock.now(), deadline);
 }
 
-TEST_F(RawSocket, WaitWithPastDeadlineOnlyLooks) {
+TEST_P(RawSocket, WaitWithPastDeadlineOnlyLooks) {
   const auto port = open();
   EXPECT_FALSE(port->wait_readable(clock.now() - 1h));
   ASSERT_TRUE(tap->inject(frame_of(60, 0)));
@@ -305,7 +358,7 @@ TEST_F(RawSocket, WaitWithPastDeadlineOnlyLooks) {
   EXPECT_TRUE(port->wait_readable(clock.now() - 1h));
 }
 
-TEST_F(RawSocket, WaitSurvivesSignals) {
+TEST_P(RawSocket, WaitSurvivesSignals) {
   const auto port = open();
   struct sigaction action {};
   struct sigaction before {};
@@ -322,17 +375,17 @@ TEST_F(RawSocket, WaitSurvivesSignals) {
   EXPECT_GT(alarms, 0);
 }
 
-TEST_F(RawSocket, WaitIsNotEndedByTheInterfaceGoingDown) {
+TEST_P(RawSocket, WaitIsNotEndedByTheInterfaceGoingDown) {
   const auto port = open();
   tap->set_up(false);
   EXPECT_FALSE(port->wait_readable(clock.now() + 2ms));
 }
 
-TEST_F(RawSocket, KnowsItsHardwareAddress) {
+TEST_P(RawSocket, KnowsItsHardwareAddress) {
   EXPECT_EQ(open()->mac(), kMac);
 }
 
-TEST_F(RawSocket, OpenRefusesAnInterfaceThatIsDown) {
+TEST_F(RawSocketOpening, RefusesAnInterfaceThatIsDown) {
   tap->set_up(false);
   const auto port = RawSocketPort::open({.interface = "ecat0"}, clock);
   ASSERT_FALSE(port);
@@ -340,7 +393,7 @@ TEST_F(RawSocket, OpenRefusesAnInterfaceThatIsDown) {
   EXPECT_EQ(port.error().message, "Interface 'ecat0' is down; bring it up with `ip link set dev ecat0 up`.");
 }
 
-TEST_F(RawSocket, OpenOffersTheEthernetInterfacesOfTheMachine) {
+TEST_F(RawSocketOpening, OffersTheEthernetInterfacesOfTheMachine) {
   const TapInterface other{"ecat1"};
   const TapInterface tunnel{"tunnel0", false};
   ASSERT_EQ(other.error() + tunnel.error(), "");
@@ -349,14 +402,14 @@ TEST_F(RawSocket, OpenOffersTheEthernetInterfacesOfTheMachine) {
   EXPECT_EQ(port.error().message, "There is no interface 'ecat2'; choose one of: ecat0, ecat1.");
 }
 
-TEST_F(RawSocket, OpenSaysWhenThereIsNoEthernetAtAll) {
+TEST_F(RawSocketOpening, SaysWhenThereIsNoEthernetAtAll) {
   tap->remove();
   const auto port = RawSocketPort::open({.interface = "ecat0"}, clock);
   ASSERT_FALSE(port);
   EXPECT_EQ(port.error().message, "There is no interface 'ecat0'; this machine has no Ethernet interface.");
 }
 
-TEST_F(RawSocket, OpenRefusesInterfacesWithoutEthernetFrames) {
+TEST_F(RawSocketOpening, RefusesInterfacesWithoutEthernetFrames) {
   TapInterface tunnel{"tunnel0", false};
   ASSERT_EQ(tunnel.error(), "");
   tunnel.set_up(true);
@@ -366,7 +419,7 @@ TEST_F(RawSocket, OpenRefusesInterfacesWithoutEthernetFrames) {
   EXPECT_THAT(port.error().message, HasSubstr("'tunnel0' carries no Ethernet frames"));
 }
 
-TEST_F(RawSocket, OpenWithoutPrivilegeNamesTheRemedy) {
+TEST_F(RawSocketOpening, WithoutPrivilegeNamesTheRemedy) {
   PortError error;
   std::thread{[&] {
     drop_capabilities();  // of this thread only
@@ -380,7 +433,7 @@ TEST_F(RawSocket, OpenWithoutPrivilegeNamesTheRemedy) {
             "`setcap cap_net_raw,cap_sys_nice,cap_ipc_lock+ep build/driveline`.");
 }
 
-TEST_F(RawSocket, OpenReportsWhatTheKernelRefuses) {
+TEST_F(RawSocketOpening, ReportsWhatTheKernelRefuses) {
   unknown_option = PACKET_QDISC_BYPASS;
   const auto port = RawSocketPort::open({.interface = "ecat0"}, clock);
   unknown_option = 0;
