@@ -131,9 +131,9 @@ std::string describe(const Error& e) {
       return e.address == 0
                  ? fmt::format("planned slave {} is not on the line", e.extra)
                  : fmt::format("planned slave {} (alias or device ID {}) is not on the line", e.extra, e.address);
-    case ErrorKind::kCycleBudget:
-      return fmt::format("the cyclic frames take {} ns on a 100 Mbit/s wire, the cycle has {} ns", e.received,
-                         e.expected);
+    case ErrorKind::kNoExchange:
+      return fmt::format("no cyclic frame came back within the {} us that its cycle waits, in {} cycles; {} came later",
+                         e.expected / 1000, e.received, e.extra);
     case ErrorKind::kAxisNotEnabled:
       return fmt::format("axis {}: not in Operation enabled within {} ms, status word 0x{:04X}", e.slave,
                          e.extra / 1000, e.received);

@@ -210,7 +210,30 @@ Result<void> Master::raise_to(wire::AlState target) {
   return first_failure(change_states(bus_, targets, target));
 }
 
+/// A slave in OP that gets no process data is worse than one in SAFEOP: once, the cycle must have worked.
+Result<void> Master::await_exchange() {
+  constexpr int kPeriods = 100;
+  constexpr std::chrono::milliseconds kAtLeast{100};  // for a thread that is slow to start
+  const auto& settings = core_->settings();
+  const auto deadline = clock_.now() + std::max<std::chrono::nanoseconds>(kPeriods * settings.period, kAtLeast);
+  const auto first = core_->cycles();
+  const auto late = core_->stale_frames();
+  while (core_->al_status().slaves == 0) {
+    if (clock_.now() >= deadline) {
+      Error error;
+      error.kind = ErrorKind::kNoExchange;
+      error.expected = static_cast<std::uint32_t>(settings.receive_window.count());
+      error.received = static_cast<std::uint32_t>(core_->cycles() - first);
+      error.extra = static_cast<std::uint32_t>(core_->stale_frames() - late);
+      return tl::unexpected(error);
+    }
+    pass(settings.period);
+  }
+  return {};
+}
+
 Result<void> Master::go_operational() {
+  if (auto done = await_exchange(); !done) return done;
   if (watch_) {
     if (auto done = await_clocks(); !done) return done;
   }

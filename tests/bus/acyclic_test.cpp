@@ -34,6 +34,56 @@ TEST(SdoWhileCycling, AThousandTransfersDisturbNothing) {
   EXPECT_EQ(operation.motion().failure().cause, ecat_master::MotionFailure::Cause::kNone);
 }
 
+/// How late the frames of the cycle came at most while many registers were read, on a wire that takes its time.
+struct Wire {
+  nanoseconds alone{};
+  nanoseconds busy{};
+  std::uint64_t lost = 0;
+};
+
+Wire read_registers_on_a_wire(std::size_t acyclic_bytes) {
+  slaves::LineOptions wire_options;
+  wire_options.byte_time = nanoseconds{80};
+  DriveLine drives(24, {}, wire_options);
+  LineOperation operation(drives, RunOptions{.repeat = true, .acyclic_bytes = acyclic_bytes});
+  EXPECT_EQ(sentence(operation.to_motion()), "");
+  EXPECT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  auto& core = *operation.master().core();
+  const auto count_anew = [&] {
+    core.count(false);
+    operation.master().pass(std::chrono::milliseconds{1});
+    core.count(true);
+  };
+  Wire wire;
+  count_anew();
+  operation.master().pass(std::chrono::milliseconds{50});
+  wire.alone = core.statistics().round_trip.max();
+  count_anew();
+  // Together far more than a frame: the pages of FMMUs and sync managers of all drives.
+  std::vector<std::array<std::byte, 128>> pages(drives.size());
+  std::vector<ecat_master::Request> requests;
+  for (std::size_t i = 0; i < drives.size(); ++i) {
+    const auto station = operation.master().slaves()[i].info.ref.station;
+    requests.push_back({wire::Command::kFprd, wire::DatagramAddress::physical(station, 0x0600), pages[i]});
+  }
+  for (int i = 0; i < 20; ++i) EXPECT_EQ(sentence(operation.master().bus().exchange().exchange(requests)), "");
+  wire.busy = core.statistics().round_trip.max();
+  wire.lost = core.statistics().lost_frames;
+  return wire;
+}
+
+TEST(AcyclicBudget, FramesOfTheCycleDoNotWaitForOthers) {
+  const auto wire = read_registers_on_a_wire(0);
+  EXPECT_EQ(wire.busy, wire.alone);
+  EXPECT_EQ(wire.lost, 0U);
+}
+
+/// What the budget is for; and that the wire of the test above is one.
+TEST(AcyclicBudget, WithoutItTheyWait) {
+  const auto wire = read_registers_on_a_wire(port::kMaxFrameBytes);
+  EXPECT_TRUE(wire.busy > wire.alone || wire.lost > 0);
+}
+
 TEST(SdoWhileCycling, LongObjectsAndAborts) {
   DriveLine drives(1);
   LineOperation operation(drives);

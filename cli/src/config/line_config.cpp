@@ -18,6 +18,7 @@
 #include "config/toml_reader.hpp"
 #include "config/wiring_config.hpp"
 #include "driveline/ecat_master/configuration/description_plan.hpp"
+#include "driveline/port/port.hpp"
 #include "driveline/rt/cycle_timer.hpp"
 #include "driveline/slaves/esc/sii_file.hpp"
 
@@ -59,6 +60,9 @@ void read_bus(TomlReader reader, const DeviceFiles& files, LineConfig& config) {
   }
   config.max_lost_cycles =
       static_cast<std::uint32_t>(reader.integer_or("max_lost_cycles", config.max_lost_cycles, 1, 10000));
+  if (reader.has("acyclic_bytes")) {
+    config.acyclic_bytes = static_cast<std::size_t>(reader.integer("acyclic_bytes", 60, port::kMaxFrameBytes));
+  }
   reader.finish();
 }
 

@@ -10,6 +10,7 @@
 #include "driveline/ecat_master/configuration/configuration_check.hpp"
 #include "driveline/ecat_master/diagnosis/diagnosis.hpp"
 #include "line/process_data_plan.hpp"
+#include "line/wire_budget.hpp"
 #include "output_file.hpp"
 #include "signals.hpp"
 #include "text/diagnosis_json.hpp"
@@ -123,18 +124,12 @@ Outcome<void> LineRun::bring_up() {
   auto named = name_process_data(config_, master_);
   if (!named) return tl::unexpected(named.error());
   copies_ = std::move(named->copies);
-  const auto wire = wire_budget(master_, config_.period);
-  progress("configured, all in SAFEOP; {} bytes of process data in {} frame(s) take {:.1f} us of {:.1f} us on the wire",
+  const auto wire = wire_budget(master_, config_);
+  acyclic_bytes_ = wire.acyclic_bytes;
+  progress("configured, all in SAFEOP; {} bytes of process data in {} frame(s) take {}",
            master_.image().outputs().size(), master_.image().frame_count(),
-           static_cast<double>(wire.total().count()) / 1000.0, static_cast<double>(config_.period.count()) / 1000.0);
-  // On 100 Mbit/s; a line in this process has no wire.
-  if (config_.interface && wire.total() > config_.period) {
-    ecat_master::Error error;
-    error.kind = ecat_master::ErrorKind::kCycleBudget;
-    error.expected = static_cast<std::uint32_t>(config_.period.count());
-    error.received = static_cast<std::uint32_t>(wire.total().count());
-    return sentence(error);
-  }
+           describe(wire, config_.interface.has_value()));
+  if (auto fits = check_budget(wire, config_.interface.has_value()); !fits) return fits;
   if (path_) make_motion();
   return {};
 }
@@ -159,7 +154,8 @@ void LineRun::make_motion() {
 Outcome<void> LineRun::start_cycle() {
   ecat_master::CyclicCore::Settings settings;
   settings.period = config_.period;
-  settings.receive_window = config_.period * 3 / 4;
+  settings.receive_window = receive_window(config_.period);
+  settings.acyclic_bytes = acyclic_bytes_;
   settings.copies = copies_;
   flight_recorder_ = std::make_unique<ecat_master::FlightRecorder>(motion_ ? config_.axes.size() : 0);
   settings.recorder = flight_recorder_.get();

@@ -68,6 +68,7 @@ class LineRun {
   std::unique_ptr<CycleFigures> figures_;
   std::unique_ptr<ecat_master::Motion> motion_;
   std::vector<ecat_master::ProcessDataCopy> copies_;
+  std::size_t acyclic_bytes_ = 0;
   GroupWatch group_watch_;
   std::unique_ptr<ecat_master::FlightRecorder> flight_recorder_;
   std::optional<std::filesystem::path> flight_record_;

@@ -68,9 +68,15 @@ bool LineWatch::frames_come_back() {
   if (!silent) {
     if (silent_since_ != nanoseconds{0}) listener_.event("frames come back again");
     silent_since_ = {};
+    stale_before_ = core.stale_frames();
     return true;
   }
-  auto sentence = fmt::format("communication lost: no frame came back for {} cycles", core.bad_cycles());
+  const auto late = core.stale_frames() - stale_before_;
+  auto sentence = late == 0 ? fmt::format("communication lost: no frame came back for {} cycles", core.bad_cycles())
+                            : fmt::format(
+                                  "communication lost: frames come back too late, none in time for {} cycles, "
+                                  "{} after their cycle",
+                                  core.bad_cycles(), late);
   if (config_.recovery.axes == LossPolicy::kStop) {
     state_ = "LOST";
     end(std::move(sentence));

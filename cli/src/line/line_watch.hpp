@@ -59,6 +59,7 @@ class LineWatch {
   std::chrono::nanoseconds last_emergency_;
   std::vector<std::chrono::nanoseconds> away_since_;  ///< zero: not away
   std::chrono::nanoseconds silent_since_{0};
+  std::uint64_t stale_before_ = 0;  ///< late frames until the last look at which frames came back in time
   std::vector<ecat_master::AxisPresence> presences_;
   std::chrono::nanoseconds next_delays_{};  ///< when the ways to the clocks are measured again
   std::string state_ = "OP";

@@ -12,9 +12,6 @@ using ecat_master::ProcessVariable;
 using ecat_master::ProcessVariables;
 using std::chrono::nanoseconds;
 
-/// Way through a slave and back when nothing has been measured.
-constexpr nanoseconds kAssumedDelay{1000};
-
 Outcome<void> give_names(const LineConfig& config, ProcessVariables& variables) {
   for (const auto& slave : config.slaves) {
     for (const auto& entry : slave.names) {
@@ -86,20 +83,6 @@ Outcome<NamedProcessData> name_process_data(const LineConfig& config, const ecat
     named.copies.push_back(*copy);
   }
   return named;
-}
-
-WireBudget wire_budget(const ecat_master::Master& master, nanoseconds period) {
-  WireBudget budget;
-  budget.period = period;
-  budget.frames = nanoseconds{ecat_master::wire_time_ns(master.image(), 0, 0)};
-  budget.line = master.slaves().size() * kAssumedDelay;
-  const auto& topology = master.topology();
-  if (const auto first = topology.first(); first && topology.slaves[*first].span_ns > 0) {
-    // The time behind the first slave, and that through itself.
-    budget.line = nanoseconds{topology.slaves[*first].span_ns} + kAssumedDelay;
-    budget.line_measured = true;
-  }
-  return budget;
 }
 
 }  // namespace driveline::cli

@@ -40,9 +40,11 @@ std::string rhythm(const ecat_master::GroupSettings& settings) {
 }
 
 std::string wire_text(const WireBudget& wire) {
-  return fmt::format("wire time of the busiest cycle {:.1f} us (frames {:.1f}, line {:.1f} {}) of {:.1f} us: {:.1f} %",
-                     us(wire.total()), us(wire.frames), us(wire.line), wire.line_measured ? "measured" : "assumed",
-                     us(wire.period), 100.0 * wire.utilisation());
+  return fmt::format(
+      "wire time of the busiest cycle {:.1f} us (frames {:.1f}, line {:.1f} {}) of {:.1f} us: {:.1f} %; "
+      "{} bytes a cycle for acyclic frames",
+      us(wire.total()), us(wire.frames), us(wire.line), wire.line_measured ? "measured" : "assumed", us(wire.period),
+      100.0 * wire.utilisation(), wire.acyclic_bytes);
 }
 
 /// Where the bytes of one direction of a slave lie.
@@ -102,7 +104,7 @@ ImageView view_image(const LineConfig& config, const Master& master,
   view.bytes = image.outputs().size();
   view.datagrams = image.datagrams().size();
   view.frames = image.frame_count();
-  view.wire = wire_budget(master, config.period);
+  view.wire = wire_budget(master, config);
   for (std::size_t i = 0; i < image.groups().size(); ++i) {
     GroupView group;
     group.name = group_name(config, i);
@@ -174,6 +176,7 @@ nlohmann::json to_json(const ImageView& view) {
           {"wire_line_measured", view.wire.line_measured},
           {"wire_time_ns", view.wire.total().count()},
           {"wire_utilisation", view.wire.utilisation()},
+          {"acyclic_bytes", view.wire.acyclic_bytes},
           {"groups", groups}};
 }
 

@@ -7,6 +7,7 @@
 #include "driveline/ecat_master/cyclic/cyclic_core.hpp"
 #include "line/group_watch.hpp"
 #include "line/process_data_plan.hpp"
+#include "line/wire_budget.hpp"
 
 namespace driveline::cli {
 

@@ -41,7 +41,10 @@ CyclicCore::CyclicCore(port::Port& port, rt::Clock& clock, ProcessImage image, M
       group_count_(std::max<std::size_t>(1, image_.groups().size())),
       groups_(std::make_unique<GroupCounters[]>(group_count_)),
       tallies_(group_count_),
-      acyclic_(AcyclicChannel::kLostAfterCycles, settings_.acyclic_bytes) {
+      acyclic_(AcyclicChannel::kLostAfterCycles,
+               settings_.acyclic_bytes != 0
+                   ? settings_.acyclic_bytes
+                   : acyclic_frame_bytes(image_, settings_.clocks != nullptr, settings_.period)) {
   const std::size_t frames = std::max<std::size_t>(1, image_.frame_count());
   frames_.reserve(frames);
   for (std::size_t i = 0; i < frames; ++i) {

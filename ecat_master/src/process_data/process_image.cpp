@@ -3,10 +3,16 @@
 #include <algorithm>
 #include <numeric>
 
+#include "driveline/ecat_master/dc/drift_datagram.hpp"
+#include "driveline/port/port.hpp"
 #include "driveline/wire/registers.hpp"
 
 namespace driveline::ecat_master {
 namespace {
+
+// 100 Mbit/s.
+constexpr std::uint64_t kNsPerByte = 80;
+constexpr std::uint64_t kPreambleFcsGap = 8 + 4 + 12;
 
 constexpr std::size_t kNone = ProcessDataPlace::kNone;
 /// Bytes of datagrams that one frame holds.
@@ -258,13 +264,12 @@ std::uint16_t working_counter_share(std::span<const wire::FmmuEntity> fmmus, wir
   return static_cast<std::uint16_t>(reads + (command == wire::Command::kLrw ? 2 * writes : writes));
 }
 
-std::uint64_t wire_time_ns(const ProcessImage& image, std::size_t slaves, std::uint64_t slave_delay_ns) {
-  constexpr std::uint64_t kNsPerByte = 80;
-  constexpr std::uint64_t kPreambleFcsGap = 8 + 4 + 12;
+std::uint64_t wire_time_ns(const ProcessImage& image, bool clocks) {
   // The first frame carries the broadcast read of the AL status, also when there are no process data.
   std::vector<std::uint64_t> frames(std::max<std::size_t>(1, image.frame_count()), wire::kDatagramsOffset);
   std::vector<GroupSettings> due(frames.size());
   frames[0] += wire::DatagramHeader::kOverhead + 2;
+  if (clocks) frames[0] += wire::DatagramHeader::kOverhead + dc::DriftDatagram::kBytes;
   for (const auto& datagram : image.datagrams()) {
     frames[datagram.frame] += wire::DatagramHeader::kOverhead + datagram.bytes;
     due[datagram.frame] = image.groups()[datagram.group];
@@ -283,7 +288,15 @@ std::uint64_t wire_time_ns(const ProcessImage& image, std::size_t slaves, std::u
     }
     busiest = std::max(busiest, bytes);
   }
-  return busiest * kNsPerByte + slaves * slave_delay_ns;
+  return busiest * kNsPerByte;
+}
+
+std::size_t acyclic_frame_bytes(const ProcessImage& image, bool clocks, std::chrono::nanoseconds period) {
+  // A tenth stays free for a cycle that wakes up late.
+  const auto usable = static_cast<std::uint64_t>(period.count()) * 9 / 10;
+  const auto taken = wire_time_ns(image, clocks) + kPreambleFcsGap * kNsPerByte;
+  const auto left = usable > taken ? (usable - taken) / kNsPerByte : 0;
+  return std::clamp<std::size_t>(left, wire::kMinFrameBytes, port::kMaxFrameBytes);
 }
 
 void ProcessImage::relocate(std::size_t slave, std::span<const ProcessDataChannel> from,

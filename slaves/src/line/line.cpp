@@ -72,8 +72,9 @@ port::SendStatus Line::transmit(LineEnd& from, std::span<const std::byte> frame)
   std::copy(frame.begin(), frame.end(), passing.begin());
   from.last_send_ = now;
   if (const auto passage = pass_along(passing, way, now); passage && to != nullptr) {
+    const auto begin = from.occupy(now, options_.byte_time, frame.size());
     const auto arrival =
-        now + passage->delay + passage->fault_delay + options_.byte_time * static_cast<std::int64_t>(frame.size());
+        begin + passage->delay + passage->fault_delay + options_.byte_time * static_cast<std::int64_t>(frame.size());
     to->commit(frame.size(), arrival);
     if (auto* copy = passage->duplicated ? to->next_slot() : nullptr; copy != nullptr) {
       copy->bytes = slot->bytes;

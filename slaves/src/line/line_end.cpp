@@ -53,4 +53,12 @@ bool LineEnd::wait_readable(std::chrono::nanoseconds deadline) noexcept {
   return arrival <= deadline;
 }
 
+std::chrono::nanoseconds LineEnd::occupy(std::chrono::nanoseconds now, std::chrono::nanoseconds byte_time,
+                                         std::size_t bytes) noexcept {
+  constexpr std::size_t kPreambleFcsGap = 8 + 4 + 12;
+  const auto begin = std::max(now, wire_free_);
+  wire_free_ = begin + byte_time * static_cast<std::int64_t>(bytes + kPreambleFcsGap);
+  return byte_time.count() == 0 ? now : begin;
+}
+
 }  // namespace driveline::slaves

@@ -50,9 +50,9 @@ struct RunOptions {
   nanoseconds state_timeout = std::chrono::seconds{10};
   double amplitude_rad = 1.0;  ///< of axis 0
   ecat_master::LayoutSettings layout{};
-  std::size_t groups = 1;                ///< drive n belongs to group n modulo this
-  bool every_third_without_lrw = false;  ///< drives 1, 4, 7 ... take no LRW
-  std::size_t acyclic_bytes = port::kMaxFrameBytes;
+  std::size_t groups = 1;                                     ///< drive n belongs to group n modulo this
+  bool every_third_without_lrw = false;                       ///< drives 1, 4, 7 ... take no LRW
+  std::size_t acyclic_bytes = 0;                              ///< what the process data leave
   slaves::msd::Variant variant = slaves::msd::Variant::kMsd;  ///< expected
   ecat_master::CyclicTask* task = nullptr;
   std::vector<std::size_t> hot_connect{};  ///< these drives

@@ -77,8 +77,45 @@ class OnTheWire(WireTest):
         result = self.run_program("run", "--config", config, "--iface", "dl-master", "--duration", 1, "--no-plots",
                                   "--no-telemetry")
         self.assertEqual(result.returncode, 1, result.stderr)
-        self.assertRegex(last_line(result), r"take \d{6} ns on a 100 Mbit/s wire, the cycle has 125000 ns")
+        self.assertRegex(last_line(result), r"back after 1\d\d\.\d us \(\d+\.\d us of frames at 100 Mbit/s and 1\d\d\.\d us "
+                                            r"through the line\), but a cycle of 125\.0 us waits 93\.8 us")
         self.assertEqual(result.stdout, "")
+
+    def test_an_answer_behind_the_window_is_refused_though_it_is_within_the_period(self):
+        slaves = "".join(f'[[slave]]\nname = "s{i}"\n' for i in range(8))
+        config = self.write("line.toml", f'{slaves}[line]\ncycle_us = 125\n[realtime]\npolicy = "degrade"\n'
+                                         '[wiring]\npreset = "line"\ncable_m = 1150\n')
+        self.start_line(config)
+        result = self.run_program("run", "--config", config, "--iface", "dl-master", "--duration", 1, "--no-plots",
+                                  "--no-telemetry")
+        self.assertEqual(result.returncode, 1, result.stderr)
+        self.assertRegex(last_line(result), r"back after (9[4-9]|1[01]\d)\.\d us .* waits 93\.8 us")
+        self.assertNotIn("all in OP", result.stderr)
+
+
+class BudgetInProcess(ProgramTest):
+    def run_line(self, slaves, *parts):
+        text = "".join(f'[[slave]]\nname = "s{i}"\n' for i in range(slaves))
+        config = self.write("line.toml", f'{text}[line]\ncycle_us = 125\n' + "".join(parts))
+        return self.run_program("run", "--config", config, "--virtual", "--duration", 0.2, "--no-plots", "--no-telemetry")
+
+    def test_a_line_that_is_longer_than_the_cycle_waits_is_refused(self):
+        result = self.run_line(130)
+        self.assertEqual(result.returncode, 1, result.stderr)
+        self.assertRegex(last_line(result), r"back after 1\d\d\.\d us \(1\d\d\.\d us through the line\), but a cycle")
+
+    def test_frames_that_all_come_too_late_keep_the_line_in_safeop(self):
+        # The way to the first slave is in nobody's receive times.
+        result = self.run_line(1, '[wiring]\npreset = "line"\ncable_m = 10000\n')
+        self.assertEqual(result.returncode, 1, result.stderr)
+        self.assertRegex(last_line(result), r"no cyclic frame came back within the 93 us that its cycle waits, in \d+ cycles; "
+                                            r"\d+ came later")
+        self.assertNotIn("all in OP", result.stderr)
+
+    def test_a_wire_that_would_be_too_slow_is_told(self):
+        result = self.run_line(88)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("on 100 Mbit/s the answers would not be back within 93.8 us", result.stderr)
 
 
 if __name__ == "__main__":

@@ -43,7 +43,8 @@ INSTANTIATE_TEST_SUITE_P(
                   "process_data, realtime, recovery, slave, "
                   "telemetry, wiring"},
         WrongFile{one_slave("[bus]\niface = \"eth1\"\n"),
-                  ":5: [bus] iface: unknown key, expected one of: esi, interface, interface2, max_lost_cycles"},
+                  ":5: [bus] iface: unknown key, expected one of: acyclic_bytes, esi, interface, interface2, "
+                  "max_lost_cycles"},
         WrongFile{one_slave("[realtime]\n\nprio = 80\n"),
                   ":6: [realtime] prio: unknown key, expected one of: cpu, lock_memory, policy, priority, "
                   "simulation_cpu, wake_ahead_us"},

@@ -274,6 +274,16 @@ TEST(PdoEntry, IsLittleEndianAtItsOffset) {
   EXPECT_EQ(PdoEntry<std::uint16_t>(3).get(image), 0xFFFE);
 }
 
+TEST(PdoEntry, OfAFloatingPointNumberIsItsIeee754Bits) {
+  std::array<std::byte, 16> image{};
+  PdoEntry<float>(1).set(image, -0.5F);
+  EXPECT_EQ(PdoEntry<std::uint32_t>(1).get(image), 0xBF000000U);
+  EXPECT_EQ(PdoEntry<float>(1).get(image), -0.5F);
+  PdoEntry<double>(5).set(image, 1.0);
+  EXPECT_EQ(PdoEntry<std::uint64_t>(5).get(image), 0x3FF0000000000000U);
+  EXPECT_EQ(PdoEntry<double>(5).get(image), 1.0);
+}
+
 TEST(PdoEntry, OfABitLeavesItsNeighboursAlone) {
   std::array<std::byte, 2> image{std::byte{0xA5}, std::byte{0x00}};
   const PdoEntry<bool> bit(0, 1);
@@ -301,14 +311,26 @@ TEST(PdoBits, LieAcrossByteBorders) {
 
 TEST(WireTime, MatchesACalculationByHand) {
   // One frame: Ethernet 14, EtherCAT 2, BRD 12 + 2, LRW 12 + data; preamble 8, FCS 4, gap 12; 80 ns a byte.
-  EXPECT_EQ(wire_time_ns(lay_out({Bytes{19, 19}}), 1, 0), (14U + 2 + 14 + 12 + 19 + 24) * 80);
-  EXPECT_EQ(wire_time_ns(lay_out(std::vector<Bytes>(8, Bytes{19, 19})), 8, 1000), 218U * 80 + 8 * 1000);
+  EXPECT_EQ(wire_time_ns(lay_out({Bytes{19, 19}}), false), (14U + 2 + 14 + 12 + 19 + 24) * 80);
+  EXPECT_EQ(wire_time_ns(lay_out(std::vector<Bytes>(8, Bytes{19, 19})), false), 218U * 80);
+  // The time of the reference clock: a datagram of four bytes in the first frame.
+  EXPECT_EQ(wire_time_ns(lay_out(std::vector<Bytes>(8, Bytes{19, 19})), true), (218U + 12 + 4) * 80);
   // Nothing but the broadcast: the shortest frame, 60 bytes.
-  EXPECT_EQ(wire_time_ns(lay_out({Bytes{0, 0}}), 1, 500), 84U * 80 + 500);
+  EXPECT_EQ(wire_time_ns(lay_out({Bytes{0, 0}}), false), 84U * 80);
   // Two frames, the second without the broadcast: 16 + 14 + 12 + 1440 + 24, 16 + 12 + 100 + 24.
-  EXPECT_EQ(wire_time_ns(lay_out({{1440, 0}, {100, 0}}), 0, 0), (1506U + 152) * 80);
+  EXPECT_EQ(wire_time_ns(lay_out({{1440, 0}, {100, 0}}), false), (1506U + 152) * 80);
   // A short second frame is padded to 60 bytes.
-  EXPECT_EQ(wire_time_ns(lay_out({{1440, 0}, {20, 0}}), 0, 0), (1506U + 84) * 80);
+  EXPECT_EQ(wire_time_ns(lay_out({{1440, 0}, {20, 0}}), false), (1506U + 84) * 80);
+}
+
+TEST(AcyclicFrames, HaveWhatTheCycleLeaves) {
+  using std::chrono::microseconds;
+  const auto drives = [](std::size_t count) { return lay_out(std::vector<Bytes>(count, Bytes{19, 19})); };
+  // 112.5 us are 1406 bytes; 218 of them are the eight drives', 24 the preamble, FCS and gap of the frame itself.
+  EXPECT_EQ(acyclic_frame_bytes(drives(8), false, microseconds{125}), 1406U - 218 - 24);
+  EXPECT_EQ(acyclic_frame_bytes(drives(8), true, microseconds{125}), 1406U - 218 - 16 - 24);
+  EXPECT_EQ(acyclic_frame_bytes(drives(8), false, microseconds{1000}), 1518U);
+  EXPECT_EQ(acyclic_frame_bytes(drives(70), false, microseconds{125}), 60U) << "the shortest frame there is";
 }
 
 TEST(WireTime, IsThatOfTheBusiestCycle) {
@@ -318,8 +340,8 @@ TEST(WireTime, IsThatOfTheBusiestCycle) {
   constexpr std::uint64_t kFirst = 14 + 2 + 14 + 12 + 1440 + 24;
   constexpr std::uint64_t kOther = 14 + 2 + 12 + 1440 + 24;
   // Groups 1 and 2 alternate; with the same phase they meet.
-  EXPECT_EQ(wire_time_ns(lay_out(wanted, {{}, {{1, 0}, {2, 0}, {2, 1}}}), 0, 0), (kFirst + kOther) * 80);
-  EXPECT_EQ(wire_time_ns(lay_out(wanted, {{}, {{1, 0}, {2, 0}, {2, 0}}}), 0, 0), (kFirst + 2 * kOther) * 80);
+  EXPECT_EQ(wire_time_ns(lay_out(wanted, {{}, {{1, 0}, {2, 0}, {2, 1}}}), false), (kFirst + kOther) * 80);
+  EXPECT_EQ(wire_time_ns(lay_out(wanted, {{}, {{1, 0}, {2, 0}, {2, 0}}}), false), (kFirst + 2 * kOther) * 80);
 }
 
 }  // namespace

@@ -109,6 +109,8 @@ struct LineConfig {
   std::shared_ptr<const esi::EsiLibrary> esi_library;                ///< for slaves without `esi`; null: none
   /// Cycles in a row without valid process data of an axis before all axes are stopped.
   std::uint32_t max_lost_cycles = 8;
+  /// Bytes that SDO and other acyclic frames may take of the wire per cycle; none: what the process data leave.
+  std::optional<std::size_t> acyclic_bytes;
   rt::RealtimeConfig realtime;                ///< all but the policy
   std::optional<rt::RealtimePolicy> policy;   ///< none: enforced on a network interface only
   std::chrono::nanoseconds wake_ahead{};      ///< see rt::CycleTimer

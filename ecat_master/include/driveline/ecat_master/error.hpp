@@ -39,7 +39,7 @@ enum class ErrorKind : std::uint8_t {
   kDuplicateAlias,      ///< an alias or device ID that must be unique is not
   kSlaveCountMismatch,  ///< another number of slaves than planned
   kProcessDataSize,     ///< process data does not fit (frame, sync manager, PDO)
-  kCycleBudget,         ///< the process data cannot be exchanged in the cycle time
+  kNoExchange,          ///< the cycle runs, and no frame of it comes back in time
   kAxisNotEnabled,      ///< an axis did not reach Operation enabled
   kAxisFault,           ///< an axis reports a fault
   kCommunicationLost,   ///< the cyclic exchange broke down

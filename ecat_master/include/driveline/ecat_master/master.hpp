@@ -84,7 +84,8 @@ class Master {
   [[nodiscard]] tl::expected<void, std::string> start_cycle(Motion* motion, SampleRings rings,
                                                             CyclicCore::Settings settings,
                                                             const MakeRunner& make_runner);
-  /// SAFEOP to OP while the cycle runs and provides valid outputs. With clocks, first waits up to
+  /// SAFEOP to OP while the cycle runs and provides valid outputs. Errors: kNoExchange when within 100 cycles (and 100
+  /// ms) none has its first frame back in time. With clocks, first waits up to
   /// Settings::clock_timeout for the lock; errors then: kClock, kNotLocked or kNotSynchronised.
   [[nodiscard]] Result<void> go_operational();
 
@@ -168,6 +169,7 @@ class Master {
   };
 
   void stop_cycle();
+  [[nodiscard]] Result<void> await_exchange();
   [[nodiscard]] Result<void> await_clocks();
   [[nodiscard]] Result<void> tell_sync_type(std::size_t slave);
   [[nodiscard]] Result<void> restore_clock(std::size_t slave);

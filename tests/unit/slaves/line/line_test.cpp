@@ -87,6 +87,28 @@ TEST_F(LineTest, SeveralDatagramsTakeEffectInOrder) {
   EXPECT_TRUE(cursor->done());
 }
 
+TEST_F(LineTest, FramesWaitForThoseBeforeThem) {
+  LineOptions options;
+  options.delays = {500ns, 300ns};
+  options.byte_time = 80ns;
+  build(1, options);
+  const auto frame = make_frame(Command::kBrd, DatagramAddress::physical(0, 0), bytes({0}));
+  for (int i = 0; i < 3; ++i) ASSERT_EQ(line().send(frame), port::SendStatus::kSent);
+  ASSERT_TRUE(line().wait_readable(clock().now() + 1ms));
+  auto before = line().receive()->time;
+  for (int i = 0; i < 2; ++i) {
+    ASSERT_TRUE(line().wait_readable(clock().now() + 1ms));
+    const auto time = line().receive()->time;
+    EXPECT_EQ(time - before, (60 + 24) * 80ns) << "frame, preamble, FCS and gap (IEEE 802.3)";
+    before = time;
+  }
+  const auto later = clock().now() + 1ms;
+  clock().sleep_until(later);
+  ASSERT_EQ(line().send(frame), port::SendStatus::kSent);
+  ASSERT_TRUE(line().wait_readable(clock().now() + 1ms));
+  EXPECT_LT(line().receive()->time, later + 60 * 80ns + 2us) << "the wire is free again";
+}
+
 TEST_F(LineTest, TheFrameIsOnTheWireForItsTime) {
   LineOptions options;
   options.delays = {500ns, 300ns};
@@ -177,7 +199,7 @@ TEST_F(LineTest, AShortFrameDoesNotOvertakeALongOne) {
   EXPECT_GT(first_time, start + 1028 * 80ns);
   const auto second = line().receive();
   ASSERT_TRUE(second);
-  EXPECT_EQ(second->time, first_time);
+  EXPECT_EQ(second->time, first_time + (24 + 60) * 80ns) << "behind the FCS and the gap of the first";
 }
 
 TEST_F(LineTest, AFrameThatWasReceivedIsNotWaitedForAgain) {

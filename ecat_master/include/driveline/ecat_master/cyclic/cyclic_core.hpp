@@ -77,8 +77,8 @@ class CyclicCore {
     std::uint16_t slaves = 0;        ///< on the line, for the AL status broadcast
     std::uint16_t instance = 0;      ///< FrameTag::instance; the master sets its own
     std::uint32_t sample_every = 1;  ///< samples of every n-th cycle go to the rings
-    /// What acyclic work may put on the wire per cycle, on average.
-    std::size_t acyclic_bytes = port::kMaxFrameBytes;
+    /// What acyclic work may put on the wire per cycle, on average; 0: what acyclic_frame_bytes() leaves it.
+    std::size_t acyclic_bytes = 0;
     CyclicTask* task = nullptr;           ///< runs before the motion; must outlive the core
     std::vector<ProcessDataCopy> copies;  ///< slave to slave, done in every cycle behind task and motion
     FlightRecorder* recorder = nullptr;   ///< must outlive the core

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <bit>
+#include <concepts>
 #include <cstdint>
 #include <span>
+#include <type_traits>
 
 #include "driveline/wire/endian.hpp"
 
@@ -12,20 +15,25 @@ namespace driveline::ecat_master {
 template <typename T>
 class PdoEntry {
  public:
-  static_assert(wire::WireInteger<T>, "integers of 1, 2, 4 or 8 bytes; bool for single bits");
+  static_assert(wire::WireInteger<T> || std::same_as<T, float> || std::same_as<T, double>,
+                "integers of 1, 2, 4 or 8 bytes, float (REAL32), double (REAL64); bool for single bits");
   PdoEntry() = default;
   /// `offset`: bytes from the start of ProcessImage::inputs() or outputs(); the entry must lie inside.
   explicit PdoEntry(std::size_t offset) noexcept : offset_(offset) {}
   /// \rtsafe
   [[nodiscard]] T get(std::span<const std::byte> image) const noexcept {
-    return wire::load_le<T>(image.subspan(offset_, sizeof(T)));
+    return std::bit_cast<T>(wire::load_le<Raw>(image.subspan(offset_, sizeof(T))));
   }
   /// \rtsafe
   void set(std::span<std::byte> image, T value) const noexcept {
-    wire::store_le<T>(image.subspan(offset_, sizeof(T)), value);
+    wire::store_le<Raw>(image.subspan(offset_, sizeof(T)), std::bit_cast<Raw>(value));
   }
 
  private:
+  /// Floating point numbers travel as the integers of their IEEE 754 bits.
+  using Raw = std::conditional_t<std::same_as<T, float>, std::uint32_t,
+                                 std::conditional_t<std::same_as<T, double>, std::uint64_t, T>>;
+
   std::size_t offset_ = 0;
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <optional>
 #include <span>
 #include <vector>
@@ -168,7 +169,11 @@ class ProcessImage {
                                                   std::uint32_t logical_start, std::size_t bytes) noexcept;
 
 /// Time the cyclic frames of the busiest cycle occupy a 100 Mbit/s wire, in nanoseconds: preamble, header, payload (60
-/// bytes at least), FCS and gap, 80 ns a byte; plus `slave_delay_ns` for each slave's forwarding (there and back).
-[[nodiscard]] std::uint64_t wire_time_ns(const ProcessImage& image, std::size_t slaves, std::uint64_t slave_delay_ns);
+/// bytes at least), FCS and gap, 80 ns a byte. `clocks`: with the datagram that hands on the reference clock's time.
+[[nodiscard]] std::uint64_t wire_time_ns(const ProcessImage& image, bool clocks);
+
+/// Longest frame beside those of the cycle that leaves the next cycle's their time: what nine tenths of `period` have
+/// left after wire_time_ns(), from the shortest frame to the longest one.
+[[nodiscard]] std::size_t acyclic_frame_bytes(const ProcessImage& image, bool clocks, std::chrono::nanoseconds period);
 
 }  // namespace driveline::ecat_master

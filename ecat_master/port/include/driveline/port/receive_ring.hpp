@@ -23,6 +23,7 @@ class ReceiveRing {
   /// the socket is bound, or frames that have arrived are lost.
   [[nodiscard]] static std::optional<ReceiveRing> map(int socket) noexcept;
 
+  /// `other` has none afterwards, and may only be destroyed.
   ReceiveRing(ReceiveRing&& other) noexcept;
   ReceiveRing(const ReceiveRing&) = delete;
   ReceiveRing& operator=(const ReceiveRing&) = delete;

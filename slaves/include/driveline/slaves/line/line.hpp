@@ -25,7 +25,8 @@ struct LineOptions {
   SlaveDelays delays;                       ///< of every slave that slave_delays does not reach
   std::vector<SlaveDelays> slave_delays{};  ///< by position
   std::chrono::nanoseconds cable_delay{5};  ///< of every cable of the plain line (1 m)
-  std::chrono::nanoseconds byte_time{0};    ///< serialisation of a byte of the frame; 80 ns at 100 Mbit/s
+  /// Serialisation of a byte of the frame; 80 ns at 100 Mbit/s. Not zero: frames wait for those sent before them.
+  std::chrono::nanoseconds byte_time{0};
 };
 
 /// A line of emulated slaves, and the in-process port of a master that runs them: a frame that is sent passes all

@@ -41,6 +41,9 @@ class LineEnd final : public port::Port {
   [[nodiscard]] Slot* next_slot() noexcept;
   void commit(std::size_t length, std::chrono::nanoseconds arrival) noexcept;
   void release_held() noexcept;
+  /// When a frame handed over now begins on the wire: behind those before it. Takes the wire for its time.
+  [[nodiscard]] std::chrono::nanoseconds occupy(std::chrono::nanoseconds now, std::chrono::nanoseconds byte_time,
+                                                std::size_t bytes) noexcept;
 
   Line& line_;
   rt::Clock& clock_;
@@ -50,6 +53,7 @@ class LineEnd final : public port::Port {
   std::size_t count_ = 0;
   bool held_ = false;  ///< the first slot has been handed out
   std::chrono::nanoseconds last_send_{0};
+  std::chrono::nanoseconds wire_free_{0};  ///< the last frame, its FCS and the gap behind it are over
 };
 
 }  // namespace driveline::slaves
