@@ -135,6 +135,50 @@ INSTANTIATE_TEST_SUITE_P(Modes, Tracking,
                                          ModeCase{Mode::kCyclicTorque, microseconds{125}, 0.06, "Cst"}),
                          [](const auto& test) { return std::string(test.param.name); });
 
+/// Runs all drives along the path to its end; how far axis 0 came at most.
+double peak_of_a_run(DriveLine& drives, const RunOptions& options) {
+  LineOperation operation(drives, options);
+  EXPECT_EQ(sentence(operation.to_motion()), "");
+  EXPECT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  double peak = 0.0;
+  while (operation.motion().phase() == MotionPhase::kFollowing) {
+    operation.cycle();
+    peak = std::max(peak, drives.drive(0).position_rad());
+  }
+  operation.run(milliseconds{300});
+  EXPECT_EQ(sentence(operation.master().shut_down()), "");
+  return peak;
+}
+
+TEST(RelativePath, BeginsWhereTheAxesStand) {
+  // The path of the tests goes from 0.1 rad to 1.1 rad and back.
+  DriveLine drives(2);
+  EXPECT_NEAR(peak_of_a_run(drives, {.relative = true}), 1.0, 0.02);
+  EXPECT_NEAR(drives.drive(0).position_rad(), 0.0, 0.01);
+  EXPECT_NEAR(drives.drive(1).position_rad(), -0.25, 0.01) << "where it stood at power-on";
+  EXPECT_NEAR(peak_of_a_run(drives, {}), 1.1, 0.02);
+  EXPECT_NEAR(drives.drive(0).position_rad(), 0.1, 0.01);
+  EXPECT_NEAR(peak_of_a_run(drives, {.relative = true}), 1.1, 0.02);
+  EXPECT_NEAR(drives.drive(0).position_rad(), 0.1, 0.01) << "from 0.1 rad, not from 0.2";
+}
+
+TEST(RelativePath, StaysInItsPlaceWhenItIsRepeated) {
+  DriveLine drives(1);
+  LineOperation operation(drives, RunOptions{.repeat = true, .relative = true});
+  ASSERT_EQ(sentence(operation.to_motion()), "");
+  ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  double peak = 0.0;
+  double lowest = 0.0;
+  operation.axis_samples.clear();
+  operation.run(milliseconds{2000});
+  for (const auto& sample : operation.axis_samples) {
+    peak = std::max(peak, sample.actual_position_rad);
+    lowest = std::min(lowest, sample.actual_position_rad);
+  }
+  EXPECT_NEAR(peak, 1.0, 0.02);
+  EXPECT_NEAR(lowest, 0.0, 0.02);
+}
+
 TEST(BringUp, PassesEveryStateOfCia402) {
   DriveLine drives(3);
   LineOperation operation(drives);

@@ -32,7 +32,8 @@ constexpr std::array kCommands = {
             prepare_input},
     Command{"scan", "", kTools, "Show what is on the line, and write a line description of it",
             "scan --config examples/line8.toml\n"
-            "scan --iface eth1 --write line.toml",
+            "scan --iface eth1 --write line.toml\n"
+            "scan --config examples/mixed.toml --write found.toml --move 0.5",
             prepare_scan},
     Command{"slaves", "", kTools, "List the slaves on the line",
             "slaves --config examples/line8.toml\n"

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 #include <algorithm>
+#include <charconv>
+#include <cmath>
 
 #include "commands/commands.hpp"
 #include "config/line_description.hpp"
@@ -14,7 +16,8 @@ namespace {
 
 struct ScanOptions {
   BusOptions bus;
-  std::string write;  ///< empty: only show
+  std::string write;                ///< empty: only show
+  std::optional<std::string> move;  ///< revolutions of every axis, out and back
   bool json = false;
 };
 
@@ -85,11 +88,45 @@ Outcome<void> keep_images(std::vector<FoundSlave>& slaves, const std::filesystem
 
 /// It is no plain line with the IN of each slave at the OUT of the one before.
 bool branches(const ecat_master::Topology& topology) {
-  return topology.ring_end || !topology.swapped().empty() ||
-         std::any_of(topology.slaves.begin(), topology.slaves.end(), [](const auto& node) { return node.depth > 0; });
+  if (topology.ring_end || !topology.swapped().empty()) return true;
+  for (std::size_t i = 1; i < topology.slaves.size(); ++i) {
+    const auto& parent = topology.slaves[i].parent;
+    if (!parent || parent->slave + 1U != i || parent->port != 1) return true;
+  }
+  return false;
 }
 
-Outcome<void> write_description(LineView& line, std::span<const SlaveView> views, const std::string& file) {
+/// Revolutions of --move.
+Outcome<std::optional<double>> parse_move(const ScanOptions& options) {
+  if (!options.move) return std::optional<double>{};
+  if (options.write.empty()) return misused("--move adds a path to the line description: it needs --write FILE");
+  constexpr double kFarthest = 1000.0;
+  double turns = 0.0;
+  const auto* end = options.move->data() + options.move->size();
+  const auto parsed = std::from_chars(options.move->data(), end, turns);
+  // Written so that NaN fails it.
+  if (parsed.ec != std::errc{} || parsed.ptr != end || !(std::abs(turns) <= kFarthest && turns != 0.0)) {
+    return misused(
+        fmt::format("--move \"{}\": revolutions of the motors are expected, -1000 to 1000 and not 0", *options.move));
+  }
+  return std::optional(turns);
+}
+
+/// A path for the axes beside the description.
+Outcome<void> write_path(FoundLine& found, double turns, const std::filesystem::path& description) {
+  const auto path = gentle_path(found, turns);
+  if (path.empty()) {
+    progress("{}: there is no axis that could move", description.string());
+    return {};
+  }
+  found.path_file = description.stem().string() + ".path.csv";
+  const auto done = write_file(description.parent_path() / found.path_file, path);
+  if (!done) return failed(done.error());
+  return {};
+}
+
+Outcome<void> write_description(LineView& line, std::span<const SlaveView> views, const std::string& file,
+                                std::optional<double> turns) {
   FoundLine found;
   found.interface = line.session().config().interface;
   std::vector<ecat_master::SlaveRef> refs;
@@ -111,6 +148,9 @@ Outcome<void> write_description(LineView& line, std::span<const SlaveView> views
   if (!found.interface) {
     if (auto kept = keep_images(found.slaves, file); !kept) return kept;
   }
+  if (turns) {
+    if (auto done = write_path(found, *turns, file); !done) return done;
+  }
   const auto description = describe_line(found);
   if (!description) return tl::unexpected(description.error());
   if (auto done = write_file(file, *description); !done) return failed(done.error());
@@ -119,6 +159,8 @@ Outcome<void> write_description(LineView& line, std::span<const SlaveView> views
 }
 
 Outcome<int> scan(const ScanOptions& options) {
+  const auto turns = parse_move(options);
+  if (!turns) return tl::unexpected(turns.error());
   auto line = LineView::open(options.bus);
   if (!line) return tl::unexpected(line.error());
   const auto slaves = (*line)->read_all();
@@ -130,7 +172,7 @@ Outcome<int> scan(const ScanOptions& options) {
     fmt::print("{}", table(slaves));
   }
   if (options.write.empty()) return 0;
-  if (auto written = write_description(**line, slaves, options.write); !written) {
+  if (auto written = write_description(**line, slaves, options.write, *turns); !written) {
     return tl::unexpected(written.error());
   }
   return 0;
@@ -142,6 +184,8 @@ Execute prepare_scan(Arguments& to) {
   auto options = std::make_shared<ScanOptions>();
   add_bus_options(to, options->bus);
   to.option("--write", &options->write, Value::file(), "Write a line description of what was found");
+  to.option("--move", &options->move, Value::text("REVOLUTIONS"),
+            "With --write: a path beside it, on which every axis turns so far and back");
   add_json_flag(to, options->json);
   return [options] { return scan(*options); };
 }

@@ -73,6 +73,25 @@ tl::expected<Path, std::string> arrange(const Path& path, const LineConfig& conf
   return std::move(*arranged);
 }
 
+/// All axes at rest at 0.
+tl::expected<Path, std::string> standstill(const LineConfig& config) {
+  trajectory::PathBuilder builder;
+  for (std::size_t i = 0; i < config.axes.size(); ++i) {
+    const auto kind = config.axes[i].linear ? trajectory::AxisKind::kLinear : trajectory::AxisKind::kRotary;
+    // Names of axes may have characters that columns may not.
+    if (auto added = builder.add_axis({fmt::format("axis{}", i), kind}); !added) {
+      return tl::unexpected(added.error().message());
+    }
+  }
+  const std::vector<double> zero(config.axes.size());
+  for (const double time_s : {0.0, std::chrono::duration<double>(config.period).count()}) {
+    if (auto added = builder.add_point(time_s, zero); !added) return tl::unexpected(added.error().message());
+  }
+  auto path = builder.build();
+  if (!path) return tl::unexpected(path.error().message());
+  return std::move(*path);
+}
+
 std::vector<trajectory::AxisLimits> limits_of(const LineConfig& config) {
   std::vector<trajectory::AxisLimits> limits;
   for (const auto& axis : config.axes) {
@@ -88,6 +107,11 @@ std::vector<trajectory::AxisLimits> limits_of(const LineConfig& config) {
 }  // namespace
 
 tl::expected<Interpolator, std::string> load_axis_path(const LineConfig& config) {
+  if (!config.path) {
+    const auto still = standstill(config);
+    if (!still) return tl::unexpected(still.error());
+    return Interpolator::linear(*still);
+  }
   const auto& file = config.path->file;
   auto wrong = [&file](const std::string& reason) {
     return tl::unexpected(fmt::format("{}: {}", file.string(), reason));

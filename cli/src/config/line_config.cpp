@@ -210,6 +210,7 @@ void read_path(TomlReader reader, const std::filesystem::path& directory, LineCo
                                                   PathConfig::Interpolation::kLinear};
   path.interpolation = kKinds[reader.choice_or("interpolation", 0, {"clamped", "natural", "linear"})];
   path.repeat = reader.boolean_or("repeat", false);
+  path.relative = reader.boolean_or("relative", false);
   reader.finish();
   config.path = path;
 }
@@ -258,7 +259,6 @@ LineConfig read_config(const toml::table& table, const std::filesystem::path& fi
     config.axes.push_back(read_axis(std::move(reader), config.slaves, config.axes));
   read_process_data(root, config);
   if (root.has("path")) read_path(root.table("path"), file.parent_path(), config);
-  if (!config.axes.empty() && !config.path) root.fail("path", "is missing: the axes need setpoints");
   read_telemetry(root.table("telemetry"), config);
   read_output(root.table("output"), config);
   read_recovery(root.table("recovery"), config.recovery);

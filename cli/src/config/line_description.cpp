@@ -1,7 +1,10 @@
 #include "config/line_description.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <numbers>
 
 #include "driveline/slaves/msd/msd_drive.hpp"
@@ -98,38 +101,103 @@ std::string slave_lines(const FoundSlave& slave, const Names& names) {
   return text + place_lines(slave, names);
 }
 
-std::string_view mode_of(const DriveFacts& drive) {
-  // 6502h: bit 7 csp, bit 8 csv, bit 9 cst (CiA 402-2).
-  const auto modes = drive.supported_modes.value_or(1U << 7U);
-  if ((modes >> 7U & 1U) != 0) return "csp";
-  if ((modes >> 8U & 1U) != 0) return "csv";
-  return (modes >> 9U & 1U) != 0 ? "cst" : "csp";
+/// Bits of 6502h (CiA 402-2): what the master can drive an axis with.
+struct ModeRow {
+  std::string_view key;
+  unsigned bit;
+};
+constexpr std::array kCyclicModes = {ModeRow{"csp", 7}, ModeRow{"csv", 8}, ModeRow{"cst", 9}};
+
+std::vector<std::string_view> cyclic_modes(const DriveFacts& drive) {
+  std::vector<std::string_view> modes;
+  for (const auto& mode : kCyclicModes) {
+    if ((drive.supported_modes.value_or(1U << kCyclicModes[0].bit) >> mode.bit & 1U) != 0) modes.push_back(mode.key);
+  }
+  return modes;
 }
 
-std::string axis_lines(const FoundSlave& slave) {
+/// What `[[axis]]` takes.
+constexpr double kMaxIncrements = 4294967295.0;
+constexpr double kSmallest = 1e-6;
+constexpr double kLargest = 1e6;
+
+std::optional<double> usable(const std::optional<double>& value) {
+  return value && *value >= kSmallest && *value <= kLargest ? value : std::nullopt;
+}
+
+bool simulated(const FoundLine& line) {
+  return !line.interface;
+}
+
+/// Why the drive cannot be an axis as it is; empty: it can.
+std::string obstacle(const FoundSlave& slave, const FoundLine& line) {
+  const auto& drive = *slave.drive;
+  const auto modes = cyclic_modes(drive);
+  if (modes.empty()) {
+    return fmt::format("6502h is 0x{:08X}: it has none of the modes csp, csv and cst", *drive.supported_modes);
+  }
+  if (modes.front() == "cst") return "cst is its only cyclic mode: velocity_gain is for you to choose";
+  const auto increments = drive.increments_per_revolution;
+  if (!increments) return "it does not tell how positions are scaled (6091h, 6092h, 608Fh)";
+  if (*increments < 1.0 || *increments > kMaxIncrements) {
+    return fmt::format("by 6091h, 6092h, 608Fh it has {} increments per revolution, 1 to {} are expected", *increments,
+                       kMaxIncrements);
+  }
+  if (simulated(line) && model_of(*slave.view.sii) == nullptr) return "no drive like that can be simulated";
+  return {};
+}
+
+std::string axis_lines(const FoundSlave& slave, const FoundLine& line) {
   const auto position = slave.view.slave.ref.position;
   const auto& drive = *slave.drive;
-  std::string text = fmt::format("# [[axis]]\n# name = \"axis{}\"\n# slave = \"slave{}\"\n# mode = \"{}\"\n", position,
-                                 position, mode_of(drive));
-  auto value = [&text](std::string_view key, const std::optional<double>& number, std::string_view object) {
-    if (number) text += fmt::format("# {} = {}  # {}\n", key, *number, object);
+  const auto reason = obstacle(slave, line);
+  const std::string_view off = reason.empty() ? "" : "# ";
+  const auto modes = cyclic_modes(drive);
+  std::string text = "\n";
+  if (!reason.empty()) text += fmt::format("# slave{} is left out: {}.\n", position, reason);
+  text += fmt::format("{0}[[axis]]\n{0}name = \"axis{1}\"\n{0}slave = \"slave{1}\"\n", off, position);
+  text += fmt::format(
+      "{}mode = \"{}\"  # {}\n", off, modes.empty() ? "csp" : modes.front(),
+      drive.supported_modes ? fmt::format("of {} by 6502h", fmt::join(modes, ", ")) : "assumed: 6502h cannot be read");
+  auto value = [&](std::string_view key, const std::optional<double>& number, std::string_view object,
+                   std::string_view otherwise) {
+    text += number ? fmt::format("{}{} = {}  # {}\n", off, key, *number, object)
+                   : fmt::format("# {} = {}  # {} cannot be read: this is assumed\n", key, otherwise, object);
   };
-  value("increments_per_revolution", drive.increments_per_revolution, "6092h, 6091h, 608Fh");
-  value("rated_torque_nm", drive.rated_torque_nm, "6076h");
-  value("max_velocity", drive.max_velocity_rad_s, "6080h, rad/s");
+  value("increments_per_revolution", drive.increments_per_revolution, "6092h, 6091h, 608Fh", "?");
+  value("rated_torque_nm", usable(drive.rated_torque_nm), "6076h", "2.4");
+  value("max_velocity", usable(drive.max_velocity_rad_s), "6080h, rad/s", "200");
+  if (slave.view.sii->vendor_id != slaves::msd::kVendorId) {
+    text +=
+        "# Not a drive of the kind that was tried: its PDOs are mapped as those of every axis. Where they are fixed,\n"
+        "# [[slave.pdo]] names those that it has.\n";
+  }
   return text;
 }
 
-std::string axes_lines(std::span<const FoundSlave> slaves) {
+bool is_axis(const FoundSlave& slave, const FoundLine& line) {
+  return slave.drive && slave.view.sii && obstacle(slave, line).empty();
+}
+
+std::string axes_lines(const FoundLine& line) {
   std::string text;
-  for (const auto& slave : slaves) {
-    if (slave.drive) text += axis_lines(slave);
+  for (const auto& slave : line.slaves) {
+    if (slave.drive) text += axis_lines(slave, line);
   }
   if (text.empty()) return text;
-  return "\n# CiA 402 drives, scaled as they say. With these lines and a path behind them, `run` switches the drives "
-         "on\n"
-         "# and moves them.\n" +
-         text + "# [path]\n# file = \"path.csv\"\n";
+  text =
+      "\n# CiA 402 drives, scaled as they say: rotary axes, in rad of the motor (`feed_mm_per_revolution` makes one\n"
+      "# linear). `max_acceleration`, of approaches and stops, is 2000 rad/s^2 unless said: no object has it.\n" +
+      text;
+  if (!line.path_file.empty()) {
+    return text + fmt::format(
+                      "\n# From where the axes stand when they are enabled.\n[path]\nfile = \"{}\"\n"
+                      "relative = true\n",
+                      plain(line.path_file));
+  }
+  return text +
+         "\n# `run` switches the axes on; they hold the place where they stand until there is a path:\n"
+         "# [path]\n# file = \"path.csv\"\n# relative = true  # to that place\n";
 }
 
 std::string comment(std::string_view lines) {
@@ -161,6 +229,24 @@ std::optional<DriveFacts> DriveFacts::read(CoeClient& coe) {
   return facts;
 }
 
+std::string gentle_path(const FoundLine& line, double turns) {
+  std::string header = "time[s]";
+  std::string rest;
+  std::string there;
+  for (const auto& slave : line.slaves) {
+    if (!is_axis(slave, line)) continue;
+    header += fmt::format(",axis{}[rev]", slave.view.slave.ref.position);
+    rest += ",0";
+    there += fmt::format(",{}", turns);
+  }
+  // A cubic from rest to rest is fastest in its middle: one and a half times its mean velocity.
+  constexpr double kFastest = 1.0;  // revolutions per second
+  constexpr double kShortest_s = 1.0;
+  const double half_s = std::max(kShortest_s, 1.5 * std::abs(turns) / kFastest);
+  return rest.empty() ? std::string{}
+                      : fmt::format("{}\n0{}\n{}{}\n{}{}\n", header, rest, half_s, there, 2.0 * half_s, rest);
+}
+
 bool needs_image(const SlaveView& view) {
   return view.sii && (model_of(*view.sii) == nullptr || view.sii->config.station_alias != 0 ||
                       view.sii->serial_number != view.slave.ref.position + 1U);
@@ -181,7 +267,7 @@ Outcome<std::string> describe_line(const FoundLine& line) {
     if (!view.sii) return failed(fmt::format("slave {}: {}", view.slave.ref.position, view.trouble));
     text += slave_lines(slave, names);
   }
-  return text + axes_lines(line.slaves);
+  return text + axes_lines(line);
 }
 
 }  // namespace driveline::cli

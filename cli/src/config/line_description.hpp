@@ -32,14 +32,20 @@ struct FoundLine {
   std::vector<FoundSlave> slaves;
   std::optional<std::string> interface;  ///< where the line is; nothing: simulated in this process
   std::string tree;                      ///< who is connected to whom, for a comment; empty: a plain line or not known
+  std::string path_file;                 ///< of gentle_path(), beside the description; empty: the axes hold their place
 };
 
 /// A line description (TOML) of slaves that have been found; load_line_config() takes it as it is, and `run` brings the
 /// line to OP. Every slave is expected by vendor, product, revision and, where it has one, serial number; it is found
-/// by alias or device identification where that is unique on the line, else by its position. CiA 402 drives get a
-/// comment with an [[axis]] scaled as the drive says: to make it move is for the user to decide. Failure: a slave whose
-/// EEPROM cannot be read has no identity to expect.
+/// by alias or device identification where that is unique on the line, else by its position. CiA 402 drives get an
+/// [[axis]] scaled as the drive says; one that does not tell enough for that gets it as a comment, with the reason.
+/// Without `path_file` nothing moves: the axes are enabled and hold their place. Failure: a slave whose EEPROM cannot
+/// be read has no identity to expect.
 [[nodiscard]] Outcome<std::string> describe_line(const FoundLine& line);
+
+/// A path (CSV) on which every axis of `line` goes `turns` revolutions of its motor and back, at no more than one
+/// revolution per second. Relative to where the axes stand. Empty: there is no axis.
+[[nodiscard]] std::string gentle_path(const FoundLine& line, double turns);
 
 /// Whether a simulation of the line needs the EEPROM content of this slave: it is no drive that the program knows, or
 /// one with an identity that the simulated one would not have at this place.

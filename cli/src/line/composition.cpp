@@ -76,7 +76,9 @@ std::vector<ecat_master::SlavePlan> make_slave_plans(const LineConfig& config) {
                                                                       : slaves::msd::facts(slave.model).product_code);
     const auto axis = std::find_if(config.axes.begin(), config.axes.end(), [i](const auto& a) { return a.slave == i; });
     if (axis != config.axes.end()) {
-      plan.startup_sdos = ecat_master::msd_startup_sdos(*axis, config.period * exchange_divider(config, slave));
+      const auto period = config.period * exchange_divider(config, slave);
+      plan.startup_sdos = plan.vendor_id == slaves::msd::kVendorId ? ecat_master::msd_startup_sdos(*axis, period)
+                                                                   : ecat_master::cia402_startup_sdos(period);
       plan.pdos = ecat_master::axis_pdo_configuration();
     } else {
       plan.own_pdos = !slave.plan.pdos;

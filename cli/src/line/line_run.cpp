@@ -146,7 +146,8 @@ void LineRun::make_motion() {
   }
   ecat_master::Motion::Settings settings;
   settings.period = config_.period;
-  settings.repeat = config_.path->repeat;
+  settings.repeat = config_.path && config_.path->repeat;
+  settings.relative = !config_.path || config_.path->relative;
   settings.bad_cycle_limit = config_.max_lost_cycles;
   motion_ = std::make_unique<ecat_master::Motion>(std::move(axes), *path_, settings);
 }
@@ -202,6 +203,8 @@ void LineRun::operate() {
   make_watch();
   operation_start_ = session_.clock().now();
   if (motion_) motion_->request_start();
+  if (motion_ && !config_.path)
+    progress("there is no [path]: the axes are enabled and hold the place where they stand");
   auto next_progress = 1.0;
   for (;;) {
     pass(kWatchInterval);
@@ -213,7 +216,7 @@ void LineRun::operate() {
     if (control_ != nullptr)
       control_->run(milliseconds{0}, [this](std::string_view command) { return answer(command); });
     if (duration_s_ && seconds_in_operation() >= *duration_s_) break;
-    if (!duration_s_ && motion_ && motion_->phase() == ecat_master::MotionPhase::kHolding) break;
+    if (!duration_s_ && motion_ && config_.path && motion_->phase() == ecat_master::MotionPhase::kHolding) break;
     if (seconds_in_operation() >= next_progress) {
       next_progress += session_.virtual_time() ? 10.0 : 1.0;
       progress("{:6.1f} s  {}", seconds_in_operation(),

@@ -34,14 +34,15 @@ std::optional<InterpolationPeriod> to_interpolation_period(std::chrono::nanoseco
   return InterpolationPeriod{static_cast<std::uint8_t>(value), static_cast<std::int8_t>(exponent)};
 }
 
-std::vector<StartupSdo> msd_startup_sdos(const AxisConfig& axis, std::chrono::nanoseconds period) {
+std::vector<StartupSdo> cia402_startup_sdos(std::chrono::nanoseconds period) {
   const auto interpolation = to_interpolation_period(period);
   if (!interpolation) throw std::invalid_argument("the cycle time has too many digits for object 60C2h");
-  std::vector<StartupSdo> sdos{
-      real_sdo(parameter(306), std::chrono::duration<double, std::milli>(period).count()),
-      sdo(0x60C2, 1, interpolation->value),
-      sdo(0x60C2, 2, interpolation->exponent),
-  };
+  return {sdo(0x60C2, 1, interpolation->value), sdo(0x60C2, 2, interpolation->exponent)};
+}
+
+std::vector<StartupSdo> msd_startup_sdos(const AxisConfig& axis, std::chrono::nanoseconds period) {
+  auto sdos = cia402_startup_sdos(period);
+  sdos.insert(sdos.begin(), real_sdo(parameter(306), std::chrono::duration<double, std::milli>(period).count()));
   if (axis.mode == cia402::Mode::kCyclicPosition) {
     constexpr std::uint8_t kCubicSpline = 3;
     sdos.push_back(sdo(parameter(370), 0, kCubicSpline));

@@ -47,6 +47,7 @@ Motion::Motion(std::vector<Axis> axes, trajectory::Interpolator path, Settings s
       ramps_(axes_.size()),
       stops_(axes_.size()),
       path_start_(axes_.size()),
+      anchors_(axes_.size()),
       targets_(axes_.size()),
       absences_(axes_.size()),
       presence_shared_(std::make_unique<std::atomic<AxisPresence>[]>(axes_.size())),
@@ -105,7 +106,11 @@ void Motion::obey(std::int64_t cycle) noexcept {
   const auto command = command_.exchange(Command::kNone, std::memory_order_acq_rel);
   if (command == Command::kStart && phase_ == MotionPhase::kIdle) {
     failure_ = {};
-    for (std::size_t i = 0; i < axes_.size(); ++i) set_presence(i, AxisPresence::kPresent, cycle);
+    for (std::size_t i = 0; i < axes_.size(); ++i) {
+      set_presence(i, AxisPresence::kPresent, cycle);
+      anchors_[i].reset();
+    }
+    path_.evaluate(path_.start_s(), path_start_);
     enter(MotionPhase::kEnabling, cycle);
   } else if (command == Command::kStop) {
     if (phase_ == MotionPhase::kEnabling) enter(MotionPhase::kDisabling, cycle);
@@ -158,6 +163,9 @@ void Motion::advance(std::int64_t cycle) noexcept {
       }
       if (all_enabled()) {
         std::copy(setpoints_.begin(), setpoints_.end(), targets_.begin());
+        for (std::size_t i = 0; i < axes_.size(); ++i) {
+          if (axes_[i].enabled()) anchor(i);
+        }
         plan_approach();
         enter(MotionPhase::kApproach, cycle);
       }
@@ -221,8 +229,7 @@ void Motion::advance_path(std::int64_t cycle) noexcept {
     enter(wait ? MotionPhase::kWaiting : MotionPhase::kFollowing, cycle);
   }
   const double t = path_.start_s() + path_clock_.advance(seconds(cycle - path_begin_));
-  path_.evaluate(t, targets_);
-  for (auto& target : targets_) target = path_clock_.scaled(target);
+  evaluate_path(t);
   if (!path_.finished(t)) return;
   if (settings_.repeat) {
     plan_approach();
@@ -230,6 +237,25 @@ void Motion::advance_path(std::int64_t cycle) noexcept {
   } else {
     enter(MotionPhase::kHolding, cycle);
   }
+}
+
+void Motion::evaluate_path(double time_s) noexcept {
+  path_.evaluate(time_s, targets_);
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    targets_[i] = path_clock_.scaled(targets_[i]);
+    targets_[i].position += anchors_[i].value_or(0.0);
+  }
+}
+
+/// A relative path begins at the place where the axis is held now.
+void Motion::anchor(std::size_t axis) noexcept {
+  if (!settings_.relative || anchors_[axis]) return;
+  // An axis that was absent at the start may come while the path goes on: its way begins where it is enabled.
+  const bool waiting = phase_ == MotionPhase::kEnabling;
+  const double place = waiting ? targets_[axis].position : axes_[axis].inputs().position;
+  anchors_[axis] = place - path_start_[axis].position;
+  if (!waiting) targets_[axis].position += *anchors_[axis];
+  path_start_[axis].position = place;
 }
 
 void Motion::plan_approach() noexcept {

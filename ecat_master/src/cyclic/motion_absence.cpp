@@ -51,6 +51,7 @@ void Motion::watch_absence(std::size_t axis, std::int64_t cycle) noexcept {
       break;
     case AxisPresence::kEnabling:
       if (axes_[axis].enabled()) {
+        anchor(axis);
         absence.rejoin = trajectory::Rejoin(inputs.position, inputs.velocity, axes_[axis].config().limits);
         set_presence(axis, AxisPresence::kReturning, cycle);
       } else if (seconds(cycle - absence.since) > std::chrono::duration<double>(settings_.enable_timeout).count()) {

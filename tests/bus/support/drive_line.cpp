@@ -131,6 +131,7 @@ void LineOperation::make_motion() {
   ecat_master::Motion::Settings settings;
   settings.period = options_.period;
   settings.repeat = options_.repeat;
+  settings.relative = options_.relative;
   settings.enable_timeout = options_.enable_timeout;
   motion_ = std::make_unique<ecat_master::Motion>(std::move(axes), make_path(drives_.size(), options_.amplitude_rad),
                                                   settings);

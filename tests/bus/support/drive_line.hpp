@@ -46,6 +46,7 @@ struct RunOptions {
   nanoseconds period = microseconds{125};
   ecat_master::cia402::Mode mode = ecat_master::cia402::Mode::kCyclicPosition;
   bool repeat = false;
+  bool relative = false;  ///< the path, to where the axes stand
   nanoseconds enable_timeout = std::chrono::seconds{2};
   nanoseconds state_timeout = std::chrono::seconds{10};
   double amplitude_rad = 1.0;  ///< of axis 0

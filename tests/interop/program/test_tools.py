@@ -179,8 +179,10 @@ class InProcess(ProgramTest):
         self.assertEqual(result.returncode, 0, result.stderr)
         document = self.one_document(result.stdout)
         self.assertEqual((document["state"], document["faults"]), ("OP", []))
-        # Nothing moves, but how the drives are scaled is there.
-        self.assertIn("# increments_per_revolution = 1048576", (self.directory / "line.toml").read_text())
+        # Nothing moves, but the drives are axes, scaled as they say.
+        self.assertIn("\nincrements_per_revolution = 1048576", (self.directory / "line.toml").read_text())
+        self.assertEqual(document["axes_count"], 8)
+        self.assertIn("hold the place where they stand", result.stderr)
         # Two slaves that have changed places are noticed: they have serial numbers.
         text = (self.directory / "line.toml").read_text(encoding="utf-8")
         swapped = text.replace("serial = 3\n", "serial = -\n").replace("serial = 4\n", "serial = 3\n")

@@ -63,7 +63,7 @@ INSTANTIATE_TEST_SUITE_P(
                   "increments_per_revolution, inertia, max_acceleration, max_velocity, mode, name, position_gain_1_s, "
                   "rated_torque_nm, slave, velocity_gain"},
         WrongFile{one_slave("[path]\nfile = \"a.csv\"\nspeed = 2\n"),
-                  ":6: [path] speed: unknown key, expected one of: file, interpolation, repeat"},
+                  ":6: [path] speed: unknown key, expected one of: file, interpolation, relative, repeat"},
         WrongFile{one_slave("[telemetry]\nrate = 2\n"),
                   ":5: [telemetry] rate: unknown key, expected one of: decimation, domain, enabled, interfaces"},
         WrongFile{one_slave("[output]\nplot = false\n"),
@@ -154,7 +154,6 @@ INSTANTIATE_TEST_SUITE_P(
         WrongFile{"[[slave]]\nmodel = \"msd\"\n", ":1: [slave 1] name: is missing, a string is expected"},
         WrongFile{one_slave("[path]\n"), ":4: [path] file: is missing, a string is expected"},
         WrongFile{one_slave("[[axis]]\nslave = \"x\"\n"), ":4: [axis 1] name: is missing, a string is expected"},
-        WrongFile{one_axis(""), ":1: path: is missing: the axes need setpoints"},
         WrongFile{one_slave("[[axis]]\nname = \"y\"\n"), ":4: [axis 1] slave: there is no [[slave]] named \"y\""},
         WrongFile{one_slave("[[axis]]\nname = \"y\"\nslave = \"z\"\n"),
                   ":6: [axis 1] slave: there is no [[slave]] named \"z\""}));

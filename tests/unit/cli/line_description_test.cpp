@@ -40,8 +40,8 @@ LineConfig described(const FoundLine& line) {
 }
 
 TEST(LineDescription, IsAConfigurationThatExpectsWhatWasFound) {
-  const auto config =
-      described({{found(0, {.vendor = 2}, "EK1100"), found(1, {.vendor = 0x28, .serial = 4711}, "MSD")}, "eth1", {}});
+  const auto config = described(
+      {{found(0, {.vendor = 2}, "EK1100"), found(1, {.vendor = 0x28, .serial = 4711}, "MSD")}, "eth1", {}, {}});
   EXPECT_EQ(config.interface, "eth1");
   ASSERT_EQ(config.slaves.size(), 2U);
   EXPECT_EQ(config.slaves[0].vendor_id, 2U);
@@ -74,26 +74,78 @@ TEST(LineDescription, SlavesAreFoundByWhatNoOtherSlaveHas) {
   EXPECT_THAT(*text, HasSubstr("# alias = 9  # another slave has the same"));
 }
 
-TEST(LineDescription, AxesAreThereToBeUncommented) {
-  FoundLine line;
-  line.slaves = {found(0, {.vendor = 0x28}, "drive")};
-  line.slaves[0].drive = DriveFacts{1U << 8U, 65536.0, 1.25, 300.0};
-  const auto text = describe_line(line);
+FoundLine one_drive(const DriveFacts& facts, std::uint32_t vendor = 0x28) {
+  FoundLine line{{found(0, {.vendor = vendor}, "drive")}, "eth1", {}, {}};
+  line.slaves[0].drive = facts;
+  return line;
+}
+
+TEST(LineDescription, DrivesBecomeAxesScaledAsTheySay) {
+  const auto config = described(one_drive({1U << 8U, 65536.0, 1.25, 300.0}));
+  ASSERT_EQ(config.axes.size(), 1U);
+  EXPECT_EQ(config.axes[0].name, "axis0");
+  EXPECT_EQ(config.axes[0].mode, ecat_master::cia402::Mode::kCyclicVelocity);
+  EXPECT_NEAR(config.axes[0].increments_per_unit, 65536.0 / 6.283185307, 1e-3);
+  EXPECT_DOUBLE_EQ(config.axes[0].rated_torque, 1.25);
+  EXPECT_DOUBLE_EQ(config.axes[0].limits.max_velocity, 300.0);
+  EXPECT_FALSE(config.path) << "nothing moves that nobody asked to move";
+}
+
+TEST(LineDescription, PositionModeGoesBeforeTheOthers) {
+  const auto config = described(one_drive({7U << 7U, 65536.0, {}, {}}));
+  ASSERT_EQ(config.axes.size(), 1U);
+  EXPECT_EQ(config.axes[0].mode, ecat_master::cia402::Mode::kCyclicPosition);
+}
+
+TEST(LineDescription, WhatADriveDoesNotTellStandsThereAsAnAssumption) {
+  const auto text = describe_line(one_drive({std::nullopt, 65536.0, std::nullopt, 1e9}));
   ASSERT_TRUE(text);
-  EXPECT_TRUE(described(line).axes.empty()) << "nothing moves that nobody asked to move";
-  std::string active;
-  for (std::size_t at = text->find("# [[axis]]"); at < text->size();) {
-    const auto end = text->find('\n', at);
-    active += text->substr(at + 2, end - at - 1);
-    at = end + 1;
+  EXPECT_THAT(*text, HasSubstr("mode = \"csp\"  # assumed: 6502h cannot be read"));
+  EXPECT_THAT(*text, HasSubstr("# rated_torque_nm = 2.4  # 6076h cannot be read: this is assumed"));
+  EXPECT_THAT(*text, HasSubstr("# max_velocity = 200  # 6080h")) << "a billion rad/s is no limit";
+  EXPECT_EQ(described(one_drive({std::nullopt, 65536.0, std::nullopt, 1e9})).axes.size(), 1U);
+}
+
+TEST(LineDescription, DriveThatCannotBeAnAxisIsNamedWithTheReason) {
+  struct Case {
+    DriveFacts facts;
+    std::string reason;
+  };
+  for (const auto& [facts, reason] :
+       {Case{{0x25U, 65536.0, 1.0, 300.0}, "6502h is 0x00000025: it has none of the modes csp, csv and cst"},
+        Case{{1U << 9U, 65536.0, 1.0, 300.0}, "cst is its only cyclic mode"},
+        Case{{1U << 7U, std::nullopt, 1.0, 300.0}, "it does not tell how positions are scaled (6091h, 6092h, 608Fh)"},
+        Case{{1U << 7U, 0.25, 1.0, 300.0}, "0.25 increments per revolution"}}) {
+    const auto text = describe_line(one_drive(facts));
+    ASSERT_TRUE(text);
+    EXPECT_THAT(*text, HasSubstr("# slave0 is left out: "));
+    EXPECT_THAT(*text, HasSubstr(reason));
+    EXPECT_TRUE(described(one_drive(facts)).axes.empty()) << reason;
+    EXPECT_EQ(gentle_path(one_drive(facts), 1.0), "") << reason;
   }
-  const auto config = parse_line_config(text->substr(0, text->find("# CiA 402")) + active, "line.toml");
-  ASSERT_TRUE(config) << config.error() << active;
-  ASSERT_EQ(config->axes.size(), 1U);
-  EXPECT_EQ(config->axes[0].mode, ecat_master::cia402::Mode::kCyclicVelocity);
-  EXPECT_NEAR(config->axes[0].increments_per_unit, 65536.0 / 6.283185307, 1e-3);
-  EXPECT_DOUBLE_EQ(config->axes[0].rated_torque, 1.25);
-  EXPECT_DOUBLE_EQ(config->axes[0].limits.max_velocity, 300.0);
+}
+
+TEST(LineDescription, DriveOfAnotherMakerIsAnAxisOnlyWhereItIsReal) {
+  auto line = one_drive({1U << 7U, 65536.0, 1.0, 300.0}, 0x1234);
+  EXPECT_EQ(described(line).axes.size(), 1U);
+  EXPECT_THAT(*describe_line(line), HasSubstr("# Not a drive of the kind that was tried"));
+  line.interface.reset();
+  EXPECT_TRUE(described(line).axes.empty());
+  EXPECT_THAT(*describe_line(line), HasSubstr("no drive like that can be simulated"));
+}
+
+TEST(LineDescription, AxesMoveOutAndBackWhenAskedTo) {
+  auto line = one_drive({1U << 7U, 65536.0, 1.0, 300.0});
+  line.slaves.push_back(found(1, {}, "EK1100"));
+  line.slaves.push_back(line.slaves[0]);
+  line.slaves[2].view.slave.ref.position = 2;
+  EXPECT_EQ(gentle_path(line, -0.25), "time[s],axis0[rev],axis2[rev]\n0,0,0\n1,-0.25,-0.25\n2,0,0\n");
+  EXPECT_EQ(gentle_path(line, 4), "time[s],axis0[rev],axis2[rev]\n0,0,0\n6,4,4\n12,0,0\n");
+  line.path_file = "line.path.csv";
+  const auto config = described(line);
+  ASSERT_TRUE(config.path);
+  EXPECT_EQ(config.path->file.filename(), "line.path.csv");
+  EXPECT_TRUE(config.path->relative);
 }
 
 TEST(LineDescription, NamesOfSlavesCannotBecomeKeys) {

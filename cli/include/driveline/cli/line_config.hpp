@@ -77,6 +77,7 @@ struct PathConfig {
   std::filesystem::path file;                                   ///< CSV with a time column and one per axis
   Interpolation interpolation = Interpolation::kClampedSpline;  ///< how the points are joined
   bool repeat = false;                                          ///< start over at the end
+  bool relative = false;                                        ///< to where the axes stand when they are enabled
 };
 
 /// [telemetry] of a line description.
@@ -121,7 +122,7 @@ struct LineConfig {
   std::vector<FaultPlan> faults;              ///< in the order of the file
   std::optional<ClockConfig> clocks;          ///< none: the drives run free
   std::vector<ecat_master::AxisConfig> axes;  ///< in the order of the path's columns
-  std::optional<PathConfig> path;             ///< none: no motion of its own
+  std::optional<PathConfig> path;             ///< none: the axes hold the place where they are enabled
   TelemetryConfig telemetry;                  ///< what goes out over DDS
   OutputConfig output;                        ///< what is written into files
   RecoveryConfig recovery;                    ///< what `run` does about lost slaves

@@ -25,4 +25,8 @@ struct InterpolationPeriod {
 /// @throws std::invalid_argument if 60C2h cannot hold the period.
 [[nodiscard]] std::vector<StartupSdo> msd_startup_sdos(const AxisConfig& axis, std::chrono::nanoseconds period);
 
+/// The same of a drive of another maker: the setpoint cycle in 60C2h alone.
+/// @throws std::invalid_argument if 60C2h cannot hold the period.
+[[nodiscard]] std::vector<StartupSdo> cia402_startup_sdos(std::chrono::nanoseconds period);
+
 }  // namespace driveline::ecat_master

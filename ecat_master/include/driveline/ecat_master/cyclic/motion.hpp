@@ -63,6 +63,8 @@ class Motion {
   struct Settings {
     std::chrono::nanoseconds period = std::chrono::microseconds{125};  ///< of the cycle
     bool repeat = false;                                               ///< start over at the end of the path
+    /// The path begins where the axes stand when they are enabled; its first point stands for that place.
+    bool relative = false;
     /// Cycles in a row without valid process data of an axis before all axes are stopped. The drives' own watchdog is
     /// the second line of defence.
     std::uint32_t bad_cycle_limit = 8;
@@ -128,6 +130,8 @@ class Motion {
   void advance(std::int64_t cycle) noexcept;
   void advance_path(std::int64_t cycle) noexcept;
   void begin_path(std::int64_t cycle) noexcept;
+  void evaluate_path(double time_s) noexcept;
+  void anchor(std::size_t axis) noexcept;
   [[nodiscard]] bool must_wait() const noexcept;
   [[nodiscard]] bool powered() const noexcept;
   [[nodiscard]] bool unavailable(std::size_t axis) const noexcept;
@@ -149,6 +153,7 @@ class Motion {
   std::vector<std::optional<trajectory::StartRamp>> ramps_;
   std::vector<std::optional<trajectory::StopProfile>> stops_;
   std::vector<trajectory::AxisSetpoint> path_start_;
+  std::vector<std::optional<double>> anchors_;     ///< relative paths: what is added to them, once the axis was enabled
   std::vector<trajectory::AxisSetpoint> targets_;  ///< where the path is; setpoints_ of the axes on it
   trajectory::PathClock path_clock_;
   std::int64_t path_begin_ = 0;

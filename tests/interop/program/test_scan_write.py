@@ -1,0 +1,134 @@
+"""A line description written by `scan` is the whole of what a user needs: it takes the line to OP and moves its axes."""
+import csv
+import math
+import re
+import unittest
+
+from program import EXAMPLES, ProgramTest, WireTest
+
+TURNS = 0.2
+
+
+class Written:
+    """What both sides of the wire are asked."""
+
+    def scan(self, *arguments):
+        result = self.run_program("scan", *arguments, "--write", "found.toml", "--move", TURNS)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return self.text("found.toml")
+
+    def check_motion(self, names):
+        """Every axis has gone TURNS and come back, from where it stood."""
+        with open(self.directory / "out/axes.csv", encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+        for name in names:
+            column = next(key for key in rows[0] if key.startswith(f"{name}_actual"))
+            way = [float(row[column]) for row in rows]
+            self.assertAlmostEqual(max(way) - way[0], 2.0 * math.pi * TURNS, delta=0.02, msg=name)
+            self.assertAlmostEqual(way[-1], way[0], delta=0.02, msg=name)
+
+    def check_document(self, result, axes):
+        self.assertEqual(result.returncode, 0, result.stderr)
+        document = self.one_document(result.stdout)
+        self.assertEqual((document["state"], document["faults"]), ("OP", []))
+        self.assertEqual([axis["name"] for axis in document["axes"]], axes)
+
+
+class InProcess(ProgramTest, Written):
+    def check(self, config, axes):
+        text = self.scan("--config", config)
+        result = self.run_program("run", "--config", "found.toml", "--virtual", "--json", "--no-plots", "--no-telemetry")
+        self.check_document(result, axes)
+        self.check_motion(axes)
+        return text
+
+    def test_line_of_drives(self):
+        text = self.check(EXAMPLES / "line8.toml", [f"axis{i}" for i in range(8)])
+        self.assertNotIn("Who is connected to whom", text)  # of a plain line nothing needs saying
+
+    def test_branches_are_drawn(self):
+        config = self.write("branch.toml", '[line]\ncycle_us = 1000\n[wiring]\npreset = "branch"\njunction = "a"\n'
+                            'branch_slaves = 1\n' + "".join(f'[[slave]]\nname = "{name}"\n' for name in "abc"))
+        self.assertIn("Who is connected to whom", self.scan("--config", config))
+
+    def test_drives_that_stand_somewhere(self):
+        config = self.write("far.toml", '[line]\ncycle_us = 1000\n[[slave]]\nname = "x"\n[slave.plant]\n'
+                            'initial_position_rev = -700.3\n[[slave]]\nname = "y"\n[slave.plant]\n'
+                            'initial_position_rev = 12.5\n')
+        # The description is of the line, not of the machine behind it.
+        text = self.scan("--config", config)
+        for name, place in (("slave0", "-700.3"), ("slave1", "12.5")):
+            text = text.replace(f'name = "{name}"\n', f'name = "{name}"\nplant.initial_position_rev = {place}\n', 1)
+        self.write("found.toml", text)
+        result = self.run_program("run", "--config", "found.toml", "--virtual", "--json", "--no-plots", "--no-telemetry")
+        self.check_document(result, ["axis0", "axis1"])
+        self.check_motion(["axis0", "axis1"])
+
+    def test_without_motion_the_axes_hold_their_place(self):
+        self.assertEqual(self.run_program("scan", "--config", EXAMPLES / "mixed.toml", "--write", "still.toml").returncode, 0)
+        text = self.text("still.toml")
+        self.assertEqual(len(re.findall(r"(?m)^\[\[axis\]\]$", text)), 2)
+        self.assertNotRegex(text, r"(?m)^\[path\]$")
+        self.assertNotIn("still.path.csv", self.files())
+        result = self.run_program("run", "--config", "still.toml", "--virtual", "--duration", "0.5", "--json", "--no-plots",
+                                  "--no-telemetry")
+        self.check_document(result, ["axis5", "axis6"])
+        self.assertIn("hold the place where they stand", result.stderr)
+        with open(self.directory / "out/axes.csv", encoding="utf-8") as file:
+            for row in csv.DictReader(file):
+                for key in row:
+                    if "actual" in key:
+                        self.assertAlmostEqual(float(row[key]), 0.0, delta=0.001)
+
+    def test_misuse(self):
+        line8 = EXAMPLES / "line8.toml"
+        for arguments, parts in ((["--move", "1"], ["--write FILE"]),
+                                 (["--write", "a.toml", "--move", "0"], ["--move \"0\"", "-1000 to 1000"]),
+                                 (["--write", "a.toml", "--move", "nan"], ["--move \"nan\""]),
+                                 (["--write", "a.toml", "--move", "1e9"], ["--move \"1e9\""]),
+                                 (["--write", "a.toml", "--move", "1rev"], ["--move \"1rev\""])):
+            with self.subTest(arguments=arguments):
+                self.check_refused(self.run_program("scan", "--config", line8, *arguments), 2, *parts)
+        self.assertEqual(self.files(), [])
+
+
+class OnTheWire(WireTest, Written):
+    def check(self, config, axes):
+        line = self.start_line(config)
+        text = self.scan("--iface", "dl-master")
+        self.assertIn('interface = "dl-master"', text)
+        result, disturbed = self.run_undisturbed("run", "--config", "found.toml", "--json", "--no-plots", "--no-telemetry")
+        if not disturbed:
+            self.check_document(result, axes)
+            self.check_motion(axes)
+        self.end_line(line)
+        return text
+
+    def test_terminals_and_drives(self):
+        text = self.check(EXAMPLES / "mixed.toml", ["axis5", "axis6"])
+        self.assertNotIn(".sii", text)
+
+    def test_servo_one_between_two_others(self):
+        config = self.write("line.toml", '[line]\ncycle_us = 1000\n[[slave]]\nname = "a"\nmodel = "servoone"\n[[slave]]\n'
+                            f'name = "io"\nesi = "{EXAMPLES}/terminals.xml"\ndevice = "MX4"\n[[slave]]\nname = "b"\n'
+                            'model = "servoone_junior"\n')
+        text = self.check(config, ["axis0", "axis2"])
+        self.assertIn('model = "servoone"\n', text)
+
+    def test_slave_with_an_alias_is_found_wherever_it_is_plugged_in(self):
+        lines = [f'[[slave]]\nname = "{name}"\n{alias}' for name, alias in (("a", ""), ("b", "alias = 77\n"), ("c", ""))]
+        head = '[line]\ncycle_us = 1000\n'
+        text = self.check(self.write("line.toml", head + "".join(lines)), ["axis0", "axis1", "axis2"])
+        self.assertIn("\nalias = 77\n", text)
+        # The serial numbers of a simulated line go by position: a slave that was moved has another one.
+        self.write("found.toml", re.sub(r"(?m)^serial = .*\n", "", text))
+        moved = self.start_line(self.write("moved.toml", head + lines[1] + lines[0] + lines[2]))
+        result, disturbed = self.run_undisturbed("run", "--config", "found.toml", "--json", "--no-plots", "--no-telemetry")
+        if not disturbed:
+            self.check_document(result, ["axis0", "axis1", "axis2"])
+            self.check_motion(["axis0", "axis1", "axis2"])
+        self.end_line(moved)
+
+
+if __name__ == "__main__":
+    unittest.main()
