@@ -12,7 +12,7 @@ using std::chrono::nanoseconds;
 /// One frame full of drift datagrams.
 class DriftFrame {
  public:
-  DriftFrame(const LineClocks& clocks, unsigned datagrams) : clocks_(clocks), data_(datagrams) {
+  DriftFrame(const LineClocks& clocks, unsigned datagrams) : data_(datagrams) {
     const auto address = wire::DatagramAddress::physical(clocks.station, wire::reg::kSystemTime.address);
     // The reference clock follows the master: it is told the time first, then asked for it.
     if (clocks.mode == FollowMode::kReferenceFollows)
@@ -36,7 +36,6 @@ class DriftFrame {
   }
 
  private:
-  const LineClocks& clocks_;
   std::vector<std::array<std::byte, 4>> data_;
   std::vector<Request> requests_;
 };
