@@ -19,7 +19,7 @@ ScriptedInput read_input(TomlReader reader, const DeviceModel& model) {
   const auto name = reader.text("entry");
   const auto row = model.find_input(name);
   if (!row) reader.fail("entry", fmt::format("\"{}\" {}", name, row.error()));
-  const ScriptedInput input{*row, read_signal(reader)};
+  ScriptedInput input{*row, read_signal(reader)};
   if (const auto fits = slaves::generic::check_signal(**row, input.signal); !fits) reader.fail("entry", fits.error());
   reader.finish();
   return input;

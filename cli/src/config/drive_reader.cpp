@@ -13,7 +13,6 @@
 namespace driveline::cli {
 namespace {
 
-using slaves::msd::Input;
 using slaves::msd::MachineSwitch;
 using slaves::msd::MsdParameters;
 using slaves::msd::ScriptedSignal;
