@@ -87,6 +87,8 @@ class Reference(DocumentTest):
         "process_data": ['slave = [{ name = "x" }]\n[process_data]'],
         "group": ['slave = [{ name = "x" }]\n[[group]]\nname = "g"\nslaves = ["x"]'],
         "copy": ['slave = [{ name = "x" }]\n[[copy]]\nfrom = "x.6041h"\nto = "x.6040h"'],
+        "dc": ['slave = [{ name = "x" }]\n[dc]'],
+        "slave.dc": ['[[slave]]\nname = "x"\n[slave.dc]'],
         "wiring": ['slave = [{ name = "x" }, { name = "y" }]\n[wiring]\n' + preset
                    for preset in ("", 'preset = "star"', 'preset = "branch"\njunction = "x"\nbranch_slaves = 1')],
         "wiring.cable": ['slave = [{ name = "x" }]\n[[wiring.cable]]\nfrom = "master"\nto = "x:0"'],
