@@ -67,8 +67,11 @@ std::string describe_slave_facts(const Error& e) {
       return fmt::format("{}: EEPROM word 0x{:04X} reads back as 0x{:04X} after 0x{:04X} was written", who(e),
                          e.address, e.received, e.expected);
     case ErrorKind::kIdentityMismatch:
-      return fmt::format("{}: {} is 0x{:08X} but 0x{:08X} is planned", who(e),
-                         to_text(static_cast<IdentityNumber>(e.address)), e.received, e.expected);
+      return fmt::format("{}: {} is 0x{:08X} but 0x{:08X} {}", who(e), to_text(static_cast<IdentityNumber>(e.address)),
+                         e.received, e.expected, e.code == 1 ? "was there at start" : "is planned");
+    case ErrorKind::kPlaceUnknown:
+      return fmt::format("{}: of {} that were missing {} came back, and neither wiring nor serial number tells which",
+                         who(e), e.expected, e.received);
     case ErrorKind::kSiiChecksum:
       return fmt::format("{}: EEPROM checksum is 0x{:02X}, 0x{:02X} would be right: the slave does not use its content",
                          who(e), e.received, e.expected);

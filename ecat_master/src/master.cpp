@@ -174,6 +174,8 @@ Result<void> Master::await_clocks() {
 tl::expected<void, std::string> Master::start_cycle(Motion* motion, SampleRings rings, CyclicCore::Settings settings,
                                                     const MakeRunner& make_runner) {
   settings.slaves = static_cast<std::uint16_t>(reachable().size());
+  unplaced_.assign(slaves_.size(), std::nullopt);
+  unproven_.assign(slaves_.size(), false);
   watch_.reset();
   follower_ = clocks_ ? std::make_unique<dc::ClockFollower>(*clocks_) : nullptr;
   settings.clocks = follower_.get();

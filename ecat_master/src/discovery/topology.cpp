@@ -209,7 +209,9 @@ Result<Topology> build_topology(std::span<const SlavePortFacts> facts) {
   return topology;
 }
 
-Result<std::vector<SlavePortFacts>> read_port_facts(Bus& bus, std::span<const SlaveRef> slaves) {
+namespace {
+
+Result<std::vector<SlavePortFacts>> read_port_facts(Bus& bus, std::size_t count, auto&& request_of) {
   // ESC feature register: bit 2 distributed clocks, with them the receive times (ETG.1000.4 Table 31).
   constexpr std::uint16_t kFeatureDistributedClocks = 0x0004;
   // Any write to the first receive time latches all of them (ETG.1000.4 Table 60).
@@ -222,25 +224,21 @@ Result<std::vector<SlavePortFacts>> read_port_facts(Bus& bus, std::span<const Sl
     std::array<std::byte, 2> dl_status{};
     std::array<std::byte, 4 * kSlavePorts> times{};
   };
-  std::vector<Answers> answers(slaves.size());
+  std::vector<Answers> answers(count);
   std::vector<Request> requests;
-  for (std::size_t i = 0; i < slaves.size(); ++i) {
-    auto read = [&](std::uint16_t address, std::span<std::byte> data) {
-      requests.push_back(
-          {wire::Command::kFprd, wire::DatagramAddress::physical(slaves[i].station, address), data, 0, false});
-    };
-    read(wire::reg::kFeatures.address, answers[i].features);
-    read(wire::reg::kDlStatus.address, answers[i].dl_status);
-    read(wire::reg::kReceiveTimePort.at(0), answers[i].times);
+  for (std::size_t i = 0; i < count; ++i) {
+    requests.push_back(request_of(i, wire::reg::kFeatures.address, answers[i].features));
+    requests.push_back(request_of(i, wire::reg::kDlStatus.address, answers[i].dl_status));
+    requests.push_back(request_of(i, wire::reg::kReceiveTimePort.at(0), answers[i].times));
   }
   if (auto done = bus.exchange().exchange(requests); !done) return tl::unexpected(done.error());
 
-  std::vector<SlavePortFacts> facts(slaves.size());
-  for (std::size_t i = 0; i < slaves.size(); ++i) {
+  std::vector<SlavePortFacts> facts(count);
+  for (std::size_t i = 0; i < count; ++i) {
     if (requests[3 * i + 1].working_counter != 1) {
       Error error;
       error.kind = ErrorKind::kWorkingCounter;
-      error.slave = slaves[i].position;
+      error.slave = static_cast<std::uint16_t>(i);
       error.address = wire::reg::kDlStatus.address;
       error.expected = 1;
       error.received = requests[3 * i + 1].working_counter;
@@ -257,6 +255,25 @@ Result<std::vector<SlavePortFacts>> read_port_facts(Bus& bus, std::span<const Sl
     }
   }
   return facts;
+}
+
+}  // namespace
+
+Result<std::vector<SlavePortFacts>> read_port_facts(Bus& bus, std::span<const SlaveRef> slaves) {
+  auto facts = read_port_facts(
+      bus, slaves.size(), [slaves](std::size_t i, std::uint16_t address, std::span<std::byte> data) -> Request {
+        return {wire::Command::kFprd, wire::DatagramAddress::physical(slaves[i].station, address), data, 0, false};
+      });
+  if (!facts && facts.error().kind == ErrorKind::kWorkingCounter)
+    facts.error().slave = slaves[facts.error().slave].position;
+  return facts;
+}
+
+Result<std::vector<SlavePortFacts>> read_port_facts(Bus& bus, std::uint16_t count) {
+  return read_port_facts(bus, count, [](std::size_t i, std::uint16_t address, std::span<std::byte> data) -> Request {
+    const auto position = static_cast<std::uint16_t>(i);
+    return {wire::Command::kAprd, wire::DatagramAddress::position(position, address), data, 0, false};
+  });
 }
 
 }  // namespace driveline::ecat_master

@@ -192,7 +192,7 @@ void LineSupervisor::recover(std::size_t slave) {
   // Nobody knows when somebody is plugged in.
   one.next_try = now + (joins ? kJoinPause : settings_.retry_pause);
   const bool answers = done.error().kind != ErrorKind::kWorkingCounter && done.error().kind != ErrorKind::kNoAnswer;
-  one.gone = !answers;
+  one.gone = !answers || done.error().kind == ErrorKind::kPlaceUnknown;
   // Told once per reason; that somebody who is gone does not answer has been told.
   if (!answers || (one.failure_noted && one.last_failure == done.error().kind)) return;
   one.failure_noted = true;

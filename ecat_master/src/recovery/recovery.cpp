@@ -32,23 +32,25 @@ Error error_of(ErrorKind kind, SlaveRef slave, std::uint16_t address, std::uint3
 struct IdentityField {
   IdentityRule planned;
   std::uint32_t found = 0;
+  bool by_start = false;  ///< the plan says nothing
 };
 
-/// What the plan says about who the slave is; where it leaves vendor, product or revision open, those of the slave that
-/// was found at start.
+/// What the plan says about who the slave is; where it leaves a number open, that of the slave that was found at start.
+/// A hot-connected one is whoever has its alias or device ID, and no serial number is 0.
 std::array<IdentityField, 4> identity_fields(const ConfiguredSlave& slave, const esi::DeviceDescription& found) {
   const auto& known = slave.info.description;
-  const auto rule = [&slave](IdentityRule planned, std::uint32_t was) {
-    if (planned != IdentityRule{} || !slave.present) return planned;
-    return IdentityRule::equal(was);
-  };
   const auto equal_or_any = [](std::uint32_t value) {
     return value == 0 ? IdentityRule{} : IdentityRule::equal(value);
   };
-  return {{{rule(equal_or_any(slave.plan.vendor_id), known.vendor_id), found.vendor_id},
-           {rule(equal_or_any(slave.plan.product_code), known.product_code), found.product_code},
-           {rule(slave.plan.revision, known.revision), found.revision},
-           {slave.plan.serial, found.serial_number}}};
+  const auto field = [&slave](IdentityRule planned, IdentityRule at_start, std::uint32_t value) -> IdentityField {
+    const bool by_start = planned == IdentityRule{} && slave.present;
+    return {by_start ? at_start : planned, value, by_start};
+  };
+  const auto serial = slave.plan.hot_connect ? IdentityRule{} : equal_or_any(known.serial_number);
+  return {field(equal_or_any(slave.plan.vendor_id), IdentityRule::equal(known.vendor_id), found.vendor_id),
+          field(equal_or_any(slave.plan.product_code), IdentityRule::equal(known.product_code), found.product_code),
+          field(slave.plan.revision, IdentityRule::equal(known.revision), found.revision),
+          field(slave.plan.serial, serial, found.serial_number)};
 }
 
 /// The device at `slave` is the one that was found there at start, or one of its kind that the plan accepts.
@@ -68,8 +70,10 @@ Result<void> check_identity(Bus& bus, const ConfiguredSlave& slave) {
   }
   const auto fields = identity_fields(slave, esi::description_from_sii(*decoded));
   for (std::size_t i = 0; i < fields.size(); ++i) {
-    if (!fields[i].planned.accepts(fields[i].found))
-      return mismatch(static_cast<IdentityNumber>(i), fields[i].planned.value, fields[i].found);
+    if (fields[i].planned.accepts(fields[i].found)) continue;
+    auto refused = mismatch(static_cast<IdentityNumber>(i), fields[i].planned.value, fields[i].found);
+    refused.value().code = fields[i].by_start ? 1 : 0;
+    return refused;
   }
   if (slave.plan.alias && decoded->config.station_alias != *slave.plan.alias)
     return mismatch(IdentityNumber::kAlias, *slave.plan.alias, decoded->config.station_alias);
@@ -118,7 +122,7 @@ Result<AlReport> Master::al_status_of(std::size_t slave) {
 }
 
 /// A slave that was switched off has lost its station address. Members of the line are recognised by it; whoever has
-/// another or none is the missing slave whose turn it is at that place, or the hot-connected one with that alias.
+/// another or none is the missing slave whose place it is, or the hot-connected one with that alias.
 Result<std::size_t> Master::readdress_newcomers() {
   auto seen = look_around(bus_);
   if (!seen) return tl::unexpected(seen.error());
@@ -145,54 +149,46 @@ Result<std::size_t> Master::readdress_newcomers() {
     if (!ids) return tl::unexpected(ids.error());
     for (std::size_t i = 0; i < strangers.size(); ++i) (*seen)[strangers[i]].device_id = (*ids)[i];
   }
-  std::size_t next = 0;
   std::size_t addressed = 0;
+  std::vector<std::optional<std::size_t>> known(seen->size());
+  const auto give_address = [&](std::size_t position, std::size_t slave) {
+    known[position] = slave;
+    present[slave] = true;
+    unproven_[slave] = true;
+    ++addressed;
+    const auto address = wire::to_le_bytes(refs_[slave].station);
+    return bus_.write_at_position(static_cast<std::uint16_t>(position), wire::reg::kStationAddress.address, address);
+  };
+  std::size_t reached = 0;
   for (std::size_t position = 0; position < seen->size(); ++position) {
     const auto& one = (*seen)[position];
     if (!one.answers) continue;
-    if (const auto index = index_of(one.station)) {
-      if (!slaves_[*index].plan.hot_connect) next = *index + 1;
-      continue;
-    }
-    std::optional<std::size_t> match;
-    for (std::size_t i = 0; i < slaves_.size() && !match; ++i) {
+    reached = position + 1;
+    if ((known[position] = index_of(one.station))) continue;
+    for (std::size_t i = 0; i < slaves_.size(); ++i) {
       if (present[i] || !slaves_[i].plan.hot_connect) continue;
       const auto alias = slaves_[i].plan.alias.value_or(slaves_[i].info.alias);
-      if (one.alias != 0 && alias == one.alias) match = i;
-      if (one.device_id && slaves_[i].plan.device_id == one.device_id) match = i;
+      const bool match =
+          (one.alias != 0 && alias == one.alias) || (one.device_id && slaves_[i].plan.device_id == one.device_id);
+      if (!match) continue;
+      if (auto done = give_address(position, i); !done) return tl::unexpected(done.error());
+      break;
     }
-    for (std::size_t i = next; i < slaves_.size() && !match; ++i) {
-      if (slaves_[i].plan.hot_connect) continue;
-      if (present[i]) break;
-      match = i;
-    }
-    if (!match) continue;
-    const auto address = wire::to_le_bytes(refs_[*match].station);
-    if (auto done =
-            bus_.write_at_position(static_cast<std::uint16_t>(position), wire::reg::kStationAddress.address, address);
-        !done) {
-      return tl::unexpected(done.error());
-    }
-    present[*match] = true;
-    if (!slaves_[*match].plan.hot_connect) next = *match + 1;
-    ++addressed;
+  }
+  // Behind the break of a ring nobody is reached by position.
+  const auto placed = place_by_wiring(std::span(known).first(reached));
+  if (!placed) return tl::unexpected(placed.error());
+  for (const auto& [position, slave] : *placed) {
+    if (auto done = give_address(position, slave); !done) return tl::unexpected(done.error());
   }
   return addressed;
 }
 
-/// Device IDs of slaves that have no station address of ours: they get one for as long as that takes.
+/// Device IDs of slaves that have no station address of ours.
 Result<std::vector<std::optional<std::uint16_t>>> Master::identify_newcomers(std::span<const std::uint16_t> positions) {
-  // Above those of any line (kMaxSlaves).
-  constexpr std::uint16_t kTemporary = 0x3000;
-  std::vector<SlaveRef> guests;
-  for (const auto position : positions) {
-    const SlaveRef guest{position, static_cast<std::uint16_t>(kTemporary + position)};
-    const auto address = wire::to_le_bytes(guest.station);
-    if (auto done = bus_.write_at_position(position, wire::reg::kStationAddress.address, address); !done)
-      return tl::unexpected(done.error());
-    guests.push_back(guest);
-  }
-  return read_device_ids(bus_, guests);
+  const auto guests = host(positions);
+  if (!guests) return tl::unexpected(guests.error());
+  return read_device_ids(bus_, *guests);
 }
 
 /// A hot-connected slave that has not been there yet: who it is, and whether its place in the image fits.
@@ -230,16 +226,21 @@ Result<void> Master::welcome(std::size_t slave) {
 
 Result<void> Master::recover(std::size_t slave, std::chrono::nanoseconds state_timeout) {
   const auto report = al_status_of(slave);
-  if (!report) return tl::unexpected(report.error());
+  if (!report) {
+    const bool silent = report.error().kind == ErrorKind::kWorkingCounter;
+    return tl::unexpected(silent ? unplaced_[slave].value_or(report.error()) : report.error());
+  }
   const bool joins = !slaves_[slave].present;
   if (joins) {
-    if (auto done = welcome(slave); !done) return done;
+    if (auto done = welcome(slave); !done) return refuse(slave, done.error());
   }
   const std::span<const SlaveRef> ref(&refs_[slave], 1);
   // Who has kept its station address and fell no further than SAFEOP is still configured.
-  const bool configured = !joins && (report->status.state == kConfigured || report->status.state == AlState::kOp);
+  const bool configured =
+      !joins && !unproven_[slave] && (report->status.state == kConfigured || report->status.state == AlState::kOp);
   if (configured && change_state(bus_, ref, AlState::kOp, state_timeout)) return {};
   if (auto done = reconfigure(slave, state_timeout); !done) {
+    if (done.error().kind == ErrorKind::kIdentityMismatch) return refuse(slave, done.error());
     return tl::unexpected(explain_state_error(bus_, slaves_, image_, done.error()));
   }
   if (auto done = write_startup_sdos(engine_, {&slaves_[slave], 1}, AlState::kOp); !done) return done;
@@ -250,6 +251,7 @@ Result<void> Master::reconfigure(std::size_t slave, std::chrono::nanoseconds sta
   auto& one = slaves_[slave];
   const std::span<const SlaveRef> ref(&refs_[slave], 1);
   if (auto done = check_identity(bus_, one); !done) return done;
+  unproven_[slave] = false;
   if (auto done = change_state(bus_, ref, AlState::kInit, state_timeout); !done) return done;
   if (auto done = clear_channels(bus_, ref); !done) return done;
   const auto window = write_mailbox_channels(bus_, one.info, one.plan.mailbox_timeouts);

@@ -85,7 +85,9 @@ LineOperation::LineOperation(DriveLine& drives, port::Port& port, const RunOptio
       line_ring_(kRingSamples),
       axis_ring_(kRingSamples),
       master_(std::make_unique<ecat_master::Master>(
-          port_, drives.clock, ecat_master::Master::Settings{{}, options.state_timeout, options.layout})) {}
+          port_, drives.clock,
+          ecat_master::Master::Settings{
+              {}, options.state_timeout, options.layout, std::chrono::seconds{10}, options.accept_swapped_ports})) {}
 
 ecat_master::AxisConfig LineOperation::axis(std::size_t position, const RunOptions& options) {
   ecat_master::AxisConfig config;
@@ -106,6 +108,9 @@ ecat_master::SlavePlan LineOperation::plan(std::size_t position, const RunOption
   plan.product_code = slaves::msd::facts(options.variant).product_code;
   plan.startup_sdos = ecat_master::msd_startup_sdos(axis(position, options), options.period);
   plan.pdos = ecat_master::axis_pdo_configuration();
+  if (options.plan_serials) {
+    plan.serial = ecat_master::IdentityRule::equal(static_cast<std::uint32_t>(1000 + position));
+  }
   plan.group = position % options.groups;
   plan.hot_connect = std::count(options.hot_connect.begin(), options.hot_connect.end(), position) > 0;
   plan.lrw = !options.every_third_without_lrw || position % 3 != 1;

@@ -61,6 +61,8 @@ struct RunOptions {
   /// Process data handed from slave to slave, in the image of the line.
   std::function<std::vector<ecat_master::ProcessDataCopy>(const ecat_master::Master&)> copies{};
   ecat_master::LossPolicy on_loss = ecat_master::LossPolicy::kStop;  ///< of every axis
+  bool plan_serials = false;          ///< the plan names the serial number of every drive
+  bool accept_swapped_ports = false;  ///< IN and OUT of a slave may be swapped
 };
 
 /// A master that runs all drives of a line along a path of raised cosines, each axis with its own amplitude.

@@ -46,6 +46,7 @@ enum class ErrorKind : std::uint8_t {
   kClock,               ///< distributed clocks; code: dc::ClockFault
   kCancelled,           ///< stopped on request
   kExchangeFull,        ///< frames that were given up before still fill the way through the cycle
+  kPlaceUnknown,        ///< a slave has come back, and nothing tells which of the missing ones it is
 };
 
 /// Error::address of kIdentityMismatch: which number is another one than planned.

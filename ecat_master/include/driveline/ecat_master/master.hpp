@@ -12,6 +12,7 @@
 #include "driveline/ecat_master/dc/bring_up.hpp"
 #include "driveline/ecat_master/dc/clock_watch.hpp"
 #include "driveline/ecat_master/discovery/topology.hpp"
+#include "driveline/ecat_master/recovery/placement.hpp"
 #include "driveline/ecat_master/state_machine.hpp"
 
 namespace driveline::ecat_master {
@@ -94,12 +95,15 @@ class Master {
   /// AL status of one slave. Errors: kWorkingCounter when it does not answer, those of the bus.
   [[nodiscard]] Result<AlReport> al_status_of(std::size_t slave);
   /// While the cycle runs: gives their station addresses back to slaves that were switched off or plugged in again.
-  /// A slave is known by its place between the others, one with SlavePlan::hot_connect by its alias or device ID.
+  /// A slave is known by its place in the wiring, where that does not tell by its serial number; one with
+  /// SlavePlan::hot_connect by its alias or device ID. Whoever may be several of the missing ones gets none, and
+  /// recover() of these says kPlaceUnknown.
   /// Returns how many there were. Errors: those of the bus.
   [[nodiscard]] Result<std::size_t> readdress_newcomers();
   /// While the cycle runs: takes one slave from any state back to OP; checks that it is the device it was before and
-  /// configures it anew when it has lost its configuration. The others are not touched. Errors: kIdentityMismatch,
-  /// kWorkingCounter when it does not answer, those of configure().
+  /// configures it anew when it has lost its configuration. The others are not touched. Errors: kIdentityMismatch, and
+  /// the slave loses its station address; kWorkingCounter when it does not answer, kPlaceUnknown when it may be one
+  /// that has come back; those of configure().
   [[nodiscard]] Result<void> recover(std::size_t slave, std::chrono::nanoseconds state_timeout);
   /// Lets the cycle run for `duration` (sleeps, or runs it on virtual time).
   void pass(std::chrono::nanoseconds duration);
@@ -155,6 +159,14 @@ class Master {
   [[nodiscard]] Result<void> welcome(std::size_t slave);
   [[nodiscard]] Result<std::vector<std::optional<std::uint16_t>>> identify_newcomers(
       std::span<const std::uint16_t> positions);
+  /// By position and slave: newcomers that are known by the wiring, else by their serial numbers.
+  [[nodiscard]] Result<std::vector<std::pair<std::size_t, std::size_t>>> place_by_wiring(
+      std::span<const std::optional<std::size_t>> known);
+  [[nodiscard]] Result<void> settle_claims(std::span<const PlaceClaim> claims,
+                                           std::vector<std::pair<std::size_t, std::size_t>>& placed);
+  [[nodiscard]] Result<std::vector<SlaveRef>> host(std::span<const std::uint16_t> positions);
+  [[nodiscard]] Result<std::vector<std::uint32_t>> serials_of_newcomers(std::span<const std::uint16_t> positions);
+  [[nodiscard]] Result<void> refuse(std::size_t slave, const Error& error);
   [[nodiscard]] Result<void> reconfigure(std::size_t slave, std::chrono::nanoseconds state_timeout);
   [[nodiscard]] Result<void> match_plans(std::span<const SlavePlan> plans);
   [[nodiscard]] Result<void> raise_to(wire::AlState target);
@@ -184,6 +196,8 @@ class Master {
   CycleMailboxStatus mailbox_status_{*this};
   std::vector<ConfiguredSlave> slaves_;
   std::vector<SlaveRef> refs_;
+  std::vector<std::optional<Error>> unplaced_;  ///< why a slave that may have come back has no address
+  std::vector<bool> unproven_;                  ///< has an address by its place; who it is has not been looked at
   Topology topology_;
   LineComparison comparison_;
   ProcessImage image_;

@@ -63,6 +63,8 @@ struct Topology {
 /// Reads DL status and port receive times of all `slaves` (in line order, all of the line). Latches the receive times
 /// with a broadcast write. Errors: kWorkingCounter, those of the bus. Not real-time safe.
 [[nodiscard]] Result<std::vector<SlavePortFacts>> read_port_facts(Bus& bus, std::span<const SlaveRef> slaves);
+/// The same for the first `count` slaves of the line, whatever station addresses they have.
+[[nodiscard]] Result<std::vector<SlavePortFacts>> read_port_facts(Bus& bus, std::uint16_t count);
 
 /// The tree as text, a chain in one column and branches indented under the port they leave from. `labels` has a text
 /// for each slave; it may be empty.
