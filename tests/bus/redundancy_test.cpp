@@ -174,6 +174,62 @@ TEST_F(Ring, TheSupervisorTellsWhereItBroke) {
   expect_undisturbed("all the time");
 }
 
+TEST_F(Ring, TheSupervisorTellsWhoIsCutOff) {
+  start(RunOptions{.repeat = true});
+  ecat_master::LineSupervisor::Settings settings;
+  settings.recover = false;
+  ecat_master::LineSupervisor supervisor(operation->master(), &port, settings);
+  const auto told_after = [&](std::initializer_list<std::pair<std::size_t, bool>> switched) {
+    for (const auto& [slave, on] : switched) drives.line().set_power(slave, on);
+    const auto before = supervisor.history().size();
+    operation->run(milliseconds{2});
+    supervisor.poll();
+    std::string text;
+    for (auto i = before; i < supervisor.history().size(); ++i) {
+      const auto& event = supervisor.history()[i];
+      if (event.kind != ecat_master::LineEvent::Kind::kGone) text += what_happened(event) + "\n";
+    }
+    return text;
+  };
+  const std::string on = "; process data go on over both interfaces\n";
+  EXPECT_EQ(told_after({{1, false}, {2, false}}),
+            "the ring is broken between slave 0 and slave 3, slaves 1 to 2 are cut off" + on);
+  EXPECT_EQ(told_after({{2, true}}), "the ring is broken between slave 0 and slave 2, slave 1 is cut off" + on);
+  EXPECT_EQ(told_after({{1, true}}), "the ring is closed again\n");
+  EXPECT_EQ(told_after({{0, false}}),
+            "the ring is broken between the primary interface and slave 1, slave 0 is cut off" + on);
+  EXPECT_EQ(told_after({{0, true}, {3, false}, {4, false}}),
+            "the ring is broken between slave 2 and the secondary interface, slaves 3 to 4 are cut off" + on);
+}
+
+TEST_F(Ring, TwoNeighboursThatWereSwitchedOffComeBackInEitherOrder) {
+  for (const auto& [first, second] : {std::pair<std::size_t, std::size_t>{1, 2}, {2, 1}}) {
+    start(RunOptions{.repeat = true, .on_loss = ecat_master::LossPolicy::kContinue});
+    ecat_master::LineSupervisor supervisor(operation->master(), &port);
+    const auto live = [&](int rounds) {
+      for (int i = 0; i < rounds; ++i) {
+        operation->run(milliseconds{5});
+        supervisor.poll();
+      }
+    };
+    for (const auto slave : {first, second}) drives.line().set_power(slave, false);
+    live(20);
+    drives.line().set_power(first, true);
+    live(100);
+    EXPECT_FALSE(supervisor.operational(second));
+    const auto station = drives.slave(first).esc().memory().get(wire::reg::kStationAddress);
+    EXPECT_NE(station, operation->master().slaves()[second].info.ref.station);
+    drives.line().set_power(second, true);
+    live(200);
+    EXPECT_TRUE(supervisor.all_operational());
+    EXPECT_TRUE(drives.all_in(wire::AlState::kOp));
+    EXPECT_EQ(port.status().state, State::kClosed);
+    operation->motion().request_stop();
+    ASSERT_TRUE(operation->run_until(MotionPhase::kIdle, std::chrono::seconds{3}));
+    ASSERT_EQ(sentence(operation->master().shut_down()), "");
+  }
+}
+
 TEST_F(Ring, ADriveThatWasSwitchedOffIsRecoveredInARingToo) {
   start(RunOptions{.repeat = true});
   ecat_master::LineSupervisor supervisor(operation->master(), &port);

@@ -15,9 +15,21 @@ using RingState = port::RingStatus::State;
 constexpr nanoseconds kJoinPause = std::chrono::milliseconds{200};
 
 std::string ring_break(const LineEvent& event) {
-  if (event.slave == 0) return "between the primary interface and slave 0";
-  if (event.count == 0) return fmt::format("between slave {} and the secondary interface", event.slave - 1);
-  return fmt::format("between slave {} and slave {}", event.slave - 1, event.slave);
+  const auto last = event.slave + event.cut_off;  // the first one on the secondary side
+  const auto from = event.slave == 0 ? std::string("the primary interface") : fmt::format("slave {}", event.slave - 1);
+  const auto to = event.count == 0 ? std::string("the secondary interface") : fmt::format("slave {}", last);
+  const auto between = fmt::format("between {} and {}", from, to);
+  if (event.cut_off == 0) return between;
+  if (event.cut_off == 1) return fmt::format("{}, slave {} is cut off", between, event.slave);
+  return fmt::format("{}, slaves {} to {} are cut off", between, event.slave, last - 1);
+}
+
+/// Slaves that neither side reaches. Where slaves come and go nobody can be named by counting.
+std::uint16_t cut_off(const Master& master, const port::RingStatus& status) {
+  const auto slaves = master.slaves();
+  if (std::any_of(slaves.begin(), slaves.end(), [](const auto& slave) { return slave.plan.hot_connect; })) return 0;
+  const auto reached = std::size_t{status.primary_slaves} + status.secondary_slaves;
+  return static_cast<std::uint16_t>(slaves.size() - std::min(slaves.size(), reached));
 }
 
 }  // namespace
@@ -121,6 +133,7 @@ void LineSupervisor::watch_ring() {
   event.kind = status.state == RingState::kOpen ? LineEvent::Kind::kRingBroken : LineEvent::Kind::kRingClosed;
   event.slave = status.primary_slaves;
   event.count = status.secondary_slaves;
+  event.cut_off = cut_off(master_, status);
   ring_state_ = status.state;
   ring_status_ = status;
   note(event);

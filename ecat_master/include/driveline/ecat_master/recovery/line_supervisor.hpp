@@ -17,7 +17,7 @@ struct LineEvent {
     kGone,            ///< a slave does not answer any more
     kRecovered,       ///< a slave is back in OP
     kRecoveryFailed,  ///< `error` says why; it is tried again
-    kRingBroken,      ///< `slave`: slaves on the primary side; `count`: on the secondary side
+    kRingBroken,      ///< slaves on the primary side (`slave`), on the secondary side (`count`), on neither (`cut_off`)
     kRingClosed,
     kJoined,         ///< a hot-connected slave that was missing is in OP
     kOutputsZeroed,  ///< a group (`slave`) reached its limit of bad cycles (`count`)
@@ -25,6 +25,7 @@ struct LineEvent {
   Kind kind = Kind::kLeftOp;                               ///< decides which of the members below count
   std::uint16_t slave = 0;                                 ///< position, or as Kind says
   std::uint16_t count = 0;                                 ///< as Kind says
+  std::uint16_t cut_off = 0;                               ///< slaves that neither side of a broken ring reaches
   std::chrono::nanoseconds time{0};                        ///< of the cycle that noticed it, or of the poll
   wire::AlStatus state{};                                  ///< of the slave, kLeftOp
   wire::AlStatusCode code = wire::AlStatusCode::kNoError;  ///< kLeftOp, why
