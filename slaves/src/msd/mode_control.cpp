@@ -66,6 +66,7 @@ MotionSource ModeControl::source(const Conditions& conditions) const noexcept {
     case OperationMode::kHoming:
       return MotionSource::kProfilePosition;
     case OperationMode::kVelocity:
+      return MotionSource::kProfileFrequency;
     case OperationMode::kProfileVelocity:
       return MotionSource::kProfileVelocity;
     case OperationMode::kInterpolatedPosition:

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "driveline/slaves/msd/device_layout.hpp"
 
@@ -15,13 +16,16 @@ constexpr std::uint32_t kSamplesForSynchronism = 8;  ///< ours
 }  // namespace
 
 Motion::Motion(const MotorParameters& motor, double initial_position_rad) noexcept
-    : motor_(motor, kControlStepS, initial_position_rad), controller_({}, kControlStepS) {
+    : motor_(motor, kControlStepS, initial_position_rad),
+      controller_({}, kControlStepS),
+      frequency_control_(kControlStepS) {
   controller_.reset(measured_position_rad(), 0.0);
 }
 
 void Motion::configure(const MotionSettings& settings) noexcept {
   settings_ = settings;
   controller_.configure(settings.controller);
+  frequency_control_.configure(settings.voltage_frequency);
   position_.configure(settings.method, settings.steps_per_setpoint, kControlStepS);
   // Speed and torque setpoints are always interpolated linearly (Device Help 8).
   const auto method = settings.method == FineInterpolator::Method::kNone ? FineInterpolator::Method::kNone
@@ -97,14 +101,24 @@ void Motion::restart_encoder() noexcept {
 }
 
 void Motion::take_over(MotionCommand command, MotionSource source, bool smooth) noexcept {
-  const double speed = controller_.measured_velocity_rad_s();
+  const bool ramp = command == MotionCommand::kSlowDownRamp || command == MotionCommand::kQuickStopRamp;
+  const bool by_frequency =
+      (command == MotionCommand::kFollow && source == MotionSource::kProfileFrequency) || (ramp && by_frequency_);
+  // In U/f operation there is no speed but the frequency.
+  const double speed =
+      by_frequency && by_frequency_ ? generator_.state().velocity : controller_.measured_velocity_rad_s();
+  if (by_frequency != by_frequency_) {
+    by_frequency_ = by_frequency;
+    motor_.drive_by_voltage(by_frequency);
+    if (by_frequency) start_frequency_control();
+  }
   command_ = command;
   source_ = source;
   limited_ = false;
   samples_on_time_ = 0;
   generator_.reset({measured_position_rad(), speed, 0.0});
   const double jerk_time_s = smooth ? settings_.jerk_time_s : 0.0;
-  ramping_ = command == MotionCommand::kSlowDownRamp || command == MotionCommand::kQuickStopRamp;
+  ramping_ = ramp;
   if (ramping_) {
     const double limit =
         command == MotionCommand::kSlowDownRamp ? settings_.slow_down_rad_s2 : settings_.quick_stop_rad_s2;
@@ -114,6 +128,7 @@ void Motion::take_over(MotionCommand command, MotionSource source, bool smooth) 
   if (source == MotionSource::kProfilePosition) {  // stands still until a movement is ordered
     generator_.run_at(0.0, {1.0, settings_.slow_down_rad_s2, settings_.slow_down_rad_s2, jerk_time_s});
   }
+  if (source == MotionSource::kProfileFrequency) generator_.run_at(speed, {1.0, 1.0, 1.0, 0.0});
   target_position_ = position();
   position_.reset(measured_position_rad(), speed);
   velocity_.reset(speed, 0.0);
@@ -189,6 +204,7 @@ double Motion::follow() noexcept {
       return follow_profile_position();
     case MotionSource::kProfileVelocity:
       return follow_profile_velocity();
+    case MotionSource::kProfileFrequency:
     case MotionSource::kNone:
       break;
   }
@@ -202,6 +218,7 @@ void Motion::select(MotionCommand command, MotionSource source, bool smooth) noe
 void Motion::step(bool brake_closed) noexcept {
   controller_.measure(measured_position_rad());
   steps_since_sample_ += steps_since_sample_ < 2 * settings_.steps_per_setpoint ? 1 : 0;
+  if (by_frequency_) return step_frequency_control(brake_closed);
   switch (command_) {
     case MotionCommand::kOff:
       torque_demand_nm_ = controller_.step({});
@@ -248,8 +265,9 @@ double Motion::velocity() const noexcept {
 }
 
 double Motion::velocity_demand() const noexcept {
-  return command_ == MotionCommand::kOff ? 0.0
-                                         : controller_.velocity_setpoint_rad_s() / settings_.scaling.velocity_rad_s;
+  if (command_ == MotionCommand::kOff) return 0.0;
+  const double demand = by_frequency_ ? generator_.state().velocity : controller_.velocity_setpoint_rad_s();
+  return demand / settings_.scaling.velocity_rad_s;
 }
 
 double Motion::torque_permille() const noexcept {
@@ -258,6 +276,10 @@ double Motion::torque_permille() const noexcept {
 
 double Motion::torque_demand_permille() const noexcept {
   return 1000.0 * torque_demand_nm_ / motor_.parameters().rated_torque_nm;
+}
+
+double Motion::current_permille() const noexcept {
+  return 1000.0 * motor_.current_a() / (std::numbers::sqrt2 * motor_.parameters().rated_current_a);
 }
 
 bool Motion::standstill() const noexcept {
@@ -281,6 +303,7 @@ int Motion::direction() const noexcept {
       break;
     case MotionSource::kProfilePosition:
     case MotionSource::kProfileVelocity:
+    case MotionSource::kProfileFrequency:
       speed = generator_.state().velocity;
       break;
   }

@@ -16,6 +16,8 @@ using std::chrono::nanoseconds;
 using wire::AlState;
 using wire::AlStatusCode;
 
+/// From the amplitude of a phase voltage to volts rms between phases, as P 312 counts them.
+const double kLineRms = std::sqrt(1.5);
 constexpr double kRpm = 2.0 * std::numbers::pi / 60.0;  ///< rad/s
 constexpr std::uint16_t kSoftwareVersionIndex = 0x100A;
 constexpr std::uint16_t kMessagesIndex = 0x2000 + 33;  ///< P 33
@@ -124,6 +126,10 @@ void MsdDrive::write_device_facts(ObjectDictionary& dictionary) const {
   real(kVelocityFilter, controller.velocity_filter_s * 1e3);
   real(kPositionGain, controller.position_gain_per_s * 60.0);
   real(kTotalInertia, motor.inertia_kg_m2);
+  const auto characteristic = motion_.motor().rated_characteristic();
+  real(kBoostVoltage, characteristic.boost_v * kLineRms);
+  real(kNominalVoltage, characteristic.nominal_v * kLineRms);
+  real(kNominalFrequency, characteristic.nominal_hz);
   real(kMotorRatedFrequency, motor.max_speed_rad_s * motor.pole_pairs / (2.0 * std::numbers::pi));
   real(kMotorRatedCurrentA, motor.rated_current_a);
   real(kMotorRatedTorqueNm, motor.rated_torque_nm);
@@ -316,6 +322,12 @@ void MsdDrive::apply_settings() noexcept {
   s.feed_forward_inertia_kg_m2 = real(kTotalInertia);
   s.slow_down_rad_s2 = number(kProfileDeceleration) * s.scaling.acceleration_rad_s2;
   s.quick_stop_rad_s2 = number(kQuickStopDeceleration) * s.scaling.acceleration_rad_s2;
+  s.voltage_frequency = motion_.motor().rated_characteristic();
+  s.voltage_frequency.boost_v = real(kBoostVoltage) / kLineRms;
+  s.voltage_frequency.nominal_v = real(kNominalVoltage) / kLineRms;
+  s.voltage_frequency.nominal_hz = real(kNominalFrequency);
+  s.voltage_frequency.max_current_a =
+      s.voltage_frequency.rated_current_a * s.controller.max_torque_nm / motor.rated_torque_nm;
   s.jerk_time_s = dictionary_.get<std::int16_t>(kMotionProfileType) == kJerkLimited ? real(kJerkTime) * 1e-3 : 0.0;
   s.standstill_rad_s = real(kStandstillWindow) * kRpm;
   s.position_min = dictionary_.get<std::int32_t>(kPositionLimitMin);
@@ -391,6 +403,9 @@ void MsdDrive::publish() noexcept {
   dictionary_.set(kVelocityDemand, saturate<std::int32_t>(motion_.velocity_demand()));
   dictionary_.set(kTorqueActual, torque);
   dictionary_.set(kCurrentActual, torque);
+  if (motion_.by_frequency()) {  // torque is not what the current is for
+    dictionary_.set(kCurrentActual, saturate<std::int16_t>(std::copysign(motion_.current_permille(), torque)));
+  }
   dictionary_.set(kTorqueDemand, saturate<std::int16_t>(motion_.torque_demand_permille()));
   dictionary_.set(kDcLinkVoltage, saturate<std::uint32_t>(dc_link_volts_ * 1e3));
   dictionary_.set(kDcLinkVolts, static_cast<float>(dc_link_volts_));

@@ -116,7 +116,7 @@ void MsdDrive::heat(double current, std::chrono::seconds time) noexcept {
 void MsdDrive::monitor_protection() noexcept {
   const auto& motor = motion_.motor();
   const double frequency_hz = motor.velocity_rad_s() * motor.parameters().pole_pairs / (2.0 * std::numbers::pi);
-  thermal_.step(motor.torque_nm() / motor.parameters().rated_torque_nm, frequency_hz, overload_limits_, kMillisecondS);
+  thermal_.step(motion_.current_permille() * 1e-3, frequency_hz, overload_limits_, kMillisecondS);
 
   const double trip = overload_trip_percent(overload_limits_);
   const double motor_max = dictionary_.get<float>(kMotorTemperatureMax);

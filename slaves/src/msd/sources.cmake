@@ -6,6 +6,7 @@ target_sources(driveline_slaves PRIVATE
   ${CMAKE_CURRENT_LIST_DIR}/mode_control.cpp
   ${CMAKE_CURRENT_LIST_DIR}/mode_mapping.cpp
   ${CMAKE_CURRENT_LIST_DIR}/motion.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/motion_frequency.cpp
   ${CMAKE_CURRENT_LIST_DIR}/msd_drive.cpp
   ${CMAKE_CURRENT_LIST_DIR}/msd_faults.cpp
   ${CMAKE_CURRENT_LIST_DIR}/msd_inputs.cpp

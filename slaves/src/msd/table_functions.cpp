@@ -1,4 +1,4 @@
-// Rows of touch probe, warnings, protection of the motor.
+// Rows of touch probe, U/f characteristic, warnings, protection of the motor.
 #include <vector>
 
 #include "table_row.hpp"
@@ -11,6 +11,8 @@ using enum esi::DataType;
 constexpr std::string_view kProbe = "MSD manual Tables 14.1, 14.4";
 constexpr std::string_view kMotorProtection = "Device Help: motor protection; default ours";
 constexpr std::string_view kActualValue = "SERCOS manual Table 10.1";
+constexpr std::string_view kCharacteristic =
+    "SERCOS manual Table 10.1 (the sibling drive); rms between phases as P 312, default from the motor data: ours";
 constexpr std::uint8_t kMessages = 9;  ///< P 33[0-8]
 
 /// Element of a P-parameter array that starts with data at 0.
@@ -31,6 +33,12 @@ constexpr std::array kFixedRows = {
     variable(0x60BD, kInteger32, kTx, kTouchProbeValueFirst + 3, "Touch probe pos2 neg value", {}, "pos", kProbe),
     variable(p(2285), kUnsigned16, kStored, kTouchProbeVariant, "Touch probe function selector", {1, 0, 3}, {},
              "MSD manual 14.1: 1 CiA402, 2 BECK2, 3 SPECIFIC; 0 off and default ours"),
+    variable(p(313), kReal32, kStored, kBoostVoltage, "VF control, boost voltage at zero frequency", {0, 0, 1000}, "V",
+             kCharacteristic),
+    variable(p(314), kReal32, kStored, kNominalFrequency, "VF control, nominal frequency", {400, 0.1, 10000}, "Hz",
+             kCharacteristic),
+    variable(p(315), kReal32, kStored, kNominalVoltage, "VF control, voltage at nominal frequency", {0, 0, 1000}, "V",
+             kCharacteristic),
     variable(p(410), kReal32, kTx, kDcLinkVolts, "DC link voltage", {}, "V", "SERCOS manual Table 10.1"),
     variable(p(412), kInteger32, kTx, kActualIncrements, "Actual position", {}, "inc", kActualValue),
     variable(p(413), kInteger32, kTx, kReferenceIncrements, "Reference position", {}, "inc", kActualValue),

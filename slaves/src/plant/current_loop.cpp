@@ -40,17 +40,22 @@ double CurrentLoop::step(double torque_setpoint_nm, double speed_rad_s, double d
   const double d_error = -d_a_;
   const double q_error = wanted_a - q_a_;
   const double reactance = speed * parameters_.inductance_h;
-  double d_v = proportional_v_a_ * d_error + d_integral_v_ - reactance * q_a_;
-  double q_v = proportional_v_a_ * q_error + q_integral_v_ + reactance * d_a_ + speed * flux_vs_;
+  const double d_v = proportional_v_a_ * d_error + d_integral_v_ - reactance * q_a_;
+  const double q_v = proportional_v_a_ * q_error + q_integral_v_ + reactance * d_a_ + speed * flux_vs_;
+  if (!drive_windings(d_v, q_v, speed, dc_link_volts)) {  // no integration into the limit
+    d_integral_v_ += integral_v_a_ * d_error;
+    q_integral_v_ += integral_v_a_ * q_error;
+  }
+  return torque_nm();
+}
+
+bool CurrentLoop::drive_windings(double d_v, double q_v, double speed, double dc_link_volts) noexcept {
   const double limit = std::max(finite(dc_link_volts), 0.0) / std::numbers::sqrt3;
   const double amplitude = std::hypot(d_v, q_v);
   limited_ = amplitude > limit;
   if (limited_) {
     d_v *= limit / amplitude;
     q_v *= limit / amplitude;
-  } else {  // no integration into the limit
-    d_integral_v_ += integral_v_a_ * d_error;
-    q_integral_v_ += integral_v_a_ * q_error;
   }
   d_v_ = d_v;
   q_v_ = q_v;
@@ -63,7 +68,41 @@ double CurrentLoop::step(double torque_setpoint_nm, double speed_rad_s, double d
   const double determinant = diagonal * diagonal + cross * cross;
   d_a_ = (diagonal * d_right + cross * q_right) / determinant;
   q_a_ = (diagonal * q_right - cross * d_right) / determinant;
+  return limited_;
+}
+
+double CurrentLoop::step_voltage(double d_v, double q_v, double speed_rad_s, double dc_link_volts) noexcept {
+  drive_windings(finite(d_v), finite(q_v), pole_pairs_ * finite(speed_rad_s), dc_link_volts);
   return torque_nm();
+}
+
+void CurrentLoop::settle(double torque_nm, double speed_rad_s) noexcept {
+  const double speed = pole_pairs_ * finite(speed_rad_s);
+  d_a_ = 0.0;
+  q_a_ = finite(torque_nm) / torque_constant_;
+  d_v_ = -speed * parameters_.inductance_h * q_a_;
+  q_v_ = parameters_.resistance_ohm * q_a_ + speed * flux_vs_;
+}
+
+void CurrentLoop::resume() noexcept {
+  d_integral_v_ = parameters_.resistance_ohm * d_a_;
+  q_integral_v_ = parameters_.resistance_ohm * q_a_;
+}
+
+double CurrentLoop::active_current_a() const noexcept {
+  const double amplitude = std::hypot(d_v_, q_v_);
+  return amplitude > 0.0 ? (d_v_ * d_a_ + q_v_ * q_a_) / amplitude : 0.0;
+}
+
+/// Settled, q current = (V Z sin(angle - phase) - R w flux) / Z^2 with Z and phase of the winding's impedance.
+double CurrentLoop::voltage_angle_rad(double amplitude_v, double torque_nm, double speed_rad_s) const noexcept {
+  const double speed = pole_pairs_ * finite(speed_rad_s);
+  const double resistance = parameters_.resistance_ohm;
+  const double reactance = speed * parameters_.inductance_h;
+  const double impedance = std::hypot(resistance, reactance);
+  const double phase = std::atan2(reactance, resistance);
+  const double needed = finite(torque_nm) / torque_constant_ * impedance + resistance * speed * flux_vs_ / impedance;
+  return phase + std::asin(std::clamp(needed / at_least(amplitude_v, 1e-9), -1.0, 1.0));
 }
 
 }  // namespace driveline::slaves

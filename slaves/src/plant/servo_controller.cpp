@@ -6,7 +6,8 @@
 
 namespace driveline::slaves {
 
-ServoController::ServoController(const ControllerParameters& parameters, double step_s) noexcept : step_s_(step_s) {
+ServoController::ServoController(const ControllerParameters& parameters, double step_s) noexcept
+    : step_s_(step_s), steps_per_s_(1.0 / step_s) {
   configure(parameters);
 }
 
@@ -36,7 +37,7 @@ void ServoController::reset(double position_rad, double torque_nm) noexcept {
 
 void ServoController::measure(double position_rad) noexcept {
   const double position = finite(position_rad);
-  const double velocity = (position - measured_position_rad_) / step_s_;
+  const double velocity = (position - measured_position_rad_) * steps_per_s_;
   measured_position_rad_ = position;
   measured_velocity_rad_s_ += filter_gain_ * (velocity - measured_velocity_rad_s_);
 }

@@ -31,15 +31,26 @@ MotorParameters MotorParameters::sanitized() const noexcept {
 ServoMotor::ServoMotor(const MotorParameters& parameters, double step_s, double position_rad) noexcept
     : parameters_(parameters.sanitized()),
       step_s_(step_s),
+      torque_constant_(parameters_.rated_torque_nm / (std::numbers::sqrt2 * parameters_.rated_current_a)),
       torque_gain_(parameters_.torque_lag_s > 0.0 ? -std::expm1(-step_s / parameters_.torque_lag_s) : 1.0),
       radians_per_increment_(2.0 * std::numbers::pi / parameters_.encoder_increments),
       increments_per_radian_(1.0 / radians_per_increment_),
-      current_(parameters_.winding, parameters_.rated_torque_nm / (std::numbers::sqrt2 * parameters_.rated_current_a),
-               parameters_.pole_pairs, parameters_.torque_lag_s, step_s),
+      current_(parameters_.winding, torque_constant_, parameters_.pole_pairs, parameters_.torque_lag_s, step_s),
       mechanics_({parameters_.inertia_kg_m2, parameters_.viscous_friction_nm_s, parameters_.coulomb_friction_nm,
                   parameters_.brake_torque_nm, parameters_.max_speed_rad_s},
                  parameters_.load, step_s, in_range(position_rad, -1e6, 1e6, 0.0)),
-      random_(parameters_.encoder_seed != 0 ? parameters_.encoder_seed : 1) {}
+      random_(parameters_.encoder_seed != 0 ? parameters_.encoder_seed : 1) {
+  pass_index(this->position_rad());
+  index_pulse_.reset();
+}
+
+void ServoMotor::finish_step(bool brake_closed) noexcept {
+  mechanics_.step(torque_nm_, brake_closed);
+  const double position = mechanics_.position_rad();
+  index_pulse_.reset();
+  if (position < turn_begin_rad_ || position >= turn_end_rad_) pass_index(position);
+  if (parameters_.encoder_noise_increments > 0.0) draw_noise();
+}
 
 void ServoMotor::step(double torque_setpoint_nm, bool brake_closed) noexcept {
   const double setpoint = in_range(torque_setpoint_nm, -parameters_.peak_torque_nm, parameters_.peak_torque_nm, 0.0);
@@ -48,8 +59,41 @@ void ServoMotor::step(double torque_setpoint_nm, bool brake_closed) noexcept {
   } else {
     torque_nm_ += torque_gain_ * (setpoint - torque_nm_);
   }
-  mechanics_.step(torque_nm_, brake_closed);
-  if (parameters_.encoder_noise_increments > 0.0) draw_noise();
+  finish_step(brake_closed);
+}
+
+void ServoMotor::step(const VoltageVector& voltage, bool brake_closed) noexcept {
+  const double turn = voltage.angle_rad - electrical_angle_rad();
+  const double d_v = voltage.in_phase_v * std::cos(turn) - voltage.quadrature_v * std::sin(turn);
+  const double q_v = voltage.in_phase_v * std::sin(turn) + voltage.quadrature_v * std::cos(turn);
+  torque_nm_ = current_.step_voltage(d_v, q_v, mechanics_.velocity_rad_s(), dc_link_volts_);
+  finish_step(brake_closed);
+}
+
+void ServoMotor::drive_by_voltage(bool by_voltage) noexcept {
+  if (by_voltage && !parameters_.winding.simulated) current_.settle(torque_nm_, mechanics_.velocity_rad_s());
+  if (!by_voltage) current_.resume();
+  by_voltage_ = by_voltage;
+}
+
+VoltageFrequencyParameters ServoMotor::rated_characteristic() const noexcept {
+  constexpr double kBoostShare = 0.8;  // stays below the limits of the overload monitoring
+  const MotorParameters& p = parameters_;
+  const double current = std::numbers::sqrt2 * p.rated_current_a;
+  const double electrical = p.pole_pairs * p.max_speed_rad_s;
+  const double flux = torque_constant_ / (1.5 * p.pole_pairs);
+  VoltageFrequencyParameters characteristic;
+  characteristic.boost_v = kBoostShare * p.winding.resistance_ohm * current;
+  characteristic.nominal_v =
+      std::hypot(electrical * flux + p.winding.resistance_ohm * current, electrical * p.winding.inductance_h * current);
+  characteristic.nominal_hz = electrical / (2.0 * std::numbers::pi);
+  characteristic.rated_current_a = current;
+  characteristic.max_current_a = current * p.peak_torque_nm / p.rated_torque_nm;
+  return characteristic;
+}
+
+double ServoMotor::current_a() const noexcept {
+  return by_voltage_ || parameters_.winding.simulated ? current_.current_a() : std::abs(torque_nm_) / torque_constant_;
 }
 
 /// xorshift32: the same sequence for the same seed on every machine.
@@ -74,13 +118,14 @@ std::int64_t ServoMotor::encoder_count(double position_rad) const noexcept {
   return static_cast<std::int64_t>(std::floor(position_rad * increments_per_radian_));
 }
 
-std::optional<std::int64_t> ServoMotor::index_pulse() const noexcept {
-  const double revolution = 2.0 * std::numbers::pi;
-  const double before = std::floor(last_position_rad() / revolution);
-  const double now = std::floor(position_rad() / revolution);
-  if (!(before < now) && !(now < before)) return std::nullopt;
+void ServoMotor::pass_index(double position_rad) noexcept {
+  constexpr double kRevolution = 2.0 * std::numbers::pi;
+  const double before = std::round(turn_begin_rad_ / kRevolution);
+  const double now = std::floor(position_rad / kRevolution);
+  turn_begin_rad_ = now * kRevolution;
+  turn_end_rad_ = (now + 1.0) * kRevolution;
   const double turn = now > before ? now : now + 1.0;
-  return static_cast<std::int64_t>(turn) * parameters_.encoder_increments;
+  index_pulse_ = static_cast<std::int64_t>(turn) * parameters_.encoder_increments;
 }
 
 }  // namespace driveline::slaves

@@ -18,14 +18,15 @@ struct MotionSettings {
   PositionRange range;                                                  ///< in which positions count (607Bh)
   ControllerParameters controller;                                      ///< P 320, P 321, P 351, P 360, 6072h, 6080h
   FineInterpolator::Method method = FineInterpolator::Method::kLinear;  ///< P 370
-  std::uint32_t steps_per_setpoint = 16;      ///< control cycles per setpoint of the bus (60C2h), at least 1
-  double speed_feed_forward = 1.0;            ///< share, 0..1
-  double torque_feed_forward = 1.0;           ///< share, 0..1
-  bool external_speed_feed_forward = false;   ///< velocity offsets of the bus feed forward
-  bool external_torque_feed_forward = false;  ///< torque offsets of the bus feed forward
-  double feed_forward_inertia_kg_m2 = 0.0;    ///< 0: no internal torque feed-forward
-  double slow_down_rad_s2 = 600.0;            ///< 6084h
-  double quick_stop_rad_s2 = 2500.0;          ///< 6085h
+  std::uint32_t steps_per_setpoint = 16;         ///< control cycles per setpoint of the bus (60C2h), at least 1
+  double speed_feed_forward = 1.0;               ///< share, 0..1
+  double torque_feed_forward = 1.0;              ///< share, 0..1
+  bool external_speed_feed_forward = false;      ///< velocity offsets of the bus feed forward
+  bool external_torque_feed_forward = false;     ///< torque offsets of the bus feed forward
+  double feed_forward_inertia_kg_m2 = 0.0;       ///< 0: no internal torque feed-forward
+  double slow_down_rad_s2 = 600.0;               ///< 6084h
+  double quick_stop_rad_s2 = 2500.0;             ///< 6085h
+  VoltageFrequencyParameters voltage_frequency;  ///< of mode 2
   double jerk_time_s = 0.0;       ///< of the profile; quick stop ramps have it too, fault ramps never (MSD manual 10.2)
   double standstill_rad_s = 1.0;  ///< below it the axis counts as standing
   bool position_limited = false;  ///< software limits 607Dh, in position units
@@ -44,12 +45,13 @@ struct Setpoints {
 
 /// What is followed while the drive is to follow its mode.
 enum class MotionSource : std::uint8_t {
-  kNone,             ///< no mode: speed zero
-  kCyclicPosition,   ///< setpoints of the bus, fine interpolation, position control
-  kCyclicVelocity,   ///< the same with velocity control
-  kCyclicTorque,     ///< the same with torque control
-  kProfilePosition,  ///< profile generator, position control
-  kProfileVelocity,  ///< profile generator, velocity control
+  kNone,              ///< no mode: speed zero
+  kCyclicPosition,    ///< setpoints of the bus, fine interpolation, position control
+  kCyclicVelocity,    ///< the same with velocity control
+  kCyclicTorque,      ///< the same with torque control
+  kProfilePosition,   ///< profile generator, position control
+  kProfileVelocity,   ///< profile generator, velocity control
+  kProfileFrequency,  ///< profile generator, U/f operation
 };
 
 /// Motor, controller and the setpoints between them: follows setpoints or its profile generator, brakes on ramps,
@@ -112,6 +114,10 @@ class Motion {
   [[nodiscard]] double torque_permille() const noexcept;
   /// torque_demand_nm() of the rated torque. \rtsafe
   [[nodiscard]] double torque_demand_permille() const noexcept;
+  /// Amplitude of the motor's currents, in permille of the rated one. \rtsafe
+  [[nodiscard]] double current_permille() const noexcept;
+  /// The motor is in U/f operation. \rtsafe
+  [[nodiscard]] bool by_frequency() const noexcept { return by_frequency_; }
   /// The measured speed is within the standstill window. \rtsafe
   [[nodiscard]] bool standstill() const noexcept;
   /// Standstill, and a braking ramp has come to its end. \rtsafe
@@ -121,7 +127,9 @@ class Motion {
   /// The profile generator in radians of the motor shaft. \rtsafe
   [[nodiscard]] const ProfileState& profile() const noexcept { return generator_.state(); }
   /// Torque, velocity or position setpoint was limited. \rtsafe
-  [[nodiscard]] bool limited() const noexcept { return limited_ || controller_.limited(); }
+  [[nodiscard]] bool limited() const noexcept {
+    return limited_ || controller_.limited() || (by_frequency_ && frequency_control_.limited());
+  }
   /// Distance of actual position or speed from the setpoint of the source, in its units; 0 in torque control. \rtsafe
   [[nodiscard]] double distance_to_target() const noexcept;
   /// The setpoints have come at the times the interpolation expects them, for a while. \rtsafe
@@ -136,6 +144,8 @@ class Motion {
 
  private:
   void take_over(MotionCommand command, MotionSource source, bool smooth) noexcept;
+  void start_frequency_control() noexcept;
+  void step_frequency_control(bool brake_closed) noexcept;
   void push_setpoints() noexcept;
   [[nodiscard]] bool position_controlled() const noexcept;
   [[nodiscard]] double position_setpoint_rad() const noexcept;
@@ -154,6 +164,7 @@ class Motion {
 
   ServoMotor motor_;
   ServoController controller_;
+  VoltageFrequency frequency_control_;
   MotionSettings settings_;
   Setpoints setpoints_;
   FineInterpolator position_;
@@ -168,6 +179,7 @@ class Motion {
   std::uint32_t samples_on_time_ = 0;
   std::uint32_t steps_since_sample_ = 0;
   bool ramping_ = false;
+  bool by_frequency_ = false;  ///< U/f operation, also on the ramp that ends it
   bool limited_ = false;
 };
 

@@ -175,6 +175,10 @@ enum Value : std::uint16_t {
   kMotorRatedTorqueNm,
   kMotorInertia,
   kMotorPolePairs,
+  // U/f operation
+  kBoostVoltage,
+  kNominalFrequency,
+  kNominalVoltage,
   // parameter service
   kParameterDownload,
   kValueCount,

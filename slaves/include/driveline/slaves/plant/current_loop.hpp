@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+
 namespace driveline::slaves {
 
 /// Windings of a permanent magnet motor with surface magnets, and its current control. Currents are amplitudes.
@@ -21,6 +23,24 @@ class CurrentLoop {
   /// One step at this speed of the shaft with this DC link voltage; the torque at its end. \rtsafe
   double step(double torque_setpoint_nm, double speed_rad_s, double dc_link_volts) noexcept;
 
+  /// The same with a voltage in the rotor's axes instead of current control. \rtsafe
+  double step_voltage(double d_v, double q_v, double speed_rad_s, double dc_link_volts) noexcept;
+  /// Currents and voltages as they have settled with this torque at this speed, without d current. \rtsafe
+  void settle(double torque_nm, double speed_rad_s) noexcept;
+  /// Current control goes on with the voltage that these currents need. \rtsafe
+  void resume() noexcept;
+  /// Angle between d axis and a voltage of this amplitude that has settled to this torque at this speed; with the
+  /// most it can do, if that is less. The branch where more angle is more torque. \rtsafe
+  [[nodiscard]] double voltage_angle_rad(double amplitude_v, double torque_nm, double speed_rad_s) const noexcept;
+
+  /// Voltages of the last step in the rotor's axes. \rtsafe
+  [[nodiscard]] double d_voltage_v() const noexcept { return d_v_; }
+  /// See d_voltage_v().
+  [[nodiscard]] double q_voltage_v() const noexcept { return q_v_; }
+  /// Amplitude. \rtsafe
+  [[nodiscard]] double current_a() const noexcept { return std::hypot(d_a_, q_a_); }
+  /// The part of the current in phase with the voltage. \rtsafe
+  [[nodiscard]] double active_current_a() const noexcept;
   /// In the direction of the magnets' flux; makes no torque. \rtsafe
   [[nodiscard]] double d_current_a() const noexcept { return d_a_; }
   /// Across the magnets' flux; makes the torque. \rtsafe
@@ -38,6 +58,8 @@ class CurrentLoop {
 
  private:
   [[nodiscard]] double torque_nm() const noexcept;
+  /// Applies a voltage, cut to what the inverter has; true: it was cut.
+  bool drive_windings(double d_v, double q_v, double electrical_rad_s, double dc_link_volts) noexcept;
 
   WindingParameters parameters_;
   double torque_constant_;

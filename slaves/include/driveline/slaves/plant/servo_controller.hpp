@@ -52,6 +52,7 @@ class ServoController {
 
   ControllerParameters parameters_;
   double step_s_;
+  double steps_per_s_;
   double filter_gain_ = 1.0;
   double integral_gain_ = 0.0;
   double measured_position_rad_ = 0.0;

@@ -5,6 +5,7 @@
 
 #include "driveline/slaves/plant/current_loop.hpp"
 #include "driveline/slaves/plant/mechanics.hpp"
+#include "driveline/slaves/plant/voltage_frequency.hpp"
 
 namespace driveline::slaves {
 
@@ -42,6 +43,18 @@ class ServoMotor {
 
   /// One step with this torque setpoint (limited to the peak torque; anything not finite counts as 0). \rtsafe
   void step(double torque_setpoint_nm, bool brake_closed = false) noexcept;
+  /// From now on voltages drive the motor, through its windings, also where they are not simulated otherwise; or
+  /// torque setpoints again. Torque and speed go on as they are. \rtsafe
+  void drive_by_voltage(bool by_voltage) noexcept;
+  /// One step with this voltage; its angle counts from where the rotor's d axis is at position 0. \rtsafe
+  void step(const VoltageVector& voltage, bool brake_closed) noexcept;
+  /// Electrical angle of the rotor. \rtsafe
+  [[nodiscard]] double electrical_angle_rad() const noexcept { return parameters_.pole_pairs * position_rad(); }
+  /// Amplitude of the phase currents. \rtsafe
+  [[nodiscard]] double current_a() const noexcept;
+  /// The characteristic of U/f operation that gives 80 % of the rated current at standstill, and rated torque at the
+  /// highest speed with no more than rated current.
+  [[nodiscard]] VoltageFrequencyParameters rated_characteristic() const noexcept;
   /// Voltage of the inverter; only the simulated winding needs it. \rtsafe
   void set_dc_link_voltage(double volts) noexcept { dc_link_volts_ = volts; }
 
@@ -70,20 +83,27 @@ class ServoMotor {
   [[nodiscard]] double radians_per_increment() const noexcept { return radians_per_increment_; }
   /// Where the last step passed the encoder's index pulse, which comes once per revolution at encoder count 0; the
   /// newest one if a step is longer than a revolution. \rtsafe
-  [[nodiscard]] std::optional<std::int64_t> index_pulse() const noexcept;
+  [[nodiscard]] std::optional<std::int64_t> index_pulse() const noexcept { return index_pulse_; }
 
  private:
   void draw_noise() noexcept;
+  void finish_step(bool brake_closed) noexcept;
+  void pass_index(double position_rad) noexcept;
 
   MotorParameters parameters_;
   double step_s_;
-  double torque_gain_;  ///< share of the torque error the current loop makes up for in one step
+  double torque_constant_;  ///< Nm per ampere of amplitude
+  double torque_gain_;      ///< share of the torque error the current loop makes up for in one step
   double radians_per_increment_;
   double increments_per_radian_;
   CurrentLoop current_;
   Mechanics mechanics_;
   double dc_link_volts_ = 560.0;
   double torque_nm_ = 0.0;
+  bool by_voltage_ = false;
+  double turn_begin_rad_ = 0.0;  ///< the revolution the shaft is in
+  double turn_end_rad_ = 0.0;
+  std::optional<std::int64_t> index_pulse_;
   std::int64_t noise_ = 0;
   std::uint32_t random_;
 };
