@@ -212,11 +212,12 @@ void ModeControl::start_homing(const Conditions& conditions, Motion& motion) noe
 }
 
 bool ModeControl::step_homing(const InputSignals& inputs, Motion& motion, std::chrono::nanoseconds time_out) noexcept {
-  if (entered_ != OperationMode::kHoming || halted_) return false;
+  if (entered_ != OperationMode::kHoming) return false;
   const bool was_running = homing_.running();
-  homing_.step(homing_inputs(inputs, motion), kControlStep, time_out);
+  // A halted axis still moves: edges and index pulses it passes while it brakes count where they are.
+  homing_.step(homing_inputs(inputs, motion), halted_ ? std::chrono::nanoseconds{0} : kControlStep, time_out);
   const auto demand = homing_.demand();
-  if (demand.direction != ordered_homing_.direction || demand.slow != ordered_homing_.slow) {
+  if (!halted_ && (demand.direction != ordered_homing_.direction || demand.slow != ordered_homing_.slow)) {
     ordered_homing_ = demand;
     const Scaling& scaling = motion.settings().scaling;
     const double speed = value(demand.slow ? kHomingSpeedZero : kHomingSpeedSwitch) * std::abs(scaling.velocity_rad_s);

@@ -188,6 +188,54 @@ TEST_P(MsdHomingMethods, TakesItsWayAtItsSpeedsToTheIncrement) {
   }
 }
 
+constexpr double kQuick = 0.5;  ///< 6099h:02 of the halts, rev/s
+
+/// Brakes slowly when halted, so that what it looks for often lies on the way of braking.
+class HaltedHoming : public HomingRig {
+ public:
+  HaltedHoming(int method, double start) : HomingRig(method, start) {
+    EXPECT_EQ(write(0x6099, 2, static_cast<std::uint32_t>(kQuick * kRevolution), 4), 0U);
+    EXPECT_EQ(write(0x6084, 0, static_cast<std::uint32_t>(2 * kRevolution), 4), 0U);  // 605Dh = 1: this ramp
+    control = 0x1F;
+  }
+  /// The cycle in which the axis was last at `home` on its way, of an undisturbed homing.
+  int undisturbed(double home) {
+    int passed = 0;
+    double last = revolutions();
+    for (int i = 0; i < 160'000 && (status & kAttained) == 0; ++i) {
+      cycle();
+      if ((last < home) != (revolutions() < home)) passed = i;
+      last = revolutions();
+    }
+    EXPECT_TRUE(status & kAttained);
+    return passed;
+  }
+  void halt_at(int moment) {
+    cycles(moment);
+    control = 0x11F;
+    cycles(10'000);  // 1.25 s, to standstill from 6099h:01
+    EXPECT_LT(std::abs(drive.velocity_rad_s()), 0.05) << "stands";
+    control = 0x1F;
+  }
+};
+
+TEST_P(MsdHomingMethods, HaltAtAnyMomentDoesNotMoveTheHome) {
+  const Method& method = GetParam();
+  const double start = starts(method.number)[1];
+  const int passed = HaltedHoming(method.number, start).undisturbed(method.home);
+  ASSERT_GT(passed, 8);
+  // All of the way, and moments close before home, which is then passed while the axis brakes.
+  for (const int moment : {passed / 7, passed / 3, passed / 2, 3 * passed / 4, passed - 800, passed - 400, passed - 80,
+                           passed - 8, passed + 8}) {
+    HaltedHoming rig(method.number, start);
+    rig.halt_at(std::max(moment, 1));
+    ASSERT_TRUE(rig.home()) << "halted after " << moment << " cycles";
+    EXPECT_EQ(rig.status & (kAttained | kError), kAttained) << "halted after " << moment << " cycles";
+    const double tolerance = method.number <= 14 ? 3e-6 : 1.5 * kQuick * 62.5e-6;
+    EXPECT_NEAR(rig.home_revolutions(), method.home, tolerance) << "halted after " << moment << " cycles";
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Cia402, MsdHomingMethods, testing::ValuesIn(kMethods),
                          [](const auto& instance) { return "Method" + std::to_string(instance.param.number); });
 
@@ -293,6 +341,38 @@ TEST(MsdHoming, HaltPausesIt) {
   rig.control = 0x1F;
   ASSERT_TRUE(rig.home());
   EXPECT_NEAR(rig.home_revolutions(), -kLimit, 3e-5);
+}
+
+TEST(MsdHoming, IndexPulsePassedWhileHaltedCounts) {
+  for (const int method : {33, 34}) {
+    const double home = method == 33 ? 0.0 : 1.0;
+    for (int moment = 400; moment < 9200; moment += 800) {  // home is passed after 8000 to 9600 cycles
+      HaltedHoming rig(method, 0.5);
+      rig.halt_at(moment);
+      ASSERT_TRUE(rig.home());
+      EXPECT_NEAR(rig.home_revolutions(), home, 3e-6) << "method " << method << " halted after " << moment;
+    }
+  }
+}
+
+TEST(MsdHoming, TimeOutStandsStillWhileHalted) {
+  MsdParameters parameters = machine(17, 3.3);
+  parameters.homing_time_out = 1s;
+  DriveRig rig(parameters);
+  ASSERT_EQ(rig.write(0x6098, 0, 17, 1), 0U);
+  ASSERT_EQ(rig.write(0x6099, 1, 1000, 4), 0U);
+  rig.operate();
+  rig.enable(6);
+  rig.control = 0x1F;
+  rig.cycles(4000);
+  rig.control = 0x11F;
+  rig.cycles(16'000);
+  EXPECT_FALSE(rig.drive.fault().has_value());
+  rig.control = 0x1F;
+  rig.cycles(3900);
+  EXPECT_FALSE(rig.drive.fault().has_value());
+  rig.cycles(200);
+  EXPECT_EQ(rig.drive.fault(), Fault::kHoming);
 }
 
 TEST(MsdHoming, StartBitWhileEnablingIsNoStart) {

@@ -39,7 +39,8 @@ class ModeControl {
 
   /// One process data cycle, after motion has been told source and command. \rtsafe
   void step(const Conditions& conditions, Motion& motion) noexcept;
-  /// One control cycle of the homing mode; true when homing has failed in it. \rtsafe
+  /// One control cycle of the homing mode; true when homing has failed in it. While the axis is halted it follows
+  /// switches and index pulse all the same, only the time-out stands still. \rtsafe
   [[nodiscard]] bool step_homing(const InputSignals& inputs, Motion& motion,
                                  std::chrono::nanoseconds time_out) noexcept;
 
