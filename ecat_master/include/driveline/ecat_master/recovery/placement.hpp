@@ -22,7 +22,7 @@ struct LinePlaces {
 
 /// Whom a newcomer may be.
 struct PlaceClaim {
-  std::uint16_t position = 0;
+  std::uint16_t position = 0;       ///< of the newcomer, as the line is now
   std::vector<std::size_t> slaves;  ///< missing ones, in the order of the line
   bool certain = false;             ///< `slaves` has one, and no other newcomer can be it
 };

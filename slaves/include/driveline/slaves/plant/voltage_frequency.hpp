@@ -4,24 +4,24 @@ namespace driveline::slaves {
 
 /// The characteristic of U/f operation. Voltages are amplitudes of a phase.
 struct VoltageFrequencyParameters {
-  double boost_v = 7.0;      ///< at standstill
-  double nominal_v = 190.0;  ///< at the nominal frequency; above it the voltage stays
-  double nominal_hz = 400.0;
+  double boost_v = 7.0;          ///< at standstill
+  double nominal_v = 190.0;      ///< at the nominal frequency; above it the voltage stays
+  double nominal_hz = 400.0;     ///< electrical, of either direction
   double rated_current_a = 5.8;  ///< amplitude; scales the damping
   double max_current_a = 17.4;   ///< amplitude the voltage gives way at
 };
 
 /// A voltage in a frame that turns with the commanded frequency; `angle_rad` is that of the frame, electrical.
 struct VoltageVector {
-  double in_phase_v = 0.0;
-  double quadrature_v = 0.0;
-  double angle_rad = 0.0;
+  double in_phase_v = 0.0;    ///< along the frame
+  double quadrature_v = 0.0;  ///< a quarter turn ahead of it
+  double angle_rad = 0.0;     ///< of the frame
 };
 
 /// What of the motor's currents the control sees: amplitudes.
 struct PhaseCurrents {
-  double amplitude_a = 0.0;
-  double active_a = 0.0;  ///< in phase with the voltage
+  double amplitude_a = 0.0;  ///< of the whole current
+  double active_a = 0.0;     ///< in phase with the voltage
 };
 
 /// Control of frequency and voltage without the rotor's position (U/f operation): voltage by the characteristic, its
@@ -31,6 +31,7 @@ struct PhaseCurrents {
 /// 2003). Above the current limit the voltage gives way until the current is back.
 class VoltageFrequency {
  public:
+  /// `step_s`: time between two calls of step().
   explicit VoltageFrequency(double step_s) noexcept : step_s_(step_s) {}
 
   /// \rtsafe
