@@ -112,7 +112,7 @@ bool DistributedClock::writable(Side side, std::size_t address) const noexcept {
   const bool latch0 = address == reg::kLatch0Control.address;
   const bool latch1 = address == reg::kLatch1Control.address;
   if (sync || latch0 || latch1) {
-    const unsigned owner = sync ? kSyncOfPdi : kLatch0OfPdi << (latch1 ? 1 : 0);
+    const unsigned owner = sync ? kSyncOfPdi : unsigned{kLatch0OfPdi} << (latch1 ? 1U : 0U);
     if (((control & owner) != 0) != (side == Side::kPdi)) return false;
   }
   if (!wide_ && std::any_of(kUpperHalves.begin(), kUpperHalves.end(),
