@@ -3,56 +3,17 @@
 
 #include <cmath>
 
-#include "drive_line.hpp"
+#include "every_layout.hpp"
 #include "fault_ports.hpp"
 
 namespace driveline::bus_test {
 namespace {
 
-using ecat_master::GroupSettings;
-using ecat_master::ImageLayout;
 using ecat_master::MotionFailure;
 using ecat_master::MotionPhase;
 using wire::AlState;
 
-struct LayoutCase {
-  const char* name;
-  ImageLayout layout;
-  std::vector<GroupSettings> groups{};
-  bool every_third_without_lrw = false;
-};
-
-void PrintTo(const LayoutCase& layout, std::ostream* out) {
-  *out << layout.name;
-}
-
-class EveryLayout : public testing::TestWithParam<LayoutCase> {
- protected:
-  static constexpr std::size_t kDrives = 6;
-
-  static RunOptions options() {
-    RunOptions options;
-    options.layout = {GetParam().layout, GetParam().groups};
-    options.groups = std::max<std::size_t>(1, GetParam().groups.size());
-    options.every_third_without_lrw = GetParam().every_third_without_lrw;
-    options.amplitude_rad = 0.2;
-    return options;
-  }
-  static std::uint32_t divider_of(std::size_t slave) {
-    const auto& groups = GetParam().groups;
-    return groups.empty() ? 1 : groups[slave % groups.size()].divider;
-  }
-  void start(port::Port& port) {
-    operation = std::make_unique<LineOperation>(drives, port, options());
-    ASSERT_EQ(sentence(operation->to_motion()), "");
-    ASSERT_TRUE(operation->run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
-    operation->run(milliseconds{50});
-  }
-  ecat_master::CyclicCore& core() { return *operation->master().core(); }
-
-  DriveLine drives{kDrives};
-  std::unique_ptr<LineOperation> operation;
-};
+class EveryLayout : public LayoutTest {};
 
 TEST_P(EveryLayout, CarriesOutputsToTheDrivesAndInputsBack) {
   start(drives.line());
@@ -169,16 +130,8 @@ TEST_P(EveryLayout, CarriesMoreDrivesThanOneFrameHolds) {
   for (std::size_t i = 0; i < many.size(); ++i) EXPECT_TRUE(large.master().core()->slave_report(i).operational) << i;
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Layouts, EveryLayout,
-    testing::Values(LayoutCase{"overlapped", ImageLayout::kOverlapped},
-                    LayoutCase{"sequential", ImageLayout::kSequential}, LayoutCase{"separate", ImageLayout::kSeparate},
-                    LayoutCase{"mixed", ImageLayout::kOverlapped, {}, true},
-                    LayoutCase{"two_groups", ImageLayout::kOverlapped, {{1, 0}, {1, 0}}},
-                    LayoutCase{"three_groups_separate", ImageLayout::kSeparate, {{1, 0}, {1, 0}, {1, 0}}},
-                    LayoutCase{"divided_groups", ImageLayout::kOverlapped, {{1, 0}, {2, 0}, {2, 1}}},
-                    LayoutCase{"all_divided", ImageLayout::kSequential, {{2, 1}, {2, 0}}}),
-    [](const auto& name) { return std::string(name.param.name); });
+INSTANTIATE_TEST_SUITE_P(Layouts, EveryLayout, all_layouts(),
+                         [](const auto& name) { return std::string(name.param.name); });
 
 }  // namespace
 }  // namespace driveline::bus_test
