@@ -127,6 +127,8 @@ Result<void> Master::synchronise_clocks() {
   auto clocks = dc::bring_up_clocks(bus_, reachable(), topology_, *clock_plan_);
   if (!clocks) return tl::unexpected(clocks.error());
   clocks_ = std::move(*clocks);
+  // Those who may come have no clock yet.
+  clocks_->slaves.resize(refs_.size());
   return {};
 }
 
@@ -138,14 +140,6 @@ Result<void> Master::tell_sync_type(std::size_t slave) {
   if (!one.mailbox || !one.info.description.mailbox.coe) return {};
   CoeClient coe(*one.mailbox);
   return dc::write_sync_objects(coe, refs_[slave].position, clock_plan_->slaves[slave].signals);
-}
-
-/// A slave that is being configured while the others cycle.
-Result<void> Master::restore_clock(std::size_t slave) {
-  // The clock of a slave that joins runs free.
-  if (!watch_ || slave >= clocks_->slaves.size()) return {};
-  if (auto done = tell_sync_type(slave); !done) return done;
-  return watch_->restore(static_cast<std::uint16_t>(slave));
 }
 
 Result<void> Master::await_clocks() {
@@ -195,8 +189,7 @@ tl::expected<void, std::string> Master::start_cycle(Motion* motion, SampleRings 
   exchange_.use(*cyclic_);
   engine_.use_status(&mailbox_status_);
   if (clocks_) {
-    const auto clocked = std::span<const SlaveRef>(refs_).first(clocks_->slaves.size());
-    watch_ = std::make_unique<dc::ClockWatch>(bus_, clocked, *clocks_, *follower_);
+    watch_ = std::make_unique<dc::ClockWatch>(bus_, refs_, *clocks_, *follower_);
   }
   if (watch_ && ring_ != nullptr) watch_->use_ring(*ring_);
   return {};

@@ -20,8 +20,6 @@ using port::FileDescriptor;
 namespace {
 
 constexpr std::size_t kLongestCommand = 4096;
-/// A client that sends nothing does not hold up the others for longer.
-constexpr timeval kClientPatience{1, 0};
 
 tl::expected<sockaddr_un, Failure> address_of(const std::string& path) {
   sockaddr_un address{};
@@ -38,25 +36,13 @@ const sockaddr* generic(const sockaddr_un& address) noexcept {
   return reinterpret_cast<const sockaddr*>(&address);
 }
 
-FileDescriptor make_socket() {
-  return FileDescriptor{::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)};
+FileDescriptor make_socket(int flags = 0) {
+  return FileDescriptor{::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | flags, 0)};
 }
 
 bool connects(const sockaddr_un& address) {
   const auto socket = make_socket();
   return socket.valid() && ::connect(socket.get(), generic(address), sizeof address) == 0;
-}
-
-/// Up to the end of the line or of the connection.
-std::string read_line(int socket) {
-  std::string text;
-  std::array<char, 512> buffer;
-  while (text.find('\n') == std::string::npos && text.size() < kLongestCommand) {
-    const auto count = ::recv(socket, buffer.data(), buffer.size(), 0);
-    if (count <= 0) break;
-    text.append(buffer.data(), static_cast<std::size_t>(count));
-  }
-  return text.substr(0, text.find('\n'));
 }
 
 bool write_all(int socket, std::string_view text) {
@@ -89,7 +75,7 @@ Outcome<std::unique_ptr<CommandInput>> CommandInput::open(const std::string& pat
     }
     ::unlink(path.c_str());
   }
-  input->listener_ = make_socket();
+  input->listener_ = make_socket(SOCK_NONBLOCK);
   const int socket = input->listener_.get();
   // Only its owner may send commands.
   const auto mask = ::umask(0177);
@@ -109,11 +95,16 @@ CommandInput::~CommandInput() {
 
 void CommandInput::run(std::chrono::milliseconds timeout, const Execute& execute) {
   // poll() ignores negative descriptors.
-  std::array<pollfd, 2> requests{pollfd{stdin_open_ && may_read_stdin() ? STDIN_FILENO : -1, POLLIN, 0},
-                                 pollfd{listener_.get(), POLLIN, 0}};
+  std::vector<pollfd> requests{pollfd{stdin_open_ && may_read_stdin() ? STDIN_FILENO : -1, POLLIN, 0},
+                               pollfd{listener_.get(), POLLIN, 0}};
+  for (const auto& client : clients_) {
+    const auto events = static_cast<short>(client.answered ? POLLOUT : POLLIN);
+    requests.push_back({client.socket.get(), events, 0});
+  }
   if (::poll(requests.data(), requests.size(), static_cast<int>(timeout.count())) <= 0) return;
   if (requests[0].revents != 0) read_stdin(execute);
-  if (requests[1].revents != 0) serve_client(execute);
+  if (requests[1].revents != 0) accept_clients();
+  serve_clients(execute);
 }
 
 void CommandInput::read_stdin(const Execute& execute) {
@@ -132,12 +123,49 @@ void CommandInput::read_stdin(const Execute& execute) {
   if (typed_.size() > kLongestCommand) typed_.clear();
 }
 
-void CommandInput::serve_client(const Execute& execute) {
-  const FileDescriptor client{::accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC)};
-  if (!client.valid()) return;
-  ::setsockopt(client.get(), SOL_SOCKET, SO_RCVTIMEO, &kClientPatience, sizeof kClientPatience);
-  ::setsockopt(client.get(), SOL_SOCKET, SO_SNDTIMEO, &kClientPatience, sizeof kClientPatience);
-  write_all(client.get(), execute(read_line(client.get())) + "\n");
+void CommandInput::accept_clients() {
+  for (;;) {
+    FileDescriptor socket{::accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK)};
+    if (!socket.valid()) return;
+    if (clients_.size() == kMaxClients) clients_.erase(clients_.begin());
+    clients_.push_back({std::move(socket), {}, {}, false, false});
+  }
+}
+
+void CommandInput::serve_clients(const Execute& execute) {
+  for (auto& client : clients_) {
+    if (!client.answered) receive(client, execute);
+    if (client.answered) send_answer(client);
+  }
+  std::erase_if(clients_, [](const Client& client) { return client.gone; });
+}
+
+/// What has come of the command; executes it when it is complete, at the end of the line or of what the client says.
+void CommandInput::receive(Client& client, const Execute& execute) {
+  std::array<char, 512> buffer;
+  while (client.received.find('\n') == std::string::npos && client.received.size() < kLongestCommand) {
+    const auto count = ::recv(client.socket.get(), buffer.data(), buffer.size(), 0);
+    if (count < 0) {
+      client.gone = errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR;
+      return;
+    }
+    if (count == 0) break;
+    client.received.append(buffer.data(), static_cast<std::size_t>(count));
+  }
+  client.answer = execute(std::string_view(client.received).substr(0, client.received.find('\n'))) + "\n";
+  client.answered = true;
+}
+
+void CommandInput::send_answer(Client& client) {
+  while (!client.answer.empty()) {
+    const auto count = ::send(client.socket.get(), client.answer.data(), client.answer.size(), MSG_NOSIGNAL);
+    if (count < 0) {
+      client.gone = errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR;
+      return;
+    }
+    client.answer.erase(0, static_cast<std::size_t>(count));
+  }
+  client.gone = true;
 }
 
 Outcome<std::string> send_command(const std::string& path, std::string_view command, std::string_view listener) {

@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "driveline/port/file_descriptor.hpp"
 #include "failure.hpp"
@@ -13,6 +14,8 @@
 namespace driveline::cli {
 
 /// Commands for a program that is running: lines typed on stdin, and lines sent to a local socket, each answered there.
+/// Nobody at the socket is waited for: who says nothing, or does not take its answer, holds up neither the others nor
+/// the program.
 class CommandInput {
  public:
   /// Answers a command with text, possibly of several lines.
@@ -29,16 +32,32 @@ class CommandInput {
   /// Removes the socket.
   ~CommandInput();
 
+  /// Clients at a time; when one more comes, the one that has been there for longest is sent away.
+  static constexpr std::size_t kMaxClients = 16;
+
   /// Waits for commands up to `timeout` and executes what has come. Answers to stdin go to stderr.
   void run(std::chrono::milliseconds timeout, const Execute& execute);
 
  private:
   explicit CommandInput(std::string path) : path_(std::move(path)) {}
   void read_stdin(const Execute& execute);
-  void serve_client(const Execute& execute);
+  void accept_clients();
+  void serve_clients(const Execute& execute);
+
+  /// Somebody at the socket: one command, then its answer.
+  struct Client {
+    port::FileDescriptor socket;
+    std::string received;  ///< of the command
+    std::string answer;    ///< what is still to be sent
+    bool answered = false;
+    bool gone = false;
+  };
+  static void receive(Client& client, const Execute& execute);
+  static void send_answer(Client& client);
 
   std::string path_;
   port::FileDescriptor listener_;
+  std::vector<Client> clients_;  ///< in the order of their coming
   bool stdin_open_ = true;
   std::string typed_;  ///< the beginning of a line
 };

@@ -6,6 +6,7 @@
 #include "config/clock_plan.hpp"
 #include "console.hpp"
 #include "line/composition.hpp"
+#include "line/mailbox_registers.hpp"
 #include "line/sync_margins.hpp"
 #include "output_file.hpp"
 #include "signals.hpp"
@@ -29,6 +30,7 @@ struct DcOptions {
   std::string output_directory;
   bool no_plots = false;
   bool operational = false;
+  bool force = false;
   bool json = false;
 };
 
@@ -66,6 +68,7 @@ class ClockSession {
 
  private:
   [[nodiscard]] Outcome<void> bring_up() {
+    if (auto free = must_not_be_driven(master_, options_.force); !free) return free;
     if (auto done = master_.scan(); !done) return bus_failure(done.error());
     if (!options_.operational) {
       if (auto done = master_.enter_pre_op(); !done) return bus_failure(done.error());
@@ -264,6 +267,7 @@ Execute prepare_dc(Arguments& to) {
   to.flag("--op", options->operational,
           "Take the line to OP, all outputs zero: the drives then tell how long before SYNC0 outputs come");
   to.flag("--no-plots", options->no_plots, "Leave only the CSV file");
+  add_force_flag(to, options->force);
   add_json_flag(to, options->json);
   return [options] { return show_clocks(*options); };
 }

@@ -3,6 +3,7 @@
 #include "commands/commands.hpp"
 #include "commands/tool_options.hpp"
 #include "console.hpp"
+#include "line/mailbox_registers.hpp"
 #include "text/image_view.hpp"
 #include "text/json_text.hpp"
 #include "text/pdo_view.hpp"
@@ -18,6 +19,7 @@ struct PdosOptions {
   SlaveSelection selection;
   bool only_sii = false;
   bool image = false;
+  bool force = false;
   bool json = false;
 };
 
@@ -31,6 +33,7 @@ Outcome<int> show_image(const PdosOptions& options) {
   if (!session) return tl::unexpected(session.error());
   const auto& config = (*session)->config();
   ecat_master::Master master((*session)->port(), (*session)->clock(), master_settings(config));
+  if (auto free = must_not_be_driven(master, options.force); !free) return tl::unexpected(free.error());
   if (auto done = master.scan(); !done) return bus_failure(done.error());
   if (auto done = master.configure(make_slave_plans(config)); !done) return bus_failure(done.error());
   const auto named = name_process_data(config, master);
@@ -42,7 +45,7 @@ Outcome<int> show_image(const PdosOptions& options) {
 
 Outcome<int> list_pdos(const PdosOptions& options) {
   if (options.image) return show_image(options);
-  const auto slaves = read_pdos(options.bus, options.selection, options.only_sii);
+  const auto slaves = read_pdos(options.bus, options.selection, options.only_sii, options.force);
   if (!slaves) return tl::unexpected(slaves.error());
   if (options.json) {
     auto rows = nlohmann::json::array();
@@ -59,7 +62,7 @@ Outcome<int> list_pdos(const PdosOptions& options) {
 }
 
 Outcome<int> print_declarations(const PdosOptions& options) {
-  const auto slaves = read_pdos(options.bus, options.selection, options.only_sii);
+  const auto slaves = read_pdos(options.bus, options.selection, options.only_sii, options.force);
   if (!slaves) return tl::unexpected(slaves.error());
   if (options.json) {
     auto rows = nlohmann::json::array();
@@ -80,6 +83,7 @@ std::shared_ptr<PdosOptions> add_options(Arguments& to) {
   auto options = std::make_shared<PdosOptions>();
   add_bus_options(to, options->bus);
   options->selection.add(to);
+  add_force_flag(to, options->force);
   to.flag("--sii", options->only_sii, "Only what the EEPROM says; the slaves stay in their state");
   return options;
 }

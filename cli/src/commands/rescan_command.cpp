@@ -9,12 +9,16 @@ namespace {
 
 struct ScanOptions {
   BusOptions bus;
+  bool force = false;
   bool json = false;
 };
 
 Outcome<int> rescan(const ScanOptions& options) {
   auto line = LineView::open(options.bus);
   if (!line) return tl::unexpected(line.error());
+  if (auto free = (*line)->must_not_disturb(options.force, "take all slaves to INIT"); !free) {
+    return tl::unexpected(free.error());
+  }
   auto& master = (*line)->master();
   if (auto done = master.scan(); !done) return bus_failure(done.error());
   if (options.json) {
@@ -30,6 +34,7 @@ Outcome<int> rescan(const ScanOptions& options) {
 Execute prepare_rescan(Arguments& to) {
   auto options = std::make_shared<ScanOptions>();
   add_bus_options(to, options->bus);
+  add_force_flag(to, options->force);
   add_json_flag(to, options->json);
   return [options] { return rescan(*options); };
 }

@@ -51,23 +51,18 @@ nlohmann::json to_json(const SlaveView& view) {
   return row;
 }
 
-/// CiA 402 drives among `slaves`, asked over CoE. Not on a line that somebody operates: asking takes a slave to PREOP.
+/// CiA 402 drives among `slaves`, asked over CoE. Those of a line that somebody operates in the state that they are in.
 Outcome<void> ask_drives(LineView& line, std::vector<FoundSlave>& slaves) {
   std::vector<std::size_t> positions;
   for (const auto& slave : slaves) {
-    const auto state = slave.view.slave.al.status.state;
-    if (state != wire::AlState::kInit && state != wire::AlState::kPreOp) {
-      return failed(fmt::format("slave {} is in {}", slave.view.slave.ref.position, wire::to_text(state)));
-    }
     if (slave.view.sii && (slave.view.sii->mailbox_protocols & esi::sii_mailbox::kCoe) != 0) {
       positions.push_back(slave.view.slave.ref.position);
     }
   }
-  if (auto done = line.enter_pre_op(positions); !done) return done;
+  if (auto done = line.open_mailboxes(positions, false); !done) return done;
   for (const auto position : positions) {
     if (auto* mailbox = line.mailbox(position); mailbox != nullptr) {
-      ecat_master::CoeClient coe(*mailbox);
-      slaves[position].drive = DriveFacts::read(coe);
+      slaves[position].drive = DriveFacts::read(line, *mailbox);
     }
   }
   return {};

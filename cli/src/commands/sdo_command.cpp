@@ -17,6 +17,7 @@ struct ObjectOptions {
   std::string subindex;
   std::string type;   ///< empty: as the slave's dictionary says, raw bytes when it says nothing
   std::string value;  ///< download only
+  bool force = false;
   bool json = false;
 };
 
@@ -34,20 +35,17 @@ Outcome<ObjectAddress> parse_address(const ObjectOptions& options) {
   return ObjectAddress{static_cast<std::uint16_t>(*index), static_cast<std::uint8_t>(*subindex)};
 }
 
-/// The type that was asked for, or what the slave says about the entry.
-ValueType type_of(ecat_master::CoeClient& coe, const ObjectAddress& at, const ObjectOptions& options, ValueType asked) {
-  if (!options.type.empty()) return asked;
-  const auto entry = coe.entry_description(at.index, at.subindex);
-  return entry ? value_type_of(entry->data_type).value_or(ValueType::kRaw) : ValueType::kRaw;
-}
-
-/// What upload and download have in common: a slave in PREOP with its mailbox open, and the object.
+/// What upload and download have in common: a slave whose mailbox is open, and the object.
 struct Dialogue {
   std::unique_ptr<LineView> line;
   ecat_master::MailboxClient* mailbox = nullptr;
   ObjectAddress address;
   ValueType type = ValueType::kRaw;  ///< that was asked for
 
+  template <typename Ask>
+  [[nodiscard]] auto ask(Ask&& ask) const {
+    return line->ask(mailbox->slave().position, ask);
+  }
   [[nodiscard]] nlohmann::json to_json(std::size_t bytes) const {
     return {{"slave", mailbox->slave().position},
             {"index", address.index},
@@ -55,6 +53,14 @@ struct Dialogue {
             {"bytes", bytes}};
   }
 };
+
+/// The type that was asked for, or what the slave says about the entry.
+ValueType type_of(ecat_master::CoeClient& coe, const Dialogue& dialogue, const ObjectOptions& options) {
+  if (!options.type.empty()) return dialogue.type;
+  const auto entry =
+      dialogue.ask([&] { return coe.entry_description(dialogue.address.index, dialogue.address.subindex); });
+  return entry ? value_type_of(entry->data_type).value_or(ValueType::kRaw) : ValueType::kRaw;
+}
 
 /// `writes`: the value is given and is checked as far as it can be before anything is opened.
 Outcome<Dialogue> begin(const ObjectOptions& options, bool writes) {
@@ -71,7 +77,7 @@ Outcome<Dialogue> begin(const ObjectOptions& options, bool writes) {
   auto line = LineView::open(options.bus);
   if (!line) return tl::unexpected(line.error());
   dialogue.line = std::move(*line);
-  const auto mailbox = dialogue.line->open_mailbox(options.selection);
+  const auto mailbox = dialogue.line->open_mailbox(options.selection, options.force);
   if (!mailbox) return tl::unexpected(mailbox.error());
   dialogue.mailbox = *mailbox;
   return dialogue;
@@ -82,9 +88,9 @@ Outcome<int> upload(const ObjectOptions& options) {
   if (!dialogue) return tl::unexpected(dialogue.error());
   const auto& address = dialogue->address;
   ecat_master::CoeClient coe(*dialogue->mailbox);
-  const auto data = coe.upload(address.index, address.subindex);
+  const auto data = dialogue->ask([&] { return coe.upload(address.index, address.subindex); });
   if (!data) return bus_failure(data.error());
-  auto shown = type_of(coe, address, options, dialogue->type);
+  auto shown = type_of(coe, *dialogue, options);
   // What a slave says about its types is no reason to hide the value.
   if (options.type.empty() && type_bytes(shown) != 0 && type_bytes(shown) != data->size()) shown = ValueType::kRaw;
   const auto text = format_value(*data, shown);
@@ -104,9 +110,17 @@ Outcome<int> download(const ObjectOptions& options) {
   if (!dialogue) return tl::unexpected(dialogue.error());
   const auto& address = dialogue->address;
   ecat_master::CoeClient coe(*dialogue->mailbox);
-  const auto data = parse_value(options.value, type_of(coe, address, options, dialogue->type));
+  const auto data = parse_value(options.value, type_of(coe, *dialogue, options));
   if (!data) return misused(data.error());
   auto done = coe.download(address.index, address.subindex, *data);
+  if (!done && done.error().kind == ecat_master::ErrorKind::kMailboxTimeout &&
+      dialogue->line->shared(dialogue->mailbox->slave().position)) {
+    // Once more would write twice.
+    return failed(
+        fmt::format("{}; the answer may have gone to the master that drives the slave: `upload` tells whether "
+                    "the value was written",
+                    ecat_master::describe(done.error())));
+  }
   if (!done) return bus_failure(done.error());
   if (options.json) fmt::print("{}", json_text(dialogue->to_json(data->size())));
   return 0;
@@ -118,6 +132,7 @@ std::shared_ptr<ObjectOptions> add_object_options(Arguments& to) {
   options->selection.add_single(to);
   to.option("-t,--type", &options->type, Value::choice("TYPE", type_names()),
             "uint8 ... int64, float, double, string, raw ...; default: what the slave's dictionary says");
+  add_force_flag(to, options->force);
   add_json_flag(to, options->json);
   to.required(&options->index, Value::text("INDEX"), "Index, e.g. 0x6041 or 6041h");
   to.required(&options->subindex, Value::text("SUBINDEX"), "Sub-index");

@@ -17,6 +17,7 @@ struct SdosOptions {
   std::string index;  ///< empty: all objects
   bool quiet = false;
   bool verbose = false;
+  bool force = false;
   bool json = false;
 };
 
@@ -25,8 +26,13 @@ using ecat_master::CoeClient;
 /// Asks a slave about its objects, and tells on stderr how far it is when that takes long.
 class DictionaryReader {
  public:
-  DictionaryReader(CoeClient coe, rt::Clock& clock, std::size_t position, bool with_entries)
-      : coe_(coe), clock_(clock), position_(position), with_entries_(with_entries), told_(clock.now()) {}
+  DictionaryReader(CoeClient coe, LineView& line, std::size_t position, bool with_entries)
+      : coe_(coe),
+        line_(line),
+        clock_(line.session().clock()),
+        position_(position),
+        with_entries_(with_entries),
+        told_(clock_.now()) {}
 
   Outcome<std::vector<DictionaryObject>> read(const std::vector<std::uint16_t>& indices) {
     std::vector<DictionaryObject> objects;
@@ -35,7 +41,7 @@ class DictionaryReader {
         told_ = clock_.now();
         progress("slave {}: {} of {} objects", position_, objects.size(), indices.size());
       }
-      const auto description = coe_.object_description(index);
+      const auto description = line_.ask(position_, [&] { return coe_.object_description(index); });
       if (!description) return bus_failure(description.error());
       objects.push_back({*description, {}});
       if (!with_entries_) continue;
@@ -47,7 +53,8 @@ class DictionaryReader {
  private:
   Outcome<void> read_entries(DictionaryObject& object) {
     for (unsigned subindex = 0; subindex <= object.object.max_subindex; ++subindex) {
-      auto entry = coe_.entry_description(object.object.index, static_cast<std::uint8_t>(subindex));
+      const auto ask = [&] { return coe_.entry_description(object.object.index, static_cast<std::uint8_t>(subindex)); };
+      auto entry = line_.ask(position_, ask);
       if (entry) {
         object.entries.push_back(std::move(*entry));
       } else if (entry.error().kind != ecat_master::ErrorKind::kSdoAbort) {
@@ -58,6 +65,7 @@ class DictionaryReader {
   }
 
   CoeClient coe_;
+  LineView& line_;
   rt::Clock& clock_;
   std::size_t position_;
   bool with_entries_;
@@ -71,7 +79,7 @@ Outcome<std::vector<DictionaryObject>> read_dictionary(LineView& line, std::size
   CoeClient coe(*mailbox);
   std::vector<std::uint16_t> indices;
   if (options.index.empty()) {
-    auto list = coe.object_list();
+    auto list = line.ask(position, [&] { return coe.object_list(); });
     if (!list) return bus_failure(list.error());
     indices = std::move(*list);
   } else {
@@ -79,7 +87,7 @@ Outcome<std::vector<DictionaryObject>> read_dictionary(LineView& line, std::size
     if (!index) return tl::unexpected(index.error());
     indices = {static_cast<std::uint16_t>(*index)};
   }
-  return DictionaryReader(coe, line.session().clock(), position, !options.quiet).read(indices);
+  return DictionaryReader(coe, line, position, !options.quiet).read(indices);
 }
 
 Outcome<int> list_objects(const SdosOptions& options) {
@@ -91,7 +99,7 @@ Outcome<int> list_objects(const SdosOptions& options) {
   if (!line) return tl::unexpected(line.error());
   const auto positions = (*line)->select(options.selection);
   if (!positions) return tl::unexpected(positions.error());
-  if (auto done = (*line)->enter_pre_op(*positions); !done) return tl::unexpected(done.error());
+  if (auto done = (*line)->open_mailboxes(*positions, options.force); !done) return tl::unexpected(done.error());
   auto rows = nlohmann::json::array();
   for (const auto position : *positions) {
     const auto objects = read_dictionary(**line, position, options);
@@ -115,6 +123,7 @@ Execute prepare_sdos(Arguments& to) {
   options->selection.add(to);
   to.flag("-q,--quiet", options->quiet, "Only the objects, not their entries");
   to.flag("-v,--verbose", options->verbose, "With defaults, limits and units");
+  add_force_flag(to, options->force);
   add_json_flag(to, options->json);
   to.positional(&options->index, Value::text("INDEX"), "Only this object, e.g. 0x6041");
   return [options] { return list_objects(*options); };

@@ -16,6 +16,7 @@ struct StatesOptions {
   BusOptions bus;
   SlaveSelection selection;
   std::string wanted;  ///< empty: only look
+  bool force = false;
   bool json = false;
 };
 
@@ -136,6 +137,19 @@ nlohmann::json to_json(std::span<const Row> rows) {
   return {{"slaves", slaves}};
 }
 
+/// Those who are to change their state must not be in operation; of a whole line all are.
+Outcome<void> must_not_disturb(const LineView& line, std::span<const std::size_t> positions,
+                               const StatesOptions& options) {
+  const auto would = fmt::format("take it to {}", options.wanted);
+  if (!options.selection.chosen()) return line.must_not_disturb(options.force, would);
+  for (const auto position : positions) {
+    if (options.force || line.slaves()[position].al.status.state != AlState::kOp) continue;
+    return failed(fmt::format("slave {} is in OP: a master drives it, and this would {}; --force does it all the same",
+                              position, would));
+  }
+  return {};
+}
+
 Outcome<int> states(const StatesOptions& options) {
   const auto target = parse_state(options);
   if (!target) return tl::unexpected(target.error());
@@ -145,6 +159,7 @@ Outcome<int> states(const StatesOptions& options) {
   const auto positions = (*line)->select(options.selection);
   if (!positions) return tl::unexpected(positions.error());
   if (*target) {
+    if (auto free = must_not_disturb(**line, *positions, options); !free) return tl::unexpected(free.error());
     const auto done =
         options.selection.chosen() ? change_slaves(**line, *positions, **target) : change_line(**line, **target);
     if (!done) return tl::unexpected(done.error());
@@ -165,6 +180,7 @@ Execute prepare_states(Arguments& to) {
   auto options = std::make_shared<StatesOptions>();
   add_bus_options(to, options->bus);
   options->selection.add(to);
+  add_force_flag(to, options->force);
   add_json_flag(to, options->json);
   to.positional(&options->wanted, Value::choice("STATE", {"INIT", "PREOP", "SAFEOP", "BOOT"}),
                 "State to change to: INIT, PREOP, SAFEOP, or BOOT of single slaves");

@@ -48,6 +48,10 @@ void add_json_flag(Arguments& to, bool& json) {
   to.flag("--json", json, "Print one JSON document");
 }
 
+void add_force_flag(Arguments& to, bool& force) {
+  to.flag("--force", force, "Also when a master drives the line, which that disturbs");
+}
+
 Outcome<std::uint32_t> parse_number(std::string_view text, std::uint32_t maximum, std::string_view what) {
   int base = 10;
   std::string_view digits = text;

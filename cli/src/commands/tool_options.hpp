@@ -13,6 +13,8 @@ namespace driveline::cli {
 void add_bus_options(Arguments& to, BusOptions& bus);
 /// Declares --json.
 void add_json_flag(Arguments& to, bool& json);
+/// --force of the tools that change states.
+void add_force_flag(Arguments& to, bool& force);
 
 /// A number as people write indices: 0x6041, 6041h or decimal. Failure: status 2, names `what`.
 [[nodiscard]] Outcome<std::uint32_t> parse_number(std::string_view text, std::uint32_t maximum, std::string_view what);

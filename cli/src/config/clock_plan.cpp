@@ -3,10 +3,14 @@
 #include <fmt/format.h>
 #include <algorithm>
 
+#include "driveline/ecat_master/dc/clock_fault.hpp"
+#include "line/composition.hpp"
+
 namespace driveline::cli {
 namespace {
 
 using ecat_master::dc::from_op_mode;
+using ecat_master::dc::SlaveClockPlan;
 using ecat_master::dc::SyncSignals;
 
 /// MSD manual 9.1: the cycle time is a multiple of 125 us.
@@ -64,6 +68,34 @@ Outcome<SyncSignals> signals_of(const SlaveConfig& config, const std::vector<esi
   return signals;
 }
 
+/// What the line file plans for the clock of a slave that was found as `found`.
+Outcome<SlaveClockPlan> plan_of(const LineConfig& config, const SlaveConfig& slave,
+                                const esi::DeviceDescription& found) {
+  SlaveClockPlan plan;
+  plan.processing_extra_ns = slave.dc.processing_extra_ns;
+  if (!slave.dc.synchronous) return plan;
+  const auto signals =
+      signals_of(slave, modes_of(config, slave, found), config.period * exchange_divider(config, slave));
+  if (!signals) return tl::unexpected(signals.error());
+  plan.signals = *signals;
+  if (!slave.device) plan.base = kMsdTimeBase;
+  return plan;
+}
+
+/// Number of the [[slave]] for each slave of the line. A line that is not as described is refused later; until then the
+/// order of the file counts.
+std::vector<std::optional<std::size_t>> tables_of(const LineConfig& config,
+                                                  std::span<const ecat_master::ConfiguredSlave> slaves) {
+  std::vector<ecat_master::SlaveInfo> infos;
+  for (const auto& slave : slaves) infos.push_back(slave.info);
+  const auto plans = make_slave_plans(config);
+  const auto comparison = ecat_master::compare_line(ecat_master::expected_slaves(plans), infos, {});
+  if (comparison.matches()) return comparison.plan_of_slave;
+  std::vector<std::optional<std::size_t>> tables(slaves.size());
+  for (std::size_t i = 0; i < std::min(tables.size(), config.slaves.size()); ++i) tables[i] = i;
+  return tables;
+}
+
 }  // namespace
 
 Outcome<ecat_master::dc::ClockPlan> make_clock_plan(const LineConfig& config,
@@ -72,19 +104,28 @@ Outcome<ecat_master::dc::ClockPlan> make_clock_plan(const LineConfig& config,
   ecat_master::dc::ClockPlan plan;
   plan.mode = config.clocks->mode;
   if (!virtual_time) plan.time = time_source(config.clocks->time);
-  plan.reference = config.clocks->reference;
   plan.period = config.period;
   plan.frame_lead = config.clocks->frame_lead;
-  for (std::size_t i = 0; i < std::min(config.slaves.size(), slaves.size()); ++i) {
+  const auto tables = tables_of(config, slaves);
+  for (std::size_t i = 0; i < slaves.size(); ++i) {
     auto& slave = plan.slaves.emplace_back();
-    slave.processing_extra_ns = config.slaves[i].dc.processing_extra_ns;
-    if (!config.slaves[i].dc.synchronous) continue;
-    auto signals = signals_of(config.slaves[i], modes_of(config, config.slaves[i], slaves[i].info.description),
-                              config.period * exchange_divider(config, config.slaves[i]));
-    if (!signals) return tl::unexpected(signals.error());
-    slave.signals = *signals;
-    if (!config.slaves[i].device) slave.base = kMsdTimeBase;
+    if (!tables[i]) continue;
+    auto planned = plan_of(config, config.slaves[*tables[i]], slaves[i].info.description);
+    if (!planned) return tl::unexpected(planned.error());
+    slave = *planned;
   }
+  if (const auto wanted = config.clocks->reference) {
+    const auto found = std::find(tables.begin(), tables.end(), std::optional<std::size_t>(*wanted));
+    if (found == tables.end()) {
+      return failed(fmt::format("[dc] reference: slave \"{}\" is not on the line", config.slaves[*wanted].name));
+    }
+    plan.reference = static_cast<std::uint16_t>(found - tables.begin());
+  }
+  plan.joining = [&config](std::size_t table, const esi::DeviceDescription& found) {
+    const auto planned = plan_of(config, config.slaves[table], found);
+    return planned ? ecat_master::Result<SlaveClockPlan>(*planned)
+                   : tl::unexpected(ecat_master::dc::clock_error(ecat_master::dc::ClockFault::kNoMode));
+  };
   return plan;
 }
 

@@ -129,6 +129,33 @@ void read_eeprom(TomlReader& reader, const std::filesystem::path& directory, Sla
   slave.sii_content = std::move(*content);
 }
 
+/// Finds the head of the hot-connect group that a slave says to be in. Group members follow each other in the file as
+/// they do on the line.
+ecat_master::GroupPlace find_group(const TomlReader& reader, const std::string& head,
+                                   const std::vector<SlaveConfig>& others) {
+  const auto found = std::find_if(others.begin(), others.end(), [&](const auto& other) { return other.name == head; });
+  if (found == others.end()) {
+    reader.fail("hot_connect",
+                fmt::format("is \"{}\": true, false, or the name of a [[slave]] above is expected", head));
+  }
+  if (!found->plan.hot_connect || found->plan.behind) {
+    reader.fail("hot_connect",
+                fmt::format("is \"{0}\", which is not the head of a group: hot_connect = true and alias or "
+                            "device_id of \"{0}\" are expected",
+                            head));
+  }
+  const ecat_master::GroupPlace place{static_cast<std::size_t>(found - others.begin()),
+                                      static_cast<std::size_t>(others.end() - found)};
+  for (auto between = found + 1; between != others.end(); ++between) {
+    if (!between->plan.behind || between->plan.behind->head != place.head) {
+      reader.fail("hot_connect", fmt::format("is \"{}\", but \"{}\" stands between them and is not in that group: the "
+                                             "slaves of a group follow each other",
+                                             head, between->name));
+    }
+  }
+  return place;
+}
+
 SlaveConfig read_slave(TomlReader reader, const std::vector<SlaveConfig>& others, DeviceFiles& files,
                        const std::filesystem::path& directory) {
   SlaveConfig slave;
@@ -144,6 +171,7 @@ SlaveConfig read_slave(TomlReader reader, const std::vector<SlaveConfig>& others
   slave.vendor_id = identity("vendor_id");
   slave.product_code = identity("product_code");
   slave.plan = read_slave_plan(reader);
+  if (!slave.plan.hot_head.empty()) slave.plan.behind = find_group(reader, slave.plan.hot_head, others);
   if (slave.esi && slave.plan.pdos) {
     ecat_master::complete_pdos(*slave.esi, *slave.plan.pdos);
     if (const auto fit = ecat_master::check_pdos(*slave.esi, *slave.plan.pdos); !fit) reader.fail("pdo", fit.error());

@@ -7,12 +7,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "driveline/ecat_master/coe/coe_client.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"
 
 namespace driveline::cli {
 namespace {
-
-using ecat_master::CoeClient;
 
 /// Device profile in the lower word of 1000h (CiA 402-1).
 constexpr std::uint32_t kProfileMask = 0xFFFF;
@@ -28,19 +27,30 @@ std::string plain(std::string_view text) {
   return safe;
 }
 
-std::optional<std::uint32_t> number(CoeClient& coe, std::uint16_t index, std::uint8_t subindex) {
-  const auto data = coe.upload(index, subindex);
-  if (!data || data->size() != 4) return std::nullopt;
-  return wire::load_le<std::uint32_t>(*data);
-}
+/// Objects of one slave.
+class Objects {
+ public:
+  Objects(LineView& line, ecat_master::MailboxClient& mailbox)
+      : line_(line), position_(mailbox.slave().position), coe_(mailbox) {}
 
-/// Sub-index 1 over sub-index 2.
-std::optional<double> ratio(CoeClient& coe, std::uint16_t index) {
-  const auto numerator = number(coe, index, 1);
-  const auto denominator = number(coe, index, 2);
-  if (!numerator || !denominator || *numerator == 0 || *denominator == 0) return std::nullopt;
-  return static_cast<double>(*numerator) / static_cast<double>(*denominator);
-}
+  std::optional<std::uint32_t> number(std::uint16_t index, std::uint8_t subindex) {
+    const auto data = line_.ask(position_, [&] { return coe_.upload(index, subindex); });
+    if (!data || data->size() != 4) return std::nullopt;
+    return wire::load_le<std::uint32_t>(*data);
+  }
+  /// Sub-index 1 over sub-index 2.
+  std::optional<double> ratio(std::uint16_t index) {
+    const auto numerator = number(index, 1);
+    const auto denominator = number(index, 2);
+    if (!numerator || !denominator || *numerator == 0 || *denominator == 0) return std::nullopt;
+    return static_cast<double>(*numerator) / static_cast<double>(*denominator);
+  }
+
+ private:
+  LineView& line_;
+  std::size_t position_;
+  ecat_master::CoeClient coe_;
+};
 
 /// The drive of ours that has this identity; null: none.
 const slaves::msd::VariantFacts* model_of(const esi::SiiImage& sii) {
@@ -212,18 +222,20 @@ std::string comment(std::string_view lines) {
 
 }  // namespace
 
-std::optional<DriveFacts> DriveFacts::read(CoeClient& coe) {
-  const auto type = number(coe, 0x1000, 0);
+std::optional<DriveFacts> DriveFacts::read(LineView& line, ecat_master::MailboxClient& mailbox) {
+  Objects objects(line, mailbox);
+  const auto type = objects.number(0x1000, 0);
   if (!type || (*type & kProfileMask) != kDriveProfile) return std::nullopt;
   DriveFacts facts;
-  facts.supported_modes = number(coe, 0x6502, 0);
+  facts.supported_modes = objects.number(0x6502, 0);
   // Position units per turn of the motor: feed per turn of the shaft over turns of the motor per turn of the shaft; the
   // encoder's own increments where the drive has no factors (CiA 402-2, factor group).
-  const auto feed = ratio(coe, 0x6092);
-  facts.increments_per_revolution = feed ? std::optional(*feed / ratio(coe, 0x6091).value_or(1.0)) : ratio(coe, 0x608F);
+  const auto feed = objects.ratio(0x6092);
+  facts.increments_per_revolution =
+      feed ? std::optional(*feed / objects.ratio(0x6091).value_or(1.0)) : objects.ratio(0x608F);
   constexpr double kMilli = 1e-3;
-  if (const auto torque = number(coe, 0x6076, 0); torque.value_or(0) != 0) facts.rated_torque_nm = *torque * kMilli;
-  if (const auto rpm = number(coe, 0x6080, 0); rpm.value_or(0) != 0) {
+  if (const auto torque = objects.number(0x6076, 0); torque.value_or(0) != 0) facts.rated_torque_nm = *torque * kMilli;
+  if (const auto rpm = objects.number(0x6080, 0); rpm.value_or(0) != 0) {
     facts.max_velocity_rad_s = *rpm * 2.0 * std::numbers::pi / 60.0;
   }
   return facts;

@@ -11,11 +11,12 @@ namespace driveline::cli {
 
 /// How a CiA 402 drive is scaled, as far as it tells. Raw values of its objects.
 struct DriveFacts {
-  std::optional<std::uint32_t> supported_modes;                                      ///< 6502h, bit n: mode n + 1
-  std::optional<double> increments_per_revolution;                                   ///< position units per motor turn
-  std::optional<double> rated_torque_nm;                                             ///< 6076h
-  std::optional<double> max_velocity_rad_s;                                          ///< 6080h
-  [[nodiscard]] static std::optional<DriveFacts> read(ecat_master::CoeClient& coe);  ///< nothing: no CiA 402 drive
+  std::optional<std::uint32_t> supported_modes;     ///< 6502h, bit n: mode n + 1
+  std::optional<double> increments_per_revolution;  ///< position units per motor turn
+  std::optional<double> rated_torque_nm;            ///< 6076h
+  std::optional<double> max_velocity_rad_s;         ///< 6080h
+  /// Nothing: no CiA 402 drive.
+  [[nodiscard]] static std::optional<DriveFacts> read(LineView& line, ecat_master::MailboxClient& mailbox);
 };
 
 /// A slave that is to be described.

@@ -133,6 +133,23 @@ void read_pdo(TomlReader reader, ecat_master::PdoConfiguration& configuration) {
   (input ? configuration.inputs : configuration.outputs).push_back(std::move(pdo));
 }
 
+void read_hot_connect(TomlReader& slave, SlavePlanConfig& config) {
+  if (slave.is_text("hot_connect")) {
+    config.hot_connect = true;
+    config.hot_head = slave.text("hot_connect");
+    if (config.alias || config.device_id) {
+      slave.fail("hot_connect", fmt::format("names the head of its group, \"{}\": that one's alias or device_id finds "
+                                            "both, its own cannot stand here",
+                                            config.hot_head));
+    }
+    return;
+  }
+  config.hot_connect = slave.boolean_or("hot_connect", false);
+  if (config.hot_connect && !config.alias && !config.device_id) {
+    slave.fail("hot_connect", "needs alias or device_id, by which the slave is known wherever it is plugged in");
+  }
+}
+
 }  // namespace
 
 SlavePlanConfig read_slave_plan(TomlReader& slave) {
@@ -143,10 +160,7 @@ SlavePlanConfig read_slave_plan(TomlReader& slave) {
   config.device_id = read_name_number(slave, "device_id");
   if (config.alias && config.device_id) slave.fail("device_id", "stands beside alias: one of them finds the slave");
   if (slave.has("lrw")) config.lrw = slave.boolean_or("lrw", true);
-  config.hot_connect = slave.boolean_or("hot_connect", false);
-  if (config.hot_connect && !config.alias && !config.device_id) {
-    slave.fail("hot_connect", "needs alias or device_id, by which the slave is known wherever it is plugged in");
-  }
+  read_hot_connect(slave, config);
   config.watchdog = read_watchdogs(slave.table("watchdog"));
   config.timeouts = read_timeouts(slave.table("timeouts"), config.mailbox_timeouts);
   for (auto& sdo : slave.tables("sdo")) config.sdos.push_back(read_sdo(std::move(sdo)));
@@ -163,6 +177,7 @@ void SlavePlanConfig::apply(ecat_master::SlavePlan& plan) const {
   plan.alias = alias;
   plan.device_id = device_id;
   plan.hot_connect = hot_connect;
+  plan.behind = behind;
   plan.lrw = lrw;
   plan.watchdog = watchdog;
   plan.timeouts = timeouts;

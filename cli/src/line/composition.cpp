@@ -39,6 +39,7 @@ std::vector<std::byte> with_alias(std::vector<std::byte> image, std::uint16_t al
 std::unique_ptr<slaves::Slave> make_slave(const SlaveConfig& config, std::uint32_t serial_number) {
   slaves::SlaveOptions options;
   options.clock.drift_ppm = config.dc.drift_ppm;
+  options.al.device_id = config.plan.device_id.value_or(0);
   options.sii_image = config.sii_content;
   auto device = config.device ? make_device(*config.device, serial_number) : make_drive(config, serial_number);
   // The simulated slave is the one that the description expects.

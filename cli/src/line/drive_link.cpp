@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "driveline/wire/sync_manager.hpp"
+#include "line/mailbox_registers.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -19,10 +19,6 @@ constexpr std::chrono::milliseconds kReplyTimeout{250};
 constexpr int kAttempts = 4;
 constexpr std::uint16_t kDriveProfile = 402;
 constexpr std::uint16_t kFaultResetIndex = 0x2000 + 153;  ///< P 153
-
-bool has_mailbox(AlState state) noexcept {
-  return state == AlState::kPreOp || state == AlState::kSafeOp || state == AlState::kOp;
-}
 
 /// The slave will never have this object.
 bool for_good(const ecat_master::Error& error) noexcept {
@@ -99,24 +95,15 @@ Outcome<void> DriveLink::read_registers(std::size_t position, DriveView& view) {
 
 Outcome<void> DriveLink::attach(std::size_t position) {
   const auto& slave = slaves_[position].ref;
-  std::array<std::byte, 2 * wire::SyncManagerChannel::kSize> bytes{};
-  if (auto done = master_.bus().read(slave, reg::kSyncManager.at(0), bytes); !done) return bus_failure(done.error());
-  const auto out = wire::SyncManagerChannel::decode(std::span(bytes).first(wire::SyncManagerChannel::kSize));
-  const auto in = wire::SyncManagerChannel::decode(std::span(bytes).subspan(wire::SyncManagerChannel::kSize));
-  const auto usable = [](const wire::SyncManagerChannel& channel, wire::SyncManagerDirection direction) {
-    const auto control = wire::SyncManagerControl::from_raw(channel.control);
-    return (channel.activate & wire::SyncManagerActivate::kEnable) != 0 &&
-           channel.length > wire::MailboxHeader::kSize && control.mode == wire::SyncManagerMode::kMailbox &&
-           control.direction == direction;
-  };
-  if (!usable(*out, wire::SyncManagerDirection::kWrite) || !usable(*in, wire::SyncManagerDirection::kRead)) {
+  const auto window = read_mailbox_window(master_.bus(), slave);
+  if (!window) return tl::unexpected(window.error());
+  if (!*window) {
     return failed(fmt::format("slave {} has no mailbox: sync managers 0 and 1 are set up for none", position));
   }
-  const ecat_master::MailboxWindow window{out->start_address, out->length, in->start_address, in->length};
   const auto known = attached_.find(position);
-  if (known != attached_.end() && known->second == window) return {};
-  engine_.open(slave, window);
-  attached_[position] = window;
+  if (known != attached_.end() && known->second == **window) return {};
+  engine_.open(slave, **window);
+  attached_[position] = **window;
   return {};
 }
 

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <algorithm>
-#include <sstream>
 #include <thread>
 
 #include "config/clock_plan.hpp"
@@ -111,6 +110,11 @@ Outcome<void> LineRun::bring_up() {
   if (auto done = master_.scan(); !done) return sentence(done.error());
   progress("{} slaves found", master_.slaves().size());
   if (config_.clocks) {
+    // Whose signals are whose is known by what finds the slaves.
+    const auto by_id = [](const SlaveConfig& slave) { return slave.plan.device_id.has_value(); };
+    if (std::any_of(config_.slaves.begin(), config_.slaves.end(), by_id)) {
+      if (auto done = master_.identify_devices(); !done) return sentence(done.error());
+    }
     auto plan = make_clock_plan(config_, master_.slaves(), session_.virtual_time());
     if (!plan) return tl::unexpected(plan.error());
     master_.use_clocks(std::move(*plan));
@@ -158,8 +162,11 @@ Outcome<void> LineRun::start_cycle() {
   settings.receive_window = receive_window(config_.period);
   settings.acyclic_bytes = acyclic_bytes_;
   settings.copies = copies_;
-  flight_recorder_ = std::make_unique<ecat_master::FlightRecorder>(motion_ ? config_.axes.size() : 0);
-  settings.recorder = flight_recorder_.get();
+  std::vector<std::string> names;
+  for (const auto& axis : config_.axes) names.push_back(axis.name);
+  fault_records_ = std::make_unique<FaultRecords>(
+      config_.output.directory, motion_ ? names : std::vector<std::string>{}, !session_.virtual_time());
+  settings.recorder = &fault_records_->recorder();
   auto make_runner = [this](ecat_master::CyclicCore& core) -> std::unique_ptr<ecat_master::CycleRunner> {
     if (session_.virtual_time()) return std::make_unique<ecat_master::InlineRunner>(core, session_.clock());
     return std::make_unique<ecat_master::RealtimeRunner>(core, session_.clock(), config_.realtime, config_.wake_ahead);
@@ -210,6 +217,7 @@ void LineRun::operate() {
     pass(kWatchInterval);
     operation_time_ = session_.clock().now() - operation_start_;
     for (const auto& told : group_watch_.poll(*master_.core())) progress("{}", told);
+    for (const auto& told : fault_records_->poll()) progress("{}", told);
     const bool goes_on = watch_->look();
     state_ = watch_->state();
     if (!goes_on || stop_requested()) break;
@@ -253,7 +261,7 @@ std::string LineRun::answer(std::string_view command) {
 void LineRun::note_fault(std::string fault, bool fatal) {
   progress("fault: {}", fault);
   if (feed_) feed_->add_fault(fault);
-  if (flight_recorder_) flight_recorder_->trigger();
+  if (fault_records_) fault_records_->note_fault();
   if (fatal && failure_.empty()) failure_ = fault;
   events_.push_back(fmt::format("{:.3f} s {}", seconds_in_operation(), fault));
   faults_.push_back(std::move(fault));
@@ -288,7 +296,7 @@ void LineRun::take_down() {
   }
   if (drain_) drain_->stop();
   if (recorder_ && !recorder_->problem().empty()) note_fault(recorder_->problem());
-  if (!faults_.empty() && operation_time_ > nanoseconds{0}) write_flight_record();
+  if (operation_time_ > nanoseconds{0}) finish_fault_records();
 }
 
 /// Another master on the wire explains much of what else went wrong.
@@ -299,16 +307,9 @@ void LineRun::tell_traffic() {
 }
 
 /// After the cycle has ended.
-void LineRun::write_flight_record() {
-  if (!flight_recorder_ || flight_recorder_->size() == 0) return;
-  std::vector<std::string> names;
-  for (const auto& axis : config_.axes) names.push_back(axis.name);
-  std::ostringstream text;
-  flight_recorder_->write_csv(text, names);
-  const auto file = config_.output.directory / "flight_recorder.csv";
-  if (auto written = write_file(file, text.str()); !written) return note_fault(written.error());
-  flight_record_ = file;
-  progress("the last {} cycles are in {}", flight_recorder_->size(), file.string());
+void LineRun::finish_fault_records() {
+  for (const auto& told : fault_records_->finish()) progress("{}", told);
+  if (!fault_records_->problem().empty()) note_fault(fault_records_->problem());
 }
 
 RunReport LineRun::make_report() {
@@ -347,7 +348,10 @@ RunReport LineRun::make_report() {
   if (watch_) report.recoveries = watch_->supervisor().recoveries();
   if (recorder_->rows() > 0 && recorder_->problem().empty())
     report.files["axes_csv"] = config_.output.directory / "axes.csv";
-  if (flight_record_) report.files["flight_recorder_csv"] = *flight_record_;
+  const auto& records = fault_records_->files();
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    report.files[i == 0 ? "flight_recorder_csv" : fmt::format("flight_recorder_{}_csv", i + 1)] = records[i];
+  }
   return report;
 }
 

@@ -10,6 +10,7 @@
 #include "driveline/bridge/drain_thread.hpp"
 #include "driveline/ecat_master/master.hpp"
 #include "line/cycle_figures.hpp"
+#include "line/fault_records.hpp"
 #include "line/group_watch.hpp"
 #include "line/line_watch.hpp"
 #include "line/recorder.hpp"
@@ -44,7 +45,7 @@ class LineRun {
   void stop_motion();
   void take_down();
   void tell_traffic();
-  void write_flight_record();
+  void finish_fault_records();
   void leave_nothing_behind();
   void pass(std::chrono::nanoseconds duration);
   /// `fatal`: the run has failed.
@@ -70,8 +71,7 @@ class LineRun {
   std::vector<ecat_master::ProcessDataCopy> copies_;
   std::size_t acyclic_bytes_ = 0;
   GroupWatch group_watch_;
-  std::unique_ptr<ecat_master::FlightRecorder> flight_recorder_;
-  std::optional<std::filesystem::path> flight_record_;
+  std::unique_ptr<FaultRecords> fault_records_;
   ecat_master::Master master_;
   std::unique_ptr<bridge::DrainThread> drain_;
   bool created_directory_ = false;

@@ -1,11 +1,13 @@
 #include "line/line_view.hpp"
 
 #include <fmt/format.h>
+#include <algorithm>
 #include <numeric>
 
 #include "console.hpp"
 #include "driveline/ecat_master/configuration/configurator.hpp"
 #include "driveline/ecat_master/discovery/discovery.hpp"
+#include "line/mailbox_registers.hpp"
 #include "line/process_data_plan.hpp"
 
 namespace driveline::cli {
@@ -56,6 +58,36 @@ LineView::~LineView() {
   if (!strange.empty()) progress("{}", strange);
 }
 
+Outcome<void> LineView::must_not_disturb(bool force, std::string_view would) const {
+  std::vector<ecat_master::AlReport> states;
+  for (const auto& slave : slaves_) states.push_back(slave.al);
+  return refuse_if_driven(states, force, would);
+}
+
+Outcome<void> LineView::open_mailboxes(std::span<const std::size_t> positions, bool force) {
+  std::vector<std::size_t> below;
+  for (const auto position : positions) {
+    const auto& slave = slaves_[position];
+    const auto state = slave.al.status.state;
+    if (!has_mailbox(state)) {
+      below.push_back(position);
+      continue;
+    }
+    auto window = read_mailbox_window(bus(), slave.ref);
+    if (!window) return tl::unexpected(window.error());
+    if (!*window) continue;
+    if (state != wire::AlState::kPreOp) {
+      // Better to ask again soon than to wait long for an answer that has gone elsewhere.
+      (*window)->timeouts.response = std::chrono::milliseconds{250};
+      shared_.push_back(position);
+    }
+    mailboxes_[position] = std::make_unique<ecat_master::MailboxClient>(master_->mailboxes(), slave.ref, **window);
+  }
+  if (below.empty()) return {};
+  if (auto done = must_not_disturb(force, fmt::format("take slave {} to PREOP", below.front())); !done) return done;
+  return enter_pre_op(below);
+}
+
 Outcome<void> LineView::enter_pre_op(std::span<const std::size_t> positions) {
   std::vector<ecat_master::SlaveRef> refs;
   for (const auto position : positions) refs.push_back(slaves_[position].ref);
@@ -67,16 +99,20 @@ Outcome<void> LineView::enter_pre_op(std::span<const std::size_t> positions) {
   return {};
 }
 
+bool LineView::shared(std::size_t position) const {
+  return std::find(shared_.begin(), shared_.end(), position) != shared_.end();
+}
+
 ecat_master::MailboxClient* LineView::mailbox(std::size_t position) noexcept {
   const auto found = mailboxes_.find(position);
   return found == mailboxes_.end() ? nullptr : found->second.get();
 }
 
-Outcome<ecat_master::MailboxClient*> LineView::open_mailbox(const SlaveSelection& selection) {
+Outcome<ecat_master::MailboxClient*> LineView::open_mailbox(const SlaveSelection& selection, bool force) {
   const auto slave = select_one(selection, false);
   if (!slave) return tl::unexpected(slave.error());
   const std::size_t position = slave->position;
-  if (auto done = enter_pre_op({&position, 1}); !done) return tl::unexpected(done.error());
+  if (auto done = open_mailboxes({&position, 1}, force); !done) return tl::unexpected(done.error());
   auto* opened = mailbox(position);
   if (opened == nullptr) return failed(fmt::format("slave {} has no mailbox", position));
   return opened;

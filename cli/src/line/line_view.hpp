@@ -41,23 +41,46 @@ class LineView {
   /// Reads the EEPROMs of the slaves at `positions`.
   [[nodiscard]] std::vector<SlaveView> read(std::span<const std::size_t> positions);
   [[nodiscard]] std::vector<SlaveView> read_all();
-  /// Takes the slaves at `positions` to PREOP by way of INIT, for SDO transfers; the others are not touched.
-  [[nodiscard]] Outcome<void> enter_pre_op(std::span<const std::size_t> positions);
-  /// Of a slave that enter_pre_op() took there; null: it has none.
+  /// Opens the mailboxes of the slaves at `positions`: of those in PREOP, SAFEOP and OP as they are, without a change
+  /// of state; the rest are taken to PREOP, unless a master drives the line (a slave is in OP), whom `force` disturbs
+  /// all the same. The other slaves are not touched.
+  [[nodiscard]] Outcome<void> open_mailboxes(std::span<const std::size_t> positions, bool force);
+  /// After open_mailboxes(); null: it has none.
   [[nodiscard]] ecat_master::MailboxClient* mailbox(std::size_t position) noexcept;
-  /// The mailbox of the one slave selected, slave 0 without a selection, taken to PREOP. Failure also: no mailbox.
-  [[nodiscard]] Outcome<ecat_master::MailboxClient*> open_mailbox(const SlaveSelection& selection);
+  /// The mailbox of the one slave selected, slave 0 without a selection. Failure also: no mailbox.
+  [[nodiscard]] Outcome<ecat_master::MailboxClient*> open_mailbox(const SlaveSelection& selection, bool force);
+  /// Somebody else works with the mailbox of that slave: answers may reach him instead.
+  [[nodiscard]] bool shared(std::size_t position) const;
+  /// Asks (a call that gives a Result) until an answer has come, when answers may go to somebody else.
+  template <typename Ask>
+  [[nodiscard]] auto ask(std::size_t position, Ask&& ask) const {
+    auto answer = ask();
+    for (int attempt = 1; attempt < kAttempts && shared(position) && went_astray(answer); ++attempt) answer = ask();
+    return answer;
+  }
+  /// What `open_mailboxes` and others are told by --force: a driven line must not be disturbed. Failure: it would be.
+  [[nodiscard]] Outcome<void> must_not_disturb(bool force, std::string_view would) const;
   /// Who is connected to whom.
   [[nodiscard]] Outcome<ecat_master::Topology> topology();
 
  private:
+  static constexpr int kAttempts = 8;
+
   LineView() = default;
+  template <typename T>
+  static bool went_astray(const ecat_master::Result<T>& answer) {
+    return !answer && (answer.error().kind == ecat_master::ErrorKind::kMailboxTimeout ||
+                       answer.error().kind == ecat_master::ErrorKind::kMailboxMalformed);
+  }
   [[nodiscard]] std::vector<std::uint16_t> aliases() const;
+  /// By way of INIT.
+  [[nodiscard]] Outcome<void> enter_pre_op(std::span<const std::size_t> positions);
 
   std::unique_ptr<Session> session_;
   std::unique_ptr<ecat_master::Master> master_;
   std::vector<ecat_master::SurveyedSlave> slaves_;
   std::map<std::size_t, std::unique_ptr<ecat_master::MailboxClient>> mailboxes_;
+  std::vector<std::size_t> shared_;  ///< slaves whose mailboxes were open before
 };
 
 /// "alias:position" of every slave as the IgH tool counts: the alias address of the last slave that has one, and how

@@ -203,7 +203,7 @@ bool LineWatch::clocks_answer() {
   auto polled = watch->poll();
   if (const auto now = clock_.now(); polled && now >= next_delays_ && supervisor_.all_operational()) {
     next_delays_ = now + kDelayInterval;
-    polled = watch->remeasure_delays(master_.topology());
+    polled = master_.remeasure_delays();
   }
   for (const auto& event : watch->take_events()) {
     const bool fault = event.kind == Kind::kLockLost || event.kind == Kind::kNoReference;

@@ -79,8 +79,7 @@ Outcome<SlavePdos> read_slave(LineView& line, SlaveView view, bool only_sii) {
     slave.sync_managers = pdos_from_sii(sii);
     return slave;
   }
-  ecat_master::CoeClient coe(*mailbox);
-  auto pdos = pdos_from_coe(coe, sii);
+  auto pdos = pdos_from_coe(line, slave.slave.slave.ref.position, *mailbox, sii);
   if (!pdos) return tl::unexpected(pdos.error());
   slave.source = PdoSource::kCoe;
   slave.sync_managers = std::move(*pdos);
@@ -100,13 +99,16 @@ std::vector<SyncManagerView> pdos_from_sii(const esi::SiiImage& sii) {
   return views;
 }
 
-Outcome<std::vector<SyncManagerView>> pdos_from_coe(ecat_master::CoeClient& coe, const esi::SiiImage& sii) {
+Outcome<std::vector<SyncManagerView>> pdos_from_coe(LineView& line, std::size_t position,
+                                                    ecat_master::MailboxClient& mailbox, const esi::SiiImage& sii) {
+  ecat_master::CoeClient coe(mailbox);
   const Names names(sii);
   auto views = channels_of(sii);
   for (auto& view : views) {
     if (is_mailbox(view.registers)) continue;
-    const auto assigned =
-        ecat_master::read_assigned_pdos(coe, static_cast<std::uint16_t>(kFirstAssignment + view.number));
+    const auto assigned = line.ask(position, [&] {
+      return ecat_master::read_assigned_pdos(coe, static_cast<std::uint16_t>(kFirstAssignment + view.number));
+    });
     if (!assigned) {
       // A sync manager without an assignment object has no PDOs.
       if (assigned.error().kind == ecat_master::ErrorKind::kSdoAbort) continue;
@@ -124,7 +126,8 @@ Outcome<std::vector<SyncManagerView>> pdos_from_coe(ecat_master::CoeClient& coe,
   return views;
 }
 
-Outcome<std::vector<SlavePdos>> read_pdos(const BusOptions& bus, const SlaveSelection& selection, bool only_sii) {
+Outcome<std::vector<SlavePdos>> read_pdos(const BusOptions& bus, const SlaveSelection& selection, bool only_sii,
+                                          bool force) {
   if (auto checked = selection.check(); !checked) return tl::unexpected(checked.error());
   auto line = LineView::open(bus);
   if (!line) return tl::unexpected(line.error());
@@ -132,7 +135,7 @@ Outcome<std::vector<SlavePdos>> read_pdos(const BusOptions& bus, const SlaveSele
   if (!positions) return tl::unexpected(positions.error());
   auto views = (*line)->read(*positions);
   if (!only_sii) {
-    if (auto done = (*line)->enter_pre_op(*positions); !done) return tl::unexpected(done.error());
+    if (auto done = (*line)->open_mailboxes(*positions, force); !done) return tl::unexpected(done.error());
   }
   std::vector<SlavePdos> slaves;
   for (auto& view : views) {

@@ -35,7 +35,8 @@ struct SyncManagerView {
 
 /// The same with the assignment and mapping that the slave has at present, read over CoE; names come from the EEPROM
 /// as far as it has them. The slave must be in PREOP or above.
-[[nodiscard]] Outcome<std::vector<SyncManagerView>> pdos_from_coe(ecat_master::CoeClient& coe,
+[[nodiscard]] Outcome<std::vector<SyncManagerView>> pdos_from_coe(LineView& line, std::size_t position,
+                                                                  ecat_master::MailboxClient& mailbox,
                                                                   const esi::SiiImage& sii);
 
 /// How the PDOs of the selected slaves are found.
@@ -48,10 +49,10 @@ struct SlavePdos {
   std::vector<SyncManagerView> sync_managers;
 };
 
-/// Opens the bus and finds the PDOs of the selected slaves: over CoE, which takes the line to PREOP, where a slave has
-/// CoE and `only_sii` does not forbid it; from the EEPROM otherwise.
+/// Opens the bus and finds the PDOs of the selected slaves: over CoE (LineView::open_mailboxes() with `force`) where a
+/// slave has that and `only_sii` does not forbid it; from the EEPROM otherwise.
 [[nodiscard]] Outcome<std::vector<SlavePdos>> read_pdos(const BusOptions& bus, const SlaveSelection& selection,
-                                                        bool only_sii);
+                                                        bool only_sii, bool force);
 
 /// Three levels, indented: sync manager, PDO, entry.
 [[nodiscard]] std::string to_text(std::span<const SyncManagerView> sync_managers);

@@ -68,7 +68,8 @@ std::vector<ExpectedSlave> expected_slaves(std::span<const SlavePlan> plans) {
   std::vector<ExpectedSlave> expected;
   for (const auto& plan : plans) {
     expected.push_back({plan.name, equal_or_any(plan.vendor_id), equal_or_any(plan.product_code), plan.revision,
-                        plan.serial, plan.alias, plan.device_id, plan.hot_connect && (plan.alias || plan.device_id)});
+                        plan.serial, plan.alias, plan.device_id, plan.hot_connect && (plan.alias || plan.device_id),
+                        plan.behind});
   }
   return expected;
 }

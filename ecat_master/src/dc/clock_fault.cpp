@@ -102,6 +102,9 @@ std::string describe_clock_error(const Error& e) {
                          e.received, e.expected);
     case ClockFault::kNotLocked:
       return fmt::format("the cycle is not locked to the reference clock: {}", why_not_locked(e));
+    case ClockFault::kNoMode:
+      return fmt::format("slave {}: its description does not know the planned operation mode of the distributed clock",
+                         e.slave);
     case ClockFault::kNotSynchronised:
       return fmt::format("slave {}: its clock is {} ns off the reference clock, the limit is {} ns", e.slave,
                          as_signed(e.received), e.expected);

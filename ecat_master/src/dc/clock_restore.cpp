@@ -1,5 +1,9 @@
 #include <array>
 
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
 #include "checked_exchange.hpp"
 #include "driveline/ecat_master/dc/clock_fault.hpp"
 #include "driveline/ecat_master/dc/clock_watch.hpp"
@@ -37,6 +41,86 @@ Result<void> ClockWatch::restore(std::uint16_t slave) {
   if (auto done = activate_signals(bus_, slaves_, kStartLead, alone); !done) return done;
   clock.start = alone.slaves[slave].start;
   return {};
+}
+
+Result<void> ClockWatch::join(std::uint16_t slave, const SlaveClockPlan& plan, std::span<const SlaveRef> wire) {
+  auto& clock = clocks_.slaves[slave];
+  const auto read = read_clock_features(bus_, {&slaves_[slave], 1});
+  if (!read) return tl::unexpected(read.error());
+  const auto& found = read->front();
+  if (!found.present) {
+    clock = {};
+    if (plan.signals.active()) return tl::unexpected(clock_error(ClockFault::kNoClock, slave));
+    return {};
+  }
+  if (auto done = check_signals(plan.signals, clocks_.period, plan.base, slave); !done) return done;
+  const auto cycle = plan.signals.sync0_cycle;
+  if (plan.signals.active() && clocks_.common_cycle % cycle != nanoseconds{0}) {
+    auto error = clock_error(ClockFault::kNoCommonCycle, slave);
+    error.received = static_cast<std::uint32_t>(cycle.count());
+    return tl::unexpected(error);
+  }
+  clock = {};
+  clock.present = true;
+  clock.wide = found.wide;
+  clock.signals = plan.signals;
+  clock.processing_extra_ns = plan.processing_extra_ns;
+  if (auto done = measure(wire, slave); !done) {
+    clock = {};
+    return done;
+  }
+  return restore(slave);
+}
+
+Result<void> ClockWatch::remeasure_delays(std::span<const SlaveRef> wire) {
+  return measure(wire, std::nullopt);
+}
+
+/// Delays of all clocks on `wire`; that of `newcomer` counts however little it has changed.
+Result<void> ClockWatch::measure(std::span<const SlaveRef> wire, std::optional<std::uint16_t> newcomer) {
+  const auto facts = read_port_facts(bus_, wire);
+  if (!facts) return tl::unexpected(facts.error());
+  const auto topology = build_topology(*facts);
+  if (!topology) return tl::unexpected(topology.error());
+  if (topology->ring_end && (ring_ == nullptr || behind_break_)) {
+    if (!newcomer) return {};
+    return tl::unexpected(clock_error(ClockFault::kNoReceiveTimes, *newcomer));
+  }
+  const auto found = read_clock_features(bus_, wire);
+  if (!found) return tl::unexpected(found.error());
+  std::vector<std::optional<std::size_t>> slave_at;
+  std::vector<double> extra;
+  for (const auto& ref : wire) {
+    const auto known =
+        std::find_if(slaves_.begin(), slaves_.end(), [&](const auto& slave) { return slave.station == ref.station; });
+    slave_at.push_back(known == slaves_.end() ? std::nullopt
+                                              : std::optional(static_cast<std::size_t>(known - slaves_.begin())));
+    extra.push_back(slave_at.back() ? clocks_.slaves[*slave_at.back()].processing_extra_ns : 0.0);
+  }
+  const auto delays = measure_delays(bus_, wire, *found, *topology, settings_.latch_rounds, extra);
+  if (!delays) return tl::unexpected(delays.error());
+  const auto reference = std::find(slave_at.begin(), slave_at.end(), std::optional<std::size_t>(clocks_.reference));
+  if (reference == slave_at.end()) return tl::unexpected(clock_error(ClockFault::kNoReceiveTimes, clocks_.reference));
+  const auto at = static_cast<std::size_t>(reference - slave_at.begin());
+  bool any = false;
+  for (std::size_t i = 0; i < wire.size(); ++i) {
+    if (!slave_at[i] || !clocks_.slaves[*slave_at[i]].present) continue;
+    const auto slave = static_cast<std::uint16_t>(*slave_at[i]);
+    auto& clock = clocks_.slaves[slave];
+    // Only who was plugged in can have come to another side of the reference clock.
+    if (slave == newcomer) clock.follows = i > at;
+    if (!clock.follows) continue;
+    const auto delay = std::llround((*delays)[i].from_first_ns - (*delays)[at].from_first_ns);
+    const auto change = delay - static_cast<std::int32_t>(clock.delay);
+    if (slave != newcomer && std::abs(change) < settings_.delay_change.count()) continue;
+    clock.delay = static_cast<std::uint32_t>(delay);
+    clock.delay_ns = (*delays)[i].from_first_ns;
+    clock.quality = (*delays)[i].quality;
+    if (slave == newcomer) continue;
+    note({ClockEvent::Kind::kDelayChanged, slave, LockCause::kNone, change});
+    any = true;
+  }
+  return any ? write_delays() : Result<void>{};
 }
 
 /// Offset, delay, and the loop started anew: one frame latched by both clocks tells what the slave's shows and what it

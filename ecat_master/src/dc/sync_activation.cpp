@@ -20,6 +20,7 @@ struct SignalBytes {
   std::array<std::byte, 8> start{};
   std::array<std::byte, 1> activation{};
   std::array<std::byte, 1> read_back{};
+  std::array<std::byte, 2> off{};  ///< 0x0980 and 0x0981
 };
 
 class Activation {
@@ -60,6 +61,16 @@ class Activation {
       result = tl::unexpected(error);
     });
     return result;
+  }
+
+  /// Switches off what attempt() has switched on; other slaves go on.
+  [[nodiscard]] Result<void> stop() {
+    std::vector<Request> requests;
+    for_each([&](std::size_t i, const SyncSignals&) {
+      bytes_[i].off = {};
+      requests.push_back(request(wire::Command::kFpwr, i, wire::reg::kCyclicUnitControl.address, bytes_[i].off));
+    });
+    return exchange(requests);
   }
 
  private:
@@ -148,7 +159,7 @@ Result<void> activate_signals(Bus& bus, std::span<const SlaveRef> slaves, nanose
   for (auto attempt_lead = lead;; attempt_lead *= 2) {
     auto started = activation.attempt(std::min(attempt_lead, kMaxLead));
     if (started && *started) return activation.verify();
-    if (auto off = stop_signals(bus); !off && started) return off;
+    if (auto off = activation.stop(); !off && started) return off;
     if (!started) return tl::unexpected(started.error());
     if (attempt_lead < kMaxLead) continue;
     auto error = clock_error(ClockFault::kStartTimePast);

@@ -102,9 +102,12 @@ class Comparison {
     for (std::size_t i = 0; i < planned_.size(); ++i) {
       if (planned_[i].by_position()) {
         plans.push_back(i);
-      } else {
+      } else if (!planned_[i].behind) {
         take_by_name(i);
       }
+    }
+    for (std::size_t i = 0; i < planned_.size(); ++i) {
+      if (planned_[i].behind) take_behind(i, *planned_[i].behind);
     }
     std::vector<std::size_t> slaves;
     for (std::size_t i = 0; i < found_.size(); ++i) {
@@ -128,7 +131,8 @@ class Comparison {
   void add(Difference difference) { result_.differences.push_back(difference); }
 
   [[nodiscard]] static bool carries(const ExpectedSlave& expected, const SlaveInfo& slave) {
-    return expected.alias ? slave.alias == *expected.alias : slave.device_id == expected.device_id;
+    if (expected.alias) return slave.alias == *expected.alias;
+    return expected.device_id && slave.device_id == expected.device_id;
   }
   /// A slave with the alias of a plan is no extra slave, even if it is the second one.
   [[nodiscard]] bool spoken_for(std::size_t slave) const {
@@ -156,6 +160,19 @@ class Comparison {
       return;
     }
     take({plan, first});
+  }
+
+  /// A slave of a hot-connect group, where its head leads.
+  void take_behind(std::size_t plan, const GroupPlace& place) {
+    const auto& plans = result_.plan_of_slave;
+    const auto head = std::find(plans.begin(), plans.end(), std::optional(place.head));
+    if (head == plans.end()) {
+      if (planned_[place.head].optional) result_.absent.push_back(plan);
+      return;  // that the head is missing has been said
+    }
+    const auto slave = static_cast<std::size_t>(head - plans.begin()) + place.distance;
+    const bool there = slave < plans.size() && !plans[slave];
+    take({plan, there ? std::optional(slave) : std::nullopt});
   }
 
   void take(const Pair& pair) {

@@ -166,7 +166,7 @@ Result<std::size_t> Master::readdress_newcomers() {
     reached = position + 1;
     if ((known[position] = index_of(one.station))) continue;
     for (std::size_t i = 0; i < slaves_.size(); ++i) {
-      if (present[i] || !slaves_[i].plan.hot_connect) continue;
+      if (present[i] || !slaves_[i].plan.hot_connect || slaves_[i].plan.behind) continue;
       const auto alias = slaves_[i].plan.alias.value_or(slaves_[i].info.alias);
       const bool match =
           (one.alias != 0 && alias == one.alias) || (one.device_id && slaves_[i].plan.device_id == one.device_id);
@@ -174,6 +174,16 @@ Result<std::size_t> Master::readdress_newcomers() {
       if (auto done = give_address(position, i); !done) return tl::unexpected(done.error());
       break;
     }
+  }
+  // Who belongs to one with a name.
+  for (std::size_t i = 0; i < slaves_.size(); ++i) {
+    const auto& behind = slaves_[i].plan.behind;
+    if (present[i] || !behind) continue;
+    const auto head = std::find(known.begin(), known.end(), position_of(behind->head));
+    if (head == known.end() || !*head) continue;
+    const auto position = static_cast<std::size_t>(head - known.begin()) + behind->distance;
+    if (position >= reached || !(*seen)[position].answers || known[position]) continue;
+    if (auto done = give_address(position, i); !done) return tl::unexpected(done.error());
   }
   // Behind the break of a ring nobody is reached by position.
   const auto placed = place_by_wiring(std::span(known).first(reached));

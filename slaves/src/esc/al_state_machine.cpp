@@ -49,7 +49,7 @@ void AlStateMachine::handle_request(const Esc::AlRequest& request, Nanoseconds n
   if (error_ && !control.acknowledge && control.state != AlState::kInit) return;
   error_ = false;
   code_ = AlStatusCode::kNoError;
-  id_loaded_ = control.request_id && device_.profile().device_id != 0;
+  id_loaded_ = control.request_id && device_id() != 0;
   pending_.reset();
   if (const auto illegal = check_legal(control.state); illegal != AlStatusCode::kNoError) return report(illegal);
   if (control.state == state_) return publish();
@@ -236,8 +236,12 @@ void AlStateMachine::report(AlStatusCode code) noexcept {
   publish();
 }
 
+std::uint16_t AlStateMachine::device_id() const noexcept {
+  return options_.device_id != 0 ? options_.device_id : device_.profile().device_id;
+}
+
 void AlStateMachine::publish() noexcept {
-  const auto code = id_loaded_ ? device_.profile().device_id : static_cast<std::uint16_t>(code_);
+  const auto code = id_loaded_ ? device_id() : static_cast<std::uint16_t>(code_);
   esc_.set_al_status({state_, error_, id_loaded_}, code);
 }
 

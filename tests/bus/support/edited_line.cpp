@@ -19,7 +19,9 @@ std::size_t EditedDevice::mailbox_reply(std::span<std::byte> out) {
   return length > 0 && changes_answer ? changes_answer(out, length) : length;
 }
 
-EditedLine::EditedLine(std::size_t drives, const Edit& edit) : clock(milliseconds{1}) {
+EditedLine::EditedLine(std::size_t drives, const Edit& edit, const Options& options,
+                       std::optional<slaves::Wiring> wiring)
+    : clock(milliseconds{1}) {
   std::vector<std::unique_ptr<slaves::Slave>> made;
   for (std::size_t i = 0; i < drives; ++i) {
     slaves::msd::MsdParameters parameters;
@@ -29,9 +31,9 @@ EditedLine::EditedLine(std::size_t drives, const Edit& edit) : clock(millisecond
     if (edit) edit(i, profile);
     auto device = std::make_unique<EditedDevice>(std::move(drive), std::move(profile));
     devices_.push_back(device.get());
-    made.push_back(std::make_unique<slaves::Slave>(std::move(device)));
+    made.push_back(std::make_unique<slaves::Slave>(std::move(device), options ? options(i) : slaves::SlaveOptions{}));
   }
-  line_ = std::make_unique<slaves::Line>(clock, std::move(made));
+  line_ = std::make_unique<slaves::Line>(clock, std::move(made), slaves::LineOptions{}, std::move(wiring));
 }
 
 void set_alias(slaves::DeviceProfile& profile, std::uint16_t alias) {

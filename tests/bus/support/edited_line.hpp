@@ -51,7 +51,9 @@ class EditedDevice final : public slaves::Device {
 class EditedLine {
  public:
   using Edit = std::function<void(std::size_t drive, slaves::DeviceProfile& profile)>;
-  explicit EditedLine(std::size_t drives, const Edit& edit = {});
+  using Options = std::function<slaves::SlaveOptions(std::size_t drive)>;
+  explicit EditedLine(std::size_t drives, const Edit& edit = {}, const Options& options = {},
+                      std::optional<slaves::Wiring> wiring = std::nullopt);
 
   rt::VirtualClock clock;
   [[nodiscard]] slaves::Line& line() noexcept { return *line_; }

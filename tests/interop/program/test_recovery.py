@@ -113,6 +113,48 @@ class InThisProcess(ProgramTest):
                 for axis in document["axes"][:-1]:
                     self.assertEqual(axis["unavailable_cycles"], 0, axis)
 
+    def test_a_hot_connected_group_joins_with_its_clocks_leaves_and_joins_again(self):
+        faults = fault("power-off", 0, slave='"u"', for_ms=2500) + fault("power-off", 5000, slave='"u"', for_ms=500)
+        config = self.write_gentle_line(cycle_us=1000, head="[dc]\n" + faults)
+        text = config.read_text(encoding="utf-8")
+        text = text.replace('[[slave]]\nname = "u"\n', '[[slave]]\nname = "u"\ndevice_id = 12\nhot_connect = true\n'
+                            '[slave.dc]\ndrift_ppm = 60\n')
+        text = text.replace('[[slave]]\nname = "v"\n', '[[slave]]\nname = "v"\nhot_connect = "u"\n[slave.dc]\ndrift_ppm = -40\n')
+        config.write_text(text, encoding="utf-8")
+        result = self.run_program("run", "--config", config, "--virtual", "--duration", 9, "--json", "--no-plots")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        document = self.one_document(result.stdout)
+        self.assertEqual(document["state"], "OP")
+        events = "\n".join(document["events"])
+        for slave, name in ((LAST - 1, "u"), (LAST, "v")):
+            for step in (f"slave {slave} ({name}): is not connected; it joins when it is",
+                         f"slave {slave} ({name}): has joined the line, is in OP", f"axis {name}: back on the path",
+                         f"slave {slave} ({name}): does not answer any more", f"slave {slave} ({name}): back in OP"):
+                self.assertIn(step, events)
+        self.assertTrue(document["dc"]["locked"])
+        # 60 ppm apart they would be 60 us off after a second.
+        self.assertLess(document["dc"]["difference_ns"]["p99"], 200)
+        for axis in document["axes"][:-2]:
+            self.assertEqual(axis["unavailable_cycles"], 0, axis)
+
+    def test_every_fault_has_a_record_of_its_own(self):
+        (self.directory / "out").mkdir()
+        self.write("out/flight_recorder.3.csv", "of an earlier run")
+        result, document = self.run_line(fault("power-off", 2000, slave='"v"', for_ms=300),
+                                         fault("power-off", 5000, slave='"v"', for_ms=300),
+                                         head='[recovery]\naxes = "continue"')
+        self.assertEqual(result.returncode, 0, result.stderr)
+        records = {key: name for key, name in document["files"].items() if key.startswith("flight")}
+        self.assertEqual(records, {"flight_recorder_csv": "out/flight_recorder.csv",
+                                   "flight_recorder_2_csv": "out/flight_recorder.2.csv"})
+        for name in records.values():
+            self.assertIn(f"cycles around the fault are in {name}", result.stderr)
+            with open(self.directory / name, encoding="utf-8") as file:
+                rows = list(csv.DictReader(file))
+            self.assertEqual(len(rows), 2048)
+            self.assertEqual([row["v.available"] for row in (rows[0], rows[-1])], ["1", "0"])
+        self.assertNotIn("out/flight_recorder.3.csv", self.files())
+
     def test_a_ring_that_breaks_costs_nothing(self):
         for at, (first, second) in enumerate(zip(AXES, AXES[1:])):
             with self.subTest(cable=f"{first} to {second}"):

@@ -269,8 +269,38 @@ class OnTheWire(WireTest):
         self.tool("states", "-p", "2", "PREOP")
         self.assertEqual(self.tool("upload", "-p", "4", "-t", "uint16", "0x6041", "0"), "0x0250 592\n")
         self.tool("states", "-p", "7", "INIT")
+        self.assertEqual(self.tool("upload", "-p", "7", "-t", "uint16", "0x6041", "0"), "0x0250 592\n")
         states = [slave["state"] for slave in self.one_document(self.tool("states", "--json"))["slaves"]]
-        self.assertEqual(states, ["SAFEOP", "SAFEOP", "PREOP", "SAFEOP", "PREOP", "SAFEOP", "SAFEOP", "INIT"])
+        # Where there is a mailbox nothing changes; from INIT it is opened in PREOP.
+        self.assertEqual(states, ["SAFEOP", "SAFEOP", "PREOP", "SAFEOP", "SAFEOP", "SAFEOP", "SAFEOP", "PREOP"])
+
+    def test_line_that_a_master_drives_is_not_disturbed(self):
+        self.start_line(EXAMPLES / "line8-nic.toml")
+        master = self.start("run", "--config", self.write_gentle_line(cycle_us=1000), "--iface", "dl-master", "--no-plots",
+                            "--no-telemetry", "--json", log="master.log")
+        self.wait_for("following the path", lambda: "following the path" in self.text("master.log"), master)
+        # Through the mailbox, in OP.
+        self.assertRegex(self.tool("upload", "-p", "3", "-t", "uint16", "0x6041", "0"), r"\A0x[0-9a-f]{2}37 \d+\n\Z")
+        self.tool("download", "-p", "3", "-t", "uint32", "0x6083", "0", "104857601")
+        self.assertEqual(self.tool("upload", "-p", "3", "-t", "uint32", "0x6083", "0"), "0x06400001 104857601\n")
+        self.assertIn("SDO 0x6041", self.tool("sdos", "-p", "5", "0x6041"))
+        self.assertIn("RxPDO 0x1600", self.tool("pdos", "-p", "2"))
+        self.tool("scan", "--write", "found.toml")
+        self.assertEqual(self.text("found.toml").count("\n[[axis]]\n"), 8)
+        # What would take it out of operation is refused.
+        for arguments in (["states", "PREOP"], ["states", "-p", "2", "INIT"], ["rescan"], ["dc", "--duration", "1"],
+                          ["pdos", "--image", "--config", EXAMPLES / "line8-nic.toml"]):
+            with self.subTest(arguments=arguments):
+                result = self.run_program(*arguments, "--iface", "dl-master")
+                self.assertEqual(result.returncode, 1, result.stderr)
+                self.assertEqual(result.stdout, "")
+                for part in ("is in OP: a master drives", "--force"):
+                    self.assertIn(part, result.stderr)
+        states = self.one_document(self.tool("states", "--json"))["slaves"]
+        self.assertEqual({slave["state"] for slave in states}, {"OP"})
+        self.assertIsNone(master.poll(), self.text("master.log"))
+        self.tool("states", "-p", "7", "INIT", "--force")
+        self.wait_for("the master notices", lambda: "slave 7" in self.text("master.log"))
 
     def test_another_master_on_the_wire_is_named(self):
         self.start_line(EXAMPLES / "line8-nic.toml")

@@ -57,6 +57,35 @@ TEST(ClockConfig, DefaultsAreTheFirstClockAndHalfAPeriod) {
   EXPECT_EQ(plan->slaves.at(0).base, microseconds{125});
 }
 
+TEST(ClockConfig, WhoIsFoundByItsAliasHasItsSignalsWhereverItIs) {
+  const auto config = parse(
+      "[dc]\nreference = \"b\"\n[[slave]]\nname = \"a\"\nalias = 7\nhot_connect = true\n"
+      "[slave.dc]\nsync0_shift_us = 20\n[[slave]]\nname = \"b\"\n");
+  auto slaves = found(2);
+  for (auto& slave : slaves) {
+    slave.info.description.vendor_id = slaves::msd::kVendorId;
+    slave.info.description.product_code = slaves::msd::facts(slaves::msd::Variant::kMsd).product_code;
+  }
+  slaves[1].info.alias = 7;
+  const auto plan = make_clock_plan(config, slaves);
+  ASSERT_TRUE(plan) << plan.error().text;
+  EXPECT_EQ(plan->reference, 0);
+  EXPECT_EQ(plan->slaves.at(0).signals.sync0_shift, microseconds{0});
+  EXPECT_EQ(plan->slaves.at(1).signals.sync0_shift, microseconds{20});
+}
+
+TEST(ClockConfig, WhoJoinsLaterGetsItsSignalsThen) {
+  const auto config = parse(
+      "[dc]\n[[slave]]\nname = \"b\"\n[[slave]]\nname = \"a\"\nalias = 7\nhot_connect = true\n"
+      "[slave.dc]\nop_mode = \"Half\"\n");
+  const auto plan = make_clock_plan(config, found(1));
+  ASSERT_TRUE(plan) << plan.error().text;
+  const auto joining = plan->joining(1, found(1).front().info.description);
+  ASSERT_TRUE(joining);
+  EXPECT_EQ(joining->signals.sync0_cycle, std::chrono::nanoseconds{62'500});
+  EXPECT_FALSE(plan->joining(1, {})) << "a description without that mode";
+}
+
 TEST(ClockConfig, TheTimeToShowAndTheControllersOfTheSlaves) {
   const auto with = [](const std::string& time) {
     return parse("[dc]\n" + time + "[[slave]]\nname = \"x\"\ndc = { processing_extra_ns = 17.5 }\n");

@@ -99,6 +99,47 @@ TEST(SlavePlan, ApplyAddsToWhatIsPlanned) {
   EXPECT_EQ(plan.pdos.outputs.size(), 1U) << "nothing is said about PDOs";
 }
 
+/// A line with the head of a group, and what follows from line 5 on.
+std::string with_head(const std::string& rest) {
+  return "[[slave]]\nname = \"head\"\nalias = 7\nhot_connect = true\n" + rest;
+}
+
+std::string refused_group(const std::string& rest) {
+  const auto config = parse_line_config(with_head(rest), "line.toml");
+  return config ? std::string{} : config.error();
+}
+
+TEST(SlavePlan, SlavesOfAHotConnectGroupFollowTheirHead) {
+  const auto config = parse_line_config(with_head("[[slave]]\nname = \"a\"\nhot_connect = \"head\"\n"
+                                                  "[[slave]]\nname = \"b\"\nhot_connect = \"head\"\n"),
+                                        "line.toml");
+  ASSERT_TRUE(config) << config.error();
+  EXPECT_FALSE(config->slaves[0].plan.behind);
+  EXPECT_EQ(config->slaves[1].plan.behind, (ecat_master::GroupPlace{0, 1}));
+  EXPECT_EQ(config->slaves[2].plan.behind, (ecat_master::GroupPlace{0, 2}));
+  ecat_master::SlavePlan plan;
+  config->slaves[2].plan.apply(plan);
+  EXPECT_TRUE(plan.hot_connect);
+  EXPECT_EQ(plan.behind, (ecat_master::GroupPlace{0, 2}));
+}
+
+TEST(SlavePlan, GroupsThatAreNoneAreRefused) {
+  EXPECT_EQ(
+      refused_group("[[slave]]\nname = \"a\"\nhot_connect = \"hand\"\n"),
+      "line.toml:7: [slave 2] hot_connect: is \"hand\": true, false, or the name of a [[slave]] above is expected");
+  EXPECT_EQ(
+      refused_group("[[slave]]\nname = \"a\"\n[[slave]]\nname = \"b\"\nhot_connect = \"a\"\n"),
+      "line.toml:9: [slave 3] hot_connect: is \"a\", which is not the head of a group: hot_connect = true and alias "
+      "or device_id of \"a\" are expected");
+  EXPECT_EQ(
+      refused_group("[[slave]]\nname = \"a\"\n[[slave]]\nname = \"b\"\nhot_connect = \"head\"\n"),
+      "line.toml:9: [slave 3] hot_connect: is \"head\", but \"a\" stands between them and is not in that group: the "
+      "slaves of a group follow each other");
+  EXPECT_EQ(refused_group("[[slave]]\nname = \"a\"\nalias = 9\nhot_connect = \"head\"\n"),
+            "line.toml:8: [slave 2] hot_connect: names the head of its group, \"head\": that one's alias or device_id "
+            "finds both, its own cannot stand here");
+}
+
 TEST(SlavePlan, WrongValuesAreNamedWithTheirLine) {
   EXPECT_EQ(refused("revision = \"newer\"\n"),
             "line.toml:3: [slave 1] revision: is \"newer\", expected a number, \">= number\" or \"any\"");

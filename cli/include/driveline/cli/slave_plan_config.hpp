@@ -11,6 +11,7 @@ namespace driveline::cli {
 ///
 ///   alias = 7                      device_id = 3            lrw = false
 ///   hot_connect = true             (may be missing, and comes and goes)
+///   hot_connect = "NAME"           (the same, behind that slave, in the group that it is the head of)
 ///   revision = ">= 0x00010000"     serial = 4711            (numbers, ">= ..." or "any")
 ///   [slave.watchdog]               process_data_ms, pdi_ms  (0 is off)
 ///   [slave.timeouts]               preop_ms, safeop_ms, op_ms, back_to_init_ms, back_to_safeop_ms,
@@ -23,6 +24,8 @@ struct SlavePlanConfig {
   std::optional<std::uint16_t> alias;                 ///< station alias it is known by
   std::optional<std::uint16_t> device_id;             ///< explicit device ID it is known by
   bool hot_connect = false;                           ///< may be missing, and comes and goes
+  std::string hot_head;                               ///< in whose hot-connect group it is; empty: in none
+  std::optional<ecat_master::GroupPlace> behind;      ///< the same as number of the [[slave]] table, and its place there
   ecat_master::WatchdogPlan watchdog;                 ///< what is left out stays as the slave has it
   ecat_master::StateTimeouts timeouts;                ///< what is left out: see StateTimeouts
   ecat_master::MailboxTimeouts mailbox_timeouts;      ///< what is left out: see MailboxTimeouts

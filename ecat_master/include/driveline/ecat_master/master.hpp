@@ -96,7 +96,7 @@ class Master {
   [[nodiscard]] Result<AlReport> al_status_of(std::size_t slave);
   /// While the cycle runs: gives their station addresses back to slaves that were switched off or plugged in again.
   /// A slave is known by its place in the wiring, where that does not tell by its serial number; one with
-  /// SlavePlan::hot_connect by its alias or device ID. Whoever may be several of the missing ones gets none, and
+  /// SlavePlan::hot_connect by its alias or device ID, one with SlavePlan::behind by its place behind that. Whoever may be several of the missing ones gets none, and
   /// recover() of these says kPlaceUnknown.
   /// Returns how many there were. Errors: those of the bus.
   [[nodiscard]] Result<std::size_t> readdress_newcomers();
@@ -111,6 +111,9 @@ class Master {
   [[nodiscard]] const dc::LineClocks* clocks() const noexcept { return clocks_ ? &*clocks_ : nullptr; }
   /// While the cycle runs with clocks, else null. To be polled every few milliseconds.
   [[nodiscard]] dc::ClockWatch* clock_watch() noexcept { return watch_.get(); }
+  /// While the cycle runs with clocks: dc::ClockWatch::remeasure_delays() with the slaves in the order in which they
+  /// are on the line now. Errors: its own, those of the bus.
+  [[nodiscard]] Result<void> remeasure_delays();
   /// While the cycle runs with clocks, else null.
   [[nodiscard]] dc::ClockFollower* clock_follower() noexcept { return follower_.get(); }
   /// While the cycle runs, else null.
@@ -185,6 +188,7 @@ class Master {
   [[nodiscard]] Result<void> await_clocks();
   [[nodiscard]] Result<void> tell_sync_type(std::size_t slave);
   [[nodiscard]] Result<void> restore_clock(std::size_t slave);
+  [[nodiscard]] Result<std::vector<SlaveRef>> wire_order();
 
   port::Port& port_;
   rt::Clock& clock_;

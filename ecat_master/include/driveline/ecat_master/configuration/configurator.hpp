@@ -51,6 +51,9 @@ struct SlavePlan {
   /// Known by its alias or device ID, wherever it is plugged in, and when: with one of them planned it may be missing
   /// at the start, and joins when it comes. Otherwise its place among the others tells who it is.
   bool hot_connect = false;
+  /// It belongs to the hot-connect group of another slave, at that place behind it: it comes, goes and moves with the
+  /// head of the group, whose alias or device ID finds both.
+  std::optional<GroupPlace> behind{};
   /// The PDOs that the slave has assigned by itself, instead of `pdos`; they are read and nothing is written. With a
   /// description file that has PDOs, those that it assigns.
   bool own_pdos = false;

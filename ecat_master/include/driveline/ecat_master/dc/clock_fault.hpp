@@ -30,6 +30,7 @@ enum class ClockFault : std::uint8_t {
   kSyncObject,             ///< address, subindex, expected, received: an object does not either
   kNotLocked,              ///< extra: LockCause; received: error in ns
   kNotSynchronised,        ///< received: difference of the slave's clock in ns, expected: window
+  kNoMode,                 ///< the description of the slave does not know the operation mode that is planned for it
 };
 
 /// An Error of kind kClock.

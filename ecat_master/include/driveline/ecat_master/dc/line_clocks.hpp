@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include "driveline/ecat_master/dc/sync_signals.hpp"
 #include "driveline/ecat_master/dc/system_time.hpp"
 #include "driveline/ecat_master/dc/time_source.hpp"
+#include "driveline/esi/device_description.hpp"
 
 namespace driveline::ecat_master::dc {
 
@@ -41,6 +43,9 @@ struct ClockPlan {
   /// as the reference clock does; when the reference follows, it follows this time. Must outlive the cycle.
   const TimeSource* time = nullptr;
   std::vector<SlaveClockPlan> slaves;  ///< by position; who is missing gets no signals
+  /// What is planned for a slave (by the number of its plan) that was not there when the line started, once it has come
+  /// and `found` is known; empty: no signals. Called by the ordinary thread that configures it.
+  std::function<Result<SlaveClockPlan>(std::size_t plan, const esi::DeviceDescription& found)> joining{};
 
   // What the defaults are good for; here for tests and odd lines.
   /// System time minus master's clock when the clocks are set, without `time`.

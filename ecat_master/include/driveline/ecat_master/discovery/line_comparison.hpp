@@ -28,6 +28,14 @@ struct IdentityRule {
   constexpr bool operator==(const IdentityRule&) const = default;
 };
 
+/// The place of a slave in a hot-connect group: so many slaves behind the head of the group, in the order in which
+/// frames pass them.
+struct GroupPlace {
+  std::size_t head = 0;      ///< number of its plan
+  std::size_t distance = 1;  ///< 1: right behind it
+  constexpr bool operator==(const GroupPlace&) const = default;
+};
+
 /// A slave as it is planned: what it must be, and how it is told from the others.
 struct ExpectedSlave {
   std::string name;                        ///< for messages
@@ -38,8 +46,9 @@ struct ExpectedSlave {
   std::optional<std::uint16_t> alias;      ///< anywhere on the line, by its station alias
   std::optional<std::uint16_t> device_id;  ///< anywhere on the line, by its explicit device identification
   bool optional = false;                   ///< it may be missing; needs alias or device ID
+  std::optional<GroupPlace> behind{};      ///< found by the head of its group; missing when that may be, and is
   /// Known by its place on the line alone. \rtsafe
-  [[nodiscard]] bool by_position() const noexcept { return !alias && !device_id; }
+  [[nodiscard]] bool by_position() const noexcept { return !alias && !device_id && !behind; }
 };
 
 /// One way in which the line is not what was planned.

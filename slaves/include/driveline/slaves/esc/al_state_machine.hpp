@@ -16,6 +16,8 @@ struct AlOptions {
   /// How long SAFEOP to OP waits for valid outputs. Shorter than the time-outs of the usual masters (2 s and up), so
   /// that they see the reason.
   std::chrono::nanoseconds safeop_to_op_timeout = std::chrono::seconds{1};
+  /// Explicit device identification, as a switch on the device sets it; 0: that of the device's profile.
+  std::uint16_t device_id = 0;
 };
 
 /// The EtherCAT state machine of a slave (ETG.1000.6 chapter 6): answers AL control requests, checks what the master
@@ -103,6 +105,7 @@ class AlStateMachine {
   [[nodiscard]] Nanoseconds last_outputs() const noexcept;
   void enter(wire::AlState target) noexcept;
   void report(wire::AlStatusCode code) noexcept;
+  [[nodiscard]] std::uint16_t device_id() const noexcept;
   void publish() noexcept;
   [[nodiscard]] wire::AlStatusCode check_legal(wire::AlState target) const noexcept;
   [[nodiscard]] wire::AlStatusCode check_settings(wire::AlState target) const noexcept;

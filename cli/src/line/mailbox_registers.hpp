@@ -1,0 +1,27 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "driveline/ecat_master/master.hpp"
+#include "failure.hpp"
+
+namespace driveline::cli {
+
+/// Where the mailboxes of `slave` are by sync managers 0 and 1, as whoever took it to its state has set them up;
+/// nothing: they are set up for none. Errors: those of the bus.
+[[nodiscard]] Outcome<std::optional<ecat_master::MailboxWindow>> read_mailbox_window(ecat_master::Bus& bus,
+                                                                                     ecat_master::SlaveRef slave);
+
+/// There are mailboxes for CoE in this state.
+[[nodiscard]] bool has_mailbox(wire::AlState state) noexcept;
+
+/// A slave in OP has a master that feeds it. Failure, which names the first one and what `would` happen: there is one.
+[[nodiscard]] Outcome<void> refuse_if_driven(std::span<const ecat_master::AlReport> states, bool force,
+                                             std::string_view would);
+
+/// The same for a tool that takes the whole line out of operation; `master` has not scanned yet.
+[[nodiscard]] Outcome<void> must_not_be_driven(ecat_master::Master& master, bool force);
+
+}  // namespace driveline::cli

@@ -1,0 +1,141 @@
+// Commands of clients at the socket, who may be slow, silent, or gone.
+#include "commands/command_input.hpp"
+
+#include <gmock/gmock.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <thread>
+
+#include "temporary_directory.hpp"
+
+namespace driveline::cli {
+namespace {
+
+using std::chrono::milliseconds;
+
+class CommandSocket : public test::TemporaryDirectory {
+ protected:
+  void SetUp() override {
+    TemporaryDirectory::SetUp();
+    path = (directory / "line.socket").string();
+    auto opened = CommandInput::open(path, CommandInput::Sources::kSocket);
+    ASSERT_TRUE(opened) << opened.error().text;
+    input = std::move(*opened);
+  }
+
+  [[nodiscard]] port::FileDescriptor connect() const {
+    port::FileDescriptor socket{::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0)};
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    std::copy(path.begin(), path.end(), address.sun_path);
+    EXPECT_EQ(::connect(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    return socket;
+  }
+  static void say(const port::FileDescriptor& socket, std::string_view text) {
+    EXPECT_EQ(::send(socket.get(), text.data(), text.size(), MSG_NOSIGNAL), static_cast<ssize_t>(text.size()));
+  }
+  /// Everything that has come so far.
+  static std::string heard(const port::FileDescriptor& socket) {
+    std::string text;
+    std::array<char, 65536> buffer;
+    for (auto count = ::recv(socket.get(), buffer.data(), buffer.size(), 0); count > 0;
+         count = ::recv(socket.get(), buffer.data(), buffer.size(), 0)) {
+      text.append(buffer.data(), static_cast<std::size_t>(count));
+    }
+    return text;
+  }
+  /// One look, as the program takes it every few milliseconds.
+  void look() {
+    input->run(milliseconds{0}, [this](std::string_view command) {
+      executed.emplace_back(command);
+      return answer.empty() ? std::string(command) + "!" : answer;
+    });
+  }
+
+  std::string path;
+  std::unique_ptr<CommandInput> input;
+  std::vector<std::string> executed;
+  std::string answer;
+};
+
+TEST_F(CommandSocket, AnswersALine) {
+  const auto client = connect();
+  say(client, "diag\n");
+  look();
+  EXPECT_EQ(heard(client), "diag!\n");
+}
+
+TEST_F(CommandSocket, SilentClientsHoldUpNobody) {
+  const auto silent = connect();
+  const auto half = connect();
+  say(half, "di");
+  look();
+  EXPECT_TRUE(executed.empty());
+  const auto client = connect();
+  say(client, "diag\n");
+  look();
+  EXPECT_EQ(heard(client), "diag!\n");
+  EXPECT_EQ(heard(half), "");
+  say(half, "ag json\n");
+  look();
+  EXPECT_EQ(heard(half), "diag json!\n") << "what it had said before is not lost";
+  EXPECT_THAT(executed, testing::ElementsAre("diag", "diag json"));
+}
+
+TEST_F(CommandSocket, ClientThatDoesNotReadGetsItsAnswerWhenItDoes) {
+  answer = std::string(4'000'000, 'x');
+  const auto slow = connect();
+  say(slow, "diag\n");
+  look();
+  answer.clear();
+  const auto client = connect();
+  say(client, "next\n");
+  look();
+  EXPECT_EQ(heard(client), "next!\n");
+  std::size_t bytes = 0;
+  for (int i = 0; i < 10'000 && bytes < 4'000'001; ++i) {
+    bytes += heard(slow).size();
+    look();
+  }
+  EXPECT_EQ(bytes, 4'000'001U);
+}
+
+TEST_F(CommandSocket, WhoHasGoneIsForgotten) {
+  answer = std::string(4'000'000, 'x');
+  {
+    const auto client = connect();
+    say(client, "diag\n");
+    look();
+  }
+  answer.clear();
+  look();
+  const auto client = connect();
+  say(client, "next\n");
+  look();
+  EXPECT_EQ(heard(client), "next!\n");
+}
+
+TEST_F(CommandSocket, TooManySilentClientsMakeRoom) {
+  std::vector<port::FileDescriptor> silent;
+  for (std::size_t i = 0; i < 3 * CommandInput::kMaxClients; ++i) {
+    silent.push_back(connect());
+    look();
+  }
+  const auto client = connect();
+  say(client, "diag\n");
+  look();
+  EXPECT_EQ(heard(client), "diag!\n");
+}
+
+TEST_F(CommandSocket, LineWithoutEndIsCutOff) {
+  const auto client = connect();
+  say(client, std::string(8192, 'y'));
+  look();
+  ASSERT_EQ(executed.size(), 1U);
+  EXPECT_LE(executed[0].size(), 5000U);
+}
+
+}  // namespace
+}  // namespace driveline::cli
