@@ -13,6 +13,10 @@ std::string who(const Error& e) {
   return e.slave == Error::kNoSlave ? std::string("the line") : fmt::format("slave {}", e.slave);
 }
 
+std::string answering(std::uint32_t count) {
+  return count == 1 ? std::string("1 slave answers") : fmt::format("{} slaves answer", count);
+}
+
 std::string al_code(const Error& e) {
   const auto code = static_cast<wire::AlStatusCode>(e.code);
   return fmt::format("AL status code 0x{:04X} ({})", e.code, wire::to_text(code));
@@ -50,6 +54,18 @@ std::string_view to_text(IdentityNumber number) {
   return "identity";
 }
 
+std::string known_by(const Error& e) {
+  return fmt::format("{} {}", static_cast<KnownBy>(e.subindex) == KnownBy::kAlias ? "alias" : "device ID", e.address);
+}
+
+/// How many there are and should be, where that says something.
+std::string slave_counts(const Error& e) {
+  return e.expected == e.received
+             ? std::string{}
+             : fmt::format("; {}, {} planned", answering(e.received),
+                           e.expected == 1 ? std::string("1 is") : fmt::format("{} are", e.expected));
+}
+
 std::string describe_slave_facts(const Error& e) {
   switch (e.kind) {
     case ErrorKind::kStateRefused:
@@ -62,13 +78,15 @@ std::string describe_slave_facts(const Error& e) {
     case ErrorKind::kSiiError:
       return fmt::format("{}: EEPROM access to word 0x{:04X} failed, status 0x{:04X}", who(e), e.address, e.code);
     case ErrorKind::kSiiContent:
+      if (e.code == kSiiBlank) return fmt::format("{}: EEPROM is blank, it holds nothing but 0xFF", who(e));
       return fmt::format("{}: EEPROM content is not usable at word 0x{:04X}", who(e), e.address);
     case ErrorKind::kSiiVerify:
       return fmt::format("{}: EEPROM word 0x{:04X} reads back as 0x{:04X} after 0x{:04X} was written", who(e),
                          e.address, e.received, e.expected);
     case ErrorKind::kIdentityMismatch:
-      return fmt::format("{}: {} is 0x{:08X} but 0x{:08X} {}", who(e), to_text(static_cast<IdentityNumber>(e.address)),
-                         e.received, e.expected, e.code == 1 ? "was there at start" : "is planned");
+      return fmt::format("{}: {} is 0x{:08X} but {}0x{:08X} {}", who(e),
+                         to_text(static_cast<IdentityNumber>(e.address)), e.received, e.subindex == 1 ? ">= " : "",
+                         e.expected, e.code == 1 ? "was there at start" : "is planned");
     case ErrorKind::kPlaceUnknown:
       return fmt::format("{}: of {} that were missing {} came back, and neither wiring nor serial number tells which",
                          who(e), e.expected, e.received);
@@ -80,7 +98,7 @@ std::string describe_slave_facts(const Error& e) {
     case ErrorKind::kWiring:
       return fmt::format("{}: IN and OUT are swapped, frames come in at port {}", who(e), e.extra);
     case ErrorKind::kDuplicateAlias:
-      return fmt::format("{} and slave {} both answer to alias or device ID {}", who(e), e.extra, e.address);
+      return fmt::format("{} and slave {} both answer to {}", who(e), e.extra, known_by(e));
     case ErrorKind::kProcessDataSize:
       if (e.code == 1) {
         return fmt::format("{}: its process data need {} FMMUs, it has {}", who(e), e.received, e.expected);
@@ -94,6 +112,9 @@ std::string describe_slave_facts(const Error& e) {
 std::string describe_mailbox(const Error& e) {
   switch (e.kind) {
     case ErrorKind::kNoMailbox:
+      if (e.requested == wire::AlState::kBootstrap) {
+        return fmt::format("{}: has no mailbox for BOOT: its EEPROM names none for the bootstrap state", who(e));
+      }
       return fmt::format("{}: has no CoE mailbox", who(e));
     case ErrorKind::kMailboxTimeout:
       return fmt::format("{}: no mailbox reply for {} within {} ms", who(e), object(e), e.extra / 1000);
@@ -125,15 +146,16 @@ std::string describe(const Error& e) {
     case ErrorKind::kNoSlaves:
       return "no slave answers on the line";
     case ErrorKind::kTooManySlaves:
-      return fmt::format("{} slaves answer, the limit is {}", e.received, e.expected);
+      return fmt::format("{}, the limit is {}", answering(e.received), e.expected);
     case ErrorKind::kTopology:
       return fmt::format("{}: its {} open ports fit no tree of the slaves that answer", who(e), e.expected);
-    case ErrorKind::kSlaveCountMismatch:
-      return fmt::format("{} slaves answer on the line but {} are planned", e.received, e.expected);
+    case ErrorKind::kSlaveExtra:
+      return fmt::format("{} is not planned{}", who(e), slave_counts(e));
     case ErrorKind::kSlaveMissing:
-      return e.address == 0
-                 ? fmt::format("planned slave {} is not on the line", e.extra)
-                 : fmt::format("planned slave {} (alias or device ID {}) is not on the line", e.extra, e.address);
+      return fmt::format(
+          "planned slave {}{} is not on the line{}", e.extra,
+          static_cast<KnownBy>(e.subindex) == KnownBy::kPosition ? std::string{} : fmt::format(" ({})", known_by(e)),
+          slave_counts(e));
     case ErrorKind::kNoExchange:
       return fmt::format("no cyclic frame came back within the {} us that its cycle waits, in {} cycles; {} came later",
                          e.expected / 1000, e.received, e.extra);

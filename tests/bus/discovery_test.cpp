@@ -132,7 +132,7 @@ TEST(WrongPlan, NamesTheNumberOfSlaves) {
   auto plans = operation.plans();
   plans.push_back(plans[0]);
   const auto done = operation.master().configure(plans);
-  EXPECT_EQ(sentence(done), "2 slaves answer on the line but 3 are planned");
+  EXPECT_EQ(sentence(done), "planned slave 2 is not on the line; 2 slaves answer, 3 are planned");
   EXPECT_TRUE(drives.all_in(AlState::kInit)) << "nothing may be configured by a plan for another line";
 }
 

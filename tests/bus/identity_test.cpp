@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 
+#include "driveline/ecat_master/diagnosis/diagnosis.hpp"
 #include "driveline/ecat_master/discovery/device_identification.hpp"
 #include "driveline/ecat_master/discovery/line_comparison.hpp"
 #include "edited_line.hpp"
@@ -59,9 +60,9 @@ TEST(LineComparison, FindsNothingWhereNothingIsWrong) {
 }
 
 TEST(LineComparison, AMissingSlaveIsOneDifference) {
-  EXPECT_THAT(differences("abcd", "acd"), testing::ElementsAre(Difference{Kind::kMissing, kNone, kNone, 1}));
+  EXPECT_THAT(differences("abcd", "acd"), testing::ElementsAre(Difference{Kind::kMissing, kNone, 0, 1}));
   EXPECT_THAT(differences("abcd", "bcd"), testing::ElementsAre(Difference{Kind::kMissing, kNone, kNone, 0}));
-  EXPECT_THAT(differences("abcd", "abc"), testing::ElementsAre(Difference{Kind::kMissing, kNone, kNone, 3}));
+  EXPECT_THAT(differences("abcd", "abc"), testing::ElementsAre(Difference{Kind::kMissing, kNone, 2, 3}));
   EXPECT_EQ(differences("ab", "").size(), 2U);
 }
 
@@ -97,7 +98,7 @@ TEST(LineComparison, SerialNumbersTellWhichOfEqualDrivesIsMissing) {
   std::vector<ExpectedSlave> plan(4);
   for (std::uint32_t i = 0; i < 4; ++i) plan[i].serial = IdentityRule::equal(i + 1);
   EXPECT_THAT(compare_line(plan, found("abd"), Topology{}).differences,
-              testing::ElementsAre(Difference{Kind::kMissing, kNone, kNone, 2}));
+              testing::ElementsAre(Difference{Kind::kMissing, kNone, 1, 2}));
 }
 
 TEST(LineComparison, SlavesWithAnAliasMayBeAnywhere) {
@@ -132,10 +133,49 @@ TEST(LineComparison, SaysWhatItFound) {
     for (const auto& d : compare_line(plan, slaves, Topology{}).differences) text.push_back(describe(d, plan, slaves));
     return text;
   };
-  EXPECT_THAT(say("ab"), testing::ElementsAre(
-                             "slave 1: wrong revision: \"y\" (product 0x00000062 revision >= 0x00000006) is planned, "
-                             "found b, vendor 0x00000028 product 0x00000062 revision 0x00000005 serial 2"));
-  EXPECT_THAT(say("a"), testing::ElementsAre("missing: \"y\" (product 0x00000062 revision >= 0x00000006)"));
+  EXPECT_THAT(say("ab"),
+              testing::ElementsAre(
+                  "slave 1: wrong revision: \"y\" (slave 1: product 0x00000062 revision >= 0x00000006) is planned, "
+                  "found b, vendor 0x00000028 product 0x00000062 revision 0x00000005 serial 2"));
+  EXPECT_THAT(say("a"), testing::ElementsAre(
+                            "missing: \"y\" (slave 1: product 0x00000062 revision >= 0x00000006), behind slave 0"));
+}
+
+TEST(LineComparison, SaysWhoIsMissingBehindWhom) {
+  const auto say = [](std::string_view plan, std::string_view line) {
+    const auto expected = planned(plan);
+    const auto slaves = found(line);
+    return describe(compare_line(expected, slaves, Topology{}), expected, slaves);
+  };
+  EXPECT_THAT(say("abcd", "ab"), testing::ElementsAre("missing: \"c\" (slave 2: product 0x00000063), behind slave 1",
+                                                      "missing: \"d\" (slave 3: product 0x00000064), behind slave 1"));
+  EXPECT_THAT(say("ab", "b"),
+              testing::ElementsAre("missing: \"a\" (slave 0: product 0x00000061), in front of the others"));
+  EXPECT_THAT(say("aab", "ab"),
+              testing::ElementsAre("missing: \"a\" (slave 1: product 0x00000061), behind slave 0 or another of its "
+                                   "kind before that"))
+      << "equal devices: which one is gone cannot be known";
+  EXPECT_THAT(say("ab", "axb"),
+              testing::ElementsAre("extra: slave 1 is not planned: x, vendor 0x00000028 product 0x00000078 revision "
+                                   "0x00000005 serial 24"));
+  EXPECT_THAT(
+      say("abc", "xcb"),
+      testing::ElementsAre(testing::StartsWith("slave 0: \"a\" (slave 0: product 0x00000061) is planned, found x"),
+                           "slave 1 and slave 2 have changed places: \"b\" (slave 1: product 0x00000062) is "
+                           "planned first"))
+      << "all of them, not the first one";
+}
+
+TEST(LineComparison, AnEepromThatCannotBeReadIsNoForeignDevice) {
+  auto line = found("abc");
+  line[1] = ecat_master::make_slave_info(line[1].ref, std::vector<std::byte>(256, std::byte{0xFF}));
+  const auto expected = planned("abc");
+  const auto compared = compare_line(expected, line, Topology{});
+  EXPECT_THAT(compared.differences, testing::ElementsAre(Difference{Kind::kEeprom, 1, kNone, 1}));
+  EXPECT_THAT(describe(compared, expected, line),
+              testing::ElementsAre("slave 1: EEPROM is blank, it holds nothing but 0xFF; \"b\" (slave 1: product "
+                                   "0x00000062) is planned there"));
+  EXPECT_EQ(to_error(compared.differences.front(), expected, line).kind, ecat_master::ErrorKind::kSiiContent);
 }
 
 TEST(PlanByAlias, FindsTheDriveWhereverItIs) {
@@ -162,7 +202,7 @@ TEST(PlanByAlias, RefusesAnAliasThatIsThereTwice) {
   ASSERT_EQ(sentence(master.scan()), "");
   std::vector<ecat_master::SlavePlan> plans(1);
   plans[0].alias = 4;
-  EXPECT_EQ(sentence(master.configure(plans)), "slave 0 and slave 1 both answer to alias or device ID 4");
+  EXPECT_EQ(sentence(master.configure(plans)), "slave 0 and slave 1 both answer to alias 4");
 }
 
 TEST(PlanByDeviceId, FindsTheDriveByItsIdentificationSelector) {
@@ -180,7 +220,7 @@ TEST(PlanByDeviceId, FindsTheDriveByItsIdentificationSelector) {
   EXPECT_EQ(master.position_of(2), 1U);
   EXPECT_FALSE(master.slaves()[1].info.device_id) << "does not know the request";
   plans[1].device_id = 55;
-  EXPECT_EQ(sentence(master.configure(plans)), "planned slave 1 (alias or device ID 55) is not on the line");
+  EXPECT_EQ(sentence(master.configure(plans)), "planned slave 1 (device ID 55) is not on the line");
 }
 
 TEST(PlanByDeviceId, LeavesTheStatesAlone) {
@@ -224,6 +264,16 @@ TEST(BadEeprom, WithAWrongChecksumIsNamedAndTheOthersAreFound) {
   EXPECT_EQ(master.slaves()[1].info.description.serial_number, 1001U) << "the content is shown all the same";
   EXPECT_FALSE(master.slaves()[0].info.problem);
   EXPECT_EQ(master.slaves()[2].info.description.serial_number, 1002U);
+  // With a plan and without: what is wrong is the EEPROM, not the identity and not the time a state change takes.
+  const auto wrong = describe(*master.slaves()[1].info.problem);
+  EXPECT_EQ(sentence(master.configure({})), wrong);
+  std::vector<ecat_master::SlavePlan> plans(3);
+  for (auto& plan : plans) plan.vendor_id = 0x28;
+  plans[1].product_code = 0x12345678;
+  const auto began = drives.clock.now();
+  EXPECT_EQ(sentence(master.configure(plans)), wrong);
+  EXPECT_LT(drives.clock.now() - began, std::chrono::seconds{1}) << "the slave is not waited for";
+  EXPECT_THAT(master.comparison().differences, testing::ElementsAre(Difference{Kind::kEeprom, 1, kNone, 1}));
 }
 
 TEST(BadEeprom, WithCategoriesThatLeadNowhereIsNamed) {
@@ -238,6 +288,52 @@ TEST(BadEeprom, WithCategoriesThatLeadNowhereIsNamed) {
   EXPECT_THAT(describe(*master.slaves()[0].info.problem), testing::StartsWith("slave 0: EEPROM content is not usable"));
   EXPECT_EQ(master.slaves()[1].info.description.serial_number, 1001U);
   EXPECT_THAT(sentence(master.enter_pre_op()), testing::StartsWith("slave 0: EEPROM content is not usable"));
+  std::vector<ecat_master::SlavePlan> plans(2);
+  for (auto& plan : plans) plan.vendor_id = 0x28;
+  EXPECT_THAT(sentence(master.configure(plans)), testing::StartsWith("slave 0: EEPROM content is not usable"));
+}
+
+TEST(BadEeprom, ThatIsBlankIsNamed) {
+  EditedLine drives(2, [](std::size_t drive, auto& profile) {
+    if (drive == 1) std::fill(profile.sii_image.begin(), profile.sii_image.end(), std::byte{0xFF});
+  });
+  Master master(drives.line(), drives.clock);
+  ASSERT_EQ(sentence(master.scan()), "");
+  std::vector<ecat_master::SlavePlan> plans(2);
+  for (auto& plan : plans) plan.vendor_id = 0x28;
+  EXPECT_EQ(sentence(master.configure(plans)), "slave 1: EEPROM is blank, it holds nothing but 0xFF");
+}
+
+TEST(BadEeprom, IsADifferenceOfItsOwnWhereverThePlanIsByAlias) {
+  EditedLine drives(3, [](std::size_t drive, auto& profile) {
+    set_alias(profile, static_cast<std::uint16_t>(10 + drive));
+    if (drive == 2) profile.sii_image[2 * 0x41] = profile.sii_image[2 * 0x41 + 1] = std::byte{0x7F};
+  });
+  Master master(drives.line(), drives.clock);
+  ASSERT_EQ(sentence(master.scan()), "");
+  std::vector<ecat_master::SlavePlan> plans(3);
+  for (std::size_t i = 0; i < 3; ++i) plans[i].alias = static_cast<std::uint16_t>(10 + i);
+  EXPECT_THAT(sentence(master.configure(plans)), testing::StartsWith("slave 2: EEPROM content is not usable"));
+  EXPECT_THAT(master.comparison().differences, testing::ElementsAre(Difference{Kind::kEeprom, 2, kNone, kNone},
+                                                                    Difference{Kind::kMissing, kNone, kNone, 2}));
+}
+
+TEST(BadEeprom, IsInTheDiagnosisAndSoAreDuplicateAliases) {
+  EditedLine drives(4, [](std::size_t drive, auto& profile) {
+    if (drive != 1) set_alias(profile, 77);
+    if (drive == 1) profile.sii_image[14] ^= std::byte{0x55};
+  });
+  Master master(drives.line(), drives.clock);
+  ASSERT_EQ(sentence(master.scan()), "");
+  const auto diagnosis = ecat_master::diagnose(master, nullptr, nullptr);
+  ASSERT_EQ(sentence(diagnosis), "");
+  EXPECT_THAT(diagnosis->problems,
+              testing::ElementsAre(testing::StartsWith("slave 1: EEPROM checksum is 0x"),
+                                   "alias 77: slaves 0, 2 and 3 have it, it tells nobody which one is meant"));
+  for (const auto& problem : diagnosis->problems) {
+    EXPECT_THAT(to_text(*diagnosis), testing::HasSubstr("  " + problem + "\n"));
+  }
+  EXPECT_THAT(to_text(*diagnosis), testing::Not(testing::HasSubstr("nothing wrong")));
 }
 
 TEST(BadEeprom, WithoutCategoriesIsASlaveWithoutMailbox) {
@@ -286,7 +382,9 @@ TEST(Bootstrap, IsRefusedToASlaveWithoutIt) {
   DriveLine drives(1);
   Master master(drives.line(), drives.clock);
   ASSERT_EQ(sentence(master.scan()), "");
-  EXPECT_FALSE(enter_bootstrap(master.mailboxes(), master.slaves()[0].info));
+  EXPECT_EQ(sentence(enter_bootstrap(master.mailboxes(), master.slaves()[0].info)),
+            "slave 0: has no mailbox for BOOT: its EEPROM names none for the bootstrap state");
+  EXPECT_EQ(drives.state(0), AlState::kInit);
 }
 
 }  // namespace

@@ -139,6 +139,16 @@ TEST(EepromWrite, PowerCutAtAnyWordIsNoticedAtTheNextStart) {
     drives.line().set_power(0, true);
     drives.leave_alone(milliseconds{10});
     EXPECT_FALSE(drives.slave(0).esc().sii().loaded()) << "a half image passed for a good one after word " << cut;
+    // And the master says so, whatever the words that made it make of the identity.
+    ecat_master::Master master(drives.line(), drives.clock);
+    ASSERT_EQ(sentence(master.scan()), "");
+    std::vector<ecat_master::SlavePlan> plans(1);
+    plans[0].vendor_id = image.vendor_id;
+    plans[0].product_code = image.product_code;
+    constexpr auto* kSentence =
+        "slave 0: EEPROM checksum is 0x[0-9A-F]{2}, 0x[0-9A-F]{2} would be right: the slave does not use its content";
+    EXPECT_THAT(sentence(master.configure(plans)), testing::MatchesRegex(kSentence)) << "after word " << cut;
+    EXPECT_THAT(sentence(master.configure({})), testing::MatchesRegex(kSentence)) << "after word " << cut;
   }
 }
 

@@ -3,7 +3,7 @@
 #include "commands/command_input.hpp"
 #include "commands/commands.hpp"
 #include "driveline/ecat_master/diagnosis/diagnosis.hpp"
-#include "line/line_view.hpp"
+#include "line/line_check.hpp"
 #include "text/diagnosis_json.hpp"
 #include "text/json_text.hpp"
 
@@ -20,16 +20,15 @@ struct DiagOptions {
 };
 
 /// The slaves as the diagnosis wants them: who they are and how they are addressed.
-std::vector<ecat_master::ConfiguredSlave> known_slaves(LineView& line) {
+std::vector<ecat_master::ConfiguredSlave> known_slaves(std::span<const SlaveView> views, const LineCheck& check) {
   std::vector<ecat_master::ConfiguredSlave> slaves;
-  for (const auto& view : line.read_all()) {
+  for (const auto& view : views) {
     ecat_master::ConfiguredSlave slave;
     slave.info.ref = view.slave.ref;
-    slave.plan.name = view.name();
+    slave.plan.name = view.trouble.empty() ? view.name() : "";
     const auto position = view.slave.ref.position;
-    if (line.session().has_config() && position < line.session().config().slaves.size()) {
-      slave.plan.name = line.session().config().slaves[position].name;
-    }
+    const auto& plans = check.comparison.plan_of_slave;
+    if (position < plans.size() && plans[position]) slave.plan.name = check.planned[*plans[position]].name;
     slaves.push_back(std::move(slave));
   }
   return slaves;
@@ -55,14 +54,20 @@ Outcome<int> diagnose(const DiagOptions& options) {
   if (!line) return tl::unexpected(line.error());
   LineDiagnosis diagnosis;
   diagnosis.time = (*line)->session().clock().now();
-  auto slaves = ecat_master::read_slave_diagnosis((*line)->bus(), known_slaves(**line));
+  const auto views = (*line)->read_all();
+  const auto check = check_line(**line, views);
+  if (!check) return tl::unexpected(check.error());
+  diagnosis.problems = check->sentences();
+  auto slaves = ecat_master::read_slave_diagnosis((*line)->bus(), known_slaves(views, *check));
   if (!slaves) return bus_failure(slaves.error());
   diagnosis.slaves = std::move(*slaves);
   // Ports that fit no tree are shown all the same; who is at the other end of a cable is not known then.
   diagnosis.places =
       ecat_master::locate_faults(diagnosis.slaves, (*line)->topology().value_or(ecat_master::Topology{}));
   if (options.json) {
-    fmt::print("{}", json_text(to_json(diagnosis)));
+    auto document = to_json(diagnosis);
+    add_json(document, *check);
+    fmt::print("{}", json_text(document));
   } else {
     fmt::print("{}", ecat_master::to_text(diagnosis));
   }

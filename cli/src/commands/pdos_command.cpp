@@ -3,6 +3,7 @@
 #include "commands/commands.hpp"
 #include "commands/tool_options.hpp"
 #include "console.hpp"
+#include "line/line_check.hpp"
 #include "line/mailbox_registers.hpp"
 #include "text/image_view.hpp"
 #include "text/json_text.hpp"
@@ -35,7 +36,7 @@ Outcome<int> show_image(const PdosOptions& options) {
   ecat_master::Master master((*session)->port(), (*session)->clock(), master_settings(config));
   if (auto free = must_not_be_driven(master, options.force); !free) return tl::unexpected(free.error());
   if (auto done = master.scan(); !done) return bus_failure(done.error());
-  if (auto done = master.configure(make_slave_plans(config)); !done) return bus_failure(done.error());
+  if (auto done = configure_line(master, &config); !done) return tl::unexpected(done.error());
   const auto named = name_process_data(config, master);
   if (!named) return tl::unexpected(named.error());
   fmt::print("{}", options.json ? json_text(image_json(config, master, *named)) : image_text(config, master, *named));

@@ -18,7 +18,8 @@ struct RegOptions {
   std::string address;
   std::optional<std::string> size;  ///< read only
   std::string type;
-  std::string value;  ///< write only
+  std::string value;   ///< write only
+  bool force = false;  ///< write only
   bool json = false;
 };
 
@@ -121,6 +122,9 @@ Outcome<int> write_register(const RegOptions& options) {
   if (!line) return tl::unexpected(line.error());
   const auto slave = (*line)->select_one(options.selection, true);
   if (!slave) return tl::unexpected(slave.error());
+  if (auto free = (*line)->must_not_be_used(slave->position, options.force, "change its registers"); !free) {
+    return tl::unexpected(free.error());
+  }
   auto done = (*line)->bus().write(*slave, access->at.address, *data);
   if (!done) return access_failure(done.error(), access->at, true);
   if (options.json) {
@@ -154,6 +158,7 @@ Execute prepare_reg_read(Arguments& to) {
 
 Execute prepare_reg_write(Arguments& to) {
   auto options = add_common(to, true);
+  add_force_flag(to, options->force);
   to.required(&options->value, Value::text("VALUE"), "Value");
   return [options] { return write_register(*options); };
 }

@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include "commands/commands.hpp"
-#include "line/line_view.hpp"
+#include "line/line_check.hpp"
 #include "text/json_text.hpp"
 
 namespace driveline::cli {
@@ -21,10 +21,12 @@ Outcome<int> rescan(const ScanOptions& options) {
   }
   auto& master = (*line)->master();
   if (auto done = master.scan(); !done) return bus_failure(done.error());
+  tell_problems(master);
   if (options.json) {
     fmt::print("{}", json_text({{"slaves_count", master.slaves().size()}}));
   } else {
-    fmt::print("{} slaves, all in INIT\n", master.slaves().size());
+    fmt::print("{} in INIT\n", master.slaves().size() == 1 ? std::string("1 slave,")
+                                                           : fmt::format("{} slaves, all", master.slaves().size()));
   }
   return 0;
 }

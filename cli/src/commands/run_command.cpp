@@ -46,6 +46,13 @@ void write_files(const LineConfig& config, RunReport& report) {
   }
 }
 
+/// Without a description there is nothing to publish, and nobody has said what the machine can do.
+void use_modest_cycle(LineConfig& config) {
+  config.period = std::chrono::milliseconds{1};
+  config.realtime.policy = rt::RealtimePolicy::kDegrade;
+  config.telemetry.enabled = false;
+}
+
 Outcome<int> run_line(const RunOptions& options) {
   std::optional<double> duration_s;
   if (options.duration) {
@@ -53,13 +60,18 @@ Outcome<int> run_line(const RunOptions& options) {
     if (!seconds) return tl::unexpected(seconds.error());
     duration_s = *seconds;
   }
-  if (options.bus.config.empty()) return misused("--config FILE is missing: the axes and their path");
+  if (options.bus.config.empty() && options.bus.interface.empty()) {
+    return misused(
+        "which bus? Give --config FILE with the axes and their path, or --iface NAME to exchange process data without "
+        "axes");
+  }
   std::optional<trajectory::Interpolator> path;
   auto session = Session::open(options.bus, [&](LineConfig& config) -> Outcome<void> {
     if (!options.output_directory.empty()) config.output.directory = options.output_directory;
     if (!options.capture.empty()) config.output.capture = options.capture;
     if (options.no_plots) config.output.plots = false;
     if (options.no_telemetry) config.telemetry.enabled = false;
+    if (options.bus.config.empty()) use_modest_cycle(config);
     if (config.axes.empty()) return {};
     auto loaded = load_axis_path(config);
     if (!loaded) return misused(loaded.error());

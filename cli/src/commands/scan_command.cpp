@@ -8,6 +8,7 @@
 #include "console.hpp"
 #include "driveline/ecat_master/discovery/device_identification.hpp"
 #include "driveline/ecat_master/discovery/topology.hpp"
+#include "line/line_check.hpp"
 #include "output_file.hpp"
 #include "text/json_text.hpp"
 
@@ -27,8 +28,9 @@ std::string table(std::span<const SlaveView> slaves) {
   for (const auto& view : slaves) {
     text += fmt::format("{:>4}   0x{:04X} {:>6}  ", view.slave.ref.position, view.slave.ref.station, view.slave.alias);
     if (view.sii) {
-      text += fmt::format("0x{:08X} 0x{:08X} 0x{:08X} {:>10}  {}\n", view.sii->vendor_id, view.sii->product_code,
-                          view.sii->revision, view.sii->serial_number, view.name());
+      text +=
+          fmt::format("0x{:08X} 0x{:08X} 0x{:08X} {:>10}  {}\n", view.sii->vendor_id, view.sii->product_code,
+                      view.sii->revision, view.sii->serial_number, view.trouble.empty() ? view.name() : view.trouble);
     } else {
       text += view.trouble + "\n";
     }
@@ -55,7 +57,7 @@ nlohmann::json to_json(const SlaveView& view) {
 Outcome<void> ask_drives(LineView& line, std::vector<FoundSlave>& slaves) {
   std::vector<std::size_t> positions;
   for (const auto& slave : slaves) {
-    if (slave.view.sii && (slave.view.sii->mailbox_protocols & esi::sii_mailbox::kCoe) != 0) {
+    if (slave.view.trouble.empty() && (slave.view.sii->mailbox_protocols & esi::sii_mailbox::kCoe) != 0) {
       positions.push_back(slave.view.slave.ref.position);
     }
   }
@@ -159,13 +161,18 @@ Outcome<int> scan(const ScanOptions& options) {
   auto line = LineView::open(options.bus);
   if (!line) return tl::unexpected(line.error());
   const auto slaves = (*line)->read_all();
+  const auto check = check_line(**line, slaves);
+  if (!check) return tl::unexpected(check.error());
   if (options.json) {
     auto rows = nlohmann::json::array();
     for (const auto& view : slaves) rows.push_back(to_json(view));
-    fmt::print("{}", json_text({{"slaves", rows}}));
+    nlohmann::json document = {{"slaves", rows}};
+    add_json(document, *check);
+    fmt::print("{}", json_text(document));
   } else {
     fmt::print("{}", table(slaves));
   }
+  for (const auto& sentence : check->sentences()) progress("{}", sentence);
   if (options.write.empty()) return 0;
   if (auto written = write_description(**line, slaves, options.write, *turns); !written) {
     return tl::unexpected(written.error());

@@ -18,6 +18,7 @@ struct ObjectOptions {
   std::string type;   ///< empty: as the slave's dictionary says, raw bytes when it says nothing
   std::string value;  ///< download only
   bool force = false;
+  bool complete = false;
   bool json = false;
 };
 
@@ -32,6 +33,9 @@ Outcome<ObjectAddress> parse_address(const ObjectOptions& options) {
   if (!index) return tl::unexpected(index.error());
   const auto subindex = parse_number(options.subindex, 0xFF, "sub-index");
   if (!subindex) return tl::unexpected(subindex.error());
+  if (options.complete && *subindex > 1) {
+    return misused(fmt::format("sub-index {}: --complete begins at 0 or 1", *subindex));
+  }
   return ObjectAddress{static_cast<std::uint16_t>(*index), static_cast<std::uint8_t>(*subindex)};
 }
 
@@ -56,7 +60,7 @@ struct Dialogue {
 
 /// The type that was asked for, or what the slave says about the entry.
 ValueType type_of(ecat_master::CoeClient& coe, const Dialogue& dialogue, const ObjectOptions& options) {
-  if (!options.type.empty()) return dialogue.type;
+  if (!options.type.empty() || options.complete) return dialogue.type;
   const auto entry =
       dialogue.ask([&] { return coe.entry_description(dialogue.address.index, dialogue.address.subindex); });
   return entry ? value_type_of(entry->data_type).value_or(ValueType::kRaw) : ValueType::kRaw;
@@ -88,7 +92,7 @@ Outcome<int> upload(const ObjectOptions& options) {
   if (!dialogue) return tl::unexpected(dialogue.error());
   const auto& address = dialogue->address;
   ecat_master::CoeClient coe(*dialogue->mailbox);
-  const auto data = dialogue->ask([&] { return coe.upload(address.index, address.subindex); });
+  const auto data = dialogue->ask([&] { return coe.upload(address.index, address.subindex, options.complete); });
   if (!data) return bus_failure(data.error());
   auto shown = type_of(coe, *dialogue, options);
   // What a slave says about its types is no reason to hide the value.
@@ -112,7 +116,7 @@ Outcome<int> download(const ObjectOptions& options) {
   ecat_master::CoeClient coe(*dialogue->mailbox);
   const auto data = parse_value(options.value, type_of(coe, *dialogue, options));
   if (!data) return misused(data.error());
-  auto done = coe.download(address.index, address.subindex, *data);
+  auto done = coe.download(address.index, address.subindex, *data, options.complete);
   if (!done && done.error().kind == ecat_master::ErrorKind::kMailboxTimeout &&
       dialogue->line->shared(dialogue->mailbox->slave().position)) {
     // Once more would write twice.
@@ -132,6 +136,7 @@ std::shared_ptr<ObjectOptions> add_object_options(Arguments& to) {
   options->selection.add_single(to);
   to.option("-t,--type", &options->type, Value::choice("TYPE", type_names()),
             "uint8 ... int64, float, double, string, raw ...; default: what the slave's dictionary says");
+  to.flag("--complete", options->complete, "The whole object, from SUBINDEX 0 or 1 on, as bytes");
   add_force_flag(to, options->force);
   add_json_flag(to, options->json);
   to.required(&options->index, Value::text("INDEX"), "Index, e.g. 0x6041 or 6041h");

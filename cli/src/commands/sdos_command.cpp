@@ -90,6 +90,21 @@ Outcome<std::vector<DictionaryObject>> read_dictionary(LineView& line, std::size
   return DictionaryReader(coe, line, position, !options.quiet).read(indices);
 }
 
+/// Those that can be asked; the others are told about. A coupler at the beginning is no reason to hide the drives.
+std::vector<std::size_t> with_dictionary(LineView& line, std::span<const std::size_t> positions) {
+  std::vector<std::size_t> able;
+  for (const auto& view : line.read(positions)) {
+    if (!view.trouble.empty()) {
+      progress("left out: {}", view.trouble);
+    } else if (!view.info.description.mailbox.coe) {
+      progress("left out: slave {} has no CoE mailbox", view.slave.ref.position);
+    } else {
+      able.push_back(view.slave.ref.position);
+    }
+  }
+  return able;
+}
+
 Outcome<int> list_objects(const SdosOptions& options) {
   if (auto checked = options.selection.check(); !checked) return tl::unexpected(checked.error());
   if (!options.index.empty()) {
@@ -99,9 +114,10 @@ Outcome<int> list_objects(const SdosOptions& options) {
   if (!line) return tl::unexpected(line.error());
   const auto positions = (*line)->select(options.selection);
   if (!positions) return tl::unexpected(positions.error());
-  if (auto done = (*line)->open_mailboxes(*positions, options.force); !done) return tl::unexpected(done.error());
+  const auto able = options.selection.chosen() ? *positions : with_dictionary(**line, *positions);
+  if (auto done = (*line)->open_mailboxes(able, options.force); !done) return tl::unexpected(done.error());
   auto rows = nlohmann::json::array();
-  for (const auto position : *positions) {
+  for (const auto position : able) {
     const auto objects = read_dictionary(**line, position, options);
     if (!objects) return tl::unexpected(objects.error());
     if (options.json) {

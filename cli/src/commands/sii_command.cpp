@@ -68,7 +68,7 @@ Outcome<Chosen> choose(const SiiOptions& options, bool explicitly) {
 }
 
 tl::unexpected<Failure> trouble(const SlaveView& view) {
-  return failed(fmt::format("slave {}: {}", view.slave.ref.position, view.trouble));
+  return failed(view.trouble);
 }
 
 std::string describe_image(const esi::SiiImage& sii) {
@@ -105,7 +105,7 @@ Outcome<int> read_image(const SiiOptions& options) {
   } else if (options.verbose) {
     fmt::print("{}\n{}", describe_image(*view.sii), sii_dump(view.image));
   }
-  if (!view.trouble.empty()) progress("slave {}: {}", view.slave.ref.position, view.trouble);
+  if (!view.trouble.empty()) progress("{}", view.trouble);
   return 0;
 }
 
@@ -196,6 +196,9 @@ Outcome<int> set_alias(const SiiOptions& options) {
   auto chosen = choose(options, true);
   if (!chosen) return tl::unexpected(chosen.error());
   const auto slave = chosen->view.slave.ref;
+  if (auto free = chosen->line->must_not_be_used(slave.position, options.force, "write its EEPROM"); !free) {
+    return tl::unexpected(free.error());
+  }
   for (const auto& other : chosen->line->slaves()) {
     if (*alias != 0 && other.alias == *alias && other.ref.position != slave.position) {
       return failed(fmt::format("slave {} has the alias address {} already", other.ref.position, *alias));
@@ -270,6 +273,7 @@ Execute prepare_sii_compare(Arguments& to) {
 
 Execute prepare_sii_alias(Arguments& to) {
   auto options = add_common(to);
+  add_force_flag(to, options->force);
   to.required(&options->alias, Value::text("ALIAS"), "New alias address, 0: none");
   return [options] { return set_alias(*options); };
 }

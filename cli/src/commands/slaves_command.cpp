@@ -2,7 +2,8 @@
 #include <algorithm>
 
 #include "commands/commands.hpp"
-#include "line/line_view.hpp"
+#include "console.hpp"
+#include "line/line_check.hpp"
 #include "text/json_text.hpp"
 #include "text/sii_text.hpp"
 #include "text/slave_text.hpp"
@@ -36,6 +37,16 @@ Outcome<int> list_slaves(const SlavesOptions& options) {
   const auto positions = (*line)->select(options.selection);
   if (!positions) return tl::unexpected(positions.error());
   const auto slaves = (*line)->read(*positions);
+  // A selection is no line.
+  LineCheck check;
+  if (slaves.size() == (*line)->slaves().size()) {
+    auto checked = check_line(**line, slaves);
+    if (!checked) return tl::unexpected(checked.error());
+    check = std::move(*checked);
+  } else {
+    for (const auto& view : slaves) check.found.push_back(view.info);
+  }
+  for (const auto& sentence : check.sentences()) progress("{}", sentence);
   if (!options.verbose && !options.json) {
     fmt::print("{}", slave_table(slaves));
     return 0;
@@ -45,7 +56,9 @@ Outcome<int> list_slaves(const SlavesOptions& options) {
   if (options.json) {
     auto rows = nlohmann::json::array();
     for (std::size_t i = 0; i < slaves.size(); ++i) rows.push_back(slave_json(slaves[i], (*facts)[i]));
-    fmt::print("{}", json_text({{"slaves", rows}}));
+    nlohmann::json document = {{"slaves", rows}};
+    add_json(document, check);
+    fmt::print("{}", json_text(document));
     return 0;
   }
   for (std::size_t i = 0; i < slaves.size(); ++i) fmt::print("{}", slave_details(slaves[i], (*facts)[i]));

@@ -1,10 +1,17 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <array>
+#include <cctype>
+
 #include "commands/commands.hpp"
+#include "driveline/ecat_master/configuration/configuration_check.hpp"
 #include "driveline/ecat_master/configuration/configurator.hpp"
+#include "driveline/ecat_master/configuration/description_plan.hpp"
 #include "driveline/ecat_master/discovery/discovery.hpp"
-#include "line/line_view.hpp"
+#include "line/line_check.hpp"
+#include "line/process_data_plan.hpp"
 #include "text/json_text.hpp"
 
 namespace driveline::cli {
@@ -27,15 +34,20 @@ struct Row {
 };
 
 Outcome<std::optional<AlState>> parse_state(const StatesOptions& options) {
-  const auto& text = options.wanted;
+  std::string text = options.wanted;
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::toupper(c); });
   std::optional<AlState> target;
   for (const auto state : {AlState::kInit, AlState::kPreOp, AlState::kSafeOp, AlState::kOp, AlState::kBootstrap}) {
     if (text == wire::to_text(state)) target = state;
   }
   if (!text.empty() && !target) {
-    return misused(fmt::format("state \"{}\": INIT, PREOP, SAFEOP or BOOT is expected", text));
+    return misused(fmt::format("state \"{}\": INIT, PREOP, SAFEOP or BOOT is expected", options.wanted));
   }
-  if (target == AlState::kOp) return misused("OP lives on cyclic process data, which end with this command: use `run`");
+  if (target == AlState::kOp) {
+    return misused(
+        "OP lives on cyclic process data, which end with this command: `run` takes the line there and keeps it, with "
+        "--iface alone, too");
+  }
   if (target == AlState::kBootstrap && !options.selection.chosen()) {
     return misused("BOOT is for single slaves: give -p N or -a ALIAS");
   }
@@ -46,14 +58,66 @@ Outcome<std::optional<AlState>> parse_state(const StatesOptions& options) {
 Outcome<void> change_line(LineView& line, AlState target) {
   auto& master = line.master();
   if (auto done = master.scan(); !done) return bus_failure(done.error());
-  ecat_master::Result<void> done{};
-  if (target == AlState::kPreOp) done = master.enter_pre_op();
-  if (target == AlState::kSafeOp) {
-    auto& session = line.session();
-    done = master.configure(session.has_config() ? make_slave_plans(session.config())
-                                                 : std::vector<ecat_master::SlavePlan>{});
+  if (target == AlState::kPreOp) {
+    if (auto done = master.enter_pre_op(); !done) return bus_failure(done.error());
   }
-  if (!done) return bus_failure(done.error());
+  if (target != AlState::kSafeOp) return {};
+  auto& session = line.session();
+  return configure_line(master, session.has_config() ? &session.config() : nullptr);
+}
+
+/// What the description says about the slave at `position`; without one, what it has assigned by itself.
+Outcome<ecat_master::SlavePlan> plan_of(LineView& line, std::span<const SlaveView> views, std::size_t position) {
+  ecat_master::SlavePlan plan;
+  plan.own_pdos = true;
+  const auto& session = line.session();
+  if (!session.has_config()) return plan;
+  const auto check = check_line(line, views);
+  if (!check) return tl::unexpected(check.error());
+  const auto& plans = check->comparison.plan_of_slave;
+  if (position >= plans.size() || !plans[position]) {
+    return failed(fmt::format("slave {} is not in the description{}{}", position,
+                              check->not_compared.empty() ? "" : ": ", check->not_compared));
+  }
+  for (const auto& difference : check->comparison.differences) {
+    if (difference.slave != position) continue;
+    return bus_failure(ecat_master::to_error(difference, check->planned, check->found));
+  }
+  plan = make_slave_plans(session.config())[*plans[position]];
+  const auto settings = master_settings(session.config());
+  if (!plan.esi && settings.describe) plan.esi = settings.describe(views[position].info);
+  plan.group = 0;  // there is one only
+  return plan;
+}
+
+/// Takes one slave from anywhere to SAFEOP. Its process data have a place of their own: nobody exchanges them, and who
+/// does later configures the line anew.
+Outcome<void> raise_to_safe_op(LineView& line, std::size_t position) {
+  const auto views = line.read_all();
+  auto plan = plan_of(line, views, position);
+  if (!plan) return tl::unexpected(plan.error());
+  // Those in front only keep their places.
+  std::vector<ecat_master::ConfiguredSlave> slaves(position + 1);
+  for (std::size_t i = 0; i <= position; ++i) {
+    slaves[i].info.ref = views[i].slave.ref;
+    slaves[i].present = i == position;
+  }
+  auto& slave = slaves[position];
+  slave.info = views[position].info;
+  slave.info.sii = views[position].image;
+  slave.plan = std::move(*plan);
+  ecat_master::apply_description(slave);
+  auto& engine = line.master().mailboxes();
+  const auto& limits = slave.plan.timeouts;
+  auto mailboxes = ecat_master::enter_pre_op(engine, {&slave.info, 1}, {&limits, 1}, {&slave.plan.mailbox_timeouts, 1});
+  if (!mailboxes) return bus_failure(mailboxes.error());
+  slave.mailbox = std::move(mailboxes->front());
+  const auto image = ecat_master::configure_process_data(engine, slaves, {});
+  if (!image) return bus_failure(image.error());
+  const std::array refs{slave.info.ref};
+  const auto done =
+      ecat_master::change_state(line.bus(), refs, AlState::kSafeOp, limits.limit(AlState::kSafeOp, false));
+  if (!done) return failed(ecat_master::describe_with_findings(line.bus(), slaves, *image, done.error()));
   return {};
 }
 
@@ -85,19 +149,18 @@ Outcome<void> change_slaves(LineView& line, std::span<const std::size_t> positio
                         slave.al.status.state >= target;
     (lowers ? above : below).push_back(slave.ref);
   }
-  if (target == AlState::kSafeOp && !below.empty()) {
-    const auto position = below.front().position;
-    return failed(
-        fmt::format("slave {} is in {}: the way up to SAFEOP needs the process data of the whole line, "
-                    "`driveline states SAFEOP` without -p and -a goes it",
-                    position, wire::to_text(line.slaves()[position].al.status.state)));
-  }
   auto& master = line.master();
   if (!above.empty()) {
     const auto done = ecat_master::change_state(line.bus(), above, target, ecat_master::kOpTimeout);
     if (!done) return bus_failure(done.error());
   }
   if (below.empty()) return {};
+  if (target == AlState::kSafeOp) {
+    for (const auto& slave : below) {
+      if (auto done = raise_to_safe_op(line, slave.position); !done) return done;
+    }
+    return {};
+  }
   const auto done = target == AlState::kInit
                         ? ecat_master::change_state(line.bus(), below, target, ecat_master::kOpTimeout)
                         : raise(master, below, target);

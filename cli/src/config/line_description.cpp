@@ -95,8 +95,9 @@ std::string place_lines(const FoundSlave& slave, const Names& names) {
 
 std::string slave_lines(const FoundSlave& slave, const Names& names) {
   const auto& sii = *slave.view.sii;
-  std::string text =
-      fmt::format("\n# {}\n[[slave]]\nname = \"slave{}\"\n", plain(slave.view.name()), slave.view.slave.ref.position);
+  std::string text = "\n";
+  if (!slave.view.trouble.empty()) text += fmt::format("# {}.\n", slave.view.trouble);
+  text += fmt::format("# {}\n[[slave]]\nname = \"slave{}\"\n", plain(slave.view.name()), slave.view.slave.ref.position);
   const auto* model = model_of(sii);
   if (model != nullptr && model->variant != slaves::msd::Variant::kMsd) {
     text += fmt::format("model = \"{}\"\n", model->key);
@@ -276,7 +277,7 @@ Outcome<std::string> describe_line(const FoundLine& line) {
   const Names names(line.slaves);
   for (const auto& slave : line.slaves) {
     const auto& view = slave.view;
-    if (!view.sii) return failed(fmt::format("slave {}: {}", view.slave.ref.position, view.trouble));
+    if (!view.sii) return failed(view.trouble);
     text += slave_lines(slave, names);
   }
   return text + axes_lines(line);

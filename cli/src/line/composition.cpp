@@ -1,5 +1,6 @@
 #include "line/composition.hpp"
 
+#include <fmt/format.h>
 #include <algorithm>
 
 #include "config/device_source.hpp"
@@ -89,6 +90,18 @@ std::vector<ecat_master::SlavePlan> make_slave_plans(const LineConfig& config) {
     plans.push_back(std::move(plan));
   }
   return plans;
+}
+
+std::vector<SlaveConfig> describe_found(std::span<const ecat_master::ConfiguredSlave> found) {
+  std::vector<SlaveConfig> slaves;
+  for (const auto& one : found) {
+    SlaveConfig slave;
+    slave.name = fmt::format("slave{}", one.info.ref.position);
+    slave.vendor_id = one.info.description.vendor_id;
+    slave.product_code = one.info.description.product_code;
+    slaves.push_back(std::move(slave));
+  }
+  return slaves;
 }
 
 }  // namespace driveline::cli

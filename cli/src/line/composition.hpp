@@ -17,4 +17,8 @@ namespace driveline::cli {
 /// Plans for the master: identities, start-up SDOs and PDOs of the configured slaves.
 [[nodiscard]] std::vector<ecat_master::SlavePlan> make_slave_plans(const LineConfig& config);
 
+/// A line without a description: `found` as it would be described, named slave0 and on, each with the process data that
+/// it has assigned by itself.
+[[nodiscard]] std::vector<SlaveConfig> describe_found(std::span<const ecat_master::ConfiguredSlave> found);
+
 }  // namespace driveline::cli

@@ -6,8 +6,8 @@
 
 #include "config/clock_plan.hpp"
 #include "console.hpp"
-#include "driveline/ecat_master/configuration/configuration_check.hpp"
 #include "driveline/ecat_master/diagnosis/diagnosis.hpp"
+#include "line/line_check.hpp"
 #include "line/process_data_plan.hpp"
 #include "line/wire_budget.hpp"
 #include "output_file.hpp"
@@ -108,7 +108,13 @@ Outcome<void> LineRun::start_telemetry() {
 Outcome<void> LineRun::bring_up() {
   auto sentence = [](const ecat_master::Error& error) { return failed(ecat_master::describe(error)); };
   if (auto done = master_.scan(); !done) return sentence(done.error());
-  progress("{} slaves found", master_.slaves().size());
+  progress("{} found",
+           master_.slaves().size() == 1 ? std::string("1 slave") : fmt::format("{} slaves", master_.slaves().size()));
+  tell_problems(master_);
+  if (!session_.has_config()) {
+    session_.use_found_slaves(describe_found(master_.slaves()));
+    progress("no description: process data as the slaves have assigned them, outputs zero, no axes");
+  }
   if (config_.clocks) {
     // Whose signals are whose is known by what finds the slaves.
     const auto by_id = [](const SlaveConfig& slave) { return slave.plan.device_id.has_value(); };
@@ -121,13 +127,12 @@ Outcome<void> LineRun::bring_up() {
     if (session_.ring() != nullptr) master_.use_ring(*session_.ring());
     progress("clocks: measuring delays, setting offsets, learning speeds");
   }
-  if (auto done = master_.configure(make_slave_plans(config_)); !done) {
-    return failed(ecat_master::describe_with_findings(master_.bus(), master_.slaves(), master_.image(), done.error()));
-  }
+  if (auto done = configure_line(master_, &config_); !done) return done;
   state_ = "SAFEOP";
   auto named = name_process_data(config_, master_);
   if (!named) return tl::unexpected(named.error());
   copies_ = std::move(named->copies);
+  variables_ = std::move(named->variables);
   const auto wire = wire_budget(master_, config_);
   acyclic_bytes_ = wire.acyclic_bytes;
   progress("configured, all in SAFEOP; {} bytes of process data in {} frame(s) take {}",
@@ -342,6 +347,7 @@ RunReport LineRun::make_report() {
     report.telemetry_published = publisher_->counters().published;
     report.telemetry_dropped = publisher_->counters().dropped;
   }
+  if (config_.axes.empty() && variables_) report.inputs = read_inputs(*variables_, master_.image().inputs());
   report.faults = faults_;
   report.failure = failure_;
   report.events = events_;

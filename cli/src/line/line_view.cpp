@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 #include "console.hpp"
 #include "driveline/ecat_master/configuration/configurator.hpp"
@@ -13,14 +14,11 @@
 namespace driveline::cli {
 namespace {
 
-void take_apart(SlaveView& view) {
-  auto decoded = esi::decode_sii(view.image);
-  if (!decoded) {
-    view.trouble = "EEPROM: " + esi::to_text(decoded.error());
-    return;
-  }
-  if (!decoded->checksum_valid()) view.trouble = "EEPROM: the checksum of the configuration area is wrong";
-  view.sii = std::move(*decoded);
+void take_apart(SlaveView& view, ecat_master::Result<std::vector<std::byte>> image) {
+  view.info = ecat_master::make_slave_info(view.slave.ref, std::move(image));
+  view.image = std::exchange(view.info.sii, {});
+  if (view.info.problem) view.trouble = ecat_master::describe(*view.info.problem);
+  if (auto decoded = esi::decode_sii(view.image)) view.sii = std::move(*decoded);
 }
 
 /// What the line file asks of a master; a line without a file gets the defaults.
@@ -139,13 +137,8 @@ std::vector<SlaveView> LineView::read(std::span<const std::size_t> positions) {
   const auto names = alias_positions(aliases());
   std::vector<SlaveView> views;
   for (std::size_t i = 0; i < positions.size(); ++i) {
-    SlaveView view{slaves_[positions[i]], names[positions[i]], {}, std::nullopt, {}};
-    if (images[i]) {
-      view.image = std::move(*images[i]);
-      take_apart(view);
-    } else {
-      view.trouble = ecat_master::describe(images[i].error());
-    }
+    SlaveView view{slaves_[positions[i]], names[positions[i]], {}, std::nullopt, {}, {}};
+    take_apart(view, std::move(images[i]));
     views.push_back(std::move(view));
   }
   return views;
@@ -155,6 +148,15 @@ std::vector<SlaveView> LineView::read_all() {
   std::vector<std::size_t> positions(slaves_.size());
   std::iota(positions.begin(), positions.end(), std::size_t{0});
   return read(positions);
+}
+
+Outcome<void> LineView::must_not_be_used(std::size_t position, bool force, std::string_view would) const {
+  const auto state = slaves_[position].al.status.state;
+  if (force || (state != wire::AlState::kSafeOp && state != wire::AlState::kOp)) return {};
+  return failed(fmt::format(
+      "slave {} is in {}: a master drives it, and this would {}{}; --force does it all the same", position,
+      wire::to_text(state), would,
+      state == wire::AlState::kOp ? "" : "; `driveline states INIT` takes down a line that was left there"));
 }
 
 Outcome<ecat_master::Topology> LineView::topology() {

@@ -17,7 +17,8 @@ struct SlaveView {
   std::string alias_position;        ///< "0:2": last alias address up to here, and slaves since
   std::vector<std::byte> image;      ///< EEPROM content, as far as it could be read
   std::optional<esi::SiiImage> sii;  ///< the same taken apart; nothing when it could not be
-  std::string trouble;               ///< why not, or what is wrong with it; empty: nothing
+  std::string trouble;               ///< the sentence of `info.problem`; empty: nothing is wrong with the EEPROM
+  ecat_master::SlaveInfo info;       ///< what a master makes of it; without the bytes
 
   [[nodiscard]] std::string name() const;
 };
@@ -41,6 +42,8 @@ class LineView {
   /// Reads the EEPROMs of the slaves at `positions`.
   [[nodiscard]] std::vector<SlaveView> read(std::span<const std::size_t> positions);
   [[nodiscard]] std::vector<SlaveView> read_all();
+  /// What concerns one slave, and that one alone, is refused when it is in SAFEOP or OP; not with `force`.
+  [[nodiscard]] Outcome<void> must_not_be_used(std::size_t position, bool force, std::string_view would) const;
   /// Opens the mailboxes of the slaves at `positions`: of those in PREOP, SAFEOP and OP as they are, without a change
   /// of state; the rest are taken to PREOP, unless a master drives the line (a slave is in OP), whom `force` disturbs
   /// all the same. The other slaves are not touched.

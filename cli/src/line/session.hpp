@@ -32,6 +32,8 @@ class Session {
 
   [[nodiscard]] const LineConfig& config() const noexcept { return config_; }
   [[nodiscard]] bool has_config() const noexcept { return has_config_; }
+  /// Of a line without a description: the slaves that have been found take the place of those in a file.
+  void use_found_slaves(std::vector<SlaveConfig> slaves) { config_.slaves = std::move(slaves); }
   [[nodiscard]] rt::Clock& clock() noexcept { return *clock_; }
   [[nodiscard]] port::Port& port() noexcept { return capture_ ? static_cast<port::Port&>(*capture_) : *wire_; }
   /// The two ends of a ring; null: the line has one end.

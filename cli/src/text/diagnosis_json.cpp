@@ -130,7 +130,8 @@ void add_exchange(nlohmann::json& document, const LineDiagnosis& diagnosis) {
 }  // namespace
 
 nlohmann::json to_json(const LineDiagnosis& diagnosis) {
-  nlohmann::json document = {{"slaves", list(diagnosis.slaves)}, {"places", list(diagnosis.places)}};
+  nlohmann::json document = {
+      {"slaves", list(diagnosis.slaves)}, {"places", list(diagnosis.places)}, {"problems", diagnosis.problems}};
   if (diagnosis.ring) document["ring"] = to_json(*diagnosis.ring);
   if (!diagnosis.groups.empty()) add_exchange(document, diagnosis);
   return document;

@@ -136,6 +136,11 @@ std::string to_text(const ImageView& view) {
   std::string text = fmt::format("  process data: {}, {} bytes, {} datagram(s) in {} frame(s); {}\n", view.layout,
                                  view.bytes, view.datagrams, view.frames, wire_text(view.wire));
   for (const auto& group : view.groups) {
+    // A frame that carries nothing of the group is none of its exchanges.
+    if (group.datagrams == 0) {
+      text += fmt::format("    group {:<12} {}, no process data\n", group.name, rhythm(group.settings));
+      continue;
+    }
     text += fmt::format("    group {:<12} {}, {} slave(s), frame(s) {}, WKC {}", group.name, rhythm(group.settings),
                         group.slaves, fmt::join(group.frames, ", "), group.working_counter);
     if (group.exchanges > 0) {

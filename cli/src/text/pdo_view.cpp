@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <algorithm>
 
+#include "driveline/ecat_master/axis/object_name.hpp"
 #include "driveline/wire/sync_manager.hpp"
 #include "text/sii_text.hpp"
 
@@ -69,10 +70,47 @@ class Names {
   std::vector<PdoView> known_;
 };
 
+/// What the slave calls its PDOs and objects: by its EEPROM, else by the standard, else by its dictionary. A slave that
+/// does not answer one question about its dictionary is not asked another.
+class SpokenNames {
+ public:
+  SpokenNames(ecat_master::CoeClient& coe, LineView& line, std::size_t position, const esi::SiiImage& sii)
+      : coe_(coe), line_(line), position_(position), eeprom_(sii) {}
+
+  [[nodiscard]] std::string pdo(std::uint16_t index) {
+    auto name = eeprom_.pdo(index);
+    if (!name.empty() || silent_) return name;
+    const auto object = line_.ask(position_, [&] { return coe_.object_description(index); });
+    note(object);
+    return object ? object->name : std::string{};
+  }
+  [[nodiscard]] std::string entry(std::uint16_t index, std::uint8_t subindex) {
+    if (index == 0) return {};  // a gap
+    auto name = eeprom_.entry(index, subindex);
+    if (name.empty()) name = ecat_master::cia402::object_name(index, subindex);
+    if (!name.empty() || silent_) return name;
+    const auto entry = line_.ask(position_, [&] { return coe_.entry_description(index, subindex); });
+    note(entry);
+    return entry ? entry->name : std::string{};
+  }
+
+ private:
+  template <typename T>
+  void note(const ecat_master::Result<T>& answer) {
+    silent_ = !answer && answer.error().kind != ecat_master::ErrorKind::kSdoAbort;
+  }
+
+  ecat_master::CoeClient& coe_;
+  LineView& line_;
+  std::size_t position_;
+  Names eeprom_;
+  bool silent_ = false;
+};
+
 /// One slave; over CoE where its mailbox is open.
 Outcome<SlavePdos> read_slave(LineView& line, SlaveView view, bool only_sii) {
   SlavePdos slave{std::move(view), PdoSource::kSii, {}};
-  if (!slave.slave.sii) return failed(fmt::format("slave {}: {}", slave.slave.slave.ref.position, slave.slave.trouble));
+  if (!slave.slave.sii) return failed(slave.slave.trouble);
   const auto& sii = *slave.slave.sii;
   auto* mailbox = only_sii ? nullptr : line.mailbox(slave.slave.slave.ref.position);
   if (mailbox == nullptr || (sii.mailbox_protocols & esi::sii_mailbox::kCoe) == 0) {
@@ -102,7 +140,7 @@ std::vector<SyncManagerView> pdos_from_sii(const esi::SiiImage& sii) {
 Outcome<std::vector<SyncManagerView>> pdos_from_coe(LineView& line, std::size_t position,
                                                     ecat_master::MailboxClient& mailbox, const esi::SiiImage& sii) {
   ecat_master::CoeClient coe(mailbox);
-  const Names names(sii);
+  SpokenNames names(coe, line, position, sii);
   auto views = channels_of(sii);
   for (auto& view : views) {
     if (is_mailbox(view.registers)) continue;

@@ -90,6 +90,7 @@ nlohmann::json to_json(const RunReport& report) {
       {"recoveries", report.recoveries},
       {"files", std::move(files)}};
   if (report.process_data) document["process_data"] = to_json(*report.process_data);
+  if (!report.inputs.empty()) document["inputs"] = to_json(report.inputs);
   return document;
 }
 
@@ -114,6 +115,7 @@ std::string to_text(const RunReport& report) {
     text += margins_to_text(report.clocks->margins);
   }
   if (report.process_data) text += fmt::format("\n{}", to_text(*report.process_data));
+  if (!report.inputs.empty()) text += fmt::format("\n  inputs at the end\n{}", to_text(report.inputs));
   if (!report.axes.empty()) {
     text += fmt::format("\n  {:<12}{:>7}{:>22}{:>22}\n", "following error", "slave", "maximum", "RMS");
     for (const auto& axis : report.axes) {

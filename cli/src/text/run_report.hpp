@@ -10,6 +10,7 @@
 #include "driveline/ecat_master/cyclic/cyclic_core.hpp"
 #include "driveline/ecat_master/dc/sync_objects.hpp"
 #include "text/image_view.hpp"
+#include "text/input_values.hpp"
 
 namespace driveline::cli {
 
@@ -55,6 +56,8 @@ struct RunReport {
   std::vector<std::string> events;  ///< what happened to line and axes, with the time in operation
   std::uint64_t recoveries = 0;     ///< slaves brought back to OP
   std::map<std::string, std::filesystem::path> files;
+  /// Of a line without axes, at its end; what is there to see of it.
+  std::vector<InputValue> inputs;
 };
 
 /// The document of `run --json`; keys are a contract (docs/command_line.md).

@@ -86,7 +86,8 @@ std::string slave_table(std::span<const SlaveView> slaves) {
   for (const auto& view : slaves) {
     const auto& status = view.slave.al.status;
     text += fmt::format("{:<{}}  {:<{}}  {:<{}}  {}  {}\n", view.slave.ref.position, position, view.alias_position,
-                        alias, state_text(status.state), state, status.error ? 'E' : '+', view.name());
+                        alias, state_text(status.state), state, status.error ? 'E' : '+',
+                        view.trouble.empty() ? view.name() : view.trouble);
   }
   return text;
 }

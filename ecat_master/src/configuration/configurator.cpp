@@ -131,6 +131,7 @@ Result<std::unique_ptr<MailboxClient>> enter_bootstrap(MailboxEngine& engine, co
     Error error;
     error.kind = ErrorKind::kNoMailbox;
     error.slave = slave.ref.position;
+    error.requested = wire::AlState::kBootstrap;
     return tl::unexpected(error);
   }
   const std::array refs{slave.ref};

@@ -157,6 +157,11 @@ Result<LineDiagnosis> diagnose(Master& master, const LineSupervisor* supervisor,
   if (!slaves) return tl::unexpected(slaves.error());
   diagnosis.slaves = std::move(*slaves);
   diagnosis.places = locate_faults(diagnosis.slaves, master.topology());
+  std::vector<SlaveInfo> infos;
+  for (const auto& slave : master.slaves()) {
+    if (slave.present) infos.push_back(slave.info);
+  }
+  diagnosis.problems = describe_problems(infos);
   diagnosis.time = master.bus().exchange().now();
   if (auto* core = master.core()) {
     std::vector<std::uint32_t> expected(core->groups().size());

@@ -118,10 +118,11 @@ std::string describe(const CyclicEvent& event) {
 
 std::string to_text(const LineDiagnosis& diagnosis) {
   std::string text;
-  if (diagnosis.places.empty()) {
+  if (diagnosis.places.empty() && diagnosis.problems.empty()) {
     text += "nothing wrong is known\n";
   } else {
     text += "wrong\n";
+    for (const auto& problem : diagnosis.problems) text += fmt::format("  {}\n", problem);
     for (const auto& place : diagnosis.places) text += fmt::format("  {}\n", describe(place));
   }
   add_ring(text, diagnosis);

@@ -1,5 +1,6 @@
 #include "driveline/ecat_master/discovery/discovery.hpp"
 
+#include <algorithm>
 #include <array>
 
 #include "driveline/ecat_master/sii/sii_reader.hpp"
@@ -85,6 +86,30 @@ Result<std::vector<SlaveRef>> assign_addresses(Bus& bus, std::uint16_t count) {
   return slaves;
 }
 
+Error sii_error(ErrorKind kind, SlaveRef slave) {
+  Error error;
+  error.kind = kind;
+  error.slave = slave.position;
+  return error;
+}
+
+/// What a slave makes of its EEPROM at power-on depends on these words alone.
+std::optional<Error> check_configuration_area(SlaveRef slave, std::span<const std::byte> image) {
+  constexpr std::size_t kArea = esi::SiiConfigArea::kSize;
+  if (image.size() <= kArea) return std::nullopt;  // too short for anything
+  const auto area = image.first<kArea>();
+  if (std::all_of(area.begin(), area.end(), [](std::byte byte) { return byte == std::byte{0xFF}; })) {
+    auto error = sii_error(ErrorKind::kSiiContent, slave);
+    error.code = kSiiBlank;
+    return error;
+  }
+  auto error = sii_error(ErrorKind::kSiiChecksum, slave);
+  error.expected = esi::sii_checksum(area);
+  error.received = std::to_integer<std::uint32_t>(image[kArea]);
+  if (error.expected == error.received) return std::nullopt;
+  return error;
+}
+
 }  // namespace
 
 SlaveInfo make_slave_info(SlaveRef ref, Result<std::vector<std::byte>> image) {
@@ -95,23 +120,14 @@ SlaveInfo make_slave_info(SlaveRef ref, Result<std::vector<std::byte>> image) {
     return info;
   }
   const auto decoded = esi::decode_sii(*image);
-  if (!decoded) {
-    Error error;
-    error.kind = ErrorKind::kSiiContent;
-    error.slave = ref.position;
-    error.address = static_cast<std::uint16_t>(decoded.error().word_offset);
-    info.problem = error;
-  } else {
+  if (decoded) {
     info.alias = decoded->config.station_alias;
     info.description = esi::description_from_sii(*decoded);
-    if (!decoded->checksum_valid()) {
-      Error error;
-      error.kind = ErrorKind::kSiiChecksum;
-      error.slave = ref.position;
-      error.expected = esi::sii_checksum(decoded->config.bytes());
-      error.received = decoded->checksum & 0xFFU;
-      info.problem = error;
-    }
+  }
+  info.problem = check_configuration_area(ref, *image);
+  if (!decoded && !info.problem) {
+    info.problem = sii_error(ErrorKind::kSiiContent, ref);
+    info.problem->address = static_cast<std::uint16_t>(decoded.error().word_offset);
   }
   info.sii = std::move(*image);
   return info;

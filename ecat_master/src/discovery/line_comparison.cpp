@@ -10,9 +10,10 @@ namespace {
 
 using Kind = Difference::Kind;
 
-enum class Fit : std::uint8_t { kYes, kSerial, kRevision, kNo };
+enum class Fit : std::uint8_t { kYes, kUnknown, kSerial, kRevision, kNo };
 
 Fit fit(const ExpectedSlave& expected, const SlaveInfo& found) {
+  if (!found.usable()) return Fit::kUnknown;
   const auto& device = found.description;
   if (!expected.vendor.accepts(device.vendor_id) || !expected.product.accepts(device.product_code)) return Fit::kNo;
   if (!expected.revision.accepts(device.revision)) return Fit::kRevision;
@@ -27,6 +28,8 @@ unsigned price(Fit fit) {
   switch (fit) {
     case Fit::kYes:
       return 0;
+    case Fit::kUnknown:
+      return 1;
     case Fit::kSerial:
       return 3;
     case Fit::kRevision:
@@ -38,6 +41,7 @@ unsigned price(Fit fit) {
 }
 
 Difference::Kind kind_of(Fit fit) {
+  if (fit == Fit::kUnknown) return Kind::kEeprom;
   return fit == Fit::kSerial ? Kind::kSerial : fit == Fit::kRevision ? Kind::kRevision : Kind::kWrongDevice;
 }
 
@@ -114,6 +118,8 @@ class Comparison {
       if (!result_.plan_of_slave[i] && !spoken_for(i)) slaves.push_back(i);
     }
     take_in_order(plans, slaves);
+    std::stable_partition(result_.differences.begin(), result_.differences.end(),
+                          [](const Difference& difference) { return difference.kind == Kind::kEeprom; });
     // Swapped cables change the order of the slaves: they come first, what follows is mostly their doing.
     std::vector<Difference> wiring;
     for (const auto slave : planned_.empty() ? std::vector<std::uint16_t>{} : topology.swapped()) {
@@ -179,7 +185,9 @@ class Comparison {
     const auto number = pair.plan ? static_cast<std::uint16_t>(*pair.plan) : Difference::kNone;
     const auto position = pair.slave ? static_cast<std::uint16_t>(*pair.slave) : Difference::kNone;
     if (!pair.slave) return add({Kind::kMissing, position, Difference::kNone, number});
-    if (!pair.plan) return add({Kind::kExtra, position, Difference::kNone, number});
+    if (!pair.plan) {
+      return add({found_[*pair.slave].usable() ? Kind::kExtra : Kind::kEeprom, position, Difference::kNone, number});
+    }
     result_.plan_of_slave[*pair.slave] = *pair.plan;
     const auto how = fit(planned_[*pair.plan], found_[*pair.slave]);
     if (how != Fit::kYes) add({kind_of(how), position, Difference::kNone, number});
@@ -193,11 +201,17 @@ class Comparison {
   void take_in_order(std::span<const std::size_t> plans, std::span<const std::size_t> slaves) {
     if (planned_.empty()) return;
     const auto pairs = align(planned_, plans, found_, slaves);
+    auto before = Difference::kNone;
     for (std::size_t i = 0; i < pairs.size(); ++i) {
+      if (!pairs[i].slave) {
+        add({Kind::kMissing, Difference::kNone, before, static_cast<std::uint16_t>(*pairs[i].plan)});
+        continue;
+      }
+      before = static_cast<std::uint16_t>(*pairs[i].slave);
       if (i + 1 < pairs.size() && swapped(pairs[i], pairs[i + 1])) {
         add({Kind::kSwapped, static_cast<std::uint16_t>(*pairs[i].slave),
              static_cast<std::uint16_t>(*pairs[i + 1].slave), static_cast<std::uint16_t>(*pairs[i].plan)});
-        ++i;
+        before = static_cast<std::uint16_t>(*pairs[++i].slave);
         continue;
       }
       take(pairs[i]);
@@ -225,13 +239,53 @@ std::string rule_text(const char* what, const IdentityRule& rule) {
   return fmt::format(" {} {}0x{:08X}", what, rule.kind == IdentityRule::Kind::kAtLeast ? ">= " : "", rule.value);
 }
 
-std::string plan_text(const ExpectedSlave& plan) {
-  auto text = plan.name.empty() ? std::string("a slave") : fmt::format("\"{}\"", plan.name);
-  auto rules = rule_text("vendor", plan.vendor) + rule_text("product", plan.product) +
-               rule_text("revision", plan.revision) + rule_text("serial", plan.serial);
-  if (plan.alias) rules += fmt::format(" alias {}", *plan.alias);
-  if (plan.device_id) rules += fmt::format(" device ID {}", *plan.device_id);
-  return rules.empty() ? text : fmt::format("{} ({})", text, rules.substr(1));
+/// How the slave is told from the others.
+std::string place_text(const ExpectedSlave& plan, std::size_t number) {
+  if (plan.alias) return fmt::format("alias {}", *plan.alias);
+  if (plan.device_id) return fmt::format("device ID {}", *plan.device_id);
+  return fmt::format("slave {}", number);
+}
+
+std::string name_text(const ExpectedSlave& plan) {
+  return plan.name.empty() ? std::string("a slave") : fmt::format("\"{}\"", plan.name);
+}
+
+std::string plan_text(const ExpectedSlave& plan, std::size_t number) {
+  auto serial = plan.serial.kind == IdentityRule::Kind::kAny
+                    ? std::string{}
+                    : fmt::format(" serial {}{}", plan.serial.kind == IdentityRule::Kind::kAtLeast ? ">= " : "",
+                                  plan.serial.value);
+  const auto rules = rule_text("vendor", plan.vendor) + rule_text("product", plan.product) +
+                     rule_text("revision", plan.revision) + serial;
+  return fmt::format("{} ({}{}{})", name_text(plan), place_text(plan, number), rules.empty() ? "" : ":", rules);
+}
+
+/// Which of equal devices in a row is missing cannot be known.
+std::string missing_text(const Difference& difference, std::span<const ExpectedSlave> planned,
+                         std::span<const SlaveInfo> found) {
+  const auto& plan = planned[difference.plan];
+  auto text = fmt::format("missing: {}", plan_text(plan, difference.plan));
+  if (!plan.by_position()) return text;
+  if (difference.other >= found.size()) return text + ", in front of the others";
+  const bool equal = fit(plan, found[difference.other]) == Fit::kYes;
+  return text +
+         fmt::format(", behind slave {}{}", difference.other, equal ? " or another of its kind before that" : "");
+}
+
+Error missing_error(const Difference& difference, std::span<const ExpectedSlave> planned, std::size_t found) {
+  Error error;
+  error.kind = ErrorKind::kSlaveMissing;
+  error.extra = difference.plan;
+  error.expected = static_cast<std::uint32_t>(planned.size());
+  error.received = static_cast<std::uint32_t>(found);
+  return error;
+}
+
+/// By which number the slave of `plan` is known.
+void tell_number(Error& error, const ExpectedSlave& plan) {
+  if (!plan.alias && !plan.device_id) return;
+  error.subindex = static_cast<std::uint8_t>(plan.alias ? KnownBy::kAlias : KnownBy::kDeviceId);
+  error.address = plan.alias ? *plan.alias : plan.device_id.value_or(0);
 }
 
 }  // namespace
@@ -243,13 +297,14 @@ LineComparison compare_line(std::span<const ExpectedSlave> planned, std::span<co
 
 std::string describe(const Difference& difference, std::span<const ExpectedSlave> planned,
                      std::span<const SlaveInfo> found) {
-  const auto plan = difference.plan < planned.size() ? plan_text(planned[difference.plan]) : std::string{};
+  const auto plan =
+      difference.plan < planned.size() ? plan_text(planned[difference.plan], difference.plan) : std::string{};
   const auto device = difference.slave < found.size() ? device_text(found[difference.slave]) : std::string{};
   switch (difference.kind) {
     case Kind::kMissing:
-      return fmt::format("missing: {}", plan);
+      return missing_text(difference, planned, found);
     case Kind::kExtra:
-      return fmt::format("slave {}: not planned: {}", difference.slave, device);
+      return fmt::format("extra: slave {} is not planned: {}", difference.slave, device);
     case Kind::kWrongDevice:
       return fmt::format("slave {}: {} is planned, found {}", difference.slave, plan, device);
     case Kind::kRevision:
@@ -257,15 +312,26 @@ std::string describe(const Difference& difference, std::span<const ExpectedSlave
     case Kind::kSerial:
       return fmt::format("slave {}: wrong serial number: {} is planned, found {}", difference.slave, plan, device);
     case Kind::kSwapped:
-      return fmt::format("slaves {} and {} have changed places: {} is planned first", difference.slave,
+      return fmt::format("slave {} and slave {} have changed places: {} is planned first", difference.slave,
                          difference.other, plan);
     case Kind::kInOut:
       return fmt::format("slave {}: IN and OUT are swapped, frames come in at port {}", difference.slave,
                          difference.other);
     case Kind::kDuplicate:
-      return fmt::format("slaves {} and {} both answer to {}", difference.slave, difference.other, plan);
+      return fmt::format("slave {} and slave {} both answer to the number of {}", difference.slave, difference.other,
+                         plan);
+    case Kind::kEeprom:
+      return plan.empty() ? describe(*found[difference.slave].problem)
+                          : fmt::format("{}; {} is planned there", describe(*found[difference.slave].problem), plan);
   }
   return {};
+}
+
+std::vector<std::string> describe(const LineComparison& comparison, std::span<const ExpectedSlave> planned,
+                                  std::span<const SlaveInfo> found) {
+  std::vector<std::string> sentences;
+  for (const auto& difference : comparison.differences) sentences.push_back(describe(difference, planned, found));
+  return sentences;
 }
 
 Error to_error(const Difference& difference, std::span<const ExpectedSlave> planned, std::span<const SlaveInfo> found) {
@@ -273,17 +339,16 @@ Error to_error(const Difference& difference, std::span<const ExpectedSlave> plan
   error.slave = difference.slave;
   switch (difference.kind) {
     case Kind::kMissing:
+      error = missing_error(difference, planned, found.size());
+      tell_number(error, planned[difference.plan]);
+      return error;
     case Kind::kExtra:
-      error.kind = ErrorKind::kSlaveCountMismatch;
-      error.slave = Error::kNoSlave;
+      error.kind = ErrorKind::kSlaveExtra;
       error.expected = static_cast<std::uint32_t>(planned.size());
       error.received = static_cast<std::uint32_t>(found.size());
-      if (error.expected == error.received) {
-        error.kind = ErrorKind::kSlaveMissing;
-        error.extra = difference.plan;
-        error.address = planned[difference.plan].alias.value_or(planned[difference.plan].device_id.value_or(0));
-      }
       return error;
+    case Kind::kEeprom:
+      return *found[difference.slave].problem;
     case Kind::kSwapped:
       error.kind = ErrorKind::kSlavesSwapped;
       error.extra = difference.other;
@@ -295,7 +360,7 @@ Error to_error(const Difference& difference, std::span<const ExpectedSlave> plan
     case Kind::kDuplicate:
       error.kind = ErrorKind::kDuplicateAlias;
       error.extra = difference.other;
-      error.address = planned[difference.plan].alias.value_or(planned[difference.plan].device_id.value_or(0));
+      tell_number(error, planned[difference.plan]);
       return error;
     default:
       break;
@@ -310,6 +375,7 @@ Error to_error(const Difference& difference, std::span<const ExpectedSlave> plan
   for (std::size_t field = 0; field < std::size(fields); ++field) {
     if (fields[field].first->accepts(fields[field].second)) continue;
     error.address = static_cast<std::uint16_t>(field);
+    error.subindex = fields[field].first->kind == IdentityRule::Kind::kAtLeast ? 1 : 0;
     error.expected = fields[field].first->value;
     error.received = fields[field].second;
     break;
@@ -327,6 +393,23 @@ std::vector<DuplicateAlias> find_duplicate_aliases(std::span<const SlaveInfo> fo
     if (list.size() > 1) duplicates.push_back({alias, std::move(list)});
   }
   return duplicates;
+}
+
+std::string describe(const DuplicateAlias& duplicate) {
+  std::string slaves = fmt::format("{}", duplicate.positions.front());
+  for (std::size_t i = 1; i < duplicate.positions.size(); ++i) {
+    slaves += fmt::format("{}{}", i + 1 == duplicate.positions.size() ? " and " : ", ", duplicate.positions[i]);
+  }
+  return fmt::format("alias {}: slaves {} have it, it tells nobody which one is meant", duplicate.alias, slaves);
+}
+
+std::vector<std::string> describe_problems(std::span<const SlaveInfo> found) {
+  std::vector<std::string> sentences;
+  for (const auto& slave : found) {
+    if (slave.problem) sentences.push_back(describe(*slave.problem));
+  }
+  for (const auto& duplicate : find_duplicate_aliases(found)) sentences.push_back(describe(duplicate));
+  return sentences;
 }
 
 }  // namespace driveline::ecat_master

@@ -79,10 +79,7 @@ class SiiInterfaceAccess {
     wire::store_le<std::uint16_t>(request, static_cast<std::uint16_t>(control));
     wire::store_le<std::uint32_t>(std::span(request).subspan(2), static_cast<std::uint32_t>(word));
     std::copy(data.begin(), data.end(), request.begin() + 6);
-    if (auto ready = wait_idle(word); !ready) return tl::unexpected(ready.error());
-    if (auto done = bus_.write(slave_, wire::reg::kSiiControl.address, request); !done) {
-      return tl::unexpected(done.error());
-    }
+    if (auto done = give(word, request); !done) return tl::unexpected(done.error());
     const auto status = wait_idle(word);
     if (!status) return tl::unexpected(status.error());
     const auto flags = wire::load_le<std::uint16_t>(*status);
@@ -91,6 +88,18 @@ class SiiInterfaceAccess {
     }
     const std::size_t bytes = (flags & sii::kReads8Bytes) != 0 ? 8 : 4;
     return std::vector<std::byte>(status->begin() + 6, status->begin() + 6 + static_cast<std::ptrdiff_t>(bytes));
+  }
+
+  /// An interface that is busy takes no command, whatever its status said just before (ESC data sheet II, 0x0502).
+  Result<void> give(std::size_t word, std::span<const std::byte> request) {
+    const auto deadline = bus_.exchange().now() + kBusyTimeout;
+    for (;;) {
+      if (auto ready = wait_idle(word); !ready) return tl::unexpected(ready.error());
+      const auto done = bus_.write(slave_, wire::reg::kSiiControl.address, request);
+      if (done || done.error().kind != ErrorKind::kWorkingCounter) return done;
+      if (bus_.exchange().now() > deadline) return tl::unexpected(error(ErrorKind::kSiiBusy, word));
+      bus_.exchange().pause(kPause);
+    }
   }
 
   Result<std::array<std::byte, kInterfaceBytes>> wait_idle(std::size_t word) {

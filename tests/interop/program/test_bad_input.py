@@ -19,7 +19,7 @@ class Usage(ProgramTest):
         self.refused(2, [], "which command?", "--help")
         self.refused(2, ["walk"], "walk")
         self.refused(2, ["run", "--quickly"], "--quickly", "--help")
-        self.refused(2, ["run"], "--config FILE")
+        self.refused(2, ["run"], "--config FILE", "--iface NAME")
         self.refused(2, ["run", "--config"], "--config")
         self.refused(2, ["slaves"], "--config FILE", "--iface NAME")
         self.refused(2, ["simulate", "--config", LINE8], "--iface NAME")

@@ -229,12 +229,26 @@ class InProcess(ProgramTest):
         self.assertEqual(self.tool("states", "-p", "1-2,5", "PREOP"), "   1  PREOP\n   2  PREOP\n   5  PREOP\n")
         self.assertEqual(len(self.tool("states").splitlines()), 8)
         for status, arguments, parts in (
-                (1, ["-p", "1", "SAFEOP"], ["slave 1 is in INIT", "states SAFEOP"]),
                 (2, ["BOOT"], ["single slaves", "-p N"]),
-                (1, ["-p", "1", "BOOT"], ["slave 1"]),  # the drive has no mailboxes for BOOT
+                (2, ["-p", "1", "op"], ["cyclic process data", "`run`", "--iface"]),
+                (1, ["-p", "1", "BOOT"],
+                 ["slave 1: has no mailbox for BOOT: its EEPROM names none for the bootstrap state"]),
                 (1, ["-a", "9"], ["alias address 9"])):
             with self.subTest(arguments=arguments):
                 self.check_refused(self.run_program("states", "--config", LINE8, *arguments), status, *parts)
+
+    def test_single_slaves_go_up_to_safeop(self):
+        self.assertEqual(self.tool("states", "-p", "1,3", "safeop"), "   1  SAFEOP\n   3  SAFEOP\n")
+        states = [slave["state"] for slave in self.one_document(self.tool("states", "-p", "0-3", "--json"))["slaves"]]
+        self.assertEqual(states, ["INIT"] * 4, "each command has a line of its own")
+
+    def test_objects_of_a_mixed_line(self):
+        result = self.run_program("sdos", "-q", "--config", EXAMPLES / "mixed.toml")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertRegex(result.stderr, r"(?m)^left out: slave 0 has no CoE mailbox$")
+        self.assertIn("SDO 0x6041", result.stdout, "the drives are listed")
+        self.check_refused(self.run_program("sdos", "-q", "-p", "0", "--config", EXAMPLES / "mixed.toml"), 1,
+                           "slave 0 has no mailbox")
 
     def test_diagnosis(self):
         self.assertIn("nothing wrong is known", self.tool("diag"))
@@ -345,6 +359,65 @@ class OnTheWire(WireTest):
         self.assertEqual((document["slave"], document["words_changed"]), (3, 1))
         self.tool("sii", "read", "-p", "3", "-o", "back.sii")
         self.assertEqual((self.directory / "back.sii").read_bytes(), bytes(image))
+
+    def test_nothing_is_changed_under_a_master(self):
+        self.start_line(EXAMPLES / "line8-nic.toml")
+        master = self.start_master(self.write_gentle_line(cycle_us=1000), "--no-telemetry")
+        for command, deed in ((["alias", "-p", "1", "9"], "write its EEPROM"),
+                              (["rescan"], "take all slaves to INIT"),
+                              (["states", "INIT"], "take it to INIT"),
+                              (["states", "-p", "2", "PREOP"], "take it to PREOP"),
+                              (["reg_write", "-p", "1", "-t", "uint16", "0x0420", "9"], "change its registers")):
+            with self.subTest(command=command):
+                result = self.run_program(*command, "--iface", "dl-master")
+                self.assertEqual((result.returncode, result.stdout), (1, ""), result.stderr)
+                self.assertRegex(result.stderr, r"slave \d is in OP: a master drives (it|the line), and .*--force")
+                self.assertIn(deed, result.stderr)
+        self.assertIsNone(master.poll(), self.logs())
+        self.assertEqual(self.tool("states").count("OP"), 8)
+        self.assertEqual(self.tool("rescan", "--force"), "8 slaves, all in INIT\n")
+        master.wait(PATIENCE_S)
+
+    def test_single_slave_to_safeop_beside_the_others(self):
+        self.start_line(EXAMPLES / "line8-nic.toml")
+        self.tool("states", "PREOP")
+        self.assertEqual(self.tool("states", "-p", "3", "SAFEOP"), "   3  SAFEOP\n")
+        states = [slave["state"] for slave in self.one_document(self.tool("states", "--json"))["slaves"]]
+        self.assertEqual(states, ["PREOP"] * 3 + ["SAFEOP"] + ["PREOP"] * 4)
+
+    def test_names_of_process_data(self):
+        self.start_line(EXAMPLES / "line8-nic.toml")
+        # The drives have no mapping before somebody gives them one.
+        self.tool("states", "SAFEOP", "--config", EXAMPLES / "line8-nic.toml")
+        self.assertIn('PDO entry 0x6040:00, 16 bit, "Controlword"', self.tool("pdos", "-p", "0"))
+        self.tool("states", "SAFEOP", "--config", EXAMPLES / "line8-nic.toml")
+        self.assertIn("{0x6041, 0x00, 16},  // Statusword", self.tool("cstruct", "-p", "0"))
+
+    def test_a_line_without_description_exchanges_process_data(self):
+        self.start_line(EXAMPLES / "mixed.toml")
+        arguments = ["run", "--iface", "dl-master", "--duration", 0.5, "--no-plots"]
+        result = self.run_program(*arguments, "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertRegex(result.stderr, "(?m)^no description: process data as the slaves have assigned them, outputs zero, no axes$")
+        document = self.one_document(result.stdout)
+        self.assertEqual((document["state"], document["axes_count"]), ("OP", 0))
+        self.assertGreaterEqual(document["process_data"]["groups"][0]["slaves"], 4)
+        self.assertGreater(document["process_data"]["groups"][0]["exchanges"], 100)
+        inputs = {row["name"]: row for row in document["inputs"]}
+        self.assertTrue(any(name.startswith("slave1.") for name in inputs), inputs)
+        self.assertTrue(all(row["value"] is not None for row in inputs.values()), inputs)
+        self.assertIn("inputs at the end", self.run_program(*arguments).stdout)
+
+    def test_complete_access(self):
+        self.start_line(EXAMPLES / "mixed.toml")
+        whole = self.tool("upload", "--complete", "-p", "3", "0x1018", "0").split()
+        self.assertEqual(len(whole), 18, "number, a byte to fill up, four times 32 bit (ETG.1000.6 5.6.2)")
+        vendor = self.tool("upload", "-p", "3", "-t", "uint32", "0x1018", "1").split()[0]
+        self.assertEqual(int.from_bytes(bytes(int(byte, 16) for byte in whole[2:6]), "little"), int(vendor, 16))
+        refused = self.run_program("upload", "--complete", "-p", "5", "0x1018", "0", "--iface", "dl-master")
+        self.check_refused(refused, 1, "slave 5: object 1018h:00 aborted with 0x06010004")
+        self.check_refused(self.run_program("upload", "--complete", "0x1018", "2", "--iface", "dl-master"), 2,
+                           "--complete begins at 0 or 1")
 
     def test_eeprom_is_not_written_under_a_running_drive(self):
         self.start_line(EXAMPLES / "line8-nic.toml")

@@ -161,7 +161,7 @@ TEST(LineDescription, SlaveWithoutIdentityIsNamed) {
   FoundLine line;
   line.slaves = {found(0, {}, "EK1100"), found(1, {}, "?")};
   line.slaves[1].view.sii.reset();
-  line.slaves[1].view.trouble = "EEPROM: the image ends early";
+  line.slaves[1].view.trouble = "slave 1: EEPROM content is not usable at word 0x0040";
   const auto text = describe_line(line);
   ASSERT_FALSE(text);
   EXPECT_THAT(text.error().text, HasSubstr("slave 1: EEPROM"));

@@ -112,5 +112,19 @@ TEST(RunReport, TextSaysWhenTelemetryWasOff) {
   EXPECT_THAT(to_text(report), Not(HasSubstr("published")));
 }
 
+TEST(RunReport, LineWithoutAxesShowsItsInputs) {
+  auto report = report_of_a_run();
+  EXPECT_THAT(to_text(report), Not(HasSubstr("inputs at the end")));
+  report.inputs = {{"slave0.Statusword", 0x6041, 0, 16, 0x0250}, {"slave1.Blob", 0x7000, 1, 128, std::nullopt}};
+  EXPECT_THAT(to_text(report), HasSubstr("  inputs at the end\n"
+                                         "  slave0.Statusword  6041h:00   16 bit  0x0250 592\n"
+                                         "  slave1.Blob        7000h:01  128 bit\n"));
+  const auto rows = to_json(report)["inputs"];
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_EQ(rows[0],
+            (json{{"name", "slave0.Statusword"}, {"index", 0x6041}, {"subindex", 0}, {"bits", 16}, {"value", 0x250}}));
+  EXPECT_TRUE(rows[1]["value"].is_null());
+}
+
 }  // namespace
 }  // namespace driveline::cli

@@ -33,6 +33,7 @@ class Eeprom final : public DatagramExchange {
   int unacknowledged = 0;             ///< so many commands are not acknowledged
   int busy_polls = 0;                 ///< status reads that find the interface busy after a command
   bool busy_for_ever = false;
+  int refused_commands = 0;                    ///< so many commands are not taken, with a status that said idle before
   std::size_t silent_after_writes = SIZE_MAX;  ///< then the slave does not answer any more
   bool application_owns = true;
 
@@ -54,6 +55,11 @@ class Eeprom final : public DatagramExchange {
       request.answered = true;
       request.working_counter = 0;
       if (writes.size() > silent_after_writes || request.address.adp() != kSlave.station) continue;
+      const bool command = request.command == wire::Command::kFpwr && request.address.ado() == 0x0502;
+      if (command && refused_commands > 0) {
+        --refused_commands;
+        continue;
+      }
       request.working_counter = 1;
       if (request.command == wire::Command::kFpwr) write(request.address.ado(), request.data);
       if (request.command == wire::Command::kFprd) read(request.address.ado(), request.data);
@@ -251,6 +257,25 @@ TEST(SiiWriterFailure, InterfaceThatStaysBusyEndsBeforeAnythingIsWritten) {
   EXPECT_EQ(report.error().error.kind, ErrorKind::kSiiBusy);
   EXPECT_THAT(eeprom.writes, IsEmpty());
   EXPECT_THAT(describe(report.error()), HasSubstr("nothing has been written"));
+}
+
+TEST(SiiWriter, InterfaceThatTakesNoCommandForAWhileIsTriedAgain) {
+  Eeprom eeprom(0x80);
+  eeprom.refused_commands = 20;
+  Bus bus(eeprom);
+  ASSERT_TRUE(write_alias(bus, kSlave, 7));
+  EXPECT_EQ(eeprom.words[4], 7);
+  EXPECT_TRUE(eeprom.checksum_valid());
+}
+
+TEST(SiiWriterFailure, InterfaceThatNeverTakesACommandIsBusy) {
+  Eeprom eeprom(0x80);
+  eeprom.refused_commands = 1'000'000;
+  Bus bus(eeprom);
+  const auto done = write_alias(bus, kSlave, 7);
+  ASSERT_FALSE(done);
+  EXPECT_THAT(describe(done.error()), HasSubstr("slave 2: EEPROM interface stays busy at word 0x00"));
+  EXPECT_THAT(eeprom.writes, IsEmpty());
 }
 
 TEST(SiiWriterFailure, ImageThatIsNoneIsRefused) {

@@ -96,9 +96,9 @@ class Master {
   [[nodiscard]] Result<AlReport> al_status_of(std::size_t slave);
   /// While the cycle runs: gives their station addresses back to slaves that were switched off or plugged in again.
   /// A slave is known by its place in the wiring, where that does not tell by its serial number; one with
-  /// SlavePlan::hot_connect by its alias or device ID, one with SlavePlan::behind by its place behind that. Whoever may be several of the missing ones gets none, and
-  /// recover() of these says kPlaceUnknown.
-  /// Returns how many there were. Errors: those of the bus.
+  /// SlavePlan::hot_connect by its alias or device ID, one with SlavePlan::behind by its place behind that. Whoever may
+  /// be several of the missing ones gets none, and recover() of these says kPlaceUnknown. Returns how many there were.
+  /// Errors: those of the bus.
   [[nodiscard]] Result<std::size_t> readdress_newcomers();
   /// While the cycle runs: takes one slave from any state back to OP; checks that it is the device it was before and
   /// configures it anew when it has lost its configuration. The others are not touched. Errors: kIdentityMismatch, and

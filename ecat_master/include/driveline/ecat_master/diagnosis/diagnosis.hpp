@@ -66,6 +66,9 @@ struct LineDiagnosis {
   std::chrono::nanoseconds time{0};    ///< when it was made, on the master's clock
   std::vector<SlaveDiagnosis> slaves;  ///< by position
   std::vector<FaultPlace> places;      ///< see locate_faults()
+  /// Sentences about what is wrong with the line beside that: EEPROMs that cannot be used, duplicate aliases; whoever
+  /// knows what is planned adds the differences.
+  std::vector<std::string> problems;
   std::vector<GroupDiagnosis> groups;  ///< empty while no cycle runs
   std::uint64_t cycles = 0;            ///< so far; 0 while no cycle runs
   std::uint64_t stale_frames = 0;      ///< came back after their cycle

@@ -16,11 +16,13 @@ struct SlaveInfo {
   std::optional<std::uint16_t> device_id;  ///< explicit device identification, when it has been asked for
   esi::DeviceDescription description;      ///< what its EEPROM says
   std::vector<std::byte> sii;              ///< EEPROM content, up to the end of the categories
-  /// What is wrong with the EEPROM: kSiiBusy, kSiiError, kSiiContent (there is no description then), kSiiChecksum. A
-  /// slave like that does not keep the others from being found, and its EEPROM can be repaired.
+  /// What is wrong with the EEPROM: kSiiBusy, kSiiError, kSiiContent, kSiiChecksum. There is a description only with
+  /// the last one, and then not always. A slave like that does not keep the others from being found, and its EEPROM can
+  /// be repaired.
   std::optional<Error> problem;
-  /// False: nothing is known about the slave but where it is.
-  [[nodiscard]] bool usable() const noexcept { return !problem || problem->kind == ErrorKind::kSiiChecksum; }
+  /// False: it is known where the slave is, not what. One whose checksum is wrong has not loaded its EEPROM: its own
+  /// processor stays cut off and it leaves INIT for nobody (ETG.1000.4, EEPROM status register, bits 11 and 12).
+  [[nodiscard]] bool usable() const noexcept { return !problem; }
 };
 
 /// First configured station address; slave n gets this plus n.

@@ -63,19 +63,23 @@ struct Difference {
     kSwapped,      ///< two neighbours have changed places: `slave` and `other`
     kInOut,        ///< a slave is entered at another port than IN: its cables are swapped
     kDuplicate,    ///< an alias or device ID by which a slave is planned is there more than once
+    kEeprom,       ///< nobody knows what it is: SlaveInfo::problem
   };
   /// No such slave or plan.
   static constexpr std::uint16_t kNone = 0xFFFF;
   Kind kind = Kind::kMissing;   ///< what differs
   std::uint16_t slave = kNone;  ///< position on the line; kNone: not there
-  std::uint16_t other = kNone;  ///< the second slave of kSwapped and kDuplicate; the port of kInOut
-  std::uint16_t plan = kNone;   ///< number in the plan; kNone: not planned
+  /// The second slave of kSwapped and kDuplicate; the port of kInOut; of kMissing the slave behind which it should be.
+  std::uint16_t other = kNone;
+  std::uint16_t plan = kNone;  ///< number in the plan; kNone: not planned
   bool operator==(const Difference&) const = default;
 };
 
 /// How a line differs from its plans, and which plan belongs to which slave.
 struct LineComparison {
-  std::vector<Difference> differences;  ///< in the order of the line
+  /// Swapped cables first and EEPROMs that cannot be used next, as what follows may be their doing; the rest in the
+  /// order of the line.
+  std::vector<Difference> differences;
   /// For each slave of the line the number of its plan; nothing for a slave that is not planned.
   std::vector<std::optional<std::size_t>> plan_of_slave;
   std::vector<std::size_t> absent;  ///< plans of slaves that may be missing, and are
@@ -94,8 +98,13 @@ struct LineComparison {
 [[nodiscard]] std::string describe(const Difference& difference, std::span<const ExpectedSlave> planned,
                                    std::span<const SlaveInfo> found);
 
-/// The difference as the error of an attempt to use the line all the same. kSlaveCountMismatch names both counts, the
-/// others the slave.
+/// All of them, one sentence each: of Master::configure() that was refused, with the slaves and expected_slaves() of
+/// the plans.
+[[nodiscard]] std::vector<std::string> describe(const LineComparison& comparison,
+                                                std::span<const ExpectedSlave> planned,
+                                                std::span<const SlaveInfo> found);
+
+/// The difference as the error of an attempt to use the line all the same.
 [[nodiscard]] Error to_error(const Difference& difference, std::span<const ExpectedSlave> planned,
                              std::span<const SlaveInfo> found);
 
@@ -106,5 +115,10 @@ struct DuplicateAlias {
 };
 /// All of them, in ascending order; alias 0 is none. Allocates.
 [[nodiscard]] std::vector<DuplicateAlias> find_duplicate_aliases(std::span<const SlaveInfo> found);
+/// "alias 77: slaves 1 and 4 have it, it tells nobody which one is meant".
+[[nodiscard]] std::string describe(const DuplicateAlias& duplicate);
+
+/// What is wrong with a line whatever is planned, one sentence each: EEPROMs that cannot be used, duplicate aliases.
+[[nodiscard]] std::vector<std::string> describe_problems(std::span<const SlaveInfo> found);
 
 }  // namespace driveline::ecat_master

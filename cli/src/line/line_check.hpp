@@ -1,0 +1,35 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "line/line_view.hpp"
+
+namespace driveline::cli {
+
+/// What is wrong with a line beside its states and cables: EEPROMs that cannot be used, duplicate aliases, and how it
+/// differs from its description.
+struct LineCheck {
+  std::vector<ecat_master::ExpectedSlave> planned;  ///< of the description; empty: there is none
+  std::vector<ecat_master::SlaveInfo> found;
+  ecat_master::LineComparison comparison;
+  std::string not_compared;  ///< why nothing was compared with the description; empty: it was, or there is none
+
+  /// Everything, one sentence each.
+  [[nodiscard]] std::vector<std::string> sentences() const;
+};
+
+/// Compares the line with its description, when the bus options named one. `slaves` are all slaves of the line. Device
+/// IDs are asked for where the description needs them and nobody operates the line.
+[[nodiscard]] Outcome<LineCheck> check_line(LineView& line, std::span<const SlaveView> slaves);
+
+/// Adds `duplicate_aliases` and, when there is a description, `differences` to the document of a tool.
+void add_json(nlohmann::json& document, const LineCheck& check);
+
+/// What is wrong with the EEPROMs and aliases of a line that a master has scanned, one line each on stderr.
+void tell_problems(const ecat_master::Master& master);
+
+/// Master::configure() by a description, or by what the slaves say when `config` is null. When the line is not as
+/// described all differences go to stderr first. Failure: what went wrong, as a sentence.
+[[nodiscard]] Outcome<void> configure_line(ecat_master::Master& master, const LineConfig* config);
+
+}  // namespace driveline::cli
