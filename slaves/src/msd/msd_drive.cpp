@@ -168,7 +168,7 @@ void MsdDrive::restart() {
   settings_changed_ = true;
   factory_reset_pending_ = false;
   following_error_ = false;
-  brake_open_ = false;
+  if (std::exchange(brake_open_, false)) brake_since_ = running_time();  // its coil has no current from now on
   warnings_ = 0;
   probe_ = {};
   start_left_ =

@@ -1,12 +1,12 @@
 // Device control of the drive: hardware enable, state machine, brake, status word.
+#include <utility>
+
 #include "driveline/slaves/msd/device_layout.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"
 #include "driveline/slaves/msd/msd_values.hpp"
 
 namespace driveline::slaves::msd {
 namespace {
-
-using std::chrono::nanoseconds;
 
 constexpr std::uint16_t kControlLocationCia402 = 5;
 constexpr std::uint16_t kReferenceSourceCia402 = 7;
@@ -50,14 +50,13 @@ OptionCodes MsdDrive::option_codes() const noexcept {
 /// Lift or close time of the motor brake has passed since its output changed.
 bool MsdDrive::brake_settled() const noexcept {
   const double time_ms = dictionary_.get<float>(brake_open_ ? kBrakeLiftTime : kBrakeCloseTime);
-  return static_cast<double>(brake_time_.count()) >= time_ms * 1e6;
+  return static_cast<double>((running_time() - brake_since_).count()) >= time_ms * 1e6;
 }
 
 /// Opens with the power stage and closes before a controlled stop takes the torque away (P 213, P 214).
 void MsdDrive::control_brake() noexcept {
   const bool open = power_.power_on() && !(power_.powers_off_at_standstill(option_codes()) && motion_.stopped());
-  brake_time_ = open == brake_open_ ? brake_time_ + kProcessDataPeriod : nanoseconds{0};
-  brake_open_ = open;
+  if (std::exchange(brake_open_, open) != open) brake_since_ = running_time();
 }
 
 ModeControl::Conditions MsdDrive::mode_conditions() const noexcept {

@@ -268,7 +268,8 @@ class MsdDrive final : public Device, public DeviceSignals, private DictionaryOw
   PowerState shown_state_ = PowerState::kNotReadyToSwitchOn;
   std::chrono::nanoseconds shown_since_{0};  ///< running time when the display last changed its content
   bool brake_open_ = false;                  ///< the brake's output
-  std::chrono::nanoseconds brake_time_{0};   ///< since the output changed
+  /// Running time when the output changed; before the first time the brake has been closed for ever.
+  std::chrono::nanoseconds brake_since_ = -std::chrono::hours(24);
   bool settings_changed_ = true;
   bool initialise_control_ = true;  ///< the next settings bring the units of the factor group into force
   bool factory_reset_pending_ = false;
