@@ -20,6 +20,7 @@ Motion::Motion(const MotorParameters& motor, double initial_position_rad) noexce
       controller_({}, kControlStepS),
       frequency_control_(kControlStepS) {
   controller_.reset(measured_position_rad(), 0.0);
+  motor_.set_power_stage(false);
 }
 
 void Motion::configure(const MotionSettings& settings) noexcept {
@@ -113,6 +114,7 @@ void Motion::take_over(MotionCommand command, MotionSource source, bool smooth) 
     if (by_frequency) start_frequency_control();
   }
   command_ = command;
+  motor_.set_power_stage(command != MotionCommand::kOff);
   source_ = source;
   limited_ = false;
   samples_on_time_ = 0;

@@ -34,6 +34,14 @@ double CurrentLoop::loss_w() const noexcept {
   return 1.5 * parameters_.resistance_ohm * (d_a_ * d_a_ + q_a_ * q_a_);
 }
 
+/// The diodes take the current out of the windings within fractions of a millisecond; here it is gone at once.
+void CurrentLoop::open_circuit() noexcept {
+  d_a_ = q_a_ = 0.0;
+  d_v_ = q_v_ = 0.0;
+  d_integral_v_ = q_integral_v_ = 0.0;
+  limited_ = false;
+}
+
 double CurrentLoop::step(double torque_setpoint_nm, double speed_rad_s, double dc_link_volts) noexcept {
   const double wanted_a = finite(torque_setpoint_nm) / torque_constant_;
   const double speed = pole_pairs_ * finite(speed_rad_s);

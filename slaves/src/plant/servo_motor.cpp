@@ -55,7 +55,8 @@ void ServoMotor::finish_step(bool brake_closed) noexcept {
 void ServoMotor::step(double torque_setpoint_nm, bool brake_closed) noexcept {
   const double setpoint = in_range(torque_setpoint_nm, -parameters_.peak_torque_nm, parameters_.peak_torque_nm, 0.0);
   if (parameters_.winding.simulated) {
-    torque_nm_ = current_.step(setpoint, mechanics_.velocity_rad_s(), dc_link_volts_);
+    torque_nm_ = powered() ? current_.step(setpoint, mechanics_.velocity_rad_s(), dc_link_volts_) : 0.0;
+    if (!powered()) current_.open_circuit();
   } else {
     torque_nm_ += torque_gain_ * (setpoint - torque_nm_);
   }
@@ -66,7 +67,8 @@ void ServoMotor::step(const VoltageVector& voltage, bool brake_closed) noexcept 
   const double turn = voltage.angle_rad - electrical_angle_rad();
   const double d_v = voltage.in_phase_v * std::cos(turn) - voltage.quadrature_v * std::sin(turn);
   const double q_v = voltage.in_phase_v * std::sin(turn) + voltage.quadrature_v * std::cos(turn);
-  torque_nm_ = current_.step_voltage(d_v, q_v, mechanics_.velocity_rad_s(), dc_link_volts_);
+  torque_nm_ = powered() ? current_.step_voltage(d_v, q_v, mechanics_.velocity_rad_s(), dc_link_volts_) : 0.0;
+  if (!powered()) current_.open_circuit();
   finish_step(brake_closed);
 }
 

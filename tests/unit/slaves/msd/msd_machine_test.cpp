@@ -56,6 +56,53 @@ TEST(MsdMachine, SimulatedWindingTracksLikeTheLagAndRunsOutOfVoltage) {
   EXPECT_LT(rig.velocity, 95 * kRevolution) << "the back EMF leaves no voltage";
 }
 
+/// Friction alone: (0.03 Nm + 2e-4 Nm s at 126 rad/s) / 3e-4 kg m2, over 20 ms.
+TEST(MsdMachine, PowerStageOffIsAnOpenCircuitWithoutDcLinkToo) {
+  enum class Off : std::uint8_t { kDcLink, kControlWord, kEnpo, kSafeTorqueOff, kHalt };
+  for (const Off off : {Off::kDcLink, Off::kControlWord, Off::kEnpo, Off::kSafeTorqueOff, Off::kHalt}) {
+    for (const bool winding : {false, true}) {
+      SCOPED_TRACE(testing::Message() << static_cast<int>(off) << (winding ? " winding" : " lag"));
+      MsdParameters parameters;
+      parameters.motor.winding.simulated = winding;
+      DriveRig rig(parameters);
+      rig.operate();
+      ASSERT_EQ(rig.write(0x605D, 0, 0, 2), 0U);  // halt: drive function off
+      rig.enable(3);
+      rig.target_velocity = 20 * kRevolution;
+      rig.cycles(2400);
+      const double before = rig.drive.velocity_rad_s();
+      ASSERT_NEAR(before, 125.7, 0.5);
+      if (off == Off::kDcLink) rig.drive.set_dc_link(false);
+      if (off == Off::kControlWord) rig.control = 0x00;
+      if (off == Off::kEnpo) rig.drive.set_enpo(false);
+      if (off == Off::kSafeTorqueOff) rig.drive.set_isdsh(false);
+      if (off == Off::kHalt) rig.control = 0x10F;
+      rig.cycles(160);
+      EXPECT_NEAR(rig.drive.velocity_rad_s(), before - 0.02 * (0.03 + 2e-4 * 125.0) / 3.0e-4, 0.3);
+      EXPECT_NEAR(rig.drive.torque_nm(), 0.0, 1e-6);
+      EXPECT_EQ(rig.torque, 0);
+    }
+  }
+}
+
+TEST(MsdMachine, PowerComesBackToATurningMotorWithoutAJerk) {
+  MsdParameters parameters;
+  parameters.motor.winding.simulated = true;
+  DriveRig rig(parameters);
+  rig.operate();
+  rig.run_at(20 * kRevolution);
+  rig.control = 0x00;
+  rig.cycles(400);
+  const double coasting = rig.drive.velocity_rad_s();
+  ASSERT_GT(coasting, 100.0);
+  rig.enable(9);
+  rig.target_velocity = rig.velocity;
+  for (int i = 0; i < 80; ++i) {
+    rig.cycle();
+    EXPECT_NEAR(rig.drive.velocity_rad_s(), coasting, 5.0);
+  }
+}
+
 TEST(MsdMachine, TwoMassAxisWithEncoderNoiseMovesToItsTarget) {
   MsdParameters parameters;
   parameters.motor.load.inertia_kg_m2 = 1e-4;

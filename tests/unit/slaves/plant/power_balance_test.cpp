@@ -80,6 +80,41 @@ TEST(PowerBalance, WeightIsLiftedAndLetDown) {
   expect_balanced(run(parameters));
 }
 
+/// With the power stage off nothing goes into the windings or out of them: the shaft pays for friction alone.
+TEST(PowerBalance, PowerStageOffLeavesFrictionAlone) {
+  const auto parameters = machine();
+  for (const double dc_link_volts : {560.0, 0.0}) {
+    ServoMotor motor(parameters, kStepS, 0.0);
+    for (int i = 0; i < 1600; ++i) motor.step(1.2);
+    ASSERT_GT(motor.velocity_rad_s(), 300.0);
+    motor.set_dc_link_voltage(dc_link_volts);
+    motor.set_power_stage(false);
+    const double before = motor.kinetic_energy_j();
+    double friction_j = 0.0;
+    double last = motor.velocity_rad_s();
+    for (int i = 0; i < 1600; ++i) {
+      motor.step(1.2);
+      const double speed = 0.5 * (last + motor.velocity_rad_s());
+      last = motor.velocity_rad_s();
+      friction_j +=
+          (parameters.coulomb_friction_nm * speed + parameters.viscous_friction_nm_s * speed * speed) * kStepS;
+      EXPECT_EQ(motor.torque_nm(), 0.0);
+      EXPECT_EQ(motor.current_loop().power_w(), 0.0);
+    }
+    EXPECT_GT(friction_j, 1.0);
+    EXPECT_NEAR(before - motor.kinetic_energy_j(), friction_j, 0.01 * friction_j);
+  }
+}
+
+/// There is no voltage to switch, so nothing flows, also in the step in which it goes.
+TEST(PowerBalance, NoDcLinkIsNoShortCircuit) {
+  ServoMotor motor(machine(), kStepS, 0.0);
+  for (int i = 0; i < 1600; ++i) motor.step(1.2);
+  motor.set_dc_link_voltage(0.0);
+  motor.step(1.2);
+  EXPECT_EQ(motor.torque_nm(), 0.0);
+}
+
 TEST(PowerBalance, TwoMassesWithAWeight) {
   auto parameters = machine();
   parameters.load.gravity_nm = 0.5;

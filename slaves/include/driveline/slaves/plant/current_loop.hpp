@@ -45,6 +45,8 @@ class CurrentLoop {
   [[nodiscard]] double d_current_a() const noexcept { return d_a_; }
   /// Across the magnets' flux; makes the torque. \rtsafe
   [[nodiscard]] double q_current_a() const noexcept { return q_a_; }
+  /// One step with blocked transistors, instead of step(): no current, no torque. \rtsafe
+  void open_circuit() noexcept;
   /// The voltage was at the inverter's limit in the last step. \rtsafe
   [[nodiscard]] bool limited() const noexcept { return limited_; }
   /// Heat in the windings. \rtsafe

@@ -55,7 +55,10 @@ class ServoMotor {
   /// The characteristic of U/f operation that gives 80 % of the rated current at standstill, and rated torque at the
   /// highest speed with no more than rated current.
   [[nodiscard]] VoltageFrequencyParameters rated_characteristic() const noexcept;
-  /// Voltage of the inverter; only the simulated winding needs it. \rtsafe
+  /// Off: the transistors block, setpoints have no effect, the simulated winding is an open circuit; without it the
+  /// caller's setpoint is to be 0. On at the start. \rtsafe
+  void set_power_stage(bool on) noexcept { power_stage_on_ = on; }
+  /// Voltage of the inverter; only the simulated winding needs it. Without any, the power stage is off. \rtsafe
   void set_dc_link_voltage(double volts) noexcept { dc_link_volts_ = volts; }
 
   /// As they are used: sanitized. \rtsafe
@@ -86,6 +89,7 @@ class ServoMotor {
   [[nodiscard]] std::optional<std::int64_t> index_pulse() const noexcept { return index_pulse_; }
 
  private:
+  [[nodiscard]] bool powered() const noexcept { return power_stage_on_ && dc_link_volts_ > 0.0; }
   void draw_noise() noexcept;
   void finish_step(bool brake_closed) noexcept;
   void pass_index(double position_rad) noexcept;
@@ -98,6 +102,7 @@ class ServoMotor {
   double increments_per_radian_;
   CurrentLoop current_;
   Mechanics mechanics_;
+  bool power_stage_on_ = true;
   double dc_link_volts_ = 560.0;
   double torque_nm_ = 0.0;
   bool by_voltage_ = false;
