@@ -79,11 +79,25 @@ Outcome<void> LineView::open_mailboxes(std::span<const std::size_t> positions, b
       (*window)->timeouts.response = std::chrono::milliseconds{250};
       shared_.push_back(position);
     }
+    (*window)->last_counter = find_counter(slave.ref, **window);
     mailboxes_[position] = std::make_unique<ecat_master::MailboxClient>(master_->mailboxes(), slave.ref, **window);
   }
   if (below.empty()) return {};
   if (auto done = must_not_disturb(force, fmt::format("take slave {} to PREOP", below.front())); !done) return done;
   return enter_pre_op(below);
+}
+
+/// A slave drops a mail with the counter of the one before (ETG.1000.4 5.6.1), and what that was only its last master
+/// knows. So it is asked something harmless until it answers.
+std::uint8_t LineView::find_counter(ecat_master::SlaveRef slave, ecat_master::MailboxWindow window) {
+  constexpr int kRequests = 2;
+  window.timeouts.response = std::chrono::milliseconds{100};
+  ecat_master::MailboxClient mailbox(master_->mailboxes(), slave, window);
+  ecat_master::CoeClient coe(mailbox);
+  std::uint8_t last = 1;
+  // An answer is an answer, whatever it says. A request that was dropped is followed by its abort.
+  for (int attempt = 0; attempt < kRequests && went_astray(coe.upload(0x1000, 0)); ++attempt) last += 2;
+  return last;
 }
 
 Outcome<void> LineView::enter_pre_op(std::span<const std::size_t> positions) {

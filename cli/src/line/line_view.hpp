@@ -76,6 +76,8 @@ class LineView {
                        answer.error().kind == ecat_master::ErrorKind::kMailboxMalformed);
   }
   [[nodiscard]] std::vector<std::uint16_t> aliases() const;
+  /// Counter of the last mail that the slave has taken.
+  [[nodiscard]] std::uint8_t find_counter(ecat_master::SlaveRef slave, ecat_master::MailboxWindow window);
   /// By way of INIT.
   [[nodiscard]] Outcome<void> enter_pre_op(std::span<const std::size_t> positions);
 

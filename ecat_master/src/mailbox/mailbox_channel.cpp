@@ -33,6 +33,7 @@ bool is_set(std::byte value, std::uint8_t bits) {
 MailboxChannel::MailboxChannel(SlaveRef slave, MailboxWindow window, Settings settings)
     : slave_(slave), window_(window), settings_(settings), in_wire_(window.in_length) {
   settings_.reply_timeout = window.timeouts.response.value_or(settings_.reply_timeout);
+  counter_ = window.last_counter;
 }
 
 nanoseconds MailboxChannel::request_timeout() const noexcept {

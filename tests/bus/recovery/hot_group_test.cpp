@@ -104,7 +104,7 @@ TEST(HotConnectGroup, AnotherDeviceBehindTheHeadIsNamedAndLeftAlone) {
 TEST(HotConnectGroup, IncompleteAtTheStartIsRefused) {
   MovableGroup group;
   group.line.line().set_power(4, true);  // at the end of the line, nobody behind it
-  EXPECT_EQ(sentence(group.start()), "3 slaves answer on the line but 4 are planned");
+  EXPECT_EQ(sentence(group.start()), "planned slave 3 is not on the line; 3 slaves answer, 4 are planned");
   const auto& differences = group.master.comparison().differences;
   ASSERT_EQ(differences.size(), 1U);
   EXPECT_EQ(differences[0].kind, ecat_master::Difference::Kind::kMissing);

@@ -25,6 +25,7 @@ struct MailboxWindow {
   std::uint16_t in_address = 0;   ///< of the slave's mails, in the slave's memory
   std::uint16_t in_length = 0;    ///< bytes
   MailboxTimeouts timeouts{};     ///< of this slave
+  std::uint8_t last_counter = 0;  ///< of the last mail it has had, 1 to 7; 0: none since INIT
   constexpr bool operator==(const MailboxWindow&) const = default;
 };
 

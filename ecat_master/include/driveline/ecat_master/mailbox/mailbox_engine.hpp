@@ -49,7 +49,8 @@ class MailboxEngine {
   /// Dialogues that are still open fail with kCancelled.
   ~MailboxEngine();
 
-  /// Opens the mailboxes of a slave, with counters as after INIT. What was open before fails with kCancelled.
+  /// Opens the mailboxes of a slave, with the counter behind MailboxWindow::last_counter. What was open before fails
+  /// with kCancelled.
   void open(SlaveRef slave, MailboxWindow window);
   /// Closes the mailboxes of the slave at `position`; its dialogues fail with kCancelled.
   void close(std::uint16_t position);
