@@ -30,7 +30,6 @@ MotorParameters MotorParameters::sanitized() const noexcept {
 
 ServoMotor::ServoMotor(const MotorParameters& parameters, double step_s, double position_rad) noexcept
     : parameters_(parameters.sanitized()),
-      step_s_(step_s),
       torque_constant_(parameters_.rated_torque_nm / (std::numbers::sqrt2 * parameters_.rated_current_a)),
       torque_gain_(parameters_.torque_lag_s > 0.0 ? -std::expm1(-step_s / parameters_.torque_lag_s) : 1.0),
       radians_per_increment_(2.0 * std::numbers::pi / parameters_.encoder_increments),

@@ -95,7 +95,6 @@ class ServoMotor {
   void pass_index(double position_rad) noexcept;
 
   MotorParameters parameters_;
-  double step_s_;
   double torque_constant_;  ///< Nm per ampere of amplitude
   double torque_gain_;      ///< share of the torque error the current loop makes up for in one step
   double radians_per_increment_;
