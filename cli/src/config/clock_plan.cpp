@@ -82,20 +82,6 @@ Outcome<SlaveClockPlan> plan_of(const LineConfig& config, const SlaveConfig& sla
   return plan;
 }
 
-/// Number of the [[slave]] for each slave of the line. A line that is not as described is refused later; until then the
-/// order of the file counts.
-std::vector<std::optional<std::size_t>> tables_of(const LineConfig& config,
-                                                  std::span<const ecat_master::ConfiguredSlave> slaves) {
-  std::vector<ecat_master::SlaveInfo> infos;
-  for (const auto& slave : slaves) infos.push_back(slave.info);
-  const auto plans = make_slave_plans(config);
-  const auto comparison = ecat_master::compare_line(ecat_master::expected_slaves(plans), infos, {});
-  if (comparison.matches()) return comparison.plan_of_slave;
-  std::vector<std::optional<std::size_t>> tables(slaves.size());
-  for (std::size_t i = 0; i < std::min(tables.size(), config.slaves.size()); ++i) tables[i] = i;
-  return tables;
-}
-
 }  // namespace
 
 Outcome<ecat_master::dc::ClockPlan> make_clock_plan(const LineConfig& config,

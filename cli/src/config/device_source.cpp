@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "config/signal_reader.hpp"
+#include "console.hpp"
 #include "driveline/esi/sii.hpp"
 
 namespace driveline::cli {
@@ -29,6 +30,17 @@ ScriptedInput read_input(TomlReader reader, const DeviceModel& model) {
 void refuse_drive_keys(TomlReader& reader, std::string_view file_key) {
   for (const std::string_view key : {"model", "firmware", "plant", "switch", "parameter_file", "start_up_ms"}) {
     if (reader.has(key)) reader.fail(key, fmt::format("goes with the simulated drive, not with {}", file_key));
+  }
+}
+
+/// Modules are none of the devices of a file: their PDOs come from the slave itself.
+void tell_of_slots(const esi::EsiFile& file, const std::filesystem::path& path) {
+  for (const auto& note : file.notes) {
+    if (!note.path.ends_with("/Slots")) continue;
+    progress(
+        "{}:{}: a device with slots: modules are not read from ESI files, the PDOs of those that are plugged in come "
+        "from the slave itself",
+        path.string(), note.line);
   }
 }
 
@@ -75,6 +87,7 @@ std::shared_ptr<const esi::EsiLibrary> DeviceFiles::read_library(TomlReader& rea
     for (const auto& file : files) {
       auto read = esi::read_esi(content(reader, key, file), file.string());
       if (!read) reader.fail(key, esi::to_text(read.error()));
+      tell_of_slots(*read, file);
       library->add(std::move(*read));
     }
   }
@@ -108,6 +121,7 @@ DeviceFiles::Description DeviceFiles::read_description(TomlReader& reader) {
   if (file == files_.end()) {
     auto read = esi::read_esi(content(reader, "esi", path), path.string());
     if (!read) reader.fail("esi", esi::to_text(read.error()));
+    tell_of_slots(*read, path);
     file = files_.emplace(path, std::move(*read)).first;
   }
   esi::DeviceChoice choice;

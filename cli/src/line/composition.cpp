@@ -104,4 +104,16 @@ std::vector<SlaveConfig> describe_found(std::span<const ecat_master::ConfiguredS
   return slaves;
 }
 
+std::vector<std::optional<std::size_t>> tables_of(const LineConfig& config,
+                                                  std::span<const ecat_master::ConfiguredSlave> slaves) {
+  std::vector<ecat_master::SlaveInfo> infos;
+  for (const auto& slave : slaves) infos.push_back(slave.info);
+  const auto plans = make_slave_plans(config);
+  const auto comparison = ecat_master::compare_line(ecat_master::expected_slaves(plans), infos, {});
+  if (comparison.matches()) return comparison.plan_of_slave;
+  std::vector<std::optional<std::size_t>> tables(slaves.size());
+  for (std::size_t i = 0; i < std::min(tables.size(), config.slaves.size()); ++i) tables[i] = i;
+  return tables;
+}
+
 }  // namespace driveline::cli

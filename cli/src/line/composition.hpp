@@ -1,6 +1,9 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <span>
+#include <vector>
 
 #include "driveline/cli/line_config.hpp"
 #include "driveline/ecat_master/configuration/configurator.hpp"
@@ -20,5 +23,10 @@ namespace driveline::cli {
 /// A line without a description: `found` as it would be described, named slave0 and on, each with the process data that
 /// it has assigned by itself.
 [[nodiscard]] std::vector<SlaveConfig> describe_found(std::span<const ecat_master::ConfiguredSlave> found);
+
+/// Number of the [[slave]] for each slave of the line. A line that is not as described is refused later; until then the
+/// order of the file counts.
+[[nodiscard]] std::vector<std::optional<std::size_t>> tables_of(const LineConfig& config,
+                                                                std::span<const ecat_master::ConfiguredSlave> slaves);
 
 }  // namespace driveline::cli

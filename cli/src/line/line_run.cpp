@@ -115,6 +115,7 @@ Outcome<void> LineRun::bring_up() {
     session_.use_found_slaves(describe_found(master_.slaves()));
     progress("no description: process data as the slaves have assigned them, outputs zero, no axes");
   }
+  if (auto checked = check_planned_pdos(config_, master_.slaves()); !checked) return checked;
   if (config_.clocks) {
     // Whose signals are whose is known by what finds the slaves.
     const auto by_id = [](const SlaveConfig& slave) { return slave.plan.device_id.has_value(); };

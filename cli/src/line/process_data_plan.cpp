@@ -4,6 +4,10 @@
 
 #include <algorithm>
 
+#include "driveline/ecat_master/configuration/description_plan.hpp"
+#include "driveline/ecat_master/configuration/pdo_discovery.hpp"
+#include "line/composition.hpp"
+
 namespace driveline::cli {
 namespace {
 
@@ -67,6 +71,31 @@ ecat_master::Master::Settings master_settings(const LineConfig& config) {
     };
   }
   return settings;
+}
+
+Outcome<void> check_planned_pdos(const LineConfig& config, std::span<const ecat_master::ConfiguredSlave> slaves) {
+  const auto tables = tables_of(config, slaves);
+  const auto plans = make_slave_plans(config);
+  for (std::size_t i = 0; i < slaves.size(); ++i) {
+    if (!tables[i]) continue;
+    const auto& found = slaves[i].info.description;
+    auto file = config.slaves[*tables[i]].esi;
+    if (!file && config.esi_library) {
+      file = config.esi_library->find(found.vendor_id, found.product_code, found.revision);
+    }
+    // PDOs of modules are not in the file: the slave knows best what it has.
+    if (!file || (file->rx_pdos.empty() && file->tx_pdos.empty())) continue;
+    auto pdos = plans[*tables[i]].pdos;
+    const bool planned = !pdos.outputs.empty() || !pdos.inputs.empty();
+    if (!planned) pdos = ecat_master::pdo_configuration_from_sii(*file);
+    ecat_master::complete_pdos(*file, pdos);
+    const auto fit = ecat_master::check_pdos(*file, pdos);
+    if (fit) continue;
+    return failed(fmt::format("slave {} ({}): {} cannot be configured by the ESI file of \"{}\": {}", i,
+                              config.slaves[*tables[i]].name, planned ? "the planned PDOs" : "the PDOs that it assigns",
+                              file->type, fit.error()));
+  }
+  return {};
 }
 
 Outcome<NamedProcessData> name_process_data(const LineConfig& config, const ecat_master::Master& master) {

@@ -13,6 +13,11 @@ namespace driveline::cli {
 /// Layout and groups of the process image, and the descriptions out of [bus] esi.
 [[nodiscard]] ecat_master::Master::Settings master_settings(const LineConfig& config);
 
+/// After Master::scan(): whether the ESI files of the slaves (their own, or out of [bus] esi) allow the PDOs that are
+/// planned: those of an axis, [[slave.pdo]], else those that the file assigns. Failure: the first rule that is broken.
+[[nodiscard]] Outcome<void> check_planned_pdos(const LineConfig& config,
+                                               std::span<const ecat_master::ConfiguredSlave> slaves);
+
 /// The process data of a configured line by the names of the file, and what is copied in every cycle.
 struct NamedProcessData {
   ecat_master::ProcessVariables variables;

@@ -74,15 +74,33 @@ tl::expected<void, std::string> check_pdo(const esi::DeviceDescription& device, 
       fmt::format("the entries of PDO {:04X}h cannot be changed: the device has no PDO configuration", pdo->index));
 }
 
+/// The sync manager of a PDO carries that direction, and is the one that the device has for a PDO that cannot be moved.
+tl::expected<void, std::string> check_place(const esi::DeviceDescription& device, const PdoMapping& planned,
+                                            const esi::Pdo* known, bool outputs) {
+  if (!planned.sync_manager) return {};
+  const unsigned number = *planned.sync_manager;
+  const auto use = outputs ? Use::kOutputs : Use::kInputs;
+  if (!device.sync_managers.empty() &&
+      (number >= device.sync_managers.size() || device.sync_managers[number].use != use)) {
+    return tl::unexpected(fmt::format("PDO {:04X}h is to be in sync manager {}, which carries no {}", planned.index,
+                                      number, outputs ? "outputs" : "inputs"));
+  }
+  const bool stays = known != nullptr && known->fixed && known->sync_manager;
+  if (!stays || *known->sync_manager == number) return {};
+  return tl::unexpected(fmt::format("PDO {:04X}h is fixed in sync manager {}, sync manager {} is planned",
+                                    planned.index, *known->sync_manager, number));
+}
+
 tl::expected<void, std::string> check_direction(const esi::DeviceDescription& device,
                                                 const std::vector<PdoMapping>& planned,
-                                                const std::vector<esi::Pdo>& known) {
+                                                const std::vector<esi::Pdo>& known, bool outputs) {
   const auto is_planned = [&](std::uint16_t index) {
     return std::any_of(planned.begin(), planned.end(), [=](const PdoMapping& pdo) { return pdo.index == index; });
   };
   for (const auto& one : planned) {
     if (auto done = check_pdo(device, one, known); !done) return done;
     const auto* pdo = find_pdo(known, one.index);
+    if (auto done = check_place(device, one, pdo, outputs); !done) return done;
     if (pdo == nullptr) continue;
     for (const auto other : pdo->excluded) {
       if (!is_planned(other)) continue;
@@ -204,8 +222,8 @@ void complete_pdos(const esi::DeviceDescription& device, PdoConfiguration& pdos)
 }
 
 tl::expected<void, std::string> check_pdos(const esi::DeviceDescription& device, const PdoConfiguration& pdos) {
-  if (auto done = check_direction(device, pdos.outputs, device.rx_pdos); !done) return done;
-  return check_direction(device, pdos.inputs, device.tx_pdos);
+  if (auto done = check_direction(device, pdos.outputs, device.rx_pdos, true); !done) return done;
+  return check_direction(device, pdos.inputs, device.tx_pdos, false);
 }
 
 Steps pdo_script(const PdoConfiguration& pdos, const esi::DeviceDescription& device) {

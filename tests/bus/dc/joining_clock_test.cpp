@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include "driveline/ecat_master/dc/clock_fault.hpp"
+#include "fault_ports.hpp"
 #include "movable_group.hpp"
 
 namespace driveline::bus_test {
@@ -127,6 +128,62 @@ TEST_F(JoiningClock, PlanAgainstTheRulesIsNamedAndTheOthersGoOn) {
   EXPECT_THAT(group.told(), testing::HasSubstr("slave 3: not brought back to OP: "));
   EXPECT_THAT(group.told(), testing::HasSubstr("375000"));
   expect_together({0, 3, 4});
+}
+
+/// Holds up, once, the frame that activates the signals of a slave.
+class SlowActivation final : public PassingPort {
+ public:
+  SlowActivation(EditedLine& line, std::uint16_t station)
+      : PassingPort(line.line()), clock_(line.clock), station_(station) {}
+  [[nodiscard]] port::SendStatus send(std::span<const std::byte> frame) noexcept override {
+    if (!done_ && activates(frame)) {
+      done_ = true;
+      clock_.advance(milliseconds{40});
+    }
+    return inner_.send(frame);
+  }
+  [[nodiscard]] bool done() const noexcept { return done_; }
+
+ private:
+  /// Ethernet and EtherCAT header are 16 bytes; a datagram has 10 of header and 2 of working counter around its data.
+  [[nodiscard]] bool activates(std::span<const std::byte> frame) const noexcept {
+    for (std::size_t at = 16; at + 12 <= frame.size();) {
+      const auto word = [&](std::size_t offset) { return wire::load_le<std::uint16_t>(frame.subspan(at + offset, 2)); };
+      if (frame[at] == static_cast<std::byte>(wire::Command::kFpwr) && word(2) == station_ &&
+          word(4) == wire::reg::kDcActivation.address) {
+        return true;
+      }
+      if ((word(6) & 0x8000U) == 0) return false;
+      at += 12U + (word(6) & 0x07FFU);
+    }
+    return false;
+  }
+
+  rt::VirtualClock& clock_;
+  std::uint16_t station_;
+  bool done_ = false;
+};
+
+/// The signals of a slave that joins are switched on anew when their start has passed; nobody else's are.
+TEST(JoiningClocks, ThatStartTwiceLeaveTheOthersAlone) {
+  SlowActivation* slow = nullptr;
+  static constexpr std::uint16_t kStation = 0x1003;
+  MovableGroup group({}, oscillator, [&slow](EditedLine& line) -> std::unique_ptr<port::Port> {
+    auto port = std::make_unique<SlowActivation>(line, kStation);
+    slow = port.get();
+    return port;
+  });
+  group.master.use_clocks(plan_for_two());
+  ASSERT_EQ(sentence(group.start()), "");
+  ASSERT_EQ(group.master.slaves()[2].info.ref.station, kStation);
+  group.live(milliseconds{100});
+  group.plug(Place::kB);
+  ASSERT_TRUE(group.live_until_in_op(Place::kB)) << group.told();
+  EXPECT_TRUE(slow->done());
+  for (const std::size_t drive : {0U, 3U, 4U, 5U}) {
+    EXPECT_EQ(group.line.slave(drive).esc().memory().get(wire::reg::kDcActivation), 3) << "drive " << drive;
+    EXPECT_EQ(group.line.slave(drive).state(), wire::AlState::kOp) << "drive " << drive;
+  }
 }
 
 }  // namespace

@@ -20,14 +20,19 @@ class MovableGroup {
   static constexpr std::size_t kFollower = 3;  ///< likewise
   enum class Place : std::uint8_t { kA = 1, kB = 4 };
 
-  explicit MovableGroup(const EditedLine::Edit& edit = {}, const EditedLine::Options& options = {})
+  /// `port` makes the way to the line out of the line; none: the line itself.
+  using MakePort = std::function<std::unique_ptr<port::Port>(EditedLine& line)>;
+  explicit MovableGroup(const EditedLine::Edit& edit = {}, const EditedLine::Options& options = {},
+                        const MakePort& make_port = {})
       : line(
             6,
             [edit](std::size_t drive, slaves::DeviceProfile& profile) {
               if (drive == 1 || drive == 4) set_alias(profile, kAlias);
               if (edit) edit(drive, profile);
             },
-            options, wiring()) {
+            options, wiring()),
+        port_(make_port ? make_port(line) : nullptr),
+        master(port_ ? *port_ : line.line(), line.clock) {
     for (const auto place : {Place::kA, Place::kB}) unplug(place);
   }
 
@@ -84,7 +89,12 @@ class MovableGroup {
   }
 
   EditedLine line;
-  ecat_master::Master master{line.line(), line.clock};
+
+ private:
+  std::unique_ptr<port::Port> port_;
+
+ public:
+  ecat_master::Master master;
   std::unique_ptr<ecat_master::LineSupervisor> supervisor;
 
  private:

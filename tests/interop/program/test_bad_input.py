@@ -4,7 +4,7 @@ import shutil
 import subprocess
 import unittest
 
-from program import DRIVELINE, EXAMPLES, PATIENCE_S, ProgramTest, WireTest, line_description, path_csv
+from program import DRIVELINE, EXAMPLES, PATIENCE_S, ROOT, ProgramTest, WireTest, line_description, path_csv
 
 LINE8 = EXAMPLES / "line8.toml"
 
@@ -14,6 +14,23 @@ class Usage(ProgramTest):
         with self.subTest(arguments=arguments):
             self.check_refused(self.run_program(*arguments), status, *parts)
             self.assertEqual(self.files(), [])
+
+    def test_pdos_that_the_esi_file_does_not_allow(self):
+        esi = ROOT / "esi/data/moog_msd.xml"
+        config = self.write("line.toml", f'[bus]\nesi = ["{esi}"]\n[line]\ncycle_us = 1000\n[[slave]]\nname = "x"\n'
+                            '[[slave.pdo]]\nindex = 0x1600\nsync_manager = 3\n')
+        result = self.run_program("run", "--config", config, "--virtual", "--duration", "0.1", "--no-telemetry")
+        self.assertEqual((result.returncode, result.stdout), (1, ""))
+        self.assertIn("slave 0 (x): the planned PDOs cannot be configured by the ESI file of", result.stderr)
+        self.assertIn("PDO 1600h is to be in sync manager 3, which carries no outputs", result.stderr)
+
+    def test_slots_of_an_esi_file_are_told_of(self):
+        text = (EXAMPLES / "terminals.xml").read_text(encoding="utf-8")
+        self.write("slots.xml", text.replace("</Device>", "<Slots><Slot/></Slots></Device>", 1))
+        config = self.write("line.toml", '[[slave]]\nname = "x"\nesi = "slots.xml"\ndevice = "DI8"\n')
+        result = self.run_program("slaves", "--config", config)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertRegex(result.stderr, r"slots\.xml:\d+: a device with slots: modules are not read from ESI files")
 
     def test_command_line(self):
         self.refused(2, [], "which command?", "--help")
