@@ -76,16 +76,16 @@ set terminal svg size 760,520 font 'sans,11' background 'white' noenhanced
 set output 'docs/figures/tracking.svg'
 set datafile separator ','
 set grid
-set key outside right
+unset key
 set xrange [0:8]
 set multiplot layout 3,1
 set lmargin 9
-set rmargin 20
-set ylabel 'rad'
+set rmargin 3
+set ylabel 'position, rad'
 plot '$folder/axes.csv' skip 1 every 4 using 1:9 with lines title 'position'
-set ylabel 'increments'
+set ylabel 'following error, inc'
 plot '$folder/axes.csv' skip 1 every 4 using 1:(\$10*1048576/(2*pi)) with lines title 'following error'
-set ylabel 'A'
+set ylabel 'current, A'
 set xlabel 'time in s'
 plot '$folder/axes.csv' skip 1 every 4 using 1:(\$28*4.1/2.4) with lines title 'current'
 unset multiplot

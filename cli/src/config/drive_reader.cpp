@@ -50,6 +50,24 @@ constexpr std::array kPlantKeys = {
              [](MsdParameters& p) { return PlantKey::Place{&p.motor.brake_torque_nm}; }},
     PlantKey{"plant", "dc_link_v", "V", 0.0, 1000.0, 1.0,
              [](MsdParameters& p) { return PlantKey::Place{&p.dc_link_volts}; }},
+    PlantKey{"plant.dc_link", "capacitance_uf", "µF", 1.0, 1e6, 1e-6,
+             [](MsdParameters& p) { return PlantKey::Place{&p.dc_link.capacitance_f}; }},
+    PlantKey{"plant.dc_link", "brake_chopper_v", "V", 0.0, 1000.0, 1.0,
+             [](MsdParameters& p) { return PlantKey::Place{&p.dc_link.chopper_volts}; }},
+    PlantKey{"plant.dc_link", "brake_resistor_ohm", "Ω", 0.0, 1e4, 1.0,
+             [](MsdParameters& p) { return PlantKey::Place{&p.dc_link.brake_resistor_ohm}; }},
+    PlantKey{"plant.dc_link", "standby_w", "W", 0.0, 1e4, 1.0,
+             [](MsdParameters& p) { return PlantKey::Place{&p.dc_link.standby_w}; }},
+    PlantKey{"plant.thermal", "motor_time_constant_s", "s", 0.01, 1e5, 1.0,
+             [](MsdParameters& p) { return PlantKey::Place{&p.thermal.motor_time_constant_s}; }},
+    PlantKey{"plant.thermal", "motor_rise_k", "K", 0.0, 1000.0, 1.0,
+             [](MsdParameters& p) { return PlantKey::Place{&p.thermal.motor_rise_k}; }},
+    PlantKey{"plant.thermal", "amplifier_time_constant_s", "s", 0.01, 1e5, 1.0,
+             [](MsdParameters& p) { return PlantKey::Place{&p.thermal.amplifier_time_constant_s}; }},
+    PlantKey{"plant.thermal", "amplifier_rise_k", "K", 0.0, 1000.0, 1.0,
+             [](MsdParameters& p) { return PlantKey::Place{&p.thermal.amplifier_rise_k}; }},
+    PlantKey{"plant.thermal", "ambient_c", "°C", -40.0, 150.0, 1.0,
+             [](MsdParameters& p) { return PlantKey::Place{&p.thermal.ambient_c}; }},
     PlantKey{"plant.winding", "resistance_ohm", "Ω", 1e-3, 1e4, 1.0,
              [](MsdParameters& p) { return PlantKey::Place{&p.motor.winding.resistance_ohm}; }},
     PlantKey{"plant.winding", "inductance_mh", "mH", 1e-3, 1e4, 1e-3,
@@ -129,7 +147,7 @@ void read_load(TomlReader reader, MsdParameters& parameters) {
 void read_plant(TomlReader reader, MsdParameters& parameters) {
   read_motor(reader, parameters);
   parameters.motor.winding.simulated = reader.has("winding");
-  for (const std::string_view name : {"winding", "encoder"}) {
+  for (const std::string_view name : {"winding", "encoder", "dc_link", "thermal"}) {
     auto table = reader.table(name);
     read_numbers(table, fmt::format("plant.{}", name), parameters);
     table.finish();
@@ -149,7 +167,7 @@ std::size_t read_input_name(TomlReader& reader, std::string_view key) {
 MachineSwitch read_switch(TomlReader reader) {
   MachineSwitch result;
   const auto terminal = slaves::msd::input_terminal(read_input_name(reader, "input"));
-  if (!terminal) reader.fail("input", "is a voltage, a switch needs a terminal");
+  if (!terminal) reader.fail("input", "is no terminal, which a switch needs");
   result.input = *terminal;
   constexpr double kEndless = std::numeric_limits<double>::infinity();
   const auto way = [&reader](std::string_view key, double fallback) {
@@ -164,6 +182,7 @@ MachineSwitch read_switch(TomlReader reader) {
     reader.fail("to_rev", fmt::format("is {}, more than from_rev, {}, is expected", result.to_rad / kRevolution,
                                       result.from_rad / kRevolution));
   }
+  result.normally_closed = reader.boolean_or("normally_closed", false);
   reader.finish();
   return result;
 }

@@ -284,6 +284,13 @@ double Motion::current_permille() const noexcept {
   return 1000.0 * motor_.current_a() / (std::numbers::sqrt2 * motor_.parameters().rated_current_a);
 }
 
+/// Through short-circuited cables the DC link's whole voltage drives the current, in every pulse of the inverter.
+double Motion::phase_current_a(double dc_link_volts) const noexcept {
+  constexpr double kCableOhm = 0.5;
+  if (motor_.short_circuit()) return command_ == MotionCommand::kOff ? 0.0 : dc_link_volts / kCableOhm;
+  return motor_.current_a();
+}
+
 bool Motion::standstill() const noexcept {
   return std::abs(controller_.measured_velocity_rad_s()) < settings_.standstill_rad_s;
 }

@@ -26,7 +26,8 @@ constexpr std::int16_t kJerkLimited = 3;               ///< 6086h
 constexpr std::uint16_t kThermalOverload = 1;          ///< P 735
 constexpr std::uint64_t kStepsPerMs = 16;
 
-constexpr std::uint8_t kBootUp = 0;  ///< P 2060
+constexpr double kOvercurrentShare = 2.0;  ///< of the current of the peak torque, ours
+constexpr std::uint8_t kBootUp = 0;        ///< P 2060
 /// A motor that nobody watched for longer (supply off) has come to rest meanwhile.
 constexpr nanoseconds kMaxCatchUp = std::chrono::seconds{10};
 
@@ -86,12 +87,14 @@ MsdDrive::MsdDrive(const MsdParameters& parameters)
       coe_(dictionary_, *this),
       mailbox_(std::array<MailboxProtocol*, 1>{&coe_}, kMailboxSize),
       motion_(parameters.motor, parameters.initial_position_rad),
+      dc_link_(parameters.dc_link, parameters.dc_link_volts),
       thermal_(parameters.thermal),
       fault_text_(dictionary_.table().find(kMessagesIndex, 0)->slot),
       warning_text_(dictionary_.table().find(kMessagesIndex, 1)->slot) {
   parameters_.motor = motion_.motor().parameters();
   pdo_limits_.even_bytes = firmware() < facts(parameters_.variant).odd_pdos_since;
-  set_dc_link(true);
+  motion_.set_dc_link_voltage(dc_link_.volts());
+  overcurrent_a_ = kOvercurrentShare * motion_.motor().rated_characteristic().max_current_a;
   write_device_facts(stored_);
   load_stored_parameters();
   restart();
@@ -375,6 +378,7 @@ void MsdDrive::advance(nanoseconds now) noexcept {
                              dictionary_.get<std::uint32_t>(kOutputMask), brake_open_,
                              (status() & status_word::kInternalLimit) != 0, steps_ % kStepsPerMs == 0});
     if (process_data_cycle) {
+      monitor_current();
       monitor_following_error();
       monitor_limit_switches();
       finish_commands();
@@ -407,8 +411,8 @@ void MsdDrive::publish() noexcept {
     dictionary_.set(kCurrentActual, saturate<std::int16_t>(std::copysign(motion_.current_permille(), torque)));
   }
   dictionary_.set(kTorqueDemand, saturate<std::int16_t>(motion_.torque_demand_permille()));
-  dictionary_.set(kDcLinkVoltage, saturate<std::uint32_t>(dc_link_volts_ * 1e3));
-  dictionary_.set(kDcLinkVolts, static_cast<float>(dc_link_volts_));
+  dictionary_.set(kDcLinkVoltage, saturate<std::uint32_t>(dc_link_.volts() * 1e3));
+  dictionary_.set(kDcLinkVolts, static_cast<float>(dc_link_.volts()));
   dictionary_.set(kTouchProbeStatus, probe_.status());
   for (std::uint16_t i = 0; i < TouchProbe::kValues; ++i) {
     dictionary_.set(static_cast<std::uint16_t>(kTouchProbeValueFirst + i),

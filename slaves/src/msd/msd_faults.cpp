@@ -61,8 +61,12 @@ bool MsdDrive::cause_persists(Fault fault) const noexcept {
       return !timing_valid();
     case Fault::kParameterList:
       return !parameters_consistent() || !parameter_file_good_;
+    case Fault::kDcLinkUndervoltage:
+      return !dc_link();
+    case Fault::kEncoder:
+      return !motion_.motor().encoder_connected();
     case Fault::kDcLinkOvervoltage:
-      return dc_link_volts_ > kOvervoltageVolts;
+      return dc_link_.volts() > kOvervoltageVolts;
     case Fault::kMotorOverload:
       return thermal_.overload_percent() >= overload_trip_percent(overload_limits_);
     case Fault::kMotorTemperature:
@@ -112,11 +116,19 @@ void MsdDrive::heat(double current, std::chrono::seconds time) noexcept {
   for (std::int64_t i = 0; i < time.count(); ++i) thermal_.step(current, 0.0, overload_limits_, 1.0);
 }
 
+/// A short circuit is seen as soon as the power stage drives it; without power there is nothing to see.
+void MsdDrive::monitor_current() noexcept {
+  if (motion_.phase_current_a(dc_link_.volts()) > overcurrent_a_) raise(Fault::kOvercurrent);
+}
+
 /// Once per millisecond: temperatures, I2t, voltages, causes from outside.
 void MsdDrive::monitor_protection() noexcept {
   const auto& motor = motion_.motor();
   const double frequency_hz = motor.velocity_rad_s() * motor.parameters().pole_pairs / (2.0 * std::numbers::pi);
   thermal_.step(motion_.current_permille() * 1e-3, frequency_hz, overload_limits_, kMillisecondS);
+
+  dc_link_.step(motion_.power_w(), kMillisecondS);
+  motion_.set_dc_link_voltage(dc_link_.volts());
 
   const double trip = overload_trip_percent(overload_limits_);
   const double motor_max = dictionary_.get<float>(kMotorTemperatureMax);
@@ -124,10 +136,10 @@ void MsdDrive::monitor_protection() noexcept {
   set_warning(Warning::kAmplifierTemperature, thermal_.amplifier_c() >= kAmplifierMaxC - kWarningMarginK);
   set_warning(Warning::kMotorTemperature,
               motor_temperature_monitored() && thermal_.motor_c() >= motor_max - kWarningMarginK);
-  set_warning(Warning::kDcLinkUndervoltage, dc_link() && dc_link_volts_ < kVoltageMargin * dc_link_limit_volts_);
+  set_warning(Warning::kDcLinkUndervoltage, dc_link() && dc_link_.volts() < kVoltageMargin * dc_link_limit_volts_);
 
-  for (const Fault fault :
-       {Fault::kMotorOverload, Fault::kMotorTemperature, Fault::kAmplifierTemperature, Fault::kDcLinkOvervoltage}) {
+  for (const Fault fault : {Fault::kMotorOverload, Fault::kMotorTemperature, Fault::kAmplifierTemperature,
+                            Fault::kDcLinkOvervoltage, Fault::kEncoder}) {
     if (!fault_ && cause_persists(fault)) raise(fault);
   }
   if (causes_.none()) return;

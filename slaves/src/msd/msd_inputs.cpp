@@ -32,9 +32,10 @@ void MsdDrive::evaluate_switches() noexcept {
   const double position = motion_.motor().position_rad();
   const bool upwards = position > motion_.motor().last_position_rad();
   for (const MachineSwitch& s : parameters_.switches) {
-    const bool level = position >= s.from_rad && position <= s.to_rad;
+    const bool inside = position >= s.from_rad && position <= s.to_rad;
+    const bool level = inside != s.normally_closed;
     if (level == terminals_.level(s.input)) continue;
-    const double edge = level == upwards ? s.from_rad : s.to_rad;
+    const double edge = inside == upwards ? s.from_rad : s.to_rad;
     // At the start there is no way that could have led over an edge.
     const bool passed = std::min(position, motion_.motor().last_position_rad()) <= edge &&
                         edge <= std::max(position, motion_.motor().last_position_rad());
@@ -75,7 +76,7 @@ void MsdDrive::follow_scripts() noexcept {
       if (const auto terminal = input_terminal(script.input)) {
         change_between_steps(*terminal, value >= 0.5, at);
       } else {
-        set_dc_link_voltage(value);
+        set_machine_input(*machine_input(script.input), value);
       }
       if (const auto next = script.signal.next_jump(at - script_start_)) {
         script_due_ = std::min(script_due_, script_start_ + *next);

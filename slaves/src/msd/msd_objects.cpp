@@ -80,6 +80,8 @@ SdoResult<void> MsdDrive::accept(const EntryRow& row, std::uint64_t raw) {
       return require(ModeControl::supported(static_cast<OperationMode>(raw)), SdoAbort::kValueRange);
     case kHomingMethod:
       return require(raw == 0 || HomingSequence::supported(static_cast<std::int8_t>(raw)), SdoAbort::kValueRange);
+    case kInputInversion:
+      return require(valid_inversion(raw), SdoAbort::kValueRange);
     case kMotorTemperatureSensor:
       return require(raw != 5, SdoAbort::kValueRange);  // "not used"
     case kMotionProfileType:

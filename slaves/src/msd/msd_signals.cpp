@@ -1,4 +1,4 @@
-// The drive's terminals and its DC link by name.
+// The drive's terminals, and the machine around it, by name.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -32,22 +32,45 @@ constexpr std::array kOutputs = {
     NamedTerminal<Output>{"OSD02", Output::kOsd02}, NamedTerminal<Output>{"BRAKE", Output::kBrake},
     NamedTerminal<Output>{"RELAY", Output::kRelay}, NamedTerminal<Output>{"STO_RELAY", Output::kStoRelay},
 };
-constexpr std::string_view kDcLink = "DC_LINK";  ///< the input behind the terminals
-constexpr double kMaxVolts = 1000.0;
+/// The inputs behind the terminals. Without a unit: 0 or 1.
+struct NamedMachineInput {
+  std::string_view name;
+  MachineInput input;
+  std::string_view unit{};
+  double lowest = 0.0;
+  double highest = 1.0;
+};
+constexpr std::array kMachineInputs = {
+    NamedMachineInput{"DC_LINK", MachineInput::kDcLink, "V", 0.0, 1000.0},
+    NamedMachineInput{"MAINS", MachineInput::kMains},
+    NamedMachineInput{"BRAKE_RESISTOR", MachineInput::kBrakeResistor},
+    NamedMachineInput{"MOTOR_SHORT", MachineInput::kMotorShort},
+    NamedMachineInput{"ENCODER_CABLE", MachineInput::kEncoderCable},
+    NamedMachineInput{"AXIS_BLOCKED", MachineInput::kAxisBlocked},
+    NamedMachineInput{"LOAD", MachineInput::kLoad, "Nm", -100000.0, 100000.0},
+    NamedMachineInput{"AMBIENT", MachineInput::kAmbient, "degC", -40.0, 150.0},
+    NamedMachineInput{"BUTTONS", MachineInput::kButtons},
+};
 
 }  // namespace
 
 std::size_t drive_signal_count(Way way) noexcept {
-  return way == Way::kInput ? kInputs.size() + 1 : kOutputs.size();
+  return way == Way::kInput ? kInputs.size() + kMachineInputs.size() : kOutputs.size();
 }
 
 std::string_view drive_signal_name(SignalPlace place) noexcept {
   if (place.way == Way::kOutput) return kOutputs[place.number].name;
-  return place.number < kInputs.size() ? kInputs[place.number].name : kDcLink;
+  if (place.number < kInputs.size()) return kInputs[place.number].name;
+  return kMachineInputs[place.number - kInputs.size()].name;
 }
 
 std::optional<Input> input_terminal(std::size_t input) noexcept {
   return input < kInputs.size() ? std::optional(kInputs[input].terminal) : std::nullopt;
+}
+
+std::optional<MachineInput> machine_input(std::size_t input) noexcept {
+  if (input < kInputs.size()) return std::nullopt;
+  return kMachineInputs[input - kInputs.size()].input;
 }
 
 Output output_terminal(std::size_t output) noexcept {
@@ -66,13 +89,13 @@ tl::expected<SignalPlace, std::string> find_drive_signal(Way way, std::string_vi
 }
 
 tl::expected<void, std::string> check_drive_input(std::size_t input, double value) {
-  const bool terminal = input_terminal(input).has_value();
-  const double highest = terminal ? 1.0 : kMaxVolts;
-  const bool fits = terminal ? value == 0.0 || value == highest : value >= 0.0 && value <= highest;
+  const auto range = input_terminal(input) ? NamedMachineInput{} : kMachineInputs[input - kInputs.size()];
+  const bool level = range.unit.empty();
+  const bool fits = level ? value == 0.0 || value == 1.0 : value >= range.lowest && value <= range.highest;
   if (fits) return {};
-  return tl::unexpected(fmt::format("{} does not fit {}, {} is expected", value,
-                                    drive_signal_name({Way::kInput, input}),
-                                    terminal ? "0 or 1" : fmt::format("0 to {} V", highest)));
+  return tl::unexpected(
+      fmt::format("{} does not fit {}, {} is expected", value, drive_signal_name({Way::kInput, input}),
+                  level ? "0 or 1" : fmt::format("{} to {} {}", range.lowest, range.highest, range.unit)));
 }
 
 std::size_t MsdDrive::signal_count(Way way) const noexcept {
@@ -94,7 +117,7 @@ tl::expected<void, std::string> MsdDrive::check_signal_value(std::size_t input, 
 void MsdDrive::set_signal(std::size_t input, double value) noexcept {
   std::erase_if(parameters_.inputs, [input](const ScriptedSignal& script) { return script.input == input; });
   const auto terminal = input_terminal(input);
-  if (!terminal) return set_dc_link_voltage(value);
+  if (!terminal) return set_machine_input(*machine_input(input), value);
   std::erase_if(parameters_.switches, [&](const MachineSwitch& s) { return s.input == *terminal; });
   set_input(*terminal, value >= 0.5);
 }
@@ -102,8 +125,59 @@ void MsdDrive::set_signal(std::size_t input, double value) noexcept {
 double MsdDrive::signal(SignalPlace place) const noexcept {
   if (place.way == Way::kOutput) return output(output_terminal(place.number)) ? 1.0 : 0.0;
   const auto terminal = input_terminal(place.number);
-  if (!terminal) return dc_link_volts_;
+  if (!terminal) return machine_input_value(*machine_input(place.number));
   return terminals_.level(*terminal) ? 1.0 : 0.0;
+}
+
+void MsdDrive::set_machine_input(MachineInput input, double value) noexcept {
+  const bool on = value >= 0.5;
+  switch (input) {
+    case MachineInput::kDcLink:
+      return set_dc_link_voltage(value);
+    case MachineInput::kMains:
+      return dc_link_.set_mains(on);
+    case MachineInput::kBrakeResistor:
+      return dc_link_.set_brake_resistor(on);
+    case MachineInput::kMotorShort:
+      return motion_.motor().set_short_circuit(on);
+    case MachineInput::kEncoderCable:
+      return motion_.motor().set_encoder_connected(on);
+    case MachineInput::kAxisBlocked:
+      return motion_.motor().set_blocked(on);
+    case MachineInput::kLoad:
+      return motion_.motor().set_load(value);
+    case MachineInput::kAmbient:
+      return thermal_.set_ambient(value);
+    case MachineInput::kButtons:
+      if (on) press_buttons();
+      return;
+  }
+}
+
+double MsdDrive::machine_input_value(MachineInput input) const noexcept {
+  const ServoMotor& motor = motion_.motor();
+  const auto level = [](bool on) { return on ? 1.0 : 0.0; };
+  switch (input) {
+    case MachineInput::kDcLink:
+      return dc_link_.volts();
+    case MachineInput::kMains:
+      return level(dc_link_.mains());
+    case MachineInput::kBrakeResistor:
+      return level(dc_link_.brake_resistor());
+    case MachineInput::kMotorShort:
+      return level(motor.short_circuit());
+    case MachineInput::kEncoderCable:
+      return level(motor.encoder_connected());
+    case MachineInput::kAxisBlocked:
+      return level(motor.mechanics().blocked());
+    case MachineInput::kLoad:
+      return motor.mechanics().load_nm();
+    case MachineInput::kAmbient:
+      return thermal_.ambient_c();
+    case MachineInput::kButtons:
+      break;
+  }
+  return 0.0;
 }
 
 }  // namespace driveline::slaves::msd

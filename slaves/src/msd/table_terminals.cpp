@@ -19,6 +19,8 @@ constexpr std::array<std::string_view, 5> kOutputNames = {"MPRO_OUTPUT_FS_OSD00"
 constexpr double kBrakeFunction = 1;  ///< of P 125
 
 constexpr std::array kFixedRows = {
+    variable(p(120), kUnsigned32, kStored, kInputInversion, "Input inversion", {0, 0, 0x1007E}, {},
+             "SERCOS manual Table 10.1 (the sibling drive); bits as in P 121; ENPO and ISDSH never: ours"),
     variable(p(143), kUnsigned32, kTx, kOutputState, "MPRO_OUTPUT_STATE", {}, {}, "MSD manual Table 10.7"),
     variable(p(213), kReal32, kStored, kBrakeLiftTime, "Motor brake lift time", {0, 0, 10000}, "ms",
              "SERCOS manual Table 10.1; default ours"),

@@ -37,6 +37,11 @@ bool valid_input_function(std::uint16_t index, std::uint64_t function) noexcept 
   return false;
 }
 
+bool valid_inversion(std::uint64_t inputs) noexcept {
+  constexpr std::uint64_t kInvertible = 0x1007E;  // ISD00 to ISD06
+  return (inputs & ~kInvertible) == 0;
+}
+
 bool valid_output_function(std::uint16_t index, std::uint64_t function) noexcept {
   if (function > UINT16_MAX) return false;
   switch (static_cast<OutputFunction>(function)) {
@@ -67,13 +72,14 @@ void Terminals::configure(const ObjectDictionary& dictionary) noexcept {
     output_functions_[i] = static_cast<OutputFunction>(
         dictionary.get<std::uint16_t>(static_cast<std::uint16_t>(kOutputFunctionFirst + i)));
   }
+  inverted_ = dictionary.get<std::uint32_t>(kInputInversion);
   evaluate();
 }
 
 void Terminals::evaluate() noexcept {
   signals_ = {};
   for (std::size_t i = 0; i < kInputs.size(); ++i) {
-    if (!level(kInputs[i])) continue;
+    if (((inputs_ ^ inverted_) >> static_cast<unsigned>(kInputs[i]) & 1U) == 0) continue;
     switch (input_functions_[i]) {
       case InputFunction::kOff:
         break;

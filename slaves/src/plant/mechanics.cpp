@@ -118,8 +118,17 @@ void Mechanics::step_rigid(double torque_nm, double friction_nm) noexcept {
 void Mechanics::step(double torque_nm, bool brake_closed) noexcept {
   last_position_ = rotor_.position;
   const double holding_nm = brake_closed ? rotor_parameters_.brake_torque_nm : 0.0;
-  const double friction_nm = rotor_parameters_.coulomb_friction_nm + holding_nm;
-  elastic_ ? step_elastic(torque_nm, friction_nm) : step_rigid(torque_nm, friction_nm);
+  const double friction_nm = rotor_parameters_.coulomb_friction_nm + holding_nm + blocking_nm_;
+  const double driving_nm = torque_nm - load_nm_;
+  elastic_ ? step_elastic(driving_nm, friction_nm) : step_rigid(driving_nm, friction_nm);
+}
+
+void Mechanics::set_load(double torque_nm) noexcept {
+  load_nm_ = in_range(torque_nm, -1e6, 1e6, 0.0);
+}
+
+void Mechanics::set_blocked(bool blocked) noexcept {
+  blocking_nm_ = blocked ? 1e7 : 0.0;  // more than any torque there is
 }
 
 double Mechanics::kinetic_energy_j() const noexcept {

@@ -38,6 +38,7 @@ ServoMotor::ServoMotor(const MotorParameters& parameters, double step_s, double 
       mechanics_({parameters_.inertia_kg_m2, parameters_.viscous_friction_nm_s, parameters_.coulomb_friction_nm,
                   parameters_.brake_torque_nm, parameters_.max_speed_rad_s},
                  parameters_.load, step_s, in_range(position_rad, -1e6, 1e6, 0.0)),
+      through_windings_(parameters_.winding.simulated),
       random_(parameters_.encoder_seed != 0 ? parameters_.encoder_seed : 1) {
   pass_index(this->position_rad());
   index_pulse_.reset();
@@ -53,9 +54,16 @@ void ServoMotor::finish_step(bool brake_closed) noexcept {
 
 void ServoMotor::step(double torque_setpoint_nm, bool brake_closed) noexcept {
   const double setpoint = in_range(torque_setpoint_nm, -parameters_.peak_torque_nm, parameters_.peak_torque_nm, 0.0);
-  if (parameters_.winding.simulated) {
-    torque_nm_ = powered() ? current_.step(setpoint, mechanics_.velocity_rad_s(), dc_link_volts_) : 0.0;
-    if (!powered()) current_.open_circuit();
+  if (through_windings_) {
+    const double speed = mechanics_.velocity_rad_s();
+    if (shorted_) {
+      torque_nm_ = current_.step_voltage(0.0, 0.0, speed, dc_link_volts_);
+    } else if (powered()) {
+      torque_nm_ = current_.step(setpoint, speed, dc_link_volts_);
+    } else {
+      torque_nm_ = 0.0;
+      current_.open_circuit();
+    }
   } else {
     torque_nm_ += torque_gain_ * (setpoint - torque_nm_);
   }
@@ -63,6 +71,7 @@ void ServoMotor::step(double torque_setpoint_nm, bool brake_closed) noexcept {
 }
 
 void ServoMotor::step(const VoltageVector& voltage, bool brake_closed) noexcept {
+  if (shorted_) return step(0.0, brake_closed);
   const double turn = voltage.angle_rad - electrical_angle_rad();
   const double d_v = voltage.in_phase_v * std::cos(turn) - voltage.quadrature_v * std::sin(turn);
   const double q_v = voltage.in_phase_v * std::sin(turn) + voltage.quadrature_v * std::cos(turn);
@@ -71,10 +80,33 @@ void ServoMotor::step(const VoltageVector& voltage, bool brake_closed) noexcept 
   finish_step(brake_closed);
 }
 
+/// The windings go on from the torque there is, and their control from the currents there are.
+void ServoMotor::use_windings(bool before) noexcept {
+  through_windings_ = parameters_.winding.simulated || by_voltage_ || shorted_;
+  if (through_windings_ && !before) current_.settle(torque_nm_, mechanics_.velocity_rad_s());
+  if (!by_voltage_ && !shorted_) current_.resume();
+}
+
 void ServoMotor::drive_by_voltage(bool by_voltage) noexcept {
-  if (by_voltage && !parameters_.winding.simulated) current_.settle(torque_nm_, mechanics_.velocity_rad_s());
-  if (!by_voltage) current_.resume();
   by_voltage_ = by_voltage;
+  use_windings(through_windings_);
+}
+
+void ServoMotor::set_short_circuit(bool shorted) noexcept {
+  if (shorted == shorted_) return;
+  shorted_ = shorted;
+  use_windings(through_windings_);
+}
+
+void ServoMotor::set_encoder_connected(bool connected) noexcept {
+  if (!connected) held_count_ = encoder_count();
+  encoder_connected_ = connected;
+}
+
+double ServoMotor::power_w() const noexcept {
+  if (shorted_) return 0.0;
+  const double current = current_a();
+  return torque_nm_ * velocity_rad_s() + 1.5 * parameters_.winding.resistance_ohm * current * current;
 }
 
 VoltageFrequencyParameters ServoMotor::rated_characteristic() const noexcept {
@@ -94,7 +126,7 @@ VoltageFrequencyParameters ServoMotor::rated_characteristic() const noexcept {
 }
 
 double ServoMotor::current_a() const noexcept {
-  return by_voltage_ || parameters_.winding.simulated ? current_.current_a() : std::abs(torque_nm_) / torque_constant_;
+  return through_windings_ ? current_.current_a() : std::abs(torque_nm_) / torque_constant_;
 }
 
 /// xorshift32: the same sequence for the same seed on every machine.

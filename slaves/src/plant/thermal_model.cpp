@@ -34,10 +34,15 @@ ThermalModel::ThermalModel(const ThermalParameters& parameters) noexcept : param
   parameters_.motor_rise_k = at_least(parameters.motor_rise_k, 0.0);
   parameters_.amplifier_rise_k = at_least(parameters.amplifier_rise_k, 0.0);
   if (!std::isfinite(parameters.ambient_c)) parameters_.ambient_c = standard.ambient_c;
+  motor_c_ = amplifier_c_ = parameters_.ambient_c;
 }
 
 void ThermalModel::reset() noexcept {
   *this = ThermalModel(parameters_);
+}
+
+void ThermalModel::set_ambient(double celsius) noexcept {
+  if (std::isfinite(celsius)) parameters_.ambient_c = celsius;
 }
 
 void ThermalModel::step(double current, double frequency_hz, const OverloadLimits& limits, double step_s) noexcept {
@@ -45,8 +50,9 @@ void ThermalModel::step(double current, double frequency_hz, const OverloadLimit
   const auto lag = [&](double& state, double target, double time_constant_s) {
     state += std::min(step_s / time_constant_s, 1.0) * (target - state);
   };
-  lag(motor_k_, parameters_.motor_rise_k * square, parameters_.motor_time_constant_s);
-  lag(amplifier_k_, parameters_.amplifier_rise_k * square, parameters_.amplifier_time_constant_s);
+  lag(motor_c_, parameters_.ambient_c + parameters_.motor_rise_k * square, parameters_.motor_time_constant_s);
+  lag(amplifier_c_, parameters_.ambient_c + parameters_.amplifier_rise_k * square,
+      parameters_.amplifier_time_constant_s);
   if (limits.thermal) return lag(overload_percent_, 100.0 * square, at_least(limits.time_constant_s, 1e-3));
   const double allowed = permitted(frequency_hz, limits);
   const double full = (kOverloadFactor * kOverloadFactor - 1.0) * kOverloadTimeS;

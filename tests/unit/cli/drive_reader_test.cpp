@@ -105,11 +105,20 @@ TEST(DriveReader, NumbersThatDoNotGoTogether) {
   EXPECT_DOUBLE_EQ(config->slaves[0].drive.motor.peak_torque_nm, 60.0) << "three times, like the standard motor";
 }
 
+TEST(DriveReader, BreakContacts) {
+  const auto config = parse(
+      "[[slave.switch]]\ninput = \"ISD00\"\nto_rev = -1\nnormally_closed = true\n"
+      "[[slave.switch]]\ninput = \"ISD01\"\nfrom_rev = 1\n");
+  ASSERT_TRUE(config) << config.error();
+  EXPECT_TRUE(config->slaves[0].drive.switches[0].normally_closed);
+  EXPECT_FALSE(config->slaves[0].drive.switches[1].normally_closed);
+}
+
 TEST(DriveReader, WrongSwitches) {
   const auto wrong = [](const std::string& keys) { return error("[[slave.switch]]\n" + keys); };
   EXPECT_THAT(wrong("input = \"ISD07\"\nto_rev = 1\n"),
               HasSubstr("line.toml:4: [slave 1.switch 1] input: \"ISD07\" is no input of the drive; there are ENPO, "));
-  EXPECT_THAT(wrong("input = \"DC_LINK\"\nto_rev = 1\n"), HasSubstr("input: is a voltage, a switch needs a terminal"));
+  EXPECT_THAT(wrong("input = \"DC_LINK\"\nto_rev = 1\n"), HasSubstr("input: is no terminal, which a switch needs"));
   EXPECT_THAT(wrong("input = \"ISD00\"\n"), HasSubstr("from_rev or to_rev is missing: where is the switch?"));
   EXPECT_THAT(wrong("input = \"ISD00\"\nfrom_rev = 2\nto_rev = 1\n"),
               HasSubstr("to_rev: is 1, more than from_rev, 2, is expected"));

@@ -36,11 +36,22 @@ MsdParameters machine(int method, double start_revolutions) {
   return p;
 }
 
+enum class Contacts : std::uint8_t { kMake, kBreak };
+
+/// The same machine with break contacts.
+MsdParameters machine(int method, double start_revolutions, Contacts contacts) {
+  MsdParameters p = machine(method, start_revolutions);
+  for (auto& s : p.switches) s.normally_closed = contacts == Contacts::kBreak;
+  return p;
+}
+
 /// A drive on that machine, enabled in homing mode, ISD00 negative limit, ISD01 positive limit, ISD02 home switch.
 class HomingRig : public DriveRig {
  public:
-  HomingRig(int method, double start_revolutions, std::int32_t offset = 0)
-      : DriveRig(machine(method, start_revolutions)), offset_(offset) {
+  HomingRig(int method, double start_revolutions, std::int32_t offset = 0, Contacts contacts = Contacts::kMake)
+      : DriveRig(machine(method, start_revolutions, contacts)), offset_(offset) {
+    // P 120: ISD00 to ISD02 inverted.
+    EXPECT_EQ(write(0x2078, 0, contacts == Contacts::kBreak ? 0x0E : 0, 4), 0U);
     EXPECT_EQ(write(0x2065, 0, 6, 2), 0U);
     EXPECT_EQ(write(0x2066, 0, 5, 2), 0U);
     EXPECT_EQ(write(0x2067, 0, 10, 2), 0U);
@@ -127,6 +138,20 @@ TEST_P(MsdHomingMethods, FindsTheSameHomeFromThreeStarts) {
     EXPECT_NEAR(rig.home_revolutions(), GetParam().home, tolerance) << "from " << start;
     EXPECT_EQ(rig.drive.state(), PowerState::kOperationEnabled);
     EXPECT_FALSE(rig.drive.fault().has_value());
+  }
+}
+
+/// Break contacts with P 120 home to the same places as make contacts do, to the increment.
+TEST_P(MsdHomingMethods, BreakContactsInvertedByP120AreTheSame) {
+  for (const double start : starts(GetParam().number)) {
+    HomingRig make(GetParam().number, start, 5000);
+    HomingRig breaking(GetParam().number, start, 5000, Contacts::kBreak);
+    EXPECT_EQ(breaking.read(0x2079) & 0x0EU, ~make.read(0x2079) & 0x0EU) << "2079h has the levels as they are";
+    EXPECT_EQ(breaking.read(0x60FD), make.read(0x60FD)) << "60FDh what they mean";
+    ASSERT_TRUE(make.home());
+    ASSERT_TRUE(breaking.home());
+    EXPECT_EQ(breaking.position, make.position) << "from " << start;
+    EXPECT_EQ(breaking.drive.position_rad(), make.drive.position_rad()) << "from " << start;
   }
 }
 

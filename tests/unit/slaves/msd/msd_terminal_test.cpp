@@ -140,6 +140,27 @@ TEST(MsdTerminal, StoRelayFollowsIsdsh) {
   EXPECT_EQ(rig.read(0x208F) & 0x8000U, 0x8000U);
 }
 
+/// A broken wire of a limit switch that is a break contact stops the axis, which is what break contacts are for.
+TEST(MsdTerminal, P120InvertsInputsSoThatABrokenWireIsALimit) {
+  MsdParameters parameters;
+  parameters.switches = {{Input::kIsd01, 1e6, 1e7, true}};  // far away: the contact is closed
+  DriveRig rig(parameters);
+  ASSERT_EQ(rig.write(0x2078, 0, 0x04, 4), 0U);
+  ASSERT_EQ(rig.write(0x2066, 0, 5, 2), 0U);  // ISD01: positive limit
+  rig.operate();
+  rig.run_at(5'000'000);
+  EXPECT_EQ(rig.read(0x60FD) & 7U, 0U);
+  EXPECT_EQ(rig.read(0x2079) & 4U, 4U);
+  rig.drive.set_signal(rig.drive.find_signal(SignalPlace::Way::kInput, "ISD01")->number, 0.0);
+  rig.pass(500ms);
+  EXPECT_EQ(rig.drive.fault(), Fault::kPositiveLimitSwitch);
+  EXPECT_EQ(rig.drive.velocity_rad_s(), 0.0);
+  EXPECT_EQ(rig.write(0x2078, 0, 0x80, 4), 0x06090030U) << "safe torque off cannot be inverted";
+  EXPECT_EQ(rig.write(0x2078, 0, 0x01, 4), 0x06090030U) << "nor the hardware enable";
+  EXPECT_EQ(rig.write(0x2078, 0, 0x20000, 4), 0x06090031U);
+  EXPECT_EQ(rig.write(0x2078, 0, 0x1007E, 4), 0U);
+}
+
 class MsdLimitSwitch : public testing::TestWithParam<int> {};
 
 TEST_P(MsdLimitSwitch, StopsTheMotionTowardsItAndLetsItGoAway) {

@@ -9,9 +9,22 @@
 #include "driveline/slaves/msd/terminals.hpp"
 #include "driveline/slaves/signal.hpp"
 
-/// The signals between a drive and its machine, by name: the terminals (MSD manual Tables 10.6, 10.7) and DC_LINK, the
-/// voltage at the power stage.
+/// The signals between a drive and its machine, by name: the terminals (MSD manual Tables 10.6, 10.7), and what else
+/// can happen to it: its supply, its cables, its shaft, the air around it, fingers on its buttons.
 namespace driveline::slaves::msd {
+
+/// What comes from the machine by other ways than the terminals.
+enum class MachineInput : std::uint8_t {
+  kDcLink,         ///< volts at the power stage, whatever the mains do
+  kMains,          ///< the mains contactor; the DC link then lives on what it has
+  kBrakeResistor,  ///< connected
+  kMotorShort,     ///< the motor's cables touch each other
+  kEncoderCable,   ///< connected
+  kAxisBlocked,    ///< the shaft is stuck
+  kLoad,           ///< torque on the shaft in Nm, positive pulls in negative direction
+  kAmbient,        ///< degrees Celsius
+  kButtons,        ///< 1: the two buttons under the display are pressed
+};
 
 /// A signal of a drive, for those who have no drive yet. Error: the end of a sentence, with the names that there are.
 [[nodiscard]] tl::expected<SignalPlace, std::string> find_drive_signal(SignalPlace::Way way, std::string_view name);
@@ -19,10 +32,12 @@ namespace driveline::slaves::msd {
 [[nodiscard]] std::size_t drive_signal_count(SignalPlace::Way way) noexcept;
 /// Precondition: place.number < drive_signal_count(place.way). \rtsafe
 [[nodiscard]] std::string_view drive_signal_name(SignalPlace place) noexcept;
-/// Can the input take this value: 0 or 1 a terminal, volts DC_LINK? Error: a sentence.
+/// Can the input take this value? Error: a sentence.
 [[nodiscard]] tl::expected<void, std::string> check_drive_input(std::size_t input, double value);
 
-/// The terminal behind an input; nothing for DC_LINK. \rtsafe
+/// What an input is that is no terminal. \rtsafe
+[[nodiscard]] std::optional<MachineInput> machine_input(std::size_t input) noexcept;
+/// The terminal behind an input, if it is one. \rtsafe
 [[nodiscard]] std::optional<Input> input_terminal(std::size_t input) noexcept;
 /// The terminal behind an output. Precondition: output < drive_signal_count(kOutput). \rtsafe
 [[nodiscard]] Output output_terminal(std::size_t output) noexcept;

@@ -85,6 +85,12 @@ class Motion {
   /// Volts at the power stage; see ServoMotor::set_dc_link_voltage().
   /// \rtsafe
   void set_dc_link_voltage(double volts) noexcept { motor_.set_dc_link_voltage(volts); }
+  /// What happens to motor and shaft from outside. \rtsafe
+  [[nodiscard]] ServoMotor& motor() noexcept { return motor_; }
+  /// What the power stage takes from the DC link. \rtsafe
+  [[nodiscard]] double power_w() const noexcept { return command_ == MotionCommand::kOff ? 0.0 : motor_.power_w(); }
+  /// Amplitude of the currents that the power stage drives, at most what a DC link of this voltage can. \rtsafe
+  [[nodiscard]] double phase_current_a(double dc_link_volts) const noexcept;
   /// Makes `increments` of the encoder the new zero of all positions; the movement is not affected. \rtsafe
   void set_zero(std::int64_t increments) noexcept;
 

@@ -20,15 +20,17 @@
 #include "driveline/slaves/msd/touch_probe.hpp"
 #include "driveline/slaves/od/parameter_file.hpp"
 #include "driveline/slaves/od/pdo_map.hpp"
+#include "driveline/slaves/plant/dc_link.hpp"
 #include "driveline/slaves/plant/thermal_model.hpp"
 
 namespace driveline::slaves::msd {
 
 /// A switch of the machine: it drives an input terminal while the motor shaft is between two positions.
 struct MachineSwitch {
-  Input input = Input::kIsd00;  ///< terminal it is wired to
-  double from_rad = 0.0;        ///< active from here, motor shaft
-  double to_rad = 0.0;          ///< to here, both included
+  Input input = Input::kIsd00;   ///< terminal it is wired to
+  double from_rad = 0.0;         ///< active from here, motor shaft
+  double to_rad = 0.0;           ///< to here, both included
+  bool normally_closed = false;  ///< a break contact: the input is 0 in between, 1 outside
 };
 
 /// What tells one drive from another.
@@ -45,6 +47,7 @@ struct MsdParameters {
   std::vector<ScriptedSignal> inputs;   ///< inputs that follow a script
   std::chrono::nanoseconds homing_time_out = std::chrono::minutes{2};  ///< ours; then homing fails
   ThermalParameters thermal;                                           ///< of motor and power stage
+  DcLinkParameters dc_link;                                            ///< what the power stage is supplied from
   std::chrono::hours operating_hours{0};                               ///< before this run; emergencies carry them
   /// Where stored parameters are kept between runs; empty: nowhere. A file that cannot be used is fault 02 05 at start.
   std::string parameter_file;
@@ -113,7 +116,7 @@ class MsdDrive final : public Device, public DeviceSignals, private DictionaryOw
   void set_dc_link(bool present) noexcept { set_dc_link_voltage(present ? parameters_.dc_link_volts : 0.0); }
   /// Volts at the power stage from now on; below P 701[12] an undervoltage. \rtsafe
   void set_dc_link_voltage(double volts) noexcept {
-    dc_link_volts_ = volts;
+    dc_link_.force(volts);
     motion_.set_dc_link_voltage(volts);
   }
   /// An input that changes at this time of the line's clock, also between control cycles: touch probes latch where the
@@ -188,7 +191,9 @@ class MsdDrive final : public Device, public DeviceSignals, private DictionaryOw
 
   [[nodiscard]] bool parameters_consistent() const noexcept;
   [[nodiscard]] bool consistent_with(const EntryRow& row, std::uint64_t raw) const noexcept;
-  [[nodiscard]] bool dc_link() const noexcept { return dc_link_volts_ >= dc_link_limit_volts_ && dc_link_volts_ > 0.0; }
+  [[nodiscard]] bool dc_link() const noexcept {
+    return dc_link_.volts() >= dc_link_limit_volts_ && dc_link_.volts() > 0.0;
+  }
   [[nodiscard]] bool starting() const noexcept { return start_left_.count() > 0; }
   [[nodiscard]] std::chrono::nanoseconds running_time() const noexcept {
     return static_cast<std::int64_t>(steps_) * kControlStep;
@@ -206,6 +211,9 @@ class MsdDrive final : public Device, public DeviceSignals, private DictionaryOw
   void change_between_steps(Input input, bool level, std::chrono::nanoseconds at) noexcept;
   void control_touch_probe() noexcept;
   void monitor_protection() noexcept;
+  void monitor_current() noexcept;
+  void set_machine_input(MachineInput input, double value) noexcept;
+  [[nodiscard]] double machine_input_value(MachineInput input) const noexcept;
   void set_warning(Warning warning, bool on) noexcept;
   void finish_commands() noexcept;
   void apply_setpoints() noexcept;
@@ -241,7 +249,8 @@ class MsdDrive final : public Device, public DeviceSignals, private DictionaryOw
   wire::AlState al_state_ = wire::AlState::kInit;
   std::optional<Fault> fault_;
   std::uint16_t last_control_word_ = 0;
-  double dc_link_volts_ = 0.0;
+  DcLink dc_link_;
+  double overcurrent_a_ = 0.0;  ///< amplitude
   double dc_link_limit_volts_ = 0.0;
   std::bitset<static_cast<std::size_t>(Fault::kCount)> causes_;
   ThermalModel thermal_;

@@ -133,6 +133,7 @@ enum Value : std::uint16_t {
   // inputs and outputs
   kInputFunctionFirst,  ///< P 100-P 110, in order
   kInputFunctionLast = kInputFunctionFirst + 10,
+  kInputInversion,
   kOutputFunctionFirst,  ///< P 122-P 126, in order
   kOutputFunctionLast = kOutputFunctionFirst + 4,
   kOutputState,

@@ -48,6 +48,8 @@ enum class OutputFunction : std::uint16_t {
 
 /// May the selector `index` (2064h and up for P 100 and up) be set to this number? \rtsafe
 [[nodiscard]] bool valid_input_function(std::uint16_t index, std::uint64_t function) noexcept;
+/// Bits of P 120 that are allowed: the hardware enable and safe torque off cannot be inverted (ours).
+[[nodiscard]] bool valid_inversion(std::uint64_t inputs) noexcept;
 /// See valid_input_function(), for the selectors of outputs. \rtsafe
 [[nodiscard]] bool valid_output_function(std::uint16_t index, std::uint64_t function) noexcept;
 
@@ -95,6 +97,7 @@ class Terminals {
   void evaluate() noexcept;
 
   std::uint32_t inputs_ = 0x81;  ///< ENPO and ISDSH connected
+  std::uint32_t inverted_ = 0;   ///< P 120
   std::uint32_t outputs_ = 0;
   std::array<InputFunction, 11> input_functions_{};
   std::array<OutputFunction, 5> output_functions_{};

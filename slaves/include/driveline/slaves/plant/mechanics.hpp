@@ -42,6 +42,14 @@ class Mechanics {
 
   /// One step with this torque at the rotor. \rtsafe
   void step(double torque_nm, bool brake_closed) noexcept;
+  /// A torque at the rotor besides the motor's, as of a weight: positive pulls in negative direction. \rtsafe
+  void set_load(double torque_nm) noexcept;
+  /// The rotor is stuck, or free again. \rtsafe
+  void set_blocked(bool blocked) noexcept;
+  /// Torque of set_load(). \rtsafe
+  [[nodiscard]] double load_nm() const noexcept { return load_nm_; }
+  /// The rotor is stuck. \rtsafe
+  [[nodiscard]] bool blocked() const noexcept { return blocking_nm_ > 0.0; }
 
   /// Of the rotor, not wrapped. \rtsafe
   [[nodiscard]] double position_rad() const noexcept { return rotor_.position; }
@@ -77,6 +85,8 @@ class Mechanics {
   bool stopped_by_ends_;  ///< there are end stops at all
   double speed_decay_;    ///< of the rotor, left after one step of viscous friction
   double speed_gain_;     ///< of the rotor, per torque in one step
+  double load_nm_ = 0.0;
+  double blocking_nm_ = 0.0;
   Mass rotor_;
   Mass load_;
   double last_position_ = 0.0;

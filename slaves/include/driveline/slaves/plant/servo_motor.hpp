@@ -52,6 +52,20 @@ class ServoMotor {
   [[nodiscard]] double electrical_angle_rad() const noexcept { return parameters_.pole_pairs * position_rad(); }
   /// Amplitude of the phase currents. \rtsafe
   [[nodiscard]] double current_a() const noexcept;
+  /// The motor's cables touch each other: no torque but that of the short-circuited windings. \rtsafe
+  void set_short_circuit(bool shorted) noexcept;
+  /// Without its cable the encoder counts no further. \rtsafe
+  void set_encoder_connected(bool connected) noexcept;
+  /// A torque on the shaft besides the motor's. \rtsafe
+  void set_load(double torque_nm) noexcept { mechanics_.set_load(torque_nm); }
+  /// The shaft is stuck, or free again. \rtsafe
+  void set_blocked(bool blocked) noexcept { mechanics_.set_blocked(blocked); }
+  /// The motor's cables touch each other. \rtsafe
+  [[nodiscard]] bool short_circuit() const noexcept { return shorted_; }
+  /// The encoder has its cable. \rtsafe
+  [[nodiscard]] bool encoder_connected() const noexcept { return encoder_connected_; }
+  /// What shaft and windings take; negative: what they give back. \rtsafe
+  [[nodiscard]] double power_w() const noexcept;
   /// The characteristic of U/f operation that gives 80 % of the rated current at standstill, and rated torque at the
   /// highest speed with no more than rated current.
   [[nodiscard]] VoltageFrequencyParameters rated_characteristic() const noexcept;
@@ -77,7 +91,9 @@ class ServoMotor {
   /// Of rotor and load. \rtsafe
   [[nodiscard]] double kinetic_energy_j() const noexcept { return mechanics_.kinetic_energy_j(); }
   /// Position as the encoder counts it, rounded down, with its noise. \rtsafe
-  [[nodiscard]] std::int64_t encoder_count() const noexcept { return encoder_count(position_rad()) + noise_; }
+  [[nodiscard]] std::int64_t encoder_count() const noexcept {
+    return encoder_connected_ ? encoder_count(position_rad()) + noise_ : held_count_;
+  }
   /// What it would count at this position without noise. \rtsafe
   [[nodiscard]] std::int64_t encoder_count(double position_rad) const noexcept;
   /// The count at which an encoder that knows only so many turns would start to count from 0. \rtsafe
@@ -86,12 +102,15 @@ class ServoMotor {
   [[nodiscard]] double radians_per_increment() const noexcept { return radians_per_increment_; }
   /// Where the last step passed the encoder's index pulse, which comes once per revolution at encoder count 0; the
   /// newest one if a step is longer than a revolution. \rtsafe
-  [[nodiscard]] std::optional<std::int64_t> index_pulse() const noexcept { return index_pulse_; }
+  [[nodiscard]] std::optional<std::int64_t> index_pulse() const noexcept {
+    return encoder_connected_ ? index_pulse_ : std::nullopt;
+  }
 
  private:
   [[nodiscard]] bool powered() const noexcept { return power_stage_on_ && dc_link_volts_ > 0.0; }
   void draw_noise() noexcept;
   void finish_step(bool brake_closed) noexcept;
+  void use_windings(bool before) noexcept;
   void pass_index(double position_rad) noexcept;
 
   MotorParameters parameters_;
@@ -105,6 +124,10 @@ class ServoMotor {
   double dc_link_volts_ = 560.0;
   double torque_nm_ = 0.0;
   bool by_voltage_ = false;
+  bool shorted_ = false;
+  bool through_windings_;  ///< the next step's torque comes from the windings
+  bool encoder_connected_ = true;
+  std::int64_t held_count_ = 0;
   double turn_begin_rad_ = 0.0;  ///< the revolution the shaft is in
   double turn_end_rad_ = 0.0;
   std::optional<std::int64_t> index_pulse_;

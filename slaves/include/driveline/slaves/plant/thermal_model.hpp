@@ -33,19 +33,24 @@ class ThermalModel {
   /// As after a long time without current. \rtsafe
   void reset() noexcept;
 
+  /// The air around motor and drive; they follow with their time constants. \rtsafe
+  void set_ambient(double celsius) noexcept;
+  /// Temperature of that air. \rtsafe
+  [[nodiscard]] double ambient_c() const noexcept { return parameters_.ambient_c; }
+
   /// Integrator in percent: THERM 100 % after a long time at rated current, trips at 110 %; FREQ 100 % is the trip
   /// point, 150 % of the permitted current for 120 s (Device Help). \rtsafe
   [[nodiscard]] double overload_percent() const noexcept { return overload_percent_; }
   /// Temperature of the windings in degrees Celsius. \rtsafe
-  [[nodiscard]] double motor_c() const noexcept { return parameters_.ambient_c + motor_k_; }
+  [[nodiscard]] double motor_c() const noexcept { return motor_c_; }
   /// Temperature of the power stage in degrees Celsius. \rtsafe
-  [[nodiscard]] double amplifier_c() const noexcept { return parameters_.ambient_c + amplifier_k_; }
+  [[nodiscard]] double amplifier_c() const noexcept { return amplifier_c_; }
 
  private:
   ThermalParameters parameters_;
   double overload_percent_ = 0.0;
-  double motor_k_ = 0.0;
-  double amplifier_k_ = 0.0;
+  double motor_c_ = 0.0;
+  double amplifier_c_ = 0.0;
 };
 
 }  // namespace driveline::slaves

@@ -1,0 +1,43 @@
+#include "driveline/slaves/plant/dc_link.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace driveline::slaves {
+namespace {
+
+double at_least(double value, double low) noexcept {
+  return std::isfinite(value) ? std::max(value, low) : low;
+}
+
+}  // namespace
+
+DcLink::DcLink(const DcLinkParameters& parameters, double mains_volts) noexcept
+    : parameters_(parameters), mains_volts_(at_least(mains_volts, 0.0)), volts_(mains_volts_) {
+  parameters_.capacitance_f = at_least(parameters.capacitance_f, 1e-6);
+  parameters_.brake_resistor_ohm = at_least(parameters.brake_resistor_ohm, 0.0);
+  parameters_.standby_w = at_least(parameters.standby_w, 0.0);
+}
+
+void DcLink::set_mains(bool on) noexcept {
+  mains_ = on;
+  forced_ = false;
+}
+
+void DcLink::force(double volts) noexcept {
+  volts_ = at_least(volts, 0.0);
+  forced_ = true;
+}
+
+void DcLink::step(double power_w, double step_s) noexcept {
+  if (forced_) return;
+  double taken_w = (std::isfinite(power_w) ? power_w : 0.0) + parameters_.standby_w;
+  if (resistor_ && parameters_.brake_resistor_ohm > 0.0 && volts_ > parameters_.chopper_volts) {
+    taken_w += volts_ * volts_ / parameters_.brake_resistor_ohm;
+  }
+  const double square = std::max(volts_ * volts_ - 2.0 * taken_w * step_s / parameters_.capacitance_f, 0.0);
+  volts_ = std::sqrt(square);
+  if (mains_) volts_ = std::max(volts_, mains_volts_);
+}
+
+}  // namespace driveline::slaves
