@@ -19,7 +19,10 @@ std::string answering(std::uint32_t count) {
 
 std::string al_code(const Error& e) {
   const auto code = static_cast<wire::AlStatusCode>(e.code);
-  return fmt::format("AL status code 0x{:04X} ({})", e.code, wire::to_text(code));
+  // A slave that refuses and leaves the code at zero.
+  const bool silent = e.kind == ErrorKind::kStateRefused && code == wire::AlStatusCode::kNoError;
+  return fmt::format("AL status code 0x{:04X} ({})", e.code,
+                     silent ? std::string_view("the slave gives no reason") : wire::to_text(code));
 }
 
 std::string al_states(const Error& e) {

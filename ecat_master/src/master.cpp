@@ -37,6 +37,7 @@ Result<void> Master::scan() {
     refs_.push_back(info.ref);
     slaves_.push_back({std::move(info), {}, nullptr});
   }
+  facts_.assign(slaves_.size(), {});
   auto facts = read_port_facts(bus_, refs_);
   if (!facts) return tl::unexpected(facts.error());
   // What cannot be explained does not keep the line from running.
@@ -76,7 +77,7 @@ std::optional<std::size_t> Master::position_of(std::size_t plan) const noexcept 
 }
 
 /// Finds the slave of each plan; any difference is an error.
-Result<void> Master::match_plans(std::span<const SlavePlan> plans) {
+Result<void> Master::match(std::span<const SlavePlan> plans) {
   drop_absent();
   const bool by_id =
       std::any_of(plans.begin(), plans.end(), [](const SlavePlan& p) { return p.device_id.has_value(); });
@@ -92,7 +93,7 @@ Result<void> Master::match_plans(std::span<const SlavePlan> plans) {
 }
 
 Result<void> Master::configure(std::vector<SlavePlan> plans) {
-  if (auto done = match_plans(plans); !done) return done;
+  if (auto done = match(plans); !done) return done;
   for (std::size_t i = 0; i < slaves_.size(); ++i) {
     const auto plan = comparison_.plan_of_slave[i];
     slaves_[i].plan = plan ? std::move(plans[*plan]) : SlavePlan{};
@@ -110,10 +111,25 @@ Result<void> Master::configure(std::vector<SlavePlan> plans) {
   if (!image) return tl::unexpected(image.error());
   image_ = std::move(*image);
   if (auto done = synchronise_clocks(); !done) return done;
+  if (auto done = learn_facts(); !done) return done;
   if (auto done = raise_to(wire::AlState::kSafeOp); !done) {
     return tl::unexpected(explain_state_error(bus_, slaves_, image_, done.error()));
   }
   return {};
+}
+
+/// Those who are not there are the last ones, and have none.
+Result<void> Master::learn_facts() {
+  auto facts = read_controller_facts(bus_, reachable());
+  if (!facts) return tl::unexpected(facts.error());
+  facts_ = std::move(*facts);
+  facts_.resize(slaves_.size());
+  return {};
+}
+
+Result<std::vector<RegisterChange>> Master::changed_registers(std::size_t slave) {
+  const auto* clocks = watch_ ? &watch_->clocks() : nullptr;
+  return find_changes(bus_, refs_[slave], guarded_registers(slaves_[slave], image_, clocks, facts_[slave]));
 }
 
 Result<void> Master::synchronise_clocks() {

@@ -216,7 +216,7 @@ TEST(LateFrames, AreCountedAndNeverTakenForNewOnes) {
 
 TEST(LateFrames, OfAcyclicWorkAreNotTakenForTheAnswerToTheRepetition) {
   DriveLine drives(2);
-  Chance chance(5);
+  Chance chance(5, 2);
   // Later than the time-out of 2 ms: each such frame is repeated, and its answer comes while others are awaited.
   LatePort port(drives.line(), drives.clock, microseconds{2300}, [&](std::uint64_t) { return chance(); });
   EXPECT_EQ(whole_way(drives, port), "");

@@ -2,7 +2,9 @@
 
 #include <deque>
 
+#include "drive_line.hpp"
 #include "driveline/ecat_master/coe/coe_client.hpp"
+#include "driveline/ecat_master/recovery/line_supervisor.hpp"
 #include "edited_line.hpp"
 #include "fault_ports.hpp"
 
@@ -241,6 +243,47 @@ TEST(TwoMastersOnOneWire, EachTakesItsOwnFramesOnly) {
       describe_traffic(second.exchange_statistics()),
       testing::MatchesRegex("another EtherCAT master is on the wire: [0-9]+ of its frames have come in, the last "
                             "one from ([0-9A-F]{2}:){5}[0-9A-F]{2}; two masters disturb each other"));
+}
+
+TEST(TwoMastersOnOneWire, ThatOneCyclesIsToldWithWhatTheOtherDoes) {
+  DriveLine drives(3);
+  SharedWire wire(drives.line());
+  LineOperation operation(drives, wire.a);
+  ASSERT_EQ(sentence(operation.to_op()), "");
+  ecat_master::LineSupervisor supervisor(operation.master());
+  Master second(wire.b, drives.clock);
+  const auto live = [&] {
+    for (int i = 0; i < 20; ++i) {
+      operation.run(milliseconds{1});
+      supervisor.poll();
+    }
+  };
+  live();
+  ASSERT_EQ(supervisor.events(), 0U) << describe(supervisor.history().front());
+  // It looks.
+  ASSERT_EQ(sentence(second.peek_states()), "");
+  live();
+  ASSERT_EQ(supervisor.events(), 1U);
+  EXPECT_THAT(
+      what_happened(supervisor.history()[0]),
+      testing::MatchesRegex("another EtherCAT master is on the wire: [0-9]+ of its frames have come in, the last "
+                            "one from ([0-9A-F]{2}:){5}[0-9A-F]{2}, among them APRD to AL status \\(0x0130\\); two "
+                            "masters disturb each other"));
+  // It sends all slaves to INIT.
+  const auto init = wire::to_le_bytes(wire::AlControl{wire::AlState::kInit, false, false}.raw());
+  ASSERT_TRUE(second.bus().broadcast_write(wire::reg::kAlControl.address, init));
+  operation.run(milliseconds{2});
+  supervisor.poll();
+  std::string all;
+  for (const auto& event : supervisor.history()) all += what_happened(event) + "\n";
+  EXPECT_THAT(all, testing::ContainsRegex("among them BWR to AL control \\(0x0120\\); two masters disturb each other\n"
+                                          "slave 0: left OP, is in INIT"));
+  // Each sentence once: what is known already is no news.
+  ASSERT_TRUE(second.bus().broadcast_write(wire::reg::kAlControl.address, init));
+  live();
+  EXPECT_EQ(std::count_if(supervisor.history().begin(), supervisor.history().end(),
+                          [](const auto& e) { return e.kind == ecat_master::LineEvent::Kind::kOtherMaster; }),
+            2);
 }
 
 /// Puts foreign frames between those of the line.

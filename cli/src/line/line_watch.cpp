@@ -107,17 +107,19 @@ bool LineWatch::take_line_events() {
 bool LineWatch::take(const LineEvent& event) {
   using Kind = LineEvent::Kind;
   const bool of_slave = event.kind == Kind::kLeftOp || event.kind == Kind::kGone || event.kind == Kind::kRecovered ||
-                        event.kind == Kind::kJoined || event.kind == Kind::kRecoveryFailed;
+                        event.kind == Kind::kJoined || event.kind == Kind::kRecoveryFailed ||
+                        event.kind == Kind::kRegistersChanged || event.kind == Kind::kRegistersRestored;
   auto sentence = what_happened(event, of_slave ? name_of(event.slave) : std::string());
   switch (event.kind) {
     case Kind::kLeftOp:
     case Kind::kGone:
+    case Kind::kRegistersChanged:
       away_since_[event.slave] = event.time;
       if (expendable(event.slave)) {
         listener_.fault(std::move(sentence), false);
         return true;
       }
-      state_ = event.kind == Kind::kGone
+      state_ = event.kind != Kind::kLeftOp
                    ? "INCOMPLETE"
                    : std::string(wire::to_text(event.state.state)) + (event.state.error ? "+ERROR" : "");
       end(std::move(sentence));
@@ -132,6 +134,8 @@ bool LineWatch::take(const LineEvent& event) {
     case Kind::kRecoveryFailed:
     case Kind::kRingBroken:
     case Kind::kOutputsZeroed:
+    case Kind::kRegistersRestored:
+    case Kind::kOtherMaster:
       listener_.fault(std::move(sentence), false);
       return true;
   }

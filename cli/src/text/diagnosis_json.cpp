@@ -124,6 +124,12 @@ void add_exchange(nlohmann::json& document, const LineDiagnosis& diagnosis) {
   document["exchange_history"] = list(diagnosis.exchange_history);
   document["state_history"] = list(diagnosis.state_history);
   document["emergencies"] = list(diagnosis.emergencies);
+  if (const auto& guard = diagnosis.guard) {
+    document["registers"] = {{"looks", guard->looks},
+                             {"rounds", guard->rounds},
+                             {"changes", guard->changes},
+                             {"last_round_ns", guard->last_round.count()}};
+  }
   if (diagnosis.statistics) document["cycle"] = to_json(*diagnosis.statistics);
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "driveline/wire/frame.hpp"
+#include "driveline/wire/registers.hpp"
 
 namespace driveline::ecat_master {
 namespace {
@@ -137,13 +138,47 @@ void DirectExchange::note_foreign(std::span<const std::byte> frame) {
   statistics_.other_master = ethernet->source;
 }
 
+namespace {
+
+std::string mac_text(const wire::MacAddress& mac) {
+  const auto byte = [&mac](std::size_t i) { return std::to_integer<unsigned>(mac.at(i)); };
+  return fmt::format("{:02X}:{:02X}:{:02X}:{:02X}:{:02X}:{:02X}", byte(0), byte(1), byte(2), byte(3), byte(4), byte(5));
+}
+
+/// "BWR to AL control (0x0120)", "LRW".
+std::string datagram_text(const OtherMaster& other) {
+  if (wire::is_logical(other.command)) return std::string(wire::to_text(other.command));
+  const auto row = std::find_if(wire::kRegisters.begin(), wire::kRegisters.end(),
+                                [&other](const auto& r) { return other.ado >= r.address && other.ado < r.end(); });
+  const auto what = row == wire::kRegisters.end() ? fmt::format("0x{:04X}", other.ado)
+                                                  : fmt::format("{} (0x{:04X})", row->name, other.ado);
+  return fmt::format("{} to {}", wire::to_text(other.command), what);
+}
+
+}  // namespace
+
+std::uint8_t harm_of(wire::Command command, std::uint16_t ado) noexcept {
+  using enum wire::Command;
+  if (command == kNop || command == kAprd || command == kFprd || command == kBrd || command == kLrd) return 0;
+  const bool serious =
+      !wire::is_logical(command) && (ado == wire::reg::kAlControl.address || ado == wire::reg::kStationAddress.address);
+  return serious ? 2 : 1;
+}
+
+std::string describe(const OtherMaster& other) {
+  return fmt::format(
+      "another EtherCAT master is on the wire: {} of its frames have come in, the last one from {}, among them {}; two "
+      "masters disturb each other",
+      other.frames, mac_text(other.source), datagram_text(other));
+}
+
 std::string describe_traffic(const ExchangeStatistics& statistics) {
   if (statistics.frames_of_masters > 0) {
-    const auto source = [&](std::size_t i) { return std::to_integer<unsigned>(statistics.other_master.at(i)); };
     return fmt::format(
-        "another EtherCAT master is on the wire: {} of its frames have come in, the last one from "
-        "{:02X}:{:02X}:{:02X}:{:02X}:{:02X}:{:02X}; two masters disturb each other",
-        statistics.frames_of_masters, source(0), source(1), source(2), source(3), source(4), source(5));
+        "another EtherCAT master is on the wire: {} of its frames have come in, the last one from {}; two masters "
+        "disturb "
+        "each other",
+        statistics.frames_of_masters, mac_text(statistics.other_master));
   }
   if (statistics.frames_foreign == 0) return {};
   return fmt::format("{} frames that are not ours have come in: another master or other devices use the wire",

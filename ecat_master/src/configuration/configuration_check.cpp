@@ -62,6 +62,7 @@ class Check {
     check_sync_managers(false);
     check_fmmus();
     check_overlaps();
+    check_strays();
     check_eeprom();
     return std::move(findings_);
   }
@@ -174,6 +175,19 @@ class Check {
         if (first.start_address >= end(second) || second.start_address >= end(first)) continue;
         add(Kind::kOverlap, Field::kStart, a, first.start_address, second.start_address, b);
       }
+    }
+  }
+
+  /// Sync managers that the slave's description does not have, and nobody has switched on.
+  void check_strays() {
+    const auto count = bus_.read(slave_.info.ref, wire::reg::kSyncManagerCount);
+    const auto known = channels_.size();
+    if (!count || *count <= known || known < slave_.info.description.sync_managers.size()) return;
+    const auto address = wire::reg::kSyncManager.at(static_cast<unsigned>(known));
+    const auto raw = read_block(bus_, slave_.info.ref, address, (*count - known) * SyncManagerChannel::kSize);
+    for (std::size_t n = 0; (n + 1) * SyncManagerChannel::kSize <= raw.size(); ++n) {
+      const auto channel = *SyncManagerChannel::decode(std::span(raw).subspan(n * SyncManagerChannel::kSize));
+      if (is_enabled(channel)) add(Kind::kSyncManager, Field::kActivation, known + n, 0, 1);
     }
   }
 

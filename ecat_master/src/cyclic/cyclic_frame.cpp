@@ -12,6 +12,12 @@ constexpr std::uint8_t al_byte(std::byte raw) noexcept {
   return std::to_integer<std::uint8_t>(raw);
 }
 
+/// Such a slave switches its process data sync managers off, or has not got any yet (ETG.1000.6 5.3).
+bool below_safe_op(std::uint8_t al_status) noexcept {
+  const auto state = wire::AlStatus::from_raw(al_status).state;
+  return state == wire::AlState::kInit || state == wire::AlState::kPreOp || state == wire::AlState::kBootstrap;
+}
+
 void copy(std::span<const std::byte> from, std::span<std::byte> to, std::size_t offset, std::size_t bytes) noexcept {
   const auto part = from.subspan(0, bytes);
   std::copy(part.begin(), part.end(), to.begin() + static_cast<std::ptrdiff_t>(offset));
@@ -167,6 +173,7 @@ void CyclicFrame::take(const Part& part, DatagramResult& result, std::span<const
     auto& condition = conditions[share.slave];
     condition.al_status = al_byte(data[place.al_status_offset - datagram.offset]);
     condition.absent = !result.complete && condition.al_status == 0;
+    condition.down = !result.complete && !condition.absent && below_safe_op(condition.al_status);
   }
   explain(part, image, conditions, result);
   if (result.complete) return copy(data, image.inputs(), datagram.offset, datagram.bytes);
@@ -174,28 +181,28 @@ void CyclicFrame::take(const Part& part, DatagramResult& result, std::span<const
   for (const auto& share : shares) {
     const auto& place = image.places()[share.slave];
     const auto& condition = conditions[share.slave];
-    if (condition.absent || condition.recovering || place.input_datagram != share.datagram) continue;
+    if (condition.absent || condition.down || condition.recovering || place.input_datagram != share.datagram) continue;
     copy(data.subspan(place.input_offset - datagram.offset), image.inputs(), place.input_offset, place.input_bytes);
     if (place.mailbox_offset == ProcessDataPlace::kNone) continue;
     image.inputs()[place.mailbox_offset] = data[place.mailbox_offset - datagram.offset];
   }
 }
 
-/// Between the sum of those who are certainly there and the same with those who are recovering.
+/// Between the sum of those who are certainly there and the same with those of whom nobody knows.
 void CyclicFrame::explain(const Part& part, const ProcessImage& image, std::span<const SlaveCondition> conditions,
                           DatagramResult& result) const noexcept {
   result.good = result.complete;
   if (result.complete) return;
   unsigned here = 0;
   unsigned absent = 0;
-  unsigned recovering = 0;
+  unsigned uncertain = 0;
   for (const auto& share : image.shares().subspan(part.first_share, part.share_count)) {
     const auto& condition = conditions[share.slave];
-    (condition.recovering ? recovering : condition.absent ? absent : here) += share.count;
+    (condition.recovering || condition.down ? uncertain : condition.absent ? absent : here) += share.count;
   }
   const unsigned counter = result.working_counter;
-  result.good = counter >= here && counter <= here + recovering && here > 0;
-  result.disturbed = counter < here + absent || counter > here + absent + recovering;
+  result.good = counter >= here && counter <= here + uncertain && here > 0;
+  result.disturbed = counter < here + absent || counter > here + absent + uncertain;
 }
 
 void CyclicFrame::judge_outputs(const ProcessImage& image, std::span<const SlaveCondition> conditions) noexcept {

@@ -25,14 +25,20 @@ Result<void> ClockWatch::restore(std::uint16_t slave) {
   auto& clock = clocks_.slaves[slave];
   if (!clock.present) return {};
   if (!clock.follows) {
-    // Its time is what the others go by; nobody can tell it the right one but themselves.
-    auto error = clock_error(ClockFault::kBeforeReference, slave);
-    error.received = clocks_.reference;
-    if (clock.signals.active()) return tl::unexpected(error);
-    return {};
+    if (!clock.signals.active()) return {};
+    // The reference clock that has kept its time needs none; to any other the time cannot be told, as frames pass it
+    // before the one that all go by.
+    const auto kept = keeps_time(slave);
+    if (!kept) return tl::unexpected(kept.error());
+    if (!*kept) {
+      auto error = clock_error(ClockFault::kBeforeReference, slave);
+      error.received = clocks_.reference;
+      return tl::unexpected(error);
+    }
+  } else {
+    if (auto done = set_clock(slave); !done) return done;
+    if (auto done = await_clock(slave); !done) return done;
   }
-  if (auto done = set_clock(slave); !done) return done;
-  if (auto done = await_clock(slave); !done) return done;
   // The same common start for everybody: a multiple of the common cycle, so its phase is that of the others.
   auto alone = clocks_;
   for (std::size_t i = 0; i < alone.slaves.size(); ++i) {
@@ -121,6 +127,17 @@ Result<void> ClockWatch::measure(std::span<const SlaveRef> wire, std::optional<s
     any = true;
   }
   return any ? write_delays() : Result<void>{};
+}
+
+/// The slave is the reference clock, and has not been switched off: that would have cleared its offset.
+Result<bool> ClockWatch::keeps_time(std::uint16_t slave) {
+  if (slave != clocks_.reference) return false;
+  const auto& clock = clocks_.slaves[slave];
+  std::array<std::byte, 8> offset{};
+  const auto bytes = std::span(offset).first(clock.wide ? 8 : 4);
+  if (auto done = bus_.read(slaves_[slave], wire::reg::kSystemTimeOffset.address, bytes); !done)
+    return tl::unexpected(done.error());
+  return wire::load_le<std::uint64_t>(offset) == clock.offset;
 }
 
 /// Offset, delay, and the loop started anew: one frame latched by both clocks tells what the slave's shows and what it

@@ -20,7 +20,6 @@ struct SignalBytes {
   std::array<std::byte, 8> start{};
   std::array<std::byte, 1> activation{};
   std::array<std::byte, 1> read_back{};
-  std::array<std::byte, 2> off{};  ///< 0x0980 and 0x0981
 };
 
 class Activation {
@@ -45,6 +44,16 @@ class Activation {
     return difference(earliest_start(), *then) > nanoseconds{0};
   }
 
+  /// Those of the slaves that were to be activated, and nobody else's; one that has gone meanwhile needs nothing.
+  [[nodiscard]] Result<void> stop() {
+    std::vector<std::array<std::byte, 2>> data(slaves_.size());
+    std::vector<Request> requests;
+    for_each([&](std::size_t i, const SyncSignals&) {
+      requests.push_back(request(wire::Command::kFpwr, i, wire::reg::kCyclicUnitControl.address, data[i]));
+    });
+    return bus_.exchange().exchange(requests);
+  }
+
   [[nodiscard]] Result<void> verify() {
     std::vector<Request> requests;
     for_each([&](std::size_t i, const SyncSignals&) {
@@ -61,16 +70,6 @@ class Activation {
       result = tl::unexpected(error);
     });
     return result;
-  }
-
-  /// Switches off what attempt() has switched on; other slaves go on.
-  [[nodiscard]] Result<void> stop() {
-    std::vector<Request> requests;
-    for_each([&](std::size_t i, const SyncSignals&) {
-      bytes_[i].off = {};
-      requests.push_back(request(wire::Command::kFpwr, i, wire::reg::kCyclicUnitControl.address, bytes_[i].off));
-    });
-    return exchange(requests);
   }
 
  private:

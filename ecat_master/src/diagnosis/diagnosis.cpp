@@ -181,6 +181,7 @@ Result<LineDiagnosis> diagnose(Master& master, const LineSupervisor* supervisor,
   }
   if (ring != nullptr) diagnosis.ring = ring->status();
   if (supervisor != nullptr) {
+    if (supervisor->guard().looks > 0) diagnosis.guard = supervisor->guard();
     diagnosis.events.assign(supervisor->history().begin(), supervisor->history().end());
     diagnosis.exchange_history.assign(supervisor->exchange_history().begin(), supervisor->exchange_history().end());
     diagnosis.state_history.assign(supervisor->state_history().begin(), supervisor->state_history().end());

@@ -63,6 +63,13 @@ void add_exchange(std::string& text, const LineDiagnosis& diagnosis) {
   }
 }
 
+void add_guard(std::string& text, const LineDiagnosis& diagnosis) {
+  if (!diagnosis.guard) return;
+  const auto& guard = *diagnosis.guard;
+  text += fmt::format("registers: read back {} times, the last round of all slaves took {:.1f} ms; {} had changed\n",
+                      guard.looks, seconds(guard.last_round.count()) * 1e3, guard.changes);
+}
+
 void add_ring(std::string& text, const LineDiagnosis& diagnosis) {
   if (!diagnosis.ring) return;
   using State = port::RingStatus::State;
@@ -128,6 +135,7 @@ std::string to_text(const LineDiagnosis& diagnosis) {
   add_ring(text, diagnosis);
   add_slaves(text, diagnosis);
   add_exchange(text, diagnosis);
+  add_guard(text, diagnosis);
   if (const auto& cycle = diagnosis.statistics) {
     const auto us = [](std::chrono::nanoseconds time) { return static_cast<double>(time.count()) / 1e3; };
     const auto row = [&](const char* name, const rt::Histogram& times) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "driveline/ecat_master/bus/write_protection.hpp"
 #include "driveline/ecat_master/sii/sii_reader.hpp"
 #include "driveline/esi/sii.hpp"
 #include "driveline/wire/fmmu.hpp"
@@ -40,18 +41,6 @@ Result<std::uint16_t> open_ports(Bus& bus, std::uint16_t count) {
     if (!now || *now <= count) return now;
     count = *now;
   }
-}
-
-/// Slaves may have been locked against writes, by somebody or by a damaged frame. The enable registers work within the
-/// frame they are written in (ESC data sheet II, 0x0020 to 0x0031), and the requests travel in one frame.
-Result<void> lift_write_protection(Bus& bus) {
-  std::array<std::byte, 1> zero{};
-  std::vector<Request> requests;
-  for (const auto& reg : {wire::reg::kEscWriteEnable, wire::reg::kEscWriteProtection, wire::reg::kRegisterWriteEnable,
-                          wire::reg::kRegisterWriteProtection}) {
-    requests.push_back({wire::Command::kBwr, wire::DatagramAddress::physical(0, reg.address), zero});
-  }
-  return bus.exchange().exchange(requests);
 }
 
 /// A previous master may have left anything behind: INIT with the error acknowledged, then no channel stays active.
@@ -168,7 +157,8 @@ Result<std::vector<SlaveInfo>> inspect(Bus& bus, std::span<const SlaveRef> slave
 Result<std::vector<SlaveInfo>> discover(Bus& bus) {
   const auto visible = count_slaves(bus);
   if (!visible) return tl::unexpected(visible.error());
-  if (auto done = lift_write_protection(bus); !done) return tl::unexpected(done.error());
+  // Somebody, or a damaged frame, may have locked slaves against writes.
+  if (auto done = lift_write_protection(bus, std::nullopt); !done) return tl::unexpected(done.error());
   const auto count = open_ports(bus, *visible);
   if (!count) return tl::unexpected(count.error());
   if (auto done = reset_slaves(bus); !done) return tl::unexpected(done.error());

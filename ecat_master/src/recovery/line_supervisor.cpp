@@ -32,6 +32,10 @@ std::uint16_t cut_off(const Master& master, const port::RingStatus& status) {
   return static_cast<std::uint16_t>(slaves.size() - std::min(slaves.size(), reached));
 }
 
+std::string others(const LineEvent& event) {
+  return event.count > 1 ? fmt::format(" (and {} more)", event.count - 1) : std::string();
+}
+
 }  // namespace
 
 std::string what_happened(const LineEvent& event, std::string_view name) {
@@ -56,6 +60,12 @@ std::string what_happened(const LineEvent& event, std::string_view name) {
       return "the ring is closed again";
     case LineEvent::Kind::kOutputsZeroed:
       return fmt::format("group {}: outputs set to zero after {} bad exchanges in a row", event.slave, event.count);
+    case LineEvent::Kind::kRegistersChanged:
+      return fmt::format("{}: {}{}; it has to be configured anew", slave, describe(event.change), others(event));
+    case LineEvent::Kind::kOtherMaster:
+      return describe(event.other);
+    case LineEvent::Kind::kRegistersRestored:
+      return fmt::format("{}: {}{}; written again", slave, describe(event.change), others(event));
   }
   return "?";
 }
@@ -92,7 +102,9 @@ void LineSupervisor::note(LineEvent event) {
 void LineSupervisor::poll() {
   take_cycle_events();
   watch_ring();
+  watch_others();
   watch_slaves();
+  watch_registers();
   const auto now = master_.bus().exchange().now();
   std::vector<std::size_t> due;
   bool missing = false;
@@ -103,8 +115,7 @@ void LineSupervisor::poll() {
     missing = missing || slaves_[i].gone;
   }
   if (due.empty()) return;
-  // A failure is not worth a word here: whoever is still missing is tried again.
-  if (missing) static_cast<void>(master_.readdress_newcomers().has_value());
+  if (missing) restore_addresses();
   for (const auto slave : due) recover(slave);
 }
 
@@ -139,6 +150,18 @@ void LineSupervisor::watch_ring() {
   note(event);
 }
 
+/// Told when it shows up, and again when somebody does worse than was told: reads, then writes, then states.
+void LineSupervisor::watch_others() {
+  const auto other = master_.core()->other_master();
+  if (other.frames == 0) return;
+  if (other_.frames > 0 && harm_of(other.command, other.ado) <= harm_of(other_.command, other_.ado)) return;
+  other_ = other;
+  LineEvent event{.kind = LineEvent::Kind::kOtherMaster};
+  event.time = master_.bus().exchange().now();
+  event.other = other;
+  note(event);
+}
+
 void LineSupervisor::watch_slaves() {
   auto& core = *master_.core();
   const auto line = core.al_status();
@@ -158,10 +181,12 @@ void LineSupervisor::look_at(std::size_t slave) {
   const auto now = master_.bus().exchange().now();
   const auto report = master_.al_status_of(slave);
   if (!report) {
-    if (report.error().kind == ErrorKind::kWorkingCounter) note_gone(slave, now);
+    const bool silent = report.error().kind == ErrorKind::kWorkingCounter && report.error().received == 0;
+    if (silent) note_gone(slave, now);
     return;  // otherwise nobody can be reached: a matter of the line, not of this slave
   }
-  if (report->status.state != AlState::kOp || report->status.error) note_state(slave, *report, now);
+  if (report->status.state != AlState::kOp || report->status.error) return note_state(slave, *report, now);
+  slaves_[slave].suspicious = true;
 }
 
 void LineSupervisor::note_gone(std::size_t slave, nanoseconds time) {
@@ -185,6 +210,11 @@ void LineSupervisor::note_state(std::size_t slave, const AlReport& report, nanos
   event.state = report.status;
   event.code = report.code;
   note(event);
+  // What it fell over may have been written by somebody else.
+  if (!settings_.guard_registers || report.status.state < AlState::kSafeOp) return;
+  const auto changes = master_.changed_registers(slave);
+  if (!changes || !needs_configuration(*changes) || restore_addresses()) return;
+  note_changes(slave, *changes);
 }
 
 void LineSupervisor::recover(std::size_t slave) {

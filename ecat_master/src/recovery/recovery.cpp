@@ -1,6 +1,7 @@
 // Bringing single slaves back while the others keep cycling.
 #include <algorithm>
 
+#include "driveline/ecat_master/bus/write_protection.hpp"
 #include "driveline/ecat_master/configuration/configuration_check.hpp"
 #include "driveline/ecat_master/configuration/description_plan.hpp"
 #include "driveline/ecat_master/configuration/process_data_setup.hpp"
@@ -85,120 +86,12 @@ Result<void> check_identity(Bus& bus, const ConfiguredSlave& slave) {
   return {};
 }
 
-/// One slave of the line by position: its station address and the alias it loaded when it was switched on.
-struct Seen {
-  std::uint16_t station = 0;
-  std::uint16_t alias = 0;
-  bool answers = false;
-  std::optional<std::uint16_t> device_id{};  ///< when somebody is missing who is known by it
-};
-
-Result<std::vector<Seen>> look_around(Bus& bus) {
-  std::array<std::byte, 1> type{};
-  const auto count = bus.broadcast_read(wire::reg::kType.address, type);
-  if (!count) return tl::unexpected(count.error());
-  // Station address 0x0010 and alias 0x0012 in one read.
-  std::vector<std::array<std::byte, 4>> data(*count);
-  std::vector<Request> requests;
-  for (std::uint16_t i = 0; i < *count; ++i) {
-    requests.push_back(
-        {wire::Command::kAprd, wire::DatagramAddress::position(i, wire::reg::kStationAddress.address), data[i]});
-  }
-  if (auto done = bus.exchange().exchange(requests); !done) return tl::unexpected(done.error());
-  std::vector<Seen> seen;
-  for (std::size_t i = 0; i < data.size(); ++i) {
-    seen.push_back({wire::load_le<std::uint16_t>(data[i]), wire::load_le<std::uint16_t>(std::span(data[i]).subspan(2)),
-                    requests[i].working_counter == 1});
-  }
-  return seen;
-}
-
 }  // namespace
 
 Result<AlReport> Master::al_status_of(std::size_t slave) {
   auto reports = read_al_status(bus_, {&refs_[slave], 1});
   if (!reports) return tl::unexpected(reports.error());
   return reports->front();
-}
-
-/// A slave that was switched off has lost its station address. Members of the line are recognised by it; whoever has
-/// another or none is the missing slave whose place it is, or the hot-connected one with that alias.
-Result<std::size_t> Master::readdress_newcomers() {
-  auto seen = look_around(bus_);
-  if (!seen) return tl::unexpected(seen.error());
-  const auto index_of = [this](std::uint16_t station) -> std::optional<std::size_t> {
-    const auto found = std::find_if(refs_.begin(), refs_.end(), [=](SlaveRef ref) { return ref.station == station; });
-    if (found == refs_.end()) return std::nullopt;
-    return static_cast<std::size_t>(found - refs_.begin());
-  };
-  std::vector<bool> present(refs_.size());
-  for (const auto& one : *seen) {
-    if (const auto index = index_of(one.station); index && one.answers) present[*index] = true;
-  }
-  bool by_id = false;
-  for (std::size_t i = 0; i < slaves_.size(); ++i) {
-    by_id = by_id || (!present[i] && slaves_[i].plan.hot_connect && slaves_[i].plan.device_id);
-  }
-  if (by_id) {
-    std::vector<std::uint16_t> strangers;
-    for (std::size_t position = 0; position < seen->size(); ++position) {
-      const auto& one = (*seen)[position];
-      if (one.answers && !index_of(one.station)) strangers.push_back(static_cast<std::uint16_t>(position));
-    }
-    const auto ids = identify_newcomers(strangers);
-    if (!ids) return tl::unexpected(ids.error());
-    for (std::size_t i = 0; i < strangers.size(); ++i) (*seen)[strangers[i]].device_id = (*ids)[i];
-  }
-  std::size_t addressed = 0;
-  std::vector<std::optional<std::size_t>> known(seen->size());
-  const auto give_address = [&](std::size_t position, std::size_t slave) {
-    known[position] = slave;
-    present[slave] = true;
-    unproven_[slave] = true;
-    ++addressed;
-    const auto address = wire::to_le_bytes(refs_[slave].station);
-    return bus_.write_at_position(static_cast<std::uint16_t>(position), wire::reg::kStationAddress.address, address);
-  };
-  std::size_t reached = 0;
-  for (std::size_t position = 0; position < seen->size(); ++position) {
-    const auto& one = (*seen)[position];
-    if (!one.answers) continue;
-    reached = position + 1;
-    if ((known[position] = index_of(one.station))) continue;
-    for (std::size_t i = 0; i < slaves_.size(); ++i) {
-      if (present[i] || !slaves_[i].plan.hot_connect || slaves_[i].plan.behind) continue;
-      const auto alias = slaves_[i].plan.alias.value_or(slaves_[i].info.alias);
-      const bool match =
-          (one.alias != 0 && alias == one.alias) || (one.device_id && slaves_[i].plan.device_id == one.device_id);
-      if (!match) continue;
-      if (auto done = give_address(position, i); !done) return tl::unexpected(done.error());
-      break;
-    }
-  }
-  // Who belongs to one with a name.
-  for (std::size_t i = 0; i < slaves_.size(); ++i) {
-    const auto& behind = slaves_[i].plan.behind;
-    if (present[i] || !behind) continue;
-    const auto head = std::find(known.begin(), known.end(), position_of(behind->head));
-    if (head == known.end() || !*head) continue;
-    const auto position = static_cast<std::size_t>(head - known.begin()) + behind->distance;
-    if (position >= reached || !(*seen)[position].answers || known[position]) continue;
-    if (auto done = give_address(position, i); !done) return tl::unexpected(done.error());
-  }
-  // Behind the break of a ring nobody is reached by position.
-  const auto placed = place_by_wiring(std::span(known).first(reached));
-  if (!placed) return tl::unexpected(placed.error());
-  for (const auto& [position, slave] : *placed) {
-    if (auto done = give_address(position, slave); !done) return tl::unexpected(done.error());
-  }
-  return addressed;
-}
-
-/// Device IDs of slaves that have no station address of ours.
-Result<std::vector<std::optional<std::uint16_t>>> Master::identify_newcomers(std::span<const std::uint16_t> positions) {
-  const auto guests = host(positions);
-  if (!guests) return tl::unexpected(guests.error());
-  return read_device_ids(bus_, *guests);
 }
 
 /// A hot-connected slave that has not been there yet: who it is, and whether its place in the image fits.
@@ -244,10 +137,19 @@ Result<void> Master::recover(std::size_t slave, std::chrono::nanoseconds state_t
   if (joins) {
     if (auto done = welcome(slave); !done) return refuse(slave, done.error());
   }
+  // Nothing could be done for a slave that takes no writes.
+  if (auto done = lift_write_protection(bus_, refs_[slave]); !done) return done;
   const std::span<const SlaveRef> ref(&refs_[slave], 1);
-  // Who has kept its station address and fell no further than SAFEOP is still configured.
-  const bool configured =
+  // Who has kept its station address and fell no further than SAFEOP is still configured, unless it fell because it is
+  // not.
+  bool configured =
       !joins && !unproven_[slave] && (report->status.state == kConfigured || report->status.state == AlState::kOp);
+  if (configured) {
+    const auto changes = changed_registers(slave);
+    if (!changes) return tl::unexpected(changes.error());
+    if (auto done = rewrite(bus_, refs_[slave], *changes); !done) return done;
+    configured = !needs_configuration(*changes);
+  }
   if (configured && change_state(bus_, ref, AlState::kOp, state_timeout)) return {};
   if (auto done = reconfigure(slave, state_timeout); !done) {
     if (done.error().kind == ErrorKind::kIdentityMismatch) return refuse(slave, done.error());
@@ -276,7 +178,21 @@ Result<void> Master::reconfigure(std::size_t slave, std::chrono::nanoseconds sta
   if (auto done = write_watchdogs(bus_, {&one, 1}); !done) return done;
   if (auto done = write_process_data_setup(bus_, {&one, 1}, image_); !done) return done;
   if (auto done = restore_clock(slave); !done) return done;
+  if (auto done = restore_registers(slave); !done) return done;
   return change_state(bus_, ref, AlState::kSafeOp, state_timeout);
+}
+
+/// What nobody plans is as it was when the slave was configured first; one that was not there then is as it comes.
+Result<void> Master::restore_registers(std::size_t slave) {
+  if (facts_[slave] == ControllerFacts{}) {
+    auto facts = read_controller_facts(bus_, {&refs_[slave], 1});
+    if (!facts) return tl::unexpected(facts.error());
+    facts_[slave] = facts->front();
+    return {};
+  }
+  const auto changes = changed_registers(slave);
+  if (!changes) return tl::unexpected(changes.error());
+  return rewrite(bus_, refs_[slave], *changes);
 }
 
 }  // namespace driveline::ecat_master

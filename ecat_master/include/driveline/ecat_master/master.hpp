@@ -8,6 +8,7 @@
 
 #include "driveline/ecat_master/bus/direct_exchange.hpp"
 #include "driveline/ecat_master/configuration/configurator.hpp"
+#include "driveline/ecat_master/configuration/register_guard.hpp"
 #include "driveline/ecat_master/cyclic/cycle_runner.hpp"
 #include "driveline/ecat_master/dc/bring_up.hpp"
 #include "driveline/ecat_master/dc/clock_watch.hpp"
@@ -60,9 +61,12 @@ class Master {
   void use_ring(port::RedundantPort& ring) noexcept { ring_ = &ring; }
   /// After enter_pre_op(): what configure() does about the clocks, for who wants nothing else. Then start_cycle().
   [[nodiscard]] Result<void> synchronise_clocks();
-  /// After configure(): how the line differs from the plans, and which plan belongs to which slave.
+  /// After scan(): compares the found slaves with `plans`, as configure() does, for who has to know whose plan is whose
+  /// before that. Errors: the first difference.
+  [[nodiscard]] Result<void> match(std::span<const SlavePlan> plans);
+  /// After match() or configure(): how the line differs from the plans, and which plan belongs to which slave.
   [[nodiscard]] const LineComparison& comparison() const noexcept { return comparison_; }
-  /// After configure(): where on the line the slave of plan number `plan` is.
+  /// After match() or configure(): where on the line the slave of plan number `plan` is.
   [[nodiscard]] std::optional<std::size_t> position_of(std::size_t plan) const noexcept;
   /// Explicit device identifications of all slaves, into slaves()[n].info; after scan().
   [[nodiscard]] Result<void> identify_devices();
@@ -94,17 +98,25 @@ class Master {
   [[nodiscard]] Result<std::vector<AlReport>> al_status();
   /// AL status of one slave. Errors: kWorkingCounter when it does not answer, those of the bus.
   [[nodiscard]] Result<AlReport> al_status_of(std::size_t slave);
-  /// While the cycle runs: gives their station addresses back to slaves that were switched off or plugged in again.
-  /// A slave is known by its place in the wiring, where that does not tell by its serial number; one with
-  /// SlavePlan::hot_connect by its alias or device ID, one with SlavePlan::behind by its place behind that. Whoever may
-  /// be several of the missing ones gets none, and recover() of these says kPlaceUnknown. Returns how many there were.
-  /// Errors: those of the bus.
-  [[nodiscard]] Result<std::size_t> readdress_newcomers();
+  /// A slave that was given its station address back.
+  struct Readdressed {
+    std::uint16_t slave = 0;  ///< by its number
+    std::uint16_t found = 0;  ///< the address it had
+  };
+  /// While the cycle runs: gives their station addresses back to slaves that were switched off or plugged in again, or
+  /// whose address was written over. A slave is known by its place in the wiring, where that does not tell by its
+  /// serial number; one with SlavePlan::hot_connect by its alias or device ID, one with SlavePlan::behind by its
+  /// place behind that. Whoever may be several of the missing ones gets none, and recover() of these says
+  /// kPlaceUnknown. Errors: those of the bus.
+  [[nodiscard]] Result<std::vector<Readdressed>> readdress_newcomers();
   /// While the cycle runs: takes one slave from any state back to OP; checks that it is the device it was before and
   /// configures it anew when it has lost its configuration. The others are not touched. Errors: kIdentityMismatch, and
   /// the slave loses its station address; kWorkingCounter when it does not answer, kPlaceUnknown when it may be one
   /// that has come back; those of configure().
   [[nodiscard]] Result<void> recover(std::size_t slave, std::chrono::nanoseconds state_timeout);
+  /// After configure(): registers of a slave that no longer read as they were set up. Errors: kWorkingCounter when not
+  /// exactly one slave answers to its station address, those of the bus.
+  [[nodiscard]] Result<std::vector<RegisterChange>> changed_registers(std::size_t slave);
   /// Lets the cycle run for `duration` (sleeps, or runs it on virtual time).
   void pass(std::chrono::nanoseconds duration);
   /// After configure() with clocks, else null.
@@ -170,8 +182,9 @@ class Master {
   [[nodiscard]] Result<std::vector<SlaveRef>> host(std::span<const std::uint16_t> positions);
   [[nodiscard]] Result<std::vector<std::uint32_t>> serials_of_newcomers(std::span<const std::uint16_t> positions);
   [[nodiscard]] Result<void> refuse(std::size_t slave, const Error& error);
+  [[nodiscard]] Result<void> learn_facts();
+  [[nodiscard]] Result<void> restore_registers(std::size_t slave);
   [[nodiscard]] Result<void> reconfigure(std::size_t slave, std::chrono::nanoseconds state_timeout);
-  [[nodiscard]] Result<void> match_plans(std::span<const SlavePlan> plans);
   [[nodiscard]] Result<void> raise_to(wire::AlState target);
   /// What the process data say about the mailboxes.
   class CycleMailboxStatus final : public MailboxStatusSource {
@@ -202,6 +215,7 @@ class Master {
   std::vector<SlaveRef> refs_;
   std::vector<std::optional<Error>> unplaced_;  ///< why a slave that may have come back has no address
   std::vector<bool> unproven_;                  ///< has an address by its place; who it is has not been looked at
+  std::vector<ControllerFacts> facts_;          ///< by position
   Topology topology_;
   LineComparison comparison_;
   ProcessImage image_;

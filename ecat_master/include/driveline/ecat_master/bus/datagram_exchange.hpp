@@ -21,6 +21,21 @@ struct Request {
   bool answered = false;                        ///< false: it was never seen again
 };
 
+/// EtherCAT frames of somebody else on the wire, and what the most serious of them did.
+struct OtherMaster {
+  std::uint64_t frames = 0;
+  wire::MacAddress source{};                    ///< of the last one
+  wire::Command command = wire::Command::kNop;  ///< first datagram: a write to AL control or a station address if there
+                                                ///< was one, else any write, else the last read
+  std::uint16_t adp = 0;                        ///< of that datagram
+  std::uint16_t ado = 0;
+};
+/// How much harm a datagram of another master does: 0 none, it reads; 1 it writes; 2 it changes states or station
+/// addresses. \rtsafe
+[[nodiscard]] std::uint8_t harm_of(wire::Command command, std::uint16_t ado) noexcept;
+/// One sentence. Allocates: not for the cycle.
+[[nodiscard]] std::string describe(const OtherMaster& other);
+
 /// Counters of an exchange.
 struct ExchangeStatistics {
   std::uint64_t frames_sent = 0;        ///< retries included

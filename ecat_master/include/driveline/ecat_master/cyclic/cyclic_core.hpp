@@ -145,6 +145,9 @@ class CyclicCore {
   /// See stale_frames().
   [[nodiscard]] std::uint64_t foreign_frames() const noexcept { return foreign_frames_.value(); }
 
+  /// EtherCAT frames of another master since the cycle began.
+  [[nodiscard]] OtherMaster other_master() const noexcept;
+
   /// The oldest event that has not been fetched; one thread.
   [[nodiscard]] bool take_event(CyclicEvent& event) noexcept { return events_.try_pop(event); }
   /// Events that found the ring full.
@@ -183,6 +186,7 @@ class CyclicCore {
   void send() noexcept;
   void receive(std::chrono::nanoseconds deadline) noexcept;
   void dispatch(const port::ReceivedFrame& frame) noexcept;
+  void note_foreign(std::span<const std::byte> frame) noexcept;
   void remember_missing(std::uint32_t sequence) noexcept;
   [[nodiscard]] bool was_missing(std::uint32_t sequence) noexcept;
   void evaluate(const rt::CycleStart& start) noexcept;
@@ -238,6 +242,9 @@ class CyclicCore {
   MotionPhase recorded_phase_ = MotionPhase::kIdle;
   port::Counter stale_frames_;
   port::Counter foreign_frames_;
+  port::Counter frames_of_masters_;
+  std::atomic<std::uint64_t> other_source_{0};       ///< its address, first byte lowest
+  std::atomic<std::uint64_t> other_datagram_{0};     ///< weight, command, ADP, ADO
   std::atomic<std::uint32_t> recovery_requests_{0};  ///< set_recovering() calls; wraps around
   std::atomic<bool> counting_wanted_{true};
   std::atomic<std::uint64_t> cycles_shared_{0};

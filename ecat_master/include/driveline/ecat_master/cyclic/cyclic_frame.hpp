@@ -25,7 +25,8 @@ struct LineAlStatus {
 /// What a cycle knows of one slave.
 struct SlaveCondition {
   bool absent = false;         ///< its status byte came back untouched
-  bool recovering = false;     ///< taken out by request: it may count or not
+  bool down = false;           ///< in a state below SAFEOP by its own account: it may count or not
+  bool recovering = false;     ///< taken out by request: likewise
   std::uint8_t al_status = 0;  ///< low byte of its AL status; 0: not known
 };
 

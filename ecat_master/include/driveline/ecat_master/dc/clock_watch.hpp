@@ -117,6 +117,7 @@ class ClockWatch {
   [[nodiscard]] Result<void> take_over(std::uint16_t reference);
   [[nodiscard]] Result<void> write_delays();
   [[nodiscard]] Result<void> measure(std::span<const SlaveRef> wire, std::optional<std::uint16_t> newcomer);
+  [[nodiscard]] Result<bool> keeps_time(std::uint16_t slave);
   [[nodiscard]] Result<void> set_clock(std::uint16_t slave);
   [[nodiscard]] Result<void> await_clock(std::uint16_t slave);
   [[nodiscard]] std::vector<ClockFeatures> features() const;

@@ -75,11 +75,12 @@ struct LineDiagnosis {
   std::uint64_t foreign_frames = 0;    ///< none of ours
   /// Of a cycle that has ended; while it runs they are its own, and whoever drains its samples may fill this in.
   std::optional<CycleStatistics> statistics;
-  std::optional<port::RingStatus> ring;       ///< nothing without a ring
-  std::vector<LineEvent> events;              ///< LineSupervisor::history()
-  std::vector<CyclicEvent> exchange_history;  ///< LineSupervisor::exchange_history()
-  std::vector<CyclicEvent> state_history;     ///< of slaves, as their process data told
-  std::vector<EmergencyRecord> emergencies;   ///< of all slaves, in order of time
+  std::optional<port::RingStatus> ring;                  ///< nothing without a ring
+  std::optional<LineSupervisor::GuardStatistics> guard;  ///< of the registers; none: nobody reads them back
+  std::vector<LineEvent> events;                         ///< LineSupervisor::history()
+  std::vector<CyclicEvent> exchange_history;             ///< LineSupervisor::exchange_history()
+  std::vector<CyclicEvent> state_history;                ///< of slaves, as their process data told
+  std::vector<EmergencyRecord> emergencies;              ///< of all slaves, in order of time
 };
 
 /// Reads states, links and error counters of all slaves, side by side; who does not answer is marked so. Errors: those

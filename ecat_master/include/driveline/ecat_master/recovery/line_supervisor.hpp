@@ -21,6 +21,10 @@ struct LineEvent {
     kRingClosed,
     kJoined,         ///< a hot-connected slave that was missing is in OP
     kOutputsZeroed,  ///< a group (`slave`) reached its limit of bad cycles (`count`)
+    /// `count` registers of a slave in OP have changed, `change` is the first; it is taken down and configured anew
+    kRegistersChanged,
+    kOtherMaster,        ///< `other`: somebody else sends EtherCAT frames, or does more than before
+    kRegistersRestored,  ///< likewise; they were written again while the slave went on
   };
   Kind kind = Kind::kLeftOp;                               ///< decides which of the members below count
   std::uint16_t slave = 0;                                 ///< position, or as Kind says
@@ -30,6 +34,8 @@ struct LineEvent {
   wire::AlStatus state{};                                  ///< of the slave, kLeftOp
   wire::AlStatusCode code = wire::AlStatusCode::kNoError;  ///< kLeftOp, why
   Error error{};                                           ///< kRecoveryFailed, why
+  RegisterChange change{};                                 ///< kRegistersChanged, kRegistersRestored: the first
+  OtherMaster other{};                                     ///< kOtherMaster
 };
 
 /// "12.345678 s slave 3: left OP, is in SAFEOP with error, AL status code 0x001B (...)". Allocates: not for the cycle.
@@ -38,7 +44,9 @@ struct LineEvent {
 [[nodiscard]] std::string what_happened(const LineEvent& event, std::string_view name = {});
 
 /// Watches over a line in OP from an ordinary thread, names what goes wrong, and brings slaves back that lost power,
-/// were unplugged, or fell out of OP. The cycle goes on meanwhile: everything here travels in its gaps. Not \rtsafe.
+/// were unplugged, or fell out of OP. Reads the registers of all slaves back, one slave per poll and those first whose
+/// process data are not what they should be: a frame that was damaged on its way may have written anything anywhere.
+/// The cycle goes on meanwhile: everything here travels in its gaps. Not \rtsafe.
 class LineSupervisor {
  public:
   /// How slaves are brought back.
@@ -46,6 +54,7 @@ class LineSupervisor {
     bool recover = true;  ///< false: only slaves with SlavePlan::hot_connect
     std::chrono::nanoseconds state_timeout = std::chrono::seconds{5};  ///< per transition of a slave that is recovered
     std::chrono::nanoseconds retry_pause = std::chrono::milliseconds{50};  ///< between two tries at the same slave
+    bool guard_registers = true;                                           ///< registers are read back
   };
   /// Longest of the histories below.
   static constexpr std::size_t kMaxHistory = 1024;
@@ -75,6 +84,14 @@ class LineSupervisor {
   [[nodiscard]] const std::deque<CyclicEvent>& state_history() const noexcept { return state_history_; }
   /// Recoveries that succeeded.
   [[nodiscard]] std::uint64_t recoveries() const noexcept { return recoveries_; }
+  /// How far the registers have been read back.
+  struct GuardStatistics {
+    std::uint64_t looks = 0;                 ///< at the registers of one slave
+    std::uint64_t rounds = 0;                ///< every slave in OP has had its turn so often
+    std::uint64_t changes = 0;               ///< registers that had changed
+    std::chrono::nanoseconds last_round{0};  ///< how long the last round took
+  };
+  [[nodiscard]] const GuardStatistics& guard() const noexcept { return guard_; }
 
  private:
   struct Slave {
@@ -83,12 +100,20 @@ class LineSupervisor {
     std::chrono::nanoseconds next_try{0};
     ErrorKind last_failure = ErrorKind::kCancelled;
     bool failure_noted = false;
+    bool suspicious = false;     ///< in OP by its own account, without valid process data
+    bool restore_noted = false;  ///< until its registers are as they should be
   };
 
   void take_cycle_events();
   void watch_ring();
+  void watch_others();
   void watch_slaves();
   void look_at(std::size_t slave);
+  void watch_registers();
+  [[nodiscard]] std::optional<std::size_t> next_guarded();
+  void guard(std::size_t slave);
+  bool restore_addresses();
+  void note_changes(std::size_t slave, std::span<const RegisterChange> changes);
   void note_state(std::size_t slave, const AlReport& report, std::chrono::nanoseconds time);
   void note_gone(std::size_t slave, std::chrono::nanoseconds time);
   void recover(std::size_t slave);
@@ -105,6 +130,10 @@ class LineSupervisor {
   std::deque<CyclicEvent> state_history_;
   std::uint64_t events_ = 0;
   std::uint64_t recoveries_ = 0;
+  GuardStatistics guard_;
+  OtherMaster other_;  ///< as it was told
+  std::size_t next_guarded_ = 0;
+  std::chrono::nanoseconds round_began_{0};
 };
 
 }  // namespace driveline::ecat_master

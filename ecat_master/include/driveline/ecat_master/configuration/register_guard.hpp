@@ -1,0 +1,73 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "driveline/ecat_master/configuration/configurator.hpp"
+#include "driveline/ecat_master/dc/line_clocks.hpp"
+
+namespace driveline::ecat_master {
+
+/// What may be done about a register that has changed while its slave is in OP.
+enum class RegisterRepair : std::uint8_t {
+  kRewrite,      ///< written again: it takes effect without the slave's application having a say
+  kReconfigure,  ///< the application has checked it on the way up, so the slave goes there once more (ETG.1000.6 5.3)
+};
+
+/// One register, or field of an FMMU or sync manager, that has been set up and must read back as that.
+struct GuardedRegister {
+  std::uint16_t address = 0;
+  std::uint8_t size = 0;  ///< bytes, up to 8
+  RegisterRepair repair = RegisterRepair::kReconfigure;
+  std::uint64_t expected = 0;
+  std::uint64_t bits = ~std::uint64_t{0};  ///< those that count; the others belong to the slave
+};
+
+/// A register that has another value than it was set to.
+struct RegisterChange {
+  GuardedRegister guarded;
+  std::optional<std::uint64_t> found;  ///< none: it cannot be told
+};
+
+/// Some of the changes cannot be undone while the slave is in OP.
+[[nodiscard]] bool needs_configuration(std::span<const RegisterChange> changes) noexcept;
+
+/// "FMMU 1 (0x0610): logical start address is 0x00010020, 0x00010000 was configured". Allocates.
+[[nodiscard]] std::string describe(const RegisterChange& change);
+
+/// What the controller of a slave is like and what nobody plans about it: read once, when the slave is configured. What
+/// it does not answer is not guarded.
+struct ControllerFacts {
+  std::uint8_t fmmus = 0;
+  std::uint8_t sync_managers = 0;
+  std::optional<std::uint32_t> dl_control;
+  std::optional<std::uint16_t> watchdog_divider;
+  std::optional<std::uint16_t> watchdog_pdi;
+  std::optional<std::uint16_t> watchdog_process_data;
+  std::optional<std::uint16_t> filter_depths;  ///< registers 0x0934 and 0x0935
+  constexpr bool operator==(const ControllerFacts&) const = default;
+};
+
+/// The facts of all `slaves`, read until two answers agree: a damaged one would be taken for the truth ever after.
+/// Errors: those of the bus. Not real-time safe.
+[[nodiscard]] Result<std::vector<ControllerFacts>> read_controller_facts(Bus& bus, std::span<const SlaveRef> slaves);
+
+/// Everything about a slave in SAFEOP or OP that has been written to its controller, ascending by address: write
+/// protection, DL control, watchdogs, FMMUs, sync managers and, where `clocks` is not null, its distributed clock as
+/// far as the line goes by it. Bits that the controller or the mailbox change by themselves do not count.
+[[nodiscard]] std::vector<GuardedRegister> guarded_registers(const ConfiguredSlave& slave, const ProcessImage& image,
+                                                             const dc::LineClocks* clocks,
+                                                             const ControllerFacts& facts);
+
+/// Reads `guarded` back in as few datagrams as they fit into and returns those that differ. What differs is read once
+/// more and counts only when it is the same again: the answer may have been damaged on its way. Errors: kWorkingCounter
+/// when not exactly one slave answers to the address (`received` of them), those of the bus. Not real-time safe.
+[[nodiscard]] Result<std::vector<RegisterChange>> find_changes(Bus& bus, SlaveRef slave,
+                                                               std::span<const GuardedRegister> guarded);
+
+/// Writes registers back whose repair is kRewrite; write protection first, in the frame that unlocks it. Errors:
+/// kWorkingCounter, those of the bus. Not real-time safe.
+[[nodiscard]] Result<void> rewrite(Bus& bus, SlaveRef slave, std::span<const RegisterChange> changes);
+
+}  // namespace driveline::ecat_master
