@@ -406,10 +406,8 @@ void MsdDrive::publish() noexcept {
   dictionary_.set(kVelocityActual, saturate<std::int32_t>(motion_.velocity()));
   dictionary_.set(kVelocityDemand, saturate<std::int32_t>(motion_.velocity_demand()));
   dictionary_.set(kTorqueActual, torque);
-  dictionary_.set(kCurrentActual, torque);
-  if (motion_.by_frequency()) {  // torque is not what the current is for
-    dictionary_.set(kCurrentActual, saturate<std::int16_t>(std::copysign(motion_.current_permille(), torque)));
-  }
+  // The sign of the torque, the size of both currents: in saturated iron, or with d current, more than the torque's.
+  dictionary_.set(kCurrentActual, saturate<std::int16_t>(std::copysign(motion_.current_permille(), torque)));
   dictionary_.set(kTorqueDemand, saturate<std::int16_t>(motion_.torque_demand_permille()));
   dictionary_.set(kDcLinkVoltage, saturate<std::uint32_t>(dc_link_.volts() * 1e3));
   dictionary_.set(kDcLinkVolts, static_cast<float>(dc_link_.volts()));

@@ -122,6 +122,82 @@ TEST(MsdProtection, OverloadOfTypeThermReachesItsShareWithItsTimeConstant) {
   EXPECT_NEAR(model.motor_c(), 25.0 + 65.0 * (1.0 - std::exp(-10.0 / 600.0)), 0.1);
 }
 
+/// An axis that pushes with 1.5 times its rated current against an end stop, until something trips.
+double seconds_of_stall(DriveRig& rig, std::uint32_t overload_type) {
+  EXPECT_EQ(rig.write(0x22DF, 0, overload_type, 2), 0U);
+  EXPECT_EQ(rig.write(0x22DC, 0, 0, 2), 0U);  // no temperature sensor
+  rig.operate();
+  rig.enable(10);
+  rig.target_torque = 1500;
+  rig.cycles(80);
+  for (int i = 0; i < 2000; ++i) {
+    rig.pass(100ms);
+    if (rig.drive.fault()) return i * 0.1;
+  }
+  return 1e9;
+}
+
+TEST(MsdProtection, OverloadCountsTheCurrentOfTheRunningMotor) {
+  constexpr double kThermalS = 40.3;  // 60 s * ln(2.25 / (2.25 - 1.1))
+  constexpr double kFrequencyS = 120.0;
+  for (const bool saturated : {false, true}) {
+    MsdParameters parameters;
+    parameters.motor.load.end_stop_max_rad = 0.5;
+    parameters.motor.winding.simulated = saturated;
+    parameters.motor.winding.saturation_current_a = saturated ? 6.0 : 0.0;
+    for (const std::uint32_t type : {1U, 0U}) {
+      DriveRig rig(parameters);
+      EXPECT_NEAR(seconds_of_stall(rig, type), type == 1 ? kThermalS : kFrequencyS, 1.0)
+          << "type " << type << (saturated ? ", saturated" : "");
+      EXPECT_EQ(rig.drive.fault(), Fault::kMotorOverload);
+    }
+  }
+}
+
+TEST(MsdProtection, TemperaturesRiseWithTheCurrentOfTheRunningMotor) {
+  MsdParameters parameters;
+  parameters.motor.load.end_stop_max_rad = 0.5;
+  parameters.motor.winding.simulated = true;
+  parameters.motor.winding.saturation_current_a = 6.0;
+  parameters.thermal.motor_time_constant_s = 5.0;
+  DriveRig rig(parameters);
+  rig.operate();
+  rig.enable(10);
+  rig.target_torque = 1000;
+  rig.cycles(80);
+  rig.pass(9s);
+  rig.pass(9s);
+  rig.pass(9s);
+  EXPECT_NEAR(std::bit_cast<float>(rig.read(0x22BD, 1)), 90.0, 1.0) << "65 K above 25 degrees at rated current";
+}
+
+TEST(MsdProtection, CurrentIsThatOfTheWindingsAndNotTheTorque) {
+  MsdParameters parameters;
+  parameters.motor.load.end_stop_max_rad = 0.5;
+  parameters.motor.load.end_stop_min_rad = -0.5;
+  parameters.motor.winding.simulated = true;
+  parameters.motor.winding.saturation_current_a = 8.0;
+  DriveRig rig(parameters);
+  rig.operate();
+  rig.enable(10);
+  const auto current = [&rig] { return static_cast<std::int16_t>(rig.read(0x6078)); };
+  for (const int sign : {1, -1}) {
+    rig.target_torque = static_cast<std::int16_t>(sign * 2500);
+    rig.cycles(8000);
+    const double amplitude = 2.5 * std::numbers::sqrt2 * 4.1;
+    EXPECT_NEAR(current(), sign * 2500, 25) << "the current loop carries what was asked for";
+    EXPECT_NEAR(rig.torque, sign * 2500 / std::sqrt(1.0 + std::pow(amplitude / 8.0, 2.0)), 25);
+  }
+  parameters.motor.winding.saturation_current_a = 0.0;
+  DriveRig plain(parameters);
+  plain.operate();
+  plain.enable(10);
+  plain.target_torque = 800;
+  plain.cycles(8000);
+  EXPECT_NEAR(static_cast<std::int16_t>(plain.read(0x6078)), 800, 8);
+  EXPECT_NEAR(plain.torque, 800, 8);
+}
+
 TEST(MsdProtection, MotorTemperatureIsMonitoredWithASensor) {
   DriveRig rig;
   rig.drive.heat(1.3, 4000s);  // 135 degC
