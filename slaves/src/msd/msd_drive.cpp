@@ -171,7 +171,8 @@ void MsdDrive::restart() {
   settings_changed_ = true;
   factory_reset_pending_ = false;
   following_error_ = false;
-  if (std::exchange(brake_open_, false)) brake_since_ = running_time();  // its coil has no current from now on
+  brake_open_ = false;
+  terminals_.clear_outputs();
   warnings_ = 0;
   probe_ = {};
   start_left_ =
@@ -182,6 +183,7 @@ void MsdDrive::restart() {
   initialise_control_ = true;
   apply_settings();
   motion_.restart_encoder();
+  follow_brake_output();
   motion_.select(MotionCommand::kOff, MotionSource::kNone, false);
   publish();
   if (!parameter_file_good_) raise(Fault::kParameterList);
@@ -369,7 +371,8 @@ void MsdDrive::advance(nanoseconds now) noexcept {
     if (process_data_cycle) power_step();
     if (modes_.step_homing(terminals_.signals(), motion_, parameters_.homing_time_out)) raise(Fault::kHoming);
     control_touch_probe();
-    motion_.step(brake_open_ ? !brake_settled() : brake_settled());
+    follow_brake_output();
+    motion_.step(brake_closed());
     evaluate_switches();
     if (const auto index = motion_.motor().index_pulse()) probe_.zero_pulse(shown_position(*index));
     apply_scheduled_inputs();

@@ -47,16 +47,27 @@ OptionCodes MsdDrive::option_codes() const noexcept {
           std::chrono::milliseconds(dictionary_.get<std::uint32_t>(kExternalReactionTime))};
 }
 
-/// Lift or close time of the motor brake has passed since its output changed.
-bool MsdDrive::brake_settled() const noexcept {
-  const double time_ms = dictionary_.get<float>(brake_open_ ? kBrakeLiftTime : kBrakeCloseTime);
+/// The brake hangs at its output, whatever function that has (P 125): energised it opens.
+void MsdDrive::follow_brake_output() noexcept {
+  const bool energised = terminals_.controls_brake() ? brake_open_ : terminals_.output(Output::kBrake);
+  if (std::exchange(brake_energised_, energised) != energised) brake_since_ = running_time();
+}
+
+/// Its lift or close time has passed since the output changed (P 213, P 214).
+bool MsdDrive::brake_at_rest() const noexcept {
+  const double time_ms = dictionary_.get<float>(brake_energised_ ? kBrakeLiftTime : kBrakeCloseTime);
   return static_cast<double>((running_time() - brake_since_).count()) >= time_ms * 1e6;
+}
+
+/// Where the output has another function there is no brake for the drive to wait for.
+bool MsdDrive::brake_settled() const noexcept {
+  return !terminals_.controls_brake() || brake_at_rest();
 }
 
 /// Opens with the power stage and closes before a controlled stop takes the torque away (P 213, P 214).
 void MsdDrive::control_brake() noexcept {
-  const bool open = power_.power_on() && !(power_.powers_off_at_standstill(option_codes()) && motion_.stopped());
-  if (std::exchange(brake_open_, open) != open) brake_since_ = running_time();
+  brake_open_ = power_.power_on() && !(power_.powers_off_at_standstill(option_codes()) && motion_.stopped());
+  follow_brake_output();
 }
 
 ModeControl::Conditions MsdDrive::mode_conditions() const noexcept {

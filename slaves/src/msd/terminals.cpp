@@ -11,6 +11,7 @@ constexpr std::array kInputs = {Input::kEnpo,  Input::kIsd00, Input::kIsd01, Inp
                                 Input::kIsdsh, Input::kIsa00, Input::kIsa01};
 /// In the order of the selectors P 122-P 126.
 constexpr std::array kOutputs = {Output::kOsd00, Output::kOsd01, Output::kOsd02, Output::kBrake, Output::kRelay};
+constexpr std::size_t kBrakeOutput = 3;
 
 /// 60FEh has the bits of 208Fh 16 places higher (MSD manual Tables 10.7, 10.9).
 constexpr unsigned kBusShift = 16;
@@ -100,6 +101,10 @@ void Terminals::evaluate() noexcept {
         break;
     }
   }
+}
+
+bool Terminals::controls_brake() const noexcept {
+  return output_functions_[kBrakeOutput] == OutputFunction::kBrake;
 }
 
 void Terminals::step_outputs(const OutputConditions& conditions) noexcept {

@@ -75,5 +75,72 @@ TEST(MsdBrake, ClosesInItsTimeWhenTheDriveIsSwitchedOffWhileItIsOpen) {
   }
 }
 
+/// P 125 is what the brake's output does; the brake follows the output.
+TEST(MsdBrake, StaysClosedAtAnOutputThatIsOff) {
+  for (const std::uint32_t function : {0U, 39U, 40U}) {
+    SCOPED_TRACE(function);
+    auto parameters = vertical_axis();
+    parameters.motor.brake_torque_nm = 10.0;  // more than the motor has
+    DriveRig rig(parameters);
+    ASSERT_EQ(rig.write(0x207D, 0, function, 2), 0U);
+    rig.operate();
+    rig.enable(8);
+    for (int i = 0; i < 400; ++i) {
+      rig.target_position += 131;
+      rig.cycle();
+    }
+    EXPECT_FALSE(rig.drive.output(Output::kBrake));
+    EXPECT_NEAR(rig.drive.position_rad(), 0.0, 0.01) << "10 Nm hold";
+    EXPECT_GT(rig.following_error, 40'000);
+  }
+}
+
+TEST(MsdBrake, OpensByTheBusAlone) {
+  for (const std::uint32_t function : {39U, 40U}) {
+    SCOPED_TRACE(function);
+    DriveRig rig(vertical_axis());
+    ASSERT_EQ(rig.write(0x207D, 0, function, 2), 0U);
+    ASSERT_EQ(rig.write_real(0x20D5, 0, 20.0F), 0U);  // lift time
+    rig.operate();
+    rig.cycles(80);
+    ASSERT_NEAR(rig.drive.position_rad(), 0.0, 0.001);
+    ASSERT_EQ(rig.write(0x60FE, 1, 1U << 22U, 4), 0U);
+    rig.cycles(120);  // 15 ms
+    EXPECT_TRUE(rig.drive.output(Output::kBrake));
+    EXPECT_NEAR(rig.drive.position_rad(), 0.0, 0.001) << "still lifting";
+    rig.cycles(400);
+    EXPECT_LT(rig.drive.position_rad(), -1.0) << "nobody holds the weight";
+    ASSERT_EQ(rig.write(0x60FE, 1, 0, 4), 0U);
+    rig.cycles(1600);
+    EXPECT_FALSE(rig.drive.output(Output::kBrake));
+    EXPECT_EQ(rig.drive.velocity_rad_s(), 0.0);
+  }
+}
+
+TEST(MsdBrake, ClosesWhenADriveThatTheBusOpenedItOnIsSwitchedOff) {
+  DriveRig rig(vertical_axis());
+  ASSERT_EQ(rig.write(0x207D, 0, 40, 2), 0U);
+  ASSERT_EQ(rig.write(0x200B, 1, 1, 1), 0U);
+  rig.pass(5ms);
+  ASSERT_EQ(rig.write(0x60FE, 1, 1U << 22U, 4), 0U);
+  rig.pass(50ms);
+  ASSERT_LT(rig.drive.velocity_rad_s(), -50.0);
+  rig.drive.restart();
+  rig.pass(500ms);
+  EXPECT_FALSE(rig.drive.output(Output::kBrake));
+  EXPECT_EQ(rig.drive.velocity_rad_s(), 0.0);
+}
+
+TEST(MsdBrake, SetpointsNeedNotWaitForABrakeThatTheDriveDoesNotControl) {
+  DriveRig rig;
+  ASSERT_EQ(rig.write(0x207D, 0, 0, 2), 0U);
+  ASSERT_EQ(rig.write_real(0x20D5, 0, 1000.0F), 0U);
+  rig.operate();
+  rig.enable(9);
+  rig.target_velocity = 1 << 20;
+  rig.cycles(400);
+  EXPECT_NEAR(rig.velocity, 1 << 20, 5000);
+}
+
 }  // namespace
 }  // namespace driveline::slaves::msd

@@ -225,7 +225,10 @@ class MsdDrive final : public Device, public DeviceSignals, private DictionaryOw
   void control_brake() noexcept;
   [[nodiscard]] bool brake_settled() const noexcept;
   [[nodiscard]] ModeControl::Conditions mode_conditions() const noexcept;
+  void follow_brake_output() noexcept;
+  [[nodiscard]] bool brake_at_rest() const noexcept;
   void monitor_following_error() noexcept;
+  [[nodiscard]] bool brake_closed() const noexcept { return brake_energised_ != brake_at_rest(); }
   void monitor_limit_switches() noexcept;
   void publish() noexcept;
   [[nodiscard]] std::uint16_t status_word() const noexcept;
@@ -276,7 +279,8 @@ class MsdDrive final : public Device, public DeviceSignals, private DictionaryOw
   bool stored_are_factory_ = false;  ///< the next start takes the time of a reset to factory settings
   PowerState shown_state_ = PowerState::kNotReadyToSwitchOn;
   std::chrono::nanoseconds shown_since_{0};  ///< running time when the display last changed its content
-  bool brake_open_ = false;                  ///< the brake's output
+  bool brake_open_ = false;                  ///< what the brake control wants
+  bool brake_energised_ = false;             ///< the output the brake hangs at
   /// Running time when the output changed; before the first time the brake has been closed for ever.
   std::chrono::nanoseconds brake_since_ = -std::chrono::hours(24);
   bool settings_changed_ = true;

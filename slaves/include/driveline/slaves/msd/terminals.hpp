@@ -78,6 +78,10 @@ class Terminals {
   /// What the inputs mean now. \rtsafe
   [[nodiscard]] const InputSignals& signals() const noexcept { return signals_; }
 
+  /// P 125 gives the brake's output to the drive's brake control. \rtsafe
+  [[nodiscard]] bool controls_brake() const noexcept;
+  /// Power-on: no output is energised. \rtsafe
+  void clear_outputs() noexcept { outputs_ = 0; }
   /// What decides about the outputs in one control cycle.
   struct OutputConditions {
     std::uint32_t physical_outputs = 0;  ///< 60FEh sub 1
