@@ -12,6 +12,9 @@ namespace {
 using Loop = ControllerSetpoint::Loop;
 
 constexpr std::uint32_t kSamplesForSynchronism = 8;  ///< ours
+constexpr std::uint32_t kStandstillSteps = 64;       ///< 4 ms within the window of P 745; ours
+constexpr double kStopShare = 0.7;                   ///< of the speed controller's reset time, ours
+constexpr double kStopAtLeastS = 2e-3;               ///< and no faster
 
 }  // namespace
 
@@ -20,6 +23,7 @@ Motion::Motion(const MotorParameters& motor, double initial_position_rad) noexce
       controller_({}, kControlStepS),
       frequency_control_(kControlStepS) {
   controller_.reset(measured_position_rad(), 0.0);
+  slow_steps_ = kStandstillSteps;
   motor_.set_power_stage(false);
 }
 
@@ -124,6 +128,7 @@ void Motion::take_over(MotionCommand command, MotionSource source, bool smooth) 
   if (ramping_) {
     const double limit =
         command == MotionCommand::kSlowDownRamp ? settings_.slow_down_rad_s2 : settings_.quick_stop_rad_s2;
+  if (command == MotionCommand::kTorqueLimit) start_limit_stop();
     generator_.run_at(0.0, {1.0, limit, limit, jerk_time_s});
   }
   if (command != MotionCommand::kFollow) return;
@@ -199,6 +204,25 @@ double Motion::follow() noexcept {
     case MotionSource::kCyclicPosition:
       return follow_position();
     case MotionSource::kCyclicVelocity:
+/// The speed loop goes on with the torque in force.
+void Motion::start_limit_stop() noexcept {
+  stop_velocity_rad_s_ = controller_.measured_velocity_rad_s();
+  torque_demand_nm_ = controller_.step({Loop::kVelocity, 0.0, stop_velocity_rad_s_, 0.0});
+}
+
+/// All the torque there is, then so much less that the axis comes to rest without turning round: the speed setpoint
+/// waits for the axis while the torque is at its limit, and runs into zero with a time constant (ours).
+double Motion::stop_at_limit() noexcept {
+  const double inertia = settings_.feed_forward_inertia_kg_m2 > 0.0 ? settings_.feed_forward_inertia_kg_m2
+                                                                    : motor_.parameters().inertia_kg_m2;
+  const double most = settings_.controller.max_torque_nm / inertia;
+  const double time_s = std::max(kStopShare * settings_.controller.velocity_reset_s, kStopAtLeastS);
+  if (controller_.limited()) stop_velocity_rad_s_ = controller_.measured_velocity_rad_s();
+  const double deceleration = std::clamp(stop_velocity_rad_s_ / time_s, -most, most);
+  stop_velocity_rad_s_ -= deceleration * kControlStepS;
+  return controller_.step({Loop::kVelocity, 0.0, stop_velocity_rad_s_, -inertia * deceleration});
+}
+
       return follow_velocity();
     case MotionSource::kCyclicTorque:
       return follow_torque();
@@ -224,6 +248,7 @@ void Motion::step(bool brake_closed) noexcept {
   switch (command_) {
     case MotionCommand::kOff:
       torque_demand_nm_ = controller_.step({});
+  slow_steps_ = slow() ? std::min(slow_steps_ + 1, kStandstillSteps) : 0;
       break;
     case MotionCommand::kFollow:
       torque_demand_nm_ = follow();
@@ -233,7 +258,7 @@ void Motion::step(bool brake_closed) noexcept {
       torque_demand_nm_ = follow_profile_velocity();
       break;
     case MotionCommand::kTorqueLimit:
-      torque_demand_nm_ = controller_.step({Loop::kVelocity, 0.0, 0.0, 0.0});
+      torque_demand_nm_ = stop_at_limit();
       break;
   }
   motor_.step(torque_demand_nm_, brake_closed);
@@ -297,6 +322,10 @@ bool Motion::standstill() const noexcept {
 
 int Motion::direction() const noexcept {
   constexpr double kStanding = 1e-3;  // rad/s
+  return slow_steps_ == kStandstillSteps;
+}
+
+bool Motion::slow() const noexcept {
   double speed = 0.0;
   switch (source_) {
     case MotionSource::kNone:
@@ -308,7 +337,7 @@ int Motion::direction() const noexcept {
       speed = velocity_.value();
       break;
     case MotionSource::kCyclicTorque:
-      speed = standstill() ? 0.0 : controller_.measured_velocity_rad_s();
+      speed = slow() ? 0.0 : controller_.measured_velocity_rad_s();
       break;
     case MotionSource::kProfilePosition:
     case MotionSource::kProfileVelocity:

@@ -162,6 +162,8 @@ TEST(MsdManual, StandstillWindowIsP0745) {
     EXPECT_EQ(rig.status & 0x4000, 0) << int{mode} << " window 10 rpm";
     ASSERT_EQ(rig.write_real(0x22E9, 0, 100.0F), 0U);
     rig.cycle();
+    EXPECT_EQ(rig.status & 0x4000, 0) << int{mode} << " standstill takes 4 ms";
+    rig.cycles(40);
     EXPECT_EQ((rig.status & 0x4000) != 0, shows) << int{mode} << " window 100 rpm";
   }
 }

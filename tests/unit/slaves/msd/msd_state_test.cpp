@@ -82,6 +82,26 @@ TEST(MsdState, CurrentLimitStopsWithAllTheTorqueThereIs) {
   EXPECT_EQ(rig.drive.state(), PowerState::kSwitchOnDisabled);
 }
 
+/// An axis that swings through standstill is not at it: status bit 14 needs some time within the window.
+TEST(MsdState, StandstillIsMoreThanPassingZero) {
+  DriveRig rig;
+  rig.operate();
+  rig.run_at(kSpeed);
+  rig.target_velocity = -kSpeed;
+  double last = rig.drive.velocity_rad_s();
+  bool passed = false;
+  for (int i = 0; i < 800; ++i) {
+    rig.cycle();
+    passed = passed || (last > 0.0 && rig.drive.velocity_rad_s() < 0.0);
+    last = rig.drive.velocity_rad_s();
+    EXPECT_FALSE(rig.status & 0x4000);
+  }
+  EXPECT_TRUE(passed);
+  rig.target_velocity = 0;
+  rig.cycles(800);
+  EXPECT_TRUE(rig.status & 0x4000);
+}
+
 TEST(MsdState, DisableVoltageCoasts) {
   DriveRig rig;
   rig.operate();

@@ -90,6 +90,87 @@ TEST(MsdOptionCode, QuickStopEveryValue605A) {
   }
 }
 
+/// What a stop on the current limit does from here on: how far the axis turns back, and how fast it is when it is over.
+struct LimitStop {
+  double backwards_rad_s = 0.0;
+  double at_end_rad_s = 1e9;
+  double time_s = 0.0;
+};
+template <typename Over>
+LimitStop stop_on_the_limit(DriveRig& rig, Over over) {
+  LimitStop stop;
+  const double sign = rig.drive.velocity_rad_s() > 0.0 ? 1.0 : -1.0;
+  for (int i = 0; i < 4000; ++i) {
+    rig.cycle();
+    if (over()) {
+      stop.at_end_rad_s = std::abs(rig.drive.velocity_rad_s());
+      stop.time_s = i * kCycleS;
+      return stop;
+    }
+    stop.backwards_rad_s = std::max(stop.backwards_rad_s, -sign * rig.drive.velocity_rad_s());
+  }
+  return stop;
+}
+
+TEST(MsdOptionCode, StopOnTheCurrentLimitEndsAtZeroWithoutTurningRound) {
+  for (const std::uint32_t code : {3U, 4U, 7U, 8U}) {
+    for (const int turns : {2, 10, 40, -40, 80}) {
+      for (const bool winding : {false, true}) {
+        SCOPED_TRACE(testing::Message() << "605Ah = " << code << ", " << turns << " rev/s" << (winding ? ", dq" : ""));
+        MsdParameters parameters;
+        parameters.motor.winding.simulated = winding;
+        DriveRig rig(parameters);
+        rig.operate();
+        ASSERT_EQ(rig.write(0x605A, 0, code, 2), 0U);
+        rig.run_at(turns * kRevolution);
+        rig.control = 0x02;
+        const auto stop =
+            stop_on_the_limit(rig, [&] { return (rig.status & 0x0400) != 0 || (rig.status & 0x6F) == 0x40; });
+        EXPECT_LT(stop.backwards_rad_s, 0.2);
+        EXPECT_LT(stop.at_end_rad_s, 0.5);
+        EXPECT_LT(stop.time_s, std::abs(turns) * kTurn / kTorqueLimit + 0.02) << "not much longer than the limit takes";
+      }
+    }
+  }
+}
+
+TEST(MsdOptionCode, StopOnTheCurrentLimitOfAVerticalAxisEndsAtZero) {
+  for (const int turns : {10, -10, 40}) {
+    SCOPED_TRACE(turns);
+    MsdParameters parameters;
+    parameters.motor.load.gravity_nm = 1.0;
+    parameters.motor.brake_torque_nm = 5.0;
+    DriveRig rig(parameters);
+    rig.operate();
+    ASSERT_EQ(rig.write(0x605A, 0, 3, 2), 0U);
+    rig.run_at(turns * kRevolution);
+    rig.control = 0x02;
+    const auto stop = stop_on_the_limit(rig, [&] { return !rig.drive.output(Output::kBrake); });
+    EXPECT_LT(stop.backwards_rad_s, 0.5);
+    EXPECT_LT(stop.at_end_rad_s, 0.5) << "the brake closes at rest";
+  }
+}
+
+/// Out of torque control and out of an acceleration, where the torque in force pushes on.
+TEST(MsdOptionCode, StopOnTheCurrentLimitTakesOverAnyTorque) {
+  for (const std::int8_t mode : {std::int8_t{9}, std::int8_t{10}}) {
+    SCOPED_TRACE(int{mode});
+    DriveRig rig;
+    rig.operate();
+    ASSERT_EQ(rig.write(0x605A, 0, 7, 2), 0U);
+    rig.enable(mode);
+    rig.target_velocity = 80 * kRevolution;
+    rig.target_torque = 2000;
+    rig.cycles(80);
+    ASSERT_GT(rig.drive.velocity_rad_s(), 100.0);
+    rig.control = 0x02;
+    rig.cycles(8);
+    const auto stop = stop_on_the_limit(rig, [&] { return (rig.status & 0x0400) != 0; });
+    EXPECT_LT(stop.backwards_rad_s, 1.0);
+    EXPECT_LT(stop.at_end_rad_s, 0.5);
+  }
+}
+
 TEST(MsdOptionCode, ShutdownEveryValue605B) {
   struct Code {
     std::uint32_t value;

@@ -124,7 +124,7 @@ class Motion {
   [[nodiscard]] double current_permille() const noexcept;
   /// The motor is in U/f operation. \rtsafe
   [[nodiscard]] bool by_frequency() const noexcept { return by_frequency_; }
-  /// The measured speed is within the standstill window. \rtsafe
+  /// The measured speed has been within the standstill window for 4 ms. \rtsafe
   [[nodiscard]] bool standstill() const noexcept;
   /// Standstill, and a braking ramp has come to its end. \rtsafe
   [[nodiscard]] bool stopped() const noexcept { return standstill() && (!ramping_ || generator_.finished()); }
@@ -149,6 +149,9 @@ class Motion {
   [[nodiscard]] int direction() const noexcept;
 
  private:
+  [[nodiscard]] bool slow() const noexcept;
+  void start_limit_stop() noexcept;
+  [[nodiscard]] double stop_at_limit() noexcept;
   void take_over(MotionCommand command, MotionSource source, bool smooth) noexcept;
   void start_frequency_control() noexcept;
   void step_frequency_control(bool brake_closed) noexcept;
@@ -183,6 +186,8 @@ class Motion {
   std::int64_t target_position_ = 0;  ///< cyclic position setpoint without the wrap at 32 bits
   double torque_demand_nm_ = 0.0;
   std::uint32_t samples_on_time_ = 0;
+  double stop_velocity_rad_s_ = 0.0;
+  std::uint32_t slow_steps_ = 0;  ///< within the standstill window
   std::uint32_t steps_since_sample_ = 0;
   bool ramping_ = false;
   bool by_frequency_ = false;  ///< U/f operation, also on the ramp that ends it
