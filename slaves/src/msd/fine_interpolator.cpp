@@ -16,6 +16,10 @@ void FineInterpolator::configure(Method method, std::uint32_t steps, double step
   reset(value_, velocity_);
 }
 
+void FineInterpolator::set_stop_rate(double rate) noexcept {
+  stop_rate_ = rate > 0.0 ? rate : std::numeric_limits<double>::infinity();
+}
+
 void FineInterpolator::reset(double value, double velocity) noexcept {
   value_ = value;
   velocity_ = velocity;
@@ -45,7 +49,12 @@ void FineInterpolator::start_cubic(double end, double end_velocity) noexcept {
 }
 
 void FineInterpolator::push(double sample, double velocity) noexcept {
+  const std::uint32_t periods = elapsed_ / steps_;
   samples_ = {sample, samples_[0], samples_[1]};
+  if (periods > 1) {  // those that have not come lay on the way
+    const double rise = (sample - samples_[1]) / periods;
+    samples_ = {sample, sample - rise, sample - 2.0 * rise};
+  }
   elapsed_ = 0;
   const double slope = (samples_[0] - samples_[2]) / (2.0 * period_s_);
   switch (method_) {
@@ -87,12 +96,12 @@ void FineInterpolator::step() noexcept {
     return;
   }
   acceleration_ = 0.0;
-  if (elapsed_ < 2 * steps_) {
-    ++elapsed_;
-    value_ += velocity_ * step_s_;
-  } else {
-    velocity_ = 0.0;
+  elapsed_ += elapsed_ < std::numeric_limits<std::uint32_t>::max() ? 1 : 0;
+  if (elapsed_ > 2 * steps_) {
+    const double change = std::min(std::abs(velocity_), stop_rate_ * step_s_);
+    velocity_ -= std::copysign(change, velocity_);
   }
+  value_ += velocity_ * step_s_;
 }
 
 }  // namespace driveline::slaves::msd

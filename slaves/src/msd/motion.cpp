@@ -32,6 +32,7 @@ void Motion::configure(const MotionSettings& settings) noexcept {
   controller_.configure(settings.controller);
   frequency_control_.configure(settings.voltage_frequency);
   position_.configure(settings.method, settings.steps_per_setpoint, kControlStepS);
+  position_.set_stop_rate(settings.quick_stop_rad_s2);
   // Speed and torque setpoints are always interpolated linearly (Device Help 8).
   const auto method = settings.method == FineInterpolator::Method::kNone ? FineInterpolator::Method::kNone
                                                                          : FineInterpolator::Method::kLinear;
@@ -72,9 +73,13 @@ void Motion::push_setpoints() noexcept {
   std::int64_t target = target_position_;
   limited_ = false;
   if (settings_.position_limited) {
-    target = std::clamp<std::int64_t>(target, settings_.position_min, settings_.position_max);
-    limited_ = target != target_position_;
+    const std::int64_t low = settings_.position_min;
+    const std::int64_t high = settings_.position_max;
+    limited_ = target < low || target > high;
+    // An axis that is beyond a limit stands until its target leads back: the limit is no reason to move.
+    target = std::clamp(target, std::min(low, allowed_position_), std::max(high, allowed_position_));
   }
+  allowed_position_ = target;
   position_.push(to_rad(static_cast<double>(target)), setpoints_.velocity_offset * settings_.scaling.velocity_rad_s);
   velocity_.push(setpoints_.velocity * settings_.scaling.velocity_rad_s);
   torque_.push(torque_of(setpoints_.torque_permille));
@@ -98,7 +103,7 @@ void Motion::freeze() noexcept {
 
 void Motion::set_zero(std::int64_t increments) noexcept {
   zero_ = increments;
-  target_position_ = position();
+  target_position_ = allowed_position_ = position();
 }
 
 void Motion::restart_encoder() noexcept {
@@ -123,12 +128,12 @@ void Motion::take_over(MotionCommand command, MotionSource source, bool smooth) 
   limited_ = false;
   samples_on_time_ = 0;
   generator_.reset({measured_position_rad(), speed, 0.0});
+  if (command == MotionCommand::kTorqueLimit) start_limit_stop();
   const double jerk_time_s = smooth ? settings_.jerk_time_s : 0.0;
   ramping_ = ramp;
   if (ramping_) {
     const double limit =
         command == MotionCommand::kSlowDownRamp ? settings_.slow_down_rad_s2 : settings_.quick_stop_rad_s2;
-  if (command == MotionCommand::kTorqueLimit) start_limit_stop();
     generator_.run_at(0.0, {1.0, limit, limit, jerk_time_s});
   }
   if (command != MotionCommand::kFollow) return;
@@ -136,7 +141,7 @@ void Motion::take_over(MotionCommand command, MotionSource source, bool smooth) 
     generator_.run_at(0.0, {1.0, settings_.slow_down_rad_s2, settings_.slow_down_rad_s2, jerk_time_s});
   }
   if (source == MotionSource::kProfileFrequency) generator_.run_at(speed, {1.0, 1.0, 1.0, 0.0});
-  target_position_ = position();
+  target_position_ = allowed_position_ = position();
   position_.reset(measured_position_rad(), speed);
   velocity_.reset(speed, 0.0);
   torque_.reset(torque_demand_nm_, 0.0);
@@ -199,11 +204,6 @@ double Motion::follow_profile_velocity() noexcept {
   return controller_.step({Loop::kVelocity, 0.0, state.velocity, internal_torque(state.acceleration)});
 }
 
-double Motion::follow() noexcept {
-  switch (source_) {
-    case MotionSource::kCyclicPosition:
-      return follow_position();
-    case MotionSource::kCyclicVelocity:
 /// The speed loop goes on with the torque in force.
 void Motion::start_limit_stop() noexcept {
   stop_velocity_rad_s_ = controller_.measured_velocity_rad_s();
@@ -223,6 +223,11 @@ double Motion::stop_at_limit() noexcept {
   return controller_.step({Loop::kVelocity, 0.0, stop_velocity_rad_s_, -inertia * deceleration});
 }
 
+double Motion::follow() noexcept {
+  switch (source_) {
+    case MotionSource::kCyclicPosition:
+      return follow_position();
+    case MotionSource::kCyclicVelocity:
       return follow_velocity();
     case MotionSource::kCyclicTorque:
       return follow_torque();
@@ -243,12 +248,12 @@ void Motion::select(MotionCommand command, MotionSource source, bool smooth) noe
 
 void Motion::step(bool brake_closed) noexcept {
   controller_.measure(measured_position_rad());
+  slow_steps_ = slow() ? std::min(slow_steps_ + 1, kStandstillSteps) : 0;
   steps_since_sample_ += steps_since_sample_ < 2 * settings_.steps_per_setpoint ? 1 : 0;
   if (by_frequency_) return step_frequency_control(brake_closed);
   switch (command_) {
     case MotionCommand::kOff:
       torque_demand_nm_ = controller_.step({});
-  slow_steps_ = slow() ? std::min(slow_steps_ + 1, kStandstillSteps) : 0;
       break;
     case MotionCommand::kFollow:
       torque_demand_nm_ = follow();
@@ -317,15 +322,15 @@ double Motion::phase_current_a(double dc_link_volts) const noexcept {
 }
 
 bool Motion::standstill() const noexcept {
+  return slow_steps_ == kStandstillSteps;
+}
+
+bool Motion::slow() const noexcept {
   return std::abs(controller_.measured_velocity_rad_s()) < settings_.standstill_rad_s;
 }
 
 int Motion::direction() const noexcept {
   constexpr double kStanding = 1e-3;  // rad/s
-  return slow_steps_ == kStandstillSteps;
-}
-
-bool Motion::slow() const noexcept {
   double speed = 0.0;
   switch (source_) {
     case MotionSource::kNone:

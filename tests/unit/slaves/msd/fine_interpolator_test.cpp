@@ -143,6 +143,24 @@ TEST(FineInterpolator, LateSampleIsBridgedWithTheLastSpeedThenStops) {
   EXPECT_EQ(f.velocity(), 0.0);
 }
 
+TEST(FineInterpolator, MissingSamplesSlowItDownAtItsRate) {
+  FineInterpolator f;
+  f.configure(FineInterpolator::Method::kLinear, 2, 0.5);  // samples every second
+  f.set_stop_rate(4.0);
+  f.reset(0.0, 10.0);
+  f.push(10.0);
+  for (int i = 0; i < 4; ++i) f.step();  // the sample and one bridged period
+  EXPECT_DOUBLE_EQ(f.value(), 20.0);
+  EXPECT_DOUBLE_EQ(f.velocity(), 10.0);
+  double expected = 20.0;
+  for (const double speed : {8.0, 6.0, 4.0, 2.0, 0.0, 0.0}) {
+    f.step();
+    expected += 0.5 * speed;
+    EXPECT_DOUBLE_EQ(f.velocity(), speed);
+    EXPECT_DOUBLE_EQ(f.value(), expected);
+  }
+}
+
 TEST(FineInterpolator, EarlyAndLateSamplesCauseNoJump) {
   for (const auto method : kSmooth) {
     auto f = make(method);

@@ -183,11 +183,12 @@ class Motion {
   MotionCommand command_ = MotionCommand::kOff;
   MotionSource source_ = MotionSource::kNone;
   std::int64_t zero_ = 0;
-  std::int64_t target_position_ = 0;  ///< cyclic position setpoint without the wrap at 32 bits
+  std::int64_t target_position_ = 0;   ///< cyclic position setpoint without the wrap at 32 bits
+  std::int64_t allowed_position_ = 0;  ///< the same within the software limits
   double torque_demand_nm_ = 0.0;
-  std::uint32_t samples_on_time_ = 0;
   double stop_velocity_rad_s_ = 0.0;
   std::uint32_t slow_steps_ = 0;  ///< within the standstill window
+  std::uint32_t samples_on_time_ = 0;
   std::uint32_t steps_since_sample_ = 0;
   bool ramping_ = false;
   bool by_frequency_ = false;  ///< U/f operation, also on the ramp that ends it
