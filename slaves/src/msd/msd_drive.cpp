@@ -92,6 +92,7 @@ MsdDrive::MsdDrive(const MsdParameters& parameters)
       fault_text_(dictionary_.table().find(kMessagesIndex, 0)->slot),
       warning_text_(dictionary_.table().find(kMessagesIndex, 1)->slot) {
   parameters_.motor = motion_.motor().parameters();
+  parameters_.controller = parameters.controller.sanitized();
   pdo_limits_.even_bytes = firmware() < facts(parameters_.variant).odd_pdos_since;
   motion_.set_dc_link_voltage(dc_link_.volts());
   overcurrent_a_ = kOvercurrentShare * motion_.motor().rated_characteristic().max_current_a;
@@ -182,8 +183,8 @@ void MsdDrive::restart() {
   build_process_data();
   initialise_control_ = true;
   apply_settings();
-  motion_.restart_encoder();
   follow_brake_output();
+  motion_.restart_encoder();
   motion_.select(MotionCommand::kOff, MotionSource::kNone, false);
   publish();
   if (!parameter_file_good_) raise(Fault::kParameterList);

@@ -6,6 +6,17 @@
 
 namespace driveline::slaves {
 
+ControllerParameters ControllerParameters::sanitized() const noexcept {
+  constexpr double kMost = 1e9;  // what the dictionary can hold
+  const ControllerParameters standard;
+  return {in_range(position_gain_per_s, 0.0, kMost, standard.position_gain_per_s),
+          in_range(velocity_gain_nm_s, 0.0, kMost, standard.velocity_gain_nm_s),
+          in_range(velocity_reset_s, 0.0, kMost, standard.velocity_reset_s),
+          in_range(velocity_filter_s, 0.0, kMost, standard.velocity_filter_s),
+          in_range(max_velocity_rad_s, 0.0, kMost, standard.max_velocity_rad_s),
+          in_range(max_torque_nm, 0.0, kMost, standard.max_torque_nm)};
+}
+
 ServoController::ServoController(const ControllerParameters& parameters, double step_s) noexcept
     : step_s_(step_s), steps_per_s_(1.0 / step_s) {
   configure(parameters);

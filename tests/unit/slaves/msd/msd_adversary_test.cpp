@@ -342,5 +342,26 @@ TEST_P(MsdAdversary, ModesThatDoNotExistLeaveTheOneThatRuns) {
 INSTANTIATE_TEST_SUITE_P(Variants, MsdAdversary,
                          testing::Values(Variant::kMsd, Variant::kServoOne, Variant::kServoOneJunior));
 
+/// What C++ hands over is no better than what the bus does.
+TEST(MsdAdversary, ParametersThatAreNotFiniteNeverReachTheDictionary) {
+  using Limits = std::numeric_limits<double>;
+  for (const double value : {Limits::quiet_NaN(), Limits::infinity(), -Limits::infinity(), -1.0, Limits::max()}) {
+    SCOPED_TRACE(value);
+    MsdParameters parameters;
+    auto& c = parameters.controller;
+    c.position_gain_per_s = c.velocity_gain_nm_s = c.velocity_reset_s = c.velocity_filter_s = value;
+    c.max_velocity_rad_s = c.max_torque_nm = value;
+    parameters.dc_link_volts = value;
+    DriveRig rig(parameters);
+    for (const unsigned index : {0x2140U, 0x2141U, 0x215FU, 0x2168U, 0x219AU}) {  // the last: DC link
+      const auto real = std::bit_cast<float>(rig.read(static_cast<std::uint16_t>(index)));
+      EXPECT_TRUE(std::isfinite(real) && real >= 0.0F) << std::hex << index << ": " << real;
+    }
+    rig.operate();
+    rig.pass(50ms);
+    EXPECT_TRUE(std::isfinite(rig.drive.position_rad()));
+  }
+}
+
 }  // namespace
 }  // namespace driveline::slaves::msd

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bitset>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <vector>
@@ -114,10 +116,10 @@ class MsdDrive final : public Device, public DeviceSignals, private DictionaryOw
   void set_isdsh(bool on) noexcept { set_input(Input::kIsdsh, on); }
   /// Mains on or off: the voltage of MsdParameters, or 0 V. \rtsafe
   void set_dc_link(bool present) noexcept { set_dc_link_voltage(present ? parameters_.dc_link_volts : 0.0); }
-  /// Volts at the power stage from now on; below P 701[12] an undervoltage. \rtsafe
+  /// Volts at the power stage from now on; below P 701[12] an undervoltage. Nothing below 0, NaN is 0. \rtsafe
   void set_dc_link_voltage(double volts) noexcept {
-    dc_link_.force(volts);
-    motion_.set_dc_link_voltage(volts);
+    dc_link_.force(std::isfinite(volts) ? std::min(volts, kHighestVolts) : 0.0);
+    motion_.set_dc_link_voltage(dc_link_.volts());
   }
   /// An input that changes at this time of the line's clock, also between control cycles: touch probes latch where the
   /// axis is then. In order of time; false when too many changes wait. \rtsafe
@@ -223,16 +225,17 @@ class MsdDrive final : public Device, public DeviceSignals, private DictionaryOw
   void raise(Fault fault) noexcept;
   void power_step() noexcept;
   void control_brake() noexcept;
-  [[nodiscard]] bool brake_settled() const noexcept;
-  [[nodiscard]] ModeControl::Conditions mode_conditions() const noexcept;
   void follow_brake_output() noexcept;
   [[nodiscard]] bool brake_at_rest() const noexcept;
-  void monitor_following_error() noexcept;
+  [[nodiscard]] bool brake_settled() const noexcept;
   [[nodiscard]] bool brake_closed() const noexcept { return brake_energised_ != brake_at_rest(); }
+  [[nodiscard]] ModeControl::Conditions mode_conditions() const noexcept;
+  void monitor_following_error() noexcept;
   void monitor_limit_switches() noexcept;
   void publish() noexcept;
   [[nodiscard]] std::uint16_t status_word() const noexcept;
 
+  static constexpr double kHighestVolts = 1e4;
   static constexpr std::chrono::nanoseconds kNever = std::chrono::nanoseconds::max();
 
   MsdParameters parameters_;
