@@ -118,6 +118,7 @@ void ProfileGenerator::reset(const ProfileState& state) noexcept {
   state_ = {finite(state.position), finite(state.velocity), finite(state.acceleration)};
   Plan plan;
   follow(plan, {state_.position, state_.velocity, 0.0}, false);
+  state_.acceleration = finite(state.acceleration);  // for a movement that begins here; without one it ends at once
 }
 
 /// The way of a movement grows with its peak speed, in either direction: the peak speed that just covers the distance

@@ -67,6 +67,10 @@ void Motion::push_setpoints() noexcept {
                        steps_since_sample_ <= settings_.steps_per_setpoint + 1;
   samples_on_time_ = on_time ? std::min(samples_on_time_ + 1, kSamplesForSynchronism) : 0;
   steps_since_sample_ = 0;
+  // Only what is followed starts a segment: the others take over what is there when they are selected.
+  if (source_ == MotionSource::kCyclicVelocity) velocity_.push(setpoints_.velocity * settings_.scaling.velocity_rad_s);
+  if (source_ == MotionSource::kCyclicTorque) torque_.push(torque_of(setpoints_.torque_permille));
+  if (source_ != MotionSource::kCyclicPosition) return;
   // Position setpoints wrap at the ends of their range; the shorter way is meant.
   target_position_ =
       settings_.range.destination(target_position_, setpoints_.position, PositionRange::Direction::kShortest);
@@ -81,8 +85,6 @@ void Motion::push_setpoints() noexcept {
   }
   allowed_position_ = target;
   position_.push(to_rad(static_cast<double>(target)), setpoints_.velocity_offset * settings_.scaling.velocity_rad_s);
-  velocity_.push(setpoints_.velocity * settings_.scaling.velocity_rad_s);
-  torque_.push(torque_of(setpoints_.torque_permille));
 }
 
 bool Motion::synchronised() const noexcept {
@@ -110,13 +112,31 @@ void Motion::restart_encoder() noexcept {
   if (motor_.parameters().encoder_turns != MotorParameters::kAllTurns) set_zero(motor_.power_on_origin());
 }
 
+/// Where the next movement begins: at the measured position with the speed setpoint in force and the acceleration of
+/// the demand, so that the next ramp goes on with them. An axis that cannot follow has its own speed.
+ProfileState Motion::motion_in_force() const noexcept {
+  const ProfileState measured{measured_position_rad(), controller_.measured_velocity_rad_s(), 0.0};
+  const bool ramp = command_ == MotionCommand::kSlowDownRamp || command_ == MotionCommand::kQuickStopRamp;
+  if (by_frequency_ || controller_.limited() || (command_ != MotionCommand::kFollow && !ramp)) return measured;
+  const auto with = [&](double acceleration) {
+    return ProfileState{measured.position, controller_.velocity_setpoint_rad_s(), acceleration};
+  };
+  if (ramp || source_ == MotionSource::kProfilePosition || source_ == MotionSource::kProfileVelocity) {
+    return with(generator_.state().acceleration);
+  }
+  if (source_ == MotionSource::kCyclicPosition) return with(position_.acceleration());
+  return source_ == MotionSource::kCyclicVelocity ? with(velocity_.velocity()) : measured;
+}
+
 void Motion::take_over(MotionCommand command, MotionSource source, bool smooth) noexcept {
   const bool ramp = command == MotionCommand::kSlowDownRamp || command == MotionCommand::kQuickStopRamp;
   const bool by_frequency =
       (command == MotionCommand::kFollow && source == MotionSource::kProfileFrequency) || (ramp && by_frequency_);
   // In U/f operation there is no speed but the frequency.
-  const double speed =
-      by_frequency && by_frequency_ ? generator_.state().velocity : controller_.measured_velocity_rad_s();
+  const bool same_frequency = by_frequency && by_frequency_;
+  const double speed = same_frequency ? generator_.state().velocity : controller_.measured_velocity_rad_s();
+  auto before = motion_in_force();
+  if (by_frequency) before = {before.position, speed, same_frequency ? generator_.state().acceleration : 0.0};
   if (by_frequency != by_frequency_) {
     by_frequency_ = by_frequency;
     motor_.drive_by_voltage(by_frequency);
@@ -127,7 +147,7 @@ void Motion::take_over(MotionCommand command, MotionSource source, bool smooth) 
   source_ = source;
   limited_ = false;
   samples_on_time_ = 0;
-  generator_.reset({measured_position_rad(), speed, 0.0});
+  generator_.reset(before);
   if (command == MotionCommand::kTorqueLimit) start_limit_stop();
   const double jerk_time_s = smooth ? settings_.jerk_time_s : 0.0;
   ramping_ = ramp;

@@ -20,6 +20,22 @@ constexpr std::uint8_t type_of(std::int16_t mode) noexcept {
   return mode == -1 ? std::uint8_t{0} : mode == 0 ? std::uint8_t{1} : static_cast<std::uint8_t>(-mode);
 }
 
+/// The object that a cyclic mode follows.
+constexpr std::uint16_t setpoint_slot(OperationMode mode) noexcept {
+  switch (mode) {
+    case OperationMode::kInterpolatedPosition:
+      return kInterpolationData;
+    case OperationMode::kCyclicSynchronousPosition:
+      return kTargetPosition;
+    case OperationMode::kCyclicSynchronousVelocity:
+      return kTargetVelocity;
+    case OperationMode::kCyclicSynchronousTorque:
+      return kTargetTorque;
+    default:
+      return kValueCount;
+  }
+}
+
 /// Parameters that only make sense together: the first must not exceed the second (the manual's logic check, 8.2.5;
 /// which ones it knows is not described).
 struct LogicRule {
@@ -128,10 +144,13 @@ void MsdDrive::written(const EntryRow& row) {
     case kTargetPosition:
     case kTargetVelocity:
     case kTargetTorque:
+    case kInterpolationData:
+      if (row.slot == setpoint_slot(modes_.mode())) return apply_setpoints();
+      [[fallthrough]];  // for another mode: nothing begins
     case kVelocityOffset:
     case kTorqueOffset:
-    case kInterpolationData:
-      return apply_setpoints();
+      if (references_from_bus()) motion_.prepare(setpoints());
+      return;
     case kInterpolationType:
       dictionary_.set(kInterpolationSubMode, sub_mode(dictionary_.get<std::uint8_t>(kInterpolationType)));
       break;

@@ -208,6 +208,69 @@ TEST(MsdManual, QuickStopIsSmoothedLikeTheProfileAndTheFaultRampIsNot) {
   EXPECT_NEAR(speed_after_20_ms(true, true), trapezoid, 0.1);
 }
 
+/// Largest jerk of the shaft, of the mean acceleration of 2 ms, while this control word stops a movement of mode 1 or 3
+/// that has got to its full acceleration.
+double jerk_of_stop(std::int8_t mode, std::uint16_t word, std::uint32_t halt_option) {
+  DriveRig rig;
+  EXPECT_EQ(rig.write(0x6086, 0, 3, 2), 0U);
+  EXPECT_EQ(rig.write_real(0x20A6, 0, 40.0F), 0U);
+  for (const std::uint16_t ramp : {std::uint16_t{0x6083}, std::uint16_t{0x6084}, std::uint16_t{0x6085}}) {
+    EXPECT_EQ(rig.write(ramp, 0, 100 * kRevolution, 4), 0U);
+  }
+  EXPECT_EQ(rig.write(0x6081, 0, 50 * kRevolution, 4), 0U);
+  EXPECT_EQ(rig.write(0x605D, 0, halt_option, 2), 0U);
+  rig.operate();
+  rig.enable(mode);
+  rig.target_position = 500 * kRevolution;
+  rig.target_velocity = 30 * kRevolution;
+  rig.control = mode == 1 ? 0x1F : 0x0F;
+  rig.cycles(640);  // 80 ms: the acceleration is at its limit
+  rig.control = word;
+  double largest = 0.0;
+  double last_speed = rig.drive.velocity_rad_s();
+  double last_acceleration = 200.0 * std::numbers::pi;
+  for (int i = 0; i < 60; ++i) {
+    rig.cycles(16);
+    const double speed = rig.drive.velocity_rad_s();
+    const double acceleration = (speed - last_speed) / 2e-3;
+    largest = std::max(largest, std::abs(acceleration - last_acceleration) / 2e-3);
+    last_speed = speed;
+    last_acceleration = acceleration;
+  }
+  EXPECT_LT(rig.drive.velocity_rad_s(), 20.0 * std::numbers::pi) << "it brakes";
+  return largest;
+}
+
+TEST(MsdManual, StopsDuringAccelerationKeepTheJerkLimit) {
+  constexpr double kJerk = 200.0 * std::numbers::pi / 40e-3;
+  for (const auto mode : {std::int8_t{1}, std::int8_t{3}}) {
+    SCOPED_TRACE(int{mode});
+    EXPECT_LT(jerk_of_stop(mode, 0x10F, 1), 1.5 * kJerk) << "halt, slow down ramp";
+    EXPECT_LT(jerk_of_stop(mode, 0x10F, 2), 1.5 * kJerk) << "halt, quick stop ramp";
+    EXPECT_LT(jerk_of_stop(mode, 0x002, 1), 1.5 * kJerk) << "quick stop";
+  }
+}
+
+TEST(MsdManual, DemandValuesAreWhatTheControllerFollows) {
+  DriveRig rig;
+  rig.operate();
+  rig.enable(8);
+  for (int i = 0; i < 800; ++i) {
+    rig.target_position += 500;
+    rig.cycle();
+  }
+  EXPECT_NEAR(static_cast<std::int32_t>(rig.read(0x6062)), rig.target_position, 1000) << "position";
+  EXPECT_EQ(static_cast<std::int32_t>(rig.read(0x6062)) - rig.position, rig.following_error);
+  rig.mode = 9;
+  rig.target_velocity = 3'000'000;
+  rig.cycles(800);
+  EXPECT_EQ(rig.read(0x606B), 3'000'000U) << "speed";
+  rig.mode = 10;
+  rig.target_torque = 123;
+  rig.cycles(8);
+  EXPECT_NEAR(static_cast<std::int16_t>(rig.read(0x6074)), 123, 1) << "torque";
+}
+
 TEST(MsdManual, VelocityOffsetHasTheUnitsOfTheFactorGroup) {
   DriveRig rig;
   ASSERT_EQ(rig.write(0x6092, 1, 3600, 4), 0U);  // tenths of a degree

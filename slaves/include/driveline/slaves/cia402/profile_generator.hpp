@@ -30,7 +30,8 @@ struct ProfileState {
 /// that has to turn round passes standstill without acceleration.
 class ProfileGenerator {
  public:
-  /// Stands or goes on from `state` without a movement. \rtsafe
+  /// Stands or goes on from `state` without a movement; one that begins before the next step() takes its acceleration
+  /// over. \rtsafe
   void reset(const ProfileState& state) noexcept;
   /// To `position` and standstill there. \rtsafe
   void move_to(double position, const ProfileLimits& limits) noexcept;

@@ -64,9 +64,9 @@ class Motion {
   /// New settings, from the next control cycle on, also in motion.
   /// \rtsafe
   void configure(const MotionSettings& settings) noexcept;
-  /// New setpoints from the bus; they start a segment of the fine interpolation. \rtsafe
+  /// New setpoints from the bus; the one that is followed starts a segment of its fine interpolation. \rtsafe
   void set(const Setpoints& setpoints) noexcept;
-  /// Setpoints that a change of the source is going to take over. \rtsafe
+  /// Setpoints that a change of the source is going to take over; offsets act at once. \rtsafe
   void prepare(const Setpoints& setpoints) noexcept { setpoints_ = setpoints; }
   /// Movements of the profile generator: to a position in position units (not wrapped), to a speed of the motor shaft.
   /// Limits in motor units. They last until the next one or until the source changes. \rtsafe
@@ -149,6 +149,7 @@ class Motion {
   [[nodiscard]] int direction() const noexcept;
 
  private:
+  [[nodiscard]] ProfileState motion_in_force() const noexcept;
   [[nodiscard]] bool slow() const noexcept;
   void start_limit_stop() noexcept;
   [[nodiscard]] double stop_at_limit() noexcept;
