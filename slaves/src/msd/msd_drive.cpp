@@ -215,12 +215,17 @@ void MsdDrive::enter_al_state(AlState state) noexcept {
   al_state_ = state;
   dictionary_.set(kNmtState, starting() ? kBootUp : nmt_state(state));
   if (state == AlState::kInit) mailbox_.reset();
+  rhythm_ = {};
 }
 
 AlStatusCode MsdDrive::transition(AlState from, AlState to) noexcept {
   if (to == AlState::kOp && !timing_valid()) {
     raise(Fault::kInvalidConfiguration);
     return AlStatusCode::kInconsistentSettings;
+  }
+  if (to == AlState::kOp && !sync0_matches()) {
+    raise(Fault::kInvalidConfiguration);
+    return AlStatusCode::kDcInvalidSyncCycleTime;
   }
   enter_al_state(to);
   if (to == AlState::kOp) dictionary_.set(kSyncError, std::uint8_t{0});
@@ -250,7 +255,9 @@ SyncDemand MsdDrive::sync_demand() const noexcept {
 
 /// The control steps lie half a step beside SYNC0, so that none comes now before and now behind it.
 void MsdDrive::sync_event(SyncSignal signal, nanoseconds time) noexcept {
-  if (signal == SyncSignal::kSync0 && next_step_) next_step_ = time + kControlStep / 2;
+  if (signal != SyncSignal::kSync0) return;
+  sync0_period_ = time - std::exchange(last_sync0_, time);
+  if (next_step_) next_step_ = time + kControlStep / 2;
 }
 
 void MsdDrive::sync_margin(const SyncMargin& margin) noexcept {
@@ -266,6 +273,7 @@ void MsdDrive::write_outputs(std::size_t sync_manager, std::span<const std::byte
   rx_map_.decode(data, dictionary_);
   settings_changed_ = settings_changed_ || max_torque != dictionary_.get<std::uint16_t>(kMaxTorque);
   watch_fault_reset();
+  rhythm_.sample(motion_.settings().steps_per_setpoint);
   apply_setpoints();
 }
 
@@ -300,6 +308,16 @@ bool MsdDrive::timing_valid() const noexcept {
   for (auto exponent = dictionary_.get<std::int32_t>(kInterpolationPeriodIndex); exponent > -9; --exponent)
     period_ns *= 10;
   return cycle_ns == period_ns && period_ns % kProcessDataPeriod.count() == 0;
+}
+
+/// Setpoints come every SYNC0 or, of a line whose drives have process data less often, every so many of them.
+bool MsdDrive::sync0_matches() const noexcept {
+  constexpr int kShare = 8;  // of a period, for clocks that differ
+  const bool running = next_step_ && sync0_period_.count() > 0 && *next_step_ - last_sync0_ < 2 * sync0_period_;
+  if (!running) return true;
+  const nanoseconds cycle{std::llrint(dictionary_.get<float>(kReferenceCycle) * 1e6)};
+  const auto pulses = (cycle + sync0_period_ / 2) / sync0_period_;
+  return pulses > 0 && std::chrono::abs(cycle - pulses * sync0_period_) <= sync0_period_ / kShare;
 }
 
 void MsdDrive::apply_settings() noexcept {
@@ -372,6 +390,7 @@ void MsdDrive::advance(nanoseconds now) noexcept {
     if (process_data_cycle) power_step();
     if (modes_.step_homing(terminals_.signals(), motion_, parameters_.homing_time_out)) raise(Fault::kHoming);
     control_touch_probe();
+    rhythm_.step();
     follow_brake_output();
     motion_.step(brake_closed());
     evaluate_switches();
@@ -385,6 +404,7 @@ void MsdDrive::advance(nanoseconds now) noexcept {
       monitor_current();
       monitor_following_error();
       monitor_limit_switches();
+      if (steps_ % kStepsPerMs == 0) monitor_setpoint_cycle();
       finish_commands();
     }
     if (steps_ % kStepsPerMs == 0) monitor_protection();
@@ -425,8 +445,8 @@ void MsdDrive::publish() noexcept {
   dictionary_.set(kInputState, terminals_.input_image());
   dictionary_.set(kDigitalInputs, terminals_.function_image());
   dictionary_.set(kOutputState, terminals_.output_image());
-  if (shown_state_ != power_.state()) {
-    shown_state_ = power_.state();
+  if (shown_state_ != shown_state()) {
+    shown_state_ = shown_state();
     shown_since_ = running_time();
   }
 }

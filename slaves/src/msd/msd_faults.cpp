@@ -58,7 +58,7 @@ bool MsdDrive::cause_persists(Fault fault) const noexcept {
   if (causes_.test(static_cast<std::size_t>(fault))) return true;
   switch (fault) {
     case Fault::kInvalidConfiguration:
-      return !timing_valid();
+      return !timing_valid() || !sync0_matches() || rhythm_.wrong();
     case Fault::kParameterList:
       return !parameters_consistent() || !parameter_file_good_;
     case Fault::kDcLinkUndervoltage:
@@ -107,6 +107,16 @@ void MsdDrive::monitor_limit_switches() noexcept {
   if (signals.negative_limit && direction < 0) raise(Fault::kNegativeLimitSwitch);
 }
 
+/// Setpoints that are interpolated over another time than the one they come in (MSD manual 7.4.2, 11.2). Modes with the
+/// internal profile generator do without.
+void MsdDrive::monitor_setpoint_cycle() noexcept {
+  const MotionSource source = motion_.source();
+  const bool cyclic = source == MotionSource::kCyclicPosition || source == MotionSource::kCyclicVelocity ||
+                      source == MotionSource::kCyclicTorque;
+  if (!cyclic || motion_.command() != MotionCommand::kFollow) return;
+  if (rhythm_.wrong() || !timing_valid()) raise(Fault::kInvalidConfiguration);
+}
+
 void MsdDrive::set_warning(Warning warning, bool on) noexcept {
   const std::uint32_t bit = 1U << static_cast<unsigned>(warning);
   warnings_ = on ? warnings_ | bit : warnings_ & ~bit;
@@ -148,9 +158,15 @@ void MsdDrive::monitor_protection() noexcept {
   }
 }
 
+/// The display calls "not ready" what has no DC link voltage (MSD manual 4.7); the state machine is further (10.1.3).
+PowerState MsdDrive::shown_state() const noexcept {
+  const bool unpowered = power_.state() == PowerState::kSwitchOnDisabled && !dc_link();
+  return unpowered ? PowerState::kNotReadyToSwitchOn : power_.state();
+}
+
 DisplayContent MsdDrive::display_content() const noexcept {
   DisplayContent content;
-  content.state = power_.state();
+  content.state = shown_state();
   content.starting = starting();
   content.reset = starting() && start_left_ > parameters_.start_up_time / 2;
   content.safe_torque_off = !terminals_.level(Input::kIsdsh);
@@ -170,8 +186,8 @@ std::string MsdDrive::display() const {
     const FaultFacts& f = facts(*fault_);
     return (cause_persists(*fault_) ? "Er. " : "Er ") + two_digits(f.number) + " " + two_digits(f.location);
   }
-  std::string text(1, static_cast<char>('0' + static_cast<int>(power_.state())));
-  if (power_.power_on()) text += '.';
+  std::string text(1, static_cast<char>('0' + static_cast<int>(shown_state())));
+  if (power_stage_on()) text += '.';
   return terminals_.level(Input::kIsdsh) ? text : "S" + text;
 }
 

@@ -106,12 +106,14 @@ ecat_master::SlavePlan LineOperation::plan(std::size_t position, const RunOption
   plan.name = "drive " + std::to_string(position);
   plan.vendor_id = slaves::msd::kVendorId;
   plan.product_code = slaves::msd::facts(options.variant).product_code;
-  plan.startup_sdos = ecat_master::msd_startup_sdos(axis(position, options), options.period);
   plan.pdos = ecat_master::axis_pdo_configuration();
   if (options.plan_serials) {
     plan.serial = ecat_master::IdentityRule::equal(static_cast<std::uint32_t>(1000 + position));
   }
   plan.group = position % options.groups;
+  const auto& groups = options.layout.groups;
+  const std::uint32_t divider = plan.group < groups.size() ? groups[plan.group].divider : 1;
+  plan.startup_sdos = ecat_master::msd_startup_sdos(axis(position, options), options.period * divider);
   plan.hot_connect = std::count(options.hot_connect.begin(), options.hot_connect.end(), position) > 0;
   plan.lrw = !options.every_third_without_lrw || position % 3 != 1;
   return plan;

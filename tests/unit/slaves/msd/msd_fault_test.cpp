@@ -143,6 +143,88 @@ TEST(MsdFault, CycleMustBeAMultipleOf125Microseconds) {
   EXPECT_EQ(rig.to(AlState::kSafeOp, AlState::kOp), AlStatusCode::kInconsistentSettings);
 }
 
+/// A drive set to 1 ms in this mode, enabled, that then gets 600 frames this far apart, the two times by turns.
+std::optional<Fault> fault_of_rhythm(std::int8_t mode, std::chrono::nanoseconds odd, std::chrono::nanoseconds even) {
+  DriveRig rig;
+  rig.operate(1000);
+  rig.enable(mode);
+  for (int i = 0; i < 300; ++i) {
+    rig.cycle(odd);
+    rig.cycle(even);
+  }
+  return rig.drive.fault();
+}
+
+TEST(MsdFault, SetpointsInAnotherCycleThanTheDriveIsSetTo) {
+  for (const auto mode : {std::int8_t{8}, std::int8_t{9}, std::int8_t{10}}) {
+    for (const auto cycle : {125us, 250us, 500us, 1500us, 2000us, 4000us}) {
+      EXPECT_EQ(fault_of_rhythm(mode, cycle, cycle), Fault::kInvalidConfiguration)
+          << cycle.count() << " us, mode " << int{mode};
+    }
+    EXPECT_EQ(fault_of_rhythm(mode, 1ms, 1ms), std::nullopt);
+    EXPECT_EQ(fault_of_rhythm(mode, 500us, 1500us), std::nullopt) << "jitter";
+    EXPECT_EQ(fault_of_rhythm(mode, 0us, 1ms), std::nullopt) << "doubled frames";
+    EXPECT_EQ(fault_of_rhythm(mode, 1ms, 4ms), std::nullopt) << "lost frames";
+  }
+  EXPECT_EQ(fault_of_rhythm(1, 250us, 250us), std::nullopt) << "the profile generator needs no cycle";
+}
+
+TEST(MsdFault, WrongSetpointCycleStaysUntilItIsPutRight) {
+  DriveRig rig;
+  rig.operate(1000);
+  rig.enable(8);
+  for (int i = 0; i < 600; ++i) rig.cycle(2ms);
+  EXPECT_EQ(rig.drive.display(), "Er. 14 04");
+  rig.control = 0x80;
+  for (int i = 0; i < 4; ++i) rig.cycle(2ms);
+  EXPECT_EQ(rig.drive.fault(), Fault::kInvalidConfiguration);
+  ASSERT_EQ(rig.write(0x60C2, 1, 2, 1), 0U);
+  ASSERT_EQ(rig.write_real(0x2132, 0, 2.0F), 0U);
+  rig.control = 0;
+  for (int i = 0; i < 4; ++i) rig.cycle(2ms);
+  EXPECT_EQ(rig.drive.display(), "Er 14 04");
+  rig.control = 0x80;
+  for (int i = 0; i < 4; ++i) rig.cycle(2ms);
+  EXPECT_EQ(rig.drive.fault(), std::nullopt);
+}
+
+TEST(MsdFault, TimingParametersChangedInOperation) {
+  for (const std::int8_t mode : {std::int8_t{1}, std::int8_t{8}}) {
+    DriveRig rig;
+    rig.operate(1000);
+    rig.enable(mode);
+    ASSERT_EQ(rig.write_real(0x2132, 0, 5.0F), 0U);
+    rig.cycles(20);
+    const auto expected = mode == 8 ? std::optional(Fault::kInvalidConfiguration) : std::nullopt;
+    EXPECT_EQ(rig.drive.fault(), expected) << "mode " << int{mode};
+  }
+}
+
+TEST(MsdFault, UndervoltageStaysUntilTheVoltageIsBack) {
+  DriveRig rig;
+  rig.operate();
+  rig.enable(9);
+  rig.drive.set_dc_link(false);
+  rig.cycles(4);
+  EXPECT_EQ(rig.drive.display(), "Er. 05 01");
+  rig.fetch_emergencies();
+  rig.emergencies.clear();
+  rig.control = 0x80;
+  rig.cycles(4);
+  EXPECT_EQ(rig.drive.state(), PowerState::kFault);
+  EXPECT_EQ(rig.error_code, 0x3220);
+  rig.fetch_emergencies();
+  ASSERT_EQ(rig.emergencies.size(), 2U) << "acknowledgement, and the fault again";
+  EXPECT_THAT(rig.emergencies[0], ElementsAre(0, 0, 0, 0, 0, 0, 0, 0));
+  rig.drive.set_dc_link(true);
+  rig.control = 0;
+  rig.cycles(4);
+  EXPECT_EQ(rig.drive.display(), "Er 05 01");
+  rig.control = 0x80;
+  rig.cycles(4);
+  EXPECT_EQ(rig.drive.state(), PowerState::kSwitchOnDisabled);
+}
+
 TEST(MsdFault, FollowingErrorTripsAfterItsTime) {
   DriveRig rig;
   rig.operate();
@@ -183,6 +265,14 @@ TEST(MsdFault, LossOfTheDcLinkInOperationIsUndervoltage) {
   EXPECT_EQ(rig.drive.state(), PowerState::kFault);
   EXPECT_EQ(rig.error_code, 0x3220);
   EXPECT_EQ(rig.status & 0x10, 0);
+}
+
+TEST(MsdFault, HistoryHasOneSubEntry) {
+  DriveRig rig;
+  EXPECT_EQ(rig.sdo({0x40, 0x03, 0x10, 1, 0, 0, 0, 0}).at(0), 0x43U);
+  const auto answer = rig.sdo({0x40, 0x03, 0x10, 2, 0, 0, 0, 0});
+  EXPECT_EQ(answer.at(0), 0x80U);
+  EXPECT_EQ(DriveRig::number(answer, 4), 0x06090011U) << "no such sub-index";
 }
 
 TEST(MsdFault, TheFirstFaultStands) {

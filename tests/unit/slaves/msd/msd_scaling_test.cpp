@@ -43,6 +43,38 @@ TEST(MsdScaling, PolarityTurnsSetpointsAndActualValues) {
   EXPECT_EQ(rig.drive.state(), PowerState::kOperationEnabled);
 }
 
+TEST(MsdScaling, PolarityBitsAreOneForPositionsAndOneForSpeeds) {
+  constexpr std::int32_t kWay = 400'000;
+  for (const unsigned polarity : {0x00U, 0x40U, 0x80U, 0xC0U}) {
+    const int speeds = (polarity & 0x40U) != 0 ? -1 : 1;
+    const int positions = (polarity & 0x80U) != 0 ? -1 : 1;
+    SCOPED_TRACE(polarity);
+    DriveRig rig;
+    ASSERT_EQ(rig.write(0x607E, 0, polarity, 1), 0U);
+    ASSERT_EQ(rig.write(0x6065, 0, 0xFFFFFFFF, 4), 0U);
+    rig.operate();
+    rig.enable(9);
+    rig.target_velocity = 2'000'000;
+    rig.cycles(1600);
+    EXPECT_NEAR(rig.drive.velocity_rad_s() * speeds, 2'000'000 / kIncrementsPerRadian, 0.1);
+    EXPECT_NEAR(rig.velocity, 2'000'000, 4000);
+    EXPECT_GT(rig.position * speeds * positions, 100'000);
+    EXPECT_EQ(rig.read(0x606B), 2'000'000U);
+    rig.target_velocity = 0;
+    rig.cycles(1600);
+    const double before = rig.drive.position_rad();
+    rig.enable(8);
+    const std::int32_t begin = rig.target_position;
+    for (int i = 0; i < 1600; ++i) {
+      rig.target_position = begin + kWay / 1600 * (i + 1);
+      rig.cycle();
+    }
+    rig.cycles(800);
+    EXPECT_NEAR(rig.position, begin + kWay, 100);
+    EXPECT_NEAR((rig.drive.position_rad() - before) * positions, kWay / kIncrementsPerRadian, 1e-3);
+  }
+}
+
 TEST(MsdScaling, ChangesOnlyWithThePowerStageOff) {
   DriveRig rig;
   rig.operate();

@@ -212,6 +212,34 @@ TEST(MsdState, DisplayShowsStatePowerAndSafeTorqueOff) {
   EXPECT_EQ(rig.drive.display(), "5.");
 }
 
+TEST(MsdState, DisplayOneIsNoDcLinkVoltage) {
+  DriveRig rig;
+  rig.operate();
+  rig.drive.set_dc_link(false);
+  rig.cycles(2);
+  EXPECT_EQ(rig.drive.display(), "1");
+  EXPECT_EQ(rig.status & 0x006F, 0x0040) << "Switch on disabled on the bus";
+  EXPECT_EQ(rig.drive.display_now(), display_frame({.state = PowerState::kNotReadyToSwitchOn}, 0ns));
+  rig.drive.set_dc_link(true);
+  rig.cycles(2);
+  EXPECT_EQ(rig.drive.display(), "2");
+}
+
+TEST(MsdState, PowerSectionIsOnInSwitchedOn) {
+  DriveRig rig;
+  rig.operate();
+  rig.control = 0x06;
+  rig.cycles(2);
+  EXPECT_EQ(rig.drive.display(), "3");
+  EXPECT_EQ(rig.write(0x607E, 0, 0x80, 1), 0U);
+  rig.control = 0x07;
+  rig.cycles(2);
+  EXPECT_EQ(rig.drive.state(), PowerState::kSwitchedOn);
+  EXPECT_EQ(rig.drive.display(), "4.");
+  EXPECT_EQ(rig.write(0x607E, 0, 0x00, 1), 0x08000022U);
+  EXPECT_EQ(rig.drive.torque_nm(), 0.0) << "drive function deactivated";
+}
+
 TEST(MsdState, NetworkStateFollowsTheSlaveController) {
   DriveRig rig;
   EXPECT_EQ(rig.read(0x280C), 127U);

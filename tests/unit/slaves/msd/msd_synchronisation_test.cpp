@@ -237,6 +237,32 @@ TEST_F(MsdSynchronisation, SettingsThatCannotWorkAreRefusedWithoutAFault) {
   EXPECT_THAT(emergencies(), testing::IsEmpty());
 }
 
+TEST_F(MsdSynchronisation, SetpointsMustComeInWholeCyclesOfSync0) {
+  struct Row {
+    std::uint32_t ms;
+    AlStatusCode code;
+  };
+  // SYNC0 comes every 2 ms; process data of a group may come in every second or third of them.
+  for (const Row row : {Row{1, AlStatusCode::kDcInvalidSyncCycleTime}, Row{2, AlStatusCode::kNoError},
+                        Row{3, AlStatusCode::kDcInvalidSyncCycleTime}, Row{4, AlStatusCode::kNoError}}) {
+    SCOPED_TRACE(row.ms);
+    ASSERT_EQ(request(AlState::kInit), AlStatusCode::kNoError);
+    drive().restart();
+    pass(2ms);
+    to_pre_op();
+    download(0x60C2, 1, row.ms, 1);
+    download(0x2132, 0, std::bit_cast<std::uint32_t>(static_cast<float>(row.ms)), 4);
+    activate(2'000'000);
+    ASSERT_EQ(request(AlState::kSafeOp), AlStatusCode::kNoError);
+    request(AlState::kOp);
+    for (int i = 0; i < 24; ++i) cycle();
+    EXPECT_EQ(code(), row.code);
+    const bool good = row.code == AlStatusCode::kNoError;
+    EXPECT_EQ(slave_.state(), good ? AlState::kOp : AlState::kSafeOp);
+    EXPECT_EQ(drive().fault(), good ? std::nullopt : std::optional(Fault::kInvalidConfiguration));
+  }
+}
+
 TEST_F(MsdSynchronisation, Sync0ThatNeverCameIsNoWayToOp) {
   to_pre_op();
   activate(1'000'000);

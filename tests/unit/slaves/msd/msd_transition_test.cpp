@@ -250,14 +250,25 @@ class ModeMaster {
     speed_ = rig_.velocity;
     rig_.target_velocity = mode == 3 ? fast_ : speed_;
     rig_.target_torque = torque_;
+    rig_.control = 0x0F;
+    if (mode == 1) rig_.target_position = rig_.position + 100 * kRevolution;
+    if (mode == 7) write_record(rig_.position);
+    if (mode == 8) rig_.target_position = rig_.position;
+    if (mode == 7 || mode == 2) rig_.control = mode == 7 ? 0x1F : 0x7F;
   }
   void cycle() {
-    target_ += rig_.mode == 8 ? speed_ * kCycleS : 0.0;
-    if (rig_.mode == 8 || rig_.mode == 7) rig_.target_position = static_cast<std::int32_t>(std::lrint(target_));
+    target_ += speed_ * kCycleS;
+    const auto target = static_cast<std::int32_t>(std::lrint(target_));
+    if (rig_.mode == 8) rig_.target_position = target;
+    if (rig_.mode == 7) write_record(target);
     rig_.cycle();
+    if (rig_.mode == 1 || rig_.mode == 6) rig_.control = 0x1F;  // the edge that starts it
   }
 
  private:
+  void write_record(std::int32_t position) {
+    ASSERT_EQ(rig_.write(0x60C1, 1, static_cast<std::uint32_t>(position), 4), 0U);
+  }
   DriveRig& rig_;
   std::int32_t fast_;
   std::int16_t torque_;
@@ -265,39 +276,64 @@ class ModeMaster {
   double target_ = 0.0;
 };
 
+struct ModeChange {
+  std::int8_t from;
+  std::int8_t to;
+  int dwell;  ///< bus cycles in either mode
+};
+
+std::vector<ModeChange> changes_of_mode() {
+  constexpr std::array<std::int8_t, 8> kModes = {1, 2, 3, 6, 7, 8, 9, 10};
+  std::vector<ModeChange> changes;
+  for (const int dwell : {100, 1600}) {
+    for (const std::int8_t from : kModes) {
+      for (const std::int8_t to : kModes) {
+        if (from != to) changes.push_back({from, to, dwell});
+      }
+    }
+  }
+  return changes;
+}
+
 TEST(MsdModes, EveryChangeOfModeUnderLoadStaysWithinTheJerkLimitedRamps) {
   constexpr std::int32_t kSpeed = 3 * kRevolution;
   constexpr double kWeightNm = 0.8;
   MsdParameters parameters;
   parameters.motor.load.gravity_nm = kWeightNm;
   constexpr auto kCarries = static_cast<std::int16_t>((kWeightNm + 0.03) / 2.4 * 1000.0);  // and the friction
-  constexpr std::array<std::int8_t, 8> kModes = {1, 2, 3, 6, 7, 8, 9, 10};
-  for (const std::int8_t from : kModes) {
-    for (const std::int8_t to : kModes) {
-      if (from == to) continue;
-      SCOPED_TRACE(testing::Message() << int{from} << " to " << int{to});
-      DriveRig rig(parameters);
-      rig.operate();
-      ASSERT_EQ(rig.write(0x6086, 0, 3, 2), 0U);        // jerk limited,
-      ASSERT_EQ(rig.write_real(0x20A6, 0, 20.0F), 0U);  // within 20 ms
-      rig.run_at(kSpeed);
-      ModeMaster master(rig, kSpeed, kCarries);
-      double last = rig.drive.velocity_rad_s();
-      double largest = 0.0;
-      for (const std::int8_t mode : {from, to}) {
-        master.enter(mode);
-        for (int i = 0; i < 400; ++i) {
-          master.cycle();
-          largest = std::max(largest, std::abs(rig.drive.velocity_rad_s() - last));
-          last = rig.drive.velocity_rad_s();
-        }
-        EXPECT_EQ(rig.mode_display, mode);
-        EXPECT_EQ(rig.drive.state(), PowerState::kOperationEnabled);
+  // After 100 cycles the profile modes are on their ramps, after 1600 they run.
+  for (const auto& [from, to, dwell] : changes_of_mode()) {
+    SCOPED_TRACE(testing::Message() << int{from} << " to " << int{to} << " after " << dwell);
+    DriveRig rig(parameters);
+    rig.operate();
+    // Every mode moves: positioning and homing a long way, the velocity mode as fast as its setpoint can say.
+    ASSERT_EQ(rig.write(0x6081, 0, kSpeed, 4), 0U);
+    ASSERT_EQ(rig.write(0x6098, 0, 18, 1), 0U);
+    ASSERT_EQ(rig.write(0x6099, 1, kSpeed, 4), 0U);
+    ASSERT_EQ(rig.write(0x6042, 0, 30'000, 2), 0U);
+    ASSERT_EQ(rig.write(0x6086, 0, 3, 2), 0U);        // jerk limited,
+    ASSERT_EQ(rig.write_real(0x20A6, 0, 20.0F), 0U);  // within 20 ms
+    rig.run_at(kSpeed);
+    // The slowest way to run: the velocity mode's setpoint has 16 bits.
+    const double least = from == 2 && dwell > 400 ? 0.1 : 3.0;
+    ModeMaster master(rig, kSpeed, kCarries);
+    double last = rig.drive.velocity_rad_s();
+    double largest = 0.0;
+    for (const std::int8_t mode : {from, to}) {
+      master.enter(mode);
+      for (int i = 0; i < dwell; ++i) {
+        master.cycle();
+        largest = std::max(largest, std::abs(rig.drive.velocity_rad_s() - last));
+        last = rig.drive.velocity_rad_s();
       }
-      // The steepest ramp there is, 6084h, in one cycle, and as much again for controller and encoder.
-      constexpr double kRamp = 600.0 * kCycleS;
-      EXPECT_LT(largest, 2.0 * kRamp);
+      EXPECT_EQ(rig.mode_display, mode);
+      EXPECT_TRUE(mode != from || std::abs(rig.drive.velocity_rad_s()) > least) << "moves in mode " << int{mode};
+      EXPECT_TRUE(mode != 7 || (rig.status & 0x1000) != 0) << "IP active";
+      EXPECT_EQ(rig.drive.state(), PowerState::kOperationEnabled);
     }
+    // The steepest ramp there is, 6084h, in one cycle, and as much again for controller and encoder.
+    constexpr double kRamp = 600.0 * kCycleS;
+    EXPECT_LT(largest, 2.0 * kRamp);
   }
 }
 

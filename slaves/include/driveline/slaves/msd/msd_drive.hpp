@@ -18,6 +18,7 @@
 #include "driveline/slaves/msd/mode_control.hpp"
 #include "driveline/slaves/msd/motion.hpp"
 #include "driveline/slaves/msd/msd_table.hpp"
+#include "driveline/slaves/msd/setpoint_rhythm.hpp"
 #include "driveline/slaves/msd/terminals.hpp"
 #include "driveline/slaves/msd/touch_probe.hpp"
 #include "driveline/slaves/od/parameter_file.hpp"
@@ -170,7 +171,11 @@ class MsdDrive final : public Device, public DeviceSignals, private DictionaryOw
   // DictionaryOwner
   [[nodiscard]] SdoResult<void> accept(const EntryRow& row, std::uint64_t raw) override;
   void written(const EntryRow& row) override;
-  [[nodiscard]] bool power_stage_on() const noexcept override { return power_.power_on(); }
+  /// The power section is on from Switched on (MSD manual 10.1.3, transition 3), the motor has current from Operation
+  /// enabled on.
+  [[nodiscard]] bool power_stage_on() const noexcept override {
+    return power_.power_on() || power_.state() == PowerState::kSwitchedOn;
+  }
 
   void write_device_facts(ObjectDictionary& dictionary) const;
   [[nodiscard]] FirmwareVersion firmware() const noexcept {
@@ -184,6 +189,8 @@ class MsdDrive final : public Device, public DeviceSignals, private DictionaryOw
   void build_process_data() noexcept;
   void enter_al_state(wire::AlState state) noexcept;
   [[nodiscard]] bool timing_valid() const noexcept;
+  [[nodiscard]] bool sync0_matches() const noexcept;
+  void monitor_setpoint_cycle() noexcept;
   [[nodiscard]] std::uint32_t steps_per_setpoint() const noexcept;
   [[nodiscard]] bool remote() const noexcept;
   [[nodiscard]] bool references_from_bus() const noexcept;
@@ -200,6 +207,7 @@ class MsdDrive final : public Device, public DeviceSignals, private DictionaryOw
   [[nodiscard]] std::chrono::nanoseconds running_time() const noexcept {
     return static_cast<std::int64_t>(steps_) * kControlStep;
   }
+  [[nodiscard]] PowerState shown_state() const noexcept;
   [[nodiscard]] DisplayContent display_content() const noexcept;
   [[nodiscard]] bool motor_temperature_monitored() const noexcept;
   [[nodiscard]] std::int32_t shown_position(std::int64_t increments) const noexcept;
@@ -289,6 +297,9 @@ class MsdDrive final : public Device, public DeviceSignals, private DictionaryOw
   bool settings_changed_ = true;
   bool initialise_control_ = true;  ///< the next settings bring the units of the factor group into force
   bool factory_reset_pending_ = false;
+  SetpointRhythm rhythm_;                     ///< of the process data
+  std::chrono::nanoseconds last_sync0_{0};    ///< the last pulse
+  std::chrono::nanoseconds sync0_period_{0};  ///< between the last two; 0: there were none
   bool following_error_ = false;
   std::chrono::nanoseconds following_error_time_{0};
   std::optional<std::chrono::nanoseconds> next_step_;

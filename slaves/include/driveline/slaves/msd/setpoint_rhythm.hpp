@@ -1,0 +1,33 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+namespace driveline::slaves::msd {
+
+/// Tells a bus cycle that is not the one the drive is set to from frames that are late, lost or doubled: it is another
+/// one when none of many setpoints in a row came near its time. Numbers: ours.
+class SetpointRhythm {
+ public:
+  /// One control cycle has passed. \rtsafe
+  void step() noexcept { since_ = std::min(since_ + 1, kLongest); }
+  /// A setpoint has come; they are expected every `steps` control cycles. \rtsafe
+  void sample(std::uint32_t steps) noexcept {
+    // A quarter of the period beside it. Intervals of the right cycle lie on both sides however they jitter.
+    fast_ = 4ULL * since_ <= 3ULL * steps ? std::min(fast_ + 1, kProof) : 0;
+    slow_ = 4ULL * since_ >= 5ULL * steps ? std::min(slow_ + 1, kProof) : 0;
+    since_ = 0;
+  }
+  /// The setpoints come in another cycle. \rtsafe
+  [[nodiscard]] bool wrong() const noexcept { return fast_ == kProof || slow_ == kProof; }
+
+ private:
+  static constexpr std::uint32_t kProof = 256;  ///< setpoints in a row
+  static constexpr std::uint32_t kLongest = 0xFFFFFFU;
+
+  std::uint32_t since_ = 0;  ///< control cycles since the last setpoint
+  std::uint32_t fast_ = 0;
+  std::uint32_t slow_ = 0;
+};
+
+}  // namespace driveline::slaves::msd
