@@ -3,17 +3,17 @@
 #include <algorithm>
 #include <cmath>
 
+#include "in_range.hpp"
+
 namespace driveline::slaves {
 namespace {
 
-double at_least(double value, double low) noexcept {
-  return std::isfinite(value) ? std::max(value, low) : low;
-}
+constexpr double kHighestVolts = 1e4;
 
 }  // namespace
 
 DcLink::DcLink(const DcLinkParameters& parameters, double mains_volts) noexcept
-    : parameters_(parameters), mains_volts_(at_least(mains_volts, 0.0)), volts_(mains_volts_) {
+    : parameters_(parameters), mains_volts_(in_range(mains_volts, 0.0, kHighestVolts, 0.0)), volts_(mains_volts_) {
   parameters_.capacitance_f = at_least(parameters.capacitance_f, 1e-6);
   parameters_.brake_resistor_ohm = at_least(parameters.brake_resistor_ohm, 0.0);
   parameters_.standby_w = at_least(parameters.standby_w, 0.0);
@@ -25,7 +25,7 @@ void DcLink::set_mains(bool on) noexcept {
 }
 
 void DcLink::force(double volts) noexcept {
-  volts_ = at_least(volts, 0.0);
+  volts_ = in_range(volts, 0.0, kHighestVolts, 0.0);
   forced_ = true;
 }
 

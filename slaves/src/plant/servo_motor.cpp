@@ -20,6 +20,9 @@ MotorParameters MotorParameters::sanitized() const noexcept {
   p.coulomb_friction_nm = in_range(coulomb_friction_nm, 0.0, 1e6, standard.coulomb_friction_nm);
   p.brake_torque_nm = in_range(brake_torque_nm, 0.0, 1e7, standard.brake_torque_nm);
   p.encoder_noise_increments = in_range(encoder_noise_increments, 0.0, 1e6, 0.0);
+  p.winding.resistance_ohm = in_range(winding.resistance_ohm, 1e-6, 1e6, standard.winding.resistance_ohm);
+  p.winding.inductance_h = in_range(winding.inductance_h, 1e-7, 1e3, standard.winding.inductance_h);
+  p.winding.saturation_current_a = in_range(winding.saturation_current_a, 0.0, 1e6, 0.0);
   p.load = load.sanitized();
   p.pole_pairs = std::clamp(pole_pairs, 1U, 100U);
   p.torque_lag_s = in_range(torque_lag_s, 0.0, 1.0, standard.torque_lag_s);

@@ -58,8 +58,8 @@ TEST(MsdMachine, SimulatedWindingTracksLikeTheLagAndRunsOutOfVoltage) {
 
 /// Friction alone: (0.03 Nm + 2e-4 Nm s at 126 rad/s) / 3e-4 kg m2, over 20 ms.
 TEST(MsdMachine, PowerStageOffIsAnOpenCircuitWithoutDcLinkToo) {
-  enum class Off : std::uint8_t { kDcLink, kControlWord, kEnpo, kSafeTorqueOff, kHalt };
-  for (const Off off : {Off::kDcLink, Off::kControlWord, Off::kEnpo, Off::kSafeTorqueOff, Off::kHalt}) {
+  enum class Off : std::uint8_t { kDcLink, kSag, kControlWord, kEnpo, kSafeTorqueOff, kHalt };
+  for (const Off off : {Off::kDcLink, Off::kSag, Off::kControlWord, Off::kEnpo, Off::kSafeTorqueOff, Off::kHalt}) {
     for (const bool winding : {false, true}) {
       SCOPED_TRACE(testing::Message() << static_cast<int>(off) << (winding ? " winding" : " lag"));
       MsdParameters parameters;
@@ -73,6 +73,7 @@ TEST(MsdMachine, PowerStageOffIsAnOpenCircuitWithoutDcLinkToo) {
       const double before = rig.drive.velocity_rad_s();
       ASSERT_NEAR(before, 125.7, 0.5);
       if (off == Off::kDcLink) rig.drive.set_dc_link(false);
+      if (off == Off::kSag) rig.drive.set_dc_link_voltage(30.0);  // half of the back EMF
       if (off == Off::kControlWord) rig.control = 0x00;
       if (off == Off::kEnpo) rig.drive.set_enpo(false);
       if (off == Off::kSafeTorqueOff) rig.drive.set_isdsh(false);

@@ -23,12 +23,12 @@ struct Request {
 
 /// EtherCAT frames of somebody else on the wire, and what the most serious of them did.
 struct OtherMaster {
-  std::uint64_t frames = 0;
+  std::uint64_t frames = 0;                     ///< so far
   wire::MacAddress source{};                    ///< of the last one
   wire::Command command = wire::Command::kNop;  ///< first datagram: a write to AL control or a station address if there
                                                 ///< was one, else any write, else the last read
   std::uint16_t adp = 0;                        ///< of that datagram
-  std::uint16_t ado = 0;
+  std::uint16_t ado = 0;                        ///< of that datagram: the register
 };
 /// How much harm a datagram of another master does: 0 none, it reads; 1 it writes; 2 it changes states or station
 /// addresses. \rtsafe

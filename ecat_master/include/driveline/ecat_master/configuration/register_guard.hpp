@@ -17,16 +17,16 @@ enum class RegisterRepair : std::uint8_t {
 
 /// One register, or field of an FMMU or sync manager, that has been set up and must read back as that.
 struct GuardedRegister {
-  std::uint16_t address = 0;
-  std::uint8_t size = 0;  ///< bytes, up to 8
-  RegisterRepair repair = RegisterRepair::kReconfigure;
-  std::uint64_t expected = 0;
-  std::uint64_t bits = ~std::uint64_t{0};  ///< those that count; the others belong to the slave
+  std::uint16_t address = 0;                             ///< of the register, or of the first byte of the field
+  std::uint8_t size = 0;                                 ///< bytes, up to 8
+  RegisterRepair repair = RegisterRepair::kReconfigure;  ///< when it has changed
+  std::uint64_t expected = 0;                            ///< value that was written, little endian bytes as a number
+  std::uint64_t bits = ~std::uint64_t{0};                ///< those that count; the others belong to the slave
 };
 
 /// A register that has another value than it was set to.
 struct RegisterChange {
-  GuardedRegister guarded;
+  GuardedRegister guarded;             ///< what was to be found
   std::optional<std::uint64_t> found;  ///< none: it cannot be told
 };
 
@@ -39,13 +39,13 @@ struct RegisterChange {
 /// What the controller of a slave is like and what nobody plans about it: read once, when the slave is configured. What
 /// it does not answer is not guarded.
 struct ControllerFacts {
-  std::uint8_t fmmus = 0;
-  std::uint8_t sync_managers = 0;
-  std::optional<std::uint32_t> dl_control;
-  std::optional<std::uint16_t> watchdog_divider;
-  std::optional<std::uint16_t> watchdog_pdi;
-  std::optional<std::uint16_t> watchdog_process_data;
-  std::optional<std::uint16_t> filter_depths;  ///< registers 0x0934 and 0x0935
+  std::uint8_t fmmus = 0;                              ///< how many it has (0x0004)
+  std::uint8_t sync_managers = 0;                      ///< how many it has (0x0005)
+  std::optional<std::uint32_t> dl_control;             ///< register 0x0100
+  std::optional<std::uint16_t> watchdog_divider;       ///< register 0x0400
+  std::optional<std::uint16_t> watchdog_pdi;           ///< register 0x0410
+  std::optional<std::uint16_t> watchdog_process_data;  ///< register 0x0420
+  std::optional<std::uint16_t> filter_depths;          ///< registers 0x0934 and 0x0935
   constexpr bool operator==(const ControllerFacts&) const = default;
 };
 

@@ -91,6 +91,7 @@ class LineSupervisor {
     std::uint64_t changes = 0;               ///< registers that had changed
     std::chrono::nanoseconds last_round{0};  ///< how long the last round took
   };
+  /// Since the cycle was started.
   [[nodiscard]] const GuardStatistics& guard() const noexcept { return guard_; }
 
  private:

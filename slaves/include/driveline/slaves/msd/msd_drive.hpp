@@ -119,7 +119,7 @@ class MsdDrive final : public Device, public DeviceSignals, private DictionaryOw
   void set_dc_link(bool present) noexcept { set_dc_link_voltage(present ? parameters_.dc_link_volts : 0.0); }
   /// Volts at the power stage from now on; below P 701[12] an undervoltage. Nothing below 0, NaN is 0. \rtsafe
   void set_dc_link_voltage(double volts) noexcept {
-    dc_link_.force(std::isfinite(volts) ? std::min(volts, kHighestVolts) : 0.0);
+    dc_link_.force(volts);
     motion_.set_dc_link_voltage(dc_link_.volts());
   }
   /// An input that changes at this time of the line's clock, also between control cycles: touch probes latch where the
@@ -243,7 +243,6 @@ class MsdDrive final : public Device, public DeviceSignals, private DictionaryOw
   void publish() noexcept;
   [[nodiscard]] std::uint16_t status_word() const noexcept;
 
-  static constexpr double kHighestVolts = 1e4;
   static constexpr std::chrono::nanoseconds kNever = std::chrono::nanoseconds::max();
 
   MsdParameters parameters_;

@@ -23,7 +23,7 @@ class DcLink {
   void set_mains(bool on) noexcept;
   /// \rtsafe
   void set_brake_resistor(bool connected) noexcept { resistor_ = connected; }
-  /// A voltage from outside, which stays whatever the motor does. \rtsafe
+  /// A voltage from outside, 0 to 10 kV, which stays whatever the motor does; what is not finite is 0. \rtsafe
   void force(double volts) noexcept;
 
   /// Present voltage. \rtsafe
