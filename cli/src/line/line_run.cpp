@@ -219,9 +219,12 @@ void LineRun::operate() {
   if (motion_ && !config_.path)
     progress("there is no [path]: the axes are enabled and hold the place where they stand");
   auto next_progress = 1.0;
-  for (;;) {
-    pass(kWatchInterval);
+  // Looks take their time in the cycle as well: they stand on a grid, so that a run is as long as it was ordered.
+  for (auto next_look = operation_start_ + kWatchInterval;; next_look += kWatchInterval) {
+    pass(std::max(next_look - session_.clock().now(), config_.period));
     operation_time_ = session_.clock().now() - operation_start_;
+    const bool over = duration_s_ && seconds_in_operation() >= *duration_s_;
+    if (over) master_.core()->count(false);
     for (const auto& told : group_watch_.poll(*master_.core())) progress("{}", told);
     for (const auto& told : fault_records_->poll()) progress("{}", told);
     const bool goes_on = watch_->look();
@@ -229,7 +232,7 @@ void LineRun::operate() {
     if (!goes_on || stop_requested()) break;
     if (control_ != nullptr)
       control_->run(milliseconds{0}, [this](std::string_view command) { return answer(command); });
-    if (duration_s_ && seconds_in_operation() >= *duration_s_) break;
+    if (over) break;
     if (!duration_s_ && motion_ && config_.path && motion_->phase() == ecat_master::MotionPhase::kHolding) break;
     if (seconds_in_operation() >= next_progress) {
       next_progress += session_.virtual_time() ? 10.0 : 1.0;

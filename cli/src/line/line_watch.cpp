@@ -131,11 +131,17 @@ bool LineWatch::take(const LineEvent& event) {
     case Kind::kRingClosed:
       listener_.event(sentence);
       return true;
+    case Kind::kOtherMaster:
+      // Tools that read, or talk to mailboxes, are no fault.
+      if (ecat_master::harm_of(event.other.command, event.other.ado) < 2) {
+        listener_.event(sentence);
+        return true;
+      }
+      [[fallthrough]];
     case Kind::kRecoveryFailed:
     case Kind::kRingBroken:
     case Kind::kOutputsZeroed:
     case Kind::kRegistersRestored:
-    case Kind::kOtherMaster:
       listener_.fault(std::move(sentence), false);
       return true;
   }

@@ -9,10 +9,14 @@ namespace {
 using enum esi::DataType;
 
 constexpr std::string_view kSelector = "MSD manual 12.2.4; terminal SERCOS manual Table 10.1; defaults ours";
-constexpr std::array<std::string_view, 11> kInputNames = {
-    "MPRO_INPUT_FS_ENPO",  "MPRO_INPUT_FS_ISD00", "MPRO_INPUT_FS_ISD01", "MPRO_INPUT_FS_ISD02",
-    "MPRO_INPUT_FS_ISD03", "MPRO_INPUT_FS_ISD04", "MPRO_INPUT_FS_ISD05", "MPRO_INPUT_FS_ISD06",
-    "MPRO_INPUT_FS_ISDSH", "MPRO_INPUT_FS_ISA00", "MPRO_INPUT_FS_ISA01"};
+constexpr std::string_view kFreeSelector =
+    "MSD manual 12.2.4; belongs to no terminal that a manual names: stored, without effect; name ours";
+constexpr std::size_t kTerminals = 11;  ///< of 2079h
+constexpr std::array<std::string_view, 13> kInputNames = {
+    "MPRO_INPUT_FS_ENPO",         "MPRO_INPUT_FS_ISD00", "MPRO_INPUT_FS_ISD01", "MPRO_INPUT_FS_ISD02",
+    "MPRO_INPUT_FS_ISD03",        "MPRO_INPUT_FS_ISD04", "MPRO_INPUT_FS_ISD05", "MPRO_INPUT_FS_ISD06",
+    "MPRO_INPUT_FS_ISDSH",        "MPRO_INPUT_FS_ISA00", "MPRO_INPUT_FS_ISA01", "Input function selector 111",
+    "Input function selector 112"};
 constexpr std::array<std::string_view, 5> kOutputNames = {"MPRO_OUTPUT_FS_OSD00", "MPRO_OUTPUT_FS_OSD01",
                                                           "MPRO_OUTPUT_FS_OSD02", "MPRO_OUTPUT_FS_MOTO",
                                                           "MPRO_OUTPUT_FS_RELOUT1"};
@@ -37,7 +41,7 @@ std::vector<EntryRow> make_rows() {
   for (std::size_t i = 0; i < kInputNames.size(); ++i) {
     rows.push_back(variable(p(static_cast<std::uint16_t>(100 + i)), kUnsigned16, kStored,
                             static_cast<std::uint16_t>(kInputFunctionFirst + i), kInputNames[i], {0, 0, 15}, {},
-                            kSelector));
+                            i < kTerminals ? kSelector : kFreeSelector));
   }
   for (std::size_t i = 0; i < kOutputNames.size(); ++i) {
     const bool brake = i == 3;

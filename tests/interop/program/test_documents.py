@@ -75,8 +75,10 @@ class Reference(DocumentTest):
         "realtime": ["[realtime]"],
         "slave": ['[[slave]]\nname = "x"', TERMINAL],
         "slave.plant": ['[[slave]]\nname = "x"\n[slave.plant]'],
+        "slave.plant.dc_link": ['[[slave]]\nname = "x"\n[slave.plant.dc_link]'],
         "slave.plant.encoder": ['[[slave]]\nname = "x"\n[slave.plant.encoder]'],
         "slave.plant.load": ['[[slave]]\nname = "x"\n[slave.plant.load]'],
+        "slave.plant.thermal": ['[[slave]]\nname = "x"\n[slave.plant.thermal]'],
         "slave.plant.winding": ['[[slave]]\nname = "x"\n[slave.plant.winding]'],
         "slave.switch": ['[[slave]]\nname = "x"\n[[slave.switch]]\ninput = "ISD00"\nto_rev = 1'],
         "slave.pdo": ['[[slave]]\nname = "x"\n[[slave.pdo]]\nindex = 0x1600'],
@@ -100,8 +102,8 @@ class Reference(DocumentTest):
         "output": ['slave = [{ name = "x" }]\n[output]'],
     }
 
-    INNER = ("slave.dc", "slave.input", "slave.pdo", "slave.plant", "slave.plant.encoder", "slave.plant.load",
-             "slave.plant.winding", "slave.sdo", "slave.switch", "slave.timeouts", "slave.watchdog", "wiring.cable")
+    INNER = ("slave.dc", "slave.input", "slave.pdo", "slave.plant", "slave.plant.dc_link", "slave.plant.encoder", "slave.plant.load",
+             "slave.plant.thermal", "slave.plant.winding", "slave.sdo", "slave.switch", "slave.timeouts", "slave.watchdog", "wiring.cable")
 
     def test_lists_the_keys_that_the_program_knows(self):
         documented = documented_keys()

@@ -42,6 +42,18 @@ TEST(MsdTerminal, FunctionImageDoesNotDependOnTheTerminal) {
   }
 }
 
+TEST(MsdTerminal, SelectorsWithoutATerminalAreStoredAndActOnNothing) {
+  DriveRig rig;
+  for (const auto selector : {std::uint16_t{0x206F}, std::uint16_t{0x2070}}) {  // P 111, P 112
+    ASSERT_EQ(rig.write(selector, 0, 5, 2), 0U);
+    EXPECT_EQ(rig.read(selector), 5U);
+    EXPECT_EQ(rig.write(selector, 0, 15, 2), 0x06090030U) << "no probe either";
+  }
+  for (unsigned i = 1; i < std::size(kAllInputs); ++i) rig.drive.set_input(kAllInputs[i], true);
+  rig.pass(250us);
+  EXPECT_EQ(rig.read(0x60FD) & 7U, 0U);
+}
+
 TEST(MsdTerminal, SelectorsTakeOnlyFunctionsThatExist) {
   DriveRig rig;
   for (std::uint32_t code = 0; code < 16; ++code) {

@@ -131,8 +131,8 @@ enum Value : std::uint16_t {
   kVelocityNotation,
   kAccelerationNotation,
   // inputs and outputs
-  kInputFunctionFirst,  ///< P 100-P 110, in order
-  kInputFunctionLast = kInputFunctionFirst + 10,
+  kInputFunctionFirst,  ///< P 100-P 112, in order
+  kInputFunctionLast = kInputFunctionFirst + 12,
   kInputInversion,
   kOutputFunctionFirst,  ///< P 122-P 126, in order
   kOutputFunctionLast = kOutputFunctionFirst + 4,
