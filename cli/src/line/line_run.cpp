@@ -220,8 +220,8 @@ void LineRun::operate() {
     progress("there is no [path]: the axes are enabled and hold the place where they stand");
   auto next_progress = 1.0;
   // Looks take their time in the cycle as well: they stand on a grid, so that a run is as long as it was ordered.
-  for (auto next_look = operation_start_ + kWatchInterval;; next_look += kWatchInterval) {
-    pass(std::max(next_look - session_.clock().now(), config_.period));
+  for (;;) {
+    pass(kWatchInterval - (session_.clock().now() - operation_start_) % kWatchInterval);
     operation_time_ = session_.clock().now() - operation_start_;
     const bool over = duration_s_ && seconds_in_operation() >= *duration_s_;
     if (over) master_.core()->count(false);

@@ -177,29 +177,45 @@ void LineWatch::fetch_emergencies() {
 }
 
 /// What the motion says of axes whose slave is away or was.
+/// What comes next for an axis that is on its way from `before` to `now`. One that comes back while the others have
+/// power takes every step, though a look may come after several of them.
+AxisPresence LineWatch::next_presence(AxisPresence before, AxisPresence now) const {
+  if (!had_power_) return now;
+  if (before == AxisPresence::kMissing && now != AxisPresence::kEnabling) return AxisPresence::kEnabling;
+  if (before == AxisPresence::kEnabling && now == AxisPresence::kPresent) return AxisPresence::kReturning;
+  return now;
+}
+
 void LineWatch::watch_axes() {
   for (std::size_t i = 0; i < presences_.size(); ++i) {
-    const auto presence = motion_->presence(i);
-    if (presence == presences_[i]) continue;
-    presences_[i] = presence;
-    const auto& axis = motion_->axes()[i].config();
-    switch (presence) {
-      case AxisPresence::kMissing:
-        listener_.fault(fmt::format("axis {}: unavailable; the others {}", axis.name,
-                                    axis.on_loss == LossPolicy::kHold ? "come to rest on the path and wait for it"
-                                                                      : "go on without it"),
-                        false);
-        break;
-      case AxisPresence::kEnabling:
-        listener_.event(fmt::format("axis {}: available again, being enabled", axis.name));
-        break;
-      case AxisPresence::kReturning:
-        listener_.event(fmt::format("axis {}: enabled, on its way back to the path", axis.name));
-        break;
-      case AxisPresence::kPresent:
-        listener_.event(fmt::format("axis {}: back on the path", axis.name));
-        break;
+    const auto now = motion_->presence(i);
+    while (presences_[i] != now) {
+      presences_[i] = next_presence(presences_[i], now);
+      tell_presence(motion_->axes()[i].config(), presences_[i]);
     }
+  }
+  if (motion_ == nullptr) return;
+  const auto phase = motion_->phase();
+  had_power_ = phase != MotionPhase::kIdle && phase != MotionPhase::kEnabling;
+}
+
+void LineWatch::tell_presence(const ecat_master::AxisConfig& axis, AxisPresence presence) {
+  switch (presence) {
+    case AxisPresence::kMissing:
+      listener_.fault(fmt::format("axis {}: unavailable; the others {}", axis.name,
+                                  axis.on_loss == LossPolicy::kHold ? "come to rest on the path and wait for it"
+                                                                    : "go on without it"),
+                      false);
+      break;
+    case AxisPresence::kEnabling:
+      listener_.event(fmt::format("axis {}: available again, being enabled", axis.name));
+      break;
+    case AxisPresence::kReturning:
+      listener_.event(fmt::format("axis {}: enabled, on its way back to the path", axis.name));
+      break;
+    case AxisPresence::kPresent:
+      listener_.event(fmt::format("axis {}: back on the path", axis.name));
+      break;
   }
 }
 

@@ -41,7 +41,10 @@ class LineWatch {
   [[nodiscard]] bool take_line_events();
   [[nodiscard]] bool take(const ecat_master::LineEvent& event);
   [[nodiscard]] bool waits_in_vain();
+  [[nodiscard]] ecat_master::AxisPresence next_presence(ecat_master::AxisPresence before,
+                                                        ecat_master::AxisPresence now) const;
   void watch_axes();
+  void tell_presence(const ecat_master::AxisConfig& axis, ecat_master::AxisPresence presence);
   void fetch_emergencies();
   [[nodiscard]] bool motion_goes_on();
   [[nodiscard]] std::string motion_failure() const;
@@ -61,6 +64,7 @@ class LineWatch {
   std::chrono::nanoseconds silent_since_{0};
   std::uint64_t stale_before_ = 0;  ///< late frames until the last look at which frames came back in time
   std::vector<ecat_master::AxisPresence> presences_;
+  bool had_power_ = false;                  ///< at the last look at the axes
   std::chrono::nanoseconds next_delays_{};  ///< when the ways to the clocks are measured again
   std::string state_ = "OP";
 };

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "driveline/wire/frame.hpp"
+#include "driveline/wire/wire_time.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -13,8 +14,6 @@ using std::chrono::nanoseconds;
 
 /// Forwarding of a slave there and back, where the ports do not tell.
 constexpr nanoseconds kAssumedDelay{1000};
-constexpr std::int64_t kNsPerByte = 80;
-constexpr std::size_t kPreambleFcsGap = 8 + 4 + 12;
 
 double us(nanoseconds time) {
   return static_cast<double>(time.count()) / 1000.0;
@@ -35,7 +34,7 @@ std::size_t longest_mailbox(const ecat_master::Master& master) {
 }
 
 nanoseconds wire_time(std::size_t frame_bytes) {
-  return nanoseconds{static_cast<std::int64_t>(frame_bytes + kPreambleFcsGap) * kNsPerByte};
+  return nanoseconds{static_cast<std::int64_t>(frame_bytes + wire::kPreambleFcsGap) * wire::kNsPerByte};
 }
 
 }  // namespace

@@ -6,13 +6,10 @@
 #include "driveline/ecat_master/dc/drift_datagram.hpp"
 #include "driveline/port/port.hpp"
 #include "driveline/wire/registers.hpp"
+#include "driveline/wire/wire_time.hpp"
 
 namespace driveline::ecat_master {
 namespace {
-
-// 100 Mbit/s.
-constexpr std::uint64_t kNsPerByte = 80;
-constexpr std::uint64_t kPreambleFcsGap = 8 + 4 + 12;
 
 constexpr std::size_t kNone = ProcessDataPlace::kNone;
 /// Bytes of datagrams that one frame holds.
@@ -284,18 +281,18 @@ std::uint64_t wire_time_ns(const ProcessImage& image, bool clocks) {
     std::uint64_t bytes = 0;
     for (std::size_t i = 0; i < frames.size(); ++i) {
       if (!all_meet && !due[i].due(cycle)) continue;
-      bytes += std::max<std::uint64_t>(frames[i], wire::kMinFrameBytes) + kPreambleFcsGap;
+      bytes += std::max<std::uint64_t>(frames[i], wire::kMinFrameBytes) + wire::kPreambleFcsGap;
     }
     busiest = std::max(busiest, bytes);
   }
-  return busiest * kNsPerByte;
+  return busiest * wire::kNsPerByte;
 }
 
 std::size_t acyclic_frame_bytes(const ProcessImage& image, bool clocks, std::chrono::nanoseconds period) {
   // A tenth stays free for a cycle that wakes up late.
   const auto usable = static_cast<std::uint64_t>(period.count()) * 9 / 10;
-  const auto taken = wire_time_ns(image, clocks) + kPreambleFcsGap * kNsPerByte;
-  const auto left = usable > taken ? (usable - taken) / kNsPerByte : 0;
+  const auto taken = wire_time_ns(image, clocks) + wire::kPreambleFcsGap * wire::kNsPerByte;
+  const auto left = usable > taken ? (usable - taken) / wire::kNsPerByte : 0;
   return std::clamp<std::size_t>(left, wire::kMinFrameBytes, port::kMaxFrameBytes);
 }
 

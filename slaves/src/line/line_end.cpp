@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "driveline/slaves/line/line.hpp"
+#include "driveline/wire/wire_time.hpp"
 
 namespace driveline::slaves {
 
@@ -55,9 +56,8 @@ bool LineEnd::wait_readable(std::chrono::nanoseconds deadline) noexcept {
 
 std::chrono::nanoseconds LineEnd::occupy(std::chrono::nanoseconds now, std::chrono::nanoseconds byte_time,
                                          std::size_t bytes) noexcept {
-  constexpr std::size_t kPreambleFcsGap = 8 + 4 + 12;
   const auto begin = std::max(now, wire_free_);
-  wire_free_ = begin + byte_time * static_cast<std::int64_t>(bytes + kPreambleFcsGap);
+  wire_free_ = begin + byte_time * static_cast<std::int64_t>(bytes + wire::kPreambleFcsGap);
   return byte_time.count() == 0 ? now : begin;
 }
 
