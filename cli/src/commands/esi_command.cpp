@@ -14,7 +14,7 @@
 namespace driveline::cli {
 namespace {
 
-Outcome<esi::EsiFile> read_file(const std::string& name) {
+Outcome<esi::EsiFile> read_esi_file(const std::string& name) {
   std::ifstream stream(name, std::ios::binary);
   std::ostringstream text;
   text << stream.rdbuf();
@@ -69,7 +69,7 @@ Outcome<int> generate_esi(const std::string& directory) {
 }
 
 Outcome<int> validate_esi(const std::string& name) {
-  const auto file = read_file(name);
+  const auto file = read_esi_file(name);
   if (!file) return tl::unexpected(file.error());
   for (const auto& note : file->notes) fmt::print("{}:{}: {}: {}\n", name, note.line, note.path, note.text);
   fmt::print("{}: {} devices, {} notes\n", name, file->devices.size(), file->notes.size());
@@ -77,7 +77,7 @@ Outcome<int> validate_esi(const std::string& name) {
 }
 
 Outcome<int> show_esi(const std::string& name) {
-  const auto file = read_file(name);
+  const auto file = read_esi_file(name);
   if (!file) return tl::unexpected(file.error());
   fmt::print("vendor 0x{:08X} {}\n", file->vendor_id, file->vendor_name);
   for (const auto& device : file->devices) {

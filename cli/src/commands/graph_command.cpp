@@ -13,7 +13,7 @@ struct GraphOptions {
   bool json = false;
 };
 
-nlohmann::json to_json(const ecat_master::Topology& topology, const std::vector<std::string>& labels) {
+nlohmann::json graph_to_json(const ecat_master::Topology& topology, const std::vector<std::string>& labels) {
   auto slaves = nlohmann::json::array();
   for (std::size_t i = 0; i < topology.slaves.size(); ++i) {
     const auto& node = topology.slaves[i];
@@ -38,7 +38,7 @@ Outcome<int> draw(const GraphOptions& options) {
   std::vector<std::string> labels;
   for (const auto& view : (*line)->read_all()) labels.push_back(view.name());
   if (options.json) {
-    fmt::print("{}", json_text(to_json(*topology, labels)));
+    fmt::print("{}", json_text(graph_to_json(*topology, labels)));
   } else if (options.tree) {
     fmt::print("{}", ecat_master::to_tree_text(*topology, labels));
   } else {

@@ -7,13 +7,13 @@
 namespace driveline::cli {
 namespace {
 
-struct ScanOptions {
+struct RescanOptions {
   BusOptions bus;
   bool force = false;
   bool json = false;
 };
 
-Outcome<int> rescan(const ScanOptions& options) {
+Outcome<int> rescan(const RescanOptions& options) {
   auto line = LineView::open(options.bus);
   if (!line) return tl::unexpected(line.error());
   if (auto free = (*line)->must_not_disturb(options.force, "take all slaves to INIT"); !free) {
@@ -34,7 +34,7 @@ Outcome<int> rescan(const ScanOptions& options) {
 }  // namespace
 
 Execute prepare_rescan(Arguments& to) {
-  auto options = std::make_shared<ScanOptions>();
+  auto options = std::make_shared<RescanOptions>();
   add_bus_options(to, options->bus);
   add_force_flag(to, options->force);
   add_json_flag(to, options->json);

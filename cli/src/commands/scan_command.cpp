@@ -38,7 +38,7 @@ std::string table(std::span<const SlaveView> slaves) {
   return text;
 }
 
-nlohmann::json to_json(const SlaveView& view) {
+nlohmann::json slave_to_json(const SlaveView& view) {
   nlohmann::json row = {{"position", view.slave.ref.position},
                         {"station_address", view.slave.ref.station},
                         {"alias", view.slave.alias},
@@ -165,7 +165,7 @@ Outcome<int> scan(const ScanOptions& options) {
   if (!check) return tl::unexpected(check.error());
   if (options.json) {
     auto rows = nlohmann::json::array();
-    for (const auto& view : slaves) rows.push_back(to_json(view));
+    for (const auto& view : slaves) rows.push_back(slave_to_json(view));
     nlohmann::json document = {{"slaves", rows}};
     add_json(document, *check);
     fmt::print("{}", json_text(document));

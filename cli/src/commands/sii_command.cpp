@@ -30,7 +30,7 @@ struct SiiOptions {
   bool json = false;
 };
 
-Outcome<std::string> read_file(const std::string& name) {
+Outcome<std::string> read_binary_file(const std::string& name) {
   std::ifstream stream(name, std::ios::binary);
   std::ostringstream text;
   text << stream.rdbuf();
@@ -173,7 +173,7 @@ Outcome<int> finish_write(const tl::expected<ecat_master::SiiWriteReport, ecat_m
 }
 
 Outcome<int> write_image(const SiiOptions& options) {
-  const auto content = read_file(options.file);
+  const auto content = read_binary_file(options.file);
   if (!content) return tl::unexpected(content.error());
   const auto bytes = bytes_of(*content);
   const auto image = esi::decode_sii(bytes);
@@ -209,7 +209,7 @@ Outcome<int> set_alias(const SiiOptions& options) {
 }
 
 Outcome<int> compare_image(const SiiOptions& options) {
-  const auto text = read_file(options.file);
+  const auto text = read_binary_file(options.file);
   if (!text) return tl::unexpected(text.error());
   const auto file = esi::read_esi(*text, options.file);
   if (!file) return misused(esi::to_text(file.error()));

@@ -28,7 +28,7 @@ double us(nanoseconds time) {
   return static_cast<double>(time.count()) / 1000.0;
 }
 
-std::string percentiles(const rt::Histogram& times) {
+std::string turn_around_text(const rt::Histogram& times) {
   return fmt::format("turn-around p50 {:.1f} us, p99 {:.1f} us, p99.9 {:.1f} us, max {:.1f} us",
                      us(times.percentile(0.5)), us(times.percentile(0.99)), us(times.percentile(0.999)),
                      us(times.max()));
@@ -53,7 +53,8 @@ class Reporter {
       const auto frames = server_.frames();
       const auto rate = static_cast<double>(frames - frames_) * 1e9 /
                         static_cast<double>(std::max<std::int64_t>((clock_.now() - last_).count(), 1));
-      progress("{:.0f} frames/s{}; {}", rate, window.count() > 0 ? "; " + percentiles(window) : "", console_.states());
+      progress("{:.0f} frames/s{}; {}", rate, window.count() > 0 ? "; " + turn_around_text(window) : "",
+               console_.states());
       frames_ = frames;
       last_ = clock_.now();
     }
@@ -181,7 +182,7 @@ Outcome<int> simulate(const SimulateOptions& options) {
   console.tell_events();
   const auto saved = save_eeproms(*config, *line);
   fmt::print("{} frames served, {} not sent; {}\nstates:{}\n", server.frames(), server.send_failures(),
-             percentiles(server.turn_around()), states_summary(*line));
+             turn_around_text(server.turn_around()), states_summary(*line));
   if (!saved) return tl::unexpected(saved.error());
   return 0;
 }

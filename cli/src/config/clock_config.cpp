@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "config/duration.hpp"
+
 namespace driveline::cli {
 namespace {
 
@@ -14,10 +16,6 @@ constexpr double kMaxCycleUs = 4'294'967.0;
 constexpr double kMaxDriftPpm = 1000.0;
 /// The data sheets say up to 40 ns; what a gateway adds is more.
 constexpr double kMaxProcessingExtraNs = 10'000.0;
-
-nanoseconds from_us(double us) {
-  return nanoseconds{std::llround(us * 1000.0)};
-}
 
 }  // namespace
 

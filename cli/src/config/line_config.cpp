@@ -12,6 +12,7 @@
 #include "config/clock_config.hpp"
 #include "config/device_source.hpp"
 #include "config/drive_reader.hpp"
+#include "config/duration.hpp"
 #include "config/fault_config.hpp"
 #include "config/process_data_reader.hpp"
 #include "config/slave_plan_reader.hpp"
@@ -27,7 +28,6 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-constexpr double kMaxIncrements = 4294967295.0;
 /// Longest line of one master: the cyclic frames of more axes do not fit into a useful cycle.
 constexpr std::size_t kMaxSlaves = 256;
 /// Longest name that fits the telemetry.
@@ -35,10 +35,6 @@ constexpr std::size_t kMaxName = 31;
 /// Longest delay of a slave: beyond, no cycle is left.
 constexpr std::int64_t kMaxDelayNs = 1'000'000;
 constexpr std::string_view kNameLength = "must have 1 to 31 characters";
-
-nanoseconds from_us(double us) {
-  return nanoseconds{std::llround(us * 1000.0)};
-}
 
 void read_line(TomlReader reader, LineConfig& config) {
   config.name = reader.text_or("name", config.name);
@@ -215,7 +211,7 @@ ecat_master::AxisConfig read_axis(TomlReader reader, const std::vector<SlaveConf
   }
   constexpr Mode kModes[] = {Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque};
   axis.mode = kModes[reader.choice_or("mode", 0, {"csp", "csv", "cst"})];
-  const double increments = reader.number_or("increments_per_revolution", 1048576.0, 1.0, kMaxIncrements);
+  const double increments = reader.number_or("increments_per_revolution", 1048576.0, 1.0, kMaxIncrementsPerRevolution);
   axis.linear = reader.has("feed_mm_per_revolution");
   const double unit_per_revolution =
       axis.linear ? reader.number("feed_mm_per_revolution", 1e-6, 1e6) / 1000.0 : 2.0 * std::numbers::pi;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "driveline/cli/line_config.hpp"
 #include "driveline/ecat_master/coe/coe_client.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"
 
@@ -65,11 +66,11 @@ const slaves::msd::VariantFacts* model_of(const esi::SiiImage& sii) {
 /// How often each value occurs among the slaves that have one.
 using Uses = std::map<std::uint16_t, std::size_t>;
 
-struct Names {
+struct IdentityUses {
   Uses aliases;
   Uses device_ids;
 
-  explicit Names(std::span<const FoundSlave> slaves) {
+  explicit IdentityUses(std::span<const FoundSlave> slaves) {
     for (const auto& slave : slaves) {
       if (slave.view.sii && slave.view.sii->config.station_alias != 0) ++aliases[slave.view.sii->config.station_alias];
       if (slave.device_id.value_or(0) != 0) ++device_ids[*slave.device_id];
@@ -78,7 +79,7 @@ struct Names {
 };
 
 /// The key by which the slave is found; a comment when another slave has the same number.
-std::string place_lines(const FoundSlave& slave, const Names& names) {
+std::string place_lines(const FoundSlave& slave, const IdentityUses& names) {
   const auto alias = slave.view.sii->config.station_alias;
   const auto id = slave.device_id.value_or(0);
   std::string text;
@@ -93,7 +94,7 @@ std::string place_lines(const FoundSlave& slave, const Names& names) {
   return text;
 }
 
-std::string slave_lines(const FoundSlave& slave, const Names& names) {
+std::string slave_lines(const FoundSlave& slave, const IdentityUses& names) {
   const auto& sii = *slave.view.sii;
   std::string text = "\n";
   if (!slave.view.trouble.empty()) text += fmt::format("# {}.\n", slave.view.trouble);
@@ -128,7 +129,6 @@ std::vector<std::string_view> cyclic_modes(const DriveFacts& drive) {
 }
 
 /// What `[[axis]]` takes.
-constexpr double kMaxIncrements = 4294967295.0;
 constexpr double kSmallest = 1e-6;
 constexpr double kLargest = 1e6;
 
@@ -150,9 +150,9 @@ std::string obstacle(const FoundSlave& slave, const FoundLine& line) {
   if (modes.front() == "cst") return "cst is its only cyclic mode: velocity_gain is for you to choose";
   const auto increments = drive.increments_per_revolution;
   if (!increments) return "it does not tell how positions are scaled (6091h, 6092h, 608Fh)";
-  if (*increments < 1.0 || *increments > kMaxIncrements) {
+  if (*increments < 1.0 || *increments > kMaxIncrementsPerRevolution) {
     return fmt::format("by 6091h, 6092h, 608Fh it has {} increments per revolution, 1 to {} are expected", *increments,
-                       kMaxIncrements);
+                       kMaxIncrementsPerRevolution);
   }
   if (simulated(line) && model_of(*slave.view.sii) == nullptr) return "no drive like that can be simulated";
   return {};
@@ -274,7 +274,7 @@ Outcome<std::string> describe_line(const FoundLine& line) {
   if (!line.tree.empty()) text += "#\n# Who is connected to whom:\n" + comment(line.tree);
   text += "\n[line]\nname = \"line\"\ncycle_us = 1000\n";
   if (line.interface) text += fmt::format("\n[bus]\ninterface = \"{}\"\n", plain(*line.interface));
-  const Names names(line.slaves);
+  const IdentityUses names(line.slaves);
   for (const auto& slave : line.slaves) {
     const auto& view = slave.view;
     if (!view.sii) return failed(view.trouble);

@@ -15,7 +15,7 @@ using slaves::MasterPort;
 using slaves::PortId;
 using slaves::Wiring;
 using std::chrono::nanoseconds;
-using Names = std::span<const std::string>;
+using SlaveNames = std::span<const std::string>;
 
 namespace {
 
@@ -37,13 +37,13 @@ struct CableEnd {
   MasterPort master = MasterPort::kPrimary;
 };
 
-std::optional<std::size_t> position_of(std::string_view name, Names names) {
+std::optional<std::size_t> position_of(std::string_view name, SlaveNames names) {
   const auto found = std::find(names.begin(), names.end(), name);
   if (found == names.end()) return std::nullopt;
   return static_cast<std::size_t>(found - names.begin());
 }
 
-CableEnd read_end(TomlReader& reader, std::string_view key, Names names) {
+CableEnd read_end(TomlReader& reader, std::string_view key, SlaveNames names) {
   const auto text = reader.text(key);
   if (text == "master") return {std::nullopt, MasterPort::kPrimary};
   if (text == "master2") return {std::nullopt, MasterPort::kSecondary};
@@ -98,7 +98,7 @@ Wiring make_star(TomlReader& reader, std::size_t count, nanoseconds delay) {
 
 /// A line with a branch at port 3 of one slave: the slaves that follow it in the file, the rest of the line behind
 /// them.
-Wiring make_branch(TomlReader& reader, Names names, nanoseconds delay) {
+Wiring make_branch(TomlReader& reader, SlaveNames names, nanoseconds delay) {
   const auto name = reader.text("junction");
   const auto junction = position_of(name, names);
   if (!junction) reader.fail("junction", fmt::format("there is no [[slave]] named \"{}\"", name));
@@ -113,7 +113,7 @@ Wiring make_branch(TomlReader& reader, Names names, nanoseconds delay) {
   return wiring;
 }
 
-void read_cable(TomlReader reader, Names names, Preset preset, double default_m, Wiring& wiring) {
+void read_cable(TomlReader reader, SlaveNames names, Preset preset, double default_m, Wiring& wiring) {
   const auto from = read_end(reader, "from", names);
   const auto to = read_end(reader, "to", names);
   const auto delay = cable_delay(reader.number_or("length_m", default_m, 0.0, kMaxCableM));
@@ -135,7 +135,7 @@ void read_cable(TomlReader reader, Names names, Preset preset, double default_m,
 }
 
 /// The frame must meet the slaves in the order of the file: positions are what the master and everybody else counts in.
-void check_order(const TomlReader& reader, const Wiring& wiring, Names names) {
+void check_order(const TomlReader& reader, const Wiring& wiring, SlaveNames names) {
   if (!wiring.master(MasterPort::kPrimary)) {
     reader.fail("", "no cable leads to \"master\": connect port 0 of the first slave to it");
   }
@@ -163,7 +163,7 @@ void check_order(const TomlReader& reader, const Wiring& wiring, Names names) {
 
 }  // namespace
 
-Wiring read_wiring(TomlReader reader, Names names) {
+Wiring read_wiring(TomlReader reader, SlaveNames names) {
   const auto preset = static_cast<Preset>(reader.choice_or("preset", 0, {"line", "ring", "star", "branch", "custom"}));
   const double cable_m = reader.number_or("cable_m", 1.0, 0.0, kMaxCableM);
   const auto delay = cable_delay(cable_m);

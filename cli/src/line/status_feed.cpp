@@ -7,7 +7,7 @@ using std::chrono::nanoseconds;
 
 constexpr auto kHandOverPeriod = std::chrono::milliseconds{50};
 
-bridge::Percentiles percentiles(const rt::Histogram& histogram) {
+bridge::Percentiles to_percentiles(const rt::Histogram& histogram) {
   return {histogram.percentile(0.5), histogram.percentile(0.99), histogram.max()};
 }
 
@@ -49,8 +49,8 @@ void StatusFeed::finish(const bridge::DrainCounters&) {
 
 void StatusFeed::hand_over() {
   status_.state = state_.load(std::memory_order_relaxed);
-  status_.wake_latency = percentiles(wake_latency_);
-  status_.cycle_cost = percentiles(cost_);
+  status_.wake_latency = to_percentiles(wake_latency_);
+  status_.cycle_cost = to_percentiles(cost_);
   {
     const std::lock_guard lock(mutex_);
     status_.faults = faults_;

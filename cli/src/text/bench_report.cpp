@@ -12,7 +12,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::string_view kTerminal = "set terminal svg size 860,360 font 'sans,11' background 'white' noenhanced\n";
+constexpr std::string_view kSvgTerminal =
+    "set terminal svg size 860,360 font 'sans,11' background 'white' noenhanced\n";
 
 /// What every row of a document has; the rest of the schema may be left out.
 constexpr std::string_view kNames[] = {"case", "metric", "unit"};
@@ -67,7 +68,7 @@ BenchFigure master_cost_figure(const json& document) {
   for (const auto* metric : {"bare_af_packet_loop", "send_receive_decode", "bare_packet_mmap_loop"}) {
     figure.data += by_axes(document, "", metric);
   }
-  figure.script = std::string(kTerminal) +
+  figure.script = std::string(kSvgTerminal) +
                   "set output 'master_cost.svg'\n"
                   "set title 'one cycle on a packet socket'\nset xlabel 'axes'\nset ylabel 'ns'\n"
                   "set grid\nset key outside right\nset logscale xy\nset xtics (1, 8, 32, 100)\nset xrange [0.8:125]\n"
@@ -82,7 +83,7 @@ BenchFigure master_cost_figure(const json& document) {
 BenchFigure cycle_figure(const json& document) {
   BenchFigure figure{"cycle", {}, {}};
   for (const auto* pace : {"back_to_back_", "paced_"}) figure.data += by_axes(document, pace, "master_part_per_axis");
-  figure.script = std::string(kTerminal) +
+  figure.script = std::string(kSvgTerminal) +
                   "set output 'cycle.svg'\n"
                   "set title 'the part of the master in a cycle'\nset xlabel 'axes'\nset ylabel 'ns per axis'\n"
                   "set grid\nset key outside right\nset logscale xy\nset xtics (1, 8, 32, 100)\nset xrange [0.8:125]\n"
@@ -108,7 +109,7 @@ BenchFigure wake_figure(const json& document) {
                           index == 0 ? "" : ", \\\n  ", index, name);
     ++index;
   }
-  figure.script = std::string(kTerminal) +
+  figure.script = std::string(kSvgTerminal) +
                   "set output 'wake.svg'\n"
                   "set title 'wake-up after the grid time'\nset xlabel 'per cent of the cycles'\nset ylabel '" +
                   unit + "'\nset grid\nset key outside right\nset logscale y\nplot " + curves + "\n";

@@ -1,5 +1,6 @@
 #include "text/diagnosis_json.hpp"
 
+#include "text/histogram_json.hpp"
 #include "text/json_text.hpp"
 #include "text/slave_text.hpp"
 
@@ -91,21 +92,14 @@ nlohmann::json to_json(const ecat_master::EmergencyRecord& record) {
   return {{"time_ns", record.time.count()}, {"slave", record.slave}, {"sentence", ecat_master::describe(record)}};
 }
 
-nlohmann::json percentiles(const rt::Histogram& histogram) {
-  return {{"p50", histogram.percentile(0.5).count()},
-          {"p99", histogram.percentile(0.99).count()},
-          {"p999", histogram.percentile(0.999).count()},
-          {"max", histogram.max().count()}};
-}
-
 nlohmann::json to_json(const ecat_master::CycleStatistics& cycle) {
   return {{"cycles", cycle.cycles},
           {"missed_periods", cycle.missed_periods},
           {"wkc_errors", cycle.wkc_errors},
           {"lost_frames", cycle.lost_frames},
-          {"wake_latency_ns", percentiles(cycle.wake_latency)},
-          {"cycle_cost_ns", percentiles(cycle.cost)},
-          {"round_trip_ns", percentiles(cycle.round_trip)}};
+          {"wake_latency_ns", percentiles_json(cycle.wake_latency)},
+          {"cycle_cost_ns", percentiles_json(cycle.cost)},
+          {"round_trip_ns", percentiles_json(cycle.round_trip)}};
 }
 
 template <typename Entries>

@@ -8,6 +8,8 @@
 #include <optional>
 #include <vector>
 
+#include "text/finite_number.hpp"
+
 namespace driveline::cli {
 
 using slaves::Fault;
@@ -28,13 +30,6 @@ std::optional<std::uint64_t> to_integer(std::string_view text) {
   return value;
 }
 
-std::optional<double> to_number(std::string_view text) {
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value)) return std::nullopt;
-  return value;
-}
-
 template <typename T>
 tl::expected<void, std::string> set_integer(T& target, std::string_view text, std::uint64_t minimum,
                                             std::uint64_t maximum) {
@@ -48,7 +43,7 @@ tl::expected<void, std::string> set_integer(T& target, std::string_view text, st
 
 tl::expected<void, std::string> set_time(std::chrono::nanoseconds& target, std::string_view text, double unit_ns,
                                          double minimum, double maximum) {
-  const auto value = to_number(text);
+  const auto value = finite_number(text);
   if (!value || *value < minimum || *value > maximum) {
     return Problem(fmt::format("is \"{}\", {} to {} is expected", text, minimum, maximum));
   }
@@ -110,7 +105,7 @@ tl::expected<void, std::string> FaultDraft::set(const slaves::FaultParameterRow&
     case FaultParameter::kCount:
       return set_integer(fault_.count, value, 1, 0xFFFFFFFF);
     case FaultParameter::kChance: {
-      const auto chance = to_number(value);
+      const auto chance = finite_number(value);
       if (!chance || *chance < 0.0 || *chance > 1.0)
         return Problem(fmt::format("is \"{}\", 0 to 1 is expected", value));
       fault_.chance = *chance;

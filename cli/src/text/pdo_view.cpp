@@ -42,9 +42,9 @@ std::vector<SyncManagerView> channels_of(const esi::SiiImage& sii) {
 }
 
 /// What the EEPROM calls PDOs and objects.
-class Names {
+class EepromNames {
  public:
-  explicit Names(const esi::SiiImage& sii) {
+  explicit EepromNames(const esi::SiiImage& sii) {
     for (const auto type : {SiiCategoryType::kRxPdo, SiiCategoryType::kTxPdo}) {
       if (const auto* pdos = sii.find<Pdos>(type)) {
         for (const auto& pdo : *pdos) known_.push_back(view_of(sii, pdo));
@@ -103,7 +103,7 @@ class SpokenNames {
   ecat_master::CoeClient& coe_;
   LineView& line_;
   std::size_t position_;
-  Names eeprom_;
+  EepromNames eeprom_;
   bool silent_ = false;
 };
 

@@ -3,15 +3,10 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "text/histogram_json.hpp"
+
 namespace driveline::cli {
 namespace {
-
-nlohmann::json percentiles(const rt::Histogram& histogram) {
-  return {{"p50", histogram.percentile(0.5).count()},
-          {"p99", histogram.percentile(0.99).count()},
-          {"p999", histogram.percentile(0.999).count()},
-          {"max", histogram.max().count()}};
-}
 
 nlohmann::json three_percentiles(const rt::Histogram& histogram) {
   if (histogram.count() == 0) return {{"p50", nullptr}, {"p99", nullptr}, {"max", nullptr}};
@@ -79,9 +74,9 @@ nlohmann::json to_json(const RunReport& report) {
       {"wkc_errors", statistics.wkc_errors},
       {"lost_frames", statistics.lost_frames},
       {"late_frames", statistics.late_frames},
-      {"wake_latency_ns", percentiles(statistics.wake_latency)},
-      {"cycle_cost_ns", percentiles(statistics.cost)},
-      {"round_trip_ns", percentiles(statistics.round_trip)},
+      {"wake_latency_ns", percentiles_json(statistics.wake_latency)},
+      {"cycle_cost_ns", percentiles_json(statistics.cost)},
+      {"round_trip_ns", percentiles_json(statistics.round_trip)},
       {"dc", clocks_to_json(report.clocks)},
       {"axes", std::move(axes)},
       {"telemetry", {{"published", report.telemetry_published}, {"dropped", report.telemetry_dropped}}},

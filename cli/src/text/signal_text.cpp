@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
-#include <cmath>
 #include <optional>
+
+#include "text/finite_number.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -17,18 +17,11 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(' ') - begin + 1);
 }
 
-std::optional<double> to_number(std::string_view text) {
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value)) return std::nullopt;
-  return value;
-}
-
 tl::expected<SignalSetting, std::string> parse_one(std::string_view name, std::string_view text,
                                                    const slaves::DeviceSignals& signals) {
   const auto place = signals.find_signal(Way::kInput, name);
   if (!place) return tl::unexpected(fmt::format("\"{}\" {}", name, place.error()));
-  const auto value = to_number(text);
+  const auto value = finite_number(text);
   if (!value) return tl::unexpected(fmt::format("{} is \"{}\", a number is expected", name, text));
   if (const auto fits = signals.check_signal_value(place->number, *value); !fits) {
     return tl::unexpected(fmt::format("{}: {}", name, fits.error()));

@@ -20,7 +20,6 @@ using wire::FmmuEntity;
 using wire::SyncManagerChannel;
 
 /// Sync manager n is assigned by object 1C10h + n (ETG.1000.6 5.6.7.4).
-constexpr std::uint16_t kFirstAssignment = 0x1C10;
 /// Unit of the watchdog divider register: 40 ns * (divider + 2) (ETG.1000.4 6.3).
 constexpr std::uint64_t kWatchdogTickNs = 40;
 
@@ -119,7 +118,7 @@ class Check {
     CoeClient coe(*slave_.mailbox);
     for (std::size_t n = 0; n < channels_.size(); ++n) {
       if (managers[n].use != Use::kOutputs && managers[n].use != Use::kInputs) continue;
-      const auto assigned = read_assigned_bytes(coe, static_cast<std::uint16_t>(kFirstAssignment + n));
+      const auto assigned = read_assigned_bytes(coe, static_cast<std::uint16_t>(kPdoAssignment + n));
       if (!assigned) continue;
       const auto bytes = static_cast<std::uint32_t>(*assigned);
       const auto length = is_enabled(channels_[n]) ? std::uint32_t{channels_[n].length} : 0U;

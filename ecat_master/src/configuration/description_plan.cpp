@@ -15,7 +15,6 @@ using Use = esi::SyncManager::Use;
 using Steps = std::vector<SdoScript::Step>;
 
 /// Sync manager n is assigned by object 1C10h + n (ETG.1000.6 5.6.7.4).
-constexpr std::uint16_t kFirstAssignment = 0x1C10;
 
 template <typename Limit>
 void complete(Limit& limit, const std::optional<std::uint32_t>& milliseconds) {
@@ -119,19 +118,13 @@ tl::expected<void, std::string> check_direction(const esi::DeviceDescription& de
   return {};
 }
 
-template <typename T>
-SdoScript::Step step(std::uint16_t index, std::uint8_t subindex, T value) {
-  const auto bytes = wire::to_le_bytes(value);
-  return {{index, subindex, false}, {bytes.begin(), bytes.end()}};
-}
-
 /// A list object: count 0, elements, count (ETG.1000.6 5.6.7.4).
 template <typename T>
 void append_list(Steps& steps, std::uint16_t index, const std::vector<T>& elements) {
-  steps.push_back(step<std::uint8_t>(index, 0, 0));
+  steps.push_back(SdoScript::Step::of<std::uint8_t>(index, 0, 0));
   std::uint8_t subindex = 0;
-  for (const auto element : elements) steps.push_back(step<T>(index, ++subindex, element));
-  if (!elements.empty()) steps.push_back(step<std::uint8_t>(index, 0, subindex));
+  for (const auto element : elements) steps.push_back(SdoScript::Step::of<T>(index, ++subindex, element));
+  if (!elements.empty()) steps.push_back(SdoScript::Step::of<std::uint8_t>(index, 0, subindex));
 }
 
 void append_mapping(Steps& steps, const PdoMapping& pdo) {
@@ -243,9 +236,10 @@ Steps pdo_script(const PdoConfiguration& pdos, const esi::DeviceDescription& dev
       const bool fixed = known != nullptr && known->fixed;
       if (device.mailbox.coe_pdo_config && !fixed) append_mapping(mappings, pdo);
     }
-    const auto assignment = static_cast<std::uint16_t>(kFirstAssignment + n);
+    const auto assignment = static_cast<std::uint16_t>(kPdoAssignment + n);
     // A PDO can be changed only while it is not assigned.
-    if (device.mailbox.coe_pdo_assign && !mappings.empty()) steps.push_back(step<std::uint8_t>(assignment, 0, 0));
+    if (device.mailbox.coe_pdo_assign && !mappings.empty())
+      steps.push_back(SdoScript::Step::of<std::uint8_t>(assignment, 0, 0));
     for (auto& mapping : mappings) steps.push_back(std::move(mapping));
     if (device.mailbox.coe_pdo_assign) append_list(steps, assignment, assigned);
   }

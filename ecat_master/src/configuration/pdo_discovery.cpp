@@ -8,7 +8,6 @@ namespace {
 using Use = esi::SyncManager::Use;
 
 /// Sync manager n is assigned by object 1C10h + n (ETG.1000.6 5.6.7.4).
-constexpr std::uint16_t kFirstAssignment = 0x1C10;
 
 bool carries_process_data(Use use) {
   return use == Use::kOutputs || use == Use::kInputs;
@@ -60,7 +59,7 @@ class Reader {
       for (std::size_t n = 0; n < device.sync_managers.size(); ++n) {
         if (!carries_process_data(device.sync_managers[n].use)) continue;
         assignments.push_back(
-            start_list(i, static_cast<std::uint8_t>(n), static_cast<std::uint16_t>(kFirstAssignment + n)));
+            start_list(i, static_cast<std::uint8_t>(n), static_cast<std::uint16_t>(kPdoAssignment + n)));
       }
     }
     for (auto& list : assignments) read_elements(list, true);

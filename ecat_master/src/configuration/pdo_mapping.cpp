@@ -16,23 +16,17 @@ std::size_t bytes_of(const std::vector<PdoMapping>& pdos) {
 
 using Steps = std::vector<SdoScript::Step>;
 
-template <typename T>
-SdoScript::Step step(std::uint16_t index, std::uint8_t subindex, T value) {
-  const auto bytes = wire::to_le_bytes(value);
-  return {{index, subindex, false}, {bytes.begin(), bytes.end()}};
-}
-
 /// A list object the way CANopen wants it: count 0, elements, count.
 template <typename T, typename Elements, typename Raw>
 void append_list(Steps& steps, std::uint16_t index, const Elements& elements, Raw raw) {
-  steps.push_back(step<std::uint8_t>(index, 0, 0));
+  steps.push_back(SdoScript::Step::of<std::uint8_t>(index, 0, 0));
   std::uint8_t subindex = 0;
-  for (const auto& element : elements) steps.push_back(step<T>(index, ++subindex, raw(element)));
-  steps.push_back(step<std::uint8_t>(index, 0, subindex));
+  for (const auto& element : elements) steps.push_back(SdoScript::Step::of<T>(index, ++subindex, raw(element)));
+  steps.push_back(SdoScript::Step::of<std::uint8_t>(index, 0, subindex));
 }
 
 void append_direction(Steps& steps, std::uint16_t assignment, const std::vector<PdoMapping>& pdos) {
-  steps.push_back(step<std::uint8_t>(assignment, 0, 0));
+  steps.push_back(SdoScript::Step::of<std::uint8_t>(assignment, 0, 0));
   for (const auto& pdo : pdos) {
     append_list<std::uint32_t>(steps, pdo.index, pdo.objects, [](const MappedObject& o) { return o.raw(); });
   }

@@ -15,6 +15,7 @@ namespace {
 
 using wire::FmmuEntity;
 using wire::SyncManagerChannel;
+using Use = esi::SyncManager::Use;
 
 /// clear_channels() switches so many off.
 constexpr unsigned kClearedChannels = 8;
@@ -22,7 +23,7 @@ constexpr unsigned kClearedChannels = 8;
 constexpr int kFactTries = 6;
 
 /// A field of an FMMU or a sync manager.
-struct Field {
+struct RegisterField {
   std::uint8_t offset;
   std::uint8_t size;
   std::uint64_t bits;
@@ -30,16 +31,16 @@ struct Field {
 };
 
 /// ETG.1000.4 Table 56.
-constexpr std::array<Field, 8> kFmmuFields{{{0, 4, 0xFFFF'FFFF, "logical start address"},
-                                            {4, 2, 0xFFFF, "length"},
-                                            {6, 1, 0x07, "logical start bit"},
-                                            {7, 1, 0x07, "logical stop bit"},
-                                            {8, 2, 0xFFFF, "physical start address"},
-                                            {10, 1, 0x07, "physical start bit"},
-                                            {11, 1, 0x03, "type"},
-                                            {12, 1, 0x01, "activation"}}};
+constexpr std::array<RegisterField, 8> kFmmuFields{{{0, 4, 0xFFFF'FFFF, "logical start address"},
+                                                    {4, 2, 0xFFFF, "length"},
+                                                    {6, 1, 0x07, "logical start bit"},
+                                                    {7, 1, 0x07, "logical stop bit"},
+                                                    {8, 2, 0xFFFF, "physical start address"},
+                                                    {10, 1, 0x07, "physical start bit"},
+                                                    {11, 1, 0x03, "type"},
+                                                    {12, 1, 0x01, "activation"}}};
 /// ETG.1000.4 Table 59. The status and PDI control bytes belong to the slave, the repeat request to the mailbox.
-constexpr std::array<Field, 4> kSyncManagerFields{
+constexpr std::array<RegisterField, 4> kSyncManagerFields{
     {{0, 2, 0xFFFF, "start address"},
      {2, 2, 0xFFFF, "length"},
      {4, 1, 0x7F, "control byte"},
@@ -74,7 +75,7 @@ class Collector {
   void add(const wire::Register<T>& reg, std::optional<T> expected, RegisterRepair repair) {
     if (expected) add(reg, *expected, repair);
   }
-  void add_fields(std::span<const Field> fields, std::uint16_t base, std::span<const std::byte> entity) {
+  void add_fields(std::span<const RegisterField> fields, std::uint16_t base, std::span<const std::byte> entity) {
     for (const auto& field : fields) {
       guarded_.push_back({static_cast<std::uint16_t>(base + field.offset), field.size, RegisterRepair::kReconfigure,
                           load(entity.subspan(field.offset, field.size)), field.bits});
@@ -96,7 +97,6 @@ void add_fmmus(Collector& all, std::span<const FmmuEntity> fmmus, unsigned count
 
 /// Sync manager `number` as it was written; all zeros when it was not.
 std::vector<std::byte> channel_of(const ConfiguredSlave& slave, unsigned number, std::span<const RegisterWrite> setup) {
-  using Use = esi::SyncManager::Use;
   const auto& device = slave.info.description;
   if (number < device.sync_managers.size() && slave.mailbox) {
     const auto& layout = device.sync_managers[number];
@@ -207,10 +207,11 @@ Result<std::vector<RegisterChange>> compare(Bus& bus, SlaveRef slave, std::span<
 /// "FMMU 1 (0x0610): logical start address", "watchdog divider (0x0400)".
 std::string place_of(std::uint16_t address) {
   const auto field_of = [address](std::string_view what, std::uint16_t base, std::size_t size,
-                                  std::span<const Field> fields) {
+                                  std::span<const RegisterField> fields) {
     const auto number = (address - base) / size;
     const auto offset = (address - base) % size;
-    const auto field = std::find_if(fields.begin(), fields.end(), [=](const Field& f) { return f.offset == offset; });
+    const auto field =
+        std::find_if(fields.begin(), fields.end(), [=](const RegisterField& f) { return f.offset == offset; });
     return fmt::format("{} {} (0x{:04X}): {}", what, number, base + number * size,
                        field == fields.end() ? std::string_view("byte") : field->name);
   };

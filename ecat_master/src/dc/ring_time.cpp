@@ -8,7 +8,7 @@ namespace {
 
 using port::RedundantPort;
 
-constexpr std::chrono::milliseconds kRoundPause{1};
+constexpr std::chrono::milliseconds kRingRoundPause{1};
 
 /// Of the lower halves of two times.
 std::int32_t distance(std::uint64_t a, std::uint64_t b) noexcept {
@@ -70,7 +70,7 @@ Result<std::int32_t> ClockWatch::measure_second_way(std::uint16_t slave) {
   const std::array<ClockFeatures, 2> features{ClockFeatures{true, reference.wide}, ClockFeatures{true, clock.wide}};
   std::vector<std::int32_t> later;
   for (unsigned round = 0; round < std::max(settings_.latch_rounds, 1U); ++round) {
-    if (round > 0) bus_.exchange().pause(kRoundPause);
+    if (round > 0) bus_.exchange().pause(kRingRoundPause);
     const auto times = latch_receive_times(bus_, both, features);
     if (!times) return tl::unexpected(times.error());
     const auto at_reference = (*times)[0].processing_unit + reference.offset;

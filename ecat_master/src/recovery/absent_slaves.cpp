@@ -8,13 +8,14 @@
 namespace driveline::ecat_master {
 namespace {
 
+using Use = esi::SyncManager::Use;
+
 /// What is assumed of a slave of which nobody has seen one: the usual sync managers (ETG.1000.4 6.6: 0 and 1 for the
 /// mailbox, 2 for outputs, 3 for inputs). Where they lie it tells when it comes.
 esi::DeviceDescription unseen(const SlavePlan& plan) {
   esi::DeviceDescription description;
   description.vendor_id = plan.vendor_id;
   description.product_code = plan.product_code;
-  using Use = esi::SyncManager::Use;
   constexpr std::array kUses{Use::kMailboxOut, Use::kMailboxIn, Use::kOutputs, Use::kInputs};
   for (std::size_t i = 0; i < kUses.size(); ++i) {
     esi::SyncManager manager;

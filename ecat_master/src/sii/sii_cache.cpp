@@ -4,21 +4,22 @@
 
 #include "driveline/esi/sii.hpp"
 #include "driveline/wire/endian.hpp"
+#include "driveline/wire/sii_access.hpp"
 
 namespace driveline::ecat_master {
 namespace {
 
+namespace sii = wire::sii_access;
+
 constexpr std::size_t kHeadBytes = 2 * SiiCache::kHeadWords;
-// Words of the EEPROM, ETG.1000.6 Table 16.
-constexpr std::size_t kAliasWord = 4;
-constexpr std::size_t kChecksumWord = 7;
+/// ETG.1000.6 Table 16.
 constexpr std::size_t kSerialWord = 14;
 
 /// One device and no other has this head.
 bool tells_whose(std::span<const std::byte> content) {
-  const auto checksum = wire::load_le<std::uint16_t>(content.subspan(2 * kChecksumWord, 2));
+  const auto checksum = wire::load_le<std::uint16_t>(content.subspan(2 * sii::kChecksumWord, 2));
   if ((checksum & 0xFF) != esi::sii_checksum(content.first<esi::SiiConfigArea::kSize>())) return false;
-  return wire::load_le<std::uint16_t>(content.subspan(2 * kAliasWord, 2)) != 0 ||
+  return wire::load_le<std::uint16_t>(content.subspan(2 * sii::kAliasWord, 2)) != 0 ||
          wire::load_le<std::uint32_t>(content.subspan(2 * kSerialWord, 4)) != 0;
 }
 

@@ -17,9 +17,8 @@ constexpr std::size_t kSizeWord = 0x3E;
 constexpr std::size_t kMaxWords = 0x10000;
 constexpr std::uint16_t kEndCategory = 0xFFFF;
 /// ESC data sheet: an EEPROM answers within a few ms; real slaves were seen to need up to 10 ms.
-constexpr auto kBusyTimeout = milliseconds{100};
-constexpr std::size_t kCommandBytes = 6;     // control, address: 0x0502..0x0507
-constexpr std::size_t kInterfaceBytes = 14;  // control/status, address, data: 0x0502..0x050F
+constexpr auto kReadBusyTimeout = milliseconds{100};
+constexpr std::size_t kCommandBytes = 6;  // control, address: 0x0502..0x0507
 constexpr std::size_t kAddressAt = 2;
 constexpr std::size_t kDataAt = 6;
 /// Words of one read command: 4 bytes, until a slave has said that it reads 8.
@@ -35,7 +34,7 @@ constexpr int kStrangeAnswers = 3;
 struct Step {
   std::size_t word = 0;
   std::array<std::byte, kCommandBytes> command{};
-  std::array<std::byte, kInterfaceBytes> answer{};
+  std::array<std::byte, sii::kInterfaceBytes> answer{};
   bool commands = false;
   bool looks = false;
 };
@@ -97,7 +96,7 @@ class Reading {
       since_ = now;
       look_at_content(cache);
     }
-    if (!done() && now - since_ > kBusyTimeout) fail(ErrorKind::kSiiBusy);
+    if (!done() && now - since_ > kReadBusyTimeout) fail(ErrorKind::kSiiBusy);
     return used;
   }
 
@@ -177,7 +176,7 @@ class Reading {
   }
 
   /// Appends the words in `answer` when they are the wanted ones.
-  Answer take_answer(std::span<const std::byte, kInterfaceBytes> answer) {
+  Answer take_answer(std::span<const std::byte, sii::kInterfaceBytes> answer) {
     const auto status = wire::load_le<std::uint16_t>(answer);
     if ((status & sii::kBusy) != 0) return Answer::kBusy;
     const auto shown = wire::load_le<std::uint32_t>(answer.subspan(kAddressAt));

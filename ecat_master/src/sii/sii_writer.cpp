@@ -12,12 +12,9 @@ namespace {
 namespace sii = wire::sii_access;
 using std::chrono::milliseconds;
 
-constexpr std::size_t kChecksumWord = 7;
-constexpr std::size_t kAliasWord = 4;
 constexpr std::size_t kConfigWords = 8;
-constexpr std::size_t kInterfaceBytes = 14;  // control/status, address, data: 0x0502..0x050F
 /// An EEPROM is busy with itself for up to 10 ms after a word and does not acknowledge meanwhile.
-constexpr auto kBusyTimeout = milliseconds{500};
+constexpr auto kWriteBusyTimeout = milliseconds{500};
 constexpr auto kPause = milliseconds{1};
 constexpr int kTries = 10;
 /// After so many words in a row that cannot be restored, the rest is not tried any more.
@@ -92,7 +89,7 @@ class SiiInterfaceAccess {
 
   /// An interface that is busy takes no command, whatever its status said just before (ESC data sheet II, 0x0502).
   Result<void> give(std::size_t word, std::span<const std::byte> request) {
-    const auto deadline = bus_.exchange().now() + kBusyTimeout;
+    const auto deadline = bus_.exchange().now() + kWriteBusyTimeout;
     for (;;) {
       if (auto ready = wait_idle(word); !ready) return tl::unexpected(ready.error());
       const auto done = bus_.write(slave_, wire::reg::kSiiControl.address, request);
@@ -102,10 +99,10 @@ class SiiInterfaceAccess {
     }
   }
 
-  Result<std::array<std::byte, kInterfaceBytes>> wait_idle(std::size_t word) {
-    const auto deadline = bus_.exchange().now() + kBusyTimeout;
+  Result<std::array<std::byte, sii::kInterfaceBytes>> wait_idle(std::size_t word) {
+    const auto deadline = bus_.exchange().now() + kWriteBusyTimeout;
     for (;;) {
-      std::array<std::byte, kInterfaceBytes> data{};
+      std::array<std::byte, sii::kInterfaceBytes> data{};
       if (auto done = bus_.read(slave_, wire::reg::kSiiControl.address, data); !done) {
         return tl::unexpected(done.error());
       }
@@ -154,18 +151,18 @@ std::vector<Change> plan(std::span<const std::byte> before, std::span<const std:
       if (word_at(before, word) != word_at(after, word)) changes.push_back({word, word_at(after, word)});
     }
   };
-  add(0, kChecksumWord);
+  add(0, sii::kChecksumWord);
   const std::size_t in_config_area = changes.size();
   changes.clear();
   add(kConfigWords, after.size() / 2);
   // One word of the configuration area and the checksum behind it cannot pass for a whole in between.
   const bool marked = !changes.empty() || in_config_area > 1;
-  if (marked) changes.insert(changes.begin(), Change{kChecksumWord, invalid_checksum(before, after)});
-  add(0, kChecksumWord);
+  if (marked) changes.insert(changes.begin(), Change{sii::kChecksumWord, invalid_checksum(before, after)});
+  add(0, sii::kChecksumWord);
   if (marked) {
-    changes.push_back({kChecksumWord, word_at(after, kChecksumWord)});
+    changes.push_back({sii::kChecksumWord, word_at(after, sii::kChecksumWord)});
   } else {
-    add(kChecksumWord, kConfigWords);
+    add(sii::kChecksumWord, kConfigWords);
   }
   return changes;
 }
@@ -285,14 +282,14 @@ tl::expected<SiiWriteReport, SiiWriteFailure> write_alias(Bus& bus, SlaveRef sla
   auto image = read_sii_words(bus, slave, 0, kConfigWords);
   if (!image) return tl::unexpected(SiiWriteFailure{image.error(), 0, {}, {}});
   const auto area = std::span(*image).first<esi::SiiConfigArea::kSize>();
-  if ((word_at(*image, kChecksumWord) & 0xFF) != esi::sii_checksum(area)) {
+  if ((word_at(*image, sii::kChecksumWord) & 0xFF) != esi::sii_checksum(area)) {
     const SiiInterfaceAccess access(bus, slave);
-    auto error = access.error(ErrorKind::kSiiContent, kChecksumWord);
+    auto error = access.error(ErrorKind::kSiiContent, sii::kChecksumWord);
     return tl::unexpected(SiiWriteFailure{error, 0, {}, {}});
   }
-  wire::store_le(std::span(*image).subspan(2 * kAliasWord, 2), alias);
-  const std::uint16_t high = word_at(*image, kChecksumWord) & 0xFF00U;
-  wire::store_le(std::span(*image).subspan(2 * kChecksumWord, 2),
+  wire::store_le(std::span(*image).subspan(2 * sii::kAliasWord, 2), alias);
+  const std::uint16_t high = word_at(*image, sii::kChecksumWord) & 0xFF00U;
+  wire::store_le(std::span(*image).subspan(2 * sii::kChecksumWord, 2),
                  static_cast<std::uint16_t>(high | esi::sii_checksum(area)));
   return write_sii(bus, slave, *image);
 }

@@ -78,7 +78,7 @@ Part first_part(std::size_t address, std::size_t length) noexcept {
   return {Block::kPlain, length};
 }
 
-bool overlaps(std::size_t address, std::size_t length, std::size_t begin, std::size_t end) noexcept {
+bool reaches_into(std::size_t address, std::size_t length, std::size_t begin, std::size_t end) noexcept {
   return address < end && begin < address + length;
 }
 
@@ -114,15 +114,15 @@ bool Esc::ecat_write(std::size_t address, std::span<const std::byte> data, Nanos
 
 bool Esc::read_registers(std::size_t address, std::span<std::byte> out, Nanoseconds now) noexcept {
   if (out.empty()) return false;
-  const bool reads_clock = overlaps(address, out.size(), reg::kReceiveTimePort.address, kClockEnd);
+  const bool reads_clock = reaches_into(address, out.size(), reg::kReceiveTimePort.address, kClockEnd);
   if (reads_clock) clock_.refresh(Side::kEcat, address, out.size(), now);
-  if (overlaps(address, out.size(), reg::kSiiConfiguration.address, reg::kMiiControl.address)) sii_.refresh(now);
-  const bool reads_dl_status = overlaps(address, out.size(), reg::kDlStatus.address, reg::kDlStatus.address + 2);
+  if (reaches_into(address, out.size(), reg::kSiiConfiguration.address, reg::kMiiControl.address)) sii_.refresh(now);
+  const bool reads_dl_status = reaches_into(address, out.size(), reg::kDlStatus.address, reg::kDlStatus.address + 2);
   if (reads_dl_status) publish_dl_status();
   std::memcpy(out.data(), memory_.at(address, out.size()).data(), out.size());
   if (reads_clock) clock_.was_read(Side::kEcat, address, out.size());
   if (reads_dl_status) events_.set_ecat(ecat_event::kDlStatus, false);
-  if (overlaps(address, out.size(), reg::kAlStatus.address, reg::kAlStatus.address + 2)) {
+  if (reaches_into(address, out.size(), reg::kAlStatus.address, reg::kAlStatus.address + 2)) {
     events_.set_ecat(ecat_event::kAlStatus, false);
   }
   return true;
@@ -219,7 +219,7 @@ bool Esc::write_dl_control(std::size_t address, std::span<const std::byte> data,
   constexpr Nanoseconds kTemporaryTime = std::chrono::seconds{1};
   const auto before = std::to_integer<std::uint8_t>(memory_.at(kLoops, 1)[0]);
   if (!write_plain(address, data, kEcatAccess)) return false;
-  if (overlaps(address, data.size(), kLoops, kLoops + 1)) {
+  if (reaches_into(address, data.size(), kLoops, kLoops + 1)) {
     const bool temporary = (memory_.get(reg::kDlControl) & kTemporary) != 0;
     // What a row of temporary settings goes back to is what was set for good.
     if (temporary && loops_revert_at_ == WatchdogUnit::kNever) loops_before_ = before;
@@ -276,7 +276,7 @@ bool Esc::write_error_counters(std::size_t address, std::size_t length) noexcept
       Group{kLostLink, kLostLink + 4, kLostLink, kLostLink + 4},
   };
   for (const auto& group : kGroups) {
-    if (!overlaps(address, length, group.trigger_begin, group.trigger_end)) continue;
+    if (!reaches_into(address, length, group.trigger_begin, group.trigger_end)) continue;
     const auto target = memory_.at(group.begin, std::size_t{group.end} - group.begin);
     std::fill(target.begin(), target.end(), std::byte{0});
     any = true;

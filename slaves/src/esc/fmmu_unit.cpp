@@ -7,7 +7,7 @@ namespace driveline::slaves {
 
 namespace {
 
-constexpr std::size_t kBase = wire::reg::kFmmu.address;
+constexpr std::size_t kFmmuBase = wire::reg::kFmmu.address;
 /// Bits of an entity that exist; bytes 13-15 are reserved (ETG.1000.4 Table 56).
 constexpr std::array<std::uint8_t, 13> kBits = {0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0x07,
                                                 0x07, 0xFF, 0xFF, 0x07, 0x03, 0x01};
@@ -27,7 +27,7 @@ FmmuUnit::FmmuUnit(EscMemory& memory, unsigned count) : memory_(memory), count_(
 bool FmmuUnit::write_registers(std::size_t address, std::span<const std::byte> data) noexcept {
   bool any = false;
   for (std::size_t i = 0; i < data.size(); ++i) {
-    const std::size_t offset = address + i - kBase;
+    const std::size_t offset = address + i - kFmmuBase;
     if (offset / wire::FmmuEntity::kSize >= count_) break;
     const std::size_t field = offset % wire::FmmuEntity::kSize;
     if (field >= kBits.size()) continue;
@@ -43,7 +43,7 @@ void FmmuUnit::rebuild() noexcept {
   writes_.clear();
   for (unsigned n = 0; n < count_; ++n) {
     const auto entity =
-        *wire::FmmuEntity::decode(memory_.at(kBase + n * wire::FmmuEntity::kSize, wire::FmmuEntity::kSize));
+        *wire::FmmuEntity::decode(memory_.at(kFmmuBase + n * wire::FmmuEntity::kSize, wire::FmmuEntity::kSize));
     if (!entity.active || entity.length == 0) continue;
     const auto start = std::uint64_t{entity.logical_start} * 8;
     const auto last_byte = start + (std::uint64_t{entity.length} - 1) * 8;

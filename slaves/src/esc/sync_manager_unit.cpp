@@ -10,7 +10,7 @@ using wire::SyncManagerStatus;
 
 namespace {
 
-constexpr std::size_t kBase = wire::reg::kSyncManager.address;
+constexpr std::size_t kSyncManagerBase = wire::reg::kSyncManager.address;
 constexpr std::size_t kControlOffset = 4;
 constexpr std::size_t kStatusOffset = 5;
 constexpr std::size_t kActivateOffset = 6;
@@ -193,12 +193,12 @@ bool SyncManagerUnit::write_registers(std::size_t address, std::span<const std::
   bool activation_changed = false;
   std::size_t i = 0;
   while (i < data.size()) {
-    const std::size_t n = (address + i - kBase) / SyncManagerChannel::kSize;
-    const std::size_t next = kBase + (n + 1) * SyncManagerChannel::kSize - address;
+    const std::size_t n = (address + i - kSyncManagerBase) / SyncManagerChannel::kSize;
+    const std::size_t next = kSyncManagerBase + (n + 1) * SyncManagerChannel::kSize - address;
     if (n >= count_) break;
     const bool locked = channels_[n].enabled;
     for (; i < std::min(next, data.size()); ++i) {
-      const std::size_t field = (address + i - kBase) % SyncManagerChannel::kSize;
+      const std::size_t field = (address + i - kSyncManagerBase) % SyncManagerChannel::kSize;
       auto& target = memory_.at(address + i, 1)[0];
       if (field <= kControlOffset) {
         // Start address, length and control are locked while the channel is enabled (ESC data sheet II, 0x0800).
@@ -221,7 +221,8 @@ bool SyncManagerUnit::write_registers(std::size_t address, std::span<const std::
 }
 
 SyncManagerChannel SyncManagerUnit::channel(unsigned n) const noexcept {
-  return *SyncManagerChannel::decode(memory_.at(kBase + n * SyncManagerChannel::kSize, SyncManagerChannel::kSize));
+  return *SyncManagerChannel::decode(
+      memory_.at(kSyncManagerBase + n * SyncManagerChannel::kSize, SyncManagerChannel::kSize));
 }
 
 void SyncManagerUnit::configure(unsigned n) noexcept {
@@ -266,7 +267,7 @@ void SyncManagerUnit::publish_status(unsigned n) noexcept {
                     (c.read_open ? SyncManagerStatus::kReadInUse : 0U) |
                     (c.write_open ? SyncManagerStatus::kWriteInUse : 0U);
   status |= c.mailbox() ? (c.full ? SyncManagerStatus::kMailboxFull : 0U) : unsigned{c.newest} << 4;
-  memory_.at(kBase + n * SyncManagerChannel::kSize + kStatusOffset, 1)[0] = static_cast<std::byte>(status);
+  memory_.at(kSyncManagerBase + n * SyncManagerChannel::kSize + kStatusOffset, 1)[0] = static_cast<std::byte>(status);
 
   const bool for_ecat = c.ecat_writes() ? c.interrupt_read : c.interrupt_write;
   const bool for_pdi = c.ecat_writes() ? c.interrupt_write : c.interrupt_read;
@@ -302,7 +303,7 @@ void SyncManagerUnit::end_publish(unsigned n) noexcept {
 }
 
 void SyncManagerUnit::set_deactivated(unsigned n, bool deactivated) noexcept {
-  auto& control = memory_.at(kBase + n * SyncManagerChannel::kSize + kPdiControlOffset, 1)[0];
+  auto& control = memory_.at(kSyncManagerBase + n * SyncManagerChannel::kSize + kPdiControlOffset, 1)[0];
   constexpr std::byte kBit{wire::SyncManagerPdiControl::kDeactivate};
   control = deactivated ? control | kBit : control & ~kBit;
   configure(n);
@@ -317,7 +318,7 @@ bool SyncManagerUnit::repeat_requested(unsigned n) const noexcept {
 
 void SyncManagerUnit::acknowledge_repeat(unsigned n) noexcept {
   const bool request = (channel(n).activate & wire::SyncManagerActivate::kRepeatRequest) != 0;
-  auto& control = memory_.at(kBase + n * SyncManagerChannel::kSize + kPdiControlOffset, 1)[0];
+  auto& control = memory_.at(kSyncManagerBase + n * SyncManagerChannel::kSize + kPdiControlOffset, 1)[0];
   constexpr std::byte kBit{wire::SyncManagerPdiControl::kRepeatAck};
   control = request ? control | kBit : control & ~kBit;
 }

@@ -5,14 +5,14 @@
 namespace driveline::slaves::msd {
 namespace {
 
-constexpr bool in_order() noexcept {
+constexpr bool faults_in_order() noexcept {
   if (kFaults.size() != static_cast<std::size_t>(Fault::kCount)) return false;
   for (std::size_t i = 0; i < kFaults.size(); ++i) {
     if (static_cast<std::size_t>(kFaults[i].fault) != i) return false;
   }
   return true;
 }
-static_assert(in_order(), "facts() finds a fault by its number");
+static_assert(faults_in_order(), "facts() finds a fault by its number");
 
 constexpr std::uint8_t kGenericError = 0x01;
 

@@ -13,9 +13,6 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr std::uint32_t kWindowOff = 0xFFFFFFFF;
-constexpr double kRpm = 2.0 * std::numbers::pi / 60.0;
-
 /// Modes whose control word has a halt bit (MSD manual Table 11.5; mode 2: Table 12.8).
 bool has_halt(OperationMode mode) noexcept {
   switch (mode) {

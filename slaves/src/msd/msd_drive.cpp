@@ -18,7 +18,6 @@ using wire::AlStatusCode;
 
 /// From the amplitude of a phase voltage to volts rms between phases, as P 312 counts them.
 const double kLineRms = std::sqrt(1.5);
-constexpr double kRpm = 2.0 * std::numbers::pi / 60.0;  ///< rad/s
 constexpr std::uint16_t kSoftwareVersionIndex = 0x100A;
 constexpr std::uint16_t kMessagesIndex = 0x2000 + 33;  ///< P 33
 constexpr std::uint16_t kWarningTexts = 8;             ///< P 33[1-8]

@@ -11,7 +11,6 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-constexpr std::uint32_t kWindowOff = 0xFFFFFFFF;
 constexpr double kOvervoltageVolts = 850.0;  ///< ours
 constexpr double kAmplifierMaxC = 85.0;      ///< ours
 constexpr double kWarningMarginK = 5.0;      ///< ours

@@ -19,7 +19,7 @@ struct NamedTerminal {
 };
 
 /// Names of the manual (Tables 10.6, 10.7); the STO relay has none there.
-constexpr std::array kInputs = {
+constexpr std::array kInputSignals = {
     NamedTerminal<Input>{"ENPO", Input::kEnpo},   NamedTerminal<Input>{"ISDSH", Input::kIsdsh},
     NamedTerminal<Input>{"ISD00", Input::kIsd00}, NamedTerminal<Input>{"ISD01", Input::kIsd01},
     NamedTerminal<Input>{"ISD02", Input::kIsd02}, NamedTerminal<Input>{"ISD03", Input::kIsd03},
@@ -27,7 +27,7 @@ constexpr std::array kInputs = {
     NamedTerminal<Input>{"ISD06", Input::kIsd06}, NamedTerminal<Input>{"ISA00", Input::kIsa00},
     NamedTerminal<Input>{"ISA01", Input::kIsa01},
 };
-constexpr std::array kOutputs = {
+constexpr std::array kOutputSignals = {
     NamedTerminal<Output>{"OSD00", Output::kOsd00}, NamedTerminal<Output>{"OSD01", Output::kOsd01},
     NamedTerminal<Output>{"OSD02", Output::kOsd02}, NamedTerminal<Output>{"BRAKE", Output::kBrake},
     NamedTerminal<Output>{"RELAY", Output::kRelay}, NamedTerminal<Output>{"STO_RELAY", Output::kStoRelay},
@@ -55,26 +55,26 @@ constexpr std::array kMachineInputs = {
 }  // namespace
 
 std::size_t drive_signal_count(Way way) noexcept {
-  return way == Way::kInput ? kInputs.size() + kMachineInputs.size() : kOutputs.size();
+  return way == Way::kInput ? kInputSignals.size() + kMachineInputs.size() : kOutputSignals.size();
 }
 
 std::string_view drive_signal_name(SignalPlace place) noexcept {
-  if (place.way == Way::kOutput) return kOutputs[place.number].name;
-  if (place.number < kInputs.size()) return kInputs[place.number].name;
-  return kMachineInputs[place.number - kInputs.size()].name;
+  if (place.way == Way::kOutput) return kOutputSignals[place.number].name;
+  if (place.number < kInputSignals.size()) return kInputSignals[place.number].name;
+  return kMachineInputs[place.number - kInputSignals.size()].name;
 }
 
 std::optional<Input> input_terminal(std::size_t input) noexcept {
-  return input < kInputs.size() ? std::optional(kInputs[input].terminal) : std::nullopt;
+  return input < kInputSignals.size() ? std::optional(kInputSignals[input].terminal) : std::nullopt;
 }
 
 std::optional<MachineInput> machine_input(std::size_t input) noexcept {
-  if (input < kInputs.size()) return std::nullopt;
-  return kMachineInputs[input - kInputs.size()].input;
+  if (input < kInputSignals.size()) return std::nullopt;
+  return kMachineInputs[input - kInputSignals.size()].input;
 }
 
 Output output_terminal(std::size_t output) noexcept {
-  return kOutputs[output].terminal;
+  return kOutputSignals[output].terminal;
 }
 
 tl::expected<SignalPlace, std::string> find_drive_signal(Way way, std::string_view name) {
@@ -89,7 +89,7 @@ tl::expected<SignalPlace, std::string> find_drive_signal(Way way, std::string_vi
 }
 
 tl::expected<void, std::string> check_drive_input(std::size_t input, double value) {
-  const auto range = input_terminal(input) ? NamedMachineInput{} : kMachineInputs[input - kInputs.size()];
+  const auto range = input_terminal(input) ? NamedMachineInput{} : kMachineInputs[input - kInputSignals.size()];
   const bool level = range.unit.empty();
   const bool fits = level ? value == 0.0 || value == 1.0 : value >= range.lowest && value <= range.highest;
   if (fits) return {};

@@ -203,7 +203,7 @@ void add_sync_diagnosis(std::vector<EntryRow>& rows) {
   value(kSyncParameterLast, DataType::kBoolean, kSyncError, "Sync error", {});
 }
 
-std::vector<EntryRow> make_rows() {
+std::vector<EntryRow> make_communication_rows() {
   std::vector<EntryRow> rows(kSingleRows.begin(), kSingleRows.end());
   add_mappings(rows, kPdoLimits.rx_first, "RxPDO mapping");
   add_mappings(rows, kPdoLimits.tx_first, "TxPDO mapping");
@@ -218,7 +218,7 @@ std::vector<EntryRow> make_rows() {
 }  // namespace
 
 std::span<const EntryRow> communication_rows() {
-  static const std::vector<EntryRow> kRows = make_rows();
+  static const std::vector<EntryRow> kRows = make_communication_rows();
   return kRows;
 }
 

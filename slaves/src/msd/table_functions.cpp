@@ -22,7 +22,7 @@ constexpr EntryRow parameter(std::uint16_t number, std::uint8_t subindex, esi::D
   return element(p(number), subindex, type, access, slot, name, range, unit, source);
 }
 
-constexpr std::array kFixedRows = {
+constexpr std::array kFunctionRows = {
     variable(p(34), kUnsigned32, kTx, kWarnings, "MON_WarningState", {}, {},
              "MSD manual 11.3.2; bits SERCOS manual S-0-0012, name ours"),
     variable(0x60B8, kUnsigned16, kRx, kTouchProbeFunction, "Touch probe function", {}, {}, kProbe),
@@ -73,8 +73,8 @@ constexpr std::array kFixedRows = {
               "Device Help: 0 FREQ, 1 THERM; default ours"),
 };
 
-std::vector<EntryRow> make_rows() {
-  std::vector<EntryRow> rows(kFixedRows.begin(), kFixedRows.end());
+std::vector<EntryRow> make_function_rows() {
+  std::vector<EntryRow> rows(kFunctionRows.begin(), kFunctionRows.end());
   for (std::uint8_t i = 0; i < kMessages; ++i) {
     EntryRow row =
         parameter(33, i, kVisibleString, access::kRead, slot::kOwn, i == 0 ? "Actual fault" : "Actual warning", {}, {},
@@ -88,7 +88,7 @@ std::vector<EntryRow> make_rows() {
 }  // namespace
 
 std::span<const EntryRow> function_rows() {
-  static const std::vector<EntryRow> kRows = make_rows();
+  static const std::vector<EntryRow> kRows = make_function_rows();
   return kRows;
 }
 

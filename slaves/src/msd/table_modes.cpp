@@ -23,7 +23,7 @@ constexpr EntryRow unit_index(std::uint16_t index, esi::DataType type, std::uint
   return row;
 }
 
-constexpr std::array kRows = {
+constexpr std::array kModeRows = {
     variable(0x6042, kInteger16, kRx, kVelocitySetpoint, "vl target velocity", {}, "vel", "MSD manual Table 12.6"),
     array_length(0x6046, "vl velocity min max amount", 2, kVelocityTable),
     element(0x6046, 1, kUnsigned32, kStored, kVelocityMin, "vl velocity min amount", {}, "vel", kVelocityTable),
@@ -93,7 +93,7 @@ constexpr std::array kRows = {
 }  // namespace
 
 std::span<const EntryRow> mode_rows() {
-  return kRows;
+  return kModeRows;
 }
 
 }  // namespace driveline::slaves::msd

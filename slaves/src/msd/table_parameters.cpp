@@ -8,7 +8,7 @@ namespace {
 using esi::DataType;
 using esi::ObjectCode;
 
-constexpr std::array kRows = {
+constexpr std::array kParameterRows = {
     EntryRow{.index = p(3),
              .type = DataType::kVisibleString,
              .access = kStored,
@@ -268,7 +268,7 @@ constexpr std::array kRows = {
 }  // namespace
 
 std::span<const EntryRow> parameter_rows() {
-  return kRows;
+  return kParameterRows;
 }
 
 }  // namespace driveline::slaves::msd

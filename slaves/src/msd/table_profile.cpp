@@ -408,7 +408,7 @@ constexpr std::array kScalingRows = {
     factor(0x6097, 2, kAccelerationFactorDivisor, "Divisor"),
 };
 
-std::vector<EntryRow> make_rows() {
+std::vector<EntryRow> make_profile_rows() {
   std::vector<EntryRow> rows;
   for (const std::span<const EntryRow> part :
        {std::span<const EntryRow>(kStateRows), std::span<const EntryRow>(kPositionRows),
@@ -422,7 +422,7 @@ std::vector<EntryRow> make_rows() {
 }  // namespace
 
 std::span<const EntryRow> profile_rows() {
-  static const std::vector<EntryRow> kRows = make_rows();
+  static const std::vector<EntryRow> kRows = make_profile_rows();
   return kRows;
 }
 

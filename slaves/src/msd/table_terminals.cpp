@@ -22,7 +22,7 @@ constexpr std::array<std::string_view, 5> kOutputNames = {"MPRO_OUTPUT_FS_OSD00"
                                                           "MPRO_OUTPUT_FS_RELOUT1"};
 constexpr double kBrakeFunction = 1;  ///< of P 125
 
-constexpr std::array kFixedRows = {
+constexpr std::array kTerminalRows = {
     variable(p(120), kUnsigned32, kStored, kInputInversion, "Input inversion", {0, 0, 0x1007E}, {},
              "SERCOS manual Table 10.1 (the sibling drive); bits as in P 121; ENPO and ISDSH never: ours"),
     variable(p(143), kUnsigned32, kTx, kOutputState, "MPRO_OUTPUT_STATE", {}, {}, "MSD manual Table 10.7"),
@@ -36,8 +36,8 @@ constexpr std::array kFixedRows = {
             "CiA 402; default ours: every output of Table 10.9"),
 };
 
-std::vector<EntryRow> make_rows() {
-  std::vector<EntryRow> rows(kFixedRows.begin(), kFixedRows.end());
+std::vector<EntryRow> make_terminal_rows() {
+  std::vector<EntryRow> rows(kTerminalRows.begin(), kTerminalRows.end());
   for (std::size_t i = 0; i < kInputNames.size(); ++i) {
     rows.push_back(variable(p(static_cast<std::uint16_t>(100 + i)), kUnsigned16, kStored,
                             static_cast<std::uint16_t>(kInputFunctionFirst + i), kInputNames[i], {0, 0, 15}, {},
@@ -57,7 +57,7 @@ std::vector<EntryRow> make_rows() {
 }  // namespace
 
 std::span<const EntryRow> terminal_rows() {
-  static const std::vector<EntryRow> kRows = make_rows();
+  static const std::vector<EntryRow> kRows = make_terminal_rows();
   return kRows;
 }
 

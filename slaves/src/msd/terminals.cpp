@@ -7,11 +7,12 @@ namespace {
 
 /// In the order of the selectors P 100-P 110. Which terminals P 111 and P 112 belong to no manual says, and 2079h has
 /// no more: they are stored and act on nothing.
-constexpr std::array kInputs = {Input::kEnpo,  Input::kIsd00, Input::kIsd01, Input::kIsd02,
-                                Input::kIsd03, Input::kIsd04, Input::kIsd05, Input::kIsd06,
-                                Input::kIsdsh, Input::kIsa00, Input::kIsa01};
+constexpr std::array kInputTerminals = {Input::kEnpo,  Input::kIsd00, Input::kIsd01, Input::kIsd02,
+                                        Input::kIsd03, Input::kIsd04, Input::kIsd05, Input::kIsd06,
+                                        Input::kIsdsh, Input::kIsa00, Input::kIsa01};
 /// In the order of the selectors P 122-P 126.
-constexpr std::array kOutputs = {Output::kOsd00, Output::kOsd01, Output::kOsd02, Output::kBrake, Output::kRelay};
+constexpr std::array kOutputTerminals = {Output::kOsd00, Output::kOsd01, Output::kOsd02, Output::kBrake,
+                                         Output::kRelay};
 constexpr std::size_t kBrakeOutput = 3;
 
 /// 60FEh has the bits of 208Fh 16 places higher (MSD manual Tables 10.7, 10.9).
@@ -80,8 +81,8 @@ void Terminals::configure(const ObjectDictionary& dictionary) noexcept {
 
 void Terminals::evaluate() noexcept {
   signals_ = {};
-  for (std::size_t i = 0; i < kInputs.size(); ++i) {
-    if (((inputs_ ^ inverted_) >> static_cast<unsigned>(kInputs[i]) & 1U) == 0) continue;
+  for (std::size_t i = 0; i < kInputTerminals.size(); ++i) {
+    if (((inputs_ ^ inverted_) >> static_cast<unsigned>(kInputTerminals[i]) & 1U) == 0) continue;
     switch (input_functions_[i]) {
       case InputFunction::kOff:
         break;
@@ -98,7 +99,7 @@ void Terminals::evaluate() noexcept {
         signals_.home_switch = true;
         break;
       case InputFunction::kProbe:
-        signals_.probe[kInputs[i] == Input::kIsd05 ? 0 : 1] = true;
+        signals_.probe[kInputTerminals[i] == Input::kIsd05 ? 0 : 1] = true;
         break;
     }
   }
@@ -111,8 +112,8 @@ bool Terminals::controls_brake() const noexcept {
 void Terminals::step_outputs(const OutputConditions& conditions) noexcept {
   std::uint32_t outputs = outputs_;
   const auto put = [&outputs](std::uint32_t bit, bool on) { outputs = on ? outputs | bit : outputs & ~bit; };
-  for (std::size_t i = 0; i < kOutputs.size(); ++i) {
-    const std::uint32_t bit = 1U << static_cast<unsigned>(kOutputs[i]);
+  for (std::size_t i = 0; i < kOutputTerminals.size(); ++i) {
+    const std::uint32_t bit = 1U << static_cast<unsigned>(kOutputTerminals[i]);
     const bool from_bus = output_functions_[i] == OutputFunction::kBusEachStep ||
                           (output_functions_[i] == OutputFunction::kBusEachMs && conditions.millisecond);
     if (from_bus && (conditions.mask & (bit << kBusShift)) != 0) {

@@ -10,13 +10,13 @@
 namespace driveline::slaves::msd {
 namespace {
 
-constexpr bool in_order() noexcept {
+constexpr bool variants_in_order() noexcept {
   for (std::size_t i = 0; i < kVariants.size(); ++i) {
     if (static_cast<std::size_t>(kVariants[i].variant) != i) return false;
   }
   return true;
 }
-static_assert(in_order(), "facts() finds a variant by its number");
+static_assert(variants_in_order(), "facts() finds a variant by its number");
 
 /// One row in which the dictionary of the ServoOne differs from the common table.
 struct Difference {

@@ -22,7 +22,7 @@ bool is_stored(const EntryRow& row) noexcept {
   return (row.access & access::kBackup) != 0 && row.slot != slot::kConstant;
 }
 
-std::string address(const EntryRow& row) {
+std::string address_text(const EntryRow& row) {
   constexpr std::string_view kDigits = "0123456789ABCDEF";
   std::string text;
   for (int shift = 12; shift >= 0; shift -= 4) text += kDigits[row.index >> shift & 0xF];
@@ -174,7 +174,7 @@ std::string write_parameters(const ObjectDictionary& dictionary) {
         if (seen[row.slot]) continue;
         seen[row.slot] = true;
       }
-      text += address(row) + " = " + value_text(dictionary, row) + "  # " + std::string(row.name) + '\n';
+      text += address_text(row) + " = " + value_text(dictionary, row) + "  # " + std::string(row.name) + '\n';
     }
   }
   return text;

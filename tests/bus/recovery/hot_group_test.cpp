@@ -89,9 +89,9 @@ TEST(HotConnectGroup, WithoutItsHeadNobodyIsTakenForAFollower) {
 }
 
 TEST(HotConnectGroup, AnotherDeviceBehindTheHeadIsNamedAndLeftAlone) {
-  constexpr std::size_t kProductByte = 20;  // words 10 and 11 of the EEPROM
+  constexpr std::size_t kProductCodeByte = 20;  // words 10 and 11 of the EEPROM
   MovableGroup group([](std::size_t drive, auto& profile) {
-    if (drive == 2) profile.sii_image[kProductByte] ^= std::byte{0x40};
+    if (drive == 2) profile.sii_image[kProductCodeByte] ^= std::byte{0x40};
   });
   ASSERT_EQ(sentence(group.start()), "");
   group.plug(Place::kA);

@@ -27,6 +27,9 @@ namespace driveline::cli {
 
 struct DeviceSource;
 
+/// What 32 bits hold: most increments per revolution of an axis.
+inline constexpr double kMaxIncrementsPerRevolution = 4294967295.0;
+
 /// The distributed clock of one slave. What is left out comes from its EEPROM.
 struct SlaveClockConfig {
   bool synchronous = true;                              ///< false: no SYNC signals, free run

@@ -278,10 +278,10 @@ TEST(PhaseController, AKnownFrequencySavesTheStartUp) {
 
 /// The 32-bit system time of the reference clock as a frame brings it, from any start time on.
 TEST(PhaseController, HoldsAcrossTheWrapAroundOfA32BitReferenceClock) {
-  constexpr auto kPeriod = microseconds{125};
+  constexpr auto kCycle = microseconds{125};
   for (const std::uint64_t start : {std::uint64_t{0}, std::uint64_t{0x7FFF'FF00}, std::uint64_t{0xFFFF'0000},
                                     std::uint64_t{0x1234'5678'FFFF'FF00}, ~std::uint64_t{0} - 1'000'000}) {
-    PhaseController controller(with_period(kPeriod));
+    PhaseController controller(with_period(kCycle));
     double reference = 0.0;  // since start
     double grid = 0.0;       // master's clock
     std::uint64_t last = start;
@@ -293,7 +293,7 @@ TEST(PhaseController, HoldsAcrossTheWrapAroundOfA32BitReferenceClock) {
       const auto time = extend(low, last + 125'000);
       last = time;
       // Phase from the start of the reference clock on: it need not be a multiple of the cycle.
-      const auto error = wrap_to_cycle(difference(time, start), kPeriod);
+      const auto error = wrap_to_cycle(difference(time, start), kCycle);
       grid += 125'000.0 + static_cast<double>(controller.update(error).count());
       if (i > 8000) largest = std::max(largest, std::abs(static_cast<double>(error.count())));
     }

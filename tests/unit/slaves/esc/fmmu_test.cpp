@@ -5,7 +5,7 @@
 namespace driveline::slaves::test {
 namespace {
 
-constexpr std::uint16_t kRam = 0x1F00;
+constexpr std::uint16_t kMappedRam = 0x1F00;
 constexpr auto kRead = wire::FmmuEntity::kTypeRead;
 constexpr auto kWrite = wire::FmmuEntity::kTypeWrite;
 
@@ -24,9 +24,9 @@ TEST_F(FmmuTest, ReadsSingleBitsOfTheMailboxStatus) {
 }
 
 TEST_F(FmmuTest, StartAndStopBitsCrossBytes) {
-  write(kRam, bytes({0xA5, 0x3C}));
+  write(kMappedRam, bytes({0xA5, 0x3C}));
   // 9 bits from logical bit 6 on, physical from bit 3 on: 0b1100'1010'0 read little end first.
-  set_fmmu(0, {0x100, 2, 6, 6, kRam, 3, kRead, true});
+  set_fmmu(0, {0x100, 2, 6, 6, kMappedRam, 3, kRead, true});
   const unsigned physical = 0x3CA5U >> 3 & 0x1FFU;
   const unsigned expected = physical << 6;
   const auto answer = logical(Command::kLrd, 0x100, bytes({0x00, 0x00}));
@@ -36,10 +36,10 @@ TEST_F(FmmuTest, StartAndStopBitsCrossBytes) {
 }
 
 TEST_F(FmmuTest, BitwiseWriteLeavesNeighboursAlone) {
-  write(kRam, bytes({0x00, 0xFF}));
-  set_fmmu(0, {0x100, 1, 2, 4, kRam, 7, kWrite, true});
+  write(kMappedRam, bytes({0x00, 0xFF}));
+  set_fmmu(0, {0x100, 1, 2, 4, kMappedRam, 7, kWrite, true});
   EXPECT_EQ(logical(Command::kLwr, 0x100, bytes({0x14})).working_counter, 1);  // bits 2-4: 1 0 1
-  EXPECT_EQ(read(kRam, 2).data, bytes({0x80, 0xFE}));
+  EXPECT_EQ(read(kMappedRam, 2).data, bytes({0x80, 0xFE}));
 }
 
 TEST_F(FmmuTest, AnyBitRangeIsMovedExactly) {
@@ -62,13 +62,13 @@ TEST_F(FmmuTest, AnyBitRangeIsMovedExactly) {
       const auto mask = static_cast<std::byte>(1U << (n % 8));
       to[n / 8] = value != 0 ? to[n / 8] | mask : to[n / 8] & ~mask;
     };
-    write(kRam, memory);
+    write(kMappedRam, memory);
     // The frame covers a window of the logical area that may cut the mapping at both ends.
     const unsigned window_begin = random() % 3;
     const unsigned begin_bit = 8 * window_begin;
     const auto type = random() % 2 == 0 ? kRead : kWrite;
     set_fmmu(0, {0x1000, static_cast<std::uint16_t>(length), static_cast<std::uint8_t>(logical_bit),
-                 static_cast<std::uint8_t>(stop), kRam, static_cast<std::uint8_t>(physical_bit), type, true});
+                 static_cast<std::uint8_t>(stop), kMappedRam, static_cast<std::uint8_t>(physical_bit), type, true});
     const unsigned window = 1 + random() % 5;
     std::vector<std::byte> frame(data.begin(), data.begin() + window);
     auto expected_frame = frame;
@@ -87,19 +87,19 @@ TEST_F(FmmuTest, AnyBitRangeIsMovedExactly) {
     const auto answer = logical(type == kRead ? Command::kLrd : Command::kLwr, 0x1000 + window_begin, frame);
     ASSERT_EQ(answer.data, expected_frame) << "round " << round;
     ASSERT_EQ(answer.working_counter, hit ? 1 : 0) << "round " << round;
-    ASSERT_EQ(read(kRam, 8).data, expected_memory) << "round " << round;
+    ASSERT_EQ(read(kMappedRam, 8).data, expected_memory) << "round " << round;
   }
 }
 
 TEST_F(FmmuTest, OfTwoFmmusOnTheSameBitsTheLowerNumberCounts) {
-  write(kRam, bytes({1, 2, 3, 4, 5, 6, 7, 8}));
-  set_fmmu(1, {0x100, 4, 0, 7, kRam, 0, kRead, true});
-  set_fmmu(0, {0x101, 2, 0, 7, kRam + 4, 0, kRead, true});
+  write(kMappedRam, bytes({1, 2, 3, 4, 5, 6, 7, 8}));
+  set_fmmu(1, {0x100, 4, 0, 7, kMappedRam, 0, kRead, true});
+  set_fmmu(0, {0x101, 2, 0, 7, kMappedRam + 4, 0, kRead, true});
   EXPECT_EQ(logical(Command::kLrd, 0x100, bytes({0, 0, 0, 0})).data, bytes({1, 5, 6, 4}));
-  set_fmmu(1, {0x100, 4, 0, 7, kRam, 0, kWrite, true});
-  set_fmmu(0, {0x101, 2, 0, 7, kRam + 4, 0, kWrite, true});
+  set_fmmu(1, {0x100, 4, 0, 7, kMappedRam, 0, kWrite, true});
+  set_fmmu(0, {0x101, 2, 0, 7, kMappedRam + 4, 0, kWrite, true});
   EXPECT_EQ(logical(Command::kLwr, 0x100, bytes({0xA, 0xB, 0xC, 0xD})).working_counter, 1);
-  EXPECT_EQ(read(kRam, 8).data, bytes({0xA, 2, 3, 0xD, 0xB, 0xC, 7, 8}));
+  EXPECT_EQ(read(kMappedRam, 8).data, bytes({0xA, 2, 3, 0xD, 0xB, 0xC, 7, 8}));
 }
 
 TEST_F(FmmuTest, OverlappingInputsAndOutputsShareTheBytes) {
@@ -118,12 +118,12 @@ TEST_F(FmmuTest, OverlappingInputsAndOutputsShareTheBytes) {
 }
 
 TEST_F(FmmuTest, ReadWriteFmmuSwapsTheBytes) {
-  write(kRam, bytes({1, 2}));
-  set_fmmu(0, {0x100, 2, 0, 7, kRam, 0, kRead | kWrite, true});
+  write(kMappedRam, bytes({1, 2}));
+  set_fmmu(0, {0x100, 2, 0, 7, kMappedRam, 0, kRead | kWrite, true});
   const auto answer = logical(Command::kLrw, 0x100, bytes({8, 9}));
   EXPECT_EQ(answer.working_counter, 3);
   EXPECT_EQ(answer.data, bytes({1, 2}));
-  EXPECT_EQ(read(kRam, 2).data, bytes({8, 9}));
+  EXPECT_EQ(read(kMappedRam, 2).data, bytes({8, 9}));
 }
 
 TEST_F(FmmuTest, ABufferSpreadOverTwoFmmusIsOpenedAndClosedInLogicalOrder) {
@@ -174,10 +174,10 @@ TEST_F(FmmuTest, BitwiseWritesOfOneSyncManagerByteAddUp) {
 }
 
 TEST_F(FmmuTest, InactiveOrEmptyFmmusMapNothing) {
-  set_fmmu(0, {0x100, 2, 0, 7, kRam, 0, kRead, false});
-  set_fmmu(1, {0x100, 0, 0, 7, kRam, 0, kRead, true});
-  set_fmmu(2, {0x100, 1, 6, 2, kRam, 0, kRead, true});  // ends before it begins
-  set_fmmu(3, {0x100, 2, 0, 7, kRam, 0, 0, true});
+  set_fmmu(0, {0x100, 2, 0, 7, kMappedRam, 0, kRead, false});
+  set_fmmu(1, {0x100, 0, 0, 7, kMappedRam, 0, kRead, true});
+  set_fmmu(2, {0x100, 1, 6, 2, kMappedRam, 0, kRead, true});  // ends before it begins
+  set_fmmu(3, {0x100, 2, 0, 7, kMappedRam, 0, 0, true});
   EXPECT_EQ(logical(Command::kLrd, 0x100, bytes({7, 7})).working_counter, 0);
 }
 
@@ -185,8 +185,8 @@ TEST_F(FmmuTest, OnlyAsManyAsTheDeviceHas) {
   auto own = std::make_unique<TestDevice>();
   own->own_profile.fmmu_count = 2;
   rebuild({}, std::move(own));
-  EXPECT_EQ(set_fmmu(1, {0x100, 2, 0, 7, kRam, 0, kRead, true}), 1);
-  EXPECT_EQ(set_fmmu(2, {0x102, 2, 0, 7, kRam, 0, kRead, true}), 0);
+  EXPECT_EQ(set_fmmu(1, {0x100, 2, 0, 7, kMappedRam, 0, kRead, true}), 1);
+  EXPECT_EQ(set_fmmu(2, {0x102, 2, 0, 7, kMappedRam, 0, kRead, true}), 0);
   EXPECT_EQ(read(0x0620, 4).data, bytes({0, 0, 0, 0}));
   EXPECT_EQ(logical(Command::kLrd, 0x102, bytes({7, 7})).working_counter, 0);
 }

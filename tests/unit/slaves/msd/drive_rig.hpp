@@ -17,7 +17,14 @@ using std::chrono_literals::operator""s;
 using wire::AlState;
 using wire::AlStatusCode;
 
-inline constexpr double kIncrementsPerRadian = 1048576.0 / (2.0 * std::numbers::pi);
+inline constexpr std::int32_t kRevolution = 1 << 20;  ///< increments of the motor's encoder
+inline constexpr double kTurnRad = 2.0 * std::numbers::pi;
+inline constexpr double kIncrementsPerRadian = kRevolution / kTurnRad;
+inline constexpr double kCycleS = 125e-6;
+
+inline constexpr std::uint16_t kEnabled = 0x0F;    ///< control word: operation enabled
+inline constexpr std::uint16_t kHalt = 0x100;      ///< control word
+inline constexpr std::uint16_t kReached = 0x0400;  ///< status word: target reached
 
 /// One drive with a master's hands: SDOs as bytes, AL transitions, PDOs with a fixed layout, time in 125 us cycles.
 /// Layout: RxPDO1 control word, mode, 2807h filler, target position; RxPDO2 target velocity, target torque, torque

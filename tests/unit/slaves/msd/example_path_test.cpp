@@ -11,8 +11,6 @@
 namespace driveline::slaves::msd {
 namespace {
 
-constexpr double kCycleS = 125e-6;
-
 /// One cycle as the drive and the path have it.
 struct Sample {
   trajectory::AxisSetpoint demand;  ///< rad, where the shaft is to be

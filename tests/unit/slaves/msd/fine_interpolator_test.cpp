@@ -15,7 +15,7 @@ constexpr std::uint32_t kSteps = 8;
 constexpr double kPeriod = kSteps * kStep;
 constexpr std::array kSmooth = {Method::kLinear, Method::kSpline, Method::kApproximation};
 
-FineInterpolator make(Method method, double value = 0.0, double velocity = 0.0) {
+FineInterpolator make_interpolator(Method method, double value = 0.0, double velocity = 0.0) {
   FineInterpolator f;
   f.configure(method, kSteps, kStep);
   f.reset(value, velocity);
@@ -27,7 +27,7 @@ void run(FineInterpolator& f, std::uint32_t steps = kSteps) {
 }
 
 TEST(FineInterpolator, NoneJumpsWithTheSample) {
-  auto f = make(Method::kNone);
+  auto f = make_interpolator(Method::kNone);
   f.push(5.0);
   f.step();
   EXPECT_DOUBLE_EQ(f.value(), 5.0);
@@ -35,7 +35,7 @@ TEST(FineInterpolator, NoneJumpsWithTheSample) {
 }
 
 TEST(FineInterpolator, LinearReachesTheSampleAfterOnePeriod) {
-  auto f = make(Method::kLinear, 1.0);
+  auto f = make_interpolator(Method::kLinear, 1.0);
   f.push(9.0);
   for (std::uint32_t i = 1; i <= kSteps; ++i) {
     f.step();
@@ -46,7 +46,7 @@ TEST(FineInterpolator, LinearReachesTheSampleAfterOnePeriod) {
 }
 
 TEST(FineInterpolator, ExternalPassesThroughSamplesWithTheirSpeeds) {
-  auto f = make(Method::kExternal);
+  auto f = make_interpolator(Method::kExternal);
   const std::array<std::pair<double, double>, 3> samples = {{{1.0, 500.0}, {2.0, -300.0}, {2.0, 0.0}}};
   for (const auto& [value, velocity] : samples) {
     f.push(value, velocity);
@@ -57,7 +57,7 @@ TEST(FineInterpolator, ExternalPassesThroughSamplesWithTheirSpeeds) {
 }
 
 TEST(FineInterpolator, CosineStandsStillAtEverySample) {
-  auto f = make(Method::kCosine, 1.0);
+  auto f = make_interpolator(Method::kCosine, 1.0);
   for (const double sample : {3.0, -2.0, -2.0, 5.0}) {
     const double before = f.value();
     f.push(sample);
@@ -71,7 +71,7 @@ TEST(FineInterpolator, CosineStandsStillAtEverySample) {
 }
 
 TEST(FineInterpolator, SplinePassesThroughTheSamplesTwoPeriodsLate) {
-  auto f = make(Method::kSpline);
+  auto f = make_interpolator(Method::kSpline);
   const std::array samples = {0.0, 1.0, 4.0, -2.0, 7.0, 7.0, 7.0};
   for (std::size_t i = 0; i < samples.size(); ++i) {
     f.push(samples[i]);
@@ -81,7 +81,7 @@ TEST(FineInterpolator, SplinePassesThroughTheSamplesTwoPeriodsLate) {
 }
 
 TEST(FineInterpolator, ApproximationIsTheUniformCubicBSpline) {
-  auto f = make(Method::kApproximation);
+  auto f = make_interpolator(Method::kApproximation);
   const std::array p = {0.0, 0.0, 0.0, 3.0, -1.0, 2.0, 8.0};
   for (std::size_t k = 0; k < p.size(); ++k) {
     f.push(p[k]);
@@ -99,7 +99,7 @@ TEST(FineInterpolator, ApproximationIsTheUniformCubicBSpline) {
 
 TEST(FineInterpolator, ConstantSpeedIsReproducedExactly) {
   for (const auto method : kSmooth) {
-    auto f = make(method, 0.0, 2.0 / kPeriod);
+    auto f = make_interpolator(method, 0.0, 2.0 / kPeriod);
     double last = 0.0;
     const double first = method == Method::kLinear ? 2.0 : 4.0;
     for (int k = 0; k < 20; ++k) {
@@ -116,7 +116,7 @@ TEST(FineInterpolator, ConstantSpeedIsReproducedExactly) {
 
 TEST(FineInterpolator, VelocityIsTheDerivativeOfTheValue) {
   for (const auto method : {Method::kSpline, Method::kApproximation}) {
-    auto f = make(method);
+    auto f = make_interpolator(method);
     double before = 0.0;
     double speed_before = 0.0;
     for (int k = 0; k < 50; ++k) {
@@ -133,7 +133,7 @@ TEST(FineInterpolator, VelocityIsTheDerivativeOfTheValue) {
 }
 
 TEST(FineInterpolator, LateSampleIsBridgedWithTheLastSpeedThenStops) {
-  auto f = make(Method::kLinear);
+  auto f = make_interpolator(Method::kLinear);
   f.push(8.0);
   run(f);
   run(f);
@@ -163,7 +163,7 @@ TEST(FineInterpolator, MissingSamplesSlowItDownAtItsRate) {
 
 TEST(FineInterpolator, EarlyAndLateSamplesCauseNoJump) {
   for (const auto method : kSmooth) {
-    auto f = make(method);
+    auto f = make_interpolator(method);
     double last = 0.0;
     for (int k = 1; k < 400; ++k) {
       f.push(k);  // one unit per period, arriving up to three steps early or late
@@ -179,7 +179,7 @@ TEST(FineInterpolator, EarlyAndLateSamplesCauseNoJump) {
 }
 
 TEST(FineInterpolator, ReconfigurationKeepsTheOutput) {
-  auto f = make(Method::kLinear);
+  auto f = make_interpolator(Method::kLinear);
   f.push(8.0);
   run(f, 4);
   f.configure(Method::kSpline, 2, kStep);

@@ -50,7 +50,7 @@ TEST(Display, FaultIsErNumberLocationAgainAndAgain) {
 }
 
 /// Share of the time the LED is lit and how often it is switched on, in 12 s.
-std::pair<double, int> watch(auto&& led) {
+std::pair<double, int> watch_led(auto&& led) {
   int lit = 0;
   int flashes = 0;
   bool before = false;
@@ -64,7 +64,7 @@ std::pair<double, int> watch(auto&& led) {
 }
 
 TEST(RunLed, ShowsTheAlState) {
-  const auto in = [](AlState state) { return watch([state](auto time) { return run_led(state, time); }); };
+  const auto in = [](AlState state) { return watch_led([state](auto time) { return run_led(state, time); }); };
   EXPECT_EQ(in(AlState::kInit), std::pair(0.0, 0));
   EXPECT_EQ(in(AlState::kPreOp), std::pair(0.5, 30)) << "200 ms on, 200 ms off";
   EXPECT_EQ(in(AlState::kSafeOp), std::pair(2000.0 / 12000.0, 10)) << "single flash: 200 ms on, 1 s off";
@@ -72,7 +72,9 @@ TEST(RunLed, ShowsTheAlState) {
 }
 
 TEST(LinkActivityLed, OffOnAndFlashing) {
-  const auto with = [](LinkState link) { return watch([link](auto time) { return link_activity_led(link, time); }); };
+  const auto with = [](LinkState link) {
+    return watch_led([link](auto time) { return link_activity_led(link, time); });
+  };
   EXPECT_EQ(with({.link = false, .traffic = true}), std::pair(0.0, 0));
   EXPECT_EQ(with({.link = true}), std::pair(1.0, 1));
   EXPECT_EQ(with({.link = true, .traffic = true}), std::pair(0.5, 120));
@@ -80,7 +82,7 @@ TEST(LinkActivityLed, OffOnAndFlashing) {
 
 TEST(BottomLed, IsRunAtX15NothingAtX16AndLinkOnTheCompact) {
   const auto at = [](Series series, Connector connector, LinkState link, AlState state) {
-    return watch([=](auto time) { return bottom_led(series, connector, link, state, time); });
+    return watch_led([=](auto time) { return bottom_led(series, connector, link, state, time); });
   };
   const LinkState traffic{true, true};
   EXPECT_EQ(at(Series::kSingleMultiAxis, Connector::kX15, traffic, AlState::kPreOp), std::pair(0.5, 30));
@@ -113,7 +115,7 @@ TEST(MsdDisplay, FollowsTheDriveInTime) {
   rig.operate();
   EXPECT_TRUE(rig.drive.run_led_now());
   rig.enable(9);
-  const auto dots = watch([&](auto) {
+  const auto dots = watch_led([&](auto) {
     rig.pass(1ms);
     return rig.drive.display_now().second.point;
   });

@@ -4,8 +4,6 @@
 namespace driveline::slaves::msd {
 namespace {
 
-constexpr std::int32_t kTurn = 1 << 20;
-
 /// An axis that stands three turns out, with limits at one turn, in CSP or in interpolated position mode.
 class MsdSoftwareLimit : public testing::TestWithParam<std::tuple<int, std::int8_t>> {
  protected:
@@ -17,8 +15,8 @@ class MsdSoftwareLimit : public testing::TestWithParam<std::tuple<int, std::int8
     return p;
   }
   void SetUp() override {
-    ASSERT_EQ(rig_.write(0x607D, 2, kTurn, 4), 0U);
-    ASSERT_EQ(rig_.write(0x607D, 1, static_cast<std::uint32_t>(-kTurn), 4), 0U);
+    ASSERT_EQ(rig_.write(0x607D, 2, kRevolution, 4), 0U);
+    ASSERT_EQ(rig_.write(0x607D, 1, static_cast<std::uint32_t>(-kRevolution), 4), 0U);
     rig_.operate();
     const std::int8_t mode = std::get<1>(GetParam());
     target(3.0);
@@ -27,7 +25,7 @@ class MsdSoftwareLimit : public testing::TestWithParam<std::tuple<int, std::int8
   }
   /// Counted outwards.
   void target(double turns) {
-    rig_.target_position = static_cast<std::int32_t>(side_ * turns * kTurn);
+    rig_.target_position = static_cast<std::int32_t>(side_ * turns * kRevolution);
     if (std::get<1>(GetParam()) == 7) {
       ASSERT_EQ(rig_.write(0x60C1, 1, static_cast<std::uint32_t>(rig_.target_position), 4), 0U);
     }
@@ -39,7 +37,7 @@ class MsdSoftwareLimit : public testing::TestWithParam<std::tuple<int, std::int8
     target(to);
     rig_.cycles(400);
   }
-  [[nodiscard]] double turns() const { return side_ * static_cast<double>(rig_.position) / kTurn; }
+  [[nodiscard]] double turns() const { return side_ * static_cast<double>(rig_.position) / kRevolution; }
   [[nodiscard]] bool limited() const { return (rig_.status & 0x0800) != 0; }
 
   const int side_ = std::get<0>(GetParam());
@@ -79,7 +77,7 @@ double run_csp(DriveRig& rig, double speed) {
   rig.enable(8);
   double target = rig.position;
   for (double now = 0.0; now < speed; now += 0.02) {
-    target += now * kTurn * 125e-6;
+    target += now * kRevolution * 125e-6;
     rig.target_position = static_cast<std::int32_t>(std::lrint(target));
     rig.cycle();
   }
@@ -95,7 +93,7 @@ TEST(MsdLostCycles, AFewAreNoReasonForAFullStop) {
     double target = run_csp(rig, kSpeed);
     int most = 0;
     for (int i = 0; i < 1000; ++i) {
-      target += kSpeed * kTurn * 125e-6;
+      target += kSpeed * kRevolution * 125e-6;
       rig.target_position = static_cast<std::int32_t>(std::lrint(target));
       const bool lost = i >= 400 && i < 405;
       lost ? rig.pass(125us) : rig.cycle();

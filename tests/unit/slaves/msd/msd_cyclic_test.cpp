@@ -44,14 +44,14 @@ TEST(MsdCyclic, PositionModeTracksASine) {
 /// What the drive reports of a second in motion in this mode, with a bus cycle of 1 ms; with `sdos`, every setpoint
 /// object that the mode does not follow is written by SDO in the middle of each cycle.
 std::vector<std::array<std::int64_t, 4>> run_with_sdos(std::int8_t mode, bool sdos) {
-  constexpr std::int32_t kStep = 10'485;  // 10 rev/s
+  constexpr std::int32_t kStepIncrements = 10'485;  // 10 rev/s
   DriveRig rig;
   rig.operate(1000);
   rig.enable(mode);
   std::vector<std::array<std::int64_t, 4>> seen;
   for (std::uint32_t i = 0; i < 1000; ++i) {
-    rig.target_position += kStep;
-    rig.target_velocity = 1000 * kStep;
+    rig.target_position += kStepIncrements;
+    rig.target_velocity = 1000 * kStepIncrements;
     rig.target_torque = 100;
     rig.cycle(500us);
     if (sdos) {

@@ -5,16 +5,16 @@ namespace driveline::slaves::msd {
 namespace {
 
 using testing::ElementsAre;
-constexpr std::int32_t kSpeed = 10'000'000;
+constexpr std::int32_t kFaultSpeed = 10'000'000;
 
 TEST(MsdFault, WatchdogStopsTheAxisByItself) {
   DriveRig rig;
   rig.operate();
-  rig.run_at(kSpeed);
+  rig.run_at(kFaultSpeed);
   rig.drive.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
   rig.pass(10ms);  // 9.5 rev/s on the quick stop ramp of 400 rev/s2: 24 ms
   EXPECT_EQ(rig.drive.state(), PowerState::kFaultReactionActive);
-  EXPECT_NEAR(rig.velocity, kSpeed - 419430400.0 * 0.01, 0.05 * kSpeed);
+  EXPECT_NEAR(rig.velocity, kFaultSpeed - 419430400.0 * 0.01, 0.05 * kFaultSpeed);
   EXPECT_EQ(rig.status & 0x4F, 0x0F);
   rig.pass(40ms);
   EXPECT_EQ(rig.drive.state(), PowerState::kFault);
@@ -36,16 +36,16 @@ TEST(MsdFault, FaultReactionOptionCodesInThePhysics) {
     DriveRig rig;
     rig.operate();
     EXPECT_EQ(rig.write(0x605E, 0, code, 2), 0U);
-    rig.run_at(kSpeed);
+    rig.run_at(kFaultSpeed);
     rig.drive.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
     rig.pass(10ms);
     return rig.drive.velocity_rad_s() * kIncrementsPerRadian;
   };
-  EXPECT_NEAR(speed_after_10_ms(0), kSpeed, 0.03 * kSpeed);                     // coasts
-  EXPECT_NEAR(speed_after_10_ms(1), kSpeed - 104857600 * 0.01, 0.03 * kSpeed);  // 6084h
-  EXPECT_NEAR(speed_after_10_ms(2), kSpeed - 419430400 * 0.01, 0.03 * kSpeed);  // 6085h
-  EXPECT_NEAR(speed_after_10_ms(3), 0.0, 0.08 * kSpeed);          // all the torque: swings through standstill
-  EXPECT_NEAR(speed_after_10_ms(0xFFFE), kSpeed, 0.01 * kSpeed);  // the controller's business
+  EXPECT_NEAR(speed_after_10_ms(0), kFaultSpeed, 0.03 * kFaultSpeed);                     // coasts
+  EXPECT_NEAR(speed_after_10_ms(1), kFaultSpeed - 104857600 * 0.01, 0.03 * kFaultSpeed);  // 6084h
+  EXPECT_NEAR(speed_after_10_ms(2), kFaultSpeed - 419430400 * 0.01, 0.03 * kFaultSpeed);  // 6085h
+  EXPECT_NEAR(speed_after_10_ms(3), 0.0, 0.08 * kFaultSpeed);               // all the torque: swings through standstill
+  EXPECT_NEAR(speed_after_10_ms(0xFFFE), kFaultSpeed, 0.01 * kFaultSpeed);  // the controller's business
 }
 
 TEST(MsdFault, ExternalReactionEndsAfterP154) {
@@ -53,7 +53,7 @@ TEST(MsdFault, ExternalReactionEndsAfterP154) {
   rig.operate();
   ASSERT_EQ(rig.write(0x605E, 0, 0xFFFE, 2), 0U);
   ASSERT_EQ(rig.write(0x209A, 0, 20, 4), 0U);
-  rig.run_at(kSpeed);
+  rig.run_at(kFaultSpeed);
   rig.drive.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
   rig.pass(19ms);
   EXPECT_EQ(rig.drive.state(), PowerState::kFaultReactionActive);
@@ -79,7 +79,7 @@ TEST(MsdFault, FallBackOutsideOpIsNoFault) {
 TEST(MsdFault, LeavingOpWithPowerOnIsMissingOutputs) {
   DriveRig rig;
   rig.operate();
-  rig.run_at(kSpeed);
+  rig.run_at(kFaultSpeed);
   EXPECT_EQ(rig.to(AlState::kOp, AlState::kSafeOp), AlStatusCode::kNoError);
   rig.pass(500ms);
   EXPECT_EQ(rig.drive.display(), "Er 14 05");
@@ -259,7 +259,7 @@ TEST(MsdFault, FollowingErrorMonitoringCanBeSwitchedOff) {
 TEST(MsdFault, LossOfTheDcLinkInOperationIsUndervoltage) {
   DriveRig rig;
   rig.operate();
-  rig.run_at(kSpeed);
+  rig.run_at(kFaultSpeed);
   rig.drive.set_dc_link(false);
   rig.cycles(4);
   EXPECT_EQ(rig.drive.state(), PowerState::kFault);
@@ -278,7 +278,7 @@ TEST(MsdFault, HistoryHasOneSubEntry) {
 TEST(MsdFault, TheFirstFaultStands) {
   DriveRig rig;
   rig.operate();
-  rig.run_at(kSpeed);
+  rig.run_at(kFaultSpeed);
   rig.drive.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
   rig.drive.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSynchronizationError);
   rig.pass(1ms);

@@ -6,7 +6,6 @@ namespace {
 
 constexpr std::uint16_t kRun = 0x0F | 0x20 | 0x40;
 constexpr std::uint16_t kInternalLimit = 0x0800;
-constexpr double kRevolution = 2.0 * std::numbers::pi;
 
 MsdParameters with_weight(double nm) {
   MsdParameters parameters;
@@ -38,7 +37,7 @@ TEST(MsdFrequency, TurnsExactlyAsOftenAsTheFieldAlsoUnderLoad) {
     order(rig, 10'000, 8000);
     const double from = rig.drive.position_rad();
     rig.cycles(8000);
-    EXPECT_NEAR((rig.drive.position_rad() - from) / kRevolution, 10.0, 0.002) << weight << " Nm";
+    EXPECT_NEAR((rig.drive.position_rad() - from) / kTurnRad, 10.0, 0.002) << weight << " Nm";
     EXPECT_NEAR(rig.torque, weight / 2.4 * 1000.0 + 30.0, 20.0) << "what weight and friction ask for";
     EXPECT_EQ(rig.status & kInternalLimit, 0);
   }
@@ -55,7 +54,7 @@ TEST(MsdFrequency, PullsOutWhenOverloadedAndTheSpeedControllerDoesNotHelp) {
   EXPECT_NEAR(held.velocity, 2'000, 50);
   held.mode = 2;
   order(held, 2'000, 4000);
-  EXPECT_LT(held.drive.velocity_rad_s(), -kRevolution) << "the weight falls";
+  EXPECT_LT(held.drive.velocity_rad_s(), -kTurnRad) << "the weight falls";
   EXPECT_EQ(static_cast<std::int32_t>(held.read(0x606B)), 2'000) << "the field goes on";
   EXPECT_NE(held.status & kInternalLimit, 0) << "the current is at its limit";
   EXPECT_GT(std::abs(static_cast<std::int16_t>(held.read(0x6078))), 1000);
@@ -83,7 +82,7 @@ TEST(MsdFrequency, VoltageFollowsTheCharacteristicOfTheParameters) {
   };
   // The standard motor: 1.2 Ohm, 4.1 A, 6000 rev/min with four pole pairs.
   EXPECT_NEAR(parameter(313), 0.8 * 1.2 * 4.1 * std::numbers::sqrt3, 1e-4);
-  EXPECT_NEAR(parameter(314), 4.0 * 628.0 / kRevolution, 1e-3);
+  EXPECT_NEAR(parameter(314), 4.0 * 628.0 / kTurnRad, 1e-3);
   EXPECT_NEAR(parameter(315), 232.0, 3.0);
   ASSERT_EQ(rig.write_real(0x2000 + 313, 0, parameter(313) / 2.0F), 0U);
   rig.operate();
@@ -162,7 +161,7 @@ TEST(MsdFrequency, DisableVoltageCoasts) {
   order(rig, 10'000, 8000);
   rig.control = 0;
   rig.cycles(80);
-  EXPECT_GT(rig.drive.velocity_rad_s(), 9.5 * kRevolution);
+  EXPECT_GT(rig.drive.velocity_rad_s(), 9.5 * kTurnRad);
   EXPECT_EQ(rig.torque, 0);
 }
 

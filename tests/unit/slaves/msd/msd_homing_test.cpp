@@ -6,14 +6,13 @@
 namespace driveline::slaves::msd {
 namespace {
 
-constexpr double kRevolution = 1048576.0;
-constexpr double kTurn = 2.0 * std::numbers::pi;
+constexpr double kIncrementsPerTurn = kRevolution;
+
 constexpr double kEndless = std::numeric_limits<double>::infinity();
 constexpr double kLimit = 4.3;    ///< limit switches beyond this many revolutions either way
 constexpr double kEdge = 1.3;     ///< home switch of methods 3-6, active from here on outwards
 constexpr double kCamLeft = 0.6;  ///< cam of methods 7-14
 constexpr double kCamRight = 1.7;
-constexpr std::uint16_t kReached = 0x0400;
 constexpr std::uint16_t kAttained = 0x1000;
 constexpr std::uint16_t kError = 0x2000;
 
@@ -24,14 +23,14 @@ int without_index(int method) {
 MsdParameters machine(int method, double start_revolutions) {
   const int number = without_index(method);
   MsdParameters p;
-  p.initial_position_rad = start_revolutions * kTurn;
-  p.switches = {{Input::kIsd00, -kEndless, -kLimit * kTurn}, {Input::kIsd01, kLimit * kTurn, kEndless}};
+  p.initial_position_rad = start_revolutions * kTurnRad;
+  p.switches = {{Input::kIsd00, -kEndless, -kLimit * kTurnRad}, {Input::kIsd01, kLimit * kTurnRad, kEndless}};
   if (number == 3 || number == 4) {
-    p.switches.push_back({Input::kIsd02, kEdge * kTurn, kEndless});
+    p.switches.push_back({Input::kIsd02, kEdge * kTurnRad, kEndless});
   } else if (number == 5 || number == 6) {
-    p.switches.push_back({Input::kIsd02, -kEndless, -kEdge * kTurn});
+    p.switches.push_back({Input::kIsd02, -kEndless, -kEdge * kTurnRad});
   } else {
-    p.switches.push_back({Input::kIsd02, kCamLeft * kTurn, kCamRight * kTurn});
+    p.switches.push_back({Input::kIsd02, kCamLeft * kTurnRad, kCamRight * kTurnRad});
   }
   return p;
 }
@@ -72,11 +71,11 @@ class HomingRig : public DriveRig {
     }
     return false;
   }
-  [[nodiscard]] double revolutions() const { return drive.position_rad() / kTurn; }
+  [[nodiscard]] double revolutions() const { return drive.position_rad() / kTurnRad; }
   /// The home position in revolutions of the motor, from what the drive calls its position now: zero is the sum of home
   /// position and offset.
   [[nodiscard]] double home_revolutions() const {
-    return revolutions() - (double{0} + position + offset_) / kRevolution;
+    return revolutions() - (double{0} + position + offset_) / kIncrementsPerTurn;
   }
 
  private:
@@ -170,7 +169,7 @@ Way watch(HomingRig& rig, double home) {
   for (int i = 0; i < 480'000 && (rig.status & kAttained) == 0; ++i) {
     rig.cycle();
     const double now = rig.revolutions();
-    const double speed = rig.drive.velocity_rad_s() / kTurn;
+    const double speed = rig.drive.velocity_rad_s() / kTurnRad;
     if (way.begins == 0 && std::abs(speed) > 0.01) way.begins = speed > 0.0 ? 1 : -1;
     if ((last < home && now >= home) || (last > home && now <= home)) {
       way.approach = now > last ? 1 : -1;
@@ -200,9 +199,9 @@ TEST_P(MsdHomingMethods, TakesItsWayAtItsSpeedsToTheIncrement) {
     EXPECT_TRUE(fast || method.begins[i] == method.approach) << "from " << places[i];
     EXPECT_LT(way.fastest, 1.05 * kFast) << "from " << places[i];
     // 6064h is -607Ch at home, exactly: an index pulse is latched where it is, an edge by the control cycle behind it.
-    const auto count = static_cast<std::int64_t>(std::floor(rig.revolutions() * kRevolution));
+    const auto count = static_cast<std::int64_t>(std::floor(rig.revolutions() * kIncrementsPerTurn));
     const std::int64_t home = count - rig.position - kOffset;
-    const auto expected = std::llround(method.home * kRevolution);
+    const auto expected = std::llround(method.home * kIncrementsPerTurn);
     if (method.number <= 14) {
       EXPECT_EQ(home, expected) << "from " << places[i];
     } else {
@@ -219,8 +218,8 @@ constexpr double kQuick = 0.5;  ///< 6099h:02 of the halts, rev/s
 class HaltedHoming : public HomingRig {
  public:
   HaltedHoming(int method, double start) : HomingRig(method, start) {
-    EXPECT_EQ(write(0x6099, 2, static_cast<std::uint32_t>(kQuick * kRevolution), 4), 0U);
-    EXPECT_EQ(write(0x6084, 0, static_cast<std::uint32_t>(2 * kRevolution), 4), 0U);  // 605Dh = 1: this ramp
+    EXPECT_EQ(write(0x6099, 2, static_cast<std::uint32_t>(kQuick * kIncrementsPerTurn), 4), 0U);
+    EXPECT_EQ(write(0x6084, 0, static_cast<std::uint32_t>(2 * kIncrementsPerTurn), 4), 0U);  // 605Dh = 1: this ramp
     control = 0x1F;
   }
   /// The cycle in which the axis was last at `home` on its way, of an undisturbed homing.
@@ -297,7 +296,7 @@ TEST(MsdHoming, LaterTargetsReferToTheNewZero) {
   rig.control = 0x1F;
   rig.cycles(16'000);
   EXPECT_TRUE(rig.status & kReached);
-  EXPECT_NEAR(rig.revolutions(), 1.0 + 20'000 / kRevolution, 1e-4);
+  EXPECT_NEAR(rig.revolutions(), 1.0 + 20'000 / kIncrementsPerTurn, 1e-4);
 }
 
 TEST(MsdHoming, PolarityTurnsDirectionsAndSwitches) {
@@ -314,7 +313,7 @@ TEST(MsdHoming, PolarityTurnsDirectionsAndSwitches) {
   rig.control = 0x1F;
   for (int i = 0; i < 160'000 && (rig.status & kAttained) == 0; ++i) rig.cycle();
   ASSERT_TRUE(rig.status & kAttained);
-  const double home = rig.drive.position_rad() / kTurn + (rig.position + 1000.0) / kRevolution;
+  const double home = rig.drive.position_rad() / kTurnRad + (rig.position + 1000.0) / kIncrementsPerTurn;
   EXPECT_NEAR(home, -kLimit, 1e-4);
 }
 
@@ -327,7 +326,7 @@ TEST(MsdHoming, SpeedsAndAccelerationAreThoseOfTheObjects) {
   double last = 0.0;
   for (int i = 0; i < 160'000 && (rig.status & kAttained) == 0; ++i) {
     rig.cycle();
-    const double v = rig.drive.velocity_rad_s() / kTurn;
+    const double v = rig.drive.velocity_rad_s() / kTurnRad;
     fastest = std::max(fastest, -v);
     fastest_back = std::max(fastest_back, v);
     steepest = std::max(steepest, std::abs(v - last) / 125e-6);

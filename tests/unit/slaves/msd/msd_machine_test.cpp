@@ -4,8 +4,6 @@
 namespace driveline::slaves::msd {
 namespace {
 
-constexpr std::int32_t kRevolution = 1 << 20;
-
 TEST(MsdMachine, WeightDropsWithoutABrakeAndStaysWithOne) {
   for (const double brake_nm : {0.0, 5.0}) {
     MsdParameters parameters;

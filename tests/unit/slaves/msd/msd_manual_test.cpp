@@ -7,8 +7,6 @@ namespace {
 
 using esi::DataType;
 
-constexpr std::int32_t kRevolution = 1 << 20;
-
 struct Listed {
   std::uint16_t index;
   std::uint8_t subindex;

@@ -6,13 +6,9 @@
 namespace driveline::slaves::msd {
 namespace {
 
-constexpr std::int32_t kRevolution = 1 << 20;
-constexpr std::uint16_t kEnabled = 0x0F;
 constexpr std::uint16_t kNewSetpoint = 0x10;
 constexpr std::uint16_t kImmediately = 0x20;
 constexpr std::uint16_t kRelative = 0x40;
-constexpr std::uint16_t kHalt = 0x100;
-constexpr std::uint16_t kReached = 0x0400;
 constexpr std::uint16_t kAcknowledge = 0x1000;
 
 class MsdProfilePosition : public testing::Test {

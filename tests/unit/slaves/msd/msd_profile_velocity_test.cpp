@@ -7,11 +7,6 @@
 namespace driveline::slaves::msd {
 namespace {
 
-constexpr std::int32_t kRevolution = 1 << 20;
-constexpr std::uint16_t kEnabled = 0x0F;
-constexpr std::uint16_t kHalt = 0x100;
-constexpr std::uint16_t kReached = 0x0400;
-
 class MsdProfileVelocity : public testing::Test {
  protected:
   MsdProfileVelocity() {

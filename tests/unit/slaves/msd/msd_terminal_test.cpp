@@ -4,7 +4,6 @@
 namespace driveline::slaves::msd {
 namespace {
 
-constexpr std::int32_t kRevolution = 1 << 20;
 constexpr std::array kAllInputs = {Input::kEnpo,  Input::kIsd00, Input::kIsd01, Input::kIsd02,
                                    Input::kIsd03, Input::kIsd04, Input::kIsd05, Input::kIsd06,
                                    Input::kIsdsh, Input::kIsa00, Input::kIsa01};

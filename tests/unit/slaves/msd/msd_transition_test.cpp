@@ -6,13 +6,10 @@
 namespace driveline::slaves::msd {
 namespace {
 
-constexpr std::int32_t kRevolution = 1 << 20;
-constexpr double kTurn = 2.0 * std::numbers::pi;
-constexpr double kCycleS = 125e-6;
-constexpr double kSlowDownRamp = 100.0 * kTurn;   ///< 6084h in this file, rad/s2
-constexpr double kQuickStopRamp = 300.0 * kTurn;  ///< 6085h
-constexpr double kFriction = 0.03 / 3.0e-4;       ///< what coasting takes, rad/s2; the viscous part is small
-constexpr double kTorqueLimit = 7.2 / 3.0e-4;     ///< what the current limit gives, rad/s2
+constexpr double kSlowDownRamp = 100.0 * kTurnRad;   ///< 6084h in this file, rad/s2
+constexpr double kQuickStopRamp = 300.0 * kTurnRad;  ///< 6085h
+constexpr double kFriction = 0.03 / 3.0e-4;          ///< what coasting takes, rad/s2; the viscous part is small
+constexpr double kTorqueLimit = 7.2 / 3.0e-4;        ///< what the current limit gives, rad/s2
 
 /// How the axis comes to rest.
 enum class Stop : std::uint8_t { kCoasts, kSlowDown, kQuickStop, kCurrentLimit };
@@ -128,7 +125,8 @@ TEST(MsdOptionCode, StopOnTheCurrentLimitEndsAtZeroWithoutTurningRound) {
             stop_on_the_limit(rig, [&] { return (rig.status & 0x0400) != 0 || (rig.status & 0x6F) == 0x40; });
         EXPECT_LT(stop.backwards_rad_s, 0.2);
         EXPECT_LT(stop.at_end_rad_s, 0.5);
-        EXPECT_LT(stop.time_s, std::abs(turns) * kTurn / kTorqueLimit + 0.02) << "not much longer than the limit takes";
+        EXPECT_LT(stop.time_s, std::abs(turns) * kTurnRad / kTorqueLimit + 0.02)
+            << "not much longer than the limit takes";
       }
     }
   }

@@ -15,7 +15,7 @@ MsdParameters make(Variant variant, std::optional<FirmwareVersion> firmware = st
   return parameters;
 }
 
-std::string upload_text(DriveRig& rig, std::uint16_t index) {
+std::string upload_short_text(DriveRig& rig, std::uint16_t index) {
   const auto answer = rig.sdo({0x40, index & 0xFFU, unsigned{index} >> 8, 0, 0, 0, 0, 0});
   std::string text;
   const bool expedited = (answer.at(0) & 0x02) != 0;
@@ -32,8 +32,8 @@ TEST(ServoOne, EveryVariantHasAnIdentityOfItsOwn) {
     EXPECT_EQ(rig.read(0x1018, 1), 0x28U);
     EXPECT_EQ(rig.read(0x1018, 2), facts.product_code);
     EXPECT_EQ(rig.read(0x1018, 3), facts.revision);
-    EXPECT_EQ(upload_text(rig, 0x1008), facts.device_name);
-    EXPECT_EQ(upload_text(rig, 0x100A), facts.firmware.text());
+    EXPECT_EQ(upload_short_text(rig, 0x1008), facts.device_name);
+    EXPECT_EQ(upload_short_text(rig, 0x100A), facts.firmware.text());
     const auto image = esi::decode_sii(rig.drive.profile().sii_image);
     ASSERT_TRUE(image);
     EXPECT_EQ(image->product_code, facts.product_code);
@@ -155,7 +155,7 @@ TEST(ServoOne, PdosHaveAnEvenNumberOfBytesBeforeFirmware41502) {
       EXPECT_EQ(rig.drive.process_data_size(2), 0U) << "nothing is mapped";
       EXPECT_EQ(write_count(rig, filled), 0U);
       EXPECT_EQ(rig.drive.process_data_size(2), 4U);
-      EXPECT_EQ(upload_text(rig, 0x100A), old.text());
+      EXPECT_EQ(upload_short_text(rig, 0x100A), old.text());
     }
     DriveRig rig(make(variant, FirmwareVersion{4, 15, 2}));
     EXPECT_EQ(write_count(rig, odd), 0U);
@@ -171,8 +171,8 @@ TEST(ServoOne, StoresAndRestoresLikeTheMsd) {
   ASSERT_EQ(rig.write(0x200B, 1, 1, 1), 0U);
   rig.restart();
   EXPECT_EQ(rig.read(0x605A), 6U);
-  EXPECT_EQ(upload_text(rig, 0x100A), "4.10-00");
-  EXPECT_EQ(upload_text(rig, 0x1008), "ServoOne");
+  EXPECT_EQ(upload_short_text(rig, 0x100A), "4.10-00");
+  EXPECT_EQ(upload_short_text(rig, 0x1008), "ServoOne");
 }
 
 TEST(FirmwareVersionText, IsReadAndWrittenAsTheManualsDo) {

@@ -6,6 +6,7 @@
 #include "driveline/ecat_master/coe/sdo_information.hpp"
 #include "driveline/ecat_master/coe/sdo_transfer.hpp"
 #include "driveline/ecat_master/mailbox/mailbox_client.hpp"
+#include "driveline/wire/endian.hpp"
 
 namespace driveline::ecat_master {
 
@@ -101,6 +102,13 @@ struct SdoScript {
   struct Step {
     SdoAddress at;                ///< object and entry
     std::vector<std::byte> data;  ///< to be written
+
+    /// `value` in the byte order of the wire.
+    template <typename T>
+    static Step of(std::uint16_t index, std::uint8_t subindex, T value) {
+      const auto bytes = wire::to_le_bytes(value);
+      return {{index, subindex, false}, {bytes.begin(), bytes.end()}};
+    }
   };
   std::vector<Step> steps;  ///< in their order
 };

@@ -43,6 +43,9 @@ struct PdoConfiguration {
   [[nodiscard]] std::size_t input_bytes() const noexcept;
 };
 
+/// The assignment object of sync manager 0; those of the others follow (ETG.1000.6 Table 67).
+inline constexpr std::uint16_t kPdoAssignment = 0x1C10;
+
 /// What write_pdo_configuration() writes, for run_scripts().
 [[nodiscard]] std::vector<SdoScript::Step> pdo_script(const PdoConfiguration& configuration);
 

@@ -1,9 +1,17 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 /// Bits of the SII EEPROM interface registers 0x0500-0x050F (ETG.1000.4 6.4, ET1100 data sheet section II).
 namespace driveline::wire::sii_access {
+
+/// Control/status, address and data: 0x0502..0x050F.
+inline constexpr std::size_t kInterfaceBytes = 14;
+
+/// Words of the EEPROM (ETG.1000.6 Table 16).
+inline constexpr std::size_t kAliasWord = 4;
+inline constexpr std::size_t kChecksumWord = 7;  ///< low byte: CRC of the words before it
 
 /// EEPROM configuration 0x0500.
 inline constexpr std::uint8_t kConfigPdiOwns = 0x01;

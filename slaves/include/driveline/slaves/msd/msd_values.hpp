@@ -1,8 +1,14 @@
 #pragma once
 
 #include <cstdint>
+#include <numbers>
 
 namespace driveline::slaves::msd {
+
+/// One revolution per minute in rad/s.
+inline constexpr double kRpm = 2.0 * std::numbers::pi / 60.0;
+/// A window of this width is switched off (CiA 402, e.g. 6065h and 6067h).
+inline constexpr std::uint32_t kWindowOff = 0xFFFFFFFF;
 
 /// The values of the MSD's object dictionary that its firmware works with, by name. Each has one place in the
 /// drive's value memory; rows of the table refer to it, aliases with the same name.

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "driveline/rt/histogram.hpp"
+
+namespace driveline::cli {
+
+/// The percentiles that the documents of the program show of a duration, in ns.
+[[nodiscard]] inline nlohmann::json percentiles_json(const rt::Histogram& histogram) {
+  return {{"p50", histogram.percentile(0.5).count()},
+          {"p99", histogram.percentile(0.99).count()},
+          {"p999", histogram.percentile(0.999).count()},
+          {"max", histogram.max().count()}};
+}
+
+}  // namespace driveline::cli
