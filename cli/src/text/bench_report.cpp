@@ -16,7 +16,7 @@ constexpr std::string_view kSvgTerminal =
     "set terminal svg size 860,360 font 'sans,11' background 'white' noenhanced\n";
 
 /// What every row of a document has; the rest of the schema may be left out.
-constexpr std::string_view kNames[] = {"case", "metric", "unit"};
+constexpr std::string_view kResultKeys[] = {"case", "metric", "unit"};
 constexpr std::string_view kFigures[] = {"n", "p50", "p99", "p999", "max"};
 
 std::string row_text(const json& row) {
@@ -129,7 +129,7 @@ tl::expected<json, std::string> parse_bench_document(const std::string& text) {
     return tl::unexpected(std::string("the document has no \"results\""));
   for (const auto& row : document["results"]) {
     if (!row.is_object()) return tl::unexpected(std::string("a result is not an object"));
-    for (const auto key : kNames) {
+    for (const auto key : kResultKeys) {
       if (!row.contains(key) || !row[std::string(key)].is_string())
         return tl::unexpected(fmt::format("a result has no \"{}\"", key));
     }
