@@ -40,6 +40,8 @@ constexpr std::array kPlantKeys = {
              [](MsdParameters& p) { return PlantKey::Place{&p.motor.peak_torque_nm}; }},
     PlantKey{"plant", "rated_current_a", "A", 0.01, 1e4, 1.0,
              [](MsdParameters& p) { return PlantKey::Place{&p.motor.rated_current_a}; }},
+    PlantKey{"plant", "rated_speed_rpm", "1/min", 10.0, 1e5, kRpm,
+             [](MsdParameters& p) { return PlantKey::Place{&p.motor.rated_speed_rad_s}; }},
     PlantKey{"plant", "max_speed_rpm", "1/min", 10.0, 1e5, kRpm,
              [](MsdParameters& p) { return PlantKey::Place{&p.motor.max_speed_rad_s}; }},
     PlantKey{"plant", "pole_pairs", "", 1.0, 100.0, 1.0,
@@ -127,6 +129,21 @@ void read_motor(TomlReader& reader, MsdParameters& parameters) {
     reader.fail("peak_torque_nm", fmt::format("is {}, at least rated_torque_nm, {}, is expected", motor.peak_torque_nm,
                                               motor.rated_torque_nm));
   }
+  if (reader.has("max_speed_rpm") && !reader.has("rated_speed_rpm")) {
+    parameters.motor.rated_speed_rad_s = 0.5 * motor.max_speed_rad_s;
+  }
+  if (motor.max_speed_rad_s < motor.rated_speed_rad_s) {
+    reader.fail("rated_speed_rpm", fmt::format("is {:.6g}, at most max_speed_rpm, {:.6g}, is expected",
+                                               motor.rated_speed_rad_s / kRpm, motor.max_speed_rad_s / kRpm));
+  }
+  if (!reader.has("rated_current_a")) parameters.motor.rated_current_a = motor.typical_current_a();
+}
+
+/// What the file does not say about the winding is that of a motor with its rating.
+void complete_winding(TomlReader& reader, MsdParameters& parameters) {
+  const auto typical = parameters.motor.typical_winding();
+  if (!reader.has("resistance_ohm")) parameters.motor.winding.resistance_ohm = typical.resistance_ohm;
+  if (!reader.has("inductance_mh")) parameters.motor.winding.inductance_h = typical.inductance_h;
 }
 
 void read_load(TomlReader reader, MsdParameters& parameters) {
@@ -150,6 +167,7 @@ void read_plant(TomlReader reader, MsdParameters& parameters) {
   for (const std::string_view name : {"winding", "encoder", "dc_link", "thermal"}) {
     auto table = reader.table(name);
     read_numbers(table, fmt::format("plant.{}", name), parameters);
+    if (name == "winding") complete_winding(table, parameters);
     table.finish();
   }
   read_load(reader.table("load"), parameters);

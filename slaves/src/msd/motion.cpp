@@ -15,6 +15,7 @@ constexpr std::uint32_t kSamplesForSynchronism = 8;  ///< ours
 constexpr std::uint32_t kStandstillSteps = 64;       ///< 4 ms within the window of P 745; ours
 constexpr double kStopShare = 0.7;                   ///< of the speed controller's reset time, ours
 constexpr double kStopAtLeastS = 2e-3;               ///< and no faster
+constexpr double kSpeedLimitS = 2e-3;                ///< in which the last bit of speed up to the limit comes; ours
 
 }  // namespace
 
@@ -200,12 +201,15 @@ double Motion::follow_velocity() noexcept {
       {Loop::kVelocity, 0.0, velocity_.value() + speed_feed_forward(0.0), torque_feed_forward(0.0)});
 }
 
+/// Towards the highest speed (6080h) no more torque than brings the axis there smoothly; at it none that drives.
 double Motion::follow_torque() noexcept {
   torque_.step();
   double torque = torque_.value() + torque_of(setpoints_.torque_offset_permille);
   const double speed = controller_.measured_velocity_rad_s();
-  limited_ = std::abs(speed) > settings_.controller.max_velocity_rad_s && (torque > 0.0) == (speed > 0.0);
-  if (limited_) torque = 0.0;
+  const double left = std::max(settings_.controller.max_velocity_rad_s - std::abs(speed), 0.0);
+  const double most = inertia() * left / kSpeedLimitS;
+  limited_ = torque * speed > 0.0 && std::abs(torque) > most;
+  if (limited_) torque = std::copysign(most, torque);
   return controller_.step({Loop::kTorque, 0.0, 0.0, torque});
 }
 
@@ -224,6 +228,11 @@ double Motion::follow_profile_velocity() noexcept {
   return controller_.step({Loop::kVelocity, 0.0, state.velocity, internal_torque(state.acceleration)});
 }
 
+double Motion::inertia() const noexcept {
+  return settings_.feed_forward_inertia_kg_m2 > 0.0 ? settings_.feed_forward_inertia_kg_m2
+                                                    : motor_.parameters().inertia_kg_m2;
+}
+
 /// The speed loop goes on with the torque in force.
 void Motion::start_limit_stop() noexcept {
   stop_velocity_rad_s_ = controller_.measured_velocity_rad_s();
@@ -233,14 +242,12 @@ void Motion::start_limit_stop() noexcept {
 /// All the torque there is, then so much less that the axis comes to rest without turning round: the speed setpoint
 /// waits for the axis while the torque is at its limit, and runs into zero with a time constant (ours).
 double Motion::stop_at_limit() noexcept {
-  const double inertia = settings_.feed_forward_inertia_kg_m2 > 0.0 ? settings_.feed_forward_inertia_kg_m2
-                                                                    : motor_.parameters().inertia_kg_m2;
-  const double most = settings_.controller.max_torque_nm / inertia;
+  const double most = settings_.controller.max_torque_nm / inertia();
   const double time_s = std::max(kStopShare * settings_.controller.velocity_reset_s, kStopAtLeastS);
   if (controller_.limited()) stop_velocity_rad_s_ = controller_.measured_velocity_rad_s();
   const double deceleration = std::clamp(stop_velocity_rad_s_ / time_s, -most, most);
   stop_velocity_rad_s_ -= deceleration * kControlStepS;
-  return controller_.step({Loop::kVelocity, 0.0, stop_velocity_rad_s_, -inertia * deceleration});
+  return controller_.step({Loop::kVelocity, 0.0, stop_velocity_rad_s_, -inertia() * deceleration});
 }
 
 double Motion::follow() noexcept {
@@ -271,6 +278,8 @@ void Motion::step(bool brake_closed) noexcept {
   slow_steps_ = slow() ? std::min(slow_steps_ + 1, kStandstillSteps) : 0;
   steps_since_sample_ += steps_since_sample_ < 2 * settings_.steps_per_setpoint ? 1 : 0;
   if (by_frequency_) return step_frequency_control(brake_closed);
+  const TorqueRange available = motor_.torque_range();
+  controller_.set_available_torque(available.lowest_nm, available.highest_nm);
   switch (command_) {
     case MotionCommand::kOff:
       torque_demand_nm_ = controller_.step({});

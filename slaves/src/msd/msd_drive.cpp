@@ -133,7 +133,10 @@ void MsdDrive::write_device_facts(ObjectDictionary& dictionary) const {
   real(kBoostVoltage, characteristic.boost_v * kLineRms);
   real(kNominalVoltage, characteristic.nominal_v * kLineRms);
   real(kNominalFrequency, characteristic.nominal_hz);
-  real(kMotorRatedFrequency, motor.max_speed_rad_s * motor.pole_pairs / (2.0 * std::numbers::pi));
+  const double rated_hz = motor.rated_speed_rad_s * motor.pole_pairs / (2.0 * std::numbers::pi);
+  real(kMotorRatedFrequency, rated_hz);
+  real(kOverloadRatedFrequency, rated_hz);
+  dictionary.set(kMaxMotorSpeed, saturate<std::uint32_t>(motor.max_speed_rad_s / kRpm));
   real(kMotorRatedCurrentA, motor.rated_current_a);
   real(kMotorRatedTorqueNm, motor.rated_torque_nm);
   real(kMotorInertia, motor.inertia_kg_m2);

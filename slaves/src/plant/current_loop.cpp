@@ -97,6 +97,26 @@ void CurrentLoop::resume() noexcept {
   q_integral_v_ = parameters_.resistance_ohm * q_a_;
 }
 
+/// Settled, (w flux + R i)^2 + (w L i)^2 = V^2.
+CurrentRange CurrentLoop::holdable(double speed_rad_s, double dc_link_volts) const noexcept {
+  const double speed = pole_pairs_ * finite(speed_rad_s);
+  const double limit = std::max(finite(dc_link_volts), 0.0) / std::numbers::sqrt3;
+  const double resistance = parameters_.resistance_ohm;
+  const double reactance = speed * parameters_.inductance_h;
+  const double emf = speed * flux_vs_;
+  const double square = resistance * resistance + reactance * reactance;
+  const double inside = square * limit * limit - emf * emf * reactance * reactance;
+  const double middle = -resistance * emf / square;
+  const double half = inside > 0.0 ? std::sqrt(inside) / square : 0.0;
+  return {middle - half, middle + half};
+}
+
+bool CurrentLoop::surely_holds(double current_a, double speed_rad_s, double dc_link_volts) const noexcept {
+  const double speed = pole_pairs_ * std::abs(speed_rad_s);
+  const double volts = speed * (flux_vs_ + parameters_.inductance_h * current_a) + parameters_.resistance_ohm * current_a;
+  return volts * std::numbers::sqrt3 <= dc_link_volts;
+}
+
 double CurrentLoop::active_current_a() const noexcept {
   const double amplitude = std::hypot(d_v_, q_v_);
   return amplitude > 0.0 ? (d_v_ * d_a_ + q_v_ * q_a_) / amplitude : 0.0;

@@ -6,6 +6,15 @@
 #include "in_range.hpp"
 
 namespace driveline::slaves {
+namespace {
+
+/// No machine gets there; it keeps the arithmetic of absurd ones finite.
+double finite_speed(double rad_s) noexcept {
+  constexpr double kBeyondAllMachines = 1e6;
+  return std::clamp(rad_s, -kBeyondAllMachines, kBeyondAllMachines);
+}
+
+}  // namespace
 
 LoadParameters LoadParameters::sanitized() const noexcept {
   const LoadParameters standard;
@@ -93,11 +102,10 @@ void Mechanics::step_elastic(double torque_nm, double friction_nm) noexcept {
   rotor_.position += 0.5 * step_s_ * (rotor_.velocity + rotor_speed);
   load_.position += 0.5 * step_s_ * (load_.velocity + load_speed);
 
-  const double limit = rotor_parameters_.max_speed_rad_s;
-  rotor_.velocity = std::clamp(with_friction(speed_decay_ * rotor_speed, friction_nm, rotor_parameters_.inertia_kg_m2),
-                               -limit, limit);
+  rotor_.velocity =
+      finite_speed(with_friction(speed_decay_ * rotor_speed, friction_nm, rotor_parameters_.inertia_kg_m2));
   const double stopped = stopped_by_ends_ ? at_end_stop(load_, load_speed, p.inertia_kg_m2) : load_speed;
-  load_.velocity = std::clamp(with_friction(stopped, p.coulomb_friction_nm, p.inertia_kg_m2), -limit, limit);
+  load_.velocity = finite_speed(with_friction(stopped, p.coulomb_friction_nm, p.inertia_kg_m2));
 }
 
 void Mechanics::step_rigid(double torque_nm, double friction_nm) noexcept {
@@ -110,7 +118,7 @@ void Mechanics::step_rigid(double torque_nm, double friction_nm) noexcept {
     touching = penetration(rotor_.position) != 0.0;
     after = at_end_stop(rotor_, after, rotor_parameters_.inertia_kg_m2);
   }
-  rotor_.velocity = std::clamp(after, -rotor_parameters_.max_speed_rad_s, rotor_parameters_.max_speed_rad_s);
+  rotor_.velocity = finite_speed(after);
   // Against a stop the speed at the end of the step counts, as in its equation; else the mean.
   rotor_.position += step_s_ * (touching ? rotor_.velocity : 0.5 * (before + rotor_.velocity));
 }

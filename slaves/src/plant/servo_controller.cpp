@@ -53,18 +53,23 @@ void ServoController::measure(double position_rad) noexcept {
   measured_velocity_rad_s_ += filter_gain_ * (velocity - measured_velocity_rad_s_);
 }
 
-double ServoController::limit(double value, double bound) noexcept {
-  const double limited = std::clamp(value, -bound, bound);
+double ServoController::limit(double value, double low, double high) noexcept {
+  const double limited = std::clamp(value, low, high);
   limited_ = limited_ || limited != value;
   return limited;
 }
 
+double ServoController::limit_torque(double torque_nm) noexcept {
+  const double most = parameters_.max_torque_nm;
+  return limit(torque_nm, std::clamp(lowest_nm_, -most, most), std::clamp(highest_nm_, -most, most));
+}
+
 double ServoController::velocity_loop(double velocity_setpoint_rad_s, double torque_nm) noexcept {
-  velocity_setpoint_rad_s_ = limit(velocity_setpoint_rad_s, parameters_.max_velocity_rad_s);
+  velocity_setpoint_rad_s_ = limit(velocity_setpoint_rad_s, -parameters_.max_velocity_rad_s, parameters_.max_velocity_rad_s);
   const double error = velocity_setpoint_rad_s_ - measured_velocity_rad_s_;
   const double proportional = parameters_.velocity_gain_nm_s * error + torque_nm;
   const double wanted = proportional + integral_nm_;
-  const double torque = limit(wanted, parameters_.max_torque_nm);
+  const double torque = limit_torque(wanted);
   // Anti-windup: no integration further into a limit that is already reached.
   if (torque == wanted || (wanted > torque) != (error > 0.0)) integral_nm_ += integral_gain_ * error;
   integral_nm_ = std::clamp(integral_nm_, -parameters_.max_torque_nm, parameters_.max_torque_nm);
@@ -78,7 +83,7 @@ double ServoController::step(const ControllerSetpoint& setpoint) noexcept {
   limited_ = false;
   if (setpoint.loop == Loop::kTorque) {
     loop_ = Loop::kTorque;
-    torque_nm_ = limit(feed_forward_nm, parameters_.max_torque_nm);
+    torque_nm_ = limit_torque(feed_forward_nm);
     return torque_nm_;
   }
   if (loop_ != setpoint.loop) filtered_feed_forward_rad_s_ = measured_velocity_rad_s_;

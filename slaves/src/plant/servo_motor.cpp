@@ -27,8 +27,29 @@ MotorParameters MotorParameters::sanitized() const noexcept {
   p.pole_pairs = std::clamp(pole_pairs, 1U, 100U);
   p.torque_lag_s = in_range(torque_lag_s, 0.0, 1.0, standard.torque_lag_s);
   p.max_speed_rad_s = in_range(max_speed_rad_s, 1.0, 1e5, standard.max_speed_rad_s);
+  p.rated_speed_rad_s = in_range(rated_speed_rad_s, 1.0, p.max_speed_rad_s, standard.rated_speed_rad_s);
   p.encoder_increments = std::clamp(encoder_increments, 4U, 1U << 28U);
   return p;
+}
+
+/// Equal voltages: the current goes with the power.
+double MotorParameters::typical_current_a() const noexcept {
+  const MotorParameters standard;
+  return standard.rated_current_a * (rated_torque_nm / standard.rated_torque_nm) *
+         (max_speed_rad_s / standard.max_speed_rad_s);
+}
+
+WindingParameters MotorParameters::typical_winding() const noexcept {
+  const MotorParameters standard;
+  // Flux linked with the rated current, and the back EMF per current at the highest speed.
+  const auto inductance = [](const MotorParameters& p) {
+    return p.rated_torque_nm / (p.pole_pairs * p.rated_current_a * p.rated_current_a);
+  };
+  const auto resistance = [&](const MotorParameters& p) { return inductance(p) * p.pole_pairs * p.max_speed_rad_s; };
+  WindingParameters typical = winding;
+  typical.inductance_h = standard.winding.inductance_h * inductance(*this) / inductance(standard);
+  typical.resistance_ohm = standard.winding.resistance_ohm * resistance(*this) / resistance(standard);
+  return typical;
 }
 
 ServoMotor::ServoMotor(const MotorParameters& parameters, double step_s, double position_rad) noexcept
@@ -39,7 +60,7 @@ ServoMotor::ServoMotor(const MotorParameters& parameters, double step_s, double 
       increments_per_radian_(1.0 / radians_per_increment_),
       current_(parameters_.winding, torque_constant_, parameters_.pole_pairs, parameters_.torque_lag_s, step_s),
       mechanics_({parameters_.inertia_kg_m2, parameters_.viscous_friction_nm_s, parameters_.coulomb_friction_nm,
-                  parameters_.brake_torque_nm, parameters_.max_speed_rad_s},
+                  parameters_.brake_torque_nm},
                  parameters_.load, step_s, in_range(position_rad, -1e6, 1e6, 0.0)),
       through_windings_(parameters_.winding.simulated),
       random_(parameters_.encoder_seed != 0 ? parameters_.encoder_seed : 1) {
@@ -56,7 +77,8 @@ void ServoMotor::finish_step(bool brake_closed) noexcept {
 }
 
 void ServoMotor::step(double torque_setpoint_nm, bool brake_closed) noexcept {
-  const double setpoint = in_range(torque_setpoint_nm, -parameters_.peak_torque_nm, parameters_.peak_torque_nm, 0.0);
+  const TorqueRange range = torque_range();
+  const double setpoint = in_range(torque_setpoint_nm, range.lowest_nm, range.highest_nm, 0.0);
   if (through_windings_) {
     const double speed = mechanics_.velocity_rad_s();
     if (shorted_) {
@@ -68,7 +90,7 @@ void ServoMotor::step(double torque_setpoint_nm, bool brake_closed) noexcept {
       current_.open_circuit();
     }
   } else {
-    torque_nm_ += torque_gain_ * (setpoint - torque_nm_);
+    torque_nm_ += torque_gain_ * ((powered() ? setpoint : 0.0) - torque_nm_);
   }
   finish_step(brake_closed);
 }
@@ -81,6 +103,15 @@ void ServoMotor::step(const VoltageVector& voltage, bool brake_closed) noexcept 
   torque_nm_ = powered() ? current_.step_voltage(d_v, q_v, mechanics_.velocity_rad_s(), dc_link_volts_) : 0.0;
   if (!powered()) current_.open_circuit();
   finish_step(brake_closed);
+}
+
+TorqueRange ServoMotor::torque_range() const noexcept {
+  const double peak = parameters_.peak_torque_nm;
+  const double speed = mechanics_.velocity_rad_s();
+  if (current_.surely_holds(peak / torque_constant_, speed, dc_link_volts_)) return {-peak, peak};
+  const CurrentRange range = current_.holdable(speed, dc_link_volts_);
+  return {std::clamp(torque_constant_ * range.lowest_a, -peak, peak),
+          std::clamp(torque_constant_ * range.highest_a, -peak, peak)};
 }
 
 /// The windings go on from the torque there is, and their control from the currents there are.

@@ -36,9 +36,16 @@ std::string number(const PlantKey& row, double value) {
   return row.integer() ? fmt::format("{}", static_cast<std::int64_t>(value)) : fmt::format("{}", value);
 }
 
+/// What these leave unsaid about the motor is completed, or limited, by them.
+bool completes_others(const PlantKey& row) {
+  constexpr std::array kRating = {"rated_torque_nm", "peak_torque_nm", "rated_current_a",
+                                  "rated_speed_rpm", "max_speed_rpm",  "pole_pairs"};
+  return std::find(kRating.begin(), kRating.end(), row.key) != kRating.end();
+}
+
 TEST(PlantKeys, EachComesToItsPlaceAndNoOther) {
   for (const PlantKey& row : plant_keys()) {
-    if (row.key == "rated_torque_nm" || row.key == "peak_torque_nm") continue;  // limit each other
+    if (completes_others(row)) continue;
     // Within the range, and not what the model has anyway.
     const double value = std::floor(0.25 * row.minimum + 0.75 * row.maximum);
     const auto coupling = row.key == "stiffness_nm_rad" || row.key == "damping_nm_s" ? "inertia_kg_m2 = 1.0\n" : "";
@@ -103,6 +110,39 @@ TEST(DriveReader, NumbersThatDoNotGoTogether) {
   const auto config = parse("[slave.plant]\nrated_torque_nm = 20\n");
   ASSERT_TRUE(config);
   EXPECT_DOUBLE_EQ(config->slaves[0].drive.motor.peak_torque_nm, 60.0) << "three times, like the standard motor";
+}
+
+/// A motor of which only the rating is said is wound for the voltage of the standard motor, however large it is.
+TEST(DriveReader, MotorIsCompletedFromItsRating) {
+  constexpr double kRadSPerRpm = 3.14159265358979 / 30.0;
+  for (const std::string rating :
+       {"", "rated_torque_nm = 20\n", "rated_torque_nm = 0.1\nmax_speed_rpm = 20000\n",
+        "rated_torque_nm = 60\nmax_speed_rpm = 3000\nrated_speed_rpm = 2000\npole_pairs = 8\n"}) {
+    const auto config = parse("[slave.plant]\n" + rating);
+    ASSERT_TRUE(config) << config.error();
+    auto parameters = config->slaves[0].drive.motor;
+    parameters.peak_torque_nm = 1e6;
+    const auto torque_at = [&](double share_of_max_speed) {
+      parameters.load.gravity_nm = 0.0;
+      slaves::ServoMotor motor(parameters, 62.5e-6, 0.0);
+      const double speed = share_of_max_speed * parameters.max_speed_rad_s;
+      while (motor.velocity_rad_s() < speed) motor.step(parameters.rated_torque_nm);
+      return motor.torque_range().highest_nm / parameters.rated_torque_nm;
+    };
+    EXPECT_NEAR(torque_at(0.5), 4.1, 0.3) << rating;
+    EXPECT_NEAR(torque_at(0.995), 1.3, 0.1) << rating;
+  }
+  const auto slow = parse("[slave.plant]\nmax_speed_rpm = 3000\n");
+  ASSERT_TRUE(slow) << slow.error();
+  EXPECT_NEAR(slow->slaves[0].drive.motor.rated_speed_rad_s, 1500.0 * kRadSPerRpm, 1e-6) << "half of it";
+  const auto said = parse("[slave.plant]\nrated_torque_nm = 20\nrated_current_a = 9\n[slave.plant.winding]\n"
+                          "resistance_ohm = 0.7\ninductance_mh = 2\n");
+  ASSERT_TRUE(said) << said.error();
+  EXPECT_DOUBLE_EQ(said->slaves[0].drive.motor.rated_current_a, 9.0);
+  EXPECT_DOUBLE_EQ(said->slaves[0].drive.motor.winding.resistance_ohm, 0.7);
+  EXPECT_DOUBLE_EQ(said->slaves[0].drive.motor.winding.inductance_h, 2e-3);
+  EXPECT_EQ(error("[slave.plant]\nmax_speed_rpm = 3000\nrated_speed_rpm = 4000\n"),
+            "line.toml:5: [slave 1.plant] rated_speed_rpm: is 4000, at most max_speed_rpm, 3000, is expected");
 }
 
 TEST(DriveReader, BreakContacts) {

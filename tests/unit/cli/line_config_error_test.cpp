@@ -57,8 +57,8 @@ INSTANTIATE_TEST_SUITE_P(
         WrongFile{"[[slave]]\nname = \"x\"\n[slave.plant]\nmass = 5\n",
                   ":4: [slave 1.plant] mass: unknown key, expected one of: brake_torque_nm, coulomb_friction_nm, "
                   "dc_link, dc_link_v, encoder, inertia_kg_m2, initial_position_rev, load, max_speed_rpm, "
-                  "peak_torque_nm, pole_pairs, rated_current_a, rated_torque_nm, thermal, torque_lag_us, "
-                  "viscous_friction_nm_s, winding"},
+                  "peak_torque_nm, pole_pairs, rated_current_a, rated_speed_rpm, rated_torque_nm, thermal, "
+                  "torque_lag_us, viscous_friction_nm_s, winding"},
         WrongFile{one_axis("limit = 5\n"),
                   ":6: [axis 1] limit: unknown key, expected one of: feed_mm_per_revolution, "
                   "increments_per_revolution, inertia, max_acceleration, max_velocity, mode, name, position_gain_1_s, "

@@ -80,10 +80,10 @@ TEST(MsdFrequency, VoltageFollowsTheCharacteristicOfTheParameters) {
   const auto parameter = [&rig](std::uint16_t number) {
     return std::bit_cast<float>(rig.read(static_cast<std::uint16_t>(0x2000 + number)));
   };
-  // The standard motor: 1.2 Ohm, 4.1 A, 6000 rev/min with four pole pairs.
-  EXPECT_NEAR(parameter(313), 0.8 * 1.2 * 4.1 * std::numbers::sqrt3, 1e-4);
-  EXPECT_NEAR(parameter(314), 4.0 * 628.0 / kTurnRad, 1e-3);
-  EXPECT_NEAR(parameter(315), 232.0, 3.0);
+  // The standard motor: 3.2 Ohm, 2.5 A, 6000 rev/min with four pole pairs.
+  EXPECT_NEAR(parameter(313), 0.8 * 3.2 * 2.5 * std::numbers::sqrt3, 1e-4);
+  EXPECT_NEAR(parameter(314), 400.0, 1e-3);
+  EXPECT_NEAR(parameter(315), 381.0, 3.0) << "311 V of a phase, below the 396 V that 560 V give";
   ASSERT_EQ(rig.write_real(0x2000 + 313, 0, parameter(313) / 2.0F), 0U);
   rig.operate();
   rig.enable(2);

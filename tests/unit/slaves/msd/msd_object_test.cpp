@@ -218,7 +218,7 @@ TEST(MsdObject, RandomProcessDataNeverBreaksThePlant) {
     rig.drive.write_outputs(2, std::span(data).first(random() % 21));
     rig.pass(125us);
     ASSERT_TRUE(std::isfinite(rig.drive.position_rad()));
-    ASSERT_LE(std::abs(rig.drive.velocity_rad_s()), 628.1);
+    ASSERT_LE(std::abs(rig.drive.velocity_rad_s()), 720.0) << "beyond what the voltage allows";
   }
 }
 

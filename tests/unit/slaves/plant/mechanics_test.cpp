@@ -15,8 +15,7 @@ namespace driveline::slaves {
 namespace {
 
 constexpr double kStep = 62.5e-6;
-constexpr RotorParameters kFree{
-    .inertia_kg_m2 = 3e-4, .viscous_friction_nm_s = 0.0, .coulomb_friction_nm = 0.0, .max_speed_rad_s = 1e5};
+constexpr RotorParameters kFree{.inertia_kg_m2 = 3e-4, .viscous_friction_nm_s = 0.0, .coulomb_friction_nm = 0.0};
 
 TEST(Mechanics, TwoMassesSwingWithTheirNaturalFrequencyAndKeepTheirEnergy) {
   LoadParameters load;
@@ -147,7 +146,11 @@ TEST(Mechanics, NothingNotFiniteGetsIn) {
 }
 
 CurrentLoop small_motor(double saturation_a = 0.0) {
-  return {{.simulated = true, .saturation_current_a = saturation_a}, 0.414, 4, 1.5e-4, kStep};
+  return {{.simulated = true, .resistance_ohm = 1.2, .inductance_h = 4e-3, .saturation_current_a = saturation_a},
+          0.414,
+          4,
+          1.5e-4,
+          kStep};
 }
 
 TEST(CurrentLoop, FollowsItsSetpointInTheTimeOfItsLag) {

@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
+#include <utility>
 
 #include "driveline/slaves/plant/servo_motor.hpp"
 
@@ -78,6 +80,47 @@ TEST(PowerBalance, WeightIsLiftedAndLetDown) {
   parameters.load.gravity_nm = 0.8;
   parameters.load.coulomb_friction_nm = 0.1;
   expect_balanced(run(parameters));
+}
+
+/// Accelerate with all the torque there is, hold the speed, brake: at every speed either way what the DC link gives is
+/// heat, friction and motion, to one percent of what has gone to and fro.
+TEST(PowerBalance, HoldsOverTheWholeSpeedRange) {
+  for (const bool windings : {false, true}) {
+    for (const double speed : {50.0, 150.0, 300.0, 450.0, 550.0, 620.0, 200.0 * std::numbers::pi, 700.0, 5000.0}) {
+      for (const double target : {speed, -speed}) {
+        auto parameters = machine();
+        parameters.winding.simulated = windings;
+        ServoMotor motor(parameters, kStepS, 0.0);
+        double electrical_j = 0.0;
+        double spent_j = 0.0;  // copper and friction
+        double moved_j = 0.0;
+        double last = 0.0;
+        const auto run = [&](double wanted, double time_s) {
+          for (int i = 0; i < static_cast<int>(time_s / kStepS); ++i) {
+            motor.step(2.0 * (wanted - motor.velocity_rad_s()));
+            const double now = motor.velocity_rad_s();
+            const double mean = 0.5 * (last + now);
+            last = now;
+            const double current = motor.current_a();
+            electrical_j += motor.power_w() * kStepS;
+            moved_j += std::abs(motor.power_w()) * kStepS;
+            spent_j += (1.5 * parameters.winding.resistance_ohm * current * current +
+                        parameters.coulomb_friction_nm * std::abs(mean) +
+                        parameters.viscous_friction_nm_s * mean * mean) *
+                       kStepS;
+          }
+          return std::pair(electrical_j - spent_j, motor.mechanics().energy_j());
+        };
+        for (const double wanted : {target, 0.0}) {
+          const auto [left, stored] = run(wanted, 2.0);
+          EXPECT_NEAR(left, stored, 0.01 * moved_j) << target << " rad/s, windings " << windings << ", to " << wanted;
+          if (wanted != 0.0 && std::abs(wanted) < 700.0) {
+            EXPECT_NEAR(motor.velocity_rad_s(), wanted, 0.01 * speed) << "it gets there";
+          }
+        }
+      }
+    }
+  }
 }
 
 /// With the power stage off nothing goes into the windings or out of them: the shaft pays for friction alone.

@@ -151,6 +151,7 @@ class Motion {
  private:
   [[nodiscard]] ProfileState motion_in_force() const noexcept;
   [[nodiscard]] bool slow() const noexcept;
+  [[nodiscard]] double inertia() const noexcept;  ///< that the torque moves, as far as the drive knows it
   void start_limit_stop() noexcept;
   [[nodiscard]] double stop_at_limit() noexcept;
   void take_over(MotionCommand command, MotionSource source, bool smooth) noexcept;

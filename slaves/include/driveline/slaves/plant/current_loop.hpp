@@ -7,9 +7,15 @@ namespace driveline::slaves {
 /// Windings of a permanent magnet motor with surface magnets, and its current control. Currents are amplitudes.
 struct WindingParameters {
   bool simulated = false;             ///< false: the torque follows its setpoint as a first-order lag
-  double resistance_ohm = 1.2;        ///< of one phase; at least 1e-6
-  double inductance_h = 4.0e-3;       ///< of one phase; at least 1e-7
+  double resistance_ohm = 3.2;        ///< of one phase; at least 1e-6
+  double inductance_h = 10.8e-3;      ///< of one phase; at least 1e-7
   double saturation_current_a = 0.0;  ///< amplitude at which the torque constant has fallen by 30 %; 0: none
+};
+
+/// Amplitudes of q current, lowest <= highest.
+struct CurrentRange {
+  double lowest_a = 0.0;   ///< most in negative direction
+  double highest_a = 0.0;  ///< most in positive direction
 };
 
 /// Current control in the rotor's d and q axes: PI controllers with decoupling, the voltage limit of the inverter,
@@ -32,6 +38,12 @@ class CurrentLoop {
   /// Angle between d axis and a voltage of this amplitude that has settled to this torque at this speed; with the
   /// most it can do, if that is less. The branch where more angle is more torque. \rtsafe
   [[nodiscard]] double voltage_angle_rad(double amplitude_v, double torque_nm, double speed_rad_s) const noexcept;
+
+  /// The q currents, without d current, that this DC link voltage can hold at this speed; where it can hold none, the
+  /// one that needs the least. \rtsafe
+  [[nodiscard]] CurrentRange holdable(double speed_rad_s, double dc_link_volts) const noexcept;
+  /// Voltage for this q current of either sign is there for sure, without looking closer. \rtsafe
+  [[nodiscard]] bool surely_holds(double current_a, double speed_rad_s, double dc_link_volts) const noexcept;
 
   /// Voltages of the last step in the rotor's axes. \rtsafe
   [[nodiscard]] double d_voltage_v() const noexcept { return d_v_; }

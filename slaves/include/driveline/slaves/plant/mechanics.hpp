@@ -28,7 +28,6 @@ struct RotorParameters {
   double viscous_friction_nm_s = 2.0e-4;  ///< Nm per rad/s
   double coulomb_friction_nm = 0.03;      ///< dry friction
   double brake_torque_nm = 0.0;           ///< of the closed holding brake; 0: none
-  double max_speed_rad_s = 628.0;         ///< the model never turns faster
 };
 
 /// One or two masses with friction, brake, gravity and end stops. The coupling is integrated by the implicit midpoint

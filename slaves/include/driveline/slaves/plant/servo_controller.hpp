@@ -1,5 +1,8 @@
 #pragma once
 
+#include <limits>
+#include <numbers>
+
 namespace driveline::slaves {
 
 /// Gains of the cascade: position P, velocity PI, torque. Defaults suit the default motor (ours): velocity loop by the
@@ -9,7 +12,7 @@ struct ControllerParameters {
   double velocity_gain_nm_s = 0.25;    ///< Nm per rad/s
   double velocity_reset_s = 3.0e-3;    ///< integral time; 0 or less: no integral part
   double velocity_filter_s = 3.0e-4;   ///< low pass of the measured speed, and of the speed feed-forward to match it
-  double max_velocity_rad_s = 628.0;   ///< limit of the velocity setpoint, either way
+  double max_velocity_rad_s = 200.0 * std::numbers::pi;  ///< limit of the velocity setpoint, either way
   double max_torque_nm = 7.2;          ///< limit of the torque setpoint, either way
 
   /// The same with nothing below 0; NaN and infinite values become the defaults. \rtsafe
@@ -35,6 +38,11 @@ class ServoController {
 
   /// New gains; the state is kept, so this is allowed in motion. \rtsafe
   void configure(const ControllerParameters& parameters) noexcept;
+  /// What of the torque limit there is at present, lowest <= highest: setpoints are cut to that too. \rtsafe
+  void set_available_torque(double lowest_nm, double highest_nm) noexcept {
+    lowest_nm_ = lowest_nm;
+    highest_nm_ = highest_nm;
+  }
   /// Starts at rest in every loop at this position; the torque in force is taken over without a jump. \rtsafe
   void reset(double position_rad, double torque_nm) noexcept;
   /// Must be called in every step, also while nothing is controlled: keeps the speed measurement going. \rtsafe
@@ -50,7 +58,8 @@ class ServoController {
   [[nodiscard]] bool limited() const noexcept { return limited_; }
 
  private:
-  [[nodiscard]] double limit(double value, double bound) noexcept;
+  [[nodiscard]] double limit(double value, double low, double high) noexcept;
+  [[nodiscard]] double limit_torque(double torque_nm) noexcept;
   [[nodiscard]] double velocity_loop(double velocity_setpoint_rad_s, double torque_nm) noexcept;
 
   ControllerParameters parameters_;
@@ -64,6 +73,8 @@ class ServoController {
   double velocity_setpoint_rad_s_ = 0.0;
   double integral_nm_ = 0.0;
   double torque_nm_ = 0.0;
+  double lowest_nm_ = -std::numeric_limits<double>::infinity();
+  double highest_nm_ = std::numeric_limits<double>::infinity();
   ControllerSetpoint::Loop loop_ = ControllerSetpoint::Loop::kTorque;
   bool limited_ = false;
 };

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <numbers>
 #include <optional>
 
 #include "driveline/slaves/plant/current_loop.hpp"
@@ -9,16 +10,40 @@
 
 namespace driveline::slaves {
 
-/// A motor with a rigidly coupled load and its encoder. Defaults: a small permanent magnet servo of 0.75 kW (ours).
+/// Torque setpoints that the power stage can carry out.
+struct TorqueRange {
+  double lowest_nm = 0.0;   ///< at most highest_nm
+  double highest_nm = 0.0;  ///< below 0 where the back EMF alone drives current: faster than the voltage allows
+};
+
+/// A motor with a rigidly coupled load and its encoder. Defaults: one permanent magnet servo of 0.75 kW, wound for the
+/// 560 V of rectified 400 V mains (ours). Its data sheet:
+///
+///   rated point        2.4 Nm x 314 rad/s (3000 rpm) = 754 W; 50 rev/s x 4 pole pairs = 200 Hz
+///   torque constant    2.4 Nm / 2.5 A = 0.96 Nm/A effective, 0.679 Nm/A of the amplitude
+///   flux, back EMF     0.679 / (1.5 x 4) = 0.113 Vs; x 4 pole pairs: 0.453 V per rad/s, amplitude of a phase:
+///                      142 V at 3000 rpm, 284 V at 6000 rpm
+///   voltage            560 V / sqrt(3) = 323 V amplitude; 323 / 0.453 = 714 rad/s: 6820 rpm without load
+///   winding            at 3.54 A (rated) and 6000 rpm: 3.2 Ohm take 11 V, 10.8 mH x 2513 rad/s take 96 V;
+///                      sqrt((284 + 11)^2 + 96^2) = 311 V: rated torque over the whole speed range
+///   peak torque        7.2 Nm take 10.6 A: (0.113 w + 34)^2 + (0.115 w)^2 = 323^2 at w = 1856 rad/s electrical,
+///                      464 rad/s: 7.2 Nm up to 4430 rpm, then less; 3.1 Nm are left at 6000 rpm
+///   losses             1.5 x 3.2 Ohm x (3.54 A)^2 = 60 W of copper, (0.03 + 0.063) Nm x 314 rad/s = 29 W of friction
+///                      at the rated point: 754 W of 843 W, 89 %
+///
+/// The field is not weakened: there is no d current, so the voltage ends the speed.
 struct MotorParameters {
   double rated_torque_nm = 2.4;                  ///< continuous torque, which takes the rated current
   double peak_torque_nm = 7.2;                   ///< limit of the torque setpoint, either way
-  double rated_current_a = 4.1;                  ///< effective value (not amplitude)
+  double rated_current_a = 2.5;                  ///< effective value (not amplitude)
   double inertia_kg_m2 = 3.0e-4;                 ///< motor and load, at the motor shaft
   double viscous_friction_nm_s = 2.0e-4;         ///< Nm per rad/s
   double coulomb_friction_nm = 0.03;             ///< dry friction of the rotor
   double torque_lag_s = 1.5e-4;                  ///< time constant of the current loop
-  double max_speed_rad_s = 628.0;                ///< mechanical limit: 6000 rev/min
+  double rated_speed_rad_s = 100.0 * std::numbers::pi;  ///< 3000 rev/min; with the pole pairs the rated frequency
+  /// 6000 rev/min: what its mechanics are made for. The drive keeps to it (6080h); voltage and load decide how fast the
+  /// shaft can turn.
+  double max_speed_rad_s = 200.0 * std::numbers::pi;
   std::uint32_t encoder_increments = 1U << 20U;  ///< per revolution, quadrature counted
   double brake_torque_nm = 0.0;                  ///< of the closed holding brake; 0: the motor has none
   std::uint32_t pole_pairs = 4;                  ///< electrical turns per turn of the shaft, 1 to 100
@@ -33,6 +58,12 @@ struct MotorParameters {
 
   /// The same motor with every value in the range the model is stable in; NaN becomes the default.
   [[nodiscard]] MotorParameters sanitized() const noexcept;
+  /// Rated current of a motor with this rated torque and highest speed that is wound for the voltage of the standard
+  /// motor.
+  [[nodiscard]] double typical_current_a() const noexcept;
+  /// Winding whose voltages are, at rated current and highest speed, the same shares of the back EMF as those of the
+  /// standard motor.
+  [[nodiscard]] WindingParameters typical_winding() const noexcept;
 };
 
 /// Current loop, mechanics and encoder of one axis.
@@ -41,7 +72,7 @@ class ServoMotor {
   /// At rest at `position_rad`; `step_s`: length of every step(), above 0. `parameters` are sanitized().
   ServoMotor(const MotorParameters& parameters, double step_s, double position_rad) noexcept;
 
-  /// One step with this torque setpoint (limited to the peak torque; anything not finite counts as 0). \rtsafe
+  /// One step with this torque setpoint (limited to torque_range(); anything not finite counts as 0). \rtsafe
   void step(double torque_setpoint_nm, bool brake_closed = false) noexcept;
   /// From now on voltages drive the motor, through its windings, also where they are not simulated otherwise; or
   /// torque setpoints again. Torque and speed go on as they are. \rtsafe
@@ -86,6 +117,8 @@ class ServoMotor {
   [[nodiscard]] double last_position_rad() const noexcept { return mechanics_.last_position_rad(); }  ///< one step ago
   /// Of the shaft. \rtsafe
   [[nodiscard]] double velocity_rad_s() const noexcept { return mechanics_.velocity_rad_s(); }
+  /// Peak torque, or what is left of it where speed and DC link voltage do not allow it. \rtsafe
+  [[nodiscard]] TorqueRange torque_range() const noexcept;
   /// Torque of the current loop at the shaft.
   [[nodiscard]] double torque_nm() const noexcept { return torque_nm_; }
   /// Of rotor and load. \rtsafe

@@ -4,11 +4,11 @@ namespace driveline::slaves {
 
 /// The characteristic of U/f operation. Voltages are amplitudes of a phase.
 struct VoltageFrequencyParameters {
-  double boost_v = 7.0;          ///< at standstill
-  double nominal_v = 190.0;      ///< at the nominal frequency; above it the voltage stays
+  double boost_v = 9.0;          ///< at standstill
+  double nominal_v = 311.0;      ///< at the nominal frequency; above it the voltage stays
   double nominal_hz = 400.0;     ///< electrical, of either direction
-  double rated_current_a = 5.8;  ///< amplitude; scales the damping
-  double max_current_a = 17.4;   ///< amplitude the voltage gives way at
+  double rated_current_a = 3.5;  ///< amplitude; scales the damping
+  double max_current_a = 10.6;   ///< amplitude the voltage gives way at
 };
 
 /// A voltage in a frame that turns with the commanded frequency; `angle_rad` is that of the frame, electrical.
