@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "driveline/ecat_master/axis/error_code.hpp"
 #include "driveline/ecat_master/configuration/configuration_check.hpp"
 #include "driveline/ecat_master/dc/clock_fault.hpp"
 #include "driveline/wire/mailbox.hpp"
@@ -166,7 +167,8 @@ std::string describe(const Error& e) {
       return fmt::format("axis {}: not in Operation enabled within {} ms, status word 0x{:04X}", e.slave,
                          e.extra / 1000, e.received);
     case ErrorKind::kAxisFault:
-      return fmt::format("axis {}: fault 0x{:04X}, status word 0x{:04X}", e.slave, e.code, e.received);
+      return fmt::format("axis {}: fault {}, status word 0x{:04X}", e.slave,
+                         cia402::error_text(static_cast<std::uint16_t>(e.code)), e.received);
     case ErrorKind::kCommunicationLost:
       return fmt::format("communication lost: {} cycles in a row without valid process data", e.received);
     case ErrorKind::kClock:

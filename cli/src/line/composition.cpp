@@ -37,11 +37,18 @@ std::vector<std::byte> with_alias(std::vector<std::byte> image, std::uint16_t al
   return image;
 }
 
-std::unique_ptr<slaves::Slave> make_slave(const SlaveConfig& config, std::uint32_t serial_number) {
+/// The simulated slave has the serial number that the line file expects; where that leaves a choice, its number on the
+/// line if it is one that is accepted.
+std::uint32_t serial_number_of(const SlaveConfig& config, std::uint32_t number) {
+  return config.plan.serial.accepts(number) ? number : config.plan.serial.value;
+}
+
+std::unique_ptr<slaves::Slave> make_slave(const SlaveConfig& config, std::uint32_t number) {
   slaves::SlaveOptions options;
   options.clock.drift_ppm = config.dc.drift_ppm;
   options.al.device_id = config.plan.device_id.value_or(0);
   options.sii_image = config.sii_content;
+  const auto serial_number = serial_number_of(config, number);
   auto device = config.device ? make_device(*config.device, serial_number) : make_drive(config, serial_number);
   // The simulated slave is the one that the description expects.
   if (options.sii_image.empty() && config.plan.alias)

@@ -17,6 +17,8 @@ namespace reg = wire::reg;
 /// Another master may have taken the answer: better to ask again soon than to wait long.
 constexpr std::chrono::milliseconds kReplyTimeout{250};
 constexpr int kAttempts = 4;
+/// A master that starts takes its line out of INIT within this time.
+constexpr std::chrono::seconds kLeftAfter{1};
 constexpr std::uint16_t kDriveProfile = 402;
 constexpr std::uint16_t kFaultResetIndex = 0x2000 + 153;  ///< P 153
 
@@ -38,7 +40,28 @@ DriveLink::DriveLink(Session& session)
 DriveLink::~DriveLink() {
   engine_.close_all();
   // Who looked is going: there is nobody left to be told.
-  if (raised_) static_cast<void>(master_.shut_down());
+  if (raised_ && all_in({AlState::kInit, AlState::kPreOp})) static_cast<void>(master_.shut_down());
+}
+
+bool DriveLink::all_in(std::initializer_list<AlState> states) {
+  std::vector<ecat_master::SlaveRef> refs;
+  for (const auto& slave : slaves_) refs.push_back(slave.ref);
+  const auto reports = ecat_master::read_al_status(master_.bus(), refs);
+  if (!reports) return false;
+  return std::all_of(reports->begin(), reports->end(), [&states](const auto& report) {
+    return std::find(states.begin(), states.end(), report.status.state) != states.end();
+  });
+}
+
+/// Its master has gone: nobody has taken the line out of INIT for a while.
+bool DriveLink::left_in_init() {
+  const auto now = session_.clock().now();
+  if (!all_in({AlState::kInit})) {
+    in_init_since_.reset();
+    return false;
+  }
+  if (!in_init_since_) in_init_since_ = now;
+  return now - *in_init_since_ >= kLeftAfter;
 }
 
 Outcome<std::unique_ptr<DriveLink>> DriveLink::open(Session& session) {
@@ -56,6 +79,10 @@ Outcome<std::unique_ptr<DriveLink>> DriveLink::open(Session& session) {
 
 Outcome<void> DriveLink::take_to_pre_op() {
   raised_ = true;
+  other_master_ = false;
+  in_init_since_.reset();
+  engine_.close_all();
+  attached_.clear();
   if (auto done = master_.scan(); !done) return bus_failure(done.error());
   if (auto done = master_.enter_pre_op(); !done) return bus_failure(done.error());
   for (std::size_t i = 0; i < slaves_.size(); ++i) slaves_[i].ref = master_.slaves()[i].info.ref;
@@ -81,6 +108,10 @@ Outcome<void> DriveLink::read_registers(std::size_t position, DriveView& view) {
   const auto al = ecat_master::read_al_status(master_.bus(), std::span(&slave, 1));
   if (!al) return bus_failure(al.error());
   view.al = al->front();
+  if (view.al.status.state == AlState::kSafeOp || view.al.status.state == AlState::kOp) {
+    other_master_ = true;  // nobody here takes it there
+    raised_ = false;
+  }
   const auto dl = master_.bus().read(slave, reg::kDlStatus);
   if (!dl) return bus_failure(dl.error());
   view.dl = wire::DlStatus::from_raw(*dl);
@@ -140,7 +171,12 @@ Outcome<void> DriveLink::read(std::size_t position, DriveView& view) {
     view.trouble = failure.text;
     return tl::unexpected(failure);
   };
-  if (auto done = read_registers(position, view); !done) return fail(done.error());
+  if (auto done = read_registers(position, view); !done) {
+    if (!left_in_init()) return fail(done.error());
+    if (done = take_to_pre_op(); done) done = read_registers(position, view);
+    if (!done) return fail(done.error());
+  }
+  view.other_master = other_master_;
   if (auto done = attach(position); !done) return fail(done.error());
   for (const auto& row : drive_objects()) {
     if (row.constant && !fresh) continue;

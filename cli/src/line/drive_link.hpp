@@ -1,7 +1,10 @@
 #pragma once
 
+#include <chrono>
+#include <initializer_list>
 #include <map>
 #include <memory>
+#include <optional>
 
 #include "commands/tool_options.hpp"
 #include "driveline/ecat_master/coe/coe_client.hpp"
@@ -11,7 +14,8 @@
 namespace driveline::cli {
 
 /// The drives of a line for somebody who only looks: through the mailbox, in whatever state their master keeps them. A
-/// line that is altogether in INIT has no master; then its slaves are taken to PREOP, and to INIT again at the end.
+/// line that is altogether in INIT has no master; then its slaves are taken to PREOP, and to INIT again at the end. So is
+/// a line that its master has left in INIT for a second; one that a master takes further is left to it.
 ///
 /// A mailbox is shared with the master that runs the line: an answer may reach the other one. What is lost is asked for
 /// again.
@@ -40,6 +44,8 @@ class DriveLink {
   explicit DriveLink(Session& session);
   [[nodiscard]] Outcome<void> take_to_pre_op();
   [[nodiscard]] Outcome<void> read_registers(std::size_t position, DriveView& view);
+  [[nodiscard]] bool all_in(std::initializer_list<wire::AlState> states);
+  [[nodiscard]] bool left_in_init();
   /// Opens the mailbox as the slave's registers say it is set up.
   [[nodiscard]] Outcome<void> attach(std::size_t position);
   [[nodiscard]] Outcome<void> read_object(std::size_t position, const DriveObjectRow& row, DriveView& view);
@@ -51,6 +57,7 @@ class DriveLink {
   std::vector<ecat_master::SurveyedSlave> slaves_;
   bool other_master_ = false;
   bool raised_ = false;
+  std::optional<std::chrono::nanoseconds> in_init_since_;  ///< the whole line, as far as looks have seen it
   std::map<std::size_t, ecat_master::MailboxWindow> attached_;
   /// Objects that a slave does not have; they are not asked for again.
   std::map<std::size_t, std::vector<DriveObject>> missing_;

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "driveline/ecat_master/axis/error_code.hpp"
+
 namespace driveline::cli {
 namespace {
 
@@ -170,8 +172,9 @@ void LineWatch::fetch_emergencies() {
   for (const auto& record : master_.mailboxes().emergencies().all()) {
     if (record.time <= last_emergency_) continue;
     newest = std::max(newest, record.time);
-    listener_.event(fmt::format("slave {} ({}): emergency 0x{:04X}, error register 0x{:02X}", record.slave,
-                                name_of(record.slave), record.message.error_code, record.message.error_register));
+    listener_.event(fmt::format("slave {} ({}): emergency {}, error register 0x{:02X}", record.slave, name_of(record.slave),
+                                ecat_master::cia402::error_text(record.message.error_code),
+                                record.message.error_register));
   }
   last_emergency_ = newest;
 }
@@ -262,14 +265,14 @@ std::string LineWatch::motion_failure() const {
     case Cause::kNone:
       return {};
     case Cause::kAxisFault:
-      return fmt::format("axis {}: fault 0x{:04X}, status word 0x{:04X}; all axes stopped", name, failure.error_code,
-                         failure.status_word);
+      return fmt::format("axis {}: fault {}, status word 0x{:04X}; all axes stopped", name,
+                         ecat_master::cia402::error_text(failure.error_code), failure.status_word);
     case Cause::kAxisLost:
       return fmt::format("axis {}: no longer in operation, status word 0x{:04X}; all axes stopped", name,
                          failure.status_word);
     case Cause::kEnableTimeout:
-      return fmt::format("axis {}: did not reach Operation enabled, status word 0x{:04X}, error code 0x{:04X}", name,
-                         failure.status_word, failure.error_code);
+      return fmt::format("axis {}: did not reach Operation enabled, status word 0x{:04X}, error code {}", name,
+                         failure.status_word, ecat_master::cia402::error_text(failure.error_code));
     case Cause::kCommunication:
       break;
   }

@@ -62,7 +62,11 @@ AlStatusCode check_process_data_channel(const Esc& esc, const wire::SyncManagerC
                                         const SyncManagerLayout& layout, std::size_t size) noexcept {
   const auto error = layout.use == Use::kOutputs ? AlStatusCode::kInvalidOutputConfiguration
                                                  : AlStatusCode::kInvalidInputConfiguration;
-  if (size == 0) return enabled(channel) && channel.length != 0 ? error : AlStatusCode::kNoError;
+  if (size == 0) {
+    if (!enabled(channel) || channel.length == 0) return AlStatusCode::kNoError;
+    if (channel.length != layout.unmapped_length) return error;
+    size = layout.unmapped_length;
+  }
   const auto control = wire::SyncManagerControl::from_raw(channel.control);
   if (!enabled(channel) || channel.length != size || control.direction != direction_of(layout.use) ||
       channel.start_address != layout.start_address || area(channel).end > esc.memory().size()) {

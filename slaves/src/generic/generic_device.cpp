@@ -38,6 +38,13 @@ SyncManagerLayout::Use layout_use(const esi::SyncManager& manager) noexcept {
   return SyncManagerLayout::Use::kInputs;
 }
 
+/// Without a PDO of its direction the EEPROM's length of a sync manager is all there is to go by.
+std::uint16_t unmapped_length(const esi::DeviceDescription& device, const esi::SyncManager& manager) noexcept {
+  const bool unknown = (manager.use == Use::kOutputs && device.rx_pdos.empty()) ||
+                       (manager.use == Use::kInputs && device.tx_pdos.empty());
+  return unknown ? manager.default_size : std::uint16_t{0};
+}
+
 std::vector<std::byte> make_image(const esi::DeviceDescription& description, const GenericOptions& options) {
   if (!options.sii_image.empty()) return options.sii_image;
   if (options.serial_number == 0) return esi::encode_sii(esi::make_sii(description));
@@ -51,8 +58,8 @@ DeviceProfile make_profile(const DeviceModel& model, const GenericOptions& optio
   DeviceProfile profile;
   profile.sii_image = make_image(device, options);
   for (const auto& manager : device.sync_managers) {
-    profile.sync_managers.push_back(
-        {layout_use(manager), manager.start_address, manager.min_size, manager.max_size, manager.default_size});
+    profile.sync_managers.push_back({layout_use(manager), manager.start_address, manager.min_size, manager.max_size,
+                                     manager.default_size, unmapped_length(device, manager)});
   }
   if (device.bootstrap_rx_size != 0 && device.bootstrap_tx_size != 0) {
     profile.bootstrap_mailboxes = {

@@ -159,6 +159,35 @@ TEST_F(DriveLinkTest, ComesBackWhenTheSlaveDoes) {
   EXPECT_EQ(view.trouble, "");
 }
 
+/// A run that ends with a fault leaves the line in INIT; who looks on sees the drive as it is, not as it was.
+TEST_F(DriveLinkTest, ShowsTheDriveAsItIsWhenItsMasterHasLeftTheLineInInit) {
+  take_line();
+  {
+    auto link = DriveLink::open(*session_);
+    ASSERT_TRUE(link);
+    DriveView view;
+    ASSERT_TRUE((*link)->read(0, view));
+    EXPECT_EQ(view.values.number(DriveObject::kErrorCode), 0.0);
+    ecat_master::CoeClient coe(*other_->mailbox(0));
+    ASSERT_TRUE(coe.download_as<std::uint8_t>(0x200B, 4, 1));
+    ASSERT_TRUE(coe.download_as<std::int32_t>(0x607D, 1, 5000));
+    ASSERT_TRUE(coe.download_as<std::uint8_t>(0x200B, 4, 0));  // fault 02 05
+    ASSERT_TRUE(other_->shut_down());
+    EXPECT_FALSE((*link)->read(0, view)) << "a master that starts is given a second";
+    EXPECT_THAT(view.trouble, HasSubstr("is in INIT"));
+    EXPECT_THAT(states(), testing::Each(AlState::kInit));
+    session_->clock().sleep_until(session_->clock().now() + std::chrono::milliseconds{1100});
+    ASSERT_TRUE((*link)->read(0, view)) << view.trouble;
+    EXPECT_EQ(view.trouble, "");
+    EXPECT_EQ(view.al.status.state, AlState::kPreOp);
+    EXPECT_EQ(view.values.number(DriveObject::kErrorCode), 0x6320);
+    EXPECT_EQ(static_cast<unsigned>(*view.values.number(DriveObject::kStatusWord)) & 0x4FU, 0x08U) << "fault";
+    EXPECT_FALSE(view.other_master);
+    EXPECT_FALSE((*link)->other_master());
+  }
+  EXPECT_THAT(states(), testing::Each(AlState::kInit)) << "and leaves the line as it was";
+}
+
 TEST_F(DriveLinkTest, WhatIsNoDriveIsNamed) {
   auto link = DriveLink::open(*session_);
   ASSERT_TRUE(link);

@@ -4,12 +4,15 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <numbers>
 #include <sstream>
 
 #include "driveline/cli/line_config.hpp"
+#include "driveline/esi/sii.hpp"
 #include "line/composition.hpp"
 
 namespace driveline::cli {
@@ -203,6 +206,25 @@ class ScriptedDrive {
   rt::VirtualClock clock_;
   std::unique_ptr<slaves::Line> line_;
 };
+
+/// 1018h:04 and the EEPROM of the simulated slaves are what the line file expects.
+TEST(SimulatedLine, HasTheSerialNumbersThatAreExpected) {
+  const auto config = parse(
+      "[[slave]]\nname = \"b\"\nserial = 4711\n[[slave]]\nname = \"c\"\nserial = \">= 2\"\n"
+      "[[slave]]\nname = \"d\"\nserial = \">= 100\"\n[[slave]]\nname = \"e\"\nserial = \"= 7\"\nesi = \""
+      DRIVELINE_EXAMPLES_DIR "/terminals.xml\"\ndevice = \"MX4\"\n");
+  ASSERT_TRUE(config) << config.error();
+  rt::VirtualClock clock;
+  const auto line = make_simulated_line(*config, clock);
+  const std::array<std::uint32_t, 5> expected = {1, 4711, 3, 100, 7};
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    const auto sii = esi::decode_sii(line->slave(i).device().profile().sii_image);
+    ASSERT_TRUE(sii);
+    EXPECT_EQ(esi::description_from_sii(*sii).serial_number, expected[i]) << i;
+  }
+  const auto& dictionary = dynamic_cast<MsdDrive&>(line->slave(1).device()).dictionary();
+  EXPECT_EQ(dictionary.raw(*dictionary.table().find(0x1018, 4)), 4711U);
+}
 
 TEST(DriveScript, StepsAndTogglesComeAtTheirTimes) {
   ScriptedDrive rig(

@@ -111,7 +111,7 @@ TEST(ErrorSentence, HoldsEveryFactOfEveryKind) {
        "no cyclic frame came back within the 93 us that its cycle waits, in 100 cycles; 98 came later"},
       {make(K::kAxisNotEnabled, 1, 0, 0, 0, 0x0250, 0, 2'000'000),
        "axis 1: not in Operation enabled within 2000 ms, status word 0x0250"},
-      {make(K::kAxisFault, 1, 0, 0, 0, 0x0218, 0x8611), "axis 1: fault 0x8611, status word 0x0218"},
+      {make(K::kAxisFault, 1, 0, 0, 0, 0x0218, 0x8611), "axis 1: fault 0x8611, following error, status word 0x0218"},
       {make(K::kCommunicationLost, kLine, 0, 0, 0, 8),
        "communication lost: 8 cycles in a row without valid process data"},
       {make(K::kClock, 4), "no slave of the line has a distributed clock, but synchronisation to one is asked for"},

@@ -24,6 +24,8 @@ struct SyncManagerLayout {
   std::uint16_t min_length = 0;      ///< mailboxes: smallest acceptable length
   std::uint16_t max_length = 0;      ///< mailboxes: largest acceptable length
   std::uint16_t default_length = 0;  ///< as in the SII
+  /// Process data: the length that a device takes although it knows no PDOs for it; 0: none.
+  std::uint16_t unmapped_length = 0;
 };
 
 /// The fixed facts of a device that its slave controller and its AL state machine are set up with.

@@ -121,6 +121,38 @@ TEST(GenericDevice, WrongLengthsAreRefusedPerSyncManager) {
   EXPECT_EQ(bench.code(), AlStatusCode::kInvalidInputConfiguration);
 }
 
+/// A device whose EEPROM has lengths of its sync managers but no PDOs takes these lengths, and none.
+TEST(GenericDevice, WithoutKnownPdosTheLengthsOfTheEepromAreTaken) {
+  esi::DeviceDescription device;
+  device.type = "Bare";
+  device.vendor_id = 1;
+  device.product_code = 2;
+  for (const auto& [use, size] :
+       {std::pair(Use::kOutputs, std::uint16_t{12}), std::pair(Use::kInputs, std::uint16_t{20})}) {
+    esi::SyncManager manager;
+    manager.use = use;
+    manager.enable = true;
+    manager.default_size = size;
+    device.sync_managers.push_back(manager);
+  }
+  struct Case {
+    std::uint16_t outputs;
+    std::uint16_t inputs;
+    AlStatusCode code;
+  };
+  for (const auto& c : {Case{12, 20, AlStatusCode::kNoError}, Case{0, 0, AlStatusCode::kNoError},
+                        Case{11, 20, AlStatusCode::kInvalidOutputConfiguration},
+                        Case{12, 21, AlStatusCode::kInvalidInputConfiguration}}) {
+    DeviceBench bench(device);
+    bench.enter_pre_op();
+    bench.set_sync_manager(0, c.outputs);
+    bench.set_sync_manager(1, c.inputs);
+    bench.request(AlState::kSafeOp);
+    EXPECT_EQ(bench.code(), c.code) << c.outputs << ", " << c.inputs;
+    EXPECT_EQ(bench.status().state, c.code == AlStatusCode::kNoError ? AlState::kSafeOp : AlState::kPreOp);
+  }
+}
+
 TEST(GenericDevice, IsWhatItsEepromSays) {
   GenericOptions options;
   options.serial_number = 4711;

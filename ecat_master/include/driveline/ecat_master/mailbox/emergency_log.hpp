@@ -19,7 +19,7 @@ struct EmergencyRecord {
   wire::Emergency message;           ///< as the slave sent it
 };
 
-/// "3.201 s slave 4: emergency 0x3220, error register 0x05, 01 00 00 00 00".
+/// "3.201 s slave 4: emergency 0x3220, DC link undervoltage, error register 0x05, 01 00 ...".
 [[nodiscard]] std::string describe(const EmergencyRecord& record);
 
 /// Emergencies of all slaves, the newest of each slave. May be used by any thread; not \rtsafe.
