@@ -249,10 +249,11 @@ MsdParameters read_drive_parameters(TomlReader& slave, const std::filesystem::pa
   for (auto& reader : slave.tables("switch")) parameters.switches.push_back(read_switch(std::move(reader)));
   for (auto& reader : slave.tables("input")) parameters.inputs.push_back(read_input(std::move(reader), parameters));
   if (slave.has("parameter_file")) parameters.parameter_file = (directory / slave.text("parameter_file")).string();
-  if (slave.has("start_up_ms")) {
-    const double start_up_ms = slave.number("start_up_ms", 0.125, 60000.0);
-    parameters.start_up_time = std::chrono::nanoseconds{std::llround(start_up_ms * 1e6)};
-  }
+  const auto read_time = [&slave](std::string_view key, std::chrono::nanoseconds& time) {
+    if (slave.has(key)) time = std::chrono::nanoseconds{std::llround(slave.number(key, 0.125, 60000.0) * 1e6)};
+  };
+  read_time("start_up_ms", parameters.start_up_time);
+  read_time("factory_start_up_ms", parameters.factory_start_up_time);
   return parameters;
 }
 

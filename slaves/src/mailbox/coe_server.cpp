@@ -29,7 +29,7 @@ CoeService service_of(std::span<const std::byte> answer) noexcept {
 
 CoeServer::CoeServer(ObjectDictionary& dictionary, DictionaryOwner& owner, const Options& options)
     : has_information_(options.sdo_information),
-      sdo_(dictionary, owner, options.complete_access),
+      sdo_(dictionary, owner, {.complete_access = options.complete_access, .fill_sign = options.fill_sign}),
       information_(dictionary) {}
 
 void CoeServer::raise(const wire::Emergency& emergency) noexcept {

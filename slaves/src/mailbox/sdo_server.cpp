@@ -35,11 +35,12 @@ std::size_t longest_transfer(const DictionaryTable& table, bool complete_access)
 
 }  // namespace
 
-SdoServer::SdoServer(ObjectDictionary& dictionary, DictionaryOwner& owner, bool complete_access)
+SdoServer::SdoServer(ObjectDictionary& dictionary, DictionaryOwner& owner, const Options& options)
     : dictionary_(&dictionary),
       owner_(&owner),
-      complete_access_(complete_access),
-      buffer_(longest_transfer(dictionary.table(), complete_access)) {}
+      complete_access_(options.complete_access),
+      fill_sign_(options.fill_sign),
+      buffer_(longest_transfer(dictionary.table(), options.complete_access)) {}
 
 SdoResult<std::size_t> SdoServer::read(const SdoAddress& address, wire::AlState state) {
   if (!address.complete) return dictionary_->upload(address.index, address.subindex, state, buffer_);
@@ -97,6 +98,13 @@ std::size_t SdoServer::abort_transfer(SdoAbort code, std::span<std::byte> out) {
   return abort(transfer_.address.index, transfer_.address.subindex, code, out);
 }
 
+std::byte SdoServer::filler(const SdoAddress& address, std::size_t size) const noexcept {
+  if (!fill_sign_ || address.complete) return std::byte{0};
+  const auto* row = dictionary_->table().find(address.index, address.subindex);
+  const bool negative = (buffer_[size - 1] & std::byte{0x80}) != std::byte{0};
+  return row != nullptr && is_signed(row->type) && negative ? std::byte{0xFF} : std::byte{0};
+}
+
 std::size_t SdoServer::initiate_upload(const SdoHeader& request, wire::AlState state, std::span<std::byte> out) {
   cancel();
   const SdoAddress address{request.index, request.subindex, request.complete_access()};
@@ -108,6 +116,7 @@ std::size_t SdoServer::initiate_upload(const SdoHeader& request, wire::AlState s
   if (*size > 0 && *size <= response.data.size()) {
     response.command = static_cast<std::uint8_t>(
         wire::expedited_command(static_cast<std::uint8_t>(SdoResponseCommand::kInitiateUpload), *size) | flags);
+    response.data.fill(filler(address, *size));
     std::copy_n(buffer_.begin(), *size, response.data.begin());
     return put_header(response, out);
   }

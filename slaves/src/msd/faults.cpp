@@ -33,7 +33,7 @@ std::string_view text(Warning warning) noexcept {
 }
 
 wire::Emergency record_fault(ObjectDictionary& dictionary, const FaultFacts& fault,
-                             std::uint16_t operating_hours) noexcept {
+                             std::uint32_t operating_hours) noexcept {
   const auto error_register = static_cast<std::uint8_t>(fault.error_register | kGenericError);
   dictionary.set(kErrorCode, fault.error_code);
   dictionary.set(kErrorRegister, error_register);
@@ -43,8 +43,8 @@ wire::Emergency record_fault(ObjectDictionary& dictionary, const FaultFacts& fau
   emergency.error_code = fault.error_code;
   emergency.error_register = error_register;
   emergency.data = {static_cast<std::byte>(fault.number), static_cast<std::byte>(fault.location),
-                    static_cast<std::byte>(operating_hours & 0xFFU), static_cast<std::byte>(operating_hours >> 8),
-                    std::byte{0}};
+                    static_cast<std::byte>(operating_hours), static_cast<std::byte>(operating_hours >> 8U),
+                    static_cast<std::byte>(operating_hours >> 16U)};
   return emergency;
 }
 

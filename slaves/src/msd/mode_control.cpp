@@ -108,8 +108,9 @@ ProfileLimits ModeControl::profile_limits(const Motion& motion) const noexcept {
           value(kProfileDeceleration) * scaling.acceleration_rad_s2, motion.settings().jerk_time_s};
 }
 
-/// The mode begins, or the drive was enabled in it.
-void ModeControl::enter(const Conditions& conditions, const Motion& motion) noexcept {
+/// The mode begins, or the drive was enabled in it. A movement that the mode before has ordered ends with it: the axis
+/// brakes and stands until this one orders another.
+void ModeControl::enter(const Conditions& conditions, Motion& motion) noexcept {
   entered_ = conditions.enabled ? mode_ : OperationMode::kNone;
   handshake_.reset(conditions.control_word);
   target_ = motion.position();
@@ -120,6 +121,7 @@ void ModeControl::enter(const Conditions& conditions, const Motion& motion) noex
   window_time_ = {};
   speed_time_ = {};
   in_window_ = reached_ = speed_zero_ = slipping_ = limited_ = false;
+  if (motion.command() == MotionCommand::kFollow && motion.source() == MotionSource::kProfilePosition) motion.stand();
 }
 
 std::int64_t ModeControl::destination(const SetpointHandshake::Setpoint& setpoint, const Motion& motion) noexcept {
@@ -150,15 +152,30 @@ void ModeControl::step_profile_position(const Conditions& conditions, Motion& mo
   if (setpoint || (resume && handshake_.busy())) motion.move_to(target_, profile_limits(motion));
 }
 
+/// "Updates cyclically the objects listed in the table" (MSD manual 12.2.3): target, limit and ramps.
 void ModeControl::step_profile_velocity(Motion& motion, bool resume) noexcept {
   const auto wanted = dictionary_->get<std::int32_t>(kTargetVelocity);
-  if (!resume && ordered_velocity_ == wanted) return;
-  ordered_velocity_ = wanted;
-  window_time_ = {};
   const double most = value(kMaxProfileVelocity);
   const double velocity = std::clamp(static_cast<double>(wanted), -most, most);
   limited_ = velocity < wanted || velocity > wanted;
-  motion.run_at(velocity * motion.settings().scaling.velocity_rad_s, profile_limits(motion));
+  ProfileLimits ramps = profile_limits(motion);
+  ramps.velocity = most;
+  const bool new_target = ordered_velocity_ != wanted;
+  const bool same_speed = !(velocity < ordered_speed_ || velocity > ordered_speed_);
+  if (!resume && !new_target && same_speed && ramps == ordered_ramps_) return;
+  if (new_target) window_time_ = {};
+  ordered_velocity_ = wanted;
+  ordered_speed_ = velocity;
+  ordered_ramps_ = ramps;
+  motion.run_at(velocity * motion.settings().scaling.velocity_rad_s, ramps);
+}
+
+/// Of 6042h and what belongs to it, in radians per second of the motor shaft: the velocity unit of the factor group (MSD
+/// manual 12.2.2) times 604Ch.
+double ModeControl::velocity_mode_unit(const Motion& motion) const noexcept {
+  const double numerator = dictionary_->get<std::int32_t>(kVelocityDimensionNumerator);
+  const double denominator = dictionary_->get<std::int32_t>(kVelocityDimensionDenominator);
+  return motion.settings().scaling.velocity_rad_s * numerator / std::max(denominator, 1.0);
 }
 
 /// Ramp function generator of the velocity mode (MSD manual Tables 12.7, 12.8). Bit 4 is not in the manual and has no
@@ -175,13 +192,17 @@ void ModeControl::step_velocity(std::uint16_t control_word, Motion& motion, bool
   const double magnitude = std::clamp(std::abs(static_cast<double>(setpoint)), low, std::max(value(kVelocityMax), low));
   const auto wanted = static_cast<std::int32_t>(follow ? std::copysign(std::min(magnitude, 2e9), setpoint) : 0.0);
   limited_ = follow && wanted != setpoint;
-  if (!resume && ordered_velocity_ == wanted) return;
+  const double unit = velocity_mode_unit(motion);
+  const auto rate = [&](Value change, Value seconds) {
+    return value(change) * std::abs(unit) / std::max(value(seconds), 1.0);
+  };
+  const ProfileLimits ramps{1.0, rate(kVelocityAccelerationChange, kVelocityAccelerationTime),
+                            rate(kVelocityDecelerationChange, kVelocityDecelerationTime),
+                            motion.settings().jerk_time_s};
+  if (!resume && ordered_velocity_ == wanted && ramps == ordered_ramps_) return;
   ordered_velocity_ = wanted;
-  const double unit = std::abs(motion.settings().scaling.velocity_rad_s);
-  const auto rate = [&](Value change, Value seconds) { return value(change) * unit / std::max(value(seconds), 1.0); };
-  motion.run_at(wanted * motion.settings().scaling.velocity_rad_s,
-                {1.0, rate(kVelocityAccelerationChange, kVelocityAccelerationTime),
-                 rate(kVelocityDecelerationChange, kVelocityDecelerationTime), motion.settings().jerk_time_s});
+  ordered_ramps_ = ramps;
+  motion.run_at(wanted * unit, ramps);
 }
 
 HomingInputs ModeControl::homing_inputs(const InputSignals& inputs, const Motion& motion) const noexcept {
@@ -272,6 +293,10 @@ void ModeControl::update_reached(const Motion& motion) noexcept {
                ((position && window == kWindowOff) || std::abs(distance) <= window) &&
                (!profile || (motion.movement_finished() && !handshake_.busy()));
   if (mode_ == OperationMode::kCyclicSynchronousTorque) in_window_ = entered_ == mode_ && !motion.limited();
+  // In U/f operation the ramp's output is what reaches its target; nobody measures the rotor.
+  if (mode_ == OperationMode::kVelocity) {
+    in_window_ = entered_ == mode_ && !halted_ && ordered_velocity_ && motion.movement_finished();
+  }
   window_time_ = in_window_ ? window_time_ + kProcessDataPeriod : std::chrono::nanoseconds{0};
   const auto time = position   ? dictionary_->get<std::uint16_t>(kPositionWindowTime)
                     : velocity ? dictionary_->get<std::uint16_t>(kVelocityWindowTime)
@@ -294,7 +319,7 @@ std::uint16_t ModeControl::status_bits(const Motion& motion) const noexcept {
     put(status_word::kTargetReached, motion.stopped());
   } else if (mode_ == OperationMode::kHoming) {
     put(status_word::kTargetReached, active && !homing_.running() && motion.movement_finished() && motion.standstill());
-  } else if (mode_ != OperationMode::kVelocity) {
+  } else {
     put(status_word::kTargetReached, reached_);
   }
   switch (mode_) {

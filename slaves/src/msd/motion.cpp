@@ -29,7 +29,9 @@ Motion::Motion(const MotorParameters& motor, double initial_position_rad) noexce
 }
 
 void Motion::configure(const MotionSettings& settings) noexcept {
+  const double before = ramp_rad_s2();
   settings_ = settings;
+  if (ramping_ && (ramp_rad_s2() < before || ramp_rad_s2() > before)) run_ramp();
   controller_.configure(settings.controller);
   frequency_control_.configure(settings.voltage_frequency);
   position_.configure(settings.method, settings.steps_per_setpoint, kControlStepS);
@@ -55,7 +57,7 @@ double Motion::to_rad(double position) const noexcept {
 }
 
 double Motion::torque_of(double permille) const noexcept {
-  return permille * 1e-3 * motor_.parameters().rated_torque_nm;
+  return permille * 1e-3 * settings_.rated_torque_nm;
 }
 
 void Motion::set(const Setpoints& setpoints) noexcept {
@@ -98,6 +100,19 @@ void Motion::move_to(std::int64_t position, const ProfileLimits& limits) noexcep
 
 void Motion::run_at(double velocity_rad_s, const ProfileLimits& limits) noexcept {
   generator_.run_at(velocity_rad_s, limits);
+}
+
+void Motion::stand() noexcept {
+  generator_.run_at(0.0, {1.0, settings_.slow_down_rad_s2, settings_.slow_down_rad_s2, settings_.jerk_time_s});
+}
+
+/// Deceleration of the braking ramp in force.
+double Motion::ramp_rad_s2() const noexcept {
+  return command_ == MotionCommand::kSlowDownRamp ? settings_.slow_down_rad_s2 : settings_.quick_stop_rad_s2;
+}
+
+void Motion::run_ramp() noexcept {
+  generator_.run_at(0.0, {1.0, ramp_rad_s2(), ramp_rad_s2(), ramp_jerk_time_s_});
 }
 
 void Motion::freeze() noexcept {
@@ -150,17 +165,11 @@ void Motion::take_over(MotionCommand command, MotionSource source, bool smooth) 
   samples_on_time_ = 0;
   generator_.reset(before);
   if (command == MotionCommand::kTorqueLimit) start_limit_stop();
-  const double jerk_time_s = smooth ? settings_.jerk_time_s : 0.0;
+  ramp_jerk_time_s_ = smooth ? settings_.jerk_time_s : 0.0;
   ramping_ = ramp;
-  if (ramping_) {
-    const double limit =
-        command == MotionCommand::kSlowDownRamp ? settings_.slow_down_rad_s2 : settings_.quick_stop_rad_s2;
-    generator_.run_at(0.0, {1.0, limit, limit, jerk_time_s});
-  }
+  if (ramping_) run_ramp();
   if (command != MotionCommand::kFollow) return;
-  if (source == MotionSource::kProfilePosition) {  // stands still until a movement is ordered
-    generator_.run_at(0.0, {1.0, settings_.slow_down_rad_s2, settings_.slow_down_rad_s2, jerk_time_s});
-  }
+  if (source == MotionSource::kProfilePosition) stand();  // until a movement is ordered
   if (source == MotionSource::kProfileFrequency) generator_.run_at(speed, {1.0, 1.0, 1.0, 0.0});
   target_position_ = allowed_position_ = position();
   position_.reset(measured_position_rad(), speed);
@@ -279,7 +288,8 @@ void Motion::step(bool brake_closed) noexcept {
   steps_since_sample_ += steps_since_sample_ < 2 * settings_.steps_per_setpoint ? 1 : 0;
   if (by_frequency_) return step_frequency_control(brake_closed);
   const TorqueRange available = motor_.torque_range();
-  controller_.set_available_torque(available.lowest_nm, available.highest_nm);
+  const double demand = settings_.torque_per_demand;
+  controller_.set_available_torque(available.lowest_nm / demand, available.highest_nm / demand);
   switch (command_) {
     case MotionCommand::kOff:
       torque_demand_nm_ = controller_.step({});
@@ -295,7 +305,7 @@ void Motion::step(bool brake_closed) noexcept {
       torque_demand_nm_ = stop_at_limit();
       break;
   }
-  motor_.step(torque_demand_nm_, brake_closed);
+  motor_.step(torque_demand_nm_ * demand, brake_closed);
 }
 
 bool Motion::position_controlled() const noexcept {
@@ -332,15 +342,15 @@ double Motion::velocity_demand() const noexcept {
 }
 
 double Motion::torque_permille() const noexcept {
-  return 1000.0 * motor_.torque_nm() / motor_.parameters().rated_torque_nm;
+  return 1000.0 * torque_nm() / settings_.rated_torque_nm;
 }
 
 double Motion::torque_demand_permille() const noexcept {
-  return 1000.0 * torque_demand_nm_ / motor_.parameters().rated_torque_nm;
+  return 1000.0 * torque_demand_nm_ / settings_.rated_torque_nm;
 }
 
 double Motion::current_permille() const noexcept {
-  return 1000.0 * motor_.current_a() / (std::numbers::sqrt2 * motor_.parameters().rated_current_a);
+  return 1000.0 * motor_.current_a() / (std::numbers::sqrt2 * settings_.rated_current_a);
 }
 
 /// Through short-circuited cables the DC link's whole voltage drives the current, in every pulse of the inverter.

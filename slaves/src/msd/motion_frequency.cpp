@@ -28,9 +28,9 @@ void Motion::step_frequency_control(bool brake_closed) noexcept {
                                       {current.current_a(), current.active_current_a()}),
               brake_closed);
   // What takes over from here goes on with this torque.
-  const double peak = motor_.parameters().peak_torque_nm;
+  const double peak = motor_.parameters().peak_torque_nm / settings_.torque_per_demand;
   controller_.set_available_torque(-peak, peak);
-  torque_demand_nm_ = controller_.step({ControllerSetpoint::Loop::kTorque, 0.0, 0.0, motor_.torque_nm()});
+  torque_demand_nm_ = controller_.step({ControllerSetpoint::Loop::kTorque, 0.0, 0.0, torque_nm()});
 }
 
 }  // namespace driveline::slaves::msd

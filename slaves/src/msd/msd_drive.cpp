@@ -83,7 +83,7 @@ MsdDrive::MsdDrive(const MsdParameters& parameters)
       profile_(make_profile(parameters)),
       dictionary_(dictionary_table(parameters.variant)),
       stored_(dictionary_table(parameters.variant)),
-      coe_(dictionary_, *this),
+      coe_(dictionary_, *this, {.fill_sign = true}),  // MSD manual Table 8.3
       mailbox_(std::array<MailboxProtocol*, 1>{&coe_}, kMailboxSize),
       motion_(parameters.motor, parameters.initial_position_rad),
       dc_link_(parameters.dc_link, parameters.dc_link_volts),
@@ -206,6 +206,26 @@ nanoseconds MsdDrive::process_data_period() const noexcept {
 void MsdDrive::build_process_data() noexcept {
   rx_map_.build(dictionary_, kOutputsSyncManager, pdo_limits_);
   tx_map_.build(dictionary_, kInputsSyncManager, pdo_limits_);
+  mapped_setting_count_ = 0;
+  for (const PdoMap::Field& field : rx_map_.fields()) {
+    if ((field.row->access & access::kBackup) != 0) mapped_settings_[mapped_setting_count_++] = {field.row, 0};
+  }
+}
+
+/// Settings act as if they had come in an SDO. A device parameter whose value an SDO would refuse keeps the one it has.
+void MsdDrive::decode_outputs(std::span<const std::byte> data) noexcept {
+  const auto settings = std::span(mapped_settings_).first(mapped_setting_count_);
+  for (MappedSetting& setting : settings) setting.before = dictionary_.raw(*setting.row);
+  rx_map_.decode(data, dictionary_);
+  for (const MappedSetting& setting : settings) {
+    const EntryRow& row = *setting.row;
+    const std::uint64_t raw = dictionary_.raw(row);
+    if (raw == setting.before) continue;
+    const bool parameter = row.index < 0x6000;
+    const bool refused = parameter && (!check_range(row, raw) || !accept(row, raw));
+    if (refused) dictionary_.set(row.slot, setting.before);
+    if (!refused) written(row);
+  }
 }
 
 std::size_t MsdDrive::process_data_size(std::size_t sync_manager) const noexcept {
@@ -271,9 +291,7 @@ void MsdDrive::sync_margin(const SyncMargin& margin) noexcept {
 
 void MsdDrive::write_outputs(std::size_t sync_manager, std::span<const std::byte> data) noexcept {
   if (sync_manager != kOutputsSyncManager) return;
-  const auto max_torque = dictionary_.get<std::uint16_t>(kMaxTorque);
-  rx_map_.decode(data, dictionary_);
-  settings_changed_ = settings_changed_ || max_torque != dictionary_.get<std::uint16_t>(kMaxTorque);
+  decode_outputs(data);
   watch_fault_reset();
   rhythm_.sample(motion_.settings().steps_per_setpoint);
   apply_setpoints();
@@ -329,16 +347,17 @@ void MsdDrive::apply_settings() noexcept {
   const auto& motor = parameters_.motor;
   MotionSettings s;
   // Changed units count from the next start of the control on (MSD manual 10.3).
-  const Scaling wanted = Scaling::from(dictionary_, motor.encoder_increments);
-  s.scaling = initialise_control_ ? wanted : motion_.settings().scaling;
+  s.scaling = initialise_control_ ? Scaling::from(dictionary_, motor.encoder_increments) : motion_.settings().scaling;
   initialise_control_ = false;
+  apply_motor_data(s);
   s.range = {dictionary_.get<std::int32_t>(kRangeMin), dictionary_.get<std::int32_t>(kRangeMax)};
   s.controller.position_gain_per_s = real(kPositionGain) / 60.0;
   s.controller.velocity_gain_nm_s = real(kVelocityGain) / kRpm * real(kVelocityGainScale) * 1e-2;
   s.controller.velocity_reset_s = real(kVelocityReset) * 1e-3;
   s.controller.velocity_filter_s = real(kVelocityFilter) * 1e-3;
   s.controller.max_velocity_rad_s = number(kMaxMotorSpeed) * kRpm;
-  s.controller.max_torque_nm = std::min(motor.peak_torque_nm, number(kMaxTorque) * 1e-3 * motor.rated_torque_nm);
+  s.controller.max_torque_nm =
+      std::min(motor.peak_torque_nm / s.torque_per_demand, number(kMaxTorque) * 1e-3 * s.rated_torque_nm);
   s.method = static_cast<FineInterpolator::Method>(dictionary_.get<std::uint8_t>(kInterpolationType));
   s.steps_per_setpoint = steps_per_setpoint();
   s.speed_feed_forward = real(kSpeedFeedForwardScale) * 1e-2;
@@ -353,7 +372,7 @@ void MsdDrive::apply_settings() noexcept {
   s.voltage_frequency.nominal_v = real(kNominalVoltage) / kLineRms;
   s.voltage_frequency.nominal_hz = real(kNominalFrequency);
   s.voltage_frequency.max_current_a =
-      s.voltage_frequency.rated_current_a * s.controller.max_torque_nm / motor.rated_torque_nm;
+      std::numbers::sqrt2 * s.rated_current_a * s.controller.max_torque_nm / s.rated_torque_nm;
   s.jerk_time_s = dictionary_.get<std::int16_t>(kMotionProfileType) == kJerkLimited ? real(kJerkTime) * 1e-3 : 0.0;
   s.standstill_rad_s = real(kStandstillWindow) * kRpm;
   s.position_min = dictionary_.get<std::int32_t>(kPositionLimitMin);
@@ -376,7 +395,18 @@ void MsdDrive::apply_settings() noexcept {
                       real(kOverloadStandstill) * 1e-2,
                       real(kOverloadMiddle) * 1e-2,
                       real(kOverloadMiddleFrequency),
-                      real(kOverloadRatedFrequency)};
+                      real(kOverloadRatedFrequency),
+                      s.rated_current_a / motor.rated_current_a};
+}
+
+/// P 457 and P 460 are what the drive believes about its motor: it asks for the current that by them makes the torque.
+void MsdDrive::apply_motor_data(MotionSettings& s) noexcept {
+  const auto& motor = parameters_.motor;
+  s.rated_current_a = dictionary_.get<float>(kMotorRatedCurrentA);
+  s.rated_torque_nm = dictionary_.get<float>(kMotorRatedTorqueNm);
+  s.torque_per_demand = (s.rated_current_a / motor.rated_current_a) / (s.rated_torque_nm / motor.rated_torque_nm);
+  dictionary_.set(kMotorRatedCurrent, saturate<std::uint32_t>(s.rated_current_a * 1e3));
+  dictionary_.set(kMotorRatedTorque, saturate<std::uint32_t>(s.rated_torque_nm * 1e3));
 }
 
 void MsdDrive::advance(nanoseconds now) noexcept {
@@ -463,7 +493,7 @@ void MsdDrive::publish_motor_values() noexcept {
   dictionary_.set(kActualRpm, static_cast<float>(motion_.controller().measured_velocity_rad_s() / kRpm));
   dictionary_.set(kReferenceRpm, static_cast<float>(motion_.controller().velocity_setpoint_rad_s() / kRpm));
   dictionary_.set(kReferenceTorqueNm, static_cast<float>(motion_.torque_demand_nm()));
-  dictionary_.set(kActualTorqueNm, static_cast<float>(motion_.motor().torque_nm()));
+  dictionary_.set(kActualTorqueNm, static_cast<float>(motion_.torque_nm()));
 }
 
 /// P 33, P 34 and the values that the warnings are about.

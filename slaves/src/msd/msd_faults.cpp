@@ -41,9 +41,9 @@ void MsdDrive::raise(Fault fault) noexcept {
     return;
   }
   fault_ = fault;
-  const auto hours =
-      std::min<std::int64_t>((parameters_.operating_hours + running_time()) / std::chrono::hours(1), UINT16_MAX);
-  coe_.raise(record_fault(dictionary_, f, static_cast<std::uint16_t>(hours)));
+  const auto hours = std::clamp<std::int64_t>((parameters_.operating_hours + running_time()) / std::chrono::hours(1), 0,
+                                              kMaxOperatingHours);
+  coe_.raise(record_fault(dictionary_, f, static_cast<std::uint32_t>(hours)));
   dictionary_.text(fault_text_) = f.text;
   power_.fault(option_codes(), f.coast);
 }
@@ -134,7 +134,8 @@ void MsdDrive::monitor_current() noexcept {
 void MsdDrive::monitor_protection() noexcept {
   const auto& motor = motion_.motor();
   const double frequency_hz = motor.velocity_rad_s() * motor.parameters().pole_pairs / (2.0 * std::numbers::pi);
-  thermal_.step(motion_.current_permille() * 1e-3, frequency_hz, overload_limits_, kMillisecondS);
+  const double rated_a = std::numbers::sqrt2 * motor.parameters().rated_current_a;
+  thermal_.step(motor.current_a() / rated_a, frequency_hz, overload_limits_, kMillisecondS);
 
   dc_link_.step(motion_.power_w(), kMillisecondS);
   motion_.set_dc_link_voltage(dc_link_.volts());

@@ -11,6 +11,8 @@ using enum esi::DataType;
 constexpr std::string_view kProbe = "MSD manual Tables 14.1, 14.4";
 constexpr std::string_view kMotorProtection = "Device Help: motor protection; default ours";
 constexpr std::string_view kActualValue = "SERCOS manual Table 10.1";
+constexpr std::string_view kMotorData =
+    "SERCOS manual Table 10.1; default the motor's; 6075h and 6076h follow, range ours";
 constexpr std::string_view kCharacteristic =
     "SERCOS manual Table 10.1 (the sibling drive); rms between phases as P 312, default from the motor data: ours";
 constexpr std::uint8_t kMessages = 9;  ///< P 33[0-8]
@@ -20,6 +22,14 @@ constexpr EntryRow parameter(std::uint16_t number, std::uint8_t subindex, esi::D
                              std::uint16_t slot, std::string_view name, RowRange range, std::string_view unit,
                              std::string_view source) {
   return element(p(number), subindex, type, access, slot, name, range, unit, source);
+}
+
+/// What the drive is told about its motor.
+constexpr EntryRow motor_data(std::uint16_t number, esi::DataType type, std::uint16_t slot, std::string_view name,
+                              RowRange range, std::string_view unit, std::string_view source) {
+  EntryRow row = variable(p(number), type, kStored, slot, name, range, unit, source);
+  row.power_off_only = true;
+  return row;
 }
 
 constexpr std::array kFunctionRows = {
@@ -47,11 +57,12 @@ constexpr std::array kFunctionRows = {
     variable(p(416), kReal32, kTx, kReferenceRpm, "Reference speed", {}, "rpm", kActualValue),
     variable(p(418), kReal32, kTx, kReferenceTorqueNm, "Reference torque", {}, "Nm", kActualValue),
     variable(p(419), kReal32, kTx, kActualTorqueNm, "Actual torque", {}, "Nm", kActualValue),
-    variable(p(45), kUnsigned16, access::kRead, slot::kConstant, "MOT_Type", {1}, {},
-             "MSD manual 8.2.2: PSM = 1, what the plant is"),
-    variable(p(455), kReal32, access::kRead, kMotorRatedFrequency, "MOT_FNOM", {}, "Hz", "MSD manual 8.2.3"),
-    variable(p(457), kReal32, access::kRead, kMotorRatedCurrentA, "Motor rated current", {}, "A", kActualValue),
-    variable(p(460), kReal32, access::kRead, kMotorRatedTorqueNm, "Motor rated torque", {}, "Nm", kActualValue),
+    motor_data(45, kUnsigned16, kMotorType, "MOT_Type", {1, 1, 1}, {},
+               "MSD manual 8.2.2: PSM = 1, what the plant is, and no other"),
+    motor_data(455, kReal32, kMotorRatedFrequency, "MOT_FNOM", {200, 0.1, 10000}, "Hz",
+               "MSD manual 8.2.3: read or write; default the motor's, range ours"),
+    motor_data(457, kReal32, kMotorRatedCurrentA, "Motor rated current", {2.5, 0.01, 10000}, "A", kMotorData),
+    motor_data(460, kReal32, kMotorRatedTorqueNm, "Motor rated torque", {2.4F, 0.001, 100000}, "Nm", kMotorData),
     variable(p(461), kReal32, access::kRead, kMotorInertia, "Motor inertia", {}, "kg m2", kActualValue),
     variable(p(463), kUnsigned16, access::kRead, kMotorPolePairs, "Motor number of pole pairs", {}, {}, kActualValue),
     parameter(701, 0, kReal32, kTx, kOverloadIntegrator, "MON_ActValues: I2t integrator", {}, "%",

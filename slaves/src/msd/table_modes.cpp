@@ -9,6 +9,7 @@ using enum esi::DataType;
 constexpr std::string_view kProfile = "MSD manual 12.2; default ours";
 constexpr std::string_view kHomingTable = "MSD manual Table 12.12; default ours";
 constexpr std::string_view kVelocityTable = "MSD manual Tables 12.6, 12.7; default ours";
+constexpr std::string_view kVelocityFactor = "CiA 402; velocity units of the factor group per unit of 6042h (ours)";
 constexpr std::string_view kCiaOurs = "CiA 402; default ours";
 constexpr std::string_view kUnits = "MSD manual Table 10.4; 10^index";
 constexpr std::string_view kDimension = "MSD manual Table 10.4: indication only";
@@ -38,6 +39,11 @@ constexpr std::array kModeRows = {
             kVelocityTable),
     element(0x6049, 2, kUnsigned32, kStored, kVelocityDecelerationTime, "Delta time", {1, 1, 65535}, "s",
             kVelocityTable),
+    array_length(0x604C, "vl dimension factor", 2, kVelocityFactor),
+    element(0x604C, 1, kInteger32, kStored, kVelocityDimensionNumerator, "vl dimension factor numerator",
+            {1, 1, 2147483647}, {}, kVelocityFactor),
+    element(0x604C, 2, kInteger32, kStored, kVelocityDimensionDenominator, "vl dimension factor denominator",
+            {1, 1, 2147483647}, {}, kVelocityFactor),
     variable(0x606F, kUnsigned16, kStored, kVelocityThreshold, "Velocity threshold", {20000}, "vel", kCiaOurs),
     variable(0x6070, kUnsigned16, kStored, kVelocityThresholdTime, "Velocity threshold time", {1}, "ms", kCiaOurs),
     array_length(0x607B, "Position range limit", 2, "MSD manual Table 14.7"),

@@ -49,13 +49,27 @@ void identify(EntryRow& row, const VariantFacts& variant) {
   }
 }
 
+/// "Device-specific parameters can also be mapped to the PDOs" (MSD manual 8.3.2): numbers, and in RxPDOs those that may
+/// be written at any time and are no commands (ours).
+void map_device_parameter(EntryRow& row) {
+  constexpr std::array kCommands = {std::uint16_t{0x2000 + 11}, std::uint16_t{0x2000 + 153}};
+  const bool parameter = row.index >= 0x2000 && row.index < 0x6000;
+  const bool command = std::find(kCommands.begin(), kCommands.end(), row.index) != kCommands.end();
+  if (!parameter || command || is_string(row.type)) return;
+  row.access |= access::kTxMappable;
+  if ((row.access & access::kWriteOp) != 0 && !row.power_off_only) row.access |= access::kRxMappable;
+}
+
 std::vector<EntryRow> make_rows(const VariantFacts& variant) {
   std::vector<EntryRow> rows;
   for (const auto part :
        {communication_rows(), parameter_rows(), profile_rows(), mode_rows(), terminal_rows(), function_rows()}) {
     rows.insert(rows.end(), part.begin(), part.end());
   }
-  for (auto& row : rows) identify(row, variant);
+  for (auto& row : rows) {
+    identify(row, variant);
+    map_device_parameter(row);
+  }
   if (variant.variant == Variant::kMsd) return rows;
   for (const auto& difference : kServoOneDifferences) {
     const auto is_meant = [&](const EntryRow& row) { return row.index == difference.index; };

@@ -49,6 +49,8 @@ void store_number(esi::DataType type, std::uint64_t raw, std::span<std::byte> ou
   std::copy_n(bytes.begin(), byte_size(type), out.begin());
 }
 
+}  // namespace
+
 SdoResult<void> check_range(const EntryRow& row, std::uint64_t raw) noexcept {
   const auto field = bit_size(row);
   if (field < 8 && !is_signed(row.type) && raw >> field != 0) return tl::unexpected(SdoAbort::kValueTooHigh);
@@ -58,8 +60,6 @@ SdoResult<void> check_range(const EntryRow& row, std::uint64_t raw) noexcept {
   if (number < row.minimum) return tl::unexpected(SdoAbort::kValueTooLow);
   return {};
 }
-
-}  // namespace
 
 std::uint16_t read_access(wire::AlState state) noexcept {
   return access_bit(state, access::kReadPreOp);

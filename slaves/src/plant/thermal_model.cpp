@@ -53,10 +53,12 @@ void ThermalModel::step(double current, double frequency_hz, const OverloadLimit
   lag(motor_c_, parameters_.ambient_c + parameters_.motor_rise_k * square, parameters_.motor_time_constant_s);
   lag(amplifier_c_, parameters_.ambient_c + parameters_.amplifier_rise_k * square,
       parameters_.amplifier_time_constant_s);
-  if (limits.thermal) return lag(overload_percent_, 100.0 * square, at_least(limits.time_constant_s, 1e-3));
+  const double share = at_least(limits.rated_share, 1e-6);
+  const double counted = square / (share * share);
+  if (limits.thermal) return lag(overload_percent_, 100.0 * counted, at_least(limits.time_constant_s, 1e-3));
   const double allowed = permitted(frequency_hz, limits);
   const double full = (kOverloadFactor * kOverloadFactor - 1.0) * kOverloadTimeS;
-  overload_percent_ += 100.0 * step_s * (square / (allowed * allowed) - 1.0) / full;
+  overload_percent_ += 100.0 * step_s * (counted / (allowed * allowed) - 1.0) / full;
   overload_percent_ = std::max(overload_percent_, 0.0);
 }
 

@@ -51,8 +51,8 @@ INSTANTIATE_TEST_SUITE_P(
         WrongFile{
             "[[slave]]\nname = \"x\"\naddress = 5\n",
             ":3: [slave 1] address: unknown key, expected one of: alias, dc, device_id, esi, "
-            "firmware, forwarding_ns, hot_connect, input, lrw, model, name, names, parameter_file, pdo, plant, "
-            "processing_ns, "
+            "factory_start_up_ms, firmware, forwarding_ns, hot_connect, input, lrw, model, name, names, "
+            "parameter_file, pdo, plant, processing_ns, "
             "product_code, revision, sdo, serial, sii, sii_file, start_up_ms, switch, timeouts, vendor_id, watchdog"},
         WrongFile{"[[slave]]\nname = \"x\"\n[slave.plant]\nmass = 5\n",
                   ":4: [slave 1.plant] mass: unknown key, expected one of: brake_torque_nm, coulomb_friction_nm, "

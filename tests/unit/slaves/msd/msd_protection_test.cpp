@@ -285,14 +285,21 @@ TEST(MsdProtection, DcLinkVoltageHasLimitsBothWays) {
 }
 
 TEST(MsdProtection, OperatingHoursCountInTheEmergency) {
-  MsdParameters parameters;
-  parameters.operating_hours = std::chrono::hours(0x0302);
-  DriveRig rig(parameters);
-  rig.drive.set_cause(Fault::kEncoder, true);
-  rig.pass(5ms);
-  rig.fetch_emergencies();
-  ASSERT_EQ(rig.emergencies.size(), 1U);
-  EXPECT_THAT(rig.emergencies[0], ElementsAre(0x00, 0x73, 0x21, 10, 1, 0x02, 0x03, 0));
+  struct Case {
+    std::uint32_t hours;
+    std::array<unsigned, 3> bytes;
+  };
+  for (const auto& c : {Case{0x0302, {0x02, 0x03, 0x00}}, Case{0x0F0302, {0x02, 0x03, 0x0F}},
+                        Case{0x1000000, {0xFF, 0xFF, 0xFF}}}) {
+    MsdParameters parameters;
+    parameters.operating_hours = std::chrono::hours(c.hours);
+    DriveRig rig(parameters);
+    rig.drive.set_cause(Fault::kEncoder, true);
+    rig.pass(5ms);
+    rig.fetch_emergencies();
+    ASSERT_EQ(rig.emergencies.size(), 1U);
+    EXPECT_THAT(rig.emergencies[0], ElementsAre(0x00, 0x73, 0x21, 10, 1, c.bytes[0], c.bytes[1], c.bytes[2]));
+  }
 }
 
 TEST(MsdProtection, ALaterFaultThatForbidsTorqueEndsTheReaction) {

@@ -14,11 +14,11 @@ TEST(MsdScaling, PositionsInMillidegreesOfALoadBehindAGear) {
   ASSERT_EQ(rig.write(0x6091, 2, 2, 4), 0U);        // for 2 of the shaft
   ASSERT_EQ(rig.write(0x6092, 1, 360'000, 4), 0U);  // units per shaft revolution
   rig.operate();
+  rig.enable(9);
   EXPECT_EQ(rig.read(0x6093, 1), 1048576U * 5U / 640U);  // 2^20 * 5 / (2 * 360000), reduced
   EXPECT_EQ(rig.read(0x6093, 2), 1125U);
   EXPECT_EQ(rig.read(0x6094, 1) * std::uint64_t{rig.read(0x6093, 2)},
             rig.read(0x6093, 1) * std::uint64_t{rig.read(0x6094, 2)});
-  rig.enable(9);
   rig.target_velocity = 360'000;  // one shaft revolution per second: 2.5 of the motor
   rig.cycles(4000);
   EXPECT_NEAR(rig.drive.velocity_rad_s(), 2.5 * 2.0 * std::numbers::pi, 0.05);
@@ -120,7 +120,8 @@ TEST(MsdScaling, FactorsFollowTheFormulasOfTheManual) {
   ASSERT_EQ(rig.write(0x608B, 0, 2, 1), 0U);
   ASSERT_EQ(rig.write(0x6089, 0, 0xFF, 1), 0U);  // 10^-1
   ASSERT_EQ(rig.write(0x608D, 0, 1, 1), 0U);
-  rig.pass(1ms);
+  rig.operate();
+  rig.enable(9);  // the control starts
   const auto fraction = [&](std::uint16_t index) {
     return static_cast<double>(rig.read(index, 1)) / static_cast<double>(rig.read(index, 2));
   };
@@ -152,10 +153,12 @@ TEST(MsdScaling, NewUnitsCountFromTheNextStartOfTheControl) {
   ASSERT_EQ(rig.write(0x6092, 1, 360, 4), 0U);
   rig.pass(5ms);
   EXPECT_NEAR(rig.read(0x6064), 1048576, 1);
-  EXPECT_EQ(rig.read(0x6093, 1) * 45U, rig.read(0x6093, 2) * 131072U) << "calculated at once";
+  EXPECT_EQ(rig.read(0x6093, 1), 1U) << "calculated with the start of the control, not before";
+  EXPECT_EQ(rig.read(0x6093, 2), 1U);
   rig.operate();
   rig.enable(9);
   EXPECT_NEAR(rig.position, 360, 1);
+  EXPECT_EQ(rig.read(0x6093, 1) * 45U, rig.read(0x6093, 2) * 131072U) << "2^20 / 360";
   rig.control = 0x06;
   rig.cycles(4);
   ASSERT_EQ(rig.write(0x6092, 1, 3600, 4), 0U);

@@ -12,6 +12,8 @@ struct ProfileLimits {
   double acceleration = 1.0;  ///< in units/s^2
   double deceleration = 1.0;  ///< in units/s^2
   double jerk_time_s = 0.0;   ///< time in which the acceleration builds up; 0: trapezoid (6086h = 0)
+
+  friend bool operator==(const ProfileLimits&, const ProfileLimits&) = default;
 };
 
 /// Where a movement is, in the caller's unit of position (the drive: increments or revolutions) and its derivatives by

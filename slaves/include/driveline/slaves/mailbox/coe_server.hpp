@@ -18,6 +18,7 @@ class CoeServer : public MailboxProtocol {
   struct Options {
     bool complete_access = false;  ///< whole objects in one SDO transfer
     bool sdo_information = true;   ///< object list and descriptions
+    bool fill_sign = false;        ///< see SdoServer::Options
   };
 
   /// Both must outlive this. Allocates room for the longest transfer of the dictionary.

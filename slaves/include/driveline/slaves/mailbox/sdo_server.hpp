@@ -16,8 +16,14 @@ namespace driveline::slaves {
 /// time-out between segments (the trace in MSD manual 8.2.4 pauses for 16 s).
 class SdoServer {
  public:
+  /// What the device does beyond and otherwise than the standard's least.
+  struct Options {
+    bool complete_access = false;  ///< whole objects in one transfer
+    bool fill_sign = false;  ///< unused bytes of an expedited upload of an INTEGER carry its sign instead of zeros
+  };
+
   /// Both must outlive this. Allocates room for the longest transfer.
-  SdoServer(ObjectDictionary& dictionary, DictionaryOwner& owner, bool complete_access);
+  SdoServer(ObjectDictionary& dictionary, DictionaryOwner& owner, const Options& options);
 
   /// Handles an SDO request (the bytes behind the CoE header); writes the response (without CoE header) into `out`,
   /// which has at least 16 bytes. Returns its length, 0 for none.
@@ -53,6 +59,8 @@ class SdoServer {
   [[nodiscard]] std::size_t download_segment(wire::SdoSegmentHeader request, std::span<const std::byte> data,
                                              wire::AlState state, std::span<std::byte> out);
   [[nodiscard]] SdoResult<std::size_t> read(const SdoAddress& address, wire::AlState state);
+  /// What fills up the value of `size` bytes that was read from this address.
+  [[nodiscard]] std::byte filler(const SdoAddress& address, std::size_t size) const noexcept;
   /// The most bytes a download to this address takes.
   [[nodiscard]] SdoResult<std::size_t> capacity(const SdoAddress& address, wire::AlState state) const;
   [[nodiscard]] SdoResult<void> store(const SdoAddress& address, wire::AlState state, std::span<const std::byte> data,
@@ -64,6 +72,7 @@ class SdoServer {
   ObjectDictionary* dictionary_;
   DictionaryOwner* owner_;
   bool complete_access_;
+  bool fill_sign_;
   Transfer transfer_;
   std::vector<std::byte> buffer_;
 };

@@ -97,10 +97,14 @@ enum class Warning : std::uint8_t {
   return kFaults[static_cast<std::size_t>(fault)];
 }
 
+/// What the three bytes of the emergency hold.
+inline constexpr std::uint32_t kMaxOperatingHours = 0xFFFFFF;
+
 /// Writes fault or acknowledgement into 603Fh, 1001h and 1003h and makes the emergency message of MSD manual 13.1:
-/// error code, register, number, location, operating hours (little endian from byte 5, byte 7 kept 0). \rtsafe
+/// error code, register, number, location, complete operating hours (bytes 5 to 7, little endian; at most
+/// kMaxOperatingHours). \rtsafe
 [[nodiscard]] wire::Emergency record_fault(ObjectDictionary& dictionary, const FaultFacts& fault,
-                                           std::uint16_t operating_hours) noexcept;
+                                           std::uint32_t operating_hours) noexcept;
 /// The acknowledgement's emergency is eight zero bytes (MSD manual Table 13.2). \rtsafe
 [[nodiscard]] wire::Emergency record_acknowledgement(ObjectDictionary& dictionary) noexcept;
 

@@ -56,10 +56,11 @@ class ModeControl {
   void reset() noexcept;
 
  private:
-  void enter(const Conditions& conditions, const Motion& motion) noexcept;
+  void enter(const Conditions& conditions, Motion& motion) noexcept;
   void step_profile_position(const Conditions& conditions, Motion& motion, bool resume) noexcept;
   void step_profile_velocity(Motion& motion, bool resume) noexcept;
   void step_velocity(std::uint16_t control_word, Motion& motion, bool resume) noexcept;
+  [[nodiscard]] double velocity_mode_unit(const Motion& motion) const noexcept;
   void start_homing(const Conditions& conditions, Motion& motion) noexcept;
   void update_reached(const Motion& motion) noexcept;
   [[nodiscard]] std::int64_t destination(const SetpointHandshake::Setpoint& setpoint, const Motion& motion) noexcept;
@@ -84,6 +85,8 @@ class ModeControl {
   SetpointHandshake handshake_;
   std::int64_t target_ = 0;  ///< profile position, not wrapped
   std::optional<std::int32_t> ordered_velocity_;
+  double ordered_speed_ = 0.0;   ///< of ordered_velocity_, within its limit
+  ProfileLimits ordered_ramps_;  ///< on the way there
   HomingSequence homing_;
   HomingSequence::Demand ordered_homing_;
   bool homing_failed_ = false;

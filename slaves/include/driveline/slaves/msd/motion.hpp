@@ -24,6 +24,9 @@ struct MotionSettings {
   bool external_speed_feed_forward = false;      ///< velocity offsets of the bus feed forward
   bool external_torque_feed_forward = false;     ///< torque offsets of the bus feed forward
   double feed_forward_inertia_kg_m2 = 0.0;       ///< 0: no internal torque feed-forward
+  double rated_torque_nm = 2.4;                  ///< P 460, what 1000 per mille of torque stand for
+  double rated_current_a = 2.5;                  ///< P 457, effective, what 1000 per mille of current stand for
+  double torque_per_demand = 1.0;                ///< real torque per torque by P 457 and P 460; 1 when they are the motor's
   double slow_down_rad_s2 = 600.0;               ///< 6084h
   double quick_stop_rad_s2 = 2500.0;             ///< 6085h
   VoltageFrequencyParameters voltage_frequency;  ///< of mode 2
@@ -73,6 +76,8 @@ class Motion {
   void move_to(std::int64_t position, const ProfileLimits& limits) noexcept;
   /// See move_to(): goes on at this speed of the motor shaft.
   void run_at(double velocity_rad_s, const ProfileLimits& limits) noexcept;
+  /// Brakes with 6084h and stands, whatever movement there was. \rtsafe
+  void stand() noexcept;
   /// Holds the speed the profile generator has now. \rtsafe
   void freeze() noexcept;
   /// What to do from now on. A change of command or source takes over position, speed and torque as they are; it
@@ -112,7 +117,9 @@ class Motion {
   [[nodiscard]] double following_error() const noexcept;  ///< position units; 0 without position control
   /// The same in increments of the encoder; 0 without position control. \rtsafe
   [[nodiscard]] double following_error_increments() const noexcept;
-  /// Torque setpoint of the last control cycle, at the motor shaft. \rtsafe
+  /// Torque that the motor has by P 457 and P 460. \rtsafe
+  [[nodiscard]] double torque_nm() const noexcept { return motor_.torque_nm() / settings_.torque_per_demand; }
+  /// Torque setpoint of the last control cycle, by P 457 and P 460. \rtsafe
   [[nodiscard]] double torque_demand_nm() const noexcept { return torque_demand_nm_; }
   [[nodiscard]] double velocity() const noexcept;         ///< velocity units
   [[nodiscard]] double velocity_demand() const noexcept;  ///< velocity units
@@ -152,6 +159,8 @@ class Motion {
   [[nodiscard]] ProfileState motion_in_force() const noexcept;
   [[nodiscard]] bool slow() const noexcept;
   [[nodiscard]] double inertia() const noexcept;  ///< that the torque moves, as far as the drive knows it
+  [[nodiscard]] double ramp_rad_s2() const noexcept;
+  void run_ramp() noexcept;
   void start_limit_stop() noexcept;
   [[nodiscard]] double stop_at_limit() noexcept;
   void take_over(MotionCommand command, MotionSource source, bool smooth) noexcept;
@@ -193,6 +202,7 @@ class Motion {
   std::uint32_t samples_on_time_ = 0;
   std::uint32_t steps_since_sample_ = 0;
   bool ramping_ = false;
+  double ramp_jerk_time_s_ = 0.0;
   bool by_frequency_ = false;  ///< U/f operation, also on the ramp that ends it
   bool limited_ = false;
 };

@@ -55,8 +55,8 @@ struct MsdParameters {
   /// Where stored parameters are kept between runs; empty: nowhere. A file that cannot be used is fault 02 05 at start.
   std::string parameter_file;
   std::chrono::nanoseconds start_up_time = std::chrono::milliseconds{1};  ///< of the self-test; the real drive: seconds
-  /// The same after a reset to factory settings; the real drive: 10 s (MSD manual 7.5.4).
-  std::chrono::nanoseconds factory_start_up_time = std::chrono::milliseconds{10};
+  /// The same after a reset to factory settings (MSD manual 7.5.4: about 10 s).
+  std::chrono::nanoseconds factory_start_up_time = std::chrono::seconds{10};
   std::chrono::nanoseconds save_time = std::chrono::milliseconds{1};  ///< until 200Bh sub 1 is 0 again
 };
 
@@ -187,6 +187,7 @@ class MsdDrive final : public Device, public DeviceSignals, private DictionaryOw
   void publish_warnings() noexcept;
   void publish_motor_values() noexcept;
   void build_process_data() noexcept;
+  void decode_outputs(std::span<const std::byte> data) noexcept;
   void enter_al_state(wire::AlState state) noexcept;
   [[nodiscard]] bool timing_valid() const noexcept;
   [[nodiscard]] bool sync0_matches() const noexcept;
@@ -213,6 +214,7 @@ class MsdDrive final : public Device, public DeviceSignals, private DictionaryOw
   [[nodiscard]] std::int32_t shown_position(std::int64_t increments) const noexcept;
 
   void apply_settings() noexcept;
+  void apply_motor_data(MotionSettings& s) noexcept;
   void evaluate_switches() noexcept;
   void change_input(Input input, bool level, double position_rad) noexcept;
   void apply_scheduled_inputs() noexcept;
@@ -270,6 +272,13 @@ class MsdDrive final : public Device, public DeviceSignals, private DictionaryOw
   OverloadLimits overload_limits_;
   std::uint32_t warnings_ = 0;
   TouchProbe probe_;
+  /// A setting that stands in an RxPDO, with its value before the last one.
+  struct MappedSetting {
+    const EntryRow* row = nullptr;
+    std::uint64_t before = 0;
+  };
+  std::array<MappedSetting, PdoMap::kDefaultFields> mapped_settings_{};
+  std::size_t mapped_setting_count_ = 0;
   struct ScheduledInput {
     Input input = Input::kIsd00;
     bool level = false;

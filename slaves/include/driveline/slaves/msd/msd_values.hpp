@@ -131,6 +131,8 @@ enum Value : std::uint16_t {
   kVelocityAccelerationTime,
   kVelocityDecelerationChange,
   kVelocityDecelerationTime,
+  kVelocityDimensionNumerator,
+  kVelocityDimensionDenominator,
   kInterpolationData,
   // units
   kPositionNotation,
@@ -177,6 +179,7 @@ enum Value : std::uint16_t {
   kReferenceTorqueNm,
   kActualTorqueNm,
   // motor data
+  kMotorType,
   kMotorRatedFrequency,
   kMotorRatedCurrentA,
   kMotorRatedTorqueNm,

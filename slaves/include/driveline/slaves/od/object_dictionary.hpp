@@ -17,6 +17,9 @@ template <typename T>
 /// A value, or the abort code that the SDO service answers with.
 using SdoResult = tl::expected<T, wire::SdoAbort>;
 
+/// `raw` is within the range of the row, and finite. \rtsafe
+[[nodiscard]] SdoResult<void> check_range(const EntryRow& row, std::uint64_t raw) noexcept;
+
 /// Access right that a row must have to be read or written in `state`; 0 where no mailbox runs.
 [[nodiscard]] std::uint16_t read_access(wire::AlState state) noexcept;
 /// See read_access().

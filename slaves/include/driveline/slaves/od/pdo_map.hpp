@@ -41,6 +41,7 @@ class PdoMap {
     bool is_text = false;              ///< `slot` is one of a row that is kept as bytes
     bool constant = false;             ///< not in a slot: `constant_value`; decode() leaves it out
     std::uint64_t constant_value = 0;  ///< raw value of a constant
+    const EntryRow* row = nullptr;     ///< what is mapped
   };
 
   /// Holds at most `max_fields` entries; what is assigned beyond is left out.

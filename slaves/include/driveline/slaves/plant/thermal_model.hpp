@@ -20,6 +20,7 @@ struct OverloadLimits {
   double middle = 1.0;            ///< at `middle_hz` (P 733[2], [3])
   double middle_hz = 10.0;        ///< up to here the limit goes from `standstill` to `middle`, then to `rated`
   double rated_hz = 50.0;         ///< from here on the limit is `rated`
+  double rated_share = 1.0;       ///< rated current that the monitoring knows (P 457), of the motor's own
 };
 
 /// Motor and power stage as two masses that the squared current heats, and the overload monitoring of the drive.
