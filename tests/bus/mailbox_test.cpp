@@ -256,7 +256,8 @@ TEST(EmergenciesOfTheLine, AreFetchedWithoutBeingAskedFor) {
   EXPECT_EQ(records[0].slave, 1);
   EXPECT_EQ(records[0].message.error_code, 0x3220);
   EXPECT_GE(records[0].time, fetched_from);
-  EXPECT_THAT(describe(records[0]), testing::HasSubstr("slave 1: emergency 0x3220, DC link undervoltage, error register 0x05,"));
+  EXPECT_THAT(describe(records[0]),
+              testing::HasSubstr("slave 1: emergency 0x3220, DC link undervoltage, error register 0x05,"));
 }
 
 }  // namespace

@@ -28,8 +28,8 @@ ScriptedInput read_input(TomlReader reader, const DeviceModel& model) {
 
 /// Keys of the simulated drive that mean nothing to a device.
 void refuse_drive_keys(TomlReader& reader, std::string_view file_key) {
-  for (const std::string_view key : {"model", "firmware", "plant", "switch", "parameter_file", "start_up_ms",
-                                     "factory_start_up_ms"}) {
+  for (const std::string_view key :
+       {"model", "firmware", "plant", "switch", "parameter_file", "start_up_ms", "factory_start_up_ms"}) {
     if (reader.has(key)) reader.fail(key, fmt::format("goes with the simulated drive, not with {}", file_key));
   }
 }

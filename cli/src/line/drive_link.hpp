@@ -14,8 +14,8 @@
 namespace driveline::cli {
 
 /// The drives of a line for somebody who only looks: through the mailbox, in whatever state their master keeps them. A
-/// line that is altogether in INIT has no master; then its slaves are taken to PREOP, and to INIT again at the end. So is
-/// a line that its master has left in INIT for a second; one that a master takes further is left to it.
+/// line that is altogether in INIT has no master; then its slaves are taken to PREOP, and to INIT again at the end. So
+/// is a line that its master has left in INIT for a second; one that a master takes further is left to it.
 ///
 /// A mailbox is shared with the master that runs the line: an answer may reach the other one. What is lost is asked for
 /// again.

@@ -172,8 +172,8 @@ void LineWatch::fetch_emergencies() {
   for (const auto& record : master_.mailboxes().emergencies().all()) {
     if (record.time <= last_emergency_) continue;
     newest = std::max(newest, record.time);
-    listener_.event(fmt::format("slave {} ({}): emergency {}, error register 0x{:02X}", record.slave, name_of(record.slave),
-                                ecat_master::cia402::error_text(record.message.error_code),
+    listener_.event(fmt::format("slave {} ({}): emergency {}, error register 0x{:02X}", record.slave,
+                                name_of(record.slave), ecat_master::cia402::error_text(record.message.error_code),
                                 record.message.error_register));
   }
   last_emergency_ = newest;

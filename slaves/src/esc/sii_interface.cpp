@@ -36,6 +36,7 @@ void SiiInterface::reset() noexcept {
 }
 
 void SiiInterface::load_configuration(bool power_on) noexcept {
+  ++loads_;
   const auto checksum = word(kChecksumWord);
   constexpr std::size_t kArea = esi::SiiConfigArea::kSize;
   loaded_ = image_.size() > kArea &&

@@ -35,7 +35,15 @@ Slave::Slave(std::unique_ptr<Device> device, const SlaveOptions& options)
       esc_(esc_options(device_->profile(), options),
            options.sii_image.empty() ? device_->profile().sii_image : options.sii_image),
       al_(esc_, *device_, options.al),
-      mailbox_(esc_, *device_) {}
+      mailbox_(esc_, *device_) {
+  tell_eeprom();
+}
+
+void Slave::tell_eeprom() noexcept {
+  if (eeprom_loads_ == esc_.sii().loads()) return;
+  eeprom_loads_ = esc_.sii().loads();
+  device_->eeprom_loaded(esc_.sii().image(), esc_.sii().loaded());
+}
 
 void Slave::set_power(bool on, Nanoseconds now) noexcept {
   if (on == powered_) return;
@@ -51,6 +59,7 @@ void Slave::restart(Nanoseconds now) noexcept {
   exchanging_ = sync_driven_ = false;
   stalled_until_.reset();
   next_step_ = now;
+  tell_eeprom();
   device_->restart();
 }
 
@@ -68,6 +77,7 @@ void Slave::run(Nanoseconds now) {
     return;
   }
   if (esc_.reset_requested()) restart(now);
+  tell_eeprom();
   run_application(now);
   if (now - next_step_ > kMaxCatchUp) next_step_ += (now - next_step_) / period_ * period_;
   skip_pulses_long_past(now);
@@ -94,7 +104,8 @@ void Slave::run_application(Nanoseconds now) {
 
 Slave::Nanoseconds Slave::next_event() const noexcept {
   const auto controller = std::min(esc_.due(), esc_.clock().sync_due());
-  if (!esc_.pdi_operational()) return controller;
+  // Without the process data interface the device has a life of its own all the same, of which the bus sees nothing.
+  if (!esc_.pdi_operational()) return std::min(controller, next_step_);
   if (stalled_until_) return std::min(controller, *stalled_until_);
   return std::min({next_step_, al_.due(), controller});
 }
@@ -102,6 +113,7 @@ Slave::Nanoseconds Slave::next_event() const noexcept {
 void Slave::happen(Nanoseconds time, Nanoseconds now) {
   if (time == esc_.due()) return controller_event(time);
   if (time == esc_.clock().sync_due()) return sync_pulse(time);
+  if (!esc_.pdi_operational()) return step_alone(time, now);
   if (stalled_until_) return wake_up(time);
   if (time == al_.due()) return al_.on_time(time);
   step(time, now);
@@ -145,12 +157,16 @@ void Slave::wake_up(Nanoseconds time) noexcept {
   al_.handle_events(time);
 }
 
+/// Nobody exchanges process data: one step up to the next event.
+void Slave::step_alone(Nanoseconds time, Nanoseconds now) {
+  const auto until = std::max(time, std::min({now, al_.due(), esc_.due(), esc_.clock().sync_due()}));
+  device_->advance(until);
+  next_step_ = until + period_;
+}
+
 void Slave::step(Nanoseconds time, Nanoseconds now) {
   if (!al_.inputs_running()) {
-    // Nobody exchanges process data: one step up to the next event.
-    const auto until = std::min({now, al_.due(), esc_.due(), esc_.clock().sync_due()});
-    device_->advance(until);
-    next_step_ = until + period_;
+    step_alone(time, now);
   } else {
     sync_driven_ = sync_driven_ && esc_.clock().sync().running();
     if (al_.outputs_running() && !sync_driven_) hand_over_outputs(time);

@@ -82,7 +82,8 @@ std::size_t MailboxServer::send_error(MailboxErrorCode code, std::span<std::byte
 std::size_t MailboxServer::answer(const Request& request, wire::AlState state, std::span<std::byte> out) {
   if (request.error) return send_error(*request.error, out);
   auto* handler = protocol(request.header.type);
-  if (handler == nullptr) return send_error(MailboxErrorCode::kUnsupportedProtocol, out);
+  const bool served = state != wire::AlState::kBootstrap || request.header.type == MailboxType::kFoe;
+  if (handler == nullptr || !served) return send_error(MailboxErrorCode::kUnsupportedProtocol, out);
   const auto data = std::span(request.data).first(request.length);
   const auto length = handler->request(data, state, out.subspan(MailboxHeader::kSize));
   if (!length) return send_error(length.error(), out);

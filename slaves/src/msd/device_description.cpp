@@ -107,6 +107,10 @@ DeviceDescription device_description(Variant variant) {
   device.mailbox.coe_sdo_info = true;
   device.mailbox.coe_pdo_assign = true;
   device.mailbox.coe_pdo_config = true;
+  device.bootstrap_rx_offset = kMailboxOutStart;
+  device.bootstrap_rx_size = kMailboxSize;
+  device.bootstrap_tx_offset = kMailboxInStart;
+  device.bootstrap_tx_size = kMailboxSize;
   device.fmmus = {esi::FmmuUse::kOutputs, esi::FmmuUse::kInputs, esi::FmmuUse::kMailboxState};
   device.sync_managers = sync_managers();
   device.rx_pdos = empty_pdos(kPdoLimits.rx_first, "RxPDO", 2);

@@ -170,8 +170,8 @@ void ModeControl::step_profile_velocity(Motion& motion, bool resume) noexcept {
   motion.run_at(velocity * motion.settings().scaling.velocity_rad_s, ramps);
 }
 
-/// Of 6042h and what belongs to it, in radians per second of the motor shaft: the velocity unit of the factor group (MSD
-/// manual 12.2.2) times 604Ch.
+/// Of 6042h and what belongs to it, in radians per second of the motor shaft: the velocity unit of the factor group
+/// (MSD manual 12.2.2) times 604Ch.
 double ModeControl::velocity_mode_unit(const Motion& motion) const noexcept {
   const double numerator = dictionary_->get<std::int32_t>(kVelocityDimensionNumerator);
   const double denominator = dictionary_->get<std::int32_t>(kVelocityDimensionDenominator);

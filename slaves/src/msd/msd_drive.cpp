@@ -8,6 +8,7 @@
 #include "driveline/esi/sii.hpp"
 #include "driveline/slaves/msd/device_layout.hpp"
 #include "driveline/slaves/msd/msd_values.hpp"
+#include "driveline/wire/endian.hpp"
 
 namespace driveline::slaves::msd {
 namespace {
@@ -67,6 +68,10 @@ DeviceProfile make_profile(const MsdParameters& parameters) {
   description.serial_number = parameters.serial_number;
   DeviceProfile profile;
   profile.sii_image = esi::encode_sii(esi::make_sii(description));
+  profile.bootstrap_mailboxes = {
+      {Use::kMailboxOut, kMailboxOutStart, kMailboxMinSize, kMailboxSize, kMailboxSize},
+      {Use::kMailboxIn, kMailboxInStart, kMailboxMinSize, kMailboxSize, kMailboxSize},
+  };
   profile.sync_managers = {
       {Use::kMailboxOut, kMailboxOutStart, kMailboxMinSize, kMailboxSize, kMailboxSize},
       {Use::kMailboxIn, kMailboxInStart, kMailboxMinSize, kMailboxSize, kMailboxSize},
@@ -190,6 +195,7 @@ void MsdDrive::restart() {
   motion_.select(MotionCommand::kOff, MotionSource::kNone, false);
   publish();
   if (!parameter_file_good_) raise(Fault::kParameterList);
+  if (!eeprom_good_) raise(Fault::kEepromData);
 }
 
 /// The self-resetting commands: 200Bh sub 1 is 0 again when the data have been saved (MSD manual 7.5.3).
@@ -240,7 +246,9 @@ void MsdDrive::enter_al_state(AlState state) noexcept {
   rhythm_ = {};
 }
 
+/// BOOT to INIT restarts the device (MSD manual 9.2, transition BI).
 AlStatusCode MsdDrive::transition(AlState from, AlState to) noexcept {
+  if (from == AlState::kBootstrap) restart();
   if (to == AlState::kOp && !timing_valid()) {
     raise(Fault::kInvalidConfiguration);
     return AlStatusCode::kInconsistentSettings;
@@ -253,6 +261,18 @@ AlStatusCode MsdDrive::transition(AlState from, AlState to) noexcept {
   if (to == AlState::kOp) dictionary_.set(kSyncError, std::uint8_t{0});
   if (from == AlState::kOp && power_.power_on()) raise(Fault::kMissingOutputs);
   return AlStatusCode::kNoError;
+}
+
+/// Er 14 02 is "wrong EEPROM data" and "unsupported communication controller" (MSD manual 5.3.3): a content that cannot
+/// be loaded, or that is another device's.
+void MsdDrive::eeprom_loaded(std::span<const std::byte> image, bool valid) noexcept {
+  constexpr std::size_t kVendor = 0x10;  // bytes in the EEPROM (ETG.1000.6 Table 16)
+  constexpr std::size_t kProduct = 0x14;
+  const bool own = valid && image.size() >= kProduct + sizeof(std::uint32_t) &&
+                   wire::load_le<std::uint32_t>(image.subspan(kVendor)) == kVendorId &&
+                   wire::load_le<std::uint32_t>(image.subspan(kProduct)) == facts(parameters_.variant).product_code;
+  eeprom_good_ = own;
+  if (!own) raise(Fault::kEepromData);
 }
 
 void MsdDrive::fall_back(AlState from, AlState to, AlStatusCode reason) noexcept {

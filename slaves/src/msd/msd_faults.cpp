@@ -60,6 +60,8 @@ bool MsdDrive::cause_persists(Fault fault) const noexcept {
       return !timing_valid() || !sync0_matches() || rhythm_.wrong();
     case Fault::kParameterList:
       return !parameters_consistent() || !parameter_file_good_;
+    case Fault::kEepromData:
+      return !eeprom_good_;
     case Fault::kDcLinkUndervoltage:
       return !dc_link();
     case Fault::kEncoder:

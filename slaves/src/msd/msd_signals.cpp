@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numbers>
 
 #include "driveline/slaves/msd/drive_signals.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"
@@ -11,6 +12,8 @@ namespace driveline::slaves::msd {
 namespace {
 
 using Way = SignalPlace::Way;
+
+constexpr double kScopeRpm = 2.0 * std::numbers::pi / 60.0;  ///< rad/s
 
 template <typename Terminal>
 struct NamedTerminal {
@@ -32,6 +35,9 @@ constexpr std::array kOutputSignals = {
     NamedTerminal<Output>{"OSD02", Output::kOsd02}, NamedTerminal<Output>{"BRAKE", Output::kBrake},
     NamedTerminal<Output>{"RELAY", Output::kRelay}, NamedTerminal<Output>{"STO_RELAY", Output::kStoRelay},
 };
+/// What the oscilloscope of the PC tool shows of feed-forward from outside (MSD manual 12.4): rpm and Nm.
+constexpr std::array<std::string_view, 2> kScopeVariables = {"nref_Ext", "mref_Ext"};
+
 /// The inputs behind the terminals. Without a unit: 0 or 1.
 struct NamedMachineInput {
   std::string_view name;
@@ -55,11 +61,14 @@ constexpr std::array kMachineInputs = {
 }  // namespace
 
 std::size_t drive_signal_count(Way way) noexcept {
-  return way == Way::kInput ? kInputSignals.size() + kMachineInputs.size() : kOutputSignals.size();
+  return way == Way::kInput ? kInputSignals.size() + kMachineInputs.size() : kOutputSignals.size() + kScopeVariables.size();
 }
 
 std::string_view drive_signal_name(SignalPlace place) noexcept {
-  if (place.way == Way::kOutput) return kOutputSignals[place.number].name;
+  if (place.way == Way::kOutput) {
+    const std::size_t scope = place.number - kOutputSignals.size();
+    return place.number < kOutputSignals.size() ? kOutputSignals[place.number].name : kScopeVariables[scope];
+  }
   if (place.number < kInputSignals.size()) return kInputSignals[place.number].name;
   return kMachineInputs[place.number - kInputSignals.size()].name;
 }
@@ -73,8 +82,8 @@ std::optional<MachineInput> machine_input(std::size_t input) noexcept {
   return kMachineInputs[input - kInputSignals.size()].input;
 }
 
-Output output_terminal(std::size_t output) noexcept {
-  return kOutputSignals[output].terminal;
+std::optional<Output> output_terminal(std::size_t output) noexcept {
+  return output < kOutputSignals.size() ? std::optional(kOutputSignals[output].terminal) : std::nullopt;
 }
 
 tl::expected<SignalPlace, std::string> find_drive_signal(Way way, std::string_view name) {
@@ -123,7 +132,11 @@ void MsdDrive::set_signal(std::size_t input, double value) noexcept {
 }
 
 double MsdDrive::signal(SignalPlace place) const noexcept {
-  if (place.way == Way::kOutput) return output(output_terminal(place.number)) ? 1.0 : 0.0;
+  if (place.way == Way::kOutput) {
+    if (const auto terminal = output_terminal(place.number)) return output(*terminal) ? 1.0 : 0.0;
+    return place.number == kOutputSignals.size() ? motion_.external_velocity_rad_s() / kScopeRpm
+                                           : motion_.external_torque_nm();
+  }
   const auto terminal = input_terminal(place.number);
   if (!terminal) return machine_input_value(*machine_input(place.number));
   return terminals_.level(*terminal) ? 1.0 : 0.0;

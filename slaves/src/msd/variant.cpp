@@ -49,8 +49,8 @@ void identify(EntryRow& row, const VariantFacts& variant) {
   }
 }
 
-/// "Device-specific parameters can also be mapped to the PDOs" (MSD manual 8.3.2): numbers, and in RxPDOs those that may
-/// be written at any time and are no commands (ours).
+/// "Device-specific parameters can also be mapped to the PDOs" (MSD manual 8.3.2): numbers, and in RxPDOs those that
+/// may be written at any time and are no commands (ours).
 void map_device_parameter(EntryRow& row) {
   constexpr std::array kCommands = {std::uint16_t{0x2000 + 11}, std::uint16_t{0x2000 + 153}};
   const bool parameter = row.index >= 0x2000 && row.index < 0x6000;

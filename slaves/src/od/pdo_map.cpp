@@ -119,8 +119,8 @@ void PdoMap::append(const ObjectDictionary& dictionary, std::uint32_t entry) noe
   const bool text = is_string(row->type);
   if (text && mapping.bits > 8U * row->string_length) return;
   const bool constant = !text && row->slot == slot::kConstant;
-  fields_.push_back(
-      {offset, row->slot, mapping.bits, is_signed(row->type), text, constant, constant ? dictionary.raw(*row) : 0, row});
+  fields_.push_back({offset, row->slot, mapping.bits, is_signed(row->type), text, constant,
+                     constant ? dictionary.raw(*row) : 0, row});
 }
 
 void PdoMap::build(const ObjectDictionary& dictionary, std::size_t sync_manager, const PdoLimits& limits) noexcept {

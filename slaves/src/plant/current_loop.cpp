@@ -113,7 +113,8 @@ CurrentRange CurrentLoop::holdable(double speed_rad_s, double dc_link_volts) con
 
 bool CurrentLoop::surely_holds(double current_a, double speed_rad_s, double dc_link_volts) const noexcept {
   const double speed = pole_pairs_ * std::abs(speed_rad_s);
-  const double volts = speed * (flux_vs_ + parameters_.inductance_h * current_a) + parameters_.resistance_ohm * current_a;
+  const double volts =
+      speed * (flux_vs_ + parameters_.inductance_h * current_a) + parameters_.resistance_ohm * current_a;
   return volts * std::numbers::sqrt3 <= dc_link_volts;
 }
 

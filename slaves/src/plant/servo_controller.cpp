@@ -65,7 +65,8 @@ double ServoController::limit_torque(double torque_nm) noexcept {
 }
 
 double ServoController::velocity_loop(double velocity_setpoint_rad_s, double torque_nm) noexcept {
-  velocity_setpoint_rad_s_ = limit(velocity_setpoint_rad_s, -parameters_.max_velocity_rad_s, parameters_.max_velocity_rad_s);
+  velocity_setpoint_rad_s_ =
+      limit(velocity_setpoint_rad_s, -parameters_.max_velocity_rad_s, parameters_.max_velocity_rad_s);
   const double error = velocity_setpoint_rad_s_ - measured_velocity_rad_s_;
   const double proportional = parameters_.velocity_gain_nm_s * error + torque_nm;
   const double wanted = proportional + integral_nm_;

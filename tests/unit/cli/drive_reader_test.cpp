@@ -138,8 +138,9 @@ TEST(DriveReader, MotorIsCompletedFromItsRating) {
   const auto slow = parse("[slave.plant]\nmax_speed_rpm = 3000\n");
   ASSERT_TRUE(slow) << slow.error();
   EXPECT_NEAR(slow->slaves[0].drive.motor.rated_speed_rad_s, 1500.0 * kRadSPerRpm, 1e-6) << "half of it";
-  const auto said = parse("[slave.plant]\nrated_torque_nm = 20\nrated_current_a = 9\n[slave.plant.winding]\n"
-                          "resistance_ohm = 0.7\ninductance_mh = 2\n");
+  const auto said = parse(
+      "[slave.plant]\nrated_torque_nm = 20\nrated_current_a = 9\n[slave.plant.winding]\n"
+      "resistance_ohm = 0.7\ninductance_mh = 2\n");
   ASSERT_TRUE(said) << said.error();
   EXPECT_DOUBLE_EQ(said->slaves[0].drive.motor.rated_current_a, 9.0);
   EXPECT_DOUBLE_EQ(said->slaves[0].drive.motor.winding.resistance_ohm, 0.7);
@@ -211,8 +212,8 @@ class ScriptedDrive {
 TEST(SimulatedLine, HasTheSerialNumbersThatAreExpected) {
   const auto config = parse(
       "[[slave]]\nname = \"b\"\nserial = 4711\n[[slave]]\nname = \"c\"\nserial = \">= 2\"\n"
-      "[[slave]]\nname = \"d\"\nserial = \">= 100\"\n[[slave]]\nname = \"e\"\nserial = \"= 7\"\nesi = \""
-      DRIVELINE_EXAMPLES_DIR "/terminals.xml\"\ndevice = \"MX4\"\n");
+      "[[slave]]\nname = \"d\"\nserial = \">= 100\"\n[[slave]]\nname = \"e\"\nserial = \"= 7\"\nesi = "
+      "\"" DRIVELINE_EXAMPLES_DIR "/terminals.xml\"\ndevice = \"MX4\"\n");
   ASSERT_TRUE(config) << config.error();
   rt::VirtualClock clock;
   const auto line = make_simulated_line(*config, clock);

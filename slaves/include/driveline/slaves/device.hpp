@@ -68,6 +68,10 @@ class Device {
   /// advance() may have jumped. Not \rtsafe.
   virtual void restart() {}
 
+  /// The controller has loaded its EEPROM, at power-on or by a reload command: `image` is its content; `valid`: the
+  /// configuration area has the right checksum, without which the process data interface does not come up. \rtsafe
+  virtual void eeprom_loaded(std::span<const std::byte> /*image*/, bool /*valid*/) noexcept {}
+
   /// \name What speaks against a transition
   /// Asked before the sync managers are compared.
   /// @{

@@ -289,8 +289,8 @@ TEST(MsdProtection, OperatingHoursCountInTheEmergency) {
     std::uint32_t hours;
     std::array<unsigned, 3> bytes;
   };
-  for (const auto& c : {Case{0x0302, {0x02, 0x03, 0x00}}, Case{0x0F0302, {0x02, 0x03, 0x0F}},
-                        Case{0x1000000, {0xFF, 0xFF, 0xFF}}}) {
+  for (const auto& c :
+       {Case{0x0302, {0x02, 0x03, 0x00}}, Case{0x0F0302, {0x02, 0x03, 0x0F}}, Case{0x1000000, {0xFF, 0xFF, 0xFF}}}) {
     MsdParameters parameters;
     parameters.operating_hours = std::chrono::hours(c.hours);
     DriveRig rig(parameters);

@@ -238,7 +238,9 @@ TEST(MsdMotorData, WrongDataMakeWrongTorque) {
 /// MSD manual Table 8.3: numbers come as 32-bit values, "filled with correct sign (00H and FFH)".
 TEST(MsdCommunication, ShortIntegersAreFilledWithTheirSign) {
   DriveRig rig;
-  const auto answer = [&rig](std::uint16_t index) { return rig.sdo({0x40, index & 0xFFU, unsigned{index} >> 8, 0, 0, 0, 0, 0}); };
+  const auto answer = [&rig](std::uint16_t index) {
+    return rig.sdo({0x40, index & 0xFFU, unsigned{index} >> 8, 0, 0, 0, 0, 0});
+  };
   using testing::ElementsAre;
   ASSERT_EQ(rig.write(0x605B, 0, 0xFFFF, 2), 0U);
   EXPECT_THAT(answer(0x605B), ElementsAre(0x4B, 0x5B, 0x60, 0, 0xFF, 0xFF, 0xFF, 0xFF)) << "INT16, -1";

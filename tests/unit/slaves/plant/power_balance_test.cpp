@@ -104,10 +104,10 @@ TEST(PowerBalance, HoldsOverTheWholeSpeedRange) {
             const double current = motor.current_a();
             electrical_j += motor.power_w() * kStepS;
             moved_j += std::abs(motor.power_w()) * kStepS;
-            spent_j += (1.5 * parameters.winding.resistance_ohm * current * current +
-                        parameters.coulomb_friction_nm * std::abs(mean) +
-                        parameters.viscous_friction_nm_s * mean * mean) *
-                       kStepS;
+            spent_j +=
+                (1.5 * parameters.winding.resistance_ohm * current * current +
+                 parameters.coulomb_friction_nm * std::abs(mean) + parameters.viscous_friction_nm_s * mean * mean) *
+                kStepS;
           }
           return std::pair(electrical_j - spent_j, motor.mechanics().energy_j());
         };

@@ -40,6 +40,8 @@ class SiiInterface {
 
   /// Configuration area valid; without it the process data interface does not come up.
   [[nodiscard]] bool loaded() const noexcept { return loaded_; }
+  /// Counts how often the configuration area has been loaded.
+  [[nodiscard]] std::uint64_t loads() const noexcept { return loads_; }
   /// The EEPROM content as it is now.
   [[nodiscard]] std::span<const std::byte> image() const noexcept { return image_; }
   /// True when a command has changed the content since construction.
@@ -73,6 +75,7 @@ class SiiInterface {
   std::vector<std::byte> image_;
   SiiOptions options_;
   bool loaded_ = false;
+  std::uint64_t loads_ = 0;
   std::uint64_t revision_ = 0;
   bool busy_ = false;
   std::uint16_t command_ = 0;

@@ -70,10 +70,12 @@ class Slave {
  private:
   void run(Nanoseconds now);
   void restart(Nanoseconds now) noexcept;
+  void tell_eeprom() noexcept;
   void run_application(Nanoseconds now);
   void skip_pulses_long_past(Nanoseconds now) noexcept;
   void happen(Nanoseconds time, Nanoseconds now);
   void step(Nanoseconds time, Nanoseconds now);
+  void step_alone(Nanoseconds time, Nanoseconds now);
   void controller_event(Nanoseconds time) noexcept;
   void wake_up(Nanoseconds time) noexcept;
   void after_state_change(Nanoseconds time) noexcept;
@@ -87,6 +89,7 @@ class Slave {
   Esc esc_;
   AlStateMachine al_;
   MailboxTransport mailbox_;
+  std::uint64_t eeprom_loads_ = 0;  ///< that the device has been told of
   bool powered_ = true;
   bool sync_driven_ = false;  ///< process data change hands at SYNC0, not in steps of the device
   bool exchanging_ = false;   ///< inputs have been published since SAFEOP was entered

@@ -39,8 +39,8 @@ enum class MachineInput : std::uint8_t {
 [[nodiscard]] std::optional<MachineInput> machine_input(std::size_t input) noexcept;
 /// The terminal behind an input, if it is one. \rtsafe
 [[nodiscard]] std::optional<Input> input_terminal(std::size_t input) noexcept;
-/// The terminal behind an output. Precondition: output < drive_signal_count(kOutput). \rtsafe
-[[nodiscard]] Output output_terminal(std::size_t output) noexcept;
+/// The terminal behind an output, if it is one. \rtsafe
+[[nodiscard]] std::optional<Output> output_terminal(std::size_t output) noexcept;
 
 /// An input that follows a script, which counts from the drive's first step.
 struct ScriptedSignal {

@@ -18,17 +18,17 @@ struct MotionSettings {
   PositionRange range;                                                  ///< in which positions count (607Bh)
   ControllerParameters controller;                                      ///< P 320, P 321, P 351, P 360, 6072h, 6080h
   FineInterpolator::Method method = FineInterpolator::Method::kLinear;  ///< P 370
-  std::uint32_t steps_per_setpoint = 16;         ///< control cycles per setpoint of the bus (60C2h), at least 1
-  double speed_feed_forward = 1.0;               ///< share, 0..1
-  double torque_feed_forward = 1.0;              ///< share, 0..1
-  bool external_speed_feed_forward = false;      ///< velocity offsets of the bus feed forward
-  bool external_torque_feed_forward = false;     ///< torque offsets of the bus feed forward
-  double feed_forward_inertia_kg_m2 = 0.0;       ///< 0: no internal torque feed-forward
-  double rated_torque_nm = 2.4;                  ///< P 460, what 1000 per mille of torque stand for
-  double rated_current_a = 2.5;                  ///< P 457, effective, what 1000 per mille of current stand for
-  double torque_per_demand = 1.0;                ///< real torque per torque by P 457 and P 460; 1 when they are the motor's
-  double slow_down_rad_s2 = 600.0;               ///< 6084h
-  double quick_stop_rad_s2 = 2500.0;             ///< 6085h
+  std::uint32_t steps_per_setpoint = 16;      ///< control cycles per setpoint of the bus (60C2h), at least 1
+  double speed_feed_forward = 1.0;            ///< share, 0..1
+  double torque_feed_forward = 1.0;           ///< share, 0..1
+  bool external_speed_feed_forward = false;   ///< velocity offsets of the bus feed forward
+  bool external_torque_feed_forward = false;  ///< torque offsets of the bus feed forward
+  double feed_forward_inertia_kg_m2 = 0.0;    ///< 0: no internal torque feed-forward
+  double rated_torque_nm = 2.4;               ///< P 460, what 1000 per mille of torque stand for
+  double rated_current_a = 2.5;               ///< P 457, effective, what 1000 per mille of current stand for
+  double torque_per_demand = 1.0;     ///< real torque per torque by P 457 and P 460; 1 when they are the motor's
+  double slow_down_rad_s2 = 600.0;    ///< 6084h
+  double quick_stop_rad_s2 = 2500.0;  ///< 6085h
   VoltageFrequencyParameters voltage_frequency;  ///< of mode 2
   double jerk_time_s = 0.0;       ///< of the profile; quick stop ramps have it too, fault ramps never (MSD manual 10.2)
   double standstill_rad_s = 1.0;  ///< below it the axis counts as standing
@@ -117,6 +117,12 @@ class Motion {
   [[nodiscard]] double following_error() const noexcept;  ///< position units; 0 without position control
   /// The same in increments of the encoder; 0 without position control. \rtsafe
   [[nodiscard]] double following_error_increments() const noexcept;
+  /// Feed-forward that the bus sends (60B1h, 60B2h), whether it is used or not. \rtsafe
+  [[nodiscard]] double external_velocity_rad_s() const noexcept {
+    return setpoints_.velocity_offset * settings_.scaling.velocity_rad_s;
+  }
+  /// See external_velocity_rad_s().
+  [[nodiscard]] double external_torque_nm() const noexcept { return torque_of(setpoints_.torque_offset_permille); }
   /// Torque that the motor has by P 457 and P 460. \rtsafe
   [[nodiscard]] double torque_nm() const noexcept { return motor_.torque_nm() / settings_.torque_per_demand; }
   /// Torque setpoint of the last control cycle, by P 457 and P 460. \rtsafe

@@ -93,6 +93,7 @@ class MsdDrive final : public Device, public DeviceSignals, private DictionaryOw
   [[nodiscard]] std::chrono::nanoseconds process_data_period() const noexcept override;
   [[nodiscard]] SyncDemand sync_demand() const noexcept override;
   void sync_event(SyncSignal signal, std::chrono::nanoseconds time) noexcept override;
+  void eeprom_loaded(std::span<const std::byte> image, bool valid) noexcept override;
   void sync_margin(const SyncMargin& margin) noexcept override;
   [[nodiscard]] DeviceSignals* signals() noexcept override { return this; }
 
@@ -294,6 +295,7 @@ class MsdDrive final : public Device, public DeviceSignals, private DictionaryOw
   std::uint16_t warning_text_ = 0;
   std::uint32_t shown_warnings_ = 0;
   bool parameter_file_good_ = true;
+  bool eeprom_good_ = true;  ///< of the slave controller: can be loaded, and is that of this drive
   ParameterFileError parameter_file_error_;
   bool stored_are_factory_ = false;  ///< the next start takes the time of a reset to factory settings
   PowerState shown_state_ = PowerState::kNotReadyToSwitchOn;

@@ -13,7 +13,7 @@ struct ControllerParameters {
   double velocity_reset_s = 3.0e-3;    ///< integral time; 0 or less: no integral part
   double velocity_filter_s = 3.0e-4;   ///< low pass of the measured speed, and of the speed feed-forward to match it
   double max_velocity_rad_s = 200.0 * std::numbers::pi;  ///< limit of the velocity setpoint, either way
-  double max_torque_nm = 7.2;          ///< limit of the torque setpoint, either way
+  double max_torque_nm = 7.2;                            ///< limit of the torque setpoint, either way
 
   /// The same with nothing below 0; NaN and infinite values become the defaults. \rtsafe
   [[nodiscard]] ControllerParameters sanitized() const noexcept;

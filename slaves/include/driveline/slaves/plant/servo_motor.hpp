@@ -33,13 +33,13 @@ struct TorqueRange {
 ///
 /// The field is not weakened: there is no d current, so the voltage ends the speed.
 struct MotorParameters {
-  double rated_torque_nm = 2.4;                  ///< continuous torque, which takes the rated current
-  double peak_torque_nm = 7.2;                   ///< limit of the torque setpoint, either way
-  double rated_current_a = 2.5;                  ///< effective value (not amplitude)
-  double inertia_kg_m2 = 3.0e-4;                 ///< motor and load, at the motor shaft
-  double viscous_friction_nm_s = 2.0e-4;         ///< Nm per rad/s
-  double coulomb_friction_nm = 0.03;             ///< dry friction of the rotor
-  double torque_lag_s = 1.5e-4;                  ///< time constant of the current loop
+  double rated_torque_nm = 2.4;                         ///< continuous torque, which takes the rated current
+  double peak_torque_nm = 7.2;                          ///< limit of the torque setpoint, either way
+  double rated_current_a = 2.5;                         ///< effective value (not amplitude)
+  double inertia_kg_m2 = 3.0e-4;                        ///< motor and load, at the motor shaft
+  double viscous_friction_nm_s = 2.0e-4;                ///< Nm per rad/s
+  double coulomb_friction_nm = 0.03;                    ///< dry friction of the rotor
+  double torque_lag_s = 1.5e-4;                         ///< time constant of the current loop
   double rated_speed_rad_s = 100.0 * std::numbers::pi;  ///< 3000 rev/min; with the pole pairs the rated frequency
   /// 6000 rev/min: what its mechanics are made for. The drive keeps to it (6080h); voltage and load decide how fast the
   /// shaft can turn.
