@@ -212,24 +212,22 @@ nanoseconds MsdDrive::process_data_period() const noexcept {
 void MsdDrive::build_process_data() noexcept {
   rx_map_.build(dictionary_, kOutputsSyncManager, pdo_limits_);
   tx_map_.build(dictionary_, kInputsSyncManager, pdo_limits_);
-  mapped_setting_count_ = 0;
-  for (const PdoMap::Field& field : rx_map_.fields()) {
-    if ((field.row->access & access::kBackup) != 0) mapped_settings_[mapped_setting_count_++] = {field.row, 0};
-  }
 }
 
 /// Settings act as if they had come in an SDO. A device parameter whose value an SDO would refuse keeps the one it has.
 void MsdDrive::decode_outputs(std::span<const std::byte> data) noexcept {
-  const auto settings = std::span(mapped_settings_).first(mapped_setting_count_);
-  for (MappedSetting& setting : settings) setting.before = dictionary_.raw(*setting.row);
+  const auto fields = rx_map_.fields();
+  const auto is_setting = [](const PdoMap::Field& field) { return (field.row->access & access::kBackup) != 0; };
+  std::array<std::uint64_t, PdoMap::kDefaultFields> before{};
+  for (std::size_t i = 0; i < fields.size(); ++i) before[i] = dictionary_.get<std::uint64_t>(fields[i].slot);
   rx_map_.decode(data, dictionary_);
-  for (const MappedSetting& setting : settings) {
-    const EntryRow& row = *setting.row;
-    const std::uint64_t raw = dictionary_.raw(row);
-    if (raw == setting.before) continue;
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    const EntryRow& row = *fields[i].row;
+    const std::uint64_t raw = dictionary_.get<std::uint64_t>(row.slot);
+    if (!is_setting(fields[i]) || raw == before[i]) continue;
     const bool parameter = row.index < 0x6000;
     const bool refused = parameter && (!check_range(row, raw) || !accept(row, raw));
-    if (refused) dictionary_.set(row.slot, setting.before);
+    if (refused) dictionary_.set(row.slot, before[i]);
     if (!refused) written(row);
   }
 }

@@ -43,7 +43,7 @@ TEST(MsdParameterService, StartTakesItsTimeAndLongerAfterAFactoryReset) {
   quick.restart();
   quick.pass(400ms);
   EXPECT_EQ(quick.read(0x280C), 0U) << "boot-up";
-  EXPECT_EQ(quick.drive.display(), "0");
+  EXPECT_EQ(quick.drive.state(), PowerState::kNotReadyToSwitchOn);
   quick.pass(110ms);
   EXPECT_EQ(quick.drive.state(), PowerState::kSwitchOnDisabled);
 }

