@@ -4,6 +4,8 @@
 #include <CLI/CLI.hpp>
 #include <exception>
 
+#include "driveline/rt/cpu_latency.hpp"
+
 namespace driveline::bench {
 
 int run(int argc, char** argv, const char* question, void (*measure)(const Options& options)) {
@@ -17,6 +19,11 @@ int run(int argc, char** argv, const char* question, void (*measure)(const Optio
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
+  }
+  // As `driveline run` does: what is measured is the program, not how long a processor takes to wake.
+  rt::CpuLatencyHold awake;
+  if (const auto item = awake.request(std::chrono::microseconds{0}); !item.ok) {
+    fmt::print(stderr, "{}: {} requested, {} in effect: {}\n", item.name, item.requested, item.effective, item.remedy);
   }
   try {
     measure(options);

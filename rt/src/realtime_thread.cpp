@@ -23,6 +23,7 @@ struct RealtimeThread::Launch {
   pthread_t thread{};
   RealtimeReport report;        // written by the thread until the set-up is done, then read by the starter
   std::promise<bool> will_run;  // the set-up is done; whether the task runs
+  CpuLatencyHold latency;       // ends when the thread has been joined
 
   int create() noexcept;
   static void* enter(void* launch) noexcept;
@@ -95,6 +96,9 @@ tl::expected<RealtimeReport, RealtimeError> RealtimeThread::start(const Realtime
   launch->config = config;
   launch->task = &task;
   launch->report.platform = inspect_platform(PlatformSource::this_machine(), config.cpu);
+  launch->report.platform.push_back(config.cpu_latency
+                                        ? launch->latency.request(*config.cpu_latency, config.cpu_latency_device)
+                                        : CpuLatencyHold::not_requested());
   launch->report.settings.push_back(setup::lock_memory(config.lock_memory));
   launch->report.settings.push_back(setup::keep_heap(config.lock_memory));
 

@@ -1,5 +1,6 @@
 #include "driveline/rt/realtime_thread.hpp"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sched.h>
@@ -10,9 +11,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
@@ -198,7 +201,7 @@ TEST_F(PrivilegedRealtimeThreadTest, EverythingRequestedIsInEffect) {
   EXPECT_EQ(setting(*report, "heap").effective, "kept in the process");
   EXPECT_THAT(setting(*report, "memory lock").effective, testing::Not(testing::StartsWith("0 KiB")));
   EXPECT_EQ(setting(*report, "timer slack").effective, std::to_string(task.timer_slack_ns) + " ns");
-  EXPECT_EQ(report->platform.size(), 4u);
+  EXPECT_EQ(report->platform.size(), 5u);
 }
 
 TEST_F(PrivilegedRealtimeThreadTest, DeepUseOfTheStackFaultsNoPageIn) {
@@ -296,6 +299,94 @@ struct UntilStopped : RealtimeTask {
     ended.store(true);
   }
 };
+
+/// Open files of this process that lead to `file`.
+int descriptors_of(const std::filesystem::path& file) {
+  int found = 0;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
+    std::error_code gone;  // the one of this iteration
+    found += std::filesystem::read_symlink(entry, gone) == file ? 1 : 0;
+  }
+  return found;
+}
+
+const RealtimeItem& latency_item(const RealtimeReport& report) {
+  return *std::find_if(report.platform.begin(), report.platform.end(),
+                       [](const RealtimeItem& item) { return item.name == "CPU wake-up time"; });
+}
+
+TEST(RealtimeThread, IdleCpusAreKeptAwakeUntilTheThreadHasBeenJoined) {
+  const auto device = std::filesystem::path(testing::TempDir()) / ("latency-" + std::to_string(getpid()));
+  std::ofstream{device}.close();
+  RealtimeConfig config = modest();
+  config.cpu_latency = std::chrono::microseconds{7};
+  config.cpu_latency_device = device;
+  for (const bool refused : {false, true}) {
+    config.cpu = refused ? std::optional(-1) : std::nullopt;
+    UntilStopped task;
+    RealtimeThread thread;
+    const auto report = thread.start(config, task);
+    ASSERT_EQ(report.has_value(), !refused);
+    EXPECT_EQ(descriptors_of(device), refused ? 0 : 1) << "the request lives as long as the file is open";
+    const auto& item = latency_item(refused ? report.error().report : *report);
+    EXPECT_TRUE(item.ok);
+    EXPECT_EQ(item.requested, "at most 7 us");
+    EXPECT_EQ(item.effective, "at most 7 us");
+    thread.request_stop();
+    thread.join();
+    EXPECT_EQ(descriptors_of(device), 0);
+  }
+  std::int32_t written_us = -1;
+  std::ifstream file(device, std::ios::binary);
+  file.read(reinterpret_cast<char*>(&written_us), sizeof written_us);
+  EXPECT_EQ(written_us, 7);
+  std::filesystem::remove(device);
+}
+
+TEST(RealtimeThread, ALatencyDeviceThatCannotBeOpenedIsANoteAndNoRefusal) {
+  RealtimeConfig config = modest();
+  config.cpu_latency_device = "/nowhere/cpu_dma_latency";
+  SelfPortrait task;
+  RealtimeThread thread;
+  const auto report = thread.start(config, task);
+  ASSERT_TRUE(report.has_value()) << report.error().message();
+  thread.join();
+  EXPECT_NE(task.on_cpu, -1) << "the task has run";
+  const auto& item = latency_item(*report);
+  EXPECT_FALSE(item.ok);
+  EXPECT_EQ(item.error_number, ENOENT);
+  EXPECT_TRUE(report->complete());
+  EXPECT_THAT(text_of(*report),
+              testing::ContainsRegex("CPU wake-up time +note +left to the kernel instead of at most 0 "
+                                     "us \\(No such file or directory\\); remedy: none where"));
+}
+
+TEST(RealtimeThread, CpusMaySleepWhenNobodyAsksOtherwise) {
+  RealtimeConfig config = modest();
+  config.cpu_latency.reset();
+  UntilStopped task;
+  RealtimeThread thread;
+  const auto report = thread.start(config, task);
+  ASSERT_TRUE(report.has_value()) << report.error().message();
+  EXPECT_EQ(descriptors_of(CpuLatencyHold::kDevice), 0);
+  EXPECT_TRUE(latency_item(*report).ok);
+  EXPECT_EQ(latency_item(*report).requested, "not requested");
+}
+
+// The kernel's own word for it: what the device says to somebody who asks for nothing.
+TEST(RealtimeThread, TheKernelKnowsOfTheRequest) {
+  const int device = open(CpuLatencyHold::kDevice, O_RDONLY | O_CLOEXEC);
+  if (device < 0) GTEST_SKIP() << CpuLatencyHold::kDevice << ": " << std::strerror(errno);
+  UntilStopped task;
+  RealtimeThread thread;
+  const auto report = thread.start(modest(), task);
+  ASSERT_TRUE(report.has_value()) << report.error().message();
+  EXPECT_EQ(latency_item(*report).effective, "at most 0 us");
+  std::int32_t effective_us = -1;
+  EXPECT_EQ(read(device, &effective_us, sizeof effective_us), static_cast<ssize_t>(sizeof effective_us));
+  EXPECT_EQ(effective_us, 0);
+  close(device);
+}
 
 TEST(RealtimeThread, DestructionStopsAndJoins) {
   UntilStopped task;

@@ -72,6 +72,9 @@ void read_realtime(TomlReader reader, LineConfig& config) {
   if (reader.has("cpu")) realtime.cpu = static_cast<int>(reader.integer("cpu", 0, 1023));
   if (reader.has("simulation_cpu")) config.simulation_cpu = static_cast<int>(reader.integer("simulation_cpu", 0, 1023));
   realtime.lock_memory = reader.boolean_or("lock_memory", true);
+  constexpr std::int64_t kLongestLatencyUs = 1'000'000;
+  const auto latency_us = reader.integer_or("cpu_latency_us", 0, -1, kLongestLatencyUs);
+  realtime.cpu_latency = latency_us < 0 ? std::nullopt : std::optional(std::chrono::microseconds{latency_us});
   const double longest = static_cast<double>(rt::CycleTimer::max_wake_ahead(config.period).count()) / 1000.0;
   config.wake_ahead = from_us(reader.number_or("wake_ahead_us", 0.0, 0.0, longest));
   reader.finish();

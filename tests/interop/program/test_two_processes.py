@@ -1,5 +1,8 @@
 """Master and simulated line as two processes that a veth pair joins."""
+import os
+import pathlib
 import shutil
+import signal
 import subprocess
 import sys
 import unittest
@@ -7,6 +10,7 @@ import unittest
 from program import AXES, EXAMPLES, PATIENCE_S, WireTest, line_description
 
 CONFIG = EXAMPLES / "line8-nic.toml"
+LATENCY_DEVICE = "/dev/cpu_dma_latency"
 
 
 class TwoProcesses(WireTest):
@@ -34,6 +38,26 @@ class TwoProcesses(WireTest):
         self.assertTrue(all(axis["following_error_rms"] > 0 for axis in document["axes"]))
         self.wait_for_init(line)
         self.assertIn("states:" + " INIT" * len(AXES), self.end_line(line))
+
+    @staticmethod
+    def keeps_cpus_awake(process):
+        """The request lives as long as the device is open (kernel documentation, "PM Quality Of Service Interface")."""
+        links = pathlib.Path(f"/proc/{process.pid}/fd").iterdir()
+        return any(os.path.realpath(link) == LATENCY_DEVICE for link in links)
+
+    @unittest.skipUnless(os.access(LATENCY_DEVICE, os.R_OK | os.W_OK), f"{LATENCY_DEVICE} cannot be opened")
+    def test_idle_cpus_are_kept_awake_while_both_run(self):
+        for key, wanted in (("", True), ("cpu_latency_us = -1", False)):
+            with self.subTest(key=key):
+                config = self.write_gentle_line(cycle_us=2000, realtime=key)
+                line = self.start_line(config)
+                master = self.start_master(config, "--no-telemetry")
+                for process, log in ((line, "line.log"), (master, "master.log")):
+                    self.assertEqual(self.keeps_cpus_awake(process), wanted, log)
+                    self.assertRegex(self.text(log), "(?m)^  CPU wake-up time +ok +" +
+                                     ("at most 0 us" if wanted else "left to the kernel") + "$")
+                self.end(master, signal.SIGTERM)
+                self.end_line(line)
 
     def fields(self, capture, display_filter, *fields):
         """Values of `fields` for each frame that matches, as Wireshark's dissector sees them."""

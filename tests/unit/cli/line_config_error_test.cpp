@@ -45,9 +45,10 @@ INSTANTIATE_TEST_SUITE_P(
         WrongFile{one_slave("[bus]\niface = \"eth1\"\n"),
                   ":5: [bus] iface: unknown key, expected one of: acyclic_bytes, esi, interface, interface2, "
                   "max_lost_cycles"},
-        WrongFile{one_slave("[realtime]\n\nprio = 80\n"),
-                  ":6: [realtime] prio: unknown key, expected one of: cpu, lock_memory, policy, priority, "
-                  "simulation_cpu, wake_ahead_us"},
+        WrongFile{
+            one_slave("[realtime]\n\nprio = 80\n"),
+            ":6: [realtime] prio: unknown key, expected one of: cpu, cpu_latency_us, lock_memory, policy, priority, "
+            "simulation_cpu, wake_ahead_us"},
         WrongFile{
             "[[slave]]\nname = \"x\"\naddress = 5\n",
             ":3: [slave 1] address: unknown key, expected one of: alias, dc, device_id, esi, "
@@ -113,6 +114,8 @@ INSTANTIATE_TEST_SUITE_P(
         WrongFile{one_slave("[realtime]\ncpu = -1\n"), ":5: [realtime] cpu: is -1, 0 to 1023 is expected"},
         WrongFile{one_slave("[realtime]\nsimulation_cpu = 1024\n"),
                   ":5: [realtime] simulation_cpu: is 1024, 0 to 1023 is expected"},
+        WrongFile{one_slave("[realtime]\ncpu_latency_us = -2\n"),
+                  ":5: [realtime] cpu_latency_us: is -2, -1 to 1000000 is expected"},
         WrongFile{one_slave("[realtime]\nwake_ahead_us = 126\n"),
                   ":5: [realtime] wake_ahead_us: is 126, 0 to 31.25 is expected"},
         WrongFile{one_slave("[realtime]\npolicy = \"strict\"\n"),

@@ -30,6 +30,7 @@ TEST(LineConfig, OneNamedSlaveIsEnough) {
   EXPECT_TRUE(config.realtime.lock_memory);
   EXPECT_EQ(config.wake_ahead, microseconds{0});
   EXPECT_FALSE(config.simulation_cpu);
+  EXPECT_EQ(config.realtime.cpu_latency, microseconds{0});
   ASSERT_EQ(config.slaves.size(), 1U);
   EXPECT_EQ(config.slaves[0].model, slaves::msd::Variant::kMsd);
   EXPECT_FALSE(config.slaves[0].firmware);
@@ -66,6 +67,7 @@ priority = 42
 cpu = 3
 simulation_cpu = 2
 lock_memory = false
+cpu_latency_us = 40
 wake_ahead_us = 12.5
 [path]
 file = "paths/a.csv"
@@ -118,6 +120,7 @@ velocity_gain = 4000
   EXPECT_EQ(config.realtime.cpu, 3);
   EXPECT_EQ(config.simulation_cpu, 2);
   EXPECT_FALSE(config.realtime.lock_memory);
+  EXPECT_EQ(config.realtime.cpu_latency, microseconds{40});
   EXPECT_EQ(config.wake_ahead, std::chrono::nanoseconds{12500});
   ASSERT_TRUE(config.path);
   EXPECT_EQ(config.path->file, "plant/paths/a.csv") << "relative to the line description";

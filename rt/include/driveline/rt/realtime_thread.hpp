@@ -8,6 +8,7 @@
 #include <string>
 #include <tl/expected.hpp>
 
+#include "driveline/rt/cpu_latency.hpp"
 #include "driveline/rt/realtime_report.hpp"
 
 namespace driveline::rt {
@@ -28,6 +29,10 @@ struct RealtimeConfig {
   std::size_t stack_bytes = 512 * 1024;              ///< all of it is touched before the task runs
   /// How much the kernel may delay a timer to save wake-ups, >= 1 ns (newer kernels do not delay SCHED_FIFO at all).
   std::chrono::nanoseconds timer_slack{1};
+  /// How long an idle CPU of the machine may take to wake while the thread lives, see CpuLatencyHold; none: left to the
+  /// kernel. A request that is refused is a note in the report, never a reason not to start.
+  std::optional<std::chrono::microseconds> cpu_latency{0};
+  std::string cpu_latency_device = CpuLatencyHold::kDevice;  ///< another file in tests
 };
 
 /// The work of a real-time thread.
@@ -43,9 +48,10 @@ class RealtimeTask {
 /// A thread that is what a real-time thread should be, or does not start.
 ///
 /// Scheduling class, CPU, locked memory, resident stack, kept heap and timer slack are set, read back from the kernel
-/// and reported. All signals are blocked in the thread, so that they interrupt others. Memory locking and heap settings
-/// concern the whole process and stay after the thread has ended: everything mapped when start() is called is brought
-/// into memory at once, so threads with large stacks are better created afterwards.
+/// and reported; until join() idle CPUs are kept awake (CpuLatencyHold). All signals are blocked in the thread, so that
+/// they interrupt others. Memory locking and heap settings concern the whole process and stay after the thread has
+/// ended: everything mapped when start() is called is brought into memory at once, so threads with large stacks are
+/// better created afterwards.
 ///
 /// An object belongs to one (ordinary) thread; none of its functions is for the real-time thread itself.
 class RealtimeThread {
