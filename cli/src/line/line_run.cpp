@@ -339,6 +339,9 @@ RunReport LineRun::make_report() {
       clocks.margins.push_back({config_.slaves[margin.slave].name, margin.report});
     }
   }
+  if (const auto* ring = session_.ring()) {
+    report.ring = {ring->status(), ring->merged(), ring->halves(), ring->late_halves()};
+  }
   for (std::size_t i = 0; i < config_.axes.size(); ++i) {
     const auto& axis = config_.axes[i];
     const auto& error = recorder_->following_errors()[i];

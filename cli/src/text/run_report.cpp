@@ -43,6 +43,17 @@ nlohmann::json clocks_to_json(const std::optional<ClockReport>& clocks) {
   return document;
 }
 
+std::string_view ring_state(port::RingStatus::State state) {
+  using State = port::RingStatus::State;
+  return state == State::kOpen ? "open" : state == State::kClosed ? "closed" : "unknown";
+}
+
+std::string ring_to_text(const RingReport& ring) {
+  return fmt::format(
+      "\n  ring: {}; {} answers put together of two halves, {} halves stayed alone ({} waited for in vain)\n",
+      ring_state(ring.status.state), ring.merged, ring.halves, ring.late_halves);
+}
+
 std::string row(std::string_view name, const rt::Histogram& histogram) {
   auto us = [](std::chrono::nanoseconds value) { return static_cast<double>(value.count()) / 1000.0; };
   return fmt::format("  {:<22}{:>9.1f}{:>9.1f}{:>9.1f}{:>9.1f}\n", name, us(histogram.percentile(0.5)),
@@ -84,6 +95,12 @@ nlohmann::json to_json(const RunReport& report) {
       {"events", report.events},
       {"recoveries", report.recoveries},
       {"files", std::move(files)}};
+  if (report.ring) {
+    document["ring"] = {{"state", ring_state(report.ring->status.state)},
+                        {"merged", report.ring->merged},
+                        {"halves", report.ring->halves},
+                        {"late_halves", report.ring->late_halves}};
+  }
   if (report.process_data) document["process_data"] = to_json(*report.process_data);
   if (!report.inputs.empty()) document["inputs"] = to_json(report.inputs);
   return document;
@@ -109,6 +126,7 @@ std::string to_text(const RunReport& report) {
                         differences.percentile(0.99).count(), differences.max().count());
     text += margins_to_text(report.clocks->margins);
   }
+  if (report.ring) text += ring_to_text(*report.ring);
   if (report.process_data) text += fmt::format("\n{}", to_text(*report.process_data));
   if (!report.inputs.empty()) text += fmt::format("\n  inputs at the end\n{}", to_text(report.inputs));
   if (!report.axes.empty()) {

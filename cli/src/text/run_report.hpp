@@ -9,6 +9,7 @@
 
 #include "driveline/ecat_master/cyclic/cyclic_core.hpp"
 #include "driveline/ecat_master/dc/sync_objects.hpp"
+#include "driveline/port/redundant_port.hpp"
 #include "text/image_view.hpp"
 #include "text/input_values.hpp"
 
@@ -38,6 +39,14 @@ struct ClockReport {
   std::vector<Margin> margins;
 };
 
+/// How a ring did, since the start.
+struct RingReport {
+  port::RingStatus status;
+  std::uint64_t merged = 0;       ///< answers put together of two halves
+  std::uint64_t halves = 0;       ///< halves that stayed alone
+  std::uint64_t late_halves = 0;  ///< of these, those that were waited for in vain
+};
+
 /// Everything `run` has to tell at its end.
 struct RunReport {
   std::string line;
@@ -48,6 +57,7 @@ struct RunReport {
   ecat_master::CycleStatistics statistics;
   std::optional<ImageView> process_data;
   std::optional<ClockReport> clocks;  ///< none: the drives ran free
+  std::optional<RingReport> ring;     ///< none: the line has one end
   bool telemetry_enabled = false;
   std::uint64_t telemetry_published = 0;
   std::uint64_t telemetry_dropped = 0;

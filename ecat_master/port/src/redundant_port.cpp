@@ -315,6 +315,7 @@ bool RedundantPort::hand_over_late_half() noexcept {
     return waiting(flight) && now - flight.sent_at >= settings_.half_wait;
   });
   if (late == flights_.end()) return false;
+  late_halves_.add();
   hand_over(*late);
   return true;
 }

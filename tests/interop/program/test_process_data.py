@@ -1,7 +1,7 @@
 """The process image of a line file: groups, names and copies, in process and on the wire; cycles that cannot fit."""
 import unittest
 
-from program import EXAMPLES, ProgramTest, WireTest
+from program import EXAMPLES, ProgramTest, WireTest, again_when_disturbed
 
 EXAMPLE = EXAMPLES / "process_data.toml"
 
@@ -55,6 +55,7 @@ class InProcess(ProgramTest):
 
 
 class OnTheWire(WireTest):
+    @again_when_disturbed
     def test_groups_and_copies_run_over_an_interface(self):
         text = EXAMPLE.read_text().replace("cycle_us = 250", "cycle_us = 2000") + "plots = false\n"
         text += '[realtime]\npolicy = "degrade"\n[bus]\nmax_lost_cycles = 80\n'
@@ -62,8 +63,9 @@ class OnTheWire(WireTest):
             text = text.replace(f'"{key}"', f'"{EXAMPLES / key}"')
         config = self.write("line.toml", text)
         self.start_line(config)
-        result, _ = self.run_undisturbed("run", "--config", config, "--iface", "dl-master", "--duration", 2, "--json",
-                                         "--no-plots", "--no-telemetry")
+        result = self.run_program("run", "--config", config, "--iface", "dl-master", "--duration", 2, "--json",
+                                  "--no-plots", "--no-telemetry")
+        self.write("run.log", result.stderr)
         self.assertEqual(result.returncode, 0, result.stderr)
         document = self.one_document(result.stdout)
         self.assertEqual((document["state"], document["wkc_errors"], document["faults"]), ("OP", 0, []))

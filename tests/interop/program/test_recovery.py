@@ -3,7 +3,7 @@ import csv
 import signal
 import unittest
 
-from program import AXES, ProgramTest, RingTest, WireTest
+from program import AXES, DISTURBED, ProgramTest, RingTest, WireTest, again_when, again_when_disturbed
 
 LAST = len(AXES) - 1
 
@@ -195,27 +195,35 @@ class OnTheWire(WireTest):
         self.assertEqual(result.returncode, 0, result.stderr)
         return self.one_document(result.stdout)
 
+    @staticmethod
+    def exchanged(group):
+        return group["bad_cycles"] == 0 and group["working_counter"] == group["expected_working_counter"]
+
+    def diag_when(self, what, master, holds):
+        """The first diagnosis of which that is true: a frame of the cycle before may just have been late."""
+        found = []
+        self.wait_for(what, lambda: found.append(self.diag()) or holds(found[-1]), master)
+        return found[-1]
+
     def wait_for_sentence(self, sentence, master, times=1):
         self.wait_for(sentence, lambda: self.text("master.log").count(sentence) >= times, master)
 
+    @again_when(*DISTURBED)
     def test_faults_come_and_go_while_the_line_runs(self):
         _, master = self.start_both("continue")
         self.assertEqual({slave["state"] for slave in self.diag()["slaves"]}, {"OP"})
         for number, (begin, heal) in enumerate(((["power-off", "slave=v"], ["power-off", "slave=v"]),
                                                 (["cable-break", "slave=u", "to=v"], ["cable-break", "slave=u", "to=v"]),
                                                 (["short-wkc", "slave=v"], ["short-wkc", "slave=v"])), start=1):
-            with self.subTest(fault=begin):
-                self.fault(*begin)
-                self.wait_for_sentence("axis v: unavailable", master, number)
-                if begin[0] == "short-wkc":  # its watchdog takes its time
-                    self.wait_for_sentence(f"slave {LAST} (v): left OP", master)
-                self.fault("heal", *heal)
-                self.wait_for_sentence(f"slave {LAST} (v): back in OP", master, number)
-                self.wait_for_sentence("axis v: back on the path", master, number)
-        found = self.diag()
+            self.fault(*begin)
+            self.wait_for_sentence("axis v: unavailable", master, number)
+            if begin[0] == "short-wkc":  # its watchdog takes its time
+                self.wait_for_sentence(f"slave {LAST} (v): left OP", master)
+            self.fault("heal", *heal)
+            self.wait_for_sentence(f"slave {LAST} (v): back in OP", master, number)
+            self.wait_for_sentence("axis v: back on the path", master, number)
+        found = self.diag_when("all slaves exchange process data", master, lambda found: self.exchanged(found["groups"][0]))
         self.assertEqual([slave["state"] for slave in found["slaves"]], ["OP"] * len(AXES))
-        self.assertEqual(found["groups"][0]["working_counter"], found["groups"][0]["expected_working_counter"])
-        self.assertEqual(found["groups"][0]["bad_cycles"], 0)
         self.assertGreater(found["cycle"]["cycles"], 100)
         self.assertGreater(found["cycle"]["cycle_cost_ns"]["p50"], 0)
         told = [event["sentence"] for event in found["events"]]
@@ -232,6 +240,7 @@ class OnTheWire(WireTest):
         self.assertGreaterEqual(document["recoveries"], 3)
         self.assertNotIn("run.socket", self.files())
 
+    @again_when(*DISTURBED)
     def test_a_drive_is_waited_for(self):
         _, master = self.start_both("hold")
         self.fault("power-off", "slave=z")
@@ -253,6 +262,12 @@ class Ring(RingTest):
         result = self.run_program("fault", "--control", "line.socket", *words)
         self.assertEqual(result.returncode, 0, result.stderr)
 
+    def diag(self):
+        result = self.run_program("diag", "--control", "run.socket", "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return self.one_document(result.stdout)
+
+    @again_when_disturbed
     def test_every_cable_breaks_and_is_mended_while_the_line_runs(self):
         config = self.write_gentle_line(cycle_us=2000, realtime="cpu = 1\nsimulation_cpu = 0",
                                         head='[wiring]\npreset = "ring"')
@@ -261,20 +276,25 @@ class Ring(RingTest):
         self.wait_for("the ring", lambda: "slaves on dl-line and dl-line2" in self.text("line.log"), line)
         master = self.start_master(config, "--iface2", "dl-master2", "--control", "run.socket")
         for at, (first, second) in enumerate(zip(AXES, AXES[1:])):
-            with self.subTest(cable=f"{first} to {second}"):
-                self.fault("cable-break", f"slave={first}", f"to={second}")
-                sentence = f"the ring is broken between slave {at} and slave {at + 1};"
-                self.wait_for(sentence, lambda sentence=sentence: sentence in self.text("master.log"), master)
-                found = self.one_document(self.run_program("diag", "--control", "run.socket", "--json").stdout)
-                self.assertEqual(found["ring"], {"state": "open", "primary_slaves": at + 1,
-                                                 "secondary_slaves": len(AXES) - at - 1})
-                self.assertEqual({slave["state"] for slave in found["slaves"]}, {"OP"})
-                self.fault("heal", "all")
-                self.wait_for("the ring is whole", lambda at=at: self.text("master.log").count(
-                    "the ring is closed again") > at, master)
+            self.fault("cable-break", f"slave={first}", f"to={second}")
+            sentence = f"the ring is broken between slave {at} and slave {at + 1};"
+            self.wait_for(sentence, lambda sentence=sentence: sentence in self.text("master.log"), master)
+            there = {"state": "open", "primary_slaves": at + 1, "secondary_slaves": len(AXES) - at - 1}
+            self.wait_for(f"{sentence} in the diagnosis", lambda there=there: self.diag()["ring"] == there, master)
+            self.assertEqual({slave["state"] for slave in self.diag()["slaves"]}, {"OP"})
+            self.fault("heal", "all")
+            self.wait_for("the ring is whole", lambda at=at: self.text("master.log").count(
+                "the ring is closed again") > at, master)
         self.assertEqual(self.end(master, signal.SIGTERM), 0, self.logs())
         document = self.one_document(self.text("master.log.out"))
-        self.assertEqual(document["wkc_errors"], 0, "not one cycle of anybody's process data")
+        ring = document["ring"]
+        self.assertEqual(ring["state"], "closed")
+        self.assertGreater(ring["merged"], 0)
+        # A break, and a mending, costs what is under way in that moment: one frame of process data and one of other work.
+        # What a busy machine has held up costs as well, and is told apart.
+        under_way = 2 * (len(AXES) - 1)
+        self.assertLessEqual(ring["halves"] - ring["late_halves"], 2 * under_way)
+        self.assertLessEqual(document["wkc_errors"] - ring["late_halves"], under_way)
         self.assertEqual({axis["unavailable_cycles"] for axis in document["axes"]}, {0})
         self.assertEqual(document["state"], "OP")
 

@@ -7,7 +7,7 @@ import subprocess
 import sys
 import unittest
 
-from program import AXES, EXAMPLES, PATIENCE_S, WireTest, line_description
+from program import AXES, EXAMPLES, PATIENCE_S, WireTest, again_when_disturbed, line_description
 
 CONFIG = EXAMPLES / "line8-nic.toml"
 LATENCY_DEVICE = "/dev/cpu_dma_latency"
@@ -18,7 +18,6 @@ class TwoProcesses(WireTest):
         """A run of the example; its document. On a machine too busy for 125 us, at a slower cycle."""
         arguments = ["--iface", "dl-master", "--duration", 3, "--json", "--no-plots", *arguments]
         result, disturbed = self.run_undisturbed("run", "--config", CONFIG, *arguments)
-        self.assertEqual(self.one_document(result.stdout)["wkc_errors"], 0)
         if disturbed:
             print(f"too busy for 125 us ({result.stderr.splitlines()[-1]}); at 2 ms instead", file=sys.stderr)
             slow = self.write("slow.toml", line_description(cycle_us=2000))
@@ -46,18 +45,18 @@ class TwoProcesses(WireTest):
         return any(os.path.realpath(link) == LATENCY_DEVICE for link in links)
 
     @unittest.skipUnless(os.access(LATENCY_DEVICE, os.R_OK | os.W_OK), f"{LATENCY_DEVICE} cannot be opened")
+    @again_when_disturbed
     def test_idle_cpus_are_kept_awake_while_both_run(self):
         for key, wanted in (("", True), ("cpu_latency_us = -1", False)):
-            with self.subTest(key=key):
-                config = self.write_gentle_line(cycle_us=2000, realtime=key)
-                line = self.start_line(config)
-                master = self.start_master(config, "--no-telemetry")
-                for process, log in ((line, "line.log"), (master, "master.log")):
-                    self.assertEqual(self.keeps_cpus_awake(process), wanted, log)
-                    self.assertRegex(self.text(log), "(?m)^  CPU wake-up time +ok +" +
-                                     ("at most 0 us" if wanted else "left to the kernel") + "$")
-                self.end(master, signal.SIGTERM)
-                self.end_line(line)
+            config = self.write_gentle_line(cycle_us=2000, realtime=key)
+            line = self.start_line(config)
+            master = self.start_master(config, "--no-telemetry")
+            for process, log in ((line, "line.log"), (master, "master.log")):
+                self.assertEqual(self.keeps_cpus_awake(process), wanted, f"{log}, {key}")
+                self.assertRegex(self.text(log), "(?m)^  CPU wake-up time +ok +" +
+                                 ("at most 0 us" if wanted else "left to the kernel") + "$")
+            self.end(master, signal.SIGTERM)
+            self.end_line(line)
 
     def fields(self, capture, display_filter, *fields):
         """Values of `fields` for each frame that matches, as Wireshark's dissector sees them."""

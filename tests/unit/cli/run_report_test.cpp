@@ -105,6 +105,16 @@ TEST(RunReport, TextHasTheFigures) {
   EXPECT_THAT(text, HasSubstr("out/axes.csv\n"));
 }
 
+TEST(RunReport, RingTellsHalvesThatWereLateFromTheOthers) {
+  auto report = report_of_a_run();
+  report.ring = {{port::RingStatus::State::kClosed}, 900, 5, 3};
+  EXPECT_EQ(to_json(report)["ring"],
+            json::parse(R"({"state": "closed", "merged": 900, "halves": 5, "late_halves": 3})"));
+  EXPECT_THAT(to_text(report),
+              HasSubstr("  ring: closed; 900 answers put together of two halves, 5 halves stayed alone (3 "
+                        "waited for in vain)\n"));
+}
+
 TEST(RunReport, TextSaysWhenTelemetryWasOff) {
   auto report = report_of_a_run();
   report.telemetry_enabled = false;

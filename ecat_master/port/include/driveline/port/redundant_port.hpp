@@ -28,7 +28,10 @@ struct RingStatus {
 /// The two ends of a ring as one port. Every frame leaves on both interfaces. In a whole ring the primary one comes out
 /// at the secondary end with the work of all slaves done, and the copy, which slaves only pass on, at the primary end.
 /// When the ring is broken somewhere each copy turns round at the break and brings back the work of the slaves on its
-/// side; the two are put together, so that a break costs no frame.
+/// side; the two are put together, so that a broken ring loses nothing. What is under way in the moment of the break,
+/// or of the mending, may meet it with one copy as it was before and with the other as it is after: then the slaves of
+/// one side are not in the answer, which has their working counters missing. So each of the two costs the frames that
+/// are under way at most, and those for one side only.
 ///
 /// The copy on the secondary interface does nothing where it must not do it twice or at the wrong place: commands that
 /// count positions (APxx, ARMW) and those that read one slave and write the others (FRMW) are NOPs in it. While the
@@ -85,6 +88,9 @@ class RedundantPort final : public Port {
   [[nodiscard]] std::uint64_t merged() const noexcept { return merged_.value(); }
   /// Halves of answers that stayed alone and were handed over so. Any thread. \rtsafe
   [[nodiscard]] std::uint64_t halves() const noexcept { return halves_.value(); }
+  /// Of these, those whose other half was waited for in vain: it was late or is lost. The rest stayed alone because the
+  /// other copy came all the way round, so that there was no other half to come. Any thread. \rtsafe
+  [[nodiscard]] std::uint64_t late_halves() const noexcept { return late_halves_.value(); }
 
  private:
   enum class Side : std::uint8_t { kPrimary, kSecondary };
@@ -127,6 +133,7 @@ class RedundantPort final : public Port {
   std::chrono::nanoseconds last_send_{0};
   Counter merged_;
   Counter halves_;
+  Counter late_halves_;
   std::atomic<std::uint64_t> status_{0};
   std::atomic<std::uint64_t> time_route_{0};
 };
