@@ -27,6 +27,21 @@ Result<std::vector<AlReport>> Master::peek_states() {
   return ecat_master::peek_states(bus_);
 }
 
+Result<Master::Owner> Master::find_owner(std::chrono::nanoseconds patience) {
+  constexpr auto kBetweenLooks = std::chrono::milliseconds{5};
+  const auto end = clock_.now() + patience;
+  for (;;) {
+    const auto states = peek_states();
+    if (!states) return tl::unexpected(states.error());
+    const auto in_op = std::find_if(states->begin(), states->end(),
+                                    [](const AlReport& report) { return report.status.state == wire::AlState::kOp; });
+    if (in_op == states->end()) return Owner{};
+    const Owner owner{static_cast<std::uint16_t>(in_op - states->begin()), exchange_statistics().frames_of_masters > 0};
+    if (owner.heard || clock_.now() >= end) return owner;
+    clock_.sleep_until(clock_.now() + kBetweenLooks);
+  }
+}
+
 Result<void> Master::scan() {
   auto found = discover(bus_);
   if (!found) return tl::unexpected(found.error());

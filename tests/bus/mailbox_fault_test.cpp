@@ -286,6 +286,77 @@ TEST(TwoMastersOnOneWire, ThatOneCyclesIsToldWithWhatTheOtherDoes) {
             2);
 }
 
+TEST(TwoMastersOnOneWire, AToolOfThisProgramIsNobodyToSpeakOfUntilItChangesStates) {
+  DriveLine drives(3);
+  SharedWire wire(drives.line());
+  LineOperation operation(drives, wire.a);
+  ASSERT_EQ(sentence(operation.to_op()), "");
+  ecat_master::LineSupervisor supervisor(operation.master());
+  Master tool(wire.b, drives.clock, {.exchange = {.guest = true}});
+  const auto live = [&] {
+    for (int i = 0; i < 20; ++i) {
+      operation.run(milliseconds{1});
+      supervisor.poll();
+    }
+  };
+  live();
+  ASSERT_EQ(sentence(tool.peek_states()), "");
+  const std::array divider{std::byte{0xC2}, std::byte{0x09}};
+  ASSERT_TRUE(tool.bus().broadcast_write(wire::reg::kWatchdogDivider.address, divider));
+  live();
+  EXPECT_EQ(supervisor.events(), 0U);
+  EXPECT_EQ(operation.master().core()->foreign_frames(), 0U);
+  EXPECT_EQ(operation.master().core()->other_master().frames, 0U);
+  // Told apart as any two masters are.
+  EXPECT_GT(tool.exchange_statistics().frames_of_masters, 0U) << "it hears the master";
+  // What takes the line out of operation is told, whoever does it.
+  const auto init = wire::to_le_bytes(wire::AlControl{wire::AlState::kInit, false, false}.raw());
+  ASSERT_TRUE(tool.bus().broadcast_write(wire::reg::kAlControl.address, init));
+  operation.run(milliseconds{2});
+  supervisor.poll();
+  ASSERT_GT(supervisor.events(), 0U);
+  EXPECT_THAT(what_happened(supervisor.history()[0]), testing::HasSubstr("among them BWR to AL control (0x0120)"));
+}
+
+TEST(TwoMastersOnOneWire, AMasterThatComesFindsOutWhoseTheLineIs) {
+  constexpr auto kPatience = milliseconds{150};
+  DriveLine drives(3);
+  SharedWire wire(drives.line());
+  Master second(wire.b, drives.clock);
+  const auto nobodys = second.find_owner(kPatience);
+  ASSERT_EQ(sentence(nobodys), "");
+  EXPECT_FALSE(nobodys->in_op);
+  LineOperation operation(drives, wire.a);
+  ASSERT_EQ(sentence(operation.to_op()), "");
+  operation.run(milliseconds{5});
+  Master third(wire.b, drives.clock);
+  const auto driven = third.find_owner(kPatience);
+  ASSERT_EQ(sentence(driven), "");
+  EXPECT_EQ(driven->in_op, 0);
+  EXPECT_TRUE(driven->heard);
+  EXPECT_TRUE(drives.all_in(wire::AlState::kOp)) << "looking changes nothing";
+  // The first one is silent from now on, and the watchdogs of its drives run out.
+  Master fourth(wire.b, drives.clock);
+  const auto left = fourth.find_owner(kPatience);
+  ASSERT_EQ(sentence(left), "");
+  EXPECT_FALSE(left->in_op);
+}
+
+TEST(TwoMastersOnOneWire, ALineThatWasLeftInOpIsNobodys) {
+  DriveLine drives(3);
+  SharedWire wire(drives.line());
+  LineOperation operation(drives, wire.a);
+  ASSERT_EQ(sentence(operation.to_op()), "");
+  Master other(wire.b, drives.clock);
+  // Drives that watch nobody; and there is nothing left to be heard of the first master.
+  ASSERT_TRUE(other.bus().broadcast_write(wire::reg::kWatchdogTimeProcessData.address, std::array<std::byte, 2>{}));
+  Master second(wire.b, drives.clock);
+  const auto left = second.find_owner(milliseconds{150});
+  ASSERT_EQ(sentence(left), "");
+  EXPECT_EQ(left->in_op, 0);
+  EXPECT_FALSE(left->heard);
+}
+
 /// Puts foreign frames between those of the line.
 class NoisyPort final : public PassingPort {
  public:

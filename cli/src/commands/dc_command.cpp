@@ -68,7 +68,7 @@ class ClockSession {
 
  private:
   [[nodiscard]] Outcome<void> bring_up() {
-    if (auto free = must_not_be_driven(master_, options_.force); !free) return free;
+    if (auto free = must_not_be_driven(session_, master_, options_.force); !free) return free;
     if (auto done = master_.scan(); !done) return bus_failure(done.error());
     if (!options_.operational) {
       if (auto done = master_.enter_pre_op(); !done) return bus_failure(done.error());

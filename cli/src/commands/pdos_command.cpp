@@ -34,7 +34,7 @@ Outcome<int> show_image(const PdosOptions& options) {
   if (!session) return tl::unexpected(session.error());
   const auto& config = (*session)->config();
   ecat_master::Master master((*session)->port(), (*session)->clock(), master_settings(config));
-  if (auto free = must_not_be_driven(master, options.force); !free) return tl::unexpected(free.error());
+  if (auto free = must_not_be_driven(**session, master, options.force); !free) return tl::unexpected(free.error());
   if (auto done = master.scan(); !done) return bus_failure(done.error());
   if (auto done = configure_line(master, &config); !done) return tl::unexpected(done.error());
   const auto named = name_process_data(config, master);

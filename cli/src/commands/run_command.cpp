@@ -24,6 +24,7 @@ struct RunOptions {
   bool no_plots = false;
   bool no_telemetry = false;
   bool json = false;
+  bool force = false;
 };
 
 /// Files that the run leaves behind, beside axes.csv. A plot that cannot be drawn is no failure of the run.
@@ -79,6 +80,9 @@ Outcome<int> run_line(const RunOptions& options) {
     return {};
   });
   if (!session) return tl::unexpected(session.error());
+  if (auto claimed = (*session)->claim(options.force, "take its line away"); !claimed) {
+    return tl::unexpected(claimed.error());
+  }
   std::unique_ptr<CommandInput> control;
   if (!options.control.empty()) {
     auto input = CommandInput::open(options.control, CommandInput::Sources::kSocket);
@@ -86,7 +90,7 @@ Outcome<int> run_line(const RunOptions& options) {
     control = std::move(*input);
   }
   catch_stop_signals();
-  auto report = LineRun(**session, std::move(path), duration_s, control.get()).execute();
+  auto report = LineRun(**session, std::move(path), duration_s, control.get(), options.force).execute();
   const auto capture = (*session)->close_capture();
   if (!report) return tl::unexpected(report.error());
   if (!capture) return tl::unexpected(capture.error());
@@ -110,6 +114,7 @@ Execute prepare_run(Arguments& to) {
   to.option("--control", &options->control, Value::file("PATH"), "Socket to listen at for `driveline diag`");
   to.flag("--no-plots", options->no_plots, "Leave only the CSV files");
   to.flag("--no-telemetry", options->no_telemetry, "Do not publish over DDS");
+  add_force_flag(to, options->force);
   add_json_flag(to, options->json);
   return [options] { return run_line(*options); };
 }

@@ -13,6 +13,7 @@
 #include "line/composition.hpp"
 #include "line/line_console.hpp"
 #include "line/line_server.hpp"
+#include "line/session.hpp"
 #include "signals.hpp"
 
 namespace driveline::cli {
@@ -39,6 +40,7 @@ struct SimulateOptions {
   BusOptions bus;
   std::string control;  ///< socket for commands; may be empty
   bool busy_poll = false;
+  bool force = false;
 };
 
 /// Frame rate, turn-around times and states, every few seconds.
@@ -152,6 +154,10 @@ Outcome<int> simulate(const SimulateOptions& options) {
   if (!interfaces) return tl::unexpected(interfaces.error());
   auto input = CommandInput::open(options.control);
   if (!input) return tl::unexpected(input.error());
+  std::vector<std::string> served{bus.interface};
+  if (!bus.interface2.empty()) served.push_back(bus.interface2);
+  const auto locks = take_locks(served, options.force, "answer there as well");
+  if (!locks) return tl::unexpected(locks.error());
   const auto line = make_simulated_line(*config, clock, interfaces->secondary != nullptr);
   LineServer server(*line, *interfaces->primary, interfaces->secondary.get(), clock,
                     {options.busy_poll, [&](nanoseconds deadline) { interfaces->waiter->wait(deadline); }});
@@ -194,6 +200,7 @@ Execute prepare_simulate(Arguments& to) {
   add_bus_options(to, options->bus);
   to.flag("--busy-poll", options->busy_poll, "Spin for frames while a master cycles: faster answers for a whole CPU");
   to.option("--control", &options->control, Value::file("PATH"), "Socket to listen at for `driveline fault`");
+  to.flag("--force", options->force, "Also on an interface that another process of this program works with");
   return [options] { return simulate(*options); };
 }
 

@@ -201,8 +201,7 @@ nlohmann::json to_json(std::span<const Row> rows) {
 }
 
 /// Those who are to change their state must not be in operation; of a whole line all are.
-Outcome<void> must_not_disturb(const LineView& line, std::span<const std::size_t> positions,
-                               const StatesOptions& options) {
+Outcome<void> must_not_disturb(LineView& line, std::span<const std::size_t> positions, const StatesOptions& options) {
   const auto would = fmt::format("take it to {}", options.wanted);
   if (!options.selection.chosen()) return line.must_not_disturb(options.force, would);
   for (const auto position : positions) {
@@ -210,7 +209,7 @@ Outcome<void> must_not_disturb(const LineView& line, std::span<const std::size_t
     return failed(fmt::format("slave {} is in OP: a master drives it, and this would {}; --force does it all the same",
                               position, would));
   }
-  return {};
+  return line.session().claim(options.force, would);
 }
 
 Outcome<int> states(const StatesOptions& options) {

@@ -34,7 +34,7 @@ bool for_good(const ecat_master::Error& error) noexcept {
 
 DriveLink::DriveLink(Session& session)
     : session_(session),
-      master_(session.port(), session.clock()),
+      master_(session.port(), session.clock(), {.exchange = {.guest = true}}),
       engine_(master_.bus(), {.reply_timeout = kReplyTimeout}) {}
 
 DriveLink::~DriveLink() {
@@ -71,6 +71,8 @@ Outcome<std::unique_ptr<DriveLink>> DriveLink::open(Session& session) {
   link->slaves_ = std::move(*slaves);
   link->other_master_ = std::any_of(link->slaves_.begin(), link->slaves_.end(),
                                     [](const auto& slave) { return slave.al.status.state != AlState::kInit; });
+  // A master that has only begun has not taken them anywhere yet.
+  if (!link->other_master_) link->other_master_ = !session.claim(false, "take the line to PREOP");
   if (!link->other_master_) {
     if (auto done = link->take_to_pre_op(); !done) return tl::unexpected(done.error());
   }

@@ -23,6 +23,8 @@ using std::chrono::nanoseconds;
 
 /// How often the line is looked after while the cycle runs.
 constexpr auto kWatchInterval = milliseconds{20};
+/// Longer than the watchdogs of process data, so that a line whose master has died has left OP by then.
+constexpr auto kListenForMasters = milliseconds{150};
 constexpr auto kStopTimeout = std::chrono::seconds{10};
 /// Cycles the telemetry rings hold: a quarter of a second at 8 kHz.
 constexpr std::size_t kRingCycles = 2048;
@@ -31,11 +33,12 @@ constexpr std::size_t kMaxRingSamples = 1 << 17;
 }  // namespace
 
 LineRun::LineRun(Session& session, std::optional<trajectory::Interpolator> path, std::optional<double> duration_s,
-                 CommandInput* control)
+                 CommandInput* control, bool force)
     : session_(session),
       config_(session.config()),
       duration_s_(duration_s),
       control_(control),
+      force_(force),
       path_(std::move(path)),
       line_ring_(kRingCycles),
       axis_ring_(std::clamp<std::size_t>(config_.axes.size() * kRingCycles, 1, kMaxRingSamples)),
@@ -107,6 +110,7 @@ Outcome<void> LineRun::start_telemetry() {
 
 Outcome<void> LineRun::bring_up() {
   auto sentence = [](const ecat_master::Error& error) { return failed(ecat_master::describe(error)); };
+  if (auto free = must_be_free(); !free) return free;
   if (auto done = master_.scan(); !done) return sentence(done.error());
   progress("{} found",
            master_.slaves().size() == 1 ? std::string("1 slave") : fmt::format("{} slaves", master_.slaves().size()));
@@ -141,6 +145,21 @@ Outcome<void> LineRun::bring_up() {
            describe(wire, config_.interface.has_value()));
   if (auto fits = check_budget(wire, config_.interface.has_value()); !fits) return fits;
   if (path_) make_motion();
+  return {};
+}
+
+/// Nobody is to lose a line that he drives. Those of this program say so (Session::claim()), others are heard.
+Outcome<void> LineRun::must_be_free() {
+  if (force_ || !config_.interface) return {};
+  const auto owner = master_.find_owner(kListenForMasters);
+  // Whether anybody is there at all is for scan() to say.
+  if (!owner || !owner->in_op) return {};
+  if (owner->heard) {
+    return failed(fmt::format("slave {} is in OP and {}: this would take his line away; --force does it all the same",
+                              *owner->in_op, ecat_master::describe_traffic(master_.exchange_statistics())));
+  }
+  progress("slave {} is in OP, but no other master has been heard for {} ms: the line is taken over", *owner->in_op,
+           kListenForMasters.count());
   return {};
 }
 

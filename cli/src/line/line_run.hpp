@@ -27,8 +27,9 @@ class LineRun {
   /// `path`: of the configured axes; none: process data are exchanged without motion. `duration_s`: none, until the end
   /// of the path.
   /// `control`: answers `driveline diag --control` while the line is in operation; may be null.
+  /// `force`: takes the line over from a master that drives it.
   LineRun(Session& session, std::optional<trajectory::Interpolator> path, std::optional<double> duration_s,
-          CommandInput* control = nullptr);
+          CommandInput* control = nullptr, bool force = false);
   ~LineRun();
 
   /// Everything from scan to INIT. Progress goes to stderr. The report is complete also after a failure; faults() of
@@ -39,6 +40,7 @@ class LineRun {
   [[nodiscard]] Outcome<void> prepare();
   [[nodiscard]] Outcome<void> start_telemetry();
   [[nodiscard]] Outcome<void> bring_up();
+  [[nodiscard]] Outcome<void> must_be_free();
   void make_motion();
   [[nodiscard]] Outcome<void> start_cycle();
   void operate();
@@ -60,6 +62,7 @@ class LineRun {
   const LineConfig& config_;
   std::optional<double> duration_s_;
   CommandInput* control_;
+  bool force_;
   std::optional<trajectory::Interpolator> path_;
   rt::SpscRing<snapshot::LineSample> line_ring_;
   rt::SpscRing<snapshot::AxisSample> axis_ring_;

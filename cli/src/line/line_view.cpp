@@ -23,7 +23,9 @@ void take_apart(SlaveView& view, ecat_master::Result<std::vector<std::byte>> ima
 
 /// What the line file asks of a master; a line without a file gets the defaults.
 ecat_master::Master::Settings settings_of(const Session& session) {
-  return session.has_config() ? master_settings(session.config()) : ecat_master::Master::Settings{};
+  auto settings = session.has_config() ? master_settings(session.config()) : ecat_master::Master::Settings{};
+  settings.exchange.guest = true;
+  return settings;
 }
 
 }  // namespace
@@ -51,7 +53,8 @@ Outcome<std::unique_ptr<LineView>> LineView::open(const BusOptions& bus) {
 }
 
 LineView::~LineView() {
-  if (!master_) return;
+  // Whoever has the line is known by name, and is not disturbed.
+  if (!master_ || session_->claimed_by_another()) return;
   const auto strange = ecat_master::describe_traffic(master_->exchange_statistics());
   if (!strange.empty()) progress("{}", strange);
 }
@@ -59,7 +62,8 @@ LineView::~LineView() {
 Outcome<void> LineView::must_not_disturb(bool force, std::string_view would) const {
   std::vector<ecat_master::AlReport> states;
   for (const auto& slave : slaves_) states.push_back(slave.al);
-  return refuse_if_driven(states, force, would);
+  if (auto free = refuse_if_driven(states, force, would); !free) return free;
+  return session_->claim(force, would);
 }
 
 Outcome<void> LineView::open_mailboxes(std::span<const std::size_t> positions, bool force) {
@@ -166,7 +170,7 @@ std::vector<SlaveView> LineView::read_all() {
 
 Outcome<void> LineView::must_not_be_used(std::size_t position, bool force, std::string_view would) const {
   const auto state = slaves_[position].al.status.state;
-  if (force || (state != wire::AlState::kSafeOp && state != wire::AlState::kOp)) return {};
+  if (force || (state != wire::AlState::kSafeOp && state != wire::AlState::kOp)) return session_->claim(force, would);
   return failed(fmt::format(
       "slave {} is in {}: a master drives it, and this would {}{}; --force does it all the same", position,
       wire::to_text(state), would,

@@ -6,6 +6,7 @@
 
 #include "driveline/ecat_master/master.hpp"
 #include "failure.hpp"
+#include "line/session.hpp"
 
 namespace driveline::cli {
 
@@ -21,7 +22,7 @@ namespace driveline::cli {
 [[nodiscard]] Outcome<void> refuse_if_driven(std::span<const ecat_master::AlReport> states, bool force,
                                              std::string_view would);
 
-/// The same for a tool that takes the whole line out of operation; `master` has not scanned yet.
-[[nodiscard]] Outcome<void> must_not_be_driven(ecat_master::Master& master, bool force);
+/// The same for a tool that takes the whole line out of operation, which claims it; `master` has not scanned yet.
+[[nodiscard]] Outcome<void> must_not_be_driven(Session& session, ecat_master::Master& master, bool force);
 
 }  // namespace driveline::cli

@@ -7,6 +7,52 @@
 
 namespace driveline::cli {
 
+namespace {
+
+std::string holder_text(const port::InterfaceHolder& holder) {
+  if (holder.pid == 0) return "another process of this program";
+  return fmt::format("process {}{}", holder.pid, holder.command.empty() ? "" : fmt::format(" ({})", holder.command));
+}
+
+std::vector<std::string> interfaces_of(const LineConfig& config) {
+  std::vector<std::string> interfaces;
+  if (config.interface) interfaces.push_back(*config.interface);
+  if (config.interface2) interfaces.push_back(*config.interface2);
+  return interfaces;
+}
+
+}  // namespace
+
+Outcome<std::vector<port::InterfaceLock>> take_locks(std::span<const std::string> interfaces, bool force,
+                                                     std::string_view would) {
+  std::vector<port::InterfaceLock> locks;
+  for (const auto& interface : interfaces) {
+    auto lock = port::InterfaceLock::take(interface);
+    if (lock) {
+      locks.push_back(std::move(*lock));
+    } else if (!force) {
+      return failed(fmt::format("{} has interface {}, and this would {}; --force does it all the same",
+                                holder_text(lock.error()), interface, would));
+    }
+  }
+  return locks;
+}
+
+Outcome<void> Session::claim(bool force, std::string_view would) {
+  if (!locks_.empty()) return {};
+  auto locks = take_locks(interfaces_of(config_), force, would);
+  if (!locks) return tl::unexpected(locks.error());
+  locks_ = std::move(*locks);
+  return {};
+}
+
+bool Session::claimed_by_another() const {
+  const auto interfaces = interfaces_of(config_);
+  return locks_.empty() && std::any_of(interfaces.begin(), interfaces.end(), [](const std::string& interface) {
+           return port::InterfaceLock::holder(interface).has_value();
+         });
+}
+
 Outcome<std::unique_ptr<Session>> Session::open(const BusOptions& options, const Adjust& adjust) {
   std::unique_ptr<Session> session(new Session);
   if (options.config.empty() && options.interface.empty()) {

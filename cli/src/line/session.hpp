@@ -3,9 +3,13 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "driveline/port/capture_port.hpp"
+#include "driveline/port/interface_lock.hpp"
 #include "driveline/port/raw_socket_port.hpp"
 #include "driveline/port/redundant_port.hpp"
 #include "failure.hpp"
@@ -21,6 +25,11 @@ struct BusOptions {
   bool virtual_time = false;
 };
 
+/// Takes the locks of `interfaces`. Failure: another process has one of them and this `would` harm it; with `force` it
+/// does without that one.
+[[nodiscard]] Outcome<std::vector<port::InterfaceLock>> take_locks(std::span<const std::string> interfaces, bool force,
+                                                                   std::string_view would);
+
 /// A bus that a command can work on: clock, port and what is behind them.
 class Session {
  public:
@@ -29,6 +38,13 @@ class Session {
 
   /// Reads the configuration, opens the interface or builds the simulated line, and the capture when one is asked for.
   [[nodiscard]] static Outcome<std::unique_ptr<Session>> open(const BusOptions& options, const Adjust& adjust = {});
+
+  /// Says to others of this program that the line on its interfaces has a master now, for as long as the session lives.
+  /// `would`: what this one is about to do to a line. Failure: another process has said so before; not with `force`.
+  /// Does nothing for a line in this process.
+  [[nodiscard]] Outcome<void> claim(bool force, std::string_view would);
+  /// Another process of this program has the line.
+  [[nodiscard]] bool claimed_by_another() const;
 
   [[nodiscard]] const LineConfig& config() const noexcept { return config_; }
   [[nodiscard]] bool has_config() const noexcept { return has_config_; }
@@ -53,6 +69,7 @@ class Session {
   bool virtual_time_ = false;
   std::unique_ptr<rt::Clock> clock_;
   std::unique_ptr<slaves::Line> line_;
+  std::vector<port::InterfaceLock> locks_;  ///< none: not claimed
   std::unique_ptr<port::RawSocketPort> raw_;
   std::unique_ptr<port::RawSocketPort> raw2_;
   std::unique_ptr<port::RedundantPort> ring_;

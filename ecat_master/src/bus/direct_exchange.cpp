@@ -65,9 +65,14 @@ Result<std::size_t> DirectExchange::send_pending(std::span<Request> requests, st
   return next;
 }
 
+FrameTag DirectExchange::next_tag() noexcept {
+  ++sequence_;
+  return settings_.guest ? FrameTag::of_guest(instance_, sequence_) : FrameTag{instance_, sequence_};
+}
+
 /// Packs unanswered requests from `first` on into one frame; returns the first request that is not in it.
 Result<std::size_t> DirectExchange::send_frame(std::span<Request> requests, std::size_t first) {
-  const FrameTag tag{instance_, ++sequence_};
+  const auto tag = next_tag();
   wire::FrameBuilder builder(buffer_, tag.to_mac());
   std::size_t end = first;
   for (; end < requests.size() && !requests[end].answered; ++end) {
@@ -130,6 +135,7 @@ void DirectExchange::accept(std::span<Request> requests, std::span<const std::by
 }
 
 void DirectExchange::note_foreign(std::span<const std::byte> frame) {
+  if (harmless_guest(frame)) return;
   ++statistics_.frames_foreign;
   const auto ethernet = wire::EthernetHeader::decode(frame);
   const auto cursor = wire::DatagramCursor::open(frame);
@@ -163,6 +169,14 @@ std::uint8_t harm_of(wire::Command command, std::uint16_t ado) noexcept {
   const bool serious =
       !wire::is_logical(command) && (ado == wire::reg::kAlControl.address || ado == wire::reg::kStationAddress.address);
   return serious ? 2 : 1;
+}
+
+bool harmless_guest(std::span<const std::byte> frame) noexcept {
+  if (frame.size() < wire::EthernetHeader::kSize || !FrameTag::of(frame).guest()) return false;
+  auto cursor = wire::DatagramCursor::open(frame);
+  if (!cursor || cursor->done()) return false;
+  const auto datagram = cursor->next();
+  return datagram && harm_of(datagram->header.command, datagram->header.address.ado()) < 2;
 }
 
 std::string describe(const OtherMaster& other) {

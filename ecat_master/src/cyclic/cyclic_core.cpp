@@ -210,6 +210,7 @@ void CyclicCore::dispatch(const port::ReceivedFrame& frame) noexcept {
 }
 
 void CyclicCore::note_foreign(std::span<const std::byte> frame) noexcept {
+  if (harmless_guest(frame)) return;
   foreign_frames_.add();
   if (counting_) ++statistics_.foreign_frames;
   auto cursor = wire::DatagramCursor::open(frame);

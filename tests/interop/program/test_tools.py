@@ -3,12 +3,32 @@ import os
 import re
 import signal
 import subprocess
+import sys
 import unittest
 
-from program import EXAMPLES, PATIENCE_S, ROOT, ProgramTest, WireTest, again_when_disturbed
+from program import ATTEMPTS, DISTURBED, EXAMPLES, PATIENCE_S, ROOT, ProgramTest, WireTest, again_when, again_when_disturbed
 
 LINE8 = EXAMPLES / "line8.toml"
 ESI_FILE = ROOT / "esi/data/moog_msd.xml"
+# BRD of AL status, every 2 ms, from an address that is no master's of this program.
+FOREIGN_MASTER = r"""
+import socket, time
+s = socket.socket(socket.AF_PACKET, socket.SOCK_RAW, 0)
+s.bind(("dl-master", 0))
+frame = bytes.fromhex("ffffffffffff 00005e000001 88a4 0e10 07 00 0000 3001 0200 0000 0000 0000") + bytes(30)
+print("begins", flush=True)
+while True:
+    s.send(frame)
+    time.sleep(0.002)
+"""
+# What a process of this program does that has an interface for itself.
+LOCK_HOLDER = r"""
+import socket, time
+s = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+s.bind(f"\0driveline/interface/{socket.if_nametoindex('dl-master')}")
+print("begins", flush=True)
+time.sleep(3600)
+"""
 
 
 class InProcess(ProgramTest):
@@ -316,15 +336,109 @@ class OnTheWire(WireTest):
         self.tool("states", "-p", "7", "INIT", "--force")
         self.wait_for("the master notices", lambda: "slave 7" in self.text("master.log"))
 
+    OTHER_MASTER = "another EtherCAT master is on the wire"
+
+    def start_foreign_master(self):
+        foreign = self.start("-c", FOREIGN_MASTER, program=sys.executable, log="foreign.log")
+        self.wait_for("the foreign master", lambda: "begins" in self.text("foreign.log.out"), foreign)
+        return foreign
+
+    @again_when_disturbed
     def test_another_master_on_the_wire_is_named(self):
-        self.start_line(EXAMPLES / "line8-nic.toml")
-        other = self.start("run", "--config", EXAMPLES / "line8-nic.toml", "--iface", "dl-master", "--no-plots",
-                           "--no-telemetry", log="other.log")
-        self.wait_for("the other master", lambda: "OP" in self.text("other.log") or other.poll() is not None)
+        config = self.write_gentle_line(cycle_us=2000)
+        self.start_line(config)
+        foreign = self.start_foreign_master()
         result = self.run_program("sii", "read", "-v", "--iface", "dl-master")
-        self.assertIn("another EtherCAT master is on the wire", result.stderr)
-        self.end(other, signal.SIGTERM)
-        self.assertRegex(self.text("other.log"), r"(?m)^\d+ frames that are not ours have come in: another master or ")
+        self.assertIn(self.OTHER_MASTER, result.stderr)
+        self.assertIn("02:00:5E:00:00:01", result.stderr)
+        master = self.start_master(config, "--no-telemetry")
+        self.wait_for("the master names it", lambda: self.OTHER_MASTER in self.text("master.log"), master)
+        self.assertIsNone(foreign.poll())
+        self.assertEqual(self.end(master, signal.SIGTERM), 0, self.logs())
+
+    @again_when_disturbed
+    def test_tools_beside_a_run_are_no_other_master(self):
+        config = self.write_gentle_line(cycle_us=2000)
+        self.start_line(config)
+        master = self.start_master(config, "--no-telemetry")
+        for arguments in (["states"], ["slaves", "-v"], ["sii", "read", "-p", "1", "-v"], ["diag"],
+                          ["upload", "-p", "3", "-t", "uint16", "0x6041", "0"], ["drive", "-p", "1", "--once"],
+                          ["download", "-p", "3", "-t", "uint32", "0x6083", "0", "104857601"]):
+            result = self.run_program(*arguments, "--iface", "dl-master")
+            self.assertEqual(result.returncode, 0, f"{arguments}: {result.stderr}")
+            self.assertNotIn(self.OTHER_MASTER, result.stderr, arguments)
+        self.assertEqual(self.end(master, signal.SIGTERM), 0, self.logs())
+        self.assertNotIn(self.OTHER_MASTER, self.text("master.log"))
+        self.assertNotIn("not ours", self.text("master.log"))
+        self.assertEqual(self.one_document(self.text("master.log.out"))["faults"], [])
+
+    @again_when_disturbed
+    def test_a_second_run_does_not_take_the_line_away(self):
+        config = self.write_gentle_line(cycle_us=2000)
+        self.start_line(config)
+        master = self.start_master(config, "--no-telemetry")
+        second = ["run", "--config", config, "--iface", "dl-master", "--no-plots", "--no-telemetry", "--duration", 0.2]
+        for _ in range(3):
+            self.check_refused(self.run_program(*second), 1, f"process {master.pid} (driveline run) has interface dl-master",
+                               "take its line away", "--force")
+        self.check_refused(self.run_program("simulate", "--config", config, "--iface", "dl-master"), 1,
+                           f"process {master.pid} (driveline run)", "--force")
+        self.assertNotIn("axis", self.text("master.log").partition("following the path")[2])
+        self.assertIsNone(master.poll(), self.logs())
+        forced = self.run_program(*second, "--force")
+        self.assertIn("slaves found", forced.stderr, "whoever insists gets it")
+        self.wait_for("the first one to lose it", lambda: master.poll() is not None)
+        self.assertEqual(master.returncode, 1, self.logs())
+
+    def test_a_second_simulated_line_does_not_answer_as_well(self):
+        line = self.start_line(EXAMPLES / "line8-nic.toml")
+        self.check_refused(self.run_program("simulate", "--config", EXAMPLES / "line8-nic.toml", "--iface", "dl-line"), 1,
+                           f"process {line.pid} (driveline simulate) has interface dl-line", "answer there as well")
+
+    def test_tools_that_write_leave_a_line_alone_that_is_being_started(self):
+        self.start_line(EXAMPLES / "line8-nic.toml")
+        holder = self.start("-c", LOCK_HOLDER, program=sys.executable, log="holder.log")
+        self.wait_for("the lock", lambda: "begins" in self.text("holder.log.out"), holder)
+        for arguments in (["states", "PREOP"], ["states", "-p", "2", "PREOP"], ["rescan"], ["upload", "-p", "1", "0x1008", "0"],
+                          ["alias", "-p", "1", "9"], ["reg_write", "-p", "1", "-t", "uint16", "0x0420", "9"],
+                          ["dc", "--duration", "1", "--config", EXAMPLES / "line8-nic.toml"],
+                          ["pdos", "--image", "--config", EXAMPLES / "line8-nic.toml"],
+                          ["run", "--duration", "1", "--no-plots"]):
+            with self.subTest(arguments=arguments):
+                result = self.run_program(*arguments, "--iface", "dl-master")
+                self.assertEqual((result.returncode, result.stdout), (1, ""), result.stderr)
+                self.assertRegex(result.stderr, rf"process {holder.pid} \(python.* has interface dl-master, and this would .*; "
+                                                "--force does it all the same\n$")
+        self.assertIn("Serial number", self.tool("slaves", "-v"), "looking is allowed")
+        self.assertEqual(self.tool("states", "-p", "2", "PREOP", "--force"), "   2  PREOP\n")
+        holder.kill()
+        holder.wait(PATIENCE_S)
+        self.assertEqual(self.tool("states", "-p", "3", "PREOP"), "   3  PREOP\n")
+
+    @again_when(*DISTURBED)
+    def test_a_line_in_op_is_taken_over_from_the_dead_and_not_from_the_living(self):
+        text = self.write_gentle_line(cycle_us=2000).read_text(encoding="utf-8")
+        config = self.write("line.toml", re.sub(r'(\[\[slave\]\]\nname = "\w")', r"\1\nwatchdog = {process_data_ms = 6500}", text))
+        self.start_line(config)
+        for _ in range(ATTEMPTS):
+            master = self.start_master(config, "--no-telemetry")
+            master.kill()
+            master.wait(PATIENCE_S)
+            # While its watchdog has not run out: from now on there is none.
+            self.tool("reg_write", "--force", "-p", "0", "-t", "uint16", "0x0420", "0")
+            if self.tool("states", "-p", "0") == "   0  OP\n":
+                break
+        again = ["run", "--config", config, "--iface", "dl-master", "--no-plots", "--no-telemetry", "--duration", 0.2]
+        foreign = self.start_foreign_master()
+        refused = self.run_program(*again)
+        self.assertEqual(refused.returncode, 1, refused.stderr)
+        self.assertRegex(refused.stderr, rf"slave 0 is in OP and {self.OTHER_MASTER}: .*would take his line away; --force")
+        self.assertEqual(self.tool("states", "-p", "0"), "   0  OP\n", "nothing has been written")
+        foreign.kill()
+        foreign.wait(PATIENCE_S)
+        result = self.run_program(*again)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("slave 0 is in OP, but no other master has been heard for 150 ms: the line is taken over", result.stderr)
 
     def test_diagnosis_names_the_bad_cable_until_it_is_cleared(self):
         self.start("simulate", "--config", EXAMPLES / "line8-nic.toml", "--iface", "dl-line", "--control", "line.socket",

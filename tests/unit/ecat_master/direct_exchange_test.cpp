@@ -35,6 +35,13 @@ TEST(FrameTag, SurvivesTheBitThatSlavesSet) {
   EXPECT_TRUE(FrameTag::processed(mac));
 }
 
+TEST(FrameTag, OfAGuestSaysSoAndCounts) {
+  EXPECT_TRUE(FrameTag::of_guest(0x5A, 1).guest());
+  EXPECT_EQ(copy_of(FrameTag::of_guest(0x5A, 0x12345).to_mac()), hex("00 5A 45 23 FF FF"));
+  EXPECT_NE(FrameTag::of_guest(0x5A, 1), FrameTag::of_guest(0x5A, 2));
+  EXPECT_FALSE((FrameTag{0x5A, 0x12345678}).guest());
+}
+
 TEST(FrameTag, EveryMasterOfAProcessGetsAnInstanceOfItsOwn) {
   std::set<std::uint16_t> given;
   for (int i = 0; i < 1000; ++i) given.insert(next_frame_instance());
@@ -260,6 +267,27 @@ TEST_F(DirectExchangeTest, CountsAndIgnoresWhatIsNotItsOwn) {
   EXPECT_EQ(describe_traffic(exchange.statistics()),
             "another EtherCAT master is on the wire: 1 of its frames have come in, the last one from "
             "02:08:01:00:00:00; two masters disturb each other");
+}
+
+TEST_F(DirectExchangeTest, OfAGuestIsNobodyToSpeakOfForOthers) {
+  std::vector<std::byte> heard;
+  port.on_send = [&](auto frame) {
+    heard = answered(frame, std::byte{0x11});
+    port.arrive(heard);
+  };
+  DirectExchange guest(port, clock, {.guest = true});
+  for (int i = 0; i < 3; ++i) {
+    Requests requests(1);
+    ASSERT_TRUE(guest.exchange(requests.list)) << "it knows its own frames";
+  }
+  port.on_send = [&](auto frame) {
+    port.arrive(heard);
+    port.arrive(answered(frame, std::byte{0x22}));
+  };
+  Requests requests(1);
+  ASSERT_TRUE(exchange.exchange(requests.list));
+  EXPECT_EQ(exchange.statistics().frames_foreign, 0U);
+  EXPECT_EQ(describe_traffic(exchange.statistics()), "");
 }
 
 TEST_F(DirectExchangeTest, TreatsAFullQueueAsALostFrame) {

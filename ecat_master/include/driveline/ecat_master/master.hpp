@@ -49,6 +49,15 @@ class Master {
 
   /// AL status of all slaves by their position, without changing anything about them. Needs no scan().
   [[nodiscard]] Result<std::vector<AlReport>> peek_states();
+  /// In whose hands a line is.
+  struct Owner {
+    std::optional<std::uint16_t> in_op;  ///< the first slave in OP; none: nobody drives the line
+    bool heard = false;                  ///< frames of another master have come in: he is at work
+  };
+  /// Before scan(), without changing anything: while a slave is in OP, listens up to `patience` for another master. A
+  /// line whose master has died falls out of OP by its watchdogs meanwhile, or stays there in silence. Errors: those of
+  /// the bus.
+  [[nodiscard]] Result<Owner> find_owner(std::chrono::nanoseconds patience);
   /// Finds the slaves. Leaves them in INIT.
   [[nodiscard]] Result<void> scan();
   /// After scan(): who is connected to whom. A line whose ports fit no tree has a description without slaves.

@@ -33,6 +33,9 @@ struct OtherMaster {
 /// How much harm a datagram of another master does: 0 none, it reads; 1 it writes; 2 it changes states or station
 /// addresses. \rtsafe
 [[nodiscard]] std::uint8_t harm_of(wire::Command command, std::uint16_t ado) noexcept;
+/// A tool of this program (FrameTag::guest()) that reads, or talks to a slave's mailbox or registers, but changes
+/// neither states nor station addresses: nobody to speak of. \rtsafe
+[[nodiscard]] bool harmless_guest(std::span<const std::byte> frame) noexcept;
 /// One sentence. Allocates: not for the cycle.
 [[nodiscard]] std::string describe(const OtherMaster& other);
 
@@ -42,7 +45,7 @@ struct ExchangeStatistics {
   std::uint64_t frames_received = 0;    ///< own ones, in time and undamaged
   std::uint64_t frames_lost = 0;        ///< not answered in time, sent again or given up
   std::uint64_t frames_stale = 0;       ///< came back after they had been given up, or twice
-  std::uint64_t frames_foreign = 0;     ///< not ours, or damaged
+  std::uint64_t frames_foreign = 0;     ///< not ours, or damaged; without those of a harmless_guest()
   std::uint64_t frames_of_masters = 0;  ///< those of them that are EtherCAT frames of another sender
   wire::MacAddress other_master{};      ///< source address of the last of these
 };

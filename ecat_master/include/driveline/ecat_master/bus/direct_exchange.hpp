@@ -24,6 +24,7 @@ class DirectExchange final : public DatagramExchange {
     int retries = 4;  ///< further tries after the first
     /// FrameTag::instance; none: one that no other master has (next_frame_instance()).
     std::optional<std::uint16_t> instance = std::nullopt;
+    bool guest = false;  ///< only looks at a line that may have a master: its frames say so (FrameTag::guest())
   };
 
   /// Port and clock must outlive it.
@@ -53,6 +54,7 @@ class DirectExchange final : public DatagramExchange {
   [[nodiscard]] Result<std::size_t> send_frame(std::span<Request> requests, std::size_t first);
   void collect(std::span<Request> requests);
   void accept(std::span<Request> requests, std::span<const std::byte> frame);
+  [[nodiscard]] FrameTag next_tag() noexcept;
   void note_foreign(std::span<const std::byte> frame);
 
   port::Port& port_;

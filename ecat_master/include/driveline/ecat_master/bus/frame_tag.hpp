@@ -14,9 +14,14 @@ namespace driveline::ecat_master {
 /// the upper five bits of byte 0 and byte 1 tell masters on one wire apart, bytes 2-5 are a sequence number that lasts
 /// for days. The multicast bit of byte 0 stays clear, and so does bit 2,
 /// with which a ring marks its second copy (port::RedundantPort).
+///
+/// A guest, a tool that looks at a line which may have a master already, counts in the lower half of the sequence
+/// number only; the upper half says what it is, so that the master takes its frames for what they are.
 struct FrameTag {
   /// Most values of `instance`: 13 bits.
   static constexpr std::uint16_t kInstances = 0x2000;
+  /// Upper half of `sequence` in the frames of a guest; a master comes there after days at 8 kHz.
+  static constexpr std::uint32_t kGuest = 0xFFFF'0000;
 
   std::uint16_t instance = 0;  ///< of the master, below kInstances
   std::uint32_t sequence = 0;  ///< of the frame
@@ -35,6 +40,12 @@ struct FrameTag {
   [[nodiscard]] static constexpr FrameTag of(std::span<const std::byte> frame) noexcept {
     return from_source(frame.subspan(6, 6));
   }
+  /// The frame of a guest, number `count` modulo 2^16; \rtsafe.
+  [[nodiscard]] static constexpr FrameTag of_guest(std::uint16_t instance, std::uint32_t count) noexcept {
+    return {instance, kGuest | (count & ~kGuest)};
+  }
+  /// Whether a guest has sent it; \rtsafe.
+  [[nodiscard]] constexpr bool guest() const noexcept { return (sequence & kGuest) == kGuest; }
   /// True once a slave has processed the frame.
   [[nodiscard]] static constexpr bool processed(const wire::MacAddress& mac) noexcept {
     return (mac[0] & std::byte{0x02}) != std::byte{0};
