@@ -1,9 +1,12 @@
 #include "driveline/rt/realtime_platform.hpp"
 
+#include <sched.h>
 #include <sys/utsname.h>
 
 #include <charconv>
 #include <fstream>
+
+#include "realtime_neighbours.hpp"
 
 namespace driveline::rt {
 
@@ -97,7 +100,18 @@ PlatformSource PlatformSource::this_machine() {
 }
 
 std::vector<RealtimeItem> inspect_platform(const PlatformSource& source, std::optional<int> cpu) {
-  return {preemption(source), throttling(source), isolation(source, cpu), governor(source, cpu)};
+  return {preemption(source), throttling(source), isolation(source, cpu), inspect_neighbours(source.root, cpu),
+          governor(source, cpu)};
+}
+
+std::optional<int> allowed_cpu_besides(int cpu) noexcept {
+  cpu_set_t allowed;
+  CPU_ZERO(&allowed);
+  if (sched_getaffinity(0, sizeof allowed, &allowed) != 0) return std::nullopt;
+  for (int other = CPU_SETSIZE - 1; other >= 0; --other) {
+    if (other != cpu && CPU_ISSET(other, &allowed)) return other;
+  }
+  return std::nullopt;
 }
 
 bool cpu_list_contains(std::string_view list, int cpu) noexcept {

@@ -201,7 +201,42 @@ TEST_F(PrivilegedRealtimeThreadTest, EverythingRequestedIsInEffect) {
   EXPECT_EQ(setting(*report, "heap").effective, "kept in the process");
   EXPECT_THAT(setting(*report, "memory lock").effective, testing::Not(testing::StartsWith("0 KiB")));
   EXPECT_EQ(setting(*report, "timer slack").effective, std::to_string(task.timer_slack_ns) + " ns");
-  EXPECT_EQ(report->platform.size(), 5u);
+  EXPECT_EQ(report->platform.size(), 6u);
+}
+
+TEST_F(PrivilegedRealtimeThreadTest, ASecondOneOnTheSameCpuIsToldWhoIsThere) {
+  int ready[2] = {-1, -1};
+  ASSERT_EQ(pipe(ready), 0);
+  const int cpu = last_allowed_cpu();
+  const pid_t child = fork();
+  if (child == 0) {
+    cpu_set_t set;
+    CPU_ZERO(&set);
+    CPU_SET(cpu, &set);
+    sched_param parameters{};
+    parameters.sched_priority = 7;
+    const char pinned =
+        sched_setaffinity(0, sizeof set, &set) == 0 && sched_setscheduler(0, SCHED_FIFO, &parameters) == 0 ? 'y' : 'n';
+    if (write(ready[1], &pinned, 1) == 1) pause();
+    _exit(0);
+  }
+  char pinned = 0;
+  EXPECT_EQ(read(ready[0], &pinned, 1), 1);
+  EXPECT_EQ(pinned, 'y');
+  RealtimeConfig config;
+  config.cpu = cpu;
+  SelfPortrait task;
+  RealtimeThread thread;
+  const auto report = thread.start(config, task);
+  thread.join();
+  kill(child, SIGKILL);
+  waitpid(child, nullptr, 0);
+  close(ready[0]);
+  close(ready[1]);
+  ASSERT_TRUE(report.has_value()) << "it is a note: " << report.error().message();
+  EXPECT_THAT(text_of(*report), HasSubstr(" (process " + std::to_string(child) +
+                                          ", priority 7) instead of no other real-time thread on CPU " +
+                                          std::to_string(cpu) + "; remedy: give each a CPU of its own"));
 }
 
 TEST_F(PrivilegedRealtimeThreadTest, DeepUseOfTheStackFaultsNoPageIn) {

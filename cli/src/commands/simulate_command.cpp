@@ -9,6 +9,7 @@
 #include "console.hpp"
 #include "driveline/port/frame_waiter.hpp"
 #include "driveline/port/raw_socket_port.hpp"
+#include "driveline/rt/realtime_platform.hpp"
 #include "driveline/slaves/esc/sii_file.hpp"
 #include "line/composition.hpp"
 #include "line/line_console.hpp"
@@ -135,6 +136,18 @@ std::vector<std::string> names_of(const LineConfig& config) {
   return names;
 }
 
+/// Not that of the master, who may read the same file: each would keep the other waiting.
+std::optional<int> cpu_of_the_line(const LineConfig& config) {
+  const auto master = config.realtime.cpu;
+  if (!config.simulation_cpu) return master ? rt::allowed_cpu_besides(*master) : std::nullopt;
+  if (config.simulation_cpu == master) {
+    progress(
+        "[realtime] simulation_cpu is {}, as cpu is: where the master runs there as well, each keeps the other waiting",
+        *master);
+  }
+  return config.simulation_cpu;
+}
+
 Outcome<int> simulate(const SimulateOptions& options) {
   const auto& bus = options.bus;
   if (bus.config.empty() || bus.interface.empty()) {
@@ -168,7 +181,7 @@ Outcome<int> simulate(const SimulateOptions& options) {
   rt::RealtimeConfig realtime = config->realtime;
   realtime.policy = rt::RealtimePolicy::kDegrade;
   realtime.name = "driveline-line";
-  realtime.cpu = config->simulation_cpu;
+  realtime.cpu = cpu_of_the_line(*config);
   rt::RealtimeThread thread;
   const auto report = thread.start(realtime, server);
   if (!report) return failed(report.error().message());

@@ -40,7 +40,7 @@ def again_when(*sentences):
             for left in reversed(range(ATTEMPTS)):
                 try:
                     return test(self)
-                except self.failureException:
+                except (self.failureException, ValueError):  # of no JSON
                     logs = self.logs()
                     said = [sentence for sentence in sentences if sentence in logs]
                     if not left or not said:

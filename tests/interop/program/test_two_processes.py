@@ -1,6 +1,7 @@
 """Master and simulated line as two processes that a veth pair joins."""
 import os
 import pathlib
+import re
 import shutil
 import signal
 import subprocess
@@ -37,6 +38,41 @@ class TwoProcesses(WireTest):
         self.assertTrue(all(axis["following_error_rms"] > 0 for axis in document["axes"]))
         self.wait_for_init(line)
         self.assertIn("states:" + " INIT" * len(AXES), self.end_line(line))
+
+    def allowed_cpus(self, process):
+        """By name of the real-time threads."""
+        cpus = {}
+        for thread in pathlib.Path(f"/proc/{process.pid}/task").iterdir():
+            name = (thread / "comm").read_text(encoding="ascii").strip()
+            cpus[name] = os.sched_getaffinity(int(thread.name))
+        return cpus
+
+    @unittest.skipUnless(len(os.sched_getaffinity(0)) > 1, "one CPU only")
+    @again_when_disturbed
+    def test_one_file_for_both_keeps_the_line_off_the_cpu_of_the_master(self):
+        cpu = max(os.sched_getaffinity(0))
+        config = self.write_gentle_line(cycle_us=2000, realtime=f"cpu = {cpu}")
+        line = self.start_line(config)
+        others = self.allowed_cpus(line)["driveline-line"]
+        self.assertEqual(len(others), 1)
+        self.assertNotIn(cpu, others)
+        master = self.start_master(config, "--no-telemetry")
+        self.assertEqual(self.allowed_cpus(master)["driveline-rt"], {cpu})
+        self.assertRegex(self.text("master.log"), "(?m)^  neighbours +ok +none$")
+        self.end(master, signal.SIGTERM)
+        self.end_line(line)
+
+    def test_two_on_one_cpu_are_told(self):
+        cpu = max(os.sched_getaffinity(0))
+        config = self.write("line.toml", line_description(cycle_us=2000, realtime=f"cpu = {cpu}\nsimulation_cpu = {cpu}"))
+        line = self.start_line(config)
+        self.assertIn(f"simulation_cpu is {cpu}, as cpu is", self.text("line.log"))
+        if not re.search("(?m)^  scheduler +ok", self.text("line.log")):
+            self.skipTest("no real-time priority here")
+        # Whatever comes of it.
+        result = self.run_program("run", "--config", config, "--iface", "dl-master", "--duration", 0.5, "--no-plots")
+        self.assertRegex(result.stderr, rf"(?m)^  neighbours +note +driveline-line \(process {line.pid}, priority 80\) instead of "
+                                        rf"no other real-time thread on CPU {cpu}; remedy: give each a CPU of its own")
 
     @staticmethod
     def keeps_cpus_awake(process):

@@ -65,6 +65,36 @@ TEST_F(RealtimePlatformTest, PatchedKernelSaysSoInSys) {
   EXPECT_EQ(item("kernel preemption", 1, "#1 SMP PREEMPT").effective, "PREEMPT");
 }
 
+TEST_F(RealtimePlatformTest, OtherRealtimeThreadsOnTheCpuAreNamed) {
+  const auto thread = [this](int process, int id, const std::string& name, unsigned flags, int priority, int policy,
+                             const std::string& cpus) {
+    const auto folder = "/proc/" + std::to_string(process) + "/task/" + std::to_string(id);
+    std::string stat = std::to_string(id) + " (" + name + ") S 1 1 1 0 -1 " + std::to_string(flags);
+    for (int field = 10; field < 40; ++field) stat += " 0";
+    write(folder + "/stat", stat + " " + std::to_string(priority) + " " + std::to_string(policy) + " 0");
+    write(folder + "/status", "Name:\t" + name + "\nCpus_allowed_list:\t" + cpus);
+  };
+  EXPECT_EQ(item("neighbours").effective, "none");
+  thread(20, 20, "migration/1", 0x0420'8040, 99, 1, "1");
+  thread(100, 100, "driveline", 0x0040'0000, 0, 0, "1");
+  thread(100, 102, "elsewhere", 0x0040'0000, 80, 1, "0");
+  thread(100, 103, "anywhere", 0x0040'0000, 80, 1, "0-1");
+  EXPECT_TRUE(item("neighbours").ok) << item("neighbours").effective;
+  thread(100, 101, "a ) \x1B[2J", 0x0040'0000, 80, 1, "1");
+  thread(200, 200, "jackd", 0x0040'0000, 10, 2, "1");
+  const auto found = item("neighbours");
+  EXPECT_FALSE(found.ok);
+  EXPECT_THAT(found.effective, HasSubstr("a ) ?[2J (process 100, priority 80)"));
+  EXPECT_THAT(found.effective, HasSubstr("jackd (process 200, priority 10)"));
+  EXPECT_THAT(found.remedy, HasSubstr("a CPU of its own"));
+  EXPECT_TRUE(item("neighbours", std::nullopt).ok) << "without a CPU the kernel finds one";
+}
+
+TEST(AllowedCpu, BesidesAnotherIsNotThatOne) {
+  EXPECT_NE(allowed_cpu_besides(0), 0);
+  EXPECT_TRUE(allowed_cpu_besides(-1)) << "there is at least one";
+}
+
 TEST_F(RealtimePlatformTest, ThrottlingIsReportedWithItsNumbers) {
   EXPECT_THAT(item("real-time throttling").effective, HasSubstr("unknown"));
   write("/proc/sys/kernel/sched_rt_runtime_us", "950000");
@@ -98,10 +128,10 @@ TEST_F(RealtimePlatformTest, GovernorIsThatOfTheCpuIfThereIsOne) {
   EXPECT_TRUE(item("frequency governor").ok);
 }
 
-TEST(RealtimePlatform, ThisMachineHasAVersionAndFourItems) {
+TEST(RealtimePlatform, ThisMachineHasAVersionAndFiveItems) {
   const PlatformSource source = PlatformSource::this_machine();
   EXPECT_THAT(source.uname_version, testing::StartsWith("#"));
-  EXPECT_EQ(inspect_platform(source, std::nullopt).size(), 4u);
+  EXPECT_EQ(inspect_platform(source, std::nullopt).size(), 5u);
 }
 
 TEST(CpuList, FindsSinglesAndRanges) {

@@ -19,9 +19,12 @@ struct PlatformSource {
 };
 
 /// What kernel and machine contribute to, or withhold from, a real-time thread on `cpu` (none: on any CPU): preemption
-/// model, throttling of real-time threads, CPU isolation, frequency governor. Each item says what would be better.
-/// Reads files: not for the cycle.
+/// model, throttling of real-time threads, CPU isolation, other real-time threads there, frequency governor. Each item
+/// says what would be better. Reads files: not for the cycle.
 [[nodiscard]] std::vector<RealtimeItem> inspect_platform(const PlatformSource& source, std::optional<int> cpu);
+
+/// The last of the CPUs that the calling thread may use, but not `cpu`; nothing: there is no other.
+[[nodiscard]] std::optional<int> allowed_cpu_besides(int cpu) noexcept;
 
 /// Whether `cpu` is in a list as the kernel writes it, such as "0-1,4".
 [[nodiscard]] bool cpu_list_contains(std::string_view list, int cpu) noexcept;
