@@ -214,6 +214,7 @@ class EsiReader {
     entry.subindex = context_.child_number<std::uint8_t>(node, "SubIndex");
     entry.name = context_.localized_text(node, "Name");
     auto bits = context_.child_number<std::uint32_t>(node, "BitLen");
+    if (bits == 0 && entry.index != 0) context_.note(node, "an entry of 0 bits: it is in no process data");
     entry.bit_length = static_cast<std::uint8_t>(std::min(bits, kMaxEntryBits));
     if (entry.index != 0) entry.type = read_entry_type(node, entry.bit_length);
     entries.push_back(entry);

@@ -1,7 +1,5 @@
 #include <fmt/format.h>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 #include <vector>
 
 #include "commands/commands.hpp"
@@ -9,17 +7,16 @@
 #include "driveline/esi/esi_file.hpp"
 #include "driveline/esi/sii.hpp"
 #include "driveline/slaves/msd/msd_table.hpp"
+#include "input_file.hpp"
 #include "output_file.hpp"
 
 namespace driveline::cli {
 namespace {
 
 Outcome<esi::EsiFile> read_esi_file(const std::string& name) {
-  std::ifstream stream(name, std::ios::binary);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  if (!stream || std::filesystem::is_directory(name)) return misused(fmt::format("{}: cannot be read", name));
-  auto file = esi::read_esi(text.str(), name);
+  const auto text = read_input_file(name);
+  if (!text) return misused(text.error());
+  auto file = esi::read_esi(*text, name);
   if (!file) return failed(esi::to_text(file.error()));
   return std::move(*file);
 }

@@ -1,14 +1,13 @@
 #include <fmt/format.h>
 #include <unistd.h>
 #include <cstdio>
-#include <fstream>
-#include <sstream>
 
 #include "commands/commands.hpp"
 #include "console.hpp"
 #include "driveline/ecat_master/sii/sii_writer.hpp"
 #include "driveline/esi/esi_file.hpp"
 #include "driveline/esi/sii_difference.hpp"
+#include "input_file.hpp"
 #include "line/line_view.hpp"
 #include "output_file.hpp"
 #include "signals.hpp"
@@ -31,11 +30,10 @@ struct SiiOptions {
 };
 
 Outcome<std::string> read_binary_file(const std::string& name) {
-  std::ifstream stream(name, std::ios::binary);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  if (!stream || text.str().empty()) return misused(fmt::format("{}: cannot be read", name));
-  return text.str();
+  auto content = read_input_file(name);
+  if (!content) return misused(content.error());
+  if (content->empty()) return misused(fmt::format("{}: is empty", name));
+  return std::move(*content);
 }
 
 std::vector<std::byte> bytes_of(const std::string& text) {

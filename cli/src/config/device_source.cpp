@@ -3,12 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
-#include <sstream>
 
 #include "config/signal_reader.hpp"
 #include "console.hpp"
 #include "driveline/esi/sii.hpp"
+#include "input_file.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -96,14 +95,9 @@ std::shared_ptr<const esi::EsiLibrary> DeviceFiles::read_library(TomlReader& rea
 }
 
 std::string DeviceFiles::content(TomlReader& reader, std::string_view key, const std::filesystem::path& file) const {
-  std::ifstream stream(file, std::ios::binary);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  std::error_code ignored;
-  if (!stream || std::filesystem::is_directory(file, ignored)) {
-    reader.fail(key, fmt::format("{} cannot be read", file.string()));
-  }
-  return text.str();
+  auto text = read_input_file(file);
+  if (!text) reader.fail(key, text.error());
+  return std::move(*text);
 }
 
 DeviceFiles::Model DeviceFiles::make_model(TomlReader& reader, std::string_view key, const DeviceSource& source,

@@ -2,12 +2,8 @@
 
 #include <fmt/format.h>
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <fstream>
 #include <numbers>
-#include <sstream>
 
 #include "config/clock_config.hpp"
 #include "config/device_source.hpp"
@@ -16,12 +12,14 @@
 #include "config/fault_config.hpp"
 #include "config/process_data_reader.hpp"
 #include "config/slave_plan_reader.hpp"
+#include "config/toml_depth.hpp"
 #include "config/toml_reader.hpp"
 #include "config/wiring_config.hpp"
 #include "driveline/ecat_master/configuration/description_plan.hpp"
 #include "driveline/port/port.hpp"
 #include "driveline/rt/cycle_timer.hpp"
 #include "driveline/slaves/esc/sii_file.hpp"
+#include "input_file.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -301,6 +299,11 @@ std::uint32_t exchange_divider(const LineConfig& config, const SlaveConfig& slav
 }
 
 tl::expected<LineConfig, std::string> parse_line_config(std::string_view text, const std::filesystem::path& name) {
+  if (const auto line = too_deep_line(text)) {
+    return tl::unexpected(
+        fmt::format("{}:{}: keys or values are more than {} levels deep; a line description needs four", name.string(),
+                    *line, kMaxTomlDepth));
+  }
   try {
     return read_config(toml::parse(text, name.string()), name);
   } catch (const toml::parse_error& error) {
@@ -311,14 +314,9 @@ tl::expected<LineConfig, std::string> parse_line_config(std::string_view text, c
 }
 
 tl::expected<LineConfig, std::string> load_line_config(const std::filesystem::path& file) {
-  std::error_code ignored;
-  if (std::filesystem::is_directory(file, ignored))
-    return tl::unexpected(fmt::format("{}: is a directory", file.string()));
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) return tl::unexpected(fmt::format("{}: cannot be read: {}", file.string(), std::strerror(errno)));
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return parse_line_config(text.str(), file);
+  const auto text = read_input_file(file);
+  if (!text) return tl::unexpected(text.error());
+  return parse_line_config(*text, file);
 }
 
 }  // namespace driveline::cli

@@ -24,11 +24,12 @@ struct PdoEntryName {
   std::uint8_t subindex;
 };
 
-std::vector<PdoEntryName> entries_of(const std::vector<esi::Pdo>& pdos) {
+/// Those that the dictionary has. A file may also name what takes no bits, or PDOs that are none.
+std::vector<PdoEntryName> entries_of(const DictionaryTable& table, const std::vector<esi::Pdo>& pdos) {
   std::vector<PdoEntryName> list;
   for (const auto& pdo : pdos) {
     for (const auto& entry : pdo.entries) {
-      if (entry.index == 0) continue;
+      if (entry.index == 0 || table.find(entry.index, entry.subindex) == nullptr) continue;
       list.push_back({entry.name, fmt::format("{}/{}", pdo.name, entry.name), entry.index, entry.subindex});
     }
   }
@@ -64,7 +65,7 @@ std::optional<std::pair<std::uint16_t, std::uint8_t>> parse_address(std::string_
 /// `kind`: "input" or "output", for the error.
 tl::expected<const EntryRow*, std::string> find_entry(const DictionaryTable& table, const std::vector<esi::Pdo>& pdos,
                                                       std::string_view name, std::string_view kind) {
-  const auto entries = entries_of(pdos);
+  const auto entries = entries_of(table, pdos);
   const auto address = parse_address(name);
   std::vector<PdoEntryName> matches;
   for (const auto& entry : entries) {
@@ -84,10 +85,10 @@ tl::expected<const EntryRow*, std::string> find_entry(const DictionaryTable& tab
 template <typename NamedEntry>
 std::vector<NamedEntry> named_entries(const DictionaryTable& table, const std::vector<esi::Pdo>& pdos) {
   std::vector<NamedEntry> list;
-  for (auto& entry : entries_of(pdos)) {
+  for (auto& entry : entries_of(table, pdos)) {
     const EntryRow* row = table.find(entry.index, entry.subindex);
     const bool known = std::any_of(list.begin(), list.end(), [row](const NamedEntry& e) { return e.row == row; });
-    if (row != nullptr && !known) list.push_back({std::move(entry.full_name), row});
+    if (!known) list.push_back({std::move(entry.full_name), row});
   }
   return list;
 }

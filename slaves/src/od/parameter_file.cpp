@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
-#include <iterator>
 #include <vector>
 
 namespace driveline::slaves {
@@ -16,6 +15,8 @@ namespace {
 
 using Result = tl::expected<void, ParameterFileError>;
 
+/// Thousands of times what all parameters of a device take; a file that never ends is refused before it fills memory.
+constexpr std::size_t kMaxFileBytes = std::size_t{4} << 20;
 constexpr std::string_view kHeader = "# Stored parameters: index:sub-index = value\n";
 
 bool is_stored(const EntryRow& row) noexcept {
@@ -219,7 +220,10 @@ Result save_parameter_file(const std::string& path, const ObjectDictionary& dict
 Result load_parameter_file(const std::string& path, ObjectDictionary& dictionary) {
   std::ifstream file(path, std::ios::binary);
   if (!file) return errno == ENOENT ? Result{} : Result{system_error("cannot be read")};
-  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  std::string text(kMaxFileBytes + 1, '\0');
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  if (text.size() > kMaxFileBytes) return tl::unexpected(ParameterFileError{0, "is larger than 4 MiB"});
   return read_parameters(text, dictionary);
 }
 

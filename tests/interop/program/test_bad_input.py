@@ -1,10 +1,12 @@
 """Wrong usage and bad input: the exit status, one sentence, and nothing left behind."""
 import os
+import resource
 import shutil
+import signal
 import subprocess
 import unittest
 
-from program import DRIVELINE, EXAMPLES, PATIENCE_S, ROOT, ProgramTest, WireTest, line_description, path_csv
+from program import DRIVELINE, EXAMPLES, PATIENCE_S, ROOT, SANITIZED, ProgramTest, WireTest, line_description, path_csv
 
 LINE8 = EXAMPLES / "line8.toml"
 
@@ -133,6 +135,41 @@ class Files(ProgramTest):
     def run_program_to(self, stdout, *arguments):
         return subprocess.run([DRIVELINE, *map(str, arguments)], cwd=self.directory, stdout=stdout,
                               stderr=subprocess.PIPE, text=True, timeout=PATIENCE_S, check=False)
+
+
+class Hostile(ProgramTest):
+    """Files and limits that nobody in good faith gives."""
+
+    @staticmethod
+    def limit(what, size):
+        return lambda: resource.setrlimit(what, (size, size))
+
+    def test_files_that_never_end(self):
+        # Sanitizers reserve terabytes of addresses.
+        limit = {} if SANITIZED else {"preexec_fn": self.limit(resource.RLIMIT_AS, 2 << 30)}
+        image = self.write("line.toml", '[[slave]]\nname = "x"\nsii = "/dev/zero"\n')
+        device = self.write("device.toml", '[[slave]]\nname = "x"\nesi = "/dev/zero"\n')
+        for arguments, place in ((["slaves", "--config", "/dev/zero"], "/dev/zero"),
+                                 (["slaves", "--config", device], "device.toml:3: [slave 1] esi: /dev/zero"),
+                                 (["slaves", "--config", image], "line.toml:3: [slave 1] sii: /dev/zero"),
+                                 (["esi", "validate", "/dev/zero"], "/dev/zero"),
+                                 (["sii", "write", "--config", LINE8, "-p", "0", "/dev/zero"], "/dev/zero")):
+            with self.subTest(arguments=arguments):
+                self.check_refused(self.run_program(*arguments, **limit), 2, f"{place}: is larger than 128 MiB")
+
+    def test_keys_that_go_too_deep(self):
+        for text in (".".join(["a"] * 60_000) + " = 1\n", "[" + ".".join(["a"] * 60_000) + "]\n", "a = " + "[" * 60_000):
+            with self.subTest(text=text[:10]):
+                config = self.write("line.toml", text)
+                self.check_refused(self.run_program("slaves", "--config", config), 2, "line.toml:1: ", "levels deep")
+
+    def test_entries_of_no_bits(self):
+        esi = (EXAMPLES / "terminals.xml").read_text(encoding="utf-8").replace("<BitLen>1<", "<BitLen>0<")
+        self.write("zero.xml", esi)
+        config = self.write("line.toml", '[[slave]]\nname = "x"\nesi = "zero.xml"\ndevice = "DI8"\n[[slave.input]]\n'
+                            'entry = "Channel 1/Input"\nvalue = 1\n')
+        self.check_refused(self.run_program("slaves", "--config", config), 2, "line.toml:6: [slave 1.input 1] entry: ",
+                           "is no input of the device")
 
 
 class Privileges(WireTest):

@@ -157,9 +157,24 @@ TEST_F(DeviceSourceTest, FilesForAllSlavesOfTheBus) {
   EXPECT_THAT(parse(std::string(one) + "[bus]\nesi = [\"no.xml\"]\n").error(), HasSubstr("line.toml:4: [bus] esi: "));
 }
 
+TEST_F(DeviceSourceTest, AnInputOfNoBitsIsRefused) {
+  auto text = read(directory / "terminals.xml");
+  for (auto at = text.find("<BitLen>1<"); at != std::string::npos; at = text.find("<BitLen>1<")) text[at + 8] = '0';
+  write(directory / "terminals.xml", text);
+  EXPECT_EQ(
+      error("esi = \"terminals.xml\"\ndevice = \"DI8\"\n[[slave.input]]\nentry = \"Channel 1/Input\"\nvalue = 1\n"),
+      "line.toml:6: [slave 1.input 1] entry: \"Channel 1/Input\" is no input of the device; the device has no inputs");
+}
+
+TEST_F(DeviceSourceTest, FilesThatNeverEndAreRefused) {
+  EXPECT_EQ(error("esi = \"/dev/zero\"\n"), "line.toml:3: [slave 1] esi: /dev/zero: is larger than 128 MiB");
+  EXPECT_EQ(error("sii = \"/dev/zero\"\n"), "line.toml:3: [slave 1] sii: /dev/zero: is larger than 128 MiB");
+}
+
 TEST_F(DeviceSourceTest, WrongFiles) {
-  EXPECT_EQ(error("esi = \"no.xml\"\n"), "line.toml:3: [slave 1] esi: no.xml cannot be read");
-  EXPECT_EQ(error("sii = \".\"\n"), "line.toml:3: [slave 1] sii: . cannot be read");
+  EXPECT_EQ(error("esi = \"no.xml\"\n"),
+            "line.toml:3: [slave 1] esi: no.xml: cannot be read: No such file or directory");
+  EXPECT_EQ(error("sii = \".\"\n"), "line.toml:3: [slave 1] sii: .: cannot be read: Is a directory");
   write(directory / "bad.xml", "<EtherCATInfo>\n<Vendor><Id>x</Id></Vendor></EtherCATInfo>");
   EXPECT_EQ(error("esi = \"bad.xml\"\n"),
             "line.toml:3: [slave 1] esi: bad.xml:2: EtherCATInfo/Vendor/Id: 'x', expected a number from 0 to "

@@ -188,7 +188,45 @@ TEST(LineConfigErrors, TooManySlaves) {
   EXPECT_EQ(config.error(), "line.toml:1: slave: there are 257, the limit is 256");
 }
 
+/// `text` so many times.
+std::string times(std::size_t count, std::string_view text) {
+  std::string result;
+  for (std::size_t i = 0; i < count; ++i) result += text;
+  return result;
+}
+
+TEST(LineConfigErrors, FileThatGoesTooDeepIsRefusedBeforeItTakesTheStack) {
+  constexpr std::size_t kDeep = 60'000;
+  const std::string refused = "line.toml:4: keys or values are more than 32 levels deep; a line description needs four";
+  for (const auto& deep :
+       {times(kDeep, "a.") + "b = 1\n", "[" + times(kDeep, "a.") + "b]\n", "[[" + times(kDeep, " 'a' . ") + "b]]\n",
+        "a = " + times(kDeep, "[") + times(kDeep, "]"), "a = " + times(kDeep, "{b = ") + "1" + times(kDeep, "}")}) {
+    const auto config = parse_line_config(one_slave(deep), "line.toml");
+    ASSERT_FALSE(config) << deep.substr(0, 10);
+    EXPECT_EQ(config.error(), refused) << deep.substr(0, 10);
+  }
+}
+
+TEST(LineConfigErrors, DotsAndBracketsInTextsAndCommentsAreNoLevels) {
+  const auto dots = times(100, ".") + times(100, "[{");
+  for (const auto& name : {'"' + dots + '"', "'" + dots + "'", "\"\\\"" + dots + '"', "'''" + dots + "'''",
+                           "\"\"\"\n'\n" + dots + "\"\"\"\"\""}) {
+    const auto config = parse_line_config("# " + dots + "\n[line]\nname = " + name + "\n", "line.toml");
+    ASSERT_FALSE(config);
+    EXPECT_THAT(config.error(), testing::HasSubstr("[line] name: ")) << name << ": " << config.error();
+  }
+  std::string numbers = "[1.5";
+  for (int i = 0; i < 100; ++i) numbers += ", 1.5";
+  const auto config = parse_line_config(one_slave("numbers = " + numbers + "]\n"), "line.toml");
+  ASSERT_FALSE(config);
+  EXPECT_THAT(config.error(), testing::HasSubstr("numbers: unknown key"));
+}
+
 class LineConfigFile : public test::TemporaryDirectory {};
+
+TEST_F(LineConfigFile, OneThatNeverEndsIsRefused) {
+  EXPECT_EQ(load_line_config("/dev/zero").error(), "/dev/zero: is larger than 128 MiB");
+}
 
 TEST_F(LineConfigFile, MissingOneSaysSo) {
   const auto file = directory / "none.toml";
@@ -196,7 +234,7 @@ TEST_F(LineConfigFile, MissingOneSaysSo) {
 }
 
 TEST_F(LineConfigFile, FolderIsNoFile) {
-  EXPECT_EQ(load_line_config(directory).error(), directory.string() + ": is a directory");
+  EXPECT_EQ(load_line_config(directory).error(), directory.string() + ": cannot be read: Is a directory");
 }
 
 TEST_F(LineConfigFile, BinaryRubbishIsAnErrorNotACrash) {

@@ -109,6 +109,15 @@ TEST(EsiLenience, EntriesLongerThanAByteCanCount) {
   EXPECT_EQ(file.notes[0].text, "an entry of 600 bits: the first 255 of them, the rest a gap");
 }
 
+TEST(EsiLenience, EntriesOfNoBitsAreToldOf) {
+  const auto file = read_device(
+      "<TxPdo><Index>#x1A00</Index><Entry><Index>#x6000</Index><BitLen>0</BitLen></Entry>"
+      "<Entry><Index>#x0</Index><BitLen>0</BitLen></Entry></TxPdo>");
+  EXPECT_EQ(file.devices.at(0).tx_pdos.at(0).entries.size(), 2U);
+  ASSERT_EQ(file.notes.size(), 1U);
+  EXPECT_EQ(file.notes[0].text, "an entry of 0 bits: it is in no process data");
+}
+
 TEST(EsiLenience, EntriesWithoutAKnownTypeAreNumbersOfTheirLength) {
   const auto file = read_device(
       "<TxPdo><Index>#x1A00</Index><Entry><Index>#x6000</Index><BitLen>1</BitLen></Entry>"

@@ -78,6 +78,22 @@ TEST(DeviceModel, SaysWhichInputsThereAre) {
             "is no input of the device; the device has no inputs");
 }
 
+TEST(DeviceModel, AnEntryOfNoBitsIsNoInput) {
+  auto device = example("AI2");
+  for (auto& pdo : device.tx_pdos) {
+    for (auto& entry : pdo.entries) {
+      if (entry.index == 0x6010 && entry.subindex == 0x11) entry.bit_length = 0;
+    }
+  }
+  const auto model = model_of(device);
+  for (const char* name : {"Channel 2/Value", "6010:11"}) {
+    const auto found = model->find_input(name);
+    ASSERT_FALSE(found) << name;
+    EXPECT_THAT(found.error(), testing::StartsWith("is no input of the device; there are ")) << name;
+  }
+  EXPECT_TRUE(model->find_input("Channel 1/Value"));
+}
+
 TEST(DeviceModel, ChecksSignals) {
   const auto model = model_of(example("AI2"));
   const auto* value = *model->find_input("Channel 1/Value");

@@ -180,6 +180,14 @@ TEST_F(MsdParameterFile, ABrokenFileIsFault0205WithItsLineAndFactorySettings) {
   }
 }
 
+TEST_F(MsdParameterFile, OneThatNeverEndsIsRefused) {
+  parameters_.parameter_file = "/dev/zero";
+  DriveRig rig(parameters_);
+  rig.pass(5ms);
+  EXPECT_EQ(rig.drive.fault(), Fault::kParameterList);
+  EXPECT_EQ(rig.drive.parameter_file_error().what, "is larger than 4 MiB");
+}
+
 TEST_F(MsdParameterFile, WhereNothingCanBeWrittenTheUserIsTold) {
   parameters_.parameter_file = (std::filesystem::path(testing::TempDir()) / "no_such_folder" / "file").string();
   DriveRig rig(parameters_);
