@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <deque>
+#include <sstream>
 
 #include "commands/command.hpp"
 #include "console.hpp"
@@ -94,15 +94,32 @@ void add_commands(CLI::App& program, std::deque<Built>& built) {
   }
 }
 
-int finish(const Built& command) {
+/// Exit status of what has been printed.
+int finish_printing() {
+  const int error = finish_output();
+  if (error == 0) return 0;
+  progress("driveline: the output cannot be written: {}", std::strerror(error));
+  return 1;
+}
+
+int execute_command(const Built& command) {
   const auto outcome = command.execute();
-  if (std::fflush(stdout) != 0) {
-    progress("driveline: the output cannot be written: {}", std::strerror(errno));
-    return 1;
-  }
+  if (const int status = finish_printing(); status != 0) return status;
   if (outcome) return *outcome;
   progress("{}: {}", full_name(command.app), outcome.error().text);
   return outcome.error().status;
+}
+
+/// Help and version on stdout; what is wrong with the command line, in which anything may stand, on stderr.
+int tell_parse_outcome(const CLI::App& app, const CLI::ParseError& error) {
+  std::ostringstream out;
+  std::ostringstream complaint;
+  const bool fine = app.exit(error, out, complaint) == 0;
+  print_text(out.str());
+  auto sentence = complaint.str();
+  if (sentence.ends_with('\n')) sentence.pop_back();
+  if (!sentence.empty()) print_line(sentence);
+  return fine ? finish_printing() : 2;
 }
 
 }  // namespace
@@ -117,11 +134,10 @@ int run_program(int argc, const char* const* argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    const int status = app.exit(error);
-    return status == 0 ? 0 : 2;
+    return tell_parse_outcome(app, error);
   }
   for (const auto& command : built) {
-    if (command.app->parsed()) return finish(command);
+    if (command.app->parsed()) return execute_command(command);
   }
   progress("driveline: which command? driveline --help lists them");
   return 2;

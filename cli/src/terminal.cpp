@@ -7,6 +7,8 @@
 #include <array>
 #include <cstdio>
 
+#include "text/visible_text.hpp"
+
 namespace driveline::cli {
 namespace {
 
@@ -48,7 +50,9 @@ Key key_of(std::string_view bytes) noexcept {
   return Key::kNone;
 }
 
-std::string drawn(std::string_view text, std::size_t rows, std::size_t columns) {
+std::string drawn(std::string_view page, std::size_t rows, std::size_t columns) {
+  const auto visible = visible_text(page);
+  std::string_view text = visible;
   std::string bytes(kHome);
   for (std::size_t row = 0; row < rows && !text.empty(); ++row) {
     const auto end = text.find('\n');

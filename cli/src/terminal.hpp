@@ -37,8 +37,8 @@ class TerminalPage {
   std::optional<termios> before_;
 };
 
-/// `text` as the bytes that draw it: from the top left corner, every line and the rest of the screen cleared; at most
-/// `rows` lines of `columns` characters.
-[[nodiscard]] std::string drawn(std::string_view text, std::size_t rows, std::size_t columns);
+/// `page` as the bytes that draw it: from the top left corner, every line and the rest of the screen cleared; at most
+/// `rows` lines of `columns` characters. What a terminal would obey in it is made visible.
+[[nodiscard]] std::string drawn(std::string_view page, std::size_t rows, std::size_t columns);
 
 }  // namespace driveline::cli

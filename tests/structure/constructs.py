@@ -14,6 +14,9 @@ BITFIELD = re.compile(
     r"(?<!:):(?!:)[ \t]*\w+[ \t]*(?:=[^=;]+|\{[^}]*\}[ \t]*)?[;,]",  # width, initialiser
     re.M,
 )
+# What a file or a slave says goes to the terminal through console.hpp, which shows what a terminal would obey.
+PRINT = re.compile(r"\bfmt::print\b|\bstd::(?:cout|cerr|clog|puts|fputs|printf|fprintf|putchar)\b")
+PRINTERS = {"cli/src/console.cpp"}
 CAST = re.compile(r"\breinterpret_cast\b")
 NOLINT = re.compile(r"NOLINT(?:NEXTLINE|BEGIN)?\b(?P<rest>[^\n]*)")
 REASONED = re.compile(r"\([\w\-.*,| ]+\):?\s+\w.{9,}")
@@ -51,6 +54,10 @@ def file_errors(path, text, casts):
             for match in CAST.finditer(code):
                 errors.append(f"{path}:{line_of(code, match)}: reinterpret_cast; "
                               "only files named with a reason in allowed_casts.txt may")
+    if room_of(path) == "cli" and str(path) not in PRINTERS:
+        code = code_only(text)
+        for match in PRINT.finditer(code):
+            errors.append(f"{path}:{line_of(code, match)}: {match.group()}; the program prints through console.hpp")
     return errors
 
 

@@ -133,6 +133,12 @@ class Constructs(unittest.TestCase):
                      "  auto v = a\n      ? b : c;"):
             self.assertEqual(self.errors(text), [], text)
 
+    def test_prints_past_the_console(self):
+        for text in ('fmt::print("{}", name);', "std::cout << name;", 'std::fputs(name, stderr);'):
+            self.assertTrue(self.errors(text, "cli/src/a.cpp"), text)
+            self.assertEqual(self.errors(text, "cli/src/console.cpp"), [], text)
+        self.assertEqual(self.errors('print_out("{}", name);', "cli/src/a.cpp"), [])
+
     def test_casts(self):
         text = "auto* p = reinterpret_cast<A*>(q);"
         self.assertTrue(self.errors(text))

@@ -16,6 +16,7 @@
 #include "output_file.hpp"
 #include "text/bench_report.hpp"
 #include "text/gnuplot.hpp"
+#include "text/json_text.hpp"
 
 extern char** environ;
 
@@ -139,7 +140,7 @@ Outcome<int> bench(const Options& options) {
   const auto chosen = select(*programs, options.names);
   if (!chosen) return tl::unexpected(chosen.error());
   if (options.list) {
-    for (const auto& program : *chosen) fmt::print("{}\n", program.filename().string());
+    for (const auto& program : *chosen) print_out("{}\n", program.filename().string());
     return 0;
   }
   std::vector<json> documents;
@@ -159,9 +160,9 @@ Outcome<int> bench(const Options& options) {
     progress("  {:.0f} s", std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
   }
   if (options.json) {
-    fmt::print("{}\n", json{{"benches", documents}}.dump(2));
+    print_out("{}", json_text(json{{"benches", documents}}));
   } else if (!documents.empty()) {
-    fmt::print("{}", bench_report(documents));
+    print_out("{}", bench_report(documents));
   }
   if (options.output && !documents.empty()) {
     if (auto written = write_output(*options.output, documents); !written) return tl::unexpected(written.error());

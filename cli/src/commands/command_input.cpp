@@ -194,7 +194,7 @@ Outcome<int> order_simulation(const std::string& path, std::string_view command)
   if (!answer) return tl::unexpected(answer.error());
   constexpr std::string_view kError = "error: ";
   if (answer->starts_with(kError)) return failed(answer->substr(kError.size()));
-  fmt::print("{}\n", *answer);
+  print_out("{}\n", *answer);
   return 0;
 }
 

@@ -4,6 +4,7 @@
 
 #include "commands/commands.hpp"
 #include "commands/completion.hpp"
+#include "console.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -232,7 +233,7 @@ Execute prepare_completion(Arguments& to) {
     if (*shell != "bash" && *shell != "zsh") {
       return misused(fmt::format("shell \"{}\": bash or zsh is expected", *shell));
     }
-    fmt::print("{}", *shell == "bash" ? bash_completion() : zsh_completion());
+    print_out("{}", *shell == "bash" ? bash_completion() : zsh_completion());
     return 0;
   };
 }

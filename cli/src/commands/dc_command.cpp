@@ -58,7 +58,7 @@ class ClockSession {
     if (auto done = bring_up(); !done) return tl::unexpected(done.error());
     auto watched = watch(seconds);
     auto files = watched ? write_files() : Outcome<std::map<std::string, std::filesystem::path>>{};
-    if (watched) fmt::print("{}", options_.json ? json_text(document(*files)) : table(*files));
+    if (watched) print_out("{}", options_.json ? json_text(document(*files)) : table(*files));
     const auto down = master_.shut_down();
     if (!watched) return tl::unexpected(watched.error());
     if (!files) return tl::unexpected(files.error());

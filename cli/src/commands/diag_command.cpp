@@ -2,6 +2,7 @@
 
 #include "commands/command_input.hpp"
 #include "commands/commands.hpp"
+#include "console.hpp"
 #include "driveline/ecat_master/diagnosis/diagnosis.hpp"
 #include "line/line_check.hpp"
 #include "text/diagnosis_json.hpp"
@@ -44,7 +45,7 @@ Outcome<int> diagnose_running(const DiagOptions& options) {
   if (!answer) return tl::unexpected(answer.error());
   constexpr std::string_view kError = "error: ";
   if (answer->starts_with(kError)) return failed(answer->substr(kError.size()));
-  fmt::print("{}", *answer);
+  print_out("{}", *answer);
   return 0;
 }
 
@@ -67,9 +68,9 @@ Outcome<int> diagnose(const DiagOptions& options) {
   if (options.json) {
     auto document = to_json(diagnosis);
     add_json(document, *check);
-    fmt::print("{}", json_text(document));
+    print_out("{}", json_text(document));
   } else {
-    fmt::print("{}", ecat_master::to_text(diagnosis));
+    print_out("{}", ecat_master::to_text(diagnosis));
   }
   if (!options.clear) return 0;
   if (auto cleared = ecat_master::clear_error_counters((*line)->bus()); !cleared) return bus_failure(cleared.error());

@@ -48,7 +48,7 @@ Outcome<int> print_once(DriveLink& link, std::size_t position, const DriveOption
     if (auto done = link.acknowledge(position); !done) return tl::unexpected(done.error());
     if (auto done = link.read(position, view); !done) return tl::unexpected(done.error());
   }
-  fmt::print("{}", options.json ? json_text(drive_json(view)) : drive_page(view, std::chrono::nanoseconds{0}));
+  print_out("{}", options.json ? json_text(drive_json(view)) : drive_page(view, std::chrono::nanoseconds{0}));
   return 0;
 }
 

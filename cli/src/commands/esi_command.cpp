@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "commands/commands.hpp"
+#include "console.hpp"
 #include "driveline/esi/eds_file.hpp"
 #include "driveline/esi/esi_file.hpp"
 #include "driveline/esi/sii.hpp"
@@ -60,7 +61,7 @@ Outcome<int> generate_esi(const std::string& directory) {
   for (const auto& [name, content] : generated_files()) {
     const auto path = std::filesystem::path(directory) / name;
     if (auto done = write_file(path, content); !done) return failed(done.error());
-    fmt::print("{}\n", path.string());
+    print_out("{}\n", path.string());
   }
   return 0;
 }
@@ -68,27 +69,27 @@ Outcome<int> generate_esi(const std::string& directory) {
 Outcome<int> validate_esi(const std::string& name) {
   const auto file = read_esi_file(name);
   if (!file) return tl::unexpected(file.error());
-  for (const auto& note : file->notes) fmt::print("{}:{}: {}: {}\n", name, note.line, note.path, note.text);
-  fmt::print("{}: {} devices, {} notes\n", name, file->devices.size(), file->notes.size());
+  for (const auto& note : file->notes) print_out("{}:{}: {}: {}\n", name, note.line, note.path, note.text);
+  print_out("{}: {} devices, {} notes\n", name, file->devices.size(), file->notes.size());
   return 0;
 }
 
 Outcome<int> show_esi(const std::string& name) {
   const auto file = read_esi_file(name);
   if (!file) return tl::unexpected(file.error());
-  fmt::print("vendor 0x{:08X} {}\n", file->vendor_id, file->vendor_name);
+  print_out("vendor 0x{:08X} {}\n", file->vendor_id, file->vendor_name);
   for (const auto& device : file->devices) {
-    fmt::print("{}  product 0x{:08X}, revision 0x{:08X}: {}\n", device.type, device.product_code, device.revision,
-               device.name);
-    fmt::print("  {} sync managers, {} FMMUs, {} RxPDOs, {} TxPDOs, {} objects, {} DC modes\n",
-               device.sync_managers.size(), device.fmmus.size(), device.rx_pdos.size(), device.tx_pdos.size(),
-               device.objects.size(), device.dc_modes.size());
+    print_out("{}  product 0x{:08X}, revision 0x{:08X}: {}\n", device.type, device.product_code, device.revision,
+              device.name);
+    print_out("  {} sync managers, {} FMMUs, {} RxPDOs, {} TxPDOs, {} objects, {} DC modes\n",
+              device.sync_managers.size(), device.fmmus.size(), device.rx_pdos.size(), device.tx_pdos.size(),
+              device.objects.size(), device.dc_modes.size());
     for (const auto& mode : device.dc_modes) {
       std::string pdos;
       for (const auto& assignment : mode.assignments) {
         for (const auto pdo : assignment.pdos) pdos += fmt::format(" 0x{:04X}", pdo);
       }
-      fmt::print("    {}: {}{}{}\n", mode.name, mode.description, pdos.empty() ? "" : ";", pdos);
+      print_out("    {}: {}{}{}\n", mode.name, mode.description, pdos.empty() ? "" : ";", pdos);
     }
   }
   return 0;

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "commands/commands.hpp"
+#include "console.hpp"
 #include "line/line_view.hpp"
 #include "text/json_text.hpp"
 
@@ -38,11 +39,11 @@ Outcome<int> draw(const GraphOptions& options) {
   std::vector<std::string> labels;
   for (const auto& view : (*line)->read_all()) labels.push_back(view.name());
   if (options.json) {
-    fmt::print("{}", json_text(graph_to_json(*topology, labels)));
+    print_out("{}", json_text(graph_to_json(*topology, labels)));
   } else if (options.tree) {
-    fmt::print("{}", ecat_master::to_tree_text(*topology, labels));
+    print_out("{}", ecat_master::to_tree_text(*topology, labels));
   } else {
-    fmt::print("{}", ecat_master::to_graphviz(*topology, labels));
+    print_out("{}", ecat_master::to_graphviz(*topology, labels));
   }
   return 0;
 }

@@ -39,7 +39,7 @@ Outcome<int> show_image(const PdosOptions& options) {
   if (auto done = configure_line(master, &config); !done) return tl::unexpected(done.error());
   const auto named = name_process_data(config, master);
   if (!named) return tl::unexpected(named.error());
-  fmt::print("{}", options.json ? json_text(image_json(config, master, *named)) : image_text(config, master, *named));
+  print_out("{}", options.json ? json_text(image_json(config, master, *named)) : image_text(config, master, *named));
   if (auto down = master.shut_down(); !down) return bus_failure(down.error());
   return 0;
 }
@@ -51,13 +51,13 @@ Outcome<int> list_pdos(const PdosOptions& options) {
   if (options.json) {
     auto rows = nlohmann::json::array();
     for (const auto& slave : *slaves) rows.push_back(to_json(slave));
-    fmt::print("{}", json_text({{"slaves", rows}}));
+    print_out("{}", json_text({{"slaves", rows}}));
     return 0;
   }
   for (const auto& slave : *slaves) {
     // One slave's PDOs stand for themselves.
-    if (slaves->size() > 1) fmt::print("{}", slave_heading(slave.slave.slave.ref.position));
-    fmt::print("{}", to_text(slave.sync_managers));
+    if (slaves->size() > 1) print_out("{}", slave_heading(slave.slave.slave.ref.position));
+    print_out("{}", to_text(slave.sync_managers));
   }
   return 0;
 }
@@ -72,11 +72,11 @@ Outcome<int> print_declarations(const PdosOptions& options) {
       row["declaration"] = cpp_declaration(slave);
       rows.push_back(std::move(row));
     }
-    fmt::print("{}", json_text({{"include", kHeader}, {"slaves", rows}}));
+    print_out("{}", json_text({{"include", kHeader}, {"slaves", rows}}));
     return 0;
   }
-  fmt::print("#include \"{}\"\n", kHeader);
-  for (const auto& slave : *slaves) fmt::print("\n{}", cpp_declaration(slave));
+  print_out("#include \"{}\"\n", kHeader);
+  for (const auto& slave : *slaves) print_out("\n{}", cpp_declaration(slave));
   return 0;
 }
 

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "commands/commands.hpp"
+#include "console.hpp"
 #include "line/line_view.hpp"
 #include "text/json_text.hpp"
 #include "text/register_name.hpp"
@@ -108,7 +109,7 @@ Outcome<int> read_register(const RegOptions& options) {
     document["name"] = access->at.row == nullptr ? nlohmann::json() : nlohmann::json(access->at.row->name);
     text = json_text(document);
   }
-  fmt::print("{}", text);
+  print_out("{}", text);
   return 0;
 }
 
@@ -128,7 +129,7 @@ Outcome<int> write_register(const RegOptions& options) {
   auto done = (*line)->bus().write(*slave, access->at.address, *data);
   if (!done) return access_failure(done.error(), access->at, true);
   if (options.json) {
-    fmt::print("{}", json_text({{"slave", slave->position}, {"address", access->at.address}, {"bytes", data->size()}}));
+    print_out("{}", json_text({{"slave", slave->position}, {"address", access->at.address}, {"bytes", data->size()}}));
   }
   return 0;
 }
@@ -165,7 +166,7 @@ Execute prepare_reg_write(Arguments& to) {
 
 Execute prepare_reg_list(Arguments&) {
   return []() -> Outcome<int> {
-    fmt::print("{}", register_table());
+    print_out("{}", register_table());
     return 0;
   };
 }

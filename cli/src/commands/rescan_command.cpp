@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "commands/commands.hpp"
+#include "console.hpp"
 #include "line/line_check.hpp"
 #include "text/json_text.hpp"
 
@@ -23,10 +24,10 @@ Outcome<int> rescan(const RescanOptions& options) {
   if (auto done = master.scan(); !done) return bus_failure(done.error());
   tell_problems(master);
   if (options.json) {
-    fmt::print("{}", json_text({{"slaves_count", master.slaves().size()}}));
+    print_out("{}", json_text({{"slaves_count", master.slaves().size()}}));
   } else {
-    fmt::print("{} in INIT\n", master.slaves().size() == 1 ? std::string("1 slave,")
-                                                           : fmt::format("{} slaves, all", master.slaves().size()));
+    print_out("{} in INIT\n", master.slaves().size() == 1 ? std::string("1 slave,")
+                                                          : fmt::format("{} slaves, all", master.slaves().size()));
   }
   return 0;
 }

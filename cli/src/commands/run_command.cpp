@@ -96,7 +96,7 @@ Outcome<int> run_line(const RunOptions& options) {
   if (!capture) return tl::unexpected(capture.error());
   if (*capture) report->files["capture"] = **capture;
   write_files((*session)->config(), *report);
-  fmt::print("{}", options.json ? json_text(to_json(*report)) : to_text(*report));
+  print_out("{}", options.json ? json_text(to_json(*report)) : to_text(*report));
   if (!report->failure.empty()) return failed(report->failure);
   return 0;
 }

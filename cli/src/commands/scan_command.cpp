@@ -168,9 +168,9 @@ Outcome<int> scan(const ScanOptions& options) {
     for (const auto& view : slaves) rows.push_back(slave_to_json(view));
     nlohmann::json document = {{"slaves", rows}};
     add_json(document, *check);
-    fmt::print("{}", json_text(document));
+    print_out("{}", json_text(document));
   } else {
-    fmt::print("{}", table(slaves));
+    print_out("{}", table(slaves));
   }
   for (const auto& sentence : check->sentences()) progress("{}", sentence);
   if (options.write.empty()) return 0;

@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands/commands.hpp"
+#include "console.hpp"
 #include "line/line_view.hpp"
 #include "text/json_text.hpp"
 #include "text/typed_value.hpp"
@@ -102,9 +103,9 @@ Outcome<int> upload(const ObjectOptions& options) {
   if (options.json) {
     auto document = dialogue->to_json(data->size());
     document["value"] = *json_value(*data, shown);
-    fmt::print("{}", json_text(document));
+    print_out("{}", json_text(document));
   } else {
-    fmt::print("{}\n", *text);
+    print_out("{}\n", *text);
   }
   return 0;
 }
@@ -126,7 +127,7 @@ Outcome<int> download(const ObjectOptions& options) {
                     ecat_master::describe(done.error())));
   }
   if (!done) return bus_failure(done.error());
-  if (options.json) fmt::print("{}", json_text(dialogue->to_json(data->size())));
+  if (options.json) print_out("{}", json_text(dialogue->to_json(data->size())));
   return 0;
 }
 

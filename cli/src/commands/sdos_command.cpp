@@ -124,10 +124,10 @@ Outcome<int> list_objects(const SdosOptions& options) {
       rows.push_back({{"position", position}, {"objects", to_json(*objects)}});
       continue;
     }
-    if (positions->size() > 1) fmt::print("{}", slave_heading(position));
-    fmt::print("{}", to_text(*objects, options.verbose));
+    if (positions->size() > 1) print_out("{}", slave_heading(position));
+    print_out("{}", to_text(*objects, options.verbose));
   }
-  if (options.json) fmt::print("{}", json_text({{"slaves", rows}}));
+  if (options.json) print_out("{}", json_text({{"slaves", rows}}));
   return 0;
 }
 

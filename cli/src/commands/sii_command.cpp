@@ -92,16 +92,16 @@ Outcome<int> read_image(const SiiOptions& options) {
   }
   if (!binary && !view.sii) {
     // What cannot be taken apart can still be looked at.
-    if (options.verbose) fmt::print("{}", sii_dump(view.image));
+    if (options.verbose) print_out("{}", sii_dump(view.image));
     return trouble(view);
   }
   if (options.json) {
     auto document = to_json(*view.sii);
     document["position"] = view.slave.ref.position;
     document["bytes"] = view.image.size();
-    fmt::print("{}", json_text(document));
+    print_out("{}", json_text(document));
   } else if (options.verbose) {
-    fmt::print("{}\n{}", describe_image(*view.sii), sii_dump(view.image));
+    print_out("{}\n{}", describe_image(*view.sii), sii_dump(view.image));
   }
   if (!view.trouble.empty()) progress("{}", view.trouble);
   return 0;
@@ -160,12 +160,12 @@ Outcome<int> finish_write(const tl::expected<ecat_master::SiiWriteReport, ecat_m
     return failed(text);
   }
   if (options.json) {
-    fmt::print("{}", json_text({{"slave", position},
-                                {"words_changed", written->words_changed},
-                                {"words_unchanged", written->words_unchanged}}));
+    print_out("{}", json_text({{"slave", position},
+                               {"words_changed", written->words_changed},
+                               {"words_unchanged", written->words_unchanged}}));
   } else {
-    fmt::print("slave {}: {} words changed, {} left as they were, all read back; in effect after the next power-on\n",
-               position, written->words_changed, written->words_unchanged);
+    print_out("slave {}: {} words changed, {} left as they were, all read back; in effect after the next power-on\n",
+              position, written->words_changed, written->words_unchanged);
   }
   return 0;
 }
@@ -227,12 +227,12 @@ Outcome<int> compare_image(const SiiOptions& options) {
     for (const auto& difference : differences) {
       rows.push_back({{"what", difference.what}, {"found", difference.found}, {"planned", difference.planned}});
     }
-    fmt::print("{}", json_text({{"slave", view.slave.ref.position}, {"differences", rows}}));
+    print_out("{}", json_text({{"slave", view.slave.ref.position}, {"differences", rows}}));
   } else {
     for (const auto& difference : differences) {
-      fmt::print("{}: {}, the file says {}\n", difference.what, difference.found, difference.planned);
+      print_out("{}: {}, the file says {}\n", difference.what, difference.found, difference.planned);
     }
-    if (differences.empty()) fmt::print("slave {}: as {} says\n", view.slave.ref.position, options.file);
+    if (differences.empty()) print_out("slave {}: as {} says\n", view.slave.ref.position, options.file);
   }
   if (differences.empty()) return 0;
   return failed(fmt::format("slave {}: {} difference{} from {}", view.slave.ref.position, differences.size(),

@@ -200,8 +200,8 @@ Outcome<int> simulate(const SimulateOptions& options) {
   thread.join();
   console.tell_events();
   const auto saved = save_eeproms(*config, *line);
-  fmt::print("{} frames served, {} not sent; {}\nstates:{}\n", server.frames(), server.send_failures(),
-             turn_around_text(server.turn_around()), states_summary(*line));
+  print_out("{} frames served, {} not sent; {}\nstates:{}\n", server.frames(), server.send_failures(),
+            turn_around_text(server.turn_around()), states_summary(*line));
   if (!saved) return tl::unexpected(saved.error());
   return 0;
 }

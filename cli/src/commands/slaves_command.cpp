@@ -48,7 +48,7 @@ Outcome<int> list_slaves(const SlavesOptions& options) {
   }
   for (const auto& sentence : check.sentences()) progress("{}", sentence);
   if (!options.verbose && !options.json) {
-    fmt::print("{}", slave_table(slaves));
+    print_out("{}", slave_table(slaves));
     return 0;
   }
   const auto facts = read_facts(**line, slaves);
@@ -58,10 +58,10 @@ Outcome<int> list_slaves(const SlavesOptions& options) {
     for (std::size_t i = 0; i < slaves.size(); ++i) rows.push_back(slave_json(slaves[i], (*facts)[i]));
     nlohmann::json document = {{"slaves", rows}};
     add_json(document, check);
-    fmt::print("{}", json_text(document));
+    print_out("{}", json_text(document));
     return 0;
   }
-  for (std::size_t i = 0; i < slaves.size(); ++i) fmt::print("{}", slave_details(slaves[i], (*facts)[i]));
+  for (std::size_t i = 0; i < slaves.size(); ++i) print_out("{}", slave_details(slaves[i], (*facts)[i]));
   return 0;
 }
 

@@ -6,6 +6,7 @@
 #include <cctype>
 
 #include "commands/commands.hpp"
+#include "console.hpp"
 #include "driveline/ecat_master/configuration/configuration_check.hpp"
 #include "driveline/ecat_master/configuration/configurator.hpp"
 #include "driveline/ecat_master/configuration/description_plan.hpp"
@@ -181,10 +182,10 @@ Outcome<std::vector<Row>> read_rows(LineView& line, std::span<const std::size_t>
 void print(std::span<const Row> rows) {
   for (const auto& [position, al] : rows) {
     const auto& [status, code] = al;
-    fmt::print("{:>4}  {}{}\n", position, wire::to_text(status.state),
-               status.error ? fmt::format(" + ERROR, AL status code 0x{:04X} ({})", static_cast<unsigned>(code),
-                                          wire::to_text(code))
-                            : std::string());
+    print_out("{:>4}  {}{}\n", position, wire::to_text(status.state),
+              status.error ? fmt::format(" + ERROR, AL status code 0x{:04X} ({})", static_cast<unsigned>(code),
+                                         wire::to_text(code))
+                           : std::string());
   }
 }
 
@@ -229,7 +230,7 @@ Outcome<int> states(const StatesOptions& options) {
   const auto rows = read_rows(**line, *positions);
   if (!rows) return tl::unexpected(rows.error());
   if (options.json) {
-    fmt::print("{}", json_text(to_json(*rows)));
+    print_out("{}", json_text(to_json(*rows)));
   } else {
     print(*rows);
   }

@@ -1,32 +1,81 @@
 #include "text/gnuplot.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <spawn.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
+#include <array>
 #include <cerrno>
+#include <cstring>
+
+#include "text/visible_text.hpp"
 
 extern char** environ;
 
 namespace driveline::cli {
+namespace {
+
+/// The last line with something in it of all that comes until the other side closes.
+std::string last_line(int end) {
+  std::string line;
+  std::string last;
+  std::array<char, 4096> part{};
+  for (ssize_t size = 0; (size = read(end, part.data(), part.size())) != 0;) {
+    if (size < 0 && errno != EINTR) break;
+    for (const char c : std::string_view(part.data(), size < 0 ? 0 : static_cast<std::size_t>(size))) {
+      if (c != '\n') {
+        line += c;
+        continue;
+      }
+      if (line.find_first_not_of(" \t^") != std::string::npos) last = line;
+      line.clear();
+    }
+  }
+  return line.find_first_not_of(" \t^") == std::string::npos ? last : line;
+}
+
+}  // namespace
+
+std::string gnuplot_text(std::string_view name) {
+  std::string text = "'";
+  for (const char c : visible_text(name)) {
+    const bool line_end = c == '\n' || c == '\t';
+    text += line_end ? ' ' : c;
+    if (c == '\'') text += c;
+  }
+  return text + "'";
+}
 
 tl::expected<void, std::string> run_gnuplot(const std::filesystem::path& directory, const std::string& script) {
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_addchdir_np(&actions, directory.c_str());
+  std::array<int, 2> ends{};
+  if (pipe2(ends.data(), O_CLOEXEC) != 0) {
+    posix_spawn_file_actions_destroy(&actions);
+    return tl::unexpected(fmt::format("no plots: {}", std::strerror(errno)));
+  }
+  posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, ends[1], STDERR_FILENO);
   std::string program = "gnuplot";
   std::string argument = script;
   char* arguments[] = {program.data(), argument.data(), nullptr};
   pid_t pid = 0;
   const int failed = posix_spawnp(&pid, "gnuplot", &actions, nullptr, arguments, environ);
   posix_spawn_file_actions_destroy(&actions);
+  close(ends[1]);
+  const auto said = failed == 0 ? last_line(ends[0]) : std::string{};
+  close(ends[0]);
   if (failed != 0)
     return tl::unexpected(std::string("no plots: gnuplot is not installed (Debian package gnuplot-nox)"));
   int status = 0;
   while (waitpid(pid, &status, 0) < 0 && errno == EINTR) {
   }
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
-    return tl::unexpected(fmt::format("no plots: gnuplot failed on {}", (directory / script).string()));
+    return tl::unexpected(fmt::format("no plots: gnuplot failed on {}{}{}", (directory / script).string(),
+                                      said.empty() ? "" : ": ", said));
   }
   return {};
 }

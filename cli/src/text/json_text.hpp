@@ -3,11 +3,14 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "text/visible_text.hpp"
+
 namespace driveline::cli {
 
-/// A document as it is printed. Texts of devices and files need not be UTF-8: what is not becomes U+FFFD.
+/// A document as it is printed. Texts of devices and files need not be UTF-8: what is not becomes U+FFFD, and
+/// what a terminal would obey is written as JSON can.
 [[nodiscard]] inline std::string json_text(const nlohmann::json& document) {
-  return document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  return visible_json(document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace)) + "\n";
 }
 
 }  // namespace driveline::cli

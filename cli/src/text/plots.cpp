@@ -40,7 +40,8 @@ std::string axes_script(const std::vector<AxisReport>& axes, std::string_view ou
   for (std::size_t i = 0; i < axes.size(); ++i) {
     const auto& axis = axes[i];
     const auto column = 2 + 3 * i;
-    script += fmt::format("set ylabel '{}: {}'\n", axis.name, errors ? "increments" : axis.si_unit);
+    script += fmt::format("set ylabel {}\n",
+                          gnuplot_text(fmt::format("{}: {}", axis.name, errors ? "increments" : axis.si_unit)));
     if (errors) {
       script += fmt::format("plot 'axes.csv' skip 1 using 1:(${}*{:.9g}) with lines title 'following error'\n",
                             column + 2, axis.increments_per_unit);
@@ -96,8 +97,8 @@ tl::expected<std::filesystem::path, std::string> draw_clocks(const std::filesyst
                 "set title 'clocks against the reference clock (register 0x092C)'\n"
                 "set xlabel 'time in s'\nset ylabel 'difference in ns'\n";
   for (std::size_t i = 0; i < names.size(); ++i) {
-    script +=
-        fmt::format("{} 'clocks.csv' skip 1 using 1:{} with lines title '{}'", i == 0 ? "plot" : ",", i + 2, names[i]);
+    script += fmt::format("{} 'clocks.csv' skip 1 using 1:{} with lines title {}", i == 0 ? "plot" : ",", i + 2,
+                          gnuplot_text(names[i]));
   }
   if (auto written = write_file(directory / "clocks.gp", script + '\n'); !written)
     return tl::unexpected(written.error());

@@ -171,6 +171,37 @@ class Hostile(ProgramTest):
         self.check_refused(self.run_program("slaves", "--config", config), 2, "line.toml:6: [slave 1.input 1] entry: ",
                            "is no input of the device")
 
+    def check_harmless(self, result):
+        """Nothing in it is an order to a terminal, and what was one can be seen."""
+        text = result.stdout + result.stderr
+        orders = [c for c in text if (ord(c) < 0x20 and c not in "\n\t") or 0x7F <= ord(c) < 0xA0]
+        self.assertEqual(orders, [], text)
+
+    def test_orders_to_the_terminal(self):
+        esi = (EXAMPLES / "terminals.xml").read_text(encoding="utf-8")
+        esi = esi.replace(">DI8<", ">DI8&#27;[31m\u009b2J<").replace("Channel 1", "Channel&#27;]0;title&#7; 1")
+        self.write("escape.xml", esi)
+        config = self.write("line.toml", '[line]\nname = "l\\u001b[2J"\ncycle_us = 1000\n[[slave]]\nname = "x\\u009b31m"\n'
+                            '[[axis]]\nname = "x\\u009b31m"\n[[slave]]\nname = "d\\u0007"\nesi = "escape.xml"\n'
+                            'product_code = 0x108\n')
+        run = ["run", "--config", config, "--virtual", "--duration", 0.1, "--no-telemetry"]
+        for arguments in (run, [*run, "--json"], ["slaves", "--config", config, "-v"], ["scan", "--config", config],
+                          ["pdos", "--config", config], ["pdos", "--config", config, "--json"],
+                          ["cstruct", "--config", config], ["graph", "--config", config], ["diag", "--config", config],
+                          ["sii", "read", "--config", config, "-p", 1, "-v"], ["esi", "show", "escape.xml"],
+                          ["esi", "validate", "escape.xml"]):
+            with self.subTest(arguments=arguments):
+                result = self.run_program(*arguments)
+                self.assertEqual(result.returncode, 0, result.stderr)
+                self.check_harmless(result)
+        self.assertIn("\\x1B", self.run_program("esi", "show", "escape.xml").stdout)
+        document = self.one_document(self.run_program(*run, "--json").stdout)
+        self.assertEqual(document["axes"][0]["name"], "x\x9b31m", "as it is in the file")
+        for arguments in (["\x1b[31mwalk"], ["slaves", "--config", "no\x1b[2Jfile"], ["run", "--config", "x", "--\x07"]):
+            result = self.run_program(*arguments)
+            self.assertEqual(result.returncode, 2)
+            self.check_harmless(result)
+
 
 class Privileges(WireTest):
     def test_missing_ones_name_the_remedy(self):

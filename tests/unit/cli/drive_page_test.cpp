@@ -222,6 +222,7 @@ TEST(TerminalPageText, IsCutToTheTerminal) {
   EXPECT_EQ(drawn("one\ntwo\n", 5, 80), "\x1b[Hone\x1b[K\r\ntwo\x1b[K\x1b[J");
   EXPECT_EQ(drawn("one\ntwo\nthree\n", 2, 2), "\x1b[Hon\x1b[K\r\ntw\x1b[K\x1b[J") << "nothing scrolls";
   EXPECT_EQ(drawn("", 5, 80), "\x1b[H\x1b[J");
+  EXPECT_EQ(drawn("a\x1b[2Jb", 5, 80), "\x1b[Ha\\x1B[2Jb\x1b[K\x1b[J") << "what a drive says is no order";
 }
 
 }  // namespace

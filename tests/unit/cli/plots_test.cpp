@@ -94,6 +94,44 @@ TEST_F(Plots, WithoutAxesOnlyTheJitterIsDrawn) {
   EXPECT_THAT(read(pictures->at("jitter_plot")), IsPng());
 }
 
+TEST_F(Plots, NamesAreTextsAndNoCommands) {
+  leave_csv_files();
+  const auto proof = directory / "proof";
+  auto named = axes();
+  named[0].name = "x'\nsystem \"touch " + proof.string() + "\" #";
+  named[1].name = "y`touch " + proof.string() + "`";
+  const auto pictures = draw_plots(directory, named);
+  ASSERT_TRUE(pictures) << pictures.error();
+  EXPECT_FALSE(std::filesystem::exists(proof));
+  EXPECT_THAT(read(directory / "plots.gp"), testing::HasSubstr("set ylabel 'x'' system "));
+  write(directory / "clocks.csv", "time[s],x,y\n0,1,2\n1,2,3\n");
+  const auto clocks = draw_clocks(directory, {named[0].name, named[1].name});
+  EXPECT_TRUE(clocks) << clocks.error();
+  EXPECT_FALSE(std::filesystem::exists(proof));
+}
+
+TEST_F(Plots, WarningsOfGnuplotAreNotTheUsers) {
+  leave_csv_files();
+  write(directory / "gnuplot", "#!/bin/sh\necho 'warning: empty y range' >&2\necho more\n");
+  std::filesystem::permissions(directory / "gnuplot", std::filesystem::perms::owner_all);
+  const ScopedEnvironment path("PATH", directory.string());
+  testing::internal::CaptureStderr();
+  testing::internal::CaptureStdout();
+  const auto pictures = draw_plots(directory, axes());
+  EXPECT_EQ(testing::internal::GetCapturedStderr() + testing::internal::GetCapturedStdout(), "");
+  EXPECT_TRUE(pictures);
+}
+
+TEST_F(Plots, FailingGnuplotIsQuoted) {
+  leave_csv_files();
+  write(directory / "gnuplot",
+        "#!/bin/sh\necho 'warning: that' >&2\necho 'line 3: no such function' >&2\necho '   ^'\nexit 1\n");
+  std::filesystem::permissions(directory / "gnuplot", std::filesystem::perms::owner_all);
+  const ScopedEnvironment path("PATH", directory.string());
+  EXPECT_EQ(draw_plots(directory, axes()).error(),
+            "no plots: gnuplot failed on " + (directory / "plots.gp").string() + ": line 3: no such function");
+}
+
 TEST_F(Plots, MissingGnuplotIsASentenceWithTheRemedy) {
   leave_csv_files();
   const ScopedEnvironment path("PATH", directory.string());
