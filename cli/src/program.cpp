@@ -10,6 +10,8 @@
 
 #include "commands/command.hpp"
 #include "console.hpp"
+#include "process_limits.hpp"
+#include "signals.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -125,6 +127,11 @@ int tell_parse_outcome(const CLI::App& app, const CLI::ParseError& error) {
 }  // namespace
 
 int run_program(int argc, const char* const* argv) {
+  refuse_long_files_with_errors();
+  if (const auto problem = too_little_stack(); !problem.empty()) {
+    progress("driveline: {}", problem);
+    return 1;
+  }
   CLI::App app{"A real-time EtherCAT master for servo drive lines, and the drives to run it against", "driveline"};
   app.failure_message(failure_message);
   app.set_version_flag("--version", DRIVELINE_VERSION);

@@ -22,6 +22,7 @@ extern "C" void on_stop_signal(int signal) {
 void catch_stop_signals() {
   struct sigaction action = {};
   action.sa_handler = on_stop_signal;
+  action.sa_flags = SA_RESTART;  // a file that is just being read or written is no part of it
   sigemptyset(&action.sa_mask);
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     struct sigaction before = {};
@@ -31,6 +32,10 @@ void catch_stop_signals() {
   }
   action.sa_handler = SIG_IGN;
   sigaction(SIGPIPE, &action, nullptr);
+}
+
+void refuse_long_files_with_errors() {
+  std::signal(SIGXFSZ, SIG_IGN);
 }
 
 bool stop_requested() noexcept {

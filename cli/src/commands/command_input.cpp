@@ -54,6 +54,29 @@ bool write_all(int socket, std::string_view text) {
   return true;
 }
 
+/// From now on nothing that is done with the socket takes longer.
+void limit_waiting(int socket, std::chrono::milliseconds patience) {
+  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(patience);
+  const timeval limit{seconds.count(), std::chrono::microseconds(patience - seconds).count()};
+  for (const int direction : {SO_RCVTIMEO, SO_SNDTIMEO}) {
+    ::setsockopt(socket, SOL_SOCKET, direction, &limit, sizeof limit);
+  }
+}
+
+bool timed_out() {
+  return errno == EAGAIN || errno == EWOULDBLOCK;
+}
+
+/// Somebody has the socket open and says nothing; who that is, when the system tells.
+tl::unexpected<Failure> silent(const std::string& path, std::string_view listener, int socket,
+                               std::chrono::milliseconds patience) {
+  ucred peer{};
+  socklen_t size = sizeof peer;
+  const bool known = ::getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0 && peer.pid > 0;
+  return failed(fmt::format("{}: no answer within {} ms; the {} that listens there{} is stopped or not yet at work",
+                            path, patience.count(), listener, known ? fmt::format(" (process {})", peer.pid) : ""));
+}
+
 /// In the background of a terminal reading would stop the program.
 bool may_read_stdin() {
   return isatty(STDIN_FILENO) == 0 || tcgetpgrp(STDIN_FILENO) == getpgrp();
@@ -168,21 +191,25 @@ void CommandInput::send_answer(Client& client) {
   client.gone = true;
 }
 
-Outcome<std::string> send_command(const std::string& path, std::string_view command, std::string_view listener) {
+Outcome<std::string> send_command(const std::string& path, std::string_view command, std::string_view listener,
+                                  std::chrono::milliseconds patience) {
   const auto address = address_of(path);
   if (!address) return tl::unexpected(address.error());
   const auto socket = make_socket();
+  if (socket.valid()) limit_waiting(socket.get(), patience);
   if (!socket.valid() || ::connect(socket.get(), generic(*address), sizeof *address) != 0) {
+    if (socket.valid() && timed_out()) return silent(path, listener, socket.get(), patience);
     return failed(fmt::format("{}: cannot be reached: {}; driveline {} --control {} listens there", path,
                               std::strerror(errno), listener, path));
   }
   std::string answer;
   std::array<char, 512> buffer;
   if (write_all(socket.get(), fmt::format("{}\n", command))) {
-    for (auto count = ::recv(socket.get(), buffer.data(), buffer.size(), 0); count > 0;
-         count = ::recv(socket.get(), buffer.data(), buffer.size(), 0)) {
+    ssize_t count = 0;
+    while ((count = ::recv(socket.get(), buffer.data(), buffer.size(), 0)) > 0) {
       answer.append(buffer.data(), static_cast<std::size_t>(count));
     }
+    if (count < 0 && timed_out()) return silent(path, listener, socket.get(), patience);
   }
   if (answer.empty()) return failed(fmt::format("{}: no answer", path));
   answer.pop_back();

@@ -62,9 +62,14 @@ class CommandInput {
   std::string typed_;  ///< the beginning of a line
 };
 
-/// Sends one command to the socket `path`, where `listener` should be; the answer.
+/// How long somebody at a socket may say nothing: far longer than the longest line takes to answer.
+inline constexpr std::chrono::milliseconds kAnswerPatience{10'000};
+
+/// Sends one command to the socket `path`, where `listener` should be; the answer. Failure: among others, that nothing
+/// came for `patience`; a program that is stopped or hangs is there and does not answer.
 [[nodiscard]] Outcome<std::string> send_command(const std::string& path, std::string_view command,
-                                                std::string_view listener);
+                                                std::string_view listener,
+                                                std::chrono::milliseconds patience = kAnswerPatience);
 /// The same at the `simulate` that listens there, and prints the answer; one that begins with "error: " is a failure.
 [[nodiscard]] Outcome<int> order_simulation(const std::string& path, std::string_view command);
 

@@ -27,13 +27,19 @@ struct RunOptions {
   bool force = false;
 };
 
+/// What could not be written does not take the summary with it.
+void note_failure(RunReport& report, const std::string& sentence) {
+  progress("fault: {}", sentence);
+  report.faults.push_back(sentence);
+  if (report.failure.empty()) report.failure = sentence;
+}
+
 /// Files that the run leaves behind, beside axes.csv. A plot that cannot be drawn is no failure of the run.
 void write_files(const LineConfig& config, RunReport& report) {
   const auto& directory = config.output.directory;
   const auto jitter = directory / "jitter.csv";
   if (auto written = write_jitter_csv(report.statistics, jitter); !written) {
-    report.faults.push_back(written.error());
-    if (report.failure.empty()) report.failure = written.error();
+    note_failure(report, written.error());
     return;
   }
   report.files["jitter_csv"] = jitter;
@@ -55,6 +61,7 @@ void use_modest_cycle(LineConfig& config) {
 }
 
 Outcome<int> run_line(const RunOptions& options) {
+  catch_stop_signals();
   std::optional<double> duration_s;
   if (options.duration) {
     const auto seconds = parse_seconds(*options.duration, "--duration");
@@ -89,12 +96,14 @@ Outcome<int> run_line(const RunOptions& options) {
     if (!input) return tl::unexpected(input.error());
     control = std::move(*input);
   }
-  catch_stop_signals();
   auto report = LineRun(**session, std::move(path), duration_s, control.get(), options.force).execute();
   const auto capture = (*session)->close_capture();
   if (!report) return tl::unexpected(report.error());
-  if (!capture) return tl::unexpected(capture.error());
-  if (*capture) report->files["capture"] = **capture;
+  if (!capture) {
+    note_failure(*report, capture.error().text);
+  } else if (*capture) {
+    report->files["capture"] = **capture;
+  }
   write_files((*session)->config(), *report);
   print_out("{}", options.json ? json_text(to_json(*report)) : to_text(*report));
   if (!report->failure.empty()) return failed(report->failure);

@@ -149,6 +149,7 @@ std::optional<int> cpu_of_the_line(const LineConfig& config) {
 }
 
 Outcome<int> simulate(const SimulateOptions& options) {
+  catch_stop_signals();
   const auto& bus = options.bus;
   if (bus.config.empty() || bus.interface.empty()) {
     return misused("needs --config FILE, the line to simulate, and --iface NAME, where to serve it");
@@ -175,7 +176,6 @@ Outcome<int> simulate(const SimulateOptions& options) {
   LineServer server(*line, *interfaces->primary, interfaces->secondary.get(), clock,
                     {options.busy_poll, [&](nanoseconds deadline) { interfaces->waiter->wait(deadline); }});
   LineConsole console(server, *line, names_of(*config));
-  catch_stop_signals();
 
   // The line takes what real-time properties it can get: it stands in for hardware that has no scheduler.
   rt::RealtimeConfig realtime = config->realtime;

@@ -234,7 +234,8 @@ void LineRun::operate() {
   recorder_->begin_operation(session_.clock().now());
   make_watch();
   operation_start_ = session_.clock().now();
-  if (motion_) motion_->request_start();
+  // The line is up; whoever has asked for the end by now moves nothing any more.
+  if (motion_ && !stop_requested()) motion_->request_start();
   if (motion_ && !config_.path)
     progress("there is no [path]: the axes are enabled and hold the place where they stand");
   auto next_progress = 1.0;

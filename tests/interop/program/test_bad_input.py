@@ -202,6 +202,59 @@ class Hostile(ProgramTest):
             self.assertEqual(result.returncode, 2)
             self.check_harmless(result)
 
+    def run_with_capture(self, *arguments, **options):
+        result = self.run_program("run", "--config", LINE8, "--virtual", "--duration", 1, "--json", "--no-telemetry",
+                                  "--no-plots", *arguments, **options)
+        self.assertEqual(result.returncode, 1, result.stderr)
+        return self.one_document(result.stdout), result.stderr.splitlines()[-1]
+
+    def test_a_file_that_may_not_get_longer_leaves_the_summary(self):
+        document, sentence = self.run_with_capture("--capture", "c.pcapng",
+                                                   preexec_fn=self.limit(resource.RLIMIT_FSIZE, 64 << 10))
+        self.assertEqual((document["cycles"], document["state"]), (8000, "OP"))
+        self.assertIn("File too large", sentence)
+        self.assertTrue(any("c.pcapng" in fault and "File too large" in fault for fault in document["faults"]), document)
+
+    def test_a_full_disk_leaves_the_summary(self):
+        (self.directory / "full").mkdir()
+        made = "mount -t tmpfs -o size=200k none full"
+        if subprocess.run(["unshare", "-m", "sh", "-c", made], cwd=self.directory, capture_output=True,
+                          check=False).returncode != 0:
+            self.skipTest("no file system of its own here")
+        self.prefix = ["unshare", "-m", "sh", "-c", f'{made} && exec "$0" "$@"']
+        document, sentence = self.run_with_capture("--capture", "full/c.pcapng")
+        self.assertEqual((document["cycles"], document["state"], len(document["axes"])), (8000, "OP", 8))
+        self.assertIn("full/c.pcapng", sentence)
+        self.assertIn("No space left on device", sentence)
+
+    def test_too_little_stack(self):
+        self.prefix = ["sh", "-c", 'ulimit -s 64 && exec "$0" "$@"']
+        for command in (["run", "--config", LINE8, "--duration", 1], ["slaves", "--config", LINE8]):
+            self.check_refused(self.run_program(*command), 1, "stack", "64 KiB", "ulimit -s")
+
+    def test_a_signal_while_the_description_is_read(self):
+        fifo = self.directory / "line.toml"
+        os.mkfifo(fifo)
+        for number in (signal.SIGHUP, signal.SIGTERM):
+            with self.subTest(signal=number):
+                run = self.start("run", "--config", fifo, "--json", "--no-plots", "--no-telemetry", log="run.log")
+                with open(fifo, "w", encoding="utf-8") as pipe:  # opens when the program does
+                    run.send_signal(number)
+                    pipe.write(line_description(cycle_us=1000))
+                self.assertEqual(run.wait(PATIENCE_S), 0, self.logs())
+                self.assertIn("stop requested: taking the line down", self.text("run.log"))
+                document = self.one_document(self.text("run.log.out"))
+                self.assertEqual((document["state"], document["faults"]), ("OP", []))
+
+    def test_a_run_that_is_stopped_is_not_waited_for(self):
+        run = self.start("run", "--config", self.write_gentle_line(cycle_us=1000), "--control", "run.socket", "--no-plots",
+                         log="run.log")
+        self.wait_for("following the path", lambda: "following the path" in self.text("run.log"), run)
+        run.send_signal(signal.SIGSTOP)
+        self.check_refused(self.run_program("diag", "--control", "run.socket"), 1, "run.socket: no answer within",
+                           f"(process {run.pid})")
+        run.send_signal(signal.SIGCONT)
+
 
 class Privileges(WireTest):
     def test_missing_ones_name_the_remedy(self):

@@ -129,6 +129,29 @@ TEST_F(CommandSocket, TooManySilentClientsMakeRoom) {
   EXPECT_EQ(heard(client), "diag!\n");
 }
 
+TEST_F(CommandSocket, WhoeverListensAndDoesNotAnswerIsNotWaitedForForEver) {
+  // Nobody looks: a program that is stopped.
+  const auto answered = send_command(path, "diag", "run", milliseconds{30});
+  ASSERT_FALSE(answered);
+  EXPECT_EQ(answered.error().status, 1);
+  EXPECT_EQ(answered.error().text, path + ": no answer within 30 ms; the run that listens there (process " +
+                                       std::to_string(getpid()) + ") is stopped or not yet at work");
+}
+
+TEST_F(CommandSocket, WhereNoMoreClientsFitNobodyWaitsForEver) {
+  std::vector<port::FileDescriptor> waiting;
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::copy(path.begin(), path.end(), address.sun_path);
+  do {
+    waiting.emplace_back(::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0));
+  } while (::connect(waiting.back().get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+  ASSERT_EQ(errno, EAGAIN);
+  const auto answered = send_command(path, "diag", "run", milliseconds{30});
+  ASSERT_FALSE(answered);
+  EXPECT_THAT(answered.error().text, testing::HasSubstr("no answer within 30 ms"));
+}
+
 TEST_F(CommandSocket, LineWithoutEndIsCutOff) {
   const auto client = connect();
   say(client, std::string(8192, 'y'));
