@@ -76,7 +76,7 @@ done
 # about the machine, so the run gets two more attempts. Anything else is a failure at once.
 for attempt in 1 2 3; do
   if timeout 120 ip netns exec "$netns" "$driveline" run --config "$root/examples/line8-nic.toml" --iface dl-master \
-       --duration 5 --json >veth.json 2>master.log; then
+       --duration 5 --telemetry --json >veth.json 2>master.log; then
     break
   fi
   cat master.log >&2

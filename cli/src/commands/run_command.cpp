@@ -22,6 +22,7 @@ struct RunOptions {
   std::string capture;           ///< empty: as configured
   std::string control;           ///< socket for `diag --control`; may be empty
   bool no_plots = false;
+  bool telemetry = false;
   bool no_telemetry = false;
   bool json = false;
   bool force = false;
@@ -73,11 +74,16 @@ Outcome<int> run_line(const RunOptions& options) {
         "which bus? Give --config FILE with the axes and their path, or --iface NAME to exchange process data without "
         "axes");
   }
+  if (options.telemetry && options.no_telemetry) return misused("--telemetry and --no-telemetry: which?");
+  if (options.telemetry && options.bus.config.empty()) {
+    return misused("--telemetry publishes what a line description names: it needs --config FILE");
+  }
   std::optional<trajectory::Interpolator> path;
   auto session = Session::open(options.bus, [&](LineConfig& config) -> Outcome<void> {
     if (!options.output_directory.empty()) config.output.directory = options.output_directory;
     if (!options.capture.empty()) config.output.capture = options.capture;
     if (options.no_plots) config.output.plots = false;
+    if (options.telemetry) config.telemetry.enabled = true;
     if (options.no_telemetry) config.telemetry.enabled = false;
     if (options.bus.config.empty()) use_modest_cycle(config);
     if (config.axes.empty()) return {};
@@ -89,6 +95,11 @@ Outcome<int> run_line(const RunOptions& options) {
   if (!session) return tl::unexpected(session.error());
   if (auto claimed = (*session)->claim(options.force, "take its line away"); !claimed) {
     return tl::unexpected(claimed.error());
+  }
+  if (const auto& config = (*session)->config(); (*session)->has_config() && config.interface &&
+                                                 !config.telemetry.enabled && !config.telemetry.asked &&
+                                                 !options.no_telemetry) {
+    progress("telemetry: off on a network interface; --telemetry, or enabled = true in [telemetry], asks for it");
   }
   std::unique_ptr<CommandInput> control;
   if (!options.control.empty()) {
@@ -122,6 +133,7 @@ Execute prepare_run(Arguments& to) {
   to.option("--capture", &options->capture, Value::file(), "Write all frames to this pcapng file");
   to.option("--control", &options->control, Value::file("PATH"), "Socket to listen at for `driveline diag`");
   to.flag("--no-plots", options->no_plots, "Leave only the CSV files");
+  to.flag("--telemetry", options->telemetry, "Publish over DDS also where the line is on a network interface");
   to.flag("--no-telemetry", options->no_telemetry, "Do not publish over DDS");
   add_force_flag(to, options->force);
   add_json_flag(to, options->json);

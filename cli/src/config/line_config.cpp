@@ -242,7 +242,8 @@ void read_path(TomlReader reader, const std::filesystem::path& directory, LineCo
 
 void read_telemetry(TomlReader reader, LineConfig& config) {
   auto& telemetry = config.telemetry;
-  telemetry.enabled = reader.boolean_or("enabled", true);
+  if (reader.has("enabled")) telemetry.asked = reader.boolean_or("enabled", true);
+  telemetry.enabled = telemetry.asked.value_or(true);
   telemetry.domain = static_cast<std::uint32_t>(reader.integer_or("domain", 0, 0, 232));
   telemetry.decimation = static_cast<std::uint32_t>(reader.integer_or("decimation", 8, 1, 1000000));
   telemetry.interfaces = reader.texts_or("interfaces", telemetry.interfaces);

@@ -41,6 +41,8 @@ class Usage(ProgramTest):
         self.refused(2, ["run"], "--config FILE", "--iface NAME")
         self.refused(2, ["run", "--config"], "--config")
         self.refused(2, ["slaves"], "--config FILE", "--iface NAME")
+        self.refused(2, ["run", "--config", LINE8, "--telemetry", "--no-telemetry"], "--telemetry", "which?")
+        self.refused(2, ["run", "--iface", "lo", "--telemetry"], "--config FILE")
         self.refused(2, ["simulate", "--config", LINE8], "--iface NAME")
         self.refused(2, ["simulate", "--iface", "lo"], "--config FILE")
         for duration in ("-1", "soon", "nan", "inf", "1e9"):

@@ -3,7 +3,7 @@ import os
 import signal
 import unittest
 
-from program import AXES, CYCLONE_SUBSCRIBER, PATIENCE_S, ProgramTest
+from program import AXES, CYCLONE_SUBSCRIBER, PATIENCE_S, ProgramTest, WireTest
 
 
 class Telemetry(ProgramTest):
@@ -41,6 +41,36 @@ class Telemetry(ProgramTest):
         self.assertTrue(any(axis["actual_position_max"] > axis["actual_position_min"] for axis in document["axes"]))
         published = self.one_document(self.text("run.log.out"))["telemetry"]["published"]
         self.assertGreaterEqual(published, status["telemetry"]["published"])
+
+
+class OnTheWire(WireTest):
+    """DDS listens at UDP ports, and what comes there is read in the process that drives the axes."""
+
+    def udp_sockets(self):
+        return self.run_program("/proc/net/udp", program="cat").stdout.splitlines()[1:]
+
+    def run_line(self, *arguments, telemetry="decimation = 8"):
+        """The number of UDP sockets in the namespace while a run is in operation, and what the run says."""
+        config = self.write_gentle_line(cycle_us=2000, telemetry=telemetry)
+        line = self.start_line(config)
+        master = self.start_master(config, *arguments)
+        sockets = len(self.udp_sockets())
+        self.assertEqual(self.end(master, signal.SIGTERM), 0, self.logs())
+        self.end_line(line)
+        return sockets, self.text("master.log")
+
+    def test_nobody_listens_unless_asked(self):
+        sockets, said = self.run_line()
+        self.assertEqual(sockets, 0, said)
+        self.assertIn("telemetry: off on a network interface; --telemetry", said)
+
+    def test_it_can_be_asked_for(self):
+        domain = 80 + os.getpid() % 10
+        for arguments, telemetry in ((["--telemetry"], f"domain = {domain}"), ([], f"enabled = true\ndomain = {domain}")):
+            with self.subTest(arguments=arguments):
+                sockets, said = self.run_line(*arguments, telemetry=telemetry)
+                self.assertGreater(sockets, 0)
+                self.assertNotIn("telemetry: off", said)
 
 
 if __name__ == "__main__":

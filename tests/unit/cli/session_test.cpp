@@ -40,6 +40,25 @@ TEST_F(SessionTest, RealtimeIsEnforcedWhereverThereIsANetworkInterface) {
   EXPECT_EQ(policy(std::string("[realtime]\npolicy = \"enforce\"\n") + kSlave), rt::RealtimePolicy::kEnforce);
 }
 
+TEST_F(SessionTest, TelemetryOnANetworkInterfaceIsOffUnlessTheFileAsksForIt) {
+  const auto enabled = [this](const std::string& telemetry, const std::string& interface) {
+    bool on = false;
+    BusOptions options;
+    options.interface = interface;
+    EXPECT_FALSE(open(telemetry + kSlave, options, [&on](LineConfig& config) -> Outcome<void> {
+      on = config.telemetry.enabled;
+      return failed("seen");
+    }));
+    return on;
+  };
+  EXPECT_TRUE(enabled("", ""));
+  EXPECT_FALSE(enabled("", "eth7"));
+  EXPECT_FALSE(enabled("[bus]\ninterface = \"eth7\"\n", "")) << "also when the file names it";
+  EXPECT_FALSE(enabled("[telemetry]\ndomain = 3\n", "eth7")) << "how is not whether";
+  EXPECT_TRUE(enabled("[telemetry]\nenabled = true\n", "eth7"));
+  EXPECT_FALSE(enabled("[telemetry]\nenabled = false\n", ""));
+}
+
 TEST_F(SessionTest, NoBusIsMisuse) {
   const auto session = Session::open({});
   ASSERT_FALSE(session);

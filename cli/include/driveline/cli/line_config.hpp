@@ -85,6 +85,8 @@ struct PathConfig {
 
 /// [telemetry] of a line description.
 struct TelemetryConfig {
+  /// Whether the file asks for it; none: it says nothing. On a network interface telemetry is sent on demand only.
+  std::optional<bool> asked;
   bool enabled = true;                                  ///< false: nothing is sent
   std::uint32_t domain = 0;                             ///< DDS domain, 0 to 232
   std::uint32_t decimation = 8;                         ///< axis samples of every n-th cycle are sent
