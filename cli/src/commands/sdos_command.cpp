@@ -1,7 +1,10 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "commands/commands.hpp"
 #include "console.hpp"
+#include "line/dictionary_reader.hpp"
 #include "line/line_view.hpp"
 #include "text/json_text.hpp"
 #include "text/object_text.hpp"
@@ -21,62 +24,11 @@ struct SdosOptions {
   bool json = false;
 };
 
-using ecat_master::CoeClient;
-
-/// Asks a slave about its objects, and tells on stderr how far it is when that takes long.
-class DictionaryReader {
- public:
-  DictionaryReader(CoeClient coe, LineView& line, std::size_t position, bool with_entries)
-      : coe_(coe),
-        line_(line),
-        clock_(line.session().clock()),
-        position_(position),
-        with_entries_(with_entries),
-        told_(clock_.now()) {}
-
-  Outcome<std::vector<DictionaryObject>> read(const std::vector<std::uint16_t>& indices) {
-    std::vector<DictionaryObject> objects;
-    for (const auto index : indices) {
-      if (clock_.now() - told_ >= kTellEvery) {
-        told_ = clock_.now();
-        progress("slave {}: {} of {} objects", position_, objects.size(), indices.size());
-      }
-      const auto description = line_.ask(position_, [&] { return coe_.object_description(index); });
-      if (!description) return bus_failure(description.error());
-      objects.push_back({*description, {}});
-      if (!with_entries_) continue;
-      if (auto done = read_entries(objects.back()); !done) return tl::unexpected(done.error());
-    }
-    return objects;
-  }
-
- private:
-  Outcome<void> read_entries(DictionaryObject& object) {
-    for (unsigned subindex = 0; subindex <= object.object.max_subindex; ++subindex) {
-      const auto ask = [&] { return coe_.entry_description(object.object.index, static_cast<std::uint8_t>(subindex)); };
-      auto entry = line_.ask(position_, ask);
-      if (entry) {
-        object.entries.push_back(std::move(*entry));
-      } else if (entry.error().kind != ecat_master::ErrorKind::kSdoAbort) {
-        return bus_failure(entry.error());
-      }  // else a gap between the sub-indices
-    }
-    return {};
-  }
-
-  CoeClient coe_;
-  LineView& line_;
-  rt::Clock& clock_;
-  std::size_t position_;
-  bool with_entries_;
-  std::chrono::nanoseconds told_;
-};
-
 Outcome<std::vector<DictionaryObject>> read_dictionary(LineView& line, std::size_t position,
                                                        const SdosOptions& options) {
   auto* mailbox = line.mailbox(position);
   if (mailbox == nullptr) return failed(fmt::format("slave {} has no mailbox", position));
-  CoeClient coe(*mailbox);
+  ecat_master::CoeClient coe(*mailbox);
   std::vector<std::uint16_t> indices;
   if (options.index.empty()) {
     auto list = line.ask(position, [&] { return coe.object_list(); });
@@ -87,7 +39,25 @@ Outcome<std::vector<DictionaryObject>> read_dictionary(LineView& line, std::size
     if (!index) return tl::unexpected(index.error());
     indices = {static_cast<std::uint16_t>(*index)};
   }
-  return DictionaryReader(coe, line, position, !options.quiet).read(indices);
+  auto& clock = line.session().clock();
+  auto told = clock.now();
+  DictionarySource source;
+  source.object = [&](std::uint16_t index) {
+    return line.ask(position, [&] { return coe.object_description(index); });
+  };
+  if (!options.quiet) {
+    source.entry = [&](std::uint16_t index, std::uint8_t subindex) {
+      return line.ask(position, [&] { return coe.entry_description(index, subindex); });
+    };
+  }
+  source.progress = [&](std::size_t done) {
+    if (clock.now() - told < kTellEvery) return;
+    told = clock.now();
+    progress("slave {}: {} of {} objects", position, done, indices.size());
+  };
+  auto objects = read_objects(source, indices);
+  if (!objects) return bus_failure(objects.error());
+  return std::move(*objects);
 }
 
 /// Those that can be asked; the others are told about. A coupler at the beginning is no reason to hide the drives.
@@ -117,9 +87,12 @@ Outcome<int> list_objects(const SdosOptions& options) {
   const auto able = options.selection.chosen() ? *positions : with_dictionary(**line, *positions);
   if (auto done = (*line)->open_mailboxes(able, options.force); !done) return tl::unexpected(done.error());
   auto rows = nlohmann::json::array();
+  std::size_t incomplete = 0;
   for (const auto position : able) {
     const auto objects = read_dictionary(**line, position, options);
     if (!objects) return tl::unexpected(objects.error());
+    incomplete += static_cast<std::size_t>(
+        std::count_if(objects->begin(), objects->end(), [](const auto& object) { return !object.troubles.empty(); }));
     if (options.json) {
       rows.push_back({{"position", position}, {"objects", to_json(*objects)}});
       continue;
@@ -128,7 +101,10 @@ Outcome<int> list_objects(const SdosOptions& options) {
     print_out("{}", to_text(*objects, options.verbose));
   }
   if (options.json) print_out("{}", json_text({{"slaves", rows}}));
-  return 0;
+  if (incomplete == 0) return 0;
+  // The one object that was asked for, or some of many: what there is has been printed.
+  return failed(fmt::format("{} {} not described completely; the list says which", incomplete,
+                            incomplete == 1 ? "object is" : "objects are"));
 }
 
 }  // namespace

@@ -74,8 +74,9 @@ nlohmann::json entry_json(const EntryDescription& entry) {
 
 std::string to_text(std::span<const DictionaryObject> objects, bool verbose) {
   std::string text;
-  for (const auto& [object, entries] : objects) {
+  for (const auto& [object, entries, troubles] : objects) {
     text += fmt::format("SDO 0x{:04x}, \"{}\"\n", object.index, object.name);
+    for (const auto& trouble : troubles) text += fmt::format("  ! {}\n", trouble);
     for (const auto& entry : entries) {
       text += fmt::format("  0x{:04x}:{:02x}, {}, {}, {} bit, \"{}\"{}\n", entry.index, entry.subindex,
                           access_text(entry.access), type_text(entry.data_type), entry.bit_length, entry.name,
@@ -87,11 +88,12 @@ std::string to_text(std::span<const DictionaryObject> objects, bool verbose) {
 
 nlohmann::json to_json(std::span<const DictionaryObject> objects) {
   auto rows = nlohmann::json::array();
-  for (const auto& [object, entries] : objects) {
+  for (const auto& [object, entries, troubles] : objects) {
     auto list = nlohmann::json::array();
     for (const auto& entry : entries) list.push_back(entry_json(entry));
     rows.push_back(
         {{"index", object.index}, {"name", object.name}, {"code", object.object_code}, {"entries", std::move(list)}});
+    if (!troubles.empty()) rows.back()["troubles"] = troubles;
   }
   return rows;
 }
