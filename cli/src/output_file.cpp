@@ -1,6 +1,8 @@
 #include "output_file.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 
 #include <cerrno>
 #include <cstring>
@@ -33,6 +35,16 @@ tl::expected<void, std::string> write_file(const std::filesystem::path& file, st
   std::error_code ignored;
   std::filesystem::remove(partial_name(file), ignored);
   return tl::unexpected(reason);
+}
+
+tl::expected<FolderLock, std::string> FolderLock::take(const std::filesystem::path& folder) {
+  FolderLock lock;
+  lock.folder_ = port::FileDescriptor{::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)};
+  if (lock.folder_.valid() && ::flock(lock.folder_.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+    return tl::unexpected(fmt::format(
+        "{}: another run is writing into this folder; --output FOLDER names one of its own", folder.string()));
+  }
+  return lock;
 }
 
 }  // namespace driveline::cli

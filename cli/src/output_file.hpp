@@ -5,6 +5,8 @@
 #include <string_view>
 #include <tl/expected.hpp>
 
+#include "driveline/port/file_descriptor.hpp"
+
 namespace driveline::cli {
 
 /// Name under which `file` is written until it is complete.
@@ -16,5 +18,18 @@ namespace driveline::cli {
 /// Writes a file that appears under its name only when it is complete. Error: a sentence; what was there before is
 /// still there.
 [[nodiscard]] tl::expected<void, std::string> write_file(const std::filesystem::path& file, std::string_view content);
+
+/// A folder that one program at a time writes its files into: two runs would mix theirs. Leaves nothing behind, however
+/// the program ends.
+class FolderLock {
+ public:
+  /// Of no folder.
+  FolderLock() = default;
+  /// Error: another program has it, as a sentence. Where the file system knows no locks everybody gets one.
+  [[nodiscard]] static tl::expected<FolderLock, std::string> take(const std::filesystem::path& folder);
+
+ private:
+  port::FileDescriptor folder_;
+};
 
 }  // namespace driveline::cli

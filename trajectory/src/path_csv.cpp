@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <charconv>
@@ -16,6 +17,7 @@ namespace driveline::trajectory {
 namespace {
 
 constexpr std::string_view kBlanks = " \t";
+constexpr std::string_view kSeparator = "the separator is a comma, and numbers have a decimal point";
 constexpr std::size_t kMaxFileBytes = std::size_t{128} << 20;
 
 enum class Dimension { kTime, kRotary, kLinear };
@@ -134,7 +136,16 @@ class CsvParser {
     return false;
   }
 
+  /// Semicolons or tabs where the commas should be, as spreadsheets write them where the decimal point is a comma.
+  bool has_foreign_separator() const {
+    return std::any_of(fields_.begin(), fields_.end(),
+                       [](const Field& field) { return field.text.find_first_of(";\t") != std::string_view::npos; });
+  }
+
   tl::expected<void, PathError> read_header() {
+    if (has_foreign_separator()) {
+      return refuse({line_, 0}, std::string(kSeparator) + ": time[s],x[rad]");
+    }
     bool has_unit = false;
     for (const Field& field : fields_) {
       has_unit = has_unit || field.text.find('[') != std::string_view::npos;
@@ -199,8 +210,10 @@ class CsvParser {
 
   tl::expected<void, PathError> read_row() {
     if (fields_.size() != units_.size()) {
+      // Twice as many are what a decimal comma makes of a row; one is what is left of another separator.
+      const bool foreign = fields_.size() > units_.size() || has_foreign_separator();
       return refuse({line_, 0}, "expected " + std::to_string(units_.size()) + " fields as in the header, found " +
-                                    std::to_string(fields_.size()));
+                                    std::to_string(fields_.size()) + (foreign ? "; " + std::string(kSeparator) : ""));
     }
     double time_s = 0.0;
     positions_.clear();

@@ -26,6 +26,9 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
+constexpr std::string_view kWhereFrom =
+    "`cmake --build build` in a source tree makes the benchmark programs, --dir names their folder (build/bench)";
+
 struct Options {
   std::vector<std::string> names;
   std::optional<std::string> directory;
@@ -51,10 +54,9 @@ Outcome<std::vector<fs::path>> find_programs(const fs::path& directory) {
     if (access(entry.path().c_str(), X_OK) == 0) found.push_back(entry.path());
   }
   if (error) {
-    return misused(fmt::format("{}: {}; --dir names the folder of the benchmark programs (<build>/bench)",
-                               directory.string(), error.message()));
+    return misused(fmt::format("{}: {}; {}", directory.string(), error.message(), kWhereFrom));
   }
-  if (found.empty()) return misused(fmt::format("{}: no benchmark program in it", directory.string()));
+  if (found.empty()) return misused(fmt::format("{}: no benchmark program in it; {}", directory.string(), kWhereFrom));
   std::sort(found.begin(), found.end());
   return found;
 }

@@ -128,6 +128,7 @@ Outcome<int> write_register(const RegOptions& options) {
   }
   auto done = (*line)->bus().write(*slave, access->at.address, *data);
   if (!done) return access_failure(done.error(), access->at, true);
+  (*line)->session().tell_what_ends();
   if (options.json) {
     print_out("{}", json_text({{"slave", slave->position}, {"address", access->at.address}, {"bytes", data->size()}}));
   }

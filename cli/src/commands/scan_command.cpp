@@ -15,6 +15,8 @@
 namespace driveline::cli {
 namespace {
 
+constexpr int kNotAsDescribed = 3;  ///< exit status: everything was done, and the line is another one
+
 struct ScanOptions {
   BusOptions bus;
   std::string write;                ///< empty: only show
@@ -173,7 +175,7 @@ Outcome<int> scan(const ScanOptions& options) {
     print_out("{}", table(slaves));
   }
   for (const auto& sentence : check->sentences()) progress("{}", sentence);
-  if (options.write.empty()) return 0;
+  if (options.write.empty()) return check->comparison.differences.empty() ? 0 : kNotAsDescribed;
   if (auto written = write_description(**line, slaves, options.write, *turns); !written) {
     return tl::unexpected(written.error());
   }

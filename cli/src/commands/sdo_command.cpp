@@ -127,6 +127,7 @@ Outcome<int> download(const ObjectOptions& options) {
                     ecat_master::describe(done.error())));
   }
   if (!done) return bus_failure(done.error());
+  dialogue->line->session().tell_what_ends();
   if (options.json) print_out("{}", json_text(dialogue->to_json(data->size())));
   return 0;
 }

@@ -153,12 +153,14 @@ ecat_master::SiiProgress make_progress(std::size_t position) {
 }
 
 Outcome<int> finish_write(const tl::expected<ecat_master::SiiWriteReport, ecat_master::SiiWriteFailure>& written,
-                          const SiiOptions& options, std::size_t position) {
+                          const SiiOptions& options, const Chosen& chosen) {
+  const std::size_t position = chosen.view.slave.ref.position;
   if (!written) {
     auto text = ecat_master::describe(written.error());
     if (!written.error().left.empty()) text += save_previous(written.error(), position);
     return failed(text);
   }
+  chosen.line->session().tell_what_ends();
   if (options.json) {
     print_out("{}", json_text({{"slave", position},
                                {"words_changed", written->words_changed},
@@ -185,7 +187,7 @@ Outcome<int> write_image(const SiiOptions& options) {
   catch_stop_signals();
   const auto slave = chosen->view.slave.ref;
   return finish_write(ecat_master::write_sii(chosen->line->bus(), slave, bytes, make_progress(slave.position)), options,
-                      slave.position);
+                      *chosen);
 }
 
 Outcome<int> set_alias(const SiiOptions& options) {
@@ -203,7 +205,7 @@ Outcome<int> set_alias(const SiiOptions& options) {
     }
   }
   return finish_write(ecat_master::write_alias(chosen->line->bus(), slave, static_cast<std::uint16_t>(*alias)), options,
-                      slave.position);
+                      *chosen);
 }
 
 Outcome<int> compare_image(const SiiOptions& options) {

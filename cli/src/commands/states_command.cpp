@@ -226,6 +226,7 @@ Outcome<int> states(const StatesOptions& options) {
     const auto done =
         options.selection.chosen() ? change_slaves(**line, *positions, **target) : change_line(**line, **target);
     if (!done) return tl::unexpected(done.error());
+    (*line)->session().tell_what_ends();
   }
   const auto rows = read_rows(**line, *positions);
   if (!rows) return tl::unexpected(rows.error());

@@ -76,6 +76,9 @@ Outcome<void> LineRun::prepare() {
   created_directory_ = std::filesystem::create_directories(config_.output.directory, error);
   if (error)
     return failed(fmt::format("{}: cannot be created: {}", config_.output.directory.string(), error.message()));
+  auto alone = FolderLock::take(config_.output.directory);
+  if (!alone) return failed(alone.error());
+  folder_ = std::move(*alone);
   const auto every = std::max<std::int64_t>(1, milliseconds{1} / config_.period);
   recorder_ = std::make_unique<Recorder>(
       config_.axes, config_.axes.empty() ? std::nullopt : std::optional(config_.output.directory / "axes.csv"),
@@ -143,6 +146,11 @@ Outcome<void> LineRun::bring_up() {
   progress("configured, all in SAFEOP; {} bytes of process data in {} frame(s) take {}",
            master_.image().outputs().size(), master_.image().frame_count(),
            describe(wire, config_.interface.has_value()));
+  if (master_.image().outputs().empty() && master_.image().inputs().empty()) {
+    progress(
+        "there are no process data: no slave has PDOs assigned by itself; `driveline pdos` shows what they have, "
+        "[[slave.pdo]] of a line description names what is to be exchanged");
+  }
   if (auto fits = check_budget(wire, config_.interface.has_value()); !fits) return fits;
   if (path_) make_motion();
   return {};

@@ -17,6 +17,7 @@
 #include "line/session.hpp"
 #include "line/status_feed.hpp"
 #include "line/sync_margins.hpp"
+#include "output_file.hpp"
 #include "text/run_report.hpp"
 
 namespace driveline::cli {
@@ -79,6 +80,7 @@ class LineRun {
   ecat_master::Master master_;
   std::unique_ptr<bridge::DrainThread> drain_;
   bool created_directory_ = false;
+  FolderLock folder_;
   std::unique_ptr<LineWatch> watch_;
   std::vector<std::string> faults_;
   std::string failure_;  ///< the first fault that the run failed by

@@ -115,12 +115,21 @@ Outcome<void> Session::open_interfaces() {
   if (!port) return failed(port.error().message);
   raw_ = std::move(*port);
   wire_ = raw_.get();
-  if (!config_.interface2) return {};
+  if (!config_.interface2) return must_have_link();
   auto second = port::RawSocketPort::open({*config_.interface2, true, 6}, *clock_);
   if (!second) return failed(second.error().message);
   raw2_ = std::move(*second);
   join_ends(*raw_, *raw2_);
-  return {};
+  return must_have_link();
+}
+
+Outcome<void> Session::must_have_link() const {
+  if (raw_->link_up() || (raw2_ && raw2_->link_up())) return {};
+  const auto names = raw2_ ? fmt::format("{} and {}", *config_.interface, *config_.interface2) : *config_.interface;
+  return failed(
+      fmt::format("{}: no link: no cable, nothing switched on at its other end, or the interface is down "
+                  "(ip link set {} up)",
+                  names, *config_.interface));
 }
 
 void Session::join_ends(port::Port& primary, port::Port& secondary) {
@@ -129,6 +138,14 @@ void Session::join_ends(port::Port& primary, port::Port& secondary) {
   settings.half_wait = std::max(settings.half_wait, config_.period / 2);
   ring_ = std::make_unique<port::RedundantPort>(primary, secondary, *clock_, settings);
   wire_ = ring_.get();
+}
+
+void Session::tell_what_ends() const {
+  if (config_.interface) return;
+  progress(
+      "the line is simulated in this process and ends with it: every command starts a new one, as its description "
+      "says; "
+      "`driveline simulate` serves one that stays");
 }
 
 Outcome<std::optional<std::filesystem::path>> Session::close_capture() {

@@ -55,6 +55,9 @@ class Session {
   /// The two ends of a ring; null: the line has one end.
   [[nodiscard]] port::RedundantPort* ring() const noexcept { return ring_.get(); }
   [[nodiscard]] bool virtual_time() const noexcept { return virtual_time_; }
+  /// For commands that have changed something on the line: where it is simulated in this process, tells on stderr that
+  /// it ends with it.
+  void tell_what_ends() const;
   /// Finishes the capture, when there is one; its path, or nothing when there were no frames either. Only when nothing
   /// uses the port any more.
   [[nodiscard]] Outcome<std::optional<std::filesystem::path>> close_capture();
@@ -62,6 +65,8 @@ class Session {
  private:
   Session() = default;
   [[nodiscard]] Outcome<void> open_interfaces();
+  /// Failure: no frame would leave, over none of the interfaces.
+  [[nodiscard]] Outcome<void> must_have_link() const;
   void join_ends(port::Port& primary, port::Port& secondary);
 
   LineConfig config_;

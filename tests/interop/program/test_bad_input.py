@@ -139,6 +139,54 @@ class Files(ProgramTest):
                               stderr=subprocess.PIPE, text=True, timeout=PATIENCE_S, check=False)
 
 
+class FirstDay(WireTest):
+    """What somebody meets who does it for the first time."""
+
+    def test_no_link_names_the_interface(self):
+        self.addCleanup(subprocess.run, [*self.prefix, "ip", "link", "set", "dl-line", "up"], check=True)
+        subprocess.run([*self.prefix, "ip", "link", "set", "dl-line", "down"], check=True)
+        for command in (["slaves"], ["run", "--duration", "1"]):
+            self.check_refused(self.run_program(*command, "--iface", "dl-master"), 1, "dl-master: no link", "cable")
+
+    def test_nothing_to_exchange_is_remarked_on(self):
+        config = self.write("line.toml", f'[line]\ncycle_us = 1000\n[[slave]]\nname = "x"\n'
+                            f'esi = "{EXAMPLES / "terminals.xml"}"\ndevice = "BC100"\n')
+        result = self.run_program("run", "--config", config, "--virtual", "--duration", 0.1, "--no-telemetry", "--no-plots")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("there are no process data: ", result.stderr)
+        self.assertIn("driveline pdos", result.stderr)
+
+    def test_a_folder_for_two_runs_is_refused(self):
+        config = self.write_gentle_line(cycle_us=2000)
+        first = self.start("run", "--config", config, "--no-plots", log="first.log")
+        self.wait_for("OP", lambda: "all in OP" in self.text("first.log"), first)
+        second = ["run", "--config", config, "--virtual", "--duration", 0.1, "--no-plots"]
+        self.check_refused(self.run_program(*second), 1, "out: another run is writing into this folder", "--output")
+        self.assertEqual(self.run_program(*second, "--output", "other").returncode, 0)
+        self.assertEqual(self.end(first, signal.SIGTERM), 0, self.logs())
+        self.assertEqual(self.run_program(*second).returncode, 0, "it is free again")
+
+    def test_changes_to_a_line_that_ends_with_the_command(self):
+        remark = "every command starts a new one"
+        for change in (["states", "PREOP"], ["download", "-t", "int8", "0x6060", "0", "8"], ["sii", "alias", "-p", "2", "7"],
+                       ["reg", "write", "-p", "0", "watchdog_divider", "2498"]):
+            result = self.run_program(*change, "--config", LINE8)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertIn(remark, result.stderr, change)
+        self.assertNotIn(remark, self.run_program("states", "--config", LINE8).stderr)
+
+    def test_a_line_that_is_not_as_described_has_a_status_of_its_own(self):
+        differs = self.write("line.toml", line_description().replace('name = "z"\n', 'name = "z"\nserial = 77\n', 1))
+        self.assertEqual(self.run_program("scan", "--config", LINE8).returncode, 0)
+        for arguments in ([], ["--json"]):
+            self.assertEqual(self.run_program("scan", "--config", differs, *arguments).returncode, 3)
+        self.assertEqual(self.run_program("scan", "--config", differs, "--write", "found.toml").returncode, 0)
+
+    def test_benchmarks_that_are_not_there(self):
+        for folder in (self.directory, self.directory / "none"):
+            self.check_refused(self.run_program("bench", "--list", "--dir", folder), 2, str(folder), "cmake --build build")
+
+
 class Hostile(ProgramTest):
     """Files and limits that nobody in good faith gives."""
 

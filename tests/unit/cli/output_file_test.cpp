@@ -42,5 +42,18 @@ TEST_F(OutputFile, FullDiskLeavesTheOldFile) {
   EXPECT_THAT(files(), ElementsAre("a"));
 }
 
+TEST_F(OutputFile, AFolderIsOneProgramsAtATime) {
+  {
+    const auto first = FolderLock::take(directory);
+    ASSERT_TRUE(first) << first.error();
+    const auto second = FolderLock::take(directory);
+    ASSERT_FALSE(second);
+    EXPECT_EQ(second.error(),
+              directory.string() + ": another run is writing into this folder; --output FOLDER names one of its own");
+    EXPECT_THAT(files(), ElementsAre());
+  }
+  EXPECT_TRUE(FolderLock::take(directory)) << "it is free again";
+}
+
 }  // namespace
 }  // namespace driveline::cli

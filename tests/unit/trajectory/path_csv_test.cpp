@@ -130,7 +130,19 @@ INSTANTIATE_TEST_SUITE_P(
     Rows, PathCsvBadInput,
     testing::Values(
         BadInput{"time[s],x[rad]\n0,1\n1\n", "p.csv:3: expected 2 fields as in the header, found 1"},
-        BadInput{"time[s],x[rad]\n0,1,\n", "p.csv:2: expected 2 fields as in the header, found 3"},
+        BadInput{"time[s],x[rad]\n0,1,\n",
+                 "p.csv:2: expected 2 fields as in the header, found 3; the separator is a comma, and numbers have a "
+                 "decimal point"},
+        BadInput{"time[s],x[rad]\n0,0\n0,5,1,25\n",
+                 "p.csv:3: expected 2 fields as in the header, found 4; the separator is a comma, and numbers have a "
+                 "decimal point"},
+        BadInput{"time[s],x[rad]\n0;1\n",
+                 "p.csv:2: expected 2 fields as in the header, found 1; the separator is a comma, and numbers have a "
+                 "decimal point"},
+        BadInput{"time[s];x[rad]\n0,5;1,25\n",
+                 "p.csv:1: the separator is a comma, and numbers have a decimal point: time[s],x[rad]"},
+        BadInput{"time[s]\tx[rad]\n0\t1\n",
+                 "p.csv:1: the separator is a comma, and numbers have a decimal point: time[s],x[rad]"},
         BadInput{"time[s],x[rad]\n0,1\n\n# c\n1,abc\n", "p.csv:5:3: 'abc' is not a number"},
         BadInput{"time[s],x[rad]\n0,  1.5x\n", "p.csv:2:5: '1.5x' is not a number"},
         BadInput{"time[s],x[rad]\n0,\n", "p.csv:2:3: '' is not a number"},
