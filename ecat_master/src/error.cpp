@@ -27,7 +27,9 @@ std::string al_code(const Error& e) {
 }
 
 std::string al_states(const Error& e) {
-  return fmt::format("asked for {}, is in {}", wire::to_text(e.requested), wire::to_text(e.actual));
+  // Whoever refuses sets the error flag; it may well be in the state that was asked for.
+  return fmt::format("asked for {}, is in {}{}", wire::to_text(e.requested), wire::to_text(e.actual),
+                     e.kind == ErrorKind::kStateRefused ? " + error" : "");
 }
 
 /// What was found out about a refused transition.

@@ -110,7 +110,7 @@ TEST(RefusedTransition, ToBootHasTheSameFacts) {
   device.bootstrap_tx_offset = device.sync_managers[1].start_address;
   device.bootstrap_tx_size = device.sync_managers[1].default_size;
   EXPECT_EQ(sentence(enter_bootstrap(master.mailboxes(), drive)),
-            "slave 1: asked for BOOT, is in INIT, AL status code 0x0013 (bootstrap not supported)");
+            "slave 1: asked for BOOT, is in INIT + error, AL status code 0x0013 (bootstrap not supported)");
 }
 
 /// Runs `act` when sync manager 2 of the first slave is being set up.
@@ -141,7 +141,8 @@ TEST(RefusedTransition, NamesASyncManagerThatNobodyHasSetUp) {
                     {});
   LineOperation operation(drives, port);
   EXPECT_EQ(everything(operation),
-            "slave 0: asked for SAFEOP, is in PREOP, AL status code 0x0017 (invalid sync manager configuration); sync "
+            "slave 0: asked for SAFEOP, is in PREOP + error, AL status code 0x0017 (invalid sync manager "
+            "configuration); sync "
             "manager 7: activation is on instead of off");
 }
 
@@ -150,9 +151,10 @@ TEST(RefusedTransition, NamesASyncManagerWithoutThreeBuffers) {
   ChangingPort port(drives.line(),
                     at_sync_manager_2([](std::span<std::byte> channel) { channel[4] |= std::byte{0x02}; }), {});
   LineOperation operation(drives, port);
-  EXPECT_EQ(everything(operation),
-            "slave 0: asked for SAFEOP, is in PREOP, AL status code 0x0029 (free run needs three-buffer mode); sync "
-            "manager 2: control byte is 0x66 instead of 0x64");
+  EXPECT_EQ(
+      everything(operation),
+      "slave 0: asked for SAFEOP, is in PREOP + error, AL status code 0x0029 (free run needs three-buffer mode); sync "
+      "manager 2: control byte is 0x66 instead of 0x64");
 }
 
 /// The lengths agree with the PDOs, the place does not.
@@ -161,9 +163,10 @@ TEST(RefusedTransition, NamesASyncManagerInAnotherPlace) {
   ChangingPort port(drives.line(),
                     at_sync_manager_2([](std::span<std::byte> channel) { channel[1] = std::byte{0x1D}; }), {});
   LineOperation operation(drives, port);
-  EXPECT_THAT(everything(operation),
-              testing::StartsWith("slave 0: asked for SAFEOP, is in PREOP, AL status code 0x001D (invalid output "
-                                  "configuration); sync manager 2: start address is 0x1D00 instead of 0x1"));
+  EXPECT_THAT(
+      everything(operation),
+      testing::StartsWith("slave 0: asked for SAFEOP, is in PREOP + error, AL status code 0x001D (invalid output "
+                          "configuration); sync manager 2: start address is 0x1D00 instead of 0x1"));
 }
 
 }  // namespace

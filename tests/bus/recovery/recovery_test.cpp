@@ -165,10 +165,11 @@ TEST_F(Recovery, ASlaveThatRefusesIsNamedWithItsReasonAndTriedAgain) {
       sentence(operation->master().bus().write(operation->master().slaves()[1].info.ref, wire::reg::kAlControl, value)),
       "");
   expect_undisturbed(1, [&] { EXPECT_FALSE(wait_for_all(milliseconds{500})); });
-  EXPECT_EQ(told(),
-            "slave 1: left OP, is in SAFEOP, AL status code 0x0000 (no error)\n"
-            "slave 1: not brought back to OP: slave 1: asked for OP, is in SAFEOP, AL status code 0x002C (fatal "
-            "synchronization error)\n");
+  EXPECT_EQ(
+      told(),
+      "slave 1: left OP, is in SAFEOP, AL status code 0x0000 (no error)\n"
+      "slave 1: not brought back to OP: slave 1: asked for OP, is in SAFEOP + error, AL status code 0x002C (fatal "
+      "synchronization error)\n");
 }
 
 TEST_F(Recovery, WithoutItSlavesStayWhereTheyAreButAreNamed) {

@@ -356,10 +356,10 @@ class WiredRun {
     const auto value = wire::AlControl{AlState::kSafeOp, false, false}.raw();
     static_cast<void>(operation_->master().bus().write(ref, wire::reg::kAlControl, value).has_value());
     demand(fmt::format("slave {}: left OP, is in SAFEOP, AL status code 0x0000 (no error)", slave));
-    demand(
-        fmt::format("slave {0}: not brought back to OP: slave {0}: asked for OP, is in SAFEOP, AL status code 0x002C "
-                    "(fatal synchronization error)",
-                    slave));
+    demand(fmt::format(
+        "slave {0}: not brought back to OP: slave {0}: asked for OP, is in SAFEOP + error, AL status code 0x002C "
+        "(fatal synchronization error)",
+        slave));
     live(milliseconds{150});
     drives_.line().heal(refusal);
   }

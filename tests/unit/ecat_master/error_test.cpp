@@ -59,15 +59,15 @@ TEST(ErrorSentence, HoldsEveryFactOfEveryKind) {
       {make(K::kSiiVerify, 1, 0x40, 0, 0x1234, 0x5678),
        "slave 1: EEPROM word 0x0040 reads back as 0x5678 after 0x1234 was written"},
       {state(K::kStateRefused, AlState::kOp, AlState::kSafeOp, 0x0030),
-       "slave 3: asked for OP, is in SAFEOP, AL status code 0x0030 (invalid DC SYNC configuration)"},
+       "slave 3: asked for OP, is in SAFEOP + error, AL status code 0x0030 (invalid DC SYNC configuration)"},
       {sizes,
-       "slave 3: asked for SAFEOP, is in PREOP, AL status code 0x001D (invalid output configuration); sync "
+       "slave 3: asked for SAFEOP, is in PREOP + error, AL status code 0x001D (invalid output configuration); sync "
        "manager 2 is set to 18 bytes, the slave's PDO mapping has 19"},
       {late,
        "slave 3: asked for OP, is in SAFEOP and did not change within 10000 ms, AL status code 0x001B (sync "
        "manager watchdog)"},
       {state(K::kStateRefused, AlState::kPreOp, static_cast<AlState>(5), 0x8765),
-       "slave 3: asked for PREOP, is in ?, AL status code 0x8765 (vendor specific)"},
+       "slave 3: asked for PREOP, is in ? + error, AL status code 0x8765 (vendor specific)"},
       {make(K::kNoMailbox, 2), "slave 2: has no CoE mailbox"},
       {state(K::kNoMailbox, AlState::kBootstrap, AlState::kNone, 0),
        "slave 3: has no mailbox for BOOT: its EEPROM names none for the bootstrap state"},
