@@ -24,6 +24,8 @@ struct RealtimeThread::Launch {
   RealtimeReport report;        // written by the thread until the set-up is done, then read by the starter
   std::promise<bool> will_run;  // the set-up is done; whether the task runs
   CpuLatencyHold latency;       // ends when the thread has been joined
+  std::promise<void> end;       // the task has ended
+  std::future<void> ended = end.get_future();
 
   int create() noexcept;
   static void* enter(void* launch) noexcept;
@@ -79,6 +81,7 @@ void RealtimeThread::Launch::live() noexcept {
   if (run) {
     task->run(stop.get_token());
   }
+  end.set_value();
 }
 
 RealtimeThread::RealtimeThread() = default;
@@ -128,6 +131,14 @@ void RealtimeThread::join() noexcept {
     pthread_join(launch_->thread, nullptr);
     launch_.reset();
   }
+}
+
+bool RealtimeThread::join_for(std::chrono::nanoseconds patience) {
+  if (launch_ && launch_->ended.wait_for(patience) != std::future_status::ready) {
+    return false;
+  }
+  join();
+  return true;
 }
 
 }  // namespace driveline::rt

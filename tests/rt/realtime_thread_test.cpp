@@ -17,6 +17,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <future>
 #include <sstream>
 #include <stdexcept>
 #include <thread>
@@ -434,6 +435,24 @@ TEST(RealtimeThread, DestructionStopsAndJoins) {
     EXPECT_FALSE(task.ended.load());
   }
   EXPECT_TRUE(task.ended.load());
+}
+
+/// Deaf to the stop until it is let go.
+struct Deaf : RealtimeTask {
+  std::promise<void> release;
+  void run(std::stop_token) noexcept override { release.get_future().wait(); }
+};
+
+TEST(RealtimeThread, ATaskThatDoesNotEndIsNotWaitedForWithoutEnd) {
+  Deaf task;
+  RealtimeThread thread;
+  ASSERT_TRUE(thread.start(modest(), task).has_value());
+  thread.request_stop();
+  EXPECT_FALSE(thread.join_for(std::chrono::milliseconds{10}));
+  EXPECT_FALSE(thread.join_for(std::chrono::nanoseconds{0}));
+  task.release.set_value();
+  EXPECT_TRUE(thread.join_for(std::chrono::hours{1}));
+  EXPECT_TRUE(thread.join_for(std::chrono::nanoseconds{0})) << "there is none any more";
 }
 
 TEST(RealtimeThread, SecondStartWithoutJoinIsAProgrammingError) {

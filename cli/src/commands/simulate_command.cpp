@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
 
 #include "commands/command_input.hpp"
@@ -25,6 +26,8 @@ using std::chrono::nanoseconds;
 
 constexpr auto kWatchInterval = milliseconds{50};
 constexpr auto kReportInterval = std::chrono::seconds{5};
+/// The line looks for a stop after every frame.
+constexpr auto kStopPatience = std::chrono::seconds{2};
 
 double us(nanoseconds time) {
   return static_cast<double>(time.count()) / 1000.0;
@@ -157,6 +160,17 @@ Outcome<int> simulate(const SimulateOptions& options) {
   auto config = load_line_config(bus.config);
   if (!config) return misused(config.error());
   const bool ring = config->wiring && config->wiring->master(slaves::MasterPort::kSecondary);
+/// Ends the process though the thread that serves the line does not end: it may touch everything that would have to be
+/// taken down first.
+[[noreturn]] void end_without_the_line() {
+  progress(
+      "driveline simulate: the thread that serves the line has not answered the stop for {} s; ended without it, what "
+      "masters have written into EEPROMs is not kept",
+      kStopPatience.count());
+  std::fflush(nullptr);
+  std::_Exit(1);
+}
+
   if (!options.bus.interface2.empty() && !ring) {
     return misused(
         fmt::format("--iface2 {}: the line of {} has one end only; [wiring] preset = \"ring\" leads the last "
@@ -197,7 +211,7 @@ Outcome<int> simulate(const SimulateOptions& options) {
     reporter.tell();
   }
   thread.request_stop();
-  thread.join();
+  if (!thread.join_for(kStopPatience)) end_without_the_line();
   console.tell_events();
   const auto saved = save_eeproms(*config, *line);
   print_out("{} frames served, {} not sent; {}\nstates:{}\n", server.frames(), server.send_failures(),

@@ -73,7 +73,8 @@ Result<void> write_offsets(Bus& bus, std::span<const SlaveRef> slaves, std::span
   const auto sent = bus.exchange().now();
   const auto times = latch_receive_times(bus, slaves, features);
   if (!times) return tl::unexpected(times.error());
-  const auto show = plan.time == nullptr ? sent + plan.epoch : both.external + (sent - both.local);
+  const auto show =
+      plan.time == nullptr ? wrapped_sum(sent, plan.epoch) : wrapped_sum(both.external, sent - both.local);
   clocks.mapping = {sent, static_cast<std::uint64_t>(show.count()), 0.0};
   const double reference_delay = clocks.slaves[clocks.reference].delay_ns;
   struct Values {

@@ -87,14 +87,15 @@ ClockFollower::Nanoseconds ClockFollower::finish(const rt::CycleStart& start, Na
 /// The external time; what it has jumped is left out.
 std::uint64_t ClockFollower::time_to_tell(Nanoseconds now) noexcept {
   if (time_ == nullptr) return mapping_.at(now);
-  const auto ahead = time_->now() - now - jumped_;
-  if (time_ahead_ && std::chrono::abs(ahead - *time_ahead_) > kTimeJump) {
-    jumped_ += ahead - *time_ahead_;
+  const auto ahead = wrapped_difference(wrapped_difference(time_->now(), now), jumped_);
+  const auto change = time_ahead_ ? wrapped_difference(ahead, *time_ahead_) : Nanoseconds{0};
+  if (change > kTimeJump || change < -kTimeJump) {
+    jumped_ = wrapped_sum(jumped_, change);
     ++jumps_;
   } else {
     time_ahead_ = ahead;
   }
-  return static_cast<std::uint64_t>((now + *time_ahead_).count());
+  return static_cast<std::uint64_t>(wrapped_sum(now, *time_ahead_).count());
 }
 
 /// A believed answer is the base of the next expectations.
@@ -116,7 +117,8 @@ std::optional<nanoseconds> ClockFollower::measure(const rt::CycleStart& start, N
   silent_ = 0;
   const auto delay = static_cast<std::uint64_t>(reference_.read().delay_ns);
   const auto time = extend(answer->time, mapping_.at(sent) + delay) - delay;
-  return wrap_to_cycle(difference(time, arrival_) - (sent - start.grid), period_);
+  const auto late = static_cast<std::uint64_t>((sent - start.grid).count());
+  return wrap_to_cycle(difference(time - late, arrival_), period_);
 }
 
 /// The working counter counts everybody alike. Without the reference clock one is missing and the time has come back as

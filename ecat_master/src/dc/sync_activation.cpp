@@ -12,6 +12,8 @@ using std::chrono::nanoseconds;
 
 /// Longest lead of a start time: 32-bit clocks take what is more than 2^31 ns ahead for the past.
 constexpr nanoseconds kMaxLead = std::chrono::milliseconds{1600};
+/// The shortest one: it is doubled until it is enough.
+constexpr nanoseconds kMinLead = std::chrono::milliseconds{1};
 
 /// The registers of one slave's signals, as they travel.
 struct SignalBytes {
@@ -155,7 +157,7 @@ Result<void> activate_signals(Bus& bus, std::span<const SlaveRef> slaves, nanose
     clocks.start = start_time(clocks.mapping.at(bus.exchange().now()), lead, clocks.common_cycle);
     return {};
   }
-  for (auto attempt_lead = lead;; attempt_lead *= 2) {
+  for (auto attempt_lead = std::max(lead, kMinLead);; attempt_lead *= 2) {
     auto started = activation.attempt(std::min(attempt_lead, kMaxLead));
     if (started && *started) return activation.verify();
     if (auto off = activation.stop(); !off && started) return off;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <optional>
 
 #include "driveline/ecat_master/dc/clock_fault.hpp"
 
@@ -13,8 +14,9 @@ using std::chrono::nanoseconds;
 /// Start times further ahead would keep a line waiting, and 32-bit clocks cannot tell them from the past.
 constexpr nanoseconds kMaxCommonCycle = std::chrono::seconds{4};
 
+/// What is too long for the register is refused later, also when it is too long for nanoseconds.
 nanoseconds scaled(nanoseconds time, int factor) noexcept {
-  if (factor > 0) return time * factor;
+  if (factor > 0) return time > nanoseconds::max() / factor ? nanoseconds::max() : time * factor;
   return factor < 0 ? time / -factor : nanoseconds{0};
 }
 
@@ -24,6 +26,13 @@ tl::unexpected<Error> refuse(ClockFault fault, std::uint16_t slave, nanoseconds 
   error.received = static_cast<std::uint32_t>(found.count());
   error.expected = static_cast<std::uint32_t>(expected.count());
   return tl::unexpected(error);
+}
+
+/// The time after which both repeat; nothing when that is more than kMaxCommonCycle. Both are positive.
+std::optional<std::int64_t> common_multiple(std::int64_t a, std::int64_t b) noexcept {
+  const auto rounds = b / std::gcd(a, b);
+  if (a > kMaxCommonCycle.count() / rounds) return std::nullopt;
+  return a * rounds;
 }
 
 bool divides(nanoseconds a, nanoseconds b) noexcept {
@@ -80,10 +89,10 @@ Result<nanoseconds> common_cycle(std::span<const SyncSignals> slaves, nanosecond
   for (std::size_t i = 0; i < slaves.size(); ++i) {
     if (!slaves[i].active()) continue;
     for (const auto cycle : {slaves[i].sync0_cycle, slaves[i].sync1() ? slaves[i].sync1_cycle : nanoseconds{0}}) {
-      if (cycle > nanoseconds{0}) common = std::lcm(common, cycle.count());
-      if (nanoseconds{common} > kMaxCommonCycle) {
-        return refuse(ClockFault::kNoCommonCycle, static_cast<std::uint16_t>(i), cycle, period);
-      }
+      if (cycle <= nanoseconds{0}) continue;
+      const auto multiple = common_multiple(common, cycle.count());
+      if (!multiple) return refuse(ClockFault::kNoCommonCycle, static_cast<std::uint16_t>(i), cycle, period);
+      common = *multiple;
     }
   }
   return nanoseconds{common};
@@ -92,7 +101,8 @@ Result<nanoseconds> common_cycle(std::span<const SyncSignals> slaves, nanosecond
 std::uint64_t start_time(std::uint64_t now, nanoseconds lead, nanoseconds common) noexcept {
   const auto cycle = static_cast<std::uint64_t>(common.count());
   const auto earliest = now + static_cast<std::uint64_t>(lead.count());
-  return (earliest + cycle - 1) / cycle * cycle;
+  const auto rest = earliest % cycle;
+  return rest == 0 ? earliest : earliest + (cycle - rest);
 }
 
 }  // namespace driveline::ecat_master::dc

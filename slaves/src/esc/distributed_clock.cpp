@@ -54,21 +54,21 @@ void DistributedClock::power_on(Nanoseconds now) noexcept {
 }
 
 DistributedClock::Nanoseconds DistributedClock::local_time(Nanoseconds now) const noexcept {
-  return Nanoseconds{loop_.local(oscillator_.count(now))};
+  return Nanoseconds{static_cast<std::int64_t>(loop_.local(oscillator_.count(now)))};
 }
 
 std::uint64_t DistributedClock::system_count(Nanoseconds now) const noexcept {
   // The offset is a 64-bit number that may wrap around on purpose (negative offsets).
-  return static_cast<std::uint64_t>(local_time(now).count()) + memory_.get(reg::kSystemTimeOffset);
+  return loop_.local(oscillator_.count(now)) + memory_.get(reg::kSystemTimeOffset);
 }
 
 DistributedClock::Nanoseconds DistributedClock::system_time(Nanoseconds now) const noexcept {
   return Nanoseconds{static_cast<std::int64_t>(system_count(now))};
 }
 
-DistributedClock::Nanoseconds DistributedClock::true_time(Nanoseconds system_time) const noexcept {
-  const auto local = static_cast<std::uint64_t>(system_time.count()) - memory_.get(reg::kSystemTimeOffset);
-  return oscillator_.time_of(loop_.count_of(static_cast<std::int64_t>(local)));
+DistributedClock::Nanoseconds DistributedClock::true_time(std::uint64_t system_time) const noexcept {
+  const auto count = loop_.count_of(system_time - memory_.get(reg::kSystemTimeOffset));
+  return count ? oscillator_.time_of(*count) : kNever;
 }
 
 DistributedClock::Nanoseconds DistributedClock::stamped(Nanoseconds now) noexcept {
@@ -83,13 +83,13 @@ void DistributedClock::refresh(Side side, std::size_t address, std::size_t lengt
         side == Side::kEcat ? system_count(stamped(now)) - memory_.get(reg::kSystemTimeDelay) : system_count(now);
     memory_.set(reg::kSystemTime, cut(time));
   }
-  if (sync_.next() == SyncUnit::kNever) return;
+  if (!sync_.next()) return;
   if (overlaps(address, length, reg::kStartTimeCyclic.address, 16)) {
     const auto time = system_count(now);
     const auto next0 = sync_.next_after(SyncSignal::kSync0, time);
     const auto next1 = sync_.next_after(SyncSignal::kSync1, time);
-    if (next0 != SyncUnit::kNever) memory_.set(reg::kStartTimeCyclic, cut(next0));
-    if (next1 != SyncUnit::kNever) memory_.set(reg::kNextSync1, cut(next1));
+    if (next0) memory_.set(reg::kStartTimeCyclic, cut(*next0));
+    if (next1) memory_.set(reg::kNextSync1, cut(*next1));
   }
 }
 
@@ -179,8 +179,7 @@ void DistributedClock::extend_start_time(std::size_t address, std::size_t length
 void DistributedClock::compare(std::uint32_t received, Nanoseconds now) noexcept {
   const auto count = oscillator_.count(stamped(now));
   // Only the low half is compared: differences beyond 2 s are not followed in hardware either.
-  const auto own =
-      static_cast<std::uint32_t>(static_cast<std::uint64_t>(loop_.local(count)) + memory_.get(reg::kSystemTimeOffset));
+  const auto own = static_cast<std::uint32_t>(loop_.local(count) + memory_.get(reg::kSystemTimeOffset));
   const auto difference = static_cast<std::int32_t>(own - (received + memory_.get(reg::kSystemTimeDelay)));
   loop_.follow(difference, oscillator_.count(now),
                {memory_.get(reg::kSpeedCounterStart), memory_.get(reg::kSpeedFilterDepth)});
@@ -214,7 +213,7 @@ void DistributedClock::latch(const std::array<Nanoseconds, 4>& ports, Nanosecond
 
 void DistributedClock::plan_sync() noexcept {
   const auto next = sync_.next();
-  sync_due_ = next == SyncUnit::kNever ? kNever : true_time(Nanoseconds{static_cast<std::int64_t>(next)});
+  sync_due_ = next ? true_time(*next) : kNever;
 }
 
 std::optional<DistributedClock::Pulse> DistributedClock::take_pulse() noexcept {

@@ -22,6 +22,9 @@ double triangle_integral(double phase) noexcept {
   return p < 0.75 ? 2.0 * p - 2.0 * p * p - 0.25 : 2.0 * (1.0 - p) * (1.0 - p);
 }
 
+/// Each round on the way to an inverse leaves the rate's error as share of its own: of kReach nothing.
+constexpr int kTimeOfRounds = 8;
+
 }  // namespace
 
 Oscillator::Oscillator(const ClockOptions& options) noexcept
@@ -52,11 +55,12 @@ std::int64_t Oscillator::count(Nanoseconds now) const noexcept {
 }
 
 Oscillator::Nanoseconds Oscillator::time_of(std::int64_t count) const noexcept {
-  const auto rest = count % period_;
-  const auto step = rest == 0 ? count : count - rest + (rest > 0 ? period_ : 0);
-  // The rate is 1 but for some 1e-4: each round takes that share of the error.
+  const auto near = std::clamp(count, -kReach, kReach);
+  const auto rest = near % period_;
+  const auto step = rest == 0 ? near : near - rest + (rest > 0 ? period_ : 0);
   auto elapsed = step;
-  for (int round = 0; round < 4; ++round) elapsed += step - elapsed_count(elapsed);
+  for (int round = 0; round < kTimeOfRounds && elapsed_count(elapsed) != step; ++round)
+    elapsed += step - elapsed_count(elapsed);
   while (elapsed_count(elapsed) < step) ++elapsed;
   while (elapsed_count(elapsed - 1) >= step) --elapsed;
   return origin_ + Nanoseconds{elapsed};

@@ -18,6 +18,11 @@ constexpr std::uint32_t kShortestPulse = 1000;
 constexpr std::uint32_t kPulseLengthUnit = 10;
 constexpr std::uint64_t k32 = std::uint64_t{1} << 32;
 
+/// Of two system times, across any wrap-around.
+constexpr bool earlier(std::uint64_t a, std::uint64_t b) noexcept {
+  return static_cast<std::int64_t>(a - b) < 0;
+}
+
 }  // namespace
 
 void SyncUnit::reset() noexcept {
@@ -26,7 +31,7 @@ void SyncUnit::reset() noexcept {
 }
 
 void SyncUnit::stop() noexcept {
-  next_ = {kNever, kNever};
+  next_ = {};
   started_ = sync1_ = false;
   set_status(kSync0Pending | kSync1Pending | kImplausibleStart, 0);
 }
@@ -54,7 +59,7 @@ void SyncUnit::configure(std::uint64_t now) noexcept {
   set_status(0, static_cast<std::uint8_t>(kSync0Pending | (sync1_ ? kSync1Pending : 0U)));
 }
 
-std::uint64_t SyncUnit::first_pulse(std::uint64_t now) noexcept {
+std::optional<std::uint64_t> SyncUnit::first_pulse(std::uint64_t now) noexcept {
   const auto start = memory_.get(reg::kStartTimeCyclic);
   const std::uint64_t ahead = wide_ ? start - now : (start - now) % k32;
   if ((activation_ & dc_activation::kPlausibilityCheck) != 0) {
@@ -64,50 +69,79 @@ std::uint64_t SyncUnit::first_pulse(std::uint64_t now) noexcept {
       return now + 1;
     }
   }
-  return wide_ && ahead >= range() ? kNever : now + ahead;
+  if (wide_ && ahead >= range()) return std::nullopt;
+  return now + ahead;
 }
 
 void SyncUnit::jumped(std::uint64_t before, std::uint64_t now) noexcept {
   skip_to(before);
   for (auto& next : next_) {
-    if (next == kNever || next > now) continue;
+    if (!next || earlier(now, *next)) continue;
     // The comparison finds nothing any more, with 32 bits until the clock comes by again.
-    next = wide_ ? kNever : next + (now - next + k32) / k32 * k32;
+    if (wide_) {
+      next.reset();
+    } else {
+      *next += (now - *next + k32) / k32 * k32;
+    }
   }
 }
 
+bool SyncUnit::sync0_is_next() const noexcept {
+  return next_[0] && (!next_[1] || !earlier(*next_[1], *next_[0]));
+}
+
+std::optional<std::uint64_t> SyncUnit::next() const noexcept {
+  return sync0_is_next() ? next_[0] : next_[1];
+}
+
 std::optional<SyncSignal> SyncUnit::fire() noexcept {
-  if (next() == kNever) return std::nullopt;
-  if (next_[0] <= next_[1]) {
-    const auto time = next_[0];
+  if (sync0_is_next()) {
+    const auto time = *next_[0];
     started_ = true;
     set_status(kSync0Pending, 0);
-    next_[0] = cycle0_ == 0 ? kNever : time + cycle0_;
-    if (sync1_ && next_[1] == kNever) next_[1] = time + cycle1_;
+    if (cycle0_ == 0) {
+      next_[0].reset();
+    } else {
+      next_[0] = time + cycle0_;
+    }
+    if (sync1_ && !next_[1]) next_[1] = time + cycle1_;
     return SyncSignal::kSync0;
   }
+  if (!next_[1]) return std::nullopt;
   set_status(kSync1Pending, 0);
-  next_[1] = kNever;
+  next_[1].reset();
   return SyncSignal::kSync1;
 }
 
 void SyncUnit::skip_to(std::uint64_t time) noexcept {
-  if (next() >= time) return;
-  // Whole periods of both signals, so that their relation stays; the rest one by one.
+  const auto due = [this, time] { return next() && earlier(*next(), time); };
+  if (!due()) return;
+  // Whole periods of both signals, so that their relation stays.
   const std::uint64_t period = cycle0_ == 0 ? 0 : (sync1_ ? cycle1_ / cycle0_ + 1U : 1U) * std::uint64_t{cycle0_};
-  if (period != 0 && time - next() > period) {
-    const auto shift = (time - next()) / period * period;
+  if (period != 0 && time - *next() > period) {
+    const auto shift = (time - *next()) / period * period;
     for (auto& next : next_) {
-      if (next != kNever) next += shift;
+      if (next) *next += shift;
     }
   }
-  while (next() < time) static_cast<void>(fire());
+  while (due()) {
+    static_cast<void>(fire());
+    leap_to(time);
+  }
 }
 
-std::uint64_t SyncUnit::next_after(SyncSignal signal, std::uint64_t now) const noexcept {
-  const auto next = next_[signal == SyncSignal::kSync0 ? 0 : 1];
-  if (signal == SyncSignal::kSync1 || next == kNever || next > now || cycle0_ == 0) return next;
-  return next + ((now - next) / cycle0_ + 1) * cycle0_;
+/// Over pulses of SYNC0 that change nothing, because SYNC1 waits already: millions of them when its cycle is that much
+/// longer.
+void SyncUnit::leap_to(std::uint64_t time) noexcept {
+  if (cycle0_ == 0 || !next_[0] || !next_[1]) return;
+  const auto end = earlier(*next_[1], time) ? *next_[1] : time;
+  if (earlier(*next_[0], end)) *next_[0] += (end - *next_[0]) / cycle0_ * cycle0_;
+}
+
+std::optional<std::uint64_t> SyncUnit::next_after(SyncSignal signal, std::uint64_t now) const noexcept {
+  const auto& next = next_[signal == SyncSignal::kSync0 ? 0 : 1];
+  if (signal == SyncSignal::kSync1 || !next || earlier(now, *next) || cycle0_ == 0) return next;
+  return *next + ((now - *next) / cycle0_ + 1) * cycle0_;
 }
 
 }  // namespace driveline::slaves

@@ -24,6 +24,9 @@ constexpr double kOffsetShare = 2e-3;
 constexpr int kCounterMargin = 0x7F;
 constexpr int kMinStart = 0x80;
 constexpr int kDefaultDepth = 12;
+/// The rate is 1 but for less than 1e-3, so that each round on the way to an inverse leaves that share of the error: of
+/// kReach nothing.
+constexpr int kInverseRounds = 8;
 
 double rate_of(int counter, int start) noexcept {
   return static_cast<double>(counter) /
@@ -34,7 +37,7 @@ double rate_of(int counter, int start) noexcept {
 
 void TimeLoop::reset(std::int64_t start) noexcept {
   *this = TimeLoop{};
-  anchor_local_ = start;
+  anchor_local_ = static_cast<std::uint64_t>(start);
 }
 
 double TimeLoop::gained(std::int64_t distance) const noexcept {
@@ -42,17 +45,19 @@ double TimeLoop::gained(std::int64_t distance) const noexcept {
   return anchor_fraction_ + static_cast<double>(held) * rate_ + static_cast<double>(distance - held) * settled_rate_;
 }
 
-std::int64_t TimeLoop::local(std::int64_t count) const noexcept {
+std::uint64_t TimeLoop::local(std::int64_t count) const noexcept {
   const auto distance = count - anchor_count_;
-  return anchor_local_ + distance + static_cast<std::int64_t>(std::floor(gained(distance)));
+  return anchor_local_ + static_cast<std::uint64_t>(distance + static_cast<std::int64_t>(std::floor(gained(distance))));
 }
 
-std::int64_t TimeLoop::count_of(std::int64_t local_time) const noexcept {
-  auto count = anchor_count_ + (local_time - anchor_local_);
-  // The rate is 1 but for less than 1e-3: each round takes that share of the error.
-  for (int round = 0; round < 4; ++round) count += local_time - local(count);
-  while (local(count) < local_time) ++count;
-  while (local(count - 1) >= local_time) --count;
+std::optional<std::int64_t> TimeLoop::count_of(std::uint64_t local_time) const noexcept {
+  const auto distance = static_cast<std::int64_t>(local_time - anchor_local_);
+  if (distance > kReach || distance < -kReach) return std::nullopt;
+  const auto missing = [&](std::int64_t count) { return static_cast<std::int64_t>(local_time - local(count)); };
+  auto count = anchor_count_ + distance;
+  for (int round = 0; round < kInverseRounds && missing(count) != 0; ++round) count += missing(count);
+  while (missing(count) > 0) ++count;
+  while (missing(count - 1) <= 0) --count;
   return count;
 }
 
@@ -60,7 +65,7 @@ void TimeLoop::anchor(std::int64_t count) noexcept {
   const auto distance = count - anchor_count_;
   const double sum = gained(distance);
   const double whole = std::floor(sum);
-  anchor_local_ += distance + static_cast<std::int64_t>(whole);
+  anchor_local_ += static_cast<std::uint64_t>(distance + static_cast<std::int64_t>(whole));
   anchor_fraction_ = sum - whole;
   anchor_count_ = count;
 }

@@ -91,7 +91,7 @@ std::vector<esi::DcOpMode> dc_modes() {
 
 }  // namespace
 
-DeviceDescription device_description(Variant variant) {
+DeviceDescription eeprom_description(Variant variant) {
   const VariantFacts& facts = msd::facts(variant);
   DeviceDescription device;
   device.vendor_id = kVendorId;
@@ -116,9 +116,14 @@ DeviceDescription device_description(Variant variant) {
   device.rx_pdos = empty_pdos(kPdoLimits.rx_first, "RxPDO", 2);
   device.tx_pdos = empty_pdos(kPdoLimits.tx_first, "TxPDO", 3);
   device.dc_modes = dc_modes();
-  device.objects = describe_objects(dictionary_table(variant));
   // PDI 0x08 (16 bit microcontroller), ESC configuration 0x0E: DC SYNC and latch units on, enhanced link detection.
   device.eeprom_config_data_hex = "080E00CC0A000000000000000000";
+  return device;
+}
+
+DeviceDescription device_description(Variant variant) {
+  auto device = eeprom_description(variant);
+  device.objects = describe_objects(dictionary_table(variant));
   return device;
 }
 

@@ -64,7 +64,7 @@ constexpr bool is_sync_error(AlStatusCode code) noexcept {
 
 DeviceProfile make_profile(const MsdParameters& parameters) {
   using Use = SyncManagerLayout::Use;
-  auto description = device_description(parameters.variant);
+  auto description = eeprom_description(parameters.variant);
   description.serial_number = parameters.serial_number;
   DeviceProfile profile;
   profile.sii_image = esi::encode_sii(esi::make_sii(description));

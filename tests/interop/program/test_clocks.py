@@ -1,9 +1,36 @@
 """Distributed clocks as users of the program meet them."""
+import ctypes
+import os
+import pathlib
+import signal
+import sys
 import unittest
 
-from program import EXAMPLES, ProgramTest
+from program import EXAMPLES, PATIENCE_S, ProgramTest, WireTest
 
 LINE = EXAMPLES / "line8-dc.toml"
+
+# A start time half of the clock's range ahead, SYNC0 activated: in all slaves, with one frame.
+FAR_START = """
+import socket, struct
+port = socket.socket(socket.AF_PACKET, socket.SOCK_RAW, socket.htons(0x88A4))
+port.bind(("dl-master", 0))
+port.settimeout(60)
+def exchange(*datagrams):
+    body = b""
+    for i, (command, address, data) in enumerate(datagrams):
+        more = 0x8000 if i + 1 < len(datagrams) else 0
+        body += struct.pack("<BBHHHH", command, i, 0, address, len(data) | more, 0) + data + bytes(2)
+    port.send(b"\\xff" * 6 + b"\\x10" * 6 + struct.pack(">H", 0x88A4) + struct.pack("<H", len(body) | 0x1000) + body)
+    return port.recv(1514)
+APRD, BWR = 1, 8
+now, = struct.unpack_from("<Q", exchange((APRD, 0x0910, bytes(8))), 26)
+for ahead in (2**63 - 2**30, 2**63 - 1, 2**62, 2**57):
+    exchange((BWR, 0x0981, bytes(1)), (BWR, 0x09A0, struct.pack("<I", 1_000_000)),
+             (BWR, 0x0990, struct.pack("<Q", (now + ahead) % 2**64)), (BWR, 0x0981, bytes([3])))
+    exchange((APRD, 0x0910, bytes(8)))
+print("still answers")
+"""
 
 
 class Clocks(ProgramTest):
@@ -45,6 +72,32 @@ class Clocks(ProgramTest):
         self.assertEqual(result.returncode, 1, result.stderr)
         self.assertIn("slave 0: the SYNC0 shift of 125000 ns is not shorter than the SYNC0 cycle of 125000 ns",
                       result.stderr)
+
+
+class HostileClocks(WireTest):
+    """What one frame can do to the thread that serves the line."""
+
+    def test_no_start_time_stops_the_line(self):
+        line = self.start_line(LINE)
+        result = self.run_program("-c", FAR_START, program=sys.executable)
+        self.assertEqual(result.stdout, "still answers\n", result.stderr)
+        self.end_line(line)
+
+    def test_sigterm_ends_it_though_its_thread_stands_still(self):
+        line = self.start_line(LINE)
+        tasks = pathlib.Path(f"/proc/{line.pid}/task")
+        task = next(int(task.name) for task in tasks.iterdir()
+                    if (task / "comm").read_text(encoding="utf-8").startswith("driveline-line"))
+        ptrace = ctypes.CDLL(None, use_errno=True).ptrace
+        seize, interrupt, every_thread = 0x4206, 0x4207, 0x40000000
+        if ptrace(seize, task, None, None) != 0:
+            self.skipTest(f"ptrace: {os.strerror(ctypes.get_errno())}")
+        self.assertEqual(ptrace(interrupt, task, None, None), 0)
+        os.waitpid(task, every_thread)
+        line.send_signal(signal.SIGTERM)
+        self.wait_for("the sentence", lambda: "has not answered the stop" in self.text("line.log"))
+        os.waitpid(task, every_thread)
+        self.assertEqual(line.wait(PATIENCE_S), 1)
 
 
 if __name__ == "__main__":

@@ -74,6 +74,10 @@ class RealtimeThread {
   /// Waits until the task has ended. Does nothing if there is none. Afterwards start() may be used again.
   void join() noexcept;
 
+  /// The same for at most `patience`; false: the task still runs, and nothing it works with may be touched or
+  /// destroyed.
+  [[nodiscard]] bool join_for(std::chrono::nanoseconds patience);
+
  private:
   struct Launch;
   std::unique_ptr<Launch> launch_;  // exists while there is a thread to join

@@ -61,6 +61,55 @@ TEST(ClockFollower, LateFramesAreSentEarlierWhateverTheWakeUpDid) {
   }
 }
 
+/// A time that somebody sets to anything.
+class SettableTime final : public TimeSource {
+ public:
+  nanoseconds time{0};
+  [[nodiscard]] nanoseconds now() const noexcept override { return time; }
+};
+
+TEST(ClockFollower, NoJumpOfTheTimeItFollowsIsTooFar) {
+  SettableTime time;
+  auto clocks = some_clocks();
+  clocks.mode = FollowMode::kReferenceFollows;
+  clocks.time = &time;
+  ClockFollower follower(clocks);
+  const auto grid = follower.first_grid(seconds{1});
+  std::uint64_t jumps = 0;
+  for (int cycle = 0; cycle < 40; ++cycle) {
+    const auto now = grid + cycle * kPeriod;
+    // Told in every second cycle; every fifth of these times is another one.
+    const nanoseconds starts[] = {seconds{0}, nanoseconds::max() - seconds{1}, nanoseconds::min(), seconds{7}};
+    time.time = wrapped_sum(starts[cycle / 10], now);
+    if (cycle > 0 && cycle % 10 == 0) ++jumps;
+    const auto sent = follower.next(now);
+    if (sent.command == wire::Command::kFpwr) {
+      EXPECT_EQ(sent.time, static_cast<std::uint32_t>(now.count())) << cycle << ": as if it had not jumped";
+    }
+    static_cast<void>(follower.finish(start_at(now), now, DriftAnswer{sent.time, 3}));
+  }
+  EXPECT_EQ(follower.status().time_jumps, jumps);
+}
+
+TEST(ClockFollower, WhateverTheReferenceClockAnswersTheGridMovesALittleAtMost) {
+  for (const std::uint64_t start : {std::uint64_t{0}, (std::uint64_t{1} << 63) - 1, ~std::uint64_t{0}}) {
+    auto clocks = some_clocks();
+    clocks.start = start;
+    ClockFollower follower(clocks);
+    auto grid = follower.first_grid(seconds{1});
+    std::uint32_t answer = 1;
+    for (int cycle = 0; cycle < 2000; ++cycle) {
+      const auto sent = follower.next(grid);
+      answer = answer * 1'664'525U + 1'013'904'223U;
+      const std::uint32_t times[] = {answer, sent.time + 0x7FFF'FFFFU, sent.time + 0x8000'0000U, 0, ~0U};
+      const auto shift = follower.finish(start_at(grid), grid + nanoseconds{answer % 1'000'000},
+                                         DriftAnswer{times[cycle % 5], static_cast<std::uint16_t>(answer >> 16)});
+      ASSERT_LE(std::chrono::abs(shift), kPeriod / 100);
+      grid += kPeriod + shift;
+    }
+  }
+}
+
 TEST(ClockFollower, AnAnswerNobodyHasReadIsNone) {
   ClockFollower follower(some_clocks());
   const auto grid = follower.first_grid(seconds{1});

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
+#include <array>
+
 #include "driveline/ecat_master/dc/clock_fault.hpp"
 
 namespace driveline::ecat_master::dc {
@@ -112,6 +114,31 @@ TEST(StartTimeProperty, LiesInTheFutureOnTheGridAndNotFurtherThanNeeded) {
     RC_ASSERT(start - now >= static_cast<std::uint64_t>(lead.count()));
     RC_ASSERT(start - now < static_cast<std::uint64_t>((lead + common).count()));
   }));
+}
+
+TEST(SyncSignals, CyclesThatRepeatTogetherInSomeCenturiesAreRefused) {
+  // Primes: their product is more than 64 bits of nanoseconds hold.
+  const std::array signals{sync0(nanoseconds{3'999'999'979}), sync0(nanoseconds{4'294'967'291})};
+  const auto common = common_cycle(signals, nanoseconds{1});
+  ASSERT_FALSE(common);
+  EXPECT_EQ(describe(common.error()),
+            "slave 1: its cycle of 4294967291 ns and those of the others repeat together only after more than 4 s");
+}
+
+TEST(SyncSignals, FactorsOfADescriptionDoNotOverflow) {
+  esi::DcOpMode mode;
+  mode.assign_activate = 0x0700;
+  mode.cycle_time_sync0_factor = 32'767;
+  mode.cycle_time_sync1_factor = 32'767;
+  EXPECT_EQ(refusal(from_op_mode(mode, seconds{10}), seconds{10}, nanoseconds{0}),
+            "slave 3: a SYNC0 cycle of 4294967295 ns is outside 1 .. 4294967295 ns");
+}
+
+TEST(SyncSignals, TheStartTimeIsAheadAlsoWhereTheClockBeginsAgain) {
+  const auto now = ~std::uint64_t{0} - 1'000;
+  const auto start = start_time(now, milliseconds{1}, milliseconds{2});
+  EXPECT_GE(start - now, 1'000'000U);
+  EXPECT_LE(start - now, 3'000'000U);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 #include "random.hpp"
 
@@ -54,6 +55,19 @@ TEST(Oscillator, KnowsWhenACountIsReached) {
       ASSERT_GE(oscillator.count(time), count);
       ASSERT_LT(oscillator.count(time - 1ns), count) << "and not a nanosecond earlier";
     }
+  }
+}
+
+TEST(Oscillator, NoCountIsTooFar) {
+  constexpr auto kFarthest = std::numeric_limits<std::int64_t>::max();
+  for (const double ppm : {-500.0, 0.0, 500.0}) {
+    Oscillator oscillator(with_drift(ppm));
+    oscillator.power_on(1h);
+    const auto far = oscillator.time_of(Oscillator::kReach);
+    EXPECT_GE(oscillator.count(far), Oscillator::kReach) << ppm;
+    EXPECT_LT(oscillator.count(far - 1ns), Oscillator::kReach) << ppm;
+    EXPECT_EQ(oscillator.time_of(kFarthest), far);
+    EXPECT_EQ(oscillator.time_of(-kFarthest - 1), oscillator.time_of(-Oscillator::kReach));
   }
 }
 

@@ -1,6 +1,7 @@
 // SYNC0 and SYNC1: when they come (in true time), what starts and stops them, what the device gets (ESC data sheet I,
 // SyncSignal generation; section II, 0x0980-0x09A7).
 #include "bench_slave.hpp"
+#include "random.hpp"
 
 namespace driveline::slaves::test {
 namespace {
@@ -156,6 +157,126 @@ TEST_F(SyncUnitTest, Sync1FollowsSync0) {
     for (const int us : row.expected_us) expected.push_back(begin + std::chrono::microseconds{us});
     EXPECT_EQ(sync1(), expected) << "SYNC1 cycle time " << row.cycle1;
     EXPECT_EQ(sync0().size(), 7U);
+  }
+}
+
+TEST_F(SyncUnitTest, AStartTimeAtTheEdgeOfTheClocksRangeIsWaitedFor) {
+  constexpr std::uint64_t kHalf = std::uint64_t{1} << 63;
+  ClockOptions clock;
+  clock.drift_ppm = 50.0;
+  for (const std::uint64_t ahead : {kHalf - (std::uint64_t{1} << 30), kHalf - 1, kHalf / 2, std::uint64_t{1} << 57}) {
+    for (const std::uint64_t offset : {std::uint64_t{0}, kHalf - 500'000, kHalf, std::uint64_t{0} - 500'000}) {
+      rebuild_with(clock);
+      write(reg::kSystemTimeOffset, offset);
+      const auto start = system_time() + ahead;
+      activate(start, 1'000'000);
+      EXPECT_EQ(esc().clock().sync_due(), DistributedClock::kNever) << "not in this life";
+      pass(10ms);
+      EXPECT_TRUE(sync0().empty()) << std::hex << ahead << ' ' << offset;
+      EXPECT_EQ(get(reg::kStartTimeCyclic), start);
+      EXPECT_EQ(get(reg::kDcActivationStatus), 0x01) << "pending";
+    }
+  }
+}
+
+TEST_F(SyncUnitTest, PulsesGoOnWhereTheClockBeginsAgainAtZero) {
+  for (const std::uint64_t edge : {std::uint64_t{0}, std::uint64_t{1} << 63}) {
+    rebuild_with({});
+    write(reg::kSystemTimeOffset, edge - 500'000 - static_cast<std::uint64_t>(now().count()));
+    const auto begin = now();
+    activate(edge - 250'000, 125'000, 200'000, 0x07);
+    pass(1130us);
+    std::vector<nanoseconds> expected;
+    for (int i = 0; i < 8; ++i) expected.push_back(begin + 250us + i * 125us);
+    ASSERT_EQ(sync0(), expected);
+    EXPECT_EQ(sync1(), (std::vector<nanoseconds>{begin + 450us, begin + 700us, begin + 950us}));
+    EXPECT_EQ(get(reg::kStartTimeCyclic), edge - 250'000 + 8 * 125'000);
+    EXPECT_EQ(get(reg::kSystemTime), edge + 630'000);
+  }
+}
+
+TEST_F(SyncUnitTest, AFarSync1IsNotMadeUpForPulseByPulse) {
+  activate(system_time() + 100'000, 1010, 0xFFFF'FFFF, 0x07);
+  pass(200us);
+  const auto first = sync0().front();
+  pass(4s);
+  EXPECT_LT(sync0().size(), 1000U);
+  EXPECT_TRUE(sync1().empty());
+  pass(50ms);
+  EXPECT_EQ((sync0().back() - first) % 1010ns, 0ns) << "in their phase";
+  device().sync_events.clear();
+  pass(190ms);
+  pass(60ms);
+  ASSERT_EQ(sync1().size(), 1U);
+  EXPECT_EQ(sync1()[0], first + nanoseconds{0xFFFF'FFFF} + 5ns) << "at the next step of the oscillator";
+}
+
+TEST_F(SyncUnitTest, NoClockRegisterLeadsTheUnitAstray) {
+  Random random(2026);
+  const auto edge = [&random]() -> std::uint64_t {
+    const auto power = std::uint64_t{1} << random() % 64;
+    switch (random() % 4) {
+      case 0:
+        return power;
+      case 1:
+        return std::uint64_t{0} - power;
+      case 2:
+        return power - 1;
+      default:
+        return (std::uint64_t{random()} << 32) | random();
+    }
+  };
+  ClockOptions clock;
+  clock.drift_ppm = -200.0;
+  clock.temperature_ppm_per_s = 1.0;
+  clock.temperature_span_ppm = 20.0;
+  for (const bool wide : {true, false}) {
+    rebuild_with(clock, wide);
+    for (int i = 0; i < 20'000; ++i) {
+      device().sync_events.clear();
+      switch (random() % 9) {
+        case 0:
+          write(reg::kSystemTimeOffset, edge());
+          break;
+        case 1:
+          write(reg::kStartTimeCyclic, system_time() + edge());
+          break;
+        case 2:
+          write(reg::kSync0CycleTime, static_cast<std::uint32_t>(edge()) | 0x4'0000U);
+          break;
+        case 3:
+          write(reg::kSync1CycleTime, static_cast<std::uint32_t>(edge()));
+          break;
+        case 4:
+          write(reg::kDcActivation, static_cast<std::uint8_t>(random()));
+          break;
+        case 5: {
+          const auto time = wire::to_le_bytes(static_cast<std::uint32_t>(system_time() + edge()));
+          write(0x0910, {time.begin(), time.end()});
+          break;
+        }
+        case 6:
+          write(reg::kSystemTimeDelay, static_cast<std::uint32_t>(edge()));
+          break;
+        case 7:
+          write(reg::kSpeedCounterStart, static_cast<std::uint16_t>(edge()));
+          write(reg::kSpeedFilterDepth, static_cast<std::uint8_t>(random()));
+          break;
+        default:
+          pass(nanoseconds{random() % 3'000'000});
+      }
+      slave().advance(now());
+      // When a pulse is due, the clock shows its time, and not a nanosecond earlier.
+      const auto next = esc().clock().sync().next();
+      const auto due = esc().clock().sync_due();
+      if (!next || due == DistributedClock::kNever) continue;
+      const auto ahead = [&](nanoseconds at) {
+        return static_cast<std::int64_t>(static_cast<std::uint64_t>(esc().clock().system_time(at).count()) - *next);
+      };
+      ASSERT_GE(due, now()) << i;
+      ASSERT_GE(ahead(due), 0) << i;
+      ASSERT_LT(ahead(due - 1ns), 0) << i;
+    }
   }
 }
 

@@ -19,6 +19,18 @@ namespace driveline::ecat_master::dc {
   return std::chrono::nanoseconds{static_cast<std::int64_t>(a - b)};
 }
 
+/// a + b and a - b modulo 2^64, for times that come from outside: no jump of a clock is too far.
+[[nodiscard]] constexpr std::chrono::nanoseconds wrapped_sum(std::chrono::nanoseconds a,
+                                                             std::chrono::nanoseconds b) noexcept {
+  return std::chrono::nanoseconds{
+      static_cast<std::int64_t>(static_cast<std::uint64_t>(a.count()) + static_cast<std::uint64_t>(b.count()))};
+}
+/// See wrapped_sum().
+[[nodiscard]] constexpr std::chrono::nanoseconds wrapped_difference(std::chrono::nanoseconds a,
+                                                                    std::chrono::nanoseconds b) noexcept {
+  return difference(static_cast<std::uint64_t>(a.count()), static_cast<std::uint64_t>(b.count()));
+}
+
 /// `value` brought into -cycle/2 .. cycle/2 by whole cycles (cycle > 0).
 [[nodiscard]] constexpr std::chrono::nanoseconds wrap_to_cycle(std::chrono::nanoseconds value,
                                                                std::chrono::nanoseconds cycle) noexcept {

@@ -45,8 +45,8 @@ class DistributedClock {
   [[nodiscard]] Nanoseconds local_time(Nanoseconds now) const noexcept;
   /// The local copy of the system time: local time plus offset register. Not cut to 32 bits.
   [[nodiscard]] Nanoseconds system_time(Nanoseconds now) const noexcept;
-  /// When the local copy of the system time comes to `system_time`, as things are now.
-  [[nodiscard]] Nanoseconds true_time(Nanoseconds system_time) const noexcept;
+  /// When the local copy of the system time comes to `system_time`, as things are now; kNever when that is years away.
+  [[nodiscard]] Nanoseconds true_time(std::uint64_t system_time) const noexcept;
   /// For tests: what it really does.
   [[nodiscard]] const Oscillator& oscillator() const noexcept { return oscillator_; }
 
@@ -74,7 +74,7 @@ class DistributedClock {
   /// \name SYNC signals
   /// @{
 
-  /// When the next pulse comes; kNever when none is to come.
+  /// When the next pulse comes; kNever when none is to come, or none for years.
   [[nodiscard]] Nanoseconds sync_due() const noexcept { return sync_due_; }
   /// A pulse came: which, and when.
   struct Pulse {

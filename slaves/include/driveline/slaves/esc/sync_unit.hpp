@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstdint>
-#include <limits>
 #include <optional>
 
 #include "driveline/slaves/esc/memory.hpp"
@@ -22,7 +21,9 @@ inline constexpr std::uint8_t kNearFuture31 = 0x40;       ///< the near future i
 }  // namespace dc_activation
 
 /// The SYNC out unit (registers 0x0981-0x09A7, ESC data sheet I, SyncSignal generation): when the next SYNC0 and SYNC1
-/// come, in system time. All times are those of the slave's copy of the system time, not cut to 32 bits.
+/// come, in system time. All times are those of the slave's copy of the system time, not cut to 32 bits; they begin
+/// again at 0 behind 2^64 - 1, so that of two of them the earlier one is the one from which it is less than 2^63 ns to
+/// the other.
 ///
 /// SYNC0 comes at the start time, then every cycle; once with a cycle of 0 or one that is not longer than the pulse. A
 /// start time in the past is waited for until the clock comes by again: for ever with 64 bits, up to 4.3 s with 32;
@@ -30,9 +31,6 @@ inline constexpr std::uint8_t kNearFuture31 = 0x40;       ///< the near future i
 /// again. \rtsafe throughout.
 class SyncUnit {
  public:
-  /// Stands for "no pulse to come" in next().
-  static constexpr std::uint64_t kNever = std::numeric_limits<std::uint64_t>::max();
-
   /// `wide`: the clock has 64 bits, else 32. `memory` holds the registers and must outlive this.
   SyncUnit(EscMemory& memory, bool wide) noexcept : memory_(memory), wide_(wide) {}
 
@@ -44,11 +42,11 @@ class SyncUnit {
   void jumped(std::uint64_t before, std::uint64_t now) noexcept;
 
   /// SYNC0 is generated: activated, and the pulses have not come to an end.
-  [[nodiscard]] bool running() const noexcept { return next_[0] != kNever; }
+  [[nodiscard]] bool running() const noexcept { return next_[0].has_value(); }
   /// Some pulse has come since activation.
   [[nodiscard]] bool started() const noexcept { return started_; }
-  /// System time of the next pulse of either signal; kNever when none is to come.
-  [[nodiscard]] std::uint64_t next() const noexcept { return next_[0] <= next_[1] ? next_[0] : next_[1]; }
+  /// System time of the next pulse of either signal; nothing when none is to come.
+  [[nodiscard]] std::optional<std::uint64_t> next() const noexcept;
   /// The pulse at next() comes; nothing when none is to come.
   std::optional<SyncSignal> fire() noexcept;
   /// Leaves out the pulses in front of `time`: nobody was there to see them.
@@ -56,12 +54,14 @@ class SyncUnit {
 
   /// Length of the SYNC0 cycle in ns; 0: one pulse only.
   [[nodiscard]] std::uint32_t cycle() const noexcept { return cycle0_; }
-  /// Next pulse of a signal behind `now`, as its register shows it.
-  [[nodiscard]] std::uint64_t next_after(SyncSignal signal, std::uint64_t now) const noexcept;
+  /// Next pulse of a signal behind `now`, as its register shows it; nothing when none is to come.
+  [[nodiscard]] std::optional<std::uint64_t> next_after(SyncSignal signal, std::uint64_t now) const noexcept;
 
  private:
   [[nodiscard]] std::uint64_t range() const noexcept { return wide_ ? std::uint64_t{1} << 63 : std::uint64_t{1} << 31; }
-  [[nodiscard]] std::uint64_t first_pulse(std::uint64_t now) noexcept;
+  [[nodiscard]] std::optional<std::uint64_t> first_pulse(std::uint64_t now) noexcept;
+  [[nodiscard]] bool sync0_is_next() const noexcept;
+  void leap_to(std::uint64_t time) noexcept;
   void stop() noexcept;
   void set_status(std::uint8_t clear, std::uint8_t set) noexcept;
 
@@ -72,7 +72,7 @@ class SyncUnit {
   std::uint8_t activation_ = 0;
   std::uint32_t cycle0_ = 0;
   std::uint32_t cycle1_ = 0;
-  std::array<std::uint64_t, 2> next_{kNever, kNever};
+  std::array<std::optional<std::uint64_t>, 2> next_;
 };
 
 }  // namespace driveline::slaves

@@ -26,10 +26,13 @@ class TimeLoop {
 
   /// Power-on: local time `start` at count 0, uncorrected.
   void reset(std::int64_t start) noexcept;
-  /// Local time at a count.
-  [[nodiscard]] std::int64_t local(std::int64_t count) const noexcept;
-  /// First count at which the local time is not below `local`.
-  [[nodiscard]] std::int64_t count_of(std::int64_t local) const noexcept;
+  /// Local time at a count; a number of 64 bits that begins again at 0, as the controller's does.
+  [[nodiscard]] std::uint64_t local(std::int64_t count) const noexcept;
+  /// Times further away than this, 2.3 years, are not looked for.
+  static constexpr std::int64_t kReach = std::int64_t{1} << 56;
+  /// First count at which the local time is not before `local`; nothing when that is more than kReach away from the
+  /// last reference time, or from power-on without any.
+  [[nodiscard]] std::optional<std::int64_t> count_of(std::uint64_t local) const noexcept;
 
   /// At `count` the local copy was found `difference` ns ahead of the reference.
   void follow(std::int64_t difference, std::int64_t count, const Settings& settings) noexcept;
@@ -50,7 +53,7 @@ class TimeLoop {
   // Local time is piecewise linear in the count: this from the anchor on, `rate_` up to `hold_` counts behind it,
   // `settled_rate_` from there on.
   std::int64_t anchor_count_ = 0;
-  std::int64_t anchor_local_ = 0;
+  std::uint64_t anchor_local_ = 0;
   double anchor_fraction_ = 0.0;
   double rate_ = 0.0;
   double settled_rate_ = 0.0;

@@ -32,6 +32,8 @@ inline constexpr std::uint32_t kRevision = facts(Variant::kMsd).revision;  ///< 
 
 /// What ESI and SII say about the drive, made from the table.
 [[nodiscard]] esi::DeviceDescription device_description(Variant variant = Variant::kMsd);
+/// What of it an EEPROM holds: all but the objects, which cost more to list than a drive to build.
+[[nodiscard]] esi::DeviceDescription eeprom_description(Variant variant);
 
 /// The same for ESI files: with mappings for the modes of operation, as proposals for configuration tools (ours; the
 /// drive itself comes with empty PDOs).
