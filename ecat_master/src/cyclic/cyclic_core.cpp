@@ -383,6 +383,10 @@ snapshot::LineSample CyclicCore::line_sample(const rt::CycleStart& start, nanose
   line.cost_ns = cost.count();
   line.round_trip_ns = all_received() ? (received_at_ - sent_at_).count() : 0;
   line.missed_periods = missed_now_;
+  if (settings_.clocks != nullptr) {
+    line.dc_locked = settings_.clocks->locked();
+    line.dc_difference_ns = settings_.clocks->last_error().count();
+  }
   for (const auto& frame : frames_) {
     if (!due(frame)) continue;
     line.working_counter = static_cast<std::uint16_t>(line.working_counter + frame.working_counter());

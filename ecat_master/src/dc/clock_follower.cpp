@@ -137,8 +137,9 @@ void ClockFollower::publish(std::optional<Nanoseconds> error) noexcept {
   status.ppm = follows ? controller_.ppm() : 0.0;
   status.mean_error_ns = follows ? controller_.mean_error_ns() : detector_.mean_error_ns();
   status.silent = silent_;
-  if (was_locked_ && !status.locked) ++unlocks_;
-  was_locked_ = status.locked;
+  if (locked_ && !status.locked) ++unlocks_;
+  locked_ = status.locked;
+  last_error_ = error.value_or(last_error_);
   status.unlocks = unlocks_;
   status.time_jumps = jumps_;
   status.time_jumped_ns = jumped_.count();

@@ -44,10 +44,12 @@ std::size_t FlightRecorder::slot(std::size_t age) const noexcept {
 }
 
 void FlightRecorder::write_csv(std::ostream& out, std::span<const std::string> axis_names) const {
-  const bool clocks = std::any_of(lines_.begin(), lines_.end(), [](const auto& line) { return line.dc_locked; });
+  // Without distributed clocks both stay as they are at first.
+  const bool clocks = std::any_of(lines_.begin(), lines_.end(),
+                                  [](const auto& line) { return line.dc_locked || line.dc_difference_ns != 0; });
   out << "cycle,time_ns,wake_latency_ns,cost_ns,round_trip_ns,missed_periods,frames_received,working_counter,"
          "expected_working_counter";
-  if (clocks) out << ",dc_difference_ns";
+  if (clocks) out << ",dc_locked,dc_difference_ns";
   for (std::size_t axis = 0; axis < axes_; ++axis) {
     const std::string name = axis < axis_names.size() ? axis_names[axis] : fmt::format("axis{}", axis);
     for (const char* figure :
@@ -62,7 +64,7 @@ void FlightRecorder::write_csv(std::ostream& out, std::span<const std::string> a
     out << fmt::format("{},{},{},{},{},{},{},{},{}", line.cycle, line.time_ns, line.wake_latency_ns, line.cost_ns,
                        line.round_trip_ns, line.missed_periods, line.frame_received ? 1 : 0, line.working_counter,
                        line.expected_working_counter);
-    if (clocks) out << fmt::format(",{}", line.dc_difference_ns);
+    if (clocks) out << fmt::format(",{},{}", line.dc_locked ? 1 : 0, line.dc_difference_ns);
     for (const auto& axis : std::span(axis_records_).subspan(slot(age) * axes_, axes_)) {
       out << fmt::format(",0x{:04X},0x{:04X},{},{},{:.9g},{:.9g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}", axis.control_word,
                          axis.status_word, axis.mode, axis.state == snapshot::AxisState::kUnavailable ? 0 : 1,

@@ -1,4 +1,5 @@
 """Distributed clocks as users of the program meet them."""
+import csv
 import ctypes
 import os
 import pathlib
@@ -9,6 +10,7 @@ import unittest
 from program import EXAMPLES, PATIENCE_S, ProgramTest, WireTest
 
 LINE = EXAMPLES / "line8-dc.toml"
+POWER_OFF = '[[fault]]\nat_ms = 1500\nkind = "power-off"\nslave = "z"\n'
 
 # A start time half of the clock's range ahead, SYNC0 activated: in all slaves, with one frame.
 FAR_START = """
@@ -64,6 +66,20 @@ class Clocks(ProgramTest):
         delays = [slave["delay_ns"] for slave in document["slaves"]]
         self.assertEqual(delays, [505 * i for i in range(8)])
         self.assertTrue(all(slave["sync0_cycle_ns"] == 125000 for slave in document["slaves"]))
+
+    def test_the_flight_recorder_tells_of_the_clocks(self):
+        text = LINE.read_text(encoding="utf-8").replace('"line8.csv"', f'"{EXAMPLES / "line8.csv"}"')
+        # The master's own phase is better than the clock's steps of 10 ns; that of a clock that follows it moves.
+        text = text.replace('"master_follows"', '"reference_follows"')
+        result = self.run_program("run", "--config", self.write("line.toml", text + POWER_OFF), "--virtual",
+                                  "--duration", 2, "--json", "--no-telemetry", "--no-plots")
+        document = self.one_document(result.stdout)
+        with open(self.directory / document["files"]["flight_recorder_csv"], encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+        self.assertEqual({row["dc_locked"] for row in rows}, {"1"})
+        differences = [int(row["dc_difference_ns"]) for row in rows]
+        self.assertLessEqual(max(map(abs, differences)), 100)
+        self.assertGreater(len(set(differences)), 1, "measured in every cycle")
 
     def test_a_wrong_shift_is_one_sentence(self):
         text = LINE.read_text(encoding="utf-8").replace("drift_ppm = 12.0", "sync0_shift_us = 125")

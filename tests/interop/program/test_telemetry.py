@@ -42,6 +42,19 @@ class Telemetry(ProgramTest):
         published = self.one_document(self.text("run.log.out"))["telemetry"]["published"]
         self.assertGreaterEqual(published, status["telemetry"]["published"])
 
+    def test_cyclone_dds_learns_how_the_clocks_are(self):
+        domain = 80 + os.getpid() % 10
+        config = self.write_gentle_line(head="[dc]", cycle_us=1000, telemetry=f"domain = {domain}\ndecimation = 1")
+        run = self.start("run", "--config", config, "--virtual", "--json", "--no-plots", log="run.log")
+        self.wait_for("following the path", lambda: "following the path" in self.text("run.log"), run)
+        received = self.run_program(domain, 30, PATIENCE_S // 2, program=CYCLONE_SUBSCRIBER)
+        run.send_signal(signal.SIGTERM)
+        self.assertEqual(run.wait(PATIENCE_S), 0, self.logs())
+        self.assertEqual(received.returncode, 0, received.stdout + received.stderr + self.logs())
+        status = self.one_document(received.stdout)["line_status"]
+        self.assertIs(status["dc_locked"], True)
+        self.assertLessEqual(abs(status["dc_difference_ns"]), 100)
+
 
 class OnTheWire(WireTest):
     """DDS listens at UDP ports, and what comes there is read in the process that drives the axes."""

@@ -51,6 +51,10 @@ class ClockFollower {
   /// What came back of the frame that was sent at `sent` (nothing: it was lost); returns by how much to shift the grid.
   [[nodiscard]] Nanoseconds finish(const rt::CycleStart& start, Nanoseconds sent,
                                    const std::optional<DriftAnswer>& answer) noexcept;
+  /// Status::locked, as of the last finish().
+  [[nodiscard]] bool locked() const noexcept { return locked_; }
+  /// By how much the reference clock was ahead of the master's estimate of it when it was read last; 0 until then.
+  [[nodiscard]] Nanoseconds last_error() const noexcept { return last_error_; }
 
   /// How things stand, as of the last cycle.
   struct Status {
@@ -104,7 +108,8 @@ class ClockFollower {
   bool dither_ = false;
   std::uint32_t silent_ = 0;
   std::uint64_t unlocks_ = 0;
-  bool was_locked_ = false;
+  bool locked_ = false;
+  Nanoseconds last_error_{0};
   rt::Histogram phase_errors_;
   rt::TripleBuffer<Status> status_;
 };

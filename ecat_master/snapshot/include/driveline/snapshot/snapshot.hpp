@@ -47,13 +47,13 @@ struct LineSample {
   std::int64_t wake_latency_ns = 0;            ///< wake-up after the grid time
   std::int64_t cost_ns = 0;                    ///< work of the cycle, from wake-up to the end of the send
   std::int64_t round_trip_ns = 0;              ///< send to receive of the frame; 0 when none came back
-  std::int64_t dc_difference_ns = 0;           ///< reference clock minus the master's estimate of it
+  std::int64_t dc_difference_ns = 0;           ///< reference clock minus the master's estimate, as read last
   std::uint32_t missed_periods = 0;            ///< periods skipped before this cycle
   std::uint16_t working_counter = 0;           ///< received
   std::uint16_t expected_working_counter = 0;  ///< sum over the datagrams that were due, from the FMMUs
   std::uint16_t axes = 0;       ///< number of axes; as many AxisSamples follow with the same cycle number
   bool frame_received = false;  ///< all frames that were due have come back in time
-  bool dc_locked = false;       ///< the clocks of the line and the grid are within their window
+  bool dc_locked = false;       ///< the grid is locked to the reference clock
 };
 static_assert(std::is_trivially_copyable_v<LineSample>);
 
