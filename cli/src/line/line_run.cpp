@@ -293,6 +293,7 @@ std::string LineRun::answer(std::string_view command) {
   if (!diagnosis) return fmt::format("error: {}", ecat_master::describe(diagnosis.error()));
   diagnosis->statistics = figures_->snapshot();
   return command == "diag" ? to_text(*diagnosis) : json_text(to_json(*diagnosis));
+  diagnosis->round_trip_modelled = !config_.interface.has_value();
 }
 
 void LineRun::note_fault(std::string fault, bool fatal) {
@@ -334,6 +335,10 @@ void LineRun::take_down() {
   if (drain_) drain_->stop();
   if (recorder_ && !recorder_->problem().empty()) note_fault(recorder_->problem());
   if (operation_time_ > nanoseconds{0}) finish_fault_records();
+  if (const auto end = recorder_ ? recorder_->cut_off_at_s() : std::nullopt) {
+    note_event(fmt::format("axes.csv and its plots end after {:.3f} s, with {} rows; the figures are of the whole run",
+                           *end, recorder_->rows()));
+  }
 }
 
 /// Another master on the wire explains much of what else went wrong.
@@ -357,6 +362,7 @@ RunReport LineRun::make_report() {
   report.duration_s = seconds_in_operation();
   report.statistics = master_.core()->statistics();
   report.process_data = view_image(config_, master_, master_.core()->groups(), &group_watch_);
+  report.round_trip_modelled = !config_.interface.has_value();
   if (auto* watch = master_.clock_watch()) {
     const auto& follower = *master_.clock_follower();
     auto& clocks = report.clocks.emplace();

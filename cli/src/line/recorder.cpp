@@ -15,9 +15,15 @@ double FollowingError::rms() const noexcept {
   return samples == 0 ? 0.0 : std::sqrt(sum_of_squares / static_cast<double>(samples));
 }
 
+/// What is not a number stands for none.
+void Recorder::Extremes::add(double value) noexcept {
+  least = std::fmin(least, value);
+  greatest = std::fmax(greatest, value);
+}
+
 Recorder::Recorder(const std::vector<ecat_master::AxisConfig>& axes, std::optional<std::filesystem::path> csv,
                    std::uint64_t every)
-    : errors_(axes.size()), csv_(std::move(csv)), every_(every) {
+    : errors_(axes.size()), csv_(std::move(csv)), every_(every), extremes_(axes.size()) {
   if (!csv_) return;
   stream_.open(partial_name(*csv_), std::ios::trunc);
   if (!stream_) problem_ = fmt::format("{}: cannot be written: {}", csv_->string(), std::strerror(errno));
@@ -28,6 +34,10 @@ Recorder::Recorder(const std::vector<ecat_master::AxisConfig>& axes, std::option
       stream_ << fmt::format(",{}_{}[{}]", axis.name, column, unit);
   }
   for (const auto& axis : axes) stream_ << fmt::format(",{}_torque[{}]", axis.name, axis.linear ? "N" : "Nm");
+  for (const auto& axis : axes) {
+    for (const auto* column : {"following_error_min", "following_error_max"})
+      stream_ << fmt::format(",{}_{}[{}]", axis.name, column, axis.linear ? "m" : "rad");
+  }
   stream_ << '\n';
 }
 
@@ -44,38 +54,55 @@ void Recorder::axes(std::span<const snapshot::AxisSample> samples) {
       error.maximum = std::max(error.maximum, std::abs(sample.following_error_rad));
       error.sum_of_squares += sample.following_error_rad * sample.following_error_rad;
       ++error.samples;
+      extremes_[sample.axis].add(sample.following_error_rad);
     }
-    if (csv_ && sample.cycle % every_ == 0 && rows_ < kMaxRows) add_to_row(sample);
+    if (csv_) add_to_row(sample);
   }
 }
 
-/// Samples of one cycle come one after the other; a row is written when it is complete, and dropped when samples of
-/// it got lost.
+/// Samples of one cycle come one after the other; a row is taken when it is complete, and dropped when samples of it
+/// got lost.
 void Recorder::add_to_row(const snapshot::AxisSample& sample) {
   if (sample.axis == 0 || row_.empty() || row_.front().cycle != sample.cycle) row_.clear();
   if (sample.axis != row_.size()) return;
   row_.push_back(sample);
-  if (row_.size() == errors_.size()) write_row();
+  if (row_.size() < errors_.size()) return;
+  if (sample.cycle % every_ == 0) {
+    take_row(row_);
+    last_row_.clear();
+  } else {
+    std::swap(row_, last_row_);
+  }
+  row_.clear();
 }
 
-void Recorder::write_row() {
-  if (!first_time_ns_) first_time_ns_ = row_.front().time_ns;
+void Recorder::take_row(const std::vector<snapshot::AxisSample>& row) {
+  if (rows_ < kMaxRows) return write_row(row);
+  cut_off_at_s_ = last_time_s_;
+}
+
+void Recorder::write_row(const std::vector<snapshot::AxisSample>& row) {
+  if (!first_time_ns_) first_time_ns_ = row.front().time_ns;
+  last_time_s_ = static_cast<double>(row.front().time_ns - *first_time_ns_) * 1e-9;
   fmt::memory_buffer text;
-  fmt::format_to(std::back_inserter(text), "{:.6f}",
-                 static_cast<double>(row_.front().time_ns - *first_time_ns_) * 1e-9);
-  for (const auto& sample : row_) {
+  fmt::format_to(std::back_inserter(text), "{:.6f}", last_time_s_);
+  for (const auto& sample : row) {
     fmt::format_to(std::back_inserter(text), ",{:.7g},{:.7g},{:.4g}", sample.target_position_rad,
                    sample.actual_position_rad, sample.following_error_rad);
   }
-  for (const auto& sample : row_) fmt::format_to(std::back_inserter(text), ",{:.5g}", sample.actual_torque_nm);
+  for (const auto& sample : row) fmt::format_to(std::back_inserter(text), ",{:.5g}", sample.actual_torque_nm);
+  for (auto& [least, greatest] : extremes_) fmt::format_to(std::back_inserter(text), ",{:.7g},{:.7g}", least, greatest);
+  std::fill(extremes_.begin(), extremes_.end(), Extremes{});
   text.push_back('\n');
   stream_.write(text.data(), static_cast<std::streamsize>(text.size()));
-  row_.clear();
   ++rows_;
 }
 
 void Recorder::finish(const bridge::DrainCounters&) {
   if (!stream_.is_open()) return;
+  // Of the cycles behind the last row, if one of them could hold the peak.
+  const bool more = std::any_of(extremes_.begin(), extremes_.end(), [](const auto& e) { return !std::isnan(e.least); });
+  if (more && !last_row_.empty()) take_row(last_row_);
   if (rows_ == 0 || discarded_.load(std::memory_order_relaxed)) return drop_file();
   stream_.close();
   if (!stream_) {

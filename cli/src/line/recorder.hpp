@@ -23,7 +23,9 @@ struct FollowingError {
   [[nodiscard]] double rms() const noexcept;
 };
 
-/// Watches all samples of a run: following errors of every cycle, and a CSV file of every n-th for the plots.
+/// Watches all samples of a run: following errors of every cycle, and a CSV file of every n-th for the plots. So that
+/// no peak is missing there, each row also has the least and the greatest following error of all cycles since the row
+/// before; like the summary's they are those in Operation enabled.
 ///
 /// The file appears under its name only when it is complete, and only when there are rows in it. Functions run on the
 /// drain thread; results are read after it has ended.
@@ -53,21 +55,35 @@ class Recorder final : public bridge::SampleConsumer {
 
   [[nodiscard]] const std::vector<FollowingError>& following_errors() const noexcept { return errors_; }
   [[nodiscard]] std::uint64_t rows() const noexcept { return rows_; }
+  /// Time of the last row, when the run went on behind it: the file was full.
+  [[nodiscard]] std::optional<double> cut_off_at_s() const noexcept { return cut_off_at_s_; }
   /// Why the file could not be written; empty: it is there, unless rows() is 0.
   [[nodiscard]] const std::string& problem() const noexcept { return problem_; }
 
  private:
   void drop_file();
   void add_to_row(const snapshot::AxisSample& sample);
-  void write_row();
+  void take_row(const std::vector<snapshot::AxisSample>& row);
+  void write_row(const std::vector<snapshot::AxisSample>& row);
+
+  /// Of one axis, since the last row; in the order of the columns.
+  struct Extremes {
+    double least = std::numeric_limits<double>::quiet_NaN();
+    double greatest = std::numeric_limits<double>::quiet_NaN();
+    void add(double value) noexcept;
+  };
 
   std::vector<FollowingError> errors_;
   std::optional<std::filesystem::path> csv_;
   std::uint64_t every_;
   std::ofstream stream_;
   std::vector<snapshot::AxisSample> row_;
+  std::vector<snapshot::AxisSample> last_row_;  ///< complete, of a cycle behind the last row of the file
+  std::vector<Extremes> extremes_;              ///< by axis
   std::uint64_t rows_ = 0;
   std::optional<std::int64_t> first_time_ns_;
+  double last_time_s_ = 0.0;
+  std::optional<double> cut_off_at_s_;
   std::string problem_;
   std::atomic<bool> discarded_{false};
   std::atomic<std::int64_t> operation_begin_{std::numeric_limits<std::int64_t>::max()};

@@ -124,7 +124,9 @@ void add_exchange(nlohmann::json& document, const LineDiagnosis& diagnosis) {
                              {"changes", guard->changes},
                              {"last_round_ns", guard->last_round.count()}};
   }
-  if (diagnosis.statistics) document["cycle"] = to_json(*diagnosis.statistics);
+  if (!diagnosis.statistics) return;
+  document["cycle"] = to_json(*diagnosis.statistics);
+  document["cycle"]["round_trip_modelled"] = diagnosis.round_trip_modelled;
 }
 
 }  // namespace

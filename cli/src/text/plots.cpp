@@ -28,7 +28,8 @@ std::string jitter_script() {
          "     '' skip 1 using (us($1,$2)):4 with impulses lw 2 title 'cycle cost'\n";
 }
 
-/// One small plot per axis, two side by side. `first` is the first of the columns, three per axis.
+/// One small plot per axis, two side by side. The columns: time, three per axis, their torques, least and greatest
+/// following error of each.
 std::string axes_script(const std::vector<AxisReport>& axes, std::string_view output, std::string_view title,
                         bool errors) {
   const auto rows = (axes.size() + 1) / 2;
@@ -43,8 +44,12 @@ std::string axes_script(const std::vector<AxisReport>& axes, std::string_view ou
     script += fmt::format("set ylabel {}\n",
                           gnuplot_text(fmt::format("{}: {}", axis.name, errors ? "increments" : axis.si_unit)));
     if (errors) {
-      script += fmt::format("plot 'axes.csv' skip 1 using 1:(${}*{:.9g}) with lines title 'following error'\n",
-                            column + 2, axis.increments_per_unit);
+      const auto least = 2 + 4 * axes.size() + 2 * i;
+      script += fmt::format(
+          "plot 'axes.csv' skip 1 using 1:(${0}*{2:.9g}):(${1}*{2:.9g}) with filledcurves lt 1 notitle, "
+          "'' skip 1 using 1:(${0}*{2:.9g}) with lines lt 1 title 'following error, least and greatest', "
+          "'' skip 1 using 1:(${1}*{2:.9g}) with lines lt 1 notitle\n",
+          least, least + 1, axis.increments_per_unit);
     } else {
       script += fmt::format(
           "plot 'axes.csv' skip 1 using 1:{} with lines lw 3 title 'commanded', "

@@ -88,6 +88,7 @@ nlohmann::json to_json(const RunReport& report) {
       {"wake_latency_ns", percentiles_json(statistics.wake_latency)},
       {"cycle_cost_ns", percentiles_json(statistics.cost)},
       {"round_trip_ns", percentiles_json(statistics.round_trip)},
+      {"round_trip_modelled", report.round_trip_modelled},
       {"dc", clocks_to_json(report.clocks)},
       {"axes", std::move(axes)},
       {"telemetry", {{"published", report.telemetry_published}, {"dropped", report.telemetry_dropped}}},
@@ -118,7 +119,7 @@ std::string to_text(const RunReport& report) {
   text += "\n\n";
   text += fmt::format("  {:<22}{:>9}{:>9}{:>9}{:>9}\n", "time in us", "p50", "p99", "p99.9", "max");
   text += row("wake-up latency", statistics.wake_latency) + row("cycle cost", statistics.cost) +
-          row("round trip", statistics.round_trip);
+          row(report.round_trip_modelled ? "round trip (modelled)" : "round trip", statistics.round_trip);
   if (report.clocks) {
     const auto& differences = report.clocks->differences;
     text += fmt::format("\n  clocks: {}; slaves off the reference clock by p50 {} ns, p99 {} ns, max {} ns\n",

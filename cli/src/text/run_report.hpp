@@ -55,6 +55,8 @@ struct RunReport {
   std::chrono::nanoseconds period{};
   double duration_s = 0.0;
   ecat_master::CycleStatistics statistics;
+  /// The line is simulated in this process: frames are under way for as long as its model says, and nobody measures.
+  bool round_trip_modelled = false;
   std::optional<ImageView> process_data;
   std::optional<ClockReport> clocks;  ///< none: the drives ran free
   std::optional<RingReport> ring;     ///< none: the line has one end

@@ -146,7 +146,7 @@ std::string to_text(const LineDiagnosis& diagnosis) {
                         cycle->cycles, cycle->missed_periods, cycle->lost_frames, cycle->wkc_errors);
     row("wake-up latency", cycle->wake_latency);
     row("cost", cycle->cost);
-    row("round trip", cycle->round_trip);
+    row(diagnosis.round_trip_modelled ? "round trip (modelled)" : "round trip", cycle->round_trip);
   }
   const auto list = [&text](const char* title, const auto& entries) {
     if (entries.empty()) return;

@@ -1,4 +1,6 @@
 """The line in this process: the document, its files, virtual time, memory, signals."""
+import csv
+import math
 import os
 import signal
 import subprocess
@@ -133,6 +135,33 @@ class FilesAndSummary(ProgramTest):
         counter = columns.index("working_counter")
         self.assertEqual(rows[1].split(",")[counter], "24")
         self.assertNotEqual(rows[-1].split(",")[counter], "24")
+
+    def test_file_and_summary_agree_on_the_largest_following_error(self):
+        result = self.run_program("run", "--config", LINE8, "--virtual", "--duration", 3, "--json", "--no-telemetry",
+                                  "--no-plots")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        document = self.one_document(result.stdout)
+        with open(self.directory / document["files"]["axes_csv"], encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+        for axis in document["axes"]:
+            extremes = [abs(float(row[f"{axis['name']}_following_error_{which}[rad]"])) for row in rows
+                        for which in ("min", "max")]
+            largest = max(value for value in extremes if not math.isnan(value)) * 1048576 / (2 * math.pi)
+            self.assertAlmostEqual(largest / axis["following_error_max"], 1.0, delta=1e-5, msg=axis["name"])
+        self.assertIs(document["round_trip_modelled"], True)
+
+    def test_a_recording_that_is_full_says_so(self):
+        self.write("line.toml", '[line]\nname = "l"\ncycle_us = 1000\n[path]\nfile = "path.csv"\nrepeat = true\n'
+                   '[[slave]]\nname = "x"\n[[axis]]\nname = "x"\n')
+        self.write("path.csv", "time[s],x[rad]\n0,0\n1,1\n2,0\n")
+        for duration, full in ((118, False), (121, True)):
+            result = self.run_program("run", "--config", "line.toml", "--virtual", "--duration", duration, "--json",
+                                      "--no-telemetry", "--no-plots")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            told = [event for event in self.one_document(result.stdout)["events"] if "axes.csv" in event]
+            self.assertEqual(len(told), 1 if full else 0, told)
+        self.assertIn("axes.csv and its plots end after 119.999 s, with 120000 rows; the figures are of the whole run",
+                      told[0])
 
     def test_summary_is_for_people(self):
         result = self.run_program("run", "--config", LINE8, "--virtual", "--duration", 0.5, "--no-telemetry",

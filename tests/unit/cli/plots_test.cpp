@@ -36,8 +36,11 @@ class Plots : public test::TemporaryDirectory {
     ASSERT_TRUE(write_jitter_csv(statistics, directory / "jitter.csv"));
     std::string text =
         "time[s],x_target[rad],x_actual[rad],x_following_error[rad],y_target[m],y_actual[m],"
-        "y_following_error[m]\n";
-    for (int i = 0; i < 100; ++i) text += std::to_string(i) + ",1,2,0.5,3,4,-0.5\n";
+        "y_following_error[m],x_torque[Nm],y_torque[N],x_following_error_min[rad],x_following_error_max[rad],"
+        "y_following_error_min[m],y_following_error_max[m]\n";
+    for (int i = 0; i < 100; ++i)
+      text += std::to_string(i) +
+              (i < 10 ? ",1,2,0.5,3,4,-0.5,0,0,nan,nan,nan,nan\n" : ",1,2,0.5,3,4,-0.5,0,0,0.4,0.6,-0.7,-0.1\n");
     write(directory / "axes.csv", text);
   }
   static std::vector<AxisReport> axes() { return {{"x", 0, 1.0, 1.0, "rad", 1000.0}, {"y", 1, 1.0, 1.0, "m", 1.0}}; }
@@ -81,9 +84,9 @@ TEST_F(Plots, ScriptThatIsLeftDrawsTheRightColumns) {
   const auto script = read(directory / "plots.gp");
   EXPECT_THAT(script, testing::HasSubstr("using 1:2 with lines lw 3 title 'commanded'"));
   EXPECT_THAT(script, testing::HasSubstr("using 1:3 with lines title 'actual'"));
-  EXPECT_THAT(script, testing::HasSubstr("using 1:($4*1000)"));
+  EXPECT_THAT(script, testing::HasSubstr("using 1:($10*1000):($11*1000) with filledcurves"));
   EXPECT_THAT(script, testing::HasSubstr("using 1:5 with lines lw 3 title 'commanded'"));
-  EXPECT_THAT(script, testing::HasSubstr("using 1:($7*1)"));
+  EXPECT_THAT(script, testing::HasSubstr("using 1:($12*1):($13*1) with filledcurves"));
 }
 
 TEST_F(Plots, WithoutAxesOnlyTheJitterIsDrawn) {

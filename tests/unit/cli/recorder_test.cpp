@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <map>
 
 #include "temporary_directory.hpp"
 
@@ -74,11 +75,39 @@ TEST_F(RecorderTest, CsvHasOneRowPerRecordedCycleAndUnitsInTheHeader) {
   recorder.finish({});
   EXPECT_EQ(read(csv()),
             "time[s],x_target[rad],x_actual[rad],x_following_error[rad],"
-            "z_target[m],z_actual[m],z_following_error[m],x_torque[Nm],z_torque[N]\n"
-            "0.000000,4,3.75,0.25,4,4,0,0.4,0.4\n"
-            "0.000250,6,5.75,0.25,6,6,0,0.6,0.6\n");
-  EXPECT_EQ(recorder.rows(), 2U);
+            "z_target[m],z_actual[m],z_following_error[m],x_torque[Nm],z_torque[N],"
+            "x_following_error_min[rad],x_following_error_max[rad],z_following_error_min[m],z_following_error_max[m]\n"
+            "0.000000,4,3.75,0.25,4,4,0,0.4,0.4,0.25,0.25,0,0\n"
+            "0.000250,6,5.75,0.25,6,6,0,0.6,0.6,0.25,0.25,0,0\n"
+            "0.000375,7,6.75,0.25,7,7,0,0.7,0.7,0.25,0.25,0,0\n")
+      << "the last one stands for the cycles behind it";
+  EXPECT_EQ(recorder.rows(), 3U);
   EXPECT_EQ(recorder.problem(), "");
+}
+
+TEST_F(RecorderTest, NoPeakIsLostBetweenTheRows) {
+  Recorder recorder(two_axes(), csv(), 8);
+  const std::map<std::uint64_t, double> peaks{{3, 2.0}, {7, -3.0}, {8, 0.5}, {9, 7.0}, {13, -8069.0}, {18, 1.5}};
+  for (std::uint64_t cycle = 1; cycle < 20; ++cycle) {
+    const double error = peaks.count(cycle) != 0 ? peaks.at(cycle) : 0.125;
+    // An axis without power does not follow anything; samples of cycle 16 get lost, and with them its row.
+    const auto state = cycle < 17 ? AxisState::kOperationEnabled : AxisState::kSwitchedOn;
+    if (cycle != 16) feed(recorder, {sample(cycle, 0, error)});
+    feed(recorder, {sample(cycle, 1, error, state)});
+  }
+  recorder.finish({});
+  const auto text = read(csv());
+  EXPECT_THAT(text, testing::HasSubstr("\n0.000000,8,7.5,0.5,8,7.5,0.5,0.8,0.8,-3,2,-3,2\n"));
+  EXPECT_THAT(text, testing::HasSubstr("\n0.001375,19,18.875,0.125,19,18.875,0.125,1.9,1.9,-8069,7,-8069,7\n"));
+  EXPECT_EQ(recorder.rows(), 2U);
+  EXPECT_EQ(recorder.following_errors()[1].maximum, 8069.0) << "what the summary says the file has";
+}
+
+TEST_F(RecorderTest, RowsOfAxesWithoutPowerHaveNoExtremes) {
+  Recorder recorder(two_axes(), csv(), 1);
+  feed(recorder, {sample(1, 0, 5.0, AxisState::kSwitchedOn), sample(1, 1, 0.5)});
+  recorder.finish({});
+  EXPECT_THAT(read(csv()), testing::HasSubstr(",nan,nan,0.5,0.5\n"));
 }
 
 TEST_F(RecorderTest, FileGetsItsNameWhenItIsComplete) {
@@ -99,8 +128,10 @@ TEST_F(RecorderTest, DroppedSamplesCostTheirRowAndNoOther) {
   feed(recorder, {sample(8, 0), sample(8, 1)});
   recorder.finish({});
   EXPECT_EQ(recorder.rows(), 2U);
+  EXPECT_FALSE(recorder.cut_off_at_s());
   const auto text = read(csv());
-  EXPECT_THAT(text, testing::HasSubstr("\n0.000000,1,1,0,1,1,0,0.1,0.1\n0.000875,8,8,0,8,8,0,0.8,0.8\n"));
+  EXPECT_THAT(text,
+              testing::HasSubstr("\n0.000000,1,1,0,1,1,0,0.1,0.1,0,0,0,0\n0.000875,8,8,0,8,8,0,0.8,0.8,0,0,0,0\n"));
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 3);
 }
 
@@ -111,6 +142,7 @@ TEST_F(RecorderTest, RecordingEndsAtTheLongestButErrorsGoOn) {
   feed(recorder, {sample(Recorder::kMaxRows + 1, 0, 2.0), sample(Recorder::kMaxRows + 1, 1)});
   recorder.finish({});
   EXPECT_EQ(recorder.rows(), Recorder::kMaxRows);
+  EXPECT_NEAR(recorder.cut_off_at_s().value(), static_cast<double>(Recorder::kMaxRows - 1) * 125e-6, 1e-9);
   EXPECT_EQ(recorder.following_errors()[0].maximum, 2.0);
 }
 

@@ -53,7 +53,7 @@ TEST(RunReport, JsonHasTheKeysOfTheContractAndNoOthers) {
                                    "wkc_errors", "lost_frames", "wake_latency_ns", "cycle_cost_ns", "round_trip_ns",
                                    "dc", "axes", "telemetry", "faults", "files",
                                    // Added since:
-                                   "events", "recoveries", "late_frames"));
+                                   "events", "recoveries", "late_frames", "round_trip_modelled"));
   for (const auto* times : {"wake_latency_ns", "cycle_cost_ns", "round_trip_ns"}) {
     EXPECT_THAT(keys(document[times]), UnorderedElementsAre("p50", "p99", "p999", "max"));
   }
@@ -68,7 +68,7 @@ TEST(RunReport, JsonHasTheFigures) {
     "late_frames": 3,
     "wake_latency_ns": {"p50": 50, "p99": 99, "p999": 100, "max": 100},
     "cycle_cost_ns": {"p50": 8000, "p99": 8000, "p999": 8000, "max": 8000},
-    "round_trip_ns": {"p50": 60, "p99": 60, "p999": 60, "max": 60},
+    "round_trip_ns": {"p50": 60, "p99": 60, "p999": 60, "max": 60}, "round_trip_modelled": false,
     "dc": {"locked": false, "difference_ns": {"p50": null, "p99": null, "max": null}},
     "axes": [
       {"name": "x", "slave": 0, "following_error_max": 120.0, "following_error_rms": 30.5, "unit": "increments",
@@ -113,6 +113,14 @@ TEST(RunReport, RingTellsHalvesThatWereLateFromTheOthers) {
   EXPECT_THAT(to_text(report),
               HasSubstr("  ring: closed; 900 answers put together of two halves, 5 halves stayed alone (3 "
                         "waited for in vain)\n"));
+}
+
+TEST(RunReport, TheRoundTripOfAModelIsNoMeasurement) {
+  auto report = report_of_a_run();
+  EXPECT_THAT(to_text(report), HasSubstr("  round trip                  0.1"));
+  report.round_trip_modelled = true;
+  EXPECT_THAT(to_text(report), HasSubstr("  round trip (modelled)       0.1"));
+  EXPECT_EQ(to_json(report)["round_trip_modelled"], true);
 }
 
 TEST(RunReport, TextSaysWhenTelemetryWasOff) {

@@ -75,6 +75,8 @@ struct LineDiagnosis {
   std::uint64_t foreign_frames = 0;    ///< none of ours
   /// Of a cycle that has ended; while it runs they are its own, and whoever drains its samples may fill this in.
   std::optional<CycleStatistics> statistics;
+  /// Its round trip is that of a model of the line, as whoever has filled it in knows.
+  bool round_trip_modelled = false;
   std::optional<port::RingStatus> ring;                  ///< nothing without a ring
   std::optional<LineSupervisor::GuardStatistics> guard;  ///< of the registers; none: nobody reads them back
   std::vector<LineEvent> events;                         ///< LineSupervisor::history()
