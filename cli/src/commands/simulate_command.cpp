@@ -160,16 +160,17 @@ Outcome<int> simulate(const SimulateOptions& options) {
   auto config = load_line_config(bus.config);
   if (!config) return misused(config.error());
   const bool ring = config->wiring && config->wiring->master(slaves::MasterPort::kSecondary);
-/// Ends the process though the thread that serves the line does not end: it may touch everything that would have to be
-/// taken down first.
-[[noreturn]] void end_without_the_line() {
-  progress(
-      "driveline simulate: the thread that serves the line has not answered the stop for {} s; ended without it, what "
-      "masters have written into EEPROMs is not kept",
-      kStopPatience.count());
-  std::fflush(nullptr);
-  std::_Exit(1);
-}
+  /// Ends the process though the thread that serves the line does not end: it may touch everything that would have to
+  /// be taken down first.
+  [[noreturn]] void end_without_the_line() {
+    progress(
+        "driveline simulate: the thread that serves the line has not answered the stop for {} s; ended without it, "
+        "what "
+        "masters have written into EEPROMs is not kept",
+        kStopPatience.count());
+    std::fflush(nullptr);
+    std::_Exit(1);
+  }
 
   if (!options.bus.interface2.empty() && !ring) {
     return misused(

@@ -41,8 +41,8 @@ void MsdDrive::raise(Fault fault) noexcept {
     return;
   }
   fault_ = fault;
-  const auto hours = std::clamp<std::int64_t>(parameters_.operating_hours.count() + running_time() / std::chrono::hours(1),
-                                              0, kMaxOperatingHours);
+  const auto hours = std::clamp<std::int64_t>(
+      parameters_.operating_hours.count() + running_time() / std::chrono::hours(1), 0, kMaxOperatingHours);
   coe_.raise(record_fault(dictionary_, f, static_cast<std::uint32_t>(hours)));
   dictionary_.text(fault_text_) = f.text;
   power_.fault(option_codes(), f.coast);

@@ -61,7 +61,8 @@ constexpr std::array kMachineInputs = {
 }  // namespace
 
 std::size_t drive_signal_count(Way way) noexcept {
-  return way == Way::kInput ? kInputSignals.size() + kMachineInputs.size() : kOutputSignals.size() + kScopeVariables.size();
+  return way == Way::kInput ? kInputSignals.size() + kMachineInputs.size()
+                            : kOutputSignals.size() + kScopeVariables.size();
 }
 
 std::string_view drive_signal_name(SignalPlace place) noexcept {
@@ -135,7 +136,7 @@ double MsdDrive::signal(SignalPlace place) const noexcept {
   if (place.way == Way::kOutput) {
     if (const auto terminal = output_terminal(place.number)) return output(*terminal) ? 1.0 : 0.0;
     return place.number == kOutputSignals.size() ? motion_.external_velocity_rad_s() / kScopeRpm
-                                           : motion_.external_torque_nm();
+                                                 : motion_.external_torque_nm();
   }
   const auto terminal = input_terminal(place.number);
   if (!terminal) return machine_input_value(*machine_input(place.number));
