@@ -85,13 +85,21 @@ struct Interfaces {
   std::unique_ptr<port::FrameWaiter> waiter;
 };
 
+/// Slave controllers stamp frames when they come in, however deep whoever emulates them sleeps.
+port::RawSocketConfig stamped(const std::string& interface) {
+  port::RawSocketConfig config;
+  config.interface = interface;
+  config.arrival_times = true;
+  return config;
+}
+
 Outcome<Interfaces> open_interfaces(const SimulateOptions& options, const rt::Clock& clock) {
   Interfaces interfaces;
-  auto primary = port::RawSocketPort::open({options.bus.interface, true, 6}, clock);
+  auto primary = port::RawSocketPort::open(stamped(options.bus.interface), clock);
   if (!primary) return failed(primary.error().message);
   interfaces.primary = std::move(*primary);
   if (!options.bus.interface2.empty()) {
-    auto secondary = port::RawSocketPort::open({options.bus.interface2, true, 6}, clock);
+    auto secondary = port::RawSocketPort::open(stamped(options.bus.interface2), clock);
     if (!secondary) return failed(secondary.error().message);
     interfaces.secondary = std::move(*secondary);
   }
@@ -151,6 +159,17 @@ std::optional<int> cpu_of_the_line(const LineConfig& config) {
   return config.simulation_cpu;
 }
 
+/// Ends the process though the thread that serves the line does not end: it may touch everything that would have to be
+/// taken down first.
+[[noreturn]] void end_without_the_line() {
+  progress(
+      "driveline simulate: the thread that serves the line has not answered the stop for {} s; ended without it, what "
+      "masters have written into EEPROMs is not kept",
+      kStopPatience.count());
+  std::fflush(nullptr);
+  std::_Exit(1);
+}
+
 Outcome<int> simulate(const SimulateOptions& options) {
   catch_stop_signals();
   const auto& bus = options.bus;
@@ -160,18 +179,6 @@ Outcome<int> simulate(const SimulateOptions& options) {
   auto config = load_line_config(bus.config);
   if (!config) return misused(config.error());
   const bool ring = config->wiring && config->wiring->master(slaves::MasterPort::kSecondary);
-  /// Ends the process though the thread that serves the line does not end: it may touch everything that would have to
-  /// be taken down first.
-  [[noreturn]] void end_without_the_line() {
-    progress(
-        "driveline simulate: the thread that serves the line has not answered the stop for {} s; ended without it, "
-        "what "
-        "masters have written into EEPROMs is not kept",
-        kStopPatience.count());
-    std::fflush(nullptr);
-    std::_Exit(1);
-  }
-
   if (!options.bus.interface2.empty() && !ring) {
     return misused(
         fmt::format("--iface2 {}: the line of {} has one end only; [wiring] preset = \"ring\" leads the last "

@@ -2,7 +2,9 @@
 
 #include <arpa/inet.h>
 #include <linux/if_packet.h>
+#include <linux/sockios.h>
 #include <poll.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 
 #include <algorithm>
@@ -21,6 +23,11 @@ using std::chrono::nanoseconds;
 
 constexpr std::size_t kMinEtherCatBytes = wire::EthernetHeader::kSize + 2;  // with the EtherCAT header
 constexpr int kMaxDiscardsPerReceive = 16;  // bounds receive() when somebody floods the interface with rubbish
+/// Two clocks are read at one instant when that takes no longer; a thread may be suspended in between.
+constexpr nanoseconds kOneInstant = std::chrono::microseconds{1};
+constexpr int kReadAttempts = 4;
+/// Nobody leaves a frame for longer: the machine's clock has been set meanwhile.
+constexpr nanoseconds kLongestWait = std::chrono::seconds{1};
 constexpr const char* kGrantCapabilities =
     "run as root or grant it with `setcap cap_net_raw,cap_sys_nice,cap_ipc_lock+ep build/driveline`";
 
@@ -88,6 +95,13 @@ tl::expected<FileDescriptor, PortError> open_socket(const std::string& interface
   return system_failure("Cannot open a packet socket for interface " + quoted(interface), error_number);
 }
 
+/// When the kernel got the frame that was read last. The first call makes it take note of such times.
+std::timespec arrival_of_last(int socket) noexcept {
+  std::timespec time{};
+  static_cast<void>(ioctl(socket, SIOCGSTAMPNS, &time));
+  return time;
+}
+
 /// bind() takes every kind of address through a pointer to the generic one; the one cast of this room.
 const sockaddr* generic_address(const sockaddr_ll& address) noexcept {
   return reinterpret_cast<const sockaddr*>(&address);
@@ -126,18 +140,21 @@ tl::expected<std::unique_ptr<RawSocketPort>, PortError> RawSocketPort::open(cons
   if (bind(socket->get(), generic_address(address), sizeof address) != 0) {
     return system_failure("Cannot receive EtherCAT frames" + on_interface, errno);
   }
+  if (config.arrival_times && !ring) static_cast<void>(arrival_of_last(socket->get()));
   // Not make_unique: the constructor is private.
   return std::unique_ptr<RawSocketPort>{new RawSocketPort{std::move(*socket), std::move(ring), config.interface,
-                                                          interface->index, interface->mac, clock}};
+                                                          interface->index, interface->mac, config.arrival_times,
+                                                          clock}};
 }
 
 RawSocketPort::RawSocketPort(FileDescriptor socket, std::optional<ReceiveRing> ring, std::string interface, int index,
-                             const wire::MacAddress& mac, const rt::Clock& clock) noexcept
+                             const wire::MacAddress& mac, bool arrival_times, const rt::Clock& clock) noexcept
     : socket_{std::move(socket)},
       ring_{std::move(ring)},
       interface_{std::move(interface)},
       index_{index},
       mac_{mac},
+      arrival_times_{arrival_times},
       clock_{clock} {}
 
 SendStatus RawSocketPort::send(std::span<const std::byte> frame) noexcept {
@@ -184,18 +201,36 @@ std::optional<RawSocketPort::Arrival> RawSocketPort::take() noexcept {
     const ssize_t result = recv(socket_.get(), buffer_.data(), buffer_.size(), MSG_TRUNC);
     if (result >= 0) {
       const auto length = static_cast<std::size_t>(result);
-      return Arrival{std::span{buffer_}.first(std::min(length, buffer_.size())), length};
+      Arrival arrival{std::span{buffer_}.first(std::min(length, buffer_.size())), length, {}};
+      if (arrival_times_) arrival.arrival = arrival_of_last(socket_.get());
+      return arrival;
     }
     if (errno != ENETDOWN) break;
   }
   return std::nullopt;
 }
 
+/// On the port's clock. Frames arrive one after the other, whatever their stamps say.
+nanoseconds RawSocketPort::time_of(const Arrival& arrival) noexcept {
+  nanoseconds now = clock_.now();
+  if (!arrival_times_) return now;
+  timespec wall{};
+  for (int attempt = 0; attempt < kReadAttempts; ++attempt) {
+    static_cast<void>(clock_gettime(CLOCK_REALTIME, &wall));
+    const nanoseconds before = std::exchange(now, clock_.now());
+    if (now - before <= kOneInstant) break;
+  }
+  const nanoseconds waited = rt::from_timespec(wall) - rt::from_timespec(arrival.arrival);
+  const bool plausible = waited >= nanoseconds{0} && waited <= kLongestWait;
+  last_arrival_ = std::max(last_arrival_, plausible ? now - waited : now);
+  return last_arrival_;
+}
+
 std::optional<ReceivedFrame> RawSocketPort::receive() noexcept {
   for (int attempt = 0; attempt < kMaxDiscardsPerReceive; ++attempt) {
     const auto arrival = take();
     if (!arrival) return std::nullopt;
-    const nanoseconds time = clock_.now();
+    const nanoseconds time = time_of(*arrival);
     if (arrival->length > kMaxFrameBytes) {
       too_long_.add();
     } else if (arrival->length < kMinEtherCatBytes) {

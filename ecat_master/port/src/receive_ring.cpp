@@ -64,7 +64,10 @@ std::optional<ReceiveRing::Frame> ReceiveRing::take() noexcept {
   // Within the slot whatever the header says: the kernel truncates what does not fit and tells the true length.
   const std::size_t begin = std::min<std::size_t>(header.tp_mac, kSlotBytes);
   const std::size_t there = std::min<std::size_t>(header.tp_snaplen, kSlotBytes - begin);
-  return Frame{{slot + begin, there}, header.tp_len};
+  Frame frame{{slot + begin, there}, header.tp_len, {}};
+  frame.arrival.tv_sec = static_cast<std::time_t>(header.tp_sec);
+  frame.arrival.tv_nsec = static_cast<decltype(frame.arrival.tv_nsec)>(header.tp_nsec);
+  return frame;
 }
 
 void ReceiveRing::release() noexcept {

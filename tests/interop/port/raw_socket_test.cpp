@@ -207,6 +207,27 @@ TEST_P(RawSocket, TimeStampsLieAroundTheExchange) {
   EXPECT_LE(frame->time, clock.now());
 }
 
+TEST_P(RawSocket, FramesAreStampedWhenTheyArriveHoweverLateSomebodyReadsThem) {
+  const auto port = OnTap::open({.interface = "ecat0", .receive_ring = GetParam(), .arrival_times = true});
+  constexpr auto kLate = 40ms;
+  // Without a ring the kernel begins to stamp a little after it was asked to.
+  int stamped = 0;
+  for (unsigned i = 0; i < 100 && stamped < 3; ++i) {
+    const auto before = clock.now();
+    ASSERT_TRUE(tap->inject(frame_of(60, i)));
+    ASSERT_TRUE(port->wait_readable(clock.now() + 5s));
+    const auto there = clock.now();
+    std::this_thread::sleep_for(kLate);
+    const auto frame = port->receive();
+    ASSERT_TRUE(frame);
+    ASSERT_LE(frame->time, clock.now());
+    // The kernel stamps with another clock; that they were read a little apart does not matter here.
+    ASSERT_GE(frame->time, before - kLate / 4);
+    stamped = frame->time <= there + kLate / 4 ? stamped + 1 : 0;
+  }
+  EXPECT_EQ(stamped, 3);
+}
+
 TEST_P(RawSocket, RefusedFrameLeavesTheSendTimeAlone) {
   const auto port = open();
   ASSERT_EQ(port->send(frame_of(60, 0)), SendStatus::kSent);

@@ -39,6 +39,11 @@ struct RawSocketConfig {
   /// cycle on a veth pair, and a thread that spins on receive() stays out of the kernel. Where the kernel offers none,
   /// the port works without.
   bool receive_ring = true;
+
+  /// ReceivedFrame::time is when the kernel got the frame, not when receive() found it: for a simulated line, whose
+  /// clocks must stamp frames as controllers do, and not when a thread has woken up. A clock of the machine that is set
+  /// while a frame waits spoils the time of that one.
+  bool arrival_times = false;
 };
 
 /// What a RawSocketPort has done so far.
@@ -56,7 +61,7 @@ struct RawSocketStatistics {
 /// a
 ///   few more when a frame is refused or discarded. The real-time thread spins on receive() up to its deadline.
 /// - Time stamps: send takes the time just before its system call, receive when it has found the frame, so that their
-///   difference is what the exchange really costs the caller.
+///   difference is what the exchange really costs the caller; see RawSocketConfig::arrival_times for the other way.
 /// - Own frames: the frames of a line come back with the master's address as source (the first slave sets bit 0x02 of
 ///   the first octet, ETG.1000.4 5.3.2) and a broadcast destination, so no promiscuous mode is needed. The port never
 ///   receives what it has sent itself, only what arrives.
@@ -109,9 +114,10 @@ class RawSocketPort final : public Port {
   using Arrival = ReceiveRing::Frame;
 
   RawSocketPort(FileDescriptor socket, std::optional<ReceiveRing> ring, std::string interface, int index,
-                const wire::MacAddress& mac, const rt::Clock& clock) noexcept;
+                const wire::MacAddress& mac, bool arrival_times, const rt::Clock& clock) noexcept;
 
   std::optional<Arrival> take() noexcept;
+  [[nodiscard]] std::chrono::nanoseconds time_of(const Arrival& arrival) noexcept;
   SendStatus classify_failure(int error_number) const noexcept;
 
   FileDescriptor socket_;
@@ -119,8 +125,10 @@ class RawSocketPort final : public Port {
   std::string interface_;
   int index_;
   wire::MacAddress mac_;
+  bool arrival_times_;
   const rt::Clock& clock_;
   std::chrono::nanoseconds last_send_time_{};
+  std::chrono::nanoseconds last_arrival_{};
   std::array<std::byte, kMaxFrameBytes> buffer_{};  ///< without a ring
 
   Counter sent_;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <ctime>
 #include <optional>
 #include <span>
 
@@ -17,6 +18,7 @@ class ReceiveRing {
   struct Frame {
     std::span<const std::byte> bytes;  ///< in the ring, until the next take() or release()
     std::size_t length = 0;            ///< of the frame on the wire; longer than `bytes` if it did not fit
+    std::timespec arrival{};           ///< CLOCK_REALTIME when the kernel got it
   };
 
   /// Gives the packet socket a ring; nothing if the kernel has none to give, and then the socket is as before. Before
