@@ -184,6 +184,7 @@ Result<void> Master::await_clocks() {
     if (clock_.now() >= deadline) {
       auto error = dc::clock_error(status.locked ? dc::ClockFault::kNotSynchronised : dc::ClockFault::kNotLocked);
       error.received = static_cast<std::uint32_t>(static_cast<std::int32_t>(status.mean_error_ns));
+      error.expected = static_cast<std::uint32_t>(follower_->lock_window_ns());
       error.extra = static_cast<std::uint32_t>(status.cause);
       if (status.locked) {
         error.slave = *late;

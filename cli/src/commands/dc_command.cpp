@@ -1,15 +1,20 @@
 #include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "commands/commands.hpp"
 #include "commands/tool_options.hpp"
 #include "config/clock_plan.hpp"
 #include "console.hpp"
+#include "driveline/ecat_master/dc/clock_fault.hpp"
 #include "line/composition.hpp"
 #include "line/mailbox_registers.hpp"
 #include "line/sync_margins.hpp"
 #include "output_file.hpp"
 #include "signals.hpp"
+#include "text/clock_text.hpp"
 #include "text/json_text.hpp"
 #include "text/plots.hpp"
 
@@ -23,6 +28,9 @@ using std::chrono::nanoseconds;
 /// How often the differences are read.
 constexpr auto kReadInterval = milliseconds{5};
 constexpr double kDefaultSeconds = 3.0;
+/// Of the master, when no file says another: nothing hangs on it but the clocks, and within a hundredth of it wake-ups
+/// of an ordinary machine keep the lock.
+constexpr auto kDefaultPeriod = milliseconds{1};
 
 struct DcOptions {
   BusOptions bus;
@@ -63,10 +71,24 @@ class ClockSession {
     if (!watched) return tl::unexpected(watched.error());
     if (!files) return tl::unexpected(files.error());
     if (!down) return bus_failure(down.error());
+    if (!status_.locked) return failed(with_clock_remedy(not_locked()));
     return 0;
   }
 
  private:
+  [[nodiscard]] ecat_master::Error not_locked() {
+    auto error = ecat_master::dc::clock_error(ecat_master::dc::ClockFault::kNotLocked);
+    error.extra = static_cast<std::uint32_t>(status_.cause);
+    error.received = static_cast<std::uint32_t>(std::lround(status_.mean_error_ns));
+    error.expected = static_cast<std::uint32_t>(master_.clock_follower()->lock_window_ns());
+    return error;
+  }
+
+  /// What else the cycle is for, only a file knows.
+  [[nodiscard]] nanoseconds period() const {
+    return session_.has_config() ? session_.config().period : nanoseconds{kDefaultPeriod};
+  }
+
   [[nodiscard]] Outcome<void> bring_up() {
     if (auto free = must_not_be_driven(session_, master_, options_.force); !free) return free;
     if (auto done = master_.scan(); !done) return bus_failure(done.error());
@@ -74,7 +96,7 @@ class ClockSession {
       if (auto done = master_.enter_pre_op(); !done) return bus_failure(done.error());
     }
     ecat_master::dc::ClockPlan plan;
-    plan.period = session_.config().period;
+    plan.period = period();
     plan.frame_lead = plan.period / 2;
     if (session_.config().clocks) {
       auto configured = make_clock_plan(session_.config(), master_.slaves(), session_.virtual_time());
@@ -90,13 +112,13 @@ class ClockSession {
     auto plans = session_.has_config() ? make_slave_plans(session_.config()) : std::vector<ecat_master::SlavePlan>{};
     if (auto done = master_.configure(std::move(plans)); !done) return bus_failure(done.error());
     if (auto done = start_cycle(); !done) return done;
-    if (auto done = master_.go_operational(); !done) return bus_failure(done.error());
+    if (auto done = master_.go_operational(); !done) return failed(with_clock_remedy(done.error()));
     return {};
   }
 
   [[nodiscard]] Outcome<void> start_cycle() {
     ecat_master::CyclicCore::Settings settings;
-    settings.period = session_.config().period;
+    settings.period = period();
     settings.receive_window = settings.period * 3 / 4;
     auto started = master_.start_cycle(
         nullptr, {}, settings, [this](ecat_master::CyclicCore& core) -> std::unique_ptr<ecat_master::CycleRunner> {
@@ -117,19 +139,30 @@ class ClockSession {
     double next_progress = 1.0;
     while (elapsed() < seconds && !stop_requested()) {
       if (auto done = watch.poll(); !done) return bus_failure(done.error());
+      look();
       for (const auto& event : watch.take_events()) progress("{}", ecat_master::dc::describe(event));
       csv_ += fmt::format("{:.6f}", elapsed());
       for (const auto& clock : watch.clocks().slaves) csv_ += fmt::format(",{}", clock.difference.count());
       csv_ += '\n';
       if (elapsed() >= next_progress) {
         next_progress += 1.0;
-        progress("{:6.1f} s  {}", elapsed(), master_.clock_follower()->status().locked ? "locked" : "not locked");
+        progress("{:6.1f} s  {}", elapsed(), status_.locked ? "locked" : "not locked");
       }
       master_.pass(kReadInterval);
     }
+    look();
     if (options_.operational) margins_ = read_sync_margins(master_);
     return {};
   }
+
+  /// How the cycle stands, and how fast it goes: on average, because its speed of a moment holds its phase as well.
+  void look() {
+    status_ = master_.clock_follower()->status();
+    if (!status_.locked) return;
+    ppm_sum_ += status_.ppm;
+    ++looks_locked_;
+  }
+  [[nodiscard]] double ppm() const { return ppm_sum_ / static_cast<double>(std::max<std::uint64_t>(looks_locked_, 1)); }
 
   [[nodiscard]] std::vector<std::string> names() const {
     std::vector<std::string> list;
@@ -163,7 +196,6 @@ class ClockSession {
 
   [[nodiscard]] nlohmann::json document(const std::map<std::string, std::filesystem::path>& files) {
     auto& watch = *master_.clock_watch();
-    const auto status = master_.clock_follower()->status();
     auto slaves = nlohmann::json::array();
     for (std::size_t i = 0; i < watch.clocks().slaves.size(); ++i) {
       const auto& clock = watch.clocks().slaves[i];
@@ -190,16 +222,16 @@ class ClockSession {
     }
     auto paths = nlohmann::json::object();
     for (const auto& [key, path] : files) paths[key] = path.string();
-    return {{"locked", status.locked},
-            {"ppm", status.ppm},
-            {"phase_error_ns", status.mean_error_ns},
+    return {{"locked", status_.locked},
+            // What it would take to follow a clock that is not followed is not the speed of that clock.
+            {"ppm", status_.locked ? nlohmann::json(ppm()) : nlohmann::json()},
+            {"phase_error_ns", status_.mean_error_ns},
             {"slaves", std::move(slaves)},
             {"files", std::move(paths)}};
   }
 
   [[nodiscard]] std::string table(const std::map<std::string, std::filesystem::path>& files) {
     auto& watch = *master_.clock_watch();
-    const auto status = master_.clock_follower()->status();
     auto text = fmt::format("{:>4}  {:<12} {:>6} {:>4} {:>10}  {:<9} {:>20} {:>7} {:>7} {:>10} {:>10}{}\n", "pos",
                             "name", "clock", "ref", "delay ns", "", "offset ns", "now ns", "max ns", "SYNC0 us",
                             "shift us", options_.operational ? "  outputs before SYNC0, us (missed)" : "");
@@ -223,9 +255,14 @@ class ClockSession {
       }
       text += '\n';
     }
-    text += fmt::format(
-        "\nthe cycle is {} the reference clock, which runs {:+.2f} ppm against this machine; phase {:+.0f} ns\n",
-        status.locked ? "locked to" : "NOT LOCKED to", status.ppm, status.mean_error_ns);
+    const double cycle_us = std::chrono::duration<double, std::micro>(period()).count();
+    text += status_.locked
+                ? fmt::format(
+                      "\nthe cycle of {} us is locked to the reference clock, which runs {:+.2f} ppm against "
+                      "this machine; phase {:+.0f} ns\n",
+                      cycle_us, ppm(), status_.mean_error_ns)
+                : fmt::format("\nthe cycle of {} us is NOT LOCKED to the reference clock, whose speed is not known\n",
+                              cycle_us);
     for (const auto& [key, path] : files) text += fmt::format("  {:<14}{}\n", key, path.string());
     return text;
   }
@@ -239,6 +276,9 @@ class ClockSession {
   Session& session_;
   const DcOptions& options_;
   ecat_master::Master master_;
+  ecat_master::dc::ClockFollower::Status status_;  ///< at the last look
+  double ppm_sum_ = 0.0;
+  std::uint64_t looks_locked_ = 0;
   std::string csv_;
   std::vector<SlaveMargin> margins_;
 };

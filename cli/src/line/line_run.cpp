@@ -12,6 +12,7 @@
 #include "line/wire_budget.hpp"
 #include "output_file.hpp"
 #include "signals.hpp"
+#include "text/clock_text.hpp"
 #include "text/diagnosis_json.hpp"
 #include "text/json_text.hpp"
 
@@ -209,7 +210,7 @@ Outcome<void> LineRun::start_cycle() {
   if (const auto* runner = dynamic_cast<ecat_master::RealtimeRunner*>(master_.runner())) {
     for (const auto& line : rt::to_lines(runner->report())) progress("  {}", line);
   }
-  if (auto done = master_.go_operational(); !done) return failed(ecat_master::describe(done.error()));
+  if (auto done = master_.go_operational(); !done) return failed(with_clock_remedy(done.error()));
   if (auto* watch = master_.clock_watch()) {
     const auto status = master_.clock_follower()->status();
     progress("clocks: locked to slave {}, which runs {:+.1f} ppm against this machine", watch->clocks().reference,
@@ -292,8 +293,8 @@ std::string LineRun::answer(std::string_view command) {
   auto diagnosis = ecat_master::diagnose(master_, &watch_->supervisor(), session_.ring());
   if (!diagnosis) return fmt::format("error: {}", ecat_master::describe(diagnosis.error()));
   diagnosis->statistics = figures_->snapshot();
-  return command == "diag" ? to_text(*diagnosis) : json_text(to_json(*diagnosis));
   diagnosis->round_trip_modelled = !config_.interface.has_value();
+  return command == "diag" ? to_text(*diagnosis) : json_text(to_json(*diagnosis));
 }
 
 void LineRun::note_fault(std::string fault, bool fatal) {
@@ -334,11 +335,11 @@ void LineRun::take_down() {
   }
   if (drain_) drain_->stop();
   if (recorder_ && !recorder_->problem().empty()) note_fault(recorder_->problem());
-  if (operation_time_ > nanoseconds{0}) finish_fault_records();
   if (const auto end = recorder_ ? recorder_->cut_off_at_s() : std::nullopt) {
     note_event(fmt::format("axes.csv and its plots end after {:.3f} s, with {} rows; the figures are of the whole run",
                            *end, recorder_->rows()));
   }
+  if (operation_time_ > nanoseconds{0}) finish_fault_records();
 }
 
 /// Another master on the wire explains much of what else went wrong.
@@ -361,8 +362,8 @@ RunReport LineRun::make_report() {
   report.period = config_.period;
   report.duration_s = seconds_in_operation();
   report.statistics = master_.core()->statistics();
-  report.process_data = view_image(config_, master_, master_.core()->groups(), &group_watch_);
   report.round_trip_modelled = !config_.interface.has_value();
+  report.process_data = view_image(config_, master_, master_.core()->groups(), &group_watch_);
   if (auto* watch = master_.clock_watch()) {
     const auto& follower = *master_.clock_follower();
     auto& clocks = report.clocks.emplace();

@@ -16,11 +16,11 @@ std::string why_not_locked(const Error& e) {
   switch (static_cast<Cause>(e.extra)) {
     case Cause::kNone:
     case Cause::kAcquiring:
-      return fmt::format("the cycle is still {} ns away from its phase", as_signed(e.received));
+    case Cause::kPhaseError:
+      return fmt::format("its frames are {} ns off their phase on average and do not stay within {} ns of it",
+                         as_signed(e.received), e.expected);
     case Cause::kNoReference:
       return "the reference clock does not answer";
-    case Cause::kPhaseError:
-      return fmt::format("the phase is {} ns off", as_signed(e.received));
     case Cause::kFrequencyLimit:
       return fmt::format("it runs more than {:.0f} ppm away from the master's clock and cannot be disciplined",
                          PhaseController::kMaxPpm);

@@ -7,10 +7,13 @@ import signal
 import sys
 import unittest
 
-from program import EXAMPLES, PATIENCE_S, ProgramTest, WireTest
+from program import ATTEMPTS, EXAMPLES, PATIENCE_S, ProgramTest, WireTest
 
 LINE = EXAMPLES / "line8-dc.toml"
 POWER_OFF = '[[fault]]\nat_ms = 1500\nkind = "power-off"\nslave = "z"\n'
+
+NOT_LOCKED = (r"the cycle is not locked to the reference clock: its frames are -?\d+ ns off their phase on average and do not "
+              r"stay within \d+ ns of it; the limit is a hundredth of the cycle: choose a longer one \(\[line\] cycle_us\)")
 
 # A start time half of the clock's range ahead, SYNC0 activated: in all slaves, with one frame.
 FAR_START = """
@@ -88,6 +91,33 @@ class Clocks(ProgramTest):
         self.assertEqual(result.returncode, 1, result.stderr)
         self.assertIn("slave 0: the SYNC0 shift of 125000 ns is not shorter than the SYNC0 cycle of 125000 ns",
                       result.stderr)
+
+
+class OverTheWire(WireTest):
+    def test_without_a_file_the_speed_is_right_or_an_error(self):
+        self.start_line(LINE)
+        result = self.run_program("dc", "--iface", "dl-master", "--duration", 2, "--json")
+        document = self.one_document(result.stdout)
+        if result.returncode == 0:
+            self.assertTrue(document["locked"])
+            # One whole lock, or a machine that is too busy for figures.
+            if "   1.0 s  locked" in result.stderr and "has lost" not in result.stderr:
+                self.assertAlmostEqual(document["ppm"], 12.0, delta=50.0)
+        else:
+            self.assertEqual(result.returncode, 1, result.stderr)
+            self.assertFalse(document["locked"])
+            self.assertIsNone(document["ppm"])
+            self.assertRegex(result.stderr.splitlines()[-1], NOT_LOCKED)
+
+    def test_a_cycle_that_is_not_locked_is_an_error_with_limit_and_remedy(self):
+        self.start_line(LINE)
+        for _ in range(ATTEMPTS):  # locking takes 100 ms, so that only a busy machine looks when it is done
+            result = self.run_program("dc", "--iface", "dl-master", "--duration", 0.001)
+            if result.returncode != 0:
+                break
+        self.assertEqual(result.returncode, 1, result.stderr)
+        self.assertIn("NOT LOCKED to the reference clock, whose speed is not known", result.stdout)
+        self.assertRegex(result.stderr.splitlines()[-1], NOT_LOCKED)
 
 
 class HostileClocks(WireTest):

@@ -35,9 +35,14 @@ TEST(ClockFault, FactsAreInTheSentence) {
       describe(error),
       "the cycle is not locked to the reference clock: it runs more than 500 ppm away from the master's clock and "
       "cannot be disciplined");
-  error.extra = static_cast<std::uint32_t>(PhaseController::Cause::kPhaseError);
   error.received = static_cast<std::uint32_t>(-4321);
-  EXPECT_EQ(describe(error), "the cycle is not locked to the reference clock: the phase is -4321 ns off");
+  error.expected = 1250;
+  for (const auto cause : {LockCause::kPhaseError, LockCause::kAcquiring}) {
+    error.extra = static_cast<std::uint32_t>(cause);
+    EXPECT_EQ(describe(error),
+              "the cycle is not locked to the reference clock: its frames are -4321 ns off their phase on average and "
+              "do not stay within 1250 ns of it");
+  }
 }
 
 }  // namespace

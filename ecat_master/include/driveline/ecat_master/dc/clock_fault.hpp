@@ -28,7 +28,7 @@ enum class ClockFault : std::uint8_t {
   kStartTimePast,          ///< received: lead that was not enough, in us
   kActivation,             ///< address, expected, received: a register does not hold what was written
   kSyncObject,             ///< address, subindex, expected, received: an object does not either
-  kNotLocked,              ///< extra: LockCause; received: error in ns
+  kNotLocked,              ///< extra: LockCause; received: error in ns, expected: at most that many to lock
   kNotSynchronised,        ///< received: difference of the slave's clock in ns, expected: window
   kNoMode,                 ///< the description of the slave does not know the operation mode that is planned for it
 };

@@ -70,6 +70,8 @@ class ClockFollower {
   };
   /// \rtsafe
   [[nodiscard]] Status status() noexcept;
+  /// Mean phase error within which the cycle locks, either way.
+  [[nodiscard]] double lock_window_ns() const noexcept { return LockDetector::Settings::for_period(period_).window_ns; }
   /// From the next cycle on. \rtsafe
   void set_reference(const ReferenceClock& reference) noexcept { reference_.write(reference); }
   /// The clock that was set last.
