@@ -474,7 +474,7 @@ void MsdDrive::publish() noexcept {
   dictionary_.set(kNmtState, starting() ? kBootUp : nmt_state(al_state_));
   dictionary_.set(kModeDisplay, static_cast<std::int8_t>(modes_.mode()));
   const PositionRange& range = motion_.settings().range;
-  dictionary_.set(kPositionActual, range.wrap(motion_.position()));
+  if (!position_held_) dictionary_.set(kPositionActual, range.wrap(motion_.position() + position_error_));
   dictionary_.set(kPositionDemand, range.wrap(std::llrint(motion_.position_demand())));
   dictionary_.set(kFollowingError, saturate<std::int32_t>(motion_.following_error()));
   dictionary_.set(kVelocityActual, saturate<std::int32_t>(motion_.velocity()));

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <numbers>
 
 #include "driveline/slaves/msd/drive_signals.hpp"
@@ -56,6 +57,8 @@ constexpr std::array kMachineInputs = {
     NamedMachineInput{"LOAD", MachineInput::kLoad, "Nm", -100000.0, 100000.0},
     NamedMachineInput{"AMBIENT", MachineInput::kAmbient, "degC", -40.0, 150.0},
     NamedMachineInput{"BUTTONS", MachineInput::kButtons},
+    NamedMachineInput{"POSITION_ERROR", MachineInput::kPositionError, "position units", -2147483648.0, 2147483647.0},
+    NamedMachineInput{"POSITION_HELD", MachineInput::kPositionHeld},
 };
 
 }  // namespace
@@ -165,6 +168,12 @@ void MsdDrive::set_machine_input(MachineInput input, double value) noexcept {
     case MachineInput::kButtons:
       if (on) press_buttons();
       return;
+    case MachineInput::kPositionError:
+      position_error_ = std::llrint(value);
+      return;
+    case MachineInput::kPositionHeld:
+      position_held_ = on;
+      return;
   }
 }
 
@@ -188,6 +197,10 @@ double MsdDrive::machine_input_value(MachineInput input) const noexcept {
       return motor.mechanics().load_nm();
     case MachineInput::kAmbient:
       return thermal_.ambient_c();
+    case MachineInput::kPositionError:
+      return static_cast<double>(position_error_);
+    case MachineInput::kPositionHeld:
+      return level(position_held_);
     case MachineInput::kButtons:
       break;
   }

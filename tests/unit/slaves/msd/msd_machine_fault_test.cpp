@@ -182,6 +182,27 @@ TEST_F(MsdMachineFault, BlockedAxisIsAFollowingError) {
   expect_good_again();
 }
 
+/// What the drive says is wrong, what it does is not.
+TEST_F(MsdMachineFault, WrongActualPositionIsForTheMasterToFind) {
+  rig.enable(8);
+  rig.cycles(8);
+  const auto place = rig.position;
+  const double shaft = rig.drive.position_rad();
+  set("POSITION_ERROR", -2e6);
+  rig.cycles(8);
+  EXPECT_EQ(rig.position, place - 2'000'000);
+  set("POSITION_HELD", 1);
+  set("POSITION_ERROR", 0);
+  rig.cycles(8);
+  EXPECT_EQ(rig.position, place - 2'000'000);
+  EXPECT_EQ(level("POSITION_HELD"), 1.0);
+  set("POSITION_HELD", 0);
+  rig.cycles(8);
+  EXPECT_EQ(rig.position, place);
+  EXPECT_NEAR(rig.drive.position_rad(), shaft, 1e-5);
+  EXPECT_FALSE(rig.drive.fault().has_value());
+}
+
 TEST_F(MsdMachineFault, LoadAboveTheRatedTorqueOverloadsTheMotor) {
   ASSERT_EQ(rig.write_real(0x22DD, 7, 2.0F), 0U);  // thermal time constant of the I2t model
   rig.enable(9);

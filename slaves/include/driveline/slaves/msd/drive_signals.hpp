@@ -24,6 +24,8 @@ enum class MachineInput : std::uint8_t {
   kLoad,           ///< torque on the shaft in Nm, positive pulls in negative direction
   kAmbient,        ///< degrees Celsius
   kButtons,        ///< 1: the two buttons under the display are pressed
+  kPositionError,  ///< position units that 6064h tells too much; the drive itself knows better
+  kPositionHeld,   ///< 1: 6064h stays as it is
 };
 
 /// A signal of a drive, for those who have no drive yet. Error: the end of a sentence, with the names that there are.

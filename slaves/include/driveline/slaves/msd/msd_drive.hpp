@@ -273,6 +273,8 @@ class MsdDrive final : public Device, public DeviceSignals, private DictionaryOw
   OverloadLimits overload_limits_;
   std::uint32_t warnings_ = 0;
   TouchProbe probe_;
+  std::int64_t position_error_ = 0;  ///< MachineInput::kPositionError
+  bool position_held_ = false;
   struct ScheduledInput {
     Input input = Input::kIsd00;
     bool level = false;
