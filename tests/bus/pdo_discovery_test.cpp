@@ -81,6 +81,59 @@ TEST(OwnPdos, OfASlaveWithoutMailboxAreThoseOfItsEeprom) {
   EXPECT_TRUE(found.inputs.empty());
 }
 
+/// Plans of an axis whose PDOs are named without their objects.
+std::vector<ecat_master::SlavePlan> plans_by_index(const LineOperation& operation) {
+  auto plans = operation.plans();
+  for (auto& plan : plans) {
+    for (auto* direction : {&plan.pdos.outputs, &plan.pdos.inputs}) {
+      for (auto& pdo : *direction) pdo.objects.clear();
+    }
+  }
+  return plans;
+}
+
+TEST(NamedPdos, WithoutObjectsAreTakenAsTheDriveHasMappedThem) {
+  DriveLine drives(3);
+  {
+    // Somebody has mapped. The drives are left in PREOP, with the mapping in force.
+    LineOperation before(drives);
+    ASSERT_EQ(sentence(before.to_safe_op()), "");
+  }
+  LineOperation operation(drives);
+  auto& master = operation.master();
+  ASSERT_EQ(sentence(master.scan()), "");
+  ASSERT_EQ(sentence(master.configure(plans_by_index(operation))), "");
+  const auto& wanted = ecat_master::axis_pdo_configuration();
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto& pdos = master.slaves()[i].plan.pdos;
+    ASSERT_EQ(pdos.outputs.size(), wanted.outputs.size());
+    ASSERT_EQ(pdos.inputs.size(), wanted.inputs.size());
+    for (std::size_t n = 0; n < wanted.outputs.size(); ++n) {
+      EXPECT_EQ(pdos.outputs[n].objects, wanted.outputs[n].objects);
+      EXPECT_EQ(pdos.inputs[n].objects, wanted.inputs[n].objects);
+    }
+    EXPECT_EQ(master.image().places()[i].output_bytes, 19U);
+  }
+  // It comes back with a mapping that is never written again: a drive may have it fixed.
+  const auto script = ecat_master::coe_script(master.slaves()[0], AlState::kSafeOp);
+  ASSERT_EQ(sentence(script), "");
+  for (const auto& step : script->steps) {
+    EXPECT_FALSE(step.at.index >= 0x1600 && step.at.index < 0x1C00) << std::hex << step.at.index;
+  }
+  operation.start_cycle();
+  EXPECT_EQ(sentence(master.go_operational()), "");
+}
+
+TEST(NamedPdos, ThatTheDriveDoesNotHaveAreNamed) {
+  DriveLine drives(2);
+  LineOperation operation(drives);
+  auto plans = plans_by_index(operation);
+  plans[1].pdos.outputs = {{0x1605, {}}};
+  ASSERT_EQ(sentence(operation.master().scan()), "");
+  EXPECT_THAT(sentence(operation.master().configure(std::move(plans))),
+              testing::StartsWith("slave 1: object 1C12h:01 aborted with 0x06020000"));
+}
+
 TEST(LineWithoutDescription, RunsWithWhatTheSlavesHaveAssigned) {
   DriveLine drives(3);
   {

@@ -17,6 +17,9 @@ namespace {
 /// Device profile in the lower word of 1000h (CiA 402-1).
 constexpr std::uint32_t kProfileMask = 0xFFFF;
 constexpr std::uint32_t kDriveProfile = 402;
+/// Mapping objects of a drive that tells of no others (CiA 402).
+constexpr std::uint16_t kFirstRxPdo = 0x1600;
+constexpr std::uint16_t kFirstTxPdo = 0x1A00;
 
 /// A text of a slave or a name of the user inside a comment or a basic string of TOML.
 std::string plain(std::string_view text) {
@@ -94,6 +97,22 @@ std::string place_lines(const FoundSlave& slave, const IdentityUses& names) {
   return text;
 }
 
+/// A drive whose PDOs cannot be mapped anew: those that it assigns by itself, for the user to put into force. They
+/// stand with the slave, because a [[slave.pdo]] belongs to the [[slave]] before it.
+std::string pdo_lines(const FoundSlave& slave) {
+  if (!slave.drive || slave.view.sii->vendor_id == slaves::msd::kVendorId) return {};
+  const auto& device = slave.view.info.description;
+  const auto lines_of = [](const std::vector<esi::Pdo>& pdos, std::uint16_t otherwise) {
+    std::string text;
+    for (const auto& pdo : pdos) {
+      if (pdo.sync_manager) text += fmt::format("# [[slave.pdo]]\n# index = 0x{:04X}\n", pdo.index);
+    }
+    return text.empty() ? fmt::format("# [[slave.pdo]]\n# index = 0x{:04X}\n", otherwise) : text;
+  };
+  return "# Instead of the PDOs that an axis maps, those of the drive, with what it has mapped into them:\n" +
+         lines_of(device.rx_pdos, kFirstRxPdo) + lines_of(device.tx_pdos, kFirstTxPdo);
+}
+
 std::string slave_lines(const FoundSlave& slave, const IdentityUses& names) {
   const auto& sii = *slave.view.sii;
   std::string text = "\n";
@@ -110,7 +129,7 @@ std::string slave_lines(const FoundSlave& slave, const IdentityUses& names) {
   text += fmt::format("vendor_id = 0x{:08X}\nproduct_code = 0x{:08X}\nrevision = \"= 0x{:08X}\"\n", sii.vendor_id,
                       sii.product_code, sii.revision);
   if (sii.serial_number != 0) text += fmt::format("serial = {}\n", sii.serial_number);
-  return text + place_lines(slave, names);
+  return text + place_lines(slave, names) + pdo_lines(slave);
 }
 
 /// Bits of 6502h (CiA 402-2): what the master can drive an axis with.
@@ -180,8 +199,9 @@ std::string axis_lines(const FoundSlave& slave, const FoundLine& line) {
   value("max_velocity", usable(drive.max_velocity_rad_s), "6080h, rad/s", "200");
   if (slave.view.sii->vendor_id != slaves::msd::kVendorId) {
     text +=
-        "# Not a drive of the kind that was tried: its PDOs are mapped as those of every axis. Where they are fixed,\n"
-        "# [[slave.pdo]] names those that it has.\n";
+        "# Not a drive of the kind that was tried: its PDOs are mapped as those of every axis. Where they are fixed, "
+        "the\n"
+        "# [[slave.pdo]] of the slave above take them as they are.\n";
   }
   return text;
 }

@@ -42,6 +42,58 @@ Result<void> read_own_pdos(MailboxEngine& engine, std::span<ConfiguredSlave> sla
   return {};
 }
 
+/// The PDOs of a plan that name no objects, outputs first.
+std::vector<PdoMapping*> unnamed_mappings(SlavePlan& plan) {
+  std::vector<PdoMapping*> pdos;
+  for (auto* direction : {&plan.pdos.outputs, &plan.pdos.inputs}) {
+    for (auto& pdo : *direction) {
+      if (pdo.objects.empty() || pdo.own_mapping) pdos.push_back(&pdo);
+    }
+  }
+  return pdos;
+}
+
+/// Who is not there yet has mapped what one of its kind has.
+void take_mappings_of_kind(std::span<ConfiguredSlave> slaves) {
+  for (auto& slave : slaves) {
+    if (slave.present || slave.plan.own_pdos) continue;
+    const auto alike = std::find_if(slaves.begin(), slaves.end(), [&](const ConfiguredSlave& other) {
+      return other.present && same_device(other.info, slave.info);
+    });
+    if (alike == slaves.end()) continue;
+    for (auto* pdo : unnamed_mappings(slave.plan)) {
+      for (const auto* theirs : unnamed_mappings(alike->plan)) {
+        if (theirs->index != pdo->index) continue;
+        pdo->objects = theirs->objects;
+        pdo->own_mapping = true;
+      }
+    }
+  }
+}
+
+/// Completes the PDOs that name no objects by what the slaves have mapped into them.
+Result<void> read_own_mappings(MailboxEngine& engine, std::span<ConfiguredSlave> slaves) {
+  std::vector<SlaveInfo> asked;
+  std::vector<PdoPlace> places;
+  std::vector<PdoMapping*> pdos;
+  for (auto& slave : slaves) {
+    if (!slave.present || slave.plan.own_pdos) continue;
+    const auto unnamed = unnamed_mappings(slave.plan);
+    if (unnamed.empty()) continue;
+    for (auto* pdo : unnamed) places.push_back({asked.size(), pdo->index});
+    pdos.insert(pdos.end(), unnamed.begin(), unnamed.end());
+    asked.push_back(slave.info);
+  }
+  auto mappings = read_mappings(engine, asked, places);
+  for (std::size_t i = 0; i < pdos.size(); ++i) {
+    if (!mappings[i]) return tl::unexpected(mappings[i].error());
+    pdos[i]->objects = std::move(*mappings[i]);
+    pdos[i]->own_mapping = true;
+  }
+  take_mappings_of_kind(slaves);
+  return {};
+}
+
 }  // namespace
 
 Result<SdoScript> coe_script(const ConfiguredSlave& slave, wire::AlState before) {
@@ -191,6 +243,7 @@ Result<ProcessImage> configure_process_data(MailboxEngine& engine, std::span<Con
   if (auto done = write_startup_sdos(engine, slaves, wire::AlState::kSafeOp); !done)
     return tl::unexpected(done.error());
   if (auto done = read_own_pdos(engine, slaves); !done) return tl::unexpected(done.error());
+  if (auto done = read_own_mappings(engine, slaves); !done) return tl::unexpected(done.error());
   if (auto done = write_watchdogs(bus, slaves); !done) return tl::unexpected(done.error());
   const auto demands = make_demands(bus, slaves);
   if (!demands) return tl::unexpected(demands.error());

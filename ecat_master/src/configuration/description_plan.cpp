@@ -234,7 +234,8 @@ Steps pdo_script(const PdoConfiguration& pdos, const esi::DeviceDescription& dev
       assigned.push_back(pdo.index);
       const auto* known = find_pdo(pdos_of(device, outputs), pdo.index);
       const bool fixed = known != nullptr && known->fixed;
-      if (device.mailbox.coe_pdo_config && !fixed) append_mapping(mappings, pdo);
+      const bool as_found = pdo.own_mapping || pdo.objects.empty();
+      if (device.mailbox.coe_pdo_config && !fixed && !as_found) append_mapping(mappings, pdo);
     }
     const auto assignment = static_cast<std::uint16_t>(kPdoAssignment + n);
     // A PDO can be changed only while it is not assigned.

@@ -1,6 +1,7 @@
 #include "driveline/ecat_master/configuration/pdo_discovery.hpp"
 
 #include <algorithm>
+#include <optional>
 
 namespace driveline::ecat_master {
 namespace {
@@ -132,7 +133,76 @@ class Reader {
   std::vector<Result<PdoConfiguration>> results_;
 };
 
+std::vector<MappedObject> described_objects(const esi::Pdo& pdo) {
+  std::vector<MappedObject> objects;
+  for (const auto& entry : pdo.entries) objects.push_back({entry.index, entry.subindex, entry.bit_length});
+  return objects;
+}
+
+std::vector<MappedObject> described_mapping(const esi::DeviceDescription& device, std::uint16_t index) {
+  for (const auto* pdos : {&device.rx_pdos, &device.tx_pdos}) {
+    const auto found = std::find_if(pdos->begin(), pdos->end(), [=](const auto& pdo) { return pdo.index == index; });
+    if (found != pdos->end()) return described_objects(*found);
+  }
+  return {};
+}
+
+using Mapping = Result<std::vector<MappedObject>>;
+
+/// The mapping of one PDO on its way over CoE.
+class MappingRead {
+ public:
+  MappingRead(MailboxEngine& engine, std::uint16_t position, std::uint16_t pdo)
+      : coe_(engine, position), position_(position), pdo_(pdo), count_(coe_.start_upload({pdo, 0, false})) {}
+
+  /// Waits for the count and asks for all entries.
+  void ask_entries() {
+    const auto count = value_of<std::uint8_t>(count_, position_, pdo_, 0);
+    for (unsigned n = 1; n <= count.value_or(0); ++n) {
+      entries_.push_back(coe_.start_upload({pdo_, static_cast<std::uint8_t>(n), false}));
+    }
+    if (!count) mapping_ = tl::unexpected(count.error());
+  }
+  Mapping take() {
+    for (std::size_t n = 0; mapping_ && n < entries_.size(); ++n) {
+      const auto raw = value_of<std::uint32_t>(entries_[n], position_, pdo_, static_cast<std::uint8_t>(n + 1));
+      if (raw) {
+        mapping_->push_back(MappedObject::from_raw(*raw));
+      } else {
+        mapping_ = tl::unexpected(raw.error());
+      }
+    }
+    return std::move(mapping_);
+  }
+
+ private:
+  CoeClient coe_;
+  std::uint16_t position_;
+  std::uint16_t pdo_;
+  SdoFuture count_;
+  std::vector<SdoFuture> entries_;
+  Mapping mapping_;
+};
+
 }  // namespace
+
+std::vector<Result<std::vector<MappedObject>>> read_mappings(MailboxEngine& engine, std::span<const SlaveInfo> slaves,
+                                                             std::span<const PdoPlace> places) {
+  std::vector<std::optional<MappingRead>> reads(places.size());
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const auto& slave = slaves[places[i].slave];
+    if (slave.description.mailbox.coe) reads[i].emplace(engine, slave.ref.position, places[i].index);
+  }
+  for (auto& read : reads) {
+    if (read) read->ask_entries();
+  }
+  std::vector<Mapping> mappings;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    mappings.push_back(reads[i] ? reads[i]->take()
+                                : described_mapping(slaves[places[i].slave].description, places[i].index));
+  }
+  return mappings;
+}
 
 PdoConfiguration pdo_configuration_from_sii(const esi::DeviceDescription& device) {
   PdoConfiguration configuration;
@@ -142,7 +212,7 @@ PdoConfiguration pdo_configuration_from_sii(const esi::DeviceDescription& device
       PdoMapping mapping;
       mapping.index = pdo.index;
       mapping.sync_manager = *pdo.sync_manager;
-      for (const auto& entry : pdo.entries) mapping.objects.push_back({entry.index, entry.subindex, entry.bit_length});
+      mapping.objects = described_objects(pdo);
       mappings.push_back(std::move(mapping));
     }
   };

@@ -28,6 +28,7 @@ void append_list(Steps& steps, std::uint16_t index, const Elements& elements, Ra
 void append_direction(Steps& steps, std::uint16_t assignment, const std::vector<PdoMapping>& pdos) {
   steps.push_back(SdoScript::Step::of<std::uint8_t>(assignment, 0, 0));
   for (const auto& pdo : pdos) {
+    if (pdo.own_mapping || pdo.objects.empty()) continue;
     append_list<std::uint32_t>(steps, pdo.index, pdo.objects, [](const MappedObject& o) { return o.raw(); });
   }
   append_list<std::uint16_t>(steps, assignment, pdos, [](const PdoMapping& pdo) { return pdo.index; });

@@ -134,6 +134,32 @@ TEST(LineDescription, DriveOfAnotherMakerIsAnAxisOnlyWhereItIsReal) {
   EXPECT_THAT(*describe_line(line), HasSubstr("no drive like that can be simulated"));
 }
 
+TEST(LineDescription, PdosOfADriveOfAnotherMakerStandWithItsSlaveToBeTaken) {
+  auto line = one_drive({1U << 7U, 65536.0, 1.0, 300.0}, 0x1234);
+  line.slaves.push_back(found(1, {}, "EK1100"));
+  esi::Pdo assigned;
+  assigned.index = 0x1601;
+  assigned.sync_manager = 2;
+  esi::Pdo spare;
+  spare.index = 0x1602;
+  line.slaves[0].view.info.description.rx_pdos = {spare, assigned};
+  auto text = describe_line(line).value();
+  EXPECT_FALSE(described(line).slaves[0].plan.pdos) << "not before the user wants it";
+  for (const std::string off : {"# [[slave.pdo]]", "# index = "}) {
+    for (auto at = text.find(off); at != std::string::npos; at = text.find(off)) text.erase(at, 2);
+  }
+  const auto config = parse_line_config(text, "found.toml");
+  ASSERT_TRUE(config) << config.error();
+  EXPECT_FALSE(config->slaves[1].plan.pdos) << "not those of its neighbour";
+  const auto& pdos = config->slaves[0].plan.pdos;
+  ASSERT_TRUE(pdos);
+  ASSERT_EQ(pdos->outputs.size(), 1U);
+  EXPECT_EQ(pdos->outputs[0].index, 0x1601);
+  ASSERT_EQ(pdos->inputs.size(), 1U);
+  EXPECT_EQ(pdos->inputs[0].index, 0x1A00) << "its EEPROM tells of none";
+  EXPECT_TRUE(pdos->outputs[0].objects.empty());
+}
+
 TEST(LineDescription, AxesMoveOutAndBackWhenAskedTo) {
   auto line = one_drive({1U << 7U, 65536.0, 1.0, 300.0});
   line.slaves.push_back(found(1, {}, "EK1100"));

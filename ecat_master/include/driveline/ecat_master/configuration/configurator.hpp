@@ -44,8 +44,10 @@ struct SlavePlan {
   StateTimeouts timeouts;                  ///< of its state changes
   MailboxTimeouts mailbox_timeouts;        ///< of its mailbox
   std::vector<StartupSdo> startup_sdos;    ///< in the order in which they are written
-  PdoConfiguration pdos;                   ///< mapping and assignment, written behind the start-up SDOs
-  std::size_t group = 0;                   ///< of the process image
+  /// Mapping and assignment, written behind the start-up SDOs; PDOs without objects are assigned as the slave has them,
+  /// and their mapping is read.
+  PdoConfiguration pdos;
+  std::size_t group = 0;  ///< of the process image
   /// False: the slave takes its outputs by LWR and gives its inputs by LRD only; none: its description decides.
   std::optional<bool> lrw;
   /// Known by its alias or device ID, wherever it is plugged in, and when: with one of them planned it may be missing
@@ -103,8 +105,9 @@ struct ConfiguredSlave {
 /// Writes the watchdog times that are planned. Errors: those of the bus.
 [[nodiscard]] Result<void> write_watchdogs(Bus& bus, std::span<const ConfiguredSlave> slaves);
 
-/// In PREOP: writes start-up SDOs and PDO configuration of every slave (or reads the slave's own into the plan), lays
-/// out the process image, writes process data sync managers and FMMUs. The slaves are ready for SAFEOP afterwards.
+/// In PREOP: writes start-up SDOs and PDO configuration of every slave (or reads the slave's own into the plan, as a
+/// whole or the mapping of single PDOs), lays out the process image, writes process data sync managers and FMMUs. The
+/// slaves are ready for SAFEOP afterwards.
 [[nodiscard]] Result<ProcessImage> configure_process_data(MailboxEngine& engine, std::span<ConfiguredSlave> slaves,
                                                           const LayoutSettings& layout = {});
 

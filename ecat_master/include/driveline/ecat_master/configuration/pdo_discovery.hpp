@@ -15,4 +15,17 @@ namespace driveline::ecat_master {
 [[nodiscard]] std::vector<Result<PdoConfiguration>> read_pdo_configurations(MailboxEngine& engine,
                                                                             std::span<const SlaveInfo> slaves);
 
+/// Which PDO of which slave.
+struct PdoPlace {
+  std::size_t slave = 0;    ///< number in the list of slaves
+  std::uint16_t index = 0;  ///< mapping object, 1600h-17FFh or 1A00h-1BFFh
+};
+
+/// What is mapped into PDOs now, assigned or not: over CoE, or out of the EEPROM of a slave without it (nothing, when
+/// that does not know the PDO). All side by side; one result per place. Conditions and errors as for
+/// read_pdo_configurations().
+[[nodiscard]] std::vector<Result<std::vector<MappedObject>>> read_mappings(MailboxEngine& engine,
+                                                                           std::span<const SlaveInfo> slaves,
+                                                                           std::span<const PdoPlace> places);
+
 }  // namespace driveline::ecat_master

@@ -27,8 +27,9 @@ struct MappedObject {
 /// A PDO and what shall be mapped into it.
 struct PdoMapping {
   std::uint16_t index = 0;                     ///< mapping object, 1600h-17FFh or 1A00h-1BFFh
-  std::vector<MappedObject> objects;           ///< in the order of the process data
+  std::vector<MappedObject> objects;           ///< in the order of the process data; none: as the slave has it
   std::optional<std::uint8_t> sync_manager{};  ///< none: the first of its direction
+  bool own_mapping = false;                    ///< `objects` were read from the slave; they are not written
   /// Length of the PDO in the process data.
   [[nodiscard]] std::size_t bits() const noexcept;
 };
