@@ -78,6 +78,9 @@ std::vector<Bytes> seeds() {
     for (const char c : text) bytes.push_back(static_cast<std::byte>(c));
   };
   for (const char* name : {"DI8", "DO4", "AI2", "MX4"}) add(esi::write_esi({example_device(name)}));
+  auto empty = example_device("DI8");
+  empty.tx_pdos.at(0).entries.at(0).bit_length = 0;  // an entry that the simulated device does not have
+  add(esi::write_esi({empty}));
   auto drive = slaves::msd::device_description();
   if (drive.objects.size() > 6) drive.objects.resize(6);
   add(esi::write_esi({drive}));

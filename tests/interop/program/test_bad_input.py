@@ -176,7 +176,7 @@ class FirstDay(WireTest):
         self.assertNotIn(remark, self.run_program("states", "--config", LINE8).stderr)
 
     def test_a_line_that_is_not_as_described_has_a_status_of_its_own(self):
-        differs = self.write("line.toml", line_description().replace('name = "z"\n', 'name = "z"\nserial = 77\n', 1))
+        differs = self.write("line.toml", line_description().replace('name = "z"\n', 'name = "z"\nrevision = ">= 0xFFFFFFFF"\n', 1))
         self.assertEqual(self.run_program("scan", "--config", LINE8).returncode, 0)
         for arguments in ([], ["--json"]):
             self.assertEqual(self.run_program("scan", "--config", differs, *arguments).returncode, 3)
