@@ -21,6 +21,8 @@ CONTRACT = {
     "wkc_errors": int,
     "lost_frames": int,
     "late_frames": int,
+    "longest_absence_ns": int,
+    "longest_absence_at_s": OPTIONAL,
     "wake_latency_ns": LATENCY,
     "cycle_cost_ns": LATENCY,
     "round_trip_ns": LATENCY,
@@ -91,6 +93,8 @@ def value_errors(run, axes, duration_s, no_lost_frames):
     expect(run["cycles"] > 0.5 * periods, f"only {run['cycles']} cycles ran in {periods:.0f} periods")
     expect(any(axis["following_error_rms"] > 0 for axis in run["axes"]), "no axis moved: every following error is 0")
     expect(run["telemetry"]["published"] > 0, "no telemetry was published")
+    expect(run["wake_latency_ns"]["max"] >= run["longest_absence_ns"],
+           f"the master was away for {run['longest_absence_ns']} ns, but wake-ups are late by {run['wake_latency_ns']['max']} ns at most")
     for name in ("wake_latency_ns", "cycle_cost_ns", "round_trip_ns"):
         figures = [run[name][key] for key in ("p50", "p99", "p999", "max")]
         expect(figures == sorted(figures), f"the percentiles of {name} do not rise: {figures}")

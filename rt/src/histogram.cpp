@@ -8,15 +8,15 @@ namespace driveline::rt {
 
 using std::chrono::nanoseconds;
 
-void Histogram::record(nanoseconds value) noexcept {
+void Histogram::record(nanoseconds value, std::uint64_t times) noexcept {
   const nanoseconds counted = std::clamp(value, nanoseconds::zero(), kLargest);
-  underflows_ += value < counted ? 1U : 0U;
-  overflows_ += value > counted ? 1U : 0U;
-  ++counts_[bucket_of(static_cast<std::uint64_t>(counted.count()))];
+  underflows_ += value < counted ? times : 0U;
+  overflows_ += value > counted ? times : 0U;
+  counts_[bucket_of(static_cast<std::uint64_t>(counted.count()))] += times;
   min_ = count_ == 0 ? value : std::min(min_, value);
   max_ = count_ == 0 ? value : std::max(max_, value);
-  sum_ns_ += static_cast<double>(value.count());
-  ++count_;
+  sum_ns_ += static_cast<double>(value.count()) * static_cast<double>(times);
+  count_ += times;
 }
 
 nanoseconds Histogram::percentile(double quantile) const noexcept {

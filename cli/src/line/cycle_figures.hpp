@@ -1,9 +1,11 @@
 #pragma once
 
+#include <algorithm>
 #include <mutex>
 
 #include "driveline/bridge/sample_consumer.hpp"
 #include "driveline/ecat_master/cyclic/cyclic_core.hpp"
+#include "driveline/rt/lateness.hpp"
 
 namespace driveline::cli {
 
@@ -11,6 +13,9 @@ namespace driveline::cli {
 /// What the rings had no room for is missing in them.
 class CycleFigures final : public bridge::SampleConsumer {
  public:
+  /// `period`: of the cycle that the samples come from.
+  explicit CycleFigures(std::chrono::nanoseconds period) : period_(period) {}
+
   /// Since the telemetry began; any thread. Without master_cost, stale_frames and foreign_frames, which samples do not
   /// tell; lost frames and working counter errors are cycles that had some.
   [[nodiscard]] ecat_master::CycleStatistics snapshot() const {
@@ -25,7 +30,9 @@ class CycleFigures final : public bridge::SampleConsumer {
     for (const auto& sample : samples) {
       ++statistics_.cycles;
       statistics_.missed_periods += sample.missed_periods;
-      statistics_.wake_latency.record(nanoseconds{sample.wake_latency_ns});
+      const nanoseconds late{sample.wake_latency_ns};
+      rt::record_lateness(statistics_.wake_latency, late, sample.missed_periods, period_);
+      if (sample.missed_periods > 0) statistics_.longest_absence = std::max(statistics_.longest_absence, late);
       statistics_.cost.record(nanoseconds{sample.cost_ns});
       if (!sample.frame_received) {
         ++statistics_.lost_frames;
@@ -38,6 +45,7 @@ class CycleFigures final : public bridge::SampleConsumer {
   void axes(std::span<const snapshot::AxisSample>) override {}
 
  private:
+  std::chrono::nanoseconds period_;
   mutable std::mutex mutex_;
   ecat_master::CycleStatistics statistics_;  ///< guarded by mutex_
 };

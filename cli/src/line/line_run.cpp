@@ -89,7 +89,7 @@ Outcome<void> LineRun::prepare() {
 }
 
 Outcome<void> LineRun::start_telemetry() {
-  figures_ = std::make_unique<CycleFigures>();
+  figures_ = std::make_unique<CycleFigures>(config_.period);
   std::vector<bridge::SampleConsumer*> consumers{recorder_.get(), figures_.get()};
   if (config_.telemetry.enabled) {
     bridge::DdsConfig dds;
@@ -362,6 +362,8 @@ RunReport LineRun::make_report() {
   report.period = config_.period;
   report.duration_s = seconds_in_operation();
   report.statistics = master_.core()->statistics();
+  report.longest_absence_at_s =
+      std::chrono::duration<double>(report.statistics.longest_absence_at - operation_start_).count();
   report.round_trip_modelled = !config_.interface.has_value();
   report.process_data = view_image(config_, master_, master_.core()->groups(), &group_watch_);
   if (auto* watch = master_.clock_watch()) {

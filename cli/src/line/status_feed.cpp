@@ -1,5 +1,7 @@
 #include "line/status_feed.hpp"
 
+#include "driveline/rt/lateness.hpp"
+
 namespace driveline::cli {
 namespace {
 
@@ -31,7 +33,8 @@ void StatusFeed::lines(std::span<const snapshot::LineSample> samples) {
     } else if (sample.working_counter != sample.expected_working_counter) {
       ++status_.wkc_errors;
     }
-    wake_latency_.record(nanoseconds{sample.wake_latency_ns});
+    rt::record_lateness(wake_latency_, nanoseconds{sample.wake_latency_ns}, sample.missed_periods,
+                        status_.cycle_period);
     cost_.record(nanoseconds{sample.cost_ns});
   }
 }

@@ -97,6 +97,7 @@ nlohmann::json to_json(const ecat_master::CycleStatistics& cycle) {
           {"missed_periods", cycle.missed_periods},
           {"wkc_errors", cycle.wkc_errors},
           {"lost_frames", cycle.lost_frames},
+          {"longest_absence_ns", cycle.longest_absence.count()},
           {"wake_latency_ns", percentiles_json(cycle.wake_latency)},
           {"cycle_cost_ns", percentiles_json(cycle.cost)},
           {"round_trip_ns", percentiles_json(cycle.round_trip)}};

@@ -54,6 +54,12 @@ std::string ring_to_text(const RingReport& ring) {
       ring_state(ring.status.state), ring.merged, ring.halves, ring.late_halves);
 }
 
+/// Seconds in operation; null when the master never was away.
+nlohmann::json absence_at(const RunReport& report) {
+  if (report.statistics.longest_absence.count() == 0) return nullptr;
+  return report.longest_absence_at_s;
+}
+
 std::string row(std::string_view name, const rt::Histogram& histogram) {
   auto us = [](std::chrono::nanoseconds value) { return static_cast<double>(value.count()) / 1000.0; };
   return fmt::format("  {:<22}{:>9.1f}{:>9.1f}{:>9.1f}{:>9.1f}\n", name, us(histogram.percentile(0.5)),
@@ -85,6 +91,8 @@ nlohmann::json to_json(const RunReport& report) {
       {"wkc_errors", statistics.wkc_errors},
       {"lost_frames", statistics.lost_frames},
       {"late_frames", statistics.late_frames},
+      {"longest_absence_ns", statistics.longest_absence.count()},
+      {"longest_absence_at_s", absence_at(report)},
       {"wake_latency_ns", percentiles_json(statistics.wake_latency)},
       {"cycle_cost_ns", percentiles_json(statistics.cost)},
       {"round_trip_ns", percentiles_json(statistics.round_trip)},
@@ -116,7 +124,12 @@ std::string to_text(const RunReport& report) {
                       statistics.cycles, statistics.missed_periods, statistics.wkc_errors, statistics.lost_frames);
   // What came after its deadline was not lost on the wire.
   if (statistics.late_frames > 0) text += fmt::format(" ({} of them came late)", statistics.late_frames);
-  text += "\n\n";
+  text += "\n";
+  if (const auto longest = statistics.longest_absence; longest.count() > 0) {
+    text += fmt::format("  longest absence {:>9.1f} ms, at {:.3f} s\n", static_cast<double>(longest.count()) / 1e6,
+                        report.longest_absence_at_s);
+  }
+  text += "\n";
   text += fmt::format("  {:<22}{:>9}{:>9}{:>9}{:>9}\n", "time in us", "p50", "p99", "p99.9", "max");
   text += row("wake-up latency", statistics.wake_latency) + row("cycle cost", statistics.cost) +
           row(report.round_trip_modelled ? "round trip (modelled)" : "round trip", statistics.round_trip);

@@ -57,6 +57,7 @@ struct RunReport {
   ecat_master::CycleStatistics statistics;
   /// The line is simulated in this process: frames are under way for as long as its model says, and nobody measures.
   bool round_trip_modelled = false;
+  double longest_absence_at_s = 0.0;  ///< when the longest absence of the master began, in operation
   std::optional<ImageView> process_data;
   std::optional<ClockReport> clocks;  ///< none: the drives ran free
   std::optional<RingReport> ring;     ///< none: the line has one end

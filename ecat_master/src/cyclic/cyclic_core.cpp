@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "driveline/rt/lateness.hpp"
 #include "driveline/wire/sync_manager.hpp"
 
 namespace driveline::ecat_master {
@@ -135,7 +136,12 @@ void CyclicCore::tally(const rt::CycleStart& start, nanoseconds cost) noexcept {
   if (!counting_) return;
   statistics_.cycles += 1;
   statistics_.missed_periods += missed_now_;
-  statistics_.wake_latency.record(start.wake - start.grid);
+  const auto late = start.late(settings_.period);
+  rt::record_lateness(statistics_.wake_latency, late, start.missed, settings_.period);
+  if (start.missed > 0 && late > statistics_.longest_absence) {
+    statistics_.longest_absence = late;
+    statistics_.longest_absence_at = start.wake - late;
+  }
   statistics_.cost.record(cost);
   statistics_.master_cost.record(cost - (exchanged_at_ - start.wake));
   if (all_received()) statistics_.round_trip.record(received_at_ - sent_at_);
@@ -379,7 +385,7 @@ snapshot::LineSample CyclicCore::line_sample(const rt::CycleStart& start, nanose
   snapshot::LineSample line;
   line.cycle = static_cast<std::uint64_t>(start.cycle);
   line.time_ns = start.grid.count();
-  line.wake_latency_ns = (start.wake - start.grid).count();
+  line.wake_latency_ns = start.late(settings_.period).count();
   line.cost_ns = cost.count();
   line.round_trip_ns = all_received() ? (received_at_ - sent_at_).count() : 0;
   line.missed_periods = missed_now_;

@@ -145,6 +145,9 @@ std::string to_text(const LineDiagnosis& diagnosis) {
     text += fmt::format("cycle: {} cycles, {} missed periods, {} with lost frames, {} with a wrong working counter\n",
                         cycle->cycles, cycle->missed_periods, cycle->lost_frames, cycle->wkc_errors);
     row("wake-up latency", cycle->wake_latency);
+    if (cycle->longest_absence.count() > 0) {
+      text += fmt::format("  longest absence of the master {:.1f} ms\n", us(cycle->longest_absence) / 1e3);
+    }
     row("cost", cycle->cost);
     row(diagnosis.round_trip_modelled ? "round trip (modelled)" : "round trip", cycle->round_trip);
   }

@@ -32,7 +32,7 @@ struct LineStatus {
   std::uint64_t missed_periods = 0;          ///< periods skipped because a cycle was late
   std::uint64_t wkc_errors = 0;              ///< cycles whose working counter was not the expected one
   std::uint64_t lost_frames = 0;             ///< frames that did not come back
-  Percentiles wake_latency{};                ///< wake-up after the grid time
+  Percentiles wake_latency{};                ///< wake-up after the grid time, missed periods included
   Percentiles cycle_cost{};                  ///< work of a cycle, wake-up to end of send
   /// One sentence each, oldest first. The newest 16 are published, up to 255 bytes of each.
   std::vector<std::string> faults{};

@@ -13,8 +13,14 @@ struct CycleStart {
   /// taken at `cycle` belongs to `grid` whatever was missed.
   std::int64_t cycle;
   std::chrono::nanoseconds grid;  ///< the grid instant this cycle belongs to
-  std::chrono::nanoseconds wake;  ///< when the thread was really there; wake - grid is the wake-up latency, >= 0
+  std::chrono::nanoseconds wake;  ///< when the thread was really there, not before `grid`
   std::int64_t missed;            ///< whole periods skipped just before this cycle
+
+  /// The wake-up latency: from the instant the thread was to wake at until it was there, skipped periods included.
+  /// wake - grid alone is that time modulo the period. `period` is that of the timer. \rtsafe
+  [[nodiscard]] constexpr std::chrono::nanoseconds late(std::chrono::nanoseconds period) const noexcept {
+    return wake - grid + missed * period;
+  }
 };
 
 /// Wakes a thread on a fixed grid of absolute times.

@@ -24,9 +24,10 @@ class Histogram {
     std::uint64_t count;             ///< times that fell into it
   };
 
-  /// Counts one value, in constant time. Values outside 0 .. 1 s go to the nearest bucket and are counted as
-  /// underflow or overflow as well; min(), max() and mean() take them as they are. \rtsafe
-  void record(std::chrono::nanoseconds value) noexcept;
+  /// Counts one value (or the same one `times`, at least 1), in constant time. Values outside 0 .. 1 s go to the
+  /// nearest bucket and are counted as underflow or overflow as well; min(), max() and mean() take them as they are.
+  /// \rtsafe
+  void record(std::chrono::nanoseconds value, std::uint64_t times = 1) noexcept;
 
   /// The value that the fraction `quantile` (clamped to 0 .. 1) of all values does not exceed: the value of rank
   /// ceil(quantile * count), at least the first, within 0.8 %. 0 gives min(), 1 gives max(), exactly. Beyond 1 s only

@@ -34,10 +34,14 @@ struct CycleStatistics {
   std::uint64_t late_frames = 0;     ///< of them, those that came back after all, in one of the next cycles
   std::uint64_t stale_frames = 0;    ///< frames nobody waited for: late ones, doubled ones, late acyclic answers
   std::uint64_t foreign_frames = 0;  ///< frames that are none of ours
-  rt::Histogram wake_latency;        ///< grid time to wake-up
-  rt::Histogram cost;                ///< wake-up to the end of the cycle's work
-  rt::Histogram master_cost;         ///< the same without the time until all frames were back
-  rt::Histogram round_trip;          ///< send of the first to receive of the last cyclic frame
+  /// From the instant a cycle was to begin until it did, with every instant that was missed (rt::record_lateness()).
+  rt::Histogram wake_latency;
+  /// The longest time by which a cycle that missed a period or more was late: nobody was there for so long. 0: never.
+  std::chrono::nanoseconds longest_absence{0};
+  std::chrono::nanoseconds longest_absence_at{0};  ///< grid time from which it was missing
+  rt::Histogram cost;                              ///< wake-up to the end of the cycle's work
+  rt::Histogram master_cost;                       ///< the same without the time until all frames were back
+  rt::Histogram round_trip;                        ///< send of the first to receive of the last cyclic frame
 };
 
 /// Counters of one group since the cycle began. Any thread may read them. \rtsafe

@@ -44,7 +44,7 @@ static_assert(std::is_trivially_copyable_v<AxisSample>);
 struct LineSample {
   std::uint64_t cycle = 0;                     ///< number of the cycle, from 0 at the start of the exchange
   std::int64_t time_ns = 0;                    ///< grid time of the cycle on the master's clock
-  std::int64_t wake_latency_ns = 0;            ///< wake-up after the grid time
+  std::int64_t wake_latency_ns = 0;            ///< wake-up after the grid time, missed periods included
   std::int64_t cost_ns = 0;                    ///< work of the cycle, from wake-up to the end of the send
   std::int64_t round_trip_ns = 0;              ///< send to receive of the frame; 0 when none came back
   std::int64_t dc_difference_ns = 0;           ///< reference clock minus the master's estimate, as read last
