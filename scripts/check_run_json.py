@@ -23,6 +23,7 @@ CONTRACT = {
     "late_frames": int,
     "longest_absence_ns": int,
     "longest_absence_at_s": OPTIONAL,
+    "path_late_ns": int,
     "wake_latency_ns": LATENCY,
     "cycle_cost_ns": LATENCY,
     "round_trip_ns": LATENCY,

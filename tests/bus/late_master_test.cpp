@@ -1,12 +1,158 @@
-// What the figures make of a master that is late.
+// What the figures and the motion make of a master that is late, and of frames that get lost.
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <cmath>
+#include <random>
+
 #include "drive_line.hpp"
+#include "driveline/slaves/msd/msd_values.hpp"
+#include "fault_ports.hpp"
 
 namespace driveline::bus_test {
 namespace {
 
+using ecat_master::AbsenceEffect;
+using ecat_master::LatePolicy;
+using ecat_master::LossPolicy;
+using ecat_master::MasterAbsence;
+using ecat_master::Motion;
+using ecat_master::MotionFailure;
+using ecat_master::MotionPhase;
+using testing::HasSubstr;
+
 constexpr nanoseconds kLatePeriod = microseconds{125};
+constexpr double kLateIncrements = 1048576.0 / 6.283185307179586;
+
+/// What a drive demands of its axis, as its objects tell it once per period, against the limits of the axis.
+class DemandJudge {
+ public:
+  DemandJudge(DriveLine& drives, std::size_t drive, trajectory::AxisLimits limits)
+      : drives_(drives), drive_(drive), limits_(limits) {}
+
+  void look() {
+    const auto& dictionary = drives_.drive(drive_).dictionary();
+    positions_.push_back(dictionary.get<std::int32_t>(slaves::msd::kPositionDemand) / kLateIncrements);
+    velocities_.push_back(dictionary.get<std::int32_t>(slaves::msd::kVelocityDemand) / kLateIncrements);
+    times_.push_back(std::chrono::duration<double>(drives_.clock.now()).count());
+  }
+  void expect_obedience() const {
+    const auto [speed, speed_at] = largest([this](std::size_t i) { return slope(i, kWindow); });
+    EXPECT_LE(speed, 1.02 * limits_.max_velocity) << "6062h, at " << speed_at;
+    const auto [rate, rate_at] = largest([this](std::size_t i) {
+      return (slope(i, kWindow) - slope(i - kWindow, kWindow)) / (0.5 * (times_[i] - times_[i - 2 * kWindow]));
+    });
+    EXPECT_LE(rate, 1.05 * limits_.max_acceleration) << "6062h, at " << rate_at;
+    const auto [demand, demand_at] = largest([this](std::size_t i) { return velocities_[i]; });
+    EXPECT_LE(demand, 1.05 * limits_.max_velocity) << "606Bh, at " << demand_at;
+    const auto [change, change_at] = largest([this](std::size_t i) {
+      return (velocities_[i] - velocities_[i - kShort]) / (times_[i] - times_[i - kShort]);
+    });
+    EXPECT_LE(change, 1.25 * limits_.max_acceleration) << "606Bh, at " << change_at;
+  }
+
+ private:
+  /// Positions are whole increments: slopes need some periods to be better than the limits are judged.
+  static constexpr std::size_t kWindow = 8;
+  static constexpr std::size_t kShort = 2;
+
+  [[nodiscard]] double slope(std::size_t at, std::size_t periods) const {
+    return (positions_[at] - positions_[at - periods]) / (times_[at] - times_[at - periods]);
+  }
+  template <typename Value>
+  [[nodiscard]] std::pair<double, std::size_t> largest(Value&& value) const {
+    std::pair<double, std::size_t> found{0.0, 0};
+    for (std::size_t i = 2 * kWindow; i < positions_.size(); ++i) {
+      if (const double magnitude = std::abs(value(i)); magnitude > found.first) found = {magnitude, i};
+    }
+    return found;
+  }
+
+  DriveLine& drives_;
+  std::size_t drive_;
+  trajectory::AxisLimits limits_;
+  std::vector<double> positions_;
+  std::vector<double> velocities_;
+  std::vector<double> times_;
+};
+
+/// A line on its path, whose master can be kept from cycling and whose frames can be lost.
+class LateLine {
+ public:
+  explicit LateLine(RunOptions options = fast_path(), std::size_t axes = 1)
+      : drives(axes),
+        outwards(drives.line(), LossyPort::Way::kOut, [this](auto, auto) { return lose_out; }),
+        port(outwards, LossyPort::Way::kBack, [this](auto, auto) { return lose_back; }),
+        operation(drives, port, options) {
+    for (std::size_t i = 0; i < axes; ++i) judges.emplace_back(drives, i, LineOperation::axis(i, options).limits);
+    EXPECT_EQ(sentence(operation.to_motion()), "");
+    EXPECT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+    settle();
+    MasterAbsence before;
+    while (operation.master().core()->take_absence(before)) continue;
+  }
+
+  /// Most of what the axes may (47 of 50 rad/s, 740 of 1000 rad/s²), and drives that stop no faster than the axes may.
+  static RunOptions fast_path() {
+    RunOptions options;
+    options.repeat = true;
+    options.amplitude_rad = 6.0;
+    const auto rate =
+        static_cast<std::uint32_t>(LineOperation::axis(0, options).limits.max_acceleration * kLateIncrements);
+    const auto bytes = wire::to_le_bytes(rate);
+    options.startup = {{0x6085, 0, {bytes.begin(), bytes.end()}}};
+    return options;
+  }
+
+  /// To the same place within the period, in which no control step of the drives and no frame is due.
+  void settle() {
+    const auto place = drives.clock.now() / kLatePeriod * kLatePeriod + microseconds{110};
+    drives.leave_alone(std::max(place - drives.clock.now(), nanoseconds{0}));
+  }
+  void look() {
+    for (auto& judge : judges) judge.look();
+  }
+  void cycle() {
+    operation.cycle();
+    settle();
+    look();
+  }
+  void cycles(int count) {
+    for (int i = 0; i < count; ++i) cycle();
+  }
+  /// `periods` go by without a cycle; the next one begins `beyond` its instant. More than seven, and the timer takes
+  /// the time for one that the thread has spent awake, and rests.
+  void stall(int periods, nanoseconds beyond = nanoseconds{0}) {
+    for (int i = 0; i < periods; ++i) {
+      drives.leave_alone(kLatePeriod);
+      look();
+    }
+    drives.leave_alone(microseconds{15} + beyond);
+    cycle();
+  }
+  void lose(int frames, bool out) {
+    (out ? lose_out : lose_back) = true;
+    cycles(frames);
+    lose_out = lose_back = false;
+  }
+  [[nodiscard]] std::vector<MasterAbsence> absences() {
+    std::vector<MasterAbsence> all;
+    MasterAbsence absence;
+    while (operation.master().core()->take_absence(absence)) all.push_back(absence);
+    return all;
+  }
+  void expect_obedience() const {
+    for (const auto& judge : judges) judge.expect_obedience();
+  }
+
+  bool lose_out = false;
+  bool lose_back = false;
+  DriveLine drives;
+  LossyPort outwards;
+  LossyPort port;
+  LineOperation operation;
+  std::vector<DemandJudge> judges;
+};
 
 TEST(LateMaster, CountsItsWholeAbsence) {
   DriveLine drives(1);
@@ -34,6 +180,156 @@ TEST(LateMaster, CountsItsWholeAbsence) {
   EXPECT_EQ(statistics.longest_absence_at, due);
   ASSERT_EQ(operation.line_samples.size(), 1U);
   EXPECT_EQ(operation.line_samples[0].wake_latency_ns, late.count()) << "so it goes to DDS and the flight recorder";
+}
+
+TEST(LateMotion, IsWithinTheLimitsWhenNothingIsLate) {
+  LateLine line;
+  line.cycles(7000);
+  line.expect_obedience();
+  EXPECT_EQ(line.operation.motion().path_late(), nanoseconds{0});
+  EXPECT_TRUE(line.absences().empty());
+}
+
+TEST(LateMotion, StaysLateByThePeriodsThatWereMissed) {
+  LateLine line;
+  line.cycles(400);
+  line.stall(5);
+  line.cycles(400);
+  line.expect_obedience();
+  EXPECT_EQ(line.operation.motion().phase(), MotionPhase::kFollowing);
+  EXPECT_EQ(line.operation.motion().path_late(), 5 * kLatePeriod);
+  const auto absences = line.absences();
+  ASSERT_EQ(absences.size(), 1U);
+  EXPECT_EQ(absences[0].duration, 5 * kLatePeriod);
+  EXPECT_EQ(absences[0].path_late, 5 * kLatePeriod);
+  EXPECT_EQ(absences[0].effect, AbsenceEffect::kBridged);
+  EXPECT_EQ(ecat_master::describe(absences[0], absences[0].since - milliseconds{850}, 8),
+            "the master was away for 0.6 ms at 0.850 s; the path is 0.6 ms late");
+}
+
+TEST(LateMotion, StaysLateByTheFramesThatWereLost) {
+  for (const bool out : {true, false}) {
+    LateLine line;
+    line.cycles(400);
+    line.lose(3, out);
+    line.cycles(400);
+    line.expect_obedience();
+    EXPECT_EQ(line.operation.motion().path_late(), 3 * kLatePeriod);
+    EXPECT_TRUE(line.absences().empty());
+  }
+}
+
+/// The drives have been given what the master does not know they have: each of its next setpoints reaches them as well.
+TEST(LateMotion, SetpointsBehindALostAnswerAreWithinTheLimits) {
+  LateLine line;
+  auto& samples = line.operation.axis_samples;
+  const double most = LineOperation::axis(0, {}).limits.max_acceleration * 125e-6 * 125e-6;
+  for (int place = 0; place < 60; ++place) {
+    line.cycles(200 + place);
+    samples.clear();
+    line.cycles(3);
+    line.lose(1 + place % 3, false);
+    line.cycles(3);
+    for (std::size_t i = 2; i < samples.size(); ++i) {
+      const double bend = samples[i].target_position_rad - 2.0 * samples[i - 1].target_position_rad +
+                          samples[i - 2].target_position_rad;
+      EXPECT_LE(std::abs(bend), 1.001 * most) << "place " << place << " sample " << i;
+    }
+  }
+}
+
+/// Stalls of every length that is bridged, at and between the instants of the grid, frames lost on the way out or back.
+TEST(LateMotion, DemandOfTheDriveObeysTheLimitsWhateverIsLate) {
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    SCOPED_TRACE(seed);
+    LateLine line(LateLine::fast_path(), 2);
+    std::mt19937 random(seed);
+    const auto pick = [&random](int from, int to) { return std::uniform_int_distribution<int>(from, to)(random); };
+    for (int event = 0; event < 60; ++event) {
+      line.cycles(pick(1, 200));
+      switch (pick(0, 3)) {
+        case 0:
+          line.stall(pick(1, 7));
+          break;
+        case 1:
+          line.stall(pick(0, 6), nanoseconds{pick(1, 109'000)});
+          break;
+        case 2:
+          line.lose(pick(1, 7), true);
+          break;
+        default:
+          line.lose(pick(1, 7), false);
+          break;
+      }
+      ASSERT_EQ(line.operation.motion().failure().cause, MotionFailure::Cause::kNone) << "event " << event;
+    }
+    line.cycles(500);
+    line.expect_obedience();
+    EXPECT_GT(line.operation.motion().path_late(), 60 * kLatePeriod);
+  }
+}
+
+TEST(LateMotion, StopsWithinTheLimitsAfterAGapOnTheWay) {
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    SCOPED_TRACE(seed);
+    LateLine line;
+    line.cycles(200 + 37 * static_cast<int>(seed));
+    line.operation.motion().request_stop();
+    line.cycles(static_cast<int>(seed) % 4);
+    seed % 2 == 0 ? line.stall(6) : line.lose(5, seed % 3 == 0);
+    for (int i = 0; i < 4000 && line.operation.motion().phase() != MotionPhase::kDisabling; ++i) line.cycle();
+    EXPECT_EQ(line.operation.motion().phase(), MotionPhase::kDisabling);
+    line.expect_obedience();
+    EXPECT_EQ(line.operation.motion().failure().cause, MotionFailure::Cause::kNone);
+  }
+}
+
+TEST(LateMotion, CatchesUpWithinTheLimitsWhereThatIsThePolicy) {
+  auto options = LateLine::fast_path();
+  options.late = LatePolicy::kCatchUp;
+  LateLine line(options);
+  line.cycles(400);
+  for (int i = 0; i < 3; ++i) {
+    line.stall(7);
+    line.cycles(40);
+  }
+  EXPECT_GT(line.operation.motion().path_late(), 2 * 7 * kLatePeriod);
+  line.cycles(4000);
+  EXPECT_LT(line.operation.motion().path_late(), kLatePeriod);
+  line.expect_obedience();
+}
+
+TEST(LateMotion, IsStoppedByTheDrivesAfterTooLongAnAbsence) {
+  LateLine line;
+  line.cycles(400);
+  line.stall(400);
+  EXPECT_EQ(line.operation.motion().phase(), MotionPhase::kQuickStop);
+  EXPECT_EQ(line.operation.motion().failure().cause, MotionFailure::Cause::kMasterAway);
+  const auto absences = line.absences();
+  ASSERT_EQ(absences.size(), 1U);
+  EXPECT_EQ(absences[0].effect, AbsenceEffect::kStopped);
+  EXPECT_THAT(ecat_master::describe(absences[0], absences[0].since, 8),
+              HasSubstr(" at 0.000 s, longer than the 8 cycles that [bus] max_lost_cycles allows: all axes"));
+  line.cycles(2000);
+  line.expect_obedience();
+  EXPECT_EQ(line.operation.motion().phase(), MotionPhase::kIdle);
+}
+
+TEST(LateMotion, GoesOnAfterTooLongAnAbsenceWhereAxesMayBeMissing) {
+  auto options = LateLine::fast_path();
+  options.on_loss = LossPolicy::kHold;
+  LateLine line(options);
+  line.cycles(400);
+  line.stall(300);
+  EXPECT_EQ(line.operation.motion().failure().cause, MotionFailure::Cause::kNone);
+  EXPECT_EQ(line.operation.motion().phase(), MotionPhase::kWaiting);
+  bool follows = false;
+  for (int i = 0; i < 16000 && !follows; ++i) {
+    line.cycle();
+    follows = line.operation.motion().phase() == MotionPhase::kFollowing;
+  }
+  EXPECT_TRUE(follows);
+  line.expect_obedience();
 }
 
 }  // namespace

@@ -11,7 +11,7 @@ LATENCY = {"p50": 10, "p99": 20, "p999": 30.5, "max": 40}
 HEALTHY = {
     "state": "OP", "axes_count": 2, "cycle_ns": 125000, "duration_s": 5.0, "cycles": 39990, "missed_periods": 10,
     "wkc_errors": 0, "lost_frames": 0, "late_frames": 0,
-    "longest_absence_ns": 0, "longest_absence_at_s": None, "wake_latency_ns": LATENCY, "cycle_cost_ns": LATENCY, "round_trip_ns": LATENCY,
+    "longest_absence_ns": 0, "longest_absence_at_s": None, "path_late_ns": 0, "wake_latency_ns": LATENCY, "cycle_cost_ns": LATENCY, "round_trip_ns": LATENCY,
     "dc": {"locked": True, "difference_ns": {"p50": 1, "p99": 2, "max": 3}},
     "axes": [{"name": name, "slave": 0, "following_error_max": 3, "following_error_rms": 1.5, "unit": "increments"} for name in "xy"],
     "telemetry": {"published": 100, "dropped": 0}, "faults": [], "files": {},

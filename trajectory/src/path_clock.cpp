@@ -5,6 +5,26 @@
 #include <vector>
 
 namespace driveline::trajectory {
+namespace {
+
+/// How much longer than to full speed the way to a higher one takes, so that the acceleration of the path is left room.
+constexpr double kGentle = 4.0;
+
+/// What a path asks for at most, per axis.
+std::vector<AxisSetpoint> peaks_of(Interpolator& path, std::size_t axes) {
+  constexpr int kPoints = 4096;
+  std::vector<AxisSetpoint> setpoints(axes);
+  std::vector<AxisSetpoint> peaks(axes);
+  for (int point = 0; point <= kPoints; ++point) {
+    path.evaluate(path.start_s() + path.duration_s() * point / kPoints, setpoints);
+    for (std::size_t i = 0; i < axes; ++i) {
+      peaks[i].velocity = std::max(peaks[i].velocity, std::abs(setpoints[i].velocity));
+      peaks[i].acceleration = std::max(peaks[i].acceleration, std::abs(setpoints[i].acceleration));
+    }
+  }
+  return peaks;
+}
+}  // namespace
 
 void PathClock::start(double now_s, double path_s, bool running) noexcept {
   running_ = running;
@@ -14,20 +34,36 @@ void PathClock::start(double now_s, double path_s, bool running) noexcept {
   path_s_ = since_path_s_ = path_s;
 }
 
+/// Fast as long as there is more to catch up than the way back to full speed brings, or a step that is not worth it.
+double PathClock::wanted_rate(double step) const noexcept {
+  if (!running_) return 0.0;
+  const double lead = rate_ - 1.0;
+  const double on_the_way_back = lead > 0.0 ? lead * (0.5 * lead * kGentle * ramp_s_ + step) : (catch_up_ - 1.0) * step;
+  return behind_s_ > on_the_way_back ? catch_up_ : 1.0;
+}
+
+/// Full speed is a stop on the way: below it the limits decide how steep the way is, beyond it is gentle.
+double PathClock::approached(double goal, double step) const noexcept {
+  const bool beyond = rate_ > 1.0 || (rate_ == 1.0 && goal > 1.0);
+  const double most = step / (beyond ? kGentle * ramp_s_ : ramp_s_);
+  const double via = rate_ < 1.0 ? std::min(goal, 1.0) : rate_ > 1.0 ? std::max(goal, 1.0) : goal;
+  return rate_ + std::clamp(via - rate_, -most, most);
+}
+
 double PathClock::advance(double now_s) noexcept {
   const double step = now_s - now_s_;
   now_s_ = now_s;
-  const double goal = running_ ? 1.0 : 0.0;
   slope_ = 0.0;
-  if (rate_ == goal) {
+  const double before = rate_;
+  const double goal = wanted_rate(step);
+  if (before == goal && before <= 1.0) {
     if (running_) path_s_ = since_path_s_ + (now_s - since_s_);
     return path_s_;
   }
-  const double change = std::clamp(goal - rate_, -step / ramp_s_, step / ramp_s_);
-  const double before = rate_;
-  rate_ += change;
-  if (step > 0.0) slope_ = change / step;
+  rate_ = approached(goal, step);
+  if (step > 0.0) slope_ = (rate_ - before) / step;
   path_s_ += 0.5 * (before + rate_) * step;
+  if (before > 1.0 || rate_ > 1.0) behind_s_ -= (0.5 * (before + rate_) - 1.0) * step;
   if (rate_ == 1.0) {
     since_s_ = now_s;
     since_path_s_ = path_s_;
@@ -41,18 +77,9 @@ AxisSetpoint PathClock::scaled(const AxisSetpoint& setpoint) const noexcept {
 }
 
 double path_ramp_s(Interpolator path, std::span<const AxisLimits> limits) {
-  constexpr int kPoints = 4096;
   constexpr double kShortest = 1e-3;
   constexpr double kLeastShare = 0.25;
-  std::vector<AxisSetpoint> setpoints(limits.size());
-  std::vector<AxisSetpoint> peaks(limits.size());
-  for (int point = 0; point <= kPoints; ++point) {
-    path.evaluate(path.start_s() + path.duration_s() * point / kPoints, setpoints);
-    for (std::size_t i = 0; i < peaks.size(); ++i) {
-      peaks[i].velocity = std::max(peaks[i].velocity, std::abs(setpoints[i].velocity));
-      peaks[i].acceleration = std::max(peaks[i].acceleration, std::abs(setpoints[i].acceleration));
-    }
-  }
+  const auto peaks = peaks_of(path, limits.size());
   double ramp = kShortest;
   for (std::size_t i = 0; i < peaks.size(); ++i) {
     const double most = limits[i].max_acceleration;
@@ -60,6 +87,20 @@ double path_ramp_s(Interpolator path, std::span<const AxisLimits> limits) {
     ramp = std::max(ramp, peaks[i].velocity / left);
   }
   return ramp;
+}
+
+double path_catch_up_rate(Interpolator path, std::span<const AxisLimits> limits, double ramp_s) {
+  constexpr double kHighest = 1.25;
+  const auto peaks = peaks_of(path, limits.size());
+  double rate = kHighest;
+  for (std::size_t i = 0; i < peaks.size(); ++i) {
+    // Straight lines: the velocity jumps at the points by what the limits just allow.
+    if (peaks[i].velocity > 0.0 && peaks[i].acceleration == 0.0) return 1.0;
+    if (peaks[i].velocity > 0.0) rate = std::min(rate, limits[i].max_velocity / peaks[i].velocity);
+    const double left = limits[i].max_acceleration - peaks[i].velocity * kHighest / (kGentle * ramp_s);
+    if (peaks[i].acceleration > 0.0) rate = std::min(rate, std::sqrt(std::max(left, 0.0) / peaks[i].acceleration));
+  }
+  return std::max(rate, 1.0);
 }
 
 }  // namespace driveline::trajectory

@@ -236,6 +236,8 @@ void read_path(TomlReader reader, const std::filesystem::path& directory, LineCo
   path.interpolation = kKinds[reader.choice_or("interpolation", 0, {"clamped", "natural", "linear"})];
   path.repeat = reader.boolean_or("repeat", false);
   path.relative = reader.boolean_or("relative", false);
+  constexpr ecat_master::LatePolicy kPolicies[] = {ecat_master::LatePolicy::kStay, ecat_master::LatePolicy::kCatchUp};
+  path.late = kPolicies[reader.choice_or("late", 0, {"stay", "catch_up"})];
   reader.finish();
   config.path = path;
 }

@@ -187,6 +187,7 @@ void LineRun::make_motion() {
   settings.repeat = config_.path && config_.path->repeat;
   settings.relative = !config_.path || config_.path->relative;
   settings.bad_cycle_limit = config_.max_lost_cycles;
+  if (config_.path) settings.late = config_.path->late;
   motion_ = std::make_unique<ecat_master::Motion>(std::move(axes), *path_, settings);
 }
 
@@ -362,6 +363,7 @@ RunReport LineRun::make_report() {
   report.period = config_.period;
   report.duration_s = seconds_in_operation();
   report.statistics = master_.core()->statistics();
+  if (motion_) report.path_late = motion_->path_late();
   report.longest_absence_at_s =
       std::chrono::duration<double>(report.statistics.longest_absence_at - operation_start_).count();
   report.round_trip_modelled = !config_.interface.has_value();

@@ -38,6 +38,8 @@ LineWatch::LineWatch(ecat_master::Master& master, const port::RedundantPort* rin
       clock_(clock),
       listener_(std::move(listener)),
       supervisor_(master, ring, supervision(config.recovery)),
+      absences_([&core = *master.core()](ecat_master::MasterAbsence& absence) { return core.take_absence(absence); },
+                clock.now(), config.max_lost_cycles),
       last_emergency_(clock.now()),
       away_since_(master.slaves().size()),
       presences_(motion != nullptr ? motion->axes().size() : 0),
@@ -54,13 +56,23 @@ bool LineWatch::expendable(std::size_t slave) const {
 }
 
 bool LineWatch::look() {
-  if (!frames_come_back()) return false;
+  if (!master_was_there() || !frames_come_back()) return false;
   supervisor_.poll();
   const bool line = take_line_events();
   watch_axes();
   fetch_emergencies();
   const bool motion = motion_goes_on();
   return line && motion && !waits_in_vain() && clocks_answer();
+}
+
+/// Before anything else: what drives make of a master that was away is its doing and not theirs.
+bool LineWatch::master_was_there() {
+  const auto found = absences_.look();
+  for (const auto& sentence : found.sentences) listener_.event(sentence);
+  if (found.stopped.empty()) return true;
+  const bool over = config_.recovery.axes == LossPolicy::kStop;
+  listener_.fault(found.stopped, over);
+  return !over;
 }
 
 /// The first look at a line that is cut off at the master: every question to a slave would wait for its time-out.
@@ -112,6 +124,7 @@ bool LineWatch::take(const LineEvent& event) {
                         event.kind == Kind::kJoined || event.kind == Kind::kRecoveryFailed ||
                         event.kind == Kind::kRegistersChanged || event.kind == Kind::kRegistersRestored;
   auto sentence = what_happened(event, of_slave ? name_of(event.slave) : std::string());
+  if (event.kind == Kind::kLeftOp) sentence += absences_.cause_of(event.time);
   switch (event.kind) {
     case Kind::kLeftOp:
     case Kind::kGone:
@@ -265,14 +278,17 @@ std::string LineWatch::motion_failure() const {
     case Cause::kNone:
       return {};
     case Cause::kAxisFault:
-      return fmt::format("axis {}: fault {}, status word 0x{:04X}; all axes stopped", name,
-                         ecat_master::cia402::error_text(failure.error_code), failure.status_word);
+      return fmt::format("axis {}: fault {}, status word 0x{:04X}; all axes stopped{}", name,
+                         ecat_master::cia402::error_text(failure.error_code), failure.status_word,
+                         absences_.cause_of(clock_.now()));
     case Cause::kAxisLost:
       return fmt::format("axis {}: no longer in operation, status word 0x{:04X}; all axes stopped", name,
                          failure.status_word);
     case Cause::kEnableTimeout:
       return fmt::format("axis {}: did not reach Operation enabled, status word 0x{:04X}, error code {}", name,
                          failure.status_word, ecat_master::cia402::error_text(failure.error_code));
+    case Cause::kMasterAway:
+      return "the master was away for too long; all axes stopped";
     case Cause::kCommunication:
       break;
   }
@@ -280,6 +296,7 @@ std::string LineWatch::motion_failure() const {
 }
 
 void LineWatch::tell_missing() {
+  if (const auto rest = absences_.rest(master_.core()->absences_dropped()); !rest.empty()) listener_.event(rest);
   for (std::size_t i = 0; i < away_since_.size(); ++i) {
     if (away_since_[i] == nanoseconds{0} || master_.slaves()[i].plan.hot_connect || state_ != "OP") continue;
     state_ = "INCOMPLETE";

@@ -6,6 +6,7 @@
 
 #include "driveline/cli/line_config.hpp"
 #include "driveline/ecat_master/recovery/line_supervisor.hpp"
+#include "line/absence_watch.hpp"
 
 namespace driveline::cli {
 
@@ -26,7 +27,7 @@ class LineWatch {
 
   /// A look at everything, and as long as it takes to bring back who can be. False: the run cannot go on.
   [[nodiscard]] bool look();
-  /// Slaves that are not there at the end: faults of the run.
+  /// Once, at the end: slaves that are not there (faults of the run), absences of the master that were not told.
   void tell_missing();
 
   /// "OP", or what the line has come to.
@@ -36,6 +37,7 @@ class LineWatch {
  private:
   using LossPolicy = ecat_master::LossPolicy;
 
+  [[nodiscard]] bool master_was_there();
   [[nodiscard]] bool frames_come_back();
   [[nodiscard]] bool clocks_answer();
   [[nodiscard]] bool take_line_events();
@@ -58,6 +60,7 @@ class LineWatch {
   rt::Clock& clock_;
   Listener listener_;
   ecat_master::LineSupervisor supervisor_;
+  AbsenceWatch absences_;
   std::uint64_t events_taken_ = 0;
   std::chrono::nanoseconds last_emergency_;
   std::vector<std::chrono::nanoseconds> away_since_;  ///< zero: not away

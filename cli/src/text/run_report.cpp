@@ -93,6 +93,7 @@ nlohmann::json to_json(const RunReport& report) {
       {"late_frames", statistics.late_frames},
       {"longest_absence_ns", statistics.longest_absence.count()},
       {"longest_absence_at_s", absence_at(report)},
+      {"path_late_ns", report.path_late.count()},
       {"wake_latency_ns", percentiles_json(statistics.wake_latency)},
       {"cycle_cost_ns", percentiles_json(statistics.cost)},
       {"round_trip_ns", percentiles_json(statistics.round_trip)},
@@ -128,6 +129,9 @@ std::string to_text(const RunReport& report) {
   if (const auto longest = statistics.longest_absence; longest.count() > 0) {
     text += fmt::format("  longest absence {:>9.1f} ms, at {:.3f} s\n", static_cast<double>(longest.count()) / 1e6,
                         report.longest_absence_at_s);
+  }
+  if (report.path_late.count() > 0) {
+    text += fmt::format("  path late {:>15.1f} ms\n", static_cast<double>(report.path_late.count()) / 1e6);
   }
   text += "\n";
   text += fmt::format("  {:<22}{:>9}{:>9}{:>9}{:>9}\n", "time in us", "p50", "p99", "p99.9", "max");

@@ -57,7 +57,8 @@ struct RunReport {
   ecat_master::CycleStatistics statistics;
   /// The line is simulated in this process: frames are under way for as long as its model says, and nobody measures.
   bool round_trip_modelled = false;
-  double longest_absence_at_s = 0.0;  ///< when the longest absence of the master began, in operation
+  double longest_absence_at_s = 0.0;      ///< when the longest absence of the master began, in operation
+  std::chrono::nanoseconds path_late{0};  ///< by how much the path was late at the end
   std::optional<ImageView> process_data;
   std::optional<ClockReport> clocks;  ///< none: the drives ran free
   std::optional<RingReport> ring;     ///< none: the line has one end

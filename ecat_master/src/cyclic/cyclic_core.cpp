@@ -107,6 +107,20 @@ void CyclicCore::begin(const rt::CycleStart& start) noexcept {
   const auto settings = image_.groups();
   for (std::size_t i = 0; i < settings.size(); ++i) tallies_[i].due = settings[i].due(cycle_number_);
   if (recovery_requests_.load(std::memory_order_acquire) != recovery_requests_seen_) take_recovery_requests();
+  if (start.missed > 0) note_absence(start);
+}
+
+/// Before anything is sent: what was prepared for a cycle that never was is not what the drives can follow now.
+void CyclicCore::note_absence(const rt::CycleStart& start) noexcept {
+  MasterAbsence absence;
+  absence.duration = start.late(settings_.period);
+  absence.since = start.wake - absence.duration;
+  absence.cycle = cycle_number_;
+  if (motion_ != nullptr) {
+    absence.effect = motion_->resume(start.cycle, start.missed, image_.outputs());
+    absence.path_late = motion_->path_late();
+  }
+  absences_.try_push(absence);
 }
 
 void CyclicCore::take_recovery_requests() noexcept {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 namespace driveline::ecat_master {
@@ -11,6 +12,16 @@ std::vector<trajectory::AxisLimits> limits_of(const std::vector<Axis>& axes) {
   std::vector<trajectory::AxisLimits> limits;
   for (const auto& axis : axes) limits.push_back(axis.config().limits);
   return limits;
+}
+
+/// Setpoint periods that drives make up for on their own: they go straight on for so long.
+constexpr std::uint32_t kBridgedPeriods = 8;
+
+/// In CSV and CST nobody slows down a drive that is not told to.
+trajectory::Coast coast_of(const AxisConfig& config) {
+  constexpr auto kForGood = std::numeric_limits<std::uint32_t>::max();
+  if (config.mode != cia402::Mode::kCyclicPosition) return {kForGood, 0.0};
+  return {kBridgedPeriods, config.limits.max_acceleration};
 }
 
 }  // namespace
@@ -49,6 +60,7 @@ Motion::Motion(std::vector<Axis> axes, trajectory::Interpolator path, Settings s
       path_start_(axes_.size()),
       anchors_(axes_.size()),
       targets_(axes_.size()),
+      supplies_(axes_.size()),
       absences_(axes_.size()),
       presence_shared_(std::make_unique<std::atomic<AxisPresence>[]>(axes_.size())),
       bad_cycles_(axes_.size()) {
@@ -62,7 +74,11 @@ Motion::Motion(std::vector<Axis> axes, trajectory::Interpolator path, Settings s
     if (!usable) throw std::invalid_argument("motion: the limits of an axis must be positive and finite");
   }
   path_.evaluate(path_.start_s(), path_start_);
-  path_clock_ = trajectory::PathClock(trajectory::path_ramp_s(path_, limits_of(axes_)));
+  const auto limits = limits_of(axes_);
+  const double ramp_s = trajectory::path_ramp_s(path_, limits);
+  const bool catches_up = settings_.late == LatePolicy::kCatchUp;
+  path_clock_ = trajectory::PathClock(ramp_s, catches_up ? trajectory::path_catch_up_rate(path_, limits, ramp_s) : 1.0);
+  for (std::size_t i = 0; i < axes_.size(); ++i) supplies_[i].coast = coast_of(axes_[i].config());
 }
 
 /// Setpoints go to the drives.
@@ -74,6 +90,7 @@ bool Motion::powered() const noexcept {
 void Motion::enter(MotionPhase phase, std::int64_t cycle) noexcept {
   phase_ = phase;
   phase_start_ = cycle;
+  phase_given_ = given_;
   phase_shared_.store(phase, std::memory_order_release);
 }
 
@@ -89,14 +106,15 @@ void Motion::read_inputs(std::span<const std::byte> image, std::span<const bool>
     // Single bad cycles are bridged with the inputs of the last good one.
     if (ok || bad_cycles_[i] >= settings_.bad_cycle_limit) axes_[i].read_inputs(image, ok);
     if (ok && !operational[axes_[i].config().slave]) axes_[i].set_unavailable();
+    supplies_[i].reached = ok && operational[axes_[i].config().slave];
   }
 }
 
 void Motion::update(std::int64_t cycle, std::span<std::byte> image) noexcept {
+  note_supplies();
   obey(cycle);
   watch(cycle);
   advance(cycle);
-  setpoint_cycle_ = cycle;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     axes_[i].write_outputs(image, goal(i), reset_due(i, cycle), setpoints_[i]);
   }
@@ -111,14 +129,14 @@ void Motion::obey(std::int64_t cycle) noexcept {
       anchors_[i].reset();
     }
     path_.evaluate(path_.start_s(), path_start_);
+    path_clock_.be_on_time();
+    tell_path_late();
     enter(MotionPhase::kEnabling, cycle);
   } else if (command == Command::kStop) {
     if (phase_ == MotionPhase::kEnabling) enter(MotionPhase::kDisabling, cycle);
     if (powered() && phase_ != MotionPhase::kStopping) {
       plan_stop();
-      // The stop begins at the setpoints of the cycle before: in this one it is a period (or more, after missed ones)
-      // on.
-      enter(MotionPhase::kStopping, setpoint_cycle_);
+      enter(MotionPhase::kStopping, cycle);
     }
   }
 }
@@ -152,10 +170,41 @@ void Motion::fail(MotionFailure::Cause cause, std::size_t axis, std::int64_t cyc
 }
 
 void Motion::advance(std::int64_t cycle) noexcept {
-  const double t = elapsed_s(cycle);
+  if (!powered()) return advance_powerless(cycle);
+  if (path_must_wait_for_setpoints()) {
+    fall_behind(1);
+    for (std::size_t i = 0; i < axes_.size(); ++i) bridge(i);
+    return;
+  }
+  ++given_;
   switch (phase_) {
-    case MotionPhase::kIdle:
+    case MotionPhase::kApproach: {
+      bool done = true;
+      for (std::size_t i = 0; i < axes_.size(); ++i) {
+        targets_[i] = path_start_[i];
+        if (!ramps_[i]) continue;
+        targets_[i] = ramps_[i]->evaluate(given_s());
+        done = done && ramps_[i]->finished(given_s());
+      }
+      if (done) begin_path(cycle);
       break;
+    }
+    case MotionPhase::kFollowing:
+    case MotionPhase::kWaiting:
+      advance_path(cycle);
+      break;
+    case MotionPhase::kStopping:
+      advance_stop(cycle);
+      break;
+    default:
+      break;
+  }
+  aim();
+}
+
+/// Without setpoints that anybody follows.
+void Motion::advance_powerless(std::int64_t cycle) noexcept {
+  switch (phase_) {
     case MotionPhase::kEnabling:
       // An axis that is enabled already holds the place where it was enabled.
       for (std::size_t i = 0; i < axes_.size(); ++i) {
@@ -166,58 +215,43 @@ void Motion::advance(std::int64_t cycle) noexcept {
         for (std::size_t i = 0; i < axes_.size(); ++i) {
           if (axes_[i].enabled()) anchor(i);
         }
+        supply_from_rest();
         plan_approach();
         enter(MotionPhase::kApproach, cycle);
       }
       break;
-    case MotionPhase::kApproach: {
-      bool done = true;
-      for (std::size_t i = 0; i < axes_.size(); ++i) {
-        targets_[i] = path_start_[i];
-        if (!ramps_[i]) continue;
-        targets_[i] = ramps_[i]->evaluate(t);
-        done = done && ramps_[i]->finished(t);
-      }
-      if (done) begin_path(cycle);
-      break;
-    }
-    case MotionPhase::kFollowing:
-    case MotionPhase::kWaiting:
-      advance_path(cycle);
-      break;
-    case MotionPhase::kHolding:
-      break;
-    case MotionPhase::kStopping: {
-      bool done = true;
-      for (std::size_t i = 0; i < axes_.size(); ++i) {
-        if (!stops_[i]) continue;
-        setpoints_[i] = stops_[i]->evaluate(t);
-        done = done && stops_[i]->finished(t);
-      }
-      if (done) enter(MotionPhase::kDisabling, cycle);
-      break;
-    }
     case MotionPhase::kQuickStop:
       // A drive that stays in Quick stop active (605Ah = 5..8) is switched off once it has had time to stop; so is one
       // that is not heard of, which keeps being told to stop until then.
       if (none_enabled() && all_available()) {
         enter(MotionPhase::kIdle, cycle);
-      } else if (t > std::chrono::duration<double>(settings_.quick_stop_time).count()) {
+      } else if (elapsed_s(cycle) > std::chrono::duration<double>(settings_.quick_stop_time).count()) {
         enter(MotionPhase::kDisabling, cycle);
       }
       break;
     case MotionPhase::kDisabling:
       if (none_enabled()) enter(MotionPhase::kIdle, cycle);
       break;
+    default:
+      break;
   }
-  if (powered() && phase_ != MotionPhase::kStopping) {
-    aim(seconds(std::max<std::int64_t>(cycle - setpoint_cycle_, 1)));
+}
+
+void Motion::advance_stop(std::int64_t cycle) noexcept {
+  bool done = true;
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    if (!stops_[i]) continue;
+    targets_[i] = stops_[i]->evaluate(given_s());
+    done = done && stops_[i]->finished(given_s());
+    // Whoever a gap has led beside its way to rest stands there only when it is back on it.
+    if (absences_[i].presence == AxisPresence::kPresent) done = done && !supplies_[i].beside_path;
   }
+  if (done) enter(MotionPhase::kDisabling, cycle);
 }
 
 void Motion::begin_path(std::int64_t cycle) noexcept {
   const bool wait = must_wait();
-  path_begin_ = cycle;
+  path_begin_ = given_;
   path_clock_.start(0.0, 0.0, !wait);
   enter(wait ? MotionPhase::kWaiting : MotionPhase::kFollowing, cycle);
 }
@@ -228,7 +262,8 @@ void Motion::advance_path(std::int64_t cycle) noexcept {
     path_clock_.run(!wait);
     enter(wait ? MotionPhase::kWaiting : MotionPhase::kFollowing, cycle);
   }
-  const double t = path_.start_s() + path_clock_.advance(seconds(cycle - path_begin_));
+  const double t = path_.start_s() + path_clock_.advance(seconds(given_ - path_begin_));
+  tell_path_late();
   evaluate_path(t);
   if (!path_.finished(t)) return;
   if (settings_.repeat) {
@@ -276,6 +311,9 @@ void Motion::plan_approach() noexcept {
 void Motion::plan_stop() noexcept {
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     stops_[i] = trajectory::StopProfile::plan(setpoints_[i], {axes_[i].config().limits.max_acceleration});
+    // It begins where the axis is told to be, wherever that is.
+    targets_[i] = setpoints_[i];
+    supplies_[i].beside_path = false;
   }
 }
 

@@ -15,9 +15,19 @@ bool Motion::unavailable(std::size_t axis) const noexcept {
   return axes_[axis].inputs().state == snapshot::AxisState::kUnavailable;
 }
 
+/// Its drive is still on the ramp of its quick stop, or has not even heard of it.
+bool Motion::brakes(std::size_t axis, std::int64_t cycle) const noexcept {
+  const auto state = axes_[axis].inputs().state;
+  const bool on_the_ramp =
+      state == snapshot::AxisState::kOperationEnabled || state == snapshot::AxisState::kQuickStopActive;
+  const double most = std::chrono::duration<double>(settings_.quick_stop_time).count();
+  return absences_[axis].braking && on_the_ramp && seconds(cycle - absences_[axis].since) < most;
+}
+
 void Motion::set_presence(std::size_t axis, AxisPresence presence, std::int64_t cycle) noexcept {
   absences_[axis].presence = presence;
   absences_[axis].since = cycle;
+  absences_[axis].braking = false;
   presence_shared_[axis].store(presence, std::memory_order_release);
 }
 
@@ -47,7 +57,7 @@ void Motion::watch_absence(std::size_t axis, std::int64_t cycle) noexcept {
       break;
     case AxisPresence::kMissing:
       // On the way to standstill nobody is enabled any more.
-      if (phase_ != MotionPhase::kStopping) set_presence(axis, AxisPresence::kEnabling, cycle);
+      if (phase_ != MotionPhase::kStopping && !brakes(axis, cycle)) set_presence(axis, AxisPresence::kEnabling, cycle);
       break;
     case AxisPresence::kEnabling:
       if (axes_[axis].enabled()) {
@@ -69,21 +79,6 @@ bool Motion::must_wait() const noexcept {
     nobody = nobody && !present;
   }
   return nobody;
-}
-
-/// Setpoints of this cycle: on the path, on the way back to it, or where the axis is.
-void Motion::aim(double step_s) noexcept {
-  for (std::size_t i = 0; i < axes_.size(); ++i) {
-    auto& absence = absences_[i];
-    if (absence.presence == AxisPresence::kPresent) {
-      setpoints_[i] = targets_[i];
-    } else if (absence.presence == AxisPresence::kReturning) {
-      setpoints_[i] = absence.rejoin.step(targets_[i], step_s);
-      if (absence.rejoin.joined()) set_presence(i, AxisPresence::kPresent, phase_start_);
-    } else {
-      setpoints_[i] = {axes_[i].inputs().position, 0.0, 0.0};
-    }
-  }
 }
 
 bool Motion::reset_due(std::size_t axis, std::int64_t cycle) const noexcept {

@@ -13,11 +13,13 @@ void FineInterpolator::configure(Method method, std::uint32_t steps, double step
   steps_ = count;
   step_s_ = step_s;
   period_s_ = count * step_s;
-  reset(value_, velocity_);
+  reset(output_.position, output_.velocity);
 }
 
-void FineInterpolator::set_stop_rate(double rate) noexcept {
+void FineInterpolator::set_limits(std::uint32_t periods, double rate, double speed) noexcept {
+  bridged_ = periods;
   stop_rate_ = rate > 0.0 ? rate : std::numeric_limits<double>::infinity();
+  top_speed_ = speed;
 }
 
 void FineInterpolator::reset(double value, double velocity) noexcept {
@@ -25,6 +27,10 @@ void FineInterpolator::reset(double value, double velocity) noexcept {
   velocity_ = velocity;
   acceleration_ = 0.0;
   elapsed_ = steps_;
+  made_up_ = 0;
+  late_ = false;
+  pursuit_.reset();
+  output_ = {value, velocity, 0.0};
   polynomial_ = {value, 0.0, 0.0, 0.0};
   // The splines lag two samples behind: the newest are ahead of the output.
   const double ahead = method_ == Method::kSpline || method_ == Method::kApproximation ? 2.0
@@ -33,6 +39,7 @@ void FineInterpolator::reset(double value, double velocity) noexcept {
   for (std::size_t i = 0; i < samples_.size(); ++i) {
     samples_[i] = value + (ahead - 1.0 - static_cast<double>(i)) * velocity * period_s_;
   }
+  last_sample_ = samples_[0];
 }
 
 void FineInterpolator::start_line(double end) noexcept {
@@ -48,30 +55,72 @@ void FineInterpolator::start_cubic(double end, double end_velocity) noexcept {
                  ((velocity_ + end_velocity) * t - 2.0 * rise) / (t * t * t)};
 }
 
-void FineInterpolator::push(double sample, double velocity) noexcept {
-  const std::uint32_t periods = elapsed_ / steps_;
-  samples_ = {sample, samples_[0], samples_[1]};
-  if (periods > 1) {  // those that have not come lay on the way
-    const double rise = (sample - samples_[1]) / periods;
+/// A curve that stands still at every sample, or has none, is not continued.
+bool FineInterpolator::makes_up() const noexcept {
+  return made_up_ < bridged_ && method_ != Method::kNone && method_ != Method::kCosine;
+}
+
+void FineInterpolator::take_sample(double sample) noexcept {
+  // Late by up to half a period: it is the one that was made up for last.
+  const bool replaces = made_up_ > 0 && elapsed_ <= steps_ / 2;
+  const std::uint32_t periods = made_up_ + elapsed_ / steps_;
+  if (replaces) {
+    samples_[0] = sample;
+  } else if (elapsed_ > steps_ && periods > 1) {  // those that have not come lay on the way
+    const double rise = (sample - last_sample_) / periods;
     samples_ = {sample, sample - rise, sample - 2.0 * rise};
+  } else {
+    samples_ = {sample, samples_[0], samples_[1]};
   }
+  last_sample_ = sample;
+  made_up_ = 0;
+}
+
+void FineInterpolator::push(double sample, double velocity) noexcept {
+  const bool late = made_up_ > 0 || elapsed_ > steps_;
+  // The one behind a late one comes early when it comes at its time.
+  const bool off_time = late || (late_ && elapsed_ < steps_);
+  late_ = late;
+  take_sample(sample);
   elapsed_ = 0;
+  if (off_time && leaps()) begin_pursuit();
+  start_segment(velocity);
+}
+
+/// Whether the output would have to change its speed by more than it may in a period to be on the curve at the end of
+/// the next one.
+bool FineInterpolator::leaps() const noexcept {
+  if (method_ == Method::kNone || method_ == Method::kCosine || !std::isfinite(stop_rate_)) return false;
+  const double end = method_ == Method::kLinear || method_ == Method::kExternal ? samples_[0] : samples_[1];
+  return std::abs((end - output_.position) / period_s_ - output_.velocity) > stop_rate_ * period_s_;
+}
+
+/// The curve begins anew where the samples say, and the output goes after it.
+void FineInterpolator::begin_pursuit() noexcept {
+  if (!pursuit_) pursuit_.emplace(output_.position, output_.velocity, trajectory::AxisLimits{top_speed_, stop_rate_});
+  const bool ends_at_newest = method_ == Method::kLinear || method_ == Method::kExternal;
+  value_ = ends_at_newest ? samples_[1] : samples_[2];
+  velocity_ = (samples_[0] - samples_[2]) / (2.0 * period_s_);
+}
+
+/// To the newest sample, or as near as the method goes.
+void FineInterpolator::start_segment(double velocity) noexcept {
   const double slope = (samples_[0] - samples_[2]) / (2.0 * period_s_);
   switch (method_) {
     case Method::kNone:
-      polynomial_ = {sample, 0.0, 0.0, 0.0};
+      polynomial_ = {samples_[0], 0.0, 0.0, 0.0};
       return;
     case Method::kLinear:
-      return start_line(sample);
+      return start_line(samples_[0]);
     case Method::kExternal:
-      return start_cubic(sample, velocity);
+      return start_cubic(samples_[0], velocity);
     case Method::kSpline:
       return start_cubic(samples_[1], slope);
     case Method::kApproximation:
       return start_cubic((samples_[0] + 4.0 * samples_[1] + samples_[2]) / 6.0, slope);
     case Method::kCosine:
       polynomial_ = {value_, 0.0, 0.0, 0.0};
-      rise_ = sample - value_;
+      rise_ = samples_[0] - value_;
       return;
   }
 }
@@ -85,6 +134,20 @@ void FineInterpolator::step_cosine(double t) noexcept {
 }
 
 void FineInterpolator::step() noexcept {
+  if (elapsed_ == steps_ && makes_up()) {
+    samples_ = {2.0 * samples_[0] - samples_[1], samples_[0], samples_[1]};
+    ++made_up_;
+    elapsed_ = 0;
+    start_segment((samples_[0] - samples_[1]) / period_s_);
+  }
+  step_curve();
+  output_ = {value_, velocity_, acceleration_};
+  if (!pursuit_) return;
+  output_ = pursuit_->step(output_, step_s_);
+  if (pursuit_->joined()) pursuit_.reset();
+}
+
+void FineInterpolator::step_curve() noexcept {
   if (elapsed_ < steps_) {
     ++elapsed_;
     const double t = elapsed_ * step_s_;
@@ -97,7 +160,7 @@ void FineInterpolator::step() noexcept {
   }
   acceleration_ = 0.0;
   elapsed_ += elapsed_ < std::numeric_limits<std::uint32_t>::max() ? 1 : 0;
-  if (elapsed_ > 2 * steps_) {
+  if (elapsed_ > steps_) {
     const double change = std::min(std::abs(velocity_), stop_rate_ * step_s_);
     velocity_ -= std::copysign(change, velocity_);
   }

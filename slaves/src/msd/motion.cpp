@@ -16,6 +16,8 @@ constexpr std::uint32_t kStandstillSteps = 64;       ///< 4 ms within the window
 constexpr double kStopShare = 0.7;                   ///< of the speed controller's reset time, ours
 constexpr double kStopAtLeastS = 2e-3;               ///< and no faster
 constexpr double kSpeedLimitS = 2e-3;                ///< in which the last bit of speed up to the limit comes; ours
+/// Position setpoints in a row that the interpolation makes up for when they do not come; ours.
+constexpr std::uint32_t kBridgedSetpoints = 8;
 
 }  // namespace
 
@@ -35,7 +37,7 @@ void Motion::configure(const MotionSettings& settings) noexcept {
   controller_.configure(settings.controller);
   frequency_control_.configure(settings.voltage_frequency);
   position_.configure(settings.method, settings.steps_per_setpoint, kControlStepS);
-  position_.set_stop_rate(settings.quick_stop_rad_s2);
+  position_.set_limits(kBridgedSetpoints, settings.quick_stop_rad_s2, settings.controller.max_velocity_rad_s);
   // Speed and torque setpoints are always interpolated linearly (Device Help 8).
   const auto method = settings.method == FineInterpolator::Method::kNone ? FineInterpolator::Method::kNone
                                                                          : FineInterpolator::Method::kLinear;

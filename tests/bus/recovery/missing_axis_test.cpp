@@ -99,7 +99,7 @@ TEST_F(MissingAxis, StopsAllUnlessToldOtherwise) {
 TEST_F(MissingAxis, IsWaitedForByTheOthersAtRestOnThePath) {
   start(LossPolicy::kHold);
   drives.line().set_power(kLast, false);
-  live(milliseconds{100});
+  live(milliseconds{200});
   ASSERT_EQ(motion().phase(), MotionPhase::kWaiting);
   EXPECT_EQ(presence(kLast), AxisPresence::kMissing);
   EXPECT_EQ(motion().axes()[kLast].inputs().state, snapshot::AxisState::kUnavailable);

@@ -114,6 +114,7 @@ ecat_master::SlavePlan LineOperation::plan(std::size_t position, const RunOption
   const auto& groups = options.layout.groups;
   const std::uint32_t divider = plan.group < groups.size() ? groups[plan.group].divider : 1;
   plan.startup_sdos = ecat_master::msd_startup_sdos(axis(position, options), options.period * divider);
+  plan.startup_sdos.insert(plan.startup_sdos.end(), options.startup.begin(), options.startup.end());
   plan.hot_connect = std::count(options.hot_connect.begin(), options.hot_connect.end(), position) > 0;
   plan.lrw = !options.every_third_without_lrw || position % 3 != 1;
   return plan;
@@ -140,6 +141,7 @@ void LineOperation::make_motion() {
   settings.repeat = options_.repeat;
   settings.relative = options_.relative;
   settings.enable_timeout = options_.enable_timeout;
+  settings.late = options_.late;
   motion_ = std::make_unique<ecat_master::Motion>(std::move(axes), make_path(drives_.size(), options_.amplitude_rad),
                                                   settings);
 }

@@ -61,6 +61,8 @@ struct RunOptions {
   /// Process data handed from slave to slave, in the image of the line.
   std::function<std::vector<ecat_master::ProcessDataCopy>(const ecat_master::Master&)> copies{};
   ecat_master::LossPolicy on_loss = ecat_master::LossPolicy::kStop;  ///< of every axis
+  ecat_master::LatePolicy late = ecat_master::LatePolicy::kStay;     ///< of the path
+  std::vector<ecat_master::StartupSdo> startup{};                    ///< of every drive, behind its own
   bool plan_serials = false;          ///< the plan names the serial number of every drive
   bool accept_swapped_ports = false;  ///< IN and OUT of a slave may be swapped
 };

@@ -4,6 +4,7 @@ import math
 import os
 import signal
 import subprocess
+import time
 import unittest
 
 from program import AXES, DRIVELINE, EXAMPLES, PATIENCE_S, SANITIZED, ProgramTest, line_description, path_csv
@@ -104,6 +105,24 @@ seed = FAULT
         first = self.outcome(1, 1)
         self.assertNotEqual(first[0]["lost_frames"], self.outcome(1, 2)[0]["lost_frames"])
         self.assertNotEqual(first[1], self.outcome(2, 1)[1])
+
+
+class LateMaster(ProgramTest):
+    def test_one_that_was_away_for_too_long_says_so_first(self):
+        run = self.start("run", "--config", LINE8, "--duration", 60, "--json", "--no-plots", "--no-telemetry", log="run.log")
+        self.wait_for("the line in motion", lambda: "following the path" in self.text("run.log") or run.poll() is not None)
+        run.send_signal(signal.SIGSTOP)
+        time.sleep(0.2)
+        run.send_signal(signal.SIGCONT)
+        self.assertEqual(run.wait(PATIENCE_S), 1, self.logs())
+        document = self.one_document(self.text("run.log.out"))
+        # A machine that is busy may have stopped it before.
+        self.assertRegex(document["faults"][0], r"^the master was away for \d+\.\d ms at \d+\.\d{3} s, longer than the 400 cycles")
+        self.assertGreater(document["longest_absence_ns"], 400 * document["cycle_ns"])
+        self.assertEqual(document["wake_latency_ns"]["max"], document["longest_absence_ns"])
+        self.assertGreaterEqual(document["wake_latency_ns"]["p999"], document["wake_latency_ns"]["p99"])
+        self.assertGreater(document["missed_periods"], 400)
+        self.assertEqual(document["state"], "OP")
 
 
 class FilesAndSummary(ProgramTest):

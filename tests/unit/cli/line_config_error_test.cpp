@@ -65,7 +65,7 @@ INSTANTIATE_TEST_SUITE_P(
                   "increments_per_revolution, inertia, max_acceleration, max_velocity, mode, name, position_gain_1_s, "
                   "rated_torque_nm, slave, velocity_gain"},
         WrongFile{one_slave("[path]\nfile = \"a.csv\"\nspeed = 2\n"),
-                  ":6: [path] speed: unknown key, expected one of: file, interpolation, relative, repeat"},
+                  ":6: [path] speed: unknown key, expected one of: file, interpolation, late, relative, repeat"},
         WrongFile{one_slave("[telemetry]\nrate = 2\n"),
                   ":5: [telemetry] rate: unknown key, expected one of: decimation, domain, enabled, interfaces"},
         WrongFile{one_slave("[output]\nplot = false\n"),

@@ -73,6 +73,7 @@ wake_ahead_us = 12.5
 file = "paths/a.csv"
 interpolation = "natural"
 repeat = true
+late = "catch_up"
 [telemetry]
 enabled = false
 domain = 17
@@ -126,6 +127,7 @@ velocity_gain = 4000
   EXPECT_EQ(config.path->file, "plant/paths/a.csv") << "relative to the line description";
   EXPECT_EQ(config.path->interpolation, PathConfig::Interpolation::kNaturalSpline);
   EXPECT_TRUE(config.path->repeat);
+  EXPECT_EQ(config.path->late, ecat_master::LatePolicy::kCatchUp);
   EXPECT_FALSE(config.telemetry.enabled);
   EXPECT_EQ(config.telemetry.domain, 17U);
   EXPECT_EQ(config.telemetry.decimation, 1U);

@@ -54,6 +54,42 @@ TEST(PathClock, ATurnOnTheWayIsNoJump) {
   }
 }
 
+TEST(PathClock, StaysLateUnlessItIsToCatchUp) {
+  PathClock clock(0.1);
+  clock.start(0.0, 0.0, true);
+  clock.fall_behind(0.05);
+  for (int i = 1; i <= 1000; ++i) EXPECT_EQ(clock.advance(kStep * i), kStep * i);
+  EXPECT_EQ(clock.behind_s(), 0.05);
+}
+
+TEST(PathClock, CatchesUpByWhatItIsLate) {
+  for (const double late : {0.0002, 0.003, 0.05, 0.4}) {
+    PathClock clock(0.02, 1.2);
+    clock.start(0.0, 0.0, true);
+    double now = 0.0;
+    double before = 0.0;
+    double rate = 1.0;
+    double fastest = 1.0;
+    for (int i = 0; i < 40000; ++i) {
+      if (i == 800) clock.fall_behind(late);
+      if (i == 1200) clock.run(false);
+      if (i == 1600) clock.run(true);
+      const double path = clock.advance(now += kStep);
+      const double next = (path - before) / kStep;
+      const bool gently = rate > 1.0 + 1e-9 && next > 1.0 + 1e-9;
+      ASSERT_LE(std::abs(next - rate), 1.01 * kStep / 0.02 / (gently ? 4.0 : 1.0)) << i;
+      fastest = std::max(fastest, next);
+      rate = next;
+      before = path;
+    }
+    EXPECT_LE(fastest, 1.2 + 1e-9);
+    EXPECT_NEAR(rate, 1.0, 1e-9);
+    EXPECT_NEAR(clock.behind_s(), 0.0, 0.2 * kStep) << late;
+    // What it stood still on purpose, from the time on at which it was no faster than at full speed, is not caught up.
+    EXPECT_NEAR(clock.path_s() - now, late - 400 * kStep, 4.0 * 0.2 * 0.02 + 2 * kStep) << late;
+  }
+}
+
 /// One raised cosine of one second.
 Interpolator cosine(double amplitude) {
   PathBuilder builder;
@@ -87,6 +123,21 @@ TEST(PathClock, TheRampKeepsEveryAxisWithinItsLimitsWhereverItBegins) {
       position = setpoint[0].position;
     }
   }
+}
+
+TEST(PathCatchUpRate, LeavesEveryAxisWithinItsLimits) {
+  const double peak_velocity = std::numbers::pi;
+  const double peak_acceleration = 2.0 * std::numbers::pi * std::numbers::pi;
+  const auto rate_of = [&](double velocity, double acceleration) {
+    const std::vector<AxisLimits> limits{{velocity * peak_velocity, acceleration * peak_acceleration}};
+    return path_catch_up_rate(cosine(1.0), limits, path_ramp_s(cosine(1.0), limits));
+  };
+  EXPECT_DOUBLE_EQ(rate_of(10.0, 10.0), 1.25);
+  EXPECT_NEAR(rate_of(1.1, 10.0), 1.1, 1e-3) << "the velocity is the limit";
+  const double rate = rate_of(10.0, 1.5);
+  EXPECT_GT(rate, 1.0);
+  EXPECT_LT(rate * rate, 1.5) << "the acceleration is";
+  EXPECT_EQ(rate_of(1.0, 1.0), 1.0) << "nothing is left";
 }
 
 }  // namespace

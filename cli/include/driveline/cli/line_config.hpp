@@ -14,6 +14,7 @@
 #include "driveline/cli/recovery_config.hpp"
 #include "driveline/cli/slave_plan_config.hpp"
 #include "driveline/ecat_master/axis/axis.hpp"
+#include "driveline/ecat_master/cyclic/master_absence.hpp"
 #include "driveline/ecat_master/dc/line_clocks.hpp"
 #include "driveline/esi/esi_library.hpp"
 #include "driveline/rt/realtime_thread.hpp"
@@ -77,10 +78,11 @@ struct SlaveConfig {
 struct PathConfig {
   /// Between the points of the file.
   enum class Interpolation : std::uint8_t { kLinear, kNaturalSpline, kClampedSpline };
-  std::filesystem::path file;                                   ///< CSV with a time column and one per axis
-  Interpolation interpolation = Interpolation::kClampedSpline;  ///< how the points are joined
-  bool repeat = false;                                          ///< start over at the end
-  bool relative = false;                                        ///< to where the axes stand when they are enabled
+  std::filesystem::path file;                                     ///< CSV with a time column and one per axis
+  Interpolation interpolation = Interpolation::kClampedSpline;    ///< how the points are joined
+  bool repeat = false;                                            ///< start over at the end
+  ecat_master::LatePolicy late = ecat_master::LatePolicy::kStay;  ///< what becomes of a path that is late
+  bool relative = false;                                          ///< to where the axes stand when they are enabled
 };
 
 /// [telemetry] of a line description.

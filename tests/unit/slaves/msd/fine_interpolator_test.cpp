@@ -146,7 +146,7 @@ TEST(FineInterpolator, LateSampleIsBridgedWithTheLastSpeedThenStops) {
 TEST(FineInterpolator, MissingSamplesSlowItDownAtItsRate) {
   FineInterpolator f;
   f.configure(FineInterpolator::Method::kLinear, 2, 0.5);  // samples every second
-  f.set_stop_rate(4.0);
+  f.set_limits(1, 4.0);
   f.reset(0.0, 10.0);
   f.push(10.0);
   for (int i = 0; i < 4; ++i) f.step();  // the sample and one bridged period
@@ -158,6 +158,54 @@ TEST(FineInterpolator, MissingSamplesSlowItDownAtItsRate) {
     expected += 0.5 * speed;
     EXPECT_DOUBLE_EQ(f.velocity(), speed);
     EXPECT_DOUBLE_EQ(f.value(), expected);
+  }
+}
+
+TEST(FineInterpolator, SamplesThatDoNotComeLeaveNoTraceAtConstantSpeed) {
+  for (const auto method : kSmooth) {
+    auto f = make(method);
+    f.set_limits(8, 100.0);
+    f.reset(0.0, 1.0 / kPeriod);
+    double last = 0.0;
+    for (int k = 1; k < 100; ++k) {
+      if (k % 12 < 4 || k < 5) f.push(method == Method::kLinear ? k : k + 1.0);
+      for (std::uint32_t i = 0; i < kSteps; ++i) {
+        f.step();
+        ASSERT_NEAR(f.value() - last, 1.0 / kSteps, 1e-9) << "period " << k;
+        ASSERT_NEAR(f.velocity(), 1.0 / kPeriod, 1e-6);
+        last = f.value();
+      }
+    }
+  }
+}
+
+/// Whatever happens to samples that do not come in time, the output changes its speed no faster than it may.
+TEST(FineInterpolator, PursuesACurveThatItCouldMeetOnlyByALeap) {
+  constexpr double kRate = 1000.0;
+  for (const auto method : kSmooth) {
+    for (const double stays_behind : {0.0, 0.03, -0.05}) {
+      auto f = make(method);
+      f.set_limits(8, kRate, 200.0);
+      const double speed = 20.0;
+      f.reset(0.0, speed);
+      double sample = 0.0;
+      const auto next = [&] { f.push(sample += speed * kPeriod); };
+      for (int k = 0; k < 10; ++k, run(f)) next();
+      run(f, 20 * kSteps);
+      sample += stays_behind;  // of the way the samples would have gone
+      double before = f.velocity();
+      for (int k = 0; k < 800; ++k) {
+        next();
+        for (std::uint32_t i = 0; i < kSteps; ++i) {
+          const double place = f.value();
+          f.step();
+          ASSERT_LE(std::abs(f.velocity() - before), 1.001 * kRate * kStep) << "sample " << k;
+          ASSERT_NEAR(f.value() - place, f.velocity() * kStep, kRate * kStep * kStep) << "sample " << k;
+          before = f.velocity();
+        }
+      }
+      EXPECT_NEAR(f.value(), method == Method::kLinear ? sample : sample - speed * kPeriod, 1e-6);
+    }
   }
 }
 

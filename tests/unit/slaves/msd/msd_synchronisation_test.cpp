@@ -340,7 +340,7 @@ std::int32_t ripple(bool sync) {
 }
 
 TEST(MsdSynchronisationType, ControlStepsFollowSync0) {
-  EXPECT_LT(ripple(true) * 4, ripple(false));
+  EXPECT_LT(ripple(true) * 2, ripple(false));
 }
 
 }  // namespace

@@ -90,6 +90,8 @@ class CyclicCore {
   };
   /// Events the ring holds while nobody fetches them; more are dropped and counted.
   static constexpr std::size_t kEventRing = 1024;
+  /// Likewise of absences.
+  static constexpr std::size_t kAbsenceRing = 256;
 
   /// `motion` may be null: process data are exchanged as the image holds them.
   CyclicCore(port::Port& port, rt::Clock& clock, ProcessImage image, Motion* motion, SampleRings rings,
@@ -154,6 +156,10 @@ class CyclicCore {
 
   /// The oldest event that has not been fetched; one thread.
   [[nodiscard]] bool take_event(CyclicEvent& event) noexcept { return events_.try_pop(event); }
+  /// The oldest absence of the master that has not been fetched; one thread.
+  [[nodiscard]] bool take_absence(MasterAbsence& absence) noexcept { return absences_.try_pop(absence); }
+  /// Absences that found their ring full.
+  [[nodiscard]] std::uint64_t absences_dropped() const noexcept { return absences_.dropped(); }
   /// Events that found the ring full.
   [[nodiscard]] std::uint64_t events_dropped() const noexcept { return events_.dropped(); }
 
@@ -187,6 +193,7 @@ class CyclicCore {
   [[nodiscard]] bool due(const CyclicFrame& frame) const noexcept;
   void begin(const rt::CycleStart& start) noexcept;
   void take_recovery_requests() noexcept;
+  void note_absence(const rt::CycleStart& start) noexcept;
   void send() noexcept;
   void receive(std::chrono::nanoseconds deadline) noexcept;
   void dispatch(const port::ReceivedFrame& frame) noexcept;
@@ -228,6 +235,7 @@ class CyclicCore {
   std::unique_ptr<GroupCounters[]> groups_;
   std::vector<GroupTally> tallies_;
   rt::SpscRing<CyclicEvent> events_{kEventRing};
+  rt::SpscRing<MasterAbsence> absences_{kAbsenceRing};
   AcyclicChannel acyclic_;
   CycleStatistics statistics_;
   bool counting_ = true;

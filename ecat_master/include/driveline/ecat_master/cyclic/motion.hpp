@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "driveline/ecat_master/axis/axis.hpp"
+#include "driveline/ecat_master/cyclic/master_absence.hpp"
+#include "driveline/trajectory/coast.hpp"
 #include "driveline/trajectory/interpolator.hpp"
 #include "driveline/trajectory/path_clock.hpp"
 #include "driveline/trajectory/rejoin.hpp"
@@ -34,7 +36,7 @@ enum class MotionPhase : std::uint8_t {
 /// Why the axes were stopped by MotionPhase::kQuickStop.
 struct MotionFailure {
   /// What it was.
-  enum class Cause : std::uint8_t { kNone, kAxisFault, kAxisLost, kCommunication, kEnableTimeout };
+  enum class Cause : std::uint8_t { kNone, kAxisFault, kAxisLost, kCommunication, kEnableTimeout, kMasterAway };
   Cause cause = Cause::kNone;  ///< kNone: there was no failure
   std::uint16_t axis = 0;      ///< number of the axis, as given to the constructor; the first one where several failed
   std::uint16_t status_word = 0;  ///< 6041h when it failed
@@ -56,6 +58,12 @@ enum class AxisPresence : std::uint8_t {
 /// stands, and taken back onto the path within its limits. A drive that has a fault or switches off stops all in any
 /// case.
 ///
+/// The time along the path, approach and stop is that for which the drives have been given setpoints: at most one
+/// period per cycle, none for periods that were missed and for cycles of which the working counters do not say that the
+/// drives have taken their outputs. A setpoint never leaps: drives whose setpoints fail to come go straight on for a
+/// little while and slow down then (trajectory::Coast), the motion goes on from where that leads them and takes them
+/// back onto the path within their limits. What it is late by then it stays late by, or catches up (LatePolicy).
+///
 /// Commands come from any thread through atomics; everything else belongs to the cycle and is \rtsafe.
 class Motion {
  public:
@@ -65,9 +73,10 @@ class Motion {
     bool repeat = false;                                               ///< start over at the end of the path
     /// The path begins where the axes stand when they are enabled; its first point stands for that place.
     bool relative = false;
-    /// Cycles in a row without valid process data of an axis before all axes are stopped. The drives' own watchdog is
-    /// the second line of defence.
+    /// Cycles in a row without valid process data of an axis before all axes are stopped, and periods that the master
+    /// itself may miss. The drives' own watchdog is the second line of defence.
     std::uint32_t bad_cycle_limit = 8;
+    LatePolicy late = LatePolicy::kStay;  ///< what becomes of a path that is late
     /// Until all axes are in Operation enabled, or one that is back
     std::chrono::nanoseconds enable_timeout = std::chrono::seconds{2};
     /// For all axes to stand by themselves; then they are switched off
@@ -100,6 +109,14 @@ class Motion {
                    std::span<const bool> operational) noexcept;
   /// Advances phases and setpoints to grid cycle `cycle`, writes all outputs.
   void update(std::int64_t cycle, std::span<std::byte> image) noexcept;
+  /// To be called before the outputs of grid cycle `cycle` are sent when `missed` periods before it were skipped: what
+  /// was written for the first of them is replaced by what drives can follow that have had nothing since. More than
+  /// bad_cycle_limit: all axes are stopped.
+  AbsenceEffect resume(std::int64_t cycle, std::int64_t missed, std::span<std::byte> image) noexcept;
+  /// By how much the path is late. Any thread.
+  [[nodiscard]] std::chrono::nanoseconds path_late() const noexcept {
+    return std::chrono::nanoseconds{path_late_shared_.load(std::memory_order_relaxed)};
+  }
 
   /// In the order given to the constructor.
   [[nodiscard]] std::span<const Axis> axes() const noexcept { return axes_; }
@@ -113,12 +130,24 @@ class Motion {
   struct Absence {
     AxisPresence presence = AxisPresence::kPresent;
     std::int64_t since = 0;  ///< cycle
+    bool braking = false;    ///< it has been told to stop, and comes to rest before it is enabled again
     trajectory::Rejoin rejoin{};
+  };
+  /// How an axis stands with the setpoints that it was to be given.
+  struct Supply {
+    trajectory::Coast coast{};
+    double sent = 0.0;  ///< the last setpoint that left, and the velocity of the step to it
+    double sent_velocity = 0.0;
+    bool reached = true;                           ///< the drive has taken the outputs of this cycle
+    bool beside_path = false;                      ///< after a gap, until it is back where the path is
+    std::optional<trajectory::Rejoin> way_back{};  ///< once setpoints reach the drive again
   };
 
   void enter(MotionPhase phase, std::int64_t cycle) noexcept;
   [[nodiscard]] double seconds(std::int64_t cycles) const noexcept;
   [[nodiscard]] double elapsed_s(std::int64_t cycle) const noexcept { return seconds(cycle - phase_start_); }
+  /// The same in the time of the setpoints.
+  [[nodiscard]] double given_s() const noexcept { return seconds(given_ - phase_given_); }
   void obey(std::int64_t cycle) noexcept;
   void watch(std::int64_t cycle) noexcept;
   void fail(MotionFailure::Cause cause, std::size_t axis, std::int64_t cycle) noexcept;
@@ -126,15 +155,26 @@ class Motion {
   void watch_axis(std::size_t axis, std::int64_t cycle) noexcept;
   void watch_absence(std::size_t axis, std::int64_t cycle) noexcept;
   void set_presence(std::size_t axis, AxisPresence presence, std::int64_t cycle) noexcept;
-  void aim(double step_s) noexcept;
+  void aim() noexcept;
+  [[nodiscard]] trajectory::AxisSetpoint aim_present(std::size_t axis) noexcept;
   void advance(std::int64_t cycle) noexcept;
+  void advance_powerless(std::int64_t cycle) noexcept;
+  void advance_stop(std::int64_t cycle) noexcept;
   void advance_path(std::int64_t cycle) noexcept;
+  void supply_from_rest() noexcept;
+  void note_supplies() noexcept;
+  void bridge(std::size_t axis) noexcept;
+  [[nodiscard]] bool path_must_wait_for_setpoints() const noexcept;
+  void fall_behind(std::int64_t periods) noexcept;
+  void tell_path_late() noexcept;
+  void give_up(std::size_t axis, std::int64_t cycle) noexcept;
   void begin_path(std::int64_t cycle) noexcept;
   void evaluate_path(double time_s) noexcept;
   void anchor(std::size_t axis) noexcept;
   [[nodiscard]] bool must_wait() const noexcept;
   [[nodiscard]] bool powered() const noexcept;
   [[nodiscard]] bool unavailable(std::size_t axis) const noexcept;
+  [[nodiscard]] bool brakes(std::size_t axis, std::int64_t cycle) const noexcept;
   [[nodiscard]] bool tolerated(std::size_t axis) const noexcept {
     return axes_[axis].config().on_loss != LossPolicy::kStop;
   }
@@ -156,16 +196,19 @@ class Motion {
   std::vector<std::optional<double>> anchors_;     ///< relative paths: what is added to them, once the axis was enabled
   std::vector<trajectory::AxisSetpoint> targets_;  ///< where the path is; setpoints_ of the axes on it
   trajectory::PathClock path_clock_;
-  std::int64_t path_begin_ = 0;
+  std::int64_t path_begin_ = 0;   ///< in given periods
+  std::int64_t given_ = 0;        ///< periods for which setpoints have been made since the start
+  std::int64_t phase_given_ = 0;  ///< of them, when the phase began
+  std::vector<Supply> supplies_;
   std::vector<Absence> absences_;
   std::unique_ptr<std::atomic<AxisPresence>[]> presence_shared_;
   std::vector<std::uint32_t> bad_cycles_;
   MotionPhase phase_ = MotionPhase::kIdle;
   std::int64_t phase_start_ = 0;
-  std::int64_t setpoint_cycle_ = 0;  ///< the cycle that setpoints_ belong to
   MotionFailure failure_;
   std::atomic<Command> command_{Command::kNone};
   std::atomic<MotionPhase> phase_shared_{MotionPhase::kIdle};
+  std::atomic<std::int64_t> path_late_shared_{0};
 };
 
 }  // namespace driveline::ecat_master

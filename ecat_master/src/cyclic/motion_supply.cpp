@@ -1,0 +1,133 @@
+// Setpoints when not all of them reach the drives.
+#include <algorithm>
+#include <cmath>
+
+#include "driveline/ecat_master/cyclic/motion.hpp"
+
+namespace driveline::ecat_master {
+
+/// What left with the frame of this cycle, and where it has left the drives.
+void Motion::note_supplies() noexcept {
+  const double period_s = seconds(1);
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    auto& supply = supplies_[i];
+    supply.sent_velocity = (setpoints_[i].position - supply.sent) / period_s;
+    supply.sent = setpoints_[i].position;
+    if (supply.reached) {
+      supply.coast.give(supply.sent, supply.sent_velocity);
+    } else {
+      supply.coast.step(period_s);
+    }
+  }
+}
+
+/// The axes have just been enabled and stand.
+void Motion::supply_from_rest() noexcept {
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    auto& supply = supplies_[i];
+    supply.sent = setpoints_[i].position;
+    supply.sent_velocity = 0.0;
+    supply.coast.give(supply.sent, 0.0);
+    supply.beside_path = false;
+  }
+}
+
+/// All go along the path together: it stands still when one of them has not been given its setpoint, but for those
+/// whose loss is none of the others' business.
+bool Motion::path_must_wait_for_setpoints() const noexcept {
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    const auto presence = absences_[i].presence;
+    const bool takes_part = presence == AxisPresence::kPresent || presence == AxisPresence::kReturning;
+    if (takes_part && !supplies_[i].reached && axes_[i].config().on_loss != LossPolicy::kContinue) return true;
+  }
+  return false;
+}
+
+/// A setpoint that goes on where the drive is without one. If it was only the answer that got lost, the drive is not
+/// there but has what it was sent: from that, too, the way to this setpoint is within the limits.
+void Motion::bridge(std::size_t axis) noexcept {
+  auto& supply = supplies_[axis];
+  const auto presence = absences_[axis].presence;
+  if (presence == AxisPresence::kMissing || presence == AxisPresence::kEnabling) {
+    setpoints_[axis] = {axes_[axis].inputs().position, 0.0, 0.0};
+    return;
+  }
+  const double period_s = seconds(1);
+  const double most = axes_[axis].config().limits.max_acceleration * period_s * period_s;
+  const double straight = supply.sent + supply.sent_velocity * period_s;
+  const double position = std::clamp(supply.coast.next(period_s).position, straight - most, straight + most);
+  setpoints_[axis] = {position, (position - supply.sent) / period_s, 0.0};
+  supply.beside_path = true;
+  supply.way_back.reset();
+}
+
+trajectory::AxisSetpoint Motion::aim_present(std::size_t axis) noexcept {
+  auto& supply = supplies_[axis];
+  if (!supply.beside_path) return targets_[axis];
+  if (!supply.way_back) supply.way_back.emplace(supply.sent, supply.sent_velocity, axes_[axis].config().limits);
+  const auto setpoint = supply.way_back->step(targets_[axis], seconds(1));
+  if (supply.way_back->joined()) supply.beside_path = false;
+  return setpoint;
+}
+
+/// Setpoints of this cycle: on the path, on the way back to it, or where the axis is.
+void Motion::aim() noexcept {
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    auto& absence = absences_[i];
+    auto& supply = supplies_[i];
+    if (!supply.reached) {
+      bridge(i);
+    } else if (absence.presence == AxisPresence::kPresent) {
+      setpoints_[i] = aim_present(i);
+    } else if (absence.presence == AxisPresence::kReturning) {
+      if (supply.beside_path) absence.rejoin = {supply.sent, supply.sent_velocity, axes_[i].config().limits};
+      supply.beside_path = false;
+      setpoints_[i] = absence.rejoin.step(targets_[i], seconds(1));
+      if (absence.rejoin.joined()) set_presence(i, AxisPresence::kPresent, phase_start_);
+    } else {
+      setpoints_[i] = {axes_[i].inputs().position, 0.0, 0.0};
+      supply.beside_path = false;
+    }
+  }
+}
+
+void Motion::fall_behind(std::int64_t periods) noexcept {
+  if (phase_ != MotionPhase::kApproach && phase_ != MotionPhase::kFollowing) return;
+  path_clock_.fall_behind(seconds(periods));
+  tell_path_late();
+}
+
+void Motion::tell_path_late() noexcept {
+  path_late_shared_.store(std::llround(path_clock_.behind_s() * 1e9), std::memory_order_relaxed);
+}
+
+AbsenceEffect Motion::resume(std::int64_t cycle, std::int64_t missed, std::span<std::byte> image) noexcept {
+  if (!powered()) return AbsenceEffect::kNone;
+  const bool too_long = missed > settings_.bad_cycle_limit;
+  if (!too_long) fall_behind(missed);
+  for (std::size_t i = 0; i < axes_.size() && powered(); ++i) {
+    if (too_long) {
+      give_up(i, cycle);
+      continue;
+    }
+    auto& supply = supplies_[i];
+    for (std::int64_t period = 0; period < missed; ++period) supply.coast.step(seconds(1));
+    supply.sent = supply.coast.position();
+    supply.sent_velocity = supply.coast.velocity();
+    bridge(i);
+  }
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    axes_[i].write_outputs(image, goal(i), reset_due(i, cycle), setpoints_[i]);
+  }
+  return too_long ? AbsenceEffect::kStopped : AbsenceEffect::kBridged;
+}
+
+/// Nobody knows what the drive has done meanwhile: it stops by itself. Those that may be missing are treated as if they
+/// had been, the others stop for good.
+void Motion::give_up(std::size_t axis, std::int64_t cycle) noexcept {
+  if (!tolerated(axis)) return fail(MotionFailure::Cause::kMasterAway, axis, cycle);
+  set_presence(axis, AxisPresence::kMissing, cycle);
+  absences_[axis].braking = true;
+}
+
+}  // namespace driveline::ecat_master

@@ -1,0 +1,39 @@
+#include "driveline/trajectory/coast.hpp"
+
+#include <gtest/gtest.h>
+
+namespace driveline::trajectory {
+namespace {
+
+constexpr double kCoastPeriod = 0.5;
+
+TEST(Coast, GoesStraightOnAndThenSlowsDownToRest) {
+  Coast coast(2, 4.0);
+  coast.give(10.0, -3.0);
+  for (const double position : {8.5, 7.0, 6.5, 6.5}) {
+    EXPECT_DOUBLE_EQ(coast.next(kCoastPeriod).position, position) << "what comes is known before";
+    coast.step(kCoastPeriod);
+    EXPECT_DOUBLE_EQ(coast.position(), position);
+  }
+  EXPECT_EQ(coast.velocity(), 0.0);
+}
+
+TEST(Coast, BeginsAnewWithEverySetpointThatArrives) {
+  Coast coast(1, 100.0);
+  coast.give(0.0, 2.0);
+  coast.step(kCoastPeriod);
+  coast.give(1.0, 2.0);
+  coast.step(kCoastPeriod);
+  EXPECT_DOUBLE_EQ(coast.position(), 2.0);
+  EXPECT_DOUBLE_EQ(coast.velocity(), 2.0);
+}
+
+TEST(Coast, WithoutDecelerationNeverSlowsDown) {
+  Coast coast(1, 0.0);
+  coast.give(0.0, 2.0);
+  for (int i = 0; i < 100; ++i) coast.step(kCoastPeriod);
+  EXPECT_DOUBLE_EQ(coast.position(), 100.0);
+}
+
+}  // namespace
+}  // namespace driveline::trajectory
