@@ -127,12 +127,17 @@ TEST(GenericDevice, WithoutKnownPdosTheLengthsOfTheEepromAreTaken) {
   device.type = "Bare";
   device.vendor_id = 1;
   device.product_code = 2;
-  for (const auto& [use, size] :
-       {std::pair(Use::kOutputs, std::uint16_t{12}), std::pair(Use::kInputs, std::uint16_t{20})}) {
+  device.mailbox.coe = true;  // with an application, which checks what the master sets up
+  struct Length {
+    Use use;
+    std::uint16_t bytes;
+  };
+  for (const auto& length : {Length{Use::kMailboxOut, 128}, Length{Use::kMailboxIn, 128}, Length{Use::kOutputs, 12},
+                             Length{Use::kInputs, 20}}) {
     esi::SyncManager manager;
-    manager.use = use;
+    manager.use = length.use;
     manager.enable = true;
-    manager.default_size = size;
+    manager.default_size = length.bytes;
     device.sync_managers.push_back(manager);
   }
   struct Case {
@@ -145,8 +150,8 @@ TEST(GenericDevice, WithoutKnownPdosTheLengthsOfTheEepromAreTaken) {
                         Case{12, 21, AlStatusCode::kInvalidInputConfiguration}}) {
     DeviceBench bench(device);
     bench.enter_pre_op();
-    bench.set_sync_manager(0, c.outputs);
-    bench.set_sync_manager(1, c.inputs);
+    bench.set_sync_manager(2, c.outputs);
+    bench.set_sync_manager(3, c.inputs);
     bench.request(AlState::kSafeOp);
     EXPECT_EQ(bench.code(), c.code) << c.outputs << ", " << c.inputs;
     EXPECT_EQ(bench.status().state, c.code == AlStatusCode::kNoError ? AlState::kSafeOp : AlState::kPreOp);
