@@ -382,7 +382,9 @@ TEST(Bootstrap, IsRefusedToASlaveWithoutIt) {
   DriveLine drives(1);
   Master master(drives.line(), drives.clock);
   ASSERT_EQ(sentence(master.scan()), "");
-  EXPECT_EQ(sentence(enter_bootstrap(master.mailboxes(), master.slaves()[0].info)),
+  auto slave = master.slaves()[0].info;
+  slave.description.bootstrap_rx_size = slave.description.bootstrap_tx_size = 0;
+  EXPECT_EQ(sentence(enter_bootstrap(master.mailboxes(), slave)),
             "slave 0: has no mailbox for BOOT: its EEPROM names none for the bootstrap state");
   EXPECT_EQ(drives.state(0), AlState::kInit);
 }

@@ -102,14 +102,8 @@ TEST(RefusedTransition, ToBootHasTheSameFacts) {
   DriveLine drives(2);
   ecat_master::Master master(drives.line(), drives.clock);
   ASSERT_EQ(sentence(master.scan()), "");
-  auto drive = master.slaves()[1].info;
-  // The drive has no mailboxes for BOOT: those of the other states will do for asking.
-  auto& device = drive.description;
-  device.bootstrap_rx_offset = device.sync_managers[0].start_address;
-  device.bootstrap_rx_size = device.sync_managers[0].default_size;
-  device.bootstrap_tx_offset = device.sync_managers[1].start_address;
-  device.bootstrap_tx_size = device.sync_managers[1].default_size;
-  EXPECT_EQ(sentence(enter_bootstrap(master.mailboxes(), drive)),
+  drives.slave(1).al().refuse(AlState::kBootstrap, wire::AlStatusCode::kBootstrapNotSupported);
+  EXPECT_EQ(sentence(enter_bootstrap(master.mailboxes(), master.slaves()[1].info)),
             "slave 1: asked for BOOT, is in INIT + error, AL status code 0x0013 (bootstrap not supported)");
 }
 
