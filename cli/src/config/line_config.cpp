@@ -15,6 +15,7 @@
 #include "config/toml_depth.hpp"
 #include "config/toml_reader.hpp"
 #include "config/wiring_config.hpp"
+#include "driveline/ecat_master/axis/axis_objects.hpp"
 #include "driveline/ecat_master/configuration/description_plan.hpp"
 #include "driveline/port/port.hpp"
 #include "driveline/rt/cycle_timer.hpp"
@@ -193,6 +194,41 @@ void read_simulation(TomlReader& root, LineConfig& config) {
   for (auto& reader : root.tables("fault")) config.faults.push_back(read_fault(std::move(reader), places));
 }
 
+/// In cst nothing but torque from velocity errors moves the axis: without a gain it would stand for ever.
+void read_velocity_gain(TomlReader& reader, ecat_master::AxisConfig& axis) {
+  const bool needed = axis.mode == ecat_master::cia402::Mode::kCyclicTorque;
+  const bool given = reader.has("velocity_gain");
+  if (given) axis.velocity_gain = reader.number("velocity_gain", 0.0, 1e6);
+  if (!needed || axis.velocity_gain > 0.0) return;
+  if (given) reader.fail("velocity_gain", "is 0: with mode \"cst\" the axis would never move");
+  if (axis.inertia > 0.0) return;
+  reader.fail("velocity_gain",
+              "with mode \"cst\" it is needed, or inertia to take it from: without either the axis would never move");
+}
+
+/// The loop that is closed over the line bears so much: 100/s, and less where exchanges are rare.
+void complete_velocity_gains(LineConfig& config) {
+  constexpr double kBandwidth_1_s = 100.0;
+  constexpr double kPerExchange = 0.2;
+  for (auto& axis : config.axes) {
+    if (axis.mode != ecat_master::cia402::Mode::kCyclicTorque || axis.velocity_gain > 0.0) continue;
+    const std::chrono::duration<double> exchange = config.period * exchange_divider(config, config.slaves[axis.slave]);
+    axis.velocity_gain = axis.inertia * std::min(kBandwidth_1_s, kPerExchange / exchange.count());
+  }
+}
+
+/// PDOs without entries have those of the slave, which are known once it has been found.
+void check_objects(const TomlReader& reader, const SlaveConfig& slave, ecat_master::cia402::Mode mode) {
+  if (!slave.plan.pdos) return;
+  for (const auto* direction : {&slave.plan.pdos->outputs, &slave.plan.pdos->inputs}) {
+    if (std::any_of(direction->begin(), direction->end(), [](const auto& pdo) { return pdo.objects.empty(); })) return;
+  }
+  const auto missing = ecat_master::missing_objects(mode, *slave.plan.pdos);
+  if (missing.empty()) return;
+  reader.fail("slave", fmt::format("the [[slave.pdo]] of \"{}\" are not enough: {}", slave.name,
+                                   ecat_master::describe_missing(mode, missing, *slave.plan.pdos)));
+}
+
 ecat_master::AxisConfig read_axis(TomlReader reader, const std::vector<SlaveConfig>& slaves,
                                   const std::vector<ecat_master::AxisConfig>& others) {
   using ecat_master::cia402::Mode;
@@ -212,6 +248,7 @@ ecat_master::AxisConfig read_axis(TomlReader reader, const std::vector<SlaveConf
   }
   constexpr Mode kModes[] = {Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque};
   axis.mode = kModes[reader.choice_or("mode", 0, {"csp", "csv", "cst"})];
+  check_objects(reader, *slave, axis.mode);
   const double increments = reader.number_or("increments_per_revolution", 1048576.0, 1.0, kMaxIncrementsPerRevolution);
   axis.linear = reader.has("feed_mm_per_revolution");
   const double unit_per_revolution =
@@ -222,7 +259,11 @@ ecat_master::AxisConfig read_axis(TomlReader reader, const std::vector<SlaveConf
   axis.limits.max_acceleration = reader.number_or("max_acceleration", axis.limits.max_acceleration, 1e-6, 1e9);
   axis.inertia = reader.number_or("inertia", 0.0, 0.0, 1e6);
   axis.position_gain_1_s = reader.number_or("position_gain_1_s", axis.position_gain_1_s, 0.0, 1e4);
-  axis.velocity_gain = reader.number_or("velocity_gain", axis.velocity_gain, 0.0, 1e6);
+  read_velocity_gain(reader, axis);
+  if (reader.has("position_tolerance")) axis.position_tolerance = reader.number("position_tolerance", 0.0, 1e6);
+  constexpr double kLongestDelay = 10'000.0;
+  if (reader.has("setpoint_delay_cycles"))
+    axis.setpoint_delay_cycles = reader.number("setpoint_delay_cycles", 0.0, kLongestDelay);
   reader.finish();
   return axis;
 }
@@ -286,6 +327,7 @@ LineConfig read_config(const toml::table& table, const std::filesystem::path& fi
   for (auto& reader : root.tables("axis"))
     config.axes.push_back(read_axis(std::move(reader), config.slaves, config.axes));
   read_process_data(root, config);
+  complete_velocity_gains(config);
   if (root.has("path")) read_path(root.table("path"), file.parent_path(), config);
   read_telemetry(root.table("telemetry"), config);
   read_output(root.table("output"), config);

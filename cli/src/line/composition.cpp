@@ -89,6 +89,8 @@ std::vector<ecat_master::SlavePlan> make_slave_plans(const LineConfig& config) {
       plan.startup_sdos = plan.vendor_id == slaves::msd::kVendorId ? ecat_master::msd_startup_sdos(*axis, period)
                                                                    : ecat_master::cia402_startup_sdos(period);
       plan.pdos = ecat_master::axis_pdo_configuration();
+      // PDOs of the user's choice may be without 6060h.
+      if (slave.plan.pdos) plan.startup_sdos.push_back(ecat_master::mode_sdo(axis->mode));
     } else {
       plan.own_pdos = !slave.plan.pdos;
     }
@@ -97,6 +99,25 @@ std::vector<ecat_master::SlavePlan> make_slave_plans(const LineConfig& config) {
     plans.push_back(std::move(plan));
   }
   return plans;
+}
+
+double setpoint_delay(const LineConfig& config, const ecat_master::AxisConfig& axis,
+                      const ecat_master::Master& master) {
+  ecat_master::SetpointWay way;
+  way.period = config.period;
+  way.divider = exchange_divider(config, config.slaves[axis.slave]);
+  const auto position = master.position_of(axis.slave).value_or(axis.slave);
+  // Those that are told to interpolate by a spline (msd_startup_sdos()).
+  if (master.slaves()[position].plan.vendor_id == slaves::msd::kVendorId) {
+    way.interpolation = ecat_master::kSplinePeriods;
+  }
+  const auto* clocks = master.clocks();
+  if (clocks != nullptr && position < clocks->slaves.size() && clocks->slaves[position].signals.sync0()) {
+    const auto& signals = clocks->slaves[position].signals;
+    const auto cycle = std::max(signals.sync0_cycle, std::chrono::nanoseconds{1});
+    way.to_sync0 = ((clocks->frame_lead + signals.sync0_shift) % cycle + cycle) % cycle;
+  }
+  return ecat_master::setpoint_delay_cycles(way);
 }
 
 std::vector<SlaveConfig> describe_found(std::span<const ecat_master::ConfiguredSlave> found) {

@@ -7,6 +7,7 @@
 
 #include "driveline/cli/line_config.hpp"
 #include "driveline/ecat_master/configuration/configurator.hpp"
+#include "driveline/ecat_master/master.hpp"
 #include "driveline/rt/clock.hpp"
 #include "driveline/slaves/line/line.hpp"
 
@@ -19,6 +20,11 @@ namespace driveline::cli {
 
 /// Plans for the master: identities, start-up SDOs and PDOs of the configured slaves.
 [[nodiscard]] std::vector<ecat_master::SlavePlan> make_slave_plans(const LineConfig& config);
+
+/// Cycles between a position setpoint of `axis` and the actual position that belongs to it, by what is known of its
+/// drive, group and clock. After Master::configure().
+[[nodiscard]] double setpoint_delay(const LineConfig& config, const ecat_master::AxisConfig& axis,
+                                    const ecat_master::Master& master);
 
 /// A line without a description: `found` as it would be described, named slave0 and on, each with the process data that
 /// it has assigned by itself.

@@ -7,6 +7,7 @@
 #include "config/clock_plan.hpp"
 #include "console.hpp"
 #include "driveline/ecat_master/diagnosis/diagnosis.hpp"
+#include "line/axis_verdict.hpp"
 #include "line/line_check.hpp"
 #include "line/process_data_plan.hpp"
 #include "line/wire_budget.hpp"
@@ -26,6 +27,8 @@ using std::chrono::nanoseconds;
 constexpr auto kWatchInterval = milliseconds{20};
 /// Longer than the watchdogs of process data, so that a line whose master has died has left OP by then.
 constexpr auto kListenForMasters = milliseconds{150};
+/// Axes that have not been enabled for so long when a signal ends the run are a fault.
+constexpr auto kTimeToEnable = std::chrono::seconds{1};
 constexpr auto kStopTimeout = std::chrono::seconds{10};
 /// Cycles the telemetry rings hold: a quarter of a second at 8 kHz.
 constexpr std::size_t kRingCycles = 2048;
@@ -138,6 +141,7 @@ Outcome<void> LineRun::bring_up() {
   }
   if (auto done = configure_line(master_, &config_); !done) return done;
   state_ = "SAFEOP";
+  if (auto complete = check_axis_objects(config_, master_); !complete) return complete;
   auto named = name_process_data(config_, master_);
   if (!named) return tl::unexpected(named.error());
   copies_ = std::move(named->copies);
@@ -177,6 +181,7 @@ void LineRun::make_motion() {
   for (auto axis : config_.axes) {
     // The file names slaves; those with an alias may be anywhere on the line. All are there, or configure() had failed.
     axis.on_loss = config_.recovery.axes;
+    if (!axis.setpoint_delay_cycles) axis.setpoint_delay_cycles = setpoint_delay(config_, axis, master_);
     axis.slave = master_.position_of(axis.slave).value_or(axis.slave);
     // A slave that may come and go is no reason for the others to stop.
     if (master_.slaves()[axis.slave].plan.hot_connect) axis.on_loss = ecat_master::LossPolicy::kContinue;
@@ -335,12 +340,27 @@ void LineRun::take_down() {
     note_fault(fmt::format("on the way to INIT: {}", ecat_master::describe(down.error())));
   }
   if (drain_) drain_->stop();
+  judge_axes();
   if (recorder_ && !recorder_->problem().empty()) note_fault(recorder_->problem());
   if (const auto end = recorder_ ? recorder_->cut_off_at_s() : std::nullopt) {
     note_event(fmt::format("axes.csv and its plots end after {:.3f} s, with {} rows; the figures are of the whole run",
                            *end, recorder_->rows()));
   }
   if (operation_time_ > nanoseconds{0}) finish_fault_records();
+}
+
+/// Of a run that nothing else has ended badly.
+void LineRun::judge_axes() {
+  if (!motion_ || !failure_.empty() || operation_time_ == nanoseconds{0}) return;
+  for (std::size_t i = 0; i < config_.axes.size(); ++i) {
+    const auto& axis = config_.axes[i];
+    const auto& seen = recorder_->following_errors()[i];
+    // Whoever stops the run at its beginning does not wait for them.
+    if (seen.samples == 0 && stop_requested() && operation_time_ < kTimeToEnable) continue;
+    const auto period = config_.period * exchange_divider(config_, config_.slaves[axis.slave]);
+    auto verdict = axis_verdict(axis, seen, period);
+    if (!verdict.empty()) note_fault(std::move(verdict));
+  }
 }
 
 /// Another master on the wire explains much of what else went wrong.
@@ -387,6 +407,9 @@ RunReport LineRun::make_report() {
     report.axes.push_back({axis.name, axis.slave, error.maximum * axis.increments_per_unit,
                            error.rms() * axis.increments_per_unit, axis.linear ? "m" : "rad", axis.increments_per_unit,
                            error.unavailable});
+    if (error.drive.samples == 0) continue;
+    report.axes.back().by_drive = {error.drive.maximum * axis.increments_per_unit,
+                                   error.drive.rms() * axis.increments_per_unit};
   }
   report.telemetry_enabled = publisher_ != nullptr;
   if (publisher_) {

@@ -47,6 +47,7 @@ class LineRun {
   void operate();
   void stop_motion();
   void take_down();
+  void judge_axes();
   void tell_traffic();
   void finish_fault_records();
   void leave_nothing_behind();

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "driveline/ecat_master/axis/axis_objects.hpp"
 #include "driveline/ecat_master/configuration/description_plan.hpp"
 #include "driveline/ecat_master/configuration/pdo_discovery.hpp"
 #include "line/composition.hpp"
@@ -94,6 +95,18 @@ Outcome<void> check_planned_pdos(const LineConfig& config, std::span<const ecat_
     return failed(fmt::format("slave {} ({}): {} cannot be configured by the ESI file of \"{}\": {}", i,
                               config.slaves[*tables[i]].name, planned ? "the planned PDOs" : "the PDOs that it assigns",
                               file->type, fit.error()));
+  }
+  return {};
+}
+
+Outcome<void> check_axis_objects(const LineConfig& config, const ecat_master::Master& master) {
+  for (const auto& axis : config.axes) {
+    const auto position = master.position_of(axis.slave).value_or(axis.slave);
+    const auto& plan = master.slaves()[position].plan;
+    const auto missing = ecat_master::missing_objects(axis.mode, plan.pdos);
+    if (missing.empty()) continue;
+    return misused(fmt::format("axis {}, slave {} ({}): {}", axis.name, position, plan.name,
+                               ecat_master::describe_missing(axis.mode, missing, plan.pdos)));
   }
   return {};
 }

@@ -18,6 +18,10 @@ namespace driveline::cli {
 [[nodiscard]] Outcome<void> check_planned_pdos(const LineConfig& config,
                                                std::span<const ecat_master::ConfiguredSlave> slaves);
 
+/// After Master::configure(): whether the process data of every axis have what its mode needs, also of those whose PDOs
+/// are the slave's own. Failure (status 2): what is missing.
+[[nodiscard]] Outcome<void> check_axis_objects(const LineConfig& config, const ecat_master::Master& master);
+
 /// The process data of a configured line by the names of the file, and what is copied in every cycle.
 struct NamedProcessData {
   ecat_master::ProcessVariables variables;

@@ -11,7 +11,13 @@
 
 namespace driveline::cli {
 
-double FollowingError::rms() const noexcept {
+void ErrorFigures::add(double error) noexcept {
+  maximum = std::max(maximum, std::abs(error));
+  sum_of_squares += error * error;
+  ++samples;
+}
+
+double ErrorFigures::rms() const noexcept {
   return samples == 0 ? 0.0 : std::sqrt(sum_of_squares / static_cast<double>(samples));
 }
 
@@ -24,19 +30,28 @@ void Recorder::Extremes::add(double value) noexcept {
 Recorder::Recorder(const std::vector<ecat_master::AxisConfig>& axes, std::optional<std::filesystem::path> csv,
                    std::uint64_t every)
     : errors_(axes.size()), csv_(std::move(csv)), every_(every), extremes_(axes.size()) {
+  for (const auto& axis : axes) columns_.push_back({axis.name, axis.linear});
   if (!csv_) return;
   stream_.open(partial_name(*csv_), std::ios::trunc);
   if (!stream_) problem_ = fmt::format("{}: cannot be written: {}", csv_->string(), std::strerror(errno));
+}
+
+/// Three columns for each axis, then what fewer people look at. Which drives report a following error of their own is
+/// known by the first row.
+void Recorder::write_header(const std::vector<snapshot::AxisSample>& row) {
   stream_ << "time[s]";
-  for (const auto& axis : axes) {
-    const auto unit = axis.linear ? "m" : "rad";
+  for (const auto& [axis, linear] : columns_) {
     for (const auto* column : {"target", "actual", "following_error"})
-      stream_ << fmt::format(",{}_{}[{}]", axis.name, column, unit);
+      stream_ << fmt::format(",{}_{}[{}]", axis, column, linear ? "m" : "rad");
   }
-  for (const auto& axis : axes) stream_ << fmt::format(",{}_torque[{}]", axis.name, axis.linear ? "N" : "Nm");
-  for (const auto& axis : axes) {
+  for (const auto& [axis, linear] : columns_) stream_ << fmt::format(",{}_torque[{}]", axis, linear ? "N" : "Nm");
+  for (const auto& [axis, linear] : columns_) {
     for (const auto* column : {"following_error_min", "following_error_max"})
-      stream_ << fmt::format(",{}_{}[{}]", axis.name, column, axis.linear ? "m" : "rad");
+      stream_ << fmt::format(",{}_{}[{}]", axis, column, linear ? "m" : "rad");
+  }
+  for (std::size_t i = 0; i < columns_.size(); ++i) {
+    if (std::isnan(row[i].drive_following_error_rad)) continue;
+    stream_ << fmt::format(",{}_drive_following_error[{}]", columns_[i].axis, columns_[i].linear ? "m" : "rad");
   }
   stream_ << '\n';
 }
@@ -50,10 +65,10 @@ void Recorder::axes(std::span<const snapshot::AxisSample> samples) {
     auto& error = errors_[sample.axis];
     const bool operating = sample.time_ns >= begin && sample.time_ns < operation_end_.load();
     if (sample.state == snapshot::AxisState::kUnavailable && operating) ++error.unavailable;
+    if (operating) error.last = sample;
     if (sample.state == snapshot::AxisState::kOperationEnabled) {
-      error.maximum = std::max(error.maximum, std::abs(sample.following_error_rad));
-      error.sum_of_squares += sample.following_error_rad * sample.following_error_rad;
-      ++error.samples;
+      error.add(sample.following_error_rad);
+      if (!std::isnan(sample.drive_following_error_rad)) error.drive.add(sample.drive_following_error_rad);
       extremes_[sample.axis].add(sample.following_error_rad);
     }
     if (csv_) add_to_row(sample);
@@ -82,7 +97,10 @@ void Recorder::take_row(const std::vector<snapshot::AxisSample>& row) {
 }
 
 void Recorder::write_row(const std::vector<snapshot::AxisSample>& row) {
-  if (!first_time_ns_) first_time_ns_ = row.front().time_ns;
+  if (!first_time_ns_) {
+    first_time_ns_ = row.front().time_ns;
+    write_header(row);
+  }
   last_time_s_ = static_cast<double>(row.front().time_ns - *first_time_ns_) * 1e-9;
   fmt::memory_buffer text;
   fmt::format_to(std::back_inserter(text), "{:.6f}", last_time_s_);
@@ -93,6 +111,10 @@ void Recorder::write_row(const std::vector<snapshot::AxisSample>& row) {
   for (const auto& sample : row) fmt::format_to(std::back_inserter(text), ",{:.5g}", sample.actual_torque_nm);
   for (auto& [least, greatest] : extremes_) fmt::format_to(std::back_inserter(text), ",{:.7g},{:.7g}", least, greatest);
   std::fill(extremes_.begin(), extremes_.end(), Extremes{});
+  for (const auto& sample : row) {
+    if (!std::isnan(sample.drive_following_error_rad))
+      fmt::format_to(std::back_inserter(text), ",{:.4g}", sample.drive_following_error_rad);
+  }
   text.push_back('\n');
   stream_.write(text.data(), static_cast<std::streamsize>(text.size()));
   ++rows_;

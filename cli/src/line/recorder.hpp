@@ -14,13 +14,20 @@
 
 namespace driveline::cli {
 
-/// Following error of one axis while it was in Operation enabled, in rad or m.
-struct FollowingError {
-  double maximum = 0.0;
+/// What has come of many values.
+struct ErrorFigures {
+  double maximum = 0.0;  ///< of the magnitudes
   double sum_of_squares = 0.0;
   std::uint64_t samples = 0;
-  std::uint64_t unavailable = 0;  ///< cycles in operation in which the axis was not there
+  void add(double error) noexcept;
   [[nodiscard]] double rms() const noexcept;
+};
+
+/// Following error of one axis while it was in Operation enabled, in rad or m: as the master computes it.
+struct FollowingError : ErrorFigures {
+  ErrorFigures drive;                          ///< as the drive reports it (60F4h); no samples: that is not mapped
+  std::uint64_t unavailable = 0;               ///< cycles in operation in which the axis was not there
+  std::optional<snapshot::AxisSample> last{};  ///< of the operation
 };
 
 /// Watches all samples of a run: following errors of every cycle, and a CSV file of every n-th for the plots. So that
@@ -63,6 +70,7 @@ class Recorder final : public bridge::SampleConsumer {
  private:
   void drop_file();
   void add_to_row(const snapshot::AxisSample& sample);
+  void write_header(const std::vector<snapshot::AxisSample>& row);
   void take_row(const std::vector<snapshot::AxisSample>& row);
   void write_row(const std::vector<snapshot::AxisSample>& row);
 
@@ -73,7 +81,12 @@ class Recorder final : public bridge::SampleConsumer {
     void add(double value) noexcept;
   };
 
+  struct Column {
+    std::string axis;
+    bool linear = false;
+  };
   std::vector<FollowingError> errors_;
+  std::vector<Column> columns_;
   std::optional<std::filesystem::path> csv_;
   std::uint64_t every_;
   std::ofstream stream_;

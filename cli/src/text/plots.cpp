@@ -29,7 +29,7 @@ std::string jitter_script() {
 }
 
 /// One small plot per axis, two side by side. The columns: time, three per axis, their torques, least and greatest
-/// following error of each.
+/// following error of each, then the following errors of the drives that report one (Recorder).
 std::string axes_script(const std::vector<AxisReport>& axes, std::string_view output, std::string_view title,
                         bool errors) {
   const auto rows = (axes.size() + 1) / 2;
@@ -38,6 +38,7 @@ std::string axes_script(const std::vector<AxisReport>& axes, std::string_view ou
       "set output '{}'\nset datafile separator ','\nset multiplot layout {},2 title '{}'\nset grid\n"
       "set xlabel 'time in s'\n",
       output, rows, title);
+  auto reported = 2 + 6 * axes.size();
   for (std::size_t i = 0; i < axes.size(); ++i) {
     const auto& axis = axes[i];
     const auto column = 2 + 3 * i;
@@ -48,8 +49,13 @@ std::string axes_script(const std::vector<AxisReport>& axes, std::string_view ou
       script += fmt::format(
           "plot 'axes.csv' skip 1 using 1:(${0}*{2:.9g}):(${1}*{2:.9g}) with filledcurves lt 1 notitle, "
           "'' skip 1 using 1:(${0}*{2:.9g}) with lines lt 1 title 'following error, least and greatest', "
-          "'' skip 1 using 1:(${1}*{2:.9g}) with lines lt 1 notitle\n",
+          "'' skip 1 using 1:(${1}*{2:.9g}) with lines lt 1 notitle",
           least, least + 1, axis.increments_per_unit);
+      if (axis.by_drive) {
+        script += fmt::format(", '' skip 1 using 1:(${}*{:.9g}) with lines title 'by the drive (60F4h)'", reported++,
+                              axis.increments_per_unit);
+      }
+      script += '\n';
     } else {
       script += fmt::format(
           "plot 'axes.csv' skip 1 using 1:{} with lines lw 3 title 'commanded', "

@@ -78,6 +78,9 @@ nlohmann::json to_json(const RunReport& report) {
                     {"following_error_rms", axis.following_error_rms},
                     {"unit", "increments"},
                     {"unavailable_cycles", axis.unavailable_cycles}});
+    if (!axis.by_drive) continue;
+    axes.back()["drive_following_error_max"] = axis.by_drive->maximum;
+    axes.back()["drive_following_error_rms"] = axis.by_drive->rms;
   }
   nlohmann::json files = nlohmann::json::object();
   for (const auto& [key, path] : report.files) files[key] = path.string();
@@ -150,9 +153,11 @@ std::string to_text(const RunReport& report) {
   if (!report.axes.empty()) {
     text += fmt::format("\n  {:<12}{:>7}{:>22}{:>22}\n", "following error", "slave", "maximum", "RMS");
     for (const auto& axis : report.axes) {
-      text += fmt::format("  {:<12}{:>10}{:>14.1f} inc{:>18.2f} inc   (max {:.3g} {})\n", axis.name, axis.slave,
+      text += fmt::format("  {:<12}{:>10}{:>14.1f} inc{:>18.2f} inc   (max {:.3g} {}", axis.name, axis.slave,
                           axis.following_error_max, axis.following_error_rms,
                           axis.following_error_max / axis.increments_per_unit, axis.si_unit);
+      if (axis.by_drive) text += fmt::format("; 60F4h: max {:.1f} inc", axis.by_drive->maximum);
+      text += ")\n";
     }
   }
   text += report.telemetry_enabled ? fmt::format("\n  telemetry: {} axis samples published, {} dropped\n",

@@ -15,7 +15,7 @@
 
 namespace driveline::cli {
 
-/// One axis in the summary; following errors in drive increments.
+/// One axis in the summary; following errors in drive increments, as the master computes them.
 struct AxisReport {
   std::string name;
   std::size_t slave = 0;
@@ -24,6 +24,12 @@ struct AxisReport {
   std::string si_unit;  ///< "rad" or "m"
   double increments_per_unit = 1.0;
   std::uint64_t unavailable_cycles = 0;  ///< in operation, without valid process data or not in OP
+  /// What the drive itself reports of its following error (60F4h).
+  struct Reported {
+    double maximum = 0.0;
+    double rms = 0.0;
+  };
+  std::optional<Reported> by_drive{};  ///< none: it is not mapped
 };
 
 /// How the clocks of the line did.

@@ -4,24 +4,14 @@
 #include <cmath>
 #include <limits>
 
+#include "driveline/ecat_master/axis/axis_objects.hpp"
+
 namespace driveline::ecat_master {
 namespace {
 
-/// Offset of an object in the process data of a slave; nothing when it is not mapped or not on a byte border.
-std::optional<std::size_t> find_object(const std::vector<PdoMapping>& pdos, std::uint16_t index, std::size_t bits) {
-  std::size_t at = 0;
-  for (const auto& pdo : pdos) {
-    for (const auto& object : pdo.objects) {
-      if (object.index == index && object.subindex == 0 && object.bits == bits && at % 8 == 0) return at / 8;
-      at += object.bits;
-    }
-  }
-  return std::nullopt;
-}
-
 template <typename T>
 std::optional<PdoEntry<T>> entry(const std::vector<PdoMapping>& pdos, std::size_t base, std::uint16_t index) {
-  const auto offset = find_object(pdos, index, 8 * sizeof(T));
+  const auto offset = object_offset(pdos, index, 8 * sizeof(T));
   return offset ? std::optional(PdoEntry<T>(base + *offset)) : std::nullopt;
 }
 
@@ -44,7 +34,19 @@ T take(const std::optional<PdoEntry<T>>& pdo_entry, std::span<const std::byte> i
   return pdo_entry ? pdo_entry->get(image) : T{0};
 }
 
+double delay_of(const AxisConfig& config) {
+  if (config.mode != cia402::Mode::kCyclicPosition) return 0.0;
+  constexpr SetpointWay kMsd{std::chrono::microseconds{125}, 1, kSplinePeriods, std::nullopt};
+  return config.setpoint_delay_cycles.value_or(setpoint_delay_cycles(kMsd));
+}
+
 }  // namespace
+
+double position_tolerance(const AxisConfig& axis) noexcept {
+  constexpr double kTime_s = 1e-3;
+  const double least = axis.linear ? 1e-3 : 0.05;
+  return axis.position_tolerance.value_or(std::max(kTime_s * axis.limits.max_velocity, least));
+}
 
 const PdoConfiguration& axis_pdo_configuration() {
   static const PdoConfiguration kConfiguration{{{0x1600, {{0x6040, 0, 16}, {0x6060, 0, 8}, {0x607A, 0, 32}}},
@@ -58,6 +60,8 @@ const PdoConfiguration& axis_pdo_configuration() {
 
 Axis::Axis(AxisConfig config, const ProcessDataPlace& place, const PdoConfiguration& pdos)
     : config_(std::move(config)),
+      complete_(missing_objects(config_.mode, pdos).empty()),
+      setpoints_(delay_of(config_)),
       control_word_(entry<std::uint16_t>(pdos.outputs, place.output_offset, 0x6040)),
       mode_(entry<std::int8_t>(pdos.outputs, place.output_offset, 0x6060)),
       target_position_(entry<std::int32_t>(pdos.outputs, place.output_offset, 0x607A)),
@@ -69,11 +73,12 @@ Axis::Axis(AxisConfig config, const ProcessDataPlace& place, const PdoConfigurat
       mode_display_(entry<std::int8_t>(pdos.inputs, place.input_offset, 0x6061)),
       actual_position_(entry<std::int32_t>(pdos.inputs, place.input_offset, 0x6064)),
       actual_velocity_(entry<std::int32_t>(pdos.inputs, place.input_offset, 0x606C)),
-      following_error_(entry<std::int32_t>(pdos.inputs, place.input_offset, 0x60F4)),
+      following_error_object_(entry<std::int32_t>(pdos.inputs, place.input_offset, 0x60F4)),
       actual_torque_(entry<std::int16_t>(pdos.inputs, place.input_offset, 0x6077)),
       error_code_(entry<std::uint16_t>(pdos.inputs, place.input_offset, 0x603F)) {}
 
-void Axis::read_inputs(std::span<const std::byte> image, bool valid) noexcept {
+void Axis::read_inputs(std::span<const std::byte> image, bool valid, bool fresh) noexcept {
+  fresh_ = valid && fresh;
   if (!valid) {
     inputs_.state = snapshot::AxisState::kUnavailable;
     return;
@@ -85,7 +90,7 @@ void Axis::read_inputs(std::span<const std::byte> image, bool valid) noexcept {
   inputs_.position = take(actual_position_, image) / config_.increments_per_unit;
   inputs_.velocity = take(actual_velocity_, image) / config_.increments_per_unit;
   inputs_.torque = take(actual_torque_, image) * config_.rated_torque / 1000.0;
-  inputs_.following_error = take(following_error_, image) / config_.increments_per_unit;
+  inputs_.drive_following_error = take(following_error_object_, image) / config_.increments_per_unit;
 }
 
 Axis::Targets Axis::targets_for(const trajectory::AxisSetpoint& setpoint) const noexcept {
@@ -111,6 +116,18 @@ void Axis::write_outputs(std::span<std::byte> image, cia402::Goal goal, bool res
   put(control_word_, image, targets_.control_word);
   put(mode_, image, static_cast<std::int8_t>(config_.mode));
   write_targets(image);
+  compare(moving);
+}
+
+/// A setpoint is compared with the position that belongs to it, once for each that the drive has told.
+void Axis::compare(bool moving) noexcept {
+  setpoints_.push(targets_.position);
+  if (!moving) {
+    following_error_ = 0.0;
+  } else if (fresh_) {
+    following_error_ = setpoints_.followed() - inputs_.position;
+  }
+  fresh_ = false;
 }
 
 void Axis::write_targets(std::span<std::byte> image) const noexcept {
@@ -138,7 +155,8 @@ void Axis::fill(snapshot::AxisSample& sample) const noexcept {
   sample.actual_velocity_rad_s = inputs_.velocity;
   sample.target_torque_nm = targets_.torque;
   sample.actual_torque_nm = inputs_.torque;
-  sample.following_error_rad = inputs_.following_error;
+  sample.following_error_rad = following_error_;
+  if (following_error_object_) sample.drive_following_error_rad = inputs_.drive_following_error;
 }
 
 }  // namespace driveline::ecat_master

@@ -53,6 +53,18 @@ std::string_view to_text(AxisState state) noexcept {
   return "Unavailable";
 }
 
+std::string_view to_text(Mode mode) noexcept {
+  switch (mode) {
+    case Mode::kCyclicPosition:
+      return "csp";
+    case Mode::kCyclicVelocity:
+      return "csv";
+    case Mode::kCyclicTorque:
+      return "cst";
+  }
+  return "?";
+}
+
 namespace {
 
 std::uint16_t towards_enabled(AxisState state) noexcept {

@@ -40,6 +40,10 @@ std::vector<StartupSdo> cia402_startup_sdos(std::chrono::nanoseconds period) {
   return {sdo(0x60C2, 1, interpolation->value), sdo(0x60C2, 2, interpolation->exponent)};
 }
 
+StartupSdo mode_sdo(cia402::Mode mode) {
+  return sdo(0x6060, 0, static_cast<std::int8_t>(mode));
+}
+
 std::vector<StartupSdo> msd_startup_sdos(const AxisConfig& axis, std::chrono::nanoseconds period) {
   auto sdos = cia402_startup_sdos(period);
   sdos.insert(sdos.begin(), real_sdo(parameter(306), std::chrono::duration<double, std::milli>(period).count()));

@@ -43,6 +43,9 @@ CyclicCore::CyclicCore(port::Port& port, rt::Clock& clock, ProcessImage image, M
       was_op_(image_.places().size()),
       slave_valid_(std::make_unique<bool[]>(image_.places().size())),
       slave_operational_(std::make_unique<bool[]>(image_.places().size())),
+      slave_due_(std::make_unique<bool[]>(image_.places().size())),
+      uneven_(std::any_of(image_.groups().begin(), image_.groups().end(),
+                          [](const GroupSettings& group) { return group.divider > 1; })),
       shared_(std::make_unique<SharedSlave[]>(image_.places().size())),
       group_count_(std::max<std::size_t>(1, image_.groups().size())),
       groups_(std::make_unique<GroupCounters[]>(group_count_)),
@@ -78,7 +81,7 @@ void CyclicCore::cycle(const rt::CycleStart& start) noexcept {
   const std::span<const bool> valid(slave_valid_.get(), conditions_.size());
   if (settings_.task != nullptr) settings_.task->update(start.cycle, image_.inputs(), valid, image_.outputs());
   if (motion_ != nullptr) {
-    motion_->read_inputs(image_.inputs(), valid, {slave_operational_.get(), conditions_.size()});
+    motion_->read_inputs(image_.inputs(), valid, {slave_operational_.get(), conditions_.size()}, due_slaves());
     motion_->update(start.cycle, image_.outputs());
   }
   apply_copies(settings_.copies, valid, image_.inputs(), image_.outputs());
@@ -121,6 +124,13 @@ void CyclicCore::note_absence(const rt::CycleStart& start) noexcept {
     absence.path_late = motion_->path_late();
   }
   absences_.try_push(absence);
+}
+
+/// Which slaves are exchanged in this cycle; empty: all.
+std::span<const bool> CyclicCore::due_slaves() noexcept {
+  if (!uneven_) return {};
+  for (std::size_t i = 0; i < conditions_.size(); ++i) slave_due_[i] = tallies_[image_.places()[i].group].due;
+  return {slave_due_.get(), conditions_.size()};
 }
 
 void CyclicCore::take_recovery_requests() noexcept {

@@ -72,6 +72,10 @@ Motion::Motion(std::vector<Axis> axes, trajectory::Interpolator path, Settings s
     const bool usable = std::isfinite(limits.max_velocity) && limits.max_velocity > 0.0 &&
                         std::isfinite(limits.max_acceleration) && limits.max_acceleration > 0.0;
     if (!usable) throw std::invalid_argument("motion: the limits of an axis must be positive and finite");
+    // Torque from velocity errors is all that moves it.
+    if (axis.config().mode == cia402::Mode::kCyclicTorque && !(axis.config().velocity_gain > 0.0))
+      throw std::invalid_argument("motion: an axis in cst needs a velocity gain");
+    if (!axis.complete()) throw std::invalid_argument("motion: the process data of an axis lack what its mode needs");
   }
   path_.evaluate(path_.start_s(), path_start_);
   const auto limits = limits_of(axes_);
@@ -99,12 +103,13 @@ double Motion::seconds(std::int64_t cycles) const noexcept {
 }
 
 void Motion::read_inputs(std::span<const std::byte> image, std::span<const bool> valid,
-                         std::span<const bool> operational) noexcept {
+                         std::span<const bool> operational, std::span<const bool> fresh) noexcept {
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     const bool ok = valid[axes_[i].config().slave];
+    const bool now = fresh.empty() || fresh[axes_[i].config().slave];
     bad_cycles_[i] = ok ? 0 : bad_cycles_[i] + 1;
     // Single bad cycles are bridged with the inputs of the last good one.
-    if (ok || bad_cycles_[i] >= settings_.bad_cycle_limit) axes_[i].read_inputs(image, ok);
+    if (ok || bad_cycles_[i] >= settings_.bad_cycle_limit) axes_[i].read_inputs(image, ok, now);
     if (ok && !operational[axes_[i].config().slave]) axes_[i].set_unavailable();
     supplies_[i].reached = ok && operational[axes_[i].config().slave];
   }

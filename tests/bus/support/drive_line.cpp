@@ -98,6 +98,7 @@ ecat_master::AxisConfig LineOperation::axis(std::size_t position, const RunOptio
   config.inertia = slaves::MotorParameters{}.inertia_kg_m2;
   config.velocity_gain = 0.1;
   config.on_loss = options.on_loss;
+  config.setpoint_delay_cycles = options.setpoint_delay_cycles;
   return config;
 }
 
@@ -106,7 +107,7 @@ ecat_master::SlavePlan LineOperation::plan(std::size_t position, const RunOption
   plan.name = "drive " + std::to_string(position);
   plan.vendor_id = slaves::msd::kVendorId;
   plan.product_code = slaves::msd::facts(options.variant).product_code;
-  plan.pdos = ecat_master::axis_pdo_configuration();
+  plan.pdos = options.pdos.value_or(ecat_master::axis_pdo_configuration());
   if (options.plan_serials) {
     plan.serial = ecat_master::IdentityRule::equal(static_cast<std::uint32_t>(1000 + position));
   }

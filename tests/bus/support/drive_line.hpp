@@ -63,7 +63,10 @@ struct RunOptions {
   ecat_master::LossPolicy on_loss = ecat_master::LossPolicy::kStop;  ///< of every axis
   ecat_master::LatePolicy late = ecat_master::LatePolicy::kStay;     ///< of the path
   std::vector<ecat_master::StartupSdo> startup{};                    ///< of every drive, behind its own
-  bool plan_serials = false;          ///< the plan names the serial number of every drive
+  bool plan_serials = false;                      ///< the plan names the serial number of every drive
+  std::optional<double> setpoint_delay_cycles{};  ///< of every axis
+  /// PDOs of every axis; none: axis_pdo_configuration()
+  std::optional<ecat_master::PdoConfiguration> pdos{};
   bool accept_swapped_ports = false;  ///< IN and OUT of a slave may be swapped
 };
 

@@ -26,6 +26,44 @@ class Usage(ProgramTest):
         self.assertIn("slave 0 (x): the planned PDOs cannot be configured by the ESI file of", result.stderr)
         self.assertIn("PDO 1600h is to be in sync manager 3, which carries no outputs", result.stderr)
 
+    AXIS = '[line]\ncycle_us = 1000\n[[slave]]\nname = "x"\n{}[[axis]]\nname = "x"\n'
+    BY_INDEX = "[[slave.pdo]]\nindex = 0x1600\n[[slave.pdo]]\nindex = 0x1A00\n"
+
+    def test_axis_whose_pdos_lack_what_its_mode_needs(self):
+        # The simulated drive has nothing in its PDOs before somebody maps.
+        config = self.write("nothing.toml", self.AXIS.format(self.BY_INDEX))
+        result = self.run_program("run", "--config", config, "--virtual", "--duration", "1", "--no-telemetry")
+        self.assertEqual((result.returncode, result.stdout), (2, ""))
+        for part in ("axis x, slave 0 (x): csp needs 6040h (Controlword, 16 bits) in an RxPDO",
+                     "6064h (Position actual value, 32 bits)", "the TxPDOs map nothing"):
+            self.assertIn(part, result.stderr)
+        config = self.write("target.toml", self.AXIS.format(
+            '[[slave.pdo]]\nindex = 0x1600\nentries = ["0x6040:0:16", "0x6060:0:8"]\n'
+            '[[slave.pdo]]\nindex = 0x1A00\nentries = ["0x6041:0:16", "0x6061:0:8", "0x6064:0:32"]\n'))
+        result = self.run_program("run", "--config", config, "--virtual", "--duration", "1", "--no-telemetry")
+        self.check_refused(result, 2, "target.toml:11: [axis 1] slave: ", "csp needs 607Ah (Target position, 32 bits)")
+        self.assertEqual(sorted(self.files()), ["nothing.toml", "target.toml"])
+
+    def test_pdos_by_their_index_are_those_of_the_drive(self):
+        def mapping(index, *objects):
+            values = [(0, "uint8", 0)] + [(n + 1, "uint32", value) for n, value in enumerate(objects)]
+            return "".join(f'[[slave.sdo]]\nindex = {index}\nsubindex = {sub}\ntype = "{kind}"\nvalue = {value}\n'
+                           for sub, kind, value in values + [(0, "uint8", len(objects))])
+        self.write("path.csv", "time[s],x[rad]\n0,0\n1,3\n")
+        config = self.write("line.toml", self.AXIS.format(
+            mapping(0x1600, 0x60400010, 0x607A0020) + mapping(0x1A00, 0x60410010, 0x60640020) + self.BY_INDEX) +
+            '[path]\nfile = "path.csv"\nrelative = true\n')
+        result = self.run_program("run", "--config", config, "--virtual", "--no-plots", "--no-telemetry")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("8 bytes of process data", result.stderr)
+        actual = [float(row.split(",")[2]) for row in self.text("out/axes.csv").splitlines()[1:]]
+        self.assertAlmostEqual(max(actual), 3.0, delta=0.01)
+
+    def test_torque_mode_without_a_gain(self):
+        config = self.write("line.toml", self.AXIS.format("") + 'mode = "cst"\n')
+        result = self.run_program("run", "--config", config, "--virtual", "--duration", "1", "--no-telemetry")
+        self.check_refused(result, 2, "line.toml:5: [axis 1] velocity_gain: ", "the axis would never move")
+
     def test_slots_of_an_esi_file_are_told_of(self):
         text = (EXAMPLES / "terminals.xml").read_text(encoding="utf-8")
         self.write("slots.xml", text.replace("</Device>", "<Slots><Slot/></Slots></Device>", 1))

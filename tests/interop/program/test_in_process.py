@@ -44,8 +44,66 @@ class VirtualTime(ProgramTest):
         rows = csv.decode().splitlines()
         self.assertGreater(len(rows), 2000)
         columns = rows[0].count(",")
-        self.assertEqual(columns, 4 * len(AXES))
+        # Target, actual position, following error, torque, least and greatest error, the error that the drive reports.
+        self.assertEqual(columns, 7 * len(AXES))
         self.assertTrue(all(row.count(",") == columns for row in rows))
+
+    PDOS = ('[[slave.pdo]]\nindex = 0x1600\nentries = ["0x6040:0:16", "0x6060:0:8", "0x607A:0:32"]\n'
+            '[[slave.pdo]]\nindex = 0x1A00\nentries = ["0x6041:0:16", "0x6061:0:8", "0x6064:0:32"]\n')
+
+    def test_following_error_is_computed_in_every_mode_and_mapping(self):
+        self.write("path.csv", "time[s],x[rad]\n0,0\n0.3,4\n0.6,0\n")
+        for mode, pdos in (("csp", ""), ("csp", self.PDOS), ("csv", ""), ("cst", "")):
+            with self.subTest(mode=mode, pdos=pdos):
+                config = self.write("line.toml", '[line]\ncycle_us = 500\n[[slave]]\nname = "x"\n' + pdos +
+                                    f'[[axis]]\nname = "x"\nmode = "{mode}"\ninertia = 3e-4\nvelocity_gain = 0.05\n'
+                                    '[path]\nfile = "path.csv"\n')
+                result = self.run_program("run", "--config", config, "--virtual", "--json", "--no-plots")
+                self.assertEqual(result.returncode, 0, result.stderr)
+                axis, = self.one_document(result.stdout)["axes"]
+                rows = [[float(value) for value in row.split(",")]
+                        for row in self.text("out/axes.csv").splitlines()[1:]]
+                recorded = max(abs(row[3]) for row in rows) * 1048576 / (2 * math.pi)
+                self.assertGreater(recorded, 5)
+                self.assertGreaterEqual(axis["following_error_max"] * 1.001, recorded)
+                self.assertGreater(axis["following_error_rms"], 0)
+                self.assertEqual("drive_following_error_max" in axis, not pdos)
+                self.assertEqual("x_drive_following_error[rad]" in self.text("out/axes.csv"), not pdos)
+                if mode == "csp" and not pdos:  # both tell of the same
+                    self.assertAlmostEqual(axis["following_error_max"], axis["drive_following_error_max"], delta=3)
+                if mode != "csp":  # the drive has no position loop
+                    self.assertEqual(axis["drive_following_error_max"], 0)
+
+    AXIS = '[line]\ncycle_us = 1000\n[[slave]]\nname = "x"\n{}[[axis]]\nname = "x"\n{}[path]\nfile = "path.csv"\n'
+
+    def run_axis(self, slave, axis, *arguments):
+        config = self.write("line.toml", self.AXIS.format(slave, axis))
+        result = self.run_program("run", "--config", config, "--virtual", "--json", "--no-plots", *arguments)
+        return result, self.one_document(result.stdout)
+
+    def test_torque_mode_moves_with_the_inertia_alone(self):
+        self.write("path.csv", "time[s],x[rad]\n0,0\n1,31\n1.5,31\n")
+        result, document = self.run_axis("", 'mode = "cst"\ninertia = 3e-4\n')
+        self.assertEqual((result.returncode, document["faults"]), (0, []), result.stderr)
+        last = self.text("out/axes.csv").splitlines()[-1].split(",")
+        self.assertAlmostEqual(float(last[2]), 31, delta=0.2)
+
+    def test_axis_that_ends_far_from_its_path_is_a_failure(self):
+        # A weight that the torque of the loop does not lift: 2 Nm against 0.03 Nm s/rad times 20 1/s.
+        self.write("path.csv", "time[s],x[rad]\n0,0\n1,1\n1.5,1\n")
+        result, document = self.run_axis("plant.load.gravity_nm = 2\n", 'mode = "cst"\ninertia = 3e-4\n')
+        self.assertEqual(result.returncode, 1, result.stderr)
+        fault, = document["faults"]
+        self.assertRegex(fault, r"axis x: ended 3\.\d+ rad \(\d+ increments\) away from its setpoint, 0\.\d+ rad are tolerated")
+        self.assertIn(fault, result.stderr)
+
+    def test_axis_that_never_was_enabled_is_a_failure(self):
+        # The run is over before the time in which axes must be enabled.
+        self.write("path.csv", "time[s],x[rad]\n0,0\n1,1\n")
+        result, document = self.run_axis('[[slave.input]]\nentry = "ENPO"\nvalue = 0\n', "", "--duration", "1")
+        self.assertEqual(result.returncode, 1, result.stderr)
+        fault, = document["faults"]
+        self.assertRegex(fault, "axis x: never was in Operation enabled, status word 0x[0-9A-F]{4}")
 
     def test_end_of_the_path_is_the_end_of_the_run(self):
         path = self.write("path.csv", path_csv([(0, 0), (0.2, 0.5), (0.4, 0)]))

@@ -34,6 +34,30 @@ std::string one_axis(const std::string& rest) {
 }
 
 INSTANTIATE_TEST_SUITE_P(
+    PdosOfAnAxis, LineConfigError,
+    testing::Values(
+        WrongFile{
+            one_slave("[[slave.pdo]]\nindex = 0x1600\nentries = [\"0x6040:0:16\", \"0x6060:0:8\"]\n"
+                      "[[slave.pdo]]\nindex = 0x1A00\nentries = [\"0x6041:0:16\", \"0x6064:0:32\"]\n"
+                      "[[axis]]\nname = \"x\"\n"),
+            ":10: [axis 1] slave: the [[slave.pdo]] of \"x\" are not enough: csp needs 607Ah (Target position, 32 "
+            "bits) in an RxPDO; the RxPDOs map 6040h, 6060h"},
+        WrongFile{
+            one_slave("[[slave.pdo]]\nindex = 0x1600\nentries = [\"0x6040:0:16\", \"0x60FF:0:32\"]\n"
+                      "[[axis]]\nname = \"x\"\nmode = \"csv\"\n"),
+            ":7: [axis 1] slave: the [[slave.pdo]] of \"x\" are not enough: csv needs 6041h (Statusword, 16 bits) "
+            "in a TxPDO, 6064h (Position actual value, 32 bits) in a TxPDO; the TxPDOs map nothing"}));
+
+INSTANTIATE_TEST_SUITE_P(
+    AxesThatWouldNeverMove, LineConfigError,
+    testing::Values(
+        WrongFile{one_axis("mode = \"cst\"\n"),
+                  ":4: [axis 1] velocity_gain: with mode \"cst\" it is needed, or inertia to take it from: without "
+                  "either the axis would never move"},
+        WrongFile{one_axis("mode = \"cst\"\ninertia = 3e-4\nvelocity_gain = 0\n"),
+                  ":8: [axis 1] velocity_gain: is 0: with mode \"cst\" the axis would never move"}));
+
+INSTANTIATE_TEST_SUITE_P(
     UnknownKey, LineConfigError,
     testing::Values(
         WrongFile{one_slave("[line]\ncycle_ms = 1\n"),

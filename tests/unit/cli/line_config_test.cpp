@@ -213,5 +213,22 @@ TEST(LineConfig, ExampleForTwoProcessesIsTheSameLine) {
   EXPECT_NE(two->realtime.cpu, two->simulation_cpu);
 }
 
+TEST(LineConfig, TorqueModeTakesItsVelocityGainFromTheInertia) {
+  const auto gain = [](const std::string& line, const std::string& axis) {
+    const auto config = parse_line_config(
+        line + "[[slave]]\nname = \"x\"\n[[axis]]\nname = \"x\"\nmode = \"cst\"\n" + axis, "line.toml");
+    EXPECT_TRUE(config) << config.error();
+    return config->axes.at(0).velocity_gain;
+  };
+  EXPECT_DOUBLE_EQ(gain("", "inertia = 3e-4\n"), 0.03);
+  EXPECT_DOUBLE_EQ(gain("[line]\ncycle_us = 10000\n", "inertia = 3e-4\n"), 3e-4 * 20)
+      << "for a loop with long dead time";
+  EXPECT_DOUBLE_EQ(
+      gain("[line]\ncycle_us = 1000\n[[group]]\nname = \"g\"\nslaves = [\"x\"]\ndivider = 10\n", "inertia = 3e-4\n"),
+      3e-4 * 20)
+      << "the exchange counts";
+  EXPECT_DOUBLE_EQ(gain("", "inertia = 3e-4\nvelocity_gain = 0.2\n"), 0.2);
+}
+
 }  // namespace
 }  // namespace driveline::cli

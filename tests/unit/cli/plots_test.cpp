@@ -89,6 +89,20 @@ TEST_F(Plots, ScriptThatIsLeftDrawsTheRightColumns) {
   EXPECT_THAT(script, testing::HasSubstr("using 1:($12*1):($13*1) with filledcurves"));
 }
 
+TEST_F(Plots, WhatADriveReportsIsDrawnBesideOurs) {
+  std::string text = "time[s],x_t,x_a,x_e,y_t,y_a,y_e,x_torque,y_torque,x_min,x_max,y_min,y_max,y_drive\n";
+  for (int i = 0; i < 100; ++i) text += std::to_string(i) + ",1,2,0.5,3,4,-0.5,0,0,-1,1,-1,1,0.1\n";
+  leave_csv_files();
+  write(directory / "axes.csv", text);
+  auto both = axes();
+  both[1].by_drive = {1.0, 1.0};
+  ASSERT_TRUE(draw_plots(directory, both));
+  const auto script = read(directory / "plots.gp");
+  EXPECT_THAT(script,
+              testing::HasSubstr("notitle, '' skip 1 using 1:($14*1) with lines title 'by the drive (60F4h)'\n"));
+  EXPECT_THAT(script, testing::Not(testing::HasSubstr("($14*1000)"))) << "x reports none";
+}
+
 TEST_F(Plots, WithoutAxesOnlyTheJitterIsDrawn) {
   leave_csv_files();
   const auto pictures = draw_plots(directory, {});

@@ -110,6 +110,26 @@ TEST_F(RecorderTest, RowsOfAxesWithoutPowerHaveNoExtremes) {
   EXPECT_THAT(read(csv()), testing::HasSubstr(",nan,nan,0.5,0.5\n"));
 }
 
+TEST_F(RecorderTest, FollowingErrorsOfTheDrivesThatReportThemStandBeside) {
+  Recorder recorder(two_axes(), csv(), 1);
+  for (std::uint64_t cycle = 0; cycle < 2; ++cycle) {
+    auto z = sample(cycle, 1, 0.5);
+    z.drive_following_error_rad = 0.25 + static_cast<double>(cycle);
+    feed(recorder, {sample(cycle, 0, 2.0), z});
+  }
+  recorder.finish({});
+  EXPECT_EQ(read(csv()),
+            "time[s],x_target[rad],x_actual[rad],x_following_error[rad],"
+            "z_target[m],z_actual[m],z_following_error[m],x_torque[Nm],z_torque[N],"
+            "x_following_error_min[rad],x_following_error_max[rad],z_following_error_min[m],z_following_error_max[m],"
+            "z_drive_following_error[m]\n"
+            "0.000000,0,-2,2,0,-0.5,0.5,0,0,2,2,0.5,0.5,0.25\n"
+            "0.000125,1,-1,2,1,0.5,0.5,0.1,0.1,2,2,0.5,0.5,1.25\n");
+  EXPECT_EQ(recorder.following_errors()[0].drive.samples, 0U);
+  EXPECT_EQ(recorder.following_errors()[1].drive.maximum, 1.25);
+  EXPECT_EQ(recorder.following_errors()[1].maximum, 0.5);
+}
+
 TEST_F(RecorderTest, FileGetsItsNameWhenItIsComplete) {
   Recorder recorder(two_axes(), csv(), 1);
   feed(recorder, {sample(0, 0), sample(0, 1)});

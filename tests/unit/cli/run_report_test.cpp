@@ -85,6 +85,17 @@ TEST(RunReport, JsonHasTheFigures) {
   })"));
 }
 
+TEST(RunReport, WhatTheDriveReportsOfItsFollowingErrorStandsBesideOurs) {
+  auto report = report_of_a_run();
+  report.axes[0].by_drive = {12.5, 3.5};
+  const auto document = to_json(report);
+  EXPECT_EQ(document["axes"][0]["drive_following_error_max"], 12.5);
+  EXPECT_EQ(document["axes"][0]["drive_following_error_rms"], 3.5);
+  EXPECT_FALSE(document["axes"][1].contains("drive_following_error_max")) << "60F4h is not mapped";
+  EXPECT_THAT(to_text(report), HasSubstr("(max 0.12 rad; 60F4h: max 12.5 inc)\n"));
+  EXPECT_THAT(to_text(report), HasSubstr("(max 8e-06 m)\n"));
+}
+
 TEST(RunReport, JsonOfNothingIsComplete) {
   const auto document = to_json(RunReport{});
   EXPECT_EQ(document["axes"], json::array());

@@ -59,7 +59,7 @@ TEST(AxisInputs, AreDecodedAndScaled) {
   EXPECT_EQ(in.mode, 8);
   EXPECT_DOUBLE_EQ(in.position, 1.0);
   EXPECT_DOUBLE_EQ(in.velocity, 2.0);
-  EXPECT_DOUBLE_EQ(in.following_error, -0.01);
+  EXPECT_DOUBLE_EQ(in.drive_following_error, -0.01);
   EXPECT_DOUBLE_EQ(in.torque, 0.5) << "125 per mille of 4 Nm";
   EXPECT_EQ(in.error_code, 0x8611);
   EXPECT_TRUE(bench.axis.enabled());
@@ -80,6 +80,15 @@ TEST(AxisInputs, InAnotherModeThanWantedAreNotEnabled) {
   Bench bench(config(Mode::kCyclicVelocity));
   bench.axis.read_inputs(inputs(kEnabledInputs), true);
   EXPECT_FALSE(bench.axis.enabled());
+}
+
+TEST(AxisInputs, WithoutTheModeTheStateAloneTellsThatAnAxisIsEnabled) {
+  const PdoConfiguration pdos{{}, {{0x1A00, {{0x6041, 0, 16}, {0x6064, 0, 32}}}}};
+  Axis axis(config(Mode::kCyclicVelocity), ProcessDataPlace{0, 0, 0, 6}, pdos);
+  axis.read_inputs(hex("3702 E8030000"), true);
+  EXPECT_TRUE(axis.enabled());
+  axis.read_inputs(hex("3302 E8030000"), true);
+  EXPECT_FALSE(axis.enabled());
 }
 
 TEST(AxisInputs, TellFaults) {
@@ -198,7 +207,78 @@ TEST(AxisSample, CarriesTargetsAndInputs) {
   EXPECT_DOUBLE_EQ(sample.actual_velocity_rad_s, 2.0);
   EXPECT_DOUBLE_EQ(sample.target_torque_nm, 2.0);
   EXPECT_DOUBLE_EQ(sample.actual_torque_nm, 0.5);
-  EXPECT_DOUBLE_EQ(sample.following_error_rad, -0.01);
+  EXPECT_DOUBLE_EQ(sample.following_error_rad, 1.0);
+  EXPECT_DOUBLE_EQ(sample.drive_following_error_rad, -0.01);
+}
+
+/// Following errors of an axis that stands at 1 rad while the setpoints 2, 3, 4, ... are sent.
+std::vector<double> errors(const AxisConfig& c, std::string_view status_and_mode, std::size_t cycles) {
+  Bench bench(c);
+  std::vector<double> result;
+  for (std::size_t i = 0; i < cycles; ++i) {
+    bench.axis.read_inputs(inputs(std::string(status_and_mode) + "E8030000 00000000 00000000 0000 0000"), true);
+    bench.write(Goal::kEnabled, {2.0 + static_cast<double>(i), 0.0, 0.0});
+    result.push_back(bench.axis.following_error());
+  }
+  return result;
+}
+
+TEST(AxisFollowingError, InCspIsThatOfTheSetpointFollowed) {
+  auto c = config();
+  c.setpoint_delay_cycles = 2.0;
+  EXPECT_THAT(errors(c, "3702 08", 5), testing::ElementsAre(1.0, 1.0, 1.0, 2.0, 3.0));
+  c.setpoint_delay_cycles = 1.25;
+  EXPECT_THAT(errors(c, "3702 08", 5), testing::ElementsAre(1.0, 1.0, 1.75, 2.75, 3.75));
+  c.setpoint_delay_cycles.reset();
+  EXPECT_THAT(errors(c, "3702 08", 6), testing::ElementsAre(1.0, 1.0, 1.0, 1.0, 2.0, 3.0)) << "3 cycles";
+}
+
+TEST(AxisFollowingError, WhereTheMasterClosesTheLoopIsThatOfTheLoop) {
+  EXPECT_THAT(errors(config(Mode::kCyclicVelocity), "3702 09", 3), testing::ElementsAre(1.0, 2.0, 3.0));
+  EXPECT_THAT(errors(config(Mode::kCyclicTorque), "3702 0A", 3), testing::ElementsAre(1.0, 2.0, 3.0));
+}
+
+TEST(AxisFollowingError, OfAnAxisThatFollowsNothingIsZero) {
+  EXPECT_THAT(errors(config(Mode::kCyclicVelocity), "3302 09", 3), testing::ElementsAre(0.0, 0.0, 0.0));
+}
+
+TEST(AxisFollowingError, WaitsForANewActualPosition) {
+  Bench bench(config(Mode::kCyclicVelocity));
+  const auto image = inputs("3702 09 E8030000 00000000 00000000 0000 0000");
+  bench.axis.read_inputs(image, true);
+  bench.write(Goal::kEnabled, {2.0, 0.0, 0.0});
+  EXPECT_DOUBLE_EQ(bench.axis.following_error(), 1.0);
+  bench.axis.read_inputs(image, true, false);
+  bench.write(Goal::kEnabled, {5.0, 0.0, 0.0});
+  EXPECT_DOUBLE_EQ(bench.axis.following_error(), 1.0) << "its group was not due";
+  bench.write(Goal::kEnabled, {6.0, 0.0, 0.0});
+  EXPECT_DOUBLE_EQ(bench.axis.following_error(), 1.0) << "its frame was lost";
+  bench.axis.read_inputs(image, true);
+  bench.write(Goal::kEnabled, {7.0, 0.0, 0.0});
+  EXPECT_DOUBLE_EQ(bench.axis.following_error(), 6.0);
+}
+
+TEST(AxisFollowingError, OfADriveThatReportsNoneIsStillKnown) {
+  const PdoConfiguration pdos{{{0x1600, {{0x6040, 0, 16}, {0x60FF, 0, 32}}}},
+                              {{0x1A00, {{0x6041, 0, 16}, {0x6064, 0, 32}}}}};
+  Axis axis(config(Mode::kCyclicVelocity), ProcessDataPlace{0, 6, 0, 6}, pdos);
+  axis.read_inputs(hex("3702 E8030000"), true);
+  std::vector<std::byte> outputs(6);
+  axis.write_outputs(outputs, Goal::kEnabled, false, {1.5, 0.0, 0.0});
+  snapshot::AxisSample sample;
+  axis.fill(sample);
+  EXPECT_DOUBLE_EQ(sample.following_error_rad, 0.5);
+  EXPECT_TRUE(std::isnan(sample.drive_following_error_rad));
+}
+
+TEST(SetpointDelay, IsTransportInterpolationAndTheWaitForSync0) {
+  const auto cycles = [](std::uint32_t divider, unsigned interpolation, std::optional<nanoseconds> to_sync0) {
+    return setpoint_delay_cycles({microseconds{1000}, divider, interpolation, to_sync0});
+  };
+  EXPECT_DOUBLE_EQ(cycles(1, 1, std::nullopt), 2.0);
+  EXPECT_DOUBLE_EQ(cycles(1, kSplinePeriods, std::nullopt), 3.0);
+  EXPECT_DOUBLE_EQ(cycles(4, kSplinePeriods, std::nullopt), 9.0);
+  EXPECT_DOUBLE_EQ(cycles(1, kSplinePeriods, microseconds{500}), 3.5625) << "and a control step of 62.5 us";
 }
 
 TEST(PdoConfiguration, OfAnAxisKeepsTheLimitsOfTheDrive) {
@@ -278,6 +358,10 @@ TEST(MsdStartup, LeavesOutWhatIsNotKnownOrNotNeeded) {
   EXPECT_EQ(msd_startup_sdos(axis, microseconds{1000}).size(), 4U) << "P 1516 is in kg m^2";
   EXPECT_EQ(msd_startup_sdos(config(Mode::kCyclicVelocity), microseconds{1000}).size(), 3U);
   EXPECT_EQ(msd_startup_sdos(config(Mode::kCyclicTorque), microseconds{1000}).size(), 3U);
+}
+
+TEST(ModeSdo, IsTheModeOfOperation) {
+  EXPECT_THAT(flat({mode_sdo(Mode::kCyclicTorque)}), testing::ElementsAre(hex("6060 00 0A")));
 }
 
 TEST(MsdStartup, RefusesAPeriodTheDriveCannotBeTold) {

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "driveline/ecat_master/axis/cia402.hpp"
+#include "driveline/ecat_master/axis/setpoint_delay.hpp"
 #include "driveline/ecat_master/configuration/pdo_mapping.hpp"
 #include "driveline/ecat_master/process_data/process_image.hpp"
 #include "driveline/snapshot/snapshot.hpp"
@@ -33,8 +34,16 @@ struct AxisConfig {
 
   /// Loops closed by the master in CSV and CST, where the drive has no position loop of its own.
   double position_gain_1_s = 20.0;  ///< velocity per position error
-  double velocity_gain = 0.0;       ///< CST: torque per velocity error, Nm s/rad or N s/m
+  double velocity_gain = 0.0;       ///< CST: torque per velocity error, Nm s/rad or N s/m; above 0 there
+  /// CSP: setpoint_delay_cycles() of the drive, for the following error; none: that of an MSD that runs free. In CSV
+  /// and CST the loop is closed here, with the setpoint and the actual position of the same cycle.
+  std::optional<double> setpoint_delay_cycles{};
+  /// How far from where it should be an axis may be before that is called wrong, rad or m; none: position_tolerance().
+  std::optional<double> position_tolerance{};
 };
+
+/// As configured, or what the axis covers in a millisecond at its highest velocity, 0.05 rad or 1 mm at least. \rtsafe
+[[nodiscard]] double position_tolerance(const AxisConfig& axis) noexcept;
 
 /// Inputs of one axis, decoded; kept from the last valid cycle.
 struct AxisInputs {
@@ -45,7 +54,7 @@ struct AxisInputs {
   double position = 0.0;                                          ///< rad or m
   double velocity = 0.0;                                          ///< rad/s or m/s
   double torque = 0.0;                                            ///< Nm or N
-  double following_error = 0.0;                                   ///< as the drive reports it (60F4h); rad or m
+  double drive_following_error = 0.0;                             ///< as the drive reports it (60F4h); rad or m
 };
 
 /// The process data objects an axis is driven with: three RxPDOs and three TxPDOs of at most 8 bytes each (MSD manual
@@ -54,15 +63,17 @@ struct AxisInputs {
 
 /// One axis in the process image: decodes its inputs, writes its control word and targets.
 ///
-/// Objects that are not mapped are skipped on output and read as zero. Belongs to the real-time thread once the cycle
+/// Objects that are not mapped are skipped on output and read as zero; a Motion takes no axis that misses one of
+/// missing_objects(). Belongs to the real-time thread once the cycle
 /// runs; everything but the constructor is \rtsafe.
 class Axis {
  public:
   /// `place` and `pdos` say where the objects lie in the image.
   Axis(AxisConfig config, const ProcessDataPlace& place, const PdoConfiguration& pdos);
 
-  /// Takes over the inputs; `valid` false: the slave exchanged no valid process data in this cycle.
-  void read_inputs(std::span<const std::byte> image, bool valid) noexcept;
+  /// Takes over the inputs; `valid` false: the slave exchanged no valid process data in this cycle. `fresh` false: its
+  /// group was not due, and the inputs are those of an earlier one.
+  void read_inputs(std::span<const std::byte> image, bool valid, bool fresh = true) noexcept;
 
   /// The slave has fallen out of OP: it does not take its outputs. Until the next read_inputs().
   void set_unavailable() noexcept { inputs_.state = snapshot::AxisState::kUnavailable; }
@@ -74,12 +85,17 @@ class Axis {
 
   /// As it was made. \rtsafe
   [[nodiscard]] const AxisConfig& config() const noexcept { return config_; }
+  /// The process data hold all that its mode needs (missing_objects()). \rtsafe
+  [[nodiscard]] bool complete() const noexcept { return complete_; }
   /// Of the last cycle. \rtsafe
   [[nodiscard]] const AxisInputs& inputs() const noexcept { return inputs_; }
-  /// In Operation enabled, in the mode that it is configured for. \rtsafe
+  /// Setpoint that the drive followed when it measured the actual position, minus that; rad or m. 0 while it follows
+  /// none. As of the last write_outputs(). \rtsafe
+  [[nodiscard]] double following_error() const noexcept { return following_error_; }
+  /// In Operation enabled, in the mode that it is configured for, if 6061h tells. \rtsafe
   [[nodiscard]] bool enabled() const noexcept {
     return inputs_.state == snapshot::AxisState::kOperationEnabled &&
-           inputs_.mode == static_cast<std::int8_t>(config_.mode);
+           (!mode_display_ || inputs_.mode == static_cast<std::int8_t>(config_.mode));
   }
   /// The drive reports a fault, or is on its way into one. \rtsafe
   [[nodiscard]] bool fault() const noexcept {
@@ -101,25 +117,30 @@ class Axis {
     double torque = 0.0;
   };
   void write_targets(std::span<std::byte> image) const noexcept;
+  void compare(bool moving) noexcept;
   [[nodiscard]] Targets targets_for(const trajectory::AxisSetpoint& setpoint) const noexcept;
 
   AxisConfig config_;
+  bool complete_;
   AxisInputs inputs_;
   Targets targets_;
-  std::optional<PdoEntry<std::uint16_t>> control_word_;    // 6040h
-  std::optional<PdoEntry<std::int8_t>> mode_;              // 6060h
-  std::optional<PdoEntry<std::int32_t>> target_position_;  // 607Ah
-  std::optional<PdoEntry<std::int32_t>> target_velocity_;  // 60FFh
-  std::optional<PdoEntry<std::int32_t>> velocity_offset_;  // 60B1h
-  std::optional<PdoEntry<std::int16_t>> target_torque_;    // 6071h
-  std::optional<PdoEntry<std::int16_t>> torque_offset_;    // 60B2h
-  std::optional<PdoEntry<std::uint16_t>> status_word_;     // 6041h
-  std::optional<PdoEntry<std::int8_t>> mode_display_;      // 6061h
-  std::optional<PdoEntry<std::int32_t>> actual_position_;  // 6064h
-  std::optional<PdoEntry<std::int32_t>> actual_velocity_;  // 606Ch
-  std::optional<PdoEntry<std::int32_t>> following_error_;  // 60F4h
-  std::optional<PdoEntry<std::int16_t>> actual_torque_;    // 6077h
-  std::optional<PdoEntry<std::uint16_t>> error_code_;      // 603Fh
+  SetpointHistory setpoints_;
+  bool fresh_ = false;  ///< the inputs are of this cycle
+  double following_error_ = 0.0;
+  std::optional<PdoEntry<std::uint16_t>> control_word_;           // 6040h
+  std::optional<PdoEntry<std::int8_t>> mode_;                     // 6060h
+  std::optional<PdoEntry<std::int32_t>> target_position_;         // 607Ah
+  std::optional<PdoEntry<std::int32_t>> target_velocity_;         // 60FFh
+  std::optional<PdoEntry<std::int32_t>> velocity_offset_;         // 60B1h
+  std::optional<PdoEntry<std::int16_t>> target_torque_;           // 6071h
+  std::optional<PdoEntry<std::int16_t>> torque_offset_;           // 60B2h
+  std::optional<PdoEntry<std::uint16_t>> status_word_;            // 6041h
+  std::optional<PdoEntry<std::int8_t>> mode_display_;             // 6061h
+  std::optional<PdoEntry<std::int32_t>> actual_position_;         // 6064h
+  std::optional<PdoEntry<std::int32_t>> actual_velocity_;         // 606Ch
+  std::optional<PdoEntry<std::int32_t>> following_error_object_;  // 60F4h
+  std::optional<PdoEntry<std::int16_t>> actual_torque_;           // 6077h
+  std::optional<PdoEntry<std::uint16_t>> error_code_;             // 603Fh
 };
 
 }  // namespace driveline::ecat_master

@@ -42,6 +42,8 @@ enum class Goal : std::uint8_t {
 
 /// Name as in the standard.
 [[nodiscard]] std::string_view to_text(AxisState state) noexcept;
+/// "csp", "csv" or "cst", as line files name them.
+[[nodiscard]] std::string_view to_text(Mode mode) noexcept;
 
 /// The command that brings an axis one state closer to the goal. Never skips a state: the drives ask for the bits one
 /// after the other (MSD manual, Table 11.4). In Fault it is Disable voltage: faults are reset on request only. An axis

@@ -29,4 +29,7 @@ struct InterpolationPeriod {
 /// @throws std::invalid_argument if 60C2h cannot hold the period.
 [[nodiscard]] std::vector<StartupSdo> cia402_startup_sdos(std::chrono::nanoseconds period);
 
+/// The mode of operation (6060h), for a drive that has no place for it in its process data.
+[[nodiscard]] StartupSdo mode_sdo(cia402::Mode mode);
+
 }  // namespace driveline::ecat_master

@@ -192,6 +192,7 @@ class CyclicCore {
 
   [[nodiscard]] bool due(const CyclicFrame& frame) const noexcept;
   void begin(const rt::CycleStart& start) noexcept;
+  [[nodiscard]] std::span<const bool> due_slaves() noexcept;
   void take_recovery_requests() noexcept;
   void note_absence(const rt::CycleStart& start) noexcept;
   void send() noexcept;
@@ -230,6 +231,8 @@ class CyclicCore {
   std::vector<char> was_op_;
   std::unique_ptr<bool[]> slave_valid_;
   std::unique_ptr<bool[]> slave_operational_;
+  std::unique_ptr<bool[]> slave_due_;
+  bool uneven_ = false;  ///< not all groups are due in every cycle
   std::unique_ptr<SharedSlave[]> shared_;
   std::size_t group_count_ = 0;
   std::unique_ptr<GroupCounters[]> groups_;

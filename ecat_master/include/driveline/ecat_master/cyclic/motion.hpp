@@ -84,8 +84,9 @@ class Motion {
   };
 
   /// `path` has one axis for each of `axes`, in the same order.
-  /// @throws std::invalid_argument if their numbers differ, or if a limit of an axis is not positive and finite:
-  /// approach and stop could not be planned then.
+  /// @throws std::invalid_argument if their numbers differ, if a limit of an axis is not positive and finite (approach
+  /// and stop could not be planned then), if its process data lack what its mode needs (missing_objects()), or if an
+  /// axis in CST has no velocity gain.
   Motion(std::vector<Axis> axes, trajectory::Interpolator path, Settings settings);
 
   // Commands, any thread.
@@ -104,9 +105,10 @@ class Motion {
 
   // The cycle's side. \rtsafe
   /// Reads the inputs of all axes; `valid` tells per slave position whether its process data are, `operational`
-  /// whether it takes its outputs, too: an axis that does not is unavailable.
-  void read_inputs(std::span<const std::byte> image, std::span<const bool> valid,
-                   std::span<const bool> operational) noexcept;
+  /// whether it takes its outputs, too: an axis that does not is unavailable. `fresh`: whether they are of this cycle,
+  /// and not of the last one its group was due in; empty: all are.
+  void read_inputs(std::span<const std::byte> image, std::span<const bool> valid, std::span<const bool> operational,
+                   std::span<const bool> fresh = {}) noexcept;
   /// Advances phases and setpoints to grid cycle `cycle`, writes all outputs.
   void update(std::int64_t cycle, std::span<std::byte> image) noexcept;
   /// To be called before the outputs of grid cycle `cycle` are sent when `missed` periods before it were skipped: what

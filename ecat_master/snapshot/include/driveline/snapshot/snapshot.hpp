@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <type_traits>
 
 /// What the real-time cycle tells the rest of the world: fixed-size records that go through wait-free rings.
@@ -37,6 +38,8 @@ struct AxisSample {
   double actual_torque_nm = 0;                ///< as the drive reported it; N for linear axes
   /// Setpoint the drive was following at the time of `actual_position_rad`, minus the actual position.
   double following_error_rad = 0;
+  /// What the drive itself says of it (60F4h); not a number where that is not mapped.
+  double drive_following_error_rad = std::numeric_limits<double>::quiet_NaN();
 };
 static_assert(std::is_trivially_copyable_v<AxisSample>);
 

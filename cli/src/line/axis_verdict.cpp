@@ -1,0 +1,42 @@
+#include "line/axis_verdict.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace driveline::cli {
+namespace {
+
+/// What may be wrong with the time between a setpoint and the position it is compared with: two exchanges, at least
+/// this.
+constexpr std::chrono::milliseconds kUnsureTime{5};
+
+std::string off_by(const ecat_master::AxisConfig& axis, double error, double tolerance) {
+  const auto* unit = axis.linear ? "m" : "rad";
+  return fmt::format(
+      "axis {}: ended {:.4g} {} ({:.0f} increments) away from its setpoint, {:.3g} {} are tolerated "
+      "(position_tolerance): it did not follow its path",
+      axis.name, std::abs(error), unit, std::abs(error) * axis.increments_per_unit, tolerance, unit);
+}
+
+}  // namespace
+
+std::string axis_verdict(const ecat_master::AxisConfig& axis, const FollowingError& seen,
+                         std::chrono::nanoseconds period) {
+  if (!seen.last || seen.last->state == snapshot::AxisState::kUnavailable) return {};
+  if (seen.samples == 0) {
+    return fmt::format("axis {}: never was in Operation enabled, status word 0x{:04X} ({}) at the end", axis.name,
+                       seen.last->status_word, ecat_master::cia402::to_text(seen.last->state));
+  }
+  const double allowed = ecat_master::position_tolerance(axis);
+  if (seen.last->state != snapshot::AxisState::kOperationEnabled || !(allowed > 0.0)) return {};
+  const auto unsure = std::max<std::chrono::nanoseconds>(kUnsureTime, 2 * period);
+  const double tolerance =
+      allowed + std::abs(seen.last->target_velocity_rad_s) * std::chrono::duration<double>(unsure).count();
+  const double error = seen.last->following_error_rad;
+  // Not a number is off, too.
+  return std::abs(error) <= tolerance ? std::string{} : off_by(axis, error, tolerance);
+}
+
+}  // namespace driveline::cli

@@ -1,0 +1,94 @@
+#include "driveline/ecat_master/axis/axis_objects.hpp"
+
+#include <fmt/format.h>
+
+#include "driveline/ecat_master/axis/object_name.hpp"
+
+namespace driveline::ecat_master {
+namespace {
+
+using cia402::Mode;
+
+/// Width with which the object is mapped somewhere; 0: nowhere.
+std::uint8_t mapped_bits(const std::vector<PdoMapping>& pdos, std::uint16_t index) {
+  for (const auto& pdo : pdos) {
+    for (const auto& object : pdo.objects) {
+      if (object.index == index && object.subindex == 0) return object.bits;
+    }
+  }
+  return 0;
+}
+
+constexpr MissingObject target_of(Mode mode) {
+  switch (mode) {
+    case Mode::kCyclicVelocity:
+      return {0x60FF, 32, true};
+    case Mode::kCyclicTorque:
+      return {0x6071, 16, true};
+    case Mode::kCyclicPosition:
+      break;
+  }
+  return {0x607A, 32, true};
+}
+
+/// "6040h, 6060h" of a direction, in the order of the process data.
+std::string mapped_list(const std::vector<PdoMapping>& pdos) {
+  std::string text;
+  for (const auto& pdo : pdos) {
+    for (const auto& object : pdo.objects) {
+      // Gaps have no index.
+      if (object.index != 0) text += fmt::format("{}{:04X}h", text.empty() ? "" : ", ", object.index);
+    }
+  }
+  return text.empty() ? "nothing" : text;
+}
+
+}  // namespace
+
+std::optional<std::size_t> object_offset(const std::vector<PdoMapping>& pdos, std::uint16_t index, std::size_t bits) {
+  std::size_t at = 0;
+  for (const auto& pdo : pdos) {
+    for (const auto& object : pdo.objects) {
+      if (object.index == index && object.subindex == 0 && object.bits == bits && at % 8 == 0) return at / 8;
+      at += object.bits;
+    }
+  }
+  return std::nullopt;
+}
+
+std::vector<MissingObject> missing_objects(Mode mode, const PdoConfiguration& pdos) {
+  std::vector<MissingObject> missing;
+  const auto need = [&](MissingObject object) {
+    const auto& direction = object.output ? pdos.outputs : pdos.inputs;
+    if (object_offset(direction, object.index, object.bits)) return;
+    object.mapped_bits = mapped_bits(direction, object.index);
+    missing.push_back(object);
+  };
+  need({0x6040, 16, true});
+  need(target_of(mode));
+  need({0x6041, 16, false});
+  need({0x6064, 32, false});
+  if (mode == Mode::kCyclicTorque) need({0x606C, 32, false});
+  return missing;
+}
+
+std::string describe_missing(Mode mode, const std::vector<MissingObject>& missing, const PdoConfiguration& pdos) {
+  if (missing.empty()) return {};
+  auto text = fmt::format("{} needs ", to_text(mode));
+  bool outputs = false;
+  bool inputs = false;
+  for (const auto& object : missing) {
+    (object.output ? outputs : inputs) = true;
+    text += fmt::format("{}{:04X}h ({}, {} bits) in {}", &object == &missing.front() ? "" : ", ", object.index,
+                        cia402::object_name(object.index, 0), object.bits, object.output ? "an RxPDO" : "a TxPDO");
+    if (object.mapped_bits == object.bits) text += " and at the beginning of a byte";
+    if (object.mapped_bits != 0 && object.mapped_bits != object.bits) {
+      text += fmt::format(" instead of {} bits", object.mapped_bits);
+    }
+  }
+  if (outputs) text += fmt::format("; the RxPDOs map {}", mapped_list(pdos.outputs));
+  if (inputs) text += fmt::format("; the TxPDOs map {}", mapped_list(pdos.inputs));
+  return text;
+}
+
+}  // namespace driveline::ecat_master

@@ -1,0 +1,46 @@
+#include "driveline/ecat_master/axis/setpoint_delay.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace driveline::ecat_master {
+namespace {
+
+/// What a drive that is synchronised by SYNC0 adds on the average: its control step does not begin with SYNC0, and what
+/// it has measured waits for the exchange (MSD: control steps of 62.5 us).
+constexpr std::chrono::nanoseconds kControlDelay{62'500};
+
+}  // namespace
+
+double setpoint_delay_cycles(const SetpointWay& way) noexcept {
+  // A setpoint leaves at the beginning of the next cycle.
+  double cycles = 1.0 + static_cast<double>(way.interpolation) * way.divider;
+  if (way.to_sync0) {
+    using Fractional = std::chrono::duration<double, std::nano>;
+    cycles += Fractional(*way.to_sync0 + kControlDelay) / Fractional(way.period);
+  }
+  return cycles;
+}
+
+SetpointHistory::SetpointHistory(double delay_cycles)
+    : positions_(static_cast<std::size_t>(std::max(delay_cycles, 0.0)) + 2),
+      whole_(positions_.size() - 2),
+      part_(std::max(delay_cycles, 0.0) - std::floor(std::max(delay_cycles, 0.0))) {}
+
+void SetpointHistory::push(double position) noexcept {
+  newest_ = newest_ + 1 == positions_.size() ? 0 : newest_ + 1;
+  positions_[newest_] = position;
+  filled_ = std::min(filled_ + 1, positions_.size());
+}
+
+double SetpointHistory::ago(std::size_t cycles) const noexcept {
+  const auto age = std::min(cycles, std::max<std::size_t>(filled_, 1) - 1);
+  return positions_[newest_ >= age ? newest_ - age : newest_ + positions_.size() - age];
+}
+
+double SetpointHistory::followed() const noexcept {
+  const double later = ago(whole_);
+  return later + part_ * (ago(whole_ + 1) - later);
+}
+
+}  // namespace driveline::ecat_master

@@ -1,0 +1,122 @@
+// The following error is what the master computes, in every mode and with any process data; the drive's own stands
+// beside.
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "drive_line.hpp"
+
+namespace driveline::bus_test {
+namespace {
+
+using ecat_master::MotionPhase;
+using ecat_master::cia402::Mode;
+using snapshot::AxisSample;
+
+/// A path that is quick enough for a wrong pairing of setpoint and position to show: 8 rad/s.
+constexpr double kAmplitudeRad = 1.0;
+/// Setpoints are rounded to increments, positions and the drive's own figure as well.
+constexpr double kIncrementRad = 2.0 * 3.14159265 / 1048576.0;
+
+/// Samples of all axes while they were on the path.
+std::vector<AxisSample> samples_on_the_path(LineOperation& operation) {
+  EXPECT_EQ(sentence(operation.to_motion()), "");
+  EXPECT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  operation.axis_samples.clear();
+  EXPECT_TRUE(operation.run_until(MotionPhase::kHolding, std::chrono::seconds{2}));
+  return operation.axis_samples;
+}
+
+double largest(const std::vector<AxisSample>& samples, double AxisSample::*figure) {
+  double maximum = 0.0;
+  for (const auto& sample : samples) maximum = std::max(maximum, std::abs(sample.*figure));
+  return maximum;
+}
+
+struct Exchange {
+  nanoseconds period;
+  std::uint32_t divider;
+  double delay_cycles;
+};
+
+class FollowingErrorInCsp : public testing::TestWithParam<Exchange> {};
+
+TEST_P(FollowingErrorInCsp, IsThatOfTheDrive) {
+  const auto& exchange = GetParam();
+  DriveLine drives(3);
+  RunOptions options;
+  options.period = exchange.period;
+  options.amplitude_rad = kAmplitudeRad;
+  options.layout.groups = {{exchange.divider, 0, 0}};
+  options.setpoint_delay_cycles = exchange.delay_cycles;
+  LineOperation operation(drives, options);
+  const auto samples = samples_on_the_path(operation);
+  ASSERT_GT(samples.size(), 300U);
+  EXPECT_GT(largest(samples, &AxisSample::drive_following_error_rad), 10 * kIncrementRad)
+      << "there is something to see";
+  double difference = 0.0;
+  for (const auto& sample : samples) {
+    difference = std::max(difference, std::abs(sample.following_error_rad - sample.drive_following_error_rad));
+  }
+  EXPECT_LT(difference, 3 * kIncrementRad);
+}
+
+INSTANTIATE_TEST_SUITE_P(Exchanges, FollowingErrorInCsp,
+                         testing::Values(Exchange{microseconds{125}, 1, 3.0}, Exchange{milliseconds{1}, 1, 3.0},
+                                         Exchange{microseconds{500}, 2, 5.0}),
+                         [](const auto& row) {
+                           return std::to_string(row.param.period.count() / 1000) + "usBy" +
+                                  std::to_string(row.param.divider);
+                         });
+
+TEST(FollowingError, IsKnownWithoutTheObjectOfTheDrive) {
+  RunOptions options;
+  options.pdos = ecat_master::PdoConfiguration{{{0x1600, {{0x6040, 0, 16}, {0x6060, 0, 8}, {0x607A, 0, 32}}}},
+                                               {{0x1A00, {{0x6041, 0, 16}, {0x6061, 0, 8}, {0x6064, 0, 32}}}}};
+  DriveLine with(1);
+  DriveLine without(1);
+  LineOperation reported(with, RunOptions{});
+  LineOperation computed(without, options);
+  const auto samples = samples_on_the_path(computed);
+  for (const auto& sample : samples) ASSERT_TRUE(std::isnan(sample.drive_following_error_rad));
+  const double told = largest(samples_on_the_path(reported), &AxisSample::drive_following_error_rad);
+  EXPECT_NEAR(largest(samples, &AxisSample::following_error_rad), told, 0.1 * told);
+}
+
+class FollowingErrorOfTheLoop : public testing::TestWithParam<Mode> {};
+
+TEST_P(FollowingErrorOfTheLoop, IsSetpointMinusActualPosition) {
+  DriveLine drives(2);
+  LineOperation operation(drives, RunOptions{.mode = GetParam()});
+  const auto samples = samples_on_the_path(operation);
+  EXPECT_EQ(largest(samples, &AxisSample::drive_following_error_rad), 0.0) << "it has no position loop";
+  EXPECT_GT(largest(samples, &AxisSample::following_error_rad), 10 * kIncrementRad);
+  for (const auto& sample : samples) {
+    ASSERT_NEAR(sample.following_error_rad, sample.target_position_rad - sample.actual_position_rad, 1e-9);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Modes, FollowingErrorOfTheLoop, testing::Values(Mode::kCyclicVelocity, Mode::kCyclicTorque),
+                         [](const auto& row) { return std::string(to_text(row.param)); });
+
+TEST(FollowingError, OfAnAxisThatIsHeldGrowsWithItsPath) {
+  for (const auto mode : {Mode::kCyclicVelocity, Mode::kCyclicTorque}) {
+    DriveLine drives(1);
+    LineOperation operation(drives, RunOptions{.mode = mode});
+    ASSERT_EQ(sentence(operation.to_motion()), "");
+    ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+    auto& drive = drives.drive(0);
+    const auto blocked = drive.find_signal(slaves::SignalPlace::Way::kInput, "AXIS_BLOCKED");
+    ASSERT_TRUE(blocked);
+    operation.run(milliseconds{100});
+    drive.set_signal(blocked->number, 1.0);
+    operation.axis_samples.clear();
+    operation.run(milliseconds{40});
+    const auto& last = operation.axis_samples.back();
+    EXPECT_NEAR(last.following_error_rad, last.target_position_rad - last.actual_position_rad, 1e-9);
+    EXPECT_GT(std::abs(last.following_error_rad), 0.1) << to_text(mode);
+  }
+}
+
+}  // namespace
+}  // namespace driveline::bus_test
