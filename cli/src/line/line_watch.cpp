@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "driveline/ecat_master/axis/error_code.hpp"
+#include "text/motion_text.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -289,6 +290,10 @@ std::string LineWatch::motion_failure() const {
                          failure.status_word, ecat_master::cia402::error_text(failure.error_code));
     case Cause::kMasterAway:
       return "the master was away for too long; all axes stopped";
+    case Cause::kPositionLeap:
+    case Cause::kPositionFrozen:
+    case Cause::kPositionUnsteady:
+      return describe_position(config_.axes[failure.axis], failure);
     case Cause::kCommunication:
       break;
   }

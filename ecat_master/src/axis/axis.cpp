@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "driveline/ecat_master/axis/axis_objects.hpp"
 
@@ -22,6 +23,14 @@ T saturate(double value) noexcept {
   constexpr auto kMin = static_cast<double>(std::numeric_limits<T>::min());
   constexpr auto kMax = static_cast<double>(std::numeric_limits<T>::max());
   return static_cast<T>(std::llround(std::clamp(value, kMin, kMax)));
+}
+
+/// A target position is the 32 bits of it where the drive stands near enough to know which way is meant, across the end
+/// of its range, too.
+std::int32_t wrapped(double increments, std::int64_t actual) noexcept {
+  constexpr double kHalf = 2147483648.0;
+  if (!(std::abs(increments - static_cast<double>(actual)) < kHalf)) return saturate<std::int32_t>(increments);
+  return static_cast<std::int32_t>(static_cast<std::uint32_t>(std::llround(increments)));
 }
 
 template <typename T>
@@ -87,19 +96,46 @@ void Axis::read_inputs(std::span<const std::byte> image, bool valid, bool fresh)
   inputs_.error_code = take(error_code_, image);
   inputs_.mode = take(mode_display_, image);
   inputs_.state = cia402::decode_state(inputs_.status_word);
-  inputs_.position = take(actual_position_, image) / config_.increments_per_unit;
+  count(take(actual_position_, image));
+  inputs_.position = static_cast<double>(count_) / config_.increments_per_unit;
   inputs_.velocity = take(actual_velocity_, image) / config_.increments_per_unit;
   inputs_.torque = take(actual_torque_, image) * config_.rated_torque / 1000.0;
   inputs_.drive_following_error = take(following_error_object_, image) / config_.increments_per_unit;
 }
 
-Axis::Targets Axis::targets_for(const trajectory::AxisSetpoint& setpoint) const noexcept {
+/// A step of less than a quarter of the range goes on across its end while the drive is switched on; anything else, a
+/// new zero for instance, is taken as it is.
+void Axis::count(std::int32_t increments) noexcept {
+  constexpr std::int64_t kQuarter = std::int64_t{1} << 30;
+  const auto step =
+      static_cast<std::int32_t>(static_cast<std::uint32_t>(increments) - static_cast<std::uint32_t>(last_count_));
+  const bool goes_on =
+      inputs_.state == snapshot::AxisState::kOperationEnabled && std::abs(std::int64_t{step}) < kQuarter;
+  count_ = goes_on ? count_ + step : increments;
+  last_count_ = increments;
+}
+
+/// Velocity for the way that is left, so that the axis gets no faster than its limit or its setpoint.
+double Axis::position_loop(const trajectory::AxisSetpoint& setpoint) const noexcept {
+  if (!trusted_) return 0.0;
+  const double most = std::max(config_.limits.max_velocity, std::abs(setpoint.velocity));
+  const double wanted = setpoint.velocity + config_.position_gain_1_s * (setpoint.position - inputs_.position);
+  return std::clamp(wanted, -most, most) - setpoint.velocity;
+}
+
+double Axis::distrust_position() noexcept {
+  trusted_ = false;
+  return std::exchange(correction_, 0.0);
+}
+
+Axis::Targets Axis::targets_for(const trajectory::AxisSetpoint& setpoint) noexcept {
   Targets targets;
   targets.position = setpoint.position;
   targets.velocity = setpoint.velocity;
   targets.torque = config_.inertia * setpoint.acceleration;
   if (config_.mode == cia402::Mode::kCyclicPosition) return targets;
-  targets.velocity += config_.position_gain_1_s * (setpoint.position - inputs_.position);
+  correction_ = position_loop(setpoint);
+  targets.velocity += correction_;
   if (config_.mode == cia402::Mode::kCyclicTorque) {
     targets.torque += config_.velocity_gain * (targets.velocity - inputs_.velocity);
   }
@@ -109,7 +145,11 @@ Axis::Targets Axis::targets_for(const trajectory::AxisSetpoint& setpoint) const 
 void Axis::write_outputs(std::span<std::byte> image, cia402::Goal goal, bool reset_fault,
                          const trajectory::AxisSetpoint& setpoint) noexcept {
   const bool moving = inputs_.state == snapshot::AxisState::kOperationEnabled;
-  targets_ = moving ? targets_for(setpoint) : Targets{0, inputs_.position, 0.0, 0.0};
+  if (!moving) {
+    trusted_ = true;
+    correction_ = 0.0;
+  }
+  targets_ = moving ? targets_for(setpoint) : Targets{0, hold_.value_or(inputs_.position), 0.0, 0.0};
   targets_.control_word = cia402::next_control_word(inputs_.state, goal);
   // Fault reset works on the rising edge of bit 7, so it is given for one request and taken back by the next.
   if (reset_fault && fault()) targets_.control_word = cia402::command::kFaultReset;
@@ -134,7 +174,7 @@ void Axis::write_targets(std::span<std::byte> image) const noexcept {
   const double scale = config_.increments_per_unit;
   const double permille = 1000.0 / config_.rated_torque;
   const auto torque = saturate<std::int16_t>(targets_.torque * permille);
-  put(target_position_, image, saturate<std::int32_t>(targets_.position * scale));
+  put(target_position_, image, wrapped(targets_.position * scale, count_));
   const bool position_mode = config_.mode == cia402::Mode::kCyclicPosition;
   const bool torque_mode = config_.mode == cia402::Mode::kCyclicTorque;
   // In CSP velocity and torque are feed-forward offsets; in CSV and CST they are the targets themselves.

@@ -447,15 +447,15 @@ void CyclicCore::publish(const rt::CycleStart& start, nanoseconds cost) noexcept
   }
 }
 
-/// The recorder stops a little after a quick stop has begun, or process data have been bad for as long as it takes.
+/// The recorder stops a little after the motion has failed, or process data have been bad for as long as it takes.
 void CyclicCore::record(const snapshot::LineSample& line) noexcept {
   constexpr std::uint32_t kBadCycles = 8;
   std::span<const Axis> axes;
   if (motion_ != nullptr) {
     axes = motion_->axes();
-    const auto phase = motion_->phase();
-    if (phase == MotionPhase::kQuickStop && recorded_phase_ != phase) settings_.recorder->trigger();
-    recorded_phase_ = phase;
+    const bool failed = motion_->failure().cause != MotionFailure::Cause::kNone;
+    if (failed && !failure_recorded_) settings_.recorder->trigger();
+    failure_recorded_ = failed;
   }
   if (bad_cycles_.load(std::memory_order_relaxed) == kBadCycles) settings_.recorder->trigger();
   settings_.recorder->record(line, axes);

@@ -63,11 +63,13 @@ Motion::Motion(std::vector<Axis> axes, trajectory::Interpolator path, Settings s
       supplies_(axes_.size()),
       absences_(axes_.size()),
       presence_shared_(std::make_unique<std::atomic<AxisPresence>[]>(axes_.size())),
-      bad_cycles_(axes_.size()) {
+      bad_cycles_(axes_.size()),
+      exchanged_(axes_.size()) {
   if (path_.axes().size() != axes_.size()) {
     throw std::invalid_argument("motion: the path must have one axis for each axis of the line");
   }
   for (const auto& axis : axes_) {
+    position_watches_.emplace_back(axis.config(), settings_.period);
     const auto& limits = axis.config().limits;
     const bool usable = std::isfinite(limits.max_velocity) && limits.max_velocity > 0.0 &&
                         std::isfinite(limits.max_acceleration) && limits.max_acceleration > 0.0;
@@ -107,6 +109,7 @@ void Motion::read_inputs(std::span<const std::byte> image, std::span<const bool>
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     const bool ok = valid[axes_[i].config().slave];
     const bool now = fresh.empty() || fresh[axes_[i].config().slave];
+    exchanged_[i] = static_cast<char>(ok && now);
     bad_cycles_[i] = ok ? 0 : bad_cycles_[i] + 1;
     // Single bad cycles are bridged with the inputs of the last good one.
     if (ok || bad_cycles_[i] >= settings_.bad_cycle_limit) axes_[i].read_inputs(image, ok, now);
@@ -117,6 +120,7 @@ void Motion::read_inputs(std::span<const std::byte> image, std::span<const bool>
 
 void Motion::update(std::int64_t cycle, std::span<std::byte> image) noexcept {
   note_supplies();
+  judge_positions(cycle);
   obey(cycle);
   watch(cycle);
   advance(cycle);
@@ -170,7 +174,11 @@ void Motion::watch_axis(std::size_t axis, std::int64_t cycle) noexcept {
 
 void Motion::fail(MotionFailure::Cause cause, std::size_t axis, std::int64_t cycle) noexcept {
   const auto& inputs = axes_[axis].inputs();
-  failure_ = {cause, static_cast<std::uint16_t>(axis), inputs.status_word, inputs.error_code};
+  // The first one counts: on the way to standstill there may be another.
+  if (failure_.cause == MotionFailure::Cause::kNone) {
+    failure_ = {cause, static_cast<std::uint16_t>(axis), inputs.status_word, inputs.error_code,
+                position_watches_[axis].unsteady()};
+  }
   enter(MotionPhase::kQuickStop, cycle);
 }
 
@@ -213,14 +221,14 @@ void Motion::advance_powerless(std::int64_t cycle) noexcept {
     case MotionPhase::kEnabling:
       // An axis that is enabled already holds the place where it was enabled.
       for (std::size_t i = 0; i < axes_.size(); ++i) {
-        if (!axes_[i].enabled()) setpoints_[i] = {axes_[i].inputs().position, 0.0, 0.0};
+        if (!axes_[i].enabled()) setpoints_[i] = {place_of(i), 0.0, 0.0};
       }
       if (all_enabled()) {
         std::copy(setpoints_.begin(), setpoints_.end(), targets_.begin());
         for (std::size_t i = 0; i < axes_.size(); ++i) {
           if (axes_[i].enabled()) anchor(i);
+          supply_from_rest(i);
         }
-        supply_from_rest();
         plan_approach();
         enter(MotionPhase::kApproach, cycle);
       }
@@ -292,7 +300,7 @@ void Motion::anchor(std::size_t axis) noexcept {
   if (!settings_.relative || anchors_[axis]) return;
   // An axis that was absent at the start may come while the path goes on: its way begins where it is enabled.
   const bool waiting = phase_ == MotionPhase::kEnabling;
-  const double place = waiting ? targets_[axis].position : axes_[axis].inputs().position;
+  const double place = waiting ? targets_[axis].position : place_of(axis);
   anchors_[axis] = place - path_start_[axis].position;
   if (!waiting) targets_[axis].position += *anchors_[axis];
   path_start_[axis].position = place;

@@ -31,6 +31,12 @@ void Motion::set_presence(std::size_t axis, AxisPresence presence, std::int64_t 
   presence_shared_[axis].store(presence, std::memory_order_release);
 }
 
+/// Why an axis is not enabled that should have been by now.
+MotionFailure::Cause Motion::enable_failure(std::size_t axis) const noexcept {
+  return position_watches_[axis].unsteady() ? MotionFailure::Cause::kPositionUnsteady
+                                            : MotionFailure::Cause::kEnableTimeout;
+}
+
 /// Nobody is missed before the others have power: whoever comes in time is enabled with them.
 void Motion::watch_enabling(std::int64_t cycle) noexcept {
   for (std::size_t i = 0; i < axes_.size(); ++i) {
@@ -40,7 +46,7 @@ void Motion::watch_enabling(std::int64_t cycle) noexcept {
     if (absences_[i].presence == AxisPresence::kMissing || axes_[i].enabled()) continue;
     const double waited = seconds(cycle - std::max(phase_start_, absences_[i].since));
     if (waited > std::chrono::duration<double>(settings_.enable_timeout).count())
-      return fail(MotionFailure::Cause::kEnableTimeout, i, cycle);
+      return fail(enable_failure(i), i, cycle);
   }
 }
 
@@ -62,10 +68,10 @@ void Motion::watch_absence(std::size_t axis, std::int64_t cycle) noexcept {
     case AxisPresence::kEnabling:
       if (axes_[axis].enabled()) {
         anchor(axis);
-        absence.rejoin = trajectory::Rejoin(inputs.position, inputs.velocity, axes_[axis].config().limits);
+        absence.rejoin = trajectory::Rejoin(place_of(axis), inputs.velocity, axes_[axis].config().limits);
         set_presence(axis, AxisPresence::kReturning, cycle);
       } else if (seconds(cycle - absence.since) > std::chrono::duration<double>(settings_.enable_timeout).count()) {
-        fail(MotionFailure::Cause::kEnableTimeout, axis, cycle);
+        fail(enable_failure(axis), axis, cycle);
       }
       break;
   }
@@ -90,18 +96,21 @@ bool Motion::reset_due(std::size_t axis, std::int64_t cycle) const noexcept {
 cia402::Goal Motion::goal(std::size_t axis) const noexcept {
   using cia402::Goal;
   if (phase_ == MotionPhase::kQuickStop) return Goal::kQuickStop;
+  // The place where it is enabled is the one that it will hold.
+  const bool held = axes_[axis].inputs().state == snapshot::AxisState::kOperationEnabled;
+  const auto enabled = held || position_watches_[axis].steady() ? Goal::kEnabled : Goal::kDisabled;
   if (phase_ != MotionPhase::kEnabling && !powered()) return Goal::kDisabled;
   switch (absences_[axis].presence) {
     case AxisPresence::kMissing:
       // It may hear what it is told, and run.
       return phase_ == MotionPhase::kEnabling ? Goal::kDisabled : Goal::kQuickStop;
     case AxisPresence::kEnabling:
-      return phase_ == MotionPhase::kStopping ? Goal::kDisabled : Goal::kEnabled;
+      return phase_ == MotionPhase::kStopping ? Goal::kDisabled : enabled;
     case AxisPresence::kPresent:
     case AxisPresence::kReturning:
       break;
   }
-  return Goal::kEnabled;
+  return enabled;
 }
 
 }  // namespace driveline::ecat_master

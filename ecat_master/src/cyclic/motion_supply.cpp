@@ -21,15 +21,13 @@ void Motion::note_supplies() noexcept {
   }
 }
 
-/// The axes have just been enabled and stand.
-void Motion::supply_from_rest() noexcept {
-  for (std::size_t i = 0; i < axes_.size(); ++i) {
-    auto& supply = supplies_[i];
-    supply.sent = setpoints_[i].position;
-    supply.sent_velocity = 0.0;
-    supply.coast.give(supply.sent, 0.0);
-    supply.beside_path = false;
-  }
+/// The axis stands where its setpoint is.
+void Motion::supply_from_rest(std::size_t axis) noexcept {
+  auto& supply = supplies_[axis];
+  supply.sent = setpoints_[axis].position;
+  supply.sent_velocity = 0.0;
+  supply.coast.give(supply.sent, 0.0);
+  supply.beside_path = false;
 }
 
 /// All go along the path together: it stands still when one of them has not been given its setpoint, but for those
@@ -49,7 +47,7 @@ void Motion::bridge(std::size_t axis) noexcept {
   auto& supply = supplies_[axis];
   const auto presence = absences_[axis].presence;
   if (presence == AxisPresence::kMissing || presence == AxisPresence::kEnabling) {
-    setpoints_[axis] = {axes_[axis].inputs().position, 0.0, 0.0};
+    setpoints_[axis] = {place_of(axis), 0.0, 0.0};
     return;
   }
   const double period_s = seconds(1);
@@ -85,7 +83,7 @@ void Motion::aim() noexcept {
       setpoints_[i] = absence.rejoin.step(targets_[i], seconds(1));
       if (absence.rejoin.joined()) set_presence(i, AxisPresence::kPresent, phase_start_);
     } else {
-      setpoints_[i] = {axes_[i].inputs().position, 0.0, 0.0};
+      setpoints_[i] = {place_of(i), 0.0, 0.0};
       supply.beside_path = false;
     }
   }

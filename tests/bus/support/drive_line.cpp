@@ -46,7 +46,7 @@ constexpr std::size_t kRingSamples = std::size_t{1} << 15;
 }  // namespace
 
 DriveLine::DriveLine(std::size_t drives, const slaves::SlaveOptions& options, const slaves::LineOptions& line_options,
-                     std::optional<slaves::Wiring> wiring, slaves::msd::Variant variant)
+                     std::optional<slaves::Wiring> wiring, slaves::msd::Variant variant, double first_position_rad)
     : clock(milliseconds{1}) {
   std::vector<std::unique_ptr<slaves::Slave>> made;
   for (std::size_t i = 0; i < drives; ++i) {
@@ -54,7 +54,7 @@ DriveLine::DriveLine(std::size_t drives, const slaves::SlaveOptions& options, co
     parameters.variant = variant;
     parameters.name = "drive " + std::to_string(i);
     parameters.serial_number = static_cast<std::uint32_t>(1000 + i);
-    parameters.initial_position_rad = initial_position_rad(i);
+    parameters.initial_position_rad = first_position_rad + initial_position_rad(i);
     auto drive = std::make_unique<slaves::msd::MsdDrive>(parameters);
     drives_.push_back(drive.get());
     made.push_back(std::make_unique<slaves::Slave>(std::move(drive), options));

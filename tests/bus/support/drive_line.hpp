@@ -19,10 +19,11 @@ using std::chrono::nanoseconds;
 /// A simulated line of drives on a virtual clock.
 class DriveLine {
  public:
-  /// Wired as a plain line, or as `wiring` says; drive n is then the n-th of the wiring, not of the line.
+  /// Wired as a plain line, or as `wiring` says; drive n is then the n-th of the wiring, not of the line. The first one
+  /// stands at `first_position_rad` when it is switched on, the others not far from it.
   explicit DriveLine(std::size_t drives, const slaves::SlaveOptions& options = {},
                      const slaves::LineOptions& line_options = {}, std::optional<slaves::Wiring> wiring = std::nullopt,
-                     slaves::msd::Variant variant = slaves::msd::Variant::kMsd);
+                     slaves::msd::Variant variant = slaves::msd::Variant::kMsd, double first_position_rad = 0.0);
 
   rt::VirtualClock clock;
 

@@ -97,6 +97,22 @@ class VirtualTime(ProgramTest):
         self.assertRegex(fault, r"axis x: ended 3\.\d+ rad \(\d+ increments\) away from its setpoint, 0\.\d+ rad are tolerated")
         self.assertIn(fault, result.stderr)
 
+    def test_actual_position_that_cannot_be_true_is_a_failure(self):
+        self.write("path.csv", "time[s],x[rad]\n0,0\n2,30\n4,0\n")
+        script = '[[slave.input]]\nentry = "{}"\nshape = "steps"\nat_ms = [0, 1000]\nvalues = [0, {}]\n'
+        for entry, value, sentence in (
+                ("POSITION_ERROR", 2e6, r"axis x: its actual position leapt by (1[12]\.\d+) rad \(\d+ increments\) within 1 ms, "
+                                        r"0\.6 rad are possible: not plausible"),
+                ("POSITION_HELD", 1, r"axis x: its actual position stood at \d+\.\d+ rad for \d+ ms while it was sent "
+                                     r"\d\.\d+ rad \(\d+ increments\) on: frozen, or the axis is blocked")):
+            for mode in ("csp", "csv", "cst"):
+                with self.subTest(entry=entry, mode=mode):
+                    result, document = self.run_axis(script.format(entry, value), f'mode = "{mode}"\ninertia = 3e-4\n')
+                    self.assertEqual(result.returncode, 1, result.stderr)
+                    self.assertRegex(document["faults"][0], sentence)
+                    self.assertIn("all axes stopped within their limits", result.stderr)
+                    self.assertIn("flight_recorder_csv", document["files"])
+
     def test_axis_that_never_was_enabled_is_a_failure(self):
         # The run is over before the time in which axes must be enabled.
         self.write("path.csv", "time[s],x[rad]\n0,0\n1,1\n")

@@ -51,7 +51,7 @@ struct AxisInputs {
   std::uint16_t error_code = 0;                                   ///< 603Fh
   std::int8_t mode = 0;                                           ///< 6061h
   snapshot::AxisState state = snapshot::AxisState::kUnavailable;  ///< CiA 402 state out of the status word
-  double position = 0.0;                                          ///< rad or m
+  double position = 0.0;                                          ///< rad or m; goes on where the 32 bits end
   double velocity = 0.0;                                          ///< rad/s or m/s
   double torque = 0.0;                                            ///< Nm or N
   double drive_following_error = 0.0;                             ///< as the drive reports it (60F4h); rad or m
@@ -78,8 +78,15 @@ class Axis {
   /// The slave has fallen out of OP: it does not take its outputs. Until the next read_inputs().
   void set_unavailable() noexcept { inputs_.state = snapshot::AxisState::kUnavailable; }
 
-  /// Writes control word, mode and targets. While the axis is not in Operation enabled the targets follow the actual
-  /// values, so that enabling never starts with a jump.
+  /// Where the axis is to be held when it is enabled: the target position until then, instead of the actual one.
+  void hold_at(double position) noexcept { hold_ = position; }
+  /// Opens the position loop that is closed here in CSV and CST, until the axis is enabled anew: what it reads cannot
+  /// be true. Returns the velocity that the loop has added to that of the setpoint last, for a stop that begins with
+  /// it.
+  [[nodiscard]] double distrust_position() noexcept;
+
+  /// Writes control word, mode and targets. While the axis is not in Operation enabled the targets are where it stands
+  /// (hold_at()), so that enabling never starts with a jump.
   void write_outputs(std::span<std::byte> image, cia402::Goal goal, bool reset_fault,
                      const trajectory::AxisSetpoint& setpoint) noexcept;
 
@@ -118,14 +125,22 @@ class Axis {
   };
   void write_targets(std::span<std::byte> image) const noexcept;
   void compare(bool moving) noexcept;
-  [[nodiscard]] Targets targets_for(const trajectory::AxisSetpoint& setpoint) const noexcept;
+  [[nodiscard]] Targets targets_for(const trajectory::AxisSetpoint& setpoint) noexcept;
+  [[nodiscard]] double position_loop(const trajectory::AxisSetpoint& setpoint) const noexcept;
+  void count(std::int32_t increments) noexcept;
 
   AxisConfig config_;
   bool complete_;
   AxisInputs inputs_;
   Targets targets_;
   SetpointHistory setpoints_;
-  bool fresh_ = false;  ///< the inputs are of this cycle
+  bool fresh_ = false;          ///< the inputs are of this cycle
+  std::optional<double> hold_;  ///< hold_at()
+  bool trusted_ = true;         ///< not distrust_position()
+  double correction_ = 0.0;     ///< velocity that the position loop adds
+  /// Actual position without the wrap at 32 bits, and as it came.
+  std::int64_t count_ = 0;
+  std::int32_t last_count_ = 0;
   double following_error_ = 0.0;
   std::optional<PdoEntry<std::uint16_t>> control_word_;           // 6040h
   std::optional<PdoEntry<std::int8_t>> mode_;                     // 6060h

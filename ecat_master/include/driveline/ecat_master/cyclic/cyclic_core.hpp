@@ -254,7 +254,7 @@ class CyclicCore {
   std::chrono::nanoseconds grid_shift_{};
   std::uint32_t missed_now_ = 0;
   std::uint32_t recovery_requests_seen_ = 0;
-  MotionPhase recorded_phase_ = MotionPhase::kIdle;
+  bool failure_recorded_ = false;
   port::Counter stale_frames_;
   port::Counter foreign_frames_;
   port::Counter frames_of_masters_;

@@ -8,6 +8,7 @@
 
 #include "driveline/ecat_master/axis/axis.hpp"
 #include "driveline/ecat_master/cyclic/master_absence.hpp"
+#include "driveline/ecat_master/cyclic/position_watch.hpp"
 #include "driveline/trajectory/coast.hpp"
 #include "driveline/trajectory/interpolator.hpp"
 #include "driveline/trajectory/path_clock.hpp"
@@ -33,14 +34,25 @@ enum class MotionPhase : std::uint8_t {
 /// "following" and the like, for people. \rtsafe
 [[nodiscard]] std::string_view to_text(MotionPhase phase) noexcept;
 
-/// Why the axes were stopped by MotionPhase::kQuickStop.
+/// Why the axes were stopped: by MotionPhase::kQuickStop, or for a position that cannot be true by kStopping.
 struct MotionFailure {
   /// What it was.
-  enum class Cause : std::uint8_t { kNone, kAxisFault, kAxisLost, kCommunication, kEnableTimeout, kMasterAway };
+  enum class Cause : std::uint8_t {
+    kNone,
+    kAxisFault,
+    kAxisLost,
+    kCommunication,
+    kEnableTimeout,
+    kMasterAway,        ///< the master did not send for longer than it may
+    kPositionLeap,      ///< `position` tells more, as with those below
+    kPositionFrozen,    ///< the actual position stands while the axis is sent on
+    kPositionUnsteady,  ///< the actual position kept leaping, so that there was no place to enable the axis at
+  };
   Cause cause = Cause::kNone;  ///< kNone: there was no failure
   std::uint16_t axis = 0;      ///< number of the axis, as given to the constructor; the first one where several failed
   std::uint16_t status_word = 0;  ///< 6041h when it failed
   std::uint16_t error_code = 0;   ///< 603Fh when it failed, if it is mapped; else 0
+  PositionFinding position{};     ///< what was wrong with the actual position, where that was the cause
 };
 
 /// How an axis takes part in the motion. All but the first is seen only of axes whose loss is not to stop the others
@@ -153,6 +165,9 @@ class Motion {
   void obey(std::int64_t cycle) noexcept;
   void watch(std::int64_t cycle) noexcept;
   void fail(MotionFailure::Cause cause, std::size_t axis, std::int64_t cycle) noexcept;
+  void judge_positions(std::int64_t cycle) noexcept;
+  void stop_for(const PositionFinding& finding, std::size_t axis, std::int64_t cycle) noexcept;
+  [[nodiscard]] MotionFailure::Cause enable_failure(std::size_t axis) const noexcept;
   void watch_enabling(std::int64_t cycle) noexcept;
   void watch_axis(std::size_t axis, std::int64_t cycle) noexcept;
   void watch_absence(std::size_t axis, std::int64_t cycle) noexcept;
@@ -163,7 +178,7 @@ class Motion {
   void advance_powerless(std::int64_t cycle) noexcept;
   void advance_stop(std::int64_t cycle) noexcept;
   void advance_path(std::int64_t cycle) noexcept;
-  void supply_from_rest() noexcept;
+  void supply_from_rest(std::size_t axis) noexcept;
   void note_supplies() noexcept;
   void bridge(std::size_t axis) noexcept;
   [[nodiscard]] bool path_must_wait_for_setpoints() const noexcept;
@@ -173,6 +188,8 @@ class Motion {
   void begin_path(std::int64_t cycle) noexcept;
   void evaluate_path(double time_s) noexcept;
   void anchor(std::size_t axis) noexcept;
+  /// Where an axis stands that is not enabled.
+  [[nodiscard]] double place_of(std::size_t axis) const noexcept { return position_watches_[axis].held(); }
   [[nodiscard]] bool must_wait() const noexcept;
   [[nodiscard]] bool powered() const noexcept;
   [[nodiscard]] bool unavailable(std::size_t axis) const noexcept;
@@ -205,6 +222,8 @@ class Motion {
   std::vector<Absence> absences_;
   std::unique_ptr<std::atomic<AxisPresence>[]> presence_shared_;
   std::vector<std::uint32_t> bad_cycles_;
+  std::vector<PositionWatch> position_watches_;
+  std::vector<char> exchanged_;  ///< the position of the axis is of this cycle
   MotionPhase phase_ = MotionPhase::kIdle;
   std::int64_t phase_start_ = 0;
   MotionFailure failure_;

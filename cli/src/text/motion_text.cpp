@@ -1,0 +1,32 @@
+#include "text/motion_text.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace driveline::cli {
+
+std::string describe_position(const ecat_master::AxisConfig& axis, const ecat_master::MotionFailure& failure) {
+  using Cause = ecat_master::MotionFailure::Cause;
+  const auto& found = failure.position;
+  const auto* unit = axis.linear ? "m" : "rad";
+  const auto way = [&](double length) {
+    return fmt::format("{:.4g} {} ({:.0f} increments)", length, unit, length * axis.increments_per_unit);
+  };
+  const double ms = found.within_s * 1e3;
+  if (failure.cause == Cause::kPositionFrozen) {
+    return fmt::format(
+        "axis {}: its actual position stood at {:.6g} {} for {:.4g} ms while it was sent {} on: frozen, or the axis is "
+        "blocked; all axes stopped within their limits",
+        axis.name, found.from, unit, ms, way(found.moved));
+  }
+  const auto leap =
+      fmt::format("leapt by {} within {:.4g} ms, {:.3g} {} are possible", way(found.moved), ms, found.allowed, unit);
+  if (failure.cause == Cause::kPositionLeap) {
+    return fmt::format("axis {}: its actual position {}: not plausible; all axes stopped within their limits",
+                       axis.name, leap);
+  }
+  return fmt::format("axis {}: was not enabled, its actual position is not steady: it {}", axis.name, leap);
+}
+
+}  // namespace driveline::cli

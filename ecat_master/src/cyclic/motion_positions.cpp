@@ -1,0 +1,40 @@
+// Actual positions that cannot be true.
+#include "driveline/ecat_master/cyclic/motion.hpp"
+
+namespace driveline::ecat_master {
+
+/// Of all axes, before anything is done with them in this cycle. An axis whose position is not believed goes on without
+/// the loop that is closed here, from this cycle on.
+void Motion::judge_positions(std::int64_t cycle) noexcept {
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    auto& watch = position_watches_[i];
+    if (unavailable(i)) {
+      watch.forget();
+      continue;
+    }
+    if (!exchanged_[i]) continue;
+    const bool driven = axes_[i].enabled() && (powered() || phase_ == MotionPhase::kEnabling);
+    const auto finding = watch.judge(cycle, axes_[i].inputs().position, setpoints_[i], driven);
+    axes_[i].hold_at(watch.held());
+    if (finding.kind == PositionFinding::Kind::kNewPlace) {
+      setpoints_[i] = {watch.held(), 0.0, 0.0};
+      supply_from_rest(i);
+    }
+    // On the way to standstill it is known already, or does not matter any more.
+    if (finding && phase_ != MotionPhase::kStopping) stop_for(finding, i, cycle);
+  }
+}
+
+void Motion::stop_for(const PositionFinding& finding, std::size_t axis, std::int64_t cycle) noexcept {
+  using Cause = MotionFailure::Cause;
+  // What the loop has commanded beside the setpoint is braked with it.
+  setpoints_[axis].velocity += axes_[axis].distrust_position();
+  const auto& inputs = axes_[axis].inputs();
+  const auto cause = finding.kind == PositionFinding::Kind::kLeap ? Cause::kPositionLeap : Cause::kPositionFrozen;
+  failure_ = {cause, static_cast<std::uint16_t>(axis), inputs.status_word, inputs.error_code, finding};
+  if (phase_ == MotionPhase::kEnabling) return enter(MotionPhase::kDisabling, cycle);
+  plan_stop();
+  enter(MotionPhase::kStopping, cycle);
+}
+
+}  // namespace driveline::ecat_master

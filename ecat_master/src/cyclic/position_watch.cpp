@@ -1,0 +1,108 @@
+#include "driveline/ecat_master/cyclic/position_watch.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace driveline::ecat_master {
+namespace {
+
+using Kind = PositionFinding::Kind;
+
+/// A drive may overshoot, and measure and send at times that are not quite even.
+constexpr double kSpare = 2.0;
+/// Least steps of the setpoint that an axis must follow, in increments: an encoder may be coarse.
+constexpr double kIncrements = 16.0;
+
+double seconds_of(std::chrono::nanoseconds time) noexcept {
+  return std::chrono::duration<double>(time).count();
+}
+
+double tolerance_of(const AxisConfig& axis) noexcept {
+  const double tolerance = position_tolerance(axis);
+  return tolerance > 0.0 ? std::max(tolerance, kIncrements / axis.increments_per_unit) : 0.0;
+}
+
+}  // namespace
+
+PositionWatch::PositionWatch(const AxisConfig& axis, std::chrono::nanoseconds period) noexcept
+    : max_velocity_(axis.limits.max_velocity), tolerance_(tolerance_of(axis)), cycle_s_(seconds_of(period)) {}
+
+void PositionWatch::forget() noexcept {
+  known_ = false;
+  steady_ = false;
+  driven_ = false;
+  unsteady_ = {};
+}
+
+void PositionWatch::begin(std::int64_t cycle, double position) noexcept {
+  known_ = true;
+  steady_ = false;
+  plausible_ = 0;
+  begin_ = last_cycle_ = change_cycle_ = cycle;
+  last_ = held_ = position;
+}
+
+PositionFinding PositionWatch::judge(std::int64_t cycle, double position, const trajectory::AxisSetpoint& setpoint,
+                                     bool driven) noexcept {
+  if (!known_) {
+    begin(cycle, position);
+    setpoint_at_change_ = setpoint.position;
+    return {};
+  }
+  auto finding = step(cycle, position, setpoint);
+  settle(cycle, position, finding);
+  if (finding && driven && !driven_) {
+    finding.kind = Kind::kNewPlace;
+    held_ = position;
+  }
+  // An axis that starts to be driven is given its time from there.
+  if (std::abs(position - last_) > 0.0 || driven != driven_) {
+    change_cycle_ = cycle;
+    setpoint_at_change_ = setpoint.position;
+  }
+  if (finding.kind == Kind::kNewPlace) setpoint_at_change_ = position;
+  driven_ = driven;
+  last_ = position;
+  last_cycle_ = cycle;
+  if (!driven || tolerance_ <= 0.0) return {};
+  return finding.kind != Kind::kNone ? finding : standstill(cycle, setpoint);
+}
+
+PositionFinding PositionWatch::step(std::int64_t cycle, double position,
+                                    const trajectory::AxisSetpoint& setpoint) const noexcept {
+  const double within = seconds(std::max<std::int64_t>(cycle - last_cycle_, 1));
+  // A drive that measures less often makes up for what it owes.
+  const double owed = std::abs(setpoint.position - setpoint_at_change_);
+  const double way = std::max(std::max(max_velocity_, std::abs(setpoint.velocity)) * within, driven_ ? owed : 0.0);
+  const double allowed = kSpare * way + tolerance_;
+  const double moved = position - last_;
+  if (std::abs(moved) <= allowed) return {};
+  return {Kind::kLeap, last_, moved, allowed, within};
+}
+
+PositionFinding PositionWatch::standstill(std::int64_t cycle, const trajectory::AxisSetpoint& setpoint) const noexcept {
+  const double stood = seconds(cycle - change_cycle_);
+  const double sent = setpoint.position - setpoint_at_change_;
+  if (stood < seconds_of(kFrozenTime) || std::abs(sent) <= tolerance_) return {};
+  return {Kind::kFrozen, last_, sent, tolerance_, stood};
+}
+
+/// Where an axis could be enabled.
+void PositionWatch::settle(std::int64_t cycle, double position, const PositionFinding& finding) noexcept {
+  if (finding && tolerance_ > 0.0) {
+    unsteady_ = finding;
+    steady_ = false;
+    plausible_ = 0;
+    begin_ = cycle;
+    return;
+  }
+  if (!steady_) {
+    ++plausible_;
+    steady_ = plausible_ >= kSteadyExchanges && seconds(cycle - begin_) >= seconds_of(kSteadyTime);
+  }
+  if (!steady_) return;
+  held_ = position;
+  unsteady_ = {};
+}
+
+}  // namespace driveline::ecat_master
