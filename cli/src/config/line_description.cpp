@@ -200,8 +200,8 @@ std::string axis_lines(const FoundSlave& slave, const FoundLine& line) {
   if (slave.view.sii->vendor_id != slaves::msd::kVendorId) {
     text +=
         "# Not a drive of the kind that was tried: its PDOs are mapped as those of every axis. Where they are fixed, "
-        "the\n"
-        "# [[slave.pdo]] of the slave above take them as they are.\n";
+        "take\n"
+        "# those that stand with its [[slave]].\n";
   }
   return text;
 }

@@ -87,7 +87,8 @@ INSTANTIATE_TEST_SUITE_P(
         WrongFile{one_axis("limit = 5\n"),
                   ":6: [axis 1] limit: unknown key, expected one of: feed_mm_per_revolution, "
                   "increments_per_revolution, inertia, max_acceleration, max_velocity, mode, name, position_gain_1_s, "
-                  "rated_torque_nm, slave, velocity_gain"},
+                  "position_tolerance, "
+                  "rated_torque_nm, setpoint_delay_cycles, slave, velocity_gain"},
         WrongFile{one_slave("[path]\nfile = \"a.csv\"\nspeed = 2\n"),
                   ":6: [path] speed: unknown key, expected one of: file, interpolation, late, relative, repeat"},
         WrongFile{one_slave("[telemetry]\nrate = 2\n"),
