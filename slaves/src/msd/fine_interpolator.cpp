@@ -12,11 +12,10 @@ void FineInterpolator::configure(Method method, std::uint32_t steps, double step
   method_ = method;
   steps_ = count;
   step_s_ = step_s;
-  period_s_ = count * step_s;
   reset(output_.position, output_.velocity);
 }
 
-void FineInterpolator::set_limits(std::uint32_t periods, double rate, double speed) noexcept {
+void FineInterpolator::set_limits(std::uint16_t periods, double rate, double speed) noexcept {
   bridged_ = periods;
   stop_rate_ = rate > 0.0 ? rate : std::numeric_limits<double>::infinity();
   top_speed_ = speed;
@@ -37,20 +36,20 @@ void FineInterpolator::reset(double value, double velocity) noexcept {
                        : method_ == Method::kNone                                      ? 0.0
                                                                                        : 1.0;
   for (std::size_t i = 0; i < samples_.size(); ++i) {
-    samples_[i] = value + (ahead - 1.0 - static_cast<double>(i)) * velocity * period_s_;
+    samples_[i] = value + (ahead - 1.0 - static_cast<double>(i)) * velocity * period_s();
   }
   last_sample_ = samples_[0];
 }
 
 void FineInterpolator::start_line(double end) noexcept {
-  polynomial_ = {value_, (end - value_) / period_s_, 0.0, 0.0};
+  polynomial_ = {value_, (end - value_) / period_s(), 0.0, 0.0};
 }
 
 /// Cubic from the present value and speed to these in one period. With samples on time this is exactly the segment of
 /// the spline whose knot it starts from.
 void FineInterpolator::start_cubic(double end, double end_velocity) noexcept {
   const double rise = end - value_;
-  const double t = period_s_;
+  const double t = period_s();
   polynomial_ = {value_, velocity_, (3.0 * rise - (2.0 * velocity_ + end_velocity) * t) / (t * t),
                  ((velocity_ + end_velocity) * t - 2.0 * rise) / (t * t * t)};
 }
@@ -92,7 +91,7 @@ void FineInterpolator::push(double sample, double velocity) noexcept {
 bool FineInterpolator::leaps() const noexcept {
   if (method_ == Method::kNone || method_ == Method::kCosine || !std::isfinite(stop_rate_)) return false;
   const double end = method_ == Method::kLinear || method_ == Method::kExternal ? samples_[0] : samples_[1];
-  return std::abs((end - output_.position) / period_s_ - output_.velocity) > stop_rate_ * period_s_;
+  return std::abs((end - output_.position) / period_s() - output_.velocity) > stop_rate_ * period_s();
 }
 
 /// The curve begins anew where the samples say, and the output goes after it.
@@ -100,12 +99,12 @@ void FineInterpolator::begin_pursuit() noexcept {
   if (!pursuit_) pursuit_.emplace(output_.position, output_.velocity, trajectory::AxisLimits{top_speed_, stop_rate_});
   const bool ends_at_newest = method_ == Method::kLinear || method_ == Method::kExternal;
   value_ = ends_at_newest ? samples_[1] : samples_[2];
-  velocity_ = (samples_[0] - samples_[2]) / (2.0 * period_s_);
+  velocity_ = (samples_[0] - samples_[2]) / (2.0 * period_s());
 }
 
 /// To the newest sample, or as near as the method goes.
 void FineInterpolator::start_segment(double velocity) noexcept {
-  const double slope = (samples_[0] - samples_[2]) / (2.0 * period_s_);
+  const double slope = (samples_[0] - samples_[2]) / (2.0 * period_s());
   switch (method_) {
     case Method::kNone:
       polynomial_ = {samples_[0], 0.0, 0.0, 0.0};
@@ -119,18 +118,18 @@ void FineInterpolator::start_segment(double velocity) noexcept {
     case Method::kApproximation:
       return start_cubic((samples_[0] + 4.0 * samples_[1] + samples_[2]) / 6.0, slope);
     case Method::kCosine:
-      polynomial_ = {value_, 0.0, 0.0, 0.0};
-      rise_ = samples_[0] - value_;
+      polynomial_ = {value_, samples_[0] - value_, 0.0, 0.0};
       return;
   }
 }
 
 void FineInterpolator::step_cosine(double t) noexcept {
-  const double w = std::numbers::pi / period_s_;
+  const double rise = polynomial_[1];
+  const double w = std::numbers::pi / period_s();
   const double cosine = std::cos(w * t);
-  value_ = polynomial_[0] + 0.5 * rise_ * (1.0 - cosine);
-  velocity_ = 0.5 * rise_ * w * std::sin(w * t);
-  acceleration_ = 0.5 * rise_ * w * w * cosine;
+  value_ = polynomial_[0] + 0.5 * rise * (1.0 - cosine);
+  velocity_ = 0.5 * rise * w * std::sin(w * t);
+  acceleration_ = 0.5 * rise * w * w * cosine;
 }
 
 void FineInterpolator::step() noexcept {
@@ -138,7 +137,7 @@ void FineInterpolator::step() noexcept {
     samples_ = {2.0 * samples_[0] - samples_[1], samples_[0], samples_[1]};
     ++made_up_;
     elapsed_ = 0;
-    start_segment((samples_[0] - samples_[1]) / period_s_);
+    start_segment((samples_[0] - samples_[1]) / period_s());
   }
   step_curve();
   output_ = {value_, velocity_, acceleration_};

@@ -163,7 +163,7 @@ TEST(FineInterpolator, MissingSamplesSlowItDownAtItsRate) {
 
 TEST(FineInterpolator, SamplesThatDoNotComeLeaveNoTraceAtConstantSpeed) {
   for (const auto method : kSmooth) {
-    auto f = make(method);
+    auto f = make_interpolator(method);
     f.set_limits(8, 100.0);
     f.reset(0.0, 1.0 / kPeriod);
     double last = 0.0;
@@ -184,7 +184,7 @@ TEST(FineInterpolator, PursuesACurveThatItCouldMeetOnlyByALeap) {
   constexpr double kRate = 1000.0;
   for (const auto method : kSmooth) {
     for (const double stays_behind : {0.0, 0.03, -0.05}) {
-      auto f = make(method);
+      auto f = make_interpolator(method);
       f.set_limits(8, kRate, 200.0);
       const double speed = 20.0;
       f.reset(0.0, speed);

@@ -38,7 +38,7 @@ class FineInterpolator {
   /// For how many periods missing samples are made up for, and how fast the output may change its speed when samples
   /// have not come in time: per square second, without limit if 0; and the highest speed at which it makes up for what
   /// it has missed. Without a call one period, a stop at once and no limit. \rtsafe
-  void set_limits(std::uint32_t periods, double rate, double speed = std::numeric_limits<double>::infinity()) noexcept;
+  void set_limits(std::uint16_t periods, double rate, double speed = std::numeric_limits<double>::infinity()) noexcept;
   /// Starts at `value`, moving with `velocity` as if the samples before had. \rtsafe
   void reset(double value, double velocity) noexcept;
   /// A new sample has arrived, with the speed at it if the method is kExternal. \rtsafe
@@ -63,22 +63,22 @@ class FineInterpolator {
   void begin_pursuit() noexcept;
   [[nodiscard]] bool makes_up() const noexcept;
   void step_curve() noexcept;
+  [[nodiscard]] double period_s() const noexcept { return steps_ * step_s_; }
 
   Method method_ = Method::kLinear;
+  bool late_ = false;  ///< the last sample came late
   std::uint32_t steps_ = 2;
   std::uint32_t elapsed_ = 0;
-  std::uint32_t bridged_ = 1;  ///< periods
-  std::uint32_t made_up_ = 0;  ///< samples since the last that came
-  bool late_ = false;          ///< the last one came late
+  std::uint16_t bridged_ = 1;  ///< periods
+  std::uint16_t made_up_ = 0;  ///< samples since the last that came
   double stop_rate_ = std::numeric_limits<double>::infinity();
   double top_speed_ = std::numeric_limits<double>::infinity();
   double step_s_ = 62.5e-6;
-  double period_s_ = 125e-6;
-  std::array<double, 3> samples_{};     ///< newest first
-  std::array<double, 4> polynomial_{};  ///< of the time since the segment's start, constant term first
-  double rise_ = 0.0;                   ///< of the cosine
-  double last_sample_ = 0.0;            ///< that came
-  double value_ = 0.0;                  ///< of the curve through the samples, and its slopes
+  std::array<double, 3> samples_{};  ///< newest first
+  std::array<double, 4>
+      polynomial_{};          ///< of the time since the segment's start, constant term first; or rise of the cosine
+  double last_sample_ = 0.0;  ///< that came
+  double value_ = 0.0;        ///< of the curve through the samples, and its slopes
   double velocity_ = 0.0;
   double acceleration_ = 0.0;
   std::optional<trajectory::Rejoin> pursuit_;  ///< on the way back to the curve

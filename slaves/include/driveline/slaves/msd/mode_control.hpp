@@ -79,6 +79,7 @@ class ModeControl {
   bool reached_ = false;
   bool speed_zero_ = false;
   bool slipping_ = false;
+  bool homing_failed_ = false;
   bool start_bit_ = true;  ///< homing: control word bit 4, one cycle ago
   std::chrono::nanoseconds window_time_{0};
   std::chrono::nanoseconds speed_time_{0};
@@ -89,7 +90,6 @@ class ModeControl {
   ProfileLimits ordered_ramps_;  ///< on the way there
   HomingSequence homing_;
   HomingSequence::Demand ordered_homing_;
-  bool homing_failed_ = false;
 };
 
 }  // namespace driveline::slaves::msd

@@ -262,53 +262,54 @@ class MsdDrive final : public Device, public DeviceSignals, private DictionaryOw
   ModeControl modes_{dictionary_};
   Terminals terminals_;
 
-  wire::AlState al_state_ = wire::AlState::kInit;
   std::optional<Fault> fault_;
-  std::uint16_t last_control_word_ = 0;
   DcLink dc_link_;
   double overcurrent_a_ = 0.0;  ///< amplitude
   double dc_link_limit_volts_ = 0.0;
   std::bitset<static_cast<std::size_t>(Fault::kCount)> causes_;
   ThermalModel thermal_;
   OverloadLimits overload_limits_;
-  std::uint32_t warnings_ = 0;
   TouchProbe probe_;
   std::int64_t position_error_ = 0;  ///< MachineInput::kPositionError
-  bool position_held_ = false;
   struct ScheduledInput {
     Input input = Input::kIsd00;
     bool level = false;
     std::chrono::nanoseconds at{0};
   };
   std::array<ScheduledInput, 16> scheduled_{};
-  std::size_t scheduled_count_ = 0;
   std::chrono::nanoseconds script_due_ = kNever;  ///< when the next scripted input jumps
   std::chrono::nanoseconds script_start_{0};
   std::chrono::nanoseconds start_left_{0};
   std::chrono::nanoseconds save_left_{0};
-  std::uint16_t fault_text_ = 0;  ///< string slots of P 33[0] and of the first warning, P 33[1]
-  std::uint16_t warning_text_ = 0;
-  std::uint32_t shown_warnings_ = 0;
-  bool parameter_file_good_ = true;
-  bool eeprom_good_ = true;  ///< of the slave controller: can be loaded, and is that of this drive
   ParameterFileError parameter_file_error_;
-  bool stored_are_factory_ = false;  ///< the next start takes the time of a reset to factory settings
-  PowerState shown_state_ = PowerState::kNotReadyToSwitchOn;
   std::chrono::nanoseconds shown_since_{0};  ///< running time when the display last changed its content
-  bool brake_open_ = false;                  ///< what the brake control wants
-  bool brake_energised_ = false;             ///< the output the brake hangs at
   /// Running time when the output changed; before the first time the brake has been closed for ever.
   std::chrono::nanoseconds brake_since_ = -std::chrono::hours(24);
-  bool settings_changed_ = true;
-  bool initialise_control_ = true;  ///< the next settings bring the units of the factor group into force
-  bool factory_reset_pending_ = false;
   SetpointRhythm rhythm_;                     ///< of the process data
   std::chrono::nanoseconds last_sync0_{0};    ///< the last pulse
   std::chrono::nanoseconds sync0_period_{0};  ///< between the last two; 0: there were none
-  bool following_error_ = false;
   std::chrono::nanoseconds following_error_time_{0};
   std::optional<std::chrono::nanoseconds> next_step_;
   std::uint64_t steps_ = 0;
+  // Small ones together: a line may have hundreds of drives.
+  std::uint32_t warnings_ = 0;
+  std::uint32_t shown_warnings_ = 0;
+  std::uint16_t fault_text_ = 0;  ///< string slots of P 33[0] and of the first warning, P 33[1]
+  std::uint16_t warning_text_ = 0;
+  std::uint16_t last_control_word_ = 0;
+  std::uint8_t scheduled_count_ = 0;
+  wire::AlState al_state_ = wire::AlState::kInit;
+  PowerState shown_state_ = PowerState::kNotReadyToSwitchOn;
+  bool position_held_ = false;  ///< MachineInput::kPositionHeld
+  bool parameter_file_good_ = true;
+  bool eeprom_good_ = true;          ///< of the slave controller: can be loaded, and is that of this drive
+  bool stored_are_factory_ = false;  ///< the next start takes the time of a reset to factory settings
+  bool brake_open_ = false;          ///< what the brake control wants
+  bool brake_energised_ = false;     ///< the output the brake hangs at
+  bool settings_changed_ = true;
+  bool initialise_control_ = true;  ///< the next settings bring the units of the factor group into force
+  bool factory_reset_pending_ = false;
+  bool following_error_ = false;
 };
 
 }  // namespace driveline::slaves::msd
