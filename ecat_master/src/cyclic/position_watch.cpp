@@ -8,7 +8,7 @@ namespace {
 
 using Kind = PositionFinding::Kind;
 
-/// A drive may overshoot, and measure and send at times that are not quite even.
+/// A drive may overshoot, and run faster than its axis while it makes up for setpoints that came late.
 constexpr double kSpare = 2.0;
 /// Least steps of the setpoint that an axis must follow, in increments: an encoder may be coarse.
 constexpr double kIncrements = 16.0;
@@ -73,7 +73,9 @@ PositionFinding PositionWatch::step(std::int64_t cycle, double position,
   const double within = seconds(std::max<std::int64_t>(cycle - last_cycle_, 1));
   // A drive that measures less often makes up for what it owes.
   const double owed = std::abs(setpoint.position - setpoint_at_change_);
-  const double way = std::max(std::max(max_velocity_, std::abs(setpoint.velocity)) * within, driven_ ? owed : 0.0);
+  // Answers come late, but within their cycle: what lies between two positions may be a cycle more.
+  const double way =
+      std::max(std::max(max_velocity_, std::abs(setpoint.velocity)) * (within + cycle_s_), driven_ ? owed : 0.0);
   const double allowed = kSpare * way + tolerance_;
   const double moved = position - last_;
   if (std::abs(moved) <= allowed) return {};

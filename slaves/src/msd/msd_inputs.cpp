@@ -94,7 +94,7 @@ void MsdDrive::apply_scheduled_inputs() noexcept {
   if (done == 0) return;
   std::move(scheduled_.begin() + static_cast<std::ptrdiff_t>(done),
             scheduled_.begin() + static_cast<std::ptrdiff_t>(scheduled_count_), scheduled_.begin());
-  scheduled_count_ -= done;
+  scheduled_count_ -= static_cast<std::uint32_t>(done);
 }
 
 /// Before the events of a control cycle: what the controller armed counts for what the axis passes in it.

@@ -183,14 +183,17 @@ seed = FAULT
 
 class LateMaster(ProgramTest):
     def test_one_that_was_away_for_too_long_says_so_first(self):
-        run = self.start("run", "--config", LINE8, "--duration", 60, "--json", "--no-plots", "--no-telemetry", log="run.log")
-        self.wait_for("the line in motion", lambda: "following the path" in self.text("run.log") or run.poll() is not None)
+        for _ in range(4):  # a machine that is busy may stop it before the test does
+            run = self.start("run", "--config", LINE8, "--duration", 60, "--json", "--no-plots", "--no-telemetry",
+                             log="run.log")
+            self.wait_for("the line in motion", lambda: "following the path" in self.text("run.log") or run.poll() is not None)
+            if run.poll() is None:
+                break
         run.send_signal(signal.SIGSTOP)
         time.sleep(0.2)
         run.send_signal(signal.SIGCONT)
         self.assertEqual(run.wait(PATIENCE_S), 1, self.logs())
         document = self.one_document(self.text("run.log.out"))
-        # A machine that is busy may have stopped it before.
         self.assertRegex(document["faults"][0], r"^the master was away for \d+\.\d ms at \d+\.\d{3} s, longer than the 400 cycles")
         self.assertGreater(document["longest_absence_ns"], 400 * document["cycle_ns"])
         self.assertEqual(document["wake_latency_ns"]["max"], document["longest_absence_ns"])

@@ -177,21 +177,21 @@ class OfTheLine(ProgramTest):
         self.assertNotIn("0 frames lost", run.stdout)
 
     def test_every_difference_is_told(self):
-        self.line(slaves=("", "serial = 33", 'revision = ">= 0xFFFFFFFF"'))
+        self.line(slaves=("", 'revision = 1', 'revision = ">= 0xFFFFFFFF"'))
         run = self.run_program("run", "--config", "line.toml", "--virtual", "--duration", 0.1, "--no-plots",
                                "--no-telemetry")
         self.assertEqual(run.returncode, 1)
-        self.assertRegex(run.stderr, r'(?m)^  slave 1: wrong serial number: "b" \(slave 1: .* serial 33\) is planned, '
-                                     r"found .* serial 2$")
+        self.assertRegex(run.stderr, r'(?m)^  slave 1: wrong revision: "b" \(slave 1: .* revision 0x00000001\) is planned, '
+                                     r"found .* revision 0x007C001E serial 2$")
         self.assertRegex(run.stderr, r'(?m)^  slave 2: wrong revision: "c" \(slave 2: .* revision >= 0xFFFFFFFF\) is planned')
-        self.assertRegex(run.stderr.splitlines()[-1], r"slave 1: serial number is 0x00000002 but 0x00000021 is planned; "
+        self.assertRegex(run.stderr.splitlines()[-1], r"slave 1: revision is 0x007C001E but 0x00000001 is planned; "
                                                       r"the first of 2 differences\Z")
         for command in ("scan", "slaves"):
             told = self.run_program(command, "--config", "line.toml").stderr
-            self.assertEqual(len(re.findall(r"(?m)^slave [12]: wrong (serial number|revision): ", told)), 2, told)
+            self.assertEqual(len(re.findall(r"(?m)^slave [12]: wrong revision: ", told)), 2, told)
         document = self.one_document(self.run_program("scan", "--json", "--config", "line.toml").stdout)
         self.assertEqual([(row["kind"], row["slave"], row["name"]) for row in document["differences"]],
-                         [("serial", 1, "b"), ("revision", 2, "c")])
+                         [("revision", 1, "b"), ("revision", 2, "c")])
 
     def test_cable_broken_at_the_start(self):
         self.line('[[fault]]\nkind = "cable-break"\nslave = "a"\nto = "b"\n')

@@ -15,7 +15,7 @@ def fault(kind, at_ms, **keys):
 
 class InThisProcess(ProgramTest):
     def run_line(self, *faults, head="", duration=8):
-        config = self.write_gentle_line(cycle_us=1000, head=head + "\n" + "".join(faults))
+        config = self.write_gentle_line(cycle_us=1000, head="[bus]\nmax_lost_cycles = 8\n" + head + "\n" + "".join(faults))
         result = self.run_program("run", "--config", config, "--virtual", "--duration", duration, "--json", "--no-plots")
         document = self.one_document(result.stdout) if result.stdout else None
         return result, document

@@ -203,14 +203,8 @@ class InProcess(ProgramTest):
         self.assertIn("\nincrements_per_revolution = 1048576", (self.directory / "line.toml").read_text())
         self.assertEqual(document["axes_count"], 8)
         self.assertIn("hold the place where they stand", result.stderr)
-        # Two slaves that have changed places are noticed: they have serial numbers.
-        text = (self.directory / "line.toml").read_text(encoding="utf-8")
-        swapped = text.replace("serial = 3\n", "serial = -\n").replace("serial = 4\n", "serial = 3\n")
-        self.write("swapped.toml", swapped.replace("serial = -\n", "serial = 4\n"))
-        result = self.run_program("run", "--config", "swapped.toml", "--virtual", "--duration", 0.2, "--no-plots")
-        self.assertEqual(result.returncode, 1)
-        self.assertIn("slave 2 and slave 3 have changed places", result.stderr)
         # It expects what was found: another device is noticed.
+        text = (self.directory / "line.toml").read_text(encoding="utf-8")
         self.write("other.toml", text.replace("product_code = 0x4D534431", "product_code = 0x4D534432", 1))
         result = self.run_program("run", "--config", "other.toml", "--virtual", "--duration", 0.2, "--no-plots")
         self.assertEqual(result.returncode, 1)
@@ -251,11 +245,14 @@ class InProcess(ProgramTest):
         for status, arguments, parts in (
                 (2, ["BOOT"], ["single slaves", "-p N"]),
                 (2, ["-p", "1", "op"], ["cyclic process data", "`run`", "--iface"]),
-                (1, ["-p", "1", "BOOT"],
-                 ["slave 1: has no mailbox for BOOT: its EEPROM names none for the bootstrap state"]),
                 (1, ["-a", "9"], ["alias address 9"])):
             with self.subTest(arguments=arguments):
                 self.check_refused(self.run_program("states", "--config", LINE8, *arguments), status, *parts)
+
+    def test_boot_is_for_slaves_that_have_it(self):
+        self.assertEqual(self.tool("states", "-p", "1", "BOOT"), "   1  BOOT\n")
+        result = self.run_program("states", "--config", EXAMPLES / "mixed.toml", "-p", "0", "BOOT")
+        self.check_refused(result, 1, "slave 0: has no mailbox for BOOT: its EEPROM names none for the bootstrap state")
 
     def test_single_slaves_go_up_to_safeop(self):
         self.assertEqual(self.tool("states", "-p", "1,3", "safeop"), "   1  SAFEOP\n   3  SAFEOP\n")
@@ -377,7 +374,8 @@ class OnTheWire(WireTest):
         config = self.write_gentle_line(cycle_us=2000)
         self.start_line(config)
         master = self.start_master(config, "--no-telemetry")
-        second = ["run", "--config", config, "--iface", "dl-master", "--no-plots", "--no-telemetry", "--duration", 0.2]
+        second = ["run", "--config", config, "--iface", "dl-master", "--no-plots", "--no-telemetry", "--duration", 0.2,
+                  "--output", "second"]
         for _ in range(3):
             self.check_refused(self.run_program(*second), 1, f"process {master.pid} (driveline run) has interface dl-master",
                                "take its line away", "--force")
@@ -460,6 +458,18 @@ class OnTheWire(WireTest):
         if not disturbed:
             self.assertEqual(result.returncode, 0, result.stderr)
             self.assertEqual(self.one_document(result.stdout)["state"], "OP")
+        # Two slaves that have changed places, or another one, are noticed: they have serial numbers.
+        text = (self.directory / "line.toml").read_text(encoding="utf-8")
+        swapped = text.replace("serial = 3\n", "serial = -\n").replace("serial = 4\n", "serial = 3\n")
+        for name, changed, said in (("swapped.toml", swapped.replace("serial = -\n", "serial = 4\n"),
+                                     "slave 2 and slave 3 have changed places"),
+                                    ("other.toml", text.replace("serial = 2\n", "serial = 33\n"),
+                                     "slave 1: serial number is 0x00000002 but 0x00000021 is planned")):
+            with self.subTest(said=said):
+                self.write(name, changed)
+                result = self.run_program("run", "--config", name, "--iface", "dl-master", "--duration", 0.2, "--no-plots")
+                self.assertEqual(result.returncode, 1, result.stderr)
+                self.assertIn(said, result.stderr)
 
     def test_alias_and_image_stay_in_the_eeprom(self):
         self.start_line(EXAMPLES / "line8-nic.toml")

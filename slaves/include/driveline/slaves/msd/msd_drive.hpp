@@ -292,12 +292,12 @@ class MsdDrive final : public Device, public DeviceSignals, private DictionaryOw
   std::optional<std::chrono::nanoseconds> next_step_;
   std::uint64_t steps_ = 0;
   // Small ones together: a line may have hundreds of drives.
+  std::uint32_t scheduled_count_ = 0;
   std::uint32_t warnings_ = 0;
   std::uint32_t shown_warnings_ = 0;
   std::uint16_t fault_text_ = 0;  ///< string slots of P 33[0] and of the first warning, P 33[1]
   std::uint16_t warning_text_ = 0;
   std::uint16_t last_control_word_ = 0;
-  std::uint8_t scheduled_count_ = 0;
   wire::AlState al_state_ = wire::AlState::kInit;
   PowerState shown_state_ = PowerState::kNotReadyToSwitchOn;
   bool position_held_ = false;  ///< MachineInput::kPositionHeld
