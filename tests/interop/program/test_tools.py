@@ -19,7 +19,7 @@ frame = bytes.fromhex("ffffffffffff 00005e000001 88a4 0e10 07 00 0000 3001 0200 
 print("begins", flush=True)
 while True:
     s.send(frame)
-    time.sleep(0.002)
+    time.sleep(0.0002)  # a tool is done with its look in a few ms
 """
 # What a process of this program does that has an interface for itself.
 LOCK_HOLDER = r"""
