@@ -37,6 +37,12 @@ void MonotonicClock::spin() noexcept {
 #endif
 }
 
+std::chrono::nanoseconds MonotonicClock::cpu_time() const noexcept {
+  std::timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return from_timespec(time);
+}
+
 VirtualClock::VirtualClock(std::chrono::nanoseconds start, std::chrono::nanoseconds spin_step) noexcept
     : now_ns_{start.count()}, spin_step_{spin_step} {}
 

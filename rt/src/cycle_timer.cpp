@@ -11,6 +11,8 @@ using std::chrono::nanoseconds;
 
 // 16 parts awake owe one part of sleep: 94.1 % of the CPU, below the 95 % at which Linux stops the thread.
 constexpr int kAwakePerRest = 16;
+// From so many periods awake on it is worth a system call to ask whether the thread was running at all.
+constexpr int kLongAwake = 2;
 
 }  // namespace
 
@@ -31,7 +33,8 @@ void CycleTimer::start(nanoseconds first) noexcept {
   pending_shift_ = phase_shift_ = nanoseconds::zero();
   missed_total_ = forced_rests_ = 0;
   awake_since_ = clock_.now();
-  rest_debt_ = nanoseconds::zero();
+  rest_debt_ = awake_unproven_ = nanoseconds::zero();
+  cpu_at_ = clock_.cpu_time();
 }
 
 CycleStart CycleTimer::wait_next() noexcept {
@@ -65,7 +68,7 @@ nanoseconds CycleTimer::shift_phase(nanoseconds shift) noexcept {
 
 void CycleTimer::sleep_towards_next() noexcept {
   const nanoseconds now = clock_.now();
-  rest_debt_ += (now - awake_since_) / kAwakePerRest;
+  owe_rest(now - awake_since_);
 
   nanoseconds target = next_ - wake_ahead_;
   // Small debts wait: the sleep at the end of an ordinary period pays them.
@@ -76,6 +79,19 @@ void CycleTimer::sleep_towards_next() noexcept {
   clock_.sleep_until(target);
   awake_since_ = clock_.now();
   rest_debt_ = std::max(nanoseconds::zero(), rest_debt_ - (awake_since_ - now));
+}
+
+/// A thread that was stopped or pushed off its CPU owes nothing for that: the periods it missed are late enough without
+/// a rest behind them.
+void CycleTimer::owe_rest(nanoseconds awake) noexcept {
+  rest_debt_ += awake / kAwakePerRest;
+  awake_unproven_ += awake;
+  if (awake < kLongAwake * period_) return;
+  const nanoseconds cpu = clock_.cpu_time();
+  const nanoseconds idle = std::clamp(awake_unproven_ - (cpu - cpu_at_), nanoseconds::zero(), awake);
+  rest_debt_ = std::max(nanoseconds::zero(), rest_debt_ - idle / kAwakePerRest);
+  awake_unproven_ = nanoseconds::zero();
+  cpu_at_ = cpu;
 }
 
 nanoseconds CycleTimer::next_at_or_after(nanoseconds time) const noexcept {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <ostream>
 #include <random>
 #include <stdexcept>
@@ -249,6 +250,37 @@ TEST_P(CycleTimerLoad, StaysBelowTheShareAtWhichLinuxThrottles) {
 
 INSTANTIATE_TEST_SUITE_P(PeriodsOfWork, CycleTimerLoad,
                          testing::Values(0.75, 0.96, 0.999, 1.0, 1.001, 1.5, 2.0, 7.3, 100.0));
+
+/// A thread that is stopped uses no CPU.
+class StoppedClock final : public Clock {
+ public:
+  [[nodiscard]] nanoseconds now() const noexcept override { return now_; }
+  void sleep_until(nanoseconds deadline) noexcept override { now_ = std::max(now_, deadline); }
+  void spin() noexcept override { work(500ns); }
+  [[nodiscard]] nanoseconds cpu_time() const noexcept override { return used_; }
+  void work(nanoseconds time) noexcept {
+    now_ += time;
+    used_ += time;
+  }
+  void stop_for(nanoseconds time) noexcept { now_ += time; }
+
+ private:
+  nanoseconds now_{};
+  nanoseconds used_{};
+};
+
+TEST(CycleTimer, TimeInWhichTheThreadWasStoppedOwesNoRest) {
+  StoppedClock clock;
+  CycleTimer timer{clock, kPeriod, kPeriod / 4};
+  timer.start(0ns);
+  for (int i = 0; i < 1'000; ++i) {
+    timer.wait_next();
+    clock.work(kPeriod * 65 / 100);
+    if (i % 100 == 50) clock.stop_for(432 * kPeriod);
+  }
+  EXPECT_EQ(timer.forced_rests(), 0);
+  EXPECT_EQ(timer.missed_total(), 10 * 431);  // it was stopped within a period
+}
 
 TEST(CycleTimer, OrdinaryLoadIsNeverForcedToRest) {
   SleepMeter clock;

@@ -22,6 +22,10 @@ class Clock {
   /// One turn of a busy-wait loop: a CPU pause in real time, a small step forward on virtual time (so that a loop
   /// that spins up to a deadline ends).
   virtual void spin() noexcept = 0;
+
+  /// Time of a CPU that the calling thread has used, since any instant. By default all time is used: nobody else runs
+  /// on a clock that is advanced by hand. A system call on the real clock: not for every cycle.
+  [[nodiscard]] virtual std::chrono::nanoseconds cpu_time() const noexcept { return now(); }
 };
 
 /// CLOCK_MONOTONIC. Any number of threads may share one.
@@ -31,6 +35,8 @@ class MonotonicClock final : public Clock {
   /// Sleeps to the absolute time; a signal handler that runs meanwhile does not shorten the sleep.
   void sleep_until(std::chrono::nanoseconds deadline) noexcept override;
   void spin() noexcept override;
+  /// CLOCK_THREAD_CPUTIME_ID.
+  [[nodiscard]] std::chrono::nanoseconds cpu_time() const noexcept override;
 };
 
 /// A clock that moves only when told to. Starts at `start`. Reading it from other threads than the one that advances

@@ -70,6 +70,7 @@ class CycleTimer {
 
  private:
   void sleep_towards_next() noexcept;
+  void owe_rest(std::chrono::nanoseconds awake) noexcept;
   [[nodiscard]] std::chrono::nanoseconds next_at_or_after(std::chrono::nanoseconds time) const noexcept;
 
   Clock& clock_;
@@ -79,7 +80,9 @@ class CycleTimer {
   std::chrono::nanoseconds pending_shift_{};  // accepted, taken over by the next wait_next()
   std::chrono::nanoseconds phase_shift_{};
   std::chrono::nanoseconds awake_since_{};
-  std::chrono::nanoseconds rest_debt_{};  // sleep still owed for the time awake
+  std::chrono::nanoseconds rest_debt_{};       // sleep still owed for the time awake
+  std::chrono::nanoseconds awake_unproven_{};  // time awake since cpu_at_ was read
+  std::chrono::nanoseconds cpu_at_{};          // CPU time of the thread then
   std::int64_t next_cycle_ = 0;
   std::int64_t missed_total_ = 0;
   std::int64_t forced_rests_ = 0;
