@@ -182,6 +182,32 @@ TEST(LateMaster, CountsItsWholeAbsence) {
   EXPECT_EQ(operation.line_samples[0].wake_latency_ns, late.count()) << "so it goes to DDS and the flight recorder";
 }
 
+/// Ends the counting as soon as it hears of an absence, before the cycle that was late is over: what a thread that
+/// watches the line may do.
+class EndsCountingAtOnce final : public ecat_master::CyclicTask {
+ public:
+  void update(std::int64_t, std::span<const std::byte>, std::span<const bool>, std::span<std::byte>) noexcept override {
+    MasterAbsence absence;
+    if (core != nullptr && core->take_absence(absence)) core->count(false);
+  }
+  ecat_master::CyclicCore* core = nullptr;
+};
+
+TEST(LateMaster, TheAbsenceThatEndsTheCountingIsCounted) {
+  DriveLine drives(1);
+  EndsCountingAtOnce task;
+  RunOptions options;
+  options.task = &task;
+  LineOperation operation(drives, options);
+  ASSERT_EQ(sentence(operation.to_op()), "");
+  operation.run(milliseconds{2});
+  task.core = operation.master().core();
+  drives.clock.advance(50 * kLatePeriod);
+  operation.run(milliseconds{2});
+  EXPECT_GE(operation.statistics().longest_absence, 49 * kLatePeriod);
+  EXPECT_GE(operation.statistics().missed_periods, 49U);
+}
+
 TEST(LateMotion, IsWithinTheLimitsWhenNothingIsLate) {
   LateLine line;
   line.cycles(7000);

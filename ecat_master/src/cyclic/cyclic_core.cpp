@@ -110,7 +110,18 @@ void CyclicCore::begin(const rt::CycleStart& start) noexcept {
   const auto settings = image_.groups();
   for (std::size_t i = 0; i < settings.size(); ++i) tallies_[i].due = settings[i].due(cycle_number_);
   if (recovery_requests_.load(std::memory_order_acquire) != recovery_requests_seen_) take_recovery_requests();
+  take_counting();
   if (start.missed > 0) note_absence(start);
+}
+
+/// Before the absence is told: what ends the counting because of it does not end it for the cycle that was late.
+void CyclicCore::take_counting() noexcept {
+  const bool wanted = counting_wanted_.load(std::memory_order_acquire);
+  if (wanted == counting_) return;
+  counting_ = wanted;
+  if (!counting_) return;
+  statistics_ = CycleStatistics{};
+  missing_.fill(0);
 }
 
 /// Before anything is sent: what was prepared for a cycle that never was is not what the drives can follow now.
@@ -150,13 +161,6 @@ nanoseconds CyclicCore::first_grid(nanoseconds earliest) const noexcept {
 
 void CyclicCore::tally(const rt::CycleStart& start, nanoseconds cost) noexcept {
   cycles_shared_.store(++cycles_, std::memory_order_release);
-  if (const bool wanted = counting_wanted_.load(std::memory_order_acquire); wanted != counting_) {
-    counting_ = wanted;
-    if (counting_) {
-      statistics_ = CycleStatistics{};
-      missing_.fill(0);
-    }
-  }
   if (!counting_) return;
   statistics_.cycles += 1;
   statistics_.missed_periods += missed_now_;

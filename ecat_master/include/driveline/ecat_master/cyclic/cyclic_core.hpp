@@ -194,6 +194,7 @@ class CyclicCore {
   void begin(const rt::CycleStart& start) noexcept;
   [[nodiscard]] std::span<const bool> due_slaves() noexcept;
   void take_recovery_requests() noexcept;
+  void take_counting() noexcept;
   void note_absence(const rt::CycleStart& start) noexcept;
   void send() noexcept;
   void receive(std::chrono::nanoseconds deadline) noexcept;
