@@ -265,6 +265,12 @@ bool LineWatch::motion_goes_on() {
   if (motion_ == nullptr) return true;
   auto failure = motion_failure();
   if (failure.empty()) return true;
+  // The cycle stops the axes a moment before it tells of the absence, which is what has to be read first: next look.
+  const bool away = motion_->failure().cause == ecat_master::MotionFailure::Cause::kMasterAway;
+  if (away && !absence_awaited_) {
+    absence_awaited_ = true;
+    return true;
+  }
   end(std::move(failure));
   return false;
 }

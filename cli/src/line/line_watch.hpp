@@ -66,6 +66,7 @@ class LineWatch {
   std::vector<std::chrono::nanoseconds> away_since_;  ///< zero: not away
   std::chrono::nanoseconds silent_since_{0};
   std::uint64_t stale_before_ = 0;  ///< late frames until the last look at which frames came back in time
+  bool absence_awaited_ = false;    ///< the axes were stopped for an absence of the master that was not told yet
   std::vector<ecat_master::AxisPresence> presences_;
   bool had_power_ = false;                  ///< at the last look at the axes
   std::chrono::nanoseconds next_delays_{};  ///< when the ways to the clocks are measured again
