@@ -18,6 +18,9 @@ using std::chrono::nanoseconds;
 /// Cycles the telemetry rings hold.
 constexpr std::size_t kRingCycles = 512;
 
+/// Half a second of 125 us: a machine that is away for so long shows in the figures and does not end the measurement.
+constexpr std::uint32_t kBadCycleLimit = 4000;
+
 std::vector<ecat_master::AxisConfig> make_axes(std::size_t count) {
   std::vector<ecat_master::AxisConfig> axes(count);
   for (std::size_t i = 0; i < count; ++i) {
@@ -89,6 +92,7 @@ void LineRig::make_motion() {
   const auto path = make_path(axes_, path_duration_);
   ecat_master::Motion::Settings settings;
   settings.period = kPeriod;
+  settings.bad_cycle_limit = kBadCycleLimit;
   motion_ =
       std::make_unique<ecat_master::Motion>(std::move(axes), trajectory::Interpolator::clamped_spline(path), settings);
 }
@@ -134,8 +138,11 @@ void LineRig::drain() {
 
 void LineRig::check() {
   if (motion_->phase() != ecat_master::MotionPhase::kFollowing) {
-    throw std::runtime_error(
-        fmt::format("the axes left the path while it was measured: {}", to_text(motion_->phase())));
+    const auto failure = motion_->failure();
+    throw std::runtime_error(fmt::format(
+        "the axes left the path while it was measured: {}, cause {} (axis {}, status word 0x{:04X}, error code 0x{:04X})",
+        to_text(motion_->phase()), static_cast<int>(failure.cause), failure.axis, failure.status_word,
+        failure.error_code));
   }
   const auto& statistics = master_.core()->statistics();
   if (statistics.lost_frames + statistics.wkc_errors > 0) {

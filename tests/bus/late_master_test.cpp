@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <utility>
 
 #include "drive_line.hpp"
 #include "driveline/slaves/msd/msd_values.hpp"
@@ -81,7 +82,11 @@ class LateLine {
  public:
   explicit LateLine(RunOptions options = fast_path(), std::size_t axes = 1)
       : drives(axes),
-        outwards(drives.line(), LossyPort::Way::kOut, [this](auto, auto) { return lose_out; }),
+        outwards(drives.line(), LossyPort::Way::kOut,
+                 [this](auto, auto) {
+                   drives.leave_alone(std::exchange(hold_up, nanoseconds{0}));
+                   return lose_out;
+                 }),
         port(outwards, LossyPort::Way::kBack, [this](auto, auto) { return lose_back; }),
         operation(drives, port, options) {
     for (std::size_t i = 0; i < axes; ++i) judges.emplace_back(drives, i, LineOperation::axis(i, options).limits);
@@ -147,6 +152,7 @@ class LateLine {
 
   bool lose_out = false;
   bool lose_back = false;
+  nanoseconds hold_up{0};  ///< the next frame, on its way out
   DriveLine drives;
   LossyPort outwards;
   LossyPort port;
@@ -323,6 +329,19 @@ TEST(LateMotion, CatchesUpWithinTheLimitsWhereThatIsThePolicy) {
   line.cycles(4000);
   EXPECT_LT(line.operation.motion().path_late(), kLatePeriod);
   line.expect_obedience();
+}
+
+/// A machine that is stopped between sending and the slaves' turn: the axis goes on meanwhile, and stops by itself.
+TEST(LateMotion, AnExchangeThatIsHeldUpIsAnAbsenceAndNoLeapOfTheAxis) {
+  LateLine line;
+  line.cycles(400);
+  const double before = line.operation.motion().axes()[0].inputs().position;
+  line.hold_up = 40 * kLatePeriod;
+  line.cycle();
+  EXPECT_GT(std::abs(line.operation.motion().axes()[0].inputs().position - before), 0.1);
+  EXPECT_EQ(line.operation.motion().failure().cause, MotionFailure::Cause::kNone);
+  line.cycle();
+  EXPECT_EQ(line.operation.motion().failure().cause, MotionFailure::Cause::kMasterAway);
 }
 
 TEST(LateMotion, IsStoppedByTheDrivesAfterTooLongAnAbsence) {

@@ -81,7 +81,8 @@ void CyclicCore::cycle(const rt::CycleStart& start) noexcept {
   const std::span<const bool> valid(slave_valid_.get(), conditions_.size());
   if (settings_.task != nullptr) settings_.task->update(start.cycle, image_.inputs(), valid, image_.outputs());
   if (motion_ != nullptr) {
-    motion_->read_inputs(image_.inputs(), valid, {slave_operational_.get(), conditions_.size()}, due_slaves());
+    motion_->read_inputs(image_.inputs(), valid, {slave_operational_.get(), conditions_.size()}, due_slaves(),
+                         exchanged_at_ - start.wake);
     motion_->update(start.cycle, image_.outputs());
   }
   apply_copies(settings_.copies, valid, image_.inputs(), image_.outputs());

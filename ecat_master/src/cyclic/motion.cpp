@@ -105,7 +105,9 @@ double Motion::seconds(std::int64_t cycles) const noexcept {
 }
 
 void Motion::read_inputs(std::span<const std::byte> image, std::span<const bool> valid,
-                         std::span<const bool> operational, std::span<const bool> fresh) noexcept {
+                         std::span<const bool> operational, std::span<const bool> fresh,
+                         std::chrono::nanoseconds took) noexcept {
+  exchange_took_ = took;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     const bool ok = valid[axes_[i].config().slave];
     const bool now = fresh.empty() || fresh[axes_[i].config().slave];

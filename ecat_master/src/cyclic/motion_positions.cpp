@@ -14,7 +14,7 @@ void Motion::judge_positions(std::int64_t cycle) noexcept {
     }
     if (!exchanged_[i]) continue;
     const bool driven = axes_[i].enabled() && (powered() || phase_ == MotionPhase::kEnabling);
-    const auto finding = watch.judge(cycle, axes_[i].inputs().position, setpoints_[i], driven);
+    const auto finding = watch.judge(cycle, axes_[i].inputs().position, setpoints_[i], driven, exchange_took_);
     axes_[i].hold_at(watch.held());
     if (finding.kind == PositionFinding::Kind::kNewPlace) {
       setpoints_[i] = {watch.held(), 0.0, 0.0};

@@ -43,13 +43,14 @@ void PositionWatch::begin(std::int64_t cycle, double position) noexcept {
 }
 
 PositionFinding PositionWatch::judge(std::int64_t cycle, double position, const trajectory::AxisSetpoint& setpoint,
-                                     bool driven) noexcept {
+                                     bool driven, std::chrono::nanoseconds took) noexcept {
   if (!known_) {
     begin(cycle, position);
     setpoint_at_change_ = setpoint.position;
     return {};
   }
-  auto finding = step(cycle, position, setpoint);
+  const double held_up = std::max(seconds_of(took) - cycle_s_, 0.0);
+  auto finding = step(position, setpoint, seconds(std::max<std::int64_t>(cycle - last_cycle_, 1)) + held_up);
   settle(cycle, position, finding);
   if (finding && driven && !driven_) {
     finding.kind = Kind::kNewPlace;
@@ -68,9 +69,8 @@ PositionFinding PositionWatch::judge(std::int64_t cycle, double position, const 
   return finding.kind != Kind::kNone ? finding : standstill(cycle, setpoint);
 }
 
-PositionFinding PositionWatch::step(std::int64_t cycle, double position,
-                                    const trajectory::AxisSetpoint& setpoint) const noexcept {
-  const double within = seconds(std::max<std::int64_t>(cycle - last_cycle_, 1));
+PositionFinding PositionWatch::step(double position, const trajectory::AxisSetpoint& setpoint,
+                                    double within) const noexcept {
   // A drive that measures less often makes up for what it owes.
   const double owed = std::abs(setpoint.position - setpoint_at_change_);
   // Answers come late, but within their cycle: what lies between two positions may be a cycle more.

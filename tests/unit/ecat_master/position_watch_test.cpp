@@ -58,6 +58,15 @@ TEST(PositionWatch, TimeThatHasPassedIsTimeToMove) {
   EXPECT_EQ(bench.drive(4.4, {}).kind, Kind::kLeap);
 }
 
+TEST(PositionWatch, TimeForWhichTheExchangeWasHeldUpIsTimeToMove) {
+  WatchBench bench;
+  bench.settle(0.0);
+  EXPECT_FALSE(bench.drive(0.0, {}));
+  EXPECT_FALSE(bench.watch.judge(bench.cycle++, 2.0, {}, true, std::chrono::milliseconds{10}));
+  EXPECT_EQ(bench.watch.judge(bench.cycle++, 4.4, {}, true, std::chrono::milliseconds{10}).kind, Kind::kLeap);
+  EXPECT_EQ(bench.watch.judge(bench.cycle++, 2.0, {}, true, microseconds{900}).kind, Kind::kLeap);
+}
+
 TEST(PositionWatch, APathFasterThanTheLimitIsFollowed) {
   WatchBench bench;
   bench.settle(0.0);

@@ -118,9 +118,10 @@ class Motion {
   // The cycle's side. \rtsafe
   /// Reads the inputs of all axes; `valid` tells per slave position whether its process data are, `operational`
   /// whether it takes its outputs, too: an axis that does not is unavailable. `fresh`: whether they are of this cycle,
-  /// and not of the last one its group was due in; empty: all are.
+  /// and not of the last one its group was due in; empty: all are. `took`: from the beginning of the cycle until the
+  /// inputs were there.
   void read_inputs(std::span<const std::byte> image, std::span<const bool> valid, std::span<const bool> operational,
-                   std::span<const bool> fresh = {}) noexcept;
+                   std::span<const bool> fresh = {}, std::chrono::nanoseconds took = {}) noexcept;
   /// Advances phases and setpoints to grid cycle `cycle`, writes all outputs.
   void update(std::int64_t cycle, std::span<std::byte> image) noexcept;
   /// To be called before the outputs of grid cycle `cycle` are sent when `missed` periods before it were skipped: what
@@ -224,6 +225,7 @@ class Motion {
   std::vector<std::uint32_t> bad_cycles_;
   std::vector<PositionWatch> position_watches_;
   std::vector<char> exchanged_;  ///< the position of the axis is of this cycle
+  std::chrono::nanoseconds exchange_took_{};
   MotionPhase phase_ = MotionPhase::kIdle;
   std::int64_t phase_start_ = 0;
   MotionFailure failure_;

@@ -47,8 +47,10 @@ class PositionWatch {
   PositionWatch(const AxisConfig& axis, std::chrono::nanoseconds period) noexcept;
 
   /// The position that was exchanged in this cycle, and the setpoint in force. `driven`: the drive follows setpoints.
+  /// `took`: the exchange; one that was held up for longer than a cycle may bring a position that is younger than the
+  /// cycle by as much.
   [[nodiscard]] PositionFinding judge(std::int64_t cycle, double position, const trajectory::AxisSetpoint& setpoint,
-                                      bool driven) noexcept;
+                                      bool driven, std::chrono::nanoseconds took = {}) noexcept;
   /// The axis is not there: the next position is a new beginning.
   void forget() noexcept;
 
@@ -61,8 +63,8 @@ class PositionWatch {
 
  private:
   void begin(std::int64_t cycle, double position) noexcept;
-  [[nodiscard]] PositionFinding step(std::int64_t cycle, double position,
-                                     const trajectory::AxisSetpoint& setpoint) const noexcept;
+  [[nodiscard]] PositionFinding step(double position, const trajectory::AxisSetpoint& setpoint,
+                                     double within) const noexcept;
   [[nodiscard]] PositionFinding standstill(std::int64_t cycle, const trajectory::AxisSetpoint& setpoint) const noexcept;
   void settle(std::int64_t cycle, double position, const PositionFinding& finding) noexcept;
   [[nodiscard]] double seconds(std::int64_t cycles) const noexcept { return cycle_s_ * static_cast<double>(cycles); }
