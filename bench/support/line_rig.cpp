@@ -139,10 +139,11 @@ void LineRig::drain() {
 void LineRig::check() {
   if (motion_->phase() != ecat_master::MotionPhase::kFollowing) {
     const auto failure = motion_->failure();
-    throw std::runtime_error(fmt::format(
-        "the axes left the path while it was measured: {}, cause {} (axis {}, status word 0x{:04X}, error code 0x{:04X})",
-        to_text(motion_->phase()), static_cast<int>(failure.cause), failure.axis, failure.status_word,
-        failure.error_code));
+    throw std::runtime_error(
+        fmt::format("the axes left the path while it was measured: {}, cause {} (axis {}, status word 0x{:04X}, error "
+                    "code 0x{:04X})",
+                    to_text(motion_->phase()), static_cast<int>(failure.cause), failure.axis, failure.status_word,
+                    failure.error_code));
   }
   const auto& statistics = master_.core()->statistics();
   if (statistics.lost_frames + statistics.wkc_errors > 0) {
