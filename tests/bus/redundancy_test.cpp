@@ -154,6 +154,35 @@ TEST_F(Ring, HalfAnAnswerIsHandedOverInTimeWhenTheOtherHalfIsLost) {
   EXPECT_EQ(operation->motion().failure().cause, MotionFailure::Cause::kNone);
 }
 
+/// A half that is late says nothing about where the ring is broken; one that never comes does.
+TEST_F(Ring, LateHalvesCutNobodyOffUntilThereAreSeveralInARow) {
+  start();
+  cut(3);
+  operation->run(milliseconds{5});
+  const auto reached = [this] {
+    const auto status = port.status();
+    return std::pair{status.primary_slaves, status.secondary_slaves};
+  };
+  const auto both = reached();
+  EXPECT_EQ(both, (std::pair<std::uint16_t, std::uint16_t>{3, 2}));
+  for (unsigned time = 0; time < 3 * RedundantPort::kLoneHalves; ++time) {
+    drives.line().drop_frames(1);
+    operation->cycle();
+    EXPECT_EQ(reached(), both) << time;
+    operation->cycle();
+  }
+  EXPECT_EQ(port.late_halves(), 3 * RedundantPort::kLoneHalves);
+  for (unsigned time = 0; time < RedundantPort::kLoneHalves; ++time) {
+    EXPECT_EQ(reached(), both) << time;
+    drives.line().drop_frames(1);
+    operation->cycle();
+  }
+  EXPECT_NE(reached(), both);
+  EXPECT_EQ(port.status().state, State::kOpen);
+  operation->cycle();
+  EXPECT_EQ(reached(), both) << "both halves again";
+}
+
 /// The two ends of a ring, with a moment between the two copies of a frame: one has passed the line when the moment
 /// comes, the other has not.
 class MomentBetween {

@@ -242,6 +242,7 @@ bool RedundantPort::accept(const ReceivedFrame& frame, Side arrived) noexcept {
     return true;
   }
   flight->open = false;
+  lone_halves_ = 0;
   status_.store(pack({RingStatus::State::kClosed, 0, 0}), std::memory_order_release);
   ready_ = frame;
   return true;
@@ -274,10 +275,21 @@ bool RedundantPort::take_half(Flight& flight, const ReceivedFrame& frame, Side c
 void RedundantPort::note_open(const Flight& flight, std::span<const std::byte> other) noexcept {
   const auto first = first_broadcast_count(std::span<const std::byte>(flight.answer).first(flight.size));
   const auto second = first_broadcast_count(other);
+  lone_halves_ = 0;
   if (first == 0 && second == 0) return;
   const bool first_is_primary = flight.half == Side::kPrimary;
   status_.store(pack({RingStatus::State::kOpen, first_is_primary ? first : second, first_is_primary ? second : first}),
                 std::memory_order_release);
+}
+
+void RedundantPort::note_half(const Flight& flight, std::span<const std::byte> answer) noexcept {
+  const auto count = first_broadcast_count(answer);
+  if (count == 0) return;
+  if (flight.other_expected && lone_halves_ < kLoneHalves && ++lone_halves_ < kLoneHalves) return;
+  const bool primary = flight.half == Side::kPrimary;
+  status_.store(
+      pack({RingStatus::State::kOpen, primary ? count : std::uint16_t{0}, primary ? std::uint16_t{0} : count}),
+      std::memory_order_release);
 }
 
 /// The half that waits, alone.
@@ -295,13 +307,7 @@ void RedundantPort::hand_over(Flight& flight) noexcept {
     }
   }
   settle_time(flight, *flight.half, {}, frame);
-  const auto count = first_broadcast_count(frame);
-  if (count > 0) {
-    const bool primary = flight.half == Side::kPrimary;
-    status_.store(
-        pack({RingStatus::State::kOpen, primary ? count : std::uint16_t{0}, primary ? std::uint16_t{0} : count}),
-        std::memory_order_release);
-  }
+  note_half(flight, frame);
   halves_.add();
   flight.open = false;
   ready_ = ReceivedFrame{frame, flight.half_time};

@@ -20,7 +20,8 @@ struct RingStatus {
   };
   State state = State::kUnknown;  ///< closed, broken, or not known yet
   /// While open: slaves between the primary interface and the break, and between the break and the secondary one. Known
-  /// from frames that begin with a broadcast read.
+  /// from frames that begin with a broadcast read. Half an answer alone may be one whose other half is late: nothing is
+  /// concluded from it before RedundantPort::kLoneHalves have come in a row, unless the other interface could not send.
   std::uint16_t primary_slaves = 0;
   std::uint16_t secondary_slaves = 0;  ///< slaves that the secondary interface reached
 };
@@ -51,6 +52,8 @@ class RedundantPort final : public Port {
   };
   /// Frames that may be on the way at the same time.
   static constexpr std::size_t kMaxInFlight = 16;
+  /// So many answers in a row of which only one half has come are more than a disturbance: see RingStatus.
+  static constexpr unsigned kLoneHalves = 3;
 
   /// How the time of the reference clock travels (FRMW to register 0x0910, ETG.1000.4 Table 60).
   struct TimeRoute {
@@ -120,6 +123,7 @@ class RedundantPort final : public Port {
   static void settle_time(const Flight& flight, Side from, std::span<const std::byte> leader,
                           std::span<std::byte> into) noexcept;
   void note_open(const Flight& flight, std::span<const std::byte> other) noexcept;
+  void note_half(const Flight& flight, std::span<const std::byte> answer) noexcept;
 
   Port& primary_;
   Port& secondary_;
@@ -127,6 +131,7 @@ class RedundantPort final : public Port {
   Settings settings_;
   std::vector<Flight> flights_;
   std::size_t next_flight_ = 0;
+  unsigned lone_halves_ = 0;  ///< in a row
   Bytes copy_{};
   Bytes merged_frame_{};
   std::optional<ReceivedFrame> ready_;
