@@ -1,5 +1,7 @@
 #include "driveline/rt/clock.hpp"
 
+#include <sched.h>
+
 #include <cerrno>
 #include <ctime>
 
@@ -35,6 +37,11 @@ void MonotonicClock::spin() noexcept {
 #elif defined(__aarch64__) || defined(__arm__)
   asm volatile("yield");
 #endif
+}
+
+void MonotonicClock::give_way() noexcept {
+  const int policy = sched_getscheduler(0);
+  if (policy == SCHED_FIFO || policy == SCHED_RR) sched_yield();  // cannot fail on Linux
 }
 
 std::chrono::nanoseconds MonotonicClock::cpu_time() const noexcept {

@@ -22,6 +22,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "driveline/rt/clock.hpp"
 #include "rt_support.hpp"
 
 namespace driveline::rt {
@@ -172,6 +173,53 @@ class PrivilegedRealtimeThreadTest : public testing::Test {
   }
   void TearDown() override { munlockall(); }
 };
+
+/// Waits, never asleep, for what a thread on the same CPU does.
+class WaitsForFlag final : public RealtimeTask {
+ public:
+  WaitsForFlag(const std::atomic<bool>& flag, std::atomic<bool>& waits) : flag_(flag), waits_(waits) {}
+  void run(std::stop_token) noexcept override {
+    MonotonicClock clock;
+    const auto deadline = clock.now() + std::chrono::milliseconds{500};
+    while (!flag_ && clock.now() < deadline) {
+      clock.give_way();
+      waits_ = true;
+    }
+    saw = flag_.load();
+  }
+  bool saw = false;
+
+ private:
+  const std::atomic<bool>& flag_;
+  std::atomic<bool>& waits_;
+};
+
+class SetsFlag final : public RealtimeTask {
+ public:
+  explicit SetsFlag(std::atomic<bool>& flag) : flag_(flag) {}
+  void run(std::stop_token) noexcept override { flag_ = true; }
+
+ private:
+  std::atomic<bool>& flag_;
+};
+
+TEST_F(PrivilegedRealtimeThreadTest, AThreadThatGivesWayLetsOthersOfItsPriorityRun) {
+  RealtimeConfig config;
+  config.priority = 73;
+  config.cpu = last_allowed_cpu();
+  std::atomic<bool> flag = false;
+  std::atomic<bool> waits = false;
+  WaitsForFlag waiting(flag, waits);
+  SetsFlag setting(flag);
+  RealtimeThread first;
+  RealtimeThread second;
+  ASSERT_TRUE(first.start(config, waiting).has_value());
+  while (!waits) std::this_thread::yield();
+  ASSERT_TRUE(second.start(config, setting).has_value());
+  first.join();
+  second.join();
+  EXPECT_TRUE(waiting.saw);
+}
 
 TEST_F(PrivilegedRealtimeThreadTest, EverythingRequestedIsInEffect) {
   RealtimeConfig config;

@@ -15,6 +15,9 @@ bool in_op(std::uint8_t al_status) noexcept {
   return wire::AlStatus::from_raw(al_status).state == wire::AlState::kOp;
 }
 
+/// How often a wait for frames lets others of the same priority have the CPU.
+constexpr nanoseconds kGiveWayEvery = std::chrono::microseconds{25};
+
 // Bits of SharedSlave::report above the AL status byte.
 constexpr std::uint32_t kValidBit = 0x100;
 constexpr std::uint32_t kAbsentBit = 0x200;
@@ -208,6 +211,7 @@ void CyclicCore::send() noexcept {
 /// for the next cycle, unless the answer to an acyclic frame may be there: asking once more costs a system call.
 void CyclicCore::receive(nanoseconds deadline) noexcept {
   received_at_ = {};
+  auto gave_way_at = sent_at_;
   // Once more after the deadline: whoever was held up in between finds what has arrived meanwhile.
   for (bool expired = false;;) {
     if (const auto frame = port_.receive()) {
@@ -219,7 +223,14 @@ void CyclicCore::receive(nanoseconds deadline) noexcept {
     exchanged_at_ = clock_.now();
     if (expired || all_received()) break;
     expired = exchanged_at_ >= deadline;
-    if (!expired) clock_.spin();
+    if (expired) continue;
+    // A simulated line on the same CPU, or the kernel's own receiving thread, answers only when it gets its turn.
+    if (exchanged_at_ - gave_way_at >= kGiveWayEvery) {
+      gave_way_at = exchanged_at_;
+      clock_.give_way();
+    } else {
+      clock_.spin();
+    }
   }
 }
 
