@@ -1,10 +1,13 @@
 """The scripts refuse what they do not know, and install-deps.sh touches only what is missing."""
+import json
 import os
 import shutil
 import subprocess
 import tempfile
 import unittest
 from pathlib import Path
+
+from test_run_json import HEALTHY
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 INSTALL = ROOT / "scripts/install-deps.sh"
@@ -34,6 +37,25 @@ class Usage(unittest.TestCase):
     def test_every_script_is_here(self):
         there = {f"scripts/{path.name}" for path in (ROOT / "scripts").glob("*.sh")} | {"run.sh", "test.sh"}
         self.assertEqual(there - set(self.SCRIPTS), {"scripts/sources.sh"})  # takes folders, has no flags
+
+
+class Smoke(unittest.TestCase):
+    """The smoke run of a program that always says the same, on a machine whose `ip` makes no interfaces."""
+
+    def test_what_cannot_run_here_is_in_the_status(self):
+        with tempfile.TemporaryDirectory() as folder:
+            axes = [{**HEALTHY["axes"][0], "name": str(i), "slave": i} for i in range(8)]
+            (Path(folder) / "run.json").write_text(json.dumps({**HEALTHY, "axes": axes, "axes_count": 8}), encoding="utf-8")
+            for name, script in (("driveline", f"cat {folder}/run.json"), ("ip", "echo no kernel >&2; exit 1")):
+                (Path(folder) / name).write_text(f"#!/bin/sh\n{script}\n", encoding="utf-8")
+                (Path(folder) / name).chmod(0o755)
+            result = run([ROOT / "scripts/smoke.sh", "--build", folder],
+                         env={**os.environ, "PATH": f"{folder}:{os.environ['PATH']}"})
+        self.assertEqual(result.returncode, 77, result.stderr)
+        self.assertIn("no veth pair here: no kernel", result.stderr)
+        self.assertIn("SKIPPED the two-process form", result.stderr)
+        self.assertNotIn("passed", result.stdout)
+        self.assertIn("77: ", run([ROOT / "scripts/smoke.sh", "--help"]).stdout)
 
 
 class InstallDeps(unittest.TestCase):
