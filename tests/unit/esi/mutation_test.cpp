@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <string_view>
 
 #include "driveline/esi/esi_file.hpp"
 #include "driveline/esi/sii.hpp"
@@ -11,6 +12,7 @@
 namespace driveline::esi {
 namespace {
 
+using std::literals::operator""sv;
 using test::random_device;
 using test::sample_device;
 
@@ -124,8 +126,9 @@ TEST(EsiMutation, EveryTruncation) {
 
 TEST(EsiMutation, RandomDamage) {
   const std::string xml = write_esi({sample_device()});
-  constexpr std::array<std::string_view, 12> kPieces = {"<",  ">",    "/>",      "&#0;", "#xFFFFFFFFF", "-1",
-                                                        "\"", "\0\0", "<Entry>", "]]>",  "99999999999", "\xFF"};
+  constexpr std::array<std::string_view, 12> kPieces = {"<",  ">",      "/>",      "&#0;", "#xFFFFFFFFF", "-1",
+                                                        "\"", "\0\0"sv, "<Entry>", "]]>",  "99999999999", "\xFF"};
+  static_assert(std::ranges::none_of(kPieces, &std::string_view::empty), "a piece that is empty damages nothing");
   for (unsigned seed = 1; seed <= 3000; ++seed) {
     SCOPED_TRACE(seed);
     std::mt19937 random(seed);

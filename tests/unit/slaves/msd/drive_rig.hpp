@@ -45,11 +45,14 @@ class DriveRig {
   }
 
   /// SDO request bytes (without CoE header); the response likewise. Emergencies on the way are kept.
-  std::vector<unsigned> sdo(std::vector<unsigned> request) {
+  std::vector<unsigned> sdo(std::vector<unsigned> request) { return coe(2, std::move(request)); }
+  /// The same for any service of CoE (ETG.1000.6 5.6.1): 2 SDO request, 8 SDO information.
+  std::vector<unsigned> coe(unsigned service, std::vector<unsigned> request) {
     std::vector<std::byte> mailbox(512);
     const std::size_t length = request.size() + 2;
     counter_ = counter_ % 7 + 1;
-    const std::vector<unsigned> header = {static_cast<unsigned>(length), 0, 0, 0, 0, 0x03U | counter_ << 4, 0x00, 0x20};
+    const std::vector<unsigned> header = {static_cast<unsigned>(length), 0,    0,           0, 0,
+                                          0x03U | counter_ << 4,         0x00, service << 4};
     request.insert(request.begin(), header.begin(), header.end());
     for (std::size_t i = 0; i < request.size(); ++i) mailbox[i] = static_cast<std::byte>(request[i]);
     drive.mailbox_request(mailbox);

@@ -1,4 +1,5 @@
 // What tells the ServoOne and the ServoOne junior from the MSD: each difference of docs/servoone.md.
+#include <algorithm>
 #include <map>
 #include <set>
 
@@ -89,15 +90,24 @@ TEST(ServoOne, HasNoMaxProfileVelocity) {
   EXPECT_EQ(rig.status & 0x0800, 0);
 }
 
+/// The name in the drive's answer to Get Object Description Request (ETG.1000.6 5.6.3.4).
+std::string name_by_sdo_information(DriveRig& rig, std::uint16_t index) {
+  const unsigned low = index & 0xFFU;
+  const unsigned high = unsigned{index} >> 8;
+  const auto answer = rig.coe(8, {3, 0, 0, 0, low, high});
+  // Op code of the response, no fragment to follow; index, data type, number of entries, object code; name.
+  const std::vector<unsigned> head = {4, 0, 0, 0, low, high};
+  constexpr std::size_t kNameAt = 10;
+  if (answer.size() < kNameAt || !std::equal(head.begin(), head.end(), answer.begin())) return "no description";
+  std::string name;
+  for (std::size_t i = kNameAt; i < answer.size(); ++i) name += static_cast<char>(answer[i]);
+  return name;
+}
+
 TEST(ServoOne, HaltIsCalledStop) {
   const auto name = [](Variant variant) {
     DriveRig rig(make(variant));
-    // Get Object Description Request of 605Dh (ETG.1000.6 5.6.3.4), as SDO information, service 8 of CoE.
-    const auto description = MsdDrive::description(variant);
-    for (const auto& object : description.objects) {
-      if (object.index == 0x605D) return object.name;
-    }
-    return std::string{};
+    return name_by_sdo_information(rig, 0x605D);
   };
   EXPECT_EQ(name(Variant::kMsd), "Halt option code");
   EXPECT_EQ(name(Variant::kServoOne), "Stop option code");
