@@ -6,6 +6,7 @@ from pathlib import Path
 
 import constructs
 import dependencies
+import proofs
 import words
 
 HERE = Path(__file__).resolve().parent
@@ -13,9 +14,11 @@ HERE = Path(__file__).resolve().parent
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("what", choices=["dependencies", "constructs", "words"])
+    parser.add_argument("what", choices=["dependencies", "constructs", "words", "proofs"])
     parser.add_argument("--root", type=Path, default=HERE.parent.parent, help="project folder")
     parser.add_argument("--graph", type=Path, help="link graph of a configured build (for dependencies)")
+    parser.add_argument("--junit", type=Path, help="what ctest --output-junit has written (for proofs)")
+    parser.add_argument("--build", type=Path, help="its build folder (for proofs)")
     options = parser.parse_args()
     root = options.root.resolve()
     if options.what == "dependencies":
@@ -24,6 +27,12 @@ def main():
         errors = dependencies.check(root, HERE / "allowed_doors.txt", options.graph)
     elif options.what == "constructs":
         errors = constructs.check(root, HERE / "allowed_casts.txt")
+    elif options.what == "proofs":
+        if not options.junit or not options.build:
+            parser.error("proofs needs --junit FILE and --build FOLDER")
+        errors, gaps = proofs.errors_and_gaps(root, options.junit, options.build)
+        for gap in gaps:
+            print(gap)
     else:
         errors = words.check(root)
     for error in errors:

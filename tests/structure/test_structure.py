@@ -5,6 +5,7 @@ from pathlib import Path
 
 import constructs
 import dependencies
+import proofs
 import words
 from rooms import FOLDERS, code_only, room_of
 
@@ -228,6 +229,68 @@ class Words(Tree):
         self.assertTrue(self.checklist_errors("| 1 | turns | `Drive.Turns` | proven |"))
         self.assertTrue(self.checklist_errors("| 1 | turns | 12 | `Drive.Turns` | proven |", body='GTEST_SKIP() << "not today";'))
         self.assertTrue(self.checklist_errors("| 1 | turns | 12 | `Drive.Turns` | proven |", cmake="b_test.cpp"))
+
+
+class Proofs(Tree):
+    """Pages compared with what ctest writes of its run."""
+
+    FEATURES = "| feature | status | proof | notes |\n|---|---|---|---|\n| Ring | {} | `{}` | `run` |\n"
+    SKIP = ("[ RUN      ] Ring.Turns\n/a/ring_test.cpp:12: Skipped\n{}\n[  SKIPPED ] Ring.Turns (0 ms)\n")
+
+    def compare(self, name="Ring.Turns", test="Ring.Turns", status="run", output="", row="Supported", features=None):
+        self.plant("docs/features.md", features or self.FEATURES.format(row, name))
+        self.plant("docs/msd.md", "| no. | fact | line | test, or why it is open | status |\n|---|---|---|---|---|\n"
+                   f"| 1 | turns | 12 | `{name}` | proven |\n| 2 | flies | 13 | `wings` are missing | open |\n")
+        case = f'<testcase name="{test}" status="{status}"><system-out>{output}</system-out></testcase>'
+        junit = self.plant("results.xml", f'<testsuite>{case}<testcase name="Ring.Stops" status="run"/></testsuite>')
+        self.plant("build/bench/turnaround")
+        return proofs.errors_and_gaps(self.root, junit, self.root / "build")
+
+    def caught(self, *parts, **planted):
+        errors, gaps = self.compare(**planted)
+        self.assertEqual((len(errors), gaps), (2, []), errors)
+        for error, page in zip(errors, proofs.PAGES):
+            self.assertTrue(error.startswith(f"{page}:3: "), error)
+            for part in parts:
+                self.assertIn(part, error)
+
+    def test_what_has_passed_is_a_proof(self):
+        for name, test in (("Ring.Turns", "Ring.Turns"), ("Ring.*", "Ring.Turns"), ("Ring", "Ring.Turns"),
+                           ("Ring.Turns", "Line/Ring.Turns/3  # GetParam() = 3"), ("Ring.*", "Ring/0.Turns"),
+                           ("Ring.*", "Line/Ring/int.Turns"), ("program.tools", "program.tools"), ("bench/turnaround", "x"),
+                           ("tests/fuzz/fuzz_esi", "fuzz.esi.replay")):
+            self.assertEqual(self.compare(name=name, test=test), ([], []), name)
+
+    def test_a_test_that_does_not_exist_is_caught(self):
+        for name in ("Ring.Turn", "Turns.*", "program.tools", "bench/ring", "Ring.Turns/3"):
+            self.caught("has not run", name=name)
+
+    def test_a_test_that_is_disabled_is_caught(self):
+        self.caught("is disabled", status="disabled")
+        self.caught("Ring.* is disabled", name="Ring.*", status="disabled")
+
+    def test_a_test_that_has_failed_is_caught(self):
+        self.caught("failed", status="fail")
+
+    def test_a_test_that_skips_without_need_is_caught(self):
+        self.caught("was skipped: not today", status="notrun", output=self.SKIP.format("not today"))
+        self.caught("was skipped", status="notrun")
+        self.caught("was skipped", status="notrun", output="SKIPPED: test_a.A.test: no veth pair here\nSKIPPED: test_a.B.test: later\n")
+
+    def test_what_this_machine_cannot_run_is_told(self):
+        for output in (self.SKIP.format("no network namespace of our own: Operation not permitted"),
+                       "SKIPPED: setUpClass (test_tools.OnTheWire): veth.sh: no veth pair here: no kernel\n"):
+            errors, gaps = self.compare(status="notrun", output=output)
+            self.assertEqual((errors, len(gaps)), ([], 2))
+            self.assertIn("Ring.Turns is not proven on this machine: ", gaps[0])
+
+    def test_rows_that_promise_nothing_are_left_alone(self):
+        self.assertEqual(len(self.compare(name="Ring.Turn", row="Planned")[0]), 1, "that of the other page")
+        self.assertEqual(len(self.compare(name="Ring.Turn", row="Partial")[0]), 2)
+
+    def test_the_table_of_failings_has_proofs_as_well(self):
+        table = "| failing | here | test |\n|---|---|---|\n| `it` fails | not `here` | `Ring.Turn` |\n"
+        self.assertEqual(len(self.compare(features=table)[0]), 1)
 
 
 if __name__ == "__main__":
