@@ -1,7 +1,7 @@
 """What the documents promise: links that lead somewhere, a page per room, proofs that exist."""
 import re
 
-from rooms import FOLDERS
+from rooms import FOLDERS, code_only
 
 LINK = re.compile(r"!?\[[^\]]*\]\(\s*<?([^)\s>]+)>?[^)]*\)")
 HEADING = re.compile(r"^#+\s+(.*?)\s*#*$", re.M)
@@ -56,7 +56,7 @@ def known_proofs(root):
     for top in ("tests", "bench", "examples"):
         for path in (root / top).rglob("*"):
             if path.suffix == ".cpp":
-                for suite, name in TEST_CASE.findall(path.read_text(encoding="utf-8")):
+                for suite, name in TEST_CASE.findall(code_only(path.read_text(encoding="utf-8"))):
                     proofs |= {suite, f"{suite}.*", f"{suite}.{name}"}
             elif path.name == "CMakeLists.txt":
                 proofs |= set(CMAKE_TEST.findall(path.read_text(encoding="utf-8")))
@@ -101,7 +101,7 @@ def running_tests(root):
         for path in folder.glob("*.cpp"):
             if path.name not in listed:
                 continue
-            text = path.read_text(encoding="utf-8")
+            text = code_only(path.read_text(encoding="utf-8"))
             heads = list(TEST_HEAD.finditer(text))
             for head, end in zip(heads, [h.start() for h in heads[1:]] + [len(text)]):
                 suite, name = head.groups()
