@@ -249,6 +249,24 @@ class WireTest(ProgramTest):
         self.wait_for("following the path", lambda: "following the path" in self.text("master.log"), master)
         return master
 
+    def start_noise(self, script, log):
+        """A script that puts frames on the wire and writes a line for each; returns when there are some."""
+        noise = self.start("-c", script, program=sys.executable, log=log)
+        self.wait_for("the noise", lambda: self.frames_of_noise(log), noise)
+        return noise
+
+    def frames_of_noise(self, log):
+        return self.text(f"{log}.out").count("\n")
+
+    def run_beside_noise(self, log, *arguments, frames=20):
+        """A command during which the noise had its turn; on a busy machine it may have none while a tool is at work."""
+        sent = 0
+        while sent < frames:
+            before = self.frames_of_noise(log)
+            result = self.run_program(*arguments)
+            sent = self.frames_of_noise(log) - before
+        return result
+
     def end(self, process, number):
         """Sends a signal; the exit status."""
         process.send_signal(number)

@@ -16,9 +16,9 @@ import socket, time
 s = socket.socket(socket.AF_PACKET, socket.SOCK_RAW, 0)
 s.bind(("dl-master", 0))
 frame = bytes.fromhex("ffffffffffff 00005e000001 88a4 0e10 07 00 0000 3001 0200 0000 0000 0000") + bytes(30)
-print("begins", flush=True)
 while True:
     s.send(frame)
+    print("sent", flush=True)
     time.sleep(0.0002)  # a tool is done with its look in a few ms
 """
 # What a process of this program does that has an interface for itself.
@@ -336,16 +336,14 @@ class OnTheWire(WireTest):
     OTHER_MASTER = "another EtherCAT master is on the wire"
 
     def start_foreign_master(self):
-        foreign = self.start("-c", FOREIGN_MASTER, program=sys.executable, log="foreign.log")
-        self.wait_for("the foreign master", lambda: "begins" in self.text("foreign.log.out"), foreign)
-        return foreign
+        return self.start_noise(FOREIGN_MASTER, log="foreign.log")
 
     @again_when_disturbed
     def test_another_master_on_the_wire_is_named(self):
         config = self.write_gentle_line(cycle_us=2000)
         self.start_line(config)
         foreign = self.start_foreign_master()
-        result = self.run_program("sii", "read", "-v", "--iface", "dl-master")
+        result = self.run_beside_noise("foreign.log", "sii", "read", "-v", "--iface", "dl-master")
         self.assertIn(self.OTHER_MASTER, result.stderr)
         self.assertIn("02:00:5E:00:00:01", result.stderr)
         master = self.start_master(config, "--no-telemetry")
