@@ -10,6 +10,7 @@
 #include "driveline/slaves/plant/servo_controller.hpp"
 #include "driveline/slaves/plant/servo_motor.hpp"
 #include "support/line_rig.hpp"
+#include "support/realtime.hpp"
 #include "support/report.hpp"
 #include "support/stopwatch.hpp"
 
@@ -30,7 +31,9 @@ Baseline plant_alone(int cycles) {
   slaves::ServoController controller({}, slaves::msd::kControlStepS);
   std::vector<double> samples;
   double position_rad = 0.0;
+  Rests rests;
   for (int done = 0; done < cycles; done += kBatch) {
+    rests.take_when_due(now_ns());
     const double begin = now_ns();
     for (int step = 0; step < 2 * kBatch; ++step) {
       position_rad += 1e-4;
@@ -63,7 +66,9 @@ class Drives {
   Summary measure(int cycles, std::size_t batch) {
     std::vector<std::vector<std::byte>> outputs(batch);
     std::vector<double> samples;
+    Rests rests;
     for (int done = 0; done < cycles; done += static_cast<int>(batch)) {
+      rests.take_when_due(now_ns());
       for (auto& image : outputs) {
         rig_.motion().update(cycle_++, rig_.master().core()->image().outputs());
         image.assign(rig_.master().core()->image().outputs().begin(), rig_.master().core()->image().outputs().end());
@@ -118,6 +123,7 @@ Summary state_kib(Make make) {
 void measure_all(const Options& options) {
   Report report("drive");
   const int cycles = options.count(kCycles);
+  claim_cpu(last_cpu());
   const auto floor = plant_alone(cycles);
   report.add({"1_drive", "cost_per_cycle", "ns", Drives(1, cycles).measure(cycles, kBatch), kDriveAimNs, floor});
   const auto hundred = Drives(100, cycles / 4).measure(cycles / 4, 1);

@@ -13,6 +13,7 @@
 #include "driveline/slaves/line/line.hpp"
 #include "driveline/wire/frame.hpp"
 #include "support/environment.hpp"
+#include "support/realtime.hpp"
 #include "support/report.hpp"
 #include "support/stopwatch.hpp"
 
@@ -52,17 +53,38 @@ class IdleDevice final : public slaves::Device {
   wire::AlStatusCode transition(wire::AlState, wire::AlState) noexcept override { return wire::AlStatusCode::kNoError; }
   void fall_back(wire::AlState, wire::AlState, wire::AlStatusCode) noexcept override {}
   void write_outputs(std::size_t, std::span<const std::byte>) noexcept override {}
-  void read_inputs(std::size_t, std::span<std::byte> data) noexcept override { data[0] ^= std::byte{1}; }
+  void read_inputs(std::size_t, std::span<std::byte> data) noexcept override {
+    ++published;
+    data[0] = static_cast<std::byte>(published);
+  }
   void mailbox_request(std::span<const std::byte>) override {}
   std::size_t mailbox_reply(std::span<std::byte>) override { return 0; }
   void advance(std::chrono::nanoseconds) noexcept override {}
   std::chrono::nanoseconds process_data_period() const noexcept override { return 125us; }
+
+  unsigned published = 0;  ///< times that the inputs were asked for
 
  private:
   slaves::DeviceProfile profile_;
 };
 
 using Frame = std::vector<std::byte>;
+
+/// What one frame does to a line: what it looks like is not enough to know that it did it.
+struct Work {
+  std::vector<Frame> frames;
+  std::vector<unsigned> working_counters;  ///< of each frame, per pass
+  std::chrono::nanoseconds period{};       ///< between passes on the line's clock; 0: the devices stand still
+};
+
+/// The working counter of the only datagram of a frame, behind its data; a short frame is padded behind that.
+unsigned working_counter(const Frame& frame) {
+  constexpr std::size_t kLength = wire::kDatagramsOffset + 6;
+  const std::span bytes(frame);
+  const auto length = wire::load_le<std::uint16_t>(bytes.subspan<kLength, 2>()) & 0x7FFU;
+  return wire::load_le<std::uint16_t>(
+      bytes.subspan(wire::kDatagramsOffset + wire::DatagramHeader::kSize + length).first<2>());
+}
 
 /// A line in OP with one process image of all slaves, cut into as many frames as it needs.
 class IdleLine {
@@ -83,22 +105,48 @@ class IdleLine {
   }
 
   /// LRW frames that cover the process data of every slave once.
-  [[nodiscard]] std::vector<Frame> process_data_frames() const {
+  [[nodiscard]] Work process_data(std::chrono::nanoseconds period) const {
     constexpr std::size_t kPerFrame = wire::kMaxDatagramData / (2 * kProcessData);
-    std::vector<Frame> frames;
+    Work work{{}, {}, period};
     for (std::size_t first = 0; first < count_; first += kPerFrame) {
       const std::size_t slaves = std::min(kPerFrame, count_ - first);
-      frames.push_back(make_frame(Command::kLrw, DatagramAddress::logical(logical(first)),
-                                  Frame(slaves * 2 * kProcessData, std::byte{0x5A})));
+      work.frames.push_back(make_frame(Command::kLrw, DatagramAddress::logical(logical(first)),
+                                       Frame(slaves * 2 * kProcessData, std::byte{0x5A})));
+      // A slave that is written counts 2 in an LRW, one that is read 1 (ETG.1000.4 5.4.1.2).
+      work.working_counters.push_back(3 * static_cast<unsigned>(slaves));
     }
-    return frames;
+    return work;
+  }
+  /// One frame that reads the AL status, answered by `slaves` of them.
+  [[nodiscard]] static Work al_status(Command command, std::uint16_t station, std::size_t slaves) {
+    const Frame two_bytes(2);
+    return {{make_frame(command, DatagramAddress::physical(station, 0x0130), two_bytes)},
+            {static_cast<unsigned>(slaves)},
+            0ns};
+  }
+
+  /// How often each device was asked for its inputs.
+  [[nodiscard]] std::vector<unsigned> published() const {
+    std::vector<unsigned> counts;
+    for (const auto* device : devices_) counts.push_back(device->published);
+    return counts;
+  }
+  /// Throws std::runtime_error.
+  void check_op() {
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (line_.slave(i).state() == wire::AlState::kOp) continue;
+      throw std::runtime_error(fmt::format("slave {} is not in OP, AL status code 0x{:04X}", i,
+                                           unsigned{line_.slave(i).esc().memory().get(wire::reg::kAlStatusCode)}));
+    }
   }
 
  private:
-  static std::vector<std::unique_ptr<slaves::Slave>> make_slaves(std::size_t count) {
+  std::vector<std::unique_ptr<slaves::Slave>> make_slaves(std::size_t count) {
     std::vector<std::unique_ptr<slaves::Slave>> result;
     for (std::size_t i = 0; i < count; ++i) {
-      result.push_back(std::make_unique<slaves::Slave>(std::make_unique<IdleDevice>()));
+      auto device = std::make_unique<IdleDevice>();
+      devices_.push_back(device.get());
+      result.push_back(std::make_unique<slaves::Slave>(std::move(device)));
     }
     return result;
   }
@@ -137,35 +185,83 @@ class IdleLine {
     set_sync_manager(2, {kOutputs, kProcessData, 0x64, 0, 1, 0});
     set_sync_manager(3, {kInputs, kProcessData, 0x20, 0, 1, 0});
     request(wire::AlState::kSafeOp);
-    for (auto& frame : process_data_frames()) line_.process(frame, clock_.now());
+    for (auto& frame : process_data(0ns).frames) line_.process(frame, clock_.now());
     request(wire::AlState::kOp);
-    for (std::size_t i = 0; i < count_; ++i) {
-      if (line_.slave(i).state() == wire::AlState::kOp) continue;
-      std::fprintf(stderr, "esc: slave %zu did not reach OP, AL status code 0x%04X\n", i,
-                   unsigned{line_.slave(i).esc().memory().get(wire::reg::kAlStatusCode)});
-      std::exit(1);
-    }
+    check_op();
   }
 
+  std::vector<const IdleDevice*> devices_;
   rt::VirtualClock clock_{1s};
   slaves::Line line_;
   std::size_t count_;
 };
 
-/// ns per set of frames: all `frames` pass the line, `period` after the ones before on the line's clock. Sets that
-/// are short against the resolution of the clock are measured several at a time.
-Summary measure(IdleLine& line, std::vector<Frame> frames, std::chrono::nanoseconds period, int rounds, int batch) {
+/// Passes `work` and sees to it that every pass has done what it should: all frames came back, with the working
+/// counters they must have, and inputs were published as often as the line's time says.
+class Passes {
+ public:
+  Passes(IdleLine& line, Work work) : line_(line), work_(std::move(work)), published_(line.published()) {}
+
+  /// What is measured.
+  void pass() {
+    line_.pass(work_.period);
+    for (auto& frame : work_.frames) back_ += line_.line().process(frame, line_.now()) ? 1 : 0;
+    ++done_;
+  }
+  /// After any number of passes. Throws std::runtime_error.
+  void check() {
+    if (back_ != done_ * work_.frames.size()) {
+      throw std::runtime_error(fmt::format("{} of {} frames came back", back_, done_ * work_.frames.size()));
+    }
+    for (std::size_t i = 0; i < work_.frames.size(); ++i) {
+      // Nobody clears it between passes, so it counts on, as 16 bits.
+      const auto expected = (before_[i] + work_.working_counters[i] * (done_ - checked_)) & 0xFFFFU;
+      const auto found = working_counter(work_.frames[i]);
+      if (found != expected) throw std::runtime_error(fmt::format("working counter {}, expected {}", found, expected));
+      before_[i] = found;
+    }
+    checked_ = done_;
+  }
+  /// At the end. A slave that has left OP does not come back by itself, so looking once is enough.
+  void check_line() {
+    line_.check_op();
+    const auto published = line_.published();
+    for (std::size_t i = 0; i < published.size(); ++i) {
+      const auto times = published[i] - published_[i];
+      const bool right = work_.period == 0ns ? times == 0 : times + 1 >= done_;
+      if (!right) {
+        throw std::runtime_error(fmt::format("slave {} published its inputs {} times in {} passes", i, times, done_));
+      }
+    }
+  }
+
+ private:
+  IdleLine& line_;
+  Work work_;
+  std::vector<unsigned> published_;
+  std::vector<unsigned> before_ = std::vector<unsigned>(work_.frames.size());
+  unsigned done_ = 0;
+  unsigned checked_ = 0;
+  std::size_t back_ = 0;
+};
+
+/// ns per pass of `work`. Passes that are short against the resolution of the clock are measured several at a time.
+Summary measure(IdleLine& line, const Work& work, int rounds, int batch) {
+  constexpr int kWarmUp = 32;
   std::vector<double> samples;
   samples.reserve(static_cast<std::size_t>(rounds));
-  for (int round = -rounds / 10; round < rounds; ++round) {
+  Passes passes(line, work);
+  Rests rests;
+  int cold = std::max(kWarmUp, rounds / 10);
+  while (samples.size() < static_cast<std::size_t>(rounds)) {
     const double begin = now_ns();
-    for (int i = 0; i < batch; ++i) {
-      line.pass(period);
-      for (auto& frame : frames) line.line().process(frame, line.now());
-    }
+    for (int i = 0; i < batch; ++i) passes.pass();
     const double cost = (now_ns() - begin - reading_cost_ns()) / batch;
-    if (round >= 0) samples.push_back(cost);
+    passes.check();
+    if (rests.take_when_due(begin)) cold = kWarmUp;
+    if (cold-- <= 0) samples.push_back(cost);
   }
+  passes.check_line();
   return summarize(std::move(samples));
 }
 
@@ -198,21 +294,18 @@ void measure_line(Report& report, std::size_t count, const Options& options) {
   const int rounds = options.count(static_cast<int>(2'000'000 / (count + 80)));
   const int batch = std::max(1, 64 / static_cast<int>(count));
   const auto slaves = static_cast<double>(count);
-  const auto add = [&](const char* what, const std::vector<Frame>& frames, std::chrono::nanoseconds period,
-                       std::optional<double> aim) {
+  const auto add = [&](const char* what, const Work& work, std::optional<double> aim) {
     const auto name = fmt::format("{}_{}_slaves", what, count);
-    const auto cost = measure(line, frames, period, rounds, batch);
-    report.add(
-        {name, "cost_per_slave", "ns", divided(cost, slaves), aim, copy_frames(frames, rounds / 10 + 1, slaves)});
-    report.add({name, "throughput", "frames/s", rates(cost, frames.size())});
+    const auto cost = measure(line, work, rounds, batch);
+    const auto floor = copy_frames(work.frames, rounds / 10 + 1, slaves);
+    report.add({name, "cost_per_slave", "ns", divided(cost, slaves), aim, floor});
+    report.add({name, "throughput", "frames/s", rates(cost, work.frames.size())});
   };
-  const Frame two_bytes(2);
-  add("brd", {IdleLine::make_frame(Command::kBrd, DatagramAddress::physical(0, 0x0130), two_bytes)}, 0ns, {});
-  add("fprd_elsewhere", {IdleLine::make_frame(Command::kFprd, DatagramAddress::physical(0x0BAD, 0x0130), two_bytes)},
-      0ns, kElsewhereAimNs);
-  add("lrw_23_23", line.process_data_frames(), 0ns, kLrwAimNs);
+  add("brd", IdleLine::al_status(Command::kBrd, 0, count), {});
+  add("fprd_elsewhere", IdleLine::al_status(Command::kFprd, 0x0BAD, 0), kElsewhereAimNs);
+  add("lrw_23_23", line.process_data(0ns), kLrwAimNs);
   // Outputs handed to the device and inputs published before every frame, as in a running line.
-  add("lrw_23_23_and_hand_over", line.process_data_frames(), 125us, {});
+  add("lrw_23_23_and_hand_over", line.process_data(125us), {});
   const double mib = static_cast<double>(resident_bytes()) / (1024.0 * 1024.0);
   report.add({fmt::format("{}_slaves", count),
               "resident_memory",
@@ -223,6 +316,7 @@ void measure_line(Report& report, std::size_t count, const Options& options) {
 
 void measure_all(const Options& options) {
   Report report("esc");
+  claim_cpu(last_cpu());
   for (const std::size_t count : {1U, 8U, 64U, 256U}) measure_line(report, count, options);
   report.print(options);
 }

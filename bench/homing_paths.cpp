@@ -1,17 +1,23 @@
-// Which way does an axis go in each homing method? Every method from three start positions, by the simulated drive
-// itself, as CSV: method, start, time, position, speed; and where it found home. docs/figures/homing.py draws it.
+// Which way does an axis go in each homing method, and how long does it take? Every method from three start positions,
+// by the simulated drive itself on virtual time. With --figures as CSV: method, start, time, position, speed; and where
+// it found home. docs/figures/homing.py draws it.
 #include <fmt/format.h>
 
 #include <array>
+#include <fstream>
 #include <limits>
 #include <numbers>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "driveline/slaves/msd/msd_drive.hpp"
+#include "support/report.hpp"
 
 namespace {
 
 using namespace driveline;
+using namespace driveline::bench;
 using slaves::msd::Input;
 using std::chrono::nanoseconds;
 
@@ -103,39 +109,62 @@ bool prepare(Drive& drive, int method) {
   return good;
 }
 
-/// Prints one run; false when homing was not attained.
-bool run(int method, std::size_t number, double start) {
+/// Where the way goes.
+class Curve {
+ public:
+  /// Empty: nowhere.
+  explicit Curve(const std::string& folder) {
+    if (folder.empty()) return;
+    out_.open(folder + "/homing.csv");
+    if (!out_) throw std::runtime_error(folder + "/homing.csv cannot be written");
+    out_ << "method,start,time_s,position_rev,speed_rev_s,home_rev\n";
+  }
+  void line(const std::string& text) {
+    if (out_.is_open()) out_ << text << '\n';
+  }
+
+ private:
+  std::ofstream out_;
+};
+
+/// One run; how long it took in ms. Throws when homing was not attained.
+double run_method(int method, std::size_t number, double start, Curve& curve) {
   Drive drive(machine(method, start));
-  if (!prepare(drive, method) || !drive.write(0x6040, 0, 0x1F, 2)) return false;
+  const auto where = fmt::format("method {} from {} revolutions", method, start);
+  if (!prepare(drive, method) || !drive.write(0x6040, 0, 0x1F, 2)) throw std::runtime_error(where + ": did not start");
   constexpr std::uint16_t kAttained = 0x1400;  // homing attained, target reached
   for (nanoseconds time{0}; time < kLongest; time += kSample) {
     const auto& model = drive.model();
-    fmt::print("{},{},{:.3f},{:.4f},{:.3f},\n", method, number, std::chrono::duration<double>(time).count(),
-               model.position_rad() / kTurn, model.velocity_rad_s() / kTurn);
+    curve.line(fmt::format("{},{},{:.3f},{:.4f},{:.3f},", method, number, std::chrono::duration<double>(time).count(),
+                           model.position_rad() / kTurn, model.velocity_rad_s() / kTurn));
     if ((model.status() & kAttained) == kAttained) {
       // Zero is at home: what the drive calls its position now tells where that is.
       const auto* row = model.dictionary().table().find(0x6064, 0);
       const double home = model.position_rad() / kTurn - model.dictionary().get<std::int32_t>(row->slot) / kIncrements;
-      fmt::print("{},{},,,,{:.6f}\n", method, number, home);
-      return true;
+      curve.line(fmt::format("{},{},,,,{:.6f}", method, number, home));
+      return std::chrono::duration<double, std::milli>(time).count();
     }
     drive.pass(kSample);
   }
-  return false;
+  throw std::runtime_error(where + ": no home found");
+}
+
+void measure(const Options& options) {
+  Report report("homing_paths");
+  Curve curve(options.figures);
+  for (int method = 1; method <= 37; ++method) {
+    if (!slaves::HomingSequence::supported(static_cast<std::int8_t>(method))) continue;
+    const auto places = starts(method);
+    std::vector<double> times_ms;
+    for (std::size_t i = 0; i < places.size(); ++i) times_ms.push_back(run_method(method, i, places[i], curve));
+    report.add({fmt::format("method_{}", method), "time_to_home", "ms", summarize(times_ms)});
+  }
+  report.note("virtual time, in steps of 5 ms; from three start positions each");
+  if (options.figures.empty()) report.print(options);
 }
 
 }  // namespace
 
-int main() {
-  fmt::print("method,start,time_s,position_rev,speed_rev_s,home_rev\n");
-  for (int method = 1; method <= 37; ++method) {
-    if (!slaves::HomingSequence::supported(static_cast<std::int8_t>(method))) continue;
-    const auto places = starts(method);
-    for (std::size_t i = 0; i < places.size(); ++i) {
-      if (run(method, i, places[i])) continue;
-      fmt::print(stderr, "method {} from {} revolutions: no home found\n", method, places[i]);
-      return 1;
-    }
-  }
-  return 0;
+int main(int argc, char** argv) {
+  return driveline::bench::run(argc, argv, "Which way does an axis go in each homing method?", measure);
 }

@@ -1,13 +1,10 @@
 // What does the master's cycle (send, receive, decode) cost on a packet socket, against loops that do nothing but send
 // and receive the same frames? All over the same virtual cable, in turns; a minimal responder spins at its other end.
-#include <arpa/inet.h>
 #include <fmt/format.h>
 #include <linux/if_packet.h>
-#include <net/if.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
 #include <algorithm>
-#include <cerrno>
 #include <cstring>
 #include <memory>
 #include <stdexcept>
@@ -16,9 +13,11 @@
 
 #include "driveline/ecat_master/cyclic/cyclic_core.hpp"
 #include "driveline/port/raw_socket_port.hpp"
-#include "driveline/wire/frame.hpp"
+#include "support/cyclic_frame.hpp"
+#include "support/packet_socket.hpp"
 #include "support/realtime.hpp"
 #include "support/report.hpp"
+#include "support/retry.hpp"
 #include "support/stopwatch.hpp"
 #include "support/veth_pair.hpp"
 
@@ -40,46 +39,16 @@ constexpr double kAim = 1.05;
 constexpr double kAimP999 = 1.2;
 constexpr std::size_t kBytesPerAxis = 19;
 constexpr double kLostNs = 5e6;
-constexpr std::uint8_t kOp = 0x08;
-
-/// A packet socket as the raw socket port opens it.
-class PacketSocket {
- public:
-  explicit PacketSocket(const std::string& interface) : PacketSocket() { bind_to(interface); }
-  PacketSocket() : socket_(::socket(AF_PACKET, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)) {
-    if (!socket_.valid()) throw std::runtime_error("no packet socket");
-    const int on = 1;
-    const int priority = port::RawSocketConfig{}.priority;
-    setsockopt(socket_.get(), SOL_SOCKET, SO_PRIORITY, &priority, sizeof priority);
-    setsockopt(socket_.get(), SOL_PACKET, PACKET_QDISC_BYPASS, &on, sizeof on);
-    setsockopt(socket_.get(), SOL_PACKET, PACKET_IGNORE_OUTGOING, &on, sizeof on);
-  }
-  void bind_to(const std::string& interface) const {
-    sockaddr_ll address{};
-    address.sll_family = AF_PACKET;
-    address.sll_protocol = htons(wire::kEtherTypeEtherCat);
-    address.sll_ifindex = static_cast<int>(if_nametoindex(interface.c_str()));
-    if (bind(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
-      throw std::runtime_error("cannot bind to " + interface);
-    }
-  }
-  [[nodiscard]] int get() const noexcept { return socket_.get(); }
-
- private:
-  port::FileDescriptor socket_;
-};
-
-/// Bytes of a frame that the slaves would have changed.
-struct Patch {
-  std::size_t frame_bytes = 0;
-  std::vector<std::pair<std::size_t, std::byte>> bytes;
-};
+/// More cycles of a round than this without all their frames: the figures would be those of the machine's other work.
+constexpr int kMostLostPerRound = 25;
 
 /// Answers as a line in OP would, with as little as that takes: working counters and AL status bytes.
 class Responder {
  public:
-  Responder(const std::string& interface, std::vector<Patch> patches)
-      : socket_(interface), patches_(std::move(patches)), thread_([this](const std::stop_token& stop) { run(stop); }) {}
+  Responder(const std::string& interface, const std::vector<CyclicFrame>& frames) : frames_(frames) {
+    socket_.bind_to(interface);
+    thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
+  }
 
  private:
   void run(const std::stop_token& stop) {
@@ -89,16 +58,16 @@ class Responder {
       const auto size = recv(socket_.get(), frame.data(), frame.size(), 0);
       if (size <= 0) continue;
       frame[6] |= std::byte{0x02};
-      for (const auto& patch : patches_) {
-        if (patch.frame_bytes != static_cast<std::size_t>(size)) continue;
-        for (const auto& [offset, value] : patch.bytes) frame[offset] = value;
+      for (const auto& one : frames_) {
+        if (one.bytes.size() != static_cast<std::size_t>(size)) continue;
+        for (const auto& change : one.changes) frame[change.offset] = change.value;
       }
       keep(send(socket_.get(), frame.data(), static_cast<std::size_t>(size), 0));
     }
   }
 
   PacketSocket socket_;
-  std::vector<Patch> patches_;
+  std::vector<CyclicFrame> frames_;
   std::jthread thread_;
 };
 
@@ -147,45 +116,6 @@ ProcessImage make_image(std::size_t axes) {
   return ProcessImage::lay_out(demands).value();
 }
 
-/// The frames of the cycle, as bare loops send them, and what the responder has to change in them.
-struct Frames {
-  std::vector<std::vector<std::byte>> bytes;
-  std::vector<Patch> patches;
-};
-
-Frames make_frames(const ProcessImage& image) {
-  Frames frames;
-  for (std::size_t number = 0; number < image.frame_count(); ++number) {
-    std::vector<std::byte> buffer(port::kMaxFrameBytes);
-    wire::FrameBuilder builder(buffer, {});
-    Patch patch;
-    if (number == 0) {
-      const auto place = builder.add(wire::Command::kBrd, 0, wire::DatagramAddress::physical(0, 0x0130), 2).value();
-      patch.bytes.emplace_back(place.data(), std::byte{kOp});
-      patch.bytes.emplace_back(place.working_counter(), static_cast<std::byte>(image.places().size()));
-    }
-    for (const auto& datagram : image.datagrams()) {
-      if (datagram.frame != number) continue;
-      const auto address = wire::DatagramAddress::logical(ProcessImage::logical_address(datagram.offset));
-      const auto place = builder.add(datagram.command, 1, address, datagram.bytes).value();
-      patch.bytes.emplace_back(place.working_counter(),
-                               static_cast<std::byte>(datagram.expected_working_counter & 0xFF));
-      patch.bytes.emplace_back(place.working_counter() + 1,
-                               static_cast<std::byte>(datagram.expected_working_counter >> 8));
-      for (const auto& slave : image.places()) {
-        if (slave.al_status_offset < datagram.offset || slave.al_status_offset >= datagram.offset + datagram.bytes)
-          continue;
-        patch.bytes.emplace_back(place.data() + slave.al_status_offset - datagram.offset, std::byte{kOp});
-      }
-    }
-    const auto frame = builder.finish();
-    patch.frame_bytes = frame.size();
-    frames.bytes.emplace_back(frame.begin(), frame.end());
-    frames.patches.push_back(std::move(patch));
-  }
-  return frames;
-}
-
 /// Cycles of a loop that checks nothing until the responder is there.
 template <typename Loop>
 void settle_bare(Loop& loop) {
@@ -202,11 +132,13 @@ void settle_bare(Loop& loop) {
 /// The floor of sockets: send all frames, spin until as many have come back.
 class BareLoop {
  public:
-  BareLoop(const std::string& interface, Frames frames) : socket_(interface), frames_(std::move(frames)) {}
+  BareLoop(const std::string& interface, const std::vector<CyclicFrame>& frames) : frames_(frames) {
+    socket_.bind_to(interface);
+  }
   double cycle() {
     const double begin = now_ns();
-    for (const auto& frame : frames_.bytes) keep(send(socket_.get(), frame.data(), frame.size(), 0));
-    for (std::size_t back = 0; back < frames_.bytes.size();) {
+    for (const auto& frame : frames_) keep(send(socket_.get(), frame.bytes.data(), frame.bytes.size(), 0));
+    for (std::size_t back = 0; back < frames_.size();) {
       const auto size = recv(socket_.get(), buffer_.data(), buffer_.size(), MSG_TRUNC);
       if (size > 0) ++back;
       if (size <= 0 && now_ns() - begin > kLostNs) break;
@@ -214,6 +146,7 @@ class BareLoop {
     return now_ns() - begin;
   }
   void settle() { settle_bare(*this); }
+  void check() const noexcept {}
   /// Frames that came too late: the next cycle would take them for its own and look short.
   void drain() {
     for (const double until = now_ns() + kLostNs; now_ns() < until;) {
@@ -223,14 +156,14 @@ class BareLoop {
 
  private:
   PacketSocket socket_;
-  Frames frames_;
+  std::vector<CyclicFrame> frames_;
   std::array<std::byte, port::kMaxFrameBytes> buffer_;
 };
 
 /// The same with a receive ring that is shared with the kernel: no system call to receive.
 class RingLoop {
  public:
-  RingLoop(const std::string& interface, Frames frames) : frames_(std::move(frames)) {
+  RingLoop(const std::string& interface, const std::vector<CyclicFrame>& frames) : frames_(frames) {
     const int version = TPACKET_V2;
     setsockopt(socket_.get(), SOL_PACKET, PACKET_VERSION, &version, sizeof version);
     tpacket_req request{};
@@ -253,8 +186,8 @@ class RingLoop {
 
   double cycle() {
     const double begin = now_ns();
-    for (const auto& frame : frames_.bytes) keep(send(socket_.get(), frame.data(), frame.size(), 0));
-    for (std::size_t back = 0; back < frames_.bytes.size();) {
+    for (const auto& frame : frames_) keep(send(socket_.get(), frame.bytes.data(), frame.bytes.size(), 0));
+    for (std::size_t back = 0; back < frames_.size();) {
       auto* header = reinterpret_cast<tpacket2_hdr*>(ring_ + std::size_t{slot_} * kSlotBytes);
       if ((__atomic_load_n(&header->tp_status, __ATOMIC_ACQUIRE) & TP_STATUS_USER) != 0) {
         // Into the program's memory, as recv() does it: the ring has the bytes where the other processor wrote them.
@@ -271,6 +204,7 @@ class RingLoop {
     return now_ns() - begin;
   }
   void settle() { settle_bare(*this); }
+  void check() const noexcept {}
   void drain() {
     for (const double until = now_ns() + kLostNs; now_ns() < until;) {
       auto* header = reinterpret_cast<tpacket2_hdr*>(ring_ + std::size_t{slot_} * kSlotBytes);
@@ -287,7 +221,7 @@ class RingLoop {
   static constexpr unsigned kSlots = kBlockBytes / kSlotBytes * kBlocks;
 
   PacketSocket socket_;
-  Frames frames_;
+  std::vector<CyclicFrame> frames_;
   std::array<std::byte, port::kMaxFrameBytes> buffer_;
   std::byte* ring_ = nullptr;
   unsigned slot_ = 0;
@@ -311,6 +245,14 @@ class MasterLoop {
     return now_ns() - begin;
   }
   void drain() noexcept {}  // numbers its frames, and takes none for another
+  /// That it read what the responder wrote. A cycle without its frames shows in the figures; wrong ones do not.
+  void check() const {
+    const auto& statistics = core_->statistics();
+    if (statistics.wkc_errors > 0) {
+      throw std::runtime_error(
+          fmt::format("{} frames of the master came back with wrong working counters", statistics.wkc_errors));
+    }
+  }
   /// Cycles until the responder is there and answers as a line would.
   void settle() {
     constexpr int kPatience = 400;
@@ -341,28 +283,42 @@ void round_of(const Make& make, std::vector<double>& samples) {
   auto loop = make();
   loop->settle();
   for (int i = 0; i < kWarmUp; ++i) loop->cycle();
+  int lost = 0;
   for (int i = 0; i < kCyclesPerRound; ++i) {
     samples.push_back(loop->cycle());
-    if (samples.back() >= kLostNs) loop->drain();
+    if (samples.back() < kLostNs) continue;
+    loop->drain();
+    if (++lost > kMostLostPerRound) throw Disturbed(fmt::format("{} of {} cycles lost frames", lost, i + 1));
   }
+  loop->check();
 }
 
-void measure_axes(Report& report, const VethPair& cable, std::size_t axes, int cycles) {
-  const auto image = make_image(axes);
-  const auto frames = make_frames(image);
-  const Responder responder(cable.far, frames.patches);
+/// ns per cycle of the three loops.
+struct Samples {
   std::vector<double> master;
   std::vector<double> bare;
   std::vector<double> ring;
+};
+
+Samples take_turns(const VethPair& cable, std::size_t axes, int cycles) {
+  const auto image = make_image(axes);
+  const auto frames = cyclic_frames(image);
+  const Responder responder(cable.far, frames);
+  Samples samples;
   for (int round = 0; round < std::max(1, cycles / kCyclesPerRound); ++round) {
-    round_of([&] { return std::make_unique<BareLoop>(cable.near, frames); }, bare);
-    round_of([&] { return std::make_unique<MasterLoop>(cable.near, image); }, master);
-    round_of([&] { return std::make_unique<RingLoop>(cable.near, frames); }, ring);
+    round_of([&] { return std::make_unique<BareLoop>(cable.near, frames); }, samples.bare);
+    round_of([&] { return std::make_unique<MasterLoop>(cable.near, image); }, samples.master);
+    round_of([&] { return std::make_unique<RingLoop>(cable.near, frames); }, samples.ring);
   }
+  return samples;
+}
+
+void measure_axes(Report& report, const VethPair& cable, std::size_t axes, int cycles) {
   const auto name = fmt::format("{}_axes", axes);
-  const Baseline against_bare{"bare_af_packet_loop", summarize(std::move(bare))};
-  const Baseline against_ring{"bare_packet_mmap_loop", summarize(std::move(ring))};
-  const auto figures = summarize(std::move(master));
+  auto samples = undisturbed(name, [&] { return take_turns(cable, axes, cycles); });
+  const Baseline against_bare{"bare_af_packet_loop", summarize(std::move(samples.bare))};
+  const Baseline against_ring{"bare_packet_mmap_loop", summarize(std::move(samples.ring))};
+  const auto figures = summarize(std::move(samples.master));
   const auto& floor = against_ring.figures;
   report.add({name, "send_receive_decode", "ns", figures, kAim * floor.p50, against_ring, kAimP999 * floor.p999});
   report.add({name, "bare_packet_mmap_loop", "ns", floor});
@@ -375,9 +331,8 @@ void measure_all(const Options& options) {
   const auto problem = enter_private_network();
   const auto cable = problem.empty() ? make_veth_pair("dlcost") : std::nullopt;
   if (!cable) {
-    report.note("skipped: no veth pair can be made here" + (problem.empty() ? std::string(".") : ": " + problem));
     report.print(options);
-    return;
+    throw Skipped("no veth pair can be made here" + (problem.empty() ? std::string() : ": " + problem));
   }
   claim_cpu(std::max(0, last_cpu() - 1));
   for (const std::size_t axes : {1U, 8U, 32U, 100U}) measure_axes(report, *cable, axes, options.count(kCycles));

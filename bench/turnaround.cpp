@@ -1,9 +1,7 @@
-// How long does a frame that a master sends to `driveline simulate` take to come back, against a program that does
-// nothing but echo it? Both behind the same virtual cable, in turns.
-#include <arpa/inet.h>
+// How long does a frame that a master sends to `driveline simulate` take to come back, against programs that do nothing
+// but echo it? Each behind a virtual cable of its own, in turns, on both kinds of socket: one that is asked for every
+// frame (recv) and one with a receive ring (PACKET_MMAP).
 #include <fmt/format.h>
-#include <linux/if_packet.h>
-#include <net/if.h>
 #include <poll.h>
 #include <sched.h>
 #include <sys/socket.h>
@@ -19,8 +17,11 @@
 #include "driveline/wire/frame.hpp"
 #include "line/composition.hpp"
 #include "line/line_server.hpp"
+#include "support/cyclic_frame.hpp"
+#include "support/packet_socket.hpp"
 #include "support/realtime.hpp"
 #include "support/report.hpp"
+#include "support/retry.hpp"
 #include "support/stopwatch.hpp"
 #include "support/veth_pair.hpp"
 
@@ -32,49 +33,69 @@ using namespace std::chrono_literals;
 using std::chrono::nanoseconds;
 
 constexpr int kFrames = 10'000;
-/// So few in a row that a disturbance of the machine meets both servers alike.
+/// So few in a row that a disturbance of the machine meets all servers alike.
 constexpr int kFramesPerRound = 50;
 constexpr nanoseconds kPeriod = 250us;
 /// Of a round, until caches and the other processor are warm.
 constexpr int kWarmUp = 20;
+constexpr nanoseconds kLost = 1s;
+/// Median of the line over that of the echo on the same kind of socket.
 constexpr double kAim = 1.2;
 constexpr int kTries = 50;
+/// 6.5 s, in increments of 100 us (register 0x0420).
+constexpr std::uint16_t kWatchdog = 0xFFFF;
 /// Index of the first datagram: Ethernet and EtherCAT header, command.
 constexpr std::size_t kIndex = 17;
+/// Set in the first octet of the source address by the first slave (ETG.1000.4 5.3.2).
+constexpr std::size_t kSource = 6;
+constexpr std::byte kBeenRound{0x02};
 
-/// The floor: a bare AF_PACKET echo. It sets the bit that shows a frame has been round, as the first slave does.
+enum class Socket { kRecv, kRing };
+
+const char* name_of(Socket socket) {
+  return socket == Socket::kRing ? "packet_mmap" : "recv";
+}
+
+/// The floor: takes a frame, sets the bit that shows it has been round, sends it.
 class Echo final : public rt::RealtimeTask {
  public:
-  Echo(const std::string& interface, bool busy)
-      : socket_(::socket(AF_PACKET, SOCK_RAW | (busy ? SOCK_NONBLOCK : 0) | SOCK_CLOEXEC,
-                         htons(wire::kEtherTypeEtherCat))) {
-    if (!socket_.valid()) throw std::runtime_error("echo: no packet socket");
-    const int on = 1;
-    setsockopt(socket_.get(), SOL_PACKET, PACKET_QDISC_BYPASS, &on, sizeof on);
-    setsockopt(socket_.get(), SOL_PACKET, PACKET_IGNORE_OUTGOING, &on, sizeof on);
-    // So that it notices its end.
-    const timeval patience{0, 50'000};
-    setsockopt(socket_.get(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-    sockaddr_ll address{};
-    address.sll_family = AF_PACKET;
-    address.sll_protocol = htons(wire::kEtherTypeEtherCat);
-    address.sll_ifindex = static_cast<int>(if_nametoindex(interface.c_str()));
-    if (bind(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
-      throw std::runtime_error("echo: cannot bind to " + interface);
-    }
+  Echo(const std::string& interface, Socket kind, bool busy)
+      : busy_(busy),
+        socket_(busy || kind == Socket::kRing ? PacketSocket::Look::kReturnsAtOnce : PacketSocket::Look::kSleeps),
+        ring_(kind == Socket::kRing ? port::ReceiveRing::map(socket_.get()) : std::nullopt) {
+    if (ring_.has_value() != (kind == Socket::kRing))
+      throw std::runtime_error("echo: the kernel gives no receive ring");
+    socket_.bind_to(interface);
   }
   void run(std::stop_token stop) noexcept override {
-    std::array<std::byte, port::kMaxFrameBytes> frame;
     while (!stop.stop_requested()) {
-      const auto size = recv(socket_.get(), frame.data(), frame.size(), 0);
+      const auto size = ring_ ? take() : recv(socket_.get(), frame_.data(), frame_.size(), 0);
       if (size < static_cast<ssize_t>(wire::EthernetHeader::kSize)) continue;
-      frame[6] |= std::byte{0x02};
-      keep(send(socket_.get(), frame.data(), static_cast<std::size_t>(size), 0));
+      frame_[kSource] |= kBeenRound;
+      keep(send(socket_.get(), frame_.data(), static_cast<std::size_t>(size), 0));
     }
   }
 
  private:
-  port::FileDescriptor socket_;
+  /// recv() of the ring: the frame into our memory, asleep for 50 ms at most.
+  ssize_t take() noexcept {
+    auto frame = ring_->take();
+    if (!frame && !busy_) {
+      pollfd request{socket_.get(), POLLIN, 0};
+      poll(&request, 1, 50);
+      frame = ring_->take();
+    }
+    if (!frame) return -1;
+    const auto size = std::min(frame->bytes.size(), frame_.size());
+    std::copy_n(frame->bytes.begin(), size, frame_.begin());
+    ring_->release();
+    return static_cast<ssize_t>(size);
+  }
+
+  bool busy_;
+  PacketSocket socket_;
+  std::optional<port::ReceiveRing> ring_;
+  std::array<std::byte, port::kMaxFrameBytes> frame_;
 };
 
 cli::LineConfig drives(std::size_t count) {
@@ -90,38 +111,60 @@ cli::LineConfig drives(std::size_t count) {
   return config;
 }
 
-std::unique_ptr<port::RawSocketPort> open(const std::string& interface, const rt::Clock& clock) {
-  auto port = port::RawSocketPort::open({.interface = interface}, clock);
+std::unique_ptr<port::RawSocketPort> open(const std::string& interface, const rt::Clock& clock, Socket kind) {
+  auto port = port::RawSocketPort::open({.interface = interface, .receive_ring = kind == Socket::kRing}, clock);
   if (!port) throw std::runtime_error(port.error().message);
+  if ((*port)->has_receive_ring() != (kind == Socket::kRing)) {
+    throw std::runtime_error(interface + ": the kernel gives no receive ring");
+  }
   return std::move(*port);
 }
 
-/// A line of drives in SAFEOP with mapped process data: their control loops run, inputs are published.
+/// A line of drives in OP, not enabled: their control loops run, outputs are taken and inputs published.
 class Drives {
  public:
-  Drives(rt::Clock& clock, const std::string& interface, std::size_t count, bool busy)
+  Drives(rt::Clock& clock, const std::string& interface, Socket kind, std::size_t count, bool busy)
       : config_(drives(count)),
         line_(cli::make_simulated_line(config_, clock)),
-        port_(open(interface, clock)),
+        port_(open(interface, clock, kind)),
         waiter_(port::FrameWaiter::open(*port_, nullptr).value()),
         server_(*line_, *port_, nullptr, clock, {busy, [this](nanoseconds deadline) { waiter_->wait(deadline); }}) {}
-  void configure(port::Port& master_port, rt::Clock& clock) {
+
+  /// To OP; the frame that a master of this line sends in every cycle. Throws.
+  CyclicFrame bring_up(port::Port& master_port, rt::Clock& clock) {
     rt::RealtimeThread thread;
     start_realtime(thread, server_);
     ecat_master::Master master(master_port, clock);
     // A machine that does other things as well may leave the line without its processor for longer than a frame is
     // waited for.
-    auto done = master.scan();
-    for (int tries = 0; tries < kTries; ++tries) {
-      if (done) done = master.configure(cli::make_slave_plans(config_));
-      if (done) return;
-      done = master.scan();
-    }
-    throw std::runtime_error(ecat_master::describe(done.error()));
+    auto done = to_op(master, clock);
+    for (int tries = 1; !done && tries < kTries; ++tries) done = to_op(master, clock);
+    if (!done) throw std::runtime_error(ecat_master::describe(done.error()));
+    const auto frames = cyclic_frames(master.image());
+    if (frames.size() != 1) throw std::runtime_error("the process data do not fit into one frame");
+    return frames.front();
   }
   cli::LineServer& server() { return server_; }
 
  private:
+  ecat_master::Result<void> to_op(ecat_master::Master& master, rt::Clock& clock) {
+    if (auto done = master.scan(); !done) return done;
+    auto plans = cli::make_slave_plans(config_);
+    // Between its rounds nobody talks to the line, for as long as a busy machine takes. A drive insists on a watchdog.
+    for (auto& plan : plans) plan.watchdog.process_data = kWatchdog;
+    if (auto done = master.configure(std::move(plans)); !done) return done;
+    ecat_master::CyclicCore::Settings settings;
+    settings.period = 1ms;
+    settings.receive_window = 750us;
+    const auto started = master.start_cycle(nullptr, {}, settings, [&clock](ecat_master::CyclicCore& core) {
+      return std::make_unique<ecat_master::InlineRunner>(core, clock);
+    });
+    if (!started) throw std::runtime_error(started.error());
+    auto done = master.go_operational();
+    if (!done) static_cast<void>(master.shut_down());
+    return done;
+  }
+
   cli::LineConfig config_;
   std::unique_ptr<slaves::Line> line_;
   std::unique_ptr<port::RawSocketPort> port_;
@@ -129,44 +172,68 @@ class Drives {
   cli::LineServer server_;
 };
 
-using Frame = std::vector<std::byte>;
+/// Looks at a frame that has come back; throws when it is not what the server was to make of it.
+using Judge = std::function<void(const CyclicFrame& sent, std::span<const std::byte> answer)>;
 
-/// The cyclic frame of the drives: LRW over all their process data.
-Frame process_data_frame(port::RawSocketPort& port, std::size_t drives) {
-  constexpr std::size_t kPerDrive = 32;
-  Frame buffer(wire::EthernetHeader::kSize + wire::kMaxPayloadBytes);
-  wire::FrameBuilder builder(buffer, port.mac());
-  const auto length = std::min<std::size_t>(kPerDrive * drives, wire::kMaxDatagramData);
-  builder.add(wire::Command::kLrw, 0, wire::DatagramAddress::logical(0), length);
-  const auto frame = builder.finish();
-  return {frame.begin(), frame.end()};
+void must_be_echoed(const CyclicFrame& sent, std::span<const std::byte> answer) {
+  auto expected = sent.bytes;
+  expected[kSource] |= kBeenRound;
+  if (!std::equal(answer.begin(), answer.end(), expected.begin(), expected.end())) {
+    throw std::runtime_error("the echo changed the frame");
+  }
 }
 
-/// Sends frames every kPeriod and spins until each has come back; ns from send to receive.
-void measure(port::RawSocketPort& port, rt::Clock& clock, Frame frame, int frames,
-             std::vector<double>& round_trips_ns) {
+/// AL status of all drives and working counters of all datagrams.
+void must_be_from_op(const CyclicFrame& sent, std::span<const std::byte> answer) {
+  if (answer.size() != sent.bytes.size()) throw std::runtime_error("the line changed the length of the frame");
+  if (const auto* missing = sent.missing_in(answer)) {
+    throw std::runtime_error(
+        fmt::format("not all drives took part in OP: byte {} of the frame is 0x{:02X}, not 0x{:02X}", missing->offset,
+                    static_cast<unsigned>(answer[missing->offset]), static_cast<unsigned>(missing->value)));
+  }
+}
+
+/// A server, the near end of its cable, and what was measured of it.
+struct Contestant {
+  std::string name;
+  rt::RealtimeTask& server;
+  port::RawSocketPort& port;
+  Judge judge;
+  std::vector<double> round_trips_ns{};
+};
+
+/// Sends frames every kPeriod and spins until each has come back; ns from send to receive. Nothing but the frame that
+/// was sent may come in.
+void measure(Contestant& contestant, rt::Clock& clock, CyclicFrame frame, int frames) {
+  auto& port = contestant.port;
+  // What is left of the bring-up or of a measurement that was disturbed.
+  while (port.receive()) {
+  }
   auto next = clock.now() + kPeriod;
   for (int i = -kWarmUp; i < frames; ++i) {
     while (clock.now() < next) {
     }
     // A master that was interrupted does not send in a hurry to catch up.
     next = clock.now() + kPeriod;
-    frame[kIndex] = static_cast<std::byte>(i);
-    if (port.send(frame) != port::SendStatus::kSent) throw std::runtime_error("a frame could not be sent");
-    const auto deadline = clock.now() + 1s;
-    // Older ones may still be on their way.
+    frame.bytes[kIndex] = static_cast<std::byte>(i);
+    if (port.send(frame.bytes) != port::SendStatus::kSent) throw std::runtime_error("a frame could not be sent");
+    const auto deadline = clock.now() + kLost;
     auto reply = port.receive();
-    while (!(reply && reply->bytes[kIndex] == frame[kIndex]) && clock.now() < deadline) reply = port.receive();
-    if (!reply) throw std::runtime_error("a frame did not come back");
-    if (i >= 0) round_trips_ns.push_back(static_cast<double>((reply->time - port.last_send_time()).count()));
+    while (!reply && clock.now() < deadline) reply = port.receive();
+    if (!reply) throw Disturbed(contestant.name + ": a frame did not come back within a second");
+    const auto round_trip = reply->time - port.last_send_time();
+    if (reply->bytes.size() <= kIndex || reply->bytes[kIndex] != frame.bytes[kIndex]) {
+      throw Disturbed(contestant.name + ": a frame came in that was not the one sent last");
+    }
+    contestant.judge(frame, reply->bytes);
+    if (i >= 0) contestant.round_trips_ns.push_back(static_cast<double>(round_trip.count()));
   }
 }
 
-void measure_with(rt::RealtimeTask& task, port::RawSocketPort& port, rt::Clock& clock, const Frame& frame, int frames,
-                  std::vector<double>& round_trips_ns) {
+void take_turn(Contestant& contestant, rt::Clock& clock, const CyclicFrame& frame, int frames) {
   rt::RealtimeThread thread;
-  start_realtime(thread, task);
-  measure(port, clock, frame, frames, round_trips_ns);
+  start_realtime(thread, contestant.server);
+  measure(contestant, clock, frame, frames);
   thread.request_stop();
   thread.join();
 }
@@ -177,24 +244,38 @@ struct Cables {
   VethPair line;
 };
 
-void compare(Report& report, const Cables& cables, std::size_t drives, bool busy, const Options& options) {
+/// Echo and line on one kind of socket.
+struct Figures {
+  Summary echo;
+  Summary line;
+};
+
+Figures compare(const Cables& cables, Socket kind, std::size_t count, bool busy, const Options& options) {
   rt::MonotonicClock clock;
-  const auto echo_port = open(cables.echo.near, clock);
-  const auto line_port = open(cables.line.near, clock);
-  Echo echo(cables.echo.far, busy);
-  Drives line(clock, cables.line.far, drives, busy);
-  line.configure(*line_port, clock);
-  const auto frame = process_data_frame(*line_port, drives);
-  std::vector<double> echo_ns;
-  std::vector<double> line_ns;
+  const auto echo_port = open(cables.echo.near, clock, Socket::kRing);
+  const auto line_port = open(cables.line.near, clock, Socket::kRing);
+  Echo echo(cables.echo.far, kind, busy);
+  Drives line(clock, cables.line.far, kind, count, busy);
+  const auto frame = line.bring_up(*line_port, clock);
+  Contestant echo_side{"echo", echo, *echo_port, must_be_echoed};
+  Contestant line_side{"line", line.server(), *line_port, must_be_from_op};
   for (int done = 0; done < options.count(kFrames); done += kFramesPerRound) {
-    measure_with(echo, *echo_port, clock, frame, kFramesPerRound, echo_ns);
-    measure_with(line.server(), *line_port, clock, frame, kFramesPerRound, line_ns);
+    for (auto* contestant : {&echo_side, &line_side}) take_turn(*contestant, clock, frame, kFramesPerRound);
   }
-  const Baseline floor{busy ? "bare_echo_spinning" : "bare_echo", summarize(std::move(echo_ns))};
-  const auto name = fmt::format("{}_drives{}", drives, busy ? "_busy_poll" : "");
-  report.add({fmt::format("{}_{}_bytes", floor.name, frame.size()), "round_trip", "ns", floor.figures});
-  report.add({name, "round_trip", "ns", summarize(std::move(line_ns)), kAim * floor.figures.p50, floor});
+  return {summarize(std::move(echo_side.round_trips_ns)), summarize(std::move(line_side.round_trips_ns))};
+}
+
+void measure_case(Report& report, const Cables& cables, std::size_t count, bool busy, const Options& options) {
+  for (const auto kind : {Socket::kRecv, Socket::kRing}) {
+    const auto name = fmt::format("{}_drives{}_{}", count, busy ? "_busy_poll" : "", name_of(kind));
+    fmt::print(stderr, "turnaround: {} ...\n", name);
+    const auto figures = undisturbed(name, [&] { return compare(cables, kind, count, busy, options); });
+    const Baseline floor{fmt::format("echo_{}{}", name_of(kind), busy ? "_spinning" : ""), figures.echo};
+    report.add({name, "echo_round_trip", "ns", floor.figures});
+    // `simulate` uses a ring wherever the kernel has one.
+    const auto aim = kind == Socket::kRing ? std::optional(kAim * floor.figures.p50) : std::nullopt;
+    report.add({name, "round_trip", "ns", figures.line, aim, floor});
+  }
 }
 
 /// The master on a processor of its own, as a real one is: on that of the server it would be preempted by the answer,
@@ -217,13 +298,16 @@ void measure_all(const Options& options) {
     obstacle = "no veth pair: the kernel lacks the driver or `ip` is not installed";
   if (obstacle.empty()) {
     for (const bool busy : {false, true}) {
-      for (const std::size_t drives : {1U, 8U, 32U}) compare(report, {*echo, *line}, drives, busy, options);
+      for (const std::size_t count : {1U, 8U, 32U}) measure_case(report, {*echo, *line}, count, busy, options);
     }
-  } else {
-    fmt::print(stderr, "turnaround: skipped: {}\n", obstacle);
-    report.note("skipped: " + obstacle);
   }
+  report.note(fmt::format(
+      "MSD drives in OP, the cyclic frame of their master; every answer is checked: the AL status of all\n"
+      "drives, all working counters. packet_mmap: server and echo receive through a ring shared with the\n"
+      "kernel, as simulate does; recv: both with a system call for each frame. Rounds of {} frames in turns.",
+      kFramesPerRound));
   report.print(options);
+  if (!obstacle.empty()) throw Skipped(obstacle);
 }
 
 }  // namespace

@@ -1,8 +1,12 @@
 #include "support/environment.hpp"
 
+#include <sys/resource.h>
 #include <sys/utsname.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cmath>
+#include <ctime>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string_view>
@@ -19,7 +23,66 @@ constexpr std::string_view compiler() {
 #endif
 }
 
+/// What processors have done so far, in seconds of one processor.
+struct ProcessorTime {
+  double passed_s = 0.0;  ///< on the wall
+  double busy_s = 0.0;    ///< all processors, whoever it was
+  double own_s = 0.0;     ///< this program and the tools that it has called
+  double stolen_s = 0.0;  ///< wanted, and kept by the host
+};
+
+double seconds_of(const rusage& usage) {
+  const auto seconds = [](const timeval& time) {
+    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+/// First line of /proc/stat (proc(5)): user, nice, system, idle, iowait, irq, softirq, steal, in ticks.
+ProcessorTime processor_time() {
+  ProcessorTime time;
+  std::timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  time.passed_s = static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+  std::ifstream stat("/proc/stat");
+  std::string name;
+  double ticks[8] = {};
+  stat >> name;
+  for (double& value : ticks) stat >> value;
+  const auto rate = static_cast<double>(sysconf(_SC_CLK_TCK));
+  time.busy_s = (ticks[0] + ticks[1] + ticks[2] + ticks[5] + ticks[6]) / rate;
+  time.stolen_s = ticks[7] / rate;
+  rusage self{};
+  rusage children{};
+  getrusage(RUSAGE_SELF, &self);
+  getrusage(RUSAGE_CHILDREN, &children);
+  time.own_s = seconds_of(self) + seconds_of(children);
+  return time;
+}
+
+const ProcessorTime& watched_since() {
+  static const ProcessorTime kBegin = processor_time();
+  return kBegin;
+}
+
+std::string today() {
+  const std::time_t now = std::time(nullptr);
+  std::tm parts{};
+  gmtime_r(&now, &parts);
+  char text[sizeof "2026-01-31"] = {};
+  return std::strftime(text, sizeof text, "%Y-%m-%d", &parts) > 0 ? text : "";
+}
+
+/// Hundredths of a processor are as fine as ticks allow.
+double hundredths(double load) {
+  return std::max(0.0, std::round(load * 100.0) / 100.0);
+}
+
 }  // namespace
+
+void watch_machine() {
+  watched_since();
+}
 
 Environment environment() {
   Environment result;
@@ -30,6 +93,14 @@ Environment environment() {
   result.cores = std::thread::hardware_concurrency();
   result.compiler = compiler();
   result.commit = DRIVELINE_COMMIT;
+  result.build = DRIVELINE_BUILD;
+  result.date = today();
+  const auto& begin = watched_since();
+  const auto end = processor_time();
+  if (const double passed_s = end.passed_s - begin.passed_s; passed_s > 0.0) {
+    result.other_load = hundredths(((end.busy_s - begin.busy_s) - (end.own_s - begin.own_s)) / passed_s);
+    result.stolen_load = hundredths((end.stolen_s - begin.stolen_s) / passed_s);
+  }
   std::ifstream info("/proc/cpuinfo");
   bool named = false;
   for (std::string line; std::getline(info, line);) {
@@ -47,8 +118,11 @@ Environment environment() {
 
 nlohmann::ordered_json environment_json() {
   const auto where = environment();
-  return {{"kernel", where.kernel},     {"cpu", where.cpu},       {"cores", where.cores},
-          {"compiler", where.compiler}, {"commit", where.commit}, {"virtual_machine", where.virtual_machine}};
+  return {{"kernel", where.kernel},         {"cpu", where.cpu},
+          {"cores", where.cores},           {"compiler", where.compiler},
+          {"commit", where.commit},         {"virtual_machine", where.virtual_machine},
+          {"build", where.build},           {"date", where.date},
+          {"other_load", where.other_load}, {"stolen_load", where.stolen_load}};
 }
 
 std::size_t resident_bytes() {

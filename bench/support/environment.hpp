@@ -13,7 +13,14 @@ struct Environment {
   std::string compiler;
   std::string commit;  ///< empty when it was not built from a checkout
   bool virtual_machine = false;
+  std::string build;       ///< kind of build, e.g. "Release", "Release, LTO"
+  std::string date;        ///< UTC, e.g. "2026-01-31"
+  double other_load = 0;   ///< processors that others kept busy since watch_machine(), on average
+  double stolen_load = 0;  ///< processors that the host of a virtual machine kept for itself meanwhile, on average
 };
+
+/// From now on the machine is watched for what others do on it. Once, before what is measured.
+void watch_machine();
 
 [[nodiscard]] Environment environment();
 /// environment() as the documents of the benchmarks have it.

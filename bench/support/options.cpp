@@ -5,6 +5,7 @@
 #include <exception>
 
 #include "driveline/rt/cpu_latency.hpp"
+#include "support/environment.hpp"
 
 namespace driveline::bench {
 
@@ -13,7 +14,7 @@ int run(int argc, char** argv, const char* question, void (*measure)(const Optio
   CLI::App app{question};
   app.add_flag("--json", options.json, "Print one JSON document");
   app.add_flag("--quick", options.quick, "A tenth of the measurements, to see that it works");
-  app.add_option("--figures", options.figures, "Folder for curves instead of a report (dc)");
+  app.add_option("--figures", options.figures, "Folder for curves instead of a report (dc, homing_paths)");
   app.add_option("--histogram", options.histogram, "File for the measured histogram (wake)");
   try {
     app.parse(argc, argv);
@@ -25,8 +26,12 @@ int run(int argc, char** argv, const char* question, void (*measure)(const Optio
   if (const auto item = awake.request(std::chrono::microseconds{0}); !item.ok) {
     fmt::print(stderr, "{}: {} requested, {} in effect: {}\n", item.name, item.requested, item.effective, item.remedy);
   }
+  watch_machine();
   try {
     measure(options);
+  } catch (const Skipped& reason) {
+    fmt::print(stderr, "{}: skipped: {}\n", argv[0], reason.what());
+    return kSkippedStatus;
   } catch (const std::exception& error) {
     fmt::print(stderr, "{}: {}\n", argv[0], error.what());
     return 1;

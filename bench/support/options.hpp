@@ -1,5 +1,6 @@
 #pragma once
 
+#include <stdexcept>
 #include <string>
 
 namespace driveline::bench {
@@ -14,8 +15,17 @@ struct Options {
   [[nodiscard]] int count(int full) const noexcept { return quick ? full / 10 : full; }
 };
 
-/// Parses the command line, runs `measure` with it and turns what it throws into a sentence on stderr. Returns the exit
-/// status: 0 done, 1 failed, 2 bad usage.
+/// Exit status of a program that cannot measure here all that it is for: the one that ctest and others take for
+/// "skipped".
+constexpr int kSkippedStatus = 77;
+
+/// This machine does not have what the measurement needs. Thrown behind the report of what could be measured.
+struct Skipped : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Runs the program: reads the command line, calls `measure` with it and turns what that throws into a sentence on
+/// stderr. Returns the exit status: 0 done, 1 failed, 2 bad usage, kSkippedStatus.
 int run(int argc, char** argv, const char* question, void (*measure)(const Options& options));
 
 }  // namespace driveline::bench

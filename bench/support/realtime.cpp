@@ -3,10 +3,17 @@
 #include <fmt/format.h>
 #include <pthread.h>
 #include <sched.h>
+#include <chrono>
 #include <stdexcept>
 #include <thread>
 
 namespace driveline::bench {
+namespace {
+
+/// Above the kernel's own helpers of ordinary priority, below the interrupt threads of a PREEMPT_RT kernel (50).
+constexpr int kPriority = 20;
+
+}  // namespace
 
 void start_realtime(rt::RealtimeThread& thread, rt::RealtimeTask& task) {
   rt::RealtimeConfig config;
@@ -21,13 +28,35 @@ void start_realtime(rt::RealtimeThread& thread, rt::RealtimeTask& task) {
   }
 }
 
-void claim_cpu(int cpu) noexcept {
+void claim_cpu(int cpu) {
   cpu_set_t set;
   CPU_ZERO(&set);
   CPU_SET(static_cast<unsigned>(cpu), &set);
   static_cast<void>(pthread_setaffinity_np(pthread_self(), sizeof set, &set));
-  const sched_param priority{.sched_priority = 20};
+  const sched_param priority{.sched_priority = kPriority};
   static_cast<void>(pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority));
+
+  int policy = SCHED_OTHER;
+  sched_param effective{};
+  if (pthread_getschedparam(pthread_self(), &policy, &effective) != 0 || policy != SCHED_FIFO) {
+    fmt::print(stderr, "scheduler: SCHED_FIFO {} requested, not in effect: run it as root or with CAP_SYS_NICE\n",
+               kPriority);
+  }
+  CPU_ZERO(&set);
+  if (pthread_getaffinity_np(pthread_self(), sizeof set, &set) != 0 || CPU_COUNT(&set) != 1 ||
+      !CPU_ISSET(static_cast<unsigned>(cpu), &set)) {
+    fmt::print(stderr, "affinity: processor {} requested, not in effect: this process may not use it\n", cpu);
+  }
+}
+
+bool Rests::take_when_due(double now_ns) noexcept {
+  constexpr double kWorkNs = 500e6;
+  constexpr auto kRest = std::chrono::milliseconds{50};
+  if (next_ns_ == 0.0) next_ns_ = now_ns + kWorkNs;
+  if (now_ns < next_ns_) return false;
+  std::this_thread::sleep_for(kRest);
+  next_ns_ = now_ns + kWorkNs + std::chrono::duration<double, std::nano>(kRest).count();
+  return true;
 }
 
 int last_cpu() noexcept {

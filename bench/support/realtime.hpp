@@ -8,9 +8,22 @@ namespace driveline::bench {
 /// not in effect is said on stderr. Throws std::runtime_error when there is no thread at all.
 void start_realtime(rt::RealtimeThread& thread, rt::RealtimeTask& task);
 
-/// The calling thread alone on processor `cpu`, ahead of ordinary work where that is allowed: whoever has to share it
-/// measures others. Threads that it makes begin with the same.
-void claim_cpu(int cpu) noexcept;
+/// The calling thread on processor `cpu` and nowhere else, in SCHED_FIFO, ahead of ordinary work: whoever has to share
+/// it measures others. Both are read back; what is not in effect is said on stderr. Threads that it makes begin with
+/// the same.
+void claim_cpu(int cpu);
 [[nodiscard]] int last_cpu() noexcept;
+
+/// Rests of a thread in SCHED_FIFO that would never sleep: Linux stops one that takes more than 0.95 s of a second, for
+/// the rest of it and in the middle of whatever is measured (sched(7), sched_rt_runtime_us), and on a machine with few
+/// processors others have to get their turn.
+class Rests {
+ public:
+  /// Sleeps when it is time to, and says whether it has: what comes next finds cold caches.
+  bool take_when_due(double now_ns) noexcept;
+
+ private:
+  double next_ns_ = 0.0;
+};
 
 }  // namespace driveline::bench

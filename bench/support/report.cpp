@@ -51,18 +51,21 @@ nlohmann::ordered_json to_json(const Row& row) {
 
 }  // namespace
 
-std::string Report::to_json() const {
+std::string Report::to_json(const Options& options) const {
+  auto where = environment_json();
+  where["quick"] = options.quick;
   auto results = nlohmann::ordered_json::array();
   for (const auto& row : rows_) results.push_back(bench::to_json(row));
-  const nlohmann::ordered_json document{{"bench", bench_}, {"environment", environment_json()}, {"results", results}};
+  const nlohmann::ordered_json document{{"bench", bench_}, {"environment", where}, {"results", results}};
   return document.dump(2) + "\n";
 }
 
 std::string Report::to_table() const {
   const auto where = environment();
-  std::string text = fmt::format("{}: kernel {}, {} ({} cores{}), {}{}\n\n", bench_, where.kernel, where.cpu,
-                                 where.cores, where.virtual_machine ? ", virtual machine" : "", where.compiler,
-                                 where.commit.empty() ? "" : ", commit " + where.commit);
+  std::string text = fmt::format(
+      "{}: kernel {}, {} ({} cores{}), {} ({}){}; others took {:.2f} processors, the host {:.2f}\n\n", bench_,
+      where.kernel, where.cpu, where.cores, where.virtual_machine ? ", virtual machine" : "", where.compiler,
+      where.build, where.commit.empty() ? "" : ", commit " + where.commit, where.other_load, where.stolen_load);
   std::size_t width = 4;
   for (const auto& row : rows_) width = std::max(width, row.name.size());
   text += fmt::format("{:<{}} {:<22} {:<8}{:>9}{:>12}{:>12}{:>12}{:>12}\n", "case", width, "metric", "unit", "n", "p50",
@@ -84,7 +87,7 @@ std::string Report::to_table() const {
 }
 
 void Report::print(const Options& options) const {
-  fmt::print("{}", options.json ? to_json() : to_table());
+  fmt::print("{}", options.json ? to_json(options) : to_table());
 }
 
 }  // namespace driveline::bench

@@ -38,7 +38,7 @@ class Report {
   void print(const Options& options) const;
 
  private:
-  [[nodiscard]] std::string to_json() const;
+  [[nodiscard]] std::string to_json(const Options& options) const;
   [[nodiscard]] std::string to_table() const;
 
   std::string bench_;

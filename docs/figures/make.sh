@@ -8,7 +8,7 @@ trap 'rm -rf "$folder"' EXIT
 # Eight clocks, up to 48 ppm off each other, from the first cycle on.
 "$build/driveline" dc --config examples/line8-dc.toml --virtual --duration 1.2 --no-plots --output "$folder" > "$folder/table"
 cat "$folder/table"
-"$build/bench/homing_paths" > "$folder/homing.csv"
+"$build/bench/homing_paths" --figures "$folder"
 python3 docs/figures/homing.py "$folder/homing.csv" docs/figures
 gnuplot <<PLOT
 set terminal svg size 760,300 font 'sans,11' background 'white' noenhanced

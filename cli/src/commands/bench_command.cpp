@@ -78,8 +78,17 @@ Outcome<std::vector<fs::path>> select(const std::vector<fs::path>& programs, con
   return chosen;
 }
 
-/// Runs a program and returns what it printed on stdout; its stderr is ours. Error: a sentence.
-tl::expected<std::string, std::string> output_of(const fs::path& program, bool quick) {
+/// Status of a program that cannot measure all that it is for on this machine (bench/support/options.hpp).
+constexpr int kSkipped = 77;
+
+/// What a program printed on stdout, and whether that is all there is.
+struct Output {
+  std::string text;
+  bool skipped = false;
+};
+
+/// Runs a program; its stderr is ours. Error: a sentence.
+tl::expected<Output, std::string> output_of(const fs::path& program, bool quick) {
   std::array<int, 2> ends{};
   if (pipe(ends.data()) != 0) return tl::unexpected(std::string("no pipe to read from"));
   posix_spawn_file_actions_t actions;
@@ -106,8 +115,9 @@ tl::expected<std::string, std::string> output_of(const fs::path& program, bool q
   while (waitpid(pid, &status, 0) < 0 && errno == EINTR) {
   }
   if (WIFSIGNALED(status)) return tl::unexpected(fmt::format("was ended by signal {}", WTERMSIG(status)));
-  if (WEXITSTATUS(status) != 0) return tl::unexpected(fmt::format("failed with status {}", WEXITSTATUS(status)));
-  return text;
+  const int code = WEXITSTATUS(status);
+  if (code != 0 && code != kSkipped) return tl::unexpected(fmt::format("failed with status {}", code));
+  return Output{std::move(text), code == kSkipped};
 }
 
 /// Writes documents, report and pictures. That gnuplot is missing costs the pictures only.
@@ -152,13 +162,14 @@ Outcome<int> bench(const Options& options) {
     const auto name = program.filename().string();
     progress("{} of {}: {} ...", i + 1, chosen->size(), name);
     const auto begin = std::chrono::steady_clock::now();
-    const auto text = output_of(program, options.quick);
-    const auto document = text ? parse_bench_document(*text) : tl::unexpected(text.error());
+    const auto output = output_of(program, options.quick);
+    const auto document = output ? parse_bench_document(output->text) : tl::unexpected(output.error());
     if (!document) {
       failures += fmt::format("{}{} {}", failures.empty() ? "" : "; ", name, document.error());
       continue;
     }
     documents.push_back(*document);
+    if (output->skipped) progress("  {} could not measure all of it here", name);
     progress("  {:.0f} s", std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
   }
   if (options.json) {

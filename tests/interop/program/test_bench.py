@@ -62,6 +62,17 @@ class Bench(ProgramTest):
         self.assertIn("broken printed no JSON document; killed was ended by signal 9", result.stderr)
         self.assertIn("| bare |", result.stdout)
 
+    def test_a_program_that_cannot_measure_here_is_no_failure(self):
+        for name, cases in (("startup", ("in_process",)), ("turnaround", ())):
+            self.program(name, f"echo '{json.dumps(document(name, *cases))}'\nexit 77")
+        result = self.bench()
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("startup could not measure all of it here", result.stderr)
+        self.assertIn("| in_process |", result.stdout)
+        self.assertIn("Skipped: it could not measure here.", result.stdout)
+        self.program("startup", "exit 77")
+        self.check_refused(self.bench("startup"), 1, "startup printed no JSON document")
+
     def test_output_folder(self):
         self.program_that_prints("wake", document("wake", "bare", "timer"))
         result = self.bench("--output", self.directory / "out")

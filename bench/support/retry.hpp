@@ -1,0 +1,32 @@
+#pragma once
+
+#include <fmt/format.h>
+#include <cstdio>
+#include <stdexcept>
+#include <string_view>
+
+namespace driveline::bench {
+
+/// A measurement that is not valid because the machine was elsewhere meanwhile, not because something is wrong: a frame
+/// that nobody answered in time, for example.
+struct Disturbed : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// `measure()`, once more where it was disturbed, three times at most; says so on stderr. What it throws then is what
+/// the last one threw. Other errors are not tried again.
+template <typename Measure>
+auto undisturbed(std::string_view what, const Measure& measure) {
+  constexpr int kTries = 3;
+  for (int attempt = 1;; ++attempt) {
+    try {
+      return measure();
+    } catch (const Disturbed& reason) {
+      fmt::print(stderr, "{}: the measurement is not valid: {}; attempt {} of {}\n", what, reason.what(), attempt,
+                 kTries);
+      if (attempt == kTries) throw;
+    }
+  }
+}
+
+}  // namespace driveline::bench
