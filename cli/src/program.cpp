@@ -136,6 +136,8 @@ int run_program(int argc, const char* const* argv) {
   app.failure_message(failure_message);
   app.set_version_flag("--version", DRIVELINE_VERSION);
   app.footer("driveline COMMAND --help tells the options of a command and shows examples.");
+  // One at most: what follows a command is its argument, also where it has the name of another (`bench dc`).
+  app.require_subcommand(0, 1);
   std::deque<Built> built;
   add_commands(app, built);
   try {

@@ -62,6 +62,14 @@ class Bench(ProgramTest):
         self.assertIn("broken printed no JSON document; killed was ended by signal 9", result.stderr)
         self.assertIn("| bare |", result.stdout)
 
+    def test_programs_with_the_names_of_commands(self):
+        for name in ("dc", "drive"):
+            self.program_that_prints(name, document(name, "bare"))
+        self.program_that_prints("wake", document("wake", "bare"))
+        result = self.bench("dc", "drive", "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual([one["bench"] for one in self.one_document(result.stdout)["benches"]], ["dc", "drive"])
+
     def test_a_program_that_cannot_measure_here_is_no_failure(self):
         for name, cases in (("startup", ("in_process",)), ("turnaround", ())):
             self.program(name, f"echo '{json.dumps(document(name, *cases))}'\nexit 77")
@@ -71,7 +79,9 @@ class Bench(ProgramTest):
         self.assertIn("| in_process |", result.stdout)
         self.assertIn("Skipped: it could not measure here.", result.stdout)
         self.program("startup", "exit 77")
-        self.check_refused(self.bench("startup"), 1, "startup printed no JSON document")
+        result = self.bench("startup")
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("startup printed no JSON document", result.stderr)
 
     def test_output_folder(self):
         self.program_that_prints("wake", document("wake", "bare", "timer"))
