@@ -38,7 +38,7 @@ void add_rows(Report& report, const Scenario& scenario, const std::string& name,
   report.add({name, "sync0_difference", "ns", differences, std::nullopt, std::nullopt});
   report.add({name, "sync0_peak", "ns", one(differences.max), aim(kPeakAimNs), std::nullopt});
   report.add({name, "sync0_rms", "ns", one(rms(run.sync0())), aim(kRmsAimNs), std::nullopt});
-  report.add({name, "grid_phase_error", "ns", summarize(run.grid_phase()), kPhaseAimNs, std::nullopt});
+  report.add({name, "grid_phase_error", "ns", summarize(run.grid_phase()), kPhaseAimNs, std::nullopt, kPhaseAimNs});
   if (scenario.wake_jitter)
     report.add({name, "frame_phase_error", "ns", summarize(run.phase()), std::nullopt, std::nullopt});
 }

@@ -40,45 +40,48 @@ plot '$folder/lock_in_125.csv' skip 1 using 1:(\$2/100) with lines ls 1 title '1
      '$folder/lock_in_10000.csv' skip 1 using 1:(\$2/100) with lines ls 5 title '10 ms'"
 
 draw disturbed 640 "
-set multiplot layout 5,1
-set lmargin 10
-set rmargin 3
-set key inside right top
+set multiplot layout 5,1 margins 0.09,0.97,0.09,0.985 spacing 0.03
+set key inside right bottom
+set xrange [0:1]
 set yrange [-40:40]
 set ytics 20
 set format x ''
 set ylabel 'ns'
-set tmargin 0.6
-set bmargin 0.6
 plot '$folder/disturbed_quiet.csv' skip 1 using 1:2 with lines ls 1 title 'undisturbed'
 plot '$folder/disturbed_receive_jitter.csv' skip 1 using 1:2 with lines ls 2 title 'receive times +-20 ns'
 plot '$folder/disturbed_temperature.csv' skip 1 using 1:2 with lines ls 3 title 'speeds wander by 1 ppm/s'
 plot '$folder/disturbed_wake_jitter.csv' skip 1 using 1:2 with lines ls 4 title 'measured wake-up latency'
 set format x
-set bmargin 3
 set xlabel 'time in s'
 plot '$folder/disturbed_loss.csv' skip 1 using 1:2 with lines ls 5 title '1 % of the frames lost'
 unset multiplot"
 
-draw takeover 300 "
-set xlabel 'time in s; the reference clock is switched off at 0.2 s'
-set ylabel 'SYNC0 against the next reference, ns'
+draw takeover 420 "
+set multiplot layout 3,1 margins 0.09,0.97,0.13,0.985 spacing 0.04
+set key inside right bottom
+set yrange [-20:20]
+set ytics 10
+set format x ''
+set ylabel 'ns'
 set arrow from 0.2, graph 0 to 0.2, graph 1 nohead lc rgb '#606060' dt 2
-plot '$folder/takeover.csv' skip 1 using 1:2 with lines ls 1 title 'slave 3', \
-     '$folder/takeover.csv' skip 1 using 1:3 with lines ls 2 title 'slave 4', \
-     '$folder/takeover.csv' skip 1 using 1:4 with lines ls 3 title 'slave 5'"
+plot '$folder/takeover.csv' skip 1 using 1:2 with lines ls 1 lw 1 title 'slave 3'
+plot '$folder/takeover.csv' skip 1 using 1:3 with lines ls 2 lw 1 title 'slave 4'
+set format x
+set xlabel 'time in s; the reference clock is switched off at 0.2 s'
+plot '$folder/takeover.csv' skip 1 using 1:4 with lines ls 3 lw 1 title 'slave 5'
+unset multiplot"
 
 draw ring 460 "
 set multiplot layout 2,1
 set lmargin 10
-set rmargin 14
+set rmargin 18
 set arrow from 0.2, graph 0 to 0.2, graph 1 nohead lc rgb '#606060' dt 2
 set ylabel 'free, ns'
-plot for [i=2:7] '$folder/ring_free.csv' skip 1 using 1:i with lines ls i-1 title word('1 4 7 8 11 15', i-1)
+plot for [i=2:7] '$folder/ring_free.csv' skip 1 using 1:i with lines ls i-1 lw 1 title 'slave '.word('1 4 7 8 11 15', i-1)
 set yrange [-60:60]
 set ylabel 'led, ns'
 set xlabel 'time in s; the cable in front of slave 8 breaks at 0.2 s'
-plot for [i=2:7] '$folder/ring_led.csv' skip 1 using 1:i with lines ls i-1 title word('1 4 7 8 11 15', i-1)
+plot for [i=2:7] '$folder/ring_led.csv' skip 1 using 1:i with lines ls i-1 lw 1 title 'slave '.word('1 4 7 8 11 15', i-1)
 unset multiplot"
 
 # One cycle: what lies where.
@@ -106,7 +109,7 @@ set label 'work' at 47,3.5
 set label 'reference' at -24,2.4
 set object 4 rect from 20,2.1 to 36,2.7 fc rgb '#9ecae1' fs border lc rgb '#606060'
 set label 'frame' at 24,2.4
-set arrow from 20,2.0 to 20,0 nohead dt 3
+set arrow from 20,2.0 to 20,0 nohead dt 3 lc rgb '#606060'
 set arrow from 80,2.9 to 80,0 nohead lw 2 lc rgb '#dd181f'
 set label 'SYNC0' at 75,3.05 tc rgb '#dd181f'
 set arrow from 20,1.75 to 80,1.75 heads size 2,15 lc rgb '#0060ad'

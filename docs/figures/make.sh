@@ -61,6 +61,7 @@ set grid
 set key outside right
 set xlabel 'time in s'
 set ylabel 'position in rad'
+set xrange [0:5]
 set multiplot layout 2,1
 do for [axes in 'hold continue'] {
   set title axes
@@ -87,7 +88,8 @@ set ylabel 'following error, inc'
 plot '$folder/axes.csv' skip 1 every 4 using 1:(\$10*1048576/(2*pi)) with lines title 'following error'
 set ylabel 'current, A'
 set xlabel 'time in s'
-plot '$folder/axes.csv' skip 1 every 4 using 1:(\$28*4.1/2.4) with lines title 'current'
+# Nm by the torque constant of the simulated motor, 2.4 Nm at 2.5 A (slaves/plant: MotorParameters)
+plot '$folder/axes.csv' skip 1 every 4 using 1:(\$28*2.5/2.4) with lines title 'current'
 unset multiplot
 PLOT
 

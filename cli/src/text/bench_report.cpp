@@ -76,7 +76,7 @@ BenchFigure master_cost_figure(const json& document) {
                   "  '' index 0 using 1:2 with linespoints lw 2 title 'bare AF_PACKET loop, median', \\\n"
                   "  '' index 2 using 1:2 with linespoints lw 2 title 'bare PACKET_MMAP loop, median', \\\n"
                   "  '' index 1 using 1:3 with linespoints dt 2 title 'master, 99.9 %', \\\n"
-                  "  '' index 0 using 1:3 with linespoints dt 2 title 'bare AF_PACKET loop, 99.9 %'\n";
+                  "  '' index 2 using 1:3 with linespoints dt 2 title 'bare PACKET_MMAP loop, 99.9 %'\n";
   return figure;
 }
 

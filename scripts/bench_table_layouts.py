@@ -1,0 +1,295 @@
+"""What the tables of docs/ look like that are made of the documents of bench/: one function per table.
+
+Each takes the documents by the name of their program and returns the lines between the markers of the table.
+"""
+import json
+import re
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+TO_NS = {"ns": 1.0, "us": 1e3, "ms": 1e6}
+# Below this the processors of the machine were as good as free.
+QUIET = 0.1
+
+CLOCK_LINES = {
+    "line_2": "2 slaves", "line_16": "16 slaves", "line_64": "64 slaves", "line_128": "128 slaves",
+    "line_64_temperature_1ppm_s": "64, speeds wander by 1 ppm/s",
+    "line_64_receive_jitter_20ns": "64, receive times ±20 ns",
+    "line_64_wake_jitter": "64, master wakes late as measured (p50 {p50}, p99 {p99})",
+    "line_64_loss_1pct": "64, 1 % of the frames lost",
+    "line_64_everything": "64, all of that together",
+    "branch_64": "64 in branches",
+    "ring_64": "64 in a ring",
+    "ring_64_broken": "the same, broken in the middle: all 64",
+    "ring_64_temperature_1ppm_s": "64 in a ring, speeds wander by 1 ppm/s",
+    "ring_64_temperature_1ppm_s_broken": "the same, broken in the middle: all 64",
+}
+
+
+class Figures:
+    """A document, its rows by case and metric."""
+
+    def __init__(self, document):
+        self.document = document
+        self.rows = {(row["case"], row["metric"]): row for row in document["results"]}
+
+    def cases(self, metric):
+        return [row["case"] for row in self.document["results"] if row["metric"] == metric]
+
+    def row(self, case, metric):
+        return self.rows[(case, metric)]
+
+    def time(self, case, metric, key="p50"):
+        row = self.row(case, metric)
+        return duration(row[key] * TO_NS[row["unit"]])
+
+
+def duration(ns):
+    """Three digits, in the unit that suits it."""
+    for unit, size in (("s", 1e9), ("ms", 1e6), ("µs", 1e3), ("ns", 1.0)):
+        if ns >= size or unit == "ns":
+            value = ns / size
+            return f"{value:.0f} {unit}" if value >= 99.95 else f"{value:.3g} {unit}"
+    return ""
+
+
+def limits(row):
+    """The aims of a row by percentile: {"p50": 150.0}."""
+    return {key: float(value) for key, value in re.findall(r"(p\d+)<=([\d.e+]+)", row.get("aim", ""))}
+
+
+def verdict(row, key="p50"):
+    """met or missed, by the figure itself; empty without an aim."""
+    limit = limits(row).get(key)
+    return "" if limit is None else "met" if row[key] <= limit else "**missed**"
+
+
+def aim_of(row):
+    """In words, for the title of a column; of the median."""
+    return f"aim {limits(row)['p50']:g}"
+
+
+def aimed_ratio(row, floor, key):
+    """An aim that is a multiple of a floor, by what it is a multiple of."""
+    return f"aim {limits(row)[key] / floor[key]:.3g}"
+
+
+def table(header, rows):
+    """`header`: title and alignment of each column."""
+    lines = ["| " + " | ".join(title for title, _ in header) + " |",
+             "|" + "|".join({"l": "---", "r": "---:"}[side] for _, side in header) + "|"]
+    return lines + ["| " + " | ".join(row) + " |" for row in rows]
+
+
+def build_of(where):
+    changes = " with changes that are not in it" if where.get("uncommitted") else ""
+    return f"{where['compiler']}, {where.get('build', '?')}, commit {where['commit'] or 'unknown'}{changes}"
+
+
+def where_from(document):
+    """Where and when figures come from that depend on the machine."""
+    where = document["environment"]
+    machine = f"{where['cpu']}, {where['cores']} processors" + (", virtual machine" if where["virtual_machine"] else "")
+    text = f"Measured {where['date']} on {machine}, Linux {where['kernel']}; {build_of(where)}. "
+    other, stolen = where["other_load"], where["stolen_load"]
+    text += f"Meanwhile other programs took {other:.2f} processors and the host kept {stolen:.2f}"
+    text += ": **the machine was busy**." if other + stolen > QUIET else "."
+    if where.get("quick"):
+        text += " **Quick form: a tenth of the measurements.**"
+    return [text, ""]
+
+
+def cycle(documents):
+    figures = Figures(documents["cycle"])
+    rows = []
+    for case in figures.cases("whole_cycle"):
+        pace, axes = re.fullmatch(r"(back_to_back|paced)_(\d+)_axes", case).groups()
+        whole, each = figures.row(case, "whole_cycle"), figures.row(case, "master_part_per_axis")
+        aims = [f"{duration(limits(row)['p50'] * TO_NS[row['unit']])}: {verdict(row)}" for row in (whole, each)
+                if limits(row)]
+        rows.append([axes, pace.replace("_", " "), figures.time(case, "whole_cycle"),
+                     figures.time(case, "whole_cycle", "p999"), figures.time(case, "master_part"),
+                     figures.time(case, "master_part_per_axis"), figures.time(case, "master_part_per_axis", "p999"),
+                     "; ".join(aims)])
+    return where_from(documents["cycle"]) + table(
+        [("axes", "r"), ("", "l"), ("whole cycle p50", "r"), ("p99.9", "r"), ("the master's part p50", "r"),
+         ("per axis p50", "r"), ("p99.9", "r"), ("aims for the whole cycle; the master per axis", "l")], rows)
+
+
+def esc(documents):
+    figures = Figures(documents["esc"])
+    rows = []
+    for case in figures.cases("cost_per_slave"):
+        slaves = re.fullmatch(r"brd_(\d+)_slaves", case)
+        if not slaves:
+            continue
+        cells = [slaves[1]]
+        for what in ("brd", "fprd_elsewhere", "lrw_23_23", "lrw_23_23_and_hand_over"):
+            row = figures.row(f"{what}_{slaves[1]}_slaves", "cost_per_slave")
+            cells.append(f"{row['p50']:.1f}" + (f": {verdict(row)}" if limits(row) else ""))
+        cells.append(f"{figures.row(f'lrw_23_23_{slaves[1]}_slaves', 'cost_per_slave')['p999']:.1f}")
+        memory = figures.row(f"{slaves[1]}_slaves", "resident_memory")
+        cells.append(f"{memory['p50']:.1f}" + (f": {verdict(memory)}" if limits(memory) else ""))
+        rows.append(cells)
+    return where_from(documents["esc"]) + table(
+        [("slaves", "r"), ("BRD, ns", "r"),
+         (f"FPRD elsewhere, ns ({aim_of(figures.row('fprd_elsewhere_1_slaves', 'cost_per_slave'))})", "r"),
+         (f"LRW, ns ({aim_of(figures.row('lrw_23_23_1_slaves', 'cost_per_slave'))})", "r"),
+         ("LRW and hand-over, ns", "r"), ("LRW p99.9, ns", "r"),
+         (f"memory of the process, MiB ({aim_of(figures.row('256_slaves', 'resident_memory'))})", "r")], rows)
+
+
+def drive(documents):
+    figures = Figures(documents["drive"])
+    names = {("1_drive", "cost_per_cycle"): "one drive, per cycle of 125 µs",
+             ("100_drives", "cost_per_cycle"): "100 drives, per cycle",
+             ("100_drives", "cost_per_drive"): "100 drives, each",
+             ("drive", "state"): "memory of a drive",
+             ("drive_and_slave_controller", "state"): "memory of a drive and its slave controller"}
+    rows = []
+    for (case, metric), name in names.items():
+        row = figures.row(case, metric)
+        in_time = row["unit"] in TO_NS
+        show = (lambda value, unit=row["unit"]: duration(value * TO_NS[unit])) if in_time else \
+               (lambda value, unit=row["unit"]: f"{value:.1f} {unit}")
+        aim = f"{show(limits(row)['p50'])}: {verdict(row)}" if limits(row) else ""
+        against = f"{row['ratio_p50']:.2f}" if "against" in row else ""
+        rows.append([name, show(row["p50"]), show(row["p999"]) if in_time else "", against, aim])
+    return where_from(documents["drive"]) + table(
+        [("", "l"), ("p50", "r"), ("p99.9", "r"), ("times controllers and motor alone", "r"), ("aim", "l")], rows)
+
+
+def master_cost(documents):
+    figures = Figures(documents["master_cost"])
+    rows = []
+    for case in figures.cases("send_receive_decode"):
+        row = figures.row(case, "send_receive_decode")
+        bare = figures.row(case, "against_af_packet")
+        ring = figures.row(case, "bare_packet_mmap_loop")
+        rows.append([case.split("_")[0], figures.time(case, "bare_packet_mmap_loop"),
+                     figures.time(case, "send_receive_decode"), f"{row['ratio_p50']:.2f}: {verdict(row)}",
+                     figures.time(case, "bare_packet_mmap_loop", "p999"),
+                     figures.time(case, "send_receive_decode", "p999"),
+                     f"{row['ratio_p999']:.2f}: {verdict(row, 'p999')}", figures.time(case, "bare_af_packet_loop"),
+                     f"{bare['ratio_p50']:.2f}"])
+    return where_from(documents["master_cost"]) + table(
+        [("axes", "r"), ("ring loop p50", "r"), ("master p50", "r"), (f"ratio, {aimed_ratio(row, ring, 'p50')}", "l"),
+         ("ring loop p99.9", "r"), ("master p99.9", "r"), (f"ratio, {aimed_ratio(row, ring, 'p999')}", "l"),
+         ("`send` and `recv` loop p50", "r"), ("ratio", "r")], rows)
+
+
+def startup(documents):
+    figures = Figures(documents["startup"])
+    rows = []
+    for case in figures.cases("first_frame_to_op"):
+        where, drives = re.fullmatch(r"(in_process|veth)_(\d+)_drives", case).groups()
+        row = figures.row(case, "first_frame_to_op")
+        aim = f"{duration(limits(row)['p50'] * TO_NS[row['unit']])}: {verdict(row)}" if limits(row) else ""
+        rows.append([drives, {"in_process": "in process", "veth": "over veth"}[where],
+                     figures.time(case, "first_frame_to_op"), figures.time(case, "first_frame_to_op", "max"),
+                     figures.time(case, "discovery"), figures.time(case, "configuration_to_safe_op"),
+                     figures.time(case, "to_op"), aim])
+    return where_from(documents["startup"]) + table(
+        [("drives", "r"), ("", "l"), ("first frame to OP, median", "r"), ("largest", "r"), ("of which discovery", "r"),
+         ("configuration", "r"), ("to OP", "r"), ("aim", "l")], rows)
+
+
+def startup_memory(documents):
+    figures = Figures(documents["startup"])
+    names = {"memory_of_the_master": "the master",
+             "memory_of_the_process": "the whole process, master and 256 simulated drives"}
+    rows = []
+    for metric, name in names.items():
+        row = figures.row("in_process_256_drives", metric)
+        rows.append([name, f"{row['p50']:.1f} MiB", f"{limits(row)['p50']:g} MiB: {verdict(row)}"])
+    return table([("memory, 256 configured drives", "l"), ("", "r"), ("aim", "l")], rows)
+
+
+def turnaround(documents):
+    figures = Figures(documents["turnaround"])
+    rows = []
+    for case in figures.cases("round_trip"):
+        drives, busy, kind = re.fullmatch(r"(\d+)_drives(_busy_poll)?_(recv|packet_mmap)", case).groups()
+        row = figures.row(case, "round_trip")
+        if limits(row):
+            aim = aimed_ratio(row, figures.row(case, "echo_round_trip"), "p50")
+        rows.append([drives, "spinning" if busy else "sleeping", {"recv": "`recv`", "packet_mmap": "ring"}[kind],
+                     figures.time(case, "echo_round_trip"), figures.time(case, "round_trip"),
+                     figures.time(case, "echo_round_trip", "p99"), figures.time(case, "round_trip", "p99"),
+                     f"{row['ratio_p50']:.2f}" + (f": {verdict(row)}" if limits(row) else "")])
+    return where_from(documents["turnaround"]) + table(
+        [("drives", "r"), ("", "l"), ("socket of both", "l"), ("echo p50", "r"), ("line p50", "r"), ("echo p99", "r"),
+         ("line p99", "r"), (f"ratio of the medians, {aim} with a ring", "l")], rows)
+
+
+def wake(documents):
+    figures = Figures(documents["wake"])
+    names = {"clock_nanosleep_loop": "`clock_nanosleep` loop (the floor)", "cycle_timer": "`CycleTimer`",
+             "cycle_timer_25us_ahead": "`CycleTimer`, 25 µs ahead"}
+    rows = [[name, *(figures.time(case, "wake_latency", key) for key in ("p50", "p99", "p999", "max"))]
+            for case, name in names.items()]
+    return where_from(documents["wake"]) + table(
+        [("", "l"), ("p50", "r"), ("p99", "r"), ("p99.9", "r"), ("max", "r")], rows)
+
+
+def wake_percentiles():
+    """Of the wake-up latency that bench/dc plays back: the upper ends of the bins."""
+    bins = json.loads((ROOT / "bench/data/wake_latency.json").read_text(encoding="utf-8"))["bins"]
+    total = sum(one["count"] for one in bins)
+    found = {}
+    for key, share in (("p50", 0.5), ("p99", 0.99)):
+        seen = 0
+        for one in bins:
+            seen += one["count"]
+            if seen >= share * total:
+                found[key] = f"below {duration(one['below_ns'])}"
+                break
+    return found
+
+
+def dc(documents):
+    figures = Figures(documents["dc"])
+    rows = []
+    for case in figures.cases("sync0_peak"):
+        lock = figures.rows.get((case, "time_to_lock"))
+        cells = [CLOCK_LINES[case].format(**wake_percentiles()) if "wake_jitter" in case else CLOCK_LINES[case],
+                 f"{lock['p50']:.0f} ms" if lock else ""]
+        peak, rms = figures.row(case, "sync0_peak"), figures.row(case, "sync0_rms")
+        cells += [f"{peak['p50']:.0f} ns", f"{rms['p50']:.1f} ns",
+                  f"{figures.row(case, 'grid_phase_error')['max']:.0f} ns"]
+        aimed = [row for (of, _), row in figures.rows.items() if of == case and limits(row)]
+        cells.append("**missed**" if any(verdict(row) != "met" for row in aimed) else "met")
+        late = figures.rows.get((case, "frame_phase_error"))
+        cells.append(duration(late["max"]) if late else "")
+        rows.append(cells)
+    where = documents["dc"]["environment"]
+    return [f"Virtual time, the same on every machine: {build_of(where)}.", ""] + table(
+        [("line", "l"), ("to OP", "r"), ("SYNC0 against the reference's, peak", "r"), ("RMS", "r"),
+         ("phase of the grid, largest error", "r"), ("aims", "l"), ("frames late by up to", "r")], rows)
+
+
+def aims(documents):
+    rows = []
+    for name in sorted(documents):
+        aimed = [(row, key) for row in documents[name]["results"] for key in limits(row)]
+        if not aimed:
+            continue
+        missed = [f"`{row['case']}`" + (" (p99.9)" if key == "p999" else "")
+                  for row, key in aimed if verdict(row, key) != "met"]
+        rows.append([f"`{name}`", str(len(aimed)), str(len(aimed) - len(missed)), ", ".join(missed)])
+    return table([("program", "l"), ("aims", "r"), ("met", "r"), ("missed by", "l")], rows)
+
+
+# Name in the marker: function, programs whose documents it needs.
+TABLES = {
+    "aims": (aims, None),  # all that have aims
+    "cycle": (cycle, ["cycle"]),
+    "dc": (dc, ["dc"]),
+    "drive": (drive, ["drive"]),
+    "esc": (esc, ["esc"]),
+    "master_cost": (master_cost, ["master_cost"]),
+    "startup": (startup, ["startup"]),
+    "startup_memory": (startup_memory, ["startup"]),
+    "turnaround": (turnaround, ["turnaround"]),
+    "wake": (wake, ["wake"]),
+}

@@ -1,0 +1,145 @@
+"""scripts/bench_quick.py passes nothing that did not measure; scripts/bench_tables.py finds what is stale."""
+import copy
+import json
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+DOCUMENT = {"bench": "wake", "environment": {}, "results": [{"case": "bare"}]}
+
+
+class Folder(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+
+    def program(self, name, script):
+        file = self.folder / name
+        file.write_text(f"#!/bin/sh\n{script}\n", encoding="utf-8")
+        file.chmod(0o755)
+
+    def prints(self, name, document, status=0, words=""):
+        self.program(name, f"{words}\ncat <<'END'\n{json.dumps(document)}\nEND\nexit {status}")
+
+    def run_script(self, name, *arguments):
+        return subprocess.run([sys.executable, "-B", ROOT / "scripts" / name, *arguments], capture_output=True,
+                              text=True, timeout=60, check=False)
+
+
+class Quick(Folder):
+    def quick(self, *arguments):
+        return self.run_script("bench_quick.py", self.folder, *arguments)
+
+    def test_all_that_is_there_runs_in_its_quick_form(self):
+        for name in ("dc", "wake"):
+            self.prints(name, DOCUMENT, words='[ "$1 $2" = "--quick --json" ] || exit 9')
+        (self.folder / "libsupport.a").write_bytes(b"no program")
+        result = self.quick()
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        self.assertIn("2 of 2: wake", result.stdout)
+        self.assertEqual(json.loads((self.folder / "dc.json").read_text()), DOCUMENT)
+
+    def test_one_that_failed_or_skipped_or_measured_nothing_is_named(self):
+        self.prints("cycle", DOCUMENT)
+        self.prints("esc", DOCUMENT, 1, "echo 'a frame was lost' >&2")
+        self.prints("startup", DOCUMENT, 77, "echo 'no veth pair' >&2")
+        self.prints("turnaround", {**DOCUMENT, "results": []})
+        self.program("wake", "echo nothing")
+        self.program("drive", "sleep 30")
+        result = self.quick("--timeout", "1")
+        self.assertEqual(result.returncode, 1)
+        for sentence in ("esc failed with status 1: a frame was lost", "startup skipped: no veth pair",
+                         "turnaround measured nothing", "wake printed no document", "drive did not end within 1 s"):
+            self.assertIn(sentence, result.stderr)
+        self.assertNotIn("cycle", result.stderr)
+
+    def test_an_empty_folder_is_no_success(self):
+        self.assertEqual(self.quick().returncode, 2)
+
+
+class Tables(Folder):
+    """A copy of what the script works on."""
+
+    def setUp(self):
+        super().setUp()
+        for name in ("bench/results", "docs"):
+            shutil.copytree(ROOT / name, self.folder / name)
+        self.page = self.folder / "docs/benchmarks.md"
+        self.results = self.folder / "bench/results"
+
+    def tables(self, *arguments):
+        return self.run_script("bench_tables.py", "--root", self.folder, *arguments)
+
+    def refused(self, *sentences):
+        result = self.tables("--check")
+        self.assertEqual(result.returncode, 1, result.stdout)
+        for sentence in sentences:
+            self.assertIn(sentence, result.stderr)
+
+    def change(self, bench, **figures):
+        file = self.results / f"{bench}.json"
+        document = json.loads(file.read_text(encoding="utf-8"))
+        document["results"][0].update(figures)
+        file.write_text(json.dumps(document), encoding="utf-8")
+
+    def test_the_tables_here_are_current(self):
+        result = self.tables("--check")
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+
+    def test_a_figure_that_was_typed_is_found_and_written_over(self):
+        before = self.page.read_text(encoding="utf-8")
+        typed = before.replace("| 1 | paced | ", "| 1 | paced | 0", 1)
+        self.assertNotEqual(typed, before)
+        self.page.write_text(typed, encoding="utf-8")
+        self.refused("docs/benchmarks.md: a table is not what bench/results says", "| 1 | paced | 0")
+        self.assertEqual(self.tables().returncode, 0)
+        self.assertEqual(self.page.read_text(encoding="utf-8"), before)
+
+    def test_a_new_figure_makes_the_table_stale_and_tells_when_it_misses_its_aim(self):
+        self.change("drive", p50=123456.0)
+        self.refused("docs/benchmarks.md")
+        self.assertEqual(self.tables().returncode, 0)
+        self.assertRegex(self.page.read_text(encoding="utf-8"), r"one drive.*\| 123 µs \|.*\*\*missed\*\*")
+        self.assertRegex(self.page.read_text(encoding="utf-8"), r"\| `drive` \| 4 \| \d \| `1_drive`")
+
+    def test_what_cannot_be_made_has_a_sentence(self):
+        text = self.page.read_text(encoding="utf-8")
+        self.page.write_text(text.replace("<!-- table: wake -->", "<!-- table: sleep -->"), encoding="utf-8")
+        self.refused("there is no table 'sleep'")
+        self.page.write_text(text.replace("<!-- table: wake -->", ""), encoding="utf-8")
+        self.refused("no page has <!-- table: wake -->")
+        cut = text.rindex("<!-- end -->")
+        self.page.write_text(text[:cut] + text[cut + 12:], encoding="utf-8")
+        self.refused("a table has no <!-- end -->")
+        self.page.write_text(text, encoding="utf-8")
+        (self.results / "wake.json").unlink()
+        self.refused("no document of wake")
+
+    def test_what_runs_on_virtual_time_must_give_the_same_now(self):
+        documents = {name: json.loads((self.results / f"{name}.json").read_text(encoding="utf-8"))
+                     for name in ("dc", "homing_paths")}
+        other = copy.deepcopy(documents["dc"])
+        other["results"][0]["p50"] += 1
+        svg = self.folder / "docs/figures/homing.py"
+        svg.write_text("import pathlib, sys\n(pathlib.Path(sys.argv[2]) / 'homing_cam.svg').write_text('new')\n",
+                       encoding="utf-8")
+        (self.folder / "docs/figures/homing_cam.svg").write_text("new", encoding="utf-8")
+        self.prints("homing_paths", documents["homing_paths"])
+        self.prints("dc", documents["dc"])
+        result = self.tables("--check", "--programs", self.folder)
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        self.prints("dc", other)
+        (self.folder / "docs/figures/homing_cam.svg").write_text("old", encoding="utf-8")
+        result = self.tables("--check", "--programs", self.folder)
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("dc: line_2 time_to_lock gives", result.stderr)
+        self.assertIn("docs/figures/homing_cam.svg is not what", result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
