@@ -1,25 +1,18 @@
 #include "driveline/trajectory/path.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "driveline/trajectory/axis_name.hpp"
 #include "text.hpp"
 
 namespace driveline::trajectory {
 namespace {
 
-constexpr std::size_t kMaxNameLength = 64;
-
 tl::unexpected<PathError> refuse(std::string reason) {
   PathError error;
   error.reason = std::move(reason);
   return tl::unexpected(std::move(error));
-}
-
-bool is_axis_name(std::string_view name) {
-  constexpr std::string_view kAllowed = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-.";
-  return !name.empty() && name.size() <= kMaxNameLength && name.find_first_not_of(kAllowed) == std::string_view::npos;
 }
 
 // Also false for NaN.
@@ -31,6 +24,14 @@ bool is_within(double value, double limit) {
 
 std::string_view si_unit(AxisKind kind) noexcept {
   return kind == AxisKind::kRotary ? "rad" : "m";
+}
+
+std::vector<std::string_view> axis_names(std::span<const PathAxis> axes) {
+  std::vector<std::string_view> names;
+  for (const PathAxis& axis : axes) {
+    names.push_back(axis.name);
+  }
+  return names;
 }
 
 std::string PathError::message() const {
@@ -50,11 +51,8 @@ tl::expected<void, PathError> PathBuilder::add_axis(PathAxis axis) {
   if (path_.points() > 0) {
     return refuse("axes must be declared before the first point");
   }
-  if (!is_axis_name(axis.name)) {
-    return refuse("axis name " + in_quotes(axis.name) + " must be 1 to 64 characters out of letters, digits and _-.");
-  }
-  if (std::any_of(path_.axes_.begin(), path_.axes_.end(), [&](const PathAxis& a) { return a.name == axis.name; })) {
-    return refuse("axis " + in_quotes(axis.name) + " appears twice");
+  if (auto fault = axis_name_fault(axis.name, axis_names(path_.axes())); !fault.empty()) {
+    return refuse(std::move(fault));
   }
   if (path_.axes_.size() == kMaxPathAxes) {
     return refuse("a path may have at most " + std::to_string(kMaxPathAxes) + " axes");

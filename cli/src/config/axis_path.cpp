@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "driveline/trajectory/axis_name.hpp"
 #include "driveline/trajectory/motion_limits.hpp"
 
 namespace driveline::cli {
@@ -28,20 +29,27 @@ Interpolator make_interpolator(const Path& path, PathConfig::Interpolation kind)
 
 /// Column of the path for each axis. Error: a reason.
 tl::expected<std::vector<std::size_t>, std::string> columns_of(const Path& path, const LineConfig& config) {
-  if (path.axes().size() != config.axes.size()) {
-    return tl::unexpected(
-        fmt::format("the path has {} axes but the line has {}", path.axes().size(), config.axes.size()));
-  }
   std::vector<std::size_t> columns;
+  const auto names = trajectory::axis_names(path.axes());
   for (const auto& axis : config.axes) {
-    const auto found =
-        std::find_if(path.axes().begin(), path.axes().end(), [&](const auto& a) { return a.name == axis.name; });
-    if (found == path.axes().end()) return tl::unexpected(fmt::format("there is no column for axis \"{}\"", axis.name));
-    if ((found->kind == trajectory::AxisKind::kLinear) != axis.linear) {
-      return tl::unexpected(fmt::format("column \"{}\" is in {} but the axis is {}", axis.name,
-                                        trajectory::si_unit(found->kind), axis.linear ? "linear" : "rotary"));
+    const auto found = trajectory::find_axis_name(axis.name, names);
+    if (!found) {
+      return tl::unexpected(
+          fmt::format("there is no column for axis \"{}\"{}", axis.name, trajectory::axis_name_hint(axis.name, names)));
     }
-    columns.push_back(static_cast<std::size_t>(found - path.axes().begin()));
+    const auto kind = path.axes()[*found].kind;
+    if ((kind == trajectory::AxisKind::kLinear) != axis.linear) {
+      return tl::unexpected(fmt::format("column \"{}\" is in {} but the axis is {}", axis.name,
+                                        trajectory::si_unit(kind), axis.linear ? "linear" : "rotary"));
+    }
+    columns.push_back(*found);
+  }
+  std::vector<std::string_view> known;
+  for (const auto& axis : config.axes) known.push_back(axis.name);
+  for (const auto& name : names) {
+    if (!trajectory::find_axis_name(name, known)) {
+      return tl::unexpected(fmt::format("there is no [[axis]] for column \"{}\"", name));
+    }
   }
   return columns;
 }
@@ -78,8 +86,7 @@ tl::expected<Path, std::string> standstill(const LineConfig& config) {
   trajectory::PathBuilder builder;
   for (std::size_t i = 0; i < config.axes.size(); ++i) {
     const auto kind = config.axes[i].linear ? trajectory::AxisKind::kLinear : trajectory::AxisKind::kRotary;
-    // Names of axes may have characters that columns may not.
-    if (auto added = builder.add_axis({fmt::format("axis{}", i), kind}); !added) {
+    if (auto added = builder.add_axis({config.axes[i].name, kind}); !added) {
       return tl::unexpected(added.error().message());
     }
   }

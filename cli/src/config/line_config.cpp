@@ -20,6 +20,7 @@
 #include "driveline/port/port.hpp"
 #include "driveline/rt/cycle_timer.hpp"
 #include "driveline/slaves/esc/sii_file.hpp"
+#include "driveline/trajectory/axis_name.hpp"
 #include "input_file.hpp"
 
 namespace driveline::cli {
@@ -77,6 +78,22 @@ void read_realtime(TomlReader reader, LineConfig& config) {
   const double longest = static_cast<double>(rt::CycleTimer::max_wake_ahead(config.period).count()) / 1000.0;
   config.wake_ahead = from_us(reader.number_or("wake_ahead_us", 0.0, 0.0, longest));
   reader.finish();
+}
+
+/// The names of `axes`, in their order.
+std::vector<std::string_view> names_of(const std::vector<ecat_master::AxisConfig>& axes) {
+  std::vector<std::string_view> names;
+  for (const auto& axis : axes) names.push_back(axis.name);
+  return names;
+}
+
+/// The name of an axis is that of a column of the path, and held to the same rule.
+std::string read_axis_name(TomlReader& reader, const std::vector<ecat_master::AxisConfig>& others) {
+  auto name = reader.text("name");
+  if (const auto fault = trajectory::axis_name_fault(name, names_of(others)); !fault.empty()) {
+    reader.fail("name", fault);
+  }
+  return name;
 }
 
 /// A name that none of `others` has.
@@ -233,7 +250,7 @@ ecat_master::AxisConfig read_axis(TomlReader reader, const std::vector<SlaveConf
                                   const std::vector<ecat_master::AxisConfig>& others) {
   using ecat_master::cia402::Mode;
   ecat_master::AxisConfig axis;
-  axis.name = read_name(reader, others);
+  axis.name = read_axis_name(reader, others);
   const auto slave_name = reader.text_or("slave", axis.name);
   const auto slave =
       std::find_if(slaves.begin(), slaves.end(), [&](const SlaveConfig& s) { return s.name == slave_name; });

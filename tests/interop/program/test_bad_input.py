@@ -270,7 +270,7 @@ class Hostile(ProgramTest):
         esi = esi.replace(">DI8<", ">DI8&#27;[31m\u009b2J<").replace("Channel 1", "Channel&#27;]0;title&#7; 1")
         self.write("escape.xml", esi)
         config = self.write("line.toml", '[line]\nname = "l\\u001b[2J"\ncycle_us = 1000\n[[slave]]\nname = "x\\u009b31m"\n'
-                            '[[axis]]\nname = "x\\u009b31m"\n[[slave]]\nname = "d\\u0007"\nesi = "escape.xml"\n'
+                            '[[axis]]\nname = "x"\nslave = "x\\u009b31m"\n[[slave]]\nname = "d\\u0007"\nesi = "escape.xml"\n'
                             'product_code = 0x108\n')
         run = ["run", "--config", config, "--virtual", "--duration", 0.1, "--no-telemetry"]
         for arguments in (run, [*run, "--json"], ["slaves", "--config", config, "-v"], ["scan", "--config", config],
@@ -283,8 +283,10 @@ class Hostile(ProgramTest):
                 self.assertEqual(result.returncode, 0, result.stderr)
                 self.check_harmless(result)
         self.assertIn("\\x1B", self.run_program("esi", "show", "escape.xml").stdout)
-        document = self.one_document(self.run_program(*run, "--json").stdout)
-        self.assertEqual(document["axes"][0]["name"], "x\x9b31m", "as it is in the file")
+        document = self.one_document(self.run_program("pdos", "--config", config, "--image", "--json").stdout)
+        self.assertEqual(document["slaves"][0]["name"], "x\x9b31m", "as it is in the file")
+        named = self.write("axis.toml", '[[slave]]\nname = "x"\n[[axis]]\nname = "x\\u009b31m"\nslave = "x"\n')
+        self.check_harmless(self.run_program("run", "--config", named))
         for arguments in (["\x1b[31mwalk"], ["slaves", "--config", "no\x1b[2Jfile"], ["run", "--config", "x", "--\x07"]):
             result = self.run_program(*arguments)
             self.assertEqual(result.returncode, 2)

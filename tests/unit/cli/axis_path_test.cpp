@@ -57,13 +57,15 @@ TEST_F(AxisPath, TimeThatDoesNotRiseIsFoundByLine) {
   EXPECT_THAT(complaint("time[s],x[rad],z[m]\n0,0,0\n1,0,0\n1,0,0\n"), testing::StartsWith(":4:"));
 }
 
-TEST_F(AxisPath, NumberOfAxes) {
-  EXPECT_EQ(complaint("time[s],x[rad]\n0,0\n1,0\n"), ": the path has 1 axes but the line has 2");
-  EXPECT_EQ(complaint("time[s],x[rad],z[m],w[m]\n0,0,0,0\n1,0,0,0\n"), ": the path has 3 axes but the line has 2");
+TEST_F(AxisPath, ColumnOfNoAxis) {
+  EXPECT_EQ(complaint("time[s],x[rad],z[m],w[m]\n0,0,0,0\n1,0,0,0\n"), ": there is no [[axis]] for column \"w\"");
 }
 
 TEST_F(AxisPath, ColumnThatIsMissing) {
+  EXPECT_EQ(complaint("time[s],x[rad]\n0,0\n1,0\n"), ": there is no column for axis \"z\"");
   EXPECT_EQ(complaint("time[s],x[rad],y[m]\n0,0,0\n1,0,0\n"), ": there is no column for axis \"z\"");
+  EXPECT_EQ(complaint("time[s],x[rad],Z[m]\n0,0,0\n1,0,0\n"),
+            ": there is no column for axis \"z\"; there is \"Z\", and upper and lower case differ");
 }
 
 TEST_F(AxisPath, LengthForARotaryAxisAndAngleForALinearOne) {

@@ -193,7 +193,7 @@ INSTANTIATE_TEST_SUITE_P(
         WrongFile{one_slave("[[slave]]\nname = \"y\"\n[[slave]]\nname = \"x\"\n"),
                   ":7: [slave 3] name: \"x\" is there twice"},
         WrongFile{one_slave("[[slave]]\nname = \"y\"\n[[axis]]\nname = \"x\"\n[[axis]]\nname = \"x\"\nslave = \"y\"\n"),
-                  ":9: [axis 2] name: \"x\" is there twice"},
+                  ":9: [axis 2] name: axis name 'x' appears twice"},
         WrongFile{one_axis("[[axis]]\nname = \"y\"\nslave = \"x\"\n"),
                   ":8: [axis 2] slave: \"x\" is driven by another axis already"},
         WrongFile{one_axis("[[axis]]\nname = \"y\"\n"), ":6: [axis 2] slave: there is no [[slave]] named \"y\""}));

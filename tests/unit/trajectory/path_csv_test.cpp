@@ -120,11 +120,14 @@ INSTANTIATE_TEST_SUITE_P(
         BadInput{"time[rad],x[rad]\n", "p.csv:1:1: the time column must be in s, ms or us, not in rad"},
         BadInput{"time[s],time[ms],x[rad]\n", "p.csv:1:9: the time column appears twice"},
         BadInput{"time[s]\n0\n1\n", "p.csv:1: the header names no axis beside the time"},
-        BadInput{"time[s],x[rad], x[mm]\n", "p.csv:1:17: axis 'x' appears twice"},
+        BadInput{"time[s],x[rad], x[mm]\n", "p.csv:1:17: axis name 'x' appears twice"},
         BadInput{"time[s],[rad]\n",
-                 "p.csv:1:9: axis name '' must be 1 to 64 characters out of letters, digits and _-."},
-        BadInput{"time[s],\xCF\x86[rad]\n",
-                 "p.csv:1:9: axis name '?\?' must be 1 to 64 characters out of letters, digits and _-."}));
+                 "p.csv:1:9: axis name '' must be 1 to 31 characters out of letters a to z and A to Z, digits and _-., "
+                 "and not be time"},
+        BadInput{
+            "time[s],\xCF\x86[rad]\n",
+            "p.csv:1:9: axis name '?\?' must be 1 to 31 characters out of letters a to z and A to Z, digits and _-., "
+            "and not be time"}));
 
 INSTANTIATE_TEST_SUITE_P(
     Rows, PathCsvBadInput,

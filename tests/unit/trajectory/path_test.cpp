@@ -75,16 +75,17 @@ TEST(PathBuilder, AcceptsTheLimitsThemselves) {
 
 TEST(PathBuilder, RefusesWhatIsNoAxis) {
   PathBuilder builder = two_axes();
-  EXPECT_EQ(refusal(builder.add_axis({"x", AxisKind::kRotary})), "axis 'x' appears twice");
-  EXPECT_EQ(refusal(builder.add_axis({"", AxisKind::kRotary})),
-            "axis name '' must be 1 to 64 characters out of letters, digits and _-.");
-  EXPECT_EQ(refusal(builder.add_axis({"a\nb", AxisKind::kRotary})),
-            "axis name 'a?b' must be 1 to 64 characters out of letters, digits and _-.");
-  EXPECT_EQ(refusal(builder.add_axis({std::string(64, 'n'), AxisKind::kRotary})), "accepted");
-  EXPECT_EQ(refusal(builder.add_axis({std::string(65, 'n'), AxisKind::kRotary})),
-            "axis name 'nnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnn...' must be 1 to 64 characters out of letters, digits "
-            "and _-.");
-  require(builder.add_point(0.0, std::array{0.0, 0.0, 0.0}));
+  const std::string rule =
+      " must be 1 to 31 characters out of letters a to z and A to Z, digits and _-., and not be time";
+  EXPECT_EQ(refusal(builder.add_axis({"x", AxisKind::kRotary})), "axis name 'x' appears twice");
+  EXPECT_EQ(refusal(builder.add_axis({"", AxisKind::kRotary})), "axis name ''" + rule);
+  EXPECT_EQ(refusal(builder.add_axis({"a\nb", AxisKind::kRotary})), "axis name 'a?b'" + rule);
+  EXPECT_EQ(refusal(builder.add_axis({"time", AxisKind::kRotary})), "axis name 'time'" + rule);
+  EXPECT_EQ(refusal(builder.add_axis({"Time", AxisKind::kRotary})), "accepted");
+  const std::string long_name(31, 'n');
+  EXPECT_EQ(refusal(builder.add_axis({long_name, AxisKind::kRotary})), "accepted");
+  EXPECT_EQ(refusal(builder.add_axis({long_name + "n", AxisKind::kRotary})), "axis name '" + long_name + "n'" + rule);
+  require(builder.add_point(0.0, std::array{0.0, 0.0, 0.0, 0.0}));
   EXPECT_EQ(refusal(builder.add_axis({"late", AxisKind::kRotary})), "axes must be declared before the first point");
 }
 

@@ -36,6 +36,9 @@ struct PathAxis {
   AxisKind kind = AxisKind::kRotary;  ///< rotary axes are in rad, linear ones in m
 };
 
+/// The names of `axes`, in their order; valid as long as these are.
+[[nodiscard]] std::vector<std::string_view> axis_names(std::span<const PathAxis> axes);
+
 /// Why a path was refused, and where. Line and column count from 1; 0 means that they do not apply.
 struct PathError {
   std::string file;        ///< as it was given to the reader
@@ -82,7 +85,7 @@ class Path {
 /// was; it carries a reason but no file.
 class PathBuilder {
  public:
-  /// The name is 1..64 characters out of letters, digits and "_-.", and not yet taken.
+  /// The name is one that axis_name_fault() has nothing against.
   [[nodiscard]] tl::expected<void, PathError> add_axis(PathAxis axis);
   /// Adds a point; positions in rad or m, one per axis.
   [[nodiscard]] tl::expected<void, PathError> add_point(double time_s, std::span<const double> positions);
