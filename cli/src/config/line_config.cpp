@@ -46,6 +46,23 @@ void read_line(TomlReader reader, LineConfig& config) {
   reader.finish();
 }
 
+/// How long axes may be without process data: in cycles or in time.
+void read_max_lost(TomlReader& reader, LineConfig& config) {
+  constexpr std::int64_t kMostCycles = 10'000;
+  const bool in_cycles = reader.has("max_lost_cycles");
+  if (!reader.has("max_lost_ms")) {
+    config.max_lost_cycles =
+        static_cast<std::uint32_t>(reader.integer_or("max_lost_cycles", config.max_lost_cycles, 1, kMostCycles));
+    return;
+  }
+  if (in_cycles)
+    reader.fail("max_lost_ms", "stands beside max_lost_cycles: one of them is expected, they are the same limit");
+  const double cycle_ms = std::chrono::duration<double, std::milli>(config.period).count();
+  config.max_lost_ms = reader.number("max_lost_ms", cycle_ms, static_cast<double>(kMostCycles) * cycle_ms);
+  // Not longer than what is written: a part of a cycle does not count.
+  config.max_lost_cycles = static_cast<std::uint32_t>(std::llround(*config.max_lost_ms * 1e6) / config.period.count());
+}
+
 void read_bus(TomlReader reader, const DeviceFiles& files, LineConfig& config) {
   if (reader.has("esi")) config.esi_library = files.read_library(reader, "esi");
   if (reader.has("interface")) config.interface = reader.text("interface");
@@ -54,8 +71,7 @@ void read_bus(TomlReader reader, const DeviceFiles& files, LineConfig& config) {
   if (config.interface2 && *config.interface2 == *config.interface) {
     reader.fail("interface2", fmt::format("is \"{}\" like interface, a ring has two ends", *config.interface2));
   }
-  config.max_lost_cycles =
-      static_cast<std::uint32_t>(reader.integer_or("max_lost_cycles", config.max_lost_cycles, 1, 10000));
+  read_max_lost(reader, config);
   if (reader.has("acyclic_bytes")) {
     config.acyclic_bytes = static_cast<std::size_t>(reader.integer("acyclic_bytes", 60, port::kMaxFrameBytes));
   }
@@ -380,5 +396,10 @@ tl::expected<LineConfig, std::string> load_line_config(const std::filesystem::pa
   if (!text) return tl::unexpected(text.error());
   return parse_line_config(*text, file);
 }
+std::string max_lost_text(const LineConfig& config) {
+  if (config.max_lost_ms) return fmt::format("the {} ms that [bus] max_lost_ms allows", *config.max_lost_ms);
+  return fmt::format("the {} cycles that [bus] max_lost_cycles allows", config.max_lost_cycles);
+}
+
 
 }  // namespace driveline::cli

@@ -54,8 +54,8 @@ void read_zeroing(TomlReader& reader, const LineConfig& config, const Membership
     if (groups[i] != config.process_data.groups.size() || !has_axis(config, i)) continue;
     // A control word of zero lets the motor coast (CiA 402-2, Disable voltage).
     reader.fail("zero_outputs_after",
-                fmt::format("\"{}\" has an axis: it stops by [bus] max_lost_cycles, zeros would let it coast",
-                            config.slaves[i].name));
+                fmt::format("\"{}\" has an axis: it stops by [bus] {}, zeros would let it coast", config.slaves[i].name,
+                            config.max_lost_ms ? "max_lost_ms" : "max_lost_cycles"));
   }
 }
 

@@ -16,8 +16,8 @@ constexpr auto kExplains = std::chrono::milliseconds{300};
 
 }  // namespace
 
-AbsenceWatch::AbsenceWatch(Take take, nanoseconds begin, std::uint32_t limit)
-    : take_(std::move(take)), begin_(begin), limit_(limit) {
+AbsenceWatch::AbsenceWatch(Take take, nanoseconds begin, std::string limit)
+    : take_(std::move(take)), begin_(begin), limit_(std::move(limit)) {
   ecat_master::MasterAbsence before;
   while (take_(before)) continue;
 }

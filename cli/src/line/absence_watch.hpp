@@ -20,8 +20,9 @@ class AbsenceWatch {
   /// Fetches the oldest absence that has not been fetched; false: there is none.
   using Take = std::function<bool(ecat_master::MasterAbsence&)>;
 
-  /// Times are counted from `begin`; `limit`: [bus] max_lost_cycles. What there is by now is forgotten.
-  AbsenceWatch(Take take, std::chrono::nanoseconds begin, std::uint32_t limit);
+  /// Times are counted from `begin`; `limit`: of an absence that axes are taken across, in words
+  /// (max_lost_text()). What there is by now is forgotten.
+  AbsenceWatch(Take take, std::chrono::nanoseconds begin, std::string limit);
 
   /// A look at what is new.
   struct Findings {
@@ -37,7 +38,7 @@ class AbsenceWatch {
  private:
   Take take_;
   std::chrono::nanoseconds begin_;
-  std::uint32_t limit_;
+  std::string limit_;
   std::size_t told_ = 0;
   std::chrono::nanoseconds longest_{0};
   std::uint64_t untold_ = 0;

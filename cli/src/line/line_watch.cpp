@@ -40,7 +40,7 @@ LineWatch::LineWatch(ecat_master::Master& master, const port::RedundantPort* rin
       listener_(std::move(listener)),
       supervisor_(master, ring, supervision(config.recovery)),
       absences_([&core = *master.core()](ecat_master::MasterAbsence& absence) { return core.take_absence(absence); },
-                clock.now(), config.max_lost_cycles),
+                clock.now(), max_lost_text(config)),
       last_emergency_(clock.now()),
       away_since_(master.slaves().size()),
       presences_(motion != nullptr ? motion->axes().size() : 0),
@@ -295,7 +295,7 @@ std::string LineWatch::motion_failure() const {
       return fmt::format("axis {}: did not reach Operation enabled, status word 0x{:04X}, error code {}", name,
                          failure.status_word, ecat_master::cia402::error_text(failure.error_code));
     case Cause::kMasterAway:
-      return "the master was away for too long; all axes stopped";
+      return fmt::format("the master was away for longer than {}; all axes stopped", max_lost_text(config_));
     case Cause::kPositionLeap:
     case Cause::kPositionFrozen:
     case Cause::kPositionUnsteady:

@@ -29,7 +29,7 @@ class AbsenceWatchTest : public testing::Test {
               absences.pop_front();
               return true;
             },
-            kBegin, 8};
+            kBegin, "the 8 cycles that [bus] max_lost_cycles allows"};
   }
 
   std::deque<MasterAbsence> absences;

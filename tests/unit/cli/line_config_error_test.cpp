@@ -68,7 +68,7 @@ INSTANTIATE_TEST_SUITE_P(
                   "telemetry, wiring"},
         WrongFile{one_slave("[bus]\niface = \"eth1\"\n"),
                   ":5: [bus] iface: unknown key, expected one of: acyclic_bytes, esi, interface, interface2, "
-                  "max_lost_cycles"},
+                  "max_lost_cycles, max_lost_ms"},
         WrongFile{
             one_slave("[realtime]\n\nprio = 80\n"),
             ":6: [realtime] prio: unknown key, expected one of: cpu, cpu_latency_us, lock_memory, policy, priority, "
@@ -127,6 +127,12 @@ INSTANTIATE_TEST_SUITE_P(
                   ":5: [recovery] axes: is \"go\", one of \"stop\", \"hold\", \"continue\" is expected"},
         WrongFile{one_slave("[recovery]\ngive_up_s = -1\n"), ":5: [recovery] give_up_s: is -1, 0 to 86400 is expected"},
         WrongFile{one_slave("[bus]\nmax_lost_cycles = 0\n"), ":5: [bus] max_lost_cycles: is 0, 1 to 10000 is expected"},
+        WrongFile{one_slave("[bus]\nmax_lost_ms = 0.1\n"), ":5: [bus] max_lost_ms: is 0.1, 0.125 to 1250 is expected"},
+        WrongFile{one_slave("[bus]\nmax_lost_ms = 11000\n[line]\ncycle_us = 1000\n"),
+                  ":5: [bus] max_lost_ms: is 11000, 1 to 10000 is expected"},
+        WrongFile{one_slave("[bus]\nmax_lost_cycles = 8\nmax_lost_ms = 1\n"),
+                  ":6: [bus] max_lost_ms: stands beside max_lost_cycles: one of them is expected, they are the same "
+                  "limit"},
         WrongFile{one_slave("[line]\nname = \"\"\n"), ":5: [line] name: must have 1 to 31 characters"},
         WrongFile{one_slave("[line]\nname = \"12345678901234567890123456789012\"\n"),
                   ":5: [line] name: must have 1 to 31 characters"},

@@ -126,6 +126,9 @@ TEST(ProcessDataConfig, AxesAreNotLeftToCoast) {
   EXPECT_EQ(refused(axis + group + "zero_outputs_after = 4\n"),
             "line.toml:14: [group 1] zero_outputs_after: \"a\" has an axis: it stops by [bus] max_lost_cycles, zeros "
             "would let it coast");
+  EXPECT_EQ(refused(axis + "[bus]\nmax_lost_ms = 2\n" + group + "zero_outputs_after = 4\n"),
+            "line.toml:16: [group 1] zero_outputs_after: \"a\" has an axis: it stops by [bus] max_lost_ms, zeros would "
+            "let it coast");
   EXPECT_EQ(refused(axis + group + "zero_outputs_after = 0\n"), "") << "never, for all";
 }
 

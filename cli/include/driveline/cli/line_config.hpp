@@ -118,6 +118,7 @@ struct LineConfig {
   /// Cycles in a row without valid process data of an axis before all axes are stopped.
   std::uint32_t max_lost_cycles = 8;
   /// Bytes that SDO and other acyclic frames may take of the wire per cycle; none: what the process data leave.
+  std::optional<double> max_lost_ms;  ///< what the file says instead; max_lost_cycles are the whole cycles in it
   std::optional<std::size_t> acyclic_bytes;
   rt::RealtimeConfig realtime;                ///< all but the policy
   std::optional<rt::RealtimePolicy> policy;   ///< none: enforced on a network interface only
@@ -136,6 +137,9 @@ struct LineConfig {
 };
 
 /// Cycles of the line from one exchange with a slave to the next: the divider of its group.
+/// The limit that `max_lost_cycles` is, in the words of the file: "the 8 cycles that [bus] max_lost_cycles allows".
+[[nodiscard]] std::string max_lost_text(const LineConfig& config);
+
 [[nodiscard]] std::uint32_t exchange_divider(const LineConfig& config, const SlaveConfig& slave) noexcept;
 
 /// Reads a line description (TOML). Every key is checked: unknown keys, wrong types and values out of range are errors

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <type_traits>
 
 namespace driveline::ecat_master {
@@ -31,7 +32,8 @@ struct MasterAbsence {
 static_assert(std::is_trivially_copyable_v<MasterAbsence>);
 
 /// "the master was away for 54.0 ms at 0.850 s; the path is 54.0 ms late". `begin`: what the time is counted from;
-/// `limit`: cycles that the motion bridges.
-[[nodiscard]] std::string describe(const MasterAbsence& absence, std::chrono::nanoseconds begin, std::uint32_t limit);
+/// `limit`: what the motion bridges, in words: "8 cycles".
+[[nodiscard]] std::string describe(const MasterAbsence& absence, std::chrono::nanoseconds begin,
+                                   std::string_view limit);
 
 }  // namespace driveline::ecat_master
