@@ -44,15 +44,37 @@ class Recording : public testing::Test {
   }
   std::map<std::string, std::vector<double>> columns() {
     std::ostringstream out;
-    const std::vector<std::string> names{"x", "y", "z"};
-    recorder.write_csv(out, names);
+    recorder.write_csv(out, labels);
     return columns_of(out.str());
   }
 
   DriveLine drives{3};
   FlightRecorder recorder{3};
+  std::vector<FlightRecorder::AxisLabel> labels{{"x"}, {"y"}, {"z"}};
   std::unique_ptr<LineOperation> operation;
 };
+
+TEST_F(Recording, WritesPositionsInTheUnitsOfTheAxes) {
+  start();
+  const auto si = columns();
+  const auto& degrees = *trajectory::find_position_unit("deg");
+  const double increments_per_rad = operation->motion().axes()[1].config().increments_per_unit;
+  labels[1] = {"y", &degrees, increments_per_rad};
+  const auto data = columns();
+  EXPECT_FALSE(data.contains("y.actual_position"));
+  EXPECT_FALSE(data.contains("x.actual_position[increments]"));
+  EXPECT_EQ(data.at("x.actual_position"), si.at("x.actual_position"));
+  for (const auto& [figure, per] : {std::pair{"target_position", ""}, std::pair{"actual_position", ""},
+                                    std::pair{"actual_velocity", "/s"}, std::pair{"following_error", ""}}) {
+    const auto& rad = si.at(std::string("y.") + figure);
+    const auto& shown = data.at(std::string("y.") + figure + "[deg" + per + "]");
+    ASSERT_EQ(shown.size(), rad.size());
+    for (std::size_t i = 0; i < rad.size(); ++i)
+      ASSERT_NEAR(shown[i], degrees.from_si(rad[i]), 1e-5 * (1.0 + std::abs(shown[i]))) << figure;
+  }
+  EXPECT_NEAR(data.at("y.actual_position[increments]").back(), si.at("y.actual_position").back() * increments_per_rad,
+              1.0);
+}
 
 TEST_F(Recording, KeepsWhatLedToAFaultAndWhatFollowed) {
   start();

@@ -308,8 +308,8 @@ TEST_P(EveryLayoutBeside, TheRecorderKeepsWhereTheDrivesWere) {
   operation->run(milliseconds{300});
   ASSERT_TRUE(recorder.frozen());
   std::ostringstream out;
-  const std::vector<std::string> names{"a", "b", "c", "d", "e", "f"};
-  recorder.write_csv(out, names);
+  const std::vector<ecat_master::FlightRecorder::AxisLabel> labels{{"a"}, {"b"}, {"c"}, {"d"}, {"e"}, {"f"}};
+  recorder.write_csv(out, labels);
   std::istringstream in(out.str());
   std::string head;
   std::getline(in, head);
@@ -324,7 +324,7 @@ TEST_P(EveryLayoutBeside, TheRecorderKeepsWhereTheDrivesWere) {
     std::vector<std::string> row;
     std::istringstream values(line);
     for (std::string value; std::getline(values, value, ',');) row.push_back(value);
-    for (const auto& name : names) {
+    for (const auto& [name, unit, scale] : labels) {
       // Fault: xxxx xxxx x0xx 1000b (CiA 402).
       const bool has = (std::stoul(row[column[name + ".status_word"]], nullptr, 0) & 0x4FU) == 0x08U;
       (name == "d" ? fault : other_fault) |= has;

@@ -41,7 +41,7 @@ void exchange(const cli::LineConfig& config, ecat_master::Master& master, rt::Vi
 }  // namespace
 
 void try_line(std::string_view toml, const std::filesystem::path& name) {
-  const auto config = cli::parse_line_config(toml, name);
+  auto config = cli::parse_line_config(toml, name);
   if (!config) return must_have_a_reason(config.error());
   if (!config->axes.empty()) {
     if (const auto path = cli::load_axis_path(*config); !path) return must_have_a_reason(path.error());

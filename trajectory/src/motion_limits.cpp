@@ -58,10 +58,11 @@ std::optional<LimitViolation> find_violation(const AxisSetpoint& now, double pre
 
 std::string LimitViolation::message() const {
   const bool is_velocity = quantity == Quantity::kVelocity;
-  const std::string unit = std::string(si_unit(axis.kind)) + (is_velocity ? "/s" : "/s^2");
+  const PositionUnit& position_unit = unit_or_si(axis.unit, axis.kind);
+  const std::string unit = std::string(position_unit.name) + (is_velocity ? "/s" : "/s^2");
   return "axis " + in_quotes(axis.name) + " would need " + (is_velocity ? "a velocity" : "an acceleration") + " of " +
-         to_short_text(value) + " " + unit + " at " + to_short_text(time_s) + " s; its limit is " +
-         to_short_text(limit) + " " + unit;
+         to_short_text(position_unit.from_si(value)) + " " + unit + " at " + to_short_text(time_s) +
+         " s; its limit is " + to_short_text(position_unit.from_si(limit)) + " " + unit;
 }
 
 tl::expected<void, LimitViolation> check_limits(Interpolator& interpolator, std::span<const AxisLimits> limits,

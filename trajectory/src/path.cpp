@@ -22,10 +22,6 @@ bool is_within(double value, double limit) {
 
 }  // namespace
 
-std::string_view si_unit(AxisKind kind) noexcept {
-  return kind == AxisKind::kRotary ? "rad" : "m";
-}
-
 std::vector<std::string_view> axis_names(std::span<const PathAxis> axes) {
   std::vector<std::string_view> names;
   for (const PathAxis& axis : axes) {

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
-#include <numbers>
 #include <optional>
 #include <system_error>
 #include <utility>
@@ -20,35 +19,21 @@ constexpr std::string_view kBlanks = " \t";
 constexpr std::string_view kSeparator = "the separator is a comma, and numbers have a decimal point";
 constexpr std::size_t kMaxFileBytes = std::size_t{128} << 20;
 
-enum class Dimension { kTime, kRotary, kLinear };
-
-// Dividing by 1000 is correctly rounded where multiplying by 0.001 is not, hence two factors.
+/// In which a column is.
 struct Unit {
-  std::string_view name;
-  Dimension dimension;
-  double numerator;
-  double denominator;
+  const PositionUnit* position = nullptr;  // null: it is the time, and
+  double per_second = 0.0;                 // that many of it are a second
 };
 
-constexpr std::array<Unit, 9> kUnits{{
-    {"s", Dimension::kTime, 1.0, 1.0},
-    {"ms", Dimension::kTime, 1.0, 1e3},
-    {"us", Dimension::kTime, 1.0, 1e6},
-    {"rad", Dimension::kRotary, 1.0, 1.0},
-    {"deg", Dimension::kRotary, std::numbers::pi, 180.0},
-    {"rev", Dimension::kRotary, 2.0 * std::numbers::pi, 1.0},
-    {"m", Dimension::kLinear, 1.0, 1.0},
-    {"mm", Dimension::kLinear, 1.0, 1e3},
-    {"um", Dimension::kLinear, 1.0, 1e6},
-}};
-
-const Unit* find_unit(std::string_view name) {
-  for (const Unit& unit : kUnits) {
-    if (unit.name == name) {
-      return &unit;
+std::optional<Unit> find_unit(std::string_view name) {
+  constexpr std::array<std::pair<std::string_view, double>, 3> kTimeUnits{{{"s", 1.0}, {"ms", 1e3}, {"us", 1e6}}};
+  for (const auto& [time_unit, per_second] : kTimeUnits) {
+    if (time_unit == name) {
+      return Unit{nullptr, per_second};
     }
   }
-  return nullptr;
+  const PositionUnit* const position = find_position_unit(name);
+  return position == nullptr ? std::nullopt : std::optional(Unit{position, 0.0});
 }
 
 std::string_view trimmed(std::string_view text) {
@@ -176,18 +161,18 @@ class CsvParser {
     }
     const std::string_view name = trimmed(field.text.substr(0, bracket));
     const std::string_view unit_name = trimmed(field.text.substr(bracket + 1, field.text.size() - bracket - 2));
-    const Unit* unit = find_unit(unit_name);
-    if (unit == nullptr) {
+    const auto unit = find_unit(unit_name);
+    if (!unit) {
       return refuse(place, "unknown unit " + in_quotes(unit_name) + " of column " + in_quotes(name) +
                                "; expected s, ms, us, rad, deg, rev, m, mm or um");
     }
-    units_.push_back(unit);
-    return name == "time" ? take_time(place, *unit) : take_axis(place, name, *unit);
+    units_.push_back(*unit);
+    return name == "time" ? take_time(place, *unit) : take_axis(place, name, *unit, unit_name);
   }
 
   tl::expected<void, PathError> take_time(Place place, const Unit& unit) {
-    if (unit.dimension != Dimension::kTime) {
-      return refuse(place, "the time column must be in s, ms or us, not in " + std::string(unit.name));
+    if (unit.position != nullptr) {
+      return refuse(place, "the time column must be in s, ms or us, not in " + std::string(unit.position->name));
     }
     if (time_index_) {
       return refuse(place, "the time column appears twice");
@@ -196,13 +181,13 @@ class CsvParser {
     return {};
   }
 
-  tl::expected<void, PathError> take_axis(Place place, std::string_view name, const Unit& unit) {
-    if (unit.dimension == Dimension::kTime) {
+  tl::expected<void, PathError> take_axis(Place place, std::string_view name, const Unit& unit,
+                                          std::string_view unit_name) {
+    if (unit.position == nullptr) {
       return refuse(place, "axis " + in_quotes(name) + " must be in rad, deg, rev, m, mm or um, not in " +
-                               std::string(unit.name));
+                               std::string(unit_name) + "; the column of the time is called time");
     }
-    const AxisKind kind = unit.dimension == Dimension::kRotary ? AxisKind::kRotary : AxisKind::kLinear;
-    if (auto added = builder_.add_axis({std::string(name), kind}); !added) {
+    if (auto added = builder_.add_axis({std::string(name), unit.position->kind, unit.position}); !added) {
       return refuse(place, std::move(added.error().reason));
     }
     return {};
@@ -222,11 +207,10 @@ class CsvParser {
       if (!value) {
         return tl::unexpected(value.error());
       }
-      const double si = *value * units_[i]->numerator / units_[i]->denominator;
       if (i == *time_index_) {
-        time_s = si;
+        time_s = *value / units_[i].per_second;
       } else {
-        positions_.push_back(si);
+        positions_.push_back(units_[i].position->to_si(*value));
       }
     }
     if (auto added = builder_.add_point(time_s, positions_); !added) {
@@ -256,7 +240,7 @@ class CsvParser {
   std::string_view name_;
   std::size_t line_ = 0;
   std::vector<Field> fields_;
-  std::vector<const Unit*> units_;  // one per column
+  std::vector<Unit> units_;  // one per column
   std::optional<std::size_t> time_index_;
   std::vector<double> positions_;
   PathBuilder builder_;

@@ -22,6 +22,7 @@ struct RunOptions {
   std::string capture;           ///< empty: as configured
   std::string control;           ///< socket for `diag --control`; may be empty
   bool no_plots = false;
+  bool increments = false;
   bool telemetry = false;
   bool no_telemetry = false;
   bool json = false;
@@ -46,7 +47,8 @@ void write_files(const LineConfig& config, RunReport& report) {
   report.files["jitter_csv"] = jitter;
   if (!config.output.plots) return;
   progress("drawing the plots");
-  auto pictures = draw_plots(directory, report.files.count("axes_csv") != 0 ? report.axes : std::vector<AxisReport>{});
+  auto pictures = draw_plots(directory, report.files.count("axes_csv") != 0 ? report.axes : std::vector<AxisReport>{},
+                             report.increments);
   if (pictures) {
     report.files.merge(*pictures);
   } else {
@@ -83,6 +85,7 @@ Outcome<int> run_line(const RunOptions& options) {
     if (!options.output_directory.empty()) config.output.directory = options.output_directory;
     if (!options.capture.empty()) config.output.capture = options.capture;
     if (options.no_plots) config.output.plots = false;
+    config.output.increments = options.increments;
     if (options.telemetry) config.telemetry.enabled = true;
     if (options.no_telemetry) config.telemetry.enabled = false;
     if (options.bus.config.empty()) use_modest_cycle(config);
@@ -133,6 +136,8 @@ Execute prepare_run(Arguments& to) {
   to.option("--capture", &options->capture, Value::file(), "Write all frames to this pcapng file");
   to.option("--control", &options->control, Value::file("PATH"), "Socket to listen at for `driveline diag`");
   to.flag("--no-plots", options->no_plots, "Leave only the CSV files");
+  to.flag("--increments", options->increments,
+          "Drive increments beside what is in the units of the axes: summary, CSV files, plots, faults");
   to.flag("--telemetry", options->telemetry, "Publish over DDS also where the line is on a network interface");
   to.flag("--no-telemetry", options->no_telemetry, "Do not publish over DDS");
   add_force_flag(to, options->force);

@@ -40,7 +40,8 @@ tl::expected<std::vector<std::size_t>, std::string> columns_of(const Path& path,
     const auto kind = path.axes()[*found].kind;
     if ((kind == trajectory::AxisKind::kLinear) != axis.linear) {
       return tl::unexpected(fmt::format("column \"{}\" is in {} but the axis is {}", axis.name,
-                                        trajectory::si_unit(kind), axis.linear ? "linear" : "rotary"));
+                                        unit_or_si(path.axes()[*found].unit, kind).name,
+                                        axis.linear ? "linear" : "rotary (feed_mm_per_revolution makes it linear)"));
     }
     columns.push_back(*found);
   }
@@ -59,8 +60,10 @@ tl::expected<Path, std::string> arrange(const Path& path, const LineConfig& conf
   const auto columns = columns_of(path, config);
   if (!columns) return tl::unexpected(columns.error());
   trajectory::PathBuilder builder;
-  for (const auto column : *columns) {
-    if (auto added = builder.add_axis(path.axes()[column]); !added) return tl::unexpected(added.error().message());
+  for (std::size_t i = 0; i < columns->size(); ++i) {
+    auto axis = path.axes()[(*columns)[i]];
+    if (config.axes[i].unit != nullptr) axis.unit = config.axes[i].unit;
+    if (auto added = builder.add_axis(std::move(axis)); !added) return tl::unexpected(added.error().message());
   }
   std::vector<double> positions(columns->size());
   for (std::size_t point = 0; point < path.points(); ++point) {
@@ -113,7 +116,7 @@ std::vector<trajectory::AxisLimits> limits_of(const LineConfig& config) {
 
 }  // namespace
 
-tl::expected<Interpolator, std::string> load_axis_path(const LineConfig& config) {
+tl::expected<Interpolator, std::string> load_axis_path(LineConfig& config) {
   if (!config.path) {
     const auto still = standstill(config);
     if (!still) return tl::unexpected(still.error());
@@ -132,6 +135,7 @@ tl::expected<Interpolator, std::string> load_axis_path(const LineConfig& config)
   if (auto checked = trajectory::check_limits(interpolator, limits_of(config), period_s); !checked) {
     return wrong(checked.error().message());
   }
+  for (std::size_t i = 0; i < config.axes.size(); ++i) config.axes[i].unit = interpolator.axes()[i].unit;
   return interpolator;
 }
 

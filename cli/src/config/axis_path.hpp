@@ -11,6 +11,8 @@ namespace driveline::cli {
 /// The path of the configured axes, in their order, ready to be followed. Error: a sentence that starts with the file
 /// and, where it applies, its line: the file is no valid path, its columns do not fit the axes, or the path leaves the
 /// range or the limits of an axis. Without `config.path` all axes rest at 0: a path for Motion::Settings::relative.
-[[nodiscard]] tl::expected<trajectory::Interpolator, std::string> load_axis_path(const LineConfig& config);
+///
+/// Axes for which the line description has no unit get that of their column.
+[[nodiscard]] tl::expected<trajectory::Interpolator, std::string> load_axis_path(LineConfig& config);
 
 }  // namespace driveline::cli

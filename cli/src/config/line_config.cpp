@@ -262,6 +262,28 @@ void check_objects(const TomlReader& reader, const SlaveConfig& slave, ecat_mast
                                    ecat_master::describe_missing(mode, missing, *slave.plan.pdos)));
 }
 
+/// Null: the file does not say.
+const trajectory::PositionUnit* read_unit(TomlReader& reader, bool linear) {
+  if (!reader.has("unit")) return nullptr;
+  const auto name = reader.text("unit");
+  const auto* unit = trajectory::find_position_unit(name);
+  if (unit == nullptr || (unit->kind == trajectory::AxisKind::kLinear) != linear) {
+    reader.fail("unit", fmt::format("is \"{}\", {} is expected", name,
+                                    linear ? "\"m\", \"mm\" or \"um\" of an axis with feed_mm_per_revolution"
+                                           : "\"rad\", \"deg\" or \"rev\" of an axis without feed_mm_per_revolution"));
+  }
+  return unit;
+}
+
+/// A length, or a velocity or acceleration, in the unit that the axis is written in; without one in rad or m. Limits
+/// are of the latter. What is left out stays.
+void read_in_unit(TomlReader& reader, std::string_view key, const ecat_master::AxisConfig& axis, double minimum,
+                  double maximum, double& value) {
+  if (!reader.has(key)) return;
+  const auto& unit = ecat_master::position_unit(axis);
+  value = unit.to_si(reader.number(key, unit.from_si(minimum), unit.from_si(maximum)));
+}
+
 ecat_master::AxisConfig read_axis(TomlReader reader, const std::vector<SlaveConfig>& slaves,
                                   const std::vector<ecat_master::AxisConfig>& others) {
   using ecat_master::cia402::Mode;
@@ -288,12 +310,15 @@ ecat_master::AxisConfig read_axis(TomlReader reader, const std::vector<SlaveConf
       axis.linear ? reader.number("feed_mm_per_revolution", 1e-6, 1e6) / 1000.0 : 2.0 * std::numbers::pi;
   axis.increments_per_unit = increments / unit_per_revolution;
   axis.rated_torque = reader.number_or(axis.linear ? "rated_force_n" : "rated_torque_nm", axis.rated_torque, 1e-6, 1e6);
-  axis.limits.max_velocity = reader.number_or("max_velocity", axis.limits.max_velocity, 1e-6, 1e6);
-  axis.limits.max_acceleration = reader.number_or("max_acceleration", axis.limits.max_acceleration, 1e-6, 1e9);
+  axis.unit = read_unit(reader, axis.linear);
+  read_in_unit(reader, "max_velocity", axis, 1e-6, 1e6, axis.limits.max_velocity);
+  read_in_unit(reader, "max_acceleration", axis, 1e-6, 1e9, axis.limits.max_acceleration);
   axis.inertia = reader.number_or("inertia", 0.0, 0.0, 1e6);
   axis.position_gain_1_s = reader.number_or("position_gain_1_s", axis.position_gain_1_s, 0.0, 1e4);
   read_velocity_gain(reader, axis);
-  if (reader.has("position_tolerance")) axis.position_tolerance = reader.number("position_tolerance", 0.0, 1e6);
+  if (reader.has("position_tolerance")) {
+    read_in_unit(reader, "position_tolerance", axis, 0.0, 1e6, axis.position_tolerance.emplace());
+  }
   constexpr double kLongestDelay = 10'000.0;
   if (reader.has("setpoint_delay_cycles"))
     axis.setpoint_delay_cycles = reader.number("setpoint_delay_cycles", 0.0, kLongestDelay);
@@ -371,6 +396,11 @@ LineConfig read_config(const toml::table& table, const std::filesystem::path& fi
 
 }  // namespace
 
+std::string max_lost_text(const LineConfig& config) {
+  if (config.max_lost_ms) return fmt::format("the {} ms that [bus] max_lost_ms allows", *config.max_lost_ms);
+  return fmt::format("the {} cycles that [bus] max_lost_cycles allows", config.max_lost_cycles);
+}
+
 std::uint32_t exchange_divider(const LineConfig& config, const SlaveConfig& slave) noexcept {
   const auto& groups = config.process_data.groups;
   return slave.group < groups.size() ? groups[slave.group].settings.divider : 1;
@@ -396,10 +426,5 @@ tl::expected<LineConfig, std::string> load_line_config(const std::filesystem::pa
   if (!text) return tl::unexpected(text.error());
   return parse_line_config(*text, file);
 }
-std::string max_lost_text(const LineConfig& config) {
-  if (config.max_lost_ms) return fmt::format("the {} ms that [bus] max_lost_ms allows", *config.max_lost_ms);
-  return fmt::format("the {} cycles that [bus] max_lost_cycles allows", config.max_lost_cycles);
-}
-
 
 }  // namespace driveline::cli

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "text/motion_text.hpp"
+
 namespace driveline::cli {
 namespace {
 
@@ -12,18 +14,18 @@ namespace {
 /// this.
 constexpr std::chrono::milliseconds kUnsureTime{5};
 
-std::string off_by(const ecat_master::AxisConfig& axis, double error, double tolerance) {
-  const auto* unit = axis.linear ? "m" : "rad";
+std::string off_by(const ecat_master::AxisConfig& axis, double error, double tolerance, bool increments) {
+  const auto& unit = ecat_master::position_unit(axis);
   return fmt::format(
-      "axis {}: ended {:.4g} {} ({:.0f} increments) away from its setpoint, {:.3g} {} are tolerated "
-      "(position_tolerance): it did not follow its path",
-      axis.name, std::abs(error), unit, std::abs(error) * axis.increments_per_unit, tolerance, unit);
+      "axis {}: ended {} away from its setpoint, {:.3g} {} are tolerated (position_tolerance): it did not follow its "
+      "path",
+      axis.name, length_text(axis, std::abs(error), increments), unit.from_si(tolerance), unit.name);
 }
 
 }  // namespace
 
 std::string axis_verdict(const ecat_master::AxisConfig& axis, const FollowingError& seen,
-                         std::chrono::nanoseconds period) {
+                         std::chrono::nanoseconds period, bool increments) {
   if (!seen.last || seen.last->state == snapshot::AxisState::kUnavailable) return {};
   if (seen.samples == 0) {
     return fmt::format("axis {}: never was in Operation enabled, status word 0x{:04X} ({}) at the end", axis.name,
@@ -36,7 +38,7 @@ std::string axis_verdict(const ecat_master::AxisConfig& axis, const FollowingErr
       allowed + std::abs(seen.last->target_velocity_rad_s) * std::chrono::duration<double>(unsure).count();
   const double error = seen.last->following_error_rad;
   // Not a number is off, too.
-  return std::abs(error) <= tolerance ? std::string{} : off_by(axis, error, tolerance);
+  return std::abs(error) <= tolerance ? std::string{} : off_by(axis, error, tolerance, increments);
 }
 
 }  // namespace driveline::cli

@@ -15,11 +15,12 @@ std::filesystem::path numbered(const std::filesystem::path& directory, std::size
 
 }  // namespace
 
-FaultRecords::FaultRecords(std::filesystem::path directory, std::vector<std::string> axis_names, bool in_background)
+FaultRecords::FaultRecords(std::filesystem::path directory, std::vector<ecat_master::FlightRecorder::AxisLabel> axes,
+                           bool in_background)
     : directory_(std::move(directory)),
-      axis_names_(std::move(axis_names)),
+      axes_(std::move(axes)),
       in_background_(in_background),
-      recorder_(axis_names_.size()) {}
+      recorder_(axes_.size()) {}
 
 std::filesystem::path FaultRecords::next_file() const {
   return numbered(directory_, files_.size() + 1);
@@ -43,7 +44,7 @@ void FaultRecords::begin_writing() {
   const auto policy = in_background_ ? std::launch::async : std::launch::deferred;
   writing_ = std::async(policy, [this, file = next_file()]() -> std::optional<std::string> {
     std::ostringstream text;
-    recorder_.write_csv(text, axis_names_);
+    recorder_.write_csv(text, axes_);
     const auto done = write_file(file, text.str());
     return done ? std::nullopt : std::optional(done.error());
   });

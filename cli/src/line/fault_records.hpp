@@ -19,7 +19,8 @@ class FaultRecords {
   static constexpr std::size_t kMaxFiles = 8;
 
   /// `in_background`: files are written by another thread while the line runs on.
-  FaultRecords(std::filesystem::path directory, std::vector<std::string> axis_names, bool in_background);
+  FaultRecords(std::filesystem::path directory, std::vector<ecat_master::FlightRecorder::AxisLabel> axes,
+               bool in_background);
 
   /// What the cycle records into.
   [[nodiscard]] ecat_master::FlightRecorder& recorder() noexcept { return recorder_; }
@@ -44,7 +45,7 @@ class FaultRecords {
   void end_writing(std::vector<std::string>& told);
 
   std::filesystem::path directory_;
-  std::vector<std::string> axis_names_;
+  std::vector<ecat_master::FlightRecorder::AxisLabel> axes_;
   bool in_background_;
   ecat_master::FlightRecorder recorder_;
   bool triggered_ = false;

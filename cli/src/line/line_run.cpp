@@ -34,6 +34,17 @@ constexpr auto kStopTimeout = std::chrono::seconds{10};
 constexpr std::size_t kRingCycles = 2048;
 constexpr std::size_t kMaxRingSamples = 1 << 17;
 
+/// Of the columns of the flight recorder.
+std::vector<ecat_master::FlightRecorder::AxisLabel> axis_labels(const LineConfig& config) {
+  std::vector<ecat_master::FlightRecorder::AxisLabel> labels;
+  for (const auto& axis : config.axes) {
+    const auto& unit = ecat_master::position_unit(axis);
+    const bool si = unit.name == trajectory::si_unit(unit.kind);
+    labels.push_back({axis.name, si ? nullptr : &unit, config.output.increments ? axis.increments_per_unit : 0.0});
+  }
+  return labels;
+}
+
 }  // namespace
 
 LineRun::LineRun(Session& session, std::optional<trajectory::Interpolator> path, std::optional<double> duration_s,
@@ -86,7 +97,7 @@ Outcome<void> LineRun::prepare() {
   const auto every = std::max<std::int64_t>(1, milliseconds{1} / config_.period);
   recorder_ = std::make_unique<Recorder>(
       config_.axes, config_.axes.empty() ? std::nullopt : std::optional(config_.output.directory / "axes.csv"),
-      static_cast<std::uint64_t>(every));
+      static_cast<std::uint64_t>(every), config_.output.increments);
   if (!recorder_->problem().empty()) return failed(recorder_->problem());
   return start_telemetry();
 }
@@ -202,10 +213,9 @@ Outcome<void> LineRun::start_cycle() {
   settings.receive_window = receive_window(config_.period);
   settings.acyclic_bytes = acyclic_bytes_;
   settings.copies = copies_;
-  std::vector<std::string> names;
-  for (const auto& axis : config_.axes) names.push_back(axis.name);
   fault_records_ = std::make_unique<FaultRecords>(
-      config_.output.directory, motion_ ? names : std::vector<std::string>{}, !session_.virtual_time());
+      config_.output.directory, motion_ ? axis_labels(config_) : std::vector<ecat_master::FlightRecorder::AxisLabel>{},
+      !session_.virtual_time());
   settings.recorder = &fault_records_->recorder();
   auto make_runner = [this](ecat_master::CyclicCore& core) -> std::unique_ptr<ecat_master::CycleRunner> {
     if (session_.virtual_time()) return std::make_unique<ecat_master::InlineRunner>(core, session_.clock());
@@ -358,7 +368,7 @@ void LineRun::judge_axes() {
     // Whoever stops the run at its beginning does not wait for them.
     if (seen.samples == 0 && stop_requested() && operation_time_ < kTimeToEnable) continue;
     const auto period = config_.period * exchange_divider(config_, config_.slaves[axis.slave]);
-    auto verdict = axis_verdict(axis, seen, period);
+    auto verdict = axis_verdict(axis, seen, period, config_.output.increments);
     if (!verdict.empty()) note_fault(std::move(verdict));
   }
 }
@@ -380,6 +390,7 @@ RunReport LineRun::make_report() {
   RunReport report;
   report.line = config_.name;
   report.state = state_;
+  report.increments = config_.output.increments;
   report.period = config_.period;
   report.duration_s = seconds_in_operation();
   report.statistics = master_.core()->statistics();
@@ -404,9 +415,10 @@ RunReport LineRun::make_report() {
   for (std::size_t i = 0; i < config_.axes.size(); ++i) {
     const auto& axis = config_.axes[i];
     const auto& error = recorder_->following_errors()[i];
+    const auto& unit = ecat_master::position_unit(axis);
     report.axes.push_back({axis.name, axis.slave, error.maximum * axis.increments_per_unit,
-                           error.rms() * axis.increments_per_unit, axis.linear ? "m" : "rad", axis.increments_per_unit,
-                           error.unavailable});
+                           error.rms() * axis.increments_per_unit, std::string(unit.name),
+                           axis.increments_per_unit * unit.to_si(1.0), error.unavailable});
     if (error.drive.samples == 0) continue;
     report.axes.back().by_drive = {error.drive.maximum * axis.increments_per_unit,
                                    error.drive.rms() * axis.increments_per_unit};

@@ -299,7 +299,7 @@ std::string LineWatch::motion_failure() const {
     case Cause::kPositionLeap:
     case Cause::kPositionFrozen:
     case Cause::kPositionUnsteady:
-      return describe_position(config_.axes[failure.axis], failure);
+      return describe_position(config_.axes[failure.axis], failure, config_.output.increments);
     case Cause::kCommunication:
       break;
   }

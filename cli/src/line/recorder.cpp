@@ -28,9 +28,11 @@ void Recorder::Extremes::add(double value) noexcept {
 }
 
 Recorder::Recorder(const std::vector<ecat_master::AxisConfig>& axes, std::optional<std::filesystem::path> csv,
-                   std::uint64_t every)
-    : errors_(axes.size()), csv_(std::move(csv)), every_(every), extremes_(axes.size()) {
-  for (const auto& axis : axes) columns_.push_back({axis.name, axis.linear});
+                   std::uint64_t every, bool increments)
+    : errors_(axes.size()), csv_(std::move(csv)), every_(every), increments_(increments), extremes_(axes.size()) {
+  for (const auto& axis : axes) {
+    columns_.push_back({axis.name, axis.linear, &ecat_master::position_unit(axis), axis.increments_per_unit});
+  }
   if (!csv_) return;
   stream_.open(partial_name(*csv_), std::ios::trunc);
   if (!stream_) problem_ = fmt::format("{}: cannot be written: {}", csv_->string(), std::strerror(errno));
@@ -40,18 +42,23 @@ Recorder::Recorder(const std::vector<ecat_master::AxisConfig>& axes, std::option
 /// known by the first row.
 void Recorder::write_header(const std::vector<snapshot::AxisSample>& row) {
   stream_ << "time[s]";
-  for (const auto& [axis, linear] : columns_) {
-    for (const auto* column : {"target", "actual", "following_error"})
-      stream_ << fmt::format(",{}_{}[{}]", axis, column, linear ? "m" : "rad");
+  const auto head = [this](const Column& column, std::string_view figure, std::string_view unit) {
+    stream_ << fmt::format(",{}_{}[{}]", column.axis, figure, unit);
+  };
+  for (const auto& column : columns_) {
+    for (const auto* figure : {"target", "actual", "following_error"}) head(column, figure, column.unit->name);
   }
-  for (const auto& [axis, linear] : columns_) stream_ << fmt::format(",{}_torque[{}]", axis, linear ? "N" : "Nm");
-  for (const auto& [axis, linear] : columns_) {
-    for (const auto* column : {"following_error_min", "following_error_max"})
-      stream_ << fmt::format(",{}_{}[{}]", axis, column, linear ? "m" : "rad");
+  for (const auto& column : columns_) head(column, "torque", column.linear ? "N" : "Nm");
+  for (const auto& column : columns_) {
+    for (const auto* figure : {"following_error_min", "following_error_max"}) head(column, figure, column.unit->name);
   }
   for (std::size_t i = 0; i < columns_.size(); ++i) {
-    if (std::isnan(row[i].drive_following_error_rad)) continue;
-    stream_ << fmt::format(",{}_drive_following_error[{}]", columns_[i].axis, columns_[i].linear ? "m" : "rad");
+    if (!std::isnan(row[i].drive_following_error_rad))
+      head(columns_[i], "drive_following_error", columns_[i].unit->name);
+  }
+  for (const auto& column : columns_) {
+    if (!increments_) break;
+    for (const auto* figure : {"target", "actual", "following_error"}) head(column, figure, "increments");
   }
   stream_ << '\n';
 }
@@ -104,16 +111,27 @@ void Recorder::write_row(const std::vector<snapshot::AxisSample>& row) {
   last_time_s_ = static_cast<double>(row.front().time_ns - *first_time_ns_) * 1e-9;
   fmt::memory_buffer text;
   fmt::format_to(std::back_inserter(text), "{:.6f}", last_time_s_);
-  for (const auto& sample : row) {
-    fmt::format_to(std::back_inserter(text), ",{:.7g},{:.7g},{:.4g}", sample.target_position_rad,
-                   sample.actual_position_rad, sample.following_error_rad);
+  const auto add = [&text](auto format, auto... values) {
+    fmt::format_to(std::back_inserter(text), format, values...);
+  };
+  const auto shown = [this](std::size_t axis, double si) { return columns_[axis].unit->from_si(si); };
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    add(FMT_STRING(",{:.7g},{:.7g},{:.4g}"), shown(i, row[i].target_position_rad), shown(i, row[i].actual_position_rad),
+        shown(i, row[i].following_error_rad));
   }
-  for (const auto& sample : row) fmt::format_to(std::back_inserter(text), ",{:.5g}", sample.actual_torque_nm);
-  for (auto& [least, greatest] : extremes_) fmt::format_to(std::back_inserter(text), ",{:.7g},{:.7g}", least, greatest);
+  for (const auto& sample : row) add(FMT_STRING(",{:.5g}"), sample.actual_torque_nm);
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    add(FMT_STRING(",{:.7g},{:.7g}"), shown(i, extremes_[i].least), shown(i, extremes_[i].greatest));
+  }
   std::fill(extremes_.begin(), extremes_.end(), Extremes{});
-  for (const auto& sample : row) {
-    if (!std::isnan(sample.drive_following_error_rad))
-      fmt::format_to(std::back_inserter(text), ",{:.4g}", sample.drive_following_error_rad);
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    const double error = row[i].drive_following_error_rad;
+    if (!std::isnan(error)) add(FMT_STRING(",{:.4g}"), shown(i, error));
+  }
+  for (std::size_t i = 0; increments_ && i < row.size(); ++i) {
+    const double scale = columns_[i].increments_per_unit;
+    add(FMT_STRING(",{:.0f},{:.0f},{:.1f}"), row[i].target_position_rad * scale, row[i].actual_position_rad * scale,
+        row[i].following_error_rad * scale);
   }
   text.push_back('\n');
   stream_.write(text.data(), static_cast<std::streamsize>(text.size()));

@@ -41,9 +41,10 @@ class Recorder final : public bridge::SampleConsumer {
   /// Longest recording; a longer run goes on without being recorded.
   static constexpr std::uint64_t kMaxRows = 120'000;
 
-  /// `csv`: none, nothing is written. `every`: one row per so many cycles.
+  /// `csv`: none, nothing is written. `every`: one row per so many cycles. `increments`: beside what is in the units of
+  /// the axes, behind everything else.
   Recorder(const std::vector<ecat_master::AxisConfig>& axes, std::optional<std::filesystem::path> csv,
-           std::uint64_t every);
+           std::uint64_t every, bool increments = false);
   /// Removes a file that has not been finished.
   ~Recorder() override;
   Recorder(const Recorder&) = delete;
@@ -84,11 +85,14 @@ class Recorder final : public bridge::SampleConsumer {
   struct Column {
     std::string axis;
     bool linear = false;
+    const trajectory::PositionUnit* unit = nullptr;
+    double increments_per_unit = 1.0;  ///< per rad or m
   };
   std::vector<FollowingError> errors_;
   std::vector<Column> columns_;
   std::optional<std::filesystem::path> csv_;
   std::uint64_t every_;
+  bool increments_;
   std::ofstream stream_;
   std::vector<snapshot::AxisSample> row_;
   std::vector<snapshot::AxisSample> last_row_;  ///< complete, of a cycle behind the last row of the file

@@ -6,22 +6,28 @@
 
 namespace driveline::cli {
 
-std::string describe_position(const ecat_master::AxisConfig& axis, const ecat_master::MotionFailure& failure) {
+std::string length_text(const ecat_master::AxisConfig& axis, double length, bool increments) {
+  const auto& unit = ecat_master::position_unit(axis);
+  auto text = fmt::format("{:.5g} {}", unit.from_si(length), unit.name);
+  if (increments) text += fmt::format(" ({:.0f} increments)", length * axis.increments_per_unit);
+  return text;
+}
+
+std::string describe_position(const ecat_master::AxisConfig& axis, const ecat_master::MotionFailure& failure,
+                              bool increments) {
   using Cause = ecat_master::MotionFailure::Cause;
   const auto& found = failure.position;
-  const auto* unit = axis.linear ? "m" : "rad";
-  const auto way = [&](double length) {
-    return fmt::format("{:.4g} {} ({:.0f} increments)", length, unit, length * axis.increments_per_unit);
-  };
+  const auto& unit = ecat_master::position_unit(axis);
+  const auto way = [&](double length) { return length_text(axis, length, increments); };
   const double ms = found.within_s * 1e3;
   if (failure.cause == Cause::kPositionFrozen) {
     return fmt::format(
         "axis {}: its actual position stood at {:.6g} {} for {:.4g} ms while it was sent {} on: frozen, or the axis is "
         "blocked; all axes stopped within their limits",
-        axis.name, found.from, unit, ms, way(found.moved));
+        axis.name, unit.from_si(found.from), unit.name, ms, way(found.moved));
   }
-  const auto leap =
-      fmt::format("leapt by {} within {:.4g} ms, {:.3g} {} are possible", way(found.moved), ms, found.allowed, unit);
+  const auto leap = fmt::format("leapt by {} within {:.4g} ms, {:.3g} {} are possible", way(found.moved), ms,
+                                unit.from_si(found.allowed), unit.name);
   if (failure.cause == Cause::kPositionLeap) {
     return fmt::format("axis {}: its actual position {}: not plausible; all axes stopped within their limits",
                        axis.name, leap);

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <optional>
+
 #include "output_file.hpp"
 #include "text/gnuplot.hpp"
 
@@ -28,39 +31,84 @@ std::string jitter_script() {
          "     '' skip 1 using (us($1,$2)):4 with impulses lw 2 title 'cycle cost'\n";
 }
 
+/// The same curve on the second axis, where increments are, but not drawn: both axes then have the range of the data.
+std::string on_second_axis(std::string_view column, double increments, std::string_view rows = "") {
+  return fmt::format(", '' skip 1{} using 1:(({})*{:.17g}) axes x1y2 with lines lt nodraw notitle", rows, column,
+                     increments);
+}
+
+/// What one small plot shows of an axis.
+class AxisPlot {
+ public:
+  /// `increments`: on a second axis as well.
+  AxisPlot(const AxisReport& axis, bool increments)
+      : scale_(increments ? std::optional(axis.increments_per_unit) : std::nullopt) {
+    text_ = fmt::format("set ylabel {}\n", gnuplot_text(fmt::format("{} in {}", axis.name, axis.unit)));
+    if (scale_) {
+      text_ +=
+          "set yrange [*:*] noextend\nset y2range [*:*] noextend\nset ytics nomirror\nset y2tics format '%.0f'\n"
+          "set y2label 'increments'\n";
+    }
+    text_ += "plot 'axes.csv' skip 1";
+  }
+
+  /// A curve of a column, drawn `with`.
+  void add(std::size_t column, std::string_view with) {
+    text_ += fmt::format("{} using 1:{} {}", begun_ ? ", '' skip 1" : "", column, with);
+    begun_ = true;
+    if (scale_) text_ += on_second_axis(fmt::format("${}", column), *scale_);
+  }
+
+  /// Between two columns.
+  void fill(std::size_t lower, std::size_t upper, std::string_view with) {
+    text_ += fmt::format("{} using 1:{}:{} {}", begun_ ? ", '' skip 1" : "", lower, upper, with);
+    begun_ = true;
+  }
+
+  /// `around`: a column. Where nothing moves both axes still have a range, an increment to either side.
+  [[nodiscard]] std::string finish(std::size_t around) const {
+    if (!scale_) return text_ + "\n";
+    auto text = text_;
+    for (const auto* sign : {"+", "-"}) {
+      const auto beside = fmt::format("${}{}{:.17g}", around, sign, 1.0 / *scale_);
+      text += fmt::format(", '' skip 1 every ::::0 using 1:({}) with lines lt nodraw notitle", beside) +
+              on_second_axis(beside, *scale_, " every ::::0");
+    }
+    return text + "\n";
+  }
+
+ private:
+  std::optional<double> scale_;
+  std::string text_;
+  bool begun_ = false;
+};
+
 /// One small plot per axis, two side by side. The columns: time, three per axis, their torques, least and greatest
 /// following error of each, then the following errors of the drives that report one (Recorder).
 std::string axes_script(const std::vector<AxisReport>& axes, std::string_view output, std::string_view title,
-                        bool errors) {
+                        bool errors, bool increments) {
   const auto rows = (axes.size() + 1) / 2;
   auto script = "reset\n" + terminal(static_cast<int>(std::max<std::size_t>(rows, 2) * 230));
   script += fmt::format(
-      "set output '{}'\nset datafile separator ','\nset multiplot layout {},2 title '{}'\nset grid\n"
+      "set output '{}'\nset datafile separator ','\nset multiplot layout {},2 title '{}'\nset grid\nset key above\n"
       "set xlabel 'time in s'\n",
       output, rows, title);
   auto reported = 2 + 6 * axes.size();
   for (std::size_t i = 0; i < axes.size(); ++i) {
-    const auto& axis = axes[i];
-    const auto column = 2 + 3 * i;
-    script += fmt::format("set ylabel {}\n",
-                          gnuplot_text(fmt::format("{}: {}", axis.name, errors ? "increments" : axis.si_unit)));
+    AxisPlot plot(axes[i], increments);
     if (errors) {
       const auto least = 2 + 4 * axes.size() + 2 * i;
-      script += fmt::format(
-          "plot 'axes.csv' skip 1 using 1:(${0}*{2:.9g}):(${1}*{2:.9g}) with filledcurves lt 1 notitle, "
-          "'' skip 1 using 1:(${0}*{2:.9g}) with lines lt 1 title 'following error, least and greatest', "
-          "'' skip 1 using 1:(${1}*{2:.9g}) with lines lt 1 notitle",
-          least, least + 1, axis.increments_per_unit);
-      if (axis.by_drive) {
-        script += fmt::format(", '' skip 1 using 1:(${}*{:.9g}) with lines title 'by the drive (60F4h)'", reported++,
-                              axis.increments_per_unit);
-      }
-      script += '\n';
+      plot.fill(least, least + 1, "with filledcurves lt 1 notitle");
+      plot.add(least, "with lines lt 1 title 'following error, least and greatest'");
+      plot.add(least + 1, "with lines lt 1 notitle");
+      if (axes[i].by_drive) plot.add(reported++, "with lines lt 2 title 'by the drive (60F4h)'");
+      script += plot.finish(least);
     } else {
-      script += fmt::format(
-          "plot 'axes.csv' skip 1 using 1:{} with lines lw 3 title 'commanded', "
-          "'' skip 1 using 1:{} with lines title 'actual'\n",
-          column, column + 1);
+      const auto column = 2 + 3 * i;
+      // The actual position upon a broad and pale band: where both are the same both can be seen.
+      plot.add(column, "with lines lw 4 lc rgb '#9ecae1' title 'commanded'");
+      plot.add(column + 1, "with lines lc rgb '#08306b' title 'actual'");
+      script += plot.finish(column);
     }
   }
   return script + "unset multiplot\n";
@@ -86,13 +134,13 @@ tl::expected<void, std::string> write_jitter_csv(const ecat_master::CycleStatist
 }
 
 tl::expected<std::map<std::string, std::filesystem::path>, std::string> draw_plots(
-    const std::filesystem::path& directory, const std::vector<AxisReport>& axes) {
+    const std::filesystem::path& directory, const std::vector<AxisReport>& axes, bool increments) {
   const auto script_file = directory / "plots.gp";
   auto script = jitter_script();
   std::map<std::string, std::filesystem::path> pictures{{"jitter_plot", directory / "jitter.png"}};
   if (!axes.empty()) {
-    script += axes_script(axes, "positions.png", "commanded and actual position", false) +
-              axes_script(axes, "following_error.png", "following error", true);
+    script += axes_script(axes, "positions.png", "commanded and actual position", false, increments) +
+              axes_script(axes, "following_error.png", "following error", true, increments);
     pictures["position_plot"] = directory / "positions.png";
     pictures["following_error_plot"] = directory / "following_error.png";
   }

@@ -16,9 +16,10 @@ namespace driveline::cli {
 
 /// Draws what lies in `directory` (jitter.csv, and axes.csv unless `axes` is empty) with gnuplot: jitter.png,
 /// positions.png, following_error.png. The gnuplot script stays beside them. Returns the pictures by the key they
-/// have in the report. Error: a sentence (gnuplot is not there or failed).
+/// have in the report. Axes are in their units, with `increments` on a second axis in those of the drive as well.
+/// Error: a sentence (gnuplot is not there or failed).
 [[nodiscard]] tl::expected<std::map<std::string, std::filesystem::path>, std::string> draw_plots(
-    const std::filesystem::path& directory, const std::vector<AxisReport>& axes);
+    const std::filesystem::path& directory, const std::vector<AxisReport>& axes, bool increments = false);
 
 /// Draws clocks.png from clocks.csv in `directory`: time in the first column, one column per slave behind it. Error: a
 /// sentence.

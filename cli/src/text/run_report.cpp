@@ -1,6 +1,7 @@
 #include "text/run_report.hpp"
 
 #include <fmt/format.h>
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "text/histogram_json.hpp"
@@ -66,6 +67,29 @@ std::string row(std::string_view name, const rt::Histogram& histogram) {
                      us(histogram.percentile(0.99)), us(histogram.percentile(0.999)), us(histogram.max()));
 }
 
+/// Following errors in the units of the axes, what the drives report of theirs, and increments where they are asked
+/// for.
+std::string axes_to_text(const std::vector<AxisReport>& axes, bool increments) {
+  std::size_t widest = std::string_view("following error").size();
+  for (const auto& axis : axes) widest = std::max(widest, axis.name.size());
+  auto text = fmt::format("\n  {:<{}}{:>7}{:>15}{:>16}\n", "following error", widest, "slave", "maximum", "RMS");
+  for (const auto& axis : axes) {
+    const auto shown = [&axis](double length) {
+      return fmt::format("{:.4g} {}", length / axis.increments_per_unit, axis.unit);
+    };
+    text += fmt::format("  {:<{}}{:>7}{:>15}{:>16}", axis.name, widest, axis.slave, shown(axis.following_error_max),
+                        shown(axis.following_error_rms));
+    if (increments)
+      text += fmt::format("{:>14.1f} inc{:>14.2f} inc", axis.following_error_max, axis.following_error_rms);
+    if (axis.by_drive) {
+      text += fmt::format("   (60F4h: max {}{})", shown(axis.by_drive->maximum),
+                          increments ? fmt::format(", {:.1f} inc", axis.by_drive->maximum) : std::string{});
+    }
+    text += "\n";
+  }
+  return text;
+}
+
 }  // namespace
 
 nlohmann::json to_json(const RunReport& report) {
@@ -77,6 +101,8 @@ nlohmann::json to_json(const RunReport& report) {
                     {"following_error_max", axis.following_error_max},
                     {"following_error_rms", axis.following_error_rms},
                     {"unit", "increments"},
+                    {"position_unit", axis.unit},
+                    {"increments_per_position_unit", axis.increments_per_unit},
                     {"unavailable_cycles", axis.unavailable_cycles}});
     if (!axis.by_drive) continue;
     axes.back()["drive_following_error_max"] = axis.by_drive->maximum;
@@ -151,14 +177,7 @@ std::string to_text(const RunReport& report) {
   if (report.process_data) text += fmt::format("\n{}", to_text(*report.process_data));
   if (!report.inputs.empty()) text += fmt::format("\n  inputs at the end\n{}", to_text(report.inputs));
   if (!report.axes.empty()) {
-    text += fmt::format("\n  {:<12}{:>7}{:>22}{:>22}\n", "following error", "slave", "maximum", "RMS");
-    for (const auto& axis : report.axes) {
-      text += fmt::format("  {:<12}{:>10}{:>14.1f} inc{:>18.2f} inc   (max {:.3g} {}", axis.name, axis.slave,
-                          axis.following_error_max, axis.following_error_rms,
-                          axis.following_error_max / axis.increments_per_unit, axis.si_unit);
-      if (axis.by_drive) text += fmt::format("; 60F4h: max {:.1f} inc", axis.by_drive->maximum);
-      text += ")\n";
-    }
+    text += axes_to_text(report.axes, report.increments);
   }
   text += report.telemetry_enabled ? fmt::format("\n  telemetry: {} axis samples published, {} dropped\n",
                                                  report.telemetry_published, report.telemetry_dropped)

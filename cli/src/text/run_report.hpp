@@ -21,7 +21,7 @@ struct AxisReport {
   std::size_t slave = 0;
   double following_error_max = 0.0;
   double following_error_rms = 0.0;
-  std::string si_unit;  ///< "rad" or "m"
+  std::string unit;  ///< in which people read the axis: "mm"
   double increments_per_unit = 1.0;
   std::uint64_t unavailable_cycles = 0;  ///< in operation, without valid process data or not in OP
   /// What the drive itself reports of its following error (60F4h).
@@ -58,6 +58,7 @@ struct RunReport {
   std::string line;
   std::string state;  ///< state of the line when the run was over: "OP", or what it had come to
   std::vector<AxisReport> axes;
+  bool increments = false;  ///< in text and pictures, beside what is in the units of the axes
   std::chrono::nanoseconds period{};
   double duration_s = 0.0;
   ecat_master::CycleStatistics statistics;

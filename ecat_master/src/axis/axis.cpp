@@ -51,6 +51,10 @@ double delay_of(const AxisConfig& config) {
 
 }  // namespace
 
+const trajectory::PositionUnit& position_unit(const AxisConfig& axis) noexcept {
+  return trajectory::unit_or_si(axis.unit, axis.linear ? trajectory::AxisKind::kLinear : trajectory::AxisKind::kRotary);
+}
+
 double position_tolerance(const AxisConfig& axis) noexcept {
   constexpr double kTime_s = 1e-3;
   const double least = axis.linear ? 1e-3 : 0.05;

@@ -43,33 +43,59 @@ std::size_t FlightRecorder::slot(std::size_t age) const noexcept {
   return (next_ + lines_.size() - 1 - age) % lines_.size();
 }
 
-void FlightRecorder::write_csv(std::ostream& out, std::span<const std::string> axis_names) const {
-  // Without distributed clocks both stay as they are at first.
-  const bool clocks = std::any_of(lines_.begin(), lines_.end(),
-                                  [](const auto& line) { return line.dc_locked || line.dc_difference_ns != 0; });
+void FlightRecorder::write_header(std::ostream& out, std::span<const AxisLabel> axes, bool clocks) const {
   out << "cycle,time_ns,wake_latency_ns,cost_ns,round_trip_ns,missed_periods,frames_received,working_counter,"
          "expected_working_counter";
   if (clocks) out << ",dc_locked,dc_difference_ns";
-  for (std::size_t axis = 0; axis < axes_; ++axis) {
-    const std::string name = axis < axis_names.size() ? axis_names[axis] : fmt::format("axis{}", axis);
-    for (const char* figure :
-         {"control_word", "status_word", "mode", "available", "target_position", "actual_position", "target_velocity",
-          "actual_velocity", "target_torque", "actual_torque", "following_error"}) {
-      out << ',' << name << '.' << figure;
-    }
+  for (const auto& axis : axes) {
+    for (const char* figure : {"control_word", "status_word", "mode", "available"})
+      out << ',' << axis.name << '.' << figure;
+    const auto in = [&axis](std::string_view per) {
+      return axis.unit != nullptr ? fmt::format("[{}{}]", axis.unit->name, per) : std::string{};
+    };
+    for (const char* figure : {"target_position", "actual_position"})
+      out << ',' << axis.name << '.' << figure << in("");
+    for (const char* figure : {"target_velocity", "actual_velocity"})
+      out << ',' << axis.name << '.' << figure << in("/s");
+    for (const char* figure : {"target_torque", "actual_torque"}) out << ',' << axis.name << '.' << figure;
+    out << ',' << axis.name << ".following_error" << in("");
+  }
+  for (const auto& axis : axes) {
+    if (!(axis.increments_per_unit > 0.0)) continue;
+    for (const char* figure : {"target_position", "actual_position", "following_error"})
+      out << ',' << axis.name << '.' << figure << "[increments]";
   }
   out << '\n';
+}
+
+void FlightRecorder::write_csv(std::ostream& out, std::span<const AxisLabel> axes) const {
+  // Without distributed clocks both stay as they are at first.
+  const bool clocks = std::any_of(lines_.begin(), lines_.end(),
+                                  [](const auto& line) { return line.dc_locked || line.dc_difference_ns != 0; });
+  std::vector<AxisLabel> labels(axes.begin(), axes.begin() + static_cast<std::ptrdiff_t>(std::min(axes.size(), axes_)));
+  while (labels.size() < axes_) labels.push_back({fmt::format("axis{}", labels.size())});
+  write_header(out, labels, clocks);
   for (std::size_t age = size_; age-- > 0;) {
     const auto& line = lines_[slot(age)];
     out << fmt::format("{},{},{},{},{},{},{},{},{}", line.cycle, line.time_ns, line.wake_latency_ns, line.cost_ns,
                        line.round_trip_ns, line.missed_periods, line.frame_received ? 1 : 0, line.working_counter,
                        line.expected_working_counter);
     if (clocks) out << fmt::format(",{},{}", line.dc_locked ? 1 : 0, line.dc_difference_ns);
-    for (const auto& axis : std::span(axis_records_).subspan(slot(age) * axes_, axes_)) {
+    const auto records = std::span(axis_records_).subspan(slot(age) * axes_, axes_);
+    for (std::size_t i = 0; i < axes_; ++i) {
+      const auto& axis = records[i];
+      const auto unit = [shown = labels[i].unit](double si) { return shown != nullptr ? shown->from_si(si) : si; };
       out << fmt::format(",0x{:04X},0x{:04X},{},{},{:.9g},{:.9g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}", axis.control_word,
                          axis.status_word, axis.mode, axis.state == snapshot::AxisState::kUnavailable ? 0 : 1,
-                         axis.target_position, axis.actual_position, axis.target_velocity, axis.actual_velocity,
-                         axis.target_torque, axis.actual_torque, axis.following_error);
+                         unit(axis.target_position), unit(axis.actual_position), unit(axis.target_velocity),
+                         unit(axis.actual_velocity), axis.target_torque, axis.actual_torque,
+                         unit(axis.following_error));
+    }
+    for (std::size_t i = 0; i < axes_; ++i) {
+      const double scale = labels[i].increments_per_unit;
+      if (!(scale > 0.0)) continue;
+      out << fmt::format(",{:.0f},{:.0f},{:.0f}", records[i].target_position * scale,
+                         records[i].actual_position * scale, static_cast<double>(records[i].following_error) * scale);
     }
     out << '\n';
   }

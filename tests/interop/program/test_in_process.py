@@ -94,17 +94,17 @@ class VirtualTime(ProgramTest):
         result, document = self.run_axis("plant.load.gravity_nm = 2\n", 'mode = "cst"\ninertia = 3e-4\n')
         self.assertEqual(result.returncode, 1, result.stderr)
         fault, = document["faults"]
-        self.assertRegex(fault, r"axis x: ended 3\.\d+ rad \(\d+ increments\) away from its setpoint, 0\.\d+ rad are tolerated")
+        self.assertRegex(fault, r"axis x: ended 3\.\d+ rad away from its setpoint, 0\.\d+ rad are tolerated")
         self.assertIn(fault, result.stderr)
 
     def test_actual_position_that_cannot_be_true_is_a_failure(self):
         self.write("path.csv", "time[s],x[rad]\n0,0\n2,30\n4,0\n")
         script = '[[slave.input]]\nentry = "{}"\nshape = "steps"\nat_ms = [0, 1000]\nvalues = [0, {}]\n'
         for entry, value, sentence in (
-                ("POSITION_ERROR", 2e6, r"axis x: its actual position leapt by (1[12]\.\d+) rad \(\d+ increments\) within 1 ms, "
+                ("POSITION_ERROR", 2e6, r"axis x: its actual position leapt by (1[12]\.\d+) rad within 1 ms, "
                                         r"1 rad are possible: not plausible"),
                 ("POSITION_HELD", 1, r"axis x: its actual position stood at \d+\.\d+ rad for \d+ ms while it was sent "
-                                     r"\d\.\d+ rad \(\d+ increments\) on: frozen, or the axis is blocked")):
+                                     r"\d\.\d+ rad on: frozen, or the axis is blocked")):
             for mode in ("csp", "csv", "cst"):
                 with self.subTest(entry=entry, mode=mode):
                     result, document = self.run_axis(script.format(entry, value), f'mode = "{mode}"\ninertia = 3e-4\n')
@@ -241,11 +241,59 @@ class FilesAndSummary(ProgramTest):
         with open(self.directory / document["files"]["axes_csv"], encoding="utf-8") as file:
             rows = list(csv.DictReader(file))
         for axis in document["axes"]:
-            extremes = [abs(float(row[f"{axis['name']}_following_error_{which}[rad]"])) for row in rows
+            unit = axis["position_unit"]
+            extremes = [abs(float(row[f"{axis['name']}_following_error_{which}[{unit}]"])) for row in rows
                         for which in ("min", "max")]
-            largest = max(value for value in extremes if not math.isnan(value)) * 1048576 / (2 * math.pi)
+            largest = max(value for value in extremes if not math.isnan(value)) * axis["increments_per_position_unit"]
             self.assertAlmostEqual(largest / axis["following_error_max"], 1.0, delta=1e-5, msg=axis["name"])
+        self.assertEqual([axis["position_unit"] for axis in document["axes"]], 3 * ["rad"] + 3 * ["deg"] + 2 * ["rev"])
         self.assertIs(document["round_trip_modelled"], True)
+
+    UNITS = ('[line]\ncycle_us = 1000\n[path]\nfile = "path.csv"\n[telemetry]\nenabled = false\n'
+             '[[slave]]\nname = "z"\n[[slave]]\nname = "c"\n{}'
+             '[[axis]]\nname = "z"\nfeed_mm_per_revolution = 10\nunit = "mm"\nmax_velocity = 500\nmax_acceleration = 5000\n'
+             '[[axis]]\nname = "c"\n')
+
+    def test_what_was_written_in_a_unit_is_shown_in_it(self):
+        self.write("path.csv", "time[ms],z[um],c[deg]\n0,0,0\n1000,40000,90\n2000,40000,90\n")
+        config = self.write("line.toml", self.UNITS.format(""))
+        result = self.run_program("run", "--config", config, "--virtual")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertRegex(result.stdout, r"\n  z +0 +[0-9.e-]+ mm +[0-9.e-]+ mm  .*\n  c +1 +[0-9.e-]+ deg +[0-9.e-]+ deg  ")
+        self.assertNotRegex(result.stdout, r" inc\b")
+        with open(self.directory / "out/axes.csv", encoding="utf-8") as file:
+            last = list(csv.DictReader(file))[-1]
+        self.assertAlmostEqual(float(last["z_actual[mm]"]), 40, delta=0.05)
+        self.assertAlmostEqual(float(last["c_actual[deg]"]), 90, delta=0.5)
+        self.assertIn("set ylabel 'z in mm'\n", self.text("out/plots.gp"))
+        asked = self.run_program("run", "--config", config, "--virtual", "--increments")
+        self.assertRegex(asked.stdout, r"\n  z +0 +[0-9.e-]+ mm +[0-9.e-]+ mm +[0-9.]+ inc +[0-9.]+ inc ")
+        with open(self.directory / "out/axes.csv", encoding="utf-8") as file:
+            last = list(csv.DictReader(file))[-1]
+        self.assertAlmostEqual(float(last["z_actual[increments]"]), float(last["z_actual[mm]"]) * 104857.6, delta=1)
+        self.assertIn("set y2label 'increments'\n", self.text("out/plots.gp"))
+
+    def test_what_goes_wrong_is_told_in_the_unit_of_the_axis(self):
+        self.write("path.csv", "time[s],z[mm],c[rev]\n0,0,0\n1,40,1\n2,0,0\n")
+        # A million increments are 9.5 mm, or most of a turn.
+        script = '[[slave.input]]\nentry = "POSITION_ERROR"\nshape = "steps"\nat_ms = [0, 1000]\nvalues = [0, 1e6]\n'
+        slide = self.UNITS.format("").replace('[[slave]]\nname = "c"\n', script + '[[slave]]\nname = "c"\n')
+        for text, flags, sentence in (
+                (slide, (), r"axis z: its actual position leapt by 9\.\d+ mm within 1 ms, [0-9.]+ mm are possible"),
+                (self.UNITS.format(script), ("--increments",), r"axis c: its actual position leapt by 0\.9\d+ rev "
+                                                               r"\(\d+ increments\) within 1 ms, [0-9.]+ rev are possible")):
+            with self.subTest(sentence=sentence):
+                config = self.write("line.toml", text)
+                result = self.run_program("run", "--config", config, "--virtual", "--no-plots", "--json", *flags)
+                self.assertEqual(result.returncode, 1, result.stderr)
+                document = self.one_document(result.stdout)
+                self.assertRegex(document["faults"][0], sentence)
+                head = self.text(document["files"]["flight_recorder_csv"]).splitlines()[0].split(",")
+                self.assertIn("z.target_velocity[mm/s]", head)
+                self.assertEqual("c.actual_position[increments]" in head, bool(flags))
+        self.write("path.csv", "time[s],z[mm],c[rev]\n0,0,0\n0.5,400,1\n1,0,0\n")
+        refused = self.run_program("run", "--config", self.write("line.toml", self.UNITS.format("")), "--virtual")
+        self.check_refused(refused, 2, "axis 'z' would need", " mm/s^2 at 0 s; its limit is 5000 mm/s^2")
 
     def test_a_recording_that_is_full_says_so(self):
         self.write("line.toml", '[line]\nname = "l"\ncycle_us = 1000\n[path]\nfile = "path.csv"\nrepeat = true\n'

@@ -69,8 +69,9 @@ TEST_F(AxisPath, ColumnThatIsMissing) {
 }
 
 TEST_F(AxisPath, LengthForARotaryAxisAndAngleForALinearOne) {
-  EXPECT_EQ(complaint("time[s],x[mm],z[m]\n0,0,0\n1,0,0\n"), ": column \"x\" is in m but the axis is rotary");
-  EXPECT_EQ(complaint("time[s],x[rad],z[deg]\n0,0,0\n1,0,0\n"), ": column \"z\" is in rad but the axis is linear");
+  EXPECT_EQ(complaint("time[s],x[mm],z[m]\n0,0,0\n1,0,0\n"),
+            ": column \"x\" is in mm but the axis is rotary (feed_mm_per_revolution makes it linear)");
+  EXPECT_EQ(complaint("time[s],x[rad],z[deg]\n0,0,0\n1,0,0\n"), ": column \"z\" is in deg but the axis is linear");
 }
 
 TEST_F(AxisPath, PositionBeyond32Bits) {
@@ -89,6 +90,24 @@ TEST_F(AxisPath, LimitsOfTheAxis) {
                              testing::HasSubstr("10 m/s")));
   config.axes[1].limits = {1e3, 10.0};
   EXPECT_THAT(complaint("time[s],x[rad],z[m]\n0,0,0\n0.1,0,5\n0.2,0,10\n"), testing::HasSubstr("acceleration"));
+}
+
+TEST_F(AxisPath, UnitIsThatOfTheColumnUnlessTheLineSaysOne) {
+  ASSERT_TRUE(load("time[s],z[mm],x[deg]\n0,1000,2\n1,1000,2\n"));
+  EXPECT_EQ(ecat_master::position_unit(config.axes[0]).name, "deg");
+  EXPECT_EQ(ecat_master::position_unit(config.axes[1]).name, "mm");
+  config.axes[1].unit = trajectory::find_position_unit("um");
+  ASSERT_TRUE(load("time[s],z[mm],x[deg]\n0,1000,2\n1,1000,2\n"));
+  EXPECT_EQ(ecat_master::position_unit(config.axes[1]).name, "um");
+}
+
+TEST_F(AxisPath, LimitsAreToldInTheUnitOfTheAxis) {
+  config.axes[1].limits = {0.01, 1e6};
+  const auto* const path = "time[s],x[rad],z[mm]\n0,0,0\n1,0,0\n1.5,0,10\n2,0,20\n3,0,20\n";
+  EXPECT_THAT(complaint(path),
+              testing::AllOf(testing::HasSubstr(" mm/s at "), testing::HasSubstr("its limit is 10 mm/s")));
+  config.axes[1].unit = trajectory::find_position_unit("um");
+  EXPECT_THAT(complaint(path), testing::HasSubstr("its limit is 10000 um/s"));
 }
 
 TEST_F(AxisPath, CornersOfALinearPathAreLeftToTheDrives) {

@@ -31,7 +31,7 @@ FollowingError ended(double error, double velocity = 0.0, AxisState state = Axis
 }
 
 std::string verdict(const FollowingError& seen, const ecat_master::AxisConfig& config = axis()) {
-  return axis_verdict(config, seen, milliseconds{1});
+  return axis_verdict(config, seen, milliseconds{1}, false);
 }
 
 TEST(AxisVerdict, AnAxisNearItsSetpointIsWell) {
@@ -42,7 +42,7 @@ TEST(AxisVerdict, AnAxisNearItsSetpointIsWell) {
 
 TEST(AxisVerdict, AnAxisFarFromItsSetpointIsNamedWithTheDistance) {
   EXPECT_EQ(verdict(ended(-31.0)),
-            "axis x: ended 31 rad (31000 increments) away from its setpoint, 0.2 rad are tolerated "
+            "axis x: ended 31 rad away from its setpoint, 0.2 rad are tolerated "
             "(position_tolerance): it did not follow its path");
   EXPECT_THAT(verdict(ended(0.21)), HasSubstr("ended 0.21 rad"));
   EXPECT_THAT(verdict(ended(0.8, 100.0)), HasSubstr("0.7 rad are tolerated"));
@@ -51,8 +51,8 @@ TEST(AxisVerdict, AnAxisFarFromItsSetpointIsNamedWithTheDistance) {
 
 TEST(AxisVerdict, RareExchangesAreGivenTheirTime) {
   const auto seen = ended(1.0, 50.0);
-  EXPECT_THAT(axis_verdict(axis(), seen, milliseconds{1}), HasSubstr("away from its setpoint"));
-  EXPECT_EQ(axis_verdict(axis(), seen, milliseconds{10}), "");
+  EXPECT_THAT(axis_verdict(axis(), seen, milliseconds{1}, false), HasSubstr("away from its setpoint"));
+  EXPECT_EQ(axis_verdict(axis(), seen, milliseconds{10}, false), "");
 }
 
 TEST(AxisVerdict, TheToleranceIsTheUsers) {
@@ -65,7 +65,19 @@ TEST(AxisVerdict, TheToleranceIsTheUsers) {
   config.limits.max_velocity = 1.0;
   EXPECT_EQ(verdict(ended(0.049), config), "") << "0.05 rad at least";
   config.linear = true;
-  EXPECT_THAT(verdict(ended(0.002), config), HasSubstr("ended 0.002 m (2 increments) away")) << "1 mm at least";
+  EXPECT_THAT(verdict(ended(0.002), config), HasSubstr("ended 0.002 m away")) << "1 mm at least";
+}
+
+TEST(AxisVerdict, IsInTheUnitOfTheAxisWithIncrementsOnRequest) {
+  auto config = axis();
+  config.linear = true;
+  config.limits.max_velocity = 1.0;
+  config.unit = trajectory::find_position_unit("mm");
+  EXPECT_EQ(axis_verdict(config, ended(-0.25), milliseconds{1}, false),
+            "axis x: ended 250 mm away from its setpoint, 1 mm are tolerated (position_tolerance): it did not follow "
+            "its path");
+  EXPECT_THAT(axis_verdict(config, ended(-0.25), milliseconds{1}, true),
+              HasSubstr("ended 250 mm (250 increments) away from its setpoint, 1 mm are"));
 }
 
 TEST(AxisVerdict, AnAxisThatNeverWasEnabledIsNamedWithItsState) {

@@ -88,7 +88,7 @@ INSTANTIATE_TEST_SUITE_P(
                   ":6: [axis 1] limit: unknown key, expected one of: feed_mm_per_revolution, "
                   "increments_per_revolution, inertia, max_acceleration, max_velocity, mode, name, position_gain_1_s, "
                   "position_tolerance, "
-                  "rated_torque_nm, setpoint_delay_cycles, slave, velocity_gain"},
+                  "rated_torque_nm, setpoint_delay_cycles, slave, unit, velocity_gain"},
         WrongFile{one_slave("[path]\nfile = \"a.csv\"\nspeed = 2\n"),
                   ":6: [path] speed: unknown key, expected one of: file, interpolation, late, relative, repeat"},
         WrongFile{one_slave("[telemetry]\nrate = 2\n"),
@@ -136,6 +136,14 @@ INSTANTIATE_TEST_SUITE_P(
         WrongFile{one_slave("[line]\nname = \"\"\n"), ":5: [line] name: must have 1 to 31 characters"},
         WrongFile{one_slave("[line]\nname = \"12345678901234567890123456789012\"\n"),
                   ":5: [line] name: must have 1 to 31 characters"},
+        WrongFile{one_axis("unit = \"mm\"\n"),
+                  ":6: [axis 1] unit: is \"mm\", \"rad\", \"deg\" or \"rev\" of an axis without "
+                  "feed_mm_per_revolution is expected"},
+        WrongFile{one_axis("feed_mm_per_revolution = 5\nunit = \"turns\"\n"),
+                  ":7: [axis 1] unit: is \"turns\", \"m\", \"mm\" or \"um\" of an axis with "
+                  "feed_mm_per_revolution is expected"},
+        WrongFile{one_axis("feed_mm_per_revolution = 5\nunit = \"mm\"\nmax_velocity = 2e9\n"),
+                  ":8: [axis 1] max_velocity: is 2000000000, 0.001 to 1000000000 is expected"},
         WrongFile{one_slave("[line]\ncycle_us = 100\n"), ":5: [line] cycle_us: is 100, 125 to 100000 is expected"},
         WrongFile{one_slave("[line]\ncycle_us = nan\n"), ":5: [line] cycle_us: is nan, 125 to 100000 is expected"},
         WrongFile{one_slave("[line]\ncycle_us = 200\n"),

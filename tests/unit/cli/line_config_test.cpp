@@ -185,6 +185,25 @@ TEST(LineConfig, RotaryAxisCountsInRadians) {
   EXPECT_EQ(config.axes[0].mode, Mode::kCyclicVelocity);
 }
 
+TEST(LineConfig, LimitsAreInTheUnitOfTheAxis) {
+  const std::string line =
+      "[[slave]]\nname = \"x\"\n[[axis]]\nname = \"x\"\nmax_velocity = 720\nmax_acceleration = 3600\n"
+      "position_tolerance = 18\n";
+  const auto si = parsed(line).axes[0];
+  EXPECT_EQ(si.limits.max_velocity, 720.0);
+  EXPECT_EQ(ecat_master::position_unit(si).name, "rad");
+  const auto degrees = parsed(line + "unit = \"deg\"\n").axes[0];
+  EXPECT_DOUBLE_EQ(degrees.limits.max_velocity, 4.0 * std::numbers::pi);
+  EXPECT_DOUBLE_EQ(degrees.limits.max_acceleration, 20.0 * std::numbers::pi);
+  EXPECT_DOUBLE_EQ(degrees.position_tolerance.value(), 0.1 * std::numbers::pi);
+  EXPECT_EQ(ecat_master::position_unit(degrees).name, "deg");
+  const auto mm = parsed(line + "unit = \"mm\"\nfeed_mm_per_revolution = 10\n").axes[0];
+  EXPECT_DOUBLE_EQ(mm.limits.max_velocity, 0.72);
+  EXPECT_DOUBLE_EQ(mm.increments_per_unit, 1048576 / 0.01) << "of a metre, whatever people read";
+  const auto left_out = parsed("[[slave]]\nname = \"x\"\n[[axis]]\nname = \"x\"\nunit = \"rev\"\n").axes[0];
+  EXPECT_EQ(left_out.limits.max_velocity, 200.0) << "what is left out is as without a unit";
+}
+
 TEST(LineConfig, ExampleIsEightMsdAxes) {
   const auto config = load_line_config(DRIVELINE_EXAMPLES_DIR "/line8.toml");
   ASSERT_TRUE(config) << config.error();

@@ -82,11 +82,31 @@ TEST_F(Plots, ScriptThatIsLeftDrawsTheRightColumns) {
   leave_csv_files();
   ASSERT_TRUE(draw_plots(directory, axes()));
   const auto script = read(directory / "plots.gp");
-  EXPECT_THAT(script, testing::HasSubstr("using 1:2 with lines lw 3 title 'commanded'"));
-  EXPECT_THAT(script, testing::HasSubstr("using 1:3 with lines title 'actual'"));
-  EXPECT_THAT(script, testing::HasSubstr("using 1:($10*1000):($11*1000) with filledcurves"));
-  EXPECT_THAT(script, testing::HasSubstr("using 1:5 with lines lw 3 title 'commanded'"));
-  EXPECT_THAT(script, testing::HasSubstr("using 1:($12*1):($13*1) with filledcurves"));
+  EXPECT_THAT(script, testing::HasSubstr("using 1:2 with lines lw 4 lc rgb '#9ecae1' title 'commanded'"));
+  EXPECT_THAT(script, testing::HasSubstr("using 1:3 with lines lc rgb '#08306b' title 'actual'"));
+  EXPECT_THAT(script, testing::HasSubstr("using 1:10:11 with filledcurves"));
+  EXPECT_THAT(script, testing::HasSubstr("using 1:5 with lines lw 4 lc rgb '#9ecae1' title 'commanded'"));
+  EXPECT_THAT(script, testing::HasSubstr("using 1:12:13 with filledcurves"));
+}
+
+TEST_F(Plots, AxesNameTheirUnitsAndIncrementsOnRequest) {
+  leave_csv_files();
+  auto named = axes();
+  named[1].unit = "mm";
+  named[1].increments_per_unit = 104.25;
+  ASSERT_TRUE(draw_plots(directory, named));
+  auto script = read(directory / "plots.gp");
+  EXPECT_THAT(script, testing::HasSubstr("set ylabel 'x in rad'\n"));
+  EXPECT_THAT(script, testing::HasSubstr("set ylabel 'y in mm'\n"));
+  EXPECT_THAT(script, testing::Not(testing::HasSubstr("increments")));
+  const auto plain = read(directory / "following_error.png");
+  const auto drawn = draw_plots(directory, named, true);
+  ASSERT_TRUE(drawn) << drawn.error();
+  script = read(directory / "plots.gp");
+  EXPECT_THAT(script, testing::HasSubstr("set y2label 'increments'\n"));
+  EXPECT_THAT(script, testing::HasSubstr("using 1:(($2)*1000) axes x1y2 with lines lt nodraw"));
+  EXPECT_THAT(script, testing::HasSubstr("using 1:(($12)*104.25) axes x1y2 with lines lt nodraw"));
+  EXPECT_THAT(read(directory / "following_error.png"), testing::AllOf(IsPng(), testing::Ne(plain)));
 }
 
 TEST_F(Plots, WhatADriveReportsIsDrawnBesideOurs) {
@@ -99,8 +119,8 @@ TEST_F(Plots, WhatADriveReportsIsDrawnBesideOurs) {
   ASSERT_TRUE(draw_plots(directory, both));
   const auto script = read(directory / "plots.gp");
   EXPECT_THAT(script,
-              testing::HasSubstr("notitle, '' skip 1 using 1:($14*1) with lines title 'by the drive (60F4h)'\n"));
-  EXPECT_THAT(script, testing::Not(testing::HasSubstr("($14*1000)"))) << "x reports none";
+              testing::HasSubstr("notitle, '' skip 1 using 1:14 with lines lt 2 title 'by the drive (60F4h)'\n"));
+  EXPECT_EQ(script.find("60F4h"), script.rfind("60F4h")) << "x reports none";
 }
 
 TEST_F(Plots, WithoutAxesOnlyTheJitterIsDrawn) {

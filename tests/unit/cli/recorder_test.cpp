@@ -57,6 +57,33 @@ TEST_F(RecorderTest, FollowingErrorIsMaximumAndRmsOfEveryCycleInOperation) {
   EXPECT_THAT(files(), IsEmpty());
 }
 
+TEST_F(RecorderTest, ColumnsAreInTheUnitsOfTheAxesAndIncrementsBehindThemOnRequest) {
+  auto axes = two_axes();
+  axes[0].unit = trajectory::find_position_unit("rev");
+  axes[1].unit = trajectory::find_position_unit("mm");
+  axes[1].increments_per_unit = 2e6;
+  for (const bool increments : {false, true}) {
+    Recorder recorder(axes, csv(), 1, increments);
+    auto x = sample(2, 0, 0.25);
+    auto z = sample(2, 1, -0.5);
+    x.drive_following_error_rad = std::numeric_limits<double>::quiet_NaN();
+    z.drive_following_error_rad = 0.001;
+    feed(recorder, {x, z});
+    recorder.finish({});
+    const std::string head =
+        "time[s],x_target[rev],x_actual[rev],x_following_error[rev],z_target[mm],z_actual[mm],z_following_error[mm],"
+        "x_torque[Nm],z_torque[N],x_following_error_min[rev],x_following_error_max[rev],z_following_error_min[mm],"
+        "z_following_error_max[mm],z_drive_following_error[mm]";
+    const std::string row =
+        "0.000000,0.3183099,0.2785212,0.03979,2000,2500,-500,0.2,0.2,0.03978874,0.03978874,-500,-500,1";
+    const std::string more_head =
+        ",x_target[increments],x_actual[increments],x_following_error[increments],z_target[increments],"
+        "z_actual[increments],z_following_error[increments]";
+    const std::string more_row = ",333772,292051,41721.5,4000000,5000000,-1000000.0";
+    EXPECT_EQ(read(csv()), increments ? head + more_head + "\n" + row + more_row + "\n" : head + "\n" + row + "\n");
+  }
+}
+
 TEST_F(RecorderTest, NothingRecordedIsNoError) {
   Recorder recorder(two_axes(), std::nullopt, 1);
   recorder.finish({});

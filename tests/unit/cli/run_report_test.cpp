@@ -17,7 +17,7 @@ RunReport report_of_a_run() {
   RunReport report;
   report.line = "press";
   report.state = "OP";
-  report.axes = {{"x", 0, 120.0, 30.5, "rad", 1000.0}, {"z", 3, 8.0, 2.0, "m", 1e6, 17}};
+  report.axes = {{"x", 0, 120.0, 30.5, "rad", 1000.0}, {"z", 3, 8.0, 2.0, "mm", 1e3, 17}};
   report.period = std::chrono::microseconds{125};
   report.duration_s = 5.0;
   auto& statistics = report.statistics;
@@ -62,7 +62,9 @@ TEST(RunReport, JsonHasTheKeysOfTheContractAndNoOthers) {
     EXPECT_THAT(keys(document[times]), UnorderedElementsAre("p50", "p99", "p999", "max"));
   }
   EXPECT_THAT(keys(document["axes"][0]), UnorderedElementsAre("name", "slave", "following_error_max",
-                                                              "following_error_rms", "unit", "unavailable_cycles"));
+                                                              "following_error_rms", "unit", "unavailable_cycles",
+                                                              // Added since:
+                                                              "position_unit", "increments_per_position_unit"));
 }
 
 TEST(RunReport, JsonHasTheFigures) {
@@ -76,8 +78,10 @@ TEST(RunReport, JsonHasTheFigures) {
     "dc": {"locked": false, "difference_ns": {"p50": null, "p99": null, "max": null}},
     "axes": [
       {"name": "x", "slave": 0, "following_error_max": 120.0, "following_error_rms": 30.5, "unit": "increments",
+       "position_unit": "rad", "increments_per_position_unit": 1000.0,
        "unavailable_cycles": 0},
       {"name": "z", "slave": 3, "following_error_max": 8.0, "following_error_rms": 2.0, "unit": "increments",
+       "position_unit": "mm", "increments_per_position_unit": 1000.0,
        "unavailable_cycles": 17}],
     "telemetry": {"published": 80000, "dropped": 5},
     "faults": ["axis z: fault 0x8611"], "events": ["1.250 s slave 3 (z): back in OP"], "recoveries": 1,
@@ -92,8 +96,10 @@ TEST(RunReport, WhatTheDriveReportsOfItsFollowingErrorStandsBesideOurs) {
   EXPECT_EQ(document["axes"][0]["drive_following_error_max"], 12.5);
   EXPECT_EQ(document["axes"][0]["drive_following_error_rms"], 3.5);
   EXPECT_FALSE(document["axes"][1].contains("drive_following_error_max")) << "60F4h is not mapped";
-  EXPECT_THAT(to_text(report), HasSubstr("(max 0.12 rad; 60F4h: max 12.5 inc)\n"));
-  EXPECT_THAT(to_text(report), HasSubstr("(max 8e-06 m)\n"));
+  EXPECT_THAT(to_text(report), HasSubstr("0.12 rad      0.0305 rad   (60F4h: max 0.0125 rad)\n"));
+  EXPECT_THAT(to_text(report), HasSubstr("0.008 mm        0.002 mm\n"));
+  report.increments = true;
+  EXPECT_THAT(to_text(report), HasSubstr("120.0 inc         30.50 inc   (60F4h: max 0.0125 rad, 12.5 inc)\n"));
 }
 
 TEST(RunReport, JsonOfNothingIsComplete) {
@@ -117,11 +123,20 @@ TEST(RunReport, TextHasTheFigures) {
   EXPECT_THAT(text, HasSubstr("  path late             2.0 ms\n"));
   EXPECT_THAT(text, HasSubstr("  wake-up latency             0.1      0.1      0.1      0.1\n"));
   EXPECT_THAT(text, HasSubstr("  cycle cost                  8.0      8.0      8.0      8.0\n"));
-  EXPECT_THAT(text, HasSubstr("120.0 inc             30.50 inc   (max 0.12 rad)\n"));
-  EXPECT_THAT(text, HasSubstr("8.0 inc              2.00 inc   (max 8e-06 m)\n"));
+  EXPECT_THAT(text, HasSubstr("  following error  slave        maximum             RMS\n"
+                              "  x                    0       0.12 rad      0.0305 rad\n"
+                              "  z                    3       0.008 mm        0.002 mm\n"));
   EXPECT_THAT(text, HasSubstr("telemetry: 80000 axis samples published, 5 dropped\n"));
   EXPECT_THAT(text, HasSubstr("  fault: axis z: fault 0x8611\n"));
   EXPECT_THAT(text, HasSubstr("out/axes.csv\n"));
+}
+
+TEST(RunReport, IncrementsStandBesideUnitsOnRequest) {
+  auto report = report_of_a_run();
+  EXPECT_THAT(to_text(report), Not(HasSubstr(" inc")));
+  report.increments = true;
+  EXPECT_THAT(to_text(report), HasSubstr("  x                    0       0.12 rad      0.0305 rad         120.0 inc"
+                                         "         30.50 inc\n"));
 }
 
 TEST(RunReport, RingTellsHalvesThatWereLateFromTheOthers) {

@@ -114,7 +114,9 @@ INSTANTIATE_TEST_SUITE_P(
         BadInput{"time[s],x\n", "p.csv:1:9: column 'x' must be a name and a unit such as x[rad]"},
         BadInput{"time[s],x[rad\n", "p.csv:1:9: column 'x[rad' must be a name and a unit such as x[rad]"},
         BadInput{"time[s],x[rad],\n", "p.csv:1:16: column '' must be a name and a unit such as x[rad]"},
-        BadInput{"t[s],x[rad]\n", "p.csv:1:1: axis 't' must be in rad, deg, rev, m, mm or um, not in s"},
+        BadInput{"t[s],x[rad]\n",
+                 "p.csv:1:1: axis 't' must be in rad, deg, rev, m, mm or um, not in s; the column of the time is "
+                 "called time"},
         BadInput{"x[rad],y[mm]\n",
                  "p.csv:1: the header has no time column; one column must be time[s], time[ms] or time[us]"},
         BadInput{"time[rad],x[rad]\n", "p.csv:1:1: the time column must be in s, ms or us, not in rad"},

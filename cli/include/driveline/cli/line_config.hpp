@@ -99,6 +99,7 @@ struct TelemetryConfig {
 struct OutputConfig {
   std::filesystem::path directory = "out";       ///< relative to the working directory
   bool plots = true;                             ///< pictures beside the CSV files
+  bool increments = false;                       ///< drive increments beside positions in the unit of the axis
   std::optional<std::filesystem::path> capture;  ///< pcapng of all frames
 };
 
@@ -117,8 +118,8 @@ struct LineConfig {
   std::shared_ptr<const esi::EsiLibrary> esi_library;                ///< for slaves without `esi`; null: none
   /// Cycles in a row without valid process data of an axis before all axes are stopped.
   std::uint32_t max_lost_cycles = 8;
-  /// Bytes that SDO and other acyclic frames may take of the wire per cycle; none: what the process data leave.
   std::optional<double> max_lost_ms;  ///< what the file says instead; max_lost_cycles are the whole cycles in it
+  /// Bytes that SDO and other acyclic frames may take of the wire per cycle; none: what the process data leave.
   std::optional<std::size_t> acyclic_bytes;
   rt::RealtimeConfig realtime;                ///< all but the policy
   std::optional<rt::RealtimePolicy> policy;   ///< none: enforced on a network interface only
@@ -136,10 +137,10 @@ struct LineConfig {
   RecoveryConfig recovery;                    ///< what `run` does about lost slaves
 };
 
-/// Cycles of the line from one exchange with a slave to the next: the divider of its group.
 /// The limit that `max_lost_cycles` is, in the words of the file: "the 8 cycles that [bus] max_lost_cycles allows".
 [[nodiscard]] std::string max_lost_text(const LineConfig& config);
 
+/// Cycles of the line from one exchange with a slave to the next: the divider of its group.
 [[nodiscard]] std::uint32_t exchange_divider(const LineConfig& config, const SlaveConfig& slave) noexcept;
 
 /// Reads a line description (TOML). Every key is checked: unknown keys, wrong types and values out of range are errors

@@ -31,7 +31,7 @@ struct LimitViolation {
   double value = 0.0;                       ///< with its sign
   double limit = 0.0;                       ///< magnitude
 
-  /// One sentence that names axis, quantity, value, time and limit.
+  /// One sentence that names axis, quantity, value, time and limit, in the unit of the axis.
   [[nodiscard]] std::string message() const;
 };
 

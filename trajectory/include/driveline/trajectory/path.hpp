@@ -8,6 +8,8 @@
 #include <tl/expected.hpp>
 #include <vector>
 
+#include "driveline/trajectory/position_unit.hpp"
+
 namespace driveline::trajectory {
 
 /// Columns that a path file may have beside the time.
@@ -21,19 +23,11 @@ inline constexpr double kMaxPathPosition = 1e9;
 /// Consecutive points are at least this far apart.
 inline constexpr double kMinPathStepS = 1e-9;
 
-/// Tells which SI unit an axis is in.
-enum class AxisKind {
-  kRotary,  ///< rad
-  kLinear,  ///< m
-};
-
-/// "rad" or "m".
-std::string_view si_unit(AxisKind kind) noexcept;
-
 /// Name and kind of one axis of a path.
 struct PathAxis {
-  std::string name;                   ///< as in the heading of its column
-  AxisKind kind = AxisKind::kRotary;  ///< rotary axes are in rad, linear ones in m
+  std::string name;                    ///< as in the heading of its column
+  AxisKind kind = AxisKind::kRotary;   ///< rotary axes are in rad, linear ones in m
+  const PositionUnit* unit = nullptr;  ///< in which its column is written, and people read it; null: rad or m
 };
 
 /// The names of `axes`, in their order; valid as long as these are.

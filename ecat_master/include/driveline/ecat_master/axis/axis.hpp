@@ -9,6 +9,7 @@
 #include "driveline/ecat_master/process_data/process_image.hpp"
 #include "driveline/snapshot/snapshot.hpp"
 #include "driveline/trajectory/motion_limits.hpp"
+#include "driveline/trajectory/position_unit.hpp"
 #include "driveline/trajectory/setpoint.hpp"
 
 namespace driveline::ecat_master {
@@ -40,7 +41,12 @@ struct AxisConfig {
   std::optional<double> setpoint_delay_cycles{};
   /// How far from where it should be an axis may be before that is called wrong, rad or m; none: position_tolerance().
   std::optional<double> position_tolerance{};
+  /// In which people read its positions; null: rad or m. Nothing is calculated in it.
+  const trajectory::PositionUnit* unit = nullptr;
 };
+
+/// In which people read the positions of an axis.
+[[nodiscard]] const trajectory::PositionUnit& position_unit(const AxisConfig& axis) noexcept;
 
 /// As configured, or what the axis covers in a millisecond at its highest velocity, 0.05 rad or 1 mm at least. \rtsafe
 [[nodiscard]] double position_tolerance(const AxisConfig& axis) noexcept;

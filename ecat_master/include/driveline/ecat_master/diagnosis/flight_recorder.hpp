@@ -50,14 +50,21 @@ class FlightRecorder {
 
   /// Cycles that are recorded, oldest first in write_csv().
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
-  /// One row per cycle, one column per figure; `axis_names` has a name for each axis. The clock difference has a column
-  /// only if a clock was locked in one of the cycles.
-  void write_csv(std::ostream& out, std::span<const std::string> axis_names) const;
+  /// How the columns of one axis are headed, and in which unit its positions are written.
+  struct AxisLabel {
+    std::string name;                                ///< of the axis
+    const trajectory::PositionUnit* unit = nullptr;  ///< the headings name it; null: rad or m, which they do not name
+    double increments_per_unit = 0.0;  ///< drive increments per rad or m, for columns of their own; 0: none
+  };
+  /// One row per cycle, one column per figure; `axes` has a label for each axis. The clock difference has a column
+  /// only if a clock was locked in one of the cycles. Increments stand behind everything else.
+  void write_csv(std::ostream& out, std::span<const AxisLabel> axes) const;
   /// Forgets everything and records again.
   void rearm() noexcept;
 
  private:
   [[nodiscard]] std::size_t slot(std::size_t age) const noexcept;
+  void write_header(std::ostream& out, std::span<const AxisLabel> axes, bool clocks) const;
 
   std::size_t axes_;
   std::vector<snapshot::LineSample> lines_;
