@@ -7,6 +7,7 @@
 
 #include "driveline/ecat_master/axis/msd_startup.hpp"
 #include "driveline/ecat_master/master.hpp"
+#include "driveline/ecat_master/process_data/process_variables.hpp"
 #include "driveline/slaves/line/line.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"
 
@@ -16,8 +17,10 @@ using namespace std::chrono_literals;
 /// Runs in the cycle: no allocation, no lock, no waiting. Entries are one load or store each.
 class Application final : public ecat_master::CyclicTask {
  public:
-  explicit Application(const ecat_master::ProcessDataPlace& place)
-      : control_word_(place.output_offset), status_word_(place.input_offset), position_(place.input_offset + 2) {}
+  using Word = ecat_master::PdoEntry<std::uint16_t>;
+  using Position = ecat_master::PdoEntry<std::int32_t>;
+  Application(Word control_to, Word status_from, Position position_from)
+      : control_word_(control_to), status_word_(status_from), position_(position_from) {}
 
   void update(std::int64_t, std::span<const std::byte> inputs, std::span<const bool> valid,
               std::span<std::byte> outputs) noexcept override {
@@ -31,9 +34,9 @@ class Application final : public ecat_master::CyclicTask {
   std::atomic<std::int32_t> position{0};
 
  private:
-  ecat_master::PdoEntry<std::uint16_t> control_word_;
-  ecat_master::PdoEntry<std::uint16_t> status_word_;
-  ecat_master::PdoEntry<std::int32_t> position_;
+  Word control_word_;
+  Word status_word_;
+  Position position_;
 };
 
 int main() {
@@ -43,6 +46,7 @@ int main() {
   slaves::Line line(clock, std::move(slaves));
 
   ecat_master::SlavePlan plan;
+  plan.name = "x";
   plan.startup_sdos = ecat_master::msd_startup_sdos({}, 1ms);
   plan.pdos.outputs = {{.index = 0x1600, .objects = {{0x6040, 0, 16}}}};
   plan.pdos.inputs = {{.index = 0x1A00, .objects = {{0x6041, 0, 16}, {0x6064, 0, 32}}}};
@@ -54,7 +58,17 @@ int main() {
     std::puts(ecat_master::describe(done.error()).c_str());
     return 1;
   }
-  Application application(master.image().places()[0]);
+  // Entries are looked up once, by the names of slave and object; what comes back is for the cycle. An address does as
+  // well ("x.6041h"), upper and lower case are the same. A name that is not there is a sentence with those that are.
+  const ecat_master::ProcessVariables variables(master.slaves(), master.image());
+  const auto control_word = variables.entry<std::uint16_t>("x.controlword");
+  const auto status_word = variables.entry<std::uint16_t>("x.statusword");
+  const auto position = variables.entry<std::int32_t>("x.position_actual_value");
+  if (!control_word || !status_word || !position) {
+    std::puts((!control_word ? control_word.error() : !status_word ? status_word.error() : position.error()).c_str());
+    return 1;
+  }
+  Application application(*control_word, *status_word, *position);
   ecat_master::CyclicCore::Settings settings;
   settings.period = 1ms;
   settings.receive_window = 500us;
