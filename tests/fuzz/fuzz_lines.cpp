@@ -19,6 +19,8 @@ namespace {
 /// Lines that would make the fuzzer slow are read and not built.
 constexpr std::size_t kMaxSlaves = 10;
 constexpr int kCycles = 4;
+/// For mailboxes that never answer: each of the two seconds of a real line takes as many steps of the simulated one.
+constexpr std::chrono::milliseconds kMailboxTimeout{5};
 
 void must_have_a_reason(const std::string& reason) {
   if (reason.empty()) std::abort();
@@ -47,6 +49,7 @@ void try_line(std::string_view toml, const std::filesystem::path& name) {
     if (const auto path = cli::load_axis_path(*config); !path) return must_have_a_reason(path.error());
   }
   if (config->slaves.size() > kMaxSlaves) return;
+  for (auto& slave : config->slaves) slave.plan.mailbox_timeouts = {kMailboxTimeout, kMailboxTimeout};
   rt::VirtualClock clock;
   const auto line = cli::make_simulated_line(*config, clock);
   ecat_master::Master master(*line, clock, cli::master_settings(*config));
