@@ -115,18 +115,22 @@ class ProgramTest(unittest.TestCase):
                               check=False, stdin=subprocess.DEVNULL, **options)
 
     def run_undisturbed(self, *arguments, disturbed=was_disturbed, slow_description=None):
-        """Result of a command on the line. Disturbed every time, it is asked of a slower line, and that result counts,
-        whatever it is: what fails there as well is the program. `slow_description`: of a command that has no `--config`."""
-        for _ in range(ATTEMPTS):
-            result = self.run_program(*arguments)
-            if not disturbed(result):
-                return result
-        slower = self.slower(list(map(str, arguments)), slow_description)
+        """Result of a command on the line. Disturbed every time, it is asked of a slower line as often, and what comes of that
+        counts, whatever it is: what fails there as well has failed. `slow_description`: of a command without `--config`."""
+        result = self.first_undisturbed(arguments, disturbed)
+        slower = self.slower(list(map(str, arguments)), slow_description) if disturbed(result) else None
         if slower is None:
             return result
         last = (result.stderr.splitlines() or ["nothing said"])[-1]
         print(f"{self.id()}: this machine was too busy ({last}); now: {shlex.join(slower)}", file=sys.stderr)
-        return self.run_program(*slower)
+        return self.first_undisturbed(slower, disturbed)
+
+    def first_undisturbed(self, arguments, disturbed):
+        for _ in range(ATTEMPTS):
+            result = self.run_program(*arguments)
+            if not disturbed(result):
+                break
+        return result
 
     def slower(self, arguments, slow_description=None):
         """The command with what it asks of the machine's punctuality taken away: a line in this process on virtual time, one
