@@ -3,7 +3,7 @@ import os
 import signal
 import unittest
 
-from program import AXES, CYCLONE_SUBSCRIBER, PATIENCE_S, ProgramTest, WireTest
+from program import AXES, CYCLONE_SUBSCRIBER, PATIENCE_S, ProgramTest, WireTest, again_when_disturbed
 
 
 class Telemetry(ProgramTest):
@@ -72,18 +72,24 @@ class OnTheWire(WireTest):
         self.end_line(line)
         return sockets, self.text("master.log")
 
+    @again_when_disturbed
     def test_nobody_listens_unless_asked(self):
         sockets, said = self.run_line()
         self.assertEqual(sockets, 0, said)
         self.assertIn("telemetry: off on a network interface; --telemetry", said)
 
-    def test_it_can_be_asked_for(self):
-        domain = 80 + os.getpid() % 10
-        for arguments, telemetry in ((["--telemetry"], f"domain = {domain}"), ([], f"enabled = true\ndomain = {domain}")):
-            with self.subTest(arguments=arguments):
-                sockets, said = self.run_line(*arguments, telemetry=telemetry)
-                self.assertGreater(sockets, 0)
-                self.assertNotIn("telemetry: off", said)
+    def check_asked_for(self, *arguments, telemetry=""):
+        sockets, said = self.run_line(*arguments, telemetry=f"{telemetry}domain = {80 + os.getpid() % 10}")
+        self.assertGreater(sockets, 0)
+        self.assertNotIn("telemetry: off", said)
+
+    @again_when_disturbed
+    def test_it_can_be_asked_for_on_the_command_line(self):
+        self.check_asked_for("--telemetry")
+
+    @again_when_disturbed
+    def test_it_can_be_asked_for_in_the_line_file(self):
+        self.check_asked_for(telemetry="enabled = true\n")
 
 
 if __name__ == "__main__":
