@@ -31,8 +31,8 @@ def main():
         if not options.junit or not options.build:
             parser.error("proofs needs --junit FILE and --build FOLDER")
         errors, gaps = proofs.errors_and_gaps(root, options.junit, options.build)
-        for gap in gaps:
-            print(gap)
+        for sentence in [*proofs.skipped(options.junit), *gaps]:
+            print(sentence)
     else:
         errors = words.check(root)
     for error in errors:

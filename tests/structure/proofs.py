@@ -34,6 +34,14 @@ def results(junit):
     return by_name
 
 
+def skipped(junit):
+    """A sentence for each test that this run has left out, with the reason that it gives."""
+    for case in ElementTree.parse(junit).getroot().iter("testcase"):
+        if case.get("status") != "run" and case.get("status") != "fail":
+            reasons = skip_reasons(case.findtext("system-out") or "")
+            yield f"not run: {case.get('name')}: " + ("; ".join(reasons) or f"no reason given ({case.get('status')})")
+
+
 def names_of(test):
     """`Line/Suite.Case/3`, a test with a parameter or a type, goes by Suite, Suite.* and Suite.Case."""
     head, dot, tail = test.partition(".")

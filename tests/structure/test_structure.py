@@ -284,6 +284,14 @@ class Proofs(Tree):
             self.assertEqual((errors, len(gaps)), ([], 2))
             self.assertIn("Ring.Turns is not proven on this machine: ", gaps[0])
 
+    def test_every_test_that_was_left_out_is_told_with_its_reason(self):
+        self.compare(status="notrun", output=self.SKIP.format("no veth pair here"))
+        self.assertEqual(list(proofs.skipped(self.root / "results.xml")), ["not run: Ring.Turns: no veth pair here"])
+        self.compare(status="disabled")
+        self.assertEqual(list(proofs.skipped(self.root / "results.xml")), ["not run: Ring.Turns: no reason given (disabled)"])
+        self.compare()
+        self.assertEqual(list(proofs.skipped(self.root / "results.xml")), [])
+
     def test_rows_that_promise_nothing_are_left_alone(self):
         self.assertEqual(len(self.compare(name="Ring.Turn", row="Planned")[0]), 1, "that of the other page")
         self.assertEqual(len(self.compare(name="Ring.Turn", row="Partial")[0]), 2)
