@@ -94,27 +94,31 @@ TEST_P(EveryLayout, ADriveThatFallsOutOfOpIsNamedInTheNextExchange) {
   EXPECT_TRUE(named);
 }
 
-/// Changes the working counter of the last datagram of frames with process data on their way back.
+/// Changes the working counters of process data on their way back: too low, too high, and twice what they should be.
 TEST_P(EveryLayout, AWorkingCounterThatNobodyExplainsMakesNobodyValid) {
-  bool on = false;
+  int more = 0;
   ChangingPort port(drives.line(), {}, [&](std::span<std::byte> frame) {
     auto cursor = wire::MutableDatagramCursor::open(frame);
-    while (on && cursor && !cursor->done()) {
+    while (more != 0 && cursor && !cursor->done()) {
       auto datagram = cursor->next();
       if (datagram && wire::is_logical(datagram->header.command)) {
         wire::store_le<std::uint16_t>(datagram->working_counter_bytes,
-                                      static_cast<std::uint16_t>(datagram->working_counter() - 1));
+                                      static_cast<std::uint16_t>(datagram->working_counter() + more));
       }
     }
   });
   start(port);
-  on = true;
-  operation->run(microseconds{125} * 10);
-  for (std::size_t i = 0; i < kDrives; ++i) EXPECT_FALSE(core().slave_report(i).valid) << i;
-  EXPECT_GT(operation->statistics().wkc_errors, 4U);
-  on = false;
-  operation->run(milliseconds{1});
-  for (std::size_t i = 0; i < kDrives; ++i) EXPECT_TRUE(core().slave_report(i).valid) << i;
+  for (const int change : {-1, 1, 2, 18}) {
+    SCOPED_TRACE(change);
+    const auto errors = operation->statistics().wkc_errors;
+    more = change;
+    operation->run(microseconds{125} * 10);
+    for (std::size_t i = 0; i < kDrives; ++i) EXPECT_FALSE(core().slave_report(i).valid) << i;
+    EXPECT_GT(operation->statistics().wkc_errors, errors + 4U);
+    more = 0;
+    operation->run(milliseconds{1});
+    for (std::size_t i = 0; i < kDrives; ++i) EXPECT_TRUE(core().slave_report(i).valid) << i;
+  }
 }
 
 TEST_P(EveryLayout, CarriesMoreDrivesThanOneFrameHolds) {

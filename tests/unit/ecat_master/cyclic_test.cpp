@@ -94,6 +94,18 @@ TEST_F(CyclicFrameTest, KeepsTheInputsWhenTheWorkingCounterIsWrong) {
   EXPECT_EQ(copy_of(image.inputs()), hex("00000000"));
 }
 
+/// Somebody who is not planned, or an FMMU that is not as it should be, has put its own bytes into the image.
+TEST_F(CyclicFrameTest, KeepsTheInputsWhenTheWorkingCounterIsTooHigh) {
+  answer[44] = std::byte{4};
+  ASSERT_TRUE(frame->accept(answer, {0, 7}, image, conditions));
+  EXPECT_TRUE(frame->received());
+  EXPECT_FALSE(frame->valid());
+  EXPECT_FALSE(frame->results()[0].complete);
+  EXPECT_FALSE(frame->results()[0].good);
+  EXPECT_TRUE(frame->results()[0].disturbed);
+  EXPECT_EQ(copy_of(image.inputs()), hex("00000000"));
+}
+
 TEST_F(CyclicFrameTest, ForgetsTheAnswerWithTheNextSend) {
   ASSERT_TRUE(frame->accept(answer, {0, 7}, image, conditions));
   ASSERT_EQ(frame->send(port, image, {0, 8}), port::SendStatus::kSent);
@@ -174,6 +186,36 @@ TEST_F(SteadyAnswers, EndWithAStatusByteOrAWorkingCounterThatDiffers) {
   ++working_counter;
   EXPECT_FALSE(steady_after_answer()) << "back, but not so before";
   EXPECT_TRUE(steady_after_answer());
+}
+
+/// What becomes of the datagram with each working counter, as bits of good, disturbed and valid.
+using CountersOfTwoSlaves = SteadyAnswers;
+
+TEST_F(CountersOfTwoSlaves, AreGoodUpToWhatTheSlavesCanAddAndNoFurther) {
+  struct Expected {
+    std::uint8_t counter;
+    bool good;
+    bool disturbed;
+  };
+  ASSERT_EQ(working_counter, 6) << "each reads (1) and writes (2)";
+  const auto expect = [&](const char* who, const std::vector<Expected>& all) {
+    for (const auto& expected : all) {
+      SCOPED_TRACE(testing::Message() << who << ", working counter " << int{expected.counter});
+      working_counter = expected.counter;
+      static_cast<void>(steady_after_answer());
+      EXPECT_EQ(frame->results()[0].good, expected.good);
+      EXPECT_EQ(frame->results()[0].disturbed, expected.disturbed);
+      EXPECT_EQ(frame->valid(), !expected.disturbed);
+    }
+  };
+  expect("both are there", {{5, false, true}, {6, true, false}, {7, false, true}, {255, false, true}});
+  conditions[1].recovering = true;
+  expect("one may answer or not",
+         {{2, false, true}, {3, true, false}, {4, true, false}, {6, true, false}, {7, false, true}, {9, false, true}});
+  conditions[1].recovering = false;
+  inputs.at(image.places()[1].al_status_offset) = std::byte{0};
+  // The other one is taken when it alone has added; that somebody is missing is an error all the same.
+  expect("one is gone", {{2, false, true}, {3, true, true}, {4, false, true}, {5, false, true}, {7, false, true}});
 }
 
 AcyclicJob job(std::uint64_t id) {
