@@ -68,6 +68,29 @@ TEST(MsdFeedForward, ScaleOfTheSpeedActsInVelocityMode) {
   }
 }
 
+/// The same in position mode, where the external feed-forward takes the place of the internal one: what is missing of
+/// it the position controller has to make up for, by speed over gain.
+TEST(MsdFeedForward, ScaleOfTheSpeedActsInPositionMode) {
+  const auto error_with = [](float percent) {
+    DriveRig rig;
+    EXPECT_EQ(rig.write(0x217B, 1, 1, 2), 0U);
+    EXPECT_EQ(rig.write_real(0x2177, 0, percent), 0U);
+    rig.operate();
+    rig.enable(8);
+    rig.velocity_offset = 8000 * 131;  // increments per second at 131 in 125 us
+    for (int i = 0; i < 4000; ++i) {
+      rig.target_position += 131;
+      rig.cycle();
+    }
+    return static_cast<double>(rig.following_error);
+  };
+  const double whole = error_with(100.0F);
+  const double none = error_with(0.0F);
+  EXPECT_GT(std::abs(none - whole), 1000.0);
+  EXPECT_NEAR(error_with(50.0F), (whole + none) / 2.0, 0.05 * std::abs(none - whole));
+  EXPECT_NEAR(error_with(25.0F), (whole + 3.0 * none) / 4.0, 0.05 * std::abs(none - whole));
+}
+
 /// 608Dh: accelerations in 10^n velocity units per second, on the shaft and not only in 6097h.
 TEST(MsdScaling, AccelerationNotationActsOnTheShaft) {
   for (const auto& [index, factor] : {std::pair(0x00U, 1.0), std::pair(0x01U, 10.0), std::pair(0xFFU, 0.1)}) {
