@@ -245,6 +245,39 @@ TEST(MsdFault, FollowingErrorTripsAfterItsTime) {
   EXPECT_THAT(rig.emergencies, ElementsAre(ElementsAre(0x11, 0x86, 0x21, 17, 1, 0, 0, 0)));
 }
 
+TEST(MsdFault, FollowingErrorCountsOnBothSides) {
+  for (const std::int32_t step : {200'000, -200'000}) {
+    DriveRig rig;
+    rig.operate();
+    ASSERT_EQ(rig.write(0x6065, 0, 2000, 4), 0U);
+    ASSERT_EQ(rig.write(0x6066, 0, 1, 2), 0U);
+    rig.enable(8);
+    rig.target_position += step;
+    rig.cycles(40);
+    EXPECT_EQ(rig.error_code, 0x8611) << step;
+  }
+}
+
+/// Each excursion has the whole time of 6066h to itself.
+TEST(MsdFault, FollowingErrorsThatEndInTimeDoNotAddUp) {
+  DriveRig rig;
+  rig.operate();
+  ASSERT_EQ(rig.write(0x6065, 0, 2000, 4), 0U);
+  ASSERT_EQ(rig.write(0x6066, 0, 10, 2), 0U);
+  rig.enable(8);
+  int outside = 0;
+  for (int excursion = 0; excursion < 8; ++excursion) {
+    rig.target_position += 6000;
+    for (int i = 0; i < 400; ++i) {
+      rig.cycle();
+      outside += std::abs(rig.following_error) > 2000 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(outside, 160) << "twice as long as they may last at a time";
+  EXPECT_EQ(rig.error_code, 0);
+  EXPECT_EQ(rig.drive.state(), PowerState::kOperationEnabled);
+}
+
 TEST(MsdFault, FollowingErrorMonitoringCanBeSwitchedOff) {
   DriveRig rig;
   rig.operate();
