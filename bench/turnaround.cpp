@@ -3,7 +3,6 @@
 // frame (recv) and one with a receive ring (PACKET_MMAP).
 #include <fmt/format.h>
 #include <poll.h>
-#include <sched.h>
 #include <sys/socket.h>
 #include <algorithm>
 #include <memory>
@@ -259,7 +258,9 @@ Figures compare(const Cables& cables, Socket kind, std::size_t count, bool busy,
   const auto frame = line.bring_up(*line_port, clock);
   Contestant echo_side{"echo", echo, *echo_port, must_be_echoed};
   Contestant line_side{"line", line.server(), *line_port, must_be_from_op};
+  Rests rests;
   for (int done = 0; done < options.count(kFrames); done += kFramesPerRound) {
+    rests.take_when_due(now_ns());
     for (auto* contestant : {&echo_side, &line_side}) take_turn(*contestant, clock, frame, kFramesPerRound);
   }
   return {summarize(std::move(echo_side.round_trips_ns)), summarize(std::move(line_side.round_trips_ns))};
@@ -278,25 +279,17 @@ void measure_case(Report& report, const Cables& cables, std::size_t count, bool 
   }
 }
 
-/// The master on a processor of its own, as a real one is: on that of the server it would be preempted by the answer,
-/// and starved by a server that spins.
-void leave_the_last_cpu() {
-  const auto cpus = std::thread::hardware_concurrency();
-  cpu_set_t set;
-  CPU_ZERO(&set);
-  CPU_SET(cpus > 1 ? cpus - 2 : 0, &set);
-  if (sched_setaffinity(0, sizeof set, &set) != 0) fmt::print(stderr, "the master's processor cannot be chosen\n");
-}
-
 void measure_all(const Options& options) {
   Report report("turnaround");
-  leave_the_last_cpu();
   auto obstacle = enter_private_network();
   const auto echo = obstacle.empty() ? make_veth_pair("echo") : std::nullopt;
   const auto line = obstacle.empty() ? make_veth_pair("line") : std::nullopt;
   if (obstacle.empty() && !(echo && line))
     obstacle = "no veth pair: the kernel lacks the driver or `ip` is not installed";
   if (obstacle.empty()) {
+    // The master on a processor of its own, as a real one is: on that of the server it would be preempted by the
+    // answer, and starved by a server that spins.
+    claim_cpu(std::max(0, last_cpu() - 1));
     for (const bool busy : {false, true}) {
       for (const std::size_t count : {1U, 8U, 32U}) measure_case(report, {*echo, *line}, count, busy, options);
     }

@@ -9,6 +9,7 @@
 
 #include "driveline/ecat_master/axis/msd_startup.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"
+#include "support/retry.hpp"
 
 namespace driveline::bench {
 namespace {
@@ -139,7 +140,7 @@ void LineRig::drain() {
 void LineRig::check() {
   if (motion_->phase() != ecat_master::MotionPhase::kFollowing) {
     const auto failure = motion_->failure();
-    throw std::runtime_error(
+    throw Disturbed(
         fmt::format("the axes left the path while it was measured: {}, cause {} (axis {}, status word 0x{:04X}, error "
                     "code 0x{:04X})",
                     to_text(motion_->phase()), static_cast<int>(failure.cause), failure.axis, failure.status_word,
@@ -147,8 +148,8 @@ void LineRig::check() {
   }
   const auto& statistics = master_.core()->statistics();
   if (statistics.lost_frames + statistics.wkc_errors > 0) {
-    throw std::runtime_error(fmt::format("{} frames lost and {} working counters wrong while it was measured",
-                                         statistics.lost_frames, statistics.wkc_errors));
+    throw Disturbed(fmt::format("{} frames lost and {} working counters wrong while it was measured",
+                                statistics.lost_frames, statistics.wkc_errors));
   }
 }
 

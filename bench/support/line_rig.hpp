@@ -22,8 +22,9 @@ class LineRig {
   void bring_up(const ecat_master::Master::MakeRunner& make_runner);
   /// Empties the telemetry rings, as their reader would. One thread.
   void drain();
-  /// Throws std::runtime_error when the axes have left the path or process data have been lost since bring_up(): the
-  /// figures would be those of something else. Only while no cycle runs.
+  /// Throws Disturbed when the axes have left the path or process data have been lost since bring_up(): the figures
+  /// would be those of something else. On virtual time nothing can disturb it, and trying again is no use. Only while
+  /// no cycle runs.
   void check();
 
   [[nodiscard]] TimedPort& port() noexcept { return port_; }
