@@ -5,7 +5,11 @@
 #include <poll.h>
 #include <sys/socket.h>
 #include <algorithm>
+#include <array>
+#include <functional>
 #include <memory>
+#include <optional>
+#include <span>
 #include <stdexcept>
 #include <thread>
 #include <vector>
@@ -41,6 +45,8 @@ constexpr nanoseconds kLost = 1s;
 /// Median of the line over that of the echo on the same kind of socket.
 constexpr double kAim = 1.2;
 constexpr int kTries = 50;
+/// Of 2 ms each, while the line is brought up.
+constexpr int kFrameRetries = 100;
 /// 6.5 s, in increments of 100 us (register 0x0420).
 constexpr std::uint16_t kWatchdog = 0xFFFF;
 /// Index of the first datagram: Ethernet and EtherCAT header, command.
@@ -133,7 +139,9 @@ class Drives {
   CyclicFrame bring_up(port::Port& master_port, rt::Clock& clock) {
     rt::RealtimeThread thread;
     start_realtime(thread, server_);
-    ecat_master::Master master(master_port, clock);
+    ecat_master::Master::Settings patience;
+    patience.exchange.retries = kFrameRetries;
+    ecat_master::Master master(master_port, clock, patience);
     // A machine that does other things as well may leave the line without its processor for longer than a frame is
     // waited for.
     auto done = to_op(master, clock);
