@@ -12,6 +12,7 @@
 #include "console.hpp"
 #include "process_limits.hpp"
 #include "signals.hpp"
+#include "text/suggestion.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -21,10 +22,49 @@ std::string full_name(const CLI::App* app) {
   return app->get_parent() == nullptr ? app->get_name() : full_name(app->get_parent()) + " " + app->get_name();
 }
 
+/// What stands on the command line and should not.
+std::string unexpected(const CLI::App* app, const std::vector<std::string>& words) {
+  // Behind an option that is not known its value is one word too many as well.
+  const auto option = std::find_if(words.begin(), words.end(), [](const auto& word) { return word.starts_with('-'); });
+  const auto& word = option == words.end() ? words.front() : *option;
+  std::vector<std::string> known;
+  if (word.starts_with('-')) {
+    for (const auto* each : app->get_options()) {
+      for (const auto& name : each->get_lnames()) known.push_back("--" + name);
+    }
+  } else {
+    for (const auto* each : app->get_subcommands({})) known.push_back(each->get_name());
+  }
+  const auto meant = closest(word, known);
+  const auto hint = meant.empty() ? std::string{} : fmt::format("; did you mean {}?", meant);
+  if (word.starts_with('-')) return fmt::format("there is no option {}{}", word, hint);
+  if (!known.empty()) return fmt::format("there is no command {}{}", word, hint);
+  const bool takes_file = app->get_option_no_throw("--config") != nullptr && word.ends_with(".toml");
+  return fmt::format("{} was not expected{}", word, takes_file ? "; a line description is given as --config FILE" : "");
+}
+
+std::string what_is_wrong(const CLI::App* program, const CLI::App* app, const CLI::Error& error) {
+  const std::string sentence = error.what();
+  // A group of commands wants one of them before it looks at what is too much.
+  const bool no_command =
+      dynamic_cast<const CLI::RequiredError*>(&error) != nullptr && app->get_require_subcommand_min() > 0;
+  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr || no_command) {
+    if (const auto words = program->remaining(true); !words.empty()) return unexpected(app, words);
+  }
+  // "--duration: 1 required TEXT missing"
+  const auto colon = sentence.find(": 1 required ");
+  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr && colon != std::string::npos) {
+    return sentence.substr(0, colon) + " needs a value";
+  }
+  return sentence;
+}
+
 /// All complaints are one sentence, as those of the commands.
-std::string failure_message(const CLI::App* app, const CLI::Error& error) {
+std::string failure_message(const CLI::App* program, const CLI::Error& error) {
+  const auto* app = program;
   while (!app->get_subcommands().empty()) app = app->get_subcommands().front();
-  return fmt::format("{}: {}; {} --help tells more\n", full_name(app), error.what(), full_name(app));
+  return fmt::format("{}: {}; {} --help tells more\n", full_name(app), what_is_wrong(program, app, error),
+                     full_name(app));
 }
 
 void declare(CLI::App& app, const Argument& argument) {

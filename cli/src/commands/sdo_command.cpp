@@ -28,6 +28,16 @@ struct ObjectAddress {
   std::uint8_t subindex = 0;
 };
 
+/// Indices are hexadecimal in every manual, and "6041" is not.
+tl::unexpected<Failure> object_failure(const ecat_master::Error& error, const ObjectOptions& options) {
+  constexpr auto kDoesNotExist = static_cast<std::uint32_t>(wire::SdoAbort::kObjectDoesNotExist);
+  const bool decimal = options.index.size() == 4 && options.index.find_first_not_of("0123456789") == std::string::npos;
+  if (error.code != kDoesNotExist || error.kind != ecat_master::ErrorKind::kSdoAbort || !decimal)
+    return bus_failure(error);
+  return failed(fmt::format("{}; {} is a decimal number, 0x{} or {}h a hexadecimal one", ecat_master::describe(error),
+                            options.index, options.index, options.index));
+}
+
 Outcome<ObjectAddress> parse_address(const ObjectOptions& options) {
   if (auto checked = options.selection.check(); !checked) return tl::unexpected(checked.error());
   const auto index = parse_number(options.index, 0xFFFF, "index");
@@ -94,7 +104,7 @@ Outcome<int> upload(const ObjectOptions& options) {
   const auto& address = dialogue->address;
   ecat_master::CoeClient coe(*dialogue->mailbox);
   const auto data = dialogue->ask([&] { return coe.upload(address.index, address.subindex, options.complete); });
-  if (!data) return bus_failure(data.error());
+  if (!data) return object_failure(data.error(), options);
   auto shown = type_of(coe, *dialogue, options);
   // What a slave says about its types is no reason to hide the value.
   if (options.type.empty() && type_bytes(shown) != 0 && type_bytes(shown) != data->size()) shown = ValueType::kRaw;
@@ -126,7 +136,7 @@ Outcome<int> download(const ObjectOptions& options) {
                     "the value was written",
                     ecat_master::describe(done.error())));
   }
-  if (!done) return bus_failure(done.error());
+  if (!done) return object_failure(done.error(), options);
   dialogue->line->session().tell_what_ends();
   if (options.json) print_out("{}", json_text(dialogue->to_json(data->size())));
   return 0;
