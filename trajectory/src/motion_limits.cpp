@@ -32,24 +32,26 @@ void require_valid(const Interpolator& interpolator, std::span<const AxisLimits>
   }
 }
 
-/// What is too much in one sample, if anything; time and axis are filled in by the caller.
-std::optional<LimitViolation> find_violation(const AxisSetpoint& now, double previous_velocity,
-                                             const AxisLimits& limits, double period_s) {
-  LimitViolation violation;
-  if (exceeds(now.velocity, limits.max_velocity)) {
-    violation.quantity = Quantity::kVelocity;
-    violation.value = now.velocity;
-    violation.limit = limits.max_velocity;
-    return violation;
+/// What the axis does in one sample, by the quantity that is limited.
+double demand(const AxisSetpoint& now, double previous_velocity, Quantity quantity, double period_s) {
+  if (quantity == Quantity::kVelocity) {
+    return now.velocity;
   }
   const double mean_acceleration = (now.velocity - previous_velocity) / period_s;
-  const bool is_mean_larger = std::abs(mean_acceleration) > std::abs(now.acceleration);
-  const double acceleration = is_mean_larger ? mean_acceleration : now.acceleration;
-  if (exceeds(acceleration, limits.max_acceleration)) {
-    violation.quantity = Quantity::kAcceleration;
-    violation.value = acceleration;
-    violation.limit = limits.max_acceleration;
-    return violation;
+  return std::abs(mean_acceleration) > std::abs(now.acceleration) ? mean_acceleration : now.acceleration;
+}
+
+double limit_of(const AxisLimits& limits, Quantity quantity) {
+  return quantity == Quantity::kVelocity ? limits.max_velocity : limits.max_acceleration;
+}
+
+/// Which limit is exceeded in one sample, if any.
+std::optional<Quantity> find_excess(const AxisSetpoint& now, double previous_velocity, const AxisLimits& limits,
+                                    double period_s) {
+  for (const Quantity quantity : {Quantity::kVelocity, Quantity::kAcceleration}) {
+    if (exceeds(demand(now, previous_velocity, quantity, period_s), limit_of(limits, quantity))) {
+      return quantity;
+    }
   }
   return std::nullopt;
 }
@@ -70,23 +72,38 @@ tl::expected<void, LimitViolation> check_limits(Interpolator& interpolator, std:
   require_valid(interpolator, limits, period_s);
   std::vector<AxisSetpoint> now(interpolator.axes().size());
   std::vector<AxisSetpoint> previous(now.size());
+  std::optional<LimitViolation> violation;
   // Multiplying instead of adding up keeps the grid exact; the last sample is the first one after the end.
   for (double sample = 0.0;; sample += 1.0) {
     const double time_s = interpolator.start_s() + sample * period_s;
     interpolator.evaluate(time_s, now);
-    for (std::size_t i = 0; i < now.size(); ++i) {
-      if (auto violation = find_violation(now[i], previous[i].velocity, limits[i], period_s)) {
+    for (std::size_t i = 0; i < now.size() && !violation; ++i) {
+      if (const auto quantity = find_excess(now[i], previous[i].velocity, limits[i], period_s)) {
+        violation.emplace();
         violation->axis = interpolator.axes()[i];
         violation->axis_index = i;
+        violation->quantity = *quantity;
+        violation->limit = limit_of(limits[i], *quantity);
+      }
+    }
+    // From there on only how much it comes to is of interest.
+    if (violation) {
+      const auto i = violation->axis_index;
+      const double value = demand(now[i], previous[i].velocity, violation->quantity, period_s);
+      if (std::abs(value) > std::abs(violation->value)) {
+        violation->value = value;
         violation->time_s = time_s;
-        return tl::unexpected(*violation);
       }
     }
     if (interpolator.finished(time_s)) {
-      return {};
+      break;
     }
     now.swap(previous);
   }
+  if (violation) {
+    return tl::unexpected(*violation);
+  }
+  return {};
 }
 
 }  // namespace driveline::trajectory

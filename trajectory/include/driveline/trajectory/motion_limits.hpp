@@ -16,7 +16,7 @@ struct AxisLimits {
   double max_acceleration = std::numeric_limits<double>::infinity();  ///< rad/s² or m/s², > 0
 };
 
-/// The first place where a path asks for more than an axis can do.
+/// What a path asks for beyond what an axis can do: of the first axis and quantity that is too much anywhere, the most.
 struct LimitViolation {
   /// Which limit.
   enum class Quantity {
