@@ -83,23 +83,24 @@ class AxisPlot {
   bool begun_ = false;
 };
 
-/// One small plot per axis, two side by side. The columns: time, three per axis, their torques, least and greatest
-/// following error of each, then the following errors of the drives that report one (Recorder).
+/// One small plot per axis, two side by side. Columns of the file: time, three per axis, their torques, least and
+/// greatest following error of each, then the following errors of the drives that report one (Recorder).
 std::string axes_script(const std::vector<AxisReport>& axes, std::string_view output, std::string_view title,
                         bool errors, bool increments) {
-  const auto rows = (axes.size() + 1) / 2;
-  auto script = "reset\n" + terminal(static_cast<int>(std::max<std::size_t>(rows, 2) * 230));
+  const std::size_t columns = axes.size() > 1 ? 2 : 1;
+  const auto rows = (axes.size() + columns - 1) / columns;
+  auto script = "reset\n" + terminal(static_cast<int>(std::max<std::size_t>(rows, 2) * 250));
   script += fmt::format(
-      "set output '{}'\nset datafile separator ','\nset multiplot layout {},2 title '{}'\nset grid\nset key above\n"
+      "set output '{}'\nset datafile separator ','\nset multiplot layout {},{} title '{}'\nset grid\nset key above\n"
       "set xlabel 'time in s'\n",
-      output, rows, title);
+      output, rows, columns, title);
   auto reported = 2 + 6 * axes.size();
   for (std::size_t i = 0; i < axes.size(); ++i) {
     AxisPlot plot(axes[i], increments);
     if (errors) {
       const auto least = 2 + 4 * axes.size() + 2 * i;
       plot.fill(least, least + 1, "with filledcurves lt 1 notitle");
-      plot.add(least, "with lines lt 1 title 'following error, least and greatest'");
+      plot.add(least, "with lines lt 1 title 'least and greatest'");
       plot.add(least + 1, "with lines lt 1 notitle");
       if (axes[i].by_drive) plot.add(reported++, "with lines lt 2 title 'by the drive (60F4h)'");
       script += plot.finish(least);

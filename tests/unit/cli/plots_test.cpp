@@ -109,6 +109,14 @@ TEST_F(Plots, AxesNameTheirUnitsAndIncrementsOnRequest) {
   EXPECT_THAT(read(directory / "following_error.png"), testing::AllOf(IsPng(), testing::Ne(plain)));
 }
 
+TEST_F(Plots, OneAxisHasTheWholePicture) {
+  leave_csv_files();
+  ASSERT_TRUE(draw_plots(directory, axes()));
+  EXPECT_THAT(read(directory / "plots.gp"), testing::HasSubstr("set multiplot layout 1,2 title"));
+  ASSERT_TRUE(draw_plots(directory, {axes().front()}));
+  EXPECT_THAT(read(directory / "plots.gp"), testing::HasSubstr("set multiplot layout 1,1 title"));
+}
+
 TEST_F(Plots, WhatADriveReportsIsDrawnBesideOurs) {
   std::string text = "time[s],x_t,x_a,x_e,y_t,y_a,y_e,x_torque,y_torque,x_min,x_max,y_min,y_max,y_drive\n";
   for (int i = 0; i < 100; ++i) text += std::to_string(i) + ",1,2,0.5,3,4,-0.5,0,0,-1,1,-1,1,0.1\n";
