@@ -173,8 +173,9 @@ std::optional<int> cpu_of_the_line(const LineConfig& config) {
 Outcome<int> simulate(const SimulateOptions& options) {
   catch_stop_signals();
   const auto& bus = options.bus;
-  if (bus.config.empty() || bus.interface.empty()) {
-    return misused("needs --config FILE, the line to simulate, and --iface NAME, where to serve it");
+  if (bus.config.empty()) return misused("needs --config FILE: the line to simulate");
+  if (bus.interface.empty()) {
+    return misused("needs --iface NAME: where to serve the line; scripts/veth.sh makes a pair of interfaces for it");
   }
   auto config = load_line_config(bus.config);
   if (!config) return misused(config.error());
@@ -232,9 +233,12 @@ Outcome<int> simulate(const SimulateOptions& options) {
 
 Execute prepare_simulate(Arguments& to) {
   auto options = std::make_shared<SimulateOptions>();
-  add_bus_options(to, options->bus);
+  to.option("--config", &options->bus.config, Value::file(), "Line description (TOML) with the slaves to simulate");
+  to.option("--iface", &options->bus.interface, Value::interface(), "Network interface to serve the line on");
+  to.option("--iface2", &options->bus.interface2, Value::interface(), "Network interface for the far end of a ring");
   to.flag("--busy-poll", options->busy_poll, "Spin for frames while a master cycles: faster answers for a whole CPU");
-  to.option("--control", &options->control, Value::file("PATH"), "Socket to listen at for `driveline fault`");
+  to.option("--control", &options->control, Value::file("PATH"),
+            "Socket to listen at for `driveline fault` and `driveline input`");
   to.flag("--force", options->force, "Also on an interface that another process of this program works with");
   return [options] { return simulate(*options); };
 }

@@ -86,8 +86,9 @@ class Usage(ProgramTest):
         self.refused(2, ["slaves"], "--config FILE", "--iface NAME")
         self.refused(2, ["run", "--config", LINE8, "--telemetry", "--no-telemetry"], "--telemetry", "which?")
         self.refused(2, ["run", "--iface", "lo", "--telemetry"], "--config FILE")
-        self.refused(2, ["simulate", "--config", LINE8], "--iface NAME")
-        self.refused(2, ["simulate", "--iface", "lo"], "--config FILE")
+        self.refused(2, ["simulate", "--config", LINE8], "driveline simulate: needs --iface NAME: where to serve the line")
+        self.refused(2, ["simulate", "--iface", "lo"], "driveline simulate: needs --config FILE: the line to simulate")
+        self.assertIn("Network interface to serve the line on", self.run_program("simulate", "--help").stdout)
         for duration in ("-1", "soon", "nan", "inf", "1e9"):
             self.refused(2, ["run", "--config", LINE8, "--duration", duration], duration)
         self.refused(2, ["run", "--config", LINE8, "--virtual", "--iface", "lo"], "virtual time")
