@@ -4,6 +4,7 @@
 #include "drive_line.hpp"
 #include "driveline/ecat_master/dc/bring_up.hpp"
 #include "driveline/ecat_master/recovery/line_supervisor.hpp"
+#include "true_time.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -89,7 +90,7 @@ TEST(DrivesWithClocks, GetTheirTimeBackWhenTheyComeBack) {
     const auto ahead = drives.slave(i).esc().clock().system_time(now) - drives.slave(0).esc().clock().system_time(now);
     EXPECT_LE(std::chrono::abs(ahead), nanoseconds{40}) << "drive " << i;
     const auto pulses = *drives.slave(i).esc().clock().last_sync0() - *drives.slave(0).esc().clock().last_sync0();
-    EXPECT_LE(std::chrono::abs(ecat_master::dc::wrap_to_cycle(pulses, microseconds{125})), nanoseconds{40}) << i;
+    EXPECT_LE(std::chrono::abs(off_beat(pulses, microseconds{125})), nanoseconds{40}) << i;
     EXPECT_EQ(drives.state(i), wire::AlState::kOp) << "drive " << i;
   }
 }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "clock_run.hpp"
+#include "true_time.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -205,7 +206,7 @@ TEST(ClockFollowing, TheNextClockTakesOverAndNobodyJumps) {
   run.run(seconds{2}, [&] {
     for (const std::size_t i : {3U, 4U}) apart = std::max(apart, std::chrono::abs(line.ahead(i, 2)));
     const auto now = line.clock.now();
-    const auto step = ecat_master::dc::difference(line.system_time(2), before) - (now - when);
+    const auto step = ahead_of(line.system_time(2), before) - (now - when);
     jump = std::max(jump, std::chrono::abs(step));
     before = line.system_time(2);
     when = now;
@@ -242,6 +243,26 @@ TEST(ClockFollowing, AReferenceThatComesBackBeforeAnybodyTookOverStays) {
   EXPECT_TRUE(run.status().locked);
 }
 
+/// Eight frames in a row, and not some that a disturbance has cost.
+TEST(ClockFollowing, AFewSilentFramesAreNoLossOfTheReference) {
+  ClockLine line(random_clocks(5, 60.0), reference_on_a_branch());
+  ClockRun run(line);
+  auto plan = line.plan();
+  plan.reference = 1;
+  plan.slaves[0].signals = {};
+  ASSERT_EQ(run.start(plan), "");
+  run.run(seconds{1});
+  static_cast<void>(run.events());
+  ASSERT_TRUE(line.line().break_cable({0, 3}));
+  for (int i = 0; i < 6; ++i) run.cycle();
+  ASSERT_TRUE(run.watch().poll());
+  EXPECT_THAT(run.events(), testing::IsEmpty());
+  for (int i = 0; i < 6; ++i) run.cycle();
+  ASSERT_TRUE(run.watch().poll());
+  EXPECT_THAT(run.events(), testing::ElementsAre("slave 1: the reference clock no longer answers",
+                                                 "slave 2: is the reference clock from now on"));
+}
+
 TEST(ClockFollowing, WithNobodyLeftTheCycleCoastsAndSaysSo) {
   ClockLine line(random_clocks(5, 60.0), reference_on_a_branch());
   ClockRun run(line);
@@ -261,6 +282,7 @@ TEST(ClockFollowing, WithNobodyLeftTheCycleCoastsAndSaysSo) {
                                 "the cycle has lost the reference clock, slave 1: its time does not come back"));
   EXPECT_NEAR(run.status().ppm, ppm, 0.1);
   EXPECT_FALSE(run.status().locked);
+  EXPECT_EQ(run.status().unlocks, 1U);
 }
 
 }  // namespace

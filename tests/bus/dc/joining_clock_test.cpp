@@ -4,6 +4,7 @@
 #include "driveline/ecat_master/dc/clock_fault.hpp"
 #include "fault_ports.hpp"
 #include "movable_group.hpp"
+#include "true_time.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -63,7 +64,7 @@ class JoiningClock : public testing::Test {
       ASSERT_TRUE(clock_of(drive).last_sync0()) << "drive " << drive;
       const auto moved = drive == 0 || drive == 3 ? nanoseconds{0} : shift;
       const auto pulses = *clock_of(drive).last_sync0() - *clock_of(0).last_sync0() - moved;
-      EXPECT_LE(std::chrono::abs(ecat_master::dc::wrap_to_cycle(pulses, kPeriod)), kNear) << "drive " << drive;
+      EXPECT_LE(std::chrono::abs(off_beat(pulses, kPeriod)), kNear) << "drive " << drive;
     }
   }
 

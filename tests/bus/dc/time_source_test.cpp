@@ -5,6 +5,7 @@
 #include <ctime>
 
 #include "clock_run.hpp"
+#include "true_time.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -48,9 +49,7 @@ struct SteeredLine {
     return run.start(plan);
   }
   /// How far the reference clock is ahead of the time it follows.
-  nanoseconds ahead() {
-    return ecat_master::dc::difference(line.system_time(0), static_cast<std::uint64_t>(time.now().count()));
-  }
+  nanoseconds ahead() { return ahead_of(line.system_time(0), static_cast<std::uint64_t>(time.now().count())); }
 
   ClockLine line;
   SteeredTime time;
@@ -128,9 +127,7 @@ TEST(ClockTime, WhoLeadsShowsItFromTheStartAndThenItsOwn) {
   auto plan = line.plan();
   plan.time = &time;
   ASSERT_EQ(run.start(plan), "");
-  const auto ahead = [&] {
-    return ecat_master::dc::difference(line.system_time(0), static_cast<std::uint64_t>(time.now().count()));
-  };
+  const auto ahead = [&] { return ahead_of(line.system_time(0), static_cast<std::uint64_t>(time.now().count())); };
   // Half a second at up to 140 ppm between the two.
   EXPECT_LE(std::chrono::abs(ahead()), microseconds{100});
   const auto then = ahead();

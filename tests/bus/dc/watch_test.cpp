@@ -44,6 +44,26 @@ TEST(ClockWatch, AClockThatLeavesItsWindowIsNamed) {
   EXPECT_THAT(events.back(), testing::MatchesRegex("slave 2: its clock is back within its window, -?[0-9]+ ns off"));
 }
 
+/// The window is one microsecond: drives 3 us apart are named, 300 ns are not.
+TEST(ClockWatch, TheWindowIsAMicrosecond) {
+  for (const auto& [offset, outside] : {std::pair(3000, true), std::pair(-3000, true), std::pair(300, false)}) {
+    SCOPED_TRACE(offset);
+    ClockLine line(random_clocks(3, 20.0));
+    ClockRun run(line);
+    ASSERT_EQ(run.start(line.plan()), "");
+    run.run(seconds{1});
+    static_cast<void>(run.events());
+    const auto before = line.slave(2).esc().memory().get(wire::reg::kSystemTimeOffset);
+    ASSERT_TRUE(run.master().bus().write(line.refs()[2], wire::reg::kSystemTimeOffset,
+                                         before + static_cast<std::uint64_t>(std::int64_t{offset})));
+    run.run(milliseconds{10});
+    EXPECT_EQ(run.watch().out_of_window().has_value(), outside);
+    run.run(seconds{1});
+    EXPECT_FALSE(run.watch().out_of_window());
+    EXPECT_EQ(run.events().size(), outside ? 2U : 0U);
+  }
+}
+
 TEST(ClockWatch, DelaysAreMeasuredAgainWhileTheCycleRuns) {
   slaves::LineOptions options;
   options.cable_delay = nanoseconds{50};

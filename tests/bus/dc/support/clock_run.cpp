@@ -1,13 +1,34 @@
 #include "clock_run.hpp"
 
+#include <cmath>
+
 #include "driveline/ecat_master/cyclic/cycle_runner.hpp"
+#include "true_time.hpp"
 
 namespace driveline::bus_test {
 
 using ecat_master::describe;
-using ecat_master::dc::difference;
-using ecat_master::dc::extend;
-using ecat_master::dc::wrap_to_cycle;
+
+namespace {
+
+/// The pulses of SYNC0 around now, in true time, as the controller made them and is about to make the next.
+struct Pulses {
+  nanoseconds last;
+  nanoseconds next;
+};
+
+Pulses pulses_of(slaves::Slave& slave) {
+  const auto& clock = slave.esc().clock();
+  if (!clock.last_sync0() || clock.sync_due() == slaves::DistributedClock::kNever)
+    throw std::runtime_error("a slave makes no SYNC0");
+  return {*clock.last_sync0(), clock.sync_due()};
+}
+
+nanoseconds nearer(nanoseconds a, nanoseconds b) {
+  return std::chrono::abs(a) < std::chrono::abs(b) ? a : b;
+}
+
+}  // namespace
 
 class ClockRun::Runner final : public ecat_master::CycleRunner {
  public:
@@ -97,22 +118,32 @@ nanoseconds ClockRun::arrival_error() {
   const auto reference = clocks.reference;
   const auto arrival = probe_.cyclic_sent + line_.passing(reference);
   const auto way = line_.planned_passing(reference) - line_.planned_passing(start.reference);
-  auto time = static_cast<std::uint64_t>(line_.slave(reference).esc().clock().system_time(arrival - way).count());
-  if (!clocks.slaves[reference].wide) time = extend(static_cast<std::uint32_t>(time), start.mapping.at(arrival));
-  const auto wanted = start.start - static_cast<std::uint64_t>(start.frame_lead.count());
-  return wrap_to_cycle(difference(time, wanted), start.period);
+  const auto pulses = pulses_of(line_.slave(reference));
+  const auto own_time = [this, reference](nanoseconds distance) {
+    return nanoseconds{std::llround(static_cast<double>(distance.count()) * (1.0 + line_.spec(reference).ppm * 1e-6))};
+  };
+  // The frame was to come `frame_lead` before a pulse: one of those around now, or the one before or behind them.
+  const auto period = pulses.next - pulses.last;
+  auto error = nanoseconds::max();
+  for (const auto pulse : {pulses.last - period, pulses.last, pulses.next, pulses.next + period})
+    error = nearer(own_time(arrival - way - pulse) + start.frame_lead, error);
+  return error;
 }
 
 nanoseconds ClockRun::grid_error() {
-  return wrap_to_cycle(arrival_error() - (probe_.cyclic_sent - grid_), master_->clocks()->period);
+  return off_beat(arrival_error() - (probe_.cyclic_sent - grid_), master_->clocks()->period);
 }
 
 nanoseconds ClockRun::worst_sync0() {
   nanoseconds worst{0};
   const auto& clocks = this->clocks();
+  const auto reference = pulses_of(line_.slave(clocks.reference));
   for (std::size_t i = 0; i < line_.size(); ++i) {
-    if (clocks.slaves[i].follows && line_.slave(i).powered())
-      worst = std::max(worst, std::chrono::abs(line_.ahead(i, clocks.reference)));
+    if (!clocks.slaves[i].follows || !line_.slave(i).powered()) continue;
+    const auto own = pulses_of(line_.slave(i));
+    // One of the two may have made its pulse already, and the other not yet.
+    const auto apart = nearer(own.last - reference.last, nearer(own.last - reference.next, own.next - reference.last));
+    worst = std::max(worst, std::chrono::abs(apart));
   }
   return worst;
 }

@@ -43,14 +43,14 @@ class ClockRun {
   /// Cycles for `duration`, polling the watch as an application would; `each` sees every cycle.
   void run(nanoseconds duration, const std::function<void()>& each = {});
 
-  /// How late the last cyclic frame met the reference clock, in the reference clock's own time: against the phase that
-  /// was planned.
+  /// How late the last cyclic frame met the reference clock, in the reference clock's own time: against the phase to
+  /// the pulses of its SYNC0 that was planned.
   [[nodiscard]] nanoseconds arrival_error();
   /// The same had it been sent at its grid instant.
   [[nodiscard]] nanoseconds grid_error();
   /// Grid instant of the last cycle, as the master sees it.
   [[nodiscard]] nanoseconds grid() const { return grid_; }
-  /// The largest true distance of any SYNC0 from that of the reference clock, now.
+  /// The largest true distance of any pulse of SYNC0 from that of the reference clock, of those made last.
   [[nodiscard]] nanoseconds worst_sync0();
 
   [[nodiscard]] ecat_master::Master& master() { return *master_; }

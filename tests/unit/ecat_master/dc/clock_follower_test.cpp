@@ -142,6 +142,39 @@ TEST(ClockFollower, APerfectReferenceClockIsNotTakenForASilentOne) {
   }
 }
 
+/// A reference clock that is told the master's time shows it to the nanosecond. That the frame comes back with the very
+/// time that was sent would look like a frame that nobody has answered, where another slave is missing as well.
+TEST(ClockFollower, APerfectReferenceClockInBusShiftNeverLooksSilent) {
+  auto clocks = some_clocks();
+  clocks.mode = FollowMode::kReferenceFollows;
+  ClockFollower follower(clocks);
+  auto grid = follower.first_grid(seconds{1});
+  for (int i = 0; i < 200; ++i, grid += kPeriod) {
+    static_cast<void>(follower.next(grid));
+    const ClockMapping truth{seconds{1}, 5'000'000'000U, 0.0};
+    static_cast<void>(
+        follower.finish(start_at(grid), grid, DriftAnswer{static_cast<std::uint32_t>(truth.at(grid)), 2}));
+    ASSERT_EQ(follower.status().silent, 0U) << i;
+  }
+}
+
+/// What is sent is the time at which the frame meets the reference clock, also where frames leave some microseconds
+/// after the clock was read for them.
+TEST(ClockFollower, LearnsHowLongAfterTheReadingFramesLeave) {
+  constexpr nanoseconds kWayOut{5000};
+  ClockFollower follower(some_clocks());
+  const ClockMapping truth{seconds{1}, 5'000'000'000U, 0.0};
+  auto grid = follower.first_grid(seconds{1}) - kWayOut;
+  std::int32_t off = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const auto sent = follower.next(grid);
+    const auto met = static_cast<std::uint32_t>(truth.at(grid + kWayOut));
+    off = static_cast<std::int32_t>(sent.time - met);
+    grid += kPeriod + follower.finish(start_at(grid), grid + kWayOut, DriftAnswer{met, 3});
+  }
+  EXPECT_NEAR(off, 0, 20);
+}
+
 TEST(ClockFollower, LostFramesSayNothingAboutTheReferenceClock) {
   ClockFollower follower(some_clocks());
   auto grid = follower.first_grid(seconds{1});
