@@ -250,6 +250,19 @@ TEST(LockDetector, HasHysteresis) {
   EXPECT_EQ(lock.cause(), LockCause::kPhaseError);
 }
 
+TEST(LockDetector, AnExcursionStartsTheTimeToLockAnew) {
+  LockDetector detector(LockDetector::Settings::for_period(microseconds{125}));  // 200 cycles within 1250 ns
+  const auto feed = [&detector](int cycles, double error_ns) {
+    for (int i = 0; i < cycles; ++i) detector.update(error_ns);
+  };
+  feed(150, 0.0);
+  feed(40, 4000.0);
+  feed(150, 0.0);
+  EXPECT_FALSE(detector.locked());
+  feed(100, 0.0);
+  EXPECT_TRUE(detector.locked());
+}
+
 TEST(LockDetector, NeedsTimeNotOnlyCycles) {
   EXPECT_EQ(LockDetector::Settings::for_period(microseconds{125}).lock_cycles, 200U);
   EXPECT_EQ(LockDetector::Settings::for_period(milliseconds{1}).lock_cycles, 100U);
