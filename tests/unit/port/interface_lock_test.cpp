@@ -31,6 +31,32 @@ TEST(InterfaceLock, IsFreeWhenItsOwnerIsGone) {
   EXPECT_TRUE(InterfaceLock::take(kInterface));
 }
 
+/// "eth1" and "eth11": who holds the longer one does not hold the shorter one.
+TEST(InterfaceLock, OfANameThatBeginsAlikeIsAnother) {
+  const auto longer = InterfaceLock::take("nowhere33");
+  ASSERT_TRUE(longer);
+  EXPECT_FALSE(InterfaceLock::holder("nowhere3"));
+  int done[2] = {-1, -1};
+  int ready[2] = {-1, -1};
+  ASSERT_EQ(pipe(done), 0);
+  ASSERT_EQ(pipe(ready), 0);
+  const pid_t child = fork();
+  if (child == 0) {
+    const auto shorter = InterfaceLock::take("nowhere3");
+    char byte = shorter ? 'y' : 'n';
+    if (write(ready[1], &byte, 1) == 1 && read(done[0], &byte, 1) == 1) _exit(0);
+    _exit(1);
+  }
+  char taken = 0;
+  ASSERT_EQ(read(ready[0], &taken, 1), 1);
+  EXPECT_EQ(taken, 'y');
+  const auto holder = InterfaceLock::holder("nowhere3");
+  EXPECT_EQ(holder ? holder->pid : 0, child);
+  EXPECT_EQ(write(done[1], &taken, 1), 1);
+  waitpid(child, nullptr, 0);
+  for (const int end : {done[0], done[1], ready[0], ready[1]}) close(end);
+}
+
 TEST(InterfaceLock, OfAProcessThatWasKilledIsFree) {
   constexpr const char* kInterface = "nowhere2";
   int ready[2] = {-1, -1};

@@ -43,6 +43,16 @@ class RealtimePlatformTest : public testing::Test {
     return {};
   }
 
+  /// A thread as proc(5) describes it.
+  void thread(int process, int id, const std::string& name, unsigned flags, int priority, int policy,
+              const std::string& cpus) const {
+    const auto folder = "/proc/" + std::to_string(process) + "/task/" + std::to_string(id);
+    std::string stat = std::to_string(id) + " (" + name + ") S 1 1 1 0 -1 " + std::to_string(flags);
+    for (int field = 10; field < 40; ++field) stat += " 0";
+    write(folder + "/stat", stat + " " + std::to_string(priority) + " " + std::to_string(policy) + " 0");
+    write(folder + "/status", "Name:\t" + name + "\nCpus_allowed_list:\t" + cpus);
+  }
+
  private:
   std::string root_;
 };
@@ -66,14 +76,6 @@ TEST_F(RealtimePlatformTest, PatchedKernelSaysSoInSys) {
 }
 
 TEST_F(RealtimePlatformTest, OtherRealtimeThreadsOnTheCpuAreNamed) {
-  const auto thread = [this](int process, int id, const std::string& name, unsigned flags, int priority, int policy,
-                             const std::string& cpus) {
-    const auto folder = "/proc/" + std::to_string(process) + "/task/" + std::to_string(id);
-    std::string stat = std::to_string(id) + " (" + name + ") S 1 1 1 0 -1 " + std::to_string(flags);
-    for (int field = 10; field < 40; ++field) stat += " 0";
-    write(folder + "/stat", stat + " " + std::to_string(priority) + " " + std::to_string(policy) + " 0");
-    write(folder + "/status", "Name:\t" + name + "\nCpus_allowed_list:\t" + cpus);
-  };
   EXPECT_EQ(item("neighbours").effective, "none");
   thread(20, 20, "migration/1", 0x0420'8040, 99, 1, "1");
   thread(100, 100, "driveline", 0x0040'0000, 0, 0, "1");
@@ -88,6 +90,12 @@ TEST_F(RealtimePlatformTest, OtherRealtimeThreadsOnTheCpuAreNamed) {
   EXPECT_THAT(found.effective, HasSubstr("jackd (process 200, priority 10)"));
   EXPECT_THAT(found.remedy, HasSubstr("a CPU of its own"));
   EXPECT_TRUE(item("neighbours", std::nullopt).ok) << "without a CPU the kernel finds one";
+}
+
+/// What the master pins itself is meant to be there.
+TEST_F(RealtimePlatformTest, ThreadsOfThisProcessAreNoNeighbours) {
+  thread(getpid(), getpid(), "cycle", 0x0040'0000, 80, 1, "1");
+  EXPECT_TRUE(item("neighbours").ok) << item("neighbours").effective;
 }
 
 TEST(AllowedCpu, BesidesAnotherIsNotThatOne) {
