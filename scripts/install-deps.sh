@@ -38,6 +38,7 @@ cyclonedds-dev        oracle for the telemetry: another DDS implementation
 cyclonedds-tools      its IDL compiler
 python3               structure checks, checks of JSON output
 doxygen               reference of the library
+zsh                   its completion is tried
 # running
 gnuplot-nox           plots
 graphviz              picture of the bus
