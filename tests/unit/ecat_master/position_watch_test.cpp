@@ -73,6 +73,10 @@ TEST(PositionWatch, APathFasterThanTheLimitIsFollowed) {
   EXPECT_FALSE(bench.drive(0.0, {0.0, 0.0, 0.0}));
   EXPECT_FALSE(bench.drive(1.0, {1.0, 1000.0, 0.0}));
   EXPECT_EQ(bench.drive(5.2, {2.0, 1000.0, 0.0}).kind, Kind::kLeap);
+  WatchBench late;
+  late.settle(0.0);
+  EXPECT_FALSE(late.drive(0.0, {0.0, 0.0, 0.0}));
+  EXPECT_FALSE(late.drive(1.0, {0.0, 1000.0, 0.0})) << "the speed of the path alone allows it";
 }
 
 TEST(PositionWatch, APositionThatStandsWhileTheAxisIsSentOnIsFrozen) {
