@@ -174,48 +174,54 @@ class PrivilegedRealtimeThreadTest : public testing::Test {
   void TearDown() override { munlockall(); }
 };
 
-/// Waits, never asleep, for what a thread on the same CPU does.
-class WaitsForFlag final : public RealtimeTask {
+/// Two threads of one priority on one CPU: what one waits for, never asleep, the other does once that waits.
+struct OneCpuForTwo {
+  std::atomic<bool> other_ready = false;
+  std::atomic<bool> waits = false;
+  std::atomic<bool> done = false;
+};
+
+class WaitsBusily final : public RealtimeTask {
  public:
-  WaitsForFlag(const std::atomic<bool>& flag, std::atomic<bool>& waits) : flag_(flag), waits_(waits) {}
+  explicit WaitsBusily(OneCpuForTwo& both) : both_(both) {}
   void run(std::stop_token) noexcept override {
     MonotonicClock clock;
+    while (!both_.other_ready) clock.sleep_until(clock.now() + std::chrono::milliseconds{1});
     const auto deadline = clock.now() + std::chrono::milliseconds{500};
-    while (!flag_ && clock.now() < deadline) {
-      clock.give_way();
-      waits_ = true;
-    }
-    saw = flag_.load();
+    for (both_.waits = true; !both_.done && clock.now() < deadline;) clock.give_way();
+    saw = both_.done.load();
   }
   bool saw = false;
 
  private:
-  const std::atomic<bool>& flag_;
-  std::atomic<bool>& waits_;
+  OneCpuForTwo& both_;
 };
 
-class SetsFlag final : public RealtimeTask {
+class ActsInBetween final : public RealtimeTask {
  public:
-  explicit SetsFlag(std::atomic<bool>& flag) : flag_(flag) {}
-  void run(std::stop_token) noexcept override { flag_ = true; }
+  explicit ActsInBetween(OneCpuForTwo& both) : both_(both) {}
+  void run(std::stop_token) noexcept override {
+    MonotonicClock clock;
+    both_.other_ready = true;
+    while (!both_.waits) clock.sleep_until(clock.now() + std::chrono::milliseconds{1});
+    both_.done = true;
+  }
 
  private:
-  std::atomic<bool>& flag_;
+  OneCpuForTwo& both_;
 };
 
 TEST_F(PrivilegedRealtimeThreadTest, AThreadThatGivesWayLetsOthersOfItsPriorityRun) {
   RealtimeConfig config;
   config.priority = 73;
   config.cpu = last_allowed_cpu();
-  std::atomic<bool> flag = false;
-  std::atomic<bool> waits = false;
-  WaitsForFlag waiting(flag, waits);
-  SetsFlag setting(flag);
+  OneCpuForTwo both;
+  WaitsBusily waiting(both);
+  ActsInBetween acting(both);
   RealtimeThread first;
   RealtimeThread second;
   ASSERT_TRUE(first.start(config, waiting).has_value());
-  while (!waits) std::this_thread::yield();
-  ASSERT_TRUE(second.start(config, setting).has_value());
+  ASSERT_TRUE(second.start(config, acting).has_value());
   first.join();
   second.join();
   EXPECT_TRUE(waiting.saw);

@@ -149,7 +149,7 @@ class Files(ProgramTest):
         self.refused(2, "path.csv:4:", path=self.write("path.csv", path_csv([(0, 0), (0.001, 0), (0.001, 0)])))
 
     def test_number_of_axes(self):
-        self.refused(2, "path.csv", "1 axes", "8", path=self.write("path.csv", "time[s],x[rad]\n0,0\n1,0\n"))
+        self.refused(2, "path.csv", 'there is no column for axis "y"', path=self.write("path.csv", "time[s],x[rad]\n0,0\n1,0\n"))
 
     def test_limits(self):
         path = self.write("path.csv", path_csv([(0, 0), (1, 10000), (2, 0)]))

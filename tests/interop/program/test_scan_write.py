@@ -1,6 +1,5 @@
 """A line description written by `scan` is the whole of what a user needs: it takes the line to OP and moves its axes."""
 import csv
-import math
 import re
 import unittest
 
@@ -22,10 +21,10 @@ class Written:
         with open(self.directory / "out/axes.csv", encoding="utf-8") as file:
             rows = list(csv.DictReader(file))
         for name in names:
-            column = next(key for key in rows[0] if key.startswith(f"{name}_actual"))
-            way = [float(row[column]) for row in rows]
-            self.assertAlmostEqual(max(way) - way[0], 2.0 * math.pi * TURNS, delta=0.02, msg=name)
-            self.assertAlmostEqual(way[-1], way[0], delta=0.02, msg=name)
+            way = [float(row[f"{name}_actual[rev]"]) for row in rows]
+            # A machine that was away for some periods lets the drives go on for so long: up to 5 thousandths seen.
+            self.assertAlmostEqual(max(way) - way[0], TURNS, delta=0.01, msg=name)
+            self.assertAlmostEqual(way[-1], way[0], delta=0.003, msg=name)
 
     def check_document(self, result, axes):
         self.assertEqual(result.returncode, 0, result.stderr)
