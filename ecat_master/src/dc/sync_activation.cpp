@@ -15,6 +15,11 @@ constexpr nanoseconds kMaxLead = std::chrono::milliseconds{1600};
 /// The shortest one: it is doubled until it is enough.
 constexpr nanoseconds kMinLead = std::chrono::milliseconds{1};
 
+/// Register 0x0981 by the AssignActivate of a description file.
+std::byte activation_of(const SyncSignals& signals) noexcept {
+  return static_cast<std::byte>(signals.assign_activate >> 8);
+}
+
 /// The registers of one slave's signals, as they travel.
 struct SignalBytes {
   std::array<std::byte, 1> control{};
@@ -63,11 +68,12 @@ class Activation {
     });
     if (auto done = exchange(requests); !done) return done;
     Result<void> result{};
-    for_each([&](std::size_t i, const SyncSignals&) {
-      if (bytes_[i].read_back == bytes_[i].activation || !result) return;
+    for_each([&](std::size_t i, const SyncSignals& signals) {
+      // Not with what was sent: the answer has been put there.
+      if (bytes_[i].read_back[0] == activation_of(signals) || !result) return;
       auto error = clock_error(ClockFault::kActivation, slaves_[i].position);
       error.address = wire::reg::kDcActivation.address;
-      error.expected = std::to_integer<std::uint32_t>(bytes_[i].activation[0]);
+      error.expected = std::to_integer<std::uint32_t>(activation_of(signals));
       error.received = std::to_integer<std::uint32_t>(bytes_[i].read_back[0]);
       result = tl::unexpected(error);
     });
@@ -112,7 +118,7 @@ class Activation {
       auto& clock = clocks_.slaves[i];
       clock.start = clocks_.start + static_cast<std::uint64_t>(signals.sync0_shift.count());
       bytes.control[0] = static_cast<std::byte>(signals.assign_activate & 0xFFU);
-      bytes.activation[0] = static_cast<std::byte>(signals.assign_activate >> 8);
+      bytes.activation[0] = activation_of(signals);
       wire::store_le<std::uint32_t>(std::span(bytes.cycles).first<4>(),
                                     static_cast<std::uint32_t>(signals.sync0_cycle.count()));
       wire::store_le<std::uint32_t>(std::span(bytes.cycles).last<4>(),

@@ -280,6 +280,31 @@ TEST(ClockBringUp, ALineThatFallsSilentIsReported) {
   EXPECT_EQ(sentence(line.bring_up(line.plan())), "the line: no answer to a frame after 5 tries");
 }
 
+TEST(ClockBringUp, ASlaveThatHasNotTakenItsActivationIsNamed) {
+  ClockLine line(random_clocks(3, 50.0), std::nullopt, with_cable(kCable));
+  // On its way the byte is lost, so that what comes back of the write is not what was sent either.
+  ChangingPort changing(line.line(),
+                        [&](std::span<std::byte> frame) {
+                          auto cursor = wire::MutableDatagramCursor::open(frame);
+                          while (cursor && !cursor->done()) {
+                            const auto datagram = cursor->next();
+                            if (!datagram) return;
+                            const auto& header = datagram->header;
+                            const bool to_it = !line.refs().empty() && header.address.adp() == line.refs()[1].station;
+                            if (header.command == wire::Command::kFpwr && header.address.ado() == 0x0981 && to_it)
+                              frame[datagram->place.data()] = std::byte{0};
+                          }
+                        },
+                        {});
+  line.open(&changing);
+  const auto done = line.bring_up(line.plan());
+  ASSERT_FALSE(done.has_value());
+  EXPECT_EQ(done.error().slave, 1);
+  EXPECT_EQ(done.error().address, 0x0981);
+  EXPECT_EQ(done.error().expected, 3U);
+  EXPECT_EQ(done.error().received, 0U);
+}
+
 TEST(ClockBringUp, SignalsStartTogetherInTheFuture) {
   ClockLine line(random_clocks(5, 100.0), std::nullopt, with_cable(kCable));
   line.open();
