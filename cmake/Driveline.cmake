@@ -38,12 +38,13 @@ function(driveline_group_by_folder target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD ${DRIVELINE_UNITY} UNITY_BUILD_MODE GROUP)
 endfunction()
 
-# driveline_room(<name> [INTERNAL] [SOURCES ...] [LINK ...] [PRIVATE_LINK ...])
+# driveline_room(<name> [INTERNAL] [COMPONENT <name>] [SOURCES ...] [LINK ...] [PRIVATE_LINK ...])
 # Declares the library driveline_<name> (alias driveline::<name>) of the current folder: headers in
 # include/driveline/<name>/, implementation in the listed sources. Without sources it is header-only. It is installed
-# with its headers, for find_package(driveline), unless it is INTERNAL.
+# with its headers, for find_package(driveline), unless it is INTERNAL; with COMPONENT for those who ask
+# find_package(driveline COMPONENTS <name>) for it, because it needs packages that others can do without.
 function(driveline_room name)
-  cmake_parse_arguments(ARG "INTERNAL" "" "SOURCES;LINK;PRIVATE_LINK" ${ARGN})
+  cmake_parse_arguments(ARG "INTERNAL" "COMPONENT" "SOURCES;LINK;PRIVATE_LINK" ${ARGN})
   set(target driveline_${name})
   set(headers $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:include>)
   if(ARG_SOURCES)
@@ -62,7 +63,8 @@ function(driveline_room name)
   if(NOT ARG_INTERNAL)
     set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
     target_compile_features(${target} INTERFACE cxx_std_20)
-    install(TARGETS ${target} EXPORT driveline)
+    string(JOIN _ export driveline ${ARG_COMPONENT})
+    install(TARGETS ${target} EXPORT ${export})
     install(DIRECTORY include/ TYPE INCLUDE)
   endif()
 endfunction()

@@ -4,6 +4,9 @@ include(CMakePackageConfigHelpers)
 
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/driveline)
 install(EXPORT driveline FILE drivelineTargets.cmake NAMESPACE driveline:: DESTINATION ${package_folder})
+if(TARGET driveline_bridge)
+  install(EXPORT driveline_bridge FILE drivelineBridgeTargets.cmake NAMESPACE driveline:: DESTINATION ${package_folder})
+endif()
 configure_package_config_file(cmake/drivelineConfig.cmake.in ${CMAKE_BINARY_DIR}/drivelineConfig.cmake
                               INSTALL_DESTINATION ${package_folder})
 # Before 1.0 every minor version may break.

@@ -26,8 +26,8 @@ struct DdsPublisher::State {
     status_message.axes(static_cast<std::uint16_t>(config.axes.size()));
   }
 
-  void publish_status(const DrainCounters& counters);
-  void count_drops(const DrainCounters& counters) {
+  void publish_status(const snapshot::DrainCounters& counters);
+  void count_drops(const snapshot::DrainCounters& counters) {
     dropped.store(counters.lines_dropped + counters.axes_dropped + refused, std::memory_order_relaxed);
   }
 
@@ -43,11 +43,11 @@ struct DdsPublisher::State {
   std::atomic<std::uint64_t> dropped{0};
   // Between the owner of the line and the drain thread.
   std::mutex mutex;
-  LineStatus status;
+  snapshot::LineStatus status;
   bool status_urgent = false;
 };
 
-void DdsPublisher::State::publish_status(const DrainCounters& counters) {
+void DdsPublisher::State::publish_status(const snapshot::DrainCounters& counters) {
   count_drops(counters);
   {
     const std::lock_guard lock{mutex};
@@ -75,7 +75,7 @@ DdsPublisher::DdsPublisher(std::unique_ptr<State> state) : state_(std::move(stat
 
 DdsPublisher::~DdsPublisher() = default;
 
-void DdsPublisher::set_line_status(const LineStatus& status) {
+void DdsPublisher::set_line_status(const snapshot::LineStatus& status) {
   const std::lock_guard lock{state_->mutex};
   state_->status_urgent =
       state_->status_urgent || status.state != state_->status.state || status.faults != state_->status.faults;
@@ -108,7 +108,7 @@ void DdsPublisher::axes(std::span<const snapshot::AxisSample> samples) {
   state_->published.fetch_add(written, std::memory_order_relaxed);
 }
 
-void DdsPublisher::pass_done(const DrainCounters& counters) {
+void DdsPublisher::pass_done(const snapshot::DrainCounters& counters) {
   const SteadyTime now = std::chrono::steady_clock::now();
   bool urgent = false;
   {
@@ -122,7 +122,7 @@ void DdsPublisher::pass_done(const DrainCounters& counters) {
   }
 }
 
-void DdsPublisher::finish(const DrainCounters& counters) {
+void DdsPublisher::finish(const snapshot::DrainCounters& counters) {
   state_->publish_status(counters);
   state_->entities.wait_for_status_readers();
 }

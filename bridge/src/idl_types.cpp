@@ -24,15 +24,15 @@ static_assert(same(AxisState::kFault, telemetry::AXIS_FAULT));
 static_assert(same(AxisState::kUnavailable, telemetry::AXIS_UNAVAILABLE));
 static_assert(same(AxisKind::kRotary, telemetry::AXIS_ROTARY));
 static_assert(same(AxisKind::kLinear, telemetry::AXIS_LINEAR));
-static_assert(same(LineState::kDown, telemetry::LINE_DOWN));
-static_assert(same(LineState::kInit, telemetry::LINE_INIT));
-static_assert(same(LineState::kPreOp, telemetry::LINE_PRE_OP));
-static_assert(same(LineState::kSafeOp, telemetry::LINE_SAFE_OP));
-static_assert(same(LineState::kOp, telemetry::LINE_OP));
+static_assert(same(snapshot::LineState::kDown, telemetry::LINE_DOWN));
+static_assert(same(snapshot::LineState::kInit, telemetry::LINE_INIT));
+static_assert(same(snapshot::LineState::kPreOp, telemetry::LINE_PRE_OP));
+static_assert(same(snapshot::LineState::kSafeOp, telemetry::LINE_SAFE_OP));
+static_assert(same(snapshot::LineState::kOp, telemetry::LINE_OP));
 
 constexpr std::size_t kMaxFaults = 16;  ///< bound of LineStatus::faults in the IDL
 
-telemetry::Percentiles percentiles(const Percentiles& from) {
+telemetry::Percentiles percentiles(const snapshot::Percentiles& from) {
   telemetry::Percentiles to;
   to.p50_ns(from.p50.count());
   to.p99_ns(from.p99.count());
@@ -66,7 +66,7 @@ void set_sample(telemetry::AxisTelemetry& message, const snapshot::AxisSample& s
   message.following_error(sample.following_error_rad);
 }
 
-void set_status(telemetry::LineStatus& message, const LineStatus& status) {
+void set_status(telemetry::LineStatus& message, const snapshot::LineStatus& status) {
   message.state(static_cast<telemetry::LineState>(status.state));
   message.cycle_period_ns(status.cycle_period.count());
   message.cycles(status.cycles);

@@ -2,7 +2,7 @@
 
 #include "driveline.h"
 #include "driveline/bridge/dds_config.hpp"
-#include "driveline/bridge/line_status.hpp"
+#include "driveline/snapshot/line_status.hpp"
 #include "driveline/snapshot/snapshot.hpp"
 
 /// From the records of the house to the types of the IDL.
@@ -15,7 +15,7 @@ namespace driveline::bridge {
 void set_sample(telemetry::AxisTelemetry& message, const snapshot::AxisSample& sample);
 
 /// Fills in what the owner of the line says.
-void set_status(telemetry::LineStatus& message, const LineStatus& status);
+void set_status(telemetry::LineStatus& message, const snapshot::LineStatus& status);
 
 /// Fills in what the newest cycle says.
 void set_cycle(telemetry::LineStatus& message, const snapshot::LineSample& sample);

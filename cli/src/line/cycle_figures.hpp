@@ -3,15 +3,15 @@
 #include <algorithm>
 #include <mutex>
 
-#include "driveline/bridge/sample_consumer.hpp"
 #include "driveline/ecat_master/cyclic/cyclic_core.hpp"
 #include "driveline/rt/lateness.hpp"
+#include "driveline/snapshot/sample_consumer.hpp"
 
 namespace driveline::cli {
 
 /// Statistics of a cycle that is running, out of the samples that pass by: the cycle's own belong to it until it rests.
 /// What the rings had no room for is missing in them.
-class CycleFigures final : public bridge::SampleConsumer {
+class CycleFigures final : public snapshot::SampleConsumer {
  public:
   /// `period`: of the cycle that the samples come from.
   explicit CycleFigures(std::chrono::nanoseconds period) : period_(period) {}

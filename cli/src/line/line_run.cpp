@@ -104,7 +104,7 @@ Outcome<void> LineRun::prepare() {
 
 Outcome<void> LineRun::start_telemetry() {
   figures_ = std::make_unique<CycleFigures>(config_.period);
-  std::vector<bridge::SampleConsumer*> consumers{recorder_.get(), figures_.get()};
+  std::vector<snapshot::SampleConsumer*> consumers{recorder_.get(), figures_.get()};
   if (config_.telemetry.enabled) {
     bridge::DdsConfig dds;
     dds.domain_id = config_.telemetry.domain;
@@ -117,11 +117,11 @@ Outcome<void> LineRun::start_telemetry() {
     auto publisher = bridge::DdsPublisher::create(std::move(dds));
     if (!publisher) return failed(fmt::format("telemetry: {}", publisher.error()));
     publisher_ = std::move(*publisher);
-    feed_ = std::make_unique<StatusFeed>(*publisher_, config_.period);
+    feed_ = std::make_unique<StatusFeed>(std::vector<snapshot::SampleConsumer*>{publisher_.get()}, config_.period);
     consumers.push_back(feed_.get());
     consumers.push_back(publisher_.get());
   }
-  drain_ = std::make_unique<bridge::DrainThread>(line_ring_, axis_ring_, std::move(consumers));
+  drain_ = std::make_unique<snapshot::DrainThread>(line_ring_, axis_ring_, std::move(consumers));
   if (auto started = drain_->start(); !started) return failed(started.error());
   return {};
 }
@@ -233,7 +233,7 @@ Outcome<void> LineRun::start_cycle() {
              status.ppm);
   }
   state_ = "OP";
-  if (feed_) feed_->set_state(bridge::LineState::kOp);
+  if (feed_) feed_->set_state(snapshot::LineState::kOp);
   progress("all in OP");
   return {};
 }
@@ -342,7 +342,7 @@ void LineRun::stop_motion() {
 
 void LineRun::take_down() {
   tell_traffic();
-  if (feed_) feed_->set_state(bridge::LineState::kDown);
+  if (feed_) feed_->set_state(snapshot::LineState::kDown);
   const auto down = master_.shut_down();
   if (down) {
     progress("all in INIT");

@@ -7,8 +7,9 @@
 #include <vector>
 
 #include "commands/command_input.hpp"
-#include "driveline/bridge/drain_thread.hpp"
+#include "driveline/bridge/dds_publisher.hpp"
 #include "driveline/ecat_master/master.hpp"
+#include "driveline/snapshot/drain_thread.hpp"
 #include "line/cycle_figures.hpp"
 #include "line/fault_records.hpp"
 #include "line/group_watch.hpp"
@@ -79,7 +80,7 @@ class LineRun {
   GroupWatch group_watch_;
   std::unique_ptr<FaultRecords> fault_records_;
   ecat_master::Master master_;
-  std::unique_ptr<bridge::DrainThread> drain_;
+  std::unique_ptr<snapshot::DrainThread> drain_;
   bool created_directory_ = false;
   FolderLock folder_;
   std::unique_ptr<LineWatch> watch_;

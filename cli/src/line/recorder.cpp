@@ -138,7 +138,7 @@ void Recorder::write_row(const std::vector<snapshot::AxisSample>& row) {
   ++rows_;
 }
 
-void Recorder::finish(const bridge::DrainCounters&) {
+void Recorder::finish(const snapshot::DrainCounters&) {
   if (!stream_.is_open()) return;
   // Of the cycles behind the last row, if one of them could hold the peak.
   const bool more = std::any_of(extremes_.begin(), extremes_.end(), [](const auto& e) { return !std::isnan(e.least); });

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "driveline/bridge/sample_consumer.hpp"
 #include "driveline/cli/line_config.hpp"
+#include "driveline/snapshot/sample_consumer.hpp"
 
 namespace driveline::cli {
 
@@ -36,7 +36,7 @@ struct FollowingError : ErrorFigures {
 ///
 /// The file appears under its name only when it is complete, and only when there are rows in it. Functions run on the
 /// drain thread; results are read after it has ended.
-class Recorder final : public bridge::SampleConsumer {
+class Recorder final : public snapshot::SampleConsumer {
  public:
   /// Longest recording; a longer run goes on without being recorded.
   static constexpr std::uint64_t kMaxRows = 120'000;
@@ -59,7 +59,7 @@ class Recorder final : public bridge::SampleConsumer {
 
   void lines(std::span<const snapshot::LineSample> samples) override;
   void axes(std::span<const snapshot::AxisSample> samples) override;
-  void finish(const bridge::DrainCounters& counters) override;
+  void finish(const snapshot::DrainCounters& counters) override;
 
   [[nodiscard]] const std::vector<FollowingError>& following_errors() const noexcept { return errors_; }
   [[nodiscard]] std::uint64_t rows() const noexcept { return rows_; }

@@ -9,13 +9,14 @@ using std::chrono::nanoseconds;
 
 constexpr auto kHandOverPeriod = std::chrono::milliseconds{50};
 
-bridge::Percentiles to_percentiles(const rt::Histogram& histogram) {
+snapshot::Percentiles to_percentiles(const rt::Histogram& histogram) {
   return {histogram.percentile(0.5), histogram.percentile(0.99), histogram.max()};
 }
 
 }  // namespace
 
-StatusFeed::StatusFeed(bridge::DdsPublisher& publisher, nanoseconds period) : publisher_(publisher) {
+StatusFeed::StatusFeed(std::vector<snapshot::SampleConsumer*> listeners, nanoseconds period)
+    : listeners_(std::move(listeners)) {
   status_.cycle_period = period;
 }
 
@@ -39,14 +40,14 @@ void StatusFeed::lines(std::span<const snapshot::LineSample> samples) {
   }
 }
 
-void StatusFeed::pass_done(const bridge::DrainCounters&) {
+void StatusFeed::pass_done(const snapshot::DrainCounters&) {
   const auto now = std::chrono::steady_clock::now();
   if (now < due_) return;
   due_ = now + kHandOverPeriod;
   hand_over();
 }
 
-void StatusFeed::finish(const bridge::DrainCounters&) {
+void StatusFeed::finish(const snapshot::DrainCounters&) {
   hand_over();
 }
 
@@ -58,7 +59,7 @@ void StatusFeed::hand_over() {
     const std::lock_guard lock(mutex_);
     status_.faults = faults_;
   }
-  publisher_.set_line_status(status_);
+  for (auto* listener : listeners_) listener->set_line_status(status_);
 }
 
 }  // namespace driveline::cli

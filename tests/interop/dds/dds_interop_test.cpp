@@ -13,7 +13,7 @@
 #include <thread>
 
 #include "driveline/bridge/dds_publisher.hpp"
-#include "driveline/bridge/drain_thread.hpp"
+#include "driveline/snapshot/drain_thread.hpp"
 #include "support/dds_domain.hpp"
 
 // Our publisher in this process, another DDS implementation (Cyclone DDS, `cyclone_subscriber`) in a process of its
@@ -115,7 +115,7 @@ class SyntheticLine {
       throw std::runtime_error(publisher.error());
     }
     publisher_ = *std::move(publisher);
-    publisher_->set_line_status({.state = LineState::kOp,
+    publisher_->set_line_status({.state = snapshot::LineState::kOp,
                                  .cycle_period = std::chrono::nanoseconds{kCycleNs},
                                  .cycles = 123'456,
                                  .missed_periods = 1,
@@ -124,7 +124,8 @@ class SyntheticLine {
                                  .wake_latency = {.p50 = 4us, .p99 = 9us, .max = 31us},
                                  .cycle_cost = {.p50 = 12us, .p99 = 15us, .max = 60us},
                                  .faults = {"axis3: following error", "a \"quoted\" fault"}});
-    drain_ = std::make_unique<DrainThread>(lines_, axes_, std::vector<SampleConsumer*>{publisher_.get()});
+    drain_ = std::make_unique<snapshot::DrainThread>(lines_, axes_,
+                                                     std::vector<snapshot::SampleConsumer*>{publisher_.get()});
     if (auto started = drain_->start(); !started) {
       throw std::runtime_error(started.error());
     }
@@ -154,7 +155,7 @@ class SyntheticLine {
   rt::SpscRing<LineSample> lines_{4096};
   rt::SpscRing<AxisSample> axes_{32768};
   std::unique_ptr<DdsPublisher> publisher_;
-  std::unique_ptr<DrainThread> drain_;
+  std::unique_ptr<snapshot::DrainThread> drain_;
   std::atomic<bool> running_{true};
   std::thread cycle_thread_;
 };
@@ -236,7 +237,7 @@ TEST(DdsInterop, LateCycloneSubscriberGetsTheLastStatusOfASilentLine) {
   config.status_period = 1h;
   const auto publisher = DdsPublisher::create(config);
   ASSERT_TRUE(publisher) << publisher.error();
-  (*publisher)->set_line_status({.state = LineState::kSafeOp, .cycles = 7});
+  (*publisher)->set_line_status({.state = snapshot::LineState::kSafeOp, .cycles = 7});
   (*publisher)->pass_done({});
 
   const ProcessResult subscriber = run_subscriber(domain, 1, 60);

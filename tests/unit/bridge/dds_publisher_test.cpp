@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "driveline/bridge/drain_thread.hpp"
+#include "driveline/snapshot/drain_thread.hpp"
 #include "subscriber.hpp"
 
 namespace driveline::bridge {
@@ -159,11 +159,11 @@ TEST(DdsPublisher, RefusesAndCountsSamplesOfUnknownAxes) {
 
 TEST(DdsPublisher, LateSubscriberGetsTheLastStatus) {
   const auto publisher = created(config_with_axes(2));
-  LineStatus status;
-  status.state = LineState::kPreOp;
+  snapshot::LineStatus status;
+  status.state = snapshot::LineState::kPreOp;
   publisher->set_line_status(status);
   publisher->pass_done({});
-  status = {.state = LineState::kOp,
+  status = {.state = snapshot::LineState::kOp,
             .cycle_period = 125us,
             .cycles = 40'001,
             .missed_periods = 2,
@@ -213,18 +213,18 @@ TEST(DdsPublisher, LateSubscriberGetsTheLastStatus) {
 TEST(DdsPublisher, ChangeOfStateOrFaultsDoesNotWaitForThePeriod) {
   const auto publisher = created(config_with_axes(1));
   StatusSubscriber subscriber{test_domain()};
-  const auto pass_with = [&](const LineStatus& status) {
+  const auto pass_with = [&](const snapshot::LineStatus& status) {
     publisher->set_line_status(status);
     publisher->pass_done({});
   };
-  pass_with({.state = LineState::kOp, .cycles = 1});  // the first pass publishes in any case
+  pass_with({.state = snapshot::LineState::kOp, .cycles = 1});  // the first pass publishes in any case
   ASSERT_TRUE(subscriber.wait_for(1));
-  pass_with({.state = LineState::kOp, .cycles = 2});  // only counters: waits for the period
-  pass_with({.state = LineState::kSafeOp, .cycles = 3});
+  pass_with({.state = snapshot::LineState::kOp, .cycles = 2});  // only counters: waits for the period
+  pass_with({.state = snapshot::LineState::kSafeOp, .cycles = 3});
   ASSERT_TRUE(subscriber.wait_for(2));
-  pass_with({.state = LineState::kSafeOp, .cycles = 4, .faults = {"lost slave 3"}});
+  pass_with({.state = snapshot::LineState::kSafeOp, .cycles = 4, .faults = {"lost slave 3"}});
   ASSERT_TRUE(subscriber.wait_for(3));
-  pass_with({.state = LineState::kSafeOp, .cycles = 5, .faults = {"lost slave 3"}});
+  pass_with({.state = snapshot::LineState::kSafeOp, .cycles = 5, .faults = {"lost slave 3"}});
   publisher->finish({});  // the last status goes out whatever the period
   ASSERT_TRUE(subscriber.wait_for(4));
   std::vector<std::uint64_t> cycles;
@@ -245,7 +245,7 @@ TEST(DdsPublisher, StatusIsRepeatedOncePerPeriod) {
 TEST(DdsPublisher, KeepsTheNewestFaultsAndCutsLongOnes) {
   const auto publisher = created(config_with_axes(1));
   StatusSubscriber subscriber{test_domain()};
-  LineStatus status;
+  snapshot::LineStatus status;
   for (int i = 0; i < 20; ++i) {
     status.faults.push_back("fault " + std::to_string(i));
   }
@@ -260,7 +260,7 @@ TEST(DdsPublisher, KeepsTheNewestFaultsAndCutsLongOnes) {
 }
 
 /// Stands in for a writer that hangs: holds up the drain thread before the publisher gets its turn.
-class Blocker : public SampleConsumer {
+class Blocker : public snapshot::SampleConsumer {
  public:
   void lines(std::span<const LineSample> /*samples*/) override {}
   void axes(std::span<const AxisSample> /*samples*/) override {
@@ -290,7 +290,7 @@ TEST(DdsPublisher, FedFromTheRingsItReportsWhatTheRingsDropped) {
   const std::uint64_t before = publisher->counters().published;
 
   Blocker blocker;
-  DrainThread drain{lines, axes, {&blocker, publisher.get()}};
+  snapshot::DrainThread drain{lines, axes, {&blocker, publisher.get()}};
   ASSERT_TRUE(drain.start());
   ASSERT_TRUE(axes.try_push(sample_of(1, 0)));
   blocker.blocked.get_future().wait();
@@ -300,7 +300,7 @@ TEST(DdsPublisher, FedFromTheRingsItReportsWhatTheRingsDropped) {
   }
   ASSERT_EQ(accepted, 1 + kCapacity);
   blocker.release.set_value();
-  publisher->set_line_status({.state = LineState::kInit, .cycles = 1000});
+  publisher->set_line_status({.state = snapshot::LineState::kInit, .cycles = 1000});
   drain.stop();
 
   EXPECT_EQ(publisher->counters().published - before, accepted);

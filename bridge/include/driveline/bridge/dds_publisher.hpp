@@ -7,8 +7,8 @@
 #include <tl/expected.hpp>
 
 #include "driveline/bridge/dds_config.hpp"
-#include "driveline/bridge/line_status.hpp"
-#include "driveline/bridge/sample_consumer.hpp"
+#include "driveline/snapshot/line_status.hpp"
+#include "driveline/snapshot/sample_consumer.hpp"
 
 namespace driveline::bridge {
 
@@ -24,7 +24,7 @@ struct PublishCounters {
 ///
 /// Axis telemetry is best effort and keeps the last samples; line status is reliable and transient local, so a late
 /// subscriber gets the newest one. The publisher is fed by a DrainThread; nothing here is real-time safe.
-class DdsPublisher final : public SampleConsumer {
+class DdsPublisher final : public snapshot::SampleConsumer {
  public:
   /// Checks the configuration, joins the domain and creates the writers. Fast DDS starts its own threads here; they
   /// inherit scheduling and CPU affinity of the caller, so do not call it from the real-time thread. From here on Fast
@@ -38,16 +38,16 @@ class DdsPublisher final : public SampleConsumer {
 
   /// The status to publish from now on; a change of state or faults goes out with the next pass of the drain thread,
   /// anything else with the next period. Any thread but the real-time one (it locks).
-  void set_line_status(const LineStatus& status);
+  void set_line_status(const snapshot::LineStatus& status) override;
 
   /// Any thread.
   [[nodiscard]] PublishCounters counters() const noexcept;
 
   void lines(std::span<const snapshot::LineSample> samples) override;
   void axes(std::span<const snapshot::AxisSample> samples) override;
-  void pass_done(const DrainCounters& counters) override;
+  void pass_done(const snapshot::DrainCounters& counters) override;
   /// Publishes the last status and waits briefly for its subscribers to have it.
-  void finish(const DrainCounters& counters) override;
+  void finish(const snapshot::DrainCounters& counters) override;
 
  private:
   struct State;

@@ -3,9 +3,10 @@
 #include <cstdint>
 #include <span>
 
+#include "driveline/snapshot/line_status.hpp"
 #include "driveline/snapshot/snapshot.hpp"
 
-namespace driveline::bridge {
+namespace driveline::snapshot {
 
 /// What went through the telemetry rings since the start.
 struct DrainCounters {
@@ -17,18 +18,22 @@ struct DrainCounters {
 
 /// Somebody who wants to see every sample of the cycle: a DDS publisher, a recorder, a plot.
 ///
-/// All functions are called by the one thread of a DrainThread, never by the real-time thread, so they may allocate,
-/// lock and write files. A consumer that is slow or blocks costs samples (the rings fill up, and drops are counted) but
-/// never delays the cycle. An exception that leaves a consumer ends the process.
+/// All functions but set_line_status() are called by the one thread of a DrainThread, never by the real-time thread, so
+/// they may allocate, lock and write files. A consumer that is slow or blocks costs samples (the rings fill up, and
+/// drops are counted) but never delays the cycle. An exception that leaves a consumer ends the process.
 class SampleConsumer {
  public:
   virtual ~SampleConsumer() = default;
 
   /// The next line samples, oldest first. They lie in a buffer that is reused after the call.
-  virtual void lines(std::span<const snapshot::LineSample> samples) = 0;
+  virtual void lines(std::span<const LineSample> samples) = 0;
 
   /// The next axis samples, oldest first, in the order the cycle wrote them. Same buffer rule as `lines`.
-  virtual void axes(std::span<const snapshot::AxisSample> samples) = 0;
+  virtual void axes(std::span<const AxisSample> samples) = 0;
+
+  /// What the owner of the line knows about it has changed, or its figures have gone on. May come from any thread but
+  /// the real-time one, also while another function of the consumer runs.
+  virtual void set_line_status(const LineStatus& /*status*/) {}
 
   /// End of one pass over the rings, at least once per drain period even when nothing arrived: the place for work
   /// that is due by time.
@@ -44,4 +49,4 @@ class SampleConsumer {
   SampleConsumer& operator=(const SampleConsumer&) = default;
 };
 
-}  // namespace driveline::bridge
+}  // namespace driveline::snapshot

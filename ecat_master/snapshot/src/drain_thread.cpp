@@ -1,4 +1,4 @@
-#include "driveline/bridge/drain_thread.hpp"
+#include "driveline/snapshot/drain_thread.hpp"
 
 #include <pthread.h>
 #include <sched.h>
@@ -6,7 +6,7 @@
 #include <system_error>
 #include <utility>
 
-namespace driveline::bridge {
+namespace driveline::snapshot {
 namespace {
 
 /// Hands up to `batches` batches of one ring to `hand_on`. True when the ring may hold more.
@@ -33,7 +33,7 @@ void become_normal_thread() {
 
 }  // namespace
 
-DrainThread::DrainThread(rt::SpscRing<snapshot::LineSample>& lines, rt::SpscRing<snapshot::AxisSample>& axes,
+DrainThread::DrainThread(rt::SpscRing<LineSample>& lines, rt::SpscRing<AxisSample>& axes,
                          std::vector<SampleConsumer*> consumers, DrainConfig config)
     : lines_(lines), axes_(axes), consumers_(std::move(consumers)), config_(config) {}
 
@@ -88,20 +88,18 @@ void DrainThread::run() {
 }
 
 bool DrainThread::pass() {
-  const bool more_lines =
-      drain(lines_, line_batch_, kBatchesPerPass, [this](std::span<const snapshot::LineSample> batch) {
-        lines_handed_.fetch_add(batch.size(), std::memory_order_relaxed);
-        for (SampleConsumer* consumer : consumers_) {
-          consumer->lines(batch);
-        }
-      });
-  const bool more_axes =
-      drain(axes_, axis_batch_, kBatchesPerPass, [this](std::span<const snapshot::AxisSample> batch) {
-        axes_handed_.fetch_add(batch.size(), std::memory_order_relaxed);
-        for (SampleConsumer* consumer : consumers_) {
-          consumer->axes(batch);
-        }
-      });
+  const bool more_lines = drain(lines_, line_batch_, kBatchesPerPass, [this](std::span<const LineSample> batch) {
+    lines_handed_.fetch_add(batch.size(), std::memory_order_relaxed);
+    for (SampleConsumer* consumer : consumers_) {
+      consumer->lines(batch);
+    }
+  });
+  const bool more_axes = drain(axes_, axis_batch_, kBatchesPerPass, [this](std::span<const AxisSample> batch) {
+    axes_handed_.fetch_add(batch.size(), std::memory_order_relaxed);
+    for (SampleConsumer* consumer : consumers_) {
+      consumer->axes(batch);
+    }
+  });
   for (SampleConsumer* consumer : consumers_) {
     consumer->pass_done(counters());
   }
@@ -113,4 +111,4 @@ bool DrainThread::wait_for_stop(std::chrono::nanoseconds duration) {
   return wake_.wait_for(lock, duration, [this] { return stopping_; });
 }
 
-}  // namespace driveline::bridge
+}  // namespace driveline::snapshot

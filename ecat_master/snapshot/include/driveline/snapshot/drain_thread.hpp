@@ -10,11 +10,11 @@
 #include <tl/expected.hpp>
 #include <vector>
 
-#include "driveline/bridge/sample_consumer.hpp"
 #include "driveline/rt/spsc_ring.hpp"
+#include "driveline/snapshot/sample_consumer.hpp"
 #include "driveline/snapshot/snapshot.hpp"
 
-namespace driveline::bridge {
+namespace driveline::snapshot {
 
 /// How a DrainThread paces itself.
 struct DrainConfig {
@@ -33,8 +33,8 @@ struct DrainConfig {
 class DrainThread {
  public:
   /// Nothing is read before `start`.
-  DrainThread(rt::SpscRing<snapshot::LineSample>& lines, rt::SpscRing<snapshot::AxisSample>& axes,
-              std::vector<SampleConsumer*> consumers, DrainConfig config = {});
+  DrainThread(rt::SpscRing<LineSample>& lines, rt::SpscRing<AxisSample>& axes, std::vector<SampleConsumer*> consumers,
+              DrainConfig config = {});
   /// Stops the thread if it runs.
   ~DrainThread();
   DrainThread(const DrainThread&) = delete;
@@ -61,12 +61,12 @@ class DrainThread {
   static constexpr std::size_t kBatch = 256;          ///< samples handed on in one call
   static constexpr std::size_t kBatchesPerPass = 16;  ///< so that timed work is not starved by full rings
 
-  rt::SpscRing<snapshot::LineSample>& lines_;
-  rt::SpscRing<snapshot::AxisSample>& axes_;
+  rt::SpscRing<LineSample>& lines_;
+  rt::SpscRing<AxisSample>& axes_;
   std::vector<SampleConsumer*> consumers_;
   DrainConfig config_;
-  std::array<snapshot::LineSample, kBatch> line_batch_;
-  std::array<snapshot::AxisSample, kBatch> axis_batch_;
+  std::array<LineSample, kBatch> line_batch_;
+  std::array<AxisSample, kBatch> axis_batch_;
   std::atomic<std::uint64_t> lines_handed_{0};
   std::atomic<std::uint64_t> axes_handed_{0};
   std::mutex mutex_;
@@ -76,4 +76,4 @@ class DrainThread {
   std::thread thread_;
 };
 
-}  // namespace driveline::bridge
+}  // namespace driveline::snapshot

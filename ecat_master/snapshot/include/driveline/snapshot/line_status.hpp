@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace driveline::bridge {
+namespace driveline::snapshot {
 
 /// EtherCAT state of the line: the lowest state of its slaves (ETG.1000.6, state machine), or the absence of one.
 enum class LineState : std::uint8_t {
@@ -38,4 +38,4 @@ struct LineStatus {
   std::vector<std::string> faults{};
 };
 
-}  // namespace driveline::bridge
+}  // namespace driveline::snapshot

@@ -1,4 +1,4 @@
-#include "driveline/bridge/drain_thread.hpp"
+#include "driveline/snapshot/drain_thread.hpp"
 
 #include <gmock/gmock.h>
 #include <pthread.h>
@@ -8,12 +8,10 @@
 #include <future>
 #include <vector>
 
-namespace driveline::bridge {
+namespace driveline::snapshot {
 namespace {
 
 using namespace std::chrono_literals;
-using snapshot::AxisSample;
-using snapshot::LineSample;
 using testing::HasSubstr;
 
 AxisSample axis_sample(std::uint64_t cycle, std::uint16_t axis) {
@@ -221,4 +219,4 @@ TEST(DrainThread, DoesNotInheritTheRealTimePolicyOfItsCreator) {
 }
 
 }  // namespace
-}  // namespace driveline::bridge
+}  // namespace driveline::snapshot
