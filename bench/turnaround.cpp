@@ -17,9 +17,9 @@
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/port/frame_waiter.hpp"
 #include "driveline/port/raw_socket_port.hpp"
+#include "driveline/runtime/served/line_server.hpp"
+#include "driveline/runtime/setup/composition.hpp"
 #include "driveline/wire/frame.hpp"
-#include "line/composition.hpp"
-#include "line/line_server.hpp"
 #include "support/cyclic_frame.hpp"
 #include "support/packet_socket.hpp"
 #include "support/realtime.hpp"
@@ -103,8 +103,8 @@ class Echo final : public rt::RealtimeTask {
   std::array<std::byte, port::kMaxFrameBytes> frame_;
 };
 
-cli::LineConfig drives(std::size_t count) {
-  cli::LineConfig config;
+runtime::LineConfig drives(std::size_t count) {
+  runtime::LineConfig config;
   for (std::size_t i = 0; i < count; ++i) {
     const auto name = fmt::format("d{}", i);
     config.slaves.emplace_back().name = name;
@@ -130,7 +130,7 @@ class Drives {
  public:
   Drives(rt::Clock& clock, const std::string& interface, Socket kind, std::size_t count, bool busy)
       : config_(drives(count)),
-        line_(cli::make_simulated_line(config_, clock)),
+        line_(runtime::make_simulated_line(config_, clock)),
         port_(open(interface, clock, kind)),
         waiter_(port::FrameWaiter::open(*port_, nullptr).value()),
         server_(*line_, *port_, nullptr, clock, {busy, [this](nanoseconds deadline) { waiter_->wait(deadline); }}) {}
@@ -151,12 +151,12 @@ class Drives {
     if (frames.size() != 1) throw std::runtime_error("the process data do not fit into one frame");
     return frames.front();
   }
-  cli::LineServer& server() { return server_; }
+  runtime::LineServer& server() { return server_; }
 
  private:
   ecat_master::Result<void> to_op(ecat_master::Master& master, rt::Clock& clock) {
     if (auto done = master.scan(); !done) return done;
-    auto plans = cli::make_slave_plans(config_);
+    auto plans = runtime::make_slave_plans(config_);
     // Between its rounds nobody talks to the line, for as long as a busy machine takes. A drive insists on a watchdog.
     for (auto& plan : plans) plan.watchdog.process_data = kWatchdog;
     if (auto done = master.configure(std::move(plans)); !done) return done;
@@ -172,11 +172,11 @@ class Drives {
     return done;
   }
 
-  cli::LineConfig config_;
+  runtime::LineConfig config_;
   std::unique_ptr<slaves::Line> line_;
   std::unique_ptr<port::RawSocketPort> port_;
   std::unique_ptr<port::FrameWaiter> waiter_;
-  cli::LineServer server_;
+  runtime::LineServer server_;
 };
 
 /// Looks at a frame that has come back; throws when it is not what the server was to make of it.

@@ -26,7 +26,7 @@ while [ $# -gt 0 ]; do
   shift
 done
 if [ ${#selection[@]} -eq 0 ]; then
-  selection=(rt ecat_master trajectory esi slaves bridge cli bench examples)
+  selection=(rt ecat_master trajectory esi slaves runtime bridge cli bench examples)
 fi
 database=$build/compile_commands.json
 if [ ! -f "$database" ]; then

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <string_view>
 
+#include "driveline/runtime/observer.hpp"
+
 namespace driveline::cli {
 
 /// One line for the user on stderr. Never fails: whether somebody reads it is nothing the line depends on. What a
@@ -25,5 +27,13 @@ template <typename... Arguments>
 void print_out(fmt::format_string<Arguments...> text, Arguments&&... arguments) {
   print_text(fmt::format(text, std::forward<Arguments>(arguments)...));
 }
+
+/// What happens to a line, as progress on stderr.
+class ConsoleObserver : public runtime::Observer {
+ public:
+  void progress(std::string_view sentence) override { print_line(sentence); }
+  void event(std::string_view sentence) override { print_line(sentence); }
+  void fault(std::string_view sentence) override { cli::progress("fault: {}", sentence); }
+};
 
 }  // namespace driveline::cli

@@ -3,11 +3,17 @@
 #include <string>
 #include <tl/expected.hpp>
 
+#include "driveline/runtime/error.hpp"
+
 namespace driveline::cli {
 
 /// Why a command ends: its exit status and one sentence for stderr.
 struct Failure {
-  int status = 1;
+  Failure(int exit_status, std::string sentence) : status(exit_status), text(std::move(sentence)) {}
+  /// Of the library, in the words of the command line.
+  Failure(const runtime::Error& error);  // NOLINT(google-explicit-constructor): errors pass through commands
+
+  int status;
   std::string text;
 };
 
@@ -22,5 +28,10 @@ struct Failure {
 
 template <typename T>
 using Outcome = tl::expected<T, Failure>;
+
+/// What the library has come to, as a command's.
+[[nodiscard]] inline Outcome<void> outcome(const runtime::Result<void>& result) {
+  return result ? Outcome<void>{} : tl::unexpected(Failure(result.error()));
+}
 
 }  // namespace driveline::cli

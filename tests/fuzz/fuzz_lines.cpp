@@ -5,13 +5,13 @@
 #include <iterator>
 #include <memory>
 
-#include "config/axis_path.hpp"
-#include "driveline/cli/line_config.hpp"
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/rt/clock.hpp"
-#include "line/composition.hpp"
-#include "line/line_check.hpp"
-#include "line/process_data_plan.hpp"
+#include "driveline/runtime/config/axis_path.hpp"
+#include "driveline/runtime/config/line_config.hpp"
+#include "driveline/runtime/setup/composition.hpp"
+#include "driveline/runtime/setup/configure_line.hpp"
+#include "driveline/runtime/setup/process_data_plan.hpp"
 
 namespace driveline::fuzz {
 namespace {
@@ -26,9 +26,9 @@ void must_have_a_reason(const std::string& reason) {
   if (reason.empty()) std::abort();
 }
 
-void exchange(const cli::LineConfig& config, ecat_master::Master& master, rt::VirtualClock& clock) {
-  auto named = cli::name_process_data(config, master);
-  if (!named) return must_have_a_reason(named.error().text);
+void exchange(const runtime::LineConfig& config, ecat_master::Master& master, rt::VirtualClock& clock) {
+  auto named = runtime::name_process_data(config, master);
+  if (!named) return must_have_a_reason(runtime::describe(named.error()));
   ecat_master::CyclicCore::Settings settings;
   settings.period = config.period;
   settings.copies = named->copies;
@@ -43,18 +43,21 @@ void exchange(const cli::LineConfig& config, ecat_master::Master& master, rt::Vi
 }  // namespace
 
 void try_line(std::string_view toml, const std::filesystem::path& name) {
-  auto config = cli::parse_line_config(toml, name);
-  if (!config) return must_have_a_reason(config.error());
+  auto config = runtime::parse_line_config(toml, name);
+  if (!config) return must_have_a_reason(runtime::describe(config.error()));
   if (!config->axes.empty()) {
-    if (const auto path = cli::load_axis_path(*config); !path) return must_have_a_reason(path.error());
+    if (const auto path = runtime::load_axis_path(*config); !path)
+      return must_have_a_reason(runtime::describe(path.error()));
   }
   if (config->slaves.size() > kMaxSlaves) return;
   for (auto& slave : config->slaves) slave.plan.mailbox_timeouts = {kMailboxTimeout, kMailboxTimeout};
   rt::VirtualClock clock;
-  const auto line = cli::make_simulated_line(*config, clock);
-  ecat_master::Master master(*line, clock, cli::master_settings(*config));
+  runtime::Observer silent;
+  const auto line = runtime::make_simulated_line(*config, clock);
+  ecat_master::Master master(*line, clock, runtime::master_settings(*config));
   if (const auto found = master.scan(); !found) return must_have_a_reason(ecat_master::describe(found.error()));
-  if (const auto done = cli::configure_line(master, &*config); !done) return must_have_a_reason(done.error().text);
+  if (const auto done = runtime::configure_line(master, &*config, silent); !done)
+    return must_have_a_reason(runtime::describe(done.error()));
   exchange(*config, master, clock);
 }
 

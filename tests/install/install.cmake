@@ -7,6 +7,7 @@ if(PROGRAM)
 endif()
 foreach(wanted
         include/driveline/ecat_master/master.hpp
+        include/driveline/runtime/line.hpp
         include/driveline/wire/registers.hpp
         include/driveline/slaves/line/line.hpp
         share/driveline/examples/01_scan.cpp

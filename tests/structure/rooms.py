@@ -12,9 +12,11 @@ FOLDERS = {
     "trajectory": "trajectory",
     "esi": "esi",
     "slaves": "slaves",
+    "runtime": "runtime",
     "bridge": "bridge",
     "cli": "cli",
     "tests": "tests",
+    "tests/unit/cli": "cli_tests",
     "bench": "bench",
     "examples": "examples",
 }

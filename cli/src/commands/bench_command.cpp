@@ -13,7 +13,7 @@
 
 #include "commands/commands.hpp"
 #include "console.hpp"
-#include "output_file.hpp"
+#include "driveline/runtime/files/output_file.hpp"
 #include "text/bench_report.hpp"
 #include "text/gnuplot.hpp"
 #include "text/json_text.hpp"
@@ -126,7 +126,7 @@ Outcome<void> write_output(const fs::path& directory, const std::vector<json>& d
   fs::create_directories(directory, error);
   if (error) return failed(fmt::format("{}: cannot be created: {}", directory.string(), error.message()));
   const auto write = [&](const std::string& name, const std::string& content) -> Outcome<void> {
-    if (auto done = write_file(directory / name, content); !done) return failed(done.error());
+    if (auto done = runtime::write_file(directory / name, content); !done) return tl::unexpected(done.error());
     print_line((directory / name).string());
     return {};
   };

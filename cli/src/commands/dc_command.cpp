@@ -6,15 +6,15 @@
 
 #include "commands/commands.hpp"
 #include "commands/tool_options.hpp"
-#include "config/clock_plan.hpp"
 #include "console.hpp"
 #include "driveline/ecat_master/dc/clock_fault.hpp"
-#include "line/composition.hpp"
+#include "driveline/runtime/files/output_file.hpp"
+#include "driveline/runtime/record/sync_margins.hpp"
+#include "driveline/runtime/setup/clock_plan.hpp"
+#include "driveline/runtime/setup/clock_text.hpp"
+#include "driveline/runtime/setup/composition.hpp"
 #include "line/mailbox_registers.hpp"
-#include "line/sync_margins.hpp"
-#include "output_file.hpp"
 #include "signals.hpp"
-#include "text/clock_text.hpp"
 #include "text/json_text.hpp"
 #include "text/plots.hpp"
 
@@ -33,7 +33,7 @@ constexpr double kDefaultSeconds = 3.0;
 constexpr auto kDefaultPeriod = milliseconds{1};
 
 struct DcOptions {
-  BusOptions bus;
+  runtime::BusOptions bus;
   std::optional<std::string> duration;
   std::string output_directory;
   bool no_plots = false;
@@ -59,7 +59,7 @@ std::string_view to_text(DelayQuality quality) {
 /// The clocks of a line in PREOP, kept together for a while and watched.
 class ClockSession {
  public:
-  ClockSession(Session& session, const DcOptions& options)
+  ClockSession(runtime::Session& session, const DcOptions& options)
       : session_(session), options_(options), master_(session.port(), session.clock()) {}
 
   [[nodiscard]] Outcome<int> run(double seconds) {
@@ -71,7 +71,7 @@ class ClockSession {
     if (!watched) return tl::unexpected(watched.error());
     if (!files) return tl::unexpected(files.error());
     if (!down) return bus_failure(down.error());
-    if (!status_.locked) return failed(with_clock_remedy(not_locked()));
+    if (!status_.locked) return failed(runtime::with_clock_remedy(not_locked()));
     return 0;
   }
 
@@ -99,7 +99,7 @@ class ClockSession {
     plan.period = period();
     plan.frame_lead = plan.period / 2;
     if (session_.config().clocks) {
-      auto configured = make_clock_plan(session_.config(), master_.slaves(), session_.virtual_time());
+      auto configured = runtime::make_clock_plan(session_.config(), master_.slaves(), session_.virtual_time());
       if (!configured) return tl::unexpected(configured.error());
       plan = std::move(*configured);
     }
@@ -109,10 +109,11 @@ class ClockSession {
       if (auto done = master_.synchronise_clocks(); !done) return bus_failure(done.error());
       return start_cycle();
     }
-    auto plans = session_.has_config() ? make_slave_plans(session_.config()) : std::vector<ecat_master::SlavePlan>{};
+    auto plans =
+        session_.has_config() ? runtime::make_slave_plans(session_.config()) : std::vector<ecat_master::SlavePlan>{};
     if (auto done = master_.configure(std::move(plans)); !done) return bus_failure(done.error());
     if (auto done = start_cycle(); !done) return done;
-    if (auto done = master_.go_operational(); !done) return failed(with_clock_remedy(done.error()));
+    if (auto done = master_.go_operational(); !done) return failed(runtime::with_clock_remedy(done.error()));
     return {};
   }
 
@@ -151,7 +152,7 @@ class ClockSession {
       master_.pass(kReadInterval);
     }
     look();
-    if (options_.operational) margins_ = read_sync_margins(master_);
+    if (options_.operational) margins_ = runtime::read_sync_margins(master_);
     return {};
   }
 
@@ -183,7 +184,7 @@ class ClockSession {
     std::string header = "time[s]";
     for (const auto& name : names()) header += fmt::format(",{}[ns]", name);
     const auto csv = directory / "clocks.csv";
-    if (auto written = write_file(csv, header + '\n' + csv_); !written) return failed(written.error());
+    if (auto written = runtime::write_file(csv, header + '\n' + csv_); !written) return tl::unexpected(written.error());
     files["clocks_csv"] = csv;
     if (options_.no_plots) return files;
     if (auto picture = draw_clocks(directory, names())) {
@@ -268,19 +269,19 @@ class ClockSession {
   }
 
   [[nodiscard]] const ecat_master::dc::SyncMarginReport* margin_of(std::size_t slave) const {
-    const auto found =
-        std::find_if(margins_.begin(), margins_.end(), [slave](const SlaveMargin& m) { return m.slave == slave; });
+    const auto found = std::find_if(margins_.begin(), margins_.end(),
+                                    [slave](const runtime::SlaveMargin& m) { return m.slave == slave; });
     return found == margins_.end() ? nullptr : &found->report;
   }
 
-  Session& session_;
+  runtime::Session& session_;
   const DcOptions& options_;
   ecat_master::Master master_;
   ecat_master::dc::ClockFollower::Status status_;  ///< at the last look
   double ppm_sum_ = 0.0;
   std::uint64_t looks_locked_ = 0;
   std::string csv_;
-  std::vector<SlaveMargin> margins_;
+  std::vector<runtime::SlaveMargin> margins_;
 };
 
 Outcome<int> show_clocks(const DcOptions& options) {
@@ -290,7 +291,7 @@ Outcome<int> show_clocks(const DcOptions& options) {
     if (!parsed) return tl::unexpected(parsed.error());
     seconds = *parsed;
   }
-  auto session = Session::open(options.bus);
+  auto session = open_session(options.bus);
   if (!session) return tl::unexpected(session.error());
   catch_stop_signals();
   return ClockSession(**session, options).run(seconds);

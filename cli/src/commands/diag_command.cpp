@@ -14,7 +14,7 @@ namespace {
 using ecat_master::LineDiagnosis;
 
 struct DiagOptions {
-  BusOptions bus;
+  runtime::BusOptions bus;
   std::string control;  ///< socket of a `run`; empty: the bus itself
   bool clear = false;
   bool json = false;

@@ -21,7 +21,7 @@ constexpr std::uint32_t kLongestMs = 60'000;
 constexpr std::uint32_t kUsualMs = 250;
 
 struct DriveOptions {
-  BusOptions bus;
+  runtime::BusOptions bus;
   SlaveSelection selection;
   std::optional<std::string> interval_ms;
   bool once = false;
@@ -55,7 +55,7 @@ Outcome<int> print_once(DriveLink& link, std::size_t position, const DriveOption
 /// The page, drawn again at every interval, until a key or a signal ends it.
 class Pages {
  public:
-  Pages(DriveLink& link, Session& session, std::size_t position, milliseconds interval)
+  Pages(DriveLink& link, runtime::Session& session, std::size_t position, milliseconds interval)
       : link_(link), session_(session), interval_(interval) {
     view_.position = position;
   }
@@ -115,7 +115,7 @@ class Pages {
   }
 
   DriveLink& link_;
-  Session& session_;
+  runtime::Session& session_;
   milliseconds interval_;
   TerminalPage terminal_;
   DriveView view_;
@@ -128,7 +128,7 @@ Outcome<int> drive(const DriveOptions& options) {
   if (auto checked = options.selection.check(); !checked) return tl::unexpected(checked.error());
   const auto interval = interval_of(options);
   if (!interval) return tl::unexpected(interval.error());
-  auto session = Session::open(options.bus);
+  auto session = open_session(options.bus);
   if (!session) return tl::unexpected(session.error());
   catch_stop_signals();
   auto link = DriveLink::open(**session);

@@ -7,16 +7,16 @@
 #include "driveline/esi/eds_file.hpp"
 #include "driveline/esi/esi_file.hpp"
 #include "driveline/esi/sii.hpp"
+#include "driveline/runtime/files/input_file.hpp"
+#include "driveline/runtime/files/output_file.hpp"
 #include "driveline/slaves/msd/msd_table.hpp"
-#include "input_file.hpp"
-#include "output_file.hpp"
 
 namespace driveline::cli {
 namespace {
 
 Outcome<esi::EsiFile> read_esi_file(const std::string& name) {
-  const auto text = read_input_file(name);
-  if (!text) return misused(text.error());
+  const auto text = runtime::read_input_file(name);
+  if (!text) return tl::unexpected(text.error());
   auto file = esi::read_esi(*text, name);
   if (!file) return failed(esi::to_text(file.error()));
   return std::move(*file);
@@ -60,7 +60,7 @@ Outcome<int> generate_esi(const std::string& directory) {
   if (error) return failed(fmt::format("{}: cannot be created: {}", directory, error.message()));
   for (const auto& [name, content] : generated_files()) {
     const auto path = std::filesystem::path(directory) / name;
-    if (auto done = write_file(path, content); !done) return failed(done.error());
+    if (auto done = runtime::write_file(path, content); !done) return tl::unexpected(done.error());
     print_out("{}\n", path.string());
   }
   return 0;

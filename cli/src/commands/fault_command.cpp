@@ -5,7 +5,7 @@
 #include "commands/command_input.hpp"
 #include "commands/commands.hpp"
 #include "console.hpp"
-#include "text/fault_text.hpp"
+#include "driveline/runtime/config/fault_text.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -18,7 +18,7 @@ struct FaultOptions {
 Outcome<int> fault(const FaultOptions& options) {
   const auto command = fmt::format("{}", fmt::join(options.words, " "));
   if (command == "help") {
-    print_out("{}", fault_help());
+    print_out("{}", runtime::fault_help());
     return 0;
   }
   if (options.control.empty()) return misused("--control PATH is missing: the socket that `simulate --control` opened");

@@ -9,7 +9,7 @@ namespace driveline::cli {
 namespace {
 
 struct GraphOptions {
-  BusOptions bus;
+  runtime::BusOptions bus;
   bool tree = false;
   bool json = false;
 };

@@ -3,6 +3,7 @@
 #include "commands/commands.hpp"
 #include "commands/tool_options.hpp"
 #include "console.hpp"
+#include "driveline/runtime/setup/configure_line.hpp"
 #include "line/line_check.hpp"
 #include "line/mailbox_registers.hpp"
 #include "text/image_view.hpp"
@@ -16,7 +17,7 @@ namespace {
 constexpr std::string_view kHeader = "driveline/ecat_master/configuration/pdo_mapping.hpp";
 
 struct PdosOptions {
-  BusOptions bus;
+  runtime::BusOptions bus;
   SlaveSelection selection;
   bool only_sii = false;
   bool image = false;
@@ -30,14 +31,15 @@ Outcome<int> show_image(const PdosOptions& options) {
   if (options.only_sii || options.selection.positions || options.selection.alias) {
     return misused("--image shows the whole line as it is configured: it goes with none of --sii, -p and -a");
   }
-  auto session = Session::open(options.bus);
+  auto session = open_session(options.bus);
   if (!session) return tl::unexpected(session.error());
   const auto& config = (*session)->config();
-  ecat_master::Master master((*session)->port(), (*session)->clock(), master_settings(config));
+  ecat_master::Master master((*session)->port(), (*session)->clock(), runtime::master_settings(config));
   if (auto free = must_not_be_driven(**session, master, options.force); !free) return tl::unexpected(free.error());
   if (auto done = master.scan(); !done) return bus_failure(done.error());
-  if (auto done = configure_line(master, &config); !done) return tl::unexpected(done.error());
-  const auto named = name_process_data(config, master);
+  ConsoleObserver console;
+  if (auto done = runtime::configure_line(master, &config, console); !done) return tl::unexpected(done.error());
+  const auto named = runtime::name_process_data(config, master);
   if (!named) return tl::unexpected(named.error());
   print_out("{}", options.json ? json_text(image_json(config, master, *named)) : image_text(config, master, *named));
   if (auto down = master.shut_down(); !down) return bus_failure(down.error());

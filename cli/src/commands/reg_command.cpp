@@ -5,7 +5,7 @@
 #include "line/line_view.hpp"
 #include "text/json_text.hpp"
 #include "text/register_name.hpp"
-#include "text/typed_value.hpp"
+#include "text/value_json.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -14,7 +14,7 @@ namespace {
 constexpr std::uint32_t kMaxBytes = 1024;
 
 struct RegOptions {
-  BusOptions bus;
+  runtime::BusOptions bus;
   SlaveSelection selection;
   std::string address;
   std::optional<std::string> size;  ///< read only
@@ -27,22 +27,22 @@ struct RegOptions {
 /// What is accessed, and how its value is written.
 struct Access {
   RegisterAddress at;
-  ValueType type = ValueType::kRaw;
+  runtime::ValueType type = runtime::ValueType::kRaw;
   std::size_t bytes = 0;
 };
 
-ValueType unsigned_type(std::size_t bytes) {
+runtime::ValueType unsigned_type(std::size_t bytes) {
   switch (bytes) {
     case 1:
-      return ValueType::kUint8;
+      return runtime::ValueType::kUint8;
     case 2:
-      return ValueType::kUint16;
+      return runtime::ValueType::kUint16;
     case 4:
-      return ValueType::kUint32;
+      return runtime::ValueType::kUint32;
     case 8:
-      return ValueType::kUint64;
+      return runtime::ValueType::kUint64;
     default:
-      return ValueType::kRaw;
+      return runtime::ValueType::kRaw;
   }
 }
 
@@ -51,16 +51,16 @@ Outcome<Access> parse_access(const RegOptions& options) {
   if (auto checked = options.selection.check(); !checked) return tl::unexpected(checked.error());
   const auto at = find_register(options.address);
   if (!at) return tl::unexpected(at.error());
-  const auto type = parse_type(options.type);
-  if (!type) return misused(type.error());
+  const auto type = runtime::parse_type(options.type);
+  if (!type) return tl::unexpected(type.error());
   Access access{*at, *type, at->bytes};
-  if (type_bytes(*type) != 0) access.bytes = type_bytes(*type);
+  if (runtime::type_bytes(*type) != 0) access.bytes = runtime::type_bytes(*type);
   if (options.size) {
     const auto size = parse_number(*options.size, kMaxBytes, "size");
     if (!size) return tl::unexpected(size.error());
     if (*size == 0) return misused("size \"0\": 1 to 1024 bytes are expected");
-    if (type_bytes(*type) != 0 && *size != type_bytes(*type)) {
-      return misused(fmt::format("size {}: {} has {} bytes", *size, options.type, type_bytes(*type)));
+    if (runtime::type_bytes(*type) != 0 && *size != runtime::type_bytes(*type)) {
+      return misused(fmt::format("size {}: {} has {} bytes", *size, options.type, runtime::type_bytes(*type)));
     }
     access.bytes = *size;
   } else if (options.type.empty()) {
@@ -98,8 +98,8 @@ Outcome<int> read_register(const RegOptions& options) {
     std::vector<std::byte> data(access->bytes);
     auto done = (*line)->bus().read((*line)->slaves()[position].ref, access->at.address, data);
     if (!done) return access_failure(done.error(), access->at, false);
-    const auto value = format_value(data, access->type);
-    if (!value) return failed(value.error());
+    const auto value = runtime::format_value(data, access->type);
+    if (!value) return failed(value.error().reason);
     if (positions->size() > 1) text += fmt::format("{:>4}  ", position);
     text += *value + "\n";
     rows.push_back({{"position", position}, {"value", *json_value(data, access->type)}});
@@ -116,8 +116,8 @@ Outcome<int> read_register(const RegOptions& options) {
 Outcome<int> write_register(const RegOptions& options) {
   const auto access = parse_access(options);
   if (!access) return tl::unexpected(access.error());
-  const auto data = parse_value(options.value, access->type);
-  if (!data) return misused(data.error());
+  const auto data = runtime::parse_value(options.value, access->type);
+  if (!data) return tl::unexpected(data.error());
   if (data->empty()) return misused("value \"\": bytes are expected");
   auto line = LineView::open(options.bus);
   if (!line) return tl::unexpected(line.error());
@@ -128,7 +128,7 @@ Outcome<int> write_register(const RegOptions& options) {
   }
   auto done = (*line)->bus().write(*slave, access->at.address, *data);
   if (!done) return access_failure(done.error(), access->at, true);
-  (*line)->session().tell_what_ends();
+  tell_what_ends((*line)->session());
   if (options.json) {
     print_out("{}", json_text({{"slave", slave->position}, {"address", access->at.address}, {"bytes", data->size()}}));
   }
@@ -143,7 +143,7 @@ std::shared_ptr<RegOptions> add_common(Arguments& to, bool write) {
   } else {
     options->selection.add(to);
   }
-  to.option("-t,--type", &options->type, Value::choice("TYPE", type_names()),
+  to.option("-t,--type", &options->type, Value::choice("TYPE", runtime::type_names()),
             "Type of the value; default: unsigned, as wide as the register");
   add_json_flag(to, options->json);
   to.required(&options->address, Value::text("REGISTER"), "Address, e.g. 0x0130, or name, e.g. al_status or fmmu[1]");

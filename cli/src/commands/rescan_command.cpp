@@ -2,6 +2,7 @@
 
 #include "commands/commands.hpp"
 #include "console.hpp"
+#include "driveline/runtime/setup/configure_line.hpp"
 #include "line/line_check.hpp"
 #include "text/json_text.hpp"
 
@@ -9,7 +10,7 @@ namespace driveline::cli {
 namespace {
 
 struct RescanOptions {
-  BusOptions bus;
+  runtime::BusOptions bus;
   bool force = false;
   bool json = false;
 };
@@ -22,7 +23,8 @@ Outcome<int> rescan(const RescanOptions& options) {
   }
   auto& master = (*line)->master();
   if (auto done = master.scan(); !done) return bus_failure(done.error());
-  tell_problems(master);
+  ConsoleObserver console;
+  runtime::tell_problems(master, console);
   if (options.json) {
     print_out("{}", json_text({{"slaves_count", master.slaves().size()}}));
   } else {

@@ -4,19 +4,21 @@
 #include "commands/command_input.hpp"
 #include "commands/commands.hpp"
 #include "commands/tool_options.hpp"
-#include "config/axis_path.hpp"
 #include "console.hpp"
-#include "line/line_run.hpp"
+#include "driveline/bridge/dds_publisher.hpp"
+#include "driveline/runtime/line.hpp"
 #include "signals.hpp"
+#include "text/diagnosis_json.hpp"
 #include "text/json_text.hpp"
 #include "text/plots.hpp"
+#include "text/run_report.hpp"
 
 namespace driveline::cli {
 namespace {
 
 /// What `run` was asked for.
 struct RunOptions {
-  BusOptions bus;
+  runtime::BusOptions bus;
   std::optional<std::string> duration;
   std::string output_directory;  ///< empty: as configured
   std::string capture;           ///< empty: as configured
@@ -30,14 +32,13 @@ struct RunOptions {
 };
 
 /// What could not be written does not take the summary with it.
-void note_failure(RunReport& report, const std::string& sentence) {
+void note_failure(runtime::RunReport& report, const std::string& sentence) {
   progress("fault: {}", sentence);
-  report.faults.push_back(sentence);
-  if (report.failure.empty()) report.failure = sentence;
+  report.note_failure(sentence);
 }
 
 /// Files that the run leaves behind, beside axes.csv. A plot that cannot be drawn is no failure of the run.
-void write_files(const LineConfig& config, RunReport& report) {
+void write_files(const runtime::LineConfig& config, runtime::RunReport& report) {
   const auto& directory = config.output.directory;
   const auto jitter = directory / "jitter.csv";
   if (auto written = write_jitter_csv(report.statistics, jitter); !written) {
@@ -47,8 +48,9 @@ void write_files(const LineConfig& config, RunReport& report) {
   report.files["jitter_csv"] = jitter;
   if (!config.output.plots) return;
   progress("drawing the plots");
-  auto pictures = draw_plots(directory, report.files.count("axes_csv") != 0 ? report.axes : std::vector<AxisReport>{},
-                             report.increments);
+  auto pictures =
+      draw_plots(directory, report.files.count("axes_csv") != 0 ? report.axes : std::vector<runtime::AxisReport>{},
+                 report.increments);
   if (pictures) {
     report.files.merge(*pictures);
   } else {
@@ -57,20 +59,13 @@ void write_files(const LineConfig& config, RunReport& report) {
 }
 
 /// Without a description there is nothing to publish, and nobody has said what the machine can do.
-void use_modest_cycle(LineConfig& config) {
+void use_modest_cycle(runtime::LineConfig& config) {
   config.period = std::chrono::milliseconds{1};
   config.realtime.policy = rt::RealtimePolicy::kDegrade;
   config.telemetry.enabled = false;
 }
 
-Outcome<int> run_line(const RunOptions& options) {
-  catch_stop_signals();
-  std::optional<double> duration_s;
-  if (options.duration) {
-    const auto seconds = parse_seconds(*options.duration, "--duration");
-    if (!seconds) return tl::unexpected(seconds.error());
-    duration_s = *seconds;
-  }
+Outcome<void> check(const RunOptions& options) {
   if (options.bus.config.empty() && options.bus.interface.empty()) {
     return misused(
         "which bus? Give --config FILE with the axes and their path, or --iface NAME to exchange process data without "
@@ -80,46 +75,112 @@ Outcome<int> run_line(const RunOptions& options) {
   if (options.telemetry && options.bus.config.empty()) {
     return misused("--telemetry publishes what a line description names: it needs --config FILE");
   }
-  std::optional<trajectory::Interpolator> path;
-  auto session = Session::open(options.bus, [&](LineConfig& config) -> Outcome<void> {
-    if (!options.output_directory.empty()) config.output.directory = options.output_directory;
-    if (!options.capture.empty()) config.output.capture = options.capture;
-    if (options.no_plots) config.output.plots = false;
-    config.output.increments = options.increments;
-    if (options.telemetry) config.telemetry.enabled = true;
-    if (options.no_telemetry) config.telemetry.enabled = false;
-    if (options.bus.config.empty()) use_modest_cycle(config);
-    if (config.axes.empty()) return {};
-    auto loaded = load_axis_path(config);
-    if (!loaded) return misused(loaded.error());
-    path = std::move(*loaded);
+  if (options.bus.virtual_time && !options.bus.interface.empty())
+    return misused("--virtual runs the simulated line in this process; a network interface has no virtual time");
+  return check_bus_options(options.bus);
+}
+
+void adjust(const RunOptions& options, runtime::LineConfig& config) {
+  if (!options.output_directory.empty()) config.output.directory = options.output_directory;
+  if (!options.capture.empty()) config.output.capture = options.capture;
+  if (options.no_plots) config.output.plots = false;
+  config.output.increments = options.increments;
+  if (options.telemetry) config.telemetry.enabled = true;
+  if (options.no_telemetry) config.telemetry.enabled = false;
+  if (options.bus.config.empty()) use_modest_cycle(config);
+}
+
+Outcome<std::unique_ptr<runtime::Line>> open_line(const RunOptions& options) {
+  runtime::Line::Options to;
+  to.interface = options.bus.interface;
+  to.second_interface = options.bus.interface2;
+  to.virtual_time = options.bus.virtual_time;
+  to.adjust = [&options](runtime::LineConfig& config) -> runtime::Result<void> {
+    adjust(options, config);
     return {};
-  });
-  if (!session) return tl::unexpected(session.error());
-  if (auto claimed = (*session)->claim(options.force, "take its line away"); !claimed) {
-    return tl::unexpected(claimed.error());
-  }
-  if (const auto& config = (*session)->config(); (*session)->has_config() && config.interface &&
-                                                 !config.telemetry.enabled && !config.telemetry.asked &&
-                                                 !options.no_telemetry) {
+  };
+  auto line = options.bus.config.empty() ? runtime::Line::from_interface(options.bus.interface, to)
+                                         : runtime::Line::from_file(options.bus.config, to);
+  if (!line) return tl::unexpected(line.error());
+  const auto& config = (*line)->config();
+  for (const auto& note : config.notes) progress("{}", note);
+  if (auto claimed = (*line)->claim(options.force); !claimed) return tl::unexpected(claimed.error());
+  const bool silent = config.interface && !config.telemetry.enabled && !config.telemetry.asked;
+  if (silent && !options.bus.config.empty() && !options.no_telemetry) {
     progress("telemetry: off on a network interface; --telemetry, or enabled = true in [telemetry], asks for it");
   }
+  return std::move(*line);
+}
+
+/// Null: not wanted.
+Outcome<std::unique_ptr<bridge::DdsPublisher>> make_publisher(const runtime::LineConfig& config) {
+  if (!config.telemetry.enabled) return nullptr;
+  bridge::DdsConfig dds;
+  dds.domain_id = config.telemetry.domain;
+  dds.line_name = config.name;
+  dds.decimation = config.telemetry.decimation;
+  dds.interfaces = config.telemetry.interfaces;
+  for (const auto& axis : config.axes) {
+    dds.axes.push_back({axis.name, axis.linear ? bridge::AxisKind::kLinear : bridge::AxisKind::kRotary});
+  }
+  auto publisher = bridge::DdsPublisher::create(std::move(dds));
+  if (!publisher) return failed(fmt::format("telemetry: {}", publisher.error()));
+  return std::move(*publisher);
+}
+
+/// Shows what happens to the line, answers `driveline diag --control`, and hands signals on.
+class RunConsole final : public ConsoleObserver {
+ public:
+  RunConsole(runtime::Line& line, CommandInput* control) : line_(line), control_(control) {}
+
+  void look() override {
+    if (stop_requested()) line_.request_stop();
+    if (control_ == nullptr) return;
+    control_->run(std::chrono::milliseconds{0}, [this](std::string_view command) { return answer(command); });
+  }
+
+ private:
+  [[nodiscard]] std::string answer(std::string_view command) {
+    if (command != "diag" && command != "diag json") {
+      return fmt::format("error: \"{}\" is no command of a running line; diag and diag json are", command);
+    }
+    const auto diagnosis = line_.diagnose();
+    if (!diagnosis) return fmt::format("error: {}", ecat_master::describe(diagnosis.error()));
+    return command == "diag" ? to_text(*diagnosis) : json_text(to_json(*diagnosis));
+  }
+
+  runtime::Line& line_;
+  CommandInput* control_;
+};
+
+Outcome<int> run_line(const RunOptions& options) {
+  catch_stop_signals();
+  runtime::Line::RunSettings settings;
+  settings.force = options.force;
+  if (options.duration) {
+    const auto seconds = parse_seconds(*options.duration, "--duration");
+    if (!seconds) return tl::unexpected(seconds.error());
+    settings.duration_s = *seconds;
+  }
+  if (auto checked = check(options); !checked) return tl::unexpected(checked.error());
+  auto line = open_line(options);
+  if (!line) return tl::unexpected(line.error());
   std::unique_ptr<CommandInput> control;
   if (!options.control.empty()) {
     auto input = CommandInput::open(options.control, CommandInput::Sources::kSocket);
     if (!input) return tl::unexpected(input.error());
     control = std::move(*input);
   }
-  auto report = LineRun(**session, std::move(path), duration_s, control.get(), options.force).execute();
-  const auto capture = (*session)->close_capture();
+  const auto publisher = make_publisher((*line)->config());
+  if (!publisher) return tl::unexpected(publisher.error());
+  if (*publisher) (*line)->add(**publisher);
+  RunConsole console(**line, control.get());
+  (*line)->observe(console);
+  auto report = (*line)->run(settings);
   if (!report) return tl::unexpected(report.error());
-  if (!capture) {
-    note_failure(*report, capture.error().text);
-  } else if (*capture) {
-    report->files["capture"] = **capture;
-  }
-  write_files((*session)->config(), *report);
-  print_out("{}", options.json ? json_text(to_json(*report)) : to_text(*report));
+  write_files((*line)->config(), *report);
+  const auto telemetry = *publisher ? std::optional((*publisher)->counters()) : std::nullopt;
+  print_out("{}", options.json ? json_text(cli::to_json(*report, telemetry)) : cli::to_text(*report, telemetry));
   if (!report->failure.empty()) return failed(report->failure);
   return 0;
 }

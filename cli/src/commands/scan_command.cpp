@@ -4,13 +4,13 @@
 #include <cmath>
 
 #include "commands/commands.hpp"
-#include "config/line_description.hpp"
 #include "console.hpp"
 #include "driveline/ecat_master/discovery/device_identification.hpp"
 #include "driveline/ecat_master/discovery/topology.hpp"
+#include "driveline/runtime/files/output_file.hpp"
 #include "line/line_check.hpp"
-#include "output_file.hpp"
 #include "text/json_text.hpp"
+#include "text/line_description.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -18,7 +18,7 @@ namespace {
 constexpr int kNotAsDescribed = 3;  ///< exit status: everything was done, and the line is another one
 
 struct ScanOptions {
-  BusOptions bus;
+  runtime::BusOptions bus;
   std::string write;                ///< empty: only show
   std::optional<std::string> move;  ///< revolutions of every axis, out and back
   bool json = false;
@@ -79,8 +79,8 @@ Outcome<void> keep_images(std::vector<FoundSlave>& slaves, const std::filesystem
     slave.image_file = fmt::format("{}.slave{}.sii", description.stem().string(), slave.view.slave.ref.position);
     std::string content;
     for (const auto byte : slave.view.image) content += static_cast<char>(byte);
-    const auto done = write_file(description.parent_path() / slave.image_file, content);
-    if (!done) return failed(done.error());
+    const auto done = runtime::write_file(description.parent_path() / slave.image_file, content);
+    if (!done) return tl::unexpected(done.error());
   }
   return {};
 }
@@ -119,8 +119,8 @@ Outcome<void> write_path(FoundLine& found, double turns, const std::filesystem::
     return {};
   }
   found.path_file = description.stem().string() + ".path.csv";
-  const auto done = write_file(description.parent_path() / found.path_file, path);
-  if (!done) return failed(done.error());
+  const auto done = runtime::write_file(description.parent_path() / found.path_file, path);
+  if (!done) return tl::unexpected(done.error());
   return {};
 }
 
@@ -152,7 +152,7 @@ Outcome<void> write_description(LineView& line, std::span<const SlaveView> views
   }
   const auto description = describe_line(found);
   if (!description) return tl::unexpected(description.error());
-  if (auto done = write_file(file, *description); !done) return failed(done.error());
+  if (auto done = runtime::write_file(file, *description); !done) return tl::unexpected(done.error());
   progress("{}: {} slaves", file, views.size());
   return {};
 }

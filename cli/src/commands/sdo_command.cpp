@@ -5,14 +5,14 @@
 #include "console.hpp"
 #include "line/line_view.hpp"
 #include "text/json_text.hpp"
-#include "text/typed_value.hpp"
+#include "text/value_json.hpp"
 
 namespace driveline::cli {
 namespace {
 
 /// An object of a slave, and how its value is to be read or written.
 struct ObjectOptions {
-  BusOptions bus;
+  runtime::BusOptions bus;
   SlaveSelection selection;
   std::string index;
   std::string subindex;
@@ -55,7 +55,7 @@ struct Dialogue {
   std::unique_ptr<LineView> line;
   ecat_master::MailboxClient* mailbox = nullptr;
   ObjectAddress address;
-  ValueType type = ValueType::kRaw;  ///< that was asked for
+  runtime::ValueType type = runtime::ValueType::kRaw;  ///< that was asked for
 
   template <typename Ask>
   [[nodiscard]] auto ask(Ask&& ask) const {
@@ -70,11 +70,11 @@ struct Dialogue {
 };
 
 /// The type that was asked for, or what the slave says about the entry.
-ValueType type_of(ecat_master::CoeClient& coe, const Dialogue& dialogue, const ObjectOptions& options) {
+runtime::ValueType type_of(ecat_master::CoeClient& coe, const Dialogue& dialogue, const ObjectOptions& options) {
   if (!options.type.empty() || options.complete) return dialogue.type;
   const auto entry =
       dialogue.ask([&] { return coe.entry_description(dialogue.address.index, dialogue.address.subindex); });
-  return entry ? value_type_of(entry->data_type).value_or(ValueType::kRaw) : ValueType::kRaw;
+  return entry ? runtime::value_type_of(entry->data_type).value_or(runtime::ValueType::kRaw) : runtime::ValueType::kRaw;
 }
 
 /// `writes`: the value is given and is checked as far as it can be before anything is opened.
@@ -83,11 +83,11 @@ Outcome<Dialogue> begin(const ObjectOptions& options, bool writes) {
   const auto address = parse_address(options);
   if (!address) return tl::unexpected(address.error());
   dialogue.address = *address;
-  const auto type = parse_type(options.type);
-  if (!type) return misused(type.error());
+  const auto type = runtime::parse_type(options.type);
+  if (!type) return tl::unexpected(type.error());
   dialogue.type = *type;
   if (writes && !options.type.empty()) {
-    if (auto value = parse_value(options.value, *type); !value) return misused(value.error());
+    if (auto value = runtime::parse_value(options.value, *type); !value) return tl::unexpected(value.error());
   }
   auto line = LineView::open(options.bus);
   if (!line) return tl::unexpected(line.error());
@@ -107,9 +107,10 @@ Outcome<int> upload(const ObjectOptions& options) {
   if (!data) return object_failure(data.error(), options);
   auto shown = type_of(coe, *dialogue, options);
   // What a slave says about its types is no reason to hide the value.
-  if (options.type.empty() && type_bytes(shown) != 0 && type_bytes(shown) != data->size()) shown = ValueType::kRaw;
-  const auto text = format_value(*data, shown);
-  if (!text) return failed(text.error());
+  if (options.type.empty() && runtime::type_bytes(shown) != 0 && runtime::type_bytes(shown) != data->size())
+    shown = runtime::ValueType::kRaw;
+  const auto text = runtime::format_value(*data, shown);
+  if (!text) return failed(text.error().reason);
   if (options.json) {
     auto document = dialogue->to_json(data->size());
     document["value"] = *json_value(*data, shown);
@@ -125,8 +126,8 @@ Outcome<int> download(const ObjectOptions& options) {
   if (!dialogue) return tl::unexpected(dialogue.error());
   const auto& address = dialogue->address;
   ecat_master::CoeClient coe(*dialogue->mailbox);
-  const auto data = parse_value(options.value, type_of(coe, *dialogue, options));
-  if (!data) return misused(data.error());
+  const auto data = runtime::parse_value(options.value, type_of(coe, *dialogue, options));
+  if (!data) return tl::unexpected(data.error());
   auto done = coe.download(address.index, address.subindex, *data, options.complete);
   if (!done && done.error().kind == ecat_master::ErrorKind::kMailboxTimeout &&
       dialogue->line->shared(dialogue->mailbox->slave().position)) {
@@ -137,7 +138,7 @@ Outcome<int> download(const ObjectOptions& options) {
                     ecat_master::describe(done.error())));
   }
   if (!done) return object_failure(done.error(), options);
-  dialogue->line->session().tell_what_ends();
+  tell_what_ends(dialogue->line->session());
   if (options.json) print_out("{}", json_text(dialogue->to_json(data->size())));
   return 0;
 }
@@ -146,7 +147,7 @@ std::shared_ptr<ObjectOptions> add_object_options(Arguments& to) {
   auto options = std::make_shared<ObjectOptions>();
   add_bus_options(to, options->bus);
   options->selection.add_single(to);
-  to.option("-t,--type", &options->type, Value::choice("TYPE", type_names()),
+  to.option("-t,--type", &options->type, Value::choice("TYPE", runtime::type_names()),
             "uint8 ... int64, float, double, string, raw ...; default: what the slave's dictionary says");
   to.flag("--complete", options->complete, "The whole object, from SUBINDEX 0 or 1 on, as bytes");
   add_force_flag(to, options->force);

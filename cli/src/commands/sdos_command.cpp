@@ -15,7 +15,7 @@ namespace {
 constexpr auto kTellEvery = std::chrono::seconds{2};
 
 struct SdosOptions {
-  BusOptions bus;
+  runtime::BusOptions bus;
   SlaveSelection selection;
   std::string index;  ///< empty: all objects
   bool quiet = false;

@@ -7,9 +7,9 @@
 #include "driveline/ecat_master/sii/sii_writer.hpp"
 #include "driveline/esi/esi_file.hpp"
 #include "driveline/esi/sii_difference.hpp"
-#include "input_file.hpp"
+#include "driveline/runtime/files/input_file.hpp"
+#include "driveline/runtime/files/output_file.hpp"
 #include "line/line_view.hpp"
-#include "output_file.hpp"
 #include "signals.hpp"
 #include "text/json_text.hpp"
 #include "text/pdo_view.hpp"
@@ -20,7 +20,7 @@ namespace driveline::cli {
 namespace {
 
 struct SiiOptions {
-  BusOptions bus;
+  runtime::BusOptions bus;
   SlaveSelection selection;
   std::string file;  ///< input or output, as the command says
   std::string alias;
@@ -30,8 +30,8 @@ struct SiiOptions {
 };
 
 Outcome<std::string> read_binary_file(const std::string& name) {
-  auto content = read_input_file(name);
-  if (!content) return misused(content.error());
+  auto content = runtime::read_input_file(name);
+  if (!content) return tl::unexpected(content.error());
   if (content->empty()) return misused(fmt::format("{}: is empty", name));
   return std::move(*content);
 }
@@ -86,7 +86,7 @@ Outcome<int> read_image(const SiiOptions& options) {
   const auto& view = chosen->view;
   if (view.image.empty()) return trouble(view);
   if (!options.file.empty()) {
-    if (auto done = write_file(options.file, text_of(view.image)); !done) return failed(done.error());
+    if (auto done = runtime::write_file(options.file, text_of(view.image)); !done) return tl::unexpected(done.error());
   } else if (binary) {
     std::fwrite(view.image.data(), 1, view.image.size(), stdout);
   }
@@ -136,8 +136,8 @@ Outcome<void> check_image(const esi::SiiImage& image, const SlaveView& view, con
 /// When the old content could not be restored, it is the user's only copy.
 std::string save_previous(const ecat_master::SiiWriteFailure& failure, std::size_t position) {
   const auto file = fmt::format("sii-slave{}-before.bin", position);
-  const auto saved = write_file(file, text_of(failure.previous));
-  return saved ? fmt::format("; what it held before is in {}", file) : "; " + saved.error();
+  const auto saved = runtime::write_file(file, text_of(failure.previous));
+  return saved ? fmt::format("; what it held before is in {}", file) : "; " + runtime::describe(saved.error());
 }
 
 /// Tells how far a long write is, about every second word in a hundred, and stops it on a signal.
@@ -160,7 +160,7 @@ Outcome<int> finish_write(const tl::expected<ecat_master::SiiWriteReport, ecat_m
     if (!written.error().left.empty()) text += save_previous(written.error(), position);
     return failed(text);
   }
-  chosen.line->session().tell_what_ends();
+  tell_what_ends(chosen.line->session());
   if (options.json) {
     print_out("{}", json_text({{"slave", position},
                                {"words_changed", written->words_changed},

@@ -11,11 +11,11 @@
 #include "driveline/port/frame_waiter.hpp"
 #include "driveline/port/raw_socket_port.hpp"
 #include "driveline/rt/realtime_platform.hpp"
+#include "driveline/runtime/served/line_server.hpp"
+#include "driveline/runtime/setup/composition.hpp"
+#include "driveline/runtime/setup/session.hpp"
 #include "driveline/slaves/esc/sii_file.hpp"
-#include "line/composition.hpp"
 #include "line/line_console.hpp"
-#include "line/line_server.hpp"
-#include "line/session.hpp"
 #include "signals.hpp"
 
 namespace driveline::cli {
@@ -41,7 +41,7 @@ std::string turn_around_text(const rt::Histogram& times) {
 
 /// What `simulate` was asked for.
 struct SimulateOptions {
-  BusOptions bus;
+  runtime::BusOptions bus;
   std::string control;  ///< socket for commands; may be empty
   bool busy_poll = false;
   bool force = false;
@@ -50,7 +50,7 @@ struct SimulateOptions {
 /// Frame rate, turn-around times and states, every few seconds.
 class Reporter {
  public:
-  Reporter(LineServer& server, const LineConsole& console, const rt::Clock& clock)
+  Reporter(runtime::LineServer& server, const LineConsole& console, const rt::Clock& clock)
       : server_(server), console_(console), clock_(clock), next_(clock.now() + kReportInterval) {}
 
   void tell() {
@@ -70,7 +70,7 @@ class Reporter {
   }
 
  private:
-  LineServer& server_;
+  runtime::LineServer& server_;
   const LineConsole& console_;
   const rt::Clock& clock_;
   nanoseconds next_;
@@ -121,7 +121,7 @@ void tell_throttling() {
 }
 
 /// Keeps what a master has written into the EEPROMs; not while the line is served.
-Outcome<void> save_eeproms(const LineConfig& config, const slaves::Line& line) {
+Outcome<void> save_eeproms(const runtime::LineConfig& config, const slaves::Line& line) {
   for (std::size_t i = 0; i < config.slaves.size(); ++i) {
     if (config.slaves[i].sii_file.empty()) continue;
     const auto saved = slaves::SiiFile(config.slaves[i].sii_file).save(line.slave(i).esc().sii());
@@ -141,14 +141,14 @@ std::string states_summary(const slaves::Line& line) {
   return text;
 }
 
-std::vector<std::string> names_of(const LineConfig& config) {
+std::vector<std::string> names_of(const runtime::LineConfig& config) {
   std::vector<std::string> names;
   for (const auto& slave : config.slaves) names.push_back(slave.name);
   return names;
 }
 
 /// Not that of the master, who may read the same file: each would keep the other waiting.
-std::optional<int> cpu_of_the_line(const LineConfig& config) {
+std::optional<int> cpu_of_the_line(const runtime::LineConfig& config) {
   const auto master = config.realtime.cpu;
   if (!config.simulation_cpu) return master ? rt::allowed_cpu_besides(*master) : std::nullopt;
   if (config.simulation_cpu == master) {
@@ -177,8 +177,8 @@ Outcome<int> simulate(const SimulateOptions& options) {
   if (bus.interface.empty()) {
     return misused("needs --iface NAME: where to serve the line; scripts/veth.sh makes a pair of interfaces for it");
   }
-  auto config = load_line_config(bus.config);
-  if (!config) return misused(config.error());
+  auto config = runtime::load_line_config(bus.config);
+  if (!config) return tl::unexpected(config.error());
   const bool ring = config->wiring && config->wiring->master(slaves::MasterPort::kSecondary);
   if (!options.bus.interface2.empty() && !ring) {
     return misused(
@@ -193,11 +193,11 @@ Outcome<int> simulate(const SimulateOptions& options) {
   if (!input) return tl::unexpected(input.error());
   std::vector<std::string> served{bus.interface};
   if (!bus.interface2.empty()) served.push_back(bus.interface2);
-  const auto locks = take_locks(served, options.force, "answer there as well");
+  const auto locks = runtime::take_locks(served, options.force, "answer there as well");
   if (!locks) return tl::unexpected(locks.error());
-  const auto line = make_simulated_line(*config, clock, interfaces->secondary != nullptr);
-  LineServer server(*line, *interfaces->primary, interfaces->secondary.get(), clock,
-                    {options.busy_poll, [&](nanoseconds deadline) { interfaces->waiter->wait(deadline); }});
+  const auto line = runtime::make_simulated_line(*config, clock, interfaces->secondary != nullptr);
+  runtime::LineServer server(*line, *interfaces->primary, interfaces->secondary.get(), clock,
+                             {options.busy_poll, [&](nanoseconds deadline) { interfaces->waiter->wait(deadline); }});
   LineConsole console(server, *line, names_of(*config));
 
   // The line takes what real-time properties it can get: it stands in for hardware that has no scheduler.

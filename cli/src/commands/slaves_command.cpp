@@ -12,7 +12,7 @@ namespace driveline::cli {
 namespace {
 
 struct SlavesOptions {
-  BusOptions bus;
+  runtime::BusOptions bus;
   SlaveSelection selection;
   bool verbose = false;
   bool json = false;

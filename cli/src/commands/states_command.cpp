@@ -11,8 +11,9 @@
 #include "driveline/ecat_master/configuration/configurator.hpp"
 #include "driveline/ecat_master/configuration/description_plan.hpp"
 #include "driveline/ecat_master/discovery/discovery.hpp"
+#include "driveline/runtime/setup/configure_line.hpp"
+#include "driveline/runtime/setup/process_data_plan.hpp"
 #include "line/line_check.hpp"
-#include "line/process_data_plan.hpp"
 #include "text/json_text.hpp"
 
 namespace driveline::cli {
@@ -21,7 +22,7 @@ namespace {
 using wire::AlState;
 
 struct StatesOptions {
-  BusOptions bus;
+  runtime::BusOptions bus;
   SlaveSelection selection;
   std::string wanted;  ///< empty: only look
   bool force = false;
@@ -64,7 +65,8 @@ Outcome<void> change_line(LineView& line, AlState target) {
   }
   if (target != AlState::kSafeOp) return {};
   auto& session = line.session();
-  return configure_line(master, session.has_config() ? &session.config() : nullptr);
+  ConsoleObserver console;
+  return outcome(runtime::configure_line(master, session.has_config() ? &session.config() : nullptr, console));
 }
 
 /// What the description says about the slave at `position`; without one, what it has assigned by itself.
@@ -84,8 +86,8 @@ Outcome<ecat_master::SlavePlan> plan_of(LineView& line, std::span<const SlaveVie
     if (difference.slave != position) continue;
     return bus_failure(ecat_master::to_error(difference, check->planned, check->found));
   }
-  plan = make_slave_plans(session.config())[*plans[position]];
-  const auto settings = master_settings(session.config());
+  plan = runtime::make_slave_plans(session.config())[*plans[position]];
+  const auto settings = runtime::master_settings(session.config());
   if (!plan.esi && settings.describe) plan.esi = settings.describe(views[position].info);
   plan.group = 0;  // there is one only
   return plan;
@@ -210,7 +212,7 @@ Outcome<void> must_not_disturb(LineView& line, std::span<const std::size_t> posi
     return failed(fmt::format("slave {} is in OP: a master drives it, and this would {}; --force does it all the same",
                               position, would));
   }
-  return line.session().claim(options.force, would);
+  return outcome(line.session().claim(options.force, would));
 }
 
 Outcome<int> states(const StatesOptions& options) {
@@ -226,7 +228,7 @@ Outcome<int> states(const StatesOptions& options) {
     const auto done =
         options.selection.chosen() ? change_slaves(**line, *positions, **target) : change_line(**line, **target);
     if (!done) return tl::unexpected(done.error());
-    (*line)->session().tell_what_ends();
+    tell_what_ends((*line)->session());
   }
   const auto rows = read_rows(**line, *positions);
   if (!rows) return tl::unexpected(rows.error());

@@ -5,6 +5,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "console.hpp"
+
 namespace driveline::cli {
 namespace {
 
@@ -37,7 +39,32 @@ Outcome<std::vector<Range>> parse_positions(std::string_view text) {
 
 }  // namespace
 
-void add_bus_options(Arguments& to, BusOptions& bus) {
+Outcome<void> check_bus_options(const runtime::BusOptions& bus) {
+  if (bus.config.empty() && bus.interface.empty()) {
+    return misused(
+        "which bus? Give --config FILE for the line described there, or --iface NAME for a network interface");
+  }
+  if (!bus.interface2.empty() && bus.interface2 == bus.interface)
+    return misused(fmt::format("--iface2 {}: is the first interface, too; a ring has two ends", bus.interface2));
+  return {};
+}
+
+Outcome<std::unique_ptr<runtime::Session>> open_session(const runtime::BusOptions& bus) {
+  if (auto checked = check_bus_options(bus); !checked) return tl::unexpected(checked.error());
+  auto session = runtime::Session::open(bus);
+  if (!session) return tl::unexpected(session.error());
+  for (const auto& note : (*session)->config().notes) progress("{}", note);
+  return std::move(*session);
+}
+
+void tell_what_ends(const runtime::Session& session) {
+  if (session.config().interface) return;
+  progress(
+      "the line is simulated in this process and ends with it: every command starts a new one, as its description "
+      "says; `driveline simulate` serves one that stays");
+}
+
+void add_bus_options(Arguments& to, runtime::BusOptions& bus) {
   to.option("--config", &bus.config, Value::file(), "Line description (TOML)");
   to.option("--iface", &bus.interface, Value::interface(),
             "Network interface; replaces the simulated line of the file");

@@ -5,12 +5,20 @@
 
 #include "commands/command.hpp"
 #include "driveline/ecat_master/master.hpp"
-#include "line/session.hpp"
+#include "driveline/runtime/setup/session.hpp"
 
 namespace driveline::cli {
 
 /// Declares --config and --iface.
-void add_bus_options(Arguments& to, BusOptions& bus);
+void add_bus_options(Arguments& to, runtime::BusOptions& bus);
+/// Opens the bus of a command; says on stderr what there is to know of its description.
+[[nodiscard]] Outcome<std::unique_ptr<runtime::Session>> open_session(const runtime::BusOptions& bus);
+/// What must be given and what goes together, in the words of the command line.
+[[nodiscard]] Outcome<void> check_bus_options(const runtime::BusOptions& bus);
+/// For commands that have changed something on the line: where it is simulated in this process, tells on stderr that
+/// it ends with it.
+void tell_what_ends(const runtime::Session& session);
+
 /// Declares --json.
 void add_json_flag(Arguments& to, bool& json);
 /// --force of the tools that change states.

@@ -32,7 +32,7 @@ bool for_good(const ecat_master::Error& error) noexcept {
 
 }  // namespace
 
-DriveLink::DriveLink(Session& session)
+DriveLink::DriveLink(runtime::Session& session)
     : session_(session),
       master_(session.port(), session.clock(), {.exchange = {.guest = true}}),
       engine_(master_.bus(), {.reply_timeout = kReplyTimeout}) {}
@@ -64,7 +64,7 @@ bool DriveLink::left_in_init() {
   return now - *in_init_since_ >= kLeftAfter;
 }
 
-Outcome<std::unique_ptr<DriveLink>> DriveLink::open(Session& session) {
+Outcome<std::unique_ptr<DriveLink>> DriveLink::open(runtime::Session& session) {
   std::unique_ptr<DriveLink> link(new DriveLink(session));
   auto slaves = ecat_master::survey(link->master_.bus(), ecat_master::SurveyAddresses::kLeave);
   if (!slaves) return bus_failure(slaves.error());

@@ -22,7 +22,7 @@ namespace driveline::cli {
 class DriveLink {
  public:
   /// Looks at the line behind `session`, which must outlive the link. Errors: nothing on the line, the bus.
-  [[nodiscard]] static Outcome<std::unique_ptr<DriveLink>> open(Session& session);
+  [[nodiscard]] static Outcome<std::unique_ptr<DriveLink>> open(runtime::Session& session);
   DriveLink(const DriveLink&) = delete;
   DriveLink& operator=(const DriveLink&) = delete;
   /// A line that was taken to PREOP goes back to INIT.
@@ -41,7 +41,7 @@ class DriveLink {
   [[nodiscard]] Outcome<void> acknowledge(std::size_t position);
 
  private:
-  explicit DriveLink(Session& session);
+  explicit DriveLink(runtime::Session& session);
   [[nodiscard]] Outcome<void> take_to_pre_op();
   [[nodiscard]] Outcome<void> read_registers(std::size_t position, DriveView& view);
   [[nodiscard]] bool all_in(std::initializer_list<wire::AlState> states);
@@ -51,7 +51,7 @@ class DriveLink {
   [[nodiscard]] Outcome<void> read_object(std::size_t position, const DriveObjectRow& row, DriveView& view);
   [[nodiscard]] Outcome<std::optional<std::vector<std::byte>>> upload(std::size_t position, const DriveObjectRow& row);
 
-  Session& session_;
+  runtime::Session& session_;
   ecat_master::Master master_;
   ecat_master::MailboxEngine engine_;
   std::vector<ecat_master::SurveyedSlave> slaves_;

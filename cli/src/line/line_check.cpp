@@ -5,7 +5,7 @@
 #include "console.hpp"
 #include "driveline/ecat_master/configuration/configuration_check.hpp"
 #include "driveline/ecat_master/discovery/device_identification.hpp"
-#include "line/process_data_plan.hpp"
+#include "driveline/runtime/setup/process_data_plan.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -92,7 +92,7 @@ Outcome<LineCheck> check_line(LineView& line, std::span<const SlaveView> slaves)
   for (const auto& view : slaves) check.found.push_back(view.info);
   if (!line.session().has_config()) return check;
   const auto& config = line.session().config();
-  check.planned = ecat_master::expected_slaves(make_slave_plans(config));
+  check.planned = ecat_master::expected_slaves(runtime::make_slave_plans(config));
   const auto identified = identify(line, check);
   if (!identified) return tl::unexpected(identified.error());
   if (!*identified) {
@@ -102,7 +102,7 @@ Outcome<LineCheck> check_line(LineView& line, std::span<const SlaveView> slaves)
     return check;
   }
   // Ports that fit no tree tell nothing about cables.
-  const auto topology = master_settings(config).accept_swapped_ports
+  const auto topology = runtime::master_settings(config).accept_swapped_ports
                             ? ecat_master::Topology{}
                             : line.topology().value_or(ecat_master::Topology{});
   check.comparison = ecat_master::compare_line(check.planned, check.found, topology);
@@ -121,29 +121,6 @@ void add_json(nlohmann::json& document, const LineCheck& check) {
   auto differences = nlohmann::json::array();
   for (const auto& difference : check.comparison.differences) differences.push_back(to_json(difference, check));
   document["differences"] = std::move(differences);
-}
-
-void tell_problems(const ecat_master::Master& master) {
-  std::vector<SlaveInfo> found;
-  for (const auto& slave : master.slaves()) found.push_back(slave.info);
-  for (const auto& sentence : ecat_master::describe_problems(found)) progress("{}", sentence);
-}
-
-Outcome<void> configure_line(ecat_master::Master& master, const LineConfig* config) {
-  auto plans = config != nullptr ? make_slave_plans(*config) : std::vector<ecat_master::SlavePlan>{};
-  const auto planned = ecat_master::expected_slaves(plans);
-  const auto done = master.configure(std::move(plans));
-  if (done) return {};
-  const auto& differences = master.comparison().differences;
-  if (!differences.empty()) {
-    std::vector<SlaveInfo> found;
-    for (const auto& slave : master.slaves()) found.push_back(slave.info);
-    progress("the line is not as described:");
-    for (const auto& sentence : ecat_master::describe(master.comparison(), planned, found)) progress("  {}", sentence);
-  }
-  auto text = ecat_master::describe_with_findings(master.bus(), master.slaves(), master.image(), done.error());
-  if (differences.size() > 1) text += fmt::format("; the first of {} differences", differences.size());
-  return failed(std::move(text));
 }
 
 }  // namespace driveline::cli

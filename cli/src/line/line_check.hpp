@@ -25,11 +25,4 @@ struct LineCheck {
 /// Adds `duplicate_aliases` and, when there is a description, `differences` to the document of a tool.
 void add_json(nlohmann::json& document, const LineCheck& check);
 
-/// What is wrong with the EEPROMs and aliases of a line that a master has scanned, one line each on stderr.
-void tell_problems(const ecat_master::Master& master);
-
-/// Master::configure() by a description, or by what the slaves say when `config` is null. When the line is not as
-/// described all differences go to stderr first. Failure: what went wrong, as a sentence.
-[[nodiscard]] Outcome<void> configure_line(ecat_master::Master& master, const LineConfig* config);
-
 }  // namespace driveline::cli

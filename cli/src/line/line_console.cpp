@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kAnswerTries = 1000;
 
-std::string state_text(const StateChange& change) {
+std::string state_text(const runtime::StateChange& change) {
   if (change.status.state == wire::AlState::kNone) return "OFF";
   if (!change.status.error) return std::string(wire::to_text(change.status.state));
   return fmt::format("{} + ERROR 0x{:04X}", wire::to_text(change.status.state), static_cast<unsigned>(change.code));
@@ -35,7 +35,7 @@ constexpr std::string_view kCommands =
 
 }  // namespace
 
-LineConsole::LineConsole(LineServer& server, slaves::Line& line, std::vector<std::string> names)
+LineConsole::LineConsole(runtime::LineServer& server, slaves::Line& line, std::vector<std::string> names)
     : server_(server), line_(line), names_(std::move(names)), latest_(names_.size()) {
   for (std::size_t i = 0; i < latest_.size(); ++i) latest_[i].slave = static_cast<std::uint16_t>(i);
 }
@@ -43,7 +43,7 @@ LineConsole::LineConsole(LineServer& server, slaves::Line& line, std::vector<std
 std::string LineConsole::execute(std::string_view command) {
   command = trimmed(command);
   if (command.empty()) return {};
-  if (command == "help") return std::string(kCommands) + fault_help();
+  if (command == "help") return std::string(kCommands) + runtime::fault_help();
   if (command == "list") return list();
   if (command == "states") return states();
   if (command == "quit") {
@@ -51,24 +51,24 @@ std::string LineConsole::execute(std::string_view command) {
     return "ending";
   }
   if (command == "input" || command.starts_with("input ")) return input(trimmed(command.substr(5)));
-  LineOrder wanted;
+  runtime::LineOrder wanted;
   if (command == "heal all") {
-    wanted.verb = LineOrder::Verb::kHealAll;
+    wanted.verb = runtime::LineOrder::Verb::kHealAll;
     return order(wanted);
   }
   if (command.starts_with("heal ")) {
-    wanted.verb = LineOrder::Verb::kHeal;
+    wanted.verb = runtime::LineOrder::Verb::kHeal;
     command = trimmed(command.substr(5));
   }
-  const auto fault = parse_fault(command, places(), wanted.verb == LineOrder::Verb::kBegin);
-  if (!fault) return fmt::format("error: {}; help lists all", fault.error());
+  const auto fault = runtime::parse_fault(command, places(), wanted.verb == runtime::LineOrder::Verb::kBegin);
+  if (!fault) return fmt::format("error: {}; help lists all", fault.error().reason);
   wanted.fault = *fault;
   return order(wanted);
 }
 
-std::optional<LineOrder> LineConsole::carry_out(const LineOrder& wanted) {
+std::optional<runtime::LineOrder> LineConsole::carry_out(const runtime::LineOrder& wanted) {
   if (!server_.order(wanted)) return std::nullopt;
-  LineOrder answer;
+  runtime::LineOrder answer;
   for (int i = 0; !server_.next_answer(answer); ++i) {
     if (i == kAnswerTries) return std::nullopt;
     std::this_thread::sleep_for(milliseconds{1});
@@ -79,18 +79,18 @@ std::optional<LineOrder> LineConsole::carry_out(const LineOrder& wanted) {
 /// "SLAVE" or "SLAVE INPUT=VALUE ...".
 std::string LineConsole::input(std::string_view words) {
   const auto end = std::min(words.find(' '), words.size());
-  const auto slave = parse_slave(words.substr(0, end), names_);
-  if (!slave) return fmt::format("error: {}", slave.error());
+  const auto slave = runtime::parse_slave(words.substr(0, end), names_);
+  if (!slave) return fmt::format("error: {}", slave.error().reason);
   const auto* signals = line_.slave(*slave).device().signals();
   if (signals == nullptr) return fmt::format("error: {} has no inputs", names_[*slave]);
   const auto settings = parse_signal_settings(words.substr(end), *signals);
   if (!settings) return fmt::format("error: {}", settings.error());
   if (settings->empty()) return signal_levels(*slave);
   for (const auto& setting : *settings) {
-    const LineOrder order{.verb = LineOrder::Verb::kSetSignal,
-                          .slave = *slave,
-                          .signal = {slaves::SignalPlace::Way::kInput, setting.input},
-                          .value = setting.value};
+    const runtime::LineOrder order{.verb = runtime::LineOrder::Verb::kSetSignal,
+                                   .slave = *slave,
+                                   .signal = {slaves::SignalPlace::Way::kInput, setting.input},
+                                   .value = setting.value};
     if (!carry_out(order)) return std::string(kNoAnswer);
   }
   return "done";
@@ -102,7 +102,8 @@ std::string LineConsole::signal_levels(std::uint16_t slave) {
   std::string text;
   for (const Way way : {Way::kInput, Way::kOutput}) {
     for (std::size_t i = 0; i < signals.signal_count(way); ++i) {
-      const auto answer = carry_out({.verb = LineOrder::Verb::kReadSignal, .slave = slave, .signal = {way, i}});
+      const auto answer =
+          carry_out({.verb = runtime::LineOrder::Verb::kReadSignal, .slave = slave, .signal = {way, i}});
       if (!answer) return std::string(kNoAnswer);
       text += fmt::format("{}{} {} = {}", text.empty() ? "" : "\n", way == Way::kInput ? "input " : "output",
                           signals.signal_name({way, i}), answer->value);
@@ -111,12 +112,12 @@ std::string LineConsole::signal_levels(std::uint16_t slave) {
   return text.empty() ? "no inputs and no outputs" : text;
 }
 
-std::string LineConsole::order(LineOrder wanted) {
+std::string LineConsole::order(runtime::LineOrder wanted) {
   const auto answer = carry_out(wanted);
   if (!answer) return std::string(kNoAnswer);
   tell_events();
   if (answer->done) return "done";
-  return wanted.verb == LineOrder::Verb::kHeal
+  return wanted.verb == runtime::LineOrder::Verb::kHeal
              ? "error: this fault is not there"
              : fmt::format("error: not possible; at most {} faults can be there", slaves::LineFaults::kMaxActive);
 }
@@ -124,7 +125,7 @@ std::string LineConsole::order(LineOrder wanted) {
 std::string LineConsole::list() const {
   if (active_.empty()) return "no faults";
   std::string text;
-  for (const auto& fault : active_) text.append(text.empty() ? "" : "\n").append(fault_text(fault, places()));
+  for (const auto& fault : active_) text.append(text.empty() ? "" : "\n").append(runtime::fault_text(fault, places()));
   return text;
 }
 
@@ -137,9 +138,9 @@ void LineConsole::tell_events() {
   slaves::FaultEvent event;
   while (line_.faults().next_event(event)) {
     note(event);
-    progress("fault {}: {}", event.begins ? "begins" : "ends", fault_text(event.fault, places()));
+    progress("fault {}: {}", event.begins ? "begins" : "ends", runtime::fault_text(event.fault, places()));
   }
-  StateChange change;
+  runtime::StateChange change;
   while (server_.next_change(change)) {
     latest_[change.slave] = change;
     const auto& name = names_[change.slave];

@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "line/line_server.hpp"
-#include "text/fault_text.hpp"
+#include "driveline/runtime/config/fault_text.hpp"
+#include "driveline/runtime/served/line_server.hpp"
 
 namespace driveline::cli {
 
@@ -15,7 +15,7 @@ namespace driveline::cli {
 /// the server, while that runs.
 class LineConsole {
  public:
-  LineConsole(LineServer& server, slaves::Line& line, std::vector<std::string> names);
+  LineConsole(runtime::LineServer& server, slaves::Line& line, std::vector<std::string> names);
 
   /// Executes a command of the user; the answer, in an error one that begins with "error: ".
   [[nodiscard]] std::string execute(std::string_view command);
@@ -27,19 +27,19 @@ class LineConsole {
   [[nodiscard]] bool ended() const noexcept { return ended_; }
 
  private:
-  [[nodiscard]] std::string order(LineOrder order);
+  [[nodiscard]] std::string order(runtime::LineOrder order);
   /// Waits for the server; nothing when it does not answer.
-  [[nodiscard]] std::optional<LineOrder> carry_out(const LineOrder& order);
+  [[nodiscard]] std::optional<runtime::LineOrder> carry_out(const runtime::LineOrder& order);
   [[nodiscard]] std::string input(std::string_view words);
   [[nodiscard]] std::string signal_levels(std::uint16_t slave);
   [[nodiscard]] std::string list() const;
   void note(const slaves::FaultEvent& event);
-  [[nodiscard]] FaultPlaces places() const { return {names_, line_.wiring()}; }
+  [[nodiscard]] runtime::FaultPlaces places() const { return {names_, line_.wiring()}; }
 
-  LineServer& server_;
+  runtime::LineServer& server_;
   slaves::Line& line_;
   std::vector<std::string> names_;
-  std::vector<StateChange> latest_;
+  std::vector<runtime::StateChange> latest_;
   std::vector<slaves::Fault> active_;
   bool ended_ = false;
 };

@@ -8,8 +8,8 @@
 #include "console.hpp"
 #include "driveline/ecat_master/configuration/configurator.hpp"
 #include "driveline/ecat_master/discovery/discovery.hpp"
+#include "driveline/runtime/setup/process_data_plan.hpp"
 #include "line/mailbox_registers.hpp"
-#include "line/process_data_plan.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -22,8 +22,8 @@ void take_apart(SlaveView& view, ecat_master::Result<std::vector<std::byte>> ima
 }
 
 /// What the line file asks of a master; a line without a file gets the defaults.
-ecat_master::Master::Settings settings_of(const Session& session) {
-  auto settings = session.has_config() ? master_settings(session.config()) : ecat_master::Master::Settings{};
+ecat_master::Master::Settings settings_of(const runtime::Session& session) {
+  auto settings = session.has_config() ? runtime::master_settings(session.config()) : ecat_master::Master::Settings{};
   settings.exchange.guest = true;
   return settings;
 }
@@ -39,8 +39,8 @@ std::string SlaveView::name() const {
   return fmt::format("0x{:08x}:0x{:08x}", sii->vendor_id, sii->product_code);
 }
 
-Outcome<std::unique_ptr<LineView>> LineView::open(const BusOptions& bus) {
-  auto session = Session::open(bus);
+Outcome<std::unique_ptr<LineView>> LineView::open(const runtime::BusOptions& bus) {
+  auto session = open_session(bus);
   if (!session) return tl::unexpected(session.error());
   std::unique_ptr<LineView> view(new LineView);
   view->session_ = std::move(*session);
@@ -63,7 +63,7 @@ Outcome<void> LineView::must_not_disturb(bool force, std::string_view would) con
   std::vector<ecat_master::AlReport> states;
   for (const auto& slave : slaves_) states.push_back(slave.al);
   if (auto free = refuse_if_driven(states, force, would); !free) return free;
-  return session_->claim(force, would);
+  return outcome(session_->claim(force, would));
 }
 
 Outcome<void> LineView::open_mailboxes(std::span<const std::size_t> positions, bool force) {
@@ -170,7 +170,8 @@ std::vector<SlaveView> LineView::read_all() {
 
 Outcome<void> LineView::must_not_be_used(std::size_t position, bool force, std::string_view would) const {
   const auto state = slaves_[position].al.status.state;
-  if (force || (state != wire::AlState::kSafeOp && state != wire::AlState::kOp)) return session_->claim(force, would);
+  if (force || (state != wire::AlState::kSafeOp && state != wire::AlState::kOp))
+    return outcome(session_->claim(force, would));
   return failed(fmt::format(
       "slave {} is in {}: a master drives it, and this would {}{}; --force does it all the same", position,
       wire::to_text(state), would,

@@ -30,9 +30,9 @@ class LineView {
   LineView(const LineView&) = delete;
   LineView& operator=(const LineView&) = delete;
   ~LineView();
-  [[nodiscard]] static Outcome<std::unique_ptr<LineView>> open(const BusOptions& bus);
+  [[nodiscard]] static Outcome<std::unique_ptr<LineView>> open(const runtime::BusOptions& bus);
 
-  [[nodiscard]] Session& session() noexcept { return *session_; }
+  [[nodiscard]] runtime::Session& session() noexcept { return *session_; }
   [[nodiscard]] ecat_master::Master& master() noexcept { return *master_; }
   [[nodiscard]] ecat_master::Bus& bus() noexcept { return master_->bus(); }
   [[nodiscard]] const std::vector<ecat_master::SurveyedSlave>& slaves() const noexcept { return slaves_; }
@@ -81,7 +81,7 @@ class LineView {
   /// By way of INIT.
   [[nodiscard]] Outcome<void> enter_pre_op(std::span<const std::size_t> positions);
 
-  std::unique_ptr<Session> session_;
+  std::unique_ptr<runtime::Session> session_;
   std::unique_ptr<ecat_master::Master> master_;
   std::vector<ecat_master::SurveyedSlave> slaves_;
   std::map<std::size_t, std::unique_ptr<ecat_master::MailboxClient>> mailboxes_;

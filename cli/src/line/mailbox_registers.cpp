@@ -41,14 +41,14 @@ Outcome<void> refuse_if_driven(std::span<const ecat_master::AlReport> states, bo
   return {};
 }
 
-Outcome<void> must_not_be_driven(Session& session, ecat_master::Master& master, bool force) {
+Outcome<void> must_not_be_driven(runtime::Session& session, ecat_master::Master& master, bool force) {
   constexpr std::string_view kWould = "take it out of operation";
   if (!force) {
     const auto states = master.peek_states();
     if (!states) return bus_failure(states.error());
     if (auto free = refuse_if_driven(*states, force, kWould); !free) return free;
   }
-  return session.claim(force, kWould);
+  return outcome(session.claim(force, kWould));
 }
 
 }  // namespace driveline::cli

@@ -5,8 +5,8 @@
 #include <string_view>
 
 #include "driveline/ecat_master/master.hpp"
+#include "driveline/runtime/setup/session.hpp"
 #include "failure.hpp"
-#include "line/session.hpp"
 
 namespace driveline::cli {
 
@@ -23,6 +23,6 @@ namespace driveline::cli {
                                              std::string_view would);
 
 /// The same for a tool that takes the whole line out of operation, which claims it; `master` has not scanned yet.
-[[nodiscard]] Outcome<void> must_not_be_driven(Session& session, ecat_master::Master& master, bool force);
+[[nodiscard]] Outcome<void> must_not_be_driven(runtime::Session& session, ecat_master::Master& master, bool force);
 
 }  // namespace driveline::cli

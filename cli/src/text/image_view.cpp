@@ -8,30 +8,12 @@
 namespace driveline::cli {
 namespace {
 
-using ecat_master::ImageLayout;
 using ecat_master::Master;
 using ecat_master::ProcessDataPlace;
 using ecat_master::ProcessImage;
 
-std::string_view layout_name(ImageLayout layout) {
-  switch (layout) {
-    case ImageLayout::kOverlapped:
-      return "overlapped";
-    case ImageLayout::kSequential:
-      return "sequential";
-    case ImageLayout::kSeparate:
-      break;
-  }
-  return "lrd_lwr";
-}
-
 double us(std::chrono::nanoseconds time) {
   return static_cast<double>(time.count()) / 1000.0;
-}
-
-std::string group_name(const LineConfig& config, std::size_t group) {
-  const auto& groups = config.process_data.groups;
-  return group < groups.size() ? groups[group].name : std::string("line");
 }
 
 std::string rhythm(const ecat_master::GroupSettings& settings) {
@@ -39,7 +21,7 @@ std::string rhythm(const ecat_master::GroupSettings& settings) {
   return fmt::format("every {} cycles from {}", settings.divider, settings.phase);
 }
 
-std::string wire_text(const WireBudget& wire) {
+std::string wire_text(const runtime::WireBudget& wire) {
   return fmt::format(
       "wire time of the busiest cycle {:.1f} us (frames {:.1f}, line {:.1f} {}) of {:.1f} us: {:.1f} %; "
       "{} bytes a cycle for acyclic frames",
@@ -60,20 +42,20 @@ std::string status_text(const ProcessDataPlace& place) {
   return text.empty() ? "-" : text;
 }
 
-std::string slave_rows(const LineConfig& config, const Master& master) {
+std::string slave_rows(const runtime::LineConfig& config, const Master& master) {
   std::string text = fmt::format("{:>4}  {:<16}  {:<12}  {:<17}  {:<17}  {}\n", "pos", "slave", "group", "outputs",
                                  "inputs", "status bytes");
   for (const auto& slave : master.slaves()) {
     const auto& place = master.image().places()[slave.info.ref.position];
     text += fmt::format("{:>4}  {:<16}  {:<12}  {:<17}  {:<17}  {}\n", slave.info.ref.position, slave.plan.name,
-                        group_name(config, place.group),
+                        runtime::group_name(config, place.group),
                         range_text(place.output_datagram, place.output_offset, place.output_bytes),
                         range_text(place.input_datagram, place.input_offset, place.input_bytes), status_text(place));
   }
   return text;
 }
 
-std::string entry_rows(const NamedProcessData& named) {
+std::string entry_rows(const runtime::NamedProcessData& named) {
   std::string text = fmt::format("{:<13}  {:>4}  {:<3}  {:<9}  {}\n", "address.bit", "bits", "", "object", "name");
   for (const auto& variable : named.variables.all()) {
     text += fmt::format("0x{:08X}.{}   {:>4}  {:<3}  {:04X}h:{:02X}  {}\n",
@@ -84,55 +66,19 @@ std::string entry_rows(const NamedProcessData& named) {
   return text;
 }
 
-std::string datagram_rows(const LineConfig& config, const Master& master) {
+std::string datagram_rows(const runtime::LineConfig& config, const Master& master) {
   std::string text;
   for (const auto& datagram : master.image().datagrams()) {
     text += fmt::format("frame {}  {}  0x{:08X}  {:>4} B  WKC {:>3}  group {}\n", datagram.frame,
                         wire::to_text(datagram.command), ProcessImage::logical_address(datagram.offset), datagram.bytes,
-                        datagram.expected_working_counter, group_name(config, datagram.group));
+                        datagram.expected_working_counter, runtime::group_name(config, datagram.group));
   }
   return text;
 }
 
 }  // namespace
 
-ImageView view_image(const LineConfig& config, const Master& master,
-                     std::span<const ecat_master::GroupCounters> counters, const GroupWatch* watch) {
-  const auto& image = master.image();
-  ImageView view;
-  view.layout = layout_name(config.process_data.layout);
-  view.bytes = image.outputs().size();
-  view.datagrams = image.datagrams().size();
-  view.frames = image.frame_count();
-  view.wire = wire_budget(master, config);
-  for (std::size_t i = 0; i < image.groups().size(); ++i) {
-    GroupView group;
-    group.name = group_name(config, i);
-    group.settings = image.groups()[i];
-    for (const auto& place : image.places()) {
-      const bool exchanged =
-          place.output_datagram != ProcessDataPlace::kNone || place.input_datagram != ProcessDataPlace::kNone;
-      if (place.group == i && exchanged) ++group.slaves;
-    }
-    for (const auto& datagram : image.datagrams()) {
-      if (datagram.group != i) continue;
-      ++group.datagrams;
-      group.working_counter += datagram.expected_working_counter;
-      if (group.frames.empty() || group.frames.back() != datagram.frame) group.frames.push_back(datagram.frame);
-    }
-    if (i < counters.size()) {
-      group.exchanges = counters[i].exchanges.value();
-      group.lost_frames = counters[i].lost_frames.value();
-      group.wkc_errors = counters[i].wkc_errors.value();
-      group.longest_bad = counters[i].longest_bad;
-    }
-    if (watch != nullptr) group.zeroings = watch->zeroings(i);
-    view.groups.push_back(std::move(group));
-  }
-  return view;
-}
-
-std::string to_text(const ImageView& view) {
+std::string to_text(const runtime::ImageView& view) {
   std::string text = fmt::format("  process data: {}, {} bytes, {} datagram(s) in {} frame(s); {}\n", view.layout,
                                  view.bytes, view.datagrams, view.frames, wire_text(view.wire));
   for (const auto& group : view.groups) {
@@ -155,7 +101,7 @@ std::string to_text(const ImageView& view) {
   return text;
 }
 
-nlohmann::json to_json(const ImageView& view) {
+nlohmann::json to_json(const runtime::ImageView& view) {
   auto groups = nlohmann::json::array();
   for (const auto& group : view.groups) {
     groups.push_back({{"name", group.name},
@@ -185,8 +131,9 @@ nlohmann::json to_json(const ImageView& view) {
           {"groups", groups}};
 }
 
-std::string image_text(const LineConfig& config, const Master& master, const NamedProcessData& named) {
-  std::string text = to_text(view_image(config, master)) + "\n" + slave_rows(config, master) + "\n" +
+std::string image_text(const runtime::LineConfig& config, const Master& master,
+                       const runtime::NamedProcessData& named) {
+  std::string text = to_text(runtime::view_image(config, master)) + "\n" + slave_rows(config, master) + "\n" +
                      entry_rows(named) + "\n" + datagram_rows(config, master);
   for (std::size_t i = 0; i < named.copies.size(); ++i) {
     const auto& copy = named.copies[i];
@@ -196,8 +143,9 @@ std::string image_text(const LineConfig& config, const Master& master, const Nam
   return text;
 }
 
-nlohmann::json image_json(const LineConfig& config, const Master& master, const NamedProcessData& named) {
-  auto document = to_json(view_image(config, master));
+nlohmann::json image_json(const runtime::LineConfig& config, const Master& master,
+                          const runtime::NamedProcessData& named) {
+  auto document = to_json(runtime::view_image(config, master));
   auto slaves = nlohmann::json::array();
   for (const auto& slave : master.slaves()) {
     const auto& place = master.image().places()[slave.info.ref.position];
@@ -207,7 +155,7 @@ nlohmann::json image_json(const LineConfig& config, const Master& master, const 
     };
     slaves.push_back({{"position", slave.info.ref.position},
                       {"name", slave.plan.name},
-                      {"group", group_name(config, place.group)},
+                      {"group", runtime::group_name(config, place.group)},
                       {"output_address", address(place.output_datagram, place.output_offset)},
                       {"output_bytes", place.output_bytes},
                       {"input_address", address(place.input_datagram, place.input_offset)},
@@ -230,7 +178,7 @@ nlohmann::json image_json(const LineConfig& config, const Master& master, const 
                          {"address", ProcessImage::logical_address(datagram.offset)},
                          {"bytes", datagram.bytes},
                          {"working_counter", datagram.expected_working_counter},
-                         {"group", group_name(config, datagram.group)}});
+                         {"group", runtime::group_name(config, datagram.group)}});
   }
   auto copies = nlohmann::json::array();
   for (std::size_t i = 0; i < named.copies.size(); ++i) {

@@ -1,31 +1,15 @@
 #pragma once
 
-#include <cstdint>
 #include <nlohmann/json_fwd.hpp>
-#include <optional>
 #include <span>
 #include <string>
-#include <vector>
 
-#include "driveline/ecat_master/process_data/process_variables.hpp"
+#include "driveline/runtime/record/input_values.hpp"
 
 namespace driveline::cli {
 
-/// An input of the process image as it was when somebody looked.
-struct InputValue {
-  std::string name;  ///< "slave2.Status word", as ProcessVariables::full_name() has it
-  std::uint16_t index = 0;
-  std::uint8_t subindex = 0;
-  unsigned bits = 0;
-  std::optional<std::uint64_t> value;  ///< none: more than 64 bits
-};
-
-/// All inputs of `variables` out of `inputs`, the inputs of the process image. Nobody may write to those meanwhile.
-[[nodiscard]] std::vector<InputValue> read_inputs(const ecat_master::ProcessVariables& variables,
-                                                  std::span<const std::byte> inputs);
-
 /// One row each: name, object, bits, bit pattern and number.
-[[nodiscard]] std::string to_text(std::span<const InputValue> inputs);
-[[nodiscard]] nlohmann::json to_json(std::span<const InputValue> inputs);
+[[nodiscard]] std::string to_text(std::span<const runtime::InputValue> inputs);
+[[nodiscard]] nlohmann::json to_json(std::span<const runtime::InputValue> inputs);
 
 }  // namespace driveline::cli

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "text/typed_value.hpp"
+#include "text/value_json.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -23,13 +23,14 @@ std::string access_text(std::uint16_t bits) {
 }
 
 std::string type_text(std::uint16_t data_type) {
-  const auto type = value_type_of(data_type);
-  return type ? std::string(type_name(*type)) : fmt::format("type {:04x}", data_type);
+  const auto type = runtime::value_type_of(data_type);
+  return type ? std::string(runtime::type_name(*type)) : fmt::format("type {:04x}", data_type);
 }
 
 std::string value_text(const EntryDescription& entry, const std::vector<std::byte>& value) {
-  const auto typed = format_value(value, value_type_of(entry.data_type).value_or(ValueType::kRaw));
-  return typed ? *typed : format_value(value, ValueType::kRaw).value();
+  const auto typed =
+      runtime::format_value(value, runtime::value_type_of(entry.data_type).value_or(runtime::ValueType::kRaw));
+  return typed ? *typed : runtime::format_value(value, runtime::ValueType::kRaw).value();
 }
 
 std::string facts_text(const EntryDescription& entry) {
@@ -49,8 +50,8 @@ std::string facts_text(const EntryDescription& entry) {
 
 nlohmann::json value_json(const EntryDescription& entry, const std::optional<std::vector<std::byte>>& value) {
   if (!value) return nullptr;
-  const auto typed = json_value(*value, value_type_of(entry.data_type).value_or(ValueType::kRaw));
-  return typed ? *typed : json_value(*value, ValueType::kRaw).value();
+  const auto typed = json_value(*value, runtime::value_type_of(entry.data_type).value_or(runtime::ValueType::kRaw));
+  return typed ? *typed : json_value(*value, runtime::ValueType::kRaw).value();
 }
 
 nlohmann::json entry_json(const EntryDescription& entry) {

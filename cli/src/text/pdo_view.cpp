@@ -164,8 +164,8 @@ Outcome<std::vector<SyncManagerView>> pdos_from_coe(LineView& line, std::size_t 
   return views;
 }
 
-Outcome<std::vector<SlavePdos>> read_pdos(const BusOptions& bus, const SlaveSelection& selection, bool only_sii,
-                                          bool force) {
+Outcome<std::vector<SlavePdos>> read_pdos(const runtime::BusOptions& bus, const SlaveSelection& selection,
+                                          bool only_sii, bool force) {
   if (auto checked = selection.check(); !checked) return tl::unexpected(checked.error());
   auto line = LineView::open(bus);
   if (!line) return tl::unexpected(line.error());

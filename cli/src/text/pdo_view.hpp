@@ -51,7 +51,7 @@ struct SlavePdos {
 
 /// Opens the bus and finds the PDOs of the selected slaves: over CoE (LineView::open_mailboxes() with `force`) where a
 /// slave has that and `only_sii` does not forbid it; from the EEPROM otherwise.
-[[nodiscard]] Outcome<std::vector<SlavePdos>> read_pdos(const BusOptions& bus, const SlaveSelection& selection,
+[[nodiscard]] Outcome<std::vector<SlavePdos>> read_pdos(const runtime::BusOptions& bus, const SlaveSelection& selection,
                                                         bool only_sii, bool force);
 
 /// Three levels, indented: sync manager, PDO, entry.

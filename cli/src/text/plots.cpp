@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "output_file.hpp"
+#include "driveline/runtime/files/output_file.hpp"
 #include "text/gnuplot.hpp"
 
 namespace driveline::cli {
@@ -41,7 +41,7 @@ std::string on_second_axis(std::string_view column, double increments, std::stri
 class AxisPlot {
  public:
   /// `increments`: on a second axis as well.
-  AxisPlot(const AxisReport& axis, bool increments)
+  AxisPlot(const runtime::AxisReport& axis, bool increments)
       : scale_(increments ? std::optional(axis.increments_per_unit) : std::nullopt) {
     text_ = fmt::format("set ylabel {}\n", gnuplot_text(fmt::format("{} in {}", axis.name, axis.unit)));
     if (scale_) {
@@ -85,7 +85,7 @@ class AxisPlot {
 
 /// One small plot per axis, two side by side. Columns of the file: time, three per axis, their torques, least and
 /// greatest following error of each, then the following errors of the drives that report one (Recorder).
-std::string axes_script(const std::vector<AxisReport>& axes, std::string_view output, std::string_view title,
+std::string axes_script(const std::vector<runtime::AxisReport>& axes, std::string_view output, std::string_view title,
                         bool errors, bool increments) {
   const std::size_t columns = axes.size() > 1 ? 2 : 1;
   const auto rows = (axes.size() + columns - 1) / columns;
@@ -131,11 +131,11 @@ tl::expected<void, std::string> write_jitter_csv(const ecat_master::CycleStatist
   for (const auto& [bounds, counts] : rows) {
     text += fmt::format("{},{},{},{}\n", bounds.first, bounds.second, counts[0], counts[1]);
   }
-  return write_file(file, text);
+  return runtime::write_file(file, text).map_error([](const runtime::Error& error) { return describe(error); });
 }
 
 tl::expected<std::map<std::string, std::filesystem::path>, std::string> draw_plots(
-    const std::filesystem::path& directory, const std::vector<AxisReport>& axes, bool increments) {
+    const std::filesystem::path& directory, const std::vector<runtime::AxisReport>& axes, bool increments) {
   const auto script_file = directory / "plots.gp";
   auto script = jitter_script();
   std::map<std::string, std::filesystem::path> pictures{{"jitter_plot", directory / "jitter.png"}};
@@ -145,7 +145,8 @@ tl::expected<std::map<std::string, std::filesystem::path>, std::string> draw_plo
     pictures["position_plot"] = directory / "positions.png";
     pictures["following_error_plot"] = directory / "following_error.png";
   }
-  if (auto written = write_file(script_file, script); !written) return tl::unexpected(written.error());
+  if (auto written = runtime::write_file(script_file, script); !written)
+    return tl::unexpected(runtime::describe(written.error()));
   if (auto drawn = run_gnuplot(directory, "plots.gp"); !drawn) return tl::unexpected(drawn.error());
   return pictures;
 }
@@ -160,8 +161,8 @@ tl::expected<std::filesystem::path, std::string> draw_clocks(const std::filesyst
     script += fmt::format("{} 'clocks.csv' skip 1 using 1:{} with lines title {}", i == 0 ? "plot" : ",", i + 2,
                           gnuplot_text(names[i]));
   }
-  if (auto written = write_file(directory / "clocks.gp", script + '\n'); !written)
-    return tl::unexpected(written.error());
+  if (auto written = runtime::write_file(directory / "clocks.gp", script + '\n'); !written)
+    return tl::unexpected(runtime::describe(written.error()));
   if (auto drawn = run_gnuplot(directory, "clocks.gp"); !drawn) return tl::unexpected(drawn.error());
   return directory / "clocks.png";
 }

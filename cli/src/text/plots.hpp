@@ -6,7 +6,7 @@
 #include <tl/expected.hpp>
 #include <vector>
 
-#include "text/run_report.hpp"
+#include "driveline/runtime/record/run_report.hpp"
 
 namespace driveline::cli {
 
@@ -19,7 +19,7 @@ namespace driveline::cli {
 /// have in the report. Axes are in their units, with `increments` on a second axis in those of the drive as well.
 /// Error: a sentence (gnuplot is not there or failed).
 [[nodiscard]] tl::expected<std::map<std::string, std::filesystem::path>, std::string> draw_plots(
-    const std::filesystem::path& directory, const std::vector<AxisReport>& axes, bool increments = false);
+    const std::filesystem::path& directory, const std::vector<runtime::AxisReport>& axes, bool increments = false);
 
 /// Draws clocks.png from clocks.csv in `directory`: time in the first column, one column per slave behind it. Error: a
 /// sentence.

@@ -17,7 +17,7 @@ nlohmann::json three_percentiles(const rt::Histogram& histogram) {
 }
 
 /// The drives' own view of how long before SYNC0 their outputs came.
-std::string margins_to_text(const std::vector<ClockReport::Margin>& margins) {
+std::string margins_to_text(const std::vector<runtime::ClockReport::Margin>& margins) {
   if (margins.empty()) return {};
   auto us = [](std::chrono::nanoseconds value) { return static_cast<double>(value.count()) / 1000.0; };
   std::string text = fmt::format("\n  {:<28}{:>12}{:>12}{:>24}\n", "outputs before SYNC0", "least us", "most us",
@@ -30,7 +30,7 @@ std::string margins_to_text(const std::vector<ClockReport::Margin>& margins) {
 }
 
 /// Without clocks nothing is locked and there is no difference to report; so too with the reference clock alone.
-nlohmann::json clocks_to_json(const std::optional<ClockReport>& clocks) {
+nlohmann::json clocks_to_json(const std::optional<runtime::ClockReport>& clocks) {
   nlohmann::json document = {{"locked", clocks && clocks->locked},
                              {"difference_ns", three_percentiles(clocks ? clocks->differences : rt::Histogram{})}};
   if (!clocks) return document;
@@ -49,14 +49,14 @@ std::string_view ring_state(port::RingStatus::State state) {
   return state == State::kOpen ? "open" : state == State::kClosed ? "closed" : "unknown";
 }
 
-std::string ring_to_text(const RingReport& ring) {
+std::string ring_to_text(const runtime::RingReport& ring) {
   return fmt::format(
       "\n  ring: {}; {} answers put together of two halves, {} halves stayed alone ({} waited for in vain)\n",
       ring_state(ring.status.state), ring.merged, ring.halves, ring.late_halves);
 }
 
 /// Seconds in operation; null when the master never was away.
-nlohmann::json absence_at(const RunReport& report) {
+nlohmann::json absence_at(const runtime::RunReport& report) {
   if (report.statistics.longest_absence.count() == 0) return nullptr;
   return report.longest_absence_at_s;
 }
@@ -69,7 +69,7 @@ std::string row(std::string_view name, const rt::Histogram& histogram) {
 
 /// Following errors in the units of the axes, what the drives report of theirs, and increments where they are asked
 /// for.
-std::string axes_to_text(const std::vector<AxisReport>& axes, bool increments) {
+std::string axes_to_text(const std::vector<runtime::AxisReport>& axes, bool increments) {
   std::size_t widest = std::string_view("following error").size();
   for (const auto& axis : axes) widest = std::max(widest, axis.name.size());
   auto text = fmt::format("\n  {:<{}}{:>7}{:>15}{:>16}\n", "following error", widest, "slave", "maximum", "RMS");
@@ -92,7 +92,8 @@ std::string axes_to_text(const std::vector<AxisReport>& axes, bool increments) {
 
 }  // namespace
 
-nlohmann::json to_json(const RunReport& report) {
+nlohmann::json to_json(const runtime::RunReport& report, std::optional<bridge::PublishCounters> telemetry) {
+  const auto counters = telemetry.value_or(bridge::PublishCounters{});
   const auto& statistics = report.statistics;
   nlohmann::json axes = nlohmann::json::array();
   for (const auto& axis : report.axes) {
@@ -110,30 +111,29 @@ nlohmann::json to_json(const RunReport& report) {
   }
   nlohmann::json files = nlohmann::json::object();
   for (const auto& [key, path] : report.files) files[key] = path.string();
-  nlohmann::json document = {
-      {"state", report.state},
-      {"axes_count", report.axes.size()},
-      {"cycle_ns", report.period.count()},
-      {"duration_s", report.duration_s},
-      {"cycles", statistics.cycles},
-      {"missed_periods", statistics.missed_periods},
-      {"wkc_errors", statistics.wkc_errors},
-      {"lost_frames", statistics.lost_frames},
-      {"late_frames", statistics.late_frames},
-      {"longest_absence_ns", statistics.longest_absence.count()},
-      {"longest_absence_at_s", absence_at(report)},
-      {"path_late_ns", report.path_late.count()},
-      {"wake_latency_ns", percentiles_json(statistics.wake_latency)},
-      {"cycle_cost_ns", percentiles_json(statistics.cost)},
-      {"round_trip_ns", percentiles_json(statistics.round_trip)},
-      {"round_trip_modelled", report.round_trip_modelled},
-      {"dc", clocks_to_json(report.clocks)},
-      {"axes", std::move(axes)},
-      {"telemetry", {{"published", report.telemetry_published}, {"dropped", report.telemetry_dropped}}},
-      {"faults", report.faults},
-      {"events", report.events},
-      {"recoveries", report.recoveries},
-      {"files", std::move(files)}};
+  nlohmann::json document = {{"state", report.state},
+                             {"axes_count", report.axes.size()},
+                             {"cycle_ns", report.period.count()},
+                             {"duration_s", report.duration_s},
+                             {"cycles", statistics.cycles},
+                             {"missed_periods", statistics.missed_periods},
+                             {"wkc_errors", statistics.wkc_errors},
+                             {"lost_frames", statistics.lost_frames},
+                             {"late_frames", statistics.late_frames},
+                             {"longest_absence_ns", statistics.longest_absence.count()},
+                             {"longest_absence_at_s", absence_at(report)},
+                             {"path_late_ns", report.path_late.count()},
+                             {"wake_latency_ns", percentiles_json(statistics.wake_latency)},
+                             {"cycle_cost_ns", percentiles_json(statistics.cost)},
+                             {"round_trip_ns", percentiles_json(statistics.round_trip)},
+                             {"round_trip_modelled", report.round_trip_modelled},
+                             {"dc", clocks_to_json(report.clocks)},
+                             {"axes", std::move(axes)},
+                             {"telemetry", {{"published", counters.published}, {"dropped", counters.dropped}}},
+                             {"faults", report.faults},
+                             {"events", report.events},
+                             {"recoveries", report.recoveries},
+                             {"files", std::move(files)}};
   if (report.ring) {
     document["ring"] = {{"state", ring_state(report.ring->status.state)},
                         {"merged", report.ring->merged},
@@ -145,7 +145,7 @@ nlohmann::json to_json(const RunReport& report) {
   return document;
 }
 
-std::string to_text(const RunReport& report) {
+std::string to_text(const runtime::RunReport& report, std::optional<bridge::PublishCounters> telemetry) {
   const auto& statistics = report.statistics;
   std::string text = fmt::format("\n{}: {} axes, cycle {} us, {:.3f} s in operation, line state {}\n\n", report.line,
                                  report.axes.size(), static_cast<double>(report.period.count()) / 1000.0,
@@ -179,9 +179,9 @@ std::string to_text(const RunReport& report) {
   if (!report.axes.empty()) {
     text += axes_to_text(report.axes, report.increments);
   }
-  text += report.telemetry_enabled ? fmt::format("\n  telemetry: {} axis samples published, {} dropped\n",
-                                                 report.telemetry_published, report.telemetry_dropped)
-                                   : std::string("\n  telemetry: off\n");
+  text += telemetry ? fmt::format("\n  telemetry: {} axis samples published, {} dropped\n", telemetry->published,
+                                  telemetry->dropped)
+                    : std::string("\n  telemetry: off\n");
   for (const auto& event : report.events) text += fmt::format("  {}\n", event);
   for (const auto& fault : report.faults) text += fmt::format("  fault: {}\n", fault);
   for (const auto& [key, path] : report.files) text += fmt::format("  {:<22}{}\n", key, path.string());

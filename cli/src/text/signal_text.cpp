@@ -4,7 +4,7 @@
 
 #include <optional>
 
-#include "text/finite_number.hpp"
+#include "driveline/runtime/config/finite_number.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -21,7 +21,7 @@ tl::expected<SignalSetting, std::string> parse_one(std::string_view name, std::s
                                                    const slaves::DeviceSignals& signals) {
   const auto place = signals.find_signal(Way::kInput, name);
   if (!place) return tl::unexpected(fmt::format("\"{}\" {}", name, place.error()));
-  const auto value = finite_number(text);
+  const auto value = runtime::finite_number(text);
   if (!value) return tl::unexpected(fmt::format("{} is \"{}\", a number is expected", name, text));
   if (const auto fits = signals.check_signal_value(place->number, *value); !fits) {
     return tl::unexpected(fmt::format("{}: {}", name, fits.error()));

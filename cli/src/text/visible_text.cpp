@@ -36,9 +36,9 @@ Character first_character(std::string_view text) noexcept {
     code = code << 6 | (visible_byte(text, i) & 0x3FU);
   }
   // A character in more bytes than it needs would hide from whoever looks for it.
-  constexpr std::uint32_t kSmallest[] = {0x80, 0x800, 0x1'0000};
+  constexpr std::uint32_t kSmallestCode[] = {0x80, 0x800, 0x1'0000};
   const bool valid =
-      code >= kSmallest[bytes - 2] && code < kCharactersEnd && (code < kSurrogates || code >= kSurrogatesEnd);
+      code >= kSmallestCode[bytes - 2] && code < kCharactersEnd && (code < kSurrogates || code >= kSurrogatesEnd);
   return valid ? Character{code, bytes} : Character{};
 }
 

@@ -3,7 +3,7 @@
 
 #include "driveline/wire/registers.hpp"
 #include "line/drive_link.hpp"
-#include "temporary_directory.hpp"
+#include "support/temporary_directory.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -20,11 +20,11 @@ class DriveLinkTest : public test::TemporaryDirectory {
     write(file,
           "[[slave]]\nname = \"x\"\n[[slave]]\nname = \"y\"\nmodel = \"servoone\"\n"
           "[[slave]]\nname = \"box\"\nesi = \"" DRIVELINE_EXAMPLES_DIR "/terminals.xml\"\ndevice = \"MX4\"\n");
-    BusOptions options;
+    runtime::BusOptions options;
     options.config = file.string();
     options.virtual_time = true;
-    auto session = Session::open(options);
-    ASSERT_TRUE(session) << session.error().text;
+    auto session = runtime::Session::open(options);
+    ASSERT_TRUE(session) << runtime::describe(session.error());
     session_ = std::move(*session);
     other_ = std::make_unique<ecat_master::Master>(session_->port(), session_->clock());
   }
@@ -43,7 +43,7 @@ class DriveLinkTest : public test::TemporaryDirectory {
     return states;
   }
 
-  std::unique_ptr<Session> session_;
+  std::unique_ptr<runtime::Session> session_;
   std::unique_ptr<ecat_master::Master> other_;
 };
 

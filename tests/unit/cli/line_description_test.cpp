@@ -1,9 +1,9 @@
-#include "config/line_description.hpp"
+#include "text/line_description.hpp"
 
 #include <gmock/gmock.h>
 
-#include "driveline/cli/line_config.hpp"
 #include "driveline/esi/sii.hpp"
+#include "driveline/runtime/config/line_config.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -31,12 +31,12 @@ FoundSlave found(std::uint16_t position, const Identity& identity, std::string n
   return slave;
 }
 
-LineConfig described(const FoundLine& line) {
+runtime::LineConfig described(const FoundLine& line) {
   const auto text = describe_line(line);
   EXPECT_TRUE(text) << text.error().text;
-  const auto config = parse_line_config(*text, "line.toml");
-  EXPECT_TRUE(config) << config.error() << *text;
-  return config.value_or(LineConfig{});
+  const auto config = runtime::parse_line_config(*text, "line.toml");
+  EXPECT_TRUE(config) << runtime::describe(config.error()) << *text;
+  return config.value_or(runtime::LineConfig{});
 }
 
 TEST(LineDescription, IsAConfigurationThatExpectsWhatWasFound) {
@@ -148,8 +148,8 @@ TEST(LineDescription, PdosOfADriveOfAnotherMakerStandWithItsSlaveToBeTaken) {
   for (const std::string off : {"# [[slave.pdo]]", "# index = "}) {
     for (auto at = text.find(off); at != std::string::npos; at = text.find(off)) text.erase(at, 2);
   }
-  const auto config = parse_line_config(text, "found.toml");
-  ASSERT_TRUE(config) << config.error();
+  const auto config = runtime::parse_line_config(text, "found.toml");
+  ASSERT_TRUE(config) << runtime::describe(config.error());
   EXPECT_FALSE(config->slaves[1].plan.pdos) << "not those of its neighbour";
   const auto& pdos = config->slaves[0].plan.pdos;
   ASSERT_TRUE(pdos);

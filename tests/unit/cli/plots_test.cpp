@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <stdlib.h>
 
-#include "temporary_directory.hpp"
+#include "support/temporary_directory.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -43,7 +43,9 @@ class Plots : public test::TemporaryDirectory {
               (i < 10 ? ",1,2,0.5,3,4,-0.5,0,0,nan,nan,nan,nan\n" : ",1,2,0.5,3,4,-0.5,0,0,0.4,0.6,-0.7,-0.1\n");
     write(directory / "axes.csv", text);
   }
-  static std::vector<AxisReport> axes() { return {{"x", 0, 1.0, 1.0, "rad", 1000.0}, {"y", 1, 1.0, 1.0, "m", 1.0}}; }
+  static std::vector<runtime::AxisReport> axes() {
+    return {{"x", 0, 1.0, 1.0, "rad", 1000.0}, {"y", 1, 1.0, 1.0, "m", 1.0}};
+  }
 };
 
 MATCHER(IsPng, "") {

@@ -6,9 +6,9 @@
 #include <fstream>
 #include <sstream>
 
+#include "driveline/runtime/record/group_watch.hpp"
+#include "driveline/runtime/setup/composition.hpp"
 #include "driveline/slaves/generic/generic_device.hpp"
-#include "line/composition.hpp"
-#include "line/group_watch.hpp"
 #include "text/image_view.hpp"
 
 namespace driveline::cli {
@@ -34,22 +34,22 @@ class ProcessDataExample : public testing::Test {
     auto lines = text.str();
     lines.replace(lines.find("layout = \"overlapped\""), 21, "layout = \"" + layout + "\"");
     lines.insert(lines.find("[[slave]]"), more + "\n");
-    auto parsed = parse_line_config(lines, kExample);
-    ASSERT_TRUE(parsed) << parsed.error();
+    auto parsed = runtime::parse_line_config(lines, kExample);
+    ASSERT_TRUE(parsed) << describe(parsed.error());
     config = std::move(*parsed);
-    line = make_simulated_line(config, clock);
-    master = std::make_unique<Master>(*line, clock, master_settings(config));
+    line = runtime::make_simulated_line(config, clock);
+    master = std::make_unique<Master>(*line, clock, runtime::master_settings(config));
     ASSERT_TRUE(master->scan());
-    const auto done = master->configure(make_slave_plans(config));
+    const auto done = master->configure(runtime::make_slave_plans(config));
     ASSERT_TRUE(done) << describe(done.error());
   }
   std::string refusal() {
-    const auto named = name_process_data(config, *master);
-    return named ? "" : named.error().text;
+    const auto named = runtime::name_process_data(config, *master);
+    return named ? "" : describe(named.error());
   }
   void start() {
-    auto named = name_process_data(config, *master);
-    ASSERT_TRUE(named) << named.error().text;
+    auto named = runtime::name_process_data(config, *master);
+    ASSERT_TRUE(named) << describe(named.error());
     ecat_master::CyclicCore::Settings settings;
     settings.period = config.period;
     settings.copies = named->copies;
@@ -65,7 +65,7 @@ class ProcessDataExample : public testing::Test {
   }
 
   rt::VirtualClock clock;
-  LineConfig config;
+  runtime::LineConfig config;
   std::unique_ptr<slaves::Line> line;
   std::unique_ptr<Master> master;
 };
@@ -107,7 +107,7 @@ TEST_F(ProcessDataExample, GroupsKeepTheirOwnTime) {
 TEST_F(ProcessDataExample, OutputsBecomeZeroWhenTheirFramesStayAwayAndComeBackWithThem) {
   load();
   start();
-  GroupWatch watch(config.process_data);
+  runtime::GroupWatch watch(config.process_data);
   master->pass(milliseconds{10});
   EXPECT_THAT(watch.poll(*master->core()), testing::IsEmpty());
   ASSERT_EQ(object(kOutputs, 0x7010, 1), 1U);
@@ -121,13 +121,13 @@ TEST_F(ProcessDataExample, OutputsBecomeZeroWhenTheirFramesStayAwayAndComeBackWi
   master->pass(milliseconds{4});
   EXPECT_EQ(object(kOutputs, 0x7010, 1), 1U);
   EXPECT_EQ(watch.zeroings(1), 1U);
-  const auto view = view_image(config, *master, master->core()->groups(), &watch);
+  const auto view = runtime::view_image(config, *master, master->core()->groups(), &watch);
   EXPECT_THAT(to_text(view), HasSubstr("outputs zero after 3 bad, 1 time(s)"));
 }
 
 TEST_F(ProcessDataExample, ShowsAddressesNamesGroupsDatagramsAndWireTime) {
   load();
-  const auto named = name_process_data(config, *master);
+  const auto named = runtime::name_process_data(config, *master);
   ASSERT_TRUE(named);
   const auto text = image_text(config, *master, *named);
   for (const auto* part : {"process data: overlapped, ", "group terminals    every 4 cycles from 0, 2 slave(s)",

@@ -13,8 +13,11 @@ using testing::HasSubstr;
 using testing::Not;
 using testing::UnorderedElementsAre;
 
-RunReport report_of_a_run() {
-  RunReport report;
+/// Of the same run.
+constexpr bridge::PublishCounters kTelemetry{80'000, 5};
+
+runtime::RunReport report_of_a_run() {
+  runtime::RunReport report;
   report.line = "press";
   report.state = "OP";
   report.axes = {{"x", 0, 120.0, 30.5, "rad", 1000.0}, {"z", 3, 8.0, 2.0, "mm", 1e3, 17}};
@@ -33,9 +36,6 @@ RunReport report_of_a_run() {
   for (int i = 1; i <= 100; ++i) statistics.wake_latency.record(nanoseconds{i});
   statistics.cost.record(nanoseconds{8000});
   statistics.round_trip.record(nanoseconds{60});
-  report.telemetry_enabled = true;
-  report.telemetry_published = 80'000;
-  report.telemetry_dropped = 5;
   report.faults = {"axis z: fault 0x8611"};
   report.events = {"1.250 s slave 3 (z): back in OP"};
   report.recoveries = 1;
@@ -50,7 +50,7 @@ std::vector<std::string> keys(const json& object) {
 }
 
 TEST(RunReport, JsonHasTheKeysOfTheContractAndNoOthers) {
-  const auto document = to_json(report_of_a_run());
+  const auto document = to_json(report_of_a_run(), kTelemetry);
   EXPECT_THAT(keys(document),
               UnorderedElementsAre("state", "axes_count", "cycle_ns", "duration_s", "cycles", "missed_periods",
                                    "wkc_errors", "lost_frames", "wake_latency_ns", "cycle_cost_ns", "round_trip_ns",
@@ -68,7 +68,7 @@ TEST(RunReport, JsonHasTheKeysOfTheContractAndNoOthers) {
 }
 
 TEST(RunReport, JsonHasTheFigures) {
-  EXPECT_EQ(to_json(report_of_a_run()), json::parse(R"({
+  EXPECT_EQ(to_json(report_of_a_run(), kTelemetry), json::parse(R"({
     "state": "OP", "axes_count": 2, "cycle_ns": 125000, "duration_s": 5.0,
     "cycles": 39990, "missed_periods": 10, "wkc_errors": 3, "lost_frames": 4,
     "late_frames": 3, "longest_absence_ns": 1375000, "longest_absence_at_s": 0.85, "path_late_ns": 2000000,
@@ -103,17 +103,17 @@ TEST(RunReport, WhatTheDriveReportsOfItsFollowingErrorStandsBesideOurs) {
 }
 
 TEST(RunReport, JsonOfNothingIsComplete) {
-  const auto document = to_json(RunReport{});
+  const auto document = to_json(runtime::RunReport{});
   EXPECT_EQ(document["axes"], json::array());
   EXPECT_EQ(document["faults"], json::array());
   EXPECT_EQ(document["files"], json::object());
   EXPECT_EQ(document["wake_latency_ns"]["p999"], 0);
   EXPECT_EQ(document["longest_absence_at_s"], nullptr);
-  EXPECT_THAT(to_text(RunReport{}), Not(HasSubstr("longest absence")));
+  EXPECT_THAT(to_text(runtime::RunReport{}), Not(HasSubstr("longest absence")));
 }
 
 TEST(RunReport, TextHasTheFigures) {
-  const auto text = to_text(report_of_a_run());
+  const auto text = to_text(report_of_a_run(), kTelemetry);
   EXPECT_THAT(text, HasSubstr("press: 2 axes, cycle 125 us, 5.000 s in operation, line state OP\n"));
   EXPECT_THAT(text, HasSubstr("  cycles              39990\n"));
   EXPECT_THAT(text, HasSubstr("  missed periods         10\n"));
@@ -159,7 +159,6 @@ TEST(RunReport, TheRoundTripOfAModelIsNoMeasurement) {
 
 TEST(RunReport, TextSaysWhenTelemetryWasOff) {
   auto report = report_of_a_run();
-  report.telemetry_enabled = false;
   EXPECT_THAT(to_text(report), HasSubstr("telemetry: off\n"));
   EXPECT_THAT(to_text(report), Not(HasSubstr("published")));
 }
@@ -176,6 +175,30 @@ TEST(RunReport, LineWithoutAxesShowsItsInputs) {
   EXPECT_EQ(rows[0],
             (json{{"name", "slave0.Statusword"}, {"index", 0x6041}, {"subindex", 0}, {"bits", 16}, {"value", 0x250}}));
   EXPECT_TRUE(rows[1]["value"].is_null());
+}
+
+TEST(RunReport, ClocksAreInTheDocument) {
+  runtime::RunReport report;
+  report.clocks.emplace();
+  report.clocks->locked = true;
+  EXPECT_EQ(to_json(report)["dc"].dump(), R"({"difference_ns":{"max":null,"p50":null,"p99":null},"locked":true})")
+      << "the reference clock alone";
+  for (int i = 1; i <= 100; ++i) report.clocks->differences.record(nanoseconds{i});
+  EXPECT_EQ(to_json(report)["dc"].dump(), R"({"difference_ns":{"max":100,"p50":50,"p99":99},"locked":true})");
+  EXPECT_NE(to_text(report).find("clocks: locked; slaves off the reference clock by p50 50 ns"), std::string::npos);
+}
+
+TEST(ClockReport, TellsPhaseAndMarginsWhereThereAreSome) {
+  runtime::RunReport report;
+  report.clocks.emplace();
+  report.clocks->phase_errors.record(nanoseconds{7});
+  report.clocks->margins.push_back({"x", {nanoseconds{58'500}, nanoseconds{60'000}, 3}});
+  const auto document = to_json(report)["dc"];
+  EXPECT_EQ(document["phase_error_ns"].dump(), R"({"max":7,"p50":7,"p99":7})");
+  EXPECT_EQ(document["sync0_margin"].dump(), R"([{"max_ns":60000,"min_ns":58500,"missed":3,"slave":"x"}])");
+  const auto text = to_text(report);
+  EXPECT_NE(text.find("outputs before SYNC0"), std::string::npos);
+  EXPECT_NE(text.find("58.5        60.0"), std::string::npos);
 }
 
 }  // namespace

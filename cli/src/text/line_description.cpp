@@ -1,0 +1,306 @@
+#include "text/line_description.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "driveline/ecat_master/coe/coe_client.hpp"
+#include "driveline/runtime/config/line_config.hpp"
+#include "driveline/slaves/msd/msd_drive.hpp"
+
+namespace driveline::cli {
+namespace {
+
+/// Device profile in the lower word of 1000h (CiA 402-1).
+constexpr std::uint32_t kProfileMask = 0xFFFF;
+constexpr std::uint32_t kDriveProfile = 402;
+/// Mapping objects of a drive that tells of no others (CiA 402).
+constexpr std::uint16_t kFirstRxPdo = 0x1600;
+constexpr std::uint16_t kFirstTxPdo = 0x1A00;
+
+/// A text of a slave or a name of the user inside a comment or a basic string of TOML.
+std::string plain(std::string_view text) {
+  std::string safe;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    safe += byte < 0x20 || byte >= 0x7F || c == '"' || c == '\\' ? '?' : c;
+  }
+  return safe;
+}
+
+/// Objects of one slave.
+class Objects {
+ public:
+  Objects(LineView& line, ecat_master::MailboxClient& mailbox)
+      : line_(line), position_(mailbox.slave().position), coe_(mailbox) {}
+
+  std::optional<std::uint32_t> number(std::uint16_t index, std::uint8_t subindex) {
+    const auto data = line_.ask(position_, [&] { return coe_.upload(index, subindex); });
+    if (!data || data->size() != 4) return std::nullopt;
+    return wire::load_le<std::uint32_t>(*data);
+  }
+  /// Sub-index 1 over sub-index 2.
+  std::optional<double> ratio(std::uint16_t index) {
+    const auto numerator = number(index, 1);
+    const auto denominator = number(index, 2);
+    if (!numerator || !denominator || *numerator == 0 || *denominator == 0) return std::nullopt;
+    return static_cast<double>(*numerator) / static_cast<double>(*denominator);
+  }
+
+ private:
+  LineView& line_;
+  std::size_t position_;
+  ecat_master::CoeClient coe_;
+};
+
+/// The drive of ours that has this identity; null: none.
+const slaves::msd::VariantFacts* model_of(const esi::SiiImage& sii) {
+  if (sii.vendor_id != slaves::msd::kVendorId) return nullptr;
+  const auto found =
+      std::find_if(slaves::msd::kVariants.begin(), slaves::msd::kVariants.end(), [&](const auto& variant) {
+        return variant.product_code == sii.product_code && variant.revision == sii.revision;
+      });
+  return found == slaves::msd::kVariants.end() ? nullptr : &*found;
+}
+
+/// How often each value occurs among the slaves that have one.
+using Uses = std::map<std::uint16_t, std::size_t>;
+
+struct IdentityUses {
+  Uses aliases;
+  Uses device_ids;
+
+  explicit IdentityUses(std::span<const FoundSlave> slaves) {
+    for (const auto& slave : slaves) {
+      if (slave.view.sii && slave.view.sii->config.station_alias != 0) ++aliases[slave.view.sii->config.station_alias];
+      if (slave.device_id.value_or(0) != 0) ++device_ids[*slave.device_id];
+    }
+  }
+};
+
+/// The key by which the slave is found; a comment when another slave has the same number.
+std::string place_lines(const FoundSlave& slave, const IdentityUses& names) {
+  const auto alias = slave.view.sii->config.station_alias;
+  const auto id = slave.device_id.value_or(0);
+  std::string text;
+  auto line = [&text](std::string_view key, unsigned value, bool active, std::string_view why) {
+    text += fmt::format("{}{} = {}{}\n", active ? "" : "# ", key, value, why.empty() ? "" : fmt::format("  # {}", why));
+  };
+  const bool by_alias = alias != 0 && names.aliases.at(alias) == 1;
+  if (alias != 0) line("alias", alias, by_alias, by_alias ? "" : "another slave has the same");
+  if (id == 0) return text;
+  const bool by_id = !by_alias && names.device_ids.at(id) == 1;
+  line("device_id", id, by_id, by_id ? "" : by_alias ? "it is found by its alias" : "another slave has the same");
+  return text;
+}
+
+/// A drive whose PDOs cannot be mapped anew: those that it assigns by itself, for the user to put into force. They
+/// stand with the slave, because a [[slave.pdo]] belongs to the [[slave]] before it.
+std::string pdo_lines(const FoundSlave& slave) {
+  if (!slave.drive || slave.view.sii->vendor_id == slaves::msd::kVendorId) return {};
+  const auto& device = slave.view.info.description;
+  const auto lines_of = [](const std::vector<esi::Pdo>& pdos, std::uint16_t otherwise) {
+    std::string text;
+    for (const auto& pdo : pdos) {
+      if (pdo.sync_manager) text += fmt::format("# [[slave.pdo]]\n# index = 0x{:04X}\n", pdo.index);
+    }
+    return text.empty() ? fmt::format("# [[slave.pdo]]\n# index = 0x{:04X}\n", otherwise) : text;
+  };
+  return "# Instead of the PDOs that an axis maps, those of the drive, with what it has mapped into them:\n" +
+         lines_of(device.rx_pdos, kFirstRxPdo) + lines_of(device.tx_pdos, kFirstTxPdo);
+}
+
+std::string slave_lines(const FoundSlave& slave, const IdentityUses& names) {
+  const auto& sii = *slave.view.sii;
+  std::string text = "\n";
+  if (!slave.view.trouble.empty()) text += fmt::format("# {}.\n", slave.view.trouble);
+  text += fmt::format("# {}\n[[slave]]\nname = \"slave{}\"\n", plain(slave.view.name()), slave.view.slave.ref.position);
+  const auto* model = model_of(sii);
+  if (model != nullptr && model->variant != slaves::msd::Variant::kMsd) {
+    text += fmt::format("model = \"{}\"\n", model->key);
+  }
+  if (!slave.image_file.empty()) {
+    text += fmt::format("{} = \"{}\"  # for the simulation\n", model != nullptr ? "sii_file" : "sii",
+                        plain(slave.image_file));
+  }
+  text += fmt::format("vendor_id = 0x{:08X}\nproduct_code = 0x{:08X}\nrevision = \"= 0x{:08X}\"\n", sii.vendor_id,
+                      sii.product_code, sii.revision);
+  if (sii.serial_number != 0) text += fmt::format("serial = {}\n", sii.serial_number);
+  return text + place_lines(slave, names) + pdo_lines(slave);
+}
+
+/// Bits of 6502h (CiA 402-2): what the master can drive an axis with.
+struct ModeRow {
+  std::string_view key;
+  unsigned bit;
+};
+constexpr std::array kCyclicModes = {ModeRow{"csp", 7}, ModeRow{"csv", 8}, ModeRow{"cst", 9}};
+
+std::vector<std::string_view> cyclic_modes(const DriveFacts& drive) {
+  std::vector<std::string_view> modes;
+  for (const auto& mode : kCyclicModes) {
+    if ((drive.supported_modes.value_or(1U << kCyclicModes[0].bit) >> mode.bit & 1U) != 0) modes.push_back(mode.key);
+  }
+  return modes;
+}
+
+/// What `[[axis]]` takes.
+constexpr double kSmallest = 1e-6;
+constexpr double kLargest = 1e6;
+
+std::optional<double> usable(const std::optional<double>& value) {
+  return value && *value >= kSmallest && *value <= kLargest ? value : std::nullopt;
+}
+
+bool simulated(const FoundLine& line) {
+  return !line.interface;
+}
+
+/// Why the drive cannot be an axis as it is; empty: it can.
+std::string obstacle(const FoundSlave& slave, const FoundLine& line) {
+  const auto& drive = *slave.drive;
+  const auto modes = cyclic_modes(drive);
+  if (modes.empty()) {
+    return fmt::format("6502h is 0x{:08X}: it has none of the modes csp, csv and cst", *drive.supported_modes);
+  }
+  if (modes.front() == "cst") return "cst is its only cyclic mode: velocity_gain is for you to choose";
+  const auto increments = drive.increments_per_revolution;
+  if (!increments) return "it does not tell how positions are scaled (6091h, 6092h, 608Fh)";
+  if (*increments < 1.0 || *increments > runtime::kMaxIncrementsPerRevolution) {
+    return fmt::format("by 6091h, 6092h, 608Fh it has {} increments per revolution, 1 to {} are expected", *increments,
+                       runtime::kMaxIncrementsPerRevolution);
+  }
+  if (simulated(line) && model_of(*slave.view.sii) == nullptr) return "no drive like that can be simulated";
+  return {};
+}
+
+std::string axis_lines(const FoundSlave& slave, const FoundLine& line) {
+  const auto position = slave.view.slave.ref.position;
+  const auto& drive = *slave.drive;
+  const auto reason = obstacle(slave, line);
+  const std::string_view off = reason.empty() ? "" : "# ";
+  const auto modes = cyclic_modes(drive);
+  std::string text = "\n";
+  if (!reason.empty()) text += fmt::format("# slave{} is left out: {}.\n", position, reason);
+  text += fmt::format("{0}[[axis]]\n{0}name = \"axis{1}\"\n{0}slave = \"slave{1}\"\n", off, position);
+  text += fmt::format(
+      "{}mode = \"{}\"  # {}\n", off, modes.empty() ? "csp" : modes.front(),
+      drive.supported_modes ? fmt::format("of {} by 6502h", fmt::join(modes, ", ")) : "assumed: 6502h cannot be read");
+  auto value = [&](std::string_view key, const std::optional<double>& number, std::string_view object,
+                   std::string_view otherwise) {
+    text += number ? fmt::format("{}{} = {}  # {}\n", off, key, *number, object)
+                   : fmt::format("# {} = {}  # {} cannot be read: this is assumed\n", key, otherwise, object);
+  };
+  value("increments_per_revolution", drive.increments_per_revolution, "6092h, 6091h, 608Fh", "?");
+  value("rated_torque_nm", usable(drive.rated_torque_nm), "6076h", "2.4");
+  value("max_velocity", usable(drive.max_velocity_rad_s), "6080h, rad/s", "200");
+  if (slave.view.sii->vendor_id != slaves::msd::kVendorId) {
+    text +=
+        "# Not a drive of the kind that was tried: its PDOs are mapped as those of every axis. Where they are fixed, "
+        "take\n"
+        "# those that stand with its [[slave]].\n";
+  }
+  return text;
+}
+
+bool is_axis(const FoundSlave& slave, const FoundLine& line) {
+  return slave.drive && slave.view.sii && obstacle(slave, line).empty();
+}
+
+std::string axes_lines(const FoundLine& line) {
+  std::string text;
+  for (const auto& slave : line.slaves) {
+    if (slave.drive) text += axis_lines(slave, line);
+  }
+  if (text.empty()) return text;
+  text =
+      "\n# CiA 402 drives, scaled as they say: rotary axes, in rad of the motor (`feed_mm_per_revolution` makes one\n"
+      "# linear). `max_acceleration`, of approaches and stops, is 2000 rad/s^2 unless said: no object has it.\n" +
+      text;
+  if (!line.path_file.empty()) {
+    return text + fmt::format(
+                      "\n# From where the axes stand when they are enabled.\n[path]\nfile = \"{}\"\n"
+                      "relative = true\n",
+                      plain(line.path_file));
+  }
+  return text +
+         "\n# `run` switches the axes on; they hold the place where they stand until there is a path:\n"
+         "# [path]\n# file = \"path.csv\"\n# relative = true  # to that place\n";
+}
+
+std::string comment(std::string_view lines) {
+  std::string text;
+  while (!lines.empty()) {
+    const auto end = std::min(lines.find('\n'), lines.size());
+    text += fmt::format("#   {}\n", plain(lines.substr(0, end)));
+    lines.remove_prefix(std::min(end + 1, lines.size()));
+  }
+  return text;
+}
+
+}  // namespace
+
+std::optional<DriveFacts> DriveFacts::read(LineView& line, ecat_master::MailboxClient& mailbox) {
+  Objects objects(line, mailbox);
+  const auto type = objects.number(0x1000, 0);
+  if (!type || (*type & kProfileMask) != kDriveProfile) return std::nullopt;
+  DriveFacts facts;
+  facts.supported_modes = objects.number(0x6502, 0);
+  // Position units per turn of the motor: feed per turn of the shaft over turns of the motor per turn of the shaft; the
+  // encoder's own increments where the drive has no factors (CiA 402-2, factor group).
+  const auto feed = objects.ratio(0x6092);
+  facts.increments_per_revolution =
+      feed ? std::optional(*feed / objects.ratio(0x6091).value_or(1.0)) : objects.ratio(0x608F);
+  constexpr double kMilli = 1e-3;
+  if (const auto torque = objects.number(0x6076, 0); torque.value_or(0) != 0) facts.rated_torque_nm = *torque * kMilli;
+  if (const auto rpm = objects.number(0x6080, 0); rpm.value_or(0) != 0) {
+    facts.max_velocity_rad_s = *rpm * 2.0 * std::numbers::pi / 60.0;
+  }
+  return facts;
+}
+
+std::string gentle_path(const FoundLine& line, double turns) {
+  std::string header = "time[s]";
+  std::string rest;
+  std::string there;
+  for (const auto& slave : line.slaves) {
+    if (!is_axis(slave, line)) continue;
+    header += fmt::format(",axis{}[rev]", slave.view.slave.ref.position);
+    rest += ",0";
+    there += fmt::format(",{}", turns);
+  }
+  // A cubic from rest to rest is fastest in its middle: one and a half times its mean velocity.
+  constexpr double kFastest = 1.0;  // revolutions per second
+  constexpr double kShortest_s = 1.0;
+  const double half_s = std::max(kShortest_s, 1.5 * std::abs(turns) / kFastest);
+  return rest.empty() ? std::string{}
+                      : fmt::format("{}\n0{}\n{}{}\n{}{}\n", header, rest, half_s, there, 2.0 * half_s, rest);
+}
+
+bool needs_image(const SlaveView& view) {
+  return view.sii && (model_of(*view.sii) == nullptr || view.sii->config.station_alias != 0 ||
+                      view.sii->serial_number != view.slave.ref.position + 1U);
+}
+
+Outcome<std::string> describe_line(const FoundLine& line) {
+  std::string text = fmt::format(
+      "# {} slaves as `driveline scan` found them. docs/command_line.md explains every key.\n"
+      "# `revision = \">= number\"` takes later ones as well; without `serial` another device of the kind may stand "
+      "in.\n",
+      line.slaves.size());
+  if (!line.tree.empty()) text += "#\n# Who is connected to whom:\n" + comment(line.tree);
+  text += "\n[line]\nname = \"line\"\ncycle_us = 1000\n";
+  if (line.interface) text += fmt::format("\n[bus]\ninterface = \"{}\"\n", plain(*line.interface));
+  const IdentityUses names(line.slaves);
+  for (const auto& slave : line.slaves) {
+    const auto& view = slave.view;
+    if (!view.sii) return failed(view.trouble);
+    text += slave_lines(slave, names);
+  }
+  return text + axes_lines(line);
+}
+
+}  // namespace driveline::cli

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "driveline/runtime/config/typed_value.hpp"
+
+namespace driveline::cli {
+
+/// Value of an object for programs: numbers as numbers, texts as texts, raw bytes as hex text. Error: as of
+/// runtime::decode_value().
+[[nodiscard]] runtime::Result<nlohmann::json> json_value(std::span<const std::byte> data, runtime::ValueType type);
+
+}  // namespace driveline::cli

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include "driveline/runtime/error.hpp"
+
+#include "driveline/slaves/line/fault.hpp"
+#include "driveline/slaves/line/wiring.hpp"
+
+namespace driveline::runtime {
+
+/// What the texts of faults speak of.
+struct FaultPlaces {
+  std::span<const std::string> slaves;  ///< names by position
+  const slaves::Wiring& wiring;
+};
+
+/// A fault that is being put together, parameter by parameter, for the line file and for the command line alike.
+class FaultDraft {
+ public:
+  /// Of the kind `row`, nothing set yet.
+  explicit FaultDraft(const slaves::FaultKindRow& row) : row_(row) { fault_.kind = row.kind; }
+
+  /// Sets a parameter from its text. Error: what is wrong with it, without its name.
+  [[nodiscard]] Result<void> set(const slaves::FaultParameterRow& parameter, std::string_view value,
+                                 const FaultPlaces& places);
+  /// How long it lasts; zero: until it is healed.
+  void set_duration(std::chrono::nanoseconds duration) noexcept { fault_.duration = duration; }
+  /// The whole fault. Error: what is missing or does not go together.
+  /// @param complete false: kind and place are enough, as for healing
+  [[nodiscard]] Result<slaves::Fault> finish(const FaultPlaces& places, bool complete = true) const;
+
+ private:
+  [[nodiscard]] Result<slaves::Fault> with_cable(slaves::Fault fault, const FaultPlaces& places) const;
+  const slaves::FaultKindRow& row_;
+  slaves::Fault fault_;
+  std::uint16_t to_ = 0;
+  slaves::FaultParameters given_ = 0;
+};
+
+/// The slave of this name or position. Error: a sentence.
+[[nodiscard]] Result<std::uint16_t> parse_slave(std::string_view text, std::span<const std::string> names);
+/// The kind of this name. Error: a sentence that lists the names.
+[[nodiscard]] Result<const slaves::FaultKindRow*> find_fault_kind(std::string_view name);
+/// "slave, time_us" for the kind; "nothing" without parameters.
+[[nodiscard]] std::string parameters_of(const slaves::FaultKindRow& row);
+
+/// Reads "power-off slave=y for_ms=500". Error: one sentence.
+/// @param complete false: kind and place are enough, as for healing
+[[nodiscard]] Result<slaves::Fault> parse_fault(std::string_view text, const FaultPlaces& places, bool complete = true);
+/// The same the other way round: what parse_fault() would read as this fault.
+[[nodiscard]] std::string fault_text(const slaves::Fault& fault, const FaultPlaces& places);
+/// All kinds and parameters, one line each.
+[[nodiscard]] std::string fault_help();
+
+}  // namespace driveline::runtime

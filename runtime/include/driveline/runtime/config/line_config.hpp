@@ -1,0 +1,155 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+#include "driveline/runtime/error.hpp"
+
+#include "driveline/ecat_master/axis/axis.hpp"
+#include "driveline/ecat_master/cyclic/master_absence.hpp"
+#include "driveline/ecat_master/dc/line_clocks.hpp"
+#include "driveline/esi/esi_library.hpp"
+#include "driveline/rt/realtime_thread.hpp"
+#include "driveline/runtime/config/process_data_config.hpp"
+#include "driveline/runtime/config/recovery_config.hpp"
+#include "driveline/runtime/config/slave_plan_config.hpp"
+#include "driveline/slaves/line/fault.hpp"
+#include "driveline/slaves/line/frame_path.hpp"
+#include "driveline/slaves/line/wiring.hpp"
+#include "driveline/slaves/msd/msd_drive.hpp"
+#include "driveline/slaves/msd/variant.hpp"
+
+namespace driveline::runtime {
+
+struct DeviceSource;
+
+/// What 32 bits hold: most increments per revolution of an axis.
+inline constexpr double kMaxIncrementsPerRevolution = 4294967295.0;
+
+/// The distributed clock of one slave. What is left out comes from its EEPROM.
+struct SlaveClockConfig {
+  bool synchronous = true;                              ///< false: no SYNC signals, free run
+  std::optional<std::string> op_mode;                   ///< by name
+  std::optional<std::chrono::nanoseconds> sync0_cycle;  ///< `sync0_cycle_us`
+  std::optional<std::chrono::nanoseconds> sync0_shift;  ///< `sync0_shift_us`
+  std::optional<std::chrono::nanoseconds> sync1_cycle;  ///< `sync1_cycle_us`
+  std::optional<std::chrono::nanoseconds> sync1_shift;  ///< `sync1_shift_us`
+  double processing_extra_ns = 0.0;                     ///< tDiff of its controller, for the propagation delays
+  double drift_ppm = 0.0;                               ///< of the simulated oscillator
+};
+
+/// How the clocks of the line are run.
+struct ClockConfig {
+  ecat_master::dc::FollowMode mode = ecat_master::dc::FollowMode::kMasterFollows;  ///< who follows whom
+  /// What the clocks show: the master's monotonic clock, CLOCK_REALTIME, or CLOCK_TAI.
+  enum class Time : std::uint8_t { kMonotonic, kSystem, kTai };
+  Time time = Time::kMonotonic;            ///< what the clocks show
+  std::optional<std::uint16_t> reference;  ///< slave; none: the first with a clock
+  std::chrono::nanoseconds frame_lead{};   ///< of the frames before SYNC0
+};
+
+/// A slave of the line: what the master expects, and what the simulation builds.
+struct SlaveConfig {
+  std::string name;                                         ///< unique on the line
+  slaves::msd::Variant model = slaves::msd::Variant::kMsd;  ///< the simulated drive
+  std::optional<slaves::msd::FirmwareVersion> firmware;     ///< of it; none: as the model comes
+  /// The simulation is a device out of an ESI file or an EEPROM image instead; none: it is `model`.
+  std::shared_ptr<const DeviceSource> device;
+  /// How the master configures it: by this device of an ESI file; none: by [bus] esi, else by its EEPROM.
+  std::shared_ptr<const esi::DeviceDescription> esi;
+  std::optional<std::uint32_t> vendor_id;     ///< expected; the model's own when left out
+  std::optional<std::uint32_t> product_code;  ///< expected; the model's own when left out
+  SlavePlanConfig plan;                       ///< further identity, start-up SDOs, PDOs, watchdogs, time limits
+  std::size_t group = 0;                      ///< number in ProcessDataConfig::groups
+  std::vector<EntryName> names;               ///< of entries of its process data
+  slaves::msd::MsdParameters drive;    ///< the simulated drive with its machine, if it is one; without name and number
+  slaves::SlaveDelays delays{};        ///< of the simulated controller
+  SlaveClockConfig dc;                 ///< its clock and its SYNC signals
+  std::filesystem::path sii_file;      ///< where `simulate` keeps the EEPROM content; empty: nowhere
+  std::vector<std::byte> sii_content;  ///< that of the file; empty: there is none yet
+};
+
+/// How the setpoints come about.
+struct PathConfig {
+  /// Between the points of the file.
+  enum class Interpolation : std::uint8_t { kLinear, kNaturalSpline, kClampedSpline };
+  std::filesystem::path file;                                     ///< CSV with a time column and one per axis
+  Interpolation interpolation = Interpolation::kClampedSpline;    ///< how the points are joined
+  bool repeat = false;                                            ///< start over at the end
+  ecat_master::LatePolicy late = ecat_master::LatePolicy::kStay;  ///< what becomes of a path that is late
+  bool relative = false;                                          ///< to where the axes stand when they are enabled
+};
+
+/// [telemetry] of a line description.
+struct TelemetryConfig {
+  /// Whether the file asks for it; none: it says nothing. On a network interface telemetry is sent on demand only.
+  std::optional<bool> asked;
+  bool enabled = true;                                  ///< false: nothing is sent
+  std::uint32_t domain = 0;                             ///< DDS domain, 0 to 232
+  std::uint32_t decimation = 8;                         ///< axis samples of every n-th cycle are sent
+  std::vector<std::string> interfaces = {"127.0.0.1"};  ///< IPv4 addresses DDS uses; empty: all
+};
+
+/// [output] of a line description.
+struct OutputConfig {
+  std::filesystem::path directory = "out";       ///< relative to the working directory
+  bool plots = true;                             ///< pictures beside the CSV files
+  bool increments = false;                       ///< drive increments beside positions in the unit of the axis
+  std::optional<std::filesystem::path> capture;  ///< pcapng of all frames
+};
+
+/// A fault of the simulated line, and when it begins.
+struct FaultPlan {
+  std::chrono::nanoseconds at{};  ///< after the line was switched on
+  slaves::Fault fault;            ///< what goes wrong
+};
+
+/// A line description file.
+struct LineConfig {
+  std::string name = "line";                                         ///< for people
+  std::chrono::nanoseconds period = std::chrono::microseconds{125};  ///< of the master's cycle
+  std::optional<std::string> interface;                              ///< none: the simulated line in this process
+  std::optional<std::string> interface2;                             ///< at the far end of a ring
+  std::shared_ptr<const esi::EsiLibrary> esi_library;                ///< for slaves without `esi`; null: none
+  /// Cycles in a row without valid process data of an axis before all axes are stopped.
+  std::uint32_t max_lost_cycles = 8;
+  std::optional<double> max_lost_ms;  ///< what the file says instead; max_lost_cycles are the whole cycles in it
+  /// Bytes that SDO and other acyclic frames may take of the wire per cycle; none: what the process data leave.
+  std::optional<std::size_t> acyclic_bytes;
+  rt::RealtimeConfig realtime;                ///< all but the policy
+  std::optional<rt::RealtimePolicy> policy;   ///< none: enforced on a network interface only
+  std::chrono::nanoseconds wake_ahead{};      ///< see rt::CycleTimer
+  std::optional<int> simulation_cpu;          ///< where `simulate` runs its slaves
+  std::vector<SlaveConfig> slaves;            ///< by position
+  ProcessDataConfig process_data;             ///< groups, copies, layout
+  std::optional<slaves::Wiring> wiring;       ///< of the simulated line; none: a plain line
+  std::vector<FaultPlan> faults;              ///< in the order of the file
+  std::optional<ClockConfig> clocks;          ///< none: the drives run free
+  std::vector<ecat_master::AxisConfig> axes;  ///< in the order of the path's columns
+  std::optional<PathConfig> path;             ///< none: the axes hold the place where they are enabled
+  TelemetryConfig telemetry;                  ///< what goes out over DDS
+  OutputConfig output;                        ///< what is written into files
+  RecoveryConfig recovery;                    ///< what is done about lost slaves
+  std::vector<std::string> notes;             ///< what the reader of the file has to say to its writer, a sentence each
+};
+
+/// The limit that `max_lost_cycles` is, in the words of the file: "the 8 cycles that [bus] max_lost_cycles allows".
+[[nodiscard]] std::string max_lost_text(const LineConfig& config);
+
+/// Cycles of the line from one exchange with a slave to the next: the divider of its group.
+[[nodiscard]] std::uint32_t exchange_divider(const LineConfig& config, const SlaveConfig& slave) noexcept;
+
+/// Reads a line description (TOML). Every key is checked: unknown keys, wrong types and values out of range are errors
+/// of one sentence that starts with file:line and says what was expected. Paths in it are relative to the file, but
+/// the output directory to the working directory.
+[[nodiscard]] Result<LineConfig> load_line_config(const std::filesystem::path& file);
+
+/// The same for text that is at hand; `name` stands for the file in errors.
+[[nodiscard]] Result<LineConfig> parse_line_config(std::string_view text, const std::filesystem::path& name);
+
+}  // namespace driveline::runtime

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "driveline/ecat_master/process_data/process_image.hpp"
+
+namespace driveline::runtime {
+
+/// Slaves that are exchanged together: a [[group]] of a line description.
+struct GroupConfig {
+  std::string name;                     ///< by which slaves name their group
+  ecat_master::GroupSettings settings;  ///< divider, phase, limit of bad cycles
+};
+
+/// A [[copy]]: an input of one slave that becomes an output of another, by the names ProcessVariables knows.
+struct CopyConfig {
+  std::string from;        ///< input, "slave.object"
+  std::string to;          ///< output, "slave.object"
+  std::string from_place;  ///< "file:line: [copy 1] from", for what only the configured line can tell
+  std::string to_place;    ///< the same for `to`
+};
+
+/// A name that the file gives to an entry of a slave's process data ([slave.names]).
+struct EntryName {
+  std::string name;    ///< the new name, without the slave
+  std::string object;  ///< as ProcessVariables knows it, without the slave
+  std::string place;   ///< "file:line: [slave 1.names] name"
+};
+
+/// What a line description says of the process image as a whole.
+struct ProcessDataConfig {
+  /// How outputs and inputs lie to each other
+  ecat_master::ImageLayout layout = ecat_master::ImageLayout::kOverlapped;
+  std::vector<GroupConfig> groups;  ///< by their number in the image; none: all slaves together in every cycle
+  std::vector<CopyConfig> copies;   ///< in the order of the file
+};
+
+}  // namespace driveline::runtime

@@ -1,0 +1,106 @@
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "driveline/ecat_master/diagnosis/diagnosis.hpp"
+#include "driveline/runtime/observer.hpp"
+#include "driveline/runtime/record/run_report.hpp"
+#include "driveline/runtime/setup/session.hpp"
+#include "driveline/snapshot/sample_consumer.hpp"
+#include "driveline/trajectory/interpolator.hpp"
+
+namespace driveline::runtime {
+
+class LineRun;
+
+/// A drive line that runs: everything from the line description to the report. The line is brought up, its axes are
+/// taken along their path, slaves that are lost are looked after as the description wants it, faults are recorded, and
+/// in the end everything is in INIT again.
+///
+///   auto line = runtime::Line::from_file("cell.toml");
+///   if (!line) return fail(runtime::describe(line.error()));
+///   const auto report = (*line)->run();
+///
+/// One thread owns the line and calls everything but request_stop(); the cycle runs in a real-time thread of its own
+/// (on virtual time in the owner's).
+class Line {
+ public:
+  /// Which bus, beside what the description says.
+  struct Options {
+    std::string interface;         ///< network interface; replaces the simulated line or interface of the description
+    std::string second_interface;  ///< at the far end of a ring
+    bool virtual_time = false;     ///< simulated line on virtual time: deterministic, as fast as possible
+    Session::Adjust adjust{};      ///< changes the configuration before anything is opened
+  };
+  /// How a run is made.
+  struct RunSettings {
+    std::optional<double> duration_s{};  ///< in operation; none: until the end of the path, or request_stop()
+    bool force = false;                  ///< takes the line over from a master that drives it
+  };
+
+  /// Reads the description and the path, opens the interface or builds the simulated line. Errors: those of the files
+  /// (kFile), what does not go together (kSetting), the interface (kMachine). Nothing is on the wire yet.
+  [[nodiscard]] static Result<std::unique_ptr<Line>> from_file(const std::filesystem::path& file,
+                                                               const Options& options);
+  /// The same on the bus that the description names.
+  [[nodiscard]] static Result<std::unique_ptr<Line>> from_file(const std::filesystem::path& file) {
+    return from_file(file, Options{});
+  }
+  /// The same for a description that was put together in C++. Errors: as above.
+  [[nodiscard]] static Result<std::unique_ptr<Line>> from_config(LineConfig config, const Options& options);
+  /// The same on the bus that the description names.
+  [[nodiscard]] static Result<std::unique_ptr<Line>> from_config(LineConfig config) {
+    return from_config(std::move(config), Options{});
+  }
+  /// Whatever is found on `interface`, without a description: process data as the slaves have assigned them, no axes.
+  [[nodiscard]] static Result<std::unique_ptr<Line>> from_interface(const std::string& interface,
+                                                                    const Options& options);
+  ~Line();
+  Line(const Line&) = delete;
+  Line& operator=(const Line&) = delete;
+
+  /// As it was read and adjusted.
+  [[nodiscard]] const LineConfig& config() const noexcept { return session_->config(); }
+  /// The bus that the line is on.
+  [[nodiscard]] Session& session() noexcept { return *session_; }
+
+  /// Who hears of everything; must outlive the line. Before run().
+  void observe(Observer& observer) noexcept { observer_ = &observer; }
+  /// Who gets every sample of the cycle; must outlive the line. Before run().
+  void add(snapshot::SampleConsumer& consumer) { consumers_.push_back(&consumer); }
+
+  /// Says to other masters of this program that the line has one now (Session::claim()), before run() does.
+  [[nodiscard]] Result<void> claim(bool force);
+
+  /// Brings the line up, runs it, and takes it down. The report is complete also after a failure in operation;
+  /// RunReport::failure tells of it. Errors: the line did not get into operation; it is in INIT, as far as it can be
+  /// reached. Once: a second call is an error (kCall).
+  [[nodiscard]] Result<RunReport> run(const RunSettings& settings);
+  /// The same until the end of the path.
+  [[nodiscard]] Result<RunReport> run() { return run(RunSettings{}); }
+  /// Ends the run in order: the axes come to rest, the line goes to INIT. Any thread, signal handlers too. \rtsafe
+  void request_stop() noexcept { stop_.store(true, std::memory_order_relaxed); }
+
+  /// What there is to know of the line now. In operation, on the owner's thread: in Observer::look().
+  [[nodiscard]] ecat_master::Result<ecat_master::LineDiagnosis> diagnose();
+
+ private:
+  explicit Line(std::unique_ptr<Session> session, std::optional<trajectory::Interpolator> path);
+  [[nodiscard]] static Result<std::unique_ptr<Line>> open(std::optional<LineConfig> config, BusOptions bus,
+                                                          const Session::Adjust& adjust);
+  void finish_capture(RunReport& report);
+
+  std::unique_ptr<Session> session_;
+  std::optional<trajectory::Interpolator> path_;
+  Observer silent_;
+  Observer* observer_ = &silent_;
+  std::vector<snapshot::SampleConsumer*> consumers_;
+  std::atomic<bool> stop_{false};
+  std::unique_ptr<LineRun> run_;
+};
+
+}  // namespace driveline::runtime

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "driveline/ecat_master/cyclic/cyclic_core.hpp"
+#include "driveline/runtime/config/line_config.hpp"
+
+namespace driveline::runtime {
+
+/// Looks after the groups of the process image while the cycle runs: tells when outputs were zeroed, and lets the group
+/// drive them again as soon as its process data are whole.
+class GroupWatch {
+ public:
+  /// `config` must outlive the watch.
+  explicit GroupWatch(const ProcessDataConfig& config);
+
+  /// To be called every few milliseconds. A sentence for each thing that happened.
+  [[nodiscard]] std::vector<std::string> poll(ecat_master::CyclicCore& core);
+  /// How often the outputs of a group were zeroed so far.
+  [[nodiscard]] std::uint64_t zeroings(std::size_t group) const noexcept {
+    return group < zeroings_.size() ? zeroings_[group] : 0;
+  }
+
+ private:
+  const ProcessDataConfig& config_;
+  std::vector<char> zeroed_;
+  std::vector<std::uint64_t> zeroings_;
+};
+
+}  // namespace driveline::runtime

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "driveline/ecat_master/cyclic/cyclic_core.hpp"
+#include "driveline/runtime/record/group_watch.hpp"
+#include "driveline/runtime/setup/process_data_plan.hpp"
+#include "driveline/runtime/setup/wire_budget.hpp"
+
+namespace driveline::runtime {
+
+/// How a group of the process image is laid out, and how it did while the cycle ran.
+struct GroupView {
+  std::string name;
+  ecat_master::GroupSettings settings;
+  std::size_t slaves = 0;
+  std::size_t datagrams = 0;
+  std::vector<std::size_t> frames;  ///< by number
+  unsigned working_counter = 0;     ///< expected
+  std::uint64_t exchanges = 0;
+  std::uint64_t lost_frames = 0;
+  std::uint64_t wkc_errors = 0;
+  std::uint32_t longest_bad = 0;  ///< exchanges in a row that were not whole
+  std::uint64_t zeroings = 0;     ///< how often the outputs were zeroed
+};
+
+/// The process image as a whole.
+struct ImageView {
+  std::string layout;
+  std::size_t bytes = 0;
+  std::size_t datagrams = 0;
+  std::size_t frames = 0;
+  WireBudget wire;
+  std::vector<GroupView> groups;
+};
+
+/// Name of a group by its number; "line" where the description has none.
+[[nodiscard]] std::string group_name(const LineConfig& config, std::size_t group);
+
+/// After Master::configure(); the counters of the groups while the cycle runs and after.
+[[nodiscard]] ImageView view_image(const LineConfig& config, const ecat_master::Master& master,
+                                   std::span<const ecat_master::GroupCounters> counters = {},
+                                   const GroupWatch* watch = nullptr);
+
+}  // namespace driveline::runtime

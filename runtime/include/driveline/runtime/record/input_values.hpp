@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "driveline/ecat_master/process_data/process_variables.hpp"
+
+namespace driveline::runtime {
+
+/// An input of the process image as it was when somebody looked.
+struct InputValue {
+  std::string name;  ///< "slave2.Status word", as ProcessVariables::full_name() has it
+  std::uint16_t index = 0;
+  std::uint8_t subindex = 0;
+  unsigned bits = 0;
+  std::optional<std::uint64_t> value;  ///< none: more than 64 bits
+};
+
+/// All inputs of `variables` out of `inputs`, the inputs of the process image. Nobody may write to those meanwhile.
+[[nodiscard]] std::vector<InputValue> read_inputs(const ecat_master::ProcessVariables& variables,
+                                                  std::span<const std::byte> inputs);
+
+}  // namespace driveline::runtime

@@ -1,0 +1,12 @@
+#pragma once
+
+#include <string>
+
+#include "driveline/ecat_master/error.hpp"
+
+namespace driveline::runtime {
+
+/// The sentence of an error; of a cycle that is not locked to the reference clock also what the user can do.
+[[nodiscard]] std::string with_clock_remedy(const ecat_master::Error& error);
+
+}  // namespace driveline::runtime

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "driveline/ecat_master/configuration/configurator.hpp"
+#include "driveline/ecat_master/master.hpp"
+#include "driveline/rt/clock.hpp"
+#include "driveline/runtime/config/line_config.hpp"
+#include "driveline/slaves/line/line.hpp"
+
+namespace driveline::runtime {
+
+/// Builds the simulated line that `config` describes and switches it on. The cable back from the far end of a ring is
+/// unplugged at the master's side without a `second_interface` there.
+[[nodiscard]] std::unique_ptr<slaves::Line> make_simulated_line(const LineConfig& config, rt::Clock& clock,
+                                                                bool second_interface = false);
+
+/// Plans for the master: identities, start-up SDOs and PDOs of the configured slaves.
+[[nodiscard]] std::vector<ecat_master::SlavePlan> make_slave_plans(const LineConfig& config);
+
+/// Cycles between a position setpoint of `axis` and the actual position that belongs to it, by what is known of its
+/// drive, group and clock. After Master::configure().
+[[nodiscard]] double setpoint_delay(const LineConfig& config, const ecat_master::AxisConfig& axis,
+                                    const ecat_master::Master& master);
+
+/// A line without a description: `found` as it would be described, named slave0 and on, each with the process data that
+/// it has assigned by itself.
+[[nodiscard]] std::vector<SlaveConfig> describe_found(std::span<const ecat_master::ConfiguredSlave> found);
+
+/// Number of the [[slave]] for each slave of the line. A line that is not as described is refused later; until then the
+/// order of the file counts.
+[[nodiscard]] std::vector<std::optional<std::size_t>> tables_of(const LineConfig& config,
+                                                                std::span<const ecat_master::ConfiguredSlave> slaves);
+
+}  // namespace driveline::runtime

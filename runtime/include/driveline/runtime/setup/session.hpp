@@ -1,0 +1,102 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+#include "driveline/runtime/error.hpp"
+
+#include "driveline/port/capture_port.hpp"
+#include "driveline/port/interface_lock.hpp"
+#include "driveline/port/raw_socket_port.hpp"
+#include "driveline/port/redundant_port.hpp"
+#include "driveline/runtime/setup/composition.hpp"
+
+namespace driveline::runtime {
+
+/// Which bus is talked to.
+struct BusOptions {
+  std::string config;      ///< line description; may be empty when `interface` is given
+  std::string interface;   ///< replaces the simulated line of the file
+  std::string interface2;  ///< at the far end of a ring
+  bool virtual_time = false;
+};
+
+/// Takes the locks of `interfaces`. Error: another process has one of them and this `would` harm it (kInterfaceBusy);
+/// with `force` it does without that one.
+[[nodiscard]] Result<std::vector<port::InterfaceLock>> take_locks(std::span<const std::string> interfaces, bool force,
+                                                                  std::string_view would);
+
+/// A bus that can be worked on: clock, port and what is behind them.
+class Session {
+ public:
+  /// Changes and checks a configuration that has been read, before anything is opened.
+  using Adjust = std::function<Result<void>(LineConfig&)>;
+
+  /// Reads the configuration, opens the interface or builds the simulated line, and the capture when one is asked for.
+  [[nodiscard]] static Result<std::unique_ptr<Session>> open(const BusOptions& options, const Adjust& adjust = {});
+  /// The same for a configuration that is at hand; BusOptions::config is not looked at.
+  [[nodiscard]] static Result<std::unique_ptr<Session>> open(LineConfig config, const BusOptions& options,
+                                                             const Adjust& adjust = {});
+
+  /// Finishes a capture that close_capture() has not.
+  ~Session();
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+
+  /// Says to others of this program that the line on its interfaces has a master now, for as long as the session lives.
+  /// `would`: what this one is about to do to a line. Failure: another process has said so before; not with `force`.
+  /// Does nothing for a line in this process.
+  [[nodiscard]] Result<void> claim(bool force, std::string_view would);
+  /// Another process of this program has the line.
+  [[nodiscard]] bool claimed_by_another() const;
+
+  /// As it was read, with the options applied.
+  [[nodiscard]] const LineConfig& config() const noexcept { return config_; }
+  /// There is a line description.
+  [[nodiscard]] bool has_config() const noexcept { return has_config_; }
+  /// Of a line without a description: the slaves that have been found take the place of those in a file.
+  void use_found_slaves(std::vector<SlaveConfig> slaves) { config_.slaves = std::move(slaves); }
+  /// Of the bus: monotonic, or virtual.
+  [[nodiscard]] rt::Clock& clock() noexcept { return *clock_; }
+  /// Where frames go, through the capture if there is one.
+  [[nodiscard]] port::Port& port() noexcept { return capture_ ? static_cast<port::Port&>(*capture_) : *wire_; }
+  /// The two ends of a ring; null: the line has one end.
+  [[nodiscard]] port::RedundantPort* ring() const noexcept { return ring_.get(); }
+  /// Time passes as the master lets it.
+  [[nodiscard]] bool virtual_time() const noexcept { return virtual_time_; }
+  /// What has become of a capture.
+  struct Capture {
+    std::optional<std::filesystem::path> file;  ///< none: no capture, or no frames
+    std::uint64_t dropped = 0;                  ///< frames that are missing in it
+  };
+  /// Finishes the capture, when there is one. Only when nothing uses the port any more.
+  [[nodiscard]] Result<Capture> close_capture();
+
+ private:
+  Session() = default;
+  [[nodiscard]] Result<void> take_options(const BusOptions& options, const Adjust& adjust);
+  [[nodiscard]] Result<void> open_bus();
+  [[nodiscard]] Result<void> open_interfaces();
+  /// Failure: no frame would leave, over none of the interfaces.
+  [[nodiscard]] Result<void> must_have_link() const;
+  void join_ends(port::Port& primary, port::Port& secondary);
+
+  LineConfig config_;
+  bool has_config_ = false;
+  bool virtual_time_ = false;
+  std::unique_ptr<rt::Clock> clock_;
+  std::unique_ptr<slaves::Line> line_;
+  std::vector<port::InterfaceLock> locks_;  ///< none: not claimed
+  std::unique_ptr<port::RawSocketPort> raw_;
+  std::unique_ptr<port::RawSocketPort> raw2_;
+  std::unique_ptr<port::RedundantPort> ring_;
+  port::Port* wire_ = nullptr;
+  std::unique_ptr<port::CapturePort> capture_;
+  bool capture_closed_ = false;
+};
+
+}  // namespace driveline::runtime

@@ -1,0 +1,143 @@
+#include "driveline/runtime/config/axis_path.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "driveline/trajectory/axis_name.hpp"
+#include "driveline/trajectory/motion_limits.hpp"
+
+namespace driveline::runtime {
+namespace {
+
+using trajectory::Interpolator;
+using trajectory::Path;
+
+Interpolator make_interpolator(const Path& path, PathConfig::Interpolation kind) {
+  switch (kind) {
+    case PathConfig::Interpolation::kLinear:
+      return Interpolator::linear(path);
+    case PathConfig::Interpolation::kNaturalSpline:
+      return Interpolator::natural_spline(path);
+    case PathConfig::Interpolation::kClampedSpline:
+      break;
+  }
+  return Interpolator::clamped_spline(path);
+}
+
+/// Column of the path for each axis. Error: a reason.
+Result<std::vector<std::size_t>> columns_of(const Path& path, const LineConfig& config) {
+  std::vector<std::size_t> columns;
+  const auto names = trajectory::axis_names(path.axes());
+  for (const auto& axis : config.axes) {
+    const auto found = trajectory::find_axis_name(axis.name, names);
+    if (!found) {
+      return fail(ErrorKind::kSetting, fmt::format("there is no column for axis \"{}\"{}", axis.name,
+                                                   trajectory::axis_name_hint(axis.name, names)));
+    }
+    const auto kind = path.axes()[*found].kind;
+    if ((kind == trajectory::AxisKind::kLinear) != axis.linear) {
+      return fail(ErrorKind::kSetting,
+                  fmt::format("column \"{}\" is in {} but the axis is {}", axis.name,
+                              unit_or_si(path.axes()[*found].unit, kind).name,
+                              axis.linear ? "linear" : "rotary (feed_mm_per_revolution makes it linear)"));
+    }
+    columns.push_back(*found);
+  }
+  std::vector<std::string_view> known;
+  for (const auto& axis : config.axes) known.push_back(axis.name);
+  for (const auto& name : names) {
+    if (!trajectory::find_axis_name(name, known)) {
+      return fail(ErrorKind::kSetting, fmt::format("there is no [[axis]] for column \"{}\"", name));
+    }
+  }
+  return columns;
+}
+
+/// The path with its axes in the order of the configuration. Error: a reason.
+Result<Path> arrange(const Path& path, const LineConfig& config) {
+  const auto columns = columns_of(path, config);
+  if (!columns) return tl::unexpected(columns.error());
+  trajectory::PathBuilder builder;
+  for (std::size_t i = 0; i < columns->size(); ++i) {
+    auto axis = path.axes()[(*columns)[i]];
+    if (config.axes[i].unit != nullptr) axis.unit = config.axes[i].unit;
+    if (auto added = builder.add_axis(std::move(axis)); !added)
+      return fail(ErrorKind::kSetting, added.error().message());
+  }
+  std::vector<double> positions(columns->size());
+  for (std::size_t point = 0; point < path.points(); ++point) {
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+      positions[i] = path.positions(point)[(*columns)[i]];
+      // Position setpoints are 32-bit increments on the wire.
+      if (std::abs(positions[i] * config.axes[i].increments_per_unit) > std::numeric_limits<std::int32_t>::max()) {
+        return fail(ErrorKind::kSetting, fmt::format("axis \"{}\" leaves the 32-bit range of its increments at {} s",
+                                                     config.axes[i].name, path.times_s()[point]));
+      }
+    }
+    if (auto added = builder.add_point(path.times_s()[point], positions); !added) {
+      return fail(ErrorKind::kSetting, added.error().message());
+    }
+  }
+  auto arranged = builder.build();
+  if (!arranged) return fail(ErrorKind::kSetting, arranged.error().message());
+  return std::move(*arranged);
+}
+
+/// All axes at rest at 0.
+Result<Path> standstill(const LineConfig& config) {
+  trajectory::PathBuilder builder;
+  for (std::size_t i = 0; i < config.axes.size(); ++i) {
+    const auto kind = config.axes[i].linear ? trajectory::AxisKind::kLinear : trajectory::AxisKind::kRotary;
+    if (auto added = builder.add_axis({config.axes[i].name, kind}); !added) {
+      return fail(ErrorKind::kSetting, added.error().message());
+    }
+  }
+  const std::vector<double> zero(config.axes.size());
+  for (const double time_s : {0.0, std::chrono::duration<double>(config.period).count()}) {
+    if (auto added = builder.add_point(time_s, zero); !added) return fail(ErrorKind::kSetting, added.error().message());
+  }
+  auto path = builder.build();
+  if (!path) return fail(ErrorKind::kSetting, path.error().message());
+  return std::move(*path);
+}
+
+std::vector<trajectory::AxisLimits> limits_of(const LineConfig& config) {
+  std::vector<trajectory::AxisLimits> limits;
+  for (const auto& axis : config.axes) {
+    limits.push_back(axis.limits);
+    // Corners of a linear path have no finite acceleration; the drives' own interpolation rounds them.
+    if (config.path->interpolation == PathConfig::Interpolation::kLinear) {
+      limits.back().max_acceleration = std::numeric_limits<double>::infinity();
+    }
+  }
+  return limits;
+}
+
+}  // namespace
+
+Result<Interpolator> load_axis_path(LineConfig& config) {
+  if (!config.path) {
+    const auto still = standstill(config);
+    if (!still) return tl::unexpected(still.error());
+    return Interpolator::linear(*still);
+  }
+  const auto& file = config.path->file;
+  const auto loaded = trajectory::load_path(file);
+  if (!loaded) {
+    return tl::unexpected(Error{ErrorKind::kFile, {}, loaded.error().message(), file, loaded.error().line});
+  }
+  const auto path = arrange(*loaded, config);
+  if (!path) return fail_file(file, path.error().reason);
+  auto interpolator = make_interpolator(*path, config.path->interpolation);
+  const auto period_s = std::chrono::duration<double>(config.period).count();
+  if (auto checked = trajectory::check_limits(interpolator, limits_of(config), period_s); !checked) {
+    return fail_file(file, checked.error().message());
+  }
+  for (std::size_t i = 0; i < config.axes.size(); ++i) config.axes[i].unit = interpolator.axes()[i].unit;
+  return interpolator;
+}
+
+}  // namespace driveline::runtime

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <variant>
+
+#include "driveline/slaves/msd/msd_drive.hpp"
+#include "toml/toml_reader.hpp"
+
+namespace driveline::runtime {
+
+/// A number of the machine behind a simulated drive: its key in the line file and its place in the model.
+struct PlantKey {
+  using Place = std::variant<double*, std::uint32_t*>;
+  std::string_view table;  ///< "plant", "plant.load"
+  std::string_view key;
+  std::string_view unit;  ///< of the file; empty: none
+  double minimum = 0.0;
+  double maximum = 0.0;
+  double scale = 1.0;  ///< of the model's unit in the file's
+  Place (*place)(slaves::msd::MsdParameters& parameters) = nullptr;
+
+  [[nodiscard]] bool integer() const noexcept;
+  /// What the model has when the file says nothing, in the file's unit; infinite: no limit.
+  [[nodiscard]] double standard() const;
+};
+[[nodiscard]] std::span<const PlantKey> plant_keys();
+
+/// Reads what only a simulated drive has: [slave.plant] and its tables, [[slave.switch]], [[slave.input]],
+/// parameter_file, start_up_ms, factory_start_up_ms. Throws ConfigError.
+/// @param directory of the line file
+[[nodiscard]] slaves::msd::MsdParameters read_drive_parameters(TomlReader& slave,
+                                                               const std::filesystem::path& directory);
+
+}  // namespace driveline::runtime

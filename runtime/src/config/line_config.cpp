@@ -1,0 +1,431 @@
+#include "driveline/runtime/config/line_config.hpp"
+
+#include <fmt/format.h>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "config/clock_config.hpp"
+#include "config/device_source.hpp"
+#include "config/drive_reader.hpp"
+#include "config/fault_config.hpp"
+#include "config/process_data_reader.hpp"
+#include "config/slave_plan_reader.hpp"
+#include "config/wiring_config.hpp"
+#include "driveline/ecat_master/axis/axis_objects.hpp"
+#include "driveline/ecat_master/configuration/description_plan.hpp"
+#include "driveline/port/port.hpp"
+#include "driveline/rt/cycle_timer.hpp"
+#include "driveline/runtime/files/input_file.hpp"
+#include "driveline/slaves/esc/sii_file.hpp"
+#include "driveline/trajectory/axis_name.hpp"
+#include "toml/duration.hpp"
+#include "toml/toml_depth.hpp"
+#include "toml/toml_reader.hpp"
+
+namespace driveline::runtime {
+namespace {
+
+using std::chrono::nanoseconds;
+
+/// Longest line of one master: the cyclic frames of more axes do not fit into a useful cycle.
+constexpr std::size_t kMaxSlaves = 256;
+/// Longest name that fits the telemetry.
+constexpr std::size_t kMaxName = 31;
+/// Longest delay of a slave: beyond, no cycle is left.
+constexpr std::int64_t kMaxDelayNs = 1'000'000;
+constexpr std::string_view kNameLength = "must have 1 to 31 characters";
+
+void read_line(TomlReader reader, LineConfig& config) {
+  config.name = reader.text_or("name", config.name);
+  if (config.name.empty() || config.name.size() > kMaxName) reader.fail("name", kNameLength);
+  config.period = from_us(reader.number_or("cycle_us", 125.0, 125.0, 100000.0));
+  // MSD manual 9.1: the cycle time is a multiple of 125 us.
+  if (config.period.count() % 125000 != 0)
+    reader.fail("cycle_us", "must be a multiple of 125, the drives' process data cycle");
+  reader.finish();
+}
+
+/// How long axes may be without process data: in cycles or in time.
+void read_max_lost(TomlReader& reader, LineConfig& config) {
+  constexpr std::int64_t kMostCycles = 10'000;
+  const bool in_cycles = reader.has("max_lost_cycles");
+  if (!reader.has("max_lost_ms")) {
+    config.max_lost_cycles =
+        static_cast<std::uint32_t>(reader.integer_or("max_lost_cycles", config.max_lost_cycles, 1, kMostCycles));
+    return;
+  }
+  if (in_cycles)
+    reader.fail("max_lost_ms", "stands beside max_lost_cycles: one of them is expected, they are the same limit");
+  const double cycle_ms = std::chrono::duration<double, std::milli>(config.period).count();
+  config.max_lost_ms = reader.number("max_lost_ms", cycle_ms, static_cast<double>(kMostCycles) * cycle_ms);
+  // Not longer than what is written: a part of a cycle does not count.
+  config.max_lost_cycles = static_cast<std::uint32_t>(std::llround(*config.max_lost_ms * 1e6) / config.period.count());
+}
+
+void read_bus(TomlReader reader, DeviceFiles& files, LineConfig& config) {
+  if (reader.has("esi")) config.esi_library = files.read_library(reader, "esi");
+  if (reader.has("interface")) config.interface = reader.text("interface");
+  if (reader.has("interface2")) config.interface2 = reader.text("interface2");
+  if (config.interface2 && !config.interface) reader.fail("interface2", "needs interface, the other end of the ring");
+  if (config.interface2 && *config.interface2 == *config.interface) {
+    reader.fail("interface2", fmt::format("is \"{}\" like interface, a ring has two ends", *config.interface2));
+  }
+  read_max_lost(reader, config);
+  if (reader.has("acyclic_bytes")) {
+    config.acyclic_bytes = static_cast<std::size_t>(reader.integer("acyclic_bytes", 60, port::kMaxFrameBytes));
+  }
+  reader.finish();
+}
+
+void read_realtime(TomlReader reader, LineConfig& config) {
+  auto& realtime = config.realtime;
+  if (reader.has("policy")) {
+    const bool enforce = reader.choice_or("policy", 0, {"enforce", "degrade"}) == 0;
+    config.policy = enforce ? rt::RealtimePolicy::kEnforce : rt::RealtimePolicy::kDegrade;
+  }
+  realtime.priority = static_cast<int>(reader.integer_or("priority", 80, 1, 99));
+  if (reader.has("cpu")) realtime.cpu = static_cast<int>(reader.integer("cpu", 0, 1023));
+  if (reader.has("simulation_cpu")) config.simulation_cpu = static_cast<int>(reader.integer("simulation_cpu", 0, 1023));
+  realtime.lock_memory = reader.boolean_or("lock_memory", true);
+  constexpr std::int64_t kLongestLatencyUs = 1'000'000;
+  const auto latency_us = reader.integer_or("cpu_latency_us", 0, -1, kLongestLatencyUs);
+  realtime.cpu_latency = latency_us < 0 ? std::nullopt : std::optional(std::chrono::microseconds{latency_us});
+  const double longest = static_cast<double>(rt::CycleTimer::max_wake_ahead(config.period).count()) / 1000.0;
+  config.wake_ahead = from_us(reader.number_or("wake_ahead_us", 0.0, 0.0, longest));
+  reader.finish();
+}
+
+/// The names of `axes`, in their order.
+std::vector<std::string_view> names_of(const std::vector<ecat_master::AxisConfig>& axes) {
+  std::vector<std::string_view> names;
+  for (const auto& axis : axes) names.push_back(axis.name);
+  return names;
+}
+
+/// The name of an axis is that of a column of the path, and held to the same rule.
+std::string read_axis_name(TomlReader& reader, const std::vector<ecat_master::AxisConfig>& others) {
+  auto name = reader.text("name");
+  if (const auto fault = trajectory::axis_name_fault(name, names_of(others)); !fault.empty()) {
+    reader.fail("name", fault);
+  }
+  return name;
+}
+
+/// A name that none of `others` has.
+template <typename Named>
+std::string read_name(TomlReader& reader, const std::vector<Named>& others) {
+  auto name = reader.text("name");
+  if (name.empty() || name.size() > kMaxName) reader.fail("name", kNameLength);
+  if (std::any_of(others.begin(), others.end(), [&](const Named& other) { return other.name == name; })) {
+    reader.fail("name", fmt::format("\"{}\" is there twice", name));
+  }
+  return name;
+}
+
+/// Which drive of the family, with which firmware.
+void read_model(TomlReader& reader, SlaveConfig& slave) {
+  const auto key = reader.text_or("model", std::string(slaves::msd::facts(slave.model).key));
+  const auto model = slaves::msd::find_variant(key);
+  if (!model) {
+    std::string known;
+    for (const auto& variant : slaves::msd::kVariants) {
+      known += fmt::format("{}\"{}\"", known.empty() ? "" : ", ", variant.key);
+    }
+    reader.fail("model", fmt::format("is \"{}\", known are {}", key, known));
+  }
+  slave.model = *model;
+  if (!reader.has("firmware")) return;
+  const auto& facts = slaves::msd::facts(slave.model);
+  slave.firmware = slaves::msd::FirmwareVersion::parse(reader.text("firmware"));
+  const auto as_long = [](const auto& version) { return version.text().size(); };
+  if (!slave.firmware || *slave.firmware < facts.oldest || as_long(*slave.firmware) > as_long(facts.firmware)) {
+    reader.fail("firmware",
+                fmt::format("must be a version as \"{}\", from {} on", facts.firmware.text(), facts.oldest.text()));
+  }
+}
+
+/// What only the simulated drive has.
+void read_drive(TomlReader& reader, const std::filesystem::path& directory, SlaveConfig& slave) {
+  read_model(reader, slave);
+  slave.drive = read_drive_parameters(reader, directory);
+}
+
+/// The EEPROM content that an earlier simulation has left.
+void read_eeprom(TomlReader& reader, const std::filesystem::path& directory, SlaveConfig& slave) {
+  if (!reader.has("sii_file")) return;
+  slave.sii_file = directory / reader.text("sii_file");
+  auto content = slaves::SiiFile(slave.sii_file).load();
+  if (!content) reader.fail("sii_file", content.error());
+  slave.sii_content = std::move(*content);
+}
+
+/// Finds the head of the hot-connect group that a slave says to be in. Group members follow each other in the file as
+/// they do on the line.
+ecat_master::GroupPlace find_group(const TomlReader& reader, const std::string& head,
+                                   const std::vector<SlaveConfig>& others) {
+  const auto found = std::find_if(others.begin(), others.end(), [&](const auto& other) { return other.name == head; });
+  if (found == others.end()) {
+    reader.fail("hot_connect",
+                fmt::format("is \"{}\": true, false, or the name of a [[slave]] above is expected", head));
+  }
+  if (!found->plan.hot_connect || found->plan.behind) {
+    reader.fail("hot_connect",
+                fmt::format("is \"{0}\", which is not the head of a group: hot_connect = true and alias or "
+                            "device_id of \"{0}\" are expected",
+                            head));
+  }
+  const ecat_master::GroupPlace place{static_cast<std::size_t>(found - others.begin()),
+                                      static_cast<std::size_t>(others.end() - found)};
+  for (auto between = found + 1; between != others.end(); ++between) {
+    if (!between->plan.behind || between->plan.behind->head != place.head) {
+      reader.fail("hot_connect", fmt::format("is \"{}\", but \"{}\" stands between them and is not in that group: the "
+                                             "slaves of a group follow each other",
+                                             head, between->name));
+    }
+  }
+  return place;
+}
+
+SlaveConfig read_slave(TomlReader reader, const std::vector<SlaveConfig>& others, DeviceFiles& files,
+                       const std::filesystem::path& directory) {
+  SlaveConfig slave;
+  slave.name = read_name(reader, others);
+  auto device = files.read(reader);
+  slave.device = std::move(device.source);
+  slave.esi = std::move(device.file);
+  if (!slave.device) read_drive(reader, directory, slave);
+  auto identity = [&reader](std::string_view key) -> std::optional<std::uint32_t> {
+    if (!reader.has(key)) return std::nullopt;
+    return static_cast<std::uint32_t>(reader.integer(key, 1, 0xFFFFFFFF));
+  };
+  slave.vendor_id = identity("vendor_id");
+  slave.product_code = identity("product_code");
+  slave.plan = read_slave_plan(reader);
+  if (!slave.plan.hot_head.empty()) slave.plan.behind = find_group(reader, slave.plan.hot_head, others);
+  if (slave.esi && slave.plan.pdos) {
+    ecat_master::complete_pdos(*slave.esi, *slave.plan.pdos);
+    if (const auto fit = ecat_master::check_pdos(*slave.esi, *slave.plan.pdos); !fit) reader.fail("pdo", fit.error());
+  }
+  slave.names = read_entry_names(reader.table("names"));
+  slave.dc = read_slave_clock(reader.table("dc"));
+  read_eeprom(reader, directory, slave);
+  slave.delays.processing =
+      nanoseconds{reader.integer_or("processing_ns", slave.delays.processing.count(), 0, kMaxDelayNs)};
+  slave.delays.forwarding =
+      nanoseconds{reader.integer_or("forwarding_ns", slave.delays.forwarding.count(), 0, kMaxDelayNs)};
+  reader.finish();
+  return slave;
+}
+
+/// The cables of the simulated line, and what happens to it.
+void read_simulation(TomlReader& root, LineConfig& config) {
+  std::vector<std::string> names;
+  for (const auto& slave : config.slaves) names.push_back(slave.name);
+  config.wiring = read_wiring(root.table("wiring"), names);
+  const FaultPlaces places{names, *config.wiring};
+  for (auto& reader : root.tables("fault")) config.faults.push_back(read_fault(std::move(reader), places));
+}
+
+/// In cst nothing but torque from velocity errors moves the axis: without a gain it would stand for ever.
+void read_velocity_gain(TomlReader& reader, ecat_master::AxisConfig& axis) {
+  const bool needed = axis.mode == ecat_master::cia402::Mode::kCyclicTorque;
+  const bool given = reader.has("velocity_gain");
+  if (given) axis.velocity_gain = reader.number("velocity_gain", 0.0, 1e6);
+  if (!needed || axis.velocity_gain > 0.0) return;
+  if (given) reader.fail("velocity_gain", "is 0: with mode \"cst\" the axis would never move");
+  if (axis.inertia > 0.0) return;
+  reader.fail("velocity_gain",
+              "with mode \"cst\" it is needed, or inertia to take it from: without either the axis would never move");
+}
+
+/// The loop that is closed over the line bears so much: 100/s, and less where exchanges are rare.
+void complete_velocity_gains(LineConfig& config) {
+  constexpr double kBandwidth_1_s = 100.0;
+  constexpr double kPerExchange = 0.2;
+  for (auto& axis : config.axes) {
+    if (axis.mode != ecat_master::cia402::Mode::kCyclicTorque || axis.velocity_gain > 0.0) continue;
+    const std::chrono::duration<double> exchange = config.period * exchange_divider(config, config.slaves[axis.slave]);
+    axis.velocity_gain = axis.inertia * std::min(kBandwidth_1_s, kPerExchange / exchange.count());
+  }
+}
+
+/// PDOs without entries have those of the slave, which are known once it has been found.
+void check_objects(const TomlReader& reader, const SlaveConfig& slave, ecat_master::cia402::Mode mode) {
+  if (!slave.plan.pdos) return;
+  for (const auto* direction : {&slave.plan.pdos->outputs, &slave.plan.pdos->inputs}) {
+    if (std::any_of(direction->begin(), direction->end(), [](const auto& pdo) { return pdo.objects.empty(); })) return;
+  }
+  const auto missing = ecat_master::missing_objects(mode, *slave.plan.pdos);
+  if (missing.empty()) return;
+  reader.fail("slave", fmt::format("the [[slave.pdo]] of \"{}\" are not enough: {}", slave.name,
+                                   ecat_master::describe_missing(mode, missing, *slave.plan.pdos)));
+}
+
+/// Null: the file does not say.
+const trajectory::PositionUnit* read_unit(TomlReader& reader, bool linear) {
+  if (!reader.has("unit")) return nullptr;
+  const auto name = reader.text("unit");
+  const auto* unit = trajectory::find_position_unit(name);
+  if (unit == nullptr || (unit->kind == trajectory::AxisKind::kLinear) != linear) {
+    reader.fail("unit", fmt::format("is \"{}\", {} is expected", name,
+                                    linear ? "\"m\", \"mm\" or \"um\" of an axis with feed_mm_per_revolution"
+                                           : "\"rad\", \"deg\" or \"rev\" of an axis without feed_mm_per_revolution"));
+  }
+  return unit;
+}
+
+/// A length, or a velocity or acceleration, in the unit that the axis is written in; without one in rad or m. Limits
+/// are of the latter. What is left out stays.
+void read_in_unit(TomlReader& reader, std::string_view key, const ecat_master::AxisConfig& axis, double minimum,
+                  double maximum, double& value) {
+  if (!reader.has(key)) return;
+  const auto& unit = ecat_master::position_unit(axis);
+  value = unit.to_si(reader.number(key, unit.from_si(minimum), unit.from_si(maximum)));
+}
+
+ecat_master::AxisConfig read_axis(TomlReader reader, const std::vector<SlaveConfig>& slaves,
+                                  const std::vector<ecat_master::AxisConfig>& others) {
+  using ecat_master::cia402::Mode;
+  ecat_master::AxisConfig axis;
+  axis.name = read_axis_name(reader, others);
+  const auto slave_name = reader.text_or("slave", axis.name);
+  const auto slave =
+      std::find_if(slaves.begin(), slaves.end(), [&](const SlaveConfig& s) { return s.name == slave_name; });
+  if (slave == slaves.end()) reader.fail("slave", fmt::format("there is no [[slave]] named \"{}\"", slave_name));
+  axis.slave = static_cast<std::size_t>(slave - slaves.begin());
+  if (slave->device) {
+    reader.fail("slave", fmt::format("\"{}\" is a device of {}, an axis needs a drive", slave_name,
+                                     slave->device->file.filename().string()));
+  }
+  if (std::any_of(others.begin(), others.end(), [&](const auto& other) { return other.slave == axis.slave; })) {
+    reader.fail("slave", fmt::format("\"{}\" is driven by another axis already", slave_name));
+  }
+  constexpr Mode kModes[] = {Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque};
+  axis.mode = kModes[reader.choice_or("mode", 0, {"csp", "csv", "cst"})];
+  check_objects(reader, *slave, axis.mode);
+  const double increments = reader.number_or("increments_per_revolution", 1048576.0, 1.0, kMaxIncrementsPerRevolution);
+  axis.linear = reader.has("feed_mm_per_revolution");
+  const double unit_per_revolution =
+      axis.linear ? reader.number("feed_mm_per_revolution", 1e-6, 1e6) / 1000.0 : 2.0 * std::numbers::pi;
+  axis.increments_per_unit = increments / unit_per_revolution;
+  axis.rated_torque = reader.number_or(axis.linear ? "rated_force_n" : "rated_torque_nm", axis.rated_torque, 1e-6, 1e6);
+  axis.unit = read_unit(reader, axis.linear);
+  read_in_unit(reader, "max_velocity", axis, 1e-6, 1e6, axis.limits.max_velocity);
+  read_in_unit(reader, "max_acceleration", axis, 1e-6, 1e9, axis.limits.max_acceleration);
+  axis.inertia = reader.number_or("inertia", 0.0, 0.0, 1e6);
+  axis.position_gain_1_s = reader.number_or("position_gain_1_s", axis.position_gain_1_s, 0.0, 1e4);
+  read_velocity_gain(reader, axis);
+  if (reader.has("position_tolerance")) {
+    read_in_unit(reader, "position_tolerance", axis, 0.0, 1e6, axis.position_tolerance.emplace());
+  }
+  constexpr double kLongestDelay = 10'000.0;
+  if (reader.has("setpoint_delay_cycles"))
+    axis.setpoint_delay_cycles = reader.number("setpoint_delay_cycles", 0.0, kLongestDelay);
+  reader.finish();
+  return axis;
+}
+
+void read_path(TomlReader reader, const std::filesystem::path& directory, LineConfig& config) {
+  PathConfig path;
+  path.file = directory / reader.text("file");
+  constexpr PathConfig::Interpolation kKinds[] = {PathConfig::Interpolation::kClampedSpline,
+                                                  PathConfig::Interpolation::kNaturalSpline,
+                                                  PathConfig::Interpolation::kLinear};
+  path.interpolation = kKinds[reader.choice_or("interpolation", 0, {"clamped", "natural", "linear"})];
+  path.repeat = reader.boolean_or("repeat", false);
+  path.relative = reader.boolean_or("relative", false);
+  constexpr ecat_master::LatePolicy kPolicies[] = {ecat_master::LatePolicy::kStay, ecat_master::LatePolicy::kCatchUp};
+  path.late = kPolicies[reader.choice_or("late", 0, {"stay", "catch_up"})];
+  reader.finish();
+  config.path = path;
+}
+
+void read_telemetry(TomlReader reader, LineConfig& config) {
+  auto& telemetry = config.telemetry;
+  if (reader.has("enabled")) telemetry.asked = reader.boolean_or("enabled", true);
+  telemetry.enabled = telemetry.asked.value_or(true);
+  telemetry.domain = static_cast<std::uint32_t>(reader.integer_or("domain", 0, 0, 232));
+  telemetry.decimation = static_cast<std::uint32_t>(reader.integer_or("decimation", 8, 1, 1000000));
+  telemetry.interfaces = reader.texts_or("interfaces", telemetry.interfaces);
+  reader.finish();
+}
+
+void read_output(TomlReader reader, LineConfig& config) {
+  config.output.directory = reader.text_or("directory", config.output.directory.string());
+  config.output.plots = reader.boolean_or("plots", true);
+  if (reader.has("capture")) config.output.capture = reader.text("capture");
+  reader.finish();
+}
+
+void read_recovery(TomlReader reader, RecoveryConfig& recovery) {
+  using ecat_master::LossPolicy;
+  constexpr LossPolicy kPolicies[] = {LossPolicy::kStop, LossPolicy::kHold, LossPolicy::kContinue};
+  constexpr std::int64_t kLongestWait = 86'400;
+  recovery.axes = kPolicies[reader.choice_or("axes", 0, {"stop", "hold", "continue"})];
+  recovery.give_up = std::chrono::seconds{reader.integer_or("give_up_s", recovery.give_up.count(), 0, kLongestWait)};
+  reader.finish();
+}
+
+LineConfig read_config(const toml::table& table, const std::filesystem::path& file) {
+  TomlReader root(table, file.string(), "");
+  LineConfig config;
+  read_line(root.table("line"), config);
+  DeviceFiles files(file.parent_path());
+  read_bus(root.table("bus"), files, config);
+  read_realtime(root.table("realtime"), config);
+  for (auto& reader : root.tables("slave")) {
+    config.slaves.push_back(read_slave(std::move(reader), config.slaves, files, file.parent_path()));
+  }
+  if (config.slaves.empty()) root.fail("", "there is no [[slave]]");
+  if (config.slaves.size() > kMaxSlaves)
+    root.fail("slave", fmt::format("there are {}, the limit is {}", config.slaves.size(), kMaxSlaves));
+  read_simulation(root, config);
+  if (root.has("dc")) config.clocks = read_clocks(root.table("dc"), config.period, config.slaves);
+  for (auto& reader : root.tables("axis"))
+    config.axes.push_back(read_axis(std::move(reader), config.slaves, config.axes));
+  read_process_data(root, config);
+  complete_velocity_gains(config);
+  if (root.has("path")) read_path(root.table("path"), file.parent_path(), config);
+  read_telemetry(root.table("telemetry"), config);
+  read_output(root.table("output"), config);
+  read_recovery(root.table("recovery"), config.recovery);
+  root.finish();
+  config.notes = files.notes();
+  return config;
+}
+
+}  // namespace
+
+std::string max_lost_text(const LineConfig& config) {
+  if (config.max_lost_ms) return fmt::format("the {} ms that [bus] max_lost_ms allows", *config.max_lost_ms);
+  return fmt::format("the {} cycles that [bus] max_lost_cycles allows", config.max_lost_cycles);
+}
+
+std::uint32_t exchange_divider(const LineConfig& config, const SlaveConfig& slave) noexcept {
+  const auto& groups = config.process_data.groups;
+  return slave.group < groups.size() ? groups[slave.group].settings.divider : 1;
+}
+
+Result<LineConfig> parse_line_config(std::string_view text, const std::filesystem::path& name) {
+  if (const auto line = too_deep_line(text)) {
+    return fail_file(
+        name, fmt::format("keys or values are more than {} levels deep; a line description needs four", kMaxTomlDepth),
+        *line);
+  }
+  try {
+    return read_config(toml::parse(text, name.string()), name);
+  } catch (const toml::parse_error& error) {
+    return fail_file(name, std::string(error.description()), error.source().begin.line);
+  } catch (const ConfigError& wrong) {
+    return tl::unexpected(wrong.error);
+  }
+}
+
+Result<LineConfig> load_line_config(const std::filesystem::path& file) {
+  const auto text = read_input_file(file);
+  if (!text) return tl::unexpected(text.error());
+  return parse_line_config(*text, file);
+}
+
+}  // namespace driveline::runtime

@@ -1,0 +1,189 @@
+#include "config/slave_plan_reader.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+
+#include "driveline/runtime/config/typed_value.hpp"
+
+namespace driveline::runtime {
+namespace {
+
+using ecat_master::IdentityRule;
+
+/// A number as people write it in such files: decimal, or hexadecimal with 0x.
+std::optional<std::uint64_t> parse_number(std::string_view text, std::uint64_t maximum) {
+  int base = 10;
+  if (text.starts_with("0x") || text.starts_with("0X")) {
+    base = 16;
+    text.remove_prefix(2);
+  }
+  std::uint64_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, base);
+  if (error != std::errc{} || end != text.data() + text.size() || value > maximum) return std::nullopt;
+  return value;
+}
+
+std::string_view trimmed(std::string_view text) {
+  while (text.starts_with(' ')) text.remove_prefix(1);
+  while (text.ends_with(' ')) text.remove_suffix(1);
+  return text;
+}
+
+IdentityRule read_rule(TomlReader& reader, std::string_view key) {
+  if (!reader.has(key)) return {};
+  if (!reader.is_text(key)) return IdentityRule::equal(static_cast<std::uint32_t>(reader.integer(key, 0, 0xFFFFFFFF)));
+  const auto text = reader.text(key);
+  auto number = trimmed(text);
+  if (number == "any") return {};
+  const bool at_least = number.starts_with(">=");
+  if (at_least) number = trimmed(number.substr(2));
+  if (!at_least && number.starts_with('=')) number = trimmed(number.substr(1));
+  const auto value = parse_number(number, 0xFFFFFFFF);
+  if (!value) reader.fail(key, fmt::format("is \"{}\", expected a number, \">= number\" or \"any\"", text));
+  const auto raw = static_cast<std::uint32_t>(*value);
+  return at_least ? IdentityRule::at_least(raw) : IdentityRule::equal(raw);
+}
+
+std::optional<std::uint16_t> read_name_number(TomlReader& reader, std::string_view key) {
+  if (!reader.has(key)) return std::nullopt;
+  return static_cast<std::uint16_t>(reader.integer(key, 1, 0xFFFF));
+}
+
+/// Increments of 100 us, the unit after power-on: divider 2498 (ETG.1000.4 6.3).
+std::optional<std::uint16_t> read_watchdog(TomlReader& reader, std::string_view key) {
+  constexpr double kIncrementsPerMs = 10.0;
+  constexpr double kLongestMs = 6553.5;
+  if (!reader.has(key)) return std::nullopt;
+  return static_cast<std::uint16_t>(std::lround(reader.number(key, 0.0, kLongestMs) * kIncrementsPerMs));
+}
+
+ecat_master::WatchdogPlan read_watchdogs(TomlReader reader) {
+  constexpr std::uint16_t kDivider = 2498;
+  ecat_master::WatchdogPlan plan;
+  plan.process_data = read_watchdog(reader, "process_data_ms");
+  plan.pdi = read_watchdog(reader, "pdi_ms");
+  if (plan.process_data || plan.pdi) plan.divider = kDivider;
+  reader.finish();
+  return plan;
+}
+
+ecat_master::StateTimeouts read_timeouts(TomlReader reader, ecat_master::MailboxTimeouts& mailbox) {
+  ecat_master::StateTimeouts timeouts;
+  auto read = [&reader](std::string_view key, auto& limit) {
+    constexpr std::int64_t kLongestMs = 600'000;
+    if (reader.has(key)) limit = std::chrono::milliseconds{reader.integer(key, 1, kLongestMs)};
+  };
+  read("preop_ms", timeouts.to_pre_op);
+  read("safeop_ms", timeouts.to_safe_op);
+  read("op_ms", timeouts.to_op);
+  read("back_to_init_ms", timeouts.back_to_init);
+  read("back_to_safeop_ms", timeouts.back_to_safe_op);
+  read("mailbox_request_ms", mailbox.request);
+  read("mailbox_response_ms", mailbox.response);
+  reader.finish();
+  return timeouts;
+}
+
+ecat_master::StartupSdo read_sdo(TomlReader reader) {
+  ecat_master::StartupSdo sdo;
+  sdo.index = static_cast<std::uint16_t>(reader.integer("index", 0x1000, 0xFFFF));
+  sdo.subindex = static_cast<std::uint8_t>(reader.integer_or("subindex", 0, 0, 255));
+  sdo.complete = reader.boolean_or("complete", false);
+  if (sdo.complete && sdo.subindex > 1) reader.fail("subindex", "must be 0 or 1 with complete access");
+  const bool before_op = reader.choice_or("before", 0, {"safeop", "op"}) == 1;
+  sdo.before = before_op ? wire::AlState::kOp : wire::AlState::kSafeOp;
+  const auto type = parse_type(reader.text_or("type", ""));
+  if (!type) reader.fail("type", type.error().reason);
+  const auto text =
+      reader.is_text("value") ? reader.text("value") : std::to_string(reader.integer("value", INT64_MIN, INT64_MAX));
+  auto data = parse_value(text, *type);
+  if (!data) reader.fail("value", data.error().reason);
+  sdo.data = std::move(*data);
+  reader.finish();
+  return sdo;
+}
+
+/// "0x6040:0:16": index, sub-index, bits.
+ecat_master::MappedObject parse_entry(const TomlReader& reader, std::string_view text) {
+  const auto first = text.find(':');
+  const auto second = first == std::string_view::npos ? first : text.find(':', first + 1);
+  if (second != std::string_view::npos) {
+    const auto index = parse_number(text.substr(0, first), 0xFFFF);
+    const auto subindex = parse_number(text.substr(first + 1, second - first - 1), 0xFF);
+    const auto bits = parse_number(text.substr(second + 1), 0xFF);
+    if (index && subindex && bits && *bits > 0) {
+      return {static_cast<std::uint16_t>(*index), static_cast<std::uint8_t>(*subindex),
+              static_cast<std::uint8_t>(*bits)};
+    }
+  }
+  reader.fail("entries", fmt::format("\"{}\" is not \"index:sub-index:bits\", e.g. \"0x6040:0:16\"", text));
+}
+
+void read_pdo(TomlReader reader, ecat_master::PdoConfiguration& configuration) {
+  ecat_master::PdoMapping pdo;
+  pdo.index = static_cast<std::uint16_t>(reader.integer("index", 0x1600, 0x1BFF));
+  const bool input_range = pdo.index >= 0x1A00;
+  const bool input = reader.choice_or("direction", input_range ? 1 : 0, {"out", "in"}) == 1;
+  if (reader.has("sync_manager")) pdo.sync_manager = static_cast<std::uint8_t>(reader.integer("sync_manager", 0, 15));
+  for (const auto& entry : reader.texts_or("entries", {})) pdo.objects.push_back(parse_entry(reader, entry));
+  if (pdo.objects.size() > 255) reader.fail("entries", "are more than 255");
+  reader.finish();
+  (input ? configuration.inputs : configuration.outputs).push_back(std::move(pdo));
+}
+
+void read_hot_connect(TomlReader& slave, SlavePlanConfig& config) {
+  if (slave.is_text("hot_connect")) {
+    config.hot_connect = true;
+    config.hot_head = slave.text("hot_connect");
+    if (config.alias || config.device_id) {
+      slave.fail("hot_connect", fmt::format("names the head of its group, \"{}\": that one's alias or device_id finds "
+                                            "both, its own cannot stand here",
+                                            config.hot_head));
+    }
+    return;
+  }
+  config.hot_connect = slave.boolean_or("hot_connect", false);
+  if (config.hot_connect && !config.alias && !config.device_id) {
+    slave.fail("hot_connect", "needs alias or device_id, by which the slave is known wherever it is plugged in");
+  }
+}
+
+}  // namespace
+
+SlavePlanConfig read_slave_plan(TomlReader& slave) {
+  SlavePlanConfig config;
+  config.revision = read_rule(slave, "revision");
+  config.serial = read_rule(slave, "serial");
+  config.alias = read_name_number(slave, "alias");
+  config.device_id = read_name_number(slave, "device_id");
+  if (config.alias && config.device_id) slave.fail("device_id", "stands beside alias: one of them finds the slave");
+  if (slave.has("lrw")) config.lrw = slave.boolean_or("lrw", true);
+  read_hot_connect(slave, config);
+  config.watchdog = read_watchdogs(slave.table("watchdog"));
+  config.timeouts = read_timeouts(slave.table("timeouts"), config.mailbox_timeouts);
+  for (auto& sdo : slave.tables("sdo")) config.sdos.push_back(read_sdo(std::move(sdo)));
+  for (auto& pdo : slave.tables("pdo")) {
+    if (!config.pdos) config.pdos.emplace();
+    read_pdo(std::move(pdo), *config.pdos);
+  }
+  return config;
+}
+
+void SlavePlanConfig::apply(ecat_master::SlavePlan& plan) const {
+  plan.revision = revision;
+  plan.serial = serial;
+  plan.alias = alias;
+  plan.device_id = device_id;
+  plan.hot_connect = hot_connect;
+  plan.behind = behind;
+  plan.lrw = lrw;
+  plan.watchdog = watchdog;
+  plan.timeouts = timeouts;
+  plan.mailbox_timeouts = mailbox_timeouts;
+  plan.startup_sdos.insert(plan.startup_sdos.end(), sdos.begin(), sdos.end());
+  if (pdos) plan.pdos = *pdos;
+}
+
+}  // namespace driveline::runtime

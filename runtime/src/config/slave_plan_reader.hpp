@@ -1,0 +1,11 @@
+#pragma once
+
+#include "driveline/runtime/config/slave_plan_config.hpp"
+#include "toml/toml_reader.hpp"
+
+namespace driveline::runtime {
+
+/// Reads the keys of SlavePlanConfig out of a [[slave]] table; its other keys are the caller's. Throws ConfigErrors.
+[[nodiscard]] SlavePlanConfig read_slave_plan(TomlReader& slave);
+
+}  // namespace driveline::runtime

@@ -1,0 +1,95 @@
+#include "driveline/runtime/line.hpp"
+
+#include <fmt/format.h>
+
+#include "driveline/runtime/config/axis_path.hpp"
+#include "operation/line_run.hpp"
+
+namespace driveline::runtime {
+namespace {
+
+BusOptions bus_of(const Line::Options& options) {
+  BusOptions bus;
+  bus.interface = options.interface;
+  bus.interface2 = options.second_interface;
+  bus.virtual_time = options.virtual_time;
+  return bus;
+}
+
+}  // namespace
+
+Line::Line(std::unique_ptr<Session> session, std::optional<trajectory::Interpolator> path)
+    : session_(std::move(session)), path_(std::move(path)) {}
+
+Line::~Line() = default;
+
+Result<std::unique_ptr<Line>> Line::from_file(const std::filesystem::path& file, const Options& options) {
+  auto config = load_line_config(file);
+  if (!config) return tl::unexpected(config.error());
+  return open(std::move(*config), bus_of(options), options.adjust);
+}
+
+Result<std::unique_ptr<Line>> Line::from_config(LineConfig config, const Options& options) {
+  return open(std::move(config), bus_of(options), options.adjust);
+}
+
+Result<std::unique_ptr<Line>> Line::from_interface(const std::string& interface, const Options& options) {
+  auto bus = bus_of(options);
+  bus.interface = interface;
+  return open(std::nullopt, std::move(bus), options.adjust);
+}
+
+Result<std::unique_ptr<Line>> Line::open(std::optional<LineConfig> config, BusOptions bus,
+                                         const Session::Adjust& adjust) {
+  std::optional<trajectory::Interpolator> path;
+  const auto complete = [&adjust, &path](LineConfig& read) -> Result<void> {
+    if (auto adjusted = adjust ? adjust(read) : Result<void>{}; !adjusted) return adjusted;
+    if (read.axes.empty()) return {};
+    auto loaded = load_axis_path(read);
+    if (!loaded) return tl::unexpected(loaded.error());
+    path = std::move(*loaded);
+    return {};
+  };
+  auto session = config ? Session::open(std::move(*config), bus, complete) : Session::open(bus, complete);
+  if (!session) return tl::unexpected(session.error());
+  return std::unique_ptr<Line>(new Line(std::move(*session), std::move(path)));
+}
+
+Result<void> Line::claim(bool force) {
+  return session_->claim(force, "take its line away");
+}
+
+Result<RunReport> Line::run(const RunSettings& settings) {
+  if (run_) return fail(ErrorKind::kCall, "the line has run before; each run takes a line of its own");
+  if (auto claimed = claim(settings.force); !claimed) return tl::unexpected(claimed.error());
+  run_ = std::make_unique<LineRun>(*session_, LineRun::Settings{std::move(path_), settings.duration_s, settings.force,
+                                                                consumers_, observer_, &stop_});
+  auto report = run_->execute();
+  if (report) {
+    finish_capture(*report);
+    return report;
+  }
+  static_cast<void>(session_->close_capture());
+  return report;
+}
+
+/// What could not be written does not take the report with it.
+void Line::finish_capture(RunReport& report) {
+  const auto capture = session_->close_capture();
+  if (!capture) {
+    report.note_failure(describe(capture.error()));
+    observer_->fault(report.faults.back());
+    return;
+  }
+  if (capture->file) report.files["capture"] = *capture->file;
+  if (capture->dropped > 0) {
+    observer_->progress(fmt::format("capture: {} frames are missing in {}", capture->dropped,
+                                    session_->config().output.capture->string()));
+  }
+}
+
+ecat_master::Result<ecat_master::LineDiagnosis> Line::diagnose() {
+  return run_->diagnose();
+}
+
+}  // namespace driveline::runtime

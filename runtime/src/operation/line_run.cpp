@@ -1,0 +1,441 @@
+#include "operation/line_run.hpp"
+
+#include <fmt/format.h>
+#include <algorithm>
+#include <thread>
+
+#include "driveline/ecat_master/diagnosis/diagnosis.hpp"
+#include "driveline/runtime/files/output_file.hpp"
+#include "driveline/runtime/setup/clock_plan.hpp"
+#include "driveline/runtime/setup/clock_text.hpp"
+#include "driveline/runtime/setup/configure_line.hpp"
+#include "driveline/runtime/setup/process_data_plan.hpp"
+#include "driveline/runtime/setup/wire_budget.hpp"
+#include "operation/axis_verdict.hpp"
+
+namespace driveline::runtime {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+/// How often the line is looked after while the cycle runs.
+constexpr auto kWatchInterval = milliseconds{20};
+/// Longer than the watchdogs of process data, so that a line whose master has died has left OP by then.
+constexpr auto kListenForMasters = milliseconds{150};
+/// Axes that have not been enabled for so long when a signal ends the run are a fault.
+constexpr auto kTimeToEnable = std::chrono::seconds{1};
+constexpr auto kStopTimeout = std::chrono::seconds{10};
+/// Cycles the telemetry rings hold: a quarter of a second at 8 kHz.
+constexpr std::size_t kRingCycles = 2048;
+constexpr std::size_t kMaxRingSamples = 1 << 17;
+
+/// Of the columns of the flight recorder.
+std::vector<ecat_master::FlightRecorder::AxisLabel> axis_labels(const LineConfig& config) {
+  std::vector<ecat_master::FlightRecorder::AxisLabel> labels;
+  for (const auto& axis : config.axes) {
+    const auto& unit = ecat_master::position_unit(axis);
+    const bool si = unit.name == trajectory::si_unit(unit.kind);
+    labels.push_back({axis.name, si ? nullptr : &unit, config.output.increments ? axis.increments_per_unit : 0.0});
+  }
+  return labels;
+}
+
+}  // namespace
+
+LineRun::LineRun(Session& session, Settings settings)
+    : session_(session),
+      config_(session.config()),
+      settings_(std::move(settings)),
+      line_ring_(kRingCycles),
+      axis_ring_(std::clamp<std::size_t>(config_.axes.size() * kRingCycles, 1, kMaxRingSamples)),
+      group_watch_(config_.process_data),
+      master_(session.port(), session.clock(), master_settings(config_)) {}
+
+LineRun::~LineRun() = default;
+
+Result<RunReport> LineRun::execute() {
+  auto up = prepare();
+  if (up) {
+    up = bring_up();
+    if (up) up = start_cycle();
+    if (up) {
+      operate();
+    } else {
+      recorder_->discard();
+    }
+    take_down();
+  }
+  if (up) return make_report();
+  leave_nothing_behind();
+  return tl::unexpected(up.error());
+}
+
+void LineRun::leave_nothing_behind() {
+  drain_.reset();
+  recorder_.reset();
+  std::error_code ignored;  // the folder stays when there is something else in it
+  if (created_directory_) std::filesystem::remove(config_.output.directory, ignored);
+}
+
+Result<void> LineRun::prepare() {
+  std::error_code error;
+  created_directory_ = std::filesystem::create_directories(config_.output.directory, error);
+  if (error)
+    return fail(ErrorKind::kMachine, fmt::format("cannot be created: {}", error.message()),
+                config_.output.directory.string());
+  auto alone = FolderLock::take(config_.output.directory);
+  if (!alone) return tl::unexpected(alone.error());
+  folder_ = std::move(*alone);
+  const auto every = std::max<std::int64_t>(1, milliseconds{1} / config_.period);
+  recorder_ = std::make_unique<Recorder>(
+      config_.axes, config_.axes.empty() ? std::nullopt : std::optional(config_.output.directory / "axes.csv"),
+      static_cast<std::uint64_t>(every), config_.output.increments);
+  if (!recorder_->problem().empty()) return fail(ErrorKind::kMachine, recorder_->problem());
+  return start_telemetry();
+}
+
+Result<void> LineRun::start_telemetry() {
+  figures_ = std::make_unique<CycleFigures>(config_.period);
+  feed_ = std::make_unique<StatusFeed>(settings_.consumers, config_.period);
+  std::vector<snapshot::SampleConsumer*> consumers{recorder_.get(), figures_.get(), feed_.get()};
+  consumers.insert(consumers.end(), settings_.consumers.begin(), settings_.consumers.end());
+  drain_ = std::make_unique<snapshot::DrainThread>(line_ring_, axis_ring_, std::move(consumers));
+  if (auto started = drain_->start(); !started) return fail(ErrorKind::kMachine, started.error());
+  return {};
+}
+
+Result<void> LineRun::bring_up() {
+  if (auto free = must_be_free(); !free) return free;
+  if (auto done = master_.scan(); !done) return fail_line(done.error());
+  const auto count = master_.slaves().size();
+  progress(count == 1 ? std::string("1 slave found") : fmt::format("{} slaves found", count));
+  tell_problems(master_, *settings_.observer);
+  if (!session_.has_config()) {
+    session_.use_found_slaves(describe_found(master_.slaves()));
+    progress("no description: process data as the slaves have assigned them, outputs zero, no axes");
+  }
+  if (auto checked = check_planned_pdos(config_, master_.slaves()); !checked) return checked;
+  if (config_.clocks) {
+    if (auto planned = bring_up_clocks(); !planned) return planned;
+  }
+  if (auto done = configure_line(master_, &config_, *settings_.observer); !done) return done;
+  state_ = "SAFEOP";
+  if (auto complete = check_axis_objects(config_, master_); !complete) return complete;
+  auto named = name_process_data(config_, master_);
+  if (!named) return tl::unexpected(named.error());
+  copies_ = std::move(named->copies);
+  variables_ = std::move(named->variables);
+  const auto wire = wire_budget(master_, config_);
+  acyclic_bytes_ = wire.acyclic_bytes;
+  const auto& image = master_.image();
+  progress(fmt::format("configured, all in SAFEOP; {} bytes of process data in {} frame(s) take {}",
+                       image.outputs().size(), image.frame_count(), describe(wire, config_.interface.has_value())));
+  if (image.outputs().empty() && image.inputs().empty()) {
+    progress(
+        "there are no process data: no slave has PDOs assigned by itself; `driveline pdos` shows what they have, "
+        "[[slave.pdo]] of a line description names what is to be exchanged");
+  }
+  if (auto fits = check_budget(wire, config_.interface.has_value()); !fits) return fits;
+  if (settings_.path) make_motion();
+  return {};
+}
+
+Result<void> LineRun::bring_up_clocks() {
+  // Whose signals are whose is known by what finds the slaves.
+  const auto by_id = [](const SlaveConfig& slave) { return slave.plan.device_id.has_value(); };
+  if (std::any_of(config_.slaves.begin(), config_.slaves.end(), by_id)) {
+    if (auto done = master_.identify_devices(); !done) return fail_line(done.error());
+  }
+  auto plan = make_clock_plan(config_, master_.slaves(), session_.virtual_time());
+  if (!plan) return tl::unexpected(plan.error());
+  master_.use_clocks(std::move(*plan));
+  if (session_.ring() != nullptr) master_.use_ring(*session_.ring());
+  progress("clocks: measuring delays, setting offsets, learning speeds");
+  return {};
+}
+
+/// Nobody is to lose a line that he drives. Those of this program say so (Session::claim()), others are heard.
+Result<void> LineRun::must_be_free() {
+  if (settings_.force || !config_.interface) return {};
+  const auto owner = master_.find_owner(kListenForMasters);
+  // Whether anybody is there at all is for scan() to say.
+  if (!owner || !owner->in_op) return {};
+  if (owner->heard) {
+    return fail(ErrorKind::kLineDriven,
+                fmt::format("slave {} is in OP and {}: this would take his line away", *owner->in_op,
+                            ecat_master::describe_traffic(master_.exchange_statistics())));
+  }
+  progress(fmt::format("slave {} is in OP, but no other master has been heard for {} ms: the line is taken over",
+                       *owner->in_op, kListenForMasters.count()));
+  return {};
+}
+
+void LineRun::make_motion() {
+  std::vector<ecat_master::Axis> axes;
+  for (auto axis : config_.axes) {
+    // The file names slaves; those with an alias may be anywhere on the line. All are there, or configure() had failed.
+    axis.on_loss = config_.recovery.axes;
+    if (!axis.setpoint_delay_cycles) axis.setpoint_delay_cycles = setpoint_delay(config_, axis, master_);
+    axis.slave = master_.position_of(axis.slave).value_or(axis.slave);
+    // A slave that may come and go is no reason for the others to stop.
+    if (master_.slaves()[axis.slave].plan.hot_connect) axis.on_loss = ecat_master::LossPolicy::kContinue;
+    axes.emplace_back(axis, master_.image().places()[axis.slave], master_.slaves()[axis.slave].plan.pdos);
+  }
+  ecat_master::Motion::Settings settings;
+  settings.period = config_.period;
+  settings.repeat = config_.path && config_.path->repeat;
+  settings.relative = !config_.path || config_.path->relative;
+  settings.bad_cycle_limit = config_.max_lost_cycles;
+  if (config_.path) settings.late = config_.path->late;
+  motion_ = std::make_unique<ecat_master::Motion>(std::move(axes), *settings_.path, settings);
+}
+
+Result<void> LineRun::start_cycle() {
+  ecat_master::CyclicCore::Settings settings;
+  settings.period = config_.period;
+  settings.receive_window = receive_window(config_.period);
+  settings.acyclic_bytes = acyclic_bytes_;
+  settings.copies = copies_;
+  fault_records_ = std::make_unique<FaultRecords>(
+      config_.output.directory, motion_ ? axis_labels(config_) : std::vector<ecat_master::FlightRecorder::AxisLabel>{},
+      !session_.virtual_time());
+  settings.recorder = &fault_records_->recorder();
+  auto make_runner = [this](ecat_master::CyclicCore& core) -> std::unique_ptr<ecat_master::CycleRunner> {
+    if (session_.virtual_time()) return std::make_unique<ecat_master::InlineRunner>(core, session_.clock());
+    return std::make_unique<ecat_master::RealtimeRunner>(core, session_.clock(), config_.realtime, config_.wake_ahead);
+  };
+  auto started = master_.start_cycle(motion_.get(), {&line_ring_, &axis_ring_}, settings, make_runner);
+  if (!started) return fail(ErrorKind::kMachine, started.error());
+  if (const auto* runner = dynamic_cast<ecat_master::RealtimeRunner*>(master_.runner())) {
+    for (const auto& line : rt::to_lines(runner->report())) progress(fmt::format("  {}", line));
+  }
+  if (auto done = master_.go_operational(); !done)
+    return tl::unexpected(Error{ErrorKind::kLine, {}, with_clock_remedy(done.error()), {}, 0, done.error()});
+  if (auto* watch = master_.clock_watch()) {
+    const auto status = master_.clock_follower()->status();
+    progress(fmt::format("clocks: locked to slave {}, which runs {:+.1f} ppm against this machine",
+                         watch->clocks().reference, status.ppm));
+  }
+  state_ = "OP";
+  if (feed_) feed_->set_state(snapshot::LineState::kOp);
+  progress("all in OP");
+  return {};
+}
+
+/// Lets time pass beside the cycle; on virtual time waits for the telemetry to keep up.
+void LineRun::pass(nanoseconds duration) {
+  master_.pass(duration);
+  while (session_.virtual_time() && (line_ring_.size() > 0 || axis_ring_.size() > 0)) {
+    std::this_thread::sleep_for(std::chrono::microseconds{100});
+  }
+}
+
+double LineRun::seconds_in_operation() const {
+  return std::chrono::duration<double>(operation_time_).count();
+}
+
+void LineRun::begin_operation() {
+  // The figures of the report are those of the time in operation.
+  master_.core()->count(false);
+  pass(2 * config_.period);
+  master_.core()->count(true);
+  if (auto* watch = master_.clock_watch()) watch->restart_statistics();
+  recorder_->begin_operation(session_.clock().now());
+  make_watch();
+  operation_start_ = session_.clock().now();
+  settings_.observer->look();
+  // The line is up; whoever has asked for the end by now moves nothing any more.
+  if (motion_ && !stop_requested()) motion_->request_start();
+  if (motion_ && !config_.path)
+    progress("there is no [path]: the axes are enabled and hold the place where they stand");
+}
+
+void LineRun::operate() {
+  begin_operation();
+  // Looks take their time in the cycle as well: they stand on a grid, so that a run is as long as it was ordered.
+  do {
+    pass(kWatchInterval - (session_.clock().now() - operation_start_) % kWatchInterval);
+    operation_time_ = session_.clock().now() - operation_start_;
+  } while (look());
+  master_.core()->count(false);
+  if (faults_.empty()) margins_ = read_sync_margins(master_);
+  if (stop_requested()) progress("stop requested: taking the line down");
+  recorder_->end_operation(session_.clock().now());
+  watch_->tell_missing();
+  state_ = watch_->state();
+  stop_motion();
+}
+
+/// At everything. False: the operation is over.
+bool LineRun::look() {
+  const bool over = settings_.duration_s && seconds_in_operation() >= *settings_.duration_s;
+  if (over) master_.core()->count(false);
+  for (const auto& told : group_watch_.poll(*master_.core())) progress(told);
+  for (const auto& told : fault_records_->poll()) progress(told);
+  const bool goes_on = watch_->look();
+  state_ = watch_->state();
+  if (!goes_on || stop_requested()) return false;
+  settings_.observer->look();
+  if (over || stop_requested()) return false;
+  const bool arrived = motion_ && config_.path && motion_->phase() == ecat_master::MotionPhase::kHolding;
+  if (!settings_.duration_s && arrived) return false;
+  tell_progress();
+  return true;
+}
+
+void LineRun::tell_progress() {
+  if (seconds_in_operation() < next_progress_s_) return;
+  next_progress_s_ += session_.virtual_time() ? 10.0 : 1.0;
+  progress(fmt::format("{:6.1f} s  {}", seconds_in_operation(),
+                       motion_ ? ecat_master::to_text(motion_->phase()) : "exchanging"));
+}
+
+void LineRun::make_watch() {
+  watch_ = std::make_unique<LineWatch>(
+      master_, session_.ring(), motion_.get(), config_, session_.clock(),
+      LineWatch::Listener{[this](const std::string& sentence) { note_event(sentence); },
+                          [this](std::string sentence, bool ends_run) { note_fault(std::move(sentence), ends_run); }});
+}
+
+ecat_master::Result<ecat_master::LineDiagnosis> LineRun::diagnose() {
+  auto diagnosis = ecat_master::diagnose(master_, &watch_->supervisor(), session_.ring());
+  if (!diagnosis) return diagnosis;
+  diagnosis->statistics = figures_->snapshot();
+  diagnosis->round_trip_modelled = !config_.interface.has_value();
+  return diagnosis;
+}
+
+void LineRun::note_fault(std::string fault, bool fatal) {
+  settings_.observer->fault(fault);
+  if (feed_) feed_->add_fault(fault);
+  if (fault_records_) fault_records_->note_fault();
+  if (fatal && failure_.empty()) failure_ = fault;
+  events_.push_back(fmt::format("{:.3f} s {}", seconds_in_operation(), fault));
+  faults_.push_back(std::move(fault));
+}
+
+void LineRun::note_event(const std::string& sentence) {
+  settings_.observer->event(sentence);
+  events_.push_back(fmt::format("{:.3f} s {}", seconds_in_operation(), sentence));
+}
+
+void LineRun::stop_motion() {
+  // Nobody hears it.
+  if (!motion_ || master_.core()->al_status().slaves == 0) return;
+  motion_->request_stop();
+  const auto deadline = session_.clock().now() + kStopTimeout;
+  do {
+    pass(kWatchInterval);
+  } while (motion_->phase() != ecat_master::MotionPhase::kIdle && session_.clock().now() < deadline);
+  if (motion_->phase() != ecat_master::MotionPhase::kIdle) {
+    note_fault(fmt::format("the axes did not switch off within {} s", kStopTimeout.count()));
+  }
+}
+
+void LineRun::take_down() {
+  tell_traffic();
+  if (feed_) feed_->set_state(snapshot::LineState::kDown);
+  const auto down = master_.shut_down();
+  if (down) {
+    progress("all in INIT");
+  } else {
+    note_fault(fmt::format("on the way to INIT: {}", ecat_master::describe(down.error())));
+  }
+  if (drain_) drain_->stop();
+  judge_axes();
+  if (recorder_ && !recorder_->problem().empty()) note_fault(recorder_->problem());
+  if (const auto end = recorder_ ? recorder_->cut_off_at_s() : std::nullopt) {
+    note_event(fmt::format("axes.csv and its plots end after {:.3f} s, with {} rows; the figures are of the whole run",
+                           *end, recorder_->rows()));
+  }
+  if (operation_time_ > nanoseconds{0}) finish_fault_records();
+}
+
+/// Of a run that nothing else has ended badly.
+void LineRun::judge_axes() {
+  if (!motion_ || !failure_.empty() || operation_time_ == nanoseconds{0}) return;
+  for (std::size_t i = 0; i < config_.axes.size(); ++i) {
+    const auto& axis = config_.axes[i];
+    const auto& seen = recorder_->following_errors()[i];
+    // Whoever stops the run at its beginning does not wait for them.
+    if (seen.samples == 0 && stop_requested() && operation_time_ < kTimeToEnable) continue;
+    const auto period = config_.period * exchange_divider(config_, config_.slaves[axis.slave]);
+    auto verdict = axis_verdict(axis, seen, period, config_.output.increments);
+    if (!verdict.empty()) note_fault(std::move(verdict));
+  }
+}
+
+/// Another master on the wire explains much of what else went wrong.
+void LineRun::tell_traffic() {
+  auto traffic = master_.exchange_statistics();
+  if (const auto* core = master_.core(); core != nullptr) traffic.frames_foreign += core->foreign_frames();
+  if (const auto strange = ecat_master::describe_traffic(traffic); !strange.empty()) note_event(strange);
+}
+
+/// After the cycle has ended.
+void LineRun::finish_fault_records() {
+  for (const auto& told : fault_records_->finish()) progress(told);
+  if (!fault_records_->problem().empty()) note_fault(fault_records_->problem());
+}
+
+RunReport LineRun::make_report() {
+  RunReport report;
+  report.line = config_.name;
+  report.state = state_;
+  report.increments = config_.output.increments;
+  report.period = config_.period;
+  report.duration_s = seconds_in_operation();
+  report.statistics = master_.core()->statistics();
+  if (motion_) report.path_late = motion_->path_late();
+  report.longest_absence_at_s =
+      std::chrono::duration<double>(report.statistics.longest_absence_at - operation_start_).count();
+  report.round_trip_modelled = !config_.interface.has_value();
+  report.process_data = view_image(config_, master_, master_.core()->groups(), &group_watch_);
+  if (auto* watch = master_.clock_watch()) {
+    const auto& follower = *master_.clock_follower();
+    auto& clocks = report.clocks.emplace();
+    clocks.locked = master_.clock_follower()->status().locked;
+    clocks.differences = watch->all_differences();
+    clocks.phase_errors = follower.phase_errors();
+    for (const auto& margin : margins_) {
+      clocks.margins.push_back({config_.slaves[margin.slave].name, margin.report});
+    }
+  }
+  if (const auto* ring = session_.ring()) {
+    report.ring = {ring->status(), ring->merged(), ring->halves(), ring->late_halves()};
+  }
+  report_axes(report);
+  if (config_.axes.empty() && variables_) report.inputs = read_inputs(*variables_, master_.image().inputs());
+  report.faults = faults_;
+  report.failure = failure_;
+  report.events = events_;
+  if (watch_) report.recoveries = watch_->supervisor().recoveries();
+  report_files(report);
+  return report;
+}
+
+void LineRun::report_axes(RunReport& report) const {
+  for (std::size_t i = 0; i < config_.axes.size(); ++i) {
+    const auto& axis = config_.axes[i];
+    const auto& error = recorder_->following_errors()[i];
+    const auto& unit = ecat_master::position_unit(axis);
+    report.axes.push_back({axis.name, axis.slave, error.maximum * axis.increments_per_unit,
+                           error.rms() * axis.increments_per_unit, std::string(unit.name),
+                           axis.increments_per_unit * unit.to_si(1.0), error.unavailable});
+    if (error.drive.samples == 0) continue;
+    report.axes.back().by_drive = {error.drive.maximum * axis.increments_per_unit,
+                                   error.drive.rms() * axis.increments_per_unit};
+  }
+}
+
+void LineRun::report_files(RunReport& report) const {
+  if (recorder_->rows() > 0 && recorder_->problem().empty())
+    report.files["axes_csv"] = config_.output.directory / "axes.csv";
+  const auto& records = fault_records_->files();
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    report.files[i == 0 ? "flight_recorder_csv" : fmt::format("flight_recorder_{}_csv", i + 1)] = records[i];
+  }
+}
+
+}  // namespace driveline::runtime

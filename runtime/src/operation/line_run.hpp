@@ -1,0 +1,108 @@
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "driveline/ecat_master/diagnosis/diagnosis.hpp"
+#include "driveline/ecat_master/master.hpp"
+#include "driveline/runtime/files/output_file.hpp"
+#include "driveline/runtime/observer.hpp"
+#include "driveline/runtime/record/group_watch.hpp"
+#include "driveline/runtime/record/run_report.hpp"
+#include "driveline/runtime/record/sync_margins.hpp"
+#include "driveline/runtime/setup/session.hpp"
+#include "driveline/snapshot/drain_thread.hpp"
+#include "operation/line_watch.hpp"
+#include "record/cycle_figures.hpp"
+#include "record/fault_records.hpp"
+#include "record/recorder.hpp"
+#include "record/status_feed.hpp"
+
+namespace driveline::runtime {
+
+/// The main job: a line from INIT to OP, its axes along the path, and back to INIT. One use.
+class LineRun {
+ public:
+  /// What the run is given beside the session; all that is pointed at must outlive it.
+  struct Settings {
+    std::optional<trajectory::Interpolator> path;  ///< of the configured axes; none: exchange without motion
+    std::optional<double> duration_s;              ///< none: until the end of the path
+    bool force = false;                            ///< takes the line over from a master that drives it
+    std::vector<snapshot::SampleConsumer*> consumers{};
+    Observer* observer = nullptr;             ///< never null
+    const std::atomic<bool>* stop = nullptr;  ///< never null; set: the run is to end in order
+  };
+
+  LineRun(Session& session, Settings settings);
+  ~LineRun();
+
+  /// Everything from scan to INIT. The report is complete also after a failure; its faults tell what happened. Error:
+  /// the line did not even get into operation.
+  [[nodiscard]] Result<RunReport> execute();
+  /// Of the line as it is now; while it is in operation. Travels in the gaps of the cycle.
+  [[nodiscard]] ecat_master::Result<ecat_master::LineDiagnosis> diagnose();
+
+ private:
+  [[nodiscard]] Result<void> prepare();
+  [[nodiscard]] Result<void> start_telemetry();
+  [[nodiscard]] Result<void> bring_up();
+  [[nodiscard]] Result<void> bring_up_clocks();
+  [[nodiscard]] Result<void> must_be_free();
+  void make_motion();
+  [[nodiscard]] Result<void> start_cycle();
+  void operate();
+  void begin_operation();
+  [[nodiscard]] bool look();
+  void tell_progress();
+  void stop_motion();
+  void take_down();
+  void judge_axes();
+  void tell_traffic();
+  void finish_fault_records();
+  void leave_nothing_behind();
+  void pass(std::chrono::nanoseconds duration);
+  /// `fatal`: the run has failed.
+  void note_fault(std::string fault, bool fatal = true);
+  void note_event(const std::string& sentence);
+  void make_watch();
+  [[nodiscard]] RunReport make_report();
+  void report_axes(RunReport& report) const;
+  void report_files(RunReport& report) const;
+  [[nodiscard]] double seconds_in_operation() const;
+  [[nodiscard]] bool stop_requested() const noexcept { return settings_.stop->load(std::memory_order_relaxed); }
+  void progress(const std::string& sentence) { settings_.observer->progress(sentence); }
+
+  Session& session_;
+  const LineConfig& config_;
+  Settings settings_;
+  rt::SpscRing<snapshot::LineSample> line_ring_;
+  rt::SpscRing<snapshot::AxisSample> axis_ring_;
+  std::unique_ptr<StatusFeed> feed_;
+  std::unique_ptr<Recorder> recorder_;
+  std::unique_ptr<CycleFigures> figures_;
+  std::unique_ptr<ecat_master::Motion> motion_;
+  std::vector<ecat_master::ProcessDataCopy> copies_;
+  std::size_t acyclic_bytes_ = 0;
+  std::optional<ecat_master::ProcessVariables> variables_;
+  GroupWatch group_watch_;
+  std::unique_ptr<FaultRecords> fault_records_;
+  ecat_master::Master master_;
+  std::unique_ptr<snapshot::DrainThread> drain_;
+  bool created_directory_ = false;
+  FolderLock folder_;
+  std::unique_ptr<LineWatch> watch_;
+  std::vector<std::string> faults_;
+  std::string failure_;  ///< the first fault that the run failed by
+  std::vector<std::string> events_;
+  std::vector<SlaveMargin> margins_;  ///< as of the end of the operation
+  std::string state_ = "INIT";
+  double next_progress_s_ = 1.0;
+  std::chrono::nanoseconds operation_start_{};
+  std::chrono::nanoseconds operation_time_{};
+};
+
+}  // namespace driveline::runtime

@@ -1,0 +1,318 @@
+#include "operation/line_watch.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "driveline/ecat_master/axis/error_code.hpp"
+#include "operation/motion_text.hpp"
+
+namespace driveline::runtime {
+namespace {
+
+using ecat_master::AxisPresence;
+using ecat_master::LineEvent;
+using ecat_master::MotionPhase;
+using std::chrono::nanoseconds;
+
+/// No valid process data for that long: nobody can be reached.
+constexpr nanoseconds kCommunicationTimeout = std::chrono::milliseconds{100};
+/// How often the ways to the clocks are measured anew.
+constexpr auto kDelayInterval = std::chrono::seconds{10};
+/// Per transition of a slave that is brought back; the user's stop waits for as long.
+constexpr auto kRecoveryTimeout = std::chrono::seconds{3};
+
+ecat_master::LineSupervisor::Settings supervision(const RecoveryConfig& recovery) {
+  ecat_master::LineSupervisor::Settings settings;
+  settings.recover = recovery.axes != ecat_master::LossPolicy::kStop;
+  settings.state_timeout = kRecoveryTimeout;
+  return settings;
+}
+
+}  // namespace
+
+LineWatch::LineWatch(ecat_master::Master& master, const port::RedundantPort* ring, ecat_master::Motion* motion,
+                     const LineConfig& config, rt::Clock& clock, Listener listener)
+    : master_(master),
+      motion_(motion),
+      config_(config),
+      clock_(clock),
+      listener_(std::move(listener)),
+      supervisor_(master, ring, supervision(config.recovery)),
+      absences_([&core = *master.core()](ecat_master::MasterAbsence& absence) { return core.take_absence(absence); },
+                clock.now(), max_lost_text(config)),
+      last_emergency_(clock.now()),
+      away_since_(master.slaves().size()),
+      presences_(motion != nullptr ? motion->axes().size() : 0),
+      next_delays_(clock.now() + kDelayInterval) {
+  for (std::size_t i = 0; i < master.slaves().size(); ++i) {
+    if (!master.slaves()[i].present)
+      listener_.event(fmt::format("slave {} ({}): is not connected; it joins when it is", i, name_of(i)));
+  }
+}
+
+/// The run goes on without it.
+bool LineWatch::expendable(std::size_t slave) const {
+  return config_.recovery.axes != LossPolicy::kStop || master_.slaves()[slave].plan.hot_connect;
+}
+
+bool LineWatch::look() {
+  if (!master_was_there() || !frames_come_back()) return false;
+  supervisor_.poll();
+  const bool line = take_line_events();
+  watch_axes();
+  fetch_emergencies();
+  const bool motion = motion_goes_on();
+  return line && motion && !waits_in_vain() && clocks_answer();
+}
+
+/// Before anything else: what drives make of a master that was away is its doing and not theirs.
+bool LineWatch::master_was_there() {
+  const auto found = absences_.look();
+  for (const auto& sentence : found.sentences) listener_.event(sentence);
+  if (found.stopped.empty()) return true;
+  const bool over = config_.recovery.axes == LossPolicy::kStop;
+  listener_.fault(found.stopped, over);
+  return !over;
+}
+
+/// The first look at a line that is cut off at the master: every question to a slave would wait for its time-out.
+bool LineWatch::frames_come_back() {
+  auto& core = *master_.core();
+  const bool silent = core.bad_cycles() * config_.period > kCommunicationTimeout && core.al_status().slaves == 0;
+  if (!silent) {
+    if (silent_since_ != nanoseconds{0}) listener_.event("frames come back again");
+    silent_since_ = {};
+    stale_before_ = core.stale_frames();
+    return true;
+  }
+  const auto late = core.stale_frames() - stale_before_;
+  auto sentence = late == 0 ? fmt::format("communication lost: no frame came back for {} cycles", core.bad_cycles())
+                            : fmt::format(
+                                  "communication lost: frames come back too late, none in time for {} cycles, "
+                                  "{} after their cycle",
+                                  core.bad_cycles(), late);
+  if (config_.recovery.axes == LossPolicy::kStop) {
+    state_ = "LOST";
+    end(std::move(sentence));
+    return false;
+  }
+  const auto now = clock_.now();
+  if (silent_since_ == nanoseconds{0}) {
+    silent_since_ = now;
+    listener_.fault(std::move(sentence), false);
+  }
+  if (config_.recovery.give_up.count() == 0 || now - silent_since_ < config_.recovery.give_up) return true;
+  state_ = "LOST";
+  end(fmt::format("no frame came back within {} s", config_.recovery.give_up.count()));
+  return false;
+}
+
+bool LineWatch::take_line_events() {
+  bool goes_on = true;
+  const auto& history = supervisor_.history();
+  const auto fresh = std::min<std::uint64_t>(supervisor_.events() - events_taken_, history.size());
+  for (auto event = history.end() - static_cast<std::ptrdiff_t>(fresh); event != history.end(); ++event) {
+    if (!take(*event)) goes_on = false;
+  }
+  events_taken_ = supervisor_.events();
+  return goes_on;
+}
+
+bool LineWatch::take(const LineEvent& event) {
+  using Kind = LineEvent::Kind;
+  const bool of_slave = event.kind == Kind::kLeftOp || event.kind == Kind::kGone || event.kind == Kind::kRecovered ||
+                        event.kind == Kind::kJoined || event.kind == Kind::kRecoveryFailed ||
+                        event.kind == Kind::kRegistersChanged || event.kind == Kind::kRegistersRestored;
+  auto sentence = what_happened(event, of_slave ? name_of(event.slave) : std::string());
+  if (event.kind == Kind::kLeftOp) sentence += absences_.cause_of(event.time);
+  switch (event.kind) {
+    case Kind::kLeftOp:
+    case Kind::kGone:
+    case Kind::kRegistersChanged:
+      away_since_[event.slave] = event.time;
+      if (expendable(event.slave)) {
+        listener_.fault(std::move(sentence), false);
+        return true;
+      }
+      state_ = event.kind != Kind::kLeftOp
+                   ? "INCOMPLETE"
+                   : std::string(wire::to_text(event.state.state)) + (event.state.error ? "+ERROR" : "");
+      end(std::move(sentence));
+      return false;
+    case Kind::kJoined:
+    case Kind::kRecovered:
+      away_since_[event.slave] = {};
+      [[fallthrough]];
+    case Kind::kRingClosed:
+      listener_.event(sentence);
+      return true;
+    case Kind::kOtherMaster:
+      // Tools that read, or talk to mailboxes, are no fault.
+      if (ecat_master::harm_of(event.other.command, event.other.ado) < 2) {
+        listener_.event(sentence);
+        return true;
+      }
+      [[fallthrough]];
+    case Kind::kRecoveryFailed:
+    case Kind::kRingBroken:
+    case Kind::kOutputsZeroed:
+    case Kind::kRegistersRestored:
+      listener_.fault(std::move(sentence), false);
+      return true;
+  }
+  return true;
+}
+
+bool LineWatch::waits_in_vain() {
+  const auto patience = config_.recovery.give_up;
+  if (patience.count() == 0) return false;
+  const auto now = clock_.now();
+  for (std::size_t i = 0; i < away_since_.size(); ++i) {
+    if (away_since_[i] == nanoseconds{0} || master_.slaves()[i].plan.hot_connect) continue;
+    if (now - away_since_[i] < patience) continue;
+    state_ = "INCOMPLETE";
+    end(fmt::format("slave {} ({}): not back within {} s", i, name_of(i), patience.count()));
+    return true;
+  }
+  return false;
+}
+
+/// Mails that nobody has asked for. One round of the mailboxes per look; those of the line that have none cost nothing.
+void LineWatch::fetch_emergencies() {
+  if (silent_since_ != nanoseconds{0}) return;
+  static_cast<void>(master_.mailboxes().step());
+  auto newest = last_emergency_;
+  for (const auto& record : master_.mailboxes().emergencies().all()) {
+    if (record.time <= last_emergency_) continue;
+    newest = std::max(newest, record.time);
+    listener_.event(fmt::format("slave {} ({}): emergency {}, error register 0x{:02X}", record.slave,
+                                name_of(record.slave), ecat_master::cia402::error_text(record.message.error_code),
+                                record.message.error_register));
+  }
+  last_emergency_ = newest;
+}
+
+/// What the motion says of axes whose slave is away or was.
+/// What comes next for an axis that is on its way from `before` to `now`. One that comes back while the others have
+/// power takes every step, though a look may come after several of them.
+AxisPresence LineWatch::next_presence(AxisPresence before, AxisPresence now) const {
+  if (!had_power_) return now;
+  if (before == AxisPresence::kMissing && now != AxisPresence::kEnabling) return AxisPresence::kEnabling;
+  if (before == AxisPresence::kEnabling && now == AxisPresence::kPresent) return AxisPresence::kReturning;
+  return now;
+}
+
+void LineWatch::watch_axes() {
+  for (std::size_t i = 0; i < presences_.size(); ++i) {
+    const auto now = motion_->presence(i);
+    while (presences_[i] != now) {
+      presences_[i] = next_presence(presences_[i], now);
+      tell_presence(motion_->axes()[i].config(), presences_[i]);
+    }
+  }
+  if (motion_ == nullptr) return;
+  const auto phase = motion_->phase();
+  had_power_ = phase != MotionPhase::kIdle && phase != MotionPhase::kEnabling;
+}
+
+void LineWatch::tell_presence(const ecat_master::AxisConfig& axis, AxisPresence presence) {
+  switch (presence) {
+    case AxisPresence::kMissing:
+      listener_.fault(fmt::format("axis {}: unavailable; the others {}", axis.name,
+                                  axis.on_loss == LossPolicy::kHold ? "come to rest on the path and wait for it"
+                                                                    : "go on without it"),
+                      false);
+      break;
+    case AxisPresence::kEnabling:
+      listener_.event(fmt::format("axis {}: available again, being enabled", axis.name));
+      break;
+    case AxisPresence::kReturning:
+      listener_.event(fmt::format("axis {}: enabled, on its way back to the path", axis.name));
+      break;
+    case AxisPresence::kPresent:
+      listener_.event(fmt::format("axis {}: back on the path", axis.name));
+      break;
+  }
+}
+
+/// A look at the clocks. What happens to them is told, a lost lock is a fault, but neither ends the run: the drives
+/// know best how long they can do without. False: the bus does not answer.
+bool LineWatch::clocks_answer() {
+  auto* watch = master_.clock_watch();
+  // Whoever is away does not answer; he is waited for.
+  if (watch == nullptr || silent_since_ != nanoseconds{0}) return true;
+  using Kind = ecat_master::dc::ClockEvent::Kind;
+  auto polled = watch->poll();
+  if (const auto now = clock_.now(); polled && now >= next_delays_ && supervisor_.all_operational()) {
+    next_delays_ = now + kDelayInterval;
+    polled = master_.remeasure_delays();
+  }
+  for (const auto& event : watch->take_events()) {
+    const bool fault = event.kind == Kind::kLockLost || event.kind == Kind::kNoReference;
+    if (fault) {
+      listener_.fault(ecat_master::dc::describe(event), config_.recovery.axes == LossPolicy::kStop);
+    } else {
+      listener_.event(fmt::format("clocks: {}", ecat_master::dc::describe(event)));
+    }
+  }
+  if (polled || config_.recovery.axes != LossPolicy::kStop) return true;
+  end(ecat_master::describe(polled.error()));
+  return false;
+}
+
+bool LineWatch::motion_goes_on() {
+  if (motion_ == nullptr) return true;
+  auto failure = motion_failure();
+  if (failure.empty()) return true;
+  // The cycle stops the axes a moment before it tells of the absence, which is what has to be read first: next look.
+  const bool away = motion_->failure().cause == ecat_master::MotionFailure::Cause::kMasterAway;
+  if (away && !absence_awaited_) {
+    absence_awaited_ = true;
+    return true;
+  }
+  end(std::move(failure));
+  return false;
+}
+
+std::string LineWatch::motion_failure() const {
+  using Cause = ecat_master::MotionFailure::Cause;
+  const auto phase = motion_->phase();
+  if (phase != MotionPhase::kQuickStop && phase != MotionPhase::kDisabling && phase != MotionPhase::kIdle) return {};
+  const auto failure = motion_->failure();
+  const auto& name = config_.axes[failure.axis].name;
+  switch (failure.cause) {
+    case Cause::kNone:
+      return {};
+    case Cause::kAxisFault:
+      return fmt::format("axis {}: fault {}, status word 0x{:04X}; all axes stopped{}", name,
+                         ecat_master::cia402::error_text(failure.error_code), failure.status_word,
+                         absences_.cause_of(clock_.now()));
+    case Cause::kAxisLost:
+      return fmt::format("axis {}: no longer in operation, status word 0x{:04X}; all axes stopped", name,
+                         failure.status_word);
+    case Cause::kEnableTimeout:
+      return fmt::format("axis {}: did not reach Operation enabled, status word 0x{:04X}, error code {}", name,
+                         failure.status_word, ecat_master::cia402::error_text(failure.error_code));
+    case Cause::kMasterAway:
+      return fmt::format("the master was away for longer than {}; all axes stopped", max_lost_text(config_));
+    case Cause::kPositionLeap:
+    case Cause::kPositionFrozen:
+    case Cause::kPositionUnsteady:
+      return describe_position(config_.axes[failure.axis], failure, config_.output.increments);
+    case Cause::kCommunication:
+      break;
+  }
+  return "communication lost: the axes exchange no valid process data; quick stop commanded";
+}
+
+void LineWatch::tell_missing() {
+  if (const auto rest = absences_.rest(master_.core()->absences_dropped()); !rest.empty()) listener_.event(rest);
+  for (std::size_t i = 0; i < away_since_.size(); ++i) {
+    if (away_since_[i] == nanoseconds{0} || master_.slaves()[i].plan.hot_connect || state_ != "OP") continue;
+    state_ = "INCOMPLETE";
+    end(fmt::format("slave {} ({}): was not back when the run ended", i, name_of(i)));
+  }
+}
+
+}  // namespace driveline::runtime

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "driveline/ecat_master/recovery/line_supervisor.hpp"
+#include "driveline/runtime/config/line_config.hpp"
+#include "operation/absence_watch.hpp"
+
+namespace driveline::runtime {
+
+/// Looks after a line in operation: names what goes wrong, has slaves brought back as the line description wants it,
+/// and says when the run cannot go on. Belongs to the thread that owns the master.
+class LineWatch {
+ public:
+  /// Hears of everything that happens, in order.
+  struct Listener {
+    std::function<void(const std::string& sentence)> event;  ///< worth telling
+    /// Something is wrong; `ends_run` tells whether that is the end.
+    std::function<void(std::string sentence, bool ends_run)> fault;
+  };
+
+  /// For a master whose line is in OP. `ring` and `motion` may be null; all must outlive the watch.
+  LineWatch(ecat_master::Master& master, const port::RedundantPort* ring, ecat_master::Motion* motion,
+            const LineConfig& config, rt::Clock& clock, Listener listener);
+
+  /// A look at everything, and as long as it takes to bring back who can be. False: the run cannot go on.
+  [[nodiscard]] bool look();
+  /// Once, at the end: slaves that are not there (faults of the run), absences of the master that were not told.
+  void tell_missing();
+
+  /// "OP", or what the line has come to.
+  [[nodiscard]] const std::string& state() const noexcept { return state_; }
+  [[nodiscard]] const ecat_master::LineSupervisor& supervisor() const noexcept { return supervisor_; }
+
+ private:
+  using LossPolicy = ecat_master::LossPolicy;
+
+  [[nodiscard]] bool master_was_there();
+  [[nodiscard]] bool frames_come_back();
+  [[nodiscard]] bool clocks_answer();
+  [[nodiscard]] bool take_line_events();
+  [[nodiscard]] bool take(const ecat_master::LineEvent& event);
+  [[nodiscard]] bool waits_in_vain();
+  [[nodiscard]] ecat_master::AxisPresence next_presence(ecat_master::AxisPresence before,
+                                                        ecat_master::AxisPresence now) const;
+  void watch_axes();
+  void tell_presence(const ecat_master::AxisConfig& axis, ecat_master::AxisPresence presence);
+  void fetch_emergencies();
+  [[nodiscard]] bool motion_goes_on();
+  [[nodiscard]] std::string motion_failure() const;
+  [[nodiscard]] bool expendable(std::size_t slave) const;
+  [[nodiscard]] std::string name_of(std::size_t slave) const { return master_.slaves()[slave].plan.name; }
+  void end(std::string sentence) { listener_.fault(std::move(sentence), true); }
+
+  ecat_master::Master& master_;
+  ecat_master::Motion* motion_;
+  const LineConfig& config_;
+  rt::Clock& clock_;
+  Listener listener_;
+  ecat_master::LineSupervisor supervisor_;
+  AbsenceWatch absences_;
+  std::uint64_t events_taken_ = 0;
+  std::chrono::nanoseconds last_emergency_;
+  std::vector<std::chrono::nanoseconds> away_since_;  ///< zero: not away
+  std::chrono::nanoseconds silent_since_{0};
+  std::uint64_t stale_before_ = 0;  ///< late frames until the last look at which frames came back in time
+  bool absence_awaited_ = false;    ///< the axes were stopped for an absence of the master that was not told yet
+  std::vector<ecat_master::AxisPresence> presences_;
+  bool had_power_ = false;                  ///< at the last look at the axes
+  std::chrono::nanoseconds next_delays_{};  ///< when the ways to the clocks are measured again
+  std::string state_ = "OP";
+};
+
+}  // namespace driveline::runtime

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <filesystem>
+#include <future>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "driveline/ecat_master/diagnosis/flight_recorder.hpp"
+
+namespace driveline::runtime {
+
+/// The cycles around the faults of a run, one file per fault: flight_recorder.csv, flight_recorder.2.csv and so on. The
+/// first kMaxFiles faults get one; a fault that comes before the record of the one before is complete stands in that.
+///
+/// Belongs to the thread that looks after the line; the recorder's own side is the cycle's.
+class FaultRecords {
+ public:
+  static constexpr std::size_t kMaxFiles = 8;
+
+  /// `in_background`: files are written by another thread while the line runs on.
+  FaultRecords(std::filesystem::path directory, std::vector<ecat_master::FlightRecorder::AxisLabel> axes,
+               bool in_background);
+
+  /// What the cycle records into.
+  [[nodiscard]] ecat_master::FlightRecorder& recorder() noexcept { return recorder_; }
+  /// A fault has come up now.
+  void note_fault() noexcept;
+  /// To be called every now and then while the cycle runs. A sentence for each file that is complete since.
+  [[nodiscard]] std::vector<std::string> poll();
+  /// After the cycle has ended: writes what there is of the last fault. Sentences as of poll().
+  [[nodiscard]] std::vector<std::string> finish();
+
+  /// Those that were written.
+  [[nodiscard]] const std::vector<std::filesystem::path>& files() const noexcept { return files_; }
+  /// The first that could not be written, as a sentence; empty: none.
+  [[nodiscard]] const std::string& problem() const noexcept { return problem_; }
+
+ private:
+  /// What writing a file came to: a reason, or nothing.
+  using Writing = std::future<std::optional<std::string>>;
+
+  [[nodiscard]] std::filesystem::path next_file() const;
+  void begin_writing();
+  void end_writing(std::vector<std::string>& told);
+
+  std::filesystem::path directory_;
+  std::vector<ecat_master::FlightRecorder::AxisLabel> axes_;
+  bool in_background_;
+  ecat_master::FlightRecorder recorder_;
+  bool triggered_ = false;
+  Writing writing_;
+  std::vector<std::filesystem::path> files_;
+  std::string problem_;
+};
+
+}  // namespace driveline::runtime

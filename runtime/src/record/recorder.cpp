@@ -1,0 +1,165 @@
+#include "record/recorder.hpp"
+
+#include <fmt/format.h>
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <iterator>
+
+#include "driveline/runtime/files/output_file.hpp"
+
+namespace driveline::runtime {
+
+void ErrorFigures::add(double error) noexcept {
+  maximum = std::max(maximum, std::abs(error));
+  sum_of_squares += error * error;
+  ++samples;
+}
+
+double ErrorFigures::rms() const noexcept {
+  return samples == 0 ? 0.0 : std::sqrt(sum_of_squares / static_cast<double>(samples));
+}
+
+/// What is not a number stands for none.
+void Recorder::Extremes::add(double value) noexcept {
+  least = std::fmin(least, value);
+  greatest = std::fmax(greatest, value);
+}
+
+Recorder::Recorder(const std::vector<ecat_master::AxisConfig>& axes, std::optional<std::filesystem::path> csv,
+                   std::uint64_t every, bool increments)
+    : errors_(axes.size()), csv_(std::move(csv)), every_(every), increments_(increments), extremes_(axes.size()) {
+  for (const auto& axis : axes) {
+    columns_.push_back({axis.name, axis.linear, &ecat_master::position_unit(axis), axis.increments_per_unit});
+  }
+  if (!csv_) return;
+  stream_.open(partial_name(*csv_), std::ios::trunc);
+  if (!stream_) problem_ = fmt::format("{}: cannot be written: {}", csv_->string(), std::strerror(errno));
+}
+
+/// Three columns for each axis, then what fewer people look at. Which drives report a following error of their own is
+/// known by the first row.
+void Recorder::write_header(const std::vector<snapshot::AxisSample>& row) {
+  stream_ << "time[s]";
+  const auto head = [this](const Column& column, std::string_view figure, std::string_view unit) {
+    stream_ << fmt::format(",{}_{}[{}]", column.axis, figure, unit);
+  };
+  for (const auto& column : columns_) {
+    for (const auto* figure : {"target", "actual", "following_error"}) head(column, figure, column.unit->name);
+  }
+  for (const auto& column : columns_) head(column, "torque", column.linear ? "N" : "Nm");
+  for (const auto& column : columns_) {
+    for (const auto* figure : {"following_error_min", "following_error_max"}) head(column, figure, column.unit->name);
+  }
+  for (std::size_t i = 0; i < columns_.size(); ++i) {
+    if (!std::isnan(row[i].drive_following_error_rad))
+      head(columns_[i], "drive_following_error", columns_[i].unit->name);
+  }
+  for (const auto& column : columns_) {
+    if (!increments_) break;
+    for (const auto* figure : {"target", "actual", "following_error"}) head(column, figure, "increments");
+  }
+  stream_ << '\n';
+}
+
+void Recorder::lines(std::span<const snapshot::LineSample>) {}
+
+void Recorder::axes(std::span<const snapshot::AxisSample> samples) {
+  const auto begin = operation_begin_.load();
+  for (const auto& sample : samples) {
+    if (sample.axis >= errors_.size()) continue;
+    auto& error = errors_[sample.axis];
+    const bool operating = sample.time_ns >= begin && sample.time_ns < operation_end_.load();
+    if (sample.state == snapshot::AxisState::kUnavailable && operating) ++error.unavailable;
+    if (operating) error.last = sample;
+    if (sample.state == snapshot::AxisState::kOperationEnabled) {
+      error.add(sample.following_error_rad);
+      if (!std::isnan(sample.drive_following_error_rad)) error.drive.add(sample.drive_following_error_rad);
+      extremes_[sample.axis].add(sample.following_error_rad);
+    }
+    if (csv_) add_to_row(sample);
+  }
+}
+
+/// Samples of one cycle come one after the other; a row is taken when it is complete, and dropped when samples of it
+/// got lost.
+void Recorder::add_to_row(const snapshot::AxisSample& sample) {
+  if (sample.axis == 0 || row_.empty() || row_.front().cycle != sample.cycle) row_.clear();
+  if (sample.axis != row_.size()) return;
+  row_.push_back(sample);
+  if (row_.size() < errors_.size()) return;
+  if (sample.cycle % every_ == 0) {
+    take_row(row_);
+    last_row_.clear();
+  } else {
+    std::swap(row_, last_row_);
+  }
+  row_.clear();
+}
+
+void Recorder::take_row(const std::vector<snapshot::AxisSample>& row) {
+  if (rows_ < kMaxRows) return write_row(row);
+  cut_off_at_s_ = last_time_s_;
+}
+
+void Recorder::write_row(const std::vector<snapshot::AxisSample>& row) {
+  if (!first_time_ns_) {
+    first_time_ns_ = row.front().time_ns;
+    write_header(row);
+  }
+  last_time_s_ = static_cast<double>(row.front().time_ns - *first_time_ns_) * 1e-9;
+  fmt::memory_buffer text;
+  fmt::format_to(std::back_inserter(text), "{:.6f}", last_time_s_);
+  const auto add = [&text](auto format, auto... values) {
+    fmt::format_to(std::back_inserter(text), format, values...);
+  };
+  const auto shown = [this](std::size_t axis, double si) { return columns_[axis].unit->from_si(si); };
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    add(FMT_STRING(",{:.7g},{:.7g},{:.4g}"), shown(i, row[i].target_position_rad), shown(i, row[i].actual_position_rad),
+        shown(i, row[i].following_error_rad));
+  }
+  for (const auto& sample : row) add(FMT_STRING(",{:.5g}"), sample.actual_torque_nm);
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    add(FMT_STRING(",{:.7g},{:.7g}"), shown(i, extremes_[i].least), shown(i, extremes_[i].greatest));
+  }
+  std::fill(extremes_.begin(), extremes_.end(), Extremes{});
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    const double error = row[i].drive_following_error_rad;
+    if (!std::isnan(error)) add(FMT_STRING(",{:.4g}"), shown(i, error));
+  }
+  for (std::size_t i = 0; increments_ && i < row.size(); ++i) {
+    const double scale = columns_[i].increments_per_unit;
+    add(FMT_STRING(",{:.0f},{:.0f},{:.1f}"), row[i].target_position_rad * scale, row[i].actual_position_rad * scale,
+        row[i].following_error_rad * scale);
+  }
+  text.push_back('\n');
+  stream_.write(text.data(), static_cast<std::streamsize>(text.size()));
+  ++rows_;
+}
+
+void Recorder::finish(const snapshot::DrainCounters&) {
+  if (!stream_.is_open()) return;
+  // Of the cycles behind the last row, if one of them could hold the peak.
+  const bool more = std::any_of(extremes_.begin(), extremes_.end(), [](const auto& e) { return !std::isnan(e.least); });
+  if (more && !last_row_.empty()) take_row(last_row_);
+  if (rows_ == 0 || discarded_.load(std::memory_order_relaxed)) return drop_file();
+  stream_.close();
+  if (!stream_) {
+    problem_ = fmt::format("{}: could not be written completely: {}", csv_->string(), std::strerror(errno));
+    return drop_file();
+  }
+  if (auto completed = complete_file(*csv_); !completed) problem_ = describe(completed.error());
+}
+
+void Recorder::drop_file() {
+  stream_.close();
+  std::error_code ignored;
+  std::filesystem::remove(partial_name(*csv_), ignored);
+}
+
+Recorder::~Recorder() {
+  if (stream_.is_open()) drop_file();
+}
+
+}  // namespace driveline::runtime

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <atomic>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "driveline/rt/histogram.hpp"
+
+namespace driveline::runtime {
+
+/// Makes the status of the line out of the samples that pass by, and out of what the owner of the line tells; the other
+/// consumers are told of it.
+class StatusFeed final : public snapshot::SampleConsumer {
+ public:
+  /// `listeners` must outlive the feed, and come after it in the list of the drain thread's consumers.
+  StatusFeed(std::vector<snapshot::SampleConsumer*> listeners, std::chrono::nanoseconds period);
+
+  // The owner, any thread.
+  void set_state(snapshot::LineState state) noexcept { state_.store(state, std::memory_order_relaxed); }
+  void add_fault(std::string fault);
+
+  // The drain thread.
+  void lines(std::span<const snapshot::LineSample> samples) override;
+  void axes(std::span<const snapshot::AxisSample>) override {}
+  void pass_done(const snapshot::DrainCounters& counters) override;
+  void finish(const snapshot::DrainCounters& counters) override;
+
+ private:
+  void hand_over();
+
+  std::vector<snapshot::SampleConsumer*> listeners_;
+  snapshot::LineStatus status_;
+  rt::Histogram wake_latency_;
+  rt::Histogram cost_;
+  std::chrono::steady_clock::time_point due_{};
+  std::atomic<snapshot::LineState> state_{snapshot::LineState::kDown};
+  std::mutex mutex_;
+  std::vector<std::string> faults_;  ///< guarded by mutex_
+};
+
+}  // namespace driveline::runtime

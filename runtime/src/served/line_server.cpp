@@ -1,0 +1,234 @@
+#include "driveline/runtime/served/line_server.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "driveline/wire/ethernet.hpp"
+#include "driveline/wire/registers.hpp"
+
+namespace driveline::runtime {
+namespace {
+
+using std::chrono::microseconds;
+using std::chrono::nanoseconds;
+
+/// Longest sleep without a frame: the drives' control loops must run on. No divisor of usual cycles, all multiples of
+/// 125 us: the slaves' own life would come when the next frame does.
+constexpr auto kIdleStep = microseconds{90};
+/// A drive takes about 0.4 us a step, so that a frame waits a few microseconds at most.
+constexpr std::size_t kSlavesAtATime = 16;
+/// States, orders and windows are looked at so often.
+constexpr auto kHousekeeping = microseconds{500};
+/// Frames closer together than this belong to the same cycle of the master.
+constexpr auto kBurstGap = microseconds{20};
+/// Without frames for so long there is no master to poll for.
+constexpr auto kMasterGone = std::chrono::milliseconds{20};
+constexpr auto kLongestRest = std::chrono::milliseconds{1};
+constexpr std::size_t kMaxChanges = 4096;
+constexpr std::size_t kMaxOrders = 64;
+
+void count(std::atomic<std::uint64_t>& counter) noexcept {
+  // One writer: load and store suffice.
+  counter.store(counter.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+}
+
+}  // namespace
+
+LineServer::LineServer(slaves::Line& line, port::Port& primary, port::Port* secondary, rt::Clock& clock,
+                       Settings settings)
+    : line_(line),
+      ports_{&primary, secondary},
+      clock_(clock),
+      settings_(std::move(settings)),
+      held_(kMaxHeld),
+      states_(line.size()),
+      changes_(kMaxChanges),
+      orders_(kMaxOrders),
+      answers_(kMaxOrders) {}
+
+void LineServer::run(std::stop_token stop) noexcept {
+  while (!stop.stop_requested()) {
+    const auto next = turn();
+    const auto now = clock_.now();
+    if (next <= now) continue;
+    if (settings_.busy_poll && now - last_frame_ < kMasterGone) {
+      rest(std::min(next, now + interval_ / 8));
+    } else if (settings_.wait) {
+      settings_.wait(next);
+    } else {
+      ports_[0]->wait_readable(next);
+    }
+  }
+}
+
+void LineServer::rest(Nanoseconds until) noexcept {
+  // Linux suspends a real-time thread that never sleeps; once per cycle of the master, right after its frames, the
+  // next one is farthest away.
+  if (std::exchange(rested_, true)) return;
+  clock_.sleep_until(until);
+}
+
+LineServer::Nanoseconds LineServer::turn() noexcept {
+  // What a frame has brought is for the slaves to act on at once.
+  round_wanted_ |= serve_ports();
+  const auto now = clock_.now();
+  if (held_count_ > 0) release_held(now);
+  if (now >= next_housekeeping_) housekeep(now);
+  advance_some(now);
+  if (next_slave_ > 0 || round_wanted_) return now;
+  const auto next = std::min(next_round_, line_.faults().due());
+  return held_count_ > 0 ? std::min(next, held_[first_held_].due) : next;
+}
+
+bool LineServer::serve_ports() noexcept {
+  bool served = false;
+  for (std::size_t i = 0; i < ports_.size(); ++i) {
+    if (ports_[i] == nullptr) continue;
+    const auto frame = ports_[i]->receive();
+    if (!frame) continue;
+    serve(*frame, i);
+    served = true;
+  }
+  return served;
+}
+
+void LineServer::advance_some(Nanoseconds now) noexcept {
+  if (next_slave_ == 0) {
+    if (!round_wanted_ && now < std::min(next_round_, line_.faults().due())) return;
+    round_wanted_ = false;
+    next_round_ = now + kIdleStep;
+  }
+  line_.advance_some(next_slave_, kSlavesAtATime, now);
+  next_slave_ += kSlavesAtATime;
+  if (next_slave_ >= line_.size()) next_slave_ = 0;
+}
+
+void LineServer::serve(const port::ReceivedFrame& frame, std::size_t port) noexcept {
+  if (settings_.busy_poll) {
+    if (frame.time - last_frame_ > kBurstGap) {
+      interval_ = std::min<Nanoseconds>(frame.time - burst_begin_, 8 * kLongestRest);
+      burst_begin_ = frame.time;
+      rested_ = false;
+    }
+    last_frame_ = frame.time;
+  }
+  // As long as the request, but no shorter than Ethernet allows: what a real wire would have padded already.
+  const auto length = std::min(frame.bytes.size(), buffer_.size());
+  const auto answer = std::span(buffer_).first(std::max(length, wire::kMinFrameBytes));
+  std::fill(std::copy_n(frame.bytes.begin(), length, answer.begin()), answer.end(), std::byte{0});
+  const auto passage = line_.pass(answer, frame.time, static_cast<slaves::MasterPort>(port));
+  if (!passage) return;
+  const auto exit = static_cast<std::size_t>(passage->exit);
+  const bool late = passage->fault_delay > Nanoseconds{0};
+  for (unsigned copy = 0; copy < (passage->duplicated ? 2U : 1U); ++copy) {
+    if (late || held_count_ > 0) {
+      hold(answer, exit, frame.time + passage->fault_delay);
+    } else {
+      reply(answer, exit);
+      if (copy == 0) windows_[filled_].record(clock_.now() - frame.time);
+    }
+  }
+}
+
+void LineServer::reply(std::span<const std::byte> frame, std::size_t port) noexcept {
+  if (ports_[port] == nullptr) return;
+  const auto status = ports_[port]->send(frame);
+  count(frames_);
+  if (status != port::SendStatus::kSent) count(send_failures_);
+}
+
+void LineServer::hold(std::span<const std::byte> frame, std::size_t port, Nanoseconds due) noexcept {
+  if (held_count_ == kMaxHeld) {
+    count(send_failures_);
+    return;
+  }
+  auto& place = held_[(first_held_ + held_count_) % kMaxHeld];
+  std::copy(frame.begin(), frame.end(), place.bytes.begin());
+  place.length = frame.size();
+  place.port = port;
+  // A wire does not let frames overtake each other.
+  const auto& before = held_[(first_held_ + held_count_ + kMaxHeld - 1) % kMaxHeld];
+  place.due = held_count_ == 0 ? due : std::max(due, before.due);
+  ++held_count_;
+}
+
+void LineServer::release_held(Nanoseconds now) noexcept {
+  while (held_count_ > 0 && held_[first_held_].due <= now) {
+    const auto& place = held_[first_held_];
+    reply(std::span(place.bytes).first(place.length), place.port);
+    first_held_ = (first_held_ + 1) % kMaxHeld;
+    --held_count_;
+  }
+}
+
+void LineServer::housekeep(Nanoseconds now) noexcept {
+  next_housekeeping_ = now + kHousekeeping;
+  LineOrder order;
+  while (orders_.try_pop(order)) carry_out(order, now);
+  watch_states();
+  // Relaxed would do for the look; the store hands the finished window over.
+  if (window_.load(std::memory_order_acquire) == Window::kWanted) {
+    filled_ ^= 1U;
+    window_.store(Window::kReady, std::memory_order_release);
+  }
+}
+
+void LineServer::carry_out(LineOrder order, Nanoseconds now) noexcept {
+  line_.advance(now);
+  auto& faults = line_.faults();
+  order.done = true;
+  switch (order.verb) {
+    case LineOrder::Verb::kBegin:
+      order.done = faults.begin(order.fault, now);
+      break;
+    case LineOrder::Verb::kHeal:
+      order.done = faults.heal(order.fault, now);
+      break;
+    case LineOrder::Verb::kHealAll:
+      faults.heal_all(now);
+      break;
+    case LineOrder::Verb::kSetSignal:
+      line_.slave(order.slave).device().signals()->set_signal(order.signal.number, order.value);
+      break;
+    case LineOrder::Verb::kReadSignal:
+      order.value = line_.slave(order.slave).device().signals()->signal(order.signal);
+      break;
+  }
+  answers_.try_push(order);
+}
+
+void LineServer::watch_states() noexcept {
+  for (std::size_t i = 0; i < line_.size(); ++i) {
+    const auto& slave = line_.slave(i);
+    // Without supply there is no state.
+    const auto status = slave.powered() ? slave.esc().al_status() : wire::AlStatus{wire::AlState::kNone, false, false};
+    if (status == states_[i]) continue;
+    states_[i] = status;
+    changes_.try_push({static_cast<std::uint16_t>(i), status,
+                       static_cast<wire::AlStatusCode>(slave.esc().memory().get(wire::reg::kAlStatusCode))});
+  }
+}
+
+void LineServer::request_window() noexcept {
+  auto none = Window::kNone;
+  window_.compare_exchange_strong(none, Window::kWanted, std::memory_order_acq_rel);
+}
+
+bool LineServer::take_window(rt::Histogram& window) noexcept {
+  if (window_.load(std::memory_order_acquire) != Window::kReady) return false;
+  window = windows_[taken_];
+  windows_[taken_].reset();
+  taken_ ^= 1U;
+  told_.merge(window);
+  window_.store(Window::kNone, std::memory_order_release);
+  return true;
+}
+
+rt::Histogram LineServer::turn_around() const noexcept {
+  auto all = told_;
+  all.merge(windows_[0]);
+  all.merge(windows_[1]);
+  return all;
+}
+
+}  // namespace driveline::runtime

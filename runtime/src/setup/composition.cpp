@@ -1,0 +1,147 @@
+#include "driveline/runtime/setup/composition.hpp"
+
+#include <fmt/format.h>
+#include <algorithm>
+
+#include "config/device_source.hpp"
+#include "driveline/ecat_master/axis/msd_startup.hpp"
+#include "driveline/esi/sii.hpp"
+#include "driveline/slaves/msd/msd_drive.hpp"
+
+namespace driveline::runtime {
+namespace {
+
+std::unique_ptr<slaves::Device> make_device(const DeviceSource& source, std::uint32_t serial_number) {
+  auto options = source.options;
+  // An EEPROM image has a serial number of its own.
+  if (options.sii_image.empty()) options.serial_number = serial_number;
+  return std::make_unique<slaves::generic::GenericDevice>(source.model, options);
+}
+
+std::unique_ptr<slaves::Device> make_drive(const SlaveConfig& config, std::uint32_t serial_number) {
+  auto parameters = config.drive;
+  parameters.variant = config.model;
+  parameters.firmware = config.firmware;
+  parameters.name = config.name;
+  parameters.serial_number = serial_number;
+  return std::make_unique<slaves::msd::MsdDrive>(parameters);
+}
+
+/// The EEPROM content `image` with another station alias.
+std::vector<std::byte> with_alias(std::vector<std::byte> image, std::uint16_t alias) {
+  constexpr std::size_t kAlias = 8;
+  constexpr std::size_t kChecksum = 14;
+  wire::store_le<std::uint16_t>(std::span(image).subspan(kAlias, 2), alias);
+  const auto area = std::span<const std::byte>(image).first<esi::SiiConfigArea::kSize>();
+  image[kChecksum] = static_cast<std::byte>(esi::sii_checksum(area));
+  return image;
+}
+
+/// The simulated slave has the serial number that the line file expects; where that leaves a choice, its number on the
+/// line if it is one that is accepted.
+std::uint32_t serial_number_of(const SlaveConfig& config, std::uint32_t number) {
+  return config.plan.serial.accepts(number) ? number : config.plan.serial.value;
+}
+
+std::unique_ptr<slaves::Slave> make_slave(const SlaveConfig& config, std::uint32_t number) {
+  slaves::SlaveOptions options;
+  options.clock.drift_ppm = config.dc.drift_ppm;
+  options.al.device_id = config.plan.device_id.value_or(0);
+  options.sii_image = config.sii_content;
+  const auto serial_number = serial_number_of(config, number);
+  auto device = config.device ? make_device(*config.device, serial_number) : make_drive(config, serial_number);
+  // The simulated slave is the one that the description expects.
+  if (options.sii_image.empty() && config.plan.alias)
+    options.sii_image = with_alias(device->profile().sii_image, *config.plan.alias);
+  return std::make_unique<slaves::Slave>(std::move(device), options);
+}
+
+}  // namespace
+
+std::unique_ptr<slaves::Line> make_simulated_line(const LineConfig& config, rt::Clock& clock, bool second_interface) {
+  std::vector<std::unique_ptr<slaves::Slave>> slaves;
+  slaves::LineOptions options;
+  for (std::size_t i = 0; i < config.slaves.size(); ++i) {
+    slaves.push_back(make_slave(config.slaves[i], static_cast<std::uint32_t>(i + 1)));
+    options.slave_delays.push_back(config.slaves[i].delays);
+  }
+  auto line = std::make_unique<slaves::Line>(clock, std::move(slaves), options, config.wiring);
+  const auto far_end = line->wiring().master(slaves::MasterPort::kSecondary);
+  if (far_end && !second_interface) line->break_cable(*far_end);
+  for (const auto& plan : config.faults) line->faults().schedule(clock.now() + plan.at, plan.fault);
+  return line;
+}
+
+std::vector<ecat_master::SlavePlan> make_slave_plans(const LineConfig& config) {
+  std::vector<ecat_master::SlavePlan> plans;
+  for (std::size_t i = 0; i < config.slaves.size(); ++i) {
+    const auto& slave = config.slaves[i];
+    ecat_master::SlavePlan plan;
+    plan.name = slave.name;
+    const auto* device = slave.esi ? slave.esi.get() : slave.device ? &slave.device->model->description() : nullptr;
+    plan.esi = slave.esi;
+    plan.vendor_id = slave.vendor_id.value_or(device != nullptr ? device->vendor_id : slaves::msd::kVendorId);
+    plan.product_code = slave.product_code.value_or(device != nullptr ? device->product_code
+                                                                      : slaves::msd::facts(slave.model).product_code);
+    const auto axis = std::find_if(config.axes.begin(), config.axes.end(), [i](const auto& a) { return a.slave == i; });
+    if (axis != config.axes.end()) {
+      const auto period = config.period * exchange_divider(config, slave);
+      plan.startup_sdos = plan.vendor_id == slaves::msd::kVendorId ? ecat_master::msd_startup_sdos(*axis, period)
+                                                                   : ecat_master::cia402_startup_sdos(period);
+      plan.pdos = ecat_master::axis_pdo_configuration();
+      // PDOs of the user's choice may be without 6060h.
+      if (slave.plan.pdos) plan.startup_sdos.push_back(ecat_master::mode_sdo(axis->mode));
+    } else {
+      plan.own_pdos = !slave.plan.pdos;
+    }
+    slave.plan.apply(plan);
+    plan.group = slave.group;
+    plans.push_back(std::move(plan));
+  }
+  return plans;
+}
+
+double setpoint_delay(const LineConfig& config, const ecat_master::AxisConfig& axis,
+                      const ecat_master::Master& master) {
+  ecat_master::SetpointWay way;
+  way.period = config.period;
+  way.divider = exchange_divider(config, config.slaves[axis.slave]);
+  const auto position = master.position_of(axis.slave).value_or(axis.slave);
+  // Those that are told to interpolate by a spline (msd_startup_sdos()).
+  if (master.slaves()[position].plan.vendor_id == slaves::msd::kVendorId) {
+    way.interpolation = ecat_master::kSplinePeriods;
+  }
+  const auto* clocks = master.clocks();
+  if (clocks != nullptr && position < clocks->slaves.size() && clocks->slaves[position].signals.sync0()) {
+    const auto& signals = clocks->slaves[position].signals;
+    const auto cycle = std::max(signals.sync0_cycle, std::chrono::nanoseconds{1});
+    way.to_sync0 = ((clocks->frame_lead + signals.sync0_shift) % cycle + cycle) % cycle;
+  }
+  return ecat_master::setpoint_delay_cycles(way);
+}
+
+std::vector<SlaveConfig> describe_found(std::span<const ecat_master::ConfiguredSlave> found) {
+  std::vector<SlaveConfig> slaves;
+  for (const auto& one : found) {
+    SlaveConfig slave;
+    slave.name = fmt::format("slave{}", one.info.ref.position);
+    slave.vendor_id = one.info.description.vendor_id;
+    slave.product_code = one.info.description.product_code;
+    slaves.push_back(std::move(slave));
+  }
+  return slaves;
+}
+
+std::vector<std::optional<std::size_t>> tables_of(const LineConfig& config,
+                                                  std::span<const ecat_master::ConfiguredSlave> slaves) {
+  std::vector<ecat_master::SlaveInfo> infos;
+  for (const auto& slave : slaves) infos.push_back(slave.info);
+  const auto plans = make_slave_plans(config);
+  const auto comparison = ecat_master::compare_line(ecat_master::expected_slaves(plans), infos, {});
+  if (comparison.matches()) return comparison.plan_of_slave;
+  std::vector<std::optional<std::size_t>> tables(slaves.size());
+  for (std::size_t i = 0; i < std::min(tables.size(), config.slaves.size()); ++i) tables[i] = i;
+  return tables;
+}
+
+}  // namespace driveline::runtime

@@ -1,0 +1,175 @@
+#include "driveline/runtime/setup/session.hpp"
+
+#include <fmt/format.h>
+#include <algorithm>
+#include <utility>
+
+namespace driveline::runtime {
+
+namespace {
+
+std::string holder_text(const port::InterfaceHolder& holder) {
+  if (holder.pid == 0) return "another process of this program";
+  return fmt::format("process {}{}", holder.pid, holder.command.empty() ? "" : fmt::format(" ({})", holder.command));
+}
+
+std::vector<std::string> interfaces_of(const LineConfig& config) {
+  std::vector<std::string> interfaces;
+  if (config.interface) interfaces.push_back(*config.interface);
+  if (config.interface2) interfaces.push_back(*config.interface2);
+  return interfaces;
+}
+
+}  // namespace
+
+Result<std::vector<port::InterfaceLock>> take_locks(std::span<const std::string> interfaces, bool force,
+                                                    std::string_view would) {
+  std::vector<port::InterfaceLock> locks;
+  for (const auto& interface : interfaces) {
+    auto lock = port::InterfaceLock::take(interface);
+    if (lock) {
+      locks.push_back(std::move(*lock));
+    } else if (!force) {
+      return fail(ErrorKind::kInterfaceBusy,
+                  fmt::format("{} has interface {}, and this would {}", holder_text(lock.error()), interface, would));
+    }
+  }
+  return locks;
+}
+
+Result<void> Session::claim(bool force, std::string_view would) {
+  if (!locks_.empty()) return {};
+  auto locks = take_locks(interfaces_of(config_), force, would);
+  if (!locks) return tl::unexpected(locks.error());
+  locks_ = std::move(*locks);
+  return {};
+}
+
+bool Session::claimed_by_another() const {
+  const auto interfaces = interfaces_of(config_);
+  return locks_.empty() && std::any_of(interfaces.begin(), interfaces.end(), [](const std::string& interface) {
+           return port::InterfaceLock::holder(interface).has_value();
+         });
+}
+
+Result<std::unique_ptr<Session>> Session::open(const BusOptions& options, const Adjust& adjust) {
+  if (!options.config.empty()) {
+    auto config = load_line_config(options.config);
+    if (!config) return tl::unexpected(config.error());
+    return open(std::move(*config), options, adjust);
+  }
+  if (options.interface.empty())
+    return fail(ErrorKind::kCall, "a bus is a line description, a network interface, or both");
+  std::unique_ptr<Session> session(new Session);
+  auto opened = session->take_options(options, adjust);
+  if (opened) opened = session->open_bus();
+  if (!opened) return tl::unexpected(opened.error());
+  return session;
+}
+
+Result<std::unique_ptr<Session>> Session::open(LineConfig config, const BusOptions& options, const Adjust& adjust) {
+  std::unique_ptr<Session> session(new Session);
+  session->config_ = std::move(config);
+  session->has_config_ = true;
+  auto opened = session->take_options(options, adjust);
+  if (opened) opened = session->open_bus();
+  if (!opened) return tl::unexpected(opened.error());
+  return session;
+}
+
+Result<void> Session::take_options(const BusOptions& options, const Adjust& adjust) {
+  auto& config = config_;
+  if (!options.interface.empty()) config.interface = options.interface;
+  if (!options.interface2.empty()) config.interface2 = options.interface2;
+  if (config.interface2 && !config.interface) {
+    return fail(ErrorKind::kSetting, "is the other end of a ring: it needs a first interface as well",
+                fmt::format("interface {}", *config.interface2));
+  }
+  if (config.interface2 && *config.interface2 == *config.interface) {
+    return fail(ErrorKind::kSetting, "is the first interface, too; a ring has two ends",
+                fmt::format("second interface {}", *config.interface2));
+  }
+  // A simulated line in this process may run anywhere; where drives may hang on the wire, it must be said.
+  config.realtime.policy =
+      config.policy.value_or(config.interface ? rt::RealtimePolicy::kEnforce : rt::RealtimePolicy::kDegrade);
+  // Whatever comes to the ports of DDS, from whomever, is read in the process that holds the drives.
+  config.telemetry.enabled = config.telemetry.asked.value_or(!config.interface);
+  virtual_time_ = options.virtual_time;
+  if (options.virtual_time && config.interface) {
+    return fail(ErrorKind::kSetting,
+                "a simulated line in this process runs on virtual time; a network interface has no virtual time");
+  }
+  return adjust ? adjust(config) : Result<void>{};
+}
+
+Result<void> Session::open_bus() {
+  if (virtual_time_) {
+    clock_ = std::make_unique<rt::VirtualClock>();
+  } else {
+    clock_ = std::make_unique<rt::MonotonicClock>();
+  }
+  if (config_.interface) {
+    if (auto opened = open_interfaces(); !opened) return opened;
+  } else {
+    line_ = make_simulated_line(config_, *clock_, true);
+    wire_ = line_.get();
+    if (line_->wiring().master(slaves::MasterPort::kSecondary)) join_ends(*line_, line_->secondary());
+  }
+  if (!config_.output.capture) return {};
+  auto capture = port::CapturePort::open(
+      *wire_, *clock_, {*config_.output.capture, config_.interface.value_or("line"), 4096, std::nullopt});
+  if (!capture) return fail(ErrorKind::kMachine, capture.error().message);
+  capture_ = std::move(*capture);
+  return {};
+}
+
+Result<void> Session::open_interfaces() {
+  auto port = port::RawSocketPort::open({*config_.interface, true, 6}, *clock_);
+  if (!port) return fail(ErrorKind::kMachine, port.error().message);
+  raw_ = std::move(*port);
+  wire_ = raw_.get();
+  if (!config_.interface2) return must_have_link();
+  auto second = port::RawSocketPort::open({*config_.interface2, true, 6}, *clock_);
+  if (!second) return fail(ErrorKind::kMachine, second.error().message);
+  raw2_ = std::move(*second);
+  join_ends(*raw_, *raw2_);
+  return must_have_link();
+}
+
+Result<void> Session::must_have_link() const {
+  if (raw_->link_up() || (raw2_ && raw2_->link_up())) return {};
+  const auto names = raw2_ ? fmt::format("{} and {}", *config_.interface, *config_.interface2) : *config_.interface;
+  return fail(ErrorKind::kMachine,
+              fmt::format("{}: no link: no cable, nothing switched on at its other end, or the interface is down "
+                          "(ip link set {} up)",
+                          names, *config_.interface));
+}
+
+void Session::join_ends(port::Port& primary, port::Port& secondary) {
+  // Half of an answer waits for the other half for half of the cycle at most: the cycle itself waits three quarters.
+  port::RedundantPort::Settings settings;
+  settings.half_wait = std::max(settings.half_wait, config_.period / 2);
+  ring_ = std::make_unique<port::RedundantPort>(primary, secondary, *clock_, settings);
+  wire_ = ring_.get();
+}
+
+Session::~Session() {
+  static_cast<void>(close_capture());
+}
+
+Result<Session::Capture> Session::close_capture() {
+  Capture result;
+  if (!capture_ || std::exchange(capture_closed_, true)) return result;
+  const auto closed = capture_->close();
+  if (!closed) return fail(ErrorKind::kMachine, closed.error().message);
+  result.dropped = closed->dropped;
+  if (closed->frames > 0) {
+    result.file = config_.output.capture;
+    return result;
+  }
+  std::error_code ignored;
+  std::filesystem::remove(*config_.output.capture, ignored);
+  return result;
+}
+
+}  // namespace driveline::runtime

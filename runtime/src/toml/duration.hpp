@@ -1,0 +1,13 @@
+#pragma once
+
+#include <chrono>
+#include <cmath>
+
+namespace driveline::runtime {
+
+/// Durations of a line file are numbers of microseconds.
+[[nodiscard]] inline std::chrono::nanoseconds from_us(double us) {
+  return std::chrono::nanoseconds{std::llround(us * 1000.0)};
+}
+
+}  // namespace driveline::runtime

@@ -1,0 +1,291 @@
+// Every way in which a line description can be wrong, with the whole sentence its writer gets to read.
+#include <gmock/gmock.h>
+
+#include "driveline/runtime/config/line_config.hpp"
+#include "support/temporary_directory.hpp"
+
+namespace driveline::runtime {
+namespace {
+
+struct WrongFile {
+  std::string text;
+  std::string sentence;
+};
+
+void PrintTo(const WrongFile& wrong, std::ostream* stream) {
+  *stream << wrong.sentence;
+}
+
+class LineConfigError : public testing::TestWithParam<WrongFile> {};
+
+TEST_P(LineConfigError, IsOneSentenceWithFileAndLine) {
+  const auto config = parse_line_config(GetParam().text, "plant/line.toml");
+  ASSERT_FALSE(config);
+  EXPECT_EQ(describe(config.error()), "plant/line.toml" + GetParam().sentence);
+}
+
+/// A line with one slave, and what is wrong with it from line 4 on.
+std::string one_slave(const std::string& rest) {
+  return "[[slave]]\nname = \"x\"\n\n" + rest;
+}
+/// The same with an axis; the rest begins at line 6, inside the axis.
+std::string one_axis(const std::string& rest) {
+  return one_slave("[[axis]]\nname = \"x\"\n" + rest);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    PdosOfAnAxis, LineConfigError,
+    testing::Values(
+        WrongFile{
+            one_slave("[[slave.pdo]]\nindex = 0x1600\nentries = [\"0x6040:0:16\", \"0x6060:0:8\"]\n"
+                      "[[slave.pdo]]\nindex = 0x1A00\nentries = [\"0x6041:0:16\", \"0x6064:0:32\"]\n"
+                      "[[axis]]\nname = \"x\"\n"),
+            ":10: [axis 1] slave: the [[slave.pdo]] of \"x\" are not enough: csp needs 607Ah (Target position, 32 "
+            "bits) in an RxPDO; the RxPDOs map 6040h, 6060h"},
+        WrongFile{
+            one_slave("[[slave.pdo]]\nindex = 0x1600\nentries = [\"0x6040:0:16\", \"0x60FF:0:32\"]\n"
+                      "[[axis]]\nname = \"x\"\nmode = \"csv\"\n"),
+            ":7: [axis 1] slave: the [[slave.pdo]] of \"x\" are not enough: csv needs 6041h (Statusword, 16 bits) "
+            "in a TxPDO, 6064h (Position actual value, 32 bits) in a TxPDO; the TxPDOs map nothing"}));
+
+INSTANTIATE_TEST_SUITE_P(
+    AxesThatWouldNeverMove, LineConfigError,
+    testing::Values(
+        WrongFile{one_axis("mode = \"cst\"\n"),
+                  ":4: [axis 1] velocity_gain: with mode \"cst\" it is needed, or inertia to take it from: without "
+                  "either the axis would never move"},
+        WrongFile{one_axis("mode = \"cst\"\ninertia = 3e-4\nvelocity_gain = 0\n"),
+                  ":8: [axis 1] velocity_gain: is 0: with mode \"cst\" the axis would never move"}));
+
+INSTANTIATE_TEST_SUITE_P(
+    UnknownKey, LineConfigError,
+    testing::Values(
+        WrongFile{one_slave("[line]\ncycle_ms = 1\n"),
+                  ":5: [line] cycle_ms: unknown key, expected one of: cycle_us, name"},
+        WrongFile{one_slave("[lines]\n"),
+                  ":4: lines: unknown key, expected one of: axis, bus, copy, dc, fault, group, line, output, path, "
+                  "process_data, realtime, recovery, slave, "
+                  "telemetry, wiring"},
+        WrongFile{one_slave("[bus]\niface = \"eth1\"\n"),
+                  ":5: [bus] iface: unknown key, expected one of: acyclic_bytes, esi, interface, interface2, "
+                  "max_lost_cycles, max_lost_ms"},
+        WrongFile{
+            one_slave("[realtime]\n\nprio = 80\n"),
+            ":6: [realtime] prio: unknown key, expected one of: cpu, cpu_latency_us, lock_memory, policy, priority, "
+            "simulation_cpu, wake_ahead_us"},
+        WrongFile{
+            "[[slave]]\nname = \"x\"\naddress = 5\n",
+            ":3: [slave 1] address: unknown key, expected one of: alias, dc, device_id, esi, "
+            "factory_start_up_ms, firmware, forwarding_ns, hot_connect, input, lrw, model, name, names, "
+            "parameter_file, pdo, plant, processing_ns, "
+            "product_code, revision, sdo, serial, sii, sii_file, start_up_ms, switch, timeouts, vendor_id, watchdog"},
+        WrongFile{"[[slave]]\nname = \"x\"\n[slave.plant]\nmass = 5\n",
+                  ":4: [slave 1.plant] mass: unknown key, expected one of: brake_torque_nm, coulomb_friction_nm, "
+                  "dc_link, dc_link_v, encoder, inertia_kg_m2, initial_position_rev, load, max_speed_rpm, "
+                  "peak_torque_nm, pole_pairs, rated_current_a, rated_speed_rpm, rated_torque_nm, thermal, "
+                  "torque_lag_us, viscous_friction_nm_s, winding"},
+        WrongFile{one_axis("limit = 5\n"),
+                  ":6: [axis 1] limit: unknown key, expected one of: feed_mm_per_revolution, "
+                  "increments_per_revolution, inertia, max_acceleration, max_velocity, mode, name, position_gain_1_s, "
+                  "position_tolerance, "
+                  "rated_torque_nm, setpoint_delay_cycles, slave, unit, velocity_gain"},
+        WrongFile{one_slave("[path]\nfile = \"a.csv\"\nspeed = 2\n"),
+                  ":6: [path] speed: unknown key, expected one of: file, interpolation, late, relative, repeat"},
+        WrongFile{one_slave("[telemetry]\nrate = 2\n"),
+                  ":5: [telemetry] rate: unknown key, expected one of: decimation, domain, enabled, interfaces"},
+        WrongFile{one_slave("[output]\nplot = false\n"),
+                  ":5: [output] plot: unknown key, expected one of: capture, directory, plots"}));
+
+INSTANTIATE_TEST_SUITE_P(
+    WrongType, LineConfigError,
+    testing::Values(WrongFile{one_slave("[line]\nname = 8\n"), ":5: [line] name: is an integer, a string is expected"},
+                    WrongFile{one_slave("[line]\ncycle_us = \"125\"\n"),
+                              ":5: [line] cycle_us: is a string, a number is expected"},
+                    WrongFile{one_slave("[realtime]\npriority = 80.5\n"),
+                              ":5: [realtime] priority: is a number, an integer is expected"},
+                    WrongFile{one_slave("[realtime]\nlock_memory = 1\n"),
+                              ":5: [realtime] lock_memory: is an integer, true or false is expected"},
+                    WrongFile{one_slave("[output]\nplots = 1979-05-27\n"),
+                              ":5: [output] plots: is a date or time, true or false is expected"},
+                    WrongFile{one_slave("[telemetry]\ninterfaces = \"127.0.0.1\"\n"),
+                              ":5: [telemetry] interfaces: is a string, an array of strings is expected"},
+                    WrongFile{one_slave("[telemetry]\ninterfaces = [\"127.0.0.1\", 5]\n"),
+                              ":5: [telemetry] interfaces: contains an integer, an array of strings is expected"},
+                    WrongFile{"line = true\n", ":1: line: is a boolean, a table is expected"},
+                    WrongFile{"[slave]\nname = \"x\"\n", ":1: slave: is a table, [[slave]] tables are expected"},
+                    WrongFile{"slave = [5]\n", ":1: slave: contains an integer, [[slave]] tables are expected"},
+                    WrongFile{"[[slave]]\nname = [\"x\"]\n", ":2: [slave 1] name: is an array, a string is expected"}));
+
+INSTANTIATE_TEST_SUITE_P(
+    OutOfRange, LineConfigError,
+    testing::Values(
+        WrongFile{one_slave("[bus]\ninterface2 = \"b\"\n"),
+                  ":5: [bus] interface2: needs interface, the other end of the ring"},
+        WrongFile{one_slave("[bus]\ninterface = \"a\"\ninterface2 = \"a\"\n"),
+                  ":6: [bus] interface2: is \"a\" like interface, a ring has two ends"},
+        WrongFile{one_slave("[recovery]\naxes = \"go\"\n"),
+                  ":5: [recovery] axes: is \"go\", one of \"stop\", \"hold\", \"continue\" is expected"},
+        WrongFile{one_slave("[recovery]\ngive_up_s = -1\n"), ":5: [recovery] give_up_s: is -1, 0 to 86400 is expected"},
+        WrongFile{one_slave("[bus]\nmax_lost_cycles = 0\n"), ":5: [bus] max_lost_cycles: is 0, 1 to 10000 is expected"},
+        WrongFile{one_slave("[bus]\nmax_lost_ms = 0.1\n"), ":5: [bus] max_lost_ms: is 0.1, 0.125 to 1250 is expected"},
+        WrongFile{one_slave("[bus]\nmax_lost_ms = 11000\n[line]\ncycle_us = 1000\n"),
+                  ":5: [bus] max_lost_ms: is 11000, 1 to 10000 is expected"},
+        WrongFile{one_slave("[bus]\nmax_lost_cycles = 8\nmax_lost_ms = 1\n"),
+                  ":6: [bus] max_lost_ms: stands beside max_lost_cycles: one of them is expected, they are the same "
+                  "limit"},
+        WrongFile{one_slave("[line]\nname = \"\"\n"), ":5: [line] name: must have 1 to 31 characters"},
+        WrongFile{one_slave("[line]\nname = \"12345678901234567890123456789012\"\n"),
+                  ":5: [line] name: must have 1 to 31 characters"},
+        WrongFile{one_axis("unit = \"mm\"\n"),
+                  ":6: [axis 1] unit: is \"mm\", \"rad\", \"deg\" or \"rev\" of an axis without "
+                  "feed_mm_per_revolution is expected"},
+        WrongFile{one_axis("feed_mm_per_revolution = 5\nunit = \"turns\"\n"),
+                  ":7: [axis 1] unit: is \"turns\", \"m\", \"mm\" or \"um\" of an axis with "
+                  "feed_mm_per_revolution is expected"},
+        WrongFile{one_axis("feed_mm_per_revolution = 5\nunit = \"mm\"\nmax_velocity = 2e9\n"),
+                  ":8: [axis 1] max_velocity: is 2000000000, 0.001 to 1000000000 is expected"},
+        WrongFile{one_slave("[line]\ncycle_us = 100\n"), ":5: [line] cycle_us: is 100, 125 to 100000 is expected"},
+        WrongFile{one_slave("[line]\ncycle_us = nan\n"), ":5: [line] cycle_us: is nan, 125 to 100000 is expected"},
+        WrongFile{one_slave("[line]\ncycle_us = 200\n"),
+                  ":5: [line] cycle_us: must be a multiple of 125, the drives' process data cycle"},
+        WrongFile{one_slave("[realtime]\npriority = 0\n"), ":5: [realtime] priority: is 0, 1 to 99 is expected"},
+        WrongFile{one_slave("[realtime]\npriority = 100\n"), ":5: [realtime] priority: is 100, 1 to 99 is expected"},
+        WrongFile{one_slave("[realtime]\ncpu = -1\n"), ":5: [realtime] cpu: is -1, 0 to 1023 is expected"},
+        WrongFile{one_slave("[realtime]\nsimulation_cpu = 1024\n"),
+                  ":5: [realtime] simulation_cpu: is 1024, 0 to 1023 is expected"},
+        WrongFile{one_slave("[realtime]\ncpu_latency_us = -2\n"),
+                  ":5: [realtime] cpu_latency_us: is -2, -1 to 1000000 is expected"},
+        WrongFile{one_slave("[realtime]\nwake_ahead_us = 126\n"),
+                  ":5: [realtime] wake_ahead_us: is 126, 0 to 31.25 is expected"},
+        WrongFile{one_slave("[realtime]\npolicy = \"strict\"\n"),
+                  ":5: [realtime] policy: is \"strict\", one of \"enforce\", \"degrade\" is expected"},
+        WrongFile{"[[slave]]\nname = \"x\"\nvendor_id = 0\n",
+                  ":3: [slave 1] vendor_id: is 0, 1 to 4294967295 is expected"},
+        WrongFile{"[[slave]]\nname = \"x\"\nproduct_code = 0x100000000\n",
+                  ":3: [slave 1] product_code: is 4294967296, 1 to 4294967295 is expected"},
+        WrongFile{"[[slave]]\nname = \"x\"\nmodel = \"servotwo\"\n",
+                  ":3: [slave 1] model: is \"servotwo\", known are \"msd\", \"servoone\", \"servoone_junior\""},
+        WrongFile{"[[slave]]\nname = \"x\"\nmodel = \"servoone\"\nfirmware = \"4.15.02\"\n",
+                  ":4: [slave 1] firmware: must be a version as \"4.30-00\", from 3.25-00 on"},
+        WrongFile{"[[slave]]\nname = \"x\"\nmodel = \"servoone\"\nfirmware = \"3.24-99\"\n",
+                  ":4: [slave 1] firmware: must be a version as \"4.30-00\", from 3.25-00 on"},
+        WrongFile{"[[slave]]\nname = \"x\"\nfirmware = \"4.30-00\"\n",
+                  ":3: [slave 1] firmware: must be a version as \"124.30-00\", from 124.25-00 on"},
+        WrongFile{"[[slave]]\nname = \"x\"\n[slave.plant]\ninertia_kg_m2 = 0\n",
+                  ":4: [slave 1.plant] inertia_kg_m2: is 0, 1e-06 to 10 is expected"},
+        WrongFile{"[[slave]]\nname = \"x\"\n[slave.plant]\ncoulomb_friction_nm = -0.5\n",
+                  ":4: [slave 1.plant] coulomb_friction_nm: is -0.5, 0 to 1000 is expected"},
+        WrongFile{"[[slave]]\nname = \"x\"\n[slave.plant]\ninitial_position_rev = 1e4\n",
+                  ":4: [slave 1.plant] initial_position_rev: is 10000, -1000 to 1000 is expected"},
+        WrongFile{one_axis("mode = \"pp\"\n"),
+                  ":6: [axis 1] mode: is \"pp\", one of \"csp\", \"csv\", \"cst\" is expected"},
+        WrongFile{one_axis("max_velocity = 0\n"), ":6: [axis 1] max_velocity: is 0, 1e-06 to 1000000 is expected"},
+        WrongFile{one_axis("max_acceleration = inf\n"),
+                  ":6: [axis 1] max_acceleration: is inf, 1e-06 to 1000000000 is expected"},
+        WrongFile{one_axis("increments_per_revolution = 0.5\n"),
+                  ":6: [axis 1] increments_per_revolution: is 0.5, 1 to 4294967295 is expected"},
+        WrongFile{one_slave("[path]\nfile = \"a.csv\"\ninterpolation = \"cubic\"\n"),
+                  ":6: [path] interpolation: is \"cubic\", one of \"clamped\", \"natural\", \"linear\" is expected"},
+        WrongFile{one_slave("[telemetry]\ndomain = 233\n"), ":5: [telemetry] domain: is 233, 0 to 232 is expected"},
+        WrongFile{one_slave("[telemetry]\ndecimation = 0\n"),
+                  ":5: [telemetry] decimation: is 0, 1 to 1000000 is expected"}));
+
+INSTANTIATE_TEST_SUITE_P(
+    Missing, LineConfigError,
+    testing::Values(
+        WrongFile{"", ":1: there is no [[slave]]"},
+        WrongFile{"[[slave]]\nmodel = \"msd\"\n", ":1: [slave 1] name: is missing, a string is expected"},
+        WrongFile{one_slave("[path]\n"), ":4: [path] file: is missing, a string is expected"},
+        WrongFile{one_slave("[[axis]]\nslave = \"x\"\n"), ":4: [axis 1] name: is missing, a string is expected"},
+        WrongFile{one_slave("[[axis]]\nname = \"y\"\n"), ":4: [axis 1] slave: there is no [[slave]] named \"y\""},
+        WrongFile{one_slave("[[axis]]\nname = \"y\"\nslave = \"z\"\n"),
+                  ":6: [axis 1] slave: there is no [[slave]] named \"z\""}));
+
+INSTANTIATE_TEST_SUITE_P(
+    Twice, LineConfigError,
+    testing::Values(
+        WrongFile{one_slave("[[slave]]\nname = \"y\"\n[[slave]]\nname = \"x\"\n"),
+                  ":7: [slave 3] name: \"x\" is there twice"},
+        WrongFile{one_slave("[[slave]]\nname = \"y\"\n[[axis]]\nname = \"x\"\n[[axis]]\nname = \"x\"\nslave = \"y\"\n"),
+                  ":9: [axis 2] name: axis name 'x' appears twice"},
+        WrongFile{one_axis("[[axis]]\nname = \"y\"\nslave = \"x\"\n"),
+                  ":8: [axis 2] slave: \"x\" is driven by another axis already"},
+        WrongFile{one_axis("[[axis]]\nname = \"y\"\n"), ":6: [axis 2] slave: there is no [[slave]] named \"y\""}));
+
+TEST(LineConfigErrors, SyntaxErrorTellsFileAndLine) {
+  const auto config = parse_line_config("[line]\nname = \"x\n", "line.toml");
+  ASSERT_FALSE(config);
+  EXPECT_THAT(describe(config.error()), testing::StartsWith("line.toml:2: "));
+  EXPECT_EQ(describe(config.error()).find('\n'), std::string::npos) << describe(config.error());
+}
+
+TEST(LineConfigErrors, TooManySlaves) {
+  std::string text;
+  for (int i = 0; i < 257; ++i) text += "[[slave]]\nname = \"s" + std::to_string(i) + "\"\n";
+  const auto config = parse_line_config(text, "line.toml");
+  ASSERT_FALSE(config);
+  EXPECT_EQ(describe(config.error()), "line.toml:1: slave: there are 257, the limit is 256");
+}
+
+/// `text` so many times.
+std::string times(std::size_t count, std::string_view text) {
+  std::string result;
+  for (std::size_t i = 0; i < count; ++i) result += text;
+  return result;
+}
+
+TEST(LineConfigErrors, FileThatGoesTooDeepIsRefusedBeforeItTakesTheStack) {
+  constexpr std::size_t kDeep = 60'000;
+  const std::string refused = "line.toml:4: keys or values are more than 32 levels deep; a line description needs four";
+  for (const auto& deep :
+       {times(kDeep, "a.") + "b = 1\n", "[" + times(kDeep, "a.") + "b]\n", "[[" + times(kDeep, " 'a' . ") + "b]]\n",
+        "a = " + times(kDeep, "[") + times(kDeep, "]"), "a = " + times(kDeep, "{b = ") + "1" + times(kDeep, "}")}) {
+    const auto config = parse_line_config(one_slave(deep), "line.toml");
+    ASSERT_FALSE(config) << deep.substr(0, 10);
+    EXPECT_EQ(describe(config.error()), refused) << deep.substr(0, 10);
+  }
+}
+
+TEST(LineConfigErrors, DotsAndBracketsInTextsAndCommentsAreNoLevels) {
+  const auto dots = times(100, ".") + times(100, "[{");
+  for (const auto& name : {'"' + dots + '"', "'" + dots + "'", "\"\\\"" + dots + '"', "'''" + dots + "'''",
+                           "\"\"\"\n'\n" + dots + "\"\"\"\"\""}) {
+    const auto config = parse_line_config("# " + dots + "\n[line]\nname = " + name + "\n", "line.toml");
+    ASSERT_FALSE(config);
+    EXPECT_THAT(describe(config.error()), testing::HasSubstr("[line] name: "))
+        << name << ": " << describe(config.error());
+  }
+  std::string numbers = "[1.5";
+  for (int i = 0; i < 100; ++i) numbers += ", 1.5";
+  const auto config = parse_line_config(one_slave("numbers = " + numbers + "]\n"), "line.toml");
+  ASSERT_FALSE(config);
+  EXPECT_THAT(describe(config.error()), testing::HasSubstr("numbers: unknown key"));
+}
+
+class LineConfigFile : public test::TemporaryDirectory {};
+
+TEST_F(LineConfigFile, OneThatNeverEndsIsRefused) {
+  EXPECT_EQ(describe(load_line_config("/dev/zero").error()), "/dev/zero: is larger than 128 MiB");
+}
+
+TEST_F(LineConfigFile, MissingOneSaysSo) {
+  const auto file = directory / "none.toml";
+  EXPECT_EQ(describe(load_line_config(file).error()), file.string() + ": cannot be read: No such file or directory");
+}
+
+TEST_F(LineConfigFile, FolderIsNoFile) {
+  EXPECT_EQ(describe(load_line_config(directory).error()), directory.string() + ": cannot be read: Is a directory");
+}
+
+TEST_F(LineConfigFile, BinaryRubbishIsAnErrorNotACrash) {
+  const auto file = directory / "line.toml";
+  std::string rubbish;
+  for (int i = 0; i < 4096; ++i) rubbish += static_cast<char>(i * 37);
+  write(file, rubbish);
+  const auto config = load_line_config(file);
+  ASSERT_FALSE(config);
+  EXPECT_THAT(describe(config.error()), testing::StartsWith(file.string() + ":1: "));
+}
+
+}  // namespace
+}  // namespace driveline::runtime

@@ -1,0 +1,106 @@
+#include "driveline/runtime/setup/session.hpp"
+
+#include <gmock/gmock.h>
+
+#include "support/temporary_directory.hpp"
+
+namespace driveline::runtime {
+namespace {
+
+using testing::HasSubstr;
+
+class SessionTest : public test::TemporaryDirectory {
+ protected:
+  Result<std::unique_ptr<Session>> open(std::string_view text, BusOptions options = {},
+                                        const Session::Adjust& adjust = {}) {
+    options.config = directory / "line.toml";
+    write(options.config, text);
+    return Session::open(options, adjust);
+  }
+  /// The policy a session would run with; no interface needs to be there.
+  rt::RealtimePolicy policy(std::string_view text, const std::string& interface = "") {
+    rt::RealtimePolicy policy{};
+    BusOptions options;
+    options.interface = interface;
+    EXPECT_FALSE(open(text, options, [&policy](LineConfig& config) -> Result<void> {
+      policy = config.realtime.policy;
+      return fail(ErrorKind::kMachine, "seen");
+    }));
+    return policy;
+  }
+};
+
+constexpr auto kSlave = "[[slave]]\nname = \"x\"\n";
+
+TEST_F(SessionTest, RealtimeIsEnforcedWhereverThereIsANetworkInterface) {
+  EXPECT_EQ(policy(kSlave), rt::RealtimePolicy::kDegrade);
+  EXPECT_EQ(policy(kSlave, "eth7"), rt::RealtimePolicy::kEnforce) << "also when it comes from the command line";
+  EXPECT_EQ(policy(std::string("[bus]\ninterface = \"eth7\"\n") + kSlave), rt::RealtimePolicy::kEnforce);
+  EXPECT_EQ(policy(std::string("[realtime]\npolicy = \"degrade\"\n") + kSlave, "eth7"), rt::RealtimePolicy::kDegrade);
+  EXPECT_EQ(policy(std::string("[realtime]\npolicy = \"enforce\"\n") + kSlave), rt::RealtimePolicy::kEnforce);
+}
+
+TEST_F(SessionTest, TelemetryOnANetworkInterfaceIsOffUnlessTheFileAsksForIt) {
+  const auto enabled = [this](const std::string& telemetry, const std::string& interface) {
+    bool on = false;
+    BusOptions options;
+    options.interface = interface;
+    EXPECT_FALSE(open(telemetry + kSlave, options, [&on](LineConfig& config) -> Result<void> {
+      on = config.telemetry.enabled;
+      return fail(ErrorKind::kMachine, "seen");
+    }));
+    return on;
+  };
+  EXPECT_TRUE(enabled("", ""));
+  EXPECT_FALSE(enabled("", "eth7"));
+  EXPECT_FALSE(enabled("[bus]\ninterface = \"eth7\"\n", "")) << "also when the file names it";
+  EXPECT_FALSE(enabled("[telemetry]\ndomain = 3\n", "eth7")) << "how is not whether";
+  EXPECT_TRUE(enabled("[telemetry]\nenabled = true\n", "eth7"));
+  EXPECT_FALSE(enabled("[telemetry]\nenabled = false\n", ""));
+}
+
+TEST_F(SessionTest, NoBusIsMisuse) {
+  const auto session = Session::open({});
+  ASSERT_FALSE(session);
+  EXPECT_EQ(session.error().kind, ErrorKind::kCall);
+  EXPECT_THAT(describe(session.error()), HasSubstr("a line description, a network interface, or both"));
+}
+
+TEST_F(SessionTest, InterfaceOfTheFileHasNoVirtualTime) {
+  BusOptions options;
+  options.virtual_time = true;
+  const auto session = open(std::string("[bus]\ninterface = \"eth7\"\n") + kSlave, options);
+  ASSERT_FALSE(session);
+  EXPECT_EQ(session.error().kind, ErrorKind::kSetting);
+  EXPECT_THAT(describe(session.error()), HasSubstr("no virtual time"));
+}
+
+TEST_F(SessionTest, CheckThatFailsComesBeforeAnythingIsOpened) {
+  const auto capture = directory / "c.pcapng";
+  const auto session = open(kSlave, {}, [&](LineConfig& config) -> Result<void> {
+    config.output.capture = capture;
+    return fail(ErrorKind::kSetting, "no");
+  });
+  ASSERT_FALSE(session);
+  EXPECT_EQ(session.error().kind, ErrorKind::kSetting);
+  EXPECT_EQ(describe(session.error()), "no");
+  EXPECT_FALSE(std::filesystem::exists(capture));
+}
+
+TEST_F(SessionTest, CaptureThatCannotBeWrittenIsAFailure) {
+  const auto session = open(std::string("[output]\ncapture = \"/nowhere/c.pcapng\"\n") + kSlave);
+  ASSERT_FALSE(session);
+  EXPECT_EQ(session.error().kind, ErrorKind::kMachine);
+  EXPECT_THAT(describe(session.error()), HasSubstr("/nowhere/c.pcapng"));
+}
+
+TEST_F(SessionTest, CaptureOfNothingLeavesNoFile) {
+  const auto capture = directory / "c.pcapng";
+  const auto session = open("[output]\ncapture = \"" + capture.string() + "\"\n" + kSlave);
+  ASSERT_TRUE(session) << describe(session.error());
+  EXPECT_EQ((*session)->close_capture().value().file, std::nullopt);
+  EXPECT_FALSE(std::filesystem::exists(capture));
+}
+
+}  // namespace
+}  // namespace driveline::runtime
