@@ -6,8 +6,8 @@
 #include <memory>
 
 #include "driveline/ecat_master/axis/msd_startup.hpp"
+#include "driveline/ecat_master/configuration/process_variables.hpp"
 #include "driveline/ecat_master/master.hpp"
-#include "driveline/ecat_master/process_data/process_variables.hpp"
 #include "driveline/slaves/line/line.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"
 

@@ -10,8 +10,8 @@
 #include <memory>
 #include <numbers>
 
-#include "driveline/ecat_master/axis/error_code.hpp"
 #include "driveline/ecat_master/axis/msd_startup.hpp"
+#include "driveline/ecat_master/cia402/error_code.hpp"
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/port/interface_lock.hpp"
 #include "driveline/port/raw_socket_port.hpp"

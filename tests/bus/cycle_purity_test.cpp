@@ -304,9 +304,9 @@ TEST_F(CyclePurity, RequestsOfTheCycleAndCopiedProcessDataDoNotChangeThat) {
   operation.start_cycle(guarded());
   ASSERT_EQ(sentence(operation.master().go_operational()), "");
   auto& mailboxes = operation.master().mailboxes();
-  task.read = mailboxes.make_request(0, 0x6065, 0, 4);
-  task.written = mailboxes.make_request(1, 0x6065, 0, 4);
-  task.refused = mailboxes.make_request(2, 0x5FFF, 0, 4);
+  task.read = make_request(mailboxes, 0, 0x6065, 0, 4);
+  task.written = make_request(mailboxes, 1, 0x6065, 0, 4);
+  task.refused = make_request(mailboxes, 2, 0x5FFF, 0, 4);
   ledger = {};
   operation.motion().request_start();
   const auto end = drives.clock.now() + std::chrono::seconds{2};

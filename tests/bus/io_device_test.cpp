@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "drive_line.hpp"
-#include "driveline/ecat_master/process_data/process_variables.hpp"
+#include "driveline/ecat_master/configuration/process_variables.hpp"
 #include "driveline/slaves/generic/generic_device.hpp"
 
 namespace driveline::bus_test {

@@ -8,7 +8,7 @@
 #include "commands/tool_options.hpp"
 #include "config/clock_plan.hpp"
 #include "console.hpp"
-#include "driveline/ecat_master/dc/clock_fault.hpp"
+#include "driveline/ecat_master/error/clock_fault.hpp"
 #include "line/composition.hpp"
 #include "line/mailbox_registers.hpp"
 #include "line/sync_margins.hpp"

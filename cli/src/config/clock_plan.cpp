@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <algorithm>
 
-#include "driveline/ecat_master/dc/clock_fault.hpp"
+#include "driveline/ecat_master/error/clock_fault.hpp"
 #include "line/composition.hpp"
 
 namespace driveline::cli {

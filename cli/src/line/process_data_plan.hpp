@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "driveline/cli/line_config.hpp"
+#include "driveline/ecat_master/configuration/process_variables.hpp"
 #include "driveline/ecat_master/master.hpp"
-#include "driveline/ecat_master/process_data/process_variables.hpp"
 #include "failure.hpp"
 
 namespace driveline::cli {

@@ -1,7 +1,7 @@
 #include "text/clock_text.hpp"
 
-#include "driveline/ecat_master/dc/clock_fault.hpp"
 #include "driveline/ecat_master/dc/lock_detector.hpp"
+#include "driveline/ecat_master/error/clock_fault.hpp"
 
 namespace driveline::cli {
 

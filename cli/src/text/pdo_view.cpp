@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <algorithm>
 
-#include "driveline/ecat_master/axis/object_name.hpp"
+#include "driveline/ecat_master/cia402/object_name.hpp"
 #include "driveline/wire/sync_manager.hpp"
 #include "text/sii_text.hpp"
 

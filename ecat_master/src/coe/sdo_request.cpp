@@ -33,18 +33,14 @@ std::span<const std::byte> SdoRequest::data() const noexcept {
   return std::span(buffer_).first(used_);
 }
 
-bool SdoRequest::take() noexcept {
+std::shared_ptr<MailboxDialogue> SdoRequest::take() {
   auto expected = State::kPending;
-  return state_.compare_exchange_strong(expected, State::kBusy, std::memory_order_acq_rel);
-}
-
-std::shared_ptr<SdoTransfer> SdoRequest::make_transfer(std::shared_ptr<SdoRequest> request) {
-  const SdoAddress at{request->index_, request->subindex_, false};
-  const auto value = std::span(request->buffer_).first(request->used_);
-  auto transfer = request->download_
-                      ? std::make_shared<SdoTransfer>(at, std::vector<std::byte>(value.begin(), value.end()))
-                      : std::make_shared<SdoTransfer>(at);
-  transfer->on_completion([request = std::move(request)](const auto& result) { request->finish(result); });
+  if (!state_.compare_exchange_strong(expected, State::kBusy, std::memory_order_acq_rel)) return nullptr;
+  const SdoAddress at{index_, subindex_, false};
+  const auto value = std::span(buffer_).first(used_);
+  auto transfer = download_ ? std::make_shared<SdoTransfer>(at, std::vector<std::byte>(value.begin(), value.end()))
+                            : std::make_shared<SdoTransfer>(at);
+  transfer->on_completion([request = shared_from_this()](const auto& result) { request->finish(result); });
   return transfer;
 }
 
@@ -67,6 +63,13 @@ void SdoRequest::finish(const Result<std::vector<std::byte>>& result) noexcept {
     used_ = result->size();
   }
   state_.store(next, std::memory_order_release);
+}
+
+std::shared_ptr<SdoRequest> make_request(MailboxEngine& engine, std::uint16_t position, std::uint16_t index,
+                                         std::uint8_t subindex, std::size_t capacity) {
+  auto request = std::make_shared<SdoRequest>(position, index, subindex, capacity);
+  engine.watch(request);
+  return request;
 }
 
 }  // namespace driveline::ecat_master

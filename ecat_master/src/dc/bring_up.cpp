@@ -5,7 +5,7 @@
 
 #include "checked_exchange.hpp"
 #include "drift_compensation.hpp"
-#include "driveline/ecat_master/dc/clock_fault.hpp"
+#include "driveline/ecat_master/error/clock_fault.hpp"
 #include "sync_activation.hpp"
 
 namespace driveline::ecat_master::dc {

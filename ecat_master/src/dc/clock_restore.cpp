@@ -5,8 +5,8 @@
 #include <cstdlib>
 
 #include "checked_exchange.hpp"
-#include "driveline/ecat_master/dc/clock_fault.hpp"
 #include "driveline/ecat_master/dc/clock_watch.hpp"
+#include "driveline/ecat_master/error/clock_fault.hpp"
 #include "sync_activation.hpp"
 
 namespace driveline::ecat_master::dc {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "driveline/ecat_master/dc/clock_fault.hpp"
 #include "driveline/ecat_master/dc/system_time.hpp"
+#include "driveline/ecat_master/error/clock_fault.hpp"
 #include "driveline/wire/dl.hpp"
 
 namespace driveline::ecat_master::dc {

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "checked_exchange.hpp"
-#include "driveline/ecat_master/dc/clock_fault.hpp"
+#include "driveline/ecat_master/error/clock_fault.hpp"
 
 namespace driveline::ecat_master::dc {
 namespace {

@@ -1,6 +1,6 @@
 #include "driveline/ecat_master/dc/sync_objects.hpp"
 
-#include "driveline/ecat_master/dc/clock_fault.hpp"
+#include "driveline/ecat_master/error/clock_fault.hpp"
 
 namespace driveline::ecat_master::dc {
 namespace {

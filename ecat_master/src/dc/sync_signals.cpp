@@ -4,7 +4,7 @@
 #include <numeric>
 #include <optional>
 
-#include "driveline/ecat_master/dc/clock_fault.hpp"
+#include "driveline/ecat_master/error/clock_fault.hpp"
 
 namespace driveline::ecat_master::dc {
 namespace {

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "driveline/ecat_master/coe/sdo_transfer.hpp"
-
 namespace driveline::ecat_master {
 namespace {
 
@@ -92,17 +90,12 @@ void MailboxEngine::take_submissions(MailboxChannel::Finished& finished) {
 
 /// Requests of the cycle become dialogues here.
 void MailboxEngine::take_requests() {
-  std::vector<std::shared_ptr<SdoRequest>> pending;
-  {
-    const std::scoped_lock lock(inbox_mutex_);
-    std::erase_if(requests_, [](const auto& request) { return request.expired(); });
-    for (const auto& weak : requests_) {
-      if (auto request = weak.lock(); request && request->take()) pending.push_back(std::move(request));
-    }
-  }
-  for (auto& request : pending) {
-    const auto position = request->position();
-    submit(position, SdoRequest::make_transfer(std::move(request)));
+  const std::scoped_lock lock(inbox_mutex_);
+  std::erase_if(requests_, [](const auto& request) { return request.expired(); });
+  for (const auto& weak : requests_) {
+    const auto request = weak.lock();
+    if (request == nullptr) continue;
+    if (auto dialogue = request->take()) inbox_.push_back({request->position(), std::move(dialogue)});
   }
 }
 
@@ -208,12 +201,9 @@ Result<void> MailboxEngine::poll(std::uint16_t position) {
   }
 }
 
-std::shared_ptr<SdoRequest> MailboxEngine::make_request(std::uint16_t position, std::uint16_t index,
-                                                        std::uint8_t subindex, std::size_t capacity) {
-  auto request = std::make_shared<SdoRequest>(position, index, subindex, capacity);
+void MailboxEngine::watch(std::weak_ptr<DialogueRequest> request) {
   const std::scoped_lock lock(inbox_mutex_);
-  requests_.push_back(request);
-  return request;
+  requests_.push_back(std::move(request));
 }
 
 MailboxStatistics MailboxEngine::statistics(std::uint16_t position) {

@@ -13,7 +13,7 @@
 #include "driveline/ecat_master/dc/bring_up.hpp"
 #include "driveline/ecat_master/dc/clock_watch.hpp"
 #include "driveline/ecat_master/discovery/topology.hpp"
-#include "driveline/ecat_master/recovery/placement.hpp"
+#include "driveline/ecat_master/master/placement.hpp"
 #include "driveline/ecat_master/state_machine.hpp"
 
 namespace driveline::ecat_master {

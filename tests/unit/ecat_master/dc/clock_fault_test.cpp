@@ -1,4 +1,4 @@
-#include "driveline/ecat_master/dc/clock_fault.hpp"
+#include "driveline/ecat_master/error/clock_fault.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 
 #include <array>
 
-#include "driveline/ecat_master/dc/clock_fault.hpp"
+#include "driveline/ecat_master/error/clock_fault.hpp"
 
 namespace driveline::ecat_master::dc {
 namespace {

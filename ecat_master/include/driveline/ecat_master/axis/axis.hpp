@@ -3,9 +3,9 @@
 #include <optional>
 #include <string>
 
-#include "driveline/ecat_master/axis/cia402.hpp"
 #include "driveline/ecat_master/axis/setpoint_delay.hpp"
-#include "driveline/ecat_master/configuration/pdo_mapping.hpp"
+#include "driveline/ecat_master/cia402/cia402.hpp"
+#include "driveline/ecat_master/process_data/pdo_configuration.hpp"
 #include "driveline/ecat_master/process_data/process_image.hpp"
 #include "driveline/snapshot/snapshot.hpp"
 #include "driveline/trajectory/motion_limits.hpp"

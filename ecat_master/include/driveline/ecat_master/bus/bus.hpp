@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "driveline/ecat_master/bus/datagram_exchange.hpp"
-#include "driveline/ecat_master/sii/sii_cache.hpp"
+#include "driveline/ecat_master/bus/sii_cache.hpp"
 #include "driveline/wire/registers.hpp"
 
 namespace driveline::ecat_master {

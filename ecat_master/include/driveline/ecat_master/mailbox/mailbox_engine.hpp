@@ -6,7 +6,7 @@
 #include <mutex>
 #include <vector>
 
-#include "driveline/ecat_master/coe/sdo_request.hpp"
+#include "driveline/ecat_master/mailbox/dialogue_request.hpp"
 #include "driveline/ecat_master/mailbox/emergency_log.hpp"
 #include "driveline/ecat_master/mailbox/mailbox_channel.hpp"
 
@@ -33,8 +33,8 @@ class MailboxStatusSource {
 /// that the time for many slaves is the time of the slowest, and a slave that is slow or silent delays nobody.
 ///
 /// Any ordinary thread may submit dialogues and wait for them; whoever waits drives the engine, one at a time. Without
-/// anybody who waits a thread of the user calls step() now and then (MailboxWorker). The cycle uses SdoRequest. Nothing
-/// here is \rtsafe. The exchange of the bus must allow several threads when several are used.
+/// anybody who waits a thread of the user calls step() now and then (MailboxWorker). The cycle has its requests watched
+/// (SdoRequest). Nothing here is \rtsafe. The exchange of the bus must allow several threads when several are used.
 class MailboxEngine {
  public:
   /// Patience with slaves.
@@ -74,9 +74,8 @@ class MailboxEngine {
   /// Fetches everything the slave at `position` has put into its mailbox by itself. Errors: those of the bus.
   [[nodiscard]] Result<void> poll(std::uint16_t position);
 
-  /// An SDO of one slave that the cycle may ask for. `capacity`: most bytes of its value.
-  [[nodiscard]] std::shared_ptr<SdoRequest> make_request(std::uint16_t position, std::uint16_t index,
-                                                         std::uint8_t subindex, std::size_t capacity);
+  /// Looks after `request` until nobody else has it: what it asks for is carried out.
+  void watch(std::weak_ptr<DialogueRequest> request);
 
   /// What slaves have sent by themselves.
   [[nodiscard]] EmergencyLog& emergencies() noexcept { return emergencies_; }
@@ -113,7 +112,7 @@ class MailboxEngine {
 
   std::mutex inbox_mutex_;
   std::vector<Submission> inbox_;
-  std::vector<std::weak_ptr<SdoRequest>> requests_;
+  std::vector<std::weak_ptr<DialogueRequest>> requests_;
 
   std::mutex wait_mutex_;
   std::condition_variable stepped_;

@@ -1,4 +1,4 @@
-#include "driveline/ecat_master/process_data/process_variables.hpp"
+#include "driveline/ecat_master/configuration/process_variables.hpp"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <charconv>
 #include <optional>
 
-#include "driveline/ecat_master/axis/object_name.hpp"
+#include "driveline/ecat_master/cia402/object_name.hpp"
 #include "driveline/ecat_master/configuration/process_data_setup.hpp"
 
 namespace driveline::ecat_master {

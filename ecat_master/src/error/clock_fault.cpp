@@ -1,8 +1,8 @@
-#include "driveline/ecat_master/dc/clock_fault.hpp"
+#include "driveline/ecat_master/error/clock_fault.hpp"
 
 #include <fmt/format.h>
 
-#include "driveline/ecat_master/dc/phase_controller.hpp"
+#include "driveline/ecat_master/error/lock_cause.hpp"
 
 namespace driveline::ecat_master::dc {
 namespace {
@@ -23,7 +23,7 @@ std::string why_not_locked(const Error& e) {
       return "the reference clock does not answer";
     case Cause::kFrequencyLimit:
       return fmt::format("it runs more than {:.0f} ppm away from the master's clock and cannot be disciplined",
-                         PhaseController::kMaxPpm);
+                         kMaxFrequencyPpm);
   }
   return "unknown cause";
 }

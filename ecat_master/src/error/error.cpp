@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include "driveline/ecat_master/axis/error_code.hpp"
-#include "driveline/ecat_master/configuration/configuration_check.hpp"
-#include "driveline/ecat_master/dc/clock_fault.hpp"
+#include "driveline/ecat_master/cia402/error_code.hpp"
+#include "driveline/ecat_master/error/clock_fault.hpp"
+#include "driveline/ecat_master/error/configuration_finding.hpp"
 #include "driveline/wire/mailbox.hpp"
 
 namespace driveline::ecat_master {

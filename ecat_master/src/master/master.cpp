@@ -4,9 +4,9 @@
 
 #include "driveline/ecat_master/configuration/configuration_check.hpp"
 #include "driveline/ecat_master/configuration/description_plan.hpp"
-#include "driveline/ecat_master/dc/clock_fault.hpp"
 #include "driveline/ecat_master/dc/sync_objects.hpp"
 #include "driveline/ecat_master/discovery/device_identification.hpp"
+#include "driveline/ecat_master/error/clock_fault.hpp"
 
 namespace driveline::ecat_master {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "driveline/ecat_master/configuration/configurator.hpp"
-#include "driveline/ecat_master/cyclic/process_copy.hpp"
+#include "driveline/ecat_master/process_data/process_copy.hpp"
 
 namespace driveline::ecat_master {
 
