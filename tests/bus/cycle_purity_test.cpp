@@ -279,7 +279,7 @@ class AskingTask final : public ecat_master::CyclicTask {
   static bool look(const ecat_master::SdoRequest& request, std::uint64_t& ended) noexcept {
     const auto state = request.state();
     if (state == State::kPending || state == State::kBusy) return false;
-    if (state == State::kDone || (state == State::kFailed && request.error().kind == ecat_master::ErrorKind::kSdoAbort))
+    if (state == State::kDone || (state == State::kFailed && request.error().is<ecat_master::facts::SdoAbort>()))
       ++ended;
     return true;
   }

@@ -13,7 +13,7 @@ namespace driveline::bus_test {
 namespace {
 
 using ecat_master::CoeClient;
-using ecat_master::ErrorKind;
+namespace facts = ecat_master::facts;
 using ecat_master::Master;
 using ecat_master::SdoFuture;
 using ecat_master::SdoRequest;
@@ -207,9 +207,9 @@ TEST(SdoRequestOfTheCycle, TellsWhyItFailed) {
   ASSERT_TRUE(small->start_upload());
   for (int i = 0; i < 1000 && small->state() != SdoRequest::State::kFailed; ++i) engine.drive();
   ASSERT_EQ(missing->state(), SdoRequest::State::kFailed);
-  EXPECT_EQ(missing->error().kind, ErrorKind::kSdoAbort);
+  EXPECT_TRUE(missing->error().is<facts::SdoAbort>());
   ASSERT_EQ(small->state(), SdoRequest::State::kFailed);
-  EXPECT_EQ(small->error().kind, ErrorKind::kSdoSize);
+  EXPECT_TRUE(small->error().is<facts::SdoSize>());
   EXPECT_TRUE(small->data().empty());
   EXPECT_FALSE(small->start_download(std::array<std::byte, 5>{})) << "longer than its capacity";
 }

@@ -8,7 +8,6 @@
 #include "commands/tool_options.hpp"
 #include "config/clock_plan.hpp"
 #include "console.hpp"
-#include "driveline/ecat_master/error/clock_fault.hpp"
 #include "line/composition.hpp"
 #include "line/mailbox_registers.hpp"
 #include "line/sync_margins.hpp"
@@ -71,19 +70,12 @@ class ClockSession {
     if (!watched) return tl::unexpected(watched.error());
     if (!files) return tl::unexpected(files.error());
     if (!down) return bus_failure(down.error());
-    if (!status_.locked) return failed(with_clock_remedy(not_locked()));
+    if (!status_.locked)
+      return failed(with_clock_remedy(ecat_master::dc::not_locked(status_, *master_.clock_follower())));
     return 0;
   }
 
  private:
-  [[nodiscard]] ecat_master::Error not_locked() {
-    auto error = ecat_master::dc::clock_error(ecat_master::dc::ClockFault::kNotLocked);
-    error.extra = static_cast<std::uint32_t>(status_.cause);
-    error.received = static_cast<std::uint32_t>(std::lround(status_.mean_error_ns));
-    error.expected = static_cast<std::uint32_t>(master_.clock_follower()->lock_window_ns());
-    return error;
-  }
-
   /// What else the cycle is for, only a file knows.
   [[nodiscard]] nanoseconds period() const {
     return session_.has_config() ? session_.config().period : nanoseconds{kDefaultPeriod};

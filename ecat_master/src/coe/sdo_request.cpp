@@ -50,13 +50,10 @@ void SdoRequest::finish(const Result<std::vector<std::byte>>& result) noexcept {
     error_ = result.error();
     next = State::kFailed;
   } else if (!download_ && result->size() > buffer_.size()) {
-    error_ = {};
-    error_.kind = ErrorKind::kSdoSize;
-    error_.slave = position_;
-    error_.address = index_;
-    error_.subindex = subindex_;
-    error_.expected = static_cast<std::uint32_t>(buffer_.size());
-    error_.received = static_cast<std::uint32_t>(result->size());
+    error_ = {facts::SdoSize{.object = {index_, subindex_},
+                             .expected = static_cast<std::uint32_t>(buffer_.size()),
+                             .received = static_cast<std::uint32_t>(result->size())},
+              position_};
     next = State::kFailed;
   } else if (!download_) {
     std::copy(result->begin(), result->end(), buffer_.begin());

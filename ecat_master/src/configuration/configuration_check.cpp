@@ -231,9 +231,8 @@ const ConfiguredSlave* slave_of(std::span<const ConfiguredSlave> slaves, const E
 }
 
 /// Codes that say that something is wrong with the configuration.
-bool is_about_configuration(const Error& error) {
-  if (error.kind != ErrorKind::kStateRefused) return false;
-  switch (static_cast<AlStatusCode>(error.code)) {
+bool is_about_configuration(AlStatusCode code) {
+  switch (code) {
     case AlStatusCode::kInvalidMailboxConfigurationBoot:
     case AlStatusCode::kInvalidMailboxConfigurationPreOp:
     case AlStatusCode::kInvalidSyncManagerConfiguration:
@@ -259,20 +258,23 @@ std::vector<Finding> check_configuration(Bus& bus, const ConfiguredSlave& slave,
 Error explain_state_error(Bus& bus, std::span<const ConfiguredSlave> slaves, const ProcessImage& image,
                           const Error& error) {
   const auto* slave = slave_of(slaves, error);
-  if (slave == nullptr || !is_about_configuration(error)) return error;
-  const auto findings = check_configuration(bus, *slave, image, static_cast<AlStatusCode>(error.code));
+  const auto* refused = error.as<facts::StateRefused>();
+  if (slave == nullptr || refused == nullptr || !is_about_configuration(refused->code)) return error;
+  const auto findings = check_configuration(bus, *slave, image, refused->code);
   if (findings.empty()) return error;
-  return with_finding(error, findings.front());
+  auto explained = *refused;
+  explained.finding = findings.front();
+  return {explained, error.slave};
 }
 
 std::string describe_with_findings(Bus& bus, std::span<const ConfiguredSlave> slaves, const ProcessImage& image,
                                    const Error& error) {
   const auto* slave = slave_of(slaves, error);
+  const auto* refused = error.as<facts::StateRefused>();
   auto text = describe(error);
-  if (slave == nullptr || !is_about_configuration(error)) return text;
-  const auto told = finding_of(error);
-  for (const auto& finding : check_configuration(bus, *slave, image, static_cast<AlStatusCode>(error.code))) {
-    if (finding != told) text += "; " + describe(finding);
+  if (slave == nullptr || refused == nullptr || !is_about_configuration(refused->code)) return text;
+  for (const auto& finding : check_configuration(bus, *slave, image, refused->code)) {
+    if (finding != refused->finding) text += "; " + describe(finding);
   }
   return text;
 }

@@ -44,7 +44,7 @@ Result<void> ClockWatch::watch_ring() {
     if (!later) {
       behind_break_.reset();
       // It does not answer either: there is more than one break. The next look tries again.
-      if (later.error().kind == ErrorKind::kClock) return {};
+      if (later.error().is<facts::NoReceiveTimes>()) return {};
       return tl::unexpected(later.error());
     }
     ring_->route_time({RedundantPort::TimeRoute::Leader::kPrimary, *later, status.primary_slaves});

@@ -35,10 +35,6 @@ std::string value_text(Field field, std::uint32_t value) {
   return fmt::format("0x{:0{}X}", value, field == Field::kLogicalStart ? 8 : field == Field::kStart ? 4 : 2);
 }
 
-/// Where Error::address has the finding; 0 is kPdoBytes, or none with equal sizes.
-constexpr unsigned kFieldShift = 8;
-constexpr unsigned kOtherShift = 16;
-
 }  // namespace
 
 std::string describe(const Finding& f) {
@@ -69,30 +65,6 @@ std::string describe(const Finding& f) {
   return f.received == 0
              ? fmt::format("sync manager {} triggers the watchdog, which is switched off", f.number)
              : fmt::format("sync manager {} triggers the watchdog, which is set to {} us", f.number, f.received);
-}
-
-Error with_finding(const Error& error, const Finding& finding) noexcept {
-  auto explained = error;
-  explained.address = static_cast<std::uint16_t>(static_cast<unsigned>(finding.kind) |
-                                                 static_cast<unsigned>(finding.field) << kFieldShift);
-  if (finding.kind == Kind::kPdoBytes) explained.address = 0;
-  explained.extra = finding.number | std::uint32_t{finding.other} << kOtherShift;
-  explained.expected = finding.expected;
-  explained.received = finding.received;
-  return explained;
-}
-
-std::optional<Finding> finding_of(const Error& error) noexcept {
-  if (error.kind != ErrorKind::kStateRefused) return std::nullopt;
-  if (error.address == 0 && error.expected == error.received) return std::nullopt;
-  Finding finding;
-  finding.kind = static_cast<Kind>(error.address & 0xFFU);
-  if (error.address != 0) finding.field = static_cast<Field>(error.address >> kFieldShift);
-  finding.number = static_cast<std::uint8_t>(error.extra & 0xFFU);
-  finding.other = static_cast<std::uint8_t>(error.extra >> kOtherShift);
-  finding.expected = error.expected;
-  finding.received = error.received;
-  return finding;
 }
 
 }  // namespace driveline::ecat_master

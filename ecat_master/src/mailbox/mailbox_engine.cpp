@@ -3,21 +3,11 @@
 #include <algorithm>
 
 namespace driveline::ecat_master {
-namespace {
-
-Error plain_error(ErrorKind kind, std::uint16_t position) {
-  Error error;
-  error.kind = kind;
-  error.slave = position;
-  return error;
-}
-
-}  // namespace
 
 MailboxEngine::~MailboxEngine() {
   MailboxChannel::Finished finished;
   take_submissions(finished);
-  for (auto& [position, channel] : channels_) channel.fail_all(plain_error(ErrorKind::kCancelled, position), finished);
+  for (auto& [position, channel] : channels_) channel.fail_all(Error{facts::Cancelled{}, position}, finished);
   complete(finished);
 }
 
@@ -39,7 +29,7 @@ void MailboxEngine::close(std::uint16_t position) {
     take_submissions(finished);
     const auto found = channels_.find(position);
     if (found != channels_.end()) {
-      found->second.fail_all(plain_error(ErrorKind::kCancelled, position), finished);
+      found->second.fail_all(Error{facts::Cancelled{}, position}, finished);
       channels_.erase(found);
     }
   }
@@ -83,7 +73,7 @@ void MailboxEngine::take_submissions(MailboxChannel::Finished& finished) {
       channel->second.submit(std::move(submission.dialogue));
       continue;
     }
-    submission.dialogue->fail(plain_error(ErrorKind::kNoMailbox, submission.position));
+    submission.dialogue->fail(Error{facts::NoMailbox{}, submission.position});
     finished.push_back(std::move(submission.dialogue));
   }
 }
@@ -186,7 +176,7 @@ Result<void> MailboxEngine::poll(std::uint16_t position) {
   {
     const std::scoped_lock lock(step_mutex_);
     const auto channel = channels_.find(position);
-    if (channel == channels_.end()) return tl::unexpected(plain_error(ErrorKind::kNoMailbox, position));
+    if (channel == channels_.end()) return tl::unexpected(Error{facts::NoMailbox{}, position});
     channel->second.poll_now();
   }
   for (;;) {

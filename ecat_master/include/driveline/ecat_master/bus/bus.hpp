@@ -24,7 +24,7 @@ struct RegisterWrite {
 };
 
 /// Typed single-datagram access to registers and memory of slaves, with the working counter checked.
-/// Not real-time safe. Errors of all functions: those of the exchange, and kWorkingCounter.
+/// Not real-time safe. Errors of all functions: those of the exchange, and WorkingCounter.
 class Bus {
  public:
   /// `exchange` must outlive the bus.

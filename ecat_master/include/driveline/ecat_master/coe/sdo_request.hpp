@@ -40,7 +40,7 @@ class SdoRequest final : public DialogueRequest, public std::enable_shared_from_
   [[nodiscard]] State state() const noexcept { return state_.load(std::memory_order_acquire); }
   /// What the last upload has read; empty unless state() is kDone. \rtsafe
   [[nodiscard]] std::span<const std::byte> data() const noexcept;
-  /// Why the last transfer failed: as for SdoTransfer, and kSdoSize when the value is longer than the capacity. \rtsafe
+  /// Why the last transfer failed: as for SdoTransfer, and SdoSize when the value is longer than the capacity. \rtsafe
   [[nodiscard]] const Error& error() const noexcept { return error_; }
 
   // The engine's side.

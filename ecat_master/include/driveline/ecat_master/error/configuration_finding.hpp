@@ -1,10 +1,7 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <string>
-
-#include "driveline/ecat_master/error.hpp"
 
 namespace driveline::ecat_master {
 
@@ -35,11 +32,5 @@ struct ConfigurationFinding {
 
 /// The finding as part of a sentence.
 [[nodiscard]] std::string describe(const ConfigurationFinding& finding);
-
-/// A refused transition with what was found about it; describe() tells it.
-[[nodiscard]] Error with_finding(const Error& error, const ConfigurationFinding& finding) noexcept;
-
-/// The finding that with_finding() has put into an error; nothing when there is none.
-[[nodiscard]] std::optional<ConfigurationFinding> finding_of(const Error& error) noexcept;
 
 }  // namespace driveline::ecat_master

@@ -46,15 +46,15 @@ class MailboxEngine {
   explicit MailboxEngine(Bus& bus, Settings settings = {}) : bus_(bus), settings_(settings) {}
   MailboxEngine(const MailboxEngine&) = delete;
   MailboxEngine& operator=(const MailboxEngine&) = delete;
-  /// Dialogues that are still open fail with kCancelled.
+  /// Dialogues that are still open fail with Cancelled.
   ~MailboxEngine();
 
   /// Opens the mailboxes of a slave, with the counter behind MailboxWindow::last_counter. What was open before fails
-  /// with kCancelled.
+  /// with Cancelled.
   void open(SlaveRef slave, MailboxWindow window);
-  /// Closes the mailboxes of the slave at `position`; its dialogues fail with kCancelled.
+  /// Closes the mailboxes of the slave at `position`; its dialogues fail with Cancelled.
   void close(std::uint16_t position);
-  /// Closes all mailboxes; their dialogues end with kCancelled.
+  /// Closes all mailboxes; their dialogues end with Cancelled.
   void close_all();
   /// Who gets the mails of a protocol that answer nothing. CoE emergencies go to emergencies() unless CoE has a handler
   /// of its own. The handler must outlive the engine.
@@ -63,7 +63,7 @@ class MailboxEngine {
   /// While the cycle runs: asks `source` whether a mailbox is full, instead of the slave. Null ends that.
   void use_status(const MailboxStatusSource* source);
 
-  /// Queues a dialogue; fails it with kNoMailbox when the slave has no open mailbox.
+  /// Queues a dialogue; fails it with NoMailbox when the slave has no open mailbox.
   void submit(std::uint16_t position, std::shared_ptr<MailboxDialogue> dialogue);
   /// Steps the engine until `dialogue` is done.
   void wait(const MailboxDialogue& dialogue);
