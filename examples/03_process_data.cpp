@@ -65,7 +65,8 @@ int main() {
   const auto status_word = variables.entry<std::uint16_t>("x.statusword");
   const auto position = variables.entry<std::int32_t>("x.position_actual_value");
   if (!control_word || !status_word || !position) {
-    std::puts((!control_word ? control_word.error() : !status_word ? status_word.error() : position.error()).c_str());
+    const auto& error = !control_word ? control_word.error() : !status_word ? status_word.error() : position.error();
+    std::puts(describe(error).c_str());
     return 1;
   }
   Application application(*control_word, *status_word, *position);

@@ -36,7 +36,7 @@ class GuardedRunner final : public CycleRunner {
   GuardedRunner(CyclicCore& core, rt::Clock& clock, Ledger& ledger)
       : core_(core), clock_(clock), timer_(clock, core.settings().period), ledger_(ledger) {}
 
-  [[nodiscard]] tl::expected<void, std::string> start() override {
+  [[nodiscard]] tl::expected<void, rt::RealtimeError> start() override {
     timer_.start(core_.first_grid(clock_.now() + 4 * timer_.period()));
     return {};
   }

@@ -120,7 +120,7 @@ class ClockSession {
           return std::make_unique<ecat_master::RealtimeRunner>(core, session_.clock(), realtime,
                                                                session_.config().wake_ahead);
         });
-    if (!started) return failed(started.error());
+    if (!started) return failed(started.error().message());
     return {};
   }
 

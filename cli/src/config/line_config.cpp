@@ -205,7 +205,8 @@ SlaveConfig read_slave(TomlReader reader, const std::vector<SlaveConfig>& others
   if (!slave.plan.hot_head.empty()) slave.plan.behind = find_group(reader, slave.plan.hot_head, others);
   if (slave.esi && slave.plan.pdos) {
     ecat_master::complete_pdos(*slave.esi, *slave.plan.pdos);
-    if (const auto fit = ecat_master::check_pdos(*slave.esi, *slave.plan.pdos); !fit) reader.fail("pdo", fit.error());
+    if (const auto fit = ecat_master::check_pdos(*slave.esi, *slave.plan.pdos); !fit)
+      reader.fail("pdo", describe(fit.error()));
   }
   slave.names = read_entry_names(reader.table("names"));
   slave.dc = read_slave_clock(reader.table("dc"));

@@ -21,7 +21,7 @@ Outcome<void> give_names(const LineConfig& config, ProcessVariables& variables) 
   for (const auto& slave : config.slaves) {
     for (const auto& entry : slave.names) {
       const auto named = variables.rename(fmt::format("{}.{}", slave.name, entry.object), entry.name);
-      if (!named) return misused(fmt::format("{}: {}", entry.place, named.error()));
+      if (!named) return misused(fmt::format("{}: {}", entry.place, describe(named.error())));
     }
   }
   return {};
@@ -47,15 +47,15 @@ bool overlap(const ProcessDataCopy& a, const ProcessDataCopy& b) {
 Outcome<ProcessDataCopy> make_copy(const LineConfig& config, const CopyConfig& wanted,
                                    const ProcessVariables& variables) {
   if (const auto source = variables.find(wanted.from); !source) {
-    return misused(fmt::format("{}: {}", wanted.from_place, source.error()));
+    return misused(fmt::format("{}: {}", wanted.from_place, describe(source.error())));
   }
   const auto target = variables.find(wanted.to);
-  if (!target) return misused(fmt::format("{}: {}", wanted.to_place, target.error()));
+  if (!target) return misused(fmt::format("{}: {}", wanted.to_place, describe(target.error())));
   if (const auto* axis = writer_of(config, *target)) {
     return misused(fmt::format("{}: {} is written by the axis \"{}\"", wanted.to_place, target->text(), axis->name));
   }
   const auto copy = variables.copy(wanted.from, wanted.to);
-  if (!copy) return misused(fmt::format("{}: {}", wanted.to_place, copy.error()));
+  if (!copy) return misused(fmt::format("{}: {}", wanted.to_place, describe(copy.error())));
   return *copy;
 }
 
@@ -94,7 +94,7 @@ Outcome<void> check_planned_pdos(const LineConfig& config, std::span<const ecat_
     if (fit) continue;
     return failed(fmt::format("slave {} ({}): {} cannot be configured by the ESI file of \"{}\": {}", i,
                               config.slaves[*tables[i]].name, planned ? "the planned PDOs" : "the PDOs that it assigns",
-                              file->type, fit.error()));
+                              file->type, describe(fit.error())));
   }
   return {};
 }

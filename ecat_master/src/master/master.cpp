@@ -190,8 +190,9 @@ Result<void> Master::await_clocks() {
   }
 }
 
-tl::expected<void, std::string> Master::start_cycle(Motion* motion, SampleRings rings, CyclicCore::Settings settings,
-                                                    const MakeRunner& make_runner) {
+tl::expected<void, rt::RealtimeError> Master::start_cycle(Motion* motion, SampleRings rings,
+                                                          CyclicCore::Settings settings,
+                                                          const MakeRunner& make_runner) {
   settings.slaves = static_cast<std::uint16_t>(reachable().size());
   unplaced_.assign(slaves_.size(), std::nullopt);
   unproven_.assign(slaves_.size(), false);

@@ -94,10 +94,10 @@ class Master {
   /// Makes the runner for the cycle of `core`.
   using MakeRunner = std::function<std::unique_ptr<CycleRunner>(CyclicCore& core)>;
 
-  /// Starts the cyclic exchange in SAFEOP. `motion` may be null. Error: a sentence.
-  [[nodiscard]] tl::expected<void, std::string> start_cycle(Motion* motion, SampleRings rings,
-                                                            CyclicCore::Settings settings,
-                                                            const MakeRunner& make_runner);
+  /// Starts the cyclic exchange in SAFEOP. `motion` may be null. Error: that of CycleRunner::start().
+  [[nodiscard]] tl::expected<void, rt::RealtimeError> start_cycle(Motion* motion, SampleRings rings,
+                                                                  CyclicCore::Settings settings,
+                                                                  const MakeRunner& make_runner);
   /// SAFEOP to OP while the cycle runs and provides valid outputs. Errors: NoExchange when within 100 cycles (and 100
   /// ms) none has its first frame back in time. With clocks, first waits up to
   /// Settings::clock_timeout for the lock; errors then: NotLocked or NotSynchronised.
