@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "driveline/ecat_master/configuration/process_data_setup.hpp"
+#include "configuration/process_data_setup.hpp"
 #include "driveline/wire/fmmu.hpp"
 #include "driveline/wire/sync_manager.hpp"
 

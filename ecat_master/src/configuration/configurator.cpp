@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
+#include "configuration/process_data_setup.hpp"
 #include "driveline/ecat_master/configuration/description_plan.hpp"
 #include "driveline/ecat_master/configuration/pdo_discovery.hpp"
-#include "driveline/ecat_master/configuration/process_data_setup.hpp"
 #include "driveline/ecat_master/state_machine.hpp"
 #include "driveline/wire/sync_manager.hpp"
 

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "configuration/process_data_setup.hpp"
 #include "driveline/ecat_master/configuration/pdo_discovery.hpp"
-#include "driveline/ecat_master/configuration/process_data_setup.hpp"
 #include "driveline/esi/hex.hpp"
 
 namespace driveline::ecat_master {

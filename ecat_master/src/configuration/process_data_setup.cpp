@@ -1,4 +1,4 @@
-#include "driveline/ecat_master/configuration/process_data_setup.hpp"
+#include "configuration/process_data_setup.hpp"
 
 #include <algorithm>
 

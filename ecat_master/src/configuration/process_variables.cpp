@@ -6,8 +6,8 @@
 #include <charconv>
 #include <optional>
 
+#include "configuration/process_data_setup.hpp"
 #include "driveline/ecat_master/cia402/object_name.hpp"
-#include "driveline/ecat_master/configuration/process_data_setup.hpp"
 
 namespace driveline::ecat_master {
 namespace {

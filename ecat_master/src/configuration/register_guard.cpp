@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <array>
 
-#include "driveline/ecat_master/bus/write_protection.hpp"
-#include "driveline/ecat_master/configuration/process_data_setup.hpp"
+#include "bus/write_protection.hpp"
+#include "configuration/process_data_setup.hpp"
 #include "driveline/wire/fmmu.hpp"
 #include "driveline/wire/sync_manager.hpp"
 

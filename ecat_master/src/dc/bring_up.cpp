@@ -1,4 +1,4 @@
-#include "driveline/ecat_master/dc/bring_up.hpp"
+#include "dc/bring_up.hpp"
 
 #include <algorithm>
 #include <cmath>

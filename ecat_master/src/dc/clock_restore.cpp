@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include "checked_exchange.hpp"
+#include "dc/receive_times.hpp"
 #include "driveline/ecat_master/dc/clock_watch.hpp"
 #include "sync_activation.hpp"
 

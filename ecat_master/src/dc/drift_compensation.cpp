@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "driveline/ecat_master/dc/mapping_fit.hpp"
+#include "dc/mapping_fit.hpp"
 
 namespace driveline::ecat_master::dc {
 namespace {

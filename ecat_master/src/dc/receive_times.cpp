@@ -1,4 +1,4 @@
-#include "driveline/ecat_master/dc/receive_times.hpp"
+#include "dc/receive_times.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "dc/receive_times.hpp"
 #include "driveline/ecat_master/dc/clock_watch.hpp"
 #include "driveline/port/redundant_port.hpp"
 

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <array>
 
-#include "driveline/ecat_master/bus/write_protection.hpp"
-#include "driveline/ecat_master/sii/sii_reader.hpp"
+#include "bus/write_protection.hpp"
 #include "driveline/esi/sii.hpp"
 #include "driveline/wire/fmmu.hpp"
 #include "driveline/wire/sync_manager.hpp"
+#include "sii/sii_reader.hpp"
 
 namespace driveline::ecat_master {
 namespace {

@@ -4,7 +4,7 @@
 #include <set>
 
 #include "driveline/ecat_master/discovery/discovery.hpp"
-#include "driveline/ecat_master/sii/sii_reader.hpp"
+#include "sii/sii_reader.hpp"
 
 namespace driveline::ecat_master {
 namespace {

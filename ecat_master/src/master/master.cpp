@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "dc/bring_up.hpp"
 #include "driveline/ecat_master/configuration/configuration_check.hpp"
 #include "driveline/ecat_master/configuration/description_plan.hpp"
 #include "driveline/ecat_master/dc/sync_objects.hpp"

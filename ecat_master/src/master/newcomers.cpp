@@ -2,7 +2,8 @@
 #include <algorithm>
 
 #include "driveline/ecat_master/master.hpp"
-#include "driveline/ecat_master/sii/sii_reader.hpp"
+#include "master/placement.hpp"
+#include "sii/sii_reader.hpp"
 
 namespace driveline::ecat_master {
 

@@ -1,15 +1,15 @@
 // Bringing single slaves back while the others keep cycling.
 #include <algorithm>
 
-#include "driveline/ecat_master/bus/write_protection.hpp"
+#include "bus/write_protection.hpp"
+#include "configuration/process_data_setup.hpp"
 #include "driveline/ecat_master/configuration/configuration_check.hpp"
 #include "driveline/ecat_master/configuration/description_plan.hpp"
-#include "driveline/ecat_master/configuration/process_data_setup.hpp"
 #include "driveline/ecat_master/discovery/device_identification.hpp"
 #include "driveline/ecat_master/master.hpp"
-#include "driveline/ecat_master/sii/sii_reader.hpp"
 #include "driveline/esi/sii.hpp"
 #include "driveline/wire/sync_manager.hpp"
+#include "sii/sii_reader.hpp"
 
 namespace driveline::ecat_master {
 namespace {

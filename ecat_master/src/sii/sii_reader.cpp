@@ -1,4 +1,4 @@
-#include "driveline/ecat_master/sii/sii_reader.hpp"
+#include "sii/sii_reader.hpp"
 
 #include <algorithm>
 #include <optional>

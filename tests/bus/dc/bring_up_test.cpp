@@ -1,5 +1,5 @@
 // The clocks of a line brought together by the real master and compared with the truth.
-#include "driveline/ecat_master/dc/bring_up.hpp"
+#include "dc/bring_up.hpp"
 
 #include <gtest/gtest.h>
 

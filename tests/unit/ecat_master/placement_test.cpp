@@ -1,4 +1,4 @@
-#include "driveline/ecat_master/master/placement.hpp"
+#include "master/placement.hpp"
 
 #include <gmock/gmock.h>
 

@@ -10,13 +10,13 @@
 #include "driveline/ecat_master/configuration/configurator.hpp"
 #include "driveline/ecat_master/configuration/register_guard.hpp"
 #include "driveline/ecat_master/cyclic/cycle_runner.hpp"
-#include "driveline/ecat_master/dc/bring_up.hpp"
 #include "driveline/ecat_master/dc/clock_watch.hpp"
 #include "driveline/ecat_master/discovery/topology.hpp"
-#include "driveline/ecat_master/master/placement.hpp"
 #include "driveline/ecat_master/state_machine.hpp"
 
 namespace driveline::ecat_master {
+
+struct PlaceClaim;
 
 /// The master of one line, from first frame to INIT again. The steps are called in this order, each at most once
 /// unless it failed:

@@ -4,11 +4,14 @@
 #include <utility>
 #include <vector>
 
+#include "driveline/ecat_master/bus/bus.hpp"
 #include "driveline/ecat_master/dc/clock_follower.hpp"
-#include "driveline/ecat_master/dc/receive_times.hpp"
+#include "driveline/ecat_master/discovery/topology.hpp"
 #include "driveline/port/redundant_port.hpp"
 
 namespace driveline::ecat_master::dc {
+
+struct ClockFeatures;
 
 /// Something that has happened to the clocks of a line.
 struct ClockEvent {

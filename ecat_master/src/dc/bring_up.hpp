@@ -1,7 +1,7 @@
 #pragma once
 
+#include "dc/receive_times.hpp"
 #include "driveline/ecat_master/dc/line_clocks.hpp"
-#include "driveline/ecat_master/dc/receive_times.hpp"
 
 namespace driveline::ecat_master::dc {
 
