@@ -112,7 +112,7 @@ Outcome<void> LineRun::start_telemetry() {
     dds.decimation = config_.telemetry.decimation;
     dds.interfaces = config_.telemetry.interfaces;
     for (const auto& axis : config_.axes) {
-      dds.axes.push_back({axis.name, axis.linear ? bridge::AxisKind::kLinear : bridge::AxisKind::kRotary});
+      dds.axes.push_back({axis.name, axis.linear() ? bridge::AxisKind::kLinear : bridge::AxisKind::kRotary});
     }
     auto publisher = bridge::DdsPublisher::create(std::move(dds));
     if (!publisher) return failed(fmt::format("telemetry: {}", publisher.error()));
