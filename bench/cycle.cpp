@@ -75,7 +75,7 @@ class BackToBackRunner final : public ecat_master::CycleRunner {
   BackToBackRunner(CycleMeter& meter, rt::Clock& clock, LineRig& rig)
       : meter_(meter), clock_(clock), rig_(rig), timer_(clock, LineRig::kPeriod) {}
 
-  [[nodiscard]] tl::expected<void, std::string> start() override { return {}; }
+  [[nodiscard]] tl::expected<void, rt::RealtimeError> start() override { return {}; }
   void pass(nanoseconds duration) override {
     const auto end = clock_.now() + duration;
     do {
@@ -101,7 +101,7 @@ class PacedRunner final : public ecat_master::CycleRunner, private rt::RealtimeT
       : meter_(meter), clock_(clock), rig_(rig), timer_(clock, LineRig::kPeriod, kWakeAhead) {}
   ~PacedRunner() override { stop(); }
 
-  [[nodiscard]] tl::expected<void, std::string> start() override {
+  [[nodiscard]] tl::expected<void, rt::RealtimeError> start() override {
     start_realtime(thread_, *this);
     return {};
   }

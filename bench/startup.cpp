@@ -102,7 +102,7 @@ Start start_line(port::Port& port, rt::Clock& clock, std::size_t count) {
   const auto started = master.start_cycle(nullptr, {}, settings, [&clock](ecat_master::CyclicCore& core) {
     return std::make_unique<ecat_master::InlineRunner>(core, clock);
   });
-  if (!started) throw std::runtime_error(started.error());
+  if (!started) throw std::runtime_error(started.error().message());
   require(master.go_operational());
   start.to_op = lap();
   start.process_mib = static_cast<double>(resident_bytes()) / kMib;

@@ -166,7 +166,7 @@ class Drives {
     const auto started = master.start_cycle(nullptr, {}, settings, [&clock](ecat_master::CyclicCore& core) {
       return std::make_unique<ecat_master::InlineRunner>(core, clock);
     });
-    if (!started) throw std::runtime_error(started.error());
+    if (!started) throw std::runtime_error(started.error().message());
     auto done = master.go_operational();
     if (!done) static_cast<void>(master.shut_down());
     return done;

@@ -49,5 +49,5 @@ int main() {
   const auto refused = first.download_as<std::uint16_t>(0x6041, 0, 0);
   if (refused) return 1;
   std::puts(ecat_master::describe(refused.error()).c_str());
-  return refused.error().kind == ecat_master::ErrorKind::kSdoAbort && master.shut_down() ? 0 : 1;
+  return refused.error().is<ecat_master::facts::SdoAbort>() && master.shut_down() ? 0 : 1;
 }

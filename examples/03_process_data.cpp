@@ -6,8 +6,8 @@
 #include <memory>
 
 #include "driveline/ecat_master/axis/msd_startup.hpp"
+#include "driveline/ecat_master/configuration/process_variables.hpp"
 #include "driveline/ecat_master/master.hpp"
-#include "driveline/ecat_master/process_data/process_variables.hpp"
 #include "driveline/slaves/line/line.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"
 
@@ -65,7 +65,8 @@ int main() {
   const auto status_word = variables.entry<std::uint16_t>("x.statusword");
   const auto position = variables.entry<std::int32_t>("x.position_actual_value");
   if (!control_word || !status_word || !position) {
-    std::puts((!control_word ? control_word.error() : !status_word ? status_word.error() : position.error()).c_str());
+    const auto& error = !control_word ? control_word.error() : !status_word ? status_word.error() : position.error();
+    std::puts(describe(error).c_str());
     return 1;
   }
   Application application(*control_word, *status_word, *position);

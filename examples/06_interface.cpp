@@ -10,8 +10,8 @@
 #include <memory>
 #include <numbers>
 
-#include "driveline/ecat_master/axis/error_code.hpp"
 #include "driveline/ecat_master/axis/msd_startup.hpp"
+#include "driveline/ecat_master/cia402/error_code.hpp"
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/port/interface_lock.hpp"
 #include "driveline/port/raw_socket_port.hpp"
@@ -116,7 +116,7 @@ int main(int argc, char** argv) {
   const auto started = master.start_cycle(&motion, {}, cycle, [&](ecat_master::CyclicCore& core) {
     return std::make_unique<ecat_master::RealtimeRunner>(core, clock, realtime, 0us);
   });
-  if (!started) return fail(started.error());
+  if (!started) return fail(started.error().message());
   for (const auto& line : rt::to_lines(static_cast<ecat_master::RealtimeRunner*>(master.runner())->report()))
     std::puts(line.c_str());
   if (const auto up = master.go_operational(); !up) return fail(ecat_master::describe(up.error()));

@@ -151,7 +151,7 @@ class ClockRig {
     const auto started = master_.start_cycle(nullptr, {}, settings, [this](ecat_master::CyclicCore& core) {
       return std::make_unique<ecat_master::InlineRunner>(core, late_);
     });
-    if (!started) throw std::runtime_error(started.error());
+    if (!started) throw std::runtime_error(started.error().message());
     check(master_.go_operational());
     find_ways();
     return clock_.now() - begin;

@@ -114,7 +114,7 @@ void LineRig::bring_up(const ecat_master::Master::MakeRunner& make_runner) {
   settings.period = kPeriod;
   settings.receive_window = kPeriod * 3 / 4;
   const auto started = master_.start_cycle(motion_.get(), {&line_ring_, &axis_ring_}, settings, make_runner);
-  if (!started) throw std::runtime_error(started.error());
+  if (!started) throw std::runtime_error(started.error().message());
   require(master_.go_operational());
   motion_->request_start();
   const auto deadline = clock_.now() + std::chrono::seconds{5};

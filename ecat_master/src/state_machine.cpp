@@ -13,20 +13,6 @@ using std::chrono::microseconds;
 constexpr std::size_t kReportBytes = 6;
 constexpr auto kPollInterval = microseconds{500};
 
-Error state_error(ErrorKind kind, SlaveRef slave, wire::AlState target, const AlReport& report,
-                  std::chrono::nanoseconds timeout) {
-  Error error;
-  error.kind = kind;
-  error.slave = slave.position;
-  error.requested = target;
-  error.actual = report.status.state;
-  error.code = static_cast<std::uint32_t>(report.code);
-  if (kind == ErrorKind::kStateTimeout) {
-    error.extra = static_cast<std::uint32_t>(std::chrono::duration_cast<microseconds>(timeout).count());
-  }
-  return error;
-}
-
 AlReport decode_report(std::span<const std::byte> bytes) {
   return {wire::AlStatus::from_raw(wire::load_le<std::uint16_t>(bytes)),
           static_cast<wire::AlStatusCode>(wire::load_le<std::uint16_t>(bytes.subspan(4)))};
@@ -43,35 +29,21 @@ Result<void> write_al_control(Bus& bus, std::span<const SlaveRef> slaves, std::s
   return bus.exchange().exchange(requests);
 }
 
+/// A report that is none.
+Error silent(std::uint16_t position, std::uint16_t working_counter) {
+  return {facts::WorkingCounter{.address = wire::reg::kAlStatus.address, .received = working_counter}, position};
+}
+
 /// Sends reads of AL status and code, one per slave, and decodes the answers.
 template <typename PositionOf>
 Result<std::vector<AlReport>> collect_reports(Bus& bus, std::span<Request> requests, PositionOf position_of) {
   if (auto done = bus.exchange().exchange(requests); !done) return tl::unexpected(done.error());
   std::vector<AlReport> reports;
   for (std::size_t i = 0; i < requests.size(); ++i) {
-    if (requests[i].working_counter != 1) {
-      Error error;
-      error.kind = ErrorKind::kWorkingCounter;
-      error.slave = position_of(i);
-      error.address = wire::reg::kAlStatus.address;
-      error.expected = 1;
-      error.received = requests[i].working_counter;
-      return tl::unexpected(error);
-    }
+    if (requests[i].working_counter != 1) return tl::unexpected(silent(position_of(i), requests[i].working_counter));
     reports.push_back(decode_report(requests[i].data));
   }
   return reports;
-}
-
-/// Error of the first report that is none.
-Error silent(SlaveRef slave, unsigned working_counter) {
-  Error error;
-  error.kind = ErrorKind::kWorkingCounter;
-  error.slave = slave.position;
-  error.address = wire::reg::kAlStatus.address;
-  error.expected = 1;
-  error.received = working_counter;
-  return error;
 }
 
 /// One slave on its way. Error indications are acknowledged first, by repeating the present state with the acknowledge
@@ -87,15 +59,18 @@ class Change {
   void fail(const Error& error) { result_ = tl::unexpected(error); }
 
   /// The slave has not answered a poll.
-  void missed(unsigned working_counter) {
-    if (++missed_ >= kMissedPolls) fail(silent(slave_, working_counter));
+  void missed(std::uint16_t working_counter) {
+    if (++missed_ >= kMissedPolls) fail(silent(slave_.position, working_counter));
   }
   /// What to write to AL control now; nothing: wait.
   [[nodiscard]] std::optional<std::uint16_t> take(const AlReport& report, wire::AlState target,
                                                   std::chrono::nanoseconds now) {
     missed_ = 0;
     const bool late = now >= deadline_;
-    auto give_up = [&](ErrorKind kind) { fail(state_error(kind, slave_, target, report, timeout_)); };
+    const auto refused = [&] {
+      fail({facts::StateRefused{.requested = target, .actual = report.status.state, .code = report.code},
+            slave_.position});
+    };
     switch (phase_) {
       case Phase::kStart:
       case Phase::kAcknowledge:
@@ -104,7 +79,7 @@ class Change {
           deadline_ = now + timeout_;
           return wire::AlControl{target, false, false}.raw();
         }
-        if (late) give_up(ErrorKind::kStateRefused);
+        if (late) refused();
         // The controller of a slave without application copies AL control, acknowledge bit included, into AL status
         // (ESC data sheet I, device emulation): what looks like an error without code goes away when the bit is not
         // written.
@@ -117,11 +92,13 @@ class Change {
         return wire::AlControl{report.status.state, true, false}.raw();
       case Phase::kRequest:
         if (report.status.error) {
-          give_up(ErrorKind::kStateRefused);
+          refused();
         } else if (report.status.state == target) {
           result_.emplace();
         } else if (late) {
-          give_up(ErrorKind::kStateTimeout);
+          fail({facts::StateTimeout{
+                    .requested = target, .actual = report.status.state, .code = report.code, .timeout = timeout_},
+                slave_.position});
         }
         break;
     }
@@ -183,11 +160,7 @@ Result<std::vector<AlReport>> peek_states(Bus& bus) {
   std::array<std::byte, 1> type{};
   const auto count = bus.broadcast_read(wire::reg::kType.address, type);
   if (!count) return tl::unexpected(count.error());
-  if (*count == 0) {
-    Error error;
-    error.kind = ErrorKind::kNoSlaves;
-    return tl::unexpected(error);
-  }
+  if (*count == 0) return tl::unexpected(Error{facts::NoSlaves{}});
   std::vector<Request> requests;
   std::vector<std::array<std::byte, kReportBytes>> data(*count);
   for (std::uint16_t i = 0; i < *count; ++i) {
@@ -247,7 +220,7 @@ Result<void> first_failure(std::span<const Result<void>> results) {
   const Result<void>* worst = nullptr;
   for (const auto& result : results) {
     if (result) continue;
-    if (result.error().kind == ErrorKind::kStateRefused) return result;
+    if (result.error().is<facts::StateRefused>()) return result;
     if (worst == nullptr) worst = &result;
   }
   return worst == nullptr ? Result<void>{} : *worst;
@@ -268,7 +241,7 @@ Result<void> lower_state(Bus& bus, std::span<const SlaveRef> slaves, wire::AlSta
   std::vector<SlaveRef> above;
   for (std::size_t i = 0; i < slaves.size(); ++i) {
     if (requests[i].working_counter != 1) {
-      if (first) first = tl::unexpected(silent(slaves[i], requests[i].working_counter));
+      if (first) first = tl::unexpected(silent(slaves[i].position, requests[i].working_counter));
     } else if (decode_report(data[i]).status.state > target) {
       above.push_back(slaves[i]);
     }

@@ -8,7 +8,7 @@ namespace driveline::bus_test {
 namespace {
 
 using ecat_master::CoeClient;
-using ecat_master::ErrorKind;
+namespace facts = ecat_master::facts;
 using ecat_master::MotionPhase;
 
 TEST(SdoWhileCycling, AThousandTransfersDisturbNothing) {
@@ -135,7 +135,7 @@ TEST(AcyclicWork, ThroughADeadLineEndsWithAnError) {
   CoeClient coe(*operation.master().mailbox(0));
   const auto read = coe.upload(0x6041, 0);
   ASSERT_FALSE(read);
-  EXPECT_EQ(read.error().kind, ErrorKind::kNoAnswer);
+  EXPECT_TRUE(read.error().is<facts::NoAnswer>());
   EXPECT_EQ(read.error().slave, 0);
 }
 

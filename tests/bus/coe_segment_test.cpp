@@ -10,7 +10,7 @@ namespace driveline::bus_test {
 namespace {
 
 using ecat_master::CoeClient;
-using ecat_master::ErrorKind;
+namespace facts = ecat_master::facts;
 using ecat_master::Master;
 using slaves::generic::DeviceModel;
 using slaves::generic::GenericDevice;
@@ -23,6 +23,10 @@ constexpr std::uint16_t kRecord = 0x2010;
 constexpr std::uint16_t kMailboxOut = 0x1000;  ///< of the master's requests
 constexpr std::uint16_t kMailboxIn = 0x1080;
 constexpr std::size_t kMailboxBytes = 64;
+
+std::uint32_t abort_code(const ecat_master::Error& error) {
+  return static_cast<std::uint32_t>(std::get<facts::SdoAbort>(error.facts).code);
+}
 
 /// Lengths around what the first mailbox (48 bytes) and each segment (55) hold.
 bool borders(std::size_t length) {
@@ -196,8 +200,8 @@ TEST_F(CoeOfASmallMailbox, OneByteTooManyIsAborted) {
   ASSERT_EQ(sentence(coe().download(kText, 0, text_of(40))), "");
   const auto done = coe().download(kText, 0, text_of(kTextBytes + 1));
   ASSERT_FALSE(done);
-  EXPECT_EQ(done.error().kind, ErrorKind::kSdoAbort);
-  EXPECT_EQ(done.error().code, 0x06070012U);
+  EXPECT_TRUE(done.error().is<facts::SdoAbort>());
+  EXPECT_EQ(abort_code(done.error()), 0x06070012U);
   EXPECT_EQ(inside(), padded(40));
   expect_it_still_works();
 }
@@ -215,14 +219,14 @@ TEST_F(CoeOfASmallMailbox, AnAbortAmidSegmentsEndsTheTransferAndTheNextOneWorks)
   change_answer(3, abort);
   const auto up = coe().upload(kText, 0);
   ASSERT_FALSE(up);
-  EXPECT_EQ(up.error().kind, ErrorKind::kSdoAbort);
-  EXPECT_EQ(up.error().code, 0x08000021U);
+  EXPECT_TRUE(up.error().is<facts::SdoAbort>());
+  EXPECT_EQ(abort_code(up.error()), 0x08000021U);
   EXPECT_THAT(sentence(up), testing::StartsWith("slave 0: object 2000h:00 aborted with 0x08000021 ("));
   expect_it_still_works();
   change_answer(3, abort);
   const auto down = coe().download(kText, 0, text_of(280));
   ASSERT_FALSE(down);
-  EXPECT_EQ(down.error().code, 0x08000021U);
+  EXPECT_EQ(abort_code(down.error()), 0x08000021U);
   EXPECT_EQ(inside(), padded(250)) << "nothing was stored";
   expect_it_still_works();
 }
@@ -272,8 +276,8 @@ TEST_F(CoeOfASmallMailbox, ADeviceThatSeesTheSameToggleTwiceAborts) {
   segments = 0;
   const auto up = coe().upload(kText, 0);
   ASSERT_FALSE(up);
-  EXPECT_EQ(up.error().kind, ErrorKind::kSdoAbort);
-  EXPECT_EQ(up.error().code, 0x05030000U);
+  EXPECT_TRUE(up.error().is<facts::SdoAbort>());
+  EXPECT_EQ(abort_code(up.error()), 0x05030000U);
   segments = -1;
   expect_it_still_works();
 }
@@ -389,7 +393,7 @@ TEST_F(CoeOfASmallMailbox, WholeObjectsThatCannotBeHadAreAbortedWithTheReason) {
   start();
   const auto code = [](const auto& result) {
     EXPECT_FALSE(result);
-    return result ? 0U : result.error().code;
+    return result ? 0U : abort_code(result.error());
   };
   EXPECT_EQ(code(coe().upload(kText, 0, true)), 0x06010000U) << "a variable";
   EXPECT_EQ(code(coe().upload(kRecord, 2, true)), 0x06010000U) << "neither 0 nor 1";

@@ -8,7 +8,7 @@ namespace driveline::bus_test {
 namespace {
 
 using ecat_master::CoeClient;
-using ecat_master::ErrorKind;
+namespace facts = ecat_master::facts;
 using ecat_master::Master;
 using wire::AlState;
 
@@ -21,7 +21,7 @@ TEST(PdoMappingTooLong, IsRefusedByTheDriveWithItsReason) {
   plans[1].pdos.outputs = {{0x1600, {{0x6040, 0, 16}, {0x6060, 0, 8}, {0x607A, 0, 32}, {0x6071, 0, 16}}}};
   const auto done = operation.master().configure(plans);
   ASSERT_FALSE(done);
-  EXPECT_EQ(done.error().kind, ErrorKind::kSdoAbort);
+  EXPECT_TRUE(done.error().is<facts::SdoAbort>());
   EXPECT_EQ(sentence(done),
             "slave 1: object 1600h:00 aborted with 0x06040042 (mapped objects would exceed the PDO length)");
 }
@@ -39,7 +39,7 @@ TEST(PdoMappingTooLong, MayBeFollowedByAGoodOne) {
     plans[0].startup_sdos.push_back({0x5FFF, 0, {std::byte{1}}});
     const auto failed = operation.master().configure(plans);
     ASSERT_FALSE(failed);
-    EXPECT_EQ(failed.error().kind, ErrorKind::kSdoAbort) << sentence(failed);
+    EXPECT_TRUE(failed.error().is<facts::SdoAbort>()) << sentence(failed);
   }
   EXPECT_EQ(sentence(operation.master().configure(operation.plans())), "");
   EXPECT_TRUE(drives.all_in(AlState::kSafeOp));
@@ -239,9 +239,9 @@ TEST(RefusedTransition, ToOpIsNamedAndMayBeRepeated) {
   drives.slave(1).al().refuse(AlState::kOp, wire::AlStatusCode::kPllError);
   const auto done = operation.to_op();
   ASSERT_FALSE(done);
-  EXPECT_EQ(done.error().kind, ErrorKind::kStateRefused);
+  EXPECT_TRUE(done.error().is<facts::StateRefused>());
   EXPECT_EQ(done.error().slave, 1);
-  EXPECT_EQ(done.error().code, 0x0032U);
+  EXPECT_EQ(std::get<facts::StateRefused>(done.error().facts).code, wire::AlStatusCode::kPllError);
   drives.slave(1).al().clear_refusal();
   EXPECT_EQ(sentence(operation.master().go_operational()), "");
   EXPECT_TRUE(drives.all_in(AlState::kOp));

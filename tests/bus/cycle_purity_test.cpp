@@ -36,7 +36,7 @@ class GuardedRunner final : public CycleRunner {
   GuardedRunner(CyclicCore& core, rt::Clock& clock, Ledger& ledger)
       : core_(core), clock_(clock), timer_(clock, core.settings().period), ledger_(ledger) {}
 
-  [[nodiscard]] tl::expected<void, std::string> start() override {
+  [[nodiscard]] tl::expected<void, rt::RealtimeError> start() override {
     timer_.start(core_.first_grid(clock_.now() + 4 * timer_.period()));
     return {};
   }
@@ -279,7 +279,7 @@ class AskingTask final : public ecat_master::CyclicTask {
   static bool look(const ecat_master::SdoRequest& request, std::uint64_t& ended) noexcept {
     const auto state = request.state();
     if (state == State::kPending || state == State::kBusy) return false;
-    if (state == State::kDone || (state == State::kFailed && request.error().kind == ecat_master::ErrorKind::kSdoAbort))
+    if (state == State::kDone || (state == State::kFailed && request.error().is<ecat_master::facts::SdoAbort>()))
       ++ended;
     return true;
   }
@@ -304,9 +304,9 @@ TEST_F(CyclePurity, RequestsOfTheCycleAndCopiedProcessDataDoNotChangeThat) {
   operation.start_cycle(guarded());
   ASSERT_EQ(sentence(operation.master().go_operational()), "");
   auto& mailboxes = operation.master().mailboxes();
-  task.read = mailboxes.make_request(0, 0x6065, 0, 4);
-  task.written = mailboxes.make_request(1, 0x6065, 0, 4);
-  task.refused = mailboxes.make_request(2, 0x5FFF, 0, 4);
+  task.read = make_request(mailboxes, 0, 0x6065, 0, 4);
+  task.written = make_request(mailboxes, 1, 0x6065, 0, 4);
+  task.refused = make_request(mailboxes, 2, 0x5FFF, 0, 4);
   ledger = {};
   operation.motion().request_start();
   const auto end = drives.clock.now() + std::chrono::seconds{2};

@@ -13,7 +13,7 @@ namespace driveline::bus_test {
 namespace {
 
 using ecat_master::CoeClient;
-using ecat_master::ErrorKind;
+namespace facts = ecat_master::facts;
 using ecat_master::Master;
 using ecat_master::SlavePlan;
 using wire::AlState;
@@ -105,7 +105,7 @@ TEST_F(DescriptionFile, MailboxTimeLimitsLikewise) {
   const auto before = clock.now();
   const auto done = CoeClient(*master->mailbox(0)).upload(0x1018, 2);
   ASSERT_FALSE(done);
-  EXPECT_EQ(done.error().kind, ErrorKind::kMailboxTimeout);
+  EXPECT_TRUE(done.error().is<facts::MailboxTimeout>());
   EXPECT_THAT(sentence(done), testing::HasSubstr("within 30 ms"));
   EXPECT_LT(clock.now() - before, milliseconds{100});
 }

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "drive_line.hpp"
-#include "driveline/ecat_master/process_data/process_variables.hpp"
+#include "driveline/ecat_master/configuration/process_variables.hpp"
 #include "driveline/slaves/generic/generic_device.hpp"
 
 namespace driveline::bus_test {
@@ -242,7 +242,7 @@ TEST_P(NamesOfTerminals, AreRefusedWithWhatThereIs) {
   to_safe_op();
   const auto error = [this](const char* name) {
     const auto found = variables->find(name);
-    return found ? std::string("found") : found.error();
+    return found ? std::string("found") : describe(found.error());
   };
   EXPECT_EQ(error("ioa.Out 0"), "found");
   EXPECT_EQ(error("1.Out 0"), "found") << "by position";
@@ -250,15 +250,15 @@ TEST_P(NamesOfTerminals, AreRefusedWithWhatThereIs) {
               HasSubstr("there is no process variable 'ioa.Out 9'; the slave has ioa.7000h:01 (Out 0)"));
   EXPECT_THAT(error("iox.Out 0"), HasSubstr("expected slave.object, for example ioa.7000h:01 (Out 0)"));
   EXPECT_THAT(error("ioa.6041"), HasSubstr("there is no process variable 'ioa.6041'"));
-  EXPECT_EQ(variables->entry<std::uint16_t>("ioa.Out 4").error(),
+  EXPECT_EQ(describe(variables->entry<std::uint16_t>("ioa.Out 4").error()),
             "ioa.7000h:05 (Out 4) has 7 bits from bit 4 of a byte on; the handle is for 16 bits on a byte border");
-  EXPECT_EQ(variables->entry<bool>("ioa.Set word").error(),
+  EXPECT_EQ(describe(variables->entry<bool>("ioa.Set word").error()),
             "ioa.7010h:01 (Set word) has 16 bits from bit 0 of a byte on; the handle is for 1 bits");
-  EXPECT_EQ(variables->copy("ioa.Set word", "iob.Set word").error(),
+  EXPECT_EQ(describe(variables->copy("ioa.Set word", "iob.Set word").error()),
             "ioa.7010h:01 (Set word) cannot be copied from: it is an output");
-  EXPECT_EQ(variables->copy("ioa.Actual word", "iob.Actual word").error(),
+  EXPECT_EQ(describe(variables->copy("ioa.Actual word", "iob.Actual word").error()),
             "iob.6010h:01 (Actual word) cannot be copied to: it is an input");
-  EXPECT_EQ(variables->copy("ioa.Actual word", "iob.Set long").error(),
+  EXPECT_EQ(describe(variables->copy("ioa.Actual word", "iob.Set long").error()),
             "ioa.6010h:01 (Actual word) has 16 bits and iob.7010h:02 (Set long) has 32: they cannot be copied");
 }
 

@@ -7,7 +7,7 @@
 #include <set>
 #include <sstream>
 
-#include "driveline/ecat_master/diagnosis/flight_recorder.hpp"
+#include "driveline/ecat_master/cyclic/flight_recorder.hpp"
 #include "driveline/ecat_master/recovery/line_supervisor.hpp"
 #include "driveline/wire/fmmu.hpp"
 #include "every_layout.hpp"

@@ -6,13 +6,14 @@
 
 #include "drive_line.hpp"
 #include "driveline/ecat_master/coe/coe_client.hpp"
+#include "driveline/ecat_master/coe/sdo_request.hpp"
 #include "fault_ports.hpp"
 
 namespace driveline::bus_test {
 namespace {
 
 using ecat_master::CoeClient;
-using ecat_master::ErrorKind;
+namespace facts = ecat_master::facts;
 using ecat_master::Master;
 using ecat_master::SdoFuture;
 using ecat_master::SdoRequest;
@@ -176,7 +177,7 @@ TEST(SdoFromSeveralThreads, AllGetTheirAnswers) {
 TEST(SdoRequestOfTheCycle, ReadsAndWritesWhileOthersStepTheEngine) {
   OpenLine line(2);
   auto& engine = line.master.mailboxes();
-  const auto request = engine.make_request(1, 0x6065, 0, 4);
+  const auto request = make_request(engine, 1, 0x6065, 0, 4);
   EXPECT_EQ(request->state(), SdoRequest::State::kIdle);
   const auto value = wire::to_le_bytes<std::uint32_t>(4711);
   ASSERT_TRUE(request->start_download(value));
@@ -200,15 +201,15 @@ TEST(SdoRequestOfTheCycle, ReadsAndWritesWhileOthersStepTheEngine) {
 TEST(SdoRequestOfTheCycle, TellsWhyItFailed) {
   OpenLine line(1);
   auto& engine = line.master.mailboxes();
-  const auto missing = engine.make_request(0, 0x5FFF, 0, 4);
-  const auto small = engine.make_request(0, 0x1008, 0, 4);
+  const auto missing = make_request(engine, 0, 0x5FFF, 0, 4);
+  const auto small = make_request(engine, 0, 0x1008, 0, 4);
   ASSERT_TRUE(missing->start_upload());
   ASSERT_TRUE(small->start_upload());
   for (int i = 0; i < 1000 && small->state() != SdoRequest::State::kFailed; ++i) engine.drive();
   ASSERT_EQ(missing->state(), SdoRequest::State::kFailed);
-  EXPECT_EQ(missing->error().kind, ErrorKind::kSdoAbort);
+  EXPECT_TRUE(missing->error().is<facts::SdoAbort>());
   ASSERT_EQ(small->state(), SdoRequest::State::kFailed);
-  EXPECT_EQ(small->error().kind, ErrorKind::kSdoSize);
+  EXPECT_TRUE(small->error().is<facts::SdoSize>());
   EXPECT_TRUE(small->data().empty());
   EXPECT_FALSE(small->start_download(std::array<std::byte, 5>{})) << "longer than its capacity";
 }

@@ -6,7 +6,7 @@
 #include <iterator>
 
 #include "drive_line.hpp"
-#include "driveline/ecat_master/process_data/process_variables.hpp"
+#include "driveline/ecat_master/configuration/process_variables.hpp"
 #include "driveline/esi/esi_file.hpp"
 #include "driveline/slaves/generic/generic_device.hpp"
 

@@ -35,7 +35,7 @@ void exchange(const runtime::LineConfig& config, ecat_master::Master& master, rt
   const auto started = master.start_cycle(nullptr, {}, settings, [&clock](ecat_master::CyclicCore& core) {
     return std::make_unique<ecat_master::InlineRunner>(core, clock);
   });
-  if (!started) return must_have_a_reason(started.error());
+  if (!started) return must_have_a_reason(started.error().message());
   master.pass(kCycles * config.period);
   static_cast<void>(master.shut_down());
 }

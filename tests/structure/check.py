@@ -6,6 +6,7 @@ from pathlib import Path
 
 import constructs
 import dependencies
+import folders
 import proofs
 import words
 
@@ -14,7 +15,7 @@ HERE = Path(__file__).resolve().parent
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("what", choices=["dependencies", "constructs", "words", "proofs"])
+    parser.add_argument("what", choices=["dependencies", "folders", "constructs", "words", "proofs"])
     parser.add_argument("--root", type=Path, default=HERE.parent.parent, help="project folder")
     parser.add_argument("--graph", type=Path, help="link graph of a configured build (for dependencies)")
     parser.add_argument("--junit", type=Path, help="what ctest --output-junit has written (for proofs)")
@@ -25,6 +26,8 @@ def main():
         if not options.graph:
             parser.error("dependencies needs --graph <build>/link_graph.tsv")
         errors = dependencies.check(root, HERE / "allowed_doors.txt", options.graph)
+    elif options.what == "folders":
+        errors = folders.check(root, HERE / "allowed_cycles.txt")
     elif options.what == "constructs":
         errors = constructs.check(root, HERE / "allowed_casts.txt")
     elif options.what == "proofs":

@@ -1,7 +1,7 @@
 """What a source may not be or contain: too long, packed, bitfields, casts on frames, silenced checks without a reason."""
 import re
 
-from rooms import code_only, room_of, sources
+from rooms import code_only, read_reasons, room_of, sources
 
 MAX_LINES = 800
 WIRE_ROOMS = {"wire", "port", "snapshot", "ecat_master", "slaves"}
@@ -20,16 +20,6 @@ PRINTERS = {"cli/src/console.cpp"}
 CAST = re.compile(r"\breinterpret_cast\b")
 NOLINT = re.compile(r"NOLINT(?:NEXTLINE|BEGIN)?\b(?P<rest>[^\n]*)")
 REASONED = re.compile(r"\([\w\-.*,| ]+\):?\s+\w.{9,}")
-
-
-def read_casts(file):
-    """{path: reason} of allowed_casts.txt."""
-    casts = {}
-    for line in file.read_text(encoding="utf-8").splitlines():
-        if line.strip() and not line.startswith("#"):
-            path, _, reason = line.strip().partition(" ")
-            casts[path] = reason.strip()
-    return casts
 
 
 def line_of(text, match):
@@ -62,7 +52,7 @@ def file_errors(path, text, casts):
 
 
 def check(root, casts_file):
-    casts = read_casts(casts_file)
+    casts = read_reasons(casts_file)
     errors = [f"{casts_file.name}: {path} is listed without a reason" for path, why in casts.items() if len(why) < 10]
     errors += [f"{casts_file.name}: {path} does not exist" for path in casts if not (root / path).is_file()]
     for path in sources(root):

@@ -1,7 +1,7 @@
 """Doors between the rooms: what CMake links and what the sources include, against allowed_doors.txt."""
 import re
 
-from rooms import FOLDERS, room_of, sources
+from rooms import FOLDERS, INCLUDE, room_of, sources
 
 
 def read_doors(file):
@@ -51,9 +51,6 @@ def graph_errors(graph):
     libraries = {room for target, (room, _) in graph.items() if target == f"driveline_{room}"}
     missing = {"rt", "wire", "port", "snapshot", "trajectory", "esi", "ecat_master", "slaves"} - libraries
     return [f"the link graph has no target driveline_{room}" for room in sorted(missing)]
-
-
-INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*["<]([^">]+)[">]', re.M)
 
 
 def header_rooms(root):

@@ -43,6 +43,19 @@ def sources(root):
     )
 
 
+INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*["<]([^">]+)[">]', re.M)
+
+
+def read_reasons(file):
+    """{name: reason} of a list of exceptions: the name, then the reason."""
+    reasons = {}
+    for line in file.read_text(encoding="utf-8").splitlines():
+        if line.strip() and not line.startswith("#"):
+            name, _, reason = line.strip().partition(" ")
+            reasons[name] = reason.strip()
+    return reasons
+
+
 def code_only(text):
     """`text` with comments and the contents of literals blanked; line numbers stay what they are."""
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import constructs
 import dependencies
+import folders
 import proofs
 import words
 from rooms import FOLDERS, code_only, room_of
@@ -30,7 +31,7 @@ class Tree(unittest.TestCase):
 class Rooms(unittest.TestCase):
     def test_the_longest_folder_wins(self):
         self.assertEqual(room_of("ecat_master/wire/src/frame.cpp"), "wire")
-        self.assertEqual(room_of("ecat_master/src/master.cpp"), "ecat_master")
+        self.assertEqual(room_of("ecat_master/src/master/master.cpp"), "ecat_master")
         self.assertEqual(room_of("rt"), "rt")
         self.assertIsNone(room_of("docs/architecture.md"))
 
@@ -107,6 +108,64 @@ class Edges(Tree):
 
     def test_allowed_includes_pass(self):
         self.assertEqual(self.include_errors("bridge/src/a.cpp", '#include "driveline/snapshot/snapshot.hpp"\n#include <x..y>'), [])
+
+
+class Folders(Tree):
+    INCLUDE = "ecat_master/include/driveline/ecat_master"
+
+    def header(self, path, *included):
+        self.plant(f"{self.INCLUDE}/{path}", "".join(f'#include "driveline/ecat_master/{name}"\n' for name in included))
+
+    def check(self, allowed=""):
+        return folders.check(self.root, self.plant("allowed_cycles.txt", allowed))
+
+    def test_a_circle_is_caught_with_its_edges_and_nothing_else(self):
+        self.header("bus/bus.hpp", "sii/cache.hpp")
+        self.header("sii/cache.hpp")
+        self.header("sii/reader.hpp", "bus/bus.hpp")
+        self.header("axis/axis.hpp", "bus/bus.hpp")
+        errors = self.check()
+        self.assertEqual(len(errors), 1)
+        self.assertIn("room ecat_master: bus, sii depend on one another", errors[0])
+        self.assertIn(f"bus -> sii: {self.INCLUDE}/bus/bus.hpp includes driveline/ecat_master/sii/cache.hpp", errors[0])
+        self.assertIn("sii -> bus", errors[0])
+        self.assertNotIn("axis", errors[0])
+
+    def test_a_circle_of_three_through_sources_is_caught(self):
+        self.header("bus/bus.hpp", "sii/cache.hpp")
+        self.header("sii/cache.hpp")
+        self.header("axis/axis.hpp", "bus/bus.hpp")
+        self.plant("ecat_master/src/axis/parts.hpp")
+        self.plant("ecat_master/src/sii/cache.cpp", '#include "axis/parts.hpp"\n')
+        self.assertIn("axis, bus, sii depend on one another", self.check()[0])
+
+    def test_a_file_beside_the_folders_is_a_part_and_one_with_the_folder_of_its_name(self):
+        self.header("master.hpp", "recovery/watch.hpp")
+        self.header("recovery/watch.hpp")
+        self.plant("ecat_master/src/master/newcomers.cpp", '#include "driveline/ecat_master/master.hpp"\n')
+        self.assertEqual(self.check(), [])
+        self.plant("ecat_master/src/recovery/watch.cpp", '#include "driveline/ecat_master/master.hpp"\n')
+        self.assertIn("master, recovery depend on one another", self.check()[0])
+
+    def test_every_room_is_looked_at(self):
+        for folder, room in FOLDERS.items():
+            self.plant(f"{folder}/src/a/x.cpp", f'#include "driveline/{room}/b/y.hpp"\n')
+            self.plant(f"{folder}/include/driveline/{room}/b/y.hpp", f'#include "driveline/{room}/a/z.hpp"\n')
+        self.assertEqual(len(self.check()), len(FOLDERS))
+
+    def test_one_direction_and_other_rooms_pass(self):
+        self.header("bus/bus.hpp", "bus/tag.hpp")
+        self.plant("slaves/src/bus/a.cpp", '#include "driveline/ecat_master/sii/x.hpp"\n#include <vector>\n')
+        self.plant("slaves/src/sii/b.cpp", '#include "driveline/slaves/bus/a.hpp"\n')
+        self.assertEqual(self.check(), [])
+
+    def test_an_exception_has_a_reason_and_goes_when_it_is_not_needed(self):
+        self.assertEqual(len(self.check("cli  it moves to another room\n")), 1)
+        self.plant("cli/src/text/a.hpp", '#include "line/b.hpp"\n')
+        self.plant("cli/src/line/b.hpp", '#include "text/a.hpp"\n')
+        self.assertEqual(self.check("cli  it moves to another room\n"), [])
+        self.assertIn("without a reason", self.check("cli\n")[0])
+        self.assertIn("no room attic", self.check("cli  it moves to another room\nattic  it is dark up there\n")[0])
 
 
 class Constructs(unittest.TestCase):

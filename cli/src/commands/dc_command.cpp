@@ -7,7 +7,6 @@
 #include "commands/commands.hpp"
 #include "commands/tool_options.hpp"
 #include "console.hpp"
-#include "driveline/ecat_master/dc/clock_fault.hpp"
 #include "driveline/runtime/files/output_file.hpp"
 #include "driveline/runtime/record/sync_margins.hpp"
 #include "driveline/runtime/setup/clock_plan.hpp"
@@ -71,19 +70,11 @@ class ClockSession {
     if (!watched) return tl::unexpected(watched.error());
     if (!files) return tl::unexpected(files.error());
     if (!down) return bus_failure(down.error());
-    if (!status_.locked) return failed(runtime::with_clock_remedy(not_locked()));
+    if (!status_.locked) return failed(runtime::with_clock_remedy(ecat_master::dc::not_locked(status_, *master_.clock_follower())));
     return 0;
   }
 
  private:
-  [[nodiscard]] ecat_master::Error not_locked() {
-    auto error = ecat_master::dc::clock_error(ecat_master::dc::ClockFault::kNotLocked);
-    error.extra = static_cast<std::uint32_t>(status_.cause);
-    error.received = static_cast<std::uint32_t>(std::lround(status_.mean_error_ns));
-    error.expected = static_cast<std::uint32_t>(master_.clock_follower()->lock_window_ns());
-    return error;
-  }
-
   /// What else the cycle is for, only a file knows.
   [[nodiscard]] nanoseconds period() const {
     return session_.has_config() ? session_.config().period : nanoseconds{kDefaultPeriod};
@@ -129,7 +120,7 @@ class ClockSession {
           return std::make_unique<ecat_master::RealtimeRunner>(core, session_.clock(), realtime,
                                                                session_.config().wake_ahead);
         });
-    if (!started) return failed(started.error());
+    if (!started) return failed(started.error().message());
     return {};
   }
 

@@ -76,7 +76,7 @@ std::string name_of(const RegisterAddress& at) {
 
 /// A slave that does not answer, or one that refuses the access?
 tl::unexpected<Failure> access_failure(const ecat_master::Error& error, const RegisterAddress& at, bool write) {
-  if (error.kind != ecat_master::ErrorKind::kWorkingCounter) return bus_failure(error);
+  if (!error.is<ecat_master::facts::WorkingCounter>()) return bus_failure(error);
   const bool refused = write && at.row != nullptr && at.row->ecat == wire::RegisterAccess::kRead;
   return failed(fmt::format("slave {}: does not let the master {} {}{}", error.slave, write ? "write" : "read",
                             name_of(at), refused ? ", which is read-only" : ""));

@@ -30,10 +30,9 @@ struct ObjectAddress {
 
 /// Indices are hexadecimal in every manual, and "6041" is not.
 tl::unexpected<Failure> object_failure(const ecat_master::Error& error, const ObjectOptions& options) {
-  constexpr auto kDoesNotExist = static_cast<std::uint32_t>(wire::SdoAbort::kObjectDoesNotExist);
+  const auto* abort = error.as<ecat_master::facts::SdoAbort>();
   const bool decimal = options.index.size() == 4 && options.index.find_first_not_of("0123456789") == std::string::npos;
-  if (error.code != kDoesNotExist || error.kind != ecat_master::ErrorKind::kSdoAbort || !decimal)
-    return bus_failure(error);
+  if (abort == nullptr || abort->code != wire::SdoAbort::kObjectDoesNotExist || !decimal) return bus_failure(error);
   return failed(fmt::format("{}; {} is a decimal number, 0x{} or {}h a hexadecimal one", ecat_master::describe(error),
                             options.index, options.index, options.index));
 }
@@ -129,7 +128,7 @@ Outcome<int> download(const ObjectOptions& options) {
   const auto data = runtime::parse_value(options.value, type_of(coe, *dialogue, options));
   if (!data) return tl::unexpected(data.error());
   auto done = coe.download(address.index, address.subindex, *data, options.complete);
-  if (!done && done.error().kind == ecat_master::ErrorKind::kMailboxTimeout &&
+  if (!done && done.error().is<ecat_master::facts::MailboxTimeout>() &&
       dialogue->line->shared(dialogue->mailbox->slave().position)) {
     // Once more would write twice.
     return failed(

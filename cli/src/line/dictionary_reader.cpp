@@ -3,12 +3,11 @@
 namespace driveline::cli {
 namespace {
 
-using ecat_master::ErrorKind;
+namespace facts = ecat_master::facts;
 
 /// The slave has answered, only not so that it helps; about the next object it may well do.
 bool concerns_one_object(const ecat_master::Error& error) {
-  return error.kind == ErrorKind::kMailboxMalformed || error.kind == ErrorKind::kMailboxError ||
-         error.kind == ErrorKind::kSdoAbort;
+  return error.is<facts::MailboxMalformed>() || error.is<facts::MailboxError>() || error.is<facts::SdoAbort>();
 }
 
 ecat_master::Result<void> read_entries(const DictionarySource& source, DictionaryObject& object) {
@@ -18,7 +17,7 @@ ecat_master::Result<void> read_entries(const DictionarySource& source, Dictionar
       object.entries.push_back(std::move(*entry));
     } else if (!concerns_one_object(entry.error())) {
       return tl::unexpected(entry.error());
-    } else if (entry.error().kind != ErrorKind::kSdoAbort) {  // that is a gap between the sub-indices
+    } else if (!entry.error().is<facts::SdoAbort>()) {  // that is a gap between the sub-indices
       object.troubles.push_back(ecat_master::describe(entry.error()));
     }
   }

@@ -9,7 +9,7 @@
 namespace driveline::cli {
 namespace {
 
-using ecat_master::ErrorKind;
+namespace facts = ecat_master::facts;
 using wire::AlState;
 using wire::SdoAbort;
 namespace reg = wire::reg;
@@ -24,10 +24,10 @@ constexpr std::uint16_t kFaultResetIndex = 0x2000 + 153;  ///< P 153
 
 /// The slave will never have this object.
 bool for_good(const ecat_master::Error& error) noexcept {
-  if (error.kind != ErrorKind::kSdoAbort) return false;
-  const auto code = static_cast<SdoAbort>(error.code);
-  return code == SdoAbort::kObjectDoesNotExist || code == SdoAbort::kSubindexDoesNotExist ||
-         code == SdoAbort::kWriteOnly || code == SdoAbort::kUnsupportedAccess;
+  const auto* abort = error.as<facts::SdoAbort>();
+  if (abort == nullptr) return false;
+  return abort->code == SdoAbort::kObjectDoesNotExist || abort->code == SdoAbort::kSubindexDoesNotExist ||
+         abort->code == SdoAbort::kWriteOnly || abort->code == SdoAbort::kUnsupportedAccess;
 }
 
 }  // namespace
@@ -149,7 +149,7 @@ Outcome<std::optional<std::vector<std::byte>>> DriveLink::upload(std::size_t pos
       missing_[position].push_back(row.object);
       return std::nullopt;
     }
-    if (data.error().kind == ErrorKind::kSdoAbort) return std::nullopt;  // not now
+    if (data.error().is<facts::SdoAbort>()) return std::nullopt;  // not now
     if (attempt == kAttempts) return bus_failure(data.error());
   }
 }
@@ -208,7 +208,7 @@ Outcome<void> DriveLink::acknowledge(std::size_t position) {
                       "has, acknowledges faults",
                       position));
     }
-    if (done.error().kind == ErrorKind::kSdoAbort || attempt == kAttempts) return bus_failure(done.error());
+    if (done.error().is<facts::SdoAbort>() || attempt == kAttempts) return bus_failure(done.error());
   }
 }
 

@@ -72,8 +72,9 @@ class LineView {
   LineView() = default;
   template <typename T>
   static bool went_astray(const ecat_master::Result<T>& answer) {
-    return !answer && (answer.error().kind == ecat_master::ErrorKind::kMailboxTimeout ||
-                       answer.error().kind == ecat_master::ErrorKind::kMailboxMalformed);
+    if (answer) return false;
+    const ecat_master::Error& error = answer.error();
+    return error.is<ecat_master::facts::MailboxTimeout>() || error.is<ecat_master::facts::MailboxMalformed>();
   }
   [[nodiscard]] std::vector<std::uint16_t> aliases() const;
   /// Counter of the last mail that the slave has taken.

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "driveline/ecat_master/axis/cia402.hpp"
+#include "driveline/ecat_master/cia402/cia402.hpp"
 #include "driveline/slaves/cia402/words.hpp"
 #include "driveline/slaves/msd/terminals.hpp"
 #include "driveline/slaves/msd/variant.hpp"

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <algorithm>
 
-#include "driveline/ecat_master/axis/object_name.hpp"
+#include "driveline/ecat_master/cia402/object_name.hpp"
 #include "driveline/wire/sync_manager.hpp"
 #include "text/sii_text.hpp"
 
@@ -97,8 +97,9 @@ class SpokenNames {
  private:
   template <typename T>
   void note(const ecat_master::Result<T>& answer) {
-    silent_ = !answer && answer.error().kind != ecat_master::ErrorKind::kSdoAbort;
+    silent_ = !answer && !is_abort(answer.error());
   }
+  static bool is_abort(const ecat_master::Error& error) { return error.is<ecat_master::facts::SdoAbort>(); }
 
   ecat_master::CoeClient& coe_;
   LineView& line_;
@@ -149,7 +150,7 @@ Outcome<std::vector<SyncManagerView>> pdos_from_coe(LineView& line, std::size_t 
     });
     if (!assigned) {
       // A sync manager without an assignment object has no PDOs.
-      if (assigned.error().kind == ecat_master::ErrorKind::kSdoAbort) continue;
+      if (assigned.error().is<ecat_master::facts::SdoAbort>()) continue;
       return bus_failure(assigned.error());
     }
     for (const auto& pdo : *assigned) {

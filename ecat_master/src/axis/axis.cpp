@@ -52,12 +52,12 @@ double delay_of(const AxisConfig& config) {
 }  // namespace
 
 const trajectory::PositionUnit& position_unit(const AxisConfig& axis) noexcept {
-  return trajectory::unit_or_si(axis.unit, axis.linear ? trajectory::AxisKind::kLinear : trajectory::AxisKind::kRotary);
+  return trajectory::unit_or_si(axis.unit, axis.kind);
 }
 
 double position_tolerance(const AxisConfig& axis) noexcept {
   constexpr double kTime_s = 1e-3;
-  const double least = axis.linear ? 1e-3 : 0.05;
+  const double least = axis.linear() ? 1e-3 : 0.05;
   return axis.position_tolerance.value_or(std::max(kTime_s * axis.limits.max_velocity, least));
 }
 

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "driveline/ecat_master/axis/object_name.hpp"
+#include "driveline/ecat_master/cia402/object_name.hpp"
 
 namespace driveline::ecat_master {
 namespace {

@@ -50,7 +50,7 @@ std::vector<StartupSdo> msd_startup_sdos(const AxisConfig& axis, std::chrono::na
   if (axis.mode == cia402::Mode::kCyclicPosition) {
     constexpr std::uint8_t kCubicSpline = 3;
     sdos.push_back(sdo(parameter(370), 0, kCubicSpline));
-    if (axis.inertia > 0.0 && !axis.linear) sdos.push_back(real_sdo(parameter(1516), axis.inertia));
+    if (axis.inertia > 0.0 && !axis.linear()) sdos.push_back(real_sdo(parameter(1516), axis.inertia));
   }
   return sdos;
 }

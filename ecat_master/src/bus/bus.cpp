@@ -5,19 +5,12 @@
 namespace driveline::ecat_master {
 namespace {
 
-Error wkc_error(std::uint16_t position, std::uint16_t address, unsigned received) {
-  Error error;
-  error.kind = ErrorKind::kWorkingCounter;
-  error.slave = position;
-  error.address = address;
-  error.expected = 1;
-  error.received = received;
-  return error;
+Error wkc_error(std::uint16_t position, std::uint16_t address, std::uint16_t received) {
+  return {facts::WorkingCounter{.address = address, .received = received}, position};
 }
 
-Error named(Error error, std::uint16_t position, std::uint16_t address) {
+Error named(Error error, std::uint16_t position) {
   error.slave = position;
-  error.address = address;
   return error;
 }
 
@@ -25,18 +18,14 @@ Error named(Error error, std::uint16_t position, std::uint16_t address) {
 
 Result<bool> Bus::try_read(SlaveRef slave, std::uint16_t address, std::span<std::byte> data) {
   Request request{wire::Command::kFprd, wire::DatagramAddress::physical(slave.station, address), data};
-  if (auto done = exchange_.exchange({&request, 1}); !done) {
-    return tl::unexpected(named(done.error(), slave.position, address));
-  }
+  if (auto done = exchange_.exchange({&request, 1}); !done) return tl::unexpected(named(done.error(), slave.position));
   return request.working_counter != 0;
 }
 
 Result<bool> Bus::try_write(SlaveRef slave, std::uint16_t address, std::span<const std::byte> data) {
   std::vector<std::byte> copy(data.begin(), data.end());
   Request request{wire::Command::kFpwr, wire::DatagramAddress::physical(slave.station, address), copy};
-  if (auto done = exchange_.exchange({&request, 1}); !done) {
-    return tl::unexpected(named(done.error(), slave.position, address));
-  }
+  if (auto done = exchange_.exchange({&request, 1}); !done) return tl::unexpected(named(done.error(), slave.position));
   return request.working_counter != 0;
 }
 
@@ -83,9 +72,7 @@ Result<std::uint16_t> Bus::broadcast_write(std::uint16_t address, std::span<cons
 Result<void> Bus::write_at_position(std::uint16_t position, std::uint16_t address, std::span<const std::byte> data) {
   std::vector<std::byte> copy(data.begin(), data.end());
   Request request{wire::Command::kApwr, wire::DatagramAddress::position(position, address), copy};
-  if (auto done = exchange_.exchange({&request, 1}); !done) {
-    return tl::unexpected(named(done.error(), position, address));
-  }
+  if (auto done = exchange_.exchange({&request, 1}); !done) return tl::unexpected(named(done.error(), position));
   if (request.working_counter != 1) return tl::unexpected(wkc_error(position, address, request.working_counter));
   return {};
 }

@@ -43,10 +43,7 @@ Result<void> DirectExchange::exchange(std::span<Request> requests) {
     }
     if (std::all_of(requests.begin(), requests.end(), [](const Request& r) { return r.answered; })) return {};
   }
-  Error error;
-  error.kind = ErrorKind::kNoAnswer;
-  error.expected = static_cast<std::uint32_t>(settings_.retries + 1);
-  return tl::unexpected(error);
+  return tl::unexpected(Error{facts::NoAnswer{.tries = static_cast<std::uint32_t>(settings_.retries + 1)}});
 }
 
 /// Sends what has not been answered yet, from `next` on, in as many frames as may be on their way; returns the first
@@ -83,18 +80,11 @@ Result<std::size_t> DirectExchange::send_frame(std::span<Request> requests, std:
     std::copy(request.data.begin(), request.data.end(), builder.data(*place).begin());
   }
   if (end == first) {
-    Error error;
-    error.kind = ErrorKind::kProcessDataSize;
-    error.expected = wire::kMaxDatagramData;
-    error.received = static_cast<std::uint32_t>(requests[first].data.size());
-    return tl::unexpected(error);
+    return tl::unexpected(Error{facts::ProcessDataSize{.bytes = static_cast<std::uint32_t>(requests[first].data.size()),
+                                                       .limit = wire::kMaxDatagramData}});
   }
   const auto status = port_.send(builder.finish());
-  if (status == port::SendStatus::kLinkDown) {
-    Error error;
-    error.kind = ErrorKind::kLinkDown;
-    return tl::unexpected(error);
-  }
+  if (status == port::SendStatus::kLinkDown) return tl::unexpected(Error{facts::LinkDown{}});
   // A full queue is treated like a lost frame: the retry sends it again.
   if (status == port::SendStatus::kSent) ++statistics_.frames_sent;
   flights_.push_back({tag.sequence, first, end, true});

@@ -1,4 +1,4 @@
-#include "driveline/ecat_master/bus/write_protection.hpp"
+#include "bus/write_protection.hpp"
 
 namespace driveline::ecat_master {
 

@@ -4,14 +4,10 @@ namespace driveline::ecat_master {
 
 Error CoeClient::size_error(std::uint16_t index, std::uint8_t subindex, std::size_t expected,
                             std::size_t received) const noexcept {
-  Error error;
-  error.kind = ErrorKind::kSdoSize;
-  error.slave = position_;
-  error.address = index;
-  error.subindex = subindex;
-  error.expected = static_cast<std::uint32_t>(expected);
-  error.received = static_cast<std::uint32_t>(received);
-  return error;
+  return {facts::SdoSize{.object = {index, subindex},
+                         .expected = static_cast<std::uint32_t>(expected),
+                         .received = static_cast<std::uint32_t>(received)},
+          position_};
 }
 
 SdoFuture CoeClient::start_upload(SdoAddress at, Callback callback, std::uint8_t priority) {
@@ -50,12 +46,8 @@ namespace {
 
 /// An answer that is too short is the slave's doing: say whose.
 template <typename T>
-Result<T> named(Result<T> result, std::uint16_t position, std::uint16_t index, std::uint8_t subindex) {
-  if (!result) {
-    result.error().slave = position;
-    result.error().address = index;
-    result.error().subindex = subindex;
-  }
+Result<T> named(Result<T> result, std::uint16_t position, facts::ObjectAddress object) {
+  if (!result) result.error() = {facts::MailboxMalformed{object}, position};
   return result;
 }
 
@@ -64,19 +56,19 @@ Result<T> named(Result<T> result, std::uint16_t position, std::uint16_t index, s
 Result<std::vector<std::uint16_t>> CoeClient::object_list(ObjectList list) {
   const auto answer = ask(SdoInformationQuery::list(list));
   if (!answer) return tl::unexpected(answer.error());
-  return named(decode_object_list(*answer), position_, 0, 0);
+  return named(decode_object_list(*answer), position_, {});
 }
 
 Result<ObjectDescription> CoeClient::object_description(std::uint16_t index) {
   const auto answer = ask(SdoInformationQuery::object(index));
   if (!answer) return tl::unexpected(answer.error());
-  return named(decode_object_description(*answer), position_, index, 0);
+  return named(decode_object_description(*answer), position_, {index, 0});
 }
 
 Result<EntryDescription> CoeClient::entry_description(std::uint16_t index, std::uint8_t subindex) {
   const auto answer = ask(SdoInformationQuery::entry(index, subindex));
   if (!answer) return tl::unexpected(answer.error());
-  return named(decode_entry_description(*answer), position_, index, subindex);
+  return named(decode_entry_description(*answer), position_, {index, subindex});
 }
 
 std::vector<Result<void>> run_scripts(MailboxEngine& engine, std::span<const SdoScript> scripts) {

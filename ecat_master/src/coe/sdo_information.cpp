@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "coe/about_object.hpp"
+
 namespace driveline::ecat_master {
 namespace {
 
@@ -21,9 +23,7 @@ constexpr std::size_t kObjectHeader = 6;
 constexpr std::size_t kEntryHeader = 10;
 
 Error malformed() {
-  Error error;
-  error.kind = ErrorKind::kMailboxMalformed;
-  return error;
+  return {facts::MailboxMalformed{}};
 }
 
 std::string text_of(std::span<const std::byte> bytes) {
@@ -76,14 +76,12 @@ void SdoInformationQuery::begin(std::uint16_t position, std::size_t /*max_servic
   position_ = position;
 }
 
-MailboxDialogue::Reaction SdoInformationQuery::end(ErrorKind kind, std::uint32_t code) {
-  Error error = malformed();
-  error.kind = kind;
-  error.slave = position_;
-  error.address = question_ == SdoInfoOpCode::kListRequest ? std::uint16_t{0} : about_;
-  error.subindex = subindex_;
-  error.code = code;
-  result_ = tl::unexpected(error);
+facts::ObjectAddress SdoInformationQuery::object() const noexcept {
+  return {question_ == SdoInfoOpCode::kListRequest ? std::uint16_t{0} : about_, subindex_};
+}
+
+MailboxDialogue::Reaction SdoInformationQuery::end(ErrorFacts facts) {
+  result_ = tl::unexpected(Error{facts, position_});
   return Reaction::kDone;
 }
 
@@ -98,19 +96,19 @@ MailboxDialogue::Reaction SdoInformationQuery::receive(std::span<const std::byte
   const auto coe = CoeHeader::decode(service);
   if (!coe || coe->service != wire::CoeService::kSdoInformation) return Reaction::kForeign;
   const auto header = SdoInfoHeader::decode(service.subspan(CoeHeader::kSize));
-  if (!header) return end(ErrorKind::kMailboxMalformed);
+  if (!header) return end(facts::MailboxMalformed{object()});
   const auto data = service.subspan(CoeHeader::kSize + SdoInfoHeader::kSize);
   if (header->op_code == SdoInfoOpCode::kError) {
-    if (data.size() < 4) return end(ErrorKind::kMailboxMalformed);
-    return end(ErrorKind::kSdoAbort, wire::load_le<std::uint32_t>(data));
+    if (data.size() < 4) return end(facts::MailboxMalformed{object()});
+    return end(facts::SdoAbort{object(), static_cast<wire::SdoAbort>(wire::load_le<std::uint32_t>(data))});
   }
   if (header->op_code != answer_to(question_)) return Reaction::kForeign;
   if (!fragments_left_) {
     if (!is_about_this(data)) return Reaction::kForeign;
   } else if (header->fragments_left + 1 != *fragments_left_) {
-    return end(ErrorKind::kMailboxMalformed);
+    return end(facts::MailboxMalformed{object()});
   }
-  if (data_.size() + data.size() > kMaxAnswerBytes) return end(ErrorKind::kMailboxMalformed);
+  if (data_.size() + data.size() > kMaxAnswerBytes) return end(facts::MailboxMalformed{object()});
   data_.insert(data_.end(), data.begin(), data.end());
   fragments_left_ = header->fragments_left;
   if (header->fragments_left != 0) return Reaction::kAwait;
@@ -119,13 +117,7 @@ MailboxDialogue::Reaction SdoInformationQuery::receive(std::span<const std::byte
 }
 
 void SdoInformationQuery::fail(const Error& failure) {
-  Error error = failure;
-  if (error.kind == ErrorKind::kMailboxTimeout || error.kind == ErrorKind::kMailboxError ||
-      error.kind == ErrorKind::kMailboxMalformed) {
-    error.address = question_ == SdoInfoOpCode::kListRequest ? std::uint16_t{0} : about_;
-    error.subindex = subindex_;
-  }
-  result_ = tl::unexpected(error);
+  result_ = tl::unexpected(about_object(failure, object()));
 }
 
 Result<std::vector<std::uint16_t>> decode_object_list(std::span<const std::byte> answer) {

@@ -33,18 +33,14 @@ std::span<const std::byte> SdoRequest::data() const noexcept {
   return std::span(buffer_).first(used_);
 }
 
-bool SdoRequest::take() noexcept {
+std::shared_ptr<MailboxDialogue> SdoRequest::take() {
   auto expected = State::kPending;
-  return state_.compare_exchange_strong(expected, State::kBusy, std::memory_order_acq_rel);
-}
-
-std::shared_ptr<SdoTransfer> SdoRequest::make_transfer(std::shared_ptr<SdoRequest> request) {
-  const SdoAddress at{request->index_, request->subindex_, false};
-  const auto value = std::span(request->buffer_).first(request->used_);
-  auto transfer = request->download_
-                      ? std::make_shared<SdoTransfer>(at, std::vector<std::byte>(value.begin(), value.end()))
-                      : std::make_shared<SdoTransfer>(at);
-  transfer->on_completion([request = std::move(request)](const auto& result) { request->finish(result); });
+  if (!state_.compare_exchange_strong(expected, State::kBusy, std::memory_order_acq_rel)) return nullptr;
+  const SdoAddress at{index_, subindex_, false};
+  const auto value = std::span(buffer_).first(used_);
+  auto transfer = download_ ? std::make_shared<SdoTransfer>(at, std::vector<std::byte>(value.begin(), value.end()))
+                            : std::make_shared<SdoTransfer>(at);
+  transfer->on_completion([request = shared_from_this()](const auto& result) { request->finish(result); });
   return transfer;
 }
 
@@ -54,19 +50,23 @@ void SdoRequest::finish(const Result<std::vector<std::byte>>& result) noexcept {
     error_ = result.error();
     next = State::kFailed;
   } else if (!download_ && result->size() > buffer_.size()) {
-    error_ = {};
-    error_.kind = ErrorKind::kSdoSize;
-    error_.slave = position_;
-    error_.address = index_;
-    error_.subindex = subindex_;
-    error_.expected = static_cast<std::uint32_t>(buffer_.size());
-    error_.received = static_cast<std::uint32_t>(result->size());
+    error_ = {facts::SdoSize{.object = {index_, subindex_},
+                             .expected = static_cast<std::uint32_t>(buffer_.size()),
+                             .received = static_cast<std::uint32_t>(result->size())},
+              position_};
     next = State::kFailed;
   } else if (!download_) {
     std::copy(result->begin(), result->end(), buffer_.begin());
     used_ = result->size();
   }
   state_.store(next, std::memory_order_release);
+}
+
+std::shared_ptr<SdoRequest> make_request(MailboxEngine& engine, std::uint16_t position, std::uint16_t index,
+                                         std::uint8_t subindex, std::size_t capacity) {
+  auto request = std::make_shared<SdoRequest>(position, index, subindex, capacity);
+  engine.watch(request);
+  return request;
 }
 
 }  // namespace driveline::ecat_master

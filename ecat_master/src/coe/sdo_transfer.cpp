@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "coe/about_object.hpp"
+
 namespace driveline::ecat_master {
 namespace {
 
@@ -33,20 +35,15 @@ SdoTransfer::SdoTransfer(SdoAddress at, std::uint8_t priority)
 SdoTransfer::SdoTransfer(SdoAddress at, std::vector<std::byte> data, std::uint8_t priority)
     : MailboxDialogue(wire::MailboxType::kCoe, priority), at_(at), download_(true), data_(std::move(data)) {}
 
-Error SdoTransfer::error(ErrorKind kind) const noexcept {
-  Error e;
-  e.kind = kind;
-  e.slave = position_;
-  e.address = at_.index;
-  e.subindex = at_.subindex;
-  return e;
+facts::ObjectAddress SdoTransfer::object() const noexcept {
+  return {at_.index, at_.subindex};
 }
 
 Error SdoTransfer::size_error(std::size_t expected, std::size_t received) const noexcept {
-  Error e = error(ErrorKind::kSdoSize);
-  e.expected = static_cast<std::uint32_t>(expected);
-  e.received = static_cast<std::uint32_t>(received);
-  return e;
+  return {facts::SdoSize{.object = object(),
+                         .expected = static_cast<std::uint32_t>(expected),
+                         .received = static_cast<std::uint32_t>(received)},
+          position_};
 }
 
 void SdoTransfer::load(std::span<const std::byte> sdo) {
@@ -97,9 +94,8 @@ MailboxDialogue::Reaction SdoTransfer::receive(std::span<const std::byte> servic
   if (abort) {
     const auto header = SdoHeader::decode(sdo);
     if (!header || header->index != at_.index || header->subindex != at_.subindex) return stray();
-    Error e = error(ErrorKind::kSdoAbort);
-    e.code = header->data_u32();
-    result_ = tl::unexpected(e);
+    const auto code = static_cast<wire::SdoAbort>(header->data_u32());
+    result_ = tl::unexpected(Error{facts::SdoAbort{object(), code}, position_});
     return Reaction::kDone;
   }
   return phase_ == Phase::kInitiate ? receive_initiated(sdo) : receive_segment(sdo);
@@ -172,7 +168,7 @@ MailboxDialogue::Reaction SdoTransfer::receive_segment(std::span<const std::byte
   const auto expected = code_of(download_ ? SdoResponseCommand::kDownloadSegment : SdoResponseCommand::kUploadSegment);
   if (segment.specifier != expected) return stray();
   if (segment.toggle != toggle_) {
-    return give_up(error(ErrorKind::kMailboxMalformed), wire::SdoAbort::kToggleNotAlternated);
+    return give_up({facts::MailboxMalformed{object()}, position_}, wire::SdoAbort::kToggleNotAlternated);
   }
   toggle_ = !toggle_;
   if (!download_) return receive_uploaded_segment(segment, sdo.subspan(SdoSegmentHeader::kSize));
@@ -226,15 +222,9 @@ bool SdoTransfer::takes_leave() {
 void SdoTransfer::fail(const Error& failure) {
   // What happened first counts: an abort that cannot be delivered says nothing new.
   if (phase_ == Phase::kAborting) return;
-  Error e = failure;
-  // Errors of the bus name the register that was not reached.
-  if (e.kind == ErrorKind::kMailboxTimeout || e.kind == ErrorKind::kMailboxError ||
-      e.kind == ErrorKind::kMailboxMalformed) {
-    e.address = at_.index;
-    e.subindex = at_.subindex;
-  }
-  if (e.kind == ErrorKind::kMailboxTimeout && stray_) e.kind = ErrorKind::kMailboxMalformed;
-  result_ = tl::unexpected(e);
+  auto error = about_object(failure, object());
+  if (stray_ && error.is<facts::MailboxTimeout>()) error.facts = facts::MailboxMalformed{object()};
+  result_ = tl::unexpected(error);
 }
 
 void SdoTransfer::completed() {

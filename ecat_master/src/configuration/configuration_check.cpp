@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "driveline/ecat_master/configuration/process_data_setup.hpp"
+#include "configuration/process_data_setup.hpp"
 #include "driveline/wire/fmmu.hpp"
 #include "driveline/wire/sync_manager.hpp"
 
@@ -231,9 +231,8 @@ const ConfiguredSlave* slave_of(std::span<const ConfiguredSlave> slaves, const E
 }
 
 /// Codes that say that something is wrong with the configuration.
-bool is_about_configuration(const Error& error) {
-  if (error.kind != ErrorKind::kStateRefused) return false;
-  switch (static_cast<AlStatusCode>(error.code)) {
+bool is_about_configuration(AlStatusCode code) {
+  switch (code) {
     case AlStatusCode::kInvalidMailboxConfigurationBoot:
     case AlStatusCode::kInvalidMailboxConfigurationPreOp:
     case AlStatusCode::kInvalidSyncManagerConfiguration:
@@ -249,65 +248,7 @@ bool is_about_configuration(const Error& error) {
   }
 }
 
-std::string_view field_text(Field field) {
-  switch (field) {
-    case Field::kStart:
-      return "start address";
-    case Field::kLength:
-      return "length";
-    case Field::kControl:
-      return "control byte";
-    case Field::kActivation:
-      return "activation";
-    case Field::kLogicalStart:
-      return "logical start address";
-    case Field::kType:
-      break;
-  }
-  return "type";
-}
-
-std::string value_text(Field field, std::uint32_t value) {
-  if (field == Field::kLength) return fmt::format("{}", value);
-  if (field == Field::kActivation) return value == 0 ? "off" : "on";
-  return fmt::format("0x{:0{}X}", value, field == Field::kLogicalStart ? 8 : field == Field::kStart ? 4 : 2);
-}
-
-/// Where Error::address has the finding; 0 is kPdoBytes, or none with equal sizes.
-constexpr unsigned kFieldShift = 8;
-constexpr unsigned kOtherShift = 16;
-
 }  // namespace
-
-std::string describe(const Finding& f) {
-  const auto field = field_text(f.field);
-  switch (f.kind) {
-    case Kind::kPdoBytes:
-      return fmt::format("sync manager {} is set to {} bytes, the slave's PDO mapping has {}", f.number, f.expected,
-                         f.received);
-    case Kind::kPlannedBytes:
-      return fmt::format("the PDOs planned for sync manager {} have {} bytes, those that the slave has assigned {}",
-                         f.number, f.expected, f.received);
-    case Kind::kSyncManager:
-    case Kind::kFmmu:
-      return fmt::format("{} {}: {} is {} instead of {}", f.kind == Kind::kFmmu ? "FMMU" : "sync manager", f.number,
-                         field, value_text(f.field, f.received), value_text(f.field, f.expected));
-    case Kind::kFmmuBytes:
-      return fmt::format("FMMU {} maps {} bytes of sync manager {}, which has {}", f.number, f.received, f.other,
-                         f.expected);
-    case Kind::kOverlap:
-      return fmt::format("the memory of sync managers {} (from 0x{:04X}) and {} (from 0x{:04X}) overlaps", f.number,
-                         f.expected, f.other, f.received);
-    case Kind::kEeprom:
-      return fmt::format("sync manager {}: {} is {} by the description file, {} by the EEPROM", f.number, field,
-                         value_text(f.field, f.expected), value_text(f.field, f.received));
-    case Kind::kWatchdog:
-      break;
-  }
-  return f.received == 0
-             ? fmt::format("sync manager {} triggers the watchdog, which is switched off", f.number)
-             : fmt::format("sync manager {} triggers the watchdog, which is set to {} us", f.number, f.received);
-}
 
 std::vector<Finding> check_configuration(Bus& bus, const ConfiguredSlave& slave, const ProcessImage& image,
                                          AlStatusCode code) {
@@ -317,43 +258,25 @@ std::vector<Finding> check_configuration(Bus& bus, const ConfiguredSlave& slave,
 Error explain_state_error(Bus& bus, std::span<const ConfiguredSlave> slaves, const ProcessImage& image,
                           const Error& error) {
   const auto* slave = slave_of(slaves, error);
-  if (slave == nullptr || !is_about_configuration(error)) return error;
-  const auto findings = check_configuration(bus, *slave, image, static_cast<AlStatusCode>(error.code));
+  const auto* refused = error.as<facts::StateRefused>();
+  if (slave == nullptr || refused == nullptr || !is_about_configuration(refused->code)) return error;
+  const auto findings = check_configuration(bus, *slave, image, refused->code);
   if (findings.empty()) return error;
-  const auto& first = findings.front();
-  auto explained = error;
-  explained.address =
-      static_cast<std::uint16_t>(static_cast<unsigned>(first.kind) | static_cast<unsigned>(first.field) << kFieldShift);
-  if (first.kind == Kind::kPdoBytes) explained.address = 0;
-  explained.extra = first.number | std::uint32_t{first.other} << kOtherShift;
-  explained.expected = first.expected;
-  explained.received = first.received;
-  return explained;
+  auto explained = *refused;
+  explained.finding = findings.front();
+  return {explained, error.slave};
 }
 
 std::string describe_with_findings(Bus& bus, std::span<const ConfiguredSlave> slaves, const ProcessImage& image,
                                    const Error& error) {
   const auto* slave = slave_of(slaves, error);
+  const auto* refused = error.as<facts::StateRefused>();
   auto text = describe(error);
-  if (slave == nullptr || !is_about_configuration(error)) return text;
-  const auto told = finding_of(error);
-  for (const auto& finding : check_configuration(bus, *slave, image, static_cast<AlStatusCode>(error.code))) {
-    if (finding != told) text += "; " + describe(finding);
+  if (slave == nullptr || refused == nullptr || !is_about_configuration(refused->code)) return text;
+  for (const auto& finding : check_configuration(bus, *slave, image, refused->code)) {
+    if (finding != refused->finding) text += "; " + describe(finding);
   }
   return text;
-}
-
-std::optional<Finding> finding_of(const Error& error) noexcept {
-  if (error.kind != ErrorKind::kStateRefused) return std::nullopt;
-  if (error.address == 0 && error.expected == error.received) return std::nullopt;
-  Finding finding;
-  finding.kind = static_cast<Kind>(error.address & 0xFFU);
-  if (error.address != 0) finding.field = static_cast<Field>(error.address >> kFieldShift);
-  finding.number = static_cast<std::uint8_t>(error.extra & 0xFFU);
-  finding.other = static_cast<std::uint8_t>(error.extra >> kOtherShift);
-  finding.expected = error.expected;
-  finding.received = error.received;
-  return finding;
 }
 
 }  // namespace driveline::ecat_master

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
+#include "configuration/process_data_setup.hpp"
 #include "driveline/ecat_master/configuration/description_plan.hpp"
 #include "driveline/ecat_master/configuration/pdo_discovery.hpp"
-#include "driveline/ecat_master/configuration/process_data_setup.hpp"
 #include "driveline/ecat_master/state_machine.hpp"
 #include "driveline/wire/sync_manager.hpp"
 
@@ -109,10 +109,7 @@ Result<SdoScript> coe_script(const ConfiguredSlave& slave, wire::AlState before)
     for (auto& step : steps) script.steps.push_back(std::move(step));
   }
   if (script.steps.empty() || (slave.mailbox && slave.info.description.mailbox.coe)) return script;
-  Error error;
-  error.kind = ErrorKind::kNoMailbox;
-  error.slave = slave.info.ref.position;
-  return tl::unexpected(error);
+  return tl::unexpected(Error{facts::NoMailbox{}, slave.info.ref.position});
 }
 
 std::vector<ExpectedSlave> expected_slaves(std::span<const SlavePlan> plans) {
@@ -180,11 +177,7 @@ Result<std::unique_ptr<MailboxClient>> enter_bootstrap(MailboxEngine& engine, co
   if (!slave.usable()) return tl::unexpected(*slave.problem);
   const auto& device = slave.description;
   if (device.bootstrap_rx_size == 0 || device.bootstrap_tx_size == 0) {
-    Error error;
-    error.kind = ErrorKind::kNoMailbox;
-    error.slave = slave.ref.position;
-    error.requested = wire::AlState::kBootstrap;
-    return tl::unexpected(error);
+    return tl::unexpected(Error{facts::NoBootMailbox{}, slave.ref.position});
   }
   const std::array refs{slave.ref};
   if (auto done = change_state(bus, refs, wire::AlState::kInit, kPreOpTimeout); !done)

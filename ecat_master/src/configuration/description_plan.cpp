@@ -1,11 +1,9 @@
 #include "driveline/ecat_master/configuration/description_plan.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
+#include "configuration/process_data_setup.hpp"
 #include "driveline/ecat_master/configuration/pdo_discovery.hpp"
-#include "driveline/ecat_master/configuration/process_data_setup.hpp"
 #include "driveline/esi/hex.hpp"
 
 namespace driveline::ecat_master {
@@ -59,40 +57,41 @@ bool same_content(const std::vector<MappedObject>& a, const std::vector<MappedOb
   });
 }
 
-tl::expected<void, std::string> check_pdo(const esi::DeviceDescription& device, const PdoMapping& planned,
-                                          const std::vector<esi::Pdo>& known) {
+tl::unexpected<PdoMisfit> misfit(std::uint16_t pdo, MisfitFacts facts) {
+  return tl::unexpected(PdoMisfit{pdo, facts});
+}
+
+tl::expected<void, PdoMisfit> check_pdo(const esi::DeviceDescription& device, const PdoMapping& planned,
+                                        const std::vector<esi::Pdo>& known) {
   const auto* pdo = find_pdo(known, planned.index);
   if (pdo == nullptr) {
     if (device.mailbox.coe_pdo_config) return {};
-    return tl::unexpected(fmt::format("the device has no PDO {:04X}h in this direction", planned.index));
+    return misfit(planned.index, misfits::UnknownPdo{});
   }
   if (same_content(planned.objects, objects_of(*pdo))) return {};
-  if (pdo->fixed) return tl::unexpected(fmt::format("PDO {:04X}h is fixed: its entries cannot be changed", pdo->index));
+  if (pdo->fixed) return misfit(pdo->index, misfits::FixedEntries{});
   if (device.mailbox.coe_pdo_config) return {};
-  return tl::unexpected(
-      fmt::format("the entries of PDO {:04X}h cannot be changed: the device has no PDO configuration", pdo->index));
+  return misfit(pdo->index, misfits::NoPdoConfiguration{});
 }
 
 /// The sync manager of a PDO carries that direction, and is the one that the device has for a PDO that cannot be moved.
-tl::expected<void, std::string> check_place(const esi::DeviceDescription& device, const PdoMapping& planned,
-                                            const esi::Pdo* known, bool outputs) {
+tl::expected<void, PdoMisfit> check_place(const esi::DeviceDescription& device, const PdoMapping& planned,
+                                          const esi::Pdo* known, bool outputs) {
   if (!planned.sync_manager) return {};
-  const unsigned number = *planned.sync_manager;
+  const auto number = *planned.sync_manager;
   const auto use = outputs ? Use::kOutputs : Use::kInputs;
   if (!device.sync_managers.empty() &&
       (number >= device.sync_managers.size() || device.sync_managers[number].use != use)) {
-    return tl::unexpected(fmt::format("PDO {:04X}h is to be in sync manager {}, which carries no {}", planned.index,
-                                      number, outputs ? "outputs" : "inputs"));
+    return misfit(planned.index, misfits::WrongSyncManager{.planned = number, .output = outputs});
   }
   const bool stays = known != nullptr && known->fixed && known->sync_manager;
   if (!stays || *known->sync_manager == number) return {};
-  return tl::unexpected(fmt::format("PDO {:04X}h is fixed in sync manager {}, sync manager {} is planned",
-                                    planned.index, *known->sync_manager, number));
+  return misfit(planned.index, misfits::FixedSyncManager{.fixed = *known->sync_manager, .planned = number});
 }
 
-tl::expected<void, std::string> check_direction(const esi::DeviceDescription& device,
-                                                const std::vector<PdoMapping>& planned,
-                                                const std::vector<esi::Pdo>& known, bool outputs) {
+tl::expected<void, PdoMisfit> check_direction(const esi::DeviceDescription& device,
+                                              const std::vector<PdoMapping>& planned,
+                                              const std::vector<esi::Pdo>& known, bool outputs) {
   const auto is_planned = [&](std::uint16_t index) {
     return std::any_of(planned.begin(), planned.end(), [=](const PdoMapping& pdo) { return pdo.index == index; });
   };
@@ -103,16 +102,13 @@ tl::expected<void, std::string> check_direction(const esi::DeviceDescription& de
     if (pdo == nullptr) continue;
     for (const auto other : pdo->excluded) {
       if (!is_planned(other)) continue;
-      return tl::unexpected(fmt::format("PDO {:04X}h excludes PDO {:04X}h", one.index, other));
+      return misfit(one.index, misfits::ExcludedPdo{other});
     }
   }
   for (const auto& pdo : known) {
-    if (pdo.mandatory && !is_planned(pdo.index)) {
-      return tl::unexpected(fmt::format("PDO {:04X}h is mandatory and missing", pdo.index));
-    }
+    if (pdo.mandatory && !is_planned(pdo.index)) return misfit(pdo.index, misfits::MandatoryPdo{});
     if (!device.mailbox.coe_pdo_assign && pdo.sync_manager.has_value() != is_planned(pdo.index)) {
-      return tl::unexpected(fmt::format("PDO {:04X}h is {}assigned by the device, which cannot be changed", pdo.index,
-                                        pdo.sync_manager ? "" : "not "));
+      return misfit(pdo.index, misfits::FixedAssignment{.assigned = pdo.sync_manager.has_value()});
     }
   }
   return {};
@@ -214,7 +210,7 @@ void complete_pdos(const esi::DeviceDescription& device, PdoConfiguration& pdos)
   }
 }
 
-tl::expected<void, std::string> check_pdos(const esi::DeviceDescription& device, const PdoConfiguration& pdos) {
+tl::expected<void, PdoMisfit> check_pdos(const esi::DeviceDescription& device, const PdoConfiguration& pdos) {
   if (auto done = check_direction(device, pdos.outputs, device.rx_pdos, true); !done) return done;
   return check_direction(device, pdos.inputs, device.tx_pdos, false);
 }

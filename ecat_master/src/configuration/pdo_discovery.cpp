@@ -28,19 +28,15 @@ Result<T> value_of(const SdoFuture& future, std::uint16_t position, std::uint16_
   const auto& data = future.get();
   if (!data) return tl::unexpected(data.error());
   if (data->size() == sizeof(T)) return wire::load_le<T>(*data);
-  Error error;
-  error.kind = ErrorKind::kSdoSize;
-  error.slave = position;
-  error.address = index;
-  error.subindex = subindex;
-  error.expected = sizeof(T);
-  error.received = static_cast<std::uint32_t>(data->size());
-  return tl::unexpected(error);
+  return tl::unexpected(Error{
+      facts::SdoSize{
+          .object = {index, subindex}, .expected = sizeof(T), .received = static_cast<std::uint32_t>(data->size())},
+      position});
 }
 
 bool does_not_exist(const Error& error) {
-  return error.kind == ErrorKind::kSdoAbort &&
-         error.code == static_cast<std::uint32_t>(wire::SdoAbort::kObjectDoesNotExist);
+  const auto* abort = error.as<facts::SdoAbort>();
+  return abort != nullptr && abort->code == wire::SdoAbort::kObjectDoesNotExist;
 }
 
 class Reader {

@@ -1,18 +1,10 @@
 #include "driveline/ecat_master/configuration/pdo_mapping.hpp"
 
-#include <numeric>
-
 namespace driveline::ecat_master {
 namespace {
 
 constexpr std::uint16_t kOutputAssignment = 0x1C12;
 constexpr std::uint16_t kInputAssignment = 0x1C13;
-
-std::size_t bytes_of(const std::vector<PdoMapping>& pdos) {
-  const auto bits = std::accumulate(pdos.begin(), pdos.end(), std::size_t{0},
-                                    [](std::size_t sum, const PdoMapping& pdo) { return sum + pdo.bits(); });
-  return (bits + 7) / 8;
-}
 
 using Steps = std::vector<SdoScript::Step>;
 
@@ -35,17 +27,6 @@ void append_direction(Steps& steps, std::uint16_t assignment, const std::vector<
 }
 
 }  // namespace
-
-std::size_t PdoMapping::bits() const noexcept {
-  return std::accumulate(objects.begin(), objects.end(), std::size_t{0},
-                         [](std::size_t sum, const MappedObject& o) { return sum + o.bits; });
-}
-std::size_t PdoConfiguration::output_bytes() const noexcept {
-  return bytes_of(outputs);
-}
-std::size_t PdoConfiguration::input_bytes() const noexcept {
-  return bytes_of(inputs);
-}
 
 std::vector<SdoScript::Step> pdo_script(const PdoConfiguration& configuration) {
   Steps steps;

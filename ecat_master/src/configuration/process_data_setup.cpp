@@ -1,4 +1,4 @@
-#include "driveline/ecat_master/configuration/process_data_setup.hpp"
+#include "configuration/process_data_setup.hpp"
 
 #include <algorithm>
 
@@ -14,11 +14,7 @@ using Use = esi::SyncManager::Use;
 constexpr std::size_t kFewestFmmus = 3;
 
 Error no_sync_manager(const ConfiguredSlave& slave, std::size_t bits) {
-  Error error;
-  error.kind = ErrorKind::kProcessDataSize;
-  error.slave = slave.info.ref.position;
-  error.received = static_cast<std::uint32_t>((bits + 7) / 8);
-  return error;
+  return {facts::ProcessDataSize{.bytes = static_cast<std::uint32_t>((bits + 7) / 8)}, slave.info.ref.position};
 }
 
 /// PDOs of one direction that the EEPROM assigns to a sync manager: what a slave exchanges that no PDOs are planned
@@ -121,13 +117,9 @@ Result<std::vector<ProcessDataDemand>> make_demands(Bus& bus, std::span<const Co
       demands[i].fmmus = slaves[i].present ? std::to_integer<std::size_t>(counts[i][0]) : kFewestFmmus;
       continue;
     }
-    Error error;
-    error.kind = ErrorKind::kWorkingCounter;
-    error.slave = slaves[i].info.ref.position;
-    error.address = wire::reg::kFmmuCount.address;
-    error.expected = 1;
-    error.received = requests[i].working_counter;
-    return tl::unexpected(error);
+    return tl::unexpected(
+        Error{facts::WorkingCounter{.address = wire::reg::kFmmuCount.address, .received = requests[i].working_counter},
+              slaves[i].info.ref.position});
   }
   return demands;
 }

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <array>
 
-#include "driveline/ecat_master/bus/write_protection.hpp"
-#include "driveline/ecat_master/configuration/process_data_setup.hpp"
+#include "bus/write_protection.hpp"
+#include "configuration/process_data_setup.hpp"
 #include "driveline/wire/fmmu.hpp"
 #include "driveline/wire/sync_manager.hpp"
 
@@ -187,13 +187,9 @@ Result<std::vector<RegisterChange>> compare(Bus& bus, SlaveRef slave, std::span<
   std::vector<RegisterChange> changes;
   for (std::size_t i = 0; i < stretches.size(); ++i) {
     if (requests[i].working_counter != 1) {
-      Error error;
-      error.kind = ErrorKind::kWorkingCounter;
-      error.slave = slave.position;
-      error.address = stretches[i].address;
-      error.expected = 1;
-      error.received = requests[i].working_counter;
-      return tl::unexpected(error);
+      return tl::unexpected(
+          Error{facts::WorkingCounter{.address = stretches[i].address, .received = requests[i].working_counter},
+                slave.position});
     }
     for (auto n = stretches[i].first; n < stretches[i].last; ++n) {
       const auto& one = guarded[n];

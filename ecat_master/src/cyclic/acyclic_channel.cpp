@@ -82,29 +82,21 @@ Result<std::size_t> CyclicExchange::exchange_frame(std::span<Request> requests) 
     if (!place) break;
     std::copy(request.data.begin(), request.data.end(), builder.data(*place).begin());
   }
-  Error error;
   if (count == 0) {
-    error.kind = ErrorKind::kProcessDataSize;
-    error.expected = wire::kMaxDatagramData;
-    error.received = static_cast<std::uint32_t>(requests[0].data.size());
-    return tl::unexpected(error);
+    return tl::unexpected(Error{facts::ProcessDataSize{.bytes = static_cast<std::uint32_t>(requests[0].data.size()),
+                                                       .limit = wire::kMaxDatagramData}});
   }
   job.size = static_cast<std::uint16_t>(builder.finish().size());
   for (int attempt = 0; attempt <= kRetries; ++attempt) {
     AcyclicJob answer = job;
     answer.id = next_id_++;
-    if (!channel_.submit(answer)) {
-      error.kind = ErrorKind::kExchangeFull;
-      return tl::unexpected(error);
-    }
+    if (!channel_.submit(answer)) return tl::unexpected(Error{facts::ExchangeFull{}});
     if (await(answer.id, answer) &&
         match_answers(requests.first(count), std::span<const std::byte>(answer.bytes).first(answer.size))) {
       return count;
     }
   }
-  error.kind = ErrorKind::kNoAnswer;
-  error.expected = kRetries + 1;
-  return tl::unexpected(error);
+  return tl::unexpected(Error{facts::NoAnswer{.tries = kRetries + 1}});
 }
 
 /// Waits for the fate of job `id`; answers of jobs that were given up before are skipped.

@@ -17,9 +17,9 @@ RealtimeRunner::~RealtimeRunner() {
   stop();
 }
 
-tl::expected<void, std::string> RealtimeRunner::start() {
+tl::expected<void, rt::RealtimeError> RealtimeRunner::start() {
   auto report = thread_.start(config_, *this);
-  if (!report) return tl::unexpected(report.error().message());
+  if (!report) return tl::unexpected(std::move(report.error()));
   report_ = std::move(*report);
   return {};
 }
@@ -44,7 +44,7 @@ void RealtimeRunner::stop() {
 InlineRunner::InlineRunner(CyclicCore& core, rt::Clock& clock)
     : core_(core), clock_(clock), timer_(clock, core.settings().period) {}
 
-tl::expected<void, std::string> InlineRunner::start() {
+tl::expected<void, rt::RealtimeError> InlineRunner::start() {
   timer_.start(core_.first_grid(clock_.now() + kPeriodsAhead * timer_.period()));
   return {};
 }

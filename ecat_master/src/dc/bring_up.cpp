@@ -1,11 +1,10 @@
-#include "driveline/ecat_master/dc/bring_up.hpp"
+#include "dc/bring_up.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "checked_exchange.hpp"
 #include "drift_compensation.hpp"
-#include "driveline/ecat_master/dc/clock_fault.hpp"
 #include "sync_activation.hpp"
 
 namespace driveline::ecat_master::dc {
@@ -24,7 +23,7 @@ Result<void> check_clocks(const ClockPlan& plan, std::span<const ClockFeatures> 
   for (std::size_t i = 0; i < plan.slaves.size(); ++i) {
     const bool present = i < features.size() && features[i].present;
     if (plan.slaves[i].signals.active() && !present)
-      return tl::unexpected(clock_error(ClockFault::kNoClock, static_cast<std::uint16_t>(i)));
+      return tl::unexpected(Error{facts::NoClock{}, static_cast<std::uint16_t>(i)});
   }
   return {};
 }
@@ -38,9 +37,7 @@ Result<void> check_states(Bus& bus, std::span<const SlaveRef> slaves, const Cloc
     if (!raw) return tl::unexpected(raw.error());
     const auto state = wire::AlStatus::from_raw(*raw).state;
     if (state == wire::AlState::kPreOp) continue;
-    auto error = clock_error(ClockFault::kState, slaves[i].position);
-    error.actual = state;
-    return tl::unexpected(error);
+    return tl::unexpected(Error{facts::NotInPreOp{state}, slaves[i].position});
   }
   return {};
 }
@@ -125,10 +122,7 @@ Result<void> check_plan(const ClockPlan& plan) {
       return done;
   }
   if (plan.frame_lead < nanoseconds{0} || plan.frame_lead > plan.period) {
-    auto error = clock_error(ClockFault::kFrameLead);
-    error.received = static_cast<std::uint32_t>(plan.frame_lead.count());
-    error.expected = static_cast<std::uint32_t>(plan.period.count());
-    return tl::unexpected(error);
+    return tl::unexpected(Error{facts::FrameLead{.lead = plan.frame_lead, .period = plan.period}});
   }
   const auto common = common_cycle(signals_of(plan), plan.period);
   if (!common) return tl::unexpected(common.error());
@@ -138,15 +132,13 @@ Result<void> check_plan(const ClockPlan& plan) {
 Result<std::uint16_t> choose_reference(const ClockPlan& plan, std::span<const ClockFeatures> features) {
   const auto first = std::find_if(features.begin(), features.end(), [](const ClockFeatures& f) { return f.present; }) -
                      features.begin();
-  if (first == static_cast<std::ptrdiff_t>(features.size())) return tl::unexpected(clock_error(ClockFault::kNoClocks));
+  if (first == static_cast<std::ptrdiff_t>(features.size())) return tl::unexpected(Error{facts::NoClocks{}});
   const auto reference = plan.reference.value_or(static_cast<std::uint16_t>(first));
   if (reference >= features.size() || !features[reference].present)
-    return tl::unexpected(clock_error(ClockFault::kReferenceWithoutClock, reference));
+    return tl::unexpected(Error{facts::ReferenceWithoutClock{}, reference});
   for (std::size_t i = 0; i < reference && i < plan.slaves.size(); ++i) {
     if (!plan.slaves[i].signals.active()) continue;
-    auto error = clock_error(ClockFault::kBeforeReference, static_cast<std::uint16_t>(i));
-    error.received = reference;
-    return tl::unexpected(error);
+    return tl::unexpected(Error{facts::BeforeReference{reference}, static_cast<std::uint16_t>(i)});
   }
   return reference;
 }

@@ -12,13 +12,9 @@ Result<void> exchange_checked(Bus& bus, std::span<const SlaveRef> slaves, std::s
   if (silent == requests.end()) return {};
   const auto slave = std::find_if(slaves.begin(), slaves.end(),
                                   [&](const SlaveRef& ref) { return ref.station == silent->address.adp(); });
-  Error error;
-  error.kind = ErrorKind::kWorkingCounter;
-  if (slave != slaves.end()) error.slave = slave->position;
-  error.address = silent->address.ado();
-  error.expected = 1;
-  error.received = silent->working_counter;
-  return tl::unexpected(error);
+  return tl::unexpected(
+      Error{facts::WorkingCounter{.address = silent->address.ado(), .received = silent->working_counter},
+            slave == slaves.end() ? Error::kNoSlave : slave->position});
 }
 
 }  // namespace driveline::ecat_master::dc

@@ -152,4 +152,10 @@ ClockFollower::Status ClockFollower::status() noexcept {
   return status_.read();
 }
 
+Error not_locked(const ClockFollower::Status& status, const ClockFollower& follower) noexcept {
+  return {facts::NotLocked{.cause = status.cause,
+                           .mean_error = nanoseconds{std::llround(status.mean_error_ns)},
+                           .window = nanoseconds{static_cast<std::int64_t>(follower.lock_window_ns())}}};
+}
+
 }  // namespace driveline::ecat_master::dc

@@ -5,7 +5,7 @@
 #include <cstdlib>
 
 #include "checked_exchange.hpp"
-#include "driveline/ecat_master/dc/clock_fault.hpp"
+#include "dc/receive_times.hpp"
 #include "driveline/ecat_master/dc/clock_watch.hpp"
 #include "sync_activation.hpp"
 
@@ -30,11 +30,7 @@ Result<void> ClockWatch::restore(std::uint16_t slave) {
     // before the one that all go by.
     const auto kept = keeps_time(slave);
     if (!kept) return tl::unexpected(kept.error());
-    if (!*kept) {
-      auto error = clock_error(ClockFault::kBeforeReference, slave);
-      error.received = clocks_.reference;
-      return tl::unexpected(error);
-    }
+    if (!*kept) return tl::unexpected(Error{facts::BeforeReference{clocks_.reference}, slave});
   } else {
     if (auto done = set_clock(slave); !done) return done;
     if (auto done = await_clock(slave); !done) return done;
@@ -56,15 +52,13 @@ Result<void> ClockWatch::join(std::uint16_t slave, const SlaveClockPlan& plan, s
   const auto& found = read->front();
   if (!found.present) {
     clock = {};
-    if (plan.signals.active()) return tl::unexpected(clock_error(ClockFault::kNoClock, slave));
+    if (plan.signals.active()) return tl::unexpected(Error{facts::NoClock{}, slave});
     return {};
   }
   if (auto done = check_signals(plan.signals, clocks_.period, plan.base, slave); !done) return done;
   const auto cycle = plan.signals.sync0_cycle;
   if (plan.signals.active() && clocks_.common_cycle % cycle != nanoseconds{0}) {
-    auto error = clock_error(ClockFault::kNoCommonCycle, slave);
-    error.received = static_cast<std::uint32_t>(cycle.count());
-    return tl::unexpected(error);
+    return tl::unexpected(Error{facts::NoCommonCycle{cycle}, slave});
   }
   clock = {};
   clock.present = true;
@@ -90,7 +84,7 @@ Result<void> ClockWatch::measure(std::span<const SlaveRef> wire, std::optional<s
   if (!topology) return tl::unexpected(topology.error());
   if (topology->ring_end && (ring_ == nullptr || behind_break_)) {
     if (!newcomer) return {};
-    return tl::unexpected(clock_error(ClockFault::kNoReceiveTimes, *newcomer));
+    return tl::unexpected(Error{facts::NoReceiveTimes{}, *newcomer});
   }
   const auto found = read_clock_features(bus_, wire);
   if (!found) return tl::unexpected(found.error());
@@ -106,7 +100,7 @@ Result<void> ClockWatch::measure(std::span<const SlaveRef> wire, std::optional<s
   const auto delays = measure_delays(bus_, wire, *found, *topology, settings_.latch_rounds, extra);
   if (!delays) return tl::unexpected(delays.error());
   const auto reference = std::find(slave_at.begin(), slave_at.end(), std::optional<std::size_t>(clocks_.reference));
-  if (reference == slave_at.end()) return tl::unexpected(clock_error(ClockFault::kNoReceiveTimes, clocks_.reference));
+  if (reference == slave_at.end()) return tl::unexpected(Error{facts::NoReceiveTimes{}, clocks_.reference});
   const auto at = static_cast<std::size_t>(reference - slave_at.begin());
   bool any = false;
   for (std::size_t i = 0; i < wire.size(); ++i) {
@@ -182,10 +176,8 @@ Result<void> ClockWatch::await_clock(std::uint16_t slave) {
     const auto difference = read->front();
     if (difference && std::chrono::abs(*difference) <= settings_.settled) return {};
     if (bus_.exchange().now() < deadline) continue;
-    auto error = clock_error(ClockFault::kNotSynchronised, slave);
-    error.received = static_cast<std::uint32_t>(difference.value_or(nanoseconds{0}).count());
-    error.expected = static_cast<std::uint32_t>(settings_.settled.count());
-    return tl::unexpected(error);
+    return tl::unexpected(Error{
+        facts::NotSynchronised{.difference = difference.value_or(nanoseconds{0}), .window = settings_.settled}, slave});
   }
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "checked_exchange.hpp"
+#include "dc/receive_times.hpp"
 
 namespace driveline::ecat_master::dc {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "driveline/ecat_master/dc/mapping_fit.hpp"
+#include "dc/mapping_fit.hpp"
 
 namespace driveline::ecat_master::dc {
 namespace {
@@ -57,7 +57,7 @@ class DriftCompensation {
         // A frame that got lost in spite of all repetitions is one sample less. A line that is gone answers none.
         ++clocks_.drift_frames_lost;
         const bool gone = clocks_.drift_frames_lost > 3 + clocks_.drift_frames / 2;
-        if (gone || sample.error().kind == ErrorKind::kLinkDown) return tl::unexpected(sample.error());
+        if (gone || sample.error().is<facts::LinkDown>()) return tl::unexpected(sample.error());
       } else if (*sample) {
         fit_.add(**sample);
       }

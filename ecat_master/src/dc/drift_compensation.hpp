@@ -1,6 +1,6 @@
 #pragma once
 
-#include "driveline/ecat_master/dc/bring_up.hpp"
+#include "dc/bring_up.hpp"
 
 namespace driveline::ecat_master::dc {
 

@@ -1,4 +1,4 @@
-#include "driveline/ecat_master/dc/mapping_fit.hpp"
+#include "dc/mapping_fit.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,9 +1,8 @@
-#include "driveline/ecat_master/dc/receive_times.hpp"
+#include "dc/receive_times.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "driveline/ecat_master/dc/clock_fault.hpp"
 #include "driveline/ecat_master/dc/system_time.hpp"
 #include "driveline/wire/dl.hpp"
 
@@ -78,13 +77,13 @@ Result<std::vector<PropagationDelay>> average_delays(std::span<DelayNode> nodes,
                                                      std::span<const std::vector<ReceiveTimes>> frames) {
   std::vector<PropagationDelay> sums(nodes.size());
   int count = 0;
-  auto error = clock_error(ClockFault::kDelays);
+  Error error;
   for (const auto& times : frames) {
     for (std::size_t i = 0; i < nodes.size(); ++i) nodes[i].receive_time_ns = times[i].ports;
     const auto delays = propagation_delays(nodes);
     if (!delays) {
-      error.slave = delays.error().slave;
-      error.extra = delays.error().port;
+      error = {facts::ContradictingDelays{static_cast<std::uint16_t>(delays.error().port)},
+               static_cast<std::uint16_t>(delays.error().slave)};
       continue;
     }
     ++count;
@@ -155,7 +154,7 @@ Result<std::vector<ReceiveTimes>> latch_receive_times(Bus& bus, std::span<const 
   for (std::size_t i = 0; i < slaves.size(); ++i) {
     if (!features[i].present) continue;
     if (requests[next].working_counter != 1 || requests[next + 1].working_counter != 1) {
-      return tl::unexpected(clock_error(ClockFault::kNoReceiveTimes, slaves[i].position));
+      return tl::unexpected(Error{facts::NoReceiveTimes{}, slaves[i].position});
     }
     next += 2;
     for (unsigned port = 0; port < kSlavePorts; ++port) {

@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "dc/receive_times.hpp"
 #include "driveline/ecat_master/dc/clock_watch.hpp"
 #include "driveline/port/redundant_port.hpp"
 
@@ -44,7 +45,7 @@ Result<void> ClockWatch::watch_ring() {
     if (!later) {
       behind_break_.reset();
       // It does not answer either: there is more than one break. The next look tries again.
-      if (later.error().kind == ErrorKind::kClock) return {};
+      if (later.error().is<facts::NoReceiveTimes>()) return {};
       return tl::unexpected(later.error());
     }
     ring_->route_time({RedundantPort::TimeRoute::Leader::kPrimary, *later, status.primary_slaves});

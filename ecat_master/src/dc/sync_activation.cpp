@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "checked_exchange.hpp"
-#include "driveline/ecat_master/dc/clock_fault.hpp"
 
 namespace driveline::ecat_master::dc {
 namespace {
@@ -71,11 +70,11 @@ class Activation {
     for_each([&](std::size_t i, const SyncSignals& signals) {
       // Not with what was sent: the answer has been put there.
       if (bytes_[i].read_back[0] == activation_of(signals) || !result) return;
-      auto error = clock_error(ClockFault::kActivation, slaves_[i].position);
-      error.address = wire::reg::kDcActivation.address;
-      error.expected = std::to_integer<std::uint32_t>(activation_of(signals));
-      error.received = std::to_integer<std::uint32_t>(bytes_[i].read_back[0]);
-      result = tl::unexpected(error);
+      result =
+          tl::unexpected(Error{facts::SyncRegister{.address = wire::reg::kDcActivation.address,
+                                                   .written = std::to_integer<std::uint8_t>(activation_of(signals)),
+                                                   .read = std::to_integer<std::uint8_t>(bytes_[i].read_back[0])},
+                               slaves_[i].position});
     });
     return result;
   }
@@ -169,9 +168,7 @@ Result<void> activate_signals(Bus& bus, std::span<const SlaveRef> slaves, nanose
     if (auto off = activation.stop(); !off && started) return off;
     if (!started) return tl::unexpected(started.error());
     if (attempt_lead < kMaxLead) continue;
-    auto error = clock_error(ClockFault::kStartTimePast);
-    error.received = static_cast<std::uint32_t>(kMaxLead.count() / 1000);
-    return tl::unexpected(error);
+    return tl::unexpected(Error{facts::StartTimePast{kMaxLead}});
   }
 }
 

@@ -1,7 +1,5 @@
 #include "driveline/ecat_master/dc/sync_objects.hpp"
 
-#include "driveline/ecat_master/dc/clock_fault.hpp"
-
 namespace driveline::ecat_master::dc {
 namespace {
 
@@ -18,8 +16,8 @@ enum class Written { kYes, kReadOnly, kMissing };
 Result<Written> outcome(const Result<void>& download) {
   if (download) return Written::kYes;
   const auto& error = download.error();
-  if (error.kind == ErrorKind::kSdoAbort) {
-    switch (static_cast<wire::SdoAbort>(error.code)) {
+  if (const auto* abort = error.as<facts::SdoAbort>()) {
+    switch (abort->code) {
       case wire::SdoAbort::kReadOnly:
         return Written::kReadOnly;
       case wire::SdoAbort::kObjectDoesNotExist:
@@ -41,12 +39,7 @@ Result<Written> write_and_compare(CoeClient& coe, std::uint16_t slave, std::uint
   const auto read = coe.upload_as<T>(index, subindex);
   if (!read) return tl::unexpected(read.error());
   if (*read == value) return written;
-  auto error = clock_error(ClockFault::kSyncObject, slave);
-  error.address = index;
-  error.subindex = subindex;
-  error.expected = value;
-  error.received = *read;
-  return tl::unexpected(error);
+  return tl::unexpected(Error{facts::SyncObject{.object = {index, subindex}, .written = value, .read = *read}, slave});
 }
 
 }  // namespace
@@ -66,9 +59,9 @@ Result<void> write_sync_objects(CoeClient& coe, std::uint16_t slave, const SyncS
 
 Result<std::optional<SyncMarginReport>> read_sync_margin(CoeClient& coe) {
   const auto absent = [](const Error& error) {
-    if (error.kind != ErrorKind::kSdoAbort) return false;
-    const auto code = static_cast<wire::SdoAbort>(error.code);
-    return code == wire::SdoAbort::kObjectDoesNotExist || code == wire::SdoAbort::kSubindexDoesNotExist;
+    const auto* abort = error.as<facts::SdoAbort>();
+    return abort != nullptr &&
+           (abort->code == wire::SdoAbort::kObjectDoesNotExist || abort->code == wire::SdoAbort::kSubindexDoesNotExist);
   };
   SyncMarginReport report;
   for (const auto& [subindex, time] : {std::pair{kDistanceMin, &report.shortest}, {kDistanceMax, &report.longest}}) {

@@ -4,8 +4,6 @@
 #include <numeric>
 #include <optional>
 
-#include "driveline/ecat_master/dc/clock_fault.hpp"
-
 namespace driveline::ecat_master::dc {
 namespace {
 
@@ -20,12 +18,8 @@ nanoseconds scaled(nanoseconds time, int factor) noexcept {
   return factor < 0 ? time / -factor : nanoseconds{0};
 }
 
-tl::unexpected<Error> refuse(ClockFault fault, std::uint16_t slave, nanoseconds found, nanoseconds expected) {
-  auto error = clock_error(fault, slave);
-  // Cycles fit 32 bits once their range has been checked; shifts are printed as signed numbers.
-  error.received = static_cast<std::uint32_t>(found.count());
-  error.expected = static_cast<std::uint32_t>(expected.count());
-  return tl::unexpected(error);
+tl::unexpected<Error> refuse(std::uint16_t slave, ErrorFacts facts) {
+  return tl::unexpected(Error{facts, slave});
 }
 
 /// The time after which both repeat; nothing when that is more than kMaxCommonCycle. Both are positive.
@@ -58,28 +52,29 @@ SyncSignals from_op_mode(const esi::DcOpMode& mode, nanoseconds period) noexcept
 
 Result<void> check_signals(const SyncSignals& signals, nanoseconds period, nanoseconds base, std::uint16_t slave) {
   if ((signals.assign_activate & 0x0400U) != 0 && !signals.sync0()) {
-    auto error = clock_error(ClockFault::kSync1WithoutSync0, slave);
-    error.received = signals.assign_activate;
-    return tl::unexpected(error);
+    return refuse(slave, facts::Sync1WithoutSync0{signals.assign_activate});
   }
   if (!signals.active()) return {};
   const auto cycle = signals.sync0_cycle;
   if (cycle <= nanoseconds{0} || cycle > kMaxSyncCycle) {
-    return refuse(ClockFault::kCycleRange, slave, std::clamp(cycle, nanoseconds{0}, kMaxSyncCycle), kMaxSyncCycle);
+    return refuse(slave, facts::SyncCycleRange{.cycle = std::clamp(cycle, nanoseconds{0}, kMaxSyncCycle),
+                                               .limit = kMaxSyncCycle});
   }
-  if (base > nanoseconds{0} && !divides(base, cycle)) return refuse(ClockFault::kCycleBase, slave, cycle, base);
+  if (base > nanoseconds{0} && !divides(base, cycle)) {
+    return refuse(slave, facts::SyncCycleBase{.cycle = cycle, .base = base});
+  }
   if (!divides(cycle, period) && !divides(period, cycle))
-    return refuse(ClockFault::kCycleAndPeriod, slave, cycle, period);
+    return refuse(slave, facts::SyncCycleAndPeriod{.cycle = cycle, .period = period});
   if (signals.sync0_shift <= -cycle || signals.sync0_shift >= cycle) {
-    return refuse(ClockFault::kShift, slave, signals.sync0_shift, cycle);
+    return refuse(slave, facts::SyncShift{.shift = signals.sync0_shift, .cycle = cycle});
   }
   if (!signals.sync1()) return {};
   const bool own_cycle = signals.sync1_cycle != nanoseconds{0};
   if (own_cycle && (!divides(cycle, signals.sync1_cycle) || signals.sync1_cycle > kMaxSyncCycle)) {
-    return refuse(ClockFault::kSync1Cycle, slave, signals.sync1_cycle, cycle);
+    return refuse(slave, facts::Sync1Cycle{.cycle = signals.sync1_cycle, .sync0_cycle = cycle});
   }
   if (signals.sync1_shift < nanoseconds{0} || signals.sync1_shift >= cycle) {
-    return refuse(ClockFault::kSync1Shift, slave, signals.sync1_shift, cycle);
+    return refuse(slave, facts::Sync1Shift{.shift = signals.sync1_shift, .sync0_cycle = cycle});
   }
   return {};
 }
@@ -91,7 +86,7 @@ Result<nanoseconds> common_cycle(std::span<const SyncSignals> slaves, nanosecond
     for (const auto cycle : {slaves[i].sync0_cycle, slaves[i].sync1() ? slaves[i].sync1_cycle : nanoseconds{0}}) {
       if (cycle <= nanoseconds{0}) continue;
       const auto multiple = common_multiple(common, cycle.count());
-      if (!multiple) return refuse(ClockFault::kNoCommonCycle, static_cast<std::uint16_t>(i), cycle, period);
+      if (!multiple) return refuse(static_cast<std::uint16_t>(i), facts::NoCommonCycle{cycle});
       common = *multiple;
     }
   }

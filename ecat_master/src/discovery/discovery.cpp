@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <array>
 
-#include "driveline/ecat_master/bus/write_protection.hpp"
-#include "driveline/ecat_master/sii/sii_reader.hpp"
+#include "bus/write_protection.hpp"
 #include "driveline/esi/sii.hpp"
 #include "driveline/wire/fmmu.hpp"
 #include "driveline/wire/sync_manager.hpp"
+#include "sii/sii_reader.hpp"
 
 namespace driveline::ecat_master {
 namespace {
@@ -16,17 +16,8 @@ Result<std::uint16_t> count_slaves(Bus& bus) {
   std::array<std::byte, 1> type{};
   auto count = bus.broadcast_read(wire::reg::kType.address, type);
   if (!count) return count;
-  Error error;
-  error.received = *count;
-  error.expected = kMaxSlaves;
-  if (*count == 0) {
-    error.kind = ErrorKind::kNoSlaves;
-    return tl::unexpected(error);
-  }
-  if (*count > kMaxSlaves) {
-    error.kind = ErrorKind::kTooManySlaves;
-    return tl::unexpected(error);
-  }
+  if (*count == 0) return tl::unexpected(Error{facts::NoSlaves{}});
+  if (*count > kMaxSlaves) return tl::unexpected(Error{facts::TooManySlaves{.found = *count, .limit = kMaxSlaves}});
   return count;
 }
 
@@ -64,22 +55,11 @@ Result<std::vector<SlaveRef>> assign_addresses(Bus& bus, std::uint16_t count) {
   if (auto done = bus.exchange().exchange(requests); !done) return tl::unexpected(done.error());
   for (std::uint16_t i = 0; i < count; ++i) {
     if (requests[i].working_counter == 1) continue;
-    Error error;
-    error.kind = ErrorKind::kWorkingCounter;
-    error.slave = i;
-    error.address = wire::reg::kStationAddress.address;
-    error.expected = 1;
-    error.received = requests[i].working_counter;
-    return tl::unexpected(error);
+    return tl::unexpected(Error{
+        facts::WorkingCounter{.address = wire::reg::kStationAddress.address, .received = requests[i].working_counter},
+        i});
   }
   return slaves;
-}
-
-Error sii_error(ErrorKind kind, SlaveRef slave) {
-  Error error;
-  error.kind = kind;
-  error.slave = slave.position;
-  return error;
 }
 
 /// What a slave makes of its EEPROM at power-on depends on these words alone.
@@ -88,15 +68,12 @@ std::optional<Error> check_configuration_area(SlaveRef slave, std::span<const st
   if (image.size() <= kArea) return std::nullopt;  // too short for anything
   const auto area = image.first<kArea>();
   if (std::all_of(area.begin(), area.end(), [](std::byte byte) { return byte == std::byte{0xFF}; })) {
-    auto error = sii_error(ErrorKind::kSiiContent, slave);
-    error.code = kSiiBlank;
-    return error;
+    return Error{facts::SiiBlank{}, slave.position};
   }
-  auto error = sii_error(ErrorKind::kSiiChecksum, slave);
-  error.expected = esi::sii_checksum(area);
-  error.received = std::to_integer<std::uint32_t>(image[kArea]);
-  if (error.expected == error.received) return std::nullopt;
-  return error;
+  const facts::SiiChecksum checksum{.right = esi::sii_checksum(area),
+                                    .found = std::to_integer<std::uint8_t>(image[kArea])};
+  if (checksum.right == checksum.found) return std::nullopt;
+  return Error{checksum, slave.position};
 }
 
 }  // namespace
@@ -115,8 +92,8 @@ SlaveInfo make_slave_info(SlaveRef ref, Result<std::vector<std::byte>> image) {
   }
   info.problem = check_configuration_area(ref, *image);
   if (!decoded && !info.problem) {
-    info.problem = sii_error(ErrorKind::kSiiContent, ref);
-    info.problem->address = static_cast<std::uint16_t>(decoded.error().word_offset);
+    const auto word = static_cast<std::uint16_t>(decoded.error().word_offset);
+    info.problem = Error{facts::SiiContent{word}, ref.position};
   }
   info.sii = std::move(*image);
   return info;

@@ -272,20 +272,27 @@ std::string missing_text(const Difference& difference, std::span<const ExpectedS
          fmt::format(", behind slave {}{}", difference.other, equal ? " or another of its kind before that" : "");
 }
 
-Error missing_error(const Difference& difference, std::span<const ExpectedSlave> planned, std::size_t found) {
-  Error error;
-  error.kind = ErrorKind::kSlaveMissing;
-  error.extra = difference.plan;
-  error.expected = static_cast<std::uint32_t>(planned.size());
-  error.received = static_cast<std::uint32_t>(found);
-  return error;
+/// By which number the slave of `plan` is known.
+std::pair<KnownBy, std::uint16_t> number_of(const ExpectedSlave& plan) {
+  if (plan.alias) return {KnownBy::kAlias, *plan.alias};
+  if (plan.device_id) return {KnownBy::kDeviceId, *plan.device_id};
+  return {KnownBy::kPosition, std::uint16_t{0}};
 }
 
-/// By which number the slave of `plan` is known.
-void tell_number(Error& error, const ExpectedSlave& plan) {
-  if (!plan.alias && !plan.device_id) return;
-  error.subindex = static_cast<std::uint8_t>(plan.alias ? KnownBy::kAlias : KnownBy::kDeviceId);
-  error.address = plan.alias ? *plan.alias : plan.device_id.value_or(0);
+facts::IdentityMismatch mismatch(const ExpectedSlave& plan, const esi::DeviceDescription& device) {
+  const std::pair<const IdentityRule*, std::uint32_t> fields[] = {{&plan.vendor, device.vendor_id},
+                                                                  {&plan.product, device.product_code},
+                                                                  {&plan.revision, device.revision},
+                                                                  {&plan.serial, device.serial_number}};
+  for (std::size_t field = 0; field < std::size(fields); ++field) {
+    const auto& [rule, found] = fields[field];
+    if (rule->accepts(found)) continue;
+    return {.number = static_cast<IdentityNumber>(field),
+            .at_least = rule->kind == IdentityRule::Kind::kAtLeast,
+            .expected = rule->value,
+            .found = found};
+  }
+  return {};
 }
 
 }  // namespace
@@ -335,52 +342,36 @@ std::vector<std::string> describe(const LineComparison& comparison, std::span<co
 }
 
 Error to_error(const Difference& difference, std::span<const ExpectedSlave> planned, std::span<const SlaveInfo> found) {
-  Error error;
-  error.slave = difference.slave;
+  const auto planned_count = static_cast<std::uint32_t>(planned.size());
+  const auto found_count = static_cast<std::uint32_t>(found.size());
   switch (difference.kind) {
-    case Kind::kMissing:
-      error = missing_error(difference, planned, found.size());
-      tell_number(error, planned[difference.plan]);
-      return error;
+    case Kind::kMissing: {
+      const auto [known_by, number] = number_of(planned[difference.plan]);
+      return {facts::SlaveMissing{.plan = difference.plan,
+                                  .known_by = known_by,
+                                  .number = number,
+                                  .planned = planned_count,
+                                  .found = found_count}};
+    }
     case Kind::kExtra:
-      error.kind = ErrorKind::kSlaveExtra;
-      error.expected = static_cast<std::uint32_t>(planned.size());
-      error.received = static_cast<std::uint32_t>(found.size());
-      return error;
+      return {facts::SlaveExtra{.planned = planned_count, .found = found_count}, difference.slave};
     case Kind::kEeprom:
       return *found[difference.slave].problem;
     case Kind::kSwapped:
-      error.kind = ErrorKind::kSlavesSwapped;
-      error.extra = difference.other;
-      return error;
+      return {facts::SlavesSwapped{difference.other}, difference.slave};
     case Kind::kInOut:
-      error.kind = ErrorKind::kWiring;
-      error.extra = difference.other;
-      return error;
-    case Kind::kDuplicate:
-      error.kind = ErrorKind::kDuplicateAlias;
-      error.extra = difference.other;
-      tell_number(error, planned[difference.plan]);
-      return error;
-    default:
+      return {facts::InOutSwapped{difference.other}, difference.slave};
+    case Kind::kDuplicate: {
+      const auto [known_by, number] = number_of(planned[difference.plan]);
+      return {facts::DuplicateAlias{.other = difference.other, .known_by = known_by, .number = number},
+              difference.slave};
+    }
+    case Kind::kWrongDevice:
+    case Kind::kRevision:
+    case Kind::kSerial:
       break;
   }
-  const auto& plan = planned[difference.plan];
-  const auto& device = found[difference.slave].description;
-  error.kind = ErrorKind::kIdentityMismatch;
-  const std::pair<const IdentityRule*, std::uint32_t> fields[] = {{&plan.vendor, device.vendor_id},
-                                                                  {&plan.product, device.product_code},
-                                                                  {&plan.revision, device.revision},
-                                                                  {&plan.serial, device.serial_number}};
-  for (std::size_t field = 0; field < std::size(fields); ++field) {
-    if (fields[field].first->accepts(fields[field].second)) continue;
-    error.address = static_cast<std::uint16_t>(field);
-    error.subindex = fields[field].first->kind == IdentityRule::Kind::kAtLeast ? 1 : 0;
-    error.expected = fields[field].first->value;
-    error.received = fields[field].second;
-    break;
-  }
-  return error;
+  return {mismatch(planned[difference.plan], found[difference.slave].description), difference.slave};
 }
 
 std::vector<DuplicateAlias> find_duplicate_aliases(std::span<const SlaveInfo> found) {

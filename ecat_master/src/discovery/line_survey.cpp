@@ -4,7 +4,7 @@
 #include <set>
 
 #include "driveline/ecat_master/discovery/discovery.hpp"
-#include "driveline/ecat_master/sii/sii_reader.hpp"
+#include "sii/sii_reader.hpp"
 
 namespace driveline::ecat_master {
 namespace {
@@ -12,12 +12,7 @@ namespace {
 constexpr std::size_t kAddressBytes = 4;  // 0x0010..0x0013: station address, alias
 
 Error silent(std::uint16_t position, std::uint16_t address) {
-  Error error;
-  error.kind = ErrorKind::kWorkingCounter;
-  error.slave = position;
-  error.address = address;
-  error.expected = 1;
-  return error;
+  return {facts::WorkingCounter{.address = address}, position};
 }
 
 /// One access by position to all slaves at once.
@@ -59,11 +54,8 @@ Result<std::vector<SurveyedSlave>> survey(Bus& bus, SurveyAddresses policy) {
   const auto states = peek_states(bus);
   if (!states) return tl::unexpected(states.error());
   if (states->size() > kMaxSlaves) {
-    Error error;
-    error.kind = ErrorKind::kTooManySlaves;
-    error.received = static_cast<std::uint32_t>(states->size());
-    error.expected = kMaxSlaves;
-    return tl::unexpected(error);
+    return tl::unexpected(
+        Error{facts::TooManySlaves{.found = static_cast<std::uint32_t>(states->size()), .limit = kMaxSlaves}});
   }
   std::vector<std::array<std::byte, kAddressBytes>> addresses(states->size());
   const auto read = for_all(bus, wire::Command::kAprd, wire::reg::kStationAddress.address, addresses, kAddressBytes);

@@ -125,13 +125,14 @@ class TreeBuilder {
   Topology& topology_;
 };
 
-Error topology_error(std::uint16_t slave, const SlavePortFacts& facts) {
-  Error error;
-  error.kind = ErrorKind::kTopology;
-  error.slave = slave;
-  error.address = wire::reg::kDlStatus.address;
-  error.expected = static_cast<std::uint32_t>(std::count(facts.open.begin(), facts.open.end(), true));
-  return error;
+Error topology_error(std::uint16_t slave, const SlavePortFacts& port_facts) {
+  const auto open = std::count(port_facts.open.begin(), port_facts.open.end(), true);
+  return {facts::PortsFitNoTree{static_cast<std::uint32_t>(open)}, slave};
+}
+
+Error silent(std::size_t slave, std::uint16_t working_counter) {
+  return {facts::WorkingCounter{.address = wire::reg::kDlStatus.address, .received = working_counter},
+          static_cast<std::uint16_t>(slave)};
 }
 
 /// Parents come before their children only where nobody is swapped: walk down from the root.
@@ -236,13 +237,7 @@ Result<std::vector<SlavePortFacts>> read_port_facts(Bus& bus, std::size_t count,
   std::vector<SlavePortFacts> facts(count);
   for (std::size_t i = 0; i < count; ++i) {
     if (requests[3 * i + 1].working_counter != 1) {
-      Error error;
-      error.kind = ErrorKind::kWorkingCounter;
-      error.slave = static_cast<std::uint16_t>(i);
-      error.address = wire::reg::kDlStatus.address;
-      error.expected = 1;
-      error.received = requests[3 * i + 1].working_counter;
-      return tl::unexpected(error);
+      return tl::unexpected(silent(i, requests[3 * i + 1].working_counter));
     }
     const auto status = wire::DlStatus::from_raw(wire::load_le<std::uint16_t>(answers[i].dl_status));
     const auto features = wire::load_le<std::uint16_t>(answers[i].features);
@@ -264,8 +259,7 @@ Result<std::vector<SlavePortFacts>> read_port_facts(Bus& bus, std::span<const Sl
       bus, slaves.size(), [slaves](std::size_t i, std::uint16_t address, std::span<std::byte> data) -> Request {
         return {wire::Command::kFprd, wire::DatagramAddress::physical(slaves[i].station, address), data, 0, false};
       });
-  if (!facts && facts.error().kind == ErrorKind::kWorkingCounter)
-    facts.error().slave = slaves[facts.error().slave].position;
+  if (!facts && facts.error().is<facts::WorkingCounter>()) facts.error().slave = slaves[facts.error().slave].position;
   return facts;
 }
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "driveline/ecat_master/axis/error_code.hpp"
+#include "driveline/ecat_master/cia402/error_code.hpp"
 
 namespace driveline::ecat_master {
 

@@ -44,17 +44,8 @@ std::size_t MailboxChannel::max_service() const noexcept {
   return window_.out_length < wire::MailboxHeader::kSize ? 0 : window_.out_length - wire::MailboxHeader::kSize;
 }
 
-Error MailboxChannel::error(ErrorKind kind, std::uint32_t code) const noexcept {
-  Error e;
-  e.kind = kind;
-  e.slave = slave_.position;
-  e.code = code;
-  if (kind == ErrorKind::kMailboxTimeout) {
-    e.extra = static_cast<std::uint32_t>(
-        std::chrono::duration_cast<std::chrono::microseconds>(sending_ ? request_timeout() : settings_.reply_timeout)
-            .count());
-  }
-  return e;
+Error MailboxChannel::error(ErrorFacts facts) const noexcept {
+  return {facts, slave_.position};
 }
 
 void MailboxChannel::submit(std::shared_ptr<MailboxDialogue> dialogue) {
@@ -78,7 +69,6 @@ void MailboxChannel::finish(Finished& finished, const Error& error) {
 
 void MailboxChannel::fail_all(Error error, Finished& finished) {
   error.slave = slave_.position;
-  if (error.address == 0) error.address = in_register(kStatusOffset);
   if (active_) finish(finished, error);
   for (auto& waiting : queue_) {
     waiting->fail(error);
@@ -115,10 +105,8 @@ void MailboxChannel::start_next(nanoseconds now, Finished& finished) {
     queue_.pop_front();
     active_->begin(slave_.position, max_service());
     if (load_outgoing(now)) return;
-    Error e = error(ErrorKind::kProcessDataSize);
-    e.expected = window_.out_length;
-    e.received = static_cast<std::uint32_t>(active_->outgoing().size());
-    finish(finished, e);
+    finish(finished, error(facts::ProcessDataSize{.bytes = static_cast<std::uint32_t>(active_->outgoing().size()),
+                                                  .limit = window_.out_length}));
   }
 }
 
@@ -204,10 +192,7 @@ bool MailboxChannel::take_fetched(nanoseconds now, const Request& answer, const 
       next_idle_poll_ = now + settings_.idle_poll;
       if (!touched) {
         if (++silent_ < kSilentPolls) return false;
-        Error e = error(ErrorKind::kWorkingCounter);
-        e.address = in_register(kStatusOffset);
-        e.expected = 1;
-        fail_all(e, finished);
+        fail_all(error(facts::WorkingCounter{.address = in_register(kStatusOffset)}), finished);
         return false;
       }
       silent_ = 0;
@@ -251,7 +236,7 @@ void MailboxChannel::take_mail(nanoseconds now, const Deliver& deliver, Finished
   const auto header = wire::MailboxHeader::decode(in_wire_);
   if (!header) {
     ++statistics_.malformed;
-    if (active_ && attempted_) finish(finished, error(ErrorKind::kMailboxMalformed));
+    if (active_ && attempted_) finish(finished, error(facts::MailboxMalformed{}));
     return;
   }
   // A mailbox that has come before carries the same counter again (0 is not counted).
@@ -278,7 +263,7 @@ void MailboxChannel::react(nanoseconds now, Reaction reaction, Finished& finishe
     case Reaction::kForeign:
       break;
     case Reaction::kSend:
-      if (!load_outgoing(now)) finish(finished, error(ErrorKind::kMailboxMalformed));
+      if (!load_outgoing(now)) finish(finished, error(facts::MailboxMalformed{}));
       break;
     case Reaction::kAwait:
       sending_ = false;
@@ -300,10 +285,10 @@ void MailboxChannel::take_error(nanoseconds now, std::span<const std::byte> serv
   const auto reply = wire::MailboxErrorReply::decode(service);
   if (!reply) {
     ++statistics_.malformed;
-    finish(finished, error(ErrorKind::kMailboxMalformed));
+    finish(finished, error(facts::MailboxMalformed{}));
     return;
   }
-  error_reply_ = static_cast<std::uint32_t>(reply->code);
+  error_reply_ = static_cast<std::uint16_t>(reply->code);
   deadline_ = std::min(deadline_, now + settings_.error_grace);
 }
 
@@ -311,7 +296,7 @@ void MailboxChannel::take_error(nanoseconds now, std::span<const std::byte> serv
 void MailboxChannel::look_at_clock(nanoseconds now, Finished& finished) {
   if (!active_ || now < deadline_) return;
   if (error_reply_) {
-    finish(finished, error(ErrorKind::kMailboxError, *error_reply_));
+    finish(finished, error(facts::MailboxError{.code = *error_reply_}));
     return;
   }
   if (leaving_) {
@@ -320,7 +305,7 @@ void MailboxChannel::look_at_clock(nanoseconds now, Finished& finished) {
   }
   ++statistics_.timeouts;
   const bool taken = !sending_;
-  active_->fail(error(ErrorKind::kMailboxTimeout));
+  active_->fail(error(facts::MailboxTimeout{.timeout = sending_ ? request_timeout() : settings_.reply_timeout}));
   leaving_ = true;
   if (taken && active_->takes_leave() && load_outgoing(now)) {
     deadline_ = now + kLeaveTime;

@@ -2,24 +2,12 @@
 
 #include <algorithm>
 
-#include "driveline/ecat_master/coe/sdo_transfer.hpp"
-
 namespace driveline::ecat_master {
-namespace {
-
-Error plain_error(ErrorKind kind, std::uint16_t position) {
-  Error error;
-  error.kind = kind;
-  error.slave = position;
-  return error;
-}
-
-}  // namespace
 
 MailboxEngine::~MailboxEngine() {
   MailboxChannel::Finished finished;
   take_submissions(finished);
-  for (auto& [position, channel] : channels_) channel.fail_all(plain_error(ErrorKind::kCancelled, position), finished);
+  for (auto& [position, channel] : channels_) channel.fail_all(Error{facts::Cancelled{}, position}, finished);
   complete(finished);
 }
 
@@ -41,7 +29,7 @@ void MailboxEngine::close(std::uint16_t position) {
     take_submissions(finished);
     const auto found = channels_.find(position);
     if (found != channels_.end()) {
-      found->second.fail_all(plain_error(ErrorKind::kCancelled, position), finished);
+      found->second.fail_all(Error{facts::Cancelled{}, position}, finished);
       channels_.erase(found);
     }
   }
@@ -85,24 +73,19 @@ void MailboxEngine::take_submissions(MailboxChannel::Finished& finished) {
       channel->second.submit(std::move(submission.dialogue));
       continue;
     }
-    submission.dialogue->fail(plain_error(ErrorKind::kNoMailbox, submission.position));
+    submission.dialogue->fail(Error{facts::NoMailbox{}, submission.position});
     finished.push_back(std::move(submission.dialogue));
   }
 }
 
 /// Requests of the cycle become dialogues here.
 void MailboxEngine::take_requests() {
-  std::vector<std::shared_ptr<SdoRequest>> pending;
-  {
-    const std::scoped_lock lock(inbox_mutex_);
-    std::erase_if(requests_, [](const auto& request) { return request.expired(); });
-    for (const auto& weak : requests_) {
-      if (auto request = weak.lock(); request && request->take()) pending.push_back(std::move(request));
-    }
-  }
-  for (auto& request : pending) {
-    const auto position = request->position();
-    submit(position, SdoRequest::make_transfer(std::move(request)));
+  const std::scoped_lock lock(inbox_mutex_);
+  std::erase_if(requests_, [](const auto& request) { return request.expired(); });
+  for (const auto& weak : requests_) {
+    const auto request = weak.lock();
+    if (request == nullptr) continue;
+    if (auto dialogue = request->take()) inbox_.push_back({request->position(), std::move(dialogue)});
   }
 }
 
@@ -193,7 +176,7 @@ Result<void> MailboxEngine::poll(std::uint16_t position) {
   {
     const std::scoped_lock lock(step_mutex_);
     const auto channel = channels_.find(position);
-    if (channel == channels_.end()) return tl::unexpected(plain_error(ErrorKind::kNoMailbox, position));
+    if (channel == channels_.end()) return tl::unexpected(Error{facts::NoMailbox{}, position});
     channel->second.poll_now();
   }
   for (;;) {
@@ -208,12 +191,9 @@ Result<void> MailboxEngine::poll(std::uint16_t position) {
   }
 }
 
-std::shared_ptr<SdoRequest> MailboxEngine::make_request(std::uint16_t position, std::uint16_t index,
-                                                        std::uint8_t subindex, std::size_t capacity) {
-  auto request = std::make_shared<SdoRequest>(position, index, subindex, capacity);
+void MailboxEngine::watch(std::weak_ptr<DialogueRequest> request) {
   const std::scoped_lock lock(inbox_mutex_);
-  requests_.push_back(request);
-  return request;
+  requests_.push_back(std::move(request));
 }
 
 MailboxStatistics MailboxEngine::statistics(std::uint16_t position) {

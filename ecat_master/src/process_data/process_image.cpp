@@ -15,19 +15,6 @@ constexpr std::size_t kNone = ProcessDataPlace::kNone;
 /// Bytes of datagrams that one frame holds.
 constexpr std::size_t kFrameBytes = wire::kMaxPayloadBytes - wire::EtherCatHeader::kSize;
 
-constexpr std::uint32_t kTooLong = 0;
-constexpr std::uint32_t kTooFewFmmus = 1;
-
-Error size_error(std::size_t slave, std::uint32_t code, std::size_t limit, std::size_t wanted) {
-  Error error;
-  error.kind = ErrorKind::kProcessDataSize;
-  error.slave = static_cast<std::uint16_t>(slave);
-  error.code = code;
-  error.expected = static_cast<std::uint32_t>(limit);
-  error.received = static_cast<std::uint32_t>(wanted);
-  return error;
-}
-
 wire::FmmuEntity make_fmmu(std::size_t offset, std::size_t bytes, std::uint16_t physical, std::uint8_t type) {
   wire::FmmuEntity fmmu;
   fmmu.logical_start = ProcessImage::logical_address(offset);
@@ -99,7 +86,11 @@ class ProcessImage::Builder {
     auto& place = image_.places_[slave];
     const auto needed = static_cast<std::size_t>(
         std::count_if(demand.channels.begin(), demand.channels.end(), [](const auto& c) { return c.bytes > 0; }));
-    if (needed > demand.fmmus) return tl::unexpected(size_error(slave, kTooFewFmmus, demand.fmmus, needed));
+    if (needed > demand.fmmus) {
+      return tl::unexpected(Error{facts::TooFewFmmus{.needed = static_cast<std::uint32_t>(needed),
+                                                     .present = static_cast<std::uint32_t>(demand.fmmus)},
+                                  static_cast<std::uint16_t>(slave)});
+    }
     std::size_t left = needed == 0 ? 0 : demand.fmmus - needed;
     if (demand.al_status && left > 0) {
       place.al_status_offset = 0;
@@ -134,7 +125,9 @@ class ProcessImage::Builder {
     place.group = demand.group;
     if (data + status == 0) return {};
     if (data + status > kMaxDatagramBytes)
-      return tl::unexpected(size_error(slave, kTooLong, kMaxDatagramBytes, data + status));
+      return tl::unexpected(
+          Error{facts::ProcessDataSize{.bytes = static_cast<std::uint32_t>(data + status), .limit = kMaxDatagramBytes},
+                static_cast<std::uint16_t>(slave)});
     if (!open || image_.datagrams_.back().bytes + data + status > kMaxDatagramBytes) {
       image_.datagrams_.push_back({command, demand.group, 0, end_, 0, 0});
       open = true;

@@ -181,8 +181,8 @@ void LineSupervisor::look_at(std::size_t slave) {
   const auto now = master_.bus().exchange().now();
   const auto report = master_.al_status_of(slave);
   if (!report) {
-    const bool silent = report.error().kind == ErrorKind::kWorkingCounter && report.error().received == 0;
-    if (silent) note_gone(slave, now);
+    const auto* counter = report.error().as<facts::WorkingCounter>();
+    if (counter != nullptr && counter->received == 0) note_gone(slave, now);
     return;  // otherwise nobody can be reached: a matter of the line, not of this slave
   }
   if (report->status.state != AlState::kOp || report->status.error) return note_state(slave, *report, now);
@@ -193,7 +193,7 @@ void LineSupervisor::note_gone(std::size_t slave, nanoseconds time) {
   auto& one = slaves_[slave];
   one.trouble = true;
   one.gone = true;
-  one.failure_noted = false;
+  one.noted_failure.reset();
   master_.core()->set_recovering(slave, true);
   LineEvent event{.kind = LineEvent::Kind::kGone, .slave = static_cast<std::uint16_t>(slave)};
   event.time = time;
@@ -203,7 +203,7 @@ void LineSupervisor::note_gone(std::size_t slave, nanoseconds time) {
 void LineSupervisor::note_state(std::size_t slave, const AlReport& report, nanoseconds time) {
   auto& one = slaves_[slave];
   one.trouble = true;
-  one.failure_noted = false;
+  one.noted_failure.reset();
   master_.core()->set_recovering(slave, true);
   LineEvent event{.kind = LineEvent::Kind::kLeftOp, .slave = static_cast<std::uint16_t>(slave)};
   event.time = time;
@@ -234,14 +234,15 @@ void LineSupervisor::recover(std::size_t slave) {
   }
   // Nobody knows when somebody is plugged in.
   one.next_try = now + (joins ? kJoinPause : settings_.retry_pause);
-  const bool answers = done.error().kind != ErrorKind::kWorkingCounter && done.error().kind != ErrorKind::kNoAnswer;
-  one.gone = !answers || done.error().kind == ErrorKind::kPlaceUnknown;
+  const auto& error = done.error();
+  const bool answers = !error.is<facts::WorkingCounter>() && !error.is<facts::NoAnswer>();
+  one.gone = !answers || error.is<facts::PlaceUnknown>();
   // Told once per reason; that somebody who is gone does not answer has been told.
-  if (!answers || (one.failure_noted && one.last_failure == done.error().kind)) return;
-  one.failure_noted = true;
-  one.last_failure = done.error().kind;
+  const bool noted = one.noted_failure && one.noted_failure->facts.index() == error.facts.index();
+  if (!answers || noted) return;
+  one.noted_failure = error;
   event.kind = LineEvent::Kind::kRecoveryFailed;
-  event.error = done.error();
+  event.error = error;
   note(event);
 }
 

@@ -39,7 +39,7 @@ void LineSupervisor::guard(std::size_t slave) {
   }
   if (!changes) {
     // Nobody, or several, answer to its address.
-    if (changes.error().kind == ErrorKind::kWorkingCounter) restore_addresses();
+    if (changes.error().is<facts::WorkingCounter>()) restore_addresses();
     return;
   }
   if (changes->empty()) {
@@ -66,7 +66,7 @@ void LineSupervisor::note_changes(std::size_t slave, std::span<const RegisterCha
     event.change = changes.front();
   } else {
     one.trouble = true;
-    one.failure_noted = false;
+    one.noted_failure.reset();
     master_.core()->set_recovering(slave, true);
     event.kind = LineEvent::Kind::kRegistersChanged;
     event.change = *worst;

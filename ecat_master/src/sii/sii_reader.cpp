@@ -1,4 +1,4 @@
-#include "driveline/ecat_master/sii/sii_reader.hpp"
+#include "sii/sii_reader.hpp"
 
 #include <algorithm>
 #include <optional>
@@ -96,7 +96,7 @@ class Reading {
       since_ = now;
       look_at_content(cache);
     }
-    if (!done() && now - since_ > kReadBusyTimeout) fail(ErrorKind::kSiiBusy);
+    if (!done() && now - since_ > kReadBusyTimeout) fail(facts::SiiBusy{next_word()});
     return used;
   }
 
@@ -182,7 +182,7 @@ class Reading {
     const auto shown = wire::load_le<std::uint32_t>(answer.subspan(kAddressAt));
     if (shows_address_ && shown != words()) return Answer::kOther;
     if ((status & (sii::kErrorAcknowledge | sii::kErrorWriteEnable)) != 0) {
-      fail(ErrorKind::kSiiError, status);
+      fail(facts::SiiError{.word = next_word(), .status = status});
       return Answer::kFailed;
     }
     words_per_read_ = (status & sii::kReads8Bytes) != 0 ? kManyWords : kFewWords;
@@ -201,14 +201,9 @@ class Reading {
     return std::min<std::size_t>((std::size_t{word(kSizeWord)} + 1) * 64, kMaxWords);
   }
 
-  void fail(ErrorKind kind, std::uint32_t code = 0) {
-    Error error;
-    error.kind = kind;
-    error.slave = slave_.position;
-    error.address = static_cast<std::uint16_t>(words());
-    error.code = code;
-    failure_ = error;
-  }
+  /// That has not been read yet.
+  [[nodiscard]] std::uint16_t next_word() const noexcept { return static_cast<std::uint16_t>(words()); }
+  void fail(ErrorFacts facts) { failure_ = Error{facts, slave_.position}; }
 
   /// Is it complete, known from before, or does it lead nowhere?
   void look_at_content(const SiiCache& cache) {
@@ -221,7 +216,7 @@ class Reading {
       }
     }
     if (words() < needed_words_) return;
-    if (!follow_categories()) return fail(ErrorKind::kSiiContent);
+    if (!follow_categories()) return fail(facts::SiiContent{next_word()});
     // What was asked for beyond the end is nobody's content.
     if (complete_)
       image_.resize(

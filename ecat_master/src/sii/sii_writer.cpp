@@ -24,6 +24,10 @@ std::uint16_t word_at(std::span<const std::byte> bytes, std::size_t word) {
   return wire::load_le<std::uint16_t>(bytes.subspan(2 * word, 2));
 }
 
+std::uint16_t narrow(std::size_t word) {
+  return static_cast<std::uint16_t>(word);
+}
+
 /// The EEPROM interface of one slave (ETG.1000.4 6.4).
 class SiiInterfaceAccess {
  public:
@@ -49,23 +53,16 @@ class SiiInterfaceAccess {
     return {};
   }
 
-  [[nodiscard]] Error error(ErrorKind kind, std::size_t word, std::uint32_t code = 0) const {
-    Error error;
-    error.kind = kind;
-    error.slave = slave_.position;
-    error.address = static_cast<std::uint16_t>(word);
-    error.code = code;
-    return error;
-  }
+  [[nodiscard]] Error error(ErrorFacts facts) const { return {facts, slave_.position}; }
 
  private:
   /// Repeats what the EEPROM did not acknowledge; every other error ends it.
   template <typename Try>
   Result<std::vector<std::byte>> attempt(std::size_t word, Try what) {
-    Result<std::vector<std::byte>> result = tl::unexpected(error(ErrorKind::kSiiBusy, word));
+    Result<std::vector<std::byte>> result = tl::unexpected(error(facts::SiiBusy{narrow(word)}));
     for (int i = 0; i < kTries; ++i) {
       result = what();
-      if (result || result.error().kind != ErrorKind::kSiiError) return result;
+      if (result || !result.error().is<facts::SiiError>()) return result;
       bus_.exchange().pause(kPause);
     }
     return result;
@@ -81,7 +78,7 @@ class SiiInterfaceAccess {
     if (!status) return tl::unexpected(status.error());
     const auto flags = wire::load_le<std::uint16_t>(*status);
     if ((flags & (sii::kErrorAcknowledge | sii::kErrorWriteEnable)) != 0) {
-      return tl::unexpected(error(ErrorKind::kSiiError, word, flags));
+      return tl::unexpected(error(facts::SiiError{.word = narrow(word), .status = flags}));
     }
     const std::size_t bytes = (flags & sii::kReads8Bytes) != 0 ? 8 : 4;
     return std::vector<std::byte>(status->begin() + 6, status->begin() + 6 + static_cast<std::ptrdiff_t>(bytes));
@@ -93,8 +90,8 @@ class SiiInterfaceAccess {
     for (;;) {
       if (auto ready = wait_idle(word); !ready) return tl::unexpected(ready.error());
       const auto done = bus_.write(slave_, wire::reg::kSiiControl.address, request);
-      if (done || done.error().kind != ErrorKind::kWorkingCounter) return done;
-      if (bus_.exchange().now() > deadline) return tl::unexpected(error(ErrorKind::kSiiBusy, word));
+      if (done || !done.error().is<facts::WorkingCounter>()) return done;
+      if (bus_.exchange().now() > deadline) return tl::unexpected(error(facts::SiiBusy{narrow(word)}));
       bus_.exchange().pause(kPause);
     }
   }
@@ -107,7 +104,7 @@ class SiiInterfaceAccess {
         return tl::unexpected(done.error());
       }
       if ((wire::load_le<std::uint16_t>(data) & sii::kBusy) == 0) return data;
-      if (bus_.exchange().now() > deadline) return tl::unexpected(error(ErrorKind::kSiiBusy, word));
+      if (bus_.exchange().now() > deadline) return tl::unexpected(error(facts::SiiBusy{narrow(word)}));
       bus_.exchange().pause(kPause);
     }
   }
@@ -173,10 +170,8 @@ Result<void> write_and_check(SiiInterfaceAccess& access, const Change& change) {
   if (!back) return tl::unexpected(back.error());
   const auto found = word_at(*back, 0);
   if (found == change.value) return {};
-  auto error = access.error(ErrorKind::kSiiVerify, change.word);
-  error.expected = change.value;
-  error.received = found;
-  return tl::unexpected(error);
+  return tl::unexpected(
+      access.error(facts::SiiVerify{.word = narrow(change.word), .written = change.value, .read = found}));
 }
 
 /// A word that could not be written may hold its old value all the same.
@@ -210,10 +205,8 @@ Result<void> check_all(SiiInterfaceAccess& access, std::span<const std::byte> im
   if (!back) return tl::unexpected(back.error());
   for (std::size_t word = 0; word < image.size() / 2; ++word) {
     if (word_at(*back, word) == word_at(image, word)) continue;
-    auto error = access.error(ErrorKind::kSiiVerify, word);
-    error.expected = word_at(image, word);
-    error.received = word_at(*back, word);
-    return tl::unexpected(error);
+    return tl::unexpected(access.error(
+        facts::SiiVerify{.word = narrow(word), .written = word_at(image, word), .read = word_at(*back, word)}));
   }
   return {};
 }
@@ -224,7 +217,7 @@ Result<void> write_all(SiiInterfaceAccess& access, std::span<const Change> chang
     ++written;  // a word that fails may have been written all the same
     if (auto done = write_and_check(access, change); !done) return done;
     if (progress && !progress(written, changes.size())) {
-      return tl::unexpected(access.error(ErrorKind::kCancelled, change.word));
+      return tl::unexpected(access.error(facts::Cancelled{}));
     }
   }
   return {};
@@ -256,7 +249,7 @@ tl::expected<SiiWriteReport, SiiWriteFailure> write_sii(Bus& bus, SlaveRef slave
   SiiInterfaceAccess access(bus, slave);
   const auto fail_before = [](const Error& error) { return tl::unexpected(SiiWriteFailure{error, 0, {}, {}}); };
   if (image.size() % 2 != 0 || image.size() < 2 * kConfigWords || image.size() / 2 > 0x10000) {
-    return fail_before(access.error(ErrorKind::kSiiContent, image.size() / 2));
+    return fail_before(access.error(facts::SiiContent{narrow(image.size() / 2)}));
   }
   if (auto taken = access.take(); !taken) return fail_before(taken.error());
   bus.sii_cache().clear();
@@ -284,7 +277,7 @@ tl::expected<SiiWriteReport, SiiWriteFailure> write_alias(Bus& bus, SlaveRef sla
   const auto area = std::span(*image).first<esi::SiiConfigArea::kSize>();
   if ((word_at(*image, sii::kChecksumWord) & 0xFF) != esi::sii_checksum(area)) {
     const SiiInterfaceAccess access(bus, slave);
-    auto error = access.error(ErrorKind::kSiiContent, sii::kChecksumWord);
+    const auto error = access.error(facts::SiiContent{sii::kChecksumWord});
     return tl::unexpected(SiiWriteFailure{error, 0, {}, {}});
   }
   wire::store_le(std::span(*image).subspan(2 * sii::kAliasWord, 2), alias);

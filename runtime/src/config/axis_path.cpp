@@ -38,11 +38,11 @@ Result<std::vector<std::size_t>> columns_of(const Path& path, const LineConfig& 
                                                    trajectory::axis_name_hint(axis.name, names)));
     }
     const auto kind = path.axes()[*found].kind;
-    if ((kind == trajectory::AxisKind::kLinear) != axis.linear) {
+    if (kind != axis.kind) {
       return fail(ErrorKind::kSetting,
                   fmt::format("column \"{}\" is in {} but the axis is {}", axis.name,
                               unit_or_si(path.axes()[*found].unit, kind).name,
-                              axis.linear ? "linear" : "rotary (feed_mm_per_revolution makes it linear)"));
+                              axis.linear() ? "linear" : "rotary (feed_mm_per_revolution makes it linear)"));
     }
     columns.push_back(*found);
   }
@@ -90,8 +90,7 @@ Result<Path> arrange(const Path& path, const LineConfig& config) {
 Result<Path> standstill(const LineConfig& config) {
   trajectory::PathBuilder builder;
   for (std::size_t i = 0; i < config.axes.size(); ++i) {
-    const auto kind = config.axes[i].linear ? trajectory::AxisKind::kLinear : trajectory::AxisKind::kRotary;
-    if (auto added = builder.add_axis({config.axes[i].name, kind}); !added) {
+    if (auto added = builder.add_axis({config.axes[i].name, config.axes[i].kind}); !added) {
       return fail(ErrorKind::kSetting, added.error().message());
     }
   }

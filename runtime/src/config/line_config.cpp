@@ -205,7 +205,8 @@ SlaveConfig read_slave(TomlReader reader, const std::vector<SlaveConfig>& others
   if (!slave.plan.hot_head.empty()) slave.plan.behind = find_group(reader, slave.plan.hot_head, others);
   if (slave.esi && slave.plan.pdos) {
     ecat_master::complete_pdos(*slave.esi, *slave.plan.pdos);
-    if (const auto fit = ecat_master::check_pdos(*slave.esi, *slave.plan.pdos); !fit) reader.fail("pdo", fit.error());
+    if (const auto fit = ecat_master::check_pdos(*slave.esi, *slave.plan.pdos); !fit)
+      reader.fail("pdo", describe(fit.error()));
   }
   slave.names = read_entry_names(reader.table("names"));
   slave.dc = read_slave_clock(reader.table("dc"));
@@ -263,14 +264,15 @@ void check_objects(const TomlReader& reader, const SlaveConfig& slave, ecat_mast
 }
 
 /// Null: the file does not say.
-const trajectory::PositionUnit* read_unit(TomlReader& reader, bool linear) {
+const trajectory::PositionUnit* read_unit(TomlReader& reader, trajectory::AxisKind kind) {
   if (!reader.has("unit")) return nullptr;
   const auto name = reader.text("unit");
   const auto* unit = trajectory::find_position_unit(name);
-  if (unit == nullptr || (unit->kind == trajectory::AxisKind::kLinear) != linear) {
+  if (unit == nullptr || unit->kind != kind) {
     reader.fail("unit", fmt::format("is \"{}\", {} is expected", name,
-                                    linear ? "\"m\", \"mm\" or \"um\" of an axis with feed_mm_per_revolution"
-                                           : "\"rad\", \"deg\" or \"rev\" of an axis without feed_mm_per_revolution"));
+                                    kind == trajectory::AxisKind::kLinear
+                                        ? "\"m\", \"mm\" or \"um\" of an axis with feed_mm_per_revolution"
+                                        : "\"rad\", \"deg\" or \"rev\" of an axis without feed_mm_per_revolution"));
   }
   return unit;
 }
@@ -305,12 +307,13 @@ ecat_master::AxisConfig read_axis(TomlReader reader, const std::vector<SlaveConf
   axis.mode = kModes[reader.choice_or("mode", 0, {"csp", "csv", "cst"})];
   check_objects(reader, *slave, axis.mode);
   const double increments = reader.number_or("increments_per_revolution", 1048576.0, 1.0, kMaxIncrementsPerRevolution);
-  axis.linear = reader.has("feed_mm_per_revolution");
+  if (reader.has("feed_mm_per_revolution")) axis.kind = trajectory::AxisKind::kLinear;
   const double unit_per_revolution =
-      axis.linear ? reader.number("feed_mm_per_revolution", 1e-6, 1e6) / 1000.0 : 2.0 * std::numbers::pi;
+      axis.linear() ? reader.number("feed_mm_per_revolution", 1e-6, 1e6) / 1000.0 : 2.0 * std::numbers::pi;
   axis.increments_per_unit = increments / unit_per_revolution;
-  axis.rated_torque = reader.number_or(axis.linear ? "rated_force_n" : "rated_torque_nm", axis.rated_torque, 1e-6, 1e6);
-  axis.unit = read_unit(reader, axis.linear);
+  axis.rated_torque =
+      reader.number_or(axis.linear() ? "rated_force_n" : "rated_torque_nm", axis.rated_torque, 1e-6, 1e6);
+  axis.unit = read_unit(reader, axis.kind);
   read_in_unit(reader, "max_velocity", axis, 1e-6, 1e6, axis.limits.max_velocity);
   read_in_unit(reader, "max_acceleration", axis, 1e-6, 1e9, axis.limits.max_acceleration);
   axis.inertia = reader.number_or("inertia", 0.0, 0.0, 1e6);

@@ -206,7 +206,7 @@ Result<void> LineRun::start_cycle() {
     return std::make_unique<ecat_master::RealtimeRunner>(core, session_.clock(), config_.realtime, config_.wake_ahead);
   };
   auto started = master_.start_cycle(motion_.get(), {&line_ring_, &axis_ring_}, settings, make_runner);
-  if (!started) return fail(ErrorKind::kMachine, started.error());
+  if (!started) return fail(ErrorKind::kMachine, started.error().message());
   if (const auto* runner = dynamic_cast<ecat_master::RealtimeRunner*>(master_.runner())) {
     for (const auto& line : rt::to_lines(runner->report())) progress(fmt::format("  {}", line));
   }

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "driveline/ecat_master/diagnosis/flight_recorder.hpp"
+#include "driveline/ecat_master/cyclic/flight_recorder.hpp"
 
 namespace driveline::runtime {
 

@@ -31,7 +31,7 @@ Recorder::Recorder(const std::vector<ecat_master::AxisConfig>& axes, std::option
                    std::uint64_t every, bool increments)
     : errors_(axes.size()), csv_(std::move(csv)), every_(every), increments_(increments), extremes_(axes.size()) {
   for (const auto& axis : axes) {
-    columns_.push_back({axis.name, axis.linear, &ecat_master::position_unit(axis), axis.increments_per_unit});
+    columns_.push_back({axis.name, axis.linear(), &ecat_master::position_unit(axis), axis.increments_per_unit});
   }
   if (!csv_) return;
   stream_.open(partial_name(*csv_), std::ios::trunc);

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <algorithm>
 
-#include "driveline/ecat_master/dc/clock_fault.hpp"
 #include "driveline/runtime/setup/composition.hpp"
 
 namespace driveline::runtime {
@@ -111,7 +110,7 @@ Result<ecat_master::dc::ClockPlan> make_clock_plan(const LineConfig& config,
   plan.joining = [&config](std::size_t table, const esi::DeviceDescription& found) {
     const auto planned = plan_of(config, config.slaves[table], found);
     return planned ? ecat_master::Result<SlaveClockPlan>(*planned)
-                   : tl::unexpected(ecat_master::dc::clock_error(ecat_master::dc::ClockFault::kNoMode));
+                   : tl::unexpected(ecat_master::Error{ecat_master::facts::NoClockMode{}});
   };
   return plan;
 }

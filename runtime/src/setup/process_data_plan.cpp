@@ -21,7 +21,7 @@ Result<void> give_names(const LineConfig& config, ProcessVariables& variables) {
   for (const auto& slave : config.slaves) {
     for (const auto& entry : slave.names) {
       const auto named = variables.rename(fmt::format("{}.{}", slave.name, entry.object), entry.name);
-      if (!named) return fail(ErrorKind::kSetting, named.error(), entry.place);
+      if (!named) return fail(ErrorKind::kSetting, describe(named.error()), entry.place);
     }
   }
   return {};
@@ -47,16 +47,16 @@ bool overlap(const ProcessDataCopy& a, const ProcessDataCopy& b) {
 Result<ProcessDataCopy> make_copy(const LineConfig& config, const CopyConfig& wanted,
                                   const ProcessVariables& variables) {
   if (const auto source = variables.find(wanted.from); !source) {
-    return fail(ErrorKind::kSetting, source.error(), wanted.from_place);
+    return fail(ErrorKind::kSetting, describe(source.error()), wanted.from_place);
   }
   const auto target = variables.find(wanted.to);
-  if (!target) return fail(ErrorKind::kSetting, target.error(), wanted.to_place);
+  if (!target) return fail(ErrorKind::kSetting, describe(target.error()), wanted.to_place);
   if (const auto* axis = writer_of(config, *target)) {
     return fail(ErrorKind::kSetting, fmt::format("{} is written by the axis \"{}\"", target->text(), axis->name),
                 wanted.to_place);
   }
   const auto copy = variables.copy(wanted.from, wanted.to);
-  if (!copy) return fail(ErrorKind::kSetting, copy.error(), wanted.to_place);
+  if (!copy) return fail(ErrorKind::kSetting, describe(copy.error()), wanted.to_place);
   return *copy;
 }
 
@@ -96,7 +96,7 @@ Result<void> check_planned_pdos(const LineConfig& config, std::span<const ecat_m
     return fail(ErrorKind::kLine,
                 fmt::format("slave {} ({}): {} cannot be configured by the ESI file of \"{}\": {}", i,
                             config.slaves[*tables[i]].name, planned ? "the planned PDOs" : "the PDOs that it assigns",
-                            file->type, fit.error()));
+                            file->type, describe(fit.error())));
   }
   return {};
 }

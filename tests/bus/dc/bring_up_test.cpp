@@ -1,5 +1,5 @@
 // The clocks of a line brought together by the real master and compared with the truth.
-#include "driveline/ecat_master/dc/bring_up.hpp"
+#include "dc/bring_up.hpp"
 
 #include <gtest/gtest.h>
 
@@ -300,9 +300,10 @@ TEST(ClockBringUp, ASlaveThatHasNotTakenItsActivationIsNamed) {
   const auto done = line.bring_up(line.plan());
   ASSERT_FALSE(done.has_value());
   EXPECT_EQ(done.error().slave, 1);
-  EXPECT_EQ(done.error().address, 0x0981);
-  EXPECT_EQ(done.error().expected, 3U);
-  EXPECT_EQ(done.error().received, 0U);
+  const auto& facts = std::get<ecat_master::facts::SyncRegister>(done.error().facts);
+  EXPECT_EQ(facts.address, 0x0981);
+  EXPECT_EQ(facts.written, 3U);
+  EXPECT_EQ(facts.read, 0U);
 }
 
 TEST(ClockBringUp, SignalsStartTogetherInTheFuture) {

@@ -1,8 +1,8 @@
 // Simulated drives run with distributed clocks, from their objects to their motion.
 #include <gtest/gtest.h>
 
+#include "dc/bring_up.hpp"
 #include "drive_line.hpp"
-#include "driveline/ecat_master/dc/bring_up.hpp"
 #include "driveline/ecat_master/recovery/line_supervisor.hpp"
 #include "true_time.hpp"
 

@@ -1,7 +1,6 @@
 // Clocks of slaves that were not there when the clocks of the line were brought together.
 #include <gmock/gmock.h>
 
-#include "driveline/ecat_master/dc/clock_fault.hpp"
 #include "fault_ports.hpp"
 #include "movable_group.hpp"
 #include "true_time.hpp"

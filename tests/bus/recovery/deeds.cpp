@@ -6,7 +6,7 @@
 
 namespace driveline::bus_test {
 
-using ecat_master::ErrorKind;
+namespace facts = ecat_master::facts;
 using ecat_master::LineEvent;
 using slaves::Fault;
 using slaves::FaultKind;
@@ -45,19 +45,19 @@ bool starves(const Fault& fault, std::size_t slave) {
 
 /// What a slave with the fault makes of being brought back.
 bool is_reason(const Fault& fault, const ecat_master::Error& error) {
+  const auto* refused = error.as<facts::StateRefused>();
   switch (fault.kind) {
     case FaultKind::kRefuseTransition:
-      return error.kind == ErrorKind::kStateRefused && error.requested == fault.state &&
-             error.code == static_cast<std::uint32_t>(fault.code);
+      return refused != nullptr && refused->requested == fault.state && refused->code == fault.code;
     case FaultKind::kSlowTransition:
-      return error.kind == ErrorKind::kStateTimeout;
+      return error.is<facts::StateTimeout>();
     case FaultKind::kMailboxSilent:
     case FaultKind::kMailboxBusy:
-      return error.kind == ErrorKind::kMailboxTimeout;
+      return error.is<facts::MailboxTimeout>();
     case FaultKind::kEepromBusy:
-      return error.kind == ErrorKind::kSiiBusy;
+      return error.is<facts::SiiBusy>();
     case FaultKind::kEepromChecksum:
-      return error.kind == ErrorKind::kSiiChecksum;
+      return error.is<facts::SiiChecksum>();
     default:
       return false;
   }

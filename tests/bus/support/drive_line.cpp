@@ -162,7 +162,7 @@ void LineOperation::start_cycle(ecat_master::Master::MakeRunner make_runner) {
     };
   }
   const auto started = master_->start_cycle(motion_.get(), {&line_ring_, &axis_ring_}, settings, make_runner);
-  if (!started) throw std::runtime_error(started.error());
+  if (!started) throw std::runtime_error(started.error().message());
 }
 
 ecat_master::Result<void> LineOperation::to_op() {

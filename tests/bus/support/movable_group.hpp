@@ -64,7 +64,7 @@ class MovableGroup {
     const auto started = master.start_cycle(nullptr, {}, {}, [this](ecat_master::CyclicCore& core) {
       return std::make_unique<ecat_master::InlineRunner>(core, line.clock);
     });
-    if (!started) throw std::runtime_error(started.error());
+    if (!started) throw std::runtime_error(started.error().message());
     if (auto done = master.go_operational(); !done) return done;
     supervisor = std::make_unique<ecat_master::LineSupervisor>(master);
     return {};

@@ -354,7 +354,7 @@ TEST(MsdStartup, LeavesOutWhatIsNotKnownOrNotNeeded) {
   axis.inertia = 0.0;
   EXPECT_EQ(msd_startup_sdos(axis, microseconds{1000}).size(), 4U);
   axis = config();
-  axis.linear = true;
+  axis.kind = trajectory::AxisKind::kLinear;
   EXPECT_EQ(msd_startup_sdos(axis, microseconds{1000}).size(), 4U) << "P 1516 is in kg m^2";
   EXPECT_EQ(msd_startup_sdos(config(Mode::kCyclicVelocity), microseconds{1000}).size(), 3U);
   EXPECT_EQ(msd_startup_sdos(config(Mode::kCyclicTorque), microseconds{1000}).size(), 3U);

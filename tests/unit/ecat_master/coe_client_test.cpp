@@ -196,30 +196,31 @@ TEST(CoeErrors, AnAbortNamesItsObject) {
   bench.answer({"0030 80 4160 07 11000906"});
   const auto read = bench.coe.upload(0x6041, 7);
   ASSERT_FALSE(read);
-  EXPECT_EQ(read.error().kind, ErrorKind::kSdoAbort);
+  EXPECT_TRUE(read.error().is<facts::SdoAbort>());
   EXPECT_EQ(read.error().slave, 3);
-  EXPECT_EQ(read.error().address, 0x6041);
-  EXPECT_EQ(read.error().subindex, 7);
-  EXPECT_EQ(read.error().code, 0x06090011U);
+  const auto& abort = std::get<facts::SdoAbort>(read.error().facts);
+  EXPECT_EQ(abort.object, (facts::ObjectAddress{0x6041, 7}));
+  EXPECT_EQ(abort.code, wire::SdoAbort::kSubindexDoesNotExist);
 }
 
 TEST(CoeErrors, AnAbortSentAsARequestIsOneToo) {
   Bench bench;
   bench.answer({"0020 80 4160 00 00000206"});
-  EXPECT_EQ(bench.coe.upload(0x6041, 0).error().code, 0x06020000U);
+  const auto read = bench.coe.upload(0x6041, 0);
+  EXPECT_EQ(std::get<facts::SdoAbort>(read.error().facts).code, wire::SdoAbort::kObjectDoesNotExist);
 }
 
 TEST(CoeErrors, AnAbortAmidSegmentsEndsTheTransfer) {
   Bench bench;
   bench.answer({"0030 41 0810 00 14000000", "0030 00 02030405060708", "0030 80 0810 00 00000008"});
-  EXPECT_EQ(bench.coe.upload(0x1008, 0).error().kind, ErrorKind::kSdoAbort);
+  EXPECT_TRUE(bench.coe.upload(0x1008, 0).error().is<facts::SdoAbort>());
   EXPECT_EQ(bench.slave.requests.size(), 3U);
 }
 
 TEST(CoeErrors, AWrongToggleIsAborted) {
   Bench bench;
   bench.answer({"0030 41 0810 00 14000000", "0030 10 02030405060708"});
-  EXPECT_EQ(bench.coe.upload(0x1008, 0).error().kind, ErrorKind::kMailboxMalformed);
+  EXPECT_TRUE(bench.coe.upload(0x1008, 0).error().is<facts::MailboxMalformed>());
   ASSERT_EQ(bench.slave.requests.size(), 3U);
   EXPECT_EQ(bench.service(2), hex("0020 80 0810 00 00000305")) << "0503 0000h: toggle bit not alternated";
 }
@@ -227,7 +228,7 @@ TEST(CoeErrors, AWrongToggleIsAborted) {
 TEST(CoeErrors, AWrongToggleOfADownloadIsAborted) {
   Bench bench(24, 24);
   bench.answer({"0030 60 0320 00 00000000", "0030 30 00000000000000"});
-  EXPECT_EQ(bench.coe.download(0x2003, 0, Bytes(40)).error().kind, ErrorKind::kMailboxMalformed);
+  EXPECT_TRUE(bench.coe.download(0x2003, 0, Bytes(40)).error().is<facts::MailboxMalformed>());
   EXPECT_EQ(bench.service(2), hex("0020 80 0320 00 00000305"));
 }
 
@@ -236,9 +237,9 @@ TEST(CoeErrors, MoreSegmentDataThanAnnouncedIsAborted) {
   bench.answer({"0030 41 0810 00 0A000000", "0030 00 02030405060708", "0030 11 02030405060708"});
   const auto read = bench.coe.upload(0x1008, 0);
   ASSERT_FALSE(read);
-  EXPECT_EQ(read.error().kind, ErrorKind::kSdoSize);
-  EXPECT_EQ(read.error().expected, 10U);
-  EXPECT_EQ(read.error().received, 14U);
+  EXPECT_TRUE(read.error().is<facts::SdoSize>());
+  EXPECT_EQ(std::get<facts::SdoSize>(read.error().facts).expected, 10U);
+  EXPECT_EQ(std::get<facts::SdoSize>(read.error().facts).received, 14U);
   EXPECT_EQ(bench.service(3), hex("0020 80 0810 00 10000706")) << "0607 0010h: length mismatch";
 }
 
@@ -247,14 +248,14 @@ TEST(CoeErrors, LessSegmentDataThanAnnouncedIsAnError) {
   bench.answer({"0030 41 0810 00 0A000000", "0030 01 02030405060708"});
   const auto read = bench.coe.upload(0x1008, 0);
   ASSERT_FALSE(read);
-  EXPECT_EQ(read.error().kind, ErrorKind::kSdoSize);
-  EXPECT_EQ(read.error().received, 7U);
+  EXPECT_TRUE(read.error().is<facts::SdoSize>());
+  EXPECT_EQ(std::get<facts::SdoSize>(read.error().facts).received, 7U);
 }
 
 TEST(CoeErrors, SegmentsWithoutDataDoNotGoOnForever) {
   Bench bench;
   bench.answer({"0030 41 0810 00 0A000000", "0030 0E 00000000000000", "0030 1E 00000000000000"});
-  EXPECT_EQ(bench.coe.upload(0x1008, 0).error().kind, ErrorKind::kSdoSize);
+  EXPECT_TRUE(bench.coe.upload(0x1008, 0).error().is<facts::SdoSize>());
   EXPECT_EQ(bench.slave.requests.size(), 3U) << "initiate, one segment, abort";
 }
 
@@ -263,8 +264,8 @@ TEST(CoeErrors, AnObjectLargerThanAllowedIsAbortedAtOnce) {
   bench.answer({"0030 41 0810 00 FFFFFFFF 00"});
   const auto read = bench.coe.upload(0x1008, 0);
   ASSERT_FALSE(read);
-  EXPECT_EQ(read.error().kind, ErrorKind::kSdoSize);
-  EXPECT_EQ(read.error().received, 0xFFFFFFFFU);
+  EXPECT_TRUE(read.error().is<facts::SdoSize>());
+  EXPECT_EQ(std::get<facts::SdoSize>(read.error().facts).received, 0xFFFFFFFFU);
   EXPECT_EQ(bench.service(1), hex("0020 80 0810 00 05000405")) << "0504 0005h: out of memory";
 }
 
@@ -275,8 +276,8 @@ TEST(CoeErrors, AnAnswerAboutAnotherObjectIsMalformed) {
     bench.answer({answer});
     const auto read = bench.coe.upload(0x6041, 0);
     ASSERT_FALSE(read) << answer;
-    EXPECT_EQ(read.error().kind, ErrorKind::kMailboxMalformed) << answer;
-    EXPECT_EQ(read.error().address, 0x6041) << answer;
+    EXPECT_TRUE(read.error().is<facts::MailboxMalformed>()) << answer;
+    EXPECT_EQ(std::get<facts::MailboxMalformed>(read.error().facts).object.index, 0x6041) << answer;
   }
 }
 
@@ -285,7 +286,7 @@ TEST(CoeErrors, AHeaderThatIsLongerThanTheMailboxIsMalformed) {
   auto mail = bench.mail("0030 4F 4160 00 11000000");
   mail[0] = std::byte{59};
   bench.slave.answers.push_back({mail});
-  EXPECT_EQ(bench.coe.upload(0x6041, 0).error().kind, ErrorKind::kMailboxMalformed);
+  EXPECT_TRUE(bench.coe.upload(0x6041, 0).error().is<facts::MailboxMalformed>());
 }
 
 TEST(CoeErrors, AValueOfAnotherSizeIsNamed) {
@@ -293,18 +294,17 @@ TEST(CoeErrors, AValueOfAnotherSizeIsNamed) {
   bench.answer({"0030 4B 4160 00 11220000"});
   const auto read = bench.coe.upload_as<std::uint32_t>(0x6041, 0);
   ASSERT_FALSE(read);
-  EXPECT_EQ(read.error().kind, ErrorKind::kSdoSize);
-  EXPECT_EQ(read.error().expected, 4U);
-  EXPECT_EQ(read.error().received, 2U);
+  EXPECT_TRUE(read.error().is<facts::SdoSize>());
+  EXPECT_EQ(std::get<facts::SdoSize>(read.error().facts).expected, 4U);
+  EXPECT_EQ(std::get<facts::SdoSize>(read.error().facts).received, 2U);
 }
 
 TEST(CoeErrors, SilenceEndsInATimeout) {
   Bench bench;
   const auto read = bench.coe.upload(0x6041, 2);
   ASSERT_FALSE(read);
-  EXPECT_EQ(read.error().kind, ErrorKind::kMailboxTimeout);
-  EXPECT_EQ(read.error().address, 0x6041);
-  EXPECT_EQ(read.error().subindex, 2);
+  EXPECT_TRUE(read.error().is<facts::MailboxTimeout>());
+  EXPECT_EQ(std::get<facts::MailboxTimeout>(read.error().facts).object, (facts::ObjectAddress{0x6041, 2}));
   EXPECT_GE(bench.slave.now(), MailboxClient::kReplyTimeout);
   EXPECT_LT(bench.slave.now(), 2 * MailboxClient::kReplyTimeout);
 }
@@ -314,8 +314,8 @@ TEST(MailboxClient, AMailboxErrorReplyCarriesItsDetail) {
   bench.slave.answers.push_back({bench.mail("0100 0200", 0)});
   const auto read = bench.coe.upload(0x6041, 0);
   ASSERT_FALSE(read);
-  EXPECT_EQ(read.error().kind, ErrorKind::kMailboxError);
-  EXPECT_EQ(read.error().code, 2U);
+  EXPECT_TRUE(read.error().is<facts::MailboxError>());
+  EXPECT_EQ(std::get<facts::MailboxError>(read.error().facts).code, 2U);
 }
 
 TEST(MailboxClient, CollectsEmergenciesAheadOfTheAnswer) {
@@ -378,14 +378,14 @@ TEST(MailboxClient, TakesUncountedMailboxesAsNew) {
 TEST(MailboxClient, IsNotHeldUpByASlaveThatOnlyChatters) {
   Bench bench;
   bench.slave.endless = [&] { return bench.mail("0010 2032 05 0501000000"); };
-  EXPECT_EQ(bench.coe.upload(0x6041, 0).error().kind, ErrorKind::kMailboxTimeout);
+  EXPECT_TRUE(bench.coe.upload(0x6041, 0).error().is<facts::MailboxTimeout>());
 }
 
 TEST(MailboxClient, IsNotHeldUpByASlaveThatRepeatsItself) {
   Bench bench;
   const auto same = bench.mail("0010 2032 05 0501000000");
   bench.slave.endless = [&same] { return std::vector(same); };
-  EXPECT_EQ(bench.coe.upload(0x6041, 0).error().kind, ErrorKind::kMailboxTimeout);
+  EXPECT_TRUE(bench.coe.upload(0x6041, 0).error().is<facts::MailboxTimeout>());
   EXPECT_EQ(bench.mailbox.take_emergencies().size(), 1U) << "said once, however often it is repeated";
 }
 
@@ -400,14 +400,14 @@ TEST(MailboxClient, WaitsForAFullMailboxToBeTaken) {
 TEST(MailboxClient, GivesUpOnAMailboxThatStaysFull) {
   Bench bench;
   bench.slave.busy = 1'000'000;
-  EXPECT_EQ(bench.coe.upload(0x6041, 0).error().kind, ErrorKind::kMailboxTimeout);
+  EXPECT_TRUE(bench.coe.upload(0x6041, 0).error().is<facts::MailboxTimeout>());
 }
 
 TEST(MailboxClient, RefusesAServiceThatDoesNotFit) {
   Bench bench(16, 16);
   const auto done = bench.mailbox.send(wire::MailboxType::kCoe, Bytes(11));
   ASSERT_FALSE(done);
-  EXPECT_EQ(done.error().kind, ErrorKind::kProcessDataSize);
+  EXPECT_TRUE(done.error().is<facts::ProcessDataSize>());
   EXPECT_TRUE(bench.slave.requests.empty());
 }
 

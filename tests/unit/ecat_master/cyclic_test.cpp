@@ -311,7 +311,7 @@ TEST(CyclicExchange, SaysThatTheWayIsFull) {
   CyclicExchange exchange(channel, clock, [&](std::chrono::nanoseconds duration) { clock.advance(duration); });
   std::array<std::byte, 2> data{};
   Request request{wire::Command::kFprd, {}, data};
-  EXPECT_EQ(exchange.exchange({&request, 1}).error().kind, ErrorKind::kExchangeFull);
+  EXPECT_TRUE(exchange.exchange({&request, 1}).error().is<facts::ExchangeFull>());
 }
 
 TEST(AcyclicChannel, RefusesMoreJobsThanItHolds) {
@@ -344,7 +344,7 @@ TEST(CyclicExchange, SkipsAnswersOfJobsThatWereGivenUp) {
   Request request{wire::Command::kFprd, wire::DatagramAddress::physical(0x1001, 0x0130), data};
   const auto failed = exchange.exchange({&request, 1});
   ASSERT_FALSE(failed);
-  EXPECT_EQ(failed.error().kind, ErrorKind::kNoAnswer);
+  EXPECT_TRUE(failed.error().is<facts::NoAnswer>());
   ASSERT_EQ(port.sent.size(), 1U);
   silent = false;
   // Two old answers make room for a new request.
@@ -359,7 +359,7 @@ TEST(CyclicExchange, RefusesARequestThatFitsNoFrame) {
   CyclicExchange exchange(channel, clock, [&](std::chrono::nanoseconds duration) { clock.advance(duration); });
   std::vector<std::byte> data(1487);
   Request request{wire::Command::kFprd, {}, data};
-  EXPECT_EQ(exchange.exchange({&request, 1}).error().kind, ErrorKind::kProcessDataSize);
+  EXPECT_TRUE(exchange.exchange({&request, 1}).error().is<facts::ProcessDataSize>());
 }
 
 trajectory::Interpolator path_of(std::size_t axes) {

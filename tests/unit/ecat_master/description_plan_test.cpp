@@ -140,7 +140,7 @@ TEST(PdosOfAFile, AreCheckedAgainstWhatTheDeviceAllows) {
     PdoConfiguration pdos{std::move(out), std::move(in)};
     complete_pdos(made, pdos);
     const auto fit = check_pdos(made, pdos);
-    return fit ? std::string{} : fit.error();
+    return fit ? std::string{} : describe(fit.error());
   };
   const PdoMapping mandatory{0x1A01, {}, std::nullopt};
   EXPECT_EQ(refusal(device(), {{0x1600, {}, {}}}, {mandatory}), "");

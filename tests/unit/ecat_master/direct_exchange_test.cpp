@@ -210,8 +210,8 @@ TEST_F(DirectExchangeTest, GivesUpAfterTheRetries) {
   const auto begin = clock.now();
   const auto done = exchange.exchange(requests.list);
   ASSERT_FALSE(done);
-  EXPECT_EQ(done.error().kind, ErrorKind::kNoAnswer);
-  EXPECT_EQ(done.error().expected, 5U);
+  EXPECT_TRUE(done.error().is<facts::NoAnswer>());
+  EXPECT_EQ(std::get<facts::NoAnswer>(done.error().facts).tries, 5U);
   EXPECT_EQ(port.sent.size(), 5U);
   EXPECT_EQ(clock.now() - begin, 5 * milliseconds{2});
   EXPECT_FALSE(requests.list[0].answered);
@@ -304,7 +304,7 @@ TEST_F(DirectExchangeTest, SaysAtOnceThatTheLinkIsDown) {
   const auto begin = clock.now();
   const auto done = exchange.exchange(requests.list);
   ASSERT_FALSE(done);
-  EXPECT_EQ(done.error().kind, ErrorKind::kLinkDown);
+  EXPECT_TRUE(done.error().is<facts::LinkDown>());
   EXPECT_EQ(clock.now(), begin);
 }
 
@@ -315,9 +315,9 @@ TEST_F(DirectExchangeTest, RefusesARequestThatFitsNoFrame) {
   Requests longer(1, 1487);
   const auto done = exchange.exchange(longer.list);
   ASSERT_FALSE(done);
-  EXPECT_EQ(done.error().kind, ErrorKind::kProcessDataSize);
-  EXPECT_EQ(done.error().expected, 1486U);
-  EXPECT_EQ(done.error().received, 1487U);
+  EXPECT_TRUE(done.error().is<facts::ProcessDataSize>());
+  EXPECT_EQ(std::get<facts::ProcessDataSize>(done.error().facts).limit, 1486U);
+  EXPECT_EQ(std::get<facts::ProcessDataSize>(done.error().facts).bytes, 1487U);
 }
 
 TEST_F(DirectExchangeTest, AWorkingCounterOfZeroIsAnAnswer) {

@@ -1,5 +1,5 @@
 // Names of error codes, by hand from the table of IEC 61800-7-201.
-#include "driveline/ecat_master/axis/error_code.hpp"
+#include "driveline/ecat_master/cia402/error_code.hpp"
 
 #include <gtest/gtest.h>
 

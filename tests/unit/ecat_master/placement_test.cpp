@@ -1,4 +1,4 @@
-#include "driveline/ecat_master/recovery/placement.hpp"
+#include "master/placement.hpp"
 
 #include <gmock/gmock.h>
 

@@ -244,10 +244,10 @@ TEST(ProcessImage, AGroupThatPausesDoesNotTravelWithTheBroadcast) {
 TEST(ProcessImage, RefusesASlaveThatFitsNoFrame) {
   const auto image = ProcessImage::lay_out(demands({{1, 1}, {0, 1453}}));
   ASSERT_FALSE(image);
-  EXPECT_EQ(image.error().kind, ErrorKind::kProcessDataSize);
+  EXPECT_TRUE(image.error().is<facts::ProcessDataSize>());
   EXPECT_EQ(image.error().slave, 1);
-  EXPECT_EQ(image.error().expected, 1452U);
-  EXPECT_EQ(image.error().received, 1453U);
+  EXPECT_EQ(std::get<facts::ProcessDataSize>(image.error().facts).limit, 1452U);
+  EXPECT_EQ(std::get<facts::ProcessDataSize>(image.error().facts).bytes, 1453U);
 }
 
 TEST(ProcessImage, WithoutProcessDataHasNoDatagram) {

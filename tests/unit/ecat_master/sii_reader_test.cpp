@@ -1,4 +1,4 @@
-#include "driveline/ecat_master/sii/sii_reader.hpp"
+#include "sii/sii_reader.hpp"
 
 #include <gmock/gmock.h>
 
@@ -146,7 +146,7 @@ TEST(SiiReader, RefusesCategoriesThatLeadBeyondTheEeprom) {
   eeprom.image[0x47] = 0x7000;
   const auto image = read(eeprom);
   ASSERT_FALSE(image);
-  EXPECT_EQ(image.error().kind, ErrorKind::kSiiContent);
+  EXPECT_TRUE(image.error().is<facts::SiiContent>());
   EXPECT_EQ(image.error().slave, 6);
 }
 
@@ -156,9 +156,9 @@ TEST(SiiReader, NamesTheWordThatCouldNotBeRead) {
   eeprom.error_word = 8;
   const auto image = read(eeprom);
   ASSERT_FALSE(image);
-  EXPECT_EQ(image.error().kind, ErrorKind::kSiiError);
-  EXPECT_EQ(image.error().address, 8);
-  EXPECT_EQ(image.error().code, 0x2040U);
+  EXPECT_TRUE(image.error().is<facts::SiiError>());
+  EXPECT_EQ(std::get<facts::SiiError>(image.error().facts).word, 8);
+  EXPECT_EQ(std::get<facts::SiiError>(image.error().facts).status, 0x2040U);
 }
 
 /// An EEPROM with a name and PDOs, with the serial number and the right checksum.

@@ -178,8 +178,8 @@ TEST(SiiWriterFailure, WordThatCannotBeWrittenUndoesTheOthers) {
   eeprom.dead_words = {30};
   const auto report = write_sii(bus, kSlave, image);
   ASSERT_FALSE(report);
-  EXPECT_EQ(report.error().error.kind, ErrorKind::kSiiError);
-  EXPECT_EQ(report.error().error.address, 30);
+  EXPECT_TRUE(report.error().error.is<facts::SiiError>());
+  EXPECT_EQ(std::get<facts::SiiError>(report.error().error.facts).word, 30);
   EXPECT_EQ(eeprom.bytes(), before);
   EXPECT_THAT(report.error().left, IsEmpty());
   EXPECT_TRUE(eeprom.checksum_valid());
@@ -196,8 +196,8 @@ TEST(SiiWriterFailure, WordThatReadsBackWrongIsFoundAndUndone) {
   eeprom.stuck_words = {40};
   const auto report = write_sii(bus, kSlave, image);
   ASSERT_FALSE(report);
-  EXPECT_EQ(report.error().error.kind, ErrorKind::kSiiVerify);
-  EXPECT_EQ(report.error().error.address, 40);
+  EXPECT_TRUE(report.error().error.is<facts::SiiVerify>());
+  EXPECT_EQ(std::get<facts::SiiVerify>(report.error().error.facts).word, 40);
   EXPECT_THAT(report.error().left, IsEmpty());
   EXPECT_EQ(eeprom.bytes(), before);
   EXPECT_EQ(
@@ -214,7 +214,7 @@ TEST(SiiWriterFailure, SlaveThatFallsSilentLeavesAnInvalidChecksumAndAListOfWord
   eeprom.silent_after_writes = 4;  // 7, 20, 30, 31
   const auto report = write_sii(bus, kSlave, image);
   ASSERT_FALSE(report);
-  EXPECT_EQ(report.error().error.kind, ErrorKind::kWorkingCounter);
+  EXPECT_TRUE(report.error().error.is<facts::WorkingCounter>());
   EXPECT_FALSE(eeprom.checksum_valid());
   EXPECT_EQ(report.error().previous, before);
   EXPECT_THAT(report.error().left, ElementsAre(7, 20, 30, 31, 32));
@@ -232,7 +232,7 @@ TEST(SiiWriterFailure, ImageLargerThanTheEepromIsFoundByReadingItAllBack) {
   Bus bus(small);
   const auto report = write_sii(bus, kSlave, image);
   ASSERT_FALSE(report);
-  EXPECT_EQ(report.error().error.kind, ErrorKind::kSiiVerify);
+  EXPECT_TRUE(report.error().error.is<facts::SiiVerify>());
   EXPECT_EQ(small.bytes(), before);
 }
 
@@ -243,7 +243,7 @@ TEST(SiiWriterFailure, StopHalfWayUndoesWhatWasWritten) {
   const auto report =
       write_sii(bus, kSlave, changed(eeprom, {20, 30, 40}), [](std::size_t done, std::size_t) { return done < 3; });
   ASSERT_FALSE(report);
-  EXPECT_EQ(report.error().error.kind, ErrorKind::kCancelled);
+  EXPECT_TRUE(report.error().error.is<facts::Cancelled>());
   EXPECT_THAT(report.error().left, IsEmpty());
   EXPECT_EQ(eeprom.bytes(), before);
 }
@@ -254,7 +254,7 @@ TEST(SiiWriterFailure, InterfaceThatStaysBusyEndsBeforeAnythingIsWritten) {
   Bus bus(eeprom);
   const auto report = write_sii(bus, kSlave, changed(eeprom, {20}));
   ASSERT_FALSE(report);
-  EXPECT_EQ(report.error().error.kind, ErrorKind::kSiiBusy);
+  EXPECT_TRUE(report.error().error.is<facts::SiiBusy>());
   EXPECT_THAT(eeprom.writes, IsEmpty());
   EXPECT_THAT(describe(report.error()), HasSubstr("nothing has been written"));
 }
@@ -284,7 +284,7 @@ TEST(SiiWriterFailure, ImageThatIsNoneIsRefused) {
   for (const std::size_t bytes : {0U, 2U, 14U, 17U, 0x20002U}) {
     const auto report = write_sii(bus, kSlave, std::vector<std::byte>(bytes));
     ASSERT_FALSE(report) << bytes;
-    EXPECT_EQ(report.error().error.kind, ErrorKind::kSiiContent);
+    EXPECT_TRUE(report.error().error.is<facts::SiiContent>());
   }
   EXPECT_THAT(eeprom.writes, IsEmpty());
 }
@@ -320,7 +320,7 @@ TEST(AliasWriter, DoesNotBlessAConfigurationAreaThatIsBroken) {
   Bus bus(eeprom);
   const auto report = write_alias(bus, kSlave, 4711);
   ASSERT_FALSE(report);
-  EXPECT_EQ(report.error().error.kind, ErrorKind::kSiiContent);
+  EXPECT_TRUE(report.error().error.is<facts::SiiContent>());
   EXPECT_THAT(eeprom.writes, IsEmpty());
 }
 

@@ -19,7 +19,7 @@ class AxisPath : public test::TemporaryDirectory {
     config.axes[0].limits = {10.0, 1000.0};
     config.axes[1] = config.axes[0];
     config.axes[1].name = "z";
-    config.axes[1].linear = true;
+    config.axes[1].kind = trajectory::AxisKind::kLinear;
     config.path = PathConfig{};
     config.path->file = directory / "path.csv";
   }

@@ -64,13 +64,13 @@ TEST(AxisVerdict, TheToleranceIsTheUsers) {
   config = axis();
   config.limits.max_velocity = 1.0;
   EXPECT_EQ(verdict(ended(0.049), config), "") << "0.05 rad at least";
-  config.linear = true;
+  config.kind = trajectory::AxisKind::kLinear;
   EXPECT_THAT(verdict(ended(0.002), config), HasSubstr("ended 0.002 m away")) << "1 mm at least";
 }
 
 TEST(AxisVerdict, IsInTheUnitOfTheAxisWithIncrementsOnRequest) {
   auto config = axis();
-  config.linear = true;
+  config.kind = trajectory::AxisKind::kLinear;
   config.limits.max_velocity = 1.0;
   config.unit = trajectory::find_position_unit("mm");
   EXPECT_EQ(axis_verdict(config, ended(-0.25), milliseconds{1}, false),

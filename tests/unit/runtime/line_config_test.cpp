@@ -148,7 +148,7 @@ velocity_gain = 4000
   const auto& axis = config.axes[0];
   EXPECT_EQ(axis.slave, 1U);
   EXPECT_EQ(axis.mode, Mode::kCyclicTorque);
-  EXPECT_TRUE(axis.linear);
+  EXPECT_TRUE(axis.linear());
   EXPECT_DOUBLE_EQ(axis.increments_per_unit, 65536 / 0.010);
   EXPECT_EQ(axis.rated_torque, 300.0);
   EXPECT_EQ(axis.limits.max_velocity, 2.0);
@@ -179,7 +179,7 @@ TEST(LineConfig, RotaryAxisCountsInRadians) {
   const auto config = parsed(
       "[[slave]]\nname = \"x\"\n[[axis]]\nname = \"x\"\nincrements_per_revolution = 4096\nrated_torque_nm = 7.5\n"
       "mode = \"csv\"\n[path]\nfile = \"a.csv\"\n");
-  EXPECT_FALSE(config.axes[0].linear);
+  EXPECT_FALSE(config.axes[0].linear());
   EXPECT_DOUBLE_EQ(config.axes[0].increments_per_unit, 4096 / (2 * std::numbers::pi));
   EXPECT_EQ(config.axes[0].rated_torque, 7.5);
   EXPECT_EQ(config.axes[0].mode, Mode::kCyclicVelocity);

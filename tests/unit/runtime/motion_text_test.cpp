@@ -11,7 +11,7 @@ using Cause = ecat_master::MotionFailure::Cause;
 ecat_master::AxisConfig slide(std::string_view unit) {
   ecat_master::AxisConfig axis;
   axis.name = "z";
-  axis.linear = true;
+  axis.kind = trajectory::AxisKind::kLinear;
   axis.increments_per_unit = 2e5;
   axis.unit = trajectory::find_position_unit(unit);
   return axis;

@@ -19,7 +19,7 @@ std::vector<ecat_master::AxisConfig> two_axes() {
   std::vector<ecat_master::AxisConfig> axes(2);
   axes[0].name = "x";
   axes[1].name = "z";
-  axes[1].linear = true;
+  axes[1].kind = trajectory::AxisKind::kLinear;
   return axes;
 }
 

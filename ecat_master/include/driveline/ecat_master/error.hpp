@@ -4,80 +4,51 @@
 #include <string>
 #include <tl/expected.hpp>
 #include <type_traits>
+#include <variant>
 
-#include "driveline/wire/al.hpp"
-#include "driveline/wire/al_status_code.hpp"
-#include "driveline/wire/sdo_abort.hpp"
+#include "driveline/ecat_master/error/clock_facts.hpp"
+#include "driveline/ecat_master/error/facts.hpp"
 
 namespace driveline::ecat_master {
 
-/// What went wrong on the bus. Error::detail holds the facts that belong to each kind.
-enum class ErrorKind : std::uint8_t {
-  kNoAnswer,           ///< frames did not come back within the retries
-  kLinkDown,           ///< the port has no carrier
-  kWorkingCounter,     ///< a datagram was answered by the wrong number of slaves
-  kNoSlaves,           ///< nothing on the line
-  kTooManySlaves,      ///< more slaves than addresses
-  kTopology,           ///< the slaves' ports fit no tree
-  kSiiBusy,            ///< EEPROM interface stays busy
-  kSiiError,           ///< EEPROM interface reports an error
-  kSiiContent,         ///< EEPROM content cannot be used; code: 0 or kSiiBlank
-  kSiiVerify,          ///< an EEPROM word reads back as something else than was written
-  kStateRefused,       ///< a slave reports an error instead of the requested AL state
-  kStateTimeout,       ///< a slave did not reach the requested AL state in time
-  kNoMailbox,          ///< the slave has no mailbox, or not the protocol; requested BOOT: none for that state
-  kMailboxTimeout,     ///< no mailbox reply in time
-  kMailboxError,       ///< the slave answered with a mailbox error reply
-  kMailboxMalformed,   ///< the slave's mailbox does not decode
-  kSdoAbort,           ///< the slave aborted an SDO transfer
-  kSdoSize,            ///< an SDO has another size than asked for
-  kSiiChecksum,        ///< the checksum of the EEPROM's configuration area is wrong
-  kIdentityMismatch,   ///< another device than planned; subindex 1: `expected` is the least that is planned; code 1:
-                       ///< than was there at start
-  kSlaveMissing,       ///< planned slave number `extra` is not on the line; expected, received: slaves in all
-  kSlavesSwapped,      ///< two neighbours have changed places
-  kWiring,             ///< IN and OUT of a slave are swapped
-  kDuplicateAlias,     ///< an alias or device ID that must be unique is not
-  kSlaveExtra,         ///< a slave that is not planned; expected, received: slaves in all
-  kProcessDataSize,    ///< process data does not fit (frame, sync manager, PDO)
-  kNoExchange,         ///< the cycle runs, and no frame of it comes back in time
-  kAxisNotEnabled,     ///< an axis did not reach Operation enabled
-  kAxisFault,          ///< an axis reports a fault
-  kCommunicationLost,  ///< the cyclic exchange broke down
-  kClock,              ///< distributed clocks; code: dc::ClockFault
-  kCancelled,          ///< stopped on request
-  kExchangeFull,       ///< frames that were given up before still fill the way through the cycle
-  kPlaceUnknown,       ///< a slave has come back, and nothing tells which of the missing ones it is
-};
+/// What went wrong, with its facts; the alternative is the kind of the error.
+using ErrorFacts = std::variant<
+    facts::NoAnswer, facts::LinkDown, facts::WorkingCounter, facts::NoExchange, facts::Cancelled, facts::ExchangeFull,
+    facts::NoSlaves, facts::TooManySlaves, facts::PortsFitNoTree, facts::IdentityMismatch, facts::SlaveMissing,
+    facts::SlaveExtra, facts::SlavesSwapped, facts::InOutSwapped, facts::DuplicateAlias, facts::PlaceUnknown,
+    facts::SiiBusy, facts::SiiError, facts::SiiContent, facts::SiiBlank, facts::SiiVerify, facts::SiiChecksum,
+    facts::StateRefused, facts::StateTimeout, facts::NoMailbox, facts::NoBootMailbox, facts::MailboxTimeout,
+    facts::MailboxError, facts::MailboxMalformed, facts::SdoAbort, facts::SdoSize, facts::ProcessDataSize,
+    facts::TooFewFmmus, facts::NoClocks, facts::NoClock, facts::ReferenceWithoutClock, facts::BeforeReference,
+    facts::NoClockMode, facts::NotInPreOp, facts::ContradictingDelays, facts::NoReceiveTimes, facts::StartTimePast,
+    facts::SyncRegister, facts::SyncObject, facts::SyncCycleRange, facts::SyncCycleBase, facts::SyncCycleAndPeriod,
+    facts::SyncShift, facts::Sync1WithoutSync0, facts::Sync1Cycle, facts::Sync1Shift, facts::NoCommonCycle,
+    facts::FrameLead, facts::NotLocked, facts::NotSynchronised>;
 
-/// Error::address of kIdentityMismatch: which number is another one than planned.
-enum class IdentityNumber : std::uint16_t { kVendor, kProduct, kRevision, kSerial, kAlias, kDeviceId };
-
-/// Error::subindex of kSlaveMissing and kDuplicateAlias: what Error::address is.
-enum class KnownBy : std::uint8_t { kPosition, kAlias, kDeviceId };
-
-/// Error::code of kSiiContent: nothing but 0xFF where the configuration should be.
-inline constexpr std::uint32_t kSiiBlank = 1;
-
-/// An error with its facts; 24 bytes, trivially copyable, made without allocation. `describe()` makes the sentence.
+/// An error with its facts; 40 bytes, trivially copyable, made without allocation. `describe()` makes the sentence.
 ///
-/// Fields that do not apply to a kind are zero; `slave` is kNoSlave when no slave can be named.
+///     return tl::unexpected(Error{facts::WorkingCounter{.address = 0x0130, .received = 0}, slave.position});
+///     if (error.is<facts::WorkingCounter>()) ...
+///     if (const auto* abort = error.as<facts::SdoAbort>()) use(abort->code);
 struct Error {
   /// `slave`: it is about the line as a whole.
   static constexpr std::uint16_t kNoSlave = 0xFFFF;
 
-  ErrorKind kind = ErrorKind::kNoAnswer;           ///< what went wrong
-  std::uint8_t subindex = 0;                       ///< of the object at `address`, for CoE
-  wire::AlState requested = wire::AlState::kNone;  ///< for state changes
-  wire::AlState actual = wire::AlState::kNone;     ///< for state changes
-  std::uint16_t slave = kNoSlave;                  ///< position on the line, 0 = first
-  std::uint16_t address = 0;                       ///< register, object index or EEPROM word, as the kind says
-  std::uint32_t expected = 0;                      ///< working counter, size, identity ... that was expected
-  std::uint32_t received = 0;                      ///< the same as found
-  std::uint32_t code = 0;   ///< AL status code, SDO abort code, CiA 402 error code, mailbox error code
-  std::uint32_t extra = 0;  ///< second fact (time in us, sync manager number)
+  ErrorFacts facts;                ///< what went wrong
+  std::uint16_t slave = kNoSlave;  ///< position on the line, 0 = first
+
+  /// It is of that kind. \rtsafe
+  template <typename Kind>
+  [[nodiscard]] constexpr bool is() const noexcept {
+    return std::holds_alternative<Kind>(facts);
+  }
+  /// Its facts if it is of that kind, else null. \rtsafe
+  template <typename Kind>
+  [[nodiscard]] constexpr const Kind* as() const noexcept {
+    return std::get_if<Kind>(&facts);
+  }
 };
-static_assert(std::is_trivially_copyable_v<Error> && sizeof(Error) <= 24);
+static_assert(std::is_trivially_copyable_v<Error> && sizeof(Error) <= 40);
 
 /// A value, or why there is none.
 template <typename T>

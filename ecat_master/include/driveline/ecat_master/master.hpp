@@ -10,13 +10,13 @@
 #include "driveline/ecat_master/configuration/configurator.hpp"
 #include "driveline/ecat_master/configuration/register_guard.hpp"
 #include "driveline/ecat_master/cyclic/cycle_runner.hpp"
-#include "driveline/ecat_master/dc/bring_up.hpp"
 #include "driveline/ecat_master/dc/clock_watch.hpp"
 #include "driveline/ecat_master/discovery/topology.hpp"
-#include "driveline/ecat_master/recovery/placement.hpp"
 #include "driveline/ecat_master/state_machine.hpp"
 
 namespace driveline::ecat_master {
+
+struct PlaceClaim;
 
 /// The master of one line, from first frame to INIT again. The steps are called in this order, each at most once
 /// unless it failed:
@@ -94,18 +94,18 @@ class Master {
   /// Makes the runner for the cycle of `core`.
   using MakeRunner = std::function<std::unique_ptr<CycleRunner>(CyclicCore& core)>;
 
-  /// Starts the cyclic exchange in SAFEOP. `motion` may be null. Error: a sentence.
-  [[nodiscard]] tl::expected<void, std::string> start_cycle(Motion* motion, SampleRings rings,
-                                                            CyclicCore::Settings settings,
-                                                            const MakeRunner& make_runner);
-  /// SAFEOP to OP while the cycle runs and provides valid outputs. Errors: kNoExchange when within 100 cycles (and 100
+  /// Starts the cyclic exchange in SAFEOP. `motion` may be null. Error: that of CycleRunner::start().
+  [[nodiscard]] tl::expected<void, rt::RealtimeError> start_cycle(Motion* motion, SampleRings rings,
+                                                                  CyclicCore::Settings settings,
+                                                                  const MakeRunner& make_runner);
+  /// SAFEOP to OP while the cycle runs and provides valid outputs. Errors: NoExchange when within 100 cycles (and 100
   /// ms) none has its first frame back in time. With clocks, first waits up to
-  /// Settings::clock_timeout for the lock; errors then: kClock, kNotLocked or kNotSynchronised.
+  /// Settings::clock_timeout for the lock; errors then: NotLocked or NotSynchronised.
   [[nodiscard]] Result<void> go_operational();
 
   /// AL status of every slave, through the cycle while it runs; nothing is said of those that have not been there yet.
   [[nodiscard]] Result<std::vector<AlReport>> al_status();
-  /// AL status of one slave. Errors: kWorkingCounter when it does not answer, those of the bus.
+  /// AL status of one slave. Errors: WorkingCounter when it does not answer, those of the bus.
   [[nodiscard]] Result<AlReport> al_status_of(std::size_t slave);
   /// A slave that was given its station address back.
   struct Readdressed {
@@ -116,14 +116,14 @@ class Master {
   /// whose address was written over. A slave is known by its place in the wiring, where that does not tell by its
   /// serial number; one with SlavePlan::hot_connect by its alias or device ID, one with SlavePlan::behind by its
   /// place behind that. Whoever may be several of the missing ones gets none, and recover() of these says
-  /// kPlaceUnknown. Errors: those of the bus.
+  /// PlaceUnknown. Errors: those of the bus.
   [[nodiscard]] Result<std::vector<Readdressed>> readdress_newcomers();
   /// While the cycle runs: takes one slave from any state back to OP; checks that it is the device it was before and
-  /// configures it anew when it has lost its configuration. The others are not touched. Errors: kIdentityMismatch, and
-  /// the slave loses its station address; kWorkingCounter when it does not answer, kPlaceUnknown when it may be one
+  /// configures it anew when it has lost its configuration. The others are not touched. Errors: IdentityMismatch, and
+  /// the slave loses its station address; WorkingCounter when it does not answer, PlaceUnknown when it may be one
   /// that has come back; those of configure().
   [[nodiscard]] Result<void> recover(std::size_t slave, std::chrono::nanoseconds state_timeout);
-  /// After configure(): registers of a slave that no longer read as they were set up. Errors: kWorkingCounter when not
+  /// After configure(): registers of a slave that no longer read as they were set up. Errors: WorkingCounter when not
   /// exactly one slave answers to its station address, those of the bus.
   [[nodiscard]] Result<std::vector<RegisterChange>> changed_registers(std::size_t slave);
   /// Lets the cycle run for `duration` (sleeps, or runs it on virtual time).

@@ -39,17 +39,17 @@ struct StateTarget {
   std::chrono::nanoseconds timeout{0};  ///< how long it may take
 };
 
-/// AL status of all `slaves`, in their order. Errors: kWorkingCounter for a slave that does not answer, those of the
+/// AL status of all `slaves`, in their order. Errors: WorkingCounter for a slave that does not answer, those of the
 /// bus.
 [[nodiscard]] Result<std::vector<AlReport>> read_al_status(Bus& bus, std::span<const SlaveRef> slaves);
 
-/// AL status of everything on the line by position, for slaves without station addresses. Errors: kNoSlaves,
-/// kWorkingCounter, those of the bus.
+/// AL status of everything on the line by position, for slaves without station addresses. Errors: NoSlaves,
+/// WorkingCounter, those of the bus.
 [[nodiscard]] Result<std::vector<AlReport>> peek_states(Bus& bus);
 
 /// Asks all `slaves` for `target` at once, acknowledging errors where there are any, and waits for each of them as long
-/// as it may take; nobody waits for another. One result per slave: kStateRefused with the AL status code,
-/// kStateTimeout, kWorkingCounter for a slave that does not answer several times in a row, or the error of the bus.
+/// as it may take; nobody waits for another. One result per slave: StateRefused with the AL status code,
+/// StateTimeout, WorkingCounter for a slave that does not answer several times in a row, or the error of the bus.
 [[nodiscard]] std::vector<Result<void>> change_states(Bus& bus, std::span<const StateTarget> slaves,
                                                       wire::AlState target);
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "driveline/ecat_master/dc/bring_up.hpp"
+#include "dc/bring_up.hpp"
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/rt/clock.hpp"
 #include "driveline/slaves/line/line.hpp"

@@ -34,7 +34,7 @@ class ClockRun::Runner final : public ecat_master::CycleRunner {
  public:
   Runner(ecat_master::CyclicCore& core, rt::Clock& clock, nanoseconds& grid)
       : core_(core), clock_(clock), timer_(clock, core.settings().period), grid_(grid) {}
-  [[nodiscard]] tl::expected<void, std::string> start() override {
+  [[nodiscard]] tl::expected<void, rt::RealtimeError> start() override {
     timer_.start(core_.first_grid(clock_.now() + 4 * timer_.period()));
     return {};
   }
@@ -92,7 +92,7 @@ std::string ClockRun::start(const ecat_master::dc::ClockPlan& plan) {
   const auto started = master_->start_cycle(nullptr, {}, settings, [this](ecat_master::CyclicCore& core) {
     return std::make_unique<Runner>(core, clock_, grid_);
   });
-  if (!started) return started.error();
+  if (!started) return started.error().message();
   if (!process_data_) return {};
   if (auto done = master_->go_operational(); !done) return describe(done.error());
   return {};

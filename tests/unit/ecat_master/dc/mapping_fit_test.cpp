@@ -1,5 +1,5 @@
 // The speed of the reference clock out of frames of which many have been held up.
-#include "driveline/ecat_master/dc/mapping_fit.hpp"
+#include "dc/mapping_fit.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,8 +5,6 @@
 
 #include <array>
 
-#include "driveline/ecat_master/dc/clock_fault.hpp"
-
 namespace driveline::ecat_master::dc {
 namespace {
 

@@ -3,9 +3,9 @@
 #include <optional>
 #include <string>
 
-#include "driveline/ecat_master/axis/cia402.hpp"
 #include "driveline/ecat_master/axis/setpoint_delay.hpp"
-#include "driveline/ecat_master/configuration/pdo_mapping.hpp"
+#include "driveline/ecat_master/cia402/cia402.hpp"
+#include "driveline/ecat_master/process_data/pdo_configuration.hpp"
 #include "driveline/ecat_master/process_data/process_image.hpp"
 #include "driveline/snapshot/snapshot.hpp"
 #include "driveline/trajectory/motion_limits.hpp"
@@ -26,7 +26,7 @@ struct AxisConfig {
   std::string name;                                            ///< for messages and files
   std::size_t slave = 0;                                       ///< position on the line
   cia402::Mode mode = cia402::Mode::kCyclicPosition;           ///< mode of operation, written to 6060h
-  bool linear = false;                                         ///< positions in m and forces in N instead of rad and Nm
+  trajectory::AxisKind kind = trajectory::AxisKind::kRotary;   ///< linear: positions in m, forces in N, not rad and Nm
   double increments_per_unit = 1048576.0 / 6.283185307179586;  ///< drive increments per rad or m
   double rated_torque = 2.4;                                   ///< Nm or N that 1000 per mille stand for (6076h)
   trajectory::AxisLimits limits{200.0, 2000.0};                ///< for the approach of a path and for stops
@@ -43,6 +43,9 @@ struct AxisConfig {
   std::optional<double> position_tolerance{};
   /// In which people read its positions; null: rad or m. Nothing is calculated in it.
   const trajectory::PositionUnit* unit = nullptr;
+
+  /// Of that kind. \rtsafe
+  [[nodiscard]] bool linear() const noexcept { return kind == trajectory::AxisKind::kLinear; }
 };
 
 /// In which people read the positions of an axis.

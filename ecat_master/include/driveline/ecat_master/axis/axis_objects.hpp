@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "driveline/ecat_master/axis/cia402.hpp"
-#include "driveline/ecat_master/configuration/pdo_mapping.hpp"
+#include "driveline/ecat_master/cia402/cia402.hpp"
+#include "driveline/ecat_master/process_data/pdo_configuration.hpp"
 
 namespace driveline::ecat_master {
 

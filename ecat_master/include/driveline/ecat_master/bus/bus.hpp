@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "driveline/ecat_master/bus/datagram_exchange.hpp"
-#include "driveline/ecat_master/sii/sii_cache.hpp"
+#include "driveline/ecat_master/bus/sii_cache.hpp"
 #include "driveline/wire/registers.hpp"
 
 namespace driveline::ecat_master {
@@ -24,7 +24,7 @@ struct RegisterWrite {
 };
 
 /// Typed single-datagram access to registers and memory of slaves, with the working counter checked.
-/// Not real-time safe. Errors of all functions: those of the exchange, and kWorkingCounter.
+/// Not real-time safe. Errors of all functions: those of the exchange, and WorkingCounter.
 class Bus {
  public:
   /// `exchange` must outlive the bus.

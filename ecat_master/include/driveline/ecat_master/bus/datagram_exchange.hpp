@@ -63,7 +63,7 @@ class DatagramExchange {
   virtual ~DatagramExchange() = default;
 
   /// Sends all requests, packed into as few frames as fit, and waits for the answers; lost frames are repeated.
-  /// Errors: kNoAnswer when a frame stays unanswered after all retries, kLinkDown, kProcessDataSize when one
+  /// Errors: NoAnswer when a frame stays unanswered after all retries, LinkDown, ProcessDataSize when one
   /// request does not fit into a frame. A working counter of zero is no error here.
   [[nodiscard]] virtual Result<void> exchange(std::span<Request> requests) = 0;
 

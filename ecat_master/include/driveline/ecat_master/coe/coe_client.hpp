@@ -33,7 +33,7 @@ class SdoFuture {
 
 /// SDO transfers with one slave (ETG.1000.6 5.6.2) in three styles: calls that wait, calls with a callback, and
 /// futures. Transfers with many slaves at the same time travel together. Any ordinary thread; not \rtsafe (the cycle
-/// uses SdoRequest). Errors of all transfers: kSdoAbort (code: abort code), kMailbox* and kSdoSize, each with slave,
+/// uses SdoRequest). Errors of all transfers: SdoAbort, Mailbox* and SdoSize, each with slave,
 /// index and sub-index; those of the bus, with slave and register.
 class CoeClient {
  public:
@@ -62,7 +62,7 @@ class CoeClient {
                            std::uint8_t priority = 0);
 
   template <wire::WireInteger T>
-  /// Uploads a number. Further error: kSdoSize when it has another size.
+  /// Uploads a number. Further error: SdoSize when it has another size.
   [[nodiscard]] Result<T> upload_as(std::uint16_t index, std::uint8_t subindex) {
     auto data = upload(index, subindex);
     if (!data) return tl::unexpected(data.error());
@@ -75,7 +75,7 @@ class CoeClient {
     return download(index, subindex, wire::to_le_bytes(value));
   }
 
-  /// \name SDO information (ETG.1000.6 5.6.3). Errors: kSdoAbort with the slave's reason, kMailbox*, those of the bus.
+  /// \name SDO information (ETG.1000.6 5.6.3). Errors: SdoAbort with the slave's reason, Mailbox*, those of the bus.
   /// @{
 
   /// Indices of the objects in a list of the slave, by SDO information.

@@ -54,8 +54,8 @@ class SdoInformationQuery final : public MailboxDialogue {
   SdoInformationQuery(wire::SdoInfoOpCode question, std::uint16_t about, std::uint8_t subindex,
                       std::span<const std::byte> parameters);
 
-  /// After done(): the data behind the SDO information header, of all fragments. Errors: kSdoAbort with the slave's
-  /// reason, kMailbox*, those of the bus.
+  /// After done(): the data behind the SDO information header, of all fragments. Errors: SdoAbort with the slave's
+  /// reason, Mailbox*, those of the bus.
   [[nodiscard]] const Result<std::vector<std::byte>>& result() const noexcept { return result_; }
 
   void begin(std::uint16_t position, std::size_t max_service) override;
@@ -64,7 +64,8 @@ class SdoInformationQuery final : public MailboxDialogue {
   void fail(const Error& error) override;
 
  private:
-  [[nodiscard]] Reaction end(ErrorKind kind, std::uint32_t code = 0);
+  [[nodiscard]] Reaction end(ErrorFacts facts);
+  [[nodiscard]] facts::ObjectAddress object() const noexcept;
   [[nodiscard]] bool is_about_this(std::span<const std::byte> data) const;
 
   wire::SdoInfoOpCode question_;
@@ -77,7 +78,7 @@ class SdoInformationQuery final : public MailboxDialogue {
   Result<std::vector<std::byte>> result_;
 };
 
-/// \name The answers in words. Errors: kMailboxMalformed when the data are too short.
+/// \name The answers in words. Errors: MailboxMalformed when the data are too short.
 /// @{
 
 /// Indices behind the list type, in the order of the slave.

@@ -7,17 +7,16 @@
 #include <vector>
 
 #include "driveline/ecat_master/error.hpp"
+#include "driveline/ecat_master/mailbox/mailbox_engine.hpp"
 
 namespace driveline::ecat_master {
 
-class SdoTransfer;
-
 /// One SDO of one slave, asked for by the cycle and carried out by the mailbox engine: the cycle starts it, looks at
-/// state() in later cycles and reads the value when it is there. Made by MailboxEngine::make_request().
+/// state() in later cycles and reads the value when it is there. Made by make_request().
 ///
 /// The buffers change hands with the state: they belong to the cycle but in kPending and kBusy. One thread (the cycle)
 /// uses start_*(), data() and error().
-class SdoRequest {
+class SdoRequest final : public DialogueRequest, public std::enable_shared_from_this<SdoRequest> {
  public:
   /// Where the request is.
   enum class State : std::uint8_t {
@@ -41,16 +40,13 @@ class SdoRequest {
   [[nodiscard]] State state() const noexcept { return state_.load(std::memory_order_acquire); }
   /// What the last upload has read; empty unless state() is kDone. \rtsafe
   [[nodiscard]] std::span<const std::byte> data() const noexcept;
-  /// Why the last transfer failed: as for SdoTransfer, and kSdoSize when the value is longer than the capacity. \rtsafe
+  /// Why the last transfer failed: as for SdoTransfer, and SdoSize when the value is longer than the capacity. \rtsafe
   [[nodiscard]] const Error& error() const noexcept { return error_; }
 
   // The engine's side.
-  /// Position of the slave. \rtsafe
-  [[nodiscard]] std::uint16_t position() const noexcept { return position_; }
-  /// True once for every start.
-  [[nodiscard]] bool take() noexcept;
-  /// The transfer that carries `request` out.
-  [[nodiscard]] static std::shared_ptr<SdoTransfer> make_transfer(std::shared_ptr<SdoRequest> request);
+  [[nodiscard]] std::uint16_t position() const noexcept override { return position_; }
+  /// The transfer that carries it out.
+  [[nodiscard]] std::shared_ptr<MailboxDialogue> take() override;
 
  private:
   void finish(const Result<std::vector<std::byte>>& result) noexcept;
@@ -64,5 +60,11 @@ class SdoRequest {
   Error error_;
   std::atomic<State> state_{State::kIdle};
 };
+
+/// An SDO of the slave at `position` that the cycle may ask for, looked after by `engine`. `capacity`: most bytes of
+/// its value. Any ordinary thread.
+[[nodiscard]] std::shared_ptr<SdoRequest> make_request(MailboxEngine& engine, std::uint16_t position,
+                                                       std::uint16_t index, std::uint8_t subindex,
+                                                       std::size_t capacity);
 
 }  // namespace driveline::ecat_master

@@ -34,8 +34,8 @@ class SdoTransfer : public MailboxDialogue {
 
   /// Called once when the transfer is over, by the thread that has finished it; before it is submitted only.
   void on_completion(Callback callback) { callback_ = std::move(callback); }
-  /// After done(): what was read (empty for a download), or why not. Errors: kSdoAbort (code: abort code), kMailbox*
-  /// and kSdoSize, each with slave, index and sub-index; those of the bus, with slave and register.
+  /// After done(): what was read (empty for a download), or why not. Errors: SdoAbort, Mailbox*
+  /// and SdoSize, each with slave, index and sub-index; those of the bus, with slave and register.
   [[nodiscard]] const Result<std::vector<std::byte>>& result() const noexcept { return result_; }
   /// What is transferred.
   [[nodiscard]] const SdoAddress& address() const noexcept { return at_; }
@@ -61,7 +61,7 @@ class SdoTransfer : public MailboxDialogue {
   void request_segment();
   void load(std::span<const std::byte> sdo);
   void load_abort(wire::SdoAbort code);
-  [[nodiscard]] Error error(ErrorKind kind) const noexcept;
+  [[nodiscard]] facts::ObjectAddress object() const noexcept;
   [[nodiscard]] Error size_error(std::size_t expected, std::size_t received) const noexcept;
 
   SdoAddress at_;

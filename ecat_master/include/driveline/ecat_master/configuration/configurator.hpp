@@ -79,7 +79,7 @@ struct ConfiguredSlave {
 [[nodiscard]] std::vector<ExpectedSlave> expected_slaves(std::span<const SlavePlan> plans);
 
 /// What is to be written to a slave over CoE before a transition (before SAFEOP with the PDO configuration behind the
-/// start-up SDOs); nothing to do: no steps. Error: kNoMailbox.
+/// start-up SDOs); nothing to do: no steps. Error: NoMailbox.
 [[nodiscard]] Result<SdoScript> coe_script(const ConfiguredSlave& slave, wire::AlState before);
 
 /// In INIT: writes the sync managers of the mailboxes as the slave's EEPROM has them; nothing without a mailbox.
@@ -88,18 +88,18 @@ struct ConfiguredSlave {
 
 /// Takes `slaves` (all of the line or some) to INIT, switches their FMMUs and sync managers off, sets up sync managers
 /// 0 and 1 of those with a mailbox (out of their EEPROM) and takes them to PREOP. Returns one mailbox client per slave,
-/// null without a mailbox. `timeouts` and `mailbox_timeouts` belong to the slaves of the same number. Errors: kSii* for
-/// a slave with an unusable EEPROM, kState*, those of the bus.
+/// null without a mailbox. `timeouts` and `mailbox_timeouts` belong to the slaves of the same number. Errors: Sii* for
+/// a slave with an unusable EEPROM, State*, those of the bus.
 [[nodiscard]] Result<std::vector<std::unique_ptr<MailboxClient>>> enter_pre_op(
     MailboxEngine& engine, std::span<const SlaveInfo> slaves, std::span<const StateTimeouts> timeouts = {},
     std::span<const MailboxTimeouts> mailbox_timeouts = {});
 
-/// Takes one slave to BOOT, with the mailboxes that its EEPROM gives for that state. Errors: kNoMailbox when there are
-/// none, kState*, those of the bus.
+/// Takes one slave to BOOT, with the mailboxes that its EEPROM gives for that state. Errors: NoMailbox when there are
+/// none, State*, those of the bus.
 [[nodiscard]] Result<std::unique_ptr<MailboxClient>> enter_bootstrap(MailboxEngine& engine, const SlaveInfo& slave);
 
 /// Writes the start-up SDOs planned before a transition (before SAFEOP with the PDO configuration behind them), each
-/// slave's in order, all slaves side by side. Errors: those of SdoTransfer, kNoMailbox.
+/// slave's in order, all slaves side by side. Errors: those of SdoTransfer, NoMailbox.
 [[nodiscard]] Result<void> write_startup_sdos(MailboxEngine& engine, std::span<const ConfiguredSlave> slaves,
                                               wire::AlState before);
 /// Writes the watchdog times that are planned. Errors: those of the bus.

@@ -1,9 +1,9 @@
 #pragma once
 
-#include <string>
 #include <tl/expected.hpp>
 
 #include "driveline/ecat_master/configuration/configurator.hpp"
+#include "driveline/ecat_master/configuration/pdo_misfit.hpp"
 
 namespace driveline::ecat_master {
 
@@ -25,9 +25,9 @@ void apply_description(ConfiguredSlave& slave);
 void complete_pdos(const esi::DeviceDescription& device, PdoConfiguration& pdos);
 
 /// Whether a device can exchange `pdos` at all: fixed PDOs as they are, mandatory ones there, none that exclude each
-/// other, mapping and assignment changed only where the device allows it. Error: the reason as a sentence.
-[[nodiscard]] tl::expected<void, std::string> check_pdos(const esi::DeviceDescription& device,
-                                                         const PdoConfiguration& pdos);
+/// other, mapping and assignment changed only where the device allows it.
+[[nodiscard]] tl::expected<void, PdoMisfit> check_pdos(const esi::DeviceDescription& device,
+                                                       const PdoConfiguration& pdos);
 
 /// What is to be written so that the device exchanges `pdos`: the mapping of PDOs that are not fixed, if it can be
 /// changed (CoE PdoConfig), and the assignment of every process data sync manager (1C10h + its number), if that can

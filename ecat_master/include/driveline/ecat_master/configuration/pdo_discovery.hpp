@@ -11,7 +11,7 @@ namespace driveline::ecat_master {
 /// What is assigned and mapped now: over CoE (1C10h + sync manager and the mapping objects) from slaves that have it,
 /// else from the EEPROM. All slaves side by side; every process data sync manager of a slave is asked for, so there may
 /// be more than one per direction. The slaves must be in PREOP or above, their mailboxes open in `engine`. One result
-/// per slave. Errors: kSdoAbort, kSdoSize, kMailbox*, those of the bus. Not real-time safe.
+/// per slave. Errors: SdoAbort, SdoSize, Mailbox*, those of the bus. Not real-time safe.
 [[nodiscard]] std::vector<Result<PdoConfiguration>> read_pdo_configurations(MailboxEngine& engine,
                                                                             std::span<const SlaveInfo> slaves);
 

@@ -61,13 +61,13 @@ struct ControllerFacts {
                                                              const ControllerFacts& facts);
 
 /// Reads `guarded` back in as few datagrams as they fit into and returns those that differ. What differs is read once
-/// more and counts only when it is the same again: the answer may have been damaged on its way. Errors: kWorkingCounter
+/// more and counts only when it is the same again: the answer may have been damaged on its way. Errors: WorkingCounter
 /// when not exactly one slave answers to the address (`received` of them), those of the bus. Not real-time safe.
 [[nodiscard]] Result<std::vector<RegisterChange>> find_changes(Bus& bus, SlaveRef slave,
                                                                std::span<const GuardedRegister> guarded);
 
 /// Writes registers back whose repair is kRewrite; write protection first, in the frame that unlocks it. Errors:
-/// kWorkingCounter, those of the bus. Not real-time safe.
+/// WorkingCounter, those of the bus. Not real-time safe.
 [[nodiscard]] Result<void> rewrite(Bus& bus, SlaveRef slave, std::span<const RegisterChange> changes);
 
 }  // namespace driveline::ecat_master

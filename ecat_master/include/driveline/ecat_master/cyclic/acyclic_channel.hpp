@@ -72,7 +72,7 @@ class CyclicExchange final : public DatagramExchange {
   /// Channel and clock must outlive this, which belongs to the one thread on the channel's other side. Not \rtsafe.
   CyclicExchange(AcyclicChannel& channel, rt::Clock& clock, Pass pass);
 
-  /// Errors beside those of DatagramExchange: kExchangeFull when frames given up before still fill the channel.
+  /// Errors beside those of DatagramExchange: ExchangeFull when frames given up before still fill the channel.
   [[nodiscard]] Result<void> exchange(std::span<Request> requests) override;
   void pause(std::chrono::nanoseconds duration) override { pass_(duration); }
   [[nodiscard]] std::chrono::nanoseconds now() const noexcept override { return clock_.now(); }

@@ -12,8 +12,8 @@ namespace driveline::ecat_master {
 class CycleRunner {
  public:
   virtual ~CycleRunner() = default;
-  /// Starts cycling. Error: a sentence (the real-time set-up that is not in effect).
-  [[nodiscard]] virtual tl::expected<void, std::string> start() = 0;
+  /// Starts cycling. Error: the real-time set-up that is not in effect.
+  [[nodiscard]] virtual tl::expected<void, rt::RealtimeError> start() = 0;
   /// Lets `duration` pass while the cycle runs.
   virtual void pass(std::chrono::nanoseconds duration) = 0;
   /// Ends cycling; returns when no cycle runs any more.
@@ -27,7 +27,7 @@ class RealtimeRunner final : public CycleRunner, private rt::RealtimeTask {
   RealtimeRunner(CyclicCore& core, rt::Clock& clock, rt::RealtimeConfig config, std::chrono::nanoseconds wake_ahead);
   ~RealtimeRunner() override;
 
-  [[nodiscard]] tl::expected<void, std::string> start() override;
+  [[nodiscard]] tl::expected<void, rt::RealtimeError> start() override;
   void pass(std::chrono::nanoseconds duration) override;
   void stop() override;
   /// What is in effect, after start().
@@ -50,7 +50,7 @@ class InlineRunner final : public CycleRunner {
   /// Both must outlive this; the grid begins at start().
   InlineRunner(CyclicCore& core, rt::Clock& clock);
 
-  [[nodiscard]] tl::expected<void, std::string> start() override;
+  [[nodiscard]] tl::expected<void, rt::RealtimeError> start() override;
   void pass(std::chrono::nanoseconds duration) override;
   void stop() override {}
 

@@ -116,4 +116,7 @@ class ClockFollower {
   rt::TripleBuffer<Status> status_;
 };
 
+/// That the cycle of `follower` is not locked, as `status` has it.
+[[nodiscard]] Error not_locked(const ClockFollower::Status& status, const ClockFollower& follower) noexcept;
+
 }  // namespace driveline::ecat_master::dc

@@ -4,11 +4,14 @@
 #include <utility>
 #include <vector>
 
+#include "driveline/ecat_master/bus/bus.hpp"
 #include "driveline/ecat_master/dc/clock_follower.hpp"
-#include "driveline/ecat_master/dc/receive_times.hpp"
+#include "driveline/ecat_master/discovery/topology.hpp"
 #include "driveline/port/redundant_port.hpp"
 
 namespace driveline::ecat_master::dc {
+
+struct ClockFeatures;
 
 /// Something that has happened to the clocks of a line.
 struct ClockEvent {
@@ -76,17 +79,17 @@ class ClockWatch {
   /// break would cost slaves; nothing is measured while a ring is open, or when use_ring() has not been called for one.
   [[nodiscard]] Result<void> remeasure_delays(const Topology& topology);
   /// The same when the order of the slaves on the line is `wire` and not that in which the watch knows them: slaves
-  /// have joined, or are plugged in elsewhere. It may hold slaves that the watch does not know. Errors also: kClock
-  /// when the ports or receive times fit no line.
+  /// have joined, or are plugged in elsewhere. It may hold slaves that the watch does not know. Errors also:
+  /// PortsFitNoTree, ContradictingDelays, NoReceiveTimes.
   [[nodiscard]] Result<void> remeasure_delays(std::span<const SlaveRef> wire);
 
   /// Gives a slave in PREOP that lost its clock (power, reset) its time back while the cycle runs, waits until it is
-  /// with the others, and starts its signals in their phase. Errors: kClock for a slave that cannot follow or does not
-  /// settle; those of the bus.
+  /// with the others, and starts its signals in their phase. Errors: BeforeReference for a slave that cannot follow,
+  /// NotSynchronised for one that does not settle, those of the bus.
   [[nodiscard]] Result<void> restore(std::uint16_t slave);
   /// The same for a slave in PREOP whose clock was not there at bring-up, or is elsewhere on the line now (`wire`: all
   /// slaves in line order): measures how far it is from the reference clock first. A slave without clock is none of its
-  /// business. Errors as those of restore() and remeasure_delays(), kClock also for signals against the rules.
+  /// business. Errors as those of restore() and remeasure_delays(), also those of signals against the rules.
   [[nodiscard]] Result<void> join(std::uint16_t slave, const SlaveClockPlan& plan, std::span<const SlaveRef> wire);
 
   /// What has happened since the last call, oldest first.

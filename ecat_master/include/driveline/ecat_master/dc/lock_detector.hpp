@@ -4,16 +4,9 @@
 #include <cstdint>
 #include <optional>
 
-namespace driveline::ecat_master::dc {
+#include "driveline/ecat_master/error/lock_cause.hpp"
 
-/// Why a loop is not locked.
-enum class LockCause : std::uint8_t {
-  kNone,            ///< it is
-  kAcquiring,       ///< has not been locked yet
-  kNoReference,     ///< no measurement for too long
-  kPhaseError,      ///< the reference clock has moved faster than the loop follows
-  kFrequencyLimit,  ///< the reference clock is too far off to be followed
-};
+namespace driveline::ecat_master::dc {
 
 /// Judges a phase error, measurement by measurement: locked is who has stayed inside a window for a while; lost is the
 /// lock only outside of four times that window, or without measurements for too long. Judged is the mean error,

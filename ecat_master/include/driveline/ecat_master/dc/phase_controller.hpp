@@ -39,7 +39,7 @@ class PhaseController {
   /// Times are those of the grid's clock.
   using Nanoseconds = std::chrono::nanoseconds;
   /// Greatest frequency difference that is followed, either way.
-  static constexpr double kMaxPpm = 500.0;
+  static constexpr double kMaxPpm = kMaxFrequencyPpm;
 
   /// How the loop is tuned.
   struct Settings {

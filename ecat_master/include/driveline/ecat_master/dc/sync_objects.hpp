@@ -15,7 +15,7 @@ inline constexpr std::uint16_t kSyncTypeSync0 = 2;  ///< at SYNC0
 /// of outputs and inputs, each read back. Objects that the slave does not have are left out; one that it does not let
 /// write must hold the right type already, while its cycle is its own business.
 ///
-/// Errors: kClock, kSyncObject, for an entry that reads otherwise than it was written; those of the transfer. Not
+/// Errors: SyncObject for an entry that reads otherwise than it was written; those of the transfer. Not
 /// real-time safe.
 [[nodiscard]] Result<void> write_sync_objects(CoeClient& coe, std::uint16_t slave, const SyncSignals& signals);
 

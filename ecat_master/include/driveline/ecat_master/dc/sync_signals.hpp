@@ -49,12 +49,12 @@ inline constexpr std::uint16_t kActivateSync0 = 0x0300;
 inline constexpr std::chrono::nanoseconds kMaxSyncCycle{0xFFFF'FFFF};
 
 /// Checks the rules of one slave's signals against the master's cycle. `base`: the SYNC0 cycle must be a multiple of it
-/// (MSD manual 9.1: 125 us), 0: any cycle. `slave` is for the message. Error: kClock.
+/// (MSD manual 9.1: 125 us), 0: any cycle. `slave` is for the message. Error: the rule, of clock_facts.hpp.
 [[nodiscard]] Result<void> check_signals(const SyncSignals& signals, std::chrono::nanoseconds period,
                                          std::chrono::nanoseconds base, std::uint16_t slave);
 
 /// The time after which the signals of all slaves and the master's cycle repeat: start times that are multiples of it
-/// give the same phases at every start. Error: kClock, kNoCommonCycle, when that is more than 4 s.
+/// give the same phases at every start. Error: NoCommonCycle, when that is more than 4 s.
 [[nodiscard]] Result<std::chrono::nanoseconds> common_cycle(std::span<const SyncSignals> slaves,
                                                             std::chrono::nanoseconds period);
 

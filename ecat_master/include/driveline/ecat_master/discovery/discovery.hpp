@@ -16,7 +16,7 @@ struct SlaveInfo {
   std::optional<std::uint16_t> device_id;  ///< explicit device identification, when it has been asked for
   esi::DeviceDescription description;      ///< what its EEPROM says
   std::vector<std::byte> sii;              ///< EEPROM content, up to the end of the categories
-  /// What is wrong with the EEPROM: kSiiBusy, kSiiError, kSiiContent, kSiiChecksum. There is a description only with
+  /// What is wrong with the EEPROM: SiiBusy, SiiError, SiiContent, SiiChecksum. There is a description only with
   /// the last one, and then not always. A slave like that does not keep the others from being found, and its EEPROM can
   /// be repaired.
   std::optional<Error> problem;
@@ -33,7 +33,7 @@ inline constexpr std::uint16_t kMaxSlaves = 4096;
 /// Counts the slaves, brings all of them to INIT with their errors acknowledged and their FMMUs and sync managers
 /// cleared, gives them station addresses and reads their EEPROMs.
 ///
-/// Errors: kNoSlaves, kTooManySlaves, those of the bus. Trouble with an EEPROM is a fact about its slave
+/// Errors: NoSlaves, TooManySlaves, those of the bus. Trouble with an EEPROM is a fact about its slave
 /// (SlaveInfo::problem), no error. Not real-time safe.
 [[nodiscard]] Result<std::vector<SlaveInfo>> discover(Bus& bus);
 

@@ -26,7 +26,7 @@ enum class SurveyAddresses : std::uint8_t {
 /// when they are usable; where they are missing, or two slaves have the same, all get new ones as discover() gives
 /// them, because everything behind this works by station address; unless `addresses` says to leave them.
 ///
-/// Errors: kNoSlaves, kTooManySlaves, kWorkingCounter for a slave that does not answer, those of the bus. Not real-time
+/// Errors: NoSlaves, TooManySlaves, WorkingCounter for a slave that does not answer, those of the bus. Not real-time
 /// safe.
 [[nodiscard]] Result<std::vector<SurveyedSlave>> survey(Bus& bus,
                                                         SurveyAddresses addresses = SurveyAddresses::kComplete);
@@ -67,7 +67,7 @@ inline constexpr std::uint16_t kNoLrw = 0x0200;          ///< LRW not supported
 inline constexpr std::uint16_t kFixedChannels = 0x0800;  ///< FMMUs and sync managers are fixed
 }  // namespace esc_feature
 
-/// Reads the information of one slave; nothing is changed. Errors: kWorkingCounter, those of the bus. Not real-time
+/// Reads the information of one slave; nothing is changed. Errors: WorkingCounter, those of the bus. Not real-time
 /// safe.
 [[nodiscard]] Result<EscInformation> read_esc_information(Bus& bus, SlaveRef slave);
 

@@ -56,12 +56,12 @@ struct Topology {
 /// tree; the port that was reached first is the one towards the master. Where swapped slaves leave several trees
 /// possible, the slave behind which a frame stays longest is the outer one.
 ///
-/// Slaves without receive times are taken to be entered at port 0. Error: kTopology, with the slave whose ports do not
-/// fit (expected: its open ports) when no tree explains all of them.
+/// Slaves without receive times are taken to be entered at port 0. Error: PortsFitNoTree, with the slave whose
+/// ports do not fit, when no tree explains all of them.
 [[nodiscard]] Result<Topology> build_topology(std::span<const SlavePortFacts> slaves);
 
 /// Reads DL status and port receive times of all `slaves` (in line order, all of the line). Latches the receive times
-/// with a broadcast write. Errors: kWorkingCounter, those of the bus. Not real-time safe.
+/// with a broadcast write. Errors: WorkingCounter, those of the bus. Not real-time safe.
 [[nodiscard]] Result<std::vector<SlavePortFacts>> read_port_facts(Bus& bus, std::span<const SlaveRef> slaves);
 /// The same for the first `count` slaves of the line, whatever station addresses they have.
 [[nodiscard]] Result<std::vector<SlavePortFacts>> read_port_facts(Bus& bus, std::uint16_t count);

@@ -115,7 +115,7 @@ class MailboxChannel {
   void look_at_clock(std::chrono::nanoseconds now, Finished& finished);
   void finish(Finished& finished);
   void finish(Finished& finished, const Error& error);
-  [[nodiscard]] Error error(ErrorKind kind, std::uint32_t code = 0) const noexcept;
+  [[nodiscard]] Error error(ErrorFacts facts) const noexcept;
 
   SlaveRef slave_;
   MailboxWindow window_;
@@ -131,7 +131,7 @@ class MailboxChannel {
   bool sending_ = false;    ///< not taken by the slave yet
   bool attempted_ = false;  ///< may have been taken
   bool leaving_ = false;    ///< the last word of a dialogue that has failed
-  std::optional<std::uint32_t> error_reply_;
+  std::optional<std::uint16_t> error_reply_;
   std::chrono::nanoseconds deadline_{0};
 
   // The way in.

@@ -21,8 +21,8 @@ class MailboxClient {
   /// With an engine of its own, for tools that talk to a single slave.
   MailboxClient(Bus& bus, SlaveRef slave, MailboxWindow window);
 
-  /// Hands `service` (the bytes behind the mailbox header) over without waiting for an answer. Errors: kMailboxTimeout,
-  /// kProcessDataSize (service longer than the mailbox), those of the bus.
+  /// Hands `service` (the bytes behind the mailbox header) over without waiting for an answer. Errors: MailboxTimeout,
+  /// ProcessDataSize (service longer than the mailbox), those of the bus.
   [[nodiscard]] Result<void> send(wire::MailboxType type, std::span<const std::byte> service);
 
   /// Fetches what the slave has put into its mailbox by itself, e.g. emergencies.

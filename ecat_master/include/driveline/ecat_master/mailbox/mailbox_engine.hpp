@@ -6,7 +6,7 @@
 #include <mutex>
 #include <vector>
 
-#include "driveline/ecat_master/coe/sdo_request.hpp"
+#include "driveline/ecat_master/mailbox/dialogue_request.hpp"
 #include "driveline/ecat_master/mailbox/emergency_log.hpp"
 #include "driveline/ecat_master/mailbox/mailbox_channel.hpp"
 
@@ -33,8 +33,8 @@ class MailboxStatusSource {
 /// that the time for many slaves is the time of the slowest, and a slave that is slow or silent delays nobody.
 ///
 /// Any ordinary thread may submit dialogues and wait for them; whoever waits drives the engine, one at a time. Without
-/// anybody who waits a thread of the user calls step() now and then (MailboxWorker). The cycle uses SdoRequest. Nothing
-/// here is \rtsafe. The exchange of the bus must allow several threads when several are used.
+/// anybody who waits a thread of the user calls step() now and then (MailboxWorker). The cycle has its requests watched
+/// (SdoRequest). Nothing here is \rtsafe. The exchange of the bus must allow several threads when several are used.
 class MailboxEngine {
  public:
   /// Patience with slaves.
@@ -46,15 +46,15 @@ class MailboxEngine {
   explicit MailboxEngine(Bus& bus, Settings settings = {}) : bus_(bus), settings_(settings) {}
   MailboxEngine(const MailboxEngine&) = delete;
   MailboxEngine& operator=(const MailboxEngine&) = delete;
-  /// Dialogues that are still open fail with kCancelled.
+  /// Dialogues that are still open fail with Cancelled.
   ~MailboxEngine();
 
   /// Opens the mailboxes of a slave, with the counter behind MailboxWindow::last_counter. What was open before fails
-  /// with kCancelled.
+  /// with Cancelled.
   void open(SlaveRef slave, MailboxWindow window);
-  /// Closes the mailboxes of the slave at `position`; its dialogues fail with kCancelled.
+  /// Closes the mailboxes of the slave at `position`; its dialogues fail with Cancelled.
   void close(std::uint16_t position);
-  /// Closes all mailboxes; their dialogues end with kCancelled.
+  /// Closes all mailboxes; their dialogues end with Cancelled.
   void close_all();
   /// Who gets the mails of a protocol that answer nothing. CoE emergencies go to emergencies() unless CoE has a handler
   /// of its own. The handler must outlive the engine.
@@ -63,7 +63,7 @@ class MailboxEngine {
   /// While the cycle runs: asks `source` whether a mailbox is full, instead of the slave. Null ends that.
   void use_status(const MailboxStatusSource* source);
 
-  /// Queues a dialogue; fails it with kNoMailbox when the slave has no open mailbox.
+  /// Queues a dialogue; fails it with NoMailbox when the slave has no open mailbox.
   void submit(std::uint16_t position, std::shared_ptr<MailboxDialogue> dialogue);
   /// Steps the engine until `dialogue` is done.
   void wait(const MailboxDialogue& dialogue);
@@ -74,9 +74,8 @@ class MailboxEngine {
   /// Fetches everything the slave at `position` has put into its mailbox by itself. Errors: those of the bus.
   [[nodiscard]] Result<void> poll(std::uint16_t position);
 
-  /// An SDO of one slave that the cycle may ask for. `capacity`: most bytes of its value.
-  [[nodiscard]] std::shared_ptr<SdoRequest> make_request(std::uint16_t position, std::uint16_t index,
-                                                         std::uint8_t subindex, std::size_t capacity);
+  /// Looks after `request` until nobody else has it: what it asks for is carried out.
+  void watch(std::weak_ptr<DialogueRequest> request);
 
   /// What slaves have sent by themselves.
   [[nodiscard]] EmergencyLog& emergencies() noexcept { return emergencies_; }
@@ -113,7 +112,7 @@ class MailboxEngine {
 
   std::mutex inbox_mutex_;
   std::vector<Submission> inbox_;
-  std::vector<std::weak_ptr<SdoRequest>> requests_;
+  std::vector<std::weak_ptr<DialogueRequest>> requests_;
 
   std::mutex wait_mutex_;
   std::condition_variable stepped_;

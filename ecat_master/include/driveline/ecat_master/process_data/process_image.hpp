@@ -119,8 +119,8 @@ class ProcessImage {
 
   ProcessImage() = default;
 
-  /// Places the slaves group by group. Errors: kProcessDataSize for a slave that fits no frame (code 0) or has fewer
-  /// FMMUs (`expected`) than its process data need (`received`; code 1).
+  /// Places the slaves group by group. Errors: ProcessDataSize for a slave that fits no frame, TooFewFmmus for one
+  /// whose process data need more than it has.
   [[nodiscard]] static Result<ProcessImage> lay_out(std::span<const ProcessDataDemand> demands,
                                                     const LayoutSettings& settings = {});
 

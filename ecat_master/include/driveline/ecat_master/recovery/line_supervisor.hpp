@@ -99,8 +99,7 @@ class LineSupervisor {
     bool trouble = false;
     bool gone = false;
     std::chrono::nanoseconds next_try{0};
-    ErrorKind last_failure = ErrorKind::kCancelled;
-    bool failure_noted = false;
+    std::optional<Error> noted_failure;
     bool suspicious = false;     ///< in OP by its own account, without valid process data
     bool restore_noted = false;  ///< until its registers are as they should be
   };

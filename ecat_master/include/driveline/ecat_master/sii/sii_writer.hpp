@@ -40,21 +40,21 @@ struct SiiWriteFailure {
 /// order; the checksum becomes valid last.
 ///
 /// The slave should be in INIT. What the slave controller loads from the EEPROM, the alias included, takes effect with
-/// the next power-on. Errors: kSiiBusy, kSiiError, kSiiVerify, kSiiContent (`image` too short or odd), kCancelled,
+/// the next power-on. Errors: SiiBusy, SiiError, SiiVerify, SiiContent (`image` too short or odd), Cancelled,
 /// those of the bus. Not real-time safe.
 [[nodiscard]] tl::expected<SiiWriteReport, SiiWriteFailure> write_sii(Bus& bus, SlaveRef slave,
                                                                       std::span<const std::byte> image,
                                                                       const SiiProgress& progress = {});
 
-/// Writes the configured station alias (word 4) and the checksum that goes with it. Further error: kSiiContent when the
+/// Writes the configured station alias (word 4) and the checksum that goes with it. Further error: SiiContent when the
 /// checksum of the present configuration area is wrong; nothing is written then.
 [[nodiscard]] tl::expected<SiiWriteReport, SiiWriteFailure> write_alias(Bus& bus, SlaveRef slave, std::uint16_t alias);
 
 /// The failure as a sentence: why, and what the EEPROM holds now. Allocates: not for the cycle.
 [[nodiscard]] std::string describe(const SiiWriteFailure& failure);
 
-/// Reads `count` words from word `first` on. Takes the EEPROM interface from the slave's application. Errors: kSiiBusy,
-/// kSiiError, those of the bus. Not real-time safe.
+/// Reads `count` words from word `first` on. Takes the EEPROM interface from the slave's application. Errors: SiiBusy,
+/// SiiError, those of the bus. Not real-time safe.
 [[nodiscard]] Result<std::vector<std::byte>> read_sii_words(Bus& bus, SlaveRef slave, std::size_t first,
                                                             std::size_t count);
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "driveline/ecat_master/process_data/process_variables.hpp"
+#include "driveline/ecat_master/configuration/process_variables.hpp"
 
 namespace driveline::runtime {
 

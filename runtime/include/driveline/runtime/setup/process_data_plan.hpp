@@ -5,7 +5,7 @@
 #include "driveline/runtime/error.hpp"
 
 #include "driveline/ecat_master/master.hpp"
-#include "driveline/ecat_master/process_data/process_variables.hpp"
+#include "driveline/ecat_master/configuration/process_variables.hpp"
 #include "driveline/runtime/config/line_config.hpp"
 
 namespace driveline::runtime {

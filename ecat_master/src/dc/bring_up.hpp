@@ -1,7 +1,7 @@
 #pragma once
 
+#include "dc/receive_times.hpp"
 #include "driveline/ecat_master/dc/line_clocks.hpp"
-#include "driveline/ecat_master/dc/receive_times.hpp"
 
 namespace driveline::ecat_master::dc {
 
@@ -26,7 +26,7 @@ namespace driveline::ecat_master::dc {
 /// theirs; the slaves are in PREOP (SYNC signals must be there on the way to SAFEOP); no cycle runs. Afterwards the
 /// cyclic exchange should follow soon: without it the clocks drift apart by what the loops have not learned.
 ///
-/// Errors: kClock with the rule or slave; those of the bus. After an error no SYNC signal is active, and the call may
+/// Errors: those of clock_facts.hpp, those of the bus. After an error no SYNC signal is active, and the call may
 /// be repeated. Takes 150 ms to 1.2 s, as the clocks need, plus 1 ms per slave. Not real-time safe.
 [[nodiscard]] Result<LineClocks> bring_up_clocks(Bus& bus, std::span<const SlaveRef> slaves, const Topology& topology,
                                                  const ClockPlan& plan);
@@ -37,7 +37,7 @@ namespace driveline::ecat_master::dc {
 /// Step 1 alone, without the bus: every rule of the plan that does not depend on the slaves found.
 [[nodiscard]] Result<void> check_plan(const ClockPlan& plan);
 
-/// The reference clock of `plan`: the chosen slave or the first with a clock. Error: kClock, when there is none, the
+/// The reference clock of `plan`: the chosen slave or the first with a clock. Error: when there is none, the
 /// chosen one has none, or a slave that needs the time is passed by frames before it.
 [[nodiscard]] Result<std::uint16_t> choose_reference(const ClockPlan& plan, std::span<const ClockFeatures> features);
 

@@ -2,9 +2,10 @@
 #include <algorithm>
 #include <array>
 
-#include "driveline/ecat_master/bus/write_protection.hpp"
+#include "bus/write_protection.hpp"
 #include "driveline/ecat_master/discovery/device_identification.hpp"
 #include "driveline/ecat_master/master.hpp"
+#include "master/placement.hpp"
 
 namespace driveline::ecat_master {
 namespace {

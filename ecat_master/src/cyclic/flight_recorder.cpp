@@ -1,4 +1,4 @@
-#include "driveline/ecat_master/diagnosis/flight_recorder.hpp"
+#include "driveline/ecat_master/cyclic/flight_recorder.hpp"
 
 #include <fmt/format.h>
 

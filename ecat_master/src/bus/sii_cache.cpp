@@ -1,4 +1,4 @@
-#include "driveline/ecat_master/sii/sii_cache.hpp"
+#include "driveline/ecat_master/bus/sii_cache.hpp"
 
 #include <algorithm>
 

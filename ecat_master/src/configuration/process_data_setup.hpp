@@ -12,7 +12,7 @@ namespace driveline::ecat_master {
 [[nodiscard]] PdoConfiguration exchanged_pdos(const ConfiguredSlave& slave);
 
 /// What the PDOs of `slave` ask of the process image; every PDO goes to its sync manager (PdoMapping). Errors:
-/// kProcessDataSize when the slave has no sync manager for them.
+/// ProcessDataSize when the slave has no sync manager for them.
 [[nodiscard]] Result<ProcessDataDemand> make_demand(const ConfiguredSlave& slave);
 
 /// The demands of all slaves with the number of FMMUs that each of them says it has. Errors: those of make_demand and

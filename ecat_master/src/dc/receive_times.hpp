@@ -27,14 +27,14 @@ struct ReceiveTimes {
 };
 
 /// Latches the receive times of one frame in all slaves and reads them; slaves without clock stay zero.
-/// Error: kClock, kNoReceiveTimes, when a slave with clock does not answer.
+/// Error: NoReceiveTimes when a slave with clock does not answer.
 [[nodiscard]] Result<std::vector<ReceiveTimes>> latch_receive_times(Bus& bus, std::span<const SlaveRef> slaves,
                                                                     std::span<const ClockFeatures> features);
 
 /// Propagation delays, averaged over `rounds` frames. A closed ring is opened at its far end meanwhile: the frame must
 /// come back the way it went, and closed again, which its last slave does by itself after a second should nobody reach
-/// it. `processing_extra_ns`: DelayNode::processing_extra_ns by position; who is missing has none. Errors: kClock
-/// (kDelays when no round makes sense), those of the bus.
+/// it. `processing_extra_ns`: DelayNode::processing_extra_ns by position; who is missing has none. Errors:
+/// ContradictingDelays when no round makes sense, NoReceiveTimes, those of the bus.
 [[nodiscard]] Result<std::vector<PropagationDelay>> measure_delays(Bus& bus, std::span<const SlaveRef> slaves,
                                                                    std::span<const ClockFeatures> features,
                                                                    const Topology& topology, unsigned rounds,

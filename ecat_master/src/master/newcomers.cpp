@@ -2,7 +2,8 @@
 #include <algorithm>
 
 #include "driveline/ecat_master/master.hpp"
-#include "driveline/ecat_master/sii/sii_reader.hpp"
+#include "master/placement.hpp"
+#include "sii/sii_reader.hpp"
 
 namespace driveline::ecat_master {
 
@@ -53,15 +54,11 @@ Result<void> Master::settle_claims(std::span<const PlaceClaim> claims,
     if (is_placed(&Placed::first, claim.position)) continue;
     for (const auto slave : claim.slaves) {
       if (is_placed(&Placed::second, slave)) continue;
-      Error error;
-      error.kind = ErrorKind::kPlaceUnknown;
-      error.slave = static_cast<std::uint16_t>(slave);
-      error.expected = static_cast<std::uint32_t>(claim.slaves.size());
-      error.received =
-          static_cast<std::uint32_t>(std::count_if(doubtful.begin(), doubtful.end(), [&claim](const PlaceClaim& other) {
-            return other.slaves == claim.slaves;
-          }));
-      unplaced_[slave] = error;
+      const auto returned = std::count_if(doubtful.begin(), doubtful.end(),
+                                          [&claim](const PlaceClaim& other) { return other.slaves == claim.slaves; });
+      unplaced_[slave] = Error{facts::PlaceUnknown{.missing = static_cast<std::uint32_t>(claim.slaves.size()),
+                                                   .returned = static_cast<std::uint32_t>(returned)},
+                               static_cast<std::uint16_t>(slave)};
     }
   }
   return {};
@@ -95,7 +92,7 @@ Result<std::vector<std::uint32_t>> Master::serials_of_newcomers(std::span<const 
 
 /// Somebody else is in its place, and must not keep it: the right one may come.
 Result<void> Master::refuse(std::size_t slave, const Error& error) {
-  if (error.kind == ErrorKind::kIdentityMismatch) {
+  if (error.is<facts::IdentityMismatch>()) {
     // One that does not take it has gone again, and with it its address.
     static_cast<void>(bus_.write(refs_[slave], wire::reg::kStationAddress, 0).has_value());
   }

@@ -11,7 +11,7 @@ namespace driveline::ecat_master {
 /// contents that the bus knows by their head (SiiCache) are not read again. Takes the EEPROM interface from the slaves'
 /// applications first (register 0x0500).
 ///
-/// Result: those of the bus, or one result per slave: kSiiBusy, kSiiError, kSiiContent (categories without end).
+/// Result: those of the bus, or one result per slave: SiiBusy, SiiError, SiiContent (categories without end).
 /// A slave whose EEPROM fails does not hold up the others. Not real-time safe.
 [[nodiscard]] Result<std::vector<Result<std::vector<std::byte>>>> read_sii(Bus& bus, std::span<const SlaveRef> slaves);
 

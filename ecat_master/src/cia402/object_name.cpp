@@ -1,4 +1,4 @@
-#include "driveline/ecat_master/axis/object_name.hpp"
+#include "driveline/ecat_master/cia402/object_name.hpp"
 
 #include <algorithm>
 #include <array>

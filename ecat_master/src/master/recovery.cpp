@@ -1,15 +1,15 @@
 // Bringing single slaves back while the others keep cycling.
 #include <algorithm>
 
-#include "driveline/ecat_master/bus/write_protection.hpp"
+#include "bus/write_protection.hpp"
+#include "configuration/process_data_setup.hpp"
 #include "driveline/ecat_master/configuration/configuration_check.hpp"
 #include "driveline/ecat_master/configuration/description_plan.hpp"
-#include "driveline/ecat_master/configuration/process_data_setup.hpp"
 #include "driveline/ecat_master/discovery/device_identification.hpp"
 #include "driveline/ecat_master/master.hpp"
-#include "driveline/ecat_master/sii/sii_reader.hpp"
 #include "driveline/esi/sii.hpp"
 #include "driveline/wire/sync_manager.hpp"
+#include "sii/sii_reader.hpp"
 
 namespace driveline::ecat_master {
 namespace {
@@ -18,16 +18,6 @@ using wire::AlState;
 
 /// Least state in which the configuration of the process data is still in place.
 constexpr AlState kConfigured = AlState::kSafeOp;
-
-Error error_of(ErrorKind kind, SlaveRef slave, std::uint16_t address, std::uint32_t expected, std::uint32_t received) {
-  Error error;
-  error.kind = kind;
-  error.slave = slave.position;
-  error.address = address;
-  error.expected = expected;
-  error.received = received;
-  return error;
-}
 
 /// One number of an identity as planned and found.
 struct IdentityField {
@@ -57,33 +47,32 @@ std::array<IdentityField, 4> identity_fields(const ConfiguredSlave& slave, const
 /// The device at `slave` is the one that was found there at start, or one of its kind that the plan accepts.
 Result<void> check_identity(Bus& bus, const ConfiguredSlave& slave) {
   const auto& ref = slave.info.ref;
-  const auto mismatch = [&ref](IdentityNumber number, std::uint32_t expected, std::uint32_t received) {
-    const auto which = static_cast<std::uint16_t>(number);
-    return tl::unexpected(error_of(ErrorKind::kIdentityMismatch, ref, which, expected, received));
-  };
+  const auto refuse = [&ref](ErrorFacts facts) { return tl::unexpected(Error{facts, ref.position}); };
   auto images = read_sii(bus, {&ref, 1});
   if (!images) return tl::unexpected(images.error());
   if (!images->front()) return tl::unexpected(images->front().error());
   const auto decoded = esi::decode_sii(*images->front());
-  if (!decoded) {
-    const auto word = static_cast<std::uint16_t>(decoded.error().word_offset);
-    return tl::unexpected(error_of(ErrorKind::kSiiContent, ref, word, 0, 0));
-  }
+  if (!decoded) return refuse(facts::SiiContent{static_cast<std::uint16_t>(decoded.error().word_offset)});
   const auto fields = identity_fields(slave, esi::description_from_sii(*decoded));
   for (std::size_t i = 0; i < fields.size(); ++i) {
     if (fields[i].planned.accepts(fields[i].found)) continue;
-    auto refused = mismatch(static_cast<IdentityNumber>(i), fields[i].planned.value, fields[i].found);
-    refused.value().code = fields[i].by_start ? 1 : 0;
-    return refused;
+    return refuse(facts::IdentityMismatch{.number = static_cast<IdentityNumber>(i),
+                                          .at_start = fields[i].by_start,
+                                          .expected = fields[i].planned.value,
+                                          .found = fields[i].found});
   }
-  if (slave.plan.alias && decoded->config.station_alias != *slave.plan.alias)
-    return mismatch(IdentityNumber::kAlias, *slave.plan.alias, decoded->config.station_alias);
+  const auto alias = decoded->config.station_alias;
+  if (slave.plan.alias && alias != *slave.plan.alias) {
+    return refuse(
+        facts::IdentityMismatch{.number = IdentityNumber::kAlias, .expected = *slave.plan.alias, .found = alias});
+  }
   if (!slave.plan.device_id) return {};
   const auto ids = read_device_ids(bus, {&ref, 1});
   if (!ids) return tl::unexpected(ids.error());
-  if (ids->front() != slave.plan.device_id)
-    return mismatch(IdentityNumber::kDeviceId, *slave.plan.device_id, ids->front().value_or(0));
-  return {};
+  if (ids->front() == slave.plan.device_id) return {};
+  return refuse(facts::IdentityMismatch{.number = IdentityNumber::kDeviceId,
+                                        .expected = *slave.plan.device_id,
+                                        .found = ids->front().value_or(std::uint16_t{0})});
 }
 
 }  // namespace
@@ -118,7 +107,8 @@ Result<void> Master::welcome(std::size_t slave) {
   if (!fits()) {
     std::size_t bytes = 0;
     for (const auto& channel : wanted->channels) bytes += channel.bytes;
-    return tl::unexpected(error_of(ErrorKind::kProcessDataSize, refs_[slave], 0, 0, static_cast<std::uint32_t>(bytes)));
+    return tl::unexpected(
+        Error{facts::ProcessDataSize{.bytes = static_cast<std::uint32_t>(bytes)}, refs_[slave].position});
   }
   image_.relocate(slave, reserved->channels, wanted->channels);
   one.info = std::move(arrived.info);
@@ -130,7 +120,7 @@ Result<void> Master::welcome(std::size_t slave) {
 Result<void> Master::recover(std::size_t slave, std::chrono::nanoseconds state_timeout) {
   const auto report = al_status_of(slave);
   if (!report) {
-    const bool silent = report.error().kind == ErrorKind::kWorkingCounter;
+    const bool silent = report.error().is<facts::WorkingCounter>();
     return tl::unexpected(silent ? unplaced_[slave].value_or(report.error()) : report.error());
   }
   const bool joins = !slaves_[slave].present;
@@ -152,7 +142,7 @@ Result<void> Master::recover(std::size_t slave, std::chrono::nanoseconds state_t
   }
   if (configured && change_state(bus_, ref, AlState::kOp, state_timeout)) return {};
   if (auto done = reconfigure(slave, state_timeout); !done) {
-    if (done.error().kind == ErrorKind::kIdentityMismatch) return refuse(slave, done.error());
+    if (done.error().is<facts::IdentityMismatch>()) return refuse(slave, done.error());
     return tl::unexpected(explain_state_error(bus_, slaves_, image_, done.error()));
   }
   if (auto done = write_startup_sdos(engine_, {&slaves_[slave], 1}, AlState::kOp); !done) return done;

@@ -1,4 +1,4 @@
-#include "driveline/ecat_master/process_data/process_variables.hpp"
+#include "driveline/ecat_master/configuration/process_variables.hpp"
 
 #include <fmt/format.h>
 
@@ -6,8 +6,8 @@
 #include <charconv>
 #include <optional>
 
-#include "driveline/ecat_master/axis/object_name.hpp"
-#include "driveline/ecat_master/configuration/process_data_setup.hpp"
+#include "configuration/process_data_setup.hpp"
+#include "driveline/ecat_master/cia402/object_name.hpp"
 
 namespace driveline::ecat_master {
 namespace {
@@ -105,17 +105,57 @@ std::string full_text(const ProcessVariable& variable, const std::vector<const P
   return full.text();
 }
 
-std::string listing(const std::vector<const ProcessVariable*>& variables) {
+std::vector<std::string> texts(const std::vector<const ProcessVariable*>& variables) {
+  std::vector<std::string> all;
+  for (const auto* variable : variables) all.push_back(full_text(*variable, variables));
+  return all;
+}
+
+std::string listing(const std::vector<std::string>& names) {
   constexpr std::size_t kMost = 12;
   std::string text;
-  for (std::size_t i = 0; i < std::min(variables.size(), kMost); ++i) {
-    text += (i == 0 ? "" : ", ") + full_text(*variables[i], variables);
-  }
-  if (variables.size() > kMost) text += fmt::format(" and {} more", variables.size() - kMost);
+  for (std::size_t i = 0; i < std::min(names.size(), kMost); ++i) text += (i == 0 ? "" : ", ") + names[i];
+  if (names.size() > kMost) text += fmt::format(" and {} more", names.size() - kMost);
   return text;
 }
 
+/// For std::visit.
+struct VariableSentence {
+  std::string operator()(const variable_faults::NotThere& facts) const {
+    if (!facts.of_slave.empty()) {
+      return fmt::format("there is no process variable '{}'; the slave has {}", facts.name, listing(facts.of_slave));
+    }
+    return fmt::format("there is no process variable '{}'; expected slave.object, for example {}", facts.name,
+                       facts.example.value_or("x.6041h:00, but no process data are mapped"));
+  }
+  std::string operator()(const variable_faults::Ambiguous& facts) const {
+    return fmt::format("'{}' is not one process variable: it may be {}", facts.name, listing(facts.candidates));
+  }
+  std::string operator()(const variable_faults::NameTaken& facts) const {
+    return fmt::format("'{}' is the name of {} already", facts.alias, facts.owner);
+  }
+  std::string operator()(const variable_faults::Unfit& facts) const {
+    return fmt::format("{} has {} bits from bit {} of a byte on; the handle is for {} bits{}", facts.variable.text(),
+                       facts.variable.bits, facts.variable.bit_offset % 8, facts.wanted_bits,
+                       facts.wanted_bits == 1 ? "" : " on a byte border");
+  }
+  std::string operator()(const variable_faults::NoSource& facts) const {
+    return fmt::format("{} cannot be copied from: it is an output", facts.variable.text());
+  }
+  std::string operator()(const variable_faults::NoTarget& facts) const {
+    return fmt::format("{} cannot be copied to: it is an input", facts.variable.text());
+  }
+  std::string operator()(const variable_faults::SizesDiffer& facts) const {
+    return fmt::format("{} has {} bits and {} has {}: they cannot be copied", facts.from.text(), facts.from.bits,
+                       facts.to.text(), facts.to.bits);
+  }
+};
+
 }  // namespace
+
+std::string describe(const VariableError& error) {
+  return std::visit(VariableSentence{}, error.facts);
+}
 
 std::string ProcessVariable::text() const {
   const auto who = slave_name.empty() ? std::to_string(slave) : slave_name;
@@ -190,14 +230,11 @@ ProcessVariables::Found<std::size_t> ProcessVariables::find_number(std::string_v
   }
   if (matches.size() == 1) return static_cast<std::size_t>(matches.front() - variables_.data());
   if (matches.size() > 1) {
-    return tl::unexpected(fmt::format("'{}' is not one process variable: it may be {}", name, listing(matches)));
+    return tl::unexpected(VariableError{variable_faults::Ambiguous{std::string(name), texts(matches)}});
   }
-  if (!of_slave.empty()) {
-    return tl::unexpected(fmt::format("there is no process variable '{}'; the slave has {}", name, listing(of_slave)));
-  }
-  return tl::unexpected(fmt::format(
-      "there is no process variable '{}'; expected slave.object, for example {}", name,
-      variables_.empty() ? std::string("x.6041h:00, but no process data are mapped") : variables_[0].text()));
+  variable_faults::NotThere fault{std::string(name), texts(of_slave)};
+  if (!variables_.empty()) fault.example = variables_[0].text();
+  return tl::unexpected(VariableError{std::move(fault)});
 }
 
 std::string ProcessVariables::full_name(const ProcessVariable& variable) const {
@@ -217,22 +254,21 @@ ProcessVariables::Found<void> ProcessVariables::rename(std::string_view name, st
   auto& variable = variables_[*number];
   for (const auto& other : variables_) {
     if (other.slave != variable.slave || plain(other.alias) != plain(alias)) continue;
-    return tl::unexpected(fmt::format("'{}' is the name of {} already", alias, other.text()));
+    return tl::unexpected(VariableError{variable_faults::NameTaken{std::string(alias), other.text()}});
   }
   variable.alias = alias;
   return {};
 }
 
-std::string ProcessVariables::unfit(const ProcessVariable& variable, std::size_t wanted_bits) {
-  return fmt::format("{} has {} bits from bit {} of a byte on; the handle is for {} bits{}", variable.text(),
-                     variable.bits, variable.bit_offset % 8, wanted_bits, wanted_bits == 1 ? "" : " on a byte border");
+tl::unexpected<VariableError> ProcessVariables::unfit(ProcessVariable variable, std::size_t wanted_bits) {
+  return tl::unexpected(VariableError{variable_faults::Unfit{std::move(variable), wanted_bits}});
 }
 
 ProcessVariables::Found<PdoBits> ProcessVariables::bits(std::string_view name) const {
   auto variable = find(name);
   if (!variable) return tl::unexpected(variable.error());
   if (variable->bits == 0 || variable->bits > PdoBits::kMaxBits) {
-    return tl::unexpected(unfit(*variable, PdoBits::kMaxBits));
+    return unfit(std::move(*variable), PdoBits::kMaxBits);
   }
   return PdoBits(variable->bit_offset, variable->bits);
 }
@@ -242,11 +278,10 @@ ProcessVariables::Found<ProcessDataCopy> ProcessVariables::copy(std::string_view
   if (!source) return tl::unexpected(source.error());
   auto target = find(to);
   if (!target) return tl::unexpected(target.error());
-  if (source->output) return tl::unexpected(fmt::format("{} cannot be copied from: it is an output", source->text()));
-  if (!target->output) return tl::unexpected(fmt::format("{} cannot be copied to: it is an input", target->text()));
+  if (source->output) return tl::unexpected(VariableError{variable_faults::NoSource{std::move(*source)}});
+  if (!target->output) return tl::unexpected(VariableError{variable_faults::NoTarget{std::move(*target)}});
   if (source->bits != target->bits) {
-    return tl::unexpected(fmt::format("{} has {} bits and {} has {}: they cannot be copied", source->text(),
-                                      source->bits, target->text(), target->bits));
+    return tl::unexpected(VariableError{variable_faults::SizesDiffer{std::move(*source), std::move(*target)}});
   }
   return ProcessDataCopy{source->slave, source->bit_offset, target->bit_offset, source->bits};
 }

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
+#include "dc/bring_up.hpp"
 #include "driveline/ecat_master/configuration/configuration_check.hpp"
 #include "driveline/ecat_master/configuration/description_plan.hpp"
-#include "driveline/ecat_master/dc/clock_fault.hpp"
 #include "driveline/ecat_master/dc/sync_objects.hpp"
 #include "driveline/ecat_master/discovery/device_identification.hpp"
 
@@ -182,23 +182,18 @@ Result<void> Master::await_clocks() {
     const auto late = watch_->out_of_window();
     if (status.locked && !late) return {};
     if (clock_.now() >= deadline) {
-      auto error = dc::clock_error(status.locked ? dc::ClockFault::kNotSynchronised : dc::ClockFault::kNotLocked);
-      error.received = static_cast<std::uint32_t>(static_cast<std::int32_t>(status.mean_error_ns));
-      error.expected = static_cast<std::uint32_t>(follower_->lock_window_ns());
-      error.extra = static_cast<std::uint32_t>(status.cause);
-      if (status.locked) {
-        error.slave = *late;
-        error.received = static_cast<std::uint32_t>(watch_->clocks().slaves[*late].difference.count());
-        error.expected = static_cast<std::uint32_t>(watch_->window().count());
-      }
-      return tl::unexpected(error);
+      if (!status.locked) return tl::unexpected(dc::not_locked(status, *follower_));
+      return tl::unexpected(Error{
+          facts::NotSynchronised{.difference = watch_->clocks().slaves[*late].difference, .window = watch_->window()},
+          *late});
     }
     pass(kPoll);
   }
 }
 
-tl::expected<void, std::string> Master::start_cycle(Motion* motion, SampleRings rings, CyclicCore::Settings settings,
-                                                    const MakeRunner& make_runner) {
+tl::expected<void, rt::RealtimeError> Master::start_cycle(Motion* motion, SampleRings rings,
+                                                          CyclicCore::Settings settings,
+                                                          const MakeRunner& make_runner) {
   settings.slaves = static_cast<std::uint16_t>(reachable().size());
   unplaced_.assign(slaves_.size(), std::nullopt);
   unproven_.assign(slaves_.size(), false);
@@ -247,12 +242,9 @@ Result<void> Master::await_exchange() {
   const auto late = core_->stale_frames();
   while (core_->al_status().slaves == 0) {
     if (clock_.now() >= deadline) {
-      Error error;
-      error.kind = ErrorKind::kNoExchange;
-      error.expected = static_cast<std::uint32_t>(settings.receive_window.count());
-      error.received = static_cast<std::uint32_t>(core_->cycles() - first);
-      error.extra = static_cast<std::uint32_t>(core_->stale_frames() - late);
-      return tl::unexpected(error);
+      return tl::unexpected(Error{facts::NoExchange{.window = settings.receive_window,
+                                                    .cycles = static_cast<std::uint32_t>(core_->cycles() - first),
+                                                    .late = static_cast<std::uint32_t>(core_->stale_frames() - late)}});
     }
     pass(settings.period);
   }

@@ -1,4 +1,4 @@
-#include "driveline/ecat_master/axis/error_code.hpp"
+#include "driveline/ecat_master/cia402/error_code.hpp"
 
 #include <fmt/format.h>
 

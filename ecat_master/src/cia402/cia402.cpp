@@ -1,4 +1,4 @@
-#include "driveline/ecat_master/axis/cia402.hpp"
+#include "driveline/ecat_master/cia402/cia402.hpp"
 
 namespace driveline::ecat_master::cia402 {
 

@@ -1,12 +1,14 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <tl/expected.hpp>
+#include <variant>
 #include <vector>
 
 #include "driveline/ecat_master/configuration/configurator.hpp"
-#include "driveline/ecat_master/cyclic/process_copy.hpp"
+#include "driveline/ecat_master/process_data/process_copy.hpp"
 
 namespace driveline::ecat_master {
 
@@ -27,6 +29,58 @@ struct ProcessVariable {
   [[nodiscard]] std::string text() const;
 };
 
+/// Why a process variable cannot be had, one type for each reason.
+namespace variable_faults {
+
+/// There is none of that name.
+struct NotThere {
+  std::string name;                      ///< that was looked for
+  std::vector<std::string> of_slave;     ///< what its slave has; empty: there is no such slave
+  std::optional<std::string> example{};  ///< a name that there is; none: no process data are mapped
+};
+/// Several are called so.
+struct Ambiguous {
+  std::string name;                     ///< that was looked for
+  std::vector<std::string> candidates;  ///< what it may be
+};
+/// Another variable of the slave has that name already.
+struct NameTaken {
+  std::string alias;  ///< the new name
+  std::string owner;  ///< that has it
+};
+/// Size or place do not allow such a handle.
+struct Unfit {
+  ProcessVariable variable;     ///< that was found
+  std::size_t wanted_bits = 0;  ///< of the handle
+};
+/// An output cannot be copied from.
+struct NoSource {
+  ProcessVariable variable;  ///< that was found
+};
+/// An input cannot be copied to.
+struct NoTarget {
+  ProcessVariable variable;  ///< that was found
+};
+/// Only variables of the same size are copied.
+struct SizesDiffer {
+  ProcessVariable from;  ///< that was found
+  ProcessVariable to;    ///< that was found
+};
+
+}  // namespace variable_faults
+
+/// Why a process variable cannot be had.
+struct VariableError {
+  /// The reason with its facts.
+  std::variant<variable_faults::NotThere, variable_faults::Ambiguous, variable_faults::NameTaken,
+               variable_faults::Unfit, variable_faults::NoSource, variable_faults::NoTarget,
+               variable_faults::SizesDiffer>
+      facts;
+};
+
+/// One sentence, with the names there are when nothing or more than one thing is called so.
+[[nodiscard]] std::string describe(const VariableError& error);
+
 /// The process data of a line by their names, for programs and line files. Made at start-up; what it gives out is for
 /// the cycle. Not \rtsafe.
 ///
@@ -38,49 +92,49 @@ struct ProcessVariable {
 class ProcessVariables {
  public:
   template <typename T>
-  /// What was looked for, or a sentence that says why not.
-  using Found = tl::expected<T, std::string>;
+  /// What was looked for, or why it cannot be had.
+  using Found = tl::expected<T, VariableError>;
 
   /// Of slaves that have been configured. Gaps in the mapping (index 0) are no variables.
   ProcessVariables(std::span<const ConfiguredSlave> slaves, const ProcessImage& image);
 
   /// In the order of slaves and of their process data, outputs first.
   [[nodiscard]] std::span<const ProcessVariable> all() const noexcept { return variables_; }
-  /// Errors: a sentence, with the names there are when nothing or more than one thing is called so.
+  /// Errors: NotThere, Ambiguous.
   [[nodiscard]] Found<ProcessVariable> find(std::string_view name) const;
   /// What find() knows the variable by: its alias, else its name, with its PDO in front when the slave has several of
   /// that name, else its address.
   [[nodiscard]] std::string full_name(const ProcessVariable& variable) const;
   /// Gives the variable `name` one more name behind that of its slave, which goes before all others. Errors: those of
-  /// find(), and an alias that the slave has already.
+  /// find(), NameTaken.
   [[nodiscard]] Found<void> rename(std::string_view name, std::string_view alias);
 
-  /// The handle of an entry of exactly this type's size; bool for a single bit. Errors: also when size or place do not
-  /// allow a single load or store.
+  /// The handle of an entry of exactly this type's size; bool for a single bit. Errors: Unfit also when
+  /// size or place do not allow a single load or store.
   template <typename T>
   [[nodiscard]] Found<PdoEntry<T>> entry(std::string_view name) const {
     auto variable = find(name);
     if (!variable) return tl::unexpected(variable.error());
     if constexpr (std::is_same_v<T, bool>) {
-      if (variable->bits != 1) return tl::unexpected(unfit(*variable, 1));
+      if (variable->bits != 1) return unfit(*variable, 1);
       return PdoEntry<bool>(variable->bit_offset / 8, static_cast<unsigned>(variable->bit_offset % 8));
     } else {
       if (variable->bits != 8 * sizeof(T) || variable->bit_offset % 8 != 0) {
-        return tl::unexpected(unfit(*variable, 8 * sizeof(T)));
+        return unfit(*variable, 8 * sizeof(T));
       }
       return PdoEntry<T>(variable->bit_offset / 8);
     }
   }
   /// The handle of an entry of up to 32 bits, wherever it lies.
   [[nodiscard]] Found<PdoBits> bits(std::string_view name) const;
-  /// Hands an input of one slave to an output of another in every cycle. Errors: also when directions or sizes do not
-  /// fit.
+  /// Hands an input of one slave to an output of another in every cycle. Errors: also NoSource, NoTarget,
+  /// SizesDiffer.
   [[nodiscard]] Found<ProcessDataCopy> copy(std::string_view from, std::string_view to) const;
 
  private:
   void add(const ConfiguredSlave& slave, const ProcessImage& image, bool output);
   [[nodiscard]] Found<std::size_t> find_number(std::string_view name) const;
-  [[nodiscard]] static std::string unfit(const ProcessVariable& variable, std::size_t wanted_bits);
+  [[nodiscard]] static tl::unexpected<VariableError> unfit(ProcessVariable variable, std::size_t wanted_bits);
 
   std::vector<ProcessVariable> variables_;
 };

@@ -1,4 +1,4 @@
-#include "driveline/ecat_master/cyclic/process_copy.hpp"
+#include "driveline/ecat_master/process_data/process_copy.hpp"
 
 #include <algorithm>
 

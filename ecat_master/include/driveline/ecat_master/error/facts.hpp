@@ -1,0 +1,201 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+
+#include "driveline/ecat_master/error/configuration_finding.hpp"
+#include "driveline/wire/al.hpp"
+#include "driveline/wire/al_status_code.hpp"
+#include "driveline/wire/sdo_abort.hpp"
+
+namespace driveline::ecat_master {
+
+/// Which number of an identity it is about.
+enum class IdentityNumber : std::uint8_t { kVendor, kProduct, kRevision, kSerial, kAlias, kDeviceId };
+
+/// By what a planned slave is known.
+enum class KnownBy : std::uint8_t { kPosition, kAlias, kDeviceId };
+
+/// What can go wrong on the bus: one type for each kind of error, with its facts. Error::facts is one of them.
+namespace facts {
+
+/// An entry of a slave's object dictionary.
+struct ObjectAddress {
+  std::uint16_t index = 0;    ///< of the object
+  std::uint8_t subindex = 0;  ///< of its entry
+  constexpr bool operator==(const ObjectAddress&) const = default;
+};
+
+// Frames and datagrams.
+
+/// Frames did not come back within the retries.
+struct NoAnswer {
+  std::uint32_t tries = 0;  ///< the first one included
+};
+/// The port has no carrier.
+struct LinkDown {};
+/// A datagram was answered by the wrong number of slaves.
+struct WorkingCounter {
+  std::uint16_t address = 0;   ///< register or memory of the slave
+  std::uint16_t expected = 1;  ///< slaves that should have answered
+  std::uint16_t received = 0;  ///< slaves that did
+};
+/// The cycle runs, and no frame of it comes back in time.
+struct NoExchange {
+  std::chrono::nanoseconds window{0};  ///< that a cycle waits for its frames
+  std::uint32_t cycles = 0;            ///< that have waited in vain
+  std::uint32_t late = 0;              ///< frames that came later
+};
+/// Stopped on request.
+struct Cancelled {};
+/// Frames that were given up before still fill the way through the cycle.
+struct ExchangeFull {};
+
+// The line.
+
+/// Nothing on the line.
+struct NoSlaves {};
+/// More slaves than addresses.
+struct TooManySlaves {
+  std::uint32_t found = 0;  ///< slaves that answer
+  std::uint32_t limit = 0;  ///< most that can be addressed
+};
+/// The slaves' ports fit no tree.
+struct PortsFitNoTree {
+  std::uint32_t open_ports = 0;  ///< of the slave
+};
+/// Another device than planned, or than was there at start.
+struct IdentityMismatch {
+  IdentityNumber number = IdentityNumber::kVendor;  ///< which one differs
+  bool at_least = false;                            ///< `expected` is the least that is planned
+  bool at_start = false;                            ///< `expected` was there at start; else planned
+  std::uint32_t expected = 0;                       ///< as it should be
+  std::uint32_t found = 0;                          ///< as the slave has it
+};
+/// A planned slave is not on the line.
+struct SlaveMissing {
+  std::uint16_t plan = 0;                 ///< number of the planned slave
+  KnownBy known_by = KnownBy::kPosition;  ///< what `number` is
+  std::uint16_t number = 0;               ///< its alias or device ID
+  std::uint32_t planned = 0;              ///< slaves in all
+  std::uint32_t found = 0;                ///< slaves in all
+};
+/// A slave that is not planned.
+struct SlaveExtra {
+  std::uint32_t planned = 0;  ///< slaves in all
+  std::uint32_t found = 0;    ///< slaves in all
+};
+/// Two neighbours have changed places.
+struct SlavesSwapped {
+  std::uint16_t other = 0;  ///< position of its neighbour
+};
+/// IN and OUT of a slave are swapped.
+struct InOutSwapped {
+  std::uint16_t port = 0;  ///< where frames come in
+};
+/// An alias or device ID that must be unique is not.
+struct DuplicateAlias {
+  std::uint16_t other = 0;                ///< position of the second slave
+  KnownBy known_by = KnownBy::kDeviceId;  ///< what `number` is
+  std::uint16_t number = 0;               ///< alias or device ID of both
+};
+/// A slave has come back, and nothing tells which of the missing ones it is.
+struct PlaceUnknown {
+  std::uint32_t missing = 0;   ///< slaves that it may be
+  std::uint32_t returned = 0;  ///< slaves that may be one of them
+};
+
+// EEPROMs; `word` is an address in words.
+
+/// The EEPROM interface stays busy.
+struct SiiBusy {
+  std::uint16_t word = 0;  ///< that was to be read or written
+};
+/// The EEPROM interface reports an error.
+struct SiiError {
+  std::uint16_t word = 0;    ///< that was to be read or written
+  std::uint16_t status = 0;  ///< register 0x0502
+};
+/// EEPROM content cannot be used.
+struct SiiContent {
+  std::uint16_t word = 0;  ///< where it stops making sense
+};
+/// Nothing but 0xFF where the configuration should be.
+struct SiiBlank {};
+/// An EEPROM word reads back as something else than was written.
+struct SiiVerify {
+  std::uint16_t word = 0;     ///< that was written
+  std::uint16_t written = 0;  ///< its value
+  std::uint16_t read = 0;     ///< what it holds
+};
+/// The checksum of the EEPROM's configuration area is wrong.
+struct SiiChecksum {
+  std::uint8_t right = 0;  ///< of what the configuration area holds
+  std::uint8_t found = 0;  ///< in the EEPROM
+};
+
+// EtherCAT states.
+
+/// A slave reports an error instead of the requested AL state.
+struct StateRefused {
+  wire::AlState requested = wire::AlState::kNone;          ///< where the slave was to go
+  wire::AlState actual = wire::AlState::kNone;             ///< where it is
+  wire::AlStatusCode code = wire::AlStatusCode::kNoError;  ///< why, by the slave
+  std::optional<ConfigurationFinding> finding{};           ///< why, by what has been found out about it
+};
+/// A slave did not reach the requested AL state in time.
+struct StateTimeout {
+  wire::AlState requested = wire::AlState::kNone;          ///< where the slave was to go
+  wire::AlState actual = wire::AlState::kNone;             ///< where it is
+  wire::AlStatusCode code = wire::AlStatusCode::kNoError;  ///< as it stands in its register
+  std::chrono::nanoseconds timeout{0};                     ///< that it had
+};
+
+// Mailboxes and CoE.
+
+/// The slave has no mailbox, or none for CoE.
+struct NoMailbox {};
+/// The slave has no mailbox for BOOT.
+struct NoBootMailbox {};
+/// No mailbox reply in time.
+struct MailboxTimeout {
+  ObjectAddress object{};               ///< that was asked for
+  std::chrono::nanoseconds timeout{0};  ///< that the slave had
+};
+/// The slave answered with a mailbox error reply.
+struct MailboxError {
+  ObjectAddress object{};  ///< that was asked for
+  std::uint16_t code = 0;  ///< of the error reply
+};
+/// The slave's mailbox does not decode.
+struct MailboxMalformed {
+  ObjectAddress object{};  ///< that was asked for
+};
+/// The slave aborted an SDO transfer.
+struct SdoAbort {
+  ObjectAddress object{};  ///< that was to be read or written
+  wire::SdoAbort code{};   ///< why, by the slave
+};
+/// An SDO has another size than asked for.
+struct SdoSize {
+  ObjectAddress object{};      ///< that was read
+  std::uint32_t expected = 0;  ///< bytes
+  std::uint32_t received = 0;  ///< bytes
+};
+
+// Process data.
+
+/// Process data, or a datagram or mailbox, does not fit where it is to go.
+struct ProcessDataSize {
+  std::uint32_t bytes = 0;  ///< that were to go somewhere
+  std::uint32_t limit = 0;  ///< most that fit there
+};
+/// The slave has not enough FMMUs for its process data.
+struct TooFewFmmus {
+  std::uint32_t needed = 0;   ///< by the process data
+  std::uint32_t present = 0;  ///< in the slave
+};
+
+}  // namespace facts
+}  // namespace driveline::ecat_master

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace driveline::ecat_master {
+
+/// One object in a PDO, as in the mapping objects 1600h and 1A00h.
+struct MappedObject {
+  std::uint16_t index = 0;    ///< of the object; 0 with sub-index 0: a gap
+  std::uint8_t subindex = 0;  ///< of the entry
+  std::uint8_t bits = 0;      ///< length in the process data
+
+  /// The entry as it is written: index << 16 | sub-index << 8 | bits (ETG.1000.6 Table 74).
+  [[nodiscard]] constexpr std::uint32_t raw() const noexcept {
+    return (std::uint32_t{index} << 16) | (std::uint32_t{subindex} << 8) | bits;
+  }
+  /// The inverse of raw(); every number is one.
+  [[nodiscard]] static constexpr MappedObject from_raw(std::uint32_t raw) noexcept {
+    return {static_cast<std::uint16_t>(raw >> 16), static_cast<std::uint8_t>(raw >> 8), static_cast<std::uint8_t>(raw)};
+  }
+  constexpr bool operator==(const MappedObject&) const = default;
+};
+
+/// A PDO and what shall be mapped into it.
+struct PdoMapping {
+  std::uint16_t index = 0;                     ///< mapping object, 1600h-17FFh or 1A00h-1BFFh
+  std::vector<MappedObject> objects;           ///< in the order of the process data; none: as the slave has it
+  std::optional<std::uint8_t> sync_manager{};  ///< none: the first of its direction
+  bool own_mapping = false;                    ///< `objects` were read from the slave; they are not written
+  /// Length of the PDO in the process data.
+  [[nodiscard]] std::size_t bits() const noexcept;
+};
+
+/// The PDOs of one slave: outputs on sync manager 2 (1C12h), inputs on sync manager 3 (1C13h).
+struct PdoConfiguration {
+  std::vector<PdoMapping> outputs;  ///< RxPDOs in the order of their assignment
+  std::vector<PdoMapping> inputs;   ///< TxPDOs in the order of their assignment
+  /// Process data in bytes; a last byte that is not full counts.
+  [[nodiscard]] std::size_t output_bytes() const noexcept;
+  /// See output_bytes().
+  [[nodiscard]] std::size_t input_bytes() const noexcept;
+};
+
+/// Process data of these PDOs in bytes; a last byte that is not full counts.
+[[nodiscard]] std::size_t bytes_of(std::span<const PdoMapping> pdos) noexcept;
+
+}  // namespace driveline::ecat_master

@@ -1,0 +1,104 @@
+// Errors of single slaves in words: EEPROMs, states, mailboxes, process data.
+#include <fmt/format.h>
+
+#include "error/sentence.hpp"
+
+namespace driveline::ecat_master {
+namespace {
+
+std::string object_text(const facts::ObjectAddress& object) {
+  return fmt::format("object {:04X}h:{:02X}", object.index, object.subindex);
+}
+
+std::int64_t in_ms(std::chrono::nanoseconds time) {
+  return std::chrono::duration_cast<std::chrono::milliseconds>(time).count();
+}
+
+std::string code_text(wire::AlStatusCode code, std::string_view meaning) {
+  return fmt::format("AL status code 0x{:04X} ({})", static_cast<std::uint16_t>(code), meaning);
+}
+
+}  // namespace
+
+std::string Sentence::operator()(const facts::SiiBusy& facts) const {
+  return fmt::format("{}: EEPROM interface stays busy at word 0x{:04X}", who(), facts.word);
+}
+
+std::string Sentence::operator()(const facts::SiiError& facts) const {
+  return fmt::format("{}: EEPROM access to word 0x{:04X} failed, status 0x{:04X}", who(), facts.word, facts.status);
+}
+
+std::string Sentence::operator()(const facts::SiiContent& facts) const {
+  return fmt::format("{}: EEPROM content is not usable at word 0x{:04X}", who(), facts.word);
+}
+
+std::string Sentence::operator()(const facts::SiiBlank& /*facts*/) const {
+  return fmt::format("{}: EEPROM is blank, it holds nothing but 0xFF", who());
+}
+
+std::string Sentence::operator()(const facts::SiiVerify& facts) const {
+  return fmt::format("{}: EEPROM word 0x{:04X} reads back as 0x{:04X} after 0x{:04X} was written", who(), facts.word,
+                     facts.read, facts.written);
+}
+
+std::string Sentence::operator()(const facts::SiiChecksum& facts) const {
+  return fmt::format("{}: EEPROM checksum is 0x{:02X}, 0x{:02X} would be right: the slave does not use its content",
+                     who(), facts.found, facts.right);
+}
+
+std::string Sentence::operator()(const facts::StateRefused& facts) const {
+  // A slave that refuses and leaves the code at zero.
+  const bool silent = facts.code == wire::AlStatusCode::kNoError;
+  // Whoever refuses sets the error flag; it may well be in the state that was asked for.
+  return fmt::format("{}: asked for {}, is in {} + error, {}{}", who(), wire::to_text(facts.requested),
+                     wire::to_text(facts.actual),
+                     code_text(facts.code, silent ? "the slave gives no reason" : wire::to_text(facts.code)),
+                     facts.finding ? "; " + describe(*facts.finding) : std::string{});
+}
+
+std::string Sentence::operator()(const facts::StateTimeout& facts) const {
+  return fmt::format("{}: asked for {}, is in {} and did not change within {} ms, {}", who(),
+                     wire::to_text(facts.requested), wire::to_text(facts.actual), in_ms(facts.timeout),
+                     code_text(facts.code, wire::to_text(facts.code)));
+}
+
+std::string Sentence::operator()(const facts::NoMailbox& /*facts*/) const {
+  return fmt::format("{}: has no CoE mailbox", who());
+}
+
+std::string Sentence::operator()(const facts::NoBootMailbox& /*facts*/) const {
+  return fmt::format("{}: has no mailbox for BOOT: its EEPROM names none for the bootstrap state", who());
+}
+
+std::string Sentence::operator()(const facts::MailboxTimeout& facts) const {
+  return fmt::format("{}: no mailbox reply for {} within {} ms", who(), object_text(facts.object),
+                     in_ms(facts.timeout));
+}
+
+std::string Sentence::operator()(const facts::MailboxError& facts) const {
+  return fmt::format("{}: answered {} with mailbox error 0x{:04X}", who(), object_text(facts.object), facts.code);
+}
+
+std::string Sentence::operator()(const facts::MailboxMalformed& facts) const {
+  return fmt::format("{}: sent a malformed mailbox for {}", who(), object_text(facts.object));
+}
+
+std::string Sentence::operator()(const facts::SdoAbort& facts) const {
+  return fmt::format("{}: {} aborted with 0x{:08X} ({})", who(), object_text(facts.object),
+                     static_cast<std::uint32_t>(facts.code), wire::to_text(facts.code));
+}
+
+std::string Sentence::operator()(const facts::SdoSize& facts) const {
+  return fmt::format("{}: {} has {} bytes, {} were expected", who(), object_text(facts.object), facts.received,
+                     facts.expected);
+}
+
+std::string Sentence::operator()(const facts::ProcessDataSize& facts) const {
+  return fmt::format("{}: {} bytes of process data do not fit, the limit is {}", who(), facts.bytes, facts.limit);
+}
+
+std::string Sentence::operator()(const facts::TooFewFmmus& facts) const {
+  return fmt::format("{}: its process data need {} FMMUs, it has {}", who(), facts.needed, facts.present);
+}
+
+}  // namespace driveline::ecat_master
