@@ -175,7 +175,7 @@ TEST(LineComparison, AnEepromThatCannotBeReadIsNoForeignDevice) {
   EXPECT_THAT(describe(compared, expected, line),
               testing::ElementsAre("slave 1: EEPROM is blank, it holds nothing but 0xFF; \"b\" (slave 1: product "
                                    "0x00000062) is planned there"));
-  EXPECT_TRUE(to_error(compared.differences.front(), expected, line).is<ecat_master::facts::SiiContent>());
+  EXPECT_TRUE(to_error(compared.differences.front(), expected, line).is<ecat_master::facts::SiiBlank>());
 }
 
 TEST(PlanByAlias, FindsTheDriveWhereverItIs) {

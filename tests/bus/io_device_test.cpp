@@ -109,7 +109,7 @@ class Terminals : public testing::TestWithParam<TerminalCase> {
   template <typename T>
   auto entry(const char* name) {
     auto found = variables->entry<T>(name);
-    EXPECT_TRUE(found.has_value()) << found.error();
+    EXPECT_TRUE(found.has_value()) << describe(found.error());
     return found.value_or(ecat_master::PdoEntry<T>{});
   }
   void pass() { master->pass(milliseconds{2}); }

@@ -53,12 +53,12 @@ class MixedLine : public testing::Test {
   }
   std::uint32_t input(const char* name) {
     const auto bits = variables->bits(name);
-    EXPECT_TRUE(bits) << bits.error();
+    EXPECT_TRUE(bits) << describe(bits.error());
     return bits ? bits->get(master->core()->image().inputs()) : 0;
   }
   void set(const char* name, std::uint32_t value) {
     const auto bits = variables->bits(name);
-    ASSERT_TRUE(bits) << bits.error();
+    ASSERT_TRUE(bits) << describe(bits.error());
     bits->set(master->core()->image().outputs(), value);
   }
 

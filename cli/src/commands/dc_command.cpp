@@ -70,7 +70,8 @@ class ClockSession {
     if (!watched) return tl::unexpected(watched.error());
     if (!files) return tl::unexpected(files.error());
     if (!down) return bus_failure(down.error());
-    if (!status_.locked) return failed(runtime::with_clock_remedy(ecat_master::dc::not_locked(status_, *master_.clock_follower())));
+    if (!status_.locked)
+      return failed(runtime::with_clock_remedy(ecat_master::dc::not_locked(status_, *master_.clock_follower())));
     return 0;
   }
 

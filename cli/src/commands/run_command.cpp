@@ -121,7 +121,7 @@ Outcome<std::unique_ptr<bridge::DdsPublisher>> make_publisher(const runtime::Lin
   dds.decimation = config.telemetry.decimation;
   dds.interfaces = config.telemetry.interfaces;
   for (const auto& axis : config.axes) {
-    dds.axes.push_back({axis.name, axis.linear ? bridge::AxisKind::kLinear : bridge::AxisKind::kRotary});
+    dds.axes.push_back({axis.name, axis.linear() ? bridge::AxisKind::kLinear : bridge::AxisKind::kRotary});
   }
   auto publisher = bridge::DdsPublisher::create(std::move(dds));
   if (!publisher) return failed(fmt::format("telemetry: {}", publisher.error()));

@@ -1,6 +1,5 @@
 #include "driveline/runtime/setup/clock_text.hpp"
 
-
 namespace driveline::runtime {
 
 using ecat_master::dc::LockCause;

@@ -4,8 +4,8 @@
 #include <vector>
 #include "driveline/runtime/error.hpp"
 
-#include "driveline/ecat_master/master.hpp"
 #include "driveline/ecat_master/configuration/process_variables.hpp"
+#include "driveline/ecat_master/master.hpp"
 #include "driveline/runtime/config/line_config.hpp"
 
 namespace driveline::runtime {
