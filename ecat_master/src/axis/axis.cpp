@@ -136,8 +136,12 @@ Axis::Targets Axis::targets_for(const trajectory::AxisSetpoint& setpoint) noexce
   Targets targets;
   targets.position = setpoint.position;
   targets.velocity = setpoint.velocity;
-  targets.torque = config_.inertia * setpoint.acceleration;
+  targets.torque = setpoint.torque.value_or(config_.inertia * setpoint.acceleration);
   if (config_.mode == cia402::Mode::kCyclicPosition) return targets;
+  if (config_.mode == cia402::Mode::kCyclicTorque && setpoint.torque) {
+    correction_ = 0.0;
+    return targets;
+  }
   correction_ = position_loop(setpoint);
   targets.velocity += correction_;
   if (config_.mode == cia402::Mode::kCyclicTorque) {

@@ -5,6 +5,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "driveline/ecat_master/cyclic/path_source.hpp"
+
 namespace driveline::ecat_master {
 namespace {
 
@@ -51,23 +53,34 @@ std::string_view to_text(MotionPhase phase) noexcept {
 }
 
 Motion::Motion(std::vector<Axis> axes, trajectory::Interpolator path, Settings settings)
+    : Motion(std::move(axes), settings) {
+  if (path.axes().size() == axes_.size())
+    path_ = std::make_unique<PathSource>(std::move(path), limits_of(axes_), settings_.late);
+  if (!path_) throw std::invalid_argument("motion: the path must have one axis for each axis of the line");
+  begin_with(*path_);
+}
+
+Motion::Motion(std::vector<Axis> axes, SetpointSource& source, Settings settings) : Motion(std::move(axes), settings) {
+  if (source.axis_count() != axes_.size())
+    throw std::invalid_argument("motion: the source must move as many axes as there are");
+  begin_with(source);
+}
+
+Motion::Motion(std::vector<Axis> axes, Settings settings)
     : axes_(std::move(axes)),
-      path_(std::move(path)),
       settings_(settings),
       setpoints_(axes_.size()),
       ramps_(axes_.size()),
       stops_(axes_.size()),
-      path_start_(axes_.size()),
+      source_start_(axes_.size()),
       anchors_(axes_.size()),
       targets_(axes_.size()),
+      before_(axes_.size()),
       supplies_(axes_.size()),
       absences_(axes_.size()),
       presence_shared_(std::make_unique<std::atomic<AxisPresence>[]>(axes_.size())),
       bad_cycles_(axes_.size()),
       exchanged_(axes_.size()) {
-  if (path_.axes().size() != axes_.size()) {
-    throw std::invalid_argument("motion: the path must have one axis for each axis of the line");
-  }
   for (const auto& axis : axes_) {
     position_watches_.emplace_back(axis.config(), settings_.period);
     const auto& limits = axis.config().limits;
@@ -79,12 +92,13 @@ Motion::Motion(std::vector<Axis> axes, trajectory::Interpolator path, Settings s
       throw std::invalid_argument("motion: an axis in cst needs a velocity gain");
     if (!axis.complete()) throw std::invalid_argument("motion: the process data of an axis lack what its mode needs");
   }
-  path_.evaluate(path_.start_s(), path_start_);
-  const auto limits = limits_of(axes_);
-  const double ramp_s = trajectory::path_ramp_s(path_, limits);
-  const bool catches_up = settings_.late == LatePolicy::kCatchUp;
-  path_clock_ = trajectory::PathClock(ramp_s, catches_up ? trajectory::path_catch_up_rate(path_, limits, ramp_s) : 1.0);
   for (std::size_t i = 0; i < axes_.size(); ++i) supplies_[i].coast = coast_of(axes_[i].config());
+}
+
+void Motion::begin_with(SetpointSource& source) {
+  source_ = &source;
+  source_shared_.store(&source, std::memory_order_release);
+  source_->rewind(source_start_);
 }
 
 /// Setpoints go to the drives.
@@ -132,6 +146,7 @@ void Motion::update(std::int64_t cycle, std::span<std::byte> image) noexcept {
 }
 
 void Motion::obey(std::int64_t cycle) noexcept {
+  take_source(cycle);
   const auto command = command_.exchange(Command::kNone, std::memory_order_acq_rel);
   if (command == Command::kStart && phase_ == MotionPhase::kIdle) {
     failure_ = {};
@@ -139,8 +154,7 @@ void Motion::obey(std::int64_t cycle) noexcept {
       set_presence(i, AxisPresence::kPresent, cycle);
       anchors_[i].reset();
     }
-    path_.evaluate(path_.start_s(), path_start_);
-    path_clock_.be_on_time();
+    rewind_source();
     tell_path_late();
     enter(MotionPhase::kEnabling, cycle);
   } else if (command == Command::kStop) {
@@ -196,7 +210,7 @@ void Motion::advance(std::int64_t cycle) noexcept {
     case MotionPhase::kApproach: {
       bool done = true;
       for (std::size_t i = 0; i < axes_.size(); ++i) {
-        targets_[i] = path_start_[i];
+        targets_[i] = source_start_[i];
         if (!ramps_[i]) continue;
         targets_[i] = ramps_[i]->evaluate(given_s());
         done = done && ramps_[i]->finished(given_s());
@@ -267,33 +281,26 @@ void Motion::advance_stop(std::int64_t cycle) noexcept {
 void Motion::begin_path(std::int64_t cycle) noexcept {
   const bool wait = must_wait();
   path_begin_ = given_;
-  path_clock_.start(0.0, 0.0, !wait);
+  source_->begin(!wait);
   enter(wait ? MotionPhase::kWaiting : MotionPhase::kFollowing, cycle);
 }
 
 void Motion::advance_path(std::int64_t cycle) noexcept {
   const bool wait = must_wait();
   if (wait != (phase_ == MotionPhase::kWaiting)) {
-    path_clock_.run(!wait);
+    source_->run(!wait);
     enter(wait ? MotionPhase::kWaiting : MotionPhase::kFollowing, cycle);
   }
-  const double t = path_.start_s() + path_clock_.advance(seconds(given_ - path_begin_));
+  before_ = targets_;
+  const bool goes_on = source_->next({seconds(given_ - path_begin_), axes_}, targets_);
+  for (std::size_t i = 0; i < axes_.size(); ++i) targets_[i].position += anchors_[i].value_or(0.0);
   tell_path_late();
-  evaluate_path(t);
-  if (!path_.finished(t)) return;
+  if (!believe_setpoints(cycle) || goes_on) return;
   if (settings_.repeat) {
     plan_approach();
     enter(MotionPhase::kApproach, cycle);
   } else {
     enter(MotionPhase::kHolding, cycle);
-  }
-}
-
-void Motion::evaluate_path(double time_s) noexcept {
-  path_.evaluate(time_s, targets_);
-  for (std::size_t i = 0; i < axes_.size(); ++i) {
-    targets_[i] = path_clock_.scaled(targets_[i]);
-    targets_[i].position += anchors_[i].value_or(0.0);
   }
 }
 
@@ -303,9 +310,9 @@ void Motion::anchor(std::size_t axis) noexcept {
   // An axis that was absent at the start may come while the path goes on: its way begins where it is enabled.
   const bool waiting = phase_ == MotionPhase::kEnabling;
   const double place = waiting ? targets_[axis].position : place_of(axis);
-  anchors_[axis] = place - path_start_[axis].position;
+  anchors_[axis] = place - source_start_[axis].position;
   if (!waiting) targets_[axis].position += *anchors_[axis];
-  path_start_[axis].position = place;
+  source_start_[axis].position = place;
 }
 
 void Motion::plan_approach() noexcept {
@@ -315,7 +322,7 @@ void Motion::plan_approach() noexcept {
     ramps_[i].reset();
     // Who is not on the path is not waited for here, and goes straight to that point.
     if (absences_[i].presence != AxisPresence::kPresent) continue;
-    ramps_[i] = trajectory::StartRamp::plan(targets_[i].position, path_start_[i].position, axes_[i].config().limits);
+    ramps_[i] = trajectory::StartRamp::plan(targets_[i].position, source_start_[i].position, axes_[i].config().limits);
     if (ramps_[i]) longest = std::max(longest, ramps_[i]->duration_s());
   }
   for (auto& ramp : ramps_) {

@@ -91,12 +91,12 @@ void Motion::aim() noexcept {
 
 void Motion::fall_behind(std::int64_t periods) noexcept {
   if (phase_ != MotionPhase::kApproach && phase_ != MotionPhase::kFollowing) return;
-  path_clock_.fall_behind(seconds(periods));
+  source_->fall_behind(seconds(periods));
   tell_path_late();
 }
 
 void Motion::tell_path_late() noexcept {
-  path_late_shared_.store(std::llround(path_clock_.behind_s() * 1e9), std::memory_order_relaxed);
+  path_late_shared_.store(std::llround(source_->behind_s() * 1e9), std::memory_order_relaxed);
 }
 
 AbsenceEffect Motion::resume(std::int64_t cycle, std::int64_t missed, std::span<std::byte> image) noexcept {

@@ -296,6 +296,11 @@ std::string LineWatch::motion_failure() const {
                          failure.status_word, ecat_master::cia402::error_text(failure.error_code));
     case Cause::kMasterAway:
       return fmt::format("the master was away for longer than {}; all axes stopped", max_lost_text(config_));
+    case Cause::kSetpoint:
+      return fmt::format(
+          "axis {}: was given a setpoint beyond its limits, or no number; all axes stopped within their limits", name);
+    case Cause::kTooFast:
+      return fmt::format("axis {}: got faster than its limit under the torques it was given; all axes stopped", name);
     case Cause::kPositionLeap:
     case Cause::kPositionFrozen:
     case Cause::kPositionUnsteady:

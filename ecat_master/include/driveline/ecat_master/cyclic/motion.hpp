@@ -4,14 +4,15 @@
 #include <chrono>
 #include <memory>
 #include <optional>
+#include <tl/expected.hpp>
 #include <vector>
 
 #include "driveline/ecat_master/axis/axis.hpp"
 #include "driveline/ecat_master/cyclic/master_absence.hpp"
 #include "driveline/ecat_master/cyclic/position_watch.hpp"
+#include "driveline/ecat_master/cyclic/setpoint_source.hpp"
 #include "driveline/trajectory/coast.hpp"
 #include "driveline/trajectory/interpolator.hpp"
-#include "driveline/trajectory/path_clock.hpp"
 #include "driveline/trajectory/rejoin.hpp"
 #include "driveline/trajectory/start_ramp.hpp"
 #include "driveline/trajectory/stop_profile.hpp"
@@ -47,6 +48,8 @@ struct MotionFailure {
     kPositionLeap,      ///< `position` tells more, as with those below
     kPositionFrozen,    ///< the actual position stands while the axis is sent on
     kPositionUnsteady,  ///< the actual position kept leaping, so that there was no place to enable the axis at
+    kSetpoint,          ///< the source gave a setpoint that the limits of the axis do not allow, or no number
+    kTooFast,           ///< a source that gives torques has let the axis get faster than its limit
   };
   Cause cause = Cause::kNone;  ///< kNone: there was no failure
   std::uint16_t axis = 0;      ///< number of the axis, as given to the constructor; the first one where several failed
@@ -64,11 +67,17 @@ enum class AxisPresence : std::uint8_t {
   kReturning,  ///< on its way back to where the path is, within its limits
 };
 
-/// Takes all axes along a path together: enables them, approaches the path, follows it, and reacts to failures. One
-/// axis that fails stops all of them, because a path of several axes means nothing without one; unless the axis is only
-/// missing (its slave is not there) and its LossPolicy says otherwise. It is enabled again when it is back, where it
-/// stands, and taken back onto the path within its limits. A drive that has a fault or switches off stops all in any
-/// case.
+/// Why a source of setpoints was not taken.
+enum class SourceRefusal : std::uint8_t {
+  kInMotion,   ///< sources change while the axes are without power, or hold the end of the one before
+  kWrongAxes,  ///< it moves another number of axes
+};
+
+/// Takes all axes along a path together, or wherever another source of setpoints leads them: enables them, approaches
+/// the path, follows it, and reacts to failures. One axis that fails stops all of them, because a path of several axes
+/// means nothing without one; unless the axis is only missing (its slave is not there) and its LossPolicy says
+/// otherwise. It is enabled again when it is back, where it stands, and taken back onto the path within its limits. A
+/// drive that has a fault or switches off stops all in any case.
 ///
 /// The time along the path, approach and stop is that for which the drives have been given setpoints: at most one
 /// period per cycle, none for periods that were missed and for cycles of which the working counters do not say that the
@@ -100,12 +109,23 @@ class Motion {
   /// and stop could not be planned then), if its process data lack what its mode needs (missing_objects()), or if an
   /// axis in CST has no velocity gain.
   Motion(std::vector<Axis> axes, trajectory::Interpolator path, Settings settings);
+  /// The same with another source than a path: as many axes as `axes`, in the same order. It must outlive the motion.
+  Motion(std::vector<Axis> axes, SetpointSource& source, Settings settings);
 
   // Commands, any thread.
   /// Enable all axes (resetting faults first) and follow the path.
   void request_start() noexcept { command_.store(Command::kStart, std::memory_order_release); }
   /// Bring all axes to standstill, then switch them off.
   void request_stop() noexcept { command_.store(Command::kStop, std::memory_order_release); }
+  /// Takes another source, which must outlive the motion, at standstill and without a stop of the cycle: from the next
+  /// start on, or, where the axes hold the end of the source before, at once; they approach where it begins. Errors:
+  /// why it is not taken; then nothing has changed. When the motion begins to move at this very moment by another
+  /// command, that goes first and the source is not taken: using_source() tells.
+  [[nodiscard]] tl::expected<void, SourceRefusal> use(SetpointSource& source) noexcept;
+  /// The source that the axes follow, or will when they are started. \rtsafe
+  [[nodiscard]] const SetpointSource& using_source() const noexcept {
+    return *source_shared_.load(std::memory_order_acquire);
+  }
   /// As of the last cycle. \rtsafe
   [[nodiscard]] MotionPhase phase() const noexcept { return phase_shared_.load(std::memory_order_acquire); }
   /// Of an axis by its number, as of the last cycle. \rtsafe
@@ -139,6 +159,9 @@ class Motion {
   [[nodiscard]] std::span<const trajectory::AxisSetpoint> setpoints() const noexcept { return setpoints_; }
 
  private:
+  /// Without a source yet.
+  Motion(std::vector<Axis> axes, Settings settings);
+
   enum class Command : std::uint8_t { kNone, kStart, kStop };
 
   /// What is known of an axis that is not simply there.
@@ -187,7 +210,11 @@ class Motion {
   void tell_path_late() noexcept;
   void give_up(std::size_t axis, std::int64_t cycle) noexcept;
   void begin_path(std::int64_t cycle) noexcept;
-  void evaluate_path(double time_s) noexcept;
+  void begin_with(SetpointSource& source);
+  [[nodiscard]] bool believe_setpoints(std::int64_t cycle) noexcept;
+  [[nodiscard]] MotionFailure::Cause judge_setpoint(std::size_t axis) const noexcept;
+  void rewind_source() noexcept;
+  void take_source(std::int64_t cycle) noexcept;
   void anchor(std::size_t axis) noexcept;
   /// Where an axis stands that is not enabled.
   [[nodiscard]] double place_of(std::size_t axis) const noexcept { return position_watches_[axis].held(); }
@@ -207,18 +234,19 @@ class Motion {
   [[nodiscard]] cia402::Goal goal(std::size_t axis) const noexcept;
 
   std::vector<Axis> axes_;
-  trajectory::Interpolator path_;
+  std::unique_ptr<SetpointSource> path_;  ///< null: the source is somebody else's
+  SetpointSource* source_;
   Settings settings_;
   std::vector<trajectory::AxisSetpoint> setpoints_;
   std::vector<std::optional<trajectory::StartRamp>> ramps_;
   std::vector<std::optional<trajectory::StopProfile>> stops_;
-  std::vector<trajectory::AxisSetpoint> path_start_;
+  std::vector<trajectory::AxisSetpoint> source_start_;
   std::vector<std::optional<double>> anchors_;     ///< relative paths: what is added to them, once the axis was enabled
-  std::vector<trajectory::AxisSetpoint> targets_;  ///< where the path is; setpoints_ of the axes on it
-  trajectory::PathClock path_clock_;
-  std::int64_t path_begin_ = 0;   ///< in given periods
-  std::int64_t given_ = 0;        ///< periods for which setpoints have been made since the start
-  std::int64_t phase_given_ = 0;  ///< of them, when the phase began
+  std::vector<trajectory::AxisSetpoint> targets_;  ///< where the source is; setpoints_ of the axes on it
+  std::vector<trajectory::AxisSetpoint> before_;   ///< targets_ of the cycle before, while the source is asked
+  std::int64_t path_begin_ = 0;                    ///< in given periods
+  std::int64_t given_ = 0;                         ///< periods for which setpoints have been made since the start
+  std::int64_t phase_given_ = 0;                   ///< of them, when the phase began
   std::vector<Supply> supplies_;
   std::vector<Absence> absences_;
   std::unique_ptr<std::atomic<AxisPresence>[]> presence_shared_;
@@ -232,6 +260,8 @@ class Motion {
   std::atomic<Command> command_{Command::kNone};
   std::atomic<MotionPhase> phase_shared_{MotionPhase::kIdle};
   std::atomic<std::int64_t> path_late_shared_{0};
+  std::atomic<SetpointSource*> next_source_{nullptr};
+  std::atomic<SetpointSource*> source_shared_{nullptr};
 };
 
 }  // namespace driveline::ecat_master

@@ -1,0 +1,88 @@
+// Where the setpoints come from, and what is believed of them.
+#include <algorithm>
+#include <cmath>
+
+#include "driveline/ecat_master/cyclic/motion.hpp"
+
+namespace driveline::ecat_master {
+namespace {
+
+/// What rounding and the ways back onto a path may add to a step.
+constexpr double kMargin = 1.05;
+
+bool is_finite(const trajectory::AxisSetpoint& setpoint) noexcept {
+  return std::isfinite(setpoint.position) && std::isfinite(setpoint.velocity) && std::isfinite(setpoint.acceleration) &&
+         std::isfinite(setpoint.torque.value_or(0.0));
+}
+
+bool at_standstill(MotionPhase phase) noexcept {
+  return phase == MotionPhase::kIdle || phase == MotionPhase::kHolding;
+}
+
+}  // namespace
+
+tl::expected<void, SourceRefusal> Motion::use(SetpointSource& source) noexcept {
+  if (source.axis_count() != axes_.size()) return tl::unexpected(SourceRefusal::kWrongAxes);
+  if (!at_standstill(phase())) return tl::unexpected(SourceRefusal::kInMotion);
+  next_source_.store(&source, std::memory_order_release);
+  return {};
+}
+
+void Motion::take_source(std::int64_t cycle) noexcept {
+  auto* source = next_source_.load(std::memory_order_relaxed);
+  if (source == nullptr) return;
+  source = next_source_.exchange(nullptr, std::memory_order_acq_rel);
+  if (!at_standstill(phase_)) return;
+  source_ = source;
+  source_shared_.store(source, std::memory_order_release);
+  if (phase_ == MotionPhase::kIdle) return;
+  // The axes have power and stand where the source before has left them.
+  for (auto& anchor : anchors_) anchor.reset();
+  rewind_source();
+  for (std::size_t i = 0; i < axes_.size() && settings_.relative; ++i) {
+    anchors_[i] = targets_[i].position - source_start_[i].position;
+    source_start_[i].position = targets_[i].position;
+  }
+  plan_approach();
+  enter(MotionPhase::kApproach, cycle);
+}
+
+/// Where the source begins; it is told where the axes stand.
+void Motion::rewind_source() noexcept {
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    source_start_[i] = {phase_ == MotionPhase::kHolding ? targets_[i].position : place_of(i), 0.0, 0.0};
+  }
+  source_->rewind(source_start_);
+}
+
+/// A wrong setpoint never leaves: the axes come to rest from the last one that did.
+bool Motion::believe_setpoints(std::int64_t cycle) noexcept {
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    const auto cause = judge_setpoint(i);
+    if (cause == MotionFailure::Cause::kNone) continue;
+    const auto& inputs = axes_[i].inputs();
+    failure_ = {cause, static_cast<std::uint16_t>(i), inputs.status_word, inputs.error_code, {}};
+    plan_stop();
+    enter(MotionPhase::kStopping, cycle);
+    // The setpoint of this cycle is the first of the stop already.
+    --phase_given_;
+    advance_stop(cycle);
+    return false;
+  }
+  return true;
+}
+
+MotionFailure::Cause Motion::judge_setpoint(std::size_t axis) const noexcept {
+  using Cause = MotionFailure::Cause;
+  const auto& target = targets_[axis];
+  if (!is_finite(target)) return Cause::kSetpoint;
+  if (absences_[axis].presence != AxisPresence::kPresent) return Cause::kNone;
+  const double most = kMargin * axes_[axis].config().limits.max_velocity;
+  // Who gives a torque says nothing about places: where the axis is, is where it is to be.
+  const bool torque_alone = target.torque && axes_[axis].config().mode == cia402::Mode::kCyclicTorque;
+  if (torque_alone) return std::abs(axes_[axis].inputs().velocity) > most ? Cause::kTooFast : Cause::kNone;
+  const double step = std::abs(target.position - before_[axis].position);
+  return step > most * seconds(1) || std::abs(target.velocity) > most ? Cause::kSetpoint : Cause::kNone;
+}
+
+}  // namespace driveline::ecat_master
