@@ -109,7 +109,7 @@ constexpr std::array kSingleRows = {
              .subindex = 2,
              .code = ObjectCode::kRecord,
              .type = DataType::kUnsigned16,
-             .access = access::kReadWritePreOp | access::kBackup,
+             .access = access::kReadWriteConfiguring | access::kBackup,
              .slot = kSyncErrorLimit,
              .name = "Sync error counter limit",
              .initial = 30,
@@ -124,7 +124,7 @@ constexpr std::array kSingleRows = {
 /// 1600h-1603h or 1A00h-1A03h: empty by default, kept with the parameters (MSD manual 8.3.3).
 void add_mappings(std::vector<EntryRow>& rows, std::uint16_t first, std::string_view name) {
   const EntryRow base{.code = ObjectCode::kRecord,
-                      .access = access::kReadWritePreOp | access::kBackup,
+                      .access = access::kReadWriteConfiguring | access::kBackup,
                       .source = "MSD manual 8.3.3, Table 8.5"};
   for (std::uint8_t pdo = 0; pdo < kPdoLimits.pdos; ++pdo) {
     EntryRow row = base;
@@ -145,7 +145,7 @@ void add_assignment(std::vector<EntryRow>& rows, std::uint16_t index, std::uint1
   EntryRow row{.index = index,
                .code = ObjectCode::kArray,
                .type = DataType::kUnsigned8,
-               .access = access::kReadWritePreOp | access::kBackup,
+               .access = access::kReadWriteConfiguring | access::kBackup,
                .name = name,
                .initial = static_cast<double>(kPdoLimits.pdos),
                .source = kEtg};
@@ -172,7 +172,7 @@ void add_synchronisation(std::vector<EntryRow>& rows, std::uint16_t index, std::
                   .subindex = 1,
                   .code = ObjectCode::kRecord,
                   .type = DataType::kUnsigned16,
-                  .access = access::kReadWritePreOp,
+                  .access = access::kReadWriteConfiguring,
                   .slot = kSyncTypeOutputs,
                   .name = "Synchronisation type",
                   .maximum = 2,

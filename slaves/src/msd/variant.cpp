@@ -57,7 +57,7 @@ void map_device_parameter(EntryRow& row) {
   const bool command = std::find(kCommands.begin(), kCommands.end(), row.index) != kCommands.end();
   if (!parameter || command || is_string(row.type)) return;
   row.access |= access::kTxMappable;
-  if ((row.access & access::kWriteOp) != 0 && !row.power_off_only) row.access |= access::kRxMappable;
+  if ((row.access & access::kWriteOperating) != 0 && !row.power_off_only) row.access |= access::kRxMappable;
 }
 
 std::vector<EntryRow> make_rows(const VariantFacts& variant) {

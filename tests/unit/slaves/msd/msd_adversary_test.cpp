@@ -166,7 +166,7 @@ TEST_P(MsdAdversary, RealNumbersThatAreNoneOrOutOfRange) {
 TEST_P(MsdAdversary, WrongStatesOfNetworkAndDrive) {
   rig.operate();
   for (const auto& row : table().rows()) {
-    const bool pre_op_only = writable(row) && (row.access & access::kWriteOp) == 0;
+    const bool pre_op_only = writable(row) && (row.access & access::kWriteOperating) == 0;
     if (pre_op_only) expect_refused(row, 0, byte_size(row), kWrongState);
   }
   rig.enable(8);

@@ -177,7 +177,7 @@ TEST(MsdObject, EveryRowHasASourceANameAndADefaultInItsRange) {
       ADD_FAILURE();
     }
     EXPECT_NE(row.access & access::kReadWrite, 0);
-    EXPECT_TRUE((row.access & access::kRxMappable) == 0 || (row.access & access::kWriteOp) != 0);
+    EXPECT_TRUE((row.access & access::kRxMappable) == 0 || (row.access & access::kWriteOperating) != 0);
   }
 }
 

@@ -1,13 +1,13 @@
-#include "driveline/slaves/od/pdo_map.hpp"
+#include "driveline/slaves/pdo/pdo_map.hpp"
 
 #include <gmock/gmock.h>
 
+#include "driveline/wire/endian.hpp"
 #include "sample_dictionary.hpp"
 
 namespace driveline::slaves {
 namespace {
 
-using wire::AlState;
 using wire::SdoAbort;
 
 class PdoMapTest : public testing::Test {
@@ -20,7 +20,7 @@ class PdoMapTest : public testing::Test {
   std::optional<SdoAbort> write(std::uint16_t index, unsigned sub, std::uint32_t value) {
     const auto* row = sample_table().find(index, static_cast<std::uint8_t>(sub));
     const auto le = wire::to_le_bytes(value);
-    const auto result = dictionary.download(index, static_cast<std::uint8_t>(sub), AlState::kPreOp,
+    const auto result = dictionary.download(index, static_cast<std::uint8_t>(sub), AccessPhase::kConfiguring,
                                             std::span(le).first(byte_size(*row)), owner);
     return result ? std::nullopt : std::optional(result.error());
   }

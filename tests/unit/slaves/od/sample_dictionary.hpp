@@ -45,7 +45,7 @@ inline const DictionaryTable& sample_table() {
          .initial = 1.5},
         {.index = 0x2005, .type = DataType::kUnsigned8, .access = access::kWrite, .name = "Command"},
         {.index = 0x2006, .type = DataType::kUnsigned8, .access = access::kRead, .name = "Fact", .initial = 7},
-        {.index = 0x2007, .type = DataType::kUnsigned8, .access = access::kReadWritePreOp, .name = "Setting"},
+        {.index = 0x2007, .type = DataType::kUnsigned8, .access = access::kReadWriteConfiguring, .name = "Setting"},
         {.index = 0x2008,
          .type = DataType::kUnsigned32,
          .access = access::kReadWrite,
@@ -80,7 +80,7 @@ inline const DictionaryTable& sample_table() {
       EntryRow row{.index = index,
                    .code = code,
                    .type = DataType::kUnsigned8,
-                   .access = access::kReadWritePreOp,
+                   .access = access::kReadWriteConfiguring,
                    .name = "Configuration"};
       list.push_back(row);
       row.type = entry;

@@ -22,7 +22,7 @@
 #include "driveline/slaves/msd/terminals.hpp"
 #include "driveline/slaves/msd/touch_probe.hpp"
 #include "driveline/slaves/od/parameter_file.hpp"
-#include "driveline/slaves/od/pdo_map.hpp"
+#include "driveline/slaves/pdo/pdo_map.hpp"
 #include "driveline/slaves/plant/dc_link.hpp"
 #include "driveline/slaves/plant/thermal_model.hpp"
 

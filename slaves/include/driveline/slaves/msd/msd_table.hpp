@@ -1,8 +1,9 @@
 #pragma once
 
+#include "driveline/esi/device_description.hpp"
 #include "driveline/slaves/msd/variant.hpp"
 #include "driveline/slaves/od/dictionary_table.hpp"
-#include "driveline/slaves/od/pdo_map.hpp"
+#include "driveline/slaves/pdo/pdo_map.hpp"
 
 namespace driveline::slaves::msd {
 

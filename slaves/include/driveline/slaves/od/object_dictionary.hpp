@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "driveline/slaves/od/dictionary_table.hpp"
-#include "driveline/wire/al.hpp"
 #include "driveline/wire/sdo_abort.hpp"
 
 namespace driveline::slaves {
@@ -20,16 +19,16 @@ using SdoResult = tl::expected<T, wire::SdoAbort>;
 /// `raw` is within the range of the row, and finite. \rtsafe
 [[nodiscard]] SdoResult<void> check_range(const EntryRow& row, std::uint64_t raw) noexcept;
 
-/// Access right that a row must have to be read or written in `state`; 0 where no mailbox runs.
-[[nodiscard]] std::uint16_t read_access(wire::AlState state) noexcept;
+/// Access right that a row must have to be read or written in `phase`; 0 where nothing is.
+[[nodiscard]] std::uint16_t read_access(AccessPhase phase) noexcept;
 /// See read_access().
-[[nodiscard]] std::uint16_t write_access(wire::AlState state) noexcept;
+[[nodiscard]] std::uint16_t write_access(AccessPhase phase) noexcept;
 
 /// The application behind a dictionary: has the last word about a value and hears of every change.
 class DictionaryOwner {
  public:
   virtual ~DictionaryOwner() = default;
-  /// The value has the right length and range and the row may be written in this state; the application may still
+  /// The value has the right length and range and the row may be written in this phase; the application may still
   /// refuse it.
   [[nodiscard]] virtual SdoResult<void> accept(const EntryRow& row, std::uint64_t raw) = 0;
   /// The value has been stored.
@@ -78,15 +77,15 @@ class ObjectDictionary {
   [[nodiscard]] const std::string& text(std::uint16_t string_slot) const noexcept { return strings_[string_slot]; }
 
   /// SDO upload of one sub-index: bytes written to `out`, or the abort code. `out` must hold the longest string.
-  [[nodiscard]] SdoResult<std::size_t> upload(std::uint16_t index, std::uint8_t subindex, wire::AlState state,
+  [[nodiscard]] SdoResult<std::size_t> upload(std::uint16_t index, std::uint8_t subindex, AccessPhase phase,
                                               std::span<std::byte> out) const;
   /// SDO download of one sub-index. `size_known` false: an expedited transfer without size, four bytes of which the
   /// object takes what it needs.
-  [[nodiscard]] SdoResult<void> download(std::uint16_t index, std::uint8_t subindex, wire::AlState state,
+  [[nodiscard]] SdoResult<void> download(std::uint16_t index, std::uint8_t subindex, AccessPhase phase,
                                          std::span<const std::byte> data, DictionaryOwner& owner,
                                          bool size_known = true);
   /// The row a download to this sub-index would change; the abort code if it cannot be written now.
-  [[nodiscard]] SdoResult<const EntryRow*> writable(std::uint16_t index, std::uint8_t subindex, wire::AlState state,
+  [[nodiscard]] SdoResult<const EntryRow*> writable(std::uint16_t index, std::uint8_t subindex, AccessPhase phase,
                                                     const DictionaryOwner& owner) const;
 
   /// Puts every value back to its initial one.

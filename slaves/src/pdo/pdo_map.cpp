@@ -1,4 +1,4 @@
-#include "driveline/slaves/od/pdo_map.hpp"
+#include "driveline/slaves/pdo/pdo_map.hpp"
 
 #include <algorithm>
 

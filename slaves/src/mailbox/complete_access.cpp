@@ -1,4 +1,4 @@
-#include "driveline/slaves/od/complete_access.hpp"
+#include "driveline/slaves/mailbox/complete_access.hpp"
 
 #include <algorithm>
 #include <optional>
@@ -51,7 +51,7 @@ class Layout {
   std::uint8_t first_;
 };
 
-constexpr std::uint32_t kAll = 0xFF;
+constexpr std::uint32_t kAllSubindices = 0xFF;
 
 /// Entry 0 as the number of entries; none when the object starts with data.
 const EntryRow* count_row(std::span<const EntryRow> rows) noexcept {
@@ -61,7 +61,7 @@ const EntryRow* count_row(std::span<const EntryRow> rows) noexcept {
 
 std::uint32_t last_subindex(const ObjectDictionary& dictionary, std::span<const EntryRow> rows) noexcept {
   const auto* count = count_row(rows);
-  return count == nullptr ? kAll : static_cast<std::uint32_t>(dictionary.raw(*count));
+  return count == nullptr ? kAllSubindices : static_cast<std::uint32_t>(dictionary.raw(*count));
 }
 
 SdoResult<std::span<const EntryRow>> locate(const ObjectDictionary& dictionary, std::uint16_t index,
@@ -110,12 +110,12 @@ struct Download {
   ObjectDictionary& dictionary;
   std::span<const EntryRow> rows;
   std::uint8_t first;
-  wire::AlState state;
+  AccessPhase phase;
   std::span<const std::byte> data;
   DictionaryOwner& owner;
 
   SdoResult<void> write(const EntryRow& row, std::span<const std::byte> value) const {
-    return dictionary.download(row.index, row.subindex, state, value, owner);
+    return dictionary.download(row.index, row.subindex, phase, value, owner);
   }
 
   SdoResult<void> write_entries(std::uint32_t last) const {
@@ -141,11 +141,11 @@ struct Download {
 }  // namespace
 
 std::size_t complete_size(std::span<const EntryRow> rows, std::uint8_t first) noexcept {
-  return Layout(rows, first).bytes(kAll);
+  return Layout(rows, first).bytes(kAllSubindices);
 }
 
 SdoResult<std::size_t> upload_complete(const ObjectDictionary& dictionary, std::uint16_t index, std::uint8_t first,
-                                       wire::AlState state, std::span<std::byte> out) {
+                                       AccessPhase phase, std::span<std::byte> out) {
   const auto located = locate(dictionary, index, first);
   if (!located) return tl::unexpected(located.error());
   const Layout layout(*located, first);
@@ -157,7 +157,7 @@ SdoResult<std::size_t> upload_complete(const ObjectDictionary& dictionary, std::
   SdoAbort why = SdoAbort::kWriteOnly;
   layout.each(last, [&](const EntryRow& row, std::size_t offset) {
     value.assign(byte_size(row), std::byte{0});
-    const auto read = dictionary.upload(row.index, row.subindex, state, value);
+    const auto read = dictionary.upload(row.index, row.subindex, phase, value);
     if (read) copy_bits(value, 0, out, offset, std::min(bit_size(row), 8 * *read));
     if (!read && read.error() != SdoAbort::kWriteOnly) why = read.error();
     any = any || read.has_value();
@@ -167,7 +167,7 @@ SdoResult<std::size_t> upload_complete(const ObjectDictionary& dictionary, std::
 }
 
 SdoResult<std::size_t> writable_complete(const ObjectDictionary& dictionary, std::uint16_t index, std::uint8_t first,
-                                         wire::AlState state) {
+                                         AccessPhase phase) {
   const auto located = locate(dictionary, index, first);
   if (!located) return tl::unexpected(located.error());
   bool any = false;
@@ -175,7 +175,7 @@ SdoResult<std::size_t> writable_complete(const ObjectDictionary& dictionary, std
   for (const auto& row : *located) {
     if (row.subindex < first) continue;
     any = any || can_write(row);
-    now = now || (row.access & write_access(state)) != 0;
+    now = now || (row.access & write_access(phase)) != 0;
   }
   if (!any) return tl::unexpected(SdoAbort::kReadOnly);
   if (!now) return tl::unexpected(SdoAbort::kDeviceState);
@@ -183,8 +183,8 @@ SdoResult<std::size_t> writable_complete(const ObjectDictionary& dictionary, std
 }
 
 SdoResult<void> download_complete(ObjectDictionary& dictionary, std::uint16_t index, std::uint8_t first,
-                                  wire::AlState state, std::span<const std::byte> data, DictionaryOwner& owner) {
-  const auto most = writable_complete(dictionary, index, first, state);
+                                  AccessPhase phase, std::span<const std::byte> data, DictionaryOwner& owner) {
+  const auto most = writable_complete(dictionary, index, first, phase);
   if (!most) return tl::unexpected(most.error());
   if (data.size() > *most) return tl::unexpected(SdoAbort::kLengthTooHigh);
   const auto rows = dictionary.table().object(index);
@@ -194,7 +194,7 @@ SdoResult<void> download_complete(ObjectDictionary& dictionary, std::uint16_t in
   const auto last = count == nullptr ? last_subindex(dictionary, rows) : wire::load_le<std::uint8_t>(data);
   if (data.size() < Layout(rows, first).bytes(last)) return tl::unexpected(SdoAbort::kLengthTooLow);
   Snapshot before(dictionary, rows);
-  const auto written = Download{dictionary, rows, first, state, data, owner}.write_all(count, last);
+  const auto written = Download{dictionary, rows, first, phase, data, owner}.write_all(count, last);
   if (!written) before.restore(owner);
   return written;
 }
