@@ -88,7 +88,7 @@ class Snapshot {
       if (is_string(rows_[i].type)) {
         dictionary_.text(rows_[i].slot) = texts_[i];
       } else if (rows_[i].slot != slot::kConstant) {
-        dictionary_.set(rows_[i].slot, numbers_[i]);
+        dictionary_.set_raw(rows_[i].slot, numbers_[i]);
       }
     }
     owner.written(rows_.front());

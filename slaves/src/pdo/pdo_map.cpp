@@ -203,7 +203,7 @@ void PdoMap::decode(std::span<const std::byte> data, ObjectDictionary& dictionar
     if (field.is_text) {
       load_text(field, data, dictionary.text(field.slot));
     } else {
-      dictionary.set(field.slot, load_field(field, data));
+      dictionary.set_raw(field.slot, load_field(field, data));
     }
   }
 }
@@ -214,7 +214,7 @@ void PdoMap::encode(const ObjectDictionary& dictionary, std::span<std::byte> dat
     if (field.is_text) {
       store_text(field, dictionary.text(field.slot), data);
     } else {
-      store_field(field, field.constant ? field.constant_value : dictionary.get<std::uint64_t>(field.slot), data);
+      store_field(field, field.constant ? field.constant_value : dictionary.raw(field.slot), data);
     }
   }
 }

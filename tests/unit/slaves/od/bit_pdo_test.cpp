@@ -67,7 +67,7 @@ class BitPdo : public testing::Test {
     return map;
   }
   std::uint64_t value(std::uint16_t index) const { return dictionary.raw(*bit_table().find(index, 0)); }
-  void set(std::uint16_t index, std::uint64_t raw) { dictionary.set(bit_table().find(index, 0)->slot, raw); }
+  void set(std::uint16_t index, std::uint64_t raw) { dictionary.set_raw(bit_table().find(index, 0)->slot, raw); }
 
   ObjectDictionary dictionary{bit_table()};
 };

@@ -42,7 +42,7 @@ TEST_F(ObjectDictionaryTest, AliasIsOneValueWithTwoAddresses) {
   EXPECT_EQ(write(0x2000, 0, bytes({0x34, 0x12})), std::nullopt);
   EXPECT_EQ(read(0x6000, 0), bytes({0x34, 0x12}));
   EXPECT_EQ(write(0x6000, 0, bytes({0x78, 0x56})), std::nullopt);
-  EXPECT_EQ(dictionary.get<std::uint16_t>(kSampleShared), 0x5678);
+  EXPECT_EQ(dictionary.get(kSample.shared), 0x5678);
 }
 
 TEST_F(ObjectDictionaryTest, RefusesUnknownAddresses) {
@@ -89,7 +89,7 @@ TEST_F(ObjectDictionaryTest, ChecksLengthAndRange) {
 TEST_F(ObjectDictionaryTest, KeepsNotANumberOut) {
   EXPECT_EQ(write(0x2004, 0, bytes({0x00, 0x00, 0xC0, 0x7F})), SdoAbort::kValueRange);  // NaN
   EXPECT_EQ(write(0x2004, 0, bytes({0x00, 0x00, 0x80, 0x7F})), SdoAbort::kValueRange);  // infinity
-  EXPECT_FLOAT_EQ(dictionary.get<float>(sample_table().find(0x2004, 0)->slot), 1.5F);
+  EXPECT_FLOAT_EQ(dictionary.get(kSample.real), 1.5F);
 }
 
 TEST_F(ObjectDictionaryTest, StringsArePaddedAndCut) {
@@ -118,9 +118,9 @@ TEST_F(ObjectDictionaryTest, CopiesOnlyBackupValues) {
   ASSERT_EQ(write(0x2003, 0, bytes({'z'})), std::nullopt);
   ASSERT_EQ(write(0x2000, 0, bytes({9, 0})), std::nullopt);
   other.copy_backup_values(dictionary);
-  EXPECT_FLOAT_EQ(other.get<float>(sample_table().find(0x2004, 0)->slot), 2.0F);
+  EXPECT_FLOAT_EQ(other.get(kSample.real), 2.0F);
   EXPECT_EQ(other.text(sample_table().find(0x2003, 0)->slot), "z");
-  EXPECT_EQ(other.get<std::uint16_t>(kSampleShared), 0);
+  EXPECT_EQ(other.get(kSample.shared), 0);
 }
 
 }  // namespace

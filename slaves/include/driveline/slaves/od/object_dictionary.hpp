@@ -1,6 +1,7 @@
 #pragma once
 
 #include <bit>
+#include <concepts>
 #include <cstddef>
 #include <span>
 #include <string>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "driveline/slaves/od/dictionary_table.hpp"
+#include "driveline/slaves/od/slot.hpp"
 #include "driveline/wire/sdo_abort.hpp"
 
 namespace driveline::slaves {
@@ -37,9 +39,9 @@ class DictionaryOwner {
   [[nodiscard]] virtual bool power_stage_on() const noexcept = 0;
 };
 
-/// The values of one device: SDO access by address with every check of the table, and direct typed access by slot
-/// for the application. Values are 64 bits each; strings live apart. Not thread safe: belongs to the thread that
-/// runs the device.
+/// The values of one device: access by address with every check of the table, for those who come over the bus, and
+/// access by typed slot for the application. Values are 64 bits each; strings live apart. Not thread safe: belongs to
+/// the thread that runs the device.
 class ObjectDictionary {
  public:
   /// All values as the table has them initially. Allocates all it will need; the table must outlive this.
@@ -48,28 +50,38 @@ class ObjectDictionary {
   /// As given to the constructor. \rtsafe
   [[nodiscard]] const DictionaryTable& table() const noexcept { return *table_; }
 
-  /// Value in `slot`, converted to T (sign extended storage: any integer type of the row's width or wider). \rtsafe
+  /// \rtsafe
   template <typename T>
-  [[nodiscard]] T get(std::uint16_t slot) const noexcept {
+  [[nodiscard]] T get(Slot<T> slot) const noexcept {
     if constexpr (std::is_same_v<T, float>) {
-      return std::bit_cast<float>(static_cast<std::uint32_t>(values_[slot]));
+      return std::bit_cast<float>(static_cast<std::uint32_t>(values_[slot.number]));
     } else {
-      return static_cast<T>(values_[slot]);
+      return static_cast<T>(values_[slot.number]);
     }
   }
-  /// Stores a value of the row's own type. \rtsafe
-  template <typename T>
-  void set(std::uint16_t slot, T value) noexcept {
+  /// The value has the type of the slot, without conversion. \rtsafe
+  template <typename T, std::same_as<T> Value>
+  void set(Slot<T> slot, Value value) noexcept {
     if constexpr (std::is_same_v<T, float>) {
-      values_[slot] = std::bit_cast<std::uint32_t>(value);
+      values_[slot.number] = std::bit_cast<std::uint32_t>(value);
     } else if constexpr (std::is_signed_v<T>) {
-      values_[slot] = static_cast<std::uint64_t>(std::int64_t{value});  // sign extended
+      values_[slot.number] = static_cast<std::uint64_t>(std::int64_t{value});  // sign extended
     } else {
-      values_[slot] = value;
+      values_[slot.number] = value;
     }
   }
+
+  /// \name Raw values
+  /// For those who know a value by its row alone: two's complement sign extended, or the IEEE 754 bits of a REAL.
+  /// @{
+
+  /// Of a slot. \rtsafe
+  [[nodiscard]] std::uint64_t raw(std::uint16_t slot) const noexcept { return values_[slot]; }
+  /// See raw(). \rtsafe
+  void set_raw(std::uint16_t slot, std::uint64_t raw) noexcept { values_[slot] = raw; }
   /// Raw value of any numeric row, constants included.
   [[nodiscard]] std::uint64_t raw(const EntryRow& row) const noexcept;
+  /// @}
 
   /// Value of a row that is kept as bytes; its capacity is the declared length.
   [[nodiscard]] std::string& text(std::uint16_t string_slot) noexcept { return strings_[string_slot]; }
