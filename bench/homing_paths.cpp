@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "driveline/slaves/msd/core/drive_values.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"
 #include "support/report.hpp"
 
@@ -55,7 +56,7 @@ class Drive {
     return drive_.mailbox_reply(mailbox) > 8 && mailbox[8] == std::byte{0x60};
   }
   void pass(nanoseconds time) { drive_.advance(now_ += time); }
-  [[nodiscard]] const slaves::msd::MsdDrive& model() const { return drive_; }
+  [[nodiscard]] const slaves::msd::DriveCore& model() const { return drive_.core(); }
 
  private:
   slaves::msd::MsdDrive drive_;
@@ -139,8 +140,8 @@ double run_method(int method, std::size_t number, double start, Curve& curve) {
                            model.position_rad() / kTurn, model.velocity_rad_s() / kTurn));
     if ((model.status() & kAttained) == kAttained) {
       // Zero is at home: what the drive calls its position now tells where that is.
-      const auto* row = model.dictionary().table().find(0x6064, 0);
-      const double home = model.position_rad() / kTurn - model.dictionary().get<std::int32_t>(row->slot) / kIncrements;
+      const std::int32_t shown = model.dictionary().get(slaves::msd::kValue.position_actual);
+      const double home = model.position_rad() / kTurn - shown / kIncrements;
       curve.line(fmt::format("{},{},,,,{:.6f}", method, number, home));
       return std::chrono::duration<double, std::milli>(time).count();
     }

@@ -17,7 +17,7 @@ int main() {
   rt::VirtualClock clock;
   std::vector<std::unique_ptr<slaves::Slave>> slaves;
   slaves.push_back(std::make_unique<slaves::Slave>(std::make_unique<slaves::msd::MsdDrive>()));
-  const auto& drive = static_cast<slaves::msd::MsdDrive&>(slaves.front()->device());
+  const auto& drive = static_cast<slaves::msd::MsdDrive&>(slaves.front()->device()).core();
   slaves::Line line(clock, std::move(slaves));
 
   // What the slave is, what it is told at start-up and which objects are exchanged.

@@ -140,7 +140,7 @@ class CoeOfASmallMailbox : public testing::Test {
   /// The text as the device has it, not as the master reads it.
   Bytes inside() {
     Bytes text(kTextBytes);
-    const auto length = inners[0]->dictionary().upload(kText, 0, wire::AlState::kPreOp, text);
+    const auto length = inners[0]->dictionary().upload(kText, 0, slaves::AccessPhase::kConfiguring, text);
     text.resize(length.value_or(0));
     return text;
   }
@@ -175,7 +175,7 @@ TEST_F(CoeOfASmallMailbox, CarriesObjectsOfEveryLengthBothWays) {
     const auto index = static_cast<std::uint16_t>(kTexts + length);
     ASSERT_EQ(sentence(coe().download(index, 0, text_of(length))), "") << length;
     Bytes stored(kTextBytes);
-    stored.resize(inners[0]->dictionary().upload(index, 0, wire::AlState::kPreOp, stored).value_or(0));
+    stored.resize(inners[0]->dictionary().upload(index, 0, slaves::AccessPhase::kConfiguring, stored).value_or(0));
     ASSERT_TRUE(stored == text_of(length)) << length;
     const auto back = coe().upload(index, 0);
     ASSERT_EQ(sentence(back), "") << length;

@@ -41,7 +41,7 @@ TEST(DiscoveryOfOneDrive, ReadsTheWholeEepromUpToTheEndOfItsCategories) {
     DriveLine drives(1, options);
     Master master(drives.line(), drives.clock);
     ASSERT_EQ(sentence(master.scan()), "");
-    const auto& image = drives.drive(0).profile().sii_image;
+    const auto& image = drives.slave(0).device().profile().sii_image;
     const auto& read = master.slaves()[0].info.sii;
     ASSERT_LE(read.size(), image.size() + 8);
     const auto common = std::min(read.size(), image.size());

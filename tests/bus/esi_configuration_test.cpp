@@ -75,7 +75,7 @@ TEST_P(EsiConfiguration, TakesTheDrivesToOpAndLetsThemFollowAPath) {
   ASSERT_TRUE(operation.run_until(ecat_master::MotionPhase::kHolding, std::chrono::seconds{2}));
   for (std::size_t i = 0; i < drives.size(); ++i) {
     EXPECT_EQ(drives.drive(i).fault(), std::nullopt);
-    EXPECT_EQ(drives.drive(i).process_data_size(2) % 2, 0U) << "every firmware takes it";
+    EXPECT_EQ(drives.slave(i).device().process_data_size(2) % 2, 0U) << "every firmware takes it";
   }
   double travelled = 0.0;
   double error = 0.0;

@@ -229,7 +229,7 @@ TEST_F(InMotion, DrivesLeftAloneStopThemselves) {
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_EQ(drives->state(i), AlState::kSafeOp);
     EXPECT_EQ(drives->al_status_code(i), AlStatusCode::kSyncManagerWatchdog);
-    EXPECT_EQ(drives->drive(i).fault(), slaves::msd::Fault::kEtherCatWatchdog);
+    EXPECT_EQ(drives->drive(i).fault(), slaves::msd::Fault::kBusWatchdog);
   }
   drives->leave_alone(milliseconds{300});
   for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(drives->drive(i).velocity_rad_s(), 0.0, 0.05);
@@ -248,7 +248,7 @@ TEST_F(InMotion, WhenTheCycleComesBackTooLateTheAxesStayOff) {
   EXPECT_EQ(operation->motion().failure().cause, Cause::kMasterAway) << "named before what the drives make of it";
   EXPECT_GT(operation->statistics().missed_periods, 1500U);
   for (std::size_t i = 0; i < 3; ++i) {
-    EXPECT_EQ(drives->drive(i).fault(), slaves::msd::Fault::kEtherCatWatchdog);
+    EXPECT_EQ(drives->drive(i).fault(), slaves::msd::Fault::kBusWatchdog);
     EXPECT_NE(drives->drive(i).state(), PowerState::kOperationEnabled);
   }
 }

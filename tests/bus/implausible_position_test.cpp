@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "drive_line.hpp"
-#include "driveline/slaves/msd/msd_values.hpp"
+#include "driveline/slaves/msd/core/drive_values.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -19,10 +19,10 @@ using std::chrono::seconds;
 constexpr double kIncrementsPerRad = 1048576.0 / (2.0 * std::numbers::pi);
 constexpr double kLeap = 2e6;
 
-void set(slaves::msd::MsdDrive& drive, std::string_view input, double value) {
-  const auto place = drive.find_signal(slaves::SignalPlace::Way::kInput, input);
+void set(slaves::msd::DriveCore& drive, std::string_view input, double value) {
+  const auto place = drive.signals().find_signal(slaves::SignalPlace::Way::kInput, input);
   ASSERT_TRUE(place) << input;
-  drive.set_signal(place->number, value);
+  drive.signals().set_signal(place->number, value);
 }
 
 /// A line in motion, and what drive 1 does from then on.
@@ -48,7 +48,7 @@ class ImplausiblePosition : public testing::TestWithParam<Mode> {
     while (operation.motion().phase() != phase && drives.clock.now() < end) step();
     EXPECT_EQ(operation.motion().phase(), phase) << to_text(operation.motion().phase());
   }
-  slaves::msd::MsdDrive& liar() { return drives.drive(1); }
+  slaves::msd::DriveCore& liar() { return drives.drive(1); }
 
   static constexpr double kCycle_s = 125e-6;
   DriveLine drives;

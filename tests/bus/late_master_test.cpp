@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "drive_line.hpp"
-#include "driveline/slaves/msd/msd_values.hpp"
+#include "driveline/slaves/msd/core/drive_values.hpp"
 #include "fault_ports.hpp"
 
 namespace driveline::bus_test {
@@ -33,8 +33,8 @@ class DemandJudge {
 
   void look() {
     const auto& dictionary = drives_.drive(drive_).dictionary();
-    positions_.push_back(dictionary.get<std::int32_t>(slaves::msd::kPositionDemand) / kLateIncrements);
-    velocities_.push_back(dictionary.get<std::int32_t>(slaves::msd::kVelocityDemand) / kLateIncrements);
+    positions_.push_back(dictionary.get(slaves::msd::kValue.position_demand) / kLateIncrements);
+    velocities_.push_back(dictionary.get(slaves::msd::kValue.velocity_demand) / kLateIncrements);
     times_.push_back(std::chrono::duration<double>(drives_.clock.now()).count());
   }
   void expect_obedience() const {

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "drive_line.hpp"
-#include "driveline/slaves/msd/msd_values.hpp"
+#include "driveline/slaves/msd/core/drive_values.hpp"
 #include "fault_ports.hpp"
 
 namespace driveline::bus_test {
@@ -39,11 +39,11 @@ TEST(Configuration, WritesStartupParametersIntoTheDrives) {
   LineOperation operation(drives, RunOptions{.period = milliseconds{2}});
   ASSERT_EQ(sentence(operation.to_safe_op()), "");
   const auto& dictionary = drives.drive(0).dictionary();
-  using slaves::msd::Value;
-  EXPECT_EQ(dictionary.get<std::uint8_t>(Value::kInterpolationPeriodValue), 2);
-  EXPECT_EQ(dictionary.get<std::int8_t>(Value::kInterpolationPeriodIndex), -3);
-  EXPECT_FLOAT_EQ(dictionary.get<float>(Value::kReferenceCycle), 2.0F) << "P 306, ms";
-  EXPECT_EQ(dictionary.get<std::uint8_t>(Value::kInterpolationType), 3) << "P 370, cubic spline";
+  using slaves::msd::kValue;
+  EXPECT_EQ(dictionary.get(kValue.interpolation_period_value), 2);
+  EXPECT_EQ(dictionary.get(kValue.interpolation_period_index), -3);
+  EXPECT_FLOAT_EQ(dictionary.get(kValue.reference_cycle), 2.0F) << "P 306, ms";
+  EXPECT_EQ(dictionary.get(kValue.interpolation_type), 3) << "P 370, cubic spline";
 }
 
 TEST(Operation, BringsAllDrivesToOpWithoutAWorkingCounterError) {

@@ -6,8 +6,8 @@
 
 #include "driveline/ecat_master/cia402/cia402.hpp"
 #include "driveline/slaves/cia402/words.hpp"
-#include "driveline/slaves/msd/terminals.hpp"
-#include "driveline/slaves/msd/variant.hpp"
+#include "driveline/slaves/msd/core/terminals.hpp"
+#include "driveline/slaves/msd/core/variant.hpp"
 #include "text/seven_segments.hpp"
 
 namespace driveline::cli {

@@ -130,7 +130,7 @@ GenericDevice::GenericDevice(std::shared_ptr<const DeviceModel> model, const Gen
       outputs_(model_->outputs()) {
   set_slots_.reserve(inputs_.size());
   const auto* serial = model_->table().find(0x1018, 4);
-  if (serial != nullptr && options.serial_number != 0) dictionary_.set(serial->slot, options.serial_number);
+  if (serial != nullptr && options.serial_number != 0) dictionary_.set_raw(serial->slot, options.serial_number);
   for (const auto& manager : model_->description().sync_managers) {
     maps_.emplace_back(exchanges(manager) ? model_->max_fields() : 0);
   }
@@ -196,7 +196,7 @@ void GenericDevice::clear_outputs() noexcept {
       if (field.is_text) {
         dictionary_.text(field.slot).clear();
       } else if (!field.constant) {
-        dictionary_.set(field.slot, std::uint64_t{0});
+        dictionary_.set_raw(field.slot, 0);
       }
     }
   }
@@ -209,9 +209,9 @@ void GenericDevice::loop_back() noexcept {
       dictionary_.text(loop.input.slot) = dictionary_.text(loop.output.slot);  // within the reserved length
       continue;
     }
-    const auto value = dictionary_.get<std::uint64_t>(loop.output.slot);
+    const auto value = dictionary_.raw(loop.output.slot);
     const auto mask = loop.input.bits < 64 ? (std::uint64_t{1} << loop.input.bits) - 1 : ~std::uint64_t{0};
-    dictionary_.set(loop.input.slot, loop.input.is_signed ? sign_extended(value, loop.input.bits) : value & mask);
+    dictionary_.set_raw(loop.input.slot, loop.input.is_signed ? sign_extended(value, loop.input.bits) : value & mask);
   }
 }
 
@@ -266,7 +266,7 @@ void GenericDevice::advance(std::chrono::nanoseconds now) noexcept {
   for (const auto& script : scripts_) {
     const double value = script.signal.at(now - *start_);
     const auto type = script.input->type;
-    dictionary_.set(script.input->slot, raw_from_number(type, is_real(type) ? value : std::nearbyint(value)));
+    dictionary_.set_raw(script.input->slot, raw_from_number(type, is_real(type) ? value : std::nearbyint(value)));
   }
 }
 
@@ -292,12 +292,12 @@ void GenericDevice::set_signal(std::size_t input, double value) noexcept {
   std::erase_if(scripts_, [&row](const ScriptedInput& script) { return script.input->slot == row.slot; });
   std::erase_if(loops_, [&row](const Loop& loop) { return !loop.input.is_text && loop.input.slot == row.slot; });
   if (std::find(set_slots_.begin(), set_slots_.end(), row.slot) == set_slots_.end()) set_slots_.push_back(row.slot);
-  dictionary_.set(row.slot, raw_from_number(row.type, is_real(row.type) ? value : std::nearbyint(value)));
+  dictionary_.set_raw(row.slot, raw_from_number(row.type, is_real(row.type) ? value : std::nearbyint(value)));
 }
 
 double GenericDevice::signal(SignalPlace place) const noexcept {
   const EntryRow& row = *rows(place.way)[place.number].row;
-  return is_string(row.type) ? 0.0 : number_from_raw(row.type, dictionary_.get<std::uint64_t>(row.slot));
+  return is_string(row.type) ? 0.0 : number_from_raw(row.type, dictionary_.raw(row.slot));
 }
 
 SdoResult<void> GenericDevice::accept(const EntryRow& row, std::uint64_t raw) {

@@ -93,7 +93,7 @@ EntryRow ModelBuilder::described_row(const esi::Object& object, const esi::Objec
   row.access = static_cast<std::uint16_t>((entry.readable ? access::kRead : 0U) |
                                           (entry.rx_mappable ? access::kRxMappable : 0U) |
                                           (entry.tx_mappable ? access::kTxMappable : 0U));
-  if (entry.writable) row.access |= is_configuration(object.index) ? access::kWritePreOp : access::kWrite;
+  if (entry.writable) row.access |= is_configuration(object.index) ? access::kWriteConfiguring : access::kWrite;
   row.name = &entry == &object.entries.front() ? object.name : entry.name;
   if (entry.bit_offset) row.bit_offset = *entry.bit_offset;
   // A number that is longer than its type is none.
@@ -176,7 +176,7 @@ void ModelBuilder::add_mapping(const esi::Pdo& pdo) {
   EntryRow row{.index = pdo.index,
                .code = ObjectCode::kRecord,
                .type = DataType::kUnsigned8,
-               .access = fixed ? access::kRead : access::kReadWritePreOp,
+               .access = fixed ? access::kRead : access::kReadWriteConfiguring,
                .name = pdo.name,
                .initial = static_cast<double>(mapped),
                .record_type = kPdoMappingRecord};
@@ -225,7 +225,7 @@ void ModelBuilder::add_assignment(std::size_t number, const std::vector<esi::Pdo
   EntryRow row{.index = assignment_object(number),
                .code = ObjectCode::kArray,
                .type = DataType::kUnsigned8,
-               .access = free ? access::kReadWritePreOp : access::kRead,
+               .access = free ? access::kReadWriteConfiguring : access::kRead,
                .name = "PDO assignment",
                .initial = static_cast<double>(count)};
   erase_object(row.index);
@@ -259,9 +259,9 @@ void ModelBuilder::add_synchronisation(std::size_t number) {
                 .initial = value});
   };
   auto& type = entry(1, DataType::kUnsigned16, "Synchronisation type", 0);
-  type.access = access::kReadWritePreOp;
+  type.access = access::kReadWriteConfiguring;
   type.maximum = 3;
-  entry(2, DataType::kUnsigned32, "Cycle time", kMinCycleNs).access = access::kReadWritePreOp;
+  entry(2, DataType::kUnsigned32, "Cycle time", kMinCycleNs).access = access::kReadWriteConfiguring;
   entry(3, DataType::kUnsigned32, "Shift time", 0);
   entry(4, DataType::kUnsigned16, "Synchronisation types supported", dc ? 0x0007 : 0x0003);
   entry(5, DataType::kUnsigned32, "Minimum cycle time", kMinCycleNs);

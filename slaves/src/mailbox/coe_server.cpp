@@ -1,5 +1,7 @@
 #include "driveline/slaves/mailbox/coe_server.hpp"
 
+#include "driveline/slaves/mailbox/coe_access.hpp"
+
 namespace driveline::slaves {
 namespace {
 
@@ -51,7 +53,7 @@ tl::expected<std::size_t, MailboxErrorCode> CoeServer::request(std::span<const s
   switch (header->service) {
     case CoeService::kSdoRequest: {
       if (body.size() < wire::SdoHeader::kSize) return tl::unexpected(MailboxErrorCode::kSizeTooShort);
-      const auto length = sdo_.handle(body, state, room);
+      const auto length = sdo_.handle(body, access_phase(state), room);
       return with_header(service_of(room), length, out);
     }
     case CoeService::kSdoInformation:

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "driveline/slaves/mailbox/coe_access.hpp"
+
 namespace driveline::slaves {
 namespace {
 
@@ -180,7 +182,7 @@ std::size_t SdoInformation::entry(std::uint16_t index, std::uint8_t subindex, st
   writer.put(included);
   writer.put(static_cast<std::uint16_t>(row->type));
   writer.put(static_cast<std::uint16_t>(bit_size(*row)));
-  writer.put(row->access);
+  writer.put(coe_access(*row));
   if ((included & kDefaultValue) != 0) writer.put_value(*row, initial_raw(*row));
   if ((included & kMinimum) != 0) writer.put_value(*row, raw_from_number(row->type, row->minimum));
   if ((included & kMaximum) != 0) writer.put_value(*row, raw_from_number(row->type, row->maximum));

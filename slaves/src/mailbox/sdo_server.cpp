@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "driveline/slaves/od/complete_access.hpp"
+#include "driveline/slaves/mailbox/complete_access.hpp"
 
 namespace driveline::slaves {
 namespace {
@@ -42,44 +42,44 @@ SdoServer::SdoServer(ObjectDictionary& dictionary, DictionaryOwner& owner, const
       fill_sign_(options.fill_sign),
       buffer_(longest_transfer(dictionary.table(), options.complete_access)) {}
 
-SdoResult<std::size_t> SdoServer::read(const SdoAddress& address, wire::AlState state) {
-  if (!address.complete) return dictionary_->upload(address.index, address.subindex, state, buffer_);
+SdoResult<std::size_t> SdoServer::read(const SdoAddress& address, AccessPhase phase) {
+  if (!address.complete) return dictionary_->upload(address.index, address.subindex, phase, buffer_);
   if (!complete_access_) return tl::unexpected(SdoAbort::kNoCompleteAccess);
-  return upload_complete(*dictionary_, address.index, address.subindex, state, buffer_);
+  return upload_complete(*dictionary_, address.index, address.subindex, phase, buffer_);
 }
 
-SdoResult<std::size_t> SdoServer::capacity(const SdoAddress& address, wire::AlState state) const {
+SdoResult<std::size_t> SdoServer::capacity(const SdoAddress& address, AccessPhase phase) const {
   if (!address.complete) {
-    return dictionary_->writable(address.index, address.subindex, state, *owner_).map([](const EntryRow* row) {
+    return dictionary_->writable(address.index, address.subindex, phase, *owner_).map([](const EntryRow* row) {
       return byte_size(*row);
     });
   }
   if (!complete_access_) return tl::unexpected(SdoAbort::kNoCompleteAccess);
-  return writable_complete(*dictionary_, address.index, address.subindex, state);
+  return writable_complete(*dictionary_, address.index, address.subindex, phase);
 }
 
-SdoResult<void> SdoServer::store(const SdoAddress& address, wire::AlState state, std::span<const std::byte> data,
+SdoResult<void> SdoServer::store(const SdoAddress& address, AccessPhase phase, std::span<const std::byte> data,
                                  bool size_known) {
   if (!address.complete) {
-    return dictionary_->download(address.index, address.subindex, state, data, *owner_, size_known);
+    return dictionary_->download(address.index, address.subindex, phase, data, *owner_, size_known);
   }
   if (!complete_access_) return tl::unexpected(SdoAbort::kNoCompleteAccess);
-  return download_complete(*dictionary_, address.index, address.subindex, state, data, *owner_);
+  return download_complete(*dictionary_, address.index, address.subindex, phase, data, *owner_);
 }
 
-std::size_t SdoServer::handle(std::span<const std::byte> request, wire::AlState state, std::span<std::byte> out) {
+std::size_t SdoServer::handle(std::span<const std::byte> request, AccessPhase phase, std::span<std::byte> out) {
   const auto header = SdoHeader::decode(request);
   if (!header) return abort(0, 0, SdoAbort::kInvalidCommand, out);
   const auto segment = SdoSegmentHeader::from_raw(header->command);
   switch (static_cast<SdoRequestCommand>(header->specifier())) {
     case SdoRequestCommand::kInitiateUpload:
-      return initiate_upload(*header, state, out);
+      return initiate_upload(*header, phase, out);
     case SdoRequestCommand::kUploadSegment:
       return upload_segment(segment, out);
     case SdoRequestCommand::kInitiateDownload:
-      return initiate_download(*header, request.subspan(SdoHeader::kSize), state, out);
+      return initiate_download(*header, request.subspan(SdoHeader::kSize), phase, out);
     case SdoRequestCommand::kDownloadSegment:
-      return download_segment(segment, request.subspan(SdoSegmentHeader::kSize), state, out);
+      return download_segment(segment, request.subspan(SdoSegmentHeader::kSize), phase, out);
     case SdoRequestCommand::kAbort:
       cancel();
       return 0;
@@ -105,10 +105,10 @@ std::byte SdoServer::filler(const SdoAddress& address, std::size_t size) const n
   return row != nullptr && is_signed(row->type) && negative ? std::byte{0xFF} : std::byte{0};
 }
 
-std::size_t SdoServer::initiate_upload(const SdoHeader& request, wire::AlState state, std::span<std::byte> out) {
+std::size_t SdoServer::initiate_upload(const SdoHeader& request, AccessPhase phase, std::span<std::byte> out) {
   cancel();
   const SdoAddress address{request.index, request.subindex, request.complete_access()};
-  const auto size = read(address, state);
+  const auto size = read(address, phase);
   if (!size) return abort(request.index, request.subindex, size.error(), out);
 
   const auto flags = address.complete ? SdoHeader::kCompleteAccess : std::uint8_t{0};
@@ -147,13 +147,13 @@ std::size_t SdoServer::upload_segment(SdoSegmentHeader request, std::span<std::b
   return SdoSegmentHeader::kSize + length;
 }
 
-std::size_t SdoServer::initiate_download(const SdoHeader& request, std::span<const std::byte> data, wire::AlState state,
+std::size_t SdoServer::initiate_download(const SdoHeader& request, std::span<const std::byte> data, AccessPhase phase,
                                          std::span<std::byte> out) {
   cancel();
-  if (!request.expedited()) return start_download(request, data, state, out);
+  if (!request.expedited()) return start_download(request, data, phase, out);
   const auto value = std::span<const std::byte>(request.data).first(request.expedited_size());
   const SdoAddress address{request.index, request.subindex, request.complete_access()};
-  const auto stored = store(address, state, value, request.size_indicated());
+  const auto stored = store(address, phase, value, request.size_indicated());
   if (!stored) return abort(request.index, request.subindex, stored.error(), out);
   return confirm_download(address, out);
 }
@@ -165,18 +165,18 @@ std::size_t SdoServer::confirm_download(const SdoAddress& address, std::span<std
 
 /// A download whose data begin behind the header and go on in segments when they are not complete. The complete size
 /// is always there, whether the request indicates it or not.
-std::size_t SdoServer::start_download(const SdoHeader& request, std::span<const std::byte> data, wire::AlState state,
+std::size_t SdoServer::start_download(const SdoHeader& request, std::span<const std::byte> data, AccessPhase phase,
                                       std::span<std::byte> out) {
   const auto fail = [&](SdoAbort code) { return abort(request.index, request.subindex, code, out); };
   const SdoAddress address{request.index, request.subindex, request.complete_access()};
-  const auto most = capacity(address, state);
+  const auto most = capacity(address, phase);
   if (!most) return fail(most.error());
   const std::size_t size = request.data_u32();
   if (size > *most || size > buffer_.size()) return fail(SdoAbort::kLengthTooHigh);
   const std::size_t first = std::min(size, data.size());
   std::copy_n(data.begin(), first, buffer_.begin());
   if (first == size) {
-    const auto stored = store(address, state, std::span<const std::byte>(buffer_).first(size), true);
+    const auto stored = store(address, phase, std::span<const std::byte>(buffer_).first(size), true);
     if (!stored) return fail(stored.error());
   } else {
     transfer_ = {Transfer::Kind::kDownload, address, false, size, first};
@@ -184,7 +184,7 @@ std::size_t SdoServer::start_download(const SdoHeader& request, std::span<const 
   return confirm_download(address, out);
 }
 
-std::size_t SdoServer::download_segment(SdoSegmentHeader request, std::span<const std::byte> data, wire::AlState state,
+std::size_t SdoServer::download_segment(SdoSegmentHeader request, std::span<const std::byte> data, AccessPhase phase,
                                         std::span<std::byte> out) {
   if (transfer_.kind != Transfer::Kind::kDownload) return abort_transfer(SdoAbort::kInvalidCommand, out);
   if (request.toggle != transfer_.toggle) return abort_transfer(SdoAbort::kToggleNotAlternated, out);
@@ -199,7 +199,7 @@ std::size_t SdoServer::download_segment(SdoSegmentHeader request, std::span<cons
   if (request.last) {
     if (count != left) return abort_transfer(SdoAbort::kLengthTooLow, out);
     const auto value = std::span<const std::byte>(buffer_).first(transfer_.size);
-    const auto stored = store(transfer_.address, state, value, true);
+    const auto stored = store(transfer_.address, phase, value, true);
     if (!stored) return abort_transfer(stored.error(), out);
     cancel();
   }

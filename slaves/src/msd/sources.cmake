@@ -1,26 +1,10 @@
+# The EtherCAT front end; core/ has the drive itself.
 target_sources(driveline_slaves PRIVATE
   ${CMAKE_CURRENT_LIST_DIR}/device_description.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/faults.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/fine_interpolator.cpp
   ${CMAKE_CURRENT_LIST_DIR}/indicators.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/mode_control.cpp
   ${CMAKE_CURRENT_LIST_DIR}/mode_mapping.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/motion.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/motion_frequency.cpp
   ${CMAKE_CURRENT_LIST_DIR}/msd_drive.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/msd_faults.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/msd_inputs.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/msd_objects.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/msd_power.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/msd_signals.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/msd_table.cpp
   ${CMAKE_CURRENT_LIST_DIR}/object_reference.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/scaling.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/table_communication.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/table_functions.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/table_modes.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/table_parameters.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/table_profile.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/table_terminals.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/terminals.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/touch_probe.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/variant.cpp)
+  ${CMAKE_CURRENT_LIST_DIR}/table_ethercat.cpp)
+include(${CMAKE_CURRENT_LIST_DIR}/core/sources.cmake)

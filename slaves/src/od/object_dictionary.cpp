@@ -10,18 +10,19 @@ namespace {
 
 using wire::SdoAbort;
 
-/// Bit of the object access word for reading (0..2) or writing (3..5) in `state`; 0 where no mailbox runs.
-constexpr std::uint16_t access_bit(wire::AlState state, std::uint16_t in_pre_op) noexcept {
-  switch (state) {
-    case wire::AlState::kPreOp:
-      return in_pre_op;
-    case wire::AlState::kSafeOp:
-      return static_cast<std::uint16_t>(in_pre_op << 1);
-    case wire::AlState::kOp:
-      return static_cast<std::uint16_t>(in_pre_op << 2);
-    default:
-      return 0;
+/// Bit of the access word for reading (0..2) or writing (3..5) in `phase`; 0 where nothing is read or written.
+constexpr std::uint16_t access_bit(AccessPhase phase, std::uint16_t while_configuring) noexcept {
+  switch (phase) {
+    case AccessPhase::kConfiguring:
+      return while_configuring;
+    case AccessPhase::kReady:
+      return static_cast<std::uint16_t>(while_configuring << 1);
+    case AccessPhase::kOperating:
+      return static_cast<std::uint16_t>(while_configuring << 2);
+    case AccessPhase::kClosed:
+      break;
   }
+  return 0;
 }
 
 /// Number in the first bytes of `data`, sign extended.
@@ -61,12 +62,12 @@ SdoResult<void> check_range(const EntryRow& row, std::uint64_t raw) noexcept {
   return {};
 }
 
-std::uint16_t read_access(wire::AlState state) noexcept {
-  return access_bit(state, access::kReadPreOp);
+std::uint16_t read_access(AccessPhase phase) noexcept {
+  return access_bit(phase, access::kReadConfiguring);
 }
 
-std::uint16_t write_access(wire::AlState state) noexcept {
-  return access_bit(state, access::kWritePreOp);
+std::uint16_t write_access(AccessPhase phase) noexcept {
+  return access_bit(phase, access::kWriteConfiguring);
 }
 
 ObjectDictionary::ObjectDictionary(const DictionaryTable& table)
@@ -109,13 +110,13 @@ SdoResult<const EntryRow*> ObjectDictionary::locate(std::uint16_t index, std::ui
   return row;
 }
 
-SdoResult<std::size_t> ObjectDictionary::upload(std::uint16_t index, std::uint8_t subindex, wire::AlState state,
+SdoResult<std::size_t> ObjectDictionary::upload(std::uint16_t index, std::uint8_t subindex, AccessPhase phase,
                                                 std::span<std::byte> out) const {
   const auto located = locate(index, subindex);
   if (!located) return tl::unexpected(located.error());
   const EntryRow& row = **located;
   if ((row.access & access::kRead) == 0) return tl::unexpected(SdoAbort::kWriteOnly);
-  if ((row.access & read_access(state)) == 0) return tl::unexpected(SdoAbort::kDeviceState);
+  if ((row.access & read_access(phase)) == 0) return tl::unexpected(SdoAbort::kDeviceState);
   if (!is_string(row.type)) {
     store_number(row.type, raw(row), out);
     return byte_size(row.type);
@@ -127,13 +128,13 @@ SdoResult<std::size_t> ObjectDictionary::upload(std::uint16_t index, std::uint8_
   return length;
 }
 
-SdoResult<const EntryRow*> ObjectDictionary::writable(std::uint16_t index, std::uint8_t subindex, wire::AlState state,
+SdoResult<const EntryRow*> ObjectDictionary::writable(std::uint16_t index, std::uint8_t subindex, AccessPhase phase,
                                                       const DictionaryOwner& owner) const {
   const auto located = locate(index, subindex);
   if (!located) return located;
   const EntryRow& row = **located;
   if ((row.access & access::kWrite) == 0) return tl::unexpected(SdoAbort::kReadOnly);
-  if ((row.access & write_access(state)) == 0) return tl::unexpected(SdoAbort::kDeviceState);
+  if ((row.access & write_access(phase)) == 0) return tl::unexpected(SdoAbort::kDeviceState);
   if (row.power_off_only && owner.power_stage_on()) return tl::unexpected(SdoAbort::kDeviceState);
   return &row;
 }
@@ -151,9 +152,9 @@ SdoResult<void> ObjectDictionary::store_string(const EntryRow& row, std::span<co
   return {};
 }
 
-SdoResult<void> ObjectDictionary::download(std::uint16_t index, std::uint8_t subindex, wire::AlState state,
+SdoResult<void> ObjectDictionary::download(std::uint16_t index, std::uint8_t subindex, AccessPhase phase,
                                            std::span<const std::byte> data, DictionaryOwner& owner, bool size_known) {
-  const auto found = writable(index, subindex, state, owner);
+  const auto found = writable(index, subindex, phase, owner);
   if (!found) return tl::unexpected(found.error());
   const EntryRow& row = **found;
   if (is_string(row.type)) return store_string(row, data, owner);

@@ -196,7 +196,7 @@ Result read_parameters(std::string_view text, ObjectDictionary& dictionary) {
     if (is_string(a.row->type)) {
       dictionary.text(a.row->slot) = a.text;
     } else {
-      dictionary.set(a.row->slot, a.raw);
+      dictionary.set_raw(a.row->slot, a.raw);
     }
   }
   return {};

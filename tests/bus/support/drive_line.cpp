@@ -56,7 +56,7 @@ DriveLine::DriveLine(std::size_t drives, const slaves::SlaveOptions& options, co
     parameters.serial_number = static_cast<std::uint32_t>(1000 + i);
     parameters.initial_position_rad = first_position_rad + initial_position_rad(i);
     auto drive = std::make_unique<slaves::msd::MsdDrive>(parameters);
-    drives_.push_back(drive.get());
+    drives_.push_back(&drive->core());
     made.push_back(std::make_unique<slaves::Slave>(std::move(drive), options));
   }
   line_ = std::make_unique<slaves::Line>(clock, std::move(made), line_options, std::move(wiring));

@@ -29,7 +29,7 @@ class DriveLine {
 
   [[nodiscard]] slaves::Line& line() noexcept { return *line_; }
   [[nodiscard]] std::size_t size() const noexcept { return drives_.size(); }
-  [[nodiscard]] slaves::msd::MsdDrive& drive(std::size_t position) noexcept { return *drives_[position]; }
+  [[nodiscard]] slaves::msd::DriveCore& drive(std::size_t position) noexcept { return *drives_[position]; }
   [[nodiscard]] slaves::Slave& slave(std::size_t position) noexcept { return line_->slave(position); }
   [[nodiscard]] wire::AlState state(std::size_t position) noexcept { return slave(position).state(); }
   [[nodiscard]] wire::AlStatusCode al_status_code(std::size_t position);
@@ -38,7 +38,7 @@ class DriveLine {
   void leave_alone(nanoseconds duration);
 
  private:
-  std::vector<slaves::msd::MsdDrive*> drives_;
+  std::vector<slaves::msd::DriveCore*> drives_;
   std::unique_ptr<slaves::Line> line_;
 };
 

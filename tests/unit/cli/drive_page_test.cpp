@@ -1,7 +1,7 @@
 // The page of one drive: what stands on it for a given set of values, and what the keys and the terminal make of it.
 #include <gmock/gmock.h>
 
-#include "driveline/slaves/msd/variant.hpp"
+#include "driveline/slaves/msd/core/variant.hpp"
 #include "terminal.hpp"
 #include "text/drive_page.hpp"
 #include "text/seven_segments.hpp"

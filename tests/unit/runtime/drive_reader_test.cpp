@@ -19,6 +19,7 @@ namespace driveline::runtime {
 namespace {
 
 using namespace std::chrono_literals;
+using slaves::msd::DriveCore;
 using slaves::msd::Input;
 using slaves::msd::MsdDrive;
 using slaves::msd::Output;
@@ -198,10 +199,10 @@ class ScriptedDrive {
     clock_.advance(time);
     line_->advance(clock_.now());
   }
-  [[nodiscard]] MsdDrive& drive() { return dynamic_cast<MsdDrive&>(line_->slave(0).device()); }
+  [[nodiscard]] DriveCore& drive() { return dynamic_cast<MsdDrive&>(line_->slave(0).device()).core(); }
   [[nodiscard]] bool level(std::string_view name) {
-    const auto place = drive().find_signal(slaves::SignalPlace::Way::kInput, name);
-    return place && drive().signal(*place) > 0.5;
+    const auto place = drive().signals().find_signal(slaves::SignalPlace::Way::kInput, name);
+    return place && drive().signals().signal(*place) > 0.5;
   }
 
  private:
@@ -224,7 +225,7 @@ TEST(SimulatedLine, HasTheSerialNumbersThatAreExpected) {
     ASSERT_TRUE(sii);
     EXPECT_EQ(esi::description_from_sii(*sii).serial_number, expected[i]) << i;
   }
-  const auto& dictionary = dynamic_cast<MsdDrive&>(line->slave(1).device()).dictionary();
+  const auto& dictionary = dynamic_cast<MsdDrive&>(line->slave(1).device()).core().dictionary();
   EXPECT_EQ(dictionary.raw(*dictionary.table().find(0x1018, 4)), 4711U);
 }
 
@@ -254,15 +255,15 @@ TEST(DriveScript, StoRelayFollowsAScriptOfIsdsh) {
 TEST(DriveScript, DcLinkFollowsItsScript) {
   ScriptedDrive rig("[slave.plant]\ndc_link_v = 300\n");
   rig.pass(1ms);
-  const auto volts = rig.drive().find_signal(slaves::SignalPlace::Way::kInput, "DC_LINK");
+  const auto volts = rig.drive().signals().find_signal(slaves::SignalPlace::Way::kInput, "DC_LINK");
   ASSERT_TRUE(volts);
-  EXPECT_EQ(rig.drive().signal(*volts), 300.0);
+  EXPECT_EQ(rig.drive().signals().signal(*volts), 300.0);
   ScriptedDrive failing(
       "[[slave.input]]\nentry = \"DC_LINK\"\nshape = \"steps\"\nat_ms = [0, 2]\nvalues = [560, 20]\n");
   failing.pass(1ms);
-  EXPECT_EQ(failing.drive().signal(*volts), 560.0);
+  EXPECT_EQ(failing.drive().signals().signal(*volts), 560.0);
   failing.pass(2ms);
-  EXPECT_EQ(failing.drive().signal(*volts), 20.0);
+  EXPECT_EQ(failing.drive().signals().signal(*volts), 20.0);
 }
 
 TEST(DriveScript, WhatIsSetByHandStaysSet) {
@@ -272,8 +273,8 @@ TEST(DriveScript, WhatIsSetByHandStaysSet) {
   rig.pass(1ms);
   EXPECT_TRUE(rig.level("ISD02")) << "the shaft is on the cam";
   for (const auto* name : {"ENPO", "ISD02"}) {
-    const auto place = rig.drive().find_signal(slaves::SignalPlace::Way::kInput, name);
-    rig.drive().set_signal(place->number, 0.0);
+    const auto place = rig.drive().signals().find_signal(slaves::SignalPlace::Way::kInput, name);
+    rig.drive().signals().set_signal(place->number, 0.0);
     for (int i = 0; i < 10; ++i) {
       rig.pass(700us);
       EXPECT_FALSE(rig.level(name));

@@ -29,9 +29,9 @@ const DictionaryTable& table() {
         row(0x8000, 4, DataType::kUnsigned32, access::kRead, 0x44332211),
         row(0x8000, 5, DataType::kUnsigned8, access::kWrite),
         // An assignment: entry 0 counts and can be written.
-        row(0x1C12, 0, DataType::kUnsigned8, access::kReadWritePreOp, 1),
-        row(0x1C12, 1, DataType::kUnsigned16, access::kReadWritePreOp, 0x1600),
-        row(0x1C12, 2, DataType::kUnsigned16, access::kReadWritePreOp),
+        row(0x1C12, 0, DataType::kUnsigned8, access::kReadWriteConfiguring, 1),
+        row(0x1C12, 1, DataType::kUnsigned16, access::kReadWriteConfiguring, 0x1600),
+        row(0x1C12, 2, DataType::kUnsigned16, access::kReadWriteConfiguring),
         // A long one: 100 texts of 20 bytes.
         row(0x9000, 0, DataType::kUnsigned8, access::kRead, 100),
         EntryRow{.index = 0x1000, .name = "Variable"},

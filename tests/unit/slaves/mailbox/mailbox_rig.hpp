@@ -115,7 +115,8 @@ inline const DictionaryTable& MailboxRig::table() {
           .index = 0x2004, .type = DataType::kVisibleString, .name = "Short text", .text = "MSD", .string_length = 3},
       EntryRow{.index = 0x2005, .type = DataType::kUnsigned8, .access = access::kWrite, .name = "Command"},
       EntryRow{.index = 0x2006, .type = DataType::kUnsigned8, .name = "Fact", .initial = 7},
-      EntryRow{.index = 0x2007, .type = DataType::kUnsigned8, .access = access::kReadWritePreOp, .name = "Setting"},
+      EntryRow{
+          .index = 0x2007, .type = DataType::kUnsigned8, .access = access::kReadWriteConfiguring, .name = "Setting"},
       EntryRow{.index = 0x2008, .access = kRw, .name = "Locked", .power_off_only = true},
       EntryRow{.index = 0x6091,
                .code = ObjectCode::kArray,

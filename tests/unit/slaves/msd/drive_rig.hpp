@@ -32,14 +32,14 @@ inline constexpr std::uint16_t kReached = 0x0400;  ///< status word: target reac
 /// error code; TxPDO3 following error.
 class DriveRig {
  public:
-  explicit DriveRig(const MsdParameters& parameters = {}) : drive(parameters) {
-    drive.advance(now);
+  explicit DriveRig(const MsdParameters& parameters = {}) : device(parameters) {
+    device.advance(now);
     pass(2ms);  // the self-test
     to(AlState::kInit, AlState::kPreOp);
   }
 
   AlStatusCode to(AlState from, AlState next) {
-    const auto code = drive.transition(from, next);
+    const auto code = device.transition(from, next);
     if (code == AlStatusCode::kNoError) state = next;
     return code;
   }
@@ -55,14 +55,14 @@ class DriveRig {
                                           0x03U | counter_ << 4,         0x00, service << 4};
     request.insert(request.begin(), header.begin(), header.end());
     for (std::size_t i = 0; i < request.size(); ++i) mailbox[i] = static_cast<std::byte>(request[i]);
-    drive.mailbox_request(mailbox);
+    device.mailbox_request(mailbox);
     return receive();
   }
   /// Fetches mailboxes up to the next SDO response.
   std::vector<unsigned> receive() {
     std::vector<std::byte> out(512);
     for (;;) {
-      const std::size_t length = drive.mailbox_reply(out);
+      const std::size_t length = device.mailbox_reply(out);
       if (length == 0) return {};
       std::vector<unsigned> data;
       for (std::size_t i = 6; i < length; ++i) data.push_back(std::to_integer<unsigned>(out[i]));
@@ -96,7 +96,7 @@ class DriveRig {
 
   /// Switches the drive off and on, and takes it to PREOP, where the mailbox is.
   void restart() {
-    drive.restart();
+    device.restart();
     EXPECT_EQ(to(AlState::kInit, AlState::kPreOp), AlStatusCode::kNoError);
   }
 
@@ -116,7 +116,7 @@ class DriveRig {
     ASSERT_EQ(write(0x60C2, 1, cycle_us % 1000 == 0 ? cycle_us / 1000 : cycle_us, 1), 0U);
     ASSERT_EQ(write(0x60C2, 2, cycle_us % 1000 == 0 ? 0xFD : 0xFA, 1), 0U);
     ASSERT_EQ(write_real(0x2132, 0, static_cast<float>(cycle_us) * 1e-3F), 0U);
-    ASSERT_EQ(drive.process_data_size(2), 20U);
+    ASSERT_EQ(device.process_data_size(2), 20U);
     ASSERT_EQ(to(AlState::kPreOp, AlState::kSafeOp), AlStatusCode::kNoError);
     ASSERT_EQ(to(AlState::kSafeOp, AlState::kOp), AlStatusCode::kNoError);
     cycle_ = std::chrono::microseconds(cycle_us);
@@ -135,7 +135,7 @@ class DriveRig {
     wire::store_le(bytes.subspan(12), target_torque);
     wire::store_le(bytes.subspan(14), torque_offset);
     wire::store_le(bytes.subspan(16), velocity_offset);
-    drive.write_outputs(2, out);
+    device.write_outputs(2, out);
     pass(time);
   }
   void cycles(int count) {
@@ -144,9 +144,9 @@ class DriveRig {
   /// Time without a bus.
   void pass(std::chrono::nanoseconds time) {
     now += time;
-    drive.advance(now);
+    device.advance(now);
     std::array<std::byte, 20> in{};
-    drive.read_inputs(3, in);
+    device.read_inputs(3, in);
     const std::span<const std::byte> bytes(in);
     status = wire::load_le<std::uint16_t>(bytes);
     mode_display = wire::load_le<std::int8_t>(bytes.subspan(2));
@@ -176,7 +176,8 @@ class DriveRig {
     ASSERT_NEAR(velocity, increments_s, 2000);
   }
 
-  MsdDrive drive;
+  MsdDrive device;  ///< at the bus
+  DriveCore& drive = device.core();
   AlState state = AlState::kInit;
   std::chrono::nanoseconds now{1'000'000'000};
   std::uint16_t control = 0;

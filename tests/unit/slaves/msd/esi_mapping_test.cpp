@@ -82,7 +82,7 @@ TEST(EsiMapping, IsTakenByEveryVariantAndFirmware) {
         for (const auto& entry : pdo.entries) out += entry.bit_length / 8U;
       }
       for (const auto& pdo : device.tx_pdos) rig.map(pdo.index, entries_of(pdo));
-      EXPECT_EQ(rig.drive.process_data_size(2), out);
+      EXPECT_EQ(rig.device.process_data_size(2), out);
       EXPECT_EQ(out, 30U);
     }
   }

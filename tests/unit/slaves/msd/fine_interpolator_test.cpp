@@ -1,4 +1,4 @@
-#include "driveline/slaves/msd/fine_interpolator.hpp"
+#include "driveline/slaves/msd/core/fine_interpolator.hpp"
 
 #include <gmock/gmock.h>
 

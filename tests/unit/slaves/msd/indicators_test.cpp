@@ -96,11 +96,12 @@ TEST(BottomLed, IsRunAtX15NothingAtX16AndLinkOnTheCompact) {
 TEST(MsdDisplay, StartsWithResetAndZero) {
   MsdParameters parameters;
   parameters.start_up_time = 40ms;
-  MsdDrive drive(parameters);
+  MsdDrive device(parameters);
+  const DriveCore& drive = device.core();
   std::chrono::nanoseconds now{0};
   const auto after = [&](std::chrono::nanoseconds time) {
     now += time;
-    drive.advance(now);
+    device.advance(now);
     return to_text(drive.display_now());
   };
   EXPECT_EQ(after(0ms), "8.8.");
@@ -113,14 +114,14 @@ TEST(MsdDisplay, StartsWithResetAndZero) {
 TEST(MsdDisplay, FollowsTheDriveInTime) {
   DriveRig rig;
   rig.operate();
-  EXPECT_TRUE(rig.drive.run_led_now());
+  EXPECT_TRUE(rig.device.run_led_now());
   rig.enable(9);
   const auto dots = watch_led([&](auto) {
     rig.pass(1ms);
     return rig.drive.display_now().second.point;
   });
   EXPECT_NEAR(dots.second, 12, 1) << "once per second";
-  rig.drive.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
+  rig.device.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
   rig.pass(1s);
   ASSERT_EQ(rig.drive.state(), PowerState::kFault);
   std::vector<std::string> sequence;

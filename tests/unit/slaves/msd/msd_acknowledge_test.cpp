@@ -17,7 +17,7 @@ class MsdAcknowledge : public testing::Test {
   }
   /// A watchdog time-out: its cause is gone when it is told.
   void trip() {
-    rig.drive.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
+    rig.device.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
     rig.pass(1ms);
     rig.fetch_emergencies();
     rig.emergencies.clear();
@@ -156,7 +156,7 @@ TEST_F(MsdAcknowledge, NothingHappensWhileTheReactionRuns) {
   rig.control = 0;
   rig.cycle();
   rig.run_at(10'000'000);
-  rig.drive.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
+  rig.device.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
   rig.pass(5ms);
   ASSERT_EQ(rig.drive.state(), PowerState::kFaultReactionActive);
   const double speed = rig.drive.velocity_rad_s();

@@ -166,7 +166,7 @@ TEST_P(MsdAdversary, RealNumbersThatAreNoneOrOutOfRange) {
 TEST_P(MsdAdversary, WrongStatesOfNetworkAndDrive) {
   rig.operate();
   for (const auto& row : table().rows()) {
-    const bool pre_op_only = writable(row) && (row.access & access::kWriteOp) == 0;
+    const bool pre_op_only = writable(row) && (row.access & access::kWriteOperating) == 0;
     if (pre_op_only) expect_refused(row, 0, byte_size(row), kWrongState);
   }
   rig.enable(8);
@@ -252,7 +252,7 @@ TEST_P(MsdAdversary, ExtremeProcessDataKeepThePlantFinite) {
         for (std::size_t i = 4; i < 20; i += 2) {
           if (cycle % 40 == 0) wire::store_le(std::span(out).subspan(i), static_cast<std::uint16_t>(random()));
         }
-        axis.drive.write_outputs(2, std::span(out).first(20 + size));
+        axis.device.write_outputs(2, std::span(out).first(20 + size));
         axis.pass(125us);
         ASSERT_TRUE(std::isfinite(axis.drive.position_rad())) << std::hex << row->index << " mode " << mode;
         ASSERT_TRUE(std::isfinite(axis.drive.torque_nm())) << std::hex << row->index << " mode " << mode;

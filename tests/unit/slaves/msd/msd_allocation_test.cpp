@@ -42,10 +42,10 @@ TEST(MsdAllocation, NoneInTenThousandCyclesWithMailboxFaultAndRecovery) {
     rig.target_position += 20;
     rig.control = i % 4000 < 3900 ? 0x0F : i % 4000 < 3950 ? 0x80 : i % 4000 < 3970 ? 0x06 : 0x07;
     rig.cycle();
-    rig.drive.mailbox_request(request(i % 3 == 0 ? 0x2003 : i % 3 == 1 ? 0x6064 : 0x9999, 1 + i % 7, i % 6 == 0));
-    while (rig.drive.mailbox_reply(reply) != 0) ++answers;
-    if (i % 4000 == 3890) rig.drive.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
-    if (i % 4000 == 3895) static_cast<void>(rig.drive.transition(AlState::kSafeOp, AlState::kOp));
+    rig.device.mailbox_request(request(i % 3 == 0 ? 0x2003 : i % 3 == 1 ? 0x6064 : 0x9999, 1 + i % 7, i % 6 == 0));
+    while (rig.device.mailbox_reply(reply) != 0) ++answers;
+    if (i % 4000 == 3890) rig.device.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
+    if (i % 4000 == 3895) static_cast<void>(rig.device.transition(AlState::kSafeOp, AlState::kOp));
   }
   EXPECT_EQ(rt::RtGuard::leave().total(), 0U);
   EXPECT_GE(answers, 12'000U);

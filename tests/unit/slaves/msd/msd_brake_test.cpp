@@ -18,7 +18,7 @@ MsdParameters vertical_axis() {
 }
 
 /// The lowest place of the axis while the drive runs by itself for this time.
-double lowest(MsdDrive& drive, std::chrono::nanoseconds from, std::chrono::nanoseconds time) {
+double lowest(DriveCore& drive, std::chrono::nanoseconds from, std::chrono::nanoseconds time) {
   double low = drive.position_rad();
   for (auto t = from; t <= from + time; t += kCycle) {
     drive.advance(t);
@@ -38,7 +38,8 @@ TEST(MsdBrake, HoldsFromPowerOnAndThroughTheSelfTest) {
   }
   for (const auto start_up : {std::chrono::nanoseconds{1ms}, std::chrono::nanoseconds{1s}}) {
     parameters.start_up_time = start_up;
-    MsdDrive drive(parameters);
+    MsdDrive device(parameters);
+    DriveCore& drive = device.core();
     EXPECT_GT(lowest(drive, 0ns, 2s), -0.01) << "a brake that has no current holds";
     EXPECT_EQ(drive.state(), PowerState::kSwitchOnDisabled);
   }
@@ -65,7 +66,7 @@ TEST(MsdBrake, ClosesInItsTimeWhenTheDriveIsSwitchedOffWhileItIsOpen) {
     rig.enable(8);
     for (auto t = 0ms; t < open_before; t += 1ms) rig.cycles(8);
     const double held = rig.drive.position_rad();
-    rig.drive.restart();
+    rig.device.restart();
     rig.now += 1ms;
     const double fallen = held - lowest(rig.drive, rig.now, 900ms);
     const double way = 0.5 * (1.0 - 0.03) / 3.0e-4 * kTimeS * kTimeS;  // until it holds; then 4 Nm stop the fall
@@ -125,7 +126,7 @@ TEST(MsdBrake, ClosesWhenADriveThatTheBusOpenedItOnIsSwitchedOff) {
   ASSERT_EQ(rig.write(0x60FE, 1, 1U << 22U, 4), 0U);
   rig.pass(50ms);
   ASSERT_LT(rig.drive.velocity_rad_s(), -50.0);
-  rig.drive.restart();
+  rig.device.restart();
   rig.pass(500ms);
   EXPECT_FALSE(rig.drive.output(Output::kBrake));
   EXPECT_EQ(rig.drive.velocity_rad_s(), 0.0);

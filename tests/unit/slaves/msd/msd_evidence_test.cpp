@@ -1,8 +1,8 @@
 // Facts of the manual that a nearly right model gets wrong, each looked at where it acts.
 #include "drive_rig.hpp"
 #include "driveline/slaves/esc/slave.hpp"
+#include "driveline/slaves/msd/core/drive_values.hpp"
 #include "driveline/slaves/msd/device_layout.hpp"
-#include "driveline/slaves/msd/msd_values.hpp"
 
 namespace driveline::slaves::msd {
 namespace {
@@ -172,13 +172,13 @@ TEST(MsdCommunication, SdosAreAcyclicAndAnsweredInTheirTime) {
     const std::array<unsigned, 16> bytes = {
         10, 0, 0, 0, 0, 0x03U | (unsigned(request) % 7 + 1) << 4U, 0x00, 0x20, 0x40, 0x64, 0x60, 0, 0, 0, 0, 0};
     for (std::size_t i = 0; i < bytes.size(); ++i) mailbox[i] = static_cast<std::byte>(bytes[i]);
-    rig.drive.mailbox_request(mailbox);
+    rig.device.mailbox_request(mailbox);
     std::size_t length = 0;
     for (int cycle = 0; cycle < 40 && length == 0; ++cycle) {
       rig.target_position += 131;
       rig.cycle();
       ASSERT_NEAR(rig.position, rig.target_position, 3000) << "the axis goes on";
-      length = rig.drive.mailbox_reply(mailbox);
+      length = rig.device.mailbox_reply(mailbox);
     }
     ASSERT_GT(length, 0U) << "5 ms are 40 cycles";
   }
@@ -258,9 +258,9 @@ TEST(MsdScope, ExternalFeedForwardShowsAsNrefExtAndMrefExt) {
   rig.operate();
   rig.enable(8);
   const auto shown = [&rig](std::string_view name) {
-    const auto place = rig.drive.find_signal(SignalPlace::Way::kOutput, name);
+    const auto place = rig.drive.signals().find_signal(SignalPlace::Way::kOutput, name);
     EXPECT_TRUE(place);
-    return place ? rig.drive.signal(*place) : -1.0;
+    return place ? rig.drive.signals().signal(*place) : -1.0;
   };
   EXPECT_EQ(shown("nref_Ext"), 0.0);
   rig.velocity_offset = 3 * kTurnIncrements;
@@ -275,7 +275,7 @@ class DriveSlave : public testing::Test {
  protected:
   DriveSlave() {
     auto drive = std::make_unique<MsdDrive>();
-    drive_ = drive.get();
+    drive_ = &drive->core();
     slave_ = std::make_unique<Slave>(std::move(drive));
     pass(10ms);
   }
@@ -330,7 +330,7 @@ class DriveSlave : public testing::Test {
     EXPECT_EQ(transfer(wire::Command::kAprd, kMailboxInStart, mailbox), 1);
     return std::to_integer<unsigned>(mailbox[5]) & 0x0FU;
   }
-  MsdDrive* drive_ = nullptr;
+  DriveCore* drive_ = nullptr;
   std::unique_ptr<Slave> slave_;
 
  private:
@@ -351,7 +351,7 @@ TEST_F(MsdBootstrap, IsReachedFromInitHasNoCoeAndItsEndRestartsTheDevice) {
   set_mailboxes();
   request(AlState::kBootstrap);
   ASSERT_EQ(slave_->state(), AlState::kBootstrap);
-  EXPECT_EQ(drive_->dictionary().get<std::uint8_t>(kNmtState), 0);
+  EXPECT_EQ(drive_->dictionary().get(kValue.nmt_state), 0);
   EXPECT_EQ(coe_answer_type(), 0U) << "an error reply: bootstrap is for FoE alone";
   drive_->set_cause(Fault::kEncoder, true);
   pass(5ms);

@@ -11,7 +11,7 @@ TEST(MsdFault, WatchdogStopsTheAxisByItself) {
   DriveRig rig;
   rig.operate();
   rig.run_at(kFaultSpeed);
-  rig.drive.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
+  rig.device.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
   rig.pass(10ms);  // 9.5 rev/s on the quick stop ramp of 400 rev/s2: 24 ms
   EXPECT_EQ(rig.drive.state(), PowerState::kFaultReactionActive);
   EXPECT_NEAR(rig.velocity, kFaultSpeed - 419430400.0 * 0.01, 0.05 * kFaultSpeed);
@@ -37,7 +37,7 @@ TEST(MsdFault, FaultReactionOptionCodesInThePhysics) {
     rig.operate();
     EXPECT_EQ(rig.write(0x605E, 0, code, 2), 0U);
     rig.run_at(kFaultSpeed);
-    rig.drive.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
+    rig.device.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
     rig.pass(10ms);
     return rig.drive.velocity_rad_s() * kIncrementsPerRadian;
   };
@@ -54,7 +54,7 @@ TEST(MsdFault, ExternalReactionEndsAfterP154) {
   ASSERT_EQ(rig.write(0x605E, 0, 0xFFFE, 2), 0U);
   ASSERT_EQ(rig.write(0x209A, 0, 20, 4), 0U);
   rig.run_at(kFaultSpeed);
-  rig.drive.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
+  rig.device.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
   rig.pass(19ms);
   EXPECT_EQ(rig.drive.state(), PowerState::kFaultReactionActive);
   rig.pass(2ms);
@@ -64,14 +64,14 @@ TEST(MsdFault, ExternalReactionEndsAfterP154) {
 TEST(MsdFault, FallBackForOtherReasonsIsALocalError) {
   DriveRig rig;
   rig.operate();
-  rig.drive.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSynchronizationError);
+  rig.device.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSynchronizationError);
   rig.pass(1ms);
   EXPECT_EQ(rig.drive.display(), "Er 14 06");
 }
 
 TEST(MsdFault, FallBackOutsideOpIsNoFault) {
   DriveRig rig;
-  rig.drive.fall_back(AlState::kSafeOp, AlState::kInit, AlStatusCode::kUnspecifiedError);
+  rig.device.fall_back(AlState::kSafeOp, AlState::kInit, AlStatusCode::kUnspecifiedError);
   rig.pass(1ms);
   EXPECT_FALSE(rig.drive.fault().has_value());
 }
@@ -100,13 +100,13 @@ TEST(MsdFault, LeavingOpWithPowerOffIsNone) {
 TEST(MsdFault, ResetEdgeWithinOneCycleOfTheDriveIsSeen) {
   DriveRig rig;
   rig.operate();
-  rig.drive.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
+  rig.device.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
   rig.pass(1ms);
   rig.to(AlState::kSafeOp, AlState::kOp);
   const std::array<std::byte, 2> set = {std::byte{0x80}, std::byte{0}};
   const std::array<std::byte, 2> clear = {std::byte{0}, std::byte{0}};
-  rig.drive.write_outputs(2, set);
-  rig.drive.write_outputs(2, clear);
+  rig.device.write_outputs(2, set);
+  rig.device.write_outputs(2, clear);
   rig.pass(250us);
   EXPECT_EQ(rig.drive.state(), PowerState::kSwitchOnDisabled);
 }
@@ -312,12 +312,12 @@ TEST(MsdFault, TheFirstFaultStands) {
   DriveRig rig;
   rig.operate();
   rig.run_at(kFaultSpeed);
-  rig.drive.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
-  rig.drive.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSynchronizationError);
+  rig.device.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
+  rig.device.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSynchronizationError);
   rig.pass(1ms);
   rig.fetch_emergencies();
   EXPECT_EQ(rig.emergencies.size(), 1U);
-  EXPECT_EQ(rig.drive.fault(), Fault::kEtherCatWatchdog);
+  EXPECT_EQ(rig.drive.fault(), Fault::kBusWatchdog);
 }
 
 }  // namespace

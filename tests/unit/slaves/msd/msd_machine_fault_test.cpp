@@ -15,13 +15,13 @@ class MsdMachineFault : public testing::Test {
   }
   void set(std::string_view input, double value) { set(rig, input, value); }
   static void set(DriveRig& rig, std::string_view input, double value) {
-    const auto place = rig.drive.find_signal(SignalPlace::Way::kInput, input);
+    const auto place = rig.drive.signals().find_signal(SignalPlace::Way::kInput, input);
     ASSERT_TRUE(place) << input;
-    ASSERT_TRUE(rig.drive.check_signal_value(place->number, value));
-    rig.drive.set_signal(place->number, value);
+    ASSERT_TRUE(rig.drive.signals().check_signal_value(place->number, value));
+    rig.drive.signals().set_signal(place->number, value);
   }
   double level(std::string_view input) {
-    return rig.drive.signal(*rig.drive.find_signal(SignalPlace::Way::kInput, input));
+    return rig.drive.signals().signal(*rig.drive.signals().find_signal(SignalPlace::Way::kInput, input));
   }
   /// Everything a controller and a person in front of the drive see of it.
   void expect_fault(Fault fault, bool lasting) {
@@ -143,7 +143,7 @@ TEST(MsdMachineFaults, HeavyAxisThatBrakesNeedsItsBrakeResistor) {
     DriveRig rig(parameters);
     rig.operate();
     const auto set = [&rig](std::string_view input, double value) {
-      rig.drive.set_signal(rig.drive.find_signal(SignalPlace::Way::kInput, input)->number, value);
+      rig.drive.signals().set_signal(rig.drive.signals().find_signal(SignalPlace::Way::kInput, input)->number, value);
     };
     set("BRAKE_RESISTOR", connected ? 1 : 0);
     rig.enable(9);
@@ -231,7 +231,7 @@ TEST(MsdMachineFaults, HotAirHeatsPowerStageAndMotor) {
     rig.operate();
     rig.enable(9);
     const auto set = [&rig](std::string_view input, double value) {
-      rig.drive.set_signal(rig.drive.find_signal(SignalPlace::Way::kInput, input)->number, value);
+      rig.drive.signals().set_signal(rig.drive.signals().find_signal(SignalPlace::Way::kInput, input)->number, value);
     };
     set("AMBIENT", 120.0);
     rig.pass(500ms);

@@ -1,6 +1,6 @@
 // What the MSD manual states in tables, checked row by row; and behaviour that belongs to no single mode.
 #include "drive_rig.hpp"
-#include "driveline/slaves/msd/msd_values.hpp"
+#include "driveline/slaves/msd/core/drive_values.hpp"
 
 namespace driveline::slaves::msd {
 namespace {
@@ -100,11 +100,12 @@ TEST(MsdManual, AliasesAreOneValue) {
 TEST(MsdManual, NetworkStateIsZeroDuringStartAndOneInInit) {
   MsdParameters parameters;
   parameters.start_up_time = 10ms;
-  MsdDrive drive(parameters);
-  drive.advance(0ms);
-  EXPECT_EQ(drive.dictionary().get<std::uint8_t>(kNmtState), 0);
-  drive.advance(20ms);
-  EXPECT_EQ(drive.dictionary().get<std::uint8_t>(kNmtState), 1);
+  MsdDrive device(parameters);
+  const DriveCore& drive = device.core();
+  device.advance(0ms);
+  EXPECT_EQ(drive.dictionary().get(kValue.nmt_state), 0);
+  device.advance(20ms);
+  EXPECT_EQ(drive.dictionary().get(kValue.nmt_state), 1);
 }
 
 TEST(MsdManual, CyclicModesHaveNoModeBitsInTheControlWord) {
@@ -193,7 +194,7 @@ TEST(MsdManual, QuickStopIsSmoothedLikeTheProfileAndTheFaultRampIsNot) {
     rig.operate();
     rig.run_at(10 * kRevolution);
     rig.control = fault ? 0x0F : 0x02;
-    if (fault) rig.drive.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
+    if (fault) rig.device.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
     rig.pass(125us);
     rig.cycles(160);
     return rig.drive.velocity_rad_s() * kIncrementsPerRadian / kRevolution;

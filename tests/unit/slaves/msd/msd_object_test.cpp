@@ -119,7 +119,7 @@ TEST(MsdObject, StoredParametersSurviveARestartTheOthersDoNot) {
   rig.restart();
   EXPECT_EQ(rig.read(0x605A), 6U);
   EXPECT_EQ(rig.read(0x1600), 1U);
-  EXPECT_EQ(rig.drive.process_data_size(2), 2U);
+  EXPECT_EQ(rig.device.process_data_size(2), 2U);
   EXPECT_EQ(rig.read(0x605B), 0U) << "written after saving";
   EXPECT_EQ(rig.read(0x6060), 0U) << "not a parameter that is saved";
 }
@@ -177,7 +177,7 @@ TEST(MsdObject, EveryRowHasASourceANameAndADefaultInItsRange) {
       ADD_FAILURE();
     }
     EXPECT_NE(row.access & access::kReadWrite, 0);
-    EXPECT_TRUE((row.access & access::kRxMappable) == 0 || (row.access & access::kWriteOp) != 0);
+    EXPECT_TRUE((row.access & access::kRxMappable) == 0 || (row.access & access::kWriteOperating) != 0);
   }
 }
 
@@ -215,7 +215,7 @@ TEST(MsdObject, RandomProcessDataNeverBreaksThePlant) {
       data[1] = std::byte{0};
       data[2] = static_cast<std::byte>(8 + i / 1000 % 3);
     }
-    rig.drive.write_outputs(2, std::span(data).first(random() % 21));
+    rig.device.write_outputs(2, std::span(data).first(random() % 21));
     rig.pass(125us);
     ASSERT_TRUE(std::isfinite(rig.drive.position_rad()));
     ASSERT_LE(std::abs(rig.drive.velocity_rad_s()), 720.0) << "beyond what the voltage allows";
@@ -228,7 +228,7 @@ TEST(MsdObject, OneDriveStaysSmall) {
   const std::size_t mailbox = MailboxServer::kQueueDepth * 512 + 512;
   const std::size_t list = 2 * (dictionary_table().rows().size() + 1);
   DriveRig rig;
-  EXPECT_LT(sizeof(MsdDrive) + values + mailbox + list + rig.drive.profile().sii_image.size() + 2048, 16U * 1024U);
+  EXPECT_LT(sizeof(MsdDrive) + values + mailbox + list + rig.device.profile().sii_image.size() + 2048, 16U * 1024U);
 }
 
 }  // namespace

@@ -142,7 +142,7 @@ TEST_F(MsdParameterFile, KeepsStoredParametersForTheNextDrive) {
   EXPECT_EQ(next.read(0x607C), static_cast<std::uint32_t>(-77));
   EXPECT_EQ(std::bit_cast<float>(next.read(0x2132)), 0.125F);
   EXPECT_EQ(next.read(0x1600), 1U);
-  EXPECT_EQ(next.drive.process_data_size(2), 2U);
+  EXPECT_EQ(next.device.process_data_size(2), 2U);
 }
 
 TEST_F(MsdParameterFile, FactoryResetIsSavedToo) {

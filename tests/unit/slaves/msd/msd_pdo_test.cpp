@@ -9,8 +9,8 @@ TEST(MsdPdo, MappingIsEmptyInTheFactorySetting) {
   for (const std::uint16_t first : {std::uint16_t{0x1600}, std::uint16_t{0x1A00}}) {
     for (std::uint16_t pdo = first; pdo < first + 4; ++pdo) EXPECT_EQ(rig.read(pdo), 0U);
   }
-  EXPECT_EQ(rig.drive.process_data_size(2), 0U);
-  EXPECT_EQ(rig.drive.process_data_size(3), 0U);
+  EXPECT_EQ(rig.device.process_data_size(2), 0U);
+  EXPECT_EQ(rig.device.process_data_size(3), 0U);
   EXPECT_EQ(rig.read(0x1C12), 4U);
   EXPECT_EQ(rig.read(0x1C13, 4), 0x1A03U);
 }
@@ -20,14 +20,14 @@ TEST(MsdPdo, SizeFollowsMappingAndAssignment) {
   rig.map(0x1600, {0x60400010, 0x607A0020});
   rig.map(0x1601, {0x60FF0020});
   rig.map(0x1A00, {0x60410010});
-  EXPECT_EQ(rig.drive.process_data_size(2), 10U);
-  EXPECT_EQ(rig.drive.process_data_size(3), 2U);
-  EXPECT_EQ(rig.drive.process_data_size(0), 0U);
+  EXPECT_EQ(rig.device.process_data_size(2), 10U);
+  EXPECT_EQ(rig.device.process_data_size(3), 2U);
+  EXPECT_EQ(rig.device.process_data_size(0), 0U);
   ASSERT_EQ(rig.write(0x1C12, 0, 0, 1), 0U);
-  EXPECT_EQ(rig.drive.process_data_size(2), 0U);
+  EXPECT_EQ(rig.device.process_data_size(2), 0U);
   ASSERT_EQ(rig.write(0x1C12, 1, 0x1601, 2), 0U);
   ASSERT_EQ(rig.write(0x1C12, 0, 1, 1), 0U);
-  EXPECT_EQ(rig.drive.process_data_size(2), 4U);
+  EXPECT_EQ(rig.device.process_data_size(2), 4U);
 }
 
 TEST(MsdPdo, AtMostEightBytes) {
@@ -66,7 +66,7 @@ TEST(MsdPdo, MappingOnlyInPreOp) {
 TEST(MsdPdo, OddByteCountNeedsNoFiller) {
   DriveRig rig;
   rig.map(0x1600, {0x60600008});
-  EXPECT_EQ(rig.drive.process_data_size(2), 1U);
+  EXPECT_EQ(rig.device.process_data_size(2), 1U);
 }
 
 // What a SOEM master and a real drive with the same object layout say to each other (soem-sdinfo-akd, packets 281 to

@@ -58,7 +58,7 @@ INSTANTIATE_TEST_SUITE_P(Faults, MsdCause,
 
 TEST(MsdProtection, EtherCatFaultsHaveTheNumbersOfTheManual) {
   // MSD manual 5.3.3
-  EXPECT_EQ(facts(Fault::kEtherCatWatchdog).location, 1);
+  EXPECT_EQ(facts(Fault::kBusWatchdog).location, 1);
   EXPECT_EQ(facts(Fault::kEepromData).location, 2);
   EXPECT_EQ(facts(Fault::kInternalRam).location, 3);
   EXPECT_EQ(facts(Fault::kInvalidConfiguration).location, 4);
@@ -306,13 +306,13 @@ TEST(MsdProtection, ALaterFaultThatForbidsTorqueEndsTheReaction) {
   DriveRig rig;
   rig.operate();
   rig.run_at(20'000'000);
-  rig.drive.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
+  rig.device.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
   rig.pass(5ms);
   EXPECT_LT(rig.torque, -100);
   rig.drive.set_cause(Fault::kEncoder, true);
   rig.pass(5ms);
   EXPECT_EQ(rig.torque, 0);
-  EXPECT_EQ(rig.drive.fault(), Fault::kEtherCatWatchdog);
+  EXPECT_EQ(rig.drive.fault(), Fault::kBusWatchdog);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // Factor group: user units, polarity, calculated factors.
-#include "driveline/slaves/msd/scaling.hpp"
+#include "driveline/slaves/msd/core/scaling.hpp"
 
 #include <limits>
 

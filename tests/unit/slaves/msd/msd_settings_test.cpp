@@ -173,10 +173,10 @@ TEST(MsdMapping, MappedParametersActAndKeepTheirRange) {
     std::array<std::byte, 6> out{};
     wire::store_le(std::span(out), std::bit_cast<std::uint32_t>(window));
     wire::store_le(std::span(out).subspan(4), function);
-    rig.drive.write_outputs(2, out);
+    rig.device.write_outputs(2, out);
     rig.pass(1ms);
     std::array<std::byte, 5> in{};
-    rig.drive.read_inputs(3, in);
+    rig.device.read_inputs(3, in);
     EXPECT_EQ(std::to_integer<int>(in[0]), 5) << "OP";
     return std::bit_cast<float>(wire::load_le<std::uint32_t>(std::span<const std::byte>(in).subspan(1)));
   };

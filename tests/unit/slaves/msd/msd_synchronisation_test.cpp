@@ -7,7 +7,7 @@
 #include "drive_rig.hpp"
 #include "driveline/slaves/esc/slave.hpp"
 #include "driveline/slaves/msd/device_layout.hpp"
-#include "driveline/slaves/msd/msd_values.hpp"
+#include "driveline/slaves/msd/ethercat_values.hpp"
 #include "driveline/wire/registers.hpp"
 
 namespace driveline::slaves::msd {
@@ -20,7 +20,8 @@ class MsdSynchronisation : public ::testing::Test {
  protected:
   MsdSynchronisation() : slave_(std::make_unique<MsdDrive>()) { pass(2ms); }
 
-  MsdDrive& drive() { return static_cast<MsdDrive&>(slave_.device()); }
+  MsdDrive& device() { return static_cast<MsdDrive&>(slave_.device()); }
+  DriveCore& drive() { return device().core(); }
   void pass(std::chrono::nanoseconds time) {
     now_ += time;
     slave_.advance(now_);
@@ -63,9 +64,9 @@ class MsdSynchronisation : public ::testing::Test {
                                        value >> 16 & 0xFF,
                                        value >> 24};
     for (std::size_t i = 0; i < raw.size(); ++i) mail[i] = static_cast<std::byte>(raw[i]);
-    drive().mailbox_request(mail);
+    device().mailbox_request(mail);
     std::vector<std::byte> reply(kMailboxSize);
-    ASSERT_GT(drive().mailbox_reply(reply), 8U);
+    ASSERT_GT(device().mailbox_reply(reply), 8U);
     ASSERT_EQ(reply[8], std::byte{0x60}) << std::hex << index;
   }
   void to_pre_op() {
@@ -77,8 +78,8 @@ class MsdSynchronisation : public ::testing::Test {
       download(pdo, 1, entry, 4);
       download(pdo, 0, 1, 1);
     }
-    set_sync_manager(2, kOutputsStart, drive().process_data_size(2), 0x64);
-    set_sync_manager(3, kInputsStart, drive().process_data_size(3), 0x20);
+    set_sync_manager(2, kOutputsStart, device().process_data_size(2), 0x64);
+    set_sync_manager(3, kInputsStart, device().process_data_size(3), 0x20);
   }
   void activate(std::uint32_t cycle) {
     write(reg::kDcActivation, 0);
@@ -87,7 +88,7 @@ class MsdSynchronisation : public ::testing::Test {
     write(reg::kDcActivation, 3);
   }
   void cycle(bool with_outputs = true) {
-    const std::vector<std::byte> zeros(drive().process_data_size(2));
+    const std::vector<std::byte> zeros(device().process_data_size(2));
     slave_.esc().begin_frame(++serial_);
     if (with_outputs) {
       EXPECT_TRUE(slave_.esc().ecat_write(kOutputsStart, zeros, now_));
@@ -193,19 +194,19 @@ TEST_F(MsdSynchronisation, EveryLossInOpHasItsCodeAndItsEmergency) {
   for (const auto& row : rows) {
     SCOPED_TRACE(static_cast<unsigned>(row.code));
     ASSERT_EQ(request(AlState::kInit), AlStatusCode::kNoError);
-    drive().restart();
+    device().restart();
     pass(2ms);
     write(reg::kDcActivation, 0);
     write(reg::kSystemTimeOffset, 0);
     to_op();
     static_cast<void>(emergencies());
-    EXPECT_EQ(drive().dictionary().get<std::uint8_t>(kSyncError), 0);
+    EXPECT_FALSE(drive().dictionary().get(kBusValue.sync_error));
     row.cause();
     EXPECT_EQ(slave_.state(), AlState::kSafeOp);
     EXPECT_EQ(code(), row.code);
     EXPECT_EQ(drive().fault(), Fault::kLocalError);
     EXPECT_EQ(emergencies(), kLocalErrorReported);
-    EXPECT_EQ(drive().dictionary().get<std::uint8_t>(kSyncError), 1) << "1C32h:20";
+    EXPECT_TRUE(drive().dictionary().get(kBusValue.sync_error)) << "1C32h:20";
     // Acknowledging the AL error, then INIT.
     write(reg::kAlControl, wire::AlControl{AlState::kSafeOp, true, false}.raw());
     slave_.advance(now_);
@@ -247,7 +248,7 @@ TEST_F(MsdSynchronisation, SetpointsMustComeInWholeCyclesOfSync0) {
                         Row{3, AlStatusCode::kDcInvalidSyncCycleTime}, Row{4, AlStatusCode::kNoError}}) {
     SCOPED_TRACE(row.ms);
     ASSERT_EQ(request(AlState::kInit), AlStatusCode::kNoError);
-    drive().restart();
+    device().restart();
     pass(2ms);
     to_pre_op();
     download(0x60C2, 1, row.ms, 1);
@@ -307,16 +308,16 @@ TEST_F(MsdSynchronisation, TheDriveMeasuresHowPunctualOutputsAre) {
   EXPECT_GT(margin.mean(), margin.shortest);
   EXPECT_LT(margin.mean(), margin.longest);
   const auto& dictionary = drive().dictionary();
-  EXPECT_EQ(dictionary.get<std::uint16_t>(kSyncEventsMissed), 3U);
-  EXPECT_EQ(dictionary.get<std::uint32_t>(kSyncDistanceMin), margin.shortest.count());
-  EXPECT_EQ(dictionary.get<std::uint32_t>(kSyncDistanceMax), margin.longest.count());
+  EXPECT_EQ(dictionary.get(kBusValue.sync_events_missed), 3U);
+  EXPECT_EQ(dictionary.get(kBusValue.sync_distance_min), margin.shortest.count());
+  EXPECT_EQ(dictionary.get(kBusValue.sync_distance_max), margin.longest.count());
 }
 
 TEST(MsdSynchronisationType, DcInsistsOnSync0) {
   DriveRig rig;
-  EXPECT_FALSE(rig.drive.sync_demand().type);
+  EXPECT_FALSE(rig.device.sync_demand().type);
   ASSERT_EQ(rig.write(0x1C32, 1, 2, 2), 0U);
-  EXPECT_EQ(rig.drive.sync_demand().type, SyncType::kSync0);
+  EXPECT_EQ(rig.device.sync_demand().type, SyncType::kSync0);
 }
 
 /// Largest difference of two speeds while the setpoint moves evenly, in increments per second. SYNC0 comes every
@@ -330,7 +331,7 @@ std::int32_t ripple(bool sync) {
   for (int i = 0; i < 12'000; ++i) {
     rig.target_position += 500;
     rig.cycle(125'025ns);
-    if (sync) rig.drive.sync_event(SyncSignal::kSync0, rig.now);
+    if (sync) rig.device.sync_event(SyncSignal::kSync0, rig.now);
     if (i < 4000) continue;
     lowest = std::min(lowest, rig.velocity);
     highest = std::max(highest, rig.velocity);

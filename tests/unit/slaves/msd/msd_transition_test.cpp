@@ -230,7 +230,7 @@ TEST(MsdOptionCode, FaultReactionEveryValue605E) {
     run_fast(rig);
     ASSERT_EQ(rig.write(0x605E, 0, static_cast<std::uint16_t>(code.value), 2), 0U);
     ASSERT_EQ(rig.write(0x6098, 0, 0, 1), 0U);
-    rig.drive.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
+    rig.device.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
     expect_stop(rig, code.stop);
     rig.pass(2s);
     EXPECT_EQ(rig.drive.state(), PowerState::kFault);

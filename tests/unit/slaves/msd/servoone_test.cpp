@@ -35,7 +35,7 @@ TEST(ServoOne, EveryVariantHasAnIdentityOfItsOwn) {
     EXPECT_EQ(rig.read(0x1018, 3), facts.revision);
     EXPECT_EQ(upload_short_text(rig, 0x1008), facts.device_name);
     EXPECT_EQ(upload_short_text(rig, 0x100A), facts.firmware.text());
-    const auto image = esi::decode_sii(rig.drive.profile().sii_image);
+    const auto image = esi::decode_sii(rig.device.profile().sii_image);
     ASSERT_TRUE(image);
     EXPECT_EQ(image->product_code, facts.product_code);
     EXPECT_EQ(image->revision, facts.revision);
@@ -162,14 +162,14 @@ TEST(ServoOne, PdosHaveAnEvenNumberOfBytesBeforeFirmware41502) {
     for (const FirmwareVersion old : {FirmwareVersion{3, 25, 0}, FirmwareVersion{4, 15, 1}}) {
       DriveRig rig(make(variant, old));
       EXPECT_EQ(write_count(rig, odd), kIncompatible);
-      EXPECT_EQ(rig.drive.process_data_size(2), 0U) << "nothing is mapped";
+      EXPECT_EQ(rig.device.process_data_size(2), 0U) << "nothing is mapped";
       EXPECT_EQ(write_count(rig, filled), 0U);
-      EXPECT_EQ(rig.drive.process_data_size(2), 4U);
+      EXPECT_EQ(rig.device.process_data_size(2), 4U);
       EXPECT_EQ(upload_short_text(rig, 0x100A), old.text());
     }
     DriveRig rig(make(variant, FirmwareVersion{4, 15, 2}));
     EXPECT_EQ(write_count(rig, odd), 0U);
-    EXPECT_EQ(rig.drive.process_data_size(2), 3U);
+    EXPECT_EQ(rig.device.process_data_size(2), 3U);
   }
   DriveRig msd;
   EXPECT_EQ(write_count(msd, odd), 0U);

@@ -1,5 +1,5 @@
 // Touch probe (MSD manual 14.1): the function by itself as timing diagrams, then in the drive.
-#include "driveline/slaves/msd/touch_probe.hpp"
+#include "driveline/slaves/msd/core/touch_probe.hpp"
 
 #include "drive_rig.hpp"
 
@@ -230,7 +230,7 @@ TEST_F(MsdTouchProbe, ObjectsCanBeMapped) {
   fresh.map(0x1A00, {0x60B90010, 0x60BA0020});
   fresh.map(0x1A01, {0x60BB0020, 0x60BC0020});
   fresh.map(0x1A02, {0x60BD0020});
-  EXPECT_EQ(fresh.drive.process_data_size(3), 18U);
+  EXPECT_EQ(fresh.device.process_data_size(3), 18U);
 }
 
 TEST(MsdTouchProbeSwitch, SwitchOfTheMachineIsLatchedAtItsEdge) {

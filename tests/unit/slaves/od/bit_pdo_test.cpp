@@ -1,14 +1,14 @@
 // Process data of less than a byte, across byte borders, with gaps, and of more than one sync manager per direction.
 #include <gtest/gtest.h>
 
-#include "driveline/slaves/od/pdo_map.hpp"
+#include "driveline/slaves/pdo/pdo_map.hpp"
+#include "driveline/wire/endian.hpp"
 #include "sample_dictionary.hpp"
 
 namespace driveline::slaves {
 namespace {
 
 using esi::DataType;
-using wire::AlState;
 using wire::SdoAbort;
 
 EntryRow fixed(std::uint16_t index, std::uint8_t subindex, DataType type, double value) {
@@ -67,7 +67,7 @@ class BitPdo : public testing::Test {
     return map;
   }
   std::uint64_t value(std::uint16_t index) const { return dictionary.raw(*bit_table().find(index, 0)); }
-  void set(std::uint16_t index, std::uint64_t raw) { dictionary.set(bit_table().find(index, 0)->slot, raw); }
+  void set(std::uint16_t index, std::uint64_t raw) { dictionary.set_raw(bit_table().find(index, 0)->slot, raw); }
 
   ObjectDictionary dictionary{bit_table()};
 };
@@ -131,7 +131,8 @@ TEST_F(BitPdo, MappingsTakeBitsAndGaps) {
   };
   const auto write = [&](std::uint8_t sub, std::uint32_t raw) -> std::optional<SdoAbort> {
     const auto le = wire::to_le_bytes(raw);
-    const auto done = dictionary.download(0x1601, sub, AlState::kPreOp, std::span(le).first(sub == 0 ? 1 : 4), owner);
+    const auto done =
+        dictionary.download(0x1601, sub, AccessPhase::kConfiguring, std::span(le).first(sub == 0 ? 1 : 4), owner);
     return done ? std::nullopt : std::optional(done.error());
   };
   EXPECT_EQ(write(1, 0x70010003), std::nullopt);
@@ -144,8 +145,8 @@ TEST_F(BitPdo, MappingsTakeBitsAndGaps) {
 TEST_F(BitPdo, RefusesValuesThatDoNotFitTheirBits) {
   SampleOwner owner;
   const auto two = wire::to_le_bytes<std::uint8_t>(8);
-  EXPECT_EQ(dictionary.download(0x7001, 0, AlState::kPreOp, two, owner).error(), SdoAbort::kValueTooHigh);
-  EXPECT_EQ(dictionary.download(0x7000, 0, AlState::kPreOp, two, owner).error(), SdoAbort::kValueTooHigh);
+  EXPECT_EQ(dictionary.download(0x7001, 0, AccessPhase::kConfiguring, two, owner).error(), SdoAbort::kValueTooHigh);
+  EXPECT_EQ(dictionary.download(0x7000, 0, AccessPhase::kConfiguring, two, owner).error(), SdoAbort::kValueTooHigh);
 }
 
 }  // namespace

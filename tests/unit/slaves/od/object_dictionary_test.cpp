@@ -7,22 +7,22 @@
 namespace driveline::slaves {
 namespace {
 
-using wire::AlState;
 using wire::SdoAbort;
 
 class ObjectDictionaryTest : public testing::Test {
  protected:
   std::optional<SdoAbort> write(std::uint16_t index, std::uint8_t sub, std::vector<std::byte> data,
-                                AlState state = AlState::kPreOp, bool size_known = true) {
-    const auto result = dictionary.download(index, sub, state, data, owner, size_known);
+                                AccessPhase phase = AccessPhase::kConfiguring, bool size_known = true) {
+    const auto result = dictionary.download(index, sub, phase, data, owner, size_known);
     return result ? std::nullopt : std::optional(result.error());
   }
-  std::optional<SdoAbort> read_error(std::uint16_t index, std::uint8_t sub, AlState state = AlState::kPreOp) {
-    const auto result = dictionary.upload(index, sub, state, buffer);
+  std::optional<SdoAbort> read_error(std::uint16_t index, std::uint8_t sub,
+                                     AccessPhase phase = AccessPhase::kConfiguring) {
+    const auto result = dictionary.upload(index, sub, phase, buffer);
     return result ? std::nullopt : std::optional(result.error());
   }
   std::vector<std::byte> read(std::uint16_t index, std::uint8_t sub) {
-    const auto size = dictionary.upload(index, sub, AlState::kPreOp, buffer);
+    const auto size = dictionary.upload(index, sub, AccessPhase::kConfiguring, buffer);
     EXPECT_TRUE(size.has_value());
     return {buffer.begin(), buffer.begin() + static_cast<std::ptrdiff_t>(size.value_or(0))};
   }
@@ -42,7 +42,7 @@ TEST_F(ObjectDictionaryTest, AliasIsOneValueWithTwoAddresses) {
   EXPECT_EQ(write(0x2000, 0, bytes({0x34, 0x12})), std::nullopt);
   EXPECT_EQ(read(0x6000, 0), bytes({0x34, 0x12}));
   EXPECT_EQ(write(0x6000, 0, bytes({0x78, 0x56})), std::nullopt);
-  EXPECT_EQ(dictionary.get<std::uint16_t>(kSampleShared), 0x5678);
+  EXPECT_EQ(dictionary.get(kSample.shared), 0x5678);
 }
 
 TEST_F(ObjectDictionaryTest, RefusesUnknownAddresses) {
@@ -60,12 +60,11 @@ TEST_F(ObjectDictionaryTest, ChecksAccessRights) {
 }
 
 TEST_F(ObjectDictionaryTest, ChecksTheDeviceState) {
-  EXPECT_EQ(write(0x2007, 0, bytes({1}), AlState::kPreOp), std::nullopt);
-  EXPECT_EQ(write(0x2007, 0, bytes({1}), AlState::kSafeOp), SdoAbort::kDeviceState);
-  EXPECT_EQ(write(0x2007, 0, bytes({1}), AlState::kOp), SdoAbort::kDeviceState);
-  EXPECT_EQ(read_error(0x2007, 0, AlState::kOp), std::nullopt);
-  EXPECT_EQ(read_error(0x2007, 0, AlState::kInit), SdoAbort::kDeviceState);
-  EXPECT_EQ(read_error(0x2007, 0, AlState::kBootstrap), SdoAbort::kDeviceState);
+  EXPECT_EQ(write(0x2007, 0, bytes({1}), AccessPhase::kConfiguring), std::nullopt);
+  EXPECT_EQ(write(0x2007, 0, bytes({1}), AccessPhase::kReady), SdoAbort::kDeviceState);
+  EXPECT_EQ(write(0x2007, 0, bytes({1}), AccessPhase::kOperating), SdoAbort::kDeviceState);
+  EXPECT_EQ(read_error(0x2007, 0, AccessPhase::kOperating), std::nullopt);
+  EXPECT_EQ(read_error(0x2007, 0, AccessPhase::kClosed), SdoAbort::kDeviceState);
 }
 
 TEST_F(ObjectDictionaryTest, LocksObjectsWhileThePowerStageIsOn) {
@@ -79,7 +78,8 @@ TEST_F(ObjectDictionaryTest, ChecksLengthAndRange) {
   EXPECT_EQ(write(0x2002, 0, bytes({1, 2, 3})), SdoAbort::kLengthTooLow);
   EXPECT_EQ(write(0x2002, 0, bytes({})), SdoAbort::kLengthTooLow);
   EXPECT_EQ(write(0x2000, 0, bytes({1, 2, 3})), SdoAbort::kLengthTooHigh);
-  EXPECT_EQ(write(0x2000, 0, bytes({1, 2, 3, 4}), AlState::kOp, false), std::nullopt);  // expedited without size
+  EXPECT_EQ(write(0x2000, 0, bytes({1, 2, 3, 4}), AccessPhase::kOperating, false),
+            std::nullopt);  // expedited without size
   EXPECT_EQ(write(0x2001, 0, bytes({11})), SdoAbort::kValueTooHigh);
   EXPECT_EQ(write(0x2001, 0, bytes({0xF5})), SdoAbort::kValueTooLow);  // -11
   EXPECT_EQ(read(0x2001, 0), bytes({0xFD}));                           // unchanged
@@ -89,7 +89,7 @@ TEST_F(ObjectDictionaryTest, ChecksLengthAndRange) {
 TEST_F(ObjectDictionaryTest, KeepsNotANumberOut) {
   EXPECT_EQ(write(0x2004, 0, bytes({0x00, 0x00, 0xC0, 0x7F})), SdoAbort::kValueRange);  // NaN
   EXPECT_EQ(write(0x2004, 0, bytes({0x00, 0x00, 0x80, 0x7F})), SdoAbort::kValueRange);  // infinity
-  EXPECT_FLOAT_EQ(dictionary.get<float>(sample_table().find(0x2004, 0)->slot), 1.5F);
+  EXPECT_FLOAT_EQ(dictionary.get(kSample.real), 1.5F);
 }
 
 TEST_F(ObjectDictionaryTest, StringsArePaddedAndCut) {
@@ -118,9 +118,9 @@ TEST_F(ObjectDictionaryTest, CopiesOnlyBackupValues) {
   ASSERT_EQ(write(0x2003, 0, bytes({'z'})), std::nullopt);
   ASSERT_EQ(write(0x2000, 0, bytes({9, 0})), std::nullopt);
   other.copy_backup_values(dictionary);
-  EXPECT_FLOAT_EQ(other.get<float>(sample_table().find(0x2004, 0)->slot), 2.0F);
+  EXPECT_FLOAT_EQ(other.get(kSample.real), 2.0F);
   EXPECT_EQ(other.text(sample_table().find(0x2003, 0)->slot), "z");
-  EXPECT_EQ(other.get<std::uint16_t>(kSampleShared), 0);
+  EXPECT_EQ(other.get(kSample.shared), 0);
 }
 
 }  // namespace

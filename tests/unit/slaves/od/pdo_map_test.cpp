@@ -1,13 +1,13 @@
-#include "driveline/slaves/od/pdo_map.hpp"
+#include "driveline/slaves/pdo/pdo_map.hpp"
 
 #include <gmock/gmock.h>
 
+#include "driveline/wire/endian.hpp"
 #include "sample_dictionary.hpp"
 
 namespace driveline::slaves {
 namespace {
 
-using wire::AlState;
 using wire::SdoAbort;
 
 class PdoMapTest : public testing::Test {
@@ -20,7 +20,7 @@ class PdoMapTest : public testing::Test {
   std::optional<SdoAbort> write(std::uint16_t index, unsigned sub, std::uint32_t value) {
     const auto* row = sample_table().find(index, static_cast<std::uint8_t>(sub));
     const auto le = wire::to_le_bytes(value);
-    const auto result = dictionary.download(index, static_cast<std::uint8_t>(sub), AlState::kPreOp,
+    const auto result = dictionary.download(index, static_cast<std::uint8_t>(sub), AccessPhase::kConfiguring,
                                             std::span(le).first(byte_size(*row)), owner);
     return result ? std::nullopt : std::optional(result.error());
   }
@@ -91,16 +91,16 @@ TEST_F(PdoMapTest, DecodesInTheOrderOfAssignmentAndSignExtends) {
   rx.build(dictionary, 2, limits);
   ASSERT_EQ(rx.size(), 7U);
   rx.decode(bytes({0x80, 0x34, 0x92, 0xFE, 0xFF, 0xFF, 0xFF}), dictionary);
-  EXPECT_EQ(dictionary.get<std::int32_t>(sample_table().find(0x2001, 0)->slot), -128);
-  EXPECT_EQ(dictionary.get<std::uint32_t>(kSampleShared), 0x9234U);  // unsigned: no sign extension
-  EXPECT_EQ(dictionary.get<std::int32_t>(sample_table().find(0x2002, 0)->slot), -2);
+  EXPECT_EQ(static_cast<std::int64_t>(dictionary.raw(*sample_table().find(0x2001, 0))), -128);
+  EXPECT_EQ(dictionary.raw(kSample.shared.number), 0x9234U);  // unsigned: no sign extension
+  EXPECT_EQ(static_cast<std::int64_t>(dictionary.raw(*sample_table().find(0x2002, 0))), -2);
 }
 
 TEST_F(PdoMapTest, EncodesConstantsAndValues) {
   map(0x1A03, {0x200A0008, 0x20000010, 0x20090220});
   assign(0x1C13, {0x1A03});
-  dictionary.set(kSampleShared, 0xBEEF);
-  dictionary.set(sample_table().find(0x2009, 2)->slot, 0x01020304U);
+  dictionary.set(kSample.shared, std::uint16_t{0xBEEF});
+  dictionary.set_raw(sample_table().find(0x2009, 2)->slot, 0x01020304U);
   PdoMap tx;
   tx.build(dictionary, 3, limits);
   std::vector<std::byte> data(7);
@@ -114,8 +114,8 @@ TEST_F(PdoMapTest, ShortDataLeavesTheRestAlone) {
   PdoMap rx;
   rx.build(dictionary, 2, limits);
   rx.decode(bytes({1, 0, 2, 0, 0}), dictionary);  // one byte of the long object is missing
-  EXPECT_EQ(dictionary.get<std::uint16_t>(kSampleShared), 1);
-  EXPECT_EQ(dictionary.get<std::int32_t>(sample_table().find(0x2002, 0)->slot), 0);
+  EXPECT_EQ(dictionary.get(kSample.shared), 1);
+  EXPECT_EQ(dictionary.raw(*sample_table().find(0x2002, 0)), 0U);
   std::vector<std::byte> none;
   rx.encode(dictionary, none);  // must not write anywhere
 }

@@ -9,7 +9,12 @@
 namespace driveline::slaves {
 
 /// A small device: what the tests of dictionary and PDO mapping need and nothing of a drive.
-enum SampleValue : std::uint16_t { kSampleShared, kSampleCount };
+struct SampleValues : SlotNumbers {
+  constexpr SampleValues() noexcept : SlotNumbers(0) {}
+  Slot<std::uint16_t> shared{next()};
+  Slot<float> real{next()};
+};
+inline constexpr SampleValues kSample{};
 
 inline constexpr std::uint16_t kBoth = access::kReadWrite | access::kRxMappable | access::kTxMappable;
 
@@ -18,11 +23,15 @@ inline const DictionaryTable& sample_table() {
   using esi::ObjectCode;
   static const auto kRows = [] {
     std::vector<EntryRow> list = {
-        {.index = 0x2000, .type = DataType::kUnsigned16, .access = kBoth, .slot = kSampleShared, .name = "Shared"},
+        {.index = 0x2000,
+         .type = DataType::kUnsigned16,
+         .access = kBoth,
+         .slot = kSample.shared.number,
+         .name = "Shared"},
         {.index = 0x6000,
          .type = DataType::kUnsigned16,
          .access = access::kReadWrite,
-         .slot = kSampleShared,
+         .slot = kSample.shared.number,
          .name = "Alias"},
         {.index = 0x2001,
          .type = DataType::kInteger8,
@@ -41,11 +50,12 @@ inline const DictionaryTable& sample_table() {
         {.index = 0x2004,
          .type = DataType::kReal32,
          .access = access::kReadWrite | access::kBackup,
+         .slot = kSample.real.number,
          .name = "Real",
          .initial = 1.5},
         {.index = 0x2005, .type = DataType::kUnsigned8, .access = access::kWrite, .name = "Command"},
         {.index = 0x2006, .type = DataType::kUnsigned8, .access = access::kRead, .name = "Fact", .initial = 7},
-        {.index = 0x2007, .type = DataType::kUnsigned8, .access = access::kReadWritePreOp, .name = "Setting"},
+        {.index = 0x2007, .type = DataType::kUnsigned8, .access = access::kReadWriteConfiguring, .name = "Setting"},
         {.index = 0x2008,
          .type = DataType::kUnsigned32,
          .access = access::kReadWrite,
@@ -80,7 +90,7 @@ inline const DictionaryTable& sample_table() {
       EntryRow row{.index = index,
                    .code = code,
                    .type = DataType::kUnsigned8,
-                   .access = access::kReadWritePreOp,
+                   .access = access::kReadWriteConfiguring,
                    .name = "Configuration"};
       list.push_back(row);
       row.type = entry;
@@ -94,7 +104,7 @@ inline const DictionaryTable& sample_table() {
     configuration(0x1C13, ObjectCode::kArray, DataType::kUnsigned16, 4);
     return list;
   }();
-  static const DictionaryTable kTable({kRows}, kSampleCount);
+  static const DictionaryTable kTable({kRows}, kSample.end());
   return kTable;
 }
 

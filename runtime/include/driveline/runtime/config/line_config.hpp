@@ -21,8 +21,8 @@
 #include "driveline/slaves/line/fault.hpp"
 #include "driveline/slaves/line/frame_path.hpp"
 #include "driveline/slaves/line/wiring.hpp"
+#include "driveline/slaves/msd/core/variant.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"
-#include "driveline/slaves/msd/variant.hpp"
 
 namespace driveline::runtime {
 

@@ -9,7 +9,7 @@
 
 #include "driveline/esi/device_description.hpp"
 #include "driveline/slaves/od/dictionary_table.hpp"
-#include "driveline/slaves/od/pdo_map.hpp"
+#include "driveline/slaves/pdo/pdo_map.hpp"
 
 namespace driveline::slaves::generic {
 

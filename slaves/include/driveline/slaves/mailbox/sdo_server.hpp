@@ -27,7 +27,7 @@ class SdoServer {
 
   /// Handles an SDO request (the bytes behind the CoE header); writes the response (without CoE header) into `out`,
   /// which has at least 16 bytes. Returns its length, 0 for none.
-  [[nodiscard]] std::size_t handle(std::span<const std::byte> request, wire::AlState state, std::span<std::byte> out);
+  [[nodiscard]] std::size_t handle(std::span<const std::byte> request, AccessPhase phase, std::span<std::byte> out);
   /// Forgets an unfinished transfer.
   void cancel() noexcept { transfer_ = {}; }
   /// Bytes of the longest transfer of this dictionary.
@@ -48,22 +48,22 @@ class SdoServer {
     std::size_t position = 0;  ///< bytes transferred so far
   };
 
-  [[nodiscard]] std::size_t initiate_upload(const wire::SdoHeader& request, wire::AlState state,
+  [[nodiscard]] std::size_t initiate_upload(const wire::SdoHeader& request, AccessPhase phase,
                                             std::span<std::byte> out);
   [[nodiscard]] std::size_t upload_segment(wire::SdoSegmentHeader request, std::span<std::byte> out);
   [[nodiscard]] std::size_t initiate_download(const wire::SdoHeader& request, std::span<const std::byte> data,
-                                              wire::AlState state, std::span<std::byte> out);
+                                              AccessPhase phase, std::span<std::byte> out);
   [[nodiscard]] std::size_t start_download(const wire::SdoHeader& request, std::span<const std::byte> data,
-                                           wire::AlState state, std::span<std::byte> out);
+                                           AccessPhase phase, std::span<std::byte> out);
   [[nodiscard]] static std::size_t confirm_download(const SdoAddress& address, std::span<std::byte> out);
   [[nodiscard]] std::size_t download_segment(wire::SdoSegmentHeader request, std::span<const std::byte> data,
-                                             wire::AlState state, std::span<std::byte> out);
-  [[nodiscard]] SdoResult<std::size_t> read(const SdoAddress& address, wire::AlState state);
+                                             AccessPhase phase, std::span<std::byte> out);
+  [[nodiscard]] SdoResult<std::size_t> read(const SdoAddress& address, AccessPhase phase);
   /// What fills up the value of `size` bytes that was read from this address.
   [[nodiscard]] std::byte filler(const SdoAddress& address, std::size_t size) const noexcept;
   /// The most bytes a download to this address takes.
-  [[nodiscard]] SdoResult<std::size_t> capacity(const SdoAddress& address, wire::AlState state) const;
-  [[nodiscard]] SdoResult<void> store(const SdoAddress& address, wire::AlState state, std::span<const std::byte> data,
+  [[nodiscard]] SdoResult<std::size_t> capacity(const SdoAddress& address, AccessPhase phase) const;
+  [[nodiscard]] SdoResult<void> store(const SdoAddress& address, AccessPhase phase, std::span<const std::byte> data,
                                       bool size_known);
   [[nodiscard]] std::size_t abort(std::uint16_t index, std::uint8_t subindex, wire::SdoAbort code,
                                   std::span<std::byte> out);

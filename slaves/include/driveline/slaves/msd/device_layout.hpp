@@ -1,9 +1,10 @@
 #pragma once
 
-#include <chrono>
 #include <cstdint>
 
-/// How the MSD uses the memory and the time of its slave controller (ours; the manual does not say).
+#include "driveline/slaves/msd/core/control_clock.hpp"
+
+/// How the MSD uses the memory of its slave controller (ours; the manual does not say).
 namespace driveline::slaves::msd {
 
 inline constexpr std::uint16_t kMailboxOutStart = 0x1000;  ///< sync manager 0
@@ -15,11 +16,5 @@ inline constexpr std::uint16_t kInputsStart = 0x1A00;      ///< sync manager 3, 
 inline constexpr std::uint16_t kMaxProcessData = 32;       ///< four PDOs of eight bytes (MSD manual 9.1)
 inline constexpr std::uint8_t kOutputsSyncManager = 2;     ///< carries RxPDOs
 inline constexpr std::uint8_t kInputsSyncManager = 3;      ///< carries TxPDOs
-
-/// Control cycle (MSD manual Table 10.8) and process data cycle (9.1).
-inline constexpr std::chrono::nanoseconds kControlStep{62'500};
-/// Inputs and outputs of the bus change in this step
-inline constexpr std::chrono::nanoseconds kProcessDataPeriod{125'000};
-inline constexpr double kControlStepS = 62.5e-6;  ///< kControlStep in s
 
 }  // namespace driveline::slaves::msd

@@ -2,58 +2,18 @@
 
 #include <chrono>
 #include <cstdint>
-#include <optional>
-#include <string>
 
-#include "driveline/slaves/cia402/power_state_machine.hpp"
+#include "driveline/slaves/msd/core/display.hpp"
+#include "driveline/slaves/msd/core/variant.hpp"
 #include "driveline/wire/al.hpp"
 #include "driveline/wire/al_status_code.hpp"
 
-/// What the drive shows on its front: seven-segment display (MSD manual 4.7, 5.6) and LEDs (5.3), as functions of time.
+/// The LEDs of the drive's bus connectors (MSD manual 5.3), as functions of time.
 namespace driveline::slaves::msd {
-
-/// What the display has to tell.
-struct DisplayContent {
-  PowerState state = PowerState::kNotReadyToSwitchOn;  ///< shown when nothing below is to be told
-  bool reset = false;                                  ///< the processor is in reset
-  bool starting = false;                               ///< initialisation
-  bool safe_torque_off = false;                        ///< STO is active
-  /// What tells one fault from another on the display.
-  struct FaultCode {
-    std::uint8_t number = 0;    ///< FaultFacts::number
-    std::uint8_t location = 0;  ///< FaultFacts::location
-    bool needs_remedy = false;  ///< can only be acknowledged when its cause is gone
-  };
-  std::optional<FaultCode> fault{};  ///< the fault that is there
-};
-
-/// One lit digit or blank, with its point.
-struct Digit {
-  char symbol = ' ';   ///< as the segments can draw it; ' ': dark
-  bool point = false;  ///< point behind it
-  friend bool operator==(const Digit&, const Digit&) = default;
-};
-/// Both digits, left to right.
-struct DisplayFrame {
-  Digit first;   ///< D1
-  Digit second;  ///< D2
-  friend bool operator==(const DisplayFrame&, const DisplayFrame&) = default;
-};
-
-/// How long things flash and stand; the manual tells the sequence, not the times (ours).
-inline constexpr std::chrono::milliseconds kDisplayFlash{500};  ///< half a period
-inline constexpr std::chrono::milliseconds kFaultStep{1000};    ///< Er, number, location
-
-/// What is lit `time` after the content began to be shown. \rtsafe
-[[nodiscard]] DisplayFrame display_frame(const DisplayContent& content, std::chrono::nanoseconds time) noexcept;
-/// The frame as text: "S.2", " 5.", "Er", "14".
-[[nodiscard]] std::string to_text(const DisplayFrame& frame);
 
 /// The RUN LED (RN) by AL state; times of ETG.1300. \rtsafe
 [[nodiscard]] bool run_led(wire::AlState state, std::chrono::nanoseconds time) noexcept;
 
-/// Series with their own LEDs (MSD manual Tables 5.2-5.4, ServoOne manual Tables 5.2, 5.3).
-enum class Series : std::uint8_t { kSingleMultiAxis, kCompact, kServoOne, kServoOneJunior };
 /// Bus connectors: X15 is the input (towards the master), X16 the output.
 enum class Connector : std::uint8_t { kX15, kX16 };
 

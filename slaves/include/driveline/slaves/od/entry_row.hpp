@@ -4,19 +4,34 @@
 #include <limits>
 #include <string_view>
 
-#include "driveline/esi/device_description.hpp"
-#include "driveline/wire/coe.hpp"
+#include "driveline/esi/data_type.hpp"
 
 /// One row of a device's object dictionary table: everything that is known about one sub-index, in one place.
 namespace driveline::slaves {
 
-/// Object access bits, and the combinations that tables use.
+/// How far the bus has brought the device. What its own states are of these, the front end of the bus says.
+enum class AccessPhase : std::uint8_t {
+  kClosed,       ///< nothing is read or written
+  kConfiguring,  ///< process data are being set up
+  kReady,        ///< the device's process data are valid, those of the bus not yet
+  kOperating,    ///< both are
+};
+
+/// Access bits of a row, and the combinations that tables use.
 namespace access {
-using namespace wire::entry_access;
-inline constexpr std::uint16_t kRead = kReadPreOp | kReadSafeOp | kReadOp;      ///< in every state that has a mailbox
-inline constexpr std::uint16_t kWrite = kWritePreOp | kWriteSafeOp | kWriteOp;  ///< in every state that has a mailbox
-inline constexpr std::uint16_t kReadWrite = kRead | kWrite;                     ///< in every state that has a mailbox
-inline constexpr std::uint16_t kReadWritePreOp = kRead | kWritePreOp;           ///< settings of the process data
+inline constexpr std::uint16_t kReadConfiguring = 0x0001;   ///< readable in this phase
+inline constexpr std::uint16_t kReadReady = 0x0002;         ///< readable in this phase
+inline constexpr std::uint16_t kReadOperating = 0x0004;     ///< readable in this phase
+inline constexpr std::uint16_t kWriteConfiguring = 0x0008;  ///< writable in this phase
+inline constexpr std::uint16_t kWriteReady = 0x0010;        ///< writable in this phase
+inline constexpr std::uint16_t kWriteOperating = 0x0020;    ///< writable in this phase
+inline constexpr std::uint16_t kRxMappable = 0x0040;        ///< can be mapped into process data the device receives
+inline constexpr std::uint16_t kTxMappable = 0x0080;        ///< can be mapped into process data the device sends
+inline constexpr std::uint16_t kBackup = 0x0100;            ///< kept by "store parameters"
+inline constexpr std::uint16_t kRead = kReadConfiguring | kReadReady | kReadOperating;      ///< in every open phase
+inline constexpr std::uint16_t kWrite = kWriteConfiguring | kWriteReady | kWriteOperating;  ///< in every open phase
+inline constexpr std::uint16_t kReadWrite = kRead | kWrite;                                 ///< in every open phase
+inline constexpr std::uint16_t kReadWriteConfiguring = kRead | kWriteConfiguring;  ///< settings of the process data
 }  // namespace access
 
 /// Where the value of a row lives. Rows with the same number are aliases: one value, several addresses.

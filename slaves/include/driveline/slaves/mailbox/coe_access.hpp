@@ -1,0 +1,25 @@
+#pragma once
+
+#include "driveline/slaves/od/entry_row.hpp"
+#include "driveline/wire/al.hpp"
+
+namespace driveline::slaves {
+
+/// What an AL state is to a dictionary: its values are reached through the mailbox, in PREOP, SAFEOP and OP. \rtsafe
+[[nodiscard]] constexpr AccessPhase access_phase(wire::AlState state) noexcept {
+  switch (state) {
+    case wire::AlState::kPreOp:
+      return AccessPhase::kConfiguring;
+    case wire::AlState::kSafeOp:
+      return AccessPhase::kReady;
+    case wire::AlState::kOp:
+      return AccessPhase::kOperating;
+    default:
+      return AccessPhase::kClosed;
+  }
+}
+
+/// Access bits of a row as SDO information tells them (wire::entry_access). \rtsafe
+[[nodiscard]] std::uint16_t coe_access(const EntryRow& row) noexcept;
+
+}  // namespace driveline::slaves

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include "driveline/slaves/msd/core/motion.hpp"
+#include "driveline/slaves/msd/core/terminals.hpp"
+#include "driveline/slaves/msd/core/touch_probe.hpp"
+#include "driveline/slaves/od/object_dictionary.hpp"
+
+namespace driveline::slaves::msd {
+
+/// What the object dictionary shows of the movement. What it shows of the position can be made to differ from what the
+/// drive knows: MachineInput::kPositionError, kPositionHeld.
+class ActualValues {
+ public:
+  /// All actual values and demands of the motion, in units of the bus and of the motor. \rtsafe
+  void publish(const Motion& motion, ObjectDictionary& dictionary) const noexcept;
+
+  /// Position units that 6064h tells too much. \rtsafe
+  void set_position_error(double units) noexcept { position_error_ = std::llrint(units); }
+  /// \rtsafe
+  [[nodiscard]] std::int64_t position_error() const noexcept { return position_error_; }
+  /// 6064h stays as it is. \rtsafe
+  void hold_position(bool held) noexcept { position_held_ = held; }
+  /// \rtsafe
+  [[nodiscard]] bool position_held() const noexcept { return position_held_; }
+
+ private:
+  std::int64_t position_error_ = 0;
+  bool position_held_ = false;
+};
+
+/// Images of the terminals: P 121, P 143, 60FDh. \rtsafe
+void publish(const Terminals& terminals, ObjectDictionary& dictionary) noexcept;
+/// 60B9h-60BDh. \rtsafe
+void publish(const TouchProbe& probe, ObjectDictionary& dictionary) noexcept;
+
+}  // namespace driveline::slaves::msd

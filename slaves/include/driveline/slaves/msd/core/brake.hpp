@@ -1,0 +1,51 @@
+#pragma once
+
+#include <chrono>
+#include <utility>
+
+#include "driveline/slaves/msd/core/drive_values.hpp"
+#include "driveline/slaves/msd/core/terminals.hpp"
+#include "driveline/slaves/od/object_dictionary.hpp"
+
+namespace driveline::slaves::msd {
+
+/// The motor brake: it hangs at its output, whatever function that has (P 125): energised it opens. It takes its time
+/// for that (P 213, P 214).
+class Brake {
+ public:
+  /// Dictionary and terminals must outlive this. Closed for ever.
+  Brake(const ObjectDictionary& dictionary, const Terminals& terminals) noexcept
+      : dictionary_(&dictionary), terminals_(&terminals) {}
+
+  /// What the brake control wants from now on. \rtsafe
+  void want_open(bool open) noexcept { open_ = open; }
+  /// Follows its output. \rtsafe
+  void follow(std::chrono::nanoseconds now) noexcept {
+    const bool energised = terminals_->controls_brake() ? open_ : terminals_->output(Output::kBrake);
+    if (std::exchange(energised_, energised) != energised) since_ = now;
+  }
+
+  /// As want_open() was told. \rtsafe
+  [[nodiscard]] bool open() const noexcept { return open_; }
+  /// It holds the shaft. \rtsafe
+  [[nodiscard]] bool closed(std::chrono::nanoseconds now) const noexcept { return energised_ != at_rest(now); }
+  /// There is nothing to wait for; never where the output has another function. \rtsafe
+  [[nodiscard]] bool settled(std::chrono::nanoseconds now) const noexcept {
+    return !terminals_->controls_brake() || at_rest(now);
+  }
+
+ private:
+  /// Its lift or close time has passed since the output changed.
+  [[nodiscard]] bool at_rest(std::chrono::nanoseconds now) const noexcept {
+    const double time_ms = dictionary_->get(energised_ ? kValue.brake_lift_time : kValue.brake_close_time);
+    return static_cast<double>((now - since_).count()) >= time_ms * 1e6;
+  }
+
+  const ObjectDictionary* dictionary_;
+  const Terminals* terminals_;
+  std::chrono::nanoseconds since_ = -std::chrono::hours(24);  ///< when the output changed
+  bool open_ = false;                                         ///< what the brake control wants
+  bool energised_ = false;                                    ///< the output it hangs at
+};
+
+}  // namespace driveline::slaves::msd

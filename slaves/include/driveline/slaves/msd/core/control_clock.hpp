@@ -1,0 +1,54 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+
+namespace driveline::slaves::msd {
+
+/// Control cycle (MSD manual Table 10.8).
+inline constexpr std::chrono::nanoseconds kControlStep{62'500};
+/// Inputs and outputs of the bus change in this step (MSD manual 9.1).
+inline constexpr std::chrono::nanoseconds kProcessDataPeriod{125'000};
+inline constexpr double kControlStepS = 62.5e-6;  ///< kControlStep in s
+
+/// Where the drive is in time: how many control cycles have passed, and when the present one ends on the clock of the
+/// one who drives it.
+class ControlClock {
+ public:
+  /// The first cycle begins; until then there is no time. \rtsafe
+  void start(std::chrono::nanoseconds now) noexcept { end_ = now + kControlStep; }
+  /// start() has been called. \rtsafe
+  [[nodiscard]] bool started() const noexcept { return end_.has_value(); }
+  /// End of the present cycle. Precondition: started(). \rtsafe
+  [[nodiscard]] std::chrono::nanoseconds cycle_end() const noexcept { return *end_; }
+  /// The present cycle ends there. \rtsafe
+  void align(std::chrono::nanoseconds end) noexcept {
+    if (end_) end_ = end;
+  }
+  /// Leaves out whole cycles that nobody watched: at most `most` are made up for. \rtsafe
+  void limit_backlog(std::chrono::nanoseconds now, std::chrono::nanoseconds most) noexcept {
+    if (now - *end_ > most) *end_ += (now - *end_ - most) / kControlStep * kControlStep;
+  }
+  /// On to the next cycle. \rtsafe
+  void count() noexcept {
+    ++steps_;
+    *end_ += kControlStep;
+  }
+
+  /// Of all complete cycles. \rtsafe
+  [[nodiscard]] std::chrono::nanoseconds running_time() const noexcept {
+    return static_cast<std::int64_t>(steps_) * kControlStep;
+  }
+  /// A cycle in which process data are looked at. \rtsafe
+  [[nodiscard]] bool process_data_cycle() const noexcept { return steps_ % 2 == 0; }
+  /// The first cycle of a millisecond. \rtsafe
+  [[nodiscard]] bool millisecond() const noexcept { return steps_ % kStepsPerMs == 0; }
+
+ private:
+  static constexpr std::uint64_t kStepsPerMs = 16;
+  std::optional<std::chrono::nanoseconds> end_;
+  std::uint64_t steps_ = 0;
+};
+
+}  // namespace driveline::slaves::msd

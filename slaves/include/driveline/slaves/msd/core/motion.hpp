@@ -1,0 +1,216 @@
+#pragma once
+
+#include <chrono>
+
+#include "driveline/slaves/cia402/power_state_machine.hpp"
+#include "driveline/slaves/cia402/profile_generator.hpp"
+#include "driveline/slaves/cia402/ratio.hpp"
+#include "driveline/slaves/msd/core/fine_interpolator.hpp"
+#include "driveline/slaves/msd/core/scaling.hpp"
+#include "driveline/slaves/plant/servo_controller.hpp"
+#include "driveline/slaves/plant/servo_motor.hpp"
+
+namespace driveline::slaves::msd {
+
+/// What the object dictionary tells the motion control, in motor units.
+struct MotionSettings {
+  Scaling scaling;                                                      ///< user units, see Scaling
+  PositionRange range;                                                  ///< in which positions count (607Bh)
+  ControllerParameters controller;                                      ///< P 320, P 321, P 351, P 360, 6072h, 6080h
+  FineInterpolator::Method method = FineInterpolator::Method::kLinear;  ///< P 370
+  std::uint32_t steps_per_setpoint = 16;      ///< control cycles per setpoint of the bus (60C2h), at least 1
+  double speed_feed_forward = 1.0;            ///< share, 0..1
+  double torque_feed_forward = 1.0;           ///< share, 0..1
+  bool external_speed_feed_forward = false;   ///< velocity offsets of the bus feed forward
+  bool external_torque_feed_forward = false;  ///< torque offsets of the bus feed forward
+  double feed_forward_inertia_kg_m2 = 0.0;    ///< 0: no internal torque feed-forward
+  double rated_torque_nm = 2.4;               ///< P 460, what 1000 per mille of torque stand for
+  double rated_current_a = 2.5;               ///< P 457, effective, what 1000 per mille of current stand for
+  double torque_per_demand = 1.0;     ///< real torque per torque by P 457 and P 460; 1 when they are the motor's
+  double slow_down_rad_s2 = 600.0;    ///< 6084h
+  double quick_stop_rad_s2 = 2500.0;  ///< 6085h
+  VoltageFrequencyParameters voltage_frequency;  ///< of mode 2
+  double jerk_time_s = 0.0;       ///< of the profile; quick stop ramps have it too, fault ramps never (MSD manual 10.2)
+  double standstill_rad_s = 1.0;  ///< below it the axis counts as standing
+  bool position_limited = false;  ///< software limits 607Dh, in position units
+  std::int32_t position_min = 0;  ///< 607Dh:01, position units
+  std::int32_t position_max = 0;  ///< 607Dh:02, position units
+};
+
+/// Setpoints as they stand in the object dictionary, in user units.
+struct Setpoints {
+  std::int32_t position = 0;                ///< 607Ah
+  std::int32_t velocity = 0;                ///< 60FFh
+  std::int16_t torque_permille = 0;         ///< 6071h, of the rated torque
+  std::int32_t velocity_offset = 0;         ///< 60B1h
+  std::int16_t torque_offset_permille = 0;  ///< 60B2h, of the rated torque
+};
+
+/// What is followed while the drive is to follow its mode.
+enum class MotionSource : std::uint8_t {
+  kNone,              ///< no mode: speed zero
+  kCyclicPosition,    ///< setpoints of the bus, fine interpolation, position control
+  kCyclicVelocity,    ///< the same with velocity control
+  kCyclicTorque,      ///< the same with torque control
+  kProfilePosition,   ///< profile generator, position control
+  kProfileVelocity,   ///< profile generator, velocity control
+  kProfileFrequency,  ///< profile generator, U/f operation
+};
+
+/// Motor, controller and the setpoints between them: follows setpoints or its profile generator, brakes on ramps,
+/// coasts. One object per axis; step() runs once per control cycle of 62.5 us.
+class Motion {
+ public:
+  /// At rest at `initial_position_rad`, command kOff; parameters as ServoMotor takes them.
+  Motion(const MotorParameters& motor, double initial_position_rad) noexcept;
+
+  /// New settings, from the next control cycle on, also in motion.
+  /// \rtsafe
+  void configure(const MotionSettings& settings) noexcept;
+  /// New setpoints from the bus; the one that is followed starts a segment of its fine interpolation. \rtsafe
+  void set(const Setpoints& setpoints) noexcept;
+  /// Setpoints that a change of the source is going to take over; offsets act at once. \rtsafe
+  void prepare(const Setpoints& setpoints) noexcept { setpoints_ = setpoints; }
+  /// Movements of the profile generator: to a position in position units (not wrapped), to a speed of the motor shaft.
+  /// Limits in motor units. They last until the next one or until the source changes. \rtsafe
+  void move_to(std::int64_t position, const ProfileLimits& limits) noexcept;
+  /// See move_to(): goes on at this speed of the motor shaft.
+  void run_at(double velocity_rad_s, const ProfileLimits& limits) noexcept;
+  /// Brakes with 6084h and stands, whatever movement there was. \rtsafe
+  void stand() noexcept;
+  /// Holds the speed the profile generator has now. \rtsafe
+  void freeze() noexcept;
+  /// What to do from now on. A change of command or source takes over position, speed and torque as they are; it
+  /// ends a movement of the profile generator. `smooth`: braking ramps have the profile's jerk time. \rtsafe
+  void select(MotionCommand command, MotionSource source, bool smooth) noexcept;
+  /// One control cycle. \rtsafe
+  void step(bool brake_closed) noexcept;
+  /// Power-on of an encoder that does not know all turns: positions count from where it starts. \rtsafe
+  void restart_encoder() noexcept;
+  /// Volts at the power stage; see ServoMotor::set_dc_link_voltage().
+  /// \rtsafe
+  void set_dc_link_voltage(double volts) noexcept { motor_.set_dc_link_voltage(volts); }
+  /// What happens to motor and shaft from outside. \rtsafe
+  [[nodiscard]] ServoMotor& motor() noexcept { return motor_; }
+  /// What the power stage takes from the DC link. \rtsafe
+  [[nodiscard]] double power_w() const noexcept { return command_ == MotionCommand::kOff ? 0.0 : motor_.power_w(); }
+  /// Amplitude of the currents that the power stage drives, at most what a DC link of this voltage can. \rtsafe
+  [[nodiscard]] double phase_current_a(double dc_link_volts) const noexcept;
+  /// Makes `increments` of the encoder the new zero of all positions; the movement is not affected. \rtsafe
+  void set_zero(std::int64_t increments) noexcept;
+
+  /// The shaft as it really is. \rtsafe
+  [[nodiscard]] const ServoMotor& motor() const noexcept { return motor_; }
+  /// Loops of the cascade. \rtsafe
+  [[nodiscard]] const ServoController& controller() const noexcept { return controller_; }
+  /// As the last configure() gave them. \rtsafe
+  [[nodiscard]] const MotionSettings& settings() const noexcept { return settings_; }
+  /// Encoder count that position 0 stands for. \rtsafe
+  [[nodiscard]] std::int64_t zero() const noexcept { return zero_; }
+  /// Position in position units, not wrapped to 32 bits. \rtsafe
+  [[nodiscard]] std::int64_t position() const noexcept;
+  /// The same for any encoder count. \rtsafe
+  [[nodiscard]] std::int64_t position_at(std::int64_t increments) const noexcept {
+    return settings_.scaling.to_units(increments - zero_);
+  }
+  [[nodiscard]] double position_demand() const noexcept;  ///< position units; actual position without position control
+  [[nodiscard]] double following_error() const noexcept;  ///< position units; 0 without position control
+  /// The same in increments of the encoder; 0 without position control. \rtsafe
+  [[nodiscard]] double following_error_increments() const noexcept;
+  /// Feed-forward that the bus sends (60B1h, 60B2h), whether it is used or not. \rtsafe
+  [[nodiscard]] double external_velocity_rad_s() const noexcept {
+    return setpoints_.velocity_offset * settings_.scaling.velocity_rad_s;
+  }
+  /// See external_velocity_rad_s().
+  [[nodiscard]] double external_torque_nm() const noexcept { return torque_of(setpoints_.torque_offset_permille); }
+  /// Torque that the motor has by P 457 and P 460. \rtsafe
+  [[nodiscard]] double torque_nm() const noexcept { return motor_.torque_nm() / settings_.torque_per_demand; }
+  /// Torque setpoint of the last control cycle, by P 457 and P 460. \rtsafe
+  [[nodiscard]] double torque_demand_nm() const noexcept { return torque_demand_nm_; }
+  [[nodiscard]] double velocity() const noexcept;         ///< velocity units
+  [[nodiscard]] double velocity_demand() const noexcept;  ///< velocity units
+  /// Torque at the shaft, of the rated torque. \rtsafe
+  [[nodiscard]] double torque_permille() const noexcept;
+  /// torque_demand_nm() of the rated torque. \rtsafe
+  [[nodiscard]] double torque_demand_permille() const noexcept;
+  /// Amplitude of the motor's currents, in permille of the rated one. \rtsafe
+  [[nodiscard]] double current_permille() const noexcept;
+  /// The motor is in U/f operation. \rtsafe
+  [[nodiscard]] bool by_frequency() const noexcept { return by_frequency_; }
+  /// The measured speed has been within the standstill window for 4 ms. \rtsafe
+  [[nodiscard]] bool standstill() const noexcept;
+  /// Standstill, and a braking ramp has come to its end. \rtsafe
+  [[nodiscard]] bool stopped() const noexcept { return standstill() && (!ramping_ || generator_.finished()); }
+  /// The profile generator has come to the end of its movement. \rtsafe
+  [[nodiscard]] bool movement_finished() const noexcept { return generator_.finished(); }
+  /// The profile generator in radians of the motor shaft. \rtsafe
+  [[nodiscard]] const ProfileState& profile() const noexcept { return generator_.state(); }
+  /// Torque, velocity or position setpoint was limited. \rtsafe
+  [[nodiscard]] bool limited() const noexcept {
+    return limited_ || controller_.limited() || (by_frequency_ && frequency_control_.limited());
+  }
+  /// Distance of actual position or speed from the setpoint of the source, in its units; 0 in torque control. \rtsafe
+  [[nodiscard]] double distance_to_target() const noexcept;
+  /// The setpoints have come at the times the interpolation expects them, for a while. \rtsafe
+  [[nodiscard]] bool synchronised() const noexcept;
+  /// As select() was told. \rtsafe
+  [[nodiscard]] MotionSource source() const noexcept { return source_; }
+  /// As select() was told. \rtsafe
+  [[nodiscard]] MotionCommand command() const noexcept { return command_; }
+  /// Direction in user units in which the setpoints move the axis: -1, 0, 1; without speed control the direction the
+  /// axis moves in. \rtsafe
+  [[nodiscard]] int direction() const noexcept;
+
+ private:
+  [[nodiscard]] ProfileState motion_in_force() const noexcept;
+  [[nodiscard]] bool slow() const noexcept;
+  [[nodiscard]] double inertia() const noexcept;  ///< that the torque moves, as far as the drive knows it
+  [[nodiscard]] double ramp_rad_s2() const noexcept;
+  void run_ramp() noexcept;
+  void start_limit_stop() noexcept;
+  [[nodiscard]] double stop_at_limit() noexcept;
+  void take_over(MotionCommand command, MotionSource source, bool smooth) noexcept;
+  void start_frequency_control() noexcept;
+  void step_frequency_control(bool brake_closed) noexcept;
+  void push_setpoints() noexcept;
+  [[nodiscard]] bool position_controlled() const noexcept;
+  [[nodiscard]] double position_setpoint_rad() const noexcept;
+  [[nodiscard]] double measured_position_rad() const noexcept;
+  [[nodiscard]] double to_rad(double position) const noexcept;
+  [[nodiscard]] double follow() noexcept;
+  [[nodiscard]] double follow_position() noexcept;
+  [[nodiscard]] double follow_velocity() noexcept;
+  [[nodiscard]] double follow_torque() noexcept;
+  [[nodiscard]] double follow_profile_position() noexcept;
+  [[nodiscard]] double follow_profile_velocity() noexcept;
+  [[nodiscard]] double speed_feed_forward(double internal_rad_s) const noexcept;
+  [[nodiscard]] double torque_feed_forward(double acceleration_rad_s2) const noexcept;
+  [[nodiscard]] double internal_torque(double acceleration_rad_s2) const noexcept;
+  [[nodiscard]] double torque_of(double permille) const noexcept;
+
+  ServoMotor motor_;
+  ServoController controller_;
+  VoltageFrequency frequency_control_;
+  MotionSettings settings_;
+  Setpoints setpoints_;
+  FineInterpolator position_;
+  FineInterpolator velocity_;
+  FineInterpolator torque_;
+  ProfileGenerator generator_;
+  MotionCommand command_ = MotionCommand::kOff;
+  MotionSource source_ = MotionSource::kNone;
+  std::int64_t zero_ = 0;
+  std::int64_t target_position_ = 0;   ///< cyclic position setpoint without the wrap at 32 bits
+  std::int64_t allowed_position_ = 0;  ///< the same within the software limits
+  double torque_demand_nm_ = 0.0;
+  double stop_velocity_rad_s_ = 0.0;
+  std::uint32_t slow_steps_ = 0;  ///< within the standstill window
+  std::uint32_t samples_on_time_ = 0;
+  std::uint32_t steps_since_sample_ = 0;
+  bool ramping_ = false;
+  double ramp_jerk_time_s_ = 0.0;
+  bool by_frequency_ = false;  ///< U/f operation, also on the ramp that ends it
+  bool limited_ = false;
+};
+
+}  // namespace driveline::slaves::msd

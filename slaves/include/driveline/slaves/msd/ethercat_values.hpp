@@ -1,0 +1,21 @@
+#pragma once
+
+#include "driveline/slaves/msd/core/drive_values.hpp"
+
+namespace driveline::slaves::msd {
+
+/// The values of the object dictionary that the EtherCAT side of the drive works with, behind those of the drive.
+struct EtherCatValues : SlotNumbers {
+  constexpr EtherCatValues() noexcept : SlotNumbers(kValue.end()) {}
+  Slot<std::uint16_t> sync_type_outputs{next()};   ///< 1C32h:01
+  Slot<std::uint16_t> sync_error_limit{next()};    ///< 10F1h:02
+  Slot<std::uint16_t> sync_events_missed{next()};  ///< 1C32h:0B
+  Slot<std::uint32_t> sync_distance_min{next()};   ///< 1C32h:11
+  Slot<std::uint32_t> sync_distance_max{next()};   ///< 1C32h:12
+  Slot<bool> sync_error{next()};                   ///< 1C32h:20
+};
+
+/// Their places.
+inline constexpr EtherCatValues kBusValue{};
+
+}  // namespace driveline::slaves::msd

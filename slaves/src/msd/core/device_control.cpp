@@ -1,0 +1,117 @@
+// Device control of the drive: hardware enable, state machine, brake, status word.
+#include "driveline/slaves/msd/core/device_control.hpp"
+
+#include "driveline/slaves/msd/core/control_clock.hpp"
+#include "driveline/slaves/msd/core/drive_settings.hpp"
+#include "driveline/slaves/msd/core/drive_values.hpp"
+
+namespace driveline::slaves::msd {
+namespace {
+
+/// Modes that show ROT_0 in status bit 14 (MSD manual Tables 12.5, 12.14, 12.18-12.24).
+bool shows_standstill(OperationMode mode) noexcept {
+  return mode != OperationMode::kNone && mode != OperationMode::kVelocity && mode != OperationMode::kProfileVelocity;
+}
+
+/// Modes that show "axis synchronised" in status bit 15 (MSD manual 12.3).
+bool shows_synchronism(OperationMode mode) noexcept {
+  return mode >= OperationMode::kInterpolatedPosition;
+}
+
+/// Modes that show the following error in status bit 13 (MSD manual Table 11.9).
+bool shows_following_error(OperationMode mode) noexcept {
+  return mode == OperationMode::kProfilePosition || mode == OperationMode::kCyclicSynchronousPosition;
+}
+
+}  // namespace
+
+using std::chrono::nanoseconds;
+
+void DeviceControl::reset() noexcept {
+  power_ = PowerStateMachine{};
+  modes_.reset();
+  brake_.want_open(false);
+}
+
+OptionCodes DeviceControl::option_codes_now() const noexcept {
+  return option_codes(*dictionary_);
+}
+
+bool DeviceControl::power_ready(bool dc_link) const noexcept {
+  return enabled_by_hardware() && dc_link && dictionary_->get(kValue.parameter_download) == 0;
+}
+
+void DeviceControl::apply_setpoints() noexcept {
+  if (references_from_bus(*dictionary_)) motion_->set(setpoints(*dictionary_, modes_.mode()));
+}
+
+void DeviceControl::prepare_setpoints() noexcept {
+  if (references_from_bus(*dictionary_)) motion_->prepare(setpoints(*dictionary_, modes_.mode()));
+}
+
+/// Modes take their position from different objects: what has come with the new mode is for the new mode.
+void DeviceControl::select_mode() noexcept {
+  const OperationMode before = modes_.mode();
+  modes_.select();
+  if (modes_.mode() != before) prepare_setpoints();
+}
+
+/// The axis stands, or a stop has come to its end: the brake has done what it does then.
+bool DeviceControl::came_to_rest(nanoseconds now) const noexcept {
+  if (power_.motion() == MotionCommand::kFollow) return motion_->standstill();
+  return motion_->stopped() && (brake_.open() || brake_.settled(now)) &&
+         brake_.open() == !power_.powers_off_at_standstill(option_codes_now());
+}
+
+bool DeviceControl::step_state(bool dc_link, nanoseconds now) noexcept {
+  PowerStateMachine::Conditions conditions;
+  conditions.control_word = control_word(*dictionary_);
+  conditions.power_ready = power_ready(dc_link);
+  conditions.standstill = came_to_rest(now);
+  conditions.options = option_codes_now();
+  const bool was_on = power_.power_on();
+  power_.step(conditions, kProcessDataPeriod);
+  return power_.power_on() && !was_on;
+}
+
+ModeControl::Conditions DeviceControl::mode_conditions(nanoseconds now) const noexcept {
+  ModeControl::Conditions conditions;
+  conditions.control_word = control_word(*dictionary_);
+  conditions.enabled = power_.motion() == MotionCommand::kFollow && modes_.mode() != OperationMode::kNone &&
+                       references_from_bus(*dictionary_) && brake_.open() && brake_.settled(now);
+  conditions.inputs = terminals_->signals();
+  return conditions;
+}
+
+/// The brake opens with the power stage and closes before a controlled stop takes the torque away (P 213, P 214).
+void DeviceControl::order(nanoseconds now) noexcept {
+  const bool closes = power_.powers_off_at_standstill(option_codes_now()) && motion_->stopped();
+  brake_.want_open(power_.power_on() && !closes);
+  brake_.follow(now);
+
+  const auto modes = mode_conditions(now);
+  const MotionCommand command = power_.motion() == MotionCommand::kFollow ? modes_.command(modes) : power_.motion();
+  motion_->select(command, modes_.source(modes), power_.state() != PowerState::kFaultReactionActive);
+  modes_.step(modes, *motion_);
+}
+
+bool DeviceControl::step_homing(nanoseconds time_out) noexcept {
+  return modes_.step_homing(terminals_->signals(), *motion_, time_out);
+}
+
+std::uint16_t DeviceControl::status_word(const StatusFacts& facts) const noexcept {
+  const OperationMode mode = modes_.mode();
+  unsigned word = status_bits(power_.state()) | modes_.status_bits(*motion_);
+  const auto put = [&word](std::uint16_t bit, bool on) { word |= on ? bit : 0U; };
+  put(status_word::kVoltageEnabled, facts.dc_link);
+  put(status_word::kWarning, facts.warning);
+  put(status_word::kRemote, remote(*dictionary_));
+  put(status_word::kTargetReached, power_.quick_stop_finished());
+  put(status_word::kInternalLimit, power_.power_on() && (motion_->limited() || modes_.limited()));
+  put(status_word::kFollowingError, shows_following_error(mode) && facts.following_error);
+  put(status_word::kStandstill, shows_standstill(mode) && motion_->standstill());
+  put(status_word::kAxisSynchronised, shows_synchronism(mode) && motion_->synchronised());
+  return static_cast<std::uint16_t>(word);
+}
+
+}  // namespace driveline::slaves::msd

@@ -1,0 +1,199 @@
+// The drive in time: start, settings, control cycles, what it shows.
+#include "driveline/slaves/msd/core/drive_core.hpp"
+
+#include "driveline/slaves/msd/core/drive_settings.hpp"
+#include "driveline/slaves/msd/core/drive_values.hpp"
+
+namespace driveline::slaves::msd {
+namespace {
+
+using std::chrono::nanoseconds;
+
+/// A motor that nobody watched for longer (supply off) has come to rest meanwhile.
+constexpr nanoseconds kMaxCatchUp = std::chrono::seconds{10};
+
+}  // namespace
+
+DriveCore::DriveCore(const MsdParameters& parameters, const DictionaryTable& table, DriveBus& bus)
+    : bus_(&bus),
+      dictionary_(table),
+      motion_(parameters.motor, parameters.initial_position_rad),
+      store_(table, parameters, motion_.motor()),
+      protection_(dictionary_, motion_, parameters),
+      machine_(parameters, terminals_, motion_.motor(), *this),
+      homing_time_out_(parameters.homing_time_out),
+      operating_hours_(parameters.operating_hours),
+      mains_volts_(parameters.dc_link_volts) {}
+
+void DriveCore::restart() {
+  store_.restore(dictionary_);
+  control_.reset();
+  faults_.reset();
+  monitor_.reset();
+  terminals_.clear_outputs();
+  protection_.reset();
+  probe_ = {};
+  last_control_word_ = 0;
+  start_left_ = store_.take_start_up_time();
+  display_.restart(running_time());
+  initialise_control_ = true;
+  apply_settings();
+  control_.follow_brake(running_time());
+  motion_.restart_encoder();
+  motion_.select(MotionCommand::kOff, MotionSource::kNone, false);
+  publish();
+  if (!store_.good()) raise(Fault::kParameterList);
+}
+
+/// Changed units count from the next start of the control on (MSD manual 10.3).
+void DriveCore::apply_settings() noexcept {
+  settings_changed_ = false;
+  const bool initialise = std::exchange(initialise_control_, false);
+  const ServoMotor& motor = motion_.motor();
+  const Scaling scaling =
+      initialise ? Scaling::from(dictionary_, motor.parameters().encoder_increments) : motion_.settings().scaling;
+  follow_motor_data(dictionary_);
+  motion_.configure(motion_settings(dictionary_, motor, variant(), scaling));
+  terminals_.configure(dictionary_);
+  protection_.configure();
+}
+
+void DriveCore::enter_network_state(NetworkState state) noexcept {
+  network_state_ = state;
+  dictionary_.set(kValue.nmt_state, static_cast<std::uint8_t>(starting() ? NetworkState::kBootUp : state));
+  monitor_.restart_rhythm();
+}
+
+void DriveCore::outputs_written() noexcept {
+  watch_fault_reset();
+  monitor_.setpoints_came();
+  control_.apply_setpoints();
+}
+
+std::optional<nanoseconds> DriveCore::cycle_end() const noexcept {
+  if (!clock_.started()) return std::nullopt;
+  return clock_.cycle_end();
+}
+
+bool DriveCore::power_stage_on() const noexcept {
+  return power_on() || state() == PowerState::kSwitchedOn;
+}
+
+void DriveCore::advance(nanoseconds now) noexcept {
+  if (!clock_.started()) {
+    clock_.start(now);
+    machine_.pass_switches();
+    machine_.start(now, clock_.cycle_end());
+  }
+  clock_.limit_backlog(now, kMaxCatchUp);
+  bool stepped = false;
+  for (; clock_.cycle_end() <= now; clock_.count()) {
+    step();
+    stepped = true;
+  }
+  if (stepped) publish();
+}
+
+/// One control cycle.
+void DriveCore::step() noexcept {
+  if (clock_.process_data_cycle()) step_control();
+  if (control_.step_homing(homing_time_out_)) raise(Fault::kHoming);
+  control_touch_probe();
+  monitor_.step_rhythm();
+  control_.follow_brake(running_time());
+  motion_.step(control_.brake().closed(running_time()));
+  machine_.pass_switches();
+  if (const auto index = motion_.motor().index_pulse()) probe_.zero_pulse(shown_position(*index));
+  machine_.pass_time(clock_.cycle_end());
+  step_outputs();
+  if (clock_.process_data_cycle()) {
+    monitor();
+    finish_saving();
+  }
+  if (clock_.millisecond()) monitor_protection();
+}
+
+/// Device control, once the self-test is over.
+void DriveCore::step_control() noexcept {
+  if (settings_changed_) apply_settings();
+  if (starting()) {
+    start_left_ -= kProcessDataPeriod;
+    return;
+  }
+  const bool dc_link = protection_.dc_link_present();
+  if (power_on() && control_.enabled_by_hardware() && !dc_link) raise(Fault::kDcLinkUndervoltage);
+  control_.select_mode();
+  if (control_.step_state(dc_link, running_time())) {
+    initialise_control_ = true;
+    apply_settings();
+  }
+  control_.order(running_time());
+}
+
+/// Before the events of a control cycle: what the controller armed counts for what the axis passes in it.
+void DriveCore::control_touch_probe() noexcept {
+  const auto variant = static_cast<TouchProbe::Variant>(dictionary_.get(kValue.touch_probe_variant));
+  probe_.control(variant, dictionary_.get(kValue.touch_probe_function));
+}
+
+void DriveCore::step_outputs() noexcept {
+  terminals_.step_outputs({dictionary_.get(kValue.physical_outputs), dictionary_.get(kValue.output_mask),
+                           control_.brake().open(), (status() & status_word::kInternalLimit) != 0,
+                           clock_.millisecond()});
+}
+
+/// The self-resetting commands: 200Bh sub 1 is 0 again when the data have been saved (MSD manual 7.5.3).
+void DriveCore::finish_saving() noexcept {
+  if (store_.finishes(kProcessDataPeriod)) dictionary_.set(kValue.save_parameters, std::uint8_t{0});
+}
+
+std::uint16_t DriveCore::status() const noexcept {
+  return dictionary_.get(kValue.status_word);
+}
+
+void DriveCore::publish() noexcept {
+  const bool stopped_by_it = state() >= PowerState::kFaultReactionActive && fault() == Fault::kFollowingError;
+  dictionary_.set(kValue.status_word, control_.status_word({protection_.dc_link_present(), protection_.warnings() != 0,
+                                                            monitor_.following_error() || stopped_by_it}));
+  dictionary_.set(kValue.nmt_state, static_cast<std::uint8_t>(starting() ? NetworkState::kBootUp : network_state_));
+  dictionary_.set(kValue.mode_display, static_cast<std::int8_t>(control_.mode()));
+  actual_values_.publish(motion_, dictionary_);
+  msd::publish(probe_, dictionary_);
+  msd::publish(terminals_, dictionary_);
+  protection_.publish();
+  display_.follow(shown_state(), running_time());
+}
+
+/// The display calls "not ready" what has no DC link voltage (MSD manual 4.7); the state machine is further (10.1.3).
+PowerState DriveCore::shown_state() const noexcept {
+  const bool unpowered = state() == PowerState::kSwitchOnDisabled && !protection_.dc_link_present();
+  return unpowered ? PowerState::kNotReadyToSwitchOn : state();
+}
+
+DisplayContent DriveCore::display_content() const noexcept {
+  DisplayContent content;
+  content.state = shown_state();
+  content.starting = starting();
+  content.reset = starting() && start_left_ > store_.start_up_time() / 2;
+  content.safe_torque_off = !terminals_.level(Input::kIsdsh);
+  if (const auto f = fault()) content.fault = {facts(*f).number, facts(*f).location, cause_persists(*f)};
+  return content;
+}
+
+DisplayFrame DriveCore::display_now() const noexcept {
+  return display_.frame(display_content(), running_time());
+}
+
+std::string DriveCore::display() const {
+  const auto two_digits = [](unsigned value) {
+    return std::string{static_cast<char>('0' + value / 10), static_cast<char>('0' + value % 10)};
+  };
+  if (const auto f = fault(); f && state() == PowerState::kFault) {
+    return (cause_persists(*f) ? "Er. " : "Er ") + two_digits(facts(*f).number) + " " + two_digits(facts(*f).location);
+  }
+  std::string text(1, static_cast<char>('0' + static_cast<int>(shown_state())));
+  if (power_stage_on()) text += '.';
+  return terminals_.level(Input::kIsdsh) ? text : "S" + text;
+}
+
+}  // namespace driveline::slaves::msd

@@ -1,0 +1,77 @@
+// Faults of the drive: how they come, stand and are acknowledged.
+#include <algorithm>
+
+#include "driveline/slaves/msd/core/drive_core.hpp"
+#include "driveline/slaves/msd/core/drive_settings.hpp"
+#include "driveline/slaves/msd/core/drive_values.hpp"
+#include "driveline/slaves/msd/core/object_checks.hpp"
+
+namespace driveline::slaves::msd {
+
+/// The first fault stands until it is acknowledged; a later one can only make the reaction harder.
+void DriveCore::raise(Fault fault) noexcept {
+  const FaultFacts& f = facts(fault);
+  if (faults_.standing()) {
+    if (f.coast) control_.fault(true);
+    return;
+  }
+  const auto hours = std::clamp<std::int64_t>(operating_hours_.count() + running_time() / std::chrono::hours(1), 0,
+                                              kMaxOperatingHours);
+  bus_->report(faults_.enter(fault, static_cast<std::uint32_t>(hours)));
+  control_.fault(f.coast);
+}
+
+/// Acknowledges a fault; a cause that persists raises it again at once (MSD manual 13.3).
+void DriveCore::acknowledge() noexcept {
+  if (!control_.acknowledge()) return;
+  const auto was = faults_.standing();
+  bus_->report(faults_.acknowledge());
+  if (was && cause_persists(*was)) raise(*was);
+}
+
+/// The reset acts on the edge, also when both levels lie between two evaluations.
+void DriveCore::watch_fault_reset() noexcept {
+  const auto word = dictionary_.get(kValue.control_word);
+  const bool rising = (word & ~last_control_word_ & control_word::kFaultReset) != 0;
+  last_control_word_ = word;
+  if (rising && remote(dictionary_)) acknowledge();
+}
+
+/// Faults whose cause can still be there when they are acknowledged.
+bool DriveCore::cause_persists(Fault fault) const noexcept {
+  if (causes_.test(static_cast<std::size_t>(fault))) return true;
+  switch (fault) {
+    case Fault::kInvalidConfiguration:
+      return monitor_.wrong_cycle() || bus_->cause_persists(fault);
+    case Fault::kEepromData:
+      return bus_->cause_persists(fault);
+    case Fault::kParameterList:
+      return !parameters_consistent(dictionary_) || !store_.good();
+    default:
+      return protection_.cause_persists(fault);
+  }
+}
+
+/// In each process data cycle: currents, following error, limit switches, setpoints.
+void DriveCore::monitor() noexcept {
+  if (protection_.overcurrent()) raise(Fault::kOvercurrent);
+  if (monitor_.step_following_error()) raise(Fault::kFollowingError);
+  if (const auto hit = monitor_.limit_switch(terminals_.signals(), control_.mode())) raise(*hit);
+  if (clock_.millisecond() && monitor_.follows_wrong_cycle()) raise(Fault::kInvalidConfiguration);
+}
+
+/// Once per millisecond: temperatures, I2t, voltages, causes from outside.
+void DriveCore::monitor_protection() noexcept {
+  protection_.step();
+  for (const Fault fault : {Fault::kMotorOverload, Fault::kMotorTemperature, Fault::kAmplifierTemperature,
+                            Fault::kDcLinkOvervoltage, Fault::kEncoder}) {
+    if (!faults_.standing() && cause_persists(fault)) raise(fault);
+  }
+  if (causes_.none()) return;
+  for (std::size_t i = 0; i < causes_.size(); ++i) {
+    const auto fault = static_cast<Fault>(i);
+    if (causes_.test(i) && (!faults_.standing() || facts(fault).coast)) raise(fault);
+  }
+}
+
+}  // namespace driveline::slaves::msd

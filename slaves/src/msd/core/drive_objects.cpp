@@ -1,0 +1,118 @@
+// What happens in the drive when an object is written: the application's checks and commands.
+#include "driveline/slaves/msd/core/drive_core.hpp"
+#include "driveline/slaves/msd/core/drive_values.hpp"
+#include "driveline/slaves/msd/core/object_checks.hpp"
+
+namespace driveline::slaves::msd {
+namespace {
+
+using wire::SdoAbort;
+
+constexpr std::uint32_t kSaveSignature = 0x65766173;  ///< "save", CiA 301 7.5.2.13
+constexpr std::uint32_t kLoadSignature = 0x64616F6C;  ///< "load", CiA 301 7.5.2.14
+
+/// 60C0h has the numbers of P 370 the other way round, except that linear is 0 and none is -1.
+constexpr std::int16_t sub_mode(std::uint8_t type) noexcept {
+  return type == 0 ? std::int16_t{-1} : type == 1 ? std::int16_t{0} : static_cast<std::int16_t>(-type);
+}
+constexpr std::uint8_t type_of(std::int16_t mode) noexcept {
+  return mode == -1 ? std::uint8_t{0} : mode == 0 ? std::uint8_t{1} : static_cast<std::uint8_t>(-mode);
+}
+
+/// The slot of the object that a cyclic mode follows; of none for the others.
+constexpr std::uint16_t setpoint_slot(OperationMode mode) noexcept {
+  switch (mode) {
+    case OperationMode::kInterpolatedPosition:
+      return kValue.interpolation_data.number;
+    case OperationMode::kCyclicSynchronousPosition:
+      return kValue.target_position.number;
+    case OperationMode::kCyclicSynchronousVelocity:
+      return kValue.target_velocity.number;
+    case OperationMode::kCyclicSynchronousTorque:
+      return kValue.target_torque.number;
+    default:
+      return kValue.end();
+  }
+}
+
+SdoResult<void> require(bool condition, SdoAbort otherwise) noexcept {
+  if (condition) return {};
+  return tl::unexpected(otherwise);
+}
+
+}  // namespace
+
+/// False: the parameter file could not be written, which is a fault.
+bool DriveCore::store_parameters() {
+  const bool stored = store_.store(dictionary_);
+  if (!stored) raise(Fault::kParameterList);
+  return stored;
+}
+
+SdoResult<void> DriveCore::accept(const EntryRow& row, std::uint64_t raw) {
+  const bool checked = dictionary_.get(kValue.parameter_download) == 0;
+  if (checked && !consistent_with(dictionary_, row, raw)) return tl::unexpected(SdoAbort::kParameterIncompatible);
+  switch (row.slot) {
+    // Saving is what these writes are about: when it fails, so do they (CiA 301 7.5.2.13: 0606 0000h).
+    case kValue.store_command.number:
+      if (raw != kSaveSignature) return tl::unexpected(SdoAbort::kCannotTransferOrStore);
+      return require(store_parameters(), SdoAbort::kHardwareError);
+    case kValue.restore_command.number:
+      if (raw != kLoadSignature) return tl::unexpected(SdoAbort::kCannotTransferOrStore);
+      store_.request_factory_reset();
+      return require(store_parameters(), SdoAbort::kHardwareError);
+    case kValue.save_parameters.number:
+      return require(raw != 1 || store_parameters(), SdoAbort::kHardwareError);
+    case kValue.parameter_download.number:
+      return require(raw == 0 || motion_.standstill(), SdoAbort::kDeviceState);
+    default:
+      return require(possible_value(row, raw), SdoAbort::kValueRange);
+  }
+}
+
+void DriveCore::written(const EntryRow& row) {
+  if (is_string(row.type)) return;
+  switch (row.slot) {
+    case kValue.error_count.number:
+      return dictionary_.set(kValue.last_error, 0U);
+    case kValue.store_command.number:
+      return dictionary_.set(kValue.store_command, 1U);
+    case kValue.restore_command.number:
+      return dictionary_.set(kValue.restore_command, 1U);
+    case kValue.save_parameters.number:
+      return;
+    case kValue.factory_reset.number:
+      if (dictionary_.get(kValue.factory_reset) == 1) store_.request_factory_reset();
+      return dictionary_.set(kValue.factory_reset, std::uint8_t{0});
+    case kValue.parameter_download.number:  // its end: the check that was left out
+      if (dictionary_.get(kValue.parameter_download) == 0 && !parameters_consistent(dictionary_)) {
+        raise(Fault::kParameterList);
+      }
+      return;
+    case kValue.fault_reset_parameter.number:
+      if (dictionary_.get(kValue.fault_reset_parameter) == 1) acknowledge();
+      return dictionary_.set(kValue.fault_reset_parameter, std::uint8_t{0});
+    case kValue.control_word.number:
+      return watch_fault_reset();
+    case kValue.target_position.number:
+    case kValue.target_velocity.number:
+    case kValue.target_torque.number:
+    case kValue.interpolation_data.number:
+      if (row.slot == setpoint_slot(control_.mode())) return control_.apply_setpoints();
+      [[fallthrough]];  // for another mode: nothing begins
+    case kValue.velocity_offset.number:
+    case kValue.torque_offset.number:
+      return control_.prepare_setpoints();
+    case kValue.interpolation_type.number:
+      dictionary_.set(kValue.interpolation_sub_mode, sub_mode(dictionary_.get(kValue.interpolation_type)));
+      break;
+    case kValue.interpolation_sub_mode.number:
+      dictionary_.set(kValue.interpolation_type, type_of(dictionary_.get(kValue.interpolation_sub_mode)));
+      break;
+    default:
+      break;
+  }
+  settings_changed_ = true;
+}
+
+}  // namespace driveline::slaves::msd

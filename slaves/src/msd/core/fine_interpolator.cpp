@@ -1,0 +1,169 @@
+#include "driveline/slaves/msd/core/fine_interpolator.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace driveline::slaves::msd {
+
+void FineInterpolator::configure(Method method, std::uint32_t steps, double step_s) noexcept {
+  const std::uint32_t count = std::max(steps, 1U);
+  if (method == method_ && count == steps_ && !(step_s < step_s_ || step_s > step_s_)) return;
+  method_ = method;
+  steps_ = count;
+  step_s_ = step_s;
+  reset(output_.position, output_.velocity);
+}
+
+void FineInterpolator::set_limits(std::uint16_t periods, double rate, double speed) noexcept {
+  bridged_ = periods;
+  stop_rate_ = rate > 0.0 ? rate : std::numeric_limits<double>::infinity();
+  top_speed_ = speed;
+}
+
+void FineInterpolator::reset(double value, double velocity) noexcept {
+  value_ = value;
+  velocity_ = velocity;
+  acceleration_ = 0.0;
+  elapsed_ = steps_;
+  made_up_ = 0;
+  late_ = false;
+  pursuit_.reset();
+  output_ = {value, velocity, 0.0};
+  polynomial_ = {value, 0.0, 0.0, 0.0};
+  // The splines lag two samples behind: the newest are ahead of the output.
+  const double ahead = method_ == Method::kSpline || method_ == Method::kApproximation ? 2.0
+                       : method_ == Method::kNone                                      ? 0.0
+                                                                                       : 1.0;
+  for (std::size_t i = 0; i < samples_.size(); ++i) {
+    samples_[i] = value + (ahead - 1.0 - static_cast<double>(i)) * velocity * period_s();
+  }
+  last_sample_ = samples_[0];
+}
+
+void FineInterpolator::start_line(double end) noexcept {
+  polynomial_ = {value_, (end - value_) / period_s(), 0.0, 0.0};
+}
+
+/// Cubic from the present value and speed to these in one period. With samples on time this is exactly the segment of
+/// the spline whose knot it starts from.
+void FineInterpolator::start_cubic(double end, double end_velocity) noexcept {
+  const double rise = end - value_;
+  const double t = period_s();
+  polynomial_ = {value_, velocity_, (3.0 * rise - (2.0 * velocity_ + end_velocity) * t) / (t * t),
+                 ((velocity_ + end_velocity) * t - 2.0 * rise) / (t * t * t)};
+}
+
+/// A curve that stands still at every sample, or has none, is not continued.
+bool FineInterpolator::makes_up() const noexcept {
+  return made_up_ < bridged_ && method_ != Method::kNone && method_ != Method::kCosine;
+}
+
+void FineInterpolator::take_sample(double sample) noexcept {
+  // Late by up to half a period: it is the one that was made up for last.
+  const bool replaces = made_up_ > 0 && elapsed_ <= steps_ / 2;
+  const std::uint32_t periods = made_up_ + elapsed_ / steps_;
+  if (replaces) {
+    samples_[0] = sample;
+  } else if (elapsed_ > steps_ && periods > 1) {  // those that have not come lay on the way
+    const double rise = (sample - last_sample_) / periods;
+    samples_ = {sample, sample - rise, sample - 2.0 * rise};
+  } else {
+    samples_ = {sample, samples_[0], samples_[1]};
+  }
+  last_sample_ = sample;
+  made_up_ = 0;
+}
+
+void FineInterpolator::push(double sample, double velocity) noexcept {
+  const bool late = made_up_ > 0 || elapsed_ > steps_;
+  // The one behind a late one comes early when it comes at its time.
+  const bool off_time = late || (late_ && elapsed_ < steps_);
+  late_ = late;
+  take_sample(sample);
+  elapsed_ = 0;
+  if (off_time && leaps()) begin_pursuit();
+  start_segment(velocity);
+}
+
+/// Whether the output would have to change its speed by more than it may in a period to be on the curve at the end of
+/// the next one.
+bool FineInterpolator::leaps() const noexcept {
+  if (method_ == Method::kNone || method_ == Method::kCosine || !std::isfinite(stop_rate_)) return false;
+  const double end = method_ == Method::kLinear || method_ == Method::kExternal ? samples_[0] : samples_[1];
+  return std::abs((end - output_.position) / period_s() - output_.velocity) > stop_rate_ * period_s();
+}
+
+/// The curve begins anew where the samples say, and the output goes after it.
+void FineInterpolator::begin_pursuit() noexcept {
+  if (!pursuit_) pursuit_.emplace(output_.position, output_.velocity, trajectory::AxisLimits{top_speed_, stop_rate_});
+  const bool ends_at_newest = method_ == Method::kLinear || method_ == Method::kExternal;
+  value_ = ends_at_newest ? samples_[1] : samples_[2];
+  velocity_ = (samples_[0] - samples_[2]) / (2.0 * period_s());
+}
+
+/// To the newest sample, or as near as the method goes.
+void FineInterpolator::start_segment(double velocity) noexcept {
+  const double slope = (samples_[0] - samples_[2]) / (2.0 * period_s());
+  switch (method_) {
+    case Method::kNone:
+      polynomial_ = {samples_[0], 0.0, 0.0, 0.0};
+      return;
+    case Method::kLinear:
+      return start_line(samples_[0]);
+    case Method::kExternal:
+      return start_cubic(samples_[0], velocity);
+    case Method::kSpline:
+      return start_cubic(samples_[1], slope);
+    case Method::kApproximation:
+      return start_cubic((samples_[0] + 4.0 * samples_[1] + samples_[2]) / 6.0, slope);
+    case Method::kCosine:
+      polynomial_ = {value_, samples_[0] - value_, 0.0, 0.0};
+      return;
+  }
+}
+
+void FineInterpolator::step_cosine(double t) noexcept {
+  const double rise = polynomial_[1];
+  const double w = std::numbers::pi / period_s();
+  const double cosine = std::cos(w * t);
+  value_ = polynomial_[0] + 0.5 * rise * (1.0 - cosine);
+  velocity_ = 0.5 * rise * w * std::sin(w * t);
+  acceleration_ = 0.5 * rise * w * w * cosine;
+}
+
+void FineInterpolator::step() noexcept {
+  if (elapsed_ == steps_ && makes_up()) {
+    samples_ = {2.0 * samples_[0] - samples_[1], samples_[0], samples_[1]};
+    ++made_up_;
+    elapsed_ = 0;
+    start_segment((samples_[0] - samples_[1]) / period_s());
+  }
+  step_curve();
+  output_ = {value_, velocity_, acceleration_};
+  if (!pursuit_) return;
+  output_ = pursuit_->step(output_, step_s_);
+  if (pursuit_->joined()) pursuit_.reset();
+}
+
+void FineInterpolator::step_curve() noexcept {
+  if (elapsed_ < steps_) {
+    ++elapsed_;
+    const double t = elapsed_ * step_s_;
+    if (method_ == Method::kCosine) return step_cosine(t);
+    const auto& c = polynomial_;
+    value_ = c[0] + t * (c[1] + t * (c[2] + t * c[3]));
+    velocity_ = c[1] + t * (2.0 * c[2] + t * 3.0 * c[3]);
+    acceleration_ = 2.0 * c[2] + t * 6.0 * c[3];
+    return;
+  }
+  acceleration_ = 0.0;
+  elapsed_ += elapsed_ < std::numeric_limits<std::uint32_t>::max() ? 1 : 0;
+  if (elapsed_ > steps_) {
+    const double change = std::min(std::abs(velocity_), stop_rate_ * step_s_);
+    velocity_ -= std::copysign(change, velocity_);
+  }
+  value_ += velocity_ * step_s_;
+}
+
+}  // namespace driveline::slaves::msd

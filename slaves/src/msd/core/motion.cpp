@@ -1,0 +1,409 @@
+#include "driveline/slaves/msd/core/motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "driveline/slaves/msd/core/control_clock.hpp"
+
+namespace driveline::slaves::msd {
+namespace {
+
+using Loop = ControllerSetpoint::Loop;
+
+constexpr std::uint32_t kSamplesForSynchronism = 8;  ///< ours
+constexpr std::uint32_t kStandstillSteps = 64;       ///< 4 ms within the window of P 745; ours
+constexpr double kStopShare = 0.7;                   ///< of the speed controller's reset time, ours
+constexpr double kStopAtLeastS = 2e-3;               ///< and no faster
+constexpr double kSpeedLimitS = 2e-3;                ///< in which the last bit of speed up to the limit comes; ours
+/// Position setpoints in a row that the interpolation makes up for when they do not come; ours.
+constexpr std::uint32_t kBridgedSetpoints = 8;
+
+}  // namespace
+
+Motion::Motion(const MotorParameters& motor, double initial_position_rad) noexcept
+    : motor_(motor, kControlStepS, initial_position_rad),
+      controller_({}, kControlStepS),
+      frequency_control_(kControlStepS) {
+  controller_.reset(measured_position_rad(), 0.0);
+  slow_steps_ = kStandstillSteps;
+  motor_.set_power_stage(false);
+}
+
+void Motion::configure(const MotionSettings& settings) noexcept {
+  const double before = ramp_rad_s2();
+  settings_ = settings;
+  if (ramping_ && (ramp_rad_s2() < before || ramp_rad_s2() > before)) run_ramp();
+  controller_.configure(settings.controller);
+  frequency_control_.configure(settings.voltage_frequency);
+  position_.configure(settings.method, settings.steps_per_setpoint, kControlStepS);
+  position_.set_limits(kBridgedSetpoints, settings.quick_stop_rad_s2, settings.controller.max_velocity_rad_s);
+  // Speed and torque setpoints are always interpolated linearly (Device Help 8).
+  const auto method = settings.method == FineInterpolator::Method::kNone ? FineInterpolator::Method::kNone
+                                                                         : FineInterpolator::Method::kLinear;
+  velocity_.configure(method, settings.steps_per_setpoint, kControlStepS);
+  torque_.configure(method, settings.steps_per_setpoint, kControlStepS);
+}
+
+double Motion::measured_position_rad() const noexcept {
+  return static_cast<double>(motor_.encoder_count()) * motor_.radians_per_increment();
+}
+
+std::int64_t Motion::position() const noexcept {
+  return position_at(motor_.encoder_count());
+}
+
+/// Position units to radians of the motor shaft.
+double Motion::to_rad(double position) const noexcept {
+  return position * settings_.scaling.position_rad + static_cast<double>(zero_) * motor_.radians_per_increment();
+}
+
+double Motion::torque_of(double permille) const noexcept {
+  return permille * 1e-3 * settings_.rated_torque_nm;
+}
+
+void Motion::set(const Setpoints& setpoints) noexcept {
+  setpoints_ = setpoints;
+  if (command_ == MotionCommand::kFollow) push_setpoints();
+}
+
+void Motion::push_setpoints() noexcept {
+  const bool on_time = steps_since_sample_ + 1 >= settings_.steps_per_setpoint &&
+                       steps_since_sample_ <= settings_.steps_per_setpoint + 1;
+  samples_on_time_ = on_time ? std::min(samples_on_time_ + 1, kSamplesForSynchronism) : 0;
+  steps_since_sample_ = 0;
+  // Only what is followed starts a segment: the others take over what is there when they are selected.
+  if (source_ == MotionSource::kCyclicVelocity) velocity_.push(setpoints_.velocity * settings_.scaling.velocity_rad_s);
+  if (source_ == MotionSource::kCyclicTorque) torque_.push(torque_of(setpoints_.torque_permille));
+  if (source_ != MotionSource::kCyclicPosition) return;
+  // Position setpoints wrap at the ends of their range; the shorter way is meant.
+  target_position_ =
+      settings_.range.destination(target_position_, setpoints_.position, PositionRange::Direction::kShortest);
+  std::int64_t target = target_position_;
+  limited_ = false;
+  if (settings_.position_limited) {
+    const std::int64_t low = settings_.position_min;
+    const std::int64_t high = settings_.position_max;
+    limited_ = target < low || target > high;
+    // An axis that is beyond a limit stands until its target leads back: the limit is no reason to move.
+    target = std::clamp(target, std::min(low, allowed_position_), std::max(high, allowed_position_));
+  }
+  allowed_position_ = target;
+  position_.push(to_rad(static_cast<double>(target)), setpoints_.velocity_offset * settings_.scaling.velocity_rad_s);
+}
+
+bool Motion::synchronised() const noexcept {
+  return samples_on_time_ == kSamplesForSynchronism && steps_since_sample_ <= settings_.steps_per_setpoint + 1;
+}
+
+void Motion::move_to(std::int64_t position, const ProfileLimits& limits) noexcept {
+  generator_.move_to(to_rad(static_cast<double>(position)), limits);
+}
+
+void Motion::run_at(double velocity_rad_s, const ProfileLimits& limits) noexcept {
+  generator_.run_at(velocity_rad_s, limits);
+}
+
+void Motion::stand() noexcept {
+  generator_.run_at(0.0, {1.0, settings_.slow_down_rad_s2, settings_.slow_down_rad_s2, settings_.jerk_time_s});
+}
+
+/// Deceleration of the braking ramp in force.
+double Motion::ramp_rad_s2() const noexcept {
+  return command_ == MotionCommand::kSlowDownRamp ? settings_.slow_down_rad_s2 : settings_.quick_stop_rad_s2;
+}
+
+void Motion::run_ramp() noexcept {
+  generator_.run_at(0.0, {1.0, ramp_rad_s2(), ramp_rad_s2(), ramp_jerk_time_s_});
+}
+
+void Motion::freeze() noexcept {
+  generator_.reset({generator_.state().position, generator_.state().velocity, 0.0});
+}
+
+void Motion::set_zero(std::int64_t increments) noexcept {
+  zero_ = increments;
+  target_position_ = allowed_position_ = position();
+}
+
+void Motion::restart_encoder() noexcept {
+  if (motor_.parameters().encoder_turns != MotorParameters::kAllTurns) set_zero(motor_.power_on_origin());
+}
+
+/// Where the next movement begins: at the measured position with the speed setpoint in force and the acceleration of
+/// the demand, so that the next ramp goes on with them. An axis that cannot follow has its own speed.
+ProfileState Motion::motion_in_force() const noexcept {
+  const ProfileState measured{measured_position_rad(), controller_.measured_velocity_rad_s(), 0.0};
+  const bool ramp = command_ == MotionCommand::kSlowDownRamp || command_ == MotionCommand::kQuickStopRamp;
+  if (by_frequency_ || controller_.limited() || (command_ != MotionCommand::kFollow && !ramp)) return measured;
+  const auto with = [&](double acceleration) {
+    return ProfileState{measured.position, controller_.velocity_setpoint_rad_s(), acceleration};
+  };
+  if (ramp || source_ == MotionSource::kProfilePosition || source_ == MotionSource::kProfileVelocity) {
+    return with(generator_.state().acceleration);
+  }
+  if (source_ == MotionSource::kCyclicPosition) return with(position_.acceleration());
+  return source_ == MotionSource::kCyclicVelocity ? with(velocity_.velocity()) : measured;
+}
+
+void Motion::take_over(MotionCommand command, MotionSource source, bool smooth) noexcept {
+  const bool ramp = command == MotionCommand::kSlowDownRamp || command == MotionCommand::kQuickStopRamp;
+  const bool by_frequency =
+      (command == MotionCommand::kFollow && source == MotionSource::kProfileFrequency) || (ramp && by_frequency_);
+  // In U/f operation there is no speed but the frequency.
+  const bool same_frequency = by_frequency && by_frequency_;
+  const double speed = same_frequency ? generator_.state().velocity : controller_.measured_velocity_rad_s();
+  auto before = motion_in_force();
+  if (by_frequency) before = {before.position, speed, same_frequency ? generator_.state().acceleration : 0.0};
+  if (by_frequency != by_frequency_) {
+    by_frequency_ = by_frequency;
+    motor_.drive_by_voltage(by_frequency);
+    if (by_frequency) start_frequency_control();
+  }
+  command_ = command;
+  motor_.set_power_stage(command != MotionCommand::kOff);
+  source_ = source;
+  limited_ = false;
+  samples_on_time_ = 0;
+  generator_.reset(before);
+  if (command == MotionCommand::kTorqueLimit) start_limit_stop();
+  ramp_jerk_time_s_ = smooth ? settings_.jerk_time_s : 0.0;
+  ramping_ = ramp;
+  if (ramping_) run_ramp();
+  if (command != MotionCommand::kFollow) return;
+  if (source == MotionSource::kProfilePosition) stand();  // until a movement is ordered
+  if (source == MotionSource::kProfileFrequency) generator_.run_at(speed, {1.0, 1.0, 1.0, 0.0});
+  target_position_ = allowed_position_ = position();
+  position_.reset(measured_position_rad(), speed);
+  velocity_.reset(speed, 0.0);
+  torque_.reset(torque_demand_nm_, 0.0);
+  push_setpoints();  // the present setpoint acts at once (Device Help 8)
+}
+
+double Motion::speed_feed_forward(double internal_rad_s) const noexcept {
+  const double speed = settings_.external_speed_feed_forward
+                           ? setpoints_.velocity_offset * settings_.scaling.velocity_rad_s
+                           : internal_rad_s;
+  return settings_.speed_feed_forward * speed;
+}
+
+double Motion::torque_feed_forward(double acceleration_rad_s2) const noexcept {
+  return settings_.external_torque_feed_forward
+             ? settings_.torque_feed_forward * torque_of(setpoints_.torque_offset_permille)
+             : internal_torque(acceleration_rad_s2);
+}
+
+double Motion::internal_torque(double acceleration_rad_s2) const noexcept {
+  return settings_.torque_feed_forward * settings_.feed_forward_inertia_kg_m2 * acceleration_rad_s2;
+}
+
+/// The measured position is that of the beginning of the step, and so is the position it is compared with.
+double Motion::follow_position() noexcept {
+  const double reference_rad = position_.value();
+  position_.step();
+  return controller_.step({Loop::kPosition, reference_rad, speed_feed_forward(position_.velocity()),
+                           torque_feed_forward(position_.acceleration())});
+}
+
+/// In velocity mode there is no internal feed-forward: the offsets act when they are selected as external sources.
+double Motion::follow_velocity() noexcept {
+  velocity_.step();
+  return controller_.step(
+      {Loop::kVelocity, 0.0, velocity_.value() + speed_feed_forward(0.0), torque_feed_forward(0.0)});
+}
+
+/// Towards the highest speed (6080h) no more torque than brings the axis there smoothly; at it none that drives.
+double Motion::follow_torque() noexcept {
+  torque_.step();
+  double torque = torque_.value() + torque_of(setpoints_.torque_offset_permille);
+  const double speed = controller_.measured_velocity_rad_s();
+  const double left = std::max(settings_.controller.max_velocity_rad_s - std::abs(speed), 0.0);
+  const double most = inertia() * left / kSpeedLimitS;
+  limited_ = torque * speed > 0.0 && std::abs(torque) > most;
+  if (limited_) torque = std::copysign(most, torque);
+  return controller_.step({Loop::kTorque, 0.0, 0.0, torque});
+}
+
+/// The profile generator feeds forward what it knows itself (Device Help 8: the generator gives the pre-control).
+double Motion::follow_profile_position() noexcept {
+  const double reference_rad = generator_.state().position;
+  generator_.step(kControlStepS);
+  const ProfileState& state = generator_.state();
+  return controller_.step({Loop::kPosition, reference_rad, settings_.speed_feed_forward * state.velocity,
+                           internal_torque(state.acceleration)});
+}
+
+double Motion::follow_profile_velocity() noexcept {
+  generator_.step(kControlStepS);
+  const ProfileState& state = generator_.state();
+  return controller_.step({Loop::kVelocity, 0.0, state.velocity, internal_torque(state.acceleration)});
+}
+
+double Motion::inertia() const noexcept {
+  return settings_.feed_forward_inertia_kg_m2 > 0.0 ? settings_.feed_forward_inertia_kg_m2
+                                                    : motor_.parameters().inertia_kg_m2;
+}
+
+/// The speed loop goes on with the torque in force.
+void Motion::start_limit_stop() noexcept {
+  stop_velocity_rad_s_ = controller_.measured_velocity_rad_s();
+  torque_demand_nm_ = controller_.step({Loop::kVelocity, 0.0, stop_velocity_rad_s_, 0.0});
+}
+
+/// All the torque there is, then so much less that the axis comes to rest without turning round: the speed setpoint
+/// waits for the axis while the torque is at its limit, and runs into zero with a time constant (ours).
+double Motion::stop_at_limit() noexcept {
+  const double most = settings_.controller.max_torque_nm / inertia();
+  const double time_s = std::max(kStopShare * settings_.controller.velocity_reset_s, kStopAtLeastS);
+  if (controller_.limited()) stop_velocity_rad_s_ = controller_.measured_velocity_rad_s();
+  const double deceleration = std::clamp(stop_velocity_rad_s_ / time_s, -most, most);
+  stop_velocity_rad_s_ -= deceleration * kControlStepS;
+  return controller_.step({Loop::kVelocity, 0.0, stop_velocity_rad_s_, -inertia() * deceleration});
+}
+
+double Motion::follow() noexcept {
+  switch (source_) {
+    case MotionSource::kCyclicPosition:
+      return follow_position();
+    case MotionSource::kCyclicVelocity:
+      return follow_velocity();
+    case MotionSource::kCyclicTorque:
+      return follow_torque();
+    case MotionSource::kProfilePosition:
+      return follow_profile_position();
+    case MotionSource::kProfileVelocity:
+      return follow_profile_velocity();
+    case MotionSource::kProfileFrequency:
+    case MotionSource::kNone:
+      break;
+  }
+  return controller_.step({Loop::kVelocity, 0.0, 0.0, 0.0});
+}
+
+void Motion::select(MotionCommand command, MotionSource source, bool smooth) noexcept {
+  if (command != command_ || source != source_) take_over(command, source, smooth);
+}
+
+void Motion::step(bool brake_closed) noexcept {
+  controller_.measure(measured_position_rad());
+  slow_steps_ = slow() ? std::min(slow_steps_ + 1, kStandstillSteps) : 0;
+  steps_since_sample_ += steps_since_sample_ < 2 * settings_.steps_per_setpoint ? 1 : 0;
+  if (by_frequency_) return step_frequency_control(brake_closed);
+  const TorqueRange available = motor_.torque_range();
+  const double demand = settings_.torque_per_demand;
+  controller_.set_available_torque(available.lowest_nm / demand, available.highest_nm / demand);
+  switch (command_) {
+    case MotionCommand::kOff:
+      torque_demand_nm_ = controller_.step({});
+      break;
+    case MotionCommand::kFollow:
+      torque_demand_nm_ = follow();
+      break;
+    case MotionCommand::kSlowDownRamp:
+    case MotionCommand::kQuickStopRamp:
+      torque_demand_nm_ = follow_profile_velocity();
+      break;
+    case MotionCommand::kTorqueLimit:
+      torque_demand_nm_ = stop_at_limit();
+      break;
+  }
+  motor_.step(torque_demand_nm_ * demand, brake_closed);
+}
+
+bool Motion::position_controlled() const noexcept {
+  return command_ == MotionCommand::kFollow &&
+         (source_ == MotionSource::kCyclicPosition || source_ == MotionSource::kProfilePosition);
+}
+
+double Motion::position_setpoint_rad() const noexcept {
+  return source_ == MotionSource::kCyclicPosition ? position_.value() : generator_.state().position;
+}
+
+double Motion::position_demand() const noexcept {
+  if (!position_controlled()) return static_cast<double>(position());
+  return (position_setpoint_rad() - to_rad(0.0)) / settings_.scaling.position_rad;
+}
+
+double Motion::following_error() const noexcept {
+  return position_demand() - static_cast<double>(position());
+}
+
+double Motion::following_error_increments() const noexcept {
+  if (!position_controlled()) return 0.0;
+  return (position_setpoint_rad() - measured_position_rad()) / motor_.radians_per_increment();
+}
+
+double Motion::velocity() const noexcept {
+  return controller_.measured_velocity_rad_s() / settings_.scaling.velocity_rad_s;
+}
+
+double Motion::velocity_demand() const noexcept {
+  if (command_ == MotionCommand::kOff) return 0.0;
+  const double demand = by_frequency_ ? generator_.state().velocity : controller_.velocity_setpoint_rad_s();
+  return demand / settings_.scaling.velocity_rad_s;
+}
+
+double Motion::torque_permille() const noexcept {
+  return 1000.0 * torque_nm() / settings_.rated_torque_nm;
+}
+
+double Motion::torque_demand_permille() const noexcept {
+  return 1000.0 * torque_demand_nm_ / settings_.rated_torque_nm;
+}
+
+double Motion::current_permille() const noexcept {
+  return 1000.0 * motor_.current_a() / (std::numbers::sqrt2 * settings_.rated_current_a);
+}
+
+/// Through short-circuited cables the DC link's whole voltage drives the current, in every pulse of the inverter.
+double Motion::phase_current_a(double dc_link_volts) const noexcept {
+  constexpr double kCableOhm = 0.5;
+  if (motor_.short_circuit()) return command_ == MotionCommand::kOff ? 0.0 : dc_link_volts / kCableOhm;
+  return motor_.current_a();
+}
+
+bool Motion::standstill() const noexcept {
+  return slow_steps_ == kStandstillSteps;
+}
+
+bool Motion::slow() const noexcept {
+  return std::abs(controller_.measured_velocity_rad_s()) < settings_.standstill_rad_s;
+}
+
+int Motion::direction() const noexcept {
+  constexpr double kStanding = 1e-3;  // rad/s
+  double speed = 0.0;
+  switch (source_) {
+    case MotionSource::kNone:
+      break;
+    case MotionSource::kCyclicPosition:
+      speed = position_.velocity();
+      break;
+    case MotionSource::kCyclicVelocity:
+      speed = velocity_.value();
+      break;
+    case MotionSource::kCyclicTorque:
+      speed = slow() ? 0.0 : controller_.measured_velocity_rad_s();
+      break;
+    case MotionSource::kProfilePosition:
+    case MotionSource::kProfileVelocity:
+    case MotionSource::kProfileFrequency:
+      speed = generator_.state().velocity;
+      break;
+  }
+  if (settings_.scaling.inverted) speed = -speed;
+  return speed > kStanding ? 1 : speed < -kStanding ? -1 : 0;
+}
+
+double Motion::distance_to_target() const noexcept {
+  switch (source_) {
+    case MotionSource::kCyclicPosition:
+      return static_cast<double>(target_position_ - position());
+    case MotionSource::kCyclicVelocity:
+      return setpoints_.velocity - velocity();
+    default:
+      return 0.0;
+  }
+}
+
+}  // namespace driveline::slaves::msd

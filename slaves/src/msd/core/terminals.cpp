@@ -1,0 +1,128 @@
+#include "driveline/slaves/msd/core/terminals.hpp"
+
+#include "driveline/slaves/msd/core/drive_values.hpp"
+
+namespace driveline::slaves::msd {
+namespace {
+
+/// In the order of the selectors P 100-P 110. Which terminals P 111 and P 112 belong to no manual says, and 2079h has
+/// no more: they are stored and act on nothing.
+constexpr std::array kInputTerminals = {Input::kEnpo,  Input::kIsd00, Input::kIsd01, Input::kIsd02,
+                                        Input::kIsd03, Input::kIsd04, Input::kIsd05, Input::kIsd06,
+                                        Input::kIsdsh, Input::kIsa00, Input::kIsa01};
+/// In the order of the selectors P 122-P 126.
+constexpr std::array kOutputTerminals = {Output::kOsd00, Output::kOsd01, Output::kOsd02, Output::kBrake,
+                                         Output::kRelay};
+
+/// 60FEh has the bits of 208Fh 16 places higher (MSD manual Tables 10.7, 10.9).
+constexpr unsigned kBusShift = 16;
+constexpr std::uint32_t kSafeStopBit = 1U << 18U;
+constexpr std::uint32_t kEnpoBit = 1U << 19U;
+constexpr std::uint16_t kIsd05Selector = 0x2000 + 106;
+constexpr std::uint16_t kIsd06Selector = 0x2000 + 107;
+constexpr std::uint16_t kBrakeSelector = 0x2000 + 125;
+
+}  // namespace
+
+bool valid_input_function(std::uint16_t index, std::uint64_t function) noexcept {
+  if (function > UINT16_MAX) return false;
+  switch (static_cast<InputFunction>(function)) {
+    case InputFunction::kOff:
+    case InputFunction::kFaultReset:
+    case InputFunction::kPositiveLimit:
+    case InputFunction::kNegativeLimit:
+    case InputFunction::kHomeSwitch:
+      return true;
+    case InputFunction::kProbe:
+      return index == kIsd05Selector || index == kIsd06Selector;
+  }
+  return false;
+}
+
+bool valid_inversion(std::uint64_t inputs) noexcept {
+  constexpr std::uint64_t kInvertible = 0x1007E;  // ISD00 to ISD06
+  return (inputs & ~kInvertible) == 0;
+}
+
+bool valid_output_function(std::uint16_t index, std::uint64_t function) noexcept {
+  if (function > UINT16_MAX) return false;
+  switch (static_cast<OutputFunction>(function)) {
+    case OutputFunction::kOff:
+    case OutputFunction::kLimit:
+    case OutputFunction::kBusEachMs:
+    case OutputFunction::kBusEachStep:
+      return true;
+    case OutputFunction::kBrake:
+      return index == kBrakeSelector;
+  }
+  return false;
+}
+
+void Terminals::set(Input input, bool level) noexcept {
+  const std::uint32_t bit = 1U << static_cast<unsigned>(input);
+  if (((inputs_ & bit) != 0) == level) return;
+  inputs_ ^= bit;
+  evaluate();
+}
+
+void Terminals::configure(const ObjectDictionary& dictionary) noexcept {
+  for (std::size_t i = 0; i < input_functions_.size(); ++i) {
+    input_functions_[i] = static_cast<InputFunction>(dictionary.get(kValue.input_functions[i]));
+  }
+  for (std::size_t i = 0; i < output_functions_.size(); ++i) {
+    output_functions_[i] = static_cast<OutputFunction>(dictionary.get(kValue.output_functions[i]));
+  }
+  inverted_ = dictionary.get(kValue.input_inversion);
+  evaluate();
+}
+
+void Terminals::evaluate() noexcept {
+  signals_ = {};
+  for (std::size_t i = 0; i < kInputTerminals.size(); ++i) {
+    if (((inputs_ ^ inverted_) >> static_cast<unsigned>(kInputTerminals[i]) & 1U) == 0) continue;
+    switch (input_functions_[i]) {
+      case InputFunction::kOff:
+        break;
+      case InputFunction::kFaultReset:
+        signals_.fault_reset = true;
+        break;
+      case InputFunction::kPositiveLimit:
+        signals_.positive_limit = true;
+        break;
+      case InputFunction::kNegativeLimit:
+        signals_.negative_limit = true;
+        break;
+      case InputFunction::kHomeSwitch:
+        signals_.home_switch = true;
+        break;
+      case InputFunction::kProbe:
+        signals_.probe[kInputTerminals[i] == Input::kIsd05 ? 0 : 1] = true;
+        break;
+    }
+  }
+}
+
+void Terminals::step_outputs(const OutputConditions& conditions) noexcept {
+  std::uint32_t outputs = outputs_;
+  const auto put = [&outputs](std::uint32_t bit, bool on) { outputs = on ? outputs | bit : outputs & ~bit; };
+  for (std::size_t i = 0; i < kOutputTerminals.size(); ++i) {
+    const std::uint32_t bit = 1U << static_cast<unsigned>(kOutputTerminals[i]);
+    const bool from_bus = output_functions_[i] == OutputFunction::kBusEachStep ||
+                          (output_functions_[i] == OutputFunction::kBusEachMs && conditions.millisecond);
+    if (from_bus && (conditions.mask & (bit << kBusShift)) != 0) {
+      put(bit, (conditions.physical_outputs & (bit << kBusShift)) != 0);
+    }
+    if (output_functions_[i] == OutputFunction::kOff) put(bit, false);
+    if (output_functions_[i] == OutputFunction::kLimit) put(bit, conditions.limit);
+    if (output_functions_[i] == OutputFunction::kBrake) put(bit, conditions.brake_open);
+  }
+  put(1U << static_cast<unsigned>(Output::kStoRelay), !level(Input::kIsdsh));  // safe torque off is active
+  outputs_ = outputs;
+}
+
+std::uint32_t Terminals::function_image() const noexcept {
+  return (signals_.negative_limit ? 1U : 0U) | (signals_.positive_limit ? 2U : 0U) | (signals_.home_switch ? 4U : 0U) |
+         (level(Input::kIsdsh) ? 0U : kSafeStopBit) | (level(Input::kEnpo) ? kEnpoBit : 0U);
+}
+
+}  // namespace driveline::slaves::msd

@@ -1,0 +1,222 @@
+#include "driveline/slaves/pdo/pdo_map.hpp"
+
+#include <algorithm>
+
+#include "driveline/slaves/bit_copy.hpp"
+#include "driveline/wire/endian.hpp"
+
+namespace driveline::slaves {
+namespace {
+
+using wire::SdoAbort;
+
+constexpr std::uint32_t kMaxSyncManagers = 32;
+
+/// Does `sync_managers` have a bit for the assignment object `index`?
+bool assigns_to(std::uint32_t sync_managers, std::uint16_t index) noexcept {
+  const std::uint16_t first = assignment_object(0);
+  return index >= first && index < first + kMaxSyncManagers && (sync_managers >> (index - first) & 1U) != 0;
+}
+
+/// A mapping entry: index, sub-index and length in bits, as stored in 1600h and 1A00h.
+struct MappingEntry {
+  std::uint16_t index;
+  std::uint8_t subindex;
+  std::uint8_t bits;
+  explicit constexpr MappingEntry(std::uint32_t raw) noexcept
+      : index(static_cast<std::uint16_t>(raw >> 16)),
+        subindex(static_cast<std::uint8_t>(raw >> 8)),
+        bits(static_cast<std::uint8_t>(raw)) {}
+};
+
+std::uint32_t value_of(const ObjectDictionary& dictionary, std::uint16_t index, std::uint8_t subindex) noexcept {
+  const auto* row = dictionary.table().find(index, subindex);
+  return row == nullptr ? 0 : static_cast<std::uint32_t>(dictionary.raw(*row));
+}
+
+bool in_block(std::uint16_t index, std::uint16_t first, std::uint16_t count) noexcept {
+  return index >= first && index < first + count;
+}
+
+SdoResult<void> check_mapping_entry(const ObjectDictionary& dictionary, const PdoLimits& limits, std::uint16_t mappable,
+                                    std::uint32_t raw) {
+  if (raw == 0) return {};  // clears the entry
+  const MappingEntry entry(raw);
+  if (limits.gaps && entry.index == 0 && entry.bits != 0) return {};
+  if (dictionary.table().object(entry.index).empty()) return tl::unexpected(SdoAbort::kObjectDoesNotExist);
+  const auto* row = dictionary.table().find(entry.index, entry.subindex);
+  if (row == nullptr) return tl::unexpected(SdoAbort::kSubindexDoesNotExist);
+  if ((row->access & mappable) == 0 || entry.bits != bit_size(*row)) return tl::unexpected(SdoAbort::kNotMappable);
+  return {};
+}
+
+SdoResult<void> check_mapping_count(const ObjectDictionary& dictionary, const PdoLimits& limits, std::uint16_t index,
+                                    std::uint16_t mappable, std::uint32_t count) {
+  if (count > limits.objects) return tl::unexpected(SdoAbort::kMappingTooLong);
+  unsigned bits = 0;
+  for (std::uint32_t sub = 1; sub <= count; ++sub) {
+    const std::uint32_t raw = value_of(dictionary, index, static_cast<std::uint8_t>(sub));
+    if (raw == 0) return tl::unexpected(SdoAbort::kObjectDoesNotExist);
+    const auto valid = check_mapping_entry(dictionary, limits, mappable, raw);
+    if (!valid) return valid;
+    bits += MappingEntry(raw).bits;
+  }
+  if (bits > 8U * limits.bytes) return tl::unexpected(SdoAbort::kMappingTooLong);
+  if (limits.even_bytes && bits % 16 != 0) return tl::unexpected(SdoAbort::kParameterIncompatible);
+  return {};
+}
+
+/// A PDO of the right direction that the device has.
+bool is_pdo(const ObjectDictionary& dictionary, const PdoLimits& limits, std::uint16_t first, std::uint32_t raw) {
+  const auto index = static_cast<std::uint16_t>(raw);
+  return in_block(index, first, limits.pdos) && !dictionary.table().object(index).empty();
+}
+
+SdoResult<void> check_assignment_count(const ObjectDictionary& dictionary, std::uint16_t index, std::uint16_t first,
+                                       const PdoLimits& limits, std::uint32_t count) {
+  if (count > limits.pdos) return tl::unexpected(SdoAbort::kValueTooHigh);
+  for (std::uint32_t sub = 1; sub <= count; ++sub) {
+    const auto pdo = value_of(dictionary, index, static_cast<std::uint8_t>(sub));
+    if (!is_pdo(dictionary, limits, first, pdo)) return tl::unexpected(SdoAbort::kObjectDoesNotExist);
+    for (std::uint32_t before = 1; before < sub; ++before) {
+      if (value_of(dictionary, index, static_cast<std::uint8_t>(before)) == pdo) {
+        return tl::unexpected(SdoAbort::kParameterIncompatible);
+      }
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+SdoResult<void> check_pdo_write(const ObjectDictionary& dictionary, const PdoLimits& limits, const EntryRow& row,
+                                std::uint64_t raw) {
+  const bool rx_mapping = in_block(row.index, limits.rx_first, limits.pdos);
+  const bool tx_mapping = in_block(row.index, limits.tx_first, limits.pdos);
+  const bool rx_assignment = assigns_to(limits.output_sync_managers, row.index);
+  const bool tx_assignment = assigns_to(limits.input_sync_managers, row.index);
+  const bool assignment = rx_assignment || tx_assignment;
+  if (!rx_mapping && !tx_mapping && !assignment) return {};
+  const auto value = static_cast<std::uint32_t>(raw);
+  const std::uint16_t mappable = rx_mapping ? access::kRxMappable : access::kTxMappable;
+  const std::uint16_t first = rx_assignment ? limits.rx_first : limits.tx_first;
+  if (row.subindex == 0) {
+    return assignment ? check_assignment_count(dictionary, row.index, first, limits, value)
+                      : check_mapping_count(dictionary, limits, row.index, mappable, value);
+  }
+  if (value_of(dictionary, row.index, 0) != 0) return tl::unexpected(SdoAbort::kSubindexCannotBeWritten);
+  if (!assignment) return check_mapping_entry(dictionary, limits, mappable, value);
+  if (value != 0 && !is_pdo(dictionary, limits, first, value)) return tl::unexpected(SdoAbort::kObjectDoesNotExist);
+  return {};
+}
+
+void PdoMap::append(const ObjectDictionary& dictionary, std::uint32_t entry) noexcept {
+  const MappingEntry mapping(entry);
+  const auto* row = dictionary.table().find(mapping.index, mapping.subindex);
+  const auto offset = static_cast<std::uint32_t>(bits_);
+  bits_ += mapping.bits;
+  if (mapping.index == 0 || row == nullptr || fields_.size() == fields_.capacity()) return;
+  const bool text = is_string(row->type);
+  if (text && mapping.bits > 8U * row->string_length) return;
+  const bool constant = !text && row->slot == slot::kConstant;
+  fields_.push_back({offset, row->slot, mapping.bits, is_signed(row->type), text, constant,
+                     constant ? dictionary.raw(*row) : 0, row});
+}
+
+void PdoMap::build(const ObjectDictionary& dictionary, std::size_t sync_manager, const PdoLimits& limits) noexcept {
+  fields_.clear();
+  bits_ = 0;
+  const std::uint16_t assignment = assignment_object(sync_manager);
+  const std::uint32_t pdos = value_of(dictionary, assignment, 0);
+  for (std::uint32_t i = 1; i <= std::min<std::uint32_t>(pdos, limits.pdos); ++i) {
+    const auto pdo = static_cast<std::uint16_t>(value_of(dictionary, assignment, static_cast<std::uint8_t>(i)));
+    const std::uint32_t objects = value_of(dictionary, pdo, 0);
+    for (std::uint32_t sub = 1; sub <= std::min<std::uint32_t>(objects, limits.objects); ++sub) {
+      append(dictionary, value_of(dictionary, pdo, static_cast<std::uint8_t>(sub)));
+    }
+  }
+}
+
+namespace {
+
+/// Number of whole bytes when the field is one and begins at a byte border, else 0.
+std::size_t whole_bytes(const PdoMap::Field& field) noexcept {
+  return (field.bit_offset | field.bits) % 8 == 0 ? field.bits / 8U : 0U;
+}
+
+std::uint64_t load_field(const PdoMap::Field& field, std::span<const std::byte> data) noexcept {
+  const auto bytes = data.subspan(field.bit_offset / 8);
+  std::uint64_t value = 0;
+  switch (whole_bytes(field)) {
+    case 1:
+      value = wire::load_le<std::uint8_t>(bytes);
+      break;
+    case 2:
+      value = wire::load_le<std::uint16_t>(bytes);
+      break;
+    case 4:
+      value = wire::load_le<std::uint32_t>(bytes);
+      break;
+    default:
+      value = load_bits(data, field.bit_offset, field.bits);
+      break;
+  }
+  return field.is_signed ? sign_extended(value, field.bits) : value;
+}
+
+void store_field(const PdoMap::Field& field, std::uint64_t value, std::span<std::byte> data) noexcept {
+  const auto bytes = data.subspan(field.bit_offset / 8);
+  switch (whole_bytes(field)) {
+    case 1:
+      return wire::store_le(bytes, static_cast<std::uint8_t>(value));
+    case 2:
+      return wire::store_le(bytes, static_cast<std::uint16_t>(value));
+    case 4:
+      return wire::store_le(bytes, static_cast<std::uint32_t>(value));
+    default:
+      return store_bits(data, field.bit_offset, field.bits, value);
+  }
+}
+
+/// A value kept as bytes goes bit by bit through numbers of a byte: it may lie across byte borders.
+void load_text(const PdoMap::Field& field, std::span<const std::byte> data, std::string& text) noexcept {
+  text.assign((field.bits + 7U) / 8U, '\0');
+  for (std::size_t bit = 0; bit < field.bits; bit += 8) {
+    const auto count = std::min<std::size_t>(8, field.bits - bit);
+    text[bit / 8] = static_cast<char>(load_bits(data, field.bit_offset + bit, count));
+  }
+}
+
+void store_text(const PdoMap::Field& field, const std::string& text, std::span<std::byte> data) noexcept {
+  for (std::size_t bit = 0; bit < field.bits; bit += 8) {
+    const auto count = std::min<std::size_t>(8, field.bits - bit);
+    const auto byte = bit / 8 < text.size() ? static_cast<unsigned char>(text[bit / 8]) : std::uint8_t{0};
+    store_bits(data, field.bit_offset + bit, count, byte);
+  }
+}
+
+}  // namespace
+
+void PdoMap::decode(std::span<const std::byte> data, ObjectDictionary& dictionary) const noexcept {
+  for (const Field& field : fields_) {
+    if (field.constant || std::size_t{field.bit_offset} + field.bits > 8 * data.size()) continue;
+    if (field.is_text) {
+      load_text(field, data, dictionary.text(field.slot));
+    } else {
+      dictionary.set_raw(field.slot, load_field(field, data));
+    }
+  }
+}
+
+void PdoMap::encode(const ObjectDictionary& dictionary, std::span<std::byte> data) const noexcept {
+  for (const Field& field : fields_) {
+    if (std::size_t{field.bit_offset} + field.bits > 8 * data.size()) continue;
+    if (field.is_text) {
+      store_text(field, dictionary.text(field.slot), data);
+    } else {
+      store_field(field, field.constant ? field.constant_value : dictionary.raw(field.slot), data);
+    }
+  }
+}
+
+}  // namespace driveline::slaves

@@ -1,0 +1,2 @@
+target_sources(driveline_slaves PRIVATE
+  ${CMAKE_CURRENT_LIST_DIR}/pdo_map.cpp)

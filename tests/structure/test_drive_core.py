@@ -1,0 +1,84 @@
+"""The core of the MSD drive stands behind any bus: what it includes, also by way of others, knows no EtherCAT."""
+import re
+import tempfile
+import unittest
+from pathlib import Path
+
+from rooms import FOLDERS
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"]+)"', re.M)
+# Parts of the house that belong to no bus: folders, and single headers of rooms that are about EtherCAT otherwise.
+CORE = ["slaves/include/driveline/slaves/msd/core", "slaves/src/msd/core"]
+DICTIONARY = ["slaves/include/driveline/slaves/od", "slaves/src/od"]
+WITHOUT_BUS = [
+    *CORE,
+    *DICTIONARY,
+    "slaves/include/driveline/slaves/cia402",
+    "slaves/include/driveline/slaves/plant",
+    "slaves/include/driveline/slaves/signal.hpp",
+    "slaves/include/driveline/slaves/device_signals.hpp",
+    "trajectory/include/driveline/trajectory",
+    "esi/include/driveline/esi/data_type.hpp",  # data types of CiA 301
+    "ecat_master/wire/include/driveline/wire/sdo_abort.hpp",  # abort codes of CiA 301
+    "ecat_master/wire/include/driveline/wire/endian.hpp",  # byte order
+]
+
+
+def resolve(root, file, header):
+    """The included file relative to `root`; None when it is none of ours."""
+    room = header.split("/")[1] if header.startswith("driveline/") else None
+    folder = next((folder for folder, name in FOLDERS.items() if name == room), None)
+    places = [file.parent, root / "slaves/src"] if folder is None else [root / folder / "include"]
+    found = next((place / header for place in places if (place / header).is_file()), None)
+    return found and found.resolve().relative_to(root)
+
+
+def foreign(root, folders):
+    """'file includes header' of everything in `folders`, and in what that includes, that is not WITHOUT_BUS."""
+    todo = sorted(path.relative_to(root) for folder in folders for path in (root / folder).rglob("*.[ch]pp"))
+    seen, errors = set(todo), []
+    while todo:
+        path = todo.pop()
+        for header in INCLUDE.findall((root / path).read_text(encoding="utf-8")):
+            target = resolve(root, root / path, header)
+            if target is None:
+                errors.append(f"{path} includes {header}, which is not found")
+            elif not any(target.is_relative_to(part) for part in WITHOUT_BUS):
+                errors.append(f"{path} includes {header}")
+            elif target not in seen:
+                seen.add(target)
+                todo.append(target)
+    return errors
+
+
+class DriveCore(unittest.TestCase):
+    def test_the_core_knows_no_ethercat(self):
+        self.assertEqual(foreign(ROOT, CORE), [])
+
+    def test_the_dictionary_knows_no_ethercat(self):
+        self.assertEqual(foreign(ROOT, DICTIONARY), [])
+
+    def test_there_is_a_core(self):
+        for folder in CORE + DICTIONARY:
+            self.assertTrue(any((ROOT / folder).iterdir()), folder)
+
+    def test_a_way_to_the_al_state_is_found(self):
+        with tempfile.TemporaryDirectory() as name:
+            root = Path(name).resolve()
+            core = root / "slaves/include/driveline/slaves/msd/core/drive.hpp"
+            row = root / "slaves/include/driveline/slaves/od/row.hpp"
+            state = root / "ecat_master/wire/include/driveline/wire/al.hpp"
+            for path, text in (
+                (core, '#include "driveline/slaves/od/row.hpp"\n'),
+                (row, '#include "driveline/wire/al.hpp"\n'),
+                (state, ""),
+            ):
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_text(text, encoding="utf-8")
+            self.assertEqual(foreign(root, [CORE[0]]),
+                             ["slaves/include/driveline/slaves/od/row.hpp includes driveline/wire/al.hpp"])
+
+
+if __name__ == "__main__":
+    unittest.main()
