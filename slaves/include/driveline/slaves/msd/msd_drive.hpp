@@ -102,8 +102,8 @@ class MsdDrive final : public Device, public DeviceSignals, private DictionaryOw
   [[nodiscard]] std::size_t signal_count(Way way) const noexcept override;
   /// See drive_signal_name().
   [[nodiscard]] std::string signal_name(SignalPlace place) const override;
-  [[nodiscard]] tl::expected<SignalPlace, std::string> find_signal(Way way, std::string_view name) const override;
-  [[nodiscard]] tl::expected<void, std::string> check_signal_value(std::size_t input, double value) const override;
+  [[nodiscard]] tl::expected<SignalPlace, SignalNameError> find_signal(Way way, std::string_view name) const override;
+  [[nodiscard]] tl::expected<void, SignalValueError> check_signal_value(std::size_t input, double value) const override;
   void set_signal(std::size_t input, double value) noexcept override;
   [[nodiscard]] double signal(SignalPlace place) const noexcept override;
 
