@@ -2,6 +2,9 @@
 include_guard()
 find_package(Threads REQUIRED)
 
+# Sources that are generated, for those who look at ours without compiling them (scripts/check-tidy.sh).
+add_custom_target(generated_sources)
+
 find_program(DRIVELINE_CCACHE ccache)
 if(DRIVELINE_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${DRIVELINE_CCACHE})

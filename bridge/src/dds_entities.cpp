@@ -111,14 +111,6 @@ dds::DataWriterQos status_writer_qos() {
   return qos;
 }
 
-std::string listed(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) {
-    text += (text.empty() ? "" : ", ") + word;
-  }
-  return text.empty() ? "all" : text;
-}
-
 dds::DataWriter* create_writer(dds::DomainParticipant& participant, dds::Publisher& publisher,
                                const dds::TypeSupport& type, const std::string& topic_name,
                                const dds::DataWriterQos& qos) {
@@ -131,7 +123,7 @@ dds::DataWriter* create_writer(dds::DomainParticipant& participant, dds::Publish
 
 }  // namespace
 
-tl::expected<DdsEntities, std::string> DdsEntities::create(const DdsConfig& config) {
+tl::expected<DdsEntities, DdsError> DdsEntities::create(const DdsConfig& config) {
   log_to_stderr();
   DdsEntities entities;
   if (auto done = entities.create_participant(config); !done) {
@@ -150,30 +142,29 @@ DdsEntities::~DdsEntities() {
   }
 }
 
-tl::expected<void, std::string> DdsEntities::create_participant(const DdsConfig& config) {
+tl::expected<void, DdsError> DdsEntities::create_participant(const DdsConfig& config) {
   participant_ =
       dds::DomainParticipantFactory::get_instance()->create_participant(config.domain_id, participant_qos(config));
   if (participant_ == nullptr) {
-    return tl::unexpected("Cannot join DDS domain " + std::to_string(config.domain_id) + " on interfaces [" +
-                          listed(config.interfaces) + "]; Fast DDS's own message on stderr says why.");
+    return tl::unexpected(DdsCannotJoin{config.domain_id, config.interfaces});
   }
   return {};
 }
 
-tl::expected<void, std::string> DdsEntities::create_writers(const DdsConfig& config) {
+tl::expected<void, DdsError> DdsEntities::create_writers(const DdsConfig& config) {
   dds::Publisher* publisher = participant_->create_publisher(dds::PUBLISHER_QOS_DEFAULT);
   if (publisher == nullptr) {
-    return tl::unexpected(std::string{"Fast DDS cannot create a publisher."});
+    return tl::unexpected(DdsNoPublisher{});
   }
   axis_writer_ = create_writer(*participant_, *publisher, dds::TypeSupport{new telemetry::AxisTelemetryPubSubType},
                                config.axis_topic, axis_writer_qos(config.axes.size()));
   if (axis_writer_ == nullptr) {
-    return tl::unexpected("Cannot create a DDS writer for topic '" + config.axis_topic + "'.");
+    return tl::unexpected(DdsNoWriter{config.axis_topic});
   }
   status_writer_ = create_writer(*participant_, *publisher, dds::TypeSupport{new telemetry::LineStatusPubSubType},
                                  config.status_topic, status_writer_qos());
   if (status_writer_ == nullptr) {
-    return tl::unexpected("Cannot create a DDS writer for topic '" + config.status_topic + "'.");
+    return tl::unexpected(DdsNoWriter{config.status_topic});
   }
   return {};
 }

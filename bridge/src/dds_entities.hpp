@@ -1,10 +1,10 @@
 #pragma once
 
-#include <string>
 #include <tl/expected.hpp>
 #include <utility>
 
 #include "driveline/bridge/dds_config.hpp"
+#include "driveline/bridge/dds_error.hpp"
 
 namespace eprosima::fastdds::dds {
 class DataWriter;
@@ -19,7 +19,7 @@ namespace driveline::bridge {
 class DdsEntities {
  public:
   /// Creates participant, topics and writers for a checked configuration.
-  [[nodiscard]] static tl::expected<DdsEntities, std::string> create(const DdsConfig& config);
+  [[nodiscard]] static tl::expected<DdsEntities, DdsError> create(const DdsConfig& config);
   ~DdsEntities();
   DdsEntities(DdsEntities&& other) noexcept
       : participant_(std::exchange(other.participant_, nullptr)),
@@ -36,8 +36,8 @@ class DdsEntities {
 
  private:
   DdsEntities() = default;
-  tl::expected<void, std::string> create_participant(const DdsConfig& config);
-  tl::expected<void, std::string> create_writers(const DdsConfig& config);
+  tl::expected<void, DdsError> create_participant(const DdsConfig& config);
+  tl::expected<void, DdsError> create_writers(const DdsConfig& config);
 
   eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;
   eprosima::fastdds::dds::DataWriter* axis_writer_ = nullptr;

@@ -59,7 +59,7 @@ void DdsPublisher::State::publish_status(const snapshot::DrainCounters& counters
   entities.write_status(&status_message);
 }
 
-tl::expected<std::unique_ptr<DdsPublisher>, std::string> DdsPublisher::create(DdsConfig config) {
+tl::expected<std::unique_ptr<DdsPublisher>, DdsError> DdsPublisher::create(DdsConfig config) {
   if (auto checked = check(config); !checked) {
     return tl::unexpected(std::move(checked).error());
   }

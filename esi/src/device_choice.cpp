@@ -27,9 +27,9 @@ std::string wanted(const DeviceChoice& choice) {
 }
 
 /// Types with their product codes and revisions, one after the other.
-std::string listed(const std::vector<const DeviceDescription*>& devices) {
+std::string listed(const std::vector<DeviceChoiceError::Candidate>& devices) {
   std::map<std::pair<std::string, std::uint32_t>, std::vector<std::uint32_t>> products;
-  for (const auto* device : devices) products[{device->type, device->product_code}].push_back(device->revision);
+  for (const auto& device : devices) products[{device.type, device.product_code}].push_back(device.revision);
   std::string text;
   std::size_t count = 0;
   for (const auto& [product, revisions] : products) {
@@ -42,27 +42,46 @@ std::string listed(const std::vector<const DeviceDescription*>& devices) {
   return text;
 }
 
+tl::unexpected<DeviceChoiceError> refused(DeviceChoiceError::Fault fault, const DeviceChoice& choice,
+                                          const std::vector<const DeviceDescription*>& devices) {
+  DeviceChoiceError error{.fault = fault, .choice = choice, .devices = {}};
+  for (const auto* device : devices) {
+    error.devices.push_back({.type = device->type, .product_code = device->product_code, .revision = device->revision});
+  }
+  return tl::unexpected(std::move(error));
+}
+
 }  // namespace
 
-tl::expected<const DeviceDescription*, std::string> EsiFile::choose(const DeviceChoice& choice) const {
+std::string describe(const DeviceChoiceError& error) {
+  switch (error.fault) {
+    case DeviceChoiceError::Fault::kNoDevice:
+      break;
+    case DeviceChoiceError::Fault::kNoneFits:
+      return fmt::format("there is no device{}, but {}", wanted(error.choice), listed(error.devices));
+    case DeviceChoiceError::Fault::kSeveral:
+      return fmt::format("several devices{} are there, one is to be chosen by its type, name or product code: {}",
+                         wanted(error.choice), listed(error.devices));
+  }
+  return "the file describes no device";
+}
+
+tl::expected<const DeviceDescription*, DeviceChoiceError> EsiFile::choose(const DeviceChoice& choice) const {
+  using Fault = DeviceChoiceError::Fault;
   std::vector<const DeviceDescription*> all;
   std::vector<const DeviceDescription*> matches;
   for (const auto& device : devices) {
     all.push_back(&device);
     if (fits(device, choice)) matches.push_back(&device);
   }
-  if (all.empty()) return tl::unexpected(std::string("the file describes no device"));
-  if (matches.empty()) return tl::unexpected(fmt::format("there is no device{}, but {}", wanted(choice), listed(all)));
+  if (all.empty()) return refused(Fault::kNoDevice, choice, all);
+  if (matches.empty()) return refused(Fault::kNoneFits, choice, all);
   const auto* newest = *std::max_element(matches.begin(), matches.end(),
                                          [](const auto* a, const auto* b) { return a->revision < b->revision; });
   const bool one_product = std::all_of(matches.begin(), matches.end(), [newest](const DeviceDescription* device) {
     return device->product_code == newest->product_code;
   });
-  if (!one_product) {
-    return tl::unexpected(
-        fmt::format("several devices{} are there, one is to be chosen by its type, name or product code: {}",
-                    wanted(choice), listed(matches)));
-  }
+  if (!one_product) return refused(Fault::kSeveral, choice, matches);
   return newest;
 }
 

@@ -144,19 +144,19 @@ void append_number(pugi::xml_node node, const char* name, const std::optional<st
 }
 
 void append_info(pugi::xml_node node, const DeviceTimeouts& timeouts) {
-  if (timeouts == DeviceTimeouts{}) return;
+  const bool states =
+      timeouts.to_pre_op || timeouts.to_safe_op_and_op || timeouts.back_to_init || timeouts.back_to_safe_op;
+  const bool mailbox = timeouts.mailbox_request || timeouts.mailbox_response;
+  if (!states && !mailbox) return;
   auto info = node.append_child("Info");
-  DeviceTimeouts states = timeouts;
-  states.mailbox_request.reset();
-  states.mailbox_response.reset();
-  if (states != DeviceTimeouts{}) {
+  if (states) {
     auto out = info.append_child("StateMachine").append_child("Timeout");
     append_number(out, "PreopTimeout", timeouts.to_pre_op);
     append_number(out, "SafeopOpTimeout", timeouts.to_safe_op_and_op);
     append_number(out, "BackToInitTimeout", timeouts.back_to_init);
     append_number(out, "BackToSafeopTimeout", timeouts.back_to_safe_op);
   }
-  if (states == timeouts) return;
+  if (!mailbox) return;
   auto out = info.append_child("Mailbox").append_child("Timeout");
   append_number(out, "RequestTimeout", timeouts.mailbox_request);
   append_number(out, "ResponseTimeout", timeouts.mailbox_response);

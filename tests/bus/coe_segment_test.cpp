@@ -119,7 +119,7 @@ class CoeOfASmallMailbox : public testing::Test {
     std::vector<std::unique_ptr<slaves::Slave>> made;
     for (const bool complete : {true, false}) {
       auto model = DeviceModel::create(device_with(complete));
-      if (!model) throw std::runtime_error(model.error());
+      if (!model) throw std::runtime_error(describe(model.error()));
       auto inner = std::make_unique<GenericDevice>(*model, slaves::generic::GenericOptions{});
       inners.push_back(inner.get());
       auto profile = inner->profile();

@@ -72,7 +72,7 @@ class Terminals : public testing::TestWithParam<TerminalCase> {
 
   Terminals() {
     auto model = slaves::generic::DeviceModel::create(terminal());
-    if (!model) throw std::runtime_error(model.error());
+    if (!model) throw std::runtime_error(describe(model.error()));
     std::vector<std::unique_ptr<slaves::Slave>> made;
     for (std::size_t i = 0; i < kCount; ++i) {
       made.push_back(std::make_unique<slaves::Slave>(

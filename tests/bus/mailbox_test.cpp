@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <memory>
-#include <thread>
 
 #include "drive_line.hpp"
 #include "driveline/ecat_master/coe/coe_client.hpp"
@@ -144,34 +143,6 @@ TEST(SdoAfterATimeout, GetsItsOwnAnswer) {
   const auto product = line.coe(0).upload_as<std::uint32_t>(0x1018, 2);
   ASSERT_EQ(sentence(product), "");
   EXPECT_EQ(*product, slaves::msd::kProductCode);
-}
-
-TEST(SdoFromSeveralThreads, AllGetTheirAnswers) {
-  // On the real clock: whoever waits drives the engine for the others.
-  rt::MonotonicClock clock;
-  std::vector<std::unique_ptr<slaves::Slave>> made;
-  for (std::uint32_t i = 0; i < 4; ++i) {
-    slaves::msd::MsdParameters parameters;
-    parameters.serial_number = 1000 + i;
-    made.push_back(std::make_unique<slaves::Slave>(std::make_unique<slaves::msd::MsdDrive>(parameters)));
-  }
-  slaves::Line drives(clock, std::move(made));
-  Master master(drives, clock);
-  ASSERT_EQ(sentence(master.scan()), "");
-  ASSERT_EQ(sentence(master.enter_pre_op()), "");
-  std::vector<std::thread> threads;
-  std::array<int, 8> right{};
-  for (std::uint16_t i = 0; i < 8; ++i) {
-    threads.emplace_back([&, i] {
-      for (int n = 0; n < 50; ++n) {
-        const auto slave = static_cast<std::uint16_t>((i + n) % 4);
-        const auto serial = CoeClient(master.mailboxes(), slave).upload_as<std::uint32_t>(0x1018, 4);
-        if (serial && *serial == 1000U + slave) ++right[i];
-      }
-    });
-  }
-  for (auto& thread : threads) thread.join();
-  EXPECT_THAT(right, testing::Each(50));
 }
 
 TEST(SdoRequestOfTheCycle, ReadsAndWritesWhileOthersStepTheEngine) {

@@ -63,9 +63,13 @@ std::string example_devices() {
 
 esi::DeviceDescription example_device(const std::string& name) {
   const auto file = esi::read_esi(example_devices(), "terminals.xml");
-  const auto device = file ? file->choose({name, {}, {}}) : tl::unexpected(esi::to_text(file.error()));
+  if (!file) {
+    std::fprintf(stderr, "%s\n", esi::to_text(file.error()).c_str());
+    std::abort();
+  }
+  const auto device = file->choose({name, {}, {}});
   if (!device) {
-    std::fprintf(stderr, "%s\n", device.error().c_str());
+    std::fprintf(stderr, "%s\n", describe(device.error()).c_str());
     std::abort();
   }
   return **device;

@@ -22,7 +22,7 @@ void test_one_input(std::span<const std::byte> input) {
   if (!std::equal(encoded.begin(), encoded.end(), input.begin(), input.end())) std::abort();
   const auto model = slaves::generic::DeviceModel::create(esi::description_from_sii(*image));
   if (!model) {
-    if (model.error().empty()) std::abort();
+    if (describe(model.error()).empty()) std::abort();
     return;
   }
   slaves::generic::GenericOptions options;

@@ -3,7 +3,8 @@ file(REMOVE_RECURSE ${PREFIX})
 execute_process(COMMAND ${CMAKE_COMMAND} --install ${BUILD} --prefix ${PREFIX} OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
 set(program)
 if(PROGRAM)
-  set(program bin/driveline share/bash-completion/completions/driveline share/zsh/site-functions/_driveline)
+  set(program bin/driveline share/bash-completion/completions/driveline share/zsh/site-functions/_driveline
+              share/driveline/esi/moog_msd.eds share/driveline/esi/servoone_junior.sii)
 endif()
 foreach(wanted
         include/driveline/ecat_master/master.hpp
@@ -12,6 +13,8 @@ foreach(wanted
         include/driveline/slaves/line/line.hpp
         share/driveline/examples/01_scan.cpp
         share/driveline/examples/line8.toml
+        share/driveline/esi/moog_msd.xml
+        share/driveline/esi/servoone.xml
         ${program})
   if(NOT EXISTS ${PREFIX}/${wanted})
     message(FATAL_ERROR "${wanted} has not been installed")

@@ -1,4 +1,5 @@
-"""What a source may not be or contain: too long, packed, bitfields, casts on frames, silenced checks without a reason."""
+"""What a source may not be or contain: too long, packed, bitfields, casts on frames, strings as errors, silenced checks
+without a reason."""
 import re
 
 from rooms import code_only, read_reasons, room_of, sources
@@ -18,6 +19,9 @@ BITFIELD = re.compile(
 PRINT = re.compile(r"\bfmt::print\b|\bstd::(?:cout|cerr|clog|puts|fputs|printf|fprintf|putchar)\b")
 PRINTERS = {"cli/src/console.cpp"}
 CAST = re.compile(r"\breinterpret_cast\b")
+# An error of the library has facts with names, and describe() makes the sentence.
+STRING_ERROR = re.compile(r"\b(?:expected\s*<[^;{}()]*,|unexpected\s*<)\s*std::string\s*>")
+ERRORS_WITH_FACTS = {"rt", "snapshot", "trajectory", "esi", "slaves", "bridge", "runtime"}
 NOLINT = re.compile(r"NOLINT(?:NEXTLINE|BEGIN)?\b(?P<rest>[^\n]*)")
 REASONED = re.compile(r"\([\w\-.*,| ]+\):?\s+\w.{9,}")
 
@@ -44,6 +48,10 @@ def file_errors(path, text, casts):
             for match in CAST.finditer(code):
                 errors.append(f"{path}:{line_of(code, match)}: reinterpret_cast; "
                               "only files named with a reason in allowed_casts.txt may")
+    if room_of(path) in ERRORS_WITH_FACTS:
+        code = code_only(text)
+        for match in STRING_ERROR.finditer(code):
+            errors.append(f"{path}:{line_of(code, match)}: a bare string as an error; give it a type with the facts")
     if room_of(path) == "cli" and str(path) not in PRINTERS:
         code = code_only(text)
         for match in PRINT.finditer(code):

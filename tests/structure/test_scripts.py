@@ -3,6 +3,7 @@ import json
 import os
 import shutil
 import subprocess
+import sys
 import tempfile
 import unittest
 from pathlib import Path
@@ -10,6 +11,8 @@ from pathlib import Path
 from test_run_json import HEALTHY
 
 ROOT = Path(__file__).resolve().parent.parent.parent
+sys.path.insert(0, str(ROOT / "scripts"))
+import tidy_files  # noqa: E402, from there
 INSTALL = ROOT / "scripts/install-deps.sh"
 
 
@@ -39,6 +42,50 @@ class Usage(unittest.TestCase):
     def test_every_script_is_here(self):
         there = {f"scripts/{path.name}" for path in (ROOT / "scripts").glob("*.sh")} | {"run.sh", "test.sh"}
         self.assertEqual(there - set(self.SCRIPTS), {"scripts/sources.sh"})  # takes folders, has no flags
+
+
+class TidyFiles(unittest.TestCase):
+    """Which sources clang-tidy looks at for a change: those that changed, and a witness for each header that did."""
+    SOURCES = {
+        "rt/include/driveline/rt/clock.hpp": "",
+        "rt/include/driveline/rt/timer.hpp": '#include "driveline/rt/clock.hpp"\n',
+        "rt/src/clock.cpp": '#include "driveline/rt/clock.hpp"\n',
+        "rt/src/timer.cpp": '  #  include "driveline/rt/timer.hpp"\n// #include "driveline/rt/clock.hpp"\n',
+        "rt/src/detail.hpp": "",
+        "cli/src/a.cpp": '#include "driveline/rt/clock.hpp"\n#include "b/detail.hpp"\n',
+        "cli/src/b/detail.hpp": "",
+        "cli/src/unused.hpp": "",
+    }
+
+    def chosen(self, *changed):
+        with tempfile.TemporaryDirectory() as folder:
+            for name, text in self.SOURCES.items():
+                (Path(folder) / name).parent.mkdir(parents=True, exist_ok=True)
+                (Path(folder) / name).write_text(text, encoding="utf-8")
+            compiled = {name for name in self.SOURCES if name.endswith(".cpp")}
+            return tidy_files.with_witnesses(changed, compiled, list(self.SOURCES), Path(folder))
+
+    def test_a_changed_source_is_looked_at(self):
+        self.assertEqual(self.chosen("rt/src/timer.cpp"), ["rt/src/timer.cpp"])
+
+    def test_a_source_that_is_not_compiled_is_not(self):
+        self.assertEqual(self.chosen("elsewhere/new.cpp"), [])
+
+    def test_a_header_is_seen_through_its_own_source(self):
+        self.assertEqual(self.chosen("rt/include/driveline/rt/clock.hpp"), ["rt/src/clock.cpp"])
+
+    def test_or_through_one_that_is_looked_at_anyway(self):
+        self.assertEqual(self.chosen("rt/include/driveline/rt/clock.hpp", "cli/src/a.cpp"), ["cli/src/a.cpp"])
+
+    def test_a_header_is_seen_through_other_headers(self):
+        self.assertEqual(self.chosen("rt/include/driveline/rt/timer.hpp"), ["rt/src/timer.cpp"])
+        self.assertEqual(self.chosen("cli/src/b/detail.hpp"), ["cli/src/a.cpp"])
+
+    def test_a_header_that_nobody_includes_has_no_witness(self):
+        self.assertEqual(self.chosen("cli/src/unused.hpp", "rt/src/detail.hpp"), [])
+
+    def test_a_commit_that_git_does_not_know_is_told_apart(self):
+        self.assertIsNone(tidy_files.changed_since("0" * 40))
 
 
 class Smoke(unittest.TestCase):

@@ -199,6 +199,15 @@ class Constructs(unittest.TestCase):
             self.assertEqual(self.errors(text, "cli/src/console.cpp"), [], text)
         self.assertEqual(self.errors('print_out("{}", name);', "cli/src/a.cpp"), [])
 
+    def test_strings_as_errors(self):
+        for text in ("tl::expected<int, std::string> f();", "tl::expected<std::vector<A>,\n  std::string> f();",
+                     'return tl::unexpected<std::string>("no");'):
+            self.assertTrue(self.errors(text, "slaves/src/a.cpp"), text)
+            self.assertEqual(self.errors(text, "cli/src/a.cpp"), [], text)
+        for text in ("tl::expected<std::string, Error> f();", "// tl::expected<int, std::string>",
+                     "tl::expected<int, Error> f(std::map<int, std::string> names);"):
+            self.assertEqual(self.errors(text, "slaves/src/a.cpp"), [], text)
+
     def test_casts(self):
         text = "auto* p = reinterpret_cast<A*>(q);"
         self.assertTrue(self.errors(text))

@@ -26,13 +26,21 @@ bool is_alike_but_for_case(std::string_view a, std::string_view b) {
 
 }  // namespace
 
-std::string axis_name_fault(std::string_view name, std::span<const std::string_view> taken) {
+std::string describe(const AxisNameError& error) {
+  if (error.fault == AxisNameError::Fault::kTaken) {
+    return "axis name " + in_quotes(error.name) + " appears twice";
+  }
+  return "axis name " + in_quotes(error.name) + " must be 1 to " + std::to_string(kMaxAxisNameLength) +
+         " characters out of letters a to z and A to Z, digits and _-., and not be " + std::string(kTimeName);
+}
+
+tl::expected<void, AxisNameError> check_axis_name(std::string_view name, std::span<const std::string_view> taken) {
+  using Fault = AxisNameError::Fault;
   if (!is_spelt_well(name)) {
-    return "axis name " + in_quotes(name) + " must be 1 to " + std::to_string(kMaxAxisNameLength) +
-           " characters out of letters a to z and A to Z, digits and _-., and not be " + std::string(kTimeName);
+    return tl::unexpected(AxisNameError{Fault::kSpelling, std::string(name)});
   }
   if (find_axis_name(name, taken)) {
-    return "axis name " + in_quotes(name) + " appears twice";
+    return tl::unexpected(AxisNameError{Fault::kTaken, std::string(name)});
   }
   return {};
 }

@@ -47,8 +47,8 @@ tl::expected<void, PathError> PathBuilder::add_axis(PathAxis axis) {
   if (path_.points() > 0) {
     return refuse("axes must be declared before the first point");
   }
-  if (auto fault = axis_name_fault(axis.name, axis_names(path_.axes())); !fault.empty()) {
-    return refuse(std::move(fault));
+  if (const auto checked = check_axis_name(axis.name, axis_names(path_.axes())); !checked) {
+    return refuse(describe(checked.error()));
   }
   if (path_.axes_.size() == kMaxPathAxes) {
     return refuse("a path may have at most " + std::to_string(kMaxPathAxes) + " axes");
@@ -57,39 +57,41 @@ tl::expected<void, PathError> PathBuilder::add_axis(PathAxis axis) {
   return {};
 }
 
-std::string PathBuilder::find_fault(double time_s, std::span<const double> positions) const {
+tl::expected<void, PathError> PathBuilder::check_point(double time_s, std::span<const double> positions) const {
   if (path_.axes_.empty()) {
-    return "a path needs at least one axis";
+    return refuse("a path needs at least one axis");
   }
   if (positions.size() != path_.axes_.size()) {
-    return "expected " + std::to_string(path_.axes_.size()) + " positions, found " + std::to_string(positions.size());
+    return refuse("expected " + std::to_string(path_.axes_.size()) + " positions, found " +
+                  std::to_string(positions.size()));
   }
   if (path_.positions_.size() + positions.size() > kMaxPathValues) {
-    return "a path may have at most " + std::to_string(kMaxPathValues) + " positions (points times axes)";
+    return refuse("a path may have at most " + std::to_string(kMaxPathValues) + " positions (points times axes)");
   }
   if (!is_within(time_s, kMaxPathTimeS)) {
-    return "time " + to_text(time_s) + " s is not within +-" + to_text(kMaxPathTimeS) + " s";
+    return refuse("time " + to_text(time_s) + " s is not within +-" + to_text(kMaxPathTimeS) + " s");
   }
   if (path_.points() > 0 && time_s <= path_.end_s()) {
-    return "time " + to_text(time_s) + " s does not come after the previous time " + to_text(path_.end_s()) + " s";
+    return refuse("time " + to_text(time_s) + " s does not come after the previous time " + to_text(path_.end_s()) +
+                  " s");
   }
   if (path_.points() > 0 && time_s - path_.end_s() < kMinPathStepS) {
-    return "time " + to_text(time_s) + " s comes less than 1 ns after the previous time " + to_text(path_.end_s()) +
-           " s";
+    return refuse("time " + to_text(time_s) + " s comes less than 1 ns after the previous time " +
+                  to_text(path_.end_s()) + " s");
   }
   for (std::size_t i = 0; i < positions.size(); ++i) {
     if (!is_within(positions[i], kMaxPathPosition)) {
       const std::string unit(si_unit(path_.axes_[i].kind));
-      return "position " + to_text(positions[i]) + " " + unit + " of axis " + in_quotes(path_.axes_[i].name) +
-             " is not within +-" + to_text(kMaxPathPosition) + " " + unit;
+      return refuse("position " + to_text(positions[i]) + " " + unit + " of axis " + in_quotes(path_.axes_[i].name) +
+                    " is not within +-" + to_text(kMaxPathPosition) + " " + unit);
     }
   }
   return {};
 }
 
 tl::expected<void, PathError> PathBuilder::add_point(double time_s, std::span<const double> positions) {
-  if (std::string fault = find_fault(time_s, positions); !fault.empty()) {
-    return refuse(std::move(fault));
+  if (auto checked = check_point(time_s, positions); !checked) {
+    return checked;
   }
   path_.times_s_.push_back(time_s);
   path_.positions_.insert(path_.positions_.end(), positions.begin(), positions.end());

@@ -248,22 +248,25 @@ class CsvParser {
 
 using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
 
-tl::expected<std::string, std::string> read_text(const std::filesystem::path& file) {
-  const auto system_reason = [] { return "cannot be read: " + std::generic_category().message(errno); };
+tl::expected<std::string, PathError> read_text(const std::filesystem::path& file) {
+  const auto refuse = [&file](std::string reason) {
+    return tl::unexpected(PathError{file.string(), 0, 0, std::move(reason)});
+  };
+  const auto unreadable = [&refuse] { return refuse("cannot be read: " + std::generic_category().message(errno)); };
   const File stream(std::fopen(file.c_str(), "rb"), &std::fclose);
   if (!stream) {
-    return tl::unexpected(system_reason());
+    return unreadable();
   }
   std::string text;
   std::vector<char> block(std::size_t{1} << 16);
   while (const std::size_t count = std::fread(block.data(), 1, block.size(), stream.get())) {
     text.append(block.data(), count);
     if (text.size() > kMaxFileBytes) {
-      return tl::unexpected(std::string("is larger than 128 MiB"));
+      return refuse("is larger than 128 MiB");
     }
   }
   if (std::ferror(stream.get()) != 0) {
-    return tl::unexpected(system_reason());
+    return unreadable();
   }
   return text;
 }
@@ -277,7 +280,7 @@ tl::expected<Path, PathError> parse_path_csv(std::string_view text, std::string_
 tl::expected<Path, PathError> load_path(const std::filesystem::path& file) {
   const auto text = read_text(file);
   if (!text) {
-    return tl::unexpected(PathError{file.string(), 0, 0, text.error()});
+    return tl::unexpected(text.error());
   }
   return parse_path_csv(*text, file.string());
 }

@@ -124,7 +124,7 @@ Outcome<std::unique_ptr<bridge::DdsPublisher>> make_publisher(const runtime::Lin
     dds.axes.push_back({axis.name, axis.linear() ? bridge::AxisKind::kLinear : bridge::AxisKind::kRotary});
   }
   auto publisher = bridge::DdsPublisher::create(std::move(dds));
-  if (!publisher) return failed(fmt::format("telemetry: {}", publisher.error()));
+  if (!publisher) return failed(fmt::format("telemetry: {}", describe(publisher.error())));
   return std::move(*publisher);
 }
 

@@ -125,7 +125,7 @@ Outcome<void> save_eeproms(const runtime::LineConfig& config, const slaves::Line
   for (std::size_t i = 0; i < config.slaves.size(); ++i) {
     if (config.slaves[i].sii_file.empty()) continue;
     const auto saved = slaves::SiiFile(config.slaves[i].sii_file).save(line.slave(i).esc().sii());
-    if (!saved) return failed(saved.error());
+    if (!saved) return failed(describe(saved.error()));
     if (*saved) progress("EEPROM of {} written to {}", config.slaves[i].name, config.slaves[i].sii_file.string());
   }
   return {};

@@ -20,11 +20,11 @@ std::string_view trimmed(std::string_view text) {
 tl::expected<SignalSetting, std::string> parse_one(std::string_view name, std::string_view text,
                                                    const slaves::DeviceSignals& signals) {
   const auto place = signals.find_signal(Way::kInput, name);
-  if (!place) return tl::unexpected(fmt::format("\"{}\" {}", name, place.error()));
+  if (!place) return tl::unexpected(fmt::format("\"{}\" {}", name, describe(place.error())));
   const auto value = runtime::finite_number(text);
   if (!value) return tl::unexpected(fmt::format("{} is \"{}\", a number is expected", name, text));
   if (const auto fits = signals.check_signal_value(place->number, *value); !fits) {
-    return tl::unexpected(fmt::format("{}: {}", name, fits.error()));
+    return tl::unexpected(fmt::format("{}: {}", name, describe(fits.error())));
   }
   return SignalSetting{place->number, *value};
 }

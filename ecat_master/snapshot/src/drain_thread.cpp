@@ -33,6 +33,11 @@ void become_normal_thread() {
 
 }  // namespace
 
+std::string describe(const DrainStartError& error) {
+  return error.cause ? "Cannot start the telemetry thread: " + error.cause.message() + "."
+                     : "The telemetry thread was started before; it can be started once.";
+}
+
 DrainThread::DrainThread(rt::SpscRing<LineSample>& lines, rt::SpscRing<AxisSample>& axes,
                          std::vector<SampleConsumer*> consumers, DrainConfig config)
     : lines_(lines), axes_(axes), consumers_(std::move(consumers)), config_(config) {}
@@ -41,14 +46,14 @@ DrainThread::~DrainThread() {
   stop();
 }
 
-tl::expected<void, std::string> DrainThread::start() {
+tl::expected<void, DrainStartError> DrainThread::start() {
   if (started_) {
-    return tl::unexpected(std::string{"The telemetry thread was started before; it can be started once."});
+    return tl::unexpected(DrainStartError{});
   }
   try {
     thread_ = std::thread{[this] { run(); }};
   } catch (const std::system_error& error) {
-    return tl::unexpected(std::string{"Cannot start the telemetry thread: "} + error.what() + ".");
+    return tl::unexpected(DrainStartError{error.code()});
   }
   started_ = true;
   return {};

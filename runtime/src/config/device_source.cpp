@@ -17,9 +17,11 @@ using slaves::generic::ScriptedInput;
 ScriptedInput read_input(TomlReader reader, const DeviceModel& model) {
   const auto name = reader.text("entry");
   const auto row = model.find_input(name);
-  if (!row) reader.fail("entry", fmt::format("\"{}\" {}", name, row.error()));
+  if (!row) reader.fail("entry", fmt::format("\"{}\" {}", name, describe(row.error())));
   ScriptedInput input{*row, read_signal(reader)};
-  if (const auto fits = slaves::generic::check_signal(**row, input.signal); !fits) reader.fail("entry", fits.error());
+  if (const auto fits = slaves::generic::check_signal(**row, input.signal); !fits) {
+    reader.fail("entry", describe(fits.error()));
+  }
   reader.finish();
   return input;
 }
@@ -106,7 +108,7 @@ DeviceFiles::Model DeviceFiles::make_model(TomlReader& reader, std::string_view 
   auto model = DeviceModel::create(description);
   if (!model) {
     reader.fail(key, fmt::format("{}: the device \"{}\" cannot be simulated: {}", source.file.string(),
-                                 description.type, model.error()));
+                                 description.type, describe(model.error())));
   }
   return *model;
 }
@@ -131,7 +133,8 @@ DeviceFiles::Description DeviceFiles::read_description(TomlReader& reader) {
   choice.revision = number("revision");
   const auto device = file->second.choose(choice);
   if (!device)
-    reader.fail(reader.has("device") ? "device" : "esi", fmt::format("{}: {}", path.string(), device.error()));
+    reader.fail(reader.has("device") ? "device" : "esi",
+                fmt::format("{}: {}", path.string(), describe(device.error())));
   auto& description = descriptions_[*device];
   if (!description) description = std::make_shared<const esi::DeviceDescription>(**device);
   return description;

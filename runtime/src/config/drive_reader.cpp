@@ -178,7 +178,7 @@ void read_plant(TomlReader reader, MsdParameters& parameters) {
 std::size_t read_input_name(TomlReader& reader, std::string_view key) {
   const auto name = reader.text(key);
   const auto place = slaves::msd::find_drive_signal(Way::kInput, name);
-  if (!place) reader.fail(key, fmt::format("\"{}\" {}", name, place.error()));
+  if (!place) reader.fail(key, fmt::format("\"{}\" {}", name, describe(place.error())));
   return place->number;
 }
 
@@ -221,7 +221,8 @@ ScriptedSignal read_input(TomlReader reader, const MsdParameters& parameters) {
     reader.fail("shape", "is one for numbers; an input of a drive takes \"constant\", \"toggle\" or \"steps\"");
   }
   for (const double value : {script.signal.smallest(), script.signal.largest()}) {
-    if (const auto fits = slaves::msd::check_drive_input(input, value); !fits) reader.fail("entry", fits.error());
+    const auto fits = slaves::msd::check_drive_input(input, value);
+    if (!fits) reader.fail("entry", describe(fits.error()));
   }
   reader.finish();
   return script;

@@ -106,8 +106,8 @@ std::vector<std::string_view> names_of(const std::vector<ecat_master::AxisConfig
 /// The name of an axis is that of a column of the path, and held to the same rule.
 std::string read_axis_name(TomlReader& reader, const std::vector<ecat_master::AxisConfig>& others) {
   auto name = reader.text("name");
-  if (const auto fault = trajectory::axis_name_fault(name, names_of(others)); !fault.empty()) {
-    reader.fail("name", fault);
+  if (const auto checked = trajectory::check_axis_name(name, names_of(others)); !checked) {
+    reader.fail("name", describe(checked.error()));
   }
   return name;
 }
@@ -156,7 +156,7 @@ void read_eeprom(TomlReader& reader, const std::filesystem::path& directory, Sla
   if (!reader.has("sii_file")) return;
   slave.sii_file = directory / reader.text("sii_file");
   auto content = slaves::SiiFile(slave.sii_file).load();
-  if (!content) reader.fail("sii_file", content.error());
+  if (!content) reader.fail("sii_file", describe(content.error()));
   slave.sii_content = std::move(*content);
 }
 

@@ -101,7 +101,7 @@ Result<void> LineRun::start_telemetry() {
   std::vector<snapshot::SampleConsumer*> consumers{recorder_.get(), figures_.get(), feed_.get()};
   consumers.insert(consumers.end(), settings_.consumers.begin(), settings_.consumers.end());
   drain_ = std::make_unique<snapshot::DrainThread>(line_ring_, axis_ring_, std::move(consumers));
-  if (auto started = drain_->start(); !started) return fail(ErrorKind::kMachine, started.error());
+  if (auto started = drain_->start(); !started) return fail(ErrorKind::kMachine, describe(started.error()));
   return {};
 }
 

@@ -13,7 +13,6 @@ namespace {
 
 using Use = esi::SyncManager::Use;
 
-constexpr std::size_t kMaxListed = 30;       ///< names in an error
 constexpr std::size_t kMemoryEnd = 0x10000;  ///< addresses have 16 bits
 constexpr std::size_t kUsualRamKib = 8;
 
@@ -36,14 +35,13 @@ std::vector<PdoEntryName> entries_of(const DictionaryTable& table, const std::ve
   return list;
 }
 
-std::string listed(const std::vector<PdoEntryName>& entries, std::string_view kind) {
-  if (entries.empty()) return fmt::format("the device has no {}s", kind);
-  std::string text = "there are ";
-  for (std::size_t i = 0; i < std::min(entries.size(), kMaxListed); ++i) {
-    if (i > 0) text += ", ";
-    text += fmt::format("\"{}\" ({:04X}:{:02X})", entries[i].full_name, entries[i].index, entries[i].subindex);
+/// As a user may write them.
+std::vector<std::string> written_names(const std::vector<PdoEntryName>& entries) {
+  std::vector<std::string> names;
+  for (const auto& entry : entries) {
+    names.push_back(fmt::format("\"{}\" ({:04X}:{:02X})", entry.full_name, entry.index, entry.subindex));
   }
-  return entries.size() > kMaxListed ? fmt::format("{} and {} more", text, entries.size() - kMaxListed) : text;
+  return names;
 }
 
 /// "6000:01", with or without 0x in front; nothing when the text is no address.
@@ -62,9 +60,10 @@ std::optional<std::pair<std::uint16_t, std::uint8_t>> parse_address(std::string_
   return std::pair{index, subindex};
 }
 
-/// `kind`: "input" or "output", for the error.
-tl::expected<const EntryRow*, std::string> find_entry(const DictionaryTable& table, const std::vector<esi::Pdo>& pdos,
-                                                      std::string_view name, std::string_view kind) {
+tl::expected<const EntryRow*, SignalNameError> find_entry(const DictionaryTable& table,
+                                                          const std::vector<esi::Pdo>& pdos, std::string_view name,
+                                                          SignalPlace::Way way) {
+  using Fault = SignalNameError::Fault;
   const auto entries = entries_of(table, pdos);
   const auto address = parse_address(name);
   std::vector<PdoEntryName> matches;
@@ -76,9 +75,11 @@ tl::expected<const EntryRow*, std::string> find_entry(const DictionaryTable& tab
     });
     if (same && !known) matches.push_back(entry);
   }
-  if (matches.empty()) return tl::unexpected(fmt::format("is no {} of the device; {}", kind, listed(entries, kind)));
-  if (matches.size() > 1)
-    return tl::unexpected(fmt::format("is not the only one of that name; {}", listed(matches, kind)));
+  const auto refused = [way](Fault fault, const std::vector<PdoEntryName>& known) {
+    return tl::unexpected(SignalNameError{.fault = fault, .way = way, .known = written_names(known)});
+  };
+  if (matches.empty()) return refused(Fault::kUnknown, entries);
+  if (matches.size() > 1) return refused(Fault::kAmbiguous, matches);
   return table.find(matches.front().index, matches.front().subindex);
 }
 
@@ -101,23 +102,38 @@ std::size_t end_address(const esi::SyncManager& manager) {
   return manager.start_address + (mailbox || manager.start_address < wire::kProcessRamStart ? 1 : 3) * bytes;
 }
 
+struct ModelSentence {
+  std::string operator()(const TooManySyncManagers& error) const {
+    return fmt::format("it has {} sync managers, a slave controller has at most {}", error.count, error.most);
+  }
+  std::string operator()(const SyncManagerBeyondMemory& error) const {
+    return fmt::format("sync manager {} from 0x{:04X} needs memory up to 0x{:X}, there is none above 0xFFFF",
+                       error.number, error.start_address, error.last_address);
+  }
+  std::string operator()(const TooManyEntries& error) const {
+    return fmt::format("it has {} objects and entries, the limit is {}", error.count, error.most);
+  }
+};
+
 }  // namespace
 
-tl::expected<std::shared_ptr<const DeviceModel>, std::string> DeviceModel::create(esi::DeviceDescription description) {
+std::string describe(const DeviceModelError& error) {
+  return std::visit(ModelSentence{}, error);
+}
+
+tl::expected<std::shared_ptr<const DeviceModel>, DeviceModelError> DeviceModel::create(
+    esi::DeviceDescription description) {
   const std::shared_ptr<DeviceModel> model(new DeviceModel);
   model->description_ = complete_description(std::move(description));
   const auto& device = model->description_;
   if (device.sync_managers.size() > wire::reg::kSyncManager.count) {
-    return tl::unexpected(fmt::format("it has {} sync managers, a slave controller has at most {}",
-                                      device.sync_managers.size(), wire::reg::kSyncManager.count));
+    return tl::unexpected(TooManySyncManagers{device.sync_managers.size(), wire::reg::kSyncManager.count});
   }
   std::size_t end = wire::kProcessRamStart + kUsualRamKib * 1024;
   for (std::size_t n = 0; n < device.sync_managers.size(); ++n) {
     const auto manager_end = end_address(device.sync_managers[n]);
     if (manager_end > kMemoryEnd) {
-      return tl::unexpected(
-          fmt::format("sync manager {} from 0x{:04X} needs memory up to 0x{:X}, there is none above 0xFFFF", n,
-                      device.sync_managers[n].start_address, manager_end - 1));
+      return tl::unexpected(SyncManagerBeyondMemory{n, device.sync_managers[n].start_address, manager_end - 1});
     }
     end = std::max(end, manager_end);
   }
@@ -125,12 +141,12 @@ tl::expected<std::shared_ptr<const DeviceModel>, std::string> DeviceModel::creat
   return ModelBuilder(*model).build().map([&] { return std::shared_ptr<const DeviceModel>(model); });
 }
 
-tl::expected<const EntryRow*, std::string> DeviceModel::find_input(std::string_view name) const {
-  return find_entry(*table_, description_.tx_pdos, name, "input");
+tl::expected<const EntryRow*, SignalNameError> DeviceModel::find_input(std::string_view name) const {
+  return find_entry(*table_, description_.tx_pdos, name, SignalPlace::Way::kInput);
 }
 
-tl::expected<const EntryRow*, std::string> DeviceModel::find_output(std::string_view name) const {
-  return find_entry(*table_, description_.rx_pdos, name, "output");
+tl::expected<const EntryRow*, SignalNameError> DeviceModel::find_output(std::string_view name) const {
+  return find_entry(*table_, description_.rx_pdos, name, SignalPlace::Way::kOutput);
 }
 
 std::vector<DeviceModel::NamedEntry> DeviceModel::inputs() const {

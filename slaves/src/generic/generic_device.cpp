@@ -103,16 +103,15 @@ bool is_real(DataType type) noexcept {
 
 }  // namespace
 
-tl::expected<void, std::string> check_signal(const EntryRow& input, const Signal& signal) {
-  if (is_string(input.type)) return tl::unexpected(std::string("the entry is no number"));
+tl::expected<void, SignalValueError> check_signal(const EntryRow& input, const Signal& signal) {
+  if (is_string(input.type)) return tl::unexpected(SignalIsNoNumber{});
   if (is_real(input.type)) return {};
   const auto bits = static_cast<int>(std::min<std::size_t>(bit_size(input), 63));
   const double lowest = is_signed(input.type) ? -std::ldexp(1.0, bits - 1) : 0.0;
   const double highest = std::ldexp(1.0, is_signed(input.type) ? bits - 1 : bits) - 1.0;
   for (const double value : {signal.smallest(), signal.largest()}) {
     if (value < lowest || value > highest) {
-      return tl::unexpected(fmt::format("{} does not fit the {} bits of the entry, {} to {} do", value, bit_size(input),
-                                        lowest, highest));
+      return tl::unexpected(SignalBeyondEntry{value, bit_size(input), lowest, highest});
     }
   }
   return {};
@@ -274,7 +273,7 @@ std::string GenericDevice::signal_name(SignalPlace place) const {
   return rows(place.way)[place.number].name;
 }
 
-tl::expected<SignalPlace, std::string> GenericDevice::find_signal(Way way, std::string_view name) const {
+tl::expected<SignalPlace, SignalNameError> GenericDevice::find_signal(Way way, std::string_view name) const {
   const auto row = way == Way::kInput ? model_->find_input(name) : model_->find_output(name);
   if (!row) return tl::unexpected(row.error());
   const auto& list = rows(way);
@@ -282,7 +281,7 @@ tl::expected<SignalPlace, std::string> GenericDevice::find_signal(Way way, std::
   return SignalPlace{way, static_cast<std::size_t>(found - list.begin())};
 }
 
-tl::expected<void, std::string> GenericDevice::check_signal_value(std::size_t input, double value) const {
+tl::expected<void, SignalValueError> GenericDevice::check_signal_value(std::size_t input, double value) const {
   return check_signal(*inputs_[input].row, {.low = value});
 }
 

@@ -56,7 +56,7 @@ void ModelBuilder::erase_object(std::uint16_t index) {
   rows_.erase(rows_.lower_bound({index, 0}), rows_.upper_bound({index, 0xFF}));
 }
 
-tl::expected<void, std::string> ModelBuilder::build() {
+tl::expected<void, DeviceModelError> ModelBuilder::build() {
   auto& limits = model_.limits_;
   limits = {.pdos = kMaxPdos, .objects = 0xFF, .bytes = kMaxPdoBytes, .gaps = true};
   limits.output_sync_managers = limits.input_sync_managers = 0;
@@ -71,8 +71,7 @@ tl::expected<void, std::string> ModelBuilder::build() {
   if (device_.mailbox.coe) add_device_facts();
   complete_records();
   if (rows_.size() > kMaxRows) {
-    return tl::unexpected("it has " + std::to_string(rows_.size()) + " objects and entries, the limit is " +
-                          std::to_string(kMaxRows));
+    return tl::unexpected(TooManyEntries{rows_.size(), kMaxRows});
   }
   settle_slots();
   std::vector<EntryRow> list;

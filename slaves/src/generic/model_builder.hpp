@@ -12,7 +12,7 @@ class ModelBuilder {
  public:
   explicit ModelBuilder(DeviceModel& model) : model_(model), device_(model.description_) {}
 
-  [[nodiscard]] tl::expected<void, std::string> build();
+  [[nodiscard]] tl::expected<void, DeviceModelError> build();
 
  private:
   using Address = std::pair<std::uint16_t, std::uint8_t>;

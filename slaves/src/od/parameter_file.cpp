@@ -67,8 +67,9 @@ bool parse(std::string_view text, T& value, int base = 10) {
   return error == std::errc{} && end == text.data() + text.size();
 }
 
-tl::unexpected<std::string> wrong(std::string what) {
-  return tl::unexpected<std::string>(std::move(what));
+/// Wrong with a line, which the caller adds, or with the file as a whole.
+tl::unexpected<ParameterFileError> wrong(std::string what) {
+  return tl::unexpected(ParameterFileError{0, std::move(what)});
 }
 
 /// One value of the file that has been found good.
@@ -78,7 +79,7 @@ struct Assignment {
   std::string text;
 };
 
-tl::expected<std::string, std::string> parse_string(std::string_view value, const EntryRow& row) {
+tl::expected<std::string, ParameterFileError> parse_string(std::string_view value, const EntryRow& row) {
   std::string text;
   std::size_t i = 1;
   for (; i < value.size() && value[i] != '"'; ++i) {
@@ -92,7 +93,7 @@ tl::expected<std::string, std::string> parse_string(std::string_view value, cons
   return text;
 }
 
-tl::expected<std::uint64_t, std::string> parse_number(std::string_view value, const EntryRow& row) {
+tl::expected<std::uint64_t, ParameterFileError> parse_number(std::string_view value, const EntryRow& row) {
   double number = 0.0;
   std::uint64_t raw = 0;
   if (row.type == esi::DataType::kReal32 || row.type == esi::DataType::kReal64) {
@@ -120,7 +121,7 @@ tl::expected<std::uint64_t, std::string> parse_number(std::string_view value, co
   return raw;
 }
 
-tl::expected<Assignment, std::string> parse_line(std::string_view line, const DictionaryTable& table) {
+tl::expected<Assignment, ParameterFileError> parse_line(std::string_view line, const DictionaryTable& table) {
   std::uint16_t index = 0;
   std::uint8_t subindex = 0;
   const auto colon = line.find(':');
@@ -140,7 +141,7 @@ tl::expected<Assignment, std::string> parse_line(std::string_view line, const Di
 }
 
 tl::unexpected<ParameterFileError> system_error(std::string_view what) {
-  return tl::unexpected(ParameterFileError{0, std::string(what) + ": " + std::strerror(errno)});
+  return wrong(std::string(what) + ": " + std::strerror(errno));
 }
 
 /// Everything on the disk, or the reason why not.
@@ -189,7 +190,7 @@ Result read_parameters(std::string_view text, ObjectDictionary& dictionary) {
     text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
     if (line.empty() || line[0] == '#') continue;
     auto assignment = parse_line(line, dictionary.table());
-    if (!assignment) return tl::unexpected(ParameterFileError{number, assignment.error()});
+    if (!assignment) return tl::unexpected(ParameterFileError{number, assignment.error().what});
     assignments.push_back(std::move(*assignment));
   }
   for (const auto& a : assignments) {
@@ -223,7 +224,7 @@ Result load_parameter_file(const std::string& path, ObjectDictionary& dictionary
   std::string text(kMaxFileBytes + 1, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(file.gcount()));
-  if (text.size() > kMaxFileBytes) return tl::unexpected(ParameterFileError{0, "is larger than 4 MiB"});
+  if (text.size() > kMaxFileBytes) return wrong("is larger than 4 MiB");
   return read_parameters(text, dictionary);
 }
 

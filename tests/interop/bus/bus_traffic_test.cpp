@@ -160,11 +160,11 @@ std::unique_ptr<slaves::Slave> make_terminal() {
   const auto file = esi::read_esi(text, "examples/terminals.xml");
   if (!file) throw std::runtime_error(esi::to_text(file.error()));
   const auto device = file->choose({"MX4", {}, {}});
-  if (!device) throw std::runtime_error(device.error());
+  if (!device) throw std::runtime_error(describe(device.error()));
   auto description = **device;
   for (std::size_t n = 0; n < 2; ++n) description.sync_managers.at(n).default_size = 64;
   auto model = slaves::generic::DeviceModel::create(std::move(description));
-  if (!model) throw std::runtime_error(model.error());
+  if (!model) throw std::runtime_error(describe(model.error()));
   return std::make_unique<slaves::Slave>(
       std::make_unique<slaves::generic::GenericDevice>(*model, slaves::generic::GenericOptions{}));
 }

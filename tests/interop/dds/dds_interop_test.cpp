@@ -112,7 +112,7 @@ class SyntheticLine {
   explicit SyntheticLine(std::uint32_t domain) {
     auto publisher = DdsPublisher::create(line_config(domain));
     if (!publisher) {
-      throw std::runtime_error(publisher.error());
+      throw std::runtime_error(describe(publisher.error()));
     }
     publisher_ = *std::move(publisher);
     publisher_->set_line_status({.state = snapshot::LineState::kOp,
@@ -127,7 +127,7 @@ class SyntheticLine {
     drain_ = std::make_unique<snapshot::DrainThread>(lines_, axes_,
                                                      std::vector<snapshot::SampleConsumer*>{publisher_.get()});
     if (auto started = drain_->start(); !started) {
-      throw std::runtime_error(started.error());
+      throw std::runtime_error(describe(started.error()));
     }
     cycle_thread_ = std::thread{[this] { cycle(); }};
   }
@@ -236,7 +236,7 @@ TEST(DdsInterop, LateCycloneSubscriberGetsTheLastStatusOfASilentLine) {
   config.axes.clear();
   config.status_period = 1h;
   const auto publisher = DdsPublisher::create(config);
-  ASSERT_TRUE(publisher) << publisher.error();
+  ASSERT_TRUE(publisher) << describe(publisher.error());
   (*publisher)->set_line_status({.state = snapshot::LineState::kSafeOp, .cycles = 7});
   (*publisher)->pass_done({});
 

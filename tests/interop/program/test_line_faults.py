@@ -3,9 +3,8 @@ import re
 import sys
 import unittest
 
-from program import AXES, EXAMPLES, ROOT, ProgramTest, WireTest
+from program import AXES, EXAMPLES, ProgramTest, WireTest
 
-IMAGE = ROOT / "esi/data/moog_msd.sii"
 CONFIG_AREA = 14  # bytes under the checksum, which is the next word
 ALIAS = slice(8, 10)
 FIRST_CATEGORY = 0x80
@@ -38,7 +37,9 @@ class OfTheLine(ProgramTest):
         return self.write("line.toml", f'[line]\nname = "l"\ncycle_us = 1000\n{tables}{tail}')
 
     def image(self, name, alias=0, good_checksum=True, categories=True):
-        content = bytearray(IMAGE.read_bytes())
+        if not (self.directory / "generated").exists():
+            self.run_program("esi", "generate", "generated")
+        content = bytearray((self.directory / "generated/moog_msd.sii").read_bytes())
         content[ALIAS] = alias.to_bytes(2, "little")
         content[CONFIG_AREA] = checksum(content[:CONFIG_AREA]) ^ (0 if good_checksum else 0x55)
         if not categories:

@@ -13,7 +13,7 @@ std::unique_ptr<Device> from_image(Bytes image, const std::deque<Bytes>& /*repli
   const auto decoded = esi::decode_sii(image);
   EXPECT_TRUE(decoded) << esi::to_text(decoded.error());
   const auto model = generic::DeviceModel::create(esi::description_from_sii(*decoded));
-  EXPECT_TRUE(model) << model.error();
+  EXPECT_TRUE(model) << describe(model.error());
   generic::GenericOptions options;
   options.sii_image = std::move(image);
   return std::make_unique<generic::GenericDevice>(*model, options);

@@ -36,7 +36,7 @@ DdsConfig config_with_axes(std::size_t axes) {
 std::unique_ptr<DdsPublisher> created(DdsConfig config) {
   auto publisher = DdsPublisher::create(std::move(config));
   if (!publisher) {
-    throw std::runtime_error(publisher.error());
+    throw std::runtime_error(describe(publisher.error()));
   }
   return *std::move(publisher);
 }

@@ -31,7 +31,7 @@ TEST_P(DdsStartFailure, IsOneSentenceThatNamesTheValue) {
   GetParam().spoil(config);
   const auto publisher = DdsPublisher::create(config);
   ASSERT_FALSE(publisher);
-  EXPECT_THAT(publisher.error(), AllOf(HasSubstr(GetParam().complaint), EndsWith(".")));
+  EXPECT_THAT(describe(publisher.error()), AllOf(HasSubstr(GetParam().complaint), EndsWith(".")));
 }
 
 INSTANTIATE_TEST_SUITE_P(

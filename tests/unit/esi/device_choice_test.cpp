@@ -23,7 +23,7 @@ EsiFile file() {
 
 std::string reason(const EsiFile& from, const DeviceChoice& choice) {
   const auto chosen = from.choose(choice);
-  return chosen ? "chosen" : chosen.error();
+  return chosen ? "chosen" : describe(chosen.error());
 }
 
 TEST(DeviceChoice, ByTypeNameProductOrRevision) {

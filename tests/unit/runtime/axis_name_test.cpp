@@ -71,8 +71,8 @@ TEST(AxisName, AreComparedCharacterByCharacter) {
   const std::array<std::string_view, 3> names{"x", "Y", "y"};
   EXPECT_EQ(trajectory::find_axis_name("y", names), 2U);
   EXPECT_EQ(trajectory::find_axis_name("X", names), std::nullopt);
-  EXPECT_EQ(trajectory::axis_name_fault("X", names), "");
-  EXPECT_EQ(trajectory::axis_name_fault("x", names), "axis name 'x' appears twice");
+  EXPECT_TRUE(trajectory::check_axis_name("X", names));
+  EXPECT_EQ(describe(trajectory::check_axis_name("x", names).error()), "axis name 'x' appears twice");
   EXPECT_EQ(trajectory::axis_name_hint("X", names), "; there is \"x\", and upper and lower case differ");
   EXPECT_EQ(trajectory::axis_name_hint("xy", names), "");
 }

@@ -1,7 +1,5 @@
 #!/usr/bin/env python3
-"""Writes spline_reference.inc: values of cubic splines in exact rational arithmetic, rounded once at the end.
-
-With --check, exits 1 unless the file is what it would write.
+"""make_spline_reference.py FILE: writes values of cubic splines in exact rational arithmetic, rounded once at the end.
 
 An independent oracle for the interpolator: the four power coefficients of every segment are unknowns of one dense
 system (values at both ends of each segment, continuity of the first and second derivative, two end conditions), which
@@ -75,12 +73,11 @@ def make_text():
 
 
 def main():
-    file = pathlib.Path(__file__).resolve().parent / "spline_reference.inc"
-    if sys.argv[1:] == ["--check"]:
-        if file.read_text(encoding="ascii") != make_text():
-            sys.exit(f"{file} is not what {sys.argv[0]} writes")
-    else:
-        file.write_text(make_text(), encoding="ascii")
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    file = pathlib.Path(sys.argv[1])
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(make_text(), encoding="ascii")
 
 
 if __name__ == "__main__":

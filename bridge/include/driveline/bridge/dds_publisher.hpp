@@ -7,6 +7,7 @@
 #include <tl/expected.hpp>
 
 #include "driveline/bridge/dds_config.hpp"
+#include "driveline/bridge/dds_error.hpp"
 #include "driveline/snapshot/line_status.hpp"
 #include "driveline/snapshot/sample_consumer.hpp"
 
@@ -29,8 +30,7 @@ class DdsPublisher final : public snapshot::SampleConsumer {
   /// Checks the configuration, joins the domain and creates the writers. Fast DDS starts its own threads here; they
   /// inherit scheduling and CPU affinity of the caller, so do not call it from the real-time thread. From here on Fast
   /// DDS logs to stderr, process-wide (its default is stdout).
-  /// @return a sentence naming the value that is wrong or the step that failed.
-  [[nodiscard]] static tl::expected<std::unique_ptr<DdsPublisher>, std::string> create(DdsConfig config);
+  [[nodiscard]] static tl::expected<std::unique_ptr<DdsPublisher>, DdsError> create(DdsConfig config);
   /// Leaves the domain.
   ~DdsPublisher() override;
   DdsPublisher(const DdsPublisher&) = delete;

@@ -28,6 +28,28 @@ struct DeviceChoice {
   std::optional<std::uint32_t> revision;      ///< exactly; nothing: the highest
 };
 
+/// Why no device of a file is the one that is meant.
+struct DeviceChoiceError {
+  /// What stands in the way.
+  enum class Fault : std::uint8_t {
+    kNoDevice,  ///< the file describes none
+    kNoneFits,  ///< `devices` are there, and none of them is meant
+    kSeveral,   ///< `devices` are of several products, and all of them are meant
+  };
+  /// A device that the error names.
+  struct Candidate {
+    std::string type;                ///< as in the file
+    std::uint32_t product_code = 0;  ///< as in the file
+    std::uint32_t revision = 0;      ///< as in the file
+  };
+  Fault fault = Fault::kNoDevice;  ///< what stands in the way
+  DeviceChoice choice;             ///< what was asked for
+  std::vector<Candidate> devices;  ///< in the order of the file
+};
+
+/// The error as a sentence, with the devices that are there.
+[[nodiscard]] std::string describe(const DeviceChoiceError& error);
+
 /// What an ESI file holds.
 struct EsiFile {
   std::uint32_t vendor_id = 0;             ///< of the ETG
@@ -38,9 +60,8 @@ struct EsiFile {
   /// The device with exactly this identity, nullptr when the file has none.
   [[nodiscard]] const DeviceDescription* find_device(std::uint32_t vendor, std::uint32_t product,
                                                      std::uint32_t revision) const noexcept;
-  /// The device that is meant; of several revisions of one product the highest. When there is none, or several products
-  /// fit, the reason as a sentence with the devices that are there.
-  [[nodiscard]] tl::expected<const DeviceDescription*, std::string> choose(const DeviceChoice& choice) const;
+  /// The device that is meant; of several revisions of one product the highest.
+  [[nodiscard]] tl::expected<const DeviceDescription*, DeviceChoiceError> choose(const DeviceChoice& choice) const;
 };
 
 /// Why a file was not accepted.

@@ -5,6 +5,8 @@
 #include <string>
 #include <string_view>
 #include <tl/expected.hpp>
+#include <variant>
+#include <vector>
 
 namespace driveline::slaves {
 
@@ -15,6 +17,54 @@ struct SignalPlace {
   Way way = Way::kInput;   ///< which of the two numberings `number` belongs to
   std::size_t number = 0;  ///< from 0, below signal_count() of its way
 };
+
+/// Why a name is not that of a signal.
+struct SignalNameError {
+  /// What is wrong with the name.
+  enum class Fault : std::uint8_t {
+    kUnknown,    ///< `known` are the signals that there are
+    kAmbiguous,  ///< `known` are the signals that have it
+  };
+  Fault fault = Fault::kUnknown;                    ///< what is wrong with the name
+  SignalPlace::Way way = SignalPlace::Way::kInput;  ///< of the signal that was asked for
+  std::string_view owner = "device";                ///< whose signal: "device" or "drive"
+  std::vector<std::string> known;                   ///< as a user may write them
+};
+
+/// The end of a sentence that begins with the name.
+[[nodiscard]] std::string describe(const SignalNameError& error);
+
+/// The entry is a text, or bytes, and takes no number.
+struct SignalIsNoNumber {};
+
+/// The value does not fit the entry's type.
+struct SignalBeyondEntry {
+  double value;      ///< that was asked for
+  std::size_t bits;  ///< of the entry
+  double lowest;     ///< that fits
+  double highest;    ///< that fits
+};
+
+/// The value is not one of the two levels of a terminal.
+struct SignalIsNoLevel {
+  double value;           ///< that was asked for
+  std::string_view name;  ///< of the input; static
+};
+
+/// The input does not take the value.
+struct SignalBeyondInput {
+  double value;           ///< that was asked for
+  std::string_view name;  ///< of the input; static
+  double lowest;          ///< that it takes
+  double highest;         ///< that it takes
+  std::string_view unit;  ///< of all three; static
+};
+
+/// Why an input cannot take a value.
+using SignalValueError = std::variant<SignalIsNoNumber, SignalBeyondEntry, SignalIsNoLevel, SignalBeyondInput>;
+
+/// The error as a sentence.
+[[nodiscard]] std::string describe(const SignalValueError& error);
 
 /// The signals between a device and the machine around it, by name: for scripts, tests and users who play the machine.
 class DeviceSignals {
@@ -27,10 +77,12 @@ class DeviceSignals {
   [[nodiscard]] virtual std::size_t signal_count(Way way) const noexcept = 0;
   /// Name of a signal that exists; unique in its way. Not \rtsafe.
   [[nodiscard]] virtual std::string signal_name(SignalPlace place) const = 0;
-  /// The signal of this name. Error: the end of a sentence, with the names that there are.
-  [[nodiscard]] virtual tl::expected<SignalPlace, std::string> find_signal(Way way, std::string_view name) const = 0;
-  /// Can the input take this value? Error: a sentence.
-  [[nodiscard]] virtual tl::expected<void, std::string> check_signal_value(std::size_t input, double value) const = 0;
+  /// The signal of this name.
+  [[nodiscard]] virtual tl::expected<SignalPlace, SignalNameError> find_signal(Way way,
+                                                                               std::string_view name) const = 0;
+  /// Can the input take this value?
+  [[nodiscard]] virtual tl::expected<void, SignalValueError> check_signal_value(std::size_t input,
+                                                                                double value) const = 0;
 
   /// Sets an input that check_signal_value() has accepted the value for, now. What the input followed until then, a
   /// script or an output, lets go of it. \rtsafe

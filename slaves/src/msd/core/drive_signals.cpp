@@ -88,25 +88,24 @@ std::optional<Output> output_terminal(std::size_t output) noexcept {
   return output < kOutputSignals.size() ? std::optional(kOutputSignals[output].terminal) : std::nullopt;
 }
 
-tl::expected<SignalPlace, std::string> find_drive_signal(Way way, std::string_view name) {
-  std::string list;
+tl::expected<SignalPlace, SignalNameError> find_drive_signal(Way way, std::string_view name) {
+  SignalNameError unknown{.way = way, .owner = "drive", .known = {}};
   for (std::size_t i = 0; i < drive_signal_count(way); ++i) {
     const auto known = drive_signal_name({way, i});
     if (known == name) return SignalPlace{way, i};
-    list += fmt::format("{}{}", list.empty() ? "" : ", ", known);
+    unknown.known.emplace_back(known);
   }
-  return tl::unexpected(
-      fmt::format("is no {} of the drive; there are {}", way == Way::kInput ? "input" : "output", list));
+  return tl::unexpected(std::move(unknown));
 }
 
-tl::expected<void, std::string> check_drive_input(std::size_t input, double value) {
+tl::expected<void, SignalValueError> check_drive_input(std::size_t input, double value) {
   const auto range = input_terminal(input) ? NamedMachineInput{} : kMachineInputs[input - kInputSignals.size()];
   const bool level = range.unit.empty();
   const bool fits = level ? value == 0.0 || value == 1.0 : value >= range.lowest && value <= range.highest;
   if (fits) return {};
-  return tl::unexpected(
-      fmt::format("{} does not fit {}, {} is expected", value, drive_signal_name({Way::kInput, input}),
-                  level ? "0 or 1" : fmt::format("{} to {} {}", range.lowest, range.highest, range.unit)));
+  const auto name = drive_signal_name({Way::kInput, input});
+  if (level) return tl::unexpected(SignalValueError{SignalIsNoLevel{value, name}});
+  return tl::unexpected(SignalValueError{SignalBeyondInput{value, name, range.lowest, range.highest, range.unit}});
 }
 
 std::size_t DriveSignals::signal_count(Way way) const noexcept {
@@ -117,11 +116,11 @@ std::string DriveSignals::signal_name(SignalPlace place) const {
   return std::string(drive_signal_name(place));
 }
 
-tl::expected<SignalPlace, std::string> DriveSignals::find_signal(Way way, std::string_view name) const {
+tl::expected<SignalPlace, SignalNameError> DriveSignals::find_signal(Way way, std::string_view name) const {
   return find_drive_signal(way, name);
 }
 
-tl::expected<void, std::string> DriveSignals::check_signal_value(std::size_t input, double value) const {
+tl::expected<void, SignalValueError> DriveSignals::check_signal_value(std::size_t input, double value) const {
   return check_drive_input(input, value);
 }
 

@@ -42,19 +42,19 @@ inline const esi::EsiFile& example_devices() {
 
 inline esi::DeviceDescription example(const std::string& name) {
   const auto device = example_devices().choose({name, {}, {}});
-  EXPECT_TRUE(device) << device.error();
+  EXPECT_TRUE(device) << describe(device.error());
   return device ? **device : esi::DeviceDescription{};
 }
 
 inline std::shared_ptr<const DeviceModel> model_of(const esi::DeviceDescription& description) {
   auto model = DeviceModel::create(description);
-  EXPECT_TRUE(model) << model.error();
+  EXPECT_TRUE(model) << describe(model.error());
   return model.value_or(nullptr);
 }
 
 inline ScriptedInput script(const DeviceModel& model, std::string_view input, const Signal& signal) {
   const auto row = model.find_input(input);
-  EXPECT_TRUE(row) << row.error();
+  EXPECT_TRUE(row) << describe(row.error());
   return {row.value_or(nullptr), signal};
 }
 

@@ -70,11 +70,11 @@ TEST(DeviceModel, FindsInputsByNamePdoOrAddress) {
 TEST(DeviceModel, SaysWhichInputsThereAre) {
   const auto model = model_of(example("AI2"));
   EXPECT_THAT(
-      model->find_input("Vlaue").error(),
+      describe(model->find_input("Vlaue").error()),
       HasSubstr("is no input of the device; there are \"Channel 1/Underrange\" (6000:01), \"Channel 1/Overrange\""));
-  EXPECT_EQ(model->find_input("Value").error(),
+  EXPECT_EQ(describe(model->find_input("Value").error()),
             "is not the only one of that name; there are \"Channel 1/Value\" (6000:11), \"Channel 2/Value\" (6010:11)");
-  EXPECT_EQ(model_of(example("DO4"))->find_input("Output").error(),
+  EXPECT_EQ(describe(model_of(example("DO4"))->find_input("Output").error()),
             "is no input of the device; the device has no inputs");
 }
 
@@ -89,7 +89,7 @@ TEST(DeviceModel, AnEntryOfNoBitsIsNoInput) {
   for (const char* name : {"Channel 2/Value", "6010:11"}) {
     const auto found = model->find_input(name);
     ASSERT_FALSE(found) << name;
-    EXPECT_THAT(found.error(), testing::StartsWith("is no input of the device; there are ")) << name;
+    EXPECT_THAT(describe(found.error()), testing::StartsWith("is no input of the device; there are ")) << name;
   }
   EXPECT_TRUE(model->find_input("Channel 1/Value"));
 }
@@ -98,23 +98,24 @@ TEST(DeviceModel, ChecksSignals) {
   const auto model = model_of(example("AI2"));
   const auto* value = *model->find_input("Channel 1/Value");
   EXPECT_TRUE(check_signal(*value, {Signal::Shape::kSine, -32768, 32767, 1s}));
-  EXPECT_EQ(check_signal(*value, {Signal::Shape::kSine, -32769, 0, 1s}).error(),
+  EXPECT_EQ(describe(check_signal(*value, {Signal::Shape::kSine, -32769, 0, 1s}).error()),
             "-32769 does not fit the 16 bits of the entry, -32768 to 32767 do");
   const auto* limit = *model->find_input("Channel 1/Limit");
-  EXPECT_EQ(check_signal(*limit, {Signal::Shape::kToggle, 0, 4, 1s}).error(),
+  EXPECT_EQ(describe(check_signal(*limit, {Signal::Shape::kToggle, 0, 4, 1s}).error()),
             "4 does not fit the 2 bits of the entry, 0 to 3 do");
   EXPECT_TRUE(check_signal(*limit, {Signal::Shape::kConstant, 3, 4, 1s})) << "a constant has one value";
   const auto mixed = model_of(example("MX4"));
-  EXPECT_EQ(check_signal(**mixed->find_input("Text"), {}).error(), "the entry is no number");
+  EXPECT_EQ(describe(check_signal(**mixed->find_input("Text"), {}).error()), "the entry is no number");
 }
 
 TEST(DeviceModel, RefusesWhatNoControllerHolds) {
   auto device = bare_device();
   device.sync_managers.resize(17);
-  EXPECT_EQ(DeviceModel::create(device).error(), "it has 17 sync managers, a slave controller has at most 16");
+  EXPECT_EQ(describe(DeviceModel::create(device).error()),
+            "it has 17 sync managers, a slave controller has at most 16");
   device.sync_managers.resize(1);
   device.sync_managers[0] = {Use::kInputs, 0xFF00, 200, 0, 0, 0x20, true};
-  EXPECT_EQ(DeviceModel::create(device).error(),
+  EXPECT_EQ(describe(DeviceModel::create(device).error()),
             "sync manager 0 from 0xFF00 needs memory up to 0x10157, there is none above 0xFFFF");
 }
 

@@ -1,21 +1,38 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <tl/expected.hpp>
 
 namespace driveline::trajectory {
 
 /// Longest name of an axis, in characters: what the telemetry holds beside the end of the text.
 inline constexpr std::size_t kMaxAxisNameLength = 31;
 
-/// Why `name` cannot be that of a further axis beside those that have the names `taken`, as a sentence; empty: it can.
+/// Why a name cannot be that of an axis.
+struct AxisNameError {
+  /// Which part of the rule it breaks.
+  enum class Fault : std::uint8_t {
+    kSpelling,  ///< too long, empty, `time`, or of other characters
+    kTaken,     ///< another axis has it
+  };
+  Fault fault = Fault::kSpelling;  ///< which part of the rule it breaks
+  std::string name;                ///< as it was given
+};
+
+/// The error as a sentence.
+[[nodiscard]] std::string describe(const AxisNameError& error);
+
+/// Whether `name` can be that of a further axis beside those that have the names `taken`.
 ///
 /// The one rule for axes, in a line description as in the heading of a path: 1 to 31 characters out of letters (a to z,
 /// A to Z), digits and "_-."; not `time`, which is the column beside them; no two alike.
-[[nodiscard]] std::string axis_name_fault(std::string_view name, std::span<const std::string_view> taken = {});
+[[nodiscard]] tl::expected<void, AxisNameError> check_axis_name(std::string_view name,
+                                                                std::span<const std::string_view> taken = {});
 
 /// The place of `name` among `names`; none: it is not there. Names are the same character by character: upper and lower
 /// case differ.

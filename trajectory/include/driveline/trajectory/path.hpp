@@ -79,7 +79,7 @@ class Path {
 /// was; it carries a reason but no file.
 class PathBuilder {
  public:
-  /// The name is one that axis_name_fault() has nothing against.
+  /// The name is one that check_axis_name() has nothing against.
   [[nodiscard]] tl::expected<void, PathError> add_axis(PathAxis axis);
   /// Adds a point; positions in rad or m, one per axis.
   [[nodiscard]] tl::expected<void, PathError> add_point(double time_s, std::span<const double> positions);
@@ -87,7 +87,7 @@ class PathBuilder {
   [[nodiscard]] tl::expected<Path, PathError> build();
 
  private:
-  [[nodiscard]] std::string find_fault(double time_s, std::span<const double> positions) const;
+  [[nodiscard]] tl::expected<void, PathError> check_point(double time_s, std::span<const double> positions) const;
 
   Path path_;
 };

@@ -6,6 +6,7 @@
 #include <condition_variable>
 #include <mutex>
 #include <string>
+#include <system_error>
 #include <thread>
 #include <tl/expected.hpp>
 #include <vector>
@@ -25,6 +26,14 @@ struct DrainConfig {
   std::chrono::nanoseconds stop_limit = std::chrono::seconds{1};
 };
 
+/// Why a DrainThread does not run.
+struct DrainStartError {
+  std::error_code cause{};  ///< of the system, which has no thread left; none: it was started before
+};
+
+/// The error as a sentence.
+[[nodiscard]] std::string describe(const DrainStartError& error);
+
 /// The one reader of the telemetry rings: a thread of normal priority that takes the samples out and hands them to
 /// every consumer in turn.
 ///
@@ -42,8 +51,8 @@ class DrainThread {
 
   /// Starts the thread; it can be started once. The thread leaves any real-time policy of the caller for normal
   /// scheduling.
-  /// @return a sentence when it was started before or the system has no thread left. Not real-time safe.
-  [[nodiscard]] tl::expected<void, std::string> start();
+  /// Not real-time safe.
+  [[nodiscard]] tl::expected<void, DrainStartError> start();
 
   /// Empties the rings, lets the consumers finish and joins the thread. Safe to call twice. It waits for a consumer
   /// that is at work; when a producer still fills the rings after `stop_limit`, the rest stays in them. Not real-time

@@ -1,15 +1,34 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <span>
 #include <string>
+#include <system_error>
 #include <tl/expected.hpp>
 #include <vector>
 
 #include "driveline/slaves/esc/sii_interface.hpp"
 
 namespace driveline::slaves {
+
+/// Why the EEPROM content in a file could not be read or kept.
+struct SiiFileError {
+  /// What went wrong.
+  enum class Fault : std::uint8_t {
+    kUnreadable,  ///< for the reason `cause`
+    kUnwritable,  ///< for the reason `cause`; the file is as it was
+    kNoImage,     ///< it has `bytes`, and no EEPROM has
+  };
+  Fault fault = Fault::kUnreadable;  ///< what went wrong
+  std::filesystem::path file;        ///< as it was given
+  std::error_code cause{};           ///< of the system
+  std::uintmax_t bytes = 0;          ///< length of the file
+};
+
+/// The error as a sentence.
+[[nodiscard]] std::string describe(const SiiFileError& error);
 
 /// Keeps the EEPROM content of an emulated slave in a file, so that what a master writes (alias, new image) is there at
 /// the next start. Raw binary, as EEPROM dumps are. For one slave, not for the real-time thread: save() is called now
@@ -20,9 +39,7 @@ namespace driveline::slaves {
 ///     options.sii_image = *file.load();  // empty when there is no file yet: the device's own
 ///     Slave slave(std::make_unique<MsdDrive>(), options);
 ///     ...
-///     if (const auto saved = file.save(slave.esc().sii()); !saved) complain(saved.error());
-///
-/// Errors are sentences with the file's name and the reason.
+///     if (const auto saved = file.save(slave.esc().sii()); !saved) complain(describe(saved.error()));
 class SiiFile {
  public:
   /// Largest EEPROM a controller can address over its interface of 2 address bytes, in bytes.
@@ -34,13 +51,13 @@ class SiiFile {
   /// As given to the constructor.
   [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
   /// The content; empty when the file does not exist. Refuses an empty file and one that is longer than any EEPROM.
-  [[nodiscard]] tl::expected<std::vector<std::byte>, std::string> load() const;
+  [[nodiscard]] tl::expected<std::vector<std::byte>, SiiFileError> load() const;
   /// Writes the content when it has changed since the last save() (or since the slave was made); true when it did. The
   /// file is replaced whole or not at all.
-  [[nodiscard]] tl::expected<bool, std::string> save(const SiiInterface& sii);
+  [[nodiscard]] tl::expected<bool, SiiFileError> save(const SiiInterface& sii);
 
  private:
-  [[nodiscard]] tl::expected<void, std::string> replace(std::span<const std::byte> content) const;
+  [[nodiscard]] tl::expected<void, SiiFileError> replace(std::span<const std::byte> content) const;
 
   std::filesystem::path path_;
   std::uint64_t saved_revision_ = 0;

@@ -5,9 +5,11 @@
 #include <string>
 #include <string_view>
 #include <tl/expected.hpp>
+#include <variant>
 #include <vector>
 
 #include "driveline/esi/device_description.hpp"
+#include "driveline/slaves/device_signals.hpp"
 #include "driveline/slaves/od/dictionary_table.hpp"
 #include "driveline/slaves/pdo/pdo_map.hpp"
 
@@ -17,13 +19,37 @@ namespace driveline::slaves::generic {
 /// their addresses, control bytes and sizes, FMMUs, the PDI configuration. What is there stays as it is.
 [[nodiscard]] esi::DeviceDescription complete_description(esi::DeviceDescription description);
 
+/// The description has more sync managers than a slave controller.
+struct TooManySyncManagers {
+  std::size_t count;  ///< in the description
+  std::size_t most;   ///< of a slave controller
+};
+
+/// A sync manager ends beyond the memory of a slave controller.
+struct SyncManagerBeyondMemory {
+  std::size_t number;           ///< from 0
+  std::uint16_t start_address;  ///< as in the description
+  std::size_t last_address;     ///< that it needs
+};
+
+/// The device would have more values than a dictionary holds.
+struct TooManyEntries {
+  std::size_t count;  ///< objects and entries
+  std::size_t most;   ///< of a dictionary
+};
+
+/// Why a description cannot be a device.
+using DeviceModelError = std::variant<TooManySyncManagers, SyncManagerBeyondMemory, TooManyEntries>;
+
+/// The error as a sentence.
+[[nodiscard]] std::string describe(const DeviceModelError& error);
+
 /// Everything that devices of one type have in common, made from their description: the completed description and the
 /// object dictionary. Devices without CoE have a dictionary as well, of their PDOs; only nobody can ask them for it.
 class DeviceModel {
  public:
-  /// The reason as a sentence when the description cannot be a device: more values than a dictionary holds, process
-  /// data or mailboxes beyond the memory of a slave controller.
-  [[nodiscard]] static tl::expected<std::shared_ptr<const DeviceModel>, std::string> create(
+  /// The model of a device with this description.
+  [[nodiscard]] static tl::expected<std::shared_ptr<const DeviceModel>, DeviceModelError> create(
       esi::DeviceDescription description);
 
   DeviceModel(const DeviceModel&) = delete;  // rows refer to the texts in here
@@ -42,10 +68,10 @@ class DeviceModel {
   [[nodiscard]] std::uint8_t ram_kib() const noexcept { return ram_kib_; }
 
   /// The input entry (of a TxPDO) with this name: "Value", "Channel 1/Value" with the name of its PDO in front, or its
-  /// address "6000:01". The reason as a sentence, with the names that there are, when it is not one entry.
-  [[nodiscard]] tl::expected<const EntryRow*, std::string> find_input(std::string_view name) const;
+  /// address "6000:01".
+  [[nodiscard]] tl::expected<const EntryRow*, SignalNameError> find_input(std::string_view name) const;
   /// The same for output entries (of RxPDOs).
-  [[nodiscard]] tl::expected<const EntryRow*, std::string> find_output(std::string_view name) const;
+  [[nodiscard]] tl::expected<const EntryRow*, SignalNameError> find_output(std::string_view name) const;
 
   /// An entry that PDOs can hold, with the name of its PDO in front: "Channel 1/Value".
   struct NamedEntry {

@@ -17,8 +17,8 @@ struct ScriptedInput {
   Signal signal;                    ///< in the unit of the entry, from the first advance() on
 };
 
-/// Can the input take these values? The reason as a sentence, when it is no number or a value does not fit it.
-[[nodiscard]] tl::expected<void, std::string> check_signal(const EntryRow& input, const Signal& signal);
+/// Can the input take these values?
+[[nodiscard]] tl::expected<void, SignalValueError> check_signal(const EntryRow& input, const Signal& signal);
 
 /// What tells one device of a type from another.
 struct GenericOptions {
@@ -66,8 +66,8 @@ class GenericDevice final : public Device, public DeviceSignals, private Diction
   [[nodiscard]] std::size_t signal_count(Way way) const noexcept override { return rows(way).size(); }
   /// Name of the PDO and of the entry, as DeviceModel::find_input() takes it.
   [[nodiscard]] std::string signal_name(SignalPlace place) const override;
-  [[nodiscard]] tl::expected<SignalPlace, std::string> find_signal(Way way, std::string_view name) const override;
-  [[nodiscard]] tl::expected<void, std::string> check_signal_value(std::size_t input, double value) const override;
+  [[nodiscard]] tl::expected<SignalPlace, SignalNameError> find_signal(Way way, std::string_view name) const override;
+  [[nodiscard]] tl::expected<void, SignalValueError> check_signal_value(std::size_t input, double value) const override;
   void set_signal(std::size_t input, double value) noexcept override;
   [[nodiscard]] double signal(SignalPlace place) const noexcept override;
 

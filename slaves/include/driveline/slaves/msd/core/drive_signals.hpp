@@ -28,14 +28,14 @@ enum class MachineInput : std::uint8_t {
   kPositionHeld,   ///< 1: 6064h stays as it is
 };
 
-/// A signal of a drive, for those who have no drive yet. Error: the end of a sentence, with the names that there are.
-[[nodiscard]] tl::expected<SignalPlace, std::string> find_drive_signal(SignalPlace::Way way, std::string_view name);
+/// A signal of a drive, for those who have no drive yet.
+[[nodiscard]] tl::expected<SignalPlace, SignalNameError> find_drive_signal(SignalPlace::Way way, std::string_view name);
 /// Signals of one way; they are numbered from 0. \rtsafe
 [[nodiscard]] std::size_t drive_signal_count(SignalPlace::Way way) noexcept;
 /// Precondition: place.number < drive_signal_count(place.way). \rtsafe
 [[nodiscard]] std::string_view drive_signal_name(SignalPlace place) noexcept;
-/// Can the input take this value? Error: a sentence.
-[[nodiscard]] tl::expected<void, std::string> check_drive_input(std::size_t input, double value);
+/// Can the input take this value?
+[[nodiscard]] tl::expected<void, SignalValueError> check_drive_input(std::size_t input, double value);
 
 /// What an input is that is no terminal. \rtsafe
 [[nodiscard]] std::optional<MachineInput> machine_input(std::size_t input) noexcept;
@@ -62,8 +62,8 @@ class DriveSignals final : public DeviceSignals {
   [[nodiscard]] std::size_t signal_count(Way way) const noexcept override;
   /// See drive_signal_name().
   [[nodiscard]] std::string signal_name(SignalPlace place) const override;
-  [[nodiscard]] tl::expected<SignalPlace, std::string> find_signal(Way way, std::string_view name) const override;
-  [[nodiscard]] tl::expected<void, std::string> check_signal_value(std::size_t input, double value) const override;
+  [[nodiscard]] tl::expected<SignalPlace, SignalNameError> find_signal(Way way, std::string_view name) const override;
+  [[nodiscard]] tl::expected<void, SignalValueError> check_signal_value(std::size_t input, double value) const override;
   void set_signal(std::size_t input, double value) noexcept override;
   [[nodiscard]] double signal(SignalPlace place) const noexcept override;
 

@@ -1,0 +1,125 @@
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <stdexcept>
+
+#include "driveline/rt/shared_words.hpp"
+
+namespace driveline::rt {
+
+/// What a region must be for SharedBroadcastWriter<T> and SharedBroadcastReader<T>. `capacity` matters to create()
+/// alone.
+template <SharedRecord T>
+[[nodiscard]] constexpr SharedLayout shared_broadcast(std::uint32_t content, std::uint32_t content_version,
+                                                      std::uint64_t capacity = 0) noexcept {
+  return {SharedForm::kBroadcast, content, content_version, sizeof(T), capacity};
+}
+
+/// The writing side of a broadcast: the owner of the region writes, any number of processes read, come and go, and none
+/// of them can do anything to the writer, who never looks at them. A record that is not read in time is overwritten;
+/// the reader notices.
+///
+/// Every slot carries the number of its record, 0 while it is being written: a reader that finds the number still there
+/// after it has copied the record has an intact one.
+///
+/// Belongs to one thread. The region must outlive it.
+template <SharedRecord T>
+class SharedBroadcastWriter {
+ public:
+  /// The region must have been created, not opened, by this process.
+  /// @throws std::invalid_argument if it is not a broadcast of records of this size, or was opened.
+  explicit SharedBroadcastWriter(const SharedRegion& region)
+      : slots_{region, SharedForm::kBroadcast}, head_{shared_detail::load<std::memory_order_acquire>(slots_.head())} {
+    if (region.descriptor() < 0) {
+      throw std::invalid_argument("shared region: only the process that made a broadcast can write to it");
+    }
+  }
+
+  /// Publishes a copy of `value`. \rtsafe
+  void push(const T& value) noexcept {
+    std::uint64_t* const slot = slots_.at(head_);
+    shared_detail::store<std::memory_order_relaxed>(slot[0], 0);
+    // Release, word by word: the reader that gets one of these also sees that the slot is being written. A fence would
+    // do the same, but ThreadSanitizer does not understand fences.
+    shared_detail::store_record<std::memory_order_release>(slot + 1, value);
+    ++head_;
+    shared_detail::store<std::memory_order_release>(slot[0], head_);
+    shared_detail::store<std::memory_order_release>(slots_.head(), head_);
+  }
+
+ private:
+  shared_detail::Slots<T> slots_;
+  std::uint64_t head_;
+};
+
+/// A reading side of a broadcast; begins with the first record that is published after it was made. Nothing it does
+/// depends on the writer going on: one that was killed in the middle of a record leaves that record out.
+///
+/// Belongs to one thread. The region must outlive it.
+template <SharedRecord T>
+class SharedBroadcastReader {
+ public:
+  /// How often latest() tries again when the writer was faster than its copy.
+  static constexpr int kAttempts = 4;
+
+  /// @throws std::invalid_argument if the region is not a broadcast of records of this size.
+  explicit SharedBroadcastReader(const SharedRegion& region)
+      : slots_{region, SharedForm::kBroadcast}, next_{shared_detail::load<std::memory_order_acquire>(slots_.head())} {}
+
+  /// Takes as many of the oldest records as there are and fit; counts those that were overwritten before.
+  /// @return how many were written to the front of `values`. \rtsafe
+  std::size_t take(std::span<T> values) noexcept {
+    const std::uint64_t head = shared_detail::load<std::memory_order_acquire>(slots_.head());
+    if (head - next_ > slots_.capacity()) {
+      lost_ += head - slots_.capacity() - next_;
+      next_ = head - slots_.capacity();
+    }
+    std::size_t count = 0;
+    for (; next_ != head && count < values.size(); ++next_) {
+      if (copy(next_, values[count])) {
+        ++count;
+      } else {
+        ++lost_;
+      }
+    }
+    return count;
+  }
+
+  /// Copies the newest record, whether it was taken or not. The broadcast is then a cell with the latest value.
+  /// @return false, and `value` is anything, if there is none yet, or the writer overwrote it kAttempts times while it
+  /// was copied. \rtsafe
+  [[nodiscard]] bool latest(T& value) const noexcept {
+    for (int attempt = 0; attempt < kAttempts; ++attempt) {
+      const std::uint64_t head = shared_detail::load<std::memory_order_acquire>(slots_.head());
+      if (head == 0) {
+        return false;
+      }
+      if (copy(head - 1, value)) {
+        return true;
+      }
+    }
+    return false;
+  }
+
+  /// Records that this reader was too slow for. \rtsafe
+  [[nodiscard]] std::uint64_t lost() const noexcept { return lost_; }
+
+ private:
+  [[nodiscard]] bool copy(std::uint64_t position, T& value) const noexcept {
+    std::uint64_t* const slot = slots_.at(position);
+    // The record was complete before head said so. Acquire, word by word: the look at its number comes after all of
+    // them, and finds another number if the writer had begun to overwrite any.
+    shared_detail::load_record<std::memory_order_acquire>(value, slot + 1);
+    return shared_detail::load<std::memory_order_relaxed>(slot[0]) == position + 1;
+  }
+
+  shared_detail::Slots<T> slots_;
+  std::uint64_t next_;
+  std::uint64_t lost_ = 0;
+};
+
+}  // namespace driveline::rt

@@ -1,0 +1,133 @@
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "driveline/rt/shared_words.hpp"
+
+namespace driveline::rt {
+
+/// What a region must be for SharedRingWriter<T> and SharedRingReader<T>. `capacity` matters to create() alone.
+template <SharedRecord T>
+[[nodiscard]] constexpr SharedLayout shared_ring(std::uint32_t content, std::uint32_t content_version,
+                                                 std::uint64_t capacity = 0) noexcept {
+  return {SharedForm::kRing, content, content_version, sizeof(T), capacity};
+}
+
+/// The writing side of a ring between two processes: one writer, one reader, either may own the region. When the ring
+/// is full, or seems so because the reader has written nonsense, the new record is dropped and counted; the writer
+/// never waits. A writer that was killed at any point has left nothing half-written behind: the next one takes its
+/// place by making this object. Two writers at a time spoil each other's records, and no more than that.
+///
+/// Belongs to one thread. The region must outlive it.
+template <SharedRecord T>
+class SharedRingWriter {
+ public:
+  /// Goes on where the writer before it has stopped; at the beginning of a new region. The owner of a region makes its
+  /// handle before it gives the descriptor away.
+  /// @throws std::invalid_argument if the region is not a ring of records of this size.
+  explicit SharedRingWriter(const SharedRegion& region)
+      : slots_{region, SharedForm::kRing}, head_{shared_detail::load<std::memory_order_acquire>(slots_.head())} {
+    const std::uint64_t tail = shared_detail::load<std::memory_order_acquire>(slots_.tail());
+    if (head_ - tail > slots_.capacity()) {
+      head_ = tail;
+    }
+    publish();
+  }
+
+  /// Appends a copy of `value`, or drops it and counts the drop.
+  /// @return false if it was dropped. \rtsafe
+  bool try_push(const T& value) noexcept {
+    // Acquire pairs with the reader's release: it has finished reading what it gave back.
+    const std::uint64_t waiting = head_ - shared_detail::load<std::memory_order_acquire>(slots_.tail());
+    const bool has_room = waiting < slots_.capacity();
+    if (has_room) {
+      shared_detail::store_record<std::memory_order_relaxed>(slots_.at(head_), value);
+      ++head_;
+    } else {
+      breaches_ += waiting > slots_.capacity() ? 1 : 0;
+      ++dropped_;
+    }
+    publish();
+    return has_room;
+  }
+
+  /// Records dropped by this object. \rtsafe
+  [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_; }
+
+  /// How often the reader's index was one that no reader can reach. \rtsafe
+  [[nodiscard]] std::uint64_t breaches() const noexcept { return breaches_; }
+
+ private:
+  // Our own index is the truth: written also when nothing was pushed, in case the peer has spoilt it. Release: the
+  // reader that sees it sees the records before it.
+  void publish() noexcept { shared_detail::store<std::memory_order_release>(slots_.head(), head_); }
+
+  shared_detail::Slots<T> slots_;
+  std::uint64_t head_;
+  std::uint64_t dropped_ = 0;
+  std::uint64_t breaches_ = 0;
+};
+
+/// The reading side of such a ring. A reader that was killed is replaced by making this object anew, which goes on with
+/// the oldest record that was not given back: what the dead one had taken last may come again.
+///
+/// What pop() hands out are copies. If the writer is not trusted, they are to be checked like any other input: index
+/// and contents may be anything, and the memory may change at any time, but the copy does not.
+///
+/// Belongs to one thread. The region must outlive it.
+template <SharedRecord T>
+class SharedRingReader {
+ public:
+  /// Goes on where the reader before it has stopped; at the beginning of a new region. The owner of a region makes its
+  /// handle before it gives the descriptor away.
+  /// @throws std::invalid_argument if the region is not a ring of records of this size.
+  explicit SharedRingReader(const SharedRegion& region)
+      : slots_{region, SharedForm::kRing}, tail_{shared_detail::load<std::memory_order_acquire>(slots_.tail())} {
+    const std::uint64_t head = shared_detail::load<std::memory_order_acquire>(slots_.head());
+    if (head - tail_ > slots_.capacity()) {
+      tail_ = head;
+    }
+    publish();
+  }
+
+  /// Takes as many of the oldest records as there are and fit. After an index that no writer can reach everything that
+  /// was waiting is given up.
+  /// @return how many were written to the front of `values`. \rtsafe
+  std::size_t pop(std::span<T> values) noexcept {
+    // Acquire pairs with the writer's release: the records before head are complete.
+    const std::uint64_t head = shared_detail::load<std::memory_order_acquire>(slots_.head());
+    if (head - tail_ > slots_.capacity()) {
+      ++breaches_;
+      tail_ = head;
+    }
+    const auto count = static_cast<std::size_t>(std::min<std::uint64_t>(head - tail_, values.size()));
+    for (std::size_t i = 0; i < count; ++i) {
+      shared_detail::load_record<std::memory_order_relaxed>(values[i], slots_.at(tail_ + i));
+    }
+    tail_ += count;
+    publish();
+    return count;
+  }
+
+  /// Takes the oldest record.
+  /// @return false, leaving `value` alone, if there is none. \rtsafe
+  bool try_pop(T& value) noexcept { return pop(std::span<T>{&value, 1}) == 1; }
+
+  /// How often the writer's index was one that no writer can reach. \rtsafe
+  [[nodiscard]] std::uint64_t breaches() const noexcept { return breaches_; }
+
+ private:
+  // Our own index is the truth: written also when nothing was taken, in case the peer has spoilt it. Release: the
+  // writer may use these slots only after they were read.
+  void publish() noexcept { shared_detail::store<std::memory_order_release>(slots_.tail(), tail_); }
+
+  shared_detail::Slots<T> slots_;
+  std::uint64_t tail_;
+  std::uint64_t breaches_ = 0;
+};
+
+}  // namespace driveline::rt

@@ -1,0 +1,98 @@
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <stdexcept>
+#include <type_traits>
+
+#include "driveline/rt/cache_line.hpp"
+#include "driveline/rt/shared_region.hpp"
+
+namespace driveline::rt {
+
+/// What may travel through a shared region: copied as bytes, found as bytes. Every pattern of bits must be a value of
+/// its fields, because the peer may write any: integers, floating point and enumerations with a stated type, but no
+/// `bool`, no pointer, no reference.
+template <typename T>
+concept SharedRecord = std::is_trivially_copyable_v<T> && std::is_default_constructible_v<T> && !std::is_pointer_v<T> &&
+                       !std::is_same_v<T, bool>;
+
+/// How the words of a region are used; for the handles.
+namespace shared_detail {
+
+static_assert(std::atomic_ref<std::uint64_t>::is_always_lock_free, "a lock would not reach into the other process");
+
+inline constexpr std::size_t kLineWords = kCacheLineBytes / sizeof(std::uint64_t);
+inline constexpr std::size_t kHeadWord = kLineWords;         // records ever written, the header is before
+inline constexpr std::size_t kTailWord = 2 * kLineWords;     // records ever read
+inline constexpr std::size_t kRecordsWord = 3 * kLineWords;  // the first record
+
+/// Words that hold one record of `record_bytes`; in a broadcast one more stands before it.
+constexpr std::size_t record_words(std::size_t record_bytes) noexcept {
+  return (record_bytes + sizeof(std::uint64_t) - 1) / sizeof(std::uint64_t);
+}
+
+constexpr std::size_t slot_words(SharedForm form, std::size_t record_bytes) noexcept {
+  return record_words(record_bytes) + (form == SharedForm::kBroadcast ? 1 : 0);
+}
+
+// The other process may write at any time: every access is atomic, and so happens once.
+template <std::memory_order kOrder>
+std::uint64_t load(std::uint64_t& word) noexcept {
+  return std::atomic_ref{word}.load(kOrder);
+}
+
+template <std::memory_order kOrder>
+void store(std::uint64_t& word, std::uint64_t value) noexcept {
+  std::atomic_ref{word}.store(value, kOrder);
+}
+
+template <std::memory_order kOrder, SharedRecord T>
+void store_record(std::uint64_t* words, const T& value) noexcept {
+  const auto* bytes = reinterpret_cast<const std::byte*>(&value);
+  for (std::size_t at = 0; at < sizeof(T); at += sizeof(std::uint64_t)) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, bytes + at, std::min(sizeof(word), sizeof(T) - at));
+    store<kOrder>(*words++, word);
+  }
+}
+
+template <std::memory_order kOrder, SharedRecord T>
+void load_record(T& value, std::uint64_t* words) noexcept {
+  auto* bytes = reinterpret_cast<std::byte*>(&value);
+  for (std::size_t at = 0; at < sizeof(T); at += sizeof(std::uint64_t)) {
+    const std::uint64_t word = load<kOrder>(*words++);
+    std::memcpy(bytes + at, &word, std::min(sizeof(word), sizeof(T) - at));
+  }
+}
+
+/// The words of a region that holds records of T.
+template <SharedRecord T>
+class Slots {
+ public:
+  Slots(const SharedRegion& region, SharedForm form)
+      : words_{region.words().data()}, mask_{region.layout().capacity - 1} {
+    if (region.layout().form != form || region.layout().record_bytes != sizeof(T)) {
+      throw std::invalid_argument("shared region: it has another form, or records of another size, than its user");
+    }
+    stride_ = slot_words(form, sizeof(T));
+  }
+
+  [[nodiscard]] std::uint64_t& head() const noexcept { return words_[kHeadWord]; }
+  [[nodiscard]] std::uint64_t& tail() const noexcept { return words_[kTailWord]; }
+  [[nodiscard]] std::uint64_t* at(std::uint64_t position) const noexcept {
+    return words_ + kRecordsWord + (position & mask_) * stride_;
+  }
+  [[nodiscard]] std::uint64_t capacity() const noexcept { return mask_ + 1; }
+
+ private:
+  std::uint64_t* words_;
+  std::uint64_t mask_;
+  std::size_t stride_ = 0;
+};
+
+}  // namespace shared_detail
+}  // namespace driveline::rt

@@ -1,0 +1,161 @@
+// The cycle in a thread of its own, and others beside it: transfers of several threads through the mailboxes and the
+// acyclic channel, supervision, commands to the motion. ThreadSanitizer looks at this program (.ci/run); so the threads
+// here tell each other nothing that the master's own parts do not.
+#include <gmock/gmock.h>
+
+#include <array>
+#include <atomic>
+#include <memory>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "drive_line.hpp"
+#include "driveline/ecat_master/coe/coe_client.hpp"
+
+namespace driveline::bus_test {
+namespace {
+
+using ecat_master::CoeClient;
+using ecat_master::CycleRunner;
+using ecat_master::CyclicCore;
+using ecat_master::MotionPhase;
+
+/// Cycles in a thread on the virtual clock, as long as somebody waits for time to pass: a busy machine makes the test
+/// slow and nothing else.
+class ThreadRunner final : public CycleRunner {
+ public:
+  ThreadRunner(CyclicCore& core, rt::Clock& clock)
+      : core_(core), clock_(clock), timer_(clock, core.settings().period), wanted_ns_(clock.now().count()) {}
+  ~ThreadRunner() override { stop(); }
+  ThreadRunner(const ThreadRunner&) = delete;
+  ThreadRunner& operator=(const ThreadRunner&) = delete;
+
+  [[nodiscard]] auto start() -> decltype(std::declval<CycleRunner&>().start()) override {
+    timer_.start(core_.first_grid(clock_.now() + timer_.period()));
+    thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
+    return {};
+  }
+
+  /// Any number of threads.
+  void pass(nanoseconds duration) override {
+    const auto end = clock_.now() + duration;
+    auto wanted_ns = wanted_ns_.load(std::memory_order_relaxed);
+    while (wanted_ns < end.count() &&
+           !wanted_ns_.compare_exchange_weak(wanted_ns, end.count(), std::memory_order_relaxed)) {
+    }
+    while (clock_.now() < end) std::this_thread::yield();
+  }
+
+  void stop() override {
+    thread_.request_stop();
+    if (thread_.joinable()) thread_.join();
+  }
+
+ private:
+  void run(const std::stop_token& stop) noexcept {
+    while (!stop.stop_requested()) {
+      // Relaxed, so that whoever waits does not hand over what he has written.
+      if (clock_.now().count() >= wanted_ns_.load(std::memory_order_relaxed)) {
+        std::this_thread::yield();
+        continue;
+      }
+      core_.cycle(timer_.wait_next());
+      timer_.shift_phase(core_.grid_shift());
+    }
+  }
+
+  CyclicCore& core_;
+  rt::Clock& clock_;
+  rt::CycleTimer timer_;
+  std::atomic<nanoseconds::rep> wanted_ns_;
+  std::jthread thread_;
+};
+
+/// Writes and reads an object of one slave; how often what was read was what had been written.
+int transfers(ecat_master::MailboxEngine& engine, std::uint16_t slave, std::uint32_t first, int count) {
+  int right = 0;
+  for (int i = 0; i < count; ++i) {
+    CoeClient coe(engine, slave);
+    const auto value = first + static_cast<std::uint32_t>(i);
+    if (!coe.download_as<std::uint32_t>(0x6065, 0, value)) continue;
+    const auto read = coe.upload_as<std::uint32_t>(0x6065, 0);
+    if (read && *read == value) ++right;
+  }
+  return right;
+}
+
+TEST(SdoFromSeveralThreads, AllGetTheirAnswers) {
+  // On the real clock: whoever waits drives the engine for the others.
+  rt::MonotonicClock clock;
+  std::vector<std::unique_ptr<slaves::Slave>> made;
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    slaves::msd::MsdParameters parameters;
+    parameters.serial_number = 1000 + i;
+    made.push_back(std::make_unique<slaves::Slave>(std::make_unique<slaves::msd::MsdDrive>(parameters)));
+  }
+  slaves::Line drives(clock, std::move(made));
+  ecat_master::Master master(drives, clock);
+  ASSERT_EQ(sentence(master.scan()), "");
+  ASSERT_EQ(sentence(master.enter_pre_op()), "");
+  std::vector<std::jthread> threads;
+  std::array<int, 8> right{};
+  for (std::uint16_t i = 0; i < 8; ++i) {
+    threads.emplace_back([&, i] {
+      for (int n = 0; n < 50; ++n) {
+        const auto slave = static_cast<std::uint16_t>((i + n) % 4);
+        const auto serial = CoeClient(master.mailboxes(), slave).upload_as<std::uint32_t>(0x1018, 4);
+        if (serial && *serial == 1000U + slave) ++right[i];
+      }
+    });
+  }
+  threads.clear();
+  EXPECT_THAT(right, testing::Each(50));
+}
+
+TEST(CycleInItsThread, CarriesTransfersOfOthersWhileTheAxesMove) {
+  constexpr int kTransfers = 30;
+  DriveLine drives(3);
+  LineOperation operation(drives, RunOptions{.repeat = true});
+  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  operation.start_cycle([&](CyclicCore& core) { return std::make_unique<ThreadRunner>(core, drives.clock); });
+  auto& master = operation.master();
+  ASSERT_EQ(sentence(master.go_operational()), "");
+  operation.motion().request_start();
+  ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+
+  // One thread for each of three slaves; this one, which is the master's, supervises beside them.
+  std::array<std::atomic<int>, 3> right{};
+  std::atomic<int> running{3};
+  std::vector<std::jthread> threads;
+  for (std::uint16_t slave = 0; slave < 3; ++slave) {
+    threads.emplace_back([&, slave] {
+      right[slave] = transfers(master.mailboxes(), slave, 1'000'000U * (slave + 1U), kTransfers);
+      --running;
+    });
+  }
+  auto& core = *master.core();
+  ecat_master::CyclicEvent event;
+  ecat_master::MasterAbsence absence;
+  while (running.load() > 0) {
+    operation.run(milliseconds{1});
+    EXPECT_EQ(sentence(master.al_status()), "");
+    while (core.take_event(event) || core.take_absence(absence)) {
+    }
+    for (std::size_t slave = 0; slave < 3; ++slave) EXPECT_TRUE(core.slave_report(slave).operational);
+    EXPECT_EQ(core.bad_cycles(), 0U);
+    EXPECT_EQ(operation.motion().phase(), MotionPhase::kFollowing);
+  }
+  threads.clear();
+  for (const auto& count : right) EXPECT_EQ(count, kTransfers);
+
+  operation.motion().request_stop();
+  EXPECT_TRUE(operation.run_until(MotionPhase::kIdle, std::chrono::seconds{5}));
+  master.runner()->stop();
+  EXPECT_EQ(operation.statistics().wkc_errors, 0U);
+  EXPECT_EQ(operation.statistics().lost_frames, 0U);
+  EXPECT_FALSE(operation.axis_samples.empty());
+}
+
+}  // namespace
+}  // namespace driveline::bus_test
