@@ -11,7 +11,7 @@
 #include <optional>
 #include <utility>
 
-#include "driveline/rt/shared_words.hpp"
+#include "driveline/rt/shared_layout.hpp"
 
 namespace driveline::rt {
 

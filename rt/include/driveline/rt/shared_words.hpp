@@ -8,7 +8,6 @@
 #include <stdexcept>
 #include <type_traits>
 
-#include "driveline/rt/cache_line.hpp"
 #include "driveline/rt/shared_region.hpp"
 
 namespace driveline::rt {
@@ -20,35 +19,7 @@ template <typename T>
 concept SharedRecord = std::is_trivially_copyable_v<T> && std::is_default_constructible_v<T> && !std::is_pointer_v<T> &&
                        !std::is_same_v<T, bool>;
 
-/// How the words of a region are used; for the handles.
 namespace shared_detail {
-
-static_assert(std::atomic_ref<std::uint64_t>::is_always_lock_free, "a lock would not reach into the other process");
-
-inline constexpr std::size_t kLineWords = kCacheLineBytes / sizeof(std::uint64_t);
-inline constexpr std::size_t kHeadWord = kLineWords;         // records ever written, the header is before
-inline constexpr std::size_t kTailWord = 2 * kLineWords;     // records ever read
-inline constexpr std::size_t kRecordsWord = 3 * kLineWords;  // the first record
-
-/// Words that hold one record of `record_bytes`; in a broadcast one more stands before it.
-constexpr std::size_t record_words(std::size_t record_bytes) noexcept {
-  return (record_bytes + sizeof(std::uint64_t) - 1) / sizeof(std::uint64_t);
-}
-
-constexpr std::size_t slot_words(SharedForm form, std::size_t record_bytes) noexcept {
-  return record_words(record_bytes) + (form == SharedForm::kBroadcast ? 1 : 0);
-}
-
-// The other process may write at any time: every access is atomic, and so happens once.
-template <std::memory_order kOrder>
-std::uint64_t load(std::uint64_t& word) noexcept {
-  return std::atomic_ref{word}.load(kOrder);
-}
-
-template <std::memory_order kOrder>
-void store(std::uint64_t& word, std::uint64_t value) noexcept {
-  std::atomic_ref{word}.store(value, kOrder);
-}
 
 template <std::memory_order kOrder, SharedRecord T>
 void store_record(std::uint64_t* words, const T& value) noexcept {
