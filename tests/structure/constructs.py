@@ -21,7 +21,7 @@ PRINTERS = {"cli/src/console.cpp"}
 CAST = re.compile(r"\breinterpret_cast\b")
 # An error of the library has facts with names, and describe() makes the sentence.
 STRING_ERROR = re.compile(r"\b(?:expected\s*<[^;{}()]*,|unexpected\s*<)\s*std::string\s*>")
-ERRORS_WITH_FACTS = {"rt", "snapshot", "trajectory", "esi", "slaves", "bridge", "runtime"}
+ERRORS_WITH_FACTS = {"rt", "wire", "port", "snapshot", "ecat_master", "trajectory", "esi", "slaves", "bridge", "runtime"}
 NOLINT = re.compile(r"NOLINT(?:NEXTLINE|BEGIN)?\b(?P<rest>[^\n]*)")
 REASONED = re.compile(r"\([\w\-.*,| ]+\):?\s+\w.{9,}")
 
