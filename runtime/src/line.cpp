@@ -55,6 +55,17 @@ Result<std::unique_ptr<Line>> Line::open(std::optional<LineConfig> config, BusOp
   return std::unique_ptr<Line>(new Line(std::move(*session), std::move(path)));
 }
 
+Result<void> Line::use(ecat_master::SetpointSource& source) {
+  if (run_) return fail(ErrorKind::kCall, "the line has run: the source of its setpoints is chosen before");
+  const auto axes = config().axes.size();
+  if (source.axis_count() != axes) {
+    return fail(ErrorKind::kCall,
+                fmt::format("the source of setpoints moves {} axes, the line has {}", source.axis_count(), axes));
+  }
+  source_ = &source;
+  return {};
+}
+
 Result<void> Line::claim(bool force) {
   return session_->claim(force, "take its line away");
 }
@@ -62,8 +73,8 @@ Result<void> Line::claim(bool force) {
 Result<RunReport> Line::run(const RunSettings& settings) {
   if (run_) return fail(ErrorKind::kCall, "the line has run before; each run takes a line of its own");
   if (auto claimed = claim(settings.force); !claimed) return tl::unexpected(claimed.error());
-  run_ = std::make_unique<LineRun>(*session_, LineRun::Settings{std::move(path_), settings.duration_s, settings.force,
-                                                                consumers_, observer_, &stop_});
+  run_ = std::make_unique<LineRun>(*session_, LineRun::Settings{std::move(path_), source_, settings.duration_s,
+                                                                settings.force, consumers_, observer_, &stop_});
   auto report = run_->execute();
   if (report) {
     finish_capture(*report);

@@ -188,7 +188,11 @@ void LineRun::make_motion() {
   settings.relative = !config_.path || config_.path->relative;
   settings.bad_cycle_limit = config_.max_lost_cycles;
   if (config_.path) settings.late = config_.path->late;
-  motion_ = std::make_unique<ecat_master::Motion>(std::move(axes), *settings_.path, settings);
+  if (settings_.source != nullptr) {
+    motion_ = std::make_unique<ecat_master::Motion>(std::move(axes), *settings_.source, settings);
+  } else {
+    motion_ = std::make_unique<ecat_master::Motion>(std::move(axes), *settings_.path, settings);
+  }
 }
 
 Result<void> LineRun::start_cycle() {
@@ -247,7 +251,7 @@ void LineRun::begin_operation() {
   settings_.observer->look();
   // The line is up; whoever has asked for the end by now moves nothing any more.
   if (motion_ && !stop_requested()) motion_->request_start();
-  if (motion_ && !config_.path)
+  if (motion_ && !config_.path && settings_.source == nullptr)
     progress("there is no [path]: the axes are enabled and hold the place where they stand");
 }
 
@@ -278,7 +282,8 @@ bool LineRun::look() {
   if (!goes_on || stop_requested()) return false;
   settings_.observer->look();
   if (over || stop_requested()) return false;
-  const bool arrived = motion_ && config_.path && motion_->phase() == ecat_master::MotionPhase::kHolding;
+  const bool goes_somewhere = config_.path || settings_.source != nullptr;
+  const bool arrived = motion_ && goes_somewhere && motion_->phase() == ecat_master::MotionPhase::kHolding;
   if (!settings_.duration_s && arrived) return false;
   tell_progress();
   return true;

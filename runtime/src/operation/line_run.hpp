@@ -29,9 +29,10 @@ class LineRun {
  public:
   /// What the run is given beside the session; all that is pointed at must outlive it.
   struct Settings {
-    std::optional<trajectory::Interpolator> path;  ///< of the configured axes; none: exchange without motion
-    std::optional<double> duration_s;              ///< none: until the end of the path
-    bool force = false;                            ///< takes the line over from a master that drives it
+    std::optional<trajectory::Interpolator> path;   ///< of the configured axes; none: exchange without motion
+    ecat_master::SetpointSource* source = nullptr;  ///< where the setpoints come from instead; null: the path
+    std::optional<double> duration_s;               ///< none: until the end of the path
+    bool force = false;                             ///< takes the line over from a master that drives it
     std::vector<snapshot::SampleConsumer*> consumers{};
     Observer* observer = nullptr;             ///< never null
     const std::atomic<bool>* stop = nullptr;  ///< never null; set: the run is to end in order

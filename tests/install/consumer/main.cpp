@@ -6,7 +6,17 @@
 #include <driveline/slaves/line/line.hpp>
 #include <driveline/slaves/msd/msd_drive.hpp>
 
+#ifdef WITH_BRIDGE
+#include <driveline/bridge/dds_publisher.hpp>
+#endif
+
 int main() {
+#ifdef WITH_BRIDGE
+  // A component that was asked for is there, with all it needs to be linked; nothing is sent here.
+  driveline::bridge::DdsConfig nothing;
+  nothing.line_name = "";
+  if (driveline::bridge::DdsPublisher::create(nothing)) return 1;
+#endif
   using namespace driveline;
   rt::VirtualClock clock;
   std::vector<std::unique_ptr<slaves::Slave>> drives;

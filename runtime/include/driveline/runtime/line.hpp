@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "driveline/ecat_master/cyclic/setpoint_source.hpp"
 #include "driveline/ecat_master/diagnosis/diagnosis.hpp"
 #include "driveline/runtime/observer.hpp"
 #include "driveline/runtime/record/run_report.hpp"
@@ -73,6 +74,11 @@ class Line {
   /// Who gets every sample of the cycle; must outlive the line. Before run().
   void add(snapshot::SampleConsumer& consumer) { consumers_.push_back(&consumer); }
 
+  /// Where the setpoints of all axes come from, instead of the path of the description: a controller of one's own, say.
+  /// Must outlive the line. Before run(). Error: it moves another number of axes than there are, or the line has run
+  /// (kCall).
+  [[nodiscard]] Result<void> use(ecat_master::SetpointSource& source);
+
   /// Says to other masters of this program that the line has one now (Session::claim()), before run() does.
   [[nodiscard]] Result<void> claim(bool force);
 
@@ -96,6 +102,7 @@ class Line {
 
   std::unique_ptr<Session> session_;
   std::optional<trajectory::Interpolator> path_;
+  ecat_master::SetpointSource* source_ = nullptr;
   Observer silent_;
   Observer* observer_ = &silent_;
   std::vector<snapshot::SampleConsumer*> consumers_;

@@ -1,0 +1,91 @@
+// A drive line out of its description: brought up, run along its path, looked after and taken down by the library, as
+// `driveline run` does. This program adds what it wants to know: every sample of every cycle, and what happens.
+//   07_line line8.toml            the simulated line of the description, on virtual time
+//   07_line line8.toml eth1       the same axes on a network interface, in real time
+
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <vector>
+
+#include "driveline/runtime/line.hpp"
+
+using namespace driveline;
+
+namespace {
+
+volatile std::sig_atomic_t interrupted = 0;
+
+/// Remembers the highest torque of every axis. Runs on an ordinary thread: it may be slow, the cycle does not wait.
+class HighestTorques final : public snapshot::SampleConsumer {
+ public:
+  explicit HighestTorques(std::size_t axes) : highest_(axes) {}
+  void lines(std::span<const snapshot::LineSample>) override {}
+  void axes(std::span<const snapshot::AxisSample> samples) override {
+    for (const auto& sample : samples) {
+      highest_[sample.axis] = std::max(highest_[sample.axis], std::abs(sample.actual_torque_nm));
+    }
+  }
+  /// Nm or N. After the run.
+  [[nodiscard]] double of(std::size_t axis) const { return highest_[axis]; }
+
+ private:
+  std::vector<double> highest_;
+};
+
+/// Says what happens, and hands Ctrl-C on.
+class Console final : public runtime::Observer {
+ public:
+  explicit Console(runtime::Line& line) : line_(line) {}
+  void progress(std::string_view sentence) override { say(sentence); }
+  void event(std::string_view sentence) override { say(sentence); }
+  void fault(std::string_view sentence) override { say(sentence); }
+  void look() override {
+    if (interrupted != 0) line_.request_stop();
+  }
+
+ private:
+  static void say(std::string_view sentence) {
+    std::fprintf(stderr, "%.*s\n", static_cast<int>(sentence.size()), sentence.data());
+  }
+  runtime::Line& line_;
+};
+
+int fail(const std::string& sentence) {
+  std::fprintf(stderr, "07_line: %s\n", sentence.c_str());
+  return 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 2 || argc > 3) {
+    std::fputs("usage: 07_line FILE [INTERFACE]\n", stderr);
+    return 2;
+  }
+  for (const int number : {SIGINT, SIGTERM}) std::signal(number, [](int) { interrupted = 1; });
+
+  runtime::Line::Options options;
+  if (argc > 2) options.interface = argv[2];
+  options.virtual_time = argc == 2;
+  const auto line = runtime::Line::from_file(argv[1], options);
+  if (!line) return fail(runtime::describe(line.error()));
+
+  HighestTorques torques((*line)->config().axes.size());
+  Console console(**line);
+  (*line)->add(torques);
+  (*line)->observe(console);
+  const auto report = (*line)->run();
+  if (!report) return fail(runtime::describe(report.error()));
+
+  for (std::size_t i = 0; i < report->axes.size(); ++i) {
+    const auto& axis = report->axes[i];
+    std::printf("%-8s following error at most %.4g %s, torque at most %.3g\n", axis.name.c_str(),
+                axis.following_error_max / axis.increments_per_unit, axis.unit.c_str(), torques.of(i));
+  }
+  std::printf("%.3f s in operation, %llu cycles, %llu periods missed\n", report->duration_s,
+              static_cast<unsigned long long>(report->statistics.cycles),
+              static_cast<unsigned long long>(report->statistics.missed_periods));
+  return report->failure.empty() ? 0 : fail(report->failure);
+}
