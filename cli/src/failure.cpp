@@ -16,6 +16,12 @@ std::string_view remedy(runtime::ErrorKind kind) {
   }
 }
 
+/// What is `interface2` in a line description is an option here.
+std::string sentence_of(const runtime::Error& error) {
+  if (error.place != "interface2") return runtime::describe(error).append(remedy(error.kind));
+  return "--iface2: " + error.reason + " (--iface NAME)";
+}
+
 int status_of(runtime::ErrorKind kind) {
   using enum runtime::ErrorKind;
   return kind == kFile || kind == kSetting || kind == kCall ? 2 : 1;
@@ -23,7 +29,6 @@ int status_of(runtime::ErrorKind kind) {
 
 }  // namespace
 
-Failure::Failure(const runtime::Error& error)
-    : status(status_of(error.kind)), text(runtime::describe(error).append(remedy(error.kind))) {}
+Failure::Failure(const runtime::Error& error) : status(status_of(error.kind)), text(sentence_of(error)) {}
 
 }  // namespace driveline::cli

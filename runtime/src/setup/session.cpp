@@ -82,12 +82,11 @@ Result<void> Session::take_options(const BusOptions& options, const Adjust& adju
   if (!options.interface.empty()) config.interface = options.interface;
   if (!options.interface2.empty()) config.interface2 = options.interface2;
   if (config.interface2 && !config.interface) {
-    return fail(ErrorKind::kSetting, "is the other end of a ring: it needs a first interface as well",
-                fmt::format("interface {}", *config.interface2));
+    return fail(ErrorKind::kSetting, "is the other end of a ring: it needs the first interface as well", "interface2");
   }
   if (config.interface2 && *config.interface2 == *config.interface) {
-    return fail(ErrorKind::kSetting, "is the first interface, too; a ring has two ends",
-                fmt::format("second interface {}", *config.interface2));
+    return fail(ErrorKind::kSetting,
+                fmt::format("{} is the first interface, too; a ring has two ends", *config.interface2), "interface2");
   }
   // A simulated line in this process may run anywhere; where drives may hang on the wire, it must be said.
   config.realtime.policy =
