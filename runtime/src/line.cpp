@@ -99,8 +99,11 @@ void Line::finish_capture(RunReport& report) {
   }
 }
 
-ecat_master::Result<ecat_master::LineDiagnosis> Line::diagnose() {
-  return run_->diagnose();
+Result<ecat_master::LineDiagnosis> Line::diagnose() {
+  if (!run_ || !run_->in_operation()) return fail(ErrorKind::kCall, "the line is not in operation");
+  auto diagnosis = run_->diagnose();
+  if (!diagnosis) return fail_line(diagnosis.error());
+  return std::move(*diagnosis);
 }
 
 }  // namespace driveline::runtime

@@ -145,7 +145,7 @@ class RunConsole final : public ConsoleObserver {
       return fmt::format("error: \"{}\" is no command of a running line; diag and diag json are", command);
     }
     const auto diagnosis = line_.diagnose();
-    if (!diagnosis) return fmt::format("error: {}", ecat_master::describe(diagnosis.error()));
+    if (!diagnosis) return fmt::format("error: {}", runtime::describe(diagnosis.error()));
     return command == "diag" ? to_text(*diagnosis) : json_text(to_json(*diagnosis));
   }
 

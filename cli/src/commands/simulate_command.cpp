@@ -179,6 +179,7 @@ Outcome<int> simulate(const SimulateOptions& options) {
   }
   auto config = runtime::load_line_config(bus.config);
   if (!config) return tl::unexpected(config.error());
+  for (const auto& note : config->notes) progress("{}", note);
   const bool ring = config->wiring && config->wiring->master(slaves::MasterPort::kSecondary);
   if (!options.bus.interface2.empty() && !ring) {
     return misused(

@@ -44,6 +44,8 @@ class LineRun {
   /// Everything from scan to INIT. The report is complete also after a failure; its faults tell what happened. Error:
   /// the line did not even get into operation.
   [[nodiscard]] Result<RunReport> execute();
+  /// All slaves are in OP, or were and are looked after.
+  [[nodiscard]] bool in_operation() const noexcept { return watch_ != nullptr && master_.cycling(); }
   /// Of the line as it is now; while it is in operation. Travels in the gaps of the cycle.
   [[nodiscard]] ecat_master::Result<ecat_master::LineDiagnosis> diagnose();
 

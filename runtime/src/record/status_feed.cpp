@@ -21,8 +21,11 @@ StatusFeed::StatusFeed(std::vector<snapshot::SampleConsumer*> listeners, nanosec
 }
 
 void StatusFeed::add_fault(std::string fault) {
-  const std::lock_guard lock(mutex_);
-  faults_.push_back(std::move(fault));
+  {
+    const std::lock_guard lock(mutex_);
+    faults_.push_back(std::move(fault));
+  }
+  changed_.store(true, std::memory_order_release);
 }
 
 void StatusFeed::lines(std::span<const snapshot::LineSample> samples) {
@@ -42,7 +45,7 @@ void StatusFeed::lines(std::span<const snapshot::LineSample> samples) {
 
 void StatusFeed::pass_done(const snapshot::DrainCounters&) {
   const auto now = std::chrono::steady_clock::now();
-  if (now < due_) return;
+  if (!changed_.exchange(false, std::memory_order_acq_rel) && now < due_) return;
   due_ = now + kHandOverPeriod;
   hand_over();
 }

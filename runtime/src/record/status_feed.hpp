@@ -17,7 +17,11 @@ class StatusFeed final : public snapshot::SampleConsumer {
   StatusFeed(std::vector<snapshot::SampleConsumer*> listeners, std::chrono::nanoseconds period);
 
   // The owner, any thread.
-  void set_state(snapshot::LineState state) noexcept { state_.store(state, std::memory_order_relaxed); }
+  /// A change is told with the next pass, anything else every 50 ms.
+  void set_state(snapshot::LineState state) noexcept {
+    state_.store(state, std::memory_order_relaxed);
+    changed_.store(true, std::memory_order_release);
+  }
   void add_fault(std::string fault);
 
   // The drain thread.
@@ -34,6 +38,7 @@ class StatusFeed final : public snapshot::SampleConsumer {
   rt::Histogram wake_latency_;
   rt::Histogram cost_;
   std::chrono::steady_clock::time_point due_{};
+  std::atomic<bool> changed_{false};
   std::atomic<snapshot::LineState> state_{snapshot::LineState::kDown};
   std::mutex mutex_;
   std::vector<std::string> faults_;  ///< guarded by mutex_

@@ -136,6 +136,7 @@ TEST_F(LineTest, EndsWhenItIsAskedTo) {
 TEST_F(LineTest, MisuseIsAnErrorWithItsFacts) {
   auto line = open(std::string(kSlave) + kAxis);
   ASSERT_TRUE(line) << describe(line.error());
+  EXPECT_EQ((*line)->diagnose().error().kind, ErrorKind::kCall) << "before it runs";
   Spring two(2);
   const auto wrong = (*line)->use(two);
   ASSERT_FALSE(wrong);
@@ -144,6 +145,7 @@ TEST_F(LineTest, MisuseIsAnErrorWithItsFacts) {
   Line::RunSettings shortly;
   shortly.duration_s = 0.05;
   ASSERT_TRUE((*line)->run(shortly));
+  EXPECT_EQ((*line)->diagnose().error().kind, ErrorKind::kCall) << "after it has run";
   EXPECT_EQ((*line)->run().error().kind, ErrorKind::kCall) << "a second run takes a second line";
   Spring one(1);
   EXPECT_EQ((*line)->use(one).error().kind, ErrorKind::kCall);

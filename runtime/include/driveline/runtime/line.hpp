@@ -91,8 +91,9 @@ class Line {
   /// Ends the run in order: the axes come to rest, the line goes to INIT. Any thread, signal handlers too. \rtsafe
   void request_stop() noexcept { stop_.store(true, std::memory_order_relaxed); }
 
-  /// What there is to know of the line now. In operation, on the owner's thread: in Observer::look().
-  [[nodiscard]] ecat_master::Result<ecat_master::LineDiagnosis> diagnose();
+  /// What there is to know of the line now. On the owner's thread: in Observer::look(). Errors: the line is not in
+  /// operation (kCall), those of the bus (kLine).
+  [[nodiscard]] Result<ecat_master::LineDiagnosis> diagnose();
 
  private:
   explicit Line(std::unique_ptr<Session> session, std::optional<trajectory::Interpolator> path);
