@@ -291,7 +291,7 @@ void Motion::advance_path(std::int64_t cycle) noexcept {
     source_->run(!wait);
     enter(wait ? MotionPhase::kWaiting : MotionPhase::kFollowing, cycle);
   }
-  before_ = targets_;
+  for (std::size_t i = 0; i < axes_.size(); ++i) before_[i] = targets_[i].position;
   const bool goes_on = source_->next({seconds(given_ - path_begin_), axes_}, targets_);
   for (std::size_t i = 0; i < axes_.size(); ++i) targets_[i].position += anchors_[i].value_or(0.0);
   tell_path_late();

@@ -81,7 +81,7 @@ MotionFailure::Cause Motion::judge_setpoint(std::size_t axis) const noexcept {
   // Who gives a torque says nothing about places: where the axis is, is where it is to be.
   const bool torque_alone = target.torque && axes_[axis].config().mode == cia402::Mode::kCyclicTorque;
   if (torque_alone) return std::abs(axes_[axis].inputs().velocity) > most ? Cause::kTooFast : Cause::kNone;
-  const double step = std::abs(target.position - before_[axis].position);
+  const double step = std::abs(target.position - before_[axis]);
   return step > most * seconds(1) || std::abs(target.velocity) > most ? Cause::kSetpoint : Cause::kNone;
 }
 

@@ -243,10 +243,10 @@ class Motion {
   std::vector<trajectory::AxisSetpoint> source_start_;
   std::vector<std::optional<double>> anchors_;     ///< relative paths: what is added to them, once the axis was enabled
   std::vector<trajectory::AxisSetpoint> targets_;  ///< where the source is; setpoints_ of the axes on it
-  std::vector<trajectory::AxisSetpoint> before_;   ///< targets_ of the cycle before, while the source is asked
-  std::int64_t path_begin_ = 0;                    ///< in given periods
-  std::int64_t given_ = 0;                         ///< periods for which setpoints have been made since the start
-  std::int64_t phase_given_ = 0;                   ///< of them, when the phase began
+  std::vector<double> before_;    ///< places of targets_ in the cycle before, while the source is asked
+  std::int64_t path_begin_ = 0;   ///< in given periods
+  std::int64_t given_ = 0;        ///< periods for which setpoints have been made since the start
+  std::int64_t phase_given_ = 0;  ///< of them, when the phase began
   std::vector<Supply> supplies_;
   std::vector<Absence> absences_;
   std::unique_ptr<std::atomic<AxisPresence>[]> presence_shared_;
