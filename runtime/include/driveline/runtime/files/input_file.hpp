@@ -11,7 +11,7 @@ namespace driveline::runtime {
 /// device that never ends (/dev/zero) costs no memory that matters.
 inline constexpr std::size_t kMaxInputBytes = std::size_t{128} << 20;
 
-/// Everything in a file that a user has named. Error: a sentence that begins with its name.
+/// Everything in a file that a user has named. Error: kFile.
 [[nodiscard]] Result<std::string> read_input_file(const std::filesystem::path& file);
 
 }  // namespace driveline::runtime

@@ -12,10 +12,10 @@ namespace driveline::runtime {
 /// Name under which `file` is written until it is complete.
 [[nodiscard]] std::filesystem::path partial_name(const std::filesystem::path& file);
 
-/// Gives the partial file its name. Error: a sentence; the partial file is gone.
+/// Gives the partial file its name. Error: kMachine; the partial file is gone.
 [[nodiscard]] Result<void> complete_file(const std::filesystem::path& file);
 
-/// Writes a file that appears under its name only when it is complete. Error: a sentence; what was there before is
+/// Writes a file that appears under its name only when it is complete. Error: kMachine; what was there before is
 /// still there.
 [[nodiscard]] Result<void> write_file(const std::filesystem::path& file, std::string_view content);
 
@@ -25,7 +25,7 @@ class FolderLock {
  public:
   /// Of no folder.
   FolderLock() = default;
-  /// Error: another program has it, as a sentence. Where the file system knows no locks everybody gets one.
+  /// Error: another program has it (kFolderBusy). Where the file system knows no locks everybody gets one.
   [[nodiscard]] static Result<FolderLock> take(const std::filesystem::path& folder);
 
  private:
