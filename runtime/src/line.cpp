@@ -36,10 +36,10 @@ Result<std::unique_ptr<Line>> Line::from_config(LineConfig config, const Options
 Result<std::unique_ptr<Line>> Line::from_interface(const std::string& interface, const Options& options) {
   auto bus = bus_of(options);
   bus.interface = interface;
-  return open(std::nullopt, std::move(bus), options.adjust);
+  return open(std::nullopt, bus, options.adjust);
 }
 
-Result<std::unique_ptr<Line>> Line::open(std::optional<LineConfig> config, BusOptions bus,
+Result<std::unique_ptr<Line>> Line::open(std::optional<LineConfig> config, const BusOptions& bus,
                                          const Session::Adjust& adjust) {
   std::optional<trajectory::Interpolator> path;
   const auto complete = [&adjust, &path](LineConfig& read) -> Result<void> {

@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "text/histogram_json.hpp"
+#include "text/image_view.hpp"
+#include "text/input_values.hpp"
 
 namespace driveline::cli {
 namespace {

@@ -1,5 +1,7 @@
 #include "record/status_feed.hpp"
 
+#include <utility>
+
 #include "driveline/rt/lateness.hpp"
 
 namespace driveline::runtime {

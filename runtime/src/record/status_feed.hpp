@@ -1,11 +1,15 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <mutex>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "driveline/rt/histogram.hpp"
+#include "driveline/snapshot/line_status.hpp"
+#include "driveline/snapshot/sample_consumer.hpp"
 
 namespace driveline::runtime {
 

@@ -97,7 +97,7 @@ class Line {
 
  private:
   explicit Line(std::unique_ptr<Session> session, std::optional<trajectory::Interpolator> path);
-  [[nodiscard]] static Result<std::unique_ptr<Line>> open(std::optional<LineConfig> config, BusOptions bus,
+  [[nodiscard]] static Result<std::unique_ptr<Line>> open(std::optional<LineConfig> config, const BusOptions& bus,
                                                           const Session::Adjust& adjust);
   void finish_capture(RunReport& report);
 
