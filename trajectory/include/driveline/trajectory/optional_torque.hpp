@@ -12,7 +12,8 @@ class OptionalTorque {
   /// None.
   constexpr OptionalTorque() noexcept = default;
   /// Any number, and NaN as well: a source that has calculated one has given a torque, if a wrong one.
-  constexpr OptionalTorque(double value) noexcept : value_(value) {}  // NOLINT(google-explicit-constructor): a setpoint in braces
+  // NOLINTNEXTLINE(google-explicit-constructor): setpoints are written in braces
+  constexpr OptionalTorque(double value) noexcept : value_(value) {}
 
   /// There is one.
   [[nodiscard]] constexpr bool has_value() const noexcept { return std::bit_cast<std::uint64_t>(value_) != kNone; }
