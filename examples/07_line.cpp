@@ -24,7 +24,7 @@ class HighestTorques final : public snapshot::SampleConsumer {
   void lines(std::span<const snapshot::LineSample>) override {}
   void axes(std::span<const snapshot::AxisSample> samples) override {
     for (const auto& sample : samples) {
-      highest_[sample.axis] = std::max(highest_[sample.axis], std::abs(sample.actual_torque_nm));
+      highest_[sample.axis] = std::max(highest_[sample.axis], std::abs(sample.actual_torque));
     }
   }
   /// Nm or N. After the run.

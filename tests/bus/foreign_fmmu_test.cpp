@@ -73,10 +73,10 @@ class ForeignFmmu : public testing::Test {
       const auto station = operation->master().slaves()[1].info.ref.station;
       ASSERT_NE(sample.status_word, station) << "cycle " << sample.cycle;
       if (known[sample.axis]) {
-        const double step = std::abs(sample.target_position_rad - before[sample.axis]);
+        const double step = std::abs(sample.target_position - before[sample.axis]);
         ASSERT_LE(step, limits.max_velocity * 125e-6 * 1.01) << "axis " << sample.axis << ", cycle " << sample.cycle;
       }
-      before[sample.axis] = sample.target_position_rad;
+      before[sample.axis] = sample.target_position;
       known[sample.axis] = true;
     }
   }

@@ -263,8 +263,8 @@ TEST(LateMotion, SetpointsBehindALostAnswerAreWithinTheLimits) {
     line.lose(1 + place % 3, false);
     line.cycles(3);
     for (std::size_t i = 2; i < samples.size(); ++i) {
-      const double bend = samples[i].target_position_rad - 2.0 * samples[i - 1].target_position_rad +
-                          samples[i - 2].target_position_rad;
+      const double bend =
+          samples[i].target_position - 2.0 * samples[i - 1].target_position + samples[i - 2].target_position;
       EXPECT_LE(std::abs(bend), 1.001 * most) << "place " << place << " sample " << i;
     }
   }

@@ -138,8 +138,8 @@ TEST_P(EveryLayoutLoses, NothingToAFrameThatComesLate) {
   std::array<unsigned, kDrives> samples{};
   unsigned compared = 0;
   for (const auto& sample : operation->axis_samples) {
-    const double moved = sample.actual_position_rad - last[sample.axis];
-    last[sample.axis] = sample.actual_position_rad;
+    const double moved = sample.actual_position - last[sample.axis];
+    last[sample.axis] = sample.actual_position;
     if (samples[sample.axis]++ == 0 || moved == 0.0) continue;
     if (std::abs(step[sample.axis]) > 5e-5) {
       ++compared;

@@ -35,8 +35,8 @@ std::string axis_verdict(const ecat_master::AxisConfig& axis, const FollowingErr
   if (seen.last->state != snapshot::AxisState::kOperationEnabled || !(allowed > 0.0)) return {};
   const auto unsure = std::max<std::chrono::nanoseconds>(kUnsureTime, 2 * period);
   const double tolerance =
-      allowed + std::abs(seen.last->target_velocity_rad_s) * std::chrono::duration<double>(unsure).count();
-  const double error = seen.last->following_error_rad;
+      allowed + std::abs(seen.last->target_velocity) * std::chrono::duration<double>(unsure).count();
+  const double error = seen.last->following_error;
   // Not a number is off, too.
   return std::abs(error) <= tolerance ? std::string{} : off_by(axis, error, tolerance, increments);
 }
