@@ -4,9 +4,8 @@
 #include <limits>
 #include <type_traits>
 
-/// What the real-time cycle tells the rest of the world: fixed-size records that go through wait-free rings.
-/// All records are trivially copyable and carry SI units: rad, rad/s and Nm for a rotary axis, m, m/s and N for a
-/// linear one.
+/// The records of the real-time cycle, of fixed size, which go through wait-free rings to their consumers. All records
+/// are trivially copyable and carry SI units: rad, rad/s and Nm for a rotary axis, m, m/s and N for a linear one.
 namespace driveline::snapshot {
 
 /// State of the CiA 402 power drive system, as decoded from the status word (CiA 402-2, status word masks).
