@@ -22,22 +22,22 @@ class FaultRecords {
   FaultRecords(std::filesystem::path directory, std::vector<ecat_master::FlightRecorder::AxisLabel> axes,
                bool in_background);
 
-  /// What the cycle records into.
+  /// The recorder that the cycle writes to.
   [[nodiscard]] ecat_master::FlightRecorder& recorder() noexcept { return recorder_; }
   /// A fault has come up now.
   void note_fault() noexcept;
-  /// To be called every now and then while the cycle runs. A sentence for each file that is complete since.
+  /// To be called regularly while the cycle runs. Returns a sentence for each file completed since the last call.
   [[nodiscard]] std::vector<std::string> poll();
-  /// After the cycle has ended: writes what there is of the last fault. Sentences as of poll().
+  /// After the cycle has ended: writes what was recorded of the last fault. Returns sentences like poll().
   [[nodiscard]] std::vector<std::string> finish();
 
-  /// Those that were written.
+  /// The files written so far.
   [[nodiscard]] const std::vector<std::filesystem::path>& files() const noexcept { return files_; }
   /// The first that could not be written, as a sentence; empty: none.
   [[nodiscard]] const std::string& problem() const noexcept { return problem_; }
 
  private:
-  /// What writing a file came to: a reason, or nothing.
+  /// Result of writing a file: the reason of the failure, or nothing.
   using Writing = std::future<std::optional<std::string>>;
 
   [[nodiscard]] std::filesystem::path next_file() const;

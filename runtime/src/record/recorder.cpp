@@ -21,7 +21,7 @@ double ErrorFigures::rms() const noexcept {
   return samples == 0 ? 0.0 : std::sqrt(sum_of_squares / static_cast<double>(samples));
 }
 
-/// What is not a number stands for none.
+/// NaN extremes mean that there were no values.
 void Recorder::Extremes::add(double value) noexcept {
   least = std::fmin(least, value);
   greatest = std::fmax(greatest, value);
@@ -38,8 +38,8 @@ Recorder::Recorder(const std::vector<ecat_master::AxisConfig>& axes, std::option
   if (!stream_) problem_ = fmt::format("{}: cannot be written: {}", csv_->string(), std::strerror(errno));
 }
 
-/// Three columns for each axis, then what fewer people look at. Which drives report a following error of their own is
-/// known by the first row.
+/// Three columns for each axis first, then the less important ones. Which drives report a following error of their own
+/// is known by the first row.
 void Recorder::write_header(const std::vector<snapshot::AxisSample>& row) {
   stream_ << "time[s]";
   const auto head = [this](const Column& column, std::string_view figure, std::string_view unit) {
@@ -139,7 +139,7 @@ void Recorder::write_row(const std::vector<snapshot::AxisSample>& row) {
 
 void Recorder::finish(const snapshot::DrainCounters&) {
   if (!stream_.is_open()) return;
-  // Of the cycles behind the last row, if one of them could hold the peak.
+  // The cycles after the last row are written, too, if one of them could hold the peak.
   const bool more = std::any_of(extremes_.begin(), extremes_.end(), [](const auto& e) { return !std::isnan(e.least); });
   if (more && !last_row_.empty()) take_row(last_row_);
   if (rows_ == 0 || discarded_.load(std::memory_order_relaxed)) return drop_file();
