@@ -11,9 +11,10 @@
 namespace driveline::runtime {
 
 /// The cycles around the faults of a run, one file per fault: flight_recorder.csv, flight_recorder.2.csv and so on. The
-/// first kMaxFiles faults get one; a fault that comes before the record of the one before is complete stands in that.
+/// first kMaxFiles faults get one; a fault that comes before the record of the previous one is complete is part of that
+/// record.
 ///
-/// Belongs to the thread that looks after the line; the recorder's own side is the cycle's.
+/// Belongs to the thread that supervises the line; only the cycle writes to the recorder.
 class FaultRecords {
  public:
   static constexpr std::size_t kMaxFiles = 8;

@@ -21,7 +21,7 @@ double ErrorFigures::rms() const noexcept {
   return samples == 0 ? 0.0 : std::sqrt(sum_of_squares / static_cast<double>(samples));
 }
 
-/// NaN extremes mean that there were no values.
+/// The extremes are NaN until the first value; fmin() and fmax() skip NaN.
 void Recorder::Extremes::add(double value) noexcept {
   least = std::fmin(least, value);
   greatest = std::fmax(greatest, value);
