@@ -47,7 +47,7 @@ tl::expected<trajectory::Interpolator, std::string> make_path(std::size_t axes, 
   return trajectory::Interpolator::clamped_spline(*builder.build());
 }
 
-/// Without a way to go the axes hold their place until Ctrl-C. Whoever fails stops all of them.
+/// Without revolutions the axes hold their place until Ctrl-C. An axis that fails stops all of them.
 bool goes_on(ecat_master::MotionPhase phase, double revolutions) {
   using Phase = ecat_master::MotionPhase;
   if (phase == Phase::kHolding) return revolutions == 0.0;
@@ -81,7 +81,7 @@ int main(int argc, char** argv) {
   ecat_master::Master master(**port, clock);
   if (const auto found = master.scan(); !found) return fail(ecat_master::describe(found.error()));
 
-  // One axis per drive. What moves it at most is what its machine bears, and not what the motor can do.
+  // One axis per drive. The limits are those of its machine, not of the motor.
   std::vector<ecat_master::AxisConfig> configs;
   std::vector<ecat_master::SlavePlan> plans;
   for (const auto& slave : master.slaves()) {
