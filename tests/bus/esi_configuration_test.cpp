@@ -1,4 +1,4 @@
-// A line configured as an ESI-based master does it: from nothing but what the ESI file says.
+// A line configured as an ESI-based master does it: from the ESI file alone.
 #include <gtest/gtest.h>
 
 #include "drive_line.hpp"

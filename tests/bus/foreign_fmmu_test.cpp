@@ -15,8 +15,8 @@ using ecat_master::MotionFailure;
 using ecat_master::MotionPhase;
 using slaves::PowerState;
 
-/// Four drives on their path, in two groups: drives 0 and 2, drives 1 and 3. An FMMU of drive 1 that nobody has planned
-/// puts two bytes of its own registers over the status word of drive 0.
+/// Four drives on their path, in two groups: drives 0 and 2, drives 1 and 3. An unplanned FMMU of drive 1 puts two
+/// bytes of its own registers over the status word of drive 0.
 class ForeignFmmu : public testing::Test {
  protected:
   static constexpr std::size_t kDrives = 4;

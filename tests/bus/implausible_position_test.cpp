@@ -1,4 +1,4 @@
-// Drives whose actual positions cannot be true: what the master makes of it, and what the shaft does meanwhile.
+// Drives with implausible actual positions: reaction of the master, and movement of the shaft meanwhile.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -25,7 +25,7 @@ void set(slaves::msd::DriveCore& drive, std::string_view input, double value) {
   drive.signals().set_signal(place->number, value);
 }
 
-/// A line in motion, and what drive 1 does from then on.
+/// A line in motion, with the behaviour of drive 1 from then on.
 class ImplausiblePosition : public testing::TestWithParam<Mode> {
  protected:
   ImplausiblePosition() : drives(2), operation(drives, RunOptions{.mode = GetParam(), .amplitude_rad = 6.0}) {}

@@ -1,4 +1,4 @@
-// What the figures and the motion make of a master that is late, and of frames that get lost.
+// Figures and motion with a late master and lost frames.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -188,8 +188,8 @@ TEST(LateMaster, CountsItsWholeAbsence) {
   EXPECT_EQ(operation.line_samples[0].wake_latency_ns, late.count()) << "so it goes to DDS and the flight recorder";
 }
 
-/// Ends the counting as soon as it hears of an absence, before the cycle that was late is over: what a thread that
-/// watches the line may do.
+/// Ends the counting as soon as it hears of an absence, before the cycle that was late is over: as a thread that
+/// supervises the line may do.
 class EndsCountingAtOnce final : public ecat_master::CyclicTask {
  public:
   void update(std::int64_t, std::span<const std::byte>, std::span<const bool>, std::span<std::byte>) noexcept override {
@@ -251,7 +251,7 @@ TEST(LateMotion, StaysLateByTheFramesThatWereLost) {
   }
 }
 
-/// The drives have been given what the master does not know they have: each of its next setpoints reaches them as well.
+/// The drives have setpoints although the master did not get their answer: its next setpoints follow on those.
 TEST(LateMotion, SetpointsBehindALostAnswerAreWithinTheLimits) {
   LateLine line;
   auto& samples = line.operation.axis_samples;

@@ -61,7 +61,7 @@ TEST_P(LostFrames, OneInFourIsMadeUpForWithSeveralDrives) {
   for (std::uint32_t seed = 1; seed <= 10; ++seed) {
     DriveLine drives(3);
     Chance chance(4, seed);
-    // More than four tries in a row are not lost: then the master gives up, rightly.
+    // At most four tries in a row are lost: after five the master gives up.
     unsigned in_a_row = 0;
     LossyPort port(drives.line(), GetParam(), [&](auto, auto) {
       const bool lost = in_a_row < 3 && chance();

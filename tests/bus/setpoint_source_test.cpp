@@ -21,7 +21,7 @@ using Setpoints = std::span<AxisSetpoint>;
 
 constexpr double kPeriod_s = 125e-6;
 
-/// What the tests' sources have in common: they begin where the axes stand, and keep no time.
+/// Base of the tests' sources: they begin where the axes stand, and keep no time.
 class TestSource : public SetpointSource {
  public:
   explicit TestSource(std::size_t axes) : begin_(axes) {}

@@ -1,4 +1,4 @@
-// What the other axes do while one is missing, and how it comes back onto the path.
+// Behaviour of the other axes while one is missing, and its way back onto the path.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -37,7 +37,7 @@ class MissingAxis : public testing::Test {
     operation->run(milliseconds{150});
     remember();
   }
-  /// Forgets what went to the drives before.
+  /// Discards earlier setpoints.
   void remember() {
     operation->axis_samples.clear();
     seen.fill({});

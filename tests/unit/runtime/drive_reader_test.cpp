@@ -1,4 +1,4 @@
-// The machine behind a simulated drive in the line file: numbers, switches, scripts; and what their reference says.
+// The machine behind a simulated drive in the line file: numbers, switches, scripts, and their reference.
 #include "config/drive_reader.hpp"
 
 #include <fmt/format.h>
@@ -186,7 +186,7 @@ TEST(DriveReader, WrongScripts) {
               HasSubstr("entry: 2000 does not fit DC_LINK, 0 to 1000 V is expected"));
 }
 
-/// The simulated drive of a line file, living on virtual time.
+/// The simulated drive of a line file, on virtual time.
 class ScriptedDrive {
  public:
   explicit ScriptedDrive(const std::string& rest) {
