@@ -329,7 +329,7 @@ TEST(BadEeprom, IsInTheDiagnosisAndSoAreDuplicateAliases) {
   ASSERT_EQ(sentence(diagnosis), "");
   EXPECT_THAT(diagnosis->problems,
               testing::ElementsAre(testing::StartsWith("slave 1: EEPROM checksum is 0x"),
-                                   "alias 77: slaves 0, 2 and 3 have it, it tells nobody which one is meant"));
+                                   "alias 77: slaves 0, 2 and 3 have it, it identifies none of them"));
   for (const auto& problem : diagnosis->problems) {
     EXPECT_THAT(to_text(*diagnosis), testing::HasSubstr("  " + problem + "\n"));
   }

@@ -63,7 +63,7 @@ class LineView {
   }
   /// Failure: a master drives the line, `force` (--force) is not set, and this `would` disturb it.
   [[nodiscard]] Outcome<void> must_not_disturb(bool force, std::string_view would) const;
-  /// Who is connected to whom.
+  /// The connections between the slaves.
   [[nodiscard]] Outcome<ecat_master::Topology> topology();
 
  private:

@@ -291,7 +291,7 @@ Outcome<std::string> describe_line(const FoundLine& line) {
       "# `revision = \">= number\"` takes later ones as well; without `serial` another device of the kind may stand "
       "in.\n",
       line.slaves.size());
-  if (!line.tree.empty()) text += "#\n# Who is connected to whom:\n" + comment(line.tree);
+  if (!line.tree.empty()) text += "#\n# Connections of the slaves:\n" + comment(line.tree);
   text += "\n[line]\nname = \"line\"\ncycle_us = 1000\n";
   if (line.interface) text += fmt::format("\n[bus]\ninterface = \"{}\"\n", plain(*line.interface));
   const IdentityUses names(line.slaves);

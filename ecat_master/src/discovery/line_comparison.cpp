@@ -391,7 +391,7 @@ std::string describe(const DuplicateAlias& duplicate) {
   for (std::size_t i = 1; i < duplicate.positions.size(); ++i) {
     slaves += fmt::format("{}{}", i + 1 == duplicate.positions.size() ? " and " : ", ", duplicate.positions[i]);
   }
-  return fmt::format("alias {}: slaves {} have it, it tells nobody which one is meant", duplicate.alias, slaves);
+  return fmt::format("alias {}: slaves {} have it, it identifies none of them", duplicate.alias, slaves);
 }
 
 std::vector<std::string> describe_problems(std::span<const SlaveInfo> found) {

@@ -110,7 +110,7 @@ inline constexpr std::array<FaultKindRow, kFaultKindCount> kFaultKinds{{
     {FaultKind::kDuplicate, "duplicate", 0, fault_detail::kHits, "frames come back twice"},
     {FaultKind::kCorrupt, "corrupt", 0,
      FaultParameters{fault_detail::kHits | FaultParameter::kWay} | FaultParameter::kBits,
-     "bits behind the Ethernet header flip and nobody notices"},
+     "bits behind the Ethernet header flip unnoticed"},
     {FaultKind::kDamage, "damage", FaultParameter::kSlave | FaultParameter::kPort, fault_detail::kHits,
      "frames that come in at this port have a wrong check sequence: counted by the slaves (0300h, 0308h), not taken by "
      "those behind, discarded by the master's interface"},
