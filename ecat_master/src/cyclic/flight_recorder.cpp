@@ -11,7 +11,7 @@ FlightRecorder::FlightRecorder(std::size_t axes, std::size_t cycles)
     : axes_(axes), lines_(std::max<std::size_t>(cycles, 1)), axis_records_(lines_.size() * axes) {}
 
 void FlightRecorder::record(const snapshot::LineSample& line, std::span<const Axis> axes) noexcept {
-  // After a rearm() what it has set must be seen.
+  // Acquire: the values set by rearm() must be visible.
   if (frozen_.load(std::memory_order_acquire)) return;
   lines_[next_] = line;
   const auto records = std::span(axis_records_).subspan(next_ * axes_, axes_);

@@ -1,4 +1,4 @@
-// Where the setpoints come from, and what is believed of them.
+// The source of the setpoints, and the check of its setpoints.
 #include <algorithm>
 #include <cmath>
 
@@ -7,7 +7,7 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// What rounding and the ways back onto a path may add to a step.
+/// Tolerance of a step for rounding and for the return onto a path.
 constexpr double kMargin = 1.05;
 
 bool is_finite(const trajectory::AxisSetpoint& setpoint) noexcept {
@@ -36,7 +36,7 @@ void Motion::take_source(std::int64_t cycle) noexcept {
   source_ = source;
   source_shared_.store(source, std::memory_order_release);
   if (phase_ == MotionPhase::kIdle) return;
-  // The axes have power and stand where the source before has left them.
+  // The axes have power and hold the end of the previous source.
   for (auto& anchor : anchors_) anchor.reset();
   rewind_source();
   for (std::size_t i = 0; i < axes_.size() && settings_.relative; ++i) {
@@ -47,7 +47,7 @@ void Motion::take_source(std::int64_t cycle) noexcept {
   enter(MotionPhase::kApproach, cycle);
 }
 
-/// Where the source begins; it is told where the axes stand.
+/// Sets the source to its beginning, with the positions of the axes.
 void Motion::rewind_source() noexcept {
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     source_start_[i] = {phase_ == MotionPhase::kHolding ? targets_[i].position : place_of(i), 0.0, 0.0};
@@ -55,7 +55,7 @@ void Motion::rewind_source() noexcept {
   source_->rewind(source_start_);
 }
 
-/// A wrong setpoint never leaves: the axes come to rest from the last one that did.
+/// A wrong setpoint is never sent: the axes come to rest from the last one that was.
 bool Motion::believe_setpoints(std::int64_t cycle) noexcept {
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     const auto cause = judge_setpoint(i);
@@ -78,7 +78,7 @@ MotionFailure::Cause Motion::judge_setpoint(std::size_t axis) const noexcept {
   if (!is_finite(target)) return Cause::kSetpoint;
   if (absences_[axis].presence != AxisPresence::kPresent) return Cause::kNone;
   const double most = kMargin * axes_[axis].config().limits.max_velocity;
-  // Who gives a torque says nothing about places: where the axis is, is where it is to be.
+  // A source that gives torques alone gives no positions: the actual position is taken as the setpoint.
   const bool torque_alone = target.torque && axes_[axis].config().mode == cia402::Mode::kCyclicTorque;
   if (torque_alone) return std::abs(axes_[axis].inputs().velocity) > most ? Cause::kTooFast : Cause::kNone;
   const double step = std::abs(target.position - before_[axis]);
