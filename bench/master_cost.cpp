@@ -85,7 +85,7 @@ class Decoder final : public ecat_master::CyclicTask {
   }
   void update(std::int64_t, std::span<const std::byte> inputs, std::span<const bool> valid,
               std::span<std::byte> outputs) noexcept override {
-    // Locals, because a store to a byte may alias any member.
+    // Locals: a store to a byte may be a store to anything, for all the compiler knows.
     const std::span<const AxisEntries> axes(axes_);
     std::uint64_t stale = 0;
     for (std::size_t i = 0; i < axes.size(); ++i) {

@@ -81,7 +81,7 @@ int main(int argc, char** argv) {
   ecat_master::Master master(**port, clock);
   if (const auto found = master.scan(); !found) return fail(ecat_master::describe(found.error()));
 
-  // One axis per drive. The limits are those of its machine, not of the motor.
+  // One axis per drive. What moves it at most is what its machine bears, and not what the motor can do.
   std::vector<ecat_master::AxisConfig> configs;
   std::vector<ecat_master::SlavePlan> plans;
   for (const auto& slave : master.slaves()) {

@@ -188,8 +188,8 @@ TEST(LateMaster, CountsItsWholeAbsence) {
   EXPECT_EQ(operation.line_samples[0].wake_latency_ns, late.count()) << "so it goes to DDS and the flight recorder";
 }
 
-/// Ends the counting as soon as it hears of an absence, before the cycle that was late is over: as a thread that
-/// supervises the line may do.
+/// Ends the counting as soon as it hears of an absence, before the cycle that was late is over: what a thread that
+/// watches the line may do.
 class EndsCountingAtOnce final : public ecat_master::CyclicTask {
  public:
   void update(std::int64_t, std::span<const std::byte>, std::span<const bool>, std::span<std::byte>) noexcept override {

@@ -19,7 +19,7 @@ std::vector<trajectory::AxisLimits> limits_of(const std::vector<Axis>& axes) {
 /// Number of missing setpoint periods that drives bridge at their last velocity.
 constexpr std::uint32_t kBridgedPeriods = 8;
 
-/// In CSV and CST a drive without new setpoints does not slow down.
+/// In CSV and CST nobody slows down a drive that is not told to.
 trajectory::Coast coast_of(const AxisConfig& config) {
   constexpr auto kForGood = std::numeric_limits<std::uint32_t>::max();
   if (config.mode != cia402::Mode::kCyclicPosition) return {kForGood, 0.0};
@@ -101,7 +101,7 @@ void Motion::begin_with(SetpointSource& source) {
   source_->rewind(source_start_);
 }
 
-/// The drives are given setpoints.
+/// Setpoints go to the drives.
 bool Motion::powered() const noexcept {
   return phase_ == MotionPhase::kApproach || phase_ == MotionPhase::kFollowing || phase_ == MotionPhase::kHolding ||
          phase_ == MotionPhase::kStopping || phase_ == MotionPhase::kWaiting;

@@ -7,7 +7,7 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// Tolerance of a step for rounding and for the return onto a path.
+/// What rounding and the ways back onto a path may add to a step.
 constexpr double kMargin = 1.05;
 
 bool is_finite(const trajectory::AxisSetpoint& setpoint) noexcept {
@@ -78,7 +78,7 @@ MotionFailure::Cause Motion::judge_setpoint(std::size_t axis) const noexcept {
   if (!is_finite(target)) return Cause::kSetpoint;
   if (absences_[axis].presence != AxisPresence::kPresent) return Cause::kNone;
   const double most = kMargin * axes_[axis].config().limits.max_velocity;
-  // A source that gives torques alone gives no positions: the actual position is taken as the setpoint.
+  // Who gives a torque says nothing about places: where the axis is, is where it is to be.
   const bool torque_alone = target.torque && axes_[axis].config().mode == cia402::Mode::kCyclicTorque;
   if (torque_alone) return std::abs(axes_[axis].inputs().velocity) > most ? Cause::kTooFast : Cause::kNone;
   const double step = std::abs(target.position - before_[axis]);

@@ -26,7 +26,7 @@ ScriptedInput read_input(TomlReader reader, const DeviceModel& model) {
   return input;
 }
 
-/// Refuses the keys of the simulated drive that have no meaning for a device.
+/// Keys of the simulated drive that mean nothing to a device.
 void refuse_drive_keys(TomlReader& reader, std::string_view file_key) {
   for (const std::string_view key :
        {"model", "firmware", "plant", "switch", "parameter_file", "start_up_ms", "factory_start_up_ms"}) {
@@ -34,7 +34,7 @@ void refuse_drive_keys(TomlReader& reader, std::string_view file_key) {
   }
 }
 
-/// The file does not describe modules as devices: their PDOs come from the slave itself.
+/// Modules are none of the devices of a file: their PDOs come from the slave itself.
 std::vector<std::string> notes_on_slots(const esi::EsiFile& file, const std::filesystem::path& path) {
   std::vector<std::string> notes;
   for (const auto& note : file.notes) {
@@ -56,7 +56,7 @@ DeviceFiles::Device DeviceFiles::read(TomlReader& reader) {
   if (!esi && !sii) return {};
   Device device;
   if (esi) device.file = read_description(reader);
-  // `model` simulates the drive in more detail than the file describes it.
+  // The file describes a drive whose behaviour is known better than from there.
   if (esi && reader.has("model")) return device;
   refuse_drive_keys(reader, esi ? "esi" : "sii");
   auto source = std::make_shared<DeviceSource>();
@@ -125,7 +125,7 @@ DeviceFiles::Description DeviceFiles::read_description(TomlReader& reader) {
   esi::DeviceChoice choice;
   choice.name = reader.text_or("device", "");
   const auto number = [&reader](std::string_view key) -> std::optional<std::uint32_t> {
-    // A text such as ">= 2" is a condition on the real slave and does not choose a device of the file.
+    // A text is a condition on the slave that is there, ">= 2", and chooses nothing.
     if (!reader.has(key) || reader.is_text(key)) return std::nullopt;
     return static_cast<std::uint32_t>(reader.integer(key, 0, 0xFFFFFFFF));
   };

@@ -24,10 +24,10 @@ class DeviceFiles {
   /// `directory`: of the line description; paths in it are relative to that.
   explicit DeviceFiles(std::filesystem::path directory) : directory_(std::move(directory)) {}
 
-  /// The device files of a [[slave]].
+  /// What the files of a [[slave]] say.
   struct Device {
     std::shared_ptr<const DeviceSource> source;          ///< what is simulated; null: a drive (`model`)
-    std::shared_ptr<const esi::DeviceDescription> file;  ///< by which the master configures it; null: by its EEPROM
+    std::shared_ptr<const esi::DeviceDescription> file;  ///< how a master configures it; null: by its EEPROM
   };
 
   /// Reads the keys of a [[slave]] that has device files: esi with device, product_code and revision, or sii. The
@@ -39,7 +39,7 @@ class DeviceFiles {
   /// ConfigError.
   [[nodiscard]] std::shared_ptr<const esi::EsiLibrary> read_library(TomlReader& reader, std::string_view key);
 
-  /// Remarks on the files that were read, a sentence each.
+  /// What a user should know of the files that were read, a sentence each.
   [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return notes_; }
 
  private:

@@ -26,7 +26,7 @@ struct PlantKey {
 };
 [[nodiscard]] std::span<const PlantKey> plant_keys();
 
-/// Reads the keys of a simulated drive: [slave.plant] and its tables, [[slave.switch]], [[slave.input]],
+/// Reads what only a simulated drive has: [slave.plant] and its tables, [[slave.switch]], [[slave.input]],
 /// parameter_file, start_up_ms, factory_start_up_ms. Throws ConfigError.
 /// @param directory of the line file
 [[nodiscard]] slaves::msd::MsdParameters read_drive_parameters(TomlReader& slave,

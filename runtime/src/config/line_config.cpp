@@ -145,13 +145,13 @@ void read_model(TomlReader& reader, SlaveConfig& slave) {
   }
 }
 
-/// Reads the keys of the simulated drive.
+/// What only the simulated drive has.
 void read_drive(TomlReader& reader, const std::filesystem::path& directory, SlaveConfig& slave) {
   read_model(reader, slave);
   slave.drive = read_drive_parameters(reader, directory);
 }
 
-/// Reads the EEPROM content that an earlier simulation has stored.
+/// The EEPROM content that an earlier simulation has left.
 void read_eeprom(TomlReader& reader, const std::filesystem::path& directory, SlaveConfig& slave) {
   if (!reader.has("sii_file")) return;
   slave.sii_file = directory / reader.text("sii_file");

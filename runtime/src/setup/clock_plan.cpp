@@ -15,7 +15,7 @@ using ecat_master::dc::SyncSignals;
 /// MSD manual 9.1: the cycle time is a multiple of 125 us.
 constexpr std::chrono::microseconds kMsdTimeBase{125};
 
-/// The time source; null: the master's own clock.
+/// Null: the master's own clock.
 const ecat_master::dc::TimeSource* time_source(ClockConfig::Time time) {
   using ecat_master::dc::SystemTimeSource;
   static const SystemTimeSource kUtc(SystemTimeSource::Scale::kUtc);

@@ -12,13 +12,13 @@
 
 namespace driveline::runtime {
 
-/// An error in a file. Thrown inside the readers only.
+/// What is wrong in a file. Thrown inside the readers only.
 struct ConfigError {
   Error error;
 };
 
-/// Typed access to one TOML table. Remembers its place in the file and which keys were read. All errors are
-/// ConfigErrors of the form "file:line: [table] key: reason".
+/// Typed access to one TOML table that knows where it is and which keys were asked for. All errors are ConfigErrors of
+/// the form "file:line: [table] key: reason".
 class TomlReader {
  public:
   /// `path` names the table in errors; empty for the root.
@@ -58,7 +58,7 @@ class TomlReader {
 
   /// Throws a ConfigError that points at `key` (or at the table when there is no such key).
   [[noreturn]] void fail(std::string_view key, std::string_view reason) const;
-  /// "file:line: [table] key", for errors that show only once the line is there.
+  /// "file:line: [table] key", for complaints that can only be made once the line is there.
   [[nodiscard]] std::string place(std::string_view key) const { return where(table_->get(key), key); }
 
  private:

@@ -1,4 +1,4 @@
-// Slaves that are simulated from a device file: keys of the line description, and errors in them.
+// Slaves that are simulated from a device file: what a line description says about them, and what is wrong with it.
 #include "config/device_source.hpp"
 
 #include <gmock/gmock.h>

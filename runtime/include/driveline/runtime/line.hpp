@@ -74,12 +74,12 @@ class Line {
   /// Receives every sample of the cycle; must outlive the line. To be called before run().
   void add(snapshot::SampleConsumer& consumer) { consumers_.push_back(&consumer); }
 
-  /// Source of the setpoints of all axes instead of the path of the description, such as the program's own controller.
-  /// Must outlive the line. To be called before run(). Error: it moves another number of axes than there are, or the
-  /// line has run (kCall).
+  /// Where the setpoints of all axes come from, instead of the path of the description: a controller of one's own, say.
+  /// Must outlive the line. Before run(). Error: it moves another number of axes than there are, or the line has run
+  /// (kCall).
   [[nodiscard]] Result<void> use(ecat_master::SetpointSource& source);
 
-  /// Claims the line against other masters of this program (Session::claim()) already before run().
+  /// Says to other masters of this program that the line has one now (Session::claim()), before run() does.
   [[nodiscard]] Result<void> claim(bool force);
 
   /// Brings the line up, runs it, and takes it down. The report is complete also after a failure in operation;

@@ -17,11 +17,10 @@ namespace driveline::ecat_master {
 
 /// An object that an axis needs and that is not mapped, or not as it is needed.
 struct MissingObject {
-  std::uint16_t index = 0;  ///< sub-index 0
-  std::uint8_t bits = 0;    ///< length it must have
-  bool output = false;      ///< among those of the RxPDOs; else of the TxPDOs
-  std::uint8_t mapped_bits =
-      0;  ///< wrong length it is mapped with, or `bits` if it is not byte aligned; 0: it is not mapped
+  std::uint16_t index = 0;       ///< sub-index 0
+  std::uint8_t bits = 0;         ///< length it must have
+  bool output = false;           ///< among those of the RxPDOs; else of the TxPDOs
+  std::uint8_t mapped_bits = 0;  ///< wrong length it has, or `bits` if not byte aligned; 0: not mapped
   constexpr bool operator==(const MissingObject&) const = default;
 };
 

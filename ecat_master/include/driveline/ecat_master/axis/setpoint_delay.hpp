@@ -7,8 +7,8 @@
 
 namespace driveline::ecat_master {
 
-/// Exchanges by which cubic spline interpolation, which msd_startup_sdos() selects, lags behind the setpoints: it needs
-/// the next setpoint as well.
+/// Exchanges that a spline through the setpoints lags behind them: it needs the next one as well. What
+/// msd_startup_sdos() chooses.
 inline constexpr unsigned kSplinePeriods = 2;
 
 /// The delays between a cyclic position setpoint and the motion of the shaft.

@@ -55,7 +55,7 @@ struct GroupCounters {
   std::atomic<bool> outputs_zeroed{false};        ///< GroupSettings::bad_cycle_limit was reached
 };
 
-/// Access of an application to the process data in the cycle, beside or instead of a Motion.
+/// What an application does with the process data in the cycle, beside or instead of a Motion.
 class CyclicTask {
  public:
   virtual ~CyclicTask() = default;

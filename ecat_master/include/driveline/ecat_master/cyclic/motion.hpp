@@ -241,9 +241,9 @@ class Motion {
   std::vector<std::optional<trajectory::StartRamp>> ramps_;
   std::vector<std::optional<trajectory::StopProfile>> stops_;
   std::vector<trajectory::AxisSetpoint> source_start_;
-  std::vector<std::optional<double>> anchors_;  ///< relative paths: offset added to them, set when the axis is enabled
-  std::vector<trajectory::AxisSetpoint> targets_;  ///< setpoints of the source
-  std::vector<double> before_;    ///< positions of targets_ in the previous cycle, for the check of the source
+  std::vector<std::optional<double>> anchors_;     ///< relative paths: what is added to them, once the axis was enabled
+  std::vector<trajectory::AxisSetpoint> targets_;  ///< where the source is; setpoints_ of the axes on it
+  std::vector<double> before_;    ///< places of targets_ in the cycle before, while the source is asked
   std::int64_t path_begin_ = 0;   ///< in given periods
   std::int64_t given_ = 0;        ///< periods for which setpoints have been made since the start
   std::int64_t phase_given_ = 0;  ///< value of given_ when the phase began

@@ -33,8 +33,8 @@ class SetpointSource {
   /// axes hold them.
   [[nodiscard]] virtual bool next(const SetpointCycle& cycle,
                                   std::span<trajectory::AxisSetpoint> setpoints) noexcept = 0;
-  /// Asks the source to come to rest because an axis is missing (false), or to go on (true). A source that cannot may
-  /// ignore it: the axes follow.
+  /// To come to rest where it is, because an axis is missing, or to go on. A source that cannot goes on as it likes:
+  /// the axes follow.
   virtual void run(bool running) noexcept = 0;
   /// For `lost_s` seconds the drives were given no setpoints of this source.
   virtual void fall_behind(double lost_s) noexcept = 0;

@@ -28,7 +28,7 @@ namespace driveline::runtime {
 
 struct DeviceSource;
 
-/// Most increments per revolution of an axis: positions have 32 bits.
+/// What 32 bits hold: most increments per revolution of an axis.
 inline constexpr double kMaxIncrementsPerRevolution = 4294967295.0;
 
 /// The distributed clock of one slave. Values that are left out come from its EEPROM.
@@ -45,24 +45,22 @@ struct SlaveClockConfig {
 
 /// [dc] of a line description.
 struct ClockConfig {
-  ecat_master::dc::FollowMode mode =
-      ecat_master::dc::FollowMode::kMasterFollows;  ///< whether the master follows the reference clock or leads it
+  ecat_master::dc::FollowMode mode = ecat_master::dc::FollowMode::kMasterFollows;  ///< which clock leads
   /// Time source of the clocks: the master's monotonic clock, CLOCK_REALTIME, or CLOCK_TAI.
   enum class Time : std::uint8_t { kMonotonic, kSystem, kTai };
-  Time time = Time::kMonotonic;  ///< time source of the clocks
-  std::optional<std::uint16_t>
-      reference;  ///< position of the slave with the reference clock; none: the first slave with a clock
-  std::chrono::nanoseconds frame_lead{};  ///< how long before SYNC0 the frames pass the reference clock
+  Time time = Time::kMonotonic;            ///< time source of the clocks
+  std::optional<std::uint16_t> reference;  ///< position of the slave; none: the first with a clock
+  std::chrono::nanoseconds frame_lead{};   ///< how long before SYNC0 the frames pass the reference clock
 };
 
 /// A [[slave]]: identity and configuration for the master, the device for the simulation.
 struct SlaveConfig {
   std::string name;                                         ///< unique on the line
   slaves::msd::Variant model = slaves::msd::Variant::kMsd;  ///< the simulated drive
-  std::optional<slaves::msd::FirmwareVersion> firmware;     ///< its firmware; none: that of the model
-  /// Simulated instead of `model`: a device described by an ESI file or an EEPROM image; none: `model`.
+  std::optional<slaves::msd::FirmwareVersion> firmware;     ///< of it; none: as the model comes
+  /// The simulation is a device out of an ESI file or an EEPROM image instead; none: it is `model`.
   std::shared_ptr<const DeviceSource> device;
-  /// Device description by which the master configures the slave; none: that of [bus] esi, else the EEPROM.
+  /// How the master configures it: by this device of an ESI file; none: by [bus] esi, else by its EEPROM.
   std::shared_ptr<const esi::DeviceDescription> esi;
   std::optional<std::uint32_t> vendor_id;     ///< expected; the model's own when left out
   std::optional<std::uint32_t> product_code;  ///< expected; the model's own when left out
@@ -73,7 +71,7 @@ struct SlaveConfig {
   slaves::SlaveDelays delays{};        ///< of the simulated controller
   SlaveClockConfig dc;                 ///< its clock and its SYNC signals
   std::filesystem::path sii_file;      ///< where `simulate` keeps the EEPROM content; empty: nowhere
-  std::vector<std::byte> sii_content;  ///< content of sii_file; empty: the file does not exist yet
+  std::vector<std::byte> sii_content;  ///< that of the file; empty: there is none yet
 };
 
 /// [path] of a line description: where the setpoints come from.
@@ -113,7 +111,7 @@ struct FaultPlan {
 
 /// A line description file.
 struct LineConfig {
-  std::string name = "line";                                         ///< for messages and telemetry
+  std::string name = "line";                                         ///< for people
   std::chrono::nanoseconds period = std::chrono::microseconds{125};  ///< of the master's cycle
   std::optional<std::string> interface;                              ///< none: the simulated line in this process
   std::optional<std::string> interface2;                             ///< at the far end of a ring

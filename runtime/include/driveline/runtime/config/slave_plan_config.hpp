@@ -25,10 +25,9 @@ struct SlavePlanConfig {
   std::optional<std::uint16_t> device_id;  ///< explicit device ID it is known by
   bool hot_connect = false;                ///< may be missing, and comes and goes
   std::string hot_head;                    ///< name of the slave that heads its hot-connect group; empty: it is in none
-  std::optional<ecat_master::GroupPlace>
-      behind;                           ///< hot_head as number of the [[slave]] table, and the place in the group
-  ecat_master::WatchdogPlan watchdog;   ///< values that are left out stay as the slave has them
-  ecat_master::StateTimeouts timeouts;  ///< values that are left out: see StateTimeouts
+  std::optional<ecat_master::GroupPlace> behind;      ///< number of the hot_head slave, place in the group
+  ecat_master::WatchdogPlan watchdog;                 ///< values that are left out stay as the slave has them
+  ecat_master::StateTimeouts timeouts;                ///< values that are left out: see StateTimeouts
   ecat_master::MailboxTimeouts mailbox_timeouts;      ///< values that are left out: see MailboxTimeouts
   std::optional<bool> lrw;                            ///< false: no LRW for this slave; none: its description decides
   std::vector<ecat_master::StartupSdo> sdos;          ///< in the order of the file
