@@ -103,13 +103,13 @@ struct Object {
 
 /// Mailbox protocols of a device, and its CoE features.
 struct MailboxSupport {
-  bool aoe = false;                    ///< ADS over EtherCAT
-  bool eoe = false;                    ///< Ethernet over EtherCAT
-  bool coe = false;                    ///< CANopen over EtherCAT
-  bool foe = false;                    ///< files over EtherCAT
-  bool soe = false;                    ///< servo profile over EtherCAT
-  bool voe = false;                    ///< of the vendor
-  bool coe_sdo_info = false;           ///< SDO information
+  bool aoe = false;  ///< ADS over EtherCAT
+  bool eoe = false;  ///< Ethernet over EtherCAT
+  bool coe = false;  ///< CANopen over EtherCAT
+  bool foe = false;  ///< files over EtherCAT
+  bool soe = false;  ///< servo profile over EtherCAT
+  bool voe = false;  ///< of the vendor
+  bool coe_sdo_info = false;
   bool coe_pdo_assign = false;         ///< PDO assignment can be changed
   bool coe_pdo_config = false;         ///< PDO mapping can be changed
   bool coe_complete_access = false;    ///< SDO transfers of whole objects

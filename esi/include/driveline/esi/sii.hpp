@@ -94,15 +94,15 @@ struct SiiGeneral {
   std::uint16_t physical_ports = 0;  ///< four bits per port: 0 none, 1 MII, 3 E-bus, 4 fast hot connect
   std::vector<std::byte> further;    ///< the rest of the category, 14 bytes in images of today
 
-  static constexpr std::uint8_t kCoeSdo = 0x01;              ///< SDO transfers
-  static constexpr std::uint8_t kCoeSdoInfo = 0x02;          ///< SDO information
+  static constexpr std::uint8_t kCoeSdo = 0x01;  ///< SDO transfers
+  static constexpr std::uint8_t kCoeSdoInfo = 0x02;
   static constexpr std::uint8_t kCoePdoAssign = 0x04;        ///< PDO assignment can be changed
   static constexpr std::uint8_t kCoePdoConfig = 0x08;        ///< PDO mapping can be changed
   static constexpr std::uint8_t kCoeUploadAtStartup = 0x10;  ///< the master reads the PDOs at start
-  static constexpr std::uint8_t kCoeCompleteAccess = 0x20;   ///< complete access
-  static constexpr std::uint8_t kEnableNotLrw = 0x02;        ///< in `flags`: LWR and LRD instead of LRW
-  static constexpr std::size_t kMinSize = 18;                ///< bytes that every image has
-  static constexpr std::size_t kFurtherSize = 14;            ///< bytes behind them in images of today
+  static constexpr std::uint8_t kCoeCompleteAccess = 0x20;
+  static constexpr std::uint8_t kEnableNotLrw = 0x02;  ///< in `flags`: LWR and LRD instead of LRW
+  static constexpr std::size_t kMinSize = 18;          ///< bytes that every image has
+  static constexpr std::size_t kFurtherSize = 14;      ///< bytes behind them in images of today
   bool operator==(const SiiGeneral&) const = default;
 };
 

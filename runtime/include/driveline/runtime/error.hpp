@@ -23,7 +23,7 @@ enum class ErrorKind : std::uint8_t {
 
 /// Why something could not be done, with its facts. `describe()` makes the sentence.
 struct Error {
-  ErrorKind kind = ErrorKind::kCall;        ///< kind of error
+  ErrorKind kind = ErrorKind::kCall;
   std::string place;                        ///< the subject: "cell.toml:7: [axis 1] slave", "slave 2 (x)"; may be empty
   std::string reason;                       ///< what is wrong, and what was expected
   std::filesystem::path file;               ///< kFile: the file; else empty

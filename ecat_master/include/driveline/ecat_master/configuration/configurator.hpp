@@ -42,8 +42,8 @@ struct SlavePlan {
   std::optional<std::uint16_t> device_id;  ///< anywhere on the line, by its explicit device identification
   WatchdogPlan watchdog;                   ///< written in PREOP
   StateTimeouts timeouts;                  ///< of its state changes
-  MailboxTimeouts mailbox_timeouts;        ///< of its mailbox
-  std::vector<StartupSdo> startup_sdos;    ///< in the order in which they are written
+  MailboxTimeouts mailbox_timeouts;
+  std::vector<StartupSdo> startup_sdos;  ///< in the order in which they are written
   /// Mapping and assignment, written behind the start-up SDOs; PDOs without objects are assigned as the slave has them,
   /// and their mapping is read.
   PdoConfiguration pdos;
@@ -66,8 +66,8 @@ struct SlavePlan {
 
 /// A slave that has been found and is being run.
 struct ConfiguredSlave {
-  SlaveInfo info;                                  ///< as found at discovery
-  SlavePlan plan;                                  ///< as planned
+  SlaveInfo info;  ///< as found at discovery
+  SlavePlan plan;
   std::unique_ptr<MailboxClient> mailbox;          ///< none: the slave has no mailbox
   std::optional<esi::DeviceDescription> eeprom{};  ///< description in the EEPROM while `info` has that of a file
   /// False: a hot-connected slave that has never been on the line. Its description is that of an equal slave, if there

@@ -21,14 +21,14 @@ struct PortDiagnosis {
 
 /// One slave at the time of the diagnosis.
 struct SlaveDiagnosis {
-  std::string name;                                ///< as planned; empty without a plan
-  SlaveRef ref;                                    ///< position and station address
-  bool optional = false;                           ///< hot-connected: it may be missing
-  bool answers = false;                            ///< false: everything below is empty
-  AlReport al;                                     ///< AL state, error indication, AL status code
-  std::array<PortDiagnosis, kSlavePorts> ports{};  ///< by port
-  std::uint8_t processing_unit_errors = 0;         ///< frames that are no proper EtherCAT frames (030Ch)
-  std::uint8_t pdi_errors = 0;                     ///< accesses of the slave's own processor (030Dh)
+  std::string name;       ///< as planned; empty without a plan
+  SlaveRef ref;           ///< position and station address
+  bool optional = false;  ///< hot-connected: it may be missing
+  bool answers = false;   ///< false: everything below is empty
+  AlReport al;            ///< AL state, error indication, AL status code
+  std::array<PortDiagnosis, kSlavePorts> ports{};
+  std::uint8_t processing_unit_errors = 0;  ///< frames that are no proper EtherCAT frames (030Ch)
+  std::uint8_t pdi_errors = 0;              ///< accesses of the slave's own processor (030Dh)
 };
 
 /// A fault and its place, computed from the counters of all slaves.

@@ -81,13 +81,13 @@ struct Sync1WithoutSync0 {
 };
 /// A SYNC1 cycle that is no multiple of that of SYNC0.
 struct Sync1Cycle {
-  std::chrono::nanoseconds cycle{0};        ///< of SYNC1
-  std::chrono::nanoseconds sync0_cycle{0};  ///< of SYNC0
+  std::chrono::nanoseconds cycle{0};  ///< of SYNC1
+  std::chrono::nanoseconds sync0_cycle{0};
 };
 /// A shift of SYNC1 that is not between 0 and the SYNC0 cycle.
 struct Sync1Shift {
-  std::chrono::nanoseconds shift{0};        ///< of SYNC1
-  std::chrono::nanoseconds sync0_cycle{0};  ///< of SYNC0
+  std::chrono::nanoseconds shift{0};  ///< of SYNC1
+  std::chrono::nanoseconds sync0_cycle{0};
 };
 /// The cycles of all slaves together repeat too seldom.
 struct NoCommonCycle {

@@ -48,7 +48,7 @@ struct ClockConfig {
   ecat_master::dc::FollowMode mode = ecat_master::dc::FollowMode::kMasterFollows;  ///< which clock leads
   /// Time source of the clocks: the master's monotonic clock, CLOCK_REALTIME, or CLOCK_TAI.
   enum class Time : std::uint8_t { kMonotonic, kSystem, kTai };
-  Time time = Time::kMonotonic;            ///< time source of the clocks
+  Time time = Time::kMonotonic;
   std::optional<std::uint16_t> reference;  ///< position of the slave; none: the first with a clock
   std::chrono::nanoseconds frame_lead{};   ///< how long before SYNC0 the frames pass the reference clock
 };
