@@ -1,5 +1,5 @@
-// What does the master's cycle (send, receive, decode) cost on a packet socket, against loops that do nothing but send
-// and receive the same frames? All over the same virtual cable, in turns; a minimal responder spins at its other end.
+// What does the master's cycle (send, receive, decode) cost on a packet socket, against loops that only send and
+// receive the same frames? All over the same virtual cable, in turns; a minimal responder spins at its other end.
 #include <fmt/format.h>
 #include <linux/if_packet.h>
 #include <sys/mman.h>
@@ -30,7 +30,7 @@ using ecat_master::CyclicCore;
 using ecat_master::ProcessImage;
 
 constexpr int kCycles = 60'000;
-/// So few in a row that a disturbance of the machine meets all loops alike.
+/// So few in a row that a disturbance of the machine affects all loops alike.
 constexpr int kCyclesPerRound = 500;
 constexpr int kWarmUp = 20;
 /// Aims: median and 99.9 % of the master's cycle over those of the bare loop on the same kind of socket, with a receive
@@ -131,7 +131,7 @@ void settle_bare(Loop& loop) {
   throw std::runtime_error("the responder does not answer");
 }
 
-/// The floor of sockets: send all frames, spin until as many have come back.
+/// The baseline: send all frames, spin until as many have come back.
 class BareLoop {
  public:
   BareLoop(const std::string& interface, const std::vector<CyclicFrame>& frames) : frames_(frames) {
@@ -248,7 +248,7 @@ class MasterLoop {
     return now_ns() - begin;
   }
   void drain() noexcept {}  // numbers its frames, and takes none for another
-  /// That it read what the responder wrote. A cycle without its frames shows in the figures; wrong ones do not.
+  /// Checks that it read what the responder wrote: wrong frames do not show in the figures.
   void check() const {
     const auto& statistics = core_->statistics();
     if (statistics.wkc_errors > 0) {
@@ -256,7 +256,7 @@ class MasterLoop {
           fmt::format("{} frames of the master came back with wrong working counters", statistics.wkc_errors));
     }
   }
-  /// Cycles until the responder is there and answers as a line would.
+  /// Cycles until the responder answers like a line.
   void settle() {
     constexpr int kPatience = 400;
     for (int i = 0; i < kPatience; ++i) {
@@ -281,7 +281,7 @@ class MasterLoop {
   std::int64_t cycle_ = 0;
 };
 
-/// One round of a loop that is made for it, so that no other socket hears its frames.
+/// One round of a loop made for this round only, so that no other socket receives its frames.
 template <typename Make>
 void round_of(const Make& make, std::vector<double>& samples) {
   auto loop = make();

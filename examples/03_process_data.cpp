@@ -27,7 +27,7 @@ class Application final : public ecat_master::CycleTask {
     const auto valid = now.valid;
     const auto outputs = now.outputs;
     control_word_.set(outputs, 0x0006);  // shutdown: ready to be switched on (CiA 402)
-    if (!valid[0]) return;               // what lies in the image is older than this cycle
+    if (!valid[0]) return;               // the inputs are older than this cycle
     status_word.store(status_word_.get(inputs));
     position.store(position_.get(inputs));
   }
@@ -60,8 +60,8 @@ int main() {
     std::puts(ecat_master::describe(done.error()).c_str());
     return 1;
   }
-  // Entries are looked up once, by the names of slave and object; what comes back is for the cycle. An address does as
-  // well ("x.6041h"), upper and lower case are the same. A name that is not there is a sentence with those that are.
+  // Entries are looked up once, by the names of slave and object; the handles are for the cycle. Addresses work as well
+  // ("x.6041h"), upper and lower case are the same. The error for an unknown name lists the existing ones.
   const ecat_master::ProcessVariables variables(master.slaves(), master.image());
   const auto control_word = variables.entry<std::uint16_t>("x.controlword");
   const auto status_word = variables.entry<std::uint16_t>("x.statusword");

@@ -96,7 +96,7 @@ Result<RunReport> Line::run(const RunSettings& settings) {
   return report;
 }
 
-/// What could not be written does not take the report with it.
+/// A capture that could not be written is a failure in the report, not the loss of the report.
 void Line::finish_capture(RunReport& report) {
   const auto capture = session_->close_capture();
   if (!capture) {

@@ -17,7 +17,7 @@ using ecat_master::MotionFailure;
 using ecat_master::MotionPhase;
 using rt::RtGuard;
 
-/// What the guarded stretches of code have done so far.
+/// Counters of the guarded code so far.
 struct Ledger {
   RtGuard::Counts counts;
   std::uint64_t cycles = 0;

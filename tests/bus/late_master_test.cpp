@@ -1,4 +1,4 @@
-// What the figures and the motion make of a master that is late, and of frames that get lost.
+// Figures and motion with a late master and lost frames.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -251,7 +251,7 @@ TEST(LateMotion, StaysLateByTheFramesThatWereLost) {
   }
 }
 
-/// The drives have been given what the master does not know they have: each of its next setpoints reaches them as well.
+/// The drives have setpoints although the master did not get their answer: its next setpoints follow on those.
 TEST(LateMotion, SetpointsBehindALostAnswerAreWithinTheLimits) {
   LateLine line;
   auto& samples = line.operation.axis_samples;
@@ -263,8 +263,8 @@ TEST(LateMotion, SetpointsBehindALostAnswerAreWithinTheLimits) {
     line.lose(1 + place % 3, false);
     line.cycles(3);
     for (std::size_t i = 2; i < samples.size(); ++i) {
-      const double bend = samples[i].target_position_rad - 2.0 * samples[i - 1].target_position_rad +
-                          samples[i - 2].target_position_rad;
+      const double bend =
+          samples[i].target_position - 2.0 * samples[i - 1].target_position + samples[i - 2].target_position;
       EXPECT_LE(std::abs(bend), 1.001 * most) << "place " << place << " sample " << i;
     }
   }

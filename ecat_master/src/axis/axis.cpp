@@ -203,14 +203,14 @@ void Axis::fill(snapshot::AxisSample& sample) const noexcept {
   sample.status_word = inputs_.status_word;
   sample.mode = inputs_.mode;
   sample.state = inputs_.state;
-  sample.target_position_rad = targets_.position;
-  sample.actual_position_rad = inputs_.position;
-  sample.target_velocity_rad_s = targets_.velocity;
-  sample.actual_velocity_rad_s = inputs_.velocity;
-  sample.target_torque_nm = targets_.torque;
-  sample.actual_torque_nm = inputs_.torque;
-  sample.following_error_rad = following_error_;
-  if (following_error_object_) sample.drive_following_error_rad = inputs_.drive_following_error;
+  sample.target_position = targets_.position;
+  sample.actual_position = inputs_.position;
+  sample.target_velocity = targets_.velocity;
+  sample.actual_velocity = inputs_.velocity;
+  sample.target_torque = targets_.torque;
+  sample.actual_torque = inputs_.torque;
+  sample.following_error = following_error_;
+  if (following_error_object_) sample.drive_following_error = inputs_.drive_following_error;
 }
 
 }  // namespace driveline::ecat_master

@@ -1,4 +1,4 @@
-// Where the setpoints come from, and what is believed of them.
+// The source of the setpoints, and the check of its setpoints.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -34,7 +34,7 @@ void Motion::take_source(std::int64_t cycle) noexcept {
   source_ = source;
   source_shared_.store(source, std::memory_order_release);
   if (phase_ == MotionPhase::kIdle) return;
-  // The axes have power and stand where the source before has left them.
+  // The axes have power and hold the end of the previous source.
   for (auto& anchor : anchors_) anchor.reset();
   rewind_source();
   for (std::size_t i = 0; i < axes_.size() && settings_.relative; ++i) {
@@ -45,7 +45,7 @@ void Motion::take_source(std::int64_t cycle) noexcept {
   enter(MotionPhase::kApproach, cycle);
 }
 
-/// Where the source begins; it is told where the axes stand.
+/// Sets the source to its beginning, with the positions of the axes.
 void Motion::rewind_source() noexcept {
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     source_start_[i] = {phase_ == MotionPhase::kHolding ? targets_[i].position : place_of(i), 0.0, 0.0};
@@ -53,7 +53,7 @@ void Motion::rewind_source() noexcept {
   source_->rewind(source_start_);
 }
 
-/// A wrong setpoint never leaves: the axes come to rest from the last one that did.
+/// A wrong setpoint is never sent: the axes come to rest from the last one that was.
 bool Motion::believe_setpoints(std::int64_t cycle) noexcept {
   if (plain_setpoints()) return true;
   for (std::size_t i = 0; i < axes_.size(); ++i) {

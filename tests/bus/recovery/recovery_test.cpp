@@ -27,7 +27,7 @@ class Recovery : public testing::Test {
     settings.state_timeout = std::chrono::seconds{1};
     supervisor = std::make_unique<LineSupervisor>(operation->master(), nullptr, settings);
   }
-  /// Cycles and polls every millisecond until everybody is back, at most for `limit`.
+  /// Cycles and polls every millisecond until all slaves are back, at most for `limit`.
   bool wait_for_all(nanoseconds limit) {
     const auto end = drives->clock.now() + limit;
     do {
@@ -91,7 +91,7 @@ TEST_F(Recovery, ASlaveThatFellToSafeOpIsBackInOp) {
 
 TEST_F(Recovery, ADriveThatWasSwitchedOffAndOnIsConfiguredAnew) {
   start(4);
-  // The last one: nobody behind it.
+  // The last slave of the line.
   expect_undisturbed(3, [&] {
     drives->line().set_power(3, false);
     for (int i = 0; i < 20; ++i) {

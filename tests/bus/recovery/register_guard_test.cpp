@@ -1,4 +1,4 @@
-// Registers of a slave in OP that somebody else, or a damaged frame, has written: noticed, named, put right.
+// Registers of a slave in OP that another master, or a damaged frame, has written: found, reported, repaired.
 #include <gmock/gmock.h>
 
 #include "drive_line.hpp"
@@ -202,7 +202,7 @@ TEST_F(RegisterGuard, AnAddressThatIsAnothers) {
   expect_whole();
 }
 
-/// What one damaged broadcast can do at worst: nobody has an address, and nobody takes a write.
+/// The worst case of one damaged broadcast: no slave has an address or accepts a write.
 TEST_F(RegisterGuard, AllAddressesLostAndBothLocksClosed) {
   for (const std::size_t budget : {60U, 300U}) {
     RunOptions options;

@@ -12,8 +12,8 @@ namespace driveline::ecat_master {
 /// The setpoints of a path.
 class PathSource final : public SetpointSource {
  public:
-  /// `limits`, one for each axis of the path, say how fast it comes to rest and, where it may, catches up. Evaluates
-  /// the path at some thousand points; for start-up.
+  /// `limits`, one for each axis of the path, apply when the path stops, and when it catches up. Evaluates the path at
+  /// some thousand points; for start-up.
   PathSource(trajectory::Interpolator path, std::span<const trajectory::AxisLimits> limits, LatePolicy late);
 
   [[nodiscard]] std::size_t axis_count() const noexcept override { return path_.axes().size(); }

@@ -79,7 +79,7 @@ class PdoBits {
   [[nodiscard]] std::uint32_t get(std::span<const std::byte> image) const noexcept {
     return static_cast<std::uint32_t>((load(image) >> shift_) & mask_);
   }
-  /// The bits of `value` that the entry has no room for are left out; the bits around it stay. \rtsafe
+  /// Bits of `value` beyond the length of the entry are ignored; the bits around the entry stay. \rtsafe
   void set(std::span<std::byte> image, std::uint32_t value) const noexcept {
     const std::uint64_t raw = (load(image) & ~(mask_ << shift_)) | ((value & mask_) << shift_);
     for (unsigned i = 0; i < bytes_; ++i) image[offset_ + i] = static_cast<std::byte>(raw >> (8 * i) & 0xFF);
