@@ -87,7 +87,7 @@ class Decoder final : public ecat_master::CycleTask {
     const auto inputs = now.inputs;
     const auto valid = now.valid;
     const auto outputs = now.outputs;
-    // Locals: a store to a byte may be a store to anything, for all the compiler knows.
+    // Locals, because a store to a byte may alias any member.
     const std::span<const AxisEntries> axes(axes_);
     std::uint64_t stale = 0;
     for (std::size_t i = 0; i < axes.size(); ++i) {

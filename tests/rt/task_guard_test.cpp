@@ -1,4 +1,4 @@
-// What a debug build says of a task that allocates in the cycle.
+// A debug build reports a task that allocates in the cycle.
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -10,7 +10,7 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// Does what is forbidden, where it is told to.
+/// Allocates or locks where the test wants it.
 struct Wasteful final : CycleTask {
   void update(const TaskCycle& now) noexcept override {
     if (now.cycle == 1) memory = std::make_unique<int>(5);

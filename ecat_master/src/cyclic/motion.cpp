@@ -19,21 +19,21 @@ std::vector<trajectory::AxisLimits> limits_of(const std::vector<Axis>& axes) {
 /// Number of missing setpoint periods that drives bridge at their last velocity.
 constexpr std::uint32_t kBridgedPeriods = 8;
 
-/// The source leads the axes.
+/// Phases in which the axes follow the source.
 bool led(MotionPhase phase) noexcept {
   return phase == MotionPhase::kFollowing || phase == MotionPhase::kWaiting;
 }
 
-/// Setpoints go to the drives.
+/// Phases in which the drives are given setpoints.
 bool has_power(MotionPhase phase) noexcept {
   return phase == MotionPhase::kApproach || phase == MotionPhase::kFollowing || phase == MotionPhase::kHolding ||
          phase == MotionPhase::kStopping || phase == MotionPhase::kWaiting;
 }
 
-/// What rounding and the ways back onto a path may add to a step.
+/// Tolerance of a step for rounding and for the return onto a path.
 constexpr double kStepMargin = 1.05;
 
-/// In CSV and CST nobody slows down a drive that is not told to.
+/// In CSV and CST a drive without new setpoints does not slow down.
 trajectory::Coast coast_of(const AxisConfig& config) {
   constexpr auto kForGood = std::numeric_limits<std::uint32_t>::max();
   if (config.mode != cia402::Mode::kCyclicPosition) return {kForGood, 0.0};

@@ -71,8 +71,8 @@ bool Motion::believe_setpoints(std::int64_t cycle) noexcept {
   return true;
 }
 
-/// The quick answer for all axes at once, which is yes in nearly every cycle: finite numbers within the limits, and no
-/// torques. A comparison with NaN is false.
+/// Fast check of all axes at once, passed in nearly every cycle: finite numbers within the limits, and no torques. A
+/// comparison with NaN is false.
 bool Motion::plain_setpoints() const noexcept {
   constexpr double kFinite = std::numeric_limits<double>::max();
   const double period_s = seconds(1);
@@ -93,7 +93,7 @@ MotionFailure::Cause Motion::judge_setpoint(std::size_t axis) const noexcept {
   if (!is_finite(target)) return Cause::kSetpoint;
   if (absences_[axis].presence != AxisPresence::kPresent) return Cause::kNone;
   const double most = most_[axis];
-  // Who gives a torque says nothing about places: where the axis is, is where it is to be.
+  // A source that gives torques alone gives no positions: the actual position is taken as the setpoint.
   const bool torque_alone = target.torque && axes_[axis].config().mode == cia402::Mode::kCyclicTorque;
   if (torque_alone) return std::abs(axes_[axis].inputs().velocity) > most ? Cause::kTooFast : Cause::kNone;
   const double step = std::abs(target.position - before_[axis]);

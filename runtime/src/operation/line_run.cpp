@@ -375,7 +375,7 @@ void LineRun::judge_axes() {
   }
 }
 
-/// Found where the library counts it: in a debug build.
+/// Forbidden calls are counted in a debug build only.
 void LineRun::judge_tasks() {
   for (const auto& task : settings_.tasks->report()) {
     const auto calls = task.figures.forbidden_calls;

@@ -31,7 +31,7 @@ class LineRun {
   /// Parameters of the run; all pointees must outlive it.
   struct Settings {
     std::optional<trajectory::Interpolator> path;   ///< of the configured axes; none: exchange without motion
-    ecat_master::SetpointSource* source = nullptr;  ///< where the setpoints come from instead; null: the path
+    ecat_master::SetpointSource* source = nullptr;  ///< source of the setpoints; null: the path
     LineTasks* tasks = nullptr;                     ///< never null
     std::optional<double> duration_s;               ///< none: until the end of the path
     bool force = false;                             ///< takes the line over from a master that drives it

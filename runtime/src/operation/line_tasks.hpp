@@ -15,9 +15,9 @@ class LineTasks {
   /// Any axis is driven by a task.
   [[nodiscard]] bool drive() const noexcept;
 
-  /// Makes what the axes follow; null when no task drives one.
+  /// Makes the source of the driven axes; null when no task drives one.
   [[nodiscard]] ecat_master::SetpointSource* make_source(const LineConfig& config);
-  /// Lets the tasks get ready; after make_source(). Error: that of the first one that cannot.
+  /// Sets the tasks up; after make_source(). Error: that of the first task that fails.
   [[nodiscard]] Result<void> prepare(const LineConfig& config, const ecat_master::ProcessVariables& process_data);
   /// Null: there are no tasks.
   [[nodiscard]] ecat_master::TaskSchedule* schedule() noexcept { return entries_.empty() ? nullptr : &schedule_; }

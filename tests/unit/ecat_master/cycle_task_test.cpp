@@ -1,4 +1,4 @@
-// When tasks run, and what they are told.
+// The cycles in which tasks run, and their input.
 #include "driveline/ecat_master/cyclic/cycle_task.hpp"
 
 #include <gmock/gmock.h>
@@ -16,7 +16,7 @@ using Order = TaskTiming::Order;
 
 constexpr nanoseconds kPeriod = microseconds{125};
 
-/// Writes down its calls.
+/// Records its calls.
 struct Diary final : CycleTask {
   void update(const TaskCycle& now) noexcept override {
     cycles.push_back(now.cycle);

@@ -1,4 +1,4 @@
-// What becomes of the commands of tasks.
+// Setpoints made from the commands of tasks.
 #include "driveline/ecat_master/cyclic/driven_axes.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Tasks of an application in the cycle of a line: what they are given, what they drive, and what is refused.
+// Tasks of an application in the cycle of a line: input, driven axes, refusals.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -80,7 +80,7 @@ class Ramp final : public Task {
   double time_s_ = 0.0;
 };
 
-/// Looks at everything it is given.
+/// Checks all of its input.
 class Witness final : public Task {
  public:
   explicit Witness(std::string variable = {}) : variable_(std::move(variable)) {}
@@ -171,7 +171,7 @@ class TaskTest : public test::TemporaryDirectory {
     EXPECT_TRUE(report) << describe(report.error());
     return report ? *report : RunReport{};
   }
-  /// The sentence of a call that was to be refused.
+  /// The error of a call that must be refused.
   static std::string refusal(const Result<void>& result) {
     EXPECT_FALSE(result);
     if (result) return {};

@@ -22,7 +22,7 @@ TEST(OptionalTorque, IsNoneUntilItIsGiven) {
   EXPECT_FALSE(setpoint.torque);
 }
 
-/// None must not be what a controller that has gone wrong calculates: it would be taken for "no torque given".
+/// The encoding of "none" must not be the result of any calculation: a failed controller would seem to give no torque.
 TEST(OptionalTorque, NoResultOfACalculationIsNone) {
   const double none_as_number = AxisSetpoint{}.torque.value_or(std::numeric_limits<double>::quiet_NaN());
   for (const double wrong : {std::numeric_limits<double>::quiet_NaN(), -std::numeric_limits<double>::quiet_NaN(),

@@ -76,19 +76,19 @@ class Line {
   /// Receives every sample of the cycle; must outlive the line. To be called before run().
   void add(snapshot::SampleConsumer& consumer) { consumers_.push_back(&consumer); }
 
-  /// Where the setpoints of all axes come from, instead of the path of the description: a controller of one's own, say.
-  /// Must outlive the line. Before run(). Error: it moves another number of axes than there are, a task
+  /// Source of the setpoints of all axes instead of the path of the description, such as the program's own controller.
+  /// Must outlive the line. To be called before run(). Error: it moves another number of axes than there are, a task
   /// drives them, or the line has run (kCall).
   [[nodiscard]] Result<void> use(ecat_master::SetpointSource& source);
 
   /// Runs `task` in the cycle, in the order in which tasks are added. Axes that it drives keep their limits, their
-  /// supervision, telemetry and flight recorder; those that no task drives hold their place. `task` must outlive the
-  /// line. Before run(). Errors (kCall; nothing has changed then): the line has run, the plan has no name or one that
-  /// is taken, the task has been added before, divider or phase are out of range, an axis is unknown or driven by
-  /// another task, or the axes have other setpoints: a [path], or those of use().
+  /// supervision, telemetry and flight recorder; those that no task drives hold their position. `task` must outlive the
+  /// line. To be called before run(). Errors (kCall; nothing has changed then): the line has run, the plan has no name
+  /// or one that is taken, the task has been added before, divider or phase are out of range, an axis is unknown or
+  /// driven by another task, or the axes have other setpoints: a [path], or those of use().
   [[nodiscard]] Result<void> add(Task& task, TaskPlan plan);
 
-  /// Says to other masters of this program that the line has one now (Session::claim()), before run() does.
+  /// Claims the line against other masters of this program (Session::claim()) already before run().
   [[nodiscard]] Result<void> claim(bool force);
 
   /// Brings the line up, runs it, and takes it down. The report is complete also after a failure in operation;

@@ -5,13 +5,13 @@
 
 namespace driveline::trajectory {
 
-/// A torque (Nm) or force (N) that may be left out, in the size of a double: the setpoints of all axes pass through
-/// every cycle, and std::optional<double> would take twice as much. \rtsafe
+/// An optional torque (Nm) or force (N) of the size of a double: the setpoints of all axes are copied in every cycle,
+/// and std::optional<double> takes twice as much. \rtsafe
 class OptionalTorque {
  public:
   /// None.
   constexpr OptionalTorque() noexcept = default;
-  /// Any number, and NaN as well: a source that has calculated one has given a torque, if a wrong one.
+  /// Any number, also NaN: a source that has calculated a NaN has given a torque, a wrong one.
   // NOLINTNEXTLINE(google-explicit-constructor): setpoints are written in braces
   constexpr OptionalTorque(double value) noexcept : value_(value) {}
 

@@ -16,7 +16,7 @@
 
 namespace driveline::ecat_master {
 
-/// What a task in the cycle is given. Everything in it is of this cycle and may be used until update() returns.
+/// Input of a task in the cycle. Valid until update() returns.
 struct TaskCycle {
   std::int64_t cycle = 0;                       ///< number of the cycle on the grid; skipped periods are counted too
   std::chrono::nanoseconds grid{};              ///< grid time of the cycle on the master's clock
@@ -25,40 +25,40 @@ struct TaskCycle {
   /// Grid time since the task's last call; 0 at the first.
   std::chrono::nanoseconds elapsed{};
   std::span<const Axis> axes;  ///< of the line; Axis::inputs() in SI units. Empty: the line has no axes
-  /// What the axes were commanded last, in SI units; before the motion that is of the cycle before.
+  /// The last setpoints of the axes, in SI units; before the motion those of the previous cycle.
   std::span<const trajectory::AxisSetpoint> setpoints;
   std::span<const std::byte> inputs;  ///< of the process image
   std::span<const bool> valid;   ///< by slave: its inputs are of the last exchange it was due in; else they are stale
-  std::span<std::byte> outputs;  ///< of the process image; what axes are driven with is written by the motion
+  std::span<std::byte> outputs;  ///< of the process image; those of axes are overwritten by the motion
 };
 
 /// Work of the application in the cycle: a controller, logic between slaves, a measurement.
 class CycleTask {
  public:
   virtual ~CycleTask() = default;
-  /// In the cycle, on its thread: no exceptions, no memory, no locks, no waiting. \rtsafe
+  /// Called in the cycle, on its thread: no exceptions, allocation, locks or waiting. \rtsafe
   virtual void update(const TaskCycle& cycle) noexcept = 0;
 
  protected:
   CycleTask() = default;
-  /// A task is used where it is.
+  /// Tasks are used by reference.
   CycleTask(const CycleTask&) = default;
   CycleTask& operator=(const CycleTask&) = default;
 };
 
-/// When a task runs.
+/// The cycles in which a task runs, and its place in them.
 struct TaskTiming {
   /// Its place within a cycle.
   enum class Order : std::uint8_t {
-    kBeforeMotion,  ///< inputs are read; what it commands leaves with the next frame
+    kBeforeMotion,  ///< behind the inputs; its commands leave with the next frame
     kAfterMotion,   ///< the setpoints of this cycle are known
   };
-  std::uint32_t divider = 1;  ///< it runs in every n-th cycle, 1 at least
-  std::uint32_t phase = 0;    ///< in those whose number has this remainder; below `divider`
+  std::uint32_t divider = 1;  ///< runs in every n-th cycle, at least 1
+  std::uint32_t phase = 0;    ///< remainder of the numbers of these cycles; below `divider`
   Order order = Order::kBeforeMotion;
 };
 
-/// What the runs of a task have cost since it was made. To be read when the cycle rests.
+/// Run times of a task since the start. To be read while the cycle is stopped.
 struct TaskFigures {
   std::uint64_t calls = 0;
   rt::Histogram cost;  ///< of one call
@@ -70,17 +70,18 @@ struct TaskFigures {
 /// The tasks of a line, in the order in which they were added. One whose cycle was skipped runs in the next one.
 class TaskSchedule {
  public:
-  /// `task` must outlive the schedule. Before the cycle runs.
+  /// `task` must outlive the schedule. To be called before the cycle runs.
   /// @throws std::invalid_argument for a divider of 0 and a phase that is not below the divider.
   void add(CycleTask& task, TaskTiming timing);
 
   // The cycle's side. \rtsafe
-  /// A cycle begins.
+  /// To be called at the beginning of a cycle.
   void begin(const rt::CycleStart& start) noexcept;
-  /// Runs the tasks of this place that are due. `now`: the cycle's part of what they are given. `period`: of the line.
+  /// Runs the tasks of this place that are due. `now`: their input as far as it is common to all. `period`: of the
+  /// line.
   void run(TaskTiming::Order order, TaskCycle now, std::chrono::nanoseconds period, rt::Clock& clock) noexcept;
 
-  /// In the order of add(). When the cycle rests.
+  /// In the order of add(). To be called while the cycle is stopped.
   [[nodiscard]] const TaskFigures& figures(std::size_t task) const noexcept { return entries_[task]->figures; }
   /// \rtsafe
   [[nodiscard]] std::size_t size() const noexcept { return entries_.size(); }
@@ -90,7 +91,7 @@ class TaskSchedule {
     CycleTask* task;
     TaskTiming timing;
     TaskFigures figures{};
-    std::int64_t turn = 0;  ///< number of the last cycle of the task's own
+    std::int64_t turn = 0;  ///< number of its last run: cycle divided by divider
     std::int64_t last = 0;  ///< cycle of the last call
     std::int64_t missed = 0;
     bool due = false;

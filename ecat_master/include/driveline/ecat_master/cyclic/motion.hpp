@@ -242,10 +242,10 @@ class Motion {
   std::vector<std::optional<trajectory::StartRamp>> ramps_;
   std::vector<std::optional<trajectory::StopProfile>> stops_;
   std::vector<trajectory::AxisSetpoint> source_start_;
-  std::vector<std::optional<double>> anchors_;     ///< relative paths: what is added to them, once the axis was enabled
-  std::vector<trajectory::AxisSetpoint> targets_;  ///< where the source is; setpoints_ of the axes on it
-  std::vector<double> before_;    ///< places of targets_ in the cycle before, while the source is asked
-  std::vector<double> most_;      ///< velocities that a source may ask for
+  std::vector<std::optional<double>> anchors_;  ///< relative paths: offset added to them, set when the axis is enabled
+  std::vector<trajectory::AxisSetpoint> targets_;  ///< setpoints of the source
+  std::vector<double> before_;    ///< positions of targets_ in the previous cycle, for the check of the source
+  std::vector<double> most_;      ///< highest velocities allowed for a source, by axis
   std::int64_t path_begin_ = 0;   ///< in given periods
   std::int64_t given_ = 0;        ///< periods for which setpoints have been made since the start
   std::int64_t phase_given_ = 0;  ///< value of given_ when the phase began
@@ -257,7 +257,7 @@ class Motion {
   std::vector<char> exchanged_;  ///< the position of the axis is of this cycle
   std::chrono::nanoseconds exchange_took_{};
   MotionPhase phase_ = MotionPhase::kIdle;
-  bool powered_ = false;  ///< in this phase
+  bool powered_ = false;  ///< in this phase the drives are given setpoints
   std::int64_t phase_start_ = 0;
   MotionFailure failure_;
   std::atomic<Command> command_{Command::kNone};

@@ -29,15 +29,14 @@ class SetpointSource {
   virtual void rewind(std::span<trajectory::AxisSetpoint> first) noexcept = 0;
   /// The axes are where rewind() wanted them, at standstill. `running` false: they stay there until run(true).
   virtual void begin(bool running) noexcept = 0;
-  /// The setpoints of this cycle; `setpoints` comes with those of the cycle before, as
-  /// it has given them. False: these are the last ones, the
-  /// axes hold them.
+  /// Sets `setpoints`, which holds those that it gave in the previous cycle, to those of this cycle. False: these are
+  /// the last ones, the axes hold them.
   [[nodiscard]] virtual bool next(const SetpointCycle& cycle,
                                   std::span<trajectory::AxisSetpoint> setpoints) noexcept = 0;
-  /// The axes follow it no longer: they have been told to stop, have failed, or have arrived at the end.
+  /// The axes do not follow the source any more: they were commanded to stop, have failed, or have reached the end.
   virtual void end() noexcept = 0;
-  /// To come to rest where it is, because an axis is missing, or to go on. A source that cannot goes on as it likes:
-  /// the axes follow.
+  /// Asks the source to come to rest because an axis is missing (false), or to go on (true). A source that cannot may
+  /// ignore it: the axes follow.
   virtual void run(bool running) noexcept = 0;
   /// For `lost_s` seconds the drives were given no setpoints of this source.
   virtual void fall_behind(double lost_s) noexcept = 0;

@@ -52,7 +52,7 @@ class ClockFollower {
   /// grid.
   [[nodiscard]] Nanoseconds finish(const rt::CycleStart& start, Nanoseconds sent,
                                    const std::optional<DriftAnswer>& answer) noexcept;
-  /// System time at `time` of the master's clock, as the reference clock tells it. \rtsafe
+  /// System time of the reference clock at `time` of the master's clock. \rtsafe
   [[nodiscard]] std::uint64_t system_time(Nanoseconds time) const noexcept { return mapping_.at(time); }
   /// Status::locked, as of the last finish().
   [[nodiscard]] bool locked() const noexcept { return locked_; }

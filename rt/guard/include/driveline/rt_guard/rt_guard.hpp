@@ -38,7 +38,7 @@ class RtGuard {
   /// What the calling thread has counted since its last enter().
   [[nodiscard]] static Counts counts() noexcept;
 
-  /// Counts for as long as it lives, also inside a stretch that is counted already.
+  /// Counts during its lifetime; may be nested.
   class Watch {
    public:
     Watch() noexcept;

@@ -19,7 +19,7 @@ struct TaskAxis {
   ecat_master::DrivenAxis* drive = nullptr;  ///< what commands it; lives as long as the line runs
 };
 
-/// What a task may look at and keep before the cycle begins.
+/// Input of the set-up of a task; the task may keep the references.
 struct TaskSetup {
   const LineConfig& config;                           ///< lives as long as the line
   const ecat_master::ProcessVariables& process_data;  ///< handles by name: process_data.entry<bool>("io.Input 1")
@@ -37,14 +37,14 @@ class Task : public ecat_master::CycleTask {
   }
 };
 
-/// How a task is run.
+/// Settings of a task.
 struct TaskPlan {
   std::string name;                   ///< in the report; unique on the line, not empty
   ecat_master::TaskTiming timing{};   ///< in which cycles, and where in them
-  std::vector<std::string> drives{};  ///< names of the axes that it commands; they follow no path then
+  std::vector<std::string> drives{};  ///< names of the axes that it commands instead of a path
 };
 
-/// What a task has cost, in the report of a run.
+/// Run times of a task, in the report of a run.
 struct TaskReport {
   std::string name;
   ecat_master::TaskTiming timing;
