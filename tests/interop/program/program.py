@@ -32,7 +32,7 @@ WATCHDOG = "AL status code 0x001B"
 # The slower line for a run whose every attempt was disturbed. With longer cycles the simulated line itself would be late:
 # 256 drives have 40,000 steps of 125 us to make up for before they answer.
 LONGEST_CYCLE_US = 20_000
-LONGEST_WATCHDOG_MS = 6500  # of what a line file takes (docs/command_line.md)
+LONGEST_WATCHDOG_MS = 6500  # of what a line description takes (docs/command_line.md)
 HAS_VIRTUAL_TIME = ("run", "dc")
 
 

@@ -1,4 +1,4 @@
-"""The process image of a line file: groups, names and copies, in process and on the wire; cycles that cannot fit."""
+"""The process image of a line description: groups, names and copies, in process and on the wire; cycles that cannot fit."""
 import unittest
 
 from program import EXAMPLES, ProgramTest, WireTest, again_when_disturbed

@@ -9,7 +9,7 @@ LAST = len(AXES) - 1
 
 
 def fault(kind, at_ms, **keys):
-    """A [[fault]] of the line file."""
+    """A [[fault]] of the line description."""
     return f'[[fault]]\nat_ms = {at_ms}\nkind = "{kind}"\n' + "".join(f"{key} = {value}\n" for key, value in keys.items())
 
 
