@@ -150,7 +150,7 @@ Figures measure(rt::Clock& clock, std::size_t axes, int cycles) {
   return {summarize(meter->whole_ns), summarize(meter->master_ns), rig.master().image().outputs().size()};
 }
 
-/// The floor under every cycle: outputs copied into a frame, inputs copied out of it. ns per cycle.
+/// The baseline: outputs copied into a frame, inputs copied out of it. ns per cycle.
 Baseline copy_process_image(std::size_t bytes, int count) {
   constexpr int kBatch = 64;
   std::vector<std::byte> outputs(bytes, std::byte{0x5A});
@@ -190,8 +190,8 @@ void measure_all(const Options& options) {
     const auto figures = measure<BackToBackRunner>(virtual_time, axes, cycles);
     const auto floor = copy_process_image(figures.image_bytes, cycles / 10);
     add(report, "back_to_back", axes, figures, floor);
-    // The cycle takes the last processor. Bringing a hundred simulated drives up takes half of one as well: a thread
-    // that has to share it with much else never gets there, because the drives live on meanwhile.
+    // The cycle takes the last processor. Bringing a hundred simulated drives up takes half of another: on a shared
+    // processor it may never end, because the drives' firmware must run on meanwhile.
     claim_cpu(std::max(0, last_cpu() - 1));
     rt::MonotonicClock real_time;
     const auto paced =

@@ -1,5 +1,5 @@
-// How well are the clocks of a line together? Seeded scenarios on virtual time, judged by the true times of the
-// simulated clocks: what the registers say of themselves is not asked.
+// How well are the clocks of a line synchronised? Seeded scenarios on virtual time, judged by the true times of the
+// simulated clocks instead of their registers.
 #include <fmt/format.h>
 #include <cmath>
 #include <string>
@@ -14,7 +14,7 @@ namespace {
 using namespace driveline;
 using namespace driveline::bench;
 
-/// From here on the loops have settled; what is measured is the steady state.
+/// Time after which the loops have settled: the steady state is measured.
 constexpr nanoseconds kSettle = 3s;
 constexpr nanoseconds kMeasured = 10s;
 constexpr double kPeakAimNs = 40.0;
@@ -108,7 +108,8 @@ void measure(const Options& options) {
     run.measure(measured, scenario.slaves);
     add_rows(report, scenario, scenario.name, run);
     if (!scenario.name.starts_with("ring")) continue;
-    // All 64, against the reference clock: those behind the break too, which the other interface leads.
+    // All 64 against the reference clock, including those behind the break, which get their time over the other
+    // interface.
     ClockRig broken(scenario);
     static_cast<void>(broken.start());
     broken.pass(kSettle);

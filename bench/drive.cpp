@@ -25,7 +25,7 @@ constexpr double kDriveAimNs = 400.0;
 constexpr double kHundredDrivesAimUs = 60.0;
 constexpr double kStateAimKib = 64.0;
 
-/// The floor: two steps of cascade and motor, nothing around them. ns per 125 us.
+/// The baseline: two steps of cascade and motor alone. ns per 125 us.
 Baseline plant_alone(int cycles) {
   slaves::ServoMotor motor({}, slaves::msd::kControlStepS, 0.0);
   slaves::ServoController controller({}, slaves::msd::kControlStepS);

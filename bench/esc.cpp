@@ -1,4 +1,4 @@
-// What do emulated slaves cost per frame? Frames that are for nobody, for everybody and process data, for 1 to 256
+// What do emulated slaves cost per frame? Frames addressed to no slave, to all slaves, and process data, for 1 to 256
 // slaves on a line, nothing else in the loop.
 #include <fmt/format.h>
 #include <algorithm>
@@ -33,7 +33,7 @@ constexpr double kElsewhereAimNs = 20.0;
 constexpr double kLrwAimNs = 100.0;
 constexpr double kMemoryAimMib = 256.0;
 
-/// A device whose own life costs nothing, so that only controller and line are measured.
+/// A device whose application costs nothing, so that only controller and line are measured.
 class IdleDevice final : public slaves::Device {
  public:
   IdleDevice() {
@@ -70,7 +70,7 @@ class IdleDevice final : public slaves::Device {
 
 using Frame = std::vector<std::byte>;
 
-/// What one frame does to a line: what it looks like is not enough to know that it did it.
+/// Frames of one pass, with their expected effects, which are checked.
 struct Work {
   std::vector<Frame> frames;
   std::vector<unsigned> working_counters;  ///< of each frame, per pass
@@ -196,13 +196,13 @@ class IdleLine {
   std::size_t count_;
 };
 
-/// Passes `work` and sees to it that every pass has done what it should: all frames came back, with the working
-/// counters they must have, and inputs were published as often as the line's time says.
+/// Passes `work` and checks every pass: all frames came back with the expected working counters, and inputs were
+/// published as often as the line's time requires.
 class Passes {
  public:
   Passes(IdleLine& line, Work work) : line_(line), work_(std::move(work)), published_(line.published()) {}
 
-  /// What is measured.
+  /// The measured part.
   void pass() {
     line_.pass(work_.period);
     for (auto& frame : work_.frames) back_ += line_.line().process(frame, line_.now()) ? 1 : 0;
@@ -214,7 +214,7 @@ class Passes {
       throw std::runtime_error(fmt::format("{} of {} frames came back", back_, done_ * work_.frames.size()));
     }
     for (std::size_t i = 0; i < work_.frames.size(); ++i) {
-      // Nobody clears it between passes, so it counts on, as 16 bits.
+      // It is not cleared between passes, so it counts on with 16 bits.
       const auto expected = (before_[i] + work_.working_counters[i] * (done_ - checked_)) & 0xFFFFU;
       const auto found = working_counter(work_.frames[i]);
       if (found != expected) throw std::runtime_error(fmt::format("working counter {}, expected {}", found, expected));
@@ -265,7 +265,7 @@ Summary measure(IdleLine& line, const Work& work, int rounds, int batch) {
   return summarize(std::move(samples));
 }
 
-/// The floor: the bytes of the frames copied once, and nothing done to them. ns per slave.
+/// The baseline: the bytes of the frames copied once. ns per slave.
 Baseline copy_frames(const std::vector<Frame>& frames, int rounds, double slaves) {
   constexpr int kBatch = 64;
   Frame copy(port::kMaxFrameBytes);

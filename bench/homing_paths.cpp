@@ -110,7 +110,7 @@ bool prepare(Drive& drive, int method) {
   return good;
 }
 
-/// Where the way goes.
+/// Writes the way of the axis to a file.
 class Curve {
  public:
   /// Empty: nowhere.
@@ -139,7 +139,7 @@ double run_method(int method, std::size_t number, double start, Curve& curve) {
     curve.line(fmt::format("{},{},{:.3f},{:.4f},{:.3f},", method, number, std::chrono::duration<double>(time).count(),
                            model.position_rad() / kTurn, model.velocity_rad_s() / kTurn));
     if ((model.status() & kAttained) == kAttained) {
-      // Zero is at home: what the drive calls its position now tells where that is.
+      // Zero is at home, so the position shown gives the place of home.
       const std::int32_t shown = model.dictionary().get(slaves::msd::kValue.position_actual);
       const double home = model.position_rad() / kTurn - shown / kIncrements;
       curve.line(fmt::format("{},{},,,,{:.6f}", method, number, home));

@@ -1,5 +1,5 @@
-// What does the master's cycle (send, receive, decode) cost on a packet socket, against loops that do nothing but send
-// and receive the same frames? All over the same virtual cable, in turns; a minimal responder spins at its other end.
+// What does the master's cycle (send, receive, decode) cost on a packet socket, against loops that only send and
+// receive the same frames? All over the same virtual cable, in turns; a minimal responder spins at its other end.
 #include <fmt/format.h>
 #include <linux/if_packet.h>
 #include <sys/mman.h>
@@ -30,7 +30,7 @@ using ecat_master::CyclicCore;
 using ecat_master::ProcessImage;
 
 constexpr int kCycles = 60'000;
-/// So few in a row that a disturbance of the machine meets all loops alike.
+/// So few in a row that a disturbance of the machine affects all loops alike.
 constexpr int kCyclesPerRound = 500;
 constexpr int kWarmUp = 20;
 /// Aims: median and 99.9 % of the master's cycle over those of the bare loop on the same kind of socket, with a receive
@@ -73,7 +73,7 @@ class Responder {
 
 /// Reads the status word, mode and position of every axis and writes a control word and a target, as an application
 /// with handles does.
-class Decoder final : public ecat_master::CyclicTask {
+class Decoder final : public ecat_master::CycleTask {
  public:
   explicit Decoder(const ProcessImage& image) {
     for (const auto& place : image.places()) {
@@ -83,8 +83,10 @@ class Decoder final : public ecat_master::CyclicTask {
                        ecat_master::PdoEntry<std::int32_t>(place.output_offset + 3)});
     }
   }
-  void update(std::int64_t, std::span<const std::byte> inputs, std::span<const bool> valid,
-              std::span<std::byte> outputs) noexcept override {
+  void update(const ecat_master::TaskCycle& now) noexcept override {
+    const auto inputs = now.inputs;
+    const auto valid = now.valid;
+    const auto outputs = now.outputs;
     // Locals: a store to a byte may be a store to anything, for all the compiler knows.
     const std::span<const AxisEntries> axes(axes_);
     std::uint64_t stale = 0;
@@ -129,7 +131,7 @@ void settle_bare(Loop& loop) {
   throw std::runtime_error("the responder does not answer");
 }
 
-/// The floor of sockets: send all frames, spin until as many have come back.
+/// The baseline: send all frames, spin until as many have come back.
 class BareLoop {
  public:
   BareLoop(const std::string& interface, const std::vector<CyclicFrame>& frames) : frames_(frames) {
@@ -234,7 +236,8 @@ class MasterLoop {
     CyclicCore::Settings settings;
     settings.receive_window = 5ms;
     settings.slaves = static_cast<std::uint16_t>(image.places().size());
-    settings.task = &decoder_;
+    tasks_.add(decoder_, {});
+    settings.tasks = &tasks_;
     core_ = std::make_unique<CyclicCore>(*port_, clock_, image, nullptr, ecat_master::SampleRings{}, settings);
   }
   double cycle() {
@@ -245,7 +248,7 @@ class MasterLoop {
     return now_ns() - begin;
   }
   void drain() noexcept {}  // numbers its frames, and takes none for another
-  /// That it read what the responder wrote. A cycle without its frames shows in the figures; wrong ones do not.
+  /// Checks that it read what the responder wrote: wrong frames do not show in the figures.
   void check() const {
     const auto& statistics = core_->statistics();
     if (statistics.wkc_errors > 0) {
@@ -253,7 +256,7 @@ class MasterLoop {
           fmt::format("{} frames of the master came back with wrong working counters", statistics.wkc_errors));
     }
   }
-  /// Cycles until the responder is there and answers as a line would.
+  /// Cycles until the responder answers like a line.
   void settle() {
     constexpr int kPatience = 400;
     for (int i = 0; i < kPatience; ++i) {
@@ -272,12 +275,13 @@ class MasterLoop {
 
   rt::MonotonicClock clock_;
   Decoder decoder_;
+  ecat_master::TaskSchedule tasks_;
   std::unique_ptr<port::RawSocketPort> port_;
   std::unique_ptr<CyclicCore> core_;
   std::int64_t cycle_ = 0;
 };
 
-/// One round of a loop that is made for it, so that no other socket hears its frames.
+/// One round of a loop made for this round only, so that no other socket receives its frames.
 template <typename Make>
 void round_of(const Make& make, std::vector<double>& samples) {
   auto loop = make();

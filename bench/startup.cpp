@@ -58,8 +58,8 @@ std::vector<ecat_master::SlavePlan> make_plans(std::size_t count) {
   return plans;
 }
 
-/// A machine that is elsewhere for longer than a frame or a mailbox is waited for makes a start fail. One that fails
-/// every time fails for another reason, and then the last one's is told.
+/// A start may fail because the machine was busy for longer than a frame or mailbox is waited for. When every start
+/// fails, the error of the last one is reported.
 void require(const ecat_master::Result<void>& done) {
   if (!done) throw Disturbed(ecat_master::describe(done.error()));
 }
@@ -116,7 +116,7 @@ class Server {
  public:
   Server(slaves::Line& line, port::Port& port, rt::Clock& clock)
       : thread_([&, this](const std::stop_token& stop) { serve(stop, line, port, clock); }) {
-    // The drives have lived since they were made: before a master comes they must have caught up.
+    // The drives' time runs since they were made: they must have caught up before a master starts.
     const auto patience = clock.now() + std::chrono::seconds{5};
     while (!ready_.load(std::memory_order_acquire)) {
       if (clock.now() > patience) throw Disturbed("the drives take longer than the time that they live through");
@@ -139,7 +139,7 @@ class Server {
       }
       const auto reply = std::span(buffer).first(frame->bytes.size());
       std::copy(frame->bytes.begin(), frame->bytes.end(), reply.begin());
-      // A reply that cannot be sent is a lost frame: the master's business.
+      // An answer that cannot be sent is a lost frame, which the master handles.
       if (line.process(reply, frame->time)) static_cast<void>(port.send(reply));
     }
   }

@@ -1,6 +1,6 @@
-// How long does a frame that a master sends to `driveline simulate` take to come back, against programs that do nothing
-// but echo it? Each behind a virtual cable of its own, in turns, on both kinds of socket: one that is asked for every
-// frame (recv) and one with a receive ring (PACKET_MMAP).
+// How long does a frame that a master sends to `driveline simulate` take to come back, against programs that only echo
+// it? Each behind a virtual cable of its own, in turns, on both kinds of socket: one read by a system call per frame
+// (recv) and one with a receive ring (PACKET_MMAP).
 #include <fmt/format.h>
 #include <poll.h>
 #include <sys/socket.h>
@@ -36,7 +36,7 @@ using namespace std::chrono_literals;
 using std::chrono::nanoseconds;
 
 constexpr int kFrames = 10'000;
-/// So few in a row that a disturbance of the machine meets all servers alike.
+/// So few in a row that a disturbance of the machine affects all servers alike.
 constexpr int kFramesPerRound = 50;
 constexpr nanoseconds kPeriod = 250us;
 /// Of a round, until caches and the other processor are warm.
@@ -61,7 +61,7 @@ const char* name_of(Socket socket) {
   return socket == Socket::kRing ? "packet_mmap" : "recv";
 }
 
-/// The floor: takes a frame, sets the bit that shows it has been round, sends it.
+/// The baseline: takes a frame, sets the bit that marks processed frames, sends it.
 class Echo final : public rt::RealtimeTask {
  public:
   Echo(const std::string& interface, Socket kind, bool busy)
@@ -142,8 +142,7 @@ class Drives {
     ecat_master::Master::Settings patience;
     patience.exchange.retries = kFrameRetries;
     ecat_master::Master master(master_port, clock, patience);
-    // A machine that does other things as well may leave the line without its processor for longer than a frame is
-    // waited for.
+    // On a busy machine the line may be without its processor for longer than a frame is waited for.
     auto done = to_op(master, clock);
     for (int tries = 1; !done && tries < kTries; ++tries) done = to_op(master, clock);
     if (!done) throw std::runtime_error(ecat_master::describe(done.error()));
@@ -157,7 +156,7 @@ class Drives {
   ecat_master::Result<void> to_op(ecat_master::Master& master, rt::Clock& clock) {
     if (auto done = master.scan(); !done) return done;
     auto plans = runtime::make_slave_plans(config_);
-    // Between its rounds nobody talks to the line, for as long as a busy machine takes. A drive insists on a watchdog.
+    // Between rounds the line gets no frames, for long on a busy machine; and drives require a watchdog.
     for (auto& plan : plans) plan.watchdog.process_data = kWatchdog;
     if (auto done = master.configure(std::move(plans)); !done) return done;
     ecat_master::CyclicCore::Settings settings;
@@ -179,7 +178,7 @@ class Drives {
   runtime::LineServer server_;
 };
 
-/// Looks at a frame that has come back; throws when it is not what the server was to make of it.
+/// Checks a frame that has come back; throws when it is not the expected answer.
 using Judge = std::function<void(const CyclicFrame& sent, std::span<const std::byte> answer)>;
 
 void must_be_echoed(const CyclicFrame& sent, std::span<const std::byte> answer) {
@@ -213,7 +212,7 @@ struct Contestant {
 /// was sent may come in.
 void measure(Contestant& contestant, rt::Clock& clock, CyclicFrame frame, int frames) {
   auto& port = contestant.port;
-  // What is left of the bring-up or of a measurement that was disturbed.
+  // Remains of the bring-up or of a disturbed measurement.
   while (port.receive()) {
   }
   auto next = clock.now() + kPeriod;

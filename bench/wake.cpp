@@ -1,4 +1,4 @@
-// How late does a real-time thread wake up on a grid of 125 us, and how much of that is the cycle timer's doing?
+// How late does a real-time thread wake up on a grid of 125 us, and how much of that is caused by the cycle timer?
 #include <fmt/format.h>
 #include <cerrno>
 #include <ctime>
@@ -23,7 +23,7 @@ constexpr int kRounds = 10;
 /// Wake-ups at the start of a stretch that do not count.
 constexpr int kWarmUp = 20;
 
-/// The floor: nothing but clock_nanosleep to absolute times. The latency counts from the instant that was waited for.
+/// The baseline: only clock_nanosleep to absolute times. The latency counts from the instant that was waited for.
 void sleep_alone(rt::MonotonicClock& clock, int count, std::vector<double>& latencies_ns) noexcept {
   auto next = clock.now() + 4 * kPeriod;
   for (int i = -kWarmUp; i < count; ++i) {
@@ -48,7 +48,7 @@ void cycle_timer(rt::MonotonicClock& clock, nanoseconds wake_ahead, int count,
   }
 }
 
-/// Takes all ways of waiting in turns, so that a disturbance of the machine meets them alike.
+/// Takes all ways of waiting in turns, so that a disturbance of the machine affects all alike.
 class Waits final : public rt::RealtimeTask {
  public:
   explicit Waits(int wake_ups) : per_round_(wake_ups / kRounds) {

@@ -1,8 +1,8 @@
-# What every target of driveline has in common, and the few words the rooms are declared with.
+# Settings common to all targets of driveline, and the functions that declare rooms, tests and benchmarks.
 include_guard()
 find_package(Threads REQUIRED)
 
-# Sources that are generated, for those who look at ours without compiling them (scripts/check-tidy.sh).
+# Generated sources, for checks that read our sources without compiling them (scripts/check-tidy.sh).
 add_custom_target(generated_sources)
 
 find_program(DRIVELINE_CCACHE ccache)
@@ -27,7 +27,7 @@ if(DRIVELINE_FUZZ)
   add_compile_options(-fsanitize=fuzzer-no-link)
 endif()
 
-# Sources are compiled in groups, so that what they include is read once for each group: that is a third of the time. The
+# Sources are compiled in groups, so that their headers are read once for each group: that takes a third of the time. The
 # groups of a room are its folders, so names in anonymous namespaces are unique within a folder. DRIVELINE_UNITY=OFF
 # compiles every file by itself, which is better while one of them is edited.
 option(DRIVELINE_UNITY "Compile sources in groups" ON)
@@ -44,8 +44,8 @@ endfunction()
 # driveline_room(<name> [INTERNAL] [COMPONENT <name>] [SOURCES ...] [LINK ...] [PRIVATE_LINK ...])
 # Declares the library driveline_<name> (alias driveline::<name>) of the current folder: headers in
 # include/driveline/<name>/, implementation in the listed sources. Without sources it is header-only. It is installed
-# with its headers, for find_package(driveline), unless it is INTERNAL; with COMPONENT for those who ask
-# find_package(driveline COMPONENTS <name>) for it, because it needs packages that others can do without.
+# with its headers, for find_package(driveline), unless it is INTERNAL; with COMPONENT only for
+# find_package(driveline COMPONENTS <name>), because it needs packages that the other rooms do not.
 function(driveline_room name)
   cmake_parse_arguments(ARG "INTERNAL" "COMPONENT" "SOURCES;LINK;PRIVATE_LINK" ${ARGN})
   set(target driveline_${name})
@@ -82,7 +82,7 @@ function(driveline_test name)
   endif()
   add_executable(${name} ${ARG_SOURCES} ${ARG_ALONE})
   set_target_properties(${name} PROPERTIES UNITY_BUILD ${DRIVELINE_UNITY} UNITY_BUILD_BATCH_SIZE 10)
-  # What a test does itself need not be fast.
+  # Code of the tests themselves need not be fast.
   target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
   if(ARG_ALONE)
     set_source_files_properties(${ARG_ALONE} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)

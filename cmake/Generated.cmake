@@ -1,8 +1,8 @@
-# What is made of the sources and therefore not kept beside them, and what is kept all the same and made anew on request.
+# Files generated from the sources: those made by the build, and those kept in the tree and made anew on request.
 include_guard()
 find_package(Python3 COMPONENTS Interpreter)
 
-# The ESI files are what users of other tools ask for: kept in the tree, compared by a test.
+# ESI files are for users of other tools: kept in the tree, compared by a test.
 set(esi_data ${CMAKE_SOURCE_DIR}/esi/data)
 set(esi_files moog_msd.xml servoone.xml)
 list(TRANSFORM esi_files PREPEND ${esi_data}/ OUTPUT_VARIABLE kept_esi_files)
@@ -25,7 +25,7 @@ add_custom_command(
 add_custom_target(device_files ALL DEPENDS ${device_files} ${made_esi_files})
 install(FILES ${device_files} DESTINATION ${CMAKE_INSTALL_DATADIR}/driveline/esi)
 
-# What is kept in the tree although the build can make it; each of it is compared by a test.
+# Generated files kept in the tree; each is compared by a test.
 if(Python3_FOUND)
   add_custom_target(regenerate
     COMMAND ${CMAKE_COMMAND} -E copy_if_different ${made_esi_files} ${esi_data}

@@ -1,4 +1,4 @@
-# What `cmake --install` puts in place beside the rooms: the package for find_package(driveline), the program, its
+# Installed beside the rooms: the package for find_package(driveline), the program, its
 # completion, and the examples.
 include(CMakePackageConfigHelpers)
 

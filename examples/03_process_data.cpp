@@ -15,17 +15,19 @@ using namespace driveline;
 using namespace std::chrono_literals;
 
 /// Runs in the cycle: no allocation, no lock, no waiting. Entries are one load or store each.
-class Application final : public ecat_master::CyclicTask {
+class Application final : public ecat_master::CycleTask {
  public:
   using Word = ecat_master::PdoEntry<std::uint16_t>;
   using Position = ecat_master::PdoEntry<std::int32_t>;
   Application(Word control_to, Word status_from, Position position_from)
       : control_word_(control_to), status_word_(status_from), position_(position_from) {}
 
-  void update(std::int64_t, std::span<const std::byte> inputs, std::span<const bool> valid,
-              std::span<std::byte> outputs) noexcept override {
+  void update(const ecat_master::TaskCycle& now) noexcept override {
+    const auto inputs = now.inputs;
+    const auto valid = now.valid;
+    const auto outputs = now.outputs;
     control_word_.set(outputs, 0x0006);  // shutdown: ready to be switched on (CiA 402)
-    if (!valid[0]) return;               // what lies in the image is older than this cycle
+    if (!valid[0]) return;               // the inputs are older than this cycle
     status_word.store(status_word_.get(inputs));
     position.store(position_.get(inputs));
   }
@@ -58,8 +60,8 @@ int main() {
     std::puts(ecat_master::describe(done.error()).c_str());
     return 1;
   }
-  // Entries are looked up once, by the names of slave and object; what comes back is for the cycle. An address does as
-  // well ("x.6041h"), upper and lower case are the same. A name that is not there is a sentence with those that are.
+  // Entries are looked up once, by the names of slave and object; the handles are for the cycle. Addresses work as well
+  // ("x.6041h"), upper and lower case are the same. The error for an unknown name lists the existing ones.
   const ecat_master::ProcessVariables variables(master.slaves(), master.image());
   const auto control_word = variables.entry<std::uint16_t>("x.controlword");
   const auto status_word = variables.entry<std::uint16_t>("x.statusword");
@@ -73,7 +75,9 @@ int main() {
   ecat_master::CyclicCore::Settings settings;
   settings.period = 1ms;
   settings.receive_window = 500us;
-  settings.task = &application;
+  ecat_master::TaskSchedule tasks;
+  tasks.add(application, {});
+  settings.tasks = &tasks;
   const auto started = master.start_cycle(nullptr, {}, settings, [&clock](ecat_master::CyclicCore& core) {
     return std::make_unique<ecat_master::InlineRunner>(core, clock);
   });

@@ -20,7 +20,7 @@ int main() {
   const auto& drive = static_cast<slaves::msd::MsdDrive&>(slaves.front()->device()).core();
   slaves::Line line(clock, std::move(slaves));
 
-  // What the slave is, what it is told at start-up and which objects are exchanged.
+  // Identity of the slave, its start-up SDOs, and the objects that are exchanged.
   ecat_master::AxisConfig config;
   config.name = "x";
   ecat_master::SlavePlan plan;

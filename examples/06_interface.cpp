@@ -47,7 +47,7 @@ tl::expected<trajectory::Interpolator, std::string> make_path(std::size_t axes, 
   return trajectory::Interpolator::clamped_spline(*builder.build());
 }
 
-/// Without a way to go the axes hold their place until Ctrl-C. Whoever fails stops all of them.
+/// Without revolutions the axes hold their place until Ctrl-C. An axis that fails stops all of them.
 bool goes_on(ecat_master::MotionPhase phase, double revolutions) {
   using Phase = ecat_master::MotionPhase;
   if (phase == Phase::kHolding) return revolutions == 0.0;

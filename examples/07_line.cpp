@@ -1,5 +1,5 @@
-// A drive line out of its description: brought up, run along its path, looked after and taken down by the library, as
-// `driveline run` does. This program adds what it wants to know: every sample of every cycle, and what happens.
+// A drive line out of its description: brought up, run along its path, supervised and taken down by the library, as
+// `driveline run` does. This program adds consumers for every sample of every cycle and for events.
 //   07_line line8.toml            the simulated line of the description, on virtual time
 //   07_line line8.toml eth1       the same axes on a network interface, in real time
 
@@ -24,7 +24,7 @@ class HighestTorques final : public snapshot::SampleConsumer {
   void lines(std::span<const snapshot::LineSample>) override {}
   void axes(std::span<const snapshot::AxisSample> samples) override {
     for (const auto& sample : samples) {
-      highest_[sample.axis] = std::max(highest_[sample.axis], std::abs(sample.actual_torque_nm));
+      highest_[sample.axis] = std::max(highest_[sample.axis], std::abs(sample.actual_torque));
     }
   }
   /// Nm or N. After the run.
@@ -34,7 +34,7 @@ class HighestTorques final : public snapshot::SampleConsumer {
   std::vector<double> highest_;
 };
 
-/// Says what happens, and hands Ctrl-C on.
+/// Prints events, and passes Ctrl-C on.
 class Console final : public runtime::Observer {
  public:
   explicit Console(runtime::Line& line) : line_(line) {}

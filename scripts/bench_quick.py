@@ -26,7 +26,7 @@ def last_line(text):
 
 
 def problem_with(program, seconds):
-    """A sentence, or nothing when the program has measured all that it is for."""
+    """A sentence, or nothing when the program has measured everything."""
     try:
         done = subprocess.run([program, "--quick", "--json"], capture_output=True, text=True, timeout=seconds,
                               check=False)

@@ -1,4 +1,4 @@
-"""What the tables of docs/ look like that are made of the documents of bench/: one function per table.
+"""Layouts of the tables in docs/ that are made from the documents of bench/: one function per table.
 
 Each takes the documents by the name of their program and returns the lines between the markers of the table.
 """
@@ -70,7 +70,7 @@ def aim_of(row):
 
 
 def aimed_ratio(row, floor, key):
-    """An aim that is a multiple of a floor, by what it is a multiple of."""
+    """An aim that is a multiple of a floor, by the name of that floor."""
     return f"aim {limits(row)[key] / floor[key]:.3g}"
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tables of figures in docs/, made of the documents of the programs in bench/; nobody types them.
+"""Tables of figures in docs/, made from the documents of the programs in bench/; none is typed by hand.
 
   bench_tables.py                    writes the tables anew from bench/results
   bench_tables.py --run [NAME...]    builds, runs the benchmarks in full (or those named), keeps their documents in
@@ -110,7 +110,7 @@ def output_of(command):
 
 
 def changed_results(program, kept):
-    """What a program that depends on no machine gives now, against what was kept of it."""
+    """Compares the present output of a program on virtual time with the one that was kept."""
     now = json.loads(output_of([program, "--json"]))["results"]
     key = lambda row: (row["case"], row["metric"])
     before = {key(row): row for row in kept["results"]}

@@ -31,7 +31,7 @@ LEAST_TIMEOUT_S = 30.0
 
 
 class Failure(Exception):
-    """What ends the run, or one mutant, with a sentence."""
+    """Ends the run, or one mutant, with a sentence."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -145,7 +145,7 @@ class Workshop:
             if path.is_file() and str(path.relative_to(self.tree)) not in names:
                 path.unlink()
         linker = ["-DCMAKE_EXE_LINKER_FLAGS=-fuse-ld=lld"] if shutil.which("ld.lld") else []
-        # A mutant may leave a variable unused; what it costs to optimise the code is more than the tests take without.
+        # A mutant may leave a variable unused; optimising the code takes longer than running the tests without.
         self._output(["cmake", "-S", str(self.tree), "-B", str(self.build_folder), "-G", "Ninja",
                       "-DCMAKE_BUILD_TYPE=Debug", "-DCMAKE_CXX_FLAGS=-w", "-DCMAKE_CXX_FLAGS_DEBUG=-O0",
                       "-DDRIVELINE_UNITY=OFF", "-DDRIVELINE_BENCH=OFF", *linker])
@@ -262,7 +262,7 @@ class Campaign:
             began = time.monotonic()
             try:
                 verdict, remark = judge(workshop, mutant, seconds)
-            except Exception as error:  # A worker that dies silently would leave mutants that nobody judged.
+            except Exception as error:  # A worker that dies silently would leave mutants without a verdict.
                 verdict, remark = ERROR, repr(error)
             self.note(Outcome(mutant, verdict, time.monotonic() - began, remark))
 
@@ -288,7 +288,7 @@ class Campaign:
 
 
 def summary(outcomes, seconds):
-    """The table at the end, and what has to be looked at."""
+    """The table at the end, with survivors and errors."""
     lines = ["", f"{'table':<24} {'mutants':>8} {'killed':>8} {'survived':>9} {'errors':>7}"]
     counts = collections.Counter((outcome.mutant.table, outcome.verdict) for outcome in outcomes)
     for table in sorted({outcome.mutant.table for outcome in outcomes}):

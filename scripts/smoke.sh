@@ -27,7 +27,7 @@ done
 driveline=$build/driveline
 [ -x "$driveline" ] || { echo "smoke: $driveline does not exist; build first: ./run.sh" >&2; exit 1; }
 
-# The programs leave their plots and captures in the folder they run in; here that is one that goes away.
+# The programs leave their plots and captures in the folder they run in; here that is a temporary one.
 scratch=$(mktemp -d)
 netns=driveline-smoke-$$
 line_pid=

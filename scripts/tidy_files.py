@@ -37,7 +37,7 @@ def compiled_by(build):
 
 
 def changed_since(commit):
-    """Sources that are not as they were; None: nobody knows."""
+    """Sources that differ from the commit; None: unknown."""
     if git("cat-file", "-e", f"{commit}^{{commit}}").returncode != 0:
         print(f"tidy_files: git has no commit {commit} here", file=sys.stderr)
         return None
@@ -56,8 +56,8 @@ def includers_of(sources, root=ROOT):
 
 
 def witness(header, includers, compiled, chosen):
-    """A compiled source that includes the header, directly if there is one, and one that is looked at anyway if
-    possible; None: nobody includes it."""
+    """A compiled source that includes the header, directly if there is one, and one that is checked anyway if
+    possible; None: no source includes it."""
     seen = {header}
     level = [header]
     while level:

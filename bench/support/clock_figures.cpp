@@ -82,7 +82,7 @@ void write_disturbances(const std::string& folder) {
   }
 }
 
-/// SYNC0 of `shown` against that of slave `reference`, around something that happens after 0.2 s.
+/// SYNC0 of `shown` against that of slave `reference`, around an event after 0.2 s.
 void write_event(const std::string& folder, const std::string& name, ClockRig& rig, std::size_t reference,
                  const std::vector<std::size_t>& shown, nanoseconds duration, const std::function<void()>& event) {
   std::string header = "s";

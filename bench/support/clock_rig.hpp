@@ -25,7 +25,7 @@ namespace driveline::bench {
 using namespace std::chrono_literals;
 using std::chrono::nanoseconds;
 
-/// What a line is made of.
+/// A line and its disturbances.
 struct Scenario {
   std::string name;
   std::size_t slaves = 2;
@@ -42,7 +42,7 @@ struct Scenario {
   std::optional<std::uint16_t> reference;  ///< none: the first
 };
 
-/// A device without a life of its own.
+/// A device without an application.
 class ClockOnly final : public slaves::Device {
  public:
   ClockOnly() {
@@ -113,7 +113,7 @@ class BenchPort final : public port::Port {
   std::mt19937 random_{13};
 };
 
-/// One line of clocks under a cycling master, and the truth about it.
+/// One line of clocks under a cycling master, with its true times.
 class ClockRig {
  public:
   explicit ClockRig(const Scenario& scenario)
@@ -135,7 +135,7 @@ class ClockRig {
     plan.frame_lead = plan.period / 2;
     plan.reference = scenario_.reference;
     for (std::size_t i = 0; i < scenario_.slaves; ++i) {
-      // Who is in front of the reference clock cannot follow it.
+      // Slaves in front of the reference clock cannot follow it.
       if (i < scenario_.reference.value_or(0)) {
         plan.slaves.emplace_back();
       } else {

@@ -26,7 +26,7 @@ constexpr std::string_view compiler() {
 /// What processors have done so far, in seconds of one processor.
 struct ProcessorTime {
   double passed_s = 0.0;  ///< on the wall
-  double busy_s = 0.0;    ///< all processors, whoever it was
+  double busy_s = 0.0;    ///< all processors, by any program
   double own_s = 0.0;     ///< this program and the tools that it has called
   double stolen_s = 0.0;  ///< wanted, and kept by the host
 };

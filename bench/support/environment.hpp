@@ -5,7 +5,7 @@
 
 namespace driveline::bench {
 
-/// Where figures come from.
+/// Machine and build that figures come from.
 struct Environment {
   std::string kernel;
   std::string cpu;
@@ -19,7 +19,7 @@ struct Environment {
   double stolen_load = 0;  ///< processors that the host of a virtual machine kept for itself meanwhile, on average
 };
 
-/// From now on the machine is watched for what others do on it. Once, before what is measured.
+/// Starts measuring the load by other programs. Once, before the measurement.
 void watch_machine();
 
 [[nodiscard]] Environment environment();

@@ -19,7 +19,7 @@ using std::chrono::nanoseconds;
 /// Cycles the telemetry rings hold.
 constexpr std::size_t kRingCycles = 512;
 
-/// Half a second of 125 us: a machine that is away for so long shows in the figures and does not end the measurement.
+/// Half a second of 125 us: a shorter absence of the machine shows in the figures and does not end the measurement.
 constexpr std::uint32_t kBadCycleLimit = 4000;
 
 std::vector<ecat_master::AxisConfig> make_axes(std::size_t count) {

@@ -10,7 +10,7 @@
 namespace driveline::bench {
 
 /// A line of simulated MSD drives in this process and the master that runs them, put together as the driveline program
-/// does, every axis on its own sine. The wire takes no time: what is measured is computing, not waiting.
+/// does, every axis on its own sine. Frames take no time on the wire: only computing is measured.
 class LineRig {
  public:
   static constexpr std::chrono::nanoseconds kPeriod = std::chrono::microseconds{125};
@@ -23,8 +23,7 @@ class LineRig {
   /// Empties the telemetry rings, as their reader would. One thread.
   void drain();
   /// Throws Disturbed when the axes have left the path or process data have been lost since bring_up(): the figures
-  /// would be those of something else. On virtual time nothing can disturb it, and trying again is no use. Only while
-  /// no cycle runs.
+  /// would not be valid. On virtual time nothing can disturb it, so a retry is useless. Only while no cycle runs.
   void check();
 
   [[nodiscard]] TimedPort& port() noexcept { return port_; }

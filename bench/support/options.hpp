@@ -15,11 +15,10 @@ struct Options {
   [[nodiscard]] int count(int full) const noexcept { return quick ? full / 10 : full; }
 };
 
-/// Exit status of a program that cannot measure here all that it is for: the one that ctest and others take for
-/// "skipped".
+/// Exit status of a program that cannot measure everything here; ctest takes it for "skipped".
 constexpr int kSkippedStatus = 77;
 
-/// This machine does not have what the measurement needs. Thrown behind the report of what could be measured.
+/// The machine lacks something the measurement needs. Thrown after the report of what could be measured.
 struct Skipped : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

@@ -4,13 +4,13 @@
 
 namespace driveline::bench {
 
-/// Starts `task` in a real-time thread as `driveline run` would: SCHED_FIFO, the last CPU, memory locked. What of it is
-/// not in effect is said on stderr. Throws std::runtime_error when there is no thread at all.
+/// Starts `task` in a real-time thread as `driveline run` would: SCHED_FIFO, the last CPU, memory locked. Settings that
+/// are not in effect are named on stderr. Throws std::runtime_error when the thread cannot be created.
 void start_realtime(rt::RealtimeThread& thread, rt::RealtimeTask& task);
 
-/// The calling thread on processor `cpu` and nowhere else, in SCHED_FIFO, ahead of ordinary work: whoever has to share
-/// it measures others. Both are read back; what is not in effect is said on stderr. Threads that it makes begin with
-/// the same.
+/// The calling thread on processor `cpu` and nowhere else, in SCHED_FIFO, ahead of ordinary work, which would otherwise
+/// be measured as well. Both are read back; a setting that is not in effect is named on stderr. Threads that it creates
+/// inherit both.
 void claim_cpu(int cpu);
 [[nodiscard]] int last_cpu() noexcept;
 
@@ -19,7 +19,7 @@ void claim_cpu(int cpu);
 /// processors others have to get their turn.
 class Rests {
  public:
-  /// Sleeps when it is time to, and says whether it has: what comes next finds cold caches.
+  /// Sleeps when a rest is due; true if it has slept, so that the next measurement starts with cold caches.
   bool take_when_due(double now_ns) noexcept;
 
  private:

@@ -10,7 +10,7 @@
 namespace driveline::bench {
 namespace {
 
-/// A tenth of a unit is as fine as any figure here is meant.
+/// Rounds to a tenth of a unit, the resolution of the figures.
 double rounded(double value) {
   return std::round(value * 10.0) / 10.0;
 }

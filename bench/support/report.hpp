@@ -9,7 +9,7 @@
 
 namespace driveline::bench {
 
-/// Something measured in the same run that a figure is compared with.
+/// A figure of the same run that another one is compared with.
 struct Baseline {
   std::string name;
   Summary figures;
@@ -32,7 +32,7 @@ class Report {
   explicit Report(std::string bench) : bench_(std::move(bench)) {}
 
   void add(Row row) { rows_.push_back(std::move(row)); }
-  /// Something the reader of the table must know; not part of the JSON document.
+  /// A remark below the table; not part of the JSON document.
   void note(std::string text) { notes_.push_back(std::move(text)); }
   /// On stdout.
   void print(const Options& options) const;

@@ -7,14 +7,14 @@
 
 namespace driveline::bench {
 
-/// A measurement that is not valid because the machine was elsewhere meanwhile, not because something is wrong: a frame
-/// that nobody answered in time, for example.
+/// A measurement that is invalid because the machine was busy, not because of an error: a frame was not answered in
+/// time, for example.
 struct Disturbed : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// `measure()`, once more where it was disturbed, three times at most; says so on stderr. What it throws then is what
-/// the last one threw. Other errors are not tried again.
+/// `measure()`, once more where it was disturbed, three times at most; says so on stderr. The exception of the last
+/// attempt is passed on. Other errors are not retried.
 template <typename Measure>
 auto undisturbed(std::string_view what, const Measure& measure) {
   constexpr int kTries = 3;

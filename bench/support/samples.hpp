@@ -5,8 +5,8 @@
 
 namespace driveline::bench {
 
-/// What is reported of a series of measurements. Percentiles by nearest rank: the value that this share of all values
-/// does not exceed.
+/// Summary of a series of measurements. Percentiles by nearest rank: the value that this share of all values does not
+/// exceed.
 struct Summary {
   std::size_t n = 0;
   double p50 = 0.0;

@@ -11,11 +11,10 @@ namespace driveline::bench {
   return static_cast<double>(time.tv_sec) * 1e9 + static_cast<double>(time.tv_nsec);
 }
 
-/// What two readings of now_ns() with nothing between them are apart: the price of one reading. Measured once, the
-/// median of many.
+/// The cost of one reading of now_ns(): the median difference of two readings in a row. Measured once.
 [[nodiscard]] double reading_cost_ns();
 
-/// Keeps the compiler from leaving out what made `value`.
+/// Keeps the compiler from removing the calculation of `value`.
 template <typename T>
 inline void keep(const T& value) noexcept {
   asm volatile("" : : "r"(&value) : "memory");

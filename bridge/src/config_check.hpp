@@ -7,7 +7,7 @@
 
 namespace driveline::bridge {
 
-/// Looks for what Fast DDS would silently ignore, cut or fail on without a reason.
+/// Checks for settings that Fast DDS would silently ignore or truncate, or refuse without a reason.
 [[nodiscard]] tl::expected<void, DdsError> check(const DdsConfig& config);
 
 }  // namespace driveline::bridge

@@ -80,7 +80,7 @@ dds::DomainParticipantQos participant_qos(const DdsConfig& config) {
   return qos;
 }
 
-/// Only this instant's values matter: best effort, a short history per axis, sized once.
+/// Only the newest values matter: best effort, a short history per axis, allocated once.
 dds::DataWriterQos axis_writer_qos(std::size_t axes) {
   const auto instances = static_cast<std::int32_t>(std::max<std::size_t>(axes, 1));
   dds::DataWriterQos qos;
@@ -96,7 +96,7 @@ dds::DataWriterQos axis_writer_qos(std::size_t axes) {
   return qos;
 }
 
-/// What a subscriber must know even when it comes late: reliable, and the last one is kept for it.
+/// A late subscriber must get the status, too: reliable, and the last sample is kept.
 dds::DataWriterQos status_writer_qos() {
   dds::DataWriterQos qos;
   qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;

@@ -15,7 +15,7 @@ class Topic;
 
 namespace driveline::bridge {
 
-/// The DDS entities of one publisher, removed in order when it goes.
+/// The DDS entities of one publisher, deleted in order by the destructor.
 class DdsEntities {
  public:
   /// Creates participant, topics and writers for a checked configuration.

@@ -33,15 +33,15 @@ struct DdsPublisher::State {
 
   const DdsConfig config;
   DdsEntities entities;
-  // Of the drain thread alone.
+  // Used by the drain thread only.
   std::vector<telemetry::AxisTelemetry> axis_messages;
   telemetry::LineStatus status_message;
   SteadyTime next_status = SteadyTime::min();
   std::uint64_t refused = 0;
-  // Read by others.
+  // Read by any thread.
   std::atomic<std::uint64_t> published{0};
   std::atomic<std::uint64_t> dropped{0};
-  // Between the owner of the line and the drain thread.
+  // Shared by the owner of the line and the drain thread.
   std::mutex mutex;
   snapshot::LineStatus status;
   bool status_urgent = false;

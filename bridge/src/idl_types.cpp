@@ -57,13 +57,13 @@ void set_sample(telemetry::AxisTelemetry& message, const snapshot::AxisSample& s
   message.status_word(sample.status_word);
   message.mode(sample.mode);
   message.state(static_cast<telemetry::AxisState>(sample.state));
-  message.target_position(sample.target_position_rad);
-  message.actual_position(sample.actual_position_rad);
-  message.target_velocity(sample.target_velocity_rad_s);
-  message.actual_velocity(sample.actual_velocity_rad_s);
-  message.target_torque(sample.target_torque_nm);
-  message.actual_torque(sample.actual_torque_nm);
-  message.following_error(sample.following_error_rad);
+  message.target_position(sample.target_position);
+  message.actual_position(sample.actual_position);
+  message.target_velocity(sample.target_velocity);
+  message.actual_velocity(sample.actual_velocity);
+  message.target_torque(sample.target_torque);
+  message.actual_torque(sample.actual_torque);
+  message.following_error(sample.following_error);
 }
 
 void set_status(telemetry::LineStatus& message, const snapshot::LineStatus& status) {

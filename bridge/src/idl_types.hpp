@@ -5,19 +5,19 @@
 #include "driveline/snapshot/line_status.hpp"
 #include "driveline/snapshot/snapshot.hpp"
 
-/// From the records of the house to the types of the IDL.
+/// Conversion of snapshot records to the types of the IDL.
 namespace driveline::bridge {
 
 /// A message for one axis with all that never changes filled in.
 [[nodiscard]] telemetry::AxisTelemetry axis_message(std::uint16_t axis, const AxisInfo& info);
 
-/// Fills in what a sample says; leaves the identity of the axis alone.
+/// Fills in the values of a sample; leaves the identity of the axis as it is.
 void set_sample(telemetry::AxisTelemetry& message, const snapshot::AxisSample& sample);
 
-/// Fills in what the owner of the line says.
+/// Fills in state, figures and faults of the line.
 void set_status(telemetry::LineStatus& message, const snapshot::LineStatus& status);
 
-/// Fills in what the newest cycle says.
+/// Fills in the values of the newest cycle.
 void set_cycle(telemetry::LineStatus& message, const snapshot::LineSample& sample);
 
 }  // namespace driveline::bridge

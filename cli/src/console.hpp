@@ -7,13 +7,13 @@
 
 namespace driveline::cli {
 
-/// One line for the user on stderr. Never fails: whether somebody reads it is nothing the line depends on. What a
-/// terminal would obey is made visible: texts come from files and slaves.
+/// One line for the user on stderr. Never fails, because the line must not depend on a reader. Control sequences are
+/// made visible: texts come from files and slaves.
 void print_line(std::string_view text) noexcept;
 
-/// Text for the user on stdout, made visible likewise.
+/// Text for the user on stdout, control sequences made visible.
 void print_text(std::string_view text) noexcept;
-/// Writes what is still on its way to stdout; why it or anything before could not be written, as errno has it, or 0.
+/// Flushes stdout; the errno of the first write that failed, or 0.
 [[nodiscard]] int finish_output() noexcept;
 
 /// Progress of a command, formatted.
@@ -22,13 +22,13 @@ void progress(fmt::format_string<Arguments...> text, Arguments&&... arguments) {
   print_line(fmt::format(text, std::forward<Arguments>(arguments)...));
 }
 
-/// What a command was asked for, formatted, on stdout.
+/// Output of a command, formatted, on stdout.
 template <typename... Arguments>
 void print_out(fmt::format_string<Arguments...> text, Arguments&&... arguments) {
   print_text(fmt::format(text, std::forward<Arguments>(arguments)...));
 }
 
-/// What happens to a line, as progress on stderr.
+/// Prints what happens to a line on stderr.
 class ConsoleObserver : public runtime::Observer {
  public:
   void progress(std::string_view sentence) override { print_line(sentence); }

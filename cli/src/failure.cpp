@@ -3,7 +3,7 @@
 namespace driveline::cli {
 namespace {
 
-/// The option that does it all the same, or that helps.
+/// The option that overrides or avoids an error of this kind.
 std::string_view remedy(runtime::ErrorKind kind) {
   switch (kind) {
     case runtime::ErrorKind::kInterfaceBusy:
@@ -16,7 +16,7 @@ std::string_view remedy(runtime::ErrorKind kind) {
   }
 }
 
-/// What is `interface2` in a line description is an option here.
+/// Replaces names of settings by those of the command line's options.
 std::string sentence_of(const runtime::Error& error) {
   if (error.place != "interface2") return runtime::describe(error).append(remedy(error.kind));
   return "--iface2: " + error.reason + " (--iface NAME)";

@@ -6,7 +6,7 @@
 namespace driveline::cli {
 namespace {
 
-/// Several times what the deepest of the threads was seen to use.
+/// Several times the largest stack use of any thread that was measured.
 constexpr rlim_t kLeastStackKib = 1024;
 
 }  // namespace

@@ -4,8 +4,8 @@
 
 namespace driveline::cli {
 
-/// What is too little of what this process may have (`ulimit -s`), with the remedy; empty: nothing. Threads get stacks
-/// of the size that the limit says, so a low one ends the program in the middle of a run.
+/// A sentence with the remedy when the stack limit (`ulimit -s`) is too low; else empty. The limit is the stack size of
+/// threads, so a low one ends the program in the middle of a run.
 [[nodiscard]] std::string too_little_stack();
 
 }  // namespace driveline::cli

@@ -22,9 +22,9 @@ std::string full_name(const CLI::App* app) {
   return app->get_parent() == nullptr ? app->get_name() : full_name(app->get_parent()) + " " + app->get_name();
 }
 
-/// What stands on the command line and should not.
+/// The first word on the command line that does not belong there.
 std::string unexpected(const CLI::App* app, const std::vector<std::string>& words) {
-  // Behind an option that is not known its value is one word too many as well.
+  // The value behind an unknown option is unexpected as well: name the option.
   const auto option = std::find_if(words.begin(), words.end(), [](const auto& word) { return word.starts_with('-'); });
   const auto& word = option == words.end() ? words.front() : *option;
   std::vector<std::string> known;
@@ -45,7 +45,7 @@ std::string unexpected(const CLI::App* app, const std::vector<std::string>& word
 
 std::string what_is_wrong(const CLI::App* program, const CLI::App* app, const CLI::Error& error) {
   const std::string sentence = error.what();
-  // A group of commands wants one of them before it looks at what is too much.
+  // CLI11 reports a missing command of a group before an unknown word in its place: name the word.
   const bool no_command =
       dynamic_cast<const CLI::RequiredError*>(&error) != nullptr && app->get_require_subcommand_min() > 0;
   if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr || no_command) {
@@ -59,7 +59,7 @@ std::string what_is_wrong(const CLI::App* program, const CLI::App* app, const CL
   return sentence;
 }
 
-/// All complaints are one sentence, as those of the commands.
+/// One sentence for any parse error, like the failures of the commands.
 std::string failure_message(const CLI::App* program, const CLI::Error& error) {
   const auto* app = program;
   while (!app->get_subcommands().empty()) app = app->get_subcommands().front();
@@ -99,14 +99,14 @@ std::string example_lines(const Command& command, std::string_view name) {
   return text;
 }
 
-/// A command as it has been built.
+/// A command with its parser.
 struct Built {
   CLI::App* app = nullptr;
   Arguments arguments;
   Execute execute;
 };
 
-/// `name` as users type it: that of the command, or its other one.
+/// `name`: as users type it, the command's name or its second one.
 void add_command(CLI::App& parent, const Command& command, std::string_view name, std::string_view group,
                  std::deque<Built>& built) {
   const auto last_word = name.substr(name.find(' ') + 1);
@@ -136,7 +136,7 @@ void add_commands(CLI::App& program, std::deque<Built>& built) {
   }
 }
 
-/// Exit status of what has been printed.
+/// Flushes stdout; exit status 1 when that fails.
 int finish_printing() {
   const int error = finish_output();
   if (error == 0) return 0;
@@ -176,7 +176,7 @@ int run_program(int argc, const char* const* argv) {
   app.failure_message(failure_message);
   app.set_version_flag("--version", DRIVELINE_VERSION);
   app.footer("driveline COMMAND --help tells the options of a command and shows examples.");
-  // One at most: what follows a command is its argument, also where it has the name of another (`bench dc`).
+  // One at most: a word behind a command is its argument, even if it is the name of another command (`bench dc`).
   app.require_subcommand(0, 1);
   std::deque<Built> built;
   add_commands(app, built);

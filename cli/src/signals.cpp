@@ -22,12 +22,12 @@ extern "C" void on_stop_signal(int signal) {
 void catch_stop_signals() {
   struct sigaction action = {};
   action.sa_handler = on_stop_signal;
-  action.sa_flags = SA_RESTART;  // a file that is just being read or written is no part of it
+  action.sa_flags = SA_RESTART;  // file accesses are restarted, not interrupted
   sigemptyset(&action.sa_mask);
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     struct sigaction before = {};
     sigaction(signal, nullptr, &before);
-    // What nohup and the like have switched off stays so.
+    // Signals that are ignored from the start (nohup) stay ignored.
     if (before.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);
   }
   action.sa_handler = SIG_IGN;

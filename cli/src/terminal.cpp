@@ -74,7 +74,7 @@ TerminalPage::TerminalPage() {
   termios settings{};
   if (tcgetattr(STDIN_FILENO, &settings) == 0) {
     before_ = settings;
-    // Keys one by one, unseen, Ctrl-C among them: the program ends in order whatever it is doing.
+    // Keys one by one without echo, Ctrl-C included, so that the program can restore the terminal.
     settings.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO | ISIG);
     settings.c_cc[VMIN] = 0;
     settings.c_cc[VTIME] = 0;

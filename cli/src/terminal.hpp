@@ -12,12 +12,12 @@ namespace driveline::cli {
 /// A key as the pages know them.
 enum class Key : std::uint8_t { kNone, kQuit, kNext, kPrevious, kReset };
 
-/// What the bytes that a terminal sends for one or several keys ask for; the first that means something counts. q,
-/// Escape and Ctrl-C quit; n, Tab, right and down go on; p, left and up go back.
+/// The key in bytes from a terminal, which may hold several keys; the first known one counts. q, Escape and Ctrl-C
+/// quit; n, Tab, right and down go on; p, left and up go back.
 [[nodiscard]] Key key_of(std::string_view bytes) noexcept;
 
 /// The terminal at stdin and stdout as a page that is drawn again and again: the other screen, no cursor, keys without
-/// Enter. What was there before comes back with the destructor.
+/// Enter. The destructor restores the terminal.
 class TerminalPage {
  public:
   /// Whether stdin and stdout are a terminal.
@@ -38,7 +38,7 @@ class TerminalPage {
 };
 
 /// `page` as the bytes that draw it: from the top left corner, every line and the rest of the screen cleared; at most
-/// `rows` lines of `columns` characters. What a terminal would obey in it is made visible.
+/// `rows` lines of `columns` characters. Control sequences in it are made visible.
 [[nodiscard]] std::string drawn(std::string_view page, std::size_t rows, std::size_t columns);
 
 }  // namespace driveline::cli

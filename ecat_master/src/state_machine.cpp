@@ -29,7 +29,7 @@ Result<void> write_al_control(Bus& bus, std::span<const SlaveRef> slaves, std::s
   return bus.exchange().exchange(requests);
 }
 
-/// A report that is none.
+/// The error for a slave that did not answer.
 Error silent(std::uint16_t position, std::uint16_t working_counter) {
   return {facts::WorkingCounter{.address = wire::reg::kAlStatus.address, .received = working_counter}, position};
 }
@@ -46,8 +46,9 @@ Result<std::vector<AlReport>> collect_reports(Bus& bus, std::span<Request> reque
   return reports;
 }
 
-/// One slave on its way. Error indications are acknowledged first, by repeating the present state with the acknowledge
-/// bit (ETG.1000.6 5.3.1), and must be gone before the request: the old error would pass for the answer to it.
+/// The change of state of one slave. Error indications are acknowledged first, by repeating the present state with the
+/// acknowledge bit (ETG.1000.6 5.3.1), and must be gone before the request: the old error could be mistaken for the
+/// answer to it.
 class Change {
  public:
   Change(const StateTarget& slave, std::chrono::nanoseconds now)
@@ -62,7 +63,7 @@ class Change {
   void missed(std::uint16_t working_counter) {
     if (++missed_ >= kMissedPolls) fail(silent(slave_.position, working_counter));
   }
-  /// What to write to AL control now; nothing: wait.
+  /// The next value for AL control; nothing: wait.
   [[nodiscard]] std::optional<std::uint16_t> take(const AlReport& report, wire::AlState target,
                                                   std::chrono::nanoseconds now) {
     missed_ = 0;
@@ -235,7 +236,7 @@ Result<void> lower_state(Bus& bus, std::span<const SlaveRef> slaves, wire::AlSta
                         wire::DatagramAddress::physical(slaves[i].station, wire::reg::kAlStatus.address), data[i], 0,
                         false});
   }
-  // Nobody can be reached.
+  // No slave can be reached.
   if (auto done = bus.exchange().exchange(requests); !done) return done;
   Result<void> first{};
   std::vector<SlaveRef> above;

@@ -14,7 +14,7 @@ constexpr std::uint32_t kMaxBits = 0xFFFF;
 constexpr std::uint32_t kMaxOffset = 0xFFFFF;  ///< of an object of 128 KiB
 constexpr std::uint32_t kFirstEntryBit = 16;   ///< sub-index 0 has 8 bits and is followed by 8 unused ones
 
-/// What a type name stands for.
+/// The type that a name stands for.
 struct ResolvedType {
   DataType type = DataType::kOctetString;
   pugi::xml_node array;   ///< its DataType element, for an array of `type`

@@ -98,7 +98,7 @@ void compare_channels(Comparison& to, const SiiImage& found, const SiiImage& pla
   };
   for (std::size_t i = 0; i < std::min(count(has), count(wants)); ++i) {
     auto channel = (*has)[i];
-    channel.status = (*wants)[i].status;  // means nothing in an EEPROM
+    channel.status = (*wants)[i].status;  // without meaning in an EEPROM
     if (channel != (*wants)[i]) to.add(fmt::format("sync manager {}", i), text(channel), text((*wants)[i]));
   }
 }

@@ -18,8 +18,8 @@ namespace driveline::esi {
 
 /// Reads typed values out of XML elements and remembers where they were: the first error, and notes.
 ///
-/// A value that cannot be read becomes its default and the first such failure is kept; the reader runs on and asks
-/// once at the end. That keeps the readers free of error plumbing, and nothing they do on the way has effects outside.
+/// A value that cannot be read becomes its default and the first such failure is kept; the reader runs on and asks once
+/// at the end. So the readers need no error handling of their own; they have no effects outside until then.
 class XmlContext {
  public:
   XmlContext(std::string_view text, std::string_view file_name);

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What counts of a thread in proc(5), "stat".
+/// The fields of /proc/PID/task/TID/stat (proc(5)) that are looked at.
 struct ThreadStat {
   std::string name;  ///< printable
   unsigned long flags = 0;
@@ -72,7 +72,7 @@ std::string allowed_cpus(const fs::path& thread) {
   return {};
 }
 
-/// Threads of `process` that are in the way on `cpu`.
+/// Adds the real-time threads of `process` that are pinned to `cpu`.
 void collect_neighbours(const fs::path& process, int cpu, std::vector<std::string>& found) {
   std::error_code error;
   for (fs::directory_iterator thread(process / "task", error), end; !error && thread != end; thread.increment(error)) {

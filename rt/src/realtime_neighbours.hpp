@@ -7,8 +7,8 @@
 
 namespace driveline::rt {
 
-/// Real-time threads of programs that may run on `cpu` and nowhere else: two of them keep each other waiting. `root` is
-/// put before /proc. Threads of the kernel are no neighbours, nor are those of the calling process.
+/// Real-time threads of other processes that are pinned to `cpu` alone, where they would delay ours. `root` is put
+/// before /proc. Kernel threads and threads of the calling process do not count.
 [[nodiscard]] RealtimeItem inspect_neighbours(const std::string& root, std::optional<int> cpu);
 
 }  // namespace driveline::rt

@@ -33,7 +33,7 @@ std::string kib(std::uint64_t value) {
   return std::to_string(value) + " KiB";
 }
 
-/// A number of /proc/self/status such as "VmLck:"; 0 if it is not there.
+/// A number of /proc/self/status, such as that of "VmLck:"; 0 if it is missing.
 std::uint64_t status_value(const std::string& key, int base = 10) {
   std::ifstream status{"/proc/self/status"};
   for (std::string line; std::getline(status, line);) {
@@ -44,8 +44,8 @@ std::uint64_t status_value(const std::string& key, int base = 10) {
   return 0;
 }
 
-// A limit that leaves less room than this above what is mapped now is treated as a refusal: memory locked for the
-// future counts against it, and the next thread stack or heap extension would fail somewhere in the middle of the work.
+// A limit that leaves less room than this above what is mapped now is treated as a refusal: memory that is mapped later
+// counts against it, too, and the next thread stack or heap extension would fail in the middle of the run.
 constexpr std::uint64_t kLockHeadroomKib = 64 * 1024;
 
 /// The limit on locked memory if it is too tight for this process.

@@ -8,7 +8,8 @@
 /// The single steps of the real-time set-up. Each one sets, reads back what is in effect, and reports.
 namespace driveline::rt::setup {
 
-/// Locks the memory of the process: what is mapped now is brought in and stays, what comes later stays once touched.
+/// Locks the memory of the process: what is mapped now is brought into memory at once and stays, later mappings stay
+/// once touched.
 [[nodiscard]] RealtimeItem lock_memory(bool requested);
 
 /// Keeps freed heap memory in the process and serves large blocks from the heap, so that memory once brought in is
@@ -27,7 +28,7 @@ namespace driveline::rt::setup {
 /// Gives the calling thread a SCHED_FIFO priority.
 [[nodiscard]] RealtimeItem set_scheduler(std::optional<int> priority);
 
-/// The report of a thread that could not even be created.
+/// The report on a thread that could not be created.
 [[nodiscard]] RealtimeItem no_thread(int error_number);
 
 }  // namespace driveline::rt::setup

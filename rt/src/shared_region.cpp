@@ -44,7 +44,7 @@ void write_header(std::span<std::uint64_t> words, const SharedLayout& layout) {
   store<std::memory_order_release>(words[kMagic], kSharedMagic);
 }
 
-/// What the header says, read once; an error if it is none of ours.
+/// Reads the header once; an error if it is not one of this library.
 tl::expected<SharedLayout, SharedRegionError> read_header(std::span<std::uint64_t> words) {
   const std::uint64_t magic = load<std::memory_order_acquire>(words[kMagic]);
   if (magic != kSharedMagic) {
@@ -67,7 +67,7 @@ bool is_capacity(std::uint64_t capacity) {
   return std::has_single_bit(capacity) && capacity <= kMaxSharedBytes;
 }
 
-/// Bytes of a region, whole pages. At most 2^30 records of at most 2^32 bytes: nothing overflows.
+/// Size of a region in bytes, whole pages. With at most 2^30 records of at most 2^32 bytes nothing overflows.
 std::uint64_t bytes_of(const SharedLayout& layout) {
   const std::uint64_t words = kRecordsWord + layout.capacity * slot_words(layout.form, layout.record_bytes);
   const auto page = static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
@@ -82,7 +82,7 @@ unsigned seals_of(SharedForm form) {
 std::optional<SharedRegionError> check_seals(int descriptor, unsigned required) {
   const int seals = ::fcntl(descriptor, F_GET_SEALS);
   if (seals < 0) {
-    // What has no seals does not know the request.
+    // EINVAL: a file without seals does not know the request.
     return errno == EINVAL ? SharedRegionError{SharedNotMemory{}} : call_failed("fcntl(F_GET_SEALS)").value();
   }
   const auto present = static_cast<unsigned>(seals);
@@ -109,7 +109,7 @@ tl::expected<SharedRegion, SharedRegionError> SharedRegion::create(const std::st
     return call_failed("memfd_create");
   }
   SharedRegion region{descriptor, layout};
-  // Sizes and allocates: a memory that is short is an error here and no SIGBUS later.
+  // Sizes and allocates: a lack of memory is an error here instead of a SIGBUS later.
   if (::fallocate(descriptor, 0, 0, static_cast<off_t>(bytes)) != 0) {
     return call_failed("fallocate");
   }
@@ -124,7 +124,7 @@ tl::expected<SharedRegion, SharedRegionError> SharedRegion::create(const std::st
 }
 
 tl::expected<SharedRegion, SharedRegionError> SharedRegion::open(int descriptor, const SharedLayout& wanted) {
-  // Sealed first: what is checked afterwards stays as it is.
+  // The seals first: size and content then cannot change between check and use.
   if (const auto missing = check_seals(descriptor, seals_of(wanted.form))) {
     return Failure{*missing};
   }

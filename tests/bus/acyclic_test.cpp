@@ -78,7 +78,7 @@ TEST(AcyclicBudget, FramesOfTheCycleDoNotWaitForOthers) {
   EXPECT_EQ(wire.lost, 0U);
 }
 
-/// What the budget is for; and that the wire of the test above is one.
+/// Shows the purpose of the budget, and that the test above has a wire with limited speed.
 TEST(AcyclicBudget, WithoutItTheyWait) {
   const auto wire = read_registers_on_a_wire(port::kMaxFrameBytes);
   EXPECT_TRUE(wire.busy > wire.alone || wire.lost > 0);

@@ -1,6 +1,6 @@
 // An adversary between master and line: the master's own frames, changed at random, thousands of them, in between the
-// good ones. Whatever they do to the slaves, nothing breaks for good: no reply of another length, no time that stands
-// still, and after a power cycle a new start succeeds. Seeded; under the sanitizers every access counts.
+// good ones. Whatever they do to the slaves, there is no lasting damage: no answer of another length, time goes on, and
+// after a power cycle a new start succeeds. Seeded; under the sanitizers every access counts.
 #include <gtest/gtest.h>
 
 #include "drive_line.hpp"
@@ -42,7 +42,7 @@ std::vector<Bytes> own_traffic() {
 void mutate(Bytes& frame, Random& random) {
   const unsigned changes = 1 + random.below(8);
   for (unsigned i = 0; i < changes && !frame.empty(); ++i) {
-    // Headers are where it hurts: commands, addresses, lengths, the more bit.
+    // Headers are most sensitive: commands, addresses, lengths, the more bit.
     const std::size_t at =
         random.below(3) != 0 ? random.below(std::min<std::size_t>(frame.size(), 48)) : random.below(frame.size());
     switch (random.below(6)) {
@@ -125,7 +125,7 @@ TEST_P(Adversary, ChangedFramesBetweenGoodOnesEndInAnErrorOrNot) {
                     {});
   for (int start = 0; start < kStarts; ++start) {
     LineOperation operation(drives, port);
-    // The master comes through or says what stood in its way; it neither hangs nor takes nonsense for success.
+    // The master succeeds or reports the reason; it neither hangs nor takes garbage for success.
     const auto begin = drives.clock.now();
     const auto done = operation.to_op();
     if (done) {

@@ -118,7 +118,7 @@ ChangingPort::Change shorten_sync_manager(unsigned number) {
                       [](std::span<std::byte> data) { data[2] = std::byte{18}; });
 }
 
-/// configure(), and everything that the master has to say about its end.
+/// configure(), and everything that the master reports about its failure.
 std::string everything_about(LineOperation& operation, std::vector<ecat_master::SlavePlan> plans) {
   auto& master = operation.master();
   const auto done = master.configure(std::move(plans));

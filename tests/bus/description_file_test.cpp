@@ -1,4 +1,4 @@
-// Slaves that are configured by their ESI file; set-up side by side; ports that a predecessor has left closed.
+// Slaves that are configured by their ESI file; set-up side by side; ports that an earlier master has left closed.
 #include <gmock/gmock.h>
 
 #include <fstream>

@@ -1,4 +1,4 @@
-// A line configured as an ESI-based master does it: from nothing but what the ESI file says.
+// A line configured as an ESI-based master does it: from the ESI file alone.
 #include <gtest/gtest.h>
 
 #include "drive_line.hpp"
@@ -81,8 +81,8 @@ TEST_P(EsiConfiguration, TakesTheDrivesToOpAndLetsThemFollowAPath) {
   double error = 0.0;
   for (const auto& sample : operation.axis_samples) {
     if (sample.axis != 0) continue;
-    travelled = std::max(travelled, sample.actual_position_rad);
-    error = std::max(error, std::abs(sample.following_error_rad));
+    travelled = std::max(travelled, sample.actual_position);
+    error = std::max(error, std::abs(sample.following_error));
   }
   EXPECT_NEAR(travelled, 1.1, 0.1) << "the peak of the path";
   EXPECT_LT(error, 0.6);

@@ -52,11 +52,10 @@ TEST_P(FollowingErrorInCsp, IsThatOfTheDrive) {
   LineOperation operation(drives, options);
   const auto samples = samples_on_the_path(operation);
   ASSERT_GT(samples.size(), 300U);
-  EXPECT_GT(largest(samples, &AxisSample::drive_following_error_rad), 10 * kIncrementRad)
-      << "there is something to see";
+  EXPECT_GT(largest(samples, &AxisSample::drive_following_error), 10 * kIncrementRad) << "there is something to see";
   double difference = 0.0;
   for (const auto& sample : samples) {
-    difference = std::max(difference, std::abs(sample.following_error_rad - sample.drive_following_error_rad));
+    difference = std::max(difference, std::abs(sample.following_error - sample.drive_following_error));
   }
   EXPECT_LT(difference, 3 * kIncrementRad);
 }
@@ -78,9 +77,9 @@ TEST(FollowingError, IsKnownWithoutTheObjectOfTheDrive) {
   LineOperation reported(with, RunOptions{});
   LineOperation computed(without, options);
   const auto samples = samples_on_the_path(computed);
-  for (const auto& sample : samples) ASSERT_TRUE(std::isnan(sample.drive_following_error_rad));
-  const double told = largest(samples_on_the_path(reported), &AxisSample::drive_following_error_rad);
-  EXPECT_NEAR(largest(samples, &AxisSample::following_error_rad), told, 0.1 * told);
+  for (const auto& sample : samples) ASSERT_TRUE(std::isnan(sample.drive_following_error));
+  const double told = largest(samples_on_the_path(reported), &AxisSample::drive_following_error);
+  EXPECT_NEAR(largest(samples, &AxisSample::following_error), told, 0.1 * told);
 }
 
 class FollowingErrorOfTheLoop : public testing::TestWithParam<Mode> {};
@@ -89,10 +88,10 @@ TEST_P(FollowingErrorOfTheLoop, IsSetpointMinusActualPosition) {
   DriveLine drives(2);
   LineOperation operation(drives, RunOptions{.mode = GetParam()});
   const auto samples = samples_on_the_path(operation);
-  EXPECT_EQ(largest(samples, &AxisSample::drive_following_error_rad), 0.0) << "it has no position loop";
-  EXPECT_GT(largest(samples, &AxisSample::following_error_rad), 10 * kIncrementRad);
+  EXPECT_EQ(largest(samples, &AxisSample::drive_following_error), 0.0) << "it has no position loop";
+  EXPECT_GT(largest(samples, &AxisSample::following_error), 10 * kIncrementRad);
   for (const auto& sample : samples) {
-    ASSERT_NEAR(sample.following_error_rad, sample.target_position_rad - sample.actual_position_rad, 1e-9);
+    ASSERT_NEAR(sample.following_error, sample.target_position - sample.actual_position, 1e-9);
   }
 }
 
@@ -113,8 +112,8 @@ TEST(FollowingError, OfAnAxisThatIsHeldGrowsWithItsPath) {
     operation.axis_samples.clear();
     operation.run(milliseconds{40});
     const auto& last = operation.axis_samples.back();
-    EXPECT_NEAR(last.following_error_rad, last.target_position_rad - last.actual_position_rad, 1e-9);
-    EXPECT_GT(std::abs(last.following_error_rad), 0.1) << to_text(mode);
+    EXPECT_NEAR(last.following_error, last.target_position - last.actual_position, 1e-9);
+    EXPECT_GT(std::abs(last.following_error), 0.1) << to_text(mode);
   }
 }
 

@@ -15,8 +15,8 @@ using ecat_master::MotionFailure;
 using ecat_master::MotionPhase;
 using slaves::PowerState;
 
-/// Four drives on their path, in two groups: drives 0 and 2, drives 1 and 3. An FMMU of drive 1 that nobody has planned
-/// puts two bytes of its own registers over the status word of drive 0.
+/// Four drives on their path, in two groups: drives 0 and 2, drives 1 and 3. An unplanned FMMU of drive 1 puts two
+/// bytes of its own registers over the status word of drive 0.
 class ForeignFmmu : public testing::Test {
  protected:
   static constexpr std::size_t kDrives = 4;
@@ -73,10 +73,10 @@ class ForeignFmmu : public testing::Test {
       const auto station = operation->master().slaves()[1].info.ref.station;
       ASSERT_NE(sample.status_word, station) << "cycle " << sample.cycle;
       if (known[sample.axis]) {
-        const double step = std::abs(sample.target_position_rad - before[sample.axis]);
+        const double step = std::abs(sample.target_position - before[sample.axis]);
         ASSERT_LE(step, limits.max_velocity * 125e-6 * 1.01) << "axis " << sample.axis << ", cycle " << sample.cycle;
       }
-      before[sample.axis] = sample.target_position_rad;
+      before[sample.axis] = sample.target_position;
       known[sample.axis] = true;
     }
   }

@@ -264,7 +264,7 @@ TEST(BadEeprom, WithAWrongChecksumIsNamedAndTheOthersAreFound) {
   EXPECT_EQ(master.slaves()[1].info.description.serial_number, 1001U) << "the content is shown all the same";
   EXPECT_FALSE(master.slaves()[0].info.problem);
   EXPECT_EQ(master.slaves()[2].info.description.serial_number, 1002U);
-  // With a plan and without: what is wrong is the EEPROM, not the identity and not the time a state change takes.
+  // With a plan and without: the error is about the EEPROM, not the identity or the time of a state change.
   const auto wrong = describe(*master.slaves()[1].info.problem);
   EXPECT_EQ(sentence(master.configure({})), wrong);
   std::vector<ecat_master::SlavePlan> plans(3);
@@ -329,7 +329,7 @@ TEST(BadEeprom, IsInTheDiagnosisAndSoAreDuplicateAliases) {
   ASSERT_EQ(sentence(diagnosis), "");
   EXPECT_THAT(diagnosis->problems,
               testing::ElementsAre(testing::StartsWith("slave 1: EEPROM checksum is 0x"),
-                                   "alias 77: slaves 0, 2 and 3 have it, it tells nobody which one is meant"));
+                                   "alias 77: slaves 0, 2 and 3 have it, it identifies none of them"));
   for (const auto& problem : diagnosis->problems) {
     EXPECT_THAT(to_text(*diagnosis), testing::HasSubstr("  " + problem + "\n"));
   }

@@ -1,4 +1,4 @@
-// Drives whose actual positions cannot be true: what the master makes of it, and what the shaft does meanwhile.
+// Drives with implausible actual positions: reaction of the master, and movement of the shaft meanwhile.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -25,7 +25,7 @@ void set(slaves::msd::DriveCore& drive, std::string_view input, double value) {
   drive.signals().set_signal(place->number, value);
 }
 
-/// A line in motion, and what drive 1 does from then on.
+/// A line in motion, with the behaviour of drive 1 from then on.
 class ImplausiblePosition : public testing::TestWithParam<Mode> {
  protected:
   ImplausiblePosition() : drives(2), operation(drives, RunOptions{.mode = GetParam(), .amplitude_rad = 6.0}) {}
@@ -39,7 +39,7 @@ class ImplausiblePosition : public testing::TestWithParam<Mode> {
   void step() {
     operation.cycle();
     fastest_rad_s = std::max(fastest_rad_s, std::abs(liar().velocity_rad_s()));
-    const double demand = operation.axis_samples.back().target_velocity_rad_s;
+    const double demand = operation.axis_samples.back().target_velocity;
     steepest_rad_s2 = std::max(steepest_rad_s2, std::abs(demand - demand_rad_s) / kCycle_s);
     demand_rad_s = demand;
   }
@@ -62,7 +62,7 @@ TEST_P(ImplausiblePosition, ThatLeapsStopsAllAxesWithinTheirLimits) {
   start();
   const double speed = std::abs(liar().velocity_rad_s());
   ASSERT_GT(speed, 10.0);
-  demand_rad_s = operation.axis_samples.back().target_velocity_rad_s;
+  demand_rad_s = operation.axis_samples.back().target_velocity;
   set(liar(), "POSITION_ERROR", kLeap);
   for (int i = 0; i < 3; ++i) step();
   EXPECT_EQ(operation.motion().phase(), MotionPhase::kStopping) << "the first such value counts";
@@ -172,7 +172,7 @@ TEST_P(PlausiblePosition, GoesOnWhereTheThirtyTwoBitsEnd) {
     EXPECT_EQ(operation.motion().phase(), MotionPhase::kHolding) << to_text(operation.motion().phase());
     EXPECT_NEAR(farthest, 1.0, 0.05) << "half of it beyond the end";
     EXPECT_LT(fastest, 10.0);
-    EXPECT_LT(std::abs(operation.axis_samples.back().following_error_rad), 0.06);
+    EXPECT_LT(std::abs(operation.axis_samples.back().following_error), 0.06);
   }
 }
 

@@ -156,7 +156,7 @@ TEST_P(Terminals, HandValuesToEachOther) {
   pass();
   EXPECT_EQ(entry<std::uint16_t>("iob.Actual word").get(inputs()), 0x1357);
   EXPECT_EQ(variables->bits("ioc.In 4").value().get(inputs()), 0x55U);
-  // What comes from a slave that is gone stays as it was.
+  // Inputs of a slave that is gone stay as they were.
   entry<std::uint16_t>("ioa.Set word").set(outputs(), 0x2468);
   line->break_cable({0, 1});
   line->set_power(0, false);

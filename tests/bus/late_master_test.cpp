@@ -1,4 +1,4 @@
-// What the figures and the motion make of a master that is late, and of frames that get lost.
+// Figures and motion with a late master and lost frames.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -190,9 +190,9 @@ TEST(LateMaster, CountsItsWholeAbsence) {
 
 /// Ends the counting as soon as it hears of an absence, before the cycle that was late is over: what a thread that
 /// watches the line may do.
-class EndsCountingAtOnce final : public ecat_master::CyclicTask {
+class EndsCountingAtOnce final : public ecat_master::CycleTask {
  public:
-  void update(std::int64_t, std::span<const std::byte>, std::span<const bool>, std::span<std::byte>) noexcept override {
+  void update(const ecat_master::TaskCycle&) noexcept override {
     MasterAbsence absence;
     if (core != nullptr && core->take_absence(absence)) core->count(false);
   }
@@ -251,7 +251,7 @@ TEST(LateMotion, StaysLateByTheFramesThatWereLost) {
   }
 }
 
-/// The drives have been given what the master does not know they have: each of its next setpoints reaches them as well.
+/// The drives have setpoints although the master did not get their answer: its next setpoints follow on those.
 TEST(LateMotion, SetpointsBehindALostAnswerAreWithinTheLimits) {
   LateLine line;
   auto& samples = line.operation.axis_samples;
@@ -263,8 +263,8 @@ TEST(LateMotion, SetpointsBehindALostAnswerAreWithinTheLimits) {
     line.lose(1 + place % 3, false);
     line.cycles(3);
     for (std::size_t i = 2; i < samples.size(); ++i) {
-      const double bend = samples[i].target_position_rad - 2.0 * samples[i - 1].target_position_rad +
-                          samples[i - 2].target_position_rad;
+      const double bend =
+          samples[i].target_position - 2.0 * samples[i - 1].target_position + samples[i - 2].target_position;
       EXPECT_LE(std::abs(bend), 1.001 * most) << "place " << place << " sample " << i;
     }
   }

@@ -49,7 +49,7 @@ LogicalFrame logical_ranges(std::span<const std::byte> frame) {
   return ranges;
 }
 
-/// What the FMMUs in the registers of a slave map of its process data: not the single status bytes.
+/// Whether the FMMUs of a slave map process data in this frame, single status bytes not counted.
 bool touches(slaves::Slave& slave, const LogicalFrame& frame) {
   for (unsigned n = 0; n < 8; ++n) {
     const auto registers = slave.esc().memory().at(wire::reg::kFmmu.at(n), wire::FmmuEntity::kSize);
@@ -138,8 +138,8 @@ TEST_P(EveryLayoutLoses, NothingToAFrameThatComesLate) {
   std::array<unsigned, kDrives> samples{};
   unsigned compared = 0;
   for (const auto& sample : operation->axis_samples) {
-    const double moved = sample.actual_position_rad - last[sample.axis];
-    last[sample.axis] = sample.actual_position_rad;
+    const double moved = sample.actual_position - last[sample.axis];
+    last[sample.axis] = sample.actual_position;
     if (samples[sample.axis]++ == 0 || moved == 0.0) continue;
     if (std::abs(step[sample.axis]) > 5e-5) {
       ++compared;
@@ -155,9 +155,9 @@ INSTANTIATE_TEST_SUITE_P(Layouts, EveryLayoutLoses, all_layouts(),
                          [](const auto& name) { return std::string(name.param.name); });
 
 /// Counts the cycles in which the data of a slave were not valid.
-struct Watch final : ecat_master::CyclicTask {
-  void update(std::int64_t, std::span<const std::byte>, std::span<const bool> valid,
-              std::span<std::byte>) noexcept override {
+struct Watch final : ecat_master::CycleTask {
+  void update(const ecat_master::TaskCycle& now) noexcept override {
+    const auto valid = now.valid;
     ++cycles;
     for (std::size_t i = 0; i < valid.size(); ++i) invalid[i] += valid[i] ? 0 : 1;
   }
@@ -253,8 +253,8 @@ INSTANTIATE_TEST_SUITE_P(Layouts, EveryLayoutRecovers, all_layouts(),
 
 class EveryLayoutBeside : public LayoutTest {};
 
-/// Transfers with all drives at once: the mailbox status comes with the process data, so nobody is asked for it, and no
-/// mailbox is read that is not full.
+/// Transfers with all drives at once: the mailbox status comes with the process data, so it is not polled, and only
+/// full mailboxes are read.
 TEST_P(EveryLayoutBeside, MailboxesOfAllSlavesAreServed) {
   std::size_t polls = 0;
   std::size_t reads = 0;

@@ -1,4 +1,4 @@
-// Every kind of fault that the line can stage, and what the real master sees of it.
+// Every kind of fault of the simulated line, as seen by the real master.
 #include <gmock/gmock.h>
 
 #include "drive_line.hpp"
@@ -122,7 +122,7 @@ TEST_F(LineFault, CorruptRequestsLeaveAWorkingLineBehind) {
   to_op();
   ASSERT_TRUE(inject({.kind = FaultKind::kCorrupt, .way = FaultWay::kOut, .count = 300, .seed = 5, .bits = 8}));
   operation->run(milliseconds{100});
-  // Whatever the flipped bits have written into the drives: a new start gets them back.
+  // A new start succeeds whatever the flipped bits have written into the drives.
   static_cast<void>(operation->master().shut_down());
   LineOperation again(*drives);
   EXPECT_EQ(sentence(again.to_op()), "");

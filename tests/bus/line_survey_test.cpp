@@ -139,7 +139,7 @@ TEST(EepromWrite, PowerCutAtAnyWordIsNoticedAtTheNextStart) {
     drives.line().set_power(0, true);
     drives.leave_alone(milliseconds{10});
     EXPECT_FALSE(drives.slave(0).esc().sii().loaded()) << "a half image passed for a good one after word " << cut;
-    // And the master says so, whatever the words that made it make of the identity.
+    // And the master reports the checksum, whatever the cut has done to the identity.
     ecat_master::Master master(drives.line(), drives.clock);
     ASSERT_EQ(sentence(master.scan()), "");
     std::vector<ecat_master::SlavePlan> plans(1);

@@ -61,7 +61,7 @@ TEST_P(LostFrames, OneInFourIsMadeUpForWithSeveralDrives) {
   for (std::uint32_t seed = 1; seed <= 10; ++seed) {
     DriveLine drives(3);
     Chance chance(4, seed);
-    // More than four tries in a row are not lost: then the master gives up, rightly.
+    // At most four tries in a row are lost: after five the master gives up.
     unsigned in_a_row = 0;
     LossyPort port(drives.line(), GetParam(), [&](auto, auto) {
       const bool lost = in_a_row < 3 && chance();
@@ -204,8 +204,8 @@ TEST(LateFrames, AreCountedAndNeverTakenForNewOnes) {
   EXPECT_EQ(operation.statistics().wkc_errors, 0U);
   ASSERT_EQ(operation.axis_samples.size(), operation.line_samples.size());
   for (std::size_t i = 1; i < operation.axis_samples.size(); ++i) {
-    const double before = operation.axis_samples[i - 1].actual_position_rad;
-    const double now = operation.axis_samples[i].actual_position_rad;
+    const double before = operation.axis_samples[i - 1].actual_position;
+    const double now = operation.axis_samples[i].actual_position;
     if (operation.line_samples[i].frame_received) {
       EXPECT_GT(now, before) << "an old position came back, cycle " << i;
     } else {

@@ -15,7 +15,7 @@ using ecat_master::CoeClient;
 using ecat_master::Master;
 using Bytes = std::vector<std::byte>;
 
-/// A line in PREOP whose first drive says what the test wants.
+/// A line in PREOP whose first drive sends mailboxes made by the test.
 struct TalkingLine {
   TalkingLine() : drives(3), master(drives.line(), drives.clock) {
     EXPECT_EQ(sentence(master.scan()), "");
@@ -216,7 +216,7 @@ TEST(LateAnswer, IsWaitedForAndWhenItIsTooLateNotTakenForAnother) {
   EXPECT_EQ(*product, slaves::msd::kProductCode);
 }
 
-/// A wire with two masters: each hears what comes back to the other, too.
+/// A wire with two masters: each receives the frames of the other, too.
 class SharedWire {
  public:
   class End final : public PassingPort {
@@ -304,7 +304,7 @@ TEST(TwoMastersOnOneWire, ThatOneCyclesIsToldWithWhatTheOtherDoes) {
   for (const auto& event : supervisor.history()) all += what_happened(event) + "\n";
   EXPECT_THAT(all, testing::ContainsRegex("among them BWR to AL control \\(0x0120\\); two masters disturb each other\n"
                                           "slave 0: left OP, is in INIT"));
-  // Each sentence once: what is known already is no news.
+  // Each sentence once only.
   ASSERT_TRUE(second.bus().broadcast_write(wire::reg::kAlControl.address, init));
   live();
   EXPECT_EQ(std::count_if(supervisor.history().begin(), supervisor.history().end(),
@@ -335,7 +335,7 @@ TEST(TwoMastersOnOneWire, AToolOfThisProgramIsNobodyToSpeakOfUntilItChangesState
   EXPECT_EQ(operation.master().core()->other_master().frames, 0U);
   // Told apart as any two masters are.
   EXPECT_GT(tool.exchange_statistics().frames_of_masters, 0U) << "it hears the master";
-  // What takes the line out of operation is told, whoever does it.
+  // State changes of the line are reported, whichever program sends them.
   const auto init = wire::to_le_bytes(wire::AlControl{wire::AlState::kInit, false, false}.raw());
   ASSERT_TRUE(tool.bus().broadcast_write(wire::reg::kAlControl.address, init));
   operation.run(milliseconds{2});
@@ -374,7 +374,7 @@ TEST(TwoMastersOnOneWire, ALineThatWasLeftInOpIsNobodys) {
   LineOperation operation(drives, wire.a);
   ASSERT_EQ(sentence(operation.to_op()), "");
   Master other(wire.b, drives.clock);
-  // Drives that watch nobody; and there is nothing left to be heard of the first master.
+  // Drives without watchdog, and a first master that is silent.
   ASSERT_TRUE(other.bus().broadcast_write(wire::reg::kWatchdogTimeProcessData.address, std::array<std::byte, 2>{}));
   Master second(wire.b, drives.clock);
   const auto left = second.find_owner(milliseconds{150});
@@ -393,7 +393,7 @@ class NoisyPort final : public PassingPort {
     const auto kind = (calls_ / 2) % 4;
     if (kind >= 1) noise_[12] = std::byte{0x88};
     if (kind >= 1) noise_[13] = std::byte{0xA4};
-    // Of nobody known; with our instance but a number never sent; an empty frame.
+    // Of an unknown sender; with our instance but a number never sent; an empty frame.
     if (kind >= 2) std::fill(noise_.begin() + 6, noise_.begin() + 12, std::byte{0});
     if (kind == 3) noise_.resize(14);
     ++frames;

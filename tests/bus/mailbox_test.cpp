@@ -221,7 +221,7 @@ TEST(EmergenciesOfTheLine, AreFetchedWithoutBeingAskedFor) {
   drives.drive(1).set_dc_link(false);
   operation.run(milliseconds{10});
   const auto fetched_from = drives.clock.now();
-  // Somebody talks to another drive; the mailbox of the faulty one is looked into on the way.
+  // Transfers with another drive read the mailbox of the faulty one as well.
   for (int i = 0; i < 50; ++i) ASSERT_EQ(sentence(CoeClient(*operation.master().mailbox(2)).upload(0x1018, 1)), "");
   const auto records = operation.master().emergencies().all();
   ASSERT_EQ(records.size(), 1U);

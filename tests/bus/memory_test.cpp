@@ -1,4 +1,4 @@
-// What the master of a long line takes of the heap.
+// Heap use of the master of a long line.
 #include <gmock/gmock.h>
 #include <malloc.h>
 

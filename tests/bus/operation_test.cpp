@@ -172,8 +172,8 @@ TEST(RelativePath, StaysInItsPlaceWhenItIsRepeated) {
   operation.axis_samples.clear();
   operation.run(milliseconds{2000});
   for (const auto& sample : operation.axis_samples) {
-    peak = std::max(peak, sample.actual_position_rad);
-    lowest = std::min(lowest, sample.actual_position_rad);
+    peak = std::max(peak, sample.actual_position);
+    lowest = std::min(lowest, sample.actual_position);
   }
   EXPECT_NEAR(peak, 1.0, 0.02);
   EXPECT_NEAR(lowest, 0.0, 0.02);
@@ -361,10 +361,10 @@ TEST(Determinism, TheSameRunTwiceGivesTheSameSamplesBitByBit) {
     const auto& b = second[i];
     ASSERT_EQ(std::tie(a.cycle, a.time_ns, a.axis, a.control_word, a.status_word, a.mode, a.state),
               std::tie(b.cycle, b.time_ns, b.axis, b.control_word, b.status_word, b.mode, b.state));
-    for (const auto member : {&snapshot::AxisSample::target_position_rad, &snapshot::AxisSample::actual_position_rad,
-                              &snapshot::AxisSample::target_velocity_rad_s,
-                              &snapshot::AxisSample::actual_velocity_rad_s, &snapshot::AxisSample::target_torque_nm,
-                              &snapshot::AxisSample::actual_torque_nm, &snapshot::AxisSample::following_error_rad}) {
+    for (const auto member : {&snapshot::AxisSample::target_position, &snapshot::AxisSample::actual_position,
+                              &snapshot::AxisSample::target_velocity, &snapshot::AxisSample::actual_velocity,
+                              &snapshot::AxisSample::target_torque, &snapshot::AxisSample::actual_torque,
+                              &snapshot::AxisSample::following_error}) {
       ASSERT_EQ(std::bit_cast<std::uint64_t>(a.*member), std::bit_cast<std::uint64_t>(b.*member)) << "sample " << i;
     }
   }

@@ -95,7 +95,7 @@ std::vector<ecat_master::SlavePlan> plans_by_index(const LineOperation& operatio
 TEST(NamedPdos, WithoutObjectsAreTakenAsTheDriveHasMappedThem) {
   DriveLine drives(3);
   {
-    // Somebody has mapped. The drives are left in PREOP, with the mapping in force.
+    // An earlier master has mapped PDOs and left the drives in PREOP.
     LineOperation before(drives);
     ASSERT_EQ(sentence(before.to_safe_op()), "");
   }
@@ -137,7 +137,7 @@ TEST(NamedPdos, ThatTheDriveDoesNotHaveAreNamed) {
 TEST(LineWithoutDescription, RunsWithWhatTheSlavesHaveAssigned) {
   DriveLine drives(3);
   {
-    // Somebody has mapped and left the drives in PREOP: the mapping stays.
+    // An earlier master has mapped PDOs and left the drives in PREOP: the mapping stays.
     LineOperation before(drives);
     ASSERT_EQ(sentence(before.to_safe_op()), "");
   }

@@ -217,7 +217,7 @@ class MomentBetween {
       const auto status = inner_.send(frame);
       if (std::exchange(both_.secondary_first_, false)) {
         both_.take_moment();
-        // Where its cable is the one that broke, it is lost with it.
+        // If the break is on its own cable, the copy is lost.
         static_cast<void>(both_.line_.send(both_.waiting_));
       }
       return status;
@@ -252,7 +252,7 @@ TEST_F(Ring, WhatMeetsABreakWithOneCopyOnlyIsMissedByOneSideForOneCycle) {
         ends.arrange(secondary_first, [&] { cut(cable, breaks); });
         operation->cycle();
         // The primary copy does the work as long as there is a way: it must not meet the open ring alone. Behind the
-        // last cable there is nobody to miss.
+        // last cable there is no slave.
         const unsigned cost = breaks == secondary_first && cable < kDrives ? 1 : 0;
         EXPECT_EQ(operation->master().core()->bad_cycles(), cost) << what;
         for (int cycle = 0; cycle < 20; ++cycle) {

@@ -1,4 +1,4 @@
-// No change of state fails without its facts: who, what was asked, where the slave is, AL status code and its text.
+// Every failed state change reports its facts: slave, requested and actual state, AL status code and its text.
 #include <gmock/gmock.h>
 
 #include "drive_line.hpp"
@@ -12,7 +12,7 @@ namespace {
 using wire::AlState;
 using wire::AlStatusCode;
 
-/// Every code of the standard, one of a vendor, and one that nobody knows.
+/// Every code of the standard, one of a vendor, and an unknown one.
 std::vector<AlStatusCode> all_codes() {
   std::vector<AlStatusCode> codes;
   for (const auto& row : wire::kAlStatusCodeTexts) codes.push_back(row.code);

@@ -21,13 +21,14 @@ using Setpoints = std::span<AxisSetpoint>;
 
 constexpr double kPeriod_s = 125e-6;
 
-/// What the tests' sources have in common: they begin where the axes stand, and keep no time.
+/// Base of the tests' sources: they begin where the axes stand, and keep no time.
 class TestSource : public SetpointSource {
  public:
   explicit TestSource(std::size_t axes) : begin_(axes) {}
   [[nodiscard]] std::size_t axis_count() const noexcept override { return begin_.size(); }
   void rewind(Setpoints first) noexcept override { std::copy(first.begin(), first.end(), begin_.begin()); }
   void begin(bool) noexcept override {}
+  void end() noexcept override {}
   void run(bool) noexcept override {}
   void fall_behind(double) noexcept override {}
   [[nodiscard]] double behind_s() const noexcept override { return 0.0; }
@@ -82,7 +83,7 @@ std::pair<double, double> largest_steps(const std::vector<snapshot::AxisSample>&
   std::vector<double> targets;
   for (const auto& sample : samples) {
     if (sample.axis == axis && sample.state == snapshot::AxisState::kOperationEnabled)
-      targets.push_back(sample.target_position_rad);
+      targets.push_back(sample.target_position);
   }
   double step = 0.0;
   double change = 0.0;
@@ -204,7 +205,7 @@ TEST(SetpointSource, ThatGivesTorquesIsTheController) {
   EXPECT_EQ(operation.motion().phase(), MotionPhase::kFollowing);
   EXPECT_NEAR(drives.drive(0).position_rad(), before + 1.0, 0.1);
   const auto& last = operation.axis_samples.back();
-  EXPECT_NEAR(last.following_error_rad, 0.0, 1e-3) << "there is no place to follow";
+  EXPECT_NEAR(last.following_error, 0.0, 1e-3) << "there is no place to follow";
   operation.motion().request_stop();
   EXPECT_TRUE(operation.run_until(MotionPhase::kIdle, std::chrono::seconds{3}));
 }

@@ -1,6 +1,6 @@
 // The cycle in a thread of its own, and others beside it: transfers of several threads through the mailboxes and the
 // acyclic channel, supervision, commands to the motion. ThreadSanitizer looks at this program (.ci/run); so the threads
-// here tell each other nothing that the master's own parts do not.
+// here do not synchronise with each other beyond what the master itself does.
 #include <gmock/gmock.h>
 
 #include <array>
@@ -21,8 +21,8 @@ using ecat_master::CycleRunner;
 using ecat_master::CyclicCore;
 using ecat_master::MotionPhase;
 
-/// Cycles in a thread on the virtual clock, as long as somebody waits for time to pass: a busy machine makes the test
-/// slow and nothing else.
+/// Cycles in a thread on the virtual clock while a caller waits for time to pass, so that a busy machine only makes the
+/// test slower.
 class ThreadRunner final : public CycleRunner {
  public:
   ThreadRunner(CyclicCore& core, rt::Clock& clock)
@@ -55,7 +55,7 @@ class ThreadRunner final : public CycleRunner {
  private:
   void run(const std::stop_token& stop) noexcept {
     while (!stop.stop_requested()) {
-      // Relaxed, so that whoever waits does not hand over what he has written.
+      // Relaxed, so that waiting does not synchronise memory.
       if (clock_.now().count() >= wanted_ns_.load(std::memory_order_relaxed)) {
         std::this_thread::yield();
         continue;
@@ -86,7 +86,7 @@ int transfers(ecat_master::MailboxEngine& engine, std::uint16_t slave, std::uint
 }
 
 TEST(SdoFromSeveralThreads, AllGetTheirAnswers) {
-  // On the real clock: whoever waits drives the engine for the others.
+  // On the real clock: a waiting thread drives the engine for the others.
   rt::MonotonicClock clock;
   std::vector<std::unique_ptr<slaves::Slave>> made;
   for (std::uint32_t i = 0; i < 4; ++i) {

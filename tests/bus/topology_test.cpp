@@ -20,7 +20,7 @@ using slaves::MasterPort;
 using slaves::PortId;
 using slaves::Wiring;
 
-/// What the wiring itself says: for each slave (by its position on the line) the port of another that it hangs at.
+/// The expected topology: for each slave (by its position on the line) the port of another that it is connected to.
 struct Truth {
   std::map<std::uint16_t, std::optional<PortRef>> parents;
   std::map<std::uint16_t, std::uint8_t> entries;

@@ -1,4 +1,4 @@
-// ESI files. What they describe must be written and run as a device, or be refused with a reason.
+// ESI files. A description must be writable and run as a device, or be refused with a reason.
 
 #include <cstdlib>
 #include <string>

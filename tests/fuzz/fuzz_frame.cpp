@@ -1,7 +1,7 @@
 // Frames of every kind of malformation through a line of a drive, a mixed device and two terminals. Input: pieces one
 // after the other; the slaves keep their state in between, and time goes on. A piece is a frame with its length in two
-// bytes in front, or, with bit 15 of these set, a well-formed access to registers: what is wrong with a value deep in a
-// slave is not found by whoever has to guess a whole frame around it.
+// bytes in front, or, with bit 15 of these set, a well-formed access to registers: a fuzzer that has to guess whole
+// frames would not find errors deep in a slave.
 
 #include <memory>
 
@@ -35,7 +35,7 @@ std::unique_ptr<slaves::Line> make_line(rt::Clock& clock) {
     }
     return models;
   }();
-  // Clocks that run as exactly as the line's own would hide what goes wrong with them.
+  // Clocks as exact as the line's own would hide errors.
   slaves::SlaveOptions own;
   own.clock.drift_ppm = 50.0;
   own.clock.temperature_ppm_per_s = 1.0;
@@ -215,7 +215,7 @@ class FrameRun {
     check_clocks();
   }
 
-  /// Whatever the registers say: a pulse that is due comes at its time, and time goes on.
+  /// With any register values a due pulse comes at its time, and time goes on.
   void check_clocks() const {
     for (std::size_t i = 0; i < line_->size(); ++i) {
       const auto& clock = line_->slave(i).esc().clock();

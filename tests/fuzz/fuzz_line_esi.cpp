@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kMaxDevices = 8;
 
-/// A file that is nowhere on a disk.
+/// A file in memory.
 class MemoryFile {
  public:
   explicit MemoryFile(std::span<const std::byte> content) : file_(memfd_create("input.xml", MFD_CLOEXEC)) {

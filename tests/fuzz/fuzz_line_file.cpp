@@ -1,4 +1,4 @@
-// Line descriptions, as the program reads them: what is refused has a reason, what is taken can be built and run.
+// Line descriptions, as the program reads them: a refusal has a reason, an accepted line can be built and run.
 
 #include <string>
 

@@ -5,7 +5,7 @@
 #include "driveline/esi/device_description.hpp"
 #include "fuzz_target.hpp"
 
-/// Inputs that several targets start from. What comes out of captures is there when the captures are.
+/// Inputs that several targets start from. Those from captures exist only where the captures do.
 namespace driveline::fuzz {
 
 /// The text of the example devices, examples/terminals.xml.

@@ -54,7 +54,7 @@ void talk(slaves::Device& device, std::span<const std::byte> input) {
   }
 }
 
-/// What the mailboxes have done to mapping and assignment must leave process data that work.
+/// After any change of mapping and assignment process data must still work.
 void exchange(slaves::Device& device) {
   static_cast<void>(device.transition(wire::AlState::kPreOp, wire::AlState::kSafeOp));
   const auto& managers = device.profile().sync_managers;

@@ -79,7 +79,7 @@ using test::setting;
 using test::text_of;
 using testing::HasSubstr;
 
-/// What the thread finds out about itself, by other means than those of the code under test.
+/// Properties of the thread, read by other means than in the code under test.
 struct SelfPortrait : RealtimeTask {
   std::string stat;  // fields of /proc/thread-self/stat after the name
   std::string name;
@@ -174,7 +174,7 @@ class PrivilegedRealtimeThreadTest : public testing::Test {
   void TearDown() override { munlockall(); }
 };
 
-/// Two threads of one priority on one CPU: what one waits for, never asleep, the other does once that waits.
+/// Two threads of one priority on one CPU: each spins until the other has done its part.
 struct OneCpuForTwo {
   std::atomic<bool> other_ready = false;
   std::atomic<bool> waits = false;
@@ -463,7 +463,7 @@ TEST(RealtimeThread, CpusMaySleepWhenNobodyAsksOtherwise) {
   EXPECT_EQ(latency_item(*report).requested, "not requested");
 }
 
-// The kernel's own word for it: what the device says to somebody who asks for nothing.
+// The limit that the kernel's device returns to a process without a request.
 TEST(RealtimeThread, TheKernelKnowsOfTheRequest) {
   const int device = open(CpuLatencyHold::kDevice, O_RDONLY | O_CLOEXEC);
   if (device < 0) GTEST_SKIP() << CpuLatencyHold::kDevice << ": " << std::strerror(errno);
@@ -491,7 +491,7 @@ TEST(RealtimeThread, DestructionStopsAndJoins) {
   EXPECT_TRUE(task.ended.load());
 }
 
-/// Deaf to the stop until it is let go.
+/// Ignores the stop until it is released.
 struct Deaf : RealtimeTask {
   std::promise<void> release;
   void run(std::stop_token) noexcept override { release.get_future().wait(); }

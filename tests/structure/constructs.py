@@ -1,4 +1,4 @@
-"""What a source may not be or contain: too long, packed, bitfields, casts on frames, strings as errors, silenced checks
+"""What a source must not be or contain: too long, packed, bitfields, casts on frames, strings as errors, silenced checks
 without a reason."""
 import re
 
@@ -15,7 +15,7 @@ BITFIELD = re.compile(
     r"(?<!:):(?!:)[ \t]*\w+[ \t]*(?:=[^=;]+|\{[^}]*\}[ \t]*)?[;,]",  # width, initialiser
     re.M,
 )
-# What a file or a slave says goes to the terminal through console.hpp, which shows what a terminal would obey.
+# Texts from files and slaves go to the terminal through console.hpp, which makes control characters visible.
 PRINT = re.compile(r"\bfmt::print\b|\bstd::(?:cout|cerr|clog|puts|fputs|printf|fprintf|putchar)\b")
 PRINTERS = {"cli/src/console.cpp"}
 CAST = re.compile(r"\breinterpret_cast\b")

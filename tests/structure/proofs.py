@@ -3,7 +3,7 @@ import re
 import xml.etree.ElementTree as ElementTree
 
 PAGES = ("docs/features.md", "docs/msd.md")
-# What a machine may lack, as the tests that skip for it say. Any other reason is a test that somebody has switched off.
+# Reasons for which a test may skip: the machine lacks something. With any other reason the test counts as switched off.
 LACKS = re.compile(r"not permitted|[Pp]ermission denied|no permission|no veth pair|no network namespace|no TAP interfaces|only root|"
                    r"kernel refuses|real-time priority|can neither give up|no file system of its own|cannot be opened|"
                    r"/dev/cpu_dma_latency|one CPU only|is not installed|is not in .*DRIVELINE_CAPTURES|sanitizer|built with DRIVELINE_")
@@ -23,7 +23,7 @@ def proofs(root):
 
 
 def results(junit):
-    """What ctest made of each test, by every name that a row may use for it: a list of (status, reason) each.
+    """The results of ctest by every name that a row may use for a test: a list of (status, reason) each.
 
     Status: `run` passed, `fail`, `disabled`, `notrun` skipped."""
     by_name = {}

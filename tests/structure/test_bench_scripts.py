@@ -1,4 +1,4 @@
-"""scripts/bench_quick.py passes nothing that did not measure; scripts/bench_tables.py finds what is stale."""
+"""scripts/bench_quick.py fails programs that did not measure; scripts/bench_tables.py finds stale tables."""
 import copy
 import json
 import shutil
@@ -63,7 +63,7 @@ class Quick(Folder):
 
 
 class Tables(Folder):
-    """A copy of what the script works on."""
+    """A copy of the files that the script works on."""
 
     def setUp(self):
         super().setUp()

@@ -8,7 +8,7 @@ from rooms import FOLDERS
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"]+)"', re.M)
-# Parts of the house that belong to no bus: folders, and single headers of rooms that are about EtherCAT otherwise.
+# Parts of the project that belong to no bus: folders, and single headers of rooms that are about EtherCAT otherwise.
 CORE = ["slaves/include/driveline/slaves/msd/core", "slaves/src/msd/core"]
 DICTIONARY = ["slaves/include/driveline/slaves/od", "slaves/src/od"]
 WITHOUT_BUS = [

@@ -1,4 +1,4 @@
-"""What the documents promise: links that lead somewhere, a page per room, proofs that exist."""
+"""Checks of the documents: links that lead somewhere, a page per room, proofs that exist."""
 import re
 
 from rooms import FOLDERS, code_only

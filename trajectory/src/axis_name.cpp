@@ -7,7 +7,7 @@
 namespace driveline::trajectory {
 namespace {
 
-/// Of the column that is no axis.
+/// Name of the time column.
 constexpr std::string_view kTimeName = "time";
 
 bool is_spelt_well(std::string_view name) {

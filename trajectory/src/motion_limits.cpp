@@ -32,7 +32,7 @@ void require_valid(const Interpolator& interpolator, std::span<const AxisLimits>
   }
 }
 
-/// What the axis does in one sample, by the quantity that is limited.
+/// The value of the limited quantity in one sample.
 double demand(const AxisSetpoint& now, double previous_velocity, Quantity quantity, double period_s) {
   if (quantity == Quantity::kVelocity) {
     return now.velocity;
@@ -86,7 +86,7 @@ tl::expected<void, LimitViolation> check_limits(Interpolator& interpolator, std:
         violation->limit = limit_of(limits[i], *quantity);
       }
     }
-    // From there on only how much it comes to is of interest.
+    // Axis and quantity are known; look for the largest value.
     if (violation) {
       const auto i = violation->axis_index;
       const double value = demand(now[i], previous[i].velocity, violation->quantity, period_s);

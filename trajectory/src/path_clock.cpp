@@ -7,10 +7,11 @@
 namespace driveline::trajectory {
 namespace {
 
-/// How much longer than to full speed the way to a higher one takes, so that the acceleration of the path is left room.
+/// The ramp beyond full speed is that much less steep than the one up to it, which leaves room for the acceleration of
+/// the path.
 constexpr double kGentle = 4.0;
 
-/// What a path asks for at most, per axis.
+/// Largest magnitudes of velocity and acceleration of a path, per axis.
 std::vector<AxisSetpoint> peaks_of(Interpolator& path, std::size_t axes) {
   constexpr int kPoints = 4096;
   std::vector<AxisSetpoint> setpoints(axes);
@@ -34,7 +35,7 @@ void PathClock::start(double now_s, double path_s, bool running) noexcept {
   path_s_ = since_path_s_ = path_s;
 }
 
-/// Fast as long as there is more to catch up than the way back to full speed brings, or a step that is not worth it.
+/// Full catch-up rate as long as more time is lost than the ramp back to full speed, or one step, makes up for.
 double PathClock::wanted_rate(double step) const noexcept {
   if (!running_) return 0.0;
   const double lead = rate_ - 1.0;
@@ -42,7 +43,7 @@ double PathClock::wanted_rate(double step) const noexcept {
   return behind_s_ > on_the_way_back ? catch_up_ : 1.0;
 }
 
-/// Full speed is a stop on the way: below it the limits decide how steep the way is, beyond it is gentle.
+/// The rate changes at full speed: up to it the ramp is as steep as the limits allow, beyond it gentle.
 double PathClock::approached(double goal, double step) const noexcept {
   const bool beyond = rate_ > 1.0 || (rate_ == 1.0 && goal > 1.0);
   const double most = step / (beyond ? kGentle * ramp_s_ : ramp_s_);

@@ -19,10 +19,10 @@ constexpr std::string_view kBlanks = " \t";
 constexpr std::string_view kSeparator = "the separator is a comma, and numbers have a decimal point";
 constexpr std::size_t kMaxFileBytes = std::size_t{128} << 20;
 
-/// In which a column is.
+/// Unit of a column.
 struct Unit {
-  const PositionUnit* position = nullptr;  // null: it is the time, and
-  double per_second = 0.0;                 // that many of it are a second
+  const PositionUnit* position = nullptr;  // null: the column is the time, in
+  double per_second = 0.0;                 // units per second
 };
 
 std::optional<Unit> find_unit(std::string_view name) {
@@ -195,7 +195,7 @@ class CsvParser {
 
   tl::expected<void, PathError> read_row() {
     if (fields_.size() != units_.size()) {
-      // Twice as many are what a decimal comma makes of a row; one is what is left of another separator.
+      // Too many fields come from decimal commas, a single one from another separator.
       const bool foreign = fields_.size() > units_.size() || has_foreign_separator();
       return refuse({line_, 0}, "expected " + std::to_string(units_.size()) + " fields as in the header, found " +
                                     std::to_string(fields_.size()) + (foreign ? "; " + std::string(kSeparator) : ""));

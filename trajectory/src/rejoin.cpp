@@ -6,9 +6,9 @@
 namespace driveline::trajectory {
 namespace {
 
-/// Share of the acceleration that braking in front of the path is planned with: the rest is for the path's own.
+/// Share of the acceleration limit for braking towards the path: the rest is for the path's own acceleration.
 constexpr double kBrakingShare = 0.25;
-/// What is left of a deviation is worn down at this rate, per step and at most per second.
+/// A small deviation decays at this rate, per step and at most per second.
 constexpr double kGainPerStep = 0.125;
 constexpr double kLargestGain = 50.0;
 
@@ -27,11 +27,11 @@ AxisSetpoint Rejoin::step(const AxisSetpoint& target, double period_s) noexcept 
     return target;
   }
   joined_ = false;
-  // As fast as still can be braked, and in the end slower and slower.
+  // As fast as braking allows, in the end proportional to the deviation.
   const double gain = std::min(kGainPerStep / period_s, kLargestGain);
   const double braking = std::sqrt(2.0 * kBrakingShare * limits_.max_acceleration * std::abs(deviation));
   const double closing = std::copysign(std::min(braking, gain * std::abs(deviation)), deviation);
-  // An axis that comes in faster than the limit is brought within it at its acceleration, too.
+  // An axis that is faster than the limit at the start is slowed down within its acceleration limit, too.
   const double top = std::max(limits_.max_velocity, std::abs(target.velocity));
   const double wanted = std::clamp(target.velocity + closing, -top, top);
   const double velocity = velocity_ + std::clamp(wanted - velocity_, -most_change, most_change);

@@ -61,7 +61,7 @@ Outcome<std::vector<fs::path>> find_programs(const fs::path& directory) {
   return found;
 }
 
-/// Those of `programs` that were asked for; all without names.
+/// The programs named on the command line; all when none is named.
 Outcome<std::vector<fs::path>> select(const std::vector<fs::path>& programs, const std::vector<std::string>& names) {
   if (names.empty()) return programs;
   std::vector<fs::path> chosen;
@@ -78,16 +78,16 @@ Outcome<std::vector<fs::path>> select(const std::vector<fs::path>& programs, con
   return chosen;
 }
 
-/// Status of a program that cannot measure all that it is for on this machine (bench/support/options.hpp).
+/// Exit status of a program that cannot measure everything on this machine (bench/support/options.hpp).
 constexpr int kSkipped = 77;
 
-/// What a program printed on stdout, and whether that is all there is.
+/// What a program printed on stdout, and whether it measured everything.
 struct Output {
   std::string text;
   bool skipped = false;
 };
 
-/// Runs a program; its stderr is ours. Error: a sentence.
+/// Runs a program, which shares our stderr. Error: a sentence.
 tl::expected<Output, std::string> output_of(const fs::path& program, bool quick) {
   std::array<int, 2> ends{};
   if (pipe(ends.data()) != 0) return tl::unexpected(std::string("no pipe to read from"));
@@ -120,7 +120,7 @@ tl::expected<Output, std::string> output_of(const fs::path& program, bool quick)
   return Output{std::move(text), code == kSkipped};
 }
 
-/// Writes documents, report and pictures. That gnuplot is missing costs the pictures only.
+/// Writes documents, report and pictures. Without gnuplot only the pictures are missing.
 Outcome<void> write_output(const fs::path& directory, const std::vector<json>& documents) {
   std::error_code error;
   fs::create_directories(directory, error);

@@ -12,7 +12,7 @@
 
 namespace driveline::cli {
 
-/// What stands as a value on the command line: its name in the help, and what completion offers for it.
+/// A value on the command line: its name in the help, and what completion offers for it.
 struct Value {
   enum class Kind : std::uint8_t { kNone, kText, kFile, kFolder, kInterface, kChoice };
   Kind kind = Kind::kNone;
@@ -28,7 +28,7 @@ struct Value {
   }
 };
 
-/// Where a value goes. An optional one tells that it was not given, a vector takes all that follow.
+/// Where a value is stored. An optional stays empty when the value is not given, a vector takes all that follow.
 using Target = std::variant<bool*, std::string*, std::optional<std::string>*, std::vector<std::string>*>;
 
 /// An option, a flag (value kind none), or an argument by position (names without a dash).
@@ -64,7 +64,7 @@ class Arguments {
   std::vector<Argument> list_;
 };
 
-/// What a command does once its arguments have been filled in: exit status 0, or a Failure.
+/// Runs a command once its arguments are filled in: exit status 0, or a Failure.
 using Execute = std::function<Outcome<int>()>;
 
 /// One row of the table of commands. Help, parsing and shell completion come from it and from what `prepare` declares.

@@ -54,7 +54,7 @@ bool write_all(int socket, std::string_view text) {
   return true;
 }
 
-/// From now on nothing that is done with the socket takes longer.
+/// Sets a time limit for every operation on the socket.
 void limit_waiting(int socket, std::chrono::milliseconds patience) {
   const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(patience);
   const timeval limit{seconds.count(), std::chrono::microseconds(patience - seconds).count()};
@@ -67,7 +67,7 @@ bool timed_out() {
   return errno == EAGAIN || errno == EWOULDBLOCK;
 }
 
-/// Somebody has the socket open and says nothing; who that is, when the system tells.
+/// The error for a socket whose listener does not answer, with its process where the system tells it.
 tl::unexpected<Failure> silent(const std::string& path, std::string_view listener, int socket,
                                std::chrono::milliseconds patience) {
   ucred peer{};
@@ -100,7 +100,7 @@ Outcome<std::unique_ptr<CommandInput>> CommandInput::open(const std::string& pat
   }
   input->listener_ = make_socket(SOCK_NONBLOCK);
   const int socket = input->listener_.get();
-  // Only its owner may send commands.
+  // Only the owner of the socket may send commands.
   const auto mask = ::umask(0177);
   const bool bound = socket >= 0 && ::bind(socket, generic(*address), sizeof *address) == 0;
   const int error = errno;
@@ -163,7 +163,7 @@ void CommandInput::serve_clients(const Execute& execute) {
   std::erase_if(clients_, [](const Client& client) { return client.gone; });
 }
 
-/// What has come of the command; executes it when it is complete, at the end of the line or of what the client says.
+/// Reads a part of the command; executes it when it is complete, at the end of the line or of the stream.
 void CommandInput::receive(Client& client, const Execute& execute) {
   std::array<char, 512> buffer;
   while (client.received.find('\n') == std::string::npos && client.received.size() < kLongestCommand) {

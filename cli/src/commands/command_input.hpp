@@ -14,8 +14,7 @@
 namespace driveline::cli {
 
 /// Commands for a program that is running: lines typed on stdin, and lines sent to a local socket, each answered there.
-/// Nobody at the socket is waited for: who says nothing, or does not take its answer, holds up neither the others nor
-/// the program.
+/// A client that sends nothing, or does not read its answer, holds up neither other clients nor the program.
 class CommandInput {
  public:
   /// Answers a command with text, possibly of several lines.
@@ -23,8 +22,7 @@ class CommandInput {
 
   enum class Sources : std::uint8_t { kSocketAndStdin, kSocket };
 
-  /// Listens at the socket `path`; on stdin alone when it is empty. An old socket that nobody listens at any more is
-  /// replaced.
+  /// Listens at the socket `path`; on stdin alone when it is empty. An old socket without a listener is replaced.
   [[nodiscard]] static Outcome<std::unique_ptr<CommandInput>> open(const std::string& path,
                                                                    Sources sources = Sources::kSocketAndStdin);
   CommandInput(const CommandInput&) = delete;
@@ -32,10 +30,10 @@ class CommandInput {
   /// Removes the socket.
   ~CommandInput();
 
-  /// Clients at a time; when one more comes, the one that has been there for longest is sent away.
+  /// Most clients at a time; a further one replaces the oldest.
   static constexpr std::size_t kMaxClients = 16;
 
-  /// Waits for commands up to `timeout` and executes what has come. Answers to stdin go to stderr.
+  /// Waits for commands up to `timeout` and executes those that arrive. Answers to stdin go to stderr.
   void run(std::chrono::milliseconds timeout, const Execute& execute);
 
  private:
@@ -44,7 +42,7 @@ class CommandInput {
   void accept_clients();
   void serve_clients(const Execute& execute);
 
-  /// Somebody at the socket: one command, then its answer.
+  /// A client at the socket: one command, then its answer.
   struct Client {
     port::FileDescriptor socket;
     std::string received;  ///< of the command
@@ -57,20 +55,20 @@ class CommandInput {
 
   std::string path_;
   port::FileDescriptor listener_;
-  std::vector<Client> clients_;  ///< in the order of their coming
+  std::vector<Client> clients_;  ///< in the order of connection
   bool stdin_open_ = true;
   std::string typed_;  ///< the beginning of a line
 };
 
-/// How long somebody at a socket may say nothing: far longer than the longest line takes to answer.
+/// How long to wait for an answer at a socket: far longer than the longest line takes.
 inline constexpr std::chrono::milliseconds kAnswerPatience{10'000};
 
-/// Sends one command to the socket `path`, where `listener` should be; the answer. Failure: among others, that nothing
-/// came for `patience`; a program that is stopped or hangs is there and does not answer.
+/// Sends one command to the socket `path` of the program `listener` and returns the answer. Failure also: no answer
+/// within `patience`, from a program that is stopped or hangs.
 [[nodiscard]] Outcome<std::string> send_command(const std::string& path, std::string_view command,
                                                 std::string_view listener,
                                                 std::chrono::milliseconds patience = kAnswerPatience);
-/// The same at the `simulate` that listens there, and prints the answer; one that begins with "error: " is a failure.
+/// The same for a `simulate`, and prints the answer; one that begins with "error: " is a failure.
 [[nodiscard]] Outcome<int> order_simulation(const std::string& path, std::string_view command);
 
 }  // namespace driveline::cli

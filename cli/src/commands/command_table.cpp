@@ -49,7 +49,7 @@ constexpr std::array kCommands = {
             "dc --config examples/line8-dc.toml --virtual --output out\n"
             "dc --iface eth1 --duration 10 --json",
             prepare_dc},
-    Command{"graph", "", kTools, "Draw who is connected to whom, for Graphviz or as a tree",
+    Command{"graph", "", kTools, "Draw the connections between the slaves, for Graphviz or as a tree",
             "graph --config examples/line8.toml\n"
             "graph --config examples/line8.toml --tree",
             prepare_graph},

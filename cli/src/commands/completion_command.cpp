@@ -25,7 +25,7 @@ std::vector<std::string> names_of(const Argument& argument) {
   return names;
 }
 
-/// The bash command that offers what may stand for a value.
+/// The bash command that offers candidates for a value.
 std::string offer(const Value& value) {
   switch (value.kind) {
     case Value::Kind::kFile:

@@ -27,8 +27,8 @@ using std::chrono::nanoseconds;
 /// How often the differences are read.
 constexpr auto kReadInterval = milliseconds{5};
 constexpr double kDefaultSeconds = 3.0;
-/// Of the master, when no file says another: nothing hangs on it but the clocks, and within a hundredth of it wake-ups
-/// of an ordinary machine keep the lock.
+/// Cycle of the master without a file: only the clocks depend on it, and its lock window, a hundredth of it, is wide
+/// enough for the wake-ups of an ordinary machine.
 constexpr auto kDefaultPeriod = milliseconds{1};
 
 struct DcOptions {
@@ -76,7 +76,7 @@ class ClockSession {
   }
 
  private:
-  /// What else the cycle is for, only a file knows.
+  /// A file sets the cycle for its drives, too.
   [[nodiscard]] nanoseconds period() const {
     return session_.has_config() ? session_.config().period : nanoseconds{kDefaultPeriod};
   }
@@ -148,7 +148,8 @@ class ClockSession {
     return {};
   }
 
-  /// How the cycle stands, and how fast it goes: on average, because its speed of a moment holds its phase as well.
+  /// Reads state and frequency of the cycle; the latter as an average, because the momentary one includes corrections
+  /// of the phase.
   void look() {
     status_ = master_.clock_follower()->status();
     if (!status_.locked) return;
@@ -216,7 +217,7 @@ class ClockSession {
     auto paths = nlohmann::json::object();
     for (const auto& [key, path] : files) paths[key] = path.string();
     return {{"locked", status_.locked},
-            // What it would take to follow a clock that is not followed is not the speed of that clock.
+            // Without a lock the correction is not the frequency difference of the clocks.
             {"ppm", status_.locked ? nlohmann::json(ppm()) : nlohmann::json()},
             {"phase_error_ns", status_.mean_error_ns},
             {"slaves", std::move(slaves)},

@@ -20,7 +20,7 @@ struct DiagOptions {
   bool json = false;
 };
 
-/// The slaves as the diagnosis wants them: who they are and how they are addressed.
+/// Names and addresses of the slaves, in the form that the diagnosis needs.
 std::vector<ecat_master::ConfiguredSlave> known_slaves(std::span<const SlaveView> views, const LineCheck& check) {
   std::vector<ecat_master::ConfiguredSlave> slaves;
   for (const auto& view : views) {
@@ -62,7 +62,7 @@ Outcome<int> diagnose(const DiagOptions& options) {
   auto slaves = ecat_master::read_slave_diagnosis((*line)->bus(), known_slaves(views, *check));
   if (!slaves) return bus_failure(slaves.error());
   diagnosis.slaves = std::move(*slaves);
-  // Ports that fit no tree are shown all the same; who is at the other end of a cable is not known then.
+  // Ports that fit no tree are shown without the slaves at the other ends of their cables.
   diagnosis.places =
       ecat_master::locate_faults(diagnosis.slaves, (*line)->topology().value_or(ecat_master::Topology{}));
   if (options.json) {

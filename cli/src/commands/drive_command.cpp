@@ -62,7 +62,7 @@ class Pages {
 
   void run() {
     while (!stop_requested()) {
-      // What is wrong stands on the page; the next look may find it mended.
+      // The page shows the error; the next read may succeed.
       static_cast<void>(link_.read(view_.position, view_));
       terminal_.show(page());
       switch (terminal_.wait_for_key(interval_)) {
@@ -85,7 +85,7 @@ class Pages {
 
  private:
   void acknowledge() {
-    if (!view_.trouble.empty()) return;  // there is nobody to be told
+    if (!view_.trouble.empty()) return;  // no drive answers
     const auto done = link_.acknowledge(view_.position);
     note_ = done ? std::string() : "\n  " + done.error().text;
   }

@@ -13,7 +13,7 @@
 namespace driveline::cli {
 namespace {
 
-/// Where the types of the declarations are.
+/// Header of the types in the declarations.
 constexpr std::string_view kHeader = "driveline/ecat_master/configuration/pdo_mapping.hpp";
 
 struct PdosOptions {
@@ -25,7 +25,7 @@ struct PdosOptions {
   bool json = false;
 };
 
-/// The process image of the whole line, for which it is configured as `run` does and taken down again.
+/// Shows the process image of the whole line, which is configured as `run` does it and taken down again.
 Outcome<int> show_image(const PdosOptions& options) {
   if (options.bus.config.empty()) return misused("--config FILE is missing: groups and process data of the line");
   if (options.only_sii || options.selection.positions || options.selection.alias) {
@@ -57,7 +57,7 @@ Outcome<int> list_pdos(const PdosOptions& options) {
     return 0;
   }
   for (const auto& slave : *slaves) {
-    // One slave's PDOs stand for themselves.
+    // A single slave needs no heading.
     if (slaves->size() > 1) print_out("{}", slave_heading(slave.slave.slave.ref.position));
     print_out("{}", to_text(slave.sync_managers));
   }

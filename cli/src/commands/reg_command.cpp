@@ -10,7 +10,7 @@
 namespace driveline::cli {
 namespace {
 
-/// Data of one datagram.
+/// Most bytes of one access: one datagram.
 constexpr std::uint32_t kMaxBytes = 1024;
 
 struct RegOptions {
@@ -24,7 +24,7 @@ struct RegOptions {
   bool json = false;
 };
 
-/// What is accessed, and how its value is written.
+/// Register, slaves and type of an access.
 struct Access {
   RegisterAddress at;
   runtime::ValueType type = runtime::ValueType::kRaw;
@@ -46,7 +46,7 @@ runtime::ValueType unsigned_type(std::size_t bytes) {
   }
 }
 
-/// The size is what was said, that of the type, or that of the register, in this order.
+/// The size is the given one, that of the type, or that of the register, in this order.
 Outcome<Access> parse_access(const RegOptions& options) {
   if (auto checked = options.selection.check(); !checked) return tl::unexpected(checked.error());
   const auto at = find_register(options.address);
@@ -74,7 +74,7 @@ std::string name_of(const RegisterAddress& at) {
                            : fmt::format("register 0x{:04X} ({})", at.address, at.row->name);
 }
 
-/// A slave that does not answer, or one that refuses the access?
+/// Tells a slave that does not answer from one that refuses the access.
 tl::unexpected<Failure> access_failure(const ecat_master::Error& error, const RegisterAddress& at, bool write) {
   if (!error.is<ecat_master::facts::WorkingCounter>()) return bus_failure(error);
   const bool refused = write && at.row != nullptr && at.row->ecat == wire::RegisterAccess::kRead;

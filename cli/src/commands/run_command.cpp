@@ -31,13 +31,13 @@ struct RunOptions {
   bool force = false;
 };
 
-/// What could not be written does not take the summary with it.
+/// A file that could not be written is a failure in the summary, not the loss of the summary.
 void note_failure(runtime::RunReport& report, const std::string& sentence) {
   progress("fault: {}", sentence);
   report.note_failure(sentence);
 }
 
-/// Files that the run leaves behind, beside axes.csv. A plot that cannot be drawn is no failure of the run.
+/// Writes the files of the run beside axes.csv. A plot that cannot be drawn is no failure of the run.
 void write_files(const runtime::LineConfig& config, runtime::RunReport& report) {
   const auto& directory = config.output.directory;
   const auto jitter = directory / "jitter.csv";
@@ -58,7 +58,7 @@ void write_files(const runtime::LineConfig& config, runtime::RunReport& report) 
   }
 }
 
-/// Without a description there is nothing to publish, and nobody has said what the machine can do.
+/// Without a description nothing is published, and the cycle is one that any machine can keep.
 void use_modest_cycle(runtime::LineConfig& config) {
   config.period = std::chrono::milliseconds{1};
   config.realtime.policy = rt::RealtimePolicy::kDegrade;
@@ -112,7 +112,7 @@ Outcome<std::unique_ptr<runtime::Line>> open_line(const RunOptions& options) {
   return std::move(*line);
 }
 
-/// Null: not wanted.
+/// The publisher; null: telemetry is off.
 Outcome<std::unique_ptr<bridge::DdsPublisher>> make_publisher(const runtime::LineConfig& config) {
   if (!config.telemetry.enabled) return nullptr;
   bridge::DdsConfig dds;

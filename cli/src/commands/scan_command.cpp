@@ -15,7 +15,7 @@
 namespace driveline::cli {
 namespace {
 
-constexpr int kNotAsDescribed = 3;  ///< exit status: everything was done, and the line is another one
+constexpr int kNotAsDescribed = 3;  ///< exit status: the command succeeded, and the line differs from its description
 
 struct ScanOptions {
   runtime::BusOptions bus;
@@ -55,7 +55,8 @@ nlohmann::json slave_to_json(const SlaveView& view) {
   return row;
 }
 
-/// CiA 402 drives among `slaves`, asked over CoE. Those of a line that somebody operates in the state that they are in.
+/// Reads the facts of the CiA 402 drives among `slaves` over CoE. While another master operates the line, drives stay
+/// in their state.
 Outcome<void> ask_drives(LineView& line, std::vector<FoundSlave>& slaves) {
   std::vector<std::size_t> positions;
   for (const auto& slave : slaves) {
@@ -72,7 +73,7 @@ Outcome<void> ask_drives(LineView& line, std::vector<FoundSlave>& slaves) {
   return {};
 }
 
-/// For a line that is simulated: EEPROM contents that the simulation would not have by itself.
+/// Writes the EEPROM contents that a simulation of the line could not make by itself.
 Outcome<void> keep_images(std::vector<FoundSlave>& slaves, const std::filesystem::path& description) {
   for (auto& slave : slaves) {
     if (!needs_image(slave.view)) continue;
@@ -85,7 +86,7 @@ Outcome<void> keep_images(std::vector<FoundSlave>& slaves, const std::filesystem
   return {};
 }
 
-/// It is no plain line with the IN of each slave at the OUT of the one before.
+/// Whether the line is anything but a chain from OUT to IN.
 bool branches(const ecat_master::Topology& topology) {
   if (topology.ring_end || !topology.swapped().empty()) return true;
   for (std::size_t i = 1; i < topology.slaves.size(); ++i) {

@@ -28,7 +28,7 @@ struct ObjectAddress {
   std::uint8_t subindex = 0;
 };
 
-/// Indices are hexadecimal in every manual, and "6041" is not.
+/// Adds a hint to the error: manuals write indices in hexadecimal, and "6041" is read as decimal.
 tl::unexpected<Failure> object_failure(const ecat_master::Error& error, const ObjectOptions& options) {
   const auto* abort = error.as<ecat_master::facts::SdoAbort>();
   const bool decimal = options.index.size() == 4 && options.index.find_first_not_of("0123456789") == std::string::npos;
@@ -68,7 +68,7 @@ struct Dialogue {
   }
 };
 
-/// The type that was asked for, or what the slave says about the entry.
+/// The type on the command line, or the one in the slave's dictionary.
 runtime::ValueType type_of(ecat_master::CoeClient& coe, const Dialogue& dialogue, const ObjectOptions& options) {
   if (!options.type.empty() || options.complete) return dialogue.type;
   const auto entry =
@@ -105,7 +105,7 @@ Outcome<int> upload(const ObjectOptions& options) {
   const auto data = dialogue->ask([&] { return coe.upload(address.index, address.subindex, options.complete); });
   if (!data) return object_failure(data.error(), options);
   auto shown = type_of(coe, *dialogue, options);
-  // What a slave says about its types is no reason to hide the value.
+  // A wrong type in the slave's dictionary is no reason to hide the value.
   if (options.type.empty() && runtime::type_bytes(shown) != 0 && runtime::type_bytes(shown) != data->size())
     shown = runtime::ValueType::kRaw;
   const auto text = runtime::format_value(*data, shown);
@@ -130,7 +130,7 @@ Outcome<int> download(const ObjectOptions& options) {
   auto done = coe.download(address.index, address.subindex, *data, options.complete);
   if (!done && done.error().is<ecat_master::facts::MailboxTimeout>() &&
       dialogue->line->shared(dialogue->mailbox->slave().position)) {
-    // Once more would write twice.
+    // A retry might write twice.
     return failed(
         fmt::format("{}; the answer may have gone to the master that drives the slave: `upload` tells whether "
                     "the value was written",

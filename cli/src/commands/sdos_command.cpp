@@ -60,7 +60,8 @@ Outcome<std::vector<DictionaryObject>> read_dictionary(LineView& line, std::size
   return std::move(*objects);
 }
 
-/// Those that can be asked; the others are told about. A coupler at the beginning is no reason to hide the drives.
+/// The slaves that have a dictionary; a message names the others. A coupler at the beginning is no reason to hide the
+/// drives.
 std::vector<std::size_t> with_dictionary(LineView& line, std::span<const std::size_t> positions) {
   std::vector<std::size_t> able;
   for (const auto& view : line.read(positions)) {
@@ -102,7 +103,7 @@ Outcome<int> list_objects(const SdosOptions& options) {
   }
   if (options.json) print_out("{}", json_text({{"slaves", rows}}));
   if (incomplete == 0) return 0;
-  // The one object that was asked for, or some of many: what there is has been printed.
+  // The command fails although the descriptions that could be read have been printed.
   return failed(fmt::format("{} {} not described completely; the list says which", incomplete,
                             incomplete == 1 ? "object is" : "objects are"));
 }

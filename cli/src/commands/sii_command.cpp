@@ -91,7 +91,7 @@ Outcome<int> read_image(const SiiOptions& options) {
     std::fwrite(view.image.data(), 1, view.image.size(), stdout);
   }
   if (!binary && !view.sii) {
-    // What cannot be taken apart can still be looked at.
+    // An image that cannot be decoded can still be dumped.
     if (options.verbose) print_out("{}", sii_dump(view.image));
     return trouble(view);
   }
@@ -122,7 +122,7 @@ Outcome<void> check_image(const esi::SiiImage& image, const SlaveView& view, con
                     "line there; --force writes it all the same",
                     view.slave.ref.position, wire::to_text(state)));
   }
-  if (!view.sii) return {};  // nothing usable there: whatever comes is better
+  if (!view.sii) return {};  // no usable content there that could be lost
   if (view.sii->vendor_id != image.vendor_id || view.sii->product_code != image.product_code) {
     return failed(fmt::format(
         "{}: is for vendor 0x{:08X}, product 0x{:08X}, slave {} is vendor 0x{:08X}, product 0x{:08X}; --force "
@@ -133,14 +133,14 @@ Outcome<void> check_image(const esi::SiiImage& image, const SlaveView& view, con
   return {};
 }
 
-/// When the old content could not be restored, it is the user's only copy.
+/// Saves the old content when it could not be restored: it is then the only copy.
 std::string save_previous(const ecat_master::SiiWriteFailure& failure, std::size_t position) {
   const auto file = fmt::format("sii-slave{}-before.bin", position);
   const auto saved = runtime::write_file(file, text_of(failure.previous));
   return saved ? fmt::format("; what it held before is in {}", file) : "; " + runtime::describe(saved.error());
 }
 
-/// Tells how far a long write is, about every second word in a hundred, and stops it on a signal.
+/// Reports the progress of a write in steps of ten per cent, and stops it on a signal.
 ecat_master::SiiProgress make_progress(std::size_t position) {
   return [position, told = std::size_t{0}](std::size_t done, std::size_t total) mutable {
     const std::size_t percent = total == 0 ? 100 : 100 * done / total;

@@ -85,7 +85,7 @@ struct Interfaces {
   std::unique_ptr<port::FrameWaiter> waiter;
 };
 
-/// Slave controllers stamp frames when they come in, however deep whoever emulates them sleeps.
+/// Frames are stamped when they arrive, as slave controllers do, even when this thread is still asleep then.
 port::RawSocketConfig stamped(const std::string& interface) {
   port::RawSocketConfig config;
   config.interface = interface;
@@ -109,7 +109,7 @@ Outcome<Interfaces> open_interfaces(const SimulateOptions& options, const rt::Cl
   return interfaces;
 }
 
-/// Linux stops real-time threads that do not leave it a share of every second.
+/// Warns that Linux stops real-time threads that use more than their share of every second.
 void tell_throttling() {
   std::ifstream file("/proc/sys/kernel/sched_rt_runtime_us");
   long runtime = -1;
@@ -147,7 +147,7 @@ std::vector<std::string> names_of(const runtime::LineConfig& config) {
   return names;
 }
 
-/// Not that of the master, who may read the same file: each would keep the other waiting.
+/// A CPU other than the master's, which may run from the same file: they would delay each other.
 std::optional<int> cpu_of_the_line(const runtime::LineConfig& config) {
   const auto master = config.realtime.cpu;
   if (!config.simulation_cpu) return master ? rt::allowed_cpu_besides(*master) : std::nullopt;
@@ -159,8 +159,7 @@ std::optional<int> cpu_of_the_line(const runtime::LineConfig& config) {
   return config.simulation_cpu;
 }
 
-/// Ends the process though the thread that serves the line does not end: it may touch everything that would have to be
-/// taken down first.
+/// Ends the process without taking the line down, because the thread that serves it has not ended and still uses it.
 [[noreturn]] void end_without_the_line() {
   progress(
       "driveline simulate: the thread that serves the line has not answered the stop for {} s; ended without it, what "
@@ -201,7 +200,7 @@ Outcome<int> simulate(const SimulateOptions& options) {
                              {options.busy_poll, [&](nanoseconds deadline) { interfaces->waiter->wait(deadline); }});
   LineConsole console(server, *line, names_of(*config));
 
-  // The line takes what real-time properties it can get: it stands in for hardware that has no scheduler.
+  // Real-time settings are used as far as they can be had: the simulation stands in for hardware without a scheduler.
   rt::RealtimeConfig realtime = config->realtime;
   realtime.policy = rt::RealtimePolicy::kDegrade;
   realtime.name = "driveline-line";

@@ -19,7 +19,7 @@ struct SlavesOptions {
 };
 
 Outcome<std::vector<SlaveFacts>> read_facts(LineView& line, std::span<const SlaveView> slaves) {
-  // Ports that fit no tree are shown all the same; who is behind them is not known then.
+  // Ports that fit no tree are shown without the slaves behind them.
   const auto topology = line.topology().value_or(ecat_master::Topology{});
   std::vector<SlaveFacts> facts;
   for (const auto& view : slaves) {
@@ -37,7 +37,7 @@ Outcome<int> list_slaves(const SlavesOptions& options) {
   const auto positions = (*line)->select(options.selection);
   if (!positions) return tl::unexpected(positions.error());
   const auto slaves = (*line)->read(*positions);
-  // A selection is no line.
+  // Selected slaves are not compared with the description of the line.
   LineCheck check;
   if (slaves.size() == (*line)->slaves().size()) {
     auto checked = check_line(**line, slaves);

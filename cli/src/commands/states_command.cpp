@@ -56,7 +56,7 @@ Outcome<std::optional<AlState>> parse_state(const StatesOptions& options) {
   return target;
 }
 
-/// All of the line, from INIT up.
+/// Takes the whole line to `target`, starting from INIT.
 Outcome<void> change_line(LineView& line, AlState target) {
   auto& master = line.master();
   if (auto done = master.scan(); !done) return bus_failure(done.error());
@@ -69,7 +69,7 @@ Outcome<void> change_line(LineView& line, AlState target) {
   return outcome(runtime::configure_line(master, session.has_config() ? &session.config() : nullptr, console));
 }
 
-/// What the description says about the slave at `position`; without one, what it has assigned by itself.
+/// The plan of the slave at `position`; without a description one with the slave's own PDO assignment.
 Outcome<ecat_master::SlavePlan> plan_of(LineView& line, std::span<const SlaveView> views, std::size_t position) {
   ecat_master::SlavePlan plan;
   plan.own_pdos = true;
@@ -89,17 +89,17 @@ Outcome<ecat_master::SlavePlan> plan_of(LineView& line, std::span<const SlaveVie
   plan = runtime::make_slave_plans(session.config())[*plans[position]];
   const auto settings = runtime::master_settings(session.config());
   if (!plan.esi && settings.describe) plan.esi = settings.describe(views[position].info);
-  plan.group = 0;  // there is one only
+  plan.group = 0;  // the slave is configured alone
   return plan;
 }
 
-/// Takes one slave from anywhere to SAFEOP. Its process data have a place of their own: nobody exchanges them, and who
-/// does later configures the line anew.
+/// Takes one slave from any state to SAFEOP. Its process data get an address of their own, because they are not
+/// exchanged; a master that exchanges them configures the line anew.
 Outcome<void> raise_to_safe_op(LineView& line, std::size_t position) {
   const auto views = line.read_all();
   auto plan = plan_of(line, views, position);
   if (!plan) return tl::unexpected(plan.error());
-  // Those in front only keep their places.
+  // The slaves in front only fill the positions.
   std::vector<ecat_master::ConfiguredSlave> slaves(position + 1);
   for (std::size_t i = 0; i <= position; ++i) {
     slaves[i].info.ref = views[i].slave.ref;
@@ -142,7 +142,7 @@ ecat_master::Result<void> raise(ecat_master::Master& master, std::span<const eca
   return {};
 }
 
-/// Some slaves of the line; the others are not touched.
+/// Changes the state of some slaves; the others are not touched.
 Outcome<void> change_slaves(LineView& line, std::span<const std::size_t> positions, AlState target) {
   std::vector<ecat_master::SlaveRef> below;
   std::vector<ecat_master::SlaveRef> above;
@@ -203,7 +203,7 @@ nlohmann::json to_json(std::span<const Row> rows) {
   return {{"slaves", slaves}};
 }
 
-/// Those who are to change their state must not be in operation; of a whole line all are.
+/// Refuses to change slaves that are in operation; without a selection that is any slave of the line.
 Outcome<void> must_not_disturb(LineView& line, std::span<const std::size_t> positions, const StatesOptions& options) {
   const auto would = fmt::format("take it to {}", options.wanted);
   if (!options.selection.chosen()) return line.must_not_disturb(options.force, would);

@@ -11,12 +11,11 @@ namespace driveline::cli {
 
 /// Declares --config and --iface.
 void add_bus_options(Arguments& to, runtime::BusOptions& bus);
-/// Opens the bus of a command; says on stderr what there is to know of its description.
+/// Opens the bus of a command; prints remarks on its description on stderr.
 [[nodiscard]] Outcome<std::unique_ptr<runtime::Session>> open_session(const runtime::BusOptions& bus);
-/// What must be given and what goes together, in the words of the command line.
+/// Checks that the bus options are complete and do not exclude each other.
 [[nodiscard]] Outcome<void> check_bus_options(const runtime::BusOptions& bus);
-/// For commands that have changed something on the line: where it is simulated in this process, tells on stderr that
-/// it ends with it.
+/// For commands that have changed something: tells on stderr that a line simulated in this process is lost with it.
 void tell_what_ends(const runtime::Session& session);
 
 /// Declares --json.
@@ -24,7 +23,7 @@ void add_json_flag(Arguments& to, bool& json);
 /// --force of the tools that change states.
 void add_force_flag(Arguments& to, bool& force);
 
-/// A number as people write indices: 0x6041, 6041h or decimal. Failure: status 2, names `what`.
+/// A number written as 0x6041, 6041h or decimal. Failure: status 2, names `what`.
 [[nodiscard]] Outcome<std::uint32_t> parse_number(std::string_view text, std::uint32_t maximum, std::string_view what);
 
 /// Seconds from 0 to 10000000. Failure: status 2.
@@ -40,16 +39,17 @@ struct SlaveSelection {
   void add(Arguments& to);
   /// For tools that work on one slave.
   void add_single(Arguments& to);
-  /// Complaints about how it is written, before anything is opened.
+  /// Checks the syntax of the options before anything is opened.
   [[nodiscard]] Outcome<void> check() const;
   /// Positions of the selected slaves, ascending; `aliases` are those of the slaves on the line by position. Failure:
   /// no such slave.
   [[nodiscard]] Outcome<std::vector<std::size_t>> select(std::span<const std::uint16_t> aliases) const;
-  /// The one slave selected. Without a selection it is slave 0, unless `explicitly`: then there must be no other.
+  /// The one slave selected. Without a selection it is slave 0, unless `explicitly`: then the line must have one slave
+  /// only.
   [[nodiscard]] Outcome<std::size_t> select_one(std::span<const std::uint16_t> aliases, bool explicitly) const;
 };
 
-/// A failure of the master as one of the program.
+/// Turns an error of the master into a failure of the program.
 [[nodiscard]] inline tl::unexpected<Failure> bus_failure(const ecat_master::Error& error) {
   return failed(ecat_master::describe(error));
 }

@@ -5,7 +5,7 @@ namespace {
 
 namespace facts = ecat_master::facts;
 
-/// The slave has answered, only not so that it helps; about the next object it may well do.
+/// Whether the error concerns this object only: the slave has answered, and may describe the next object.
 bool concerns_one_object(const ecat_master::Error& error) {
   return error.is<facts::MailboxMalformed>() || error.is<facts::MailboxError>() || error.is<facts::SdoAbort>();
 }

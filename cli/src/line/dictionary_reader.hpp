@@ -9,16 +9,16 @@
 
 namespace driveline::cli {
 
-/// Who is asked about the objects of a slave.
+/// How the objects of a slave are read.
 struct DictionarySource {
   std::function<ecat_master::Result<ecat_master::ObjectDescription>(std::uint16_t index)> object;
-  /// None: the entries do not matter.
+  /// Reads the description of an entry; none: entries are not read.
   std::function<ecat_master::Result<ecat_master::EntryDescription>(std::uint16_t index, std::uint8_t subindex)> entry;
   std::function<void(std::size_t done)> progress;  ///< before each object; may be none
 };
 
-/// What the slave says about these objects. An answer that nobody can read, or a refusal, marks its object, and the
-/// next one is asked about; of a single object it is the error. Error also: the slave does not answer at all.
+/// Reads the descriptions of these objects. A malformed answer or a refusal is noted at its object, and the next one is
+/// read; for a single object it is the error. Error also: the slave does not answer at all.
 [[nodiscard]] ecat_master::Result<std::vector<DictionaryObject>> read_objects(const DictionarySource& source,
                                                                               std::span<const std::uint16_t> indices);
 

@@ -14,7 +14,7 @@ using wire::AlState;
 using wire::SdoAbort;
 namespace reg = wire::reg;
 
-/// Another master may have taken the answer: better to ask again soon than to wait long.
+/// Short, because another master may have taken the answer: then the request is repeated.
 constexpr std::chrono::milliseconds kReplyTimeout{250};
 constexpr int kAttempts = 4;
 /// A master that starts takes its line out of INIT within this time.
@@ -22,7 +22,7 @@ constexpr std::chrono::seconds kLeftAfter{1};
 constexpr std::uint16_t kDriveProfile = 402;
 constexpr std::uint16_t kFaultResetIndex = 0x2000 + 153;  ///< P 153
 
-/// The slave will never have this object.
+/// Whether the error means that the slave does not have the object at all.
 bool for_good(const ecat_master::Error& error) noexcept {
   const auto* abort = error.as<facts::SdoAbort>();
   if (abort == nullptr) return false;
@@ -39,7 +39,7 @@ DriveLink::DriveLink(runtime::Session& session)
 
 DriveLink::~DriveLink() {
   engine_.close_all();
-  // Who looked is going: there is nobody left to be told.
+  // The destructor cannot report an error.
   if (raised_ && all_in({AlState::kInit, AlState::kPreOp})) static_cast<void>(master_.shut_down());
 }
 
@@ -53,7 +53,7 @@ bool DriveLink::all_in(std::initializer_list<AlState> states) {
   });
 }
 
-/// Its master has gone: nobody has taken the line out of INIT for a while.
+/// Whether the line has been in INIT for so long that its master must have gone.
 bool DriveLink::left_in_init() {
   const auto now = session_.clock().now();
   if (!all_in({AlState::kInit})) {
@@ -71,7 +71,7 @@ Outcome<std::unique_ptr<DriveLink>> DriveLink::open(runtime::Session& session) {
   link->slaves_ = std::move(*slaves);
   link->other_master_ = std::any_of(link->slaves_.begin(), link->slaves_.end(),
                                     [](const auto& slave) { return slave.al.status.state != AlState::kInit; });
-  // A master that has only begun has not taken them anywhere yet.
+  // A master that has just started may not have changed any state yet.
   if (!link->other_master_) link->other_master_ = !session.claim(false, "take the line to PREOP");
   if (!link->other_master_) {
     if (auto done = link->take_to_pre_op(); !done) return tl::unexpected(done.error());
@@ -111,7 +111,7 @@ Outcome<void> DriveLink::read_registers(std::size_t position, DriveView& view) {
   if (!al) return bus_failure(al.error());
   view.al = al->front();
   if (view.al.status.state == AlState::kSafeOp || view.al.status.state == AlState::kOp) {
-    other_master_ = true;  // nobody here takes it there
+    other_master_ = true;  // somebody else has raised the line
     raised_ = false;
   }
   const auto dl = master_.bus().read(slave, reg::kDlStatus);

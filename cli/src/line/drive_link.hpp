@@ -13,15 +13,15 @@
 
 namespace driveline::cli {
 
-/// The drives of a line for somebody who only looks: through the mailbox, in whatever state their master keeps them. A
-/// line that is altogether in INIT has no master; then its slaves are taken to PREOP, and to INIT again at the end. So
-/// is a line that its master has left in INIT for a second; one that a master takes further is left to it.
+/// Reads the drives of a line through their mailboxes without changing their states. A line that is completely in INIT,
+/// and stays there for a second when it had a master, has none now: its slaves are taken to PREOP, and to INIT again at
+/// the end, unless a master takes them further.
 ///
-/// A mailbox is shared with the master that runs the line: an answer may reach the other one. What is lost is asked for
+/// A mailbox is shared with the master that runs the line: answers may reach that master. Lost answers are requested
 /// again.
 class DriveLink {
  public:
-  /// Looks at the line behind `session`, which must outlive the link. Errors: nothing on the line, the bus.
+  /// Opens the line behind `session`, which must outlive the link. Errors: nothing on the line, the bus.
   [[nodiscard]] static Outcome<std::unique_ptr<DriveLink>> open(runtime::Session& session);
   DriveLink(const DriveLink&) = delete;
   DriveLink& operator=(const DriveLink&) = delete;
@@ -30,11 +30,11 @@ class DriveLink {
 
   [[nodiscard]] std::size_t size() const noexcept { return slaves_.size(); }
   [[nodiscard]] std::vector<std::uint16_t> aliases() const;
-  /// Somebody else had the line in PREOP or beyond before.
+  /// Whether another master had taken the line to PREOP or above before.
   [[nodiscard]] bool other_master() const noexcept { return other_master_; }
 
   /// Reads the drive at `position` anew into `view`. Failure: no mailbox with CoE in its present state, no drive
-  /// (1000h), no answer; `view` then keeps its values and says so.
+  /// (1000h), no answer; `view` then keeps its values and names the trouble.
   [[nodiscard]] Outcome<void> read(std::size_t position, DriveView& view);
   /// Acknowledges the fault of the drive at `position`, which must have been read before: writes 1 to P 153 (MSD manual
   /// 13.2; the PC tool's way). Failure: as with read(), or the drive has no such parameter.
@@ -59,7 +59,7 @@ class DriveLink {
   bool raised_ = false;
   std::optional<std::chrono::nanoseconds> in_init_since_;  ///< the whole line, as far as looks have seen it
   std::map<std::size_t, ecat_master::MailboxWindow> attached_;
-  /// Objects that a slave does not have; they are not asked for again.
+  /// Objects that a slave does not have; they are not read again.
   std::map<std::size_t, std::vector<DriveObject>> missing_;
 };
 

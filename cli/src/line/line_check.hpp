@@ -6,8 +6,8 @@
 
 namespace driveline::cli {
 
-/// What is wrong with a line beside its states and cables: EEPROMs that cannot be used, duplicate aliases, and how it
-/// differs from its description.
+/// Problems of a line beside its states and cables: unusable EEPROMs, duplicate aliases, differences from its
+/// description.
 struct LineCheck {
   std::vector<ecat_master::ExpectedSlave> planned;  ///< of the description; empty: there is none
   std::vector<ecat_master::SlaveInfo> found;
@@ -19,7 +19,7 @@ struct LineCheck {
 };
 
 /// Compares the line with its description, when the bus options named one. `slaves` are all slaves of the line. Device
-/// IDs are asked for where the description needs them and nobody operates the line.
+/// IDs are read where the description needs them and no master operates the line.
 [[nodiscard]] Outcome<LineCheck> check_line(LineView& line, std::span<const SlaveView> slaves);
 
 /// Adds `duplicate_aliases` and, when there is a description, `differences` to the document of a tool.

@@ -21,7 +21,7 @@ void take_apart(SlaveView& view, ecat_master::Result<std::vector<std::byte>> ima
   if (auto decoded = esi::decode_sii(view.image)) view.sii = std::move(*decoded);
 }
 
-/// What the line file asks of a master; a line without a file gets the defaults.
+/// Master settings of the line description; defaults without one.
 ecat_master::Master::Settings settings_of(const runtime::Session& session) {
   auto settings = session.has_config() ? runtime::master_settings(session.config()) : ecat_master::Master::Settings{};
   settings.exchange.guest = true;
@@ -53,7 +53,7 @@ Outcome<std::unique_ptr<LineView>> LineView::open(const runtime::BusOptions& bus
 }
 
 LineView::~LineView() {
-  // Whoever has the line is known by name, and is not disturbed.
+  // A process that has claimed the line is known by name and is not disturbed.
   if (!master_ || session_->claimed_by_another()) return;
   const auto strange = ecat_master::describe_traffic(master_->exchange_statistics());
   if (!strange.empty()) progress("{}", strange);
@@ -79,7 +79,7 @@ Outcome<void> LineView::open_mailboxes(std::span<const std::size_t> positions, b
     if (!window) return tl::unexpected(window.error());
     if (!*window) continue;
     if (state != wire::AlState::kPreOp) {
-      // Better to ask again soon than to wait long for an answer that has gone elsewhere.
+      // Short, because the answer may have gone to another master: then the request is repeated.
       (*window)->timeouts.response = std::chrono::milliseconds{250};
       shared_.push_back(position);
     }
@@ -91,15 +91,15 @@ Outcome<void> LineView::open_mailboxes(std::span<const std::size_t> positions, b
   return enter_pre_op(below);
 }
 
-/// A slave drops a mail with the counter of the one before (ETG.1000.4 5.6.1), and what that was only its last master
-/// knows. So it is asked something harmless until it answers.
+/// A slave drops a mail with the same counter as the previous one (ETG.1000.4 5.6.1), which only its last master knows.
+/// So a harmless request is repeated with other counters until it is answered.
 std::uint8_t LineView::find_counter(ecat_master::SlaveRef slave, ecat_master::MailboxWindow window) {
   constexpr int kRequests = 2;
   window.timeouts.response = std::chrono::milliseconds{100};
   ecat_master::MailboxClient mailbox(master_->mailboxes(), slave, window);
   ecat_master::CoeClient coe(mailbox);
   std::uint8_t last = 1;
-  // An answer is an answer, whatever it says. A request that was dropped is followed by its abort.
+  // Any answer will do. A request that was dropped is followed by its abort.
   for (int attempt = 0; attempt < kRequests && went_astray(coe.upload(0x1000, 0)); ++attempt) last += 2;
   return last;
 }

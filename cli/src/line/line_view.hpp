@@ -18,12 +18,12 @@ struct SlaveView {
   std::vector<std::byte> image;      ///< EEPROM content, as far as it could be read
   std::optional<esi::SiiImage> sii;  ///< the same taken apart; nothing when it could not be
   std::string trouble;               ///< the sentence of `info.problem`; empty: nothing is wrong with the EEPROM
-  ecat_master::SlaveInfo info;       ///< what a master makes of it; without the bytes
+  ecat_master::SlaveInfo info;       ///< as a master sees it, without the EEPROM bytes
 
   [[nodiscard]] std::string name() const;
 };
 
-/// A bus as most tools need it: opened and looked at, nothing changed on it. Tells on stderr at its end when another
+/// A bus for tools that read: opened and surveyed, nothing changed on it. Prints on stderr in the end when another
 /// master was heard meanwhile.
 class LineView {
  public:
@@ -42,28 +42,28 @@ class LineView {
   /// Reads the EEPROMs of the slaves at `positions`.
   [[nodiscard]] std::vector<SlaveView> read(std::span<const std::size_t> positions);
   [[nodiscard]] std::vector<SlaveView> read_all();
-  /// What concerns one slave, and that one alone, is refused when it is in SAFEOP or OP; not with `force`.
+  /// Refuses an access that concerns a single slave while it is in SAFEOP or OP; not with `force`.
   [[nodiscard]] Outcome<void> must_not_be_used(std::size_t position, bool force, std::string_view would) const;
   /// Opens the mailboxes of the slaves at `positions`: of those in PREOP, SAFEOP and OP as they are, without a change
-  /// of state; the rest are taken to PREOP, unless a master drives the line (a slave is in OP), whom `force` disturbs
-  /// all the same. The other slaves are not touched.
+  /// of state; the rest are taken to PREOP, unless a master drives the line (a slave is in OP) and `force` is not set.
+  /// The other slaves are not touched.
   [[nodiscard]] Outcome<void> open_mailboxes(std::span<const std::size_t> positions, bool force);
-  /// After open_mailboxes(); null: it has none.
+  /// The mailbox of a slave after open_mailboxes(); null: it has none.
   [[nodiscard]] ecat_master::MailboxClient* mailbox(std::size_t position) noexcept;
   /// The mailbox of the one slave selected, slave 0 without a selection. Failure also: no mailbox.
   [[nodiscard]] Outcome<ecat_master::MailboxClient*> open_mailbox(const SlaveSelection& selection, bool force);
-  /// Somebody else works with the mailbox of that slave: answers may reach him instead.
+  /// Whether another master uses the mailbox of that slave, so that answers may go there.
   [[nodiscard]] bool shared(std::size_t position) const;
-  /// Asks (a call that gives a Result) until an answer has come, when answers may go to somebody else.
+  /// Repeats `ask`, which returns a Result, until an answer has come, when answers may go to another master.
   template <typename Ask>
   [[nodiscard]] auto ask(std::size_t position, Ask&& ask) const {
     auto answer = ask();
     for (int attempt = 1; attempt < kAttempts && shared(position) && went_astray(answer); ++attempt) answer = ask();
     return answer;
   }
-  /// What `open_mailboxes` and others are told by --force: a driven line must not be disturbed. Failure: it would be.
+  /// Failure: a master drives the line, `force` (--force) is not set, and this `would` disturb it.
   [[nodiscard]] Outcome<void> must_not_disturb(bool force, std::string_view would) const;
-  /// Who is connected to whom.
+  /// The connections between the slaves.
   [[nodiscard]] Outcome<ecat_master::Topology> topology();
 
  private:

@@ -10,15 +10,15 @@
 
 namespace driveline::cli {
 
-/// Where the mailboxes of `slave` are by sync managers 0 and 1, as whoever took it to its state has set them up;
-/// nothing: they are set up for none. Errors: those of the bus.
+/// Where the mailboxes of `slave` are by sync managers 0 and 1, as the master that raised it has set them up; nothing:
+/// without mailboxes. Errors: those of the bus.
 [[nodiscard]] Outcome<std::optional<ecat_master::MailboxWindow>> read_mailbox_window(ecat_master::Bus& bus,
                                                                                      ecat_master::SlaveRef slave);
 
-/// There are mailboxes for CoE in this state.
+/// Whether slaves have mailboxes for CoE in this state.
 [[nodiscard]] bool has_mailbox(wire::AlState state) noexcept;
 
-/// A slave in OP has a master that feeds it. Failure, which names the first one and what `would` happen: there is one.
+/// Failure, with the slave and what `would` happen: a slave is in OP, so a master drives the line.
 [[nodiscard]] Outcome<void> refuse_if_driven(std::span<const ecat_master::AlReport> states, bool force,
                                              std::string_view would);
 

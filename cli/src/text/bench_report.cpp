@@ -15,7 +15,7 @@ using nlohmann::json;
 constexpr std::string_view kSvgTerminal =
     "set terminal svg size 860,360 font 'sans,11' background 'white' noenhanced\n";
 
-/// What every row of a document has; the rest of the schema may be left out.
+/// Keys that every row of a document must have; the others are optional.
 constexpr std::string_view kResultKeys[] = {"case", "metric", "unit"};
 constexpr std::string_view kFigures[] = {"n", "p50", "p99", "p999", "max"};
 
@@ -94,7 +94,7 @@ BenchFigure cycle_figure(const json& document) {
   return figure;
 }
 
-/// How late who wakes up: a curve through the percentiles per way of waiting.
+/// Wake-up latency: a curve through the percentiles for each way of waiting.
 BenchFigure wake_figure(const json& document) {
   BenchFigure figure{"wake", {}, {}};
   std::string curves;

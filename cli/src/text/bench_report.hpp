@@ -7,13 +7,13 @@
 
 namespace driveline::cli {
 
-/// Reads what a program of bench/ has printed with --json. Error: what of the schema is missing.
+/// Reads the document that a program of bench/ has printed with --json. Error: the missing part of the schema.
 [[nodiscard]] tl::expected<nlohmann::json, std::string> parse_bench_document(const std::string& text);
 
 /// The documents as Markdown: one section and table per program, what was aimed at and whether it was met.
 [[nodiscard]] std::string bench_report(const std::vector<nlohmann::json>& documents);
 
-/// A picture that some of the figures are worth: a file of data and the gnuplot script that draws `name`.svg from it.
+/// A picture of some figures: a file of data and the gnuplot script that draws `name`.svg from it.
 struct BenchFigure {
   std::string name;
   std::string data;    ///< content of `name`.dat

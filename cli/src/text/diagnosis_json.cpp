@@ -110,7 +110,7 @@ nlohmann::json list(const Entries& entries) {
   return rows;
 }
 
-/// Of the cycle that runs.
+/// Adds the part about the running cycle.
 void add_exchange(nlohmann::json& document, const LineDiagnosis& diagnosis) {
   document["groups"] = list(diagnosis.groups);
   document["stale_frames"] = diagnosis.stale_frames;

@@ -225,7 +225,7 @@ std::string leds(const DriveView& view, nanoseconds time) {
     text = fmt::format("RUN {}", lamp(slaves::msd::run_led(view.al.status.state, time)));
   }
   for (const auto& [port, name] : {std::pair(0U, "X15"), std::pair(1U, "X16")}) {
-    // Our own frames are traffic enough.
+    // Our own frames count as activity.
     const slaves::msd::LinkState link{view.dl.ports[port].link, view.dl.ports[port].communication};
     text += fmt::format("   {} L/A {}", name, lamp(slaves::msd::link_activity_led(link, time)));
   }
@@ -258,7 +258,7 @@ std::string heading(const DriveView& view) {
 std::string front(const DriveView& view, nanoseconds time) {
   const auto& values = view.values;
   const auto content = display_content(view);
-  const bool only_er = content.fault && content.fault->number == 0;  // which fault it is, is not known
+  const bool only_er = content.fault && content.fault->number == 0;  // the number of the fault is not known
   const auto rows = draw_display(slaves::msd::display_frame(content, only_er ? nanoseconds{0} : time));
   const auto mode = values.number(Object::kModeDisplay);
   const auto wanted = values.number(Object::kMode);

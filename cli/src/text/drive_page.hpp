@@ -9,9 +9,9 @@
 
 namespace driveline::cli {
 
-/// What the seven-segment display shows by the objects of the drive: its state by 6041h, STO by 2079h, the start by P
-/// 2060. Fault number and location have no object in the manual; the simulated drives keep them in 1003h:01. Whether a
-/// fault needs a remedy first (the point behind Er) is not told by any object.
+/// Content of the seven-segment display, from the objects of the drive: its state by 6041h, STO by 2079h, the start by
+/// P 2060. Fault number and location have no object in the manual; the simulated drives keep them in 1003h:01. No
+/// object tells whether a fault needs a remedy first (the point behind Er).
 [[nodiscard]] slaves::msd::DisplayContent display_content(const DriveView& view);
 
 /// The page of one drive, `shown_for` after the display's content has last changed. Lines end in '\n'.

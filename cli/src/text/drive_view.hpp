@@ -75,7 +75,7 @@ enum class DriveObject : std::uint8_t {
   kCount,
 };
 
-/// Where an object is and how its value is to be read.
+/// Address, type and key of an object.
 struct DriveObjectRow {
   DriveObject object;
   std::uint16_t index;
@@ -91,7 +91,7 @@ struct DriveObjectRow {
 /// All of them, in the order of the enumeration.
 [[nodiscard]] const std::array<DriveObjectRow, static_cast<std::size_t>(DriveObject::kCount)>& drive_objects() noexcept;
 
-/// Values as they were uploaded. What a drive does not have stays empty.
+/// Values as they were uploaded. Objects that a drive does not have stay empty.
 class DriveValues {
  public:
   void set(DriveObject object, std::optional<std::vector<std::byte>> bytes) { at(object) = std::move(bytes); }
@@ -112,14 +112,14 @@ class DriveValues {
   std::array<std::optional<std::vector<std::byte>>, static_cast<std::size_t>(DriveObject::kCount)> bytes_;
 };
 
-/// What is known of a drive at one moment.
+/// State of a drive at one moment.
 struct DriveView {
   std::size_t position = 0;
   std::size_t slaves = 1;  ///< on the line
   ecat_master::AlReport al;
   wire::DlStatus dl;
-  bool other_master = false;  ///< somebody else had taken the line to PREOP or beyond before
-  std::string trouble;        ///< why the values are not those of now; empty: they are
+  bool other_master = false;  ///< another master had taken the line to PREOP or above before
+  std::string trouble;        ///< why the values are not up to date; empty: they are
   DriveValues values;
 };
 

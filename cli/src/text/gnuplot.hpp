@@ -8,11 +8,11 @@
 namespace driveline::cli {
 
 /// Runs gnuplot on the file `script` inside `directory`. Error: a sentence (gnuplot is not there or failed, with what
-/// it said last). What it warns of is nothing to the user: an axis that did not move has a range of its own, and so on.
+/// it said last). Its warnings are not shown: they are about axes that did not move and the like.
 [[nodiscard]] tl::expected<void, std::string> run_gnuplot(const std::filesystem::path& directory,
                                                           const std::string& script);
 
-/// A name as a text of a script, in quotes. Names come from files; none of them may end the text and go on as commands.
+/// A name as a quoted string of a script. Names come from files and must not end the string and inject commands.
 [[nodiscard]] std::string gnuplot_text(std::string_view name);
 
 }  // namespace driveline::cli

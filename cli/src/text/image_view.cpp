@@ -82,7 +82,7 @@ std::string to_text(const runtime::ImageView& view) {
   std::string text = fmt::format("  process data: {}, {} bytes, {} datagram(s) in {} frame(s); {}\n", view.layout,
                                  view.bytes, view.datagrams, view.frames, wire_text(view.wire));
   for (const auto& group : view.groups) {
-    // A frame that carries nothing of the group is none of its exchanges.
+    // A group without datagrams has no exchanges.
     if (group.datagrams == 0) {
       text += fmt::format("    group {:<12} {}, no process data\n", group.name, rhythm(group.settings));
       continue;

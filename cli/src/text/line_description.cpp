@@ -17,7 +17,7 @@ namespace {
 /// Device profile in the lower word of 1000h (CiA 402-1).
 constexpr std::uint32_t kProfileMask = 0xFFFF;
 constexpr std::uint32_t kDriveProfile = 402;
-/// Mapping objects of a drive that tells of no others (CiA 402).
+/// Mapping objects of a drive that names no others (CiA 402).
 constexpr std::uint16_t kFirstRxPdo = 0x1600;
 constexpr std::uint16_t kFirstTxPdo = 0x1A00;
 
@@ -56,7 +56,7 @@ class Objects {
   ecat_master::CoeClient coe_;
 };
 
-/// The drive of ours that has this identity; null: none.
+/// The simulated drive with this identity; null: none.
 const slaves::msd::VariantFacts* model_of(const esi::SiiImage& sii) {
   if (sii.vendor_id != slaves::msd::kVendorId) return nullptr;
   const auto found =
@@ -81,7 +81,7 @@ struct IdentityUses {
   }
 };
 
-/// The key by which the slave is found; a comment when another slave has the same number.
+/// The key by which the slave is identified; as a comment when another slave has the same number.
 std::string place_lines(const FoundSlave& slave, const IdentityUses& names) {
   const auto alias = slave.view.sii->config.station_alias;
   const auto id = slave.device_id.value_or(0);
@@ -97,8 +97,8 @@ std::string place_lines(const FoundSlave& slave, const IdentityUses& names) {
   return text;
 }
 
-/// A drive whose PDOs cannot be mapped anew: those that it assigns by itself, for the user to put into force. They
-/// stand with the slave, because a [[slave.pdo]] belongs to the [[slave]] before it.
+/// For a drive whose mapping cannot be changed: its own PDOs as a comment that the user may uncomment. They follow the
+/// slave, because a [[slave.pdo]] belongs to the [[slave]] before it.
 std::string pdo_lines(const FoundSlave& slave) {
   if (!slave.drive || slave.view.sii->vendor_id == slaves::msd::kVendorId) return {};
   const auto& device = slave.view.info.description;
@@ -132,7 +132,7 @@ std::string slave_lines(const FoundSlave& slave, const IdentityUses& names) {
   return text + place_lines(slave, names) + pdo_lines(slave);
 }
 
-/// Bits of 6502h (CiA 402-2): what the master can drive an axis with.
+/// Bits of 6502h (CiA 402-2) of the modes that the master can use.
 struct ModeRow {
   std::string_view key;
   unsigned bit;
@@ -147,7 +147,7 @@ std::vector<std::string_view> cyclic_modes(const DriveFacts& drive) {
   return modes;
 }
 
-/// What `[[axis]]` takes.
+/// Least value that [[axis]] accepts.
 constexpr double kSmallest = 1e-6;
 constexpr double kLargest = 1e6;
 
@@ -291,7 +291,7 @@ Outcome<std::string> describe_line(const FoundLine& line) {
       "# `revision = \">= number\"` takes later ones as well; without `serial` another device of the kind may stand "
       "in.\n",
       line.slaves.size());
-  if (!line.tree.empty()) text += "#\n# Who is connected to whom:\n" + comment(line.tree);
+  if (!line.tree.empty()) text += "#\n# Connections of the slaves:\n" + comment(line.tree);
   text += "\n[line]\nname = \"line\"\ncycle_us = 1000\n";
   if (line.interface) text += fmt::format("\n[bus]\ninterface = \"{}\"\n", plain(*line.interface));
   const IdentityUses names(line.slaves);

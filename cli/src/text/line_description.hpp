@@ -9,13 +9,13 @@
 
 namespace driveline::cli {
 
-/// How a CiA 402 drive is scaled, as far as it tells. Raw values of its objects.
+/// Scaling of a CiA 402 drive, as far as its objects tell it.
 struct DriveFacts {
   std::optional<std::uint32_t> supported_modes;     ///< 6502h, bit n: mode n + 1
   std::optional<double> increments_per_revolution;  ///< position units per motor turn
   std::optional<double> rated_torque_nm;            ///< 6076h
   std::optional<double> max_velocity_rad_s;         ///< 6080h
-  /// Nothing: no CiA 402 drive.
+  /// Reads the objects; nothing: no CiA 402 drive.
   [[nodiscard]] static std::optional<DriveFacts> read(LineView& line, ecat_master::MailboxClient& mailbox);
 };
 
@@ -32,24 +32,23 @@ struct FoundSlave {
 struct FoundLine {
   std::vector<FoundSlave> slaves;
   std::optional<std::string> interface;  ///< where the line is; nothing: simulated in this process
-  std::string tree;                      ///< who is connected to whom, for a comment; empty: a plain line or not known
+  std::string tree;                      ///< connections of the slaves, for a comment; empty: a plain line or not known
   std::string path_file;                 ///< of gentle_path(), beside the description; empty: the axes hold their place
 };
 
-/// A line description (TOML) of slaves that have been found; load_line_config() takes it as it is, and `run` brings the
-/// line to OP. Every slave is expected by vendor, product, revision and, where it has one, serial number; it is found
-/// by alias or device identification where that is unique on the line, else by its position. CiA 402 drives get an
-/// [[axis]] scaled as the drive says; one that does not tell enough for that gets it as a comment, with the reason.
-/// Without `path_file` nothing moves: the axes are enabled and hold their place. Failure: a slave whose EEPROM cannot
-/// be read has no identity to expect.
+/// A line description (TOML) of slaves that have been found, which `run` can use unchanged. Every slave is expected by
+/// vendor, product, revision and, where it has one, serial number; it is found by alias or device identification where
+/// that is unique on the line, else by its position. CiA 402 drives get an [[axis]] with the drive's scaling; where
+/// that is incomplete the [[axis]] is a comment with the reason. Without `path_file` nothing moves: the axes are
+/// enabled and hold their place. Failure: a slave whose EEPROM cannot be read has no identity to expect.
 [[nodiscard]] Outcome<std::string> describe_line(const FoundLine& line);
 
 /// A path (CSV) on which every axis of `line` goes `turns` revolutions of its motor and back, at no more than one
 /// revolution per second. Relative to where the axes stand. Empty: there is no axis.
 [[nodiscard]] std::string gentle_path(const FoundLine& line, double turns);
 
-/// Whether a simulation of the line needs the EEPROM content of this slave: it is no drive that the program knows, or
-/// one with an identity that the simulated one would not have at this place.
+/// Whether a simulation of the line needs the EEPROM content of this slave: it is no drive that the program can
+/// simulate, or its identity differs from that of the simulated one at this place.
 [[nodiscard]] bool needs_image(const SlaveView& view);
 
 }  // namespace driveline::cli

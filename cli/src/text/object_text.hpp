@@ -13,13 +13,12 @@ namespace driveline::cli {
 struct DictionaryObject {
   ecat_master::ObjectDescription object;
   std::vector<ecat_master::EntryDescription> entries;
-  std::vector<std::string> troubles;  ///< what could not be found out about it, a sentence each
+  std::vector<std::string> troubles;  ///< errors while reading its description, a sentence each
 };
 
-/// One line per object and one per entry, as the IgH tool prints them:
-/// `SDO 0x1000, "Device type"` and `  0x1000:00, r-r-r-, uint32, 32 bit, "Device type"`; access is read and write in
-/// PREOP, SAFEOP and OP; `  ! sentence` where the slave gave no usable answer. `verbose` adds what the slave says about
-/// default, limits and unit.
+/// One line per object and one per entry, as the IgH tool prints them: `SDO 0x1000, "Device type"` and ` 0x1000:00,
+/// r-r-r-, uint32, 32 bit, "Device type"`; access is read and write in PREOP, SAFEOP and OP; ` ! sentence` where the
+/// slave gave no usable answer. `verbose` adds default, limits and unit.
 [[nodiscard]] std::string to_text(std::span<const DictionaryObject> objects, bool verbose);
 
 [[nodiscard]] nlohmann::json to_json(std::span<const DictionaryObject> objects);

@@ -41,7 +41,7 @@ std::vector<SyncManagerView> channels_of(const esi::SiiImage& sii) {
   return views;
 }
 
-/// What the EEPROM calls PDOs and objects.
+/// Names of PDOs and objects in the EEPROM.
 class EepromNames {
  public:
   explicit EepromNames(const esi::SiiImage& sii) {
@@ -70,8 +70,8 @@ class EepromNames {
   std::vector<PdoView> known_;
 };
 
-/// What the slave calls its PDOs and objects: by its EEPROM, else by the standard, else by its dictionary. A slave that
-/// does not answer one question about its dictionary is not asked another.
+/// Names of the slave's PDOs and objects: from its EEPROM, else from the standard, else from its dictionary. After the
+/// first request about its dictionary without an answer no other is sent.
 class SpokenNames {
  public:
   SpokenNames(ecat_master::CoeClient& coe, LineView& line, std::size_t position, const esi::SiiImage& sii)

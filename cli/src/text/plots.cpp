@@ -25,7 +25,7 @@ std::string jitter_script() {
          "set xlabel 'time in us'\nset ylabel 'cycles'\n"
          "set logscale xy\nset grid\nset style fill solid 0.5\n"
          "set xrange [0.01:*]\nset yrange [0.5:*]\n"
-         // Middle of the bucket; what is below 10 ns is drawn at the left edge of the logarithmic axis.
+         // Middle of the bucket; values below 10 ns are drawn at the left edge of the logarithmic axis.
          "us(from, to) = from + to < 20 ? 0.01 : (from + to) / 2000.0\n"
          "plot 'jitter.csv' skip 1 using (us($1,$2)):3 with impulses lw 2 title 'wake-up latency', \\\n"
          "     '' skip 1 using (us($1,$2)):4 with impulses lw 2 title 'cycle cost'\n";
@@ -37,7 +37,7 @@ std::string on_second_axis(std::string_view column, double increments, std::stri
                      increments);
 }
 
-/// What one small plot shows of an axis.
+/// One small plot of an axis.
 class AxisPlot {
  public:
   /// `increments`: on a second axis as well.
@@ -65,7 +65,7 @@ class AxisPlot {
     begun_ = true;
   }
 
-  /// `around`: a column. Where nothing moves both axes still have a range, an increment to either side.
+  /// `around`: a column. Where nothing moves the range is one increment to either side.
   [[nodiscard]] std::string finish(std::size_t around) const {
     if (!scale_) return text_ + "\n";
     auto text = text_;

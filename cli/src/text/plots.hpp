@@ -10,14 +10,15 @@
 
 namespace driveline::cli {
 
-/// Writes the histograms of a run as CSV: lower and upper bound in ns, and for wake-up latency and cycle cost how many.
+/// Writes the histograms of a run as CSV: lower and upper bound in ns, then the counts of wake-up latency and cycle
+/// cost.
 [[nodiscard]] tl::expected<void, std::string> write_jitter_csv(const ecat_master::CycleStatistics& statistics,
                                                                const std::filesystem::path& file);
 
-/// Draws what lies in `directory` (jitter.csv, and axes.csv unless `axes` is empty) with gnuplot: jitter.png,
-/// positions.png, following_error.png. The gnuplot script stays beside them. Returns the pictures by the key they
-/// have in the report. Axes are in their units, with `increments` on a second axis in those of the drive as well.
-/// Error: a sentence (gnuplot is not there or failed).
+/// Draws the files in `directory` (jitter.csv, and axes.csv unless `axes` is empty) with gnuplot: jitter.png,
+/// positions.png, following_error.png. The gnuplot script stays beside them. Returns the pictures by the key they have
+/// in the report. Axes are in their units, with `increments` on a second axis in those of the drive as well. Error: a
+/// sentence (gnuplot is not there or failed).
 [[nodiscard]] tl::expected<std::map<std::string, std::filesystem::path>, std::string> draw_plots(
     const std::filesystem::path& directory, const std::vector<runtime::AxisReport>& axes, bool increments = false);
 

@@ -10,7 +10,7 @@
 namespace driveline::cli {
 namespace {
 
-/// Letters and digits in lower case; nothing else of a name counts.
+/// The letters and digits of a name in lower case, by which names are compared.
 std::string folded(std::string_view text) {
   std::string result;
   for (const char c : text) {

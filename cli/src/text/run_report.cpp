@@ -18,7 +18,7 @@ nlohmann::json three_percentiles(const rt::Histogram& histogram) {
           {"max", histogram.max().count()}};
 }
 
-/// The drives' own view of how long before SYNC0 their outputs came.
+/// How long before SYNC0 the outputs arrived, as measured by the drives.
 std::string margins_to_text(const std::vector<runtime::ClockReport::Margin>& margins) {
   if (margins.empty()) return {};
   auto us = [](std::chrono::nanoseconds value) { return static_cast<double>(value.count()) / 1000.0; };
@@ -69,8 +69,7 @@ std::string row(std::string_view name, const rt::Histogram& histogram) {
                      us(histogram.percentile(0.99)), us(histogram.percentile(0.999)), us(histogram.max()));
 }
 
-/// Following errors in the units of the axes, what the drives report of theirs, and increments where they are asked
-/// for.
+/// Following errors in the units of the axes, those that the drives report themselves, and increments if wanted.
 std::string axes_to_text(const std::vector<runtime::AxisReport>& axes, bool increments) {
   std::size_t widest = std::string_view("following error").size();
   for (const auto& axis : axes) widest = std::max(widest, axis.name.size());
@@ -154,7 +153,7 @@ std::string to_text(const runtime::RunReport& report, std::optional<bridge::Publ
                                  report.duration_s, report.state);
   text += fmt::format("  cycles {:>18}\n  missed periods {:>10}\n  WKC errors {:>14}\n  lost frames {:>13}",
                       statistics.cycles, statistics.missed_periods, statistics.wkc_errors, statistics.lost_frames);
-  // What came after its deadline was not lost on the wire.
+  // Frames that came after their deadline were not lost on the wire.
   if (statistics.late_frames > 0) text += fmt::format(" ({} of them came late)", statistics.late_frames);
   text += "\n";
   if (const auto longest = statistics.longest_absence; longest.count() > 0) {

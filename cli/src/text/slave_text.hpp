@@ -11,7 +11,7 @@ namespace driveline::cli {
 /// One line per slave as the IgH tool prints them: position, alias:position, AL state, + or E (error flag), name.
 [[nodiscard]] std::string slave_table(std::span<const SlaveView> slaves);
 
-/// What is known of a slave beside its EEPROM.
+/// Facts of a slave beside its EEPROM.
 struct SlaveFacts {
   ecat_master::EscInformation controller;
   std::array<std::optional<std::uint16_t>, 4> neighbours{};  ///< slave at each port

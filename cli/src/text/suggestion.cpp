@@ -40,11 +40,11 @@ std::string begins_with(std::string_view word, std::span<const std::string> know
 }  // namespace
 
 std::string closest(std::string_view word, std::span<const std::string> known) {
-  // What anybody types is no reason to compare for long.
+  // Bounds the time of the comparison, which is quadratic.
   constexpr std::size_t kLongest = 40;
   if (word.size() > kLongest) return {};
   std::string best;
-  // A third of the letters, two at most: beyond it is another word.
+  // At most two edits, and at most a third of the letters: beyond that it is another word.
   std::size_t fewest = std::min<std::size_t>(2, word.size() / 3) + 1;
   for (const auto& name : known) {
     const auto edits = edits_between(word, name);

@@ -35,7 +35,7 @@ Character first_character(std::string_view text) noexcept {
     if ((visible_byte(text, i) & 0xC0U) != 0x80) return {};
     code = code << 6 | (visible_byte(text, i) & 0x3FU);
   }
-  // A character in more bytes than it needs would hide from whoever looks for it.
+  // Overlong encodings are invalid: they would hide characters from a search.
   constexpr std::uint32_t kSmallestCode[] = {0x80, 0x800, 0x1'0000};
   const bool valid =
       code >= kSmallestCode[bytes - 2] && code < kCharactersEnd && (code < kSurrogates || code >= kSurrogatesEnd);

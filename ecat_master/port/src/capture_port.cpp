@@ -82,12 +82,12 @@ void CapturePort::record(CaptureDirection direction, nanoseconds time, std::span
   outgoing_.size = static_cast<std::uint16_t>(std::min(frame.size(), outgoing_.bytes.size()));
   std::copy_n(frame.begin(), outgoing_.size, outgoing_.bytes.begin());
   frames_.add();
-  ring_.try_push(outgoing_);  // counts the drop itself
+  ring_.try_push(outgoing_);  // a full ring counts the drop
 }
 
 void CapturePort::start_writer() {
-  // The writer handles no signals: they are for the threads that shut the line down in order, and a pipe whose reader
-  // has left is an error of write(), not the end of the process.
+  // The writer handles no signals: they are for the threads that shut the line down in order, and with SIGPIPE blocked
+  // a pipe without a reader is an error of write() instead of the end of the process.
   sigset_t all{};
   sigset_t before{};
   sigfillset(&all);
@@ -135,7 +135,7 @@ bool CapturePort::write_pending() noexcept {
     if (result < 0) {
       if (errno == EINTR) continue;
       write_error_ = errno;
-      // Takes a half-written block back. On a pipe this fails, and its reader has to cope.
+      // Removes a half-written block. A pipe cannot be truncated: its reader gets the fragment.
       [[maybe_unused]] const int ignored = ::ftruncate(file_.get(), file_bytes_);
       return false;
     }

@@ -26,7 +26,7 @@ tl::expected<std::unique_ptr<FrameWaiter>, PortError> FrameWaiter::open(const Ra
 
 bool FrameWaiter::wait(std::chrono::nanoseconds deadline) noexcept {
   if (deadline != armed_) {
-    // 0 would disarm it; what has passed expires at once.
+    // 0 would disarm the timer; a time in the past expires at once.
     itimerspec at{};
     at.it_value = rt::to_timespec(std::max(deadline, std::chrono::nanoseconds{1}));
     if (timerfd_settime(timer_.get(), TFD_TIMER_ABSTIME, &at, nullptr) != 0) return false;

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Without the zero byte in front that makes it an abstract one.
+/// Name of the socket, without the leading zero byte that makes it abstract.
 std::string lock_name(const std::string& interface) {
   const auto index = if_nametoindex(interface.c_str());
   return "driveline/interface/" + (index != 0 ? std::to_string(index) : interface);
@@ -67,7 +67,7 @@ bool has_open(const fs::path& process, const std::string& link) {
   return false;
 }
 
-/// Program and first argument. What a process calls itself may hold anything.
+/// Program and first argument, made printable: a process may set them to any bytes.
 std::string command_of(const fs::path& process) {
   std::ifstream file(process / "cmdline", std::ios::binary);
   std::string program;
@@ -110,7 +110,7 @@ std::optional<InterfaceHolder> InterfaceLock::holder(const std::string& interfac
   const auto name = lock_name(interface);
   const auto socket = lock_socket();
   const AbstractAddress address(name);
-  // To have a way to it tells that it is there; nothing is sent.
+  // A successful connect() shows that the holder lives; nothing is sent.
   if (connect(socket.get(), address.generic(), address.size) != 0) return std::nullopt;
   return find_holder(name);
 }

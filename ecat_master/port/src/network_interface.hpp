@@ -7,7 +7,7 @@
 
 namespace driveline::port {
 
-/// What the kernel says about a network interface.
+/// Properties of a network interface.
 struct NetworkInterface {
   int index = 0;
   bool ethernet = false;  ///< carries Ethernet frames; the loopback interface does not count

@@ -22,11 +22,12 @@ namespace {
 using std::chrono::nanoseconds;
 
 constexpr std::size_t kMinEtherCatBytes = wire::EthernetHeader::kSize + 2;  // with the EtherCAT header
-constexpr int kMaxDiscardsPerReceive = 16;  // bounds receive() when somebody floods the interface with rubbish
-/// Two clocks are read at one instant when that takes no longer; a thread may be suspended in between.
+constexpr int kMaxDiscardsPerReceive = 16;  // bounds receive() when the interface is flooded with foreign frames
+/// Two clocks count as read at one instant when both readings took no longer than this; the thread may be suspended in
+/// between.
 constexpr nanoseconds kOneInstant = std::chrono::microseconds{1};
 constexpr int kReadAttempts = 4;
-/// Nobody leaves a frame for longer: the machine's clock has been set meanwhile.
+/// Frames never wait longer than this: an older time stamp means that the machine's clock was set meanwhile.
 constexpr nanoseconds kLongestWait = std::chrono::seconds{1};
 constexpr const char* kGrantCapabilities =
     "run as root or grant it with `setcap cap_net_raw,cap_sys_nice,cap_ipc_lock+ep build/driveline`";
@@ -95,7 +96,7 @@ tl::expected<FileDescriptor, PortError> open_socket(const std::string& interface
   return system_failure("Cannot open a packet socket for interface " + quoted(interface), error_number);
 }
 
-/// When the kernel got the frame that was read last. The first call makes it take note of such times.
+/// Arrival time of the frame that was read last. The first call switches the time stamps on.
 std::timespec arrival_of_last(int socket) noexcept {
   std::timespec time{};
   static_cast<void>(ioctl(socket, SIOCGSTAMPNS, &time));
@@ -128,7 +129,7 @@ tl::expected<std::unique_ptr<RawSocketPort>, PortError> RawSocketPort::open(cons
     return system_failure("Cannot bypass the queueing discipline" + on_interface, errno);
   }
   // Linux shows outgoing frames only to sockets bound to every protocol, so own frames do not come back here anyway;
-  // this turns the observation into a promise. Kernels before 4.20 do not know it.
+  // this option guarantees it. Kernels before 4.20 do not know it.
   static_cast<void>(set_option(socket->get(), SOL_PACKET, PACKET_IGNORE_OUTGOING, 1));
 
   auto ring = config.receive_ring ? ReceiveRing::map(socket->get()) : std::nullopt;
@@ -192,8 +193,8 @@ SendStatus RawSocketPort::classify_failure(int error_number) const noexcept {
   }
 }
 
-/// From the ring or by a system call, which tells an outage of the interface once: ahead of frames that arrived before
-/// or since.
+/// Takes a frame from the ring or by a system call. The latter reports an outage of the interface once, ahead of any
+/// frame.
 std::optional<RawSocketPort::Arrival> RawSocketPort::take() noexcept {
   if (ring_) return ring_->take();
   for (int attempt = 0; attempt < 2; ++attempt) {

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kSlotBytes = 2048;        // the kernel's header and the longest frame, in a power of two
 constexpr std::size_t kBlockBytes = 16 * 1024;  // contiguous pages: more is harder to get on a machine that runs long
-constexpr std::size_t kSlots = 128;             // as many frames may wait while nobody looks
+constexpr std::size_t kSlots = 128;             // frames that may wait between two polls
 constexpr std::size_t kRingBytes = kSlots * kSlotBytes;
 
 /// The kernel's header at the begin of a slot; the casts of this class.
@@ -39,7 +39,7 @@ std::optional<ReceiveRing> ReceiveRing::map(int socket) noexcept {
   if (setsockopt(socket, SOL_PACKET, PACKET_RX_RING, &request, sizeof request) != 0) return std::nullopt;
   void* memory = mmap(nullptr, kRingBytes, PROT_READ | PROT_WRITE, MAP_SHARED, socket, 0);
   if (memory != MAP_FAILED) return ReceiveRing(static_cast<std::byte*>(memory));
-  // Without its ring the socket queues frames again.
+  // Removes the ring, so that the socket queues frames itself again.
   request = {};
   static_cast<void>(setsockopt(socket, SOL_PACKET, PACKET_RX_RING, &request, sizeof request));
   return std::nullopt;

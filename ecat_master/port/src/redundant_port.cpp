@@ -9,7 +9,7 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-/// First byte of the source address: slaves set bit 1; bit 2, which nobody looks at, marks the secondary copy.
+/// First byte of the source address: slaves set bit 1; bit 2, which slaves ignore, marks the secondary copy.
 constexpr std::size_t kSource = 6;
 constexpr std::byte kSlaveBit{0x02};
 constexpr std::byte kCopyBit{0x04};
@@ -47,7 +47,7 @@ constexpr bool is_broadcast(wire::Command command) noexcept {
   return command == wire::Command::kBrd || command == wire::Command::kBwr || command == wire::Command::kBrw;
 }
 
-/// The same frame apart from what marks copies and what slaves set?
+/// Whether the source addresses are equal apart from the bits that mark copies and that slaves set.
 bool same_source(std::span<const std::byte> a, std::span<const std::byte> b) noexcept {
   constexpr auto kIgnored = kSlaveBit | kCopyBit;
   return (a[kSource] & ~kIgnored) == (b[kSource] & ~kIgnored) &&
@@ -99,8 +99,8 @@ RingStatus RedundantPort::status() const noexcept {
           static_cast<std::uint16_t>(raw & 0xFFFF)};
 }
 
-/// The oldest makes room: its answer, should it still come, is nobody's any more. So does one of the same name that was
-/// lost, when a sender begins to number anew.
+/// Replaces the oldest flight, whose answer is then ignored should it still come, or a lost one with the same tag,
+/// which a sender that numbers anew may use again.
 RedundantPort::Flight& RedundantPort::new_flight(std::span<const std::byte> frame) noexcept {
   for (auto& flight : flights_) {
     if (flight.open && same_source(frame, flight.sent)) flight.open = false;
@@ -174,8 +174,8 @@ std::span<const std::byte> RedundantPort::make_copy(std::span<const std::byte> f
   return copy;
 }
 
-/// What `into` says about the reference clock is what the leading copy has brought back: `leader`, or nothing when that
-/// is not there. `from`: whose answer `into` is made of.
+/// Puts the reference time of the leading copy into `into`. `leader`: the answer of that copy, empty when it did not
+/// come. `from`: the side whose answer `into` was made from.
 void RedundantPort::settle_time(const Flight& flight, Side from, std::span<const std::byte> leader,
                                 std::span<std::byte> into) noexcept {
   if (from == flight.time_leader) return;
@@ -225,14 +225,15 @@ bool RedundantPort::accept(const ReceivedFrame& frame, Side arrived) noexcept {
   const bool is_copy = (frame.bytes[kSource] & kCopyBit) != std::byte{0};
   auto* flight = find(frame.bytes);
   if (flight == nullptr) {
-    // What is not ours passes; what is left of an exchange that is over does not.
+    // Frames of other senders are passed on; remains of an exchange that is over are not.
     if (is_copy) return false;
     ready_ = frame;
     return true;
   }
   const Side copy = is_copy ? Side::kSecondary : Side::kPrimary;
   if (copy == arrived) return take_half(*flight, frame, copy);
-  // All the way round. The copy has seen no processing; what it leaves to be had is the half that waits, if any.
+  // A copy that came all the way round. The secondary one was not processed, so that the answer is the waiting half, if
+  // there is one.
   if (copy == Side::kSecondary) {
     if (!flight->half) {
       flight->other_expected = false;
@@ -252,7 +253,7 @@ bool RedundantPort::take_half(Flight& flight, const ReceivedFrame& frame, Side c
   const auto bytes = frame.bytes.first(flight.size);
   if (flight.half && *flight.half != copy) {
     note_open(flight, bytes);
-    // The primary's answer is the base: the copy lacks what only the primary does.
+    // The primary's answer is the base: some datagrams are NOPs in the secondary copy.
     const auto base = copy == Side::kPrimary ? bytes : std::span<const std::byte>(flight.answer).first(flight.size);
     const auto other = copy == Side::kPrimary ? std::span<const std::byte>(flight.answer).first(flight.size) : bytes;
     const auto merged = std::span(merged_frame_).first(flight.size);
@@ -292,11 +293,11 @@ void RedundantPort::note_half(const Flight& flight, std::span<const std::byte> a
       std::memory_order_release);
 }
 
-/// The half that waits, alone.
+/// Hands over the waiting half without the other.
 void RedundantPort::hand_over(Flight& flight) noexcept {
   const auto frame = std::span(merged_frame_).first(flight.size);
   std::copy_n(flight.answer.begin(), flight.size, frame.begin());
-  // What only the primary does has not been done in a lone copy, and looks like a datagram that nobody answered.
+  // Datagrams that are NOPs in the secondary copy were not executed; they are presented as unanswered.
   if (flight.half == Side::kSecondary) {
     frame[kSource] &= ~kCopyBit;
     auto cursor = wire::DatagramCursor::open(std::span<const std::byte>(flight.sent).first(flight.size));

@@ -6,8 +6,8 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// What a drive that is synchronised by SYNC0 adds on the average: its control step does not begin with SYNC0, and what
-/// it has measured waits for the exchange (MSD: control steps of 62.5 us).
+/// Mean delay added by a drive that is synchronised by SYNC0: its control step does not begin with SYNC0, and its
+/// measured values wait for the exchange (MSD: control steps of 62.5 us).
 constexpr std::chrono::nanoseconds kControlDelay{62'500};
 
 }  // namespace

@@ -190,7 +190,7 @@ std::string describe_traffic(const ExchangeStatistics& statistics) {
 }
 
 bool match_answers(std::span<Request> requests, std::span<const std::byte> frame) noexcept {
-  // First pass: is it the whole frame? Second pass: take it. A damaged frame changes nothing.
+  // The first pass checks the whole frame, the second one copies: a damaged frame changes nothing.
   for (const bool take : {false, true}) {
     auto cursor = wire::DatagramCursor::open(frame);
     if (!cursor) return false;

@@ -15,7 +15,7 @@ constexpr std::size_t kHeadBytes = 2 * SiiCache::kHeadWords;
 /// ETG.1000.6 Table 16.
 constexpr std::size_t kSerialWord = 14;
 
-/// One device and no other has this head.
+/// Whether the head identifies a single device.
 bool tells_whose(std::span<const std::byte> content) {
   const auto checksum = wire::load_le<std::uint16_t>(content.subspan(2 * sii::kChecksumWord, 2));
   if ((checksum & 0xFF) != esi::sii_checksum(content.first<esi::SiiConfigArea::kSize>())) return false;

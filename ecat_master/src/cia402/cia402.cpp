@@ -95,7 +95,7 @@ std::uint16_t towards_disabled(AxisState state) noexcept {
 
 std::uint16_t towards_quick_stop(AxisState state) noexcept {
   switch (state) {
-    // An axis that cannot be heard may still hear, and run: it is braked rather than left to coast.
+    // An axis whose inputs are missing may still receive outputs, and run: it is braked rather than left to coast.
     case AxisState::kUnavailable:
     case AxisState::kOperationEnabled:
     case AxisState::kQuickStopActive:

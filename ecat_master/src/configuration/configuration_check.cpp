@@ -38,7 +38,7 @@ std::vector<std::byte> read_block(Bus& bus, SlaveRef slave, std::uint16_t addres
   return data;
 }
 
-/// What a slave was to be set to and what it is set to.
+/// Compares planned and actual settings of a slave.
 class Check {
  public:
   Check(Bus& bus, const ConfiguredSlave& slave, const ProcessImage& image, AlStatusCode code)
@@ -110,7 +110,7 @@ class Check {
     }
   }
 
-  /// What the slave makes of its assignment objects, against the lengths it was given and against the plan.
+  /// Compares the length of the assigned PDOs with that of the sync managers and of the plan.
   void check_assigned_bytes() {
     const auto& managers = slave_.info.description.sync_managers;
     if (!slave_.mailbox || !slave_.info.description.mailbox.coe) return;
@@ -177,7 +177,7 @@ class Check {
     }
   }
 
-  /// Sync managers that the slave's description does not have, and nobody has switched on.
+  /// Checks that sync managers which are not in the slave's description are off.
   void check_strays() {
     const auto count = bus_.read(slave_.info.ref, wire::reg::kSyncManagerCount);
     const auto known = channels_.size();
@@ -190,7 +190,7 @@ class Check {
     }
   }
 
-  /// A description file that is not that of this device.
+  /// Checks that the description file fits the EEPROM of this device.
   void check_eeprom() {
     if (!slave_.eeprom) return;
     const auto& file = slave_.info.description.sync_managers;
@@ -230,7 +230,7 @@ const ConfiguredSlave* slave_of(std::span<const ConfiguredSlave> slaves, const E
   return slave == slaves.end() ? nullptr : &*slave;
 }
 
-/// Codes that say that something is wrong with the configuration.
+/// Whether the code is about the configuration.
 bool is_about_configuration(AlStatusCode code) {
   switch (code) {
     case AlStatusCode::kInvalidMailboxConfigurationBoot:

@@ -31,7 +31,7 @@ Result<void> read_own_pdos(MailboxEngine& engine, std::span<ConfiguredSlave> sla
     if (!found[i]) return tl::unexpected(found[i].error());
     owners[i]->plan.pdos = std::move(*found[i]);
   }
-  // Who is not there yet exchanges what one of its kind does.
+  // A slave that is not on the line yet gets the PDOs of an equal one.
   for (auto& slave : slaves) {
     if (slave.present || !slave.plan.own_pdos) continue;
     const auto alike = std::find_if(slaves.begin(), slaves.end(), [&](const ConfiguredSlave& other) {
@@ -53,7 +53,7 @@ std::vector<PdoMapping*> unnamed_mappings(SlavePlan& plan) {
   return pdos;
 }
 
-/// Who is not there yet has mapped what one of its kind has.
+/// Gives slaves that are not on the line yet the mapping of an equal one.
 void take_mappings_of_kind(std::span<ConfiguredSlave> slaves) {
   for (auto& slave : slaves) {
     if (slave.present || slave.plan.own_pdos) continue;
@@ -153,7 +153,7 @@ Result<std::vector<std::unique_ptr<MailboxClient>>> enter_pre_op(MailboxEngine& 
     down.push_back({slave.ref, limits.limit(wire::AlState::kInit, true)});
     up.push_back({slave.ref, limits.limit(wire::AlState::kPreOp, false)});
   }
-  // An attempt before may have got somewhere; sync managers and mailbox counters start anew out of INIT only.
+  // An earlier attempt may have raised slaves; sync managers and mailbox counters are reset in INIT only.
   if (auto done = first_failure(change_states(bus, down, wire::AlState::kInit)); !done)
     return tl::unexpected(done.error());
   if (auto done = clear_channels(bus, refs); !done) return tl::unexpected(done.error());

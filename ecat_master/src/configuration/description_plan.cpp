@@ -29,7 +29,7 @@ void complete_timeouts(SlavePlan& plan, const esi::DeviceTimeouts& file) {
   complete(plan.mailbox_timeouts.response, file.mailbox_response);
 }
 
-/// Times are in increments of the divider: they come from one place or the other.
+/// Times are in increments of the divider, so that all come from the plan or all from the file.
 void complete_watchdogs(SlavePlan& plan, const esi::DeviceWatchdogs& file) {
   if (plan.watchdog != WatchdogPlan{}) return;
   plan.watchdog = {file.divider, file.process_data, file.pdi};
@@ -146,7 +146,7 @@ esi::DeviceDescription merge_description(const esi::DeviceDescription& eeprom, c
   merged.serial_number = eeprom.serial_number;
   merged.eeprom_bytes = eeprom.eeprom_bytes;
   merged.eeprom_config_data_hex = eeprom.eeprom_config_data_hex;
-  // Files leave out what only the EEPROM needs.
+  // Files may leave out values that only the EEPROM needs.
   if (merged.bootstrap_rx_size == 0) {
     merged.bootstrap_rx_offset = eeprom.bootstrap_rx_offset;
     merged.bootstrap_rx_size = eeprom.bootstrap_rx_size;
@@ -175,7 +175,7 @@ void apply_description(ConfiguredSlave& slave) {
   planned.insert(planned.begin(), commands.begin(), commands.end());
   auto& pdos = slave.plan.pdos;
   complete_pdos(file, pdos);
-  // The PDOs of modules are not in the file: the slave knows best what it has.
+  // The PDOs of modules are not in the file: the slave's own are used.
   const bool knows_pdos = !file.rx_pdos.empty() || !file.tx_pdos.empty();
   if (!knows_pdos || !pdos.outputs.empty() || !pdos.inputs.empty()) return;
   pdos = pdo_configuration_from_sii(file);
@@ -184,7 +184,7 @@ void apply_description(ConfiguredSlave& slave) {
 
 std::vector<StartupSdo> startup_commands(const esi::DeviceDescription& device) {
   std::vector<StartupSdo> sdos;
-  // Those of INIT to PREOP need the mailbox as well: they are the first in PREOP.
+  // Commands of INIT to PREOP need the mailbox as well: they are sent first in PREOP.
   const std::array<std::pair<std::string_view, wire::AlState>, 3> kinds{
       {{"IP", wire::AlState::kSafeOp}, {"PS", wire::AlState::kSafeOp}, {"SO", wire::AlState::kOp}}};
   for (const auto& [transition, before] : kinds) {

@@ -10,15 +10,14 @@ namespace {
 
 using Use = esi::SyncManager::Use;
 
-/// Of a slave that is not there yet: one for each direction, and its AL status.
+/// FMMUs assumed for a slave that is not on the line yet: one for each direction, and one for the AL status.
 constexpr std::size_t kFewestFmmus = 3;
 
 Error no_sync_manager(const ConfiguredSlave& slave, std::size_t bits) {
   return {facts::ProcessDataSize{.bytes = static_cast<std::uint32_t>((bits + 7) / 8)}, slave.info.ref.position};
 }
 
-/// PDOs of one direction that the EEPROM assigns to a sync manager: what a slave exchanges that no PDOs are planned
-/// for.
+/// PDOs of one direction that the EEPROM assigns to a sync manager: exchanged by a slave without planned PDOs.
 std::vector<PdoMapping> assigned_pdos(const std::vector<esi::Pdo>& pdos) {
   std::vector<PdoMapping> assigned;
   for (const auto& pdo : pdos) {
@@ -59,7 +58,7 @@ std::size_t channel_bytes(const ProcessDataDemand& demand, std::uint8_t sync_man
 
 PdoConfiguration exchanged_pdos(const ConfiguredSlave& slave) {
   const auto& planned = slave.plan.pdos;
-  // The slave's own have been read from it, and may be none.
+  // The slave's own PDOs have been read; there may be none.
   if (slave.plan.own_pdos) return planned;
   if (!planned.outputs.empty() || !planned.inputs.empty()) return planned;
   return {assigned_pdos(slave.info.description.rx_pdos), assigned_pdos(slave.info.description.tx_pdos)};

@@ -7,16 +7,15 @@ namespace driveline::ecat_master {
 /// Number of the first sync manager of a slave with this use; nothing when it has none.
 [[nodiscard]] std::optional<std::uint8_t> find_sync_manager(const SlaveInfo& slave, esi::SyncManager::Use use);
 
-/// The PDOs the slave exchanges: those that are planned; when none are, those that its EEPROM assigns by default, which
-/// nobody writes to it.
+/// The PDOs the slave exchanges: those that are planned; without any, those that its EEPROM assigns by default, which
+/// are not written.
 [[nodiscard]] PdoConfiguration exchanged_pdos(const ConfiguredSlave& slave);
 
-/// What the PDOs of `slave` ask of the process image; every PDO goes to its sync manager (PdoMapping). Errors:
-/// ProcessDataSize when the slave has no sync manager for them.
+/// The process data of `slave`; every PDO goes to its sync manager (PdoMapping). Errors: ProcessDataSize when the slave
+/// has no sync manager for them.
 [[nodiscard]] Result<ProcessDataDemand> make_demand(const ConfiguredSlave& slave);
 
-/// The demands of all slaves with the number of FMMUs that each of them says it has. Errors: those of make_demand and
-/// of the bus.
+/// The demands of all slaves, with the number of FMMUs read from each. Errors: those of make_demand and of the bus.
 [[nodiscard]] Result<std::vector<ProcessDataDemand>> make_demands(Bus& bus, std::span<const ConfiguredSlave> slaves);
 
 /// Process data sync managers and FMMUs of the slave as `image` has laid them out. All FMMUs go in one datagram, so

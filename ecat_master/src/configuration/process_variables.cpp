@@ -24,8 +24,7 @@ const esi::PdoEntry* find_entry(const esi::Pdo& pdo, const MappedObject& object)
   return entry != pdo.entries.end() && !entry->name.empty() ? &*entry : nullptr;
 }
 
-/// What the description calls an object in a PDO: as that PDO has it, as another PDO does, as the dictionary does, as
-/// the drive profile does.
+/// Name of an object in a PDO: from that PDO, else from another PDO, the dictionary, or the drive profile.
 Names names_of(const esi::DeviceDescription& description, std::uint16_t pdo_index, const MappedObject& object) {
   Names names;
   for (const auto* pdos : {&description.rx_pdos, &description.tx_pdos}) {
@@ -94,7 +93,7 @@ std::optional<ObjectAddress> address(std::string_view text) {
   return ObjectAddress{*high, *low};
 }
 
-/// What of it is called like others of the list gets the name of its PDO in front.
+/// The name, with that of its PDO in front when others of the list have the same.
 std::string full_text(const ProcessVariable& variable, const std::vector<const ProcessVariable*>& list) {
   const auto namesakes = std::count_if(list.begin(), list.end(), [&](const ProcessVariable* other) {
     return other->slave == variable.slave && other->name == variable.name;

@@ -17,7 +17,7 @@ using wire::FmmuEntity;
 using wire::SyncManagerChannel;
 using Use = esi::SyncManager::Use;
 
-/// clear_channels() switches so many off.
+/// Number of channels that clear_channels() switches off.
 constexpr unsigned kClearedChannels = 8;
 /// Reads of the facts until two in a row agree.
 constexpr int kFactTries = 6;
@@ -118,8 +118,8 @@ void add_sync_managers(Collector& all, const ConfiguredSlave& slave, const Proce
   }
 }
 
-/// The time of a slave that frames pass before the reference clock is nobody's business. That of the reference clock is
-/// what all others hold on to: what has changed it is undone where it stands.
+/// The time of a slave that frames pass before the reference clock is not guarded. All other clocks follow the
+/// reference clock: its registers are rewritten while it stays in OP.
 void add_time(Collector& all, const dc::SlaveClock& clock, RegisterRepair of_offset, const ControllerFacts& facts) {
   using enum RegisterRepair;
   if (clock.wide) {
@@ -164,7 +164,7 @@ struct Stretch {
   std::vector<std::byte> data;
 };
 
-/// What lies between two registers is read along where a datagram of its own would cost more.
+/// The bytes between two registers are read along where another datagram would cost more.
 std::vector<Stretch> stretches_of(std::span<const GuardedRegister> guarded) {
   std::vector<Stretch> stretches;
   for (std::size_t i = 0; i < guarded.size(); ++i) {

@@ -32,7 +32,7 @@ void AcyclicChannel::send_next(port::Port& port, FrameTag tag) noexcept {
   std::copy(mac.begin(), mac.end(), flying_.bytes.begin() + 6);
   tag_ = tag;
   age_ = 0;
-  // A frame that could not be sent is treated as one that was lost.
+  // A frame that could not be sent is treated as lost.
   in_flight_ = true;
   static_cast<void>(port.send(std::span(flying_.bytes).first(flying_.size)));
 }
@@ -66,7 +66,7 @@ Result<void> CyclicExchange::exchange(std::span<Request> requests) {
   return {};
 }
 
-/// Sends as many of the first requests as fit into a frame and returns how many that were.
+/// Sends as many of the first requests as fit into a frame and returns their number.
 Result<std::size_t> CyclicExchange::exchange_frame(std::span<Request> requests) {
   AcyclicJob job;
   wire::FrameBuilder builder(job.bytes, FrameTag{}.to_mac());
@@ -74,7 +74,7 @@ Result<std::size_t> CyclicExchange::exchange_frame(std::span<Request> requests) 
   std::size_t bytes = wire::kDatagramsOffset;
   for (; count < requests.size(); ++count) {
     const auto& request = requests[count];
-    // One request goes at any rate; more only as far as they leave in one cycle.
+    // At least one request is sent; more only if they fit into one cycle.
     bytes += wire::DatagramHeader::kOverhead + request.data.size();
     if (count > 0 && bytes > channel_.bytes_per_cycle()) break;
     const auto place =
@@ -99,7 +99,7 @@ Result<std::size_t> CyclicExchange::exchange_frame(std::span<Request> requests) 
   return tl::unexpected(Error{facts::NoAnswer{.tries = kRetries + 1}});
 }
 
-/// Waits for the fate of job `id`; answers of jobs that were given up before are skipped.
+/// Waits for the result of job `id`; answers to abandoned jobs are skipped.
 bool CyclicExchange::await(std::uint64_t id, AcyclicJob& job) {
   const auto deadline = clock_.now() + kAnswerTimeout;
   for (;;) {

@@ -15,7 +15,7 @@ bool in_op(std::uint8_t al_status) noexcept {
   return wire::AlStatus::from_raw(al_status).state == wire::AlState::kOp;
 }
 
-/// How often a wait for frames lets others of the same priority have the CPU.
+/// Interval at which a wait for frames yields the CPU to threads of the same priority.
 constexpr nanoseconds kGiveWayEvery = std::chrono::microseconds{25};
 
 // Bits of SharedSlave::report above the AL status byte.
@@ -82,12 +82,14 @@ void CyclicCore::cycle(const rt::CycleStart& start) noexcept {
     grid_shift_ = settings_.clocks->finish(start, sent_at_, frames_.front().drift());
   }
   const std::span<const bool> valid(slave_valid_.get(), conditions_.size());
-  if (settings_.task != nullptr) settings_.task->update(start.cycle, image_.inputs(), valid, image_.outputs());
   if (motion_ != nullptr) {
     motion_->read_inputs(image_.inputs(), valid, {slave_operational_.get(), conditions_.size()}, due_slaves(),
                          exchanged_at_ - start.wake);
-    motion_->update(start.cycle, image_.outputs());
   }
+  if (settings_.tasks != nullptr) settings_.tasks->begin(start);
+  run_tasks(TaskTiming::Order::kBeforeMotion, start);
+  if (motion_ != nullptr) motion_->update(start.cycle, image_.outputs());
+  run_tasks(TaskTiming::Order::kAfterMotion, start);
   apply_copies(settings_.copies, valid, image_.inputs(), image_.outputs());
   acyclic_.end_cycle();
   const auto cost = clock_.now() - start.wake;
@@ -95,12 +97,28 @@ void CyclicCore::cycle(const rt::CycleStart& start) noexcept {
   publish(start, cost);
 }
 
+void CyclicCore::run_tasks(TaskTiming::Order order, const rt::CycleStart& start) noexcept {
+  if (settings_.tasks == nullptr) return;
+  TaskCycle now;
+  now.cycle = start.cycle;
+  now.grid = start.grid;
+  if (settings_.clocks != nullptr) now.system_time_ns = settings_.clocks->system_time(start.grid);
+  if (motion_ != nullptr) {
+    now.axes = motion_->axes();
+    now.setpoints = motion_->setpoints();
+  }
+  now.inputs = image_.inputs();
+  now.valid = {slave_valid_.get(), conditions_.size()};
+  now.outputs = image_.outputs();
+  settings_.tasks->run(order, now, settings_.period, clock_);
+}
+
 void CyclicCore::remember_missing(std::uint32_t sequence) noexcept {
   missing_[next_missing_] = sequence;
   next_missing_ = (next_missing_ + 1) % missing_.size();
 }
 
-/// Once per frame: its double is not late, too.
+/// Once per frame: a duplicate is not counted as late again.
 bool CyclicCore::was_missing(std::uint32_t sequence) noexcept {
   const auto found = std::find(missing_.begin(), missing_.end(), sequence);
   if (found == missing_.end() || sequence == 0) return false;
@@ -118,7 +136,7 @@ void CyclicCore::begin(const rt::CycleStart& start) noexcept {
   if (start.missed > 0) note_absence(start);
 }
 
-/// Before the absence is told: what ends the counting because of it does not end it for the cycle that was late.
+/// Before the absence is reported: when the report ends the counting, the late cycle is still counted.
 void CyclicCore::take_counting() noexcept {
   const bool wanted = counting_wanted_.load(std::memory_order_acquire);
   if (wanted == counting_) return;
@@ -128,7 +146,7 @@ void CyclicCore::take_counting() noexcept {
   missing_.fill(0);
 }
 
-/// Before anything is sent: what was prepared for a cycle that never was is not what the drives can follow now.
+/// Before anything is sent: outputs prepared for a skipped cycle are not valid for the drives any more.
 void CyclicCore::note_absence(const rt::CycleStart& start) noexcept {
   MasterAbsence absence;
   absence.duration = start.late(settings_.period);
@@ -199,7 +217,7 @@ void CyclicCore::send() noexcept {
     const bool first = &frame == &frames_.front();
     if (first && settings_.clocks != nullptr) frame.set_drift(settings_.clocks->next(clock_.now()));
     const bool zero = groups_[frame.group()].outputs_zeroed.load(std::memory_order_relaxed);
-    // What could not be sent does not come back and is counted as lost at the end of the cycle.
+    // A frame that could not be sent is counted as lost at the end of the cycle.
     static_cast<void>(frame.send(port_, image_, FrameTag{settings_.instance, ++sequence_}, zero));
     ++awaited_;
     if (first) sent_at_ = port_.last_send_time();
@@ -207,12 +225,12 @@ void CyclicCore::send() noexcept {
   acyclic_.send_next(port_, FrameTag{settings_.instance, ++sequence_});
 }
 
-/// Polls the port until all cyclic frames are back or the deadline has passed. What is behind them in the queue waits
-/// for the next cycle, unless the answer to an acyclic frame may be there: asking once more costs a system call.
+/// Polls the port until all cyclic frames are back or the deadline has passed. Later frames in the queue wait for the
+/// next cycle, unless an acyclic answer is expected: another look costs a system call.
 void CyclicCore::receive(nanoseconds deadline) noexcept {
   received_at_ = {};
   auto gave_way_at = sent_at_;
-  // Once more after the deadline: whoever was held up in between finds what has arrived meanwhile.
+  // Once more after the deadline: a thread that was suspended in between finds the frames that have arrived meanwhile.
   for (bool expired = false;;) {
     if (const auto frame = port_.receive()) {
       dispatch(*frame);
@@ -224,7 +242,7 @@ void CyclicCore::receive(nanoseconds deadline) noexcept {
     if (expired || all_received()) break;
     expired = exchanged_at_ >= deadline;
     if (expired) continue;
-    // A simulated line on the same CPU, or the kernel's own receiving thread, answers only when it gets its turn.
+    // A simulated line on the same CPU, or the kernel's own receiving thread, answers only when it is scheduled.
     if (exchanged_at_ - gave_way_at >= kGiveWayEvery) {
       gave_way_at = exchanged_at_;
       clock_.give_way();
@@ -271,7 +289,7 @@ void CyclicCore::note_foreign(std::span<const std::byte> frame) noexcept {
   const auto seen = std::uint64_t{harm_of(header.command, header.address.ado())} << kWeightShift |
                     std::uint64_t{static_cast<std::uint8_t>(header.command)} << kCommandShift |
                     std::uint64_t{header.address.adp()} << kAdpShift | header.address.ado();
-  // The most serious one stays: among a thousand reads the one write that has done the harm.
+  // The most serious one is kept: a single write matters more than a thousand reads.
   const auto before = other_datagram_.load(std::memory_order_relaxed);
   if (seen >> kWeightShift >= before >> kWeightShift) other_datagram_.store(seen, std::memory_order_relaxed);
 }
@@ -294,7 +312,7 @@ void CyclicCore::note(CyclicEvent::Kind kind, std::size_t index, unsigned before
                     static_cast<std::uint16_t>(after), cycle_number_, start.grid.count()});
 }
 
-/// Validity per group and slave, and what other threads want to know at once.
+/// Validity per group and slave, and the values shared with other threads.
 void CyclicCore::evaluate(const rt::CycleStart& start) noexcept {
   for (auto& frame : frames_) frame.judge_outputs(image_, conditions_);
   const auto line = frames_.front().al_status().value_or(LineAlStatus{});
@@ -303,7 +321,7 @@ void CyclicCore::evaluate(const rt::CycleStart& start) noexcept {
   if (anything_new()) judge_slaves(start);
 }
 
-/// False when the answers can but repeat what the last ones said of every slave.
+/// False when the answers cannot differ from the last ones for any slave.
 bool CyclicCore::anything_new() const noexcept {
   return std::any_of(frames_.begin(), frames_.end(), [this](const CyclicFrame& frame) {
     return !frame.results().empty() && tallies_[frame.group()].due &&
@@ -370,7 +388,7 @@ void CyclicCore::judge_group(std::size_t number, const rt::CycleStart& start) no
   note(CyclicEvent::Kind::kOutputsZeroed, number, limit, bad, start);
 }
 
-/// The datagram came back with the working counter of everybody who is there; so it does when there is none.
+/// The datagram came back with the working counter of all present slaves; true also for kNone (no datagram).
 bool CyclicCore::carried(std::size_t datagram) const noexcept {
   return datagram == ProcessDataPlace::kNone || results_[datagram]->good;
 }
@@ -387,7 +405,7 @@ bool CyclicCore::judge_slave(std::size_t slave, const rt::CycleStart& start) noe
     before.al_status = condition.al_status;
   }
   if (status_read && in_op(condition.al_status)) was_op_[slave] = 1;
-  // Who has fallen out of OP still gives inputs, but does not take its outputs.
+  // A slave that has left OP still gives inputs, but does not take its outputs.
   const bool fallen = watched && was_op_[slave] != 0 && !in_op(condition.al_status);
   const bool valid = carried(place.output_datagram) && carried(place.input_datagram) && !condition.absent &&
                      !condition.down && !condition.recovering;

@@ -161,8 +161,9 @@ bool CyclicFrame::accept(std::span<const std::byte> frame, FrameTag tag, Process
   return true;
 }
 
-/// A complete working counter vouches for everything. Otherwise the status bytes tell who is not there, and what is
-/// left must add up exactly; then those who are there are taken one by one, so that the others keep their last inputs.
+/// A complete working counter vouches for everything. Otherwise the status bytes tell which slaves are missing, and the
+/// shares of the others must add up exactly; then the present slaves are read one by one, and the missing ones keep
+/// their last inputs.
 void CyclicFrame::take(const Part& part, DatagramResult& result, std::span<const std::byte> data, ProcessImage& image,
                        std::span<SlaveCondition> conditions) noexcept {
   const auto& datagram = part.datagram;
@@ -188,7 +189,8 @@ void CyclicFrame::take(const Part& part, DatagramResult& result, std::span<const
   }
 }
 
-/// Between the sum of those who are certainly there and the same with those of whom nobody knows.
+/// Compares the working counter with the sum of the slaves that are certainly present, and with that sum plus those
+/// whose state is unknown.
 void CyclicFrame::explain(const Part& part, const ProcessImage& image, std::span<const SlaveCondition> conditions,
                           DatagramResult& result) const noexcept {
   result.good = result.complete;

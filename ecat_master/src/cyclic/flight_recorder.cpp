@@ -11,7 +11,7 @@ FlightRecorder::FlightRecorder(std::size_t axes, std::size_t cycles)
     : axes_(axes), lines_(std::max<std::size_t>(cycles, 1)), axis_records_(lines_.size() * axes) {}
 
 void FlightRecorder::record(const snapshot::LineSample& line, std::span<const Axis> axes) noexcept {
-  // After a rearm() what it has set must be seen.
+  // Acquire: the values set by rearm() must be visible.
   if (frozen_.load(std::memory_order_acquire)) return;
   lines_[next_] = line;
   const auto records = std::span(axis_records_).subspan(next_ * axes_, axes_);
@@ -19,13 +19,13 @@ void FlightRecorder::record(const snapshot::LineSample& line, std::span<const Ax
     snapshot::AxisSample sample;
     axes[i].fill(sample);
     auto& record = records[i];
-    record.target_position = sample.target_position_rad;
-    record.actual_position = sample.actual_position_rad;
-    record.target_velocity = static_cast<float>(sample.target_velocity_rad_s);
-    record.actual_velocity = static_cast<float>(sample.actual_velocity_rad_s);
-    record.target_torque = static_cast<float>(sample.target_torque_nm);
-    record.actual_torque = static_cast<float>(sample.actual_torque_nm);
-    record.following_error = static_cast<float>(sample.following_error_rad);
+    record.target_position = sample.target_position;
+    record.actual_position = sample.actual_position;
+    record.target_velocity = static_cast<float>(sample.target_velocity);
+    record.actual_velocity = static_cast<float>(sample.actual_velocity);
+    record.target_torque = static_cast<float>(sample.target_torque);
+    record.actual_torque = static_cast<float>(sample.actual_torque);
+    record.following_error = static_cast<float>(sample.following_error);
     record.control_word = sample.control_word;
     record.status_word = sample.status_word;
     record.mode = sample.mode;

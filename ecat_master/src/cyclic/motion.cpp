@@ -16,8 +16,22 @@ std::vector<trajectory::AxisLimits> limits_of(const std::vector<Axis>& axes) {
   return limits;
 }
 
-/// Setpoint periods that drives make up for on their own: they go straight on for so long.
+/// Number of missing setpoint periods that drives bridge at their last velocity.
 constexpr std::uint32_t kBridgedPeriods = 8;
+
+/// The source leads the axes.
+bool led(MotionPhase phase) noexcept {
+  return phase == MotionPhase::kFollowing || phase == MotionPhase::kWaiting;
+}
+
+/// Setpoints go to the drives.
+bool has_power(MotionPhase phase) noexcept {
+  return phase == MotionPhase::kApproach || phase == MotionPhase::kFollowing || phase == MotionPhase::kHolding ||
+         phase == MotionPhase::kStopping || phase == MotionPhase::kWaiting;
+}
+
+/// What rounding and the ways back onto a path may add to a step.
+constexpr double kStepMargin = 1.05;
 
 /// In CSV and CST nobody slows down a drive that is not told to.
 trajectory::Coast coast_of(const AxisConfig& config) {
@@ -76,6 +90,7 @@ Motion::Motion(std::vector<Axis> axes, Settings settings)
       anchors_(axes_.size()),
       targets_(axes_.size()),
       before_(axes_.size()),
+      most_(axes_.size()),
       supplies_(axes_.size()),
       absences_(axes_.size()),
       presence_shared_(std::make_unique<std::atomic<AxisPresence>[]>(axes_.size())),
@@ -87,12 +102,15 @@ Motion::Motion(std::vector<Axis> axes, Settings settings)
     const bool usable = std::isfinite(limits.max_velocity) && limits.max_velocity > 0.0 &&
                         std::isfinite(limits.max_acceleration) && limits.max_acceleration > 0.0;
     if (!usable) throw std::invalid_argument("motion: the limits of an axis must be positive and finite");
-    // Torque from velocity errors is all that moves it.
+    // It moves only by torque from velocity errors.
     if (axis.config().mode == cia402::Mode::kCyclicTorque && !(axis.config().velocity_gain > 0.0))
       throw std::invalid_argument("motion: an axis in cst needs a velocity gain");
     if (!axis.complete()) throw std::invalid_argument("motion: the process data of an axis lack what its mode needs");
   }
-  for (std::size_t i = 0; i < axes_.size(); ++i) supplies_[i].coast = coast_of(axes_[i].config());
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    supplies_[i].coast = coast_of(axes_[i].config());
+    most_[i] = kStepMargin * axes_[i].config().limits.max_velocity;
+  }
 }
 
 void Motion::begin_with(SetpointSource& source) {
@@ -101,14 +119,10 @@ void Motion::begin_with(SetpointSource& source) {
   source_->rewind(source_start_);
 }
 
-/// Setpoints go to the drives.
-bool Motion::powered() const noexcept {
-  return phase_ == MotionPhase::kApproach || phase_ == MotionPhase::kFollowing || phase_ == MotionPhase::kHolding ||
-         phase_ == MotionPhase::kStopping || phase_ == MotionPhase::kWaiting;
-}
-
 void Motion::enter(MotionPhase phase, std::int64_t cycle) noexcept {
+  if (led(phase_) && !led(phase)) source_->end();
   phase_ = phase;
+  powered_ = has_power(phase);
   phase_start_ = cycle;
   phase_given_ = given_;
   phase_shared_.store(phase, std::memory_order_release);
@@ -231,7 +245,7 @@ void Motion::advance(std::int64_t cycle) noexcept {
   aim();
 }
 
-/// Without setpoints that anybody follows.
+/// Phases in which no drive follows setpoints.
 void Motion::advance_powerless(std::int64_t cycle) noexcept {
   switch (phase_) {
     case MotionPhase::kEnabling:
@@ -251,7 +265,7 @@ void Motion::advance_powerless(std::int64_t cycle) noexcept {
       break;
     case MotionPhase::kQuickStop:
       // A drive that stays in Quick stop active (605Ah = 5..8) is switched off once it has had time to stop; so is one
-      // that is not heard of, which keeps being told to stop until then.
+      // without valid inputs, which is commanded to stop until then.
       if (none_enabled() && all_available()) {
         enter(MotionPhase::kIdle, cycle);
       } else if (elapsed_s(cycle) > std::chrono::duration<double>(settings_.quick_stop_time).count()) {
@@ -272,7 +286,7 @@ void Motion::advance_stop(std::int64_t cycle) noexcept {
     if (!stops_[i]) continue;
     targets_[i] = stops_[i]->evaluate(given_s());
     done = done && stops_[i]->finished(given_s());
-    // Whoever a gap has led beside its way to rest stands there only when it is back on it.
+    // An axis that a gap has led away from its stop ramp is at rest only when it is back on the ramp.
     if (absences_[i].presence == AxisPresence::kPresent) done = done && !supplies_[i].beside_path;
   }
   if (done) enter(MotionPhase::kDisabling, cycle);
@@ -292,8 +306,12 @@ void Motion::advance_path(std::int64_t cycle) noexcept {
     enter(wait ? MotionPhase::kWaiting : MotionPhase::kFollowing, cycle);
   }
   for (std::size_t i = 0; i < axes_.size(); ++i) before_[i] = targets_[i].position;
+  // A source knows nothing of the places that a relative path is added to.
+  for (std::size_t i = 0; i < axes_.size() && settings_.relative; ++i)
+    targets_[i].position -= anchors_[i].value_or(0.0);
   const bool goes_on = source_->next({seconds(given_ - path_begin_), axes_}, targets_);
-  for (std::size_t i = 0; i < axes_.size(); ++i) targets_[i].position += anchors_[i].value_or(0.0);
+  for (std::size_t i = 0; i < axes_.size() && settings_.relative; ++i)
+    targets_[i].position += anchors_[i].value_or(0.0);
   tell_path_late();
   if (!believe_setpoints(cycle) || goes_on) return;
   if (settings_.repeat) {
@@ -320,7 +338,7 @@ void Motion::plan_approach() noexcept {
   double longest = 0.0;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     ramps_[i].reset();
-    // Who is not on the path is not waited for here, and goes straight to that point.
+    // An axis that is not on the path is not waited for here, and goes straight to that point.
     if (absences_[i].presence != AxisPresence::kPresent) continue;
     ramps_[i] = trajectory::StartRamp::plan(targets_[i].position, source_start_[i].position, axes_[i].config().limits);
     if (ramps_[i]) longest = std::max(longest, ramps_[i]->duration_s());
@@ -333,7 +351,7 @@ void Motion::plan_approach() noexcept {
 void Motion::plan_stop() noexcept {
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     stops_[i] = trajectory::StopProfile::plan(setpoints_[i], {axes_[i].config().limits.max_acceleration});
-    // It begins where the axis is told to be, wherever that is.
+    // It begins at the last setpoint of the axis.
     targets_[i] = setpoints_[i];
     supplies_[i].beside_path = false;
   }

@@ -6,7 +6,7 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// A fault reset needs one cycle with bit 7 set and one without for its edge; a few of each ride out a lost frame.
+/// A fault reset needs one cycle with bit 7 set and one without for its edge; several of each tolerate a lost frame.
 constexpr std::int64_t kResetCycles = 4;
 
 }  // namespace
@@ -15,7 +15,7 @@ bool Motion::unavailable(std::size_t axis) const noexcept {
   return axes_[axis].inputs().state == snapshot::AxisState::kUnavailable;
 }
 
-/// Its drive is still on the ramp of its quick stop, or has not even heard of it.
+/// Its drive is still on the ramp of its quick stop, or has not received the command yet.
 bool Motion::brakes(std::size_t axis, std::int64_t cycle) const noexcept {
   const auto state = axes_[axis].inputs().state;
   const bool on_the_ramp =
@@ -31,13 +31,13 @@ void Motion::set_presence(std::size_t axis, AxisPresence presence, std::int64_t 
   presence_shared_[axis].store(presence, std::memory_order_release);
 }
 
-/// Why an axis is not enabled that should have been by now.
+/// Cause of an axis that is not enabled in time.
 MotionFailure::Cause Motion::enable_failure(std::size_t axis) const noexcept {
   return position_watches_[axis].unsteady() ? MotionFailure::Cause::kPositionUnsteady
                                             : MotionFailure::Cause::kEnableTimeout;
 }
 
-/// Nobody is missed before the others have power: whoever comes in time is enabled with them.
+/// An axis counts as missing only when the others have power: one that comes in time is enabled with them.
 void Motion::watch_enabling(std::int64_t cycle) noexcept {
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     const bool missing = absences_[i].presence == AxisPresence::kMissing;
@@ -62,7 +62,7 @@ void Motion::watch_absence(std::size_t axis, std::int64_t cycle) noexcept {
     case AxisPresence::kReturning:
       break;
     case AxisPresence::kMissing:
-      // On the way to standstill nobody is enabled any more.
+      // On the way to standstill no axis is enabled any more.
       if (phase_ != MotionPhase::kStopping && !brakes(axis, cycle)) set_presence(axis, AxisPresence::kEnabling, cycle);
       break;
     case AxisPresence::kEnabling:
@@ -96,13 +96,13 @@ bool Motion::reset_due(std::size_t axis, std::int64_t cycle) const noexcept {
 cia402::Goal Motion::goal(std::size_t axis) const noexcept {
   using cia402::Goal;
   if (phase_ == MotionPhase::kQuickStop) return Goal::kQuickStop;
-  // The place where it is enabled is the one that it will hold.
+  // It will hold the position at which it is enabled.
   const bool held = axes_[axis].inputs().state == snapshot::AxisState::kOperationEnabled;
   const auto enabled = held || position_watches_[axis].steady() ? Goal::kEnabled : Goal::kDisabled;
   if (phase_ != MotionPhase::kEnabling && !powered()) return Goal::kDisabled;
   switch (absences_[axis].presence) {
     case AxisPresence::kMissing:
-      // It may hear what it is told, and run.
+      // It may still receive outputs and run.
       return phase_ == MotionPhase::kEnabling ? Goal::kDisabled : Goal::kQuickStop;
     case AxisPresence::kEnabling:
       return phase_ == MotionPhase::kStopping ? Goal::kDisabled : enabled;

@@ -1,10 +1,10 @@
-// Actual positions that cannot be true.
+// Implausible actual positions.
 #include "driveline/ecat_master/cyclic/motion.hpp"
 
 namespace driveline::ecat_master {
 
-/// Of all axes, before anything is done with them in this cycle. An axis whose position is not believed goes on without
-/// the loop that is closed here, from this cycle on.
+/// Of all axes, before their inputs are used in this cycle. An axis with an implausible position goes on without the
+/// loop that is closed here, from this cycle on.
 void Motion::judge_positions(std::int64_t cycle) noexcept {
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     auto& watch = position_watches_[i];
@@ -20,14 +20,14 @@ void Motion::judge_positions(std::int64_t cycle) noexcept {
       setpoints_[i] = {watch.held(), 0.0, 0.0};
       supply_from_rest(i);
     }
-    // On the way to standstill it is known already, or does not matter any more.
+    // On the way to standstill the finding is known already, or does not matter any more.
     if (finding && phase_ != MotionPhase::kStopping) stop_for(finding, i, cycle);
   }
 }
 
 void Motion::stop_for(const PositionFinding& finding, std::size_t axis, std::int64_t cycle) noexcept {
   using Cause = MotionFailure::Cause;
-  // What the loop has commanded beside the setpoint is braked with it.
+  // The loop's share of the velocity is braked together with that of the setpoint.
   setpoints_[axis].velocity += axes_[axis].distrust_position();
   const auto& inputs = axes_[axis].inputs();
   const auto cause = finding.kind == PositionFinding::Kind::kLeap ? Cause::kPositionLeap : Cause::kPositionFrozen;

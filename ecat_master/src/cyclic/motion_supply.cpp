@@ -6,7 +6,7 @@
 
 namespace driveline::ecat_master {
 
-/// What left with the frame of this cycle, and where it has left the drives.
+/// Records the setpoints sent in this cycle and the resulting state of the drives.
 void Motion::note_supplies() noexcept {
   const double period_s = seconds(1);
   for (std::size_t i = 0; i < axes_.size(); ++i) {
@@ -21,7 +21,7 @@ void Motion::note_supplies() noexcept {
   }
 }
 
-/// The axis stands where its setpoint is.
+/// The axis is at rest at its setpoint.
 void Motion::supply_from_rest(std::size_t axis) noexcept {
   auto& supply = supplies_[axis];
   supply.sent = setpoints_[axis].position;
@@ -30,8 +30,8 @@ void Motion::supply_from_rest(std::size_t axis) noexcept {
   supply.beside_path = false;
 }
 
-/// All go along the path together: it stands still when one of them has not been given its setpoint, but for those
-/// whose loss is none of the others' business.
+/// All go along the path together: it stands still when one of them has not been given its setpoint, except those whose
+/// loss does not stop the others.
 bool Motion::path_must_wait_for_setpoints() const noexcept {
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     const auto presence = absences_[i].presence;
@@ -41,8 +41,8 @@ bool Motion::path_must_wait_for_setpoints() const noexcept {
   return false;
 }
 
-/// A setpoint that goes on where the drive is without one. If it was only the answer that got lost, the drive is not
-/// there but has what it was sent: from that, too, the way to this setpoint is within the limits.
+/// A setpoint that continues from the position that the drive has reached without one. If only the answer was lost, the
+/// drive has followed the setpoint that was sent: the step from that one is within the limits, too.
 void Motion::bridge(std::size_t axis) noexcept {
   auto& supply = supplies_[axis];
   const auto presence = absences_[axis].presence;
@@ -120,8 +120,8 @@ AbsenceEffect Motion::resume(std::int64_t cycle, std::int64_t missed, std::span<
   return too_long ? AbsenceEffect::kStopped : AbsenceEffect::kBridged;
 }
 
-/// Nobody knows what the drive has done meanwhile: it stops by itself. Those that may be missing are treated as if they
-/// had been, the others stop for good.
+/// The position of the drive cannot be predicted any more: it stops by itself. Axes that may be missing are treated as
+/// if they had been, the others stop all.
 void Motion::give_up(std::size_t axis, std::int64_t cycle) noexcept {
   if (!tolerated(axis)) return fail(MotionFailure::Cause::kMasterAway, axis, cycle);
   set_presence(axis, AxisPresence::kMissing, cycle);

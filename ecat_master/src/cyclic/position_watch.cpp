@@ -8,7 +8,7 @@ namespace {
 
 using Kind = PositionFinding::Kind;
 
-/// A drive may overshoot, and run faster than its axis while it makes up for setpoints that came late.
+/// A drive may overshoot, and exceed the velocity of its axis while it catches up after late setpoints.
 constexpr double kSpare = 2.0;
 /// Least steps of the setpoint that an axis must follow, in increments: an encoder may be coarse.
 constexpr double kIncrements = 16.0;
@@ -71,9 +71,9 @@ PositionFinding PositionWatch::judge(std::int64_t cycle, double position, const 
 
 PositionFinding PositionWatch::step(double position, const trajectory::AxisSetpoint& setpoint,
                                     double within) const noexcept {
-  // A drive that measures less often makes up for what it owes.
+  // A drive that measures less often than once per cycle catches up in one step.
   const double owed = std::abs(setpoint.position - setpoint_at_change_);
-  // Answers come late, but within their cycle: what lies between two positions may be a cycle more.
+  // The time of an answer varies within its cycle: two positions may be up to a cycle further apart.
   const double way =
       std::max(std::max(max_velocity_, std::abs(setpoint.velocity)) * (within + cycle_s_), driven_ ? owed : 0.0);
   const double allowed = kSpare * way + tolerance_;
@@ -89,7 +89,7 @@ PositionFinding PositionWatch::standstill(std::int64_t cycle, const trajectory::
   return {Kind::kFrozen, last_, sent, tolerance_, stood};
 }
 
-/// Where an axis could be enabled.
+/// Position at which the axis could be enabled.
 void PositionWatch::settle(std::int64_t cycle, double position, const PositionFinding& finding) noexcept {
   if (finding && tolerance_ > 0.0) {
     unsteady_ = finding;
@@ -104,7 +104,7 @@ void PositionWatch::settle(std::int64_t cycle, double position, const PositionFi
   }
   if (!steady_) return;
   held_ = position;
-  unsteady_ = {};
+  if (unsteady_) unsteady_ = {};
 }
 
 }  // namespace driveline::ecat_master

@@ -18,7 +18,7 @@ std::vector<SyncSignals> signals_of(const ClockPlan& plan) {
   return signals;
 }
 
-/// Step 1: what the found slaves say to the plan.
+/// Step 1: checks the plan against the slaves found.
 Result<void> check_clocks(const ClockPlan& plan, std::span<const ClockFeatures> features) {
   for (std::size_t i = 0; i < plan.slaves.size(); ++i) {
     const bool present = i < features.size() && features[i].present;
@@ -94,7 +94,7 @@ Result<void> write_offsets(Bus& bus, std::span<const SlaveRef> slaves, std::span
     if (!clock.wide) clock.offset &= 0xFFFF'FFFFU;
     wire::store_le<std::uint64_t>(values[i].offset, clock.offset);
     wire::store_le<std::uint32_t>(values[i].delay, clock.delay);
-    // Any write restarts the loop; what is written is its bandwidth, so that stays what the controller starts with.
+    // Any write restarts the loop; the value is its bandwidth, which stays at the controller's reset value.
     wire::store_le<std::uint16_t>(values[i].speed, wire::reg::kSpeedCounterStart.reset);
     write(i, wire::reg::kSystemTimeOffset.address, std::span(values[i].offset).first(clock.wide ? 8 : 4));
     write(i, wire::reg::kSystemTimeDelay.address, values[i].delay);

@@ -10,7 +10,7 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-/// More than this between two cycles is no drift: somebody has set the clock.
+/// More than this between two cycles is no drift: the clock has been set.
 constexpr auto kTimeJump = std::chrono::milliseconds{1};
 constexpr double kLateShare = 1.0 / 64.0;
 
@@ -53,8 +53,8 @@ DriftDatagram ClockFollower::next(Nanoseconds now) noexcept {
   sent_ = {};
   if (reference.station == 0) return sent_;
   sent_.command = telling_ ? wire::Command::kFpwr : wire::Command::kFrmw;
-  // Once it has not answered it is only asked: with it the way of the frames may have changed, and a time that comes by
-  // another way than it was measured on would pull all clocks away from where they are.
+  // Once it has not answered it is only read: the route of the frames may have changed, and a time sent on another
+  // route than the measured one would shift all clocks.
   if (silent_ > 0 && !telling_) sent_.command = wire::Command::kFprd;
   sent_.address = wire::DatagramAddress::physical(reference.station, wire::reg::kSystemTime.address);
   told_at_ = now;
@@ -75,7 +75,7 @@ ClockFollower::Nanoseconds ClockFollower::finish(const rt::CycleStart& start, Na
   if (grid_follows()) {
     const auto outliers = controller_.outliers();
     shift = controller_.update(error);
-    // What the controller does not believe is no base for expectations either.
+    // An outlier is not used for predictions either.
     if (error && controller_.outliers() == outliers) learn(sent, *answer);
   } else {
     detector_.update(error ? std::optional(static_cast<double>(error->count())) : std::nullopt);
@@ -84,7 +84,7 @@ ClockFollower::Nanoseconds ClockFollower::finish(const rt::CycleStart& start, Na
   return shift;
 }
 
-/// The external time; what it has jumped is left out.
+/// The external time without its jumps.
 std::uint64_t ClockFollower::time_to_tell(Nanoseconds now) noexcept {
   if (time_ == nullptr) return mapping_.at(now);
   const auto ahead = wrapped_difference(wrapped_difference(time_->now(), now), jumped_);
@@ -98,7 +98,7 @@ std::uint64_t ClockFollower::time_to_tell(Nanoseconds now) noexcept {
   return static_cast<std::uint64_t>(wrapped_sum(now, *time_ahead_).count());
 }
 
-/// A believed answer is the base of the next expectations.
+/// Updates the prediction with an answer that is no outlier.
 void ClockFollower::learn(Nanoseconds sent, const DriftAnswer& answer) noexcept {
   const auto delay = static_cast<std::uint64_t>(reference_.read().delay_ns);
   const auto met = extend(answer.time, mapping_.at(sent) + delay) - delay;
@@ -121,8 +121,8 @@ std::optional<nanoseconds> ClockFollower::measure(const rt::CycleStart& start, N
   return wrap_to_cycle(difference(time - late, arrival_), period_);
 }
 
-/// The working counter counts everybody alike. Without the reference clock one is missing and the time has come back as
-/// it was sent.
+/// The working counter does not tell the slaves apart. Without the reference clock it is one less and the time has come
+/// back as it was sent.
 bool ClockFollower::reference_answered(const DriftAnswer& answer) const noexcept {
   if (sent_.command == wire::Command::kNop || answer.working_counter == 0) return false;
   if (sent_.command == wire::Command::kFprd) return true;

@@ -71,7 +71,7 @@ Result<std::optional<std::uint16_t>> ClockWatch::next_reference() {
 }
 
 Result<void> ClockWatch::take_over(std::uint16_t reference) {
-  // Nobody is told the time while some count their delay from the old reference and some from the new one.
+  // No time is distributed while some slaves have delays from the old reference and some from the new one.
   follower_.set_reference({});
   const auto way = static_cast<std::int32_t>(clocks_.slaves[reference].delay);
   for (std::size_t i = 0; i < clocks_.slaves.size(); ++i) {
@@ -91,7 +91,7 @@ Result<void> ClockWatch::take_over(std::uint16_t reference) {
   return written;
 }
 
-/// To everybody behind the reference who answers.
+/// Writes the delays to all slaves behind the reference that answer.
 Result<void> ClockWatch::write_delays() {
   std::vector<std::array<std::byte, 4>> data(slaves_.size());
   std::vector<Request> requests;

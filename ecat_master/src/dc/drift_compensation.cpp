@@ -26,8 +26,7 @@ class DriftFrame {
     ClockSample sample;
     sample.sent = exchange.now();
     const auto expected = mapping.at(sample.sent);
-    // Were the reference clock not to answer, the others would take what the datagram brings: the expected time, not
-    // zero.
+    // If the reference clock does not answer, the others get the data of the datagram: the expected time, not zero.
     for (auto& data : data_) wire::store_le<std::uint32_t>(data, static_cast<std::uint32_t>(expected));
     if (auto done = exchange.exchange(requests_); !done) return tl::unexpected(done.error());
     if (requests_.back().working_counter == 0) return std::nullopt;
@@ -54,7 +53,7 @@ class DriftCompensation {
       const auto sample = frame_.exchange(bus_.exchange(), clocks_.mapping);
       ++clocks_.drift_frames;
       if (!sample) {
-        // A frame that got lost in spite of all repetitions is one sample less. A line that is gone answers none.
+        // A frame lost in spite of all repetitions is one sample less; when too many are lost, the line is gone.
         ++clocks_.drift_frames_lost;
         const bool gone = clocks_.drift_frames_lost > 3 + clocks_.drift_frames / 2;
         if (gone || sample.error().is<facts::LinkDown>()) return tl::unexpected(sample.error());
@@ -71,7 +70,7 @@ class DriftCompensation {
   }
 
  private:
-  /// Who tells the reference clock the time of another clock does so from the start.
+  /// With an external time source the reference clock is sent that time from the start.
   void follow_time_source() {
     if (clocks_.time == nullptr || clocks_.mode != FollowMode::kReferenceFollows) return;
     const auto both = read_both(*clocks_.time, [this] { return bus_.exchange().now(); });

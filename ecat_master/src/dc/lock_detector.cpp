@@ -34,7 +34,7 @@ void LockDetector::update(std::optional<double> error_ns) noexcept {
 
 void LockDetector::lose(LockCause cause) noexcept {
   inside_ = 0;
-  // Being on the way is no loss, but that there is nothing to lock to is worth knowing.
+  // A phase error is no news while acquiring; a missing reference or the frequency limit is.
   if (cause_ == LockCause::kAcquiring && cause == LockCause::kPhaseError) return;
   cause_ = cause;
 }

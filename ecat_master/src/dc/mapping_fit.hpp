@@ -12,9 +12,8 @@ struct ClockSample {
   std::chrono::nanoseconds ahead{0};  ///< reference clock minus mapping when the frame met it
 };
 
-/// The speed of the reference clock against the master's, out of frames of which many have been held up: between the
-/// reading of the master's clock and the wire lies a thread that may be suspended, a queue, another machine's
-/// interrupt.
+/// The speed of the reference clock against the master's, out of frames of which many have been held up: after the
+/// reading of the master's clock the thread may be suspended, and the frame may wait in queues.
 ///
 /// First a line that outliers cannot move (the median of the slopes between the two halves of the frames, the median of
 /// what is left), then the line of least squares through the frames near it. Half of all frames but a few may be wrong.

@@ -11,10 +11,10 @@ constexpr double kMinBandwidth = 0.01;  // rad per cycle
 constexpr double kMaxBandwidth = 0.25;
 /// A measurement is an outlier beyond this many mean deviations.
 constexpr double kOutlierSpreads = 8.0;
-/// At the limit of the frequency for so long: it is not the noise.
+/// After this many cycles at the frequency limit it is not noise.
 constexpr std::uint32_t kLimitCycles = 100;
 constexpr double kSpreadShare = 1.0 / 64.0;
-/// The grid moves at most this share of a period per cycle, so that the cycle time stays one.
+/// The grid moves at most this share of a period per cycle, so that the cycle time stays nearly constant.
 constexpr double kMaxSlew = 1.0 / 200.0;
 
 double or_share(PhaseController::Nanoseconds value, double period_ns, double share) noexcept {
@@ -60,7 +60,7 @@ bool PhaseController::plausible(double error) noexcept {
     ++outliers_;
     return false;
   }
-  // What is believed after all is a step, not noise: it says nothing about the spread.
+  // An outlier that is followed in the end is a step, not noise: it does not count for the spread.
   if (primed_ && !suspicious) spread_ += kSpreadShare * (deviation - spread_);
   if (suspicious || !primed_) lock_.jump(error);
   suspicious_ = 0;
@@ -74,10 +74,10 @@ double PhaseController::control(double error) noexcept {
   const double proportional = kp_ * error;
   const double shift = -(std::clamp(proportional, -slew, slew) + integral_);
   expected_ = error + shift + integral_;
-  // Far away the integral would only wind up.
+  // No integration while the output is limited: it would wind up.
   if (std::abs(proportional) <= slew) integral_ += ki_ * error;
   at_limit_ = std::abs(integral_) >= limit ? at_limit_ + 1 : 0;
-  // A little beyond the limit the proportional part still holds the phase; that is not what locked means.
+  // A little beyond the limit the proportional part still holds the phase, but the loop does not count as locked.
   if (at_limit_ >= kLimitCycles) lock_.lose(Cause::kFrequencyLimit);
   integral_ = std::clamp(integral_, -limit, limit);
   return shift;

@@ -114,7 +114,7 @@ class DelayComputation {
     return static_cast<std::uint16_t>(root - child.begin());
   }
 
-  /// The frame comes from the master, whose own times are worth nothing.
+  /// The frame comes from the master, which has no receive times of its own.
   void start_at(std::uint16_t root) {
     const auto tour = explore(root);
     for (const auto& stop : tour.stops) {
@@ -135,7 +135,7 @@ class DelayComputation {
     for (const auto& passage : passages(node)) {
       if (passage.to == node.entry_port) break;
       auto tour = explore(*node.children[passage.to]);
-      // The way out of this node: its passage has been left out so far.
+      // The passage through this node itself has been left out so far.
       const double first = extra_of(node, passage);
       const double loop = between(node, passage.from, passage.to);
       const double hop = (loop - tour.spans - tour.extra_ns - first) / (tour.hops + 1);
@@ -143,7 +143,7 @@ class DelayComputation {
       const double begin = entry_[at] + between(node, node.entry_port, passage.from);
       for (const auto& stop : tour.stops) {
         const int hops = stop.hops + 1;
-        // Nobody knows better than who is in front of him.
+        // A delay is at most as good as that of the slave in front.
         const auto own = tour.single ? DelayQuality::kMeasured : DelayQuality::kEstimated;
         reach(stop, begin + hop * hops + stop.extra_ns + first + stop.spans, std::max(own, delays_[at].quality));
       }

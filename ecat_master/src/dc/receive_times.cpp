@@ -17,7 +17,7 @@ Request read_request(SlaveRef slave, std::uint16_t address, std::span<std::byte>
 constexpr std::uint32_t kTemporary = 0x0000'0002;
 
 /// Closes the loop at a port for as long as it lives (DL control 0x0100, bits 8 to 15: two per port), and no longer
-/// than a second: were the ring to break meanwhile, nobody could reach the slave to open it.
+/// than a second: if the ring broke meanwhile, the slave could not be reached to open it.
 class ClosedLoop {
  public:
   [[nodiscard]] static Result<ClosedLoop> at(Bus& bus, SlaveRef slave, unsigned port) {
@@ -51,9 +51,9 @@ std::vector<DelayNode> make_nodes(const Topology& topology, std::span<const Cloc
   return nodes;
 }
 
-/// Between two frames, so that clocks show how fast they run.
+/// Pause between two frames, to measure the rates of the clocks.
 constexpr std::chrono::milliseconds kRoundPause{1};
-/// Beyond it a rate is a misreading.
+/// A larger rate error is a reading error.
 constexpr double kMaxRateError = 1e-3;
 
 /// Speed of every clock against the first, from the first and the last frame.
@@ -72,7 +72,7 @@ void set_rates(std::span<DelayNode> nodes, std::span<const ClockFeatures> featur
   }
 }
 
-/// Delays averaged over the frames that make sense; those of the last one that does not, if none does.
+/// Delays averaged over the consistent frames; the error of the last frame if none is.
 Result<std::vector<PropagationDelay>> average_delays(std::span<DelayNode> nodes,
                                                      std::span<const std::vector<ReceiveTimes>> frames) {
   std::vector<PropagationDelay> sums(nodes.size());

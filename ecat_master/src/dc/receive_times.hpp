@@ -8,7 +8,7 @@
 #include "driveline/ecat_master/dc/propagation_delay.hpp"
 #include "driveline/ecat_master/discovery/topology.hpp"
 
-/// Reading what the clocks of a line tell. Not real-time safe; errors are those of the bus unless said otherwise.
+/// Reading the clock registers of a line. Not real-time safe; errors are those of the bus unless said otherwise.
 namespace driveline::ecat_master::dc {
 
 /// Register 0x0008 of one slave, as far as clocks go (ETG.1000.4 Table 31: bit 2 distributed clocks, bit 3 64 bits).
@@ -20,7 +20,7 @@ struct ClockFeatures {
 /// Of all slaves, by position; a slave that does not answer counts as one without clock.
 [[nodiscard]] Result<std::vector<ClockFeatures>> read_clock_features(Bus& bus, std::span<const SlaveRef> slaves);
 
-/// When one and the same frame came by, on each slave's own clock.
+/// When the same frame came by, on the slave's own clock.
 struct ReceiveTimes {
   std::array<std::uint32_t, kSlavePorts> ports{};  ///< registers 0x0900..0x090F
   std::uint64_t processing_unit = 0;               ///< register 0x0918
@@ -32,9 +32,9 @@ struct ReceiveTimes {
                                                                     std::span<const ClockFeatures> features);
 
 /// Propagation delays, averaged over `rounds` frames. A closed ring is opened at its far end meanwhile: the frame must
-/// come back the way it went, and closed again, which its last slave does by itself after a second should nobody reach
-/// it. `processing_extra_ns`: DelayNode::processing_extra_ns by position; who is missing has none. Errors:
-/// ContradictingDelays when no round makes sense, NoReceiveTimes, those of the bus.
+/// come back the way it went, and closed again, which its last slave does by itself after a second.
+/// `processing_extra_ns`: DelayNode::processing_extra_ns by position; 0 for slaves beyond its end. Errors:
+/// ContradictingDelays when no round is consistent, NoReceiveTimes, those of the bus.
 [[nodiscard]] Result<std::vector<PropagationDelay>> measure_delays(Bus& bus, std::span<const SlaveRef> slaves,
                                                                    std::span<const ClockFeatures> features,
                                                                    const Topology& topology, unsigned rounds,

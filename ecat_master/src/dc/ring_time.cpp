@@ -18,10 +18,10 @@ std::int32_t distance(std::uint64_t a, std::uint64_t b) noexcept {
 
 }  // namespace
 
-/// While the ring is open each of its parts is led by the copy of the frame that reaches it. The part without the
-/// reference clock gets the time that the master expects of it, shifted by as much as its copy is later (or earlier);
-/// all delays in the slaves stay what they are, because behind the break too frames are processed in the order of the
-/// line.
+/// While the ring is open each of its parts gets the time from the copy of the frame that reaches it. The part without
+/// the reference clock gets the time that the master expects of it, shifted by as much as its copy is later (or
+/// earlier); all delays in the slaves stay what they are, because behind the break too frames are processed in the
+/// order of the line.
 Result<void> ClockWatch::watch_ring() {
   if (ring_ == nullptr) return {};
   const auto status = ring_->status();
@@ -30,7 +30,7 @@ Result<void> ClockWatch::watch_ring() {
   if (behind == behind_break_ && status.primary_slaves == primary_slaves_) return {};
   primary_slaves_ = status.primary_slaves;
   const bool was_open = behind_break_.has_value();
-  // The old way is wrong from now on; until the new one is known clocks run on at the speed they have learned.
+  // The old time route is wrong from now on; until the new one is known clocks run on at the speed they have learned.
   ring_->route_time({});
   behind_break_ = behind;
   if (!behind) {
@@ -38,7 +38,7 @@ Result<void> ClockWatch::watch_ring() {
     return {};
   }
   if (*behind <= clocks_.reference) {
-    // Nobody in front of the break follows the time: a reference is refused that has such slaves in front of it.
+    // No slave in front of the break follows the time: a reference with such slaves in front of it is refused.
     ring_->route_time({RedundantPort::TimeRoute::Leader::kSecondary, std::nullopt, status.primary_slaves});
   } else {
     const auto later = measure_second_way(*behind);
@@ -62,8 +62,8 @@ std::optional<std::uint16_t> ClockWatch::first_clock_from(std::size_t position) 
 }
 
 /// How much later than the copy from the primary interface meets the reference clock that from the secondary one would,
-/// were it to come from there: both copies of the same frames are latched, and the clock behind the break has not had
-/// the time to go wrong.
+/// if it came from there: both copies of the same frames are latched, and the clock behind the break has not drifted
+/// yet.
 Result<std::int32_t> ClockWatch::measure_second_way(std::uint16_t slave) {
   const auto& reference = clocks_.slaves[clocks_.reference];
   const auto& clock = clocks_.slaves[slave];

@@ -50,7 +50,7 @@ class Activation {
     return difference(earliest_start(), *then) > nanoseconds{0};
   }
 
-  /// Those of the slaves that were to be activated, and nobody else's; one that has gone meanwhile needs nothing.
+  /// Stops the signals of the slaves that were to be activated only; a slave that is gone needs nothing.
   [[nodiscard]] Result<void> stop() {
     std::vector<std::array<std::byte, 2>> data(slaves_.size());
     std::vector<Request> requests;
@@ -68,7 +68,7 @@ class Activation {
     if (auto done = exchange(requests); !done) return done;
     Result<void> result{};
     for_each([&](std::size_t i, const SyncSignals& signals) {
-      // Not with what was sent: the answer has been put there.
+      // Compared with the plan, because the answer has overwritten the data sent.
       if (bytes_[i].read_back[0] == activation_of(signals) || !result) return;
       result =
           tl::unexpected(Error{facts::SyncRegister{.address = wire::reg::kDcActivation.address,
@@ -158,7 +158,7 @@ Result<void> stop_signals(Bus& bus) {
 Result<void> activate_signals(Bus& bus, std::span<const SlaveRef> slaves, nanoseconds lead, LineClocks& clocks) {
   Activation activation(bus, slaves, clocks);
   if (!activation.needed()) {
-    // Frames have a phase all the same.
+    // Without signals frames still get a phase.
     clocks.start = start_time(clocks.mapping.at(bus.exchange().now()), lead, clocks.common_cycle);
     return {};
   }

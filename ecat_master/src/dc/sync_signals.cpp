@@ -12,7 +12,7 @@ using std::chrono::nanoseconds;
 /// Start times further ahead would keep a line waiting, and 32-bit clocks cannot tell them from the past.
 constexpr nanoseconds kMaxCommonCycle = std::chrono::seconds{4};
 
-/// What is too long for the register is refused later, also when it is too long for nanoseconds.
+/// Saturates: a time that is too long for the register is refused later.
 nanoseconds scaled(nanoseconds time, int factor) noexcept {
   if (factor > 0) return time > nanoseconds::max() / factor ? nanoseconds::max() : time * factor;
   return factor < 0 ? time / -factor : nanoseconds{0};

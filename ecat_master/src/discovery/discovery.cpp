@@ -21,8 +21,8 @@ Result<std::uint16_t> count_slaves(Bus& bus) {
   return count;
 }
 
-/// A predecessor may have closed ports for good (DL control, ETG.1000.4 Table 37), and whoever is behind them is not
-/// seen. Every port goes back to automatic; slaves that come to light by that may have closed ports themselves.
+/// An earlier master may have closed ports permanently (DL control, ETG.1000.4 Table 37), which hides the slaves behind
+/// them. All ports go back to automatic; slaves that appear then may have closed ports themselves.
 Result<std::uint16_t> open_ports(Bus& bus, std::uint16_t count) {
   constexpr auto kLoopControl = static_cast<std::uint16_t>(wire::reg::kDlControl.address + 1);
   const std::array<std::byte, 1> automatic{};
@@ -34,7 +34,7 @@ Result<std::uint16_t> open_ports(Bus& bus, std::uint16_t count) {
   }
 }
 
-/// A previous master may have left anything behind: INIT with the error acknowledged, then no channel stays active.
+/// Undoes the settings of an earlier master: INIT with the error acknowledged, then all channels off.
 Result<void> reset_slaves(Bus& bus) {
   const auto control = wire::to_le_bytes(wire::AlControl{wire::AlState::kInit, true, false}.raw());
   if (auto done = bus.broadcast_write(wire::reg::kAlControl.address, control); !done)
@@ -62,7 +62,7 @@ Result<std::vector<SlaveRef>> assign_addresses(Bus& bus, std::uint16_t count) {
   return slaves;
 }
 
-/// What a slave makes of its EEPROM at power-on depends on these words alone.
+/// Checks the words by which a slave accepts its EEPROM at power-on.
 std::optional<Error> check_configuration_area(SlaveRef slave, std::span<const std::byte> image) {
   constexpr std::size_t kArea = esi::SiiConfigArea::kSize;
   if (image.size() <= kArea) return std::nullopt;  // too short for anything
@@ -134,7 +134,7 @@ Result<std::vector<SlaveInfo>> inspect(Bus& bus, std::span<const SlaveRef> slave
 Result<std::vector<SlaveInfo>> discover(Bus& bus) {
   const auto visible = count_slaves(bus);
   if (!visible) return tl::unexpected(visible.error());
-  // Somebody, or a damaged frame, may have locked slaves against writes.
+  // Another master, or a damaged frame, may have locked slaves against writes.
   if (auto done = lift_write_protection(bus, std::nullopt); !done) return tl::unexpected(done.error());
   const auto count = open_ports(bus, *visible);
   if (!count) return tl::unexpected(count.error());

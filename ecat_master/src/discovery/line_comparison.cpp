@@ -120,7 +120,7 @@ class Comparison {
     take_in_order(plans, slaves);
     std::stable_partition(result_.differences.begin(), result_.differences.end(),
                           [](const Difference& difference) { return difference.kind == Kind::kEeprom; });
-    // Swapped cables change the order of the slaves: they come first, what follows is mostly their doing.
+    // Swapped cables change the order of the slaves: they come first, because they cause most of the others.
     std::vector<Difference> wiring;
     for (const auto slave : planned_.empty() ? std::vector<std::uint16_t>{} : topology.swapped()) {
       wiring.push_back({Kind::kInOut, slave, topology.slaves[slave].entry_port, plan_of(slave)});
@@ -174,7 +174,7 @@ class Comparison {
     const auto head = std::find(plans.begin(), plans.end(), std::optional(place.head));
     if (head == plans.end()) {
       if (planned_[place.head].optional) result_.absent.push_back(plan);
-      return;  // that the head is missing has been said
+      return;  // the missing head has been reported
     }
     const auto slave = static_cast<std::size_t>(head - plans.begin()) + place.distance;
     const bool there = slave < plans.size() && !plans[slave];
@@ -260,7 +260,7 @@ std::string plan_text(const ExpectedSlave& plan, std::size_t number) {
   return fmt::format("{} ({}{}{})", name_text(plan), place_text(plan, number), rules.empty() ? "" : ":", rules);
 }
 
-/// Which of equal devices in a row is missing cannot be known.
+/// Of equal devices in a row any may be the missing one.
 std::string missing_text(const Difference& difference, std::span<const ExpectedSlave> planned,
                          std::span<const SlaveInfo> found) {
   const auto& plan = planned[difference.plan];
@@ -272,7 +272,7 @@ std::string missing_text(const Difference& difference, std::span<const ExpectedS
          fmt::format(", behind slave {}{}", difference.other, equal ? " or another of its kind before that" : "");
 }
 
-/// By which number the slave of `plan` is known.
+/// The number by which the slave of `plan` is identified.
 std::pair<KnownBy, std::uint16_t> number_of(const ExpectedSlave& plan) {
   if (plan.alias) return {KnownBy::kAlias, *plan.alias};
   if (plan.device_id) return {KnownBy::kDeviceId, *plan.device_id};
@@ -391,7 +391,7 @@ std::string describe(const DuplicateAlias& duplicate) {
   for (std::size_t i = 1; i < duplicate.positions.size(); ++i) {
     slaves += fmt::format("{}{}", i + 1 == duplicate.positions.size() ? " and " : ", ", duplicate.positions[i]);
   }
-  return fmt::format("alias {}: slaves {} have it, it tells nobody which one is meant", duplicate.alias, slaves);
+  return fmt::format("alias {}: slaves {} have it, it identifies none of them", duplicate.alias, slaves);
 }
 
 std::vector<std::string> describe_problems(std::span<const SlaveInfo> found) {

@@ -10,7 +10,7 @@ constexpr std::array<std::uint8_t, kSlavePorts> kNextPort = {3, 2, 0, 1};
 
 struct Slave {
   std::uint8_t entry = 0;
-  /// Open ports but the entry, in the order in which a frame leaves by them; those before the processing unit first.
+  /// Open ports except the entry, in the order in which a frame leaves by them; those before the processing unit first.
   std::vector<std::uint8_t> before;
   std::vector<std::uint8_t> behind;
   std::uint32_t span_ns = 0;                         ///< from the first to the last port
@@ -98,7 +98,7 @@ class TreeBuilder {
   [[nodiscard]] bool split(std::size_t root, std::span<const std::uint8_t> ports, std::size_t begin, std::size_t end) {
     if (ports.empty()) return begin == end;
     const auto stay = slaves_[root].stay_ns[ports.front()];
-    std::vector<std::pair<std::uint32_t, std::size_t>> cuts;  // what is left of the stay, end of the subtree
+    std::vector<std::pair<std::uint32_t, std::size_t>> cuts;  // remainder of the stay, end of the subtree
     std::ptrdiff_t sum = 0;
     for (auto cut = begin; cut < end; ++cut) {
       sum += surplus(cut);
@@ -135,7 +135,7 @@ Error silent(std::size_t slave, std::uint16_t working_counter) {
           static_cast<std::uint16_t>(slave)};
 }
 
-/// Parents come before their children only where nobody is swapped: walk down from the root.
+/// Parents come before their children only where no slave is swapped: walk down from the root.
 void number_depths(Topology& topology, std::uint16_t root) {
   std::vector<std::uint16_t> waiting{root};
   while (!waiting.empty()) {
@@ -195,7 +195,7 @@ Result<Topology> build_topology(std::span<const SlavePortFacts> facts) {
       return tl::unexpected(topology_error(position, facts[position]));
     }
     root = *found;
-    // Attempts that failed have left their guesses behind.
+    // Clears the results of failed attempts.
     topology.slaves[root].parent.reset();
   }
   for (std::size_t i = 0; i < facts.size(); ++i) {

@@ -32,7 +32,7 @@ std::string known_by_text(KnownBy known_by, std::uint16_t number) {
   return fmt::format("{} {}", known_by == KnownBy::kAlias ? "alias" : "device ID", number);
 }
 
-/// How many there are and should be, where that says something.
+/// The numbers of planned and found slaves, where they differ.
 std::string slave_counts(std::uint32_t planned, std::uint32_t found) {
   if (planned == found) return {};
   return fmt::format("; {}, {} planned", answering(found),

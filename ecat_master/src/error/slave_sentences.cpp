@@ -54,9 +54,9 @@ std::string Sentence::operator()(const facts::SiiChecksum& facts) const {
 }
 
 std::string Sentence::operator()(const facts::StateRefused& facts) const {
-  // A slave that refuses and leaves the code at zero.
+  // The slave refuses without a code.
   const bool silent = facts.code == wire::AlStatusCode::kNoError;
-  // Whoever refuses sets the error flag; it may well be in the state that was asked for.
+  // A slave that refuses sets the error flag; it may even be in the requested state.
   return fmt::format("{}: asked for {}, is in {} + error, {}{}", who(), wire::to_text(facts.requested),
                      wire::to_text(facts.actual),
                      code_text(facts.code, silent ? "the slave gives no reason" : wire::to_text(facts.code)),

@@ -10,8 +10,8 @@ namespace {
 
 using Use = esi::SyncManager::Use;
 
-/// What is assumed of a slave of which nobody has seen one: the usual sync managers (ETG.1000.4 6.6: 0 and 1 for the
-/// mailbox, 2 for outputs, 3 for inputs). Where they lie it tells when it comes.
+/// The description assumed for a slave of an unknown kind: the usual sync managers (ETG.1000.4 6.6: 0 and 1 for the
+/// mailbox, 2 for outputs, 3 for inputs). Their addresses are known once it joins.
 esi::DeviceDescription unseen(const SlavePlan& plan) {
   esi::DeviceDescription description;
   description.vendor_id = plan.vendor_id;
@@ -40,7 +40,7 @@ void Master::drop_absent() {
   }
 }
 
-/// Behind all that were found; one of its kind tells what it will be like.
+/// Adds a slave behind all that were found, with the description of an equal one if there is one.
 void Master::add_absent(std::size_t number, SlavePlan plan) {
   const auto position = static_cast<std::uint16_t>(slaves_.size());
   ConfiguredSlave slave;

@@ -7,8 +7,8 @@
 
 namespace driveline::ecat_master {
 
-/// All slaves in the order of the line. Who has no station address of ours gets one, so that frames can be followed on
-/// their way through it.
+/// All slaves in the order of the line. Slaves without one of our station addresses get a temporary one, so that their
+/// receive times can be read.
 Result<std::vector<SlaveRef>> Master::wire_order() {
   // Above those of any line (kMaxSlaves), as identify_newcomers() gives them.
   constexpr std::uint16_t kTemporary = 0x3000;
@@ -42,7 +42,7 @@ Result<std::vector<SlaveRef>> Master::wire_order() {
 Result<void> Master::restore_clock(std::size_t slave) {
   if (!watch_) return {};
   const auto number = static_cast<std::uint16_t>(slave);
-  // Whoever has its place on the line is as far from the reference clock as it was.
+  // A slave with a fixed place on the line has the delay that it had.
   if (!slaves_[slave].plan.hot_connect) {
     if (auto done = tell_sync_type(slave); !done) return done;
     return watch_->restore(number);

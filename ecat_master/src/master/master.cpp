@@ -57,7 +57,7 @@ Result<void> Master::scan() {
   facts_.assign(slaves_.size(), {});
   auto facts = read_port_facts(bus_, refs_);
   if (!facts) return tl::unexpected(facts.error());
-  // What cannot be explained does not keep the line from running.
+  // A topology that cannot be determined does not keep the line from running.
   topology_ = build_topology(*facts).value_or(Topology{});
   return {};
 }
@@ -67,7 +67,7 @@ Result<void> Master::enter_pre_op() {
   std::vector<StateTimeouts> timeouts;
   std::vector<MailboxTimeouts> mailbox_timeouts;
   for (const auto& slave : slaves_) {
-    // Those who are not there are the last ones.
+    // Slaves that are not on the line are the last ones.
     if (!slave.present) break;
     infos.push_back(slave.info);
     timeouts.push_back(slave.plan.timeouts);
@@ -119,7 +119,7 @@ Result<void> Master::configure(std::vector<SlavePlan> plans) {
     apply_description(slaves_[i]);
   }
   for (const auto number : comparison_.absent) add_absent(number, std::move(plans[number]));
-  // Nothing is laid out yet that a refusal could be about but the mailboxes.
+  // No process data are laid out yet: a refusal can only be about the mailboxes.
   image_ = {};
   if (auto done = enter_pre_op(); !done) {
     return tl::unexpected(explain_state_error(bus_, slaves_, image_, done.error()));
@@ -135,7 +135,7 @@ Result<void> Master::configure(std::vector<SlavePlan> plans) {
   return {};
 }
 
-/// Those who are not there are the last ones, and have none.
+/// Reads the facts of the controllers; slaves that are not on the line are the last ones and have none.
 Result<void> Master::learn_facts() {
   auto facts = read_controller_facts(bus_, reachable());
   if (!facts) return tl::unexpected(facts.error());
@@ -152,7 +152,7 @@ Result<std::vector<RegisterChange>> Master::changed_registers(std::size_t slave)
 Result<void> Master::synchronise_clocks() {
   clocks_.reset();
   if (!clock_plan_) return {};
-  // Before anything is told to a slave.
+  // Checked before anything is written to a slave.
   if (auto done = dc::check_plan(*clock_plan_); !done) return done;
   for (std::size_t i = 0; i < slaves_.size(); ++i) {
     if (auto done = tell_sync_type(i); !done) return done;
@@ -160,12 +160,12 @@ Result<void> Master::synchronise_clocks() {
   auto clocks = dc::bring_up_clocks(bus_, reachable(), topology_, *clock_plan_);
   if (!clocks) return tl::unexpected(clocks.error());
   clocks_ = std::move(*clocks);
-  // Those who may come have no clock yet.
+  // Slaves that may join later have no clock yet.
   clocks_->slaves.resize(refs_.size());
   return {};
 }
 
-/// 1C32h and 1C33h of a slave with signals.
+/// Writes 1C32h and 1C33h of a slave with signals.
 Result<void> Master::tell_sync_type(std::size_t slave) {
   if (!slaves_[slave].present || slave >= clock_plan_->slaves.size() || !clock_plan_->slaves[slave].signals.active())
     return {};
@@ -204,7 +204,7 @@ tl::expected<void, rt::RealtimeError> Master::start_cycle(Motion* motion, Sample
   settings.clocks = follower_.get();
   settings.instance = direct_.instance();
   core_ = std::make_unique<CyclicCore>(port_, clock_, image_, motion, rings, settings);
-  // Without process data, as for clocks in PREOP, there is nothing to judge slaves by.
+  // Without process data, as for clocks in PREOP, working counters say nothing about slaves.
   for (std::size_t i = 0; i < image_.places().size(); ++i) core_->set_recovering(i, !slaves_[i].present);
   runner_ = make_runner(*core_);
   if (auto started = runner_->start(); !started) {
@@ -302,7 +302,7 @@ Result<void> Master::shut_down() {
   auto note = [&first](Result<void> done) {
     if (!done && first) first = done;
   };
-  // Who may come and go may be gone.
+  // Hot-connected slaves may be missing.
   std::vector<SlaveRef> refs;
   for (std::size_t i = 0; i < slaves_.size(); ++i) {
     const bool here = slaves_[i].present && (!slaves_[i].plan.hot_connect || al_status_of(i));

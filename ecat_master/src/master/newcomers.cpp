@@ -22,7 +22,7 @@ Result<std::vector<std::pair<std::size_t, std::size_t>>> Master::place_by_wiring
   return placed;
 }
 
-/// Where several may be meant the serial number decides, or nobody is moved.
+/// Where a newcomer may be several slaves, the serial number decides; without it the newcomer gets no address.
 Result<void> Master::settle_claims(std::span<const PlaceClaim> claims,
                                    std::vector<std::pair<std::size_t, std::size_t>>& placed) {
   std::vector<PlaceClaim> doubtful;
@@ -64,7 +64,7 @@ Result<void> Master::settle_claims(std::span<const PlaceClaim> claims,
   return {};
 }
 
-/// Slaves that have no station address of ours get one for as long as it takes to tell who they are.
+/// Slaves without one of our station addresses get a temporary one until they are identified.
 Result<std::vector<SlaveRef>> Master::host(std::span<const std::uint16_t> positions) {
   // Above those of any line (kMaxSlaves).
   constexpr std::uint16_t kTemporary = 0x3000;
@@ -90,10 +90,10 @@ Result<std::vector<std::uint32_t>> Master::serials_of_newcomers(std::span<const 
   return serials;
 }
 
-/// Somebody else is in its place, and must not keep it: the right one may come.
+/// Another device is in the place of this slave and loses its address, so that the right one can join.
 Result<void> Master::refuse(std::size_t slave, const Error& error) {
   if (error.is<facts::IdentityMismatch>()) {
-    // One that does not take it has gone again, and with it its address.
+    // If the write fails, the device is gone again, and its address with it.
     static_cast<void>(bus_.write(refs_[slave], wire::reg::kStationAddress, 0).has_value());
   }
   return tl::unexpected(error);

@@ -7,7 +7,7 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// Where something hangs that is not roaming: on which port of which slave that is not roaming either.
+/// Place of a slave with a fixed place: a port of another one with a fixed place.
 struct Place {
   std::optional<std::size_t> on;  ///< nothing: the master
   std::uint8_t port = 0;
@@ -52,7 +52,7 @@ class Placer {
 
   [[nodiscard]] bool roams(std::size_t position) const { return who_[position] && line_.roaming[*who_[position]]; }
 
-  /// Nothing when it hangs on somebody of whom nobody knows who it is.
+  /// The place of a position; nothing when it is behind a slave that is not identified.
   [[nodiscard]] std::optional<Place> place_now(std::size_t position) const {
     if (flat_) return Place{};
     auto parent = line_.now.slaves[position].parent;
@@ -72,7 +72,7 @@ class Placer {
     return groups;
   }
 
-  /// Those who are known divide the others of a place.
+  /// Identified slaves divide the unidentified ones of a place into groups.
   void settle(const Place& place, std::span<const std::size_t> positions) {
     const auto found = slaves_at_.find(place);
     if (found == slaves_at_.end()) return;

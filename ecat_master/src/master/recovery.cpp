@@ -26,8 +26,8 @@ struct IdentityField {
   bool by_start = false;  ///< the plan says nothing
 };
 
-/// What the plan says about who the slave is; where it leaves a number open, that of the slave that was found at start.
-/// A hot-connected one is whoever has its alias or device ID, and no serial number is 0.
+/// The identity in the plan; numbers that it leaves open are those of the slave found at start. The serial number found
+/// at start is not compared if it is 0 or the slave is hot-connected: another device may have its alias or device ID.
 std::array<IdentityField, 4> identity_fields(const ConfiguredSlave& slave, const esi::DeviceDescription& found) {
   const auto& known = slave.info.description;
   const auto equal_or_any = [](std::uint32_t value) {
@@ -83,7 +83,7 @@ Result<AlReport> Master::al_status_of(std::size_t slave) {
   return reports->front();
 }
 
-/// A hot-connected slave that has not been there yet: who it is, and whether its place in the image fits.
+/// Checks identity and process data size of a hot-connected slave that joins for the first time.
 Result<void> Master::welcome(std::size_t slave) {
   auto& one = slaves_[slave];
   if (auto done = check_identity(bus_, one); !done) return done;
@@ -130,8 +130,8 @@ Result<void> Master::recover(std::size_t slave, std::chrono::nanoseconds state_t
   // Nothing could be done for a slave that takes no writes.
   if (auto done = lift_write_protection(bus_, refs_[slave]); !done) return done;
   const std::span<const SlaveRef> ref(&refs_[slave], 1);
-  // Who has kept its station address and fell no further than SAFEOP is still configured, unless it fell because it is
-  // not.
+  // A slave that has kept its station address and is in SAFEOP or above is still configured, unless an invalid
+  // configuration was the reason.
   bool configured =
       !joins && !unproven_[slave] && (report->status.state == kConfigured || report->status.state == AlState::kOp);
   if (configured) {
@@ -172,7 +172,8 @@ Result<void> Master::reconfigure(std::size_t slave, std::chrono::nanoseconds sta
   return change_state(bus_, ref, AlState::kSafeOp, state_timeout);
 }
 
-/// What nobody plans is as it was when the slave was configured first; one that was not there then is as it comes.
+/// Restores the registers that are not part of the plan to the values read when the slave was configured first. Those
+/// of a slave that was not there then are read now.
 Result<void> Master::restore_registers(std::size_t slave) {
   if (facts_[slave] == ControllerFacts{}) {
     auto facts = read_controller_facts(bus_, {&refs_[slave], 1});

@@ -1,4 +1,4 @@
-// Whose place on the line is whose: station addresses that were lost, or written over, are given back.
+// Restores station addresses that were lost or overwritten.
 #include <algorithm>
 #include <array>
 
@@ -15,7 +15,7 @@ struct Seen {
   std::uint16_t station = 0;
   std::uint16_t alias = 0;
   bool answers = false;
-  std::optional<std::uint16_t> device_id{};  ///< when somebody is missing who is known by it
+  std::optional<std::uint16_t> device_id{};  ///< read when a slave with a planned device ID is missing
 };
 
 Result<std::vector<Seen>> look_around(Bus& bus) {
@@ -38,9 +38,8 @@ Result<std::vector<Seen>> look_around(Bus& bus) {
   return seen;
 }
 
-/// Whom each of `seen` is by its station address. A damaged frame may have written any address to anybody: when all
-/// slaves are there, none of whom may be plugged in elsewhere, the place alone decides, and an address that several
-/// have is nobody's.
+/// Identifies each of `seen` by its station address. A damaged frame may have overwritten addresses: when all slaves
+/// are present and none of them may move, the place alone decides; an address that several slaves have is ignored.
 std::vector<std::optional<std::size_t>> by_address(std::span<const Seen> seen, std::span<const SlaveRef> refs,
                                                    bool fixed) {
   const bool whole = fixed && seen.size() == refs.size() &&
@@ -61,8 +60,8 @@ std::vector<std::optional<std::size_t>> by_address(std::span<const Seen> seen, s
 
 }  // namespace
 
-/// A slave that was switched off has lost its station address. Members of the line are recognised by it; whoever has
-/// another or none is the missing slave whose place it is, or the hot-connected one with that alias.
+/// A slave that was switched off has lost its station address. Members of the line are recognised by it; one with
+/// another address or none is the missing slave of that place, or the hot-connected one with that alias.
 Result<std::vector<Master::Readdressed>> Master::readdress_newcomers() {
   auto seen = look_around(bus_);
   if (!seen) return tl::unexpected(seen.error());
@@ -89,7 +88,7 @@ Result<std::vector<Master::Readdressed>> Master::readdress_newcomers() {
   }
   std::vector<Readdressed> moved;
   const auto give_address = [&](std::size_t position, std::size_t slave) -> Result<void> {
-    // What damaged the address may have locked the slave as well.
+    // The same fault may have locked the slave against writes as well.
     if (moved.empty()) {
       if (auto done = lift_write_protection(bus_, std::nullopt); !done) return done;
     }
@@ -116,7 +115,7 @@ Result<std::vector<Master::Readdressed>> Master::readdress_newcomers() {
       break;
     }
   }
-  // Who belongs to one with a name.
+  // Members of a hot-connect group follow their head.
   for (std::size_t i = 0; i < slaves_.size(); ++i) {
     const auto& behind = slaves_[i].plan.behind;
     if (present[i] || !behind) continue;
@@ -126,7 +125,7 @@ Result<std::vector<Master::Readdressed>> Master::readdress_newcomers() {
     if (position >= reached || !(*seen)[position].answers || known[position]) continue;
     if (auto done = give_address(position, i); !done) return tl::unexpected(done.error());
   }
-  // Behind the break of a ring nobody is reached by position.
+  // Slaves behind the break of a ring are not reached by position.
   const auto placed = place_by_wiring(std::span(known).first(reached));
   if (!placed) return tl::unexpected(placed.error());
   for (const auto& [position, slave] : *placed) {

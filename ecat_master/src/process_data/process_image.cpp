@@ -142,7 +142,7 @@ class ProcessImage::Builder {
     if (in + status > 0) {
       place.input_offset = overlapped ? end_ : end_ + out;
       place.input_datagram = number;
-      // Behind both, so that no output stands in a status byte: a slave that is not there leaves it zero.
+      // Behind both, so that outputs do not overlap status bytes: those of an absent slave stay zero.
       std::size_t at = end_ + data;
       if (place.al_status_offset != kNone) place.al_status_offset = at++;
       if (place.mailbox_offset != kNone) place.mailbox_offset = at;

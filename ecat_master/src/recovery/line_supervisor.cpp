@@ -11,7 +11,7 @@ using std::chrono::nanoseconds;
 using wire::AlState;
 using RingState = port::RingStatus::State;
 
-/// How often is looked for slaves that have not been there yet.
+/// Interval of the search for slaves that have not joined yet.
 constexpr nanoseconds kJoinPause = std::chrono::milliseconds{200};
 
 std::string ring_break(const LineEvent& event) {
@@ -24,7 +24,7 @@ std::string ring_break(const LineEvent& event) {
   return fmt::format("{}, slaves {} to {} are cut off", between, event.slave, last - 1);
 }
 
-/// Slaves that neither side reaches. Where slaves come and go nobody can be named by counting.
+/// Slaves that neither side reaches; 0 on a line with hot-connected slaves, where counting does not tell.
 std::uint16_t cut_off(const Master& master, const port::RingStatus& status) {
   const auto slaves = master.slaves();
   if (std::any_of(slaves.begin(), slaves.end(), [](const auto& slave) { return slave.plan.hot_connect; })) return 0;
@@ -76,7 +76,7 @@ std::string describe(const LineEvent& event) {
 
 LineSupervisor::LineSupervisor(Master& master, const port::RedundantPort* ring, Settings settings)
     : master_(master), ring_(ring), settings_(settings), slaves_(master.slaves().size()) {
-  // What the cycle noticed on the way to OP is no news.
+  // Discards the events on the way to OP.
   CyclicEvent event;
   while (master_.core()->take_event(event)) {
   }
@@ -150,7 +150,8 @@ void LineSupervisor::watch_ring() {
   note(event);
 }
 
-/// Told when it shows up, and again when somebody does worse than was told: reads, then writes, then states.
+/// Reports another master when it appears, and again when it does more harm than before: reads, then writes, then state
+/// changes.
 void LineSupervisor::watch_others() {
   const auto other = master_.core()->other_master();
   if (other.frames == 0) return;
@@ -170,20 +171,20 @@ void LineSupervisor::watch_slaves() {
   for (std::size_t i = 0; i < slaves_.size(); ++i) {
     if (slaves_[i].trouble) continue;
     const auto report = core.slave_report(i);
-    // Slaves without a status byte in the image are looked at when the broadcast tells that something is wrong.
+    // Slaves without a status byte in the image are checked when the broadcast reports a state other than OP.
     if (report.watched ? report.operational : line_complete) continue;
     look_at(i);
   }
 }
 
-/// Why a slave is not what it should be.
+/// Finds out why a slave is not operational.
 void LineSupervisor::look_at(std::size_t slave) {
   const auto now = master_.bus().exchange().now();
   const auto report = master_.al_status_of(slave);
   if (!report) {
     const auto* counter = report.error().as<facts::WorkingCounter>();
     if (counter != nullptr && counter->received == 0) note_gone(slave, now);
-    return;  // otherwise nobody can be reached: a matter of the line, not of this slave
+    return;  // otherwise the whole line is unreachable, not only this slave
   }
   if (report->status.state != AlState::kOp || report->status.error) return note_state(slave, *report, now);
   slaves_[slave].suspicious = true;
@@ -210,7 +211,7 @@ void LineSupervisor::note_state(std::size_t slave, const AlReport& report, nanos
   event.state = report.status;
   event.code = report.code;
   note(event);
-  // What it fell over may have been written by somebody else.
+  // The cause may be a register that was overwritten.
   if (!settings_.guard_registers || report.status.state < AlState::kSafeOp) return;
   const auto changes = master_.changed_registers(slave);
   if (!changes || !needs_configuration(*changes) || restore_addresses()) return;
@@ -232,12 +233,12 @@ void LineSupervisor::recover(std::size_t slave) {
     note(event);
     return;
   }
-  // Nobody knows when somebody is plugged in.
+  // A slave may be plugged in at any time: search regularly.
   one.next_try = now + (joins ? kJoinPause : settings_.retry_pause);
   const auto& error = done.error();
   const bool answers = !error.is<facts::WorkingCounter>() && !error.is<facts::NoAnswer>();
   one.gone = !answers || error.is<facts::PlaceUnknown>();
-  // Told once per reason; that somebody who is gone does not answer has been told.
+  // Reported once per reason; a missing answer of a slave that is gone has been reported.
   const bool noted = one.noted_failure && one.noted_failure->facts.index() == error.facts.index();
   if (!answers || noted) return;
   one.noted_failure = error;

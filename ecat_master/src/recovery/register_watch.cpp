@@ -1,4 +1,4 @@
-// Registers that are no longer what the master has set them to: found by reading them back, one slave after the other.
+// Finds registers that have changed since the master wrote them, by reading them back, one slave after the other.
 #include <algorithm>
 
 #include "driveline/ecat_master/recovery/line_supervisor.hpp"
@@ -9,7 +9,7 @@ void LineSupervisor::watch_registers() {
   if (const auto slave = next_guarded()) guard(*slave);
 }
 
-/// The next one whose process data are wrong, else whose turn it is.
+/// The next slave with invalid process data, else the next one in turn.
 std::optional<std::size_t> LineSupervisor::next_guarded() {
   const auto count = slaves_.size();
   const auto take = [&](std::size_t slave) {
@@ -38,7 +38,7 @@ void LineSupervisor::guard(std::size_t slave) {
     guard_.last_round = master_.bus().exchange().now() - round_began_;
   }
   if (!changes) {
-    // Nobody, or several, answer to its address.
+    // No slave, or several, answer to its address.
     if (changes.error().is<facts::WorkingCounter>()) restore_addresses();
     return;
   }
@@ -46,7 +46,7 @@ void LineSupervisor::guard(std::size_t slave) {
     one.restore_noted = false;
     return;
   }
-  // Another slave may be answering to its address: what it has would be held against this one.
+  // Another slave may answer to its address, whose registers differ.
   if (restore_addresses()) return;
   note_changes(slave, *changes);
 }
@@ -60,7 +60,7 @@ void LineSupervisor::note_changes(std::size_t slave, std::span<const RegisterCha
   event.count = static_cast<std::uint16_t>(changes.size());
   event.time = master_.bus().exchange().now();
   if (worst == changes.end()) {
-    // A slave that does not take it is told of once, and tried again in the next round.
+    // A failure is reported once, and tried again in the next round.
     if (!rewrite(master_.bus(), master_.slaves()[slave].info.ref, changes) || one.restore_noted) return;
     one.restore_noted = true;
     event.change = changes.front();
@@ -75,10 +75,10 @@ void LineSupervisor::note_changes(std::size_t slave, std::span<const RegisterCha
   note(event);
 }
 
-/// Gives addresses back. Of slaves that have been away nobody has to be told that they had none; of one that goes on in
-/// OP it is news. True when there was any.
+/// Restores station addresses; true if there was any to restore. Reported only for slaves that stayed in OP, because
+/// those that were away have lost theirs anyway.
 bool LineSupervisor::restore_addresses() {
-  // A failure is not worth a word: whoever is still missing is tried again.
+  // A failure is not reported: slaves that are still missing are tried again.
   const auto moved = master_.readdress_newcomers();
   if (!moved) return false;
   for (const auto& one : *moved) {

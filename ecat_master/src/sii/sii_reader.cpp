@@ -30,7 +30,7 @@ constexpr std::size_t kFullDepth = 32;
 /// Answers to other addresses in a row, after which a slave is taken to be one that does not show the address.
 constexpr int kStrangeAnswers = 3;
 
-/// A read command, the interface of the slave looked at, or both; in which order, the mode of the reading says.
+/// A read command, a read of the slave's interface registers, or both, in the order given by the mode.
 struct Step {
   std::size_t word = 0;
   std::array<std::byte, kCommandBytes> command{};
@@ -46,7 +46,7 @@ struct Step {
 /// later frame, and the next command travels with the look for it. Controllers that work off a command within the frame
 /// get many commands per frame, each with its look behind it. Neither is ever assumed: an answer counts when the
 /// interface is idle and shows the address of the wanted word. The first word is asked for with nothing else in the
-/// frame, since the address may be that of a reader before us.
+/// frame, since the address may be that of an earlier reader.
 class Reading {
  public:
   Reading(SlaveRef slave, nanoseconds now) : slave_(slave), since_(now) {}
@@ -160,7 +160,7 @@ class Reading {
 
   void evaluate_pairs() {
     for (const auto& step : steps_) {
-      // A slave that changes how much it reads at once has another idea of what comes next.
+      // If the slave changed the number of bytes per read, later answers start at other words.
       if (step.word == words() && take_answer(step.answer) == Answer::kTaken) {
         pairs_work_ = true;
         continue;
@@ -205,7 +205,7 @@ class Reading {
   [[nodiscard]] std::uint16_t next_word() const noexcept { return static_cast<std::uint16_t>(words()); }
   void fail(ErrorFacts facts) { failure_ = Error{facts, slave_.position}; }
 
-  /// Is it complete, known from before, or does it lead nowhere?
+  /// Checks whether the content is complete, in the cache, or without an end.
   void look_at_content(const SiiCache& cache) {
     if (!looked_up_ && words() >= SiiCache::kHeadWords) {
       looked_up_ = true;
@@ -217,7 +217,7 @@ class Reading {
     }
     if (words() < needed_words_) return;
     if (!follow_categories()) return fail(facts::SiiContent{next_word()});
-    // What was asked for beyond the end is nobody's content.
+    // Words read beyond the end are dropped.
     if (complete_)
       image_.resize(
           std::min(image_.size(), 2 * ((needed_words_ + words_per_read_ - 1) / words_per_read_ * words_per_read_)));
@@ -272,7 +272,7 @@ Result<void> take_interface(Bus& bus) {
   return {};
 }
 
-/// One round of all that are not through yet.
+/// One round for all readings that are not complete.
 Result<void> read_on(Bus& bus, std::span<Reading*> active) {
   std::vector<Request> requests;
   for (auto* reading : active) reading->prepare(requests);

@@ -17,7 +17,7 @@ constexpr std::size_t kConfigWords = 8;
 constexpr auto kWriteBusyTimeout = milliseconds{500};
 constexpr auto kPause = milliseconds{1};
 constexpr int kTries = 10;
-/// After so many words in a row that cannot be restored, the rest is not tried any more.
+/// After this many words in a row that cannot be restored, restoring is given up.
 constexpr int kHopeless = 3;
 
 std::uint16_t word_at(std::span<const std::byte> bytes, std::size_t word) {
@@ -174,7 +174,7 @@ Result<void> write_and_check(SiiInterfaceAccess& access, const Change& change) {
       access.error(facts::SiiVerify{.word = narrow(change.word), .written = change.value, .read = found}));
 }
 
-/// A word that could not be written may hold its old value all the same.
+/// Restores a word. One that could not be written may still hold its old value.
 bool put_back(SiiInterfaceAccess& access, const Change& change) {
   const auto now = access.read(change.word);
   if (now && word_at(*now, 0) == change.value) return true;

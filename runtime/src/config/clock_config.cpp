@@ -14,7 +14,7 @@ using std::chrono::nanoseconds;
 constexpr double kMaxCycleUs = 4'294'967.0;
 /// Oscillators of slaves are within 100 ppm; a simulated one may be worse than the standard allows.
 constexpr double kMaxDriftPpm = 1000.0;
-/// The data sheets say up to 40 ns; what a gateway adds is more.
+/// The data sheets say up to 40 ns; a gateway adds more.
 constexpr double kMaxProcessingExtraNs = 10'000.0;
 
 }  // namespace

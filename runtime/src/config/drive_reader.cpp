@@ -20,7 +20,7 @@ using Way = slaves::SignalPlace::Way;
 
 constexpr double kRevolution = 2.0 * std::numbers::pi;
 constexpr double kRpm = kRevolution / 60.0;
-/// Of the smallest servo motors there are; nothing would turn infinitely fast.
+/// Smallest inertia, in kg m^2: that of the smallest servo motors. It is a divisor.
 constexpr double kMinInertia = 1e-6;
 constexpr double kMaxWayRev = 1e6;
 
@@ -104,7 +104,7 @@ constexpr std::array kPlantKeys = {
              [](MsdParameters& p) { return PlantKey::Place{&p.motor.load.end_stop_damping_nm_s}; }},
 };
 
-/// Puts what the file says into the model; the keys of other tables are left alone.
+/// Reads the numbers of one table into the model.
 void read_numbers(TomlReader& reader, std::string_view table, MsdParameters& parameters) {
   for (const PlantKey& row : kPlantKeys) {
     if (row.table != table || !reader.has(row.key)) continue;
@@ -139,7 +139,7 @@ void read_motor(TomlReader& reader, MsdParameters& parameters) {
   if (!reader.has("rated_current_a")) parameters.motor.rated_current_a = motor.typical_current_a();
 }
 
-/// What the file does not say about the winding is that of a motor with its rating.
+/// Completes the data of the winding with those of a motor of the same rating.
 void complete_winding(TomlReader& reader, MsdParameters& parameters) {
   const auto typical = parameters.motor.typical_winding();
   if (!reader.has("resistance_ohm")) parameters.motor.winding.resistance_ohm = typical.resistance_ohm;

@@ -17,11 +17,11 @@ struct PlantKey {
   std::string_view unit;  ///< of the file; empty: none
   double minimum = 0.0;
   double maximum = 0.0;
-  double scale = 1.0;  ///< of the model's unit in the file's
+  double scale = 1.0;  ///< model unit per unit of the file
   Place (*place)(slaves::msd::MsdParameters& parameters) = nullptr;
 
   [[nodiscard]] bool integer() const noexcept;
-  /// What the model has when the file says nothing, in the file's unit; infinite: no limit.
+  /// The default of the model, in the unit of the file; infinite: no limit.
   [[nodiscard]] double standard() const;
 };
 [[nodiscard]] std::span<const PlantKey> plant_keys();

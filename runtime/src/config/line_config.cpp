@@ -59,7 +59,7 @@ void read_max_lost(TomlReader& reader, LineConfig& config) {
     reader.fail("max_lost_ms", "stands beside max_lost_cycles: one of them is expected, they are the same limit");
   const double cycle_ms = std::chrono::duration<double, std::milli>(config.period).count();
   config.max_lost_ms = reader.number("max_lost_ms", cycle_ms, static_cast<double>(kMostCycles) * cycle_ms);
-  // Not longer than what is written: a part of a cycle does not count.
+  // Rounded down to whole cycles, so that it is never longer than the file says.
   config.max_lost_cycles = static_cast<std::uint32_t>(std::llround(*config.max_lost_ms * 1e6) / config.period.count());
 }
 
@@ -112,7 +112,7 @@ std::string read_axis_name(TomlReader& reader, const std::vector<ecat_master::Ax
   return name;
 }
 
-/// A name that none of `others` has.
+/// Reads a name that none of `others` has.
 template <typename Named>
 std::string read_name(TomlReader& reader, const std::vector<Named>& others) {
   auto name = reader.text("name");
@@ -160,8 +160,8 @@ void read_eeprom(TomlReader& reader, const std::filesystem::path& directory, Sla
   slave.sii_content = std::move(*content);
 }
 
-/// Finds the head of the hot-connect group that a slave says to be in. Group members follow each other in the file as
-/// they do on the line.
+/// Finds the head of the hot-connect group that a slave belongs to. Group members follow each other in the file as they
+/// do on the line.
 ecat_master::GroupPlace find_group(const TomlReader& reader, const std::string& head,
                                    const std::vector<SlaveConfig>& others) {
   const auto found = std::find_if(others.begin(), others.end(), [&](const auto& other) { return other.name == head; });
@@ -228,7 +228,7 @@ void read_simulation(TomlReader& root, LineConfig& config) {
   for (auto& reader : root.tables("fault")) config.faults.push_back(read_fault(std::move(reader), places));
 }
 
-/// In cst nothing but torque from velocity errors moves the axis: without a gain it would stand for ever.
+/// In cst only torque from velocity errors moves the axis: without a gain it would never move.
 void read_velocity_gain(TomlReader& reader, ecat_master::AxisConfig& axis) {
   const bool needed = axis.mode == ecat_master::cia402::Mode::kCyclicTorque;
   const bool given = reader.has("velocity_gain");
@@ -240,7 +240,7 @@ void read_velocity_gain(TomlReader& reader, ecat_master::AxisConfig& axis) {
               "with mode \"cst\" it is needed, or inertia to take it from: without either the axis would never move");
 }
 
-/// The loop that is closed over the line bears so much: 100/s, and less where exchanges are rare.
+/// Default gain of the velocity loop over the bus: 100/s times the inertia, less where exchanges are rare.
 void complete_velocity_gains(LineConfig& config) {
   constexpr double kBandwidth_1_s = 100.0;
   constexpr double kPerExchange = 0.2;
@@ -251,7 +251,7 @@ void complete_velocity_gains(LineConfig& config) {
   }
 }
 
-/// PDOs without entries have those of the slave, which are known once it has been found.
+/// Checks PDOs with entries only: the entries of others are known once the slave has been found.
 void check_objects(const TomlReader& reader, const SlaveConfig& slave, ecat_master::cia402::Mode mode) {
   if (!slave.plan.pdos) return;
   for (const auto* direction : {&slave.plan.pdos->outputs, &slave.plan.pdos->inputs}) {
@@ -263,7 +263,7 @@ void check_objects(const TomlReader& reader, const SlaveConfig& slave, ecat_mast
                                    ecat_master::describe_missing(mode, missing, *slave.plan.pdos)));
 }
 
-/// Null: the file does not say.
+/// The unit of the axis; null: the file has none.
 const trajectory::PositionUnit* read_unit(TomlReader& reader, trajectory::AxisKind kind) {
   if (!reader.has("unit")) return nullptr;
   const auto name = reader.text("unit");
@@ -277,8 +277,8 @@ const trajectory::PositionUnit* read_unit(TomlReader& reader, trajectory::AxisKi
   return unit;
 }
 
-/// A length, or a velocity or acceleration, in the unit that the axis is written in; without one in rad or m. Limits
-/// are of the latter. What is left out stays.
+/// Reads a position, velocity or acceleration in the unit of the axis, without a unit in rad or m. `limits` are in rad
+/// or m. A key that is left out leaves the value as it is.
 void read_in_unit(TomlReader& reader, std::string_view key, const ecat_master::AxisConfig& axis, double minimum,
                   double maximum, double& value) {
   if (!reader.has(key)) return;

@@ -14,7 +14,7 @@ using ecat_master::ImageLayout;
 
 constexpr std::int64_t kMaxDivider = 10'000;
 constexpr std::int64_t kMaxBadCycles = 10'000;
-/// Of the slaves that no group names.
+/// Name of the group of all slaves that are in no [[group]].
 constexpr std::string_view kOthers = "others";
 
 using Membership = std::vector<std::optional<std::size_t>>;
@@ -59,7 +59,7 @@ void read_zeroing(TomlReader& reader, const LineConfig& config, const Membership
   }
 }
 
-/// Drives interpolate over the time from one exchange to the next, which must be one that object 60C2h can hold.
+/// Checks that object 60C2h can hold the time between two exchanges, over which drives interpolate.
 void check_interpolation(const TomlReader& reader, std::string_view key, const LineConfig& config, std::size_t slave,
                          std::uint32_t divider) {
   if (!has_axis(config, slave) || ecat_master::to_interpolation_period(config.period * divider)) return;
@@ -88,7 +88,7 @@ void read_group(TomlReader reader, LineConfig& config, Membership& membership) {
   groups.push_back(std::move(group));
 }
 
-/// The group of those that are left comes first: it is in every cycle, as the first frame is.
+/// The remaining slaves become the first group, which is exchanged in every cycle.
 void gather_others(LineConfig& config, const Membership& membership) {
   auto& groups = config.process_data.groups;
   if (groups.empty()) return;

@@ -16,7 +16,7 @@ std::chrono::nanoseconds from_s(double seconds) {
   return std::chrono::nanoseconds{std::llround(seconds * 1e9)};
 }
 
-/// The first value counts from the start on, so that the script says what the input is at every time.
+/// The first step must be at time 0, so that the input has a value at every time.
 void read_steps(TomlReader& reader, Signal& signal) {
   const auto times_ms = reader.numbers("at_ms", 0.0, kMaxPeriodS * 1e3);
   const auto values = reader.numbers("values", -kMaxValue, kMaxValue);

@@ -12,7 +12,7 @@ namespace {
 
 using ecat_master::IdentityRule;
 
-/// A number as people write it in such files: decimal, or hexadecimal with 0x.
+/// A number in decimal, or hexadecimal with 0x.
 std::optional<std::uint64_t> parse_number(std::string_view text, std::uint64_t maximum) {
   int base = 10;
   if (text.starts_with("0x") || text.starts_with("0X")) {

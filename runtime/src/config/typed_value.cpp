@@ -72,8 +72,7 @@ std::int64_t sign_extend(std::uint64_t value, std::size_t bytes) {
   return static_cast<std::int64_t>(value << shift) >> shift;
 }
 
-/// UTF-16 little endian, as in UNICODE_STRING objects (ETG.1000.6 Table 64), to UTF-8; what is no character becomes
-/// U+FFFD.
+/// UTF-16 little endian, as in UNICODE_STRING objects (ETG.1000.6 Table 64), to UTF-8; invalid units become U+FFFD.
 std::string utf8_from_utf16(std::span<const std::byte> data) {
   std::string text;
   for (std::size_t i = 0; i + 1 < data.size(); i += 2) {

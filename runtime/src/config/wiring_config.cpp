@@ -134,7 +134,7 @@ void read_cable(TomlReader reader, SlaveNames names, Preset preset, double defau
   if (!done) reader.fail("from", "cannot be connected: one of the two ends is taken already, or both are the same");
 }
 
-/// The frame must meet the slaves in the order of the file: positions are what the master and everybody else counts in.
+/// The frame must pass the slaves in the order of the file, because positions on the line are used everywhere else.
 void check_order(const TomlReader& reader, const Wiring& wiring, SlaveNames names) {
   if (!wiring.master(MasterPort::kPrimary)) {
     reader.fail("", "no cable leads to \"master\": connect port 0 of the first slave to it");

@@ -11,7 +11,8 @@ namespace {
 using std::chrono::nanoseconds;
 using Milliseconds = std::chrono::duration<double, std::milli>;
 
-/// Watchdogs and supervisions of drives answer to an absence within that time, and the look that finds it comes later.
+/// An absence explains a fault within this time: watchdogs of drives react with a delay, and the watch finds it later
+/// still.
 constexpr auto kExplains = std::chrono::milliseconds{300};
 
 }  // namespace

@@ -9,28 +9,29 @@
 
 namespace driveline::runtime {
 
-/// Tells of the times at which the master itself was away, and whether one of them explains what happened to a slave or
-/// an axis. Belongs to the thread that looks after the line.
+/// Reports absences of the master itself, and whether one of them explains a fault of a slave or an axis. Belongs to
+/// the thread that supervises the line.
 class AbsenceWatch {
  public:
-  /// Absences that are told one by one, and those that are longer than all before; the others are told together at the
+  /// The first absences are reported one by one, later ones only when longer than all before; the rest together at the
   /// end.
   static constexpr std::size_t kToldSingly = 20;
 
   /// Fetches the oldest absence that has not been fetched; false: there is none.
   using Take = std::function<bool(ecat_master::MasterAbsence&)>;
 
-  /// Times are counted from `begin`; `limit`: of an absence that axes are taken across, in words
-  /// (max_lost_text()). What there is by now is forgotten.
+  /// Times are counted from `begin`; `limit`: of an absence that axes are taken across, in words (max_lost_text()).
+  /// Earlier absences are discarded.
   AbsenceWatch(Take take, std::chrono::nanoseconds begin, std::string limit);
 
-  /// A look at what is new.
+  /// Result of a poll: what is new since the last one.
   struct Findings {
     std::vector<std::string> sentences;  ///< of absences that the axes were taken across
-    std::string stopped;                 ///< of the one that stopped the axes; empty: none did
+    std::string stopped;                 ///< the absence that stopped the axes; empty: none did
   };
   [[nodiscard]] Findings look();
-  /// A sentence about those that were not told, and `dropped` ones that nobody could fetch; empty: all were.
+  /// A sentence about the absences not reported singly, and `dropped` ones that could not be fetched; empty: there are
+  /// none.
   [[nodiscard]] std::string rest(std::uint64_t dropped) const;
   /// "; the master had been away for 54.0 ms at 0.850 s" when one ended shortly before `time`; else empty.
   [[nodiscard]] std::string cause_of(std::chrono::nanoseconds time) const;

@@ -10,8 +10,7 @@
 namespace driveline::runtime {
 namespace {
 
-/// What may be wrong with the time between a setpoint and the position it is compared with: two exchanges, at least
-/// this.
+/// Uncertainty of the time between a setpoint and the position it is compared with: two exchanges, at least this.
 constexpr std::chrono::milliseconds kUnsureTime{5};
 
 std::string off_by(const ecat_master::AxisConfig& axis, double error, double tolerance, bool increments) {
@@ -35,9 +34,9 @@ std::string axis_verdict(const ecat_master::AxisConfig& axis, const FollowingErr
   if (seen.last->state != snapshot::AxisState::kOperationEnabled || !(allowed > 0.0)) return {};
   const auto unsure = std::max<std::chrono::nanoseconds>(kUnsureTime, 2 * period);
   const double tolerance =
-      allowed + std::abs(seen.last->target_velocity_rad_s) * std::chrono::duration<double>(unsure).count();
-  const double error = seen.last->following_error_rad;
-  // Not a number is off, too.
+      allowed + std::abs(seen.last->target_velocity) * std::chrono::duration<double>(unsure).count();
+  const double error = seen.last->following_error;
+  // Written so that NaN counts as off.
   return std::abs(error) <= tolerance ? std::string{} : off_by(axis, error, tolerance, increments);
 }
 

@@ -7,9 +7,9 @@
 
 namespace driveline::runtime {
 
-/// How a run has left an axis that nobody has complained about so far: one that never was in Operation enabled, or that
-/// ended far from where it was sent (ecat_master::position_tolerance()). `period`: of the axis' exchange; `increments`:
-/// beside what is in the unit of the axis. Empty: all is well, or it was not there to be judged.
+/// Checks an axis without a fault at the end of a run: a sentence if it was never in Operation enabled, or ended
+/// farther from its setpoint than ecat_master::position_tolerance(). `period`: between two exchanges of the axis;
+/// `increments`: show drive increments beside the unit of the axis. Empty: no complaint, or the axis was unavailable.
 [[nodiscard]] std::string axis_verdict(const ecat_master::AxisConfig& axis, const FollowingError& seen,
                                        std::chrono::nanoseconds period, bool increments);
 

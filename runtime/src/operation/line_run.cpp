@@ -19,7 +19,7 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-/// How often the line is looked after while the cycle runs.
+/// Interval of the supervision while the cycle runs.
 constexpr auto kWatchInterval = milliseconds{20};
 /// Longer than the watchdogs of process data, so that a line whose master has died has left OP by then.
 constexpr auto kListenForMasters = milliseconds{150};
@@ -137,12 +137,13 @@ Result<void> LineRun::bring_up() {
         "[[slave.pdo]] of a line description names what is to be exchanged");
   }
   if (auto fits = check_budget(wire, config_.interface.has_value()); !fits) return fits;
+  if (auto* driven = settings_.tasks->make_source(config_)) settings_.source = driven;
   if (settings_.path) make_motion();
-  return {};
+  return settings_.tasks->prepare(config_, *variables_);
 }
 
 Result<void> LineRun::bring_up_clocks() {
-  // Whose signals are whose is known by what finds the slaves.
+  // The plan assigns SYNC signals to slaves: those planned by device ID must be identified before.
   const auto by_id = [](const SlaveConfig& slave) { return slave.plan.device_id.has_value(); };
   if (std::any_of(config_.slaves.begin(), config_.slaves.end(), by_id)) {
     if (auto done = master_.identify_devices(); !done) return fail_line(done.error());
@@ -155,11 +156,12 @@ Result<void> LineRun::bring_up_clocks() {
   return {};
 }
 
-/// Nobody is to lose a line that he drives. Those of this program say so (Session::claim()), others are heard.
+/// Refuses a line that another master drives. Masters of this program hold a claim (Session::claim()), others are
+/// recognised by their frames.
 Result<void> LineRun::must_be_free() {
   if (settings_.force || !config_.interface) return {};
   const auto owner = master_.find_owner(kListenForMasters);
-  // Whether anybody is there at all is for scan() to say.
+  // A line without slaves is reported by scan().
   if (!owner || !owner->in_op) return {};
   if (owner->heard) {
     return fail(ErrorKind::kLineDriven,
@@ -178,7 +180,7 @@ void LineRun::make_motion() {
     axis.on_loss = config_.recovery.axes;
     if (!axis.setpoint_delay_cycles) axis.setpoint_delay_cycles = setpoint_delay(config_, axis, master_);
     axis.slave = master_.position_of(axis.slave).value_or(axis.slave);
-    // A slave that may come and go is no reason for the others to stop.
+    // The loss of a hot-connected slave does not stop the others.
     if (master_.slaves()[axis.slave].plan.hot_connect) axis.on_loss = ecat_master::LossPolicy::kContinue;
     axes.emplace_back(axis, master_.image().places()[axis.slave], master_.slaves()[axis.slave].plan.pdos);
   }
@@ -201,6 +203,7 @@ Result<void> LineRun::start_cycle() {
   settings.receive_window = receive_window(config_.period);
   settings.acyclic_bytes = acyclic_bytes_;
   settings.copies = copies_;
+  settings.tasks = settings_.tasks->schedule();
   fault_records_ = std::make_unique<FaultRecords>(
       config_.output.directory, motion_ ? axis_labels(config_) : std::vector<ecat_master::FlightRecorder::AxisLabel>{},
       !session_.virtual_time());
@@ -249,7 +252,7 @@ void LineRun::begin_operation() {
   make_watch();
   operation_start_ = session_.clock().now();
   settings_.observer->look();
-  // The line is up; whoever has asked for the end by now moves nothing any more.
+  // The line is up; after a stop request nothing moves any more.
   if (motion_ && !stop_requested()) motion_->request_start();
   if (motion_ && !config_.path && settings_.source == nullptr)
     progress("there is no [path]: the axes are enabled and hold the place where they stand");
@@ -257,7 +260,7 @@ void LineRun::begin_operation() {
 
 void LineRun::operate() {
   begin_operation();
-  // Looks take their time in the cycle as well: they stand on a grid, so that a run is as long as it was ordered.
+  // On a grid: the supervision itself takes time, and the run is to last exactly as long as requested.
   do {
     pass(kWatchInterval - (session_.clock().now() - operation_start_) % kWatchInterval);
     operation_time_ = session_.clock().now() - operation_start_;
@@ -271,7 +274,7 @@ void LineRun::operate() {
   stop_motion();
 }
 
-/// At everything. False: the operation is over.
+/// One round of supervision. False: the operation is over.
 bool LineRun::look() {
   const bool over = settings_.duration_s && seconds_in_operation() >= *settings_.duration_s;
   if (over) master_.core()->count(false);
@@ -326,7 +329,7 @@ void LineRun::note_event(const std::string& sentence) {
 }
 
 void LineRun::stop_motion() {
-  // Nobody hears it.
+  // No slave would receive it.
   if (!motion_ || master_.core()->al_status().slaves == 0) return;
   motion_->request_stop();
   const auto deadline = session_.clock().now() + kStopTimeout;
@@ -349,6 +352,7 @@ void LineRun::take_down() {
   }
   if (drain_) drain_->stop();
   judge_axes();
+  judge_tasks();
   if (recorder_ && !recorder_->problem().empty()) note_fault(recorder_->problem());
   if (const auto end = recorder_ ? recorder_->cut_off_at_s() : std::nullopt) {
     note_event(fmt::format("axes.csv and its plots end after {:.3f} s, with {} rows; the figures are of the whole run",
@@ -357,17 +361,27 @@ void LineRun::take_down() {
   if (operation_time_ > nanoseconds{0}) finish_fault_records();
 }
 
-/// Of a run that nothing else has ended badly.
+/// For a run without any other failure.
 void LineRun::judge_axes() {
   if (!motion_ || !failure_.empty() || operation_time_ == nanoseconds{0}) return;
   for (std::size_t i = 0; i < config_.axes.size(); ++i) {
     const auto& axis = config_.axes[i];
     const auto& seen = recorder_->following_errors()[i];
-    // Whoever stops the run at its beginning does not wait for them.
+    // A run stopped at its very beginning does not wait for them.
     if (seen.samples == 0 && stop_requested() && operation_time_ < kTimeToEnable) continue;
     const auto period = config_.period * exchange_divider(config_, config_.slaves[axis.slave]);
     auto verdict = axis_verdict(axis, seen, period, config_.output.increments);
     if (!verdict.empty()) note_fault(std::move(verdict));
+  }
+}
+
+/// Found where the library counts it: in a debug build.
+void LineRun::judge_tasks() {
+  for (const auto& task : settings_.tasks->report()) {
+    const auto calls = task.figures.forbidden_calls;
+    if (calls == 0) continue;
+    note_fault(fmt::format("task \"{}\" has called {} function{} of heap or locks in the cycle", task.name, calls,
+                           calls == 1 ? "" : "s"));
   }
 }
 
@@ -412,6 +426,7 @@ RunReport LineRun::make_report() {
   }
   report_axes(report);
   if (config_.axes.empty() && variables_) report.inputs = read_inputs(*variables_, master_.image().inputs());
+  report.tasks = settings_.tasks->report();
   report.faults = faults_;
   report.failure = failure_;
   report.events = events_;

@@ -16,6 +16,7 @@
 #include "driveline/runtime/record/sync_margins.hpp"
 #include "driveline/runtime/setup/session.hpp"
 #include "driveline/snapshot/drain_thread.hpp"
+#include "operation/line_tasks.hpp"
 #include "operation/line_watch.hpp"
 #include "record/cycle_figures.hpp"
 #include "record/fault_records.hpp"
@@ -24,13 +25,14 @@
 
 namespace driveline::runtime {
 
-/// The main job: a line from INIT to OP, its axes along the path, and back to INIT. One use.
+/// One run: a line from INIT to OP, its axes along the path, and back to INIT. For one use.
 class LineRun {
  public:
-  /// What the run is given beside the session; all that is pointed at must outlive it.
+  /// Parameters of the run; all pointees must outlive it.
   struct Settings {
     std::optional<trajectory::Interpolator> path;   ///< of the configured axes; none: exchange without motion
     ecat_master::SetpointSource* source = nullptr;  ///< where the setpoints come from instead; null: the path
+    LineTasks* tasks = nullptr;                     ///< never null
     std::optional<double> duration_s;               ///< none: until the end of the path
     bool force = false;                             ///< takes the line over from a master that drives it
     std::vector<snapshot::SampleConsumer*> consumers{};
@@ -44,9 +46,9 @@ class LineRun {
   /// Everything from scan to INIT. The report is complete also after a failure; its faults tell what happened. Error:
   /// the line did not even get into operation.
   [[nodiscard]] Result<RunReport> execute();
-  /// All slaves are in OP, or were and are looked after.
+  /// The cycle runs and the line is supervised: all slaves are or were in OP.
   [[nodiscard]] bool in_operation() const noexcept { return watch_ != nullptr && master_.cycling(); }
-  /// Of the line as it is now; while it is in operation. Travels in the gaps of the cycle.
+  /// Diagnosis of the line while it is in operation. Its frames travel in the gaps of the cycle.
   [[nodiscard]] ecat_master::Result<ecat_master::LineDiagnosis> diagnose();
 
  private:
@@ -64,6 +66,7 @@ class LineRun {
   void stop_motion();
   void take_down();
   void judge_axes();
+  void judge_tasks();
   void tell_traffic();
   void finish_fault_records();
   void leave_nothing_behind();
@@ -99,7 +102,7 @@ class LineRun {
   FolderLock folder_;
   std::unique_ptr<LineWatch> watch_;
   std::vector<std::string> faults_;
-  std::string failure_;  ///< the first fault that the run failed by
+  std::string failure_;  ///< the first fatal fault
   std::vector<std::string> events_;
   std::vector<SlaveMargin> margins_;  ///< as of the end of the operation
   std::string state_ = "INIT";

@@ -15,9 +15,9 @@ using ecat_master::LineEvent;
 using ecat_master::MotionPhase;
 using std::chrono::nanoseconds;
 
-/// No valid process data for that long: nobody can be reached.
+/// After this time without valid process data the line counts as unreachable.
 constexpr nanoseconds kCommunicationTimeout = std::chrono::milliseconds{100};
-/// How often the ways to the clocks are measured anew.
+/// Interval at which the propagation delays to the clocks are measured anew.
 constexpr auto kDelayInterval = std::chrono::seconds{10};
 /// Per transition of a slave that is brought back; the user's stop waits for as long.
 constexpr auto kRecoveryTimeout = std::chrono::seconds{3};
@@ -51,7 +51,7 @@ LineWatch::LineWatch(ecat_master::Master& master, const port::RedundantPort* rin
   }
 }
 
-/// The run goes on without it.
+/// Whether the run goes on without this slave.
 bool LineWatch::expendable(std::size_t slave) const {
   return config_.recovery.axes != LossPolicy::kStop || master_.slaves()[slave].plan.hot_connect;
 }
@@ -66,7 +66,7 @@ bool LineWatch::look() {
   return line && motion && !waits_in_vain() && clocks_answer();
 }
 
-/// Before anything else: what drives make of a master that was away is its doing and not theirs.
+/// Checked first: faults that drives report after an absence of the master are caused by that absence.
 bool LineWatch::master_was_there() {
   const auto found = absences_.look();
   for (const auto& sentence : found.sentences) listener_.event(sentence);
@@ -76,7 +76,8 @@ bool LineWatch::master_was_there() {
   return !over;
 }
 
-/// The first look at a line that is cut off at the master: every question to a slave would wait for its time-out.
+/// Checked before any slave is asked: on a line that is cut off at the master every request would wait for its
+/// time-out.
 bool LineWatch::frames_come_back() {
   auto& core = *master_.core();
   const bool silent = core.bad_cycles() * config_.period > kCommunicationTimeout && core.al_status().slaves == 0;
@@ -178,7 +179,8 @@ bool LineWatch::waits_in_vain() {
   return false;
 }
 
-/// Mails that nobody has asked for. One round of the mailboxes per look; those of the line that have none cost nothing.
+/// Fetches emergencies that slaves have sent unasked. One round of the mailboxes per look; slaves without a mailbox
+/// cost nothing.
 void LineWatch::fetch_emergencies() {
   if (silent_since_ != nanoseconds{0}) return;
   static_cast<void>(master_.mailboxes().step());
@@ -193,9 +195,8 @@ void LineWatch::fetch_emergencies() {
   last_emergency_ = newest;
 }
 
-/// What the motion says of axes whose slave is away or was.
-/// What comes next for an axis that is on its way from `before` to `now`. One that comes back while the others have
-/// power takes every step, though a look may come after several of them.
+/// The next presence to report for an axis on its way from `before` to `now`. An axis that comes back while the others
+/// have power takes every step, also when several of them happened between two looks.
 AxisPresence LineWatch::next_presence(AxisPresence before, AxisPresence now) const {
   if (!had_power_) return now;
   if (before == AxisPresence::kMissing && now != AxisPresence::kEnabling) return AxisPresence::kEnabling;
@@ -236,11 +237,11 @@ void LineWatch::tell_presence(const ecat_master::AxisConfig& axis, AxisPresence 
   }
 }
 
-/// A look at the clocks. What happens to them is told, a lost lock is a fault, but neither ends the run: the drives
-/// know best how long they can do without. False: the bus does not answer.
+/// Checks the clocks. Events are reported and a lost lock is a fault, but neither ends the run: a drive that cannot do
+/// without its clock reports it itself. False: the bus does not answer.
 bool LineWatch::clocks_answer() {
   auto* watch = master_.clock_watch();
-  // Whoever is away does not answer; he is waited for.
+  // A slave that is away does not answer; recovery waits for it.
   if (watch == nullptr || silent_since_ != nanoseconds{0}) return true;
   using Kind = ecat_master::dc::ClockEvent::Kind;
   auto polled = watch->poll();
@@ -265,7 +266,8 @@ bool LineWatch::motion_goes_on() {
   if (motion_ == nullptr) return true;
   auto failure = motion_failure();
   if (failure.empty()) return true;
-  // The cycle stops the axes a moment before it tells of the absence, which is what has to be read first: next look.
+  // The cycle stops the axes a moment before it reports the absence, which must be reported first: wait for the next
+  // look.
   const bool away = motion_->failure().cause == ecat_master::MotionFailure::Cause::kMasterAway;
   if (away && !absence_awaited_) {
     absence_awaited_ = true;

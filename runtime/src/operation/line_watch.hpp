@@ -10,14 +10,14 @@
 
 namespace driveline::runtime {
 
-/// Looks after a line in operation: names what goes wrong, has slaves brought back as the line description wants it,
-/// and says when the run cannot go on. Belongs to the thread that owns the master.
+/// Supervises a line in operation: reports faults, has slaves brought back according to the line description, and
+/// decides when the run cannot go on. Belongs to the thread that owns the master.
 class LineWatch {
  public:
-  /// Hears of everything that happens, in order.
+  /// Receives all events and faults, in order.
   struct Listener {
-    std::function<void(const std::string& sentence)> event;  ///< worth telling
-    /// Something is wrong; `ends_run` tells whether that is the end.
+    std::function<void(const std::string& sentence)> event;  ///< an event, as a sentence
+    /// A fault, as a sentence; `ends_run`: the run cannot go on.
     std::function<void(std::string sentence, bool ends_run)> fault;
   };
 
@@ -25,12 +25,12 @@ class LineWatch {
   LineWatch(ecat_master::Master& master, const port::RedundantPort* ring, ecat_master::Motion* motion,
             const LineConfig& config, rt::Clock& clock, Listener listener);
 
-  /// A look at everything, and as long as it takes to bring back who can be. False: the run cannot go on.
+  /// Checks everything once and brings back slaves, for as long as that takes. False: the run cannot go on.
   [[nodiscard]] bool look();
-  /// Once, at the end: slaves that are not there (faults of the run), absences of the master that were not told.
+  /// Once, at the end: reports missing slaves (faults of the run) and absences of the master not reported so far.
   void tell_missing();
 
-  /// "OP", or what the line has come to.
+  /// State of the line: "OP", or the lower one it has fallen to.
   [[nodiscard]] const std::string& state() const noexcept { return state_; }
   [[nodiscard]] const ecat_master::LineSupervisor& supervisor() const noexcept { return supervisor_; }
 
@@ -69,7 +69,7 @@ class LineWatch {
   bool absence_awaited_ = false;    ///< the axes were stopped for an absence of the master that was not told yet
   std::vector<ecat_master::AxisPresence> presences_;
   bool had_power_ = false;                  ///< at the last look at the axes
-  std::chrono::nanoseconds next_delays_{};  ///< when the ways to the clocks are measured again
+  std::chrono::nanoseconds next_delays_{};  ///< when the propagation delays are measured again
   std::string state_ = "OP";
 };
 

@@ -9,15 +9,15 @@
 
 namespace driveline::runtime {
 
-/// Statistics of a cycle that is running, out of the samples that pass by: the cycle's own belong to it until it rests.
-/// What the rings had no room for is missing in them.
+/// Statistics of a running cycle, computed from its samples, because the cycle's own may be read only once it has
+/// ended. Samples for which the rings had no room are missing.
 class CycleFigures final : public snapshot::SampleConsumer {
  public:
   /// `period`: of the cycle that the samples come from.
   explicit CycleFigures(std::chrono::nanoseconds period) : period_(period) {}
 
   /// Since the telemetry began; any thread. Without master_cost, stale_frames and foreign_frames, which samples do not
-  /// tell; lost frames and working counter errors are cycles that had some.
+  /// contain; lost frames and working counter errors are cycles that had some.
   [[nodiscard]] ecat_master::CycleStatistics snapshot() const {
     const std::lock_guard lock(mutex_);
     return statistics_;

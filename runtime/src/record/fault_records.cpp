@@ -27,7 +27,7 @@ std::filesystem::path FaultRecords::next_file() const {
 }
 
 void FaultRecords::note_fault() noexcept {
-  // While a file is being written the recorder stands still.
+  // The recorder is frozen while a file is being written.
   if (writing_.valid() || files_.size() >= kMaxFiles || !problem_.empty()) return;
   triggered_ = true;
   recorder_.trigger();
@@ -35,7 +35,7 @@ void FaultRecords::note_fault() noexcept {
 
 void FaultRecords::begin_writing() {
   if (files_.empty()) {
-    // Numbers of an earlier run would pass for those of this one.
+    // Removes the files of an earlier run, which could be mistaken for those of this one.
     std::error_code ignored;
     for (std::size_t number = 2; number <= kMaxFiles; ++number) {
       std::filesystem::remove(numbered(directory_, number), ignored);

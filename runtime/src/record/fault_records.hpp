@@ -11,9 +11,10 @@
 namespace driveline::runtime {
 
 /// The cycles around the faults of a run, one file per fault: flight_recorder.csv, flight_recorder.2.csv and so on. The
-/// first kMaxFiles faults get one; a fault that comes before the record of the one before is complete stands in that.
+/// first kMaxFiles faults get one; a fault that comes before the record of the previous one is complete is part of that
+/// record.
 ///
-/// Belongs to the thread that looks after the line; the recorder's own side is the cycle's.
+/// Belongs to the thread that supervises the line; only the cycle writes to the recorder.
 class FaultRecords {
  public:
   static constexpr std::size_t kMaxFiles = 8;
@@ -22,22 +23,22 @@ class FaultRecords {
   FaultRecords(std::filesystem::path directory, std::vector<ecat_master::FlightRecorder::AxisLabel> axes,
                bool in_background);
 
-  /// What the cycle records into.
+  /// The recorder that the cycle writes to.
   [[nodiscard]] ecat_master::FlightRecorder& recorder() noexcept { return recorder_; }
   /// A fault has come up now.
   void note_fault() noexcept;
-  /// To be called every now and then while the cycle runs. A sentence for each file that is complete since.
+  /// To be called regularly while the cycle runs. Returns a sentence for each file completed since the last call.
   [[nodiscard]] std::vector<std::string> poll();
-  /// After the cycle has ended: writes what there is of the last fault. Sentences as of poll().
+  /// After the cycle has ended: writes what was recorded of the last fault. Returns sentences like poll().
   [[nodiscard]] std::vector<std::string> finish();
 
-  /// Those that were written.
+  /// The files written so far.
   [[nodiscard]] const std::vector<std::filesystem::path>& files() const noexcept { return files_; }
   /// The first that could not be written, as a sentence; empty: none.
   [[nodiscard]] const std::string& problem() const noexcept { return problem_; }
 
  private:
-  /// What writing a file came to: a reason, or nothing.
+  /// Result of writing a file: the reason of the failure, or nothing.
   using Writing = std::future<std::optional<std::string>>;
 
   [[nodiscard]] std::filesystem::path next_file() const;

@@ -21,7 +21,7 @@ double ErrorFigures::rms() const noexcept {
   return samples == 0 ? 0.0 : std::sqrt(sum_of_squares / static_cast<double>(samples));
 }
 
-/// What is not a number stands for none.
+/// The extremes are NaN until the first value; fmin() and fmax() skip NaN.
 void Recorder::Extremes::add(double value) noexcept {
   least = std::fmin(least, value);
   greatest = std::fmax(greatest, value);
@@ -38,8 +38,8 @@ Recorder::Recorder(const std::vector<ecat_master::AxisConfig>& axes, std::option
   if (!stream_) problem_ = fmt::format("{}: cannot be written: {}", csv_->string(), std::strerror(errno));
 }
 
-/// Three columns for each axis, then what fewer people look at. Which drives report a following error of their own is
-/// known by the first row.
+/// Three columns for each axis first, then the less important ones. Which drives report a following error of their own
+/// is known by the first row.
 void Recorder::write_header(const std::vector<snapshot::AxisSample>& row) {
   stream_ << "time[s]";
   const auto head = [this](const Column& column, std::string_view figure, std::string_view unit) {
@@ -53,8 +53,7 @@ void Recorder::write_header(const std::vector<snapshot::AxisSample>& row) {
     for (const auto* figure : {"following_error_min", "following_error_max"}) head(column, figure, column.unit->name);
   }
   for (std::size_t i = 0; i < columns_.size(); ++i) {
-    if (!std::isnan(row[i].drive_following_error_rad))
-      head(columns_[i], "drive_following_error", columns_[i].unit->name);
+    if (!std::isnan(row[i].drive_following_error)) head(columns_[i], "drive_following_error", columns_[i].unit->name);
   }
   for (const auto& column : columns_) {
     if (!increments_) break;
@@ -74,9 +73,9 @@ void Recorder::axes(std::span<const snapshot::AxisSample> samples) {
     if (sample.state == snapshot::AxisState::kUnavailable && operating) ++error.unavailable;
     if (operating) error.last = sample;
     if (sample.state == snapshot::AxisState::kOperationEnabled) {
-      error.add(sample.following_error_rad);
-      if (!std::isnan(sample.drive_following_error_rad)) error.drive.add(sample.drive_following_error_rad);
-      extremes_[sample.axis].add(sample.following_error_rad);
+      error.add(sample.following_error);
+      if (!std::isnan(sample.drive_following_error)) error.drive.add(sample.drive_following_error);
+      extremes_[sample.axis].add(sample.following_error);
     }
     if (csv_) add_to_row(sample);
   }
@@ -116,22 +115,22 @@ void Recorder::write_row(const std::vector<snapshot::AxisSample>& row) {
   };
   const auto shown = [this](std::size_t axis, double si) { return columns_[axis].unit->from_si(si); };
   for (std::size_t i = 0; i < row.size(); ++i) {
-    add(FMT_STRING(",{:.7g},{:.7g},{:.4g}"), shown(i, row[i].target_position_rad), shown(i, row[i].actual_position_rad),
-        shown(i, row[i].following_error_rad));
+    add(FMT_STRING(",{:.7g},{:.7g},{:.4g}"), shown(i, row[i].target_position), shown(i, row[i].actual_position),
+        shown(i, row[i].following_error));
   }
-  for (const auto& sample : row) add(FMT_STRING(",{:.5g}"), sample.actual_torque_nm);
+  for (const auto& sample : row) add(FMT_STRING(",{:.5g}"), sample.actual_torque);
   for (std::size_t i = 0; i < row.size(); ++i) {
     add(FMT_STRING(",{:.7g},{:.7g}"), shown(i, extremes_[i].least), shown(i, extremes_[i].greatest));
   }
   std::fill(extremes_.begin(), extremes_.end(), Extremes{});
   for (std::size_t i = 0; i < row.size(); ++i) {
-    const double error = row[i].drive_following_error_rad;
+    const double error = row[i].drive_following_error;
     if (!std::isnan(error)) add(FMT_STRING(",{:.4g}"), shown(i, error));
   }
   for (std::size_t i = 0; increments_ && i < row.size(); ++i) {
     const double scale = columns_[i].increments_per_unit;
-    add(FMT_STRING(",{:.0f},{:.0f},{:.1f}"), row[i].target_position_rad * scale, row[i].actual_position_rad * scale,
-        row[i].following_error_rad * scale);
+    add(FMT_STRING(",{:.0f},{:.0f},{:.1f}"), row[i].target_position * scale, row[i].actual_position * scale,
+        row[i].following_error * scale);
   }
   text.push_back('\n');
   stream_.write(text.data(), static_cast<std::streamsize>(text.size()));
@@ -140,7 +139,7 @@ void Recorder::write_row(const std::vector<snapshot::AxisSample>& row) {
 
 void Recorder::finish(const snapshot::DrainCounters&) {
   if (!stream_.is_open()) return;
-  // Of the cycles behind the last row, if one of them could hold the peak.
+  // The cycles after the last row are written, too, if one of them could hold the peak.
   const bool more = std::any_of(extremes_.begin(), extremes_.end(), [](const auto& e) { return !std::isnan(e.least); });
   if (more && !last_row_.empty()) take_row(last_row_);
   if (rows_ == 0 || discarded_.load(std::memory_order_relaxed)) return drop_file();

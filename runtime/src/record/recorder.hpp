@@ -14,9 +14,9 @@
 
 namespace driveline::runtime {
 
-/// What has come of many values.
+/// Statistics of a following error.
 struct ErrorFigures {
-  double maximum = 0.0;  ///< of the magnitudes
+  double maximum = 0.0;  ///< largest magnitude
   double sum_of_squares = 0.0;
   std::uint64_t samples = 0;
   void add(double error) noexcept;
@@ -25,9 +25,9 @@ struct ErrorFigures {
 
 /// Following error of one axis while it was in Operation enabled, in rad or m: as the master computes it.
 struct FollowingError : ErrorFigures {
-  ErrorFigures drive;                          ///< as the drive reports it (60F4h); no samples: that is not mapped
-  std::uint64_t unavailable = 0;               ///< cycles in operation in which the axis was not there
-  std::optional<snapshot::AxisSample> last{};  ///< of the operation
+  ErrorFigures drive;             ///< as the drive reports it (60F4h); no samples: the object is not mapped
+  std::uint64_t unavailable = 0;  ///< cycles in operation in which the axis was unavailable
+  std::optional<snapshot::AxisSample> last{};  ///< last sample in operation
 };
 
 /// Watches all samples of a run: following errors of every cycle, and a CSV file of every n-th for the plots. So that
@@ -50,10 +50,11 @@ class Recorder final : public snapshot::SampleConsumer {
   Recorder(const Recorder&) = delete;
   Recorder& operator=(const Recorder&) = delete;
 
-  /// Nothing will be worth keeping: no file at the end. Any thread.
+  /// Keeps no file at the end. Any thread.
   void discard() noexcept { discarded_.store(true, std::memory_order_relaxed); }
 
-  /// The line is in operation from one grid time to the other: who is unavailable in between is missing. Any thread.
+  /// The line is in operation from one grid time to the other: axes that are unavailable in between are counted. Any
+  /// thread.
   void begin_operation(std::chrono::nanoseconds now) noexcept { operation_begin_.store(now.count()); }
   void end_operation(std::chrono::nanoseconds now) noexcept { operation_end_.store(now.count()); }
 

@@ -13,15 +13,15 @@
 
 namespace driveline::runtime {
 
-/// Makes the status of the line out of the samples that pass by, and out of what the owner of the line tells; the other
-/// consumers are told of it.
+/// Makes the LineStatus from the samples and from the state and faults that the owner of the line sets, and passes it
+/// on to the other consumers.
 class StatusFeed final : public snapshot::SampleConsumer {
  public:
   /// `listeners` must outlive the feed, and come after it in the list of the drain thread's consumers.
   StatusFeed(std::vector<snapshot::SampleConsumer*> listeners, std::chrono::nanoseconds period);
 
   // The owner, any thread.
-  /// A change is told with the next pass, anything else every 50 ms.
+  /// A change is passed on with the next pass, figures every 50 ms.
   void set_state(snapshot::LineState state) noexcept {
     state_.store(state, std::memory_order_relaxed);
     changed_.store(true, std::memory_order_release);

@@ -12,16 +12,16 @@ namespace {
 using std::chrono::microseconds;
 using std::chrono::nanoseconds;
 
-/// Longest sleep without a frame: the drives' control loops must run on. No divisor of usual cycles, all multiples of
-/// 125 us: the slaves' own life would come when the next frame does.
+/// Longest sleep without a frame: the drives' control loops must run on. No divisor of usual cycles, which are
+/// multiples of 125 us, else firmware steps and frames would coincide.
 constexpr auto kIdleStep = microseconds{90};
 /// A drive takes about 0.4 us a step, so that a frame waits a few microseconds at most.
 constexpr std::size_t kSlavesAtATime = 16;
-/// States, orders and windows are looked at so often.
+/// Interval at which states, commands and windows are handled.
 constexpr auto kHousekeeping = microseconds{500};
-/// Frames closer together than this belong to the same cycle of the master.
+/// Frames less than this apart belong to the same cycle of the master.
 constexpr auto kBurstGap = microseconds{20};
-/// Without frames for so long there is no master to poll for.
+/// Without frames for this long there is no master to poll for.
 constexpr auto kMasterGone = std::chrono::milliseconds{20};
 constexpr auto kLongestRest = std::chrono::milliseconds{1};
 constexpr std::size_t kMaxChanges = 4096;
@@ -62,14 +62,14 @@ void LineServer::run(std::stop_token stop) noexcept {
 }
 
 void LineServer::rest(Nanoseconds until) noexcept {
-  // Linux suspends a real-time thread that never sleeps; once per cycle of the master, right after its frames, the
-  // next one is farthest away.
+  // Linux suspends a real-time thread that never sleeps; it does so once per cycle of the master, right after its
+  // frames, when the next frame is farthest away.
   if (std::exchange(rested_, true)) return;
   clock_.sleep_until(until);
 }
 
 LineServer::Nanoseconds LineServer::turn() noexcept {
-  // What a frame has brought is for the slaves to act on at once.
+  // The slaves react at once to the data of a frame.
   round_wanted_ |= serve_ports();
   const auto now = clock_.now();
   if (held_count_ > 0) release_held(now);
@@ -112,7 +112,7 @@ void LineServer::serve(const port::ReceivedFrame& frame, std::size_t port) noexc
     }
     last_frame_ = frame.time;
   }
-  // As long as the request, but no shorter than Ethernet allows: what a real wire would have padded already.
+  // As long as the request, but at least the shortest Ethernet frame, to which a real sender pads.
   const auto length = std::min(frame.bytes.size(), buffer_.size());
   const auto answer = std::span(buffer_).first(std::max(length, wire::kMinFrameBytes));
   std::fill(std::copy_n(frame.bytes.begin(), length, answer.begin()), answer.end(), std::byte{0});
@@ -146,7 +146,7 @@ void LineServer::hold(std::span<const std::byte> frame, std::size_t port, Nanose
   std::copy(frame.begin(), frame.end(), place.bytes.begin());
   place.length = frame.size();
   place.port = port;
-  // A wire does not let frames overtake each other.
+  // Frames do not overtake each other on a wire.
   const auto& before = held_[(first_held_ + held_count_ + kMaxHeld - 1) % kMaxHeld];
   place.due = held_count_ == 0 ? due : std::max(due, before.due);
   ++held_count_;
@@ -166,7 +166,7 @@ void LineServer::housekeep(Nanoseconds now) noexcept {
   LineOrder order;
   while (orders_.try_pop(order)) carry_out(order, now);
   watch_states();
-  // Relaxed would do for the look; the store hands the finished window over.
+  // Acquire pairs with the owner's release; the store below hands the finished window over.
   if (window_.load(std::memory_order_acquire) == Window::kWanted) {
     filled_ ^= 1U;
     window_.store(Window::kReady, std::memory_order_release);
@@ -200,7 +200,7 @@ void LineServer::carry_out(LineOrder order, Nanoseconds now) noexcept {
 void LineServer::watch_states() noexcept {
   for (std::size_t i = 0; i < line_.size(); ++i) {
     const auto& slave = line_.slave(i);
-    // Without supply there is no state.
+    // A slave without supply has no state.
     const auto status = slave.powered() ? slave.esc().al_status() : wire::AlStatus{wire::AlState::kNone, false, false};
     if (status == states_[i]) continue;
     states_[i] = status;

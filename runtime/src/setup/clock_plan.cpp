@@ -62,12 +62,12 @@ Result<SyncSignals> signals_of(const SlaveConfig& config, const std::vector<esi:
   signals.sync0_shift = config.dc.sync0_shift.value_or(signals.sync0_shift);
   signals.sync1_cycle = config.dc.sync1_cycle.value_or(signals.sync1_cycle);
   signals.sync1_shift = config.dc.sync1_shift.value_or(signals.sync1_shift);
-  // Who asks for SYNC1 times wants SYNC1.
+  // SYNC1 times in the file switch SYNC1 on.
   if (config.dc.sync1_cycle || config.dc.sync1_shift) signals.assign_activate |= 0x0400U;
   return signals;
 }
 
-/// What the line file plans for the clock of a slave that was found as `found`.
+/// The clock plan of the slave `found` by the line description.
 Result<SlaveClockPlan> plan_of(const LineConfig& config, const SlaveConfig& slave,
                                const esi::DeviceDescription& found) {
   SlaveClockPlan plan;

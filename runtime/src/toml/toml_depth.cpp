@@ -16,7 +16,7 @@ bool is_toml_bare(char c) noexcept {
          static_cast<unsigned char>(c) >= 0x80;  // other letters, other blanks
 }
 
-/// Walks over TOML text and counts; knows no more of the language than what may hide a dot or a bracket.
+/// Scans TOML text and counts levels; knows only the parts of the language that may hide a dot or a bracket.
 class DepthScan {
  public:
   explicit DepthScan(std::string_view text) noexcept : text_(text) {}
@@ -50,7 +50,7 @@ class DepthScan {
     if ((c == ']' || c == '}') && brackets_ > 0) --brackets_;
   }
 
-  /// To behind a string that begins here with `quote`; one that does not end takes its line, or the rest of the text.
+  /// Skips a string that begins here with `quote`; an unterminated one extends to the end of its line, or of the text.
   void skip_string(char quote) noexcept {
     const bool block = text_.substr(at_).starts_with(std::string_view(quote == '"' ? "\"\"\"" : "'''"));
     at_ += block ? kQuotesOfBlock : 1;

@@ -25,7 +25,7 @@ class TomlReader {
   TomlReader(const toml::table& table, std::string file, std::string path);
 
   [[nodiscard]] bool has(std::string_view key);
-  /// There is a text under this key (and not a number, say).
+  /// Whether the value of this key is a string.
   [[nodiscard]] bool is_text(std::string_view key);
   [[nodiscard]] std::string text(std::string_view key);
   [[nodiscard]] std::string text_or(std::string_view key, std::string fallback);
@@ -36,7 +36,7 @@ class TomlReader {
   [[nodiscard]] std::int64_t integer(std::string_view key, std::int64_t minimum, std::int64_t maximum);
   [[nodiscard]] std::int64_t integer_or(std::string_view key, std::int64_t fallback, std::int64_t minimum,
                                         std::int64_t maximum);
-  /// The text of a string or a number as the file has its value.
+  /// The value of a string, or a number as text.
   [[nodiscard]] std::string scalar_text(std::string_view key);
   /// An array of numbers within minimum..maximum.
   [[nodiscard]] std::vector<double> numbers(std::string_view key, double minimum, double maximum);
@@ -45,7 +45,7 @@ class TomlReader {
   [[nodiscard]] std::size_t choice_or(std::string_view key, std::size_t fallback,
                                       const std::vector<std::string_view>& choices);
 
-  /// All keys of the table, in the order of the alphabet. They count as asked for.
+  /// All keys of the table, in the order of the alphabet. They count as read.
   [[nodiscard]] std::vector<std::string> keys();
 
   /// A sub-table; an empty one when it is left out.
@@ -53,7 +53,7 @@ class TomlReader {
   /// An array of tables; none when it is left out.
   [[nodiscard]] std::vector<TomlReader> tables(std::string_view key);
 
-  /// Call when everything has been read: complains about the first key that nobody asked for.
+  /// To be called when everything has been read: throws a ConfigError for the first key that was not read.
   void finish() const;
 
   /// Throws a ConfigError that points at `key` (or at the table when there is no such key).

@@ -101,7 +101,7 @@ bool AlStateMachine::ready_for_op() const noexcept {
 
 void AlStateMachine::give_up_waiting() noexcept {
   pending_.reset();
-  // Without SYNC0 nobody can tell whether outputs come in time.
+  // Without SYNC0 it cannot be checked whether outputs come in time.
   if (const auto obstacle = synchronisation_.obstacle(); obstacle != AlStatusCode::kNoError) return report(obstacle);
   report(esc_.watchdog().expired() ? AlStatusCode::kSyncManagerWatchdog : AlStatusCode::kNoValidOutputs);
 }

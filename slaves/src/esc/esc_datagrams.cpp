@@ -1,4 +1,4 @@
-// The datagram commands (ETG.1000.4 5.4): who is addressed, what is moved, how the working counter grows.
+// The datagram commands (ETG.1000.4 5.4): addressing, transfer of data, working counter.
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -125,7 +125,7 @@ void Esc::process_logical(Datagram& datagram, Nanoseconds now) noexcept {
   const auto logical = datagram.logical_address();
   std::span<const std::byte> outputs = datagram.data;
   std::array<std::byte, kMaxData> incoming;
-  // What is written came in with the frame; what is read was there before the write. Writing first is the same as long
+  // A write takes the data of the frame; a read returns the memory before the write. Writing first is the same as long
   // as no physical bit is mapped both ways; else the frame's data is put aside and reading comes first.
   const bool read_first = reads && writes && fmmus_.exchanges() && outputs.size() <= incoming.size();
   if (read_first) {
@@ -175,7 +175,7 @@ bool Esc::read_logical(const LogicalMapping& mapping, std::uint32_t logical, std
   std::array<std::byte, kMaxData + 1> physical;
   const std::size_t shift = part.physical_bit % 8;
   const auto bytes = std::span(physical).first(std::min((shift + part.bits + 7) / 8, physical.size()));
-  // Bytes that cannot be read must not change the data: start from what is there.
+  // Bytes that cannot be read must not change the data: start from the present content.
   copy_bits(data, part.data_bit, bytes, shift, part.bits);
   if (!ecat_read(address, bytes, now)) return false;
   copy_bits(bytes, shift, data, part.data_bit, part.bits);

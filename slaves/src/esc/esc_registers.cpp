@@ -1,4 +1,4 @@
-// What an EtherCAT access to the register space means (ETG.1000.4 chapter 6, ESC data sheet section II).
+// Effects of EtherCAT accesses to the register space (ETG.1000.4 chapter 6, ESC data sheet section II).
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -221,7 +221,7 @@ bool Esc::write_dl_control(std::size_t address, std::span<const std::byte> data,
   if (!write_plain(address, data, kEcatAccess)) return false;
   if (reaches_into(address, data.size(), kLoops, kLoops + 1)) {
     const bool temporary = (memory_.get(reg::kDlControl) & kTemporary) != 0;
-    // What a row of temporary settings goes back to is what was set for good.
+    // After temporary settings the last permanent one is restored.
     if (temporary && loops_revert_at_ == WatchdogUnit::kNever) loops_before_ = before;
     loops_revert_at_ = temporary ? now + kTemporaryTime : WatchdogUnit::kNever;
   }

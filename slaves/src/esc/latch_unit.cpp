@@ -6,7 +6,7 @@ namespace reg = wire::reg;
 
 namespace {
 
-/// What belongs to one edge of one input.
+/// Registers and bits of one edge of one input.
 struct Edge {
   unsigned input;
   std::uint8_t bit;  ///< in control (single event) and status (event)

@@ -9,9 +9,9 @@ using Use = SyncManagerLayout::Use;
 
 namespace {
 
-/// Steps that lie further back are not made up for one by one (the program was stopped, the clock was set).
+/// Older steps are skipped instead of being run one by one (the program was stopped, the clock was set).
 constexpr std::chrono::nanoseconds kMaxCatchUp = std::chrono::seconds{10};
-/// As many SYNC0 pulses are made up for.
+/// Limit of SYNC0 pulses to catch up on.
 constexpr std::int64_t kMaxPulses = 100'000;
 constexpr std::chrono::nanoseconds kDefaultPeriod = std::chrono::milliseconds{1};
 
@@ -104,7 +104,7 @@ void Slave::run_application(Nanoseconds now) {
 
 Slave::Nanoseconds Slave::next_event() const noexcept {
   const auto controller = std::min(esc_.due(), esc_.clock().sync_due());
-  // Without the process data interface the device has a life of its own all the same, of which the bus sees nothing.
+  // Without the process data interface the device still runs, but invisibly to the bus.
   if (!esc_.pdi_operational()) return std::min(controller, next_step_);
   if (stalled_until_) return std::min(controller, *stalled_until_);
   return std::min({next_step_, al_.due(), controller});
@@ -157,7 +157,7 @@ void Slave::wake_up(Nanoseconds time) noexcept {
   al_.handle_events(time);
 }
 
-/// Nobody exchanges process data: one step up to the next event.
+/// No process data are exchanged: one step up to the next event.
 void Slave::step_alone(Nanoseconds time, Nanoseconds now) {
   const auto until = std::max(time, std::min({now, al_.due(), esc_.due(), esc_.clock().sync_due()}));
   device_->advance(until);

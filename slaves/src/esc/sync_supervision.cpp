@@ -108,7 +108,7 @@ void SyncSupervision::start(const SyncDemand& demand) noexcept {
   } else {
     mode_ = Mode::kNone;
   }
-  // What has been seen of pulses that simply went on stays valid.
+  // The findings about pulses that continue unchanged stay valid.
   if (mode_ != Mode::kSync || !was_sync || old_cycle != cycle_) {
     even_pulses_ = 0;
     pulse_seen_ = false;
@@ -154,7 +154,7 @@ void SyncSupervision::pulse(SyncSignal signal, Nanoseconds time, std::uint32_t o
     }
   }
   if (!in_op_ || signal != data_signal_) return;
-  // Whoever looks at a pulse late may have newer outputs already: those belong to the next one.
+  // When a pulse is handled late, newer outputs may already be there, which belong to the next pulse.
   const std::uint32_t early = written > time && outputs != outputs_ ? 1 : 0;
   const bool came = outputs - early != outputs_;
   outputs_ = outputs - early;

@@ -16,8 +16,8 @@ constexpr double kMaxShare = 0.25;
 /// A proportional correction ends after this, and after some periods, so that rare reference times do not overshoot.
 constexpr std::int64_t kHold = 10'000'000;
 constexpr std::int64_t kHoldPeriods = 4;
-/// Differences beyond these, plain and per nanosecond since the last reference time, are no drift: somebody has set a
-/// clock. They are made up for as fast as the counters can, and teach the integral nothing.
+/// Differences beyond these, plain and per nanosecond since the last reference time, are no drift: a clock has been
+/// set. They are corrected as fast as the counters allow, without changing the integral.
 constexpr double kOffset = 3000.0;
 constexpr double kOffsetShare = 2e-3;
 /// The counter stays this far from its start (ESC data sheet II, 0x0932).
@@ -100,7 +100,7 @@ void TimeLoop::follow(std::int64_t difference, std::int64_t count, const Setting
   const auto error = static_cast<double>(difference);
   const bool offset = std::abs(error) > std::max(kOffset, kOffsetShare * static_cast<double>(elapsed));
   const double wanted = offset ? std::copysign(limit, -error) : settled_integral_ - bandwidth * error;
-  // What cannot be made up for in time must not wind the integral up, unless it is just that: drift between rare
+  // A difference that cannot be corrected in time must not wind the integral up, unless it is drift between rare
   // reference times.
   const bool saturated = std::abs(wanted) > limit && elapsed < kHold;
   if (!offset && !saturated) {

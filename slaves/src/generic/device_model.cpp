@@ -23,7 +23,7 @@ struct PdoEntryName {
   std::uint8_t subindex;
 };
 
-/// Those that the dictionary has. A file may also name what takes no bits, or PDOs that are none.
+/// The entries that are in the dictionary. A file may also name entries without bits, or invalid PDOs.
 std::vector<PdoEntryName> entries_of(const DictionaryTable& table, const std::vector<esi::Pdo>& pdos) {
   std::vector<PdoEntryName> list;
   for (const auto& pdo : pdos) {

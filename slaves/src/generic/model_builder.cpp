@@ -328,7 +328,7 @@ void ModelBuilder::complete_records() {
   for (const auto& [index, row] : missing) put(row);
 }
 
-/// Numbers that nobody can change need no place of their own.
+/// Constant numbers need no slot of their own.
 void ModelBuilder::settle_slots() {
   constexpr std::uint16_t kChanges = access::kWrite | access::kRxMappable | access::kTxMappable;
   for (auto& [address, row] : rows_) {

@@ -20,7 +20,7 @@ void FramePath::trace(const Wiring& wiring, std::span<const SlavePorts> slaves, 
   PortId at = *start;
   auto time = wiring.at(at).delay;
   if (wiring.at(at).broken) return;
-  // Each port is entered at most once; a frame that would come by again runs in a circle that nobody leaves.
+  // Each port is entered at most once; a frame that would enter one again circulates for ever.
   for (std::size_t hops = 0; hops < wiring.slave_count() * kPortCount; ++hops) {
     const auto& slave = slaves[at.slave];
     if (slave.closed[at.port]) {

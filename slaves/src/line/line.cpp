@@ -35,7 +35,7 @@ Line::Line(rt::Clock& clock, std::vector<std::unique_ptr<Slave>> slaves, const L
 }
 
 void Line::advance(Nanoseconds now) {
-  // Faults come and go at their own times, however late somebody looks.
+  // Faults begin and end at their exact times, also when this is called late.
   for (auto due = faults_.due(); due <= now; due = faults_.due()) {
     advance_slaves(slaves_, due);
     faults_.run(due);
@@ -151,7 +151,7 @@ bool Line::pass_slaves(const FramePath& way, const FrameFate& fate, Nanoseconds 
   bool latch = false;
   const auto damage = time_of_damage(way, fate);
   for (const auto& step : way.steps()) {
-    // A controller takes what a frame brings only when its check sequence is right (ETG.1000.4 5.2).
+    // A controller takes over data of a frame only when the check sequence is right (ETG.1000.4 5.2).
     if (step.time >= damage) break;
     if (step.circulates && circulating) return false;
     circulating |= step.circulates;

@@ -17,7 +17,7 @@ LineEnd::Slot* LineEnd::next_slot() noexcept {
 void LineEnd::commit(std::size_t length, std::chrono::nanoseconds arrival) noexcept {
   auto& slot = *next_slot();
   slot.length = length;
-  // A wire does not let frames overtake each other.
+  // Frames do not overtake each other on a wire.
   const auto& before = slots_[(first_ + count_ + slots_.size() - 1) % slots_.size()];
   slot.arrival = count_ == 0 ? arrival : std::max(arrival, before.arrival);
   ++count_;

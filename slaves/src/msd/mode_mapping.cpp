@@ -1,6 +1,5 @@
-// What the ESI file offers configuration tools for the modes of operation: contents of the PDOs, and which of them a
-// mode needs. The manual says that the file holds mappings for the modes (MSD manual 9.1) but not which: all of this is
-// ours.
+// Proposals of the ESI file for the modes of operation: contents of the PDOs, and the PDOs of each mode. The manual
+// says that the file holds mappings for the modes (MSD manual 9.1) but not which: all of this is ours.
 #include "mode_mapping.hpp"
 
 #include <algorithm>

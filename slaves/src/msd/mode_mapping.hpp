@@ -7,7 +7,7 @@
 /// Mappings for the modes of operation, for the device description only.
 namespace driveline::slaves::msd {
 
-/// What configuration tools offer: a mode of operation, with or without SYNC0, and the PDOs it needs.
+/// Operation modes for configuration tools: a mode of operation, with or without SYNC0, and the PDOs it needs.
 [[nodiscard]] std::vector<esi::DcOpMode> mode_op_modes();
 
 }  // namespace driveline::slaves::msd

@@ -143,7 +143,7 @@ SyncDemand MsdDrive::sync_demand() const noexcept {
   return demand;
 }
 
-/// The control cycles end half a cycle beside SYNC0, so that none comes now before and now behind it.
+/// The control cycles end half a cycle beside SYNC0, so that the order of both never varies.
 void MsdDrive::sync_event(SyncSignal signal, nanoseconds time) noexcept {
   if (signal != SyncSignal::kSync0) return;
   sync0_.pulse(time);

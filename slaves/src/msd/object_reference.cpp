@@ -15,7 +15,7 @@ std::string hex(unsigned value, int digits) {
   return text;
 }
 
-/// Numbers short and exact; what the data type itself limits stays empty.
+/// Numbers short and exact; limits of the data type itself stay empty.
 std::string number(double value) {
   if (value >= 1e300 || value <= -1e300) return {};
   std::array<char, 32> buffer{};

@@ -85,7 +85,7 @@ void add_synchronisation(std::vector<EntryRow>& rows, std::uint16_t index, std::
   number(6, kUnsigned32, "Calc and copy time", 62500);
 }
 
-/// What the drive has seen of the outputs' punctuality since OP.
+/// Statistics of the outputs' arrival since OP.
 constexpr std::array kDiagnosisRows = {
     field(0x1C32, 0x0B, access::kRead, kBusValue.sync_events_missed, "SM event missed", {}, {}, kEtgSync),
     field(0x1C32, 0x11, access::kRead, kBusValue.sync_distance_min, "Minimum SM SYNC distance", {}, "ns", kEtgSync),

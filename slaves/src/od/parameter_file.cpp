@@ -67,7 +67,7 @@ bool parse(std::string_view text, T& value, int base = 10) {
   return error == std::errc{} && end == text.data() + text.size();
 }
 
-/// Wrong with a line, which the caller adds, or with the file as a whole.
+/// An error in a line, whose number the caller adds, or in the file as a whole.
 tl::unexpected<ParameterFileError> wrong(std::string what) {
   return tl::unexpected(ParameterFileError{0, std::move(what)});
 }
@@ -168,7 +168,7 @@ Result write_through(const std::string& path, std::string_view text) {
 std::string write_parameters(const ObjectDictionary& dictionary) {
   std::string text(kHeader);
   std::vector<bool> seen(dictionary.table().slot_count());
-  // Of two addresses of one value the standard's is the one people know.
+  // Of two addresses of one value the standard's is used.
   for (const bool manufacturer : {false, true}) {
     for (const auto& row : dictionary.table().rows()) {
       if (!is_stored(row) || (row.index >= 0x2000 && row.index < 0x6000) != manufacturer) continue;

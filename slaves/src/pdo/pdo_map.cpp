@@ -12,7 +12,7 @@ using wire::SdoAbort;
 
 constexpr std::uint32_t kMaxSyncManagers = 32;
 
-/// Does `sync_managers` have a bit for the assignment object `index`?
+/// Whether `sync_managers` has a bit for the assignment object `index`.
 bool assigns_to(std::uint32_t sync_managers, std::uint16_t index) noexcept {
   const std::uint16_t first = assignment_object(0);
   return index >= first && index < first + kMaxSyncManagers && (sync_managers >> (index - first) & 1U) != 0;

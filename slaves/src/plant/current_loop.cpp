@@ -97,7 +97,7 @@ void CurrentLoop::resume() noexcept {
   q_integral_v_ = parameters_.resistance_ohm * q_a_;
 }
 
-/// Settled, (w flux + R i)^2 + (w L i)^2 = V^2.
+/// Steady state: (w flux + R i)^2 + (w L i)^2 = V^2.
 CurrentRange CurrentLoop::holdable(double speed_rad_s, double dc_link_volts) const noexcept {
   const double speed = pole_pairs_ * finite(speed_rad_s);
   const double limit = std::max(finite(dc_link_volts), 0.0) / std::numbers::sqrt3;
@@ -123,7 +123,7 @@ double CurrentLoop::active_current_a() const noexcept {
   return amplitude > 0.0 ? (d_v_ * d_a_ + q_v_ * q_a_) / amplitude : 0.0;
 }
 
-/// Settled, q current = (V Z sin(angle - phase) - R w flux) / Z^2 with Z and phase of the winding's impedance.
+/// Steady state: q current = (V Z sin(angle - phase) - R w flux) / Z^2 with Z and phase of the winding's impedance.
 double CurrentLoop::voltage_angle_rad(double amplitude_v, double torque_nm, double speed_rad_s) const noexcept {
   const double speed = pole_pairs_ * finite(speed_rad_s);
   const double resistance = parameters_.resistance_ohm;

@@ -8,7 +8,7 @@
 namespace driveline::slaves {
 namespace {
 
-/// No machine gets there; it keeps the arithmetic of absurd ones finite.
+/// A limit beyond any real machine, which keeps the arithmetic finite.
 double finite_speed(double rad_s) noexcept {
   constexpr double kBeyondAllMachines = 1e6;
   return std::clamp(rad_s, -kBeyondAllMachines, kBeyondAllMachines);
@@ -136,7 +136,7 @@ void Mechanics::set_load(double torque_nm) noexcept {
 }
 
 void Mechanics::set_blocked(bool blocked) noexcept {
-  blocking_nm_ = blocked ? 1e7 : 0.0;  // more than any torque there is
+  blocking_nm_ = blocked ? 1e7 : 0.0;  // more than any torque of the model
 }
 
 double Mechanics::kinetic_energy_j() const noexcept {

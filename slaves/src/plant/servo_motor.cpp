@@ -114,7 +114,7 @@ TorqueRange ServoMotor::torque_range() const noexcept {
           std::clamp(torque_constant_ * range.highest_a, -peak, peak)};
 }
 
-/// The windings go on from the torque there is, and their control from the currents there are.
+/// The windings continue with the present torque, their control with the present currents.
 void ServoMotor::use_windings(bool before) noexcept {
   through_windings_ = parameters_.winding.simulated || by_voltage_ || shorted_;
   if (through_windings_ && !before) current_.settle(torque_nm_, mechanics_.velocity_rad_s());

@@ -124,7 +124,7 @@ TEST(ClockDelays, OfARingAreTrueAndTheRingIsClosedAgain) {
       return frame ? frame : far_.receive();
     }
     bool wait_readable(nanoseconds deadline) noexcept override {
-      // In small steps: nobody knows at which end the frame comes out.
+      // In small steps, because the frame may come out at either end.
       for (auto step = start(); step < deadline; step += microseconds{1}) {
         if (far_.wait_readable(step) || inner_.wait_readable(step)) return true;
       }
@@ -332,7 +332,7 @@ TEST(ClockBringUp, SignalsStartTogetherInTheFuture) {
   EXPECT_EQ(reg(4, wire::reg::kDcActivation), 0x00);
 }
 
-/// Writing takes longer than the first lead: the start time moves, nobody starts in the past.
+/// Writing takes longer than the first lead: the start time moves, no slave starts in the past.
 TEST(ClockBringUp, AStartTimeThatHasPassedIsChosenAnew) {
   ClockLine line(random_clocks(4, 20.0), std::nullopt, with_cable(kCable));
   int activations = 0;

@@ -56,7 +56,7 @@ TEST(DrivesWithClocks, HaveTheFollowingErrorThatTheyReport) {
     ASSERT_TRUE(operation.run_until(ecat_master::MotionPhase::kHolding, seconds{2}));
     double difference = 0.0;
     for (const auto& sample : operation.axis_samples) {
-      difference = std::max(difference, std::abs(sample.following_error_rad - sample.drive_following_error_rad));
+      difference = std::max(difference, std::abs(sample.following_error - sample.drive_following_error));
     }
     // 8 rad/s: a cycle of 125 us that is left out would be 1 mrad.
     EXPECT_LT(difference, 1e-4) << period.count();

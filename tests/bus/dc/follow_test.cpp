@@ -214,8 +214,8 @@ TEST(ClockFollowing, TheNextClockTakesOverAndNobodyJumps) {
   EXPECT_THAT(run.events(), testing::ElementsAre("slave 1: the reference clock no longer answers",
                                                  "slave 2: is the reference clock from now on"));
   EXPECT_EQ(run.clocks().reference, 2);
-  // With the branch gone frames come two microseconds sooner; the one that brought the expected time before anybody had
-  // noticed has given all clocks a push, which the new reference keeps for a while and the others have to follow.
+  // Without the branch frames come two microseconds sooner; the one with the expected time before the loss was noticed
+  // has shifted all clocks, and the others have to follow the new reference, which settles slowly.
   EXPECT_LE(apart, nanoseconds{500}) << "SYNC0 of the others against each other, all the time";
   EXPECT_LE(run.worst_sync0(), nanoseconds{40}) << "in the end";
   EXPECT_LE(jump, nanoseconds{200}) << "system time of a drive from cycle to cycle";

@@ -164,7 +164,8 @@ class SlowActivation final : public PassingPort {
   bool done_ = false;
 };
 
-/// The signals of a slave that joins are switched on anew when their start has passed; nobody else's are.
+/// The signals of a slave that joins are switched on anew when their start has passed; those of other slaves are not
+/// touched.
 TEST(JoiningClocks, ThatStartTwiceLeaveTheOthersAlone) {
   SlowActivation* slow = nullptr;
   static constexpr std::uint16_t kStation = 0x1003;

@@ -1,4 +1,4 @@
-// Registers of the distributed clocks that somebody else, or a damaged frame, has written.
+// Registers of the distributed clocks that another master, or a damaged frame, has written.
 #include <gmock/gmock.h>
 
 #include "clock_run.hpp"

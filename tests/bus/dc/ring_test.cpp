@@ -12,7 +12,8 @@ using slaves::Wiring;
 
 constexpr std::size_t kSlaves = 8;
 
-/// Eight clocks in a ring whose speeds wander by 1 ppm/s: whoever is led by nobody is microseconds off within seconds.
+/// Eight clocks in a ring whose speeds wander by 1 ppm/s: a clock without reference time is microseconds off within
+/// seconds.
 class ClockRing : public testing::Test {
  protected:
   static std::vector<ClockSpec> wandering() {
@@ -77,7 +78,7 @@ TEST_F(ClockRing, BothPartsStayTogetherWhereverItBreaks) {
   }
 }
 
-/// Without anybody who leads the far part it goes astray: the test above proves something.
+/// Without reference time the far part runs away, so that the test above proves something.
 TEST_F(ClockRing, ClocksBehindTheBreakWouldRunAway) {
   ClockRun::Options options;
   options.port = &ring;

@@ -15,7 +15,7 @@ using ecat_master::dc::SystemTimeSource;
 using ecat_master::dc::TimeSource;
 
 /// A time far from the master's, as something disciplines it: 80 ppm fast for three seconds, then 40 ppm slow. The same
-/// function of time for whoever asks.
+/// function of time for every caller.
 class SteeredTime final : public TimeSource {
  public:
   explicit SteeredTime(const rt::Clock& clock) : clock_(clock) {}
@@ -69,10 +69,10 @@ TEST(ClockTime, TheReferenceFollowsATimeThatIsSteered) {
     arrival = std::max(arrival, std::chrono::abs(steered.run.arrival_error()));
     apart = std::max(apart, steered.run.worst_sync0());
   });
-  // It is behind by the way of the frame, which nobody can measure from one end, and while it learns another speed.
+  // It is behind by the delay of the frame, which cannot be measured from one end, and while it learns another speed.
   EXPECT_LE(worst, microseconds{3});
   EXPECT_LE(arrival, microseconds{2}) << "the cycle keeps its phase";
-  // While the reference clock changes its speed by 120 ppm at once, which nobody who steers a clock does to it.
+  // While the reference clock changes its speed by 120 ppm at once, far more than a steered clock does.
   EXPECT_LE(apart, microseconds{4});
   EXPECT_TRUE(steered.run.status().locked);
   EXPECT_EQ(steered.run.status().unlocks, 0U);

@@ -1,4 +1,4 @@
-// What the watch over the clocks sees and does while the cycle runs.
+// Supervision of the clocks while the cycle runs.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -31,7 +31,7 @@ TEST(ClockWatch, AClockThatLeavesItsWindowIsNamed) {
   ASSERT_EQ(run.start(line.plan()), "");
   run.run(seconds{1});
   static_cast<void>(run.events());
-  // Somebody else writes the offset of slave 2: its clock is 50 us ahead and has to be brought back.
+  // Another master writes the offset of slave 2: its clock is 50 us ahead and has to be brought back.
   const auto offset = line.slave(2).esc().memory().get(wire::reg::kSystemTimeOffset);
   ASSERT_TRUE(run.master().bus().write(line.refs()[2], wire::reg::kSystemTimeOffset, offset + 50'000));
   run.run(milliseconds{10});

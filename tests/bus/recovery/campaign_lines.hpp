@@ -18,7 +18,7 @@ struct CampaignLine {
 
 [[nodiscard]] std::vector<CampaignLine> campaign_lines();
 
-/// What is cut at a moment.
+/// Present cuts.
 struct Cuts {
   std::set<std::size_t> off;           ///< slaves without supply
   std::vector<slaves::PortId> broken;  ///< cables, by one of their ends

@@ -1,5 +1,5 @@
-// The faults of the emulated line, several at a time, again and again from different seeds: what is told must be what
-// was done (deeds.hpp), and everybody must be back in the end.
+// The faults of the emulated line, several at a time, again and again from different seeds: the reports must fit the
+// faults (deeds.hpp), and all slaves must be back in the end.
 //
 // DRIVELINE_CAMPAIGN_RUNS sets the number of runs (default 40), DRIVELINE_CAMPAIGN_SEED the first seed.
 #include <gmock/gmock.h>
@@ -43,7 +43,7 @@ class CampaignRun {
     operation_ = std::make_unique<LineOperation>(drives_, options_);
   }
 
-  /// What is wrong in the end, empty: nothing.
+  /// Runs it; returns what is wrong in the end, empty: nothing.
   std::string execute() {
     if (const auto error = sentence(operation_->to_motion()); !error.empty()) return "start: " + error;
     operation_->run(milliseconds{20});
@@ -115,7 +115,8 @@ class CampaignRun {
         fault.time = microseconds{static_cast<int>(pick(20, 400))};
         break;
       case FaultKind::kCorrupt:
-        // The way back deceives the master only; what reaches slaves may do anything to them, registers included.
+        // Damage on the way back affects the master only; on the way out it may change anything in the slaves,
+        // registers included.
         fault.count = static_cast<std::uint32_t>(pick(1, 20));
         fault.bits = static_cast<std::uint32_t>(pick(1, 4));
         break;
@@ -142,7 +143,7 @@ class CampaignRun {
     faults_ += std::string(slaves::fault_kind_row(fault.kind).name) + " slave " + std::to_string(fault.slave) + ", ";
   }
 
-  /// With nothing else going on, so it must be told; then it is hindered on its way back.
+  /// With no other fault, so it must be reported; then its recovery is disturbed.
   std::uint16_t take_away_one() {
     constexpr FaultKind kTaken[] = {FaultKind::kPowerOff, FaultKind::kCableBreak, FaultKind::kShortWorkingCounter};
     constexpr FaultKind kHindered[] = {FaultKind::kRefuseTransition, FaultKind::kSlowTransition,
@@ -170,7 +171,7 @@ class CampaignRun {
     });
   }
 
-  /// All faults over: everybody must come back.
+  /// All faults have ended: all slaves must come back.
   bool settle() {
     const auto end = drives_.clock.now() + std::chrono::seconds{30};
     while (!drives_.line().faults().active().empty() && drives_.clock.now() < end) live(milliseconds{20});
@@ -251,7 +252,7 @@ class CampaignRun {
     return counted ? "" : "counts " + std::to_string(supervisor_->recoveries()) + " recoveries";
   }
 
-  /// The line does its work as if nothing had been.
+  /// The line works as before.
   std::string drive_on() {
     operation_->motion().request_stop();
     if (!operation_->run_until(MotionPhase::kIdle, std::chrono::seconds{5})) return "does not come to rest: " + faults_;
@@ -283,7 +284,7 @@ class CampaignRun {
   std::string faults_;
 };
 
-/// What the runs had in common with each other.
+/// Sums over all runs.
 struct CampaignSum {
   std::uint64_t recoveries = 0;
   std::uint64_t registers = 0;

@@ -43,7 +43,7 @@ bool starves(const Fault& fault, std::size_t slave) {
   }
 }
 
-/// What a slave with the fault makes of being brought back.
+/// Whether the error is one that the fault causes while the slave is recovered.
 bool is_reason(const Fault& fault, const ecat_master::Error& error) {
   const auto* refused = error.as<facts::StateRefused>();
   switch (fault.kind) {
@@ -70,7 +70,7 @@ void Deeds::add(const Fault& fault, nanoseconds now) {
 }
 
 bool Deeds::corrupted(nanoseconds before) const {
-  // The way back deceives the master, for as long as it takes it to ask again; what reaches slaves stays with them.
+  // Damage on the way back affects the master until it reads again; on the way out it stays in the slaves.
   return std::any_of(deeds_.begin(), deeds_.end(), [&](const Deed& deed) {
     const bool over = deed.fault.way == FaultWay::kBack && before > deed.end + kNoticed;
     return deed.fault.kind == FaultKind::kCorrupt && deed.begin <= before && !over;
@@ -138,11 +138,11 @@ bool Deeds::explains(const LineEvent& event) const {
       return event.count == 1 && event.change.guarded.address == wire::reg::kStationAddress.address &&
              event.change.found == 0U && switched_off(event.slave, event.time);
     default:
-      return false;  // nobody writes registers, there is no ring, no second master, and no group with a limit
+      return false;  // no other master writes registers, there is no ring and no group with a limit
   }
 }
 
-/// Nothing else is going on, and nobody is being brought back.
+/// No other fault is active, and no slave is being recovered.
 bool Deeds::alone(const Deed& deed, const History& history) const {
   for (const auto& other : deeds_) {
     if (&other == &deed) continue;
@@ -163,7 +163,7 @@ std::string Deeds::never_told(const History& history, std::size_t slaves) {
   constexpr nanoseconds kLongHunger = kWatchdog + std::chrono::milliseconds{10};
   for (const auto& deed : deeds_) {
     const bool cut = cuts_off(deed.fault);
-    // When nobody is left on the line, no slave can be told from another.
+    // Without any slave on the line the missing ones cannot be named.
     if (cut && deed.fault.slave == 0) continue;
     if (corrupted(deed.end) || deed.end - deed.begin < (cut ? kLongCut : kLongHunger) || !alone(deed, history))
       continue;

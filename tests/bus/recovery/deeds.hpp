@@ -8,9 +8,9 @@
 
 namespace driveline::bus_test {
 
-/// What was done to a plain line, and whether that is what is told of it: who is accused of what, since when, how
-/// often, and what had to be told because nothing else was going on. Frames whose bits flip unnoticed
-/// (FaultKind::kCorrupt) may mean anything to anybody, so nothing is judged that they may have done.
+/// The faults of a plain line, compared with the reports of the master: which slave is blamed for what, since when, how
+/// often, and which reports must not be missing because there was no other fault. Frames with flipped bits
+/// (FaultKind::kCorrupt) may have any effect on any slave, so their possible effects are not judged.
 class Deeds {
  public:
   using History = std::deque<ecat_master::LineEvent>;
@@ -19,9 +19,9 @@ class Deeds {
   /// master.
   void add(const slaves::Fault& fault, std::chrono::nanoseconds now);
 
-  /// What is wrong with the history of a line of so many slaves, empty: nothing.
+  /// Errors in the history of a line of so many slaves, empty: none.
   [[nodiscard]] std::string judge(const History& history, std::size_t slaves);
-  /// Sentences that had to be told, and were.
+  /// Required reports that were made.
   [[nodiscard]] std::size_t demanded() const noexcept { return demanded_; }
 
  private:

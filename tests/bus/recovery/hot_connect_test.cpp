@@ -69,7 +69,7 @@ class HotConnected : public testing::Test {
     EXPECT_EQ(sentence(coe.upload(0x1008, 0)), "");
     EXPECT_EQ(master->slaves()[2].info.description.serial_number, 1002U) << "what it says, not one of its kind";
   }
-  /// Nobody lost a cycle, and nobody took one for bad.
+  /// No slave lost a cycle, and no cycle counted as bad.
   void expect_undisturbed() {
     EXPECT_EQ(longest_bad, 0U);
     EXPECT_EQ(master->core()->statistics().wkc_errors, 0U);

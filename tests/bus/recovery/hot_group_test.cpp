@@ -1,4 +1,4 @@
-// Several slaves that come and go together, known by the first of them.
+// Several slaves that are plugged in and removed together, identified by the first of them.
 #include <gmock/gmock.h>
 
 #include "movable_group.hpp"
@@ -103,7 +103,7 @@ TEST(HotConnectGroup, AnotherDeviceBehindTheHeadIsNamedAndLeftAlone) {
 
 TEST(HotConnectGroup, IncompleteAtTheStartIsRefused) {
   MovableGroup group;
-  group.line.line().set_power(4, true);  // at the end of the line, nobody behind it
+  group.line.line().set_power(4, true);  // at the end of the line
   EXPECT_EQ(sentence(group.start()), "planned slave 3 is not on the line; 3 slaves answer, 4 are planned");
   const auto& differences = group.master.comparison().differences;
   ASSERT_EQ(differences.size(), 1U);

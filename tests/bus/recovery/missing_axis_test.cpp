@@ -1,4 +1,4 @@
-// What the other axes do while one is missing, and how it comes back onto the path.
+// Behaviour of the other axes while one is missing, and its way back onto the path.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -37,7 +37,7 @@ class MissingAxis : public testing::Test {
     operation->run(milliseconds{150});
     remember();
   }
-  /// Forgets what went to the drives before.
+  /// Discards earlier setpoints.
   void remember() {
     operation->axis_samples.clear();
     seen.fill({});
@@ -46,9 +46,9 @@ class MissingAxis : public testing::Test {
   void check_setpoints() {
     for (const auto& sample : operation->axis_samples) {
       auto& last = seen[sample.axis];
-      const double speed = (sample.target_position_rad - last.position) / 125e-6;
+      const double speed = (sample.target_position - last.position) / 125e-6;
       const bool enabled = sample.state == snapshot::AxisState::kOperationEnabled;
-      const auto before = std::exchange(last, {sample.target_position_rad, enabled ? speed : 0.0, last.samples + 1});
+      const auto before = std::exchange(last, {sample.target_position, enabled ? speed : 0.0, last.samples + 1});
       // The second one has a speed that came out of nowhere.
       if (!enabled || before.samples < 2) continue;
       const auto& limits = operation->motion().axes()[sample.axis].config().limits;

@@ -57,7 +57,7 @@ class Placement : public testing::Test {
     operation.reset();
     drives = std::make_unique<DriveLine>(count, slaves::SlaveOptions{}, slaves::LineOptions{}, std::move(wiring));
   }
-  /// No drive has a serial number: nothing tells one from the other but its place.
+  /// No drive has a serial number: only the place distinguishes them.
   void forget_serials() {
     for (std::size_t i = 0; i < drives->size(); ++i) set_serial(drives->slave(i), 0);
   }
@@ -87,7 +87,7 @@ class Placement : public testing::Test {
       for (std::size_t i = 0; i < drives->size(); ++i) check(i);
     }
   }
-  /// Nobody has the station address of another at any time, and whoever is driven is driven along its own path.
+  /// No slave ever has the station address of another, and each driven axis follows its own path.
   void check(std::size_t i) {
     const auto station = drives->slave(i).esc().memory().get(wire::reg::kStationAddress);
     for (const auto& slave : operation->master().slaves()) {

@@ -27,7 +27,7 @@ class Recovery : public testing::Test {
     settings.state_timeout = std::chrono::seconds{1};
     supervisor = std::make_unique<LineSupervisor>(operation->master(), nullptr, settings);
   }
-  /// Cycles and polls every millisecond until everybody is back, at most for `limit`.
+  /// Cycles and polls every millisecond until all slaves are back, at most for `limit`.
   bool wait_for_all(nanoseconds limit) {
     const auto end = drives->clock.now() + limit;
     do {
@@ -55,9 +55,9 @@ class Recovery : public testing::Test {
   }
 
   /// Counts the cycles in which the data of a slave were not valid.
-  struct Watch final : ecat_master::CyclicTask {
-    void update(std::int64_t, std::span<const std::byte>, std::span<const bool> valid,
-                std::span<std::byte>) noexcept override {
+  struct Watch final : ecat_master::CycleTask {
+    void update(const ecat_master::TaskCycle& now) noexcept override {
+      const auto valid = now.valid;
       ++cycles;
       for (std::size_t i = 0; i < valid.size(); ++i) invalid[i] += valid[i] ? 0 : 1;
     }
@@ -91,7 +91,7 @@ TEST_F(Recovery, ASlaveThatFellToSafeOpIsBackInOp) {
 
 TEST_F(Recovery, ADriveThatWasSwitchedOffAndOnIsConfiguredAnew) {
   start(4);
-  // The last one: nobody behind it.
+  // The last slave of the line.
   expect_undisturbed(3, [&] {
     drives->line().set_power(3, false);
     for (int i = 0; i < 20; ++i) {

@@ -1,4 +1,4 @@
-// Registers of a slave in OP that somebody else, or a damaged frame, has written: noticed, named, put right.
+// Registers of a slave in OP that another master, or a damaged frame, has written: found, reported, repaired.
 #include <gmock/gmock.h>
 
 #include "drive_line.hpp"
@@ -202,7 +202,7 @@ TEST_F(RegisterGuard, AnAddressThatIsAnothers) {
   expect_whole();
 }
 
-/// What one damaged broadcast can do at worst: nobody has an address, and nobody takes a write.
+/// The worst case of one damaged broadcast: no slave has an address or accepts a write.
 TEST_F(RegisterGuard, AllAddressesLostAndBothLocksClosed) {
   for (const std::size_t budget : {60U, 300U}) {
     RunOptions options;
@@ -253,9 +253,9 @@ TEST_F(RegisterGuard, ASlaveInSafeOpWithAWrongFmmuIsConfiguredAnew) {
 }
 
 TEST_F(RegisterGuard, TheOthersLoseNoCycle) {
-  struct Watch final : ecat_master::CyclicTask {
-    void update(std::int64_t, std::span<const std::byte>, std::span<const bool> valid,
-                std::span<std::byte>) noexcept override {
+  struct Watch final : ecat_master::CycleTask {
+    void update(const ecat_master::TaskCycle& now) noexcept override {
+      const auto valid = now.valid;
       for (const std::size_t i : {0U, 1U, 3U}) invalid += valid[i] ? 0 : 1;
     }
     std::uint64_t invalid = 0;

@@ -1,6 +1,6 @@
-// One fault, or two at a time, on lines of every wiring, layout and division into groups. What is told is compared word
-// by word with what was done: each fault allows certain sentences about certain slaves, demands some of them, and
-// leaves everybody else in OP without one cycle lost.
+// One fault, or two at a time, on lines of every wiring, layout and division into groups. The reports are compared word
+// by word with the faults: each fault allows certain sentences about certain slaves, requires some of them, and leaves
+// all other slaves in OP without losing a cycle.
 //
 // DRIVELINE_CAMPAIGN_RUNS sets the number of runs (default 21), DRIVELINE_CAMPAIGN_SEED the first seed.
 #include <fmt/format.h>
@@ -81,7 +81,7 @@ class WiredRun {
     }
   }
 
-  /// What is wrong, empty: nothing.
+  /// Runs it; returns what is wrong, empty: nothing.
   std::string execute() {
     if (const auto error = sentence(operation_->to_op()); !error.empty()) return name() + "start: " + error;
     operation_->run(milliseconds{20});
@@ -135,7 +135,7 @@ class WiredRun {
     operation_->axis_samples.clear();
     operation_->line_samples.clear();
   }
-  /// Nobody has the station address of another, at any time.
+  /// No slave ever has the station address of another.
   void check_addresses() {
     for (std::size_t i = 0; i < drives_.size(); ++i) {
       const auto station = drives_.slave(i).esc().memory().get(wire::reg::kStationAddress);
@@ -161,7 +161,7 @@ class WiredRun {
     demanded_.insert(text);
   }
 
-  /// Everybody must be back, and all that was told must be what was to be told.
+  /// All slaves must be back, and the reports must be the expected ones.
   void end() {
     const auto until = drives_.clock.now() + std::chrono::seconds{10};
     do {
@@ -199,7 +199,8 @@ class WiredRun {
     return ring_ == nullptr || ring_->status().state == port::RingStatus::State::kClosed;
   }
 
-  /// Who cannot be reached now is gone, and who was without outputs for a while has been stopped by its watchdog.
+  /// Slaves that cannot be reached are gone, and slaves without outputs for a while have been stopped by their
+  /// watchdogs.
   void cuts_changed() {
     const auto reach = reached(line_.wiring, cuts_);
     for (std::size_t i = 0; i < drives_.size(); ++i) {
@@ -295,7 +296,7 @@ class WiredRun {
   void starve() {
     const auto slave = pick(0, drives_.size() - 1);
     done_ += fmt::format("short-wkc {}, ", slave);
-    frames_lost_ = true;  // a working counter that nobody explains makes its datagram invalid
+    frames_lost_ = true;  // an unexplained working counter makes its datagram invalid
     drives_.line().inject({.kind = FaultKind::kShortWorkingCounter,
                            .slave = static_cast<std::uint16_t>(slave),
                            .duration = milliseconds{200}});
@@ -303,7 +304,7 @@ class WiredRun {
     live(milliseconds{220});
   }
 
-  /// A few frames damaged on one cable: the counters name it and no other, and nobody is accused.
+  /// A few frames damaged on one cable: the counters name this cable only, and no slave is blamed.
   void damage_frames() {
     const auto wires = cables(line_.wiring);
     auto at = wires[pick(0, wires.size() - 1)];
@@ -331,7 +332,7 @@ class WiredRun {
     if (named != 1) note("the cable is not named");
   }
 
-  /// Late and doubled frames are nobody's fault.
+  /// Late and duplicated frames must not be blamed on a slave.
   void disturb() {
     done_ += "late and doubled frames, ";
     frames_lost_ = true;
@@ -364,7 +365,7 @@ class WiredRun {
     drives_.line().heal(refusal);
   }
 
-  /// After power-on it takes mails and does not answer.
+  /// After power-on it accepts mailboxes and does not answer.
   void be_silent() {
     const auto slave = pick(0, drives_.size() - 1);
     done_ += fmt::format("slave {} is silent after power-on, ", slave);
@@ -394,9 +395,9 @@ class WiredRun {
   }
 
   /// Counts the cycles in which the data of a slave were not valid.
-  struct Watch final : ecat_master::CyclicTask {
-    void update(std::int64_t, std::span<const std::byte>, std::span<const bool> valid,
-                std::span<std::byte>) noexcept override {
+  struct Watch final : ecat_master::CycleTask {
+    void update(const ecat_master::TaskCycle& now) noexcept override {
+      const auto valid = now.valid;
       for (std::size_t i = 0; i < valid.size(); ++i) invalid[i] += valid[i] ? 0 : 1;
     }
     std::array<std::uint64_t, 16> invalid{};

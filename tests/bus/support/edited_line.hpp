@@ -9,8 +9,7 @@
 
 namespace driveline::bus_test {
 
-/// A device with a profile of its own: EEPROM, sync managers and identification as the test wants them, behaviour as
-/// the device inside has it.
+/// A device with an edited profile (EEPROM, sync managers, identification) and the behaviour of the device inside.
 class EditedDevice final : public slaves::Device {
  public:
   EditedDevice(std::unique_ptr<slaves::Device> inner, slaves::DeviceProfile profile)
@@ -37,7 +36,7 @@ class EditedDevice final : public slaves::Device {
   void advance(nanoseconds now) noexcept override { inner_->advance(now); }
   [[nodiscard]] nanoseconds process_data_period() const noexcept override { return inner_->process_data_period(); }
 
-  /// What the slave puts into its mailbox ahead of its own answers.
+  /// Mailboxes that the slave sends ahead of its own answers.
   std::vector<std::vector<std::byte>> says_first;
   /// Told every mailbox that the master writes.
   std::function<void(std::span<const std::byte> mailbox)> hears;

@@ -20,7 +20,7 @@ inline void PrintTo(const LayoutCase& layout, std::ostream* out) {
   *out << layout.name;
 }
 
-/// All that the tests of layouts run with.
+/// All cases of the layout tests.
 inline auto all_layouts() {
   using ecat_master::ImageLayout;
   return testing::Values(

@@ -48,13 +48,13 @@ AxisSample moving_axis(std::uint64_t cycle, std::uint16_t axis) {
           .status_word = 0x1637,
           .mode = 8,
           .state = AxisState::kOperationEnabled,
-          .target_position_rad = position,
-          .actual_position_rad = position - 0.001,
-          .target_velocity_rad_s = velocity,
-          .actual_velocity_rad_s = velocity,
-          .target_torque_nm = 0.25 * axis,
-          .actual_torque_nm = -0.25 * axis,
-          .following_error_rad = 0.001};
+          .target_position = position,
+          .actual_position = position - 0.001,
+          .target_velocity = velocity,
+          .actual_velocity = velocity,
+          .target_torque = 0.25 * axis,
+          .actual_torque = -0.25 * axis,
+          .following_error = 0.001};
 }
 
 LineSample moving_line(std::uint64_t cycle) {
@@ -182,13 +182,13 @@ void expect_moving_axis(const json& axis, std::uint16_t index, int min_samples) 
   EXPECT_EQ(last["status_word"], 0x1637);
   EXPECT_EQ(last["mode"], 8);
   EXPECT_EQ(last["state"], "OPERATION_ENABLED");
-  EXPECT_EQ(last["target_position"], sent.target_position_rad);
-  EXPECT_EQ(last["actual_position"], sent.actual_position_rad);
-  EXPECT_EQ(last["target_velocity"], sent.target_velocity_rad_s);
-  EXPECT_EQ(last["actual_velocity"], sent.actual_velocity_rad_s);
-  EXPECT_EQ(last["target_torque"], sent.target_torque_nm);
-  EXPECT_EQ(last["actual_torque"], sent.actual_torque_nm);
-  EXPECT_EQ(last["following_error"], sent.following_error_rad);
+  EXPECT_EQ(last["target_position"], sent.target_position);
+  EXPECT_EQ(last["actual_position"], sent.actual_position);
+  EXPECT_EQ(last["target_velocity"], sent.target_velocity);
+  EXPECT_EQ(last["actual_velocity"], sent.actual_velocity);
+  EXPECT_EQ(last["target_torque"], sent.target_torque);
+  EXPECT_EQ(last["actual_torque"], sent.actual_torque);
+  EXPECT_EQ(last["following_error"], sent.following_error);
 }
 
 void expect_line_in_op(const json& status, std::uint64_t published) {

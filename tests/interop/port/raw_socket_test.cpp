@@ -337,7 +337,7 @@ TEST_P(RawSocket, InterfaceTakenDownIsLinkDownAndWorksAgainAtOnceWhenUp) {
   EXPECT_EQ(port->send(frame_of(60, 0)), SendStatus::kLinkDown);
   EXPECT_FALSE(port->receive());
 
-  // An outage nobody noticed meanwhile must not cost the first frame afterwards, in either direction.
+  // An unnoticed outage must not cost the first frame afterwards, in either direction.
   tap->set_up(true);
   tap->set_up(false);
   tap->set_up(true);

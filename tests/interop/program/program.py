@@ -20,16 +20,16 @@ DRIVELINE = os.environ["DRIVELINE"]
 CYCLONE_SUBSCRIBER = os.environ["CYCLONE_SUBSCRIBER"]
 SANITIZED = bool(os.environ.get("DRIVELINE_SANITIZE"))
 AXES = list("xyzabcuv")
-# Far beyond what anything here takes, so that a busy machine does not fail a test but a program that hangs does.
+# Far longer than any command takes, so that only a program that hangs fails a test, not a busy machine.
 PATIENCE_S = 120
 # A busy machine may suspend one of two processes, or the kernel's work between them, for longer than the axes put up with
 # at 125 us: the master gives up, or a drive finds itself too far from its setpoint (8611h). That says nothing about the
 # program, so such a run is tried again.
 DISTURBED = ("communication lost", "fault 0x8611", "the master was away")
 ATTEMPTS = 4
-# Neither is asked for by a test that says so: a process that was away for 100 ms lets the watchdogs of the drives run out.
+# A reason to repeat tests with @again_when_disturbed: while a process is away for 100 ms the watchdogs of the drives run out.
 WATCHDOG = "AL status code 0x001B"
-# The slower line that is asked for when every attempt was disturbed. Beyond this cycle it is the simulated line that is late:
+# The slower line for a run whose every attempt was disturbed. With longer cycles the simulated line itself would be late:
 # 256 drives have 40,000 steps of 125 us to make up for before they answer.
 LONGEST_CYCLE_US = 20_000
 LONGEST_WATCHDOG_MS = 6500  # of what a line file takes (docs/command_line.md)
@@ -115,8 +115,8 @@ class ProgramTest(unittest.TestCase):
                               check=False, stdin=subprocess.DEVNULL, **options)
 
     def run_undisturbed(self, *arguments, disturbed=was_disturbed, slow_description=None):
-        """Result of a command on the line. Disturbed every time, it is asked of a slower line as often, and what comes of that
-        counts, whatever it is: what fails there as well has failed. `slow_description`: of a command without `--config`."""
+        """Result of a command on the line. Disturbed every time, it is tried with a slower line as often, and that result counts
+        in any case. `slow_description`: the slower line of a command without `--config`."""
         result = self.first_undisturbed(arguments, disturbed)
         slower = self.slower(list(map(str, arguments)), slow_description) if disturbed(result) else None
         if slower is None:

@@ -77,7 +77,7 @@ class Slower(program.ProgramTest):
 
 
 class Status(unittest.TestCase):
-    """What ctest is told of a module."""
+    """The exit status that ctest gets for a module."""
 
     def status(self, *bodies, more=""):
         """Exit status and stderr for a module with these tests."""

@@ -30,7 +30,7 @@ class Usage(ProgramTest):
     BY_INDEX = "[[slave.pdo]]\nindex = 0x1600\n[[slave.pdo]]\nindex = 0x1A00\n"
 
     def test_axis_whose_pdos_lack_what_its_mode_needs(self):
-        # The simulated drive has nothing in its PDOs before somebody maps.
+        # The simulated drive has empty PDOs until they are mapped.
         config = self.write("nothing.toml", self.AXIS.format(self.BY_INDEX))
         result = self.run_program("run", "--config", config, "--virtual", "--duration", "1", "--no-telemetry")
         self.assertEqual((result.returncode, result.stdout), (2, ""))
@@ -185,7 +185,7 @@ class Files(ProgramTest):
 
 
 class FirstDay(WireTest):
-    """What somebody meets who does it for the first time."""
+    """Mistakes of a first-time user."""
 
     def test_no_link_names_the_interface(self):
         self.addCleanup(subprocess.run, [*self.prefix, "ip", "link", "set", "dl-line", "up"], check=True)
@@ -233,7 +233,7 @@ class FirstDay(WireTest):
 
 
 class Hostile(ProgramTest):
-    """Files and limits that nobody in good faith gives."""
+    """Files and limits made to do harm."""
 
     @staticmethod
     def limit(what, size):
@@ -357,7 +357,7 @@ class Privileges(WireTest):
     def test_missing_ones_name_the_remedy(self):
         if os.geteuid() != 0:
             self.skipTest("only root can become somebody without privileges")
-        program = self.directory / "driveline"  # where everybody may look
+        program = self.directory / "driveline"  # readable by all users
         shutil.copy(DRIVELINE, program)
         program.chmod(0o755)
         before = self.files()

@@ -116,7 +116,7 @@ class OverTheWire(WireTest):
 
     def test_a_cycle_that_is_not_locked_is_an_error_with_limit_and_remedy(self):
         self.start_line(LINE)
-        for _ in range(ATTEMPTS):  # locking takes 100 ms, so that only a busy machine looks when it is done
+        for _ in range(ATTEMPTS):  # locking takes 100 ms, so that only on a busy machine the look comes when it is done
             result = self.run_program("dc", "--iface", "dl-master", "--duration", 0.001)
             if result.returncode != 0:
                 break

@@ -180,7 +180,7 @@ class OverTheWire(WireTest):
         self.end_line(line)
 
     def test_a_line_in_op_is_not_disturbed(self):
-        # What is looked at is whether the mailbox disturbs, not how fast this machine is.
+        # The test is about disturbance by the mailbox, not about the speed of this machine.
         config = self.write_gentle_line(cycle_us=2000)
         line = self.start_line(config)
         master = self.start_master(config, "--duration", "60")

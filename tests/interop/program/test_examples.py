@@ -9,7 +9,7 @@ from program import ATTEMPTS, PATIENCE_S, WireTest
 
 EXAMPLE = os.environ["INTERFACE_EXAMPLE"]
 LINE = '[line]\nname = "two"\n[realtime]\npolicy = "degrade"\n[[slave]]\nname = "a"\n[[slave]]\nname = "b"\n'
-# What a machine does to it that has other things to do.
+# Disturbances by a busy machine.
 DISTURBED = ("for too long", "did not come back", "no answer", "not be enabled", "was not enabled in time")
 
 

@@ -317,7 +317,7 @@ class FilesAndSummary(ProgramTest):
             self.assertIn(part, result.stdout)
 
     def test_on_real_time(self):
-        # How well periods are kept is the machine's affair; that the run is whole is ours.
+        # Punctuality depends on the machine; the run must be complete on any.
         config = self.write_gentle_line(cycle_us=1000)
         result = self.run_program("run", "--config", config, "--duration", 1, "--json", "--no-plots")
         self.assertEqual(result.returncode, 0, result.stderr)

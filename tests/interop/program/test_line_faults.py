@@ -70,7 +70,7 @@ class OfTheLine(ProgramTest):
 
     def test_duplicate_alias_that_nobody_plans(self):
         self.line(slaves=(self.image("a.sii", alias=77), "", self.image("c.sii", alias=77)))
-        sentence = "alias 77: slaves 0 and 2 have it, it tells nobody which one is meant"
+        sentence = "alias 77: slaves 0 and 2 have it, it identifies none of them"
         for command in (["slaves"], ["scan"], ["rescan"]):
             self.assertIn(sentence, self.run_program(*command, "--config", "line.toml").stderr.splitlines())
         self.assertIn("  " + sentence, self.run_program("diag", "--config", "line.toml").stdout.splitlines())

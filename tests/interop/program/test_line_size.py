@@ -26,7 +26,7 @@ def line_of(count, cycle_us, head=""):
 
 
 def was_disturbed(result):
-    """256 drives take most of a CPU: a simulation that was suspended for a while, and makes up for it, answers nobody for
+    """256 drives take most of a CPU: a simulation that was suspended for a while, and catches up, gives no answers for
     longer than the five times 2 ms for which a frame outside of the cycle is waited for."""
     return program.was_disturbed(result) or (result.returncode == 1 and "no answer to a frame after 5 tries" in result.stderr)
 

@@ -107,7 +107,7 @@ class BudgetInProcess(ProgramTest):
         self.assertRegex(last_line(result), r"back after 1\d\d\.\d us \(1\d\d\.\d us through the line\), but a cycle")
 
     def test_frames_that_all_come_too_late_keep_the_line_in_safeop(self):
-        # The way to the first slave is in nobody's receive times.
+        # The delay to the first slave is in no receive time.
         result = self.run_line(1, '[wiring]\npreset = "line"\ncable_m = 10000\n')
         self.assertEqual(result.returncode, 1, result.stderr)
         self.assertRegex(last_line(result), r"no cyclic frame came back within the 93 us that its cycle waits, in \d+ cycles; "

@@ -200,7 +200,7 @@ class OnTheWire(WireTest):
         return group["bad_cycles"] == 0 and group["working_counter"] == group["expected_working_counter"]
 
     def diag_when(self, what, master, holds):
-        """The first diagnosis of which that is true: a frame of the cycle before may just have been late."""
+        """The first diagnosis for which `holds` is true: a frame of the cycle before may just have been late."""
         found = []
         self.wait_for(what, lambda: found.append(self.diag()) or holds(found[-1]), master)
         return found[-1]
@@ -291,7 +291,7 @@ class Ring(RingTest):
         self.assertEqual(ring["state"], "closed")
         self.assertGreater(ring["merged"], 0)
         # A break, and a mending, costs what is under way in that moment: one frame of process data and one of other work.
-        # What a busy machine has held up costs as well, and is told apart.
+        # Frames that a busy machine has delayed are lost as well, and counted separately.
         under_way = 2 * (len(AXES) - 1)
         self.assertLessEqual(ring["halves"] - ring["late_halves"], 2 * under_way)
         self.assertLessEqual(document["wkc_errors"] - ring["late_halves"], under_way)

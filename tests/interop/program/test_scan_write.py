@@ -10,7 +10,7 @@ TURNS = 0.2
 
 
 class Written:
-    """What both sides of the wire are asked."""
+    """Commands for both sides of the wire."""
 
     def scan(self, *arguments):
         result = self.run_program("scan", *arguments, "--write", "found.toml", "--move", TURNS)
@@ -55,12 +55,12 @@ class InProcess(ProgramTest, Written):
 
     def test_line_of_drives(self):
         text = self.check(EXAMPLES / "line8.toml", [f"axis{i}" for i in range(8)])
-        self.assertNotIn("Who is connected to whom", text)  # of a plain line nothing needs saying
+        self.assertNotIn("Connections of the slaves", text)  # a plain line needs no picture
 
     def test_branches_are_drawn(self):
         config = self.write("branch.toml", '[line]\ncycle_us = 1000\n[wiring]\npreset = "branch"\njunction = "a"\n'
                             'branch_slaves = 1\n' + "".join(f'[[slave]]\nname = "{name}"\n' for name in "abc"))
-        self.assertIn("Who is connected to whom", self.scan("--config", config))
+        self.assertIn("Connections of the slaves", self.scan("--config", config))
 
     def test_drives_that_stand_somewhere(self):
         config = self.write("far.toml", '[line]\ncycle_us = 1000\n[[slave]]\nname = "x"\n[slave.plant]\n'

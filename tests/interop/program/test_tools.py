@@ -10,7 +10,7 @@ from program import ATTEMPTS, DISTURBED, EXAMPLES, PATIENCE_S, ROOT, ProgramTest
 
 LINE8 = EXAMPLES / "line8.toml"
 ESI_FILE = ROOT / "esi/data/moog_msd.xml"
-# BRD of AL status, every 2 ms, from an address that is no master's of this program.
+# BRD of AL status, every 2 ms, from an address that no master of this program uses.
 FOREIGN_MASTER = r"""
 import socket, time
 s = socket.socket(socket.AF_PACKET, socket.SOCK_RAW, 0)
@@ -21,7 +21,7 @@ while True:
     print("sent", flush=True)
     time.sleep(0.0002)  # a tool is done with its look in a few ms
 """
-# What a process of this program does that has an interface for itself.
+# Claims an interface as a process of this program does.
 LOCK_HOLDER = r"""
 import socket, time
 s = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
@@ -533,7 +533,7 @@ class OnTheWire(WireTest):
 
     def test_names_of_process_data(self):
         self.start_line(EXAMPLES / "line8-nic.toml")
-        # The drives have no mapping before somebody gives them one.
+        # The drives have no mapping until one is written.
         self.tool("states", "SAFEOP", "--config", EXAMPLES / "line8-nic.toml")
         self.assertIn('PDO entry 0x6040:00, 16 bit, "Controlword"', self.tool("pdos", "-p", "0"))
         self.assertIn("{0x6041, 0x00, 16},  // Statusword", self.tool("cstruct", "-p", "0"))

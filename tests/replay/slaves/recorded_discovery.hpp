@@ -73,7 +73,7 @@ class RecordedDiscovery : public ::testing::Test {
     line_ = std::make_unique<Line>(clock_, std::move(slaves));
   }
 
-  /// What our slave makes of a recorded request, at the recorded time.
+  /// Answer of our slave to a recorded request, at the recorded time.
   Bytes answer(const replay::CapturedPacket& request) {
     if (start_ == 0ns) start_ = request.time;
     clock_.sleep_until(1s + (request.time - start_));
@@ -84,7 +84,7 @@ class RecordedDiscovery : public ::testing::Test {
   }
 
   /// Asks all recorded requests and compares the working counters of the answers, but those of reading the mailbox: its
-  /// content is not replayed, and who polls an empty mailbox finds it empty. Returns how many were compared.
+  /// content is not replayed, and polls of an empty mailbox find it empty. Returns how many were compared.
   std::size_t compare_overlapping() {
     // Requests and replies overlap: a reply belongs to the oldest request with the same datagram indices.
     std::deque<Bytes> waiting;

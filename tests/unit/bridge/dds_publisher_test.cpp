@@ -51,13 +51,13 @@ AxisSample sample_of(std::uint64_t cycle, std::uint16_t axis) {
           .status_word = 0x1637,
           .mode = 8,
           .state = AxisState::kOperationEnabled,
-          .target_position_rad = base + 0.125,
-          .actual_position_rad = base + 0.25,
-          .target_velocity_rad_s = base + 0.375,
-          .actual_velocity_rad_s = -(base + 0.5),
-          .target_torque_nm = base + 0.625,
-          .actual_torque_nm = base + 0.75,
-          .following_error_rad = base + 0.875};
+          .target_position = base + 0.125,
+          .actual_position = base + 0.25,
+          .target_velocity = base + 0.375,
+          .actual_velocity = -(base + 0.5),
+          .target_torque = base + 0.625,
+          .actual_torque = base + 0.75,
+          .following_error = base + 0.875};
 }
 
 void publish(DdsPublisher& publisher, const AxisSample& sample) {

@@ -130,7 +130,7 @@ TEST_F(CommandSocket, TooManySilentClientsMakeRoom) {
 }
 
 TEST_F(CommandSocket, WhoeverListensAndDoesNotAnswerIsNotWaitedForForEver) {
-  // Nobody looks: a program that is stopped.
+  // A stopped program does not read the socket.
   const auto answered = send_command(path, "diag", "run", milliseconds{30});
   ASSERT_FALSE(answered);
   EXPECT_EQ(answered.error().status, 1);

@@ -1,4 +1,4 @@
-// A slave whose answers nobody can read costs the objects that they are about, and no others.
+// Malformed answers of a slave affect only the objects that they are about.
 #include "line/dictionary_reader.hpp"
 
 #include <gmock/gmock.h>

@@ -159,7 +159,7 @@ TEST_F(DriveLinkTest, ComesBackWhenTheSlaveDoes) {
   EXPECT_EQ(view.trouble, "");
 }
 
-/// A run that ends with a fault leaves the line in INIT; who looks on sees the drive as it is, not as it was.
+/// A run that ends with a fault leaves the line in INIT; the page then shows the present values of the drive.
 TEST_F(DriveLinkTest, ShowsTheDriveAsItIsWhenItsMasterHasLeftTheLineInInit) {
   take_line();
   {

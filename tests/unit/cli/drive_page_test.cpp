@@ -1,4 +1,4 @@
-// The page of one drive: what stands on it for a given set of values, and what the keys and the terminal make of it.
+// The page of one drive for given values; keys and terminal output.
 #include <gmock/gmock.h>
 
 #include "driveline/slaves/msd/core/variant.hpp"

@@ -1,4 +1,4 @@
-// What the tools print, against the columns that the documentation and users' listings of the IgH tool show:
+// Output of the tools, compared with the columns in the documentation and in users' listings of the IgH tool:
 //   slaves:  "0  0:0  OP  +  EK1100 EtherCAT Coupler (2A E-Bus)"
 //   pdos:    "SM2: PhysAddr 0x1100, DefaultSize    6, ControlRegister 0x24, Enable 1" / "  RxPDO 0x1600 "..."" /
 //            "    PDO entry 0x7000:01,  1 bit, "Set""

@@ -1,4 +1,4 @@
-// Nothing that a file or a slave says is an order to the terminal.
+// Texts of files and slaves cannot control the terminal.
 #include "text/visible_text.hpp"
 
 #include <gtest/gtest.h>

@@ -201,14 +201,14 @@ TEST(AxisSample, CarriesTargetsAndInputs) {
   EXPECT_EQ(sample.status_word, 0x0237);
   EXPECT_EQ(sample.state, AxisState::kOperationEnabled);
   EXPECT_EQ(sample.mode, 8);
-  EXPECT_DOUBLE_EQ(sample.target_position_rad, 2.0);
-  EXPECT_DOUBLE_EQ(sample.actual_position_rad, 1.0);
-  EXPECT_DOUBLE_EQ(sample.target_velocity_rad_s, 3.0);
-  EXPECT_DOUBLE_EQ(sample.actual_velocity_rad_s, 2.0);
-  EXPECT_DOUBLE_EQ(sample.target_torque_nm, 2.0);
-  EXPECT_DOUBLE_EQ(sample.actual_torque_nm, 0.5);
-  EXPECT_DOUBLE_EQ(sample.following_error_rad, 1.0);
-  EXPECT_DOUBLE_EQ(sample.drive_following_error_rad, -0.01);
+  EXPECT_DOUBLE_EQ(sample.target_position, 2.0);
+  EXPECT_DOUBLE_EQ(sample.actual_position, 1.0);
+  EXPECT_DOUBLE_EQ(sample.target_velocity, 3.0);
+  EXPECT_DOUBLE_EQ(sample.actual_velocity, 2.0);
+  EXPECT_DOUBLE_EQ(sample.target_torque, 2.0);
+  EXPECT_DOUBLE_EQ(sample.actual_torque, 0.5);
+  EXPECT_DOUBLE_EQ(sample.following_error, 1.0);
+  EXPECT_DOUBLE_EQ(sample.drive_following_error, -0.01);
 }
 
 /// Following errors of an axis that stands at 1 rad while the setpoints 2, 3, 4, ... are sent.
@@ -267,8 +267,8 @@ TEST(AxisFollowingError, OfADriveThatReportsNoneIsStillKnown) {
   axis.write_outputs(outputs, Goal::kEnabled, false, {1.5, 0.0, 0.0});
   snapshot::AxisSample sample;
   axis.fill(sample);
-  EXPECT_DOUBLE_EQ(sample.following_error_rad, 0.5);
-  EXPECT_TRUE(std::isnan(sample.drive_following_error_rad));
+  EXPECT_DOUBLE_EQ(sample.following_error, 0.5);
+  EXPECT_TRUE(std::isnan(sample.drive_following_error));
 }
 
 TEST(SetpointDelay, IsTransportInterpolationAndTheWaitForSync0) {

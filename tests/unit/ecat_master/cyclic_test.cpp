@@ -94,7 +94,7 @@ TEST_F(CyclicFrameTest, KeepsTheInputsWhenTheWorkingCounterIsWrong) {
   EXPECT_EQ(copy_of(image.inputs()), hex("00000000"));
 }
 
-/// Somebody who is not planned, or an FMMU that is not as it should be, has put its own bytes into the image.
+/// An unplanned slave, or a wrong FMMU, has put its own bytes into the image.
 TEST_F(CyclicFrameTest, KeepsTheInputsWhenTheWorkingCounterIsTooHigh) {
   answer[44] = std::byte{4};
   ASSERT_TRUE(frame->accept(answer, {0, 7}, image, conditions));
@@ -188,7 +188,7 @@ TEST_F(SteadyAnswers, EndWithAStatusByteOrAWorkingCounterThatDiffers) {
   EXPECT_TRUE(steady_after_answer());
 }
 
-/// What becomes of the datagram with each working counter, as bits of good, disturbed and valid.
+/// Result of the datagram for each working counter, as bits of good, disturbed and valid.
 using CountersOfTwoSlaves = SteadyAnswers;
 
 TEST_F(CountersOfTwoSlaves, AreGoodUpToWhatTheSlavesCanAddAndNoFurther) {
@@ -324,7 +324,7 @@ TEST(AcyclicChannel, RefusesMoreJobsThanItHolds) {
 TEST(CyclicExchange, SkipsAnswersOfJobsThatWereGivenUp) {
   rt::VirtualClock clock;
   FakePort port(clock);
-  // The channel waits longer than the exchange: jobs pile up and are answered when nobody wants them any more.
+  // The channel waits longer than the exchange: jobs pile up and are answered after they were given up.
   AcyclicChannel channel(1'000'000);
   std::uint32_t sequence = 0;
   bool silent = true;

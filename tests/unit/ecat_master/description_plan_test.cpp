@@ -1,4 +1,4 @@
-// What a description file decides about a slave, and what goes before it.
+// Settings of a slave from a description file, and those that take precedence.
 #include "driveline/ecat_master/configuration/description_plan.hpp"
 
 #include <gmock/gmock.h>

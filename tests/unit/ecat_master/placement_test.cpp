@@ -72,9 +72,9 @@ TEST(Placement, BehindABranchThePathToItTells) {
 }
 
 TEST(Placement, WhereNobodyHungNobodyIsFound) {
-  // Slave 1 is off, and somebody is plugged in behind slave 3.
+  // Slave 1 is off, and another one is plugged in behind slave 3.
   EXPECT_THAT(place(kStar, tree({"", "0:1", "0:2", "2:1"}), {0, 2, 3, kNobody}), IsEmpty());
-  // Nobody is missing.
+  // No slave is missing.
   EXPECT_THAT(place(kStar, tree({"", "0:3", "0:1", "0:2", "3:1"}), {0, 1, 2, 3, kNobody}), IsEmpty());
 }
 

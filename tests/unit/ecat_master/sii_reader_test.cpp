@@ -46,7 +46,7 @@ class Eeprom final : public DatagramExchange {
   std::chrono::nanoseconds frame_time = std::chrono::microseconds{10};
   std::size_t rounds = 0;
   std::size_t datagrams = 0;
-  /// Put on the interface by somebody before us: address shown, and data that belong to nothing.
+  /// Left on the interface by an earlier reader: an address, and unrelated data.
   void leave_from_before(std::uint32_t shown, std::uint16_t rubbish) {
     word_ = shown;
     data_.fill(rubbish);
@@ -184,7 +184,7 @@ TEST(SiiReader, GetsTheSameContentFromEveryKindOfController) {
           eeprom.words_per_read = words;
           eeprom.busy_time = std::chrono::microseconds{busy_us};
           eeprom.shows_address = shows;
-          // The worst that a reader before us may have left: the address of our first word, and other data.
+          // The worst case of an earlier reader: the address of our first word, and other data.
           eeprom.leave_from_before(0, 0xBAD0);
           const auto image = read(eeprom);
           ASSERT_TRUE(image) << describe(image.error());

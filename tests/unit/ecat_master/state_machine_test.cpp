@@ -25,7 +25,7 @@ class AlRegisters final : public DatagramExchange {
     AlStatusCode code = AlStatusCode::kNoError;
     bool dead = false;
     std::chrono::nanoseconds delay{0};  ///< from a request to its effect
-    bool never_clears = false;          ///< keeps its error whatever is acknowledged
+    bool never_clears = false;          ///< keeps its error although it is acknowledged
     AlStatusCode refuses = AlStatusCode::kNoError;
     std::vector<std::uint16_t> written{};
   };

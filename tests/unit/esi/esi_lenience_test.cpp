@@ -1,4 +1,4 @@
-// What real vendor files do beyond the letter of the schema, and what the reader makes of it.
+// Deviations of real vendor files from the schema, and how the reader handles them.
 #include <gmock/gmock.h>
 
 #include "driveline/esi/esi_file.hpp"

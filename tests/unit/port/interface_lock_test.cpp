@@ -11,7 +11,7 @@ namespace {
 // Each of its own: they may run at the same time.
 
 TEST(InterfaceLock, IsTakenOnceAndNamesItsHolder) {
-  constexpr const char* kInterface = "lo";  // the one that there is everywhere
+  constexpr const char* kInterface = "lo";  // exists on every machine
   auto first = InterfaceLock::take(kInterface);
   ASSERT_TRUE(first);
   const auto second = InterfaceLock::take(kInterface);
@@ -31,7 +31,7 @@ TEST(InterfaceLock, IsFreeWhenItsOwnerIsGone) {
   EXPECT_TRUE(InterfaceLock::take(kInterface));
 }
 
-/// "eth1" and "eth11": who holds the longer one does not hold the shorter one.
+/// "eth1" and "eth11": the lock of the longer name is not that of the shorter one.
 TEST(InterfaceLock, OfANameThatBeginsAlikeIsAnother) {
   const auto longer = InterfaceLock::take("nowhere33");
   ASSERT_TRUE(longer);

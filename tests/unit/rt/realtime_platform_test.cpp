@@ -92,7 +92,7 @@ TEST_F(RealtimePlatformTest, OtherRealtimeThreadsOnTheCpuAreNamed) {
   EXPECT_TRUE(item("neighbours", std::nullopt).ok) << "without a CPU the kernel finds one";
 }
 
-/// What the master pins itself is meant to be there.
+/// Threads that the master pins itself are intended.
 TEST_F(RealtimePlatformTest, ThreadsOfThisProcessAreNoNeighbours) {
   thread(getpid(), getpid(), "cycle", 0x0040'0000, 80, 1, "1");
   EXPECT_TRUE(item("neighbours").ok) << item("neighbours").effective;

@@ -1,5 +1,5 @@
-// Another process at the other end of a shared region, and what may become of it: killed in the middle of a record,
-// stopped, replaced, gone mad.
+// Another process at the other end of a shared region that is killed in the middle of a record, stopped, replaced, or
+// writes garbage.
 #include <gtest/gtest.h>
 #include <sched.h>
 
@@ -236,9 +236,9 @@ TEST(SharedPeer, GarbageFromAPeerNeitherStopsNorDeceivesTheOwner) {
   EXPECT_EQ(accepted, 0u);  // nothing of what is written there is a record
   spoiling_in.end();
   spoiling_out.end();
-  // What the owner knows is its own: layout, size and mapping are as they were.
+  // The owner's copies are intact: layout, size and mapping are as they were.
   EXPECT_EQ(in.layout(), ring_of_records(16));
-  // Nobody can take part in what was spoilt without noticing: the header is gone, too.
+  // A spoilt region cannot be opened unnoticed: the header is destroyed, too.
   EXPECT_FALSE(SharedRegion::open(in.descriptor(), ring_of_records()));
 }
 
@@ -331,7 +331,7 @@ TEST(SharedPeer, BroadcastReaderThatWasKilledIsReplacedByANewOne) {
     Peer peer{forward};
     const std::uint64_t first_of_this_life = number;
     Record record;
-    // Published while there was nobody are lost; the first that this reader has seen is answered.
+    // Records published without a reader are lost; the first one that this reader has seen is answered.
     do {
       writer.push(record_of(number++));
       if (!told.try_pop(record)) {

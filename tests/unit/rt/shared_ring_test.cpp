@@ -253,8 +253,8 @@ TEST(SharedRing, TwoThreadsLoseNothingButWhatIsCounted) {
   EXPECT_EQ(writer.breaches() + reader.breaches(), 0u);
 }
 
-// What a ring is, in words that everybody understands: a queue of limited length. Readers and writers are replaced at
-// any time, and the counters begin anywhere.
+// The model of a ring is a queue of limited length. Readers and writers are replaced at any time, and the counters
+// begin anywhere.
 RC_GTEST_PROP(SharedRingProperty, IsAQueueOfLimitedLength, ()) {
   const auto capacity = std::uint64_t{1} << *rc::gen::inRange(0, 6);
   const auto start = *rc::gen::arbitrary<std::uint64_t>() - *rc::gen::inRange<std::uint64_t>(0, 50);

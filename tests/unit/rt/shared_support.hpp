@@ -1,5 +1,4 @@
-// What the tests of shared regions have in common: a record that tells whether it is whole, regions of it, and another
-// process.
+// Support for the tests of shared regions: a record with a check value, regions of it, and another process.
 #pragma once
 
 #include <fcntl.h>

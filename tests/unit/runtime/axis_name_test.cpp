@@ -1,5 +1,5 @@
-// A name of an axis stands in the line description and above a column of the path: what the one takes the other takes,
-// and what is refused is refused in the same words.
+// A name of an axis stands in the line description and above a column of the path: both accept the same names, and
+// refuse others in the same words.
 #include "driveline/trajectory/axis_name.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// What the path of a line may not be, with the whole sentence.
+// Every way in which the path of a line can be wrong, with the whole sentence.
 #include "driveline/runtime/config/axis_path.hpp"
 
 #include <gmock/gmock.h>

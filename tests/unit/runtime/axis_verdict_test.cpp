@@ -25,8 +25,8 @@ FollowingError ended(double error, double velocity = 0.0, AxisState state = Axis
   auto& last = seen.last.emplace();
   last.state = state;
   last.status_word = 0x0237;
-  last.following_error_rad = error;
-  last.target_velocity_rad_s = velocity;
+  last.following_error = error;
+  last.target_velocity = velocity;
   return seen;
 }
 

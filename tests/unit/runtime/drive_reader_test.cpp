@@ -186,7 +186,7 @@ TEST(DriveReader, WrongScripts) {
               HasSubstr("entry: 2000 does not fit DC_LINK, 0 to 1000 V is expected"));
 }
 
-/// The simulated drive of a line file, living on virtual time.
+/// The simulated drive of a line file, on virtual time.
 class ScriptedDrive {
  public:
   explicit ScriptedDrive(const std::string& rest) {

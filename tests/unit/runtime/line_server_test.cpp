@@ -1,4 +1,4 @@
-// The serving loop of `simulate`, turn by turn on virtual time: two interfaces, faults, what its owner hears.
+// The serving loop of `simulate`, turn by turn on virtual time: two interfaces, faults, messages to its owner.
 #include "driveline/runtime/served/line_server.hpp"
 
 #include <gmock/gmock.h>

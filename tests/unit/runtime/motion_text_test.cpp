@@ -1,4 +1,4 @@
-// What is said of actual positions that cannot be true, in the unit of the axis.
+// Sentences about implausible actual positions, in the unit of the axis.
 #include "operation/motion_text.hpp"
 
 #include <gmock/gmock.h>

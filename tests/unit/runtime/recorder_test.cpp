@@ -30,10 +30,10 @@ AxisSample sample(std::uint64_t cycle, std::uint16_t axis, double error = 0.0,
   made.time_ns = 5'000'000'000 + static_cast<std::int64_t>(cycle) * 125'000;
   made.axis = axis;
   made.state = state;
-  made.target_position_rad = static_cast<double>(cycle);
-  made.actual_position_rad = static_cast<double>(cycle) - error;
-  made.following_error_rad = error;
-  made.actual_torque_nm = 0.1 * static_cast<double>(cycle);
+  made.target_position = static_cast<double>(cycle);
+  made.actual_position = static_cast<double>(cycle) - error;
+  made.following_error = error;
+  made.actual_torque = 0.1 * static_cast<double>(cycle);
   return made;
 }
 
@@ -66,8 +66,8 @@ TEST_F(RecorderTest, ColumnsAreInTheUnitsOfTheAxesAndIncrementsBehindThemOnReque
     Recorder recorder(axes, csv(), 1, increments);
     auto x = sample(2, 0, 0.25);
     auto z = sample(2, 1, -0.5);
-    x.drive_following_error_rad = std::numeric_limits<double>::quiet_NaN();
-    z.drive_following_error_rad = 0.001;
+    x.drive_following_error = std::numeric_limits<double>::quiet_NaN();
+    z.drive_following_error = 0.001;
     feed(recorder, {x, z});
     recorder.finish({});
     const std::string head =
@@ -141,7 +141,7 @@ TEST_F(RecorderTest, FollowingErrorsOfTheDrivesThatReportThemStandBeside) {
   Recorder recorder(two_axes(), csv(), 1);
   for (std::uint64_t cycle = 0; cycle < 2; ++cycle) {
     auto z = sample(cycle, 1, 0.5);
-    z.drive_following_error_rad = 0.25 + static_cast<double>(cycle);
+    z.drive_following_error = 0.25 + static_cast<double>(cycle);
     feed(recorder, {sample(cycle, 0, 2.0), z});
   }
   recorder.finish({});

@@ -57,7 +57,7 @@ TEST(CheckLimits, GivesTheFactsOfWhatIsTooMuch) {
   EXPECT_EQ(result.error().limit, 2.25);
 }
 
-// Whoever makes the path slower by what it exceeds the limit by has made it slow enough.
+// Slowing the path down by the reported excess is enough.
 TEST(CheckLimits, TellsTheMostOfWhatIsTooMuchFirst) {
   PathBuilder builder;
   require(builder.add_axis({"x", AxisKind::kRotary}));

@@ -1,4 +1,4 @@
-// What makes a cubic spline a cubic spline, checked on random paths from outside.
+// The defining properties of cubic splines, checked on random paths.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -204,7 +204,7 @@ TEST(DatagramCursor, DatagramLengthThatLies) {
   for (std::uint16_t length = 0; length <= 0x7FF; ++length) {
     const auto last = walk(with_word(frame, 16 + 28 + 6, length));
     if (length <= 30) {
-      EXPECT_EQ(last, 3) << length;  // bytes behind the last datagram are nobody's
+      EXPECT_EQ(last, 3) << length;  // bytes behind the last datagram are ignored
     } else {
       ASSERT_FALSE(last) << length;
       EXPECT_EQ(last.error(), DecodeError::kBadLength);

@@ -15,9 +15,9 @@
 #include "driveline/wire/mailbox.hpp"
 #include "driveline/wire/sync_manager.hpp"
 
-/// What the tests know of each wire type: bytes that did not come from our encoder, where they are from, what they
-/// mean, and how to make random values. Captures: "soem" is a master that scans an AKD drive, "twincat" one that takes
-/// it to OP (both from the public ethercrab repository).
+/// Test data of each wire type: bytes that did not come from our encoder, their source and meaning, and random values.
+/// Captures: "soem" is a master that scans an AKD drive, "twincat" one that takes it to OP (both from the public
+/// ethercrab repository).
 namespace driveline::wire::test {
 
 template <typename T>

@@ -14,7 +14,7 @@ enum class AxisKind : std::uint8_t {
   kLinear,  ///< m, m/s, N
 };
 
-/// What the subscribers are told about an axis.
+/// Name and kind of an axis, as subscribers see them.
 struct AxisInfo {
   std::string name;                   ///< 1 to 31 bytes
   AxisKind kind = AxisKind::kRotary;  ///< unit of its samples: rad or m

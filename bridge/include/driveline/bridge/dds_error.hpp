@@ -11,15 +11,15 @@ namespace driveline::bridge {
 
 /// A name is empty, or longer than the records of the telemetry hold.
 struct DdsNameLength {
-  std::optional<std::size_t> axis;  ///< whose it is, from 0; nothing: the line's
+  std::optional<std::size_t> axis;  ///< index of the axis, from 0; nothing: it is the name of the line
   std::string name;                 ///< as configured
 };
 
 /// An address that is no IPv4 address.
 struct DdsNoAddress {
-  /// What it was to be.
+  /// Purpose of the address.
   enum class Use : std::uint8_t { kInterface, kPeer };
-  Use use;              ///< what it was to be
+  Use use;              ///< purpose of the address
   std::string address;  ///< as configured
 };
 
@@ -29,7 +29,7 @@ struct DdsForeignInterface {
   std::vector<std::string> own;  ///< those of this machine
 };
 
-/// More axes than the telemetry counts.
+/// More axes than the telemetry can number.
 struct DdsTooManyAxes {
   std::size_t count;  ///< as configured
 };
@@ -37,7 +37,7 @@ struct DdsTooManyAxes {
 /// A domain that does not exist.
 struct DdsDomainOutOfRange {
   std::uint32_t domain;  ///< as configured
-  std::uint32_t last;    ///< that exists
+  std::uint32_t last;    ///< highest domain
 };
 
 /// A decimation of 0.
@@ -60,7 +60,7 @@ struct DdsNoPublisher {};
 
 /// Fast DDS refuses to make a writer.
 struct DdsNoWriter {
-  std::string topic;  ///< for which it was
+  std::string topic;  ///< topic of the writer
 };
 
 /// Why a line is not published.

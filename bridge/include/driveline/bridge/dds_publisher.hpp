@@ -13,7 +13,7 @@
 
 namespace driveline::bridge {
 
-/// What became of the telemetry.
+/// Counters of the telemetry.
 struct PublishCounters {
   std::uint64_t published = 0;  ///< axis samples handed to DDS
   /// Samples that got lost before DDS: dropped by a full ring (whether their cycle would have been published or not),

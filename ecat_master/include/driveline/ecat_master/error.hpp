@@ -11,7 +11,7 @@
 
 namespace driveline::ecat_master {
 
-/// What went wrong, with its facts; the alternative is the kind of the error.
+/// The facts of an error; the alternative is its kind.
 using ErrorFacts = std::variant<
     facts::NoAnswer, facts::LinkDown, facts::WorkingCounter, facts::NoExchange, facts::Cancelled, facts::ExchangeFull,
     facts::NoSlaves, facts::TooManySlaves, facts::PortsFitNoTree, facts::IdentityMismatch, facts::SlaveMissing,
@@ -32,13 +32,13 @@ using ErrorFacts = std::variant<
 ///     if (error.is<facts::WorkingCounter>()) ...
 ///     if (const auto* abort = error.as<facts::SdoAbort>()) use(abort->code);
 struct Error {
-  /// `slave`: it is about the line as a whole.
+  /// Value of `slave` for an error of the line as a whole.
   static constexpr std::uint16_t kNoSlave = 0xFFFF;
 
-  ErrorFacts facts;                ///< what went wrong
+  ErrorFacts facts;                ///< kind and facts
   std::uint16_t slave = kNoSlave;  ///< position on the line, 0 = first
 
-  /// It is of that kind. \rtsafe
+  /// Whether the error is of that kind. \rtsafe
   template <typename Kind>
   [[nodiscard]] constexpr bool is() const noexcept {
     return std::holds_alternative<Kind>(facts);
@@ -51,7 +51,7 @@ struct Error {
 };
 static_assert(std::is_trivially_copyable_v<Error> && sizeof(Error) <= 40);
 
-/// A value, or why there is none.
+/// A value or an Error.
 template <typename T>
 using Result = tl::expected<T, Error>;
 

@@ -28,17 +28,17 @@ struct PlaceClaim;
 /// outlive the master. One thread at a time.
 class Master {
  public:
-  /// Patience with line and slaves.
+  /// Time-outs and layout.
   struct Settings {
-    DirectExchange::Settings exchange;                    ///< patience with frames
+    DirectExchange::Settings exchange;                    ///< time-out and retries of frames
     std::chrono::nanoseconds state_timeout = kOpTimeout;  ///< for SAFEOP and OP, unless the plan says less
     LayoutSettings layout{};                              ///< how the process data are laid out
     std::chrono::nanoseconds clock_timeout = std::chrono::seconds{10};  ///< until the clocks are together
-    /// A slave that is entered at another port than IN has another place in the order of the line than its neighbours
-    /// suggest; that is refused unless it is meant.
+    /// Accept slaves that frames enter at another port than IN. Such a slave has another position on the line than the
+    /// cabling suggests, so by default it is refused.
     bool accept_swapped_ports = false;
-    /// Device descriptions for slaves whose plan has none (SlavePlan::esi), by what was found; null: the EEPROM
-    /// decides.
+    /// Device descriptions for slaves whose plan has none (SlavePlan::esi), called with the slave as found; null: the
+    /// EEPROM is used.
     std::function<std::shared_ptr<const esi::DeviceDescription>(const SlaveInfo&)> describe{};
   };
 
@@ -50,10 +50,10 @@ class Master {
 
   /// AL status of all slaves by their position, without changing anything about them. Needs no scan().
   [[nodiscard]] Result<std::vector<AlReport>> peek_states();
-  /// In whose hands a line is.
+  /// Whether another master drives the line.
   struct Owner {
     std::optional<std::uint16_t> in_op;  ///< the first slave in OP; none: nobody drives the line
-    bool heard = false;                  ///< frames of another master have come in: he is at work
+    bool heard = false;                  ///< frames of another master have come in
   };
   /// Before scan(), without changing anything: while a slave is in OP, listens up to `patience` for another master. A
   /// line whose master has died falls out of OP by its watchdogs meanwhile, or stays there in silence. Errors: those of
@@ -61,28 +61,28 @@ class Master {
   [[nodiscard]] Result<Owner> find_owner(std::chrono::nanoseconds patience);
   /// Finds the slaves. Leaves them in INIT.
   [[nodiscard]] Result<void> scan();
-  /// After scan(): who is connected to whom. A line whose ports fit no tree has a description without slaves.
+  /// After scan(): connections of the slaves. Empty for a line whose ports fit no tree.
   [[nodiscard]] const Topology& topology() const noexcept { return topology_; }
-  /// From the next configure() on the clocks of the line are brought up in PREOP, the cycle follows the reference clock
-  /// (or it the cycle), and go_operational() waits until they are together.
+  /// From the next configure() on the clocks of the line are brought up in PREOP, cycle and reference clock are kept
+  /// together, and go_operational() waits until they are locked.
   void use_clocks(dc::ClockPlan plan) { clock_plan_ = std::move(plan); }
-  /// The port is `ring`, perhaps behind a capture: its clocks are kept together also while it is open. `ring` must
-  /// outlive the master.
+  /// Tells the master that its port is `ring`, possibly behind a capture: clocks are then kept together also while the
+  /// ring is open. `ring` must outlive the master.
   void use_ring(port::RedundantPort& ring) noexcept { ring_ = &ring; }
-  /// After enter_pre_op(): what configure() does about the clocks, for who wants nothing else. Then start_cycle().
+  /// After enter_pre_op(): brings up the clocks as configure() does, without process data. start_cycle() follows.
   [[nodiscard]] Result<void> synchronise_clocks();
-  /// After scan(): compares the found slaves with `plans`, as configure() does, for who has to know whose plan is whose
-  /// before that. Errors: the first difference.
+  /// After scan(): compares the found slaves with `plans`, as configure() does, for callers that need the comparison
+  /// before it. Errors: the first difference.
   [[nodiscard]] Result<void> match(std::span<const SlavePlan> plans);
   /// After match() or configure(): how the line differs from the plans, and which plan belongs to which slave.
   [[nodiscard]] const LineComparison& comparison() const noexcept { return comparison_; }
-  /// After match() or configure(): where on the line the slave of plan number `plan` is.
+  /// After match() or configure(): position of the slave of plan number `plan`.
   [[nodiscard]] std::optional<std::size_t> position_of(std::size_t plan) const noexcept;
   /// Explicit device identifications of all slaves, into slaves()[n].info; after scan().
   [[nodiscard]] Result<void> identify_devices();
-  /// Compares the found slaves with `plans` (position, alias or device ID; empty: anything goes, every slave with the
-  /// process data that it has assigned by itself), configures them and takes them to SAFEOP. Starts from INIT whatever
-  /// an attempt before has left behind.
+  /// Compares the found slaves with `plans` (position, alias or device ID; empty: any slaves, each with the process
+  /// data that it has assigned by itself), configures them and takes them to SAFEOP. Starts from INIT, so that it may
+  /// be repeated after an error.
   [[nodiscard]] Result<void> configure(std::vector<SlavePlan> plans);
   /// Sync managers of the mailboxes and PREOP only: enough for SDO transfers. Alternative to configure().
   [[nodiscard]] Result<void> enter_pre_op();
@@ -104,7 +104,7 @@ class Master {
   /// Settings::clock_timeout for the lock; errors then: NotLocked or NotSynchronised.
   [[nodiscard]] Result<void> go_operational();
 
-  /// AL status of every slave, through the cycle while it runs; nothing is said of those that have not been there yet.
+  /// AL status of every slave, through the cycle while it runs; empty for slaves that have never been on the line.
   [[nodiscard]] Result<std::vector<AlReport>> al_status();
   /// AL status of one slave. Errors: WorkingCounter when it does not answer, those of the bus.
   [[nodiscard]] Result<AlReport> al_status_of(std::size_t slave);
@@ -114,15 +114,15 @@ class Master {
     std::uint16_t found = 0;  ///< the address it had
   };
   /// While the cycle runs: gives their station addresses back to slaves that were switched off or plugged in again, or
-  /// whose address was written over. A slave is known by its place in the wiring, where that does not tell by its
-  /// serial number; one with SlavePlan::hot_connect by its alias or device ID, one with SlavePlan::behind by its
-  /// place behind that. Whoever may be several of the missing ones gets none, and recover() of these says
+  /// whose address was written over. A slave is identified by its place in the wiring or, where that is ambiguous, its
+  /// serial number; one with SlavePlan::hot_connect by its alias or device ID, one with SlavePlan::behind by its place
+  /// behind that. A slave that may be several of the missing ones gets no address, and recover() of these returns
   /// PlaceUnknown. Errors: those of the bus.
   [[nodiscard]] Result<std::vector<Readdressed>> readdress_newcomers();
   /// While the cycle runs: takes one slave from any state back to OP; checks that it is the device it was before and
   /// configures it anew when it has lost its configuration. The others are not touched. Errors: IdentityMismatch, and
-  /// the slave loses its station address; WorkingCounter when it does not answer, PlaceUnknown when it may be one
-  /// that has come back; those of configure().
+  /// the slave loses its station address; WorkingCounter when it does not answer, PlaceUnknown when a slave has come
+  /// back that may be this one; those of configure().
   [[nodiscard]] Result<void> recover(std::size_t slave, std::chrono::nanoseconds state_timeout);
   /// After configure(): registers of a slave that no longer read as they were set up. Errors: WorkingCounter when not
   /// exactly one slave answers to its station address, those of the bus.
@@ -160,7 +160,7 @@ class Master {
   Result<void> shut_down();
 
  private:
-  /// Sends requests the way that is open now, one batch after the other whichever threads they come from.
+  /// Sends requests directly or through the cycle, whichever is possible now. Serialises the threads that use it.
   class SwitchedExchange final : public DatagramExchange {
    public:
     explicit SwitchedExchange(DatagramExchange& direct) noexcept : target_(&direct) {}
@@ -186,7 +186,7 @@ class Master {
   [[nodiscard]] Result<void> welcome(std::size_t slave);
   [[nodiscard]] Result<std::vector<std::optional<std::uint16_t>>> identify_newcomers(
       std::span<const std::uint16_t> positions);
-  /// By position and slave: newcomers that are known by the wiring, else by their serial numbers.
+  /// Pairs of position and slave for newcomers that are identified by the wiring or their serial numbers.
   [[nodiscard]] Result<std::vector<std::pair<std::size_t, std::size_t>>> place_by_wiring(
       std::span<const std::optional<std::size_t>> known);
   [[nodiscard]] Result<void> settle_claims(std::span<const PlaceClaim> claims,
@@ -198,7 +198,7 @@ class Master {
   [[nodiscard]] Result<void> restore_registers(std::size_t slave);
   [[nodiscard]] Result<void> reconfigure(std::size_t slave, std::chrono::nanoseconds state_timeout);
   [[nodiscard]] Result<void> raise_to(wire::AlState target);
-  /// What the process data say about the mailboxes.
+  /// Mailbox status bytes in the process data.
   class CycleMailboxStatus final : public MailboxStatusSource {
    public:
     explicit CycleMailboxStatus(const Master& master) noexcept : master_(master) {}
@@ -227,7 +227,7 @@ class Master {
   std::vector<ConfiguredSlave> slaves_;
   std::vector<SlaveRef> refs_;
   std::vector<std::optional<Error>> unplaced_;  ///< why a slave that may have come back has no address
-  std::vector<bool> unproven_;                  ///< has an address by its place; who it is has not been looked at
+  std::vector<bool> unproven_;                  ///< got its address by its place; identity not checked yet
   std::vector<ControllerFacts> facts_;          ///< by position
   Topology topology_;
   LineComparison comparison_;

@@ -19,10 +19,10 @@ inline constexpr std::chrono::seconds kPreOpTimeout{3};
 /// See kPreOpTimeout; for SAFEOP and for OP.
 inline constexpr std::chrono::seconds kOpTimeout{10};
 
-/// How long a slave may take for its transitions. What is not said: kPreOpTimeout, kOpTimeout for SAFEOP and OP, 5 s
-/// back to INIT, 200 ms back to SAFEOP.
+/// How long a slave may take for its transitions. Defaults: kPreOpTimeout, kOpTimeout for SAFEOP and OP, 5 s back to
+/// INIT, 200 ms back to SAFEOP.
 struct StateTimeouts {
-  using Limit = std::optional<std::chrono::nanoseconds>;  ///< none: not said
+  using Limit = std::optional<std::chrono::nanoseconds>;  ///< none: the default
   Limit to_pre_op;                                        ///< also to BOOT
   Limit to_safe_op;                                       ///< from PREOP
   Limit to_op;                                            ///< from SAFEOP
@@ -47,9 +47,9 @@ struct StateTarget {
 /// WorkingCounter, those of the bus.
 [[nodiscard]] Result<std::vector<AlReport>> peek_states(Bus& bus);
 
-/// Asks all `slaves` for `target` at once, acknowledging errors where there are any, and waits for each of them as long
-/// as it may take; nobody waits for another. One result per slave: StateRefused with the AL status code,
-/// StateTimeout, WorkingCounter for a slave that does not answer several times in a row, or the error of the bus.
+/// Requests `target` from all `slaves` at once, acknowledging errors first, and waits for each of them until its own
+/// time limit, independently of the others. One result per slave: StateRefused with the AL status code, StateTimeout,
+/// WorkingCounter for a slave that does not answer several times in a row, or the error of the bus.
 [[nodiscard]] std::vector<Result<void>> change_states(Bus& bus, std::span<const StateTarget> slaves,
                                                       wire::AlState target);
 

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-/// What values and objects of a dictionary are, by the numbers of CiA 301 and ETG.1000.6.
+/// Data types and object codes of a dictionary, with the numbers of CiA 301 and ETG.1000.6.
 namespace driveline::esi {
 
 /// CANopen / CoE data types by their index in the data type area (ETG.1000.6 Table 64).

@@ -69,7 +69,7 @@ struct DcOpMode {
   std::int32_t cycle_time_sync1_ns = 0;      ///< 0: that of SYNC0 times the factor
   std::int16_t cycle_time_sync1_factor = 0;  ///< cycles of SYNC0 per cycle of SYNC1
   std::int32_t shift_time_sync1_ns = 0;      ///< from SYNC0 to SYNC1
-  /// What is assigned in this mode instead of the PDOs' own default (ETG.2000, Dc/OpMode/Sm). Not in the SII.
+  /// PDO assignment of this mode in place of the default one (ETG.2000, Dc/OpMode/Sm). Not in the SII.
   std::vector<SmAssignment> assignments{};
   bool operator==(const DcOpMode&) const = default;
 };
@@ -101,15 +101,15 @@ struct Object {
   bool operator==(const Object&) const = default;
 };
 
-/// Mailbox protocols of a device, and what of CoE it knows.
+/// Mailbox protocols of a device, and its CoE features.
 struct MailboxSupport {
-  bool aoe = false;                    ///< ADS over EtherCAT
-  bool eoe = false;                    ///< Ethernet over EtherCAT
-  bool coe = false;                    ///< CANopen over EtherCAT
-  bool foe = false;                    ///< files over EtherCAT
-  bool soe = false;                    ///< servo profile over EtherCAT
-  bool voe = false;                    ///< of the vendor
-  bool coe_sdo_info = false;           ///< SDO information
+  bool aoe = false;  ///< ADS over EtherCAT
+  bool eoe = false;  ///< Ethernet over EtherCAT
+  bool coe = false;  ///< CANopen over EtherCAT
+  bool foe = false;  ///< files over EtherCAT
+  bool soe = false;  ///< servo profile over EtherCAT
+  bool voe = false;  ///< of the vendor
+  bool coe_sdo_info = false;
   bool coe_pdo_assign = false;         ///< PDO assignment can be changed
   bool coe_pdo_config = false;         ///< PDO mapping can be changed
   bool coe_complete_access = false;    ///< SDO transfers of whole objects
@@ -119,8 +119,8 @@ struct MailboxSupport {
   bool operator==(const MailboxSupport&) const = default;
 };
 
-/// Time that a device asks of a master, in ms (ETG.2000, Info/StateMachine/Timeout, Info/Mailbox/Timeout); none: not
-/// told.
+/// Time-outs that a device asks of its master, in ms (ETG.2000, Info/StateMachine/Timeout, Info/Mailbox/Timeout); none:
+/// not told.
 struct DeviceTimeouts {
   std::optional<std::uint32_t> to_pre_op;          ///< from INIT
   std::optional<std::uint32_t> to_safe_op_and_op;  ///< from PREOP, from SAFEOP

@@ -13,7 +13,7 @@
 /// EtherCAT slave information files: the XML description of devices that configuration tools read (ETG.2000).
 namespace driveline::esi {
 
-/// Something in the file that was understood to be there and left out or interpreted; no error.
+/// An element of the file that was left out or interpreted; no error.
 struct EsiNote {
   std::size_t line = 0;  ///< 1-based
   std::string path;      ///< element path, e.g. EtherCATInfo/Descriptions/Devices/Device[2]/Slots
@@ -21,20 +21,20 @@ struct EsiNote {
   bool operator==(const EsiNote&) const = default;
 };
 
-/// Which device of a file is meant. What is empty or none does not matter.
+/// Selects a device of a file. Empty fields match any device.
 struct DeviceChoice {
   std::string name;                           ///< type or name of the device, upper or lower case
   std::optional<std::uint32_t> product_code;  ///< exactly; nothing: any
   std::optional<std::uint32_t> revision;      ///< exactly; nothing: the highest
 };
 
-/// Why no device of a file is the one that is meant.
+/// Why a DeviceChoice selects no device of a file.
 struct DeviceChoiceError {
-  /// What stands in the way.
+  /// Kind of failure.
   enum class Fault : std::uint8_t {
     kNoDevice,  ///< the file describes none
-    kNoneFits,  ///< `devices` are there, and none of them is meant
-    kSeveral,   ///< `devices` are of several products, and all of them are meant
+    kNoneFits,  ///< none of `devices` matches
+    kSeveral,   ///< `devices` of several products match
   };
   /// A device that the error names.
   struct Candidate {
@@ -42,7 +42,7 @@ struct DeviceChoiceError {
     std::uint32_t product_code = 0;  ///< as in the file
     std::uint32_t revision = 0;      ///< as in the file
   };
-  Fault fault = Fault::kNoDevice;  ///< what stands in the way
+  Fault fault = Fault::kNoDevice;  ///< kind of failure
   DeviceChoice choice;             ///< what was asked for
   std::vector<Candidate> devices;  ///< in the order of the file
 };
@@ -55,12 +55,12 @@ struct EsiFile {
   std::uint32_t vendor_id = 0;             ///< of the ETG
   std::string vendor_name;                 ///< as in the file
   std::vector<DeviceDescription> devices;  ///< in the order of the file, every revision
-  std::vector<EsiNote> notes;              ///< what was passed over
+  std::vector<EsiNote> notes;              ///< what was left out or interpreted
 
   /// The device with exactly this identity, nullptr when the file has none.
   [[nodiscard]] const DeviceDescription* find_device(std::uint32_t vendor, std::uint32_t product,
                                                      std::uint32_t revision) const noexcept;
-  /// The device that is meant; of several revisions of one product the highest.
+  /// The device that matches; of several revisions of one product the highest.
   [[nodiscard]] tl::expected<const DeviceDescription*, DeviceChoiceError> choose(const DeviceChoice& choice) const;
 };
 

@@ -94,15 +94,15 @@ struct SiiGeneral {
   std::uint16_t physical_ports = 0;  ///< four bits per port: 0 none, 1 MII, 3 E-bus, 4 fast hot connect
   std::vector<std::byte> further;    ///< the rest of the category, 14 bytes in images of today
 
-  static constexpr std::uint8_t kCoeSdo = 0x01;              ///< SDO transfers
-  static constexpr std::uint8_t kCoeSdoInfo = 0x02;          ///< SDO information
+  static constexpr std::uint8_t kCoeSdo = 0x01;  ///< SDO transfers
+  static constexpr std::uint8_t kCoeSdoInfo = 0x02;
   static constexpr std::uint8_t kCoePdoAssign = 0x04;        ///< PDO assignment can be changed
   static constexpr std::uint8_t kCoePdoConfig = 0x08;        ///< PDO mapping can be changed
   static constexpr std::uint8_t kCoeUploadAtStartup = 0x10;  ///< the master reads the PDOs at start
-  static constexpr std::uint8_t kCoeCompleteAccess = 0x20;   ///< complete access
-  static constexpr std::uint8_t kEnableNotLrw = 0x02;        ///< in `flags`: LWR and LRD instead of LRW
-  static constexpr std::size_t kMinSize = 18;                ///< bytes that every image has
-  static constexpr std::size_t kFurtherSize = 14;            ///< bytes behind them in images of today
+  static constexpr std::uint8_t kCoeCompleteAccess = 0x20;
+  static constexpr std::uint8_t kEnableNotLrw = 0x02;  ///< in `flags`: LWR and LRD instead of LRW
+  static constexpr std::size_t kMinSize = 18;          ///< bytes that every image has
+  static constexpr std::size_t kFurtherSize = 14;      ///< bytes behind them in images of today
   bool operator==(const SiiGeneral&) const = default;
 };
 
@@ -117,7 +117,7 @@ struct SiiSyncManager {
   std::uint16_t start_address = 0;  ///< in the slave's memory
   std::uint16_t length = 0;         ///< bytes; 0: as the PDOs ask
   std::uint8_t control = 0;         ///< wire::SyncManagerControl::raw()
-  std::uint8_t status = 0;          ///< do not care
+  std::uint8_t status = 0;          ///< without meaning in the EEPROM
   std::uint8_t enable = 0;          ///< bit 0 enable, bit 1 fixed content, bit 2 virtual, bit 3 only in OP
   std::uint8_t use = 0;             ///< SyncManager::Use
 
@@ -170,7 +170,7 @@ struct SiiDcMode {
   bool operator==(const SiiDcMode&) const = default;
 };
 
-/// A category whose content is not interpreted: 20, 42, 43, those of vendors and those of tomorrow.
+/// A category whose content is not interpreted: 20, 42, 43, those of vendors and of later editions.
 struct SiiRaw {
   std::vector<std::byte> bytes;  ///< even number
   bool operator==(const SiiRaw&) const = default;
@@ -206,10 +206,10 @@ struct SiiImage {
   std::vector<std::byte> tail;               ///< bytes behind the end category up to the last that is not 0xFF
   std::size_t image_bytes = 0;  ///< length of the image; shorter than eeprom_bytes() for a partial read-out
 
-  /// Size of the EEPROM by its own account, 128 bytes to 8 MiB.
+  /// Size of the EEPROM as its size word tells it, 128 bytes to 8 MiB.
   [[nodiscard]] std::size_t eeprom_bytes() const noexcept { return (std::size_t{size_word} + 1) * 128; }
-  /// The slave controller takes over the configuration area only then. 0x88A4 switches the check off (ESC data sheet,
-  /// EEPROM layout, for debugging).
+  /// Whether the checksum fits the configuration area; only then the slave controller takes it over. 0x88A4 switches
+  /// the check off (ESC data sheet, EEPROM layout, for debugging).
   [[nodiscard]] bool checksum_valid() const noexcept;
   /// Text `number` of the string category; empty for 0 and for numbers that are not there.
   [[nodiscard]] std::string_view text(std::uint8_t number) const noexcept;
@@ -225,7 +225,7 @@ struct SiiImage {
   bool operator==(const SiiImage&) const = default;
 };
 
-/// What is wrong with an image.
+/// Kind of error in an image.
 enum class SiiErrorCode : std::uint8_t {
   kOddSize,        ///< not a whole number of words
   kNoHeader,       ///< shorter than the 64 fixed words
@@ -263,8 +263,8 @@ struct SiiError {
 /// What the format cannot hold is cut: texts behind 255 bytes, texts and PDO entries behind number 255.
 [[nodiscard]] SiiImage make_sii(const DeviceDescription& device);
 
-/// What an SII image tells of its device. Not in the SII: vendor name, objects, device profile, minimum and maximum of
-/// sync manager sizes, SYNC1 cycle time.
+/// The device as its SII image describes it. Not in the SII: vendor name, objects, device profile, minimum and maximum
+/// of sync manager sizes, SYNC1 cycle time.
 [[nodiscard]] DeviceDescription description_from_sii(const SiiImage& image);
 
 }  // namespace driveline::esi

@@ -15,9 +15,9 @@ struct SiiDifference {
   bool operator==(const SiiDifference&) const = default;
 };
 
-/// Where the EEPROM of a device (`found`) differs from the image that its description makes (make_sii()). What belongs
-/// to the single device is passed over: serial number, station alias, and the checksum as far as it follows from them.
-/// An invalid checksum is a difference. Names are compared as texts, not by their numbers.
+/// Where the EEPROM of a device (`found`) differs from the image that its description makes (make_sii()). Serial number
+/// and station alias, which belong to the single device, are not compared, nor is the checksum as far as it follows
+/// from them. An invalid checksum is a difference. Names are compared as texts, not by their numbers.
 [[nodiscard]] std::vector<SiiDifference> compare_sii(const SiiImage& found, const SiiImage& planned);
 
 }  // namespace driveline::esi

@@ -23,12 +23,12 @@ class Clock {
   /// that spins up to a deadline ends).
   virtual void spin() noexcept = 0;
 
-  /// A turn of a busy-wait loop that is for something another thread does, on this CPU perhaps: real-time threads of
-  /// the same priority that are ready there run first. Costs two system calls on the real clock: not for every turn.
+  /// One turn of a busy-wait loop that waits for another thread, which may need this very CPU: ready real-time threads
+  /// of the same priority run first. Costs two system calls on the real clock: not for every turn.
   virtual void give_way() noexcept { spin(); }
 
-  /// Time of a CPU that the calling thread has used, since any instant. By default all time is used: nobody else runs
-  /// on a clock that is advanced by hand. A system call on the real clock: not for every cycle.
+  /// Time of a CPU that the calling thread has used, since an arbitrary instant. By default all time counts as used: no
+  /// other thread competes on a clock that is advanced by hand. A system call on the real clock: not for every cycle.
   [[nodiscard]] virtual std::chrono::nanoseconds cpu_time() const noexcept { return now(); }
 };
 
@@ -39,14 +39,14 @@ class MonotonicClock final : public Clock {
   /// Sleeps to the absolute time; a signal handler that runs meanwhile does not shorten the sleep.
   void sleep_until(std::chrono::nanoseconds deadline) noexcept override;
   void spin() noexcept override;
-  /// sched_yield(2) of a real-time thread; other threads are made to give way by the kernel anyway.
+  /// sched_yield(2) of a real-time thread; the kernel preempts threads of normal priority anyway.
   void give_way() noexcept override;
   /// CLOCK_THREAD_CPUTIME_ID.
   [[nodiscard]] std::chrono::nanoseconds cpu_time() const noexcept override;
 };
 
-/// A clock that moves only when told to. Starts at `start`. Reading it from other threads than the one that advances
-/// it is safe: who reads a time also sees what was written before the clock was moved there.
+/// A clock that moves only when told to. Starts at `start`. Reading it from other threads than the one that advances it
+/// is safe: a thread that reads a time also sees everything written before the clock was moved there.
 class VirtualClock final : public Clock {
  public:
   /// Begins at `start`; spin() moves it on by `spin_step`.

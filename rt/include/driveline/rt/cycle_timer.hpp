@@ -7,17 +7,17 @@
 
 namespace driveline::rt {
 
-/// What a cycle knows about its own beginning.
+/// When a cycle was to begin, and when it did.
 struct CycleStart {
   /// Number of the grid instant, counted from 0 at the first. Skipped periods are counted too, so that a setpoint
   /// taken at `cycle` belongs to `grid` whatever was missed.
   std::int64_t cycle;
   std::chrono::nanoseconds grid;  ///< the grid instant this cycle belongs to
-  std::chrono::nanoseconds wake;  ///< when the thread was really there, not before `grid`
+  std::chrono::nanoseconds wake;  ///< when the thread was running, not before `grid`
   std::int64_t missed;            ///< whole periods skipped just before this cycle
 
-  /// The wake-up latency: from the instant the thread was to wake at until it was there, skipped periods included.
-  /// wake - grid alone is that time modulo the period. `period` is that of the timer. \rtsafe
+  /// The wake-up latency: from the instant the thread was to wake at until it ran, skipped periods included. wake -
+  /// grid alone is that time modulo the period. `period` is that of the timer. \rtsafe
   [[nodiscard]] constexpr std::chrono::nanoseconds late(std::chrono::nanoseconds period) const noexcept {
     return wake - grid + missed * period;
   }
@@ -53,9 +53,9 @@ class CycleTimer {
   /// Sleeps to the next grid instant. Returns at once if it has passed less than a period ago; see the class.
   CycleStart wait_next() noexcept;
 
-  /// Moves the next grid instant, and all that follow, by `shift` (positive: later). What comes together before one
-  /// wait_next() is limited to half a period either way; the excess is dropped, because a controller that is still
-  /// wrong in the next cycle asks again.
+  /// Moves the next grid instant, and all that follow, by `shift` (positive: later). The sum of the shifts before one
+  /// wait_next() is limited to half a period either way; the excess is dropped, because a controller that is still off
+  /// in the next cycle shifts again.
   /// @return the part of `shift` that was accepted.
   std::chrono::nanoseconds shift_phase(std::chrono::nanoseconds shift) noexcept;
 

@@ -9,7 +9,7 @@
 
 namespace driveline::rt {
 
-/// Where the facts about the machine are read from; tests point it at a made-up tree.
+/// Root of the file tree that the facts about the machine are read from; tests use a made-up tree.
 struct PlatformSource {
   std::string root;           ///< put before /proc and /sys; empty for the real ones
   std::string uname_version;  ///< `uname -v`
@@ -23,7 +23,7 @@ struct PlatformSource {
 /// says what would be better. Reads files: not for the cycle.
 [[nodiscard]] std::vector<RealtimeItem> inspect_platform(const PlatformSource& source, std::optional<int> cpu);
 
-/// The last of the CPUs that the calling thread may use, but not `cpu`; nothing: there is no other.
+/// The highest-numbered CPU other than `cpu` that the calling thread may use; nothing if there is no other.
 [[nodiscard]] std::optional<int> allowed_cpu_besides(int cpu) noexcept;
 
 /// Whether `cpu` is in a list as the kernel writes it, such as "0-1,4".

@@ -18,7 +18,7 @@ struct RealtimeItem {
 /// The real-time set-up of one thread as it is in effect.
 struct RealtimeReport {
   std::vector<RealtimeItem> settings;  ///< what driveline sets and reads back; `enforce` insists on all of them
-  std::vector<RealtimeItem> platform;  ///< what kernel and machine offer or grant; advice, never a reason to refuse
+  std::vector<RealtimeItem> platform;  ///< properties of kernel and machine; advice, never a reason to refuse
 
   /// Whether every requested setting is in effect.
   [[nodiscard]] bool complete() const noexcept;

@@ -19,7 +19,8 @@ enum class RealtimePolicy {
   kDegrade,  ///< run all the same; the report says what is missing
 };
 
-/// How a real-time thread is to be set up. The defaults ask for everything except a CPU, which only the user can name.
+/// How a real-time thread is to be set up. The defaults request every setting but a CPU, which only the user can
+/// choose.
 struct RealtimeConfig {
   RealtimePolicy policy = RealtimePolicy::kEnforce;  ///< what happens when a setting cannot be had
   std::string name = "driveline-rt";                 ///< as seen in `top -H`; the kernel keeps 15 characters
@@ -45,7 +46,7 @@ class RealtimeTask {
   virtual void run(std::stop_token stop) noexcept = 0;
 };
 
-/// A thread that is what a real-time thread should be, or does not start.
+/// A thread with a complete real-time set-up, which is refused where the set-up cannot be had.
 ///
 /// Scheduling class, CPU, locked memory, resident stack, kept heap and timer slack are set, read back from the kernel
 /// and reported; until join() idle CPUs are kept awake (CpuLatencyHold). All signals are blocked in the thread, so that

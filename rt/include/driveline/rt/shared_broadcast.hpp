@@ -11,17 +11,16 @@
 
 namespace driveline::rt {
 
-/// What a region must be for SharedBroadcastWriter<T> and SharedBroadcastReader<T>. `capacity` matters to create()
-/// alone.
+/// The layout that SharedBroadcastWriter<T> and SharedBroadcastReader<T> need. Only create() uses `capacity`.
 template <SharedRecord T>
 [[nodiscard]] constexpr SharedLayout shared_broadcast(std::uint32_t content, std::uint32_t content_version,
                                                       std::uint64_t capacity = 0) noexcept {
   return {SharedForm::kBroadcast, content, content_version, sizeof(T), capacity};
 }
 
-/// The writing side of a broadcast: the owner of the region writes, any number of processes read, come and go, and none
-/// of them can do anything to the writer, who never looks at them. A record that is not read in time is overwritten;
-/// the reader notices.
+/// The writing side of a broadcast: the owner of the region writes, any number of processes read, start and end at any
+/// time, and none of them can affect the writer, which never looks at them. A record that is not read in time is
+/// overwritten; the reader notices.
 ///
 /// Every slot carries the number of its record, 0 while it is being written: a reader that finds the number still there
 /// after it has copied the record has an intact one.
@@ -56,8 +55,8 @@ class SharedBroadcastWriter {
   std::uint64_t head_;
 };
 
-/// A reading side of a broadcast; begins with the first record that is published after it was made. Nothing it does
-/// depends on the writer going on: one that was killed in the middle of a record leaves that record out.
+/// A reading side of a broadcast; begins with the first record that is published after it was made. It never waits for
+/// the writer: when that is killed in the middle of a record, the record is missing.
 ///
 /// Belongs to one thread. The region must outlive it.
 template <SharedRecord T>
@@ -105,7 +104,7 @@ class SharedBroadcastReader {
     return false;
   }
 
-  /// Records that this reader was too slow for. \rtsafe
+  /// Records that were overwritten before this reader took them. \rtsafe
   [[nodiscard]] std::uint64_t lost() const noexcept { return lost_; }
 
  private:

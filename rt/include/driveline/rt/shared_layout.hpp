@@ -8,19 +8,19 @@
 
 namespace driveline::rt {
 
-/// How the records lie in a shared region, and so who may write there.
+/// How the records lie in a shared region, and which side may write.
 enum class SharedForm : std::uint32_t {
   kRing = 1,       ///< SharedRingWriter to SharedRingReader; both sides can write everywhere
-  kBroadcast = 2,  ///< SharedBroadcastWriter to SharedBroadcastReader; only the process that made it can write
+  kBroadcast = 2,  ///< SharedBroadcastWriter to SharedBroadcastReader; only the process that created it can write
 };
 
 /// What the two sides of a region must agree on.
 struct SharedLayout {
-  SharedForm form = SharedForm::kRing;  ///< how the records lie
+  SharedForm form = SharedForm::kRing;  ///< ring or broadcast
   std::uint32_t content = 0;            ///< which records: a number that the two programs have agreed on
   std::uint32_t content_version = 0;    ///< changes with the fields of the record
   std::uint32_t record_bytes = 0;       ///< size of one record
-  /// Records that there is room for; create() rounds up to a power of two, 0 in what open() is asked for: any number.
+  /// Records that fit in; create() rounds up to a power of two, open() takes 0 for any number.
   std::uint64_t capacity = 0;
 
   /// Equal in every field.

@@ -17,7 +17,7 @@ struct SharedCallFailed {
   int error_number;  ///< errno
 };
 
-/// The descriptor belongs to something that has no seals: a plain file, a pipe.
+/// The descriptor belongs to a file without seals: a plain file, a pipe.
 struct SharedNotMemory {};
 
 /// The memory can still change its size, or its readers can write to it.
@@ -44,7 +44,7 @@ struct SharedWrongVersion {
   std::uint32_t found;     ///< of the region
 };
 
-/// The region holds something else than is wanted.
+/// The region has another layout or content than expected.
 struct SharedOtherContent {
   SharedLayout expected;  ///< what was asked for
   SharedLayout found;     ///< what the header says
@@ -70,41 +70,42 @@ inline constexpr std::uint32_t kSharedLayoutVersion = 1;
 /// No region is larger.
 inline constexpr std::uint64_t kMaxSharedBytes = std::uint64_t{1} << 30;
 
-/// Memory of fixed size that two processes share: what crosses the border of the process crosses it here.
+/// Memory of fixed size that two processes share: the only way by which data enter or leave the process that runs the
+/// cycle.
 ///
-/// The side that owns the cycle makes it (create()) and hands its descriptor to the other, by inheritance or
-/// SCM_RIGHTS; that one maps it with open(). It is a memfd that is sealed against any change of its size, because a
-/// peer that truncated it would end the cycle with SIGBUS; a broadcast is sealed against writing by others, too. All of
-/// it is allocated and mapped when create() or open() returns, so that the first access does not fault; RealtimeThread
+/// The side that owns the cycle creates it (create()) and passes its descriptor to the other by inheritance or
+/// SCM_RIGHTS, which maps it with open(). It is a memfd that is sealed against any change of its size, because a peer
+/// that truncated it would end the cycle with SIGBUS; a broadcast is sealed against writing by others, too. All of it
+/// is allocated and mapped when create() or open() returns, so that the first access does not fault; RealtimeThread
 /// locks it with the rest of the process.
 ///
-/// Of a ring every byte is at the mercy of the peer. The header is read once, by open(); the handles (SharedRingWriter,
-/// SharedRingReader) keep their own indexes and check the peer's. What seals cannot keep a peer with write access
-/// from: handing pages back to the system (fallocate(2) with FALLOC_FL_PUNCH_HOLE), after which the next access finds
-/// zeros there, a page fault later.
+/// The peer can write every byte of a ring. The header is read once, by open(); the handles (SharedRingWriter,
+/// SharedRingReader) keep their own indexes and check the peer's. Seals do not keep a peer with write access from
+/// handing pages back to the system (fallocate(2) with FALLOC_FL_PUNCH_HOLE); the next access then costs a page fault
+/// and reads zeros.
 ///
 /// Neither create() nor open() is for the cycle.
 class SharedRegion {
  public:
-  /// Makes a region of `layout`. `name` is what /proc shows, of no other meaning. The descriptor is closed on exec.
+  /// Makes a region of `layout`. `name` only appears in /proc. The descriptor is closed on exec.
   [[nodiscard]] static tl::expected<SharedRegion, SharedRegionError> create(const std::string& name,
                                                                             SharedLayout layout);
 
-  /// Maps the region that another process made. `descriptor` remains the caller's and may be closed afterwards.
-  /// A broadcast is mapped read-only. Everything is refused that is not what `wanted` says, or not sealed.
+  /// Maps a region that another process created. `descriptor` remains the caller's and may be closed afterwards. A
+  /// broadcast is mapped read-only. A region of another layout than `wanted`, or without its seals, is refused.
   [[nodiscard]] static tl::expected<SharedRegion, SharedRegionError> open(int descriptor, const SharedLayout& wanted);
 
-  /// Unmaps the memory. Handles that use it must be gone; the memory itself lives as long as another maps it.
+  /// Unmaps the memory. No handle may use it any more; the memory itself lives as long as another process maps it.
   ~SharedRegion();
   /// The moved-from region may only be destroyed or assigned to. Handles stay valid.
   SharedRegion(SharedRegion&& other) noexcept;
-  /// As the constructor; what was mapped here is unmapped.
+  /// As the constructor; unmaps what this object had mapped.
   SharedRegion& operator=(SharedRegion&& other) noexcept;
 
-  /// What to hand to the peer; -1 if the region was opened and not made here.
+  /// Descriptor for the peer; -1 if the region was opened and not created here.
   [[nodiscard]] int descriptor() const noexcept { return descriptor_; }
 
-  /// As it was created, or found and checked; not what the memory says now. \rtsafe
+  /// Layout as created, or as found and checked by open(), whatever the memory says now. \rtsafe
   [[nodiscard]] const SharedLayout& layout() const noexcept { return layout_; }
 
   /// All of the memory, header included; for the handles. \rtsafe

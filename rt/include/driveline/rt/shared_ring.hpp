@@ -10,7 +10,7 @@
 
 namespace driveline::rt {
 
-/// What a region must be for SharedRingWriter<T> and SharedRingReader<T>. `capacity` matters to create() alone.
+/// The layout that SharedRingWriter<T> and SharedRingReader<T> need. Only create() uses `capacity`.
 template <SharedRecord T>
 [[nodiscard]] constexpr SharedLayout shared_ring(std::uint32_t content, std::uint32_t content_version,
                                                  std::uint64_t capacity = 0) noexcept {
@@ -19,8 +19,8 @@ template <SharedRecord T>
 
 /// The writing side of a ring between two processes: one writer, one reader, either may own the region. When the ring
 /// is full, or seems so because the reader has written nonsense, the new record is dropped and counted; the writer
-/// never waits. A writer that was killed at any point has left nothing half-written behind: the next one takes its
-/// place by making this object. Two writers at a time spoil each other's records, and no more than that.
+/// never waits. A writer that is killed leaves no half-written record behind; another process takes its place by
+/// constructing this object. Two writers at a time spoil each other's records and nothing else.
 ///
 /// Belongs to one thread. The region must outlive it.
 template <SharedRecord T>
@@ -58,12 +58,12 @@ class SharedRingWriter {
   /// Records dropped by this object. \rtsafe
   [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_; }
 
-  /// How often the reader's index was one that no reader can reach. \rtsafe
+  /// How often the reader's index was impossible, so that the reader is broken or hostile. \rtsafe
   [[nodiscard]] std::uint64_t breaches() const noexcept { return breaches_; }
 
  private:
-  // Our own index is the truth: written also when nothing was pushed, in case the peer has spoilt it. Release: the
-  // reader that sees it sees the records before it.
+  // Only our own copy of the index counts: it is written also when nothing was pushed, in case the peer has overwritten
+  // it. Release: the reader that sees it sees the records before it.
   void publish() noexcept { shared_detail::store<std::memory_order_release>(slots_.head(), head_); }
 
   shared_detail::Slots<T> slots_;
@@ -72,11 +72,12 @@ class SharedRingWriter {
   std::uint64_t breaches_ = 0;
 };
 
-/// The reading side of such a ring. A reader that was killed is replaced by making this object anew, which goes on with
-/// the oldest record that was not given back: what the dead one had taken last may come again.
+/// The reading side of such a ring. Another process takes the place of a reader that was killed by constructing this
+/// object; it goes on with the oldest record that was not given back, so the records that were taken last may come
+/// again.
 ///
-/// What pop() hands out are copies. If the writer is not trusted, they are to be checked like any other input: index
-/// and contents may be anything, and the memory may change at any time, but the copy does not.
+/// pop() returns copies. If the writer is not trusted, they are to be checked like any other input: index and contents
+/// may be anything, and the memory may change at any time, but the copy does not.
 ///
 /// Belongs to one thread. The region must outlive it.
 template <SharedRecord T>
@@ -94,8 +95,8 @@ class SharedRingReader {
     publish();
   }
 
-  /// Takes as many of the oldest records as there are and fit. After an index that no writer can reach everything that
-  /// was waiting is given up.
+  /// Takes as many of the oldest records as there are and fit. When the writer's index is impossible, all waiting
+  /// records are discarded.
   /// @return how many were written to the front of `values`. \rtsafe
   std::size_t pop(std::span<T> values) noexcept {
     // Acquire pairs with the writer's release: the records before head are complete.
@@ -117,12 +118,12 @@ class SharedRingReader {
   /// @return false, leaving `value` alone, if there is none. \rtsafe
   bool try_pop(T& value) noexcept { return pop(std::span<T>{&value, 1}) == 1; }
 
-  /// How often the writer's index was one that no writer can reach. \rtsafe
+  /// How often the writer's index was impossible, so that the writer is broken or hostile. \rtsafe
   [[nodiscard]] std::uint64_t breaches() const noexcept { return breaches_; }
 
  private:
-  // Our own index is the truth: written also when nothing was taken, in case the peer has spoilt it. Release: the
-  // writer may use these slots only after they were read.
+  // Only our own copy of the index counts: it is written also when nothing was taken, in case the peer has overwritten
+  // it. Release: the writer may use these slots only after they were read.
   void publish() noexcept { shared_detail::store<std::memory_order_release>(slots_.tail(), tail_); }
 
   shared_detail::Slots<T> slots_;

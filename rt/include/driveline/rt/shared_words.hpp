@@ -12,9 +12,9 @@
 
 namespace driveline::rt {
 
-/// What may travel through a shared region: copied as bytes, found as bytes. Every pattern of bits must be a value of
-/// its fields, because the peer may write any: integers, floating point and enumerations with a stated type, but no
-/// `bool`, no pointer, no reference.
+/// A type that may travel through a shared region, where it is copied byte by byte. Every pattern of bits must be a
+/// value of its fields, because the peer may write any: integers, floating point and enumerations with a stated type,
+/// but no `bool`, no pointer, no reference.
 template <typename T>
 concept SharedRecord = std::is_trivially_copyable_v<T> && std::is_default_constructible_v<T> && !std::is_pointer_v<T> &&
                        !std::is_same_v<T, bool>;

@@ -47,7 +47,7 @@ class SpscRing {
       }
     }
     slots_[head & mask_] = value;
-    // Release: whoever sees the new head sees the slot filled.
+    // Release: a consumer that sees the new head sees the slot filled.
     producer_.head.store(head + 1, std::memory_order_release);
     return true;
   }
@@ -56,7 +56,7 @@ class SpscRing {
   /// @return false, leaving `value` alone, if there is none. \rtsafe
   bool try_pop(T& value) noexcept { return pop(std::span<T>{&value, 1}) == 1; }
 
-  /// Consumer: takes as many of the oldest elements as there are and fit.
+  /// Consumer: takes the oldest elements, as many as there are and as fit.
   /// @return how many were written to the front of `values`. \rtsafe
   std::size_t pop(std::span<T> values) noexcept {
     // Only this thread writes tail.
@@ -86,7 +86,7 @@ class SpscRing {
     return std::min<std::uint64_t>(head - tail, capacity());
   }
 
-  /// Most elements that it holds: the wanted number, rounded up to a power of two. \rtsafe
+  /// Number of elements it can hold: the requested number, rounded up to a power of two. \rtsafe
   [[nodiscard]] std::size_t capacity() const noexcept { return mask_ + 1; }
 
  private:

@@ -11,16 +11,18 @@
 #include "driveline/runtime/observer.hpp"
 #include "driveline/runtime/record/run_report.hpp"
 #include "driveline/runtime/setup/session.hpp"
+#include "driveline/runtime/setup/task.hpp"
 #include "driveline/snapshot/sample_consumer.hpp"
 #include "driveline/trajectory/interpolator.hpp"
 
 namespace driveline::runtime {
 
 class LineRun;
+class LineTasks;
 
 /// A drive line that runs: everything from the line description to the report. The line is brought up, its axes are
-/// taken along their path, slaves that are lost are looked after as the description wants it, faults are recorded, and
-/// in the end everything is in INIT again.
+/// taken along their path, lost slaves are treated as the description says, faults are recorded, and in the end all
+/// slaves are in INIT again.
 ///
 ///   auto line = runtime::Line::from_file("cell.toml");
 ///   if (!line) return fail(runtime::describe(line.error()));
@@ -30,21 +32,21 @@ class LineRun;
 /// (on virtual time in the owner's).
 class Line {
  public:
-  /// Which bus, beside what the description says.
+  /// Choice of the bus; overrides the description.
   struct Options {
     std::string interface;         ///< network interface; replaces the simulated line or interface of the description
     std::string second_interface;  ///< at the far end of a ring
     bool virtual_time = false;     ///< simulated line on virtual time: deterministic, as fast as possible
     Session::Adjust adjust{};      ///< changes the configuration before anything is opened
   };
-  /// How a run is made.
+  /// Settings of one run.
   struct RunSettings {
     std::optional<double> duration_s{};  ///< in operation; none: until the end of the path, or request_stop()
     bool force = false;                  ///< takes the line over from a master that drives it
   };
 
-  /// Reads the description and the path, opens the interface or builds the simulated line. Errors: those of the files
-  /// (kFile), what does not go together (kSetting), the interface (kMachine). Nothing is on the wire yet.
+  /// Reads the description and the path, opens the interface or builds the simulated line. Errors: unreadable or wrong
+  /// files (kFile), contradictory settings (kSetting), the interface (kMachine). Nothing is sent yet.
   [[nodiscard]] static Result<std::unique_ptr<Line>> from_file(const std::filesystem::path& file,
                                                                const Options& options);
   /// The same on the bus that the description names.
@@ -57,27 +59,34 @@ class Line {
   [[nodiscard]] static Result<std::unique_ptr<Line>> from_config(LineConfig config) {
     return from_config(std::move(config), Options{});
   }
-  /// Whatever is found on `interface`, without a description: process data as the slaves have assigned them, no axes.
+  /// The slaves found on `interface`, without a description: process data as the slaves have assigned them, no axes.
   [[nodiscard]] static Result<std::unique_ptr<Line>> from_interface(const std::string& interface,
                                                                     const Options& options);
   ~Line();
   Line(const Line&) = delete;
   Line& operator=(const Line&) = delete;
 
-  /// As it was read and adjusted.
+  /// The description as read and adjusted.
   [[nodiscard]] const LineConfig& config() const noexcept { return session_->config(); }
   /// The bus that the line is on.
   [[nodiscard]] Session& session() noexcept { return *session_; }
 
-  /// Who hears of everything; must outlive the line. Before run().
+  /// Receives progress, events and faults; must outlive the line. To be called before run().
   void observe(Observer& observer) noexcept { observer_ = &observer; }
-  /// Who gets every sample of the cycle; must outlive the line. Before run().
+  /// Receives every sample of the cycle; must outlive the line. To be called before run().
   void add(snapshot::SampleConsumer& consumer) { consumers_.push_back(&consumer); }
 
   /// Where the setpoints of all axes come from, instead of the path of the description: a controller of one's own, say.
-  /// Must outlive the line. Before run(). Error: it moves another number of axes than there are, or the line has run
-  /// (kCall).
+  /// Must outlive the line. Before run(). Error: it moves another number of axes than there are, a task
+  /// drives them, or the line has run (kCall).
   [[nodiscard]] Result<void> use(ecat_master::SetpointSource& source);
+
+  /// Runs `task` in the cycle, in the order in which tasks are added. Axes that it drives keep their limits, their
+  /// supervision, telemetry and flight recorder; those that no task drives hold their place. `task` must outlive the
+  /// line. Before run(). Errors (kCall; nothing has changed then): the line has run, the plan has no name or one that
+  /// is taken, the task has been added before, divider or phase are out of range, an axis is unknown or driven by
+  /// another task, or the axes have other setpoints: a [path], or those of use().
+  [[nodiscard]] Result<void> add(Task& task, TaskPlan plan);
 
   /// Says to other masters of this program that the line has one now (Session::claim()), before run() does.
   [[nodiscard]] Result<void> claim(bool force);
@@ -91,8 +100,8 @@ class Line {
   /// Ends the run in order: the axes come to rest, the line goes to INIT. Any thread, signal handlers too. \rtsafe
   void request_stop() noexcept { stop_.store(true, std::memory_order_relaxed); }
 
-  /// What there is to know of the line now. On the owner's thread: in Observer::look(). Errors: the line is not in
-  /// operation (kCall), those of the bus (kLine).
+  /// Diagnosis of the running line. On the owner's thread, in Observer::look(). Errors: the line is not in operation
+  /// (kCall), those of the bus (kLine).
   [[nodiscard]] Result<ecat_master::LineDiagnosis> diagnose();
 
  private:
@@ -107,6 +116,7 @@ class Line {
   Observer silent_;
   Observer* observer_ = &silent_;
   std::vector<snapshot::SampleConsumer*> consumers_;
+  std::unique_ptr<LineTasks> tasks_;
   std::atomic<bool> stop_{false};
   std::unique_ptr<LineRun> run_;
 };

@@ -4,18 +4,18 @@
 
 namespace driveline::runtime {
 
-/// Hears what happens to a line while it is brought up, runs and is taken down. All functions are called on the thread
-/// that runs the line, never on the real-time thread.
+/// Is told what happens to a line while it is brought up, runs and is taken down. All functions are called on the
+/// thread that runs the line, never on the real-time thread.
 class Observer {
  public:
   virtual ~Observer() = default;
-  /// How far it has come: a sentence.
+  /// A step of bring-up or take-down, as a sentence.
   virtual void progress(std::string_view /*sentence*/) {}
-  /// Something worth keeping has happened in operation; it is in RunReport::events, too.
+  /// An event in operation, as a sentence; it is in RunReport::events, too.
   virtual void event(std::string_view /*sentence*/) {}
-  /// Something is wrong; it is in RunReport::faults, too.
+  /// A fault, as a sentence; it is in RunReport::faults, too.
   virtual void fault(std::string_view /*sentence*/) {}
-  /// Every 20 ms in operation: the place to ask the line something (Line::diagnose()), or for its end.
+  /// Called every 20 ms in operation: the place for Line::diagnose() and Line::request_stop().
   virtual void look() {}
 };
 

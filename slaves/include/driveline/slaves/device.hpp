@@ -14,7 +14,7 @@
 
 namespace driveline::slaves {
 
-/// What a process-data or mailbox sync manager of a device is meant for; the AL state machine compares the master's
+/// Use and limits of a process-data or mailbox sync manager of a device; the AL state machine compares the master's
 /// settings with it (ETG.1000.6 5.3.2).
 struct SyncManagerLayout {
   /// The purposes that category 41 of the SII knows (types 1 to 4).
@@ -28,7 +28,7 @@ struct SyncManagerLayout {
   std::uint16_t unmapped_length = 0;
 };
 
-/// The fixed facts of a device that its slave controller and its AL state machine are set up with.
+/// Fixed properties of a device for its slave controller and its AL state machine.
 struct DeviceProfile {
   std::vector<std::byte> sii_image;                    ///< complete EEPROM content, CRC valid
   std::vector<SyncManagerLayout> sync_managers;        ///< by sync manager number
@@ -41,7 +41,7 @@ struct DeviceProfile {
   std::uint16_t device_id = 0;                         ///< explicit device identification; 0: not supported
 };
 
-/// What lives behind the process data interface of an emulated slave controller: a drive, a terminal, a coupler.
+/// The application behind the process data interface of an emulated slave controller: a drive, a terminal, a coupler.
 ///
 /// All functions run on the thread that drives the line; none may block, and all but the mailbox functions are
 /// \rtsafe (they run inside the cycle when the line is in process). Times are on the line's clock.
@@ -49,31 +49,31 @@ class Device {
  public:
   virtual ~Device() = default;
 
-  /// Stays the same, and where it is, for the life of the device: its SII image, layouts and controller are set up from
-  /// it once.
+  /// Constant, also its address, for the life of the device: its SII image, layouts and controller are set up from it
+  /// once.
   [[nodiscard]] virtual const DeviceProfile& profile() const noexcept = 0;
 
   /// Bytes that output / input sync manager number `sync_manager` must have for the present PDO assignment and mapping.
   [[nodiscard]] virtual std::size_t process_data_size(std::size_t sync_manager) const noexcept = 0;
 
-  /// The application's say in a legal transition whose sync managers have been checked already: kNoError lets it
-  /// happen, anything else refuses it with that AL status code.
+  /// Asks the application about a legal transition whose sync managers have been checked already: kNoError accepts,
+  /// anything else refuses it with that AL status code.
   [[nodiscard]] virtual wire::AlStatusCode transition(wire::AlState from, wire::AlState to) noexcept = 0;
 
-  /// Why the slave fell back by itself (watchdog: kSyncManagerWatchdog). Called after the state was left.
+  /// The slave has left its state by itself because of `reason` (watchdog: kSyncManagerWatchdog). Called after the
+  /// state was left.
   virtual void fall_back(wire::AlState from, wire::AlState to, wire::AlStatusCode reason) noexcept = 0;
 
-  /// The supply was switched on again, or the controller was reset and with it the application: everything from the
-  /// start, in INIT. Nothing is reported for it: there was no application that could have noticed a fault. The clock of
-  /// advance() may have jumped. Not \rtsafe.
+  /// The supply was switched on again, or the controller was reset and with it the application: everything starts again
+  /// in INIT. No fault is reported: no application was running that could have noticed one. The clock of advance() may
+  /// have jumped. Not \rtsafe.
   virtual void restart() {}
 
   /// The controller has loaded its EEPROM, at power-on or by a reload command: `image` is its content; `valid`: the
   /// configuration area has the right checksum, without which the process data interface does not come up. \rtsafe
   virtual void eeprom_loaded(std::span<const std::byte> /*image*/, bool /*valid*/) noexcept {}
 
-  /// \name What speaks against a transition
-  /// Asked before the sync managers are compared.
+  /// \name Obstacles to a transition Asked before the sync managers are compared.
   /// @{
 
   /// INIT to PREOP needs a complete firmware, else 0x0014; BOOT is reached without.
@@ -81,9 +81,9 @@ class Device {
   /// PREOP to SAFEOP: kInvalidInputMapping or kInvalidOutputMapping when PDO assignment and mapping cannot be process
   /// data of this device.
   [[nodiscard]] virtual wire::AlStatusCode check_mapping() const noexcept { return wire::AlStatusCode::kNoError; }
-  /// PREOP to SAFEOP needs inputs that mean something (a sensor that is there), else 0x0018.
+  /// PREOP to SAFEOP needs valid inputs (a connected sensor), else 0x0018.
   [[nodiscard]] virtual bool inputs_valid() const noexcept { return true; }
-  /// What the device asks of synchronisation as it is set now.
+  /// Requirements of synchronisation with the present settings.
   [[nodiscard]] virtual SyncDemand sync_demand() const noexcept { return {}; }
   /// @}
 
@@ -91,7 +91,7 @@ class Device {
   /// own clock). In every state; outputs are handed over and inputs published by the slave.
   virtual void sync_event(SyncSignal /*signal*/, std::chrono::nanoseconds /*time*/) noexcept {}
 
-  /// How punctual the outputs have been so far; after each pulse in OP.
+  /// How long before the pulses the outputs have arrived so far; called after each pulse in OP.
   virtual void sync_margin(const SyncMargin& /*margin*/) noexcept {}
 
   /// New outputs have been handed over by an output sync manager; only in OP.
@@ -108,10 +108,10 @@ class Device {
   /// length, 0 when there is none. Called whenever sync manager 1 is empty.
   [[nodiscard]] virtual std::size_t mailbox_reply(std::span<std::byte> out) = 0;
 
-  /// Runs the device's own life (control loops, timers) up to `now`.
+  /// Runs the device's application (control loops, timers) up to `now`.
   virtual void advance(std::chrono::nanoseconds now) noexcept = 0;
 
-  /// What connects the device with the machine around it; null: nothing that could be set or read from outside.
+  /// Signals between the device and its machine; null: none that can be set or read from outside.
   [[nodiscard]] virtual DeviceSignals* signals() noexcept { return nullptr; }
 
   /// Length of the step in which the device reads its outputs and publishes its inputs, e.g. 125 us.

@@ -20,12 +20,12 @@ struct SignalPlace {
 
 /// Why a name is not that of a signal.
 struct SignalNameError {
-  /// What is wrong with the name.
+  /// Kind of error.
   enum class Fault : std::uint8_t {
     kUnknown,    ///< `known` are the signals that there are
-    kAmbiguous,  ///< `known` are the signals that have it
+    kAmbiguous,  ///< `known` are the signals that match
   };
-  Fault fault = Fault::kUnknown;                    ///< what is wrong with the name
+  Fault fault = Fault::kUnknown;                    ///< kind of error
   SignalPlace::Way way = SignalPlace::Way::kInput;  ///< of the signal that was asked for
   std::string_view owner = "device";                ///< whose signal: "device" or "drive"
   std::vector<std::string> known;                   ///< as a user may write them
@@ -39,7 +39,7 @@ struct SignalIsNoNumber {};
 
 /// The value does not fit the entry's type.
 struct SignalBeyondEntry {
-  double value;      ///< that was asked for
+  double value;      ///< the value in question
   std::size_t bits;  ///< of the entry
   double lowest;     ///< that fits
   double highest;    ///< that fits
@@ -47,16 +47,16 @@ struct SignalBeyondEntry {
 
 /// The value is not one of the two levels of a terminal.
 struct SignalIsNoLevel {
-  double value;           ///< that was asked for
+  double value;           ///< the value in question
   std::string_view name;  ///< of the input; static
 };
 
-/// The input does not take the value.
+/// The value is out of the input's range.
 struct SignalBeyondInput {
-  double value;           ///< that was asked for
+  double value;           ///< the value in question
   std::string_view name;  ///< of the input; static
-  double lowest;          ///< that it takes
-  double highest;         ///< that it takes
+  double lowest;          ///< lowest allowed value
+  double highest;         ///< highest allowed value
   std::string_view unit;  ///< of all three; static
 };
 
@@ -66,7 +66,8 @@ using SignalValueError = std::variant<SignalIsNoNumber, SignalBeyondEntry, Signa
 /// The error as a sentence.
 [[nodiscard]] std::string describe(const SignalValueError& error);
 
-/// The signals between a device and the machine around it, by name: for scripts, tests and users who play the machine.
+/// The signals between a device and the machine around it, by name: for scripts, tests and users who simulate the
+/// machine.
 class DeviceSignals {
  public:
   /// Short for users of this class.
@@ -80,12 +81,12 @@ class DeviceSignals {
   /// The signal of this name.
   [[nodiscard]] virtual tl::expected<SignalPlace, SignalNameError> find_signal(Way way,
                                                                                std::string_view name) const = 0;
-  /// Can the input take this value?
+  /// Checks whether the input can take this value.
   [[nodiscard]] virtual tl::expected<void, SignalValueError> check_signal_value(std::size_t input,
                                                                                 double value) const = 0;
 
-  /// Sets an input that check_signal_value() has accepted the value for, now. What the input followed until then, a
-  /// script or an output, lets go of it. \rtsafe
+  /// Sets an input that check_signal_value() has accepted the value for, now. A script or output that the input
+  /// followed until then no longer affects it. \rtsafe
   virtual void set_signal(std::size_t input, double value) noexcept = 0;
   /// The value at present. \rtsafe
   [[nodiscard]] virtual double signal(SignalPlace place) const noexcept = 0;

@@ -9,9 +9,9 @@ namespace driveline::slaves {
 /// Synchronisation types as 1C32h:01 and 1C33h:01 code them (ETG.1020 Table 60).
 enum class SyncType : std::uint16_t { kFreeRun = 0, kSmEvent = 1, kSync0 = 2, kSync1 = 3 };
 
-/// What the application of a device can do and is set to, as far as synchronisation goes.
+/// Synchronisation types that the application of a device supports, and its settings.
 struct SyncDemand {
-  /// The type that is set in 1C32h:01; nothing: whatever the master has activated is right.
+  /// The type that is set in 1C32h:01; nothing: any type that the master activates.
   std::optional<SyncType> type;
   bool free_run = true;  ///< types the application supports
   bool sm_event = true;  ///< type 1: outputs act when the frame has written them

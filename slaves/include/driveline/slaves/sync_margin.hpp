@@ -7,7 +7,7 @@
 namespace driveline::slaves {
 
 /// How long before the SYNC pulse that uses them the outputs of a slave were complete, in true time, counted since OP
-/// was entered: what a drive sees of the master's punctuality (ETG.1020, 1C32h:11 and :12, SM SYNC distance). \rtsafe
+/// was entered: as a drive measures it (ETG.1020, 1C32h:11 and :12, SM SYNC distance). \rtsafe
 struct SyncMargin {
   std::chrono::nanoseconds shortest = std::chrono::nanoseconds::max();  ///< its maximum while no pulse found outputs
   std::chrono::nanoseconds longest{0};                                  ///< of the pulses that found new outputs

@@ -49,14 +49,14 @@ void DeviceControl::prepare_setpoints() noexcept {
   if (references_from_bus(*dictionary_)) motion_->prepare(setpoints(*dictionary_, modes_.mode()));
 }
 
-/// Modes take their position from different objects: what has come with the new mode is for the new mode.
+/// Modes take their position from different objects: setpoints that came with the new mode are for it.
 void DeviceControl::select_mode() noexcept {
   const OperationMode before = modes_.mode();
   modes_.select();
   if (modes_.mode() != before) prepare_setpoints();
 }
 
-/// The axis stands, or a stop has come to its end: the brake has done what it does then.
+/// Whether the axis stands or a stop has ended, and the brake has settled.
 bool DeviceControl::came_to_rest(nanoseconds now) const noexcept {
   if (power_.motion() == MotionCommand::kFollow) return motion_->standstill();
   return motion_->stopped() && (brake_.open() || brake_.settled(now)) &&

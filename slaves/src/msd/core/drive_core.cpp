@@ -1,4 +1,4 @@
-// The drive in time: start, settings, control cycles, what it shows.
+// Start, settings, control cycles and display of the drive.
 #include "driveline/slaves/msd/core/drive_core.hpp"
 
 #include "driveline/slaves/msd/core/drive_settings.hpp"
@@ -9,7 +9,7 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-/// A motor that nobody watched for longer (supply off) has come to rest meanwhile.
+/// After a longer gap (supply off) the motor has come to rest.
 constexpr nanoseconds kMaxCatchUp = std::chrono::seconds{10};
 
 }  // namespace
@@ -130,7 +130,7 @@ void DriveCore::step_control() noexcept {
   control_.order(running_time());
 }
 
-/// Before the events of a control cycle: what the controller armed counts for what the axis passes in it.
+/// Called before the events of a control cycle, so that edges in it meet the armed latches.
 void DriveCore::control_touch_probe() noexcept {
   const auto variant = static_cast<TouchProbe::Variant>(dictionary_.get(kValue.touch_probe_variant));
   probe_.control(variant, dictionary_.get(kValue.touch_probe_function));
@@ -164,7 +164,8 @@ void DriveCore::publish() noexcept {
   display_.follow(shown_state(), running_time());
 }
 
-/// The display calls "not ready" what has no DC link voltage (MSD manual 4.7); the state machine is further (10.1.3).
+/// Without DC link voltage the display shows "not ready" (MSD manual 4.7), although the state machine may be further
+/// (10.1.3).
 PowerState DriveCore::shown_state() const noexcept {
   const bool unpowered = state() == PowerState::kSwitchOnDisabled && !protection_.dc_link_present();
   return unpowered ? PowerState::kNotReadyToSwitchOn : state();

@@ -1,4 +1,4 @@
-// Faults of the drive: how they come, stand and are acknowledged.
+// Faults of the drive: raising and acknowledging.
 #include <algorithm>
 
 #include "driveline/slaves/msd/core/drive_core.hpp"

@@ -1,4 +1,4 @@
-// What the machine does to the drive: its terminals, and what happens to motor, supply and air.
+// Influences of the machine on the drive: terminals, motor, supply, ambient temperature.
 #include "driveline/slaves/msd/core/drive_core.hpp"
 
 namespace driveline::slaves::msd {

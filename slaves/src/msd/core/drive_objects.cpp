@@ -1,4 +1,4 @@
-// What happens in the drive when an object is written: the application's checks and commands.
+// Reactions of the drive when an object is written: checks and commands.
 #include "driveline/slaves/msd/core/drive_core.hpp"
 #include "driveline/slaves/msd/core/drive_values.hpp"
 #include "driveline/slaves/msd/core/object_checks.hpp"
@@ -53,7 +53,7 @@ SdoResult<void> DriveCore::accept(const EntryRow& row, std::uint64_t raw) {
   const bool checked = dictionary_.get(kValue.parameter_download) == 0;
   if (checked && !consistent_with(dictionary_, row, raw)) return tl::unexpected(SdoAbort::kParameterIncompatible);
   switch (row.slot) {
-    // Saving is what these writes are about: when it fails, so do they (CiA 301 7.5.2.13: 0606 0000h).
+    // These writes save parameters: when saving fails, they fail (CiA 301 7.5.2.13: 0606 0000h).
     case kValue.store_command.number:
       if (raw != kSaveSignature) return tl::unexpected(SdoAbort::kCannotTransferOrStore);
       return require(store_parameters(), SdoAbort::kHardwareError);
@@ -98,7 +98,7 @@ void DriveCore::written(const EntryRow& row) {
     case kValue.factory_reset.number:
       if (dictionary_.get(kValue.factory_reset) == 1) store_.request_factory_reset();
       return dictionary_.set(kValue.factory_reset, std::uint8_t{0});
-    case kValue.parameter_download.number:  // its end: the check that was left out
+    case kValue.parameter_download.number:  // end of the download: the check is made now
       if (dictionary_.get(kValue.parameter_download) == 0 && !parameters_consistent(dictionary_)) {
         raise(Fault::kParameterList);
       }

@@ -49,7 +49,7 @@ ControllerParameters controller_settings(const Reader& value, const MotionSettin
   return controller;
 }
 
-/// P 457 and P 460 are what the drive believes about its motor: it asks for the current that by them makes the torque.
+/// P 457 and P 460 are the motor data that the drive assumes when it calculates current from torque.
 void set_motor_data(const Reader& value, const MotorParameters& motor, MotionSettings& s) noexcept {
   s.rated_current_a = value(kValue.motor_rated_current_a);
   s.rated_torque_nm = value(kValue.motor_rated_torque_nm);

@@ -34,7 +34,7 @@ constexpr std::array kOutputSignals = {
     NamedTerminal<Output>{"OSD02", Output::kOsd02}, NamedTerminal<Output>{"BRAKE", Output::kBrake},
     NamedTerminal<Output>{"RELAY", Output::kRelay}, NamedTerminal<Output>{"STO_RELAY", Output::kStoRelay},
 };
-/// What the oscilloscope of the PC tool shows of feed-forward from outside (MSD manual 12.4): rpm and Nm.
+/// External feed-forward as shown by the oscilloscope of the PC tool (MSD manual 12.4), in rpm and Nm.
 constexpr std::array<std::string_view, 2> kScopeVariables = {"nref_Ext", "mref_Ext"};
 
 /// The inputs behind the terminals. Without a unit: 0 or 1.

@@ -60,12 +60,12 @@ bool FineInterpolator::makes_up() const noexcept {
 }
 
 void FineInterpolator::take_sample(double sample) noexcept {
-  // Late by up to half a period: it is the one that was made up for last.
+  // Late by up to half a period: it replaces the last extrapolated sample.
   const bool replaces = made_up_ > 0 && elapsed_ <= steps_ / 2;
   const std::uint32_t periods = made_up_ + elapsed_ / steps_;
   if (replaces) {
     samples_[0] = sample;
-  } else if (elapsed_ > steps_ && periods > 1) {  // those that have not come lay on the way
+  } else if (elapsed_ > steps_ && periods > 1) {  // the missing samples lay in between
     const double rise = (sample - last_sample_) / periods;
     samples_ = {sample, sample - rise, sample - 2.0 * rise};
   } else {
@@ -77,7 +77,7 @@ void FineInterpolator::take_sample(double sample) noexcept {
 
 void FineInterpolator::push(double sample, double velocity) noexcept {
   const bool late = made_up_ > 0 || elapsed_ > steps_;
-  // The one behind a late one comes early when it comes at its time.
+  // The sample after a late one seems early when it comes in time.
   const bool off_time = late || (late_ && elapsed_ < steps_);
   late_ = late;
   take_sample(sample);
@@ -94,7 +94,7 @@ bool FineInterpolator::leaps() const noexcept {
   return std::abs((end - output_.position) / period_s() - output_.velocity) > stop_rate_ * period_s();
 }
 
-/// The curve begins anew where the samples say, and the output goes after it.
+/// The curve restarts at the samples, and the output approaches it.
 void FineInterpolator::begin_pursuit() noexcept {
   if (!pursuit_) pursuit_.emplace(output_.position, output_.velocity, trajectory::AxisLimits{top_speed_, stop_rate_});
   const bool ends_at_newest = method_ == Method::kLinear || method_ == Method::kExternal;

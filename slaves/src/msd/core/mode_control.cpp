@@ -109,8 +109,8 @@ ProfileLimits ModeControl::profile_limits(const Motion& motion) const noexcept {
           value(kValue.profile_deceleration) * scaling.acceleration_rad_s2, motion.settings().jerk_time_s};
 }
 
-/// The mode begins, or the drive was enabled in it. A movement that the mode before has ordered ends with it: the axis
-/// brakes and stands until this one orders another.
+/// The mode begins, or the drive was enabled in it. A movement commanded by the previous mode ends with it: the axis
+/// brakes and stands until this mode commands another.
 void ModeControl::enter(const Conditions& conditions, Motion& motion) noexcept {
   entered_ = conditions.enabled ? mode_ : OperationMode::kNone;
   handshake_.reset(conditions.control_word);
@@ -294,7 +294,7 @@ void ModeControl::update_reached(const Motion& motion) noexcept {
                ((position && window == kWindowOff) || std::abs(distance) <= window) &&
                (!profile || (motion.movement_finished() && !handshake_.busy()));
   if (mode_ == OperationMode::kCyclicSynchronousTorque) in_window_ = entered_ == mode_ && !motion.limited();
-  // In U/f operation the ramp's output is what reaches its target; nobody measures the rotor.
+  // In U/f operation the output of the ramp is compared with the target; the rotor is not measured.
   if (mode_ == OperationMode::kVelocity) {
     in_window_ = entered_ == mode_ && !halted_ && ordered_velocity_ && motion.movement_finished();
   }

@@ -15,7 +15,7 @@ constexpr std::uint32_t kSamplesForSynchronism = 8;  ///< ours
 constexpr std::uint32_t kStandstillSteps = 64;       ///< 4 ms within the window of P 745; ours
 constexpr double kStopShare = 0.7;                   ///< of the speed controller's reset time, ours
 constexpr double kStopAtLeastS = 2e-3;               ///< and no faster
-constexpr double kSpeedLimitS = 2e-3;                ///< in which the last bit of speed up to the limit comes; ours
+constexpr double kSpeedLimitS = 2e-3;                ///< time constant of the approach to the speed limit; ours
 /// Position setpoints in a row that the interpolation makes up for when they do not come; ours.
 constexpr std::uint32_t kBridgedSetpoints = 8;
 
@@ -72,7 +72,7 @@ void Motion::push_setpoints() noexcept {
                        steps_since_sample_ <= settings_.steps_per_setpoint + 1;
   samples_on_time_ = on_time ? std::min(samples_on_time_ + 1, kSamplesForSynchronism) : 0;
   steps_since_sample_ = 0;
-  // Only what is followed starts a segment: the others take over what is there when they are selected.
+  // Only the active source starts a segment: the others take over the present setpoint when they are selected.
   if (source_ == MotionSource::kCyclicVelocity) velocity_.push(setpoints_.velocity * settings_.scaling.velocity_rad_s);
   if (source_ == MotionSource::kCyclicTorque) torque_.push(torque_of(setpoints_.torque_permille));
   if (source_ != MotionSource::kCyclicPosition) return;
@@ -130,8 +130,8 @@ void Motion::restart_encoder() noexcept {
   if (motor_.parameters().encoder_turns != MotorParameters::kAllTurns) set_zero(motor_.power_on_origin());
 }
 
-/// Where the next movement begins: at the measured position with the speed setpoint in force and the acceleration of
-/// the demand, so that the next ramp goes on with them. An axis that cannot follow has its own speed.
+/// Start of the next movement: the measured position with the present speed setpoint and the acceleration of the
+/// demand, so that the next ramp continues them. For an axis that cannot follow, its measured speed.
 ProfileState Motion::motion_in_force() const noexcept {
   const ProfileState measured{measured_position_rad(), controller_.measured_velocity_rad_s(), 0.0};
   const bool ramp = command_ == MotionCommand::kSlowDownRamp || command_ == MotionCommand::kQuickStopRamp;
@@ -224,7 +224,8 @@ double Motion::follow_torque() noexcept {
   return controller_.step({Loop::kTorque, 0.0, 0.0, torque});
 }
 
-/// The profile generator feeds forward what it knows itself (Device Help 8: the generator gives the pre-control).
+/// The profile generator feeds forward its own speed and acceleration (Device Help 8: the generator gives the
+/// pre-control).
 double Motion::follow_profile_position() noexcept {
   const double reference_rad = generator_.state().position;
   generator_.step(kControlStepS);

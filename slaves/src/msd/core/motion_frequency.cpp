@@ -17,7 +17,7 @@ void Motion::start_frequency_control() noexcept {
   frequency_control_.start({current.d_voltage_v(), current.q_voltage_v(), rotor}, angle, electrical);
 }
 
-/// The generator gives the frequency; whether the rotor comes along is not looked at (MSD manual 12.2.2).
+/// The generator gives the frequency; the rotor is not checked (MSD manual 12.2.2).
 void Motion::step_frequency_control(bool brake_closed) noexcept {
   generator_.step(kControlStepS);
   const double most = settings_.controller.max_velocity_rad_s;
@@ -27,7 +27,7 @@ void Motion::step_frequency_control(bool brake_closed) noexcept {
   motor_.step(frequency_control_.step(motor_.parameters().pole_pairs * speed,
                                       {current.current_a(), current.active_current_a()}),
               brake_closed);
-  // What takes over from here goes on with this torque.
+  // The next mode continues with this torque.
   const double peak = motor_.parameters().peak_torque_nm / settings_.torque_per_demand;
   controller_.set_available_torque(-peak, peak);
   torque_demand_nm_ = controller_.step({ControllerSetpoint::Loop::kTorque, 0.0, 0.0, torque_nm()});

@@ -62,7 +62,7 @@ bool Protection::cause_persists(Fault fault) const noexcept {
   }
 }
 
-/// A short circuit is seen as soon as the power stage drives it; without power there is nothing to see.
+/// A short circuit is seen as soon as the power stage drives it; without power it is not detected.
 bool Protection::overcurrent() const noexcept {
   return motion_->phase_current_a(dc_link_.volts()) > overcurrent_a_;
 }

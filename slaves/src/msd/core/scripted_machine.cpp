@@ -1,4 +1,4 @@
-// What the machine does by itself: switches on the way, scripted and scheduled inputs.
+// The simulated machine: switches along the way, scripted and scheduled inputs.
 #include "driveline/slaves/msd/core/scripted_machine.hpp"
 
 #include <algorithm>
@@ -26,7 +26,7 @@ void ScriptedMachine::pass(const MachineSwitch& s) noexcept {
   const bool level = inside != s.normally_closed;
   if (level == terminals_->level(s.input)) return;
   const double edge = inside == upwards ? s.from_rad : s.to_rad;
-  // At the start there is no way that could have led over an edge.
+  // At the start no edge has been passed yet.
   const bool passed = std::min(position, last) <= edge && edge <= std::max(position, last);
   events_->terminal_changed(s.input, level, passed ? edge : position);
 }

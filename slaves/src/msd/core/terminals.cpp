@@ -5,8 +5,8 @@
 namespace driveline::slaves::msd {
 namespace {
 
-/// In the order of the selectors P 100-P 110. Which terminals P 111 and P 112 belong to no manual says, and 2079h has
-/// no more: they are stored and act on nothing.
+/// In the order of the selectors P 100-P 110. No manual assigns terminals to P 111 and P 112, and 2079h has no further
+/// ones: the parameters are stored without effect.
 constexpr std::array kInputTerminals = {Input::kEnpo,  Input::kIsd00, Input::kIsd01, Input::kIsd02,
                                         Input::kIsd03, Input::kIsd04, Input::kIsd05, Input::kIsd06,
                                         Input::kIsdsh, Input::kIsa00, Input::kIsa01};

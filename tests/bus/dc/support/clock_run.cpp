@@ -114,7 +114,7 @@ void ClockRun::run(nanoseconds duration, const std::function<void()>& each) {
 nanoseconds ClockRun::arrival_error() {
   const auto& clocks = this->clocks();
   const auto start = *master_->clocks();
-  // Another clock that has taken over is passed as much later as it was behind the first one.
+  // Frames pass another reference clock later, by its delay behind the first one.
   const auto reference = clocks.reference;
   const auto arrival = probe_.cyclic_sent + line_.passing(reference);
   const auto way = line_.planned_passing(reference) - line_.planned_passing(start.reference);

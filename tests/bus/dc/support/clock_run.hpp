@@ -8,7 +8,7 @@
 
 namespace driveline::bus_test {
 
-/// A clock that wakes its sleeper late, by what `latency` says.
+/// A clock that wakes its sleeper late, by `latency`.
 class LateClock final : public rt::Clock {
  public:
   LateClock(rt::VirtualClock& inner, std::function<nanoseconds()> latency)
@@ -22,7 +22,7 @@ class LateClock final : public rt::Clock {
   std::function<nanoseconds()> latency_;
 };
 
-/// A line of clocks in OP under a cycling master, seen from outside: what the frames and SYNC0 truly do.
+/// A line of clocks in OP under a cycling master, with the true times of frames and SYNC0.
 class ClockRun {
  public:
   struct Options {
@@ -36,7 +36,7 @@ class ClockRun {
   explicit ClockRun(ClockLine& line) : ClockRun(line, Options{}) {}
   ClockRun(ClockLine& line, const Options& options);
 
-  /// To OP, or to PREOP without process data; the sentence of what went wrong, empty when nothing did.
+  /// To OP, or to PREOP without process data; the sentence of the error, empty on success.
   [[nodiscard]] std::string start(const ecat_master::dc::ClockPlan& plan);
   /// One cycle.
   void cycle() { master_->pass(nanoseconds{1}); }

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <limits>
 
-/// What the judge of the clocks counts with. None of it is the master's (ecat_master/dc/system_time.hpp): arithmetic
-/// that the controller and its judge share is wrong for both in the same way.
+/// Arithmetic of the tests of clocks, independent of the master's (ecat_master/dc/system_time.hpp): an error in shared
+/// arithmetic would cancel out.
 namespace driveline::bus_test {
 
 /// How far `distance` is from the nearest multiple of `period`.

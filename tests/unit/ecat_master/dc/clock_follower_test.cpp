@@ -1,4 +1,4 @@
-// What the cycle sends and believes, one datagram at a time.
+// Datagrams that the cycle sends and its reaction to the answers, one at a time.
 #include "driveline/ecat_master/dc/clock_follower.hpp"
 
 #include <gtest/gtest.h>
@@ -61,7 +61,7 @@ TEST(ClockFollower, LateFramesAreSentEarlierWhateverTheWakeUpDid) {
   }
 }
 
-/// A time that somebody sets to anything.
+/// A time that the test sets.
 class SettableTime final : public TimeSource {
  public:
   nanoseconds time{0};

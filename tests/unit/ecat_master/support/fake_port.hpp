@@ -19,7 +19,7 @@ class FakePort final : public port::Port {
   std::function<void(std::span<const std::byte> frame)> on_send = [](auto) {};
   /// Called when the master starts to wait.
   std::function<void()> on_wait = [] {};
-  /// What the next sends return instead of kSent; nothing is sent then.
+  /// Results of the next sends instead of kSent; nothing is sent then.
   std::deque<port::SendStatus> refusals;
   std::vector<std::vector<std::byte>> sent;
 

@@ -18,7 +18,7 @@ class ScriptedMailbox final : public ecat_master::DatagramExchange {
 
   explicit ScriptedMailbox(std::size_t in_bytes) : in_bytes_(in_bytes) {}
 
-  /// What the master has written, cut to header and service.
+  /// Mailboxes written by the master, cut to header and service.
   std::vector<std::vector<std::byte>> requests;
   /// Mailboxes that the n-th request is answered with, header and all, one after the other.
   std::deque<std::vector<std::vector<std::byte>>> answers;

@@ -1,4 +1,4 @@
-// The 15 commands: who is addressed, what happens to the data, how the working counter grows (ETG.1000.4 5.4).
+// The 15 commands: addressing, transfer of data, working counter (ETG.1000.4 5.4).
 #include "bench_slave.hpp"
 
 namespace driveline::slaves::test {

@@ -1,4 +1,4 @@
-// A slave lives in time: steps of its device, outputs in OP only, inputs from SAFEOP on, watchdog.
+// A slave over time: steps of its device, outputs in OP only, inputs from SAFEOP on, watchdog.
 #include "bench_slave.hpp"
 
 namespace driveline::slaves::test {

@@ -1,5 +1,4 @@
-// Once a line runs, frames allocate nothing: neither process data nor mailboxes nor polls nor the
-// slaves' own life.
+// Once a line runs, frames allocate nothing: neither process data nor mailboxes nor polls nor the slaves' firmware.
 #include "driveline/rt_guard/rt_guard.hpp"
 #include "test_line.hpp"
 

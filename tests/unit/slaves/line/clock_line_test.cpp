@@ -1,4 +1,4 @@
-// Distributed clocks over a line: what a master can measure against what is true.
+// Distributed clocks over a line: measurements of a master compared with the true times.
 #include <cmath>
 
 #include "random.hpp"

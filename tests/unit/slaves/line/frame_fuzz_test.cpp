@@ -63,7 +63,7 @@ TEST_F(FrameFuzzTest, MutatedStartUpTraffic) {
     auto frame = originals[random() % originals.size()];
     const unsigned changes = random() % 6;
     for (unsigned i = 0; i < changes; ++i) {
-      // Mostly in the headers, where it hurts.
+      // Mostly in the headers, which are most sensitive.
       const std::size_t at =
           random() % 4 != 0 ? random() % std::min<std::size_t>(frame.size(), 40) : random() % frame.size();
       frame[at] =

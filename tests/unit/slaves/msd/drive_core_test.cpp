@@ -171,7 +171,7 @@ TEST_F(OtherBus, RefusesValuesThatMakeNoSense) {
   EXPECT_FALSE(drive.accept(row_of(kValue.position_limit_min.number), 101)) << "beyond the other limit";
 }
 
-/// What the drive has of the machine does not need a bus either.
+/// The signals of the machine do not need a bus either.
 TEST_F(OtherBus, HearsItsMachineByName) {
   const auto enpo = drive.signals().find_signal(SignalPlace::Way::kInput, "ENPO");
   ASSERT_TRUE(enpo);

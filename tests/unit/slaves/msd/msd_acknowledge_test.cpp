@@ -1,4 +1,4 @@
-// The six ways of acknowledging a fault (MSD manual 13.2), and what no way can acknowledge (4.7: the point).
+// The six ways of acknowledging a fault (MSD manual 13.2), and faults that cannot be acknowledged (4.7: the point).
 #include <functional>
 
 #include "drive_rig.hpp"

@@ -345,7 +345,7 @@ TEST_P(MsdAdversary, ModesThatDoNotExistLeaveTheOneThatRuns) {
 INSTANTIATE_TEST_SUITE_P(Variants, MsdAdversary,
                          testing::Values(Variant::kMsd, Variant::kServoOne, Variant::kServoOneJunior));
 
-/// What C++ hands over is no better than what the bus does.
+/// Parameters given in C++ are checked like values from the bus.
 TEST(MsdAdversary, ParametersThatAreNotFiniteNeverReachTheDictionary) {
   using Limits = std::numeric_limits<double>;
   for (const double value : {Limits::quiet_NaN(), Limits::infinity(), -Limits::infinity(), -1.0, Limits::max()}) {

@@ -1,4 +1,4 @@
-// Cyclic positions that are not what they should be: beyond the software limits, or missing.
+// Invalid cyclic positions: beyond the software limits, or missing.
 #include "drive_rig.hpp"
 
 namespace driveline::slaves::msd {

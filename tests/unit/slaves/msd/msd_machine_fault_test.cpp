@@ -23,7 +23,7 @@ class MsdMachineFault : public testing::Test {
   double level(std::string_view input) {
     return rig.drive.signals().signal(*rig.drive.signals().find_signal(SignalPlace::Way::kInput, input));
   }
-  /// Everything a controller and a person in front of the drive see of it.
+  /// The fault as seen by the controller and on the display.
   void expect_fault(Fault fault, bool lasting) {
     const FaultFacts& f = facts(fault);
     rig.pass(500ms);
@@ -182,7 +182,7 @@ TEST_F(MsdMachineFault, BlockedAxisIsAFollowingError) {
   expect_good_again();
 }
 
-/// What the drive says is wrong, what it does is not.
+/// The drive reports a wrong position but moves correctly.
 TEST_F(MsdMachineFault, WrongActualPositionIsForTheMasterToFind) {
   rig.enable(8);
   rig.cycles(8);

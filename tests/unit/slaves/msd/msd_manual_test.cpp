@@ -1,4 +1,4 @@
-// What the MSD manual states in tables, checked row by row; and behaviour that belongs to no single mode.
+// Tables of the MSD manual, checked row by row, and behaviour that belongs to no single mode.
 #include "drive_rig.hpp"
 #include "driveline/slaves/msd/core/drive_values.hpp"
 

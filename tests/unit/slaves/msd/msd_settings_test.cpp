@@ -1,5 +1,5 @@
 // What the drive takes from its settings, and when: cyclically (MSD manual 12.2.3), from PDOs (8.3.2), about its motor
-// (8.2.2, 8.2.3), in its answers (8.2.2); what a change of mode makes of a movement.
+// (8.2.2, 8.2.3), in its answers (8.2.2); movements across a change of mode.
 #include "drive_rig.hpp"
 
 namespace driveline::slaves::msd {

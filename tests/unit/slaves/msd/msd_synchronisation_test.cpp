@@ -1,4 +1,4 @@
-// The drive and SYNC0: what it asks for, what it does when SYNC0 does not come, and its control steps that follow it
+// The drive and SYNC0: its requirements, its reaction when SYNC0 does not come, and its control steps that follow it
 // (MSD manual 9.1).
 #include <gmock/gmock.h>
 

@@ -1,4 +1,4 @@
-// What the shaft does in transitions: every value of the option codes 605Ah-605Eh, every change of mode under load.
+// Movement of the shaft in transitions: every value of the option codes 605Ah-605Eh, every change of mode under load.
 #include <algorithm>
 
 #include "drive_rig.hpp"

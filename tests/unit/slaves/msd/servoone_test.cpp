@@ -1,4 +1,4 @@
-// What tells the ServoOne and the ServoOne junior from the MSD: each difference of docs/servoone.md.
+// Differences of the ServoOne and the ServoOne junior from the MSD: those of docs/servoone.md.
 #include <algorithm>
 #include <map>
 #include <set>

@@ -8,7 +8,7 @@
 
 namespace driveline::slaves {
 
-/// A small device: what the tests of dictionary and PDO mapping need and nothing of a drive.
+/// A small device for the tests of dictionary and PDO mapping, independent of any drive.
 struct SampleValues : SlotNumbers {
   constexpr SampleValues() noexcept : SlotNumbers(0) {}
   Slot<std::uint16_t> shared{next()};

@@ -1,4 +1,4 @@
-// Where the power goes: what the inverter puts in is heat in the windings, friction, motion, a lifted weight.
+// Power balance: the inverter's power becomes heat in the windings, friction, motion, a lifted weight.
 #include <gtest/gtest.h>
 
 #include <cmath>

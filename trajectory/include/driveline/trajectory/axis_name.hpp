@@ -10,17 +10,17 @@
 
 namespace driveline::trajectory {
 
-/// Longest name of an axis, in characters: what the telemetry holds beside the end of the text.
+/// Longest name of an axis, in characters: the limit of the telemetry records.
 inline constexpr std::size_t kMaxAxisNameLength = 31;
 
 /// Why a name cannot be that of an axis.
 struct AxisNameError {
-  /// Which part of the rule it breaks.
+  /// The part of the rule that the name breaks.
   enum class Fault : std::uint8_t {
     kSpelling,  ///< too long, empty, `time`, or of other characters
     kTaken,     ///< another axis has it
   };
-  Fault fault = Fault::kSpelling;  ///< which part of the rule it breaks
+  Fault fault = Fault::kSpelling;  ///< the part of the rule that the name breaks
   std::string name;                ///< as it was given
 };
 
@@ -39,8 +39,8 @@ struct AxisNameError {
 [[nodiscard]] std::optional<std::size_t> find_axis_name(std::string_view name,
                                                         std::span<const std::string_view> names) noexcept;
 
-/// Of a name that is not among `names`: `; there is "X", and upper and lower case differ` when that is all that is
-/// wrong with it, else empty.
+/// Hint for a name that is not among `names`: `; there is "X", and upper and lower case differ` when a name differs in
+/// case only, else empty.
 [[nodiscard]] std::string axis_name_hint(std::string_view name, std::span<const std::string_view> names);
 
 }  // namespace driveline::trajectory

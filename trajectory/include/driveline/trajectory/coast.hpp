@@ -6,24 +6,25 @@
 
 namespace driveline::trajectory {
 
-/// Where a drive is taken to be whose setpoints do not reach it: it goes on straight at its last speed for some periods
-/// and then slows down. A plain value without memory of its own.
+/// Estimates where a drive is while setpoints do not reach it: it goes on at its last velocity for some periods and
+/// then slows down. A plain value without memory of its own.
 class Coast {
  public:
   Coast() = default;
-  /// `straight`: periods at the last speed; then it slows down by `deceleration` (per square second; 0: never).
+  /// `straight`: number of periods at the last velocity; then the drive slows down by `deceleration`, in rad/s^2 or
+  /// m/s^2 (0: never).
   Coast(std::uint32_t straight, double deceleration) noexcept : straight_(straight), deceleration_(deceleration) {}
 
   /// A setpoint has reached the drive; `velocity` is that of the step to it. \rtsafe
   void give(double position, double velocity) noexcept;
-  /// A period has passed in which none did. \rtsafe
+  /// A period has passed without a setpoint for the drive. \rtsafe
   void step(double period_s) noexcept;
 
-  /// Of now. \rtsafe
+  /// The estimated position now, in rad or m. \rtsafe
   [[nodiscard]] double position() const noexcept { return position_; }
-  /// See position().
+  /// The estimated velocity now, in rad/s or m/s.
   [[nodiscard]] double velocity() const noexcept { return velocity_; }
-  /// The setpoint that changes nothing for the drive when it comes a period from now. \rtsafe
+  /// The setpoint that, sent one period from now, continues the estimated motion. \rtsafe
   [[nodiscard]] AxisSetpoint next(double period_s) const noexcept;
 
  private:

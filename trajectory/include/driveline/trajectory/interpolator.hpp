@@ -18,8 +18,8 @@ class Interpolator {
  public:
   /// Straight lines: velocity is constant within a segment and jumps at the points, acceleration is reported as zero.
   [[nodiscard]] static Interpolator linear(const Path& path);
-  /// Cubic spline with continuous velocity and acceleration; the acceleration is zero at both ends, the velocity
-  /// there is whatever follows.
+  /// Cubic spline with continuous velocity and acceleration; the acceleration is zero at both ends, the velocity there
+  /// follows from the points.
   [[nodiscard]] static Interpolator natural_spline(const Path& path);
   /// Cubic spline with continuous velocity and acceleration and the given velocities (rad/s or m/s, one per axis) at
   /// both ends; an empty span stands for standstill.

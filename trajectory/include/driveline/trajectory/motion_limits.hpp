@@ -10,13 +10,13 @@
 
 namespace driveline::trajectory {
 
-/// What one axis can do, as magnitudes in rad/s and rad/s^2 or m/s and m/s^2. Infinity stands for no limit.
+/// Limits of one axis, as magnitudes in rad/s and rad/s^2 or m/s and m/s^2. Infinity stands for no limit.
 struct AxisLimits {
   double max_velocity = std::numeric_limits<double>::infinity();      ///< rad/s or m/s, > 0
   double max_acceleration = std::numeric_limits<double>::infinity();  ///< rad/s² or m/s², > 0
 };
 
-/// What a path asks for beyond what an axis can do: of the first axis and quantity that is too much anywhere, the most.
+/// The largest excess of a path over a limit, for the first axis and quantity that exceeds one.
 struct LimitViolation {
   /// Which limit.
   enum class Quantity {
@@ -26,7 +26,7 @@ struct LimitViolation {
 
   PathAxis axis;                            ///< name and kind of the axis
   std::size_t axis_index = 0;               ///< its column, 0 is the first
-  Quantity quantity = Quantity::kVelocity;  ///< what is too large
+  Quantity quantity = Quantity::kVelocity;  ///< velocity or acceleration
   double time_s = 0.0;                      ///< on the path's time axis
   double value = 0.0;                       ///< with its sign
   double limit = 0.0;                       ///< magnitude

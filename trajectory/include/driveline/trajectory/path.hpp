@@ -12,7 +12,7 @@
 
 namespace driveline::trajectory {
 
-/// Columns that a path file may have beside the time.
+/// Most axes of a path, which are its columns beside the time.
 inline constexpr std::size_t kMaxPathAxes = 128;
 /// Most positions (points times axes) of one path: 64 MB, and four times that in an interpolator.
 inline constexpr std::size_t kMaxPathValues = 8'000'000;
@@ -27,7 +27,7 @@ inline constexpr double kMinPathStepS = 1e-9;
 struct PathAxis {
   std::string name;                    ///< as in the heading of its column
   AxisKind kind = AxisKind::kRotary;   ///< rotary axes are in rad, linear ones in m
-  const PositionUnit* unit = nullptr;  ///< in which its column is written, and people read it; null: rad or m
+  const PositionUnit* unit = nullptr;  ///< unit of its column in the file and of messages; null: rad or m
 };
 
 /// The names of `axes`, in their order; valid as long as these are.
@@ -79,7 +79,7 @@ class Path {
 /// was; it carries a reason but no file.
 class PathBuilder {
  public:
-  /// The name is one that check_axis_name() has nothing against.
+  /// Adds an axis. Error: check_axis_name() refuses its name.
   [[nodiscard]] tl::expected<void, PathError> add_axis(PathAxis axis);
   /// Adds a point; positions in rad or m, one per axis.
   [[nodiscard]] tl::expected<void, PathError> add_point(double time_s, std::span<const double> positions);

@@ -5,10 +5,9 @@
 
 namespace driveline::trajectory {
 
-/// Takes an axis from wherever it is back onto a path that may be moving, without a jump: from step to step the
-/// velocity changes by no more than max_acceleration allows, and its magnitude stays within max_velocity or that of the
-/// path. The axis catches up when its limits leave it something beyond what the path asks for. A plain value without
-/// memory of its own.
+/// Takes an axis from any position back onto a path that may be moving, without a jump: from step to step the velocity
+/// changes by no more than max_acceleration allows, and its magnitude stays within max_velocity or that of the path.
+/// The axis catches up if its limits exceed what the path needs. A plain value without memory of its own.
 class Rejoin {
  public:
   Rejoin() = default;
@@ -18,7 +17,7 @@ class Rejoin {
 
   /// The setpoint one step of `period_s` later, when the path is at `target`. \rtsafe
   [[nodiscard]] AxisSetpoint step(const AxisSetpoint& target, double period_s) noexcept;
-  /// The setpoint of the last step was that of the path itself. \rtsafe
+  /// Whether the setpoint of the last step was that of the path itself. \rtsafe
   [[nodiscard]] bool joined() const noexcept { return joined_; }
 
  private:

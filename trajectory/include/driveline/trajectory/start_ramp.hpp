@@ -26,7 +26,7 @@ class StartRamp {
 
   /// \rtsafe
   [[nodiscard]] bool finished(double elapsed_s) const noexcept { return elapsed_s >= duration_s_; }
-  /// Zero if there is no way to go. \rtsafe
+  /// Zero if start and end are the same. \rtsafe
   [[nodiscard]] double duration_s() const noexcept { return duration_s_; }
 
  private:

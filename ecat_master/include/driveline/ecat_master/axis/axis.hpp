@@ -14,14 +14,14 @@
 
 namespace driveline::ecat_master {
 
-/// What it means for the others when an axis is missing: its slave exchanges no process data, or has left OP.
+/// What the other axes do when an axis is missing: its slave exchanges no process data, or has left OP.
 enum class LossPolicy : std::uint8_t {
   kStop,      ///< all axes stop by their own quick stop
   kHold,      ///< the others come to rest together, on the path, and wait for it
   kContinue,  ///< the others go on along the path
 };
 
-/// What the master knows about an axis. Lengths are rad for rotary and m for linear axes, torques Nm or N.
+/// Configuration of an axis. Lengths are rad for rotary and m for linear axes, torques Nm or N.
 struct AxisConfig {
   std::string name;                                            ///< for messages and files
   std::size_t slave = 0;                                       ///< position on the line
@@ -39,19 +39,20 @@ struct AxisConfig {
   /// CSP: setpoint_delay_cycles() of the drive, for the following error; none: that of an MSD that runs free. In CSV
   /// and CST the loop is closed here, with the setpoint and the actual position of the same cycle.
   std::optional<double> setpoint_delay_cycles{};
-  /// How far from where it should be an axis may be before that is called wrong, rad or m; none: position_tolerance().
+  /// How far an axis may be from its setpoint until that is a fault, rad or m; none: position_tolerance().
   std::optional<double> position_tolerance{};
-  /// In which people read its positions; null: rad or m. Nothing is calculated in it.
+  /// Unit of its positions in messages and files, not in calculations; null: rad or m.
   const trajectory::PositionUnit* unit = nullptr;
 
-  /// Of that kind. \rtsafe
+  /// Whether `kind` is linear. \rtsafe
   [[nodiscard]] bool linear() const noexcept { return kind == trajectory::AxisKind::kLinear; }
 };
 
-/// In which people read the positions of an axis.
+/// Unit of the positions of an axis in messages and files.
 [[nodiscard]] const trajectory::PositionUnit& position_unit(const AxisConfig& axis) noexcept;
 
-/// As configured, or what the axis covers in a millisecond at its highest velocity, 0.05 rad or 1 mm at least. \rtsafe
+/// AxisConfig::position_tolerance, else the distance at highest velocity in a millisecond, at least 0.05 rad or 1 mm.
+/// \rtsafe
 [[nodiscard]] double position_tolerance(const AxisConfig& axis) noexcept;
 
 /// Inputs of one axis, decoded; kept from the last valid cycle.
@@ -72,9 +73,8 @@ struct AxisInputs {
 
 /// One axis in the process image: decodes its inputs, writes its control word and targets.
 ///
-/// Objects that are not mapped are skipped on output and read as zero; a Motion takes no axis that misses one of
-/// missing_objects(). Belongs to the real-time thread once the cycle
-/// runs; everything but the constructor is \rtsafe.
+/// Objects that are not mapped are skipped on output and read as zero; a Motion refuses an axis with missing_objects().
+/// Belongs to the real-time thread once the cycle runs; everything but the constructor is \rtsafe.
 class Axis {
  public:
   /// `place` and `pdos` say where the objects lie in the image.
@@ -89,9 +89,8 @@ class Axis {
 
   /// Where the axis is to be held when it is enabled: the target position until then, instead of the actual one.
   void hold_at(double position) noexcept { hold_ = position; }
-  /// Opens the position loop that is closed here in CSV and CST, until the axis is enabled anew: what it reads cannot
-  /// be true. Returns the velocity that the loop has added to that of the setpoint last, for a stop that begins with
-  /// it.
+  /// Switches the master's position loop of CSV and CST off until the axis is enabled anew, because the actual position
+  /// is implausible. Returns the velocity that the loop has added last, from which a stop begins.
   [[nodiscard]] double distrust_position() noexcept;
 
   /// Writes control word, mode and targets. While the axis is not in Operation enabled the targets are where it stands
@@ -99,25 +98,25 @@ class Axis {
   void write_outputs(std::span<std::byte> image, cia402::Goal goal, bool reset_fault,
                      const trajectory::AxisSetpoint& setpoint) noexcept;
 
-  /// As it was made. \rtsafe
+  /// The configuration given to the constructor. \rtsafe
   [[nodiscard]] const AxisConfig& config() const noexcept { return config_; }
-  /// The process data hold all that its mode needs (missing_objects()). \rtsafe
+  /// Whether the process data hold all objects that its mode needs (missing_objects()). \rtsafe
   [[nodiscard]] bool complete() const noexcept { return complete_; }
-  /// Of the last cycle. \rtsafe
+  /// Inputs of the last cycle. \rtsafe
   [[nodiscard]] const AxisInputs& inputs() const noexcept { return inputs_; }
   /// Setpoint that the drive followed when it measured the actual position, minus that; rad or m. 0 while it follows
   /// none. As of the last write_outputs(). \rtsafe
   [[nodiscard]] double following_error() const noexcept { return following_error_; }
-  /// In Operation enabled, in the mode that it is configured for, if 6061h tells. \rtsafe
+  /// Whether it is in Operation enabled, in the configured mode if 6061h is mapped. \rtsafe
   [[nodiscard]] bool enabled() const noexcept {
     return inputs_.state == snapshot::AxisState::kOperationEnabled &&
            (!mode_display_ || inputs_.mode == static_cast<std::int8_t>(config_.mode));
   }
-  /// The drive reports a fault, or is on its way into one. \rtsafe
+  /// Whether the drive reports a fault, or is in Fault reaction active. \rtsafe
   [[nodiscard]] bool fault() const noexcept {
     return inputs_.state == snapshot::AxisState::kFault || inputs_.state == snapshot::AxisState::kFaultReactionActive;
   }
-  /// The last status word tells of a fault, whether the axis is available or not.
+  /// Whether the last status word reports a fault, also while the axis is unavailable.
   [[nodiscard]] bool reports_fault() const noexcept {
     const auto state = cia402::decode_state(inputs_.status_word);
     return state == snapshot::AxisState::kFault || state == snapshot::AxisState::kFaultReactionActive;

@@ -15,18 +15,18 @@ namespace driveline::ecat_master {
 [[nodiscard]] std::optional<std::size_t> object_offset(const std::vector<PdoMapping>& pdos, std::uint16_t index,
                                                        std::size_t bits);
 
-/// An object that an axis cannot do without, and that is not among the process data as it is needed.
+/// An object that an axis needs and that is not mapped, or not as it is needed.
 struct MissingObject {
   std::uint16_t index = 0;       ///< sub-index 0
-  std::uint8_t bits = 0;         ///< that it must have
+  std::uint8_t bits = 0;         ///< length it must have
   bool output = false;           ///< among those of the RxPDOs; else of the TxPDOs
-  std::uint8_t mapped_bits = 0;  ///< with so many it is mapped, or beside a byte border; 0: it is not mapped
+  std::uint8_t mapped_bits = 0;  ///< wrong length it has, or `bits` if not byte aligned; 0: not mapped
   constexpr bool operator==(const MissingObject&) const = default;
 };
 
-/// What an axis of this mode misses in `pdos`: 6040h and 6041h, the target of its mode (607Ah, 60FFh or 6071h), the
-/// actual position 6064h, which every mode is judged by and CSV and CST close their loop with, and in CST the actual
-/// velocity 606Ch. Empty: it can be driven.
+/// The objects that an axis of this mode misses in `pdos`: 6040h and 6041h, the target of its mode (607Ah, 60FFh or
+/// 6071h), the actual position 6064h, for supervision in every mode and for the loops of CSV and CST, and in CST the
+/// actual velocity 606Ch. Empty: nothing is missing.
 [[nodiscard]] std::vector<MissingObject> missing_objects(cia402::Mode mode, const PdoConfiguration& pdos);
 
 /// "csp needs 607Ah (Target position, 32 bits) in an RxPDO; ..." Empty when nothing is missing.

@@ -11,11 +11,12 @@ namespace driveline::ecat_master {
 /// msd_startup_sdos() chooses.
 inline constexpr unsigned kSplinePeriods = 2;
 
-/// What keeps a cyclic position setpoint on its way to the shaft.
+/// The delays between a cyclic position setpoint and the motion of the shaft.
 struct SetpointWay {
   std::chrono::nanoseconds period{0};  ///< of the line's cycle
   std::uint32_t divider = 1;           ///< the drive is exchanged in every n-th cycle
-  /// Exchanges until the drive has arrived at a setpoint it has got: 1 when it goes to it on a line, kSplinePeriods.
+  /// Exchanges until the drive has arrived at a setpoint it has received: 1 with linear interpolation, else
+  /// kSplinePeriods.
   unsigned interpolation = 1;
   /// From the exchange to the SYNC0 at which the drive takes its setpoints over; none: it takes them at once.
   std::optional<std::chrono::nanoseconds> to_sync0{};
@@ -28,13 +29,13 @@ struct SetpointWay {
 /// \rtsafe.
 class SetpointHistory {
  public:
-  /// For looking back so many cycles, 0 at least.
+  /// `delay_cycles`: how far to look back, 0 or more, not necessarily whole cycles.
   explicit SetpointHistory(double delay_cycles);
 
   /// The setpoint of this cycle.
   void push(double position) noexcept;
-  /// The one that the actual position of this cycle belongs to: of `delay_cycles` ago, between two cycles on the line
-  /// through both; of the first cycle before there are enough.
+  /// The setpoint that the actual position of this cycle belongs to, from `delay_cycles` ago: interpolated linearly
+  /// between two cycles, that of the first cycle until there are enough.
   [[nodiscard]] double followed() const noexcept;
 
  private:
@@ -44,7 +45,7 @@ class SetpointHistory {
   std::size_t newest_ = 0;
   std::size_t filled_ = 0;
   std::size_t whole_;  ///< cycles of the delay
-  double part_;        ///< of a cycle, the rest of it
+  double part_;        ///< fraction of a cycle in the delay
 };
 
 }  // namespace driveline::ecat_master

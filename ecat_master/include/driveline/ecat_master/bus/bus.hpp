@@ -18,7 +18,7 @@ struct SlaveRef {
 
 /// Bytes to be written to registers or memory of a slave.
 struct RegisterWrite {
-  SlaveRef slave;               ///< whom it is for
+  SlaveRef slave;               ///< the slave to write to
   std::uint16_t address = 0;    ///< of the first byte
   std::vector<std::byte> data;  ///< to be written
 };
@@ -30,7 +30,7 @@ class Bus {
   /// `exchange` must outlive the bus.
   explicit Bus(DatagramExchange& exchange) noexcept : exchange_(exchange) {}
 
-  /// The way that the datagrams go.
+  /// The exchange that carries the datagrams.
   [[nodiscard]] DatagramExchange& exchange() noexcept { return exchange_; }
   /// EEPROM contents read through this bus. To be cleared when an EEPROM is written by other means than write_sii().
   [[nodiscard]] SiiCache& sii_cache() noexcept { return sii_cache_; }
@@ -39,12 +39,12 @@ class Bus {
   [[nodiscard]] Result<void> read(SlaveRef slave, std::uint16_t address, std::span<std::byte> data);
   /// Writes registers or memory from `address` on.
   [[nodiscard]] Result<void> write(SlaveRef slave, std::uint16_t address, std::span<const std::byte> data);
-  /// Like read/write, but tells by false that the slave did not touch its working counter (an empty or full mailbox).
+  /// Like read(), but returns false when the slave left the working counter unchanged (empty mailbox).
   [[nodiscard]] Result<bool> try_read(SlaveRef slave, std::uint16_t address, std::span<std::byte> data);
-  /// See try_read().
+  /// Like write(), but returns false when the slave left the working counter unchanged (full mailbox).
   [[nodiscard]] Result<bool> try_write(SlaveRef slave, std::uint16_t address, std::span<const std::byte> data);
 
-  /// All of `writes` in as few frames as they fit into. The error names the first slave that did not take its own.
+  /// All of `writes` in as few frames as they fit into. The error names the first slave that did not accept its data.
   [[nodiscard]] Result<void> write_all(std::span<RegisterWrite> writes);
 
   template <typename T>
@@ -63,7 +63,7 @@ class Bus {
 
   /// Number of slaves that answer a broadcast read; `data` receives the OR of all their answers.
   [[nodiscard]] Result<std::uint16_t> broadcast_read(std::uint16_t address, std::span<std::byte> data);
-  /// Writes to all slaves; returns how many took it.
+  /// Writes to all slaves; returns how many accepted the data.
   [[nodiscard]] Result<std::uint16_t> broadcast_write(std::uint16_t address, std::span<const std::byte> data);
   /// Writes to the slave at a position of the line, for the time before station addresses exist.
   [[nodiscard]] Result<void> write_at_position(std::uint16_t position, std::uint16_t address,

@@ -14,14 +14,14 @@ namespace driveline::ecat_master {
 
 /// One datagram of acyclic work: what to send, and what came back into the same data.
 struct Request {
-  wire::Command command = wire::Command::kNop;  ///< what the slaves do with it
-  wire::DatagramAddress address;                ///< whom it is for
+  wire::Command command = wire::Command::kNop;  ///< kind of access
+  wire::DatagramAddress address;                ///< slave and register, or logical address
   std::span<std::byte> data;                    ///< sent; overwritten by the answer
   std::uint16_t working_counter = 0;            ///< of the answer
-  bool answered = false;                        ///< false: it was never seen again
+  bool answered = false;                        ///< false: no answer came
 };
 
-/// EtherCAT frames of somebody else on the wire, and what the most serious of them did.
+/// EtherCAT frames of another master on the wire, and the most harmful datagram among them.
 struct OtherMaster {
   std::uint64_t frames = 0;                     ///< so far
   wire::MacAddress source{};                    ///< of the last one
@@ -34,7 +34,7 @@ struct OtherMaster {
 /// addresses. \rtsafe
 [[nodiscard]] std::uint8_t harm_of(wire::Command command, std::uint16_t ado) noexcept;
 /// A tool of this program (FrameTag::guest()) that reads, or talks to a slave's mailbox or registers, but changes
-/// neither states nor station addresses: nobody to speak of. \rtsafe
+/// neither states nor station addresses; it is not reported as another master. \rtsafe
 [[nodiscard]] bool harmless_guest(std::span<const std::byte> frame) noexcept;
 /// One sentence. Allocates: not for the cycle.
 [[nodiscard]] std::string describe(const OtherMaster& other);
@@ -50,12 +50,12 @@ struct ExchangeStatistics {
   wire::MacAddress other_master{};      ///< source address of the last of these
 };
 
-/// What is strange about the traffic, as one sentence: another master, or other devices that use the wire. Empty when
-/// there is nothing to say. Allocates: not for the cycle.
+/// One sentence on foreign traffic: another master, or other devices on the wire. Empty when there was none. Allocates:
+/// not for the cycle.
 [[nodiscard]] std::string describe_traffic(const ExchangeStatistics& statistics);
 
-/// The way datagrams of acyclic work (discovery, states, mailboxes) travel: directly through the port before the
-/// cycle runs, in the gaps of the cycle while it does. Callers cannot tell the two apart.
+/// Carries the datagrams of acyclic work (discovery, states, mailboxes): directly through the port before the cycle
+/// runs, in the gaps of the cycle while it does. Callers need not know which.
 ///
 /// Not real-time safe; one thread at a time.
 class DatagramExchange {
@@ -69,7 +69,7 @@ class DatagramExchange {
 
   /// Lets time pass between two polls (on the clock of the line, so that virtual time moves on).
   virtual void pause(std::chrono::nanoseconds duration) = 0;
-  /// On the clock that pause() lets pass.
+  /// Time of the clock that pause() advances.
   [[nodiscard]] virtual std::chrono::nanoseconds now() const noexcept = 0;
 };
 

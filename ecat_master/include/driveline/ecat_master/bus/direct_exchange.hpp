@@ -17,14 +17,14 @@ class DirectExchange final : public DatagramExchange {
   /// Frames on their way at the same time: more would overrun the receive buffers of network cards and sockets.
   static constexpr std::size_t kMaxInFlight = 24;
 
-  /// Patience with frames.
+  /// Time-out and retries of frames.
   struct Settings {
-    /// For the answers of one try; the time that the frames take on the wire comes on top.
+    /// Time-out for the answers of one try; the time of the frames on the wire is added.
     std::chrono::nanoseconds timeout = std::chrono::milliseconds{2};
     int retries = 4;  ///< further tries after the first
     /// FrameTag::instance; none: one that no other master has (next_frame_instance()).
     std::optional<std::uint16_t> instance = std::nullopt;
-    bool guest = false;  ///< only looks at a line that may have a master: its frames say so (FrameTag::guest())
+    bool guest = false;  ///< for a tool on a line that may have a master: marks the frames (FrameTag::guest())
   };
 
   /// Port and clock must outlive it.
@@ -34,7 +34,7 @@ class DirectExchange final : public DatagramExchange {
 
   [[nodiscard]] Result<void> exchange(std::span<Request> requests) override;
   void pause(std::chrono::nanoseconds duration) override;
-  /// On the clock that it was made with.
+  /// Time of the clock given to the constructor.
   [[nodiscard]] std::chrono::nanoseconds now() const noexcept override { return clock_.now(); }
   /// FrameTag::instance of all its frames.
   [[nodiscard]] std::uint16_t instance() const noexcept { return instance_; }

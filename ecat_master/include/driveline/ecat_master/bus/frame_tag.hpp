@@ -15,12 +15,12 @@ namespace driveline::ecat_master {
 /// for days. The multicast bit of byte 0 stays clear, and so does bit 2,
 /// with which a ring marks its second copy (port::RedundantPort).
 ///
-/// A guest, a tool that looks at a line which may have a master already, counts in the lower half of the sequence
-/// number only; the upper half says what it is, so that the master takes its frames for what they are.
+/// A guest, which is a tool on a line that may have a master already, counts in the lower half of the sequence number
+/// only; the upper half marks it, so that the master recognises its frames.
 struct FrameTag {
   /// Most values of `instance`: 13 bits.
   static constexpr std::uint16_t kInstances = 0x2000;
-  /// Upper half of `sequence` in the frames of a guest; a master comes there after days at 8 kHz.
+  /// Upper half of `sequence` in the frames of a guest; a master reaches this value after days at 8 kHz.
   static constexpr std::uint32_t kGuest = 0xFFFF'0000;
 
   std::uint16_t instance = 0;  ///< of the master, below kInstances
@@ -34,9 +34,9 @@ struct FrameTag {
     wire::store_le(std::span(mac).subspan<2, 4>(), sequence);
     return mac;
   }
-  /// Of a frame that came in, with or without the bit that slaves set; \rtsafe.
+  /// The tag in a received source address, with or without the bit that slaves set; \rtsafe.
   [[nodiscard]] static constexpr FrameTag from_mac(const wire::MacAddress& mac) noexcept { return from_source(mac); }
-  /// Of a whole frame, which must be at least as long as an Ethernet header; \rtsafe.
+  /// The tag of a whole frame, which must be at least as long as an Ethernet header; \rtsafe.
   [[nodiscard]] static constexpr FrameTag of(std::span<const std::byte> frame) noexcept {
     return from_source(frame.subspan(6, 6));
   }

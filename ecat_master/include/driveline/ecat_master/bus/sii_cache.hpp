@@ -14,20 +14,20 @@ namespace driveline::ecat_master {
 /// A content is known by its head: the first kHeadWords words, which hold the configuration area with its checksum and
 /// the alias, vendor, product, revision, serial number, mailboxes, size and the first category header (ETG.1000.6 Table
 /// 16). A head that would fit several devices, without serial number and without alias, and one with a wrong checksum
-/// are never kept. Who writes an EEPROM forgets everything (write_sii() does). Nothing outlives the process: a file
-/// could not tell that another tool has written the categories meanwhile.
+/// are never kept. To be cleared when an EEPROM is written (write_sii() does). It is not kept in a file, because
+/// another tool might write the categories without changing the head.
 ///
 /// All functions: any ordinary thread, not real-time safe.
 class SiiCache {
  public:
-  /// Up to and with the header of the first category.
+  /// Words of the head, up to and including the header of the first category.
   static constexpr std::size_t kHeadWords = 0x42;
-  /// More contents than this, and all are forgotten.
+  /// Limit of contents; when it is exceeded, all are dropped.
   static constexpr std::size_t kMostContents = 4096;
 
   /// The whole content that begins with `head`, kHeadWords words; nothing: not known.
   [[nodiscard]] std::optional<std::vector<std::byte>> find(std::span<const std::byte> head) const;
-  /// Keeps a content that has been read completely, when its head tells whose it is and is not known yet.
+  /// Keeps a content that has been read completely, if its head is new and identifies a single device.
   void keep(std::span<const std::byte> content);
   /// Forgets everything.
   void clear();

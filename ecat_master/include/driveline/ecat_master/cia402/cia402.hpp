@@ -29,7 +29,7 @@ inline constexpr std::uint16_t kEnableOperation = 0x000F;
 inline constexpr std::uint16_t kFaultReset = 0x0080;
 }  // namespace command
 
-/// What the master wants of an axis.
+/// The state that the master wants an axis in.
 enum class Goal : std::uint8_t {
   kDisabled,   ///< power off, via Shutdown and Disable voltage
   kEnabled,    ///< Operation enabled, through every state on the way
@@ -45,9 +45,9 @@ enum class Goal : std::uint8_t {
 /// "csp", "csv" or "cst", as line files name them.
 [[nodiscard]] std::string_view to_text(Mode mode) noexcept;
 
-/// The command that brings an axis one state closer to the goal. Never skips a state: the drives ask for the bits one
-/// after the other (MSD manual, Table 11.4). In Fault it is Disable voltage: faults are reset on request only. An axis
-/// whose state is not known gets nothing that could switch it on, and Quick stop when it shall stop. \rtsafe
+/// The command that brings an axis one state closer to the goal. Never skips a state: the drives require the commands
+/// one after the other (MSD manual, Table 11.4). In Fault it is Disable voltage: faults are reset on request only. An
+/// axis in an unknown state is never switched on; it gets Quick stop when it shall stop. \rtsafe
 [[nodiscard]] std::uint16_t next_control_word(AxisState state, Goal goal) noexcept;
 
 }  // namespace driveline::ecat_master::cia402

@@ -7,8 +7,8 @@
 /// Error codes of drives (603Fh, emergencies) in words: IEC 61800-7-201 (CiA 402-2), error codes.
 namespace driveline::ecat_master::cia402 {
 
-/// "continuous overcurrent" for 0x2310; the name of the group that it belongs to where the standard has none for the
-/// code itself, "manufacturer-specific" above 0xFF00; empty for 0 and groups that there are not.
+/// "continuous overcurrent" for 0x2310; the name of its group where the standard has none for the code itself,
+/// "manufacturer-specific" above 0xFF00; empty for 0 and unknown groups.
 [[nodiscard]] std::string_view error_name(std::uint16_t code) noexcept;
 
 /// "0x2310, continuous overcurrent"; the number alone where there is no name. Not for use in the cycle.

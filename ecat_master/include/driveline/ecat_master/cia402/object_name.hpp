@@ -5,8 +5,8 @@
 
 namespace driveline::ecat_master::cia402 {
 
-/// What CiA 402-2 (IEC 61800-7-201) calls an object of a drive that is mapped into PDOs; empty for others. For drives
-/// whose own description has no names.
+/// The name in CiA 402-2 (IEC 61800-7-201) of an object of a drive that is mapped into PDOs; empty for others. For
+/// drives whose own description has no names.
 [[nodiscard]] std::string_view object_name(std::uint16_t index, std::uint8_t subindex) noexcept;
 
 }  // namespace driveline::ecat_master::cia402

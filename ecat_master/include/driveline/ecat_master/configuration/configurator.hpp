@@ -23,7 +23,7 @@ struct StartupSdo {
   wire::AlState before = wire::AlState::kSafeOp;
 };
 
-/// Watchdogs of the slave controller (ETG.1000.4 6.3); what is not set stays as the slave has it after power-on.
+/// Watchdogs of the slave controller (ETG.1000.4 6.3); values that are not set stay as after power-on.
 struct WatchdogPlan {
   std::optional<std::uint16_t> divider;       ///< register 0x0400: 40 ns * (divider + 2) is one increment
   std::optional<std::uint16_t> process_data;  ///< register 0x0420, in increments; 0: off
@@ -33,53 +33,53 @@ struct WatchdogPlan {
 
 /// What is planned for one slave. Zero in an identity field means: any.
 struct SlavePlan {
-  std::string name;                        ///< for people and for ProcessVariables; empty: none
+  std::string name;                        ///< for messages and for ProcessVariables; empty: none
   std::uint32_t vendor_id = 0;             ///< as in the EEPROM or 1018h:01
   std::uint32_t product_code = 0;          ///< as in the EEPROM or 1018h:02
-  IdentityRule revision;                   ///< which ones are accepted
-  IdentityRule serial;                     ///< which ones are accepted
+  IdentityRule revision;                   ///< accepted revisions
+  IdentityRule serial;                     ///< accepted serial numbers
   std::optional<std::uint16_t> alias;      ///< anywhere on the line, by its station alias
   std::optional<std::uint16_t> device_id;  ///< anywhere on the line, by its explicit device identification
   WatchdogPlan watchdog;                   ///< written in PREOP
   StateTimeouts timeouts;                  ///< of its state changes
-  MailboxTimeouts mailbox_timeouts;        ///< of its mailbox
-  std::vector<StartupSdo> startup_sdos;    ///< in the order in which they are written
+  MailboxTimeouts mailbox_timeouts;
+  std::vector<StartupSdo> startup_sdos;  ///< in the order in which they are written
   /// Mapping and assignment, written behind the start-up SDOs; PDOs without objects are assigned as the slave has them,
   /// and their mapping is read.
   PdoConfiguration pdos;
   std::size_t group = 0;  ///< of the process image
   /// False: the slave takes its outputs by LWR and gives its inputs by LRD only; none: its description decides.
   std::optional<bool> lrw;
-  /// Known by its alias or device ID, wherever it is plugged in, and when: with one of them planned it may be missing
-  /// at the start, and joins when it comes. Otherwise its place among the others tells who it is.
+  /// With an alias or device ID: the slave may be missing at the start, be plugged in anywhere, and join at any time.
+  /// Without it the slave is identified by its place among the others.
   bool hot_connect = false;
-  /// It belongs to the hot-connect group of another slave, at that place behind it: it comes, goes and moves with the
-  /// head of the group, whose alias or device ID finds both.
+  /// It belongs to the hot-connect group of another slave, at that place behind it: it is plugged in, removed and moved
+  /// together with the head of the group, whose alias or device ID identifies both.
   std::optional<GroupPlace> behind{};
   /// The PDOs that the slave has assigned by itself, instead of `pdos`; they are read and nothing is written. With a
   /// description file that has PDOs, those that it assigns.
   bool own_pdos = false;
-  /// Description of the device out of its ESI file; null: the EEPROM's. What is planned here goes before it, it goes
-  /// before the EEPROM (apply_description()).
+  /// Description of the device out of its ESI file; null: the EEPROM's. Values of this plan take precedence over it,
+  /// and it over the EEPROM (apply_description()).
   std::shared_ptr<const esi::DeviceDescription> esi;
 };
 
 /// A slave that has been found and is being run.
 struct ConfiguredSlave {
-  SlaveInfo info;                                  ///< as found at discovery
-  SlavePlan plan;                                  ///< as planned
+  SlaveInfo info;  ///< as found at discovery
+  SlavePlan plan;
   std::unique_ptr<MailboxClient> mailbox;          ///< none: the slave has no mailbox
-  std::optional<esi::DeviceDescription> eeprom{};  ///< that of the EEPROM while info has that of a file
-  /// False: a hot-connected slave that has not been there yet. Its description is that of one of its kind, if there is
-  /// one, and its process data have their place in the image.
+  std::optional<esi::DeviceDescription> eeprom{};  ///< description in the EEPROM while `info` has that of a file
+  /// False: a hot-connected slave that has never been on the line. Its description is that of an equal slave, if there
+  /// is one, and its process data have their place in the image.
   bool present = true;
 };
 
-/// What the plans say about who the slaves are, for compare_line().
+/// The identities in the plans, for compare_line().
 [[nodiscard]] std::vector<ExpectedSlave> expected_slaves(std::span<const SlavePlan> plans);
 
-/// What is to be written to a slave over CoE before a transition (before SAFEOP with the PDO configuration behind the
-/// start-up SDOs); nothing to do: no steps. Error: NoMailbox.
+/// The SDOs to be written to a slave before a transition (before SAFEOP including the PDO configuration, behind the
+/// start-up SDOs); there may be none. Error: NoMailbox.
 [[nodiscard]] Result<SdoScript> coe_script(const ConfiguredSlave& slave, wire::AlState before);
 
 /// In INIT: writes the sync managers of the mailboxes as the slave's EEPROM has them; nothing without a mailbox.

@@ -5,24 +5,24 @@
 
 namespace driveline::ecat_master {
 
-/// The PDOs that the EEPROM assigns to sync managers, with what is mapped into them.
+/// The PDOs that the EEPROM assigns to sync managers, with their mapping.
 [[nodiscard]] PdoConfiguration pdo_configuration_from_sii(const esi::DeviceDescription& device);
 
-/// What is assigned and mapped now: over CoE (1C10h + sync manager and the mapping objects) from slaves that have it,
-/// else from the EEPROM. All slaves side by side; every process data sync manager of a slave is asked for, so there may
-/// be more than one per direction. The slaves must be in PREOP or above, their mailboxes open in `engine`. One result
-/// per slave. Errors: SdoAbort, SdoSize, Mailbox*, those of the bus. Not real-time safe.
+/// Reads the present assignment and mapping: over CoE (1C10h + sync manager and the mapping objects) from slaves that
+/// have it, else from the EEPROM. All slaves in parallel, and every process data sync manager of a slave, of which
+/// there may be several per direction. The slaves must be in PREOP or above, their mailboxes open in `engine`. One
+/// result per slave. Errors: SdoAbort, SdoSize, Mailbox*, those of the bus. Not real-time safe.
 [[nodiscard]] std::vector<Result<PdoConfiguration>> read_pdo_configurations(MailboxEngine& engine,
                                                                             std::span<const SlaveInfo> slaves);
 
-/// Which PDO of which slave.
+/// A PDO of a slave.
 struct PdoPlace {
   std::size_t slave = 0;    ///< number in the list of slaves
   std::uint16_t index = 0;  ///< mapping object, 1600h-17FFh or 1A00h-1BFFh
 };
 
-/// What is mapped into PDOs now, assigned or not: over CoE, or out of the EEPROM of a slave without it (nothing, when
-/// that does not know the PDO). All side by side; one result per place. Conditions and errors as for
+/// Reads the present mapping of PDOs, assigned or not: over CoE, or from the EEPROM of a slave without it (empty when
+/// that does not contain the PDO). All in parallel; one result per place. Conditions and errors as for
 /// read_pdo_configurations().
 [[nodiscard]] std::vector<Result<std::vector<MappedObject>>> read_mappings(MailboxEngine& engine,
                                                                            std::span<const SlaveInfo> slaves,

@@ -27,7 +27,7 @@ struct FixedSyncManager {
 };
 /// The PDO excludes another one that is planned as well.
 struct ExcludedPdo {
-  std::uint16_t other = 0;  ///< index of that one
+  std::uint16_t other = 0;  ///< index of the other PDO
 };
 /// The PDO is mandatory, and not planned.
 struct MandatoryPdo {};
@@ -49,7 +49,7 @@ struct PdoMisfit {
   MisfitFacts facts;      ///< why
 };
 
-/// "PDO 1A00h is fixed: its entries cannot be changed".
+/// The misfit as a sentence: "PDO 1A00h is fixed: its entries cannot be changed".
 [[nodiscard]] std::string describe(const PdoMisfit& misfit);
 
 }  // namespace driveline::ecat_master

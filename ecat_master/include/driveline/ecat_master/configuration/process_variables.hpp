@@ -29,24 +29,24 @@ struct ProcessVariable {
   [[nodiscard]] std::string text() const;
 };
 
-/// Why a process variable cannot be had, one type for each reason.
+/// Why a name or handle of a process variable is refused, one type for each reason.
 namespace variable_faults {
 
-/// There is none of that name.
+/// No variable has that name.
 struct NotThere {
-  std::string name;                      ///< that was looked for
-  std::vector<std::string> of_slave;     ///< what its slave has; empty: there is no such slave
-  std::optional<std::string> example{};  ///< a name that there is; none: no process data are mapped
+  std::string name;                      ///< name that was looked for
+  std::vector<std::string> of_slave;     ///< variables of its slave; empty: there is no such slave
+  std::optional<std::string> example{};  ///< an existing name; none: no process data are mapped
 };
-/// Several are called so.
+/// Several variables have that name.
 struct Ambiguous {
-  std::string name;                     ///< that was looked for
-  std::vector<std::string> candidates;  ///< what it may be
+  std::string name;                     ///< name that was looked for
+  std::vector<std::string> candidates;  ///< the variables with that name
 };
 /// Another variable of the slave has that name already.
 struct NameTaken {
   std::string alias;  ///< the new name
-  std::string owner;  ///< that has it
+  std::string owner;  ///< the variable that has it
 };
 /// Size or place do not allow such a handle.
 struct Unfit {
@@ -69,7 +69,7 @@ struct SizesDiffer {
 
 }  // namespace variable_faults
 
-/// Why a process variable cannot be had.
+/// Why a name or handle of a process variable is refused.
 struct VariableError {
   /// The reason with its facts.
   std::variant<variable_faults::NotThere, variable_faults::Ambiguous, variable_faults::NameTaken,
@@ -78,11 +78,11 @@ struct VariableError {
       facts;
 };
 
-/// One sentence, with the names there are when nothing or more than one thing is called so.
+/// The error as one sentence, with the existing names where none or several match.
 [[nodiscard]] std::string describe(const VariableError& error);
 
-/// The process data of a line by their names, for programs and line files. Made at start-up; what it gives out is for
-/// the cycle. Not \rtsafe.
+/// The process data of a line by their names, for programs and line files. Made at start-up; its handles are for the
+/// cycle. Not \rtsafe.
 ///
 /// A variable is called `slave.object`: the name of the slave (or its position), then the name of the object as the
 /// slave's description has it, with that of its PDO in front where several are called so ("io.Channel 1/Input"), or its
@@ -92,21 +92,21 @@ struct VariableError {
 class ProcessVariables {
  public:
   template <typename T>
-  /// What was looked for, or why it cannot be had.
+  /// The result of a search, or why it failed.
   using Found = tl::expected<T, VariableError>;
 
-  /// Of slaves that have been configured. Gaps in the mapping (index 0) are no variables.
+  /// Collects the variables of configured slaves. Gaps in the mapping (index 0) are no variables.
   ProcessVariables(std::span<const ConfiguredSlave> slaves, const ProcessImage& image);
 
   /// In the order of slaves and of their process data, outputs first.
   [[nodiscard]] std::span<const ProcessVariable> all() const noexcept { return variables_; }
   /// Errors: NotThere, Ambiguous.
   [[nodiscard]] Found<ProcessVariable> find(std::string_view name) const;
-  /// What find() knows the variable by: its alias, else its name, with its PDO in front when the slave has several of
-  /// that name, else its address.
+  /// The name by which find() finds the variable: its alias, else its name, with its PDO in front when the slave has
+  /// several of that name, else its address.
   [[nodiscard]] std::string full_name(const ProcessVariable& variable) const;
-  /// Gives the variable `name` one more name behind that of its slave, which goes before all others. Errors: those of
-  /// find(), NameTaken.
+  /// Gives the variable `name` another name behind that of its slave, which takes precedence over its other names.
+  /// Errors: those of find(), NameTaken.
   [[nodiscard]] Found<void> rename(std::string_view name, std::string_view alias);
 
   /// The handle of an entry of exactly this type's size; bool for a single bit. Errors: Unfit also when
@@ -127,7 +127,7 @@ class ProcessVariables {
   }
   /// The handle of an entry of up to 32 bits, wherever it lies.
   [[nodiscard]] Found<PdoBits> bits(std::string_view name) const;
-  /// Hands an input of one slave to an output of another in every cycle. Errors: also NoSource, NoTarget,
+  /// A copy of an input of one slave to an output of another in every cycle. Errors: also NoSource, NoTarget,
   /// SizesDiffer.
   [[nodiscard]] Found<ProcessDataCopy> copy(std::string_view from, std::string_view to) const;
 

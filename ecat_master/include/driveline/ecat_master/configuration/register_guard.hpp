@@ -9,25 +9,25 @@
 
 namespace driveline::ecat_master {
 
-/// What may be done about a register that has changed while its slave is in OP.
+/// How a register is repaired that has changed while its slave is in OP.
 enum class RegisterRepair : std::uint8_t {
-  kRewrite,      ///< written again: it takes effect without the slave's application having a say
-  kReconfigure,  ///< the application has checked it on the way up, so the slave goes there once more (ETG.1000.6 5.3)
+  kRewrite,      ///< written again: it takes effect without the slave's application
+  kReconfigure,  ///< the application checks it on the way to OP, so the slave is taken up once more (ETG.1000.6 5.3)
 };
 
-/// One register, or field of an FMMU or sync manager, that has been set up and must read back as that.
+/// One register, or field of an FMMU or sync manager, that has been written and must keep its value.
 struct GuardedRegister {
   std::uint16_t address = 0;                             ///< of the register, or of the first byte of the field
   std::uint8_t size = 0;                                 ///< bytes, up to 8
-  RegisterRepair repair = RegisterRepair::kReconfigure;  ///< when it has changed
+  RegisterRepair repair = RegisterRepair::kReconfigure;  ///< how it is repaired
   std::uint64_t expected = 0;                            ///< value that was written, little endian bytes as a number
-  std::uint64_t bits = ~std::uint64_t{0};                ///< those that count; the others belong to the slave
+  std::uint64_t bits = ~std::uint64_t{0};                ///< bits that are compared; the others belong to the slave
 };
 
-/// A register that has another value than it was set to.
+/// A register that no longer has the value it was set to.
 struct RegisterChange {
-  GuardedRegister guarded;             ///< what was to be found
-  std::optional<std::uint64_t> found;  ///< none: it cannot be told
+  GuardedRegister guarded;             ///< the register and its expected value
+  std::optional<std::uint64_t> found;  ///< none: it could not be read
 };
 
 /// Some of the changes cannot be undone while the slave is in OP.
@@ -36,8 +36,8 @@ struct RegisterChange {
 /// "FMMU 1 (0x0610): logical start address is 0x00010020, 0x00010000 was configured". Allocates.
 [[nodiscard]] std::string describe(const RegisterChange& change);
 
-/// What the controller of a slave is like and what nobody plans about it: read once, when the slave is configured. What
-/// it does not answer is not guarded.
+/// Properties of a slave's controller and registers that are not part of a plan: read once, when the slave is
+/// configured. A register that it does not answer is not guarded.
 struct ControllerFacts {
   std::uint8_t fmmus = 0;                              ///< how many it has (0x0004)
   std::uint8_t sync_managers = 0;                      ///< how many it has (0x0005)
@@ -49,20 +49,21 @@ struct ControllerFacts {
   constexpr bool operator==(const ControllerFacts&) const = default;
 };
 
-/// The facts of all `slaves`, read until two answers agree: a damaged one would be taken for the truth ever after.
+/// The facts of all `slaves`, read until two answers agree, because a damaged answer would be used from then on.
 /// Errors: those of the bus. Not real-time safe.
 [[nodiscard]] Result<std::vector<ControllerFacts>> read_controller_facts(Bus& bus, std::span<const SlaveRef> slaves);
 
-/// Everything about a slave in SAFEOP or OP that has been written to its controller, ascending by address: write
-/// protection, DL control, watchdogs, FMMUs, sync managers and, where `clocks` is not null, its distributed clock as
-/// far as the line goes by it. Bits that the controller or the mailbox change by themselves do not count.
+/// All registers of a slave in SAFEOP or OP that the master has written, ascending by address: write protection, DL
+/// control, watchdogs, FMMUs, sync managers and, where `clocks` is not null, its distributed clock as far as the line
+/// depends on it. Bits that the controller or the mailbox change by themselves do not count.
 [[nodiscard]] std::vector<GuardedRegister> guarded_registers(const ConfiguredSlave& slave, const ProcessImage& image,
                                                              const dc::LineClocks* clocks,
                                                              const ControllerFacts& facts);
 
-/// Reads `guarded` back in as few datagrams as they fit into and returns those that differ. What differs is read once
-/// more and counts only when it is the same again: the answer may have been damaged on its way. Errors: WorkingCounter
-/// when not exactly one slave answers to the address (`received` of them), those of the bus. Not real-time safe.
+/// Reads `guarded` back in as few datagrams as they fit into and returns those that differ. A register that differs is
+/// read once more and counts only when the value is the same again, because the answer may have been damaged on its
+/// way. Errors: WorkingCounter when not exactly one slave answers to the address (`received` of them), those of the
+/// bus. Not real-time safe.
 [[nodiscard]] Result<std::vector<RegisterChange>> find_changes(Bus& bus, SlaveRef slave,
                                                                std::span<const GuardedRegister> guarded);
 

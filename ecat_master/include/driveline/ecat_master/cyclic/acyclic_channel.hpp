@@ -14,15 +14,15 @@ namespace driveline::ecat_master {
 
 /// A frame on its way through an AcyclicChannel.
 struct AcyclicJob {
-  std::uint64_t id = 0;                                 ///< chosen by the sender, who knows its answer by it
+  std::uint64_t id = 0;                                 ///< chosen by the sender, to recognise the answer
   bool answered = false;                                ///< on the way back: false, when the frame was lost
   std::uint16_t size = 0;                               ///< of `bytes`, Ethernet header included
   std::array<std::byte, port::kMaxFrameBytes> bytes{};  ///< the frame, its answer on the way back
 };
 
 /// Carries frames of other threads through the cycle: they go in by one wait-free ring and come back by another, one
-/// frame on the wire at a time. What they may take of the wire is a budget of bytes per cycle; a frame that is longer
-/// waits until that many cycles have saved it up, so the average never exceeds the budget.
+/// frame on the wire at a time. They share a budget of bytes per cycle; a longer frame waits until enough cycles have
+/// accumulated its bytes, so the average never exceeds the budget.
 class AcyclicChannel {
  public:
   /// Cycles without an answer until a frame counts as lost.

@@ -7,8 +7,8 @@
 
 namespace driveline::ecat_master {
 
-/// Runs the cycle of a CyclicCore. The two kinds differ in who waits for whom: a real-time thread beside the caller,
-/// or the caller itself on a virtual clock.
+/// Runs the cycle of a CyclicCore. Two kinds: a real-time thread beside the caller, or the caller's own thread on a
+/// virtual clock.
 class CycleRunner {
  public:
   virtual ~CycleRunner() = default;
@@ -30,7 +30,7 @@ class RealtimeRunner final : public CycleRunner, private rt::RealtimeTask {
   [[nodiscard]] tl::expected<void, rt::RealtimeError> start() override;
   void pass(std::chrono::nanoseconds duration) override;
   void stop() override;
-  /// What is in effect, after start().
+  /// The settings in effect after start().
   [[nodiscard]] const rt::RealtimeReport& report() const noexcept { return report_; }
 
  private:

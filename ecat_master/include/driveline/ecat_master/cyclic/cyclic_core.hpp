@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "driveline/ecat_master/cyclic/acyclic_channel.hpp"
+#include "driveline/ecat_master/cyclic/cycle_task.hpp"
 #include "driveline/ecat_master/cyclic/cyclic_event.hpp"
 #include "driveline/ecat_master/cyclic/cyclic_frame.hpp"
 #include "driveline/ecat_master/cyclic/flight_recorder.hpp"
@@ -25,18 +26,18 @@ struct SampleRings {
   rt::SpscRing<snapshot::AxisSample>* axes = nullptr;   ///< one per axis and sampled cycle
 };
 
-/// What the cycle has counted while counting was on; owned by the cycle, to be read when it rests.
+/// Counters and times while counting was on; owned by the cycle, to be read once it has ended.
 struct CycleStatistics {
   std::uint64_t cycles = 0;          ///< cycles that have run
   std::uint64_t missed_periods = 0;  ///< grid instants that were skipped because a cycle was late
   std::uint64_t wkc_errors = 0;      ///< frames that came back with another working counter than expected
   std::uint64_t lost_frames = 0;     ///< cyclic frames that did not come back within their cycle
   std::uint64_t late_frames = 0;     ///< of them, those that came back after all, in one of the next cycles
-  std::uint64_t stale_frames = 0;    ///< frames nobody waited for: late ones, doubled ones, late acyclic answers
-  std::uint64_t foreign_frames = 0;  ///< frames that are none of ours
+  std::uint64_t stale_frames = 0;  ///< frames that were no longer expected: late ones, duplicates, late acyclic answers
+  std::uint64_t foreign_frames = 0;  ///< frames of other senders
   /// From the instant a cycle was to begin until it did, with every instant that was missed (rt::record_lateness()).
   rt::Histogram wake_latency;
-  /// The longest time by which a cycle that missed a period or more was late: nobody was there for so long. 0: never.
+  /// The longest time without a cycle: by how much a cycle that missed a period or more was late; 0: none did.
   std::chrono::nanoseconds longest_absence{0};
   std::chrono::nanoseconds longest_absence_at{0};  ///< grid time from which it was missing
   rt::Histogram cost;                              ///< wake-up to the end of the cycle's work
@@ -55,16 +56,6 @@ struct GroupCounters {
   std::atomic<bool> outputs_zeroed{false};        ///< GroupSettings::bad_cycle_limit was reached
 };
 
-/// What an application does with the process data in the cycle, beside or instead of a Motion.
-class CyclicTask {
- public:
-  virtual ~CyclicTask() = default;
-  /// Reads inputs, writes outputs. `valid` tells by slave whether its inputs are of this cycle (of the last one its
-  /// group was due in); those that are not are stale. Must be \rtsafe.
-  virtual void update(std::int64_t cycle, std::span<const std::byte> inputs, std::span<const bool> valid,
-                      std::span<std::byte> outputs) noexcept = 0;
-};
-
 /// The cyclic exchange: sends the outputs prepared in the cycle before right after wake-up, so that they leave with
 /// the least jitter; waits for the answers by polling the port up to a deadline inside the period; then reads the
 /// inputs and prepares the next outputs. The frames of all groups that are due are on the wire at once.
@@ -81,10 +72,10 @@ class CyclicCore {
     std::uint16_t slaves = 0;        ///< on the line, for the AL status broadcast
     std::uint16_t instance = 0;      ///< FrameTag::instance; the master sets its own
     std::uint32_t sample_every = 1;  ///< samples of every n-th cycle go to the rings
-    /// What acyclic work may put on the wire per cycle, on average; 0: what acyclic_frame_bytes() leaves it.
+    /// Bytes of acyclic work per cycle, on average; 0: acyclic_frame_bytes().
     std::size_t acyclic_bytes = 0;
-    CyclicTask* task = nullptr;           ///< runs before the motion; must outlive the core
-    std::vector<ProcessDataCopy> copies;  ///< slave to slave, done in every cycle behind task and motion
+    TaskSchedule* tasks = nullptr;        ///< of the application, before and after the motion; must outlive the core
+    std::vector<ProcessDataCopy> copies;  ///< slave to slave, done in every cycle behind tasks and motion
     FlightRecorder* recorder = nullptr;   ///< must outlive the core
     dc::ClockFollower* clocks = nullptr;  ///< distributed clocks; null: none. Must outlive the core
   };
@@ -102,12 +93,12 @@ class CyclicCore {
   /// First instant of the grid, not before `earliest`: a multiple of the period, or the planned phase of the reference
   /// clock, the same at every start. \rtsafe
   [[nodiscard]] std::chrono::nanoseconds first_grid(std::chrono::nanoseconds earliest) const noexcept;
-  /// By how much the cycle wants the grid moved before the next one. \rtsafe
+  /// By how much the grid is to be moved before the next cycle. \rtsafe
   [[nodiscard]] std::chrono::nanoseconds grid_shift() const noexcept { return grid_shift_; }
 
   /// For the acyclic work that shares the wire; its sides say which thread they belong to.
   [[nodiscard]] AcyclicChannel& acyclic() noexcept { return acyclic_; }
-  /// As given to the constructor, task and copies included. \rtsafe
+  /// As given to the constructor, tasks and copies included. \rtsafe
   [[nodiscard]] const Settings& settings() const noexcept { return settings_; }
 
   // Any thread, \rtsafe.
@@ -123,7 +114,7 @@ class CyclicCore {
     return {static_cast<std::uint16_t>(raw >> 16), static_cast<std::uint16_t>(raw & 0xFFFF)};
   }
 
-  /// What the last exchange told of a slave.
+  /// State of a slave as of the last exchange.
   struct SlaveReport {
     bool valid = false;                 ///< outputs delivered, inputs fresh
     bool operational = false;           ///< valid, and not fallen out of OP
@@ -135,9 +126,8 @@ class CyclicCore {
   };
   /// `slave` has a place in the process image.
   [[nodiscard]] SlaveReport slave_report(std::size_t slave) const noexcept;
-  /// Takes a slave out of the judgement of working counters while it is being configured: its process data are not
-  /// valid, and it may count or not without harm to the others. From the next cycle on. `slave` has a place in the
-  /// process image.
+  /// Leaves a slave out of the check of working counters while it is being configured: its process data are not valid,
+  /// and the others are not affected by its share. From the next cycle on. `slave` has a place in the process image.
   void set_recovering(std::size_t slave, bool recovering) noexcept {
     shared_[slave].recovering.store(recovering, std::memory_order_relaxed);
     recovery_requests_.fetch_add(1, std::memory_order_release);
@@ -200,6 +190,7 @@ class CyclicCore {
   void receive(std::chrono::nanoseconds deadline) noexcept;
   void dispatch(const port::ReceivedFrame& frame) noexcept;
   void note_foreign(std::span<const std::byte> frame) noexcept;
+  void run_tasks(TaskTiming::Order order, const rt::CycleStart& start) noexcept;
   void remember_missing(std::uint32_t sequence) noexcept;
   [[nodiscard]] bool was_missing(std::uint32_t sequence) noexcept;
   void evaluate(const rt::CycleStart& start) noexcept;

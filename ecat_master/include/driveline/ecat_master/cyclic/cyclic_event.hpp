@@ -5,9 +5,9 @@
 
 namespace driveline::ecat_master {
 
-/// Something the cycle has noticed, for the history that an ordinary thread keeps.
+/// An event noticed by the cycle, for the history that an ordinary thread keeps.
 struct CyclicEvent {
-  /// What was noticed.
+  /// Kind of event.
   enum class Kind : std::uint8_t {
     kSlaveState,      ///< `before` and `after`: low byte of the AL status, 0: the slave is not there
     kWorkingCounter,  ///< `before`: expected, `after`: received, of a group, when it changes

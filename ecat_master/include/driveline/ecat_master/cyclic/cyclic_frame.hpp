@@ -12,7 +12,7 @@
 
 namespace driveline::ecat_master {
 
-/// What the broadcast read of the AL status in the first cyclic frame said.
+/// Answer to the broadcast read of the AL status in the first cyclic frame.
 struct LineAlStatus {
   std::uint16_t slaves = 0;    ///< that answered
   std::uint16_t combined = 0;  ///< OR of their AL status registers
@@ -22,19 +22,19 @@ struct LineAlStatus {
   }
 };
 
-/// What a cycle knows of one slave.
+/// State of one slave as seen by the cycle.
 struct SlaveCondition {
   bool absent = false;         ///< its status byte came back untouched
-  bool down = false;           ///< in a state below SAFEOP by its own account: it may count or not
-  bool recovering = false;     ///< taken out by request: likewise
+  bool down = false;           ///< its AL status is below SAFEOP: it may add to the working counter or not
+  bool recovering = false;     ///< left out on request: it may add to the working counter or not
   std::uint8_t al_status = 0;  ///< low byte of its AL status; 0: not known
 };
 
-/// What became of one datagram in the last cycle it travelled in.
+/// Result of one datagram in the last cycle it was sent in.
 struct DatagramResult {
   bool received = false;  ///< it came back within its cycle
-  /// The working counter is that of all slaves that are there: whatever is missing of it is the share of slaves whose
-  /// status bytes say that they are not, or that are recovering.
+  /// The working counter is that of all present slaves: the missing part is the share of slaves that are absent by
+  /// their status bytes, or recovering.
   bool good = false;
   bool complete = false;              ///< no slave is missing
   bool disturbed = false;             ///< slaves are missing besides those that are recovering

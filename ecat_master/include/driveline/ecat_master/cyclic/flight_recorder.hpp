@@ -11,8 +11,8 @@
 
 namespace driveline::ecat_master {
 
-/// Keeps the last cycles in fixed memory and stops a little after something went wrong, so that what led to it and what
-/// followed can be written down.
+/// Keeps the last cycles in fixed memory and stops a little after a fault, so that the cycles before and after it can
+/// be written to a file.
 ///
 /// record() belongs to the cycle; trigger() and frozen() to any thread; the rest to one ordinary thread, while frozen()
 /// or while no cycle runs.

@@ -8,13 +8,13 @@
 
 namespace driveline::ecat_master {
 
-/// What becomes of a path that is late because setpoints could not be given.
+/// What happens to a path that is late because drives were given no setpoints.
 enum class LatePolicy : std::uint8_t {
   kStay,     ///< it stays late
   kCatchUp,  ///< it runs faster, as far as the limits of all axes allow, until it is not late any more
 };
 
-/// What an absence of the master has done to the motion.
+/// Effect of an absence of the master on the motion.
 enum class AbsenceEffect : std::uint8_t {
   kNone,     ///< no axis was moved by setpoints
   kBridged,  ///< the axes go on from where they were

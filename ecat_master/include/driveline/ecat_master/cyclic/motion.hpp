@@ -19,11 +19,11 @@
 
 namespace driveline::ecat_master {
 
-/// Where the coordinated motion of all axes stands.
+/// Phase of the coordinated motion of all axes.
 enum class MotionPhase : std::uint8_t {
   kIdle,       ///< axes without power
   kEnabling,   ///< CiA 402 start-up of all axes
-  kApproach,   ///< from where the axes are to the first point of the path
+  kApproach,   ///< ramps from the actual positions to the first point of the path
   kFollowing,  ///< on the path
   kHolding,    ///< end of the setpoints: the axes hold the last one
   kStopping,   ///< ramp to standstill on request
@@ -37,19 +37,19 @@ enum class MotionPhase : std::uint8_t {
 
 /// Why the axes were stopped: by MotionPhase::kQuickStop, or for a position that cannot be true by kStopping.
 struct MotionFailure {
-  /// What it was.
+  /// Kind of failure.
   enum class Cause : std::uint8_t {
     kNone,
     kAxisFault,
     kAxisLost,
     kCommunication,
     kEnableTimeout,
-    kMasterAway,        ///< the master did not send for longer than it may
-    kPositionLeap,      ///< `position` tells more, as with those below
+    kMasterAway,        ///< the master missed more periods than bad_cycle_limit
+    kPositionLeap,      ///< the actual position leapt; details in `position`, also for the next two
     kPositionFrozen,    ///< the actual position stands while the axis is sent on
-    kPositionUnsteady,  ///< the actual position kept leaping, so that there was no place to enable the axis at
-    kSetpoint,          ///< the source gave a setpoint that the limits of the axis do not allow, or no number
-    kTooFast,           ///< a source that gives torques has let the axis get faster than its limit
+    kPositionUnsteady,  ///< the actual position kept leaping, the axis could not be enabled
+    kSetpoint,          ///< the source gave a setpoint beyond the limits of the axis, or not a finite number
+    kTooFast,           ///< the axis exceeded its velocity limit under a source that gives torques
   };
   Cause cause = Cause::kNone;  ///< kNone: there was no failure
   std::uint16_t axis = 0;      ///< number of the axis, as given to the constructor; the first one where several failed
@@ -58,13 +58,13 @@ struct MotionFailure {
   PositionFinding position{};     ///< what was wrong with the actual position, where that was the cause
 };
 
-/// How an axis takes part in the motion. All but the first is seen only of axes whose loss is not to stop the others
-/// (AxisConfig::on_loss).
+/// Participation of an axis in the motion. Other values than kPresent occur only for axes whose loss does not stop the
+/// others (AxisConfig::on_loss).
 enum class AxisPresence : std::uint8_t {
   kPresent,
   kMissing,    ///< no valid process data, or not in OP
-  kEnabling,   ///< heard again: its faults are reset, and it is enabled where it stands
-  kReturning,  ///< on its way back to where the path is, within its limits
+  kEnabling,   ///< its process data are valid again: its faults are reset, and it is enabled at its actual position
+  kReturning,  ///< returns to the path within its limits
 };
 
 /// Why a source of setpoints was not taken.
@@ -73,34 +73,34 @@ enum class SourceRefusal : std::uint8_t {
   kWrongAxes,  ///< it moves another number of axes
 };
 
-/// Takes all axes along a path together, or wherever another source of setpoints leads them: enables them, approaches
-/// the path, follows it, and reacts to failures. One axis that fails stops all of them, because a path of several axes
-/// means nothing without one; unless the axis is only missing (its slave is not there) and its LossPolicy says
-/// otherwise. It is enabled again when it is back, where it stands, and taken back onto the path within its limits. A
-/// drive that has a fault or switches off stops all in any case.
+/// Moves all axes along a path together, or by another source of setpoints: enables them, approaches the path, follows
+/// it, and reacts to failures. One axis that fails stops all of them, because the path of several axes makes no sense
+/// without one of them; unless the axis is only missing (its slave is not there) and its LossPolicy says otherwise. It
+/// is enabled again when it is back, where it stands, and taken back onto the path within its limits. A drive that has
+/// a fault or switches off stops all in any case.
 ///
 /// The time along the path, approach and stop is that for which the drives have been given setpoints: at most one
 /// period per cycle, none for periods that were missed and for cycles of which the working counters do not say that the
-/// drives have taken their outputs. A setpoint never leaps: drives whose setpoints fail to come go straight on for a
-/// little while and slow down then (trajectory::Coast), the motion goes on from where that leads them and takes them
-/// back onto the path within their limits. What it is late by then it stays late by, or catches up (LatePolicy).
+/// drives have taken their outputs. A setpoint never leaps: drives without new setpoints go on at their last velocity
+/// for a little while and slow down then (trajectory::Coast), the motion goes on from the position that results and
+/// takes them back onto the path within their limits. The path then stays late, or catches up (LatePolicy).
 ///
 /// Commands come from any thread through atomics; everything else belongs to the cycle and is \rtsafe.
 class Motion {
  public:
-  /// How the axes move together.
+  /// Settings of the coordinated motion.
   struct Settings {
     std::chrono::nanoseconds period = std::chrono::microseconds{125};  ///< of the cycle
     bool repeat = false;                                               ///< start over at the end of the path
-    /// The path begins where the axes stand when they are enabled; its first point stands for that place.
+    /// The path begins at the positions at which the axes are enabled: its first point is mapped to them.
     bool relative = false;
     /// Cycles in a row without valid process data of an axis before all axes are stopped, and periods that the master
     /// itself may miss. The drives' own watchdog is the second line of defence.
     std::uint32_t bad_cycle_limit = 8;
-    LatePolicy late = LatePolicy::kStay;  ///< what becomes of a path that is late
-    /// Until all axes are in Operation enabled, or one that is back
+    LatePolicy late = LatePolicy::kStay;  ///< behaviour of a path that is late
+    /// time limit until all axes are in Operation enabled, also for one that has returned
     std::chrono::nanoseconds enable_timeout = std::chrono::seconds{2};
-    /// For all axes to stand by themselves; then they are switched off
+    /// time for the drives' own quick stop; then they are switched off
     std::chrono::nanoseconds quick_stop_time = std::chrono::seconds{2};
   };
 
@@ -118,17 +118,17 @@ class Motion {
   /// Bring all axes to standstill, then switch them off.
   void request_stop() noexcept { command_.store(Command::kStop, std::memory_order_release); }
   /// Takes another source, which must outlive the motion, at standstill and without a stop of the cycle: from the next
-  /// start on, or, where the axes hold the end of the source before, at once; they approach where it begins. Errors:
-  /// why it is not taken; then nothing has changed. When the motion begins to move at this very moment by another
-  /// command, that goes first and the source is not taken: using_source() tells.
+  /// start on, or at once when the axes hold the end of the previous source; they approach its beginning. Errors: the
+  /// reason of the refusal; nothing has changed then. A command of another thread that starts the motion at the same
+  /// time has priority and the source is not taken: check using_source().
   [[nodiscard]] tl::expected<void, SourceRefusal> use(SetpointSource& source) noexcept;
-  /// The source that the axes follow, or will when they are started. \rtsafe
+  /// The current source of setpoints, also before the start. \rtsafe
   [[nodiscard]] const SetpointSource& using_source() const noexcept {
     return *source_shared_.load(std::memory_order_acquire);
   }
-  /// As of the last cycle. \rtsafe
+  /// The phase in the last cycle. \rtsafe
   [[nodiscard]] MotionPhase phase() const noexcept { return phase_shared_.load(std::memory_order_acquire); }
-  /// Of an axis by its number, as of the last cycle. \rtsafe
+  /// Presence of an axis by its number, in the last cycle. \rtsafe
   [[nodiscard]] AxisPresence presence(std::size_t axis) const noexcept {
     return presence_shared_[axis].load(std::memory_order_acquire);
   }
@@ -136,26 +136,26 @@ class Motion {
   [[nodiscard]] MotionFailure failure() const noexcept { return failure_; }
 
   // The cycle's side. \rtsafe
-  /// Reads the inputs of all axes; `valid` tells per slave position whether its process data are, `operational`
-  /// whether it takes its outputs, too: an axis that does not is unavailable. `fresh`: whether they are of this cycle,
-  /// and not of the last one its group was due in; empty: all are. `took`: from the beginning of the cycle until the
-  /// inputs were there.
+  /// Reads the inputs of all axes. By slave position: `valid`, its process data are valid; `operational`, it also takes
+  /// its outputs, otherwise the axis is unavailable; `fresh`, its inputs are of this cycle and not of an earlier one in
+  /// which its group was due (empty: all are). `took`: time from the beginning of the cycle to the arrival of the
+  /// inputs.
   void read_inputs(std::span<const std::byte> image, std::span<const bool> valid, std::span<const bool> operational,
                    std::span<const bool> fresh = {}, std::chrono::nanoseconds took = {}) noexcept;
   /// Advances phases and setpoints to grid cycle `cycle`, writes all outputs.
   void update(std::int64_t cycle, std::span<std::byte> image) noexcept;
-  /// To be called before the outputs of grid cycle `cycle` are sent when `missed` periods before it were skipped: what
-  /// was written for the first of them is replaced by what drives can follow that have had nothing since. More than
-  /// bad_cycle_limit: all axes are stopped.
+  /// To be called before the outputs of grid cycle `cycle` are sent when `missed` periods before it were skipped: the
+  /// outputs prepared for the first of them are replaced by setpoints that drives without setpoints since then can
+  /// follow. More than bad_cycle_limit: all axes are stopped.
   AbsenceEffect resume(std::int64_t cycle, std::int64_t missed, std::span<std::byte> image) noexcept;
-  /// By how much the path is late. Any thread.
+  /// Delay of the path. Any thread.
   [[nodiscard]] std::chrono::nanoseconds path_late() const noexcept {
     return std::chrono::nanoseconds{path_late_shared_.load(std::memory_order_relaxed)};
   }
 
   /// In the order given to the constructor.
   [[nodiscard]] std::span<const Axis> axes() const noexcept { return axes_; }
-  /// What update() has commanded last, one for each axis.
+  /// The setpoints of the last update(), one for each axis.
   [[nodiscard]] std::span<const trajectory::AxisSetpoint> setpoints() const noexcept { return setpoints_; }
 
  private:
@@ -164,20 +164,20 @@ class Motion {
 
   enum class Command : std::uint8_t { kNone, kStart, kStop };
 
-  /// What is known of an axis that is not simply there.
+  /// State of an axis that is or was unavailable.
   struct Absence {
     AxisPresence presence = AxisPresence::kPresent;
     std::int64_t since = 0;  ///< cycle
-    bool braking = false;    ///< it has been told to stop, and comes to rest before it is enabled again
+    bool braking = false;    ///< it was commanded to stop, and comes to rest before it is enabled again
     trajectory::Rejoin rejoin{};
   };
-  /// How an axis stands with the setpoints that it was to be given.
+  /// Which setpoints have reached the drive of an axis.
   struct Supply {
     trajectory::Coast coast{};
     double sent = 0.0;  ///< the last setpoint that left, and the velocity of the step to it
     double sent_velocity = 0.0;
     bool reached = true;                           ///< the drive has taken the outputs of this cycle
-    bool beside_path = false;                      ///< after a gap, until it is back where the path is
+    bool beside_path = false;                      ///< after a gap, until it is back on the path
     std::optional<trajectory::Rejoin> way_back{};  ///< once setpoints reach the drive again
   };
 
@@ -212,14 +212,15 @@ class Motion {
   void begin_path(std::int64_t cycle) noexcept;
   void begin_with(SetpointSource& source);
   [[nodiscard]] bool believe_setpoints(std::int64_t cycle) noexcept;
+  [[nodiscard]] bool plain_setpoints() const noexcept;
   [[nodiscard]] MotionFailure::Cause judge_setpoint(std::size_t axis) const noexcept;
   void rewind_source() noexcept;
   void take_source(std::int64_t cycle) noexcept;
   void anchor(std::size_t axis) noexcept;
-  /// Where an axis stands that is not enabled.
+  /// Position of an axis that is not enabled.
   [[nodiscard]] double place_of(std::size_t axis) const noexcept { return position_watches_[axis].held(); }
   [[nodiscard]] bool must_wait() const noexcept;
-  [[nodiscard]] bool powered() const noexcept;
+  [[nodiscard]] bool powered() const noexcept { return powered_; }
   [[nodiscard]] bool unavailable(std::size_t axis) const noexcept;
   [[nodiscard]] bool brakes(std::size_t axis, std::int64_t cycle) const noexcept;
   [[nodiscard]] bool tolerated(std::size_t axis) const noexcept {
@@ -234,7 +235,7 @@ class Motion {
   [[nodiscard]] cia402::Goal goal(std::size_t axis) const noexcept;
 
   std::vector<Axis> axes_;
-  std::unique_ptr<SetpointSource> path_;  ///< null: the source is somebody else's
+  std::unique_ptr<SetpointSource> path_;  ///< null: the source belongs to the caller
   SetpointSource* source_;
   Settings settings_;
   std::vector<trajectory::AxisSetpoint> setpoints_;
@@ -244,9 +245,10 @@ class Motion {
   std::vector<std::optional<double>> anchors_;     ///< relative paths: what is added to them, once the axis was enabled
   std::vector<trajectory::AxisSetpoint> targets_;  ///< where the source is; setpoints_ of the axes on it
   std::vector<double> before_;    ///< places of targets_ in the cycle before, while the source is asked
+  std::vector<double> most_;      ///< velocities that a source may ask for
   std::int64_t path_begin_ = 0;   ///< in given periods
   std::int64_t given_ = 0;        ///< periods for which setpoints have been made since the start
-  std::int64_t phase_given_ = 0;  ///< of them, when the phase began
+  std::int64_t phase_given_ = 0;  ///< value of given_ when the phase began
   std::vector<Supply> supplies_;
   std::vector<Absence> absences_;
   std::unique_ptr<std::atomic<AxisPresence>[]> presence_shared_;
@@ -255,6 +257,7 @@ class Motion {
   std::vector<char> exchanged_;  ///< the position of the axis is of this cycle
   std::chrono::nanoseconds exchange_took_{};
   MotionPhase phase_ = MotionPhase::kIdle;
+  bool powered_ = false;  ///< in this phase
   std::int64_t phase_start_ = 0;
   MotionFailure failure_;
   std::atomic<Command> command_{Command::kNone};

@@ -8,9 +8,9 @@
 
 namespace driveline::ecat_master {
 
-/// What is wrong with the actual positions of an axis. Lengths are rad or m.
+/// A fault in the actual positions of an axis. Lengths are rad or m.
 struct PositionFinding {
-  /// What they did.
+  /// Kind of fault.
   enum class Kind : std::uint8_t {
     kNone,
     kLeap,    ///< went further at once than the axis can
@@ -19,13 +19,13 @@ struct PositionFinding {
     /// wrong, but the axis has to be held at another place.
     kNewPlace,
   };
-  Kind kind = Kind::kNone;  ///< kNone: nothing is wrong
+  Kind kind = Kind::kNone;  ///< kNone: no fault
   double from = 0.0;        ///< the last position that could be true
   double moved = 0.0;       ///< kLeap: the step from there; kFrozen: how far the setpoint has gone meanwhile
   double allowed = 0.0;     ///< how far it may be
   double within_s = 0.0;    ///< the time that it took
 
-  /// Something is wrong. \rtsafe
+  /// Whether there is a fault. \rtsafe
   [[nodiscard]] explicit operator bool() const noexcept { return kind == Kind::kLeap || kind == Kind::kFrozen; }
 };
 

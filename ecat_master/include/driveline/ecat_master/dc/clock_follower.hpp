@@ -18,19 +18,19 @@ struct ReferenceClock {
   /// How much later frames pass it than the clock that was the reference at start-up, in ns: keeps the phase when
   /// another one takes over.
   std::int64_t delay_ns = 0;
-  std::uint16_t working_counter = 0;  ///< of a drift datagram that everybody has seen
+  std::uint16_t working_counter = 0;  ///< of a drift datagram that all clocks have seen
 };
 
 /// Keeps the cycle and the reference clock together: makes the drift datagram of each cycle, and out of its answer the
-/// shift of the grid. In bus shift mode the reference clock is told the master's time in every second cycle and the
-/// grid stands; or it is told that of LineClocks::time, and the grid follows all the same. Should that time jump, by
-/// more than any clock drifts, the drives must not: they go on without the jump, and it is counted.
+/// shift of the grid. In bus shift mode the reference clock is sent the master's time in every second cycle and the
+/// grid stays; or it is sent that of LineClocks::time, and the grid still follows the reference clock. If that time
+/// jumps, by more than any clock drifts, the drives do not follow: the jump is counted and left out.
 ///
-/// A datagram that does not find the reference clock would bring the others whatever the master has put in: that is the
-/// time the reference clock would have had, so nobody is led astray by the one frame it takes to notice. From then on
-/// the reference clock is only asked, and the others run on at the speed they have learned, until it is back or another
-/// clock takes over (see ClockWatch). Clocks that frames pass before the reference clock are always told that expected
-/// time, which is as good as the master's knowledge of its own sending.
+/// If the reference clock does not answer, the other clocks get the time that the master has put into the datagram.
+/// That is the expected time of the reference clock, so the one frame until the loss is noticed does no harm. From then
+/// on the reference clock is only read, and the others run on at the speed they have learned, until it is back or
+/// another clock takes over (see ClockWatch). Clocks that frames pass before the reference clock always get the
+/// expected time, which is as accurate as the master knows its own time of sending.
 ///
 /// The cycle's functions are \rtsafe and belong to one thread; status() and set_reference() to one other thread.
 class ClockFollower {
@@ -46,17 +46,20 @@ class ClockFollower {
   [[nodiscard]] Nanoseconds first_grid(Nanoseconds earliest) const noexcept;
 
   // The cycle's side, once per cycle each. \rtsafe
-  /// What to send at `now`.
+  /// The datagram to send at `now`.
   [[nodiscard]] DriftDatagram next(Nanoseconds now) noexcept;
-  /// What came back of the frame that was sent at `sent` (nothing: it was lost); returns by how much to shift the grid.
+  /// Takes the answer to the frame that was sent at `sent` (nothing: it was lost); returns by how much to shift the
+  /// grid.
   [[nodiscard]] Nanoseconds finish(const rt::CycleStart& start, Nanoseconds sent,
                                    const std::optional<DriftAnswer>& answer) noexcept;
+  /// System time at `time` of the master's clock, as the reference clock tells it. \rtsafe
+  [[nodiscard]] std::uint64_t system_time(Nanoseconds time) const noexcept { return mapping_.at(time); }
   /// Status::locked, as of the last finish().
   [[nodiscard]] bool locked() const noexcept { return locked_; }
   /// By how much the reference clock was ahead of the master's estimate of it when it was read last; 0 until then.
   [[nodiscard]] Nanoseconds last_error() const noexcept { return last_error_; }
 
-  /// How things stand, as of the last cycle.
+  /// State of the lock as of the last cycle.
   struct Status {
     bool locked = false;                      ///< within its window, see LockDetector
     LockCause cause = LockCause::kAcquiring;  ///< why not; kNone while locked
@@ -64,7 +67,7 @@ class ClockFollower {
     double mean_error_ns = 0.0;               ///< phase of the frames, positive: late
     std::uint32_t silent = 0;                 ///< frames in a row that came back without the reference clock's time
     std::uint64_t unlocks = 0;                ///< how often the lock was lost
-    /// How often LineClocks::time has jumped, which the clocks have not followed, and how far in all.
+    /// Jumps of LineClocks::time, which the clocks have not followed.
     std::uint64_t time_jumps = 0;
     std::int64_t time_jumped_ns = 0;  ///< sum of these jumps; positive: that time went ahead
   };
@@ -95,15 +98,15 @@ class ClockFollower {
   std::uint64_t arrival_;
   ClockMapping mapping_;
   Nanoseconds told_at_{0};  ///< `now` of this cycle's datagram
-  /// What the time put into the datagram was short of when it met the reference clock, on average: the way from
-  /// reading the clock to the wire.
+  /// Mean delay from reading the master's clock to the wire, by which the time in the datagram was late at the
+  /// reference clock.
   double late_ns_ = 0.0;
   const TimeSource* time_;
   std::optional<Nanoseconds> time_ahead_;  ///< of the master's clock, with the jumps taken out
   Nanoseconds jumped_{0};
   std::uint64_t jumps_ = 0;
   PhaseController controller_;
-  LockDetector detector_;  ///< in bus shift mode, where nothing is controlled here
+  LockDetector detector_;  ///< for bus shift mode, in which the grid is not controlled
   rt::TripleBuffer<ReferenceClock> reference_;
   DriftDatagram sent_;
   bool telling_ = false;  ///< this cycle's datagram tells the reference clock the time
@@ -116,7 +119,7 @@ class ClockFollower {
   rt::TripleBuffer<Status> status_;
 };
 
-/// That the cycle of `follower` is not locked, as `status` has it.
+/// The error that the cycle of `follower` is not locked, with the cause in `status`.
 [[nodiscard]] Error not_locked(const ClockFollower::Status& status, const ClockFollower& follower) noexcept;
 
 }  // namespace driveline::ecat_master::dc

@@ -12,13 +12,13 @@ struct DriftDatagram {
   static constexpr std::size_t kBytes = 4;
   wire::Command command = wire::Command::kNop;  ///< FRMW, FPWR or FPRD; NOP: none is sent
   wire::DatagramAddress address;                ///< the reference clock's 0x0910
-  std::uint32_t time = 0;                       ///< low half of the system time that it leaves with
+  std::uint32_t time = 0;                       ///< low half of the system time it is sent with
 };
 
-/// The same as it came back.
+/// The answer to a DriftDatagram.
 struct DriftAnswer {
   std::uint32_t time = 0;             ///< low half of the reference clock's time
-  std::uint16_t working_counter = 0;  ///< slaves that have taken part; 0: nobody has
+  std::uint16_t working_counter = 0;  ///< of the datagram; 0: no slave has answered
 };
 
 }  // namespace driveline::ecat_master::dc

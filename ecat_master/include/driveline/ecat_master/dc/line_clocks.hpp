@@ -14,7 +14,7 @@
 
 namespace driveline::ecat_master::dc {
 
-/// Who follows whom.
+/// Which clock follows which.
 enum class FollowMode : std::uint8_t {
   kMasterFollows,  ///< the master's cycle follows the reference clock
   /// Bus shift: the reference clock follows the master's clock, or ClockPlan::time; in the latter case the cycle
@@ -22,7 +22,7 @@ enum class FollowMode : std::uint8_t {
   kReferenceFollows,
 };
 
-/// What is planned for the clock of one slave.
+/// The plan for the clock of one slave.
 struct SlaveClockPlan {
   SyncSignals signals;  ///< none when 0x0981 is 0
   /// The SYNC0 cycle must be a multiple of it (MSD manual 9.1: 125 us); 0: any.
@@ -31,23 +31,23 @@ struct SlaveClockPlan {
   double processing_extra_ns = 0.0;
 };
 
-/// How the clocks of a line are to be run.
+/// The plan for the clocks of a line.
 struct ClockPlan {
-  FollowMode mode = FollowMode::kMasterFollows;  ///< who follows whom
+  FollowMode mode = FollowMode::kMasterFollows;  ///< which clock follows which
   /// Position of the slave whose clock is the reference; none: the first that has one.
   std::optional<std::uint16_t> reference;
   std::chrono::nanoseconds period = std::chrono::microseconds{125};  ///< of the master
   /// How long before SYNC0 (of a slave without shift) the frames pass the reference clock: 0 .. period.
   std::chrono::nanoseconds frame_lead = std::chrono::nanoseconds{62'500};
-  /// What the clocks are to show; null: the master's clock. When the master follows, they are set to it once and go on
-  /// as the reference clock does; when the reference follows, it follows this time. Must outlive the cycle.
+  /// Time source of the clocks; null: the master's clock. With kMasterFollows they are set to it once and then follow
+  /// the reference clock; with kReferenceFollows the reference clock follows this time. Must outlive the cycle.
   const TimeSource* time = nullptr;
-  std::vector<SlaveClockPlan> slaves;  ///< by position; who is missing gets no signals
-  /// What is planned for a slave (by the number of its plan) that was not there when the line started, once it has come
-  /// and `found` is known; empty: no signals. Called by the ordinary thread that configures it.
+  std::vector<SlaveClockPlan> slaves;  ///< by position; slaves beyond the end get no signals
+  /// The plan for a slave (by the number of its plan) that joins later, called once its description `found` is known;
+  /// empty: no signals. Called by the ordinary thread that configures it.
   std::function<Result<SlaveClockPlan>(std::size_t plan, const esi::DeviceDescription& found)> joining{};
 
-  // What the defaults are good for; here for tests and odd lines.
+  // Settings for tests and unusual lines.
   /// System time minus master's clock when the clocks are set, without `time`.
   std::chrono::nanoseconds epoch{0};
   unsigned latch_rounds = 16;               ///< receive times are averaged over so many frames
@@ -62,11 +62,11 @@ struct ClockPlan {
   std::chrono::nanoseconds start_lead = std::chrono::milliseconds{100};  ///< of the start time, at first
 };
 
-/// The clock of one slave as it has been found and set.
+/// The clock of one slave, as found and set.
 struct SlaveClock {
   bool present = false;                        ///< the slave has a clock
   bool wide = false;                           ///< 64 bits
-  bool follows = false;                        ///< the reference clock; frames pass it behind that
+  bool follows = false;                        ///< it follows the reference clock: frames pass it after that
   double delay_ns = 0.0;                       ///< from the first clock of the line
   DelayQuality quality = DelayQuality::kNone;  ///< of `delay_ns`
   std::uint32_t delay = 0;                     ///< register 0x0928: from the reference clock

@@ -8,19 +8,19 @@
 
 namespace driveline::ecat_master::dc {
 
-/// Judges a phase error, measurement by measurement: locked is who has stayed inside a window for a while; lost is the
-/// lock only outside of four times that window, or without measurements for too long. Judged is the mean error,
-/// smoothed over some 16 measurements, because what single ones say is noise. \rtsafe throughout.
+/// Decides from the phase errors whether a loop is locked: it is when the error has stayed inside a window for a while;
+/// it no longer is when the error leaves four times that window, or after too long without a measurement. The error is
+/// smoothed over some 16 measurements, because single ones are noisy. \rtsafe throughout.
 class LockDetector {
  public:
-  /// When a loop counts as locked, and when no more.
+  /// When a loop counts as locked.
   struct Settings {
     double window_ns = 1250.0;         ///< greatest mean error, either way
     std::uint32_t lock_cycles = 200;   ///< inside the window in a row until locked
     std::uint32_t unlock_cycles = 50;  ///< outside four times the window in a row until lost
     std::uint32_t coast_cycles = 400;  ///< without a measurement until lost
 
-    /// What a cycle needs: a hundredth of the period as window; 100 ms, but 20 to 200 cycles, until locked; a quarter
+    /// Settings for a cycle: a hundredth of the period as window; 100 ms, but 20 to 200 cycles, until locked; a quarter
     /// of that outside until lost, twice that without a measurement.
     [[nodiscard]] static Settings for_period(std::chrono::nanoseconds period) noexcept;
   };
@@ -30,16 +30,16 @@ class LockDetector {
 
   /// One cycle; nothing: no measurement.
   void update(std::optional<double> error_ns) noexcept;
-  /// The error has jumped and that is true: what was before says nothing any more.
+  /// The error has really jumped: restarts the mean at `error_ns`.
   void jump(double error_ns) noexcept { mean_error_ = error_ns; }
-  /// Something else makes the lock worthless.
+  /// Ends the lock for another reason.
   void lose(LockCause cause) noexcept;
 
-  /// The judgement as of the last update().
+  /// Whether the loop is locked, as of the last update().
   [[nodiscard]] bool locked() const noexcept { return cause_ == LockCause::kNone; }
   /// Why not; kNone while locked.
   [[nodiscard]] LockCause cause() const noexcept { return cause_; }
-  /// Positive: late. Smoothed, see above.
+  /// Smoothed error in ns, positive: late.
   [[nodiscard]] double mean_error_ns() const noexcept { return mean_error_; }
 
  private:

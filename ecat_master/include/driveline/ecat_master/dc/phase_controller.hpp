@@ -27,7 +27,7 @@ namespace driveline::ecat_master::dc {
 /// The lower limit keeps the loop faster than the thermal drift of oscillators at every period, the upper one keeps it
 /// from following the noise of single measurements.
 ///
-/// - A measurement far from what was expected is an outlier and is not followed; when it keeps coming it is believed.
+/// - A measurement far from what was expected is an outlier and is not followed; when it persists, it is followed.
 /// - Without a measurement the grid coasts on the frequency learned so far.
 /// - Locked is who has stayed inside the lock window for a while; lost is the lock only outside a wider window, or
 ///   after coasting for too long.
@@ -48,16 +48,16 @@ class PhaseController {
     /// Deviation from the expected error that makes a measurement suspicious, at least; 0: a hundredth of the period.
     /// Above that, eight times the mean deviation counts.
     Nanoseconds outlier_floor{0};
-    std::uint32_t outliers_believed = 8;  ///< suspicious measurements in a row, then they are true
+    std::uint32_t outliers_believed = 8;  ///< suspicious measurements in a row until they are followed
   };
 
-  /// Why it is not locked.
+  /// Why the controller is not locked.
   using Cause = LockCause;
 
   /// Starts as after reset().
   explicit PhaseController(const Settings& settings) noexcept;
 
-  /// Starts anew; `ppm`: how much the reference clock is known to run too fast, 0 when nothing is known.
+  /// Starts anew; `ppm`: known frequency difference, positive: the reference clock is faster; 0 when unknown.
   void reset(double ppm = 0.0) noexcept;
 
   /// One cycle. `error`: how much later than wanted the frame met the reference clock (of a frame sent exactly at the
@@ -77,9 +77,9 @@ class PhaseController {
   [[nodiscard]] std::uint64_t outliers() const noexcept { return outliers_; }
   /// Cycles without a measurement.
   [[nodiscard]] std::uint64_t coasted() const noexcept { return coasted_; }
-  /// kp above, as it follows from period and bandwidth.
+  /// kp as defined above, for this period and bandwidth.
   [[nodiscard]] double proportional_gain() const noexcept { return kp_; }
-  /// ki above.
+  /// ki as defined above.
   [[nodiscard]] double integral_gain() const noexcept { return ki_; }
 
  private:
@@ -95,10 +95,10 @@ class PhaseController {
   LockDetector lock_;
 
   double integral_ = 0.0;   ///< of the reference clock, per period, in ns
-  double expected_ = 0.0;   ///< the next error, if nothing happens
+  double expected_ = 0.0;   ///< predicted next error
   double spread_ = 0.0;     ///< mean deviation from it
   double remainder_ = 0.0;  ///< of the shifts, below one nanosecond
-  bool primed_ = false;     ///< expected_ means something
+  bool primed_ = false;     ///< expected_ is valid
   std::uint32_t suspicious_ = 0;
   std::uint32_t at_limit_ = 0;
   std::uint64_t outliers_ = 0;

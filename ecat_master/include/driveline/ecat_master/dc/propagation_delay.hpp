@@ -9,33 +9,33 @@
 
 namespace driveline::ecat_master::dc {
 
-/// What is known of a slave's place in the line and of the times at which one and the same frame came in at its ports.
+/// A slave's place in the line, and the times at which the same frame came in at its ports.
 struct DelayNode {
   std::uint8_t entry_port = 0;                             ///< towards the master
   std::array<std::optional<std::uint16_t>, 4> children{};  ///< slave behind each port
   std::array<std::uint32_t, 4> receive_time_ns{};          ///< registers 0x0900..0x090F, modulo 2^32
   bool has_receive_times = false;                          ///< false: the slave has no DC unit
-  /// How fast the slave's clock runs against that of the first slave with receive times. What counts as 64 us on a
-  /// clock that is 100 ppm fast is 6 ns less.
+  /// Frequency of the slave's clock relative to that of the first slave with receive times. 64 us on a clock that is
+  /// 100 ppm fast are 6 ns too long.
   double rate = 1.0;
   /// How much longer a frame takes through the processing unit than past it (tDiff of the controller, up to 40 ns).
   double processing_extra_ns = 0.0;
 };
 
-/// How good a propagation delay is.
+/// Quality of a propagation delay.
 enum class DelayQuality : std::uint8_t {
   kMeasured,   ///< from receive times around a single path
   kEstimated,  ///< behind slaves without receive times that branch: all cables there are taken to be equal
-  kAssumed,    ///< not measurable: the branch has nothing but the master in front of it
+  kAssumed,    ///< not measurable: only the master is in front of the branch
   kNone,       ///< the slave has no receive times
 };
 
-/// Of one slave.
+/// Propagation delay of one slave.
 struct PropagationDelay {
   /// From the processing unit of the first slave with receive times to that of this one, in nanoseconds of its clock;
   /// the frame may come by here earlier (negative) when slaves are entered at another port than 0.
   double from_first_ns = 0.0;
-  DelayQuality quality = DelayQuality::kNone;  ///< kNone: the number means nothing
+  DelayQuality quality = DelayQuality::kNone;  ///< kNone: from_first_ns is not valid
 };
 
 /// Slaves whose receive times contradict each other: less time passed around a branch than inside of it.
@@ -44,10 +44,10 @@ struct DelayContradiction {
   std::uint8_t port = 0;    ///< port whose branch took too little time
 };
 
-/// The time a frame takes from slave to slave, out of its receive times (ETG.1000.4 6.7, ESC data sheet I 9.1.2): what
-/// passes between two ports of a slave is the way around the branch in between; what of it the branch spends behind its
-/// own first port is known there; half of the rest is the way out to it, because cables are the same in both
-/// directions.
+/// The time a frame takes from slave to slave, from its receive times (ETG.1000.4 6.7, ESC data sheet I 9.1.2): the
+/// time between two ports of a slave is that of the way around the branch in between; the share of it behind the first
+/// slave of the branch is measured there; half of the rest is the way to that slave, because cables have the same delay
+/// in both directions.
 ///
 /// Lines, branches, stars and slaves entered at other ports than 0 are the same to this function: it goes around each
 /// branch in the order in which frames do (0 - processing unit - 3 - 1 - 2). Slaves without receive times count as part

@@ -12,14 +12,14 @@ inline constexpr std::uint16_t kSyncTypeFreeRun = 0;
 inline constexpr std::uint16_t kSyncTypeSync0 = 2;  ///< at SYNC0
 
 /// Tells the application of a slave in PREOP how it is synchronised: type (1C32h:01, 1C33h:01) and cycle (sub-index 02)
-/// of outputs and inputs, each read back. Objects that the slave does not have are left out; one that it does not let
-/// write must hold the right type already, while its cycle is its own business.
+/// of outputs and inputs, each read back. Objects that the slave does not have are left out; one that cannot be written
+/// must hold the right type already; its cycle is not checked.
 ///
 /// Errors: SyncObject for an entry that reads otherwise than it was written; those of the transfer. Not
 /// real-time safe.
 [[nodiscard]] Result<void> write_sync_objects(CoeClient& coe, std::uint16_t slave, const SyncSignals& signals);
 
-/// What a slave has measured of the master's punctuality since it entered OP (ETG.1020, 1C32h).
+/// Time from the outputs to SYNC0 as a slave has measured it since it entered OP (ETG.1020, 1C32h).
 struct SyncMarginReport {
   std::chrono::nanoseconds shortest{0};  ///< sub-index 11h: least time from complete outputs to SYNC0
   std::chrono::nanoseconds longest{0};   ///< sub-index 12h

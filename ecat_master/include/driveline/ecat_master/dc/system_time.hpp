@@ -19,7 +19,7 @@ namespace driveline::ecat_master::dc {
   return std::chrono::nanoseconds{static_cast<std::int64_t>(a - b)};
 }
 
-/// a + b and a - b modulo 2^64, for times that come from outside: no jump of a clock is too far.
+/// a + b and a - b modulo 2^64, for times from outside, whose clocks may jump by any amount.
 [[nodiscard]] constexpr std::chrono::nanoseconds wrapped_sum(std::chrono::nanoseconds a,
                                                              std::chrono::nanoseconds b) noexcept {
   return std::chrono::nanoseconds{
@@ -46,11 +46,10 @@ namespace driveline::ecat_master::dc {
   return std::chrono::nanoseconds{(raw & 0x8000'0000U) != 0 ? -magnitude : magnitude};
 }
 
-/// Where the reference clock stood when a frame sent at a time of the master's clock met it, and how fast it runs
-/// against that clock.
+/// Relation of the reference clock to the master's clock: a pair of times of one frame, and the frequency difference.
 struct ClockMapping {
   std::chrono::nanoseconds local{0};  ///< master's clock when the frame was sent
-  std::uint64_t reference = 0;        ///< system time when the reference clock was met
+  std::uint64_t reference = 0;        ///< system time when the frame passed the reference clock
   double ppm = 0.0;                   ///< the reference clock is that much faster
 
   /// System time at which a frame sent at `sent` meets the reference clock.

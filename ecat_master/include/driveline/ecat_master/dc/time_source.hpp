@@ -4,7 +4,7 @@
 
 namespace driveline::ecat_master::dc {
 
-/// A time that clocks can be made to show: that of the machine, of a PTP domain, of a test.
+/// A time that the clocks can follow: that of the machine, of a PTP domain, of a test.
 class TimeSource {
  public:
   virtual ~TimeSource() = default;
@@ -18,9 +18,9 @@ class SystemTimeSource final : public TimeSource {
   /// Which of the kernel's clocks.
   enum class Scale {
     kUtc,  ///< CLOCK_REALTIME: repeats a second at a leap second
-    kTai,  ///< CLOCK_TAI: even, as PTP counts; right only where somebody has told the kernel the offset (ptp4l, chrony)
+    kTai,  ///< CLOCK_TAI: even, as PTP counts; right only where the kernel has been told the offset (by ptp4l, chrony)
   };
-  /// Reads nothing yet.
+  /// Selects the clock.
   explicit SystemTimeSource(Scale scale) noexcept : scale_(scale) {}
   [[nodiscard]] std::chrono::nanoseconds now() const noexcept override;
 
@@ -28,7 +28,7 @@ class SystemTimeSource final : public TimeSource {
   Scale scale_;
 };
 
-/// Two times of one instant.
+/// The same instant on two clocks.
 struct TimePair {
   std::chrono::nanoseconds local{0};     ///< on the local clock
   std::chrono::nanoseconds external{0};  ///< as TimeSource::now() tells it

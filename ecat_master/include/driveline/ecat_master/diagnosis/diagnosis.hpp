@@ -11,7 +11,7 @@
 
 namespace driveline::ecat_master {
 
-/// One port of a slave: its link and what went wrong there. The counters stop at 255.
+/// One port of a slave: its link and its error counters. The counters stop at 255.
 struct PortDiagnosis {
   wire::DlStatus::Port status;      ///< DL status 0110h
   std::uint8_t invalid_frames = 0;  ///< came in damaged here, for the first time on their way (0300h)
@@ -22,25 +22,25 @@ struct PortDiagnosis {
 
 /// One slave at the time of the diagnosis.
 struct SlaveDiagnosis {
-  std::string name;                                ///< as planned; empty without a plan
-  SlaveRef ref;                                    ///< position and station address
-  bool optional = false;                           ///< hot-connected: it may be missing
-  bool answers = false;                            ///< false: everything below is empty
-  AlReport al;                                     ///< AL state, error indication, AL status code
-  std::array<PortDiagnosis, kSlavePorts> ports{};  ///< by port
-  std::uint8_t processing_unit_errors = 0;         ///< frames that are no proper EtherCAT frames (030Ch)
-  std::uint8_t pdi_errors = 0;                     ///< accesses of the slave's own processor (030Dh)
+  std::string name;       ///< as planned; empty without a plan
+  SlaveRef ref;           ///< position and station address
+  bool optional = false;  ///< hot-connected: it may be missing
+  bool answers = false;   ///< false: everything below is empty
+  AlReport al;            ///< AL state, error indication, AL status code
+  std::array<PortDiagnosis, kSlavePorts> ports{};
+  std::uint8_t processing_unit_errors = 0;  ///< frames that are no proper EtherCAT frames (030Ch)
+  std::uint8_t pdi_errors = 0;              ///< accesses of the slave's own processor (030Dh)
 };
 
-/// A place where something is wrong, computed from the counters of all slaves.
+/// A fault and its place, computed from the counters of all slaves.
 struct FaultPlace {
-  /// What is wrong.
+  /// Kind of fault.
   enum class Kind : std::uint8_t {
     kDamagedFrames,  ///< frames come in damaged at `port`
     kLostLink,       ///< the link at `port` has been lost `count` times
     kNoLink,         ///< there was a cable at `port` when the line was scanned; now there is no link
     kNoAnswer,       ///< the link is there, but the slave behind it does not answer to its address
-    kBadFrames,      ///< the slave's processing unit got frames it cannot make sense of
+    kBadFrames,      ///< the slave's processing unit got frames that are no valid EtherCAT frames
     kPdi,            ///< the slave's own processor fails to access its controller
   };
   Kind kind = Kind::kDamagedFrames;      ///< decides which of the members below count
@@ -62,44 +62,45 @@ struct GroupDiagnosis {
   bool outputs_zeroed = false;                 ///< GroupSettings::bad_cycle_limit was reached
 };
 
-/// Everything that tells how a line is.
+/// Diagnosis of a line.
 struct LineDiagnosis {
   std::chrono::nanoseconds time{0};    ///< when it was made, on the master's clock
   std::vector<SlaveDiagnosis> slaves;  ///< by position
   std::vector<FaultPlace> places;      ///< see locate_faults()
-  /// Sentences about what is wrong with the line beside that: EEPROMs that cannot be used, duplicate aliases; whoever
-  /// knows what is planned adds the differences.
+  /// Further problems of the line, one sentence each: unusable EEPROMs, duplicate aliases; a caller that knows the
+  /// plans adds the differences.
   std::vector<std::string> problems;
   std::vector<GroupDiagnosis> groups;  ///< empty while no cycle runs
   std::uint64_t cycles = 0;            ///< so far; 0 while no cycle runs
   std::uint64_t stale_frames = 0;      ///< came back after their cycle
-  std::uint64_t foreign_frames = 0;    ///< none of ours
-  /// Of a cycle that has ended; while it runs they are its own, and whoever drains its samples may fill this in.
+  std::uint64_t foreign_frames = 0;    ///< frames of other senders
+  /// Of a cycle that has ended; while it runs only the cycle may read them, but a consumer of its samples may fill this
+  /// in.
   std::optional<CycleStatistics> statistics;
-  /// Its round trip is that of a model of the line, as whoever has filled it in knows.
+  /// The round trip in `statistics` is that of a simulated line; set by the caller that fills `statistics` in.
   bool round_trip_modelled = false;
   std::optional<port::RingStatus> ring;                  ///< nothing without a ring
-  std::optional<LineSupervisor::GuardStatistics> guard;  ///< of the registers; none: nobody reads them back
+  std::optional<LineSupervisor::GuardStatistics> guard;  ///< of the registers; none: they are not read back
   std::vector<LineEvent> events;                         ///< LineSupervisor::history()
   std::vector<CyclicEvent> exchange_history;             ///< LineSupervisor::exchange_history()
-  std::vector<CyclicEvent> state_history;                ///< of slaves, as their process data told
+  std::vector<CyclicEvent> state_history;                ///< of slaves, from the status bytes in their process data
   std::vector<EmergencyRecord> emergencies;              ///< of all slaves, in order of time
 };
 
-/// Reads states, links and error counters of all slaves, side by side; who does not answer is marked so. Errors: those
-/// of the bus. Not real-time safe.
+/// Reads states, links and error counters of all slaves in parallel; slaves that do not answer are marked. Errors:
+/// those of the bus. Not real-time safe.
 [[nodiscard]] Result<std::vector<SlaveDiagnosis>> read_slave_diagnosis(Bus& bus,
                                                                        std::span<const ConfiguredSlave> slaves);
 
 /// Sets the error counters of all slaves to zero. Errors: those of the bus. Not real-time safe.
 [[nodiscard]] Result<void> clear_error_counters(Bus& bus);
 
-/// Where the faults are. A damaged frame is counted at the port it comes in at (invalid frames) and marked, so that all
+/// Locates the faults. A damaged frame is counted at the port it comes in at (invalid frames) and marked, so that all
 /// slaves behind count it as forwarded: the cable, or the sender at its other end, is at the port that counts invalid
-/// frames (ESC data sheet I, "Error counters"). `topology` tells who is at the other end.
+/// frames (ESC data sheet I, "Error counters"). `topology` tells which slave is at the other end.
 [[nodiscard]] std::vector<FaultPlace> locate_faults(std::span<const SlaveDiagnosis> slaves, const Topology& topology);
 
-/// All of it, of a master whose line has been scanned. `supervisor` and `ring` may be null. Errors: those of the bus.
+/// The whole diagnosis of a line that has been scanned. `supervisor` and `ring` may be null. Errors: those of the bus.
 /// Not real-time safe.
 [[nodiscard]] Result<LineDiagnosis> diagnose(Master& master, const LineSupervisor* supervisor,
                                              const port::RedundantPort* ring);

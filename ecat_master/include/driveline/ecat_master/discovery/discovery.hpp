@@ -14,14 +14,14 @@ struct SlaveInfo {
   SlaveRef ref;                            ///< place on the line and station address
   std::uint16_t alias = 0;                 ///< station alias, out of the EEPROM
   std::optional<std::uint16_t> device_id;  ///< explicit device identification, when it has been asked for
-  esi::DeviceDescription description;      ///< what its EEPROM says
+  esi::DeviceDescription description;      ///< from its EEPROM
   std::vector<std::byte> sii;              ///< EEPROM content, up to the end of the categories
-  /// What is wrong with the EEPROM: SiiBusy, SiiError, SiiContent, SiiChecksum. There is a description only with
-  /// the last one, and then not always. A slave like that does not keep the others from being found, and its EEPROM can
-  /// be repaired.
+  /// Error of the EEPROM: SiiBusy, SiiError, SiiContent, SiiChecksum. Only with the last one there may be a
+  /// description. The other slaves are found all the same, and the EEPROM can be repaired.
   std::optional<Error> problem;
-  /// False: it is known where the slave is, not what. One whose checksum is wrong has not loaded its EEPROM: its own
-  /// processor stays cut off and it leaves INIT for nobody (ETG.1000.4, EEPROM status register, bits 11 and 12).
+  /// False: the place of the slave is known, its identity is not. A slave with a wrong checksum has not loaded its
+  /// EEPROM: its own processor has no access and it cannot leave INIT (ETG.1000.4, EEPROM status register, bits 11 and
+  /// 12).
   [[nodiscard]] bool usable() const noexcept { return !problem; }
 };
 
@@ -33,15 +33,15 @@ inline constexpr std::uint16_t kMaxSlaves = 4096;
 /// Counts the slaves, brings all of them to INIT with their errors acknowledged and their FMMUs and sync managers
 /// cleared, gives them station addresses and reads their EEPROMs.
 ///
-/// Errors: NoSlaves, TooManySlaves, those of the bus. Trouble with an EEPROM is a fact about its slave
-/// (SlaveInfo::problem), no error. Not real-time safe.
+/// Errors: NoSlaves, TooManySlaves, those of the bus. An unusable EEPROM is no error; it is noted in
+/// SlaveInfo::problem. Not real-time safe.
 [[nodiscard]] Result<std::vector<SlaveInfo>> discover(Bus& bus);
 
-/// What the EEPROMs of `slaves` say, in their order, without changing anything about the slaves. Errors: those of the
-/// bus; trouble with an EEPROM is a fact about its slave. Not real-time safe.
+/// Reads the EEPROMs of `slaves` without changing their states or settings. One result per slave; an unusable EEPROM is
+/// noted in SlaveInfo::problem. Errors: those of the bus. Not real-time safe.
 [[nodiscard]] Result<std::vector<SlaveInfo>> inspect(Bus& bus, std::span<const SlaveRef> slaves);
 
-/// What `image`, the EEPROM of a slave, says about it, or why it says nothing.
+/// The slave as described by `image`, its EEPROM, or with the error in SlaveInfo::problem.
 [[nodiscard]] SlaveInfo make_slave_info(SlaveRef ref, Result<std::vector<std::byte>> image);
 
 /// Switches off all FMMUs and sync managers of all slaves: controllers keep them across a change to INIT, and their

@@ -12,16 +12,16 @@ namespace driveline::ecat_master {
 
 /// A condition on one number of a slave's identity.
 struct IdentityRule {
-  /// What the rule asks for.
+  /// Kind of condition.
   enum class Kind : std::uint8_t { kAny, kEqual, kAtLeast };
   Kind kind = Kind::kAny;   ///< any value, this one, or at least this one
-  std::uint32_t value = 0;  ///< what is found is compared with it
+  std::uint32_t value = 0;  ///< reference value for kEqual and kAtLeast
 
   /// Exactly `value`. \rtsafe
   [[nodiscard]] static constexpr IdentityRule equal(std::uint32_t value) noexcept { return {Kind::kEqual, value}; }
   /// `value` or more. \rtsafe
   [[nodiscard]] static constexpr IdentityRule at_least(std::uint32_t value) noexcept { return {Kind::kAtLeast, value}; }
-  /// True when `found` is as it should be. \rtsafe
+  /// Whether `found` fulfils the rule. \rtsafe
   [[nodiscard]] constexpr bool accepts(std::uint32_t found) const noexcept {
     return kind == Kind::kAny || (kind == Kind::kEqual ? found == value : found >= value);
   }
@@ -36,7 +36,7 @@ struct GroupPlace {
   constexpr bool operator==(const GroupPlace&) const = default;
 };
 
-/// A slave as it is planned: what it must be, and how it is told from the others.
+/// A planned slave: its identity, and how it is told from the others.
 struct ExpectedSlave {
   std::string name;                        ///< for messages
   IdentityRule vendor;                     ///< by the EEPROM
@@ -46,14 +46,14 @@ struct ExpectedSlave {
   std::optional<std::uint16_t> alias;      ///< anywhere on the line, by its station alias
   std::optional<std::uint16_t> device_id;  ///< anywhere on the line, by its explicit device identification
   bool optional = false;                   ///< it may be missing; needs alias or device ID
-  std::optional<GroupPlace> behind{};      ///< found by the head of its group; missing when that may be, and is
-  /// Known by its place on the line alone. \rtsafe
+  std::optional<GroupPlace> behind{};      ///< found by the head of its group; optional if the head is
+  /// Whether it is identified by its place on the line alone. \rtsafe
   [[nodiscard]] bool by_position() const noexcept { return !alias && !device_id && !behind; }
 };
 
 /// One way in which the line is not what was planned.
 struct Difference {
-  /// What differs.
+  /// Kind of difference.
   enum class Kind : std::uint8_t {
     kMissing,      ///< planned, nowhere found
     kExtra,        ///< found, not planned
@@ -63,11 +63,11 @@ struct Difference {
     kSwapped,      ///< two neighbours have changed places: `slave` and `other`
     kInOut,        ///< a slave is entered at another port than IN: its cables are swapped
     kDuplicate,    ///< an alias or device ID by which a slave is planned is there more than once
-    kEeprom,       ///< nobody knows what it is: SlaveInfo::problem
+    kEeprom,       ///< its identity is unknown: SlaveInfo::problem
   };
   /// No such slave or plan.
   static constexpr std::uint16_t kNone = 0xFFFF;
-  Kind kind = Kind::kMissing;   ///< what differs
+  Kind kind = Kind::kMissing;   ///< kind of difference
   std::uint16_t slave = kNone;  ///< position on the line; kNone: not there
   /// The second slave of kSwapped and kDuplicate; the port of kInOut; of kMissing the slave behind which it should be.
   std::uint16_t other = kNone;
@@ -77,8 +77,8 @@ struct Difference {
 
 /// How a line differs from its plans, and which plan belongs to which slave.
 struct LineComparison {
-  /// Swapped cables first and EEPROMs that cannot be used next, as what follows may be their doing; the rest in the
-  /// order of the line.
+  /// Swapped cables first and unusable EEPROMs next, because they may cause the others; the rest in the order of the
+  /// line.
   std::vector<Difference> differences;
   /// For each slave of the line the number of its plan; nothing for a slave that is not planned.
   std::vector<std::optional<std::size_t>> plan_of_slave;
@@ -87,10 +87,10 @@ struct LineComparison {
   [[nodiscard]] bool matches() const noexcept { return differences.empty(); }
 };
 
-/// Compares what is planned with what is there. Slaves that are planned by alias or device ID may be anywhere; the rest
-/// must come in the order of the plan. The comparison is an alignment: one missing slave is one difference, not as many
-/// as there are slaves behind it. An empty plan accepts anything. `topology` may be empty; its swapped slaves are
-/// differences.
+/// Compares the planned slaves with those on the line. Slaves that are planned by alias or device ID may be anywhere;
+/// the rest must come in the order of the plan. The comparison is an alignment: one missing slave is one difference,
+/// not as many as there are slaves behind it. An empty plan accepts anything. `topology` may be empty; its swapped
+/// slaves are differences.
 [[nodiscard]] LineComparison compare_line(std::span<const ExpectedSlave> planned, std::span<const SlaveInfo> found,
                                           const Topology& topology);
 
@@ -104,7 +104,7 @@ struct LineComparison {
                                                 std::span<const ExpectedSlave> planned,
                                                 std::span<const SlaveInfo> found);
 
-/// The difference as the error of an attempt to use the line all the same.
+/// The difference as an error, for a caller that cannot use such a line.
 [[nodiscard]] Error to_error(const Difference& difference, std::span<const ExpectedSlave> planned,
                              std::span<const SlaveInfo> found);
 
@@ -115,10 +115,10 @@ struct DuplicateAlias {
 };
 /// All of them, in ascending order; alias 0 is none. Allocates.
 [[nodiscard]] std::vector<DuplicateAlias> find_duplicate_aliases(std::span<const SlaveInfo> found);
-/// "alias 77: slaves 1 and 4 have it, it tells nobody which one is meant".
+/// One sentence on the duplicate.
 [[nodiscard]] std::string describe(const DuplicateAlias& duplicate);
 
-/// What is wrong with a line whatever is planned, one sentence each: EEPROMs that cannot be used, duplicate aliases.
+/// Problems of a line that do not depend on plans, one sentence each: unusable EEPROMs, duplicate aliases.
 [[nodiscard]] std::vector<std::string> describe_problems(std::span<const SlaveInfo> found);
 
 }  // namespace driveline::ecat_master

@@ -9,7 +9,7 @@
 
 namespace driveline::ecat_master {
 
-/// A slave as it is met, whoever runs it.
+/// A slave on a line that another master may run.
 struct SurveyedSlave {
   SlaveRef ref;             ///< place on the line and station address
   std::uint16_t alias = 0;  ///< configured station alias, register 0x0012
@@ -22,20 +22,19 @@ enum class SurveyAddresses : std::uint8_t {
   kLeave  ///< none: another master works with those that are there. A slave without one is then only known by position
 };
 
-/// What is on the line, without disturbing it: no state, error, sync manager or FMMU changes. Station addresses stay
+/// Finds the slaves without disturbing the line: no state, error, sync manager or FMMU changes. Station addresses stay
 /// when they are usable; where they are missing, or two slaves have the same, all get new ones as discover() gives
-/// them, because everything behind this works by station address; unless `addresses` says to leave them.
+/// them, because further access works by station address; unless `addresses` is kLeave.
 ///
 /// Errors: NoSlaves, TooManySlaves, WorkingCounter for a slave that does not answer, those of the bus. Not real-time
 /// safe.
 [[nodiscard]] Result<std::vector<SurveyedSlave>> survey(Bus& bus,
                                                         SurveyAddresses addresses = SurveyAddresses::kComplete);
 
-/// EEPROM content of each slave, or why it could not be read; one slave's trouble is not that of the others. Not
-/// real-time safe.
+/// EEPROM content of each slave, or why it could not be read, independently of the other slaves. Not real-time safe.
 [[nodiscard]] std::vector<Result<std::vector<std::byte>>> read_each_sii(Bus& bus, std::span<const SlaveRef> slaves);
 
-/// What a slave controller says about itself (registers 0x0000..0x0009) and its ports.
+/// Type and features of a slave controller (registers 0x0000..0x0009), and its ports.
 struct EscInformation {
   std::uint8_t type = 0;                           ///< register 0x0000, see esc_type_name()
   std::uint8_t revision = 0;                       ///< register 0x0001
@@ -59,9 +58,9 @@ struct EscInformation {
 /// Bits of register 0x0008 (ETG.1000.4 Table 31).
 namespace esc_feature {
 inline constexpr std::uint16_t kFmmuBytesOnly = 0x0001;  ///< FMMUs map whole bytes
-/// The controller has clocks.
+/// The controller has distributed clocks.
 inline constexpr std::uint16_t kDistributedClocks = 0x0004;
-/// They have 64 bits; else 32.
+/// The clocks have 64 bits, else 32.
 inline constexpr std::uint16_t kDc64Bit = 0x0008;
 inline constexpr std::uint16_t kNoLrw = 0x0200;          ///< LRW not supported
 inline constexpr std::uint16_t kFixedChannels = 0x0800;  ///< FMMUs and sync managers are fixed

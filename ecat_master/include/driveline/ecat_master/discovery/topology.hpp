@@ -13,7 +13,7 @@ namespace driveline::ecat_master {
 /// Ports of a slave controller.
 inline constexpr unsigned kSlavePorts = 4;
 
-/// What a slave tells about its ports, in the order in which a frame is processed by the slaves.
+/// State of a slave's ports. Lists of it are in the order in which a frame passes the slaves.
 struct SlavePortFacts {
   std::array<bool, kSlavePorts> open{};  ///< frames leave and come in here: loop open, communication established
   std::array<bool, kSlavePorts> link{};  ///< physical link
@@ -29,7 +29,7 @@ struct PortRef {
   constexpr bool operator==(const PortRef&) const = default;
 };
 
-/// Where one slave hangs in the line.
+/// Place of one slave in the line.
 struct TopologyNode {
   std::optional<PortRef> parent;                                     ///< nothing: the master
   std::uint8_t entry_port = 0;                                       ///< towards the master; not 0: IN and OUT swapped
@@ -38,12 +38,12 @@ struct TopologyNode {
   std::uint32_t span_ns = 0;                                         ///< time a frame spends behind this slave
 };
 
-/// Who is connected to whom, by position of the slaves.
+/// Connections of the slaves, by position.
 struct Topology {
   std::vector<TopologyNode> slaves;  ///< by position; empty: not known
   /// The slave whose free port leads back to the master (second interface of a ring), nothing for an open line.
   std::optional<PortRef> ring_end;
-  /// Ports with a link whose loop is closed: a cable with nobody who answers at its other end.
+  /// Ports with a link whose loop is closed: the device at the other end of the cable does not answer.
   std::vector<PortRef> silent_ports;
 
   [[nodiscard]] std::optional<std::uint16_t> first() const noexcept;  ///< the slave at the master's interface

@@ -6,7 +6,7 @@
 #include "driveline/ecat_master/error/facts.hpp"
 #include "driveline/ecat_master/error/lock_cause.hpp"
 
-/// What can be wrong with the distributed clocks.
+/// Errors of the distributed clocks.
 namespace driveline::ecat_master::facts {
 
 // Which clocks there are.
@@ -38,7 +38,7 @@ struct ContradictingDelays {
 struct NoReceiveTimes {};
 /// The start time had passed before it was written to all slaves.
 struct StartTimePast {
-  std::chrono::nanoseconds lead{0};  ///< that was not enough
+  std::chrono::nanoseconds lead{0};  ///< lead of the start time, which was too short
 };
 /// A register of the SYNC unit does not hold what was written.
 struct SyncRegister {
@@ -46,7 +46,7 @@ struct SyncRegister {
   std::uint8_t written = 0;   ///< its value
   std::uint8_t read = 0;      ///< what it holds
 };
-/// Neither does an object of the slave.
+/// An object of the slave does not hold what was written.
 struct SyncObject {
   ObjectAddress object{};     ///< 1C32h or 1C33h
   std::uint32_t written = 0;  ///< its value
@@ -81,19 +81,19 @@ struct Sync1WithoutSync0 {
 };
 /// A SYNC1 cycle that is no multiple of that of SYNC0.
 struct Sync1Cycle {
-  std::chrono::nanoseconds cycle{0};        ///< of SYNC1
-  std::chrono::nanoseconds sync0_cycle{0};  ///< of SYNC0
+  std::chrono::nanoseconds cycle{0};  ///< of SYNC1
+  std::chrono::nanoseconds sync0_cycle{0};
 };
 /// A shift of SYNC1 that is not between 0 and the SYNC0 cycle.
 struct Sync1Shift {
-  std::chrono::nanoseconds shift{0};        ///< of SYNC1
-  std::chrono::nanoseconds sync0_cycle{0};  ///< of SYNC0
+  std::chrono::nanoseconds shift{0};  ///< of SYNC1
+  std::chrono::nanoseconds sync0_cycle{0};
 };
 /// The cycles of all slaves together repeat too seldom.
 struct NoCommonCycle {
   std::chrono::nanoseconds cycle{0};  ///< of the slave
 };
-/// Frames cannot be so far ahead of SYNC0.
+/// The lead of the frames before SYNC0 is out of range.
 struct FrameLead {
   std::chrono::nanoseconds lead{0};    ///< as planned
   std::chrono::nanoseconds period{0};  ///< of the master
@@ -110,7 +110,7 @@ struct NotLocked {
 /// The clock of a slave is too far off the reference clock.
 struct NotSynchronised {
   std::chrono::nanoseconds difference{0};  ///< between them
-  std::chrono::nanoseconds window{0};      ///< greatest difference that is none
+  std::chrono::nanoseconds window{0};      ///< greatest difference allowed
 };
 
 }  // namespace driveline::ecat_master::facts

@@ -7,12 +7,12 @@ namespace driveline::ecat_master {
 
 /// One way in which the settings of a slave disagree: with what was written, with each other, or with its EEPROM.
 struct ConfigurationFinding {
-  /// What disagrees with what.
+  /// Kind of disagreement.
   enum class Kind : std::uint8_t {
     kPdoBytes,      ///< sync manager `number` has `expected` bytes, the PDOs that the slave has assigned `received`
     kPlannedBytes,  ///< the PDOs planned for sync manager `number` have `expected` bytes, those assigned `received`
-    kSyncManager,   ///< `field` of sync manager `number` reads as `received`, `expected` was to be there
-    kFmmu,          ///< `field` of FMMU `number` likewise
+    kSyncManager,   ///< `field` of sync manager `number` reads as `received` instead of `expected`
+    kFmmu,          ///< `field` of FMMU `number` reads as `received` instead of `expected`
     kFmmuBytes,     ///< FMMU `number` maps `received` bytes of sync manager `other`, which has `expected`
     kOverlap,       ///< the memory of sync managers `number` and `other` overlaps
     kEeprom,    ///< `field` of sync manager `number` is `expected` by the description file, `received` by the EEPROM

@@ -12,13 +12,13 @@
 
 namespace driveline::ecat_master {
 
-/// Which number of an identity it is about.
+/// A number of a slave's identity.
 enum class IdentityNumber : std::uint8_t { kVendor, kProduct, kRevision, kSerial, kAlias, kDeviceId };
 
-/// By what a planned slave is known.
+/// How a planned slave is identified.
 enum class KnownBy : std::uint8_t { kPosition, kAlias, kDeviceId };
 
-/// What can go wrong on the bus: one type for each kind of error, with its facts. Error::facts is one of them.
+/// Errors of the bus: one type for each kind, with its facts. Error::facts is one of them.
 namespace facts {
 
 /// An entry of a slave's object dictionary.
@@ -44,18 +44,18 @@ struct WorkingCounter {
 };
 /// The cycle runs, and no frame of it comes back in time.
 struct NoExchange {
-  std::chrono::nanoseconds window{0};  ///< that a cycle waits for its frames
-  std::uint32_t cycles = 0;            ///< that have waited in vain
+  std::chrono::nanoseconds window{0};  ///< how long a cycle waits for its frames
+  std::uint32_t cycles = 0;            ///< cycles that have waited in vain
   std::uint32_t late = 0;              ///< frames that came later
 };
 /// Stopped on request.
 struct Cancelled {};
-/// Frames that were given up before still fill the way through the cycle.
+/// The channel through the cycle is still full of frames that were given up.
 struct ExchangeFull {};
 
 // The line.
 
-/// Nothing on the line.
+/// No slave answers.
 struct NoSlaves {};
 /// More slaves than addresses.
 struct TooManySlaves {
@@ -68,9 +68,9 @@ struct PortsFitNoTree {
 };
 /// Another device than planned, or than was there at start.
 struct IdentityMismatch {
-  IdentityNumber number = IdentityNumber::kVendor;  ///< which one differs
-  bool at_least = false;                            ///< `expected` is the least that is planned
-  bool at_start = false;                            ///< `expected` was there at start; else planned
+  IdentityNumber number = IdentityNumber::kVendor;  ///< the number that differs
+  bool at_least = false;                            ///< `expected` is the least value planned
+  bool at_start = false;                            ///< `expected` is the value found at start; else the planned one
   std::uint32_t expected = 0;                       ///< as it should be
   std::uint32_t found = 0;                          ///< as the slave has it
 };
@@ -101,10 +101,10 @@ struct DuplicateAlias {
   KnownBy known_by = KnownBy::kDeviceId;  ///< what `number` is
   std::uint16_t number = 0;               ///< alias or device ID of both
 };
-/// A slave has come back, and nothing tells which of the missing ones it is.
+/// A slave has come back, and cannot be told from other missing ones.
 struct PlaceUnknown {
-  std::uint32_t missing = 0;   ///< slaves that it may be
-  std::uint32_t returned = 0;  ///< slaves that may be one of them
+  std::uint32_t missing = 0;   ///< missing slaves that it may be
+  std::uint32_t returned = 0;  ///< newcomers that may be one of them
 };
 
 // EEPROMs; `word` is an address in words.
@@ -120,7 +120,7 @@ struct SiiError {
 };
 /// EEPROM content cannot be used.
 struct SiiContent {
-  std::uint16_t word = 0;  ///< where it stops making sense
+  std::uint16_t word = 0;  ///< first word that cannot be decoded
 };
 /// Nothing but 0xFF where the configuration should be.
 struct SiiBlank {};
@@ -143,14 +143,14 @@ struct StateRefused {
   wire::AlState requested = wire::AlState::kNone;          ///< where the slave was to go
   wire::AlState actual = wire::AlState::kNone;             ///< where it is
   wire::AlStatusCode code = wire::AlStatusCode::kNoError;  ///< why, by the slave
-  std::optional<ConfigurationFinding> finding{};           ///< why, by what has been found out about it
+  std::optional<ConfigurationFinding> finding{};           ///< the cause that the master has found
 };
 /// A slave did not reach the requested AL state in time.
 struct StateTimeout {
   wire::AlState requested = wire::AlState::kNone;          ///< where the slave was to go
   wire::AlState actual = wire::AlState::kNone;             ///< where it is
   wire::AlStatusCode code = wire::AlStatusCode::kNoError;  ///< as it stands in its register
-  std::chrono::nanoseconds timeout{0};                     ///< that it had
+  std::chrono::nanoseconds timeout{0};                     ///< time that it had
 };
 
 // Mailboxes and CoE.
@@ -207,10 +207,10 @@ struct FileBusy {
 
 // Process data.
 
-/// Process data, or a datagram or mailbox, does not fit where it is to go.
+/// Process data, a datagram or a mailbox is too large for its place.
 struct ProcessDataSize {
-  std::uint32_t bytes = 0;  ///< that were to go somewhere
-  std::uint32_t limit = 0;  ///< most that fit there
+  std::uint32_t bytes = 0;  ///< bytes of the data
+  std::uint32_t limit = 0;  ///< most bytes that fit
 };
 /// The slave has not enough FMMUs for its process data.
 struct TooFewFmmus {

@@ -18,14 +18,14 @@ struct MappedObject {
   [[nodiscard]] constexpr std::uint32_t raw() const noexcept {
     return (std::uint32_t{index} << 16) | (std::uint32_t{subindex} << 8) | bits;
   }
-  /// The inverse of raw(); every number is one.
+  /// The inverse of raw(); every number is valid.
   [[nodiscard]] static constexpr MappedObject from_raw(std::uint32_t raw) noexcept {
     return {static_cast<std::uint16_t>(raw >> 16), static_cast<std::uint8_t>(raw >> 8), static_cast<std::uint8_t>(raw)};
   }
   constexpr bool operator==(const MappedObject&) const = default;
 };
 
-/// A PDO and what shall be mapped into it.
+/// A PDO and its mapping.
 struct PdoMapping {
   std::uint16_t index = 0;                     ///< mapping object, 1600h-17FFh or 1A00h-1BFFh
   std::vector<MappedObject> objects;           ///< in the order of the process data; none: as the slave has it

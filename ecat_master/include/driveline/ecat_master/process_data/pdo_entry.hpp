@@ -19,7 +19,7 @@ class PdoEntry {
                 "integers of 1, 2, 4 or 8 bytes, float (REAL32), double (REAL64); bool for single bits");
   PdoEntry() = default;
   /// `offset`: bytes from the start of ProcessImage::inputs() or outputs(); the entry must lie inside.
-  explicit PdoEntry(std::size_t offset) noexcept : offset_(offset) {}
+  explicit PdoEntry(std::size_t offset) noexcept : offset_(static_cast<std::uint32_t>(offset)) {}
   /// \rtsafe
   [[nodiscard]] T get(std::span<const std::byte> image) const noexcept {
     return std::bit_cast<T>(wire::load_le<Raw>(image.subspan(offset_, sizeof(T))));
@@ -34,7 +34,8 @@ class PdoEntry {
   using Raw = std::conditional_t<std::same_as<T, float>, std::uint32_t,
                                  std::conditional_t<std::same_as<T, double>, std::uint64_t, T>>;
 
-  std::size_t offset_ = 0;
+  /// An image never takes 4 GiB, and every axis has a dozen of these in the cycle.
+  std::uint32_t offset_ = 0;
 };
 
 /// A single bit of the process image.
@@ -78,7 +79,7 @@ class PdoBits {
   [[nodiscard]] std::uint32_t get(std::span<const std::byte> image) const noexcept {
     return static_cast<std::uint32_t>((load(image) >> shift_) & mask_);
   }
-  /// The bits of `value` that the entry has no room for are left out; the bits around it stay. \rtsafe
+  /// Bits of `value` beyond the length of the entry are ignored; the bits around the entry stay. \rtsafe
   void set(std::span<std::byte> image, std::uint32_t value) const noexcept {
     const std::uint64_t raw = (load(image) & ~(mask_ << shift_)) | ((value & mask_) << shift_);
     for (unsigned i = 0; i < bytes_; ++i) image[offset_ + i] = static_cast<std::byte>(raw >> (8 * i) & 0xFF);

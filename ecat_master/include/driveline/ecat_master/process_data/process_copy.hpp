@@ -7,7 +7,7 @@
 
 namespace driveline::ecat_master {
 
-/// Process data that the master hands from one slave to another in every cycle.
+/// Process data that the master copies from one slave to another in every cycle.
 struct ProcessDataCopy {
   std::size_t from_slave = 0;  ///< position; decides whether the copy is made
   std::size_t from_bit = 0;    ///< of ProcessImage::inputs()
@@ -15,7 +15,7 @@ struct ProcessDataCopy {
   std::size_t bits = 0;        ///< how many
 };
 
-/// Copies what comes from slaves whose inputs are valid in this cycle; the outputs of the others stay as they are.
+/// Executes the copies from slaves whose inputs are valid in this cycle; the outputs of the others stay as they are.
 /// Every copy must lie inside the image. \rtsafe
 void apply_copies(std::span<const ProcessDataCopy> copies, std::span<const bool> valid,
                   std::span<const std::byte> inputs, std::span<std::byte> outputs) noexcept;

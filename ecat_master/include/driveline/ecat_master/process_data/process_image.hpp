@@ -14,26 +14,26 @@
 
 namespace driveline::ecat_master {
 
-/// What one process data sync manager of a slave contributes.
+/// The process data of one sync manager of a slave.
 struct ProcessDataChannel {
   bool output = false;               ///< written by the master; else read
   std::uint8_t sync_manager = 0;     ///< its number
   std::uint16_t physical_start = 0;  ///< address of its buffer in the slave
   std::size_t bytes = 0;             ///< length of its buffer; 0: it has no process data now
-  /// The same but for the address in the slave's memory.
+  /// Whether both are equal except for the address in the slave's memory.
   [[nodiscard]] constexpr bool same_place(const ProcessDataChannel& other) const noexcept {
     return output == other.output && sync_manager == other.sync_manager && bytes == other.bytes;
   }
 };
 
-/// What one slave contributes to the process image, and what it can do.
+/// The process data of one slave, and the features of its controller.
 struct ProcessDataDemand {
   std::vector<ProcessDataChannel> channels;  ///< in the order of their sync managers
   std::size_t group = 0;                     ///< number of its group
   bool lrw = true;                           ///< false: takes its outputs by LWR and gives its inputs by LRD only
   std::size_t fmmus = 8;                     ///< the slave has (register 0x0004)
-  /// What its description means them for, by their number: each mapping takes one that is meant for it, if there is one
-  /// left, else one that is meant for nothing, else any.
+  /// Use of each FMMU by the slave's description: a mapping takes a free one for its use if there is one, else an
+  /// unused one, else any.
   std::vector<esi::FmmuUse> fmmu_uses{};
   bool al_status = false;            ///< its AL status is wanted in the image, if an FMMU is left
   std::uint16_t mailbox_status = 0;  ///< address of a sync manager status byte wanted in the image likewise; 0: none
@@ -47,7 +47,7 @@ struct ProcessDataDemand {
   [[nodiscard]] std::size_t bytes(bool output) const noexcept;
 };
 
-/// How outputs and inputs of a slave lie to each other.
+/// How outputs and inputs of a slave share the logical address space.
 enum class ImageLayout : std::uint8_t {
   kOverlapped,  ///< LRW, both in the same logical bytes: the slave takes its outputs out and puts its inputs in
   kSequential,  ///< LRW, inputs behind the outputs
@@ -65,7 +65,7 @@ struct GroupSettings {
   [[nodiscard]] constexpr bool due(std::uint64_t cycle) const noexcept { return cycle % divider == phase; }
 };
 
-/// What the application decides about the image.
+/// Layout settings of the application.
 struct LayoutSettings {
   ImageLayout layout = ImageLayout::kOverlapped;  ///< of all slaves but those without LRW: kSeparate
   std::vector<GroupSettings> groups;              ///< groups without an entry are exchanged in every cycle
@@ -98,11 +98,11 @@ struct ProcessDatagram {
   std::uint16_t expected_working_counter = 0;
 };
 
-/// What one slave adds to the working counter of one datagram.
+/// Share of one slave in the working counter of one datagram.
 struct WorkingCounterShare {
   std::size_t datagram = 0;  ///< number in ProcessImage::datagrams()
   std::size_t slave = 0;     ///< position on the line
-  std::uint16_t count = 0;   ///< what it adds when it takes part
+  std::uint16_t count = 0;   ///< increment when it takes part
 };
 
 /// The process data of the whole line, its cut into datagrams and frames, and the FMMUs that follow from it. No slave's
@@ -124,13 +124,13 @@ class ProcessImage {
   [[nodiscard]] static Result<ProcessImage> lay_out(std::span<const ProcessDataDemand> demands,
                                                     const LayoutSettings& settings = {});
 
-  /// What the next cycle sends. Belongs to the cycle once it runs. \rtsafe
+  /// Outputs that the next cycle sends. Belong to the cycle once it runs. \rtsafe
   [[nodiscard]] std::span<std::byte> outputs() noexcept { return outputs_; }
-  /// See above; for looking only. \rtsafe
+  /// The outputs, read only. \rtsafe
   [[nodiscard]] std::span<const std::byte> outputs() const noexcept { return outputs_; }
-  /// What the last cycles brought; who is missing keeps his old bytes. Belongs to the cycle once it runs. \rtsafe
+  /// Newest inputs; those of a missing slave keep their last values. Belong to the cycle once it runs. \rtsafe
   [[nodiscard]] std::span<std::byte> inputs() noexcept { return inputs_; }
-  /// See above; for looking only. \rtsafe
+  /// The inputs, read only. \rtsafe
   [[nodiscard]] std::span<const std::byte> inputs() const noexcept { return inputs_; }
   /// By position of the slave on the line.
   [[nodiscard]] std::span<const ProcessDataPlace> places() const noexcept { return places_; }
@@ -164,7 +164,7 @@ class ProcessImage {
   std::size_t frame_count_ = 0;
 };
 
-/// What a slave with these FMMUs adds to the working counter of a logical datagram.
+/// Share of a slave with these FMMUs in the working counter of a logical datagram.
 [[nodiscard]] std::uint16_t working_counter_share(std::span<const wire::FmmuEntity> fmmus, wire::Command command,
                                                   std::uint32_t logical_start, std::size_t bytes) noexcept;
 
@@ -172,8 +172,8 @@ class ProcessImage {
 /// bytes at least), FCS and gap, 80 ns a byte. `clocks`: with the datagram that hands on the reference clock's time.
 [[nodiscard]] std::uint64_t wire_time_ns(const ProcessImage& image, bool clocks);
 
-/// Longest frame beside those of the cycle that leaves the next cycle's their time: what nine tenths of `period` have
-/// left after wire_time_ns(), from the shortest frame to the longest one.
+/// Longest acyclic frame that does not delay the next cycle's frames: the rest of nine tenths of `period` after
+/// wire_time_ns(), limited to the shortest and the longest frame.
 [[nodiscard]] std::size_t acyclic_frame_bytes(const ProcessImage& image, bool clocks, std::chrono::nanoseconds period);
 
 }  // namespace driveline::ecat_master

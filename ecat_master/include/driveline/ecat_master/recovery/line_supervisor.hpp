@@ -9,22 +9,22 @@
 
 namespace driveline::ecat_master {
 
-/// Something that happened to a slave or the line while it was running.
+/// An event of a slave or the line while the cycle runs.
 struct LineEvent {
-  /// What happened.
+  /// Kind of event.
   enum class Kind : std::uint8_t {
     kLeftOp,          ///< a slave is in another state than OP: `state`, `code`
     kGone,            ///< a slave does not answer any more
     kRecovered,       ///< a slave is back in OP
-    kRecoveryFailed,  ///< `error` says why; it is tried again
+    kRecoveryFailed,  ///< `error` is the cause; it is tried again
     kRingBroken,      ///< slaves on the primary side (`slave`), on the secondary side (`count`), on neither (`cut_off`)
     kRingClosed,
     kJoined,         ///< a hot-connected slave that was missing is in OP
     kOutputsZeroed,  ///< a group (`slave`) reached its limit of bad cycles (`count`)
     /// `count` registers of a slave in OP have changed, `change` is the first; it is taken down and configured anew
     kRegistersChanged,
-    kOtherMaster,        ///< `other`: somebody else sends EtherCAT frames, or does more than before
-    kRegistersRestored,  ///< likewise; they were written again while the slave went on
+    kOtherMaster,        ///< `other`: another master sends EtherCAT frames, or more harmful ones than before
+    kRegistersRestored,  ///< `count` registers have changed and were written again while the slave stayed in OP
   };
   Kind kind = Kind::kLeftOp;                               ///< decides which of the members below count
   std::uint16_t slave = 0;                                 ///< position, or as Kind says
@@ -43,10 +43,10 @@ struct LineEvent {
 /// The same without the time; `name` of the slave, when it has one, stands behind its position.
 [[nodiscard]] std::string what_happened(const LineEvent& event, std::string_view name = {});
 
-/// Watches over a line in OP from an ordinary thread, names what goes wrong, and brings slaves back that lost power,
-/// were unplugged, or fell out of OP. Reads the registers of all slaves back, one slave per poll and those first whose
-/// process data are not what they should be: a frame that was damaged on its way may have written anything anywhere.
-/// The cycle goes on meanwhile: everything here travels in its gaps. Not \rtsafe.
+/// Supervises a line in OP from an ordinary thread, reports errors, and brings slaves back that lost power, were
+/// unplugged, or fell out of OP. Reads the registers of all slaves back, one slave per poll and those with invalid
+/// process data first, because a damaged frame may have overwritten any register. The cycle goes on meanwhile:
+/// everything here travels in its gaps. Not \rtsafe.
 class LineSupervisor {
  public:
   /// How slaves are brought back.
@@ -65,8 +65,8 @@ class LineSupervisor {
   explicit LineSupervisor(Master& master, const port::RedundantPort* ring = nullptr)
       : LineSupervisor(master, ring, Settings{}) {}
 
-  /// Takes note of what has happened since the last call, and tries to recover what is due. Call it every few
-  /// milliseconds. Takes as long as a recovery takes.
+  /// Records the events since the last call and tries the recoveries that are due. To be called every few milliseconds;
+  /// returns when a recovery is over.
   void poll();
 
   /// True when every slave is in OP and exchanges valid data, as of the last poll; hot-connected ones that have not
@@ -74,20 +74,20 @@ class LineSupervisor {
   [[nodiscard]] bool all_operational() const noexcept;
   /// False while a slave is not in OP: its axis is unavailable.
   [[nodiscard]] bool operational(std::size_t slave) const noexcept { return !slaves_[slave].trouble; }
-  /// What has happened, oldest first; the oldest go when there are more than kMaxHistory.
+  /// Events, oldest first; the newest kMaxHistory are kept.
   [[nodiscard]] const std::deque<LineEvent>& history() const noexcept { return history_; }
   /// Events so far, those included that history() has no more.
   [[nodiscard]] std::uint64_t events() const noexcept { return events_; }
   /// Changes of the working counters and lost frames, oldest first, as many as kMaxHistory.
   [[nodiscard]] const std::deque<CyclicEvent>& exchange_history() const noexcept { return exchange_history_; }
-  /// AL states of slaves as the process data told of them, oldest first, as many as kMaxHistory.
+  /// Changes of AL states seen in the process data, oldest first, as many as kMaxHistory.
   [[nodiscard]] const std::deque<CyclicEvent>& state_history() const noexcept { return state_history_; }
   /// Recoveries that succeeded.
   [[nodiscard]] std::uint64_t recoveries() const noexcept { return recoveries_; }
-  /// How far the registers have been read back.
+  /// Statistics of reading registers back.
   struct GuardStatistics {
-    std::uint64_t looks = 0;                 ///< at the registers of one slave
-    std::uint64_t rounds = 0;                ///< every slave in OP has had its turn so often
+    std::uint64_t looks = 0;                 ///< reads of the registers of one slave
+    std::uint64_t rounds = 0;                ///< complete rounds over all slaves in OP
     std::uint64_t changes = 0;               ///< registers that had changed
     std::chrono::nanoseconds last_round{0};  ///< how long the last round took
   };

@@ -8,15 +8,15 @@
 
 namespace driveline::ecat_master {
 
-/// Told after each word how many of the changed words are done. Returning false stops the writing; what has been
-/// written is then restored.
+/// Told after each word how many of the changed words are done. Returning false stops the writing; the words written so
+/// far are then restored.
 using SiiProgress = std::function<bool(std::size_t done, std::size_t total)>;
 
 /// A write that is complete and has been read back.
 struct SiiWriteReport {
   std::size_t words_changed = 0;    ///< written, since they held something else
   std::size_t words_unchanged = 0;  ///< held the wanted value before and were left alone
-  std::vector<std::byte> previous;  ///< what the written range held before
+  std::vector<std::byte> previous;  ///< previous content of the written range
 };
 
 /// A write that failed.
@@ -26,7 +26,7 @@ struct SiiWriteFailure {
   /// Words that may hold something else than before the write, ascending: they could not be restored. Empty: the
   /// content is what it was before.
   std::vector<std::uint16_t> left;
-  std::vector<std::byte> previous;  ///< what the range held before, as far as it could be read
+  std::vector<std::byte> previous;  ///< previous content, as far as it could be read
 };
 
 /// Writes `image` (a whole number of words, at least the 8 words of the configuration area with its checksum) to the

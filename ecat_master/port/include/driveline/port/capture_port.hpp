@@ -34,7 +34,7 @@ struct CaptureConfig {
   std::optional<std::chrono::nanoseconds> unix_time_of_zero{};
 };
 
-/// What became of the frames that passed a CapturePort.
+/// Counters of the frames that passed a CapturePort.
 struct CaptureStatistics {
   std::uint64_t frames = 0;   ///< frames sent and received while capturing
   std::uint64_t written = 0;  ///< in the file
@@ -70,15 +70,15 @@ class CapturePort final : public Port {
   [[nodiscard]] std::chrono::nanoseconds last_send_time() const noexcept override { return inner_.last_send_time(); }
 
   /// Writes what is still in the ring, closes the file and reports; kFile if the file could not be written completely.
-  /// From now on frames only pass. For the thread that uses the port, outside the cycle. Calling it again repeats the
-  /// report.
+  /// Later frames are passed on without being recorded. Called by the thread that uses the port, outside the cycle; a
+  /// second call returns the same report.
   tl::expected<CaptureStatistics, PortError> close();
 
-  /// So far; `written` lags behind. Any thread. \rtsafe
+  /// Counters so far; `written` lags behind. Any thread. \rtsafe
   [[nodiscard]] CaptureStatistics statistics() const noexcept;
 
  private:
-  // No initialisers: they would make it unusable as an element of ring_, within the class that declares it.
+  // No default member initialisers: with them it could not be an element of ring_ inside the class that declares it.
   struct Record {
     std::chrono::nanoseconds time;
     std::uint64_t dropped_so_far;

@@ -10,7 +10,7 @@ namespace driveline::port {
 class FileDescriptor {
  public:
   FileDescriptor() = default;
-  /// Takes over `descriptor` and closes it at its end; -1: none.
+  /// Takes over `descriptor`, -1 for none, and closes it in the end.
   explicit FileDescriptor(int descriptor) noexcept : descriptor_{descriptor} {}
   /// Takes over the descriptor of `other`, which then has none.
   FileDescriptor(FileDescriptor&& other) noexcept : descriptor_{std::exchange(other.descriptor_, -1)} {}

@@ -11,9 +11,9 @@
 
 namespace driveline::port {
 
-/// Waits for frames at one or two ports. For who must answer a frame as fast as he can: the timer of the deadline is
-/// armed before the wait and left alone when a frame comes, whereas RawSocketPort::wait_readable() has it cancelled
-/// first, which costs a virtual machine some microseconds.
+/// Waits for frames at one or two ports. Faster than RawSocketPort::wait_readable(), for a simulated line that must
+/// answer each frame at once: the timer of the deadline is armed before the wait and left running when a frame comes,
+/// instead of being cancelled first, which costs some microseconds on a virtual machine.
 class FrameWaiter {
  public:
   /// `second` may be null. Both must live as long as the waiter.

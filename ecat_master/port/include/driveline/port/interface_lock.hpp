@@ -8,28 +8,28 @@
 
 namespace driveline::port {
 
-/// The process that has a network interface for itself.
+/// The process that holds the lock of a network interface.
 struct InterfaceHolder {
-  int pid = 0;          ///< 0: it cannot be seen from here, as one of another user or container
+  int pid = 0;          ///< 0: not visible from here, because it belongs to another user or container
   std::string command;  ///< program and first argument, printable; empty when they cannot be read
 };
 
-/// "This interface is mine", said to the other processes of this program: one master drives a line, one simulated line
-/// answers on an interface. Whoever only looks asks holder() at most.
+/// Keeps other processes of this program off an interface: only one master may drive a line, and only one simulated
+/// line may answer on an interface. Tools that only read take no lock; they may ask holder().
 ///
 /// A name in the abstract namespace of Unix sockets (unix(7)): no file is left behind, the kernel gives the name back
 /// when the process ends, however it ends, and there is one such namespace per network namespace, like the interfaces
-/// themselves. The name has the number of the interface, which several names may lead to. A convention between
-/// well-meaning processes, no protection.
+/// themselves. The name contains the interface's index, because one interface may have several names. A convention
+/// between well-meaning processes, no protection.
 ///
 /// One thread at a time; not for the cycle.
 class InterfaceLock {
  public:
-  /// Takes the lock of `interface`. Error: somebody else has it. Where the kernel gives no such socket at all, the lock
-  /// keeps nobody out.
+  /// Takes the lock of `interface`. Error: another process has it. Where the kernel provides no such sockets the lock
+  /// succeeds and protects nothing.
   [[nodiscard]] static tl::expected<InterfaceLock, InterfaceHolder> take(const std::string& interface);
 
-  /// Who has the lock of `interface`, this process or another one; nothing: nobody.
+  /// The process that holds the lock of `interface`, which may be this one; nothing if it is free.
   [[nodiscard]] static std::optional<InterfaceHolder> holder(const std::string& interface);
 
  private:

@@ -14,8 +14,8 @@ namespace driveline::port {
 enum class CaptureDirection : std::uint8_t { kInbound = 1, kOutbound = 2 };
 
 /// Encodes frames as pcapng (draft-ietf-opsawg-pcapng), the native format of Wireshark: little endian, one section, one
-/// Ethernet interface without FCS, time stamps in nanoseconds. Appends whole blocks to the byte buffer it was given and
-/// does nothing else; who owns the buffer takes the bytes away whenever he likes. Not for the cycle: it allocates.
+/// Ethernet interface without FCS, time stamps in nanoseconds. Appends whole blocks to the byte buffer it was given,
+/// which its owner may empty between two calls. Not for the cycle: it allocates.
 class PcapngWriter {
  public:
   /// One captured frame.

@@ -11,7 +11,7 @@ namespace driveline::port {
 /// Longest Ethernet frame handled: 14 byte header, optional 4 byte VLAN tag, 1500 bytes of payload (no FCS).
 inline constexpr std::size_t kMaxFrameBytes = 1518;
 
-/// What became of a frame handed to Port::send.
+/// Result of Port::send().
 enum class SendStatus : std::uint8_t {
   kSent,      ///< on the wire (or in the queue of the network interface)
   kLinkDown,  ///< no carrier, or the interface is gone

@@ -12,13 +12,13 @@ enum class PortErrorCode : std::uint8_t {
   kNotEthernet,      ///< the loopback interface, a tunnel or another interface that carries no Ethernet frames
   kInterfaceDown,    ///< the interface is administratively down
   kNoPermission,     ///< the process may not open raw sockets
-  kSystem,           ///< the kernel refused something else
+  kSystem,           ///< any other refusal by the kernel
   kFile,             ///< a file could not be created or written
 };
 
 /// An error of start-up or shut-down; none of these occurs in the cycle.
 struct PortError {
-  PortErrorCode code = PortErrorCode::kSystem;  ///< what kind of trouble
+  PortErrorCode code = PortErrorCode::kSystem;  ///< kind of error
   int error_number = 0;                         ///< errno, or 0 if no system call failed
   std::string message;                          ///< one sentence: what is wrong and, where there is one, the remedy
 };

@@ -27,29 +27,29 @@ struct RawSocketConfig {
   /// Hands frames to the driver directly, past the queueing discipline (packet(7), PACKET_QDISC_BYPASS). Saves about a
   /// microsecond and its jitter per frame, and send() learns that the link is down or the transmit ring is full. The
   /// price: no traffic shaping, and nothing waits when the ring is full; the frame is refused with kBusy. Switch it off
-  /// if the interface is shared with bulk traffic that a queueing discipline keeps in check; the kernel then swallows
-  /// frames without a word while there is no carrier.
+  /// if the interface is shared with bulk traffic that a queueing discipline limits; the kernel then discards frames
+  /// silently while there is no carrier.
   bool bypass_queue = true;
 
   /// SO_PRIORITY of outgoing frames, 0..6 (7 and above need CAP_NET_ADMIN). Selects the band of the queueing
   /// discipline and, on network cards with several, the transmit queue. 6 is the kernel's "interactive".
   int priority = 6;
 
-  /// Receives through memory shared with the kernel (ReceiveRing) instead of a system call per look: a tenth less for a
-  /// cycle on a veth pair, and a thread that spins on receive() stays out of the kernel. Where the kernel offers none,
-  /// the port works without.
+  /// Receives through memory shared with the kernel (ReceiveRing) instead of a system call per poll: a cycle on a veth
+  /// pair costs a tenth less, and a thread that spins on receive() stays out of the kernel. Falls back to system calls
+  /// where the kernel offers no ring.
   bool receive_ring = true;
 
-  /// ReceivedFrame::time is when the kernel got the frame, not when receive() found it: for a simulated line, whose
-  /// clocks must stamp frames as controllers do, and not when a thread has woken up. A clock of the machine that is set
-  /// while a frame waits spoils the time of that one.
+  /// ReceivedFrame::time is the time at which the kernel got the frame, not at which receive() found it: for a
+  /// simulated line, whose clocks must stamp frames when they arrive, as slave controllers do, and not when a thread
+  /// has woken up. If the machine's clock is set while a frame waits, the time of that frame is wrong.
   bool arrival_times = false;
 };
 
-/// What a RawSocketPort has done so far.
+/// Counters of a RawSocketPort.
 struct RawSocketStatistics {
   std::uint64_t sent = 0;           ///< frames handed to the driver
-  std::uint64_t send_failures = 0;  ///< frames refused, whatever the reason
+  std::uint64_t send_failures = 0;  ///< frames refused for any reason
   std::uint64_t received = 0;       ///< frames returned by receive()
   std::uint64_t too_short = 0;      ///< discarded: no room for an EtherCAT header
   std::uint64_t too_long = 0;       ///< discarded: longer than kMaxFrameBytes
@@ -61,12 +61,12 @@ struct RawSocketStatistics {
 /// a
 ///   few more when a frame is refused or discarded. The real-time thread spins on receive() up to its deadline.
 /// - Time stamps: send takes the time just before its system call, receive when it has found the frame, so that their
-///   difference is what the exchange really costs the caller; see RawSocketConfig::arrival_times for the other way.
+///   difference is the whole cost of the exchange for the caller; RawSocketConfig::arrival_times changes the latter.
 /// - Own frames: the frames of a line come back with the master's address as source (the first slave sets bit 0x02 of
 ///   the first octet, ETG.1000.4 5.3.2) and a broadcast destination, so no promiscuous mode is needed. The port never
 ///   receives what it has sent itself, only what arrives.
-/// - Pulled cable: send() reports kLinkDown. The kernel spreads the news up to a second late; until then the refused
-///   frames are kBusy.
+/// - Pulled cable: send() reports kLinkDown. The kernel notices up to a second late; until then refused frames are
+///   reported as kBusy.
 /// - VLAN: the kernel removes an 802.1Q tag before the frame gets here; a tagged frame looks like an untagged one.
 /// - Both ends of a cable may be RawSocketPorts: a master and a simulated line.
 ///

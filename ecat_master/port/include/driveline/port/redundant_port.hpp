@@ -10,7 +10,7 @@
 
 namespace driveline::port {
 
-/// What a RedundantPort has last seen of its ring.
+/// State of the ring as a RedundantPort has seen it last.
 struct RingStatus {
   /// What is known about the ring from the frames of the last exchange.
   enum class State : std::uint8_t {
@@ -20,8 +20,8 @@ struct RingStatus {
   };
   State state = State::kUnknown;  ///< closed, broken, or not known yet
   /// While open: slaves between the primary interface and the break, and between the break and the secondary one. Known
-  /// from frames that begin with a broadcast read. Half an answer alone may be one whose other half is late: nothing is
-  /// concluded from it before RedundantPort::kLoneHalves have come in a row, unless the other interface could not send.
+  /// from frames that begin with a broadcast read. The other half of a single half may only be late, so the state
+  /// changes after RedundantPort::kLoneHalves of them in a row, or at once when the other interface could not send.
   std::uint16_t primary_slaves = 0;
   std::uint16_t secondary_slaves = 0;  ///< slaves that the secondary interface reached
 };
@@ -29,10 +29,10 @@ struct RingStatus {
 /// The two ends of a ring as one port. Every frame leaves on both interfaces. In a whole ring the primary one comes out
 /// at the secondary end with the work of all slaves done, and the copy, which slaves only pass on, at the primary end.
 /// When the ring is broken somewhere each copy turns round at the break and brings back the work of the slaves on its
-/// side; the two are put together, so that a broken ring loses nothing. What is under way in the moment of the break,
-/// or of the mending, may meet it with one copy as it was before and with the other as it is after: then the slaves of
-/// one side are not in the answer, which has their working counters missing. So each of the two costs the frames that
-/// are under way at most, and those for one side only.
+/// side; the two are put together, so that a broken ring loses nothing. Of a frame that is under way in the moment of
+/// the break, or of its repair, one copy may travel through the ring as it was before and the other as it is after:
+/// then the slaves of one side are missing in the answer and its working counters. So a break and a repair cost at most
+/// the frames that are under way, and those for the slaves of one side only.
 ///
 /// The copy on the secondary interface does nothing where it must not do it twice or at the wrong place: commands that
 /// count positions (APxx, ARMW) and those that read one slave and write the others (FRMW) are NOPs in it. While the
@@ -44,7 +44,7 @@ struct RingStatus {
 /// construction.
 class RedundantPort final : public Port {
  public:
-  /// Patience with halves of answers.
+  /// How long to wait for the other half of an answer.
   struct Settings {
     /// How long after the send half of an answer waits for the other half before it is handed over alone: longer than
     /// a frame takes, shorter than the master waits for it.
@@ -52,16 +52,16 @@ class RedundantPort final : public Port {
   };
   /// Frames that may be on the way at the same time.
   static constexpr std::size_t kMaxInFlight = 16;
-  /// So many answers in a row of which only one half has come are more than a disturbance: see RingStatus.
+  /// After so many answers in a row of which only one half has come the ring counts as open, see RingStatus.
   static constexpr unsigned kLoneHalves = 3;
 
   /// How the time of the reference clock travels (FRMW to register 0x0910, ETG.1000.4 Table 60).
   struct TimeRoute {
-    /// Whose copy meets the reference clock.
+    /// The interface whose copy passes the reference clock while it holds the reference time.
     enum class Leader : std::uint8_t { kPrimary, kSecondary };
     Leader leader = Leader::kPrimary;  ///< by the place of the reference clock
-    /// When the primary one does: the other carries the time as the master has put it in, plus this, by how much later
-    /// it passes. Nothing: it carries none.
+    /// With kPrimary: the time in the secondary copy is the one that the master has written, plus this delay in ns by
+    /// which the copy passes later. Nothing: the secondary copy carries no time.
     std::optional<std::int32_t> other_later_ns{};
     /// RingStatus::primary_slaves of the break it was made for. Once the ring is closed, or open elsewhere, the primary
     /// copy leads and the other carries no time.
@@ -89,10 +89,10 @@ class RedundantPort final : public Port {
   [[nodiscard]] RingStatus status() const noexcept;
   /// Answers put together of two halves. Any thread. \rtsafe
   [[nodiscard]] std::uint64_t merged() const noexcept { return merged_.value(); }
-  /// Halves of answers that stayed alone and were handed over so. Any thread. \rtsafe
+  /// Halves of answers that were handed over alone. Any thread. \rtsafe
   [[nodiscard]] std::uint64_t halves() const noexcept { return halves_.value(); }
-  /// Of these, those whose other half was waited for in vain: it was late or is lost. The rest stayed alone because the
-  /// other copy came all the way round, so that there was no other half to come. Any thread. \rtsafe
+  /// Those of halves() whose other half was waited for in vain: it was late or lost. For the rest there was no other
+  /// half, because the other copy had come all the way round. Any thread. \rtsafe
   [[nodiscard]] std::uint64_t late_halves() const noexcept { return late_halves_.value(); }
 
  private:
@@ -105,7 +105,7 @@ class RedundantPort final : public Port {
     Side time_leader = Side::kPrimary;
     std::size_t size = 0;
     std::chrono::nanoseconds sent_at{0};
-    std::optional<Side> half;  ///< whose answer is in `answer`
+    std::optional<Side> half;  ///< the side whose answer is in `answer`
     std::chrono::nanoseconds half_time{0};
     Bytes sent;
     Bytes answer;

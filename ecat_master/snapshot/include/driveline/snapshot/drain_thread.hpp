@@ -28,7 +28,7 @@ struct DrainConfig {
 
 /// Why a DrainThread does not run.
 struct DrainStartError {
-  std::error_code cause{};  ///< of the system, which has no thread left; none: it was started before
+  std::error_code cause{};  ///< error of the system, which could not create a thread; none: it was started before
 };
 
 /// The error as a sentence.

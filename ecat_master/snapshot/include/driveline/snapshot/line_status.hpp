@@ -23,7 +23,7 @@ struct Percentiles {
   std::chrono::nanoseconds max{0};  ///< largest value
 };
 
-/// What the owner of the line knows about it and a subscriber wants to read. The publisher adds the newest cycle
+/// State and figures of the line for subscribers, as far as its owner knows them. The publisher adds the newest cycle
 /// number, the clock's state and its own counters.
 struct LineStatus {
   LineState state = LineState::kDown;        ///< AL state of the line as a whole

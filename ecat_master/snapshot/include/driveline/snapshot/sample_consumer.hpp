@@ -8,7 +8,7 @@
 
 namespace driveline::snapshot {
 
-/// What went through the telemetry rings since the start.
+/// Samples that went through the telemetry rings since the start.
 struct DrainCounters {
   std::uint64_t lines = 0;          ///< line samples handed to the consumers
   std::uint64_t axes = 0;           ///< axis samples handed to the consumers
@@ -16,7 +16,7 @@ struct DrainCounters {
   std::uint64_t axes_dropped = 0;   ///< axis samples the cycle found no room for
 };
 
-/// Somebody who wants to see every sample of the cycle: a DDS publisher, a recorder, a plot.
+/// Receives every sample of the cycle: a DDS publisher, a recorder, a plot.
 ///
 /// All functions but set_line_status() are called by the one thread of a DrainThread, never by the real-time thread, so
 /// they may allocate, lock and write files. A consumer that is slow or blocks costs samples (the rings fill up, and
@@ -31,8 +31,8 @@ class SampleConsumer {
   /// The next axis samples, oldest first, in the order the cycle wrote them. Same buffer rule as `lines`.
   virtual void axes(std::span<const AxisSample> samples) = 0;
 
-  /// What the owner of the line knows about it has changed, or its figures have gone on. May come from any thread but
-  /// the real-time one, also while another function of the consumer runs.
+  /// State, faults or figures of the line have changed. Called on any thread but the real-time one, also while another
+  /// function of the consumer runs.
   virtual void set_line_status(const LineStatus& /*status*/) {}
 
   /// End of one pass over the rings, at least once per drain period even when nothing arrived: the place for work
@@ -44,7 +44,7 @@ class SampleConsumer {
 
  protected:
   SampleConsumer() = default;
-  /// Copies are for implementations; a consumer is used where it is.
+  /// Copying is for implementations only: consumers are used by reference.
   SampleConsumer(const SampleConsumer&) = default;
   SampleConsumer& operator=(const SampleConsumer&) = default;
 };

@@ -4,8 +4,8 @@
 #include <limits>
 #include <type_traits>
 
-/// What the real-time cycle tells the rest of the world: fixed-size records that go through wait-free rings.
-/// All records are trivially copyable and carry SI units (metres instead of radians for linear axes).
+/// The records of the real-time cycle, of fixed size, which go through wait-free rings to their consumers. All records
+/// are trivially copyable and carry SI units: rad, rad/s and Nm for a rotary axis, m, m/s and N for a linear one.
 namespace driveline::snapshot {
 
 /// State of the CiA 402 power drive system, as decoded from the status word (CiA 402-2, status word masks).
@@ -30,16 +30,16 @@ struct AxisSample {
   std::uint16_t status_word = 0;              ///< 6041h as received in this cycle
   std::int8_t mode = 0;                       ///< 6061h mode of operation display
   AxisState state = AxisState::kUnavailable;  ///< CiA 402 state of the drive
-  double target_position_rad = 0;             ///< commanded in this cycle; m for linear axes
-  double actual_position_rad = 0;             ///< as the drive reported it; m for linear axes
-  double target_velocity_rad_s = 0;           ///< commanded; m/s for linear axes
-  double actual_velocity_rad_s = 0;           ///< as the drive reported it; m/s for linear axes
-  double target_torque_nm = 0;                ///< commanded; N for linear axes
-  double actual_torque_nm = 0;                ///< as the drive reported it; N for linear axes
-  /// Setpoint the drive was following at the time of `actual_position_rad`, minus the actual position.
-  double following_error_rad = 0;
-  /// What the drive itself says of it (60F4h); not a number where that is not mapped.
-  double drive_following_error_rad = std::numeric_limits<double>::quiet_NaN();
+  double target_position = 0;                 ///< commanded in this cycle; rad, m for a linear axis
+  double actual_position = 0;                 ///< as the drive reported it; rad, m for a linear axis
+  double target_velocity = 0;                 ///< commanded; rad/s, m/s for a linear axis
+  double actual_velocity = 0;                 ///< as the drive reported it; rad/s, m/s for a linear axis
+  double target_torque = 0;                   ///< commanded; Nm, N for a linear axis
+  double actual_torque = 0;                   ///< as the drive reported it; Nm, N for a linear axis
+  /// Setpoint the drive was following at the time of `actual_position`, minus that position; rad, m for a linear axis.
+  double following_error = 0;
+  /// The following error that the drive itself reports (60F4h), in the same unit; not a number where it is not mapped.
+  double drive_following_error = std::numeric_limits<double>::quiet_NaN();
 };
 static_assert(std::is_trivially_copyable_v<AxisSample>);
 

@@ -71,7 +71,7 @@ enum class AlStatusCode : std::uint16_t {
 
 /// A code and its text.
 struct AlStatusCodeText {
-  AlStatusCode code;      ///< the code
+  AlStatusCode code;
   std::string_view text;  ///< its meaning in the words of ETG.1020
 };
 

@@ -60,9 +60,9 @@ struct DatagramHeader {
   static constexpr std::size_t kOverhead = kSize + kWorkingCounterSize;
   static constexpr std::uint16_t kMaxLength = 0x7FF;  ///< 11 bits
 
-  Command command = Command::kNop;  ///< what the slaves do with it
+  Command command = Command::kNop;  ///< kind of access
   std::uint8_t index = 0;           ///< chosen by the master, comes back unchanged
-  DatagramAddress address;          ///< whom it is for
+  DatagramAddress address;          ///< slave and register, or logical address
   std::uint16_t length = 0;         ///< data bytes, 0..2047
   bool circulating = false;         ///< frame has passed a slave with a closed loop on port 0 once already
   bool more = false;                ///< another datagram follows in this frame

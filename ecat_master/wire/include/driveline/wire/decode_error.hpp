@@ -36,7 +36,7 @@ enum class DecodeError : std::uint8_t {
 }
 
 template <typename T>
-/// What decoding yields: the type, or why the bytes are none.
+/// Result of decoding: the structure, or why the bytes are none.
 using Decoded = tl::expected<T, DecodeError>;
 
 }  // namespace driveline::wire

@@ -18,14 +18,14 @@ inline constexpr std::size_t kMaxPayloadBytes = 1500;  ///< longest Ethernet pay
 
 /// In the order of the wire.
 using MacAddress = std::array<std::byte, 6>;
-/// Everybody; what masters send EtherCAT frames to.
+/// Broadcast, the destination of EtherCAT frames.
 inline constexpr MacAddress kBroadcastMac{std::byte{0xFF}, std::byte{0xFF}, std::byte{0xFF},
                                           std::byte{0xFF}, std::byte{0xFF}, std::byte{0xFF}};
 
 /// Ethernet II header (IEEE 802.3), 14 bytes, big endian.
 struct EthernetHeader {
   static constexpr std::size_t kSize = 14;  ///< on the wire, bytes
-  MacAddress destination{};                 ///< slave controllers do not look at it
+  MacAddress destination{};                 ///< ignored by slave controllers
   MacAddress source{};                      ///< the first slave sets the bit of locally administered addresses in it
   std::uint16_t ether_type = 0;             ///< in the order of the host
 

@@ -89,7 +89,7 @@ struct BasicDatagramView {
   DatagramPlace place;                    ///< where it is in the frame
   std::span<Byte> data;                   ///< as long as the header says
   std::span<Byte> working_counter_bytes;  ///< behind the data
-  /// How many slaves took part, by the weights of the command. \rtsafe
+  /// The working counter: the sum over the slaves that executed the command. \rtsafe
   [[nodiscard]] constexpr std::uint16_t working_counter() const noexcept {
     return load_le<std::uint16_t>(working_counter_bytes);
   }

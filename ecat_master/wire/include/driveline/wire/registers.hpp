@@ -11,7 +11,7 @@
 /// for what the standard leaves to the controller.
 namespace driveline::wire {
 
-/// What one side (EtherCAT or PDI) may do with a register.
+/// Access of one side (EtherCAT or PDI) to a register.
 enum class RegisterAccess : std::uint8_t { kNone, kRead, kWrite, kReadWrite, kReadClearOnWrite };
 
 /// A register, or an array of equal registers `stride` bytes apart. T is the type of one element.

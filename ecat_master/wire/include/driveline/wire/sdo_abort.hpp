@@ -42,7 +42,7 @@ enum class SdoAbort : std::uint32_t {
 
 /// A code and its text.
 struct SdoAbortText {
-  SdoAbort code;          ///< the code
+  SdoAbort code;
   std::string_view text;  ///< its meaning in the words of ETG.1000.6
 };
 

@@ -29,6 +29,6 @@ inline constexpr std::uint16_t kErrorChecksum = 0x0800;     ///< checksum error 
 inline constexpr std::uint16_t kErrorNotLoaded = 0x1000;    ///< device information not loaded
 inline constexpr std::uint16_t kErrorAcknowledge = 0x2000;  ///< missing acknowledge or invalid command
 inline constexpr std::uint16_t kErrorWriteEnable = 0x4000;  ///< write without write enable
-inline constexpr std::uint16_t kBusy = 0x8000;              ///< a command is at work; no other is accepted
+inline constexpr std::uint16_t kBusy = 0x8000;              ///< a command is being executed; no other is accepted
 
 }  // namespace driveline::wire::sii_access

@@ -10,7 +10,7 @@
 
 namespace driveline::runtime {
 
-/// What the texts of faults speak of.
+/// Names that fault texts may refer to.
 struct FaultPlaces {
   std::span<const std::string> slaves;  ///< names by position
   const slaves::Wiring& wiring;
@@ -19,15 +19,15 @@ struct FaultPlaces {
 /// A fault that is being put together, parameter by parameter, for the line file and for the command line alike.
 class FaultDraft {
  public:
-  /// Of the kind `row`, nothing set yet.
+  /// A fault of the kind `row` without parameters.
   explicit FaultDraft(const slaves::FaultKindRow& row) : row_(row) { fault_.kind = row.kind; }
 
   /// Sets a parameter from its text. Error: what is wrong with it, without its name.
   [[nodiscard]] Result<void> set(const slaves::FaultParameterRow& parameter, std::string_view value,
                                  const FaultPlaces& places);
-  /// How long it lasts; zero: until it is healed.
+  /// Duration of the fault; zero: until it is healed.
   void set_duration(std::chrono::nanoseconds duration) noexcept { fault_.duration = duration; }
-  /// The whole fault. Error: what is missing or does not go together.
+  /// The complete fault. Error: a parameter is missing or contradicts another.
   /// @param complete false: kind and place are enough, as for healing
   [[nodiscard]] Result<slaves::Fault> finish(const FaultPlaces& places, bool complete = true) const;
 
@@ -49,7 +49,7 @@ class FaultDraft {
 /// Reads "power-off slave=y for_ms=500". Error: one sentence.
 /// @param complete false: kind and place are enough, as for healing
 [[nodiscard]] Result<slaves::Fault> parse_fault(std::string_view text, const FaultPlaces& places, bool complete = true);
-/// The same the other way round: what parse_fault() would read as this fault.
+/// The text of a fault, which parse_fault() reads back as the same fault.
 [[nodiscard]] std::string fault_text(const slaves::Fault& fault, const FaultPlaces& places);
 /// All kinds and parameters, one line each.
 [[nodiscard]] std::string fault_help();

@@ -8,7 +8,7 @@
 
 namespace driveline::runtime {
 
-/// The number that the whole text is; none when it is something else, or not finite.
+/// The text as a number; none unless all of it is one finite number.
 [[nodiscard]] inline std::optional<double> finite_number(std::string_view text) {
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);

@@ -31,7 +31,7 @@ struct DeviceSource;
 /// What 32 bits hold: most increments per revolution of an axis.
 inline constexpr double kMaxIncrementsPerRevolution = 4294967295.0;
 
-/// The distributed clock of one slave. What is left out comes from its EEPROM.
+/// The distributed clock of one slave. Values that are left out come from its EEPROM.
 struct SlaveClockConfig {
   bool synchronous = true;                              ///< false: no SYNC signals, free run
   std::optional<std::string> op_mode;                   ///< by name
@@ -43,17 +43,17 @@ struct SlaveClockConfig {
   double drift_ppm = 0.0;                               ///< of the simulated oscillator
 };
 
-/// How the clocks of the line are run.
+/// [dc] of a line description.
 struct ClockConfig {
-  ecat_master::dc::FollowMode mode = ecat_master::dc::FollowMode::kMasterFollows;  ///< who follows whom
-  /// What the clocks show: the master's monotonic clock, CLOCK_REALTIME, or CLOCK_TAI.
+  ecat_master::dc::FollowMode mode = ecat_master::dc::FollowMode::kMasterFollows;  ///< which clock leads
+  /// Time source of the clocks: the master's monotonic clock, CLOCK_REALTIME, or CLOCK_TAI.
   enum class Time : std::uint8_t { kMonotonic, kSystem, kTai };
-  Time time = Time::kMonotonic;            ///< what the clocks show
-  std::optional<std::uint16_t> reference;  ///< slave; none: the first with a clock
-  std::chrono::nanoseconds frame_lead{};   ///< of the frames before SYNC0
+  Time time = Time::kMonotonic;
+  std::optional<std::uint16_t> reference;  ///< position of the slave; none: the first with a clock
+  std::chrono::nanoseconds frame_lead{};   ///< how long before SYNC0 the frames pass the reference clock
 };
 
-/// A slave of the line: what the master expects, and what the simulation builds.
+/// A [[slave]]: identity and configuration for the master, the device for the simulation.
 struct SlaveConfig {
   std::string name;                                         ///< unique on the line
   slaves::msd::Variant model = slaves::msd::Variant::kMsd;  ///< the simulated drive
@@ -74,20 +74,20 @@ struct SlaveConfig {
   std::vector<std::byte> sii_content;  ///< that of the file; empty: there is none yet
 };
 
-/// How the setpoints come about.
+/// [path] of a line description: where the setpoints come from.
 struct PathConfig {
   /// Between the points of the file.
   enum class Interpolation : std::uint8_t { kLinear, kNaturalSpline, kClampedSpline };
   std::filesystem::path file;                                     ///< CSV with a time column and one per axis
   Interpolation interpolation = Interpolation::kClampedSpline;    ///< how the points are joined
   bool repeat = false;                                            ///< start over at the end
-  ecat_master::LatePolicy late = ecat_master::LatePolicy::kStay;  ///< what becomes of a path that is late
-  bool relative = false;                                          ///< to where the axes stand when they are enabled
+  ecat_master::LatePolicy late = ecat_master::LatePolicy::kStay;  ///< whether a path that is late catches up
+  bool relative = false;  ///< positions are relative to where the axes stand when they are enabled
 };
 
 /// [telemetry] of a line description.
 struct TelemetryConfig {
-  /// Whether the file asks for it; none: it says nothing. On a network interface telemetry is sent on demand only.
+  /// `enabled` of the file; none: it is left out. On a network interface telemetry is off unless the file asks for it.
   std::optional<bool> asked;
   bool enabled = true;                                  ///< false: nothing is sent
   std::uint32_t domain = 0;                             ///< DDS domain, 0 to 232
@@ -118,8 +118,9 @@ struct LineConfig {
   std::shared_ptr<const esi::EsiLibrary> esi_library;                ///< for slaves without `esi`; null: none
   /// Cycles in a row without valid process data of an axis before all axes are stopped.
   std::uint32_t max_lost_cycles = 8;
-  std::optional<double> max_lost_ms;  ///< what the file says instead; max_lost_cycles are the whole cycles in it
-  /// Bytes that SDO and other acyclic frames may take of the wire per cycle; none: what the process data leave.
+  std::optional<double> max_lost_ms;  ///< the limit as a time where the file gives one; max_lost_cycles is the number
+                                      ///< of whole cycles in it
+  /// Bytes per cycle that SDO and other acyclic frames may use on the wire; none: what the process data leave.
   std::optional<std::size_t> acyclic_bytes;
   rt::RealtimeConfig realtime;                ///< all but the policy
   std::optional<rt::RealtimePolicy> policy;   ///< none: enforced on a network interface only
@@ -134,11 +135,11 @@ struct LineConfig {
   std::optional<PathConfig> path;             ///< none: the axes hold the place where they are enabled
   TelemetryConfig telemetry;                  ///< what goes out over DDS
   OutputConfig output;                        ///< what is written into files
-  RecoveryConfig recovery;                    ///< what is done about lost slaves
-  std::vector<std::string> notes;             ///< what the reader of the file has to say to its writer, a sentence each
+  RecoveryConfig recovery;                    ///< reaction to lost slaves
+  std::vector<std::string> notes;             ///< remarks on the file for its author, a sentence each
 };
 
-/// The limit that `max_lost_cycles` is, in the words of the file: "the 8 cycles that [bus] max_lost_cycles allows".
+/// The limit in max_lost_cycles in the words of the file: "the 8 cycles that [bus] max_lost_cycles allows".
 [[nodiscard]] std::string max_lost_text(const LineConfig& config);
 
 /// Cycles of the line from one exchange with a slave to the next: the divider of its group.

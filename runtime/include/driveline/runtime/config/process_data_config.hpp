@@ -17,7 +17,7 @@ struct GroupConfig {
 struct CopyConfig {
   std::string from;        ///< input, "slave.object"
   std::string to;          ///< output, "slave.object"
-  std::string from_place;  ///< "file:line: [copy 1] from", for what only the configured line can tell
+  std::string from_place;  ///< "file:line: [copy 1] from", for errors that show only once the line is configured
   std::string to_place;    ///< the same for `to`
 };
 
@@ -28,9 +28,9 @@ struct EntryName {
   std::string place;   ///< "file:line: [slave 1.names] name"
 };
 
-/// What a line description says of the process image as a whole.
+/// Layout, groups and copies of the process image in a line description.
 struct ProcessDataConfig {
-  /// How outputs and inputs lie to each other
+  /// How outputs and inputs share the logical address space
   ecat_master::ImageLayout layout = ecat_master::ImageLayout::kOverlapped;
   std::vector<GroupConfig> groups;  ///< by their number in the image; none: all slaves together in every cycle
   std::vector<CopyConfig> copies;   ///< in the order of the file

@@ -6,7 +6,7 @@
 
 namespace driveline::runtime {
 
-/// What `run` does about slaves that are not there any more, [recovery] of a line description:
+/// How `run` reacts to lost slaves, [recovery] of a line description:
 ///
 ///   axes = "stop", "hold" or "continue"      give_up_s = 60   (0: never)
 struct RecoveryConfig {

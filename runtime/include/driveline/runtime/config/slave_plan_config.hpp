@@ -7,7 +7,7 @@
 
 namespace driveline::runtime {
 
-/// What a [[slave]] of a line description says about identity and configuration, beside vendor and product:
+/// Identity and configuration in a [[slave]] of a line description, beside vendor and product:
 ///
 ///   alias = 7                      device_id = 3            lrw = false
 ///   hot_connect = true             (may be missing, and comes and goes)
@@ -19,21 +19,21 @@ namespace driveline::runtime {
 ///   [[slave.sdo]]                  index, subindex, type, value, complete, before = "safeop" or "op"
 ///   [[slave.pdo]]                  index, sync_manager, direction = "out" or "in", entries = ["0x6040:0:16", ...]
 struct SlavePlanConfig {
-  ecat_master::IdentityRule revision;             ///< which ones are accepted
-  ecat_master::IdentityRule serial;               ///< which ones are accepted
-  std::optional<std::uint16_t> alias;             ///< station alias it is known by
-  std::optional<std::uint16_t> device_id;         ///< explicit device ID it is known by
-  bool hot_connect = false;                       ///< may be missing, and comes and goes
-  std::string hot_head;                           ///< in whose hot-connect group it is; empty: in none
-  std::optional<ecat_master::GroupPlace> behind;  ///< the same as number of the [[slave]] table, and its place there
-  ecat_master::WatchdogPlan watchdog;             ///< what is left out stays as the slave has it
-  ecat_master::StateTimeouts timeouts;            ///< what is left out: see StateTimeouts
-  ecat_master::MailboxTimeouts mailbox_timeouts;  ///< what is left out: see MailboxTimeouts
-  std::optional<bool> lrw;                        ///< false: no LRW for this slave; none: its description decides
-  std::vector<ecat_master::StartupSdo> sdos;      ///< in the order of the file
+  ecat_master::IdentityRule revision;      ///< accepted revisions
+  ecat_master::IdentityRule serial;        ///< accepted serial numbers
+  std::optional<std::uint16_t> alias;      ///< station alias it is known by
+  std::optional<std::uint16_t> device_id;  ///< explicit device ID it is known by
+  bool hot_connect = false;                ///< may be missing, and comes and goes
+  std::string hot_head;                    ///< name of the slave that heads its hot-connect group; empty: it is in none
+  std::optional<ecat_master::GroupPlace> behind;      ///< number of the hot_head slave, place in the group
+  ecat_master::WatchdogPlan watchdog;                 ///< values that are left out stay as the slave has them
+  ecat_master::StateTimeouts timeouts;                ///< values that are left out: see StateTimeouts
+  ecat_master::MailboxTimeouts mailbox_timeouts;      ///< values that are left out: see MailboxTimeouts
+  std::optional<bool> lrw;                            ///< false: no LRW for this slave; none: its description decides
+  std::vector<ecat_master::StartupSdo> sdos;          ///< in the order of the file
   std::optional<ecat_master::PdoConfiguration> pdos;  ///< none: what the slave's own use asks for
 
-  /// Adds what is said here to `plan`: start-up SDOs behind those that are there, PDOs instead of them.
+  /// Adds these settings to `plan`: start-up SDOs are appended, PDOs replaced.
   void apply(ecat_master::SlavePlan& plan) const;
 };
 

@@ -12,7 +12,7 @@
 
 namespace driveline::runtime {
 
-/// How the bytes of an object are written for people.
+/// Type of the value of an object, as users name it.
 enum class ValueType {
   kRaw,
   kBool,

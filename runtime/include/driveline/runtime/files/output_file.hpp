@@ -15,17 +15,16 @@ namespace driveline::runtime {
 /// Gives the partial file its name. Error: kMachine; the partial file is gone.
 [[nodiscard]] Result<void> complete_file(const std::filesystem::path& file);
 
-/// Writes a file that appears under its name only when it is complete. Error: kMachine; what was there before is
-/// still there.
+/// Writes a file that appears under its name only when it is complete. Error: kMachine; the previous content is kept.
 [[nodiscard]] Result<void> write_file(const std::filesystem::path& file, std::string_view content);
 
-/// A folder that one program at a time writes its files into: two runs would mix theirs. Leaves nothing behind, however
-/// the program ends.
+/// Lock of an output folder, so that two runs do not mix their files. It ends with the process, even when that is
+/// killed.
 class FolderLock {
  public:
-  /// Of no folder.
+  /// Locks nothing.
   FolderLock() = default;
-  /// Error: another program has it (kFolderBusy). Where the file system knows no locks everybody gets one.
+  /// Locks `folder`. Error: another process has it (kFolderBusy). Always succeeds on file systems without locks.
   [[nodiscard]] static Result<FolderLock> take(const std::filesystem::path& folder);
 
  private:

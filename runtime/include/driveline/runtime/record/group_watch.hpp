@@ -8,14 +8,14 @@
 
 namespace driveline::runtime {
 
-/// Looks after the groups of the process image while the cycle runs: tells when outputs were zeroed, and lets the group
-/// drive them again as soon as its process data are whole.
+/// Watches the groups of the process image while the cycle runs: reports when the outputs of a group were zeroed, and
+/// enables them again as soon as its process data are complete.
 class GroupWatch {
  public:
   /// `config` must outlive the watch.
   explicit GroupWatch(const ProcessDataConfig& config);
 
-  /// To be called every few milliseconds. A sentence for each thing that happened.
+  /// To be called every few milliseconds. Returns a sentence for each change.
   [[nodiscard]] std::vector<std::string> poll(ecat_master::CyclicCore& core);
   /// How often the outputs of a group were zeroed so far.
   [[nodiscard]] std::uint64_t zeroings(std::size_t group) const noexcept {

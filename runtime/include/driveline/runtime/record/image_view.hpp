@@ -10,18 +10,18 @@
 
 namespace driveline::runtime {
 
-/// How a group of the process image is laid out, and how it did while the cycle ran.
+/// Layout of a group of the process image, and its counters.
 struct GroupView {
   std::string name;
   ecat_master::GroupSettings settings;
   std::size_t slaves = 0;
   std::size_t datagrams = 0;
-  std::vector<std::size_t> frames;  ///< by number
+  std::vector<std::size_t> frames;  ///< numbers of its frames
   unsigned working_counter = 0;     ///< expected
   std::uint64_t exchanges = 0;
   std::uint64_t lost_frames = 0;
   std::uint64_t wkc_errors = 0;
-  std::uint32_t longest_bad = 0;  ///< exchanges in a row that were not whole
+  std::uint32_t longest_bad = 0;  ///< most incomplete exchanges in a row
   std::uint64_t zeroings = 0;     ///< how often the outputs were zeroed
 };
 

@@ -10,7 +10,7 @@
 
 namespace driveline::runtime {
 
-/// An input of the process image as it was when somebody looked.
+/// An input of the process image and its value when it was read.
 struct InputValue {
   std::string name;  ///< "slave2.Status word", as ProcessVariables::full_name() has it
   std::uint16_t index = 0;
@@ -19,7 +19,7 @@ struct InputValue {
   std::optional<std::uint64_t> value;  ///< none: more than 64 bits
 };
 
-/// All inputs of `variables` out of `inputs`, the inputs of the process image. Nobody may write to those meanwhile.
+/// All inputs of `variables`, out of the input bytes of the process image, which must not change meanwhile.
 [[nodiscard]] std::vector<InputValue> read_inputs(const ecat_master::ProcessVariables& variables,
                                                   std::span<const std::byte> inputs);
 

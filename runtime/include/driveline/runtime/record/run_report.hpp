@@ -11,6 +11,7 @@
 #include "driveline/port/redundant_port.hpp"
 #include "driveline/runtime/record/image_view.hpp"
 #include "driveline/runtime/record/input_values.hpp"
+#include "driveline/runtime/setup/task.hpp"
 
 namespace driveline::runtime {
 
@@ -20,7 +21,7 @@ struct AxisReport {
   std::size_t slave = 0;
   double following_error_max = 0.0;  ///< drive increments
   double following_error_rms = 0.0;  ///< drive increments
-  std::string unit;                  ///< in which people read the axis: "mm"
+  std::string unit;                  ///< unit of the axis in text and files: "mm"
   double increments_per_unit = 1.0;
   std::uint64_t unavailable_cycles = 0;  ///< in operation, without valid process data or not in OP
   /// What the drive itself reports of its following error (60F4h).
@@ -31,12 +32,13 @@ struct AxisReport {
   std::optional<Reported> by_drive{};  ///< none: it is not mapped
 };
 
-/// How the clocks of the line did.
+/// Figures of the clocks of the line.
 struct ClockReport {
   bool locked = false;         ///< the cycle to the reference clock, at the end
-  rt::Histogram differences;   ///< of all slaves against the reference clock, magnitudes as their registers tell
+  rt::Histogram differences;   ///< of all slaves against the reference clock, magnitudes from their registers
   rt::Histogram phase_errors;  ///< of the frames at the reference clock against the planned phase, while locked
-  /// Time from the outputs to SYNC0 as the slaves themselves have measured it; those that do not are left out.
+  /// Time from the arrival of the outputs to SYNC0 as a slave has measured it; slaves that do not measure it are left
+  /// out.
   struct Margin {
     std::string slave;
     ecat_master::dc::SyncMarginReport report;
@@ -44,30 +46,31 @@ struct ClockReport {
   std::vector<Margin> margins;
 };
 
-/// How a ring did, since the start.
+/// Counters of a ring since the start.
 struct RingReport {
   port::RingStatus status;
   std::uint64_t merged = 0;       ///< answers put together of two halves
   std::uint64_t halves = 0;       ///< halves that stayed alone
-  std::uint64_t late_halves = 0;  ///< of these, those that were waited for in vain
+  std::uint64_t late_halves = 0;  ///< those of them whose other half was waited for in vain
 };
 
-/// Everything there is to tell at the end of a run.
+/// Results of a run.
 struct RunReport {
   std::string line;
-  std::string state;  ///< state of the line when the run was over: "OP", or what it had come to
+  std::string state;  ///< state of the line at the end of the operation: "OP", or the lower state it had fallen to
   std::vector<AxisReport> axes;
-  bool increments = false;  ///< in text and pictures, beside what is in the units of the axes
+  bool increments = false;  ///< text and plots show drive increments beside the units of the axes
   std::chrono::nanoseconds period{};
   double duration_s = 0.0;  ///< in operation
   ecat_master::CycleStatistics statistics;
-  /// The line is simulated in this process: frames are under way for as long as its model says, and nobody measures.
+  /// The round trip was not measured: the line is simulated in this process and its model gives the times.
   bool round_trip_modelled = false;
   double longest_absence_at_s = 0.0;      ///< when the longest absence of the master began, in operation
   std::chrono::nanoseconds path_late{0};  ///< by how much the path was late at the end
   std::optional<ImageView> process_data;  ///< none: the line was not configured
   std::optional<ClockReport> clocks;      ///< none: the drives ran free
   std::optional<RingReport> ring;         ///< none: the line has one end
+  std::vector<TaskReport> tasks;          ///< of the application, in the order in which they were added
   std::vector<std::string> faults;        ///< a sentence each, oldest first
   std::string failure;                    ///< the fault that the run failed by; empty: it did what it was to do
   std::vector<std::string> events;        ///< what happened to line and axes, with the time in operation
@@ -76,7 +79,7 @@ struct RunReport {
   /// Of a line without axes, at its end; what is there to see of it.
   std::vector<InputValue> inputs;
 
-  /// Something has gone wrong behind the run, too: what could not be written, say.
+  /// Adds a failure after the operation, such as a file that could not be written.
   void note_failure(const std::string& sentence) {
     faults.push_back(sentence);
     if (failure.empty()) failure = sentence;

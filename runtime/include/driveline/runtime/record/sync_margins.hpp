@@ -8,7 +8,7 @@
 
 namespace driveline::runtime {
 
-/// What one slave says of the outputs' punctuality.
+/// How long before SYNC0 the outputs reached one slave.
 struct SlaveMargin {
   std::size_t slave = 0;
   ecat_master::dc::SyncMarginReport report;

@@ -15,76 +15,77 @@
 
 namespace driveline::runtime {
 
-/// A change of a slave's AL state, as the server's owner hears of it.
+/// A change of a slave's AL state, for the owner of the server.
 struct StateChange {
   std::uint16_t slave = 0;
   wire::AlStatus status;
   wire::AlStatusCode code = wire::AlStatusCode::kNoError;
 };
 
-/// What the server is asked to do with the line, and what became of it.
+/// A command to the server, and its result.
 struct LineOrder {
-  /// What is to be done: begin or heal a fault, heal all, set or read a signal of a device.
+  /// Begin or heal a fault, heal all, set or read a signal of a device.
   enum class Verb : std::uint8_t { kBegin, kHeal, kHealAll, kSetSignal, kReadSignal };
   Verb verb = Verb::kBegin;
   slaves::Fault fault{};  ///< kBegin, kHeal
-  bool done = false;      ///< of an answer: it was possible
-  /// \name kSetSignal, kReadSignal: a signal that the device has, a value that it takes
+  bool done = false;      ///< of an answer: the command was carried out
+  /// \name kSetSignal, kReadSignal: slave, signal and value
   /// @{
   std::uint16_t slave = 0;
   slaves::SignalPlace signal{};
-  double value = 0.0;  ///< to be set, or as it was read
+  double value = 0.0;  ///< value to set, or the value read
   /// @}
 };
 
-/// Serves a simulated line on one or two ports: every frame that comes in passes the slaves and goes back where the
-/// wiring leads it. What the slaves themselves have to do comes right after: they live at most 90 us behind the clock,
-/// like a drive's firmware, and a frame is answered at once. Runs in a real-time thread.
+/// Serves a simulated line on one or two ports: every frame that comes in passes the slaves and leaves at the port that
+/// the wiring leads to. A frame is answered at once; the slaves' firmware is simulated afterwards, at most 90 us behind
+/// the clock. Runs in a real-time thread.
 class LineServer final : public rt::RealtimeTask {
  public:
   using Nanoseconds = std::chrono::nanoseconds;
 
-  /// How it waits for frames.
+  /// How the server waits for frames.
   struct Settings {
-    /// Look for frames without sleeping while a master cycles, but for an eighth of its cycle.
+    /// While a master cycles, poll for frames without sleeping except for an eighth of its cycle.
     bool busy_poll = false;
     /// Waits for a frame at any of the ports, or the deadline; empty: at the first port.
     std::function<void(Nanoseconds deadline)> wait;
   };
 
-  /// `secondary` is the far end of the line, may be null. All must live as long as the server.
+  /// `secondary` is the far end of the line and may be null. All must outlive the server.
   LineServer(slaves::Line& line, port::Port& primary, port::Port* secondary, rt::Clock& clock, Settings settings);
   /// On one port, with the default settings.
   LineServer(slaves::Line& line, port::Port& port, rt::Clock& clock) : LineServer(line, port, nullptr, clock, {}) {}
 
   void run(std::stop_token stop) noexcept override;
-  /// One turn of run(): what has come in is served, what is due is done; returns when to look again at the latest.
+  /// One turn of run(): answers the frames that have come in and does the work that is due; returns the latest time for
+  /// the next turn.
   /// \rtsafe as far as the slaves' mailboxes are.
   Nanoseconds turn() noexcept;
 
   // Any thread.
   /// Frames that were answered.
   [[nodiscard]] std::uint64_t frames() const noexcept { return frames_.load(std::memory_order_relaxed); }
-  /// Answers that the port did not take, or that found no place to wait in.
+  /// Answers that the port refused, or that a fault delays while the queue of delayed answers is full.
   [[nodiscard]] std::uint64_t send_failures() const noexcept { return send_failures_.load(std::memory_order_relaxed); }
 
   // One thread, the owner's.
-  /// The next change of state that has not been told yet.
+  /// Takes the next change of state; false: there is none.
   [[nodiscard]] bool next_change(StateChange& change) noexcept { return changes_.try_pop(change); }
-  /// False when too many orders wait already.
+  /// Queues a command; false when the queue is full.
   [[nodiscard]] bool order(const LineOrder& order) noexcept { return orders_.try_push(order); }
-  /// What became of the oldest order that was not told yet.
+  /// Takes the next answer to a command; false: there is none.
   [[nodiscard]] bool next_answer(LineOrder& answer) noexcept { return answers_.try_pop(answer); }
-  /// Asks for the turn-around times since the last window; take_window() has them a moment later.
+  /// Requests the turn-around times since the last window, which take_window() returns a moment later.
   void request_window() noexcept;
-  /// False: request_window() has not been followed yet.
+  /// False: the window that request_window() asked for is not ready yet.
   [[nodiscard]] bool take_window(rt::Histogram& window) noexcept;
-  /// Receive to send of all frames but those that a fault has delayed; only while the server does not run.
+  /// Turn-around times of all frames except those delayed by a fault; only while the server does not run.
   [[nodiscard]] rt::Histogram turn_around() const noexcept;
 
  private:
   enum class Window : std::uint8_t { kNone, kWanted, kReady };
-  /// A reply that a fault keeps back, and those behind it.
+  /// An answer that is delayed by a fault, or that waits behind one.
   struct Held {
     std::array<std::byte, port::kMaxFrameBytes> bytes;
     std::size_t length = 0;
@@ -115,7 +116,7 @@ class LineServer final : public rt::RealtimeTask {
   std::vector<wire::AlStatus> states_;
   Nanoseconds next_housekeeping_{0};
 
-  // The slaves' own life, a few slaves at a time, so that frames do not wait for all of them.
+  // The slaves' firmware is advanced a few slaves at a time, so that frames do not wait for all of them.
   std::size_t next_slave_ = 0;  ///< 0: the round is complete
   Nanoseconds next_round_{0};
   bool round_wanted_ = false;

@@ -21,17 +21,17 @@ namespace driveline::runtime {
 /// Plans for the master: identities, start-up SDOs and PDOs of the configured slaves.
 [[nodiscard]] std::vector<ecat_master::SlavePlan> make_slave_plans(const LineConfig& config);
 
-/// Cycles between a position setpoint of `axis` and the actual position that belongs to it, by what is known of its
-/// drive, group and clock. After Master::configure().
+/// Cycles between a position setpoint of `axis` and the actual position that belongs to it, calculated from its drive,
+/// group and clock. After Master::configure().
 [[nodiscard]] double setpoint_delay(const LineConfig& config, const ecat_master::AxisConfig& axis,
                                     const ecat_master::Master& master);
 
-/// A line without a description: `found` as it would be described, named slave0 and on, each with the process data that
-/// it has assigned by itself.
+/// Configuration of a line without a description: the slaves of `found`, named slave0, slave1 and so on, each with the
+/// process data that it has assigned by itself.
 [[nodiscard]] std::vector<SlaveConfig> describe_found(std::span<const ecat_master::ConfiguredSlave> found);
 
-/// Number of the [[slave]] for each slave of the line. A line that is not as described is refused later; until then the
-/// order of the file counts.
+/// Number of the [[slave]] table for each slave of the line. Where the line differs from its description, which is
+/// refused later, the order of the file counts.
 [[nodiscard]] std::vector<std::optional<std::size_t>> tables_of(const LineConfig& config,
                                                                 std::span<const ecat_master::ConfiguredSlave> slaves);
 

@@ -7,11 +7,11 @@
 
 namespace driveline::runtime {
 
-/// What is wrong with the slaves that were found, whatever a description says: told as progress.
+/// Reports problems of the slaves that do not depend on a description as progress.
 void tell_problems(const ecat_master::Master& master, Observer& observer);
 
-/// Master::configure() by the description, or with whatever is there when `config` is null. Error: the first reason,
-/// with what the slaves say of it; how the line differs from its description is told as progress.
+/// Master::configure() by the description, or for the slaves as found when `config` is null. Error: the first reason,
+/// with the slaves' diagnosis; differences between line and description are reported as progress.
 [[nodiscard]] Result<void> configure_line(ecat_master::Master& master, const LineConfig* config, Observer& observer);
 
 }  // namespace driveline::runtime

@@ -13,23 +13,23 @@ namespace driveline::runtime {
 /// Layout and groups of the process image, and the descriptions out of [bus] esi.
 [[nodiscard]] ecat_master::Master::Settings master_settings(const LineConfig& config);
 
-/// After Master::scan(): whether the ESI files of the slaves (their own, or out of [bus] esi) allow the PDOs that are
-/// planned: those of an axis, [[slave.pdo]], else those that the file assigns. Failure: the first rule that is broken.
+/// After Master::scan(): checks the planned PDOs (those of an axis, [[slave.pdo]], else those that the file assigns)
+/// against the ESI files of the slaves (their own, or from [bus] esi). Error: the first rule that is broken.
 [[nodiscard]] Result<void> check_planned_pdos(const LineConfig& config,
                                               std::span<const ecat_master::ConfiguredSlave> slaves);
 
-/// After Master::configure(): whether the process data of every axis have what its mode needs, also of those whose PDOs
-/// are the slave's own. Failure (status 2): what is missing.
+/// After Master::configure(): checks that the process data of every axis contain the objects that its mode needs, also
+/// where the PDOs are the slave's own. Error: the missing objects.
 [[nodiscard]] Result<void> check_axis_objects(const LineConfig& config, const ecat_master::Master& master);
 
-/// The process data of a configured line by the names of the file, and what is copied in every cycle.
+/// The process data of a configured line with the names of the file, and the copies of every cycle.
 struct NamedProcessData {
   ecat_master::ProcessVariables variables;
   std::vector<ecat_master::ProcessDataCopy> copies;
 };
 
-/// After Master::configure(). Failure (status 2) with file and line: a name that nothing is called, a copy between
-/// entries that do not fit, onto an entry that an axis or another copy writes.
+/// After Master::configure(). Error with file and line: an unknown name, a copy between entries of different size, or
+/// onto an entry that an axis or another copy writes.
 [[nodiscard]] Result<NamedProcessData> name_process_data(const LineConfig& config, const ecat_master::Master& master);
 
 }  // namespace driveline::runtime

@@ -17,7 +17,7 @@
 
 namespace driveline::runtime {
 
-/// Which bus is talked to.
+/// The bus to open.
 struct BusOptions {
   std::string config;      ///< line description; may be empty when `interface` is given
   std::string interface;   ///< replaces the simulated line of the file
@@ -25,20 +25,20 @@ struct BusOptions {
   bool virtual_time = false;
 };
 
-/// Takes the locks of `interfaces`. Error: another process has one of them and this `would` harm it (kInterfaceBusy);
-/// with `force` it does without that one.
+/// Takes the locks of `interfaces`. Error: another process has one of them (kInterfaceBusy); `would` says in the
+/// sentence what this process was about to do. With `force` a lock that is taken is left out.
 [[nodiscard]] Result<std::vector<port::InterfaceLock>> take_locks(std::span<const std::string> interfaces, bool force,
                                                                   std::string_view would);
 
-/// A bus that can be worked on: clock, port and what is behind them.
+/// An open bus: clock, port, and the simulated line or interface behind the port.
 class Session {
  public:
-  /// Changes and checks a configuration that has been read, before anything is opened.
+  /// Changes or refuses a configuration that has been read, before anything is opened.
   using Adjust = std::function<Result<void>(LineConfig&)>;
 
-  /// Reads the configuration, opens the interface or builds the simulated line, and the capture when one is asked for.
+  /// Reads the configuration, opens the interface or builds the simulated line, and the capture if it is configured.
   [[nodiscard]] static Result<std::unique_ptr<Session>> open(const BusOptions& options, const Adjust& adjust = {});
-  /// The same for a configuration that is at hand; BusOptions::config is not looked at.
+  /// The same for a configuration in memory; BusOptions::config is ignored.
   [[nodiscard]] static Result<std::unique_ptr<Session>> open(LineConfig config, const BusOptions& options,
                                                              const Adjust& adjust = {});
 
@@ -47,33 +47,33 @@ class Session {
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
-  /// Says to others of this program that the line on its interfaces has a master now, for as long as the session lives.
-  /// `would`: what this one is about to do to a line. Failure: another process has said so before; not with `force`.
-  /// Does nothing for a line in this process.
+  /// Tells other processes of this program that the line on these interfaces has a master, as long as the session
+  /// lives. `would`: what this process is about to do to the line, for the sentence of the error. Error: another
+  /// process has claimed the line before; not with `force`. Does nothing for a line in this process.
   [[nodiscard]] Result<void> claim(bool force, std::string_view would);
-  /// Another process of this program has the line.
+  /// Whether another process of this program has claimed the line.
   [[nodiscard]] bool claimed_by_another() const;
 
-  /// As it was read, with the options applied.
+  /// The configuration with the options applied.
   [[nodiscard]] const LineConfig& config() const noexcept { return config_; }
-  /// There is a line description.
+  /// Whether there is a line description.
   [[nodiscard]] bool has_config() const noexcept { return has_config_; }
-  /// Of a line without a description: the slaves that have been found take the place of those in a file.
+  /// For a line without a description: uses the slaves that were found in place of those of a file.
   void use_found_slaves(std::vector<SlaveConfig> slaves) { config_.slaves = std::move(slaves); }
-  /// Of the bus: monotonic, or virtual.
+  /// Clock of the bus: monotonic, or virtual.
   [[nodiscard]] rt::Clock& clock() noexcept { return *clock_; }
-  /// Where frames go, through the capture if there is one.
+  /// The port of the bus, behind the capture if there is one.
   [[nodiscard]] port::Port& port() noexcept { return capture_ ? static_cast<port::Port&>(*capture_) : *wire_; }
   /// The two ends of a ring; null: the line has one end.
   [[nodiscard]] port::RedundantPort* ring() const noexcept { return ring_.get(); }
-  /// Time passes as the master lets it.
+  /// Whether the bus runs on virtual time.
   [[nodiscard]] bool virtual_time() const noexcept { return virtual_time_; }
-  /// What has become of a capture.
+  /// Result of a capture.
   struct Capture {
     std::optional<std::filesystem::path> file;  ///< none: no capture, or no frames
     std::uint64_t dropped = 0;                  ///< frames that are missing in it
   };
-  /// Finishes the capture, when there is one. Only when nothing uses the port any more.
+  /// Finishes the capture, if there is one, once nothing uses the port any more.
   [[nodiscard]] Result<Capture> close_capture();
 
  private:
@@ -81,7 +81,7 @@ class Session {
   [[nodiscard]] Result<void> take_options(const BusOptions& options, const Adjust& adjust);
   [[nodiscard]] Result<void> open_bus();
   [[nodiscard]] Result<void> open_interfaces();
-  /// Failure: no frame would leave, over none of the interfaces.
+  /// Error: none of the interfaces has a link.
   [[nodiscard]] Result<void> must_have_link() const;
   void join_ends(port::Port& primary, port::Port& secondary);
 

@@ -7,14 +7,14 @@
 
 namespace driveline::slaves {
 
-/// What homing sees in one control cycle. Positions in encoder increments, counted upwards in the positive direction
-/// of the axis.
+/// Inputs of homing in one control cycle. Positions in encoder increments, counted upwards in the positive direction of
+/// the axis.
 struct HomingInputs {
   bool negative_limit = false;              ///< limit switch at the negative end, active
   bool positive_limit = false;              ///< limit switch at the positive end, active
   bool home_switch = false;                 ///< home switch (cam), active
-  std::int64_t position = 0;                ///< where the axis is
-  std::optional<std::int64_t> index_pulse;  ///< where the pulse was passed in this cycle
+  std::int64_t position = 0;                ///< present position
+  std::optional<std::int64_t> index_pulse;  ///< position of the pulse, if it was passed in this cycle
   int travel = 0;                           ///< direction the axis really moves in: -1, 0, 1
   bool standstill = false;                  ///< the demand is zero and the axis stands
 };
@@ -28,33 +28,33 @@ struct HomingInputs {
 /// the switch edge on. Where the home position is found, the axis stops; it does not return to it (ours).
 class HomingSequence {
  public:
-  /// How far it is.
+  /// State of the homing.
   enum class State : std::uint8_t {
     kIdle,         ///< nothing was started
-    kSearching,    ///< on the way to the home position
-    kStopping,     ///< it is found, the axis brakes
-    kAttained,     ///< it is found, the axis stands
-    kInterrupted,  ///< given up by interrupt()
-    kFailed,       ///< given up, failure() tells why
+    kSearching,    ///< moving towards the home position
+    kStopping,     ///< home position found, the axis brakes
+    kAttained,     ///< home position found, the axis stands
+    kInterrupted,  ///< ended by interrupt()
+    kFailed,       ///< failed, failure() is the cause
   };
-  /// What ended the search.
+  /// Cause of a failure.
   enum class Failure : std::uint8_t {
-    kNone,         ///< nothing, or the method is not supported
+    kNone,         ///< no failure, or the method is not supported
     kLimitSwitch,  ///< a limit switch stopped the axis where the method does not turn round
     kTimeOut,      ///< it took longer than step() allows
   };
-  /// What the axis is to do: run in this direction (0: stand still).
+  /// Movement that homing demands: run in this direction (0: stand still).
   struct Demand {
     int direction = 0;  ///< -1, 0 or 1
     bool slow = false;  ///< with the slow speed (6099h:02), else with the fast one (6099h:01)
   };
 
-  /// The number is one of those above. \rtsafe
+  /// Whether the method is one of those above. \rtsafe
   [[nodiscard]] static bool supported(std::int8_t method) noexcept;
 
-  /// Begins; anything found before is forgotten. Fails at once with a method that is not supported. \rtsafe
+  /// Starts; an earlier result is discarded. Fails at once with a method that is not supported. \rtsafe
   void start(std::int8_t method, const HomingInputs& inputs) noexcept;
-  /// Stops the axis and gives up; no effect unless homing runs. \rtsafe
+  /// Stops the axis and ends homing; no effect unless it runs. \rtsafe
   void interrupt() noexcept;
   /// Forgets everything. \rtsafe
   void reset() noexcept { *this = HomingSequence{}; }
@@ -63,11 +63,11 @@ class HomingSequence {
 
   /// \rtsafe
   [[nodiscard]] State state() const noexcept { return state_; }
-  /// Means something in State::kFailed. \rtsafe
+  /// Valid in State::kFailed. \rtsafe
   [[nodiscard]] Failure failure() const noexcept { return failure_; }
-  /// Begun, and neither attained nor given up. \rtsafe
+  /// Whether homing runs: started, and neither attained nor ended. \rtsafe
   [[nodiscard]] bool running() const noexcept { return state_ == State::kSearching || state_ == State::kStopping; }
-  /// What the axis has to do now; standing still in every state but kSearching. \rtsafe
+  /// The present demand: standing still in every state but kSearching. \rtsafe
   [[nodiscard]] Demand demand() const noexcept;
   /// The home position, once it is found. \rtsafe
   [[nodiscard]] std::optional<std::int64_t> home() const noexcept { return home_; }

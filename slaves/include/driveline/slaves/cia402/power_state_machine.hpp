@@ -42,7 +42,7 @@ enum class PowerState : std::uint8_t {
   return 0;
 }
 
-/// What the motor has to do.
+/// Command for the motor.
 enum class MotionCommand : std::uint8_t {
   kOff,            ///< power stage off, the motor coasts
   kFollow,         ///< follow the setpoints of the mode of operation
@@ -60,15 +60,15 @@ struct OptionCodes {
   std::chrono::nanoseconds external_reaction_time{0};  ///< P 154, for fault reactions -2 and -1
 };
 
-/// The CiA 402 state machine with its sixteen transitions. It decides about state and motion; the drive carries the
-/// motion out and reports standstill.
+/// The CiA 402 state machine with its sixteen transitions. It determines state and motion command; the drive executes
+/// the command and reports standstill.
 ///
 /// Decisions where MSD manual contradicts itself: transition 12 happens by itself for quick stop codes 0-4 and not
 /// for 5-8 (10.2 against 10.1.3); 06h -> 0Fh runs through Switched on into Operation enabled; bit 4 of the status
 /// word is the DC link in every state.
 class PowerStateMachine {
  public:
-  /// What the drive itself says about a transition.
+  /// Conditions of the drive for transitions.
   struct Conditions {
     std::uint16_t control_word = 0;  ///< 6040h
     bool power_ready = false;        ///< ENPO, ISDSH and the DC link are there
@@ -84,15 +84,15 @@ class PowerStateMachine {
   /// Transition 15; false when the drive is not in Fault. \rtsafe
   bool acknowledge() noexcept;
 
-  /// What bits 0-3, 5 and 6 of the status word show: status_bits(). \rtsafe
+  /// The state; status_bits() converts it to bits 0-3, 5 and 6 of the status word. \rtsafe
   [[nodiscard]] PowerState state() const noexcept { return state_; }
-  /// What the drive has to do with the motor until the next step(). \rtsafe
+  /// Command for the motor until the next step(). \rtsafe
   [[nodiscard]] MotionCommand motion() const noexcept { return motion_; }
-  /// The motor is under control.
+  /// Whether the motor is under control.
   [[nodiscard]] bool power_on() const noexcept { return motion_ != MotionCommand::kOff; }
   /// The controlled stop in progress ends with the power stage off. \rtsafe
   [[nodiscard]] bool powers_off_at_standstill(const OptionCodes& options) const noexcept;
-  /// A quick stop that stays (codes 5-8) has come to its end.
+  /// Whether a quick stop that stays in its state (codes 5-8) has ended.
   [[nodiscard]] bool quick_stop_finished() const noexcept { return quick_stop_finished_; }
 
  private:

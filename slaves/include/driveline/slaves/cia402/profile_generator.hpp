@@ -16,8 +16,8 @@ struct ProfileLimits {
   friend bool operator==(const ProfileLimits&, const ProfileLimits&) = default;
 };
 
-/// Where a movement is, in the caller's unit of position (the drive: increments or revolutions) and its derivatives by
-/// seconds.
+/// State of a movement in the caller's unit of position (the drive: increments or revolutions) and its time
+/// derivatives.
 struct ProfileState {
   double position = 0.0;      ///< in units
   double velocity = 0.0;      ///< in units/s
@@ -32,8 +32,8 @@ struct ProfileState {
 /// that has to turn round passes standstill without acceleration.
 class ProfileGenerator {
  public:
-  /// Stands or goes on from `state` without a movement; one that begins before the next step() takes its acceleration
-  /// over. \rtsafe
+  /// Sets the state without a movement; a movement that begins before the next step() takes over its acceleration.
+  /// \rtsafe
   void reset(const ProfileState& state) noexcept;
   /// To `position` and standstill there. \rtsafe
   void move_to(double position, const ProfileLimits& limits) noexcept;
@@ -42,7 +42,7 @@ class ProfileGenerator {
   /// \rtsafe
   void step(double step_s) noexcept;
 
-  /// Where the movement is after the last step(). \rtsafe
+  /// State after the last step(). \rtsafe
   [[nodiscard]] const ProfileState& state() const noexcept { return state_; }
   /// The movement has come to its end: standing on the target, or running at the speed. \rtsafe
   [[nodiscard]] bool finished() const noexcept { return current_ == count_; }
@@ -65,7 +65,7 @@ class ProfileGenerator {
   double elapsed_s_ = 0.0;  ///< in the current phase
   ProfileState base_;       ///< at the beginning of the current phase
   ProfileState state_;
-  ProfileState target_;  ///< what the movement ends with; the position only counts if it ends at one
+  ProfileState target_;  ///< state at the end; the position only counts for move_to()
   bool ends_at_position_ = false;
 };
 

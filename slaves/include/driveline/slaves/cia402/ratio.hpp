@@ -38,7 +38,7 @@ class Ratio {
   std::int64_t short_way_ = INT64_MAX - 1;  ///< up to here 64 bits are enough for the product
 };
 
-/// The range in which an axis counts (607Bh), and the ways round a table (60F2h).
+/// The range in which an axis counts (607Bh), and the directions in which a rotary table may turn (60F2h).
 class PositionRange {
  public:
   /// Ways to an absolute target, numbers as in bits 7 and 6 of 60F2h (MSD manual Table 14.8).
@@ -49,12 +49,12 @@ class PositionRange {
   /// From `minimum` to `maximum` and then on with `minimum`; the 32-bit range unless minimum < maximum. \rtsafe
   PositionRange(std::int32_t minimum, std::int32_t maximum) noexcept;
 
-  /// The axis counts in less than all 32 bits, so that wrap() is not a plain cut. \rtsafe
+  /// Whether the range is smaller than 32 bits, so that wrap() is more than a truncation. \rtsafe
   [[nodiscard]] bool limited() const noexcept { return size_ != kFullSize; }
   /// The position as it is shown. \rtsafe
   [[nodiscard]] std::int32_t wrap(std::int64_t position) const noexcept;
-  /// Where to go from `position` (not wrapped) to reach the shown position `target`. Of two ways of the same length the
-  /// shortest way takes the positive one. \rtsafe
+  /// The unwrapped position to move to from `position` (not wrapped) to reach the shown position `target`. Of two ways
+  /// of the same length the shortest way takes the positive one. \rtsafe
   [[nodiscard]] std::int64_t destination(std::int64_t position, std::int32_t target,
                                          Direction direction) const noexcept;
 

@@ -6,7 +6,7 @@
 namespace driveline::slaves {
 
 /// The handshake of the profile position mode between control word bits 4, 5, 6 and status word bit 12 (MSD manual
-/// 12.2.1): the setpoint in work and one more that waits for its end.
+/// 12.2.1): the active setpoint and one more that waits for its end.
 class SetpointHandshake {
  public:
   /// One position to go to, as control word and 607Ah gave it when bit 4 rose.
@@ -23,7 +23,7 @@ class SetpointHandshake {
 
   /// Status word bit 12. \rtsafe
   [[nodiscard]] bool acknowledged() const noexcept { return acknowledged_; }
-  /// A setpoint is in work or waits. \rtsafe
+  /// Whether a setpoint is active or waits. \rtsafe
   [[nodiscard]] bool busy() const noexcept { return active_ || waiting_.has_value(); }
 
  private:

@@ -24,8 +24,8 @@ inline constexpr std::uint16_t kHalt = 0x0100;               ///< stops the axis
 /// Bits of the CiA 402 status word 6041h (IEC 61800-7-201, MSD manual 11.3); some belong to one mode each.
 namespace status_word {
 inline constexpr std::uint16_t kVoltageEnabled = 0x0010;       ///< the DC link has its voltage
-inline constexpr std::uint16_t kWarning = 0x0080;              ///< something is about to become a fault
-inline constexpr std::uint16_t kRemote = 0x0200;               ///< the control word counts
+inline constexpr std::uint16_t kWarning = 0x0080;              ///< a limit is nearly exceeded
+inline constexpr std::uint16_t kRemote = 0x0200;               ///< the control word of the bus is used
 inline constexpr std::uint16_t kTargetReached = 0x0400;        ///< as the mode defines it
 inline constexpr std::uint16_t kInternalLimit = 0x0800;        ///< a setpoint is cut at a limit of the drive
 inline constexpr std::uint16_t kTargetUsed = 0x1000;           ///< CSP, CSV, CST: setpoint is followed
@@ -40,7 +40,7 @@ inline constexpr std::uint16_t kStandstill = 0x4000;           ///< MSD: ROT_0
 inline constexpr std::uint16_t kAxisSynchronised = 0x8000;     ///< MSD
 }  // namespace status_word
 
-/// Modes of operation 6060h this product knows by name.
+/// Modes of operation 6060h.
 enum class OperationMode : std::int8_t {
   kNone = 0,
   kProfilePosition = 1,

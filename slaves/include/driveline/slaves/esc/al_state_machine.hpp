@@ -14,7 +14,7 @@ namespace driveline::slaves {
 struct AlOptions {
   std::chrono::nanoseconds transition_delay{0};  ///< from a request to its execution
   /// How long SAFEOP to OP waits for valid outputs. Shorter than the time-outs of the usual masters (2 s and up), so
-  /// that they see the reason.
+  /// that these get the AL status code.
   std::chrono::nanoseconds safeop_to_op_timeout = std::chrono::seconds{1};
   /// Explicit device identification, as a switch on the device sets it; 0: that of the device's profile.
   std::uint16_t device_id = 0;
@@ -39,7 +39,7 @@ class AlStateMachine {
   void reset() noexcept;
   /// Looks at what the master has written: AL control, sync manager activation.
   void handle_events(Nanoseconds now) noexcept;
-  /// When on_time() wants to be called next; kNever when nothing is pending.
+  /// Time of the next call of on_time(); kNever when nothing is pending.
   [[nodiscard]] Nanoseconds due() const noexcept {
     return std::min(pending_ ? pending_->due : kNever, synchronisation_.due());
   }
@@ -47,9 +47,9 @@ class AlStateMachine {
   void on_time(Nanoseconds now) noexcept;
   /// SYNC0 or SYNC1 came, at `time`.
   void on_sync(SyncSignal signal, Nanoseconds time) noexcept;
-  /// How punctual outputs have been at the SYNC pulses since OP was entered.
+  /// How long before the SYNC pulses outputs have arrived since OP was entered.
   [[nodiscard]] const SyncMargin& sync_margin() const noexcept { return synchronisation_.margin(); }
-  /// A regular step has passed: a transition that waits for outputs or for SYNC0 looks for them.
+  /// A regular step has passed: checks for outputs or SYNC0 where a transition waits for them.
   void on_step(Nanoseconds now) noexcept;
   /// The slave leaves its state by itself and reports why.
   void fall_back(wire::AlState to, wire::AlStatusCode reason) noexcept;

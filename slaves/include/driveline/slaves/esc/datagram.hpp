@@ -9,11 +9,11 @@ namespace driveline::slaves {
 
 /// A datagram on its way through the line: header fields taken out of the frame once, data still in it.
 struct Datagram {
-  wire::Command command = wire::Command::kNop;  ///< decides how `adp` and `ado` are meant
+  wire::Command command = wire::Command::kNop;  ///< decides the meaning of `adp` and `ado`
   std::uint16_t adp = 0;                        ///< position, station address, or low half of the logical address
   std::uint16_t ado = 0;                        ///< physical address, or high half of the logical address
   std::uint16_t irq = 0;                        ///< event field: every slave ORs its requests in
-  std::uint16_t working_counter = 0;            ///< every slave adds what it has done
+  std::uint16_t working_counter = 0;            ///< every slave adds its increments
   std::span<std::byte> data;                    ///< in the frame itself: changed in place
   std::uint16_t header_offset = 0;              ///< in its frame
 

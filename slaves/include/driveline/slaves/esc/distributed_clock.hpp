@@ -22,7 +22,7 @@ namespace driveline::slaves {
 /// drives from power-on and the time control loop speeds up or slows down; the copy of the system time derived from it;
 /// receive time stamps of the ports; SYNC signals; latch inputs.
 ///
-/// Times handed in and out are true times, on the line's clock; so tests know what no hardware can tell. \rtsafe
+/// Times handed in and out are true times on the line's clock, which tests can compare with the slave's own. \rtsafe
 /// throughout.
 class DistributedClock {
  public:
@@ -47,7 +47,7 @@ class DistributedClock {
   [[nodiscard]] Nanoseconds system_time(Nanoseconds now) const noexcept;
   /// When the local copy of the system time comes to `system_time`, as things are now; kNever when that is years away.
   [[nodiscard]] Nanoseconds true_time(std::uint64_t system_time) const noexcept;
-  /// For tests: what it really does.
+  /// The oscillator with its real frequency error, for tests.
   [[nodiscard]] const Oscillator& oscillator() const noexcept { return oscillator_; }
 
   /// \name Registers
@@ -85,7 +85,7 @@ class DistributedClock {
   std::optional<Pulse> take_pulse() noexcept;
   /// The application has seen the pulses (acknowledges AL event and status register).
   void acknowledge_sync() noexcept;
-  /// Pulses in front of `time` are left out: nobody was there to see them.
+  /// Skips the pulses before `time`, while the slave was off.
   void skip_pulses(Nanoseconds time) noexcept;
   /// The signals as registers and system time define them; its times are system times.
   [[nodiscard]] const SyncUnit& sync() const noexcept { return sync_; }

@@ -23,7 +23,7 @@
 
 namespace driveline::slaves {
 
-/// What a slave controller is built with.
+/// Properties of a slave controller.
 struct EscOptions {
   unsigned fmmu_count = 8;              ///< at most 16
   unsigned sync_manager_count = 8;      ///< at most 16
@@ -75,18 +75,18 @@ class Esc {
   /// \name The controller's own time
   /// @{
 
-  /// When on_time() wants to be called next; Nanoseconds::max() when nothing is pending.
+  /// Time of the next call of on_time(); Nanoseconds::max() when nothing is pending.
   [[nodiscard]] Nanoseconds due() const noexcept {
     return std::min({loops_revert_at_, watchdog_.expiry(), watchdog_.pdi_expiry()});
   }
-  /// Something falls due: watchdogs expire, temporary loop settings end.
+  /// Handles what is due: watchdogs expire, temporary loop settings end.
   void on_time(Nanoseconds now) noexcept;
   /// @}
 
   /// \name Ports
   /// @{
 
-  /// DL control bits 8 to 15: what the master wants the loop at `port` (0 to 3) to do.
+  /// DL control bits 8 to 15: setting of the loop at `port` (0 to 3).
   [[nodiscard]] wire::LoopControl loop_control(unsigned port) const noexcept;
   /// DL control was written since take_loop_control_change().
   [[nodiscard]] bool loop_control_changed() const noexcept { return loop_control_changed_; }
@@ -94,7 +94,7 @@ class Esc {
   [[nodiscard]] bool take_loop_control_change() noexcept;
   /// The state of a port has changed; updates DL status, counts a lost link.
   void set_port(unsigned port, const wire::DlStatus::Port& state) noexcept;
-  /// What DL status shows of port `number` (0 to 3).
+  /// State of port `number` (0 to 3) in DL status.
   [[nodiscard]] const wire::DlStatus::Port& port(unsigned number) const noexcept { return dl_status_.ports[number]; }
   /// @}
 
@@ -114,10 +114,10 @@ class Esc {
   };
   /// The AL control the master has written, once.
   [[nodiscard]] std::optional<AlRequest> take_al_request() noexcept;
-  /// Puts AL status and AL status code (0x0130, 0x0134) on show, raises the event, and sets the RUN and ERR indicators
-  /// to match.
+  /// Sets AL status and AL status code (0x0130, 0x0134), raises the event, and sets the RUN and ERR indicators to
+  /// match.
   void set_al_status(wire::AlStatus status, std::uint16_t code) noexcept;
-  /// As it is on show.
+  /// Register 0x0130.
   [[nodiscard]] wire::AlStatus al_status() const noexcept;
   /// AL status follows AL control without an application (ESC configuration bit 0, from the EEPROM).
   [[nodiscard]] bool device_emulation() const noexcept;
@@ -133,21 +133,21 @@ class Esc {
   [[nodiscard]] EventUnit& events() noexcept { return events_; }
   /// Also the application's way to process data and mailboxes.
   [[nodiscard]] SyncManagerUnit& sync_managers() noexcept { return sync_managers_; }
-  /// For looking only.
+  /// Sync managers, read only.
   [[nodiscard]] const SyncManagerUnit& sync_managers() const noexcept { return sync_managers_; }
   /// Logical mappings that are active.
   [[nodiscard]] const FmmuUnit& fmmus() const noexcept { return fmmus_; }
   /// Process data and PDI watchdog.
   [[nodiscard]] WatchdogUnit& watchdog() noexcept { return watchdog_; }
-  /// For looking only.
+  /// Watchdogs, read only.
   [[nodiscard]] const WatchdogUnit& watchdog() const noexcept { return watchdog_; }
   /// The EEPROM, also for faults.
   [[nodiscard]] SiiInterface& sii() noexcept { return sii_; }
-  /// For looking only.
+  /// EEPROM, read only.
   [[nodiscard]] const SiiInterface& sii() const noexcept { return sii_; }
   /// The DC unit; without one it is there and not present().
   [[nodiscard]] DistributedClock& clock() noexcept { return clock_; }
-  /// For looking only.
+  /// DC unit, read only.
   [[nodiscard]] const DistributedClock& clock() const noexcept { return clock_; }
 
  private:
@@ -188,7 +188,7 @@ class Esc {
   void show_error(bool error, bool new_error) noexcept;
 
   EscOptions options_;
-  // What every passing datagram needs, together.
+  // Members used for every datagram, next to each other.
   std::uint16_t station_address_ = 0;
   std::uint16_t station_alias_ = 0;
   bool alias_enabled_ = false;

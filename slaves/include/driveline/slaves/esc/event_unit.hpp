@@ -39,7 +39,7 @@ class EventUnit {
   void set_ecat(std::uint16_t bits, bool pending) noexcept {
     const auto old = memory_.get(wire::reg::kEcatEventRequest);
     const auto requests = static_cast<std::uint16_t>(pending ? old | bits : old & ~bits);
-    // The common case: every access to a sync manager buffer comes by here.
+    // The common case: every access to a sync manager buffer calls this.
     if (requests == old) return;
     memory_.set(wire::reg::kEcatEventRequest, requests);
     refresh();
@@ -57,14 +57,14 @@ class EventUnit {
 
   /// To be called when the event mask register was written.
   void refresh() noexcept { irq_ = memory_.get(wire::reg::kEcatEventRequest) & memory_.get(wire::reg::kEcatEventMask); }
-  /// What this slave ORs into the IRQ field of a datagram.
+  /// The bits that this slave ORs into the IRQ field of a datagram.
   [[nodiscard]] std::uint16_t irq() const noexcept { return irq_; }
 
-  /// Something happened that the slave's firmware must look at before its next regular step.
+  /// An event that the slave's firmware must handle before its next regular step.
   void call_firmware() noexcept { firmware_called_ = true; }
-  /// Since firmware_answered().
+  /// Whether call_firmware() was called since firmware_answered().
   [[nodiscard]] bool firmware_called() const noexcept { return firmware_called_; }
-  /// The slave's firmware is looking now.
+  /// The slave's firmware has handled the events.
   void firmware_answered() noexcept { firmware_called_ = false; }
 
  private:

@@ -22,8 +22,8 @@ struct LogicalMapping {
   }
 };
 
-/// The FMMUs of a slave controller (registers 0x0600-0x06FF, ETG.1000.4 6.5): which logical bits are which physical
-/// ones. All functions but the constructor are \rtsafe.
+/// The FMMUs of a slave controller (registers 0x0600-0x06FF, ETG.1000.4 6.5): the mapping of logical to physical bits.
+/// All functions but the constructor are \rtsafe.
 class FmmuUnit {
  public:
   /// Highest number of FMMUs; the registers have room for no more.

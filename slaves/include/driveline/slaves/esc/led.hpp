@@ -4,8 +4,8 @@
 
 #include "driveline/wire/al.hpp"
 
-/// What the RUN and ERR indicators show, as their override registers 0x0138 and 0x0139 code it (ESC data sheet II;
-/// which state looks how: ETG.1300 and ESC data sheet I, LED signals).
+/// Codes of the RUN and ERR indicators as in their override registers 0x0138 and 0x0139 (ESC data sheet II; codes by
+/// state: ETG.1300 and ESC data sheet I, LED signals).
 namespace driveline::slaves::led {
 
 inline constexpr std::uint8_t kOff = 0x00;          ///< dark
@@ -17,7 +17,7 @@ inline constexpr std::uint8_t kOn = 0x0F;           ///< lit
 /// The indicator shows what was written instead of what the controller would show.
 inline constexpr std::uint8_t kOverride = 0x10;
 
-/// What the RUN indicator shows in an AL state. \rtsafe
+/// Code of the RUN indicator in an AL state. \rtsafe
 [[nodiscard]] constexpr std::uint8_t run_code(wire::AlState state) noexcept {
   switch (state) {
     case wire::AlState::kPreOp:

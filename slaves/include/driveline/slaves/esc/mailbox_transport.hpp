@@ -25,7 +25,7 @@ class MailboxTransport {
 
   /// Forgets everything in flight.
   void reset() noexcept;
-  /// Moves what can be moved. To be called while the mailboxes are running.
+  /// Transfers mailboxes in both directions as far as possible. To be called while the mailboxes are running.
   void run();
   /// From now on; kNone ends it.
   void set_fault(Fault fault) noexcept { fault_ = fault; }

@@ -13,7 +13,7 @@
 namespace driveline::slaves {
 
 /// The physical address space of a slave controller: registers 0x0000-0x0FFF and process RAM behind them. Plain
-/// storage; what an access means is the business of the units. Bytes of reserved and write-only registers stay zero.
+/// storage; the units implement the effect of an access. Bytes of reserved and write-only registers stay zero.
 class EscMemory {
  public:
   /// `ram_kib` KiB of process RAM, at most 60 (the address space ends at 64 KiB).
@@ -30,7 +30,7 @@ class EscMemory {
   [[nodiscard]] std::span<std::byte> at(std::size_t address, std::size_t length) noexcept {
     return std::span(bytes_).subspan(address, length);
   }
-  /// See above; for looking only. \rtsafe
+  /// The same, read only. \rtsafe
   [[nodiscard]] std::span<const std::byte> at(std::size_t address, std::size_t length) const noexcept {
     return std::span(bytes_).subspan(address, length);
   }

@@ -21,7 +21,7 @@ class Oscillator {
   void power_on(Nanoseconds now) noexcept { origin_ = now; }
   /// Its count at a true time: that of the last step, a multiple of the period.
   [[nodiscard]] std::int64_t count(Nanoseconds now) const noexcept;
-  /// Counts beyond this either way, 36 years, are taken for it.
+  /// Counts are limited to this, 36 years, either way.
   static constexpr std::int64_t kReach = std::int64_t{1} << 60;
   /// The true time of the first step whose count is not below `count`, rounded up to whole nanoseconds.
   [[nodiscard]] Nanoseconds time_of(std::int64_t count) const noexcept;

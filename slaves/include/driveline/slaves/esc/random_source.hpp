@@ -7,7 +7,7 @@ namespace driveline::slaves {
 /// Random numbers from a seed, the same on every machine (SplitMix64, Steele et al. 2014). \rtsafe throughout.
 class RandomSource {
  public:
-  /// Equal seeds give equal numbers; every seed is good, 0 too.
+  /// Equal seeds give equal numbers; every seed is allowed, 0 too.
   constexpr explicit RandomSource(std::uint64_t seed) noexcept : state_(seed) {}
 
   /// 64 equally distributed bits.

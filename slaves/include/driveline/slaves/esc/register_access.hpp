@@ -7,8 +7,8 @@
 
 namespace driveline::slaves {
 
-/// Who accesses the memory of a slave controller.
-/// The master by datagrams, or the application by the process data interface.
+/// The side that accesses the memory of a slave controller. The master by datagrams, or the application by the process
+/// data interface.
 enum class Side : std::uint8_t { kEcat, kPdi };
 
 /// Which bits of each register byte a side may write, made from the register table; none in bytes of no register.
@@ -29,7 +29,7 @@ class RegisterAccessMap {
   }
   /// Precondition: `address` < 0x1000. \rtsafe
   [[nodiscard]] constexpr bool writable(std::size_t address) const noexcept { return writable_[address]; }
-  /// What a byte becomes when the side writes `value`: reserved bits stay zero. \rtsafe
+  /// The byte stored when the side writes `value`: reserved bits stay zero. \rtsafe
   [[nodiscard]] constexpr std::byte accepted(std::size_t address, std::byte value) const noexcept {
     return value & bits_[address];
   }
@@ -39,9 +39,9 @@ class RegisterAccessMap {
   std::array<bool, wire::kProcessRamStart> writable_{};
 };
 
-/// What datagrams may write.
+/// Access of datagrams.
 inline constexpr RegisterAccessMap kEcatAccess{Side::kEcat};
-/// What the application may write.
+/// Access of the application.
 inline constexpr RegisterAccessMap kPdiAccess{Side::kPdi};
 
 }  // namespace driveline::slaves

@@ -15,13 +15,13 @@ namespace driveline::slaves {
 
 /// Why the EEPROM content in a file could not be read or kept.
 struct SiiFileError {
-  /// What went wrong.
+  /// Kind of error.
   enum class Fault : std::uint8_t {
     kUnreadable,  ///< for the reason `cause`
     kUnwritable,  ///< for the reason `cause`; the file is as it was
-    kNoImage,     ///< it has `bytes`, and no EEPROM has
+    kNoImage,     ///< its length is `bytes`, which no EEPROM has
   };
-  Fault fault = Fault::kUnreadable;  ///< what went wrong
+  Fault fault = Fault::kUnreadable;  ///< kind of error
   std::filesystem::path file;        ///< as it was given
   std::error_code cause{};           ///< of the system
   std::uintmax_t bytes = 0;          ///< length of the file
@@ -31,8 +31,8 @@ struct SiiFileError {
 [[nodiscard]] std::string describe(const SiiFileError& error);
 
 /// Keeps the EEPROM content of an emulated slave in a file, so that what a master writes (alias, new image) is there at
-/// the next start. Raw binary, as EEPROM dumps are. For one slave, not for the real-time thread: save() is called now
-/// and then by a thread that may wait, and at the end.
+/// the next start. Raw binary, as EEPROM dumps are. For one slave, not for the real-time thread: save() is called
+/// regularly by a thread that may wait, and at the end.
 ///
 ///     SiiFile file("drive1.sii");
 ///     SlaveOptions options;
@@ -45,7 +45,7 @@ class SiiFile {
   /// Largest EEPROM a controller can address over its interface of 2 address bytes, in bytes.
   static constexpr std::size_t kMaxBytes = 128 * 1024;
 
-  /// Neither opens nor makes the file.
+  /// Does not open the file.
   explicit SiiFile(std::filesystem::path path) : path_(std::move(path)) {}
 
   /// As given to the constructor.

@@ -56,7 +56,7 @@ class SiiInterface {
   [[nodiscard]] Nanoseconds busy_time() const noexcept { return options_.busy_time; }
   /// From now on every command keeps the interface busy for `time`.
   void set_busy_time(Nanoseconds time) noexcept { options_.busy_time = time; }
-  /// Changes a byte of the content behind the back of everybody, e.g. to break the checksum before a power cycle.
+  /// Changes a byte of the content without a command, e.g. to break the checksum before a power cycle.
   void corrupt(std::size_t offset, std::byte value) noexcept {
     if (offset < image_.size()) image_[offset] = value;
   }

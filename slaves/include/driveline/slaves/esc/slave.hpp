@@ -23,10 +23,10 @@ struct SlaveOptions {
 
 /// A complete emulated slave: controller, state machine, mailbox transport and the device behind them.
 ///
-/// It lives in time, not in frames: advance() runs it up to a time, in steps of the device's process data period, with
-/// the watchdog expiring and delayed transitions happening at their own times in between. As soon as SYNC0 comes in
-/// SAFEOP or OP, process data change hands at SYNC0 instead. Not thread-safe; everything
-/// is called by the thread that drives the line.
+/// It is driven by time, not by frames: advance() runs it up to a time, in steps of the device's process data period,
+/// with the watchdog expiring and delayed transitions happening at their own times in between. As soon as SYNC0 comes
+/// in SAFEOP or OP, process data change hands at SYNC0 instead. Not thread-safe; everything is called by the thread
+/// that drives the line.
 class Slave {
  public:
   /// Times are on the line's clock.
@@ -49,14 +49,14 @@ class Slave {
   /// answers frames alone; AL control and mailboxes stay unanswered, the PDI watchdog expires. An application that
   /// wakes up after more than kBackgroundWatchdog in SAFEOP or OP reports its own background watchdog (0x002A).
   void stall(Nanoseconds now, Nanoseconds duration) noexcept;
-  /// Longest stall that goes unnoticed by the application.
+  /// Longest stall that the application does not report.
   static constexpr Nanoseconds kBackgroundWatchdog = std::chrono::milliseconds{100};
 
   /// The slave controller: registers, ports, EEPROM, clock.
   [[nodiscard]] Esc& esc() noexcept { return esc_; }
   /// For looking only.
   [[nodiscard]] const Esc& esc() const noexcept { return esc_; }
-  /// What was given to the constructor.
+  /// The device given to the constructor.
   [[nodiscard]] Device& device() noexcept { return *device_; }
   /// The state machine, also for its faults.
   [[nodiscard]] AlStateMachine& al() noexcept { return al_; }

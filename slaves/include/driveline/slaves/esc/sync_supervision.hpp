@@ -10,8 +10,8 @@
 
 namespace driveline::slaves {
 
-/// Watches over the synchronisation of a slave's application (ETG.1020, synchronisation and AL status codes): is what
-/// the master has set up what the application can do, do the SYNC pulses come and come evenly, are new outputs there
+/// Supervises the synchronisation of a slave's application (ETG.1020, synchronisation and AL status codes): whether the
+/// application supports the master's settings, whether SYNC pulses come regularly, and whether there are new outputs
 /// for each of them. One per slave; the AL state machine asks it. \rtsafe throughout.
 ///
 /// | code   | found                                                                                               |
@@ -42,26 +42,26 @@ class SyncSupervision {
   /// `memory`: the registers that tell what the master has set up; must outlive this.
   explicit SyncSupervision(const EscMemory& memory) noexcept : memory_(memory) {}
 
-  /// PREOP to SAFEOP: what speaks against the settings. kNoError: nothing.
+  /// PREOP to SAFEOP: checks the settings. kNoError: they are valid.
   [[nodiscard]] wire::AlStatusCode check(const SyncDemand& demand) const noexcept;
 
   /// SAFEOP was entered, or OP is asked for: takes over what the master has set up by now.
   void start(const SyncDemand& demand) noexcept;
   /// OP was entered; `outputs` counts complete output buffers so far.
   void enter_op(Nanoseconds now, std::uint32_t outputs) noexcept;
-  /// OP was left; pulses are still looked at.
+  /// OP was left; pulses are still supervised.
   void leave_op() noexcept;
-  /// SAFEOP was left downwards: pulses do not matter any more.
+  /// SAFEOP was left downwards: ends the supervision of pulses.
   void stop() noexcept;
 
   /// A pulse came; the last of `outputs` complete output buffers came at `written`.
   void pulse(SyncSignal signal, Nanoseconds time, std::uint32_t outputs, Nanoseconds written) noexcept;
-  /// When on_time() wants to be called next.
+  /// Time of the next call of on_time().
   [[nodiscard]] Nanoseconds due() const noexcept { return due_; }
   /// The time in due() has come; `outputs` as for enter_op(). Nothing happens before it.
   void on_time(Nanoseconds now, std::uint32_t outputs) noexcept;
 
-  /// What the way to OP still waits for; kNoError: nothing.
+  /// What still keeps the slave from OP; kNoError: nothing.
   [[nodiscard]] wire::AlStatusCode obstacle() const noexcept;
   /// Why OP must be left; kNoError: no reason.
   [[nodiscard]] wire::AlStatusCode fault() const noexcept { return fault_; }

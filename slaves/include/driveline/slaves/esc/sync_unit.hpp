@@ -49,7 +49,7 @@ class SyncUnit {
   [[nodiscard]] std::optional<std::uint64_t> next() const noexcept;
   /// The pulse at next() comes; nothing when none is to come.
   std::optional<SyncSignal> fire() noexcept;
-  /// Leaves out the pulses in front of `time`: nobody was there to see them.
+  /// Skips the pulses before `time`.
   void skip_to(std::uint64_t time) noexcept;
 
   /// Length of the SYNC0 cycle in ns; 0: one pulse only.

@@ -28,7 +28,7 @@ class TimeLoop {
   void reset(std::int64_t start) noexcept;
   /// Local time at a count; a number of 64 bits that begins again at 0, as the controller's does.
   [[nodiscard]] std::uint64_t local(std::int64_t count) const noexcept;
-  /// Times further away than this, 2.3 years, are not looked for.
+  /// Limit of count_of(), 2.3 years.
   static constexpr std::int64_t kReach = std::int64_t{1} << 56;
   /// First count at which the local time is not before `local`; nothing when that is more than kReach away from the
   /// last reference time, or from power-on without any.

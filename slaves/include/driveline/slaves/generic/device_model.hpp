@@ -15,8 +15,8 @@
 
 namespace driveline::slaves::generic {
 
-/// The description with what a device needs and its file may leave out: sync managers for its mailbox and its PDOs,
-/// their addresses, control bytes and sizes, FMMUs, the PDI configuration. What is there stays as it is.
+/// Completes a description with values that a device needs and its file may leave out: sync managers for its mailbox
+/// and its PDOs, their addresses, control bytes and sizes, FMMUs, the PDI configuration. Existing values are kept.
 [[nodiscard]] esi::DeviceDescription complete_description(esi::DeviceDescription description);
 
 /// The description has more sync managers than a slave controller.
@@ -45,7 +45,7 @@ using DeviceModelError = std::variant<TooManySyncManagers, SyncManagerBeyondMemo
 [[nodiscard]] std::string describe(const DeviceModelError& error);
 
 /// Everything that devices of one type have in common, made from their description: the completed description and the
-/// object dictionary. Devices without CoE have a dictionary as well, of their PDOs; only nobody can ask them for it.
+/// object dictionary. Devices without CoE have a dictionary of their PDOs as well, which cannot be read over the bus.
 class DeviceModel {
  public:
   /// The model of a device with this description.
@@ -60,7 +60,7 @@ class DeviceModel {
   [[nodiscard]] const esi::DeviceDescription& description() const noexcept { return description_; }
   /// Rows of all objects; as long-lived as the model.
   [[nodiscard]] const DictionaryTable& table() const noexcept { return *table_; }
-  /// What PDO mappings and assignments may be written, see check_pdo_write().
+  /// Limits for writing PDO mappings and assignments, see check_pdo_write().
   [[nodiscard]] const PdoLimits& limits() const noexcept { return limits_; }
   /// Most entries the process data of a sync manager can have.
   [[nodiscard]] std::size_t max_fields() const noexcept { return max_fields_; }

@@ -17,10 +17,10 @@ struct ScriptedInput {
   Signal signal;                    ///< in the unit of the entry, from the first advance() on
 };
 
-/// Can the input take these values?
+/// Checks whether the input can take the values of the signal.
 [[nodiscard]] tl::expected<void, SignalValueError> check_signal(const EntryRow& input, const Signal& signal);
 
-/// What tells one device of a type from another.
+/// Options of a single device.
 struct GenericOptions {
   std::uint32_t serial_number = 0;     ///< 0: that of the description
   std::vector<std::byte> sii_image{};  ///< EEPROM content; empty: made from the description
@@ -31,8 +31,8 @@ struct GenericOptions {
   std::vector<ScriptedInput> inputs{};  ///< those that follow a script; the others repeat outputs, or stay 0
 };
 
-/// A device that is known by its description alone (an ESI file or an EEPROM image): identity, sync managers, process
-/// data, object dictionary and CoE, and no application but this: inputs repeat outputs or follow a script.
+/// A device simulated from its description (an ESI file or an EEPROM image): identity, sync managers, process data,
+/// object dictionary and CoE. Its application is minimal: inputs repeat outputs or follow a script.
 ///
 /// Looped back, each input entry repeats an output entry: going through both in the order of the process data, the next
 /// one of the same length. Outputs become 0 when OP is left. A device without mailbox and with a PDI that has no
@@ -71,11 +71,11 @@ class GenericDevice final : public Device, public DeviceSignals, private Diction
   void set_signal(std::size_t input, double value) noexcept override;
   [[nodiscard]] double signal(SignalPlace place) const noexcept override;
 
-  /// What this device has in common with the others of its type.
+  /// The model shared by all devices of its type.
   [[nodiscard]] const DeviceModel& model() const noexcept { return *model_; }
   /// Values as they are now.
   [[nodiscard]] const ObjectDictionary& dictionary() const noexcept { return dictionary_; }
-  /// For its counters.
+  /// The mailbox server, for its counters.
   [[nodiscard]] const MailboxServer& mailbox() const noexcept { return mailbox_; }
 
  private:

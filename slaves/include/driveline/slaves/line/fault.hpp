@@ -11,7 +11,7 @@
 
 namespace driveline::slaves {
 
-/// What can be made to go wrong on a line.
+/// Kinds of faults of a simulated line.
 enum class FaultKind : std::uint8_t {
   kDrop,
   kDelay,
@@ -31,7 +31,7 @@ enum class FaultKind : std::uint8_t {
 /// Rows of kFaultKinds.
 inline constexpr std::size_t kFaultKindCount = 14;
 
-/// What a fault can be told. The values are bits of a FaultParameters set.
+/// Parameters of a fault. The values are bits of a FaultParameters set.
 enum class FaultParameter : std::uint16_t {
   kSlave = 0x001,
   kPort = 0x002,
@@ -60,10 +60,10 @@ using FaultParameters = std::uint16_t;
   return (set & static_cast<unsigned>(parameter)) != 0;
 }
 
-/// Where on its way a frame meets its fate.
+/// Where on its way a frame is hit.
 enum class FaultWay : std::uint8_t {
-  kOut,   ///< before the first slave: no slave sees it as it was sent
-  kBack,  ///< behind the last slave: all have acted on it
+  kOut,   ///< before the first slave: no slave sees the frame as sent
+  kBack,  ///< behind the last slave: all slaves have processed the frame
 };
 
 /// A fault and how long it lasts. Only the members count that its kind takes (kFaultKinds). A cable is named by the
@@ -82,7 +82,7 @@ struct Fault {
   wire::AlStatusCode code = wire::AlStatusCode::kUnspecifiedError;  ///< what it is refused with
   std::chrono::nanoseconds duration{0};  ///< ends after this time; 0: lasts until it is healed
 
-  /// Both need the same thing of the same place: only one of them can be there.
+  /// Whether both are of one kind in the same place, so that only one can be active.
   [[nodiscard]] bool same_place(const Fault& other) const noexcept;
 };
 
@@ -90,8 +90,8 @@ struct Fault {
 struct FaultKindRow {
   FaultKind kind;         ///< rows are in the order of the enumeration
   std::string_view name;  ///< in line files and commands; unique
-  FaultParameters needs;  ///< must be told
-  FaultParameters takes;  ///< besides
+  FaultParameters needs;  ///< required parameters
+  FaultParameters takes;  ///< optional parameters
   std::string_view text;  ///< what it does, as a user reads it
 };
 
@@ -110,7 +110,7 @@ inline constexpr std::array<FaultKindRow, kFaultKindCount> kFaultKinds{{
     {FaultKind::kDuplicate, "duplicate", 0, fault_detail::kHits, "frames come back twice"},
     {FaultKind::kCorrupt, "corrupt", 0,
      FaultParameters{fault_detail::kHits | FaultParameter::kWay} | FaultParameter::kBits,
-     "bits behind the Ethernet header flip and nobody notices"},
+     "bits behind the Ethernet header flip unnoticed"},
     {FaultKind::kDamage, "damage", FaultParameter::kSlave | FaultParameter::kPort, fault_detail::kHits,
      "frames that come in at this port have a wrong check sequence: counted by the slaves (0300h, 0308h), not taken by "
      "those behind, discarded by the master's interface"},
@@ -136,7 +136,7 @@ inline constexpr std::array<FaultKindRow, kFaultKindCount> kFaultKinds{{
 
 /// One parameter as users see it.
 struct FaultParameterRow {
-  FaultParameter parameter;  ///< which one the row is about
+  FaultParameter parameter;  ///< the parameter of this row
   std::string_view key;      ///< in line files and commands; unique
   std::string_view value;    ///< what is expected
   std::string_view text;     ///< what it means, as a user reads it

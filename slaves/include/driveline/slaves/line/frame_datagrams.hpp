@@ -9,7 +9,7 @@
 
 namespace driveline::slaves {
 
-/// What a frame is to a slave controller.
+/// Kind of a frame for a slave controller.
 enum class FrameKind : std::uint8_t {
   kForeign,     ///< not EtherCAT: forwarded or destroyed
   kNoCommands,  ///< EtherCAT of another type (e.g. mailbox gateway): forwarded as it is
@@ -19,7 +19,7 @@ enum class FrameKind : std::uint8_t {
 /// The datagrams of one frame, taken apart once per way through the line and put back at its end. Accepts EtherType
 /// 0x88A4, EtherCAT in UDP (IPv4, destination port 0x88A4), both with at most one VLAN tag.
 ///
-/// A datagram that is not there completely ends the list; `malformed()` tells so. \rtsafe throughout.
+/// An incomplete datagram ends the list and sets malformed(). \rtsafe throughout.
 class FrameDatagrams {
  public:
   /// As many as fit into the longest frame.

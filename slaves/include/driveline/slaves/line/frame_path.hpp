@@ -16,15 +16,15 @@ struct SlaveDelays {
   std::chrono::nanoseconds forwarding{500};  ///< in at another port, out at the next open one
 };
 
-/// What the path needs to know of a slave: loops closed per port, supply.
+/// Ports of a slave as far as they determine the path.
 struct SlavePorts {
   std::array<bool, kPortCount> closed{};  ///< by port: frames turn round inside
   SlaveDelays delays;                     ///< of the slave; without supply all ports are closed and nothing passes
 };
 
 /// The way a frame takes from one master interface on: in at a port, through the processing unit when it comes from
-/// port 0, out at the next open port in the order 0, 3, 1, 2 (ESC data sheet I, frame processing order). The only
-/// place that knows the order of slaves. Times are relative to the start at the master.
+/// port 0, out at the next open port in the order 0, 3, 1, 2 (ESC data sheet I, frame processing order). Only this
+/// class determines the order of slaves. Times are relative to the start at the master.
 class FramePath {
  public:
   /// Time of a port that the frame does not come in at.

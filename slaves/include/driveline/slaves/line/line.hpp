@@ -32,8 +32,8 @@ struct LineOptions {
 /// A line of emulated slaves, and the in-process port of a master that runs them: a frame that is sent passes all
 /// slaves in the order of their wiring at once and can be received when its time on the wire has passed.
 ///
-/// The same line serves a network interface: process() takes a frame that came in there, advance() lets the slaves live
-/// on while none comes.
+/// The same line serves a network interface: process() takes a frame that came in there, advance() runs the slaves
+/// while none comes.
 ///
 /// One thread at a time. After construction nothing allocates but mailbox traffic.
 class Line final : public port::Port {
@@ -58,7 +58,7 @@ class Line final : public port::Port {
   /// The secondary interface of the master, at the far end of a ring.
   [[nodiscard]] port::Port& secondary() noexcept { return end(1); }
 
-  /// Where a frame came out, and how long it took; nothing when it got lost on the way.
+  /// Exit and delay of a frame.
   struct Passage {
     MasterPort exit;             ///< interface
     Nanoseconds delay;           ///< of slaves and cables
@@ -67,22 +67,22 @@ class Line final : public port::Port {
   };
   /// Lets a frame pass all slaves, in place, beginning at `now` (slaves are advanced to it). \rtsafe as Slave::advance.
   std::optional<Passage> process(std::span<std::byte> frame, Nanoseconds now, MasterPort from = MasterPort::kPrimary);
-  /// The same for slaves that somebody else keeps advancing: they answer as they are. \rtsafe
+  /// The same without advancing the slaves, for a caller that does so itself. \rtsafe
   std::optional<Passage> pass(std::span<std::byte> frame, Nanoseconds now, MasterPort from = MasterPort::kPrimary);
   /// Runs the slaves up to `now` while no frames come.
   void advance(Nanoseconds now);
-  /// Runs `count` slaves from `first` on up to `now`; all of them when a fault is due. For who has to look at other
-  /// things in between.
+  /// Runs `count` slaves from `first` on up to `now`; all of them when a fault is due. For callers that have other work
+  /// in between.
   void advance_some(std::size_t first, std::size_t count, Nanoseconds now);
 
   /// Slaves, powered or not. \rtsafe
   [[nodiscard]] std::size_t size() const noexcept { return slaves_.size(); }
   /// Precondition: position < size(). \rtsafe
   [[nodiscard]] Slave& slave(std::size_t position) noexcept { return *slaves_[position]; }
-  /// See above; for looking only. \rtsafe
+  /// The same, read only. \rtsafe
   [[nodiscard]] const Slave& slave(std::size_t position) const noexcept { return *slaves_[position]; }
 
-  /// What has passed.
+  /// Counters of frames.
   struct Counters {
     std::uint64_t frames = 0;     ///< of any kind, from either interface
     std::uint64_t malformed = 0;  ///< EtherCAT frames with a broken datagram structure
@@ -95,7 +95,7 @@ class Line final : public port::Port {
   /// \name Faults
   /// @{
 
-  /// Faults that come and go, also by a script.
+  /// Faults, injected now or by a script.
   [[nodiscard]] LineFaults& faults() noexcept { return faults_; }
   /// Begins a fault now; false when it is not possible here. \rtsafe
   bool inject(const Fault& fault) noexcept { return faults_.begin(fault, clock_.now()); }

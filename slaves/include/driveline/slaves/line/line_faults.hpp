@@ -22,7 +22,7 @@ struct FaultEvent {
   bool begins = false;               ///< else it ends
 };
 
-/// What the faults of the moment make of one frame.
+/// Effect of the present faults on one frame.
 struct FrameFate {
   bool lost_out = false;               ///< before the first slave
   bool lost_back = false;              ///< behind the last slave
@@ -59,12 +59,12 @@ class LineFaults {
   /// Begins a fault when the time `at` has come.
   void schedule(Nanoseconds at, const Fault& fault);
 
-  /// When run() wants to be called next; kNever when nothing is due.
+  /// Time of the next call of run(); kNever when nothing is due.
   [[nodiscard]] Nanoseconds due() const noexcept { return due_; }
   /// Begins and ends what is due. \rtsafe
   void run(Nanoseconds now) noexcept;
 
-  /// Some fault concerns frames: next_frame() is to be asked.
+  /// Whether any fault affects frames, so that next_frame() must be called.
   [[nodiscard]] bool concern_frames() const noexcept { return frame_faults_ > 0; }
   /// Decides about the next frame; damages it when it is to be corrupted on its way out. \rtsafe
   [[nodiscard]] FrameFate next_frame(std::span<std::byte> frame, Nanoseconds now) noexcept;
@@ -73,7 +73,7 @@ class LineFaults {
   /// The slave processes logical datagrams of the frame that next_frame() has decided about. \rtsafe
   [[nodiscard]] bool takes_part(std::size_t slave) const noexcept { return !absent_[slave]; }
 
-  /// A fault that is there. For the thread that drives the line.
+  /// An active fault. For the thread that drives the line.
   struct Active {
     Fault fault;               ///< for a cable with the end at the lower position
     Nanoseconds end{kNever};   ///< when it ends by itself
@@ -85,7 +85,7 @@ class LineFaults {
   /// In no particular order; valid until the next change. \rtsafe
   [[nodiscard]] std::span<const Active> active() const noexcept { return std::span(active_).first(count_); }
 
-  /// What has begun and ended since the last call; false when nothing has.
+  /// Takes the oldest fault that has begun or ended; false when there is none.
   [[nodiscard]] bool next_event(FaultEvent& event) noexcept { return events_.try_pop(event); }
 
  private:

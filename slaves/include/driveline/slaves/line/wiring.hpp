@@ -25,13 +25,13 @@ enum class MasterPort : std::uint8_t { kPrimary, kSecondary };
 /// As many interfaces as a master can have on one line.
 inline constexpr std::size_t kMasterPortCount = 2;
 
-/// Who is connected to whom: cables between slaves and to the master's interfaces, each with its delay. A cable may be
-/// broken and healed. Setting up allocates; break_cable() and the look-ups are \rtsafe.
+/// Cables between slaves and to the master's interfaces, each with its delay. A cable may be broken and healed. Setting
+/// up allocates; break_cable() and the look-ups are \rtsafe.
 class Wiring {
  public:
   /// One end of a cable.
   struct End {
-    /// What is plugged in here.
+    /// Device at the end of the cable.
     enum class Kind : std::uint8_t { kNothing, kSlave, kMaster };
     Kind kind = Kind::kNothing;                ///< decides which of the members below count
     PortId slave;                              ///< kSlave
@@ -59,7 +59,7 @@ class Wiring {
 
   /// As given to the constructor.
   [[nodiscard]] std::size_t slave_count() const noexcept { return ends_.size(); }
-  /// What the cable at `port` leads to.
+  /// The other end of the cable at `port`.
   [[nodiscard]] const End& at(PortId port) const noexcept { return ends_[port.slave][port.port]; }
   /// The slave port a master interface is plugged into.
   [[nodiscard]] const std::optional<PortId>& master(MasterPort port) const noexcept {

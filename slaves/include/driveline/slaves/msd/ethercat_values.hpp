@@ -15,7 +15,7 @@ struct EtherCatValues : SlotNumbers {
   Slot<bool> sync_error{next()};                   ///< 1C32h:20
 };
 
-/// Their places.
+/// The slots of these values.
 inline constexpr EtherCatValues kBusValue{};
 
 }  // namespace driveline::slaves::msd

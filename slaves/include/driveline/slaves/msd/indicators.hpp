@@ -17,9 +17,9 @@ namespace driveline::slaves::msd {
 /// Bus connectors: X15 is the input (towards the master), X16 the output.
 enum class Connector : std::uint8_t { kX15, kX16 };
 
-/// What happens at one connector.
+/// State of one connector.
 struct LinkState {
-  bool link = false;     ///< the cable leads to somebody
+  bool link = false;     ///< a device is connected
   bool traffic = false;  ///< frames pass
 };
 /// Top LED of a connector: link/activity. \rtsafe
@@ -30,10 +30,10 @@ struct LinkState {
 [[nodiscard]] bool bottom_led(Series series, Connector connector, LinkState link, wire::AlState state,
                               std::chrono::nanoseconds time) noexcept;
 
-/// What a red ERROR indicator tells (ServoOne manual Table 5.3).
+/// Meaning of the red ERROR indicator (ServoOne manual Table 5.3).
 enum class ErrorIndication : std::uint8_t { kNone, kInvalidConfiguration, kLocalError, kWatchdog };
-/// From AL status and its code. Which codes belong to which indication is told by ETG.1300: settings of the master that
-/// keep the slave from a state, a state that the slave has left by itself, the process data watchdog. \rtsafe
+/// From AL status and its code. The groups of codes are those of ETG.1300: settings of the master that keep the slave
+/// from a state, a state that the slave has left by itself, the process data watchdog. \rtsafe
 [[nodiscard]] ErrorIndication error_indication(wire::AlStatus status, wire::AlStatusCode code) noexcept;
 
 /// The bicolour RUN/ERROR indicator H1 of the ServoOne junior.

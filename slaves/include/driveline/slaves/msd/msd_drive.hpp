@@ -24,7 +24,7 @@ class MsdDrive final : public Device, private DictionaryOwner, private DriveBus 
   MsdDrive& operator=(const MsdDrive&) = delete;
   ~MsdDrive() override = default;
 
-  /// What ESI and SII say about every drive of this type (serial number 0).
+  /// Description for ESI and SII of every drive of this type (serial number 0).
   [[nodiscard]] static esi::DeviceDescription description(Variant variant = Variant::kMsd) {
     return device_description(variant);
   }
@@ -56,7 +56,7 @@ class MsdDrive final : public Device, private DictionaryOwner, private DriveBus 
   [[nodiscard]] const DriveCore& core() const noexcept { return core_; }
   /// The RUN LED is lit at this moment. \rtsafe
   [[nodiscard]] bool run_led_now() const noexcept { return run_led(al_state_, core_.running_time()); }
-  /// For its counters. \rtsafe
+  /// The mailbox server, for its counters. \rtsafe
   [[nodiscard]] const MailboxServer& mailbox() const noexcept { return mailbox_; }
 
  private:

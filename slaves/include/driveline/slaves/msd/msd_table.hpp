@@ -16,9 +16,9 @@ inline constexpr PdoLimits kPdoLimits{};
 /// The part of it that belongs to EtherCAT: sync managers, PDO mapping and assignment, synchronisation.
 [[nodiscard]] std::span<const EntryRow> ethercat_rows();
 
-/// What ESI and SII say about the drive, made from the table.
+/// Description for ESI and SII, made from the table.
 [[nodiscard]] esi::DeviceDescription device_description(Variant variant = Variant::kMsd);
-/// What of it an EEPROM holds: all but the objects, which cost more to list than a drive to build.
+/// The description for an EEPROM: without the objects, whose list takes longer to make than a drive.
 [[nodiscard]] esi::DeviceDescription eeprom_description(Variant variant);
 
 /// The same for ESI files: with mappings for the modes of operation, as proposals for configuration tools (ours; the

@@ -9,7 +9,7 @@
 /// One row of a device's object dictionary table: everything that is known about one sub-index, in one place.
 namespace driveline::slaves {
 
-/// How far the bus has brought the device. What its own states are of these, the front end of the bus says.
+/// Phases of communication, to which the front end of a bus maps its states.
 enum class AccessPhase : std::uint8_t {
   kClosed,       ///< nothing is read or written
   kConfiguring,  ///< process data are being set up
@@ -34,7 +34,7 @@ inline constexpr std::uint16_t kReadWrite = kRead | kWrite;                     
 inline constexpr std::uint16_t kReadWriteConfiguring = kRead | kWriteConfiguring;  ///< settings of the process data
 }  // namespace access
 
-/// Where the value of a row lives. Rows with the same number are aliases: one value, several addresses.
+/// Where the value of a row is stored. Rows with the same number are aliases: one value, several addresses.
 namespace slot {
 inline constexpr std::uint16_t kOwn = 0xFFFF;       ///< the table gives the row a place of its own
 inline constexpr std::uint16_t kConstant = 0xFFFE;  ///< never changes: the row's `initial`
@@ -46,7 +46,7 @@ struct EntryRow {
   std::uint8_t subindex = 0;                          ///< 0 for the only value of a VAR
   esi::ObjectCode code = esi::ObjectCode::kVariable;  ///< of the whole object, the same in all its rows
   esi::DataType type = esi::DataType::kUnsigned32;    ///< of this sub-index
-  /// Bits of namespace access.
+  /// access rights: bits of namespace access
   std::uint16_t access = access::kRead;
   std::uint16_t slot = slot::kOwn;  ///< where the value lives, see namespace slot
   std::string_view name{};          ///< of the object in its first row, of the sub-index in the others

@@ -26,7 +26,7 @@ using SdoResult = tl::expected<T, wire::SdoAbort>;
 /// See read_access().
 [[nodiscard]] std::uint16_t write_access(AccessPhase phase) noexcept;
 
-/// The application behind a dictionary: has the last word about a value and hears of every change.
+/// The application behind a dictionary: may refuse a value and is told of every change.
 class DictionaryOwner {
  public:
   virtual ~DictionaryOwner() = default;
@@ -39,9 +39,9 @@ class DictionaryOwner {
   [[nodiscard]] virtual bool power_stage_on() const noexcept = 0;
 };
 
-/// The values of one device: access by address with every check of the table, for those who come over the bus, and
-/// access by typed slot for the application. Values are 64 bits each; strings live apart. Not thread safe: belongs to
-/// the thread that runs the device.
+/// The values of one device: access by address with every check of the table for the bus, and access by typed slot for
+/// the application. Values are 64 bits each; strings live apart. Not thread safe: belongs to the thread that runs the
+/// device.
 class ObjectDictionary {
  public:
   /// All values as the table has them initially. Allocates all it will need; the table must outlive this.
@@ -71,8 +71,7 @@ class ObjectDictionary {
     }
   }
 
-  /// \name Raw values
-  /// For those who know a value by its row alone: two's complement sign extended, or the IEEE 754 bits of a REAL.
+  /// \name Raw values Access by row, without the type: two's complement sign extended, or the IEEE 754 bits of a REAL.
   /// @{
 
   /// Of a slot. \rtsafe
@@ -85,7 +84,7 @@ class ObjectDictionary {
 
   /// Value of a row that is kept as bytes; its capacity is the declared length.
   [[nodiscard]] std::string& text(std::uint16_t string_slot) noexcept { return strings_[string_slot]; }
-  /// See above; for looking only.
+  /// The same, read only.
   [[nodiscard]] const std::string& text(std::uint16_t string_slot) const noexcept { return strings_[string_slot]; }
 
   /// SDO upload of one sub-index: bytes written to `out`, or the abort code. `out` must hold the longest string.

@@ -8,7 +8,7 @@
 
 namespace driveline::slaves {
 
-/// What is wrong with a parameter file, and where. `line` counts from 1; 0: the file as a whole.
+/// An error in a parameter file, and where. `line` counts from 1; 0: the file as a whole.
 struct ParameterFileError {
   std::size_t line = 0;  ///< from 1; 0: the file as a whole
   std::string what;      ///< a sentence without the line
@@ -18,8 +18,8 @@ struct ParameterFileError {
 /// Numbers are decimal, strings in quotes. Aliases appear once.
 [[nodiscard]] std::string write_parameters(const ObjectDictionary& dictionary);
 
-/// Takes over what `text` says. Lines for objects that do not exist, are not stored or out of range are refused; then
-/// nothing is changed.
+/// Sets the parameters in `text`. When a line is refused (no such object, not a stored one, out of range), nothing is
+/// changed.
 [[nodiscard]] tl::expected<void, ParameterFileError> read_parameters(std::string_view text,
                                                                      ObjectDictionary& dictionary);
 

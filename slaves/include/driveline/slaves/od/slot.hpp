@@ -27,7 +27,7 @@ struct SlotArray {
   }
   /// \rtsafe
   [[nodiscard]] static constexpr std::size_t size() noexcept { return N; }
-  /// The place is one of these. \rtsafe
+  /// Whether `number` is one of these. \rtsafe
   [[nodiscard]] constexpr bool contains(std::uint16_t number) const noexcept {
     return number >= first && number < first + N;
   }

@@ -41,14 +41,14 @@ class PdoMap {
     bool is_text = false;              ///< `slot` is one of a row that is kept as bytes
     bool constant = false;             ///< not in a slot: `constant_value`; decode() leaves it out
     std::uint64_t constant_value = 0;  ///< raw value of a constant
-    const EntryRow* row = nullptr;     ///< what is mapped
+    const EntryRow* row = nullptr;     ///< the mapped entry
   };
 
-  /// Holds at most `max_fields` entries; what is assigned beyond is left out.
+  /// Holds at most `max_fields` entries; further ones are left out.
   explicit PdoMap(std::size_t max_fields = kDefaultFields) { fields_.reserve(max_fields); }
 
-  /// Reads the assignment of the sync manager and the mappings it names. The dictionary holds only what
-  /// check_pdo_write() let in. Allocates nothing. \rtsafe
+  /// Reads the assignment of the sync manager and the mappings it names. The dictionary holds only values that
+  /// check_pdo_write() has accepted. Allocates nothing. \rtsafe
   void build(const ObjectDictionary& dictionary, std::size_t sync_manager, const PdoLimits& limits) noexcept;
 
   /// Bytes of process data.

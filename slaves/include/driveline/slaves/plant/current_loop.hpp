@@ -33,7 +33,7 @@ class CurrentLoop {
   double step_voltage(double d_v, double q_v, double speed_rad_s, double dc_link_volts) noexcept;
   /// Currents and voltages as they have settled with this torque at this speed, without d current. \rtsafe
   void settle(double torque_nm, double speed_rad_s) noexcept;
-  /// Current control goes on with the voltage that these currents need. \rtsafe
+  /// Resumes current control with the voltage for the present currents. \rtsafe
   void resume() noexcept;
   /// Angle between d axis and a voltage of this amplitude that has settled to this torque at this speed; with the
   /// most it can do, if that is less. The branch where more angle is more torque. \rtsafe
@@ -42,7 +42,7 @@ class CurrentLoop {
   /// The q currents, without d current, that this DC link voltage can hold at this speed; where it can hold none, the
   /// one that needs the least. \rtsafe
   [[nodiscard]] CurrentRange holdable(double speed_rad_s, double dc_link_volts) const noexcept;
-  /// Voltage for this q current of either sign is there for sure, without looking closer. \rtsafe
+  /// A quick sufficient check that the voltage is enough for this q current of either sign. \rtsafe
   [[nodiscard]] bool surely_holds(double current_a, double speed_rad_s, double dc_link_volts) const noexcept;
 
   /// Voltages of the last step in the rotor's axes. \rtsafe
@@ -63,7 +63,7 @@ class CurrentLoop {
   [[nodiscard]] bool limited() const noexcept { return limited_; }
   /// Heat in the windings. \rtsafe
   [[nodiscard]] double loss_w() const noexcept;
-  /// What the inverter put into the windings in the last step. \rtsafe
+  /// Power from the inverter in the last step. \rtsafe
   [[nodiscard]] double power_w() const noexcept { return 1.5 * (d_v_ * d_a_ + q_v_ * q_a_); }
   /// In the field of the windings. \rtsafe
   [[nodiscard]] double energy_j() const noexcept {

@@ -7,7 +7,7 @@ struct DcLinkParameters {
   double capacitance_f = 470e-6;      ///< of the capacitor
   double chopper_volts = 780.0;       ///< above it the brake resistor takes energy out
   double brake_resistor_ohm = 100.0;  ///< 0: there is none
-  double standby_w = 20.0;            ///< what the drive itself takes
+  double standby_w = 20.0;            ///< power consumption of the drive itself
 };
 
 /// The DC link between mains rectifier and power stage: a capacitor that the rectifier keeps from falling below its

@@ -4,7 +4,7 @@
 
 namespace driveline::slaves {
 
-/// What the motor moves, seen from the motor shaft.
+/// The load, seen from the motor shaft.
 struct LoadParameters {
   double inertia_kg_m2 = 0.0;        ///< behind an elastic coupling; 0: the load is rigidly part of the motor's inertia
   double stiffness_nm_rad = 200.0;   ///< of the coupling

@@ -19,8 +19,8 @@ struct ControllerParameters {
   [[nodiscard]] ControllerParameters sanitized() const noexcept;
 };
 
-/// What the cascade is to follow in one step. Position mode uses all three (velocity and torque as feed-forward),
-/// velocity mode the last two, torque mode the last.
+/// Setpoints of the cascade for one step. Position mode uses all three (velocity and torque as feed-forward), velocity
+/// mode the last two, torque mode the last.
 struct ControllerSetpoint {
   /// The outermost loop that is closed.
   enum class Loop : unsigned char { kTorque, kVelocity, kPosition };
@@ -38,7 +38,7 @@ class ServoController {
 
   /// New gains; the state is kept, so this is allowed in motion. \rtsafe
   void configure(const ControllerParameters& parameters) noexcept;
-  /// What of the torque limit there is at present, lowest <= highest: setpoints are cut to that too. \rtsafe
+  /// Torque that is available at present, lowest <= highest: setpoints are limited to it as well. \rtsafe
   void set_available_torque(double lowest_nm, double highest_nm) noexcept {
     lowest_nm_ = lowest_nm;
     highest_nm_ = highest_nm;
@@ -50,9 +50,9 @@ class ServoController {
   /// Torque setpoint for this step, within the torque limit. \rtsafe
   [[nodiscard]] double step(const ControllerSetpoint& setpoint) noexcept;
 
-  /// As measure() sees it, filtered. \rtsafe
+  /// Velocity derived by measure(), filtered. \rtsafe
   [[nodiscard]] double measured_velocity_rad_s() const noexcept { return measured_velocity_rad_s_; }
-  /// What the velocity loop followed in the last step; without one the one before. \rtsafe
+  /// Setpoint of the velocity loop in the last step in which it was closed. \rtsafe
   [[nodiscard]] double velocity_setpoint_rad_s() const noexcept { return velocity_setpoint_rad_s_; }
   /// Torque or velocity setpoint was cut in the last step.
   [[nodiscard]] bool limited() const noexcept { return limited_; }

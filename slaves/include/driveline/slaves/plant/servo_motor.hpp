@@ -50,7 +50,7 @@ struct MotorParameters {
   double encoder_noise_increments = 0.0;         ///< uniform, either way; seeded, so runs repeat bit by bit
   std::uint32_t encoder_seed = 1;                ///< of the noise; 0 counts as 1
   std::uint32_t encoder_turns = kAllTurns;  ///< known after power-on: 0 incremental, 1 single-turn, more multi-turn
-  LoadParameters load{};                    ///< what hangs on the shaft
+  LoadParameters load{};                    ///< load on the shaft
   WindingParameters winding{};              ///< plain lag of the torque, or windings that are simulated
 
   /// An encoder that counts more turns than any axis makes.
@@ -95,7 +95,7 @@ class ServoMotor {
   [[nodiscard]] bool short_circuit() const noexcept { return shorted_; }
   /// The encoder has its cable. \rtsafe
   [[nodiscard]] bool encoder_connected() const noexcept { return encoder_connected_; }
-  /// What shaft and windings take; negative: what they give back. \rtsafe
+  /// Power taken by shaft and windings; negative: fed back. \rtsafe
   [[nodiscard]] double power_w() const noexcept;
   /// The characteristic of U/f operation that gives 80 % of the rated current at standstill, and rated torque at the
   /// highest speed with no more than rated current.
@@ -117,7 +117,7 @@ class ServoMotor {
   [[nodiscard]] double last_position_rad() const noexcept { return mechanics_.last_position_rad(); }  ///< one step ago
   /// Of the shaft. \rtsafe
   [[nodiscard]] double velocity_rad_s() const noexcept { return mechanics_.velocity_rad_s(); }
-  /// Peak torque, or what is left of it where speed and DC link voltage do not allow it. \rtsafe
+  /// Peak torque, reduced where speed and DC link voltage do not allow it. \rtsafe
   [[nodiscard]] TorqueRange torque_range() const noexcept;
   /// Torque of the current loop at the shaft.
   [[nodiscard]] double torque_nm() const noexcept { return torque_nm_; }
@@ -127,7 +127,7 @@ class ServoMotor {
   [[nodiscard]] std::int64_t encoder_count() const noexcept {
     return encoder_connected_ ? encoder_count(position_rad()) + noise_ : held_count_;
   }
-  /// What it would count at this position without noise. \rtsafe
+  /// The count at this position without noise. \rtsafe
   [[nodiscard]] std::int64_t encoder_count(double position_rad) const noexcept;
   /// The count at which an encoder that knows only so many turns would start to count from 0. \rtsafe
   [[nodiscard]] std::int64_t power_on_origin() const noexcept;

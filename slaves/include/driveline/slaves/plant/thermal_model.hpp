@@ -26,7 +26,7 @@ struct OverloadLimits {
 /// Motor and power stage as two masses that the squared current heats, and the overload monitoring of the drive.
 class ThermalModel {
  public:
-  /// Cold: both at ambient temperature, integrator at 0. Values that cannot be are replaced by the next that can.
+  /// Cold: both at ambient temperature, integrator at 0. Impossible values are replaced by the nearest possible ones.
   explicit ThermalModel(const ThermalParameters& parameters = {}) noexcept;
 
   /// `step_s` with this current, in rated currents, at this electrical frequency. \rtsafe
@@ -34,7 +34,7 @@ class ThermalModel {
   /// As after a long time without current. \rtsafe
   void reset() noexcept;
 
-  /// The air around motor and drive; they follow with their time constants. \rtsafe
+  /// Ambient temperature; motor and drive follow with their time constants. \rtsafe
   void set_ambient(double celsius) noexcept;
   /// Temperature of that air. \rtsafe
   [[nodiscard]] double ambient_c() const noexcept { return parameters_.ambient_c; }

@@ -18,15 +18,15 @@ struct VoltageVector {
   double angle_rad = 0.0;     ///< of the frame
 };
 
-/// What of the motor's currents the control sees: amplitudes.
+/// Motor currents for the control: amplitudes.
 struct PhaseCurrents {
   double amplitude_a = 0.0;  ///< of the whole current
   double active_a = 0.0;     ///< in phase with the voltage
 };
 
 /// Control of frequency and voltage without the rotor's position (U/f operation): voltage by the characteristic, its
-/// angle the integral of the frequency. A synchronous motor without damper winding swings at higher frequencies; what
-/// the active current changes by lowers the frequency, which damps it (Perera, Blaabjerg, Pedersen, Thogersen, "A
+/// angle the integral of the frequency. A synchronous motor without damper winding swings at higher frequencies; a
+/// change of the active current lowers the frequency, which damps it (Perera, Blaabjerg, Pedersen, Thogersen, "A
 /// sensorless, stable V/f control method for permanent-magnet synchronous motor drives", IEEE Trans. Ind. Appl. 39(3),
 /// 2003). Above the current limit the voltage gives way until the current is back.
 class VoltageFrequency {

@@ -10,18 +10,18 @@
 
 namespace driveline::slaves::msd {
 
-/// What the object dictionary shows of the movement. What it shows of the position can be made to differ from what the
-/// drive knows: MachineInput::kPositionError, kPositionHeld.
+/// Publishes the movement in the object dictionary. Faults can make 6064h differ from the position the drive itself
+/// uses: MachineInput::kPositionError, kPositionHeld.
 class ActualValues {
  public:
   /// All actual values and demands of the motion, in units of the bus and of the motor. \rtsafe
   void publish(const Motion& motion, ObjectDictionary& dictionary) const noexcept;
 
-  /// Position units that 6064h tells too much. \rtsafe
+  /// Adds `units` position units to 6064h. \rtsafe
   void set_position_error(double units) noexcept { position_error_ = std::llrint(units); }
   /// \rtsafe
   [[nodiscard]] std::int64_t position_error() const noexcept { return position_error_; }
-  /// 6064h stays as it is. \rtsafe
+  /// Freezes 6064h. \rtsafe
   void hold_position(bool held) noexcept { position_held_ = held; }
   /// \rtsafe
   [[nodiscard]] bool position_held() const noexcept { return position_held_; }

@@ -9,15 +9,15 @@
 
 namespace driveline::slaves::msd {
 
-/// The motor brake: it hangs at its output, whatever function that has (P 125): energised it opens. It takes its time
-/// for that (P 213, P 214).
+/// The motor brake: it opens while its output is energised, whatever function that has (P 125), with the delays P 213
+/// and P 214.
 class Brake {
  public:
-  /// Dictionary and terminals must outlive this. Closed for ever.
+  /// Dictionary and terminals must outlive this. Starts closed, with no delay running.
   Brake(const ObjectDictionary& dictionary, const Terminals& terminals) noexcept
       : dictionary_(&dictionary), terminals_(&terminals) {}
 
-  /// What the brake control wants from now on. \rtsafe
+  /// Command of the brake control. \rtsafe
   void want_open(bool open) noexcept { open_ = open; }
   /// Follows its output. \rtsafe
   void follow(std::chrono::nanoseconds now) noexcept {
@@ -25,11 +25,11 @@ class Brake {
     if (std::exchange(energised_, energised) != energised) since_ = now;
   }
 
-  /// As want_open() was told. \rtsafe
+  /// Last command of want_open(). \rtsafe
   [[nodiscard]] bool open() const noexcept { return open_; }
-  /// It holds the shaft. \rtsafe
+  /// Whether it holds the shaft. \rtsafe
   [[nodiscard]] bool closed(std::chrono::nanoseconds now) const noexcept { return energised_ != at_rest(now); }
-  /// There is nothing to wait for; never where the output has another function. \rtsafe
+  /// Whether its delay has passed; always where the output has another function. \rtsafe
   [[nodiscard]] bool settled(std::chrono::nanoseconds now) const noexcept {
     return !terminals_->controls_brake() || at_rest(now);
   }

@@ -12,11 +12,10 @@ inline constexpr std::chrono::nanoseconds kControlStep{62'500};
 inline constexpr std::chrono::nanoseconds kProcessDataPeriod{125'000};
 inline constexpr double kControlStepS = 62.5e-6;  ///< kControlStep in s
 
-/// Where the drive is in time: how many control cycles have passed, and when the present one ends on the clock of the
-/// one who drives it.
+/// Time of the drive: the number of control cycles so far, and when the present one ends on the clock of advance().
 class ControlClock {
  public:
-  /// The first cycle begins; until then there is no time. \rtsafe
+  /// Begins the first cycle. \rtsafe
   void start(std::chrono::nanoseconds now) noexcept { end_ = now + kControlStep; }
   /// start() has been called. \rtsafe
   [[nodiscard]] bool started() const noexcept { return end_.has_value(); }
@@ -26,7 +25,7 @@ class ControlClock {
   void align(std::chrono::nanoseconds end) noexcept {
     if (end_) end_ = end;
   }
-  /// Leaves out whole cycles that nobody watched: at most `most` are made up for. \rtsafe
+  /// Skips whole cycles, so that at most `most` are still to be run. \rtsafe
   void limit_backlog(std::chrono::nanoseconds now, std::chrono::nanoseconds most) noexcept {
     if (now - *end_ > most) *end_ += (now - *end_ - most) / kControlStep * kControlStep;
   }
@@ -40,7 +39,7 @@ class ControlClock {
   [[nodiscard]] std::chrono::nanoseconds running_time() const noexcept {
     return static_cast<std::int64_t>(steps_) * kControlStep;
   }
-  /// A cycle in which process data are looked at. \rtsafe
+  /// Whether process data are handled in this cycle. \rtsafe
   [[nodiscard]] bool process_data_cycle() const noexcept { return steps_ % 2 == 0; }
   /// The first cycle of a millisecond. \rtsafe
   [[nodiscard]] bool millisecond() const noexcept { return steps_ % kStepsPerMs == 0; }

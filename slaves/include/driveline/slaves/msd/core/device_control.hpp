@@ -11,7 +11,7 @@
 
 namespace driveline::slaves::msd {
 
-/// Device control (CiA 402): hardware enable, state machine, mode of operation and brake, and what they order of the
+/// Device control (CiA 402): hardware enable, state machine, mode of operation and brake, and their commands to the
 /// motion in each process data cycle.
 class DeviceControl {
  public:
@@ -31,7 +31,7 @@ class DeviceControl {
   /// The state machine. True: the power has just come on, and with it the units of the factor group come into force.
   /// \rtsafe
   [[nodiscard]] bool step_state(bool dc_link, std::chrono::nanoseconds now) noexcept;
-  /// The brake, then what the motion has to do. \rtsafe
+  /// The brake, then the command to the motion. \rtsafe
   void order(std::chrono::nanoseconds now) noexcept;
   /// @}
 
@@ -47,7 +47,7 @@ class DeviceControl {
 
   /// A fault; `coast`: no reaction but switching off. \rtsafe
   void fault(bool coast) noexcept { power_.fault(option_codes_now(), coast); }
-  /// False: there is no fault to acknowledge. \rtsafe
+  /// Acknowledges a fault; false: there is none. \rtsafe
   [[nodiscard]] bool acknowledge() noexcept { return power_.acknowledge(); }
 
   /// The state machine of CiA 402. \rtsafe
@@ -61,11 +61,11 @@ class DeviceControl {
     return terminals_->level(Input::kEnpo) && terminals_->level(Input::kIsdsh);
   }
 
-  /// What the status word shows besides.
+  /// Further facts in the status word.
   struct StatusFacts {
     bool dc_link = false;          ///< the power stage has voltage
     bool warning = false;          ///< there is one
-    bool following_error = false;  ///< there is one, or it was the fault that stands
+    bool following_error = false;  ///< it is too large, or was the cause of the standing fault
   };
   /// 6041h. \rtsafe
   [[nodiscard]] std::uint16_t status_word(const StatusFacts& facts) const noexcept;

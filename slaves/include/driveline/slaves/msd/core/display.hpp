@@ -7,16 +7,16 @@
 
 #include "driveline/slaves/cia402/power_state_machine.hpp"
 
-/// What the drive shows on its front: the seven-segment display (MSD manual 4.7, 5.6), as a function of time.
+/// The seven-segment display of the drive (MSD manual 4.7, 5.6), as a function of time.
 namespace driveline::slaves::msd {
 
-/// What the display has to tell.
+/// Content of the display.
 struct DisplayContent {
-  PowerState state = PowerState::kNotReadyToSwitchOn;  ///< shown when nothing below is to be told
+  PowerState state = PowerState::kNotReadyToSwitchOn;  ///< shown when nothing below applies
   bool reset = false;                                  ///< the processor is in reset
   bool starting = false;                               ///< initialisation
   bool safe_torque_off = false;                        ///< STO is active
-  /// What tells one fault from another on the display.
+  /// Code of a fault on the display.
   struct FaultCode {
     std::uint8_t number = 0;    ///< FaultFacts::number
     std::uint8_t location = 0;  ///< FaultFacts::location
@@ -38,7 +38,7 @@ struct DisplayFrame {
   friend bool operator==(const DisplayFrame&, const DisplayFrame&) = default;
 };
 
-/// How long things flash and stand; the manual tells the sequence, not the times (ours).
+/// Times of flashing and of the steps; the manual gives the sequence, not the times (ours).
 inline constexpr std::chrono::milliseconds kDisplayFlash{500};  ///< half a period
 inline constexpr std::chrono::milliseconds kFaultStep{1000};    ///< Er, number, location
 
@@ -47,10 +47,10 @@ inline constexpr std::chrono::milliseconds kFaultStep{1000};    ///< Er, number,
 /// The frame as text: "S.2", " 5.", "Er", "14".
 [[nodiscard]] std::string to_text(const DisplayFrame& frame);
 
-/// The display in operation: it knows since when it has shown what it shows.
+/// The display in operation, with the time since which it shows its content.
 class Display {
  public:
-  /// A new content begins to be shown at power-on, \rtsafe
+  /// Restarts the content at power-on, \rtsafe
   void restart(std::chrono::nanoseconds now) noexcept { since_ = now; }
   /// and with every state that is shown. \rtsafe
   void follow(PowerState state, std::chrono::nanoseconds now) noexcept {

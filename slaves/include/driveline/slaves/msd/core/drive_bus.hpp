@@ -15,8 +15,8 @@ enum class NetworkState : std::uint8_t {
   kPreOperational = 127,  ///< parameters alone
 };
 
-/// The bus as the drive sees it: who takes its messages, and who knows whether the bus still has what was a fault.
-/// Called on the thread that drives the drive; \rtsafe.
+/// The bus as the drive sees it: takes its messages, and tells whether the cause of a bus fault persists. Called on the
+/// thread that drives the drive; \rtsafe.
 class DriveBus {
  public:
   virtual ~DriveBus() = default;

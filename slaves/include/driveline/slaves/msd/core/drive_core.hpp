@@ -28,13 +28,13 @@ namespace driveline::slaves::msd {
 
 /// The Moog MSD servo drive, or one of its variants, with motor and load, as the MSD manual describes it: object
 /// dictionary, CiA 402 state machine, all modes of operation, terminals, faults. It knows no bus: a front end writes
-/// setpoints into the dictionary and reads actual values out of it, tells how far its bus is, and is told of faults.
+/// setpoints into the dictionary and reads actual values out of it, reports the state of its bus, and receives faults.
 ///
 /// Belongs to one thread. Times are counted from the first call of advance().
 class DriveCore final : private MachineEvents {
  public:
   /// `table` is made of drive_rows() and the rows of the bus; table and bus must outlive this. Takes stored parameters
-  /// from their file, if there is one. Motor parameters are sanitized(). The drive lives from the first restart() on.
+  /// from their file, if there is one. Motor parameters are sanitized(). The drive runs from the first restart() on.
   DriveCore(const MsdParameters& parameters, const DictionaryTable& table, DriveBus& bus);
   DriveCore(const DriveCore&) = delete;  // its parts refer to one another
   DriveCore& operator=(const DriveCore&) = delete;
@@ -48,18 +48,18 @@ class DriveCore final : private MachineEvents {
   void restart();
   /// Runs control loops and timers up to `now`. \rtsafe
   void advance(std::chrono::nanoseconds now) noexcept;
-  /// How far the bus is from now on. \rtsafe
+  /// The bus has entered `state`. \rtsafe
   void enter_network_state(NetworkState state) noexcept;
   /// The bus has written the objects of its process data: control word, setpoints. \rtsafe
   void outputs_written() noexcept;
-  /// Something is wrong with the bus. \rtsafe
+  /// Raises a fault of the bus. \rtsafe
   void raise(Fault fault) noexcept;
   /// When the present control cycle ends, on the clock of advance(); none before its first call. \rtsafe
   [[nodiscard]] std::optional<std::chrono::nanoseconds> cycle_end() const noexcept;
-  /// A control cycle ends there: the bus has a clock that the drive follows. \rtsafe
+  /// Synchronises the control cycles with the clock of the bus: one ends at `end`. \rtsafe
   void align_cycle(std::chrono::nanoseconds end) noexcept { clock_.align(end); }
 
-  /// The drive's say about a value that somebody writes. Saving parameters happens here, for its answer.
+  /// Checks a value that is written over the bus. Saves parameters, because the answer depends on the result.
   [[nodiscard]] SdoResult<void> accept(const EntryRow& row, std::uint64_t raw);
   /// The value has been written.
   void written(const EntryRow& row);
@@ -90,7 +90,7 @@ class DriveCore final : private MachineEvents {
 
   /// By name, see drive_signals.hpp.
   [[nodiscard]] DriveSignals& signals() noexcept { return signals_; }
-  /// By name, for looking only.
+  /// By name, read only.
   [[nodiscard]] const DriveSignals& signals() const noexcept { return signals_; }
   /// Level of a terminal from now on. \rtsafe
   void set_input(Input input, bool level) noexcept;
@@ -111,13 +111,13 @@ class DriveCore final : private MachineEvents {
   bool schedule_input(Input input, bool level, std::chrono::nanoseconds at) noexcept {
     return machine_.schedule(input, level, at);
   }
-  /// Sets what comes from the machine by other ways than the terminals. \rtsafe
+  /// Sets an input from the machine that is no terminal. \rtsafe
   void set_machine_input(MachineInput input, double value) noexcept;
   /// \rtsafe
   [[nodiscard]] double machine_input_value(MachineInput input) const noexcept;
-  /// Somebody else sets this input from now on: no script, no switch. \rtsafe
+  /// Detaches this input from scripts and switches. \rtsafe
   void release_input(std::size_t input) noexcept { machine_.release(input); }
-  /// The cause of a fault that the model does not have by itself: comes and goes. While it is there the fault cannot be
+  /// Sets or removes the cause of a fault that the model does not simulate. While it is there the fault cannot be
   /// acknowledged. \rtsafe
   void set_cause(Fault fault, bool present) noexcept { causes_.set(static_cast<std::size_t>(fault), present); }
   /// Warms up motor and power stage as by this current for this time, in rated currents; for tests and scripts. \rtsafe

@@ -9,11 +9,11 @@
 #include "driveline/slaves/msd/core/terminals.hpp"
 #include "driveline/slaves/signal.hpp"
 
-/// The signals between a drive and its machine, by name: the terminals (MSD manual Tables 10.6, 10.7), and what else
-/// can happen to it: its supply, its cables, its shaft, the air around it, fingers on its buttons.
+/// The signals between a drive and its machine, by name: the terminals (MSD manual Tables 10.6, 10.7), and its supply,
+/// cables, shaft, ambient temperature and buttons.
 namespace driveline::slaves::msd {
 
-/// What comes from the machine by other ways than the terminals.
+/// Inputs from the machine that are no terminals.
 enum class MachineInput : std::uint8_t {
   kDcLink,         ///< volts at the power stage, whatever the mains do
   kMains,          ///< the mains contactor; the DC link then lives on what it has
@@ -24,20 +24,20 @@ enum class MachineInput : std::uint8_t {
   kLoad,           ///< torque on the shaft in Nm, positive pulls in negative direction
   kAmbient,        ///< degrees Celsius
   kButtons,        ///< 1: the two buttons under the display are pressed
-  kPositionError,  ///< position units that 6064h tells too much; the drive itself knows better
+  kPositionError,  ///< position units added to 6064h only
   kPositionHeld,   ///< 1: 6064h stays as it is
 };
 
-/// A signal of a drive, for those who have no drive yet.
+/// Finds a signal of a drive without having a drive.
 [[nodiscard]] tl::expected<SignalPlace, SignalNameError> find_drive_signal(SignalPlace::Way way, std::string_view name);
 /// Signals of one way; they are numbered from 0. \rtsafe
 [[nodiscard]] std::size_t drive_signal_count(SignalPlace::Way way) noexcept;
 /// Precondition: place.number < drive_signal_count(place.way). \rtsafe
 [[nodiscard]] std::string_view drive_signal_name(SignalPlace place) noexcept;
-/// Can the input take this value?
+/// Checks whether the input can take this value.
 [[nodiscard]] tl::expected<void, SignalValueError> check_drive_input(std::size_t input, double value);
 
-/// What an input is that is no terminal. \rtsafe
+/// The MachineInput behind an input, if it is one. \rtsafe
 [[nodiscard]] std::optional<MachineInput> machine_input(std::size_t input) noexcept;
 /// The terminal behind an input, if it is one. \rtsafe
 [[nodiscard]] std::optional<Input> input_terminal(std::size_t input) noexcept;

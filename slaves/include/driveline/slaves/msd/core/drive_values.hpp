@@ -192,7 +192,7 @@ struct DriveValues : SlotNumbers {
   Slot<std::uint8_t> parameter_download{next()};  ///< P 11[4]
 };
 
-/// Their places.
+/// The slots of these values.
 inline constexpr DriveValues kValue{};
 
 }  // namespace driveline::slaves::msd

@@ -8,7 +8,7 @@
 
 namespace driveline::slaves::msd {
 
-/// What tells one drive from another as long as it lives.
+/// Fixed properties of a single drive.
 struct FactoryFacts {
   Variant variant = Variant::kMsd;  ///< identity, dictionary
   FirmwareVersion firmware;         ///< 100Ah

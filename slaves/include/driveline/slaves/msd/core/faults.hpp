@@ -32,7 +32,7 @@ enum class Fault : std::uint8_t {
   kCount,
 };
 
-/// What the manual says about a fault.
+/// Facts of a fault from the manual.
 struct FaultFacts {
   Fault fault = Fault::kLocalError;  ///< rows are in the order of the enumeration
   std::uint8_t number = 0;           ///< error number, first pair of digits on the display
@@ -100,7 +100,7 @@ enum class Warning : std::uint8_t {
 /// Operating hours that a message to the master has room for: three bytes.
 inline constexpr std::uint32_t kMaxOperatingHours = 0xFFFFFF;
 
-/// A fault for the master (MSD manual 13.1); all 0: it was acknowledged (Table 13.2).
+/// Message about a fault to the master (MSD manual 13.1); all 0: the fault was acknowledged (Table 13.2).
 struct FaultMessage {
   std::uint16_t error_code = 0;       ///< 603Fh
   std::uint8_t error_register = 0;    ///< 1001h
@@ -109,8 +109,7 @@ struct FaultMessage {
   std::uint32_t operating_hours = 0;  ///< complete ones, at most kMaxOperatingHours
 };
 
-/// The fault that stands until it is acknowledged, and what the object dictionary says about it: 603Fh, 1001h, 1003h,
-/// P 33[0].
+/// The fault that stands until it is acknowledged, and its objects 603Fh, 1001h, 1003h, P 33[0].
 class FaultRecord {
  public:
   /// The dictionary must outlive this.

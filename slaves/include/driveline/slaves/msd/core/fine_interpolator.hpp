@@ -11,16 +11,15 @@ namespace driveline::slaves::msd {
 
 /// Turns the setpoints of the bus cycle into setpoints of the control cycle (MSD manual 11.2, P 370).
 ///
-/// Each new sample starts a segment from where the output is now, so the output has no jump when samples come early or
-/// late. A sample that is missing is made up for by the straight line through the two before, for as many periods as
-/// set_limits() says; then the output slows down to a standstill. When samples come back whose curve it could meet only
-/// by a leap in speed, it pursues the curve at no more than its rate until it is on it again (all ours). Delay against
-/// the samples: kNone 0, kLinear, kExternal and kCosine 1, the splines 2 periods. Which curve the real drive calls
-/// "cubic spline" is not described; here it passes through the samples with central-difference slopes, while the
-/// approximation is the uniform cubic B-spline of the samples (continuous acceleration, does not pass through them).
-/// With external feed-forward the curve is a cubic that has the samples and the speeds sent with them at its ends; the
-/// cosine goes from sample to sample in half a period of a cosine, standing still at each (both: names of the manual,
-/// curves ours).
+/// Each new sample starts a segment at the present output, so the output does not jump when samples come early or late.
+/// A sample that is missing is made up for by the straight line through the two before, for as many periods as
+/// set_limits() says; then the output slows down to a standstill. When samples return and the output could meet their
+/// curve only with a jump in speed, it approaches the curve within its rate limit (all ours). Delay against the
+/// samples: kNone 0, kLinear, kExternal and kCosine 1, the splines 2 periods. Which curve the real drive calls "cubic
+/// spline" is not described; here it passes through the samples with central-difference slopes, while the approximation
+/// is the uniform cubic B-spline of the samples (continuous acceleration, does not pass through them). With external
+/// feed-forward the curve is a cubic that has the samples and the speeds sent with them at its ends; the cosine goes
+/// from sample to sample in half a period of a cosine, standing still at each (both: names of the manual, curves ours).
 class FineInterpolator {
  public:
   /// Numbers as in P 370.
@@ -35,11 +34,11 @@ class FineInterpolator {
 
   /// `steps`: control cycles per sample, at least 1; `step_s`: length of the control cycle. \rtsafe
   void configure(Method method, std::uint32_t steps, double step_s) noexcept;
-  /// For how many periods missing samples are made up for, and how fast the output may change its speed when samples
-  /// have not come in time: per square second, without limit if 0; and the highest speed at which it makes up for what
-  /// it has missed. Without a call one period, a stop at once and no limit. \rtsafe
+  /// `periods`: for how many periods missing samples are extrapolated; `rate`: limit of the change of speed when
+  /// samples have not come in time, per square second, 0 for none; `speed`: highest speed while catching up. Without a
+  /// call one period, a stop at once and no limit. \rtsafe
   void set_limits(std::uint16_t periods, double rate, double speed = std::numeric_limits<double>::infinity()) noexcept;
-  /// Starts at `value`, moving with `velocity` as if the samples before had. \rtsafe
+  /// Starts at `value`, as if earlier samples had moved with `velocity`. \rtsafe
   void reset(double value, double velocity) noexcept;
   /// A new sample has arrived, with the speed at it if the method is kExternal. \rtsafe
   void push(double sample, double velocity = 0.0) noexcept;

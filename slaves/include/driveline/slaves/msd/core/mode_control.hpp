@@ -11,14 +11,14 @@
 
 namespace driveline::slaves::msd {
 
-/// The modes of operation (MSD manual 12): which one is active, what the control word's bits 4, 5, 6 and 8 mean in it,
-/// which movements it orders, and its bits of the status word.
+/// The modes of operation (MSD manual 12): the active one, its meaning of control word bits 4, 5, 6 and 8, the
+/// movements it commands, and its bits of the status word.
 class ModeControl {
  public:
-  /// The dictionary holds what the modes are set to and must outlive this.
+  /// The dictionary holds the settings of the modes and must outlive this.
   explicit ModeControl(const ObjectDictionary& dictionary) noexcept : dictionary_(&dictionary) {}
 
-  /// What the modes need to know in one process data cycle.
+  /// Inputs of the modes in one process data cycle.
   struct Conditions {
     std::uint16_t control_word = 0;  ///< 6040h
     bool enabled = false;            ///< the setpoints of the bus are to be followed
@@ -32,7 +32,7 @@ class ModeControl {
   /// Modes of CiA 402 that 6060h takes; kNone is one of them. \rtsafe
   [[nodiscard]] static bool supported(OperationMode mode) noexcept;
 
-  /// Where motion gets its setpoints, and what it is to do instead of following while halted (605Dh). \rtsafe
+  /// Source of the setpoints for motion. \rtsafe
   [[nodiscard]] MotionSource source(const Conditions& conditions) const noexcept;
   /// kFollow unless the drive is halted. \rtsafe
   [[nodiscard]] MotionCommand command(const Conditions& conditions) const noexcept;

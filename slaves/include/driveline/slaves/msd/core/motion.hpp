@@ -12,7 +12,7 @@
 
 namespace driveline::slaves::msd {
 
-/// What the object dictionary tells the motion control, in motor units.
+/// Settings of the motion control from the object dictionary, in motor units.
 struct MotionSettings {
   Scaling scaling;                                                      ///< user units, see Scaling
   PositionRange range;                                                  ///< in which positions count (607Bh)
@@ -46,7 +46,7 @@ struct Setpoints {
   std::int16_t torque_offset_permille = 0;  ///< 60B2h, of the rated torque
 };
 
-/// What is followed while the drive is to follow its mode.
+/// Source of the setpoints for MotionCommand::kFollow.
 enum class MotionSource : std::uint8_t {
   kNone,              ///< no mode: speed zero
   kCyclicPosition,    ///< setpoints of the bus, fine interpolation, position control
@@ -76,12 +76,12 @@ class Motion {
   void move_to(std::int64_t position, const ProfileLimits& limits) noexcept;
   /// See move_to(): goes on at this speed of the motor shaft.
   void run_at(double velocity_rad_s, const ProfileLimits& limits) noexcept;
-  /// Brakes with 6084h and stands, whatever movement there was. \rtsafe
+  /// Brakes with 6084h to standstill; ends any movement. \rtsafe
   void stand() noexcept;
   /// Holds the speed the profile generator has now. \rtsafe
   void freeze() noexcept;
-  /// What to do from now on. A change of command or source takes over position, speed and torque as they are; it
-  /// ends a movement of the profile generator. `smooth`: braking ramps have the profile's jerk time. \rtsafe
+  /// Sets command and source. A change takes over the present position, speed and torque and ends a movement of the
+  /// profile generator. `smooth`: braking ramps have the profile's jerk time. \rtsafe
   void select(MotionCommand command, MotionSource source, bool smooth) noexcept;
   /// One control cycle. \rtsafe
   void step(bool brake_closed) noexcept;
@@ -90,9 +90,9 @@ class Motion {
   /// Volts at the power stage; see ServoMotor::set_dc_link_voltage().
   /// \rtsafe
   void set_dc_link_voltage(double volts) noexcept { motor_.set_dc_link_voltage(volts); }
-  /// What happens to motor and shaft from outside. \rtsafe
+  /// The motor, for influences from outside. \rtsafe
   [[nodiscard]] ServoMotor& motor() noexcept { return motor_; }
-  /// What the power stage takes from the DC link. \rtsafe
+  /// Power that the stage takes from the DC link. \rtsafe
   [[nodiscard]] double power_w() const noexcept { return command_ == MotionCommand::kOff ? 0.0 : motor_.power_w(); }
   /// Amplitude of the currents that the power stage drives, at most what a DC link of this voltage can. \rtsafe
   [[nodiscard]] double phase_current_a(double dc_link_volts) const noexcept;
@@ -153,9 +153,9 @@ class Motion {
   [[nodiscard]] double distance_to_target() const noexcept;
   /// The setpoints have come at the times the interpolation expects them, for a while. \rtsafe
   [[nodiscard]] bool synchronised() const noexcept;
-  /// As select() was told. \rtsafe
+  /// Last argument of select(). \rtsafe
   [[nodiscard]] MotionSource source() const noexcept { return source_; }
-  /// As select() was told. \rtsafe
+  /// Last argument of select(). \rtsafe
   [[nodiscard]] MotionCommand command() const noexcept { return command_; }
   /// Direction in user units in which the setpoints move the axis: -1, 0, 1; without speed control the direction the
   /// axis moves in. \rtsafe

@@ -12,7 +12,7 @@
 
 namespace driveline::slaves::msd {
 
-/// What is watched of the movement: following error, limit switches, the rhythm of the setpoints.
+/// Monitors the movement: following error, limit switches, the cycle of the setpoints.
 class MotionMonitor {
  public:
   /// Both must outlive this.
@@ -26,19 +26,18 @@ class MotionMonitor {
   [[nodiscard]] bool step_following_error() noexcept;
   /// As step_following_error() has found it. \rtsafe
   [[nodiscard]] bool following_error() const noexcept { return following_error_; }
-  /// A limit switch stops what moves towards it; away from it the axis is free. Homing uses the switches itself.
-  /// \rtsafe
+  /// A limit switch stops movements towards it; away from it the axis is free. Homing uses the switches itself. \rtsafe
   [[nodiscard]] std::optional<Fault> limit_switch(const InputSignals& signals, OperationMode mode) const noexcept;
 
   /// One control cycle. \rtsafe
   void step_rhythm() noexcept { rhythm_.step(); }
   /// Setpoints have come. \rtsafe
   void setpoints_came() noexcept { rhythm_.sample(motion_->settings().steps_per_setpoint); }
-  /// They are about to come anew. \rtsafe
+  /// Setpoints will start anew. \rtsafe
   void restart_rhythm() noexcept { rhythm_ = {}; }
-  /// They come in another cycle, or the cycle cannot be. \rtsafe
+  /// Whether setpoints come in another cycle than configured, or the configured cycle is invalid. \rtsafe
   [[nodiscard]] bool wrong_cycle() const noexcept;
-  /// The same, while they are followed. Modes with the internal profile generator do without. \rtsafe
+  /// The same, while they are followed. Modes with the internal profile generator need no cycle. \rtsafe
   [[nodiscard]] bool follows_wrong_cycle() const noexcept;
 
  private:

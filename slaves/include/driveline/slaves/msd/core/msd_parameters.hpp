@@ -22,7 +22,7 @@ struct MachineSwitch {
   bool normally_closed = false;  ///< a break contact: the input is 0 in between, 1 outside
 };
 
-/// What tells one drive from another.
+/// Parameters of a single drive.
 struct MsdParameters {
   Variant variant = Variant::kMsd;          ///< decides about identity, firmware and dictionary
   std::optional<FirmwareVersion> firmware;  ///< 100Ah; none: that of the variant. Decides about PDOs of odd length.
@@ -47,7 +47,7 @@ struct MsdParameters {
   std::chrono::nanoseconds flash_time = std::chrono::milliseconds{20};  ///< until a new firmware is kept; ours
   std::chrono::nanoseconds save_time = std::chrono::milliseconds{1};    ///< until 200Bh sub 1 is 0 again
 
-  /// The one it has, or that of its variant. \rtsafe
+  /// `firmware`, or that of the variant. \rtsafe
   [[nodiscard]] FirmwareVersion firmware_version() const noexcept { return firmware.value_or(facts(variant).firmware); }
 };
 

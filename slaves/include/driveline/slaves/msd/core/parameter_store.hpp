@@ -12,7 +12,7 @@
 
 namespace driveline::slaves::msd {
 
-/// What survives switching off: the stored parameters, their file, factory settings (MSD manual 7.5.3, 7.5.4).
+/// Non-volatile data: the stored parameters, their file, factory settings (MSD manual 7.5.3, 7.5.4).
 class ParameterStore {
  public:
   /// Takes stored parameters from their file, if there is one. A file that cannot be used leaves the factory settings.
@@ -29,11 +29,11 @@ class ParameterStore {
   void install_firmware(FirmwareVersion version) noexcept { next_firmware_ = version; }
   /// The next store() makes factory settings. \rtsafe
   void request_factory_reset() noexcept { factory_reset_pending_ = true; }
-  /// The file could be used, the last time it was. \rtsafe
+  /// Whether the last access to the file succeeded. \rtsafe
   [[nodiscard]] bool good() const noexcept { return good_; }
-  /// What was wrong with it. \rtsafe
+  /// Error of the last access. \rtsafe
   [[nodiscard]] const ParameterFileError& error() const noexcept { return error_; }
-  /// What is written into every dictionary first. \rtsafe
+  /// Properties of the drive, written into the dictionary at power-on. \rtsafe
   [[nodiscard]] const FactoryFacts& facts() const noexcept { return facts_; }
   /// Time of an ordinary self-test. \rtsafe
   [[nodiscard]] std::chrono::nanoseconds start_up_time() const noexcept { return start_up_time_; }

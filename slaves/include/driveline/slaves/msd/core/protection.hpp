@@ -12,8 +12,8 @@
 
 namespace driveline::slaves::msd {
 
-/// What protects motor and power stage: the DC link's voltage, temperatures, I2t, overcurrent; and the warnings that
-/// come before the faults. `parameters` elsewhere in the drive set it up, the object dictionary has its limits.
+/// Protection of motor and power stage: DC link voltage, temperatures, I2t, overcurrent, and the warnings that precede
+/// the faults. The limits are in the object dictionary.
 class Protection {
  public:
   /// Dictionary and motion must outlive this. Cold, with mains.
@@ -34,7 +34,7 @@ class Protection {
   [[nodiscard]] bool dc_link_present() const noexcept {
     return dc_link_.volts() >= dc_link_limit_volts_ && dc_link_.volts() > 0.0;
   }
-  /// The cause of a fault that is found here is there. \rtsafe
+  /// Whether the cause of a fault that is detected here persists. \rtsafe
   [[nodiscard]] bool cause_persists(Fault fault) const noexcept;
   /// P 34. \rtsafe
   [[nodiscard]] std::uint32_t warnings() const noexcept { return warnings_; }
@@ -47,7 +47,7 @@ class Protection {
   [[nodiscard]] DcLink& dc_link() noexcept { return dc_link_; }
   /// \rtsafe
   [[nodiscard]] const DcLink& dc_link() const noexcept { return dc_link_; }
-  /// The air around. \rtsafe
+  /// The thermal model, to set the ambient temperature. \rtsafe
   [[nodiscard]] ThermalModel& thermal() noexcept { return thermal_; }
   /// \rtsafe
   [[nodiscard]] const ThermalModel& thermal() const noexcept { return thermal_; }

@@ -11,26 +11,25 @@
 
 namespace driveline::slaves::msd {
 
-/// Who hears what the machine does. \rtsafe
+/// Receives the events of the machine. \rtsafe
 class MachineEvents {
  public:
   virtual ~MachineEvents() = default;
-  /// A terminal has another level since the motor shaft was at `position_rad`.
+  /// A terminal has changed its level when the motor shaft was at `position_rad`.
   virtual void terminal_changed(Input input, bool level, double position_rad) noexcept = 0;
-  /// What comes from the machine by other ways has another value.
+  /// An input that is no terminal has changed.
   virtual void machine_input_changed(MachineInput input, double value) noexcept = 0;
 };
 
-/// The machine around the drive, as far as it acts by itself: switches on the way of the shaft, inputs that follow a
-/// script, changes that somebody has scheduled. It finds where the shaft was when an input changed within a control
-/// cycle.
+/// The simulated machine: switches along the way of the shaft, inputs that follow a script, scheduled changes. It
+/// determines the shaft's position when an input changed within a control cycle.
 class ScriptedMachine {
  public:
   /// The references must outlive this.
   ScriptedMachine(const MsdParameters& parameters, const Terminals& terminals, const ServoMotor& motor,
                   MachineEvents& events);
 
-  /// Scripts count from here on; their first values are told at once. `cycle_end`: of the control cycle that begins.
+  /// Starts the scripts; their first values are reported at once. `cycle_end`: of the control cycle that begins.
   /// \rtsafe
   void start(std::chrono::nanoseconds now, std::chrono::nanoseconds cycle_end) noexcept;
   /// The shaft has moved: switches that it has passed. \rtsafe
@@ -45,7 +44,7 @@ class ScriptedMachine {
 
   /// An input that changes at this time; in order of time; false when too many changes wait. \rtsafe
   [[nodiscard]] bool schedule(Input input, bool level, std::chrono::nanoseconds at) noexcept;
-  /// Somebody else sets this input from now on: a number of a SignalPlace. \rtsafe
+  /// Ends the script or switches of this input (number of a SignalPlace), which is then set from outside. \rtsafe
   void release(std::size_t input) noexcept;
 
  private:

@@ -5,8 +5,8 @@
 
 namespace driveline::slaves::msd {
 
-/// Tells a bus cycle that is not the one the drive is set to from frames that are late, lost or doubled: it is another
-/// one when none of many setpoints in a row came near its time. Numbers: ours.
+/// Distinguishes a wrong bus cycle from late, lost or duplicated frames: the cycle is wrong when none of many setpoints
+/// in a row came near its time. Numbers: ours.
 class SetpointRhythm {
  public:
   /// One control cycle has passed. \rtsafe

@@ -46,14 +46,14 @@ enum class OutputFunction : std::uint16_t {
   kBusEachStep = 40  ///< 60FEh, in every control cycle
 };
 
-/// May the selector `index` (2064h and up for P 100 and up) be set to this number? \rtsafe
+/// Whether the selector `index` (2064h and up for P 100 and up) may be set to this number. \rtsafe
 [[nodiscard]] bool valid_input_function(std::uint16_t index, std::uint64_t function) noexcept;
 /// Bits of P 120 that are allowed: the hardware enable and safe torque off cannot be inverted (ours).
 [[nodiscard]] bool valid_inversion(std::uint64_t inputs) noexcept;
 /// See valid_input_function(), for the selectors of outputs. \rtsafe
 [[nodiscard]] bool valid_output_function(std::uint16_t index, std::uint64_t function) noexcept;
 
-/// What the inputs mean, whatever terminal they are connected to.
+/// Functions of the inputs, whatever terminal they are assigned to.
 struct InputSignals {
   bool positive_limit = false;  ///< some input with kPositiveLimit is on
   bool negative_limit = false;  ///< some input with kNegativeLimit is on
@@ -75,7 +75,7 @@ class Terminals {
   }
   /// New function selectors. \rtsafe
   void configure(const ObjectDictionary& dictionary) noexcept;
-  /// What the inputs mean now. \rtsafe
+  /// Present state of the input functions. \rtsafe
   [[nodiscard]] const InputSignals& signals() const noexcept { return signals_; }
 
   /// P 125 gives the brake's output to the drive's brake control. \rtsafe
@@ -84,7 +84,7 @@ class Terminals {
   }
   /// Power-on: no output is energised. \rtsafe
   void clear_outputs() noexcept { outputs_ = 0; }
-  /// What decides about the outputs in one control cycle.
+  /// Conditions for the outputs in one control cycle.
   struct OutputConditions {
     std::uint32_t physical_outputs = 0;  ///< 60FEh sub 1
     std::uint32_t mask = 0;              ///< 60FEh sub 2

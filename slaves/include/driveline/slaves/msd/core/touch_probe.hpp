@@ -23,7 +23,7 @@ class TouchProbe {
   void zero_pulse(std::int32_t position) noexcept;
 
   [[nodiscard]] std::uint16_t status() const noexcept { return status_; }  ///< 60B9h
-  /// What 60BAh-60BDh show. \rtsafe
+  /// Values of 60BAh-60BDh. \rtsafe
   [[nodiscard]] std::int32_t value(Value value) const noexcept { return values_[value]; }
 
  private:

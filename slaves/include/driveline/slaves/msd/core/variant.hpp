@@ -8,8 +8,8 @@
 
 namespace driveline::slaves::msd {
 
-/// Drives of one family that share manual chapters, firmware and object dictionary; what differs between them is in
-/// kVariants and in the table of differences (variant.cpp), docs/servoone.md has both in words.
+/// Drives of one family that share manual chapters, firmware and object dictionary; the differences are in kVariants
+/// and in the table in variant.cpp, and described in docs/servoone.md.
 enum class Variant : std::uint8_t {
   kMsd,             ///< Moog MSD Servo Drive
   kServoOne,        ///< ServoOne, single and multi-axis system
@@ -25,15 +25,15 @@ struct FirmwareVersion {
   friend constexpr auto operator<=>(const FirmwareVersion&, const FirmwareVersion&) = default;
   /// "4.15-02". Not for use in the cycle.
   [[nodiscard]] std::string text() const;
-  /// Takes "4.15-02", with or without a V in front: up to 255, then two digits, then two digits. Nothing: not written
-  /// so.
+  /// Takes "4.15-02", with or without a V in front: up to 255, then two digits, then two digits. Nothing: another
+  /// format.
   [[nodiscard]] static std::optional<FirmwareVersion> parse(std::string_view text);
 };
 
 /// Series with their own LEDs (MSD manual Tables 5.2-5.4, ServoOne manual Tables 5.2, 5.3).
 enum class Series : std::uint8_t { kSingleMultiAxis, kCompact, kServoOne, kServoOneJunior };
-/// What tells one variant from another. Product codes and revisions are ours: no public source names the real ones. The
-/// vendor is Moog for all (ours for the ServoOne, whose vendor id is in no source).
+/// Facts of a variant. Product codes and revisions are ours: no public source names the real ones. The vendor is Moog
+/// for all (ours for the ServoOne, whose vendor id is in no source).
 struct VariantFacts {
   Variant variant = Variant::kMsd;           ///< rows are in the order of the enumeration
   std::string_view key;                      ///< name in line files
@@ -44,7 +44,7 @@ struct VariantFacts {
   std::string_view group_name;               ///< ESI name of the group
   std::uint32_t product_code = 0;            ///< 1018h:02, ours
   std::uint32_t revision = 0;                ///< 1018h:03, ours
-  FirmwareVersion firmware;                  ///< unless the drive has another
+  FirmwareVersion firmware;                  ///< default firmware
   FirmwareVersion oldest;                    ///< the manual's scope begins with it
   Series series = Series::kSingleMultiAxis;  ///< decides about the LEDs
   /// External feed-forward acts only with P 370 = 2 (ServoOne manual 12.4).
