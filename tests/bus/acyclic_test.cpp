@@ -216,12 +216,12 @@ TEST(Emergencies, ArriveWithTheFaultThatCausedThem) {
   drives.drive(1).set_dc_link(false);
   operation.run(milliseconds{10});
   ASSERT_EQ(sentence(operation.master().mailbox(1)->poll()), "");
-  const auto emergencies = operation.master().mailbox(1)->take_emergencies();
+  const auto emergencies = operation.master().emergencies().take(1);
   ASSERT_EQ(emergencies.size(), 1U);
   EXPECT_EQ(emergencies[0].message.error_code, 0x3220);
   EXPECT_EQ(emergencies[0].message.error_register, 0x05) << "generic and voltage";
   ASSERT_EQ(sentence(operation.master().mailbox(0)->poll()), "");
-  EXPECT_TRUE(operation.master().mailbox(0)->take_emergencies().empty());
+  EXPECT_TRUE(operation.master().emergencies().take(0).empty());
   // One that comes ahead of an SDO answer does not get in its way.
   drives.drive(1).set_dc_link(true);
   operation.run(milliseconds{300});
@@ -231,7 +231,7 @@ TEST(Emergencies, ArriveWithTheFaultThatCausedThem) {
   const auto vendor = coe.upload_as<std::uint32_t>(0x1018, 1);
   ASSERT_EQ(sentence(vendor), "");
   EXPECT_EQ(*vendor, 0x28U);
-  EXPECT_EQ(operation.master().mailbox(1)->take_emergencies().size(), 1U) << "the acknowledgement";
+  EXPECT_EQ(operation.master().emergencies().take(1).size(), 1U) << "the acknowledgement";
 }
 
 }  // namespace

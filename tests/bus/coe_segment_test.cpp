@@ -304,7 +304,7 @@ TEST_F(CoeOfASmallMailbox, WhatComesAmidSegmentsGoesWhereItBelongs) {
       EXPECT_GT(answers, amid) << "it was amid the transfer";
       EXPECT_TRUE(devices[0]->says_first.empty()) << "all of it has been read";
       devices[0]->changes_answer = {};
-      const auto emergencies = master->mailboxes().emergencies().take(0);
+      const auto emergencies = master->emergencies().take(0);
       ASSERT_EQ(emergencies.size(), 2U) << amid;
       EXPECT_EQ(master->mailboxes().statistics(0).unclaimed, unclaimed + 3) << "the transfer took none of them";
     }

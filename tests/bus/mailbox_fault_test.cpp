@@ -75,7 +75,7 @@ TEST(AheadOfAnSdoAnswer, AllOfItAtOnce) {
   line.device().says_first = {kEmergency,      kEoeFragment, kMailboxError,    kOtherSdoAnswer,
                               kVendorProtocol, kEmergency,   kUnknownProtocol, kTxPdo};
   EXPECT_EQ(line.product().value(), slaves::msd::kProductCode);
-  EXPECT_EQ(line.master.mailboxes().emergencies().take(0).size(), 2U);
+  EXPECT_EQ(line.master.emergencies().take(0).size(), 2U);
   EXPECT_GE(line.master.mailboxes().statistics(0).unclaimed, 6U);
 }
 
@@ -92,6 +92,31 @@ TEST(AheadOfAnSdoAnswer, InTheMidstOfSegments) {
   EXPECT_GT(all->size(), 50U);
 }
 
+TEST(UnknownProtocol, IsRefusedOnceWithTheCodeOfTheStandard) {
+  TalkingLine line;
+  std::vector<Bytes> replies;
+  line.device().hears = [&](std::span<const std::byte> mailbox) {
+    if (std::to_integer<unsigned>(mailbox[5] & std::byte{0x0F}) != 0) return;
+    replies.emplace_back(mailbox.begin(), mailbox.begin() + 10);
+    replies.back()[5] &= std::byte{0x0F};
+  };
+  line.device().says_first = {kEoeFragment, kVendorProtocol, kEoeFragment, kEmergency};
+  ASSERT_EQ(sentence(line.product()), "");
+  ASSERT_EQ(sentence(line.product()), "") << "the refusals are on their way";
+  EXPECT_THAT(replies, testing::ElementsAre(kMailboxError, kMailboxError)) << "once for EoE, once for VoE";
+  EXPECT_EQ(line.master.mailboxes().statistics(0).refused, 3U);
+  EXPECT_EQ(line.master.emergencies().take(0).size(), 1U) << "CoE is known";
+}
+
+TEST(UnknownProtocol, ASlaveThatAnswersTheRefusalLosesNothing) {
+  TalkingLine line;
+  line.device().hears = [&](std::span<const std::byte> mailbox) {
+    if ((mailbox[5] & std::byte{0x0F}) == std::byte{0}) line.device().says_first = {kMailboxError};
+  };
+  line.device().says_first = {kEoeFragment};
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(sentence(line.product()), "") << i;
+}
+
 TEST(MailboxError, InsteadOfTheAnswerIsTheResult) {
   TalkingLine line;
   line.device().changes_answer = [](std::span<std::byte> out, std::size_t) {
@@ -99,7 +124,8 @@ TEST(MailboxError, InsteadOfTheAnswerIsTheResult) {
     return kMailboxError.size();
   };
   const auto begin = line.drives.clock.now();
-  EXPECT_EQ(sentence(line.product()), "slave 0: answered object 1018h:02 with mailbox error 0x0002");
+  EXPECT_EQ(sentence(line.product()),
+            "slave 0: answered object 1018h:02 with mailbox error 0x0002 (unsupported protocol)");
   EXPECT_LT(line.drives.clock.now() - begin, milliseconds{200}) << "not the full time limit";
 }
 

@@ -223,7 +223,7 @@ TEST(EmergenciesOfTheLine, AreFetchedWithoutBeingAskedFor) {
   const auto fetched_from = drives.clock.now();
   // Transfers with another drive read the mailbox of the faulty one as well.
   for (int i = 0; i < 50; ++i) ASSERT_EQ(sentence(CoeClient(*operation.master().mailbox(2)).upload(0x1018, 1)), "");
-  const auto records = operation.master().mailboxes().emergencies().all();
+  const auto records = operation.master().emergencies().all();
   ASSERT_EQ(records.size(), 1U);
   EXPECT_EQ(records[0].slave, 1);
   EXPECT_EQ(records[0].message.error_code, 0x3220);

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "driveline/ecat_master/coe/coe_client.hpp"
+#include "driveline/ecat_master/coe/emergency_log.hpp"
 #include "driveline/wire/sync_manager.hpp"
 #include "fuzz_target.hpp"
 
@@ -60,7 +61,9 @@ void append(Bytes& input, std::span<const std::uint8_t> mailbox) {
 void test_one_input(std::span<const std::byte> input) {
   LyingSlave slave(input);
   Bus bus(slave);
+  EmergencyLog emergencies;
   MailboxClient mailbox(bus, {0, 0x1001}, kWindow);
+  mailbox.engine().handle(wire::MailboxType::kCoe, emergencies);
   CoeClient coe(mailbox);
   const Bytes long_value(300, std::byte{0x55});
   const auto name = coe.upload(0x2003, 0);
@@ -69,7 +72,7 @@ void test_one_input(std::span<const std::byte> input) {
   static_cast<void>(coe.download(0x2003, 0, long_value));
   static_cast<void>(coe.upload_as<std::uint32_t>(0x1018, 1));
   static_cast<void>(mailbox.poll());
-  static_cast<void>(mailbox.take_emergencies());
+  static_cast<void>(emergencies.take(0));
 }
 
 std::vector<Bytes> seeds() {

@@ -81,6 +81,13 @@ constexpr std::array kCommands = {
             prepare_upload},
     Command{"download", "", kTools, "Write an object over CoE",
             "download --config examples/line8.toml -p 1 -t int8 0x6060 0 8", prepare_download},
+    Command{"foe", "", kTools, "Files of a slave (file access over EtherCAT)", "", nullptr},
+    Command{"foe read", "foe_read", "", "Read a file of a slave",
+            "foe read --config examples/line8.toml -p 0 parameters.txt -o parameters.txt", prepare_foe_read},
+    Command{"foe write", "foe_write", "", "Write a file to a slave",
+            "foe write --iface eth1 -p 0 parameters.txt\n"
+            "foe write --iface eth1 -p 0 --boot moog_msd.efw",
+            prepare_foe_write},
     Command{"reg", "", kTools, "Registers of the slave controllers", "", nullptr},
     Command{"reg read", "reg_read", "", "Read a register, of several slaves if you like",
             "reg read --config examples/line8.toml -p 0 al_status\n"

@@ -23,6 +23,8 @@ namespace driveline::cli {
 [[nodiscard]] Execute prepare_sdos(Arguments& to);
 [[nodiscard]] Execute prepare_upload(Arguments& to);
 [[nodiscard]] Execute prepare_download(Arguments& to);
+[[nodiscard]] Execute prepare_foe_read(Arguments& to);
+[[nodiscard]] Execute prepare_foe_write(Arguments& to);
 [[nodiscard]] Execute prepare_reg_read(Arguments& to);
 [[nodiscard]] Execute prepare_reg_write(Arguments& to);
 [[nodiscard]] Execute prepare_reg_list(Arguments& to);

@@ -9,6 +9,7 @@
 #include "driveline/esi/sii.hpp"
 #include "driveline/runtime/files/input_file.hpp"
 #include "driveline/runtime/files/output_file.hpp"
+#include "driveline/slaves/msd/core/firmware_image.hpp"
 #include "driveline/slaves/msd/msd_table.hpp"
 
 namespace driveline::cli {
@@ -34,6 +35,18 @@ struct GeneratedFile {
   std::string content;
 };
 
+/// A firmware for the simulated drive, one correction newer than its own.
+std::string next_firmware(const slaves::msd::VariantFacts& facts) {
+  constexpr std::size_t kProgramBytes = 4096;
+  auto version = facts.firmware;
+  ++version.correction;
+  std::string content;
+  for (const auto byte : slaves::msd::make_firmware(facts.variant, version, std::vector<std::byte>(kProgramBytes))) {
+    content += static_cast<char>(byte);
+  }
+  return content;
+}
+
 /// The files of all simulated drives. The variants of the ServoOne share an ESI file and the page of objects.
 std::vector<GeneratedFile> generated_files() {
   using slaves::msd::Variant;
@@ -50,6 +63,7 @@ std::vector<GeneratedFile> generated_files() {
     for (const auto byte : esi::encode_sii(esi::make_sii(device(facts.variant)))) image += static_cast<char>(byte);
     files.push_back({stem + ".sii", image});
     files.push_back({stem + ".eds", esi::write_eds(device(facts.variant), stem + ".eds")});
+    files.push_back({stem + ".efw", next_firmware(facts)});
   }
   return files;
 }

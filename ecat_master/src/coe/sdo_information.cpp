@@ -72,7 +72,7 @@ SdoInformationQuery::SdoInformationQuery(SdoInfoOpCode question, std::uint16_t a
   std::copy(parameters.begin(), parameters.end(), outgoing_.begin() + kHeaders);
 }
 
-void SdoInformationQuery::begin(std::uint16_t position, std::size_t /*max_service*/) {
+void SdoInformationQuery::begin(std::uint16_t position, MailboxRoom /*room*/) {
   position_ = position;
 }
 

@@ -52,9 +52,9 @@ void SdoTransfer::load(std::span<const std::byte> sdo) {
   std::copy(sdo.begin(), sdo.end(), outgoing_.begin() + CoeHeader::kSize);
 }
 
-void SdoTransfer::begin(std::uint16_t position, std::size_t max_service) {
+void SdoTransfer::begin(std::uint16_t position, MailboxRoom room) {
   position_ = position;
-  max_sdo_ = max_service < CoeHeader::kSize ? 0 : max_service - CoeHeader::kSize;
+  max_sdo_ = room.out < CoeHeader::kSize ? 0 : room.out - CoeHeader::kSize;
   const std::uint8_t access = at_.complete ? SdoHeader::kCompleteAccess : std::uint8_t{0};
   if (!download_) {
     load(initiate(static_cast<std::uint8_t>((code_of(SdoRequestCommand::kInitiateUpload) << 5) | access), at_, 0));
@@ -71,8 +71,8 @@ void SdoTransfer::begin(std::uint16_t position, std::size_t max_service) {
   const auto command = static_cast<std::uint8_t>((code_of(SdoRequestCommand::kInitiateDownload) << 5) |
                                                  SdoHeader::kSizeIndicated | access);
   load(initiate(command, at_, static_cast<std::uint32_t>(data_.size())));
-  const auto room = max_sdo_ < SdoHeader::kSize ? 0 : max_sdo_ - SdoHeader::kSize;
-  done_bytes_ = std::min(data_.size(), room);
+  const auto first = max_sdo_ < SdoHeader::kSize ? 0 : max_sdo_ - SdoHeader::kSize;
+  done_bytes_ = std::min(data_.size(), first);
   outgoing_.insert(outgoing_.end(), data_.begin(), data_.begin() + static_cast<std::ptrdiff_t>(done_bytes_));
 }
 

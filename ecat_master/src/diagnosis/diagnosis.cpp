@@ -186,7 +186,7 @@ Result<LineDiagnosis> diagnose(Master& master, const LineSupervisor* supervisor,
     diagnosis.exchange_history.assign(supervisor->exchange_history().begin(), supervisor->exchange_history().end());
     diagnosis.state_history.assign(supervisor->state_history().begin(), supervisor->state_history().end());
   }
-  diagnosis.emergencies = master.mailboxes().emergencies().all();
+  diagnosis.emergencies = master.emergencies().all();
   return diagnosis;
 }
 

@@ -43,6 +43,10 @@ class Sentence {
   std::string operator()(const facts::MailboxMalformed& facts) const;
   std::string operator()(const facts::SdoAbort& facts) const;
   std::string operator()(const facts::SdoSize& facts) const;
+  std::string operator()(const facts::FileRefused& facts) const;
+  std::string operator()(const facts::FilePacket& facts) const;
+  std::string operator()(const facts::FileSize& facts) const;
+  std::string operator()(const facts::FileBusy& facts) const;
   std::string operator()(const facts::ProcessDataSize& facts) const;
   std::string operator()(const facts::TooFewFmmus& facts) const;
 

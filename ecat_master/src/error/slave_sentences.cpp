@@ -1,6 +1,7 @@
 // Errors of single slaves in words: EEPROMs, states, mailboxes, process data.
 #include <fmt/format.h>
 
+#include "driveline/wire/mailbox.hpp"
 #include "error/sentence.hpp"
 
 namespace driveline::ecat_master {
@@ -8,6 +9,12 @@ namespace {
 
 std::string object_text(const facts::ObjectAddress& object) {
   return fmt::format("object {:04X}h:{:02X}", object.index, object.subindex);
+}
+
+/// `word` and the object; nothing when it is about none.
+std::string about(std::string_view word, const facts::ObjectAddress& object) {
+  if (object == facts::ObjectAddress{}) return {};
+  return fmt::format(" {}{}", word, object_text(object));
 }
 
 std::int64_t in_ms(std::chrono::nanoseconds time) {
@@ -71,16 +78,16 @@ std::string Sentence::operator()(const facts::NoBootMailbox& /*facts*/) const {
 }
 
 std::string Sentence::operator()(const facts::MailboxTimeout& facts) const {
-  return fmt::format("{}: no mailbox reply for {} within {} ms", who(), object_text(facts.object),
-                     in_ms(facts.timeout));
+  return fmt::format("{}: no mailbox reply{} within {} ms", who(), about("for ", facts.object), in_ms(facts.timeout));
 }
 
 std::string Sentence::operator()(const facts::MailboxError& facts) const {
-  return fmt::format("{}: answered {} with mailbox error 0x{:04X}", who(), object_text(facts.object), facts.code);
+  return fmt::format("{}: answered{} with mailbox error 0x{:04X} ({})", who(), about("", facts.object), facts.code,
+                     wire::to_text(static_cast<wire::MailboxErrorCode>(facts.code)));
 }
 
 std::string Sentence::operator()(const facts::MailboxMalformed& facts) const {
-  return fmt::format("{}: sent a malformed mailbox for {}", who(), object_text(facts.object));
+  return fmt::format("{}: sent a malformed mailbox{}", who(), about("for ", facts.object));
 }
 
 std::string Sentence::operator()(const facts::SdoAbort& facts) const {
@@ -91,6 +98,23 @@ std::string Sentence::operator()(const facts::SdoAbort& facts) const {
 std::string Sentence::operator()(const facts::SdoSize& facts) const {
   return fmt::format("{}: {} has {} bytes, {} were expected", who(), object_text(facts.object), facts.received,
                      facts.expected);
+}
+
+std::string Sentence::operator()(const facts::FileRefused& facts) const {
+  return fmt::format("{}: refused the file with FoE error 0x{:04X} ({})", who(), static_cast<std::uint32_t>(facts.code),
+                     wire::to_text(facts.code));
+}
+
+std::string Sentence::operator()(const facts::FilePacket& facts) const {
+  return fmt::format("{}: packet {} of the file was expected, {} came", who(), facts.expected, facts.received);
+}
+
+std::string Sentence::operator()(const facts::FileSize& facts) const {
+  return fmt::format("{}: sends more of the file than the {} bytes that are taken", who(), facts.limit);
+}
+
+std::string Sentence::operator()(const facts::FileBusy& facts) const {
+  return fmt::format("{}: was busy with the file for {} ms and has not moved on", who(), in_ms(facts.waited));
 }
 
 std::string Sentence::operator()(const facts::ProcessDataSize& facts) const {

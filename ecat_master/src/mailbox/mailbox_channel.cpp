@@ -1,6 +1,7 @@
 #include "driveline/ecat_master/mailbox/mailbox_channel.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include "driveline/wire/sync_manager.hpp"
 
@@ -19,6 +20,29 @@ constexpr unsigned kIn = 1;
 constexpr unsigned kSilentPolls = 3;
 /// Time for the last word of a dialogue that has failed.
 constexpr auto kLeaveTime = std::chrono::milliseconds{100};
+/// Slaves that answer an error reply with an error reply do so within this time.
+constexpr auto kEchoTime = std::chrono::milliseconds{20};
+
+constexpr std::uint16_t bit_of(wire::MailboxType type) {
+  return static_cast<std::uint16_t>(1U << (static_cast<unsigned>(type) & 0x0FU));
+}
+
+/// Tells a slave that nobody here knows the protocol of its mail.
+class Refusal final : public MailboxDialogue {
+ public:
+  Refusal() noexcept : MailboxDialogue(wire::MailboxType::kError, 0) {
+    wire::MailboxErrorReply{wire::MailboxErrorCode::kUnsupportedProtocol}.encode(service_);
+  }
+
+  void begin(std::uint16_t /*position*/, MailboxRoom /*room*/) override {}
+  [[nodiscard]] std::span<const std::byte> outgoing() const noexcept override { return service_; }
+  [[nodiscard]] bool awaits_answer() const noexcept override { return false; }
+  [[nodiscard]] Reaction receive(std::span<const std::byte> /*service*/) override { return Reaction::kForeign; }
+  void fail(const Error& /*error*/) override {}
+
+ private:
+  std::array<std::byte, wire::MailboxErrorReply::kSize> service_{};
+};
 
 std::uint16_t in_register(std::uint16_t offset) {
   return static_cast<std::uint16_t>(wire::reg::kSyncManager.at(kIn) + offset);
@@ -40,6 +64,10 @@ nanoseconds MailboxChannel::request_timeout() const noexcept {
   return window_.timeouts.request.value_or(settings_.reply_timeout);
 }
 
+nanoseconds MailboxChannel::reply_timeout() const noexcept {
+  return active_->patience().value_or(settings_.reply_timeout);
+}
+
 std::size_t MailboxChannel::max_service() const noexcept {
   return window_.out_length < wire::MailboxHeader::kSize ? 0 : window_.out_length - wire::MailboxHeader::kSize;
 }
@@ -49,6 +77,7 @@ Error MailboxChannel::error(ErrorFacts facts) const noexcept {
 }
 
 void MailboxChannel::submit(std::shared_ptr<MailboxDialogue> dialogue) {
+  known_ |= bit_of(dialogue->type());
   // Behind those of its own and higher priorities.
   const auto place = std::find_if(queue_.begin(), queue_.end(),
                                   [&](const auto& other) { return other->priority() < dialogue->priority(); });
@@ -59,6 +88,7 @@ void MailboxChannel::finish(Finished& finished) {
   finished.push_back(std::move(active_));
   active_.reset();
   sending_ = attempted_ = leaving_ = false;
+  resume_at_.reset();
   error_reply_.reset();
 }
 
@@ -94,6 +124,7 @@ bool MailboxChannel::load_outgoing(nanoseconds now) {
   std::copy(service.begin(), service.end(), outgoing_.begin() + wire::MailboxHeader::kSize);
   sending_ = true;
   attempted_ = false;
+  resume_at_.reset();
   error_reply_.reset();
   deadline_ = now + request_timeout();
   return true;
@@ -103,7 +134,8 @@ void MailboxChannel::start_next(nanoseconds now, Finished& finished) {
   while (!active_ && !queue_.empty()) {
     active_ = std::move(queue_.front());
     queue_.pop_front();
-    active_->begin(slave_.position, max_service());
+    const auto in = std::max<std::size_t>(window_.in_length, wire::MailboxHeader::kSize) - wire::MailboxHeader::kSize;
+    active_->begin(slave_.position, {max_service(), in});
     if (load_outgoing(now)) return;
     finish(finished, error(facts::ProcessDataSize{.bytes = static_cast<std::uint32_t>(active_->outgoing().size()),
                                                   .limit = window_.out_length}));
@@ -133,6 +165,7 @@ bool MailboxChannel::wants_poll(nanoseconds now) noexcept {
 
 void MailboxChannel::prepare(nanoseconds now, std::vector<Request>& batch, Finished& finished) {
   start_next(now, finished);
+  resume(now, finished);
   wrote_ = sending_;
   if (wrote_) {
     out_wire_ = outgoing_;
@@ -178,7 +211,8 @@ bool MailboxChannel::take_written(nanoseconds now, const Request& answer, Finish
   if (answer.working_counter == 0) return false;
   sending_ = false;
   ++statistics_.sent;
-  deadline_ = now + settings_.reply_timeout;
+  deadline_ = now + reply_timeout();
+  if (active_->type() == wire::MailboxType::kError) echo_until_ = now + kEchoTime;
   if (leaving_ || !active_->awaits_answer()) finish(finished);
   return true;
 }
@@ -252,10 +286,24 @@ void MailboxChannel::take_mail(nanoseconds now, const Deliver& deliver, Finished
   const auto reaction = mine ? active_->receive(service) : Reaction::kForeign;
   if (reaction == Reaction::kForeign) {
     ++statistics_.unclaimed;
-    deliver(slave_, header->type, service);
+    if (!deliver(slave_, header->type, service) && (known_ & bit_of(header->type)) == 0) refuse(header->type);
     return;
   }
   react(now, reaction, finished);
+}
+
+/// Each protocol once: a slave that goes on has not understood.
+void MailboxChannel::refuse(wire::MailboxType type) {
+  ++statistics_.refused;
+  if ((refused_ & bit_of(type)) != 0) return;
+  refused_ |= bit_of(type);
+  submit(std::make_shared<Refusal>());
+}
+
+/// The time is over for which a slave asked to be left alone.
+void MailboxChannel::resume(nanoseconds now, Finished& finished) {
+  if (!resume_at_ || now < *resume_at_) return;
+  if (!load_outgoing(now)) finish(finished, error(facts::MailboxMalformed{}));
 }
 
 void MailboxChannel::react(nanoseconds now, Reaction reaction, Finished& finished) {
@@ -265,9 +313,14 @@ void MailboxChannel::react(nanoseconds now, Reaction reaction, Finished& finishe
     case Reaction::kSend:
       if (!load_outgoing(now)) finish(finished, error(facts::MailboxMalformed{}));
       break;
+    case Reaction::kPause:
+      resume_at_ = now + active_->pause();
+      sending_ = false;
+      deadline_ = *resume_at_ + reply_timeout();
+      break;
     case Reaction::kAwait:
       sending_ = false;
-      deadline_ = now + settings_.reply_timeout;
+      deadline_ = now + reply_timeout();
       break;
     case Reaction::kDone:
       finish(finished);
@@ -278,11 +331,12 @@ void MailboxChannel::react(nanoseconds now, Reaction reaction, Finished& finishe
 /// An error reply tells what is wrong, but not with which request: it may be about another protocol. What is awaited
 /// gets a little more time; the error counts when nothing comes.
 void MailboxChannel::take_error(nanoseconds now, std::span<const std::byte> service, Finished& finished) {
-  if (!active_ || !attempted_ || leaving_) {
+  const auto reply = wire::MailboxErrorReply::decode(service);
+  const bool echo = now < echo_until_ && reply && reply->code == wire::MailboxErrorCode::kUnsupportedProtocol;
+  if (!active_ || !attempted_ || leaving_ || echo) {
     ++statistics_.unclaimed;
     return;
   }
-  const auto reply = wire::MailboxErrorReply::decode(service);
   if (!reply) {
     ++statistics_.malformed;
     finish(finished, error(facts::MailboxMalformed{}));
@@ -305,7 +359,7 @@ void MailboxChannel::look_at_clock(nanoseconds now, Finished& finished) {
   }
   ++statistics_.timeouts;
   const bool taken = !sending_;
-  active_->fail(error(facts::MailboxTimeout{.timeout = sending_ ? request_timeout() : settings_.reply_timeout}));
+  active_->fail(error(facts::MailboxTimeout{.timeout = sending_ ? request_timeout() : reply_timeout()}));
   leaving_ = true;
   if (taken && active_->takes_leave() && load_outgoing(now)) {
     deadline_ = now + kLeaveTime;

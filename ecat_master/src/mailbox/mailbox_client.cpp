@@ -9,7 +9,7 @@ class Message final : public MailboxDialogue {
   Message(wire::MailboxType type, std::span<const std::byte> service)
       : MailboxDialogue(type, 0), service_(service.begin(), service.end()) {}
 
-  void begin(std::uint16_t /*position*/, std::size_t /*max_service*/) override {}
+  void begin(std::uint16_t /*position*/, MailboxRoom /*room*/) override {}
   [[nodiscard]] std::span<const std::byte> outgoing() const noexcept override { return service_; }
   [[nodiscard]] bool awaits_answer() const noexcept override { return false; }
   [[nodiscard]] Reaction receive(std::span<const std::byte> /*service*/) override { return Reaction::kForeign; }

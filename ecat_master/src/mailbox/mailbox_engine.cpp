@@ -127,7 +127,7 @@ bool MailboxEngine::step_locked(MailboxChannel::Finished& finished) {
     }
     const auto end = i + 1 < parts.size() ? parts[i + 1].second : batch_.size();
     const auto hand_out = [this](SlaveRef slave, wire::MailboxType type, std::span<const std::byte> service) {
-      deliver(slave, type, service);
+      return deliver(slave, type, service);
     };
     progress =
         channel->evaluate(now, std::span<const Request>(batch_).subspan(first, end - first), hand_out, finished) ||
@@ -136,17 +136,11 @@ bool MailboxEngine::step_locked(MailboxChannel::Finished& finished) {
   return progress;
 }
 
-void MailboxEngine::deliver(SlaveRef slave, wire::MailboxType type, std::span<const std::byte> service) {
-  const auto now = bus_.exchange().now();
-  if (const auto handler = handlers_.find(type); handler != handlers_.end()) {
-    handler->second->receive(slave, service, now);
-    return;
-  }
-  if (type != wire::MailboxType::kCoe) return;
-  const auto coe = wire::CoeHeader::decode(service);
-  if (!coe || coe->service != wire::CoeService::kEmergency) return;
-  const auto emergency = wire::Emergency::decode(service.subspan(wire::CoeHeader::kSize));
-  if (emergency) emergencies_.add({slave.position, now, *emergency});
+bool MailboxEngine::deliver(SlaveRef slave, wire::MailboxType type, std::span<const std::byte> service) {
+  const auto handler = handlers_.find(type);
+  if (handler == handlers_.end()) return false;
+  handler->second->receive(slave, service, bus_.exchange().now());
+  return true;
 }
 
 void MailboxEngine::pause() {

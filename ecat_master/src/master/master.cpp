@@ -17,7 +17,9 @@ Master::Master(port::Port& port, rt::Clock& clock, const Settings& settings)
       direct_(port, clock, settings.exchange),
       exchange_(direct_),
       bus_(exchange_),
-      engine_(bus_) {}
+      engine_(bus_) {
+  engine_.handle(wire::MailboxType::kCoe, emergencies_);
+}
 
 Master::~Master() {
   stop_cycle();

@@ -185,7 +185,7 @@ void LineWatch::fetch_emergencies() {
   if (silent_since_ != nanoseconds{0}) return;
   static_cast<void>(master_.mailboxes().step());
   auto newest = last_emergency_;
-  for (const auto& record : master_.mailboxes().emergencies().all()) {
+  for (const auto& record : master_.emergencies().all()) {
     if (record.time <= last_emergency_) continue;
     newest = std::max(newest, record.time);
     listener_.event(fmt::format("slave {} ({}): emergency {}, error register 0x{:02X}", record.slave,

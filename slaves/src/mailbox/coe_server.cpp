@@ -43,17 +43,17 @@ void CoeServer::raise(const wire::Emergency& emergency) noexcept {
   emergencies_[(first_ + count_++) % kEmergencyDepth] = emergency;
 }
 
-tl::expected<std::size_t, MailboxErrorCode> CoeServer::request(std::span<const std::byte> data, wire::AlState state,
+tl::expected<std::size_t, MailboxErrorCode> CoeServer::request(const MailboxRequest& request,
                                                                std::span<std::byte> out) {
-  const auto header = CoeHeader::decode(data);
+  const auto header = CoeHeader::decode(request.data);
   if (!header) return tl::unexpected(MailboxErrorCode::kSizeTooShort);
   if (out.size() < kMinRoom) return tl::unexpected(MailboxErrorCode::kNoMoreMemory);
-  const auto body = data.subspan(CoeHeader::kSize);
+  const auto body = request.data.subspan(CoeHeader::kSize);
   const auto room = out.subspan(CoeHeader::kSize);
   switch (header->service) {
     case CoeService::kSdoRequest: {
       if (body.size() < wire::SdoHeader::kSize) return tl::unexpected(MailboxErrorCode::kSizeTooShort);
-      const auto length = sdo_.handle(body, access_phase(state), room);
+      const auto length = sdo_.handle(body, access_phase(request.state), room);
       return with_header(service_of(room), length, out);
     }
     case CoeService::kSdoInformation:

@@ -49,6 +49,7 @@ void MailboxServer::request(std::span<const std::byte> mailbox) {
     return;
   }
   slot.header = *header;
+  slot.room = mailbox.size() - MailboxHeader::kSize;
   if (header->length > slot.data.size()) {
     slot.error = MailboxErrorCode::kInvalidSize;
     return;
@@ -81,11 +82,13 @@ std::size_t MailboxServer::send_error(MailboxErrorCode code, std::span<std::byte
 
 std::size_t MailboxServer::answer(const Request& request, wire::AlState state, std::span<std::byte> out) {
   if (request.error) return send_error(*request.error, out);
+  // What the master could not understand; an answer to it would be the same again.
+  if (request.header.type == MailboxType::kError) return 0;
   auto* handler = protocol(request.header.type);
   const bool served = state != wire::AlState::kBootstrap || request.header.type == MailboxType::kFoe;
   if (handler == nullptr || !served) return send_error(MailboxErrorCode::kUnsupportedProtocol, out);
-  const auto data = std::span(request.data).first(request.length);
-  const auto length = handler->request(data, state, out.subspan(MailboxHeader::kSize));
+  const MailboxRequest asked{std::span(request.data).first(request.length), request.room, state};
+  const auto length = handler->request(asked, out.subspan(MailboxHeader::kSize));
   if (!length) return send_error(length.error(), out);
   return *length == 0 ? 0 : send(handler->type(), *length, out);
 }

@@ -107,6 +107,7 @@ DeviceDescription eeprom_description(Variant variant) {
   device.mailbox.coe_sdo_info = true;
   device.mailbox.coe_pdo_assign = true;
   device.mailbox.coe_pdo_config = true;
+  device.mailbox.foe = true;
   device.bootstrap_rx_offset = kMailboxOutStart;
   device.bootstrap_rx_size = kMailboxSize;
   device.bootstrap_tx_offset = kMailboxInStart;

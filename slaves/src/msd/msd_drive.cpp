@@ -75,14 +75,16 @@ MsdDrive::MsdDrive(const MsdParameters& parameters)
     : core_(parameters, dictionary_table(parameters.variant), *this),
       profile_(make_profile(parameters)),
       coe_(core_.dictionary(), *this, {.fill_sign = true}),  // MSD manual Table 8.3
-      mailbox_(std::array<MailboxProtocol*, 1>{&coe_}, kMailboxSize) {
-  pdo_limits_.even_bytes = parameters.firmware_version() < facts(parameters.variant).odd_pdos_since;
+      files_(core_, parameters.file_password, parameters.flash_time, [this] { build_process_data(); }),
+      foe_(files_),
+      mailbox_(std::array<MailboxProtocol*, 2>{&coe_, &foe_}, kMailboxSize) {
   restart();
 }
 
 void MsdDrive::restart() {
   enter_al_state(AlState::kInit);
   core_.restart();
+  pdo_limits_.even_bytes = core_.firmware() < facts(core_.variant()).odd_pdos_since;
   build_process_data();
   if (!eeprom_good_) core_.raise(Fault::kEepromData);
 }

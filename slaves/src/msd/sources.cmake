@@ -1,6 +1,7 @@
 # The EtherCAT front end; core/ has the drive itself.
 target_sources(driveline_slaves PRIVATE
   ${CMAKE_CURRENT_LIST_DIR}/device_description.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/drive_files.cpp
   ${CMAKE_CURRENT_LIST_DIR}/indicators.cpp
   ${CMAKE_CURRENT_LIST_DIR}/mode_mapping.cpp
   ${CMAKE_CURRENT_LIST_DIR}/msd_drive.cpp

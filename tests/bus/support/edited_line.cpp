@@ -5,6 +5,7 @@
 namespace driveline::bus_test {
 
 void EditedDevice::mailbox_request(std::span<const std::byte> mailbox) {
+  if (hears) hears(mailbox);
   inner_->mailbox_request(mailbox);
 }
 

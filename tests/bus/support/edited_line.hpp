@@ -38,6 +38,8 @@ class EditedDevice final : public slaves::Device {
 
   /// Mailboxes that the slave sends ahead of its own answers.
   std::vector<std::vector<std::byte>> says_first;
+  /// Told every mailbox that the master writes.
+  std::function<void(std::span<const std::byte> mailbox)> hears;
   /// Changes an answer before it is sent; returns its new length.
   std::function<std::size_t(std::span<std::byte> out, std::size_t length)> changes_answer;
 

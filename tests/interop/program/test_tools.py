@@ -47,14 +47,14 @@ class InProcess(ProgramTest):
     def test_slaves_in_detail(self):
         text = self.tool("slaves", "-p", "1", "-v")
         for part in ("=== Master 0, Slave 1 ===", "  Vendor Id:       0x00000028", "  Serial number:   0x00000002",
-                     "   0  MII   up    open    yes", "   2  N/A   down  closed  no", "  Supported protocols: CoE",
+                     "   0  MII   up    open    yes", "   2  N/A   down  closed  no", "  Supported protocols: CoE, FoE",
                      "SM2: PhysAddr 0x1400", "FMMU0: outputs"):
             self.assertIn(part, text)
         document = self.one_document(self.tool("slaves", "--json"))
         slave = document["slaves"][7]
         self.assertEqual((slave["position"], slave["serial_number"], slave["state"]), (7, 8, "INIT"))
         self.assertEqual([port["link"] for port in slave["controller"]["ports"]], [True, False, False, False])
-        self.assertEqual(slave["sii"]["mailbox"]["protocols"], ["CoE"])
+        self.assertEqual(slave["sii"]["mailbox"]["protocols"], ["CoE", "FoE"])
 
     def test_values_as_pattern_and_number(self):
         self.assertEqual(self.tool("upload", "-p", "0", "-t", "int32", "0x6064", "0"), "0x00000000 0\n")
@@ -253,6 +253,37 @@ class InProcess(ProgramTest):
         self.assertEqual(self.tool("states", "-p", "1", "BOOT"), "   1  BOOT\n")
         result = self.run_program("states", "--config", EXAMPLES / "mixed.toml", "-p", "0", "BOOT")
         self.check_refused(result, 1, "slave 0: has no mailbox for BOOT: its EEPROM names none for the bootstrap state")
+
+    def test_files_of_a_drive(self):
+        file = self.directory / "set.txt"
+        document = self.one_document(self.tool("foe", "read", "-p", "1", "parameters.txt", "-o", file, "--json"))
+        self.assertEqual((document["name"], document["bytes"]), ("parameters.txt", file.stat().st_size))
+        self.assertIn("6065:00 = ", file.read_text())
+        self.assertEqual(self.tool("foe_read", "-p", "1", "parameters.txt"), file.read_text())
+        self.tool("foe", "write", "-p", "1", "-o", "parameters.txt", file)
+        file.write_text("7777:00 = 1\n")
+        for status, arguments, parts in (
+                (1, ["write", "-o", "parameters.txt", file],
+                 ["slave 0: refused the file with FoE error 0x8004 (illegal): line 1: there is no such object"]),
+                (1, ["read", "x", "-o", file], ["0x8001 (not found)"]),
+                (1, ["write", self.directory / "none"], ["none"]),
+                (2, ["write", "--boot", file], ["single slaves", "-p N"]),
+                (2, ["read", "x", "--password", "0x1FFFFFFFF"], ["password"]),
+                (2, ["read", "parameters.txt", "--json"], ["--output FILE"])):
+            with self.subTest(arguments=arguments):
+                self.check_refused(self.run_program("foe", *arguments, "--config", LINE8), status, *parts)
+        self.assertEqual(file.read_text(), "7777:00 = 1\n", "what could not be read leaves the file alone")
+
+    def test_firmware_goes_through_boot(self):
+        self.assertEqual(self.run_program("esi", "generate", "devices").returncode, 0)
+        firmware = self.directory / "devices" / "moog_msd.efw"
+        document = self.one_document(self.tool("foe_write", "-p", "2", "--boot", firmware, "--json"))
+        self.assertEqual((document["name"], document["bytes"]), ("moog_msd.efw", firmware.stat().st_size))
+        result = self.run_program("foe", "write", "--config", LINE8, "-p", "2", firmware)
+        self.check_refused(result, 1, "slave 2: refused the file with FoE error 0x8008 (in bootstrap only)")
+        other = self.directory / "devices" / "servoone.efw"
+        result = self.run_program("foe", "write", "--config", LINE8, "-p", "2", "--boot", other)
+        self.check_refused(result, 1, "0x800D (firmware does not fit the hardware): the firmware is for another drive")
 
     def test_single_slaves_go_up_to_safeop(self):
         self.assertEqual(self.tool("states", "-p", "1,3", "safeop"), "   1  SAFEOP\n   3  SAFEOP\n")

@@ -9,6 +9,7 @@
 #include "driveline/wire/coe.hpp"
 #include "driveline/wire/dl.hpp"
 #include "driveline/wire/fmmu.hpp"
+#include "driveline/wire/foe.hpp"
 #include "driveline/wire/frame.hpp"
 #include "driveline/wire/mailbox.hpp"
 #include "driveline/wire/registers.hpp"
@@ -339,6 +340,76 @@ TEST_F(OwnFrames, SdoSegments) {
   EXPECT_EQ(value(3, 7), 1U);
   EXPECT_EQ(value(3, 8), 3U);
   EXPECT_EQ(value(3, 9), 1U);
+}
+
+/// Bytes as they are written in hexadecimal.
+Bytes by_hand(std::string_view text) {
+  Bytes bytes;
+  unsigned high = 0;
+  bool half = false;
+  for (const char c : text) {
+    if (c == ' ') continue;
+    const auto digit = static_cast<unsigned>(c <= '9' ? c - '0' : c - 'a' + 10);
+    if (half) bytes.push_back(static_cast<std::byte>(high << 4 | digit));
+    high = digit;
+    half = !half;
+  }
+  return bytes;
+}
+
+/// FoE mails in frames that our encoder had no part in, as the dissector reads them; the encoder makes the same bytes.
+TEST_F(OwnFrames, FoeMailsMadeByHand) {
+  struct Mail {
+    std::string_view service;
+    FoeHeader header;
+  };
+  const Mail mails[] = {
+      {"01 00 78 56 34 12 66 2e 65 66 77", {FoeOpCode::kReadRequest, 0x12345678}},  // "f.efw"
+      {"02 00 01 00 00 00 66 2e 65 66 77", {FoeOpCode::kWriteRequest, 1}},
+      {"03 00 02 01 00 00 61 62 63 64", {FoeOpCode::kData, 258}},
+      {"04 00 02 01 00 00", {FoeOpCode::kAck, 258}},
+      {"05 00 01 80 00 00 6e 6f 6e 65", {FoeOpCode::kError, 0x8001}},  // "none"
+      {"06 00 32 00 64 00 77 61 69 74", {FoeOpCode::kBusy, FoeBusy{50, 100}.value()}},
+  };
+  std::vector<Bytes> frames;
+  for (const auto& mail : mails) {
+    const auto service = by_hand(mail.service);
+    std::array<std::byte, FoeHeader::kSize> made{};
+    mail.header.encode(made);
+    EXPECT_TRUE(std::equal(made.begin(), made.end(), service.begin())) << mail.service;
+    // Ethernet; EtherCAT with one datagram; FPWR to 1001h, 1800h; mailbox header; service; working counter.
+    auto frame = by_hand("ff ff ff ff ff ff 02 00 00 00 00 01 88 a4");
+    const auto size = static_cast<std::uint8_t>(service.size());
+    const auto append_all = [&frame](const Bytes& bytes) { frame.insert(frame.end(), bytes.begin(), bytes.end()); };
+    append_all({static_cast<std::byte>(10 + 6 + size + 2), std::byte{0x10}});
+    append_all(by_hand("05 42 01 10 00 18"));
+    append_all({static_cast<std::byte>(6 + size), std::byte{0}, std::byte{0}, std::byte{0}});
+    append_all({static_cast<std::byte>(size), std::byte{0}});
+    append_all(by_hand("00 00 00 14"));
+    append_all(service);
+    append_all(by_hand("01 00"));
+    frame.resize(std::max<std::size_t>(frame.size(), 60));
+    frames.push_back(frame);
+  }
+  const auto packets =
+      dissected(frames, {"ecat_mailbox.type", "ecat_mailbox.foe_opmode", "ecat_mailbox.foe_filelength",
+                         "ecat_mailbox.foe_filename", "ecat_mailbox.foe_packetno", "ecat_mailbox.foe_errcode",
+                         "ecat_mailbox.foe_errtext", "ecat_mailbox.foe_busydone", "ecat_mailbox.foe_busyentire"});
+  ASSERT_EQ(packets.size(), std::size(mails));
+  const auto value = [&](std::size_t packet, std::size_t field) { return to_number(packets[packet][field].at(0)); };
+  for (std::size_t i = 0; i < packets.size(); ++i) {
+    EXPECT_EQ(value(i, 0), static_cast<unsigned>(MailboxType::kFoe)) << i;
+    EXPECT_EQ(value(i, 1), i + 1);
+  }
+  EXPECT_EQ(value(0, 2), 0x12345678U);
+  EXPECT_EQ(packets[0][3].at(0), "f.efw");
+  EXPECT_EQ(packets[1][3].at(0), "f.efw");
+  EXPECT_EQ(value(2, 4), 258U);
+  EXPECT_EQ(value(3, 4), 258U);
+  EXPECT_EQ(value(4, 5), 0x8001U);
+  EXPECT_EQ(packets[4][6].at(0), "none");
+  EXPECT_EQ(value(5, 7), 50U);
+  EXPECT_EQ(value(5, 8), 100U);
 }
 
 TEST_F(OwnFrames, SdoInformationAndEmergency) {

@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 
 #include "driveline/esi/sii.hpp"
+#include "progress_bar.hpp"
 #include "text/pdo_view.hpp"
 #include "text/sii_text.hpp"
 #include "text/slave_text.hpp"
@@ -136,6 +137,13 @@ TEST(AliasPositions, CountFromTheLastAlias) {
 TEST(ProtocolNames, OnePerBit) {
   EXPECT_THAT(protocol_names(0x3F), ElementsAre("AoE", "EoE", "CoE", "FoE", "SoE", "VoE"));
   EXPECT_THAT(protocol_names(esi::sii_mailbox::kCoe | esi::sii_mailbox::kFoe), ElementsAre("CoE", "FoE"));
+}
+
+TEST(ProgressText, ShowsTheShareAndTheBytes) {
+  EXPECT_EQ(progress_text(0, 2048), "[........................................]   0 %  0.0 of 2.0 KiB");
+  EXPECT_EQ(progress_text(1024, 2048), "[####################....................]  50 %  1.0 of 2.0 KiB");
+  EXPECT_EQ(progress_text(2048, 2048), "[########################################] 100 %  2.0 of 2.0 KiB");
+  EXPECT_EQ(progress_text(1536, 0), "1.5 KiB") << "nobody knows how much will come";
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include "driveline/ecat_master/coe/emergency_log.hpp"
 #include "driveline/ecat_master/configuration/pdo_mapping.hpp"
 #include "support/bytes.hpp"
 #include "support/scripted_mailbox.hpp"
@@ -20,7 +21,9 @@ struct Bench {
       : slave(in),
         bus(slave),
         mailbox(bus, {3, 0x1004}, {ScriptedMailbox::kOut, out, ScriptedMailbox::kIn, in}),
-        coe(mailbox) {}
+        coe(mailbox) {
+    mailbox.engine().handle(wire::MailboxType::kCoe, emergencies);
+  }
 
   /// Each request is answered with one mailbox of these service data; headers and counters are added.
   void answer(const std::vector<std::string_view>& services) {
@@ -42,6 +45,7 @@ struct Bench {
 
   ScriptedMailbox slave;
   Bus bus;
+  EmergencyLog emergencies;
   MailboxClient mailbox;
   CoeClient coe;
   std::uint8_t counter = 0;
@@ -323,29 +327,29 @@ TEST(MailboxClient, CollectsEmergenciesAheadOfTheAnswer) {
   bench.slave.answers.push_back({bench.mail("0010 2032 05 0501000000"), bench.mail("0010 0000 00 0000000000"),
                                  bench.mail("0030 4F 4160 00 11000000")});
   EXPECT_EQ(bench.coe.upload_as<std::uint8_t>(0x6041, 0).value(), 0x11);
-  const auto emergencies = bench.mailbox.take_emergencies();
+  const auto emergencies = bench.emergencies.take(3);
   ASSERT_EQ(emergencies.size(), 2U);
   EXPECT_EQ(emergencies[0].message.error_code, 0x3220);
   EXPECT_EQ(emergencies[0].message.error_register, 5);
   EXPECT_EQ(emergencies[0].message.data[0], std::byte{5});
   EXPECT_EQ(emergencies[1].message.error_code, 0);
-  EXPECT_TRUE(bench.mailbox.take_emergencies().empty());
+  EXPECT_TRUE(bench.emergencies.take(3).empty());
 }
 
 TEST(MailboxClient, KeepsTheNewestEmergencies) {
   Bench bench;
   std::vector<Bytes> mails;
-  for (unsigned i = 0; i < MailboxClient::kMaxEmergencies + 3; ++i) {
+  for (unsigned i = 0; i < EmergencyLog::kMaxPerSlave + 3; ++i) {
     mails.push_back(bench.mail("0010 0000 00 0000000000"));
     mails.back()[8] = static_cast<std::byte>(i);
   }
   mails.push_back(bench.mail("0030 4F 4160 00 11000000"));
   bench.slave.answers.push_back(mails);
   ASSERT_TRUE(bench.coe.upload(0x6041, 0));
-  const auto emergencies = bench.mailbox.take_emergencies();
-  ASSERT_EQ(emergencies.size(), MailboxClient::kMaxEmergencies);
+  const auto emergencies = bench.emergencies.take(3);
+  ASSERT_EQ(emergencies.size(), EmergencyLog::kMaxPerSlave);
   EXPECT_EQ(emergencies.front().message.error_code, 3);
-  EXPECT_EQ(emergencies.back().message.error_code, MailboxClient::kMaxEmergencies + 2);
+  EXPECT_EQ(emergencies.back().message.error_code, EmergencyLog::kMaxPerSlave + 2);
 }
 
 TEST(MailboxClient, SkipsWhatBelongsToOtherProtocols) {
@@ -386,7 +390,7 @@ TEST(MailboxClient, IsNotHeldUpByASlaveThatRepeatsItself) {
   const auto same = bench.mail("0010 2032 05 0501000000");
   bench.slave.endless = [&same] { return std::vector(same); };
   EXPECT_TRUE(bench.coe.upload(0x6041, 0).error().is<facts::MailboxTimeout>());
-  EXPECT_EQ(bench.mailbox.take_emergencies().size(), 1U) << "said once, however often it is repeated";
+  EXPECT_EQ(bench.emergencies.take(3).size(), 1U) << "said once, however often it is repeated";
 }
 
 TEST(MailboxClient, WaitsForAFullMailboxToBeTaken) {

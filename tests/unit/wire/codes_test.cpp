@@ -2,12 +2,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <set>
 #include <string>
 
 #include "driveline/wire/al_status_code.hpp"
 #include "driveline/wire/command.hpp"
 #include "driveline/wire/decode_error.hpp"
+#include "driveline/wire/foe.hpp"
 #include "driveline/wire/mailbox.hpp"
 #include "driveline/wire/sdo_abort.hpp"
 #include "driveline/wire/sii_access.hpp"
@@ -96,6 +98,43 @@ TEST(DecodeError, EveryValueHasAText) {
     EXPECT_TRUE(texts.insert(to_text(static_cast<DecodeError>(raw))).second) << raw;
   }
   EXPECT_EQ(to_text(static_cast<DecodeError>(200)), "undecodable");
+}
+
+TEST(FoeError, EveryCodeHasATextOfItsOwn) {
+  std::set<std::string_view> texts;
+  for (const auto& row : kFoeErrorTexts) EXPECT_TRUE(texts.insert(row.text).second) << row.text;
+  EXPECT_EQ(kFoeErrorTexts.front().code, static_cast<FoeError>(0x8000));
+  for (std::uint32_t code = 0x8000; code <= 0x800C; ++code) {
+    EXPECT_NE(to_text(static_cast<FoeError>(code)), "unknown FoE error") << std::hex << code;
+  }
+  EXPECT_EQ(to_text(static_cast<FoeError>(0x800E)), "unknown FoE error") << "reserved";
+  EXPECT_EQ(to_text(static_cast<FoeError>(0x7FFF)), "unknown FoE error");
+}
+
+TEST(FoeOpCode, CodesOfTheStandard) {
+  EXPECT_EQ(static_cast<int>(FoeOpCode::kReadRequest), 1);
+  EXPECT_EQ(static_cast<int>(FoeOpCode::kWriteRequest), 2);
+  EXPECT_EQ(static_cast<int>(FoeOpCode::kData), 3);
+  EXPECT_EQ(static_cast<int>(FoeOpCode::kAck), 4);
+  EXPECT_EQ(static_cast<int>(FoeOpCode::kError), 5);
+  EXPECT_EQ(static_cast<int>(FoeOpCode::kBusy), 6);
+}
+
+TEST(FoeBusy, IsDoneAndEntireInThisOrder) {
+  constexpr std::array kMail = {std::byte{6}, std::byte{0},    std::byte{0x32},
+                                std::byte{0}, std::byte{0x64}, std::byte{1}};
+  const auto header = FoeHeader::decode(kMail);
+  EXPECT_EQ(FoeBusy::from_value(header->value), (FoeBusy{0x32, 0x0164}));
+  EXPECT_EQ((FoeBusy{0x32, 0x0164}).value(), header->value);
+}
+
+TEST(MailboxErrorCode, EveryCodeHasATextOfItsOwn) {
+  std::set<std::string_view> texts;
+  for (std::uint16_t code = 1; code <= 9; ++code) {
+    EXPECT_TRUE(texts.insert(to_text(static_cast<MailboxErrorCode>(code))).second) << code;
+  }
+  EXPECT_EQ(texts.count("unknown mailbox error"), 0U);
+  EXPECT_EQ(to_text(static_cast<MailboxErrorCode>(10)), "unknown mailbox error");
 }
 
 TEST(MailboxType, CodesOfTheStandard) {

@@ -11,6 +11,7 @@
 #include "driveline/wire/dl.hpp"
 #include "driveline/wire/ethernet.hpp"
 #include "driveline/wire/fmmu.hpp"
+#include "driveline/wire/foe.hpp"
 #include "driveline/wire/mailbox.hpp"
 #include "driveline/wire/sync_manager.hpp"
 
@@ -168,6 +169,19 @@ struct Sample<MailboxHeader> {
             static_cast<std::uint8_t>(random() & 0x3FU), static_cast<std::uint8_t>(random() & 3U),
             static_cast<MailboxType>(random() & 0xFU),   static_cast<std::uint8_t>(random() & 7U)};
   }
+};
+
+template <>
+struct Sample<FoeHeader> {
+  static constexpr std::string_view kName = "FoeHeader";
+  /// Read by Wireshark's dissector in tests/replay/wire (OwnFrames.FoeMailsMadeByHand).
+  static std::vector<Golden<FoeHeader>> golden() {
+    return {{"ETG.1000.6 5.8, read request with password", "01 00 78 56 34 12", {FoeOpCode::kReadRequest, 0x12345678}},
+            {"ETG.1000.6 5.8, packet 70000", "03 00 70 11 01 00", {FoeOpCode::kData, 70000}},
+            {"ETG.1000.6 Table 92, not found", "05 00 01 80 00 00", {FoeOpCode::kError, 0x8001}},
+            {"an operation of tomorrow", "09 00 00 00 00 00", {static_cast<FoeOpCode>(9), 0}}};
+  }
+  static FoeHeader random(std::mt19937& random) { return {any<FoeOpCode>(random), any<std::uint32_t>(random)}; }
 };
 
 template <>

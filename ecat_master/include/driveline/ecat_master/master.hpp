@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "driveline/ecat_master/bus/direct_exchange.hpp"
+#include "driveline/ecat_master/coe/emergency_log.hpp"
 #include "driveline/ecat_master/configuration/configurator.hpp"
 #include "driveline/ecat_master/configuration/register_guard.hpp"
 #include "driveline/ecat_master/cyclic/cycle_runner.hpp"
@@ -147,6 +148,8 @@ class Master {
   [[nodiscard]] MailboxClient* mailbox(std::size_t slave) noexcept { return slaves_[slave].mailbox.get(); }
   /// The mailboxes of all slaves; any ordinary thread.
   [[nodiscard]] MailboxEngine& mailboxes() noexcept { return engine_; }
+  /// What slaves have sent by themselves; any ordinary thread.
+  [[nodiscard]] EmergencyLog& emergencies() noexcept { return emergencies_; }
   /// For registers and EEPROMs; goes through the cycle while it runs.
   [[nodiscard]] Bus& bus() noexcept { return bus_; }
   /// Frames of acyclic work outside the cycle.
@@ -218,6 +221,7 @@ class Master {
   DirectExchange direct_;
   SwitchedExchange exchange_;
   Bus bus_;
+  EmergencyLog emergencies_;
   MailboxEngine engine_;
   CycleMailboxStatus mailbox_status_{*this};
   std::vector<ConfiguredSlave> slaves_;

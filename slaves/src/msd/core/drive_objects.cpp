@@ -70,6 +70,20 @@ SdoResult<void> DriveCore::accept(const EntryRow& row, std::uint64_t raw) {
   }
 }
 
+tl::expected<void, ParameterFileError> DriveCore::take_parameter_set(std::string_view text) {
+  ObjectDictionary candidate = dictionary_;
+  if (auto read = read_parameters(text, candidate); !read) return read;
+  if (!parameters_consistent(candidate))
+    return tl::unexpected(ParameterFileError{0, "the values contradict each other"});
+  if (!store_.store(candidate)) {
+    raise(Fault::kParameterList);
+    return tl::unexpected(store_.error());
+  }
+  dictionary_.copy_backup_values(candidate);
+  settings_changed_ = true;
+  return {};
+}
+
 void DriveCore::written(const EntryRow& row) {
   if (is_string(row.type)) return;
   switch (row.slot) {

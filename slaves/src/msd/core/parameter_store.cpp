@@ -39,6 +39,7 @@ bool ParameterStore::store(const ObjectDictionary& dictionary) {
 }
 
 void ParameterStore::restore(ObjectDictionary& dictionary) {
+  facts_.firmware = std::exchange(next_firmware_, std::nullopt).value_or(facts_.firmware);
   dictionary.reset();
   write_factory_settings(facts_, *motor_, dictionary);
   dictionary.copy_backup_values(stored_);

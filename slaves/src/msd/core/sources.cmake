@@ -11,6 +11,7 @@ target_sources(driveline_slaves PRIVATE
   ${CMAKE_CURRENT_LIST_DIR}/factory_settings.cpp
   ${CMAKE_CURRENT_LIST_DIR}/faults.cpp
   ${CMAKE_CURRENT_LIST_DIR}/fine_interpolator.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/firmware_image.cpp
   ${CMAKE_CURRENT_LIST_DIR}/mode_control.cpp
   ${CMAKE_CURRENT_LIST_DIR}/motion.cpp
   ${CMAKE_CURRENT_LIST_DIR}/motion_frequency.cpp

@@ -65,7 +65,6 @@ TEST(MailboxServer, RepliesWithMailboxErrors) {
       {"EoE", {0x04, 0, 0, 0, 0, 0x12, 0, 0, 0, 0}, 2},
       {"FoE", {0x06, 0, 0, 0, 0, 0x14, 1, 0, 0, 0, 0, 0}, 2},
       {"VoE", {0x02, 0, 0, 0, 0, 0x1F, 0, 0}, 2},
-      {"error reply as a request", {0x04, 0, 0, 0, 0, 0x10, 1, 0, 1, 0}, 2},
       {"length beyond the mailbox", {0xFB, 0x01, 0, 0, 0, 0x13}, 8},
       {"greatest length", {0xFF, 0xFF, 0, 0, 0, 0x13}, 8},
       {"no CoE header", {0x01, 0, 0, 0, 0, 0x13, 0}, 6},
@@ -82,6 +81,14 @@ TEST(MailboxServer, RepliesWithMailboxErrors) {
     EXPECT_THAT(rig.read(), ElementsAre(4, 0, 0, 0, 0, 0x10, 1, 0, c.code, 0)) << c.name;
     EXPECT_TRUE(rig.read().empty()) << c.name;
   }
+}
+
+TEST(MailboxServer, AnswersNoErrorReply) {
+  MailboxRig rig;
+  rig.write({0x04, 0, 0, 0, 0, 0x10, 1, 0, 2, 0});
+  EXPECT_TRUE(rig.read().empty());
+  rig.write({0x04, 0, 0, 0, 0, 0x22, 0, 0, 0, 0});
+  EXPECT_FALSE(rig.read().empty()) << "what comes behind it";
 }
 
 TEST(MailboxServer, ServesRequestsInOrderAndCountsWhatIsTooMuch) {

@@ -58,7 +58,7 @@ class SdoInformationQuery final : public MailboxDialogue {
   /// reason, Mailbox*, those of the bus.
   [[nodiscard]] const Result<std::vector<std::byte>>& result() const noexcept { return result_; }
 
-  void begin(std::uint16_t position, std::size_t max_service) override;
+  void begin(std::uint16_t position, MailboxRoom room) override;
   [[nodiscard]] std::span<const std::byte> outgoing() const noexcept override { return outgoing_; }
   [[nodiscard]] Reaction receive(std::span<const std::byte> service) override;
   void fail(const Error& error) override;

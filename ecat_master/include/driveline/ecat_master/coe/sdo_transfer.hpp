@@ -40,7 +40,7 @@ class SdoTransfer : public MailboxDialogue {
   /// What is transferred.
   [[nodiscard]] const SdoAddress& address() const noexcept { return at_; }
 
-  void begin(std::uint16_t position, std::size_t max_service) override;
+  void begin(std::uint16_t position, MailboxRoom room) override;
   [[nodiscard]] std::span<const std::byte> outgoing() const noexcept override { return outgoing_; }
   [[nodiscard]] bool awaits_answer() const noexcept override { return phase_ != Phase::kAborting; }
   [[nodiscard]] Reaction receive(std::span<const std::byte> service) override;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "driveline/ecat_master/coe/emergency_log.hpp"
 #include "driveline/ecat_master/recovery/line_supervisor.hpp"
 #include "driveline/wire/dl.hpp"
 

@@ -7,6 +7,7 @@
 #include "driveline/ecat_master/error/configuration_finding.hpp"
 #include "driveline/wire/al.hpp"
 #include "driveline/wire/al_status_code.hpp"
+#include "driveline/wire/foe.hpp"
 #include "driveline/wire/sdo_abort.hpp"
 
 namespace driveline::ecat_master {
@@ -182,6 +183,26 @@ struct SdoSize {
   ObjectAddress object{};      ///< that was read
   std::uint32_t expected = 0;  ///< bytes
   std::uint32_t received = 0;  ///< bytes
+};
+
+// Files (FoE).
+
+/// The slave refused a file.
+struct FileRefused {
+  wire::FoeError code{};  ///< why, by the slave
+};
+/// Another packet of a file came than the awaited one.
+struct FilePacket {
+  std::uint32_t expected = 0;  ///< number of the awaited packet
+  std::uint32_t received = 0;  ///< number that came
+};
+/// A slave sends more than is taken of a file.
+struct FileSize {
+  std::uint64_t limit = 0;  ///< bytes
+};
+/// The slave was busy with a file for too long.
+struct FileBusy {
+  std::chrono::nanoseconds waited{0};  ///< since it has moved on
 };
 
 // Process data.

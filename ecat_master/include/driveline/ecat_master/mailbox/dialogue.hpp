@@ -1,7 +1,10 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "driveline/ecat_master/error.hpp"
@@ -9,8 +12,14 @@
 
 namespace driveline::ecat_master {
 
-/// One errand at a slave's mailbox in one protocol: services go out, answers come in, until it is done. Protocols (CoE
-/// now, others later) derive from it; MailboxChannel carries it out.
+/// What fits behind the header of a slave's mailboxes, in bytes.
+struct MailboxRoom {
+  std::size_t out = 0;  ///< to the slave
+  std::size_t in = 0;   ///< from the slave
+};
+
+/// One errand at a slave's mailbox in one protocol: services go out, answers come in, until it is done. Protocols (CoE,
+/// FoE) derive from it; MailboxChannel carries it out.
 ///
 /// All functions but done() are called by the engine, never by two threads at once.
 class MailboxDialogue {
@@ -19,6 +28,7 @@ class MailboxDialogue {
   enum class Reaction : std::uint8_t {
     kForeign,  ///< not the awaited answer; the mail goes to the protocol's handler
     kSend,     ///< outgoing() holds the next service
+    kPause,    ///< the same, after pause(), unless an answer comes until then
     kAwait,    ///< one more answer comes without asking (fragments)
     kDone,     ///< over, well or badly
   };
@@ -37,12 +47,16 @@ class MailboxDialogue {
   /// True once the result may be read, by any thread.
   [[nodiscard]] bool done() const noexcept { return done_.load(std::memory_order_acquire); }
 
-  /// Makes the first service, for the slave at `position`; at most `max_service` bytes fit into a mailbox.
-  virtual void begin(std::uint16_t position, std::size_t max_service) = 0;
+  /// Makes the first service, for the slave at `position`.
+  virtual void begin(std::uint16_t position, MailboxRoom room) = 0;
   /// The service to send, without mailbox header.
   [[nodiscard]] virtual std::span<const std::byte> outgoing() const noexcept = 0;
   /// False: the dialogue is over as soon as outgoing() has been handed to the slave.
   [[nodiscard]] virtual bool awaits_answer() const noexcept { return true; }
+  /// How long each answer may take; none: as all answers of the slave.
+  [[nodiscard]] virtual std::optional<std::chrono::nanoseconds> patience() const noexcept { return std::nullopt; }
+  /// After Reaction::kPause: how long the slave is left alone.
+  [[nodiscard]] virtual std::chrono::nanoseconds pause() const noexcept { return std::chrono::nanoseconds{0}; }
   /// A mail of the dialogue's type, without mailbox header.
   [[nodiscard]] virtual Reaction receive(std::span<const std::byte> service) = 0;
   /// The dialogue cannot go on.

@@ -43,6 +43,7 @@ struct MailboxStatistics {
   std::uint64_t repeated = 0;   ///< replies asked for again because they were lost on the way
   std::uint64_t malformed = 0;  ///< header or length that cannot be
   std::uint64_t unclaimed = 0;  ///< mails that nobody waited for
+  std::uint64_t refused = 0;    ///< mails of protocols that nobody knows
   std::uint64_t timeouts = 0;   ///< dialogues that got no answer in time
 };
 
@@ -61,8 +62,8 @@ class MailboxChannel {
     std::chrono::nanoseconds error_grace = std::chrono::milliseconds{50};
     std::chrono::nanoseconds idle_poll = std::chrono::milliseconds{10};  ///< for what slaves send unasked
   };
-  /// Mails that no dialogue waits for.
-  using Deliver = std::function<void(SlaveRef, wire::MailboxType, std::span<const std::byte> service)>;
+  /// Mails that no dialogue waits for. False: of a protocol that nobody knows.
+  using Deliver = std::function<bool(SlaveRef, wire::MailboxType, std::span<const std::byte> service)>;
   /// Dialogues that are over.
   using Finished = std::vector<std::shared_ptr<MailboxDialogue>>;
 
@@ -102,6 +103,8 @@ class MailboxChannel {
 
  private:
   [[nodiscard]] std::chrono::nanoseconds request_timeout() const noexcept;
+  /// Of the dialogue in progress.
+  [[nodiscard]] std::chrono::nanoseconds reply_timeout() const noexcept;
   enum class Fetch : std::uint8_t { kPoll, kRead, kRepeatLook, kRepeatToggle, kRepeatWait };
 
   [[nodiscard]] bool wants_poll(std::chrono::nanoseconds now) noexcept;
@@ -110,6 +113,8 @@ class MailboxChannel {
   bool take_written(std::chrono::nanoseconds now, const Request& answer, Finished& finished);
   bool take_fetched(std::chrono::nanoseconds now, const Request& answer, const Deliver& deliver, Finished& finished);
   void take_mail(std::chrono::nanoseconds now, const Deliver& deliver, Finished& finished);
+  void refuse(wire::MailboxType type);
+  void resume(std::chrono::nanoseconds now, Finished& finished);
   void take_error(std::chrono::nanoseconds now, std::span<const std::byte> service, Finished& finished);
   void react(std::chrono::nanoseconds now, MailboxDialogue::Reaction reaction, Finished& finished);
   void look_at_clock(std::chrono::nanoseconds now, Finished& finished);
@@ -132,7 +137,11 @@ class MailboxChannel {
   bool attempted_ = false;  ///< may have been taken
   bool leaving_ = false;    ///< the last word of a dialogue that has failed
   std::optional<std::uint16_t> error_reply_;
+  std::uint16_t known_ = 0;    ///< a bit per protocol in which something has been asked
+  std::uint16_t refused_ = 0;  ///< a bit per protocol that has been refused
+  std::chrono::nanoseconds echo_until_{0};
   std::chrono::nanoseconds deadline_{0};
+  std::optional<std::chrono::nanoseconds> resume_at_;  ///< the slave has asked to be left alone until then
 
   // The way in.
   Fetch fetch_ = Fetch::kPoll;

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <memory>
-#include <vector>
 
 #include "driveline/ecat_master/mailbox/mailbox_engine.hpp"
 
@@ -11,8 +10,6 @@ namespace driveline::ecat_master {
 /// ordinary thread; not \rtsafe.
 class MailboxClient {
  public:
-  /// Most emergencies kept; the oldest goes first.
-  static constexpr std::size_t kMaxEmergencies = EmergencyLog::kMaxPerSlave;
   /// How long an answer may take unless told otherwise.
   static constexpr std::chrono::nanoseconds kReplyTimeout = MailboxEngine::Settings{}.reply_timeout;
 
@@ -27,9 +24,6 @@ class MailboxClient {
 
   /// Fetches what the slave has put into its mailbox by itself, e.g. emergencies.
   [[nodiscard]] Result<void> poll() { return engine_->poll(slave_.position); }
-
-  /// Emergencies that have arrived so far, oldest first; the call empties the list.
-  [[nodiscard]] std::vector<EmergencyRecord> take_emergencies() { return engine_->emergencies().take(slave_.position); }
 
   /// Whose mailboxes these are.
   [[nodiscard]] SlaveRef slave() const noexcept { return slave_; }

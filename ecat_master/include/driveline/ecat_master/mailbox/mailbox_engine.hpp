@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "driveline/ecat_master/mailbox/dialogue_request.hpp"
-#include "driveline/ecat_master/mailbox/emergency_log.hpp"
 #include "driveline/ecat_master/mailbox/mailbox_channel.hpp"
 
 namespace driveline::ecat_master {
@@ -56,8 +55,9 @@ class MailboxEngine {
   void close(std::uint16_t position);
   /// Closes all mailboxes; their dialogues end with Cancelled.
   void close_all();
-  /// Who gets the mails of a protocol that answer nothing. CoE emergencies go to emergencies() unless CoE has a handler
-  /// of its own. The handler must outlive the engine.
+  /// Makes a protocol known and tells who gets its mails that answer nothing. A protocol without handler is known to a
+  /// mailbox once something has been asked in it; one that is not known is answered with a mailbox error reply, once
+  /// (ETG.1000.4 5.6). The handler must outlive the engine.
   void handle(wire::MailboxType type, MailboxProtocolHandler& handler);
 
   /// While the cycle runs: asks `source` whether a mailbox is full, instead of the slave. Null ends that.
@@ -77,8 +77,6 @@ class MailboxEngine {
   /// Looks after `request` until nobody else has it: what it asks for is carried out.
   void watch(std::weak_ptr<DialogueRequest> request);
 
-  /// What slaves have sent by themselves.
-  [[nodiscard]] EmergencyLog& emergencies() noexcept { return emergencies_; }
   /// Of the mailboxes of one slave.
   [[nodiscard]] MailboxStatistics statistics(std::uint16_t position);
   /// That the mails go through.
@@ -96,13 +94,13 @@ class MailboxEngine {
   bool step_locked(MailboxChannel::Finished& finished);
   void take_submissions(MailboxChannel::Finished& finished);
   void take_requests();
-  void deliver(SlaveRef slave, wire::MailboxType type, std::span<const std::byte> service);
+  /// False: nobody knows the protocol.
+  bool deliver(SlaveRef slave, wire::MailboxType type, std::span<const std::byte> service);
   void pause();
   static void complete(MailboxChannel::Finished& finished);
 
   Bus& bus_;
   Settings settings_;
-  EmergencyLog emergencies_;
 
   std::mutex step_mutex_;  ///< channels_, status_, handlers_, batch_: one thread steps at a time
   std::map<std::uint16_t, MailboxChannel> channels_;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string_view>
+
 #include "driveline/wire/decode_error.hpp"
 #include "driveline/wire/endian.hpp"
 
@@ -61,6 +63,31 @@ enum class MailboxErrorCode : std::uint16_t {
   kInvalidSize = 8,
   kServiceInWork = 9,
 };
+
+/// Meaning of a code; "unknown mailbox error" when the standard has none.
+[[nodiscard]] constexpr std::string_view to_text(MailboxErrorCode code) noexcept {
+  switch (code) {
+    case MailboxErrorCode::kSyntax:
+      return "syntax of the mailbox header";
+    case MailboxErrorCode::kUnsupportedProtocol:
+      return "unsupported protocol";
+    case MailboxErrorCode::kInvalidChannel:
+      return "invalid channel";
+    case MailboxErrorCode::kServiceNotSupported:
+      return "service not supported";
+    case MailboxErrorCode::kInvalidHeader:
+      return "invalid header of the protocol";
+    case MailboxErrorCode::kSizeTooShort:
+      return "too short";
+    case MailboxErrorCode::kNoMoreMemory:
+      return "no more memory";
+    case MailboxErrorCode::kInvalidSize:
+      return "invalid size";
+    case MailboxErrorCode::kServiceInWork:
+      return "service in work";
+  }
+  return "unknown mailbox error";
+}
 
 /// Service data of a mailbox error reply: type 0x0001 and the detail code.
 struct MailboxErrorReply {

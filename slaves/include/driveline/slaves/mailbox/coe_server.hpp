@@ -34,8 +34,7 @@ class CoeServer : public MailboxProtocol {
 
   /// CoE, type 3.
   [[nodiscard]] wire::MailboxType type() const noexcept override { return wire::MailboxType::kCoe; }
-  [[nodiscard]] tl::expected<std::size_t, wire::MailboxErrorCode> request(std::span<const std::byte> data,
-                                                                          wire::AlState state,
+  [[nodiscard]] tl::expected<std::size_t, wire::MailboxErrorCode> request(const MailboxRequest& request,
                                                                           std::span<std::byte> out) override;
   [[nodiscard]] std::size_t unsolicited(std::span<std::byte> out) override;
   void stop() noexcept override;

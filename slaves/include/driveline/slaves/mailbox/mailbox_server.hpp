@@ -12,16 +12,22 @@
 
 namespace driveline::slaves {
 
-/// A mailbox protocol of a device (CoE, ...): answers one request at a time.
+/// What a mailbox protocol is asked.
+struct MailboxRequest {
+  std::span<const std::byte> data;             ///< service data of the mail
+  std::size_t room = 0;                        ///< most that would have fitted into the mailbox
+  wire::AlState state = wire::AlState::kNone;  ///< of the slave
+};
+
+/// A mailbox protocol of a device (CoE, FoE): answers one request at a time.
 class MailboxProtocol {
  public:
   virtual ~MailboxProtocol() = default;
   /// Type of the mailboxes it answers; stays the same.
   [[nodiscard]] virtual wire::MailboxType type() const noexcept = 0;
-  /// Handles the service data of one request and writes the service data of the answer into `out`. Returns the
+  /// Handles one request and writes the service data of the answer into `out`. Returns the
   /// length of the answer, 0 when the service has none, or the reason why the request is not understood.
-  [[nodiscard]] virtual tl::expected<std::size_t, wire::MailboxErrorCode> request(std::span<const std::byte> data,
-                                                                                  wire::AlState state,
+  [[nodiscard]] virtual tl::expected<std::size_t, wire::MailboxErrorCode> request(const MailboxRequest& request,
                                                                                   std::span<std::byte> out) = 0;
   /// Something the protocol has to say unasked (emergencies), or the rest of an answer that takes several mailboxes;
   /// 0 when there is nothing.
@@ -61,6 +67,7 @@ class MailboxServer {
     std::optional<wire::MailboxErrorCode> error;
     std::vector<std::byte> data;
     std::size_t length = 0;
+    std::size_t room = 0;
   };
   [[nodiscard]] bool is_repetition(std::uint8_t counter) noexcept;
   [[nodiscard]] std::size_t answer(const Request& request, wire::AlState state, std::span<std::byte> out);

@@ -2,7 +2,9 @@
 
 #include "driveline/slaves/device.hpp"
 #include "driveline/slaves/mailbox/coe_server.hpp"
+#include "driveline/slaves/mailbox/foe_server.hpp"
 #include "driveline/slaves/msd/core/drive_core.hpp"
+#include "driveline/slaves/msd/drive_files.hpp"
 #include "driveline/slaves/msd/indicators.hpp"
 #include "driveline/slaves/msd/msd_table.hpp"
 #include "driveline/slaves/msd/sync0_watch.hpp"
@@ -10,8 +12,8 @@
 
 namespace driveline::slaves::msd {
 
-/// The EtherCAT front end of the MSD servo drive, or of one of its variants: AL states, process data and CoE in front
-/// of a DriveCore, which is the drive itself.
+/// The EtherCAT front end of the MSD servo drive, or of one of its variants: AL states, process data, CoE and FoE in
+/// front of a DriveCore, which is the drive itself.
 ///
 /// Belongs to the thread that drives the line. Times are counted from the first call of advance().
 class MsdDrive final : public Device, private DictionaryOwner, private DriveBus {
@@ -76,6 +78,8 @@ class MsdDrive final : public Device, private DictionaryOwner, private DriveBus 
   DeviceProfile profile_;
   PdoLimits pdo_limits_ = kPdoLimits;
   CoeServer coe_;
+  DriveFiles files_;
+  FoeServer foe_;
   MailboxServer mailbox_;
   PdoMap rx_map_;
   PdoMap tx_map_;

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "driveline/slaves/msd/core/actual_values.hpp"
 #include "driveline/slaves/msd/core/control_clock.hpp"
@@ -21,6 +22,7 @@
 #include "driveline/slaves/msd/core/terminals.hpp"
 #include "driveline/slaves/msd/core/touch_probe.hpp"
 #include "driveline/slaves/od/object_dictionary.hpp"
+#include "driveline/slaves/od/parameter_file.hpp"
 
 namespace driveline::slaves::msd {
 
@@ -61,6 +63,15 @@ class DriveCore final : private MachineEvents {
   [[nodiscard]] SdoResult<void> accept(const EntryRow& row, std::uint64_t raw);
   /// The value has been written.
   void written(const EntryRow& row);
+  /// The parameters that can be stored, as they are now: one per line.
+  [[nodiscard]] std::string parameter_set() const { return write_parameters(dictionary_); }
+  /// Takes a set of parameters and stores it, whole or not at all. Refused: a line that is no parameter of this drive,
+  /// values that contradict each other, a file that cannot be written.
+  [[nodiscard]] tl::expected<void, ParameterFileError> take_parameter_set(std::string_view text);
+  /// The drive has this firmware from the next restart() on.
+  void install_firmware(FirmwareVersion version) noexcept { store_.install_firmware(version); }
+  /// That runs now. \rtsafe
+  [[nodiscard]] FirmwareVersion firmware() const noexcept { return store_.facts().firmware; }
   /// The power section is on from Switched on (MSD manual 10.1.3, transition 3), the motor has current from Operation
   /// enabled on. \rtsafe
   [[nodiscard]] bool power_stage_on() const noexcept;

@@ -43,7 +43,9 @@ struct MsdParameters {
   std::chrono::nanoseconds start_up_time = std::chrono::milliseconds{1};  ///< of the self-test; the real drive: seconds
   /// The same after a reset to factory settings (MSD manual 7.5.4: about 10 s).
   std::chrono::nanoseconds factory_start_up_time = std::chrono::seconds{10};
-  std::chrono::nanoseconds save_time = std::chrono::milliseconds{1};  ///< until 200Bh sub 1 is 0 again
+  std::uint32_t file_password = 0;  ///< that files ask for which are read or written over the bus; 0: none
+  std::chrono::nanoseconds flash_time = std::chrono::milliseconds{20};  ///< until a new firmware is kept; ours
+  std::chrono::nanoseconds save_time = std::chrono::milliseconds{1};    ///< until 200Bh sub 1 is 0 again
 
   /// `firmware`, or that of the variant. \rtsafe
   [[nodiscard]] FirmwareVersion firmware_version() const noexcept { return firmware.value_or(facts(variant).firmware); }

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <chrono>
+#include <optional>
+#include <string>
 #include <utility>
 
 #include "driveline/slaves/msd/core/factory_settings.hpp"
@@ -23,6 +25,8 @@ class ParameterStore {
   /// Power-on: initial values, factory settings, stored parameters.
   void restore(ObjectDictionary& dictionary);
 
+  /// The drive has this firmware from the next restore() on. \rtsafe
+  void install_firmware(FirmwareVersion version) noexcept { next_firmware_ = version; }
   /// The next store() makes factory settings. \rtsafe
   void request_factory_reset() noexcept { factory_reset_pending_ = true; }
   /// Whether the last access to the file succeeded. \rtsafe
@@ -46,6 +50,7 @@ class ParameterStore {
   void load();
 
   FactoryFacts facts_;
+  std::optional<FirmwareVersion> next_firmware_;
   const ServoMotor* motor_;
   ObjectDictionary stored_;
   std::string file_;  ///< empty: there is none

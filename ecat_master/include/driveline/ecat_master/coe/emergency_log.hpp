@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "driveline/ecat_master/mailbox/mailbox_engine.hpp"
 #include "driveline/wire/coe.hpp"
 
 namespace driveline::ecat_master {
@@ -22,12 +23,15 @@ struct EmergencyRecord {
 /// "3.201 s slave 4: emergency 0x3220, DC link undervoltage, error register 0x05, 01 00 ...".
 [[nodiscard]] std::string describe(const EmergencyRecord& record);
 
-/// Emergencies of all slaves, the newest of each slave. May be used by any thread; not \rtsafe.
-class EmergencyLog {
+/// Emergencies of all slaves, the newest of each slave: what CoE does with mails that nobody has asked for
+/// (MailboxEngine::handle()). May be used by any thread; not \rtsafe.
+class EmergencyLog final : public MailboxProtocolHandler {
  public:
   /// Most emergencies kept of one slave; the oldest goes first.
   static constexpr std::size_t kMaxPerSlave = 64;
 
+  /// Keeps the mail if it is an emergency.
+  void receive(SlaveRef slave, std::span<const std::byte> service, std::chrono::nanoseconds now) override;
   /// Keeps one more; the oldest of a slave that has too many goes.
   void add(const EmergencyRecord& record);
   /// Those of one slave, oldest first; they are gone afterwards.

@@ -1,4 +1,4 @@
-#include "driveline/ecat_master/mailbox/emergency_log.hpp"
+#include "driveline/ecat_master/coe/emergency_log.hpp"
 
 #include <fmt/format.h>
 
@@ -14,6 +14,13 @@ std::string describe(const EmergencyRecord& record) {
                           cia402::error_text(record.message.error_code), record.message.error_register);
   for (const auto byte : record.message.data) text += fmt::format(" {:02X}", std::to_integer<unsigned>(byte));
   return text;
+}
+
+void EmergencyLog::receive(SlaveRef slave, std::span<const std::byte> service, std::chrono::nanoseconds now) {
+  const auto coe = wire::CoeHeader::decode(service);
+  if (!coe || coe->service != wire::CoeService::kEmergency) return;
+  const auto emergency = wire::Emergency::decode(service.subspan(wire::CoeHeader::kSize));
+  if (emergency) add({slave.position, now, *emergency});
 }
 
 void EmergencyLog::add(const EmergencyRecord& record) {

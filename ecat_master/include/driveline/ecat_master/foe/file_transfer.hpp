@@ -1,0 +1,95 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <string>
+#include <vector>
+
+#include "driveline/ecat_master/mailbox/dialogue.hpp"
+#include "driveline/wire/foe.hpp"
+
+namespace driveline::ecat_master {
+
+/// A file of a slave.
+struct FileName {
+  std::string name;            ///< as the slave calls it
+  std::uint32_t password = 0;  ///< 0: none
+};
+
+/// Patience with a slave that reads or writes a file.
+struct FileSettings {
+  std::chrono::nanoseconds patience = std::chrono::seconds{10};  ///< for each answer: slaves erase memory meanwhile
+  /// How long a busy slave is left alone the first time; twice as long each time it is still busy.
+  std::chrono::nanoseconds first_pause = std::chrono::milliseconds{5};
+  std::chrono::nanoseconds longest_pause = std::chrono::milliseconds{500};  ///< no pause is longer
+  std::chrono::nanoseconds busy_limit = std::chrono::minutes{2};  ///< pauses in all until it moves on or is given up
+  std::size_t largest = std::size_t{64} << 20;                    ///< most bytes that are taken of a file
+};
+
+/// One file to or from a slave (FoE, ETG.1000.6 5.8). Packets are numbered from 1, in 32 bits; one that is shorter than
+/// the mailbox allows is the last, so a file that fills its packets ends with an empty one.
+///
+/// A packet that comes twice, or an answer to a transfer that was given up before, is passed over; any other number
+/// than the awaited one ends the transfer with an error to the slave.
+class FileTransfer final : public MailboxDialogue {
+ public:
+  /// Reads a file.
+  explicit FileTransfer(FileName file, const FileSettings& settings = {});
+  /// Writes `content` to a file.
+  FileTransfer(FileName file, std::vector<std::byte> content, const FileSettings& settings = {});
+
+  /// After done(): what was read (nothing when it was written), or why not. Errors: FileRefused, FilePacket, FileSize,
+  /// FileBusy, Mailbox*, ProcessDataSize (the name is longer than the mailbox), those of the bus.
+  [[nodiscard]] const Result<std::vector<std::byte>>& result() const noexcept { return result_; }
+  /// After done(): what the slave said to its error; empty: nothing.
+  [[nodiscard]] const std::string& slave_text() const noexcept { return slave_text_; }
+  /// Bytes so far, of those written the acknowledged ones; any thread. \rtsafe
+  [[nodiscard]] std::size_t transferred() const noexcept { return transferred_.load(std::memory_order_relaxed); }
+  /// Bytes of a file that is written; 0 while one is read.
+  [[nodiscard]] std::size_t size() const noexcept { return write_ ? size_ : 0; }
+
+  void begin(std::uint16_t position, MailboxRoom room) override;
+  [[nodiscard]] std::span<const std::byte> outgoing() const noexcept override { return outgoing_; }
+  [[nodiscard]] bool awaits_answer() const noexcept override { return !last_word_; }
+  [[nodiscard]] std::optional<std::chrono::nanoseconds> patience() const noexcept override {
+    return settings_.patience;
+  }
+  [[nodiscard]] std::chrono::nanoseconds pause() const noexcept override { return pause_; }
+  [[nodiscard]] Reaction receive(std::span<const std::byte> service) override;
+  void fail(const Error& error) override;
+  [[nodiscard]] bool takes_leave() override;
+
+ private:
+  [[nodiscard]] Reaction receive_ack(std::uint32_t number);
+  [[nodiscard]] Reaction receive_data(std::uint32_t number, std::span<const std::byte> data);
+  [[nodiscard]] Reaction receive_busy();
+  [[nodiscard]] Reaction receive_error(std::uint32_t code, std::span<const std::byte> text);
+  [[nodiscard]] Reaction stray();
+  [[nodiscard]] Reaction give_up(const Error& error, wire::FoeError code);
+  [[nodiscard]] Reaction wrong_packet(std::uint32_t number);
+  void load(wire::FoeOpCode op_code, std::uint32_t value, std::span<const std::byte> data = {});
+  void load_packet();
+
+  FileName file_;
+  bool write_;
+  FileSettings settings_;
+  std::vector<std::byte> content_;  ///< to be written, or read so far
+  std::size_t size_ = 0;
+  Result<std::vector<std::byte>> result_;
+  std::string slave_text_;
+  std::atomic<std::size_t> transferred_{0};
+
+  std::uint16_t position_ = Error::kNoSlave;
+  std::vector<std::byte> outgoing_;
+  std::size_t out_room_ = 0;      ///< data of a packet to the slave
+  std::size_t in_room_ = 0;       ///< data of a packet from the slave
+  std::uint32_t packet_ = 0;      ///< whose acknowledge, or whose data, is awaited
+  std::size_t packet_bytes_ = 0;  ///< in the packet on its way
+  bool last_packet_ = false;      ///< it is the last one
+  bool last_word_ = false;        ///< outgoing() ends the dialogue
+  bool stray_ = false;            ///< something came that could not be used
+  std::chrono::nanoseconds pause_{0};
+  std::chrono::nanoseconds paused_{0};  ///< since the slave has moved on
+};
+
+}  // namespace driveline::ecat_master

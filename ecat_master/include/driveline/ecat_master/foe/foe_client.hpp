@@ -1,0 +1,54 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "driveline/ecat_master/foe/file_transfer.hpp"
+#include "driveline/ecat_master/mailbox/mailbox_client.hpp"
+
+namespace driveline::ecat_master {
+
+/// Why a file could not be transferred.
+struct FileFailure {
+  Error error;             ///< what went wrong
+  std::string slave_text;  ///< what the slave said to it; empty: nothing
+};
+
+/// A value, or why the file could not be transferred.
+template <typename T>
+using FileResult = tl::expected<T, FileFailure>;
+
+/// The failure as one sentence, the slave's own words behind it.
+[[nodiscard]] std::string describe(const FileFailure& failure);
+
+/// Files to and from one slave (FoE). Any ordinary thread; not \rtsafe. In BOOT, and in PREOP and above, as the slave
+/// has it.
+class FoeClient {
+ public:
+  /// Of the slave of this mailbox, whose engine must outlive the client.
+  explicit FoeClient(MailboxClient& mailbox) : engine_(mailbox.engine()), position_(mailbox.slave().position) {}
+  /// Of the slave at this position, whose mailbox is open in `engine`.
+  FoeClient(MailboxEngine& engine, std::uint16_t position) : engine_(engine), position_(position) {}
+
+  /// Reads a file and waits for it. Errors: see FileTransfer::result().
+  [[nodiscard]] FileResult<std::vector<std::byte>> read(const FileName& file, const FileSettings& settings = {});
+  /// Writes a file and waits until the slave has taken it. Errors: see FileTransfer::result().
+  [[nodiscard]] FileResult<void> write(const FileName& file, std::vector<std::byte> content,
+                                       const FileSettings& settings = {});
+
+  /// Starts a transfer; whoever waits for it, or steps the engine, carries it out.
+  std::shared_ptr<FileTransfer> start_read(const FileName& file, const FileSettings& settings = {});
+  /// Like start_read(), in the other direction.
+  std::shared_ptr<FileTransfer> start_write(const FileName& file, std::vector<std::byte> content,
+                                            const FileSettings& settings = {});
+
+ private:
+  MailboxEngine& engine_;
+  std::uint16_t position_;
+};
+
+/// The result of a transfer that is done.
+[[nodiscard]] FileResult<std::vector<std::byte>> result_of(const FileTransfer& transfer);
+
+}  // namespace driveline::ecat_master

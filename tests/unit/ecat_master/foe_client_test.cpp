@@ -1,0 +1,210 @@
+#include "driveline/ecat_master/foe/foe_client.hpp"
+
+#include <gmock/gmock.h>
+
+#include <array>
+
+#include "support/bytes.hpp"
+#include "support/scripted_mailbox.hpp"
+
+namespace driveline::ecat_master {
+namespace {
+
+using ecat_master_test::hex;
+using ecat_master_test::ScriptedMailbox;
+using std::chrono::milliseconds;
+using testing::ElementsAre;
+using Bytes = std::vector<std::byte>;
+
+/// A FoE client before a slave with mailboxes that have room for four bytes of data. Mails are plain bytes from
+/// ETG.1000.6 5.8.
+struct FileBench {
+  static constexpr std::uint16_t kMailbox = 16;
+
+  /// Each request is answered with this mail; empty: with none.
+  void answer(const std::vector<std::string_view>& services) {
+    for (const auto service : services) {
+      std::vector<Bytes> mails;
+      if (!service.empty()) mails.push_back(mail(service));
+      slave.answers.push_back(mails);
+    }
+  }
+  Bytes mail(std::string_view service) {
+    const auto data = hex(service);
+    counter = static_cast<std::uint8_t>(counter % 7 + 1);
+    Bytes bytes{static_cast<std::byte>(data.size()),     std::byte{0}, std::byte{0}, std::byte{0}, std::byte{0},
+                static_cast<std::byte>(counter << 4 | 4)};
+    bytes.insert(bytes.end(), data.begin(), data.end());
+    return bytes;
+  }
+  /// What the slave has been told, without mailbox headers.
+  std::vector<Bytes> told() const {
+    std::vector<Bytes> services;
+    for (const auto& request : slave.requests) services.emplace_back(request.begin() + 6, request.end());
+    return services;
+  }
+  std::string read(const FileSettings& settings = {}) {
+    const auto file = foe.read({"F", 0x12345678}, settings);
+    return file ? "" : describe(file.error());
+  }
+  std::string write(std::string_view content, const FileSettings& settings = {}) {
+    const auto bytes = std::as_bytes(std::span(content));
+    const auto done = foe.write({"F", 0x12345678}, {bytes.begin(), bytes.end()}, settings);
+    return done ? "" : describe(done.error());
+  }
+
+  ScriptedMailbox slave{kMailbox};
+  Bus bus{slave};
+  MailboxClient mailbox{bus, {3, 0x1004}, {ScriptedMailbox::kOut, kMailbox, ScriptedMailbox::kIn, kMailbox}};
+  FoeClient foe{mailbox};
+  std::uint8_t counter = 0;
+};
+
+TEST(FoeClient, ReadsAFileInPacketsAndAcknowledgesEach) {
+  FileBench bench;
+  bench.answer({"0300 01000000 61626364", "0300 02000000 65"});
+  const auto file = bench.foe.read({"F", 0x12345678});
+  ASSERT_TRUE(file);
+  EXPECT_EQ(*file, hex("6162636465"));
+  EXPECT_THAT(bench.told(), ElementsAre(hex("0100 78563412 46"), hex("0400 01000000"), hex("0400 02000000")));
+}
+
+TEST(FoeClient, WritesAFileInPackets) {
+  FileBench bench;
+  bench.answer({"0400 00000000", "0400 01000000", "0400 02000000"});
+  EXPECT_EQ(bench.write("abcde"), "");
+  EXPECT_THAT(bench.told(),
+              ElementsAre(hex("0200 78563412 46"), hex("0300 01000000 61626364"), hex("0300 02000000 65")));
+}
+
+TEST(FoeClient, AnExactMultipleEndsWithAnEmptyPacketBothWays) {
+  FileBench bench;
+  bench.answer({"0400 00000000", "0400 01000000", "0400 02000000"});
+  EXPECT_EQ(bench.write("abcd"), "");
+  EXPECT_EQ(bench.told().back(), hex("0300 02000000"));
+  FileBench back;
+  back.answer({"0300 01000000 61626364", "0300 02000000"});
+  EXPECT_EQ(back.read(), "");
+  EXPECT_EQ(back.told().back(), hex("0400 02000000"));
+}
+
+TEST(FoeClient, AnEmptyFileIsOneEmptyPacket) {
+  FileBench bench;
+  bench.answer({"0400 00000000", "0400 01000000"});
+  EXPECT_EQ(bench.write(""), "");
+  EXPECT_EQ(bench.told().back(), hex("0300 01000000"));
+}
+
+TEST(FoeClient, LeavesABusySlaveAloneForLongerAndLongerAndRepeatsTheMail) {
+  FileBench bench;
+  bench.answer({"0600 0000 6400", "0400 00000000", "0600 3200 6400 77616974", "0600 6300 6400", "0400 01000000"});
+  const auto begin = bench.slave.now();
+  EXPECT_EQ(bench.write("a", {.first_pause = milliseconds{10}, .longest_pause = milliseconds{15}}), "");
+  const auto request = hex("0200 78563412 46");
+  const auto data = hex("0300 01000000 61");
+  EXPECT_THAT(bench.told(), ElementsAre(request, request, data, data, data));
+  EXPECT_GE(bench.slave.now() - begin, milliseconds{10 + 10 + 15});
+  EXPECT_LT(bench.slave.now() - begin, milliseconds{10 + 10 + 15 + 10});
+}
+
+TEST(FoeClient, TakesTheAnswerThatABusySlaveSendsByItself) {
+  FileBench bench;
+  bench.slave.answers.push_back({bench.mail("0600 0000 0000"), bench.mail("0400 00000000")});
+  bench.answer({"0400 01000000"});
+  EXPECT_EQ(bench.write("a"), "");
+  EXPECT_EQ(bench.told().size(), 2U) << "nothing was repeated";
+}
+
+TEST(FoeClient, GivesUpOnASlaveThatStaysBusyAndTellsIt) {
+  FileBench bench;
+  bench.answer({"0600 0000 0000", "0600 0000 0000", "0600 0000 0000", "0600 0000 0000"});
+  EXPECT_EQ(bench.write("a", {.first_pause = milliseconds{10}, .busy_limit = milliseconds{50}}),
+            "slave 3: was busy with the file for 30 ms and has not moved on");
+  EXPECT_EQ(bench.told().back(), hex("0500 00800000"));
+}
+
+TEST(FoeClient, NamesTheErrorOfTheSlaveAndItsWords) {
+  FileBench bench;
+  bench.answer({"0500 01800000", "0500 03800000 66756C6C", "0500 EFBEADDE 780079"});
+  EXPECT_EQ(bench.read(), "slave 3: refused the file with FoE error 0x8001 (not found)");
+  EXPECT_EQ(bench.write("abc"), "slave 3: refused the file with FoE error 0x8003 (disk full): full");
+  EXPECT_EQ(bench.read(), "slave 3: refused the file with FoE error 0xDEADBEEF (unknown FoE error): x");
+}
+
+TEST(FoeClient, AnErrorEndsATransferThatIsUnderWay) {
+  FileBench bench;
+  bench.answer({"0400 00000000", "0500 0C800000"});
+  EXPECT_EQ(bench.write("abcde"), "slave 3: refused the file with FoE error 0x800C (checksum wrong)");
+}
+
+TEST(FoeClient, AnswersAWrongPacketNumberWithItsError) {
+  FileBench bench;
+  bench.answer({"0300 01000000 61626364", "0300 03000000 65"});
+  EXPECT_EQ(bench.read(), "slave 3: packet 2 of the file was expected, 3 came");
+  EXPECT_EQ(bench.told().back(), hex("0500 05800000"));
+  FileBench other;
+  other.answer({"0400 00000000", "0400 01000100"});
+  EXPECT_EQ(other.write("abcde"), "slave 3: packet 1 of the file was expected, 65537 came");
+  EXPECT_EQ(other.told().back(), hex("0500 05800000"));
+}
+
+TEST(FoeClient, PassesOverWhatComesTwiceAndWhatIsLate) {
+  FileBench bench;
+  // The end of a transfer before; an acknowledge of the packet before.
+  bench.slave.answers.push_back({bench.mail("0400 09000000"), bench.mail("0400 00000000")});
+  bench.slave.answers.push_back({bench.mail("0400 00000000"), bench.mail("0400 01000000")});
+  EXPECT_EQ(bench.write("abc"), "");
+  FileBench back;
+  back.slave.answers.push_back({back.mail("0300 05000000 61"), back.mail("0300 01000000 61626364")});
+  back.slave.answers.push_back({back.mail("0300 01000000 61626364"), back.mail("0300 02000000")});
+  EXPECT_EQ(back.read(), "");
+}
+
+TEST(FoeClient, TakesNoMoreOfAFileThanItIsTold) {
+  FileBench bench;
+  bench.answer({"0300 01000000 61626364", "0300 02000000 61626364"});
+  EXPECT_EQ(bench.read({.largest = 7}), "slave 3: sends more of the file than the 7 bytes that are taken");
+  EXPECT_EQ(bench.told().back(), hex("0500 03800000"));
+}
+
+TEST(FoeClient, SilenceEndsInATimeoutAndAnErrorToTheSlave) {
+  FileBench bench;
+  bench.answer({"0400 00000000", ""});
+  const auto begin = bench.slave.now();
+  EXPECT_EQ(bench.write("abc", {.patience = milliseconds{300}}), "slave 3: no mailbox reply within 300 ms");
+  EXPECT_LT(bench.slave.now() - begin, milliseconds{500});
+  EXPECT_EQ(bench.told().back(), hex("0500 00800000"));
+}
+
+TEST(FoeClient, ASlaveThatKnowsNoFoeIsSaidToDoSo) {
+  FileBench bench;
+  bench.slave.answers.push_back({hex("0400 0000 00 10 0100 0200")});
+  EXPECT_EQ(bench.read(), "slave 3: answered with mailbox error 0x0002 (unsupported protocol)");
+}
+
+TEST(FoeClient, MailsThatAreCutAreNamed) {
+  FileBench bench;
+  bench.answer({"0400 0000"});
+  EXPECT_EQ(bench.write("abc", {.patience = milliseconds{300}}), "slave 3: sent a malformed mailbox");
+}
+
+TEST(FoeClient, ANameThatDoesNotFitIsRefused) {
+  FileBench bench;
+  const auto done = bench.foe.read({"longer", 0});
+  ASSERT_FALSE(done);
+  EXPECT_TRUE(done.error().error.is<facts::ProcessDataSize>());
+  EXPECT_TRUE(bench.slave.requests.empty());
+}
+
+TEST(FoeClient, MailboxesWithoutRoomForDataAreRefused) {
+  for (const auto size : std::array<std::uint16_t, 4>{0, 6, 11, 12}) {
+    ScriptedMailbox slave(size);
+    Bus bus(slave);
+    MailboxClient mailbox(bus, {3, 0x1004}, {ScriptedMailbox::kOut, size, ScriptedMailbox::kIn, size});
+    EXPECT_FALSE(FoeClient(mailbox).read({"", 0})) << size;
+    EXPECT_FALSE(FoeClient(mailbox).write({"", 0}, Bytes(1))) << size;
+  }
+}
+
+}  // namespace
+}  // namespace driveline::ecat_master
