@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "driveline/ecat_master/axis/msd_startup.hpp"
+#include "driveline/ecat_master/axis/startup_sdos.hpp"
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/port/raw_socket_port.hpp"
 #include "driveline/slaves/line/line.hpp"

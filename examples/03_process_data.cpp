@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <memory>
 
-#include "driveline/ecat_master/axis/msd_startup.hpp"
+#include "driveline/ecat_master/axis/startup_sdos.hpp"
 #include "driveline/ecat_master/configuration/process_variables.hpp"
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/slaves/line/line.hpp"

@@ -5,7 +5,7 @@
 #include <memory>
 #include <numbers>
 
-#include "driveline/ecat_master/axis/msd_startup.hpp"
+#include "driveline/ecat_master/axis/startup_sdos.hpp"
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/slaves/line/line.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"

@@ -10,7 +10,7 @@
 #include <memory>
 #include <numbers>
 
-#include "driveline/ecat_master/axis/msd_startup.hpp"
+#include "driveline/ecat_master/axis/startup_sdos.hpp"
 #include "driveline/ecat_master/cia402/error_code.hpp"
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/port/interface_lock.hpp"

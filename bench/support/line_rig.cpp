@@ -7,7 +7,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "driveline/ecat_master/axis/msd_startup.hpp"
+#include "driveline/ecat_master/axis/startup_sdos.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"
 #include "support/retry.hpp"
 

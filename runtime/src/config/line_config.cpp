@@ -6,12 +6,12 @@
 #include <numbers>
 
 #include "config/clock_config.hpp"
-#include "config/device_source.hpp"
-#include "config/drive_reader.hpp"
+#include "config/device_files.hpp"
 #include "config/fault_config.hpp"
 #include "config/process_data_reader.hpp"
 #include "config/slave_plan_reader.hpp"
 #include "config/wiring_config.hpp"
+#include "devices/msd/drive_reader.hpp"
 #include "driveline/ecat_master/axis/axis_objects.hpp"
 #include "driveline/ecat_master/configuration/description_plan.hpp"
 #include "driveline/port/port.hpp"

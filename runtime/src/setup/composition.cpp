@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 #include <algorithm>
 
-#include "config/device_source.hpp"
-#include "driveline/ecat_master/axis/msd_startup.hpp"
+#include "config/device_files.hpp"
+#include "driveline/ecat_master/axis/startup_sdos.hpp"
 #include "driveline/esi/sii.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "driveline/ecat_master/axis/msd_startup.hpp"
+#include "driveline/ecat_master/axis/startup_sdos.hpp"
 #include "support/bytes.hpp"
 
 namespace driveline::ecat_master {

@@ -1,5 +1,5 @@
 // The machine behind a simulated drive in the line file: numbers, switches, scripts; and what their reference says.
-#include "config/drive_reader.hpp"
+#include "devices/msd/drive_reader.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-#include "config/drive_reader.hpp"
+#include "devices/msd/drive_reader.hpp"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include <limits>
 #include <numbers>
 
-#include "config/signal_reader.hpp"
+#include "devices/signal_reader.hpp"
 
 namespace driveline::runtime {
 namespace {

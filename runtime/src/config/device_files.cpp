@@ -1,10 +1,10 @@
-#include "config/device_source.hpp"
+#include "config/device_files.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "config/signal_reader.hpp"
+#include "devices/signal_reader.hpp"
 #include "driveline/esi/sii.hpp"
 #include "driveline/runtime/files/input_file.hpp"
 

@@ -1,4 +1,4 @@
-#include "driveline/ecat_master/axis/msd_startup.hpp"
+#include "driveline/ecat_master/axis/startup_sdos.hpp"
 
 #include <bit>
 #include <stdexcept>

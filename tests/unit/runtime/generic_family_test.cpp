@@ -1,5 +1,5 @@
 // Slaves that are simulated from a device file: what a line description says about them, and what is wrong with it.
-#include "config/device_source.hpp"
+#include "config/device_files.hpp"
 
 #include <gmock/gmock.h>
 
