@@ -73,7 +73,7 @@ class Responder {
 
 /// Reads the status word, mode and position of every axis and writes a control word and a target, as an application
 /// with handles does.
-class Decoder final : public ecat_master::CyclicTask {
+class Decoder final : public ecat_master::CycleTask {
  public:
   explicit Decoder(const ProcessImage& image) {
     for (const auto& place : image.places()) {
@@ -83,8 +83,10 @@ class Decoder final : public ecat_master::CyclicTask {
                        ecat_master::PdoEntry<std::int32_t>(place.output_offset + 3)});
     }
   }
-  void update(std::int64_t, std::span<const std::byte> inputs, std::span<const bool> valid,
-              std::span<std::byte> outputs) noexcept override {
+  void update(const ecat_master::TaskCycle& now) noexcept override {
+    const auto inputs = now.inputs;
+    const auto valid = now.valid;
+    const auto outputs = now.outputs;
     // Locals: a store to a byte may be a store to anything, for all the compiler knows.
     const std::span<const AxisEntries> axes(axes_);
     std::uint64_t stale = 0;
@@ -234,7 +236,8 @@ class MasterLoop {
     CyclicCore::Settings settings;
     settings.receive_window = 5ms;
     settings.slaves = static_cast<std::uint16_t>(image.places().size());
-    settings.task = &decoder_;
+    tasks_.add(decoder_, {});
+    settings.tasks = &tasks_;
     core_ = std::make_unique<CyclicCore>(*port_, clock_, image, nullptr, ecat_master::SampleRings{}, settings);
   }
   double cycle() {
@@ -272,6 +275,7 @@ class MasterLoop {
 
   rt::MonotonicClock clock_;
   Decoder decoder_;
+  ecat_master::TaskSchedule tasks_;
   std::unique_ptr<port::RawSocketPort> port_;
   std::unique_ptr<CyclicCore> core_;
   std::int64_t cycle_ = 0;

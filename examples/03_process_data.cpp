@@ -15,15 +15,17 @@ using namespace driveline;
 using namespace std::chrono_literals;
 
 /// Runs in the cycle: no allocation, no lock, no waiting. Entries are one load or store each.
-class Application final : public ecat_master::CyclicTask {
+class Application final : public ecat_master::CycleTask {
  public:
   using Word = ecat_master::PdoEntry<std::uint16_t>;
   using Position = ecat_master::PdoEntry<std::int32_t>;
   Application(Word control_to, Word status_from, Position position_from)
       : control_word_(control_to), status_word_(status_from), position_(position_from) {}
 
-  void update(std::int64_t, std::span<const std::byte> inputs, std::span<const bool> valid,
-              std::span<std::byte> outputs) noexcept override {
+  void update(const ecat_master::TaskCycle& now) noexcept override {
+    const auto inputs = now.inputs;
+    const auto valid = now.valid;
+    const auto outputs = now.outputs;
     control_word_.set(outputs, 0x0006);  // shutdown: ready to be switched on (CiA 402)
     if (!valid[0]) return;               // what lies in the image is older than this cycle
     status_word.store(status_word_.get(inputs));
@@ -75,7 +77,9 @@ int main() {
   ecat_master::CyclicCore::Settings settings;
   settings.period = 1ms;
   settings.receive_window = 500us;
-  settings.task = &application;
+  ecat_master::TaskSchedule tasks;
+  tasks.add(application, {});
+  settings.tasks = &tasks;
   const auto started = master.start_cycle(nullptr, {}, settings, [&clock](ecat_master::CyclicCore& core) {
     return std::make_unique<ecat_master::InlineRunner>(core, clock);
   });

@@ -19,7 +19,7 @@ BusOptions bus_of(const Line::Options& options) {
 }  // namespace
 
 Line::Line(std::unique_ptr<Session> session, std::optional<trajectory::Interpolator> path)
-    : session_(std::move(session)), path_(std::move(path)) {}
+    : session_(std::move(session)), path_(std::move(path)), tasks_(std::make_unique<LineTasks>()) {}
 
 Line::~Line() = default;
 
@@ -62,8 +62,19 @@ Result<void> Line::use(ecat_master::SetpointSource& source) {
     return fail(ErrorKind::kCall,
                 fmt::format("the source of setpoints moves {} axes, the line has {}", source.axis_count(), axes));
   }
+  if (tasks_->drive())
+    return fail(ErrorKind::kCall, "the axes are driven by a task: that is their source of setpoints");
   source_ = &source;
   return {};
+}
+
+Result<void> Line::add(Task& task, TaskPlan plan) {
+  if (run_) return fail(ErrorKind::kCall, "the line runs or has run: tasks are added before");
+  if (!plan.drives.empty() && source_ != nullptr) {
+    return fail(ErrorKind::kCall,
+                fmt::format("task \"{}\": the axes have another source of setpoints already", plan.name));
+  }
+  return tasks_->add(task, std::move(plan), config());
 }
 
 Result<void> Line::claim(bool force) {
@@ -73,8 +84,9 @@ Result<void> Line::claim(bool force) {
 Result<RunReport> Line::run(const RunSettings& settings) {
   if (run_) return fail(ErrorKind::kCall, "the line has run before; each run takes a line of its own");
   if (auto claimed = claim(settings.force); !claimed) return tl::unexpected(claimed.error());
-  run_ = std::make_unique<LineRun>(*session_, LineRun::Settings{std::move(path_), source_, settings.duration_s,
-                                                                settings.force, consumers_, observer_, &stop_});
+  run_ = std::make_unique<LineRun>(
+      *session_, LineRun::Settings{std::move(path_), source_, tasks_.get(), settings.duration_s, settings.force,
+                                   consumers_, observer_, &stop_});
   auto report = run_->execute();
   if (report) {
     finish_capture(*report);

@@ -258,10 +258,10 @@ TEST_F(CyclePurity, ClocksThatAreFollowedLostAndFoundDoNotChangeThat) {
 }
 
 /// Asks for SDOs out of the cycle, one after the other, and looks whether they are there.
-class AskingTask final : public ecat_master::CyclicTask {
+class AskingTask final : public ecat_master::CycleTask {
  public:
   using State = ecat_master::SdoRequest::State;
-  void update(std::int64_t, std::span<const std::byte>, std::span<const bool>, std::span<std::byte>) noexcept override {
+  void update(const ecat_master::TaskCycle&) noexcept override {
     if (!read || !written || !refused) return;
     if (look(*read, reads)) static_cast<void>(read->start_upload());
     if (look(*written, writes)) static_cast<void>(written->start_download(wire::to_le_bytes(++value)));

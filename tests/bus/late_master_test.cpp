@@ -190,9 +190,9 @@ TEST(LateMaster, CountsItsWholeAbsence) {
 
 /// Ends the counting as soon as it hears of an absence, before the cycle that was late is over: what a thread that
 /// watches the line may do.
-class EndsCountingAtOnce final : public ecat_master::CyclicTask {
+class EndsCountingAtOnce final : public ecat_master::CycleTask {
  public:
-  void update(std::int64_t, std::span<const std::byte>, std::span<const bool>, std::span<std::byte>) noexcept override {
+  void update(const ecat_master::TaskCycle&) noexcept override {
     MasterAbsence absence;
     if (core != nullptr && core->take_absence(absence)) core->count(false);
   }

@@ -155,9 +155,9 @@ INSTANTIATE_TEST_SUITE_P(Layouts, EveryLayoutLoses, all_layouts(),
                          [](const auto& name) { return std::string(name.param.name); });
 
 /// Counts the cycles in which the data of a slave were not valid.
-struct Watch final : ecat_master::CyclicTask {
-  void update(std::int64_t, std::span<const std::byte>, std::span<const bool> valid,
-              std::span<std::byte>) noexcept override {
+struct Watch final : ecat_master::CycleTask {
+  void update(const ecat_master::TaskCycle& now) noexcept override {
+    const auto valid = now.valid;
     ++cycles;
     for (std::size_t i = 0; i < valid.size(); ++i) invalid[i] += valid[i] ? 0 : 1;
   }

@@ -28,6 +28,7 @@ class TestSource : public SetpointSource {
   [[nodiscard]] std::size_t axis_count() const noexcept override { return begin_.size(); }
   void rewind(Setpoints first) noexcept override { std::copy(first.begin(), first.end(), begin_.begin()); }
   void begin(bool) noexcept override {}
+  void end() noexcept override {}
   void run(bool) noexcept override {}
   void fall_behind(double) noexcept override {}
   [[nodiscard]] double behind_s() const noexcept override { return 0.0; }

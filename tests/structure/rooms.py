@@ -5,6 +5,7 @@ from pathlib import Path
 # Room by folder; the longest prefix of a path wins.
 FOLDERS = {
     "rt": "rt",
+    "rt/guard": "rt_guard",
     "ecat_master/wire": "wire",
     "ecat_master/port": "port",
     "ecat_master/snapshot": "snapshot",

@@ -16,13 +16,19 @@ std::optional<PdoEntry<T>> entry(const std::vector<PdoMapping>& pdos, std::size_
   return offset ? std::optional(PdoEntry<T>(base + *offset)) : std::nullopt;
 }
 
+/// The integer next to it; |value| < 2^62. A few instructions where std::llround is a call of the library, several of
+/// them for every axis in every cycle.
+std::int64_t to_nearest(double value) noexcept {
+  return static_cast<std::int64_t>(value + std::copysign(0.5, value));
+}
+
 /// Rounds to a wire integer; out-of-range values end at the limit, NaN at zero.
 template <typename T>
 T saturate(double value) noexcept {
   if (std::isnan(value)) return 0;
   constexpr auto kMin = static_cast<double>(std::numeric_limits<T>::min());
   constexpr auto kMax = static_cast<double>(std::numeric_limits<T>::max());
-  return static_cast<T>(std::llround(std::clamp(value, kMin, kMax)));
+  return static_cast<T>(to_nearest(std::clamp(value, kMin, kMax)));
 }
 
 /// A target position is the 32 bits of it where the drive stands near enough to know which way is meant, across the end
@@ -30,7 +36,7 @@ T saturate(double value) noexcept {
 std::int32_t wrapped(double increments, std::int64_t actual) noexcept {
   constexpr double kHalf = 2147483648.0;
   if (!(std::abs(increments - static_cast<double>(actual)) < kHalf)) return saturate<std::int32_t>(increments);
-  return static_cast<std::int32_t>(static_cast<std::uint32_t>(std::llround(increments)));
+  return static_cast<std::int32_t>(static_cast<std::uint32_t>(to_nearest(increments)));
 }
 
 template <typename T>

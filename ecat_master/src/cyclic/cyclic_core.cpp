@@ -82,17 +82,35 @@ void CyclicCore::cycle(const rt::CycleStart& start) noexcept {
     grid_shift_ = settings_.clocks->finish(start, sent_at_, frames_.front().drift());
   }
   const std::span<const bool> valid(slave_valid_.get(), conditions_.size());
-  if (settings_.task != nullptr) settings_.task->update(start.cycle, image_.inputs(), valid, image_.outputs());
   if (motion_ != nullptr) {
     motion_->read_inputs(image_.inputs(), valid, {slave_operational_.get(), conditions_.size()}, due_slaves(),
                          exchanged_at_ - start.wake);
-    motion_->update(start.cycle, image_.outputs());
   }
+  if (settings_.tasks != nullptr) settings_.tasks->begin(start);
+  run_tasks(TaskTiming::Order::kBeforeMotion, start);
+  if (motion_ != nullptr) motion_->update(start.cycle, image_.outputs());
+  run_tasks(TaskTiming::Order::kAfterMotion, start);
   apply_copies(settings_.copies, valid, image_.inputs(), image_.outputs());
   acyclic_.end_cycle();
   const auto cost = clock_.now() - start.wake;
   tally(start, cost);
   publish(start, cost);
+}
+
+void CyclicCore::run_tasks(TaskTiming::Order order, const rt::CycleStart& start) noexcept {
+  if (settings_.tasks == nullptr) return;
+  TaskCycle now;
+  now.cycle = start.cycle;
+  now.grid = start.grid;
+  if (settings_.clocks != nullptr) now.system_time_ns = settings_.clocks->system_time(start.grid);
+  if (motion_ != nullptr) {
+    now.axes = motion_->axes();
+    now.setpoints = motion_->setpoints();
+  }
+  now.inputs = image_.inputs();
+  now.valid = {slave_valid_.get(), conditions_.size()};
+  now.outputs = image_.outputs();
+  settings_.tasks->run(order, now, settings_.period, clock_);
 }
 
 void CyclicCore::remember_missing(std::uint32_t sequence) noexcept {

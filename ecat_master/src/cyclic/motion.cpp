@@ -19,6 +19,20 @@ std::vector<trajectory::AxisLimits> limits_of(const std::vector<Axis>& axes) {
 /// Setpoint periods that drives make up for on their own: they go straight on for so long.
 constexpr std::uint32_t kBridgedPeriods = 8;
 
+/// The source leads the axes.
+bool led(MotionPhase phase) noexcept {
+  return phase == MotionPhase::kFollowing || phase == MotionPhase::kWaiting;
+}
+
+/// Setpoints go to the drives.
+bool has_power(MotionPhase phase) noexcept {
+  return phase == MotionPhase::kApproach || phase == MotionPhase::kFollowing || phase == MotionPhase::kHolding ||
+         phase == MotionPhase::kStopping || phase == MotionPhase::kWaiting;
+}
+
+/// What rounding and the ways back onto a path may add to a step.
+constexpr double kStepMargin = 1.05;
+
 /// In CSV and CST nobody slows down a drive that is not told to.
 trajectory::Coast coast_of(const AxisConfig& config) {
   constexpr auto kForGood = std::numeric_limits<std::uint32_t>::max();
@@ -76,6 +90,7 @@ Motion::Motion(std::vector<Axis> axes, Settings settings)
       anchors_(axes_.size()),
       targets_(axes_.size()),
       before_(axes_.size()),
+      most_(axes_.size()),
       supplies_(axes_.size()),
       absences_(axes_.size()),
       presence_shared_(std::make_unique<std::atomic<AxisPresence>[]>(axes_.size())),
@@ -92,7 +107,10 @@ Motion::Motion(std::vector<Axis> axes, Settings settings)
       throw std::invalid_argument("motion: an axis in cst needs a velocity gain");
     if (!axis.complete()) throw std::invalid_argument("motion: the process data of an axis lack what its mode needs");
   }
-  for (std::size_t i = 0; i < axes_.size(); ++i) supplies_[i].coast = coast_of(axes_[i].config());
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    supplies_[i].coast = coast_of(axes_[i].config());
+    most_[i] = kStepMargin * axes_[i].config().limits.max_velocity;
+  }
 }
 
 void Motion::begin_with(SetpointSource& source) {
@@ -101,14 +119,10 @@ void Motion::begin_with(SetpointSource& source) {
   source_->rewind(source_start_);
 }
 
-/// Setpoints go to the drives.
-bool Motion::powered() const noexcept {
-  return phase_ == MotionPhase::kApproach || phase_ == MotionPhase::kFollowing || phase_ == MotionPhase::kHolding ||
-         phase_ == MotionPhase::kStopping || phase_ == MotionPhase::kWaiting;
-}
-
 void Motion::enter(MotionPhase phase, std::int64_t cycle) noexcept {
+  if (led(phase_) && !led(phase)) source_->end();
   phase_ = phase;
+  powered_ = has_power(phase);
   phase_start_ = cycle;
   phase_given_ = given_;
   phase_shared_.store(phase, std::memory_order_release);
@@ -292,8 +306,12 @@ void Motion::advance_path(std::int64_t cycle) noexcept {
     enter(wait ? MotionPhase::kWaiting : MotionPhase::kFollowing, cycle);
   }
   for (std::size_t i = 0; i < axes_.size(); ++i) before_[i] = targets_[i].position;
+  // A source knows nothing of the places that a relative path is added to.
+  for (std::size_t i = 0; i < axes_.size() && settings_.relative; ++i)
+    targets_[i].position -= anchors_[i].value_or(0.0);
   const bool goes_on = source_->next({seconds(given_ - path_begin_), axes_}, targets_);
-  for (std::size_t i = 0; i < axes_.size(); ++i) targets_[i].position += anchors_[i].value_or(0.0);
+  for (std::size_t i = 0; i < axes_.size() && settings_.relative; ++i)
+    targets_[i].position += anchors_[i].value_or(0.0);
   tell_path_late();
   if (!believe_setpoints(cycle) || goes_on) return;
   if (settings_.repeat) {

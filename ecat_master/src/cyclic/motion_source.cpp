@@ -1,14 +1,12 @@
 // Where the setpoints come from, and what is believed of them.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "driveline/ecat_master/cyclic/motion.hpp"
 
 namespace driveline::ecat_master {
 namespace {
-
-/// What rounding and the ways back onto a path may add to a step.
-constexpr double kMargin = 1.05;
 
 bool is_finite(const trajectory::AxisSetpoint& setpoint) noexcept {
   return std::isfinite(setpoint.position) && std::isfinite(setpoint.velocity) && std::isfinite(setpoint.acceleration) &&
@@ -57,6 +55,7 @@ void Motion::rewind_source() noexcept {
 
 /// A wrong setpoint never leaves: the axes come to rest from the last one that did.
 bool Motion::believe_setpoints(std::int64_t cycle) noexcept {
+  if (plain_setpoints()) return true;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     const auto cause = judge_setpoint(i);
     if (cause == MotionFailure::Cause::kNone) continue;
@@ -72,12 +71,28 @@ bool Motion::believe_setpoints(std::int64_t cycle) noexcept {
   return true;
 }
 
+/// The quick answer for all axes at once, which is yes in nearly every cycle: finite numbers within the limits, and no
+/// torques. A comparison with NaN is false.
+bool Motion::plain_setpoints() const noexcept {
+  constexpr double kFinite = std::numeric_limits<double>::max();
+  const double period_s = seconds(1);
+  bool plain = true;
+  for (std::size_t i = 0; i < targets_.size(); ++i) {
+    const auto& target = targets_[i];
+    plain &= std::abs(target.position - before_[i]) <= most_[i] * period_s;
+    plain &= std::abs(target.velocity) <= most_[i];
+    plain &= std::abs(target.acceleration) <= kFinite;
+    plain &= !target.torque.has_value();
+  }
+  return plain;
+}
+
 MotionFailure::Cause Motion::judge_setpoint(std::size_t axis) const noexcept {
   using Cause = MotionFailure::Cause;
   const auto& target = targets_[axis];
   if (!is_finite(target)) return Cause::kSetpoint;
   if (absences_[axis].presence != AxisPresence::kPresent) return Cause::kNone;
-  const double most = kMargin * axes_[axis].config().limits.max_velocity;
+  const double most = most_[axis];
   // Who gives a torque says nothing about places: where the axis is, is where it is to be.
   const bool torque_alone = target.torque && axes_[axis].config().mode == cia402::Mode::kCyclicTorque;
   if (torque_alone) return std::abs(axes_[axis].inputs().velocity) > most ? Cause::kTooFast : Cause::kNone;

@@ -104,7 +104,7 @@ void PositionWatch::settle(std::int64_t cycle, double position, const PositionFi
   }
   if (!steady_) return;
   held_ = position;
-  unsteady_ = {};
+  if (unsteady_) unsteady_ = {};
 }
 
 }  // namespace driveline::ecat_master

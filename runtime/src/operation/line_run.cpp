@@ -137,8 +137,9 @@ Result<void> LineRun::bring_up() {
         "[[slave.pdo]] of a line description names what is to be exchanged");
   }
   if (auto fits = check_budget(wire, config_.interface.has_value()); !fits) return fits;
+  if (auto* driven = settings_.tasks->make_source(config_)) settings_.source = driven;
   if (settings_.path) make_motion();
-  return {};
+  return settings_.tasks->prepare(config_, *variables_);
 }
 
 Result<void> LineRun::bring_up_clocks() {
@@ -201,6 +202,7 @@ Result<void> LineRun::start_cycle() {
   settings.receive_window = receive_window(config_.period);
   settings.acyclic_bytes = acyclic_bytes_;
   settings.copies = copies_;
+  settings.tasks = settings_.tasks->schedule();
   fault_records_ = std::make_unique<FaultRecords>(
       config_.output.directory, motion_ ? axis_labels(config_) : std::vector<ecat_master::FlightRecorder::AxisLabel>{},
       !session_.virtual_time());
@@ -349,6 +351,7 @@ void LineRun::take_down() {
   }
   if (drain_) drain_->stop();
   judge_axes();
+  judge_tasks();
   if (recorder_ && !recorder_->problem().empty()) note_fault(recorder_->problem());
   if (const auto end = recorder_ ? recorder_->cut_off_at_s() : std::nullopt) {
     note_event(fmt::format("axes.csv and its plots end after {:.3f} s, with {} rows; the figures are of the whole run",
@@ -368,6 +371,16 @@ void LineRun::judge_axes() {
     const auto period = config_.period * exchange_divider(config_, config_.slaves[axis.slave]);
     auto verdict = axis_verdict(axis, seen, period, config_.output.increments);
     if (!verdict.empty()) note_fault(std::move(verdict));
+  }
+}
+
+/// Found where the library counts it: in a debug build.
+void LineRun::judge_tasks() {
+  for (const auto& task : settings_.tasks->report()) {
+    const auto calls = task.figures.forbidden_calls;
+    if (calls == 0) continue;
+    note_fault(fmt::format("task \"{}\" has called {} function{} of heap or locks in the cycle", task.name, calls,
+                           calls == 1 ? "" : "s"));
   }
 }
 
@@ -412,6 +425,7 @@ RunReport LineRun::make_report() {
   }
   report_axes(report);
   if (config_.axes.empty() && variables_) report.inputs = read_inputs(*variables_, master_.image().inputs());
+  report.tasks = settings_.tasks->report();
   report.faults = faults_;
   report.failure = failure_;
   report.events = events_;

@@ -16,6 +16,7 @@
 #include "driveline/runtime/record/sync_margins.hpp"
 #include "driveline/runtime/setup/session.hpp"
 #include "driveline/snapshot/drain_thread.hpp"
+#include "operation/line_tasks.hpp"
 #include "operation/line_watch.hpp"
 #include "record/cycle_figures.hpp"
 #include "record/fault_records.hpp"
@@ -31,6 +32,7 @@ class LineRun {
   struct Settings {
     std::optional<trajectory::Interpolator> path;   ///< of the configured axes; none: exchange without motion
     ecat_master::SetpointSource* source = nullptr;  ///< where the setpoints come from instead; null: the path
+    LineTasks* tasks = nullptr;                     ///< never null
     std::optional<double> duration_s;               ///< none: until the end of the path
     bool force = false;                             ///< takes the line over from a master that drives it
     std::vector<snapshot::SampleConsumer*> consumers{};
@@ -64,6 +66,7 @@ class LineRun {
   void stop_motion();
   void take_down();
   void judge_axes();
+  void judge_tasks();
   void tell_traffic();
   void finish_fault_records();
   void leave_nothing_behind();

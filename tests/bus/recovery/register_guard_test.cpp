@@ -253,9 +253,9 @@ TEST_F(RegisterGuard, ASlaveInSafeOpWithAWrongFmmuIsConfiguredAnew) {
 }
 
 TEST_F(RegisterGuard, TheOthersLoseNoCycle) {
-  struct Watch final : ecat_master::CyclicTask {
-    void update(std::int64_t, std::span<const std::byte>, std::span<const bool> valid,
-                std::span<std::byte>) noexcept override {
+  struct Watch final : ecat_master::CycleTask {
+    void update(const ecat_master::TaskCycle& now) noexcept override {
+      const auto valid = now.valid;
       for (const std::size_t i : {0U, 1U, 3U}) invalid += valid[i] ? 0 : 1;
     }
     std::uint64_t invalid = 0;

@@ -394,9 +394,9 @@ class WiredRun {
   }
 
   /// Counts the cycles in which the data of a slave were not valid.
-  struct Watch final : ecat_master::CyclicTask {
-    void update(std::int64_t, std::span<const std::byte>, std::span<const bool> valid,
-                std::span<std::byte>) noexcept override {
+  struct Watch final : ecat_master::CycleTask {
+    void update(const ecat_master::TaskCycle& now) noexcept override {
+      const auto valid = now.valid;
       for (std::size_t i = 0; i < valid.size(); ++i) invalid[i] += valid[i] ? 0 : 1;
     }
     std::array<std::uint64_t, 16> invalid{};

@@ -156,7 +156,8 @@ void LineOperation::start_cycle(ecat_master::Master::MakeRunner make_runner) {
   settings.period = options_.period;
   settings.receive_window = options_.period * 3 / 4;
   settings.acyclic_bytes = options_.acyclic_bytes;
-  settings.task = options_.task;
+  if (options_.task != nullptr) tasks_.add(*options_.task, {});
+  settings.tasks = &tasks_;
   settings.recorder = options_.recorder;
   if (options_.copies) settings.copies = options_.copies(*master_);
   if (!make_runner) {

@@ -55,7 +55,7 @@ struct RunOptions {
   bool every_third_without_lrw = false;                       ///< drives 1, 4, 7 ... take no LRW
   std::size_t acyclic_bytes = 0;                              ///< what the process data leave
   slaves::msd::Variant variant = slaves::msd::Variant::kMsd;  ///< expected
-  ecat_master::CyclicTask* task = nullptr;
+  ecat_master::CycleTask* task = nullptr;
   std::vector<std::size_t> hot_connect{};  ///< these drives
   ecat_master::FlightRecorder* recorder = nullptr;
   /// Process data handed from slave to slave, in the image of the line.
@@ -116,6 +116,7 @@ class LineOperation {
   rt::SpscRing<snapshot::LineSample> line_ring_;
   rt::SpscRing<snapshot::AxisSample> axis_ring_;
   std::unique_ptr<ecat_master::Motion> motion_;
+  ecat_master::TaskSchedule tasks_;
   std::unique_ptr<ecat_master::Master> master_;
 };
 

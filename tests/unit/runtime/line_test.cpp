@@ -24,6 +24,7 @@ class Spring final : public ecat_master::SetpointSource {
   [[nodiscard]] std::size_t axis_count() const noexcept override { return axes_; }
   void rewind(std::span<AxisSetpoint> first) noexcept override { goal_ = first[0].position + 1.0; }
   void begin(bool) noexcept override {}
+  void end() noexcept override {}
   void run(bool) noexcept override {}
   void fall_behind(double) noexcept override {}
   [[nodiscard]] double behind_s() const noexcept override { return 0.0; }

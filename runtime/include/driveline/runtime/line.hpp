@@ -11,12 +11,14 @@
 #include "driveline/runtime/observer.hpp"
 #include "driveline/runtime/record/run_report.hpp"
 #include "driveline/runtime/setup/session.hpp"
+#include "driveline/runtime/setup/task.hpp"
 #include "driveline/snapshot/sample_consumer.hpp"
 #include "driveline/trajectory/interpolator.hpp"
 
 namespace driveline::runtime {
 
 class LineRun;
+class LineTasks;
 
 /// A drive line that runs: everything from the line description to the report. The line is brought up, its axes are
 /// taken along their path, slaves that are lost are looked after as the description wants it, faults are recorded, and
@@ -76,9 +78,16 @@ class Line {
   void add(snapshot::SampleConsumer& consumer) { consumers_.push_back(&consumer); }
 
   /// Where the setpoints of all axes come from, instead of the path of the description: a controller of one's own, say.
-  /// Must outlive the line. Before run(). Error: it moves another number of axes than there are, or the line has run
-  /// (kCall).
+  /// Must outlive the line. Before run(). Error: it moves another number of axes than there are, a task
+  /// drives them, or the line has run (kCall).
   [[nodiscard]] Result<void> use(ecat_master::SetpointSource& source);
+
+  /// Runs `task` in the cycle, in the order in which tasks are added. Axes that it drives keep their limits, their
+  /// supervision, telemetry and flight recorder; those that no task drives hold their place. `task` must outlive the
+  /// line. Before run(). Errors (kCall; nothing has changed then): the line has run, the plan has no name or one that
+  /// is taken, the task has been added before, divider or phase are out of range, an axis is unknown or driven by
+  /// another task, or the axes have other setpoints: a [path], or those of use().
+  [[nodiscard]] Result<void> add(Task& task, TaskPlan plan);
 
   /// Says to other masters of this program that the line has one now (Session::claim()), before run() does.
   [[nodiscard]] Result<void> claim(bool force);
@@ -108,6 +117,7 @@ class Line {
   Observer silent_;
   Observer* observer_ = &silent_;
   std::vector<snapshot::SampleConsumer*> consumers_;
+  std::unique_ptr<LineTasks> tasks_;
   std::atomic<bool> stop_{false};
   std::unique_ptr<LineRun> run_;
 };

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <optional>
+#include "driveline/trajectory/optional_torque.hpp"
 
 namespace driveline::trajectory {
 
@@ -12,7 +12,7 @@ struct AxisSetpoint {
   double acceleration = 0.0;  ///< rad/s^2 or m/s^2
   /// Nm or N, from a source that computes it itself: in torque mode it is all that drives the axis, otherwise the
   /// feed-forward. None: what the inertia needs for the acceleration, and in torque mode what the master's loops say.
-  std::optional<double> torque{};
+  OptionalTorque torque{};
 };
 
 }  // namespace driveline::trajectory

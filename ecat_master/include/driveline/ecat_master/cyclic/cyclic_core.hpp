@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "driveline/ecat_master/cyclic/acyclic_channel.hpp"
+#include "driveline/ecat_master/cyclic/cycle_task.hpp"
 #include "driveline/ecat_master/cyclic/cyclic_event.hpp"
 #include "driveline/ecat_master/cyclic/cyclic_frame.hpp"
 #include "driveline/ecat_master/cyclic/flight_recorder.hpp"
@@ -55,16 +56,6 @@ struct GroupCounters {
   std::atomic<bool> outputs_zeroed{false};        ///< GroupSettings::bad_cycle_limit was reached
 };
 
-/// What an application does with the process data in the cycle, beside or instead of a Motion.
-class CyclicTask {
- public:
-  virtual ~CyclicTask() = default;
-  /// Reads inputs, writes outputs. `valid` tells by slave whether its inputs are of this cycle (of the last one its
-  /// group was due in); those that are not are stale. Must be \rtsafe.
-  virtual void update(std::int64_t cycle, std::span<const std::byte> inputs, std::span<const bool> valid,
-                      std::span<std::byte> outputs) noexcept = 0;
-};
-
 /// The cyclic exchange: sends the outputs prepared in the cycle before right after wake-up, so that they leave with
 /// the least jitter; waits for the answers by polling the port up to a deadline inside the period; then reads the
 /// inputs and prepares the next outputs. The frames of all groups that are due are on the wire at once.
@@ -83,8 +74,8 @@ class CyclicCore {
     std::uint32_t sample_every = 1;  ///< samples of every n-th cycle go to the rings
     /// What acyclic work may put on the wire per cycle, on average; 0: what acyclic_frame_bytes() leaves it.
     std::size_t acyclic_bytes = 0;
-    CyclicTask* task = nullptr;           ///< runs before the motion; must outlive the core
-    std::vector<ProcessDataCopy> copies;  ///< slave to slave, done in every cycle behind task and motion
+    TaskSchedule* tasks = nullptr;        ///< of the application, before and after the motion; must outlive the core
+    std::vector<ProcessDataCopy> copies;  ///< slave to slave, done in every cycle behind tasks and motion
     FlightRecorder* recorder = nullptr;   ///< must outlive the core
     dc::ClockFollower* clocks = nullptr;  ///< distributed clocks; null: none. Must outlive the core
   };
@@ -107,7 +98,7 @@ class CyclicCore {
 
   /// For the acyclic work that shares the wire; its sides say which thread they belong to.
   [[nodiscard]] AcyclicChannel& acyclic() noexcept { return acyclic_; }
-  /// As given to the constructor, task and copies included. \rtsafe
+  /// As given to the constructor, tasks and copies included. \rtsafe
   [[nodiscard]] const Settings& settings() const noexcept { return settings_; }
 
   // Any thread, \rtsafe.
@@ -200,6 +191,7 @@ class CyclicCore {
   void receive(std::chrono::nanoseconds deadline) noexcept;
   void dispatch(const port::ReceivedFrame& frame) noexcept;
   void note_foreign(std::span<const std::byte> frame) noexcept;
+  void run_tasks(TaskTiming::Order order, const rt::CycleStart& start) noexcept;
   void remember_missing(std::uint32_t sequence) noexcept;
   [[nodiscard]] bool was_missing(std::uint32_t sequence) noexcept;
   void evaluate(const rt::CycleStart& start) noexcept;

@@ -212,6 +212,7 @@ class Motion {
   void begin_path(std::int64_t cycle) noexcept;
   void begin_with(SetpointSource& source);
   [[nodiscard]] bool believe_setpoints(std::int64_t cycle) noexcept;
+  [[nodiscard]] bool plain_setpoints() const noexcept;
   [[nodiscard]] MotionFailure::Cause judge_setpoint(std::size_t axis) const noexcept;
   void rewind_source() noexcept;
   void take_source(std::int64_t cycle) noexcept;
@@ -219,7 +220,7 @@ class Motion {
   /// Where an axis stands that is not enabled.
   [[nodiscard]] double place_of(std::size_t axis) const noexcept { return position_watches_[axis].held(); }
   [[nodiscard]] bool must_wait() const noexcept;
-  [[nodiscard]] bool powered() const noexcept;
+  [[nodiscard]] bool powered() const noexcept { return powered_; }
   [[nodiscard]] bool unavailable(std::size_t axis) const noexcept;
   [[nodiscard]] bool brakes(std::size_t axis, std::int64_t cycle) const noexcept;
   [[nodiscard]] bool tolerated(std::size_t axis) const noexcept {
@@ -244,6 +245,7 @@ class Motion {
   std::vector<std::optional<double>> anchors_;     ///< relative paths: what is added to them, once the axis was enabled
   std::vector<trajectory::AxisSetpoint> targets_;  ///< where the source is; setpoints_ of the axes on it
   std::vector<double> before_;    ///< places of targets_ in the cycle before, while the source is asked
+  std::vector<double> most_;      ///< velocities that a source may ask for
   std::int64_t path_begin_ = 0;   ///< in given periods
   std::int64_t given_ = 0;        ///< periods for which setpoints have been made since the start
   std::int64_t phase_given_ = 0;  ///< of them, when the phase began
@@ -255,6 +257,7 @@ class Motion {
   std::vector<char> exchanged_;  ///< the position of the axis is of this cycle
   std::chrono::nanoseconds exchange_took_{};
   MotionPhase phase_ = MotionPhase::kIdle;
+  bool powered_ = false;  ///< in this phase
   std::int64_t phase_start_ = 0;
   MotionFailure failure_;
   std::atomic<Command> command_{Command::kNone};

@@ -20,6 +20,7 @@ class PathSource final : public SetpointSource {
   void rewind(std::span<trajectory::AxisSetpoint> first) noexcept override;
   void begin(bool running) noexcept override;
   [[nodiscard]] bool next(const SetpointCycle& cycle, std::span<trajectory::AxisSetpoint> setpoints) noexcept override;
+  void end() noexcept override {}
   void run(bool running) noexcept override { clock_.run(running); }
   void fall_behind(double lost_s) noexcept override { clock_.fall_behind(lost_s); }
   [[nodiscard]] double behind_s() const noexcept override { return clock_.behind_s(); }

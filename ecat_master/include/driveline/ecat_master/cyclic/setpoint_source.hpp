@@ -29,10 +29,13 @@ class SetpointSource {
   virtual void rewind(std::span<trajectory::AxisSetpoint> first) noexcept = 0;
   /// The axes are where rewind() wanted them, at standstill. `running` false: they stay there until run(true).
   virtual void begin(bool running) noexcept = 0;
-  /// The setpoints of this cycle; `setpoints` comes with those of the cycle before. False: these are the last ones, the
+  /// The setpoints of this cycle; `setpoints` comes with those of the cycle before, as
+  /// it has given them. False: these are the last ones, the
   /// axes hold them.
   [[nodiscard]] virtual bool next(const SetpointCycle& cycle,
                                   std::span<trajectory::AxisSetpoint> setpoints) noexcept = 0;
+  /// The axes follow it no longer: they have been told to stop, have failed, or have arrived at the end.
+  virtual void end() noexcept = 0;
   /// To come to rest where it is, because an axis is missing, or to go on. A source that cannot goes on as it likes:
   /// the axes follow.
   virtual void run(bool running) noexcept = 0;

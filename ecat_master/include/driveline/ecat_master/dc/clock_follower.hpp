@@ -51,6 +51,8 @@ class ClockFollower {
   /// What came back of the frame that was sent at `sent` (nothing: it was lost); returns by how much to shift the grid.
   [[nodiscard]] Nanoseconds finish(const rt::CycleStart& start, Nanoseconds sent,
                                    const std::optional<DriftAnswer>& answer) noexcept;
+  /// System time at `time` of the master's clock, as the reference clock tells it. \rtsafe
+  [[nodiscard]] std::uint64_t system_time(Nanoseconds time) const noexcept { return mapping_.at(time); }
   /// Status::locked, as of the last finish().
   [[nodiscard]] bool locked() const noexcept { return locked_; }
   /// By how much the reference clock was ahead of the master's estimate of it when it was read last; 0 until then.

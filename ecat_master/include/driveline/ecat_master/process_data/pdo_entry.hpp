@@ -19,7 +19,7 @@ class PdoEntry {
                 "integers of 1, 2, 4 or 8 bytes, float (REAL32), double (REAL64); bool for single bits");
   PdoEntry() = default;
   /// `offset`: bytes from the start of ProcessImage::inputs() or outputs(); the entry must lie inside.
-  explicit PdoEntry(std::size_t offset) noexcept : offset_(offset) {}
+  explicit PdoEntry(std::size_t offset) noexcept : offset_(static_cast<std::uint32_t>(offset)) {}
   /// \rtsafe
   [[nodiscard]] T get(std::span<const std::byte> image) const noexcept {
     return std::bit_cast<T>(wire::load_le<Raw>(image.subspan(offset_, sizeof(T))));
@@ -34,7 +34,8 @@ class PdoEntry {
   using Raw = std::conditional_t<std::same_as<T, float>, std::uint32_t,
                                  std::conditional_t<std::same_as<T, double>, std::uint64_t, T>>;
 
-  std::size_t offset_ = 0;
+  /// An image never takes 4 GiB, and every axis has a dozen of these in the cycle.
+  std::uint32_t offset_ = 0;
 };
 
 /// A single bit of the process image.

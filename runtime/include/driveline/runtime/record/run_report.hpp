@@ -11,6 +11,7 @@
 #include "driveline/port/redundant_port.hpp"
 #include "driveline/runtime/record/image_view.hpp"
 #include "driveline/runtime/record/input_values.hpp"
+#include "driveline/runtime/setup/task.hpp"
 
 namespace driveline::runtime {
 
@@ -68,6 +69,7 @@ struct RunReport {
   std::optional<ImageView> process_data;  ///< none: the line was not configured
   std::optional<ClockReport> clocks;      ///< none: the drives ran free
   std::optional<RingReport> ring;         ///< none: the line has one end
+  std::vector<TaskReport> tasks;          ///< of the application, in the order in which they were added
   std::vector<std::string> faults;        ///< a sentence each, oldest first
   std::string failure;                    ///< the fault that the run failed by; empty: it did what it was to do
   std::vector<std::string> events;        ///< what happened to line and axes, with the time in operation

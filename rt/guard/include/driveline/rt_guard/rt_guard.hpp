@@ -17,10 +17,12 @@ namespace driveline::rt {
 ///     EXPECT_EQ(counts.total(), 0u);
 class RtGuard {
  public:
+  /// What a thread has called.
   struct Counts {
     std::uint64_t allocations = 0;  ///< malloc, calloc, realloc, aligned allocations, operator new
     std::uint64_t frees = 0;        ///< free of a block (not of null), operator delete
     std::uint64_t locks = 0;        ///< mutexes and reader/writer locks taken
+    /// All of it.
     [[nodiscard]] std::uint64_t total() const noexcept { return allocations + frees + locks; }
   };
 
@@ -35,6 +37,21 @@ class RtGuard {
   static Counts leave() noexcept;
   /// What the calling thread has counted since its last enter().
   [[nodiscard]] static Counts counts() noexcept;
+
+  /// Counts for as long as it lives, also inside a stretch that is counted already.
+  class Watch {
+   public:
+    Watch() noexcept;
+    ~Watch();
+    Watch(const Watch&) = delete;
+    Watch& operator=(const Watch&) = delete;
+    /// Since it was made.
+    [[nodiscard]] std::uint64_t total() const noexcept;
+
+   private:
+    bool nested_;
+    std::uint64_t before_;
+  };
 };
 
 }  // namespace driveline::rt

@@ -50,6 +50,18 @@ RtGuard::Counts RtGuard::counts() noexcept {
   return t_counts;
 }
 
+RtGuard::Watch::Watch() noexcept : nested_(t_armed), before_(nested_ ? t_counts.total() : 0) {
+  if (!nested_) enter();
+}
+
+RtGuard::Watch::~Watch() {
+  if (!nested_) leave();
+}
+
+std::uint64_t RtGuard::Watch::total() const noexcept {
+  return t_counts.total() - before_;
+}
+
 }  // namespace driveline::rt
 
 #if DRIVELINE_RT_GUARD_AVAILABLE
