@@ -5,9 +5,9 @@
 #include <stdexcept>
 #include <thread>
 
-#include "driveline/ecat_master/axis/msd_startup.hpp"
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/port/raw_socket_port.hpp"
+#include "driveline/runtime/devices/device_registry.hpp"
 #include "driveline/slaves/line/line.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"
 #include "support/environment.hpp"
@@ -47,12 +47,14 @@ std::unique_ptr<slaves::Line> make_line(rt::Clock& clock, std::size_t count) {
 }
 
 std::vector<ecat_master::SlavePlan> make_plans(std::size_t count) {
+  const runtime::DeviceRegistry devices;
+  const auto& rules = devices.rules_for({slaves::msd::kVendorId, slaves::msd::kProductCode});
   std::vector<ecat_master::SlavePlan> plans(count);
   for (std::size_t i = 0; i < count; ++i) {
     ecat_master::AxisConfig axis;
     axis.slave = i;
     plans[i].name = fmt::format("axis{}", i);
-    plans[i].startup_sdos = ecat_master::msd_startup_sdos(axis, kPeriod);
+    plans[i].startup_sdos = rules.startup_sdos(axis, kPeriod);
     plans[i].pdos = ecat_master::axis_pdo_configuration();
   }
   return plans;

@@ -5,9 +5,9 @@
 #include <cstdio>
 #include <memory>
 
-#include "driveline/ecat_master/axis/msd_startup.hpp"
 #include "driveline/ecat_master/configuration/process_variables.hpp"
 #include "driveline/ecat_master/master.hpp"
+#include "driveline/runtime/devices/device_registry.hpp"
 #include "driveline/slaves/line/line.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"
 
@@ -47,9 +47,11 @@ int main() {
   slaves.push_back(std::make_unique<slaves::Slave>(std::make_unique<slaves::msd::MsdDrive>()));
   slaves::Line line(clock, std::move(slaves));
 
+  const runtime::DeviceRegistry devices;
+  const auto& rules = devices.rules_for({slaves::msd::kVendorId, slaves::msd::kProductCode});
   ecat_master::SlavePlan plan;
   plan.name = "x";
-  plan.startup_sdos = ecat_master::msd_startup_sdos({}, 1ms);
+  plan.startup_sdos = rules.startup_sdos({}, 1ms);
   plan.pdos.outputs = {{.index = 0x1600, .objects = {{0x6040, 0, 16}}}};
   plan.pdos.inputs = {{.index = 0x1A00, .objects = {{0x6041, 0, 16}, {0x6064, 0, 32}}}};
 

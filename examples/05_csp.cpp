@@ -5,8 +5,8 @@
 #include <memory>
 #include <numbers>
 
-#include "driveline/ecat_master/axis/msd_startup.hpp"
 #include "driveline/ecat_master/master.hpp"
+#include "driveline/runtime/devices/device_registry.hpp"
 #include "driveline/slaves/line/line.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"
 
@@ -23,8 +23,10 @@ int main() {
   // Identity of the slave, its start-up SDOs, and the objects that are exchanged.
   ecat_master::AxisConfig config;
   config.name = "x";
+  const runtime::DeviceRegistry devices;
+  const auto& rules = devices.rules_for({slaves::msd::kVendorId, slaves::msd::kProductCode});
   ecat_master::SlavePlan plan;
-  plan.startup_sdos = ecat_master::msd_startup_sdos(config, 125us);
+  plan.startup_sdos = rules.startup_sdos(config, 125us);
   plan.pdos = ecat_master::axis_pdo_configuration();
 
   ecat_master::Master master(line, clock);

@@ -10,11 +10,11 @@
 #include <memory>
 #include <numbers>
 
-#include "driveline/ecat_master/axis/msd_startup.hpp"
 #include "driveline/ecat_master/cia402/error_code.hpp"
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/port/interface_lock.hpp"
 #include "driveline/port/raw_socket_port.hpp"
+#include "driveline/runtime/devices/device_registry.hpp"
 
 using namespace driveline;
 using namespace std::chrono_literals;
@@ -81,18 +81,20 @@ int main(int argc, char** argv) {
   ecat_master::Master master(**port, clock);
   if (const auto found = master.scan(); !found) return fail(ecat_master::describe(found.error()));
 
+  const runtime::DeviceRegistry devices;
   // One axis per drive. What moves it at most is what its machine bears, and not what the motor can do.
   std::vector<ecat_master::AxisConfig> configs;
   std::vector<ecat_master::SlavePlan> plans;
   for (const auto& slave : master.slaves()) {
-    if (slave.info.description.vendor_id != kMoog) return fail("only MSD drives are expected here: write a line file");
+    const auto& found = slave.info.description;
+    if (found.vendor_id != kMoog) return fail("only MSD drives are expected here: write a line file");
     auto& axis = configs.emplace_back();
     axis.slave = plans.size();
     axis.name = "axis" + std::to_string(axis.slave);
     axis.limits = {.max_velocity = 2.0 * kRevolution, .max_acceleration = 10.0 * kRevolution};
     auto& plan = plans.emplace_back();
     plan.name = axis.name;
-    plan.startup_sdos = ecat_master::msd_startup_sdos(axis, kPeriod);
+    plan.startup_sdos = devices.rules_for({found.vendor_id, found.product_code}).startup_sdos(axis, kPeriod);
     plan.pdos = ecat_master::axis_pdo_configuration();
   }
   auto path = make_path(configs.size(), revolutions);

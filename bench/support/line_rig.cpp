@@ -7,7 +7,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "driveline/ecat_master/axis/msd_startup.hpp"
+#include "driveline/runtime/devices/device_registry.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"
 #include "support/retry.hpp"
 
@@ -99,11 +99,13 @@ void LineRig::make_motion() {
 }
 
 void LineRig::bring_up(const ecat_master::Master::MakeRunner& make_runner) {
+  const runtime::DeviceRegistry devices;
+  const auto& rules = devices.rules_for({slaves::msd::kVendorId, slaves::msd::kProductCode});
   std::vector<ecat_master::SlavePlan> plans;
   for (const auto& axis : axes_) {
     ecat_master::SlavePlan plan;
     plan.name = axis.name;
-    plan.startup_sdos = ecat_master::msd_startup_sdos(axis, kPeriod);
+    plan.startup_sdos = rules.startup_sdos(axis, kPeriod);
     plan.pdos = ecat_master::axis_pdo_configuration();
     plans.push_back(std::move(plan));
   }

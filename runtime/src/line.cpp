@@ -24,7 +24,7 @@ Line::Line(std::unique_ptr<Session> session, std::optional<trajectory::Interpola
 Line::~Line() = default;
 
 Result<std::unique_ptr<Line>> Line::from_file(const std::filesystem::path& file, const Options& options) {
-  auto config = load_line_config(file);
+  auto config = load_line_config(file, options.devices);
   if (!config) return tl::unexpected(config.error());
   return open(std::move(*config), bus_of(options), options.adjust);
 }

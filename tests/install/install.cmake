@@ -9,6 +9,7 @@ endif()
 foreach(wanted
         include/driveline/ecat_master/master.hpp
         include/driveline/runtime/line.hpp
+        include/driveline/runtime/devices/device_family.hpp
         include/driveline/wire/registers.hpp
         include/driveline/slaves/line/line.hpp
         share/driveline/examples/01_scan.cpp

@@ -51,8 +51,8 @@ T take(const std::optional<PdoEntry<T>>& pdo_entry, std::span<const std::byte> i
 
 double delay_of(const AxisConfig& config) {
   if (config.mode != cia402::Mode::kCyclicPosition) return 0.0;
-  constexpr SetpointWay kMsd{std::chrono::microseconds{125}, 1, kSplinePeriods, std::nullopt};
-  return config.setpoint_delay_cycles.value_or(setpoint_delay_cycles(kMsd));
+  constexpr SetpointWay kFreeSpline{std::chrono::microseconds{125}, 1, kSplinePeriods, std::nullopt};
+  return config.setpoint_delay_cycles.value_or(setpoint_delay_cycles(kFreeSpline));
 }
 
 }  // namespace

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "driveline/runtime/config/line_config.hpp"
-#include "toml/toml_reader.hpp"
+#include "driveline/runtime/toml/toml_reader.hpp"
 
 namespace driveline::runtime {
 

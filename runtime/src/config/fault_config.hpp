@@ -2,7 +2,7 @@
 
 #include "driveline/runtime/config/fault_text.hpp"
 #include "driveline/runtime/config/line_config.hpp"
-#include "toml/toml_reader.hpp"
+#include "driveline/runtime/toml/toml_reader.hpp"
 
 namespace driveline::runtime {
 

@@ -6,10 +6,10 @@
 #include <numbers>
 
 #include "config/clock_config.hpp"
-#include "config/device_source.hpp"
-#include "config/drive_reader.hpp"
+#include "config/device_files.hpp"
 #include "config/fault_config.hpp"
 #include "config/process_data_reader.hpp"
+#include "config/slave_device_reader.hpp"
 #include "config/slave_plan_reader.hpp"
 #include "config/wiring_config.hpp"
 #include "driveline/ecat_master/axis/axis_objects.hpp"
@@ -17,11 +17,12 @@
 #include "driveline/port/port.hpp"
 #include "driveline/rt/cycle_timer.hpp"
 #include "driveline/runtime/files/input_file.hpp"
+#include "driveline/runtime/toml/toml_reader.hpp"
 #include "driveline/slaves/esc/sii_file.hpp"
 #include "driveline/trajectory/axis_name.hpp"
 #include "toml/duration.hpp"
 #include "toml/toml_depth.hpp"
-#include "toml/toml_reader.hpp"
+#include "toml/toml_table.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -123,34 +124,6 @@ std::string read_name(TomlReader& reader, const std::vector<Named>& others) {
   return name;
 }
 
-/// Which drive of the family, with which firmware.
-void read_model(TomlReader& reader, SlaveConfig& slave) {
-  const auto key = reader.text_or("model", std::string(slaves::msd::facts(slave.model).key));
-  const auto model = slaves::msd::find_variant(key);
-  if (!model) {
-    std::string known;
-    for (const auto& variant : slaves::msd::kVariants) {
-      known += fmt::format("{}\"{}\"", known.empty() ? "" : ", ", variant.key);
-    }
-    reader.fail("model", fmt::format("is \"{}\", known are {}", key, known));
-  }
-  slave.model = *model;
-  if (!reader.has("firmware")) return;
-  const auto& facts = slaves::msd::facts(slave.model);
-  slave.firmware = slaves::msd::FirmwareVersion::parse(reader.text("firmware"));
-  const auto as_long = [](const auto& version) { return version.text().size(); };
-  if (!slave.firmware || *slave.firmware < facts.oldest || as_long(*slave.firmware) > as_long(facts.firmware)) {
-    reader.fail("firmware",
-                fmt::format("must be a version as \"{}\", from {} on", facts.firmware.text(), facts.oldest.text()));
-  }
-}
-
-/// What only the simulated drive has.
-void read_drive(TomlReader& reader, const std::filesystem::path& directory, SlaveConfig& slave) {
-  read_model(reader, slave);
-  slave.drive = read_drive_parameters(reader, directory);
-}
-
 /// The EEPROM content that an earlier simulation has left.
 void read_eeprom(TomlReader& reader, const std::filesystem::path& directory, SlaveConfig& slave) {
   if (!reader.has("sii_file")) return;
@@ -187,14 +160,11 @@ ecat_master::GroupPlace find_group(const TomlReader& reader, const std::string& 
   return place;
 }
 
-SlaveConfig read_slave(TomlReader reader, const std::vector<SlaveConfig>& others, DeviceFiles& files,
-                       const std::filesystem::path& directory) {
+SlaveConfig read_slave(TomlReader reader, const LineConfig& config, DeviceFiles& files) {
+  const auto& others = config.slaves;
   SlaveConfig slave;
   slave.name = read_name(reader, others);
-  auto device = files.read(reader);
-  slave.device = std::move(device.source);
-  slave.esi = std::move(device.file);
-  if (!slave.device) read_drive(reader, directory, slave);
+  read_slave_device(reader, config, files, slave);
   auto identity = [&reader](std::string_view key) -> std::optional<std::uint32_t> {
     if (!reader.has(key)) return std::nullopt;
     return static_cast<std::uint32_t>(reader.integer(key, 1, 0xFFFFFFFF));
@@ -210,7 +180,7 @@ SlaveConfig read_slave(TomlReader reader, const std::vector<SlaveConfig>& others
   }
   slave.names = read_entry_names(reader.table("names"));
   slave.dc = read_slave_clock(reader.table("dc"));
-  read_eeprom(reader, directory, slave);
+  read_eeprom(reader, files.directory(), slave);
   slave.delays.processing =
       nanoseconds{reader.integer_or("processing_ns", slave.delays.processing.count(), 0, kMaxDelayNs)};
   slave.delays.forwarding =
@@ -242,12 +212,12 @@ void read_velocity_gain(TomlReader& reader, ecat_master::AxisConfig& axis) {
 
 /// Default gain of the velocity loop over the bus: 100/s times the inertia, less where exchanges are rare.
 void complete_velocity_gains(LineConfig& config) {
-  constexpr double kBandwidth_1_s = 100.0;
+  constexpr double kBandwidthPerS = 100.0;
   constexpr double kPerExchange = 0.2;
   for (auto& axis : config.axes) {
     if (axis.mode != ecat_master::cia402::Mode::kCyclicTorque || axis.velocity_gain > 0.0) continue;
     const std::chrono::duration<double> exchange = config.period * exchange_divider(config, config.slaves[axis.slave]);
-    axis.velocity_gain = axis.inertia * std::min(kBandwidth_1_s, kPerExchange / exchange.count());
+    axis.velocity_gain = axis.inertia * std::min(kBandwidthPerS, kPerExchange / exchange.count());
   }
 }
 
@@ -286,9 +256,10 @@ void read_in_unit(TomlReader& reader, std::string_view key, const ecat_master::A
   value = unit.to_si(reader.number(key, unit.from_si(minimum), unit.from_si(maximum)));
 }
 
-ecat_master::AxisConfig read_axis(TomlReader reader, const std::vector<SlaveConfig>& slaves,
-                                  const std::vector<ecat_master::AxisConfig>& others) {
+ecat_master::AxisConfig read_axis(TomlReader reader, const LineConfig& config) {
   using ecat_master::cia402::Mode;
+  const auto& slaves = config.slaves;
+  const auto& others = config.axes;
   ecat_master::AxisConfig axis;
   axis.name = read_axis_name(reader, others);
   const auto slave_name = reader.text_or("slave", axis.name);
@@ -296,9 +267,8 @@ ecat_master::AxisConfig read_axis(TomlReader reader, const std::vector<SlaveConf
       std::find_if(slaves.begin(), slaves.end(), [&](const SlaveConfig& s) { return s.name == slave_name; });
   if (slave == slaves.end()) reader.fail("slave", fmt::format("there is no [[slave]] named \"{}\"", slave_name));
   axis.slave = static_cast<std::size_t>(slave - slaves.begin());
-  if (slave->device) {
-    reader.fail("slave", fmt::format("\"{}\" is a device of {}, an axis needs a drive", slave_name,
-                                     slave->device->file.filename().string()));
+  if (const auto why = slave->device->why_no_axis(); !why.empty()) {
+    reader.fail("slave", fmt::format("\"{}\" {}", slave_name, why));
   }
   if (std::any_of(others.begin(), others.end(), [&](const auto& other) { return other.slave == axis.slave; })) {
     reader.fail("slave", fmt::format("\"{}\" is driven by another axis already", slave_name));
@@ -306,14 +276,17 @@ ecat_master::AxisConfig read_axis(TomlReader reader, const std::vector<SlaveConf
   constexpr Mode kModes[] = {Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque};
   axis.mode = kModes[reader.choice_or("mode", 0, {"csp", "csv", "cst"})];
   check_objects(reader, *slave, axis.mode);
-  const double increments = reader.number_or("increments_per_revolution", 1048576.0, 1.0, kMaxIncrementsPerRevolution);
+  const auto defaults = drive_rules(config, *slave).axis_defaults();
+  const double increments = reader.number_or("increments_per_revolution", defaults.increments_per_revolution, 1.0,
+                                             kMaxIncrementsPerRevolution);
   if (reader.has("feed_mm_per_revolution")) axis.kind = trajectory::AxisKind::kLinear;
   const double unit_per_revolution =
       axis.linear() ? reader.number("feed_mm_per_revolution", 1e-6, 1e6) / 1000.0 : 2.0 * std::numbers::pi;
   axis.increments_per_unit = increments / unit_per_revolution;
   axis.rated_torque =
-      reader.number_or(axis.linear() ? "rated_force_n" : "rated_torque_nm", axis.rated_torque, 1e-6, 1e6);
+      reader.number_or(axis.linear() ? "rated_force_n" : "rated_torque_nm", defaults.rated_torque, 1e-6, 1e6);
   axis.unit = read_unit(reader, axis.kind);
+  axis.limits = defaults.limits;
   read_in_unit(reader, "max_velocity", axis, 1e-6, 1e6, axis.limits.max_velocity);
   read_in_unit(reader, "max_acceleration", axis, 1e-6, 1e9, axis.limits.max_acceleration);
   axis.inertia = reader.number_or("inertia", 0.0, 0.0, 1e6);
@@ -370,23 +343,23 @@ void read_recovery(TomlReader reader, RecoveryConfig& recovery) {
   reader.finish();
 }
 
-LineConfig read_config(const toml::table& table, const std::filesystem::path& file) {
-  TomlReader root(table, file.string(), "");
+LineConfig read_config(const toml::table& table, const std::filesystem::path& file, const DeviceRegistry& devices) {
+  auto root = read_toml_table(table, file.string());
   LineConfig config;
+  config.devices = devices;
   read_line(root.table("line"), config);
   DeviceFiles files(file.parent_path());
   read_bus(root.table("bus"), files, config);
   read_realtime(root.table("realtime"), config);
   for (auto& reader : root.tables("slave")) {
-    config.slaves.push_back(read_slave(std::move(reader), config.slaves, files, file.parent_path()));
+    config.slaves.push_back(read_slave(std::move(reader), config, files));
   }
   if (config.slaves.empty()) root.fail("", "there is no [[slave]]");
   if (config.slaves.size() > kMaxSlaves)
     root.fail("slave", fmt::format("there are {}, the limit is {}", config.slaves.size(), kMaxSlaves));
   read_simulation(root, config);
   if (root.has("dc")) config.clocks = read_clocks(root.table("dc"), config.period, config.slaves);
-  for (auto& reader : root.tables("axis"))
-    config.axes.push_back(read_axis(std::move(reader), config.slaves, config.axes));
+  for (auto& reader : root.tables("axis")) config.axes.push_back(read_axis(std::move(reader), config));
   read_process_data(root, config);
   complete_velocity_gains(config);
   if (root.has("path")) read_path(root.table("path"), file.parent_path(), config);
@@ -410,14 +383,24 @@ std::uint32_t exchange_divider(const LineConfig& config, const SlaveConfig& slav
   return slave.group < groups.size() ? groups[slave.group].settings.divider : 1;
 }
 
-Result<LineConfig> parse_line_config(std::string_view text, const std::filesystem::path& name) {
+DeviceIdentity expected_identity(const SlaveConfig& slave) {
+  const auto own = slave.esi ? DeviceIdentity{slave.esi->vendor_id, slave.esi->product_code} : slave.device->identity();
+  return {slave.vendor_id.value_or(own.vendor_id), slave.product_code.value_or(own.product_code)};
+}
+
+const DriveRules& drive_rules(const LineConfig& config, const SlaveConfig& slave) {
+  return config.devices.rules_for(expected_identity(slave));
+}
+
+Result<LineConfig> parse_line_config(std::string_view text, const std::filesystem::path& name,
+                                     const DeviceRegistry& devices) {
   if (const auto line = too_deep_line(text)) {
     return fail_file(
         name, fmt::format("keys or values are more than {} levels deep; a line description needs four", kMaxTomlDepth),
         *line);
   }
   try {
-    return read_config(toml::parse(text, name.string()), name);
+    return read_config(toml::parse(text, name.string()), name, devices);
   } catch (const toml::parse_error& error) {
     return fail_file(name, std::string(error.description()), error.source().begin.line);
   } catch (const ConfigError& wrong) {
@@ -425,10 +408,10 @@ Result<LineConfig> parse_line_config(std::string_view text, const std::filesyste
   }
 }
 
-Result<LineConfig> load_line_config(const std::filesystem::path& file) {
+Result<LineConfig> load_line_config(const std::filesystem::path& file, const DeviceRegistry& devices) {
   const auto text = read_input_file(file);
   if (!text) return tl::unexpected(text.error());
-  return parse_line_config(*text, file);
+  return parse_line_config(*text, file, devices);
 }
 
 }  // namespace driveline::runtime

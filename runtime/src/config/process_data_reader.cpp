@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "driveline/ecat_master/axis/msd_startup.hpp"
+#include "driveline/ecat_master/axis/startup_sdos.hpp"
 
 namespace driveline::runtime {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "driveline/runtime/config/slave_plan_config.hpp"
-#include "toml/toml_reader.hpp"
+#include "driveline/runtime/toml/toml_reader.hpp"
 
 namespace driveline::runtime {
 

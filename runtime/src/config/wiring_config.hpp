@@ -3,8 +3,8 @@
 #include <span>
 #include <string>
 
+#include "driveline/runtime/toml/toml_reader.hpp"
 #include "driveline/slaves/line/wiring.hpp"
-#include "toml/toml_reader.hpp"
 
 namespace driveline::runtime {
 

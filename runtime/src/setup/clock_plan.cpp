@@ -12,9 +12,6 @@ using ecat_master::dc::from_op_mode;
 using ecat_master::dc::SlaveClockPlan;
 using ecat_master::dc::SyncSignals;
 
-/// MSD manual 9.1: the cycle time is a multiple of 125 us.
-constexpr std::chrono::microseconds kMsdTimeBase{125};
-
 /// Null: the master's own clock.
 const ecat_master::dc::TimeSource* time_source(ClockConfig::Time time) {
   using ecat_master::dc::SystemTimeSource;
@@ -77,7 +74,7 @@ Result<SlaveClockPlan> plan_of(const LineConfig& config, const SlaveConfig& slav
       signals_of(slave, modes_of(config, slave, found), config.period * exchange_divider(config, slave));
   if (!signals) return tl::unexpected(signals.error());
   plan.signals = *signals;
-  if (!slave.device) plan.base = kMsdTimeBase;
+  plan.base = drive_rules(config, slave).clock_base();
   return plan;
 }
 

@@ -3,29 +3,11 @@
 #include <fmt/format.h>
 #include <algorithm>
 
-#include "config/device_source.hpp"
-#include "driveline/ecat_master/axis/msd_startup.hpp"
+#include "driveline/ecat_master/axis/startup_sdos.hpp"
 #include "driveline/esi/sii.hpp"
-#include "driveline/slaves/msd/msd_drive.hpp"
 
 namespace driveline::runtime {
 namespace {
-
-std::unique_ptr<slaves::Device> make_device(const DeviceSource& source, std::uint32_t serial_number) {
-  auto options = source.options;
-  // An EEPROM image has a serial number of its own.
-  if (options.sii_image.empty()) options.serial_number = serial_number;
-  return std::make_unique<slaves::generic::GenericDevice>(source.model, options);
-}
-
-std::unique_ptr<slaves::Device> make_drive(const SlaveConfig& config, std::uint32_t serial_number) {
-  auto parameters = config.drive;
-  parameters.variant = config.model;
-  parameters.firmware = config.firmware;
-  parameters.name = config.name;
-  parameters.serial_number = serial_number;
-  return std::make_unique<slaves::msd::MsdDrive>(parameters);
-}
 
 /// The EEPROM content `image` with another station alias.
 std::vector<std::byte> with_alias(std::vector<std::byte> image, std::uint16_t alias) {
@@ -48,8 +30,7 @@ std::unique_ptr<slaves::Slave> make_slave(const SlaveConfig& config, std::uint32
   options.clock.drift_ppm = config.dc.drift_ppm;
   options.al.device_id = config.plan.device_id.value_or(0);
   options.sii_image = config.sii_content;
-  const auto serial_number = serial_number_of(config, number);
-  auto device = config.device ? make_device(*config.device, serial_number) : make_drive(config, serial_number);
+  auto device = config.device->simulate({config.name, serial_number_of(config, number)});
   // The simulated slave is the one that the description expects.
   if (options.sii_image.empty() && config.plan.alias)
     options.sii_image = with_alias(device->profile().sii_image, *config.plan.alias);
@@ -78,16 +59,14 @@ std::vector<ecat_master::SlavePlan> make_slave_plans(const LineConfig& config) {
     const auto& slave = config.slaves[i];
     ecat_master::SlavePlan plan;
     plan.name = slave.name;
-    const auto* device = slave.esi ? slave.esi.get() : slave.device ? &slave.device->model->description() : nullptr;
     plan.esi = slave.esi;
-    plan.vendor_id = slave.vendor_id.value_or(device != nullptr ? device->vendor_id : slaves::msd::kVendorId);
-    plan.product_code = slave.product_code.value_or(device != nullptr ? device->product_code
-                                                                      : slaves::msd::facts(slave.model).product_code);
+    const auto identity = expected_identity(slave);
+    plan.vendor_id = identity.vendor_id;
+    plan.product_code = identity.product_code;
     const auto axis = std::find_if(config.axes.begin(), config.axes.end(), [i](const auto& a) { return a.slave == i; });
     if (axis != config.axes.end()) {
       const auto period = config.period * exchange_divider(config, slave);
-      plan.startup_sdos = plan.vendor_id == slaves::msd::kVendorId ? ecat_master::msd_startup_sdos(*axis, period)
-                                                                   : ecat_master::cia402_startup_sdos(period);
+      plan.startup_sdos = drive_rules(config, slave).startup_sdos(*axis, period);
       plan.pdos = ecat_master::axis_pdo_configuration();
       // PDOs of the user's choice may be without 6060h.
       if (slave.plan.pdos) plan.startup_sdos.push_back(ecat_master::mode_sdo(axis->mode));
@@ -104,13 +83,11 @@ std::vector<ecat_master::SlavePlan> make_slave_plans(const LineConfig& config) {
 double setpoint_delay(const LineConfig& config, const ecat_master::AxisConfig& axis,
                       const ecat_master::Master& master) {
   ecat_master::SetpointWay way;
+  const auto& slave = config.slaves[axis.slave];
   way.period = config.period;
-  way.divider = exchange_divider(config, config.slaves[axis.slave]);
+  way.divider = exchange_divider(config, slave);
+  way.interpolation = drive_rules(config, slave).interpolation_exchanges();
   const auto position = master.position_of(axis.slave).value_or(axis.slave);
-  // Those that are told to interpolate by a spline (msd_startup_sdos()).
-  if (master.slaves()[position].plan.vendor_id == slaves::msd::kVendorId) {
-    way.interpolation = ecat_master::kSplinePeriods;
-  }
   const auto* clocks = master.clocks();
   if (clocks != nullptr && position < clocks->slaves.size() && clocks->slaves[position].signals.sync0()) {
     const auto& signals = clocks->slaves[position].signals;

@@ -54,7 +54,7 @@ bool Session::claimed_by_another() const {
 
 Result<std::unique_ptr<Session>> Session::open(const BusOptions& options, const Adjust& adjust) {
   if (!options.config.empty()) {
-    auto config = load_line_config(options.config);
+    auto config = load_line_config(options.config, options.devices);
     if (!config) return tl::unexpected(config.error());
     return open(std::move(*config), options, adjust);
   }

@@ -1,8 +1,10 @@
-#include "toml/toml_reader.hpp"
+#include "driveline/runtime/toml/toml_reader.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <cmath>
+
+#include "toml/toml_table.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -33,43 +35,53 @@ std::string_view type_name(const toml::node& node) {
 
 }  // namespace
 
-TomlReader::TomlReader(const toml::table& table, std::string file, std::string path)
-    : table_(&table), file_(std::move(file)), path_(std::move(path)) {}
+TomlReader::TomlReader(std::unique_ptr<Table> table) : table_(std::move(table)) {}
+TomlReader::~TomlReader() = default;
+TomlReader::TomlReader(TomlReader&& other) noexcept = default;
+TomlReader& TomlReader::operator=(TomlReader&& other) noexcept = default;
 
-std::string TomlReader::where(const toml::node* node, std::string_view key) const {
-  const auto line = (node != nullptr ? node->source() : table_->source()).begin.line;
-  std::string place = file_;
+TomlReader read_toml_table(const toml::table& nodes, std::string file) {
+  return TomlReader(std::make_unique<TomlReader::Table>(TomlReader::Table{&nodes, std::move(file), ""}));
+}
+
+const toml::node* TomlReader::Table::find(std::string_view key) {
+  known.emplace(key);
+  return nodes->get(key);
+}
+
+std::string TomlReader::Table::where(const toml::node* node, std::string_view key) const {
+  const auto line = (node != nullptr ? node->source() : nodes->source()).begin.line;
+  std::string place = file;
   if (line > 0) place += fmt::format(":{}", line);
-  if (!path_.empty()) place += fmt::format(": [{}]", path_);
-  if (!key.empty()) place += fmt::format("{} {}", path_.empty() ? ":" : "", key);
+  if (!path.empty()) place += fmt::format(": [{}]", path);
+  if (!key.empty()) place += fmt::format("{} {}", path.empty() ? ":" : "", key);
   return place;
 }
 
+ConfigError TomlReader::Table::error_at(const toml::node* node, std::string_view key, std::string reason) const {
+  const auto line = (node != nullptr ? node->source() : nodes->source()).begin.line;
+  return {{ErrorKind::kFile, where(node, key), std::move(reason), file, line}};
+}
+
 void TomlReader::fail(std::string_view key, std::string_view reason) const {
-  throw error_at(table_->get(key), key, std::string(reason));
+  throw table_->error_at(table_->nodes->get(key), key, std::string(reason));
 }
 
-ConfigError TomlReader::error_at(const toml::node* node, std::string_view key, std::string reason) const {
-  const auto line = (node != nullptr ? node->source() : table_->source()).begin.line;
-  return {{ErrorKind::kFile, where(node, key), std::move(reason), file_, line}};
-}
-
-const toml::node* TomlReader::find(std::string_view key) {
-  known_.emplace(key);
-  return table_->get(key);
+std::string TomlReader::place(std::string_view key) const {
+  return table_->where(table_->nodes->get(key), key);
 }
 
 bool TomlReader::has(std::string_view key) {
-  return find(key) != nullptr;
+  return table_->find(key) != nullptr;
 }
 
 bool TomlReader::is_text(std::string_view key) {
-  const auto* node = find(key);
+  const auto* node = table_->find(key);
   return node != nullptr && node->is_string();
 }
 
 std::string TomlReader::text(std::string_view key) {
-  const auto* node = find(key);
+  const auto* node = table_->find(key);
   if (node == nullptr) fail(key, "is missing, a string is expected");
   if (!node->is_string()) fail(key, fmt::format("is {}, a string is expected", type_name(*node)));
   return node->as_string()->get();
@@ -80,14 +92,14 @@ std::string TomlReader::text_or(std::string_view key, std::string fallback) {
 }
 
 bool TomlReader::boolean_or(std::string_view key, bool fallback) {
-  const auto* node = find(key);
+  const auto* node = table_->find(key);
   if (node == nullptr) return fallback;
   if (!node->is_boolean()) fail(key, fmt::format("is {}, true or false is expected", type_name(*node)));
   return node->as_boolean()->get();
 }
 
 double TomlReader::number(std::string_view key, double minimum, double maximum) {
-  const auto* node = find(key);
+  const auto* node = table_->find(key);
   if (node == nullptr) fail(key, "is missing, a number is expected");
   const auto value = node->value<double>();
   if (!node->is_number() || !value) fail(key, fmt::format("is {}, a number is expected", type_name(*node)));
@@ -102,7 +114,7 @@ double TomlReader::number_or(std::string_view key, double fallback, double minim
 }
 
 std::int64_t TomlReader::integer(std::string_view key, std::int64_t minimum, std::int64_t maximum) {
-  const auto* node = find(key);
+  const auto* node = table_->find(key);
   if (node == nullptr) fail(key, "is missing, an integer is expected");
   if (!node->is_integer()) fail(key, fmt::format("is {}, an integer is expected", type_name(*node)));
   const auto value = node->as_integer()->get();
@@ -117,7 +129,7 @@ std::int64_t TomlReader::integer_or(std::string_view key, std::int64_t fallback,
 }
 
 std::string TomlReader::scalar_text(std::string_view key) {
-  const auto* node = find(key);
+  const auto* node = table_->find(key);
   if (node != nullptr && node->is_string()) return node->as_string()->get();
   if (node != nullptr && node->is_integer()) return fmt::format("{}", node->as_integer()->get());
   if (node != nullptr && node->is_floating_point()) return fmt::format("{}", node->as_floating_point()->get());
@@ -125,7 +137,7 @@ std::string TomlReader::scalar_text(std::string_view key) {
 }
 
 std::vector<double> TomlReader::numbers(std::string_view key, double minimum, double maximum) {
-  const auto* node = find(key);
+  const auto* node = table_->find(key);
   if (node == nullptr) fail(key, "is missing, an array of numbers is expected");
   if (!node->is_array()) fail(key, fmt::format("is {}, an array of numbers is expected", type_name(*node)));
   std::vector<double> numbers;
@@ -141,7 +153,7 @@ std::vector<double> TomlReader::numbers(std::string_view key, double minimum, do
 }
 
 std::vector<std::string> TomlReader::texts_or(std::string_view key, std::vector<std::string> fallback) {
-  const auto* node = find(key);
+  const auto* node = table_->find(key);
   if (node == nullptr) return fallback;
   if (!node->is_array()) fail(key, fmt::format("is {}, an array of strings is expected", type_name(*node)));
   std::vector<std::string> texts;
@@ -165,39 +177,44 @@ std::size_t TomlReader::choice_or(std::string_view key, std::size_t fallback,
 
 std::vector<std::string> TomlReader::keys() {
   std::vector<std::string> keys;
-  for (const auto& [key, value] : *table_) {
+  for (const auto& [key, value] : *table_->nodes) {
     keys.emplace_back(key.str());
-    known_.emplace(key.str());
+    table_->known.emplace(key.str());
   }
   return keys;
 }
 
 TomlReader TomlReader::table(std::string_view key) {
-  const auto* node = find(key);
-  const auto path = path_.empty() ? std::string(key) : fmt::format("{}.{}", path_, key);
-  if (node == nullptr) return {empty_table(), file_, path};
+  const auto* node = table_->find(key);
+  const auto path = table_->path.empty() ? std::string(key) : fmt::format("{}.{}", table_->path, key);
+  const auto reader_of = [&](const toml::table& nodes) {
+    return TomlReader(std::make_unique<Table>(Table{&nodes, table_->file, path}));
+  };
+  if (node == nullptr) return reader_of(empty_table());
   if (!node->is_table()) fail(key, fmt::format("is {}, a table is expected", type_name(*node)));
-  return {*node->as_table(), file_, path};
+  return reader_of(*node->as_table());
 }
 
 std::vector<TomlReader> TomlReader::tables(std::string_view key) {
-  const auto* node = find(key);
+  const auto* node = table_->find(key);
   if (node == nullptr) return {};
-  const auto path = path_.empty() ? std::string(key) : fmt::format("{}.{}", path_, key);
+  const auto path = table_->path.empty() ? std::string(key) : fmt::format("{}.{}", table_->path, key);
   if (!node->is_array()) fail(key, fmt::format("is {}, [[{}]] tables are expected", type_name(*node), path));
   std::vector<TomlReader> readers;
   for (const auto& element : *node->as_array()) {
     if (!element.is_table())
       fail(key, fmt::format("contains {}, [[{}]] tables are expected", type_name(element), path));
-    readers.emplace_back(*element.as_table(), file_, fmt::format("{} {}", path, readers.size() + 1));
+    readers.emplace_back(std::make_unique<Table>(
+        Table{element.as_table(), table_->file, fmt::format("{} {}", path, readers.size() + 1)}));
   }
   return readers;
 }
 
 void TomlReader::finish() const {
-  for (const auto& [key, value] : *table_) {
-    if (known_.find(key.str()) != known_.end()) continue;
-    throw error_at(&value, key.str(), fmt::format("unknown key, expected one of: {}", fmt::join(known_, ", ")));
+  const auto& known = table_->known;
+  for (const auto& [key, value] : *table_->nodes) {
+    if (known.find(key.str()) != known.end()) continue;
+    throw table_->error_at(&value, key.str(), fmt::format("unknown key, expected one of: {}", fmt::join(known, ", ")));
   }
 }
 

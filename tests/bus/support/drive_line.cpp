@@ -5,6 +5,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "driveline/runtime/devices/device_registry.hpp"
 #include "driveline/trajectory/path.hpp"
 
 namespace driveline::bus_test {
@@ -114,7 +115,9 @@ ecat_master::SlavePlan LineOperation::plan(std::size_t position, const RunOption
   plan.group = position % options.groups;
   const auto& groups = options.layout.groups;
   const std::uint32_t divider = plan.group < groups.size() ? groups[plan.group].divider : 1;
-  plan.startup_sdos = ecat_master::msd_startup_sdos(axis(position, options), options.period * divider);
+  const runtime::DeviceRegistry devices;
+  const auto& rules = devices.rules_for({plan.vendor_id, plan.product_code});
+  plan.startup_sdos = rules.startup_sdos(axis(position, options), options.period * divider);
   plan.startup_sdos.insert(plan.startup_sdos.end(), options.startup.begin(), options.startup.end());
   plan.hot_connect = std::count(options.hot_connect.begin(), options.hot_connect.end(), position) > 0;
   plan.lrw = !options.every_third_without_lrw || position % 3 != 1;

@@ -4,7 +4,6 @@
 #include <memory>
 #include <vector>
 
-#include "driveline/ecat_master/axis/msd_startup.hpp"
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/rt/clock.hpp"
 #include "driveline/slaves/line/line.hpp"

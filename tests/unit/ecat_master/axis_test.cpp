@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "driveline/ecat_master/axis/msd_startup.hpp"
+#include "driveline/ecat_master/axis/startup_sdos.hpp"
 #include "support/bytes.hpp"
 
 namespace driveline::ecat_master {
@@ -342,30 +342,14 @@ std::vector<std::vector<std::byte>> flat(const std::vector<StartupSdo>& sdos) {
   return result;
 }
 
-TEST(MsdStartup, OfACspAxis) {
-  // P 306 = 2132h: 0.125 ms as IEEE 754; 60C2h: 125 * 10^-6 s; P 370 = 2172h: 3; P 1516 = 25ECh: 0.5 kg m^2.
-  EXPECT_THAT(flat(msd_startup_sdos(config(), microseconds{125})),
-              testing::ElementsAre(hex("2132 00 0000003E"), hex("60C2 01 7D"), hex("60C2 02 FA"), hex("2172 00 03"),
-                                   hex("25EC 00 0000003F")));
-}
-
-TEST(MsdStartup, LeavesOutWhatIsNotKnownOrNotNeeded) {
-  auto axis = config();
-  axis.inertia = 0.0;
-  EXPECT_EQ(msd_startup_sdos(axis, microseconds{1000}).size(), 4U);
-  axis = config();
-  axis.kind = trajectory::AxisKind::kLinear;
-  EXPECT_EQ(msd_startup_sdos(axis, microseconds{1000}).size(), 4U) << "P 1516 is in kg m^2";
-  EXPECT_EQ(msd_startup_sdos(config(Mode::kCyclicVelocity), microseconds{1000}).size(), 3U);
-  EXPECT_EQ(msd_startup_sdos(config(Mode::kCyclicTorque), microseconds{1000}).size(), 3U);
-}
-
 TEST(ModeSdo, IsTheModeOfOperation) {
   EXPECT_THAT(flat({mode_sdo(Mode::kCyclicTorque)}), testing::ElementsAre(hex("6060 00 0A")));
 }
 
-TEST(MsdStartup, RefusesAPeriodTheDriveCannotBeTold) {
-  EXPECT_THROW(static_cast<void>(msd_startup_sdos(config(), nanoseconds{312'500})), std::invalid_argument);
+TEST(Cia402Startup, TellsTheTimeFromOneSetpointToTheNext) {
+  EXPECT_THAT(flat(cia402_startup_sdos(microseconds{125})),  // 125 * 10^-6 s
+              testing::ElementsAre(hex("60C2 01 7D"), hex("60C2 02 FA")));
+  EXPECT_THROW(static_cast<void>(cia402_startup_sdos(nanoseconds{312'500})), std::invalid_argument);
 }
 
 }  // namespace

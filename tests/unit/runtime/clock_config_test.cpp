@@ -3,6 +3,7 @@
 
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/runtime/setup/clock_plan.hpp"
+#include "driveline/slaves/msd/core/variant.hpp"
 
 namespace driveline::runtime {
 namespace {

@@ -1,5 +1,5 @@
 // The machine behind a simulated drive in the line file: numbers, switches, scripts; and what their reference says.
-#include "config/drive_reader.hpp"
+#include "devices/msd/drive_reader.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -13,7 +13,9 @@
 
 #include "driveline/esi/sii.hpp"
 #include "driveline/runtime/config/line_config.hpp"
+#include "driveline/runtime/devices/msd_device.hpp"
 #include "driveline/runtime/setup/composition.hpp"
+#include "driveline/slaves/msd/msd_drive.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -34,6 +36,10 @@ Result<LineConfig> parse(const std::string& rest) {
 std::string error(const std::string& rest) {
   const auto config = parse(rest);
   return config ? "no error" : describe(config.error());
+}
+
+const slaves::msd::MsdParameters& drive_of(const SlaveConfig& slave) {
+  return dynamic_cast<const MsdDevice&>(*slave.device).parameters();
 }
 
 std::string number(const PlantKey& row, double value) {
@@ -62,7 +68,7 @@ TEST(PlantKeys, EachComesToItsPlaceAndNoOther) {
       *place = static_cast<std::remove_pointer_t<decltype(place)>>(value * row.scale);
     };
     std::visit(set, row.place(expected));
-    auto found = config->slaves[0].drive;
+    auto found = drive_of(config->slaves[0]);
     for (const PlantKey& other : plant_keys()) {
       const auto of = [&other](slaves::msd::MsdParameters& parameters) {
         return std::visit([](const auto* place) { return static_cast<double>(*place); }, other.place(parameters));
@@ -113,7 +119,7 @@ TEST(DriveReader, NumbersThatDoNotGoTogether) {
             "line.toml:5: [slave 1.plant.load] end_stop_max_rev: is 1.5, more than end_stop_min_rev, 2, is expected");
   const auto config = parse("[slave.plant]\nrated_torque_nm = 20\n");
   ASSERT_TRUE(config);
-  EXPECT_DOUBLE_EQ(config->slaves[0].drive.motor.peak_torque_nm, 60.0) << "three times, like the standard motor";
+  EXPECT_DOUBLE_EQ(drive_of(config->slaves[0]).motor.peak_torque_nm, 60.0) << "three times, like the standard motor";
 }
 
 /// A motor of which only the rating is said is wound for the voltage of the standard motor, however large it is.
@@ -124,7 +130,7 @@ TEST(DriveReader, MotorIsCompletedFromItsRating) {
         "rated_torque_nm = 60\nmax_speed_rpm = 3000\nrated_speed_rpm = 2000\npole_pairs = 8\n"}) {
     const auto config = parse("[slave.plant]\n" + rating);
     ASSERT_TRUE(config) << describe(config.error());
-    auto parameters = config->slaves[0].drive.motor;
+    auto parameters = drive_of(config->slaves[0]).motor;
     parameters.peak_torque_nm = 1e6;
     const auto torque_at = [&](double share_of_max_speed) {
       parameters.coulomb_friction_nm = parameters.viscous_friction_nm_s = 0.0;
@@ -139,14 +145,14 @@ TEST(DriveReader, MotorIsCompletedFromItsRating) {
   }
   const auto slow = parse("[slave.plant]\nmax_speed_rpm = 3000\n");
   ASSERT_TRUE(slow) << describe(slow.error());
-  EXPECT_NEAR(slow->slaves[0].drive.motor.rated_speed_rad_s, 1500.0 * kRadSPerRpm, 1e-6) << "half of it";
+  EXPECT_NEAR(drive_of(slow->slaves[0]).motor.rated_speed_rad_s, 1500.0 * kRadSPerRpm, 1e-6) << "half of it";
   const auto said = parse(
       "[slave.plant]\nrated_torque_nm = 20\nrated_current_a = 9\n[slave.plant.winding]\n"
       "resistance_ohm = 0.7\ninductance_mh = 2\n");
   ASSERT_TRUE(said) << describe(said.error());
-  EXPECT_DOUBLE_EQ(said->slaves[0].drive.motor.rated_current_a, 9.0);
-  EXPECT_DOUBLE_EQ(said->slaves[0].drive.motor.winding.resistance_ohm, 0.7);
-  EXPECT_DOUBLE_EQ(said->slaves[0].drive.motor.winding.inductance_h, 2e-3);
+  EXPECT_DOUBLE_EQ(drive_of(said->slaves[0]).motor.rated_current_a, 9.0);
+  EXPECT_DOUBLE_EQ(drive_of(said->slaves[0]).motor.winding.resistance_ohm, 0.7);
+  EXPECT_DOUBLE_EQ(drive_of(said->slaves[0]).motor.winding.inductance_h, 2e-3);
   EXPECT_EQ(error("[slave.plant]\nmax_speed_rpm = 3000\nrated_speed_rpm = 4000\n"),
             "line.toml:5: [slave 1.plant] rated_speed_rpm: is 4000, at most max_speed_rpm, 3000, is expected");
 }
@@ -156,8 +162,8 @@ TEST(DriveReader, BreakContacts) {
       "[[slave.switch]]\ninput = \"ISD00\"\nto_rev = -1\nnormally_closed = true\n"
       "[[slave.switch]]\ninput = \"ISD01\"\nfrom_rev = 1\n");
   ASSERT_TRUE(config) << describe(config.error());
-  EXPECT_TRUE(config->slaves[0].drive.switches[0].normally_closed);
-  EXPECT_FALSE(config->slaves[0].drive.switches[1].normally_closed);
+  EXPECT_TRUE(drive_of(config->slaves[0]).switches[0].normally_closed);
+  EXPECT_FALSE(drive_of(config->slaves[0]).switches[1].normally_closed);
 }
 
 TEST(DriveReader, WrongSwitches) {
@@ -285,7 +291,7 @@ TEST(DriveScript, WhatIsSetByHandStaysSet) {
 TEST(VerticalExample, HasItsMachine) {
   const auto config = load_line_config(DRIVELINE_EXAMPLES_DIR "/vertical.toml");
   ASSERT_TRUE(config) << describe(config.error());
-  const auto& drive = config->slaves[0].drive;
+  const auto& drive = drive_of(config->slaves[0]);
   EXPECT_TRUE(drive.motor.winding.simulated);
   EXPECT_DOUBLE_EQ(drive.motor.load.gravity_nm, 0.9);
   EXPECT_DOUBLE_EQ(drive.motor.load.end_stop_max_rad, 9.0 * kRevolution);

@@ -4,6 +4,7 @@
 
 #include <numbers>
 
+#include "driveline/runtime/devices/msd_device.hpp"
 #include "support/temporary_directory.hpp"
 
 namespace driveline::runtime {
@@ -11,6 +12,10 @@ namespace {
 
 using ecat_master::cia402::Mode;
 using std::chrono::microseconds;
+
+const slaves::msd::MsdParameters& msd_of(const SlaveConfig& slave) {
+  return dynamic_cast<const MsdDevice&>(*slave.device).parameters();
+}
 
 LineConfig parsed(std::string_view text, const std::filesystem::path& name = "line.toml") {
   auto config = parse_line_config(text, name);
@@ -32,8 +37,8 @@ TEST(LineConfig, OneNamedSlaveIsEnough) {
   EXPECT_FALSE(config.simulation_cpu);
   EXPECT_EQ(config.realtime.cpu_latency, microseconds{0});
   ASSERT_EQ(config.slaves.size(), 1U);
-  EXPECT_EQ(config.slaves[0].model, slaves::msd::Variant::kMsd);
-  EXPECT_FALSE(config.slaves[0].firmware);
+  EXPECT_EQ(msd_of(config.slaves[0]).variant, slaves::msd::Variant::kMsd);
+  EXPECT_FALSE(msd_of(config.slaves[0]).firmware);
   EXPECT_FALSE(config.slaves[0].vendor_id);
   EXPECT_TRUE(config.axes.empty());
   EXPECT_FALSE(config.path);
@@ -139,10 +144,10 @@ velocity_gain = 4000
   ASSERT_EQ(config.slaves.size(), 2U);
   EXPECT_EQ(config.slaves[0].vendor_id, 0x28U);
   EXPECT_EQ(config.slaves[0].product_code, 0x4D534431U);
-  EXPECT_EQ(config.slaves[0].drive.motor.inertia_kg_m2, 0.002);
-  EXPECT_EQ(config.slaves[0].drive.motor.coulomb_friction_nm, 0.5);
-  EXPECT_EQ(config.slaves[0].drive.motor.viscous_friction_nm_s, 0.01);
-  EXPECT_DOUBLE_EQ(config.slaves[0].drive.initial_position_rad, -5.0 * std::numbers::pi);
+  EXPECT_EQ(msd_of(config.slaves[0]).motor.inertia_kg_m2, 0.002);
+  EXPECT_EQ(msd_of(config.slaves[0]).motor.coulomb_friction_nm, 0.5);
+  EXPECT_EQ(msd_of(config.slaves[0]).motor.viscous_friction_nm_s, 0.01);
+  EXPECT_DOUBLE_EQ(msd_of(config.slaves[0]).initial_position_rad, -5.0 * std::numbers::pi);
 
   ASSERT_EQ(config.axes.size(), 1U);
   const auto& axis = config.axes[0];
@@ -224,7 +229,7 @@ TEST(LineConfig, ExampleForTwoProcessesIsTheSameLine) {
   ASSERT_EQ(one->slaves.size(), two->slaves.size());
   for (std::size_t i = 0; i < one->slaves.size(); ++i) {
     EXPECT_EQ(one->slaves[i].name, two->slaves[i].name);
-    EXPECT_EQ(one->slaves[i].model, two->slaves[i].model);
+    EXPECT_EQ(msd_of(one->slaves[i]).variant, msd_of(two->slaves[i]).variant);
   }
   ASSERT_EQ(one->axes.size(), two->axes.size());
   for (std::size_t i = 0; i < one->axes.size(); ++i) {

@@ -38,6 +38,7 @@ class Line {
     std::string second_interface;  ///< at the far end of a ring
     bool virtual_time = false;     ///< simulated line on virtual time: deterministic, as fast as possible
     Session::Adjust adjust{};      ///< changes the configuration before anything is opened
+    DeviceRegistry devices{};      ///< the families that a file may name; a description in C++ has its own
   };
   /// Settings of one run.
   struct RunSettings {

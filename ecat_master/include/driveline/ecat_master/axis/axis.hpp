@@ -36,8 +36,9 @@ struct AxisConfig {
   /// Loops closed by the master in CSV and CST, where the drive has no position loop of its own.
   double position_gain_1_s = 20.0;  ///< velocity per position error
   double velocity_gain = 0.0;       ///< CST: torque per velocity error, Nm s/rad or N s/m; above 0 there
-  /// CSP: setpoint_delay_cycles() of the drive, for the following error; none: that of an MSD that runs free. In CSV
-  /// and CST the loop is closed here, with the setpoint and the actual position of the same cycle.
+  /// CSP: setpoint_delay_cycles() of the drive, for the following error; none: that of a drive that runs free and
+  /// joins its setpoints by a spline. In CSV and CST the loop is closed here, with the setpoint and the actual position
+  /// of the same cycle.
   std::optional<double> setpoint_delay_cycles{};
   /// How far an axis may be from its setpoint until that is a fault, rad or m; none: position_tolerance().
   std::optional<double> position_tolerance{};

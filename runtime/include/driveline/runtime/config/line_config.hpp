@@ -18,15 +18,12 @@
 #include "driveline/runtime/config/process_data_config.hpp"
 #include "driveline/runtime/config/recovery_config.hpp"
 #include "driveline/runtime/config/slave_plan_config.hpp"
+#include "driveline/runtime/devices/device_registry.hpp"
 #include "driveline/slaves/line/fault.hpp"
 #include "driveline/slaves/line/frame_path.hpp"
 #include "driveline/slaves/line/wiring.hpp"
-#include "driveline/slaves/msd/core/variant.hpp"
-#include "driveline/slaves/msd/msd_drive.hpp"
 
 namespace driveline::runtime {
-
-struct DeviceSource;
 
 /// What 32 bits hold: most increments per revolution of an axis.
 inline constexpr double kMaxIncrementsPerRevolution = 4294967295.0;
@@ -55,23 +52,20 @@ struct ClockConfig {
 
 /// A [[slave]]: identity and configuration for the master, the device for the simulation.
 struct SlaveConfig {
-  std::string name;                                         ///< unique on the line
-  slaves::msd::Variant model = slaves::msd::Variant::kMsd;  ///< the simulated drive
-  std::optional<slaves::msd::FirmwareVersion> firmware;     ///< of it; none: as the model comes
-  /// The simulation is a device out of an ESI file or an EEPROM image instead; none: it is `model`.
-  std::shared_ptr<const DeviceSource> device;
+  std::string name;  ///< unique on the line
+  /// What is simulated, and what the master expects where nothing below says otherwise. Never null.
+  std::shared_ptr<const SlaveDevice> device = standard_device();
   /// How the master configures it: by this device of an ESI file; none: by [bus] esi, else by its EEPROM.
   std::shared_ptr<const esi::DeviceDescription> esi;
-  std::optional<std::uint32_t> vendor_id;     ///< expected; the model's own when left out
-  std::optional<std::uint32_t> product_code;  ///< expected; the model's own when left out
+  std::optional<std::uint32_t> vendor_id;     ///< expected; that of `esi`, or of `device`, when left out
+  std::optional<std::uint32_t> product_code;  ///< expected; the same when left out
   SlavePlanConfig plan;                       ///< further identity, start-up SDOs, PDOs, watchdogs, time limits
   std::size_t group = 0;                      ///< number in ProcessDataConfig::groups
   std::vector<EntryName> names;               ///< of entries of its process data
-  slaves::msd::MsdParameters drive;    ///< the simulated drive with its machine, if it is one; without name and number
-  slaves::SlaveDelays delays{};        ///< of the simulated controller
-  SlaveClockConfig dc;                 ///< its clock and its SYNC signals
-  std::filesystem::path sii_file;      ///< where `simulate` keeps the EEPROM content; empty: nowhere
-  std::vector<std::byte> sii_content;  ///< that of the file; empty: there is none yet
+  slaves::SlaveDelays delays{};               ///< of the simulated controller
+  SlaveClockConfig dc;                        ///< its clock and its SYNC signals
+  std::filesystem::path sii_file;             ///< where `simulate` keeps the EEPROM content; empty: nowhere
+  std::vector<std::byte> sii_content;         ///< that of the file; empty: there is none yet
 };
 
 /// [path] of a line description: where the setpoints come from.
@@ -112,6 +106,7 @@ struct FaultPlan {
 /// A line description file.
 struct LineConfig {
   std::string name = "line";                                         ///< for people
+  DeviceRegistry devices;                                            ///< families that slaves and drives are of
   std::chrono::nanoseconds period = std::chrono::microseconds{125};  ///< of the master's cycle
   std::optional<std::string> interface;                              ///< none: the simulated line in this process
   std::optional<std::string> interface2;                             ///< at the far end of a ring
@@ -145,12 +140,20 @@ struct LineConfig {
 /// Cycles of the line from one exchange with a slave to the next: the divider of its group.
 [[nodiscard]] std::uint32_t exchange_divider(const LineConfig& config, const SlaveConfig& slave) noexcept;
 
-/// Reads a line description (TOML). Every key is checked: unknown keys, wrong types and values out of range are errors
-/// of one sentence that starts with file:line and says what was expected. Paths in it are relative to the file, but
-/// the output directory to the working directory.
-[[nodiscard]] Result<LineConfig> load_line_config(const std::filesystem::path& file);
+/// Whom the master expects at a slave's place.
+[[nodiscard]] DeviceIdentity expected_identity(const SlaveConfig& slave);
+
+/// How the master treats the drive that it expects there. As long-lived as the families of `config`.
+[[nodiscard]] const DriveRules& drive_rules(const LineConfig& config, const SlaveConfig& slave);
+
+/// Reads a line description (TOML) whose slaves are of the families in `devices`. Every key is checked: unknown keys,
+/// wrong types and values out of range are errors of one sentence that starts with file:line and says what was
+/// expected. Paths in it are relative to the file, but the output directory to the working directory.
+[[nodiscard]] Result<LineConfig> load_line_config(const std::filesystem::path& file,
+                                                  const DeviceRegistry& devices = DeviceRegistry{});
 
 /// The same for text that is at hand; `name` stands for the file in errors.
-[[nodiscard]] Result<LineConfig> parse_line_config(std::string_view text, const std::filesystem::path& name);
+[[nodiscard]] Result<LineConfig> parse_line_config(std::string_view text, const std::filesystem::path& name,
+                                                   const DeviceRegistry& devices = DeviceRegistry{});
 
 }  // namespace driveline::runtime

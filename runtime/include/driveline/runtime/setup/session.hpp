@@ -23,6 +23,7 @@ struct BusOptions {
   std::string interface;   ///< replaces the simulated line of the file
   std::string interface2;  ///< at the far end of a ring
   bool virtual_time = false;
+  DeviceRegistry devices{};  ///< the families that the line description may name
 };
 
 /// Takes the locks of `interfaces`. Error: another process has one of them (kInterfaceBusy); `would` says in the

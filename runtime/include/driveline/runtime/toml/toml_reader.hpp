@@ -1,47 +1,60 @@
 #pragma once
 
-#include <toml++/toml.h>
-#include <limits>
-#include <set>
+#include <cstdint>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
-#include "driveline/runtime/error.hpp"
 
 #include "driveline/runtime/error.hpp"
 
 namespace driveline::runtime {
 
-/// What is wrong in a file. Thrown inside the readers only.
+/// What is wrong in a file. The readers throw it, and load_line_config() returns it as the error of the file; code in
+/// between (a DeviceFamily, say) lets it pass.
 struct ConfigError {
-  Error error;
+  Error error;  ///< with file and line
 };
 
-/// Typed access to one TOML table that knows where it is and which keys were asked for. All errors are ConfigErrors of
-/// the form "file:line: [table] key: reason".
+/// Typed access to one table of a TOML file. It knows where it stands in the file and which keys were asked for. A key
+/// that is missing, has another type or is out of range throws a ConfigError: "file:line: [table] key: reason".
+/// Ordinary threads only.
 class TomlReader {
  public:
-  /// `path` names the table in errors; empty for the root.
-  TomlReader(const toml::table& table, std::string file, std::string path);
+  struct Table;  ///< of the file, as its parser has it
+  /// Those who open a file make it (read_toml_table()); everybody else is given one, or gets it by table().
+  explicit TomlReader(std::unique_ptr<Table> table);
+  ~TomlReader();
+  /// What has been moved from can be destroyed or assigned to, and nothing else.
+  TomlReader(TomlReader&& other) noexcept;
+  TomlReader& operator=(TomlReader&& other) noexcept;
 
+  /// The key is there, with a value of any type.
   [[nodiscard]] bool has(std::string_view key);
   /// Whether the value of this key is a string.
   [[nodiscard]] bool is_text(std::string_view key);
+  /// A string.
   [[nodiscard]] std::string text(std::string_view key);
+  /// A string; `fallback` when it is left out.
   [[nodiscard]] std::string text_or(std::string_view key, std::string fallback);
+  /// True or false; `fallback` when it is left out.
   [[nodiscard]] bool boolean_or(std::string_view key, bool fallback);
   /// A number within minimum..maximum; integers are accepted for numbers.
   [[nodiscard]] double number(std::string_view key, double minimum, double maximum);
+  /// The same; `fallback` when it is left out.
   [[nodiscard]] double number_or(std::string_view key, double fallback, double minimum, double maximum);
+  /// An integer within minimum..maximum.
   [[nodiscard]] std::int64_t integer(std::string_view key, std::int64_t minimum, std::int64_t maximum);
+  /// The same; `fallback` when it is left out.
   [[nodiscard]] std::int64_t integer_or(std::string_view key, std::int64_t fallback, std::int64_t minimum,
                                         std::int64_t maximum);
   /// The value of a string, or a number as text.
   [[nodiscard]] std::string scalar_text(std::string_view key);
   /// An array of numbers within minimum..maximum.
   [[nodiscard]] std::vector<double> numbers(std::string_view key, double minimum, double maximum);
+  /// An array of strings; `fallback` when it is left out.
   [[nodiscard]] std::vector<std::string> texts_or(std::string_view key, std::vector<std::string> fallback);
-  /// The position of the value in `choices`.
+  /// The position of the value in `choices`; `fallback` when it is left out.
   [[nodiscard]] std::size_t choice_or(std::string_view key, std::size_t fallback,
                                       const std::vector<std::string_view>& choices);
 
@@ -59,17 +72,10 @@ class TomlReader {
   /// Throws a ConfigError that points at `key` (or at the table when there is no such key).
   [[noreturn]] void fail(std::string_view key, std::string_view reason) const;
   /// "file:line: [table] key", for complaints that can only be made once the line is there.
-  [[nodiscard]] std::string place(std::string_view key) const { return where(table_->get(key), key); }
+  [[nodiscard]] std::string place(std::string_view key) const;
 
  private:
-  [[nodiscard]] const toml::node* find(std::string_view key);
-  [[nodiscard]] ConfigError error_at(const toml::node* node, std::string_view key, std::string reason) const;
-  [[nodiscard]] std::string where(const toml::node* node, std::string_view key) const;
-
-  const toml::table* table_;
-  std::string file_;
-  std::string path_;
-  std::set<std::string, std::less<>> known_;
+  std::unique_ptr<Table> table_;
 };
 
 }  // namespace driveline::runtime

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
-#include "driveline/ecat_master/axis/axis.hpp"
+#include "driveline/ecat_master/cia402/cia402.hpp"
 #include "driveline/ecat_master/configuration/configurator.hpp"
+#include "driveline/wire/endian.hpp"
 
 namespace driveline::ecat_master {
 
@@ -19,13 +21,14 @@ struct InterpolationPeriod {
 /// 60C2h.
 [[nodiscard]] std::optional<InterpolationPeriod> to_interpolation_period(std::chrono::nanoseconds period) noexcept;
 
-/// What an MSD servo drive must be told in PREOP to follow cyclic setpoints of this axis: setpoint cycle in both places
-/// where it counts (MSD manual 7.4.2: P 306 and 60C2h), and, in CSP, cubic spline interpolation between the setpoints
-/// (P 370 = 3) and the inertia for the drive's own torque feed-forward (P 1516) when it is known.
-/// @throws std::invalid_argument if 60C2h cannot hold the period.
-[[nodiscard]] std::vector<StartupSdo> msd_startup_sdos(const AxisConfig& axis, std::chrono::nanoseconds period);
+/// A number that is written to `index`:`subindex` on the way to SAFEOP; `T` is as long as the entry.
+template <typename T>
+[[nodiscard]] StartupSdo startup_sdo(std::uint16_t index, std::uint8_t subindex, T value) {
+  const auto bytes = wire::to_le_bytes(value);
+  return {index, subindex, {bytes.begin(), bytes.end()}};
+}
 
-/// The same of a drive of another maker: the setpoint cycle in 60C2h alone.
+/// What a CiA 402 drive must be told in PREOP to follow cyclic setpoints: the time from one to the next, in 60C2h.
 /// @throws std::invalid_argument if 60C2h cannot hold the period.
 [[nodiscard]] std::vector<StartupSdo> cia402_startup_sdos(std::chrono::nanoseconds period);
 

@@ -4,8 +4,8 @@
 #include <span>
 #include <variant>
 
-#include "driveline/slaves/msd/msd_drive.hpp"
-#include "toml/toml_reader.hpp"
+#include "driveline/runtime/toml/toml_reader.hpp"
+#include "driveline/slaves/msd/core/msd_parameters.hpp"
 
 namespace driveline::runtime {
 
@@ -26,10 +26,10 @@ struct PlantKey {
 };
 [[nodiscard]] std::span<const PlantKey> plant_keys();
 
-/// Reads what only a simulated drive has: [slave.plant] and its tables, [[slave.switch]], [[slave.input]],
+/// Reads what only a simulated drive has: firmware, [slave.plant] and its tables, [[slave.switch]], [[slave.input]],
 /// parameter_file, start_up_ms, factory_start_up_ms. Throws ConfigError.
 /// @param directory of the line file
-[[nodiscard]] slaves::msd::MsdParameters read_drive_parameters(TomlReader& slave,
+[[nodiscard]] slaves::msd::MsdParameters read_drive_parameters(TomlReader& slave, slaves::msd::Variant variant,
                                                                const std::filesystem::path& directory);
 
 }  // namespace driveline::runtime

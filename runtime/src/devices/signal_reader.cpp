@@ -1,4 +1,4 @@
-#include "config/signal_reader.hpp"
+#include "devices/signal_reader.hpp"
 
 #include <fmt/format.h>
 

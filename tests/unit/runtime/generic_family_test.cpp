@@ -1,5 +1,5 @@
 // Slaves that are simulated from a device file: what a line description says about them, and what is wrong with it.
-#include "config/device_source.hpp"
+#include "devices/generic/generic_family.hpp"
 
 #include <gmock/gmock.h>
 
@@ -17,7 +17,13 @@ using slaves::Signal;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-class DeviceSourceTest : public test::TemporaryDirectory {
+/// Null: the slave is none of a file.
+const FileDevice::Source* source_of(const SlaveConfig& slave) {
+  const auto* device = dynamic_cast<const FileDevice*>(slave.device.get());
+  return device == nullptr ? nullptr : &device->source();
+}
+
+class GenericFamilyTest : public test::TemporaryDirectory {
  protected:
   void SetUp() override {
     TemporaryDirectory::SetUp();
@@ -48,7 +54,7 @@ class DeviceSourceTest : public test::TemporaryDirectory {
 
 constexpr auto kAi2 = "esi = \"terminals.xml\"\ndevice = \"AI2\"\n";
 
-TEST_F(DeviceSourceTest, ADeviceOfAnEsiFile) {
+TEST_F(GenericFamilyTest, ADeviceOfAnEsiFile) {
   const auto config = parse(
       "[[slave]]\nname = \"bk\"\nesi = \"terminals.xml\"\ndevice = \"bc100\"\nrevision = 0x10000\n"
       "[[slave]]\nname = \"ai\"\nesi = \"terminals.xml\"\nproduct_code = 0x302\nloop_back = false\n"
@@ -58,36 +64,36 @@ TEST_F(DeviceSourceTest, ADeviceOfAnEsiFile) {
       "[[slave]]\nname = \"drive\"\n");
   ASSERT_TRUE(config) << describe(config.error());
   ASSERT_EQ(config->slaves.size(), 3U);
-  EXPECT_EQ(config->slaves[0].device->model->description().revision, 0x10000U);
-  const auto& source = *config->slaves[1].device;
+  EXPECT_EQ(source_of(config->slaves[0])->model->description().revision, 0x10000U);
+  const auto& source = *source_of(config->slaves[1]);
   EXPECT_EQ(source.model->description().type, "AI2");
   EXPECT_FALSE(source.options.loop_back);
   EXPECT_FALSE(source.options.distributed_clock);
-  EXPECT_TRUE(config->slaves[0].device->options.distributed_clock);
+  EXPECT_TRUE(source_of(config->slaves[0])->options.distributed_clock);
   ASSERT_EQ(source.options.inputs.size(), 2U);
   EXPECT_EQ(source.options.inputs[0].signal.shape, Signal::Shape::kSine);
   EXPECT_EQ(source.options.inputs[0].signal.period, std::chrono::milliseconds{500});
   EXPECT_DOUBLE_EQ(source.options.inputs[0].signal.low, -100.0);
   EXPECT_EQ(source.options.inputs[1].input->index, 0x6010);
   EXPECT_DOUBLE_EQ(source.options.inputs[1].signal.low, 7.0);
-  EXPECT_EQ(config->slaves[2].device, nullptr);
+  EXPECT_EQ(source_of(config->slaves[2]), nullptr);
 }
 
-TEST_F(DeviceSourceTest, AnEepromImage) {
+TEST_F(GenericFamilyTest, AnEepromImage) {
   write_image("mx4.bin", image_of("MX4"));
   const auto config = parse("[[slave]]\nname = \"x\"\nsii = \"mx4.bin\"\n");
   ASSERT_TRUE(config) << describe(config.error());
-  EXPECT_EQ(config->slaves[0].device->model->description().product_code, 0x440U);
-  EXPECT_EQ(config->slaves[0].device->options.sii_image.size(), 4096U);
+  EXPECT_EQ(source_of(config->slaves[0])->model->description().product_code, 0x440U);
+  EXPECT_EQ(source_of(config->slaves[0])->options.sii_image.size(), 4096U);
 }
 
-TEST_F(DeviceSourceTest, SlavesOfOneDeviceShareItsModel) {
+TEST_F(GenericFamilyTest, SlavesOfOneDeviceShareItsModel) {
   const auto config = parse(std::string("[[slave]]\nname = \"a\"\n") + kAi2 + "[[slave]]\nname = \"b\"\n" + kAi2);
   ASSERT_TRUE(config) << describe(config.error());
-  EXPECT_EQ(config->slaves[0].device->model, config->slaves[1].device->model);
+  EXPECT_EQ(source_of(config->slaves[0])->model, source_of(config->slaves[1])->model);
 }
 
-TEST_F(DeviceSourceTest, ThePlanExpectsTheIdentityOfTheDevice) {
+TEST_F(GenericFamilyTest, ThePlanExpectsTheIdentityOfTheDevice) {
   const auto config = parse(std::string("[[slave]]\nname = \"a\"\n") + kAi2);
   ASSERT_TRUE(config) << describe(config.error());
   const auto plans = make_slave_plans(*config);
@@ -95,7 +101,7 @@ TEST_F(DeviceSourceTest, ThePlanExpectsTheIdentityOfTheDevice) {
   EXPECT_EQ(plans.at(0).product_code, 0x302U);
 }
 
-TEST_F(DeviceSourceTest, TheSameFileTellsTheMasterHowToConfigureIt) {
+TEST_F(GenericFamilyTest, TheSameFileTellsTheMasterHowToConfigureIt) {
   const auto config = parse(std::string("[[slave]]\nname = \"a\"\n") + kAi2 + "[[slave]]\nname = \"x\"\n");
   ASSERT_TRUE(config) << describe(config.error());
   const auto plans = make_slave_plans(*config);
@@ -104,21 +110,21 @@ TEST_F(DeviceSourceTest, TheSameFileTellsTheMasterHowToConfigureIt) {
   EXPECT_EQ(plans.at(1).esi, nullptr);
 }
 
-TEST_F(DeviceSourceTest, AModelBesideTheFileIsWhatIsSimulated) {
+TEST_F(GenericFamilyTest, AModelBesideTheFileIsWhatIsSimulated) {
   write(directory / "drive.xml", esi::write_esi({slaves::msd::device_description()}));
   write(directory / "p.csv", "time[s],x[rad]\n0,0\n1,1\n");
   const auto config = parse(
       "[[slave]]\nname = \"x\"\nmodel = \"msd\"\nesi = \"drive.xml\"\nrevision = \">= 1\"\n[[axis]]\nname = "
       "\"x\"\n[path]\nfile = \"p.csv\"\n");
   ASSERT_TRUE(config) << describe(config.error());
-  EXPECT_EQ(config->slaves[0].device, nullptr);
+  EXPECT_EQ(source_of(config->slaves[0]), nullptr);
   const auto plan = make_slave_plans(*config).at(0);
   ASSERT_NE(plan.esi, nullptr);
   EXPECT_EQ(plan.vendor_id, slaves::msd::kVendorId);
   EXPECT_EQ(plan.pdos.outputs.size(), 3U) << "those of the axis";
 }
 
-TEST_F(DeviceSourceTest, PdosThatTheDeviceDoesNotAllowAreRefused) {
+TEST_F(GenericFamilyTest, PdosThatTheDeviceDoesNotAllowAreRefused) {
   const auto pdos = [&](const std::string& rest) { return error(kAi2 + rest); };
   EXPECT_EQ(pdos("[[slave.pdo]]\nindex = 0x1A00\n[[slave.pdo]]\nindex = 0x1A01\n"),
             "line.toml:5: [slave 1] pdo: PDO 1A00h excludes PDO 1A01h");
@@ -131,7 +137,7 @@ TEST_F(DeviceSourceTest, PdosThatTheDeviceDoesNotAllowAreRefused) {
   EXPECT_EQ(config->slaves[0].plan.pdos->inputs.at(0).objects.size(), 1U) << "entries out of the file";
 }
 
-TEST_F(DeviceSourceTest, FilesForAllSlavesOfTheBus) {
+TEST_F(GenericFamilyTest, FilesForAllSlavesOfTheBus) {
   const auto one = "[[slave]]\nname = \"x\"\n";
   auto config = parse(std::string(one) + "[bus]\nesi = [\"terminals.xml\"]\n");
   ASSERT_TRUE(config) << describe(config.error());
@@ -156,7 +162,7 @@ TEST_F(DeviceSourceTest, FilesForAllSlavesOfTheBus) {
               HasSubstr("line.toml:4: [bus] esi: "));
 }
 
-TEST_F(DeviceSourceTest, AnInputOfNoBitsIsRefused) {
+TEST_F(GenericFamilyTest, AnInputOfNoBitsIsRefused) {
   auto text = read(directory / "terminals.xml");
   for (auto at = text.find("<BitLen>1<"); at != std::string::npos; at = text.find("<BitLen>1<")) text[at + 8] = '0';
   write(directory / "terminals.xml", text);
@@ -165,12 +171,12 @@ TEST_F(DeviceSourceTest, AnInputOfNoBitsIsRefused) {
       "line.toml:6: [slave 1.input 1] entry: \"Channel 1/Input\" is no input of the device; the device has no inputs");
 }
 
-TEST_F(DeviceSourceTest, FilesThatNeverEndAreRefused) {
+TEST_F(GenericFamilyTest, FilesThatNeverEndAreRefused) {
   EXPECT_EQ(error("esi = \"/dev/zero\"\n"), "line.toml:3: [slave 1] esi: /dev/zero: is larger than 128 MiB");
   EXPECT_EQ(error("sii = \"/dev/zero\"\n"), "line.toml:3: [slave 1] sii: /dev/zero: is larger than 128 MiB");
 }
 
-TEST_F(DeviceSourceTest, WrongFiles) {
+TEST_F(GenericFamilyTest, WrongFiles) {
   EXPECT_EQ(error("esi = \"no.xml\"\n"),
             "line.toml:3: [slave 1] esi: no.xml: cannot be read: No such file or directory");
   EXPECT_EQ(error("sii = \".\"\n"), "line.toml:3: [slave 1] sii: .: cannot be read: Is a directory");
@@ -187,7 +193,7 @@ TEST_F(DeviceSourceTest, WrongFiles) {
               HasSubstr("wrong.bin: the checksum of the configuration area is wrong, 0x"));
 }
 
-TEST_F(DeviceSourceTest, WrongChoices) {
+TEST_F(GenericFamilyTest, WrongChoices) {
   EXPECT_THAT(error("esi = \"terminals.xml\"\ndevice = \"EL9999\"\n"),
               StartsWith("line.toml:4: [slave 1] device: terminals.xml: there is no device \"EL9999\", but \"AI2\" "
                          "(0x00000302, revision 0x00010000), \"BC100\" (0x00000100, revision 0x00010000, 0x00020000)"));
@@ -204,7 +210,7 @@ TEST_F(DeviceSourceTest, WrongChoices) {
   EXPECT_THAT(error("device = \"AI2\"\n"), HasSubstr("device: unknown key"));
 }
 
-TEST_F(DeviceSourceTest, WrongInputs) {
+TEST_F(GenericFamilyTest, WrongInputs) {
   const auto input = [this](const std::string& keys) { return error(std::string(kAi2) + "[[slave.input]]\n" + keys); };
   EXPECT_THAT(input("entry = \"Vlaue\"\nvalue = 1\n"),
               StartsWith("line.toml:6: [slave 1.input 1] entry: \"Vlaue\" is no input of the device; there are "
@@ -218,7 +224,7 @@ TEST_F(DeviceSourceTest, WrongInputs) {
   EXPECT_THAT(input("entry = \"Toggle\"\nvalue = 1\nlow = 0\n"), HasSubstr("low: unknown key"));
 }
 
-TEST_F(DeviceSourceTest, AnAxisNeedsADrive) {
+TEST_F(GenericFamilyTest, AnAxisNeedsADrive) {
   const auto config = parse(std::string("[[slave]]\nname = \"ai\"\n") + kAi2 + "[[axis]]\nname = \"ai\"\n");
   ASSERT_FALSE(config);
   EXPECT_THAT(describe(config.error()), HasSubstr("\"ai\" is a device of terminals.xml, an axis needs a drive"));
@@ -228,9 +234,9 @@ TEST(MixedExample, IsALineOfDevicesAndDrives) {
   const auto config = load_line_config(std::filesystem::path(DRIVELINE_EXAMPLES_DIR) / "mixed.toml");
   ASSERT_TRUE(config) << describe(config.error());
   ASSERT_EQ(config->slaves.size(), 7U);
-  EXPECT_EQ(
-      std::count_if(config->slaves.begin(), config->slaves.end(), [](const auto& s) { return s.device != nullptr; }),
-      5);
+  EXPECT_EQ(std::count_if(config->slaves.begin(), config->slaves.end(),
+                          [](const auto& s) { return source_of(s) != nullptr; }),
+            5);
   rt::VirtualClock clock;
   const auto line = make_simulated_line(*config, clock);
   ASSERT_EQ(line->size(), 7U);

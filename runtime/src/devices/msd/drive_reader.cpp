@@ -1,4 +1,4 @@
-#include "config/drive_reader.hpp"
+#include "devices/msd/drive_reader.hpp"
 
 #include <fmt/format.h>
 
@@ -8,11 +8,12 @@
 #include <limits>
 #include <numbers>
 
-#include "config/signal_reader.hpp"
+#include "devices/signal_reader.hpp"
 
 namespace driveline::runtime {
 namespace {
 
+using slaves::msd::FirmwareVersion;
 using slaves::msd::MachineSwitch;
 using slaves::msd::MsdParameters;
 using slaves::msd::ScriptedSignal;
@@ -174,6 +175,17 @@ void read_plant(TomlReader reader, MsdParameters& parameters) {
   reader.finish();
 }
 
+std::optional<FirmwareVersion> read_firmware(TomlReader& slave, const slaves::msd::VariantFacts& facts) {
+  if (!slave.has("firmware")) return std::nullopt;
+  const auto firmware = FirmwareVersion::parse(slave.text("firmware"));
+  const auto as_long = [](const FirmwareVersion& version) { return version.text().size(); };
+  if (!firmware || *firmware < facts.oldest || as_long(*firmware) > as_long(facts.firmware)) {
+    slave.fail("firmware",
+               fmt::format("must be a version as \"{}\", from {} on", facts.firmware.text(), facts.oldest.text()));
+  }
+  return firmware;
+}
+
 /// The number of the input under `key`.
 std::size_t read_input_name(TomlReader& reader, std::string_view key) {
   const auto name = reader.text(key);
@@ -244,8 +256,11 @@ std::span<const PlantKey> plant_keys() {
   return kPlantKeys;
 }
 
-MsdParameters read_drive_parameters(TomlReader& slave, const std::filesystem::path& directory) {
+MsdParameters read_drive_parameters(TomlReader& slave, slaves::msd::Variant variant,
+                                    const std::filesystem::path& directory) {
   MsdParameters parameters;
+  parameters.variant = variant;
+  parameters.firmware = read_firmware(slave, slaves::msd::facts(variant));
   read_plant(slave.table("plant"), parameters);
   for (auto& reader : slave.tables("switch")) parameters.switches.push_back(read_switch(std::move(reader)));
   for (auto& reader : slave.tables("input")) parameters.inputs.push_back(read_input(std::move(reader), parameters));

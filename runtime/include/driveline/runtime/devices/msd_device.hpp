@@ -1,0 +1,23 @@
+#pragma once
+
+#include "driveline/runtime/devices/slave_device.hpp"
+#include "driveline/slaves/msd/core/msd_parameters.hpp"
+
+namespace driveline::runtime {
+
+/// A drive of the MSD family with the machine behind it.
+class MsdDevice final : public SlaveDevice {
+ public:
+  /// Name and serial number of `parameters` do not count: they come with the place on the line.
+  explicit MsdDevice(slaves::msd::MsdParameters parameters) : parameters_(std::move(parameters)) {}
+
+  [[nodiscard]] DeviceIdentity identity() const noexcept override;
+  [[nodiscard]] std::unique_ptr<slaves::Device> simulate(const DevicePlace& place) const override;
+  /// As they were read, or given.
+  [[nodiscard]] const slaves::msd::MsdParameters& parameters() const noexcept { return parameters_; }
+
+ private:
+  slaves::msd::MsdParameters parameters_;
+};
+
+}  // namespace driveline::runtime

@@ -1,0 +1,34 @@
+#include "devices/msd/msd_family.hpp"
+
+#include "devices/msd/drive_reader.hpp"
+#include "devices/msd/msd_rules.hpp"
+#include "driveline/runtime/devices/msd_device.hpp"
+#include "driveline/slaves/msd/msd_drive.hpp"
+
+namespace driveline::runtime {
+
+std::vector<std::string_view> MsdFamily::own_keys() const {
+  return {"firmware", "plant", "switch", "input", "parameter_file", "start_up_ms", "factory_start_up_ms"};
+}
+
+std::shared_ptr<const SlaveDevice> MsdFamily::read(const DeviceTable& table) const {
+  return std::make_shared<MsdDevice>(read_drive_parameters(table.keys, variant_, table.directory));
+}
+
+const DriveRules* MsdFamily::rules_for(const DeviceIdentity& identity) const noexcept {
+  static const MsdRules kRules;
+  return identity.vendor_id == slaves::msd::kVendorId ? &kRules : nullptr;
+}
+
+DeviceIdentity MsdDevice::identity() const noexcept {
+  return {slaves::msd::kVendorId, slaves::msd::facts(parameters_.variant).product_code};
+}
+
+std::unique_ptr<slaves::Device> MsdDevice::simulate(const DevicePlace& place) const {
+  auto parameters = parameters_;
+  parameters.name = place.name;
+  parameters.serial_number = place.serial_number;
+  return std::make_unique<slaves::msd::MsdDrive>(parameters);
+}
+
+}  // namespace driveline::runtime

@@ -1,0 +1,22 @@
+#pragma once
+
+#include "driveline/runtime/devices/device_family.hpp"
+#include "driveline/slaves/msd/core/variant.hpp"
+
+namespace driveline::runtime {
+
+/// One variant of the Moog MSD servo drive. All of them are treated alike by the master.
+class MsdFamily final : public DeviceFamily {
+ public:
+  explicit MsdFamily(slaves::msd::Variant variant) : variant_(variant) {}
+
+  [[nodiscard]] std::string_view key() const noexcept override { return slaves::msd::facts(variant_).key; }
+  [[nodiscard]] std::vector<std::string_view> own_keys() const override;
+  [[nodiscard]] std::shared_ptr<const SlaveDevice> read(const DeviceTable& table) const override;
+  [[nodiscard]] const DriveRules* rules_for(const DeviceIdentity& identity) const noexcept override;
+
+ private:
+  slaves::msd::Variant variant_;
+};
+
+}  // namespace driveline::runtime
