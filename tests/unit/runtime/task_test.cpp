@@ -142,7 +142,7 @@ class Steps final : public snapshot::SampleConsumer {
       last = target_of(sample);
     }
   }
-  static double target_of(const snapshot::AxisSample& sample) { return sample.target_position_rad; }
+  static double target_of(const snapshot::AxisSample& sample) { return sample.target_position; }
   double highest[2] = {0.0, 0.0};
 
  private:
