@@ -1,13 +1,16 @@
-"""The example program for a network interface, against a line that `simulate` serves on the other end of a pair."""
+"""The example programs that use a network interface, each against the program on the other end of a pair."""
+import csv
 import os
 import re
 import signal
 import time
 import unittest
 
-from program import ATTEMPTS, PATIENCE_S, WireTest
+from program import ATTEMPTS, CYCLONE_SUBSCRIBER, EXAMPLES, PATIENCE_S, WireTest, again_when_disturbed
 
 EXAMPLE = os.environ["INTERFACE_EXAMPLE"]
+CONTROLLER = os.environ["CONTROLLER_EXAMPLE"]
+SERVED_LINE = os.environ["SERVED_LINE_EXAMPLE"]
 LINE = '[line]\nname = "two"\n[realtime]\npolicy = "degrade"\n[[slave]]\nname = "a"\n[[slave]]\nname = "b"\n'
 # Disturbances by a busy machine.
 DISTURBED = ("for too long", "did not come back", "no answer", "not be enabled", "was not enabled in time")
@@ -80,6 +83,92 @@ class OnTheWire(WireTest):
                 result = self.run_program(*arguments, program=EXAMPLE)
                 self.assertEqual((result.returncode, result.stdout), (status, ""), result.stderr)
                 self.assertIn(sentence, result.stderr)
+
+
+class OwnController(WireTest):
+    """A task of its user drives an axis by torque; everything else is what `run` has."""
+    DRIVE = '[realtime]\npolicy = "degrade"\n[[slave]]\nname = "x"\n'
+
+    def write_line(self, domain=0, more=""):
+        text = (EXAMPLES / "own_controller.toml").read_text(encoding="utf-8")
+        return self.write("own.toml", f"{text}\n[bus]\nmax_lost_cycles = 40\n[telemetry]\ndomain = {domain}\n{more}")
+
+    def check_runs(self, stdout):
+        for cycles, calls in ((8, 4000), (1, 32000)):
+            told = re.search(rf"^every {cycles} cycles: (\d+) calls, (\d\.\d+) rad off at most", stdout, re.M)
+            self.assertIsNotNone(told, stdout)
+            # Periods that a busy machine misses are no calls.
+            self.assertGreater(int(told[1]), calls // 2)
+            self.assertLess(float(told[2]), 0.2, "the axis goes to and fro by 1 rad")
+
+    @again_when_disturbed
+    def test_in_real_time_with_telemetry(self):
+        self.start_line(self.write("line.toml", self.DRIVE))
+        domain = 60 + os.getpid() % 10
+        own = self.start(self.write_line(domain), "dl-master", program=CONTROLLER, log="own.log")
+        self.wait_for("OP", lambda: "all in OP" in self.text("own.log"), own)
+        received = self.run_program(domain, 100, PATIENCE_S // 2, program=CYCLONE_SUBSCRIBER)
+        self.assertEqual(own.wait(PATIENCE_S), 0, self.logs())
+        self.check_runs(self.text("own.log.out"))
+        self.assertEqual(received.returncode, 0, received.stdout + received.stderr + self.logs())
+        axis, = self.one_document(received.stdout)["axes"]
+        self.assertEqual((axis["name"], axis["last"]["mode"]), ("x", 10))
+        self.assertEqual(self.text("own.log").count("all in INIT"), 2, "after each of its runs")
+
+    @again_when_disturbed
+    def test_a_fault_has_a_record(self):
+        line = self.start_line(self.write("line.toml", self.DRIVE))
+        own = self.start(self.write_line(), "dl-master", program=CONTROLLER, log="own.log")
+        self.wait_for("OP", lambda: "all in OP" in self.text("own.log"), own)
+        time.sleep(1)
+        line.kill()
+        self.assertEqual(own.wait(PATIENCE_S), 1, self.logs())
+        self.check_record()
+
+    def test_an_injected_fault_has_a_record_in_process(self):
+        fault = '[[fault]]\nkind = "power-off"\nslave = "x"\nat_ms = 2000\nfor_ms = 300\n'
+        result = self.run_program(self.write_line(more=fault), program=CONTROLLER)
+        self.assertEqual(result.returncode, 1, result.stderr)
+        self.check_record()
+
+    def test_in_process(self):
+        result = self.run_program(self.write_line(), program=CONTROLLER)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.check_runs(result.stdout)
+
+    def check_record(self):
+        with open(self.directory / "out/flight_recorder.csv", encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+        self.assertEqual(len(rows), 2048)
+        self.assertEqual([row["x.available"] for row in (rows[0], rows[-1])], ["1", "0"])
+        self.assertGreater(max(abs(float(row["x.target_torque"])) for row in rows), 0.01, "what the task commanded")
+
+
+class ServedLine(WireTest):
+    """A device that only the example knows, seen by a master that does not."""
+
+    def test_the_program_finds_and_exchanges(self):
+        tank = self.start(EXAMPLES / "tank.toml", "dl-line", program=SERVED_LINE, log="tank.log")
+        self.wait_for("the line", lambda: "2 slaves on dl-line" in self.text("tank.log"), tank)
+        found = self.run_program("scan", "--iface", "dl-master")
+        self.assertEqual(found.returncode, 0, found.stderr)
+        self.assertIn("Tank", found.stdout)
+        for _ in range(ATTEMPTS):
+            run = self.run_program("run", "--iface", "dl-master", "--duration", "1", "--json", "--no-plots")
+            if run.returncode == 0:
+                break
+        self.assertEqual(run.returncode, 0, run.stderr + self.logs())
+        level, = [entry for entry in self.one_document(run.stdout)["inputs"] if "Level" in entry["name"]]
+        self.assertGreater(level["value"], 0.0)
+        self.assertLess(level["value"], 0.1, "it has been running out since it was switched on")
+        self.assertEqual(self.end(tank, signal.SIGTERM), 0, self.logs())
+        self.assertRegex(self.text("tank.log.out"), r"^\d+ frames served$")
+
+    def test_a_program_without_the_family_says_which_it_knows(self):
+        result = self.run_program("run", "--config", EXAMPLES / "tank.toml")
+        self.assertEqual((result.returncode, result.stdout), (2, ""), result.stderr)
+        self.assertIn('tank.toml:11', result.stderr)
+        self.assertIn('"msd"', result.stderr)
 
 
 if __name__ == "__main__":
