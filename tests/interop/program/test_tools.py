@@ -266,7 +266,7 @@ class InProcess(ProgramTest):
                 (1, ["write", "-o", "parameters.txt", file],
                  ["slave 0: refused the file with FoE error 0x8004 (illegal): line 1: there is no such object"]),
                 (1, ["read", "x", "-o", file], ["0x8001 (not found)"]),
-                (1, ["write", self.directory / "none"], ["none"]),
+                (2, ["write", self.directory / "none"], ["none: cannot be read"]),
                 (2, ["write", "--boot", file], ["single slaves", "-p N"]),
                 (2, ["read", "x", "--password", "0x1FFFFFFFF"], ["password"]),
                 (2, ["read", "parameters.txt", "--json"], ["--output FILE"])):
