@@ -2,8 +2,8 @@
 """Prints the sources that clang-tidy is to look at, one per line.
 
     tidy_files.py --build DIR --all           all that the build compiles
-    tidy_files.py --build DIR --since COMMIT  those that differ from COMMIT, and for every header that does one that
-                                              includes it
+    tidy_files.py --build DIR --since COMMIT  those that differ from COMMIT in more than comments, and for every header
+                                              that does one that includes it
     tidy_files.py --build DIR PLACE...        those in these folders, or these
 
 `DIR` holds compile_commands.json of a build that compiles every file by itself. Exit status: 0 done, 1 not possible,
@@ -19,6 +19,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
+COMMENT_OR_LITERAL = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"|(?<![0-9A-Fa-f])\'(?:\\.|[^\'\\\n])*\'', re.S)
 INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"]+)"', re.M)
 
 
@@ -36,14 +37,30 @@ def compiled_by(build):
     return sorted(file for file in files if not file.startswith("build") and not file.startswith(".."))
 
 
+def without_comments(text):
+    """What the compiler sees of it; a comment that tells clang-tidy something stays."""
+    def blank(match):
+        found = match.group(0)
+        return " " if found[0] == "/" and "NOLINT" not in found else found
+
+    return COMMENT_OR_LITERAL.sub(blank, text).split()
+
+
 def changed_since(commit):
-    """Sources that differ from the commit; None: unknown."""
+    """Sources that differ from the commit in more than comments; None: unknown."""
     if git("cat-file", "-e", f"{commit}^{{commit}}").returncode != 0:
         print(f"tidy_files: git has no commit {commit} here", file=sys.stderr)
         return None
     listed = git("diff", "--name-only", "--diff-filter=d", commit).stdout
     listed += git("ls-files", "--others", "--exclude-standard").stdout
-    return sorted(file for file in listed.splitlines() if file.endswith((".cpp", ".hpp")))
+    sources = [file for file in listed.splitlines() if file.endswith((".cpp", ".hpp"))]
+
+    def differs(file):
+        before = git("show", f"{commit}:{file}")
+        now = (ROOT / file).read_text(encoding="utf-8")
+        return before.returncode != 0 or without_comments(before.stdout) != without_comments(now)
+
+    return sorted(filter(differs, sources))
 
 
 def includers_of(sources, root=ROOT):

@@ -87,6 +87,15 @@ class TidyFiles(unittest.TestCase):
     def test_a_commit_that_git_does_not_know_is_told_apart(self):
         self.assertIsNone(tidy_files.changed_since("0" * 40))
 
+    def test_a_comment_is_no_change_but_what_it_tells_clang_tidy_is(self):
+        seen = tidy_files.without_comments
+        self.assertEqual(seen("int a = 1;  // one\n/* more\n of it */ int b;\n"), seen("int a = 1;\nint b; // other\n"))
+        self.assertNotEqual(seen("int a = 1;"), seen("int a = 2;"))
+        self.assertNotEqual(seen("int a;  // NOLINT(x): why"), seen("int a;"))
+        # What looks like a comment inside a text is none, nor is a digit separator the beginning of a character.
+        self.assertNotEqual(seen('auto a = "// one";'), seen('auto a = "// two";'))
+        self.assertNotEqual(seen("int a = 1'000; // x\nchar b = '1';"), seen("int a = 1'000; // x\nchar b = '2';"))
+
 
 class Smoke(unittest.TestCase):
     """The smoke run of a program that always says the same, on a machine whose `ip` makes no interfaces."""

@@ -1,0 +1,144 @@
+// A controller of one's own in the 125 us cycle: spring and damper hold an axis to a place that swings to and fro, by
+// torque alone (CST), first at 1 kHz, then in every cycle. Everything else is what any line has: bring-up, limits,
+// supervision, flight recorder, telemetry for DDS clients, shutdown. Ctrl-C ends it.
+//   08_own_controller own_controller.toml            a simulated drive, on virtual time
+//   08_own_controller own_controller.toml eth1       a drive on a network interface, in real time
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <numbers>
+
+#include "driveline/bridge/dds_publisher.hpp"
+#include "driveline/runtime/line.hpp"
+
+using namespace driveline;
+
+namespace {
+
+constexpr double kRun_s = 4.0;
+
+volatile std::sig_atomic_t interrupted = 0;
+
+/// Belongs to the cycle once the line runs; its figures are read when it has ended.
+class Spring final : public runtime::Task {
+ public:
+  runtime::Result<void> prepare(const runtime::TaskSetup& setup) override {
+    axis_ = setup.axes[0];
+    return {};
+  }
+
+  void update(const ecat_master::TaskCycle& now) noexcept override {
+    const auto& actual = now.axes[axis_.number].inputs();
+    if (!axis_.drive->followed()) {
+      rest_ = actual.position;
+      time_s_ = 0.0;
+      return;
+    }
+    time_s_ += std::chrono::duration<double>(now.elapsed).count();
+    const double angle = std::numbers::pi * time_s_;
+    const double goal = rest_ + 0.5 * (1.0 - std::cos(angle));
+    const double goal_velocity = 0.5 * std::numbers::pi * std::sin(angle);
+    const double torque = kStiffness * (goal - actual.position) + kDamping * (goal_velocity - actual.velocity);
+    // In CST the torque is all that moves the axis; its place is told so that telemetry shows where it is.
+    axis_.drive->command({actual.position, actual.velocity, 0.0, torque});
+    worst_ = std::max(worst_, std::abs(goal - actual.position));
+  }
+
+  /// Farthest from the place where it was to be, rad.
+  [[nodiscard]] double worst() const noexcept { return worst_; }
+
+ private:
+  static constexpr double kStiffness = 2.0;  // Nm/rad
+  static constexpr double kDamping = 0.05;   // Nm s/rad
+
+  runtime::TaskAxis axis_;
+  double rest_ = 0.0;
+  double time_s_ = 0.0;
+  double worst_ = 0.0;
+};
+
+class Console final : public runtime::Observer {
+ public:
+  explicit Console(runtime::Line& line) : line_(line) {}
+  void progress(std::string_view sentence) override { say(sentence); }
+  void event(std::string_view sentence) override { say(sentence); }
+  void fault(std::string_view sentence) override { say(sentence); }
+  void look() override {
+    if (interrupted != 0) line_.request_stop();
+  }
+
+ private:
+  static void say(std::string_view sentence) {
+    std::fprintf(stderr, "%.*s\n", static_cast<int>(sentence.size()), sentence.data());
+  }
+  runtime::Line& line_;
+};
+
+int fail(const std::string& sentence) {
+  std::fprintf(stderr, "08_own_controller: %s\n", sentence.c_str());
+  return 1;
+}
+
+double us(std::chrono::nanoseconds time) {
+  return std::chrono::duration<double, std::micro>(time).count();
+}
+
+/// One run with the controller in every `divider`-th cycle.
+int run(const char* file, const runtime::Line::Options& options, std::uint32_t divider) {
+  const auto opened = runtime::Line::from_file(file, options);
+  if (!opened) return fail(runtime::describe(opened.error()));
+  auto& line = **opened;
+  if (line.config().axes.empty()) return fail("the line description has no [[axis]]");
+
+  bridge::DdsConfig dds;
+  dds.domain_id = line.config().telemetry.domain;
+  dds.line_name = line.config().name;
+  for (const auto& axis : line.config().axes) dds.axes.push_back({.name = axis.name});
+  const auto publisher = bridge::DdsPublisher::create(dds);
+  if (!publisher) return fail(bridge::describe(publisher.error()));
+
+  Spring spring;
+  Console console(line);
+  line.observe(console);
+  line.add(**publisher);
+  const runtime::TaskPlan plan{
+      .name = "spring", .timing = {.divider = divider}, .drives = {line.config().axes[0].name}};
+  if (auto added = line.add(spring, plan); !added) return fail(runtime::describe(added.error()));
+  runtime::Line::RunSettings settings;
+  settings.duration_s = kRun_s;
+  const auto report = line.run(settings);
+  if (!report) return fail(runtime::describe(report.error()));
+
+  const auto& task = report->tasks[0].figures;
+  std::printf(
+      "every %u cycles: %llu calls, %.4f rad off at most; a call takes %.1f us at the median, %.1f us at most\n",
+      divider, static_cast<unsigned long long>(task.calls), spring.worst(), us(task.cost.percentile(0.5)),
+      us(task.cost.max()));
+  std::printf("  %llu cycles, %llu periods missed, %llu samples of the axis published\n",
+              static_cast<unsigned long long>(report->statistics.cycles),
+              static_cast<unsigned long long>(report->statistics.missed_periods),
+              static_cast<unsigned long long>((*publisher)->counters().published));
+  for (const auto& [what, where] : report->files) std::printf("  %s: %s\n", what.c_str(), where.c_str());
+  return report->failure.empty() ? 0 : fail(report->failure);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 2 || argc > 3) {
+    std::fputs("usage: 08_own_controller FILE [INTERFACE]\n", stderr);
+    return 2;
+  }
+  for (const int number : {SIGINT, SIGTERM}) std::signal(number, [](int) { interrupted = 1; });
+  runtime::Line::Options options;
+  if (argc > 2) options.interface = argv[2];
+  options.virtual_time = argc == 2;
+  for (const std::uint32_t divider : {8U, 1U}) {
+    if (const int status = run(argv[1], options, divider); status != 0) return status;
+    if (interrupted != 0) break;
+  }
+  return 0;
+}
