@@ -82,7 +82,7 @@ int main(int argc, char** argv) {
   if (const auto found = master.scan(); !found) return fail(ecat_master::describe(found.error()));
 
   const runtime::DeviceRegistry devices;
-  // One axis per drive. What moves it at most is what its machine bears, and not what the motor can do.
+  // One axis per drive. The limits are those of its machine, not of the motor.
   std::vector<ecat_master::AxisConfig> configs;
   std::vector<ecat_master::SlavePlan> plans;
   for (const auto& slave : master.slaves()) {

@@ -63,7 +63,7 @@ MailboxDialogue::Reaction FileTransfer::receive(std::span<const std::byte> servi
   }
 }
 
-/// Of the request, and of the packet before: an answer that is late, or comes twice.
+/// A late or repeated answer belongs to the request or to the previous packet.
 MailboxDialogue::Reaction FileTransfer::wrong_packet(std::uint32_t number) {
   const std::uint32_t first = write_ ? 0 : 1;
   if (packet_ == first || number + 1 == packet_) return stray();
@@ -139,7 +139,7 @@ bool FileTransfer::takes_leave() {
 }
 
 void FileTransfer::fail(const Error& failure) {
-  // What happened first counts: a last word that cannot be delivered says nothing new.
+  // The first failure counts: whether the error reaches the slave makes no difference.
   if (last_word_) return;
   auto error = failure;
   if (stray_ && error.is<facts::MailboxTimeout>()) error.facts = facts::MailboxMalformed{};

@@ -27,14 +27,14 @@ class DeviceFiles {
 
   /// Of the line description.
   [[nodiscard]] const std::filesystem::path& directory() const noexcept { return directory_; }
-  /// What a user should know of the files that were read, a sentence each.
+  /// Remarks on the files that were read, a sentence each.
   [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return notes_; }
 
  private:
   std::filesystem::path directory_;
   std::vector<std::string> notes_;
   std::map<std::filesystem::path, esi::EsiFile> files_;
-  /// By their place in files_.
+  /// By their address in files_.
   std::map<const esi::DeviceDescription*, std::shared_ptr<const esi::DeviceDescription>> descriptions_;
 };
 

@@ -124,7 +124,7 @@ std::string read_name(TomlReader& reader, const std::vector<Named>& others) {
   return name;
 }
 
-/// The EEPROM content that an earlier simulation has left.
+/// Reads the EEPROM content that an earlier simulation has stored.
 void read_eeprom(TomlReader& reader, const std::filesystem::path& directory, SlaveConfig& slave) {
   if (!reader.has("sii_file")) return;
   slave.sii_file = directory / reader.text("sii_file");

@@ -12,7 +12,7 @@ using ecat_master::dc::from_op_mode;
 using ecat_master::dc::SlaveClockPlan;
 using ecat_master::dc::SyncSignals;
 
-/// Null: the master's own clock.
+/// The time source; null: the master's own clock.
 const ecat_master::dc::TimeSource* time_source(ClockConfig::Time time) {
   using ecat_master::dc::SystemTimeSource;
   static const SystemTimeSource kUtc(SystemTimeSource::Scale::kUtc);

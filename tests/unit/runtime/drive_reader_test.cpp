@@ -1,4 +1,4 @@
-// The machine behind a simulated drive in the line file: numbers, switches, scripts; and what their reference says.
+// The machine behind a simulated drive in the line file: numbers, switches, scripts, and their reference.
 #include "devices/msd/drive_reader.hpp"
 
 #include <fmt/format.h>

@@ -148,9 +148,9 @@ class Master {
   [[nodiscard]] MailboxClient* mailbox(std::size_t slave) noexcept { return slaves_[slave].mailbox.get(); }
   /// The mailboxes of all slaves; any ordinary thread.
   [[nodiscard]] MailboxEngine& mailboxes() noexcept { return engine_; }
-  /// What slaves have sent by themselves; any ordinary thread.
+  /// Emergencies that slaves have sent; any ordinary thread.
   [[nodiscard]] EmergencyLog& emergencies() noexcept { return emergencies_; }
-  /// For registers and EEPROMs; goes through the cycle while it runs.
+  /// Access to registers and EEPROMs, through the cycle while it runs.
   [[nodiscard]] Bus& bus() noexcept { return bus_; }
   /// Frames of acyclic work outside the cycle.
   [[nodiscard]] const ExchangeStatistics& exchange_statistics() const noexcept { return direct_.statistics(); }

@@ -8,7 +8,7 @@ namespace driveline::runtime {
 /// A device that is simulated from its ESI file or EEPROM image.
 class FileDevice final : public SlaveDevice {
  public:
-  /// What the file and the keys beside it say.
+  /// Content of the file and of the keys beside it.
   struct Source {
     std::filesystem::path file;
     std::shared_ptr<const slaves::generic::DeviceModel> model;

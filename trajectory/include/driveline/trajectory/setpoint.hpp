@@ -10,8 +10,8 @@ struct AxisSetpoint {
   double position = 0.0;      ///< rad or m
   double velocity = 0.0;      ///< rad/s or m/s
   double acceleration = 0.0;  ///< rad/s^2 or m/s^2
-  /// Nm or N, from a source that computes it itself: in torque mode it is all that drives the axis, otherwise the
-  /// feed-forward. None: what the inertia needs for the acceleration, and in torque mode what the master's loops say.
+  /// Torque in Nm or N, from a source that computes it: in torque mode the whole demand, otherwise the feed-forward.
+  /// None: the feed-forward is inertia times acceleration, and in torque mode the master closes its loops.
   OptionalTorque torque{};
 };
 

@@ -7,7 +7,7 @@
 
 namespace driveline::ecat_master {
 
-/// Exchanges that a spline through the setpoints lags behind them: it needs the next one as well.
+/// Exchanges by which spline interpolation lags behind the setpoints: it needs the next one as well.
 inline constexpr unsigned kSplinePeriods = 2;
 
 /// The delays between a cyclic position setpoint and the motion of the shaft.

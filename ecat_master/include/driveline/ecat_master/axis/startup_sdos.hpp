@@ -28,11 +28,11 @@ template <typename T>
   return {index, subindex, {bytes.begin(), bytes.end()}};
 }
 
-/// What a CiA 402 drive must be told in PREOP to follow cyclic setpoints: the time from one to the next, in 60C2h.
+/// Start-up SDOs with which a CiA 402 drive follows cyclic setpoints: their period, in 60C2h.
 /// @throws std::invalid_argument if 60C2h cannot hold the period.
 [[nodiscard]] std::vector<StartupSdo> cia402_startup_sdos(std::chrono::nanoseconds period);
 
-/// The mode of operation (6060h), for a drive that has no place for it in its process data.
+/// The mode of operation (6060h), for a drive whose process data do not have it.
 [[nodiscard]] StartupSdo mode_sdo(cia402::Mode mode);
 
 }  // namespace driveline::ecat_master

@@ -16,21 +16,21 @@ struct FileName {
   std::uint32_t password = 0;  ///< 0: none
 };
 
-/// Patience with a slave that reads or writes a file.
+/// Time limits and size limit of a file transfer.
 struct FileSettings {
   std::chrono::nanoseconds patience = std::chrono::seconds{10};  ///< for each answer: slaves erase memory meanwhile
-  /// How long a busy slave is left alone the first time; twice as long each time it is still busy.
+  /// First pause before a busy slave is asked again; doubled each time it is still busy.
   std::chrono::nanoseconds first_pause = std::chrono::milliseconds{5};
   std::chrono::nanoseconds longest_pause = std::chrono::milliseconds{500};  ///< no pause is longer
-  std::chrono::nanoseconds busy_limit = std::chrono::minutes{2};  ///< pauses in all until it moves on or is given up
-  std::size_t largest = std::size_t{64} << 20;                    ///< most bytes that are taken of a file
+  std::chrono::nanoseconds busy_limit = std::chrono::minutes{2};  ///< sum of the pauses without progress, then it fails
+  std::size_t largest = std::size_t{64} << 20;                    ///< largest accepted file, bytes
 };
 
 /// One file to or from a slave (FoE, ETG.1000.6 5.8). Packets are numbered from 1, in 32 bits; one that is shorter than
 /// the mailbox allows is the last, so a file that fills its packets ends with an empty one.
 ///
-/// A packet that comes twice, or an answer to a transfer that was given up before, is passed over; any other number
-/// than the awaited one ends the transfer with an error to the slave.
+/// A repeated packet, or an answer to an abandoned transfer, is ignored; any other number than the expected one ends
+/// the transfer with an error to the slave.
 class FileTransfer final : public MailboxDialogue {
  public:
   /// Reads a file.
@@ -38,14 +38,14 @@ class FileTransfer final : public MailboxDialogue {
   /// Writes `content` to a file.
   FileTransfer(FileName file, std::vector<std::byte> content, const FileSettings& settings = {});
 
-  /// After done(): what was read (nothing when it was written), or why not. Errors: FileRefused, FilePacket, FileSize,
+  /// After done(): the content that was read (empty after writing). Errors: FileRefused, FilePacket, FileSize,
   /// FileBusy, Mailbox*, ProcessDataSize (the name is longer than the mailbox), those of the bus.
   [[nodiscard]] const Result<std::vector<std::byte>>& result() const noexcept { return result_; }
-  /// After done(): what the slave said to its error; empty: nothing.
+  /// After done(): the slave's text of its error; may be empty.
   [[nodiscard]] const std::string& slave_text() const noexcept { return slave_text_; }
-  /// Bytes so far, of those written the acknowledged ones; any thread. \rtsafe
+  /// Bytes transferred so far, when writing only acknowledged ones; any thread. \rtsafe
   [[nodiscard]] std::size_t transferred() const noexcept { return transferred_.load(std::memory_order_relaxed); }
-  /// Bytes of a file that is written; 0 while one is read.
+  /// Bytes of the file when writing; 0 when reading.
   [[nodiscard]] std::size_t size() const noexcept { return write_ ? size_ : 0; }
 
   void begin(std::uint16_t position, MailboxRoom room) override;
@@ -83,13 +83,13 @@ class FileTransfer final : public MailboxDialogue {
   std::vector<std::byte> outgoing_;
   std::size_t out_room_ = 0;      ///< data of a packet to the slave
   std::size_t in_room_ = 0;       ///< data of a packet from the slave
-  std::uint32_t packet_ = 0;      ///< whose acknowledge, or whose data, is awaited
+  std::uint32_t packet_ = 0;      ///< number of the packet whose acknowledge or data is expected
   std::size_t packet_bytes_ = 0;  ///< in the packet on its way
   bool last_packet_ = false;      ///< it is the last one
   bool last_word_ = false;        ///< outgoing() ends the dialogue
-  bool stray_ = false;            ///< something came that could not be used
+  bool stray_ = false;            ///< an unusable answer has come
   std::chrono::nanoseconds pause_{0};
-  std::chrono::nanoseconds paused_{0};  ///< since the slave has moved on
+  std::chrono::nanoseconds paused_{0};  ///< sum of the pauses since the slave's last progress
 };
 
 }  // namespace driveline::ecat_master

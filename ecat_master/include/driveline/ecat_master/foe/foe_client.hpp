@@ -12,23 +12,23 @@ namespace driveline::ecat_master {
 /// Why a file could not be transferred.
 struct FileFailure {
   Error error;             ///< what went wrong
-  std::string slave_text;  ///< what the slave said to it; empty: nothing
+  std::string slave_text;  ///< the slave's text of the error; may be empty
 };
 
-/// A value, or why the file could not be transferred.
+/// A value, or the failure of the transfer.
 template <typename T>
 using FileResult = tl::expected<T, FileFailure>;
 
 /// The failure as one sentence, the slave's own words behind it.
 [[nodiscard]] std::string describe(const FileFailure& failure);
 
-/// Files to and from one slave (FoE). Any ordinary thread; not \rtsafe. In BOOT, and in PREOP and above, as the slave
-/// has it.
+/// Files to and from one slave (FoE). Any ordinary thread; not \rtsafe. In BOOT, PREOP and above, as far as the slave
+/// supports it.
 class FoeClient {
  public:
-  /// Of the slave of this mailbox, whose engine must outlive the client.
+  /// Client for the slave of this mailbox; its engine must outlive the client.
   explicit FoeClient(MailboxClient& mailbox) : engine_(mailbox.engine()), position_(mailbox.slave().position) {}
-  /// Of the slave at this position, whose mailbox is open in `engine`.
+  /// Client for the slave at this position; its mailbox is open in `engine`.
   FoeClient(MailboxEngine& engine, std::uint16_t position) : engine_(engine), position_(position) {}
 
   /// Reads a file and waits for it. Errors: see FileTransfer::result().
@@ -37,7 +37,7 @@ class FoeClient {
   [[nodiscard]] FileResult<void> write(const FileName& file, std::vector<std::byte> content,
                                        const FileSettings& settings = {});
 
-  /// Starts a transfer; whoever waits for it, or steps the engine, carries it out.
+  /// Starts a transfer; it proceeds while a thread waits for it or steps the engine.
   std::shared_ptr<FileTransfer> start_read(const FileName& file, const FileSettings& settings = {});
   /// Like start_read(), in the other direction.
   std::shared_ptr<FileTransfer> start_write(const FileName& file, std::vector<std::byte> content,

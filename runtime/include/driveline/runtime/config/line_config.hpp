@@ -25,7 +25,7 @@
 
 namespace driveline::runtime {
 
-/// What 32 bits hold: most increments per revolution of an axis.
+/// Most increments per revolution of an axis: positions have 32 bits.
 inline constexpr double kMaxIncrementsPerRevolution = 4294967295.0;
 
 /// The distributed clock of one slave. Values that are left out come from its EEPROM.
@@ -53,9 +53,9 @@ struct ClockConfig {
 /// A [[slave]]: identity and configuration for the master, the device for the simulation.
 struct SlaveConfig {
   std::string name;  ///< unique on the line
-  /// What is simulated, and what the master expects where nothing below says otherwise. Never null.
+  /// The simulated device; it also has the expected identity where the members below leave it out. Never null.
   std::shared_ptr<const SlaveDevice> device = standard_device();
-  /// How the master configures it: by this device of an ESI file; none: by [bus] esi, else by its EEPROM.
+  /// Device description by which the master configures the slave; none: that of [bus] esi, else the EEPROM.
   std::shared_ptr<const esi::DeviceDescription> esi;
   std::optional<std::uint32_t> vendor_id;     ///< expected; that of `esi`, or of `device`, when left out
   std::optional<std::uint32_t> product_code;  ///< expected; the same when left out
@@ -65,7 +65,7 @@ struct SlaveConfig {
   slaves::SlaveDelays delays{};               ///< of the simulated controller
   SlaveClockConfig dc;                        ///< its clock and its SYNC signals
   std::filesystem::path sii_file;             ///< where `simulate` keeps the EEPROM content; empty: nowhere
-  std::vector<std::byte> sii_content;         ///< that of the file; empty: there is none yet
+  std::vector<std::byte> sii_content;         ///< content of sii_file; empty: the file does not exist yet
 };
 
 /// [path] of a line description: where the setpoints come from.
@@ -105,8 +105,8 @@ struct FaultPlan {
 
 /// A line description file.
 struct LineConfig {
-  std::string name = "line";                                         ///< for people
-  DeviceRegistry devices;                                            ///< families that slaves and drives are of
+  std::string name = "line";                                         ///< for messages and telemetry
+  DeviceRegistry devices;                                            ///< families of slaves and drives
   std::chrono::nanoseconds period = std::chrono::microseconds{125};  ///< of the master's cycle
   std::optional<std::string> interface;                              ///< none: the simulated line in this process
   std::optional<std::string> interface2;                             ///< at the far end of a ring
@@ -140,10 +140,10 @@ struct LineConfig {
 /// Cycles of the line from one exchange with a slave to the next: the divider of its group.
 [[nodiscard]] std::uint32_t exchange_divider(const LineConfig& config, const SlaveConfig& slave) noexcept;
 
-/// Whom the master expects at a slave's place.
+/// Identity that the master expects of a slave.
 [[nodiscard]] DeviceIdentity expected_identity(const SlaveConfig& slave);
 
-/// How the master treats the drive that it expects there. As long-lived as the families of `config`.
+/// Rules of the drive with that identity. Valid as long as the families of `config`.
 [[nodiscard]] const DriveRules& drive_rules(const LineConfig& config, const SlaveConfig& slave);
 
 /// Reads a line description (TOML) whose slaves are of the families in `devices`. Every key is checked: unknown keys,

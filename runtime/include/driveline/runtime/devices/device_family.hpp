@@ -13,21 +13,21 @@
 
 namespace driveline::runtime {
 
-/// What a family reads its device from.
+/// Input from which a family reads its device.
 struct DeviceTable {
   TomlReader& keys;                 ///< the [[slave]] table
   std::filesystem::path directory;  ///< of the line file; paths in it are relative to that
   /// The device of the ESI file that the table names; null: it names none.
   std::shared_ptr<const esi::DeviceDescription> esi;
-  /// Those of the tables above, for what they can share.
+  /// Devices of the tables before this one, for sharing.
   std::span<const std::shared_ptr<const SlaveDevice>> before;
 };
 
-/// A kind of device that a line file can name by `model`, and what is known of its drives. Registered in a
+/// A kind of device, named by `model` in a line description, with the rules of its drives. Registered in a
 /// DeviceRegistry.
 ///
-/// Two questions are kept apart. What is simulated is decided by `model`: read(). How the master treats a drive is
-/// decided by who the line file expects there: rules_for(), also for a real drive on a network interface.
+/// Two questions are separate: `model` determines the simulated device, read(); the expected identity determines how
+/// the master treats a drive, rules_for(), also a real one on a network interface.
 ///
 /// Immutable; any thread.
 class DeviceFamily {
@@ -43,10 +43,10 @@ class DeviceFamily {
   /// The keys of a [[slave]] that read() asks for.
   [[nodiscard]] virtual std::vector<std::string_view> own_keys() const = 0;
 
-  /// Reads those keys. Never null. What is wrong with them is thrown by the reader, TomlReader::fail() included.
+  /// Reads those keys. Never null. The reader throws errors in them; TomlReader::fail() throws further ones.
   [[nodiscard]] virtual std::shared_ptr<const SlaveDevice> read(const DeviceTable& table) const = 0;
 
-  /// How the master treats a drive with this identity; null: it is none of this family. As long-lived as the family.
+  /// Rules of a drive with this identity; null: it is not of this family. Valid as long as the family.
   [[nodiscard]] virtual const DriveRules* rules_for(const DeviceIdentity& /*identity*/) const noexcept {
     return nullptr;
   }

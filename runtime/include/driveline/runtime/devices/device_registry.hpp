@@ -14,7 +14,7 @@ namespace driveline::runtime {
 /// The family of devices that are simulated from an ESI file or an EEPROM image.
 inline constexpr std::string_view kDeviceOfFile = "generic";
 
-/// The families that a line file can name: those that come with the library, and those that its user adds.
+/// The families that a line description can name: those of the library, and those added by its user.
 ///
 ///   runtime::DeviceRegistry devices;
 ///   if (auto added = devices.add(std::make_shared<AcmeFamily>()); !added) return fail(describe(added.error()));
@@ -26,18 +26,18 @@ class DeviceRegistry {
   /// With `msd`, `servoone`, `servoone_junior` and `generic`.
   DeviceRegistry();
 
-  /// One more. Error: none is given, or its key is empty or there already (kCall); the registry is as it was.
+  /// Adds a family. Error: null, an empty key, or a key that exists already (kCall); the registry is unchanged.
   [[nodiscard]] Result<void> add(std::shared_ptr<const DeviceFamily> family);
 
-  /// In the order in which they were added; the first is that of a [[slave]] which does not say.
+  /// In the order in which they were added; the first is that of a [[slave]] without `model`.
   [[nodiscard]] std::span<const std::shared_ptr<const DeviceFamily>> families() const noexcept { return families_; }
   /// The family with this key; null: there is none.
   [[nodiscard]] const DeviceFamily* find(std::string_view key) const noexcept;
-  /// All keys, for a sentence: "a", "b".
+  /// All keys, for messages: "a", "b".
   [[nodiscard]] std::string known_keys() const;
 
-  /// How the master treats a drive with this identity: as the family says that knows it, the one that was added last
-  /// first; a drive that none knows as CiA 402 has it. As long-lived as the families.
+  /// Rules of a drive with this identity: those of the family that knows it, families added later first; CiA 402 alone
+  /// when none does. Valid as long as the families.
   [[nodiscard]] const DriveRules& rules_for(const DeviceIdentity& identity) const noexcept;
 
  private:

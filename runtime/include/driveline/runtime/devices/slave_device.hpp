@@ -8,7 +8,7 @@
 
 namespace driveline::runtime {
 
-/// Who made a device, and which product it is (1018h:01 and 02).
+/// Vendor and product of a device (1018h:01 and 02).
 struct DeviceIdentity {
   std::uint32_t vendor_id = 0;     ///< of the ETG
   std::uint32_t product_code = 0;  ///< of the vendor
@@ -20,8 +20,8 @@ struct DevicePlace {
   std::uint32_t serial_number = 0;  ///< that the line expects; from 1 on
 };
 
-/// The device that one [[slave]] describes: what the master expects there, and what the simulation builds. Made by a
-/// DeviceFamily. Immutable; any thread.
+/// The device of one [[slave]]: the identity that the master expects, and the simulated device. Made by a DeviceFamily.
+/// Immutable; any thread.
 class SlaveDevice {
  public:
   SlaveDevice() = default;
@@ -29,7 +29,7 @@ class SlaveDevice {
   SlaveDevice& operator=(const SlaveDevice&) = delete;
   virtual ~SlaveDevice() = default;
 
-  /// What the master expects unless the line file says otherwise.
+  /// Identity that the master expects unless the line description gives another.
   [[nodiscard]] virtual DeviceIdentity identity() const noexcept = 0;
 
   /// A new simulated device, as it leaves the factory. Never null.
@@ -40,7 +40,7 @@ class SlaveDevice {
   [[nodiscard]] virtual std::string why_no_axis() const { return {}; }
 };
 
-/// That of a [[slave]] which does not say what it is: the drive of the first built-in family, as it comes.
+/// The device of a [[slave]] without `model`: the drive of the first built-in family with its defaults.
 [[nodiscard]] std::shared_ptr<const SlaveDevice> standard_device();
 
 }  // namespace driveline::runtime

@@ -65,18 +65,18 @@ struct RunReport {
   ecat_master::CycleStatistics statistics;
   /// The round trip was not measured: the line is simulated in this process and its model gives the times.
   bool round_trip_modelled = false;
-  double longest_absence_at_s = 0.0;      ///< when the longest absence of the master began, in operation
-  std::chrono::nanoseconds path_late{0};  ///< by how much the path was late at the end
-  std::optional<ImageView> process_data;  ///< none: the line was not configured
-  std::optional<ClockReport> clocks;      ///< none: the drives ran free
-  std::optional<RingReport> ring;         ///< none: the line has one end
-  std::vector<TaskReport> tasks;          ///< of the application, in the order in which they were added
-  std::vector<std::string> faults;        ///< a sentence each, oldest first
-  std::string failure;                    ///< the fault that the run failed by; empty: it did what it was to do
-  std::vector<std::string> events;        ///< what happened to line and axes, with the time in operation
-  std::uint64_t recoveries = 0;           ///< slaves brought back to OP
-  std::map<std::string, std::filesystem::path> files;  ///< what was written, by the key of the summary
-  /// Of a line without axes, at its end; what is there to see of it.
+  double longest_absence_at_s = 0.0;                   ///< when the longest absence of the master began, in operation
+  std::chrono::nanoseconds path_late{0};               ///< by how much the path was late at the end
+  std::optional<ImageView> process_data;               ///< none: the line was not configured
+  std::optional<ClockReport> clocks;                   ///< none: the drives ran free
+  std::optional<RingReport> ring;                      ///< none: the line has one end
+  std::vector<TaskReport> tasks;                       ///< of the application, in the order in which they were added
+  std::vector<std::string> faults;                     ///< a sentence each, oldest first
+  std::string failure;                                 ///< the fault by which the run failed; empty: it succeeded
+  std::vector<std::string> events;                     ///< what happened to line and axes, with the time in operation
+  std::uint64_t recoveries = 0;                        ///< slaves brought back to OP
+  std::map<std::string, std::filesystem::path> files;  ///< written files, by their key in the summary
+  /// Inputs at the end of the run, for a line without axes.
   std::vector<InputValue> inputs;
 
   /// Adds a failure after the operation, such as a file that could not be written.

@@ -10,22 +10,22 @@
 
 namespace driveline::runtime {
 
-/// What is wrong in a file. The readers throw it, and load_line_config() returns it as the error of the file; code in
+/// An error in a file. The readers throw it, and load_line_config() returns it as the error of the file; code in
 /// between (a DeviceFamily, say) lets it pass.
 struct ConfigError {
   Error error;  ///< with file and line
 };
 
-/// Typed access to one table of a TOML file. It knows where it stands in the file and which keys were asked for. A key
-/// that is missing, has another type or is out of range throws a ConfigError: "file:line: [table] key: reason".
-/// Ordinary threads only.
+/// Typed access to one table of a TOML file. It knows its place in the file and which keys were read. A key that is
+/// missing, has another type or is out of range throws a ConfigError: "file:line: [table] key: reason". Ordinary
+/// threads only.
 class TomlReader {
  public:
   struct Table;  ///< of the file, as its parser has it
-  /// Those who open a file make it (read_toml_table()); everybody else is given one, or gets it by table().
+  /// Made by read_toml_table(); sub-tables by table().
   explicit TomlReader(std::unique_ptr<Table> table);
   ~TomlReader();
-  /// What has been moved from can be destroyed or assigned to, and nothing else.
+  /// A moved-from reader can only be destroyed or assigned to.
   TomlReader(TomlReader&& other) noexcept;
   TomlReader& operator=(TomlReader&& other) noexcept;
 
@@ -71,7 +71,7 @@ class TomlReader {
 
   /// Throws a ConfigError that points at `key` (or at the table when there is no such key).
   [[noreturn]] void fail(std::string_view key, std::string_view reason) const;
-  /// "file:line: [table] key", for complaints that can only be made once the line is there.
+  /// "file:line: [table] key", for errors that show only once the line is there.
   [[nodiscard]] std::string place(std::string_view key) const;
 
  private:
