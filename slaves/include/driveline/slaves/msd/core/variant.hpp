@@ -22,6 +22,7 @@ struct FirmwareVersion {
   std::uint8_t minor = 0;       ///< behind the point, two digits
   std::uint8_t correction = 0;  ///< behind the hyphen, two digits
 
+  // NOLINTNEXTLINE(modernize-use-nullptr): the 0 of a comparison is the compiler's
   friend constexpr auto operator<=>(const FirmwareVersion&, const FirmwareVersion&) = default;
   /// "4.15-02". Not for use in the cycle.
   [[nodiscard]] std::string text() const;
