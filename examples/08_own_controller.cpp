@@ -113,10 +113,13 @@ int run(const char* file, const runtime::Line::Options& options, std::uint32_t d
   if (!report) return fail(runtime::describe(report.error()));
 
   const auto& task = report->tasks[0].figures;
-  std::printf(
-      "every %u cycles: %llu calls, %.4f rad off at most; a call takes %.1f us at the median, %.1f us at most\n",
-      divider, static_cast<unsigned long long>(task.calls), spring.worst(), us(task.cost.percentile(0.5)),
-      us(task.cost.max()));
+  std::printf("every %u cycles: %llu calls, %.4f rad off at most\n", divider,
+              static_cast<unsigned long long>(task.calls), spring.worst());
+  // On virtual time nothing takes any.
+  if (!options.virtual_time) {
+    std::printf("  a call takes %.1f us at the median, %.1f us at most\n", us(task.cost.percentile(0.5)),
+                us(task.cost.max()));
+  }
   std::printf("  %llu cycles, %llu periods missed, %llu samples of the axis published\n",
               static_cast<unsigned long long>(report->statistics.cycles),
               static_cast<unsigned long long>(report->statistics.missed_periods),

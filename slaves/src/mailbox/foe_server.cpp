@@ -28,8 +28,7 @@ std::string name_of(std::span<const std::byte> data) {
 }  // namespace
 
 void FoeServer::stop() noexcept {
-  phase_ = Phase::kIdle;
-  content_.clear();
+  transfer_.reset();
 }
 
 std::size_t FoeServer::refuse(const FileRefusal& refusal, std::span<std::byte> out) {
@@ -46,14 +45,15 @@ tl::expected<std::size_t, MailboxErrorCode> FoeServer::request(const MailboxRequ
   if (!header) return tl::unexpected(MailboxErrorCode::kSizeTooShort);
   if (out.size() <= FoeHeader::kSize) return tl::unexpected(MailboxErrorCode::kNoMoreMemory);
   const auto data = request.data.subspan(FoeHeader::kSize);
-  state_ = request.state;
+  if (transfer_) transfer_->state = request.state;
   switch (header->op_code) {
     case FoeOpCode::kReadRequest:
-    case FoeOpCode::kWriteRequest:
-      name_ = name_of(data);
-      password_ = header->value;
+    case FoeOpCode::kWriteRequest: {
       stop();
-      return header->op_code == FoeOpCode::kReadRequest ? start_reading(out) : start_writing(out);
+      const auto name = name_of(data);
+      const FileRequest file{name, header->value, request.state};
+      return header->op_code == FoeOpCode::kReadRequest ? start_reading(file, out) : start_writing(file, out);
+    }
     case FoeOpCode::kAck:
       return acknowledged(header->value, out);
     case FoeOpCode::kData:
@@ -68,62 +68,64 @@ tl::expected<std::size_t, MailboxErrorCode> FoeServer::request(const MailboxRequ
   }
 }
 
-std::size_t FoeServer::start_reading(std::span<std::byte> out) {
-  auto content = files_->read_file(file());
+std::size_t FoeServer::start_reading(const FileRequest& file, std::span<std::byte> out) {
+  auto content = files_->read_file(file);
   if (!content) return refuse(content.error(), out);
-  content_ = std::move(*content);
-  phase_ = Phase::kReading;
-  packet_ = 0;
-  sent_ = 0;
+  transfer_ = std::make_unique<Transfer>(
+      Transfer{Phase::kReading, std::string(file.name), file.password, file.state, std::move(*content)});
   return send_packet(out);
 }
 
 std::size_t FoeServer::send_packet(std::span<std::byte> out) {
+  auto& transfer = *transfer_;
   const auto room = out.size() - FoeHeader::kSize;
-  const auto length = std::min(content_.size() - sent_, room);
-  std::copy_n(content_.begin() + static_cast<std::ptrdiff_t>(sent_), length, out.begin() + FoeHeader::kSize);
-  sent_ += length;
-  last_ = length < room;
-  return with_header(FoeOpCode::kData, ++packet_, length, out);
+  const auto rest = std::span(transfer.content).subspan(transfer.sent);
+  const auto length = std::min(rest.size(), room);
+  std::copy_n(rest.begin(), length, out.begin() + FoeHeader::kSize);
+  transfer.sent += length;
+  transfer.last = length < room;
+  return with_header(FoeOpCode::kData, ++transfer.packet, length, out);
 }
 
 std::size_t FoeServer::acknowledged(std::uint32_t number, std::span<std::byte> out) {
-  if (phase_ != Phase::kReading) return refuse({FoeError::kIllegal, "no file is being read"}, out);
-  if (number != packet_) return refuse({FoeError::kPacketNumber, {}}, out);
-  if (!last_) return send_packet(out);
+  if (!in(Phase::kReading)) return refuse({FoeError::kIllegal, "no file is being read"}, out);
+  if (number != transfer_->packet) return refuse({FoeError::kPacketNumber, {}}, out);
+  if (!transfer_->last) return send_packet(out);
   stop();
   return 0;
 }
 
-std::size_t FoeServer::start_writing(std::span<std::byte> out) {
-  const auto limit = files_->open_file(file());
+std::size_t FoeServer::start_writing(const FileRequest& file, std::span<std::byte> out) {
+  const auto limit = files_->open_file(file);
   if (!limit) return refuse(limit.error(), out);
-  limit_ = *limit;
-  phase_ = Phase::kWriting;
-  packet_ = 0;
+  transfer_ = std::make_unique<Transfer>(
+      Transfer{Phase::kWriting, std::string(file.name), file.password, file.state, {}, 0, *limit});
   return with_header(FoeOpCode::kAck, 0, 0, out);
 }
 
 std::size_t FoeServer::take_data(std::uint32_t number, std::span<const std::byte> data, std::size_t room,
                                  std::span<std::byte> out) {
-  if (phase_ == Phase::kKeeping && number == packet_) return keep(out);
-  if (phase_ != Phase::kWriting) return refuse({FoeError::kIllegal, "no file is being written"}, out);
-  if (number != packet_ + 1) return refuse({FoeError::kPacketNumber, {}}, out);
-  if (data.size() > limit_ - content_.size()) {
-    return refuse({FoeError::kDiskFull, "at most " + std::to_string(limit_) + " bytes"}, out);
+  if (in(Phase::kKeeping) && number == transfer_->packet) return keep(out);
+  if (!in(Phase::kWriting)) return refuse({FoeError::kIllegal, "no file is being written"}, out);
+  auto& transfer = *transfer_;
+  if (number != transfer.packet + 1) return refuse({FoeError::kPacketNumber, {}}, out);
+  if (data.size() > transfer.limit - transfer.content.size()) {
+    return refuse({FoeError::kDiskFull, "at most " + std::to_string(transfer.limit) + " bytes"}, out);
   }
-  content_.insert(content_.end(), data.begin(), data.end());
-  packet_ = number;
-  if (data.size() >= room) return with_header(FoeOpCode::kAck, packet_, 0, out);
-  if (const auto written = files_->write_file(file(), content_); !written) return refuse(written.error(), out);
-  phase_ = Phase::kKeeping;
+  transfer.content.insert(transfer.content.end(), data.begin(), data.end());
+  transfer.packet = number;
+  if (data.size() >= room) return with_header(FoeOpCode::kAck, number, 0, out);
+  if (const auto written = files_->write_file(transfer.file(), transfer.content); !written)
+    return refuse(written.error(), out);
+  transfer.phase = Phase::kKeeping;
   return keep(out);
 }
 
 std::size_t FoeServer::keep(std::span<std::byte> out) {
   if (const auto busy = files_->busy()) return with_header(FoeOpCode::kBusy, busy->value(), 0, out);
+  const auto packet = transfer_->packet;
   stop();
-  return with_header(FoeOpCode::kAck, packet_, 0, out);
+  return with_header(FoeOpCode::kAck, packet, 0, out);
 }
 
 }  // namespace driveline::slaves

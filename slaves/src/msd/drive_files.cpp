@@ -80,10 +80,7 @@ FileAnswer<void> DriveFiles::write_parameters(std::span<const std::byte> content
   std::string text(content.size(), '\0');
   std::transform(content.begin(), content.end(), text.begin(), [](std::byte byte) { return static_cast<char>(byte); });
   const auto taken = core_->take_parameter_set(text);
-  if (taken) {
-    parameters_taken_();
-    return {};
-  }
+  if (taken) return {};
   const auto& [line, what] = taken.error();
   return refused(FoeError::kIllegal, line == 0 ? what : "line " + std::to_string(line) + ": " + what);
 }

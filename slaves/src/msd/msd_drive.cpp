@@ -75,7 +75,7 @@ MsdDrive::MsdDrive(const MsdParameters& parameters)
     : core_(parameters, dictionary_table(parameters.variant), *this),
       profile_(make_profile(parameters)),
       coe_(core_.dictionary(), *this, {.fill_sign = true}),  // MSD manual Table 8.3
-      files_(core_, parameters.file_password, parameters.flash_time, [this] { build_process_data(); }),
+      files_(core_, parameters.file_password, parameters.flash_time),
       foe_(files_),
       mailbox_(std::array<MailboxProtocol*, 2>{&coe_, &foe_}, kMailboxSize) {
   restart();

@@ -81,6 +81,7 @@ tl::expected<void, ParameterFileError> DriveCore::take_parameter_set(std::string
   }
   dictionary_.copy_backup_values(candidate);
   settings_changed_ = true;
+  bus_->parameters_replaced();
   return {};
 }
 

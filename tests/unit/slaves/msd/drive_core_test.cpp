@@ -80,6 +80,7 @@ class OtherBus : public testing::Test, private DriveBus {
 
   void report(const FaultMessage& message) noexcept override { messages.push_back(message); }
   [[nodiscard]] bool cause_persists(Fault fault) const noexcept override { return fault == broken; }
+  void parameters_replaced() override {}
 
   DriveCore drive{MsdParameters{}, core_table(), *this};
   std::chrono::nanoseconds now{0};

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstdint>
+#include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -24,32 +27,38 @@ class FoeServer final : public MailboxProtocol {
 
  private:
   enum class Phase : std::uint8_t {
-    kIdle,
     kReading,
     kWriting,
     kKeeping,  ///< the last packet has come and is repeated until the device has kept the file
   };
+  /// A file on its way. Its memory is that of a transfer, not of a drive.
+  struct Transfer {
+    Phase phase = Phase::kReading;
+    std::string name{};
+    std::uint32_t password = 0;
+    wire::AlState state = wire::AlState::kNone;  ///< as of the last mail
+    std::vector<std::byte> content{};
+    std::size_t sent = 0;      ///< reading: bytes, the packet on its way included
+    std::size_t limit = 0;     ///< writing: most bytes
+    std::uint32_t packet = 0;  ///< the last one that was sent, or taken
+    bool last = false;         ///< reading: it was the last one
 
-  [[nodiscard]] std::size_t start_reading(std::span<std::byte> out);
-  [[nodiscard]] std::size_t start_writing(std::span<std::byte> out);
+    /// The name is valid as long as the transfer.
+    [[nodiscard]] FileRequest file() const noexcept { return {name, password, state}; }
+  };
+
+  [[nodiscard]] std::size_t start_reading(const FileRequest& file, std::span<std::byte> out);
+  [[nodiscard]] std::size_t start_writing(const FileRequest& file, std::span<std::byte> out);
   [[nodiscard]] std::size_t acknowledged(std::uint32_t number, std::span<std::byte> out);
   [[nodiscard]] std::size_t take_data(std::uint32_t number, std::span<const std::byte> data, std::size_t room,
                                       std::span<std::byte> out);
   [[nodiscard]] std::size_t keep(std::span<std::byte> out);
   [[nodiscard]] std::size_t send_packet(std::span<std::byte> out);
   [[nodiscard]] std::size_t refuse(const FileRefusal& refusal, std::span<std::byte> out);
-  [[nodiscard]] FileRequest file() const noexcept { return {name_, password_, state_}; }
+  [[nodiscard]] bool in(Phase phase) const noexcept { return transfer_ != nullptr && transfer_->phase == phase; }
 
   FileStore* files_;
-  Phase phase_ = Phase::kIdle;
-  std::string name_;
-  std::uint32_t password_ = 0;
-  wire::AlState state_ = wire::AlState::kNone;
-  std::vector<std::byte> content_;
-  std::size_t sent_ = 0;      ///< reading: bytes, the packet on its way included
-  std::size_t limit_ = 0;     ///< writing: most bytes
-  std::uint32_t packet_ = 0;  ///< the last one that was sent, or taken
-  bool last_ = false;         ///< reading: it was the last one
+  std::unique_ptr<Transfer> transfer_;  ///< null: none
 };
 
 }  // namespace driveline::slaves

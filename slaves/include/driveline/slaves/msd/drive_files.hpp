@@ -2,7 +2,6 @@
 
 #include <chrono>
 #include <cstdint>
-#include <functional>
 #include <string_view>
 #include <utility>
 
@@ -20,11 +19,9 @@ class DriveFiles final : public FileStore {
   static constexpr std::size_t kMaxFirmware = std::size_t{8} << 20;      ///< bytes
   static constexpr std::size_t kMaxParameterSet = std::size_t{1} << 20;  ///< bytes
 
-  /// `core` must outlive this. `password`: that files ask for, 0: none; `flash_time`: until a firmware is kept;
-  /// `parameters_taken`: called behind a new parameter set.
-  DriveFiles(DriveCore& core, std::uint32_t password, std::chrono::nanoseconds flash_time,
-             std::function<void()> parameters_taken)
-      : core_(&core), password_(password), flash_time_(flash_time), parameters_taken_(std::move(parameters_taken)) {}
+  /// `core` must outlive this. `password`: that files ask for, 0: none; `flash_time`: until a firmware is kept.
+  DriveFiles(DriveCore& core, std::uint32_t password, std::chrono::nanoseconds flash_time)
+      : core_(&core), password_(password), flash_time_(flash_time) {}
 
   [[nodiscard]] FileAnswer<std::vector<std::byte>> read_file(const FileRequest& request) override;
   [[nodiscard]] FileAnswer<std::size_t> open_file(const FileRequest& request) override;
@@ -41,7 +38,6 @@ class DriveFiles final : public FileStore {
   DriveCore* core_;
   std::uint32_t password_;
   std::chrono::nanoseconds flash_time_;
-  std::function<void()> parameters_taken_;
   std::chrono::nanoseconds kept_at_{0};  ///< the last firmware, in running time of the drive
 };
 

@@ -68,6 +68,7 @@ class MsdDrive final : public Device, private DictionaryOwner, private DriveBus 
   // DriveBus
   void report(const FaultMessage& message) noexcept override;
   [[nodiscard]] bool cause_persists(Fault fault) const noexcept override;
+  void parameters_replaced() override { build_process_data(); }
 
   void build_process_data() noexcept;
   void decode_settings(std::span<const std::byte> data) noexcept;

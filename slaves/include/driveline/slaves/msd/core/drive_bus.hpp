@@ -24,6 +24,8 @@ class DriveBus {
   virtual void report(const FaultMessage& message) noexcept = 0;
   /// The cause of a fault that the bus has raised is still there.
   [[nodiscard]] virtual bool cause_persists(Fault fault) const noexcept = 0;
+  /// A whole set of parameters has been taken: what was derived from the dictionary is out of date. Not \rtsafe.
+  virtual void parameters_replaced() = 0;
 };
 
 }  // namespace driveline::slaves::msd
