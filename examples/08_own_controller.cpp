@@ -18,7 +18,7 @@ using namespace driveline;
 
 namespace {
 
-constexpr double kRun_s = 4.0;
+constexpr double kRunSeconds = 4.0;
 
 volatile std::sig_atomic_t interrupted = 0;
 
@@ -108,7 +108,7 @@ int run(const char* file, const runtime::Line::Options& options, std::uint32_t d
       .name = "spring", .timing = {.divider = divider}, .drives = {line.config().axes[0].name}};
   if (auto added = line.add(spring, plan); !added) return fail(runtime::describe(added.error()));
   runtime::Line::RunSettings settings;
-  settings.duration_s = kRun_s;
+  settings.duration_s = kRunSeconds;
   const auto report = line.run(settings);
   if (!report) return fail(runtime::describe(report.error()));
 

@@ -85,6 +85,11 @@ class Tank final : public slaves::Device {
   void read_inputs(std::size_t, std::span<std::byte> data) noexcept override {
     wire::store_le(data, std::bit_cast<std::uint32_t>(static_cast<float>(level_)));
   }
+  /// Switched on: the time since it was off is none in which water ran.
+  void restart() override {
+    valve_ = 0.0;
+    last_.reset();
+  }
   void mailbox_request(std::span<const std::byte>) override {}
   [[nodiscard]] std::size_t mailbox_reply(std::span<std::byte>) override { return 0; }
   void advance(std::chrono::nanoseconds now) noexcept override {

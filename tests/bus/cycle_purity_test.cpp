@@ -264,7 +264,7 @@ class AskingTask final : public ecat_master::CycleTask {
   void update(const ecat_master::TaskCycle&) noexcept override {
     if (!read || !written || !refused) return;
     if (look(*read, reads)) static_cast<void>(read->start_upload());
-    if (look(*written, writes)) static_cast<void>(written->start_download(wire::to_le_bytes(++value)));
+    if (look(*written, writes)) static_cast<void>(written->start_download(wire::to_le_bytes(++value_)));
     if (look(*refused, refusals)) static_cast<void>(refused->start_upload());
   }
   std::shared_ptr<ecat_master::SdoRequest> read;
@@ -283,7 +283,7 @@ class AskingTask final : public ecat_master::CycleTask {
       ++ended;
     return true;
   }
-  std::uint32_t value = 1'000'000;  ///< of the following error window
+  std::uint32_t value_ = 1'000'000;  ///< of the following error window
 };
 
 TEST_F(CyclePurity, RequestsOfTheCycleAndCopiedProcessDataDoNotChangeThat) {

@@ -40,7 +40,7 @@ class ImplausiblePosition : public testing::TestWithParam<Mode> {
     operation.cycle();
     fastest_rad_s = std::max(fastest_rad_s, std::abs(liar().velocity_rad_s()));
     const double demand = operation.axis_samples.back().target_velocity;
-    steepest_rad_s2 = std::max(steepest_rad_s2, std::abs(demand - demand_rad_s) / kCycle_s);
+    steepest_rad_s2 = std::max(steepest_rad_s2, std::abs(demand - demand_rad_s) / kCycleSeconds);
     demand_rad_s = demand;
   }
   void run_until(MotionPhase phase, nanoseconds limit) {
@@ -50,7 +50,7 @@ class ImplausiblePosition : public testing::TestWithParam<Mode> {
   }
   slaves::msd::DriveCore& liar() { return drives.drive(1); }
 
-  static constexpr double kCycle_s = 125e-6;
+  static constexpr double kCycleSeconds = 125e-6;
   DriveLine drives;
   LineOperation operation;
   double fastest_rad_s = 0.0;
@@ -155,9 +155,9 @@ INSTANTIATE_TEST_SUITE_P(Modes, ImplausiblePosition,
 class PlausiblePosition : public testing::TestWithParam<Mode> {};
 
 TEST_P(PlausiblePosition, GoesOnWhereTheThirtyTwoBitsEnd) {
-  constexpr double kEnd_rad = 2147483648.0 / kIncrementsPerRad;
+  constexpr double kEnd = 2147483648.0 / kIncrementsPerRad;
   for (const double side : {1.0, -1.0}) {
-    DriveLine drives(1, {}, {}, std::nullopt, slaves::msd::Variant::kMsd, side * (kEnd_rad - 0.5));
+    DriveLine drives(1, {}, {}, std::nullopt, slaves::msd::Variant::kMsd, side * (kEnd - 0.5));
     LineOperation operation(drives, RunOptions{.mode = GetParam(), .relative = true, .amplitude_rad = side});
     const double begin = drives.drive(0).position_rad();
     ASSERT_EQ(sentence(operation.to_motion()), "");

@@ -17,7 +17,6 @@ using ecat_master::AbsenceEffect;
 using ecat_master::LatePolicy;
 using ecat_master::LossPolicy;
 using ecat_master::MasterAbsence;
-using ecat_master::Motion;
 using ecat_master::MotionFailure;
 using ecat_master::MotionPhase;
 using testing::HasSubstr;
@@ -80,7 +79,7 @@ class DemandJudge {
 /// A line on its path, whose master can be kept from cycling and whose frames can be lost.
 class LateLine {
  public:
-  explicit LateLine(RunOptions options = fast_path(), std::size_t axes = 1)
+  explicit LateLine(const RunOptions& options = fast_path(), std::size_t axes = 1)
       : drives(axes),
         outwards(drives.line(), LossyPort::Way::kOut,
                  [this](auto, auto) {

@@ -30,6 +30,7 @@ struct LogicalRange {
   std::uint32_t bytes;
   bool reads;
   bool writes;
+  // NOLINTNEXTLINE(modernize-use-nullptr): what is found is the 0 that a comparison by <=> ends in
   auto operator<=>(const LogicalRange&) const = default;
 };
 using LogicalFrame = std::vector<LogicalRange>;

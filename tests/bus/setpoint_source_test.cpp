@@ -19,7 +19,7 @@ using ecat_master::cia402::Mode;
 using trajectory::AxisSetpoint;
 using Setpoints = std::span<AxisSetpoint>;
 
-constexpr double kPeriod_s = 125e-6;
+constexpr double kPeriodSeconds = 125e-6;
 
 /// Base of the tests' sources: they begin where the axes stand, and keep no time.
 class TestSource : public SetpointSource {
@@ -98,8 +98,8 @@ void expect_within_limits(const LineOperation& operation, const RunOptions& opti
   for (std::uint16_t axis = 0; axis < 2; ++axis) {
     const auto limits = LineOperation::axis(axis, options).limits;
     const auto [step, change] = largest_steps(operation.axis_samples, axis);
-    EXPECT_LE(step, 1.001 * limits.max_velocity * kPeriod_s) << "axis " << axis;
-    EXPECT_LE(change, 1.001 * limits.max_acceleration * kPeriod_s * kPeriod_s) << "axis " << axis;
+    EXPECT_LE(step, 1.001 * limits.max_velocity * kPeriodSeconds) << "axis " << axis;
+    EXPECT_LE(change, 1.001 * limits.max_acceleration * kPeriodSeconds * kPeriodSeconds) << "axis " << axis;
   }
 }
 

@@ -13,7 +13,7 @@ namespace driveline::test {
 /// A domain of our own, away from Linux's ephemeral ports. Held by a locked file until this process ends, because the
 /// samples of another test program in the same domain would be counted as ours.
 inline std::uint32_t test_domain() {
-  static const std::uint32_t ours = [] {
+  static const std::uint32_t kOurs = [] {
     constexpr std::uint32_t kFirst = 10;
     constexpr std::uint32_t kCount = 80;
     for (std::uint32_t i = 0;; ++i) {
@@ -27,7 +27,7 @@ inline std::uint32_t test_domain() {
       close(file);
     }
   }();
-  return ours;
+  return kOurs;
 }
 
 }  // namespace driveline::test

@@ -274,8 +274,8 @@ std::string gentle_path(const FoundLine& line, double turns) {
   }
   // A cubic from rest to rest is fastest in its middle: one and a half times its mean velocity.
   constexpr double kFastest = 1.0;  // revolutions per second
-  constexpr double kShortest_s = 1.0;
-  const double half_s = std::max(kShortest_s, 1.5 * std::abs(turns) / kFastest);
+  constexpr double kShortest = 1.0;
+  const double half_s = std::max(kShortest, 1.5 * std::abs(turns) / kFastest);
   return rest.empty() ? std::string{}
                       : fmt::format("{}\n0{}\n{}{}\n{}{}\n", header, rest, half_s, there, 2.0 * half_s, rest);
 }

@@ -62,9 +62,9 @@ const trajectory::PositionUnit& position_unit(const AxisConfig& axis) noexcept {
 }
 
 double position_tolerance(const AxisConfig& axis) noexcept {
-  constexpr double kTime_s = 1e-3;
+  constexpr double kCovered = 1e-3;  // s
   const double least = axis.linear() ? 1e-3 : 0.05;
-  return axis.position_tolerance.value_or(std::max(kTime_s * axis.limits.max_velocity, least));
+  return axis.position_tolerance.value_or(std::max(kCovered * axis.limits.max_velocity, least));
 }
 
 const PdoConfiguration& axis_pdo_configuration() {

@@ -425,7 +425,7 @@ RunReport LineRun::make_report() {
     report.ring = {ring->status(), ring->merged(), ring->halves(), ring->late_halves()};
   }
   report_axes(report);
-  if (config_.axes.empty() && variables_) report.inputs = read_inputs(*variables_, master_.image().inputs());
+  if (config_.axes.empty() && variables_) report.inputs = read_inputs(*variables_, master_.core()->image().inputs());
   report.tasks = settings_.tasks->report();
   report.faults = faults_;
   report.failure = failure_;

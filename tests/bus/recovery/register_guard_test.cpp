@@ -9,12 +9,11 @@ namespace driveline::bus_test {
 namespace {
 
 using ecat_master::LineSupervisor;
-using ecat_master::MotionPhase;
 using wire::AlState;
 
 class RegisterGuard : public testing::Test {
  protected:
-  void start(std::size_t count, RunOptions options = {}) {
+  void start(std::size_t count, const RunOptions& options = {}) {
     drives = std::make_unique<DriveLine>(count);
     operation = std::make_unique<LineOperation>(*drives, options);
     ASSERT_EQ(sentence(operation->to_op()), "");

@@ -12,7 +12,7 @@ namespace {
 
 using trajectory::AxisSetpoint;
 
-constexpr double kPeriod_s = 125e-6;
+constexpr double kPeriodSeconds = 125e-6;
 
 /// Two axes: one commanded in every cycle, one in every fourth.
 class DrivenAxesTest : public testing::Test {
@@ -24,7 +24,7 @@ class DrivenAxesTest : public testing::Test {
   }
   void step() { EXPECT_TRUE(axes.next({0.0, {}}, setpoints)); }
 
-  DrivenAxes axes{{1, 4}, kPeriod_s};
+  DrivenAxes axes{{1, 4}, kPeriodSeconds};
   std::array<AxisSetpoint, 2> setpoints{};
 };
 
@@ -55,7 +55,7 @@ TEST_F(DrivenAxesTest, ASlowerCommandIsArrivedAtOnAStraightLine) {
   for (const double place : {1.1, 1.2, 1.3, 1.4}) {
     step();
     EXPECT_NEAR(setpoints[1].position, place, 1e-12);
-    EXPECT_NEAR(setpoints[1].velocity, 0.1 / kPeriod_s, 1e-6) << "that of the way, not what was commanded";
+    EXPECT_NEAR(setpoints[1].velocity, 0.1 / kPeriodSeconds, 1e-6) << "that of the way, not what was commanded";
     EXPECT_DOUBLE_EQ(*setpoints[1].torque, 2.0) << "at once";
   }
   EXPECT_DOUBLE_EQ(setpoints[1].position, 1.4) << "exactly";

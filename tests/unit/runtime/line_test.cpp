@@ -3,6 +3,8 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+
 #include "driveline/runtime/files/output_file.hpp"
 #include "support/temporary_directory.hpp"
 
@@ -132,6 +134,22 @@ TEST_F(LineTest, EndsWhenItIsAskedTo) {
   EXPECT_EQ(slaves, 1U) << "it answers while it runs";
   EXPECT_NEAR(report->duration_s, 0.58, 0.03);
   EXPECT_EQ(listener.told.back(), "all in INIT");
+}
+
+/// They were those of a copy that nobody exchanges, and always 0.
+TEST_F(LineTest, ReportsTheInputsOfALineWithoutAxesAsTheyWereAtTheEnd) {
+  std::filesystem::copy_file(std::filesystem::path(DRIVELINE_EXAMPLES_DIR) / "terminals.xml",
+                             directory / "terminals.xml");
+  auto line = open(
+      "[[slave]]\nname = \"ai\"\nesi = \"terminals.xml\"\ndevice = \"AI2\"\n"
+      "[[slave.input]]\nentry = \"Channel 1/Value\"\nvalue = 1234\n");
+  ASSERT_TRUE(line) << describe(line.error());
+  Line::RunSettings shortly;
+  shortly.duration_s = 0.05;
+  const auto report = (*line)->run(shortly);
+  ASSERT_TRUE(report) << describe(report.error());
+  EXPECT_TRUE(std::any_of(report->inputs.begin(), report->inputs.end(),
+                          [](const InputValue& input) { return input.bits == 16 && input.value == 1234U; }));
 }
 
 TEST_F(LineTest, MisuseIsAnErrorWithItsFacts) {
