@@ -90,6 +90,18 @@ TEST_F(TaskScheduleTest, ATaskWhoseCycleWasSkippedRunsInTheNextOneAndIsToldOfIt)
   EXPECT_THAT(fourth.elapsed_us, ElementsAre(0, 750, 250, 1500));
 }
 
+TEST_F(TaskScheduleTest, PeriodsThatWereMissedBetweenTwoTurnsAreToldAtTheNextOne) {
+  Diary fourth;
+  schedule.add(fourth, {4, 0});
+  cycle(0);
+  cycle(2, 1);
+  cycle(3);
+  cycle(4);
+  cycle(8);
+  EXPECT_THAT(fourth.cycles, ElementsAre(0, 4, 8));
+  EXPECT_THAT(fourth.missed, ElementsAre(0, 1, 0));
+}
+
 TEST_F(TaskScheduleTest, TheOrderIsBeforeTheMotionThenBehindItAndThatOfTheCalls) {
   std::vector<char> order;
   motion = &order;
