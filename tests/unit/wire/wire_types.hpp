@@ -9,6 +9,7 @@
 #include "driveline/wire/coe.hpp"
 #include "driveline/wire/datagram.hpp"
 #include "driveline/wire/dl.hpp"
+#include "driveline/wire/eoe.hpp"
 #include "driveline/wire/ethernet.hpp"
 #include "driveline/wire/fmmu.hpp"
 #include "driveline/wire/foe.hpp"
@@ -33,6 +34,12 @@ T any(std::mt19937& random) {
 }
 inline bool coin(std::mt19937& random) {
   return (random() & 1U) != 0;
+}
+
+inline MacAddress mac(const std::array<int, 6>& octets) {
+  MacAddress address{};
+  for (std::size_t i = 0; i < octets.size(); ++i) address[i] = static_cast<std::byte>(octets[i]);
+  return address;
 }
 
 /// One specialisation per type that has encode() and decode(): `name`, `golden()`, `random()`.
@@ -168,6 +175,92 @@ struct Sample<MailboxHeader> {
     return {static_cast<std::uint16_t>(random() % 1500), any<std::uint16_t>(random),
             static_cast<std::uint8_t>(random() & 0x3FU), static_cast<std::uint8_t>(random() & 3U),
             static_cast<MailboxType>(random() & 0xFU),   static_cast<std::uint8_t>(random() & 7U)};
+  }
+};
+
+template <>
+struct Sample<EoeHeader> {
+  static constexpr std::string_view kName = "EoeHeader";
+  static std::vector<Golden<EoeHeader>> golden() {
+    return {{"fields as Wireshark names them: FragNo 1, Offset 64, FrameNo 3, last, time stamp appended",
+             "00 03 81 30",
+             {EoeType::kFragment, 0, true, true, false, EoeFragment{1, 2, 3}.value()}},
+            {"Wireshark: Init Res, no IP support",
+             "03 01 01 02",
+             {EoeType::kSetIpResponse, 0, true, false, false, 0x0201}}};
+  }
+  static EoeHeader random(std::mt19937& random) {
+    return {static_cast<EoeType>(random() & 0x0FU),
+            static_cast<std::uint8_t>(random() & 0x0FU),
+            coin(random),
+            coin(random),
+            coin(random),
+            any<std::uint16_t>(random)};
+  }
+};
+
+template <>
+struct Sample<EoeIpParameters> {
+  static constexpr std::string_view kName = "EoeIpParameters";
+  static EoeIpParameters::Name name(std::string_view text) {
+    EoeIpParameters::Name name{};
+    std::copy(text.begin(), text.end(), name.begin());
+    return name;
+  }
+  static std::vector<Golden<EoeIpParameters>> golden() {
+    return {{"written by hand; Wireshark shows these addresses and this name",
+             "3f 00 00 00  02 01 02 03 04 05  05 26 a8 c0  00 ff ff ff  01 26 a8 c0  02 26 a8 c0  "
+             "64 72 69 76 65 35 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00",
+             {mac({2, 1, 2, 3, 4, 5}), IpV4Address{192, 168, 38, 5}, IpV4Address{255, 255, 255, 0},
+              IpV4Address{192, 168, 38, 1}, IpV4Address{192, 168, 38, 2}, name("drive5")}}};
+  }
+  static EoeIpParameters random(std::mt19937& random) {
+    EoeIpParameters parameters;
+    const auto fill = [&random](auto& place) {
+      if (!coin(random)) return;
+      for (auto& octet : place.emplace()) octet = any<std::remove_reference_t<decltype(octet)>>(random);
+    };
+    fill(parameters.mac);
+    fill(parameters.ip);
+    fill(parameters.subnet_mask);
+    fill(parameters.gateway);
+    fill(parameters.dns_server);
+    fill(parameters.dns_name);
+    return parameters;
+  }
+};
+
+template <>
+struct Sample<EoeAddressFilter> {
+  static constexpr std::string_view kName = "EoeAddressFilter";
+  static std::vector<Golden<EoeAddressFilter>> golden() {
+    std::string hex = "92 00  01 02 03 04 05 06  07 08 09 0a 0b 0c ";
+    for (int i = 0; i < 14 * 6; ++i) hex += " 00";
+    hex += "  ff ff ff 00 00 00";
+    for (int i = 0; i < 3 * 6; ++i) hex += " 00";
+    static const std::string kept = hex;
+    EoeAddressFilter filter;
+    filter.address_count = 2;
+    filter.mask_count = 1;
+    filter.no_broadcasts = true;
+    filter.addresses[0] = mac({1, 2, 3, 4, 5, 6});
+    filter.addresses[1] = mac({7, 8, 9, 10, 11, 12});
+    filter.masks[0] = mac({255, 255, 255, 0, 0, 0});
+    return {
+        {"written by hand; Wireshark shows these addresses as Filter 0 and 1 and this one as Mask 0", kept, filter}};
+  }
+  static EoeAddressFilter random(std::mt19937& random) {
+    EoeAddressFilter filter;
+    filter.address_count = static_cast<std::uint8_t>(random() & 0x0FU);
+    filter.mask_count = static_cast<std::uint8_t>(random() & 3U);
+    filter.no_broadcasts = coin(random);
+    for (auto& mac : filter.addresses) {
+      for (auto& octet : mac) octet = any<std::byte>(random);
+    }
+    for (auto& mac : filter.masks) {
+      for (auto& octet : mac) octet = any<std::byte>(random);
+    }
+    return filter;
   }
 };
 
