@@ -15,6 +15,7 @@
 #include "driveline/ecat_master/dc/line_clocks.hpp"
 #include "driveline/esi/esi_library.hpp"
 #include "driveline/rt/realtime_thread.hpp"
+#include "driveline/runtime/config/eoe_config.hpp"
 #include "driveline/runtime/config/process_data_config.hpp"
 #include "driveline/runtime/config/recovery_config.hpp"
 #include "driveline/runtime/config/slave_plan_config.hpp"
@@ -64,6 +65,7 @@ struct SlaveConfig {
   std::vector<EntryName> names;               ///< of entries of its process data
   slaves::SlaveDelays delays{};               ///< of the simulated controller
   SlaveClockConfig dc;                        ///< its clock and its SYNC signals
+  std::optional<wire::IpV4Address> ip;        ///< of its EoE port; none: it has no part in EoE
   std::filesystem::path sii_file;             ///< where `simulate` keeps the EEPROM content; empty: nowhere
   std::vector<std::byte> sii_content;         ///< content of sii_file; empty: the file does not exist yet
 };
@@ -130,6 +132,7 @@ struct LineConfig {
   std::optional<PathConfig> path;             ///< none: the axes hold the place where they are enabled
   TelemetryConfig telemetry;                  ///< what goes out over DDS
   OutputConfig output;                        ///< what is written into files
+  std::optional<EoeConfig> eoe;               ///< none: no EoE
   RecoveryConfig recovery;                    ///< reaction to lost slaves
   std::vector<std::string> notes;             ///< remarks on the file for its author, a sentence each
 };
