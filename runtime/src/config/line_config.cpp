@@ -382,9 +382,9 @@ LineConfig read_config(const toml::table& table, const std::filesystem::path& fi
 
 }  // namespace
 
-std::string max_lost_text(const LineConfig& config) {
-  if (config.max_lost_ms) return fmt::format("the {} ms that [bus] max_lost_ms allows", *config.max_lost_ms);
-  return fmt::format("the {} cycles that [bus] max_lost_cycles allows", config.max_lost_cycles);
+std::string max_lost_text(const LostLimit& limit) {
+  if (limit.ms) return fmt::format("the {} ms that [bus] max_lost_ms allows", *limit.ms);
+  return fmt::format("the {} cycles that [bus] max_lost_cycles allows", limit.cycles);
 }
 
 std::uint32_t exchange_divider(const LineConfig& config, const SlaveConfig& slave) noexcept {

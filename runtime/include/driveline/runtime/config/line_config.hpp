@@ -145,8 +145,17 @@ struct LineConfig {
   std::vector<std::string> notes;             ///< remarks on the file for its author, a sentence each
 };
 
-/// The limit in max_lost_cycles in the words of the file: "the 8 cycles that [bus] max_lost_cycles allows".
-[[nodiscard]] std::string max_lost_text(const LineConfig& config);
+/// Absence of process data or of the master up to which axes are taken across it.
+struct LostLimit {
+  std::uint32_t cycles = 0;  ///< LineConfig::max_lost_cycles
+  std::optional<double> ms;  ///< LineConfig::max_lost_ms
+};
+/// That of a line.
+[[nodiscard]] inline LostLimit lost_limit(const LineConfig& config) {
+  return {config.max_lost_cycles, config.max_lost_ms};
+}
+/// In the words of the file: "the 8 cycles that [bus] max_lost_cycles allows".
+[[nodiscard]] std::string max_lost_text(const LostLimit& limit);
 
 /// Cycles of the line from one exchange with a slave to the next: the divider of its group.
 [[nodiscard]] std::uint32_t exchange_divider(const LineConfig& config, const SlaveConfig& slave) noexcept;
