@@ -28,4 +28,14 @@ std::vector<std::byte> encode_gateway_mail(const GatewayMail& mail) {
   return bytes;
 }
 
+std::optional<GatewayMail> GatewayStream::next() {
+  if (broken_ || bytes_.size() < kGatewayHeader) return std::nullopt;
+  const auto length = gateway_mail_length(bytes_);
+  if (length && bytes_.size() < kGatewayHeader + *length) return std::nullopt;
+  auto mail = length ? decode_gateway_mail(std::span(bytes_).subspan(kGatewayHeader, *length)) : std::nullopt;
+  broken_ = !mail;
+  if (mail) bytes_.erase(bytes_.begin(), bytes_.begin() + static_cast<std::ptrdiff_t>(kGatewayHeader + *length));
+  return mail;
+}
+
 }  // namespace driveline::runtime

@@ -31,4 +31,19 @@ inline constexpr std::size_t kLongestGatewayMail = 0x7FF;
 /// The bytes of the EtherCAT header and the mail.
 [[nodiscard]] std::vector<std::byte> encode_gateway_mail(const GatewayMail& mail);
 
+/// The mails in the bytes of a TCP client, which arrive in any pieces.
+class GatewayStream {
+ public:
+  /// Adds what has arrived.
+  void push(std::span<const std::byte> bytes) { bytes_.insert(bytes_.end(), bytes.begin(), bytes.end()); }
+  /// Takes the next mail; nothing: it is not complete yet, or broken().
+  [[nodiscard]] std::optional<GatewayMail> next();
+  /// Bytes have come that are no mail: nobody knows where the next one begins.
+  [[nodiscard]] bool broken() const noexcept { return broken_; }
+
+ private:
+  std::vector<std::byte> bytes_;
+  bool broken_ = false;
+};
+
 }  // namespace driveline::runtime

@@ -50,10 +50,10 @@ class MailboxGateway::Service {
   struct Client {
     GatewayClient figures;
     sockaddr_in address{};
-    port::FileDescriptor socket;      ///< of a TCP client
-    bool tcp = false;                 ///< also when its socket is closed
-    std::vector<std::byte> received;  ///< of a TCP client: the beginning of a mail
-    std::vector<std::byte> waiting;   ///< of a TCP client: answers that it has not taken yet
+    port::FileDescriptor socket;     ///< of a TCP client
+    bool tcp = false;                ///< also when its socket is closed
+    GatewayStream received;          ///< of a TCP client
+    std::vector<std::byte> waiting;  ///< of a TCP client: answers that it has not taken yet
   };
   struct Request {
     std::shared_ptr<Client> client;
@@ -100,9 +100,12 @@ class MailboxGateway::Service {
       if (length < 0) return;
       const auto client = udp_client(from);
       const auto whole = std::span(buffer).first(std::min(static_cast<std::size_t>(length), buffer.size()));
-      const auto mail = gateway_mail_length(whole);
-      if (!mail || kGatewayHeader + *mail != static_cast<std::size_t>(length) ||
-          !take(client, whole.subspan(kGatewayHeader, *mail))) {
+      const auto bytes = gateway_mail_length(whole);
+      const bool fits = bytes && kGatewayHeader + *bytes == static_cast<std::size_t>(length);
+      auto mail = fits ? decode_gateway_mail(whole.subspan(kGatewayHeader)) : std::nullopt;
+      if (mail) {
+        take(client, std::move(*mail));
+      } else {
         ++client->figures.malformed;
       }
     }
@@ -150,49 +153,36 @@ class MailboxGateway::Service {
       client->socket = {};
       return;
     }
-    client->received.insert(client->received.end(), buffer.begin(), buffer.begin() + length);
-    while (client->received.size() >= kGatewayHeader) {
-      const std::span<const std::byte> stream(client->received);
-      const auto mail = gateway_mail_length(stream);
-      if (mail && stream.size() < kGatewayHeader + *mail) return;
-      if (!mail || !take(client, stream.subspan(kGatewayHeader, *mail))) {
-        // Nobody knows where the next mail begins.
-        ++client->figures.malformed;
-        client->socket = {};
-        return;
-      }
-      client->received.erase(client->received.begin(),
-                             client->received.begin() + static_cast<std::ptrdiff_t>(kGatewayHeader + *mail));
-    }
+    client->received.push(std::span(buffer).first(static_cast<std::size_t>(length)));
+    while (auto mail = client->received.next()) take(client, std::move(*mail));
+    if (!client->received.broken()) return;
+    ++client->figures.malformed;
+    client->socket = {};
   }
 
-  /// False: these bytes are no mail.
-  bool take(const std::shared_ptr<Client>& client, std::span<const std::byte> bytes) {
-    auto mail = decode_gateway_mail(bytes);
-    if (!mail) return false;
+  void take(const std::shared_ptr<Client>& client, GatewayMail mail) {
     ++client->figures.requests;
-    const auto& header = mail->header;
+    const auto& header = mail.header;
     const auto allowed = std::find(settings_.protocols.begin(), settings_.protocols.end(), header.type);
     if (allowed == settings_.protocols.end()) {
       refuse(client, header, MailboxErrorCode::kUnsupportedProtocol);
-      return true;
+      return;
     }
     const auto slave =
         std::find_if(slaves_.begin(), slaves_.end(), [&](const auto& one) { return one.station == header.address; });
     if (slave == slaves_.end()) {
       refuse(client, header, MailboxErrorCode::kInvalidHeader);
-      return true;
+      return;
     }
     const auto under_way = std::count_if(requests_.begin(), requests_.end(),
                                          [&](const auto& request) { return request.client == client; });
     if (static_cast<std::size_t>(under_way) >= kMostUnderWay) {
       refuse(client, header, MailboxErrorCode::kServiceInWork);
-      return true;
+      return;
     }
-    auto exchange = std::make_shared<ecat_master::MailExchange>(header.type, std::move(mail->service), kPatience);
+    auto exchange = std::make_shared<ecat_master::MailExchange>(header.type, std::move(mail.service), kPatience);
     engine_.submit(slave->position, exchange);
     requests_.push_back({client, header, std::move(exchange)});
-    return true;
   }
 
   void hand_out_answers() {

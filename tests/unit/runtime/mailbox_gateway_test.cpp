@@ -182,6 +182,16 @@ TEST_F(Gateway, RefusesWithAMailboxError) {
   }
 }
 
+/// No simulated drive knows VoE: its own refusal comes back.
+TEST_F(Gateway, HandsOutTheRefusalOfTheSlave) {
+  open();
+  const auto answer = ask(mail(kStation, 15, {0xAA, 0, 0, 0, 1, 0}));
+  ASSERT_THAT(answer, SizeIs(12));
+  EXPECT_EQ(answer[7] & 0x0F, 0);
+  EXPECT_EQ(answer[10], 2);
+  EXPECT_EQ(gateway_->clients()[0].refused, 1U);
+}
+
 TEST_F(Gateway, GarbageIsCountedAndHarmsNobody) {
   open();
   const Tool udp(SOCK_DGRAM, gateway_->port());
