@@ -94,7 +94,7 @@ Result<void> CyclicExchange::exchange(std::span<Request> requests) {
     if (auto done = submit_open(requests); !done) return done;
     if (take_answers(requests)) continue;
     pass_(kPollInterval);
-    if (!take_answers(requests)) give_up_late();
+    if (!take_answers(requests)) give_up_late(requests);
   }
   return {};
 }
@@ -159,18 +159,35 @@ bool CyclicExchange::take_answers(std::span<Request> requests) {
   while (channel_.take_answer(job)) {
     const auto part = std::find_if(parts_.begin(), parts_.end(), [&](const Part& one) { return one.id == job.id; });
     if (part == parts_.end()) continue;
+    any = true;
     part->id = 0;
     part->done = job.answered && match_answers(requests.subspan(part->first, part->count),
                                                std::span<const std::byte>(job.bytes).first(job.size));
-    any = true;
+    if (!part->done) reopen(static_cast<std::size_t>(part - parts_.begin()), requests);
   }
   return any;
 }
 
-void CyclicExchange::give_up_late() {
+void CyclicExchange::give_up_late(std::span<const Request> requests) {
   const auto now = clock_.now();
-  for (auto& part : parts_) {
-    if (part.id != 0 && now >= part.deadline) part.id = 0;
+  // reopen() appends.
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    if (parts_[i].id == 0 || now < parts_[i].deadline) continue;
+    parts_[i].id = 0;
+    reopen(i, requests);
+  }
+}
+
+/// A frame was lost: it is sent again, without what must be sent once only.
+void CyclicExchange::reopen(std::size_t part, std::span<const Request> requests) {
+  const auto lost = parts_[part];
+  const auto own = requests.subspan(lost.first, lost.count);
+  if (std::none_of(own.begin(), own.end(), [](const Request& request) { return request.once; })) return;
+  parts_[part].done = true;
+  for (std::size_t i = 0; i < own.size(); ++i) {
+    if (own[i].once) continue;
+    if (i == 0 || own[i - 1].once) parts_.push_back({.first = lost.first + i, .tries = lost.tries});
+    ++parts_.back().count;
   }
 }
 

@@ -109,7 +109,8 @@ class CyclicExchange final : public DatagramExchange {
   [[nodiscard]] Result<void> submit_open(std::span<const Request> requests);
   [[nodiscard]] AcyclicJob make_job(std::span<const Request> requests, std::uint64_t id);
   [[nodiscard]] bool take_answers(std::span<Request> requests);
-  void give_up_late();
+  void give_up_late(std::span<const Request> requests);
+  void reopen(std::size_t part, std::span<const Request> requests);
 
   AcyclicChannel& channel_;
   rt::Clock& clock_;
