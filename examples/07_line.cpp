@@ -38,17 +38,12 @@ class HighestTorques final : public snapshot::SampleConsumer {
 class Console final : public runtime::Observer {
  public:
   explicit Console(runtime::Line& line) : line_(line) {}
-  void progress(std::string_view sentence) override { say(sentence); }
-  void event(std::string_view sentence) override { say(sentence); }
-  void fault(std::string_view sentence) override { say(sentence); }
+  void event(const runtime::Event& event) override { std::fprintf(stderr, "%s\n", runtime::describe(event).c_str()); }
   void look() override {
     if (interrupted != 0) line_.request_stop();
   }
 
  private:
-  static void say(std::string_view sentence) {
-    std::fprintf(stderr, "%.*s\n", static_cast<int>(sentence.size()), sentence.data());
-  }
   runtime::Line& line_;
 };
 
@@ -87,5 +82,5 @@ int main(int argc, char** argv) {
   std::printf("%.3f s in operation, %llu cycles, %llu periods missed\n", report->duration_s,
               static_cast<unsigned long long>(report->statistics.cycles),
               static_cast<unsigned long long>(report->statistics.missed_periods));
-  return report->failure.empty() ? 0 : fail(report->failure);
+  return report->failure() == nullptr ? 0 : fail(runtime::describe(*report->failure()));
 }

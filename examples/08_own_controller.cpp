@@ -63,17 +63,12 @@ class Spring final : public runtime::Task {
 class Console final : public runtime::Observer {
  public:
   explicit Console(runtime::Line& line) : line_(line) {}
-  void progress(std::string_view sentence) override { say(sentence); }
-  void event(std::string_view sentence) override { say(sentence); }
-  void fault(std::string_view sentence) override { say(sentence); }
+  void event(const runtime::Event& event) override { std::fprintf(stderr, "%s\n", runtime::describe(event).c_str()); }
   void look() override {
     if (interrupted != 0) line_.request_stop();
   }
 
  private:
-  static void say(std::string_view sentence) {
-    std::fprintf(stderr, "%.*s\n", static_cast<int>(sentence.size()), sentence.data());
-  }
   runtime::Line& line_;
 };
 
@@ -125,7 +120,7 @@ int run(const char* file, const runtime::Line::Options& options, std::uint32_t d
               static_cast<unsigned long long>(report->statistics.missed_periods),
               static_cast<unsigned long long>((*publisher)->counters().published));
   for (const auto& [what, where] : report->files) std::printf("  %s: %s\n", what.c_str(), where.c_str());
-  return report->failure.empty() ? 0 : fail(report->failure);
+  return report->failure() == nullptr ? 0 : fail(runtime::describe(*report->failure()));
 }
 
 }  // namespace

@@ -179,7 +179,7 @@ int run_here(const char* file, const runtime::DeviceRegistry& devices) {
   const auto report = (*line)->run({.duration_s = 60.0, .force = false});
   if (!report) return fail(runtime::describe(report.error()));
   std::printf("the level is %.3f m after a minute, %.3f m are wanted\n", keeps.seen, KeepsLevel::kWanted);
-  return report->failure.empty() ? 0 : fail(report->failure);
+  return report->failure() == nullptr ? 0 : fail(runtime::describe(*report->failure()));
 }
 
 int serve(const char* file, const char* interface, const runtime::DeviceRegistry& devices) {

@@ -31,9 +31,14 @@ void print_out(fmt::format_string<Arguments...> text, Arguments&&... arguments) 
 /// Prints what happens to a line on stderr.
 class ConsoleObserver : public runtime::Observer {
  public:
-  void progress(std::string_view sentence) override { print_line(sentence); }
-  void event(std::string_view sentence) override { print_line(sentence); }
-  void fault(std::string_view sentence) override { cli::progress("fault: {}", sentence); }
+  /// `increments`: lengths in drive increments, too.
+  explicit ConsoleObserver(bool increments = false) noexcept : increments_(increments) {}
+  void event(const runtime::Event& event) override {
+    progress("{}{}", event.is_fault() ? "fault: " : "", runtime::describe(event, increments_));
+  }
+
+ private:
+  bool increments_;
 };
 
 }  // namespace driveline::cli

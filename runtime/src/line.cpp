@@ -100,14 +100,12 @@ Result<RunReport> Line::run(const RunSettings& settings) {
 void Line::finish_capture(RunReport& report) {
   const auto capture = session_->close_capture();
   if (!capture) {
-    report.note_failure(describe(capture.error()));
-    observer_->fault(report.faults.back());
+    observer_->event(report.note_failure(capture.error()));
     return;
   }
   if (capture->file) report.files["capture"] = *capture->file;
   if (capture->dropped > 0) {
-    observer_->progress(fmt::format("capture: {} frames are missing in {}", capture->dropped,
-                                    session_->config().output.capture->string()));
+    observer_->event({events::CaptureIncomplete{capture->dropped, *session_->config().output.capture}});
   }
 }
 

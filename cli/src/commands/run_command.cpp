@@ -32,9 +32,8 @@ struct RunOptions {
 };
 
 /// A file that could not be written is a failure in the summary, not the loss of the summary.
-void note_failure(runtime::RunReport& report, const std::string& sentence) {
-  progress("fault: {}", sentence);
-  report.note_failure(sentence);
+void note_failure(runtime::RunReport& report, const runtime::Error& error) {
+  ConsoleObserver().event(report.note_failure(error));
 }
 
 /// Writes the files of the run beside axes.csv. A plot that cannot be drawn is no failure of the run.
@@ -131,7 +130,8 @@ Outcome<std::unique_ptr<bridge::DdsPublisher>> make_publisher(const runtime::Lin
 /// Shows what happens to the line, answers `driveline diag --control`, and hands signals on.
 class RunConsole final : public ConsoleObserver {
  public:
-  RunConsole(runtime::Line& line, CommandInput* control) : line_(line), control_(control) {}
+  RunConsole(runtime::Line& line, CommandInput* control)
+      : ConsoleObserver(line.config().output.increments), line_(line), control_(control) {}
 
   void look() override {
     if (stop_requested()) line_.request_stop();
@@ -181,7 +181,7 @@ Outcome<int> run_line(const RunOptions& options) {
   write_files((*line)->config(), *report);
   const auto telemetry = *publisher ? std::optional((*publisher)->counters()) : std::nullopt;
   print_out("{}", options.json ? json_text(cli::to_json(*report, telemetry)) : cli::to_text(*report, telemetry));
-  if (!report->failure.empty()) return failed(report->failure);
+  if (const auto* failure = report->failure()) return failed(runtime::describe(*failure, report->increments));
   return 0;
 }
 

@@ -117,8 +117,8 @@ std::string axes_script(const std::vector<runtime::AxisReport>& axes, std::strin
 
 }  // namespace
 
-tl::expected<void, std::string> write_jitter_csv(const ecat_master::CycleStatistics& statistics,
-                                                 const std::filesystem::path& file) {
+runtime::Result<void> write_jitter_csv(const ecat_master::CycleStatistics& statistics,
+                                       const std::filesystem::path& file) {
   std::map<std::pair<std::int64_t, std::int64_t>, std::array<std::uint64_t, 2>> rows;
   auto add = [&rows](const rt::Histogram& histogram, std::size_t column) {
     histogram.for_each_bucket([&](const rt::Histogram::Bucket& bucket) {
@@ -131,7 +131,7 @@ tl::expected<void, std::string> write_jitter_csv(const ecat_master::CycleStatist
   for (const auto& [bounds, counts] : rows) {
     text += fmt::format("{},{},{},{}\n", bounds.first, bounds.second, counts[0], counts[1]);
   }
-  return runtime::write_file(file, text).map_error([](const runtime::Error& error) { return describe(error); });
+  return runtime::write_file(file, text);
 }
 
 tl::expected<std::map<std::string, std::filesystem::path>, std::string> draw_plots(

@@ -6,14 +6,15 @@
 #include <tl/expected.hpp>
 #include <vector>
 
+#include "driveline/runtime/error.hpp"
 #include "driveline/runtime/record/run_report.hpp"
 
 namespace driveline::cli {
 
 /// Writes the histograms of a run as CSV: lower and upper bound in ns, then the counts of wake-up latency and cycle
 /// cost.
-[[nodiscard]] tl::expected<void, std::string> write_jitter_csv(const ecat_master::CycleStatistics& statistics,
-                                                               const std::filesystem::path& file);
+[[nodiscard]] runtime::Result<void> write_jitter_csv(const ecat_master::CycleStatistics& statistics,
+                                                     const std::filesystem::path& file);
 
 /// Draws the files in `directory` (jitter.csv, and axes.csv unless `axes` is empty) with gnuplot: jitter.png,
 /// positions.png, following_error.png. The gnuplot script stays beside them. Returns the pictures by the key they have

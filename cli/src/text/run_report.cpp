@@ -57,6 +57,23 @@ std::string ring_to_text(const runtime::RingReport& ring) {
       ring_state(ring.status.state), ring.merged, ring.halves, ring.late_halves);
 }
 
+/// What happened in operation, with the time. Files that could not be written after it are among the faults.
+std::vector<std::string> events_of(const runtime::RunReport& report) {
+  std::vector<std::string> sentences;
+  for (const auto& event : report.events) {
+    if (event.time) sentences.push_back(runtime::describe_with_time(event, report.increments));
+  }
+  return sentences;
+}
+
+std::vector<std::string> faults_of(const runtime::RunReport& report) {
+  std::vector<std::string> sentences;
+  for (const auto& event : report.events) {
+    if (event.is_fault()) sentences.push_back(runtime::describe(event, report.increments));
+  }
+  return sentences;
+}
+
 /// Seconds in operation; null when the master never was away.
 nlohmann::json absence_at(const runtime::RunReport& report) {
   if (report.statistics.longest_absence.count() == 0) return nullptr;
@@ -131,8 +148,8 @@ nlohmann::json to_json(const runtime::RunReport& report, std::optional<bridge::P
                              {"dc", clocks_to_json(report.clocks)},
                              {"axes", std::move(axes)},
                              {"telemetry", {{"published", counters.published}, {"dropped", counters.dropped}}},
-                             {"faults", report.faults},
-                             {"events", report.events},
+                             {"faults", faults_of(report)},
+                             {"events", events_of(report)},
                              {"recoveries", report.recoveries},
                              {"files", std::move(files)}};
   if (report.ring) {
@@ -183,8 +200,8 @@ std::string to_text(const runtime::RunReport& report, std::optional<bridge::Publ
   text += telemetry ? fmt::format("\n  telemetry: {} axis samples published, {} dropped\n", telemetry->published,
                                   telemetry->dropped)
                     : std::string("\n  telemetry: off\n");
-  for (const auto& event : report.events) text += fmt::format("  {}\n", event);
-  for (const auto& fault : report.faults) text += fmt::format("  fault: {}\n", fault);
+  for (const auto& event : events_of(report)) text += fmt::format("  {}\n", event);
+  for (const auto& fault : faults_of(report)) text += fmt::format("  fault: {}\n", fault);
   for (const auto& [key, path] : report.files) text += fmt::format("  {:<22}{}\n", key, path.string());
   return text;
 }

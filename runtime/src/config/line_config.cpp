@@ -7,7 +7,9 @@
 
 #include "config/clock_config.hpp"
 #include "config/device_files.hpp"
+#include "config/eoe_reader.hpp"
 #include "config/fault_config.hpp"
+#include "config/gateway_reader.hpp"
 #include "config/process_data_reader.hpp"
 #include "config/slave_device_reader.hpp"
 #include "config/slave_plan_reader.hpp"
@@ -180,6 +182,7 @@ SlaveConfig read_slave(TomlReader reader, const LineConfig& config, DeviceFiles&
   }
   slave.names = read_entry_names(reader.table("names"));
   slave.dc = read_slave_clock(reader.table("dc"));
+  slave.ip = read_slave_ip(reader, others);
   read_eeprom(reader, files.directory(), slave);
   slave.delays.processing =
       nanoseconds{reader.integer_or("processing_ns", slave.delays.processing.count(), 0, kMaxDelayNs)};
@@ -358,6 +361,12 @@ LineConfig read_config(const toml::table& table, const std::filesystem::path& fi
   if (config.slaves.size() > kMaxSlaves)
     root.fail("slave", fmt::format("there are {}, the limit is {}", config.slaves.size(), kMaxSlaves));
   read_simulation(root, config);
+  if (root.has("eoe")) {
+    read_eoe(root.table("eoe"), config);
+  } else if (std::any_of(config.slaves.begin(), config.slaves.end(), [](const auto& slave) { return slave.ip; })) {
+    root.fail("", "a [[slave]] has an ip, but there is no [eoe] with the interface that leads to it");
+  }
+  if (root.has("gateway")) config.gateway = read_gateway(root.table("gateway"), config.slaves);
   if (root.has("dc")) config.clocks = read_clocks(root.table("dc"), config.period, config.slaves);
   for (auto& reader : root.tables("axis")) config.axes.push_back(read_axis(std::move(reader), config));
   read_process_data(root, config);
@@ -373,9 +382,9 @@ LineConfig read_config(const toml::table& table, const std::filesystem::path& fi
 
 }  // namespace
 
-std::string max_lost_text(const LineConfig& config) {
-  if (config.max_lost_ms) return fmt::format("the {} ms that [bus] max_lost_ms allows", *config.max_lost_ms);
-  return fmt::format("the {} cycles that [bus] max_lost_cycles allows", config.max_lost_cycles);
+std::string max_lost_text(const LostLimit& limit) {
+  if (limit.ms) return fmt::format("the {} ms that [bus] max_lost_ms allows", *limit.ms);
+  return fmt::format("the {} cycles that [bus] max_lost_cycles allows", limit.cycles);
 }
 
 std::uint32_t exchange_divider(const LineConfig& config, const SlaveConfig& slave) noexcept {

@@ -1,7 +1,5 @@
 #include "operation/absence_watch.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <utility>
 
@@ -9,7 +7,6 @@ namespace driveline::runtime {
 namespace {
 
 using std::chrono::nanoseconds;
-using Milliseconds = std::chrono::duration<double, std::milli>;
 
 /// An absence explains a fault within this time: watchdogs of drives react with a delay, and the watch finds it later
 /// still.
@@ -17,10 +14,14 @@ constexpr auto kExplains = std::chrono::milliseconds{300};
 
 }  // namespace
 
-AbsenceWatch::AbsenceWatch(Take take, nanoseconds begin, std::string limit)
-    : take_(std::move(take)), begin_(begin), limit_(std::move(limit)) {
+AbsenceWatch::AbsenceWatch(Take take, nanoseconds begin) : take_(std::move(take)), begin_(begin) {
   ecat_master::MasterAbsence before;
   while (take_(before)) continue;
+}
+
+ecat_master::MasterAbsence AbsenceWatch::in_operation(ecat_master::MasterAbsence absence) const noexcept {
+  absence.since -= begin_;
+  return absence;
 }
 
 AbsenceWatch::Findings AbsenceWatch::look() {
@@ -31,10 +32,10 @@ AbsenceWatch::Findings AbsenceWatch::look() {
     const bool old = longest_recent_ && end - longest_recent_->since - longest_recent_->duration > kExplains;
     if (!longest_recent_ || old || absence.duration >= longest_recent_->duration) longest_recent_ = absence;
     if (absence.effect == ecat_master::AbsenceEffect::kStopped) {
-      findings.stopped = ecat_master::describe(absence, begin_, limit_);
+      findings.stopped = in_operation(absence);
     } else if (told_ < kToldSingly || absence.duration > longest_) {
       ++told_;
-      findings.sentences.push_back(ecat_master::describe(absence, begin_, limit_));
+      findings.bridged.push_back(in_operation(absence));
     } else {
       ++untold_;
       untold_time_ += absence.duration;
@@ -45,19 +46,16 @@ AbsenceWatch::Findings AbsenceWatch::look() {
   return findings;
 }
 
-std::string AbsenceWatch::rest(std::uint64_t dropped) const {
+std::optional<events::MasterAwayOften> AbsenceWatch::rest(std::uint64_t dropped) const {
   const auto untold = untold_ + dropped;
-  if (untold == 0) return {};
-  return fmt::format("the master was away {} more times, {:.1f} ms in all, {:.1f} ms at the longest", untold,
-                     Milliseconds(untold_time_).count(), Milliseconds(longest_untold_).count());
+  if (untold == 0) return std::nullopt;
+  return events::MasterAwayOften{untold, untold_time_, longest_untold_};
 }
 
-std::string AbsenceWatch::cause_of(nanoseconds time) const {
-  if (!longest_recent_ || time < longest_recent_->since) return {};
-  if (time - (longest_recent_->since + longest_recent_->duration) > kExplains) return {};
-  return fmt::format("; the master had been away for {:.1f} ms at {:.3f} s",
-                     Milliseconds(longest_recent_->duration).count(),
-                     std::chrono::duration<double>(longest_recent_->since - begin_).count());
+std::optional<ecat_master::MasterAbsence> AbsenceWatch::cause_of(nanoseconds time) const {
+  if (!longest_recent_ || time < longest_recent_->since) return std::nullopt;
+  if (time - (longest_recent_->since + longest_recent_->duration) > kExplains) return std::nullopt;
+  return in_operation(*longest_recent_);
 }
 
 }  // namespace driveline::runtime

@@ -6,9 +6,9 @@
 
 #include "driveline/ecat_master/diagnosis/diagnosis.hpp"
 #include "driveline/runtime/files/output_file.hpp"
+#include "driveline/runtime/operation/configure_line.hpp"
 #include "driveline/runtime/setup/clock_plan.hpp"
 #include "driveline/runtime/setup/clock_text.hpp"
-#include "driveline/runtime/setup/configure_line.hpp"
 #include "driveline/runtime/setup/process_data_plan.hpp"
 #include "driveline/runtime/setup/wire_budget.hpp"
 #include "operation/axis_verdict.hpp"
@@ -91,7 +91,7 @@ Result<void> LineRun::prepare() {
   recorder_ = std::make_unique<Recorder>(
       config_.axes, config_.axes.empty() ? std::nullopt : std::optional(config_.output.directory / "axes.csv"),
       static_cast<std::uint64_t>(every), config_.output.increments);
-  if (!recorder_->problem().empty()) return fail(ErrorKind::kMachine, recorder_->problem());
+  if (recorder_->problem()) return tl::unexpected(*recorder_->problem());
   return start_telemetry();
 }
 
@@ -108,12 +108,11 @@ Result<void> LineRun::start_telemetry() {
 Result<void> LineRun::bring_up() {
   if (auto free = must_be_free(); !free) return free;
   if (auto done = master_.scan(); !done) return fail_line(done.error());
-  const auto count = master_.slaves().size();
-  progress(count == 1 ? std::string("1 slave found") : fmt::format("{} slaves found", count));
+  progress(events::SlavesFound{master_.slaves().size()});
   tell_problems(master_, *settings_.observer);
   if (!session_.has_config()) {
     session_.use_found_slaves(describe_found(master_.slaves()));
-    progress("no description: process data as the slaves have assigned them, outputs zero, no axes");
+    progress(events::NoDescription{});
   }
   if (auto checked = check_planned_pdos(config_, master_.slaves()); !checked) return checked;
   if (config_.clocks) {
@@ -129,13 +128,8 @@ Result<void> LineRun::bring_up() {
   const auto wire = wire_budget(master_, config_);
   acyclic_bytes_ = wire.acyclic_bytes;
   const auto& image = master_.image();
-  progress(fmt::format("configured, all in SAFEOP; {} bytes of process data in {} frame(s) take {}",
-                       image.outputs().size(), image.frame_count(), describe(wire, config_.interface.has_value())));
-  if (image.outputs().empty() && image.inputs().empty()) {
-    progress(
-        "there are no process data: no slave has PDOs assigned by itself; `driveline pdos` shows what they have, "
-        "[[slave.pdo]] of a line description names what is to be exchanged");
-  }
+  progress(events::Configured{image.outputs().size(), image.frame_count(), wire, config_.interface.has_value()});
+  if (image.outputs().empty() && image.inputs().empty()) progress(events::NoProcessData{});
   if (auto fits = check_budget(wire, config_.interface.has_value()); !fits) return fits;
   if (auto* driven = settings_.tasks->make_source(config_)) settings_.source = driven;
   if (settings_.path) make_motion();
@@ -152,7 +146,7 @@ Result<void> LineRun::bring_up_clocks() {
   if (!plan) return tl::unexpected(plan.error());
   master_.use_clocks(std::move(*plan));
   if (session_.ring() != nullptr) master_.use_ring(*session_.ring());
-  progress("clocks: measuring delays, setting offsets, learning speeds");
+  progress(events::ClocksBeingSet{});
   return {};
 }
 
@@ -168,8 +162,7 @@ Result<void> LineRun::must_be_free() {
                 fmt::format("slave {} is in OP and {}: this would take his line away", *owner->in_op,
                             ecat_master::describe_traffic(master_.exchange_statistics())));
   }
-  progress(fmt::format("slave {} is in OP, but no other master has been heard for {} ms: the line is taken over",
-                       *owner->in_op, kListenForMasters.count()));
+  progress(events::TakenOver{*owner->in_op, kListenForMasters});
   return {};
 }
 
@@ -215,18 +208,16 @@ Result<void> LineRun::start_cycle() {
   auto started = master_.start_cycle(motion_.get(), {&line_ring_, &axis_ring_}, settings, make_runner);
   if (!started) return fail(ErrorKind::kMachine, started.error().message());
   if (const auto* runner = dynamic_cast<ecat_master::RealtimeRunner*>(master_.runner())) {
-    for (const auto& line : rt::to_lines(runner->report())) progress(fmt::format("  {}", line));
+    progress(events::RealtimeSetUp{runner->report()});
   }
   if (auto done = master_.go_operational(); !done)
     return tl::unexpected(Error{ErrorKind::kLine, {}, with_clock_remedy(done.error()), {}, 0, done.error()});
   if (auto* watch = master_.clock_watch()) {
-    const auto status = master_.clock_follower()->status();
-    progress(fmt::format("clocks: locked to slave {}, which runs {:+.1f} ppm against this machine",
-                         watch->clocks().reference, status.ppm));
+    progress(events::ClocksLocked{watch->clocks().reference, master_.clock_follower()->status().ppm});
   }
   state_ = "OP";
   if (feed_) feed_->set_state(snapshot::LineState::kOp);
-  progress("all in OP");
+  progress(events::StateReached{wire::AlState::kOp});
   return {};
 }
 
@@ -254,8 +245,7 @@ void LineRun::begin_operation() {
   settings_.observer->look();
   // The line is up; after a stop request nothing moves any more.
   if (motion_ && !stop_requested()) motion_->request_start();
-  if (motion_ && !config_.path && settings_.source == nullptr)
-    progress("there is no [path]: the axes are enabled and hold the place where they stand");
+  if (motion_ && !config_.path && settings_.source == nullptr) progress(events::NoPath{});
 }
 
 void LineRun::operate() {
@@ -266,8 +256,8 @@ void LineRun::operate() {
     operation_time_ = session_.clock().now() - operation_start_;
   } while (look());
   master_.core()->count(false);
-  if (faults_.empty()) margins_ = read_sync_margins(master_);
-  if (stop_requested()) progress("stop requested: taking the line down");
+  if (!had(Severity::kFault)) margins_ = read_sync_margins(master_);
+  if (stop_requested()) progress(events::StopRequested{});
   recorder_->end_operation(session_.clock().now());
   watch_->tell_missing();
   state_ = watch_->state();
@@ -278,8 +268,8 @@ void LineRun::operate() {
 bool LineRun::look() {
   const bool over = settings_.duration_s && seconds_in_operation() >= *settings_.duration_s;
   if (over) master_.core()->count(false);
-  for (const auto& told : group_watch_.poll(*master_.core())) progress(told);
-  for (const auto& told : fault_records_->poll()) progress(told);
+  for (auto& change : group_watch_.poll(*master_.core())) progress(std::move(change));
+  if (auto recorded = fault_records_->poll()) progress(std::move(*recorded));
   const bool goes_on = watch_->look();
   state_ = watch_->state();
   if (!goes_on || stop_requested()) return false;
@@ -295,15 +285,13 @@ bool LineRun::look() {
 void LineRun::tell_progress() {
   if (seconds_in_operation() < next_progress_s_) return;
   next_progress_s_ += session_.virtual_time() ? 10.0 : 1.0;
-  progress(fmt::format("{:6.1f} s  {}", seconds_in_operation(),
-                       motion_ ? ecat_master::to_text(motion_->phase()) : "exchanging"));
+  progress(events::Progress{motion_ ? std::optional(motion_->phase()) : std::nullopt});
 }
 
 void LineRun::make_watch() {
-  watch_ = std::make_unique<LineWatch>(
-      master_, session_.ring(), motion_.get(), config_, session_.clock(),
-      LineWatch::Listener{[this](const std::string& sentence) { note_event(sentence); },
-                          [this](std::string sentence, bool ends_run) { note_fault(std::move(sentence), ends_run); }});
+  watch_ =
+      std::make_unique<LineWatch>(master_, session_.ring(), motion_.get(), config_, session_.clock(),
+                                  [this](EventFacts facts, Severity severity) { note(std::move(facts), severity); });
 }
 
 ecat_master::Result<ecat_master::LineDiagnosis> LineRun::diagnose() {
@@ -314,18 +302,20 @@ ecat_master::Result<ecat_master::LineDiagnosis> LineRun::diagnose() {
   return diagnosis;
 }
 
-void LineRun::note_fault(std::string fault, bool fatal) {
-  settings_.observer->fault(fault);
-  if (feed_) feed_->add_fault(fault);
-  if (fault_records_) fault_records_->note_fault();
-  if (fatal && failure_.empty()) failure_ = fault;
-  events_.push_back(fmt::format("{:.3f} s {}", seconds_in_operation(), fault));
-  faults_.push_back(std::move(fault));
+void LineRun::note(EventFacts facts, Severity severity) {
+  Event event{std::move(facts), severity, {}};
+  if (watch_ || severity != Severity::kProgress) event.time = operation_time_;
+  settings_.observer->event(event);
+  if (event.is_fault()) {
+    if (feed_) feed_->add_fault(describe(event, config_.output.increments));
+    if (fault_records_) fault_records_->note_fault();
+  }
+  if (severity != Severity::kProgress) events_.push_back(std::move(event));
 }
 
-void LineRun::note_event(const std::string& sentence) {
-  settings_.observer->event(sentence);
-  events_.push_back(fmt::format("{:.3f} s {}", seconds_in_operation(), sentence));
+/// An event that is at least so grave.
+bool LineRun::had(Severity severity) const noexcept {
+  return std::any_of(events_.begin(), events_.end(), [&](const Event& event) { return event.severity >= severity; });
 }
 
 void LineRun::stop_motion() {
@@ -337,7 +327,7 @@ void LineRun::stop_motion() {
     pass(kWatchInterval);
   } while (motion_->phase() != ecat_master::MotionPhase::kIdle && session_.clock().now() < deadline);
   if (motion_->phase() != ecat_master::MotionPhase::kIdle) {
-    note_fault(fmt::format("the axes did not switch off within {} s", kStopTimeout.count()));
+    fail_with(events::AxesNotOff{kStopTimeout});
   }
 }
 
@@ -346,42 +336,36 @@ void LineRun::take_down() {
   if (feed_) feed_->set_state(snapshot::LineState::kDown);
   const auto down = master_.shut_down();
   if (down) {
-    progress("all in INIT");
+    progress(events::StateReached{wire::AlState::kInit});
   } else {
-    note_fault(fmt::format("on the way to INIT: {}", ecat_master::describe(down.error())));
+    fail_with(events::NotInInit{down.error()});
   }
   if (drain_) drain_->stop();
   judge_axes();
   judge_tasks();
-  if (recorder_ && !recorder_->problem().empty()) note_fault(recorder_->problem());
-  if (const auto end = recorder_ ? recorder_->cut_off_at_s() : std::nullopt) {
-    note_event(fmt::format("axes.csv and its plots end after {:.3f} s, with {} rows; the figures are of the whole run",
-                           *end, recorder_->rows()));
-  }
+  if (recorder_ && recorder_->problem()) fail_with(events::FileNotWritten{*recorder_->problem()});
+  if (const auto end = recorder_ ? recorder_->cut_off_at_s() : std::nullopt)
+    note(events::RecordingEnded{*end, recorder_->rows()}, Severity::kNotice);
   if (operation_time_ > nanoseconds{0}) finish_fault_records();
 }
 
 /// For a run without any other failure.
 void LineRun::judge_axes() {
-  if (!motion_ || !failure_.empty() || operation_time_ == nanoseconds{0}) return;
+  if (!motion_ || had(Severity::kFailure) || operation_time_ == nanoseconds{0}) return;
   for (std::size_t i = 0; i < config_.axes.size(); ++i) {
     const auto& axis = config_.axes[i];
     const auto& seen = recorder_->following_errors()[i];
     // A run stopped at its very beginning does not wait for them.
     if (seen.samples == 0 && stop_requested() && operation_time_ < kTimeToEnable) continue;
     const auto period = config_.period * exchange_divider(config_, config_.slaves[axis.slave]);
-    auto verdict = axis_verdict(axis, seen, period, config_.output.increments);
-    if (!verdict.empty()) note_fault(std::move(verdict));
+    if (auto verdict = axis_verdict(axis, seen, period)) fail_with(std::move(*verdict));
   }
 }
 
 /// Forbidden calls are counted in a debug build only.
 void LineRun::judge_tasks() {
   for (const auto& task : settings_.tasks->report()) {
-    const auto calls = task.figures.forbidden_calls;
-    if (calls == 0) continue;
-    note_fault(fmt::format("task \"{}\" has called {} function{} of heap or locks in the cycle", task.name, calls,
-                           calls == 1 ? "" : "s"));
+    if (const auto calls = task.figures.forbidden_calls; calls > 0) fail_with(events::ForbiddenCalls{task.name, calls});
   }
 }
 
@@ -389,13 +373,13 @@ void LineRun::judge_tasks() {
 void LineRun::tell_traffic() {
   auto traffic = master_.exchange_statistics();
   if (const auto* core = master_.core(); core != nullptr) traffic.frames_foreign += core->foreign_frames();
-  if (const auto strange = ecat_master::describe_traffic(traffic); !strange.empty()) note_event(strange);
+  if (traffic.frames_foreign + traffic.frames_of_masters > 0) note(events::ForeignTraffic{traffic}, Severity::kNotice);
 }
 
 /// After the cycle has ended.
 void LineRun::finish_fault_records() {
-  for (const auto& told : fault_records_->finish()) progress(told);
-  if (!fault_records_->problem().empty()) note_fault(fault_records_->problem());
+  for (auto& recorded : fault_records_->finish()) progress(std::move(recorded));
+  if (fault_records_->problem()) fail_with(events::FileNotWritten{*fault_records_->problem()});
 }
 
 RunReport LineRun::make_report() {
@@ -427,8 +411,6 @@ RunReport LineRun::make_report() {
   report_axes(report);
   if (config_.axes.empty() && variables_) report.inputs = read_inputs(*variables_, master_.core()->image().inputs());
   report.tasks = settings_.tasks->report();
-  report.faults = faults_;
-  report.failure = failure_;
   report.events = events_;
   if (watch_) report.recoveries = watch_->supervisor().recoveries();
   report_files(report);
@@ -450,8 +432,7 @@ void LineRun::report_axes(RunReport& report) const {
 }
 
 void LineRun::report_files(RunReport& report) const {
-  if (recorder_->rows() > 0 && recorder_->problem().empty())
-    report.files["axes_csv"] = config_.output.directory / "axes.csv";
+  if (recorder_->rows() > 0 && !recorder_->problem()) report.files["axes_csv"] = config_.output.directory / "axes.csv";
   const auto& records = fault_records_->files();
   for (std::size_t i = 0; i < records.size(); ++i) {
     report.files[i == 0 ? "flight_recorder_csv" : fmt::format("flight_recorder_{}_csv", i + 1)] = records[i];

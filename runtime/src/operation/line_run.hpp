@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "driveline/ecat_master/diagnosis/diagnosis.hpp"
@@ -71,16 +72,16 @@ class LineRun {
   void finish_fault_records();
   void leave_nothing_behind();
   void pass(std::chrono::nanoseconds duration);
-  /// `fatal`: the run has failed.
-  void note_fault(std::string fault, bool fatal = true);
-  void note_event(const std::string& sentence);
+  void note(EventFacts facts, Severity severity);
+  void progress(EventFacts facts) { note(std::move(facts), Severity::kProgress); }
+  void fail_with(EventFacts facts) { note(std::move(facts), Severity::kFailure); }
+  [[nodiscard]] bool had(Severity severity) const noexcept;
   void make_watch();
   [[nodiscard]] RunReport make_report();
   void report_axes(RunReport& report) const;
   void report_files(RunReport& report) const;
   [[nodiscard]] double seconds_in_operation() const;
   [[nodiscard]] bool stop_requested() const noexcept { return settings_.stop->load(std::memory_order_relaxed); }
-  void progress(const std::string& sentence) { settings_.observer->progress(sentence); }
 
   Session& session_;
   const LineConfig& config_;
@@ -101,9 +102,7 @@ class LineRun {
   bool created_directory_ = false;
   FolderLock folder_;
   std::unique_ptr<LineWatch> watch_;
-  std::vector<std::string> faults_;
-  std::string failure_;  ///< the first fatal fault
-  std::vector<std::string> events_;
+  std::vector<Event> events_;         ///< all but progress
   std::vector<SlaveMargin> margins_;  ///< as of the end of the operation
   std::string state_ = "INIT";
   double next_progress_s_ = 1.0;

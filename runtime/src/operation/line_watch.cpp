@@ -1,11 +1,7 @@
 #include "operation/line_watch.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-
-#include "driveline/ecat_master/cia402/error_code.hpp"
-#include "operation/motion_text.hpp"
+#include <utility>
 
 namespace driveline::runtime {
 namespace {
@@ -40,14 +36,13 @@ LineWatch::LineWatch(ecat_master::Master& master, const port::RedundantPort* rin
       listener_(std::move(listener)),
       supervisor_(master, ring, supervision(config.recovery)),
       absences_([&core = *master.core()](ecat_master::MasterAbsence& absence) { return core.take_absence(absence); },
-                clock.now(), max_lost_text(config)),
+                clock.now()),
       last_emergency_(clock.now()),
       away_since_(master.slaves().size()),
       presences_(motion != nullptr ? motion->axes().size() : 0),
       next_delays_(clock.now() + kDelayInterval) {
   for (std::size_t i = 0; i < master.slaves().size(); ++i) {
-    if (!master.slaves()[i].present)
-      listener_.event(fmt::format("slave {} ({}): is not connected; it joins when it is", i, name_of(i)));
+    if (!master.slaves()[i].present) notice(events::SlaveNotConnected{i, name_of(i)});
   }
 }
 
@@ -69,10 +64,10 @@ bool LineWatch::look() {
 /// Checked first: faults that drives report after an absence of the master are caused by that absence.
 bool LineWatch::master_was_there() {
   const auto found = absences_.look();
-  for (const auto& sentence : found.sentences) listener_.event(sentence);
-  if (found.stopped.empty()) return true;
+  for (const auto& absence : found.bridged) notice(events::MasterAway{absence, lost_limit(config_)});
+  if (!found.stopped) return true;
   const bool over = config_.recovery.axes == LossPolicy::kStop;
-  listener_.fault(found.stopped, over);
+  listener_(events::MasterAway{*found.stopped, lost_limit(config_)}, over ? Severity::kFailure : Severity::kFault);
   return !over;
 }
 
@@ -82,30 +77,25 @@ bool LineWatch::frames_come_back() {
   auto& core = *master_.core();
   const bool silent = core.bad_cycles() * config_.period > kCommunicationTimeout && core.al_status().slaves == 0;
   if (!silent) {
-    if (silent_since_ != nanoseconds{0}) listener_.event("frames come back again");
+    if (silent_since_ != nanoseconds{0}) notice(events::CommunicationBack{});
     silent_since_ = {};
     stale_before_ = core.stale_frames();
     return true;
   }
-  const auto late = core.stale_frames() - stale_before_;
-  auto sentence = late == 0 ? fmt::format("communication lost: no frame came back for {} cycles", core.bad_cycles())
-                            : fmt::format(
-                                  "communication lost: frames come back too late, none in time for {} cycles, "
-                                  "{} after their cycle",
-                                  core.bad_cycles(), late);
+  const events::CommunicationLost lost{core.bad_cycles(), core.stale_frames() - stale_before_};
   if (config_.recovery.axes == LossPolicy::kStop) {
     state_ = "LOST";
-    end(std::move(sentence));
+    end(lost);
     return false;
   }
   const auto now = clock_.now();
   if (silent_since_ == nanoseconds{0}) {
     silent_since_ = now;
-    listener_.fault(std::move(sentence), false);
+    fault(lost);
   }
   if (config_.recovery.give_up.count() == 0 || now - silent_since_ < config_.recovery.give_up) return true;
   state_ = "LOST";
-  end(fmt::format("no frame came back within {} s", config_.recovery.give_up.count()));
+  end(events::CommunicationNotBack{config_.recovery.give_up});
   return false;
 }
 
@@ -125,33 +115,33 @@ bool LineWatch::take(const LineEvent& event) {
   const bool of_slave = event.kind == Kind::kLeftOp || event.kind == Kind::kGone || event.kind == Kind::kRecovered ||
                         event.kind == Kind::kJoined || event.kind == Kind::kRecoveryFailed ||
                         event.kind == Kind::kRegistersChanged || event.kind == Kind::kRegistersRestored;
-  auto sentence = what_happened(event, of_slave ? name_of(event.slave) : std::string());
-  if (event.kind == Kind::kLeftOp) sentence += absences_.cause_of(event.time);
+  events::LineChanged changed{event, of_slave ? name_of(event.slave) : std::string(), std::nullopt};
+  if (event.kind == Kind::kLeftOp) changed.after = absences_.cause_of(event.time);
   switch (event.kind) {
     case Kind::kLeftOp:
     case Kind::kGone:
     case Kind::kRegistersChanged:
       away_since_[event.slave] = event.time;
       if (expendable(event.slave)) {
-        listener_.fault(std::move(sentence), false);
+        fault(std::move(changed));
         return true;
       }
       state_ = event.kind != Kind::kLeftOp
                    ? "INCOMPLETE"
                    : std::string(wire::to_text(event.state.state)) + (event.state.error ? "+ERROR" : "");
-      end(std::move(sentence));
+      end(std::move(changed));
       return false;
     case Kind::kJoined:
     case Kind::kRecovered:
       away_since_[event.slave] = {};
       [[fallthrough]];
     case Kind::kRingClosed:
-      listener_.event(sentence);
+      notice(std::move(changed));
       return true;
     case Kind::kOtherMaster:
       // Tools that read, or talk to mailboxes, are no fault.
       if (ecat_master::harm_of(event.other.command, event.other.ado) < 2) {
-        listener_.event(sentence);
+        notice(std::move(changed));
         return true;
       }
       [[fallthrough]];
@@ -159,7 +149,7 @@ bool LineWatch::take(const LineEvent& event) {
     case Kind::kRingBroken:
     case Kind::kOutputsZeroed:
     case Kind::kRegistersRestored:
-      listener_.fault(std::move(sentence), false);
+      fault(std::move(changed));
       return true;
   }
   return true;
@@ -173,7 +163,7 @@ bool LineWatch::waits_in_vain() {
     if (away_since_[i] == nanoseconds{0} || master_.slaves()[i].plan.hot_connect) continue;
     if (now - away_since_[i] < patience) continue;
     state_ = "INCOMPLETE";
-    end(fmt::format("slave {} ({}): not back within {} s", i, name_of(i), patience.count()));
+    end(events::SlaveNotBack{i, name_of(i), patience});
     return true;
   }
   return false;
@@ -188,9 +178,7 @@ void LineWatch::fetch_emergencies() {
   for (const auto& record : master_.emergencies().all()) {
     if (record.time <= last_emergency_) continue;
     newest = std::max(newest, record.time);
-    listener_.event(fmt::format("slave {} ({}): emergency {}, error register 0x{:02X}", record.slave,
-                                name_of(record.slave), ecat_master::cia402::error_text(record.message.error_code),
-                                record.message.error_register));
+    notice(events::Emergency{record, name_of(record.slave)});
   }
   last_emergency_ = newest;
 }
@@ -218,23 +206,8 @@ void LineWatch::watch_axes() {
 }
 
 void LineWatch::tell_presence(const ecat_master::AxisConfig& axis, AxisPresence presence) {
-  switch (presence) {
-    case AxisPresence::kMissing:
-      listener_.fault(fmt::format("axis {}: unavailable; the others {}", axis.name,
-                                  axis.on_loss == LossPolicy::kHold ? "come to rest on the path and wait for it"
-                                                                    : "go on without it"),
-                      false);
-      break;
-    case AxisPresence::kEnabling:
-      listener_.event(fmt::format("axis {}: available again, being enabled", axis.name));
-      break;
-    case AxisPresence::kReturning:
-      listener_.event(fmt::format("axis {}: enabled, on its way back to the path", axis.name));
-      break;
-    case AxisPresence::kPresent:
-      listener_.event(fmt::format("axis {}: back on the path", axis.name));
-      break;
-  }
+  listener_(events::AxisPresenceChanged{axis.name, presence, axis.on_loss},
+            presence == AxisPresence::kMissing ? Severity::kFault : Severity::kNotice);
 }
 
 /// Checks the clocks. Events are reported and a lost lock is a fault, but neither ends the run: a drive that cannot do
@@ -250,75 +223,51 @@ bool LineWatch::clocks_answer() {
     polled = master_.remeasure_delays();
   }
   for (const auto& event : watch->take_events()) {
-    const bool fault = event.kind == Kind::kLockLost || event.kind == Kind::kNoReference;
-    if (fault) {
-      listener_.fault(ecat_master::dc::describe(event), config_.recovery.axes == LossPolicy::kStop);
-    } else {
-      listener_.event(fmt::format("clocks: {}", ecat_master::dc::describe(event)));
-    }
+    const bool lost = event.kind == Kind::kLockLost || event.kind == Kind::kNoReference;
+    const auto grave = config_.recovery.axes == LossPolicy::kStop ? Severity::kFailure : Severity::kFault;
+    listener_(events::ClocksChanged{event}, lost ? grave : Severity::kNotice);
   }
   if (polled || config_.recovery.axes != LossPolicy::kStop) return true;
-  end(ecat_master::describe(polled.error()));
+  end(events::BusFailed{polled.error()});
   return false;
 }
 
 bool LineWatch::motion_goes_on() {
   if (motion_ == nullptr) return true;
-  auto failure = motion_failure();
-  if (failure.empty()) return true;
+  const auto failure = motion_failure();
+  if (!failure) return true;
   // The cycle stops the axes a moment before it reports the absence, which must be reported first: wait for the next
   // look.
-  const bool away = motion_->failure().cause == ecat_master::MotionFailure::Cause::kMasterAway;
+  const bool away = failure->cause == ecat_master::MotionFailure::Cause::kMasterAway;
   if (away && !absence_awaited_) {
     absence_awaited_ = true;
     return true;
   }
-  end(std::move(failure));
+  tell_stop(*failure);
   return false;
 }
 
-std::string LineWatch::motion_failure() const {
-  using Cause = ecat_master::MotionFailure::Cause;
+std::optional<ecat_master::MotionFailure> LineWatch::motion_failure() const {
   const auto phase = motion_->phase();
-  if (phase != MotionPhase::kQuickStop && phase != MotionPhase::kDisabling && phase != MotionPhase::kIdle) return {};
+  if (phase != MotionPhase::kQuickStop && phase != MotionPhase::kDisabling && phase != MotionPhase::kIdle)
+    return std::nullopt;
   const auto failure = motion_->failure();
-  const auto& name = config_.axes[failure.axis].name;
-  switch (failure.cause) {
-    case Cause::kNone:
-      return {};
-    case Cause::kAxisFault:
-      return fmt::format("axis {}: fault {}, status word 0x{:04X}; all axes stopped{}", name,
-                         ecat_master::cia402::error_text(failure.error_code), failure.status_word,
-                         absences_.cause_of(clock_.now()));
-    case Cause::kAxisLost:
-      return fmt::format("axis {}: no longer in operation, status word 0x{:04X}; all axes stopped", name,
-                         failure.status_word);
-    case Cause::kEnableTimeout:
-      return fmt::format("axis {}: did not reach Operation enabled, status word 0x{:04X}, error code {}", name,
-                         failure.status_word, ecat_master::cia402::error_text(failure.error_code));
-    case Cause::kMasterAway:
-      return fmt::format("the master was away for longer than {}; all axes stopped", max_lost_text(config_));
-    case Cause::kSetpoint:
-      return fmt::format(
-          "axis {}: was given a setpoint beyond its limits, or no number; all axes stopped within their limits", name);
-    case Cause::kTooFast:
-      return fmt::format("axis {}: got faster than its limit under the torques it was given; all axes stopped", name);
-    case Cause::kPositionLeap:
-    case Cause::kPositionFrozen:
-    case Cause::kPositionUnsteady:
-      return describe_position(config_.axes[failure.axis], failure, config_.output.increments);
-    case Cause::kCommunication:
-      break;
-  }
-  return "communication lost: the axes exchange no valid process data; quick stop commanded";
+  if (failure.cause == ecat_master::MotionFailure::Cause::kNone) return std::nullopt;
+  return failure;
+}
+
+void LineWatch::tell_stop(const ecat_master::MotionFailure& failure) {
+  events::AxesStopped stopped{events::event_axis(config_.axes[failure.axis]), failure, lost_limit(config_), {}};
+  if (failure.cause == ecat_master::MotionFailure::Cause::kAxisFault) stopped.after = absences_.cause_of(clock_.now());
+  end(std::move(stopped));
 }
 
 void LineWatch::tell_missing() {
-  if (const auto rest = absences_.rest(master_.core()->absences_dropped()); !rest.empty()) listener_.event(rest);
+  if (const auto rest = absences_.rest(master_.core()->absences_dropped())) notice(*rest);
   for (std::size_t i = 0; i < away_since_.size(); ++i) {
     if (away_since_[i] == nanoseconds{0} || master_.slaves()[i].plan.hot_connect || state_ != "OP") continue;
     state_ = "INCOMPLETE";
-    end(fmt::format("slave {} ({}): was not back when the run ended", i, name_of(i)));
+    end(events::SlaveNotBack{i, name_of(i), std::nullopt});
   }
 }
 

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "driveline/ecat_master/recovery/line_supervisor.hpp"
 #include "driveline/runtime/config/line_config.hpp"
+#include "driveline/runtime/event.hpp"
 #include "operation/absence_watch.hpp"
 
 namespace driveline::runtime {
@@ -14,12 +16,8 @@ namespace driveline::runtime {
 /// decides when the run cannot go on. Belongs to the thread that owns the master.
 class LineWatch {
  public:
-  /// Receives all events and faults, in order.
-  struct Listener {
-    std::function<void(const std::string& sentence)> event;  ///< an event, as a sentence
-    /// A fault, as a sentence; `ends_run`: the run cannot go on.
-    std::function<void(std::string sentence, bool ends_run)> fault;
-  };
+  /// Receives all events, in order; the run cannot go on after a Severity::kFailure.
+  using Listener = std::function<void(EventFacts facts, Severity severity)>;
 
   /// For a master whose line is in OP. `ring` and `motion` may be null; all must outlive the watch.
   LineWatch(ecat_master::Master& master, const port::RedundantPort* ring, ecat_master::Motion* motion,
@@ -49,10 +47,13 @@ class LineWatch {
   void tell_presence(const ecat_master::AxisConfig& axis, ecat_master::AxisPresence presence);
   void fetch_emergencies();
   [[nodiscard]] bool motion_goes_on();
-  [[nodiscard]] std::string motion_failure() const;
+  [[nodiscard]] std::optional<ecat_master::MotionFailure> motion_failure() const;
+  void tell_stop(const ecat_master::MotionFailure& failure);
   [[nodiscard]] bool expendable(std::size_t slave) const;
   [[nodiscard]] std::string name_of(std::size_t slave) const { return master_.slaves()[slave].plan.name; }
-  void end(std::string sentence) { listener_.fault(std::move(sentence), true); }
+  void notice(EventFacts facts) { listener_(std::move(facts), Severity::kNotice); }
+  void fault(EventFacts facts) { listener_(std::move(facts), Severity::kFault); }
+  void end(EventFacts facts) { listener_(std::move(facts), Severity::kFailure); }
 
   ecat_master::Master& master_;
   ecat_master::Motion* motion_;

@@ -28,7 +28,7 @@ std::filesystem::path FaultRecords::next_file() const {
 
 void FaultRecords::note_fault() noexcept {
   // The recorder is frozen while a file is being written.
-  if (writing_.valid() || files_.size() >= kMaxFiles || !problem_.empty()) return;
+  if (writing_.valid() || files_.size() >= kMaxFiles || problem_) return;
   triggered_ = true;
   recorder_.trigger();
 }
@@ -42,42 +42,42 @@ void FaultRecords::begin_writing() {
     }
   }
   const auto policy = in_background_ ? std::launch::async : std::launch::deferred;
-  writing_ = std::async(policy, [this, file = next_file()]() -> std::optional<std::string> {
+  writing_ = std::async(policy, [this, file = next_file()]() -> std::optional<Error> {
     std::ostringstream text;
     recorder_.write_csv(text, axes_);
     const auto done = write_file(file, text.str());
-    return done ? std::nullopt : std::optional(describe(done.error()));
+    return done ? std::nullopt : std::optional(done.error());
   });
 }
 
-void FaultRecords::end_writing(std::vector<std::string>& told) {
-  if (auto reason = writing_.get()) {
-    problem_ = std::move(*reason);
-    return;
-  }
+std::optional<events::FaultRecorded> FaultRecords::end_writing() {
+  problem_ = writing_.get();
+  if (problem_) return std::nullopt;
   files_.push_back(next_file());
-  told.push_back(fmt::format("the {} cycles around the fault are in {}{}", recorder_.size(), files_.back().string(),
-                             files_.size() == kMaxFiles ? "; those around further faults are not kept" : ""));
+  const bool last = files_.size() == kMaxFiles;
+  events::FaultRecorded recorded{recorder_.size(), files_.back(), last};
   triggered_ = false;
-  if (files_.size() < kMaxFiles) recorder_.rearm();
+  if (!last) recorder_.rearm();
+  return recorded;
 }
 
-std::vector<std::string> FaultRecords::poll() {
-  std::vector<std::string> told;
+std::optional<events::FaultRecorded> FaultRecords::poll() {
   if (triggered_ && recorder_.frozen() && !writing_.valid()) begin_writing();
-  if (!writing_.valid()) return told;
+  if (!writing_.valid()) return std::nullopt;
   const bool running = in_background_ && writing_.wait_for(std::chrono::seconds{0}) != std::future_status::ready;
-  if (!running) end_writing(told);
-  return told;
+  return running ? std::nullopt : end_writing();
 }
 
-std::vector<std::string> FaultRecords::finish() {
-  std::vector<std::string> told;
-  if (writing_.valid()) end_writing(told);
-  if (!triggered_ || recorder_.size() == 0 || !problem_.empty()) return told;
+std::vector<events::FaultRecorded> FaultRecords::finish() {
+  std::vector<events::FaultRecorded> recorded;
+  const auto end = [this, &recorded] {
+    if (const auto one = end_writing()) recorded.push_back(*one);
+  };
+  if (writing_.valid()) end();
+  if (!triggered_ || recorder_.size() == 0 || problem_) return recorded;
   begin_writing();
-  end_writing(told);
-  return told;
+  end();
+  return recorded;
 }
 
 }  // namespace driveline::runtime

@@ -3,10 +3,11 @@
 #include <filesystem>
 #include <future>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "driveline/ecat_master/cyclic/flight_recorder.hpp"
+#include "driveline/runtime/error.hpp"
+#include "driveline/runtime/event/result_events.hpp"
 
 namespace driveline::runtime {
 
@@ -27,23 +28,24 @@ class FaultRecords {
   [[nodiscard]] ecat_master::FlightRecorder& recorder() noexcept { return recorder_; }
   /// A fault has come up now.
   void note_fault() noexcept;
-  /// To be called regularly while the cycle runs. Returns a sentence for each file completed since the last call.
-  [[nodiscard]] std::vector<std::string> poll();
-  /// After the cycle has ended: writes what was recorded of the last fault. Returns sentences like poll().
-  [[nodiscard]] std::vector<std::string> finish();
+  /// To be called regularly while the cycle runs. Returns the file completed since the last call, if there
+  /// is one.
+  [[nodiscard]] std::optional<events::FaultRecorded> poll();
+  /// After the cycle has ended: writes what was recorded of the last fault. Returns the files completed since poll().
+  [[nodiscard]] std::vector<events::FaultRecorded> finish();
 
   /// The files written so far.
   [[nodiscard]] const std::vector<std::filesystem::path>& files() const noexcept { return files_; }
-  /// The first that could not be written, as a sentence; empty: none.
-  [[nodiscard]] const std::string& problem() const noexcept { return problem_; }
+  /// Why a file could not be written; none: all were.
+  [[nodiscard]] const std::optional<Error>& problem() const noexcept { return problem_; }
 
  private:
   /// Result of writing a file: the reason of the failure, or nothing.
-  using Writing = std::future<std::optional<std::string>>;
+  using Writing = std::future<std::optional<Error>>;
 
   [[nodiscard]] std::filesystem::path next_file() const;
   void begin_writing();
-  void end_writing(std::vector<std::string>& told);
+  [[nodiscard]] std::optional<events::FaultRecorded> end_writing();
 
   std::filesystem::path directory_;
   std::vector<ecat_master::FlightRecorder::AxisLabel> axes_;
@@ -52,7 +54,7 @@ class FaultRecords {
   bool triggered_ = false;
   Writing writing_;
   std::vector<std::filesystem::path> files_;
-  std::string problem_;
+  std::optional<Error> problem_;
 };
 
 }  // namespace driveline::runtime

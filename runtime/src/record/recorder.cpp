@@ -35,7 +35,7 @@ Recorder::Recorder(const std::vector<ecat_master::AxisConfig>& axes, std::option
   }
   if (!csv_) return;
   stream_.open(partial_name(*csv_), std::ios::trunc);
-  if (!stream_) problem_ = fmt::format("{}: cannot be written: {}", csv_->string(), std::strerror(errno));
+  if (!stream_) note_problem("cannot be written");
 }
 
 /// Three columns for each axis first, then the less important ones. Which drives report a following error of their own
@@ -145,10 +145,15 @@ void Recorder::finish(const snapshot::DrainCounters&) {
   if (rows_ == 0 || discarded_.load(std::memory_order_relaxed)) return drop_file();
   stream_.close();
   if (!stream_) {
-    problem_ = fmt::format("{}: could not be written completely: {}", csv_->string(), std::strerror(errno));
+    note_problem("could not be written completely");
     return drop_file();
   }
-  if (auto completed = complete_file(*csv_); !completed) problem_ = describe(completed.error());
+  if (auto completed = complete_file(*csv_); !completed) problem_ = completed.error();
+}
+
+/// Of the last call of the system.
+void Recorder::note_problem(std::string_view what) {
+  problem_ = fail(ErrorKind::kMachine, fmt::format("{}: {}", what, std::strerror(errno)), csv_->string()).value();
 }
 
 void Recorder::drop_file() {

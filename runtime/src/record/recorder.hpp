@@ -7,9 +7,11 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "driveline/runtime/config/line_config.hpp"
+#include "driveline/runtime/error.hpp"
 #include "driveline/snapshot/sample_consumer.hpp"
 
 namespace driveline::runtime {
@@ -66,11 +68,12 @@ class Recorder final : public snapshot::SampleConsumer {
   [[nodiscard]] std::uint64_t rows() const noexcept { return rows_; }
   /// Time of the last row, when the run went on behind it: the file was full.
   [[nodiscard]] std::optional<double> cut_off_at_s() const noexcept { return cut_off_at_s_; }
-  /// Why the file could not be written; empty: it is there, unless rows() is 0.
-  [[nodiscard]] const std::string& problem() const noexcept { return problem_; }
+  /// Why the file could not be written; none: it is there, unless rows() is 0.
+  [[nodiscard]] const std::optional<Error>& problem() const noexcept { return problem_; }
 
  private:
   void drop_file();
+  void note_problem(std::string_view what);
   void add_to_row(const snapshot::AxisSample& sample);
   void write_header(const std::vector<snapshot::AxisSample>& row);
   void take_row(const std::vector<snapshot::AxisSample>& row);
@@ -102,7 +105,7 @@ class Recorder final : public snapshot::SampleConsumer {
   std::optional<std::int64_t> first_time_ns_;
   double last_time_s_ = 0.0;
   std::optional<double> cut_off_at_s_;
-  std::string problem_;
+  std::optional<Error> problem_;
   std::atomic<bool> discarded_{false};
   std::atomic<std::int64_t> operation_begin_{std::numeric_limits<std::int64_t>::max()};
   std::atomic<std::int64_t> operation_end_{std::numeric_limits<std::int64_t>::max()};

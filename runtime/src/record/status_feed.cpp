@@ -22,10 +22,10 @@ StatusFeed::StatusFeed(std::vector<snapshot::SampleConsumer*> listeners, nanosec
   status_.cycle_period = period;
 }
 
-void StatusFeed::add_fault(std::string fault) {
+void StatusFeed::add_fault(std::string sentence) {
   {
     const std::lock_guard lock(mutex_);
-    faults_.push_back(std::move(fault));
+    faults_.push_back(std::move(sentence));
   }
   changed_.store(true, std::memory_order_release);
 }

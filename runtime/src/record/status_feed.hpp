@@ -26,7 +26,8 @@ class StatusFeed final : public snapshot::SampleConsumer {
     state_.store(state, std::memory_order_relaxed);
     changed_.store(true, std::memory_order_release);
   }
-  void add_fault(std::string fault);
+  /// The status tells of faults in sentences.
+  void add_fault(std::string sentence);
 
   // The drain thread.
   void lines(std::span<const snapshot::LineSample> samples) override;

@@ -64,7 +64,8 @@ TEST_F(Plots, JitterCsvHasBothHistogramsByBucket) {
 
 TEST_F(Plots, JitterCsvThatCannotBeWritten) {
   const auto file = directory / "none" / "jitter.csv";
-  EXPECT_EQ(write_jitter_csv({}, file).error(), file.string() + ": cannot be written: No such file or directory");
+  EXPECT_EQ(runtime::describe(write_jitter_csv({}, file).error()),
+            file.string() + ": cannot be written: No such file or directory");
 }
 
 TEST_F(Plots, PicturesAreDrawn) {

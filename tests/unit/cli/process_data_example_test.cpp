@@ -43,6 +43,11 @@ class ProcessDataExample : public testing::Test {
     const auto done = master->configure(runtime::make_slave_plans(config));
     ASSERT_TRUE(done) << describe(done.error());
   }
+  static std::vector<std::string> told(const std::vector<runtime::EventFacts>& changes) {
+    std::vector<std::string> sentences;
+    for (const auto& change : changes) sentences.push_back(describe(runtime::Event{change}));
+    return sentences;
+  }
   std::string refusal() {
     const auto named = runtime::name_process_data(config, *master);
     return named ? "" : describe(named.error());
@@ -115,7 +120,7 @@ TEST_F(ProcessDataExample, OutputsBecomeZeroWhenTheirFramesStayAwayAndComeBackWi
   line->drop_frames(20);
   master->pass(milliseconds{6});
   EXPECT_EQ(object(kOutputs, 0x7010, 1), 0U);
-  EXPECT_THAT(watch.poll(*master->core()),
+  EXPECT_THAT(told(watch.poll(*master->core())),
               ElementsAre("group terminals: outputs zeroed after 3 exchanges in a row that were not whole",
                           "group terminals: whole again, outputs released"));
   master->pass(milliseconds{4});

@@ -36,8 +36,14 @@ runtime::RunReport report_of_a_run() {
   for (int i = 1; i <= 100; ++i) statistics.wake_latency.record(nanoseconds{i});
   statistics.cost.record(nanoseconds{8000});
   statistics.round_trip.record(nanoseconds{60});
-  report.faults = {"axis z: fault 0x8611"};
-  report.events = {"1.250 s slave 3 (z): back in OP"};
+  ecat_master::LineEvent back;
+  back.kind = ecat_master::LineEvent::Kind::kRecovered;
+  back.slave = 3;
+  report.events.push_back(
+      {runtime::events::LineChanged{back, "z"}, runtime::Severity::kNotice, std::chrono::milliseconds{1250}});
+  report.note_failure(
+      runtime::fail(runtime::ErrorKind::kMachine, "cannot be written: No space left on device", "out/axes.csv")
+          .value());
   report.recoveries = 1;
   report.files = {{"axes_csv", "out/axes.csv"}};
   return report;
@@ -84,7 +90,7 @@ TEST(RunReport, JsonHasTheFigures) {
        "position_unit": "mm", "increments_per_position_unit": 1000.0,
        "unavailable_cycles": 17}],
     "telemetry": {"published": 80000, "dropped": 5},
-    "faults": ["axis z: fault 0x8611"], "events": ["1.250 s slave 3 (z): back in OP"], "recoveries": 1,
+    "faults": ["out/axes.csv: cannot be written: No space left on device"], "events": ["1.250 s slave 3 (z): back in OP"], "recoveries": 1,
     "files": {"axes_csv": "out/axes.csv"}
   })"));
 }
@@ -127,7 +133,7 @@ TEST(RunReport, TextHasTheFigures) {
                               "  x                    0       0.12 rad      0.0305 rad\n"
                               "  z                    3       0.008 mm        0.002 mm\n"));
   EXPECT_THAT(text, HasSubstr("telemetry: 80000 axis samples published, 5 dropped\n"));
-  EXPECT_THAT(text, HasSubstr("  fault: axis z: fault 0x8611\n"));
+  EXPECT_THAT(text, HasSubstr("  fault: out/axes.csv: cannot be written: No space left on device\n"));
   EXPECT_THAT(text, HasSubstr("out/axes.csv\n"));
 }
 

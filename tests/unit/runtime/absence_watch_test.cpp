@@ -3,6 +3,10 @@
 #include <gmock/gmock.h>
 
 #include <deque>
+#include <string>
+#include <vector>
+
+#include "driveline/runtime/event.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -29,7 +33,15 @@ class AbsenceWatchTest : public testing::Test {
               absences.pop_front();
               return true;
             },
-            kBegin, "the 8 cycles that [bus] max_lost_cycles allows"};
+            kBegin};
+  }
+  static std::string sentence(const MasterAbsence& absence) {
+    return describe(Event{events::MasterAway{absence, {8, {}}}});
+  }
+  static std::vector<std::string> sentences(const std::vector<MasterAbsence>& all) {
+    std::vector<std::string> told;
+    for (const auto& absence : all) told.push_back(sentence(absence));
+    return told;
   }
 
   std::deque<MasterAbsence> absences;
@@ -38,37 +50,42 @@ class AbsenceWatchTest : public testing::Test {
 TEST_F(AbsenceWatchTest, TellsWhenHowLongAndHowLateThePathIs) {
   away(milliseconds{-500}, milliseconds{3});
   auto watch = make();
-  EXPECT_THAT(watch.look().sentences, IsEmpty()) << "what was before the operation is no news";
+  EXPECT_THAT(watch.look().bridged, IsEmpty()) << "what was before the operation is no news";
   away(milliseconds{850}, milliseconds{54}, AbsenceEffect::kBridged, milliseconds{54});
   away(milliseconds{1200}, nanoseconds{140'000}, AbsenceEffect::kNone);
   const auto found = watch.look();
-  EXPECT_THAT(found.sentences, ElementsAre("the master was away for 54.0 ms at 0.850 s; the path is 54.0 ms late",
-                                           "the master was away for 0.1 ms at 1.200 s"));
-  EXPECT_EQ(found.stopped, "");
-  EXPECT_EQ(watch.rest(0), "");
+  EXPECT_THAT(sentences(found.bridged),
+              ElementsAre("the master was away for 54.0 ms at 0.850 s; the path is 54.0 ms late",
+                          "the master was away for 0.1 ms at 1.200 s"));
+  EXPECT_FALSE(found.stopped);
+  EXPECT_FALSE(watch.rest(0));
 }
 
 TEST_F(AbsenceWatchTest, NamesTheOneThatStoppedTheAxes) {
   auto watch = make();
   away(milliseconds{850}, milliseconds{54}, AbsenceEffect::kStopped);
   const auto found = watch.look();
-  EXPECT_THAT(found.sentences, IsEmpty());
-  EXPECT_EQ(found.stopped,
+  EXPECT_THAT(found.bridged, IsEmpty());
+  ASSERT_TRUE(found.stopped);
+  EXPECT_EQ(sentence(*found.stopped),
             "the master was away for 54.0 ms at 0.850 s, longer than the 8 cycles that [bus] max_lost_cycles allows: "
             "all axes stopped");
 }
 
 TEST_F(AbsenceWatchTest, IsTheCauseOfWhatComesShortlyAfter) {
   auto watch = make();
-  EXPECT_EQ(watch.cause_of(kBegin), "");
+  EXPECT_FALSE(watch.cause_of(kBegin));
   away(milliseconds{850}, milliseconds{54});
   away(milliseconds{906}, milliseconds{1});
   static_cast<void>(watch.look());
-  const auto* cause = "; the master had been away for 54.0 ms at 0.850 s";
-  EXPECT_EQ(watch.cause_of(kBegin + milliseconds{849}), "") << "before";
-  EXPECT_EQ(watch.cause_of(kBegin + milliseconds{870}), cause) << "a watchdog, meanwhile";
-  EXPECT_EQ(watch.cause_of(kBegin + milliseconds{1200}), cause);
-  EXPECT_EQ(watch.cause_of(kBegin + milliseconds{1300}), "") << "long after";
+  EXPECT_FALSE(watch.cause_of(kBegin + milliseconds{849})) << "before";
+  for (const auto after : {milliseconds{870}, milliseconds{1200}}) {
+    const auto cause = watch.cause_of(kBegin + after);
+    ASSERT_TRUE(cause) << "a watchdog, meanwhile";
+    EXPECT_EQ(cause->since, milliseconds{850});
+    EXPECT_EQ(cause->duration, milliseconds{54});
+  }
+  EXPECT_FALSE(watch.cause_of(kBegin + milliseconds{1300})) << "long after";
 }
 
 TEST_F(AbsenceWatchTest, OfManyTellsTheFirstThoseThatAreLongerAndTheSumOfTheRest) {
@@ -76,10 +93,12 @@ TEST_F(AbsenceWatchTest, OfManyTellsTheFirstThoseThatAreLongerAndTheSumOfTheRest
   std::size_t told = 0;
   for (int i = 0; i < 50; ++i) {
     away(milliseconds{10 * i}, milliseconds{i == 40 ? 7 : 1});
-    told += watch.look().sentences.size();
+    told += watch.look().bridged.size();
   }
   EXPECT_EQ(told, AbsenceWatch::kToldSingly + 1) << "the longest is among them";
-  EXPECT_EQ(watch.rest(2), "the master was away 31 more times, 29.0 ms in all, 1.0 ms at the longest");
+  const auto rest = watch.rest(2);
+  ASSERT_TRUE(rest);
+  EXPECT_EQ(describe(Event{*rest}), "the master was away 31 more times, 29.0 ms in all, 1.0 ms at the longest");
 }
 
 }  // namespace

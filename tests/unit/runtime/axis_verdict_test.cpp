@@ -30,8 +30,11 @@ FollowingError ended(double error, double velocity = 0.0, AxisState state = Axis
   return seen;
 }
 
-std::string verdict(const FollowingError& seen, const ecat_master::AxisConfig& config = axis()) {
-  return axis_verdict(config, seen, milliseconds{1}, false);
+/// The sentence of the verdict; empty: no complaint.
+std::string verdict(const FollowingError& seen, const ecat_master::AxisConfig& config = axis(),
+                    milliseconds period = milliseconds{1}, bool increments = false) {
+  const auto facts = axis_verdict(config, seen, period);
+  return facts ? describe(Event{*facts}, increments) : std::string();
 }
 
 TEST(AxisVerdict, AnAxisNearItsSetpointIsWell) {
@@ -49,10 +52,20 @@ TEST(AxisVerdict, AnAxisFarFromItsSetpointIsNamedWithTheDistance) {
   EXPECT_THAT(verdict(ended(std::numeric_limits<double>::quiet_NaN())), HasSubstr("ended nan rad"));
 }
 
+TEST(AxisVerdict, IsGivenAsFacts) {
+  const auto facts = axis_verdict(axis(), ended(-31.0), milliseconds{1});
+  ASSERT_TRUE(facts);
+  const auto* off = std::get_if<events::AxisOffItsSetpoint>(&*facts);
+  ASSERT_NE(off, nullptr);
+  EXPECT_EQ(off->axis.name, "x");
+  EXPECT_EQ(off->distance, -31.0);
+  EXPECT_EQ(off->tolerance, 0.2);
+}
+
 TEST(AxisVerdict, RareExchangesAreGivenTheirTime) {
   const auto seen = ended(1.0, 50.0);
-  EXPECT_THAT(axis_verdict(axis(), seen, milliseconds{1}, false), HasSubstr("away from its setpoint"));
-  EXPECT_EQ(axis_verdict(axis(), seen, milliseconds{10}, false), "");
+  EXPECT_THAT(verdict(seen), HasSubstr("away from its setpoint"));
+  EXPECT_EQ(verdict(seen, axis(), milliseconds{10}), "");
 }
 
 TEST(AxisVerdict, TheToleranceIsTheUsers) {
@@ -73,10 +86,10 @@ TEST(AxisVerdict, IsInTheUnitOfTheAxisWithIncrementsOnRequest) {
   config.kind = trajectory::AxisKind::kLinear;
   config.limits.max_velocity = 1.0;
   config.unit = trajectory::find_position_unit("mm");
-  EXPECT_EQ(axis_verdict(config, ended(-0.25), milliseconds{1}, false),
+  EXPECT_EQ(verdict(ended(-0.25), config),
             "axis x: ended 250 mm away from its setpoint, 1 mm are tolerated (position_tolerance): it did not follow "
             "its path");
-  EXPECT_THAT(axis_verdict(config, ended(-0.25), milliseconds{1}, true),
+  EXPECT_THAT(verdict(ended(-0.25), config, milliseconds{1}, true),
               HasSubstr("ended 250 mm (250 increments) away from its setpoint, 1 mm are"));
 }
 

@@ -165,10 +165,10 @@ velocity_gain = 4000
 
 TEST(LineConfig, LostCyclesMayBeWrittenAsTime) {
   const std::string slave = "[[slave]]\nname = \"x\"\n";
-  EXPECT_EQ(max_lost_text(parsed(slave)), "the 8 cycles that [bus] max_lost_cycles allows");
+  EXPECT_EQ(max_lost_text(lost_limit(parsed(slave))), "the 8 cycles that [bus] max_lost_cycles allows");
   const auto whole = parsed("[bus]\nmax_lost_ms = 50\n" + slave);
   EXPECT_EQ(whole.max_lost_cycles, 400U);
-  EXPECT_EQ(max_lost_text(whole), "the 50 ms that [bus] max_lost_ms allows");
+  EXPECT_EQ(max_lost_text(lost_limit(whole)), "the 50 ms that [bus] max_lost_ms allows");
   EXPECT_EQ(parsed("[line]\ncycle_us = 250\n[bus]\nmax_lost_ms = 50\n" + slave).max_lost_cycles, 200U);
   EXPECT_EQ(parsed("[bus]\nmax_lost_ms = 0.374\n" + slave).max_lost_cycles, 2U) << "no longer than what is written";
   EXPECT_EQ(parsed("[bus]\nmax_lost_ms = 0.125\n" + slave).max_lost_cycles, 1U);

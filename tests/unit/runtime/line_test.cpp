@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "driveline/runtime/files/output_file.hpp"
+#include "failure_of.hpp"
 #include "support/temporary_directory.hpp"
 
 namespace driveline::runtime {
@@ -57,7 +58,7 @@ class Counter final : public snapshot::SampleConsumer {
 
 class Listener final : public Observer {
  public:
-  void progress(std::string_view sentence) override { told.emplace_back(sentence); }
+  void event(const Event& event) override { told.push_back(describe(event)); }
   void look() override {
     if (on_look) on_look(++looks);
   }
@@ -91,7 +92,7 @@ TEST_F(LineTest, RunsAndReports) {
   (*line)->observe(listener);
   const auto report = (*line)->run();
   ASSERT_TRUE(report) << describe(report.error());
-  EXPECT_EQ(report->failure, "");
+  EXPECT_EQ(failure_of(*report), "");
   EXPECT_EQ(report->state, "OP");
   ASSERT_EQ(report->axes.size(), 1U);
   EXPECT_GT(report->axes[0].following_error_max, 0.0);
@@ -105,6 +106,26 @@ TEST_F(LineTest, RunsAndReports) {
   EXPECT_TRUE(report->files.contains("axes_csv"));
 }
 
+TEST_F(LineTest, TellsOfAFaultWithItsFactsAndTime) {
+  auto line = open(std::string(kSlave) + kAxis + "[[fault]]\nat_ms = 1000\nkind = \"power-off\"\nslave = \"x\"\n");
+  ASSERT_TRUE(line) << describe(line.error());
+  Listener listener;
+  (*line)->observe(listener);
+  const auto report = (*line)->run({.duration_s = 5.0, .force = false});
+  ASSERT_TRUE(report) << describe(report.error());
+  const auto* failure = report->failure();
+  ASSERT_NE(failure, nullptr);
+  const auto* stopped = failure->as<events::AxesStopped>();
+  ASSERT_NE(stopped, nullptr) << describe(*failure);
+  EXPECT_EQ(stopped->axis.name, "x");
+  EXPECT_EQ(stopped->failure.cause, ecat_master::MotionFailure::Cause::kCommunication);
+  ASSERT_TRUE(failure->time);
+  EXPECT_GT(*failure->time, std::chrono::milliseconds{100});
+  EXPECT_LT(*failure->time, std::chrono::seconds{2});
+  EXPECT_THAT(listener.told, Contains(describe(*failure)));
+  for (const auto& event : report->events) EXPECT_NE(event.severity, Severity::kProgress) << describe(event);
+}
+
 TEST_F(LineTest, FollowsAControllerOfItsUser) {
   auto line = open(std::string(kSlave) + kAxis + "mode = \"cst\"\nvelocity_gain = 0.1\n");
   ASSERT_TRUE(line) << describe(line.error());
@@ -112,7 +133,7 @@ TEST_F(LineTest, FollowsAControllerOfItsUser) {
   ASSERT_TRUE((*line)->use(spring));
   const auto report = (*line)->run();
   ASSERT_TRUE(report) << describe(report.error());
-  EXPECT_EQ(report->failure, "");
+  EXPECT_EQ(failure_of(*report), "");
   EXPECT_NEAR(spring.place, spring.goal(), 0.1);
   EXPECT_GT(report->duration_s, 1.0) << "it ends when its source does";
   EXPECT_LT(report->duration_s, 2.0);
@@ -130,7 +151,7 @@ TEST_F(LineTest, EndsWhenItIsAskedTo) {
   (*line)->observe(listener);
   const auto report = (*line)->run();
   ASSERT_TRUE(report) << describe(report.error());
-  EXPECT_EQ(report->failure, "");
+  EXPECT_EQ(failure_of(*report), "");
   EXPECT_EQ(slaves, 1U) << "it answers while it runs";
   EXPECT_NEAR(report->duration_s, 0.58, 0.03);
   EXPECT_EQ(listener.told.back(), "all in INIT");

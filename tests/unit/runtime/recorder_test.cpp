@@ -109,7 +109,7 @@ TEST_F(RecorderTest, CsvHasOneRowPerRecordedCycleAndUnitsInTheHeader) {
             "0.000375,7,6.75,0.25,7,7,0,0.7,0.7,0.25,0.25,0,0\n")
       << "the last one stands for the cycles behind it";
   EXPECT_EQ(recorder.rows(), 3U);
-  EXPECT_EQ(recorder.problem(), "");
+  EXPECT_FALSE(recorder.problem());
 }
 
 TEST_F(RecorderTest, NoPeakIsLostBetweenTheRows) {
@@ -198,7 +198,7 @@ TEST_F(RecorderTest, WithoutRowsThereIsNoFileAndAnOlderOneStays) {
   {
     Recorder recorder(two_axes(), csv(), 1);
     recorder.finish({});
-    EXPECT_EQ(recorder.problem(), "");
+    EXPECT_FALSE(recorder.problem());
   }
   EXPECT_THAT(files(), ElementsAre("axes.csv"));
   EXPECT_EQ(read(csv()), "older");
@@ -223,7 +223,8 @@ TEST_F(RecorderTest, UnfinishedOneLeavesNothing) {
 TEST_F(RecorderTest, FolderThatCannotBeWrittenIsTold) {
   const auto file = directory / "none" / "axes.csv";
   Recorder recorder(two_axes(), file, 1);
-  EXPECT_EQ(recorder.problem(), file.string() + ": cannot be written: No such file or directory");
+  ASSERT_TRUE(recorder.problem());
+  EXPECT_EQ(describe(*recorder.problem()), file.string() + ": cannot be written: No such file or directory");
   feed(recorder, {sample(0, 0, 1.0), sample(0, 1)});
   recorder.finish({});
   EXPECT_EQ(recorder.following_errors()[0].maximum, 1.0) << "the figures do not need the file";
@@ -234,7 +235,8 @@ TEST_F(RecorderTest, NameThatIsTakenByAFolderIsToldAndNoPartialFileStays) {
   Recorder recorder(two_axes(), csv(), 1);
   feed(recorder, {sample(0, 0), sample(0, 1)});
   recorder.finish({});
-  EXPECT_EQ(recorder.problem(), csv().string() + ": cannot be written: Is a directory");
+  ASSERT_TRUE(recorder.problem());
+  EXPECT_EQ(describe(*recorder.problem()), csv().string() + ": cannot be written: Is a directory");
   EXPECT_THAT(files(), ElementsAre("axes.csv"));
 }
 

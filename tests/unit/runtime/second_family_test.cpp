@@ -7,6 +7,7 @@
 #include "driveline/ecat_master/coe/coe_client.hpp"
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/runtime/line.hpp"
+#include "failure_of.hpp"
 #include "support/temporary_directory.hpp"
 
 namespace driveline::runtime {
@@ -44,7 +45,7 @@ TEST_F(SecondFamily, RunsBesideTheFirstAndIsToldWhatItsMakeWants) {
   EXPECT_EQ(drives[0]->object(acme::kSetpointTime, 0), 0U) << "before anybody has told it";
   const auto report = (*line)->run();
   ASSERT_TRUE(report) << describe(report.error());
-  EXPECT_EQ(report->failure, "");
+  EXPECT_EQ(failure_of(*report), "");
   EXPECT_EQ(report->state, "OP");
   EXPECT_EQ(drives[0]->object(acme::kSetpointTime, 0), 1000U) << "us";
   EXPECT_EQ(drives[0]->object(0x60C2, 1), 1U);

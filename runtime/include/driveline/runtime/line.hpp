@@ -72,7 +72,7 @@ class Line {
   /// The bus that the line is on.
   [[nodiscard]] Session& session() noexcept { return *session_; }
 
-  /// Receives progress, events and faults; must outlive the line. To be called before run().
+  /// Receives everything that happens; must outlive the line. To be called before run().
   void observe(Observer& observer) noexcept { observer_ = &observer; }
   /// Receives every sample of the cycle; must outlive the line. To be called before run().
   void add(snapshot::SampleConsumer& consumer) { consumers_.push_back(&consumer); }
@@ -93,7 +93,7 @@ class Line {
   [[nodiscard]] Result<void> claim(bool force);
 
   /// Brings the line up, runs it, and takes it down. The report is complete also after a failure in operation;
-  /// RunReport::failure tells of it. Errors: the line did not get into operation; it is in INIT, as far as it can be
+  /// RunReport::failure() tells of it. Errors: the line did not get into operation; it is in INIT, as far as it can be
   /// reached. Once: a second call is an error (kCall).
   [[nodiscard]] Result<RunReport> run(const RunSettings& settings);
   /// The same until the end of the path.

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <string_view>
+#include "driveline/runtime/event.hpp"
 
 namespace driveline::runtime {
 
@@ -9,12 +9,8 @@ namespace driveline::runtime {
 class Observer {
  public:
   virtual ~Observer() = default;
-  /// A step of bring-up or take-down, as a sentence.
-  virtual void progress(std::string_view /*sentence*/) {}
-  /// An event in operation, as a sentence; it is in RunReport::events, too.
-  virtual void event(std::string_view /*sentence*/) {}
-  /// A fault, as a sentence; it is in RunReport::faults, too.
-  virtual void fault(std::string_view /*sentence*/) {}
+  /// What has happened; describe() makes a sentence of it. All but Severity::kProgress is in RunReport::events, too.
+  virtual void event(const Event& /*event*/) {}
   /// Called every 20 ms in operation: the place for Line::diagnose() and Line::request_stop().
   virtual void look() {}
 };

@@ -15,10 +15,12 @@
 #include "driveline/ecat_master/dc/line_clocks.hpp"
 #include "driveline/esi/esi_library.hpp"
 #include "driveline/rt/realtime_thread.hpp"
+#include "driveline/runtime/config/eoe_config.hpp"
 #include "driveline/runtime/config/process_data_config.hpp"
 #include "driveline/runtime/config/recovery_config.hpp"
 #include "driveline/runtime/config/slave_plan_config.hpp"
 #include "driveline/runtime/devices/device_registry.hpp"
+#include "driveline/runtime/gateway/mailbox_gateway.hpp"
 #include "driveline/slaves/line/fault.hpp"
 #include "driveline/slaves/line/frame_path.hpp"
 #include "driveline/slaves/line/wiring.hpp"
@@ -64,6 +66,7 @@ struct SlaveConfig {
   std::vector<EntryName> names;               ///< of entries of its process data
   slaves::SlaveDelays delays{};               ///< of the simulated controller
   SlaveClockConfig dc;                        ///< its clock and its SYNC signals
+  std::optional<wire::IpV4Address> ip;        ///< of its EoE port; none: it has no part in EoE
   std::filesystem::path sii_file;             ///< where `simulate` keeps the EEPROM content; empty: nowhere
   std::vector<std::byte> sii_content;         ///< content of sii_file; empty: the file does not exist yet
 };
@@ -103,6 +106,12 @@ struct FaultPlan {
   slaves::Fault fault;            ///< what goes wrong
 };
 
+/// [gateway] of a line description: the way for tools of vendors to the mailboxes.
+struct GatewayConfig {
+  GatewaySettings settings;         ///< where it listens, and for which protocols
+  std::vector<std::size_t> slaves;  ///< numbers of the [[slave]] tables that may be reached; all when left out
+};
+
 /// A line description file.
 struct LineConfig {
   std::string name = "line";                                         ///< for messages and telemetry
@@ -130,12 +139,23 @@ struct LineConfig {
   std::optional<PathConfig> path;             ///< none: the axes hold the place where they are enabled
   TelemetryConfig telemetry;                  ///< what goes out over DDS
   OutputConfig output;                        ///< what is written into files
+  std::optional<EoeConfig> eoe;               ///< none: no EoE
+  std::optional<GatewayConfig> gateway;       ///< none: no mailbox gateway
   RecoveryConfig recovery;                    ///< reaction to lost slaves
   std::vector<std::string> notes;             ///< remarks on the file for its author, a sentence each
 };
 
-/// The limit in max_lost_cycles in the words of the file: "the 8 cycles that [bus] max_lost_cycles allows".
-[[nodiscard]] std::string max_lost_text(const LineConfig& config);
+/// Absence of process data or of the master up to which axes are taken across it.
+struct LostLimit {
+  std::uint32_t cycles = 0;  ///< LineConfig::max_lost_cycles
+  std::optional<double> ms;  ///< LineConfig::max_lost_ms
+};
+/// That of a line.
+[[nodiscard]] inline LostLimit lost_limit(const LineConfig& config) {
+  return {config.max_lost_cycles, config.max_lost_ms};
+}
+/// In the words of the file: "the 8 cycles that [bus] max_lost_cycles allows".
+[[nodiscard]] std::string max_lost_text(const LostLimit& limit);
 
 /// Cycles of the line from one exchange with a slave to the next: the divider of its group.
 [[nodiscard]] std::uint32_t exchange_divider(const LineConfig& config, const SlaveConfig& slave) noexcept;

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "driveline/ecat_master/cyclic/cyclic_core.hpp"
 #include "driveline/runtime/config/line_config.hpp"
+#include "driveline/runtime/event.hpp"
 
 namespace driveline::runtime {
 
@@ -15,8 +15,8 @@ class GroupWatch {
   /// `config` must outlive the watch.
   explicit GroupWatch(const ProcessDataConfig& config);
 
-  /// To be called every few milliseconds. Returns a sentence for each change.
-  [[nodiscard]] std::vector<std::string> poll(ecat_master::CyclicCore& core);
+  /// To be called every few milliseconds. Returns what has changed: events::GroupZeroed, events::GroupReleased.
+  [[nodiscard]] std::vector<EventFacts> poll(ecat_master::CyclicCore& core);
   /// How often the outputs of a group were zeroed so far.
   [[nodiscard]] std::uint64_t zeroings(std::size_t group) const noexcept {
     return group < zeroings_.size() ? zeroings_[group] : 0;

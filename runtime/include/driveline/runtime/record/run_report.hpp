@@ -9,6 +9,8 @@
 #include "driveline/ecat_master/cyclic/cyclic_core.hpp"
 #include "driveline/ecat_master/dc/sync_objects.hpp"
 #include "driveline/port/redundant_port.hpp"
+#include "driveline/runtime/error.hpp"
+#include "driveline/runtime/event.hpp"
 #include "driveline/runtime/record/image_view.hpp"
 #include "driveline/runtime/record/input_values.hpp"
 #include "driveline/runtime/setup/task.hpp"
@@ -71,19 +73,16 @@ struct RunReport {
   std::optional<ClockReport> clocks;                   ///< none: the drives ran free
   std::optional<RingReport> ring;                      ///< none: the line has one end
   std::vector<TaskReport> tasks;                       ///< of the application, in the order in which they were added
-  std::vector<std::string> faults;                     ///< a sentence each, oldest first
-  std::string failure;                                 ///< the fault by which the run failed; empty: it succeeded
-  std::vector<std::string> events;                     ///< what happened to line and axes, with the time in operation
+  std::vector<Event> events;                           ///< faults, and what else happened; oldest first
   std::uint64_t recoveries = 0;                        ///< slaves brought back to OP
   std::map<std::string, std::filesystem::path> files;  ///< written files, by their key in the summary
   /// Inputs at the end of the run, for a line without axes.
   std::vector<InputValue> inputs;
 
-  /// Adds a failure after the operation, such as a file that could not be written.
-  void note_failure(const std::string& sentence) {
-    faults.push_back(sentence);
-    if (failure.empty()) failure = sentence;
-  }
+  /// The fault by which the run failed; null: it succeeded. Valid until an event is added.
+  [[nodiscard]] const Event* failure() const noexcept;
+  /// Adds a file that could not be written after the run: the run has failed then. Returns the event.
+  const Event& note_failure(Error error);
 };
 
 }  // namespace driveline::runtime

@@ -1,6 +1,8 @@
-#include "driveline/runtime/setup/configure_line.hpp"
+#include "driveline/runtime/operation/configure_line.hpp"
 
 #include <fmt/format.h>
+
+#include <utility>
 
 #include "driveline/ecat_master/configuration/configuration_check.hpp"
 #include "driveline/runtime/setup/composition.hpp"
@@ -17,21 +19,22 @@ std::vector<ecat_master::SlaveInfo> found_on(const ecat_master::Master& master) 
 }  // namespace
 
 void tell_problems(const ecat_master::Master& master, Observer& observer) {
-  for (const auto& sentence : ecat_master::describe_problems(found_on(master))) observer.progress(sentence);
+  const auto found = found_on(master);
+  for (const auto& slave : found) {
+    if (slave.problem) observer.event({events::SlaveUnusable{*slave.problem}});
+  }
+  for (auto& duplicate : ecat_master::find_duplicate_aliases(found))
+    observer.event({events::AliasNotUnique{std::move(duplicate)}});
 }
 
 Result<void> configure_line(ecat_master::Master& master, const LineConfig* config, Observer& observer) {
   auto plans = config != nullptr ? make_slave_plans(*config) : std::vector<ecat_master::SlavePlan>{};
-  const auto planned = ecat_master::expected_slaves(plans);
+  auto planned = ecat_master::expected_slaves(plans);
   const auto done = master.configure(std::move(plans));
   if (done) return {};
   const auto& differences = master.comparison().differences;
-  if (!differences.empty()) {
-    observer.progress("the line is not as described:");
-    for (const auto& sentence : ecat_master::describe(master.comparison(), planned, found_on(master))) {
-      observer.progress("  " + sentence);
-    }
-  }
+  if (!differences.empty())
+    observer.event({events::LineDiffers{master.comparison(), std::move(planned), found_on(master)}});
   auto text = ecat_master::describe_with_findings(master.bus(), master.slaves(), master.image(), done.error());
   if (differences.size() > 1) text += fmt::format("; the first of {} differences", differences.size());
   return tl::unexpected(Error{ErrorKind::kLine, {}, std::move(text), {}, 0, done.error()});

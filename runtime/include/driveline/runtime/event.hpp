@@ -1,0 +1,66 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "driveline/runtime/event/operation_events.hpp"
+#include "driveline/runtime/event/result_events.hpp"
+#include "driveline/runtime/event/set_up_events.hpp"
+
+namespace driveline::runtime {
+
+/// The facts of an event; the alternative is its kind.
+using EventFacts =
+    std::variant<events::SlavesFound, events::SlaveUnusable, events::AliasNotUnique, events::NoDescription,
+                 events::TakenOver, events::LineDiffers, events::ClocksBeingSet, events::Configured,
+                 events::NoProcessData, events::RealtimeSetUp, events::ClocksLocked, events::StateReached,
+                 events::NoPath, events::Progress, events::StopRequested, events::SlaveNotConnected,
+                 events::LineChanged, events::SlaveNotBack, events::Emergency, events::CommunicationLost,
+                 events::CommunicationBack, events::CommunicationNotBack, events::BusFailed, events::ClocksChanged,
+                 events::GroupZeroed, events::GroupReleased, events::MasterAway, events::MasterAwayOften,
+                 events::AxisPresenceChanged, events::AxesStopped, events::AxesNotOff, events::NotInInit,
+                 events::AxisNeverEnabled, events::AxisOffItsSetpoint, events::ForbiddenCalls, events::ForeignTraffic,
+                 events::FaultRecorded, events::RecordingEnded, events::CaptureIncomplete, events::FileNotWritten>;
+
+/// How grave an event is.
+enum class Severity : std::uint8_t {
+  kProgress,  ///< a step of a run as it should be; not in its report
+  kNotice,    ///< something has happened to the line or its axes
+  kFault,     ///< a fault that does not end the run
+  kFailure,   ///< a fault by which the run has failed
+};
+
+/// What happened to a line, with the facts. `describe()` makes the sentence.
+///
+///     if (const auto* changed = event.as<events::LineChanged>()) show(changed->event.slave);
+///     if (event.is_fault()) warn(describe(event));
+struct Event {
+  EventFacts facts;                                ///< kind and facts
+  Severity severity = Severity::kProgress;         ///< how grave it is
+  std::optional<std::chrono::nanoseconds> time{};  ///< in operation; none: before it, or when the line was down again
+
+  /// Whether the event is of that kind.
+  template <typename Kind>
+  [[nodiscard]] bool is() const noexcept {
+    return std::holds_alternative<Kind>(facts);
+  }
+  /// Its facts if it is of that kind, else null.
+  template <typename Kind>
+  [[nodiscard]] const Kind* as() const noexcept {
+    return std::get_if<Kind>(&facts);
+  }
+  /// A fault, whether or not the run goes on.
+  [[nodiscard]] bool is_fault() const noexcept { return severity >= Severity::kFault; }
+};
+
+/// The event as one sentence with its facts, several lines for a list; without its time. `increments`: lengths in drive
+/// increments beside the units of their axes.
+[[nodiscard]] std::string describe(const Event& event, bool increments = false);
+
+/// Time in operation and sentence: "1.250 s slave 3 (z): back in OP". Without a time the sentence alone.
+[[nodiscard]] std::string describe_with_time(const Event& event, bool increments = false);
+
+}  // namespace driveline::runtime

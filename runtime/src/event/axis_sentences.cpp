@@ -1,0 +1,111 @@
+// Events of axes in words.
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "driveline/ecat_master/cia402/cia402.hpp"
+#include "driveline/ecat_master/cia402/error_code.hpp"
+#include "event/event_sentence.hpp"
+
+namespace driveline::runtime {
+
+using ecat_master::AxisPresence;
+using ecat_master::LossPolicy;
+using Cause = ecat_master::MotionFailure::Cause;
+
+events::EventAxis events::event_axis(const ecat_master::AxisConfig& axis) {
+  return {axis.name, ecat_master::position_unit(axis), axis.increments_per_unit};
+}
+
+std::string EventSentence::length_text(const events::EventAxis& axis, double length) const {
+  auto text = fmt::format("{:.5g} {}", axis.unit.from_si(length), axis.unit.name);
+  if (increments_) text += fmt::format(" ({:.0f} increments)", length * axis.increments_per_unit);
+  return text;
+}
+
+std::string EventSentence::operator()(const events::AxisPresenceChanged& facts) const {
+  switch (facts.presence) {
+    case AxisPresence::kMissing:
+      return fmt::format(
+          "axis {}: unavailable; the others {}", facts.axis,
+          facts.on_loss == LossPolicy::kHold ? "come to rest on the path and wait for it" : "go on without it");
+    case AxisPresence::kEnabling:
+      return fmt::format("axis {}: available again, being enabled", facts.axis);
+    case AxisPresence::kReturning:
+      return fmt::format("axis {}: enabled, on its way back to the path", facts.axis);
+    case AxisPresence::kPresent:
+      break;
+  }
+  return fmt::format("axis {}: back on the path", facts.axis);
+}
+
+std::string EventSentence::operator()(const events::AxesStopped& facts) const {
+  const auto& name = facts.axis.name;
+  const auto& failure = facts.failure;
+  switch (failure.cause) {
+    case Cause::kAxisFault:
+      return fmt::format("axis {}: fault {}, status word 0x{:04X}; all axes stopped{}", name,
+                         ecat_master::cia402::error_text(failure.error_code), failure.status_word,
+                         cause_text(facts.after));
+    case Cause::kAxisLost:
+      return fmt::format("axis {}: no longer in operation, status word 0x{:04X}; all axes stopped", name,
+                         failure.status_word);
+    case Cause::kEnableTimeout:
+      return fmt::format("axis {}: did not reach Operation enabled, status word 0x{:04X}, error code {}", name,
+                         failure.status_word, ecat_master::cia402::error_text(failure.error_code));
+    case Cause::kMasterAway:
+      return fmt::format("the master was away for longer than {}; all axes stopped", max_lost_text(facts.limit));
+    case Cause::kSetpoint:
+      return fmt::format(
+          "axis {}: was given a setpoint beyond its limits, or no number; all axes stopped within their limits", name);
+    case Cause::kTooFast:
+      return fmt::format("axis {}: got faster than its limit under the torques it was given; all axes stopped", name);
+    case Cause::kPositionLeap:
+    case Cause::kPositionFrozen:
+    case Cause::kPositionUnsteady:
+      return position_text(facts);
+    case Cause::kCommunication:
+    case Cause::kNone:
+      break;
+  }
+  return "communication lost: the axes exchange no valid process data; quick stop commanded";
+}
+
+std::string EventSentence::position_text(const events::AxesStopped& facts) const {
+  const auto& name = facts.axis.name;
+  const auto& unit = facts.axis.unit;
+  const auto& found = facts.failure.position;
+  const double ms = found.within_s * 1e3;
+  if (facts.failure.cause == Cause::kPositionFrozen) {
+    return fmt::format(
+        "axis {}: its actual position stood at {:.6g} {} for {:.4g} ms while it was sent {} on: frozen, or the axis is "
+        "blocked; all axes stopped within their limits",
+        name, unit.from_si(found.from), unit.name, ms, length_text(facts.axis, found.moved));
+  }
+  const auto leap = fmt::format("leapt by {} within {:.4g} ms, {:.3g} {} are possible",
+                                length_text(facts.axis, found.moved), ms, unit.from_si(found.allowed), unit.name);
+  if (facts.failure.cause == Cause::kPositionLeap) {
+    return fmt::format("axis {}: its actual position {}: not plausible; all axes stopped within their limits", name,
+                       leap);
+  }
+  return fmt::format("axis {}: was not enabled, its actual position is not steady: it {}", name, leap);
+}
+
+std::string EventSentence::operator()(const events::AxesNotOff& facts) const {
+  return fmt::format("the axes did not switch off within {} s", facts.waited.count());
+}
+
+std::string EventSentence::operator()(const events::AxisNeverEnabled& facts) const {
+  return fmt::format("axis {}: never was in Operation enabled, status word 0x{:04X} ({}) at the end", facts.axis,
+                     facts.status_word, ecat_master::cia402::to_text(facts.state));
+}
+
+std::string EventSentence::operator()(const events::AxisOffItsSetpoint& facts) const {
+  const auto& unit = facts.axis.unit;
+  return fmt::format(
+      "axis {}: ended {} away from its setpoint, {:.3g} {} are tolerated (position_tolerance): it did not follow its "
+      "path",
+      facts.axis.name, length_text(facts.axis, std::abs(facts.distance)), unit.from_si(facts.tolerance), unit.name);
+}
+
+}  // namespace driveline::runtime

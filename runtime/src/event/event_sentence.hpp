@@ -1,0 +1,79 @@
+#pragma once
+
+#include <string>
+
+#include "driveline/runtime/event.hpp"
+
+namespace driveline::runtime {
+
+/// Makes the sentence of an event; for std::visit.
+class EventSentence {
+ public:
+  /// `increments`: show drive increments beside the units of the axes.
+  EventSentence(const Event& event, bool increments) noexcept : event_(event), increments_(increments) {}
+
+  // set_up_sentences.cpp
+  std::string operator()(const events::SlavesFound& facts) const;
+  std::string operator()(const events::SlaveUnusable& facts) const;
+  std::string operator()(const events::AliasNotUnique& facts) const;
+  std::string operator()(const events::NoDescription& facts) const;
+  std::string operator()(const events::TakenOver& facts) const;
+  std::string operator()(const events::LineDiffers& facts) const;
+  std::string operator()(const events::ClocksBeingSet& facts) const;
+  std::string operator()(const events::Configured& facts) const;
+  std::string operator()(const events::NoProcessData& facts) const;
+  std::string operator()(const events::RealtimeSetUp& facts) const;
+  std::string operator()(const events::ClocksLocked& facts) const;
+  std::string operator()(const events::StateReached& facts) const;
+  std::string operator()(const events::NoPath& facts) const;
+
+  // line_sentences.cpp
+  std::string operator()(const events::Progress& facts) const;
+  std::string operator()(const events::StopRequested& facts) const;
+  std::string operator()(const events::SlaveNotConnected& facts) const;
+  std::string operator()(const events::LineChanged& facts) const;
+  std::string operator()(const events::SlaveNotBack& facts) const;
+  std::string operator()(const events::Emergency& facts) const;
+  std::string operator()(const events::CommunicationLost& facts) const;
+  std::string operator()(const events::CommunicationBack& facts) const;
+  std::string operator()(const events::CommunicationNotBack& facts) const;
+  std::string operator()(const events::BusFailed& facts) const;
+  std::string operator()(const events::ClocksChanged& facts) const;
+  std::string operator()(const events::GroupZeroed& facts) const;
+  std::string operator()(const events::GroupReleased& facts) const;
+  std::string operator()(const events::MasterAway& facts) const;
+  std::string operator()(const events::MasterAwayOften& facts) const;
+
+  // axis_sentences.cpp
+  std::string operator()(const events::AxisPresenceChanged& facts) const;
+  std::string operator()(const events::AxesStopped& facts) const;
+  std::string operator()(const events::AxesNotOff& facts) const;
+  std::string operator()(const events::AxisNeverEnabled& facts) const;
+  std::string operator()(const events::AxisOffItsSetpoint& facts) const;
+
+  // result_sentences.cpp
+  std::string operator()(const events::NotInInit& facts) const;
+  std::string operator()(const events::ForbiddenCalls& facts) const;
+  std::string operator()(const events::ForeignTraffic& facts) const;
+  std::string operator()(const events::FaultRecorded& facts) const;
+  std::string operator()(const events::RecordingEnded& facts) const;
+  std::string operator()(const events::CaptureIncomplete& facts) const;
+  std::string operator()(const events::FileNotWritten& facts) const;
+
+ private:
+  /// "1.25 mm", or "1.25 mm (1311 increments)". `length`: rad or m.
+  [[nodiscard]] std::string length_text(const events::EventAxis& axis, double length) const;
+  /// About an actual position that cannot be true.
+  [[nodiscard]] std::string position_text(const events::AxesStopped& facts) const;
+
+  const Event& event_;
+  bool increments_;
+};
+
+/// "; the master had been away for 54.0 ms at 0.850 s"; empty without an absence.
+[[nodiscard]] std::string cause_text(const std::optional<ecat_master::MasterAbsence>& absence);
+
+/// "slave 3 (z)".
+[[nodiscard]] std::string slave_text(std::size_t slave, const std::string& name);
+
+}  // namespace driveline::runtime

@@ -1,0 +1,39 @@
+// Events of what a run leaves behind in words.
+#include <fmt/format.h>
+
+#include "event/event_sentence.hpp"
+
+namespace driveline::runtime {
+
+std::string EventSentence::operator()(const events::NotInInit& facts) const {
+  return fmt::format("on the way to INIT: {}", ecat_master::describe(facts.error));
+}
+
+std::string EventSentence::operator()(const events::ForbiddenCalls& facts) const {
+  return fmt::format("task \"{}\" has called {} function{} of heap or locks in the cycle", facts.task, facts.calls,
+                     facts.calls == 1 ? "" : "s");
+}
+
+std::string EventSentence::operator()(const events::ForeignTraffic& facts) const {
+  return ecat_master::describe_traffic(facts.statistics);
+}
+
+std::string EventSentence::operator()(const events::FaultRecorded& facts) const {
+  return fmt::format("the {} cycles around the fault are in {}{}", facts.cycles, facts.file.string(),
+                     facts.last ? "; those around further faults are not kept" : "");
+}
+
+std::string EventSentence::operator()(const events::RecordingEnded& facts) const {
+  return fmt::format("axes.csv and its plots end after {:.3f} s, with {} rows; the figures are of the whole run",
+                     facts.end_s, facts.rows);
+}
+
+std::string EventSentence::operator()(const events::CaptureIncomplete& facts) const {
+  return fmt::format("capture: {} frames are missing in {}", facts.dropped, facts.file.string());
+}
+
+std::string EventSentence::operator()(const events::FileNotWritten& facts) const {
+  return describe(facts.error);
+}
+
+}  // namespace driveline::runtime
