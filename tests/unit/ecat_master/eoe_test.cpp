@@ -204,6 +204,7 @@ TEST(EoePort, GoesDownAndUpWithTheMailboxesOfItsSlave) {
   bench.line[EthernetBench::kFirst].says.clear();
   bench.engine.open({0, EthernetBench::kFirst}, MailLine::kWindow);
   EXPECT_TRUE(bench.ports[0]->up());
+  EXPECT_EQ(bench.ports[0]->openings(), 2U);
   EXPECT_EQ(bench.eoe.port(0), bench.ports[0]);
   bench.line[EthernetBench::kFirst].say(kEoe, fragment(1, 1, 6, true, frame_of(32)));
   bench.step(5);
