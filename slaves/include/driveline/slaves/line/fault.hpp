@@ -23,13 +23,17 @@ enum class FaultKind : std::uint8_t {
   kPowerOff,
   kMailboxSilent,
   kMailboxBusy,
+  kMailboxMalformed,
+  kMailboxOversized,
+  kMailboxLate,
+  kMailboxForeign,
   kEepromBusy,
   kEepromChecksum,
   kSlowTransition,
   kRefuseTransition,
 };
 /// Rows of kFaultKinds.
-inline constexpr std::size_t kFaultKindCount = 14;
+inline constexpr std::size_t kFaultKindCount = 18;
 
 /// Parameters of a fault. The values are bits of a FaultParameters set.
 enum class FaultParameter : std::uint16_t {
@@ -123,6 +127,14 @@ inline constexpr std::array<FaultKindRow, kFaultKindCount> kFaultKinds{{
      "the slave takes mailbox requests and never replies"},
     {FaultKind::kMailboxBusy, "mailbox-busy", fault_detail::kOnlySlave, 0,
      "the slave does not empty its mailbox: the next request finds it full"},
+    {FaultKind::kMailboxMalformed, "mailbox-malformed", fault_detail::kOnlySlave, 0,
+     "mails of the slave end behind the first byte of their service"},
+    {FaultKind::kMailboxOversized, "mailbox-oversized", fault_detail::kOnlySlave, 0,
+     "mails of the slave say that they are longer than the mailbox"},
+    {FaultKind::kMailboxLate, "mailbox-late", FaultParameter::kSlave | FaultParameter::kTime, 0,
+     "mails of the slave come this much later"},
+    {FaultKind::kMailboxForeign, "mailbox-foreign", fault_detail::kOnlySlave, 0,
+     "ahead of every mail of the slave comes one of a protocol that nobody knows"},
     {FaultKind::kEepromBusy, "eeprom-busy", FaultParameter::kSlave | FaultParameter::kTime, 0,
      "every EEPROM command takes this long"},
     {FaultKind::kEepromChecksum, "eeprom-checksum", fault_detail::kOnlySlave, 0,
