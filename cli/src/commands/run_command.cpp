@@ -147,16 +147,16 @@ class RunConsole final : public ConsoleObserver {
     return fmt::format("error: \"{}\" is no command of a running line; diag, eoe, diag json and eoe json are", command);
   }
 
-  [[nodiscard]] std::string eoe(bool json) const {
+  [[nodiscard]] std::string eoe(bool as_json) const {
     const auto report = line_.eoe();
     if (!report) return "error: the line has no EoE: its description has no [eoe]";
-    return json ? json_text(to_json(*report)) : to_text(*report);
+    return as_json ? json_text(cli::to_json(*report)) : cli::to_text(*report);
   }
 
-  [[nodiscard]] std::string diagnosis(bool json) {
+  [[nodiscard]] std::string diagnosis(bool as_json) {
     const auto diagnosis = line_.diagnose();
     if (!diagnosis) return fmt::format("error: {}", runtime::describe(diagnosis.error()));
-    return json ? json_text(to_json(*diagnosis)) : to_text(*diagnosis);
+    return as_json ? json_text(to_json(*diagnosis)) : to_text(*diagnosis);
   }
 
   runtime::Line& line_;

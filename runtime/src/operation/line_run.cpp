@@ -220,7 +220,7 @@ Result<void> LineRun::start_cycle() {
   state_ = "OP";
   if (feed_) feed_->set_state(snapshot::LineState::kOp);
   progress(events::StateReached{wire::AlState::kOp});
-  if (auto started = services_.start(master_); !started) return started;
+  if (auto offered = services_.start(master_); !offered) return offered;
   for (auto& offer : services_.offers()) progress(std::move(offer));
   return {};
 }
