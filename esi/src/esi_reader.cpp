@@ -247,7 +247,10 @@ class EsiReader {
 
   void read_mailbox(pugi::xml_node node, MailboxSupport& mailbox) {
     mailbox.aoe = static_cast<bool>(node.child("AoE"));
-    mailbox.eoe = static_cast<bool>(node.child("EoE"));
+    const auto eoe = node.child("EoE");
+    mailbox.eoe = static_cast<bool>(eoe);
+    mailbox.eoe_ip = context_.attribute_flag(eoe, "IP");
+    mailbox.eoe_mac = context_.attribute_flag(eoe, "MAC");
     mailbox.foe = static_cast<bool>(node.child("FoE"));
     mailbox.soe = static_cast<bool>(node.child("SoE"));
     mailbox.voe = static_cast<bool>(node.child("VoE"));

@@ -97,17 +97,21 @@ void append_mailbox(pugi::xml_node node, const MailboxSupport& mailbox) {
   if (!mailbox.any()) return;
   auto out = node.append_child("Mailbox");
   if (mailbox.aoe) out.append_child("AoE");
-  if (mailbox.eoe) out.append_child("EoE");
+  const auto flag = [](pugi::xml_node protocol, const char* name, bool set) {
+    if (set) set_attribute(protocol, name, "1");
+  };
+  if (mailbox.eoe) {
+    auto eoe = out.append_child("EoE");
+    flag(eoe, "IP", mailbox.eoe_ip);
+    flag(eoe, "MAC", mailbox.eoe_mac);
+  }
   if (mailbox.coe) {
     auto coe = out.append_child("CoE");
-    const auto flag = [&coe](const char* name, bool set) {
-      if (set) set_attribute(coe, name, "1");
-    };
-    flag("SdoInfo", mailbox.coe_sdo_info);
-    flag("PdoAssign", mailbox.coe_pdo_assign);
-    flag("PdoConfig", mailbox.coe_pdo_config);
-    flag("PdoUpload", mailbox.coe_upload_at_startup);
-    flag("CompleteAccess", mailbox.coe_complete_access);
+    flag(coe, "SdoInfo", mailbox.coe_sdo_info);
+    flag(coe, "PdoAssign", mailbox.coe_pdo_assign);
+    flag(coe, "PdoConfig", mailbox.coe_pdo_config);
+    flag(coe, "PdoUpload", mailbox.coe_upload_at_startup);
+    flag(coe, "CompleteAccess", mailbox.coe_complete_access);
   }
   if (mailbox.foe) out.append_child("FoE");
   if (mailbox.soe) out.append_child("SoE");

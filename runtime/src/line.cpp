@@ -109,6 +109,10 @@ void Line::finish_capture(RunReport& report) {
   }
 }
 
+std::optional<EoeReport> Line::eoe() const {
+  return run_ ? run_->services().eoe() : std::nullopt;
+}
+
 Result<ecat_master::LineDiagnosis> Line::diagnose() {
   if (!run_ || !run_->in_operation()) return fail(ErrorKind::kCall, "the line is not in operation");
   auto diagnosis = run_->diagnose();

@@ -88,6 +88,11 @@ constexpr std::array kCommands = {
             "foe write --iface eth1 -p 0 parameters.txt\n"
             "foe write --iface eth1 -p 0 --boot moog_msd.efw",
             prepare_foe_write},
+    Command{"eoe", "", kTools, "Show the ports, addresses and counters of EoE (Ethernet over EtherCAT)",
+            "eoe --control run.socket\n"
+            "eoe --config examples/line8.toml\n"
+            "eoe --iface eth1 -p 2 --json",
+            prepare_eoe},
     Command{"reg", "", kTools, "Registers of the slave controllers", "", nullptr},
     Command{"reg read", "reg_read", "", "Read a register, of several slaves if you like",
             "reg read --config examples/line8.toml -p 0 al_status\n"

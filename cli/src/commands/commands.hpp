@@ -13,6 +13,7 @@ namespace driveline::cli {
 [[nodiscard]] Execute prepare_scan(Arguments& to);
 [[nodiscard]] Execute prepare_graph(Arguments& to);
 [[nodiscard]] Execute prepare_diag(Arguments& to);
+[[nodiscard]] Execute prepare_eoe(Arguments& to);
 [[nodiscard]] Execute prepare_drive(Arguments& to);
 [[nodiscard]] Execute prepare_slaves(Arguments& to);
 [[nodiscard]] Execute prepare_states(Arguments& to);

@@ -9,6 +9,7 @@
 #include "driveline/runtime/line.hpp"
 #include "signals.hpp"
 #include "text/diagnosis_json.hpp"
+#include "text/eoe_view.hpp"
 #include "text/json_text.hpp"
 #include "text/plots.hpp"
 #include "text/run_report.hpp"
@@ -22,7 +23,7 @@ struct RunOptions {
   std::optional<std::string> duration;
   std::string output_directory;  ///< empty: as configured
   std::string capture;           ///< empty: as configured
-  std::string control;           ///< socket for `diag --control`; may be empty
+  std::string control;           ///< socket for `diag` and `eoe`; may be empty
   bool no_plots = false;
   bool increments = false;
   bool telemetry = false;
@@ -127,7 +128,7 @@ Outcome<std::unique_ptr<bridge::DdsPublisher>> make_publisher(const runtime::Lin
   return std::move(*publisher);
 }
 
-/// Shows what happens to the line, answers `driveline diag --control`, and hands signals on.
+/// Shows what happens to the line, answers `driveline diag` and `driveline eoe`, and hands signals on.
 class RunConsole final : public ConsoleObserver {
  public:
   RunConsole(runtime::Line& line, CommandInput* control)
@@ -141,12 +142,21 @@ class RunConsole final : public ConsoleObserver {
 
  private:
   [[nodiscard]] std::string answer(std::string_view command) {
-    if (command != "diag" && command != "diag json") {
-      return fmt::format("error: \"{}\" is no command of a running line; diag and diag json are", command);
-    }
+    if (command == "diag" || command == "diag json") return diagnosis(command == "diag json");
+    if (command == "eoe" || command == "eoe json") return eoe(command == "eoe json");
+    return fmt::format("error: \"{}\" is no command of a running line; diag, eoe, diag json and eoe json are", command);
+  }
+
+  [[nodiscard]] std::string eoe(bool as_json) const {
+    const auto report = line_.eoe();
+    if (!report) return "error: the line has no EoE: its description has no [eoe]";
+    return as_json ? json_text(cli::to_json(*report)) : cli::to_text(*report);
+  }
+
+  [[nodiscard]] std::string diagnosis(bool as_json) {
     const auto diagnosis = line_.diagnose();
     if (!diagnosis) return fmt::format("error: {}", runtime::describe(diagnosis.error()));
-    return command == "diag" ? to_text(*diagnosis) : json_text(to_json(*diagnosis));
+    return as_json ? json_text(to_json(*diagnosis)) : to_text(*diagnosis);
   }
 
   runtime::Line& line_;
@@ -195,7 +205,8 @@ Execute prepare_run(Arguments& to) {
   to.flag("--virtual", options->bus.virtual_time, "Simulated line on virtual time: deterministic, as fast as possible");
   to.option("--output", &options->output_directory, Value::folder(), "Folder for CSV files and plots");
   to.option("--capture", &options->capture, Value::file(), "Write all frames to this pcapng file");
-  to.option("--control", &options->control, Value::file("PATH"), "Socket to listen at for `driveline diag`");
+  to.option("--control", &options->control, Value::file("PATH"),
+            "Socket to listen at for `driveline diag` and `driveline eoe`");
   to.flag("--no-plots", options->no_plots, "Leave only the CSV files");
   to.flag("--increments", options->increments,
           "Drive increments beside what is in the units of the axes: summary, CSV files, plots, faults");

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "text/eoe_view.hpp"
 #include "text/histogram_json.hpp"
 #include "text/image_view.hpp"
 #include "text/input_values.hpp"
@@ -159,6 +160,8 @@ nlohmann::json to_json(const runtime::RunReport& report, std::optional<bridge::P
                         {"late_halves", report.ring->late_halves}};
   }
   if (report.process_data) document["process_data"] = to_json(*report.process_data);
+  if (report.eoe) document["eoe"] = to_json(*report.eoe);
+  if (!report.gateway_clients.empty()) document["gateway"] = to_json(report.gateway_clients);
   if (!report.inputs.empty()) document["inputs"] = to_json(report.inputs);
   return document;
 }
@@ -200,6 +203,10 @@ std::string to_text(const runtime::RunReport& report, std::optional<bridge::Publ
   text += telemetry ? fmt::format("\n  telemetry: {} axis samples published, {} dropped\n", telemetry->published,
                                   telemetry->dropped)
                     : std::string("\n  telemetry: off\n");
+  if (report.eoe) text += fmt::format("\n  EoE\n{}\n", to_text(*report.eoe));
+  if (!report.gateway_clients.empty()) {
+    text += fmt::format("\n  mailbox gateway\n{}\n", to_text(report.gateway_clients));
+  }
   for (const auto& event : events_of(report)) text += fmt::format("  {}\n", event);
   for (const auto& fault : faults_of(report)) text += fmt::format("  fault: {}\n", fault);
   for (const auto& [key, path] : report.files) text += fmt::format("  {:<22}{}\n", key, path.string());

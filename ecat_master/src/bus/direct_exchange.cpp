@@ -32,7 +32,7 @@ void DirectExchange::pause(std::chrono::nanoseconds duration) {
 
 Result<void> DirectExchange::exchange(std::span<Request> requests) {
   for (auto& request : requests) request.answered = false;
-  for (int attempt = 0; attempt <= settings_.retries; ++attempt) {
+  for (attempt_ = 0; attempt_ <= settings_.retries; ++attempt_) {
     for (std::size_t next = 0; next < requests.size();) {
       auto end = send_pending(requests, next);
       if (!end) return tl::unexpected(end.error());
@@ -41,9 +41,15 @@ Result<void> DirectExchange::exchange(std::span<Request> requests) {
       statistics_.frames_lost += static_cast<std::uint64_t>(
           std::count_if(flights_.begin(), flights_.end(), [](const Flight& f) { return f.pending; }));
     }
-    if (std::all_of(requests.begin(), requests.end(), [](const Request& r) { return r.answered; })) return {};
+    const auto done = [](const Request& r) { return r.answered || r.once; };
+    if (std::all_of(requests.begin(), requests.end(), done)) return {};
   }
   return tl::unexpected(Error{facts::NoAnswer{.tries = static_cast<std::uint32_t>(settings_.retries + 1)}});
+}
+
+/// To be sent in this attempt.
+bool DirectExchange::is_open(const Request& request) const noexcept {
+  return !request.answered && (attempt_ == 0 || !request.once);
 }
 
 /// Sends what has not been answered yet, from `next` on, in as many frames as may be on their way; returns the first
@@ -51,7 +57,7 @@ Result<void> DirectExchange::exchange(std::span<Request> requests) {
 Result<std::size_t> DirectExchange::send_pending(std::span<Request> requests, std::size_t next) {
   flights_.clear();
   while (next < requests.size() && flights_.size() < kMaxInFlight) {
-    if (requests[next].answered) {
+    if (!is_open(requests[next])) {
       ++next;
       continue;
     }
@@ -72,7 +78,7 @@ Result<std::size_t> DirectExchange::send_frame(std::span<Request> requests, std:
   const auto tag = next_tag();
   wire::FrameBuilder builder(buffer_, tag.to_mac());
   std::size_t end = first;
-  for (; end < requests.size() && !requests[end].answered; ++end) {
+  for (; end < requests.size() && is_open(requests[end]); ++end) {
     const auto& request = requests[end];
     const auto place =
         builder.add(request.command, static_cast<std::uint8_t>(end - first), request.address, request.data.size());

@@ -222,7 +222,7 @@ void CyclicCore::send() noexcept {
     ++awaited_;
     if (first) sent_at_ = port_.last_send_time();
   }
-  acyclic_.send_next(port_, FrameTag{settings_.instance, ++sequence_});
+  sequence_ = acyclic_.send_due(port_, FrameTag{settings_.instance, sequence_}).sequence;
 }
 
 /// Polls the port until all cyclic frames are back or the deadline has passed. Later frames in the queue wait for the

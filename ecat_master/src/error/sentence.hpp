@@ -47,6 +47,8 @@ class Sentence {
   std::string operator()(const facts::FilePacket& facts) const;
   std::string operator()(const facts::FileSize& facts) const;
   std::string operator()(const facts::FileBusy& facts) const;
+  std::string operator()(const facts::NoEoe& facts) const;
+  std::string operator()(const facts::EoeRefused& facts) const;
   std::string operator()(const facts::ProcessDataSize& facts) const;
   std::string operator()(const facts::TooFewFmmus& facts) const;
 

@@ -21,6 +21,20 @@ std::int64_t in_ms(std::chrono::nanoseconds time) {
   return std::chrono::duration_cast<std::chrono::milliseconds>(time).count();
 }
 
+/// What a slave does that refuses an EoE service.
+std::string_view refusal_of(wire::EoeType service) {
+  switch (service) {
+    case wire::EoeType::kSetIpRequest:
+      return "refused the IP parameters with";
+    case wire::EoeType::kGetIpRequest:
+      return "does not tell its IP parameters,";
+    case wire::EoeType::kSetFilterRequest:
+      return "refused the address filter with";
+    default:
+      return "does not tell its address filter,";
+  }
+}
+
 std::string code_text(wire::AlStatusCode code, std::string_view meaning) {
   return fmt::format("AL status code 0x{:04X} ({})", static_cast<std::uint16_t>(code), meaning);
 }
@@ -115,6 +129,15 @@ std::string Sentence::operator()(const facts::FileSize& facts) const {
 
 std::string Sentence::operator()(const facts::FileBusy& facts) const {
   return fmt::format("{}: was busy with the file for {} ms and has not moved on", who(), in_ms(facts.waited));
+}
+
+std::string Sentence::operator()(const facts::NoEoe& /*facts*/) const {
+  return fmt::format("{}: does not know EoE, its description says so", who());
+}
+
+std::string Sentence::operator()(const facts::EoeRefused& facts) const {
+  return fmt::format("{}: {} EoE result 0x{:04X} ({})", who(), refusal_of(facts.service),
+                     static_cast<std::uint16_t>(facts.result), wire::to_text(facts.result));
 }
 
 std::string Sentence::operator()(const facts::ProcessDataSize& facts) const {

@@ -7,7 +7,10 @@ namespace driveline::ecat_master {
 MailboxEngine::~MailboxEngine() {
   MailboxChannel::Finished finished;
   take_submissions(finished);
-  for (auto& [position, channel] : channels_) channel.fail_all(Error{facts::Cancelled{}, position}, finished);
+  for (auto& [position, channel] : channels_) {
+    channel.fail_all(Error{facts::Cancelled{}, position}, finished);
+    channel.use_stream(nullptr);
+  }
   complete(finished);
 }
 
@@ -19,7 +22,9 @@ void MailboxEngine::complete(MailboxChannel::Finished& finished) {
 void MailboxEngine::open(SlaveRef slave, MailboxWindow window) {
   close(slave.position);
   const std::scoped_lock lock(step_mutex_);
-  channels_.emplace(slave.position, MailboxChannel(slave, window, settings_));
+  auto& channel = channels_.emplace(slave.position, MailboxChannel(slave, window, settings_)).first->second;
+  const auto stream = streams_.find(slave.position);
+  if (stream != streams_.end()) channel.use_stream(stream->second);
 }
 
 void MailboxEngine::close(std::uint16_t position) {
@@ -30,6 +35,7 @@ void MailboxEngine::close(std::uint16_t position) {
     const auto found = channels_.find(position);
     if (found != channels_.end()) {
       found->second.fail_all(Error{facts::Cancelled{}, position}, finished);
+      found->second.use_stream(nullptr);
       channels_.erase(found);
     }
   }
@@ -48,6 +54,20 @@ void MailboxEngine::close_all() {
 void MailboxEngine::handle(wire::MailboxType type, MailboxProtocolHandler& handler) {
   const std::scoped_lock lock(step_mutex_);
   handlers_[type] = &handler;
+}
+
+void MailboxEngine::open_stream(std::uint16_t position, std::shared_ptr<MailboxStream> stream) {
+  const std::scoped_lock lock(step_mutex_);
+  streams_[position] = stream;
+  const auto channel = channels_.find(position);
+  if (channel != channels_.end()) channel->second.use_stream(std::move(stream));
+}
+
+void MailboxEngine::close_stream(std::uint16_t position) {
+  const std::scoped_lock lock(step_mutex_);
+  streams_.erase(position);
+  const auto channel = channels_.find(position);
+  if (channel != channels_.end()) channel->second.use_stream(nullptr);
 }
 
 void MailboxEngine::use_status(const MailboxStatusSource* source) {

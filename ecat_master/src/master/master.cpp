@@ -224,6 +224,15 @@ tl::expected<void, rt::RealtimeError> Master::start_cycle(Motion* motion, Sample
   return {};
 }
 
+bool Master::supports_eoe(std::size_t slave) const noexcept {
+  return slaves_[slave].info.description.mailbox.eoe;
+}
+
+Result<std::shared_ptr<EoePort>> Master::open_eoe(std::size_t slave, EoeReceiver& receiver) {
+  if (!supports_eoe(slave)) return tl::unexpected(Error{facts::NoEoe{}, refs_[slave].position});
+  return eoe_.open(refs_[slave].position, receiver);
+}
+
 /// All slaves at once, each with its own time limit.
 Result<void> Master::raise_to(wire::AlState target) {
   std::vector<StateTarget> targets;

@@ -9,6 +9,7 @@
 #include "config/device_files.hpp"
 #include "config/eoe_reader.hpp"
 #include "config/fault_config.hpp"
+#include "config/gateway_reader.hpp"
 #include "config/process_data_reader.hpp"
 #include "config/slave_device_reader.hpp"
 #include "config/slave_plan_reader.hpp"
@@ -365,6 +366,7 @@ LineConfig read_config(const toml::table& table, const std::filesystem::path& fi
   } else if (std::any_of(config.slaves.begin(), config.slaves.end(), [](const auto& slave) { return slave.ip; })) {
     root.fail("", "a [[slave]] has an ip, but there is no [eoe] with the interface that leads to it");
   }
+  if (root.has("gateway")) config.gateway = read_gateway(root.table("gateway"), config.slaves);
   if (root.has("dc")) config.clocks = read_clocks(root.table("dc"), config.period, config.slaves);
   for (auto& reader : root.tables("axis")) config.axes.push_back(read_axis(std::move(reader), config));
   read_process_data(root, config);

@@ -60,6 +60,11 @@ class EventSentence {
   std::string operator()(const events::CaptureIncomplete& facts) const;
   std::string operator()(const events::FileNotWritten& facts) const;
 
+  // service_sentences.cpp
+  std::string operator()(const events::EoeUp& facts) const;
+  std::string operator()(const events::EoeAddressRefused& facts) const;
+  std::string operator()(const events::GatewayUp& facts) const;
+
  private:
   /// "1.25 mm", or "1.25 mm (1311 increments)". `length`: rad or m.
   [[nodiscard]] std::string length_text(const events::EventAxis& axis, double length) const;

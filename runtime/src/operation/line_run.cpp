@@ -51,7 +51,8 @@ LineRun::LineRun(Session& session, Settings settings)
       line_ring_(kRingCycles),
       axis_ring_(std::clamp<std::size_t>(config_.axes.size() * kRingCycles, 1, kMaxRingSamples)),
       group_watch_(config_.process_data),
-      master_(session.port(), session.clock(), master_settings(config_)) {}
+      master_(session.port(), session.clock(), master_settings(config_)),
+      services_(config_) {}
 
 LineRun::~LineRun() = default;
 
@@ -80,6 +81,7 @@ void LineRun::leave_nothing_behind() {
 }
 
 Result<void> LineRun::prepare() {
+  if (auto ready = services_.prepare(session_.virtual_time()); !ready) return ready;
   std::error_code error;
   created_directory_ = std::filesystem::create_directories(config_.output.directory, error);
   if (error)
@@ -201,6 +203,8 @@ Result<void> LineRun::start_cycle() {
   state_ = "OP";
   if (feed_) feed_->set_state(snapshot::LineState::kOp);
   progress(events::StateReached{wire::AlState::kOp});
+  if (auto offered = services_.start(master_); !offered) return offered;
+  for (auto& offer : services_.offers()) progress(std::move(offer));
   return {};
 }
 
@@ -253,6 +257,7 @@ bool LineRun::look() {
   if (over) master_.core()->count(false);
   for (auto& change : group_watch_.poll(*master_.core())) progress(std::move(change));
   if (auto recorded = fault_records_->poll()) progress(std::move(*recorded));
+  for (auto& refused : services_.poll()) note(std::move(refused), Severity::kFault);
   const bool goes_on = watch_->look();
   state_ = watch_->state();
   if (!goes_on || stop_requested()) return false;
@@ -315,6 +320,7 @@ void LineRun::stop_motion() {
 }
 
 void LineRun::take_down() {
+  services_.stop();
   tell_traffic();
   if (feed_) feed_->set_state(snapshot::LineState::kDown);
   const auto down = master_.shut_down();
@@ -394,6 +400,8 @@ RunReport LineRun::make_report() {
   report_axes(report);
   if (config_.axes.empty() && variables_) report.inputs = read_inputs(*variables_, master_.core()->image().inputs());
   report.tasks = settings_.tasks->report();
+  report.eoe = services_.eoe();
+  report.gateway_clients = services_.clients();
   report.events = events_;
   if (watch_) report.recoveries = watch_->supervisor().recoveries();
   report_files(report);

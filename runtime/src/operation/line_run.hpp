@@ -17,6 +17,7 @@
 #include "driveline/runtime/record/sync_margins.hpp"
 #include "driveline/runtime/setup/session.hpp"
 #include "driveline/snapshot/drain_thread.hpp"
+#include "operation/line_services.hpp"
 #include "operation/line_tasks.hpp"
 #include "operation/line_watch.hpp"
 #include "record/cycle_figures.hpp"
@@ -51,6 +52,8 @@ class LineRun {
   [[nodiscard]] bool in_operation() const noexcept { return watch_ != nullptr && master_.cycling(); }
   /// Diagnosis of the line while it is in operation. Its frames travel in the gaps of the cycle.
   [[nodiscard]] ecat_master::Result<ecat_master::LineDiagnosis> diagnose();
+  /// EoE and mailbox gateway of the line.
+  [[nodiscard]] const LineServices& services() const noexcept { return services_; }
 
  private:
   [[nodiscard]] Result<void> prepare();
@@ -97,6 +100,7 @@ class LineRun {
   GroupWatch group_watch_;
   std::unique_ptr<FaultRecords> fault_records_;
   ecat_master::Master master_;
+  LineServices services_;
   std::unique_ptr<snapshot::DrainThread> drain_;
   bool created_directory_ = false;
   FolderLock folder_;

@@ -40,10 +40,13 @@ void MailboxTransport::run() {
   if (!present_) return;
   if (fault_ != Fault::kBusy) accept_request();
   if (esc_.sync_managers().repeat_requested(in_)) repeat_last();
-  if (fault_ != Fault::kSilent) send_next();
+  if (fault_ != Fault::kSilent && send_next() && fault_ != Fault::kBusy) accept_request();
 }
 
+/// A mail for which the device has no room stays where it is.
 void MailboxTransport::accept_request() {
+  const auto waiting = esc_.sync_managers().waiting_mail(out_);
+  if (!waiting.empty() && !device_.takes_mailbox(waiting)) return;
   const auto mail = esc_.sync_managers().take(out_);
   if (!mail.empty()) device_.mailbox_request(mail);
 }
@@ -66,22 +69,24 @@ void MailboxTransport::repeat_last() {
   unit.acknowledge_repeat(in_);
 }
 
-void MailboxTransport::send_next() {
+/// True when a mail has left the device.
+bool MailboxTransport::send_next() {
   auto& unit = esc_.sync_managers();
-  if (!unit.operational(in_) || unit.full(in_)) return;
+  if (!unit.operational(in_) || unit.full(in_)) return false;
   if (waiting_.empty()) {
     const std::size_t length = unit.channel(in_).length;
     scratch_.resize(length);
     const auto used = std::min(device_.mailbox_reply(scratch_), length);
-    if (used == 0) return;
+    if (used == 0) return false;
     scratch_.resize(used);
   } else {
     scratch_.swap(waiting_);
     waiting_.clear();
   }
-  if (!publish(scratch_)) return;
+  if (!publish(scratch_)) return false;
   previous_.swap(last_);
   last_.swap(scratch_);
+  return true;
 }
 
 bool MailboxTransport::publish(std::span<const std::byte> mail) noexcept {

@@ -277,6 +277,12 @@ void SyncManagerUnit::publish_status(unsigned n) noexcept {
   events_.set_al(al_event::kSyncManager0 << n, for_pdi && c.control.interrupt_pdi);
 }
 
+std::span<const std::byte> SyncManagerUnit::waiting_mail(unsigned n) const noexcept {
+  const auto& c = channels_[n];
+  if (!c.usable || !c.ecat_writes() || !c.full) return {};
+  return memory_.at(c.begin, c.length);
+}
+
 std::span<const std::byte> SyncManagerUnit::take(unsigned n) noexcept {
   auto& c = channels_[n];
   if (!c.usable || !c.ecat_writes() || !c.fresh || (!c.in_registers && !open_for_read(c))) return {};

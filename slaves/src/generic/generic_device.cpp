@@ -88,9 +88,17 @@ CoeServer::Options coe_options(const esi::DeviceDescription& device) noexcept {
   return {.complete_access = device.mailbox.coe_complete_access, .sdo_information = device.mailbox.coe_sdo_info};
 }
 
-std::vector<MailboxProtocol*> protocols(const esi::DeviceDescription& device, CoeServer& coe) {
-  if (!device.mailbox.coe) return {};
-  return {&coe};
+std::unique_ptr<EoeServer> make_eoe(const esi::DeviceDescription& device, const GenericOptions& options) {
+  if (!device.mailbox.eoe) return nullptr;
+  const auto serial = options.serial_number != 0 ? options.serial_number : device.serial_number;
+  return std::make_unique<EoeServer>(factory_address(serial));
+}
+
+std::vector<MailboxProtocol*> protocols(const esi::DeviceDescription& device, CoeServer& coe, EoeServer* eoe) {
+  std::vector<MailboxProtocol*> protocols;
+  if (device.mailbox.coe) protocols.push_back(&coe);
+  if (eoe != nullptr) protocols.push_back(eoe);
+  return protocols;
 }
 
 bool exchanges(const esi::SyncManager& manager) noexcept {
@@ -122,7 +130,8 @@ GenericDevice::GenericDevice(std::shared_ptr<const DeviceModel> model, const Gen
       profile_(make_profile(*model_, options)),
       dictionary_(model_->table()),
       coe_(dictionary_, *this, coe_options(model_->description())),
-      mailbox_(protocols(model_->description(), coe_), longest_mailbox(profile_)),
+      eoe_(make_eoe(model_->description(), options)),
+      mailbox_(protocols(model_->description(), coe_, eoe_.get()), longest_mailbox(profile_)),
       looped_(options.loop_back),
       scripts_(options.inputs),
       inputs_(model_->inputs()),
@@ -185,6 +194,23 @@ void GenericDevice::enter_al_state(AlState state) noexcept {
   if (al_state_ == AlState::kOp && state != AlState::kOp) clear_outputs();
   al_state_ = state;
   if (state == AlState::kInit) mailbox_.reset();
+  if (eoe_) eoe_->enter(state);
+}
+
+void GenericDevice::mailbox_request(std::span<const std::byte> mailbox) {
+  if (eoe_) eoe_->set_time(now_);
+  mailbox_.request(mailbox);
+}
+
+bool GenericDevice::connect_network(EthernetLink* network) {
+  if (eoe_) eoe_->connect(network);
+  return eoe_ != nullptr;
+}
+
+/// Everything but EoE begins again in INIT by itself.
+void GenericDevice::restart() {
+  enter_al_state(AlState::kInit);
+  if (eoe_) eoe_->restart();
 }
 
 void GenericDevice::clear_outputs() noexcept {
@@ -262,6 +288,7 @@ void GenericDevice::read_inputs(std::size_t sync_manager, std::span<std::byte> d
 
 void GenericDevice::advance(std::chrono::nanoseconds now) noexcept {
   if (!start_) start_ = now;
+  now_ = now;
   for (const auto& script : scripts_) {
     const double value = script.signal.at(now - *start_);
     const auto type = script.input->type;

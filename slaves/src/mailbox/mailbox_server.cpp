@@ -8,6 +8,16 @@ using wire::MailboxErrorCode;
 using wire::MailboxHeader;
 using wire::MailboxType;
 
+namespace {
+
+/// 1 to 7, or 0: not used.
+std::uint8_t counter_of(std::span<const std::byte> mailbox) noexcept {
+  if (mailbox.size() < MailboxHeader::kSize) return 0;
+  return (wire::load_le<std::uint8_t>(mailbox.subspan(5)) >> 4) & 7U;
+}
+
+}  // namespace
+
 MailboxServer::MailboxServer(std::span<MailboxProtocol* const> protocols, std::size_t max_size)
     : protocols_(protocols.begin(), protocols.end()) {
   for (auto& slot : queue_) slot.data.resize(max_size);
@@ -18,22 +28,40 @@ void MailboxServer::reset() noexcept {
   count_ = 0;
   last_counter_ = 0;
   counter_ = 0;
+  endless_next_ = false;
   for (auto* protocol : protocols_) protocol->stop();
 }
 
-/// A master that got no working counter for its write sends the same mailbox again; the counter tells (0: not used).
-bool MailboxServer::is_repetition(std::uint8_t counter) noexcept {
-  if (counter == 0) return false;
-  const bool same = counter == last_counter_;
-  last_counter_ = counter;
-  if (same) ++repeated_;
-  return same;
+/// A master that got no working counter for its write sends the same mailbox again; the counter tells.
+bool MailboxServer::repeats(std::span<const std::byte> mailbox) const noexcept {
+  const auto counter = counter_of(mailbox);
+  return counter != 0 && counter == last_counter_;
+}
+
+/// The protocol that takes the mailbox without an answer; null: none does.
+MailboxProtocol* MailboxServer::unanswering(std::span<const std::byte> mailbox) const noexcept {
+  const auto header = MailboxHeader::decode(mailbox);
+  if (!header) return nullptr;
+  auto* handler = protocol(header->type);
+  const auto data = mailbox.subspan(MailboxHeader::kSize, header->length);
+  return handler != nullptr && handler->without_answer(data) ? handler : nullptr;
+}
+
+bool MailboxServer::has_room(std::span<const std::byte> mailbox) const noexcept {
+  return count_ < kQueueDepth || repeats(mailbox) || unanswering(mailbox) != nullptr;
 }
 
 void MailboxServer::request(std::span<const std::byte> mailbox) {
-  if (mailbox.size() >= MailboxHeader::kSize) {
-    const auto type_counter = wire::load_le<std::uint8_t>(mailbox.subspan(5));
-    if (is_repetition((type_counter >> 4) & 7U)) return;
+  if (repeats(mailbox)) {
+    ++repeated_;
+    return;
+  }
+  if (const auto counter = counter_of(mailbox); counter != 0) last_counter_ = counter;
+  if (auto* handler = unanswering(mailbox); handler != nullptr) {
+    const auto data = mailbox.subspan(MailboxHeader::kSize);
+    const auto length = MailboxHeader::decode(mailbox)->length;
+    static_cast<void>(handler->request({data.first(length), data.size(), wire::AlState::kNone}, {}));
+    return;
   }
   if (count_ == kQueueDepth) {
     ++dropped_;
@@ -49,7 +77,7 @@ void MailboxServer::request(std::span<const std::byte> mailbox) {
     return;
   }
   slot.header = *header;
-  slot.room = mailbox.size() - MailboxHeader::kSize;
+  slot.room = static_cast<std::uint16_t>(mailbox.size() - MailboxHeader::kSize);
   if (header->length > slot.data.size()) {
     slot.error = MailboxErrorCode::kInvalidSize;
     return;
@@ -93,19 +121,37 @@ std::size_t MailboxServer::answer(const Request& request, wire::AlState state, s
   return *length == 0 ? 0 : send(handler->type(), *length, out);
 }
 
-std::size_t MailboxServer::reply(std::span<std::byte> out, wire::AlState state) {
-  if (out.size() <= MailboxHeader::kSize) return 0;
+/// What the protocols have to say unasked, those whose say has an end or those whose say has none.
+std::size_t MailboxServer::say_unasked(bool endless, std::span<std::byte> out) {
   for (auto* handler : protocols_) {
+    if (handler->endless() != endless) continue;
     const auto length = handler->unsolicited(out.subspan(MailboxHeader::kSize));
-    if (length != 0) return send(handler->type(), length, out);
+    if (length == 0) continue;
+    endless_next_ = !endless;
+    return send(handler->type(), length, out);
   }
+  return 0;
+}
+
+std::size_t MailboxServer::answer_next(wire::AlState state, std::span<std::byte> out) {
   while (count_ != 0) {
     const std::size_t length = answer(queue_[head_], state, out);
     head_ = (head_ + 1) % kQueueDepth;
     --count_;
-    if (length != 0) return length;
+    if (length == 0) continue;
+    endless_next_ = true;
+    return length;
   }
   return 0;
+}
+
+std::size_t MailboxServer::reply(std::span<std::byte> out, wire::AlState state) {
+  if (out.size() <= MailboxHeader::kSize) return 0;
+  const auto first = endless_next_ ? say_unasked(true, out) : 0;
+  if (first != 0) return first;
+  if (const auto length = say_unasked(false, out); length != 0) return length;
+  if (const auto length = answer_next(state, out); length != 0) return length;
+  return endless_next_ ? 0 : say_unasked(true, out);
 }
 
 }  // namespace driveline::slaves

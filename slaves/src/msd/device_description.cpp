@@ -108,6 +108,7 @@ DeviceDescription eeprom_description(Variant variant) {
   device.mailbox.coe_pdo_assign = true;
   device.mailbox.coe_pdo_config = true;
   device.mailbox.foe = true;
+  device.mailbox.eoe = device.mailbox.eoe_ip = device.mailbox.eoe_mac = true;
   device.bootstrap_rx_offset = kMailboxOutStart;
   device.bootstrap_rx_size = kMailboxSize;
   device.bootstrap_tx_offset = kMailboxInStart;

@@ -77,12 +77,14 @@ MsdDrive::MsdDrive(const MsdParameters& parameters)
       coe_(core_.dictionary(), *this, {.fill_sign = true}),  // MSD manual Table 8.3
       files_(core_, parameters.file_password, parameters.flash_time),
       foe_(files_),
-      mailbox_(std::array<MailboxProtocol*, 2>{&coe_, &foe_}, kMailboxSize) {
+      eoe_(std::make_unique<EoeServer>(factory_address(parameters.serial_number))),
+      mailbox_(std::array<MailboxProtocol*, 3>{&coe_, &foe_, eoe_.get()}, kMailboxSize) {
   restart();
 }
 
 void MsdDrive::restart() {
   enter_al_state(AlState::kInit);
+  eoe_->restart();
   core_.restart();
   pdo_limits_.even_bytes = core_.firmware() < facts(core_.variant()).odd_pdos_since;
   build_process_data();
@@ -93,6 +95,17 @@ void MsdDrive::enter_al_state(AlState state) noexcept {
   al_state_ = state;
   core_.enter_network_state(network_state(state));
   if (state == AlState::kInit) mailbox_.reset();
+  eoe_->enter(state);
+}
+
+void MsdDrive::mailbox_request(std::span<const std::byte> mailbox) {
+  eoe_->set_time(core_.running_time());
+  mailbox_.request(mailbox);
+}
+
+bool MsdDrive::connect_network(EthernetLink* network) {
+  eoe_->connect(network);
+  return true;
 }
 
 /// BOOT to INIT restarts the device (MSD manual 9.2, transition BI).

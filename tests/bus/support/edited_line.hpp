@@ -31,6 +31,10 @@ class EditedDevice final : public slaves::Device {
   void read_inputs(std::size_t sync_manager, std::span<std::byte> data) noexcept override {
     inner_->read_inputs(sync_manager, data);
   }
+  [[nodiscard]] bool takes_mailbox(std::span<const std::byte> mailbox) const noexcept override {
+    return inner_->takes_mailbox(mailbox);
+  }
+  bool connect_network(slaves::EthernetLink* network) override { return inner_->connect_network(network); }
   void mailbox_request(std::span<const std::byte> mailbox) override;
   [[nodiscard]] std::size_t mailbox_reply(std::span<std::byte> out) override;
   void advance(nanoseconds now) noexcept override { inner_->advance(now); }

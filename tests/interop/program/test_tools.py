@@ -47,14 +47,14 @@ class InProcess(ProgramTest):
     def test_slaves_in_detail(self):
         text = self.tool("slaves", "-p", "1", "-v")
         for part in ("=== Master 0, Slave 1 ===", "  Vendor Id:       0x00000028", "  Serial number:   0x00000002",
-                     "   0  MII   up    open    yes", "   2  N/A   down  closed  no", "  Supported protocols: CoE, FoE",
+                     "   0  MII   up    open    yes", "   2  N/A   down  closed  no", "  Supported protocols: EoE, CoE, FoE",
                      "SM2: PhysAddr 0x1400", "FMMU0: outputs"):
             self.assertIn(part, text)
         document = self.one_document(self.tool("slaves", "--json"))
         slave = document["slaves"][7]
         self.assertEqual((slave["position"], slave["serial_number"], slave["state"]), (7, 8, "INIT"))
         self.assertEqual([port["link"] for port in slave["controller"]["ports"]], [True, False, False, False])
-        self.assertEqual(slave["sii"]["mailbox"]["protocols"], ["CoE", "FoE"])
+        self.assertEqual(slave["sii"]["mailbox"]["protocols"], ["EoE", "CoE", "FoE"])
 
     def test_values_as_pattern_and_number(self):
         self.assertEqual(self.tool("upload", "-p", "0", "-t", "int32", "0x6064", "0"), "0x00000000 0\n")

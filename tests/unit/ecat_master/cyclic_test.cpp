@@ -225,42 +225,74 @@ AcyclicJob job(std::uint64_t id) {
   return made;
 }
 
-TEST(AcyclicChannel, HasOneFrameOnTheWireAtATime) {
+/// The tag of the last frame that was sent.
+std::uint32_t send_due(AcyclicChannel& channel, FakePort& port, std::uint32_t last) {
+  return channel.send_due(port, {0, last}).sequence;
+}
+
+TEST(AcyclicChannel, HasSeveralFramesOnTheWireAndTakesTheirAnswersInAnyOrder) {
   rt::VirtualClock clock;
   FakePort port(clock);
   AcyclicChannel channel;
-  ASSERT_TRUE(channel.submit(job(1)));
-  ASSERT_TRUE(channel.submit(job(2)));
-  channel.send_next(port, {0, 5});
-  channel.send_next(port, {0, 6});
-  ASSERT_EQ(port.sent.size(), 1U);
-  EXPECT_FALSE(channel.accept(port.sent[0], {0, 6})) << "another number";
+  EXPECT_FALSE(channel.in_flight());
+  EXPECT_EQ(send_due(channel, port, 4), 4U) << "no number is used for nothing";
+  for (const std::uint64_t id : {1, 2, 3}) ASSERT_TRUE(channel.submit(job(id)));
+  EXPECT_EQ(send_due(channel, port, 4), 7U);
+  ASSERT_EQ(port.sent.size(), 3U);
+  EXPECT_FALSE(channel.accept(port.sent[0], {0, 4})) << "another number";
+  EXPECT_FALSE(channel.accept(port.sent[0], {1, 5})) << "another master";
   EXPECT_FALSE(channel.accept(std::span(port.sent[0]).first(59), {0, 5})) << "too short";
+  EXPECT_TRUE(channel.accept(port.sent[2], {0, 7}));
   EXPECT_TRUE(channel.accept(port.sent[0], {0, 5}));
   EXPECT_FALSE(channel.accept(port.sent[0], {0, 5})) << "a second time";
+  EXPECT_TRUE(channel.in_flight());
   AcyclicJob answer;
-  ASSERT_TRUE(channel.take_answer(answer));
-  EXPECT_EQ(answer.id, 1U);
-  EXPECT_TRUE(answer.answered);
-  channel.send_next(port, {0, 7});
-  EXPECT_EQ(port.sent.size(), 2U);
+  for (const std::uint64_t id : {3, 1}) {
+    ASSERT_TRUE(channel.take_answer(answer));
+    EXPECT_EQ(answer.id, id);
+    EXPECT_TRUE(answer.answered);
+  }
+  EXPECT_FALSE(channel.take_answer(answer));
+  EXPECT_TRUE(channel.accept(port.sent[1], {0, 6}));
+  EXPECT_FALSE(channel.in_flight());
 }
 
-TEST(AcyclicChannel, GivesUpALostFrameAfterItsCycles) {
+TEST(AcyclicChannel, HasNoMoreFramesOnTheWireThanItsPlaces) {
+  rt::VirtualClock clock;
+  FakePort port(clock);
+  AcyclicChannel channel;
+  std::uint32_t last = 0;
+  for (std::uint64_t id = 1; id <= AcyclicChannel::kMostFrames; ++id) {
+    ASSERT_TRUE(channel.submit(job(id)));
+    last = send_due(channel, port, last);
+  }
+  ASSERT_EQ(port.sent.size(), AcyclicChannel::kMostFrames);
+  ASSERT_TRUE(channel.submit(job(100)));
+  last = send_due(channel, port, last);
+  EXPECT_EQ(port.sent.size(), AcyclicChannel::kMostFrames);
+  ASSERT_TRUE(channel.accept(port.sent[3], {0, 4}));
+  EXPECT_EQ(send_due(channel, port, last), last + 1) << "a place has become free";
+}
+
+TEST(AcyclicChannel, GivesUpLostFramesOneByOneAfterTheirCycles) {
   rt::VirtualClock clock;
   FakePort port(clock);
   AcyclicChannel channel(3);
   ASSERT_TRUE(channel.submit(job(1)));
-  channel.send_next(port, {0, 5});
+  auto last = send_due(channel, port, 4);
+  channel.end_cycle();
+  ASSERT_TRUE(channel.submit(job(2)));
+  last = send_due(channel, port, last);
   AcyclicJob answer;
-  for (int cycle = 0; cycle < 2; ++cycle) {
-    channel.end_cycle();
-    EXPECT_FALSE(channel.take_answer(answer));
-  }
+  channel.end_cycle();
+  EXPECT_FALSE(channel.take_answer(answer));
   channel.end_cycle();
   ASSERT_TRUE(channel.take_answer(answer));
+  EXPECT_EQ(answer.id, 1U);
   EXPECT_FALSE(answer.answered);
+  EXPECT_FALSE(channel.take_answer(answer)) << "the other one has a cycle left";
   EXPECT_FALSE(channel.accept(port.sent[0], {0, 5})) << "too late";
+  EXPECT_TRUE(channel.accept(port.sent[1], {0, 6}));
 }
 
 TEST(AcyclicChannel, SavesUpForAFrameLongerThanItsBudget) {
@@ -271,13 +303,21 @@ TEST(AcyclicChannel, SavesUpForAFrameLongerThanItsBudget) {
   large.size = 350;
   ASSERT_TRUE(channel.submit(large));
   std::uint32_t cycles = 0;
-  while (port.sent.empty() && cycles < 20) channel.send_next(port, {0, ++cycles});
+  for (; port.sent.empty() && cycles < 20; ++cycles) static_cast<void>(send_due(channel, port, 0));
   EXPECT_EQ(cycles, 4U);
-  ASSERT_TRUE(channel.accept(port.sent[0], {0, 4}));
+  ASSERT_TRUE(channel.accept(port.sent[0], {0, 1}));
   // 50 bytes are left of the credit: a frame within the budget goes in the next cycle.
   ASSERT_TRUE(channel.submit(job(2)));
-  channel.send_next(port, {0, 5});
-  EXPECT_EQ(port.sent.size(), 2U);
+  EXPECT_EQ(send_due(channel, port, 1), 2U);
+}
+
+TEST(AcyclicChannel, SavesNothingForABurst) {
+  rt::VirtualClock clock;
+  FakePort port(clock);
+  AcyclicChannel channel(AcyclicChannel::kLostAfterCycles, 2 * 60 + 24 + 59);
+  for (int cycle = 0; cycle < 100; ++cycle) EXPECT_EQ(send_due(channel, port, 0), 0U);
+  for (std::uint64_t id = 1; id <= 5; ++id) ASSERT_TRUE(channel.submit(job(id)));
+  EXPECT_EQ(send_due(channel, port, 0), 2U) << "preamble and gap of the second one are within the budget";
 }
 
 TEST(CyclicExchange, PacksNoMoreThanTheBudgetIntoAFrame) {
@@ -288,7 +328,8 @@ TEST(CyclicExchange, PacksNoMoreThanTheBudgetIntoAFrame) {
   CyclicExchange exchange(channel, clock, [&](std::chrono::nanoseconds duration) {
     clock.advance(duration);
     const auto before = port.sent.size();
-    channel.send_next(port, {0, ++sequence});
+    sequence = send_due(channel, port, sequence);
+    ASSERT_LE(port.sent.size(), before + 1) << "no second one fits into the cycle";
     if (port.sent.size() > before) {
       EXPECT_TRUE(channel.accept(ecat_master_test::answered(port.sent.back(), std::byte{1}), {0, sequence}));
     }
@@ -318,25 +359,23 @@ TEST(AcyclicChannel, RefusesMoreJobsThanItHolds) {
   AcyclicChannel channel;
   int taken = 0;
   while (channel.submit(job(1))) ++taken;
-  EXPECT_EQ(taken, 4);
+  EXPECT_EQ(taken, 8);
 }
 
 TEST(CyclicExchange, SkipsAnswersOfJobsThatWereGivenUp) {
   rt::VirtualClock clock;
   FakePort port(clock);
-  // The channel waits longer than the exchange: jobs pile up and are answered after they were given up.
+  // The channel waits longer than the exchange: jobs are answered after they were given up.
   AcyclicChannel channel(1'000'000);
   std::uint32_t sequence = 0;
   bool silent = true;
   std::size_t returned = 0;
-  std::vector<FrameTag> tags;
   const CyclicExchange::Pass pass = [&](std::chrono::nanoseconds duration) {
     clock.advance(duration);
-    channel.send_next(port, {0, ++sequence});
-    if (tags.size() < port.sent.size()) tags.push_back({0, sequence});
+    sequence = send_due(channel, port, sequence);
     for (; !silent && returned < port.sent.size(); ++returned) {
       const auto answer = ecat_master_test::answered(port.sent[returned], static_cast<std::byte>(returned + 1));
-      EXPECT_TRUE(channel.accept(answer, tags[returned]));
+      EXPECT_TRUE(channel.accept(answer, {0, static_cast<std::uint32_t>(returned + 1)}));
     }
   };
   CyclicExchange exchange(channel, clock, pass);
@@ -345,12 +384,48 @@ TEST(CyclicExchange, SkipsAnswersOfJobsThatWereGivenUp) {
   const auto failed = exchange.exchange({&request, 1});
   ASSERT_FALSE(failed);
   EXPECT_TRUE(failed.error().is<facts::NoAnswer>());
-  ASSERT_EQ(port.sent.size(), 1U);
+  ASSERT_EQ(port.sent.size(), 5U);
   silent = false;
-  // Two old answers make room for a new request.
-  for (int cycle = 0; cycle < 2; ++cycle) pass(microseconds{125});
   ASSERT_TRUE(exchange.exchange({&request, 1}));
   EXPECT_EQ(std::to_integer<std::size_t>(data[0]), port.sent.size()) << "not the answer to an earlier frame";
+}
+
+/// Three requests that take a frame each.
+struct Batch {
+  explicit Batch(AcyclicChannel& channel, rt::VirtualClock& clock, CyclicExchange::Pass pass)
+      : exchange(channel, clock, std::move(pass)) {
+    for (auto& bytes : data) {
+      requests.push_back({wire::Command::kFprd, wire::DatagramAddress::physical(0x1001, 0x1000), bytes});
+    }
+  }
+  std::array<std::array<std::byte, 1000>, 3> data{};
+  std::vector<Request> requests;
+  CyclicExchange exchange;
+};
+
+TEST(CyclicExchange, RepeatsOnlyTheFramesOfABatchThatWereLost) {
+  rt::VirtualClock clock;
+  FakePort port(clock);
+  AcyclicChannel channel(2);
+  std::uint32_t sequence = 0;
+  std::vector<std::uint32_t> waiting;
+  Batch batch(channel, clock, [&](std::chrono::nanoseconds duration) {
+    clock.advance(duration);
+    const auto before = sequence;
+    sequence = send_due(channel, port, sequence);
+    for (auto one = before + 1; one <= sequence; ++one) {
+      // The second frame never comes back.
+      if (one == 2) continue;
+      EXPECT_TRUE(
+          channel.accept(ecat_master_test::answered(port.sent[one - 1], static_cast<std::byte>(one)), {0, one}));
+    }
+    channel.end_cycle();
+  });
+  ASSERT_TRUE(batch.exchange.exchange(batch.requests));
+  EXPECT_EQ(port.sent.size(), 4U);
+  EXPECT_EQ(batch.data[0][0], std::byte{1});
+  EXPECT_EQ(batch.data[1][0], std::byte{4});
+  EXPECT_EQ(batch.data[2][0], std::byte{3});
 }
 
 TEST(CyclicExchange, RefusesARequestThatFitsNoFrame) {

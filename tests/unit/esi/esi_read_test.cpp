@@ -141,7 +141,7 @@ TEST(ReadEsi, FmmusSyncManagersPdos) {
 TEST(ReadEsi, MailboxClockEeprom) {
   const DeviceDescription device = vendor_file().devices.at(0);
   MailboxSupport mailbox;
-  mailbox.eoe = mailbox.coe = mailbox.coe_sdo_info = mailbox.coe_pdo_assign = true;
+  mailbox.eoe = mailbox.eoe_ip = mailbox.coe = mailbox.coe_sdo_info = mailbox.coe_pdo_assign = true;
   EXPECT_EQ(device.mailbox, mailbox);
   EXPECT_THAT(device.dc_modes, ElementsAre(DcOpMode{"DcSync", "DC synchron", 0x300, 0, 1, -1500, 0, 0, 0}));
   EXPECT_EQ(device.eeprom_bytes, 2048U);

@@ -13,6 +13,7 @@
 #include "driveline/ecat_master/cyclic/cycle_runner.hpp"
 #include "driveline/ecat_master/dc/clock_watch.hpp"
 #include "driveline/ecat_master/discovery/topology.hpp"
+#include "driveline/ecat_master/eoe/eoe_ports.hpp"
 #include "driveline/ecat_master/state_machine.hpp"
 
 namespace driveline::ecat_master {
@@ -150,6 +151,13 @@ class Master {
   [[nodiscard]] MailboxEngine& mailboxes() noexcept { return engine_; }
   /// Emergencies that slaves have sent; any ordinary thread.
   [[nodiscard]] EmergencyLog& emergencies() noexcept { return emergencies_; }
+  /// Ports of the slaves that Ethernet frames go through, from open_eoe() on; any ordinary thread.
+  [[nodiscard]] EoePorts& eoe() noexcept { return eoe_; }
+  /// The slave knows EoE, by its ESI or EEPROM.
+  [[nodiscard]] bool supports_eoe(std::size_t slave) const noexcept;
+  /// Opens the EoE port of a slave, which stays the same over recoveries: frames pass while the slave's mailboxes are
+  /// open. `receiver` must outlive the master. Errors: NoEoe.
+  [[nodiscard]] Result<std::shared_ptr<EoePort>> open_eoe(std::size_t slave, EoeReceiver& receiver);
   /// Access to registers and EEPROMs, through the cycle while it runs.
   [[nodiscard]] Bus& bus() noexcept { return bus_; }
   /// Frames of acyclic work outside the cycle.
@@ -222,6 +230,7 @@ class Master {
   SwitchedExchange exchange_;
   Bus bus_;
   EmergencyLog emergencies_;
+  EoePorts eoe_{engine_};
   MailboxEngine engine_;
   CycleMailboxStatus mailbox_status_{*this};
   std::vector<ConfiguredSlave> slaves_;

@@ -114,6 +114,8 @@ struct MailboxSupport {
   bool coe_pdo_config = false;         ///< PDO mapping can be changed
   bool coe_complete_access = false;    ///< SDO transfers of whole objects
   bool coe_upload_at_startup = false;  ///< the master reads the PDOs at start
+  bool eoe_ip = false;                 ///< the master can set the IP parameters
+  bool eoe_mac = false;                ///< the master can set the MAC address
   /// There is a mailbox. \rtsafe
   [[nodiscard]] bool any() const noexcept { return aoe || eoe || coe || foe || soe || voe; }
   bool operator==(const MailboxSupport&) const = default;

@@ -8,6 +8,7 @@
 
 #include "driveline/runtime/event/operation_events.hpp"
 #include "driveline/runtime/event/result_events.hpp"
+#include "driveline/runtime/event/service_events.hpp"
 #include "driveline/runtime/event/set_up_events.hpp"
 
 namespace driveline::runtime {
@@ -23,7 +24,8 @@ using EventFacts =
                  events::GroupZeroed, events::GroupReleased, events::MasterAway, events::MasterAwayOften,
                  events::AxisPresenceChanged, events::AxesStopped, events::AxesNotOff, events::NotInInit,
                  events::AxisNeverEnabled, events::AxisOffItsSetpoint, events::ForbiddenCalls, events::ForeignTraffic,
-                 events::FaultRecorded, events::RecordingEnded, events::CaptureIncomplete, events::FileNotWritten>;
+                 events::FaultRecorded, events::RecordingEnded, events::CaptureIncomplete, events::FileNotWritten, events::EoeUp, events::EoeAddressRefused,
+                 events::GatewayUp>;
 
 /// How grave an event is.
 enum class Severity : std::uint8_t {

@@ -104,6 +104,9 @@ class Line {
   /// Diagnosis of the running line. On the owner's thread, in Observer::look(). Errors: the line is not in operation
   /// (kCall), those of the bus (kLine).
   [[nodiscard]] Result<ecat_master::LineDiagnosis> diagnose();
+  /// Ports, addresses and counters of EoE; none: the line has no [eoe], or is not in operation yet. On the owner's
+  /// thread, in Observer::look().
+  [[nodiscard]] std::optional<EoeReport> eoe() const;
 
  private:
   explicit Line(std::unique_ptr<Session> session, std::optional<trajectory::Interpolator> path);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "driveline/slaves/device_signals.hpp"
+#include "driveline/slaves/ethernet_link.hpp"
 #include "driveline/slaves/sync_demand.hpp"
 #include "driveline/slaves/sync_margin.hpp"
 #include "driveline/wire/al.hpp"
@@ -100,6 +101,10 @@ class Device {
   /// Fills the input process data that the slave is about to publish; in SAFEOP and OP.
   virtual void read_inputs(std::size_t sync_manager, std::span<std::byte> data) noexcept = 0;
 
+  /// The device takes this mailbox now; else it stays in sync manager 0, which the master finds full, and is offered
+  /// again as soon as an answer has left. \rtsafe
+  [[nodiscard]] virtual bool takes_mailbox(std::span<const std::byte> /*mailbox*/) const noexcept { return true; }
+
   /// A mailbox the master has written, header included (as many bytes as sync manager 0 has). In PREOP, SAFEOP, OP
   /// and BOOT.
   virtual void mailbox_request(std::span<const std::byte> mailbox) = 0;
@@ -107,6 +112,10 @@ class Device {
   /// Writes the next mailbox for the master, header included, into `out` (as long as sync manager 1); returns its
   /// length, 0 when there is none. Called whenever sync manager 1 is empty.
   [[nodiscard]] virtual std::size_t mailbox_reply(std::span<std::byte> out) = 0;
+
+  /// The network behind the device's EoE port, which must outlive the device or be replaced; null: none. False: the
+  /// device has no EoE. Not in the cycle.
+  virtual bool connect_network(EthernetLink* /*network*/) { return false; }
 
   /// Runs the device's application (control loops, timers) up to `now`.
   virtual void advance(std::chrono::nanoseconds now) noexcept = 0;

@@ -53,6 +53,20 @@ TEST_F(MailboxTransportTest, ReplyIsPaddedToTheMailbox) {
   EXPECT_EQ(fetch().working_counter, 0);
 }
 
+TEST_F(MailboxTransportTest, WhatTheDeviceHasNoRoomForStaysInTheSyncManager) {
+  device().mailbox_full = true;
+  EXPECT_EQ(send(5), 1);
+  pass(1ms);
+  EXPECT_TRUE(device().requests.empty());
+  EXPECT_EQ(send(6), 0) << "full";
+  device().mailbox_full = false;
+  slave().advance(now());
+  pass(125us);
+  ASSERT_EQ(device().requests.size(), 1U);
+  EXPECT_EQ(device().requests[0], mail(5));
+  EXPECT_EQ(send(6), 1);
+}
+
 TEST_F(MailboxTransportTest, SpontaneousMailComesWithTheNextStep) {
   device().replies.push_back(bytes({1}));
   EXPECT_EQ(fetch().working_counter, 0);

@@ -62,7 +62,7 @@ TEST(MsdDescription, SiiImageIsValidAndIdentifiesTheDrive) {
   EXPECT_EQ(image->serial_number, 99U);
   EXPECT_EQ(image->standard_mailbox.receive_offset, 0x1000);
   EXPECT_EQ(image->standard_mailbox.send_size, 512);
-  EXPECT_EQ(image->mailbox_protocols, 0x000C) << "CoE and FoE";
+  EXPECT_EQ(image->mailbox_protocols, 0x000E) << "EoE, CoE and FoE";
 }
 
 }  // namespace

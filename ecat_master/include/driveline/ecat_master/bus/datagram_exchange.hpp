@@ -19,6 +19,9 @@ struct Request {
   std::span<std::byte> data;                    ///< sent; overwritten by the answer
   std::uint16_t working_counter = 0;            ///< of the answer
   bool answered = false;                        ///< false: no answer came
+  /// Not sent again when its frame was lost, because a second time would do something else; it may stay unanswered, and
+  /// then nobody knows whether the slave has had it.
+  bool once = false;
 };
 
 /// EtherCAT frames of another master on the wire, and the most harmful datagram among them.
@@ -62,7 +65,8 @@ class DatagramExchange {
  public:
   virtual ~DatagramExchange() = default;
 
-  /// Sends all requests, packed into as few frames as fit, and waits for the answers; lost frames are repeated.
+  /// Sends all requests, packed into as few frames as fit, and waits for the answers; what was in lost frames is
+  /// repeated, except Request::once.
   /// Errors: NoAnswer when a frame stays unanswered after all retries, LinkDown, ProcessDataSize when one
   /// request does not fit into a frame. A working counter of zero is no error here.
   [[nodiscard]] virtual Result<void> exchange(std::span<Request> requests) = 0;

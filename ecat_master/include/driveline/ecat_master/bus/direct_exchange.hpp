@@ -50,6 +50,7 @@ class DirectExchange final : public DatagramExchange {
     bool pending = false;
   };
 
+  [[nodiscard]] bool is_open(const Request& request) const noexcept;
   [[nodiscard]] Result<std::size_t> send_pending(std::span<Request> requests, std::size_t next);
   [[nodiscard]] Result<std::size_t> send_frame(std::span<Request> requests, std::size_t first);
   void collect(std::span<Request> requests);
@@ -63,6 +64,7 @@ class DirectExchange final : public DatagramExchange {
   std::uint16_t instance_;
   ExchangeStatistics statistics_;
   std::uint32_t sequence_ = 0;
+  int attempt_ = 0;
   std::vector<Flight> flights_;
   std::array<std::byte, port::kMaxFrameBytes> buffer_{};
 };

@@ -7,6 +7,7 @@
 #include "driveline/ecat_master/error/configuration_finding.hpp"
 #include "driveline/wire/al.hpp"
 #include "driveline/wire/al_status_code.hpp"
+#include "driveline/wire/eoe.hpp"
 #include "driveline/wire/foe.hpp"
 #include "driveline/wire/sdo_abort.hpp"
 
@@ -203,6 +204,16 @@ struct FileSize {
 /// The slave was busy with a file for too long.
 struct FileBusy {
   std::chrono::nanoseconds waited{0};  ///< since it has moved on
+};
+
+// Ethernet (EoE).
+
+/// The slave's description says that it does not know EoE.
+struct NoEoe {};
+/// The slave refused an EoE service.
+struct EoeRefused {
+  wire::EoeType service{};   ///< the request
+  wire::EoeResult result{};  ///< why, by the slave
 };
 
 // Process data.

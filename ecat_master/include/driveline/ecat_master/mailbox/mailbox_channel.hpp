@@ -1,40 +1,25 @@
 #pragma once
 
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "driveline/ecat_master/bus/bus.hpp"
+#include "driveline/ecat_master/error.hpp"
 #include "driveline/ecat_master/mailbox/dialogue.hpp"
+#include "driveline/ecat_master/mailbox/mailbox_reader.hpp"
+#include "driveline/ecat_master/mailbox/mailbox_stream.hpp"
+#include "driveline/ecat_master/mailbox/mailbox_window.hpp"
+#include "driveline/ecat_master/mailbox/mailbox_writer.hpp"
+#include "driveline/wire/mailbox.hpp"
 
 namespace driveline::ecat_master {
-
-/// Patience with the mailboxes of one slave; none: as for all (MailboxChannel::Settings).
-struct MailboxTimeouts {
-  std::optional<std::chrono::nanoseconds> request;   ///< until it takes a mailbox
-  std::optional<std::chrono::nanoseconds> response;  ///< until it answers
-  constexpr bool operator==(const MailboxTimeouts&) const = default;
-};
-
-/// Where a slave has its mailboxes: sync manager 0 (to the slave) and 1 (from the slave).
-struct MailboxWindow {
-  std::uint16_t out_address = 0;  ///< of the master's mails, in the slave's memory
-  std::uint16_t out_length = 0;   ///< bytes
-  std::uint16_t in_address = 0;   ///< of the slave's mails, in the slave's memory
-  std::uint16_t in_length = 0;    ///< bytes
-  MailboxTimeouts timeouts{};     ///< of this slave
-  std::uint8_t last_counter = 0;  ///< of the last mail it has had, 1 to 7; 0: none since INIT
-  constexpr bool operator==(const MailboxWindow&) const = default;
-};
-
-/// The status of a slave's mailbox to the master as it came with the process data (an FMMU maps the sync manager's
-/// status byte).
-struct MailboxStatusSample {
-  bool full = false;        ///< the slave has put a mail into it
-  std::uint64_t cycle = 0;  ///< cycles that were over when it was looked at
-};
 
 /// What a channel has seen.
 struct MailboxStatistics {
@@ -47,10 +32,10 @@ struct MailboxStatistics {
   std::uint64_t timeouts = 0;   ///< dialogues that got no answer in time
 };
 
-/// The mailboxes of one slave: carries out one dialogue after the other, in the order of their priorities. It never
-/// waits; each step contributes the datagrams it needs now to a batch that travels for all slaves together, and takes
-/// the answers. Counter, polling of the sync manager's status, and repetition of replies that were lost on the wire as
-/// in ETG.1000.4 5.6 and 6.6.3.
+/// The mailboxes of one slave: carries out one dialogue after the other, in the order of their priorities, and lets the
+/// mails of a stream through whenever no dialogue has anything to send. It never waits; each step contributes the
+/// datagrams it needs now to a batch that travels for all slaves together, and takes the answers. Counter, polling of
+/// the sync manager's status, and repetition of replies that were lost on the wire as in ETG.1000.4 5.6 and 6.6.3.
 ///
 /// One thread at a time; see MailboxEngine.
 class MailboxChannel {
@@ -61,6 +46,8 @@ class MailboxChannel {
     /// A mailbox error reply names no request: the awaited answer may still come this long.
     std::chrono::nanoseconds error_grace = std::chrono::milliseconds{50};
     std::chrono::nanoseconds idle_poll = std::chrono::milliseconds{10};  ///< for what slaves send unasked
+    /// A stream that has moved is likely to move again: the slave is polled without pause for this long.
+    std::chrono::nanoseconds stream_poll = std::chrono::milliseconds{20};
   };
   /// Mails that no dialogue waits for. False: of a protocol that nobody knows.
   using Deliver = std::function<bool(SlaveRef, wire::MailboxType, std::span<const std::byte> service)>;
@@ -74,15 +61,14 @@ class MailboxChannel {
   void submit(std::shared_ptr<MailboxDialogue> dialogue);
   /// True while a dialogue is in progress or waiting.
   [[nodiscard]] bool busy() const noexcept { return active_ != nullptr || !queue_.empty(); }
+  /// From now on the mails of this stream are sent, too; null: of none. Tells the stream before that it is closed.
+  void use_stream(std::shared_ptr<MailboxStream> stream);
   /// The next prepare() looks into the mailbox, due or not.
-  void poll_now() noexcept {
-    next_idle_poll_ = {};
-    sample_is_old_ = true;
-  }
+  void poll_now() noexcept { reader_.poll_now(); }
   /// What the process data say about the mailbox now; nothing: it is asked for with a datagram of its own.
-  void use_sample(std::optional<MailboxStatusSample> sample) noexcept;
+  void use_sample(std::optional<MailboxStatusSample> sample) noexcept { reader_.use_sample(sample); }
   /// Nothing has been found in the mailbox since poll_now().
-  [[nodiscard]] bool polled_empty() const noexcept { return fetch_ == Fetch::kPoll && next_idle_poll_.count() != 0; }
+  [[nodiscard]] bool polled_empty() const noexcept { return reader_.polled_empty(); }
 
   /// Appends what this slave needs now to `batch`; dialogues that cannot even begin go to `finished`.
   void prepare(std::chrono::nanoseconds now, std::vector<Request>& batch, Finished& finished);
@@ -97,22 +83,29 @@ class MailboxChannel {
   /// Where they are.
   [[nodiscard]] const MailboxWindow& window() const noexcept { return window_; }
   /// Service bytes that fit into one mailbox to the slave.
-  [[nodiscard]] std::size_t max_service() const noexcept;
+  [[nodiscard]] std::size_t max_service() const noexcept { return writer_.room(); }
   /// Since the channel was opened.
-  [[nodiscard]] const MailboxStatistics& statistics() const noexcept { return statistics_; }
+  [[nodiscard]] MailboxStatistics statistics() const noexcept;
 
  private:
+  /// Whose mail the slave has not taken yet.
+  enum class Sender : std::uint8_t { kNobody, kDialogue, kStream };
+
   [[nodiscard]] std::chrono::nanoseconds request_timeout() const noexcept;
   /// Of the dialogue in progress.
   [[nodiscard]] std::chrono::nanoseconds reply_timeout() const noexcept;
-  enum class Fetch : std::uint8_t { kPoll, kRead, kRepeatLook, kRepeatToggle, kRepeatWait };
+  /// The slave has not taken the mail of the dialogue in progress.
+  [[nodiscard]] bool sending() const noexcept { return owed_ || sender_ == Sender::kDialogue; }
 
-  [[nodiscard]] bool wants_poll(std::chrono::nanoseconds now) noexcept;
   void start_next(std::chrono::nanoseconds now, Finished& finished);
   [[nodiscard]] bool load_outgoing(std::chrono::nanoseconds now);
+  void load_mail(std::chrono::nanoseconds now);
+  void withdraw() noexcept;
   bool take_written(std::chrono::nanoseconds now, const Request& answer, Finished& finished);
-  bool take_fetched(std::chrono::nanoseconds now, const Request& answer, const Deliver& deliver, Finished& finished);
+  bool take_found(std::chrono::nanoseconds now, MailboxReader::Found found, const Deliver& deliver, Finished& finished);
   void take_mail(std::chrono::nanoseconds now, const Deliver& deliver, Finished& finished);
+  void pass_on(std::chrono::nanoseconds now, wire::MailboxType type, std::span<const std::byte> service,
+               const Deliver& deliver);
   void refuse(wire::MailboxType type);
   void resume(std::chrono::nanoseconds now, Finished& finished);
   void take_error(std::chrono::nanoseconds now, std::span<const std::byte> service, Finished& finished);
@@ -126,35 +119,29 @@ class MailboxChannel {
   MailboxWindow window_;
   Settings settings_;
   MailboxStatistics statistics_;
+  MailboxWriter writer_;
+  MailboxReader reader_;
+  Sender sender_ = Sender::kNobody;  ///< of the mail in writer_
+
+  // The dialogue in progress, and those behind it.
   std::deque<std::shared_ptr<MailboxDialogue>> queue_;
   std::shared_ptr<MailboxDialogue> active_;
-
-  // The way out.
-  std::vector<std::byte> outgoing_;  ///< the mailbox as it is to be written
-  std::vector<std::byte> out_wire_;  ///< its copy in the datagram
-  std::uint8_t counter_ = 0;
-  bool sending_ = false;    ///< not taken by the slave yet
-  bool attempted_ = false;  ///< may have been taken
-  bool leaving_ = false;    ///< the last word of a dialogue that has failed
+  bool owed_ = false;       ///< its service waits until the slave has taken a mail of the stream
+  bool attempted_ = false;  ///< its mail may have been taken
+  bool leaving_ = false;    ///< its mail is the last word after it has failed
   std::optional<std::uint16_t> error_reply_;
-  std::uint16_t known_ = 0;    ///< a bit per protocol in which something has been asked
-  std::uint16_t refused_ = 0;  ///< a bit per protocol that has been refused
-  std::chrono::nanoseconds echo_until_{0};
   std::chrono::nanoseconds deadline_{0};
   std::optional<std::chrono::nanoseconds> resume_at_;  ///< the slave has asked to be left alone until then
 
-  // The way in.
-  Fetch fetch_ = Fetch::kPoll;
-  std::vector<std::byte> in_wire_;
-  std::array<std::byte, 3> registers_{};  ///< status, activate, PDI control of sync manager 1
-  bool repeat_bit_ = false;
-  std::chrono::nanoseconds repeat_deadline_{0};
-  std::chrono::nanoseconds next_idle_poll_{0};
+  std::shared_ptr<MailboxStream> stream_;
+  std::chrono::nanoseconds stream_deadline_{0};     ///< for the slave to take its mail
+  std::chrono::nanoseconds stream_moved_until_{0};  ///< a mail either way not long ago
+  std::chrono::nanoseconds stream_echo_until_{0};   ///< an error reply may be about a mail of the stream
+
+  std::uint16_t known_ = 0;    ///< a bit per protocol in which something has been asked
+  std::uint16_t refused_ = 0;  ///< a bit per protocol that has been refused
+  std::chrono::nanoseconds echo_until_{0};
   std::uint8_t last_received_ = 0;
-  std::optional<MailboxStatusSample> sample_;
-  bool sample_is_old_ = false;     ///< the mailbox has been read since it was taken
-  std::uint64_t sample_from_ = 0;  ///< first cycle whose sample counts
-  unsigned silent_ = 0;
 
   // What prepare() has appended.
   bool wrote_ = false;

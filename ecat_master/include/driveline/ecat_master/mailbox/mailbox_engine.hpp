@@ -63,6 +63,12 @@ class MailboxEngine {
   /// While the cycle runs: asks `source` whether a mailbox is full, instead of the slave. Null ends that.
   void use_status(const MailboxStatusSource* source);
 
+  /// The mails of `stream` go to the slave at `position` beside its dialogues whenever its mailboxes are open, also
+  /// when they are opened anew; one stream per slave, what was open before is closed.
+  void open_stream(std::uint16_t position, std::shared_ptr<MailboxStream> stream);
+  /// Ends the stream of the slave at `position`.
+  void close_stream(std::uint16_t position);
+
   /// Queues a dialogue; fails it with NoMailbox when the slave has no open mailbox.
   void submit(std::uint16_t position, std::shared_ptr<MailboxDialogue> dialogue);
   /// Steps the engine until `dialogue` is done.
@@ -102,8 +108,9 @@ class MailboxEngine {
   Bus& bus_;
   Settings settings_;
 
-  std::mutex step_mutex_;  ///< channels_, status_, handlers_, batch_: one thread steps at a time
+  std::mutex step_mutex_;  ///< channels_, streams_, status_, handlers_, batch_: one thread steps at a time
   std::map<std::uint16_t, MailboxChannel> channels_;
+  std::map<std::uint16_t, std::shared_ptr<MailboxStream>> streams_;
   const MailboxStatusSource* status_ = nullptr;
   std::map<wire::MailboxType, MailboxProtocolHandler*> handlers_;
   std::vector<Request> batch_;

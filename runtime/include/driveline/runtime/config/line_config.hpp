@@ -20,6 +20,7 @@
 #include "driveline/runtime/config/recovery_config.hpp"
 #include "driveline/runtime/config/slave_plan_config.hpp"
 #include "driveline/runtime/devices/device_registry.hpp"
+#include "driveline/runtime/gateway/mailbox_gateway.hpp"
 #include "driveline/slaves/line/fault.hpp"
 #include "driveline/slaves/line/frame_path.hpp"
 #include "driveline/slaves/line/wiring.hpp"
@@ -105,6 +106,12 @@ struct FaultPlan {
   slaves::Fault fault;            ///< what goes wrong
 };
 
+/// [gateway] of a line description: the way for tools of vendors to the mailboxes.
+struct GatewayConfig {
+  GatewaySettings settings;         ///< where it listens, and for which protocols
+  std::vector<std::size_t> slaves;  ///< numbers of the [[slave]] tables that may be reached; all when left out
+};
+
 /// A line description file.
 struct LineConfig {
   std::string name = "line";                                         ///< for messages and telemetry
@@ -133,6 +140,7 @@ struct LineConfig {
   TelemetryConfig telemetry;                  ///< what goes out over DDS
   OutputConfig output;                        ///< what is written into files
   std::optional<EoeConfig> eoe;               ///< none: no EoE
+  std::optional<GatewayConfig> gateway;       ///< none: no mailbox gateway
   RecoveryConfig recovery;                    ///< reaction to lost slaves
   std::vector<std::string> notes;             ///< remarks on the file for its author, a sentence each
 };

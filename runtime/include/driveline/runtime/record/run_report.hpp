@@ -9,8 +9,10 @@
 #include "driveline/ecat_master/cyclic/cyclic_core.hpp"
 #include "driveline/ecat_master/dc/sync_objects.hpp"
 #include "driveline/port/redundant_port.hpp"
+#include "driveline/runtime/eoe/eoe_report.hpp"
 #include "driveline/runtime/error.hpp"
 #include "driveline/runtime/event.hpp"
+#include "driveline/runtime/gateway/mailbox_gateway.hpp"
 #include "driveline/runtime/record/image_view.hpp"
 #include "driveline/runtime/record/input_values.hpp"
 #include "driveline/runtime/setup/task.hpp"
@@ -73,6 +75,8 @@ struct RunReport {
   std::optional<ClockReport> clocks;                   ///< none: the drives ran free
   std::optional<RingReport> ring;                      ///< none: the line has one end
   std::vector<TaskReport> tasks;                       ///< of the application, in the order in which they were added
+  std::optional<EoeReport> eoe;                        ///< none: the line has no EoE
+  std::vector<GatewayClient> gateway_clients;          ///< of the mailbox gateway
   std::vector<Event> events;                           ///< faults, and what else happened; oldest first
   std::uint64_t recoveries = 0;                        ///< slaves brought back to OP
   std::map<std::string, std::filesystem::path> files;  ///< written files, by their key in the summary

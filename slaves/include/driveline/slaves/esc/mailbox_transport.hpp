@@ -33,7 +33,7 @@ class MailboxTransport {
  private:
   void accept_request();
   void repeat_last();
-  void send_next();
+  bool send_next();
   bool publish(std::span<const std::byte> mail) noexcept;
 
   Esc& esc_;

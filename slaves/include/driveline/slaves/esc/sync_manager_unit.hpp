@@ -78,6 +78,8 @@ class SyncManagerUnit {
   [[nodiscard]] std::uint32_t write_count(unsigned n) const noexcept { return channels_[n].writes; }
   /// When the last of them was complete.
   [[nodiscard]] Nanoseconds last_write(unsigned n) const noexcept { return channels_[n].last_write; }
+  /// The mailbox that take() would hand over; empty when there is none. The master cannot change it before.
+  [[nodiscard]] std::span<const std::byte> waiting_mail(unsigned n) const noexcept;
   /// Hands over the newest buffer; empty when there is none. Valid until the next access of the master.
   [[nodiscard]] std::span<const std::byte> take(unsigned n) noexcept;
   /// Buffer for the next data to the master; empty when the channel is not operational or its mailbox is full.

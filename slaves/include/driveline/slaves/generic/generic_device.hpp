@@ -7,6 +7,7 @@
 #include "driveline/slaves/device.hpp"
 #include "driveline/slaves/generic/device_model.hpp"
 #include "driveline/slaves/mailbox/coe_server.hpp"
+#include "driveline/slaves/mailbox/eoe_server.hpp"
 #include "driveline/slaves/signal.hpp"
 
 namespace driveline::slaves::generic {
@@ -32,7 +33,7 @@ struct GenericOptions {
 };
 
 /// A device simulated from its description (an ESI file or an EEPROM image): identity, sync managers, process data,
-/// object dictionary and CoE. Its application is minimal: inputs repeat outputs or follow a script.
+/// object dictionary, CoE and EoE. Its application is minimal: inputs repeat outputs or follow a script.
 ///
 /// Looped back, each input entry repeats an output entry: going through both in the order of the process data, the next
 /// one of the same length. Outputs become 0 when OP is left. A device without mailbox and with a PDI that has no
@@ -55,7 +56,12 @@ class GenericDevice final : public Device, public DeviceSignals, private Diction
   void fall_back(wire::AlState from, wire::AlState to, wire::AlStatusCode reason) noexcept override;
   void write_outputs(std::size_t sync_manager, std::span<const std::byte> data) noexcept override;
   void read_inputs(std::size_t sync_manager, std::span<std::byte> data) noexcept override;
-  void mailbox_request(std::span<const std::byte> mailbox) override { mailbox_.request(mailbox); }
+  [[nodiscard]] bool takes_mailbox(std::span<const std::byte> mailbox) const noexcept override {
+    return mailbox_.has_room(mailbox);
+  }
+  void mailbox_request(std::span<const std::byte> mailbox) override;
+  bool connect_network(EthernetLink* network) override;
+  void restart() override;
   [[nodiscard]] std::size_t mailbox_reply(std::span<std::byte> out) override { return mailbox_.reply(out, al_state_); }
   void advance(std::chrono::nanoseconds now) noexcept override;
   [[nodiscard]] std::chrono::nanoseconds process_data_period() const noexcept override;
@@ -104,6 +110,7 @@ class GenericDevice final : public Device, public DeviceSignals, private Diction
   DeviceProfile profile_;
   ObjectDictionary dictionary_;
   CoeServer coe_;
+  std::unique_ptr<EoeServer> eoe_;  ///< null: the device has none
   MailboxServer mailbox_;
   std::vector<PdoMap> maps_;  ///< by sync manager
   bool looped_;
@@ -114,6 +121,7 @@ class GenericDevice final : public Device, public DeviceSignals, private Diction
   std::vector<std::uint16_t> set_slots_;  ///< of inputs that set_signal() has set; there is room for all
   wire::AlState al_state_ = wire::AlState::kInit;
   std::optional<std::chrono::nanoseconds> start_;
+  std::chrono::nanoseconds now_{0};
 };
 
 }  // namespace driveline::slaves::generic

@@ -19,12 +19,17 @@ struct MailboxRequest {
   wire::AlState state = wire::AlState::kNone;  ///< of the slave
 };
 
-/// A mailbox protocol of a device (CoE, FoE): answers one request at a time.
+/// A mailbox protocol of a device (CoE, EoE, FoE): answers one request at a time.
 class MailboxProtocol {
  public:
   virtual ~MailboxProtocol() = default;
   /// Type of the mailboxes it answers; stays the same.
   [[nodiscard]] virtual wire::MailboxType type() const noexcept = 0;
+  /// The request has no answer, so that it is handled as soon as it comes, whatever waits: with nothing to write into
+  /// and with state kNone.
+  [[nodiscard]] virtual bool without_answer(std::span<const std::byte> /*data*/) const noexcept { return false; }
+  /// What it says unasked may go on for ever. It takes turns with everything else; what has an end comes first.
+  [[nodiscard]] virtual bool endless() const noexcept { return false; }
   /// Handles one request and writes the service data of the answer into `out`. Returns the
   /// length of the answer, 0 when the service has none, or the reason why the request is not understood.
   [[nodiscard]] virtual tl::expected<std::size_t, wire::MailboxErrorCode> request(const MailboxRequest& request,
@@ -40,7 +45,7 @@ class MailboxProtocol {
 /// cannot serve with mailbox errors (ETG.1000.4 5.6, ETG.1000.6 5.5).
 ///
 /// Requests wait in a queue until the master has fetched the previous answer, because an answer is made directly in
-/// the mailbox it leaves in. No allocation after construction.
+/// the mailbox it leaves in. Those without an answer wait for nothing. No allocation after construction.
 class MailboxServer {
  public:
   /// Requests that may wait for their turn.
@@ -49,6 +54,8 @@ class MailboxServer {
   /// `max_size`: largest request mailbox in bytes, header included. The protocols must outlive the server.
   MailboxServer(std::span<MailboxProtocol* const> protocols, std::size_t max_size);
 
+  /// request() would not lose this mailbox for want of room in the queue. \rtsafe
+  [[nodiscard]] bool has_room(std::span<const std::byte> mailbox) const noexcept;
   /// A mailbox the master wrote, header included.
   void request(std::span<const std::byte> mailbox);
   /// Next mailbox for the master, header included; returns its length, 0 when there is none.
@@ -56,7 +63,8 @@ class MailboxServer {
   /// The mailbox was started or stopped by the AL state machine: everything pending is forgotten.
   void reset() noexcept;
 
-  /// Requests lost because the master wrote more than kQueueDepth without fetching an answer.
+  /// Requests lost because the master wrote more than kQueueDepth without fetching an answer, and nobody has asked
+  /// has_room().
   [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_; }
   /// Requests recognised as repetitions of the one before.
   [[nodiscard]] std::uint64_t repeated() const noexcept { return repeated_; }
@@ -66,10 +74,13 @@ class MailboxServer {
     wire::MailboxHeader header;
     std::optional<wire::MailboxErrorCode> error;
     std::vector<std::byte> data;
-    std::size_t length = 0;
-    std::size_t room = 0;
+    std::uint16_t length = 0;
+    std::uint16_t room = 0;
   };
-  [[nodiscard]] bool is_repetition(std::uint8_t counter) noexcept;
+  [[nodiscard]] bool repeats(std::span<const std::byte> mailbox) const noexcept;
+  [[nodiscard]] MailboxProtocol* unanswering(std::span<const std::byte> mailbox) const noexcept;
+  [[nodiscard]] std::size_t say_unasked(bool endless, std::span<std::byte> out);
+  [[nodiscard]] std::size_t answer_next(wire::AlState state, std::span<std::byte> out);
   [[nodiscard]] std::size_t answer(const Request& request, wire::AlState state, std::span<std::byte> out);
   [[nodiscard]] std::size_t send(wire::MailboxType type, std::size_t length, std::span<std::byte> out);
   [[nodiscard]] std::size_t send_error(wire::MailboxErrorCode code, std::span<std::byte> out);
@@ -81,6 +92,7 @@ class MailboxServer {
   std::size_t count_ = 0;
   std::uint8_t last_counter_ = 0;
   std::uint8_t counter_ = 0;
+  bool endless_next_ = false;  ///< the turn is that of what goes on for ever
   std::uint64_t dropped_ = 0;
   std::uint64_t repeated_ = 0;
 };

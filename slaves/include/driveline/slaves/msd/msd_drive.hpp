@@ -1,7 +1,10 @@
 #pragma once
 
+#include <memory>
+
 #include "driveline/slaves/device.hpp"
 #include "driveline/slaves/mailbox/coe_server.hpp"
+#include "driveline/slaves/mailbox/eoe_server.hpp"
 #include "driveline/slaves/mailbox/foe_server.hpp"
 #include "driveline/slaves/msd/core/drive_core.hpp"
 #include "driveline/slaves/msd/drive_files.hpp"
@@ -12,8 +15,8 @@
 
 namespace driveline::slaves::msd {
 
-/// The EtherCAT front end of the MSD servo drive, or of one of its variants: AL states, process data, CoE and FoE in
-/// front of a DriveCore, which is the drive itself.
+/// The EtherCAT front end of the MSD servo drive, or of one of its variants: AL states, process data, CoE, EoE and
+/// FoE in front of a DriveCore, which is the drive itself.
 ///
 /// Belongs to the thread that drives the line. Times are counted from the first call of advance().
 class MsdDrive final : public Device, private DictionaryOwner, private DriveBus {
@@ -37,7 +40,11 @@ class MsdDrive final : public Device, private DictionaryOwner, private DriveBus 
   void fall_back(wire::AlState from, wire::AlState to, wire::AlStatusCode reason) noexcept override;
   void write_outputs(std::size_t sync_manager, std::span<const std::byte> data) noexcept override;
   void read_inputs(std::size_t sync_manager, std::span<std::byte> data) noexcept override;
-  void mailbox_request(std::span<const std::byte> mailbox) override { mailbox_.request(mailbox); }
+  [[nodiscard]] bool takes_mailbox(std::span<const std::byte> mailbox) const noexcept override {
+    return mailbox_.has_room(mailbox);
+  }
+  void mailbox_request(std::span<const std::byte> mailbox) override;
+  bool connect_network(EthernetLink* network) override;
   [[nodiscard]] std::size_t mailbox_reply(std::span<std::byte> out) override { return mailbox_.reply(out, al_state_); }
   void advance(std::chrono::nanoseconds now) noexcept override { core_.advance(now); }
   [[nodiscard]] std::chrono::nanoseconds process_data_period() const noexcept override { return kProcessDataPeriod; }
@@ -56,6 +63,8 @@ class MsdDrive final : public Device, private DictionaryOwner, private DriveBus 
   [[nodiscard]] const DriveCore& core() const noexcept { return core_; }
   /// The RUN LED is lit at this moment. \rtsafe
   [[nodiscard]] bool run_led_now() const noexcept { return run_led(al_state_, core_.running_time()); }
+  /// Ethernet over EtherCAT of the drive, for its counters. \rtsafe
+  [[nodiscard]] const EoeServer& eoe() const noexcept { return *eoe_; }
   /// The mailbox server, for its counters. \rtsafe
   [[nodiscard]] const MailboxServer& mailbox() const noexcept { return mailbox_; }
 
@@ -81,6 +90,7 @@ class MsdDrive final : public Device, private DictionaryOwner, private DriveBus 
   CoeServer coe_;
   DriveFiles files_;
   FoeServer foe_;
+  std::unique_ptr<EoeServer> eoe_;  ///< room for frames; never null
   MailboxServer mailbox_;
   PdoMap rx_map_;
   PdoMap tx_map_;

@@ -92,6 +92,7 @@ class TestDevice final : public Device {
     for (std::size_t i = 0; i < data.size(); ++i) data[i] = i < source.size() ? source[i] : std::byte{0};
     ++input_count;
   }
+  bool takes_mailbox(std::span<const std::byte> /*mailbox*/) const noexcept override { return !mailbox_full; }
   void mailbox_request(std::span<const std::byte> mailbox) override {
     if (echo) {
       echo_length = std::min(mailbox.size(), echo_buffer.size());
@@ -134,6 +135,7 @@ class TestDevice final : public Device {
   std::array<std::vector<std::byte>, 8> inputs;
   std::vector<std::vector<std::byte>> requests;
   std::deque<std::vector<std::byte>> replies;
+  bool mailbox_full = false;
   bool echo = false;  ///< sends each mailbox back instead of noting it, without allocation
   std::array<std::byte, 128> echo_buffer{};
   std::size_t echo_length = 0;

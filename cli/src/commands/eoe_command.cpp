@@ -1,0 +1,86 @@
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "commands/command_input.hpp"
+#include "commands/commands.hpp"
+#include "console.hpp"
+#include "driveline/ecat_master/eoe/eoe_client.hpp"
+#include "line/line_view.hpp"
+#include "text/eoe_view.hpp"
+#include "text/json_text.hpp"
+
+namespace driveline::cli {
+namespace {
+
+struct EoeOptions {
+  runtime::BusOptions bus;
+  SlaveSelection selection;
+  std::string control;  ///< socket of a `run`; empty: the slaves themselves are asked
+  bool force = false;
+  bool json = false;
+};
+
+/// Asks the master that drives the line.
+Outcome<int> show_running(const EoeOptions& options) {
+  if (!options.bus.config.empty() || !options.bus.interface.empty()) {
+    return misused("--control asks a `run` about its line; it does not go with --config and --iface");
+  }
+  const auto answer = send_command(options.control, options.json ? "eoe json" : "eoe", "run");
+  if (!answer) return tl::unexpected(answer.error());
+  constexpr std::string_view kError = "error: ";
+  if (answer->starts_with(kError)) return failed(answer->substr(kError.size()));
+  print_out("{}", *answer);
+  return 0;
+}
+
+/// Asks one slave for the IP parameters that it has.
+EoeAddressView read_addresses(LineView& line, const SlaveView& view) {
+  const auto position = view.slave.ref.position;
+  EoeAddressView slave{position, view.name(), view.info.description.mailbox.eoe, {}, {}};
+  if (!slave.eoe) return slave;
+  const auto answer =
+      line.ask(position, [&] { return ecat_master::EoeClient(line.master().mailboxes(), position).get_ip(); });
+  if (answer) {
+    slave.parameters = *answer;
+  } else {
+    slave.trouble = ecat_master::describe(answer.error());
+  }
+  return slave;
+}
+
+Outcome<int> show_slaves(const EoeOptions& options) {
+  auto line = LineView::open(options.bus);
+  if (!line) return tl::unexpected(line.error());
+  const auto positions = (*line)->select(options.selection);
+  if (!positions) return tl::unexpected(positions.error());
+  const auto views = (*line)->read(*positions);
+  std::vector<std::size_t> with_eoe;
+  for (const auto& view : views) {
+    if (view.info.description.mailbox.eoe) with_eoe.push_back(view.slave.ref.position);
+  }
+  if (auto opened = (*line)->open_mailboxes(with_eoe, options.force); !opened) return tl::unexpected(opened.error());
+  std::vector<EoeAddressView> slaves;
+  for (const auto& view : views) slaves.push_back(read_addresses(**line, view));
+  print_out("{}", options.json ? json_text(to_json(slaves)) : to_text(slaves));
+  return 0;
+}
+
+Outcome<int> show_eoe(const EoeOptions& options) {
+  if (auto checked = options.selection.check(); !checked) return tl::unexpected(checked.error());
+  return options.control.empty() ? show_slaves(options) : show_running(options);
+}
+
+}  // namespace
+
+Execute prepare_eoe(Arguments& to) {
+  auto options = std::make_shared<EoeOptions>();
+  add_bus_options(to, options->bus);
+  options->selection.add(to);
+  to.option("--control", &options->control, Value::file("PATH"),
+            "Socket that `run --control` listens at: ports and counters of the line that it drives");
+  add_force_flag(to, options->force);
+  add_json_flag(to, options->json);
+  return [options] { return show_eoe(*options); };
+}
+
+}  // namespace driveline::cli

@@ -1,0 +1,159 @@
+#include "driveline/ecat_master/mailbox/mailbox_reader.hpp"
+
+#include "driveline/wire/registers.hpp"
+#include "driveline/wire/sync_manager.hpp"
+
+namespace driveline::ecat_master {
+namespace {
+
+using std::chrono::nanoseconds;
+
+/// Register offsets inside a sync manager channel.
+constexpr std::uint16_t kStatusOffset = 5;
+constexpr std::uint16_t kActivateOffset = 6;
+constexpr std::uint16_t kPdiControlOffset = 7;
+constexpr unsigned kIn = 1;
+/// Polls in a row that a slave may leave unanswered before it counts as gone: a port that opens or closes costs one.
+constexpr unsigned kSilentPolls = 3;
+/// For the acknowledge of a repeat request by a slave whose mailbox is full.
+constexpr auto kRepeatPatience = std::chrono::milliseconds{100};
+
+std::uint16_t in_register(std::uint16_t offset) {
+  return static_cast<std::uint16_t>(wire::reg::kSyncManager.at(kIn) + offset);
+}
+
+bool is_set(std::byte value, std::uint8_t bits) {
+  return (value & std::byte{bits}) != std::byte{0};
+}
+
+}  // namespace
+
+MailboxReader::MailboxReader(SlaveRef slave, const MailboxWindow& window, nanoseconds patience, nanoseconds idle_poll)
+    : slave_(slave), address_(window.in_address), patience_(patience), idle_poll_(idle_poll), wire_(window.in_length) {}
+
+std::uint16_t MailboxReader::status_register() noexcept {
+  return in_register(kStatusOffset);
+}
+
+void MailboxReader::poll_now() noexcept {
+  next_idle_poll_ = {};
+  sample_is_old_ = true;
+}
+
+void MailboxReader::expect_more() noexcept {
+  if (fetch_ == Fetch::kPoll) fetch_ = Fetch::kGuess;
+}
+
+void MailboxReader::use_sample(std::optional<MailboxStatusSample> sample) noexcept {
+  sample_ = sample;
+  if (!sample_ || !sample_is_old_) return;
+  // The frame of the cycle that runs now may have passed the slave before the mailbox was read; the next one has not.
+  sample_from_ = sample_->cycle + 2;
+  sample_is_old_ = false;
+}
+
+void MailboxReader::begin(Fetch fetch, nanoseconds now) noexcept {
+  fetch_ = fetch;
+  deadline_ = now + patience_;
+}
+
+/// True: the next datagram is about the mailbox. With a sample that is none but the read of a full mailbox.
+bool MailboxReader::wants_poll(nanoseconds now, bool awaited) noexcept {
+  if (!sample_) return awaited || now >= next_idle_poll_;
+  if (sample_->cycle < sample_from_) return false;
+  if (sample_->full) {
+    begin(Fetch::kRead, now);
+    return true;
+  }
+  next_idle_poll_ = now + idle_poll_;
+  return false;
+}
+
+bool MailboxReader::append(nanoseconds now, bool awaited, std::vector<Request>& batch) {
+  if (fetch_ == Fetch::kPoll && !wants_poll(now, awaited)) return false;
+  auto access = [&](wire::Command command, std::uint16_t address, std::span<std::byte> data) {
+    batch.push_back({command, wire::DatagramAddress::physical(slave_.station, address), data, 0, false});
+  };
+  switch (fetch_) {
+    case Fetch::kPoll:
+      access(wire::Command::kFprd, status_register(), std::span(registers_).first(1));
+      break;
+    case Fetch::kRead:
+    case Fetch::kGuess:
+      access(wire::Command::kFprd, address_, wire_);
+      batch.back().once = true;
+      break;
+    case Fetch::kRepeatLook:
+    case Fetch::kRepeatWait:
+      access(wire::Command::kFprd, status_register(), registers_);
+      break;
+    case Fetch::kRepeatToggle:
+      access(wire::Command::kFpwr, in_register(kActivateOffset), std::span(registers_).subspan(1, 1));
+      break;
+  }
+  return true;
+}
+
+MailboxReader::Found MailboxReader::take(nanoseconds now, const Request& answer) {
+  const bool touched = answer.working_counter != 0;
+  if (fetch_ == Fetch::kPoll) return take_status(now, touched);
+  const bool reads = fetch_ == Fetch::kRead || fetch_ == Fetch::kGuess;
+  const auto found = reads ? take_read(now, answer) : take_repeat(now, touched);
+  if (fetch_ != Fetch::kPoll && now >= deadline_) fetch_ = Fetch::kPoll;
+  return found;
+}
+
+MailboxReader::Found MailboxReader::take_status(nanoseconds now, bool touched) {
+  next_idle_poll_ = now + idle_poll_;
+  if (!touched) return ++silent_ < kSilentPolls ? Found::kNothing : Found::kSilence;
+  silent_ = 0;
+  if (!is_set(registers_[0], wire::SyncManagerStatus::kMailboxFull)) return Found::kNothing;
+  begin(Fetch::kRead, now);
+  return Found::kStep;
+}
+
+/// A full mailbox that turns out to be empty, and one whose reading was lost on the way: its content may have been
+/// read, and the slave is asked for it again. Read once more it could hold the next mail.
+MailboxReader::Found MailboxReader::take_read(nanoseconds now, const Request& answer) {
+  const bool guessed = fetch_ == Fetch::kGuess;
+  if (guessed) begin(Fetch::kPoll, now);
+  if (answer.working_counter != 0) {
+    fetch_ = Fetch::kPoll;
+    return Found::kMail;
+  }
+  if (guessed && answer.answered) return Found::kNothing;
+  fetch_ = Fetch::kRepeatLook;
+  return Found::kStep;
+}
+
+/// Toggle the repeat request, wait for the acknowledge, read.
+MailboxReader::Found MailboxReader::take_repeat(nanoseconds now, bool touched) {
+  switch (fetch_) {
+    case Fetch::kRepeatLook:
+      if (touched) {
+        repeat_bit_ = !is_set(registers_[kActivateOffset - kStatusOffset], wire::SyncManagerActivate::kRepeatRequest);
+        registers_[kActivateOffset - kStatusOffset] ^= std::byte{wire::SyncManagerActivate::kRepeatRequest};
+        fetch_ = Fetch::kRepeatToggle;
+      }
+      return Found::kStep;
+    case Fetch::kRepeatToggle:
+      if (touched) ++repeated_;
+      fetch_ = touched ? Fetch::kRepeatWait : Fetch::kRepeatLook;
+      repeat_deadline_ = now + kRepeatPatience;
+      return Found::kStep;
+    default:
+      if (!touched) return Found::kNothing;
+      if (is_set(registers_[kPdiControlOffset - kStatusOffset], wire::SyncManagerPdiControl::kRepeatAck) ==
+          repeat_bit_) {
+        fetch_ = Fetch::kRead;
+        return Found::kStep;
+      }
+      // Slaves that repeat nothing: what they have in their mailbox may be what was lost before it reached them.
+      if (now >= repeat_deadline_ && is_set(registers_[0], wire::SyncManagerStatus::kMailboxFull)) {
+        fetch_ = Fetch::kRead;
+      }
+      return Found::kNothing;
+  }
+}
+
+}  // namespace driveline::ecat_master

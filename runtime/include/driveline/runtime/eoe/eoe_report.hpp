@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "driveline/ecat_master/eoe/eoe_port.hpp"
+#include "driveline/runtime/eoe/ethernet_switch.hpp"
+#include "driveline/runtime/eoe/ip_network.hpp"
+
+namespace driveline::runtime {
+
+/// One port of the switch between this machine and the slaves.
+struct EoePortReport {
+  SwitchPortFigures figures;                                ///< name: of the TAP interface or the slave
+  std::optional<std::uint16_t> slave;                       ///< position; none: the TAP interface
+  wire::IpV4Address ip{};                                   ///< of the machine or the slave
+  std::optional<ecat_master::EoePortStatistics> fragments;  ///< of a slave
+};
+
+/// Ethernet over EtherCAT as it is at one moment.
+struct EoeReport {
+  IpNetwork network;                 ///< of this machine
+  std::vector<EoePortReport> ports;  ///< the TAP interface, then the slaves
+};
+
+}  // namespace driveline::runtime

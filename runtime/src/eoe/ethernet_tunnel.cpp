@@ -1,0 +1,117 @@
+#include "eoe/ethernet_tunnel.hpp"
+
+#include <poll.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "driveline/ecat_master/eoe/eoe_ports.hpp"
+
+namespace driveline::runtime {
+namespace {
+
+using std::chrono::nanoseconds;
+
+/// The switch's port of the TAP interface.
+constexpr std::size_t kTapPort = 0;
+/// Frames from the TAP interface in one turn: those of the slaves have theirs, too.
+constexpr int kFramesPerTurn = 32;
+/// From one look at the mailboxes to the next: while there is traffic, and when there has been none for a while.
+constexpr nanoseconds kBusyPause = std::chrono::microseconds{100};
+constexpr nanoseconds kIdlePause = std::chrono::milliseconds{1};
+constexpr nanoseconds kTrafficEnds = std::chrono::milliseconds{200};
+
+}  // namespace
+
+EthernetTunnel::EthernetTunnel(ecat_master::Master& master, std::unique_ptr<TapDevice> tap, const IpNetwork& network,
+                               std::vector<EoeHost> hosts)
+    : master_(master), tap_(std::move(tap)), network_(network) {
+  switch_.set_link(switch_.connect(tap_->name(), *tap_), true);
+  for (auto& host : hosts) {
+    auto slave = std::make_unique<Slave>();
+    slave->host = std::move(host);
+    slave->number = switch_.connect(slave->host.name, *slave);
+    slaves_.push_back(std::move(slave));
+  }
+  // Frames may come as soon as a port is open: by then all ports of the switch are there.
+  for (auto& slave : slaves_) slave->port = master_.eoe().open(slave->host.position, *this);
+  thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
+}
+
+EthernetTunnel::~EthernetTunnel() {
+  thread_.request_stop();
+  if (thread_.joinable()) thread_.join();
+  for (const auto& slave : slaves_) master_.eoe().close(slave->host.position);
+}
+
+void EthernetTunnel::receive(std::uint16_t position, std::span<const std::byte> frame) {
+  const auto from = std::find_if(slaves_.begin(), slaves_.end(),
+                                 [position](const auto& slave) { return slave->host.position == position; });
+  if (from == slaves_.end()) return;
+  last_frame_.store(now().count(), std::memory_order_relaxed);
+  switch_.receive((*from)->number, frame, now());
+}
+
+void EthernetTunnel::run(const std::stop_token& stop) {
+  while (!stop.stop_requested()) {
+    for (auto& slave : slaves_) look_after(*slave);
+    const bool from_tap = take_from_tap();
+    const bool from_slaves = master_.mailboxes().step();
+    if (!from_tap && !from_slaves) rest();
+  }
+}
+
+/// Gives a slave its IP parameters when its mailboxes have been opened, and takes its link up then.
+void EthernetTunnel::look_after(Slave& slave) {
+  const bool up = slave.port->up();
+  if (up && !slave.was_up) {
+    slave.being_given = ecat_master::EoeService::set_ip(slave.host.parameters);
+    master_.mailboxes().submit(slave.host.position, slave.being_given);
+  }
+  if (!up && slave.was_up) switch_.set_link(slave.number, false);
+  slave.was_up = up;
+  if (!slave.being_given || !slave.being_given->done()) return;
+  const auto service = std::move(slave.being_given);
+  slave.being_given.reset();
+  if (service->result()) {
+    switch_.set_link(slave.number, up);
+  } else if (up) {
+    const std::scoped_lock lock(mutex_);
+    refusals_.push_back({slave.host, service->result().error()});
+  }
+}
+
+bool EthernetTunnel::take_from_tap() {
+  for (int i = 0; i < kFramesPerTurn; ++i) {
+    const auto frame = tap_->receive();
+    if (!frame) return i > 0;
+    last_frame_.store(now().count(), std::memory_order_relaxed);
+    switch_.receive(kTapPort, *frame, now());
+  }
+  return true;
+}
+
+void EthernetTunnel::rest() {
+  const bool idle = now().count() - last_frame_.load(std::memory_order_relaxed) > kTrafficEnds.count();
+  const timespec pause{0, static_cast<long>((idle ? kIdlePause : kBusyPause).count())};
+  pollfd tap{tap_->descriptor(), POLLIN, 0};
+  ::ppoll(&tap, 1, &pause, nullptr);
+}
+
+std::vector<EthernetTunnel::Refusal> EthernetTunnel::take_refusals() {
+  const std::scoped_lock lock(mutex_);
+  return std::exchange(refusals_, {});
+}
+
+EoeReport EthernetTunnel::report() const {
+  EoeReport report{network_, {}};
+  auto figures = switch_.figures();
+  report.ports.push_back({std::move(figures[kTapPort]), std::nullopt, network_.address, std::nullopt});
+  for (const auto& slave : slaves_) {
+    report.ports.push_back({std::move(figures[slave->number]), slave->host.position, *slave->host.parameters.ip,
+                            slave->port->statistics()});
+  }
+  return report;
+}
+
+}  // namespace driveline::runtime

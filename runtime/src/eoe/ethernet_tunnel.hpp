@@ -1,0 +1,77 @@
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "driveline/ecat_master/eoe/eoe_service.hpp"
+#include "driveline/ecat_master/master.hpp"
+#include "driveline/runtime/eoe/eoe_report.hpp"
+#include "eoe/tap_device.hpp"
+
+namespace driveline::runtime {
+
+/// A slave that is reached over EoE.
+struct EoeHost {
+  std::uint16_t position = 0;        ///< on the line
+  std::string name;                  ///< of the slave
+  wire::EoeIpParameters parameters;  ///< that it is given; `ip` is there
+};
+
+/// Ethernet over EtherCAT between a TAP interface and slaves: a switch, a port for each of them, and the thread that
+/// moves the frames. A slave whose mailboxes have been opened, at the beginning or again after it was away, is given
+/// its IP parameters; its link is up from then on until its mailboxes are closed.
+class EthernetTunnel final : private ecat_master::EoeReceiver {
+ public:
+  /// A slave that has not taken its IP parameters.
+  struct Refusal {
+    EoeHost host;              ///< the slave
+    ecat_master::Error error;  ///< why
+  };
+
+  /// Starts the thread. `master` must outlive the tunnel.
+  EthernetTunnel(ecat_master::Master& master, std::unique_ptr<TapDevice> tap, const IpNetwork& network,
+                 std::vector<EoeHost> hosts);
+  EthernetTunnel(const EthernetTunnel&) = delete;
+  EthernetTunnel& operator=(const EthernetTunnel&) = delete;
+  /// Ends the thread and closes the ports.
+  ~EthernetTunnel() override;
+
+  /// Any thread.
+  [[nodiscard]] EoeReport report() const;
+  /// Since the last call. Any thread.
+  [[nodiscard]] std::vector<Refusal> take_refusals();
+
+ private:
+  struct Slave final : SwitchedDevice {
+    [[nodiscard]] bool send(std::span<const std::byte> frame) override { return port->send(frame); }
+
+    EoeHost host;
+    std::shared_ptr<ecat_master::EoePort> port;
+    std::size_t number = 0;                                ///< of its port at the switch
+    bool was_up = false;                                   ///< its mailboxes were open at the last look
+    std::shared_ptr<ecat_master::EoeService> being_given;  ///< its IP parameters are under way
+  };
+
+  void receive(std::uint16_t position, std::span<const std::byte> frame) override;
+  void run(const std::stop_token& stop);
+  void look_after(Slave& slave);
+  [[nodiscard]] bool take_from_tap();
+  void rest();
+  [[nodiscard]] std::chrono::nanoseconds now() { return master_.bus().exchange().now(); }
+
+  ecat_master::Master& master_;
+  std::unique_ptr<TapDevice> tap_;
+  IpNetwork network_;
+  EthernetSwitch switch_;
+  std::vector<std::unique_ptr<Slave>> slaves_;
+  std::atomic<std::int64_t> last_frame_{0};  ///< when, ns; frames of slaves come on any thread that steps the engine
+  std::mutex mutex_;                         ///< of refusals_
+  std::vector<Refusal> refusals_;
+  std::jthread thread_;
+};
+
+}  // namespace driveline::runtime

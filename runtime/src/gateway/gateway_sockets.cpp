@@ -1,0 +1,61 @@
+#include "gateway/gateway_sockets.hpp"
+
+#include <fmt/format.h>
+#include <sys/socket.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "driveline/runtime/eoe/ip_network.hpp"
+
+namespace driveline::runtime {
+namespace {
+
+constexpr int kWaitingClients = 8;
+
+sockaddr_in make_address(const wire::IpV4Address& address, std::uint16_t port) {
+  sockaddr_in in{};
+  in.sin_family = AF_INET;
+  in.sin_port = htons(port);
+  std::memcpy(&in.sin_addr, address.data(), address.size());
+  return in;
+}
+
+/// The address family's own types go through a pointer to the generic one.
+sockaddr* generic(sockaddr_in& address) noexcept {
+  return reinterpret_cast<sockaddr*>(&address);
+}
+
+port::FileDescriptor bound_socket(int type, sockaddr_in& address) {
+  port::FileDescriptor socket{::socket(AF_INET, type | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)};
+  const int yes = 1;
+  if (type == SOCK_STREAM) ::setsockopt(socket.get(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+  if (::bind(socket.get(), generic(address), sizeof address) != 0) return {};
+  socklen_t size = sizeof address;
+  if (::getsockname(socket.get(), generic(address), &size) != 0) return {};
+  return socket;
+}
+
+}  // namespace
+
+Result<GatewaySockets> open_gateway_sockets(const wire::IpV4Address& address, std::uint16_t port) {
+  GatewaySockets sockets;
+  auto at = make_address(address, port);
+  sockets.tcp = bound_socket(SOCK_STREAM, at);
+  if (sockets.tcp.valid()) sockets.udp = bound_socket(SOCK_DGRAM, at);
+  const bool listens = sockets.udp.valid() && ::listen(sockets.tcp.get(), kWaitingClients) == 0;
+  if (!listens) {
+    return fail(ErrorKind::kMachine, fmt::format("cannot listen: {}", std::strerror(errno)),
+                fmt::format("mailbox gateway at {}:{}", to_text(address), port));
+  }
+  sockets.port = ntohs(at.sin_port);
+  return sockets;
+}
+
+std::string to_text(const sockaddr_in& address) {
+  wire::IpV4Address ip{};
+  std::memcpy(ip.data(), &address.sin_addr, ip.size());
+  return fmt::format("{}:{}", to_text(ip), ntohs(address.sin_port));
+}
+
+}  // namespace driveline::runtime

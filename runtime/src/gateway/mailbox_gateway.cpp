@@ -1,0 +1,282 @@
+#include "driveline/runtime/gateway/mailbox_gateway.hpp"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <mutex>
+#include <thread>
+
+#include "driveline/ecat_master/mailbox/mail_exchange.hpp"
+#include "gateway/gateway_frame.hpp"
+#include "gateway/gateway_sockets.hpp"
+
+namespace driveline::runtime {
+namespace {
+
+using wire::MailboxErrorCode;
+using wire::MailboxType;
+
+constexpr auto kIdle = std::chrono::milliseconds{100};
+/// For each mail of an answer. The acknowledge of the last packet of a file has none: the slave waits so long then.
+constexpr auto kPatience = std::chrono::milliseconds{500};
+constexpr std::size_t kMostClients = 64;
+constexpr std::size_t kMostTcpClients = 16;
+/// Requests of one client that may be under way at a time.
+constexpr std::size_t kMostUnderWay = 4;
+
+}  // namespace
+
+class MailboxGateway::Service {
+ public:
+  Service(ecat_master::MailboxEngine& engine, std::vector<ecat_master::SlaveRef> slaves,
+          const GatewaySettings& settings, GatewaySockets sockets)
+      : engine_(engine), slaves_(std::move(slaves)), settings_(settings), sockets_(std::move(sockets)) {
+    thread_ = std::jthread([this](const std::stop_token& stop) { serve(stop); });
+  }
+
+  [[nodiscard]] std::uint16_t port() const noexcept { return sockets_.port; }
+  [[nodiscard]] std::vector<GatewayClient> clients() const {
+    const std::scoped_lock lock(mutex_);
+    std::vector<GatewayClient> all;
+    for (const auto& client : clients_) all.push_back(client->figures);
+    return all;
+  }
+
+ private:
+  struct Client {
+    GatewayClient figures;
+    sockaddr_in address{};
+    port::FileDescriptor socket;     ///< of a TCP client
+    bool tcp = false;                ///< also when its socket is closed
+    GatewayStream received;          ///< of a TCP client
+    std::vector<std::byte> waiting;  ///< of a TCP client: answers that it has not taken yet
+  };
+  struct Request {
+    std::shared_ptr<Client> client;
+    wire::MailboxHeader header;
+    std::shared_ptr<ecat_master::MailExchange> exchange;
+  };
+
+  void serve(const std::stop_token& stop) {
+    while (!stop.stop_requested()) {
+      wait_for_clients();
+      if (requests_.empty()) continue;
+      engine_.drive();
+      hand_out_answers();
+    }
+  }
+
+  void wait_for_clients() {
+    std::vector<pollfd> watched = {{sockets_.udp.get(), POLLIN, 0}, {sockets_.tcp.get(), POLLIN, 0}};
+    std::vector<std::shared_ptr<Client>> connected;
+    for (const auto& client : clients_) {
+      if (!client->socket.valid()) continue;
+      connected.push_back(client);
+      const auto events = static_cast<short>(client->waiting.empty() ? POLLIN : POLLIN | POLLOUT);
+      watched.push_back({client->socket.get(), events, 0});
+    }
+    const auto patience = requests_.empty() ? static_cast<int>(kIdle.count()) : 0;
+    if (::poll(watched.data(), watched.size(), patience) <= 0) return;
+    const std::scoped_lock lock(mutex_);
+    if (watched[0].revents != 0) receive_datagrams();
+    if (watched[1].revents != 0) accept_client();
+    for (std::size_t i = 0; i < connected.size(); ++i) {
+      if ((watched[i + 2].revents & POLLOUT) != 0) send_waiting(*connected[i]);
+      if ((watched[i + 2].revents & ~POLLOUT) != 0) receive_stream(connected[i]);
+    }
+  }
+
+  void receive_datagrams() {
+    std::array<std::byte, 2 * kLongestGatewayMail> buffer{};
+    for (int i = 0; i < 32; ++i) {
+      sockaddr_in from{};
+      socklen_t size = sizeof from;
+      const auto length = ::recvfrom(sockets_.udp.get(), buffer.data(), buffer.size(), MSG_TRUNC,
+                                     reinterpret_cast<sockaddr*>(&from), &size);
+      if (length < 0) return;
+      const auto client = udp_client(from);
+      const auto whole = std::span(buffer).first(std::min(static_cast<std::size_t>(length), buffer.size()));
+      const auto bytes = gateway_mail_length(whole);
+      const bool fits = bytes && kGatewayHeader + *bytes == static_cast<std::size_t>(length);
+      auto mail = fits ? decode_gateway_mail(whole.subspan(kGatewayHeader)) : std::nullopt;
+      if (mail) {
+        take(client, std::move(*mail));
+      } else {
+        ++client->figures.malformed;
+      }
+    }
+  }
+
+  std::shared_ptr<Client> udp_client(const sockaddr_in& from) {
+    const auto known = std::find_if(clients_.begin(), clients_.end(), [&](const auto& client) {
+      return !client->tcp && client->address.sin_port == from.sin_port &&
+             client->address.sin_addr.s_addr == from.sin_addr.s_addr;
+    });
+    return known != clients_.end() ? *known : add_client(from, {});
+  }
+
+  std::shared_ptr<Client> add_client(const sockaddr_in& from, port::FileDescriptor socket) {
+    auto client = std::make_shared<Client>();
+    client->tcp = socket.valid();
+    client->figures.name = fmt::format("{} {}", client->tcp ? "tcp" : "udp", to_text(from));
+    client->address = from;
+    client->socket = std::move(socket);
+    // The oldest without a connection makes room: there are fewer connections than clients.
+    if (clients_.size() == kMostClients) {
+      clients_.erase(
+          std::find_if(clients_.begin(), clients_.end(), [](const auto& one) { return !one->socket.valid(); }));
+    }
+    clients_.push_back(client);
+    return client;
+  }
+
+  void accept_client() {
+    sockaddr_in from{};
+    socklen_t size = sizeof from;
+    port::FileDescriptor socket{
+        ::accept4(sockets_.tcp.get(), reinterpret_cast<sockaddr*>(&from), &size, SOCK_NONBLOCK | SOCK_CLOEXEC)};
+    if (!socket.valid()) return;
+    const auto connected =
+        std::count_if(clients_.begin(), clients_.end(), [](const auto& one) { return one->socket.valid(); });
+    if (static_cast<std::size_t>(connected) < kMostTcpClients) static_cast<void>(add_client(from, std::move(socket)));
+  }
+
+  void receive_stream(const std::shared_ptr<Client>& client) {
+    std::array<std::byte, 4096> buffer{};
+    const auto length = ::recv(client->socket.get(), buffer.data(), buffer.size(), 0);
+    if (length < 0 && errno == EAGAIN) return;
+    if (length <= 0) {
+      client->socket = {};
+      return;
+    }
+    client->received.push(std::span(buffer).first(static_cast<std::size_t>(length)));
+    while (auto mail = client->received.next()) take(client, std::move(*mail));
+    if (!client->received.broken()) return;
+    ++client->figures.malformed;
+    client->socket = {};
+  }
+
+  void take(const std::shared_ptr<Client>& client, GatewayMail mail) {
+    ++client->figures.requests;
+    const auto& header = mail.header;
+    const auto allowed = std::find(settings_.protocols.begin(), settings_.protocols.end(), header.type);
+    if (allowed == settings_.protocols.end()) {
+      refuse(client, header, MailboxErrorCode::kUnsupportedProtocol);
+      return;
+    }
+    const auto slave =
+        std::find_if(slaves_.begin(), slaves_.end(), [&](const auto& one) { return one.station == header.address; });
+    if (slave == slaves_.end()) {
+      refuse(client, header, MailboxErrorCode::kInvalidHeader);
+      return;
+    }
+    const auto under_way = std::count_if(requests_.begin(), requests_.end(),
+                                         [&](const auto& request) { return request.client == client; });
+    if (static_cast<std::size_t>(under_way) >= kMostUnderWay) {
+      refuse(client, header, MailboxErrorCode::kServiceInWork);
+      return;
+    }
+    auto exchange = std::make_shared<ecat_master::MailExchange>(header.type, std::move(mail.service), kPatience);
+    engine_.submit(slave->position, exchange);
+    requests_.push_back({client, header, std::move(exchange)});
+  }
+
+  void hand_out_answers() {
+    const std::scoped_lock lock(mutex_);
+    for (auto request = requests_.begin(); request != requests_.end();) {
+      if (!request->exchange->done()) {
+        ++request;
+        continue;
+      }
+      answer(*request);
+      request = requests_.erase(request);
+    }
+  }
+
+  void answer(const Request& request) {
+    const auto& answers = request.exchange->answers();
+    if (!answers) {
+      no_answer(request, answers.error());
+      return;
+    }
+    for (const auto& service : *answers) {
+      ++request.client->figures.answers;
+      send(*request.client, {request.header, service});
+    }
+  }
+
+  /// The slave's own refusal goes on to the client. Where the slave is silent the client has a time-out of its own.
+  void no_answer(const Request& request, const ecat_master::Error& error) {
+    if (const auto* told = std::get_if<ecat_master::facts::MailboxError>(&error.facts)) {
+      refuse(request.client, request.header, static_cast<MailboxErrorCode>(told->code));
+    } else if (std::holds_alternative<ecat_master::facts::ProcessDataSize>(error.facts)) {
+      refuse(request.client, request.header, MailboxErrorCode::kInvalidSize);
+    } else {
+      ++request.client->figures.refused;
+    }
+  }
+
+  void refuse(const std::shared_ptr<Client>& client, wire::MailboxHeader header, MailboxErrorCode code) {
+    ++client->figures.refused;
+    header.type = MailboxType::kError;
+    GatewayMail mail{header, std::vector<std::byte>(wire::MailboxErrorReply::kSize)};
+    wire::MailboxErrorReply{code}.encode(std::span(mail.service).first<wire::MailboxErrorReply::kSize>());
+    send(*client, mail);
+  }
+
+  void send(Client& client, const GatewayMail& mail) {
+    const auto bytes = encode_gateway_mail(mail);
+    if (client.tcp) {
+      client.waiting.insert(client.waiting.end(), bytes.begin(), bytes.end());
+      send_waiting(client);
+      return;
+    }
+    static_cast<void>(::sendto(sockets_.udp.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL,
+                               reinterpret_cast<const sockaddr*>(&client.address), sizeof client.address));
+  }
+
+  /// A client that does not read its answers is sent away before they fill the memory.
+  static void send_waiting(Client& client) {
+    constexpr std::size_t kMostWaiting = 256 * 1024;
+    const auto sent = ::send(client.socket.get(), client.waiting.data(), client.waiting.size(), MSG_NOSIGNAL);
+    if (sent > 0) client.waiting.erase(client.waiting.begin(), client.waiting.begin() + sent);
+    if ((sent < 0 && errno != EAGAIN) || client.waiting.size() > kMostWaiting) client.socket = {};
+    if (!client.socket.valid()) client.waiting.clear();
+  }
+
+  ecat_master::MailboxEngine& engine_;
+  std::vector<ecat_master::SlaveRef> slaves_;
+  GatewaySettings settings_;
+  GatewaySockets sockets_;
+  std::vector<Request> requests_;  ///< the thread's
+  mutable std::mutex mutex_;       ///< of the clients' figures, and of the list of clients
+  std::vector<std::shared_ptr<Client>> clients_;
+  std::jthread thread_;  ///< the last one: ends before the others do
+};
+
+Result<std::unique_ptr<MailboxGateway>> MailboxGateway::open(ecat_master::MailboxEngine& engine,
+                                                             std::vector<ecat_master::SlaveRef> slaves,
+                                                             const GatewaySettings& settings) {
+  auto sockets = open_gateway_sockets(settings.address, settings.port);
+  if (!sockets) return tl::unexpected(sockets.error());
+  auto service = std::make_unique<Service>(engine, std::move(slaves), settings, std::move(*sockets));
+  return std::unique_ptr<MailboxGateway>(new MailboxGateway(std::move(service)));
+}
+
+MailboxGateway::MailboxGateway(std::unique_ptr<Service> service) : service_(std::move(service)) {}
+
+MailboxGateway::~MailboxGateway() = default;
+
+std::uint16_t MailboxGateway::port() const noexcept {
+  return service_->port();
+}
+
+std::vector<GatewayClient> MailboxGateway::clients() const {
+  return service_->clients();
+}
+
+}  // namespace driveline::runtime

@@ -1,0 +1,119 @@
+#include "operation/line_services.hpp"
+
+#include <fmt/format.h>
+
+namespace driveline::runtime {
+namespace {
+
+/// Locally administered, and the same in every run: 02:64:6c and the last three bytes of the address.
+wire::MacAddress mac_of(const wire::IpV4Address& ip) {
+  return {std::byte{0x02}, std::byte{0x64}, std::byte{0x6C}, std::byte{ip[1]}, std::byte{ip[2]}, std::byte{ip[3]}};
+}
+
+wire::EoeIpParameters parameters_of(const EoeConfig& eoe, const wire::IpV4Address& ip) {
+  wire::EoeIpParameters parameters;
+  parameters.mac = mac_of(ip);
+  parameters.ip = ip;
+  parameters.subnet_mask = eoe.address.mask();
+  parameters.gateway = eoe.gateway;
+  return parameters;
+}
+
+}  // namespace
+
+Result<void> LineServices::prepare(bool virtual_time) {
+  if (virtual_time && config_.eoe) {
+    return fail(ErrorKind::kSetting, "goes with the time of this machine: TCP/IP on it cannot follow virtual time",
+                "[eoe]");
+  }
+  if (virtual_time && config_.gateway) {
+    return fail(ErrorKind::kSetting, "goes with the time of this machine: its clients cannot follow virtual time",
+                "[gateway]");
+  }
+  if (!config_.eoe) return {};
+  auto tap = TapDevice::open(config_.eoe->interface, config_.eoe->address);
+  if (!tap) return tl::unexpected(tap.error());
+  tap_ = std::move(*tap);
+  return {};
+}
+
+Result<void> LineServices::start(ecat_master::Master& master) {
+  if (config_.eoe) {
+    if (auto started = start_eoe(master); !started) return started;
+  }
+  if (config_.gateway) return start_gateway(master);
+  return {};
+}
+
+Result<void> LineServices::start_eoe(ecat_master::Master& master) {
+  std::vector<EoeHost> hosts;
+  for (std::size_t i = 0; i < config_.slaves.size(); ++i) {
+    const auto& slave = config_.slaves[i];
+    const auto position = master.position_of(i);
+    if (!slave.ip || !position) continue;
+    if (!master.supports_eoe(*position)) {
+      return fail(ErrorKind::kSetting, "has an ip, but its EEPROM and description know no EoE",
+                  fmt::format("slave {} ({})", *position, slave.name));
+    }
+    hosts.push_back({static_cast<std::uint16_t>(*position), slave.name, parameters_of(*config_.eoe, *slave.ip)});
+  }
+  tunnel_ = std::make_unique<EthernetTunnel>(master, std::move(tap_), config_.eoe->address, std::move(hosts));
+  return {};
+}
+
+Result<void> LineServices::start_gateway(ecat_master::Master& master) {
+  std::vector<ecat_master::SlaveRef> slaves;
+  for (const auto number : config_.gateway->slaves) {
+    if (const auto position = master.position_of(number)) slaves.push_back(master.slaves()[*position].info.ref);
+  }
+  auto opened = MailboxGateway::open(master.mailboxes(), std::move(slaves), config_.gateway->settings);
+  if (!opened) return tl::unexpected(opened.error());
+  gateway_ = std::move(*opened);
+  return {};
+}
+
+std::vector<EventFacts> LineServices::offers() const {
+  std::vector<EventFacts> all;
+  if (tunnel_) {
+    events::EoeUp up;
+    for (const auto& port : tunnel_->report().ports) {
+      if (port.slave) {
+        up.hosts.push_back({port.figures.name, port.ip});
+      } else {
+        up.interface = port.figures.name;
+      }
+    }
+    up.network = config_.eoe->address;
+    up.routes = route_commands(*config_.eoe);
+    all.emplace_back(std::move(up));
+  }
+  if (gateway_) all.emplace_back(events::GatewayUp{config_.gateway->settings.address, gateway_->port()});
+  return all;
+}
+
+std::vector<EventFacts> LineServices::poll() {
+  std::vector<EventFacts> all;
+  if (!tunnel_) return all;
+  for (auto& refusal : tunnel_->take_refusals()) {
+    all.emplace_back(events::EoeAddressRefused{refusal.host.position, refusal.host.name, *refusal.host.parameters.ip,
+                                               std::move(refusal.error)});
+  }
+  return all;
+}
+
+void LineServices::stop() {
+  last_eoe_ = eoe();
+  last_clients_ = clients();
+  gateway_.reset();
+  tunnel_.reset();
+}
+
+std::optional<EoeReport> LineServices::eoe() const {
+  return tunnel_ ? std::optional(tunnel_->report()) : last_eoe_;
+}
+
+std::vector<GatewayClient> LineServices::clients() const {
+  return gateway_ ? gateway_->clients() : last_clients_;
+}
+
+}  // namespace driveline::runtime

@@ -1,0 +1,146 @@
+"""TCP/IP from the tools of this machine to the drives of a line, through the mailboxes, while the line runs."""
+import json
+import os
+import re
+import signal
+import sys
+import time
+import unittest
+
+from program import EXAMPLES, PATIENCE_S, SANITIZED, WireTest
+
+MEGABYTE = 1 << 20
+# Sends so many bytes to the TCP echo of a drive, each byte known, and compares what comes back.
+ECHO = """
+import hashlib, random, socket, sys, threading
+address, size = sys.argv[1], int(sys.argv[2])
+content = random.Random(size).randbytes(size)
+connection = socket.create_connection((address, 7), timeout=100)
+threading.Thread(target=connection.sendall, args=(content,), daemon=True).start()
+back = b""
+parts = hashlib.sha256()
+count = 0
+while count < size:
+    part = connection.recv(65536)
+    if not part:
+        break
+    parts.update(part)
+    count += len(part)
+print(count, parts.hexdigest() == hashlib.sha256(content).hexdigest())
+"""
+
+
+def description(drives, interface="", cycle_us=1000, tail=""):
+    """Drives that hold their places: what is tested is the network, on a machine that may be busy."""
+    slaves = "".join(f'[[slave]]\nname = "d{n}"\nip = "192.168.38.{5 + n}"\n[slave.watchdog]\nprocess_data_ms = 6500\n'
+                     for n in range(drives))
+    return (f'[line]\ncycle_us = {cycle_us}\n[bus]\n{interface}\nmax_lost_cycles = 5000\n[realtime]\npolicy = "degrade"\n'
+            f'[eoe]\ninterface = "dl-eoe"\naddress = "192.168.38.1/24"\n[telemetry]\nenabled = false\n{slaves}{tail}')
+
+
+class EoeTest(WireTest):
+    def reachable(self, address):
+        return self.run_program("-c1", "-W1", "-n", address, program="ping").returncode == 0
+
+    def wait_until_reachable(self, *addresses):
+        for address in addresses:
+            self.wait_for(f"{address} answers", lambda: self.reachable(address))
+
+    def start_run(self, config, *arguments):
+        run = self.start("run", "--config", config, "--no-plots", "--json", "--control", "run.socket", *arguments, log="run.log")
+        self.wait_for("EoE", lambda: "EoE: dl-eoe is 192.168.38.1/24 here" in self.text("run.log"), run)
+        return run
+
+    def end_run(self, run):
+        self.assertEqual(self.end(run, signal.SIGTERM), 0, self.logs())
+        return self.one_document(self.text("run.log.out"))
+
+    def echo(self, address, size):
+        return self.start("-c", ECHO, address, size, program=sys.executable, log=f"echo-{address}.log")
+
+    def check_echo(self, process, address, size):
+        self.assertEqual(process.wait(PATIENCE_S), 0, self.logs())
+        self.assertEqual(self.text(f"echo-{address}.log.out"), f"{size} True\n")
+
+    def ports(self):
+        shown = self.run_program("eoe", "--control", "run.socket", "--json")
+        self.assertEqual(shown.returncode, 0, shown.stderr)
+        return {port["name"]: port for port in self.one_document(shown.stdout)["ports"]}
+
+
+class InProcess(EoeTest):
+    def test_a_browser_and_a_transfer(self):
+        run = self.start_run(EXAMPLES / "line3-eoe.toml", "--output", "out")
+        self.wait_until_reachable("192.168.38.5", "192.168.38.6", "192.168.38.7")
+        page = self.run_program("-sS", "--max-time", 60, "http://192.168.38.5/", program="curl")
+        self.assertEqual(page.returncode, 0, page.stderr)
+        self.assertIn("<html", page.stdout)
+        self.assertGreater(len(page.stdout), 2000)
+        state = self.run_program("-sS", "--max-time", 60, "http://192.168.38.7/state.json", program="curl")
+        self.assertEqual(state.returncode, 0, state.stderr)
+        self.assertIsInstance(json.loads(state.stdout), dict)
+        size = MEGABYTE if SANITIZED else 8 * MEGABYTE
+        self.check_echo(self.echo("192.168.38.6", size), "192.168.38.6", size)
+        table = self.run_program("eoe", "--control", "run.socket")
+        self.assertRegex(table.stdout, r"(?m)^dl-eoe +up +192\.168\.38\.1 ")
+        ports = self.ports()
+        self.assertEqual(list(ports), ["dl-eoe", "x", "y", "z"])
+        self.assertTrue(all(port["link"] for port in ports.values()))
+        self.assertEqual(ports["y"]["addresses"], ["02:64:6c:a8:26:06"])
+        self.assertGreater(ports["y"]["bytes_out"], size)
+        self.assertGreater(ports["y"]["fragments"]["in"], size / 480)
+        for name in "xyz":
+            self.assertEqual([ports[name]["fragments"][key] for key in ("lost", "malformed", "stray")], [0, 0, 0])
+        document = self.end_run(run)
+        self.assertEqual(document["state"], "OP")
+        self.assertEqual([port["name"] for port in document["eoe"]["ports"]], ["dl-eoe", "x", "y", "z"])
+
+    def test_eight_drives_at_once(self):
+        run = self.start_run(self.write("line.toml", description(8)))
+        addresses = [f"192.168.38.{5 + n}" for n in range(8)]
+        self.wait_until_reachable(*addresses)
+        transfers = [self.echo(address, MEGABYTE // 4) for address in addresses]
+        for address, transfer in zip(addresses, transfers):
+            self.check_echo(transfer, address, MEGABYTE // 4)
+        self.end_run(run)
+
+    def test_virtual_time_is_refused(self):
+        result = self.run_program("run", "--config", self.write("line.toml", description(1)), "--virtual")
+        self.check_refused(result, 2, "[eoe]", "virtual time")
+
+    def test_an_interface_that_is_no_tap_is_refused(self):
+        text = description(1).replace("dl-eoe", "dl-line")
+        result = self.run_program("run", "--config", self.write("line.toml", text))
+        self.check_refused(result, 1, "TAP interface dl-line", "that is no TAP")
+
+
+class OverVeth(EoeTest):
+    def test_another_process_has_the_drives(self):
+        config = self.write("line.toml", description(2, cycle_us=2000))
+        line = self.start_line(config)
+        run = self.start_run(config, "--iface", "dl-master", "--output", "out")
+        self.wait_until_reachable("192.168.38.5", "192.168.38.6")
+        size = MEGABYTE // 2
+        self.check_echo(self.echo("192.168.38.5", size), "192.168.38.5", size)
+        self.end_run(run)
+        self.end_line(line)
+
+    def test_lost_ethercat_frames_lose_no_fragment(self):
+        config = self.write("line.toml", description(1, cycle_us=2000))
+        line = self.start("simulate", "--config", config, "--iface", "dl-line", "--control", "line.socket", log="line.log")
+        self.wait_for("the simulated line", lambda: "slaves on dl-line" in self.text("line.log"), line)
+        run = self.start_run(config, "--iface", "dl-master", "--output", "out")
+        self.wait_until_reachable("192.168.38.5")
+        begun = self.run_program("fault", "--control", "line.socket", "drop", "way=back", "chance=0.01", "seed=7")
+        self.assertEqual(begun.returncode, 0, begun.stderr)
+        size = MEGABYTE // 4
+        self.check_echo(self.echo("192.168.38.5", size), "192.168.38.5", size)
+        fragments = self.ports()["d0"]["fragments"]
+        self.assertGreater(fragments["in"], size / 480)
+        self.assertEqual([fragments[key] for key in ("lost", "malformed", "stray", "given_up")], [0, 0, 0, 0])
+        document = self.end_run(run)
+        self.assertGreater(document["lost_frames"], 0, "the fault has done nothing")
+
+
+if __name__ == "__main__":
+    unittest.main()

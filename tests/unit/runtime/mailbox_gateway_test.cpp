@@ -1,0 +1,237 @@
+// The mailbox gateway with clients as they come over the network, in front of a simulated drive in PREOP.
+#include <arpa/inet.h>
+#include <gmock/gmock.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstring>
+
+#include "driveline/ecat_master/coe/coe_client.hpp"
+#include "driveline/ecat_master/mailbox/mail_exchange.hpp"
+#include "driveline/ecat_master/master.hpp"
+#include "driveline/runtime/gateway/mailbox_gateway.hpp"
+#include "driveline/runtime/setup/session.hpp"
+
+namespace driveline::runtime {
+namespace {
+
+using Bytes = std::vector<int>;
+using testing::SizeIs;
+
+/// What a service tool is: a socket, and bytes that were put together by hand.
+class Tool {
+ public:
+  Tool(int type, std::uint16_t port) : socket_(::socket(AF_INET, type, 0)) {
+    sockaddr_in at{};
+    at.sin_family = AF_INET;
+    at.sin_port = htons(port);
+    at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    const timeval patience{5, 0};
+    ::setsockopt(socket_.get(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    if (::connect(socket_.get(), reinterpret_cast<const sockaddr*>(&at), sizeof at) != 0)
+      throw std::runtime_error("connect");
+  }
+  void send(const Bytes& bytes) const {
+    std::vector<std::uint8_t> raw(bytes.begin(), bytes.end());
+    ASSERT_EQ(::send(socket_.get(), raw.data(), raw.size(), MSG_NOSIGNAL), static_cast<ssize_t>(raw.size()));
+  }
+  /// One datagram, or what a stream has; empty: nothing came, or the other side has hung up.
+  [[nodiscard]] Bytes receive() const {
+    std::array<std::uint8_t, 4096> raw{};
+    const auto length = ::recv(socket_.get(), raw.data(), raw.size(), 0);
+    return length <= 0 ? Bytes{} : Bytes(raw.begin(), raw.begin() + length);
+  }
+
+ private:
+  port::FileDescriptor socket_;
+};
+
+/// EtherCAT header of type 5, mailbox header for `station` with counter 3.
+Bytes mail(int station, int type, const Bytes& service) {
+  const int length = static_cast<int>(service.size());
+  Bytes bytes = {
+      (length + 6) & 0xFF, ((length + 6) >> 8) | 0x50, length & 0xFF, length >> 8, station & 0xFF, station >> 8, 0x00,
+      0x30 | type};
+  bytes.insert(bytes.end(), service.begin(), service.end());
+  return bytes;
+}
+const Bytes kUploadVendor = {0x00, 0x20, 0x40, 0x18, 0x10, 0x01, 0, 0, 0, 0};
+constexpr int kStation = 0x1001;
+constexpr int kCoe = 3;
+
+class Gateway : public testing::Test {
+ protected:
+  void SetUp() override {
+    LineConfig config;
+    config.slaves.resize(2);
+    config.slaves[0].name = "x";
+    config.slaves[1].name = "y";
+    auto opened = Session::open(std::move(config), BusOptions{});
+    ASSERT_TRUE(opened) << describe(opened.error());
+    session_ = std::move(*opened);
+    master_ = std::make_unique<ecat_master::Master>(session_->port(), session_->clock());
+    ASSERT_TRUE(master_->scan());
+    ASSERT_TRUE(master_->enter_pre_op());
+  }
+  void open(GatewaySettings settings = {}) {
+    settings.port = 0;
+    // The second slave is on the line, but not for clients.
+    auto opened = MailboxGateway::open(master_->mailboxes(), {master_->slaves()[0].info.ref}, settings);
+    ASSERT_TRUE(opened) << describe(opened.error());
+    gateway_ = std::move(*opened);
+    ASSERT_EQ(master_->slaves()[0].info.ref.station, kStation);
+  }
+  [[nodiscard]] Bytes ask(const Bytes& request) const {
+    const Tool tool(SOCK_DGRAM, gateway_->port());
+    tool.send(request);
+    return tool.receive();
+  }
+
+  std::unique_ptr<Session> session_;
+  std::unique_ptr<ecat_master::Master> master_;
+  std::unique_ptr<MailboxGateway> gateway_;
+};
+
+/// The vendor of the drive, with station address and counter of the request.
+const Bytes kVendorAnswer = {0x10, 0x50, 0x0A, 0x00, 0x01, 0x10, 0x00, 0x33, 0x00,
+                             0x30, 0x43, 0x18, 0x10, 0x01, 0x3A, 0x00, 0x00, 0x00};
+
+TEST_F(Gateway, CarriesAnSdoOverUdp) {
+  open();
+  const auto answer = ask(mail(kStation, kCoe, kUploadVendor));
+  ASSERT_THAT(answer, SizeIs(18));
+  const auto vendor = master_->slaves()[0].info.description.vendor_id;
+  auto expected = kVendorAnswer;
+  for (std::size_t i = 0; i < 4; ++i) expected[14 + i] = static_cast<int>((vendor >> (8 * i)) & 0xFFU);
+  EXPECT_EQ(answer, expected);
+  const auto clients = gateway_->clients();
+  ASSERT_EQ(clients.size(), 1U);
+  EXPECT_THAT(clients[0].name, testing::StartsWith("udp 127.0.0.1:"));
+  EXPECT_EQ(clients[0].requests, 1U);
+  EXPECT_EQ(clients[0].answers, 1U);
+}
+
+TEST_F(Gateway, CarriesMailsOfAStreamInTheirOrder) {
+  open();
+  const Tool tool(SOCK_STREAM, gateway_->port());
+  auto both = mail(kStation, kCoe, kUploadVendor);
+  const auto product = mail(kStation, kCoe, {0x00, 0x20, 0x40, 0x18, 0x10, 0x02, 0, 0, 0, 0});
+  both.insert(both.end(), product.begin(), product.end());
+  // Cut anywhere: a stream knows no borders.
+  tool.send({both.begin(), both.begin() + 1});
+  tool.send({both.begin() + 1, both.begin() + 25});
+  tool.send({both.begin() + 25, both.end()});
+  Bytes answers;
+  while (answers.size() < 36) {
+    const auto part = tool.receive();
+    ASSERT_FALSE(part.empty());
+    answers.insert(answers.end(), part.begin(), part.end());
+  }
+  EXPECT_EQ(answers[13], 1);
+  EXPECT_EQ(answers[18 + 13], 2);
+}
+
+/// Lists of CoE and fragments of SoE say that more follows.
+TEST(MailExchange, TakesEveryMailOfAnAnswer) {
+  using Reaction = ecat_master::MailboxDialogue::Reaction;
+  const auto mail_of = [](std::initializer_list<int> octets) {
+    std::vector<std::byte> bytes;
+    for (const int octet : octets) bytes.push_back(static_cast<std::byte>(octet));
+    return bytes;
+  };
+  ecat_master::MailExchange list(wire::MailboxType::kCoe, {}, std::chrono::seconds{1});
+  list.begin(0, {});
+  EXPECT_EQ(list.receive(mail_of({0x00, 0x10, 0x30, 0x81, 0, 0, 0, 0, 0, 0})), Reaction::kForeign) << "an emergency";
+  EXPECT_EQ(list.receive(mail_of({0x00, 0x80, 0x82, 0, 1, 0})), Reaction::kAwait);
+  EXPECT_EQ(list.receive(mail_of({0x00, 0x80, 0x02, 0, 0, 0})), Reaction::kDone);
+  EXPECT_THAT(*list.answers(), SizeIs(2));
+  // The same bit in an SDO response is part of the data.
+  ecat_master::MailExchange sdo(wire::MailboxType::kCoe, {}, std::chrono::seconds{1});
+  sdo.begin(0, {});
+  EXPECT_EQ(sdo.receive(mail_of({0x00, 0x30, 0x80, 0, 0x10, 1, 0, 0, 0, 0})), Reaction::kDone);
+  ecat_master::MailExchange soe(wire::MailboxType::kSoe, {}, std::chrono::seconds{1});
+  soe.begin(0, {});
+  EXPECT_EQ(soe.receive(mail_of({0x0A, 0x40, 1, 0, 'x'})), Reaction::kAwait);
+  EXPECT_EQ(soe.receive(mail_of({0x02, 0x40, 0, 0, 'y'})), Reaction::kDone);
+  EXPECT_THAT(*soe.answers(), SizeIs(2));
+}
+
+struct Refused {
+  Bytes request;
+  int code;
+};
+
+TEST_F(Gateway, RefusesWithAMailboxError) {
+  open({.protocols = {wire::MailboxType::kCoe}});
+  const std::vector<Refused> cases = {
+      {mail(kStation, 4, {1, 0, 0, 0, 0, 0, 'a'}), 2},  // a protocol that does not pass
+      {mail(kStation, 2, {0, 1, 0, 0}), 2},             // EoE never does
+      {mail(kStation + 1, kCoe, kUploadVendor), 5},     // a slave that is not for clients
+      {mail(0, kCoe, kUploadVendor), 5},                // the master itself
+      {mail(kStation, kCoe, Bytes(1400)), 8},           // longer than the mailbox
+      {mail(kStation, kCoe, {0x00}), 6},                // the slave's own refusal: too short
+  };
+  for (const auto& [request, code] : cases) {
+    const auto answer = ask(request);
+    ASSERT_THAT(answer, SizeIs(12));
+    EXPECT_EQ(answer[7] & 0x0F, 0) << "a mailbox error";
+    EXPECT_EQ(answer[7] >> 4, 3) << "the counter of the request";
+    EXPECT_EQ(answer[8], 1);
+    EXPECT_EQ(answer[10], code);
+  }
+}
+
+/// No simulated drive knows VoE: its own refusal comes back.
+TEST_F(Gateway, HandsOutTheRefusalOfTheSlave) {
+  open();
+  const auto answer = ask(mail(kStation, 15, {0xAA, 0, 0, 0, 1, 0}));
+  ASSERT_THAT(answer, SizeIs(12));
+  EXPECT_EQ(answer[7] & 0x0F, 0);
+  EXPECT_EQ(answer[10], 2);
+  EXPECT_EQ(gateway_->clients()[0].refused, 1U);
+}
+
+TEST_F(Gateway, GarbageIsCountedAndHarmsNobody) {
+  open();
+  const Tool udp(SOCK_DGRAM, gateway_->port());
+  auto wrong_type = mail(kStation, kCoe, kUploadVendor);
+  wrong_type[1] = 0x10;
+  auto longer = mail(kStation, kCoe, kUploadVendor);
+  longer.push_back(0);
+  auto beyond = mail(kStation, kCoe, kUploadVendor);
+  beyond[2] = 0xFF;
+  for (const auto& garbage : {Bytes{0x06}, wrong_type, longer, beyond, Bytes{0x02, 0x50, 0, 0}}) udp.send(garbage);
+  const Tool tcp(SOCK_STREAM, gateway_->port());
+  tcp.send({'G', 'E', 'T', ' ', '/', ' ', 'H', 'T', 'T', 'P'});
+  EXPECT_EQ(tcp.receive(), Bytes{}) << "sent away";
+  udp.send(mail(kStation, kCoe, kUploadVendor));
+  EXPECT_THAT(udp.receive(), SizeIs(18));
+  std::uint64_t malformed = 0;
+  for (const auto& client : gateway_->clients()) malformed += client.malformed;
+  EXPECT_EQ(malformed, 6U);
+}
+
+TEST_F(Gateway, OwnTransfersGoOnBesideIt) {
+  open();
+  const Tool tool(SOCK_DGRAM, gateway_->port());
+  auto* mailbox = master_->mailbox(0);
+  for (int i = 0; i < 20; ++i) {
+    tool.send(mail(kStation, kCoe, kUploadVendor));
+    ecat_master::CoeClient coe(*mailbox);
+    const auto product = coe.upload_as<std::uint32_t>(0x1018, 2);
+    ASSERT_TRUE(product) << ecat_master::describe(product.error());
+    EXPECT_EQ(*product, master_->slaves()[0].info.description.product_code);
+    EXPECT_EQ(tool.receive()[13], 1);
+  }
+}
+
+TEST_F(Gateway, APortThatIsTakenIsAnError) {
+  open();
+  const auto second = MailboxGateway::open(master_->mailboxes(), {}, {.port = gateway_->port()});
+  ASSERT_FALSE(second);
+  EXPECT_THAT(describe(second.error()), testing::HasSubstr("cannot listen: Address already in use"));
+}
+
+}  // namespace
+}  // namespace driveline::runtime
