@@ -125,6 +125,15 @@ TEST(EoeFrames, AFrameThatBeginsEndsTheOneBefore) {
   EXPECT_EQ(assembler.seen().lost, 1U);
 }
 
+/// Of two frames of one sender a fragment each was lost, so that the numbers go on as if nothing had happened.
+TEST(EoeFrames, AFragmentOfAnotherFrameEndsThisOne) {
+  EoeAssembler assembler;
+  EXPECT_EQ(take(assembler, fragment(0, 3, 1, 32, false)), std::nullopt);
+  EXPECT_EQ(take(assembler, fragment(1, 1, 2, 60, true)), std::nullopt);
+  EXPECT_EQ(assembler.seen().lost, 1U);
+  EXPECT_EQ(assembler.seen().frames, 0U);
+}
+
 TEST(EoeFrames, ATimeStampIsNoPartOfTheFrame) {
   EoeAssembler assembler;
   const auto whole = take(assembler, fragment(0, 2, 5, 60 + 4, true, true));
