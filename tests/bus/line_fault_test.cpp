@@ -199,6 +199,53 @@ TEST_F(LineFault, ASilentMailboxIsATimeout) {
   EXPECT_EQ(sentence(coe.upload_as<std::uint32_t>(0x1018, 1)), "");
 }
 
+TEST_F(LineFault, MalformedAndOversizedMailsAreNamedAndTheNextTransferWorks) {
+  scanned();
+  ASSERT_EQ(sentence(operation->master().enter_pre_op()), "");
+  CoeClient coe(*operation->master().mailbox(1));
+  for (const auto kind : {FaultKind::kMailboxMalformed, FaultKind::kMailboxOversized}) {
+    const Fault fault{.kind = kind, .slave = 1};
+    ASSERT_TRUE(inject(fault));
+    EXPECT_EQ(sentence(coe.upload_as<std::uint32_t>(0x1018, 1)),
+              "slave 1: sent a malformed mailbox for object 1018h:01");
+    EXPECT_EQ(sentence(CoeClient(*operation->master().mailbox(0)).upload_as<std::uint32_t>(0x1018, 1)), "");
+    ASSERT_TRUE(drives->line().heal(fault));
+    EXPECT_EQ(sentence(coe.upload_as<std::uint32_t>(0x1018, 1)), "");
+  }
+}
+
+TEST_F(LineFault, ALateMailIsWaitedForUntilTheTimeLimitAndIsNotTakenForTheNextAnswer) {
+  scanned();
+  ASSERT_EQ(sentence(operation->master().enter_pre_op()), "");
+  CoeClient coe(*operation->master().mailbox(1));
+  const Fault late{.kind = FaultKind::kMailboxLate, .slave = 1, .time = milliseconds{300}};
+  ASSERT_TRUE(inject(late));
+  const auto begin = drives->clock.now();
+  EXPECT_EQ(sentence(coe.upload_as<std::uint32_t>(0x1018, 1)), "");
+  EXPECT_GE(drives->clock.now() - begin, milliseconds{300});
+  EXPECT_LT(drives->clock.now() - begin, milliseconds{310});
+  ASSERT_TRUE(drives->line().heal(late));
+  const Fault too_late{.kind = FaultKind::kMailboxLate, .slave = 1, .time = milliseconds{2050}};
+  ASSERT_TRUE(inject(too_late));
+  EXPECT_EQ(sentence(coe.upload_as<std::uint32_t>(0x1018, 1)),
+            "slave 1: no mailbox reply for object 1018h:01 within 2000 ms");
+  ASSERT_TRUE(drives->line().heal(too_late));
+  const auto serial = coe.upload_as<std::uint32_t>(0x1018, 4);
+  ASSERT_EQ(sentence(serial), "");
+  EXPECT_EQ(*serial, 1001U);
+}
+
+TEST_F(LineFault, MailsOfAForeignProtocolAreRefusedAndDelayNothing) {
+  scanned();
+  ASSERT_EQ(sentence(operation->master().enter_pre_op()), "");
+  ASSERT_TRUE(inject({.kind = FaultKind::kMailboxForeign, .slave = 1}));
+  CoeClient coe(*operation->master().mailbox(1));
+  const auto begin = drives->clock.now();
+  for (int i = 0; i < 10; ++i) EXPECT_EQ(sentence(coe.upload_as<std::uint32_t>(0x1018, 1)), "") << i;
+  EXPECT_LT(drives->clock.now() - begin, milliseconds{100});
+  EXPECT_GE(operation->master().mailboxes().statistics(1).refused, 10U);
+}
+
 TEST_F(LineFault, ABusyMailboxTakesOneRequestAndNoMore) {
   scanned();
   ASSERT_EQ(sentence(operation->master().enter_pre_op()), "");

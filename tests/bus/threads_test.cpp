@@ -3,15 +3,18 @@
 // here do not synchronise with each other beyond what the master itself does.
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <memory>
+#include <span>
 #include <thread>
 #include <utility>
 #include <vector>
 
 #include "drive_line.hpp"
 #include "driveline/ecat_master/coe/coe_client.hpp"
+#include "driveline/slaves/ethernet_link.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -155,6 +158,72 @@ TEST(CycleInItsThread, CarriesTransfersOfOthersWhileTheAxesMove) {
   EXPECT_EQ(operation.statistics().wkc_errors, 0U);
   EXPECT_EQ(operation.statistics().lost_frames, 0U);
   EXPECT_FALSE(operation.axis_samples.empty());
+}
+
+/// The network behind a drive: sends back the last frame that it has heard. Used by the cycle's thread alone.
+struct Mirror final : slaves::EthernetLink {
+  bool send(std::span<const std::byte> frame) noexcept override {
+    size = frame.size();
+    std::copy(frame.begin(), frame.end(), bytes.begin());
+    return true;
+  }
+  std::size_t receive(std::span<std::byte> out) noexcept override {
+    std::copy_n(bytes.begin(), size, out.begin());
+    return std::exchange(size, 0);
+  }
+  void set_address(const wire::EoeIpParameters& /*address*/) noexcept override {}
+  void set_link(bool /*up*/) noexcept override {}
+
+  std::array<std::byte, wire::kMaxEoeFrame> bytes{};
+  std::size_t size = 0;
+};
+
+/// Counts what comes back, whichever thread brings it.
+struct Counter final : ecat_master::EoeReceiver {
+  void receive(std::uint16_t /*position*/, std::span<const std::byte> frame) override {
+    right += frame.size() == 1000 && frame[999] == std::byte{0x5A} ? 1 : 0;
+    ++all;
+  }
+  int right = 0;
+  std::atomic<int> all{0};
+};
+
+TEST(CycleInItsThread, CarriesEthernetFramesBesideTransfers) {
+  constexpr int kFrames = 40;
+  DriveLine drives(2);
+  LineOperation operation(drives);
+  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  std::array<Mirror, 2> mirrors;
+  Counter counter;
+  std::vector<std::shared_ptr<ecat_master::EoePort>> ports;
+  for (std::size_t i = 0; i < 2; ++i) {
+    ASSERT_TRUE(drives.slave(i).device().connect_network(&mirrors[i]));
+    ports.push_back(operation.master().open_eoe(i, counter).value());
+  }
+  operation.start_cycle([&](CyclicCore& core) { return std::make_unique<ThreadRunner>(core, drives.clock); });
+  auto& master = operation.master();
+  ASSERT_EQ(sentence(master.go_operational()), "");
+
+  // One thread hands frames over, one steps the mailboxes, one transfers objects.
+  int right = 0;
+  std::jthread sender([&] {
+    const std::vector<std::byte> frame(1000, std::byte{0x5A});
+    for (int sent = 0; sent < kFrames; ++sent) {
+      for (auto& port : ports) ASSERT_TRUE(port->send(frame));
+      while (counter.all.load() < 2 * (sent + 1)) std::this_thread::yield();
+    }
+  });
+  std::jthread stepper([&] {
+    while (counter.all.load() < 2 * kFrames) master.mailboxes().drive();
+  });
+  std::jthread transferrer([&] { right = transfers(master.mailboxes(), 1, 1'000'000, 20); });
+  sender.join();
+  stepper.join();
+  transferrer.join();
+  EXPECT_EQ(right, 20);
+  EXPECT_EQ(counter.right, 2 * kFrames);
+  for (const auto& port : ports) EXPECT_EQ(port->statistics().frames_out, static_cast<std::uint64_t>(kFrames));
+  master.runner()->stop();
 }
 
 }  // namespace

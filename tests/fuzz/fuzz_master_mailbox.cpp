@@ -1,10 +1,13 @@
-// A slave that puts anything into its mailbox while the master reads and writes objects. Input: what the slave's input
+// A slave that puts anything into its mailbox while the master reads and writes objects and sends and receives Ethernet
+// frames. Input: what the slave's input
 // mailbox holds at each read, pieces with their length in two bytes in front. When it runs out, nothing arrives.
 
 #include <algorithm>
 
 #include "driveline/ecat_master/coe/coe_client.hpp"
 #include "driveline/ecat_master/coe/emergency_log.hpp"
+#include "driveline/ecat_master/eoe/eoe_client.hpp"
+#include "driveline/ecat_master/eoe/eoe_ports.hpp"
 #include "driveline/wire/sync_manager.hpp"
 #include "fuzz_target.hpp"
 
@@ -50,6 +53,18 @@ class LyingSlave final : public DatagramExchange {
   std::chrono::nanoseconds now_{0};
 };
 
+/// Takes frames, which must be of a length that EoE carries.
+class Network final : public EoeReceiver {
+ public:
+  void receive(std::uint16_t /*position*/, std::span<const std::byte> frame) override {
+    if (frame.size() < wire::kMinEoeFrame || frame.size() > wire::kMaxEoeFrame) std::abort();
+    for (const auto byte : frame) sum_ += std::to_integer<unsigned>(byte);
+  }
+
+ private:
+  unsigned sum_ = 0;
+};
+
 void append(Bytes& input, std::span<const std::uint8_t> mailbox) {
   const auto length = wire::to_le_bytes(static_cast<std::uint16_t>(mailbox.size()));
   input.insert(input.end(), length.begin(), length.end());
@@ -71,7 +86,15 @@ void test_one_input(std::span<const std::byte> input) {
   static_cast<void>(describe(name ? Error{} : name.error()));
   static_cast<void>(coe.download(0x2003, 0, long_value));
   static_cast<void>(coe.upload_as<std::uint32_t>(0x1018, 1));
+  Network network;
+  EoePorts ports(mailbox.engine());
+  const auto port = ports.open(0, network);
+  static_cast<void>(port->send(long_value));
+  EoeClient eoe(mailbox.engine(), 0);
+  static_cast<void>(eoe.set_ip({.ip = wire::IpV4Address{192, 168, 39, 5}}));
+  static_cast<void>(eoe.get_ip());
   static_cast<void>(mailbox.poll());
+  if (port->statistics().frames_in > port->statistics().fragments_in) std::abort();
   static_cast<void>(emergencies.take(0));
 }
 
@@ -83,6 +106,13 @@ std::vector<Bytes> seeds() {
   constexpr std::uint8_t kLastSegment[] = {10, 0, 0, 0, 0, 0x43, 0, 0x30, 0x1D, 10, 0, 0, 0, 0, 0, 0};
   constexpr std::uint8_t kEmergency[] = {10, 0, 0, 0, 0, 0x53, 0, 0x10, 0x00, 0xFF, 0x11, 14, 1, 0, 0, 0};
   constexpr std::uint8_t kAbort[] = {10, 0, 0, 0, 0, 0x63, 0, 0x20, 0x80, 0x03, 0x20, 0, 0, 0, 2, 6};
+  // A frame of 40 bytes in two fragments, the answers to get IP and set IP, a fragment of a frame without beginning.
+  constexpr std::uint8_t kHead[] = {36, 0,    0,    0, 0, 0x12, 0, 0, 0x80, 0x10, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11,
+                                    12, 0x08, 0x06, 0, 0, 0,    0, 0, 0,    0,    0, 0, 0, 0, 0, 0, 0, 0, 0, 0,  0};
+  constexpr std::uint8_t kTail[] = {12, 0, 0, 0, 0, 0x22, 0, 1, 0x41, 0x10, 1, 2, 3, 4, 5, 6, 7, 8};
+  constexpr std::uint8_t kGetIp[] = {18, 0, 0, 0, 0, 0x32, 7, 1, 0, 0, 3, 0, 0, 0, 2, 0, 0, 0, 0, 5, 5, 39, 168, 192};
+  constexpr std::uint8_t kSetIp[] = {4, 0, 0, 0, 0, 0x42, 3, 1, 0, 0};
+  constexpr std::uint8_t kStray[] = {8, 0, 0, 0, 0, 0x52, 0, 1, 0x02, 0x20, 1, 2, 3, 4};
   Bytes conversation;
   append(conversation, kEmergency);
   append(conversation, kNormal);
@@ -92,7 +122,14 @@ std::vector<Bytes> seeds() {
   Bytes expedited;
   append(expedited, kExpedited);
   append(expedited, kAbort);
-  return {conversation, expedited};
+  Bytes ethernet = conversation;
+  append(ethernet, kExpedited);
+  append(ethernet, kHead);
+  append(ethernet, kTail);
+  append(ethernet, kGetIp);
+  append(ethernet, kSetIp);
+  append(ethernet, kStray);
+  return {conversation, expedited, ethernet};
 }
 
 }  // namespace driveline::fuzz

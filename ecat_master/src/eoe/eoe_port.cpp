@@ -22,6 +22,7 @@ bool EoePort::send(std::span<const std::byte> frame) noexcept {
 
 void EoePort::opened(std::size_t room) {
   drop_all();
+  openings_.add();
   open_.store(wire::EoeFragmenter::fragment_size(room) != 0, std::memory_order_relaxed);
 }
 

@@ -24,7 +24,7 @@ wire::Decoded<EoeIpParameters> decode_ip(std::span<const std::byte> data) {
 }  // namespace
 
 EoeService::EoeService(EoeType request, std::span<const std::byte> data)
-    : MailboxDialogue(wire::MailboxType::kEoe, 1), request_(request), outgoing_(EoeHeader::kSize + data.size()) {
+    : MailboxDialogue(wire::MailboxType::kEoe, 0), request_(request), outgoing_(EoeHeader::kSize + data.size()) {
   EoeHeader header;
   header.type = request;
   header.last_fragment = true;

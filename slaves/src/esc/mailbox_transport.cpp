@@ -1,11 +1,22 @@
 #include "driveline/slaves/esc/mailbox_transport.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
+
+#include "driveline/wire/endian.hpp"
+#include "driveline/wire/mailbox.hpp"
 
 namespace driveline::slaves {
 
 using Use = SyncManagerLayout::Use;
+
+namespace {
+
+/// A mailbox with two bytes of service, of type 9, which no protocol has; without counter.
+constexpr std::array<std::byte, 8> kForeignMail{std::byte{2}, {}, {}, {}, {}, std::byte{9}, {}, {}};
+
+}  // namespace
 
 MailboxTransport::MailboxTransport(Esc& esc, Device& device) : esc_(esc), device_(device) {
   const auto& layout = device.profile().sync_managers;
@@ -27,20 +38,27 @@ MailboxTransport::MailboxTransport(Esc& esc, Device& device) : esc_(esc), device
       longest = std::max<std::size_t>({longest, sync_manager.max_length, sync_manager.default_length});
     }
   }
-  for (auto* buffer : {&scratch_, &last_, &previous_, &waiting_}) buffer->reserve(longest);
+  for (auto* buffer : {&scratch_, &last_, &previous_, &waiting_, &held_}) buffer->reserve(longest);
 }
 
 void MailboxTransport::reset() noexcept {
   last_.clear();
   previous_.clear();
   waiting_.clear();
+  held_.clear();
 }
 
-void MailboxTransport::run() {
+void MailboxTransport::set_fault(Fault fault, std::chrono::nanoseconds delay) noexcept {
+  fault_ = fault;
+  delay_ = delay;
+  release_ = {};
+}
+
+void MailboxTransport::run(std::chrono::nanoseconds now) {
   if (!present_) return;
   if (fault_ != Fault::kBusy) accept_request();
   if (esc_.sync_managers().repeat_requested(in_)) repeat_last();
-  if (fault_ != Fault::kSilent && send_next() && fault_ != Fault::kBusy) accept_request();
+  if (fault_ != Fault::kSilent && send_next(now) && fault_ != Fault::kBusy) accept_request();
 }
 
 /// A mail for which the device has no room stays where it is.
@@ -70,23 +88,50 @@ void MailboxTransport::repeat_last() {
 }
 
 /// True when a mail has left the device.
-bool MailboxTransport::send_next() {
+bool MailboxTransport::send_next(std::chrono::nanoseconds now) {
   auto& unit = esc_.sync_managers();
   if (!unit.operational(in_) || unit.full(in_)) return false;
-  if (waiting_.empty()) {
-    const std::size_t length = unit.channel(in_).length;
-    scratch_.resize(length);
-    const auto used = std::min(device_.mailbox_reply(scratch_), length);
-    if (used == 0) return false;
-    scratch_.resize(used);
-  } else {
+  if (!waiting_.empty()) {
     scratch_.swap(waiting_);
     waiting_.clear();
+  } else if (!held_.empty()) {
+    if (now < release_) return false;
+    scratch_.swap(held_);
+    held_.clear();
+  } else {
+    if (!fetch(now)) return false;
+    if (now < release_) return true;
   }
   if (!publish(scratch_)) return false;
   previous_.swap(last_);
   last_.swap(scratch_);
   return true;
+}
+
+/// The next mail of the device, as the fault leaves it. False: there is none.
+bool MailboxTransport::fetch(std::chrono::nanoseconds now) {
+  const std::size_t length = esc_.sync_managers().channel(in_).length;
+  scratch_.resize(length);
+  const auto used = std::min(device_.mailbox_reply(scratch_), length);
+  if (used == 0) return false;
+  scratch_.resize(used);
+  spoil();
+  if (fault_ == Fault::kLate && delay_.count() > 0) {
+    held_ = scratch_;
+    release_ = now + delay_;
+  } else if (fault_ == Fault::kForeign) {
+    held_ = scratch_;
+    scratch_.assign(kForeignMail.begin(), kForeignMail.end());
+  }
+  return true;
+}
+
+/// Writes another length into the header.
+void MailboxTransport::spoil() noexcept {
+  if (scratch_.size() < wire::MailboxHeader::kSize) return;
+  const auto length = std::span(scratch_).first<2>();
+  if (fault_ == Fault::kMalformed) wire::store_le<std::uint16_t>(length, 1);
+  if (fault_ == Fault::kOversized) wire::store_le<std::uint16_t>(length, 0xFFFF);
 }
 
 bool MailboxTransport::publish(std::span<const std::byte> mail) noexcept {

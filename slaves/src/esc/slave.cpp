@@ -99,7 +99,7 @@ void Slave::run_application(Nanoseconds now) {
   if (stalled_until_ || !esc_.pdi_operational()) return;
   al_.handle_events(now);
   after_state_change(now);
-  if (al_.mailbox_running()) mailbox_.run();
+  if (al_.mailbox_running()) mailbox_.run(now);
 }
 
 Slave::Nanoseconds Slave::next_event() const noexcept {
@@ -175,7 +175,7 @@ void Slave::step(Nanoseconds time, Nanoseconds now) {
     next_step_ = time + period_;
     al_.on_step(time);
   }
-  if (al_.mailbox_running()) mailbox_.run();
+  if (al_.mailbox_running()) mailbox_.run(time);
 }
 
 void Slave::after_state_change(Nanoseconds time) noexcept {

@@ -15,7 +15,7 @@ static_assert(rows_are_in_order(), "fault_kind_row() finds a row by its number")
 }  // namespace
 
 bool Fault::same_place(const Fault& other) const noexcept {
-  const auto of_mailbox = [](FaultKind k) { return k == FaultKind::kMailboxSilent || k == FaultKind::kMailboxBusy; };
+  const auto of_mailbox = [](FaultKind k) { return k >= FaultKind::kMailboxSilent && k <= FaultKind::kMailboxForeign; };
   if (of_mailbox(kind) && of_mailbox(other.kind)) return slave == other.slave;
   if (kind != other.kind) return false;
   const auto& row = fault_kind_row(kind);

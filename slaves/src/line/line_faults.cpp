@@ -28,6 +28,23 @@ constexpr bool concerns_frames(FaultKind kind) noexcept {
   }
 }
 
+constexpr MailboxTransport::Fault mailbox_fault(FaultKind kind) noexcept {
+  switch (kind) {
+    case FaultKind::kMailboxSilent:
+      return MailboxTransport::Fault::kSilent;
+    case FaultKind::kMailboxBusy:
+      return MailboxTransport::Fault::kBusy;
+    case FaultKind::kMailboxMalformed:
+      return MailboxTransport::Fault::kMalformed;
+    case FaultKind::kMailboxOversized:
+      return MailboxTransport::Fault::kOversized;
+    case FaultKind::kMailboxLate:
+      return MailboxTransport::Fault::kLate;
+    default:
+      return MailboxTransport::Fault::kForeign;
+  }
+}
+
 /// xorshift32 (Marsaglia 2003): every seed but 0 gives a sequence of full length.
 std::uint32_t next_random(std::uint32_t& state) noexcept {
   state ^= state << 13;
@@ -129,10 +146,12 @@ void LineFaults::apply(Active& active, Nanoseconds now) noexcept {
       line_.set_power(fault.slave, false, now);
       break;
     case FaultKind::kMailboxSilent:
-      slave.mailbox().set_fault(MailboxTransport::Fault::kSilent);
-      break;
     case FaultKind::kMailboxBusy:
-      slave.mailbox().set_fault(MailboxTransport::Fault::kBusy);
+    case FaultKind::kMailboxMalformed:
+    case FaultKind::kMailboxOversized:
+    case FaultKind::kMailboxLate:
+    case FaultKind::kMailboxForeign:
+      slave.mailbox().set_fault(mailbox_fault(fault.kind), fault.time);
       break;
     case FaultKind::kEepromBusy:
       active.before = slave.esc().sii().busy_time();
@@ -168,6 +187,10 @@ void LineFaults::undo(const Active& active, Nanoseconds now) noexcept {
       break;
     case FaultKind::kMailboxSilent:
     case FaultKind::kMailboxBusy:
+    case FaultKind::kMailboxMalformed:
+    case FaultKind::kMailboxOversized:
+    case FaultKind::kMailboxLate:
+    case FaultKind::kMailboxForeign:
       slave.mailbox().set_fault(MailboxTransport::Fault::kNone);
       break;
     case FaultKind::kEepromBusy:

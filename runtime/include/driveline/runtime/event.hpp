@@ -24,8 +24,8 @@ using EventFacts =
                  events::GroupZeroed, events::GroupReleased, events::MasterAway, events::MasterAwayOften,
                  events::AxisPresenceChanged, events::AxesStopped, events::AxesNotOff, events::NotInInit,
                  events::AxisNeverEnabled, events::AxisOffItsSetpoint, events::ForbiddenCalls, events::ForeignTraffic,
-                 events::FaultRecorded, events::RecordingEnded, events::CaptureIncomplete, events::FileNotWritten, events::EoeUp, events::EoeAddressRefused,
-                 events::GatewayUp>;
+                 events::FaultRecorded, events::RecordingEnded, events::CaptureIncomplete, events::FileNotWritten,
+                 events::EoeUp, events::EoeAddressRefused, events::GatewayUp>;
 
 /// How grave an event is.
 enum class Severity : std::uint8_t {

@@ -157,6 +157,47 @@ TEST_F(MailboxTransportTest, BusySlaveLeavesTheMailboxFull) {
   ASSERT_EQ(device().requests.size(), 1U);
 }
 
+TEST_F(MailboxTransportTest, SpoiltRepliesHaveAnotherLengthInTheirHeader) {
+  const std::pair<MailboxTransport::Fault, std::vector<std::byte>> faults[] = {
+      {MailboxTransport::Fault::kMalformed, bytes({1, 0})}, {MailboxTransport::Fault::kOversized, bytes({0xFF, 0xFF})}};
+  for (const auto& [fault, length] : faults) {
+    slave().mailbox().set_fault(fault);
+    device().replies.push_back(bytes({4, 0, 0, 0, 0, 0x13, 9, 9, 9, 9}));
+    pass(1ms);
+    const auto data = fetch().data;
+    EXPECT_EQ(std::vector<std::byte>(data.begin(), data.begin() + 2), length);
+    EXPECT_EQ(data[5], std::byte{0x13}) << "the counter stays";
+  }
+}
+
+TEST_F(MailboxTransportTest, LateRepliesKeepTheirOrder) {
+  slave().mailbox().set_fault(MailboxTransport::Fault::kLate, 10ms);
+  device().replies = {bytes({1}), bytes({2})};
+  pass(9ms);
+  EXPECT_EQ(fetched(), 0xFFFFU);
+  pass(2ms);
+  EXPECT_EQ(fetched(), 1U);
+  pass(5ms);
+  EXPECT_EQ(fetched(), 0xFFFFU);
+  slave().mailbox().set_fault(MailboxTransport::Fault::kNone);
+  pass(1ms);
+  EXPECT_EQ(fetched(), 2U);
+}
+
+TEST_F(MailboxTransportTest, AForeignMailComesAheadOfEachReplyAndNoneIsLostByRepetition) {
+  slave().mailbox().set_fault(MailboxTransport::Fault::kForeign);
+  device().replies = {bytes({1, 0, 0, 0, 0, 0x13, 7}), bytes({1, 0, 0, 0, 0, 0x23, 8})};
+  std::vector<unsigned> types;
+  for (int i = 0; i < 5; ++i) {
+    pass(1ms);
+    // The one that was read last comes once more, then the one that was in the mailbox.
+    if (i == 2) toggle_repeat();
+    const auto answer = fetch();
+    types.push_back(answer.working_counter == 1 ? std::to_integer<unsigned>(answer.data[5]) : 0xFFU);
+  }
+  EXPECT_EQ(types, (std::vector<unsigned>{9, 0x13, 0x13, 9, 0x23}));
+}
+
 TEST_F(MailboxTransportTest, ReplyLongerThanTheMailboxIsCut) {
   device().replies.push_back(std::vector<std::byte>(kMailboxLength + 10, std::byte{7}));
   pass(1ms);

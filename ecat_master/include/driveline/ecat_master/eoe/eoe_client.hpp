@@ -4,7 +4,9 @@
 #include <memory>
 
 #include "driveline/ecat_master/eoe/eoe_service.hpp"
+#include "driveline/ecat_master/error.hpp"
 #include "driveline/ecat_master/mailbox/mailbox_engine.hpp"
+#include "driveline/wire/eoe.hpp"
 
 namespace driveline::ecat_master {
 

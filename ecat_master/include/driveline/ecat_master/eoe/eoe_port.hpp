@@ -9,6 +9,7 @@
 #include "driveline/ecat_master/mailbox/mailbox_stream.hpp"
 #include "driveline/rt/spsc_ring.hpp"
 #include "driveline/wire/eoe_frames.hpp"
+#include "driveline/wire/mailbox.hpp"
 
 namespace driveline::ecat_master {
 
@@ -63,6 +64,9 @@ class EoePort final : public MailboxStream {
   [[nodiscard]] bool up() const noexcept {
     return open_.load(std::memory_order_relaxed) && wanted_.load(std::memory_order_relaxed);
   }
+  /// How often the slave's mailboxes have been opened. After each time the slave may have forgotten what it was told.
+  /// Any thread.
+  [[nodiscard]] std::uint64_t openings() const noexcept { return openings_.value(); }
   /// Of the slave.
   [[nodiscard]] std::uint16_t position() const noexcept { return position_; }
   /// Since it was made; any thread. Numbers of one moment that differ by what happens meanwhile.
@@ -99,6 +103,7 @@ class EoePort final : public MailboxStream {
 
   std::uint16_t position_;
   EoeReceiver& receiver_;
+  Counter openings_;
   std::atomic<bool> open_{false};
   std::atomic<bool> wanted_{true};
   rt::SpscRing<EoeFrame> queue_{kQueue};

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <span>
 
+#include "driveline/ecat_master/bus/bus.hpp"
 #include "driveline/ecat_master/eoe/eoe_port.hpp"
 #include "driveline/ecat_master/mailbox/mailbox_engine.hpp"
 

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "driveline/ecat_master/error.hpp"
 #include "driveline/ecat_master/mailbox/dialogue.hpp"
 #include "driveline/wire/eoe.hpp"
 

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -16,8 +19,12 @@ class MailboxTransport {
   /// Faults of the mailbox a test can stage.
   enum class Fault : std::uint8_t {
     kNone,
-    kSilent,  ///< requests are taken, no reply is ever sent
-    kBusy,    ///< requests are not taken: the master finds the mailbox full
+    kSilent,     ///< requests are taken, no reply is ever sent
+    kBusy,       ///< requests are not taken: the master finds the mailbox full
+    kMalformed,  ///< replies end behind the first byte of their service
+    kOversized,  ///< replies say that they are longer than the mailbox
+    kLate,       ///< replies are held back for a while
+    kForeign,    ///< a mail of a protocol that nobody knows comes ahead of each reply
   };
 
   /// Both must outlive this. Allocates room for the largest mailbox.
@@ -26,14 +33,16 @@ class MailboxTransport {
   /// Forgets everything in flight.
   void reset() noexcept;
   /// Transfers mailboxes in both directions as far as possible. To be called while the mailboxes are running.
-  void run();
-  /// From now on; kNone ends it.
-  void set_fault(Fault fault) noexcept { fault_ = fault; }
+  void run(std::chrono::nanoseconds now);
+  /// From now on; kNone ends it. `delay`: of kLate.
+  void set_fault(Fault fault, std::chrono::nanoseconds delay = {}) noexcept;
 
  private:
   void accept_request();
   void repeat_last();
-  bool send_next();
+  bool send_next(std::chrono::nanoseconds now);
+  [[nodiscard]] bool fetch(std::chrono::nanoseconds now);
+  void spoil() noexcept;
   bool publish(std::span<const std::byte> mail) noexcept;
 
   Esc& esc_;
@@ -42,10 +51,13 @@ class MailboxTransport {
   unsigned in_ = 0;   ///< sync manager the master reads
   bool present_ = false;
   Fault fault_ = Fault::kNone;
+  std::chrono::nanoseconds delay_{0};
+  std::chrono::nanoseconds release_{0};  ///< of held_
   std::vector<std::byte> scratch_;
   std::vector<std::byte> last_;      ///< published last
   std::vector<std::byte> previous_;  ///< published before that
   std::vector<std::byte> waiting_;   ///< displaced by a repetition, to be sent next
+  std::vector<std::byte> held_;      ///< held back by the fault, to be sent behind that
 };
 
 }  // namespace driveline::slaves

@@ -23,13 +23,17 @@ enum class FaultKind : std::uint8_t {
   kPowerOff,
   kMailboxSilent,
   kMailboxBusy,
+  kMailboxMalformed,
+  kMailboxOversized,
+  kMailboxLate,
+  kMailboxForeign,
   kEepromBusy,
   kEepromChecksum,
   kSlowTransition,
   kRefuseTransition,
 };
 /// Rows of kFaultKinds.
-inline constexpr std::size_t kFaultKindCount = 14;
+inline constexpr std::size_t kFaultKindCount = 18;
 
 /// Parameters of a fault. The values are bits of a FaultParameters set.
 enum class FaultParameter : std::uint16_t {
@@ -86,10 +90,11 @@ struct Fault {
   [[nodiscard]] bool same_place(const Fault& other) const noexcept;
 };
 
-/// One kind of fault as users see it: the line file, the command line, the help and the documentation use this table.
+/// One kind of fault as users see it: the line description, the command line, the help and the documentation use this
+/// table.
 struct FaultKindRow {
   FaultKind kind;         ///< rows are in the order of the enumeration
-  std::string_view name;  ///< in line files and commands; unique
+  std::string_view name;  ///< in line descriptions and commands; unique
   FaultParameters needs;  ///< required parameters
   FaultParameters takes;  ///< optional parameters
   std::string_view text;  ///< what it does, as a user reads it
@@ -123,6 +128,14 @@ inline constexpr std::array<FaultKindRow, kFaultKindCount> kFaultKinds{{
      "the slave takes mailbox requests and never replies"},
     {FaultKind::kMailboxBusy, "mailbox-busy", fault_detail::kOnlySlave, 0,
      "the slave does not empty its mailbox: the next request finds it full"},
+    {FaultKind::kMailboxMalformed, "mailbox-malformed", fault_detail::kOnlySlave, 0,
+     "mails of the slave end behind the first byte of their service"},
+    {FaultKind::kMailboxOversized, "mailbox-oversized", fault_detail::kOnlySlave, 0,
+     "mails of the slave say that they are longer than the mailbox"},
+    {FaultKind::kMailboxLate, "mailbox-late", FaultParameter::kSlave | FaultParameter::kTime, 0,
+     "mails of the slave come this much later"},
+    {FaultKind::kMailboxForeign, "mailbox-foreign", fault_detail::kOnlySlave, 0,
+     "ahead of every mail of the slave comes one of a protocol that nobody knows"},
     {FaultKind::kEepromBusy, "eeprom-busy", FaultParameter::kSlave | FaultParameter::kTime, 0,
      "every EEPROM command takes this long"},
     {FaultKind::kEepromChecksum, "eeprom-checksum", fault_detail::kOnlySlave, 0,
@@ -137,7 +150,7 @@ inline constexpr std::array<FaultKindRow, kFaultKindCount> kFaultKinds{{
 /// One parameter as users see it.
 struct FaultParameterRow {
   FaultParameter parameter;  ///< the parameter of this row
-  std::string_view key;      ///< in line files and commands; unique
+  std::string_view key;      ///< in line descriptions and commands; unique
   std::string_view value;    ///< what is expected
   std::string_view text;     ///< what it means, as a user reads it
 };
