@@ -28,6 +28,7 @@ libcli11-dev          command line
 libfmt-dev            text
 libspdlog-dev         logging
 nlohmann-json3-dev    machine-readable output
+libmicrohttpd-dev     web page of a simulated drive
 # tests and benchmarks
 libgtest-dev          GoogleTest
 libgmock-dev          matchers and mocks
@@ -36,13 +37,15 @@ librapidcheck-dev     properties over random input
 tshark                oracle for EtherCAT frames
 cyclonedds-dev        oracle for the telemetry: another DDS implementation
 cyclonedds-tools      its IDL compiler
+curl                  asks the web page of a simulated drive
+iputils-ping          asks its IP stack
 python3               structure checks, checks of JSON output
 doxygen               reference of the library
 zsh                   its completion is tried
 # running
 gnuplot-nox           plots
 graphviz              picture of the bus
-iproute2              veth pair of the two-process form
+iproute2              veth pairs: the two-process form, the network of a simulated drive
 ethtool               switches its offloads off
 libcap2-bin           setcap: real-time run without root
 TABLE

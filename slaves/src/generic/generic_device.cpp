@@ -88,10 +88,8 @@ CoeServer::Options coe_options(const esi::DeviceDescription& device) noexcept {
   return {.complete_access = device.mailbox.coe_complete_access, .sdo_information = device.mailbox.coe_sdo_info};
 }
 
-std::unique_ptr<EoeServer> make_eoe(const esi::DeviceDescription& device, const GenericOptions& options) {
-  if (!device.mailbox.eoe) return nullptr;
-  const auto serial = options.serial_number != 0 ? options.serial_number : device.serial_number;
-  return std::make_unique<EoeServer>(factory_address(serial));
+std::unique_ptr<EoeServer> make_eoe(const esi::DeviceDescription& device, std::uint32_t serial_number) {
+  return device.mailbox.eoe ? std::make_unique<EoeServer>(factory_address(serial_number)) : nullptr;
 }
 
 std::vector<MailboxProtocol*> protocols(const esi::DeviceDescription& device, CoeServer& coe, EoeServer* eoe) {
@@ -130,7 +128,8 @@ GenericDevice::GenericDevice(std::shared_ptr<const DeviceModel> model, const Gen
       profile_(make_profile(*model_, options)),
       dictionary_(model_->table()),
       coe_(dictionary_, *this, coe_options(model_->description())),
-      eoe_(make_eoe(model_->description(), options)),
+      serial_number_(options.serial_number != 0 ? options.serial_number : model_->description().serial_number),
+      eoe_(make_eoe(model_->description(), serial_number_)),
       mailbox_(protocols(model_->description(), coe_, eoe_.get()), longest_mailbox(profile_)),
       looped_(options.loop_back),
       scripts_(options.inputs),
@@ -205,6 +204,26 @@ void GenericDevice::mailbox_request(std::span<const std::byte> mailbox) {
 bool GenericDevice::connect_network(EthernetLink* network) {
   if (eoe_) eoe_->connect(network);
   return eoe_ != nullptr;
+}
+
+void GenericDevice::show(DeviceStatus& out) const noexcept {
+  out = {};
+  const auto& device = model_->description();
+  out.maker = device.vendor_name;
+  out.type = device.type;
+  out.name = device.name;
+  out.vendor_id = device.vendor_id;
+  out.product_code = device.product_code;
+  out.revision = device.revision;
+  out.serial_number = serial_number_;
+  out.al_state = al_state_;
+  for (const auto* entries : {&inputs_, &outputs_}) {
+    for (const auto& entry : *entries) {
+      if (is_string(entry.row->type)) continue;
+      out.add(DeviceStatus::Kind::kActual, entry.name,
+              number_from_raw(entry.row->type, dictionary_.raw(entry.row->slot)));
+    }
+  }
 }
 
 /// Everything but EoE begins again in INIT by itself.

@@ -2,6 +2,7 @@
 target_sources(driveline_slaves PRIVATE
   ${CMAKE_CURRENT_LIST_DIR}/device_description.cpp
   ${CMAKE_CURRENT_LIST_DIR}/drive_files.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/drive_status.cpp
   ${CMAKE_CURRENT_LIST_DIR}/indicators.cpp
   ${CMAKE_CURRENT_LIST_DIR}/mode_mapping.cpp
   ${CMAKE_CURRENT_LIST_DIR}/msd_drive.cpp

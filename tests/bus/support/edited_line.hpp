@@ -35,6 +35,7 @@ class EditedDevice final : public slaves::Device {
     return inner_->takes_mailbox(mailbox);
   }
   bool connect_network(slaves::EthernetLink* network) override { return inner_->connect_network(network); }
+  void show(slaves::DeviceStatus& out) const noexcept override { inner_->show(out); }
   void mailbox_request(std::span<const std::byte> mailbox) override;
   [[nodiscard]] std::size_t mailbox_reply(std::span<std::byte> out) override;
   void advance(nanoseconds now) noexcept override { inner_->advance(now); }

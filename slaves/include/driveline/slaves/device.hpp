@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "driveline/slaves/device_signals.hpp"
+#include "driveline/slaves/device_status.hpp"
 #include "driveline/slaves/ethernet_link.hpp"
 #include "driveline/slaves/sync_demand.hpp"
 #include "driveline/slaves/sync_margin.hpp"
@@ -116,6 +117,9 @@ class Device {
   /// The network behind the device's EoE port, which must outlive the device or be replaced; null: none. False: the
   /// device has no EoE. Not in the cycle.
   virtual bool connect_network(EthernetLink* /*network*/) { return false; }
+
+  /// Writes what the device shows of itself to people, e.g. on its web page. \rtsafe
+  virtual void show(DeviceStatus& out) const noexcept { out = {}; }
 
   /// Runs the device's application (control loops, timers) up to `now`.
   virtual void advance(std::chrono::nanoseconds now) noexcept = 0;

@@ -61,6 +61,8 @@ class GenericDevice final : public Device, public DeviceSignals, private Diction
   }
   void mailbox_request(std::span<const std::byte> mailbox) override;
   bool connect_network(EthernetLink* network) override;
+  /// Identity and the entries of its PDOs.
+  void show(DeviceStatus& out) const noexcept override;
   void restart() override;
   [[nodiscard]] std::size_t mailbox_reply(std::span<std::byte> out) override { return mailbox_.reply(out, al_state_); }
   void advance(std::chrono::nanoseconds now) noexcept override;
@@ -110,6 +112,7 @@ class GenericDevice final : public Device, public DeviceSignals, private Diction
   DeviceProfile profile_;
   ObjectDictionary dictionary_;
   CoeServer coe_;
+  std::uint32_t serial_number_;
   std::unique_ptr<EoeServer> eoe_;  ///< null: the device has none
   MailboxServer mailbox_;
   std::vector<PdoMap> maps_;  ///< by sync manager

@@ -1,0 +1,126 @@
+#include "driveline/runtime/endpoints/drive_networks.hpp"
+
+#include <fmt/format.h>
+#include <poll.h>
+
+#include <algorithm>
+#include <mutex>
+#include <stop_token>
+#include <string_view>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+#include "endpoints/endpoint_host.hpp"
+
+namespace driveline::runtime {
+namespace {
+
+using Clock = EndpointHost::Clock;
+using std::chrono::milliseconds;
+
+constexpr std::string_view kProgram = "driveline-endpoint";
+/// Frames of the line cannot wake the thread, because that takes a system call in the cycle: it looks for them.
+constexpr milliseconds kBusyPause{1};
+constexpr milliseconds kIdlePause{10};
+constexpr milliseconds kBusyFor{200};
+
+}  // namespace
+
+/// The end points, and the thread that serves them.
+class DriveNetworks::Pump {
+ public:
+  /// Every device of the line that has EoE.
+  Pump(slaves::Line& line, const std::filesystem::path& program, const Settings& settings) {
+    for (std::size_t i = 0; i < line.size(); ++i) {
+      auto host = std::make_unique<EndpointHost>(i, line.slave(i).device(), program, settings);
+      if (host->connect()) hosts_.push_back(std::move(host));
+    }
+  }
+
+  [[nodiscard]] Result<void> start(milliseconds limit) {
+    for (const auto& host : hosts_) {
+      if (auto started = host->start(); !started) return started;
+    }
+    if (auto ready = wait_until_ready(Clock::now() + limit); !ready) return ready;
+    if (hosts_.empty()) return {};
+    thread_ = std::jthread([this](const std::stop_token& stop) {
+      while (!stop.stop_requested()) turn();
+    });
+    return {};
+  }
+
+  [[nodiscard]] std::vector<Figures> figures() {
+    const std::lock_guard lock(mutex_);
+    std::vector<Figures> all;
+    for (const auto& host : hosts_) all.push_back(host->figures());
+    return all;
+  }
+
+ private:
+  [[nodiscard]] Result<void> wait_until_ready(Clock::time_point limit) {
+    for (;;) {
+      turn();
+      bool ready = true;
+      for (const auto& figures : this->figures()) {
+        const auto place = fmt::format("network of slave {}", figures.slave);
+        if (!figures.failure.empty()) return fail(ErrorKind::kMachine, figures.failure, place);
+        if (figures.process == 0) return fail(ErrorKind::kMachine, "its end point has ended at once", place);
+        if (!figures.running && Clock::now() > limit)
+          return fail(ErrorKind::kMachine, "its end point does not answer", place);
+        ready &= figures.running;
+      }
+      if (ready) return {};
+    }
+  }
+
+  void turn() {
+    bool moved = false;
+    {
+      const std::lock_guard lock(mutex_);
+      const auto now = Clock::now();
+      for (const auto& host : hosts_) moved |= host->serve(now);
+      if (moved) busy_until_ = now + kBusyFor;
+      waiting_.clear();
+      for (const auto& host : hosts_) waiting_.push_back({host->descriptor(), POLLIN, 0});
+    }
+    const auto pause = Clock::now() < busy_until_ ? kBusyPause : kIdlePause;
+    static_cast<void>(::poll(waiting_.data(), waiting_.size(), static_cast<int>(pause.count())));
+  }
+
+  std::mutex mutex_;  ///< of the hosts: their thread, and whoever asks for figures
+  std::vector<std::unique_ptr<EndpointHost>> hosts_;
+  std::vector<pollfd> waiting_;
+  Clock::time_point busy_until_{};
+  std::jthread thread_;  ///< the last one: ends before the others do
+};
+
+DriveNetworks::DriveNetworks(std::unique_ptr<Pump> pump) noexcept : pump_(std::move(pump)) {}
+DriveNetworks::~DriveNetworks() = default;
+
+Result<std::unique_ptr<DriveNetworks>> DriveNetworks::start(slaves::Line& line, const Settings& settings) {
+  auto program = settings.program.empty() ? find_program() : Result<std::filesystem::path>(settings.program);
+  if (!program) return tl::unexpected(program.error());
+  auto pump = std::make_unique<Pump>(line, *program, settings);
+  if (auto started = pump->start(settings.start_limit); !started) return tl::unexpected(started.error());
+  return std::unique_ptr<DriveNetworks>(new DriveNetworks(std::move(pump)));
+}
+
+Result<std::filesystem::path> DriveNetworks::find_program() {
+  std::error_code error;
+  const auto self = std::filesystem::read_symlink("/proc/self/exe", error);
+  const auto folder = self.parent_path();
+  for (const auto& place : {folder / kProgram, folder.parent_path() / "libexec" / "driveline" / kProgram}) {
+    if (std::filesystem::exists(place, error)) return place;
+  }
+  return fail(ErrorKind::kMachine,
+              fmt::format("the program is neither in {} nor in {}", folder.string(),
+                          (folder.parent_path() / "libexec" / "driveline").string()),
+              std::string(kProgram));
+}
+
+std::vector<DriveNetworks::Figures> DriveNetworks::figures() const {
+  return pump_->figures();
+}
+
+}  // namespace driveline::runtime

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "driveline/runtime/endpoints/drive_networks.hpp"
+#include "endpoints/device_network.hpp"
+#include "endpoints/endpoint_process.hpp"
+
+namespace driveline::runtime {
+
+/// One device's end point: kept running, and told what it has to know. Belongs to one thread.
+class EndpointHost {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// Of the device at position `slave`, which must outlive this.
+  EndpointHost(std::size_t slave, slaves::Device& device, std::filesystem::path program,
+               const DriveNetworks::Settings& settings)
+      : network_(device, settings.queue), device_(&device), program_(std::move(program)), settings_(settings) {
+    figures_.slave = slave;
+  }
+  EndpointHost(const EndpointHost&) = delete;  // the device refers to the network in here
+  EndpointHost& operator=(const EndpointHost&) = delete;
+  ~EndpointHost() { device_->connect_network(nullptr); }
+
+  /// Connects it with the device; false: it has no EoE.
+  [[nodiscard]] bool connect() { return device_->connect_network(&network_); }
+  /// Starts the process.
+  [[nodiscard]] Result<void> start();
+  /// Moves what can be moved without waiting; starts a process that has ended again when its pause is over. True:
+  /// something was moved.
+  bool serve(Clock::time_point now);
+
+  /// To wait for; -1: nothing, because there is no process or no room for what it sends.
+  [[nodiscard]] int descriptor() const noexcept {
+    return process_.valid() && network_.has_room() ? process_.descriptor() : -1;
+  }
+  /// Since the start.
+  [[nodiscard]] DriveNetworks::Figures figures() const;
+
+ private:
+  void ended(Clock::time_point now);
+  bool take_messages(Clock::time_point now);
+  bool take(const slaves::EndpointPacket& packet);
+  bool tell(Clock::time_point now);
+  bool send_frames();
+  template <typename Content>
+  bool send(slaves::EndpointMessage message, const Content& content);
+
+  DeviceNetwork network_;
+  slaves::Device* device_;
+  std::filesystem::path program_;
+  DriveNetworks::Settings settings_;
+  EndpointProcess process_;
+  DriveNetworks::Figures figures_;
+  std::chrono::milliseconds pause_{0};
+  Clock::time_point again_at_{};
+  Clock::time_point next_status_{};
+  std::optional<slaves::EndpointAddress> told_address_;
+  std::optional<bool> told_link_;
+  slaves::EndpointPacket packet_;
+  NetworkFrame frame_;
+};
+
+}  // namespace driveline::runtime

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <poll.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "driveline/port/file_descriptor.hpp"
+#include "outcome.hpp"
+
+namespace driveline::endpoint {
+
+/// TCP echo (RFC 862): sends back what comes.
+class EchoServer {
+ public:
+  static constexpr std::uint16_t kPort = 7;            ///< of RFC 862
+  static constexpr std::size_t kMostConnections = 16;  ///< at once; further ones wait
+
+  /// Listens on all addresses.
+  [[nodiscard]] static Outcome<EchoServer> open();
+
+  /// Appends what it waits for.
+  void wait_for(std::vector<pollfd>& descriptors) const;
+  /// Does what can be done without waiting.
+  void serve();
+
+ private:
+  explicit EchoServer(port::FileDescriptor listener) : listener_(std::move(listener)) {}
+  struct Connection {
+    port::FileDescriptor socket;
+    std::vector<std::byte> waiting;  ///< received, not sent back yet
+  };
+  /// False: it has ended.
+  [[nodiscard]] static bool serve(Connection& connection);
+
+  port::FileDescriptor listener_;
+  std::vector<Connection> connections_;
+};
+
+}  // namespace driveline::endpoint

@@ -1,0 +1,75 @@
+#include "network_namespace.hpp"
+
+#include <fcntl.h>
+#include <grp.h>
+#include <linux/capability.h>
+#include <sched.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <array>
+
+#include "driveline/port/file_descriptor.hpp"
+
+namespace driveline::endpoint {
+namespace {
+
+constexpr unsigned kNobody = 65534;
+constexpr rlim_t kMostFiles = 256;
+
+Outcome<void> write_file(const char* path, const std::string& text) {
+  const port::FileDescriptor file{::open(path, O_WRONLY | O_CLOEXEC)};
+  const bool done = file.valid() && ::write(file.get(), text.data(), text.size()) == static_cast<ssize_t>(text.size());
+  if (!done) return failed(path);
+  return {};
+}
+
+/// Root in there, whoever it is out here.
+Outcome<void> map_to_root(unsigned user, unsigned group) {
+  return write_file("/proc/self/setgroups", "deny")
+      .and_then([&] { return write_file("/proc/self/uid_map", "0 " + std::to_string(user) + " 1"); })
+      .and_then([&] { return write_file("/proc/self/gid_map", "0 " + std::to_string(group) + " 1"); });
+}
+
+Outcome<void> keep_net_admin_alone() {
+  __user_cap_header_struct header{};
+  header.version = _LINUX_CAPABILITY_VERSION_3;
+  std::array<__user_cap_data_struct, 2> data{};
+  data[0].effective = data[0].permitted = 1U << CAP_NET_ADMIN;
+  if (::syscall(SYS_capset, &header, data.data()) != 0) return failed("capabilities cannot be given up");
+  return {};
+}
+
+}  // namespace
+
+Outcome<void> enter_own_network() {
+  if (::unshare(CLONE_NEWNET) == 0) return {};
+  const unsigned user = ::getuid();
+  const unsigned group = ::getgid();
+  if (::unshare(CLONE_NEWUSER | CLONE_NEWNET) == 0) return map_to_root(user, group);
+  return failed(
+      "the device's IP stack needs a network namespace: neither CAP_SYS_ADMIN is there nor are user namespaces allowed "
+      "(kernel.unprivileged_userns_clone, user.max_user_namespaces)");
+}
+
+Outcome<void> drop_privileges() {
+  for (unsigned capability = 0; ::prctl(PR_CAPBSET_READ, capability) >= 0; ++capability) {
+    // The bounding set can be made smaller by CAP_SETPCAP alone; without, there is nothing to be gained from it.
+    static_cast<void>(::prctl(PR_CAPBSET_DROP, capability));
+  }
+  if (::prctl(PR_SET_KEEPCAPS, 1) != 0) return failed("PR_SET_KEEPCAPS");
+  // In a user namespace of this process nobody is not mapped: it stays who it is out here.
+  static_cast<void>(::setgroups(0, nullptr));
+  static_cast<void>(::setresgid(kNobody, kNobody, kNobody));
+  static_cast<void>(::setresuid(kNobody, kNobody, kNobody));
+  if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) return failed("PR_SET_NO_NEW_PRIVS");
+  const rlimit files{kMostFiles, kMostFiles};
+  if (::setrlimit(RLIMIT_NOFILE, &files) != 0) return failed("RLIMIT_NOFILE");
+  const rlimit none{0, 0};
+  static_cast<void>(::setrlimit(RLIMIT_CORE, &none));
+  return keep_net_admin_alone();
+}
+
+}  // namespace driveline::endpoint
