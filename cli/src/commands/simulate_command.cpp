@@ -11,6 +11,7 @@
 #include "driveline/port/frame_waiter.hpp"
 #include "driveline/port/raw_socket_port.hpp"
 #include "driveline/rt/realtime_platform.hpp"
+#include "driveline/runtime/endpoints/drive_networks.hpp"
 #include "driveline/runtime/served/line_server.hpp"
 #include "driveline/runtime/setup/composition.hpp"
 #include "driveline/runtime/setup/session.hpp"
@@ -159,6 +160,14 @@ std::optional<int> cpu_of_the_line(const runtime::LineConfig& config) {
   return config.simulation_cpu;
 }
 
+/// Network stacks of the drives; null: the description has no [eoe].
+Outcome<std::unique_ptr<runtime::DriveNetworks>> start_networks(const runtime::LineConfig& config, slaves::Line& line) {
+  if (!config.eoe) return nullptr;
+  auto networks = runtime::DriveNetworks::start(line);
+  if (!networks) return tl::unexpected(networks.error());
+  return std::move(*networks);
+}
+
 /// Ends the process without taking the line down, because the thread that serves it has not ended and still uses it.
 [[noreturn]] void end_without_the_line() {
   progress(
@@ -196,6 +205,8 @@ Outcome<int> simulate(const SimulateOptions& options) {
   const auto locks = runtime::take_locks(served, options.force, "answer there as well");
   if (!locks) return tl::unexpected(locks.error());
   const auto line = runtime::make_simulated_line(*config, clock, interfaces->secondary != nullptr);
+  const auto networks = start_networks(*config, *line);
+  if (!networks) return tl::unexpected(networks.error());
   runtime::LineServer server(*line, *interfaces->primary, interfaces->secondary.get(), clock,
                              {options.busy_poll, [&](nanoseconds deadline) { interfaces->waiter->wait(deadline); }});
   LineConsole console(server, *line, names_of(*config));

@@ -1,7 +1,9 @@
 #include "driveline/runtime/endpoints/drive_networks.hpp"
 
 #include <fmt/format.h>
+
 #include <poll.h>
+#include <cstdlib>
 
 #include <algorithm>
 #include <mutex>
@@ -108,13 +110,17 @@ Result<std::unique_ptr<DriveNetworks>> DriveNetworks::start(slaves::Line& line, 
 
 Result<std::filesystem::path> DriveNetworks::find_program() {
   std::error_code error;
+  if (const char* named = std::getenv("DRIVELINE_ENDPOINT"); named != nullptr && *named != '\0') {
+    if (std::filesystem::exists(named, error)) return std::filesystem::path(named);
+    return fail(ErrorKind::kMachine, "is named by DRIVELINE_ENDPOINT, but there is no such file", named);
+  }
   const auto self = std::filesystem::read_symlink("/proc/self/exe", error);
   const auto folder = self.parent_path();
   for (const auto& place : {folder / kProgram, folder.parent_path() / "libexec" / "driveline" / kProgram}) {
     if (std::filesystem::exists(place, error)) return place;
   }
   return fail(ErrorKind::kMachine,
-              fmt::format("the program is neither in {} nor in {}", folder.string(),
+              fmt::format("the program is neither in {} nor in {}; DRIVELINE_ENDPOINT may name it", folder.string(),
                           (folder.parent_path() / "libexec" / "driveline").string()),
               std::string(kProgram));
 }

@@ -81,7 +81,7 @@ void LineRun::leave_nothing_behind() {
 }
 
 Result<void> LineRun::prepare() {
-  if (auto ready = services_.prepare(session_.virtual_time()); !ready) return ready;
+  if (auto ready = services_.prepare(session_); !ready) return ready;
   std::error_code error;
   created_directory_ = std::filesystem::create_directories(config_.output.directory, error);
   if (error)

@@ -21,12 +21,12 @@ wire::EoeIpParameters parameters_of(const EoeConfig& eoe, const wire::IpV4Addres
 
 }  // namespace
 
-Result<void> LineServices::prepare(bool virtual_time) {
-  if (virtual_time && config_.eoe) {
+Result<void> LineServices::prepare(Session& session) {
+  if (session.virtual_time() && config_.eoe) {
     return fail(ErrorKind::kSetting, "goes with the time of this machine: TCP/IP on it cannot follow virtual time",
                 "[eoe]");
   }
-  if (virtual_time && config_.gateway) {
+  if (session.virtual_time() && config_.gateway) {
     return fail(ErrorKind::kSetting, "goes with the time of this machine: its clients cannot follow virtual time",
                 "[gateway]");
   }
@@ -34,6 +34,10 @@ Result<void> LineServices::prepare(bool virtual_time) {
   auto tap = TapDevice::open(config_.eoe->interface, config_.eoe->address);
   if (!tap) return tl::unexpected(tap.error());
   tap_ = std::move(*tap);
+  if (session.simulated_line() == nullptr) return {};
+  auto networks = DriveNetworks::start(*session.simulated_line());
+  if (!networks) return tl::unexpected(networks.error());
+  networks_ = std::move(*networks);
   return {};
 }
 

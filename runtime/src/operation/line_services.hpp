@@ -6,9 +6,11 @@
 
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/runtime/config/line_config.hpp"
+#include "driveline/runtime/endpoints/drive_networks.hpp"
 #include "driveline/runtime/eoe/eoe_report.hpp"
 #include "driveline/runtime/event.hpp"
 #include "driveline/runtime/gateway/mailbox_gateway.hpp"
+#include "driveline/runtime/setup/session.hpp"
 #include "eoe/ethernet_tunnel.hpp"
 
 namespace driveline::runtime {
@@ -20,9 +22,9 @@ class LineServices {
   /// `config` must outlive it.
   explicit LineServices(const LineConfig& config) : config_(config) {}
 
-  /// Before the line is touched: opens the TAP interface. Errors: there is no EoE and no gateway on virtual time
-  /// (kSetting), those of the interface.
-  [[nodiscard]] Result<void> prepare(bool virtual_time);
+  /// Before the line is touched: opens the TAP interface, and gives simulated drives their network stacks. Errors:
+  /// there is no EoE and no gateway on virtual time (kSetting), those of the interface and of DriveNetworks.
+  [[nodiscard]] Result<void> prepare(Session& session);
   /// With all slaves in OP: starts what is described. Errors: a slave that is to have an address knows no EoE
   /// (kSetting), the gateway's address cannot be had (kMachine).
   [[nodiscard]] Result<void> start(ecat_master::Master& master);
@@ -30,7 +32,8 @@ class LineServices {
   [[nodiscard]] std::vector<EventFacts> offers() const;
   /// Faults since the last call.
   [[nodiscard]] std::vector<EventFacts> poll();
-  /// Ends everything; the reports below stay.
+  /// Ends everything but the network stacks of simulated drives, which end with this object, when the line is at rest;
+  /// the reports below stay.
   void stop();
 
   /// None: the line has no EoE, or is not in operation yet.
@@ -43,7 +46,8 @@ class LineServices {
   [[nodiscard]] Result<void> start_gateway(ecat_master::Master& master);
 
   const LineConfig& config_;
-  std::unique_ptr<TapDevice> tap_;  ///< until the tunnel takes it over
+  std::unique_ptr<DriveNetworks> networks_;  ///< of a line in this process
+  std::unique_ptr<TapDevice> tap_;           ///< until the tunnel takes it over
   std::unique_ptr<EthernetTunnel> tunnel_;
   std::unique_ptr<MailboxGateway> gateway_;
   std::optional<EoeReport> last_eoe_;

@@ -55,8 +55,8 @@ class DriveNetworks {
   DriveNetworks(const DriveNetworks&) = delete;
   DriveNetworks& operator=(const DriveNetworks&) = delete;
 
-  /// The end point beside this program, or in ../libexec/driveline from there, as it is installed. Error (kMachine):
-  /// it is at neither place.
+  /// The end point: that of the environment variable DRIVELINE_ENDPOINT; else beside this program, or in
+  /// ../libexec/driveline from there, as it is installed. Error (kMachine): it is not there.
   [[nodiscard]] static Result<std::filesystem::path> find_program();
 
   /// Of the devices with EoE, in the order of the line. Any thread.

@@ -67,6 +67,8 @@ class Session {
   [[nodiscard]] port::Port& port() noexcept { return capture_ ? static_cast<port::Port&>(*capture_) : *wire_; }
   /// The two ends of a ring; null: the line has one end.
   [[nodiscard]] port::RedundantPort* ring() const noexcept { return ring_.get(); }
+  /// The line in this process; null: the bus is a network interface.
+  [[nodiscard]] slaves::Line* simulated_line() const noexcept { return line_.get(); }
   /// Whether the bus runs on virtual time.
   [[nodiscard]] bool virtual_time() const noexcept { return virtual_time_; }
   /// Result of a capture.

@@ -1,0 +1,186 @@
+// What does TCP/IP to the drives reach over EoE, and what does it cost the cycle?
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <numeric>
+
+#include "driveline/port/raw_socket_port.hpp"
+#include "driveline/rt/clock.hpp"
+#include "driveline/runtime/endpoints/drive_networks.hpp"
+#include "driveline/runtime/served/line_server.hpp"
+#include "driveline/runtime/setup/composition.hpp"
+#include "support/eoe_line.hpp"
+#include "support/realtime.hpp"
+#include "support/report.hpp"
+#include "support/retry.hpp"
+#include "support/tcp.hpp"
+#include "support/veth_pair.hpp"
+
+namespace {
+
+using namespace driveline;
+using namespace driveline::bench;
+using namespace std::chrono_literals;
+using std::chrono::nanoseconds;
+
+constexpr double kInProcessAim = 0.8;  ///< of the arithmetic limit, one drive
+constexpr double kVethAim = 0.5;
+constexpr double kCostAim = 1.05;      ///< p99.9 of the cycle cost with load over that without
+constexpr std::size_t kMailbox = 512;  ///< of the MSD, either way
+constexpr int kPairs = 20;
+
+/// The drives at the far end of a cable.
+class ServedDrives {
+ public:
+  ServedDrives(const EoeLine::Settings& settings, const std::string& interface)
+      : line_(runtime::make_simulated_line(EoeLine::describe(settings), clock_)) {
+    auto networks = runtime::DriveNetworks::start(*line_);
+    if (!networks) throw std::runtime_error(runtime::describe(networks.error()));
+    networks_ = std::move(*networks);
+    port::RawSocketConfig config;
+    config.interface = interface;
+    auto opened = port::RawSocketPort::open(config, clock_);
+    if (!opened) throw std::runtime_error(opened.error().message);
+    port_ = std::move(*opened);
+    server_ = std::make_unique<runtime::LineServer>(*line_, *port_, clock_);
+    rt::RealtimeConfig realtime;
+    realtime.policy = rt::RealtimePolicy::kDegrade;
+    realtime.cpu = std::max(0, last_cpu() - 1);
+    if (!thread_.start(realtime, *server_)) throw std::runtime_error("the line's thread cannot be started");
+  }
+  ServedDrives(const ServedDrives&) = delete;
+  ServedDrives& operator=(const ServedDrives&) = delete;
+  ~ServedDrives() {
+    thread_.request_stop();
+    thread_.join();
+  }
+
+ private:
+  rt::MonotonicClock clock_;
+  std::unique_ptr<slaves::Line> line_;
+  std::unique_ptr<runtime::DriveNetworks> networks_;
+  std::unique_ptr<port::RawSocketPort> port_;
+  std::unique_ptr<runtime::LineServer> server_;
+  rt::RealtimeThread thread_;
+};
+
+/// The fastest that the echo can be, in ms per MiB of all drives together: a segment of 1448 bytes is a frame of 1514,
+/// which takes as many fragments as fit blocks of 32 bytes into the mailbox. Either mailbox of a drive carries one a
+/// cycle; both ways of all drives together have the bytes that the cycle leaves.
+double limit_ms_per_mib(const EoeLine::Settings& settings, std::size_t acyclic_bytes) {
+  constexpr double kSegment = 1448.0;
+  constexpr double kFrame = 1514.0;
+  constexpr double kPiece = (kMailbox - 10) / 32 * 32;
+  constexpr double kDatagram = kMailbox + 12;
+  const double fragments = std::ceil(kFrame / kPiece);
+  const double cycles_of_mailbox = fragments / static_cast<double>(settings.drives);
+  const double cycles_of_wire = 2.0 * fragments * kDatagram / static_cast<double>(acyclic_bytes);
+  const double period_ms = std::chrono::duration<double, std::milli>(settings.period).count();
+  return std::max(cycles_of_mailbox, cycles_of_wire) * period_ms * 1048576.0 / kSegment;
+}
+
+std::string case_of(const EoeLine::Settings& settings) {
+  return fmt::format("{}_{}us_{}_drive{}", settings.interface.empty() ? "in_process" : "veth", settings.period / 1us,
+                     settings.drives, settings.drives == 1 ? "" : "s");
+}
+
+void measure_speed(Report& report, const EoeLine::Settings& settings, const Options& options) {
+  EoeLine line(settings);
+  std::vector<std::string> addresses;
+  for (std::size_t i = 0; i < settings.drives; ++i) addresses.push_back(EoeLine::address(i));
+  const auto round_trips = ping(addresses.front(), std::max(20, options.count(500)));
+  const auto load = echo_load(addresses, options.quick ? nanoseconds{1500ms} : nanoseconds{10s});
+  line.check();
+  const Baseline limit{"arithmetic_limit", {1, limit_ms_per_mib(settings, line.acyclic_bytes()), 0, 0, 0}};
+  const double aim = settings.interface.empty() ? kInProcessAim : kVethAim;
+  report.add({case_of(settings), "tcp_echo_per_mib", "ms", summarize(load), limit.figures.p50 / aim, limit});
+  report.add({case_of(settings), "ping", "us", summarize(round_trips)});
+}
+
+double p999(std::vector<double> samples) {
+  return summarize(std::move(samples)).p999;
+}
+
+/// Upper end of the 95 % interval of the mean of the logarithms, as a ratio. Student's t with 19 degrees of freedom for
+/// 20 pairs; 2.26 for the ten of the quick form.
+double upper_95(const std::vector<double>& ratios) {
+  const double n = static_cast<double>(ratios.size());
+  double mean = 0.0;
+  for (const double ratio : ratios) mean += std::log(ratio) / n;
+  double variance = 0.0;
+  for (const double ratio : ratios) variance += (std::log(ratio) - mean) * (std::log(ratio) - mean) / (n - 1.0);
+  const double t = ratios.size() >= 20 ? 2.09 : 2.26;
+  return std::exp(mean + t * std::sqrt(variance / n));
+}
+
+/// Windows with and without load by turns, in one run.
+void measure_cost(Report& report, const EoeLine::Settings& settings, const Options& options) {
+  EoeLine line(settings);
+  std::vector<std::string> addresses;
+  for (std::size_t i = 0; i < settings.drives; ++i) addresses.push_back(EoeLine::address(i));
+  const nanoseconds window = options.quick ? 500ms : 2s;
+  std::vector<double> cost_ratios;
+  std::vector<double> wake_ratios;
+  for (int i = 0; i < (options.quick ? kPairs / 2 : kPairs); ++i) {
+    static_cast<void>(line.take_costs());
+    static_cast<void>(line.take_wake_ups());
+    std::this_thread::sleep_for(window);
+    const double quiet_cost = p999(line.take_costs());
+    const double quiet_wake = p999(line.take_wake_ups());
+    static_cast<void>(echo_load(addresses, window));
+    cost_ratios.push_back(p999(line.take_costs()) / quiet_cost);
+    wake_ratios.push_back(p999(line.take_wake_ups()) / quiet_wake);
+  }
+  line.check();
+  const auto name = case_of(settings);
+  report.add({name, "cycle_cost_p999_with_over_without_load", "ratio", summarize(cost_ratios)});
+  const double upper = upper_95(cost_ratios);
+  report.add({name, "the_same_upper_end_of_95_percent_interval", "ratio", {1, upper, upper, upper, upper}, kCostAim});
+  report.add({name, "wake_latency_p999_with_over_without_load", "ratio", summarize(wake_ratios)});
+  const double wake = upper_95(wake_ratios);
+  report.add({name, "the_same_upper_end_of_95_percent_interval", "ratio", {1, wake, wake, wake, wake}});
+}
+
+/// The build has the drives' end point one folder above the benchmarks; beside them when it is installed.
+void find_end_point() {
+  std::error_code error;
+  const auto folder = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
+  const auto built = folder.parent_path() / "driveline-endpoint";
+  if (std::filesystem::exists(built, error)) ::setenv("DRIVELINE_ENDPOINT", built.c_str(), 0);
+}
+
+void measure_all(const Options& options) {
+  find_end_point();
+  if (const auto why = enter_private_network(); !why.empty()) throw Skipped(why);
+  Report report("eoe");
+  const auto pair = make_veth_pair("dl-eoe");
+  for (const nanoseconds period : {nanoseconds{125us}, nanoseconds{1ms}}) {
+    for (const std::size_t drives : {1U, 8U}) {
+      const EoeLine::Settings near{drives, period, {}};
+      undisturbed(case_of(near), [&] { measure_speed(report, near, options); });
+      if (!pair) continue;
+      const EoeLine::Settings far{drives, period, pair->near};
+      undisturbed(case_of(far), [&] {
+        const ServedDrives served(far, pair->far);
+        measure_speed(report, far, options);
+      });
+    }
+  }
+  const EoeLine::Settings loaded{1, 125us, {}};
+  undisturbed("cost", [&] { measure_cost(report, loaded, options); });
+  report.note(
+      "tcp_echo_per_mib: a TCP echo of every drive at once, both ways at the same time, all drives together; against\n"
+      "what fragments of 480 bytes, one a cycle in either mailbox, and the bytes that the cycle leaves would allow.");
+  report.print(options);
+  if (!pair) throw Skipped("no virtual cable for the figures over a network interface");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return run(argc, argv, "What does TCP/IP to the drives reach over EoE, and what does it cost the cycle?",
+             measure_all);
+}
