@@ -7,10 +7,10 @@
 
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/port/raw_socket_port.hpp"
-#include "driveline/runtime/devices/device_registry.hpp"
+#include "driveline/runtime/setup/composition.hpp"
 #include "driveline/slaves/line/line.hpp"
-#include "driveline/slaves/msd/msd_drive.hpp"
 #include "support/environment.hpp"
+#include "support/line_rig.hpp"
 #include "support/realtime.hpp"
 #include "support/report.hpp"
 #include "support/retry.hpp"
@@ -33,31 +33,9 @@ constexpr std::size_t kAimDrives = 64;
 constexpr double kMemoryAimMib = 64.0;  // 256 slaves
 constexpr std::size_t kMostDrives = 256;
 
-constexpr slaves::LineOptions kNoDelays{
-    .delays = {nanoseconds{0}, nanoseconds{0}}, .cable_delay = nanoseconds{0}, .byte_time = nanoseconds{0}};
-
 std::unique_ptr<slaves::Line> make_line(rt::Clock& clock, std::size_t count) {
-  std::vector<std::unique_ptr<slaves::Slave>> drives;
-  for (std::size_t i = 0; i < count; ++i) {
-    slaves::msd::MsdParameters parameters;
-    parameters.serial_number = static_cast<std::uint32_t>(i + 1);
-    drives.push_back(std::make_unique<slaves::Slave>(std::make_unique<slaves::msd::MsdDrive>(parameters)));
-  }
-  return std::make_unique<slaves::Line>(clock, std::move(drives), kNoDelays);
-}
-
-std::vector<ecat_master::SlavePlan> make_plans(std::size_t count) {
-  const runtime::DeviceRegistry devices;
-  const auto& rules = devices.rules_for({slaves::msd::kVendorId, slaves::msd::kProductCode});
-  std::vector<ecat_master::SlavePlan> plans(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    ecat_master::AxisConfig axis;
-    axis.slave = i;
-    plans[i].name = fmt::format("axis{}", i);
-    plans[i].startup_sdos = rules.startup_sdos(axis, kPeriod);
-    plans[i].pdos = ecat_master::axis_pdo_configuration();
-  }
-  return plans;
+  return std::make_unique<slaves::Line>(clock, runtime::make_simulated_slaves(describe_line(count, kPeriod)),
+                                        kNoDelays);
 }
 
 /// A start may fail because the machine was busy for longer than a frame or mailbox is waited for. When every start
@@ -80,7 +58,8 @@ struct Start {
 Start start_line(port::Port& port, rt::Clock& clock, std::size_t count) {
   constexpr double kNsPerMs = 1e6;
   constexpr double kMib = 1024.0 * 1024.0;
-  auto plans = make_plans(count);
+  const auto config = describe_line(count, kPeriod);
+  auto plans = runtime::make_slave_plans(config);
   Start start;
   const auto memory = static_cast<double>(resident_bytes());
   ecat_master::Master::Settings patience;
@@ -98,12 +77,10 @@ Start start_line(port::Port& port, rt::Clock& clock, std::size_t count) {
   start.discovery_frames = static_cast<double>(master.exchange_statistics().frames_sent);
   require(master.configure(std::move(plans)));
   start.to_safe_op = lap();
-  ecat_master::CyclicCore::Settings settings;
-  settings.period = kPeriod;
-  settings.receive_window = kPeriod * 3 / 4;
-  const auto started = master.start_cycle(nullptr, {}, settings, [&clock](ecat_master::CyclicCore& core) {
+  const auto make_runner = [&clock](ecat_master::CyclicCore& core) {
     return std::make_unique<ecat_master::InlineRunner>(core, clock);
-  });
+  };
+  const auto started = master.start_cycle(nullptr, {}, runtime::cycle_settings(config, master), make_runner);
   if (!started) throw std::runtime_error(started.error().message());
   require(master.go_operational());
   start.to_op = lap();

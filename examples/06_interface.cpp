@@ -87,7 +87,7 @@ int main(int argc, char** argv) {
   std::vector<ecat_master::SlavePlan> plans;
   for (const auto& slave : master.slaves()) {
     const auto& found = slave.info.description;
-    if (found.vendor_id != kMoog) return fail("only MSD drives are expected here: write a line file");
+    if (found.vendor_id != kMoog) return fail("only MSD drives are expected here: write a line description");
     auto& axis = configs.emplace_back();
     axis.slave = plans.size();
     axis.name = "axis" + std::to_string(axis.slave);

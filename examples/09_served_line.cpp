@@ -1,5 +1,5 @@
-// A simulated line with a device of one's own: a water tank with a valve and a level sensor, known to line files as
-// model = "tank". A family says which keys it has and what it simulates; one registration makes it part of any line.
+// A simulated line with a device of one's own: a water tank with a valve and a level sensor, known to line descriptions
+// as model = "tank". A family says which keys it has and what it simulates; one registration makes it part of any line.
 //   09_served_line tank.toml            the line in this process, on virtual time: a task keeps the level
 //   09_served_line tank.toml eth1       serves the line on a network interface, to any EtherCAT master, until Ctrl-C
 
@@ -109,7 +109,7 @@ class Tank final : public slaves::Device {
   std::optional<std::chrono::nanoseconds> last_;
 };
 
-/// The tank of one [[slave]], as the line file has it.
+/// The tank of one [[slave]], as the line description has it.
 class TankDevice final : public runtime::SlaveDevice {
  public:
   TankDevice(double area_m2, double level_m) : area_(area_m2), level_(level_m) {}

@@ -7,8 +7,9 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "driveline/runtime/devices/device_registry.hpp"
-#include "driveline/slaves/msd/msd_drive.hpp"
+#include "driveline/runtime/setup/composition.hpp"
+#include "driveline/runtime/setup/process_data_plan.hpp"
+#include "driveline/slaves/plant/servo_motor.hpp"
 #include "support/retry.hpp"
 
 namespace driveline::bench {
@@ -21,30 +22,6 @@ constexpr std::size_t kRingCycles = 512;
 
 /// Half a second of 125 us: a shorter absence of the machine shows in the figures and does not end the measurement.
 constexpr std::uint32_t kBadCycleLimit = 4000;
-
-std::vector<ecat_master::AxisConfig> make_axes(std::size_t count) {
-  std::vector<ecat_master::AxisConfig> axes(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    axes[i].name = fmt::format("axis{}", i);
-    axes[i].slave = i;
-    axes[i].inertia = slaves::MotorParameters{}.inertia_kg_m2;
-  }
-  return axes;
-}
-
-std::vector<std::unique_ptr<slaves::Slave>> make_drives(const std::vector<ecat_master::AxisConfig>& axes) {
-  std::vector<std::unique_ptr<slaves::Slave>> drives;
-  for (const auto& axis : axes) {
-    slaves::msd::MsdParameters parameters;
-    parameters.name = axis.name;
-    parameters.serial_number = static_cast<std::uint32_t>(drives.size() + 1);
-    drives.push_back(std::make_unique<slaves::Slave>(std::make_unique<slaves::msd::MsdDrive>(parameters)));
-  }
-  return drives;
-}
-
-constexpr slaves::LineOptions kNoDelays{
-    .delays = {nanoseconds{0}, nanoseconds{0}}, .cable_delay = nanoseconds{0}, .byte_time = nanoseconds{0}};
 
 template <typename T>
 void require(const tl::expected<T, trajectory::PathError>& done) {
@@ -75,47 +52,44 @@ trajectory::Path make_path(const std::vector<ecat_master::AxisConfig>& axes, nan
 
 }  // namespace
 
+runtime::LineConfig describe_line(std::size_t axes, nanoseconds period) {
+  runtime::LineConfig config;
+  config.period = period;
+  config.max_lost_cycles = kBadCycleLimit;
+  config.path.emplace();
+  for (std::size_t i = 0; i < axes; ++i) {
+    auto& axis = config.axes.emplace_back();
+    axis.name = fmt::format("axis{}", i);
+    axis.slave = i;
+    axis.inertia = slaves::MotorParameters{}.inertia_kg_m2;
+    config.slaves.emplace_back().name = axis.name;
+  }
+  return config;
+}
+
 LineRig::LineRig(rt::Clock& clock, std::size_t axes, nanoseconds path_duration)
     : clock_(clock),
       path_duration_(path_duration),
-      axes_(make_axes(axes)),
-      line_(clock, make_drives(axes_), kNoDelays),
+      config_(describe_line(axes, kPeriod)),
+      line_(clock, runtime::make_simulated_slaves(config_), kNoDelays),
       port_(line_),
       line_ring_(kRingCycles),
       axis_ring_(kRingCycles * axes),
-      master_(port_, clock) {}
+      master_(port_, clock, runtime::master_settings(config_)) {}
 
 void LineRig::make_motion() {
-  std::vector<ecat_master::Axis> axes;
-  for (const auto& config : axes_) {
-    axes.emplace_back(config, master_.image().places()[config.slave], master_.slaves()[config.slave].plan.pdos);
-  }
-  const auto path = make_path(axes_, path_duration_);
-  ecat_master::Motion::Settings settings;
-  settings.period = kPeriod;
-  settings.bad_cycle_limit = kBadCycleLimit;
-  motion_ =
-      std::make_unique<ecat_master::Motion>(std::move(axes), trajectory::Interpolator::clamped_spline(path), settings);
+  const auto path = make_path(config_.axes, path_duration_);
+  motion_ = std::make_unique<ecat_master::Motion>(runtime::make_axes(config_, master_),
+                                                  trajectory::Interpolator::clamped_spline(path),
+                                                  runtime::motion_settings(config_));
 }
 
 void LineRig::bring_up(const ecat_master::Master::MakeRunner& make_runner) {
-  const runtime::DeviceRegistry devices;
-  const auto& rules = devices.rules_for({slaves::msd::kVendorId, slaves::msd::kProductCode});
-  std::vector<ecat_master::SlavePlan> plans;
-  for (const auto& axis : axes_) {
-    ecat_master::SlavePlan plan;
-    plan.name = axis.name;
-    plan.startup_sdos = rules.startup_sdos(axis, kPeriod);
-    plan.pdos = ecat_master::axis_pdo_configuration();
-    plans.push_back(std::move(plan));
-  }
   require(master_.scan());
-  require(master_.configure(std::move(plans)));
+  require(master_.configure(runtime::make_slave_plans(config_)));
   make_motion();
-  ecat_master::CyclicCore::Settings settings;
-  settings.period = kPeriod;
-  settings.receive_window = kPeriod * 3 / 4;
-  const auto started = master_.start_cycle(motion_.get(), {&line_ring_, &axis_ring_}, settings, make_runner);
+  const auto started = master_.start_cycle(motion_.get(), {&line_ring_, &axis_ring_},
+                                           runtime::cycle_settings(config_, master_), make_runner);
   if (!started) throw std::runtime_error(started.error().message());
   require(master_.go_operational());
   motion_->request_start();

@@ -1,16 +1,27 @@
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <vector>
 
+#include "driveline/ecat_master/cyclic/motion.hpp"
 #include "driveline/ecat_master/master.hpp"
+#include "driveline/runtime/config/line_config.hpp"
 #include "driveline/slaves/line/line.hpp"
 #include "support/timed_port.hpp"
 
 namespace driveline::bench {
 
-/// A line of simulated MSD drives in this process and the master that runs them, put together as the driveline program
-/// does, every axis on its own sine. Frames take no time on the wire: only computing is measured.
+/// Frames take no time on the wire.
+inline constexpr slaves::LineOptions kNoDelays{.delays = {std::chrono::nanoseconds{0}, std::chrono::nanoseconds{0}},
+                                               .cable_delay = std::chrono::nanoseconds{0},
+                                               .byte_time = std::chrono::nanoseconds{0}};
+
+/// A line of so many MSD drives, each of them an axis.
+[[nodiscard]] runtime::LineConfig describe_line(std::size_t axes, std::chrono::nanoseconds period);
+
+/// A line of simulated MSD drives in this process and the master that runs them, put together by the runtime as it
+/// does a line description, every axis on its own sine. Frames take no time on the wire: only computing is measured.
 class LineRig {
  public:
   static constexpr std::chrono::nanoseconds kPeriod = std::chrono::microseconds{125};
@@ -36,7 +47,7 @@ class LineRig {
 
   rt::Clock& clock_;
   std::chrono::nanoseconds path_duration_;
-  std::vector<ecat_master::AxisConfig> axes_;
+  runtime::LineConfig config_;
   slaves::Line line_;
   TimedPort port_;
   rt::SpscRing<snapshot::LineSample> line_ring_;

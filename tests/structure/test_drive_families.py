@@ -8,7 +8,7 @@ from rooms import INCLUDE, code_only
 ROOT = Path(__file__).resolve().parent.parent.parent
 NAME = re.compile(r"msd|servo_?one", re.I)
 # What no family may be named in.
-COMMON = ["ecat_master", "runtime/include", "runtime/src"]
+COMMON = ["ecat_master", "runtime/include", "runtime/src", "cli/src/text/line_description.cpp"]
 # The folder of the family, its public header, and the registry, which has it from the start.
 OWN = [
     "runtime/src/devices/msd",
@@ -25,7 +25,8 @@ def names(text):
 
 
 def named(root):
-    paths = sorted(path.relative_to(root) for folder in COMMON for path in (root / folder).rglob("*.[ch]pp"))
+    paths = sorted(path.relative_to(root) for place in COMMON
+                   for path in ([root / place] if place.endswith("pp") else (root / place).rglob("*.[ch]pp")))
     return [f"{path}: {line}" for path in paths if not any(path.is_relative_to(own) for own in OWN)
             for line in names((root / path).read_text(encoding="utf-8"))]
 

@@ -257,6 +257,15 @@ class Words(Tree):
         (self.root / "ecat_master/wire/README.md").unlink()
         self.assertEqual(words.readme_errors(self.root), ["room ecat_master/wire has no README.md"])
 
+    def test_a_second_word_for_a_concept_is_caught(self):
+        self.plant("README.md", "A line description.\nUse driveline FILE.\n")
+        self.plant("rt/a.hpp", "/// Of a line description.\n")
+        self.assertEqual(words.term_errors(self.root), [])
+        self.plant("README.md", "One thing.\nA Line file.\n")
+        self.plant("rt/a.hpp", "/// Of line files.\n")
+        self.assertEqual(words.term_errors(self.root), ['README.md:2: "Line file" is called line description',
+                                                        'rt/a.hpp:1: "line files" is called line description'])
+
     def feature_errors(self, *rows):
         self.plant("docs/features.md", "| feature | status | proof |\n|---|---|---|\n" + "\n".join(rows) + "\n")
         self.plant("tests/unit/rt/ring_test.cpp", "TEST(Ring, CountsDrops) {}\n// TEST(Ring, IsFast) {}\nRC_GTEST_PROP(Ring, Keeps, ()) {}\n")

@@ -1,7 +1,7 @@
 """Checks of the documents: links that lead somewhere, a page per room, proofs that exist."""
 import re
 
-from rooms import FOLDERS, code_only
+from rooms import FOLDERS, code_only, sources
 
 LINK = re.compile(r"!?\[[^\]]*\]\(\s*<?([^)\s>]+)>?[^)]*\)")
 HEADING = re.compile(r"^#+\s+(.*?)\s*#*$", re.M)
@@ -135,5 +135,19 @@ def checklist_errors(root):
     return errors
 
 
+# What a concept is not called, and what it is.
+TERMS = {re.compile(r"\bline files?\b", re.I): "line description"}
+
+
+def term_errors(root):
+    """Second words for one concept, in documents and in sources with their comments."""
+    errors = []
+    for path in [*documents(root), *sources(root)]:
+        for number, line in enumerate((root / path).read_text(encoding="utf-8").splitlines(), 1):
+            errors += [f"{path}:{number}: \"{found[0]}\" is called {term}" for word, term in TERMS.items()
+                       if (found := word.search(line))]
+    return errors
+
+
 def check(root):
-    return link_errors(root) + readme_errors(root) + feature_errors(root) + checklist_errors(root)
+    return link_errors(root) + readme_errors(root) + feature_errors(root) + checklist_errors(root) + term_errors(root)

@@ -9,7 +9,7 @@
 
 #include "driveline/ecat_master/coe/coe_client.hpp"
 #include "driveline/runtime/config/line_config.hpp"
-#include "driveline/slaves/msd/msd_drive.hpp"
+#include "driveline/runtime/devices/device_registry.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -56,14 +56,20 @@ class Objects {
   ecat_master::CoeClient coe_;
 };
 
-/// The simulated drive with this identity; null: none.
-const slaves::msd::VariantFacts* model_of(const esi::SiiImage& sii) {
-  if (sii.vendor_id != slaves::msd::kVendorId) return nullptr;
-  const auto found =
-      std::find_if(slaves::msd::kVariants.begin(), slaves::msd::kVariants.end(), [&](const auto& variant) {
-        return variant.product_code == sii.product_code && variant.revision == sii.revision;
-      });
-  return found == slaves::msd::kVariants.end() ? nullptr : &*found;
+/// The families that a line description can name.
+const runtime::DeviceRegistry& families() {
+  static const runtime::DeviceRegistry kFamilies;
+  return kFamilies;
+}
+
+/// The family that simulates the slave without its EEPROM image; null: none.
+const runtime::DeviceFamily* family_of(const esi::SiiImage& sii) {
+  return families().find_simulated({sii.vendor_id, sii.product_code}, sii.revision);
+}
+
+/// Whether the master knows how such a drive wants to be treated.
+bool is_known_drive(const esi::SiiImage& sii) {
+  return families().has_rules_for({sii.vendor_id, sii.product_code});
 }
 
 /// How often each value occurs among the slaves that have one.
@@ -100,7 +106,7 @@ std::string place_lines(const FoundSlave& slave, const IdentityUses& names) {
 /// For a drive whose mapping cannot be changed: its own PDOs as a comment that the user may uncomment. They follow the
 /// slave, because a [[slave.pdo]] belongs to the [[slave]] before it.
 std::string pdo_lines(const FoundSlave& slave) {
-  if (!slave.drive || slave.view.sii->vendor_id == slaves::msd::kVendorId) return {};
+  if (!slave.drive || is_known_drive(*slave.view.sii)) return {};
   const auto& device = slave.view.info.description;
   const auto lines_of = [](const std::vector<esi::Pdo>& pdos, std::uint16_t otherwise) {
     std::string text;
@@ -118,12 +124,12 @@ std::string slave_lines(const FoundSlave& slave, const IdentityUses& names) {
   std::string text = "\n";
   if (!slave.view.trouble.empty()) text += fmt::format("# {}.\n", slave.view.trouble);
   text += fmt::format("# {}\n[[slave]]\nname = \"slave{}\"\n", plain(slave.view.name()), slave.view.slave.ref.position);
-  const auto* model = model_of(sii);
-  if (model != nullptr && model->variant != slaves::msd::Variant::kMsd) {
-    text += fmt::format("model = \"{}\"\n", model->key);
-  }
+  const auto* family = family_of(sii);
+  // The first family is that of a [[slave]] without `model`.
+  if (family != nullptr && family != families().families().front().get())
+    text += fmt::format("model = \"{}\"\n", family->key());
   if (!slave.image_file.empty()) {
-    text += fmt::format("{} = \"{}\"  # for the simulation\n", model != nullptr ? "sii_file" : "sii",
+    text += fmt::format("{} = \"{}\"  # for the simulation\n", family != nullptr ? "sii_file" : "sii",
                         plain(slave.image_file));
   }
   text += fmt::format("vendor_id = 0x{:08X}\nproduct_code = 0x{:08X}\nrevision = \"= 0x{:08X}\"\n", sii.vendor_id,
@@ -173,7 +179,7 @@ std::string obstacle(const FoundSlave& slave, const FoundLine& line) {
     return fmt::format("by 6091h, 6092h, 608Fh it has {} increments per revolution, 1 to {} are expected", *increments,
                        runtime::kMaxIncrementsPerRevolution);
   }
-  if (simulated(line) && model_of(*slave.view.sii) == nullptr) return "no drive like that can be simulated";
+  if (simulated(line) && family_of(*slave.view.sii) == nullptr) return "no drive like that can be simulated";
   return {};
 }
 
@@ -197,7 +203,7 @@ std::string axis_lines(const FoundSlave& slave, const FoundLine& line) {
   value("increments_per_revolution", drive.increments_per_revolution, "6092h, 6091h, 608Fh", "?");
   value("rated_torque_nm", usable(drive.rated_torque_nm), "6076h", "2.4");
   value("max_velocity", usable(drive.max_velocity_rad_s), "6080h, rad/s", "200");
-  if (slave.view.sii->vendor_id != slaves::msd::kVendorId) {
+  if (!is_known_drive(*slave.view.sii)) {
     text +=
         "# Not a drive of the kind that was tried: its PDOs are mapped as those of every axis. Where they are fixed, "
         "take\n"
@@ -281,7 +287,7 @@ std::string gentle_path(const FoundLine& line, double turns) {
 }
 
 bool needs_image(const SlaveView& view) {
-  return view.sii && (model_of(*view.sii) == nullptr || view.sii->config.station_alias != 0 ||
+  return view.sii && (family_of(*view.sii) == nullptr || view.sii->config.station_alias != 0 ||
                       view.sii->serial_number != view.slave.ref.position + 1U);
 }
 

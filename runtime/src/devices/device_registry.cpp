@@ -41,12 +41,24 @@ std::string DeviceRegistry::known_keys() const {
   return known;
 }
 
+const DeviceFamily* DeviceRegistry::find_simulated(const DeviceIdentity& identity,
+                                                   std::uint32_t revision) const noexcept {
+  const auto found = std::find_if(families_.begin(), families_.end(),
+                                  [&](const auto& family) { return family->simulates(identity, revision); });
+  return found == families_.end() ? nullptr : found->get();
+}
+
+const DriveRules* DeviceRegistry::own_rules(const DeviceIdentity& identity) const noexcept {
+  for (auto family = families_.rbegin(); family != families_.rend(); ++family) {
+    if (const auto* rules = (*family)->rules_for(identity)) return rules;
+  }
+  return nullptr;
+}
+
 const DriveRules& DeviceRegistry::rules_for(const DeviceIdentity& identity) const noexcept {
   static const DriveRules kCia402;
-  for (auto family = families_.rbegin(); family != families_.rend(); ++family) {
-    if (const auto* rules = (*family)->rules_for(identity)) return *rules;
-  }
-  return kCia402;
+  const auto* rules = own_rules(identity);
+  return rules != nullptr ? *rules : kCia402;
 }
 
 std::shared_ptr<const SlaveDevice> standard_device() {

@@ -9,6 +9,7 @@
 #include "driveline/runtime/operation/configure_line.hpp"
 #include "driveline/runtime/setup/clock_plan.hpp"
 #include "driveline/runtime/setup/clock_text.hpp"
+#include "driveline/runtime/setup/composition.hpp"
 #include "driveline/runtime/setup/process_data_plan.hpp"
 #include "driveline/runtime/setup/wire_budget.hpp"
 #include "operation/axis_verdict.hpp"
@@ -128,7 +129,6 @@ Result<void> LineRun::bring_up() {
   copies_ = std::move(named->copies);
   variables_ = std::move(named->variables);
   const auto wire = wire_budget(master_, config_);
-  acyclic_bytes_ = wire.acyclic_bytes;
   const auto& image = master_.image();
   progress(events::Configured{image.outputs().size(), image.frame_count(), wire, config_.interface.has_value()});
   if (image.outputs().empty() && image.inputs().empty()) progress(events::NoProcessData{});
@@ -169,22 +169,8 @@ Result<void> LineRun::must_be_free() {
 }
 
 void LineRun::make_motion() {
-  std::vector<ecat_master::Axis> axes;
-  for (auto axis : config_.axes) {
-    // The file names slaves; those with an alias may be anywhere on the line. All are there, or configure() had failed.
-    axis.on_loss = config_.recovery.axes;
-    if (!axis.setpoint_delay_cycles) axis.setpoint_delay_cycles = setpoint_delay(config_, axis, master_);
-    axis.slave = master_.position_of(axis.slave).value_or(axis.slave);
-    // The loss of a hot-connected slave does not stop the others.
-    if (master_.slaves()[axis.slave].plan.hot_connect) axis.on_loss = ecat_master::LossPolicy::kContinue;
-    axes.emplace_back(axis, master_.image().places()[axis.slave], master_.slaves()[axis.slave].plan.pdos);
-  }
-  ecat_master::Motion::Settings settings;
-  settings.period = config_.period;
-  settings.repeat = config_.path && config_.path->repeat;
-  settings.relative = !config_.path || config_.path->relative;
-  settings.bad_cycle_limit = config_.max_lost_cycles;
-  if (config_.path) settings.late = config_.path->late;
+  auto axes = make_axes(config_, master_);
+  const auto settings = motion_settings(config_);
   if (settings_.source != nullptr) {
     motion_ = std::make_unique<ecat_master::Motion>(std::move(axes), *settings_.source, settings);
   } else {
@@ -193,10 +179,7 @@ void LineRun::make_motion() {
 }
 
 Result<void> LineRun::start_cycle() {
-  ecat_master::CyclicCore::Settings settings;
-  settings.period = config_.period;
-  settings.receive_window = receive_window(config_.period);
-  settings.acyclic_bytes = acyclic_bytes_;
+  auto settings = cycle_settings(config_, master_);
   settings.copies = copies_;
   settings.tasks = settings_.tasks->schedule();
   fault_records_ = std::make_unique<FaultRecords>(

@@ -96,7 +96,6 @@ class LineRun {
   std::unique_ptr<CycleFigures> figures_;
   std::unique_ptr<ecat_master::Motion> motion_;
   std::vector<ecat_master::ProcessDataCopy> copies_;
-  std::size_t acyclic_bytes_ = 0;
   std::optional<ecat_master::ProcessVariables> variables_;
   GroupWatch group_watch_;
   std::unique_ptr<FaultRecords> fault_records_;

@@ -5,6 +5,7 @@
 
 #include "driveline/ecat_master/axis/startup_sdos.hpp"
 #include "driveline/esi/sii.hpp"
+#include "driveline/runtime/setup/wire_budget.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -19,8 +20,8 @@ std::vector<std::byte> with_alias(std::vector<std::byte> image, std::uint16_t al
   return image;
 }
 
-/// The simulated slave has the serial number that the line file expects; where that leaves a choice, its number on the
-/// line if it is one that is accepted.
+/// The simulated slave has the serial number that the line description expects; where that leaves a choice, its number
+/// on the line if it is one that is accepted.
 std::uint32_t serial_number_of(const SlaveConfig& config, std::uint32_t number) {
   return config.plan.serial.accepts(number) ? number : config.plan.serial.value;
 }
@@ -39,14 +40,17 @@ std::unique_ptr<slaves::Slave> make_slave(const SlaveConfig& config, std::uint32
 
 }  // namespace
 
-std::unique_ptr<slaves::Line> make_simulated_line(const LineConfig& config, rt::Clock& clock, bool second_interface) {
+std::vector<std::unique_ptr<slaves::Slave>> make_simulated_slaves(const LineConfig& config) {
   std::vector<std::unique_ptr<slaves::Slave>> slaves;
+  for (const auto& slave : config.slaves)
+    slaves.push_back(make_slave(slave, static_cast<std::uint32_t>(slaves.size() + 1)));
+  return slaves;
+}
+
+std::unique_ptr<slaves::Line> make_simulated_line(const LineConfig& config, rt::Clock& clock, bool second_interface) {
   slaves::LineOptions options;
-  for (std::size_t i = 0; i < config.slaves.size(); ++i) {
-    slaves.push_back(make_slave(config.slaves[i], static_cast<std::uint32_t>(i + 1)));
-    options.slave_delays.push_back(config.slaves[i].delays);
-  }
-  auto line = std::make_unique<slaves::Line>(clock, std::move(slaves), options, config.wiring);
+  for (const auto& slave : config.slaves) options.slave_delays.push_back(slave.delays);
+  auto line = std::make_unique<slaves::Line>(clock, make_simulated_slaves(config), options, config.wiring);
   const auto far_end = line->wiring().master(slaves::MasterPort::kSecondary);
   if (far_end && !second_interface) line->break_cable(*far_end);
   for (const auto& plan : config.faults) line->faults().schedule(clock.now() + plan.at, plan.fault);
@@ -95,6 +99,40 @@ double setpoint_delay(const LineConfig& config, const ecat_master::AxisConfig& a
     way.to_sync0 = ((clocks->frame_lead + signals.sync0_shift) % cycle + cycle) % cycle;
   }
   return ecat_master::setpoint_delay_cycles(way);
+}
+
+std::vector<ecat_master::Axis> make_axes(const LineConfig& config, const ecat_master::Master& master) {
+  std::vector<ecat_master::Axis> axes;
+  for (auto axis : config.axes) {
+    axis.on_loss = config.recovery.axes;
+    if (!axis.setpoint_delay_cycles) axis.setpoint_delay_cycles = setpoint_delay(config, axis, master);
+    // The description names slaves; those with an alias may be anywhere on the line. All are there, or configure() had
+    // failed.
+    axis.slave = master.position_of(axis.slave).value_or(axis.slave);
+    const auto& plan = master.slaves()[axis.slave].plan;
+    // The loss of a hot-connected slave does not stop the others.
+    if (plan.hot_connect) axis.on_loss = ecat_master::LossPolicy::kContinue;
+    axes.emplace_back(axis, master.image().places()[axis.slave], plan.pdos);
+  }
+  return axes;
+}
+
+ecat_master::Motion::Settings motion_settings(const LineConfig& config) {
+  ecat_master::Motion::Settings settings;
+  settings.period = config.period;
+  settings.repeat = config.path && config.path->repeat;
+  settings.relative = !config.path || config.path->relative;
+  settings.bad_cycle_limit = config.max_lost_cycles;
+  if (config.path) settings.late = config.path->late;
+  return settings;
+}
+
+ecat_master::CyclicCore::Settings cycle_settings(const LineConfig& config, const ecat_master::Master& master) {
+  ecat_master::CyclicCore::Settings settings;
+  settings.period = config.period;
+  settings.receive_window = receive_window(config.period);
+  settings.acyclic_bytes = wire_budget(master, config).acyclic_bytes;
+  return settings;
 }
 
 std::vector<SlaveConfig> describe_found(std::span<const ecat_master::ConfiguredSlave> found) {

@@ -5,7 +5,7 @@
 
 namespace driveline::runtime {
 
-/// Durations of a line file are numbers of microseconds.
+/// Durations of a line description are numbers of microseconds.
 [[nodiscard]] inline std::chrono::nanoseconds from_us(double us) {
   return std::chrono::nanoseconds{std::llround(us * 1000.0)};
 }

@@ -5,7 +5,9 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "driveline/runtime/devices/device_registry.hpp"
+#include "driveline/runtime/devices/msd_device.hpp"
+#include "driveline/runtime/setup/composition.hpp"
+#include "driveline/runtime/setup/process_data_plan.hpp"
 #include "driveline/trajectory/path.hpp"
 
 namespace driveline::bus_test {
@@ -15,6 +17,10 @@ namespace {
 /// Where drive n stands at power-on: never where its path begins.
 double initial_position_rad(std::size_t n) {
   return -0.25 * static_cast<double>(n % 4);
+}
+
+std::uint32_t serial_number(std::size_t n) {
+  return static_cast<std::uint32_t>(1000 + n);
 }
 
 template <typename T, typename E>
@@ -54,7 +60,7 @@ DriveLine::DriveLine(std::size_t drives, const slaves::SlaveOptions& options, co
     slaves::msd::MsdParameters parameters;
     parameters.variant = variant;
     parameters.name = "drive " + std::to_string(i);
-    parameters.serial_number = static_cast<std::uint32_t>(1000 + i);
+    parameters.serial_number = serial_number(i);
     parameters.initial_position_rad = first_position_rad + initial_position_rad(i);
     auto drive = std::make_unique<slaves::msd::MsdDrive>(parameters);
     drives_.push_back(&drive->core());
@@ -79,16 +85,51 @@ void DriveLine::leave_alone(nanoseconds duration) {
   line_->advance(clock.now());
 }
 
+runtime::LineConfig LineOperation::describe(std::size_t drives, const RunOptions& options) {
+  runtime::LineConfig config;
+  config.period = options.period;
+  config.recovery.axes = options.on_loss;
+  auto& path = config.path.emplace();
+  path.repeat = options.repeat;
+  path.late = options.late;
+  path.relative = options.relative;
+  config.process_data.layout = options.layout.layout;
+  for (const auto& group : options.layout.groups) config.process_data.groups.push_back({{}, group});
+  if (options.acyclic_bytes != 0) config.acyclic_bytes = options.acyclic_bytes;
+  slaves::msd::MsdParameters parameters;
+  parameters.variant = options.variant;
+  const auto device = std::make_shared<runtime::MsdDevice>(parameters);
+  for (std::size_t i = 0; i < drives; ++i) {
+    auto& slave = config.slaves.emplace_back();
+    slave.name = "drive " + std::to_string(i);
+    slave.device = device;
+    slave.group = i % options.groups;
+    if (options.plan_serials) slave.plan.serial = ecat_master::IdentityRule::equal(serial_number(i));
+    slave.plan.sdos = options.startup;
+    slave.plan.pdos = options.pdos;
+    slave.plan.hot_connect = std::count(options.hot_connect.begin(), options.hot_connect.end(), i) > 0;
+    if (options.every_third_without_lrw && i % 3 == 1) slave.plan.lrw = false;
+    config.axes.push_back(axis(i, options));
+  }
+  return config;
+}
+
+/// What a description does not say, because only tests want it otherwise.
+ecat_master::Master::Settings LineOperation::master_settings() const {
+  auto settings = runtime::master_settings(config_);
+  settings.state_timeout = options_.state_timeout;
+  settings.accept_swapped_ports = options_.accept_swapped_ports;
+  return settings;
+}
+
 LineOperation::LineOperation(DriveLine& drives, port::Port& port, const RunOptions& options)
     : drives_(drives),
       port_(port),
       options_(options),
+      config_(describe(drives.size(), options)),
       line_ring_(kRingSamples),
       axis_ring_(kRingSamples),
-      master_(std::make_unique<ecat_master::Master>(
-          port_, drives.clock,
-          ecat_master::Master::Settings{
-              {}, options.state_timeout, options.layout, std::chrono::seconds{10}, options.accept_swapped_ports})) {}
+      master_(std::make_unique<ecat_master::Master>(port_, drives.clock, master_settings())) {}
 
 ecat_master::AxisConfig LineOperation::axis(std::size_t position, const RunOptions& options) {
   ecat_master::AxisConfig config;
@@ -98,36 +139,16 @@ ecat_master::AxisConfig LineOperation::axis(std::size_t position, const RunOptio
   config.limits = {50.0, 1000.0};
   config.inertia = slaves::MotorParameters{}.inertia_kg_m2;
   config.velocity_gain = 0.1;
-  config.on_loss = options.on_loss;
   config.setpoint_delay_cycles = options.setpoint_delay_cycles;
   return config;
 }
 
 ecat_master::SlavePlan LineOperation::plan(std::size_t position, const RunOptions& options) {
-  ecat_master::SlavePlan plan;
-  plan.name = "drive " + std::to_string(position);
-  plan.vendor_id = slaves::msd::kVendorId;
-  plan.product_code = slaves::msd::facts(options.variant).product_code;
-  plan.pdos = options.pdos.value_or(ecat_master::axis_pdo_configuration());
-  if (options.plan_serials) {
-    plan.serial = ecat_master::IdentityRule::equal(static_cast<std::uint32_t>(1000 + position));
-  }
-  plan.group = position % options.groups;
-  const auto& groups = options.layout.groups;
-  const std::uint32_t divider = plan.group < groups.size() ? groups[plan.group].divider : 1;
-  const runtime::DeviceRegistry devices;
-  const auto& rules = devices.rules_for({plan.vendor_id, plan.product_code});
-  plan.startup_sdos = rules.startup_sdos(axis(position, options), options.period * divider);
-  plan.startup_sdos.insert(plan.startup_sdos.end(), options.startup.begin(), options.startup.end());
-  plan.hot_connect = std::count(options.hot_connect.begin(), options.hot_connect.end(), position) > 0;
-  plan.lrw = !options.every_third_without_lrw || position % 3 != 1;
-  return plan;
+  return runtime::make_slave_plans(describe(position + 1, options))[position];
 }
 
 std::vector<ecat_master::SlavePlan> LineOperation::plans() const {
-  std::vector<ecat_master::SlavePlan> all;
-  for (std::size_t i = 0; i < drives_.size(); ++i) all.push_back(plan(i, options_));
-  return all;
+  return runtime::make_slave_plans(config_);
 }
 
 ecat_master::Result<void> LineOperation::to_safe_op() {
@@ -136,26 +157,15 @@ ecat_master::Result<void> LineOperation::to_safe_op() {
 }
 
 void LineOperation::make_motion() {
-  std::vector<ecat_master::Axis> axes;
-  for (std::size_t i = 0; i < drives_.size(); ++i) {
-    axes.emplace_back(axis(i, options_), master_->image().places()[i], master_->slaves()[i].plan.pdos);
-  }
-  ecat_master::Motion::Settings settings;
-  settings.period = options_.period;
-  settings.repeat = options_.repeat;
-  settings.relative = options_.relative;
+  auto settings = runtime::motion_settings(config_);
   settings.enable_timeout = options_.enable_timeout;
-  settings.late = options_.late;
-  motion_ = std::make_unique<ecat_master::Motion>(std::move(axes), make_path(drives_.size(), options_.amplitude_rad),
-                                                  settings);
+  motion_ = std::make_unique<ecat_master::Motion>(runtime::make_axes(config_, *master_),
+                                                  make_path(drives_.size(), options_.amplitude_rad), settings);
 }
 
 void LineOperation::start_cycle(ecat_master::Master::MakeRunner make_runner) {
   make_motion();
-  ecat_master::CyclicCore::Settings settings;
-  settings.period = options_.period;
-  settings.receive_window = options_.period * 3 / 4;
-  settings.acyclic_bytes = options_.acyclic_bytes;
+  auto settings = runtime::cycle_settings(config_, *master_);
   if (options_.task != nullptr) tasks_.add(*options_.task, {});
   settings.tasks = &tasks_;
   settings.recorder = options_.recorder;

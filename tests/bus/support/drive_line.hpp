@@ -4,8 +4,10 @@
 #include <memory>
 #include <vector>
 
+#include "driveline/ecat_master/cyclic/motion.hpp"
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/rt/clock.hpp"
+#include "driveline/runtime/config/line_config.hpp"
 #include "driveline/slaves/line/line.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"
 
@@ -70,7 +72,8 @@ struct RunOptions {
   bool accept_swapped_ports = false;  ///< IN and OUT of a slave may be swapped
 };
 
-/// A master that runs all drives of a line along a path of raised cosines, each axis with its own amplitude.
+/// A master that runs all drives of a line along a path of raised cosines, each axis with its own amplitude; composed
+/// as the runtime does it with a line description, but not supervised.
 class LineOperation {
  public:
   /// The path of every axis is one raised cosine of this length.
@@ -80,6 +83,8 @@ class LineOperation {
   explicit LineOperation(DriveLine& drives, const RunOptions& options = {})
       : LineOperation(drives, drives.line(), options) {}
 
+  /// The line as the runtime knows it; the rest of `options` is not for a description.
+  [[nodiscard]] static runtime::LineConfig describe(std::size_t drives, const RunOptions& options);
   [[nodiscard]] static ecat_master::SlavePlan plan(std::size_t position, const RunOptions& options);
   [[nodiscard]] std::vector<ecat_master::SlavePlan> plans() const;
   [[nodiscard]] static ecat_master::AxisConfig axis(std::size_t position, const RunOptions& options);
@@ -107,12 +112,14 @@ class LineOperation {
   std::vector<snapshot::LineSample> line_samples;
 
  private:
+  [[nodiscard]] ecat_master::Master::Settings master_settings() const;
   void make_motion();
   void drain();
 
   DriveLine& drives_;
   port::Port& port_;
   RunOptions options_;
+  runtime::LineConfig config_;
   rt::SpscRing<snapshot::LineSample> line_ring_;
   rt::SpscRing<snapshot::AxisSample> axis_ring_;
   std::unique_ptr<ecat_master::Motion> motion_;

@@ -1,10 +1,9 @@
 """TCP/IP from the tools of this machine to the drives of a line, through the mailboxes, while the line runs."""
 import json
-import os
 import re
 import signal
+import subprocess
 import sys
-import time
 import unittest
 
 from program import EXAMPLES, PATIENCE_S, SANITIZED, WireTest
@@ -112,6 +111,44 @@ class InProcess(EoeTest):
         text = description(1).replace("dl-eoe", "dl-line")
         result = self.run_program("run", "--config", self.write("line.toml", text))
         self.check_refused(result, 1, "TAP interface dl-line", "that is no TAP")
+
+
+class FromAServicePc(EoeTest):
+    """The manual's case I: the tool is on another PC, here a network namespace, in a network of its own."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.service_pc = f"{cls.netns}-pc"
+        for command in (f"ip netns add {cls.service_pc}",
+                        f"ip link add service type veth peer name pc netns {cls.service_pc}",
+                        "ip address add 192.168.40.1/24 dev service", "ip link set service up",
+                        f"ip netns exec {cls.service_pc} ip address add 192.168.40.10/24 dev pc",
+                        f"ip netns exec {cls.service_pc} ip link set pc up"):
+            subprocess.run(([] if "netns add" in command else cls.prefix) + command.split(), check=True, timeout=PATIENCE_S)
+            if "netns add" in command:
+                cls.addClassCleanup(subprocess.run, ["ip", "netns", "del", cls.service_pc], check=True, timeout=PATIENCE_S)
+
+    def on_the_pc(self, *command):
+        return subprocess.run(["ip", "netns", "exec", self.service_pc, *command], capture_output=True, text=True,
+                              timeout=PATIENCE_S, check=False)
+
+    def test_the_printed_routes_lead_to_the_drives(self):
+        text = description(1).replace("[telemetry]", 'service_address = "192.168.40.1/24"\n[telemetry]')
+        run = self.start_run(self.write("line.toml", text))
+        self.wait_until_reachable("192.168.38.5")
+        self.assertNotEqual(self.on_the_pc("ping", "-c1", "-W1", "192.168.38.5").returncode, 0, "without a route")
+        log = self.text("run.log")
+        forwarding = re.search(r"this machine: +(.+)", log)[1]
+        route = re.search(r"service PC with Linux: +(.+)", log)[1]
+        self.assertEqual(subprocess.run([*self.prefix, *forwarding.split()], stdout=subprocess.DEVNULL, check=False).returncode, 0)
+        self.assertEqual(self.on_the_pc(*route.split()).returncode, 0, route)
+        self.wait_for("the drive from the service PC",
+                      lambda: self.on_the_pc("ping", "-c1", "-W1", "192.168.38.5").returncode == 0)
+        state = self.on_the_pc("curl", "-sS", "--max-time", "60", "http://192.168.38.5/state.json")
+        self.assertEqual(state.returncode, 0, state.stderr)
+        self.assertIsInstance(json.loads(state.stdout), dict)
+        self.end_run(run)
 
 
 class OverVeth(EoeTest):

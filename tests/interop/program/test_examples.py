@@ -7,7 +7,7 @@ import struct
 import time
 import unittest
 
-from program import ATTEMPTS, EXAMPLES, PATIENCE_S, WireTest, again_when_disturbed
+from program import ATTEMPTS, CYCLONE_SUBSCRIBER, EXAMPLES, PATIENCE_S, WireTest, again_when_disturbed
 
 EXAMPLE = os.environ["INTERFACE_EXAMPLE"]
 CONTROLLER = os.environ["CONTROLLER_EXAMPLE"]
@@ -105,13 +105,26 @@ class OwnController(WireTest):
     @again_when_disturbed
     def test_in_real_time_with_telemetry(self):
         self.start_line(self.write("line.toml", self.DRIVE))
-        own = self.start(self.write_line(), "dl-master", program=CONTROLLER, log="own.log")
+        domain = 90 + os.getpid() % 10
+        # Of two seconds: each of the runs has four, and bring-up before them.
+        subscriber = self.start(domain, 10, PATIENCE_S, program=CYCLONE_SUBSCRIBER, log="subscriber.log")
+        own = self.start(self.write_line(domain), "dl-master", program=CONTROLLER, log="own.log")
         self.assertEqual(own.wait(PATIENCE_S), 0, self.logs())
+        self.assertEqual(subscriber.wait(PATIENCE_S), 0, self.logs())
+        self.check_received(self.one_document(self.text("subscriber.log.out")))
         # While a busy machine is away, the last torque goes on; an axis that nobody drives would be 1 rad off.
         self.check_runs(self.text("own.log.out"), farthest=0.9)
         for published in re.findall(r"(\d+) samples of the axis published", self.text("own.log.out")):
             self.assertGreater(int(published), 1000)
         self.assertEqual(self.text("own.log").count("all in INIT"), 2, "after each of its runs")
+
+    def check_received(self, document):
+        """What another DDS implementation on this machine has got of the axis and the line."""
+        self.assertEqual(document["line_status"]["name"], "own controller")
+        self.assertEqual(document["line_status"]["axes"], 1)
+        axis, = document["axes"]
+        self.assertEqual((axis["name"], axis["backward"], axis["last"]["mode"]), ("x", 0, 10))
+        self.assertGreaterEqual(axis["samples"], 10)
 
     @again_when_disturbed
     def test_a_fault_has_a_record(self):

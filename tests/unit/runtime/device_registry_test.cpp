@@ -1,4 +1,4 @@
-// Which families a line file can name, and what becomes of keys that are not known.
+// Which families a line description can name, and what becomes of keys that are not known.
 #include "driveline/runtime/devices/device_registry.hpp"
 
 #include <gmock/gmock.h>
@@ -51,6 +51,20 @@ TEST(DeviceRegistry, AKeyIsRegisteredOnce) {
   EXPECT_EQ(devices.add(nullptr).error().kind, ErrorKind::kCall);
   EXPECT_EQ(devices.families().size(), 5U) << "as it was";
   EXPECT_EQ(DeviceRegistry().find("acme"), nullptr) << "nor do others know it";
+}
+
+TEST(DeviceRegistry, KnowsWhatIsSimulatedByTheKeyAlone) {
+  const auto devices = with_acme();
+  for (const auto& variant : slaves::msd::kVariants) {
+    const DeviceIdentity identity{slaves::msd::kVendorId, variant.product_code};
+    const auto* family = devices.find_simulated(identity, variant.revision);
+    ASSERT_NE(family, nullptr) << variant.key;
+    EXPECT_EQ(family->key(), variant.key);
+    EXPECT_EQ(devices.find_simulated(identity, variant.revision + 1), nullptr) << "in another revision";
+    EXPECT_EQ(devices.find_simulated({2, variant.product_code}, variant.revision), nullptr) << "of another vendor";
+  }
+  EXPECT_TRUE(devices.has_rules_for({acme::kVendorId, 0x1234}));
+  EXPECT_FALSE(DeviceRegistry().has_rules_for({acme::kVendorId, 0x1234}));
 }
 
 TEST(DeviceRegistry, UnknownModelIsAnErrorWithPlaceAndKnownKeys) {

@@ -1,4 +1,4 @@
-// The machine behind a simulated drive in the line file: numbers, switches, scripts, and their reference.
+// The machine behind a simulated drive in the line description: numbers, switches, scripts, and their reference.
 #include "devices/msd/drive_reader.hpp"
 
 #include <fmt/format.h>
@@ -192,7 +192,7 @@ TEST(DriveReader, WrongScripts) {
               HasSubstr("entry: 2000 does not fit DC_LINK, 0 to 1000 V is expected"));
 }
 
-/// The simulated drive of a line file, on virtual time.
+/// The simulated drive of a line description, on virtual time.
 class ScriptedDrive {
  public:
   explicit ScriptedDrive(const std::string& rest) {
@@ -216,7 +216,7 @@ class ScriptedDrive {
   std::unique_ptr<slaves::Line> line_;
 };
 
-/// 1018h:04 and the EEPROM of the simulated slaves are what the line file expects.
+/// 1018h:04 and the EEPROM of the simulated slaves are what the line description expects.
 TEST(SimulatedLine, HasTheSerialNumbersThatAreExpected) {
   const auto config = parse(
       "[[slave]]\nname = \"b\"\nserial = 4711\n[[slave]]\nname = \"c\"\nserial = \">= 2\"\n"

@@ -1,4 +1,4 @@
-// Faults as users write them in the line file and on the command line, and errors in them.
+// Faults as users write them in the line description and on the command line, and errors in them.
 #include "driveline/runtime/config/fault_text.hpp"
 
 #include <gmock/gmock.h>

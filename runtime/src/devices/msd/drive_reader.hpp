@@ -9,7 +9,7 @@
 
 namespace driveline::runtime {
 
-/// A number of the machine behind a simulated drive: its key in the line file and its place in the model.
+/// A number of the machine behind a simulated drive: its key in the line description and its place in the model.
 struct PlantKey {
   using Place = std::variant<double*, std::uint32_t*>;
   std::string_view table;  ///< "plant", "plant.load"
@@ -28,7 +28,7 @@ struct PlantKey {
 
 /// Reads what only a simulated drive has: firmware, [slave.plant] and its tables, [[slave.switch]], [[slave.input]],
 /// parameter_file, start_up_ms, factory_start_up_ms. Throws ConfigError.
-/// @param directory of the line file
+/// @param directory of the line description
 [[nodiscard]] slaves::msd::MsdParameters read_drive_parameters(TomlReader& slave, slaves::msd::Variant variant,
                                                                const std::filesystem::path& directory);
 

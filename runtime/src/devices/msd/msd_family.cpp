@@ -15,6 +15,12 @@ std::shared_ptr<const SlaveDevice> MsdFamily::read(const DeviceTable& table) con
   return std::make_shared<MsdDevice>(read_drive_parameters(table.keys, variant_, table.directory));
 }
 
+bool MsdFamily::simulates(const DeviceIdentity& identity, std::uint32_t revision) const noexcept {
+  const auto& facts = slaves::msd::facts(variant_);
+  return identity.vendor_id == slaves::msd::kVendorId && identity.product_code == facts.product_code &&
+         revision == facts.revision;
+}
+
 const DriveRules* MsdFamily::rules_for(const DeviceIdentity& identity) const noexcept {
   static const MsdRules kRules;
   return identity.vendor_id == slaves::msd::kVendorId ? &kRules : nullptr;

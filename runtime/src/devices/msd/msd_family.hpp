@@ -13,6 +13,7 @@ class MsdFamily final : public DeviceFamily {
   [[nodiscard]] std::string_view key() const noexcept override { return slaves::msd::facts(variant_).key; }
   [[nodiscard]] std::vector<std::string_view> own_keys() const override;
   [[nodiscard]] std::shared_ptr<const SlaveDevice> read(const DeviceTable& table) const override;
+  [[nodiscard]] bool simulates(const DeviceIdentity& identity, std::uint32_t revision) const noexcept override;
   [[nodiscard]] const DriveRules* rules_for(const DeviceIdentity& identity) const noexcept override;
 
  private:

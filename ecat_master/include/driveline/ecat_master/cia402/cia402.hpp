@@ -42,7 +42,7 @@ enum class Goal : std::uint8_t {
 
 /// Name as in the standard.
 [[nodiscard]] std::string_view to_text(AxisState state) noexcept;
-/// "csp", "csv" or "cst", as line files name them.
+/// "csp", "csv" or "cst", as line descriptions name them.
 [[nodiscard]] std::string_view to_text(Mode mode) noexcept;
 
 /// The command that brings an axis one state closer to the goal. Never skips a state: the drives require the commands

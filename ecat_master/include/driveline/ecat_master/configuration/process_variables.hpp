@@ -81,8 +81,8 @@ struct VariableError {
 /// The error as one sentence, with the existing names where none or several match.
 [[nodiscard]] std::string describe(const VariableError& error);
 
-/// The process data of a line by their names, for programs and line files. Made at start-up; its handles are for the
-/// cycle. Not \rtsafe.
+/// The process data of a line by their names, for programs and line descriptions. Made at start-up; its handles are for
+/// the cycle. Not \rtsafe.
 ///
 /// A variable is called `slave.object`: the name of the slave (or its position), then the name of the object as the
 /// slave's description has it, with that of its PDO in front where several are called so ("io.Channel 1/Input"), or its

@@ -16,7 +16,7 @@ struct FaultPlaces {
   const slaves::Wiring& wiring;
 };
 
-/// A fault that is being put together, parameter by parameter, for the line file and for the command line alike.
+/// A fault that is being put together, parameter by parameter, for the line description and for the command line alike.
 class FaultDraft {
  public:
   /// A fault of the kind `row` without parameters.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <span>
@@ -16,7 +17,7 @@ namespace driveline::runtime {
 /// Input from which a family reads its device.
 struct DeviceTable {
   TomlReader& keys;                 ///< the [[slave]] table
-  std::filesystem::path directory;  ///< of the line file; paths in it are relative to that
+  std::filesystem::path directory;  ///< of the line description; paths in it are relative to that
   /// The device of the ESI file that the table names; null: it names none.
   std::shared_ptr<const esi::DeviceDescription> esi;
   /// Devices of the tables before this one, for sharing.
@@ -43,8 +44,19 @@ class DeviceFamily {
   /// The keys of a [[slave]] that read() asks for.
   [[nodiscard]] virtual std::vector<std::string_view> own_keys() const = 0;
 
-  /// Reads those keys. Never null. The reader throws errors in them; TomlReader::fail() throws further ones.
+  /// Reads those keys. Never null.
+  ///
+  /// Errors in them are thrown, by the functions of the reader themselves and by TomlReader::fail() for what only the
+  /// family can know. They are no values, unlike elsewhere: a dozen keys are read in a row, each call can fail, and all
+  /// that could be done with a failure is to hand it on, with file and line as they are. load_line_config() catches
+  /// what the reader throws and returns it as its error; nothing leaves the library as an exception.
   [[nodiscard]] virtual std::shared_ptr<const SlaveDevice> read(const DeviceTable& table) const = 0;
+
+  /// Whether a [[slave]] with none of own_keys() is simulated as a device of this identity and revision: what was found
+  /// on a line can then be described by key().
+  [[nodiscard]] virtual bool simulates(const DeviceIdentity& /*identity*/, std::uint32_t /*revision*/) const noexcept {
+    return false;
+  }
 
   /// Rules of a drive with this identity; null: it is not of this family. Valid as long as the family.
   [[nodiscard]] virtual const DriveRules* rules_for(const DeviceIdentity& /*identity*/) const noexcept {

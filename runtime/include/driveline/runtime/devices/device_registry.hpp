@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
@@ -33,14 +34,23 @@ class DeviceRegistry {
   [[nodiscard]] std::span<const std::shared_ptr<const DeviceFamily>> families() const noexcept { return families_; }
   /// The family with this key; null: there is none.
   [[nodiscard]] const DeviceFamily* find(std::string_view key) const noexcept;
+  /// The first family that simulates such a device without further keys; null: there is none.
+  [[nodiscard]] const DeviceFamily* find_simulated(const DeviceIdentity& identity,
+                                                   std::uint32_t revision) const noexcept;
   /// All keys, for messages: "a", "b".
   [[nodiscard]] std::string known_keys() const;
 
   /// Rules of a drive with this identity: those of the family that knows it, families added later first; CiA 402 alone
   /// when none does. Valid as long as the families.
   [[nodiscard]] const DriveRules& rules_for(const DeviceIdentity& identity) const noexcept;
+  /// Whether a family has rules for a drive with this identity.
+  [[nodiscard]] bool has_rules_for(const DeviceIdentity& identity) const noexcept {
+    return own_rules(identity) != nullptr;
+  }
 
  private:
+  [[nodiscard]] const DriveRules* own_rules(const DeviceIdentity& identity) const noexcept;
+
   std::vector<std::shared_ptr<const DeviceFamily>> families_;
 };
 

@@ -90,10 +90,11 @@ struct Fault {
   [[nodiscard]] bool same_place(const Fault& other) const noexcept;
 };
 
-/// One kind of fault as users see it: the line file, the command line, the help and the documentation use this table.
+/// One kind of fault as users see it: the line description, the command line, the help and the documentation use this
+/// table.
 struct FaultKindRow {
   FaultKind kind;         ///< rows are in the order of the enumeration
-  std::string_view name;  ///< in line files and commands; unique
+  std::string_view name;  ///< in line descriptions and commands; unique
   FaultParameters needs;  ///< required parameters
   FaultParameters takes;  ///< optional parameters
   std::string_view text;  ///< what it does, as a user reads it
@@ -149,7 +150,7 @@ inline constexpr std::array<FaultKindRow, kFaultKindCount> kFaultKinds{{
 /// One parameter as users see it.
 struct FaultParameterRow {
   FaultParameter parameter;  ///< the parameter of this row
-  std::string_view key;      ///< in line files and commands; unique
+  std::string_view key;      ///< in line descriptions and commands; unique
   std::string_view value;    ///< what is expected
   std::string_view text;     ///< what it means, as a user reads it
 };

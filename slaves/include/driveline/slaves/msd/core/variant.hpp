@@ -37,7 +37,7 @@ enum class Series : std::uint8_t { kSingleMultiAxis, kCompact, kServoOne, kServo
 /// for all (ours for the ServoOne, whose vendor id is in no source).
 struct VariantFacts {
   Variant variant = Variant::kMsd;           ///< rows are in the order of the enumeration
-  std::string_view key;                      ///< name in line files
+  std::string_view key;                      ///< name in line descriptions
   std::string_view file_stem;                ///< of the generated device files
   std::string_view device_name;              ///< 1008h
   std::string_view type;                     ///< order code: ESI Type, SII order text
@@ -108,7 +108,7 @@ inline constexpr std::uint32_t kVendorId = 0x00000028;  ///< Moog
 inline constexpr std::uint32_t kProductCode = facts(Variant::kMsd).product_code;
 inline constexpr std::uint32_t kRevision = facts(Variant::kMsd).revision;  ///< 1018h:03 of the MSD
 
-/// The variant that line files call `key`; nothing: there is none.
+/// The variant that line descriptions call `key`; nothing: there is none.
 [[nodiscard]] std::optional<Variant> find_variant(std::string_view key) noexcept;
 
 }  // namespace driveline::slaves::msd
