@@ -130,7 +130,7 @@ bool MailboxTransport::fetch(std::chrono::nanoseconds now) {
 void MailboxTransport::spoil() noexcept {
   if (scratch_.size() < wire::MailboxHeader::kSize) return;
   const auto length = std::span(scratch_).first<2>();
-  if (fault_ == Fault::kMalformed) wire::store_le<std::uint16_t>(length, 1);
+  if (fault_ == Fault::kMalformed) wire::store_le<std::uint16_t>(length, 3);
   if (fault_ == Fault::kOversized) wire::store_le<std::uint16_t>(length, 0xFFFF);
 }
 

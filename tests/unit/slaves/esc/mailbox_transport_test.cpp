@@ -159,7 +159,7 @@ TEST_F(MailboxTransportTest, BusySlaveLeavesTheMailboxFull) {
 
 TEST_F(MailboxTransportTest, SpoiltRepliesHaveAnotherLengthInTheirHeader) {
   const std::pair<MailboxTransport::Fault, std::vector<std::byte>> faults[] = {
-      {MailboxTransport::Fault::kMalformed, bytes({1, 0})}, {MailboxTransport::Fault::kOversized, bytes({0xFF, 0xFF})}};
+      {MailboxTransport::Fault::kMalformed, bytes({3, 0})}, {MailboxTransport::Fault::kOversized, bytes({0xFF, 0xFF})}};
   for (const auto& [fault, length] : faults) {
     slave().mailbox().set_fault(fault);
     device().replies.push_back(bytes({4, 0, 0, 0, 0, 0x13, 9, 9, 9, 9}));
@@ -173,6 +173,7 @@ TEST_F(MailboxTransportTest, SpoiltRepliesHaveAnotherLengthInTheirHeader) {
 TEST_F(MailboxTransportTest, LateRepliesKeepTheirOrder) {
   slave().mailbox().set_fault(MailboxTransport::Fault::kLate, 10ms);
   device().replies = {bytes({1}), bytes({2})};
+  pass(1ms);
   pass(9ms);
   EXPECT_EQ(fetched(), 0xFFFFU);
   pass(2ms);

@@ -21,7 +21,7 @@ class MailboxTransport {
     kNone,
     kSilent,     ///< requests are taken, no reply is ever sent
     kBusy,       ///< requests are not taken: the master finds the mailbox full
-    kMalformed,  ///< replies end behind the first byte of their service
+    kMalformed,  ///< replies end behind the third byte of their service
     kOversized,  ///< replies say that they are longer than the mailbox
     kLate,       ///< replies are held back for a while
     kForeign,    ///< a mail of a protocol that nobody knows comes ahead of each reply

@@ -129,7 +129,7 @@ inline constexpr std::array<FaultKindRow, kFaultKindCount> kFaultKinds{{
     {FaultKind::kMailboxBusy, "mailbox-busy", fault_detail::kOnlySlave, 0,
      "the slave does not empty its mailbox: the next request finds it full"},
     {FaultKind::kMailboxMalformed, "mailbox-malformed", fault_detail::kOnlySlave, 0,
-     "mails of the slave end behind the first byte of their service"},
+     "mails of the slave end behind the third byte of their service"},
     {FaultKind::kMailboxOversized, "mailbox-oversized", fault_detail::kOnlySlave, 0,
      "mails of the slave say that they are longer than the mailbox"},
     {FaultKind::kMailboxLate, "mailbox-late", FaultParameter::kSlave | FaultParameter::kTime, 0,
