@@ -169,11 +169,19 @@ void measure_all(const Options& options) {
       });
     }
   }
-  const EoeLine::Settings loaded{1, 125us, {}};
-  undisturbed("cost", [&] { measure_cost(report, loaded, options); });
+  const EoeLine::Settings near{1, 125us, {}};
+  undisturbed("cost in process", [&] { measure_cost(report, near, options); });
+  if (pair) {
+    const EoeLine::Settings far{1, 125us, pair->near};
+    undisturbed("cost over a cable", [&] {
+      const ServedDrives served(far, pair->far);
+      measure_cost(report, far, options);
+    });
+  }
   report.note(
       "tcp_echo_per_mib: a TCP echo of every drive at once, both ways at the same time, all drives together; against\n"
-      "what fragments of 480 bytes, one a cycle in either mailbox, and the bytes that the cycle leaves would allow.");
+      "what fragments of 480 bytes, one a cycle in either mailbox, and the bytes that the cycle leaves would allow.\n"
+      "In process the cost of a cycle has the simulated drives in it, with the mails that they are at.");
   report.print(options);
   if (!pair) throw Skipped("no virtual cable for the figures over a network interface");
 }

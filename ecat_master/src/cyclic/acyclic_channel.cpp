@@ -12,7 +12,8 @@ namespace {
 
 constexpr int kRetries = 4;
 constexpr auto kAnswerTimeout = std::chrono::milliseconds{100};
-constexpr auto kPollInterval = std::chrono::microseconds{125};
+/// A small part of the shortest cycle: an answer that is seen before the next cycle lets the next frame leave in it.
+constexpr auto kPollInterval = std::chrono::microseconds{20};
 constexpr std::size_t kLongestFrame = wire::EthernetHeader::kSize + wire::kMaxPayloadBytes;
 
 }  // namespace
