@@ -136,12 +136,15 @@ void measure_cost(Report& report, const EoeLine::Settings& settings, const Optio
   }
   line.check();
   const auto name = case_of(settings);
-  report.add({name, "cycle_cost_p999_with_over_without_load", "ratio", summarize(cost_ratios)});
-  const double upper = upper_95(cost_ratios);
-  report.add({name, "the_same_upper_end_of_95_percent_interval", "ratio", {1, upper, upper, upper, upper}, kCostAim});
-  report.add({name, "wake_latency_p999_with_over_without_load", "ratio", summarize(wake_ratios)});
-  const double wake = upper_95(wake_ratios);
-  report.add({name, "the_same_upper_end_of_95_percent_interval", "ratio", {1, wake, wake, wake, wake}});
+  constexpr double kPercent = 0.01;
+  const auto add_upper = [&](const char* metric, const std::vector<double>& ratios, std::optional<double> aim) {
+    const double upper = upper_95(ratios) / kPercent;
+    report.add({name, metric, "%", {ratios.size(), upper, upper, upper, upper}, aim});
+  };
+  report.add({name, "cycle_cost_p999_with_over_without", "%", divided(summarize(cost_ratios), kPercent)});
+  add_upper("cycle_cost_p999_upper_end_of_95_interval", cost_ratios, kCostAim / kPercent);
+  report.add({name, "wake_latency_p999_with_over_without", "%", divided(summarize(wake_ratios), kPercent)});
+  add_upper("wake_latency_p999_upper_end_of_95_interval", wake_ratios, std::nullopt);
 }
 
 /// The build has the drives' end point one folder above the benchmarks; beside them when it is installed.

@@ -39,6 +39,7 @@ cyclonedds-dev        oracle for the telemetry: another DDS implementation
 cyclonedds-tools      its IDL compiler
 curl                  asks the web page of a simulated drive
 iputils-ping          asks its IP stack
+procps                sysctl: this machine as the router of a service PC
 python3               structure checks, checks of JSON output
 doxygen               reference of the library
 zsh                   its completion is tried

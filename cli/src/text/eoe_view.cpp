@@ -13,13 +13,11 @@ std::string name_text(const wire::EoeIpParameters::Name& name) {
   return {name.begin(), std::find(name.begin(), name.end(), '\0')};
 }
 
-template <typename Address>
-std::string text_or_dash(const std::optional<Address>& address) {
+std::string text_or_dash(const std::optional<wire::IpV4Address>& address) {
   return address ? runtime::to_text(*address) : "-";
 }
 
-template <typename Address>
-nlohmann::json text_or_null(const std::optional<Address>& address) {
+nlohmann::json text_or_null(const std::optional<wire::IpV4Address>& address) {
   if (!address) return nullptr;
   return runtime::to_text(*address);
 }
@@ -42,7 +40,7 @@ std::string to_text(const runtime::EoeReport& report) {
     text += fmt::format("{:<16}{:<6}{:<17}{:>10}{:>10}{:>12}{:>12}{:>9}\n", figures.name, figures.link ? "up" : "down",
                         runtime::to_text(port.ip), figures.received, figures.sent, figures.bytes_in, figures.bytes_out,
                         dropped(port));
-    for (const auto& mac : figures.addresses) text += fmt::format("{:<22}{}\n", "", runtime::to_text(mac));
+    for (const auto& mac : figures.addresses) text += fmt::format("{:<22}{}\n", "", runtime::mac_text(mac));
   }
   return text;
 }
@@ -52,7 +50,7 @@ nlohmann::json to_json(const runtime::EoeReport& report) {
   for (const auto& port : report.ports) {
     const auto& figures = port.figures;
     auto addresses = nlohmann::json::array();
-    for (const auto& mac : figures.addresses) addresses.push_back(runtime::to_text(mac));
+    for (const auto& mac : figures.addresses) addresses.push_back(runtime::mac_text(mac));
     nlohmann::json row = {{"name", figures.name},
                           {"link", figures.link},
                           {"ip", runtime::to_text(port.ip)},
@@ -85,9 +83,9 @@ std::string to_text(std::span<const EoeAddressView> slaves) {
       text += slave.trouble + "\n";
     } else {
       const auto& has = slave.parameters;
-      text +=
-          fmt::format("{:<17}{:<17}{:<17}{:<19}{}\n", text_or_dash(has.ip), text_or_dash(has.subnet_mask),
-                      text_or_dash(has.gateway), text_or_dash(has.mac), has.dns_name ? name_text(*has.dns_name) : "-");
+      text += fmt::format("{:<17}{:<17}{:<17}{:<19}{}\n", text_or_dash(has.ip), text_or_dash(has.subnet_mask),
+                          text_or_dash(has.gateway), has.mac ? runtime::mac_text(*has.mac) : "-",
+                          has.dns_name ? name_text(*has.dns_name) : "-");
     }
   }
   return text;
@@ -104,7 +102,7 @@ nlohmann::json to_json(std::span<const EoeAddressView> slaves) {
       row["subnet_mask"] = text_or_null(has.subnet_mask);
       row["gateway"] = text_or_null(has.gateway);
       row["dns_server"] = text_or_null(has.dns_server);
-      row["mac"] = text_or_null(has.mac);
+      row["mac"] = has.mac ? nlohmann::json(runtime::mac_text(*has.mac)) : nlohmann::json(nullptr);
       row["dns_name"] = has.dns_name ? nlohmann::json(name_text(*has.dns_name)) : nlohmann::json(nullptr);
     }
     rows.push_back(std::move(row));

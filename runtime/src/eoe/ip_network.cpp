@@ -71,7 +71,7 @@ std::string to_text(const IpNetwork& network) {
   return fmt::format("{}/{}", to_text(network.address), network.prefix);
 }
 
-std::string to_text(const wire::MacAddress& mac) {
+std::string mac_text(const wire::MacAddress& mac) {
   return fmt::format("{:02x}:{:02x}:{:02x}:{:02x}:{:02x}:{:02x}", std::to_integer<int>(mac[0]),
                      std::to_integer<int>(mac[1]), std::to_integer<int>(mac[2]), std::to_integer<int>(mac[3]),
                      std::to_integer<int>(mac[4]), std::to_integer<int>(mac[5]));

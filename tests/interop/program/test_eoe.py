@@ -38,6 +38,15 @@ def description(drives, interface="", cycle_us=1000, tail=""):
 
 
 class EoeTest(WireTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        tried = subprocess.run([*cls.prefix, "ip", "tuntap", "add", "dl-try", "mode", "tap"], capture_output=True, text=True,
+                               check=False, timeout=PATIENCE_S)
+        if tried.returncode != 0:
+            raise unittest.SkipTest(f"no TAP interfaces: {tried.stderr.strip()}")
+        subprocess.run([*cls.prefix, "ip", "link", "del", "dl-try"], check=True, timeout=PATIENCE_S)
+
     def reachable(self, address):
         return self.run_program("-c1", "-W1", "-n", address, program="ping").returncode == 0
 
@@ -177,6 +186,26 @@ class OverVeth(EoeTest):
         self.assertEqual([fragments[key] for key in ("lost", "malformed", "stray", "given_up")], [0, 0, 0, 0])
         document = self.end_run(run)
         self.assertGreater(document["lost_frames"], 0, "the fault has done nothing")
+
+    def test_lost_fragments_cost_their_frames_alone(self):
+        config = self.write("line.toml", description(1, cycle_us=2000))
+        line = self.start("simulate", "--config", config, "--iface", "dl-line", "--control", "line.socket", log="line.log")
+        self.wait_for("the simulated line", lambda: "slaves on dl-line" in self.text("line.log"), line)
+        run = self.start_run(config, "--iface", "dl-master", "--output", "out")
+        self.wait_until_reachable("192.168.38.5")
+        size = MEGABYTE // 2
+        transfer = self.echo("192.168.38.5", size)
+        damaged = 0
+        while transfer.poll() is None and damaged < 10:
+            begun = self.run_program("fault", "--control", "line.socket", "mailbox-malformed", "slave=d0", "for_ms=5")
+            self.assertEqual(begun.returncode, 0, begun.stderr)
+            fragments = self.ports()["d0"]["fragments"]
+            damaged = fragments["lost"] + fragments["malformed"]
+        self.check_echo(transfer, "192.168.38.5", size)
+        self.assertGreater(damaged, 0, "the fault has done nothing")
+        self.assertTrue(self.ports()["d0"]["link"])
+        document = self.end_run(run)
+        self.assertEqual((document["state"], document["faults"]), ("OP", []))
 
 
 if __name__ == "__main__":

@@ -50,6 +50,7 @@ class EthernetSwitch {
 
   /// With the default settings.
   EthernetSwitch() : EthernetSwitch(Settings{}) {}
+  /// No port is there yet.
   explicit EthernetSwitch(const Settings& settings) : settings_(settings) {}
 
   /// Plugs in `device`, which must outlive the switch or at least its last frame; returns the number of the port, from

@@ -34,6 +34,6 @@ struct IpNetwork {
 /// "192.168.38.5/24"
 [[nodiscard]] std::string to_text(const IpNetwork& network);
 /// "02:64:6c:a8:26:05"
-[[nodiscard]] std::string to_text(const wire::MacAddress& mac);
+[[nodiscard]] std::string mac_text(const wire::MacAddress& mac);
 
 }  // namespace driveline::runtime
