@@ -109,6 +109,9 @@ def running_tests(root):
                 if name.startswith("DISABLED_") or suite.startswith("DISABLED_") or "GTEST_SKIP" in text[head.end():end]:
                     continue
                 running.add(f"{suite}.{name}")
+    programs = root / "tests/interop/program/CMakeLists.txt"
+    if programs.is_file():
+        running.update(re.findall(r"add_test\(NAME (program\.\w+)", programs.read_text(encoding="utf-8")))
     return running
 
 

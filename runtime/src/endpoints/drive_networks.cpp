@@ -23,7 +23,7 @@ using std::chrono::milliseconds;
 
 constexpr std::string_view kProgram = "driveline-endpoint";
 /// Frames of the line cannot wake the thread, because that takes a system call in the cycle: it looks for them.
-constexpr milliseconds kBusyPause{1};
+constexpr std::chrono::microseconds kBusyPause{200};
 constexpr milliseconds kIdlePause{10};
 constexpr milliseconds kBusyFor{200};
 
@@ -86,8 +86,10 @@ class DriveNetworks::Pump {
       waiting_.clear();
       for (const auto& host : hosts_) waiting_.push_back({host->descriptor(), POLLIN, 0});
     }
-    const auto pause = Clock::now() < busy_until_ ? kBusyPause : kIdlePause;
-    static_cast<void>(::poll(waiting_.data(), waiting_.size(), static_cast<int>(pause.count())));
+    const std::chrono::nanoseconds pause =
+        Clock::now() < busy_until_ ? std::chrono::nanoseconds{kBusyPause} : kIdlePause;
+    const timespec limit{0, static_cast<long>(pause.count())};
+    static_cast<void>(::ppoll(waiting_.data(), waiting_.size(), &limit, nullptr));
   }
 
   std::mutex mutex_;  ///< of the hosts: their thread, and whoever asks for figures

@@ -67,12 +67,14 @@ void EthernetTunnel::run(const std::stop_token& stop) {
 /// Gives a slave its IP parameters when its mailboxes have been opened, and takes its link up then.
 void EthernetTunnel::look_after(Slave& slave) {
   const bool up = slave.port->up();
-  if (up && !slave.was_up) {
+  const auto openings = slave.port->openings();
+  if (up && openings != slave.openings) {
+    switch_.set_link(slave.number, false);
+    slave.openings = openings;
     slave.being_given = ecat_master::EoeService::set_ip(slave.host.parameters);
     master_.mailboxes().submit(slave.host.position, slave.being_given);
   }
-  if (!up && slave.was_up) switch_.set_link(slave.number, false);
-  slave.was_up = up;
+  if (!up) switch_.set_link(slave.number, false);
   if (!slave.being_given || !slave.being_given->done()) return;
   const auto service = std::move(slave.being_given);
   slave.being_given.reset();

@@ -52,7 +52,7 @@ class EthernetTunnel final : private ecat_master::EoeReceiver {
     EoeHost host;
     std::shared_ptr<ecat_master::EoePort> port;
     std::size_t number = 0;                                ///< of its port at the switch
-    bool was_up = false;                                   ///< its mailboxes were open at the last look
+    std::uint64_t openings = 0;                            ///< of its mailboxes that it was given its parameters after
     std::shared_ptr<ecat_master::EoeService> being_given;  ///< its IP parameters are under way
   };
 

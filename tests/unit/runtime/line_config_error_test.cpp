@@ -63,7 +63,7 @@ INSTANTIATE_TEST_SUITE_P(
         WrongFile{one_slave("[line]\ncycle_ms = 1\n"),
                   ":5: [line] cycle_ms: unknown key, expected one of: cycle_us, name"},
         WrongFile{one_slave("[lines]\n"),
-                  ":4: lines: unknown key, expected one of: axis, bus, copy, dc, fault, group, line, output, path, "
+                  ":4: lines: unknown key, expected one of: axis, bus, copy, dc, eoe, fault, gateway, group, line, output, path, "
                   "process_data, realtime, recovery, slave, "
                   "telemetry, wiring"},
         WrongFile{one_slave("[bus]\niface = \"eth1\"\n"),
@@ -76,7 +76,7 @@ INSTANTIATE_TEST_SUITE_P(
         WrongFile{
             "[[slave]]\nname = \"x\"\naddress = 5\n",
             ":3: [slave 1] address: unknown key, expected one of: alias, dc, device_id, esi, "
-            "factory_start_up_ms, firmware, forwarding_ns, hot_connect, input, lrw, model, name, names, "
+            "factory_start_up_ms, firmware, forwarding_ns, hot_connect, input, ip, lrw, model, name, names, "
             "parameter_file, pdo, plant, processing_ns, "
             "product_code, revision, sdo, serial, sii, sii_file, start_up_ms, switch, timeouts, vendor_id, watchdog"},
         WrongFile{"[[slave]]\nname = \"x\"\n[slave.plant]\nmass = 5\n",
