@@ -73,9 +73,9 @@ class ServedDrives {
 double limit_ms_per_mib(const EoeLine::Settings& settings, std::size_t acyclic_bytes) {
   constexpr double kSegment = 1448.0;
   constexpr double kFrame = 1514.0;
-  constexpr double kPiece = (kMailbox - 10) / 32 * 32;
+  constexpr std::size_t kPiece = (kMailbox - 10) / 32 * 32;
   constexpr double kDatagram = kMailbox + 12;
-  const double fragments = std::ceil(kFrame / kPiece);
+  const double fragments = std::ceil(kFrame / static_cast<double>(kPiece));
   const double cycles_of_mailbox = fragments / static_cast<double>(settings.drives);
   const double cycles_of_wire = 2.0 * fragments * kDatagram / static_cast<double>(acyclic_bytes);
   const double period_ms = std::chrono::duration<double, std::milli>(settings.period).count();

@@ -10,7 +10,8 @@
 namespace driveline::ecat_master {
 namespace {
 
-constexpr int kRetries = 4;
+/// Two more than without a cycle: tries follow one another within cycles here, and a disturbance may last for some.
+constexpr int kRetries = 6;
 constexpr auto kAnswerTimeout = std::chrono::milliseconds{100};
 /// A small part of the shortest cycle: an answer that is seen before the next cycle lets the next frame leave in it.
 constexpr auto kPollInterval = std::chrono::microseconds{20};
