@@ -98,9 +98,9 @@ std::vector<EventFacts> LineServices::offers() const {
 std::vector<EventFacts> LineServices::poll() {
   std::vector<EventFacts> all;
   if (!tunnel_) return all;
-  for (auto& refusal : tunnel_->take_refusals()) {
+  for (const auto& refusal : tunnel_->take_refusals()) {
     all.emplace_back(events::EoeAddressRefused{refusal.host.position, refusal.host.name, *refusal.host.parameters.ip,
-                                               std::move(refusal.error)});
+                                               refusal.error});
   }
   return all;
 }
