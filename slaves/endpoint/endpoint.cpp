@@ -22,7 +22,7 @@ constexpr int kBatch = 64;
 }  // namespace
 
 Outcome<void> Endpoint::run() {
-  const auto result = set_up().and_then([this] {
+  auto result = set_up().and_then([this] {
     tell(EndpointMessage::kReady);
     return pump();
   });

@@ -89,7 +89,8 @@ CoeServer::Options coe_options(const esi::DeviceDescription& device) noexcept {
 }
 
 std::unique_ptr<EoeServer> make_eoe(const esi::DeviceDescription& device, std::uint32_t serial_number) {
-  return device.mailbox.eoe ? std::make_unique<EoeServer>(factory_address(serial_number)) : nullptr;
+  if (!device.mailbox.eoe) return nullptr;
+  return std::make_unique<EoeServer>(factory_address(serial_number));
 }
 
 std::vector<MailboxProtocol*> protocols(const esi::DeviceDescription& device, CoeServer& coe, EoeServer* eoe) {

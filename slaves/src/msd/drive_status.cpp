@@ -45,8 +45,9 @@ std::string_view mode_text(std::int8_t mode) noexcept {
                                                        "cyclic synchronous position",
                                                        "cyclic synchronous velocity",
                                                        "cyclic synchronous torque"};
-  const auto number = static_cast<std::size_t>(mode);
-  return mode >= 0 && number < kModes.size() ? kModes[number] : std::string_view("of the manufacturer");
+  // Negative modes are beyond the table, too.
+  const std::size_t number = static_cast<std::uint8_t>(mode);
+  return number < kModes.size() ? kModes[number] : std::string_view("of the manufacturer");
 }
 
 void show_display(const DisplayFrame& frame, DeviceStatus& out) noexcept {

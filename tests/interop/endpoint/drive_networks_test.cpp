@@ -59,9 +59,9 @@ class DriveNetworksTest : public testing::Test {
     std::vector<std::byte> mail(512);
     std::vector<unsigned> bytes = {4 + 60, 0, 0, 0, 0, 0x02, 0x00, 0x01, 0x80, 0x10};
     for (int i = 0; i < 6; ++i) bytes.push_back(0xFF);
-    for (const unsigned byte : {2, 0, 0, 0, 0,   9,   0x08, 0x06, 0, 1, 8, 0, 6, 4, 0,   1,   2,  0,
-                                0, 0, 0, 9, 192, 168, 39,   1,    0, 0, 0, 0, 0, 0, 192, 168, 39, 5}) {
-      bytes.push_back(byte);
+    for (const int byte : {2, 0, 0, 0, 0,   9,   0x08, 0x06, 0, 1, 8, 0, 6, 4, 0,   1,   2,  0,
+                           0, 0, 0, 9, 192, 168, 39,   1,    0, 0, 0, 0, 0, 0, 192, 168, 39, 5}) {
+      bytes.push_back(static_cast<unsigned>(byte));
     }
     for (std::size_t i = 0; i < bytes.size(); ++i) mail[i] = static_cast<std::byte>(bytes[i]);
     const auto limit = std::chrono::steady_clock::now() + patience;

@@ -236,7 +236,7 @@ TEST(AcyclicChannel, HasSeveralFramesOnTheWireAndTakesTheirAnswersInAnyOrder) {
   AcyclicChannel channel;
   EXPECT_FALSE(channel.in_flight());
   EXPECT_EQ(send_due(channel, port, 4), 4U) << "no number is used for nothing";
-  for (const std::uint64_t id : {1, 2, 3}) ASSERT_TRUE(channel.submit(job(id)));
+  for (const std::uint64_t id : {1U, 2U, 3U}) ASSERT_TRUE(channel.submit(job(id)));
   EXPECT_EQ(send_due(channel, port, 4), 7U);
   ASSERT_EQ(port.sent.size(), 3U);
   EXPECT_FALSE(channel.accept(port.sent[0], {0, 4})) << "another number";
@@ -247,7 +247,7 @@ TEST(AcyclicChannel, HasSeveralFramesOnTheWireAndTakesTheirAnswersInAnyOrder) {
   EXPECT_FALSE(channel.accept(port.sent[0], {0, 5})) << "a second time";
   EXPECT_TRUE(channel.in_flight());
   AcyclicJob answer;
-  for (const std::uint64_t id : {3, 1}) {
+  for (const std::uint64_t id : {3U, 1U}) {
     ASSERT_TRUE(channel.take_answer(answer));
     EXPECT_EQ(answer.id, id);
     EXPECT_TRUE(answer.answered);

@@ -385,7 +385,7 @@ TEST(EoeReading, ALostReadOfAnEmptyMailboxBringsNothingTwice) {
 
 /// A slave that answers every EoE request with this service.
 struct ServiceBench : EthernetBench {
-  explicit ServiceBench(Bytes answer) {
+  explicit ServiceBench(const Bytes& answer) {
     line[kFirst].answers = [this, answer](const Bytes&) { line[kFirst].say(kEoe, answer); };
   }
   EoeClient client{engine, 0};
