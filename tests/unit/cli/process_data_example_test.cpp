@@ -24,7 +24,7 @@ const auto kExample = std::filesystem::path(DRIVELINE_EXAMPLES_DIR) / "process_d
 /// A line of the example's kind, in process on virtual time.
 class ProcessDataExample : public testing::Test {
  protected:
-  static constexpr std::size_t kInputs = 1, kOutputs = 2, kAnalogue = 3, kMixed = 4;
+  static constexpr std::size_t kOutputs = 2, kMixed = 4;
 
   /// The example with `more` behind its [[copy]] tables.
   void load(const std::string& more = "", const std::string& layout = "overlapped") {

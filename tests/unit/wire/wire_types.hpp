@@ -234,11 +234,13 @@ template <>
 struct Sample<EoeAddressFilter> {
   static constexpr std::string_view kName = "EoeAddressFilter";
   static std::vector<Golden<EoeAddressFilter>> golden() {
-    std::string hex = "92 00  01 02 03 04 05 06  07 08 09 0a 0b 0c ";
-    for (int i = 0; i < 14 * 6; ++i) hex += " 00";
-    hex += "  ff ff ff 00 00 00";
-    for (int i = 0; i < 3 * 6; ++i) hex += " 00";
-    static const std::string kept = hex;
+    static const std::string kHex = [] {
+      std::string hex = "92 00  01 02 03 04 05 06  07 08 09 0a 0b 0c ";
+      for (int i = 0; i < 14 * 6; ++i) hex += " 00";
+      hex += "  ff ff ff 00 00 00";
+      for (int i = 0; i < 3 * 6; ++i) hex += " 00";
+      return hex;
+    }();
     EoeAddressFilter filter;
     filter.address_count = 2;
     filter.mask_count = 1;
@@ -247,7 +249,7 @@ struct Sample<EoeAddressFilter> {
     filter.addresses[1] = mac({7, 8, 9, 10, 11, 12});
     filter.masks[0] = mac({255, 255, 255, 0, 0, 0});
     return {
-        {"written by hand; Wireshark shows these addresses as Filter 0 and 1 and this one as Mask 0", kept, filter}};
+        {"written by hand; Wireshark shows these addresses as Filter 0 and 1 and this one as Mask 0", kHex, filter}};
   }
   static EoeAddressFilter random(std::mt19937& random) {
     EoeAddressFilter filter;
