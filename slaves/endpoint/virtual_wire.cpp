@@ -75,8 +75,8 @@ Outcome<void> take_up(int control, const char* name, int more_flags) {
 
 /// What the stack leaves to its network card, nobody would do here: check sums would be missing, and frames too long.
 Outcome<void> switch_offloads_off(int control) {
-  for (const std::uint32_t command : {ETHTOOL_STXCSUM, ETHTOOL_STSO, ETHTOOL_SGSO, ETHTOOL_SGRO}) {
-    ethtool_value value{command, 0};
+  for (const int command : {ETHTOOL_STXCSUM, ETHTOOL_STSO, ETHTOOL_SGSO, ETHTOOL_SGRO}) {
+    ethtool_value value{static_cast<std::uint32_t>(command), 0};
     auto request = request_for(kStackEnd);
     // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): the kernel takes whatever structure as a char*
     request.ifr_data = reinterpret_cast<char*>(&value);
