@@ -33,14 +33,16 @@ std::uint64_t dropped(const runtime::EoePortReport& port) {
 }  // namespace
 
 std::string to_text(const runtime::EoeReport& report) {
-  auto text = fmt::format("{:<16}{:<6}{:<17}{:>10}{:>10}{:>12}{:>12}{:>9}\n", "port", "link", "address", "frames in",
-                          "out", "bytes in", "out", "dropped");
+  std::size_t widest = 6;
+  for (const auto& port : report.ports) widest = std::max(widest, port.figures.name.size());
+  auto text = fmt::format("{:<{}}  {:<6}{:<17}{:>10}{:>10}{:>12}{:>12}{:>9}\n", "port", widest, "link", "address",
+                          "frames in", "out", "bytes in", "out", "dropped");
   for (const auto& port : report.ports) {
     const auto& figures = port.figures;
-    text += fmt::format("{:<16}{:<6}{:<17}{:>10}{:>10}{:>12}{:>12}{:>9}\n", figures.name, figures.link ? "up" : "down",
-                        runtime::to_text(port.ip), figures.received, figures.sent, figures.bytes_in, figures.bytes_out,
-                        dropped(port));
-    for (const auto& mac : figures.addresses) text += fmt::format("{:<22}{}\n", "", runtime::mac_text(mac));
+    text += fmt::format("{:<{}}  {:<6}{:<17}{:>10}{:>10}{:>12}{:>12}{:>9}\n", figures.name, widest,
+                        figures.link ? "up" : "down", runtime::to_text(port.ip), figures.received, figures.sent,
+                        figures.bytes_in, figures.bytes_out, dropped(port));
+    for (const auto& mac : figures.addresses) text += fmt::format("{:<{}}{}\n", "", widest + 8, runtime::mac_text(mac));
   }
   return text;
 }
@@ -73,20 +75,17 @@ nlohmann::json to_json(const runtime::EoeReport& report) {
 }
 
 std::string to_text(std::span<const EoeAddressView> slaves) {
-  auto text =
-      fmt::format("{:<4}{:<16}{:<17}{:<17}{:<17}{:<19}{}\n", "", "slave", "address", "mask", "gateway", "MAC", "name");
+  auto text = fmt::format("{:<4}{:<17}{:<17}{:<17}{:<19}{:<16}{}\n", "", "address", "mask", "gateway", "MAC",
+                          "DNS name", "slave");
   for (const auto& slave : slaves) {
-    text += fmt::format("{:<4}{:<16}", slave.position, slave.name);
-    if (!slave.eoe) {
-      text += "no EoE\n";
-    } else if (!slave.trouble.empty()) {
-      text += slave.trouble + "\n";
-    } else {
-      const auto& has = slave.parameters;
-      text += fmt::format("{:<17}{:<17}{:<17}{:<19}{}\n", text_or_dash(has.ip), text_or_dash(has.subnet_mask),
-                          text_or_dash(has.gateway), has.mac ? runtime::mac_text(*has.mac) : "-",
-                          has.dns_name ? name_text(*has.dns_name) : "-");
-    }
+    const auto& has = slave.parameters;
+    const auto mac = has.mac ? runtime::mac_text(*has.mac) : "-";
+    const auto name = has.dns_name ? name_text(*has.dns_name) : "-";
+    text += fmt::format("{:<4}{:<17}{:<17}{:<17}{:<19}{:<16}{}{}\n", slave.position, text_or_dash(has.ip),
+                        text_or_dash(has.subnet_mask), text_or_dash(has.gateway), mac, name, slave.name,
+                        !slave.eoe              ? ", which has no EoE"
+                        : slave.trouble.empty() ? ""
+                                                : ": " + slave.trouble);
   }
   return text;
 }
