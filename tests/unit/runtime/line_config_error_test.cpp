@@ -63,7 +63,8 @@ INSTANTIATE_TEST_SUITE_P(
         WrongFile{one_slave("[line]\ncycle_ms = 1\n"),
                   ":5: [line] cycle_ms: unknown key, expected one of: cycle_us, name"},
         WrongFile{one_slave("[lines]\n"),
-                  ":4: lines: unknown key, expected one of: axis, bus, copy, dc, eoe, fault, gateway, group, line, output, path, "
+                  ":4: lines: unknown key, expected one of: axis, bus, copy, dc, eoe, fault, gateway, group, line, "
+                  "output, path, "
                   "process_data, realtime, recovery, slave, "
                   "telemetry, wiring"},
         WrongFile{one_slave("[bus]\niface = \"eth1\"\n"),
