@@ -53,11 +53,16 @@ bool is_reason(const Fault& fault, const ecat_master::Error& error) {
       return error.is<facts::StateTimeout>();
     case FaultKind::kMailboxSilent:
     case FaultKind::kMailboxBusy:
+    case FaultKind::kMailboxLate:
       return error.is<facts::MailboxTimeout>();
+    case FaultKind::kMailboxMalformed:
+    case FaultKind::kMailboxOversized:
+      return error.is<facts::MailboxMalformed>() || error.is<facts::MailboxTimeout>();
     case FaultKind::kEepromBusy:
       return error.is<facts::SiiBusy>();
     case FaultKind::kEepromChecksum:
-      return error.is<facts::SiiChecksum>();
+      // Switched on with it, the slave has no application until it is loaded again, though the content may be whole.
+      return error.is<facts::SiiChecksum>() || error.is<facts::StateTimeout>();
     default:
       return false;
   }
