@@ -12,6 +12,10 @@
 #include "driveline/runtime/endpoints/drive_networks.hpp"
 #include "driveline/runtime/served/line_server.hpp"
 #include "driveline/runtime/setup/composition.hpp"
+#include "driveline/slaves/msd/device_layout.hpp"
+#include "driveline/wire/datagram.hpp"
+#include "driveline/wire/eoe_frames.hpp"
+#include "driveline/wire/mailbox.hpp"
 #include "support/eoe_line.hpp"
 #include "support/realtime.hpp"
 #include "support/report.hpp"
@@ -28,8 +32,8 @@ using std::chrono::nanoseconds;
 
 constexpr double kInProcessAim = 0.8;  ///< of the arithmetic limit, one drive
 constexpr double kVethAim = 0.5;
-constexpr double kCostAim = 1.05;      ///< p99.9 of the cycle cost with load over that without
-constexpr std::size_t kMailbox = 512;  ///< of the MSD, either way
+constexpr double kCostAim = 1.05;                            ///< p99.9 of the cycle cost with load over that without
+constexpr std::size_t kMailbox = slaves::msd::kMailboxSize;  ///< either way
 constexpr int kPairs = 20;
 
 /// The drives at the far end of a cable.
@@ -73,8 +77,8 @@ class ServedDrives {
 double limit_ms_per_mib(const EoeLine::Settings& settings, std::size_t acyclic_bytes) {
   constexpr double kSegment = 1448.0;
   constexpr double kFrame = 1514.0;
-  constexpr std::size_t kPiece = (kMailbox - 10) / 32 * 32;
-  constexpr double kDatagram = kMailbox + 12;
+  constexpr auto kPiece = wire::EoeFragmenter::fragment_size(kMailbox - wire::MailboxHeader::kSize);
+  constexpr double kDatagram = kMailbox + wire::DatagramHeader::kOverhead;
   const double fragments = std::ceil(kFrame / static_cast<double>(kPiece));
   const double cycles_of_mailbox = fragments / static_cast<double>(settings.drives);
   const double cycles_of_wire = 2.0 * fragments * kDatagram / static_cast<double>(acyclic_bytes);

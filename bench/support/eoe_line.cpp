@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <stdexcept>
 #include <utility>
 
@@ -26,7 +27,7 @@ runtime::LineConfig EoeLine::describe(const Settings& settings) {
   config.realtime.policy = rt::RealtimePolicy::kDegrade;
   config.realtime.cpu = last_cpu();
   config.telemetry.enabled = false;
-  config.output.directory = "/tmp/driveline-bench-eoe";
+  config.output.directory = std::filesystem::temp_directory_path() / "driveline-bench-eoe";
   config.output.plots = false;
   auto& eoe = config.eoe.emplace();
   eoe.interface = "dl-bench";
@@ -76,6 +77,8 @@ EoeLine::EoeLine(const Settings& settings) {
 EoeLine::~EoeLine() {
   stop_.store(true);
   thread_.join();
+  std::error_code ignored;  // others may have something in it
+  std::filesystem::remove(line_->config().output.directory, ignored);
 }
 
 void EoeLine::event(const runtime::Event& event) {

@@ -67,7 +67,7 @@ std::vector<std::string> route_commands(const EoeConfig& config) {
   if (!config.service_address) return {};
   const auto network = IpNetwork{config.address.base(), config.address.prefix};
   const auto via = to_text(config.service_address->address);
-  return {fmt::format("this machine:            sysctl -w net.ipv4.ip_forward=1"),
+  return {"this machine:            sysctl -w net.ipv4.ip_forward=1",
           fmt::format("service PC with Linux:   ip route add {} via {}", to_text(network), via),
           fmt::format("service PC with Windows: route add {} mask {} {}", to_text(network.address),
                       to_text(network.mask()), via)};

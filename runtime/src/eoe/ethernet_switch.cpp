@@ -8,7 +8,6 @@ namespace {
 using std::chrono::nanoseconds;
 using wire::MacAddress;
 
-constexpr std::size_t kHeader = 14;
 constexpr std::size_t kVlanTag = 4;
 constexpr std::uint16_t kVlanType = 0x8100;
 /// How often old addresses are looked for.
@@ -49,9 +48,9 @@ void EthernetSwitch::set_link(std::size_t port, bool up) {
 }
 
 bool EthernetSwitch::acceptable(std::span<const std::byte> frame) const noexcept {
-  if (frame.size() < kHeader) return false;
-  const bool tagged = wire::load_be16(frame.subspan(2 * 6, 2)) == kVlanType;
-  if (frame.size() > kHeader + settings_.mtu + (tagged ? kVlanTag : 0)) return false;
+  if (frame.size() < wire::EthernetHeader::kSize) return false;
+  const bool tagged = wire::load_be16(frame.subspan(2 * sizeof(MacAddress), 2)) == kVlanType;
+  if (frame.size() > wire::EthernetHeader::kSize + settings_.mtu + (tagged ? kVlanTag : 0)) return false;
   return !is_group(mac_at(frame, 6)) && !is_link_local(mac_at(frame, 0));
 }
 

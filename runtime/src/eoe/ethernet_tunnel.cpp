@@ -34,15 +34,28 @@ EthernetTunnel::EthernetTunnel(ecat_master::Master& master, std::unique_ptr<TapD
     slave->number = switch_.connect(slave->host.name, *slave);
     slaves_.push_back(std::move(slave));
   }
+}
+
+Result<std::unique_ptr<EthernetTunnel>> EthernetTunnel::start(ecat_master::Master& master,
+                                                              std::unique_ptr<TapDevice> tap, const IpNetwork& network,
+                                                              std::vector<EoeHost> hosts) {
+  std::unique_ptr<EthernetTunnel> tunnel(new EthernetTunnel(master, std::move(tap), network, std::move(hosts)));
   // Frames may come as soon as a port is open: by then all ports of the switch are there.
-  for (auto& slave : slaves_) slave->port = master_.eoe().open(slave->host.position, *this);
-  thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
+  for (auto& slave : tunnel->slaves_) {
+    auto port = master.open_eoe(slave->host.position, *tunnel);
+    if (!port) return fail_line(port.error());
+    slave->port = std::move(*port);
+  }
+  tunnel->thread_ = std::jthread([self = tunnel.get()](const std::stop_token& stop) { self->run(stop); });
+  return tunnel;
 }
 
 EthernetTunnel::~EthernetTunnel() {
   thread_.request_stop();
   if (thread_.joinable()) thread_.join();
-  for (const auto& slave : slaves_) master_.eoe().close(slave->host.position);
+  for (const auto& slave : slaves_) {
+    if (slave->port) master_.eoe().close(slave->host.position);
+  }
 }
 
 void EthernetTunnel::receive(std::uint16_t position, std::span<const std::byte> frame) {
@@ -100,7 +113,10 @@ void EthernetTunnel::rest() {
   const bool idle = now().count() - last_frame_.load(std::memory_order_relaxed) > kTrafficEnds.count();
   const timespec pause{0, static_cast<long>((idle ? kIdlePause : kBusyPause).count())};
   pollfd tap{tap_->descriptor(), POLLIN, 0};
-  ::ppoll(&tap, 1, &pause, nullptr);
+  if (::ppoll(&tap, 1, &pause, nullptr) <= 0 || (tap.revents & POLLERR) == 0) return;
+  // Somebody has deleted the interface: from now on its descriptor would end every wait at once.
+  switch_.set_link(kTapPort, false);
+  ::ppoll(nullptr, 0, &pause, nullptr);
 }
 
 std::vector<EthernetTunnel::Refusal> EthernetTunnel::take_refusals() {

@@ -32,9 +32,11 @@ class EthernetTunnel final : private ecat_master::EoeReceiver {
     ecat_master::Error error;  ///< why
   };
 
-  /// Starts the thread. `master` must outlive the tunnel.
-  EthernetTunnel(ecat_master::Master& master, std::unique_ptr<TapDevice> tap, const IpNetwork& network,
-                 std::vector<EoeHost> hosts);
+  /// Opens the ports and starts the thread. `master` must outlive the tunnel. Error (kLine): a slave knows no EoE.
+  [[nodiscard]] static Result<std::unique_ptr<EthernetTunnel>> start(ecat_master::Master& master,
+                                                                     std::unique_ptr<TapDevice> tap,
+                                                                     const IpNetwork& network,
+                                                                     std::vector<EoeHost> hosts);
   EthernetTunnel(const EthernetTunnel&) = delete;
   EthernetTunnel& operator=(const EthernetTunnel&) = delete;
   /// Ends the thread and closes the ports.
@@ -56,6 +58,8 @@ class EthernetTunnel final : private ecat_master::EoeReceiver {
     std::shared_ptr<ecat_master::EoeService> being_given;  ///< its IP parameters are under way
   };
 
+  EthernetTunnel(ecat_master::Master& master, std::unique_ptr<TapDevice> tap, const IpNetwork& network,
+                 std::vector<EoeHost> hosts);
   void receive(std::uint16_t position, std::span<const std::byte> frame) override;
   void run(const std::stop_token& stop);
   void look_after(Slave& slave);

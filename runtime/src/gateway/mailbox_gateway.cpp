@@ -25,8 +25,9 @@ constexpr auto kIdle = std::chrono::milliseconds{100};
 constexpr auto kPatience = std::chrono::milliseconds{500};
 constexpr std::size_t kMostClients = 64;
 constexpr std::size_t kMostTcpClients = 16;
-/// Requests of one client that may be under way at a time.
+/// Requests of one client, and of all, that may be under way at a time. Behind UDP a new client costs nothing.
 constexpr std::size_t kMostUnderWay = 4;
+constexpr std::size_t kMostRequests = 64;
 
 }  // namespace
 
@@ -176,7 +177,7 @@ class MailboxGateway::Service {
     }
     const auto under_way = std::count_if(requests_.begin(), requests_.end(),
                                          [&](const auto& request) { return request.client == client; });
-    if (static_cast<std::size_t>(under_way) >= kMostUnderWay) {
+    if (static_cast<std::size_t>(under_way) >= kMostUnderWay || requests_.size() >= kMostRequests) {
       refuse(client, header, MailboxErrorCode::kServiceInWork);
       return;
     }

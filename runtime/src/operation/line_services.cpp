@@ -1,7 +1,5 @@
 #include "operation/line_services.hpp"
 
-#include <fmt/format.h>
-
 namespace driveline::runtime {
 namespace {
 
@@ -55,13 +53,11 @@ Result<void> LineServices::start_eoe(ecat_master::Master& master) {
     const auto& slave = config_.slaves[i];
     const auto position = master.position_of(i);
     if (!slave.ip || !position) continue;
-    if (!master.supports_eoe(*position)) {
-      return fail(ErrorKind::kSetting, "has an ip, but its EEPROM and description know no EoE",
-                  fmt::format("slave {} ({})", *position, slave.name));
-    }
     hosts.push_back({static_cast<std::uint16_t>(*position), slave.name, parameters_of(*config_.eoe, *slave.ip)});
   }
-  tunnel_ = std::make_unique<EthernetTunnel>(master, std::move(tap_), config_.eoe->address, std::move(hosts));
+  auto started = EthernetTunnel::start(master, std::move(tap_), config_.eoe->address, std::move(hosts));
+  if (!started) return tl::unexpected(started.error());
+  tunnel_ = std::move(*started);
   return {};
 }
 

@@ -26,7 +26,7 @@ class LineServices {
   /// there is no EoE and no gateway on virtual time (kSetting), those of the interface and of DriveNetworks.
   [[nodiscard]] Result<void> prepare(Session& session);
   /// With all slaves in OP: starts what is described. Errors: a slave that is to have an address knows no EoE
-  /// (kSetting), the gateway's address cannot be had (kMachine).
+  /// (kLine), the gateway's address cannot be had (kMachine).
   [[nodiscard]] Result<void> start(ecat_master::Master& master);
   /// What is on offer since start().
   [[nodiscard]] std::vector<EventFacts> offers() const;

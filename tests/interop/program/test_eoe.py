@@ -6,7 +6,7 @@ import subprocess
 import sys
 import unittest
 
-from program import EXAMPLES, PATIENCE_S, SANITIZED, WireTest
+from program import DRIVELINE, EXAMPLES, PATIENCE_S, SANITIZED, WireTest
 
 MEGABYTE = 1 << 20
 # Sends so many bytes to the TCP echo of a drive, each byte known, and compares what comes back.
@@ -26,6 +26,24 @@ while count < size:
     parts.update(part)
     count += len(part)
 print(count, parts.hexdigest() == hashlib.sha256(content).hexdigest())
+"""
+
+# Makes a TAP interface with an address, and becomes the program with its descriptor as number 9.
+HAND_OVER = """
+import fcntl, os, struct, subprocess, sys
+tap = os.open("/dev/net/tun", os.O_RDWR)
+fcntl.ioctl(tap, 0x400454CA, struct.pack("16sH14x", b"dl-eoe", 0x1002))  # TUNSETIFF, IFF_TAP | IFF_NO_PI
+subprocess.run("ip address add 192.168.38.1/24 dev dl-eoe && ip link set dl-eoe up", shell=True, check=True)
+os.dup2(tap, 9, inheritable=True)
+os.execv(sys.argv[1], sys.argv[1:])
+"""
+# An SDO upload of 1018h:01 of the first slave, by hand: EtherCAT header of type 5, mailbox header, CoE, SDO.
+ASK_GATEWAY = """
+import socket
+tool = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+tool.settimeout(30)
+tool.sendto(bytes.fromhex("1050 0a00 0110 00 33 0020 40 1810 01 00000000"), ("127.0.0.1", 34980))
+print(tool.recv(2000)[14:18].hex())
 """
 
 
@@ -112,6 +130,47 @@ class InProcess(EoeTest):
             self.check_echo(transfer, address, MEGABYTE // 4)
         self.end_run(run)
 
+    def test_an_interface_that_was_made_before_is_used(self):
+        for command in ("ip tuntap add dl-eoe mode tap", "ip address add 192.168.38.1/24 dev dl-eoe", "ip link set dl-eoe up"):
+            subprocess.run([*self.prefix, *command.split()], check=True, timeout=PATIENCE_S)
+        self.addCleanup(subprocess.run, [*self.prefix, "ip", "link", "del", "dl-eoe"], check=True, timeout=PATIENCE_S)
+        run = self.start_run(self.write("line.toml", description(1)))
+        self.wait_until_reachable("192.168.38.5")
+        self.end_run(run)
+
+    def test_an_interface_that_is_handed_over_is_used(self):
+        """A program that may open /dev/net/tun hands the descriptor to one that need not."""
+        text = description(1).replace('interface = "dl-eoe"', 'interface = "fd:9"')
+        run = self.start("-c", HAND_OVER, DRIVELINE, "run", "--config", self.write("line.toml", text), "--no-plots", "--json",
+                         program=sys.executable, log="run.log")
+        self.wait_for("EoE", lambda: "EoE: dl-eoe is 192.168.38.1/24 here" in self.text("run.log"), run)
+        self.wait_until_reachable("192.168.38.5")
+        self.end_run(run)
+
+    def test_what_is_handed_over_must_be_a_tap(self):
+        text = description(1).replace('interface = "dl-eoe"', 'interface = "fd:0"')
+        result = self.run_program("run", "--config", self.write("line.toml", text))
+        self.check_refused(result, 1, "TAP interface fd:0", "that of something else")
+
+    def test_a_deleted_interface_takes_its_link_down_and_nothing_else(self):
+        run = self.start_run(self.write("line.toml", description(1)))
+        self.wait_until_reachable("192.168.38.5")
+        subprocess.run([*self.prefix, "ip", "link", "del", "dl-eoe"], check=True, timeout=PATIENCE_S)
+        self.wait_for("the link is down", lambda: not self.ports()["dl-eoe"]["link"])
+        self.assertEqual(self.end_run(run)["state"], "OP")
+
+    def test_the_gateway_of_a_running_line(self):
+        text = description(1).replace("[telemetry]", "[gateway]\n[telemetry]")
+        self.write("line.toml", text)
+        run = self.start_run("line.toml")
+        self.wait_for("gateway", lambda: "mailbox gateway at 127.0.0.1:34980" in self.text("run.log"), run)
+        subprocess.run([*self.prefix, "ip", "link", "set", "lo", "up"], check=True, timeout=PATIENCE_S)
+        asked = self.run_program("-c", ASK_GATEWAY, program=sys.executable)
+        self.assertEqual(asked.returncode, 0, asked.stderr)
+        self.assertEqual(asked.stdout.strip(), "28000000", "the vendor, little endian")
+        client, = self.end_run(run)["gateway"]
+        self.assertEqual((client["requests"], client["answers"], client["refused"]), (1, 1, 0))
+
     def test_virtual_time_is_refused(self):
         result = self.run_program("run", "--config", self.write("line.toml", description(1)), "--virtual")
         self.check_refused(result, 2, "[eoe]", "virtual time")
@@ -170,6 +229,18 @@ class OverVeth(EoeTest):
         self.check_echo(self.echo("192.168.38.5", size), "192.168.38.5", size)
         self.end_run(run)
         self.end_line(line)
+
+    def test_a_drive_that_was_switched_off_gets_its_address_again(self):
+        config = self.write("line.toml", description(1, cycle_us=2000, tail='[recovery]\naxes = "continue"\n'))
+        line = self.start("simulate", "--config", config, "--iface", "dl-line", "--control", "line.socket", log="line.log")
+        self.wait_for("the simulated line", lambda: "slaves on dl-line" in self.text("line.log"), line)
+        run = self.start_run(config, "--iface", "dl-master", "--output", "out")
+        self.wait_until_reachable("192.168.38.5")
+        begun = self.run_program("fault", "--control", "line.socket", "power-off", "slave=d0", "for_ms=300")
+        self.assertEqual(begun.returncode, 0, begun.stderr)
+        self.wait_for("the drive is back", lambda: "back in OP" in self.text("run.log"), run)
+        self.wait_until_reachable("192.168.38.5")
+        self.end_run(run)
 
     def test_lost_ethercat_frames_lose_no_fragment(self):
         config = self.write("line.toml", description(1, cycle_us=2000))

@@ -212,6 +212,21 @@ TEST_F(Gateway, GarbageIsCountedAndHarmsNobody) {
   EXPECT_EQ(malformed, 6U);
 }
 
+/// Each datagram comes from a client of its own; the slave is silent, so that all requests stay under way.
+TEST_F(Gateway, ManyClientsGetNoMoreThanTheLimitOfAll) {
+  open();
+  ASSERT_TRUE(session_->simulated_line()->inject({.kind = slaves::FaultKind::kMailboxSilent, .slave = 0}));
+  std::vector<std::unique_ptr<Tool>> tools;
+  for (int i = 0; i < 80; ++i) {
+    tools.push_back(std::make_unique<Tool>(SOCK_DGRAM, gateway_->port()));
+    tools.back()->send(mail(kStation, kCoe, kUploadVendor));
+  }
+  // Those above the limit are refused at once; the last one is among them.
+  const auto answer = tools.back()->receive();
+  ASSERT_THAT(answer, SizeIs(12));
+  EXPECT_EQ(answer[10], 9);
+}
+
 TEST_F(Gateway, OwnTransfersGoOnBesideIt) {
   open();
   const Tool tool(SOCK_DGRAM, gateway_->port());
