@@ -32,8 +32,8 @@ constexpr unsigned kAdpShift = 16;
 
 }  // namespace
 
-CyclicCore::CyclicCore(port::Port& port, rt::Clock& clock, ProcessImage image, Motion* motion, SampleRings rings,
-                       Settings settings)
+CyclicCore::CyclicCore(port::Port& port, rt::Clock& clock, ProcessImage image, MotionControl* motion,
+                       SampleRings rings, Settings settings)
     : port_(port),
       clock_(clock),
       image_(std::move(image)),
@@ -487,7 +487,7 @@ void CyclicCore::record(const snapshot::LineSample& line) noexcept {
   std::span<const Axis> axes;
   if (motion_ != nullptr) {
     axes = motion_->axes();
-    const bool failed = motion_->failure().cause != MotionFailure::Cause::kNone;
+    const bool failed = motion_->failed();
     if (failed && !failure_recorded_) settings_.recorder->trigger();
     failure_recorded_ = failed;
   }

@@ -16,9 +16,6 @@ std::vector<trajectory::AxisLimits> limits_of(const std::vector<Axis>& axes) {
   return limits;
 }
 
-/// Number of missing setpoint periods that drives bridge at their last velocity.
-constexpr std::uint32_t kBridgedPeriods = 8;
-
 /// Phases in which the axes follow the source.
 bool led(MotionPhase phase) noexcept {
   return phase == MotionPhase::kFollowing || phase == MotionPhase::kWaiting;
@@ -32,13 +29,6 @@ bool has_power(MotionPhase phase) noexcept {
 
 /// Tolerance of a step for rounding and for the return onto a path.
 constexpr double kStepMargin = 1.05;
-
-/// In CSV and CST a drive without new setpoints does not slow down.
-trajectory::Coast coast_of(const AxisConfig& config) {
-  constexpr auto kForGood = std::numeric_limits<std::uint32_t>::max();
-  if (config.mode != cia402::Mode::kCyclicPosition) return {kForGood, 0.0};
-  return {kBridgedPeriods, config.limits.max_acceleration};
-}
 
 }  // namespace
 
@@ -108,7 +98,7 @@ Motion::Motion(std::vector<Axis> axes, Settings settings)
     if (!axis.complete()) throw std::invalid_argument("motion: the process data of an axis lack what its mode needs");
   }
   for (std::size_t i = 0; i < axes_.size(); ++i) {
-    supplies_[i].coast = coast_of(axes_[i].config());
+    supplies_[i].given = {axes_[i].config(), seconds(1)};
     most_[i] = kStepMargin * axes_[i].config().limits.max_velocity;
   }
 }
@@ -144,7 +134,7 @@ void Motion::read_inputs(std::span<const std::byte> image, std::span<const bool>
     // Single bad cycles are bridged with the inputs of the last good one.
     if (ok || bad_cycles_[i] >= settings_.bad_cycle_limit) axes_[i].read_inputs(image, ok, now);
     if (ok && !operational[axes_[i].config().slave]) axes_[i].set_unavailable();
-    supplies_[i].reached = ok && operational[axes_[i].config().slave];
+    supplies_[i].given.set_reached(ok && operational[axes_[i].config().slave]);
   }
 }
 

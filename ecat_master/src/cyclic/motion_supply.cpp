@@ -1,5 +1,4 @@
 // Setpoints when not all of them reach the drives.
-#include <algorithm>
 #include <cmath>
 
 #include "driveline/ecat_master/cyclic/motion.hpp"
@@ -8,26 +7,13 @@ namespace driveline::ecat_master {
 
 /// Records the setpoints sent in this cycle and the resulting state of the drives.
 void Motion::note_supplies() noexcept {
-  const double period_s = seconds(1);
-  for (std::size_t i = 0; i < axes_.size(); ++i) {
-    auto& supply = supplies_[i];
-    supply.sent_velocity = (setpoints_[i].position - supply.sent) / period_s;
-    supply.sent = setpoints_[i].position;
-    if (supply.reached) {
-      supply.coast.give(supply.sent, supply.sent_velocity);
-    } else {
-      supply.coast.step(period_s);
-    }
-  }
+  for (std::size_t i = 0; i < axes_.size(); ++i) supplies_[i].given.note(setpoints_[i]);
 }
 
 /// The axis is at rest at its setpoint.
 void Motion::supply_from_rest(std::size_t axis) noexcept {
-  auto& supply = supplies_[axis];
-  supply.sent = setpoints_[axis].position;
-  supply.sent_velocity = 0.0;
-  supply.coast.give(supply.sent, 0.0);
-  supply.beside_path = false;
+  supplies_[axis].given.rest_at(setpoints_[axis].position);
+  supplies_[axis].beside_path = false;
 }
 
 /// All go along the path together: it stands still when one of them has not been given its setpoint, except those whose
@@ -36,13 +22,12 @@ bool Motion::path_must_wait_for_setpoints() const noexcept {
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     const auto presence = absences_[i].presence;
     const bool takes_part = presence == AxisPresence::kPresent || presence == AxisPresence::kReturning;
-    if (takes_part && !supplies_[i].reached && axes_[i].config().on_loss != LossPolicy::kContinue) return true;
+    if (takes_part && !supplies_[i].given.reached() && axes_[i].config().on_loss != LossPolicy::kContinue) return true;
   }
   return false;
 }
 
-/// A setpoint that continues from the position that the drive has reached without one. If only the answer was lost, the
-/// drive has followed the setpoint that was sent: the step from that one is within the limits, too.
+/// Continues from the position that the drive has reached without its setpoint.
 void Motion::bridge(std::size_t axis) noexcept {
   auto& supply = supplies_[axis];
   const auto presence = absences_[axis].presence;
@@ -50,11 +35,7 @@ void Motion::bridge(std::size_t axis) noexcept {
     setpoints_[axis] = {place_of(axis), 0.0, 0.0};
     return;
   }
-  const double period_s = seconds(1);
-  const double most = axes_[axis].config().limits.max_acceleration * period_s * period_s;
-  const double straight = supply.sent + supply.sent_velocity * period_s;
-  const double position = std::clamp(supply.coast.next(period_s).position, straight - most, straight + most);
-  setpoints_[axis] = {position, (position - supply.sent) / period_s, 0.0};
+  setpoints_[axis] = supply.given.bridge();
   supply.beside_path = true;
   supply.way_back.reset();
 }
@@ -62,7 +43,9 @@ void Motion::bridge(std::size_t axis) noexcept {
 trajectory::AxisSetpoint Motion::aim_present(std::size_t axis) noexcept {
   auto& supply = supplies_[axis];
   if (!supply.beside_path) return targets_[axis];
-  if (!supply.way_back) supply.way_back.emplace(supply.sent, supply.sent_velocity, axes_[axis].config().limits);
+  if (!supply.way_back) {
+    supply.way_back.emplace(supply.given.sent(), supply.given.sent_velocity(), axes_[axis].config().limits);
+  }
   const auto setpoint = supply.way_back->step(targets_[axis], seconds(1));
   if (supply.way_back->joined()) supply.beside_path = false;
   return setpoint;
@@ -73,12 +56,13 @@ void Motion::aim() noexcept {
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     auto& absence = absences_[i];
     auto& supply = supplies_[i];
-    if (!supply.reached) {
+    if (!supply.given.reached()) {
       bridge(i);
     } else if (absence.presence == AxisPresence::kPresent) {
       setpoints_[i] = aim_present(i);
     } else if (absence.presence == AxisPresence::kReturning) {
-      if (supply.beside_path) absence.rejoin = {supply.sent, supply.sent_velocity, axes_[i].config().limits};
+      if (supply.beside_path)
+        absence.rejoin = {supply.given.sent(), supply.given.sent_velocity(), axes_[i].config().limits};
       supply.beside_path = false;
       setpoints_[i] = absence.rejoin.step(targets_[i], seconds(1));
       if (absence.rejoin.joined()) set_presence(i, AxisPresence::kPresent, phase_start_);
@@ -108,10 +92,7 @@ AbsenceEffect Motion::resume(std::int64_t cycle, std::int64_t missed, std::span<
       give_up(i, cycle);
       continue;
     }
-    auto& supply = supplies_[i];
-    for (std::int64_t period = 0; period < missed; ++period) supply.coast.step(seconds(1));
-    supply.sent = supply.coast.position();
-    supply.sent_velocity = supply.coast.velocity();
+    supplies_[i].given.skip(missed);
     bridge(i);
   }
   for (std::size_t i = 0; i < axes_.size(); ++i) {

@@ -193,7 +193,7 @@ Result<void> Master::await_clocks() {
   }
 }
 
-tl::expected<void, rt::RealtimeError> Master::start_cycle(Motion* motion, SampleRings rings,
+tl::expected<void, rt::RealtimeError> Master::start_cycle(MotionControl* motion, SampleRings rings,
                                                           CyclicCore::Settings settings,
                                                           const MakeRunner& make_runner) {
   settings.slaves = static_cast<std::uint16_t>(reachable().size());

@@ -97,7 +97,7 @@ class Master {
   using MakeRunner = std::function<std::unique_ptr<CycleRunner>(CyclicCore& core)>;
 
   /// Starts the cyclic exchange in SAFEOP. `motion` may be null. Error: that of CycleRunner::start().
-  [[nodiscard]] tl::expected<void, rt::RealtimeError> start_cycle(Motion* motion, SampleRings rings,
+  [[nodiscard]] tl::expected<void, rt::RealtimeError> start_cycle(MotionControl* motion, SampleRings rings,
                                                                   CyclicCore::Settings settings,
                                                                   const MakeRunner& make_runner);
   /// SAFEOP to OP while the cycle runs and provides valid outputs. Errors: NoExchange when within 100 cycles (and 100

@@ -10,7 +10,7 @@
 #include "driveline/ecat_master/cyclic/cyclic_event.hpp"
 #include "driveline/ecat_master/cyclic/cyclic_frame.hpp"
 #include "driveline/ecat_master/cyclic/flight_recorder.hpp"
-#include "driveline/ecat_master/cyclic/motion.hpp"
+#include "driveline/ecat_master/cyclic/motion_control.hpp"
 #include "driveline/ecat_master/dc/clock_follower.hpp"
 #include "driveline/ecat_master/process_data/process_copy.hpp"
 #include "driveline/port/counter.hpp"
@@ -85,8 +85,8 @@ class CyclicCore {
   static constexpr std::size_t kAbsenceRing = 256;
 
   /// `motion` may be null: process data are exchanged as the image holds them.
-  CyclicCore(port::Port& port, rt::Clock& clock, ProcessImage image, Motion* motion, SampleRings rings,
-             Settings settings);
+  CyclicCore(port::Port& port, rt::Clock& clock, ProcessImage image, MotionControl* motion,
+             SampleRings rings, Settings settings);
 
   /// One cycle. \rtsafe
   void cycle(const rt::CycleStart& start) noexcept;
@@ -212,7 +212,7 @@ class CyclicCore {
   port::Port& port_;
   rt::Clock& clock_;
   ProcessImage image_;
-  Motion* motion_;
+  MotionControl* motion_;
   SampleRings rings_;
   Settings settings_;
   std::vector<CyclicFrame> frames_;

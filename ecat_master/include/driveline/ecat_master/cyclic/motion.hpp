@@ -9,9 +9,10 @@
 
 #include "driveline/ecat_master/axis/axis.hpp"
 #include "driveline/ecat_master/cyclic/master_absence.hpp"
+#include "driveline/ecat_master/cyclic/motion_control.hpp"
 #include "driveline/ecat_master/cyclic/position_watch.hpp"
 #include "driveline/ecat_master/cyclic/setpoint_source.hpp"
-#include "driveline/trajectory/coast.hpp"
+#include "driveline/ecat_master/cyclic/setpoint_supply.hpp"
 #include "driveline/trajectory/interpolator.hpp"
 #include "driveline/trajectory/rejoin.hpp"
 #include "driveline/trajectory/start_ramp.hpp"
@@ -86,7 +87,7 @@ enum class SourceRefusal : std::uint8_t {
 /// takes them back onto the path within their limits. The path then stays late, or catches up (LatePolicy).
 ///
 /// Commands come from any thread through atomics; everything else belongs to the cycle and is \rtsafe.
-class Motion {
+class Motion final : public MotionControl {
  public:
   /// Settings of the coordinated motion.
   struct Settings {
@@ -136,27 +137,18 @@ class Motion {
   [[nodiscard]] MotionFailure failure() const noexcept { return failure_; }
 
   // The cycle's side. \rtsafe
-  /// Reads the inputs of all axes. By slave position: `valid`, its process data are valid; `operational`, it also takes
-  /// its outputs, otherwise the axis is unavailable; `fresh`, its inputs are of this cycle and not of an earlier one in
-  /// which its group was due (empty: all are). `took`: time from the beginning of the cycle to the arrival of the
-  /// inputs.
   void read_inputs(std::span<const std::byte> image, std::span<const bool> valid, std::span<const bool> operational,
-                   std::span<const bool> fresh = {}, std::chrono::nanoseconds took = {}) noexcept;
-  /// Advances phases and setpoints to grid cycle `cycle`, writes all outputs.
-  void update(std::int64_t cycle, std::span<std::byte> image) noexcept;
-  /// To be called before the outputs of grid cycle `cycle` are sent when `missed` periods before it were skipped: the
-  /// outputs prepared for the first of them are replaced by setpoints that drives without setpoints since then can
-  /// follow. More than bad_cycle_limit: all axes are stopped.
-  AbsenceEffect resume(std::int64_t cycle, std::int64_t missed, std::span<std::byte> image) noexcept;
+                   std::span<const bool> fresh = {}, std::chrono::nanoseconds took = {}) noexcept override;
+  void update(std::int64_t cycle, std::span<std::byte> image) noexcept override;
+  AbsenceEffect resume(std::int64_t cycle, std::int64_t missed, std::span<std::byte> image) noexcept override;
   /// Delay of the path. Any thread.
-  [[nodiscard]] std::chrono::nanoseconds path_late() const noexcept {
+  [[nodiscard]] std::chrono::nanoseconds path_late() const noexcept override {
     return std::chrono::nanoseconds{path_late_shared_.load(std::memory_order_relaxed)};
   }
+  [[nodiscard]] bool failed() const noexcept override { return failure_.cause != MotionFailure::Cause::kNone; }
 
-  /// In the order given to the constructor.
-  [[nodiscard]] std::span<const Axis> axes() const noexcept { return axes_; }
-  /// The setpoints of the last update(), one for each axis.
-  [[nodiscard]] std::span<const trajectory::AxisSetpoint> setpoints() const noexcept { return setpoints_; }
+  [[nodiscard]] std::span<const Axis> axes() const noexcept override { return axes_; }
+  [[nodiscard]] std::span<const trajectory::AxisSetpoint> setpoints() const noexcept override { return setpoints_; }
 
  private:
   /// Without a source yet.
@@ -171,12 +163,9 @@ class Motion {
     bool braking = false;    ///< it was commanded to stop, and comes to rest before it is enabled again
     trajectory::Rejoin rejoin{};
   };
-  /// Which setpoints have reached the drive of an axis.
+  /// Which setpoints have reached the drive of an axis, and its way back onto the path behind a gap.
   struct Supply {
-    trajectory::Coast coast{};
-    double sent = 0.0;  ///< the last setpoint that left, and the velocity of the step to it
-    double sent_velocity = 0.0;
-    bool reached = true;                           ///< the drive has taken the outputs of this cycle
+    SetpointSupply given{};
     bool beside_path = false;                      ///< after a gap, until it is back on the path
     std::optional<trajectory::Rejoin> way_back{};  ///< once setpoints reach the drive again
   };

@@ -1,0 +1,53 @@
+#include "driveline/ecat_master/cyclic/setpoint_supply.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace driveline::ecat_master {
+namespace {
+
+/// Number of missing setpoint periods that drives bridge at their last velocity.
+constexpr std::uint32_t kBridgedPeriods = 8;
+
+/// In CSV and CST a drive without new setpoints does not slow down.
+trajectory::Coast coast_of(const AxisConfig& config) {
+  constexpr auto kForGood = std::numeric_limits<std::uint32_t>::max();
+  if (config.mode != cia402::Mode::kCyclicPosition) return {kForGood, 0.0};
+  return {kBridgedPeriods, config.limits.max_acceleration};
+}
+
+}  // namespace
+
+SetpointSupply::SetpointSupply(const AxisConfig& axis, double period_s)
+    : coast_(coast_of(axis)), max_acceleration_(axis.limits.max_acceleration), period_s_(period_s) {}
+
+void SetpointSupply::note(const trajectory::AxisSetpoint& sent) noexcept {
+  sent_velocity_ = (sent.position - sent_) / period_s_;
+  sent_ = sent.position;
+  if (reached_) {
+    coast_.give(sent_, sent_velocity_);
+  } else {
+    coast_.step(period_s_);
+  }
+}
+
+void SetpointSupply::rest_at(double position) noexcept {
+  sent_ = position;
+  sent_velocity_ = 0.0;
+  coast_.give(position, 0.0);
+}
+
+void SetpointSupply::skip(std::int64_t missed) noexcept {
+  for (std::int64_t period = 0; period < missed; ++period) coast_.step(period_s_);
+  sent_ = coast_.position();
+  sent_velocity_ = coast_.velocity();
+}
+
+trajectory::AxisSetpoint SetpointSupply::bridge() const noexcept {
+  const double most = max_acceleration_ * period_s_ * period_s_;
+  const double straight = sent_ + sent_velocity_ * period_s_;
+  const double position = std::clamp(coast_.next(period_s_).position, straight - most, straight + most);
+  return {position, (position - sent_) / period_s_, 0.0};
+}
+
+}  // namespace driveline::ecat_master
