@@ -1,0 +1,52 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+
+#include "driveline/ecat_master/single_axis/axis_request.hpp"
+
+namespace driveline::ecat_master {
+
+/// How far a request is, and why it failed.
+struct RequestReport {
+  RequestPhase phase = RequestPhase::kUnknown;
+  AxisError error = AxisError::kNone;  ///< of kError, and of kAborted by a failure of the axis
+
+  /// Nothing more will happen to it. \rtsafe
+  [[nodiscard]] constexpr bool over() const noexcept {
+    return phase == RequestPhase::kDone || phase == RequestPhase::kAborted || phase == RequestPhase::kError;
+  }
+};
+
+/// The last requests and how far each is, read by any thread while the cycle writes. Everything is \rtsafe.
+class RequestTable {
+ public:
+  /// Requests that are remembered.
+  static constexpr std::size_t kRemembered = 4096;
+
+  /// Number of a new request, from 1 on; it waits. Any thread.
+  [[nodiscard]] std::uint64_t add() noexcept {
+    const auto id = next_.fetch_add(1, std::memory_order_relaxed);
+    set(id, {RequestPhase::kWaiting, AxisError::kNone});
+    return id;
+  }
+  /// The cycle's side.
+  void set(std::uint64_t id, RequestReport report) noexcept {
+    const auto coded = id << 16U | std::uint64_t{static_cast<std::uint8_t>(report.phase)} << 8U |
+                       static_cast<std::uint8_t>(report.error);
+    slots_[id % kRemembered].store(coded, std::memory_order_release);
+  }
+  /// kUnknown for one that was never there, or is too old. Any thread.
+  [[nodiscard]] RequestReport report(std::uint64_t id) const noexcept {
+    const auto coded = slots_[id % kRemembered].load(std::memory_order_acquire);
+    if (id == 0 || coded >> 16U != id) return {};
+    return {static_cast<RequestPhase>(coded >> 8U & 0xFFU), static_cast<AxisError>(coded & 0xFFU)};
+  }
+
+ private:
+  std::array<std::atomic<std::uint64_t>, kRemembered> slots_{};
+  std::atomic<std::uint64_t> next_{1};
+};
+
+}  // namespace driveline::ecat_master

@@ -1,0 +1,99 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "driveline/ecat_master/cyclic/motion_control.hpp"
+#include "driveline/ecat_master/single_axis/axis_request.hpp"
+#include "driveline/ecat_master/single_axis/single_axis.hpp"
+#include "driveline/ecat_master/single_axis/request_table.hpp"
+#include "driveline/ecat_master/single_axis/setpoint_feed.hpp"
+#include "driveline/rt/spsc_ring.hpp"
+
+namespace driveline::ecat_master {
+
+/// What an axis does, as seen by other threads. Positions as its requests count them (AxisCommand::kSetPosition).
+struct AxisReport {
+  PlcopenState state = PlcopenState::kDisabled;
+  AxisError error = AxisError::kNone;  ///< of ErrorStop
+  std::uint16_t error_code = 0;        ///< 603Fh when it failed
+  std::int8_t mode = 0;                ///< 6061h
+  double setpoint = 0.0;               ///< rad or m
+  double position = 0.0;               ///< actual one
+  double velocity = 0.0;               ///< actual one
+  double torque = 0.0;                 ///< actual one, Nm or N
+  double override_factor = 1.0;        ///< AxisCommand::kSetOverride
+};
+
+/// Each axis of a line by itself, commanded by requests. One axis that fails does not stop the others.
+///
+/// The demand of a drive obeys the limits of its axis whatever is asked and whatever fails; positions advance only for
+/// cycles in which the drive was given its setpoint.
+class SingleAxes final : public MotionControl {
+ public:
+  /// Settings of all axes.
+  using Settings = SingleAxis::Settings;
+
+  /// @throws std::invalid_argument if a limit of an axis is not positive and finite, or its process data lack what its
+  /// mode needs.
+  SingleAxes(std::vector<Axis> axes, Settings settings);
+
+  /// Axes that may follow `feed`, by their numbers, in its order: what AxisCommand::kFollow means for them. Before the
+  /// cycle starts; it must outlive this object.
+  /// @throws std::invalid_argument if there is another number of axes than the feed has, no such axis, or one that has
+  /// a feed.
+  void add_feed(SetpointFeed& feed, std::vector<std::size_t> axes);
+
+  // Any thread.
+  /// Hands a request to an axis; it is taken in the next cycle. The number to ask report() with; 0: there is no such
+  /// axis, or more requests than the cycle can take.
+  [[nodiscard]] std::uint64_t submit(std::size_t axis, const AxisRequest& request) noexcept;
+  /// How far a request is.
+  [[nodiscard]] RequestReport report(std::uint64_t request) const noexcept { return table_.report(request); }
+  /// State of an axis as of the last cycle; its figures may be of two cycles.
+  [[nodiscard]] AxisReport axis_report(std::size_t axis) const noexcept;
+
+  // The cycle's side. \rtsafe
+  /// submit() for the cycle itself: tasks.
+  std::uint64_t submit_in_cycle(std::size_t axis, const AxisRequest& request) noexcept;
+  /// One axis, for tasks of the cycle.
+  [[nodiscard]] const SingleAxis& axis(std::size_t number) const noexcept { return single_[number]; }
+  void read_inputs(std::span<const std::byte> image, std::span<const bool> valid, std::span<const bool> operational,
+                   std::span<const bool> fresh, std::chrono::nanoseconds took) noexcept override;
+  void update(std::int64_t cycle, std::span<std::byte> image) noexcept override;
+  AbsenceEffect resume(std::int64_t cycle, std::int64_t missed, std::span<std::byte> image) noexcept override;
+  [[nodiscard]] std::chrono::nanoseconds path_late() const noexcept override { return {}; }
+  [[nodiscard]] bool failed() const noexcept override;
+  [[nodiscard]] std::span<const Axis> axes() const noexcept override { return axes_; }
+  [[nodiscard]] std::span<const trajectory::AxisSetpoint> setpoints() const noexcept override { return setpoints_; }
+
+ private:
+  struct Submitted {
+    std::uint64_t id = 0;
+    std::uint32_t axis = 0;
+    AxisRequest request{};
+  };
+  /// AxisReport for other threads.
+  struct Shared;
+  struct Feed {
+    SetpointFeed* feed = nullptr;
+    std::vector<std::size_t> axes{};
+    std::vector<trajectory::AxisSetpoint> setpoints{};
+  };
+
+  void publish(std::size_t axis) noexcept;
+
+  std::vector<Axis> axes_;
+  std::vector<SingleAxis> single_;
+  std::vector<trajectory::AxisSetpoint> setpoints_;
+  RequestTable table_;
+  std::mutex door_;  ///< of submitting threads; the cycle never takes it
+  rt::SpscRing<Submitted> requests_;
+  std::unique_ptr<Shared[]> shared_;
+  std::vector<Feed> feeds_;
+};
+
+}  // namespace driveline::ecat_master
