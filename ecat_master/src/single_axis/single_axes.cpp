@@ -7,8 +7,9 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// Requests that may wait for the cycle.
+/// Requests that may wait for the cycle, and those that it takes at a time: planning a motion takes some microseconds.
 constexpr std::size_t kRequests = 256;
+constexpr std::size_t kRequestsPerCycle = 4;
 
 void check(const Axis& axis) {
   const auto& limits = axis.config().limits;
@@ -117,8 +118,7 @@ void SingleAxes::read_inputs(std::span<const std::byte> image, std::span<const b
 void SingleAxes::update(std::int64_t cycle, std::span<std::byte> image) noexcept {
   for (auto& one : single_) one.begin_cycle(cycle, took_);
   NumberedRequest request;
-  // No more than one ring full, however fast they come.
-  for (std::size_t i = 0; i < requests_.capacity() && requests_.try_pop(request); ++i)
+  for (std::size_t i = 0; i < kRequestsPerCycle && requests_.try_pop(request); ++i)
     single_[request.axis].take(request.id, request.request);
   advance();
   for (std::size_t i = 0; i < axes_.size(); ++i) {

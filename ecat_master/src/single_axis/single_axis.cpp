@@ -214,8 +214,7 @@ AbsenceEffect SingleAxis::resume(std::int64_t cycle, std::int64_t missed) noexce
     return AbsenceEffect::kStopped;
   }
   supply_.skip(missed);
-  setpoint_ = supply_.bridge();
-  bridged_ = true;
+  bridge();
   return AbsenceEffect::kBridged;
 }
 

@@ -99,18 +99,22 @@ void SingleAxis::begin_move(const Move& move) noexcept {
   active_ = move;
   active_->target = target_of(move.request, generator_.state().position, last_target_);
   if (to_position(move.request.command)) last_target_ = active_->target;
-  if (follows()) {
-    // Where it is led, steps count: it continues with the velocity of the last one, not with that at its end.
-    rejoin_ = {setpoint_.position, step_velocity_, axis_->config().limits};
-  }
   state_ = state_of(move.request.command);
   if (move.id != 0) table_->set(move.id, {RequestPhase::kActive, AxisError::kNone});
   replan();
 }
 
+/// A new plan begins with the last setpoint, also where a gap has led away from the one before.
+void SingleAxis::go_from_here() noexcept {
+  if (beside_) generator_.start_from({setpoint_.position, step_velocity_, 0.0});
+  beside_ = false;
+  way_back_.reset();
+}
+
 /// The way to the aim of the motion under way, from the state of the last setpoint.
 void SingleAxis::replan() noexcept {
   if (!active_) return;
+  go_from_here();
   bool planned = true;
   switch (active_->request.command) {
     case AxisCommand::kMoveAbsolute:
@@ -128,6 +132,8 @@ void SingleAxis::replan() noexcept {
       break;
     }
     case AxisCommand::kFollow:
+      // Where it is led, steps count: it continues with the velocity of the last one, not with that at its end.
+      rejoin_ = {setpoint_.position, step_velocity_, axis_->config().limits};
       break;
     default:
       planned = plan_rest();
@@ -137,6 +143,7 @@ void SingleAxis::replan() noexcept {
 }
 
 bool SingleAxis::plan_rest() noexcept {
+  go_from_here();
   auto limits = full_limits();
   // A stop or halt says itself how hard it brakes.
   if (active_ && !to_position(active_->request.command)) {
@@ -188,29 +195,27 @@ bool SingleAxis::passes(const Move& move, const Move& next, double velocity) con
          trajectory::fits(*second, between(move.target, next.target));
 }
 
+/// A setpoint that may not have reached the drive is no time of the motion: it waits, and the axis returns to it within
+/// its limits.
 void SingleAxis::advance_motion(const AxisSetpoint* fed) noexcept {
-  if (!supply_.reached()) {
-    step_to(supply_.bridge());
-    bridged_ = true;
-    return;
-  }
-  if (bridged_) {
-    bridged_ = false;
-    generator_.start_from({supply_.sent(), supply_.sent_velocity(), 0.0});
-    rejoin_ = {supply_.sent(), supply_.sent_velocity(), axis_->config().limits};
-    if (active_) {
-      replan();
-    } else if (!plan_rest()) {
-      fail(AxisError::kNotFinite);
-    }
-    if (!powered()) return;
-  }
-  if (follows()) {
-    follow(fed);
+  if (!supply_.reached()) return bridge();
+  if (beside_ && !way_back_) way_back_.emplace(supply_.sent(), supply_.sent_velocity(), axis_->config().limits);
+  if (follows()) return follow(fed);
+  const auto target = generator_.advance(period_s_);
+  if (beside_) {
+    step_to(way_back_->step(target, period_s_));
+    beside_ = !way_back_->joined();
   } else {
-    step_to(generator_.advance(period_s_));
+    step_to(target);
   }
-  if (generator_.finished() && !follows()) arrive();
+  if (generator_.finished() && !beside_) arrive();
+}
+
+void SingleAxis::bridge() noexcept {
+  setpoint_ = supply_.bridge();
+  step_velocity_ = setpoint_.velocity;
+  beside_ = true;
+  way_back_.reset();
 }
 
 void SingleAxis::step_to(const AxisSetpoint& setpoint) noexcept {
@@ -229,6 +234,8 @@ void SingleAxis::follow(const AxisSetpoint* fed) noexcept {
     replan();
     return step_to(generator_.advance(period_s_));
   }
+  if (beside_) rejoin_ = *way_back_;
+  beside_ = false;
   const auto& limits = axis_->config().limits;
   const AxisSetpoint target{fed->position - offset_,
                             std::clamp(fed->velocity, -limits.max_velocity, limits.max_velocity),
@@ -271,7 +278,7 @@ void SingleAxis::rest() noexcept {
   supply_.rest_at(setpoint_.position);
   last_target_ = setpoint_.position;
   step_velocity_ = 0.0;
-  bridged_ = false;
+  beside_ = false;
 }
 
 }  // namespace driveline::ecat_master

@@ -101,6 +101,7 @@ class SingleAxis {
 
   // Motions.
   void begin_move(const Move& move) noexcept;
+  void go_from_here() noexcept;
   void replan() noexcept;
   [[nodiscard]] bool plan_position(const Move& move) noexcept;
   [[nodiscard]] bool plan_rest() noexcept;
@@ -113,6 +114,7 @@ class SingleAxis {
   [[nodiscard]] trajectory::ProfileLimits limits_of(const AxisRequest& request, double way) const noexcept;
   [[nodiscard]] trajectory::ProfileLimits full_limits() const noexcept;
   void advance_motion(const trajectory::AxisSetpoint* fed) noexcept;
+  void bridge() noexcept;
   void step_to(const trajectory::AxisSetpoint& setpoint) noexcept;
   void follow(const trajectory::AxisSetpoint* fed) noexcept;
   void arrive() noexcept;
@@ -140,7 +142,8 @@ class SingleAxis {
   PositionWatch watch_;
   SetpointSupply supply_;
   SetpointGenerator generator_{};
-  trajectory::Rejoin rejoin_{};
+  trajectory::Rejoin rejoin_{};                    ///< to the setpoints of a feed
+  std::optional<trajectory::Rejoin> way_back_{};  ///< once setpoints reach the drive again
   trajectory::AxisSetpoint setpoint_{};
   double step_velocity_ = 0.0;  ///< of the step to it
   PlcopenState state_ = PlcopenState::kDisabled;
@@ -153,7 +156,7 @@ class SingleAxis {
   std::uint32_t bad_cycles_ = 0;
   std::uint32_t cycles_at_rest_ = 0;  ///< in Power::kResting
   bool exchanged_ = false;            ///< the position is of this cycle
-  bool bridged_ = false;              ///< the last setpoint was that of a gap
+  bool beside_ = false;  ///< after a gap, until it is back where the generator is
   bool fed_ = false;                  ///< set_fed()
   double offset_ = 0.0;
   double override_ = 1.0;
