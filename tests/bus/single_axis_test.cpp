@@ -223,6 +223,7 @@ TEST(SingleAxis, NineWaitingMotionsAreTooMany) {
   std::vector<std::uint64_t> waiting;
   for (int i = 0; i < 9; ++i) waiting.push_back(line.submit(move(i, 10.0, BufferMode::kBuffered)));
   line.cycles(2);
+  line.cycles(2);
   EXPECT_EQ(line.phase(waiting[7]), RequestPhase::kWaiting);
   EXPECT_EQ(line.axes().report(waiting[8]).error, AxisError::kBufferFull);
   // An aborting motion takes all of them away.
