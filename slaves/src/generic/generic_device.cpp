@@ -94,10 +94,12 @@ std::unique_ptr<EoeServer> make_eoe(const esi::DeviceDescription& device, const 
   return std::make_unique<EoeServer>(factory_address(serial));
 }
 
-std::vector<MailboxProtocol*> protocols(const esi::DeviceDescription& device, CoeServer& coe, EoeServer* eoe) {
+std::vector<MailboxProtocol*> protocols(const esi::DeviceDescription& device, CoeServer& coe, EoeServer* eoe,
+                                        SoeServer* soe) {
   std::vector<MailboxProtocol*> protocols;
   if (device.mailbox.coe) protocols.push_back(&coe);
   if (eoe != nullptr) protocols.push_back(eoe);
+  if (soe != nullptr) protocols.push_back(soe);
   return protocols;
 }
 
@@ -131,7 +133,9 @@ GenericDevice::GenericDevice(std::shared_ptr<const DeviceModel> model, const Gen
       dictionary_(model_->table()),
       coe_(dictionary_, *this, coe_options(model_->description())),
       eoe_(make_eoe(model_->description(), options)),
-      mailbox_(protocols(model_->description(), coe_, eoe_.get()), longest_mailbox(profile_)),
+      soe_drive_(model_->description().mailbox.soe ? std::make_unique<SoeDrive>() : nullptr),
+      soe_(soe_drive_ ? std::make_unique<SoeServer>(*soe_drive_) : nullptr),
+      mailbox_(protocols(model_->description(), coe_, eoe_.get(), soe_.get()), longest_mailbox(profile_)),
       looped_(options.loop_back),
       scripts_(options.inputs),
       inputs_(model_->inputs()),
@@ -271,8 +275,9 @@ AlStatusCode GenericDevice::transition(AlState from, AlState to) noexcept {
   return AlStatusCode::kNoError;
 }
 
-void GenericDevice::fall_back(AlState /*from*/, AlState to, AlStatusCode /*reason*/) noexcept {
+void GenericDevice::fall_back(AlState /*from*/, AlState to, AlStatusCode reason) noexcept {
   enter_al_state(to);
+  if (soe_drive_ && reason == AlStatusCode::kSyncManagerWatchdog) soe_drive_->communication_failed();
 }
 
 void GenericDevice::write_outputs(std::size_t sync_manager, std::span<const std::byte> data) noexcept {
@@ -289,6 +294,7 @@ void GenericDevice::read_inputs(std::size_t sync_manager, std::span<std::byte> d
 void GenericDevice::advance(std::chrono::nanoseconds now) noexcept {
   if (!start_) start_ = now;
   now_ = now;
+  if (soe_drive_) soe_drive_->advance(now);
   for (const auto& script : scripts_) {
     const double value = script.signal.at(now - *start_);
     const auto type = script.input->type;
