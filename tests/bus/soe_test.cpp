@@ -9,6 +9,7 @@
 #include "driveline/ecat_master/coe/coe_client.hpp"
 #include "driveline/ecat_master/soe/soe_client.hpp"
 #include "driveline/slaves/generic/generic_device.hpp"
+#include "fault_ports.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -140,6 +141,23 @@ TEST(SoeOnTheLine, MixesWithSdosAndOtherSlaves) {
   EXPECT_EQ(sentence(list->result()), "");
   EXPECT_THAT(sentence(write->result()), HasSubstr("0x7004"));
   EXPECT_EQ(other->result()->data, list->result()->data);
+}
+
+TEST(SoeOnTheLine, LostFramesCostNothingButTime) {
+  for (const auto way : {LossyPort::Way::kOut, LossyPort::Way::kBack}) {
+    SoeLine line(34);
+    unsigned frames = 0;
+    LossyPort port(*line.line, way, [&](auto, auto) { return ++frames % 20 == 0; });
+    Master master(port, line.clock);
+    ASSERT_EQ(sentence(master.scan()), "");
+    ASSERT_EQ(sentence(master.enter_pre_op()), "");
+    SoeClient soe(master.mailboxes(), 0);
+    for (int i = 0; i < 20; ++i) {
+      ASSERT_THAT(soe.idn_list({0, {17}}).value(), SizeIs(9));
+      ASSERT_THAT(sentence(soe.write({0, {11}}, SoeElement::kValue, Bytes(100))), HasSubstr("0x7004"));
+    }
+    EXPECT_GT(port.lost(), 5U);
+  }
 }
 
 }  // namespace
