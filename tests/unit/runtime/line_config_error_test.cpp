@@ -77,7 +77,8 @@ INSTANTIATE_TEST_SUITE_P(
         WrongFile{
             "[[slave]]\nname = \"x\"\naddress = 5\n",
             ":3: [slave 1] address: unknown key, expected one of: alias, dc, device_id, esi, "
-            "factory_start_up_ms, firmware, forwarding_ns, hot_connect, input, ip, lrw, model, name, names, "
+            "factory_start_up_ms, file_password, firmware, forwarding_ns, hot_connect, input, ip, lrw, model, name, "
+            "names, "
             "parameter_file, pdo, plant, processing_ns, "
             "product_code, revision, sdo, serial, sii, sii_file, start_up_ms, switch, timeouts, vendor_id, watchdog"},
         WrongFile{"[[slave]]\nname = \"x\"\n[slave.plant]\nmass = 5\n",

@@ -187,6 +187,7 @@ class CyclicCore {
   void take_counting() noexcept;
   void note_absence(const rt::CycleStart& start) noexcept;
   void send() noexcept;
+  void take_what_is_back() noexcept;
   void receive(std::chrono::nanoseconds deadline) noexcept;
   void dispatch(const port::ReceivedFrame& frame) noexcept;
   void note_foreign(std::span<const std::byte> frame) noexcept;
