@@ -1,7 +1,8 @@
-// What do setpoints cost: how long does planning a time-optimal profile take?
+// What do setpoints cost: interpolating a path, and planning a time-optimal profile?
 #include <fmt/format.h>
 #include <stdexcept>
 
+#include "support/interpolation_figures.hpp"
 #include "support/options.hpp"
 #include "support/profile_figures.hpp"
 #include "support/report.hpp"
@@ -12,6 +13,7 @@ using namespace driveline::bench;
 
 void measure_all(const Options& options) {
   Report report("trajectory");
+  add_interpolation_figures(report, options);
   const auto failures = add_profile_figures(report, options);
   report.print(options);
   if (failures > 0) {
@@ -22,5 +24,5 @@ void measure_all(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return run(argc, argv, "How long does planning a time-optimal profile take?", measure_all);
+  return run(argc, argv, "What does a setpoint cost, interpolated or planned?", measure_all);
 }
