@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "driveline/ecat_master/bus/datagram_exchange.hpp"
 #include "driveline/ecat_master/cyclic/acyclic_channel.hpp"
 #include "driveline/ecat_master/cyclic/cycle_task.hpp"
 #include "driveline/ecat_master/cyclic/cyclic_event.hpp"
