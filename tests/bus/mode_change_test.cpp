@@ -36,7 +36,8 @@ RunOptions offsets_added(RunOptions options, bool added) {
   options.adds_offsets = added;
   if (!added) return options;
   // P 379: feed-forward from the bus, of velocity and torque.
-  for (const std::uint8_t part : {1, 2}) options.startup.push_back({0x217B, part, {std::byte{1}, std::byte{0}}});
+  for (const auto part : {std::uint8_t{1}, std::uint8_t{2}})
+    options.startup.push_back({0x217B, part, {std::byte{1}, std::byte{0}}});
   return options;
 }
 
