@@ -21,7 +21,8 @@ using namespace driveline::trajectory;
 
 constexpr std::size_t kFull = 10'000'000;
 constexpr std::size_t kQuick = 100'000;
-constexpr std::size_t kBatch = 64;    ///< problems that are also timed together, without reading the clock in between
+constexpr std::size_t kProblemsAtATime =
+    64;                               ///< problems that are also timed together, without reading the clock in between
 constexpr std::size_t kSlowest = 16;  ///< problems that are planned again, to tell them from disturbances
 constexpr int kRepetitions = 101;
 constexpr std::size_t kMostAxes = 7;
@@ -140,15 +141,15 @@ class Planning {
   void measure(std::size_t count) {
     Dice dice(kMostAxes * 1000 + axes_);
     each_ns_.reserve(count);
-    std::vector<AxisMotion> batch(kBatch * axes_);
-    for (std::size_t done = 0; done < count; done += kBatch) {
+    std::vector<AxisMotion> batch(kProblemsAtATime * axes_);
+    for (std::size_t done = 0; done < count; done += kProblemsAtATime) {
       std::generate(batch.begin(), batch.end(), [&] { return random_motion(dice); });
       measure_one_by_one(batch);
       const double begin = now_ns();
-      for (std::size_t i = 0; i < kBatch; ++i) {
+      for (std::size_t i = 0; i < kProblemsAtATime; ++i) {
         keep(plan(problem(batch, i)));
       }
-      batch_ns_.push_back((now_ns() - begin - reading_cost_ns()) / static_cast<double>(kBatch));
+      batch_ns_.push_back((now_ns() - begin - reading_cost_ns()) / static_cast<double>(kProblemsAtATime));
     }
     repeat_slowest();
   }
@@ -207,7 +208,7 @@ class Planning {
   }
 
   void measure_one_by_one(const std::vector<AxisMotion>& batch) {
-    for (std::size_t i = 0; i < kBatch; ++i) {
+    for (std::size_t i = 0; i < kProblemsAtATime; ++i) {
       const Problem problem = this->problem(batch, i);
       const double begin = now_ns();
       const bool planned = plan(problem);

@@ -45,7 +45,8 @@ void EoePort::given_up() {
 /// The frames of which a fragment is left to be cut, or has not been taken.
 void EoePort::forget() noexcept {
   const auto open = std::span(open_mails_).first(open_count_);
-  counters_.given_up.add(static_cast<std::uint64_t>(open.size() - std::count(open.begin(), open.end(), 0)));
+  counters_.given_up.add(
+      static_cast<std::uint64_t>(std::count_if(open.begin(), open.end(), [](auto one) { return one != 0; })));
   if (!fragmenter_.done()) counters_.given_up.add();
   fragmenter_.abandon();
   open_count_ = 0;
