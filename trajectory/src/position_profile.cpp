@@ -29,7 +29,7 @@ tl::expected<Profile, ProfileError> begin(const AxisTask& task, const AxisSetpoi
 }
 
 void finish(tl::expected<Profile, ProfileError>& profile, const AxisSetpoint& to) noexcept {
-  if (!(profile->duration_s() <= kLongestProfile_s) || !std::isfinite(profile->end().position)) {
+  if (!(profile->duration_s() <= kLongestProfileSeconds) || !std::isfinite(profile->end().position)) {
     profile = tl::unexpected(ProfileError{Reason::kTooLong, 0.0});
   } else {
     profile->end_at(to);
@@ -64,7 +64,7 @@ tl::expected<Profile, ProfileError> plan_to_position(const AxisSetpoint& from, c
   if (!task) {
     return tl::unexpected(task.error());
   }
-  if (!(duration_s <= kLongestProfile_s)) {
+  if (!(duration_s <= kLongestProfileSeconds)) {
     return tl::unexpected(ProfileError{Reason::kTooLong, 0.0});
   }
   auto profile = begin(*task, from);
@@ -114,7 +114,7 @@ tl::expected<PossibleDurations, ProfileError> possible_durations(const AxisSetpo
       const double probe_s = possible_s * (1.0 + kSmallestGap);
       const double next_s = planner.next_impossible_s(probe_s);
       const double begin_s = next_s > probe_s ? next_s : possible_s;
-      if (!(begin_s <= kLongestProfile_s)) {
+      if (!(begin_s <= kLongestProfileSeconds)) {
         break;
       }
       possible_s = planner.next_possible_s(begin_s * (1.0 + kSmallestGap));
@@ -123,7 +123,7 @@ tl::expected<PossibleDurations, ProfileError> possible_durations(const AxisSetpo
       }
     }
   });
-  if (!(durations.shortest_s_ <= kLongestProfile_s)) {
+  if (!(durations.shortest_s_ <= kLongestProfileSeconds)) {
     return tl::unexpected(ProfileError{Reason::kTooLong, 0.0});
   }
   return durations;

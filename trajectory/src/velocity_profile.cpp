@@ -40,7 +40,7 @@ tl::expected<Profile, ProfileError> plan_to_velocity(const AxisSetpoint& from, d
                 task->has_jerk_limit ? fastest_change<JerkFrontier>(task->boundary)
                                      : fastest_change<TrapezoidFrontier>(task->boundary),
                 task->scale);
-  if (!(profile.duration_s() <= kLongestProfile_s) || !std::isfinite(profile.end().position)) {
+  if (!(profile.duration_s() <= kLongestProfileSeconds) || !std::isfinite(profile.end().position)) {
     return tl::unexpected(ProfileError{ProfileError::Reason::kTooLong, 0.0});
   }
   profile.end_at({profile.end().position, velocity, acceleration});

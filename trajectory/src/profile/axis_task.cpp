@@ -86,7 +86,7 @@ tl::expected<AxisTask, ProfileError> prepare_task(const AxisSetpoint& from, cons
     task.brake_s = brake.duration_s();
     task.way -= unit * brake.end().position;
   }
-  if (!std::isfinite(task.way) || !(task.brake_s <= kLongestProfile_s)) {
+  if (!std::isfinite(task.way) || !(task.brake_s <= kLongestProfileSeconds)) {
     return refuse(ProfileError::Reason::kTooLong);
   }
   return task;
