@@ -187,7 +187,7 @@ void Axis::count(std::int32_t increments) noexcept {
 /// A target position is the place of it in the range where the drive stands near enough to know which way is meant,
 /// across the ends of the range, too.
 std::int32_t Axis::wrapped(double increments) const noexcept {
-  const auto half = static_cast<double>(range_ / 2);
+  const double half = 0.5 * static_cast<double>(range_);
   if (!(std::abs(increments - static_cast<double>(count_)) < half)) return saturate<std::int32_t>(increments);
   const auto target = to_nearest(increments);
   if (config_.range_min >= config_.range_max) return static_cast<std::int32_t>(static_cast<std::uint32_t>(target));
