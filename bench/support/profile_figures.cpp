@@ -104,6 +104,8 @@ bool is_right(const AxisMotion& motion, const Profile& profile) noexcept {
   }
   const auto phases = profile.phases();
   const double noise = 1e-14 * (speed + push * duration_s);
+  // What the last digit of a time is to the acceleration.
+  const double swing = 4e-16 * duration_s * limits.max_jerk;
   for (std::size_t i = 0; i < phases.size(); ++i) {
     const Profile::Phase& phase = phases[i];
     const double length_s = (i + 1 < phases.size() ? phases[i + 1].begin_s : duration_s) - phase.begin_s;
@@ -113,8 +115,8 @@ bool is_right(const AxisMotion& motion, const Profile& profile) noexcept {
       const double acceleration = phase.acceleration + t * phase.jerk;
       if (!(velocity <= limits.max_velocity * (1.0 + kKept) + noise) ||
           !(velocity >= limits.min_velocity * (1.0 + kKept) - noise) ||
-          !(acceleration <= limits.max_acceleration * (1.0 + 10.0 * kKept)) ||
-          !(acceleration >= limits.min_acceleration * (1.0 + 10.0 * kKept))) {
+          !(acceleration <= limits.max_acceleration * (1.0 + kKept) + swing) ||
+          !(acceleration >= limits.min_acceleration * (1.0 + kKept) - swing)) {
         return false;
       }
     }

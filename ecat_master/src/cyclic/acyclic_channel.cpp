@@ -26,11 +26,12 @@ AcyclicChannel::AcyclicChannel(std::uint32_t lost_after_cycles, std::size_t byte
     : requests_(kMostFrames),
       answers_(2 * kMostFrames),
       lost_after_cycles_(lost_after_cycles),
-      bytes_per_cycle_(std::clamp(bytes_per_cycle, wire::kMinFrameBytes, port::kMaxFrameBytes)) {}
+      bytes_per_cycle_(std::clamp(bytes_per_cycle, wire::kMinFrameBytes, kMostBytes)) {}
 
 FrameTag AcyclicChannel::send_due(port::Port& port, FrameTag last) noexcept {
   // Bytes are saved for the one frame that needs them: a burst of others would delay the next cycle.
-  credit_ = std::min(credit_ + bytes_per_cycle_, saving_ ? port::kMaxFrameBytes : bytes_per_cycle_);
+  credit_ = std::min(credit_ + bytes_per_cycle_,
+                     saving_ ? std::max(port::kMaxFrameBytes, bytes_per_cycle_) : bytes_per_cycle_);
   saving_ = false;
   std::size_t gap = 0;
   while (auto* flight = next_waiting()) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "driveline/ecat_master/cyclic/acyclic_budget.hpp"
 #include "driveline/rt/lateness.hpp"
 #include "driveline/wire/sync_manager.hpp"
 
@@ -54,9 +55,8 @@ CyclicCore::CyclicCore(port::Port& port, rt::Clock& clock, ProcessImage image, M
       groups_(std::make_unique<GroupCounters[]>(group_count_)),
       tallies_(group_count_),
       acyclic_(AcyclicChannel::kLostAfterCycles,
-               settings_.acyclic_bytes != 0
-                   ? settings_.acyclic_bytes
-                   : acyclic_frame_bytes(image_, settings_.clocks != nullptr, settings_.period)) {
+               settings_.acyclic_bytes != 0 ? settings_.acyclic_bytes
+                                            : acyclic_bytes(image_, settings_.clocks != nullptr, settings_.period)) {
   const std::size_t frames = std::max<std::size_t>(1, image_.frame_count());
   frames_.reserve(frames);
   for (std::size_t i = 0; i < frames; ++i) {

@@ -4,7 +4,6 @@
 #include <numeric>
 
 #include "driveline/ecat_master/dc/drift_datagram.hpp"
-#include "driveline/port/port.hpp"
 #include "driveline/wire/registers.hpp"
 #include "driveline/wire/wire_time.hpp"
 
@@ -279,14 +278,6 @@ std::uint64_t wire_time_ns(const ProcessImage& image, bool clocks) {
     busiest = std::max(busiest, bytes);
   }
   return busiest * wire::kNsPerByte;
-}
-
-std::size_t acyclic_frame_bytes(const ProcessImage& image, bool clocks, std::chrono::nanoseconds period) {
-  // A tenth stays free for a cycle that wakes up late.
-  const auto usable = static_cast<std::uint64_t>(period.count()) * 9 / 10;
-  const auto taken = wire_time_ns(image, clocks) + wire::kPreambleFcsGap * wire::kNsPerByte;
-  const auto left = usable > taken ? (usable - taken) / wire::kNsPerByte : 0;
-  return std::clamp<std::size_t>(left, wire::kMinFrameBytes, port::kMaxFrameBytes);
 }
 
 void ProcessImage::relocate(std::size_t slave, std::span<const ProcessDataChannel> from,

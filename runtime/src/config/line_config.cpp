@@ -16,7 +16,7 @@
 #include "config/wiring_config.hpp"
 #include "driveline/ecat_master/axis/axis_objects.hpp"
 #include "driveline/ecat_master/configuration/description_plan.hpp"
-#include "driveline/port/port.hpp"
+#include "driveline/ecat_master/cyclic/acyclic_channel.hpp"
 #include "driveline/rt/cycle_timer.hpp"
 #include "driveline/runtime/files/input_file.hpp"
 #include "driveline/runtime/toml/toml_reader.hpp"
@@ -77,7 +77,8 @@ void read_bus(TomlReader reader, DeviceFiles& files, LineConfig& config) {
   }
   read_max_lost(reader, config);
   if (reader.has("acyclic_bytes")) {
-    config.acyclic_bytes = static_cast<std::size_t>(reader.integer("acyclic_bytes", 60, port::kMaxFrameBytes));
+    config.acyclic_bytes =
+        static_cast<std::size_t>(reader.integer("acyclic_bytes", 60, ecat_master::AcyclicChannel::kMostBytes));
   }
   reader.finish();
 }

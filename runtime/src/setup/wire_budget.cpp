@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "driveline/ecat_master/cyclic/acyclic_budget.hpp"
 #include "driveline/wire/frame.hpp"
 #include "driveline/wire/wire_time.hpp"
 
@@ -51,7 +52,7 @@ WireBudget wire_budget(const ecat_master::Master& master, const LineConfig& conf
     budget.line_measured = true;
   }
   budget.acyclic_bytes = config.acyclic_bytes.value_or(
-      ecat_master::acyclic_frame_bytes(master.image(), config.clocks.has_value(), config.period));
+      ecat_master::acyclic_bytes(master.image(), config.clocks.has_value(), config.period));
   budget.longest_mailbox = longest_mailbox(master);
   return budget;
 }

@@ -45,6 +45,7 @@ def again_when(*sentences):
         @functools.wraps(test)
         def attempts(self):
             for left in reversed(range(ATTEMPTS)):
+                self.last_attempt = not left
                 try:
                     return test(self)
                 except (self.failureException, ValueError):  # of no JSON
@@ -103,6 +104,7 @@ class ProgramTest(unittest.TestCase):
         self.addCleanup(shutil.rmtree, self.directory)
 
     prefix = []  # in front of every command
+    last_attempt = False  # of a test that is tried again
 
     def write(self, name, text):
         file = self.directory / name
@@ -150,11 +152,19 @@ class ProgramTest(unittest.TestCase):
         line = description.setdefault("line", {})
         cycle_us = line.get("cycle_us", 125)
         line["cycle_us"] = max(cycle_us, 2000, min(4 * cycle_us, LONGEST_CYCLE_US))
-        description.setdefault("bus", {})["max_lost_cycles"] = 1000
+        bus = description.setdefault("bus", {})
+        bus.pop("max_lost_ms", None)
+        bus["max_lost_cycles"] = 1000
         for slave in description.get("slave", []):
             slave["watchdog"] = {**slave.get("watchdog", {}), "process_data_ms": LONGEST_WATCHDOG_MS}
         text = "".join(f"{key} = {toml(value, folder)}\n" for key, value in description.items())
         return self.write("slower.toml", text)
+
+    def with_patience(self, config):
+        """The line description, and for the last attempt of a test the slower one of `write_slower`."""
+        if not self.last_attempt:
+            return config
+        return self.write_slower(config.parent, tomllib.loads(config.read_text(encoding="utf-8")))
 
     def start(self, *arguments, program=DRIVELINE, log=None, **options):
         """Starts a program; its stderr goes to the file `log`, stdout to `log`.out. Ends with the test."""

@@ -9,7 +9,7 @@ import subprocess
 import sys
 import unittest
 
-from program import DRIVELINE, EXAMPLES, PATIENCE_S, SANITIZED, WireTest
+from program import DRIVELINE, EXAMPLES, PATIENCE_S, SANITIZED, WireTest, again_when_disturbed
 
 MEGABYTE = 1 << 20
 # Of the transfer to one drive; .ci/long makes it longer.
@@ -101,8 +101,9 @@ class EoeTest(WireTest):
 
 
 class InProcess(EoeTest):
+    @again_when_disturbed
     def test_a_browser_and_a_transfer(self):
-        run = self.start_run(EXAMPLES / "line3-eoe.toml", "--output", "out")
+        run = self.start_run(self.with_patience(EXAMPLES / "line3-eoe.toml"), "--output", "out")
         self.wait_until_reachable("192.168.38.5", "192.168.38.6", "192.168.38.7")
         page = self.run_program("-sS", "--max-time", 60, "http://192.168.38.5/", program="curl")
         self.assertEqual(page.returncode, 0, page.stderr)

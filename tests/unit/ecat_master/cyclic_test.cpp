@@ -5,6 +5,7 @@
 #include "driveline/ecat_master/cyclic/cyclic_frame.hpp"
 #include "driveline/ecat_master/cyclic/motion.hpp"
 #include "driveline/trajectory/path.hpp"
+#include "driveline/wire/wire_time.hpp"
 #include "support/bytes.hpp"
 #include "support/fake_port.hpp"
 
@@ -319,6 +320,17 @@ TEST(AcyclicChannel, SavesNothingForABurst) {
   for (int cycle = 0; cycle < 100; ++cycle) EXPECT_EQ(send_due(channel, port, 0), 0U);
   for (std::uint64_t id = 1; id <= 5; ++id) ASSERT_TRUE(channel.submit(job(id)));
   EXPECT_EQ(send_due(channel, port, 0), 2U) << "preamble and gap of the second one are within the budget";
+}
+
+TEST(AcyclicChannel, ALongCycleHasRoomForSeveralOfTheLongestFrames) {
+  rt::VirtualClock clock;
+  FakePort port(clock);
+  AcyclicChannel channel(AcyclicChannel::kLostAfterCycles, 3 * port::kMaxFrameBytes + 2 * wire::kPreambleFcsGap);
+  auto longest = job(1);
+  longest.size = port::kMaxFrameBytes;
+  for (; longest.id <= 5; ++longest.id) ASSERT_TRUE(channel.submit(longest));
+  EXPECT_EQ(send_due(channel, port, 0), 3U);
+  EXPECT_EQ(send_due(channel, port, 3), 5U) << "the budget of the next cycle";
 }
 
 TEST(CyclicExchange, PacksNoMoreThanTheBudgetIntoAFrame) {

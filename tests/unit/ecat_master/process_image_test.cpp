@@ -2,6 +2,10 @@
 
 #include <gmock/gmock.h>
 
+#include <chrono>
+
+#include "driveline/ecat_master/cyclic/acyclic_budget.hpp"
+
 namespace driveline::ecat_master {
 namespace {
 
@@ -327,10 +331,11 @@ TEST(AcyclicFrames, HaveWhatTheCycleLeaves) {
   using std::chrono::microseconds;
   const auto drives = [](std::size_t count) { return lay_out(std::vector<Bytes>(count, Bytes{19, 19})); };
   // 112.5 us are 1406 bytes; 218 of them are the eight drives', 24 the preamble, FCS and gap of the frame itself.
-  EXPECT_EQ(acyclic_frame_bytes(drives(8), false, microseconds{125}), 1406U - 218 - 24);
-  EXPECT_EQ(acyclic_frame_bytes(drives(8), true, microseconds{125}), 1406U - 218 - 16 - 24);
-  EXPECT_EQ(acyclic_frame_bytes(drives(8), false, microseconds{1000}), 1518U);
-  EXPECT_EQ(acyclic_frame_bytes(drives(70), false, microseconds{125}), 60U) << "the shortest frame there is";
+  EXPECT_EQ(acyclic_bytes(drives(8), false, microseconds{125}), 1406U - 218 - 24);
+  EXPECT_EQ(acyclic_bytes(drives(8), true, microseconds{125}), 1406U - 218 - 16 - 24);
+  EXPECT_EQ(acyclic_bytes(drives(8), false, microseconds{1000}), 11250U - 218 - 24);
+  EXPECT_EQ(acyclic_bytes(drives(8), false, microseconds{2000}), 8 * 1518U) << "as many frames as may be on their way";
+  EXPECT_EQ(acyclic_bytes(drives(70), false, microseconds{125}), 60U) << "the shortest frame there is";
 }
 
 TEST(WireTime, IsThatOfTheBusiestCycle) {

@@ -92,7 +92,7 @@ TEST(PositionProfile, GoesOnAtTheVelocityOfTheEnd) {
 
 TEST(PositionProfile, RefusesWhatIsNotANumberOrContradictsItself) {
   const Motion good{{}, {1.0, 0.0, 0.0}, ProfileLimits::symmetric(1.0, 1.0, 1.0)};
-  const auto reason = [](const Motion& motion) { return plan(motion).error().reason; };
+  const auto reason = [](const Motion& motion) { return plan(motion) ? Reason::kAxes : plan(motion).error().reason; };
   for (const double bad : {kNan, 0.0, -1.0}) {
     Motion motion = good;
     motion.limits.max_velocity = bad;
@@ -305,6 +305,23 @@ TEST(PositionProfile, ComesBackInsideTheLimitsFirst) {
       back_s += profile->duration_s() / 500.0;
     }
     ASSERT_EQ(ProfileOracle(motion).complaint(*profile, back_s + 0.01), "");
+  }
+}
+
+TEST(PositionProfile, TurnedRoundItIsTheSame) {
+  test::Random random;
+  for (int round = 0; round < test::profile_rounds(5000); ++round) {
+    DRIVELINE_TRACE_SEED(random, round);
+    const Motion motion{{random.real(-5.0, 5.0), random.real(-4.0, 4.0), random.real(-6.0, 6.0)},
+                        {random.real(-5.0, 5.0), random.real(-0.5, 0.5), 0.0},
+                        {2.0, -1.0, 3.0, -4.0, 5.0}};
+    const Motion turned{{-motion.from.position, -motion.from.velocity, -motion.from.acceleration},
+                        {-motion.to.position, -motion.to.velocity, 0.0},
+                        {1.0, -2.0, 4.0, -3.0, 5.0}};
+    const Profile one = plan(motion).value();
+    const Profile other = plan(turned).value();
+    ASSERT_NEAR(one.duration_s(), other.duration_s(), 1e-9);
+    ASSERT_NEAR(one.evaluate(0.3).position, -other.evaluate(0.3).position, 1e-9);
   }
 }
 

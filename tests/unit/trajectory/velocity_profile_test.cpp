@@ -99,7 +99,8 @@ TEST(VelocityProfile, FromOutsideTheLimitsItGoesStraightToTheTarget) {
 TEST(VelocityProfile, RefusesWhatItCannotPlan) {
   const ProfileLimits limits{2.0, -1.0, 3.0, -4.0, 5.0};
   const auto reason = [&](const AxisSetpoint& from, double velocity, double acceleration, const ProfileLimits& with) {
-    return plan_to_velocity(from, velocity, acceleration, with).error().reason;
+    const auto profile = plan_to_velocity(from, velocity, acceleration, with);
+    return profile ? Reason::kAxes : profile.error().reason;
   };
   EXPECT_EQ(reason({}, 2.1, 0.0, limits), Reason::kTarget);
   EXPECT_EQ(reason({}, -1.1, 0.0, limits), Reason::kTarget);

@@ -35,6 +35,8 @@ class AcyclicChannel {
   static constexpr std::uint32_t kLostAfterCycles = 8;
   /// Frames on the wire, or taken from the ring to be sent next.
   static constexpr std::size_t kMostFrames = 8;
+  /// The largest budget: as many of the longest frames.
+  static constexpr std::size_t kMostBytes = kMostFrames * port::kMaxFrameBytes;
 
   /// `bytes_per_cycle`: the budget. Takes all memory the channel will need.
   explicit AcyclicChannel(std::uint32_t lost_after_cycles = kLostAfterCycles,

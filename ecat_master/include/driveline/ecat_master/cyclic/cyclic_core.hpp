@@ -73,7 +73,7 @@ class CyclicCore {
     std::uint16_t slaves = 0;        ///< on the line, for the AL status broadcast
     std::uint16_t instance = 0;      ///< FrameTag::instance; the master sets its own
     std::uint32_t sample_every = 1;  ///< samples of every n-th cycle go to the rings
-    /// Bytes of acyclic work per cycle, on average; 0: acyclic_frame_bytes().
+    /// Bytes of acyclic work per cycle, on average; 0: ecat_master::acyclic_bytes().
     std::size_t acyclic_bytes = 0;
     TaskSchedule* tasks = nullptr;        ///< of the application, before and after the motion; must outlive the core
     std::vector<ProcessDataCopy> copies;  ///< slave to slave, done in every cycle behind tasks and motion

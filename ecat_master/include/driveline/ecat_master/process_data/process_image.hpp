@@ -1,6 +1,5 @@
 #pragma once
 
-#include <chrono>
 #include <optional>
 #include <span>
 #include <vector>
@@ -171,9 +170,5 @@ class ProcessImage {
 /// Time the cyclic frames of the busiest cycle occupy a 100 Mbit/s wire, in nanoseconds: preamble, header, payload (60
 /// bytes at least), FCS and gap, 80 ns a byte. `clocks`: with the datagram that hands on the reference clock's time.
 [[nodiscard]] std::uint64_t wire_time_ns(const ProcessImage& image, bool clocks);
-
-/// Longest acyclic frame that does not delay the next cycle's frames: the rest of nine tenths of `period` after
-/// wire_time_ns(), limited to the shortest and the longest frame.
-[[nodiscard]] std::size_t acyclic_frame_bytes(const ProcessImage& image, bool clocks, std::chrono::nanoseconds period);
 
 }  // namespace driveline::ecat_master

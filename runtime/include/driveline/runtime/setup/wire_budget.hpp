@@ -21,7 +21,7 @@ struct WireBudget {
   std::chrono::nanoseconds line{};    ///< travel time of a frame through all slaves and back
   bool line_measured = false;         ///< by the receive times of the ports; else 1 us a slave is assumed
   std::chrono::nanoseconds period{};
-  std::size_t acyclic_bytes = 0;    ///< longest acyclic frame that fits into a cycle beside the process data
+  std::size_t acyclic_bytes = 0;    ///< of acyclic frames that fit into a cycle beside the process data
   std::size_t longest_mailbox = 0;  ///< frame with the largest mailbox of the line; 0: no mailboxes
   /// From the first bit sent to the last one back.
   [[nodiscard]] std::chrono::nanoseconds total() const noexcept { return frames + line; }
