@@ -16,7 +16,7 @@ tl::expected<void, LeaseRefusal> AxisAuthority::take(std::size_t axis, const Lea
   return {};
 }
 
-void AxisAuthority::prolong(std::string_view owner, std::chrono::nanoseconds until) {
+void AxisAuthority::prolong(std::string_view owner, std::optional<std::chrono::nanoseconds> until) {
   const std::lock_guard guard(lock_);
   for (auto& lease : leases_) {
     if (lease.owner == owner && lease.until) lease.until = until;

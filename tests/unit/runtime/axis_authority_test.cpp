@@ -78,6 +78,10 @@ TEST(AxisAuthority, LeaseThatIsNotProlongedEnds) {
   EXPECT_THAT(authority.losses(nanoseconds{99}), IsEmpty());
   authority.prolong("hand", nanoseconds{200});
   EXPECT_THAT(authority.losses(nanoseconds{199}), IsEmpty());
+  ASSERT_TRUE(authority.take(0, terms("hand", nanoseconds{100})));
+  authority.prolong("hand", std::nullopt);
+  EXPECT_THAT(authority.losses(nanoseconds{1'000}), IsEmpty()) << "no end any more";
+  ASSERT_TRUE(authority.take(0, terms("hand", nanoseconds{200})));
   const auto lost = authority.losses(nanoseconds{200});
   ASSERT_EQ(lost.size(), 1U);
   EXPECT_EQ(lost[0].axis, 0U);

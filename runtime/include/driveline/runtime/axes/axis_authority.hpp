@@ -44,8 +44,8 @@ class AxisAuthority {
 
   /// Takes the axis, or prolongs the owner's own lease. Error: somebody else has it.
   [[nodiscard]] tl::expected<void, LeaseRefusal> take(std::size_t axis, const LeaseTerms& terms);
-  /// Prolongs all leases of `owner` that have an end.
-  void prolong(std::string_view owner, std::chrono::nanoseconds until);
+  /// Gives all leases of `owner` that have an end another one, or none.
+  void prolong(std::string_view owner, std::optional<std::chrono::nanoseconds> until);
   /// Gives the axis back; nothing happens if it is another's.
   void release(std::size_t axis, std::string_view owner);
   /// Gives all his axes back: their numbers.
