@@ -15,7 +15,6 @@ namespace {
 
 using ecat_master::Master;
 using ecat_master::SoeClient;
-using ecat_master::facts::SoeDatum;
 using testing::HasSubstr;
 using testing::SizeIs;
 using wire::Idn;

@@ -9,7 +9,7 @@
 
 #include "axes/quantity.hpp"
 #include "driveline/runtime/config/finite_number.hpp"
-#include "text/suggestion.hpp"
+#include "driveline/runtime/toml/suggestion.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -47,8 +47,8 @@ constexpr std::array kBufferModes = {BufferMode::kAborting,     BufferMode::kBuf
                                      BufferMode::kBlendingLow,  BufferMode::kBlendingPrevious,
                                      BufferMode::kBlendingNext, BufferMode::kBlendingHigh};
 
-std::string hint(std::string_view word, std::span<const std::string> known) {
-  const auto meant = closest(word, known);
+std::string hint(std::string_view word, std::span<const std::string_view> known) {
+  const auto meant = runtime::closest(word, known);
   return meant.empty() ? std::string{} : fmt::format("; did you mean {}?", meant);
 }
 
@@ -110,7 +110,7 @@ class RequestReader {
   }
 
   [[nodiscard]] Outcome<void> read_mode(std::string_view word) {
-    const std::array<std::string, 3> names{"csp", "csv", "cst"};
+    constexpr std::array<std::string_view, 3> names{"csp", "csv", "cst"};
     const auto* const found = std::find(names.begin(), names.end(), word);
     if (found == names.end()) {
       return misused(fmt::format("mode \"{}\": csp, csv or cst is expected{}", word, hint(word, names)));
@@ -136,8 +136,8 @@ class RequestReader {
       if (name == "add") return relative(AxisCommand::kMoveAdditive, value);
       if (name == "superimpose") return relative(AxisCommand::kMoveSuperimposed, value);
     }
-    const std::array<std::string, 8> known{"velocity", "acceleration", "deceleration", "jerk",
-                                           "buffer",   "by",           "add",          "superimpose"};
+    constexpr std::array<std::string_view, 8> known{"velocity", "acceleration", "deceleration", "jerk",
+                                                    "buffer",   "by",           "add",          "superimpose"};
     return misused(fmt::format("axis {}: {}: \"{}=\" does not belong there{}", axis_.name, verb_.name, name,
                                std::find(known.begin(), known.end(), name) == known.end() ? hint(name, known) : ""));
   }
@@ -149,9 +149,9 @@ class RequestReader {
   }
 
   [[nodiscard]] Outcome<void> read_buffer(std::string_view value) {
-    std::vector<std::string> names;
+    std::vector<std::string_view> names;
     for (const auto mode : kBufferModes) {
-      names.emplace_back(ecat_master::to_text(mode));
+      names.push_back(ecat_master::to_text(mode));
       if (names.back() != value) continue;
       request_.buffer = mode;
       return {};
@@ -200,10 +200,10 @@ std::string quoted_word(std::string_view word) {
   return plain ? std::string(word) : fmt::format("\"{}\"", word);
 }
 
-std::span<const std::string> axis_verbs() {
+std::span<const std::string_view> axis_verbs() {
   static const auto verbs = [] {
-    std::vector<std::string> names;
-    for (const auto& verb : kVerbs) names.emplace_back(verb.name);
+    std::vector<std::string_view> names;
+    for (const auto& verb : kVerbs) names.push_back(verb.name);
     return names;
   }();
   return verbs;
@@ -235,9 +235,9 @@ Outcome<std::chrono::nanoseconds> parse_time(std::string_view text, std::string_
 
 Outcome<std::vector<std::size_t>> find_axes(std::span<const AxisConfig> axes, std::string_view name) {
   std::vector<std::size_t> found;
-  std::vector<std::string> names;
+  std::vector<std::string_view> names;
   for (std::size_t i = 0; i < axes.size(); ++i) {
-    names.push_back(axes[i].name);
+    names.emplace_back(axes[i].name);
     if (axes[i].name == name) return std::vector{i};
     found.push_back(i);
   }

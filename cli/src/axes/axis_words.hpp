@@ -18,7 +18,7 @@ namespace driveline::cli {
 [[nodiscard]] std::string quoted_word(std::string_view word);
 
 /// What can be asked of an axis, as it is written: "enable", "move" and so on.
-[[nodiscard]] std::span<const std::string> axis_verbs();
+[[nodiscard]] std::span<const std::string_view> axis_verbs();
 
 /// What the words behind the name of an axis ask for: "move 90deg velocity=30deg/s". Numbers without a unit are in the
 /// unit of the axis. Failure: status 2.

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "text/suggestion.hpp"
+#include "driveline/runtime/toml/suggestion.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -56,9 +56,9 @@ std::vector<NamedUnit> units_of(const ecat_master::AxisConfig& axis, Quantity qu
   return units;
 }
 
-std::vector<std::string> names_of(const std::vector<NamedUnit>& units) {
-  std::vector<std::string> names;
-  for (const auto& unit : units) names.push_back(unit.name);
+std::vector<std::string_view> names_of(const std::vector<NamedUnit>& units) {
+  std::vector<std::string_view> names;
+  for (const auto& unit : units) names.emplace_back(unit.name);
   return names;
 }
 
@@ -85,7 +85,7 @@ Outcome<double> parse_quantity(const ecat_master::AxisConfig& axis, Quantity qua
     if (known.name == unit) return number->value * known.factor;
   }
   const auto names = names_of(units);
-  const auto meant = closest(unit, names);
+  const auto meant = runtime::closest(unit, names);
   return misused(fmt::format("{} \"{}\": axis {} has no unit \"{}\" for it{}; {} {}", what, text, axis.name, unit,
                              meant.empty() ? "" : fmt::format(", did you mean {}?", meant), fmt::join(names, ", "),
                              names.size() > 1 ? "are possible" : "is expected"));

@@ -182,7 +182,7 @@ Outcome<int> order_axis(const AxisOptions& options) {
 /// The requests that a line knows, and what this command adds.
 std::vector<std::string_view> request_names() {
   std::vector<std::string_view> names{"status"};
-  for (const auto& verb : axis_verbs()) names.push_back(verb);
+  for (const auto verb : axis_verbs()) names.push_back(verb);
   return names;
 }
 
