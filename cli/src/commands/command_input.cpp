@@ -141,14 +141,16 @@ void CommandInput::run(std::chrono::milliseconds timeout, CommandExecutor& execu
   serve_clients(executor);
 }
 
-void CommandInput::supply(std::uint64_t connection, std::string_view text) {
+void CommandInput::supply(std::uint64_t connection, std::string_view text, CommandExecutor& executor) {
   for (auto& client : clients_) {
     if (client.sender.connection != connection || !client.waits) continue;
     client.answer = fmt::format("{}\n", text);
     client.waits = false;
     client.answered = true;
     send_answer(client);
+    if (client.gone && client.stays) executor.gone(client.sender);
   }
+  std::erase_if(clients_, [](const Client& client) { return client.gone; });
 }
 
 void CommandInput::read_stdin(CommandExecutor& executor) {

@@ -56,7 +56,7 @@ class CommandInput {
   /// Waits for commands up to `timeout` and executes those that arrive. Answers to stdin go to stderr.
   void run(std::chrono::milliseconds timeout, CommandExecutor& executor);
   /// Answers a command that was to be answered later; a client that has gone is passed over.
-  void supply(std::uint64_t connection, std::string_view text);
+  void supply(std::uint64_t connection, std::string_view text, CommandExecutor& executor);
 
  private:
   explicit CommandInput(std::string path) : path_(std::move(path)) {}

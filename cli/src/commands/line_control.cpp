@@ -33,7 +33,7 @@ void LineControl::serve() {
       const std::lock_guard guard(lock_);
       answered.swap(answered_);
     }
-    for (const auto& answer : answered) input_->supply(answer.connection, answer.text);
+    for (const auto& answer : answered) input_->supply(answer.connection, answer.text, *this);
   }
 }
 

@@ -1,6 +1,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "axes/axis_script.hpp"
 #include "commands/command_input.hpp"
@@ -10,6 +14,7 @@
 #include "commands/tool_options.hpp"
 #include "console.hpp"
 #include "driveline/bridge/dds_publisher.hpp"
+#include "driveline/ecat_master/cia402/cia402.hpp"
 #include "driveline/runtime/line.hpp"
 #include "driveline/runtime/toml/suggestion.hpp"
 #include "driveline/trajectory/interpolation_method.hpp"
@@ -30,6 +35,7 @@ struct RunOptions {
   std::string output_directory;  ///< empty: as configured
   std::string capture;           ///< empty: as configured
   std::string interpolation;     ///< name of a method; empty: as configured
+  std::string mode;              ///< of all axes; empty: as configured
   std::string control;           ///< socket for other commands; empty: the default one
   std::string script;            ///< of requests to axes; empty: none
   bool no_enable = false;
@@ -80,11 +86,29 @@ std::vector<std::string_view> interpolation_names() {
   return names;
 }
 
-Outcome<void> check_interpolation(const std::string& name) {
-  if (name.empty() || trajectory::find_interpolation_method(name) != nullptr) return {};
-  const auto names = interpolation_names();
+constexpr std::array kModes{std::pair{std::string_view("csp"), ecat_master::cia402::Mode::kCyclicPosition},
+                            std::pair{std::string_view("csv"), ecat_master::cia402::Mode::kCyclicVelocity},
+                            std::pair{std::string_view("cst"), ecat_master::cia402::Mode::kCyclicTorque}};
+
+std::vector<std::string_view> mode_names() {
+  std::vector<std::string_view> names;
+  for (const auto& mode : kModes) names.push_back(mode.first);
+  return names;
+}
+
+std::optional<ecat_master::cia402::Mode> find_mode(std::string_view name) {
+  const auto* found =
+      std::find_if(kModes.begin(), kModes.end(), [name](const auto& mode) { return mode.first == name; });
+  if (found == kModes.end()) return std::nullopt;
+  return found->second;
+}
+
+/// An option that is left out is empty.
+Outcome<void> check_choice(std::string_view option, const std::string& name,
+                           const std::vector<std::string_view>& names) {
+  if (name.empty() || std::find(names.begin(), names.end(), name) != names.end()) return {};
   const auto meant = runtime::closest(name, names);
-  return misused(fmt::format("--interpolation {}: one of {} is expected{}", name, fmt::join(names, ", "),
+  return misused(fmt::format("{} {}: one of {} is expected{}", option, name, fmt::join(names, ", "),
                              meant.empty() ? "" : fmt::format("; did you mean {}?", meant)));
 }
 
@@ -102,7 +126,11 @@ Outcome<void> check(const RunOptions& options) {
     return misused("--script moves the axes of a line description: it needs --config FILE");
   if (options.bus.virtual_time && !options.bus.interface.empty())
     return misused("--virtual runs the simulated line in this process; a network interface has no virtual time");
-  if (auto checked = check_interpolation(options.interpolation); !checked) return checked;
+  if (auto checked = check_choice("--interpolation", options.interpolation, interpolation_names()); !checked)
+    return checked;
+  if (auto checked = check_choice("--mode", options.mode, mode_names()); !checked) return checked;
+  if (!options.mode.empty() && options.bus.config.empty())
+    return misused("--mode is for the axes of a line description: it needs --config FILE");
   return check_bus_options(options.bus);
 }
 
@@ -127,6 +155,7 @@ Outcome<std::unique_ptr<runtime::Line>> open_line(const RunOptions& options) {
   to.interface = options.bus.interface;
   to.second_interface = options.bus.interface2;
   to.virtual_time = options.bus.virtual_time;
+  to.mode = find_mode(options.mode);
   to.adjust = [&options](runtime::LineConfig& config) { return adjust(options, config); };
   auto line = options.bus.config.empty() ? runtime::Line::from_interface(options.bus.interface, to)
                                          : runtime::Line::from_file(options.bus.config, to);
@@ -167,12 +196,14 @@ class RunConsole final : public ConsoleObserver {
 
   void event(const runtime::Event& event) override {
     ConsoleObserver::event(event);
-    if (event.is<runtime::events::NoPath>() && control_ != nullptr && script_ == nullptr) tell_how_to_move();
+    if (!event.is<runtime::events::NoPath>()) return;
+    axes_wait_ = true;
+    if (control_ != nullptr && script_ == nullptr) tell_how_to_move();
   }
 
   void look() override {
     if (stop_requested()) line_.request_stop();
-    if (script_ != nullptr) go_on_with_script();
+    if (script_ != nullptr && axes_wait_) go_on_with_script();
     if (control_ == nullptr) return;
     control_->answer_questions([this](std::string_view question) { return answer(question); });
   }
@@ -216,6 +247,7 @@ class RunConsole final : public ConsoleObserver {
   LineControl* control_;
   AxisScript* script_;
   std::optional<Failure> script_failure_;
+  bool axes_wait_ = false;  ///< for requests
 };
 
 /// The socket that no other run listens at, where others expect it; null: there can be none.
@@ -302,6 +334,8 @@ Execute prepare_run(Arguments& to) {
   to.flag("--no-enable", options->no_enable, "Without [path]: leave the axes disabled until they are asked for");
   to.option("--interpolation", &options->interpolation, Value::choice("METHOD", interpolation_names()),
             "How the points of the path are joined, instead of [path] interpolation");
+  to.option("--mode", &options->mode, Value::choice("MODE", mode_names()),
+            "Mode of operation of all axes, instead of their own in the description");
   to.flag("--no-plots", options->no_plots, "Leave only the CSV files");
   to.flag("--increments", options->increments,
           "Drive increments beside what is in the units of the axes: summary, CSV files, plots, faults");

@@ -261,7 +261,8 @@ void read_in_unit(TomlReader& reader, std::string_view key, const ecat_master::A
   value = unit.to_si(reader.number(key, unit.from_si(minimum), unit.from_si(maximum)));
 }
 
-ecat_master::AxisConfig read_axis(TomlReader reader, const LineConfig& config) {
+ecat_master::AxisConfig read_axis(TomlReader reader, const LineConfig& config,
+                                  std::optional<ecat_master::cia402::Mode> mode) {
   using ecat_master::cia402::Mode;
   const auto& slaves = config.slaves;
   const auto& others = config.axes;
@@ -280,6 +281,7 @@ ecat_master::AxisConfig read_axis(TomlReader reader, const LineConfig& config) {
   }
   constexpr Mode kModes[] = {Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque};
   axis.mode = kModes[reader.choice_or("mode", 0, {"csp", "csv", "cst"})];
+  if (mode) axis.mode = *mode;
   check_objects(reader, *slave, axis.mode);
   const auto defaults = drive_rules(config, *slave).axis_defaults();
   const double increments = reader.number_or("increments_per_revolution", defaults.increments_per_revolution, 1.0,
@@ -351,7 +353,8 @@ void read_recovery(TomlReader reader, RecoveryConfig& recovery) {
   reader.finish();
 }
 
-LineConfig read_config(const toml::table& table, const std::filesystem::path& file, const DeviceRegistry& devices) {
+LineConfig read_config(const toml::table& table, const std::filesystem::path& file, const DeviceRegistry& devices,
+                       std::optional<ecat_master::cia402::Mode> mode) {
   auto root = read_toml_table(table, file.string());
   LineConfig config;
   config.devices = devices;
@@ -373,7 +376,7 @@ LineConfig read_config(const toml::table& table, const std::filesystem::path& fi
   }
   if (root.has("gateway")) config.gateway = read_gateway(root.table("gateway"), config.slaves);
   if (root.has("dc")) config.clocks = read_clocks(root.table("dc"), config.period, config.slaves);
-  for (auto& reader : root.tables("axis")) config.axes.push_back(read_axis(std::move(reader), config));
+  for (auto& reader : root.tables("axis")) config.axes.push_back(read_axis(std::move(reader), config, mode));
   read_process_data(root, config);
   complete_velocity_gains(config);
   if (root.has("path")) read_path(root.table("path"), file.parent_path(), config);
@@ -407,14 +410,14 @@ const DriveRules& drive_rules(const LineConfig& config, const SlaveConfig& slave
 }
 
 Result<LineConfig> parse_line_config(std::string_view text, const std::filesystem::path& name,
-                                     const DeviceRegistry& devices) {
+                                     const DeviceRegistry& devices, std::optional<ecat_master::cia402::Mode> mode) {
   if (const auto line = too_deep_line(text)) {
     return fail_file(
         name, fmt::format("keys or values are more than {} levels deep; a line description needs four", kMaxTomlDepth),
         *line);
   }
   try {
-    return read_config(toml::parse(text, name.string()), name, devices);
+    return read_config(toml::parse(text, name.string()), name, devices, mode);
   } catch (const toml::parse_error& error) {
     return fail_file(name, std::string(error.description()), error.source().begin.line);
   } catch (const ConfigError& wrong) {
@@ -422,10 +425,11 @@ Result<LineConfig> parse_line_config(std::string_view text, const std::filesyste
   }
 }
 
-Result<LineConfig> load_line_config(const std::filesystem::path& file, const DeviceRegistry& devices) {
+Result<LineConfig> load_line_config(const std::filesystem::path& file, const DeviceRegistry& devices,
+                                    std::optional<ecat_master::cia402::Mode> mode) {
   const auto text = read_input_file(file);
   if (!text) return tl::unexpected(text.error());
-  return parse_line_config(*text, file, devices);
+  return parse_line_config(*text, file, devices, mode);
 }
 
 }  // namespace driveline::runtime

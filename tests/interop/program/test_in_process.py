@@ -105,6 +105,23 @@ class VirtualTime(ProgramTest):
         result = self.run_program("run", "--config", config, "--virtual", "--json", "--no-plots", *arguments)
         return result, self.one_document(result.stdout)
 
+    def test_mode_is_chosen_on_the_command_line(self):
+        self.write("path.csv", "time[s],x[rad]\n0,0\n1,31\n1.5,31\n")
+        documents = {}
+        for mode in ("csp", "csv", "cst"):
+            with self.subTest(mode=mode):
+                result, chosen = self.run_axis("", "inertia = 3e-4\n", "--mode", mode)
+                self.assertEqual(result.returncode, 0, result.stderr)
+                result, written = self.run_axis("", f'mode = "{mode}"\ninertia = 3e-4\n')
+                self.assertEqual(result.returncode, 0, result.stderr)
+                self.assertEqual(chosen["axes"], written["axes"])
+                documents[mode] = chosen["axes"][0]["following_error_rms"]
+        self.assertEqual(len(set(documents.values())), 3, documents)
+        config = self.write("line.toml", self.AXIS.format("", ""))
+        self.check_refused(self.run_program("run", "--config", config, "--virtual", "--mode", "cst"), 2, "velocity_gain", '"cst"')
+        self.check_refused(self.run_program("run", "--config", config, "--mode", "cvs"), 2, "did you mean csv?")
+        self.check_refused(self.run_program("run", "--iface", "lo", "--mode", "csv"), 2, "--config FILE")
+
     def test_torque_mode_moves_with_the_inertia_alone(self):
         self.write("path.csv", "time[s],x[rad]\n0,0\n1,31\n1.5,31\n")
         result, document = self.run_axis("", 'mode = "cst"\ninertia = 3e-4\n')

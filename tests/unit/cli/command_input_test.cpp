@@ -93,10 +93,11 @@ TEST_F(CommandSocket, AnswerThatTakesItsTimeHoldsUpNobody) {
   look();
   EXPECT_EQ(heard(client), "diag!\n");
   EXPECT_EQ(heard(slow), "");
-  input->supply(1, "there it is");
+  input->supply(1, "there it is", *this);
   EXPECT_EQ(heard(slow), "there it is\n");
-  look();
-  input->supply(1, "and again");
+  std::array<char, 1> more;
+  EXPECT_EQ(::recv(slow.get(), more.data(), more.size(), 0), 0) << "the end comes with it, whatever others do";
+  input->supply(1, "and again", *this);
 }
 
 TEST_F(CommandSocket, WhoMovesAxesIsNotPushedOutByOthers) {

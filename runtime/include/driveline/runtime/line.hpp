@@ -39,8 +39,9 @@ class Line {
     std::string interface;         ///< network interface; replaces the simulated line or interface of the description
     std::string second_interface;  ///< at the far end of a ring
     bool virtual_time = false;     ///< simulated line on virtual time: deterministic, as fast as possible
-    Session::Adjust adjust{};      ///< changes the configuration before anything is opened
-    DeviceRegistry devices{};      ///< the families that a file may name; a description in C++ has its own
+    std::optional<ecat_master::cia402::Mode> mode{};  ///< of all axes of a file, instead of their own: CSP, CSV or CST
+    Session::Adjust adjust{};                         ///< changes the configuration before anything is opened
+    DeviceRegistry devices{};  ///< the families that a file may name; a description in C++ has its own
   };
   /// Settings of one run.
   struct RunSettings {

@@ -168,12 +168,15 @@ struct LostLimit {
 
 /// Reads a line description (TOML) whose slaves are of the families in `devices`. Every key is checked: unknown keys,
 /// wrong types and values out of range are errors of one sentence that starts with file:line and says what was
-/// expected. Paths in it are relative to the file, but the output directory to the working directory.
+/// expected. Paths in it are relative to the file, but the output directory to the working directory. `mode` goes
+/// before the `mode` of every axis: CSP, CSV or CST; the file is checked as if it stood there.
 [[nodiscard]] Result<LineConfig> load_line_config(const std::filesystem::path& file,
-                                                  const DeviceRegistry& devices = DeviceRegistry{});
+                                                  const DeviceRegistry& devices = DeviceRegistry{},
+                                                  std::optional<ecat_master::cia402::Mode> mode = std::nullopt);
 
 /// The same for text that is at hand; `name` stands for the file in errors.
 [[nodiscard]] Result<LineConfig> parse_line_config(std::string_view text, const std::filesystem::path& name,
-                                                   const DeviceRegistry& devices = DeviceRegistry{});
+                                                   const DeviceRegistry& devices = DeviceRegistry{},
+                                                   std::optional<ecat_master::cia402::Mode> mode = std::nullopt);
 
 }  // namespace driveline::runtime
