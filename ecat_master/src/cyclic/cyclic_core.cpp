@@ -32,8 +32,8 @@ constexpr unsigned kAdpShift = 16;
 
 }  // namespace
 
-CyclicCore::CyclicCore(port::Port& port, rt::Clock& clock, ProcessImage image, MotionControl* motion,
-                       SampleRings rings, Settings settings)
+CyclicCore::CyclicCore(port::Port& port, rt::Clock& clock, ProcessImage image, MotionControl* motion, SampleRings rings,
+                       Settings settings)
     : port_(port),
       clock_(clock),
       image_(std::move(image)),

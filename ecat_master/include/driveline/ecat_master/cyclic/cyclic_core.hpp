@@ -85,8 +85,8 @@ class CyclicCore {
   static constexpr std::size_t kAbsenceRing = 256;
 
   /// `motion` may be null: process data are exchanged as the image holds them.
-  CyclicCore(port::Port& port, rt::Clock& clock, ProcessImage image, MotionControl* motion,
-             SampleRings rings, Settings settings);
+  CyclicCore(port::Port& port, rt::Clock& clock, ProcessImage image, MotionControl* motion, SampleRings rings,
+             Settings settings);
 
   /// One cycle. \rtsafe
   void cycle(const rt::CycleStart& start) noexcept;

@@ -39,6 +39,7 @@ class SetpointSupply {
 
  private:
   trajectory::Coast coast_{};
+  double max_velocity_ = 0.0;
   double max_acceleration_ = 0.0;
   double period_s_ = 1.0;
   double sent_ = 0.0;
