@@ -397,6 +397,21 @@ TEST(SingleAxis, IsSwitchedOffAtRestOnly) {
   line.expect_obedience();
 }
 
+TEST(SingleAxis, PowerThatIsAskedForAgainOnTheWayToRestHalts) {
+  SingleLine line;
+  line.enable();
+  line.submit(request(AxisCommand::kMoveVelocity, 40.0));
+  line.cycles(1000);
+  const auto off = line.submit(power(false));
+  line.cycles(40);
+  EXPECT_EQ(line.ask(power(true)).phase, RequestPhase::kDone);
+  EXPECT_EQ(line.phase(off), RequestPhase::kAborted);
+  line.cycles(800);
+  EXPECT_EQ(line.state(), PlcopenState::kStandstill);
+  line.expect_obedience();
+  EXPECT_EQ(line.ask(request(AxisCommand::kMoveRelative, 1.0)).phase, RequestPhase::kDone);
+}
+
 TEST(SingleAxis, TooLongAnAbsenceOfTheMasterStopsIt) {
   SingleLine line;
   line.enable();

@@ -16,8 +16,8 @@ using Reason = ProfileError::Reason;
 /// Calls `use` with the planner of a task.
 template <typename Use>
 auto with_planner(const AxisTask& task, Use use) noexcept {
-  return task.has_jerk_limit ? use(FrontierPlanner<JerkFrontier>(task.boundary, task.way))
-                             : use(FrontierPlanner<TrapezoidFrontier>(task.boundary, task.way));
+  return task.has_jerk_limit ? use(FrontierPlanner<JerkFrontier>(task.boundary, task.way, task.way_error))
+                             : use(FrontierPlanner<TrapezoidFrontier>(task.boundary, task.way, task.way_error));
 }
 
 tl::expected<Profile, ProfileError> finish(Profile profile, const AxisSetpoint& to) noexcept {
@@ -100,7 +100,9 @@ tl::expected<PossibleDurations, ProfileError> possible_durations(const AxisSetpo
     durations.shortest_s_ = task->brake_s + possible_s;
     for (int i = 0; i < kMostEnds && durations.count_ < PossibleDurations::kMaxGaps; ++i) {
       // At an end of a gap, rounding decides which side it is on.
-      const double begin_s = planner.next_impossible_s(possible_s * (1.0 + kSmallestGap));
+      const double probe_s = possible_s * (1.0 + kSmallestGap);
+      const double next_s = planner.next_impossible_s(probe_s);
+      const double begin_s = next_s > probe_s ? next_s : possible_s;
       if (!(begin_s <= kLongestProfile_s)) {
         break;
       }

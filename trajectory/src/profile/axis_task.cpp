@@ -6,6 +6,9 @@
 namespace driveline::trajectory {
 namespace {
 
+/// How far a position is from the one that was meant, relative to it: half of the last digit.
+constexpr double kPositionRounding = 1.2e-16;
+
 bool is_finite(const AxisSetpoint& state) noexcept {
   return std::isfinite(state.position) && std::isfinite(state.velocity) && std::isfinite(state.acceleration);
 }
@@ -14,27 +17,22 @@ tl::unexpected<ProfileError> refuse(ProfileError::Reason reason) noexcept {
   return tl::unexpected(ProfileError{reason, 0.0});
 }
 
-/// The largest velocity that a state leads to, and comes from, if the acceleration is taken back as fast as possible.
-double highest(double velocity, double acceleration) noexcept {
-  return velocity + (acceleration > 0.0 ? acceleration * acceleration / 2.0 : 0.0);
-}
-
 bool is_within(double value, double limit) noexcept {
   return value <= limit * (1.0 + kRounding);
 }
 
 /// Whether a motion within the limits can end as the boundary does.
 bool can_end(const Boundary& b) noexcept {
-  return is_within(b.a1, b.rise) && is_within(-b.a1, b.fall) && is_within(highest(b.v1, -b.a1), b.top) &&
-         is_within(highest(-b.v1, b.a1), b.bottom);
+  return is_within(b.a1, b.rise) && is_within(-b.a1, b.fall) && is_within(Boundary::highest(b.v1, -b.a1), b.top) &&
+         is_within(Boundary::highest(-b.v1, b.a1), b.bottom);
 }
 
 /// Limits that are exceeded by rounding at the ends are raised by as much, so that the ends are inside.
 void enclose_ends(Boundary& b) noexcept {
   b.rise = std::max({b.rise, b.a0, b.a1});
   b.fall = std::max({b.fall, -b.a0, -b.a1});
-  b.top = std::max({b.top, highest(b.v0, b.a0), highest(b.v1, -b.a1)});
-  b.bottom = std::max({b.bottom, highest(-b.v0, -b.a0), highest(-b.v1, b.a1)});
+  b.top = std::max(b.top, b.least_top());
+  b.bottom = std::max(b.bottom, b.least_bottom());
 }
 
 }  // namespace
@@ -87,6 +85,7 @@ tl::expected<AxisTask, ProfileError> prepare_task(const AxisSetpoint& from, cons
   enclose_ends(b);
   task.brake_s = 0.0;
   task.way = unit * (to.position - from.position);
+  task.way_error = unit * kPositionRounding * (std::abs(from.position) + std::abs(to.position));
   if (task.brake.phases.size() > 0) {
     const Profile brake = task.begin_profile({0.0, from.velocity, 0.0});
     task.brake_s = brake.duration_s();

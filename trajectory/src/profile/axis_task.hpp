@@ -16,8 +16,9 @@ struct AxisTask {
   Brake brake;
   double brake_s;
   Boundary boundary;
-  double way;    ///< behind the brake, divided by `scale`
-  double scale;  ///< the jerk limit, or 1 if there is none
+  double way;        ///< behind the brake, divided by `scale`
+  double way_error;  ///< by rounding of the positions, divided by `scale`
+  double scale;      ///< the jerk limit, or 1 if there is none
   bool has_jerk_limit;
 
   /// A profile that has the brake alone. \rtsafe

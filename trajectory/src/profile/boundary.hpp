@@ -18,6 +18,20 @@ struct Boundary {
   double top;     ///< largest velocity forwards
   double bottom;  ///< largest velocity backwards
 
+  /// The largest velocity that an acceleration leads to while it is taken back as fast as possible.
+  [[nodiscard]] static double highest(double velocity, double acceleration) noexcept {
+    return velocity + (acceleration > 0.0 ? acceleration * acceleration / 2.0 : 0.0);
+  }
+  /// The largest velocities, forwards and backwards, that the ends alone lead to or come from.
+  [[nodiscard]] double least_top() const noexcept { return std::max(highest(v0, a0), highest(v1, -a1)); }
+  [[nodiscard]] double least_bottom() const noexcept { return std::max(highest(-v0, -a0), highest(-v1, a1)); }
+  /// The same ends with no more room for the velocity than they need.
+  [[nodiscard]] Boundary narrowed() const noexcept {
+    Boundary narrow = *this;
+    narrow.top = least_top();
+    narrow.bottom = least_bottom();
+    return narrow;
+  }
   /// The same motions with the axis turned round.
   [[nodiscard]] Boundary mirrored() const noexcept { return {-v0, -a0, -v1, -a1, fall, rise, bottom, top}; }
   /// The same motions as a film that runs backwards, with the axis turned round: velocities stay, accelerations do not.

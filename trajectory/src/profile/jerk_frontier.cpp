@@ -11,6 +11,8 @@ constexpr double kNever = std::numeric_limits<double>::infinity();
 /// Newton's steps end when the next one would be lost by rounding: the error is squared with each.
 constexpr double kNewtonStep = 1e-9;
 constexpr int kMostSteps = 80;
+/// Changes of velocity that differ by less, relative to what they are made of, are the same.
+constexpr double kSameChange = 1e-12;
 
 double square(double x) noexcept {
   return x * x;
@@ -357,10 +359,13 @@ JerkFrontier::JerkFrontier(const Boundary& boundary) noexcept : b_(boundary) {
   // What the velocity changes by while the acceleration goes straight to that of the end.
   const double straight = std::abs(b_.a1 - b_.a0) * (b_.a1 + b_.a0) / 2.0;
   const double squares = (square(b_.a0) + square(b_.a1)) / 2.0;
-  const bool rises = change >= straight;
-  main_begin_ = rises ? Begin::kPeak : Begin::kTrough;
   const bool both_up = b_.a0 > 0.0 && b_.a1 > 0.0;
   const bool both_down = b_.a0 < 0.0 && b_.a1 < 0.0;
+  // A change that is straight but for rounding must not become one that passes through zero acceleration, because that
+  // takes much longer.
+  const double rounding = kSameChange * (std::abs(b_.v0) + std::abs(b_.v1) + squares);
+  const bool rises = change - straight >= (both_up ? -rounding : both_down ? rounding : 0.0);
+  main_begin_ = rises ? Begin::kPeak : Begin::kTrough;
   if ((rises && both_up && change < squares) || (!rises && both_down && change > -squares)) {
     has_short_ = true;
     short_begin_ = main_begin_;

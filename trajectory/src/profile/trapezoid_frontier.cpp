@@ -41,8 +41,8 @@ std::optional<double> TrapezoidStretch::next_duration_s(double displacement, dou
   if (needed <= b_.top) {
     return duration_of(needed);
   }
-  return std::max(start_s, duration_of(b_.top)) +
-         (displacement - std::max(way_of(b_.top), this->displacement(start_s))) / b_.top;
+  const double top_s = duration_of(b_.top);
+  return start_s > top_s ? start_s + missing / b_.top : top_s + (displacement - way_of(b_.top)) / b_.top;
 }
 
 double TrapezoidStretch::displacement(double duration_s) const noexcept {

@@ -30,7 +30,9 @@ namespace driveline::trajectory {
 /// What to do about a motion that would leave a range of positions.
 enum class OutOfRange : std::uint8_t {
   kRefuse,  ///< there is no profile
-  kBrake,   ///< the axis is brought to a standstill instead, as fast as possible: Profile::end() is not the target
+  /// The axis is brought to a standstill instead, as fast as possible, and Profile::end() is not the target. One that
+  /// is too fast for the range leaves it all the same.
+  kBrake,
 };
 
 /// The fastest motion, if it stays within a range of positions on its whole way. \rtsafe
