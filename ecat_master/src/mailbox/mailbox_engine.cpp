@@ -93,7 +93,7 @@ void MailboxEngine::take_submissions(MailboxChannel::Finished& finished) {
       channel->second.submit(std::move(submission.dialogue));
       continue;
     }
-    submission.dialogue->fail(Error{facts::NoMailbox{}, submission.position});
+    submission.dialogue->fail(Error{facts::NoMailbox{submission.dialogue->type()}, submission.position});
     finished.push_back(std::move(submission.dialogue));
   }
 }

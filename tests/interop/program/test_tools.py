@@ -285,6 +285,45 @@ class InProcess(ProgramTest):
         result = self.run_program("foe", "write", "--config", LINE8, "-p", "2", "--boot", other)
         self.check_refused(result, 1, "0x800D (firmware does not fit the hardware): the firmware is for another drive")
 
+    def test_operation_data_of_drives(self):
+        line = ["--config", EXAMPLES / "soe.toml", "-p", "1", "--drive", "1"]
+        text = self.run_program("soe", "list", *line).stdout
+        self.assertEqual(len(text.splitlines()), 10)
+        self.assertRegex(text, r"(?m)^S-0-0100  Velocity loop proportional gain +100")
+        document = self.one_document(self.run_program("soe_read", "S-0-0001", *line, "--json").stdout)
+        self.assertEqual([document[key] for key in ("slave", "drive", "idn", "name", "value", "unit", "minimum", "default", "state")],
+                         [1, 1, "S-0-0001", "NC cycle time (TNcyc)", 1000, "us", 125, 1000, None])
+        self.assertEqual(document["attribute"]["protected"], ["SAFEOP", "OP"])
+        listed = self.one_document(self.run_program("soe", "list", *line, "--json").stdout)["idns"]
+        self.assertIn({key: document[key] for key in document if key not in ("slave", "drive")}, listed)
+        for arguments in (["S-0-0100", "150"], ["100", "0x2C"], ["s-0-142", "x" * 512], ["S-0-0142", ""]):
+            with self.subTest(arguments=arguments):
+                result = self.run_program("soe", "write", *arguments, *line)
+                self.assertEqual((result.returncode, result.stdout), (0, ""), result.stderr)
+        result = self.run_program("soe_write", "S-0-0099", "--execute", *line)
+        self.assertEqual((result.returncode, result.stdout), (0, ""), result.stderr)
+        self.assertRegex(result.stderr, r"slave 1 drive 1: data state of S-0-0099 is 0x0003 \(executed\)")
+        for status, arguments, parts in (
+                (2, ["read", "S-0-4096"], ['IDN "S-0-4096": S-0-0017, P-0-0017 or a number is expected']),
+                (2, ["read", "0x10000"], ['IDN "0x10000"']),
+                (2, ["read", "S-0-0001", "--drive", "8"], ["drive"]),
+                (2, ["write", "S-0-0100"], ["VALUE", "--execute"]),
+                (2, ["write", "S-0-0099", "3", "--execute"], ["VALUE", "--execute"]),
+                (2, ["write", "S-0-0100", "70000"], ['"70000" is no value of 2 bytes, unsigned']),
+                (2, ["write", "S-0-0100", "1,2"], ['"1,2" is no value of 2 bytes, unsigned']),
+                (1, ["read", "P-0-0001"], ["slave 1: refused P-0-0001 of drive 1 with SoE error 0x1001 (there is no such IDN)"]),
+                (1, ["list", "--drive", "2"], ["S-0-0017 of drive 2 with SoE error 0x800A (there is no such drive)"]),
+                (1, ["write", "S-0-0011", "0"], ["0x7004 (the value cannot be changed)"]),
+                (1, ["write", "S-0-0100", "0"], ["0x7006 (value below its minimum)"]),
+                (1, ["write", "S-0-0100", "10001"], ["0x7007 (value above its maximum)"]),
+                (1, ["write", "S-0-0142", "x" * 513], ["0x7003 (value too long)"]),
+                (1, ["write", "S-0-0100", "--execute"], ["S-0-0100 is no procedure command"])):
+            with self.subTest(arguments=arguments):
+                self.check_refused(self.run_program("soe", arguments[0], *line[:4], *line[4:] * ("--drive" not in arguments),
+                                                    *arguments[1:]), status, *parts)
+        self.check_refused(self.run_program("soe", "list", "--config", LINE8), 1,
+                           "slave 0: answered with mailbox error 0x0002 (unsupported protocol)")
+
     def test_single_slaves_go_up_to_safeop(self):
         self.assertEqual(self.tool("states", "-p", "1,3", "safeop"), "   1  SAFEOP\n   3  SAFEOP\n")
         states = [slave["state"] for slave in self.one_document(self.tool("states", "-p", "0-3", "--json"))["slaves"]]

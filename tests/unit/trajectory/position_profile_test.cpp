@@ -265,6 +265,23 @@ TEST(PositionProfile, LimitsOfVeryDifferentSizes) {
   }
 }
 
+// An axis that is planned anew while it cruises has a velocity one rounding below the limit.
+TEST(PositionProfile, VelocitiesThatDifferInTheirLastDigits) {
+  for (const double velocity : {2.9959738429213414, 50.0, 1e-3, 700.0}) {
+    double slower = velocity;
+    for (int digit = 0; digit < 6; ++digit) {
+      slower = std::nextafter(slower, 0.0);
+      for (const double jerk : {kInfinity, 641.7, 1e9}) {
+        for (const double way : {3.5219569 * velocity, 1e-3 * velocity, 100.0 * velocity}) {
+          const auto limits = ProfileLimits::symmetric(velocity, 619.3, jerk);
+          judged({{0.8135, slower, 0.0}, {0.8135 + way, velocity, 0.0}, limits});
+          judged({{0.8135, velocity, 0.0}, {0.8135 + way, slower, 0.0}, limits});
+        }
+      }
+    }
+  }
+}
+
 TEST(PositionProfile, TinyDistancesFarFromZero) {
   const Motion motion{{1e9, 0.0, 0.0}, {1e9 + 1e-6, 0.0, 0.0}, ProfileLimits::symmetric(1.0, 10.0, 1000.0)};
   const Profile profile = judged(motion);

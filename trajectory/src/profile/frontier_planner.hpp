@@ -95,7 +95,8 @@ class FrontierPlanner {
     const double moved =
         duration_s * (velocities + duration_s * (ends + std::min(duration_s, boundary_.rise + boundary_.fall)));
     // The last digit of the velocities moves the duration, the more the smaller the accelerations are.
-    const double moved_s = duration_s > 0.0 ? kLastDigits * velocities / (ends + duration_s) : 0.0;
+    const double slowest = Frontier::kJumps ? std::min(boundary_.rise, boundary_.fall) : ends + duration_s;
+    const double moved_s = duration_s > 0.0 ? kLastDigits * velocities / slowest : 0.0;
     return std::abs(way_ - stretch.displacement(duration_s)) <= way_error_ + kSame * moved + velocities * moved_s;
   }
 

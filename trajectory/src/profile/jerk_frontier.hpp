@@ -88,6 +88,7 @@ class JerkStretch {
 class JerkFrontier {
  public:
   using Stretch = JerkStretch;
+  static constexpr bool kJumps = false;  ///< the acceleration
 
   explicit JerkFrontier(const Boundary& boundary) noexcept;
 

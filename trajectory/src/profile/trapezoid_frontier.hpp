@@ -34,6 +34,7 @@ class TrapezoidStretch {
 class TrapezoidFrontier {
  public:
   using Stretch = TrapezoidStretch;
+  static constexpr bool kJumps = true;  ///< the acceleration
 
   explicit TrapezoidFrontier(const Boundary& boundary) noexcept : b_(boundary) {}
 

@@ -14,6 +14,7 @@
 #include "driveline/ecat_master/dc/clock_watch.hpp"
 #include "driveline/ecat_master/discovery/topology.hpp"
 #include "driveline/ecat_master/eoe/eoe_ports.hpp"
+#include "driveline/ecat_master/soe/soe_log.hpp"
 #include "driveline/ecat_master/state_machine.hpp"
 
 namespace driveline::ecat_master {
@@ -151,6 +152,8 @@ class Master {
   [[nodiscard]] MailboxEngine& mailboxes() noexcept { return engine_; }
   /// Emergencies that slaves have sent; any ordinary thread.
   [[nodiscard]] EmergencyLog& emergencies() noexcept { return emergencies_; }
+  /// Notifications and emergencies of SoE, of all slaves.
+  [[nodiscard]] SoeLog& soe_messages() noexcept { return soe_messages_; }
   /// Ports of the slaves that Ethernet frames go through, from open_eoe() on; any ordinary thread.
   [[nodiscard]] EoePorts& eoe() noexcept { return eoe_; }
   /// The slave knows EoE, by its ESI or EEPROM.
@@ -230,6 +233,7 @@ class Master {
   SwitchedExchange exchange_;
   Bus bus_;
   EmergencyLog emergencies_;
+  SoeLog soe_messages_;
   EoePorts eoe_{engine_};
   MailboxEngine engine_;
   CycleMailboxStatus mailbox_status_{*this};

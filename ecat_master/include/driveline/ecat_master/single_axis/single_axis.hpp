@@ -48,15 +48,18 @@ class SingleAxis {
   void take(std::uint64_t id, const AxisRequest& request) noexcept;
   /// The axis has a feed that it may follow. Before the cycle starts.
   void set_fed() noexcept { fed_ = true; }
+  /// set_fed() was called.
   [[nodiscard]] bool fed() const noexcept { return fed_; }
   /// Whether it follows its feed.
   [[nodiscard]] bool follows() const noexcept { return active_ && active_->request.command == AxisCommand::kFollow; }
   /// The setpoint of this cycle. `fed`: that of the feed, null: it has ended, or is not followed.
   void advance(const trajectory::AxisSetpoint* fed) noexcept;
+  /// Control word, mode and targets of this cycle.
   void write_outputs(std::span<std::byte> image) noexcept;
   /// See MotionControl::resume().
   AbsenceEffect resume(std::int64_t cycle, std::int64_t missed) noexcept;
 
+  /// Of the last cycle.
   [[nodiscard]] PlcopenState state() const noexcept { return state_; }
   /// Why it is in ErrorStop.
   [[nodiscard]] AxisError error() const noexcept { return error_; }
@@ -68,6 +71,7 @@ class SingleAxis {
   [[nodiscard]] double position_offset() const noexcept { return offset_; }
   /// AxisCommand::kSetOverride.
   [[nodiscard]] double override_factor() const noexcept { return override_; }
+  /// The drive as an axis.
   [[nodiscard]] const Axis& axis() const noexcept { return *axis_; }
 
  private:
@@ -142,7 +146,7 @@ class SingleAxis {
   PositionWatch watch_;
   SetpointSupply supply_;
   SetpointGenerator generator_{};
-  trajectory::Rejoin rejoin_{};                    ///< to the setpoints of a feed
+  trajectory::Rejoin rejoin_{};                   ///< to the setpoints of a feed
   std::optional<trajectory::Rejoin> way_back_{};  ///< once setpoints reach the drive again
   trajectory::AxisSetpoint setpoint_{};
   double step_velocity_ = 0.0;  ///< of the step to it
@@ -156,7 +160,7 @@ class SingleAxis {
   std::uint32_t bad_cycles_ = 0;
   std::uint32_t cycles_at_rest_ = 0;  ///< in Power::kResting
   bool exchanged_ = false;            ///< the position is of this cycle
-  bool beside_ = false;  ///< after a gap, until it is back where the generator is
+  bool beside_ = false;               ///< after a gap, until it is back where the generator is
   bool fed_ = false;                  ///< set_fed()
   double offset_ = 0.0;
   double override_ = 1.0;
