@@ -12,6 +12,8 @@ foreach(wanted
         include/driveline/runtime/devices/device_family.hpp
         include/driveline/wire/registers.hpp
         include/driveline/slaves/line/line.hpp
+        include/driveline/stream/client.hpp
+        share/driveline/stream_client/driveline/stream/client.hpp
         share/driveline/examples/01_scan.cpp
         share/driveline/examples/line8.toml
         share/driveline/esi/moog_msd.xml
