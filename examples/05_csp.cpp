@@ -5,6 +5,7 @@
 #include <memory>
 #include <numbers>
 
+#include "driveline/ecat_master/cyclic/motion.hpp"
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/runtime/devices/device_registry.hpp"
 #include "driveline/slaves/line/line.hpp"

@@ -11,6 +11,7 @@
 #include <numbers>
 
 #include "driveline/ecat_master/cia402/error_code.hpp"
+#include "driveline/ecat_master/cyclic/motion.hpp"
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/port/interface_lock.hpp"
 #include "driveline/port/raw_socket_port.hpp"

@@ -29,8 +29,8 @@ using trajectory::StreamMethod;
 
 constexpr double kCycleS = 125e-6;
 constexpr int kCyclesPerPoint = 8;
-constexpr int kBatch = 64;  ///< cycles measured at a time: one takes less than the clock resolves
-constexpr int kBatches = 4000;
+constexpr int kCyclesAtATime = 64;  ///< cycles measured at a time: one takes less than the clock resolves
+constexpr int kMeasurements = 4000;
 constexpr int kPoints = 2000;
 constexpr std::uint64_t kSeed = 20260716;
 constexpr double kCubicAimNs = 3.0;
@@ -85,8 +85,8 @@ Summary measure(std::size_t axes, int batches, Cycle cycle) {
   for (int batch = 0; batch < batches; ++batch) {
     rests.take_when_due(now_ns());
     const double begin = now_ns();
-    for (int i = 0; i < kBatch; ++i) cycle(number++);
-    samples.push_back((now_ns() - begin - reading_cost_ns()) / kBatch);
+    for (int i = 0; i < kCyclesAtATime; ++i) cycle(number++);
+    samples.push_back((now_ns() - begin - reading_cost_ns()) / kCyclesAtATime);
   }
   return divided(summarize(std::move(samples)), static_cast<double>(axes));
 }
@@ -178,7 +178,7 @@ void add_interpolation_figures(Report& report, const Options& options) {
                                                                                {StreamMethod::kCubic, "cubic"},
                                                                                {StreamMethod::kQuintic, "quintic"},
                                                                                {StreamMethod::kBSpline, "bspline"}}};
-  const int batches = options.count(kBatches);
+  const int batches = options.count(kMeasurements);
   for (const std::size_t axes : {std::size_t{1}, std::size_t{8}, std::size_t{32}, std::size_t{128}}) {
     const auto path = make_path(axes);
     const Baseline floor = bare_cubics(axes, batches);

@@ -46,7 +46,7 @@ std::string unexpected(const CLI::App* app, const std::vector<std::string>& word
 }
 
 std::string what_is_wrong(const CLI::App* program, const CLI::App* app, const CLI::Error& error) {
-  const std::string sentence = error.what();
+  std::string sentence = error.what();
   // CLI11 reports a missing command of a group before an unknown word in its place: name the word.
   const bool no_command =
       dynamic_cast<const CLI::RequiredError*>(&error) != nullptr && app->get_require_subcommand_min() > 0;

@@ -1,14 +1,11 @@
 // Figures and motion with a late master and lost frames.
 #include <gmock/gmock.h>
 
-#include <algorithm>
 #include <cmath>
 #include <random>
-#include <utility>
 
-#include "demand_judge.hpp"
 #include "drive_line.hpp"
-#include "fault_ports.hpp"
+#include "late_line.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -20,91 +17,6 @@ using ecat_master::MasterAbsence;
 using ecat_master::MotionFailure;
 using ecat_master::MotionPhase;
 using testing::HasSubstr;
-
-constexpr nanoseconds kLatePeriod = microseconds{125};
-
-/// A line on its path, whose master can be kept from cycling and whose frames can be lost.
-class LateLine {
- public:
-  explicit LateLine(const RunOptions& options = fast_path(), std::size_t axes = 1)
-      : drives(axes),
-        outwards(drives.line(), LossyPort::Way::kOut,
-                 [this](auto, auto) {
-                   drives.leave_alone(std::exchange(hold_up, nanoseconds{0}));
-                   return lose_out;
-                 }),
-        port(outwards, LossyPort::Way::kBack, [this](auto, auto) { return lose_back; }),
-        operation(drives, port, options) {
-    for (std::size_t i = 0; i < axes; ++i) judges.emplace_back(drives, i, LineOperation::axis(i, options).limits);
-    EXPECT_EQ(sentence(operation.to_motion()), "");
-    EXPECT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
-    settle();
-    MasterAbsence before;
-    while (operation.master().core()->take_absence(before)) continue;
-  }
-
-  /// Most of what the axes may (47 of 50 rad/s, 740 of 1000 rad/s²), and drives that stop no faster than the axes may.
-  static RunOptions fast_path() {
-    RunOptions options;
-    options.repeat = true;
-    options.amplitude_rad = 6.0;
-    const auto rate =
-        static_cast<std::uint32_t>(LineOperation::axis(0, options).limits.max_acceleration * kDemandIncrements);
-    const auto bytes = wire::to_le_bytes(rate);
-    options.startup = {{0x6085, 0, {bytes.begin(), bytes.end()}}};
-    return options;
-  }
-
-  /// To the same place within the period, in which no control step of the drives and no frame is due.
-  void settle() {
-    const auto place = drives.clock.now() / kLatePeriod * kLatePeriod + microseconds{110};
-    drives.leave_alone(std::max(place - drives.clock.now(), nanoseconds{0}));
-  }
-  void look() {
-    for (auto& judge : judges) judge.look();
-  }
-  void cycle() {
-    operation.cycle();
-    settle();
-    look();
-  }
-  void cycles(int count) {
-    for (int i = 0; i < count; ++i) cycle();
-  }
-  /// `periods` go by without a cycle; the next one begins `beyond` its instant. More than seven, and the timer takes
-  /// the time for one that the thread has spent awake, and rests.
-  void stall(int periods, nanoseconds beyond = nanoseconds{0}) {
-    for (int i = 0; i < periods; ++i) {
-      drives.leave_alone(kLatePeriod);
-      look();
-    }
-    drives.leave_alone(microseconds{15} + beyond);
-    cycle();
-  }
-  void lose(int frames, bool out) {
-    (out ? lose_out : lose_back) = true;
-    cycles(frames);
-    lose_out = lose_back = false;
-  }
-  [[nodiscard]] std::vector<MasterAbsence> absences() {
-    std::vector<MasterAbsence> all;
-    MasterAbsence absence;
-    while (operation.master().core()->take_absence(absence)) all.push_back(absence);
-    return all;
-  }
-  void expect_obedience() const {
-    for (const auto& judge : judges) judge.expect_obedience();
-  }
-
-  bool lose_out = false;
-  bool lose_back = false;
-  nanoseconds hold_up{0};  ///< the next frame, on its way out
-  DriveLine drives;
-  LossyPort outwards;
-  LossyPort port;
-  LineOperation operation;
-  std::vector<DemandJudge> judges;
-};
 
 TEST(LateMaster, CountsItsWholeAbsence) {
   DriveLine drives(1);

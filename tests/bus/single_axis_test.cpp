@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 #include <optional>
 #include <random>
@@ -11,6 +10,7 @@
 
 #include "demand_judge.hpp"
 #include "drive_line.hpp"
+#include "environment.hpp"
 #include "fault_ports.hpp"
 
 namespace driveline::bus_test {
@@ -388,6 +388,27 @@ TEST(SingleAxis, AFaultOfOneDriveStopsItAndNoOther) {
   EXPECT_EQ(line.ask(request(AxisCommand::kMoveRelative, 1.0), 0).phase, RequestPhase::kDone);
 }
 
+TEST(SingleAxis, ChangesItsModeWhileItMoves) {
+  SingleLine line;
+  line.enable();
+  const auto running = line.submit(request(AxisCommand::kMoveVelocity, 20.0));
+  line.cycles(800);
+  for (const auto mode : {std::int8_t{9}, std::int8_t{10}, std::int8_t{8}}) {
+    auto change = request(AxisCommand::kSetMode);
+    change.mode = mode;
+    EXPECT_EQ(line.ask(change).phase, RequestPhase::kDone) << static_cast<int>(mode);
+    EXPECT_EQ(line.axes().axis_report(0).mode, mode);
+    line.cycles(400);
+    EXPECT_NEAR(line.axes().axis_report(0).velocity, 20.0, 0.5);
+  }
+  auto wrong = request(AxisCommand::kSetMode);
+  wrong.mode = 6;
+  EXPECT_EQ(line.ask(wrong).error, AxisError::kMode) << "homing is no cyclic mode";
+  EXPECT_EQ(line.phase(running), RequestPhase::kReached) << "all the time";
+  EXPECT_EQ(line.ask(request(AxisCommand::kHalt)).phase, RequestPhase::kDone);
+  line.expect_obedience();
+}
+
 TEST(SingleAxis, IsSwitchedOffAtRestOnly) {
   SingleLine line;
   line.enable();
@@ -422,11 +443,6 @@ TEST(SingleAxis, TooLongAnAbsenceOfTheMasterStopsIt) {
   line.stall(9);
   EXPECT_EQ(line.state(), PlcopenState::kErrorStop);
   EXPECT_EQ(line.axes().axis_report(0).error, AxisError::kMasterAway);
-}
-
-unsigned environment(const char* name, unsigned otherwise) {
-  const char* text = std::getenv(name);
-  return text == nullptr ? otherwise : static_cast<unsigned>(std::strtoul(text, nullptr, 10));
 }
 
 /// Half a second of three drives, of which anything may be asked while frames are lost and periods missed. Faults of

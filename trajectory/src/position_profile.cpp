@@ -1,6 +1,7 @@
 #include "driveline/trajectory/position_profile.hpp"
 
 #include <cmath>
+#include <optional>
 
 #include "driveline/trajectory/velocity_profile.hpp"
 #include "profile/axis_task.hpp"
@@ -20,12 +21,19 @@ auto with_planner(const AxisTask& task, Use use) noexcept {
                              : use(FrontierPlanner<TrapezoidFrontier>(task.boundary, task.way, task.way_error));
 }
 
-tl::expected<Profile, ProfileError> finish(Profile profile, const AxisSetpoint& to) noexcept {
-  if (!(profile.duration_s() <= kLongestProfile_s) || !std::isfinite(profile.end().position)) {
-    return tl::unexpected(ProfileError{Reason::kTooLong, 0.0});
-  }
-  profile.end_at(to);
+/// A profile that has the way back inside the limits alone. Profiles are large: this one is where it is returned from.
+tl::expected<Profile, ProfileError> begin(const AxisTask& task, const AxisSetpoint& from) noexcept {
+  tl::expected<Profile, ProfileError> profile(tl::in_place, from);
+  append_phases(*profile, task.brake.phases, task.scale);
   return profile;
+}
+
+void finish(tl::expected<Profile, ProfileError>& profile, const AxisSetpoint& to) noexcept {
+  if (!(profile->duration_s() <= kLongestProfileSeconds) || !std::isfinite(profile->end().position)) {
+    profile = tl::unexpected(ProfileError{Reason::kTooLong, 0.0});
+  } else {
+    profile->end_at(to);
+  }
 }
 
 /// The least relative length of a gap between durations.
@@ -41,12 +49,13 @@ tl::expected<Profile, ProfileError> plan_to_position(const AxisSetpoint& from, c
   if (!task) {
     return tl::unexpected(task.error());
   }
-  Profile profile = task->begin_profile(from);
+  auto profile = begin(*task, from);
   with_planner(*task, [&](const auto& planner) {
     const auto fastest = planner.fastest();
-    append_phases(profile, fastest.phases, fastest.sign * task->scale);
+    append_phases(*profile, fastest.phases, fastest.sign * task->scale);
   });
-  return finish(profile, to);
+  finish(profile, to);
+  return profile;
 }
 
 tl::expected<Profile, ProfileError> plan_to_position(const AxisSetpoint& from, const AxisSetpoint& to,
@@ -55,10 +64,10 @@ tl::expected<Profile, ProfileError> plan_to_position(const AxisSetpoint& from, c
   if (!task) {
     return tl::unexpected(task.error());
   }
-  if (!(duration_s <= kLongestProfile_s)) {
+  if (!(duration_s <= kLongestProfileSeconds)) {
     return tl::unexpected(ProfileError{Reason::kTooLong, 0.0});
   }
-  Profile profile = task->begin_profile(from);
+  auto profile = begin(*task, from);
   const double rest_s = duration_s - task->brake_s;
   const auto refusal = with_planner(*task, [&](const auto& planner) -> std::optional<ProfileError> {
     const double possible_s = planner.next_possible_s(rest_s);
@@ -66,13 +75,15 @@ tl::expected<Profile, ProfileError> plan_to_position(const AxisSetpoint& from, c
       const bool is_short = rest_s < planner.next_possible_s(0.0);
       return ProfileError{is_short ? Reason::kTooShort : Reason::kBlocked, task->brake_s + possible_s};
     }
-    planner.append_mixture(profile, possible_s, task->scale);
+    planner.append_mixture(*profile, possible_s, task->scale);
     return std::nullopt;
   });
   if (refusal) {
-    return tl::unexpected(*refusal);
+    profile = tl::unexpected(*refusal);
+  } else {
+    finish(profile, to);
   }
-  return finish(profile, to);
+  return profile;
 }
 
 tl::expected<Profile, ProfileError> plan_to_position(const AxisSetpoint& from, const AxisSetpoint& to,
@@ -103,7 +114,7 @@ tl::expected<PossibleDurations, ProfileError> possible_durations(const AxisSetpo
       const double probe_s = possible_s * (1.0 + kSmallestGap);
       const double next_s = planner.next_impossible_s(probe_s);
       const double begin_s = next_s > probe_s ? next_s : possible_s;
-      if (!(begin_s <= kLongestProfile_s)) {
+      if (!(begin_s <= kLongestProfileSeconds)) {
         break;
       }
       possible_s = planner.next_possible_s(begin_s * (1.0 + kSmallestGap));
@@ -112,7 +123,7 @@ tl::expected<PossibleDurations, ProfileError> possible_durations(const AxisSetpo
       }
     }
   });
-  if (!(durations.shortest_s_ <= kLongestProfile_s)) {
+  if (!(durations.shortest_s_ <= kLongestProfileSeconds)) {
     return tl::unexpected(ProfileError{Reason::kTooLong, 0.0});
   }
   return durations;

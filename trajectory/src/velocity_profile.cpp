@@ -15,7 +15,7 @@ template <typename Frontier>
 PhaseList fastest_change(const Boundary& boundary) noexcept {
   const Frontier frontier(boundary);
   const auto stretch = frontier.has_short_stretch() ? frontier.short_stretch() : frontier.main_stretch();
-  return stretch.phases(stretch.shortest_s());
+  return stretch.phases(stretch.shortest());
 }
 
 }  // namespace
@@ -34,12 +34,13 @@ tl::expected<Profile, ProfileError> plan_to_velocity(const AxisSetpoint& from, d
   if (!task) {
     return tl::unexpected(task.error());
   }
-  Profile profile = task->begin_profile(from);
+  Profile profile(from);
+  append_phases(profile, task->brake.phases, task->scale);
   append_phases(profile,
                 task->has_jerk_limit ? fastest_change<JerkFrontier>(task->boundary)
                                      : fastest_change<TrapezoidFrontier>(task->boundary),
                 task->scale);
-  if (!(profile.duration_s() <= kLongestProfile_s) || !std::isfinite(profile.end().position)) {
+  if (!(profile.duration_s() <= kLongestProfileSeconds) || !std::isfinite(profile.end().position)) {
     return tl::unexpected(ProfileError{ProfileError::Reason::kTooLong, 0.0});
   }
   profile.end_at({profile.end().position, velocity, acceleration});

@@ -1,18 +1,21 @@
 #include "driveline/ecat_master/axis/axis.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <utility>
 
 #include "driveline/ecat_master/axis/axis_objects.hpp"
+#include "driveline/ecat_master/axis/mode_change.hpp"
 
 namespace driveline::ecat_master {
 namespace {
 
 template <typename T>
-std::optional<PdoEntry<T>> entry(const std::vector<PdoMapping>& pdos, std::size_t base, std::uint16_t index) {
-  const auto offset = object_offset(pdos, index, 8 * sizeof(T));
+std::optional<PdoEntry<T>> entry(const std::vector<PdoMapping>& pdos, std::size_t base, std::uint16_t index,
+                                 std::uint8_t subindex = 0) {
+  const auto offset = object_offset(pdos, index, 8 * sizeof(T), subindex);
   return offset ? std::optional(PdoEntry<T>(base + *offset)) : std::nullopt;
 }
 
@@ -31,14 +34,6 @@ T saturate(double value) noexcept {
   return static_cast<T>(to_nearest(std::clamp(value, kMin, kMax)));
 }
 
-/// A target position is the 32 bits of it where the drive stands near enough to know which way is meant, across the end
-/// of its range, too.
-std::int32_t wrapped(double increments, std::int64_t actual) noexcept {
-  constexpr double kHalf = 2147483648.0;
-  if (!(std::abs(increments - static_cast<double>(actual)) < kHalf)) return saturate<std::int32_t>(increments);
-  return static_cast<std::int32_t>(static_cast<std::uint32_t>(to_nearest(increments)));
-}
-
 template <typename T>
 void put(const std::optional<PdoEntry<T>>& pdo_entry, std::span<std::byte> image, T value) noexcept {
   if (pdo_entry) pdo_entry->set(image, value);
@@ -49,10 +44,33 @@ T take(const std::optional<PdoEntry<T>>& pdo_entry, std::span<const std::byte> i
   return pdo_entry ? pdo_entry->get(image) : T{0};
 }
 
+/// Of position setpoints.
 double delay_of(const AxisConfig& config) {
-  if (config.mode != cia402::Mode::kCyclicPosition) return 0.0;
   constexpr SetpointWay kFreeSpline{std::chrono::microseconds{125}, 1, kSplinePeriods, std::nullopt};
   return config.setpoint_delay_cycles.value_or(setpoint_delay_cycles(kFreeSpline));
+}
+
+/// Bit of each mode whose objects are mapped.
+std::uint32_t possible_modes(const PdoConfiguration& pdos) {
+  using cia402::Mode;
+  std::uint32_t modes = 0;
+  for (const auto mode : {Mode::kProfilePosition, Mode::kProfileVelocity, Mode::kHoming, Mode::kInterpolatedPosition,
+                          Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque}) {
+    if (missing_objects(mode, pdos).empty()) modes |= 1U << static_cast<unsigned>(mode);
+  }
+  return modes;
+}
+
+/// Number of positions, 2^32 without a range.
+std::int64_t range_of(const AxisConfig& config) {
+  if (config.range_min >= config.range_max) return std::int64_t{1} << 32;
+  return std::int64_t{config.range_max} - config.range_min + 1;
+}
+
+ModeChange::Settings change_settings(const AxisConfig& config) {
+  constexpr double kShareOfRated = 1e-4;
+  return {config.limits, std::chrono::duration<double>(config.period).count(), delay_of(config),
+          kShareOfRated * config.rated_torque};
 }
 
 }  // namespace
@@ -79,11 +97,15 @@ const PdoConfiguration& axis_pdo_configuration() {
 
 Axis::Axis(AxisConfig config, const ProcessDataPlace& place, const PdoConfiguration& pdos)
     : config_(std::move(config)),
-      complete_(missing_objects(config_.mode, pdos).empty()),
+      possible_modes_(possible_modes(pdos)),
+      mode_(config_.mode),
+      plain_(!config_.adds_offsets && cyclic(mode_)),
+      range_(range_of(config_)),
       setpoints_(delay_of(config_)),
       control_word_(entry<std::uint16_t>(pdos.outputs, place.output_offset, 0x6040)),
-      mode_(entry<std::int8_t>(pdos.outputs, place.output_offset, 0x6060)),
+      mode_object_(entry<std::int8_t>(pdos.outputs, place.output_offset, 0x6060)),
       target_position_(entry<std::int32_t>(pdos.outputs, place.output_offset, 0x607A)),
+      interpolation_data_(entry<std::int32_t>(pdos.outputs, place.output_offset, 0x60C1, 1)),
       target_velocity_(entry<std::int32_t>(pdos.outputs, place.output_offset, 0x60FF)),
       velocity_offset_(entry<std::int32_t>(pdos.outputs, place.output_offset, 0x60B1)),
       target_torque_(entry<std::int16_t>(pdos.outputs, place.output_offset, 0x6071)),
@@ -94,7 +116,42 @@ Axis::Axis(AxisConfig config, const ProcessDataPlace& place, const PdoConfigurat
       actual_velocity_(entry<std::int32_t>(pdos.inputs, place.input_offset, 0x606C)),
       following_error_object_(entry<std::int32_t>(pdos.inputs, place.input_offset, 0x60F4)),
       actual_torque_(entry<std::int16_t>(pdos.inputs, place.input_offset, 0x6077)),
-      error_code_(entry<std::uint16_t>(pdos.inputs, place.input_offset, 0x603F)) {}
+      error_code_(entry<std::uint16_t>(pdos.inputs, place.input_offset, 0x603F)),
+      change_(std::make_unique<ModeChange>(change_settings(config_))) {}
+
+Axis::Axis(Axis&& other) noexcept = default;
+Axis& Axis::operator=(Axis&& other) noexcept = default;
+Axis::~Axis() = default;
+
+ModeChange::Measured Axis::measured() const noexcept {
+  const auto delay = setpoints_.whole_cycles();
+  const double step = delay < 1 ? 0.0 : setpoints_.ago(delay - 1) - setpoints_.ago(delay);
+  return {inputs_.position,
+          inputs_.velocity,
+          inputs_.torque,
+          fresh_ && trusted_,
+          actual_torque_.has_value(),
+          static_cast<cia402::Mode>(inputs_.mode),
+          step / std::chrono::duration<double>(config_.period).count()};
+}
+
+void Axis::note_change() noexcept {
+  changing_ = change_->active();
+  pending_ = change_->pending();
+  plain_ = !config_.adds_offsets && !pending_ && cyclic(mode_);
+}
+
+bool Axis::set_mode(cia402::Mode mode) noexcept {
+  if (mode == mode_) return true;
+  const bool movable = mode != cia402::Mode::kCyclicTorque || config_.velocity_gain > 0.0;
+  if (!possible(mode) || !movable || !mode_object_ || !mode_display_) return false;
+  if (enabled()) {
+    change_->begin(measured(), {targets_.position, targets_.velocity, targets_.torque});
+  }
+  mode_ = mode;
+  note_change();
+  return true;
+}
 
 void Axis::read_inputs(std::span<const std::byte> image, bool valid, bool fresh) noexcept {
   fresh_ = valid && fresh;
@@ -116,13 +173,26 @@ void Axis::read_inputs(std::span<const std::byte> image, bool valid, bool fresh)
 /// A step of less than a quarter of the range goes on across its end while the drive is switched on; anything else, a
 /// new zero for instance, is taken as it is.
 void Axis::count(std::int32_t increments) noexcept {
-  constexpr std::int64_t kQuarter = std::int64_t{1} << 30;
-  const auto step =
-      static_cast<std::int32_t>(static_cast<std::uint32_t>(increments) - static_cast<std::uint32_t>(last_count_));
-  const bool goes_on =
-      inputs_.state == snapshot::AxisState::kOperationEnabled && std::abs(std::int64_t{step}) < kQuarter;
+  std::int64_t step = std::int64_t{increments} - last_count_;
+  if (step > range_ / 2) {
+    step -= range_;
+  } else if (step < -range_ / 2) {
+    step += range_;
+  }
+  const bool goes_on = inputs_.state == snapshot::AxisState::kOperationEnabled && std::abs(step) < range_ / 4;
   count_ = goes_on ? count_ + step : increments;
   last_count_ = increments;
+}
+
+/// A target position is the place of it in the range where the drive stands near enough to know which way is meant,
+/// across the ends of the range, too.
+std::int32_t Axis::wrapped(double increments) const noexcept {
+  const double half = 0.5 * static_cast<double>(range_);
+  if (!(std::abs(increments - static_cast<double>(count_)) < half)) return saturate<std::int32_t>(increments);
+  const auto target = to_nearest(increments);
+  if (config_.range_min >= config_.range_max) return static_cast<std::int32_t>(static_cast<std::uint32_t>(target));
+  const std::int64_t place = (target - config_.range_min) % range_;
+  return static_cast<std::int32_t>(config_.range_min + (place < 0 ? place + range_ : place));
 }
 
 /// Velocity for the way that is left, so that the axis gets no faster than its limit or its setpoint.
@@ -143,16 +213,42 @@ Axis::Targets Axis::targets_for(const trajectory::AxisSetpoint& setpoint) noexce
   targets.position = setpoint.position;
   targets.velocity = setpoint.velocity;
   targets.torque = setpoint.torque.value_or(config_.inertia * setpoint.acceleration);
-  if (config_.mode == cia402::Mode::kCyclicPosition) return targets;
-  if (config_.mode == cia402::Mode::kCyclicTorque && setpoint.torque) {
+  targets.feed_velocity = targets.velocity;
+  targets.feed_torque = targets.torque;
+  if (mode_ == cia402::Mode::kCyclicPosition) return targets;
+  if (!cyclic(mode_)) return {0, setpoint.position, setpoint.velocity, 0.0};
+  if (mode_ == cia402::Mode::kCyclicTorque && setpoint.torque) {
     correction_ = 0.0;
     return targets;
   }
   correction_ = position_loop(setpoint);
   targets.velocity += correction_;
-  if (config_.mode == cia402::Mode::kCyclicTorque) {
+  if (mode_ == cia402::Mode::kCyclicTorque) {
     targets.torque += config_.velocity_gain * (targets.velocity - inputs_.velocity);
   }
+  return targets;
+}
+
+Axis::Targets Axis::targets_in_change(const trajectory::AxisSetpoint& setpoint) noexcept {
+  const auto now = measured();
+  change_->look(now, mode_);
+  const auto reference = change_->reference(now, setpoint);
+  note_change();
+  if (!pending_) {
+    auto targets = targets_for(reference);
+    targets.torque += change_->torque_bias();
+    return targets;
+  }
+  Targets targets;
+  targets.feed_velocity = reference.velocity;
+  targets.feed_torque = setpoint.torque.value_or(config_.inertia * reference.acceleration);
+  correction_ = position_loop(reference);
+  const double velocity = reference.velocity + correction_;
+  const double loop = setpoint.torque ? 0.0 : config_.velocity_gain * (velocity - inputs_.velocity);
+  change_->follow(now, velocity, targets.feed_torque + loop);
+  targets.position = change_->position();
+  targets.velocity = change_->velocity();
+  targets.torque = targets.feed_torque + loop + change_->torque_bias();
   return targets;
 }
 
@@ -162,14 +258,26 @@ void Axis::write_outputs(std::span<std::byte> image, cia402::Goal goal, bool res
   if (!moving) {
     trusted_ = true;
     correction_ = 0.0;
+    if (changing_) {
+      change_->cancel();
+      note_change();
+    }
+    targets_ = {};
+    targets_.position = hold_.value_or(inputs_.position);
+  } else {
+    targets_ = changing_ ? targets_in_change(setpoint) : targets_for(setpoint);
   }
-  targets_ = moving ? targets_for(setpoint) : Targets{0, hold_.value_or(inputs_.position), 0.0, 0.0};
   targets_.control_word = cia402::next_control_word(inputs_.state, goal);
   // Fault reset works on the rising edge of bit 7, so it is given for one request and taken back by the next.
   if (reset_fault && fault()) targets_.control_word = cia402::command::kFaultReset;
+  if (moving && goal == cia402::Goal::kEnabled) targets_.control_word |= command_bits_;
   put(control_word_, image, targets_.control_word);
-  put(mode_, image, static_cast<std::int8_t>(config_.mode));
-  write_targets(image);
+  put(mode_object_, image, static_cast<std::int8_t>(pending_ ? change_->told(mode_) : mode_));
+  if (plain_) {
+    write_targets(image);
+  } else {
+    write_sums(image);
+  }
   compare(moving);
 }
 
@@ -179,18 +287,39 @@ void Axis::compare(bool moving) noexcept {
   if (!moving) {
     following_error_ = 0.0;
   } else if (fresh_) {
-    following_error_ = setpoints_.followed() - inputs_.position;
+    following_error_ = followed_setpoint() - inputs_.position;
   }
   fresh_ = false;
+}
+
+/// Loops that are closed here compare with the setpoint of the same cycle.
+double Axis::followed_setpoint() const noexcept {
+  if (pending_) return change_->reference_position();
+  return mode_ == cia402::Mode::kCyclicPosition ? setpoints_.followed() : targets_.position;
+}
+
+/// Targets whose sums with the offsets are right in every mode.
+void Axis::write_sums(std::span<std::byte> image) const noexcept {
+  const double scale = config_.increments_per_unit;
+  const double permille = 1000.0 / config_.rated_torque;
+  const double velocity = config_.adds_offsets && velocity_offset_ ? targets_.feed_velocity : 0.0;
+  const double torque = config_.adds_offsets && torque_offset_ ? targets_.feed_torque : 0.0;
+  const auto position = wrapped(targets_.position * scale);
+  put(target_position_, image, position);
+  put(interpolation_data_, image, position);
+  put(velocity_offset_, image, saturate<std::int32_t>(velocity * scale));
+  put(target_velocity_, image, saturate<std::int32_t>((targets_.velocity - velocity) * scale));
+  put(torque_offset_, image, saturate<std::int16_t>(torque * permille));
+  put(target_torque_, image, saturate<std::int16_t>((targets_.torque - torque) * permille));
 }
 
 void Axis::write_targets(std::span<std::byte> image) const noexcept {
   const double scale = config_.increments_per_unit;
   const double permille = 1000.0 / config_.rated_torque;
   const auto torque = saturate<std::int16_t>(targets_.torque * permille);
-  put(target_position_, image, wrapped(targets_.position * scale, count_));
-  const bool position_mode = config_.mode == cia402::Mode::kCyclicPosition;
-  const bool torque_mode = config_.mode == cia402::Mode::kCyclicTorque;
+  put(target_position_, image, wrapped(targets_.position * scale));
+  const bool position_mode = mode_ == cia402::Mode::kCyclicPosition;
+  const bool torque_mode = mode_ == cia402::Mode::kCyclicTorque;
   // In CSP velocity and torque are feed-forward offsets; in CSV and CST they are the targets themselves.
   put(velocity_offset_, image, position_mode ? saturate<std::int32_t>(targets_.velocity * scale) : std::int32_t{0});
   put(target_velocity_, image, position_mode ? std::int32_t{0} : saturate<std::int32_t>(targets_.velocity * scale));

@@ -10,25 +10,32 @@ namespace {
 using cia402::Mode;
 
 /// Width with which the object is mapped somewhere; 0: nowhere.
-std::uint8_t mapped_bits(const std::vector<PdoMapping>& pdos, std::uint16_t index) {
+std::uint8_t mapped_bits(const std::vector<PdoMapping>& pdos, std::uint16_t index, std::uint8_t subindex) {
   for (const auto& pdo : pdos) {
     for (const auto& object : pdo.objects) {
-      if (object.index == index && object.subindex == 0) return object.bits;
+      if (object.index == index && object.subindex == subindex) return object.bits;
     }
   }
   return 0;
 }
 
-constexpr MissingObject target_of(Mode mode) {
+/// Nothing in homing.
+constexpr std::optional<MissingObject> target_of(Mode mode) {
   switch (mode) {
+    case Mode::kHoming:
+      return std::nullopt;
+    case Mode::kInterpolatedPosition:
+      return MissingObject{0x60C1, 32, true, 0, 1};
+    case Mode::kProfileVelocity:
     case Mode::kCyclicVelocity:
-      return {0x60FF, 32, true};
+      return MissingObject{0x60FF, 32, true};
     case Mode::kCyclicTorque:
-      return {0x6071, 16, true};
+      return MissingObject{0x6071, 16, true};
+    case Mode::kProfilePosition:
     case Mode::kCyclicPosition:
       break;
   }
-  return {0x607A, 32, true};
+  return MissingObject{0x607A, 32, true};
 }
 
 /// "6040h, 6060h" of a direction, in the order of the process data.
@@ -45,11 +52,12 @@ std::string mapped_list(const std::vector<PdoMapping>& pdos) {
 
 }  // namespace
 
-std::optional<std::size_t> object_offset(const std::vector<PdoMapping>& pdos, std::uint16_t index, std::size_t bits) {
+std::optional<std::size_t> object_offset(const std::vector<PdoMapping>& pdos, std::uint16_t index, std::size_t bits,
+                                         std::uint8_t subindex) {
   std::size_t at = 0;
   for (const auto& pdo : pdos) {
     for (const auto& object : pdo.objects) {
-      if (object.index == index && object.subindex == 0 && object.bits == bits && at % 8 == 0) return at / 8;
+      if (object.index == index && object.subindex == subindex && object.bits == bits && at % 8 == 0) return at / 8;
       at += object.bits;
     }
   }
@@ -60,12 +68,12 @@ std::vector<MissingObject> missing_objects(Mode mode, const PdoConfiguration& pd
   std::vector<MissingObject> missing;
   const auto need = [&](MissingObject object) {
     const auto& direction = object.output ? pdos.outputs : pdos.inputs;
-    if (object_offset(direction, object.index, object.bits)) return;
-    object.mapped_bits = mapped_bits(direction, object.index);
+    if (object_offset(direction, object.index, object.bits, object.subindex)) return;
+    object.mapped_bits = mapped_bits(direction, object.index, object.subindex);
     missing.push_back(object);
   };
   need({0x6040, 16, true});
-  need(target_of(mode));
+  if (const auto target = target_of(mode)) need(*target);
   need({0x6041, 16, false});
   need({0x6064, 32, false});
   if (mode == Mode::kCyclicTorque) need({0x606C, 32, false});
@@ -79,8 +87,10 @@ std::string describe_missing(Mode mode, const std::vector<MissingObject>& missin
   bool inputs = false;
   for (const auto& object : missing) {
     (object.output ? outputs : inputs) = true;
-    text += fmt::format("{}{:04X}h ({}, {} bits) in {}", &object == &missing.front() ? "" : ", ", object.index,
-                        cia402::object_name(object.index, 0), object.bits, object.output ? "an RxPDO" : "a TxPDO");
+    const auto sub = object.subindex == 0 ? std::string{} : fmt::format(":{:02d}", object.subindex);
+    text += fmt::format("{}{:04X}h{} ({}, {} bits) in {}", &object == &missing.front() ? "" : ", ", object.index, sub,
+                        cia402::object_name(object.index, object.subindex), object.bits,
+                        object.output ? "an RxPDO" : "a TxPDO");
     if (object.mapped_bits == object.bits) text += " and at the beginning of a byte";
     if (object.mapped_bits != 0 && object.mapped_bits != object.bits) {
       text += fmt::format(" instead of {} bits", object.mapped_bits);

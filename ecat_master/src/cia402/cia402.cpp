@@ -55,6 +55,14 @@ std::string_view to_text(AxisState state) noexcept {
 
 std::string_view to_text(Mode mode) noexcept {
   switch (mode) {
+    case Mode::kProfilePosition:
+      return "pp";
+    case Mode::kProfileVelocity:
+      return "pv";
+    case Mode::kHoming:
+      return "hm";
+    case Mode::kInterpolatedPosition:
+      return "ip";
     case Mode::kCyclicPosition:
       return "csp";
     case Mode::kCyclicVelocity:

@@ -59,6 +59,7 @@ constexpr std::array kObjects{
 
 std::string_view object_name(std::uint16_t index, std::uint8_t subindex) noexcept {
   // Devices of other profiles have objects of their own at these indices, but none of them without a sub-index.
+  if (index == 0x60C1 && subindex == 1) return "Interpolation data record";
   if (subindex != 0) return {};
   const auto row =
       std::find_if(kObjects.begin(), kObjects.end(), [index](const Row& object) { return object.index == index; });

@@ -11,19 +11,24 @@ namespace {
 constexpr std::uint32_t kBridgedPeriods = 8;
 
 /// In CSV and CST a drive without new setpoints does not slow down.
-trajectory::Coast coast_of(const AxisConfig& config) {
+trajectory::Coast coast_of(cia402::Mode mode, double max_acceleration) noexcept {
   constexpr auto kForGood = std::numeric_limits<std::uint32_t>::max();
-  if (config.mode != cia402::Mode::kCyclicPosition) return {kForGood, 0.0};
-  return {kBridgedPeriods, config.limits.max_acceleration};
+  if (mode != cia402::Mode::kCyclicPosition) return {kForGood, 0.0};
+  return {kBridgedPeriods, max_acceleration};
 }
 
 }  // namespace
 
 SetpointSupply::SetpointSupply(const AxisConfig& axis, double period_s)
-    : coast_(coast_of(axis)),
+    : coast_(coast_of(axis.mode, axis.limits.max_acceleration)),
       max_velocity_(axis.limits.max_velocity),
       max_acceleration_(axis.limits.max_acceleration),
       period_s_(period_s) {}
+
+void SetpointSupply::set_mode(cia402::Mode mode) noexcept {
+  coast_ = coast_of(mode, max_acceleration_);
+  coast_.give(sent_, sent_velocity_);
+}
 
 void SetpointSupply::note(const trajectory::AxisSetpoint& sent) noexcept {
   sent_velocity_ = (sent.position - sent_) / period_s_;

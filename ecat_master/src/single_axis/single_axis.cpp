@@ -46,8 +46,8 @@ void SingleAxis::enter(Power power) noexcept {
   cycles_at_rest_ = 0;
 }
 
-bool SingleAxis::exceeded(std::chrono::nanoseconds limit) const noexcept {
-  return static_cast<double>(cycle_ - power_since_) * period_s_ > seconds_of(limit);
+bool SingleAxis::exceeded(std::int64_t since, std::chrono::nanoseconds limit) const noexcept {
+  return static_cast<double>(cycle_ - since) * period_s_ > seconds_of(limit);
 }
 
 /// The drive has no power on its motor.
@@ -106,7 +106,8 @@ void SingleAxis::watch() noexcept {
 
 void SingleAxis::watch_enabling() noexcept {
   if (axis_->reports_fault()) return fail(AxisError::kFault);
-  if (exceeded(settings_.enable_timeout)) fail(watch_.unsteady() ? AxisError::kPosition : AxisError::kEnableTimeout);
+  if (exceeded(power_since_, settings_.enable_timeout))
+    fail(watch_.unsteady() ? AxisError::kPosition : AxisError::kEnableTimeout);
 }
 
 void SingleAxis::watch_power() noexcept {
@@ -131,6 +132,7 @@ void SingleAxis::fail(AxisError error) noexcept {
 
 void SingleAxis::advance(const trajectory::AxisSetpoint* fed) noexcept {
   advance_reset();
+  advance_mode();
   if (powered()) return advance_motion(fed);
   advance_powerless();
 }
@@ -152,7 +154,7 @@ void SingleAxis::advance_powerless() noexcept {
       // without valid inputs, which is commanded to stop until then.
       if (off() && axis_->inputs().state != snapshot::AxisState::kUnavailable) {
         enter(Power::kOff);
-      } else if (exceeded(settings_.quick_stop_time)) {
+      } else if (exceeded(power_since_, settings_.quick_stop_time)) {
         enter(Power::kDisabling);
       }
       break;
@@ -177,8 +179,20 @@ void SingleAxis::advance_reset() noexcept {
     error_code_ = 0;
     return finish(reset_request_, RequestPhase::kDone);
   }
-  if (static_cast<double>(cycle_ - reset_since_) * period_s_ > seconds_of(settings_.reset_timeout))
+  if (exceeded(reset_since_, settings_.reset_timeout))
     finish(reset_request_, RequestPhase::kError, AxisError::kResetTimeout);
+}
+
+/// A drive that does not change in time is left in the mode that it had.
+void SingleAxis::advance_mode() noexcept {
+  if (mode_request_ == 0) return;
+  if (axis_->mode_ready() || !powered()) {
+    supply_.set_mode(axis_->mode());
+    return finish(mode_request_, RequestPhase::kDone);
+  }
+  if (!exceeded(mode_since_, settings_.mode_timeout)) return;
+  const bool back = axis_->set_mode(mode_before_);
+  finish(mode_request_, RequestPhase::kError, back ? AxisError::kModeTimeout : AxisError::kMode);
 }
 
 cia402::Goal SingleAxis::goal() const noexcept {

@@ -56,7 +56,7 @@ double SingleAxis::velocity_of(const AxisRequest& request) const noexcept {
 
 trajectory::ProfileLimits SingleAxis::full_limits() const noexcept {
   const auto& limits = axis_->config().limits;
-  return trajectory::ProfileLimits::symmetric(limits.max_velocity, limits.max_acceleration, kNoJerkLimit);
+  return trajectory::ProfileLimits::symmetric(limits.max_velocity, limits.max_acceleration, jerk_of({}));
 }
 
 /// Of a motion in the direction of `way`: accelerating and braking may differ.
@@ -76,7 +76,7 @@ trajectory::ProfileLimits SingleAxis::limits_of(const AxisRequest& request, doub
 
 /// An axis that already accelerates hard cannot keep its highest velocity with any jerk: the velocity has precedence.
 double SingleAxis::jerk_of(const AxisRequest& request) const noexcept {
-  const double asked = or_else(request.jerk, kNoJerkLimit);
+  const double asked = or_else(request.jerk, axis_->config().max_jerk.value_or(kNoJerkLimit));
   const auto& now = generator_.state();
   const double most = axis_->config().limits.max_velocity;
   const double room = now.acceleration > 0.0 ? most - now.velocity : most + now.velocity;

@@ -72,7 +72,8 @@ AxisError SingleAxis::refusal_by_numbers(const AxisRequest& request) const noexc
       std::max(request.velocity, request.command == AxisCommand::kMoveVelocity ? std::abs(request.target) : 0.0);
   const bool over = speed > limits.max_velocity * kRounding ||
                     request.acceleration > limits.max_acceleration * kRounding ||
-                    request.deceleration > limits.max_acceleration * kRounding;
+                    request.deceleration > limits.max_acceleration * kRounding ||
+                    request.jerk > axis_->config().max_jerk.value_or(request.jerk) * kRounding;
   if (is_motion(request.command) && over) return AxisError::kOverLimit;
   const bool factor = request.command == AxisCommand::kSetOverride;
   if (factor && (request.target < 0.0 || request.target > kHighestOverride)) return AxisError::kOverLimit;
@@ -103,9 +104,10 @@ void SingleAxis::take(std::uint64_t id, const AxisRequest& request) noexcept {
       return finish(id, RequestPhase::kDone);
     case AxisCommand::kMoveSuperimposed:
       return take_superimposed(id, request);
+    case AxisCommand::kSetMode:
+      return take_mode(id, request.mode);
     case AxisCommand::kHome:
     case AxisCommand::kTorque:
-    case AxisCommand::kSetMode:
       return finish(id, RequestPhase::kError, AxisError::kMode);
     default:
       return take_motion(id, request);
@@ -145,6 +147,18 @@ void SingleAxis::take_override(std::uint64_t id, double factor) noexcept {
   override_ = factor;
   if (active_) replan();
   finish(id, RequestPhase::kDone);
+}
+
+void SingleAxis::take_mode(std::uint64_t id, std::int8_t mode) noexcept {
+  finish(mode_request_, RequestPhase::kAborted);
+  const auto wanted = static_cast<cia402::Mode>(mode);
+  const auto before = axis_->mode();
+  const bool known = cia402::cyclic(wanted) && wanted <= cia402::Mode::kCyclicTorque;
+  if (!known || !axis_->set_mode(wanted)) return finish(id, RequestPhase::kError, AxisError::kMode);
+  mode_before_ = before;
+  mode_request_ = id;
+  mode_since_ = cycle_;
+  table_->set(id, {RequestPhase::kActive, AxisError::kNone});
 }
 
 void SingleAxis::take_motion(std::uint64_t id, const AxisRequest& request) noexcept {

@@ -220,7 +220,7 @@ void complete_velocity_gains(LineConfig& config) {
   constexpr double kBandwidthPerS = 100.0;
   constexpr double kPerExchange = 0.2;
   for (auto& axis : config.axes) {
-    if (axis.mode != ecat_master::cia402::Mode::kCyclicTorque || axis.velocity_gain > 0.0) continue;
+    if (axis.velocity_gain > 0.0) continue;
     const std::chrono::duration<double> exchange = config.period * exchange_divider(config, config.slaves[axis.slave]);
     axis.velocity_gain = axis.inertia * std::min(kBandwidthPerS, kPerExchange / exchange.count());
   }
@@ -294,9 +294,11 @@ ecat_master::AxisConfig read_axis(TomlReader reader, const LineConfig& config) {
   axis.limits = defaults.limits;
   read_in_unit(reader, "max_velocity", axis, 1e-6, 1e6, axis.limits.max_velocity);
   read_in_unit(reader, "max_acceleration", axis, 1e-6, 1e9, axis.limits.max_acceleration);
+  if (reader.has("max_jerk")) read_in_unit(reader, "max_jerk", axis, 1e-6, 1e12, axis.max_jerk.emplace());
   axis.inertia = reader.number_or("inertia", 0.0, 0.0, 1e6);
   axis.position_gain_1_s = reader.number_or("position_gain_1_s", axis.position_gain_1_s, 0.0, 1e4);
   read_velocity_gain(reader, axis);
+  axis.adds_offsets = reader.boolean_or("adds_offsets", false);
   if (reader.has("position_tolerance")) {
     read_in_unit(reader, "position_tolerance", axis, 0.0, 1e6, axis.position_tolerance.emplace());
   }

@@ -105,6 +105,7 @@ std::vector<ecat_master::Axis> make_axes(const LineConfig& config, const ecat_ma
   std::vector<ecat_master::Axis> axes;
   for (auto axis : config.axes) {
     axis.on_loss = config.recovery.axes;
+    axis.period = config.period;
     if (!axis.setpoint_delay_cycles) axis.setpoint_delay_cycles = setpoint_delay(config, axis, master);
     // The description names slaves; those with an alias may be anywhere on the line. All are there, or configure() had
     // failed.

@@ -6,7 +6,6 @@
 #include <malloc.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <iostream>
 #include <random>
 #include <set>
@@ -14,6 +13,7 @@
 #include "deeds.hpp"
 #include "drive_line.hpp"
 #include "driveline/ecat_master/recovery/line_supervisor.hpp"
+#include "environment.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -24,11 +24,6 @@ using ecat_master::MotionPhase;
 using slaves::Fault;
 using slaves::FaultKind;
 using slaves::FaultWay;
-
-unsigned environment(const char* name, unsigned otherwise) {
-  const char* text = std::getenv(name);
-  return text == nullptr ? otherwise : static_cast<unsigned>(std::strtoul(text, nullptr, 10));
-}
 
 /// One run of the campaign.
 class CampaignRun {

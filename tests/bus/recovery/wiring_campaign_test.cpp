@@ -7,7 +7,6 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <iostream>
 #include <random>
 
@@ -17,6 +16,7 @@
 #include "driveline/ecat_master/recovery/line_supervisor.hpp"
 #include "driveline/esi/sii.hpp"
 #include "driveline/port/redundant_port.hpp"
+#include "environment.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -28,11 +28,6 @@ using slaves::Fault;
 using slaves::FaultKind;
 using slaves::PortId;
 using wire::AlState;
-
-unsigned environment(const char* name, unsigned otherwise) {
-  const char* text = std::getenv(name);
-  return text == nullptr ? otherwise : static_cast<unsigned>(std::strtoul(text, nullptr, 10));
-}
 
 std::string gone(std::size_t slave) {
   return fmt::format("slave {}: does not answer any more", slave);

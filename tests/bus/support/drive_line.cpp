@@ -140,6 +140,7 @@ ecat_master::AxisConfig LineOperation::axis(std::size_t position, const RunOptio
   config.inertia = slaves::MotorParameters{}.inertia_kg_m2;
   config.velocity_gain = 0.1;
   config.setpoint_delay_cycles = options.setpoint_delay_cycles;
+  config.adds_offsets = options.adds_offsets;
   return config;
 }
 
@@ -175,7 +176,7 @@ ecat_master::MotionControl& LineOperation::make_motion() {
 void LineOperation::start_cycle(ecat_master::Master::MakeRunner make_runner) {
   auto& motion = make_motion();
   auto settings = runtime::cycle_settings(config_, *master_);
-  if (options_.task != nullptr) tasks_.add(*options_.task, {});
+  if (options_.task != nullptr) tasks_.add(*options_.task, {1, 0, options_.task_order});
   settings.tasks = &tasks_;
   settings.recorder = options_.recorder;
   if (options_.copies) settings.copies = options_.copies(*master_);

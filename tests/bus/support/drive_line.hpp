@@ -59,6 +59,7 @@ struct RunOptions {
   std::size_t acyclic_bytes = 0;                              ///< what the process data leave
   slaves::msd::Variant variant = slaves::msd::Variant::kMsd;  ///< expected
   ecat_master::CycleTask* task = nullptr;
+  ecat_master::TaskTiming::Order task_order = ecat_master::TaskTiming::Order::kBeforeMotion;
   std::vector<std::size_t> hot_connect{};  ///< these drives
   ecat_master::FlightRecorder* recorder = nullptr;
   /// Process data handed from slave to slave, in the image of the line.
@@ -71,6 +72,7 @@ struct RunOptions {
   /// PDOs of every axis; none: axis_pdo_configuration()
   std::optional<ecat_master::PdoConfiguration> pdos{};
   bool single_axes = false;           ///< each axis by itself (SingleAxes), instead of along the path
+  bool adds_offsets = false;          ///< AxisConfig::adds_offsets of every axis
   bool accept_swapped_ports = false;  ///< IN and OUT of a slave may be swapped
 };
 

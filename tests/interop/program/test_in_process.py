@@ -50,9 +50,9 @@ class VirtualTime(ProgramTest):
 
     def test_every_interpolation_is_chosen_on_the_command_line(self):
         ends = {}
-        for method in ("linear", "hermite", "natural", "clamped", "quintic", "cosine", "bspline"):
+        for method in ("linear", "hermite", "clamped", "quintic", "cosine", "bspline"):
             with self.subTest(method=method):
-                self.write("path.csv", "time[s],x[rad],x[rad/s]\n0,0,0\n0.3,4,0\n0.6,0,0\n")
+                self.write("path.csv", "time[s],x[rad],x[rad/s]\n0,0,0\n0.3,4,0\n0.8,1,0\n")
                 config = self.write("line.toml", '[line]\ncycle_us = 500\n[[slave]]\nname = "x"\n[[axis]]\nname = "x"\n'
                                     '[path]\nfile = "path.csv"\n')
                 result = self.run_program("run", "--config", config, "--virtual", "--no-plots", "--no-telemetry", "--json",
@@ -61,6 +61,10 @@ class VirtualTime(ProgramTest):
                 with open(self.directory / "out/axes.csv", encoding="ascii", newline="") as file:
                     ends[method] = [row[1] for row in csv.reader(file)]
         self.assertEqual(len({tuple(targets) for targets in ends.values()}), len(ends), "each goes a way of its own")
+        # It begins in motion.
+        result = self.run_program("run", "--config", "line.toml", "--virtual", "--interpolation", "natural")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("would need an acceleration of", result.stderr)
         result = self.run_program("run", "--config", "line.toml", "--virtual", "--interpolation", "hold")
         self.assertEqual(result.returncode, 2)
         self.assertIn("would jump from point to point", result.stderr)

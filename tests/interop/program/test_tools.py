@@ -6,7 +6,7 @@ import subprocess
 import sys
 import unittest
 
-from program import ATTEMPTS, DISTURBED, EXAMPLES, PATIENCE_S, ROOT, ProgramTest, WireTest, again_when, again_when_disturbed
+from program import ATTEMPTS, DISTURBED, DRIVELINE, EXAMPLES, PATIENCE_S, ROOT, ProgramTest, WireTest, again_when, again_when_disturbed
 
 LINE8 = EXAMPLES / "line8.toml"
 ESI_FILE = ROOT / "esi/data/moog_msd.xml"
@@ -274,6 +274,17 @@ class InProcess(ProgramTest):
                 self.check_refused(self.run_program("foe", *arguments, "--config", LINE8), status, *parts)
         self.assertEqual(file.read_text(), "7777:00 = 1\n", "what could not be read leaves the file alone")
 
+    def test_files_behind_a_password(self):
+        config = self.write("line.toml", '[line]\ncycle_us = 1000\n[[slave]]\nname = "x"\nfile_password = 0xDEADBEEF\n')
+        read = lambda *password: self.run_program("foe", "read", "--config", config, "parameters.txt", "-o", "set.txt", *password)
+        for wrong in ([], ["--password", "0xDEADBEEE"], ["--password", "0xBEEF"]):
+            with self.subTest(wrong=wrong):
+                self.check_refused(read(*wrong), 1, "slave 0: refused the file with FoE error 0x800A", "wrong password")
+                self.assertFalse((self.directory / "set.txt").exists())
+        right = read("--password", "0xDEADBEEF")
+        self.assertEqual(right.returncode, 0, right.stderr)
+        self.assertIn("6065:00 = ", (self.directory / "set.txt").read_text())
+
     def test_firmware_goes_through_boot(self):
         self.assertEqual(self.run_program("esi", "generate", "devices").returncode, 0)
         firmware = self.directory / "devices" / "moog_msd.efw"
@@ -353,6 +364,14 @@ class OnTheWire(WireTest):
         result = self.run_program(*arguments, "--iface", "dl-master")
         self.assertEqual(result.returncode, status, result.stderr)
         return result.stdout
+
+    def test_a_full_disk_keeps_the_old_file(self):
+        (self.directory / "full").mkdir()
+        script = 'mount -t tmpfs -o size=4k none full && echo old > full/set.txt && "$@"; echo "status $?: $(cat full/set.txt)"; ls full'
+        result = self.run_program("-m", "sh", "-c", script, "sh", DRIVELINE, "foe", "read", "--config", LINE8, "-p", "1",
+                                  "parameters.txt", "-o", "full/set.txt", program="unshare")
+        self.assertEqual(result.stdout, "status 1: old\nset.txt\n", result.stderr)
+        self.assertRegex(result.stderr, r"^driveline[^\n]*full/set\.txt[^\n]*No space left on device\n$")
 
     def test_looking_changes_nothing(self):
         self.start_line(EXAMPLES / "line8-nic.toml")

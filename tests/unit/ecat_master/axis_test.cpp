@@ -2,10 +2,13 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include "driveline/ecat_master/axis/startup_sdos.hpp"
+#include "driveline/wire/endian.hpp"
 #include "support/bytes.hpp"
 
 namespace driveline::ecat_master {
@@ -209,6 +212,41 @@ TEST(AxisSample, CarriesTargetsAndInputs) {
   EXPECT_DOUBLE_EQ(sample.actual_torque, 0.5);
   EXPECT_DOUBLE_EQ(sample.following_error, 1.0);
   EXPECT_DOUBLE_EQ(sample.drive_following_error, -0.01);
+}
+
+TEST(AxisRange, IsWrappedAsTheDriveCounts) {
+  for (const int direction : {1, -1}) {
+    auto c = config();
+    c.range_min = -500;
+    c.range_max = 499;
+    Bench bench(c);
+    // Three rounds in steps of a fifth of the range; the target is a step ahead.
+    for (int step = 0; step <= 15; ++step) {
+      const auto place = [&](int at) { return ((200 * direction * at + 3500) % 1000 + 1000) % 1000 - 500; };
+      auto image = inputs("3702 08 00000000 00000000 00000000 0000 0000");
+      const auto bytes = wire::to_le_bytes(static_cast<std::int32_t>(place(step)));
+      std::copy(bytes.begin(), bytes.end(), image.begin() + kOffset + 3);
+      bench.axis.read_inputs(image, true);
+      EXPECT_NEAR(bench.axis.inputs().position, 0.2 * direction * step, 1e-12);
+      bench.write(Goal::kEnabled, {0.2 * direction * (step + 1), 0.0, 0.0});
+      const auto target = wire::to_le_bytes(static_cast<std::int32_t>(place(step + 1)));
+      EXPECT_TRUE(std::equal(target.begin(), target.end(), bench.outputs.begin() + kOffset + 3)) << step;
+    }
+  }
+}
+
+TEST(AxisCommandBits, AreThoseOfTheModeAndOfAnEnabledAxis) {
+  auto c = config(Mode::kProfilePosition);
+  Bench bench(c);
+  EXPECT_TRUE(bench.axis.complete());
+  bench.axis.set_command_bits(0xFFFF);
+  bench.axis.read_inputs(inputs("3702 01 E8030000 00000000 00000000 0000 0000"), true);
+  bench.write(Goal::kEnabled, {2.0, 3.0, 4.0});
+  EXPECT_EQ(bench.written(), hex("7F01 01 D0070000 B80B0000 00000000 0000 0000"));
+  bench.axis.read_inputs(inputs("3302 01 E8030000 00000000 00000000 0000 0000"), true);
+  bench.write(Goal::kEnabled, {2.0, 3.0, 4.0});
+  EXPECT_EQ(bench.written()[0], std::byte{0x0F});
+  EXPECT_EQ(bench.written()[1], std::byte{0x00});
 }
 
 /// Following errors of an axis that stands at 1 rad while the setpoints 2, 3, 4, ... are sent.

@@ -192,6 +192,7 @@ class Sequence {
       config.slave = i;
       config.increments_per_unit = kIncrements;
       config.limits = kLimits;
+      if (i == 1) config.max_jerk = 5e4;
       ProcessDataPlace place;
       place.output_offset = i * kOutputs;
       place.input_offset = i * kInputs;
@@ -222,7 +223,7 @@ class Sequence {
     if (chance(2)) request.velocity = number(0.01, 50.0);
     if (chance(3)) request.acceleration = number(1.0, 1000.0);
     if (chance(3)) request.deceleration = number(1.0, 1000.0);
-    if (chance(3)) request.jerk = std::exp(number(4.0, 16.0));
+    if (chance(3)) request.jerk = std::exp(number(4.0, 10.8));
     if (chance(30)) request.target = kStrange[pick(kStrange.size())];
     if (chance(60)) request.velocity = kStrange[pick(kStrange.size())];
     static_cast<void>(axes_.submit(pick(kAxes), request));

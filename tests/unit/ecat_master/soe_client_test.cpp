@@ -43,8 +43,12 @@ struct SoeBench {
   Bytes mail(std::string_view service, unsigned type = 5) {
     const auto data = hex(service);
     counter = static_cast<std::uint8_t>(counter % 7 + 1);
-    Bytes bytes{static_cast<std::byte>(data.size()),        std::byte{0}, std::byte{0}, std::byte{0}, std::byte{0},
-                static_cast<std::byte>(counter << 4 | type)};
+    Bytes bytes{static_cast<std::byte>(data.size()),
+                std::byte{0},
+                std::byte{0},
+                std::byte{0},
+                std::byte{0},
+                static_cast<std::byte>(unsigned{counter} << 4U | type)};
     bytes.insert(bytes.end(), data.begin(), data.end());
     return bytes;
   }

@@ -54,15 +54,20 @@ TEST(MsdStartup, OfACspAxis) {
               ElementsAre("2132:00 0000003E", "60C2:01 7D", "60C2:02 FA", "2172:00 03", "25EC:00 0000003F"));
 }
 
-TEST(MsdStartup, LeavesOutWhatIsNotKnownOrNotNeeded) {
+TEST(MsdStartup, LeavesOutWhatIsNotKnown) {
   auto one = axis();
   one.inertia = 0.0;
   EXPECT_EQ(msd().startup_sdos(one, microseconds{1000}).size(), 4U);
   one = axis();
   one.kind = trajectory::AxisKind::kLinear;
   EXPECT_EQ(msd().startup_sdos(one, microseconds{1000}).size(), 4U) << "P 1516 is in kg m^2";
-  EXPECT_EQ(msd().startup_sdos(axis(Mode::kCyclicVelocity), microseconds{1000}).size(), 3U);
-  EXPECT_EQ(msd().startup_sdos(axis(Mode::kCyclicTorque), microseconds{1000}).size(), 3U);
+}
+
+TEST(MsdStartup, OfAnAxisThatMayChangeToCspIsThatOfCsp) {
+  const auto csp = written(msd().startup_sdos(axis(), microseconds{1000}));
+  for (const auto mode : {Mode::kCyclicVelocity, Mode::kCyclicTorque}) {
+    EXPECT_EQ(written(msd().startup_sdos(axis(mode), microseconds{1000})), csp);
+  }
 }
 
 TEST(MsdStartup, RefusesAPeriodTheDriveCannotBeTold) {

@@ -77,7 +77,8 @@ INSTANTIATE_TEST_SUITE_P(
         WrongFile{
             "[[slave]]\nname = \"x\"\naddress = 5\n",
             ":3: [slave 1] address: unknown key, expected one of: alias, dc, device_id, esi, "
-            "factory_start_up_ms, firmware, forwarding_ns, hot_connect, input, ip, lrw, model, name, names, "
+            "factory_start_up_ms, file_password, firmware, forwarding_ns, hot_connect, input, ip, lrw, model, name, "
+            "names, "
             "parameter_file, pdo, plant, processing_ns, "
             "product_code, revision, sdo, serial, sii, sii_file, start_up_ms, switch, timeouts, vendor_id, watchdog"},
         WrongFile{"[[slave]]\nname = \"x\"\n[slave.plant]\nmass = 5\n",
@@ -86,8 +87,9 @@ INSTANTIATE_TEST_SUITE_P(
                   "peak_torque_nm, pole_pairs, rated_current_a, rated_speed_rpm, rated_torque_nm, thermal, "
                   "torque_lag_us, viscous_friction_nm_s, winding"},
         WrongFile{one_axis("limit = 5\n"),
-                  ":6: [axis 1] limit: unknown key, expected one of: feed_mm_per_revolution, "
-                  "increments_per_revolution, inertia, max_acceleration, max_velocity, mode, name, position_gain_1_s, "
+                  ":6: [axis 1] limit: unknown key, expected one of: adds_offsets, feed_mm_per_revolution, "
+                  "increments_per_revolution, inertia, max_acceleration, max_jerk, max_velocity, mode, name, "
+                  "position_gain_1_s, "
                   "position_tolerance, "
                   "rated_torque_nm, setpoint_delay_cycles, slave, unit, velocity_gain"},
         WrongFile{one_slave("[path]\nfile = \"a.csv\"\nspeed = 2\n"),

@@ -77,7 +77,7 @@ TEST(ProfileDuration, RefusesWhatIsTooShortAndNamesWhatIsPossible) {
     EXPECT_NEAR(error.possible_duration_s, least_s, 1e-12);
   }
   EXPECT_EQ(plan(motion, std::numeric_limits<double>::quiet_NaN()).error().reason, Reason::kTooLong);
-  EXPECT_EQ(plan(motion, 2.0 * kLongestProfile_s).error().reason, Reason::kTooLong);
+  EXPECT_EQ(plan(motion, 2.0 * kLongestProfileSeconds).error().reason, Reason::kTooLong);
 }
 
 // A little ahead at the velocity that the axis has: at once, or all the way round.

@@ -140,7 +140,9 @@ class ProfileOracle {
       return too_much("velocity less the sum of acceleration", begin_s, gain_error, jump * h);
     }
     const double jerk = (b.acceleration - a.acceleration) / h;
-    const double noise = kRounding * (acceleration_ + velocity_ / profile_->duration_s()) / h;
+    const double duration_s = profile_->duration_s();
+    const double swing = has_jerk_limit ? limits.max_jerk * duration_s : 0.0;
+    const double noise = kRounding * (acceleration_ + velocity_ / duration_s + swing) / h;
     if (has_jerk_limit && std::abs(jerk) > limits.max_jerk * (1.0 + kKept) + noise) {
       return too_much("jerk", begin_s, jerk, limits.max_jerk);
     }

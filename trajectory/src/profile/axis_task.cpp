@@ -43,12 +43,6 @@ void append_phases(Profile& profile, const PhaseList& phases, double scale) noex
   }
 }
 
-Profile AxisTask::begin_profile(const AxisSetpoint& from) const noexcept {
-  Profile profile(from);
-  append_phases(profile, brake.phases, scale);
-  return profile;
-}
-
 tl::expected<AxisTask, ProfileError> prepare_task(const AxisSetpoint& from, const AxisSetpoint& to,
                                                   const ProfileLimits& limits) noexcept {
   if (!is_valid(limits)) {
@@ -87,11 +81,12 @@ tl::expected<AxisTask, ProfileError> prepare_task(const AxisSetpoint& from, cons
   task.way = unit * (to.position - from.position);
   task.way_error = unit * kPositionRounding * (std::abs(from.position) + std::abs(to.position));
   if (task.brake.phases.size() > 0) {
-    const Profile brake = task.begin_profile({0.0, from.velocity, 0.0});
+    Profile brake({0.0, from.velocity, 0.0});
+    append_phases(brake, task.brake.phases, task.scale);
     task.brake_s = brake.duration_s();
     task.way -= unit * brake.end().position;
   }
-  if (!std::isfinite(task.way) || !(task.brake_s <= kLongestProfile_s)) {
+  if (!std::isfinite(task.way) || !(task.brake_s <= kLongestProfileSeconds)) {
     return refuse(ProfileError::Reason::kTooLong);
   }
   return task;

@@ -20,9 +20,6 @@ struct AxisTask {
   double way_error;  ///< by rounding of the positions, divided by `scale`
   double scale;      ///< the jerk limit, or 1 if there is none
   bool has_jerk_limit;
-
-  /// A profile that has the brake alone. \rtsafe
-  [[nodiscard]] Profile begin_profile(const AxisSetpoint& from) const noexcept;
 };
 
 /// To a position, velocity and acceleration.

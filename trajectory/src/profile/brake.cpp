@@ -53,15 +53,11 @@ Brake brake_with_jerk(double velocity, double acceleration, const Boundary& limi
   // What the acceleration still does to the velocity while it is taken back.
   const double rest = state.acceleration * state.acceleration / 2.0;
   const double v = state.velocity;
-  const bool is_rising = state.acceleration > 0.0;
-  const bool is_falling = state.acceleration < 0.0;
-  if (is_rising && exceeds(v + rest, limits.top)) {
+  const bool gets_above = state.acceleration > 0.0 && exceeds(v + rest, limits.top);
+  const bool gets_below = state.acceleration < 0.0 && exceeds(rest - v, limits.bottom);
+  if (gets_above || (!gets_below && exceeds(v, limits.top))) {
     brake_velocity(state, 1.0, limits.fall, limits.top, limits.bottom);
-  } else if (is_falling && exceeds(rest - v, limits.bottom)) {
-    brake_velocity(state, -1.0, limits.rise, limits.bottom, limits.top);
-  } else if (exceeds(v, limits.top)) {
-    brake_velocity(state, 1.0, limits.fall, limits.top, limits.bottom);
-  } else if (exceeds(-v, limits.bottom)) {
+  } else if (gets_below || exceeds(-v, limits.bottom)) {
     brake_velocity(state, -1.0, limits.rise, limits.bottom, limits.top);
   }
   return state;

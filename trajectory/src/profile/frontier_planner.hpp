@@ -29,13 +29,13 @@ class FrontierPlanner {
 
   [[nodiscard]] Extreme fastest() const noexcept {
     if (forwards_.has_short_stretch()) {
-      const auto extreme = fastest_in(forwards_.short_stretch(), [&] { return backwards_.short_stretch(); });
-      if (extreme) {
+      const Stretch forward = forwards_.short_stretch();
+      if (const auto extreme = fastest_in(forward, [&] { return backwards_.short_stretch(); })) {
         return *extreme;
       }
-      const Stretch forward = forwards_.short_stretch();
-      if (is_same_way(forward, forward.longest_s())) {
-        return {forward.longest_s(), forward.phases(forward.longest_s()), 1.0};
+      const auto longest = forward.at(forward.longest_s());
+      if (is_same_way(forward.displacement(longest), longest.duration_s)) {
+        return {longest.duration_s, forward.phases(longest), 1.0};
       }
     }
     const auto extreme = fastest_in(forwards_.main_stretch(), [&] { return backwards_.main_stretch(); });
@@ -50,8 +50,9 @@ class FrontierPlanner {
       if (duration_s) {
         return *duration_s;
       }
-      if (from_s <= forward.longest_s() * kAlmost && is_same_way(forward, forward.longest_s())) {
-        return forward.longest_s();
+      const auto longest = forward.at(forward.longest_s());
+      if (from_s <= longest.duration_s * kAlmost && is_same_way(forward.displacement(longest), longest.duration_s)) {
+        return longest.duration_s;
       }
     }
     return next_in(forwards_.main_stretch(), backwards_.main_stretch(), from_s).value_or(kNever);
@@ -89,7 +90,7 @@ class FrontierPlanner {
   /// Whether the way is that of a stretch's shortest or longest motion, but for rounding. Perhaps no motion gets a
   /// little less or more far in about the same time: a state on its way to the target must not be taken for one that
   /// missed it.
-  [[nodiscard]] bool is_same_way(const Stretch& stretch, double duration_s) const noexcept {
+  [[nodiscard]] bool is_same_way(double displacement, double duration_s) const noexcept {
     const double velocities = std::abs(boundary_.v0) + std::abs(boundary_.v1);
     const double ends = std::abs(boundary_.a0) + std::abs(boundary_.a1);
     const double moved =
@@ -97,53 +98,49 @@ class FrontierPlanner {
     // The last digit of the velocities moves the duration, the more the smaller the accelerations are.
     const double slowest = Frontier::kJumps ? std::min(boundary_.rise, boundary_.fall) : ends + duration_s;
     const double moved_s = duration_s > 0.0 ? kLastDigits * velocities / slowest : 0.0;
-    return std::abs(way_ - stretch.displacement(duration_s)) <= way_error_ + kSame * moved + velocities * moved_s;
+    return std::abs(way_ - displacement) <= way_error_ + kSame * moved + velocities * moved_s;
   }
 
   template <typename MakeBackward>
   [[nodiscard]] std::optional<Extreme> fastest_in(const Stretch& forward, MakeBackward make_backward) const noexcept {
-    const double shortest_s = forward.shortest_s();
-    if (is_same_way(forward, shortest_s)) {
-      return Extreme{shortest_s, forward.phases(shortest_s), 1.0};
+    if (is_same_way(forward.shortest_way(), forward.shortest_s())) {
+      return Extreme{forward.shortest_s(), forward.phases(forward.shortest()), 1.0};
     }
-    if (way_ > forward.displacement(shortest_s)) {
-      return along(forward, way_, 1.0);
-    }
-    return along(make_backward(), -way_, -1.0);
+    return way_ > forward.shortest_way() ? along(forward, way_, 1.0) : along(make_backward(), -way_, -1.0);
   }
 
   [[nodiscard]] static std::optional<Extreme> along(const Stretch& stretch, double way, double sign) noexcept {
-    const auto duration_s = stretch.next_duration_s(way, stretch.shortest_s(), true);
-    if (!duration_s) {
+    const auto point = stretch.next(way, 0.0, true);
+    if (!point) {
       return std::nullopt;
     }
-    return Extreme{*duration_s, stretch.phases(*duration_s), sign};
+    return Extreme{point->duration_s, stretch.phases(*point), sign};
   }
 
   [[nodiscard]] std::optional<double> next_in(const Stretch& forward, const Stretch& backward,
                                               double from_s) const noexcept {
     double duration_s = std::max(from_s, forward.shortest_s());
-    if (duration_s <= forward.shortest_s() * kAlmost && is_same_way(forward, forward.shortest_s())) {
+    if (duration_s <= forward.shortest_s() * kAlmost && is_same_way(forward.shortest_way(), forward.shortest_s())) {
       return forward.shortest_s();
     }
     for (int i = 0; i < kMostRounds && duration_s <= forward.longest_s(); ++i) {
-      const auto there_s = forward.next_duration_s(way_, duration_s, true);
-      const auto here_s = there_s ? backward.next_duration_s(-way_, *there_s, true) : std::nullopt;
-      if (!here_s) {
+      const auto there = forward.next(way_, duration_s, true);
+      const auto here = there ? backward.next(-way_, there->duration_s, true) : std::nullopt;
+      if (!here) {
         return std::nullopt;
       }
-      if (*here_s - *there_s <= kSame * *here_s) {
-        return here_s;
+      duration_s = std::max(here->duration_s, there->duration_s);
+      if (duration_s - there->duration_s <= kSame * duration_s) {
+        return duration_s;
       }
-      duration_s = *here_s;
     }
     return std::nullopt;
   }
 
   [[nodiscard]] double next_gap_in(const Stretch& forward, const Stretch& backward, double from_s) const noexcept {
-    const double there_s = forward.next_duration_s(way_, from_s, false).value_or(kNever);
-    const double here_s = backward.next_duration_s(-way_, from_s, false).value_or(kNever);
-    return std::min({there_s, here_s, forward.longest_s()});
+    const auto there = forward.next(way_, from_s, false);
+    const auto here = backward.next(-way_, from_s, false);
+    return std::min({there ? there->duration_s : kNever, here ? here->duration_s : kNever, forward.longest_s()});
   }
 
   /// One of two motions of the same duration that are mixed.
@@ -154,7 +151,8 @@ class FrontierPlanner {
   };
 
   [[nodiscard]] static Part part(const Stretch& stretch, double duration_s, double sign) noexcept {
-    return {stretch.phases(duration_s), sign * stretch.displacement(duration_s), sign};
+    const auto point = stretch.at(duration_s);
+    return {stretch.phases(point), sign * stretch.displacement(point), sign};
   }
 
   /// Between the frontiers of the velocity limits lie those of the velocities that the ends need: what is mixed is what

@@ -13,6 +13,8 @@ constexpr double kNewtonStep = 1e-9;
 constexpr int kMostSteps = 80;
 /// Changes of velocity that differ by less, relative to what they are made of, are the same.
 constexpr double kSameChange = 1e-12;
+/// What is lost of sums of velocities, relative to them.
+constexpr double kLastDigits = 4e-15;
 
 double square(double x) noexcept {
   return x * x;
@@ -60,18 +62,26 @@ JerkStretch::JerkStretch(const Boundary& boundary, Begin begin, Extent extent) n
     : b_(begin == Begin::kPeak ? boundary : boundary.reversed()), is_reversed_(begin == Begin::kTrough) {
   k_ = b_.v1 - b_.v0 + (b_.a0 - b_.a1) * (b_.a0 + b_.a1) / 2.0;
   base_s_ = b_.a1 - b_.a0;
-  const double apex = std::max({root(k_ + square(b_.a1)), b_.a0, b_.a1});
+  // A peak that is there by rounding alone is none: where the ends have little acceleration, it would take long.
+  const double least = std::max(b_.a0, b_.a1);
+  const double squared = k_ + square(b_.a1);
+  const double digits = kLastDigits * (std::abs(b_.v0) + std::abs(b_.v1) + square(b_.a0) + square(b_.a1));
+  const bool is_straight = least >= 0.0 && squared <= square(least) + digits;
+  const double apex = is_straight ? least : std::max(root(squared), least);
   const bool is_held = apex > b_.rise;
   double from = b_.rise - b_.a1;
   if (!is_held) {
     from = apex - b_.a1;
     k_ = from * (apex + b_.a1);
   }
-  if (extent == Extent::kMain) {
-    add_main(from, is_held);
-    return;
-  }
-  if (is_held) {
+  extent == Extent::kMain ? add_main(from, is_held) : add_short(from, is_held);
+  const JerkShape first = shape(pieces_[0].kind, pieces_[0].from);
+  shortest_s_ = duration_s(pieces_[0].kind, pieces_[0].from);
+  shortest_way_ = displacement_of(first);
+}
+
+void JerkStretch::add_short(double from, bool is_peak_held) noexcept {
+  if (is_peak_held) {
     const double to = k_ / (b_.rise + root(square(b_.rise) - k_));
     add(Kind::kPeak, from, to);
     from = to;
@@ -181,24 +191,24 @@ double JerkStretch::longest_s() const noexcept {
   return std::isfinite(last.to) ? duration_s(last.kind, last.to) : kNever;
 }
 
-JerkShape JerkStretch::canonical_at(double duration_s) const noexcept {
+JerkStretch::Point JerkStretch::at(double duration_s) const noexcept {
   std::size_t i = 0;
   while (i + 1 < count_ && this->duration_s(pieces_[i].kind, pieces_[i].to) < duration_s) {
     ++i;
   }
   const Piece& piece = pieces_[i];
-  return shape(piece.kind, std::clamp(parameter(piece.kind, duration_s), piece.from, piece.to));
+  return {duration_s, i, std::clamp(parameter(piece.kind, duration_s), piece.from, piece.to)};
 }
 
-JerkShape JerkStretch::at(double duration_s) const noexcept {
-  const JerkShape s = canonical_at(duration_s);
-  return is_reversed_ ? JerkShape{-s.trough, s.trough_hold_s, s.cruise_s, -s.peak, s.peak_hold_s} : s;
-}
-
-PhaseList JerkStretch::phases(double duration_s) const noexcept {
-  const JerkShape s = at(duration_s);
-  const double a0 = is_reversed_ ? -b_.a1 : b_.a0;
-  const double a1 = is_reversed_ ? -b_.a0 : b_.a1;
+PhaseList JerkStretch::phases(const Point& point) const noexcept {
+  JerkShape s = canonical(point);
+  double a0 = b_.a0;
+  double a1 = b_.a1;
+  if (is_reversed_) {
+    s = {-s.trough, s.trough_hold_s, s.cruise_s, -s.peak, s.peak_hold_s};
+    a0 = -b_.a1;
+    a1 = -b_.a0;
+  }
   PhaseList list;
   list.push(s.peak - a0, a0, 1.0);
   list.push(s.peak_hold_s, s.peak, 0.0);
@@ -322,33 +332,30 @@ double JerkStretch::solve(const Piece& piece, double from, double low, double hi
   return x;
 }
 
-std::optional<double> JerkStretch::next_duration_s(double displacement, double from_s, bool reached) const noexcept {
-  std::optional<double> ahead;  // of the displacement, where the piece begins
-  for (std::size_t i = 0; i < count_; ++i) {
+std::optional<JerkStretch::Point> JerkStretch::next(double displacement, double from_s, bool reached) const noexcept {
+  Point start = from_s > shortest_s_ ? at(from_s) : shortest();
+  double ahead = (from_s > shortest_s_ ? this->displacement(start) : shortest_way_) - displacement;
+  if ((ahead >= 0.0) == reached) {
+    return start;
+  }
+  for (std::size_t i = start.piece; i < count_; ++i) {
     const Piece& piece = pieces_[i];
-    double at = piece.from;
-    if (!ahead) {
-      if (i + 1 < count_ && duration_s(piece.kind, piece.to) <= from_s) {
-        continue;
-      }
-      at = std::clamp(parameter(piece.kind, from_s), piece.from, piece.to);
-      ahead = displacement_of(shape(piece.kind, at)) - displacement;
-      if ((*ahead >= 0.0) == reached) {
-        return std::max(from_s, duration_s(piece.kind, at));
-      }
-    }
+    const double begin = i == start.piece ? start.parameter : piece.from;
     const std::array<double, 2> turn = turns(piece);
-    double low = at;
+    double low = begin;
     for (const double end : {turn[0], turn[1], piece.to}) {
       if (!(end > low) || end > piece.to) {
         continue;
       }
-      if ((*ahead + gain(piece, at, end - at) >= 0.0) == reached) {
-        return duration_s(piece.kind, solve(piece, at, low, end, -*ahead));
+      const double gained = ahead + gain(piece, begin, end - begin);
+      if ((gained >= 0.0) == reached) {
+        return point(i, solve(piece, begin, low, end, -ahead));
       }
       low = end;
+      if (end == piece.to) {
+        ahead = gained;
+      }
     }
-    *ahead += gain(piece, at, piece.to - at);
   }
   return std::nullopt;
 }

@@ -33,18 +33,26 @@ class JerkStretch {
 
   JerkStretch(const Boundary& boundary, Begin begin, Extent extent) noexcept;
 
-  [[nodiscard]] double shortest_s() const noexcept { return duration_s(pieces_[0].kind, pieces_[0].from); }
+  [[nodiscard]] double shortest_s() const noexcept { return shortest_s_; }
   [[nodiscard]] double longest_s() const noexcept;
+  /// Where the shortest motion gets.
+  [[nodiscard]] double shortest_way() const noexcept { return shortest_way_; }
 
-  /// The first duration, not before `from_s`, from which on the farthest motion gets at least to `displacement`
-  /// (`reached`) or no longer gets there (not `reached`). None: not in this stretch.
-  [[nodiscard]] std::optional<double> next_duration_s(double displacement, double from_s, bool reached) const noexcept;
-  /// The farthest motion of a duration within the stretch.
-  [[nodiscard]] JerkShape at(double duration_s) const noexcept;
-  [[nodiscard]] double displacement(double duration_s) const noexcept {
-    return displacement_of(canonical_at(duration_s));
-  }
-  [[nodiscard]] PhaseList phases(double duration_s) const noexcept;
+  /// One of the farthest motions.
+  struct Point {
+    double duration_s;
+    std::size_t piece;
+    double parameter;
+  };
+
+  [[nodiscard]] Point shortest() const noexcept { return {shortest_s_, 0, pieces_[0].from}; }
+  /// The first one, not shorter than `from_s`, from which on they get at least to `displacement` (`reached`) or no
+  /// longer get there (not `reached`). None: not in this stretch.
+  [[nodiscard]] std::optional<Point> next(double displacement, double from_s, bool reached) const noexcept;
+  /// That of a duration within the stretch.
+  [[nodiscard]] Point at(double duration_s) const noexcept;
+  [[nodiscard]] double displacement(const Point& point) const noexcept { return displacement_of(canonical(point)); }
+  [[nodiscard]] PhaseList phases(const Point& point) const noexcept;
 
  private:
   // What changes from one motion to the next, and so what the parameter of a piece is.
@@ -62,12 +70,18 @@ class JerkStretch {
   };
 
   void add(Kind kind, double from, double to) noexcept;
+  void add_short(double from, bool is_peak_held) noexcept;
   void add_main(double from, bool is_peak_held) noexcept;
   void add_rest(Kind held, double from) noexcept;
   [[nodiscard]] double duration_s(Kind kind, double parameter) const noexcept;
   [[nodiscard]] double parameter(Kind kind, double duration_s) const noexcept;
   [[nodiscard]] JerkShape shape(Kind kind, double parameter) const noexcept;
-  [[nodiscard]] JerkShape canonical_at(double duration_s) const noexcept;
+  [[nodiscard]] JerkShape canonical(const Point& point) const noexcept {
+    return shape(pieces_[point.piece].kind, point.parameter);
+  }
+  [[nodiscard]] Point point(std::size_t piece, double parameter) const noexcept {
+    return {duration_s(pieces_[piece].kind, parameter), piece, parameter};
+  }
   [[nodiscard]] double displacement_of(const JerkShape& shape) const noexcept;
   [[nodiscard]] double gain(const Piece& piece, double from, double step) const noexcept;
   [[nodiscard]] double slope(const Piece& piece, double parameter) const noexcept;
@@ -82,6 +96,8 @@ class JerkStretch {
   double behind_top_ = 0.0;  // square of the trough that leads away from it
   std::array<Piece, 6> pieces_;
   std::size_t count_ = 0;
+  double shortest_s_ = 0.0;
+  double shortest_way_ = 0.0;
 };
 
 /// All motions that get farthest: one stretch of durations, or two with a gap between them.

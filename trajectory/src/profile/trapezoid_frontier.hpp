@@ -15,10 +15,17 @@ class TrapezoidStretch {
 
   [[nodiscard]] double shortest_s() const noexcept { return duration_of(lowest_); }
   [[nodiscard]] double longest_s() const noexcept { return std::numeric_limits<double>::infinity(); }
-  /// As JerkStretch::next_duration_s().
-  [[nodiscard]] std::optional<double> next_duration_s(double displacement, double from_s, bool reached) const noexcept;
-  [[nodiscard]] double displacement(double duration_s) const noexcept;
-  [[nodiscard]] PhaseList phases(double duration_s) const noexcept;
+  [[nodiscard]] double shortest_way() const noexcept { return way_of(lowest_); }
+
+  /// As those of JerkStretch.
+  struct Point {
+    double duration_s;
+  };
+  [[nodiscard]] Point shortest() const noexcept { return {shortest_s()}; }
+  [[nodiscard]] std::optional<Point> next(double displacement, double from_s, bool reached) const noexcept;
+  [[nodiscard]] Point at(double duration_s) const noexcept { return {duration_s}; }
+  [[nodiscard]] double displacement(const Point& point) const noexcept;
+  [[nodiscard]] PhaseList phases(const Point& point) const noexcept;
 
  private:
   [[nodiscard]] double duration_of(double velocity) const noexcept;

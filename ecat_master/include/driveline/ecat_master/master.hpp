@@ -11,6 +11,7 @@
 #include "driveline/ecat_master/configuration/configurator.hpp"
 #include "driveline/ecat_master/configuration/register_guard.hpp"
 #include "driveline/ecat_master/cyclic/cycle_runner.hpp"
+#include "driveline/ecat_master/cyclic/cyclic_exchange.hpp"
 #include "driveline/ecat_master/dc/clock_watch.hpp"
 #include "driveline/ecat_master/discovery/topology.hpp"
 #include "driveline/ecat_master/eoe/eoe_ports.hpp"
@@ -183,11 +184,19 @@ class Master {
       const std::scoped_lock lock(mutex_);
       return target_->exchange(requests);
     }
+    [[nodiscard]] bool relays() const noexcept override {
+      const std::scoped_lock lock(mutex_);
+      return target_->relays();
+    }
+    [[nodiscard]] Result<void> relay(const Relay& relay) override {
+      const std::scoped_lock lock(mutex_);
+      return target_->relay(relay);
+    }
     void pause(std::chrono::nanoseconds duration) override { target_->pause(duration); }
     [[nodiscard]] std::chrono::nanoseconds now() const noexcept override { return target_->now(); }
 
    private:
-    std::mutex mutex_;
+    mutable std::mutex mutex_;
     DatagramExchange* target_;
   };
 

@@ -22,11 +22,10 @@ std::vector<ecat_master::StartupSdo> MsdRules::startup_sdos(const ecat_master::A
                                                             std::chrono::nanoseconds period) const {
   auto sdos = ecat_master::cia402_startup_sdos(period);
   sdos.insert(sdos.begin(), real_sdo(parameter(306), std::chrono::duration<double, std::milli>(period).count()));
-  if (axis.mode == ecat_master::cia402::Mode::kCyclicPosition) {
-    constexpr std::uint8_t kCubicSpline = 3;
-    sdos.push_back(startup_sdo(parameter(370), 0, kCubicSpline));
-    if (axis.inertia > 0.0 && !axis.linear()) sdos.push_back(real_sdo(parameter(1516), axis.inertia));
-  }
+  // Also where the axis begins in another mode: it may change to csp.
+  constexpr std::uint8_t kCubicSpline = 3;
+  sdos.push_back(startup_sdo(parameter(370), 0, kCubicSpline));
+  if (axis.inertia > 0.0 && !axis.linear()) sdos.push_back(real_sdo(parameter(1516), axis.inertia));
   return sdos;
 }
 

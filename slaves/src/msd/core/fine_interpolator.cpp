@@ -31,14 +31,17 @@ void FineInterpolator::reset(double value, double velocity) noexcept {
   pursuit_.reset();
   output_ = {value, velocity, 0.0};
   polynomial_ = {value, 0.0, 0.0, 0.0};
-  // The splines lag two samples behind: the newest are ahead of the output.
-  const double ahead = method_ == Method::kSpline || method_ == Method::kApproximation ? 2.0
-                       : method_ == Method::kNone                                      ? 0.0
-                                                                                       : 1.0;
+  const double ahead = periods_ahead();
   for (std::size_t i = 0; i < samples_.size(); ++i) {
     samples_[i] = value + (ahead - 1.0 - static_cast<double>(i)) * velocity * period_s();
   }
   last_sample_ = samples_[0];
+}
+
+/// The splines lag two samples behind: the newest are ahead of the output.
+double FineInterpolator::periods_ahead() const noexcept {
+  if (method_ == Method::kSpline || method_ == Method::kApproximation) return 2.0;
+  return method_ == Method::kNone ? 0.0 : 1.0;
 }
 
 void FineInterpolator::start_line(double end) noexcept {

@@ -16,6 +16,7 @@ constexpr std::uint32_t kStandstillSteps = 64;       ///< 4 ms within the window
 constexpr double kStopShare = 0.7;                   ///< of the speed controller's reset time, ours
 constexpr double kStopAtLeastS = 2e-3;               ///< and no faster
 constexpr double kSpeedLimitS = 2e-3;                ///< time constant of the approach to the speed limit; ours
+constexpr double kSpeedLagS = 1e-3;                  ///< of the measured speed at most; ours
 /// Position setpoints in a row that the interpolation makes up for when they do not come; ours.
 constexpr std::uint32_t kBridgedSetpoints = 8;
 
@@ -174,10 +175,29 @@ void Motion::take_over(MotionCommand command, MotionSource source, bool smooth) 
   if (source == MotionSource::kProfilePosition) stand();  // until a movement is ordered
   if (source == MotionSource::kProfileFrequency) generator_.run_at(speed, {1.0, 1.0, 1.0, 0.0});
   target_position_ = allowed_position_ = position();
-  position_.reset(measured_position_rad(), speed);
-  velocity_.reset(speed, 0.0);
-  torque_.reset(torque_demand_nm_, 0.0);
-  push_setpoints();  // the present setpoint acts at once (Device Help 8)
+  // The present setpoint acts at once (Device Help 8), and as if it had done so when it came: the next one comes that
+  // much earlier than in a period. What the offsets add is not in the targets.
+  const std::uint32_t since = steps_since_sample_ % settings_.steps_per_setpoint;
+  const double begin_speed = source == MotionSource::kCyclicPosition ? speed_towards_setpoint(speed, since) : speed;
+  position_.reset(measured_position_rad() - begin_speed * since * kControlStepS, begin_speed);
+  velocity_.reset(speed - speed_feed_forward(0.0), 0.0);
+  torque_.reset(torque_demand_nm_ - torque_of(setpoints_.torque_offset_permille), 0.0);
+  push_setpoints();
+  for (std::uint32_t step = 0; step < since; ++step) {
+    position_.step();
+    velocity_.step();
+    torque_.step();
+  }
+  steps_since_sample_ = since;
+}
+
+/// The measured speed lags by its filter. Where the present position setpoint tells nearly the same, that is the speed.
+double Motion::speed_towards_setpoint(double speed, std::uint32_t since) const noexcept {
+  const auto target = settings_.range.destination(position(), setpoints_.position, PositionRange::Direction::kShortest);
+  const double steps = position_.periods_ahead() * settings_.steps_per_setpoint - since;
+  if (!(steps > 0.0)) return speed;
+  const double asked = (to_rad(static_cast<double>(target)) - measured_position_rad()) / (steps * kControlStepS);
+  return std::abs(asked - speed) <= settings_.quick_stop_rad_s2 * kSpeedLagS ? asked : speed;
 }
 
 double Motion::speed_feed_forward(double internal_rad_s) const noexcept {

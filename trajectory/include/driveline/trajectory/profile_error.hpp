@@ -11,7 +11,7 @@ struct ProfileError {
     kLimits,         ///< a limit has the wrong sign, is zero, not a number, or an infinite acceleration
     kState,          ///< the start is not finite
     kTarget,         ///< the target is not finite, outside the limits, or cannot be reached or left inside them
-    kTooLong,        ///< would take longer than kLongestProfile_s, or further than numbers go
+    kTooLong,        ///< would take longer than kLongestProfileSeconds, or further than numbers go
     kTooShort,       ///< cannot be done in so short a time
     kBlocked,        ///< can be done faster and slower, but not in just this time
     kPositionRange,  ///< would leave the range of positions
@@ -26,6 +26,6 @@ struct ProfileError {
 };
 
 /// No profile is longer, in s: at greater times the resolution of a double would be seen in its positions.
-inline constexpr double kLongestProfile_s = 1e5;
+inline constexpr double kLongestProfileSeconds = 1e5;
 
 }  // namespace driveline::trajectory

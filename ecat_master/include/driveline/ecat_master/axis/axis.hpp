@@ -1,8 +1,13 @@
 #pragma once
 
+#include <chrono>
+#include <cstdint>
+#include <memory>
 #include <optional>
+#include <span>
 #include <string>
 
+#include "driveline/ecat_master/axis/mode_change.hpp"
 #include "driveline/ecat_master/axis/setpoint_delay.hpp"
 #include "driveline/ecat_master/cia402/cia402.hpp"
 #include "driveline/ecat_master/process_data/pdo_configuration.hpp"
@@ -25,12 +30,22 @@ enum class LossPolicy : std::uint8_t {
 struct AxisConfig {
   std::string name;                                            ///< for messages and files
   std::size_t slave = 0;                                       ///< position on the line
-  cia402::Mode mode = cia402::Mode::kCyclicPosition;           ///< mode of operation, written to 6060h
+  cia402::Mode mode = cia402::Mode::kCyclicPosition;           ///< mode of operation to begin with; see Axis::mode()
   trajectory::AxisKind kind = trajectory::AxisKind::kRotary;   ///< linear: positions in m, forces in N, not rad and Nm
   double increments_per_unit = 1048576.0 / 6.283185307179586;  ///< drive increments per rad or m
   double rated_torque = 2.4;                                   ///< Nm or N that 1000 per mille stand for (6076h)
   trajectory::AxisLimits limits{200.0, 2000.0};                ///< for the approach of a path and for stops
-  double inertia = 0.0;                    ///< kg m^2 or kg moved by the axis, for the torque feed-forward; 0: none
+  std::optional<double> max_jerk{};  ///< rad/s^3 or m/s^3, of motions that the master plans; none: no limit
+  /// Increments between which positions count, as 607Bh has them: an axis that goes on beyond one end comes back at the
+  /// other. Not below each other: all of the 32 bits.
+  std::int32_t range_min = 0;
+  std::int32_t range_max = 0;  ///< 607Bh:02
+  double inertia = 0.0;        ///< kg m^2 or kg moved by the axis, for the torque feed-forward; 0: none
+  std::chrono::nanoseconds period = std::chrono::microseconds{125};  ///< from one setpoint to the next
+  /// The drive adds 60B1h and 60B2h to its targets in CSV, too, as CiA 402-2 says: the feed-forward then goes there in
+  /// every mode, the rest into 60FFh and 6071h. False: in CSV and CST the targets have all, and offsets are zero while
+  /// the mode changes.
+  bool adds_offsets = false;
   LossPolicy on_loss = LossPolicy::kStop;  ///< what happens when the drive exchanges no valid process data
 
   /// Loops closed by the master in CSV and CST, where the drive has no position loop of its own.
@@ -80,6 +95,10 @@ class Axis {
  public:
   /// `place` and `pdos` say where the objects lie in the image.
   Axis(AxisConfig config, const ProcessDataPlace& place, const PdoConfiguration& pdos);
+  /// Moved, not copied.
+  Axis(Axis&& other) noexcept;
+  Axis& operator=(Axis&& other) noexcept;
+  ~Axis();
 
   /// Takes over the inputs; `valid` false: the slave exchanged no valid process data in this cycle. `fresh` false: its
   /// group was not due, and the inputs are those of an earlier one.
@@ -99,19 +118,34 @@ class Axis {
   void write_outputs(std::span<std::byte> image, cia402::Goal goal, bool reset_fault,
                      const trajectory::AxisSetpoint& setpoint) noexcept;
 
+  /// Lets the drive change to another mode. From one cyclic mode to another that is without a step also while the axis
+  /// moves (ModeChange), if torque and velocity (6077h, 606Ch) are mapped; on the way to another mode the drive is led
+  /// by cyclic setpoints until it shows that. False, and nothing is changed: the process data lack an object of that
+  /// mode or the modes themselves (6060h, 6061h), or for CST there is no velocity gain. Whether the drive has the mode
+  /// (6502h) is not looked at here. A drive that does not change takes part in the motion as it is; when that is too
+  /// long, and what happens then, is the caller's business: set_mode() with the mode before.
+  [[nodiscard]] bool set_mode(cia402::Mode mode) noexcept;
+  /// Mode that the drive is in, or on its way into.
+  [[nodiscard]] cia402::Mode mode() const noexcept { return mode_; }
+  /// The drive is in mode(), as 6061h has shown for some exchanges, if it is mapped.
+  [[nodiscard]] bool mode_ready() const noexcept { return !pending_ && shows_mode(); }
+  /// Bits of cia402::command_bit that the control word of an enabled axis gets from now on, besides those of its state.
+  /// In the modes in which the drive makes its motion, setpoint position and velocity are written as they are (607Ah,
+  /// 60FFh), and take effect as these bits say.
+  void set_command_bits(std::uint16_t bits) noexcept { command_bits_ = bits & cia402::command_bit::kAll; }
+
   /// The configuration given to the constructor. \rtsafe
   [[nodiscard]] const AxisConfig& config() const noexcept { return config_; }
   /// Whether the process data hold all objects that its mode needs (missing_objects()). \rtsafe
-  [[nodiscard]] bool complete() const noexcept { return complete_; }
+  [[nodiscard]] bool complete() const noexcept { return possible(mode_); }
   /// Inputs of the last cycle. \rtsafe
   [[nodiscard]] const AxisInputs& inputs() const noexcept { return inputs_; }
   /// Setpoint that the drive followed when it measured the actual position, minus that; rad or m. 0 while it follows
   /// none. As of the last write_outputs(). \rtsafe
   [[nodiscard]] double following_error() const noexcept { return following_error_; }
-  /// Whether it is in Operation enabled, in the configured mode if 6061h is mapped. \rtsafe
+  /// Whether it is in Operation enabled, in mode() or on its way into it if 6061h is mapped. \rtsafe
   [[nodiscard]] bool enabled() const noexcept {
-    return inputs_.state == snapshot::AxisState::kOperationEnabled &&
-           (!mode_display_ || inputs_.mode == static_cast<std::int8_t>(config_.mode));
+    return inputs_.state == snapshot::AxisState::kOperationEnabled && (shows_mode() || pending_);
   }
   /// Whether the drive reports a fault, or is in Fault reaction active. \rtsafe
   [[nodiscard]] bool fault() const noexcept {
@@ -131,15 +165,35 @@ class Axis {
     double position = 0.0;
     double velocity = 0.0;
     double torque = 0.0;
+    double feed_velocity = 0.0;  ///< share of the feed-forward in velocity and torque
+    double feed_torque = 0.0;
   };
   void write_targets(std::span<std::byte> image) const noexcept;
+  void write_sums(std::span<std::byte> image) const noexcept;
+  [[nodiscard]] bool shows_mode() const noexcept {
+    return !mode_display_ || inputs_.mode == static_cast<std::int8_t>(mode_);
+  }
+  [[nodiscard]] bool possible(cia402::Mode mode) const noexcept {
+    return (possible_modes_ >> static_cast<unsigned>(mode) & 1U) != 0;
+  }
+  [[nodiscard]] double followed_setpoint() const noexcept;
+  [[nodiscard]] Targets targets_in_change(const trajectory::AxisSetpoint& setpoint) noexcept;
+  [[nodiscard]] ModeChange::Measured measured() const noexcept;
+  void note_change() noexcept;
+  [[nodiscard]] std::int32_t wrapped(double increments) const noexcept;
   void compare(bool moving) noexcept;
   [[nodiscard]] Targets targets_for(const trajectory::AxisSetpoint& setpoint) noexcept;
   [[nodiscard]] double position_loop(const trajectory::AxisSetpoint& setpoint) const noexcept;
   void count(std::int32_t increments) noexcept;
 
   AxisConfig config_;
-  bool complete_;
+  std::uint32_t possible_modes_;  ///< bit of each whose objects are mapped
+  cia402::Mode mode_;
+  bool changing_ = false;  ///< change_ is active
+  bool pending_ = false;   ///< and pending
+  bool plain_;             ///< targets are written for mode_ alone
+  std::uint16_t command_bits_ = 0;
+  std::int64_t range_;  ///< positions until they begin anew
   AxisInputs inputs_;
   Targets targets_;
   SetpointHistory setpoints_;
@@ -152,8 +206,9 @@ class Axis {
   std::int32_t last_count_ = 0;
   double following_error_ = 0.0;
   std::optional<PdoEntry<std::uint16_t>> control_word_;           // 6040h
-  std::optional<PdoEntry<std::int8_t>> mode_;                     // 6060h
+  std::optional<PdoEntry<std::int8_t>> mode_object_;              // 6060h
   std::optional<PdoEntry<std::int32_t>> target_position_;         // 607Ah
+  std::optional<PdoEntry<std::int32_t>> interpolation_data_;      // 60C1h:01
   std::optional<PdoEntry<std::int32_t>> target_velocity_;         // 60FFh
   std::optional<PdoEntry<std::int32_t>> velocity_offset_;         // 60B1h
   std::optional<PdoEntry<std::int16_t>> target_torque_;           // 6071h
@@ -165,6 +220,7 @@ class Axis {
   std::optional<PdoEntry<std::int32_t>> following_error_object_;  // 60F4h
   std::optional<PdoEntry<std::int16_t>> actual_torque_;           // 6077h
   std::optional<PdoEntry<std::uint16_t>> error_code_;             // 603Fh
+  std::unique_ptr<ModeChange> change_;                            ///< beside what every cycle needs
 };
 
 }  // namespace driveline::ecat_master

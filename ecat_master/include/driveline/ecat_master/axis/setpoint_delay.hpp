@@ -36,10 +36,12 @@ class SetpointHistory {
   /// The setpoint that the actual position of this cycle belongs to, from `delay_cycles` ago: interpolated linearly
   /// between two cycles, that of the first cycle until there are enough.
   [[nodiscard]] double followed() const noexcept;
+  /// That of so many cycles before the last one, up to whole_cycles() and one more.
+  [[nodiscard]] double ago(std::size_t cycles) const noexcept;
+  /// Whole cycles of the delay.
+  [[nodiscard]] std::size_t whole_cycles() const noexcept { return whole_; }
 
  private:
-  [[nodiscard]] double ago(std::size_t cycles) const noexcept;
-
   std::vector<double> positions_;
   std::size_t newest_ = 0;
   std::size_t filled_ = 0;

@@ -10,8 +10,22 @@ namespace driveline::ecat_master::cia402 {
 
 using snapshot::AxisState;
 
-/// Modes of operation, object 6060h.
-enum class Mode : std::int8_t { kCyclicPosition = 8, kCyclicVelocity = 9, kCyclicTorque = 10 };
+/// Modes of operation, object 6060h. In the first four the drive makes its motion itself and is commanded by bits of
+/// its control word.
+enum class Mode : std::int8_t {
+  kProfilePosition = 1,
+  kProfileVelocity = 3,
+  kHoming = 6,
+  kInterpolatedPosition = 7,
+  kCyclicPosition = 8,
+  kCyclicVelocity = 9,
+  kCyclicTorque = 10
+};
+
+/// Whether the drive follows setpoints that come in every cycle. \rtsafe
+[[nodiscard]] constexpr bool cyclic(Mode mode) noexcept {
+  return mode >= Mode::kCyclicPosition;
+}
 
 /// Control word commands, object 6040h (CiA 402-2 Table "Command coding").
 namespace command {
@@ -29,6 +43,24 @@ inline constexpr std::uint16_t kEnableOperation = 0x000F;
 inline constexpr std::uint16_t kFaultReset = 0x0080;
 }  // namespace command
 
+/// Bits of the control word that belong to a mode (CiA 402-2; MSD manual Tables 12.4, 12.10, 12.13).
+namespace command_bit {
+/// Profile position: there is a new setpoint.
+inline constexpr std::uint16_t kNewSetpoint = 0x0010;
+/// Homing: goes on while it is set.
+inline constexpr std::uint16_t kHomingStart = 0x0010;
+/// Interpolated position: setpoints are followed.
+inline constexpr std::uint16_t kInterpolate = 0x0010;
+/// Profile position: at once, not behind the movement before.
+inline constexpr std::uint16_t kImmediately = 0x0020;
+/// Profile position: the setpoint is a distance.
+inline constexpr std::uint16_t kRelative = 0x0040;
+/// The axis stops as 605Dh says, and goes on when it is taken back.
+inline constexpr std::uint16_t kHalt = 0x0100;
+/// All that a mode may have.
+inline constexpr std::uint16_t kAll = 0x0170;
+}  // namespace command_bit
+
 /// The state that the master wants an axis in.
 enum class Goal : std::uint8_t {
   kDisabled,   ///< power off, via Shutdown and Disable voltage
@@ -42,7 +74,7 @@ enum class Goal : std::uint8_t {
 
 /// Name as in the standard.
 [[nodiscard]] std::string_view to_text(AxisState state) noexcept;
-/// "csp", "csv" or "cst", as line descriptions name them.
+/// "csp", "csv" or "cst", as line descriptions name them; "pp", "pv", "hm" or "ip" of the others.
 [[nodiscard]] std::string_view to_text(Mode mode) noexcept;
 
 /// The command that brings an axis one state closer to the goal. Never skips a state: the drives require the commands

@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "driveline/ecat_master/bus/datagram_exchange.hpp"
 #include "driveline/ecat_master/cyclic/acyclic_channel.hpp"
 #include "driveline/ecat_master/cyclic/cycle_task.hpp"
 #include "driveline/ecat_master/cyclic/cyclic_event.hpp"
@@ -187,6 +188,7 @@ class CyclicCore {
   void take_counting() noexcept;
   void note_absence(const rt::CycleStart& start) noexcept;
   void send() noexcept;
+  void take_what_is_back() noexcept;
   void receive(std::chrono::nanoseconds deadline) noexcept;
   void dispatch(const port::ReceivedFrame& frame) noexcept;
   void note_foreign(std::span<const std::byte> frame) noexcept;

@@ -16,6 +16,9 @@ class SetpointSupply {
   /// `period_s`: of the cycle.
   SetpointSupply(const AxisConfig& axis, double period_s);
 
+  /// The drive has changed its mode.
+  void set_mode(cia402::Mode mode) noexcept;
+
   /// Whether the drive has taken the outputs of this cycle, as far as its working counter tells.
   void set_reached(bool reached) noexcept { reached_ = reached; }
   /// set_reached() of this cycle.

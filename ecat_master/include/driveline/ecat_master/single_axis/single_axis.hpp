@@ -32,6 +32,7 @@ class SingleAxis {
     std::chrono::nanoseconds enable_timeout = std::chrono::seconds{2};   ///< until Operation enabled
     std::chrono::nanoseconds quick_stop_time = std::chrono::seconds{2};  ///< for the drive's own quick stop
     std::chrono::nanoseconds reset_timeout = std::chrono::seconds{2};    ///< until the fault is gone
+    std::chrono::nanoseconds mode_timeout = std::chrono::seconds{1};     ///< until 6061h shows another mode
   };
 
   /// Motions that may wait behind the one under way.
@@ -97,6 +98,7 @@ class SingleAxis {
   void take_power(std::uint64_t id, bool on) noexcept;
   void take_reset(std::uint64_t id) noexcept;
   void take_override(std::uint64_t id, double factor) noexcept;
+  void take_mode(std::uint64_t id, std::int8_t mode) noexcept;
   void take_motion(std::uint64_t id, const AxisRequest& request) noexcept;
   void take_superimposed(std::uint64_t id, const AxisRequest& request) noexcept;
   void finish(std::uint64_t& id, RequestPhase phase, AxisError error = AxisError::kNone) noexcept;
@@ -130,13 +132,14 @@ class SingleAxis {
   void watch_power() noexcept;
   void judge_position(std::chrono::nanoseconds took) noexcept;
   void advance_reset() noexcept;
+  void advance_mode() noexcept;
   void advance_powerless() noexcept;
   void fail(AxisError error) noexcept;
   void stop_for_position() noexcept;
   void enter(Power power) noexcept;
   [[nodiscard]] bool powered() const noexcept { return power_ == Power::kOn || power_ == Power::kResting; }
   [[nodiscard]] bool off() const noexcept;
-  [[nodiscard]] bool exceeded(std::chrono::nanoseconds limit) const noexcept;
+  [[nodiscard]] bool exceeded(std::int64_t since, std::chrono::nanoseconds limit) const noexcept;
   [[nodiscard]] cia402::Goal goal() const noexcept;
 
   Axis* axis_;
@@ -157,6 +160,8 @@ class SingleAxis {
   std::int64_t cycle_ = 0;
   std::int64_t power_since_ = 0;  ///< cycle
   std::int64_t reset_since_ = 0;  ///< cycle
+  std::int64_t mode_since_ = 0;   ///< cycle
+  cia402::Mode mode_before_ = cia402::Mode::kCyclicPosition;
   std::uint32_t bad_cycles_ = 0;
   std::uint32_t cycles_at_rest_ = 0;  ///< in Power::kResting
   bool exchanged_ = false;            ///< the position is of this cycle
@@ -168,6 +173,7 @@ class SingleAxis {
   // 0: there is none.
   std::uint64_t power_request_ = 0;
   std::uint64_t reset_request_ = 0;
+  std::uint64_t mode_request_ = 0;
   std::uint64_t superimposed_request_ = 0;
   std::optional<Move> active_{};
   std::array<Move, kWaiting> waiting_{};

@@ -38,6 +38,8 @@ class FineInterpolator {
   /// samples have not come in time, per square second, 0 for none; `speed`: highest speed while catching up. Without a
   /// call one period, a stop at once and no limit. \rtsafe
   void set_limits(std::uint16_t periods, double rate, double speed = std::numeric_limits<double>::infinity()) noexcept;
+  /// Periods in which the output arrives at a sample. \rtsafe
+  [[nodiscard]] double periods_ahead() const noexcept;
   /// Starts at `value`, as if earlier samples had moved with `velocity`. \rtsafe
   void reset(double value, double velocity) noexcept;
   /// A new sample has arrived, with the speed at it if the method is kExternal. \rtsafe

@@ -183,6 +183,7 @@ class Motion {
   [[nodiscard]] double follow_torque() noexcept;
   [[nodiscard]] double follow_profile_position() noexcept;
   [[nodiscard]] double follow_profile_velocity() noexcept;
+  [[nodiscard]] double speed_towards_setpoint(double speed, std::uint32_t since) const noexcept;
   [[nodiscard]] double speed_feed_forward(double internal_rad_s) const noexcept;
   [[nodiscard]] double torque_feed_forward(double acceleration_rad_s2) const noexcept;
   [[nodiscard]] double internal_torque(double acceleration_rad_s2) const noexcept;

@@ -1,0 +1,117 @@
+#pragma once
+
+#include <cstdint>
+
+#include "driveline/ecat_master/cia402/cia402.hpp"
+#include "driveline/trajectory/motion_limits.hpp"
+#include "driveline/trajectory/setpoint.hpp"
+
+namespace driveline::ecat_master {
+
+/// Takes an axis from one mode into another while it moves, between cyclic modes without a step.
+///
+/// The drive changes at a cycle that is not known before 6061h shows it. Until then every target is valid in whatever
+/// mode the drive is in: the velocity by the position loop of the master, the torque by its velocity loop and what the
+/// drive's own torque is beyond that, the position as far ahead as the axis gets until the drive has arrived there.
+/// Then the axis returns from what it did to its setpoints, within its limits.
+///
+/// A plain value without memory of its own; all functions are \rtsafe.
+class ModeChange {
+ public:
+  /// Constants of an axis.
+  struct Settings {
+    trajectory::AxisLimits limits{};  ///< for the return to the setpoints
+    double period_s = 125e-6;         ///< from one setpoint to the next
+    double lead_cycles = 3.0;         ///< setpoint_delay_cycles() of position setpoints
+    double least_torque = 0.0;        ///< Nm or N that make no difference
+  };
+  /// What was measured in this cycle, in units of the axis.
+  struct Measured {
+    double position = 0.0;      ///< rad or m
+    double velocity = 0.0;      ///< rad/s or m/s
+    double torque = 0.0;        ///< Nm or N
+    bool fresh = false;         ///< it is of this cycle, and can be believed
+    bool torque_known = false;  ///< the process data have the torque
+    cia402::Mode shown{};       ///< 6061h
+    double led_velocity = 0.0;  ///< that the axis has by its position setpoints now, rad/s or m/s
+  };
+
+  ModeChange() = default;
+  /// Idle.
+  explicit ModeChange(const Settings& settings) noexcept : settings_(settings) {}
+
+  /// The last targets of an axis, rad or m, rad/s or m/s, Nm or N.
+  struct Targets {
+    double position = 0.0;
+    double velocity = 0.0;
+    double torque = 0.0;
+  };
+  /// The drive is to get into another mode.
+  void begin(const Measured& measured, const Targets& last) noexcept;
+  /// The axis does not move by its setpoints any more.
+  void cancel() noexcept { phase_ = Phase::kNone; }
+  /// Whether targets come from here.
+  [[nodiscard]] bool active() const noexcept { return phase_ != Phase::kNone; }
+  /// Whether the drive may be in any mode.
+  [[nodiscard]] bool pending() const noexcept { return phase_ == Phase::kPending; }
+  /// What the drive is to be told (6060h) when it is to get into `wanted`: the mode it is in until its motion is known.
+  [[nodiscard]] cia402::Mode told(cia402::Mode wanted) const noexcept {
+    return pending() && preparing_ > 0 ? from_ : wanted;
+  }
+
+  /// To be called first in a cycle. While the mode shown is not `wanted`, or has not been for long, it stays pending().
+  void look(const Measured& measured, cia402::Mode wanted) noexcept;
+  /// What the axis is to do in this cycle so that it gets to `setpoint`: on its way in terms of the actual position, or
+  /// of the target position once it is in CSP.
+  [[nodiscard]] trajectory::AxisSetpoint reference(const Measured& measured,
+                                                   const trajectory::AxisSetpoint& setpoint) noexcept;
+  /// While pending(): the velocity and torque that the loops of the master want for reference().
+  void follow(const Measured& measured, double velocity, double torque) noexcept;
+
+  /// Position of the last reference(); rad or m.
+  [[nodiscard]] double reference_position() const noexcept { return reference_position_; }
+  /// After follow(): targets of all modes. rad or m
+  [[nodiscard]] double position() const noexcept { return position_; }
+  /// rad/s or m/s
+  [[nodiscard]] double velocity() const noexcept { return velocity_; }
+  /// What is to be added to the torque of the master's loop, Nm or N.
+  [[nodiscard]] double torque_bias() const noexcept { return torque_bias_; }
+
+ private:
+  enum class Phase : std::uint8_t { kNone, kPending, kReturning };
+
+  void settle(const Measured& measured, cia402::Mode mode) noexcept;
+  void return_from(double position, double velocity) noexcept;
+  [[nodiscard]] trajectory::AxisSetpoint approach(const trajectory::AxisSetpoint& setpoint) noexcept;
+  void fade() noexcept;
+  void observe(const Measured& measured, double velocity) noexcept;
+  void place(bool by_position, double velocity) noexcept;
+  /// The drive has not left CSP yet.
+  [[nodiscard]] bool led(const Measured& measured) const noexcept {
+    return pending() && from_ == cia402::Mode::kCyclicPosition && measured.shown == from_;
+  }
+
+  Settings settings_{};
+  trajectory::AxisSetpoint start_{};  ///< of the return, in the cycle before
+  double deviation_ = 0.0;            ///< from the setpoints
+  double deviation_velocity_ = 0.0;
+  double reference_position_ = 0.0;
+  double position_ = 0.0;  ///< target position that goes on with the motion
+  double position_velocity_ = 0.0;
+  double velocity_ = 0.0;  ///< target velocity that does
+  double velocity_bias_ = 0.0;
+  double observed_ = 0.0;        ///< position that follows from the velocities
+  double observed_bias_ = 0.0;   ///< what the velocity of the axis is beyond the one that was wanted
+  double before_[2] = {};        ///< velocities of the cycles before
+  cia402::Mode from_{};          ///< in which the change began
+  std::uint32_t preparing_ = 0;  ///< cycles until the drive is told
+  double torque_bias_ = 0.0;
+  std::uint32_t shown_ = 0;  ///< exchanges in a row in which the wanted mode was shown
+  Phase phase_ = Phase::kNone;
+  bool first_ = false;         ///< cycle of the change
+  bool observing_ = false;     ///< observed_ is known
+  bool started_ = false;       ///< start_ is new
+  bool on_setpoints_ = false;  ///< the reference is the setpoint
+};
+
+}  // namespace driveline::ecat_master

@@ -1,0 +1,172 @@
+// Changes of the cyclic mode while the axes move: judged by what the drives demand.
+#include <gmock/gmock.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "drive_line.hpp"
+#include "late_line.hpp"
+
+namespace driveline::bus_test {
+namespace {
+
+using ecat_master::Axis;
+using ecat_master::MotionFailure;
+using ecat_master::cia402::Mode;
+
+/// Leaves the old mode in the process data for so many cycles: a drive that takes its time.
+class SlowMode final : public ecat_master::CycleTask {
+ public:
+  void update(const ecat_master::TaskCycle& cycle) noexcept override {
+    const auto wanted = cycle.outputs[kModeOffset];
+    waited_ = wanted == shown_ ? 0 : waited_ + 1;
+    if (waited_ > slowness) shown_ = wanted;
+    cycle.outputs[kModeOffset] = shown_;
+  }
+  std::uint32_t slowness = 0;
+
+ private:
+  static constexpr std::size_t kModeOffset = 2;
+  std::byte shown_{8};
+  std::uint32_t waited_ = 0;
+};
+
+RunOptions offsets_added(RunOptions options, bool added) {
+  options.adds_offsets = added;
+  if (!added) return options;
+  // P 379: feed-forward from the bus, of velocity and torque.
+  for (const auto part : {std::uint8_t{1}, std::uint8_t{2}})
+    options.startup.push_back({0x217B, part, {std::byte{1}, std::byte{0}}});
+  return options;
+}
+
+class ModeLine : public LateLine {
+ public:
+  explicit ModeLine(const RunOptions& options = fast_path()) : LateLine(options) {}
+
+  [[nodiscard]] Axis& axis() {
+    // NOLINTNEXTLINE(cppcoreguidelines-pro-type-const-cast): requests to an axis are not the motion's
+    return const_cast<Axis&>(operation.motion().axes()[0]);
+  }
+  void load(double torque_nm) { drives.drive(0).set_machine_input(slaves::msd::MachineInput::kLoad, torque_nm); }
+  /// Cycles until the drive shows the mode, at most `most`.
+  int change(Mode mode, int most = 100) {
+    EXPECT_TRUE(axis().set_mode(mode));
+    EXPECT_EQ(axis().mode(), mode);
+    int cycles_taken = 0;
+    while (!axis().mode_ready() && cycles_taken < most) {
+      cycle();
+      ++cycles_taken;
+    }
+    EXPECT_TRUE(axis().mode_ready());
+    EXPECT_EQ(operation.motion().failure().cause, MotionFailure::Cause::kNone);
+    return cycles_taken;
+  }
+};
+
+struct Change {
+  Mode from;
+  Mode to;
+  bool added = false;
+};
+
+class EveryChange : public testing::TestWithParam<Change> {};
+
+TEST_P(EveryChange, LeavesTheDemandWithinTheLimits) {
+  const auto& [from, to, added] = GetParam();
+  for (const double load_nm : {0.0, 0.3, -0.3}) {
+    SCOPED_TRACE(load_nm);
+    // At standstill, at speed, at the top, in between.
+    for (const int place : {10, 700, 1100, 1600, 2200, 2700}) {
+      SCOPED_TRACE(place);
+      auto options = offsets_added(ModeLine::fast_path(), added);
+      options.mode = from;
+      // Up to 39 rad/s and 620 rad/s^2: the return to the path takes a tenth of the limits.
+      options.amplitude_rad = 5.0;
+      ModeLine line(options);
+      line.load(load_nm);
+      line.cycles(3200 + place);
+      for (auto& judge : line.judges) judge.forget();
+      line.cycles(20);
+      EXPECT_LE(line.change(to), from == Mode::kCyclicTorque ? 50 : 20);
+      line.cycles(2500);
+      line.expect_obedience();
+    }
+  }
+}
+
+std::string name_of(const testing::TestParamInfo<Change>& row) {
+  return std::string(to_text(row.param.from)) + "To" + std::string(to_text(row.param.to)) +
+         (row.param.added ? "WithOffsets" : "");
+}
+
+INSTANTIATE_TEST_SUITE_P(Changes, EveryChange,
+                         testing::Values(Change{Mode::kCyclicPosition, Mode::kCyclicVelocity},
+                                         Change{Mode::kCyclicVelocity, Mode::kCyclicPosition},
+                                         Change{Mode::kCyclicPosition, Mode::kCyclicTorque},
+                                         Change{Mode::kCyclicTorque, Mode::kCyclicPosition},
+                                         Change{Mode::kCyclicVelocity, Mode::kCyclicTorque},
+                                         Change{Mode::kCyclicTorque, Mode::kCyclicVelocity},
+                                         Change{Mode::kCyclicPosition, Mode::kCyclicVelocity, true},
+                                         Change{Mode::kCyclicVelocity, Mode::kCyclicPosition, true},
+                                         Change{Mode::kCyclicPosition, Mode::kCyclicTorque, true},
+                                         Change{Mode::kCyclicVelocity, Mode::kCyclicTorque, true},
+                                         Change{Mode::kCyclicTorque, Mode::kCyclicVelocity, true}),
+                         name_of);
+
+TEST(ModeChange, OfASlowDriveIsWithinTheLimitsMeanwhile) {
+  for (const auto to : {Mode::kCyclicVelocity, Mode::kCyclicTorque}) {
+    for (const std::uint32_t slowness : {3U, 80U, 1500U}) {
+      SCOPED_TRACE(slowness);
+      SlowMode slow;
+      slow.slowness = slowness;
+      auto options = ModeLine::fast_path();
+      options.task = &slow;
+      options.task_order = ecat_master::TaskTiming::Order::kAfterMotion;
+      ModeLine line(options);
+      line.load(0.2);
+      line.cycles(3400);
+      EXPECT_GE(line.change(to, 2000), static_cast<int>(slowness));
+      line.cycles(1000);
+      EXPECT_GE(line.change(Mode::kCyclicPosition, 2000), static_cast<int>(slowness));
+      line.cycles(2000);
+      line.expect_obedience();
+    }
+  }
+}
+
+/// When that is too long is for the caller to say, who takes the request back.
+TEST(ModeChange, ThatTheDriveNeverMakesCanBeTakenBack) {
+  SlowMode slow;
+  slow.slowness = 1'000'000;
+  auto options = ModeLine::fast_path();
+  options.task = &slow;
+  options.task_order = ecat_master::TaskTiming::Order::kAfterMotion;
+  ModeLine line(options);
+  line.cycles(3400);
+  EXPECT_TRUE(line.axis().set_mode(Mode::kCyclicTorque));
+  line.cycles(4000);
+  EXPECT_FALSE(line.axis().mode_ready());
+  EXPECT_TRUE(line.axis().enabled());
+  EXPECT_TRUE(line.axis().set_mode(Mode::kCyclicPosition));
+  line.cycles(3000);
+  EXPECT_TRUE(line.axis().mode_ready());
+  EXPECT_EQ(line.operation.motion().failure().cause, MotionFailure::Cause::kNone);
+  line.expect_obedience();
+}
+
+TEST(ModeChange, IsRefusedWithoutTheObjects) {
+  RunOptions options;
+  options.pdos = ecat_master::PdoConfiguration{{{0x1600, {{0x6040, 0, 16}, {0x6060, 0, 8}, {0x607A, 0, 32}}}},
+                                               {{0x1A00, {{0x6041, 0, 16}, {0x6061, 0, 8}, {0x6064, 0, 32}}}}};
+  ModeLine line(options);
+  EXPECT_FALSE(line.axis().set_mode(Mode::kCyclicVelocity));
+  EXPECT_FALSE(line.axis().set_mode(Mode::kInterpolatedPosition));
+  EXPECT_TRUE(line.axis().set_mode(Mode::kCyclicPosition));
+  EXPECT_EQ(line.axis().mode(), Mode::kCyclicPosition);
+  EXPECT_TRUE(line.axis().mode_ready());
+}
+
+}  // namespace
+}  // namespace driveline::bus_test
