@@ -10,6 +10,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <optional>
 
 #include "console.hpp"
 
@@ -40,11 +41,6 @@ FileDescriptor make_socket(int flags = 0) {
   return FileDescriptor{::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | flags, 0)};
 }
 
-bool connects(const sockaddr_un& address) {
-  const auto socket = make_socket();
-  return socket.valid() && ::connect(socket.get(), generic(address), sizeof address) == 0;
-}
-
 bool write_all(int socket, std::string_view text) {
   while (!text.empty()) {
     const auto count = ::send(socket, text.data(), text.size(), MSG_NOSIGNAL);
@@ -67,14 +63,29 @@ bool timed_out() {
   return errno == EAGAIN || errno == EWOULDBLOCK;
 }
 
+/// Who is at the other end of a local socket.
+std::optional<ucred> peer_of(int socket) {
+  ucred peer{};
+  socklen_t size = sizeof peer;
+  if (::getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &peer, &size) != 0) return std::nullopt;
+  return peer;
+}
+
 /// The error for a socket whose listener does not answer, with its process where the system tells it.
 tl::unexpected<Failure> silent(const std::string& path, std::string_view listener, int socket,
                                std::chrono::milliseconds patience) {
-  ucred peer{};
-  socklen_t size = sizeof peer;
-  const bool known = ::getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0 && peer.pid > 0;
+  const auto peer = peer_of(socket);
   return failed(fmt::format("{}: no answer within {} ms; the {} that listens there{} is stopped or not yet at work",
-                            path, patience.count(), listener, known ? fmt::format(" (process {})", peer.pid) : ""));
+                            path, patience.count(), listener,
+                            peer && peer->pid > 0 ? fmt::format(" (process {})", peer->pid) : ""));
+}
+
+/// The error for a socket that cannot be connected to, right after the attempt.
+tl::unexpected<Failure> unreachable(const std::string& path, std::string_view listener, const FileDescriptor& socket,
+                                    std::chrono::milliseconds patience) {
+  if (socket.valid() && timed_out()) return silent(path, listener, socket.get(), patience);
+  return failed(fmt::format("{}: cannot be reached: {}; driveline {} --control {} listens there", path,
+                            std::strerror(errno), listener, path));
 }
 
 /// In the background of a terminal reading would stop the program.
@@ -92,7 +103,7 @@ Outcome<std::unique_ptr<CommandInput>> CommandInput::open(const std::string& pat
   if (!address) return tl::unexpected(address.error());
   struct stat found = {};
   if (::lstat(path.c_str(), &found) == 0) {
-    if (!S_ISSOCK(found.st_mode) || connects(*address)) {
+    if (!S_ISSOCK(found.st_mode) || listener_at(path)) {
       input->path_.clear();
       return failed(fmt::format("{}: is there already; another name is expected", path));
     }
@@ -116,21 +127,31 @@ CommandInput::~CommandInput() {
   if (listener_.valid()) ::unlink(path_.c_str());
 }
 
-void CommandInput::run(std::chrono::milliseconds timeout, const Execute& execute) {
+void CommandInput::run(std::chrono::milliseconds timeout, CommandExecutor& executor) {
   // poll() ignores negative descriptors.
   std::vector<pollfd> requests{pollfd{stdin_open_ && may_read_stdin() ? STDIN_FILENO : -1, POLLIN, 0},
                                pollfd{listener_.get(), POLLIN, 0}};
   for (const auto& client : clients_) {
     const auto events = static_cast<short>(client.answered ? POLLOUT : POLLIN);
-    requests.push_back({client.socket.get(), events, 0});
+    requests.push_back({client.waits ? -1 : client.socket.get(), events, 0});
   }
   if (::poll(requests.data(), requests.size(), static_cast<int>(timeout.count())) <= 0) return;
-  if (requests[0].revents != 0) read_stdin(execute);
-  if (requests[1].revents != 0) accept_clients();
-  serve_clients(execute);
+  if (requests[0].revents != 0) read_stdin(executor);
+  if (requests[1].revents != 0) accept_clients(executor);
+  serve_clients(executor);
 }
 
-void CommandInput::read_stdin(const Execute& execute) {
+void CommandInput::supply(std::uint64_t connection, std::string_view text) {
+  for (auto& client : clients_) {
+    if (client.sender.connection != connection || !client.waits) continue;
+    client.answer = fmt::format("{}\n", text);
+    client.waits = false;
+    client.answered = true;
+    send_answer(client);
+  }
+}
+
+void CommandInput::read_stdin(CommandExecutor& executor) {
   std::array<char, 512> buffer;
   const auto count = ::read(STDIN_FILENO, buffer.data(), buffer.size());
   if (count <= 0) {
@@ -139,32 +160,57 @@ void CommandInput::read_stdin(const Execute& execute) {
   }
   typed_.append(buffer.data(), static_cast<std::size_t>(count));
   for (auto end = typed_.find('\n'); end != std::string::npos; end = typed_.find('\n')) {
-    const auto answer = execute(std::string_view(typed_).substr(0, end));
-    if (!answer.empty()) print_line(answer);
+    const auto reply = executor.execute({}, std::string_view(typed_).substr(0, end));
+    if (!reply.text.empty()) print_line(reply.text);
     typed_.erase(0, end + 1);
   }
   if (typed_.size() > kLongestCommand) typed_.clear();
 }
 
-void CommandInput::accept_clients() {
+/// Those whose commands follow one another may be moving axes.
+bool CommandInput::make_room() {
+  if (clients_.size() < kMaxClients) return true;
+  const auto oldest = std::find_if(clients_.begin(), clients_.end(), [](const Client& one) { return !one.stays; });
+  if (oldest == clients_.end()) return false;
+  clients_.erase(oldest);
+  return true;
+}
+
+void CommandInput::accept_clients(CommandExecutor& executor) {
   for (;;) {
     FileDescriptor socket{::accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK)};
     if (!socket.valid()) return;
-    if (clients_.size() == kMaxClients) clients_.erase(clients_.begin());
-    clients_.push_back({std::move(socket), {}, {}, false, false});
+    const auto peer = peer_of(socket.get());
+    if (!peer || (peer->uid != 0 && peer->uid != ::geteuid())) {
+      static_cast<void>(write_all(socket.get(), "error: this line is another user's\n"));
+      if (peer) executor.refused({0, peer->pid, peer->uid});
+      continue;
+    }
+    if (!make_room()) {
+      static_cast<void>(write_all(socket.get(), "error: too many clients\n"));
+      continue;
+    }
+    Client client;
+    client.socket = std::move(socket);
+    client.sender = {++connections_, peer->pid, peer->uid};
+    clients_.push_back(std::move(client));
   }
 }
 
-void CommandInput::serve_clients(const Execute& execute) {
+void CommandInput::serve_clients(CommandExecutor& executor) {
   for (auto& client : clients_) {
-    if (!client.answered) receive(client, execute);
-    if (client.answered) send_answer(client);
+    do {
+      if (!client.answered && !client.waits) receive(client, executor);
+      if (client.answered) send_answer(client);
+      // A further command may have come with the one before.
+    } while (!client.gone && !client.answered && !client.waits && client.received.find('\n') != std::string::npos);
+    if (client.gone && client.stays) executor.gone(client.sender);
   }
   std::erase_if(clients_, [](const Client& client) { return client.gone; });
 }
 
 /// Reads a part of the command; executes it when it is complete, at the end of the line or of the stream.
-void CommandInput::receive(Client& client, const Execute& execute) {
+void CommandInput::receive(Client& client, CommandExecutor& executor) {
   std::array<char, 512> buffer;
   while (client.received.find('\n') == std::string::npos && client.received.size() < kLongestCommand) {
     const auto count = ::recv(client.socket.get(), buffer.data(), buffer.size(), 0);
@@ -172,11 +218,20 @@ void CommandInput::receive(Client& client, const Execute& execute) {
       client.gone = errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR;
       return;
     }
+    if (count == 0 && client.received.empty()) {
+      client.gone = true;
+      return;
+    }
     if (count == 0) break;
     client.received.append(buffer.data(), static_cast<std::size_t>(count));
   }
-  client.answer = execute(std::string_view(client.received).substr(0, client.received.find('\n'))) + "\n";
-  client.answered = true;
+  const auto end = client.received.find('\n');
+  auto reply = executor.execute(client.sender, std::string_view(client.received).substr(0, end));
+  client.received.erase(0, end == std::string::npos ? end : end + 1);
+  client.answer = std::move(reply.text) + "\n";
+  client.stays = client.stays || reply.stays;
+  client.waits = reply.later;
+  client.answered = !reply.later;
 }
 
 void CommandInput::send_answer(Client& client) {
@@ -188,7 +243,45 @@ void CommandInput::send_answer(Client& client) {
     }
     client.answer.erase(0, static_cast<std::size_t>(count));
   }
-  client.gone = true;
+  client.answered = false;
+  client.gone = !client.stays;
+}
+
+std::optional<pid_t> listener_at(const std::string& path) {
+  const auto address = address_of(path);
+  const auto socket = make_socket();
+  if (!address || !socket.valid()) return std::nullopt;
+  limit_waiting(socket.get(), kAnswerPatience);
+  if (::connect(socket.get(), generic(*address), sizeof *address) != 0) return std::nullopt;
+  const auto peer = peer_of(socket.get());
+  return peer ? std::optional(peer->pid) : std::nullopt;
+}
+
+Outcome<CommandConnection> CommandConnection::open(const std::string& path, std::string_view listener) {
+  const auto address = address_of(path);
+  if (!address) return tl::unexpected(address.error());
+  auto socket = make_socket();
+  if (socket.valid()) limit_waiting(socket.get(), kAnswerPatience);
+  if (!socket.valid() || ::connect(socket.get(), generic(*address), sizeof *address) != 0) {
+    return unreachable(path, listener, socket, kAnswerPatience);
+  }
+  return CommandConnection(path, listener, std::move(socket));
+}
+
+Outcome<std::string> CommandConnection::ask(std::string_view command) {
+  std::string answer;
+  std::array<char, 512> buffer;
+  if (write_all(socket_.get(), fmt::format("{}\n", command))) {
+    while (!answer.ends_with('\n')) {
+      const auto count = ::recv(socket_.get(), buffer.data(), buffer.size(), 0);
+      if (count < 0 && timed_out()) return silent(path_, listener_, socket_.get(), kAnswerPatience);
+      if (count <= 0) break;
+      answer.append(buffer.data(), static_cast<std::size_t>(count));
+    }
+  }
+  if (!answer.ends_with('\n')) return failed(fmt::format("{}: the {} has ended", path_, listener_));
+  answer.pop_back();
+  return answer;
 }
 
 Outcome<std::string> send_command(const std::string& path, std::string_view command, std::string_view listener,
@@ -198,9 +291,7 @@ Outcome<std::string> send_command(const std::string& path, std::string_view comm
   const auto socket = make_socket();
   if (socket.valid()) limit_waiting(socket.get(), patience);
   if (!socket.valid() || ::connect(socket.get(), generic(*address), sizeof *address) != 0) {
-    if (socket.valid() && timed_out()) return silent(path, listener, socket.get(), patience);
-    return failed(fmt::format("{}: cannot be reached: {}; driveline {} --control {} listens there", path,
-                              std::strerror(errno), listener, path));
+    return unreachable(path, listener, socket, patience);
   }
   std::string answer;
   std::array<char, 512> buffer;

@@ -13,8 +13,16 @@ constexpr std::string_view kMeasuring = "Measuring";
 constexpr std::array kCommands = {
     Command{"run", "", kLine, "Take the line to OP and its axes along their path",
             "run --config examples/line8.toml --duration 5\n"
-            "run --config examples/line8.toml --duration 5 --virtual --json",
+            "run --config examples/line8.toml --duration 5 --virtual --json\n"
+            "run --config examples/by_hand.toml --script examples/moves.txt --virtual",
             prepare_run},
+    Command{"axis", "", kLine, "Move an axis of a running line by hand: enable, home, move, jog, stop, status",
+            "axis all status\n"
+            "axis x move 90deg --velocity 30deg/s\n"
+            "axis x move --by 10mm\n"
+            "axis x jog -20rpm --for 2s\n"
+            "axis x stop",
+            prepare_axis},
     Command{"simulate", "", kLine, "Serve the simulated line on a network interface to any master",
             "simulate --config examples/line8-nic.toml --iface dl-line\n"
             "simulate --config examples/line8-nic.toml --iface dl-line --control line.socket",

@@ -2,6 +2,7 @@
 
 #include "commands/command_input.hpp"
 #include "commands/commands.hpp"
+#include "commands/control_path.hpp"
 #include "console.hpp"
 #include "driveline/ecat_master/diagnosis/diagnosis.hpp"
 #include "line/line_check.hpp"
@@ -36,12 +37,8 @@ std::vector<ecat_master::ConfiguredSlave> known_slaves(std::span<const SlaveView
 }
 
 /// Asks the master that drives the line.
-Outcome<int> diagnose_running(const DiagOptions& options) {
-  if (!options.bus.config.empty() || !options.bus.interface.empty()) {
-    return misused("--control asks a `run` about its line; it does not go with --config and --iface");
-  }
-  if (options.clear) return misused("--clear writes to the slaves; it does not go with --control");
-  const auto answer = send_command(options.control, options.json ? "diag json" : "diag", "run");
+Outcome<int> diagnose_running(const DiagOptions& options, const std::string& path) {
+  const auto answer = send_command(path, options.json ? "diag json" : "diag", "run");
   if (!answer) return tl::unexpected(answer.error());
   constexpr std::string_view kError = "error: ";
   if (answer->starts_with(kError)) return failed(answer->substr(kError.size()));
@@ -49,8 +46,24 @@ Outcome<int> diagnose_running(const DiagOptions& options) {
   return 0;
 }
 
+/// The socket of the run to ask; empty: the bus itself is looked at.
+Outcome<std::string> run_to_ask(const DiagOptions& options) {
+  const bool of_bus = !options.bus.interface.empty();
+  if (options.control.empty()) {
+    if (of_bus || options.clear) return std::string{};
+    return running_control(options.bus.config);
+  }
+  if (of_bus || !options.bus.config.empty()) {
+    return misused("--control asks a `run` about its line; it does not go with --config and --iface");
+  }
+  if (options.clear) return misused("--clear writes to the slaves; it does not go with --control");
+  return options.control;
+}
+
 Outcome<int> diagnose(const DiagOptions& options) {
-  if (!options.control.empty()) return diagnose_running(options);
+  const auto running = run_to_ask(options);
+  if (!running) return tl::unexpected(running.error());
+  if (!running->empty()) return diagnose_running(options, *running);
   auto line = LineView::open(options.bus);
   if (!line) return tl::unexpected(line.error());
   LineDiagnosis diagnosis;
@@ -83,7 +96,7 @@ Execute prepare_diag(Arguments& to) {
   auto options = std::make_shared<DiagOptions>();
   add_bus_options(to, options->bus);
   to.option("--control", &options->control, Value::file("PATH"),
-            "Socket that `run --control` listens at: the line that it drives, while it does");
+            "Socket of a `run`: the line that it drives; default: that of the line in --config, or the only one");
   to.flag("--clear", options->clear, "Set the error counters to zero afterwards");
   add_json_flag(to, options->json);
   return [options] { return diagnose(*options); };

@@ -3,6 +3,7 @@
 
 #include "commands/command_input.hpp"
 #include "commands/commands.hpp"
+#include "commands/control_path.hpp"
 #include "console.hpp"
 #include "driveline/ecat_master/eoe/eoe_client.hpp"
 #include "line/line_view.hpp"
@@ -21,16 +22,26 @@ struct EoeOptions {
 };
 
 /// Asks the master that drives the line.
-Outcome<int> show_running(const EoeOptions& options) {
-  if (!options.bus.config.empty() || !options.bus.interface.empty()) {
-    return misused("--control asks a `run` about its line; it does not go with --config and --iface");
-  }
-  const auto answer = send_command(options.control, options.json ? "eoe json" : "eoe", "run");
+Outcome<int> show_running(const EoeOptions& options, const std::string& path) {
+  const auto answer = send_command(path, options.json ? "eoe json" : "eoe", "run");
   if (!answer) return tl::unexpected(answer.error());
   constexpr std::string_view kError = "error: ";
   if (answer->starts_with(kError)) return failed(answer->substr(kError.size()));
   print_out("{}", *answer);
   return 0;
+}
+
+/// The socket of the run to ask; empty: the bus itself is looked at.
+Outcome<std::string> run_to_ask(const EoeOptions& options) {
+  const bool of_bus = !options.bus.interface.empty();
+  if (options.control.empty()) {
+    if (of_bus || options.selection.chosen()) return std::string{};
+    return running_control(options.bus.config);
+  }
+  if (of_bus || !options.bus.config.empty()) {
+    return misused("--control asks a `run` about its line; it does not go with --config and --iface");
+  }
+  return options.control;
 }
 
 /// Asks one slave for the IP parameters that it has.
@@ -67,7 +78,9 @@ Outcome<int> show_slaves(const EoeOptions& options) {
 
 Outcome<int> show_eoe(const EoeOptions& options) {
   if (auto checked = options.selection.check(); !checked) return tl::unexpected(checked.error());
-  return options.control.empty() ? show_slaves(options) : show_running(options);
+  const auto running = run_to_ask(options);
+  if (!running) return tl::unexpected(running.error());
+  return running->empty() ? show_slaves(options) : show_running(options, *running);
 }
 
 }  // namespace
@@ -77,7 +90,7 @@ Execute prepare_eoe(Arguments& to) {
   add_bus_options(to, options->bus);
   options->selection.add(to);
   to.option("--control", &options->control, Value::file("PATH"),
-            "Socket that `run --control` listens at: ports and counters of the line that it drives");
+            "Socket of a `run`: ports and counters of the line that it drives; default: as for diag");
   add_force_flag(to, options->force);
   add_json_flag(to, options->json);
   return [options] { return show_eoe(*options); };

@@ -2,8 +2,11 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include "axes/axis_script.hpp"
 #include "commands/command_input.hpp"
 #include "commands/commands.hpp"
+#include "commands/control_path.hpp"
+#include "commands/line_control.hpp"
 #include "commands/tool_options.hpp"
 #include "console.hpp"
 #include "driveline/bridge/dds_publisher.hpp"
@@ -27,7 +30,9 @@ struct RunOptions {
   std::string output_directory;  ///< empty: as configured
   std::string capture;           ///< empty: as configured
   std::string interpolation;     ///< name of a method; empty: as configured
-  std::string control;           ///< socket for `diag` and `eoe`; may be empty
+  std::string control;           ///< socket for other commands; empty: the default one
+  std::string script;            ///< of requests to axes; empty: none
+  bool no_enable = false;
   bool no_plots = false;
   bool increments = false;
   bool telemetry = false;
@@ -93,6 +98,8 @@ Outcome<void> check(const RunOptions& options) {
   if (options.telemetry && options.bus.config.empty()) {
     return misused("--telemetry publishes what a line description names: it needs --config FILE");
   }
+  if (!options.script.empty() && options.bus.config.empty())
+    return misused("--script moves the axes of a line description: it needs --config FILE");
   if (options.bus.virtual_time && !options.bus.interface.empty())
     return misused("--virtual runs the simulated line in this process; a network interface has no virtual time");
   if (auto checked = check_interpolation(options.interpolation); !checked) return checked;
@@ -150,23 +157,47 @@ Outcome<std::unique_ptr<bridge::DdsPublisher>> make_publisher(const runtime::Lin
   return std::move(*publisher);
 }
 
-/// Shows what happens to the line, answers `driveline diag` and `driveline eoe`, and hands signals on.
+/// Shows what happens to the line, answers `driveline diag` and `driveline eoe`, goes through the script, and hands
+/// signals on.
 class RunConsole final : public ConsoleObserver {
  public:
-  RunConsole(runtime::Line& line, CommandInput* control)
-      : ConsoleObserver(line.config().output.increments), line_(line), control_(control) {}
+  /// `control` and `script` may be null.
+  RunConsole(runtime::Line& line, LineControl* control, AxisScript* script)
+      : ConsoleObserver(line.config().output.increments), line_(line), control_(control), script_(script) {}
+
+  void event(const runtime::Event& event) override {
+    ConsoleObserver::event(event);
+    if (event.is<runtime::events::NoPath>() && control_ != nullptr && script_ == nullptr) tell_how_to_move();
+  }
 
   void look() override {
     if (stop_requested()) line_.request_stop();
+    if (script_ != nullptr) go_on_with_script();
     if (control_ == nullptr) return;
-    control_->run(std::chrono::milliseconds{0}, [this](std::string_view command) { return answer(command); });
+    control_->answer_questions([this](std::string_view question) { return answer(question); });
   }
 
+  /// Why the script has ended before its end; none: it has not.
+  [[nodiscard]] const std::optional<Failure>& script_failure() const noexcept { return script_failure_; }
+
  private:
-  [[nodiscard]] std::string answer(std::string_view command) {
-    if (command == "diag" || command == "diag json") return diagnosis(command == "diag json");
-    if (command == "eoe" || command == "eoe json") return eoe(command == "eoe json");
-    return fmt::format("error: \"{}\" is no command of a running line; diag, eoe, diag json and eoe json are", command);
+  void tell_how_to_move() const {
+    const auto& axis = line_.config().axes.front();
+    progress("`driveline axis {} move --by {}{}` moves an axis; driveline axis --help tells more", axis.name, 1,
+             ecat_master::position_unit(axis).name);
+  }
+
+  void go_on_with_script() {
+    const auto done = script_->step(line_.axes(), line_.session().clock().now());
+    if (done && !*done) return;
+    if (!done) script_failure_ = done.error();
+    script_ = nullptr;
+    line_.request_stop();
+  }
+
+  [[nodiscard]] std::string answer(std::string_view question) {
+    if (question.starts_with("diag")) return diagnosis(question == "diag json");
+    return eoe(question == "eoe json");
   }
 
   [[nodiscard]] std::string eoe(bool as_json) const {
@@ -182,13 +213,51 @@ class RunConsole final : public ConsoleObserver {
   }
 
   runtime::Line& line_;
-  CommandInput* control_;
+  LineControl* control_;
+  AxisScript* script_;
+  std::optional<Failure> script_failure_;
 };
+
+/// The socket that no other run listens at, where others expect it; null: there can be none.
+Outcome<std::unique_ptr<CommandInput>> open_default_control(const std::string& line) {
+  if (auto made = make_control_folder(); !made) {
+    progress("no control socket, so no `driveline axis`: {}; --control PATH asks for another", made.error().text);
+    return nullptr;
+  }
+  const auto path = control_path(line);
+  if (const auto process = listener_at(path)) {
+    return failed(
+        fmt::format("{}: process {} runs a line called \"{}\" already and listens there; another [line] name "
+                    "or --control PATH is expected",
+                    path.string(), *process, line));
+  }
+  return CommandInput::open(path, CommandInput::Sources::kSocket);
+}
+
+/// On virtual time a line is over before anybody could say anything to it.
+Outcome<std::unique_ptr<LineControl>> open_control(const RunOptions& options, runtime::Line& line) {
+  if (options.control.empty() && options.bus.virtual_time) return nullptr;
+  auto input = options.control.empty() ? open_default_control(line.config().name)
+                                       : CommandInput::open(options.control, CommandInput::Sources::kSocket);
+  if (!input) return tl::unexpected(input.error());
+  if (*input == nullptr) return nullptr;
+  return std::make_unique<LineControl>(std::move(*input), line.axes());
+}
+
+/// None: there is no script.
+Outcome<std::optional<AxisScript>> read_script(const RunOptions& options, const runtime::LineConfig& config) {
+  if (options.script.empty()) return std::nullopt;
+  if (config.path) return misused("--script moves the axes of a line without [path]; this one has a path");
+  auto script = AxisScript::read(options.script, config.axes);
+  if (!script) return tl::unexpected(script.error());
+  return std::move(*script);
+}
 
 Outcome<int> run_line(const RunOptions& options) {
   catch_stop_signals();
   runtime::Line::RunSettings settings;
   settings.force = options.force;
+  settings.enable = !options.no_enable;
   if (options.duration) {
     const auto seconds = parse_seconds(*options.duration, "--duration");
     if (!seconds) return tl::unexpected(seconds.error());
@@ -197,22 +266,21 @@ Outcome<int> run_line(const RunOptions& options) {
   if (auto checked = check(options); !checked) return tl::unexpected(checked.error());
   auto line = open_line(options);
   if (!line) return tl::unexpected(line.error());
-  std::unique_ptr<CommandInput> control;
-  if (!options.control.empty()) {
-    auto input = CommandInput::open(options.control, CommandInput::Sources::kSocket);
-    if (!input) return tl::unexpected(input.error());
-    control = std::move(*input);
-  }
+  auto script = read_script(options, (*line)->config());
+  if (!script) return tl::unexpected(script.error());
+  const auto control = open_control(options, **line);
+  if (!control) return tl::unexpected(control.error());
   const auto publisher = make_publisher((*line)->config());
   if (!publisher) return tl::unexpected(publisher.error());
   if (*publisher) (*line)->add(**publisher);
-  RunConsole console(**line, control.get());
+  RunConsole console(**line, control->get(), *script ? &**script : nullptr);
   (*line)->observe(console);
   auto report = (*line)->run(settings);
   if (!report) return tl::unexpected(report.error());
   write_files((*line)->config(), *report);
   const auto telemetry = *publisher ? std::optional((*publisher)->counters()) : std::nullopt;
   print_out("{}", options.json ? json_text(cli::to_json(*report, telemetry)) : cli::to_text(*report, telemetry));
+  if (const auto& failure = console.script_failure()) return tl::unexpected(*failure);
   if (const auto* failure = report->failure()) return failed(runtime::describe(*failure, report->increments));
   return 0;
 }
@@ -228,7 +296,10 @@ Execute prepare_run(Arguments& to) {
   to.option("--output", &options->output_directory, Value::folder(), "Folder for CSV files and plots");
   to.option("--capture", &options->capture, Value::file(), "Write all frames to this pcapng file");
   to.option("--control", &options->control, Value::file("PATH"),
-            "Socket to listen at for `driveline diag` and `driveline eoe`");
+            "Socket to listen at for `driveline axis`, `diag` and `eoe`; default: one named after the line, in "
+            "$XDG_RUNTIME_DIR/driveline or /run/driveline");
+  to.option("--script", &options->script, Value::file(), "Requests to the axes of a line without [path], one per line");
+  to.flag("--no-enable", options->no_enable, "Without [path]: leave the axes disabled until they are asked for");
   to.option("--interpolation", &options->interpolation, Value::choice("METHOD", interpolation_names()),
             "How the points of the path are joined, instead of [path] interpolation");
   to.flag("--no-plots", options->no_plots, "Leave only the CSV files");

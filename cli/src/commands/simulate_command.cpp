@@ -48,6 +48,18 @@ struct SimulateOptions {
   bool force = false;
 };
 
+/// Commands for the served line.
+class ConsoleCommands final : public CommandExecutor {
+ public:
+  explicit ConsoleCommands(LineConsole& console) : console_(console) {}
+  [[nodiscard]] CommandReply execute(const CommandSender& /*sender*/, std::string_view command) override {
+    return {console_.execute(command)};
+  }
+
+ private:
+  LineConsole& console_;
+};
+
 /// Frame rate, turn-around times and states, every few seconds.
 class Reporter {
  public:
@@ -224,9 +236,10 @@ Outcome<int> simulate(const SimulateOptions& options) {
   progress("{} slaves on {}{}{}; Ctrl-C ends, \"help\" tells of faults", line->size(), bus.interface,
            options.bus.interface2.empty() ? "" : " and ", options.bus.interface2);
 
+  ConsoleCommands commands(console);
   Reporter reporter(server, console, clock);
   while (!stop_requested() && !console.ended()) {
-    (*input)->run(kWatchInterval, [&console](std::string_view command) { return console.execute(command); });
+    (*input)->run(kWatchInterval, commands);
     console.tell_events();
     reporter.tell();
   }

@@ -154,6 +154,7 @@ void SingleAxis::advance_powerless() noexcept {
       // without valid inputs, which is commanded to stop until then.
       if (off() && axis_->inputs().state != snapshot::AxisState::kUnavailable) {
         enter(Power::kOff);
+        finish(power_request_, RequestPhase::kDone);
       } else if (exceeded(power_since_, settings_.quick_stop_time)) {
         enter(Power::kDisabling);
       }

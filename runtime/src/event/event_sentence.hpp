@@ -52,6 +52,15 @@ class EventSentence {
   std::string operator()(const events::AxisNeverEnabled& facts) const;
   std::string operator()(const events::AxisOffItsSetpoint& facts) const;
 
+  // axis_request_sentences.cpp
+  std::string operator()(const events::AxisRequested& facts) const;
+  std::string operator()(const events::AxisRequestFailed& facts) const;
+  std::string operator()(const events::CallerRefused& facts) const;
+  std::string operator()(const events::AxisLeaseLost& facts) const;
+  std::string operator()(const events::AxisFailed& facts) const;
+  std::string operator()(const events::AxisNotReset& facts) const;
+  std::string operator()(const events::AxisRestored& facts) const;
+
   // result_sentences.cpp
   std::string operator()(const events::NotInInit& facts) const;
   std::string operator()(const events::ForbiddenCalls& facts) const;

@@ -63,8 +63,9 @@ std::string EventSentence::operator()(const events::StateReached& facts) const {
   return fmt::format("all in {}", wire::to_text(facts.state));
 }
 
-std::string EventSentence::operator()(const events::NoPath& /*facts*/) const {
-  return "there is no [path]: the axes are enabled and hold the place where they stand";
+std::string EventSentence::operator()(const events::NoPath& facts) const {
+  return facts.enabled ? "there is no [path]: the axes are enabled and hold the place where they stand"
+                       : "there is no [path]: the axes stay disabled until they are asked for";
 }
 
 }  // namespace driveline::runtime

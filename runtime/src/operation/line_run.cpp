@@ -13,6 +13,8 @@
 #include "driveline/runtime/setup/process_data_plan.hpp"
 #include "driveline/runtime/setup/wire_budget.hpp"
 #include "operation/axis_verdict.hpp"
+#include "operation/joint_motion.hpp"
+#include "operation/single_motion.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -134,7 +136,7 @@ Result<void> LineRun::bring_up() {
   if (image.outputs().empty() && image.inputs().empty()) progress(events::NoProcessData{});
   if (auto fits = check_budget(wire, config_.interface.has_value()); !fits) return fits;
   if (auto* driven = settings_.tasks->make_source(config_)) settings_.source = driven;
-  if (settings_.path) make_motion();
+  if (settings_.path) motion_ = make_motion();
   return settings_.tasks->prepare(config_, *variables_);
 }
 
@@ -168,14 +170,21 @@ Result<void> LineRun::must_be_free() {
   return {};
 }
 
-void LineRun::make_motion() {
+/// Axes that nothing moves together wait for requests, each for its own.
+std::unique_ptr<LineMotion> LineRun::make_motion() {
+  if (config_.path || settings_.source != nullptr) return make_joint_motion();
+  auto axes = std::make_unique<ecat_master::SingleAxes>(make_axes(config_, master_), single_axis_settings(config_));
+  return std::make_unique<SingleMotion>(std::move(axes), *settings_.door, settings_.enable);
+}
+
+std::unique_ptr<LineMotion> LineRun::make_joint_motion() {
   auto axes = make_axes(config_, master_);
   const auto settings = motion_settings(config_);
-  if (settings_.source != nullptr) {
-    motion_ = std::make_unique<ecat_master::Motion>(std::move(axes), *settings_.source, settings);
-  } else {
-    motion_ = std::make_unique<ecat_master::Motion>(std::move(axes), *settings_.path, settings);
-  }
+  auto motion = settings_.source != nullptr
+                    ? std::make_unique<ecat_master::Motion>(std::move(axes), *settings_.source, settings)
+                    : std::make_unique<ecat_master::Motion>(std::move(axes), *settings_.path, settings);
+  const auto* owner = settings_.source == nullptr ? "path" : settings_.tasks->drive() ? "task" : "program";
+  return std::make_unique<JointMotion>(std::move(motion), config_, *settings_.door, owner);
 }
 
 Result<void> LineRun::start_cycle() {
@@ -190,7 +199,8 @@ Result<void> LineRun::start_cycle() {
     if (session_.virtual_time()) return std::make_unique<ecat_master::InlineRunner>(core, session_.clock());
     return std::make_unique<ecat_master::RealtimeRunner>(core, session_.clock(), config_.realtime, config_.wake_ahead);
   };
-  auto started = master_.start_cycle(motion_.get(), {&line_ring_, &axis_ring_}, settings, make_runner);
+  auto started =
+      master_.start_cycle(motion_ ? &motion_->control() : nullptr, {&line_ring_, &axis_ring_}, settings, make_runner);
   if (!started) return fail(ErrorKind::kMachine, started.error().message());
   if (const auto* runner = dynamic_cast<ecat_master::RealtimeRunner*>(master_.runner())) {
     progress(events::RealtimeSetUp{runner->report()});
@@ -231,8 +241,8 @@ void LineRun::begin_operation() {
   operation_start_ = session_.clock().now();
   settings_.observer->look();
   // The line is up; after a stop request nothing moves any more.
-  if (motion_ && !stop_requested()) motion_->request_start();
-  if (motion_ && !config_.path && settings_.source == nullptr) progress(events::NoPath{});
+  if (motion_ && !stop_requested()) motion_->start();
+  if (motion_ && !config_.path && settings_.source == nullptr) progress(events::NoPath{settings_.enable});
 }
 
 void LineRun::operate() {
@@ -263,9 +273,8 @@ bool LineRun::look() {
   if (!goes_on || stop_requested()) return false;
   settings_.observer->look();
   if (over || stop_requested()) return false;
-  const bool goes_somewhere = config_.path || settings_.source != nullptr;
-  const bool arrived = motion_ && goes_somewhere && motion_->phase() == ecat_master::MotionPhase::kHolding;
-  if (!settings_.duration_s && arrived) return false;
+  note_requests();
+  if (!settings_.duration_s && motion_ && motion_->done()) return false;
   tell_progress();
   return true;
 }
@@ -273,7 +282,7 @@ bool LineRun::look() {
 void LineRun::tell_progress() {
   if (seconds_in_operation() < next_progress_s_) return;
   next_progress_s_ += session_.virtual_time() ? 10.0 : 1.0;
-  progress(events::Progress{motion_ ? std::optional(motion_->phase()) : std::nullopt});
+  progress(motion_ ? motion_->progress() : events::Progress{});
 }
 
 void LineRun::make_watch() {
@@ -306,20 +315,30 @@ bool LineRun::had(Severity severity) const noexcept {
   return std::any_of(events_.begin(), events_.end(), [&](const Event& event) { return event.severity >= severity; });
 }
 
+/// What was asked of single axes, and what has become of it.
+void LineRun::note_requests() {
+  settings_.door->watch();
+  for (auto& event : settings_.door->take_events()) note(std::move(event), Severity::kNotice);
+}
+
 void LineRun::stop_motion() {
+  if (!motion_) return;
+  note_requests();
+  if (!had(Severity::kFailure)) {
+    motion_->judge([this](EventFacts facts, Severity severity) { note(std::move(facts), severity); });
+  }
   // No slave would receive it.
-  if (!motion_ || master_.core()->al_status().slaves == 0) return;
+  if (master_.core()->al_status().slaves == 0) return;
   motion_->request_stop();
   const auto deadline = session_.clock().now() + kStopTimeout;
   do {
     pass(kWatchInterval);
-  } while (motion_->phase() != ecat_master::MotionPhase::kIdle && session_.clock().now() < deadline);
-  if (motion_->phase() != ecat_master::MotionPhase::kIdle) {
-    fail_with(events::AxesNotOff{kStopTimeout});
-  }
+  } while (!motion_->off() && session_.clock().now() < deadline);
+  if (!motion_->off()) fail_with(events::AxesNotOff{kStopTimeout});
 }
 
 void LineRun::take_down() {
+  settings_.door->close();
   services_.stop();
   tell_traffic();
   if (feed_) feed_->set_state(snapshot::LineState::kDown);
@@ -346,6 +365,7 @@ void LineRun::judge_axes() {
     const auto& seen = recorder_->following_errors()[i];
     // A run stopped at its very beginning does not wait for them.
     if (seen.samples == 0 && stop_requested() && operation_time_ < kTimeToEnable) continue;
+    if (seen.samples == 0 && !motion_->enables()) continue;
     const auto period = config_.period * exchange_divider(config_, config_.slaves[axis.slave]);
     if (auto verdict = axis_verdict(axis, seen, period)) fail_with(std::move(*verdict));
   }
@@ -379,7 +399,7 @@ RunReport LineRun::make_report() {
   report.period = config_.period;
   report.duration_s = seconds_in_operation();
   report.statistics = master_.core()->statistics();
-  if (motion_) report.path_late = motion_->path_late();
+  if (motion_) report.path_late = motion_->control().path_late();
   report.longest_absence_at_s =
       std::chrono::duration<double>(report.statistics.longest_absence_at - operation_start_).count();
   report.round_trip_modelled = !config_.interface.has_value();

@@ -10,6 +10,7 @@
 
 #include "driveline/ecat_master/diagnosis/diagnosis.hpp"
 #include "driveline/ecat_master/master.hpp"
+#include "driveline/runtime/axes/axis_door.hpp"
 #include "driveline/runtime/files/output_file.hpp"
 #include "driveline/runtime/observer.hpp"
 #include "driveline/runtime/record/group_watch.hpp"
@@ -17,6 +18,7 @@
 #include "driveline/runtime/record/sync_margins.hpp"
 #include "driveline/runtime/setup/session.hpp"
 #include "driveline/snapshot/drain_thread.hpp"
+#include "operation/line_motion.hpp"
 #include "operation/line_services.hpp"
 #include "operation/line_tasks.hpp"
 #include "operation/line_watch.hpp"
@@ -34,6 +36,8 @@ class LineRun {
   struct Settings {
     std::optional<trajectory::Interpolator> path;   ///< of the configured axes; none: exchange without motion
     ecat_master::SetpointSource* source = nullptr;  ///< source of the setpoints; null: the path
+    AxisDoor* door = nullptr;                       ///< never null
+    bool enable = true;                             ///< single axes, at the start
     LineTasks* tasks = nullptr;                     ///< never null
     std::optional<double> duration_s;               ///< none: until the end of the path
     bool force = false;                             ///< takes the line over from a master that drives it
@@ -61,7 +65,8 @@ class LineRun {
   [[nodiscard]] Result<void> bring_up();
   [[nodiscard]] Result<void> bring_up_clocks();
   [[nodiscard]] Result<void> must_be_free();
-  void make_motion();
+  [[nodiscard]] std::unique_ptr<LineMotion> make_motion();
+  [[nodiscard]] std::unique_ptr<LineMotion> make_joint_motion();
   [[nodiscard]] Result<void> start_cycle();
   void operate();
   void begin_operation();
@@ -75,6 +80,7 @@ class LineRun {
   void finish_fault_records();
   void leave_nothing_behind();
   void pass(std::chrono::nanoseconds duration);
+  void note_requests();
   void note(EventFacts facts, Severity severity);
   void progress(EventFacts facts) { note(std::move(facts), Severity::kProgress); }
   void fail_with(EventFacts facts) { note(std::move(facts), Severity::kFailure); }
@@ -94,7 +100,7 @@ class LineRun {
   std::unique_ptr<StatusFeed> feed_;
   std::unique_ptr<Recorder> recorder_;
   std::unique_ptr<CycleFigures> figures_;
-  std::unique_ptr<ecat_master::Motion> motion_;
+  std::unique_ptr<LineMotion> motion_;
   std::vector<ecat_master::ProcessDataCopy> copies_;
   std::optional<ecat_master::ProcessVariables> variables_;
   GroupWatch group_watch_;

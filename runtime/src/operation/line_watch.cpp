@@ -6,9 +6,7 @@
 namespace driveline::runtime {
 namespace {
 
-using ecat_master::AxisPresence;
 using ecat_master::LineEvent;
-using ecat_master::MotionPhase;
 using std::chrono::nanoseconds;
 
 /// After this time without valid process data the line counts as unreachable.
@@ -27,7 +25,7 @@ ecat_master::LineSupervisor::Settings supervision(const RecoveryConfig& recovery
 
 }  // namespace
 
-LineWatch::LineWatch(ecat_master::Master& master, const port::RedundantPort* ring, ecat_master::Motion* motion,
+LineWatch::LineWatch(ecat_master::Master& master, const port::RedundantPort* ring, LineMotion* motion,
                      const LineConfig& config, rt::Clock& clock, Listener listener)
     : master_(master),
       motion_(motion),
@@ -39,7 +37,6 @@ LineWatch::LineWatch(ecat_master::Master& master, const port::RedundantPort* rin
                 clock.now()),
       last_emergency_(clock.now()),
       away_since_(master.slaves().size()),
-      presences_(motion != nullptr ? motion->axes().size() : 0),
       next_delays_(clock.now() + kDelayInterval) {
   for (std::size_t i = 0; i < master.slaves().size(); ++i) {
     if (!master.slaves()[i].present) notice(events::SlaveNotConnected{i, name_of(i)});
@@ -55,7 +52,7 @@ bool LineWatch::look() {
   if (!master_was_there() || !frames_come_back()) return false;
   supervisor_.poll();
   const bool line = take_line_events();
-  watch_axes();
+  if (motion_ != nullptr) motion_->look(listener_);
   fetch_messages();
   const bool motion = motion_goes_on();
   return line && motion && !waits_in_vain() && clocks_answer();
@@ -184,33 +181,6 @@ void LineWatch::fetch_messages() {
   for (const auto& record : master_.soe_messages().take()) notice(events::SoeMessage{record, name_of(record.slave)});
 }
 
-/// The next presence to report for an axis on its way from `before` to `now`. An axis that comes back while the others
-/// have power takes every step, also when several of them happened between two looks.
-AxisPresence LineWatch::next_presence(AxisPresence before, AxisPresence now) const {
-  if (!had_power_) return now;
-  if (before == AxisPresence::kMissing && now != AxisPresence::kEnabling) return AxisPresence::kEnabling;
-  if (before == AxisPresence::kEnabling && now == AxisPresence::kPresent) return AxisPresence::kReturning;
-  return now;
-}
-
-void LineWatch::watch_axes() {
-  for (std::size_t i = 0; i < presences_.size(); ++i) {
-    const auto now = motion_->presence(i);
-    while (presences_[i] != now) {
-      presences_[i] = next_presence(presences_[i], now);
-      tell_presence(motion_->axes()[i].config(), presences_[i]);
-    }
-  }
-  if (motion_ == nullptr) return;
-  const auto phase = motion_->phase();
-  had_power_ = phase != MotionPhase::kIdle && phase != MotionPhase::kEnabling;
-}
-
-void LineWatch::tell_presence(const ecat_master::AxisConfig& axis, AxisPresence presence) {
-  listener_(events::AxisPresenceChanged{axis.name, presence, axis.on_loss},
-            presence == AxisPresence::kMissing ? Severity::kFault : Severity::kNotice);
-}
-
 /// Checks the clocks. Events are reported and a lost lock is a fault, but neither ends the run: a drive that cannot do
 /// without its clock reports it itself. False: the bus does not answer.
 bool LineWatch::clocks_answer() {
@@ -235,32 +205,12 @@ bool LineWatch::clocks_answer() {
 
 bool LineWatch::motion_goes_on() {
   if (motion_ == nullptr) return true;
-  const auto failure = motion_failure();
-  if (!failure) return true;
-  // The cycle stops the axes a moment before it reports the absence, which must be reported first: wait for the next
-  // look.
-  const bool away = failure->cause == ecat_master::MotionFailure::Cause::kMasterAway;
-  if (away && !absence_awaited_) {
-    absence_awaited_ = true;
-    return true;
-  }
-  tell_stop(*failure);
+  auto stopped = motion_->failure();
+  if (!stopped) return true;
+  if (stopped->failure.cause == ecat_master::MotionFailure::Cause::kAxisFault)
+    stopped->after = absences_.cause_of(clock_.now());
+  end(std::move(*stopped));
   return false;
-}
-
-std::optional<ecat_master::MotionFailure> LineWatch::motion_failure() const {
-  const auto phase = motion_->phase();
-  if (phase != MotionPhase::kQuickStop && phase != MotionPhase::kDisabling && phase != MotionPhase::kIdle)
-    return std::nullopt;
-  const auto failure = motion_->failure();
-  if (failure.cause == ecat_master::MotionFailure::Cause::kNone) return std::nullopt;
-  return failure;
-}
-
-void LineWatch::tell_stop(const ecat_master::MotionFailure& failure) {
-  events::AxesStopped stopped{events::event_axis(config_.axes[failure.axis]), failure, lost_limit(config_), {}};
-  if (failure.cause == ecat_master::MotionFailure::Cause::kAxisFault) stopped.after = absences_.cause_of(clock_.now());
-  end(std::move(stopped));
 }
 
 void LineWatch::tell_missing() {

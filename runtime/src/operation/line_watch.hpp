@@ -9,6 +9,7 @@
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/runtime/event.hpp"
 #include "operation/absence_watch.hpp"
+#include "operation/line_motion.hpp"
 
 namespace driveline::runtime {
 
@@ -20,8 +21,8 @@ class LineWatch {
   using Listener = std::function<void(EventFacts facts, Severity severity)>;
 
   /// For a master whose line is in OP. `ring` and `motion` may be null; all must outlive the watch.
-  LineWatch(ecat_master::Master& master, const port::RedundantPort* ring, ecat_master::Motion* motion,
-            const LineConfig& config, rt::Clock& clock, Listener listener);
+  LineWatch(ecat_master::Master& master, const port::RedundantPort* ring, LineMotion* motion, const LineConfig& config,
+            rt::Clock& clock, Listener listener);
 
   /// Checks everything once and brings back slaves, for as long as that takes. False: the run cannot go on.
   [[nodiscard]] bool look();
@@ -41,14 +42,8 @@ class LineWatch {
   [[nodiscard]] bool take_line_events();
   [[nodiscard]] bool take(const ecat_master::LineEvent& event);
   [[nodiscard]] bool waits_in_vain();
-  [[nodiscard]] ecat_master::AxisPresence next_presence(ecat_master::AxisPresence before,
-                                                        ecat_master::AxisPresence now) const;
-  void watch_axes();
-  void tell_presence(const ecat_master::AxisConfig& axis, ecat_master::AxisPresence presence);
   void fetch_messages();
   [[nodiscard]] bool motion_goes_on();
-  [[nodiscard]] std::optional<ecat_master::MotionFailure> motion_failure() const;
-  void tell_stop(const ecat_master::MotionFailure& failure);
   [[nodiscard]] bool expendable(std::size_t slave) const;
   [[nodiscard]] std::string name_of(std::size_t slave) const { return master_.slaves()[slave].plan.name; }
   void notice(EventFacts facts) { listener_(std::move(facts), Severity::kNotice); }
@@ -56,7 +51,7 @@ class LineWatch {
   void end(EventFacts facts) { listener_(std::move(facts), Severity::kFailure); }
 
   ecat_master::Master& master_;
-  ecat_master::Motion* motion_;
+  LineMotion* motion_;
   const LineConfig& config_;
   rt::Clock& clock_;
   Listener listener_;
@@ -66,10 +61,7 @@ class LineWatch {
   std::chrono::nanoseconds last_emergency_;
   std::vector<std::chrono::nanoseconds> away_since_;  ///< zero: not away
   std::chrono::nanoseconds silent_since_{0};
-  std::uint64_t stale_before_ = 0;  ///< late frames until the last look at which frames came back in time
-  bool absence_awaited_ = false;    ///< the axes were stopped for an absence of the master that was not told yet
-  std::vector<ecat_master::AxisPresence> presences_;
-  bool had_power_ = false;                  ///< at the last look at the axes
+  std::uint64_t stale_before_ = 0;          ///< late frames until the last look at which frames came back in time
   std::chrono::nanoseconds next_delays_{};  ///< when the propagation delays are measured again
   std::string state_ = "OP";
 };

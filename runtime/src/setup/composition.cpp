@@ -128,6 +128,13 @@ ecat_master::Motion::Settings motion_settings(const LineConfig& config) {
   return settings;
 }
 
+ecat_master::SingleAxes::Settings single_axis_settings(const LineConfig& config) {
+  ecat_master::SingleAxes::Settings settings;
+  settings.period = config.period;
+  settings.bad_cycle_limit = config.max_lost_cycles;
+  return settings;
+}
+
 ecat_master::CyclicCore::Settings cycle_settings(const LineConfig& config, const ecat_master::Master& master) {
   ecat_master::CyclicCore::Settings settings;
   settings.period = config.period;

@@ -101,6 +101,10 @@ class ProgramTest(unittest.TestCase):
         self.directory = pathlib.Path(tempfile.mkdtemp(prefix="driveline-program-"))
         self.directory.chmod(0o755)
         self.addCleanup(shutil.rmtree, self.directory)
+        # Where the sockets of running lines are: no test meets the lines of another.
+        self.sockets = pathlib.Path(tempfile.mkdtemp(prefix="driveline-sockets-"))
+        self.addCleanup(shutil.rmtree, self.sockets)
+        os.environ["XDG_RUNTIME_DIR"] = str(self.sockets)
 
     prefix = []  # in front of every command
 

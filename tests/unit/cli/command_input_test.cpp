@@ -15,7 +15,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-class CommandSocket : public test::TemporaryDirectory {
+class CommandSocket : public test::TemporaryDirectory, public CommandExecutor {
  protected:
   void SetUp() override {
     TemporaryDirectory::SetUp();
@@ -47,18 +47,71 @@ class CommandSocket : public test::TemporaryDirectory {
     return text;
   }
   /// One look, as the program takes it every few milliseconds.
-  void look() {
-    input->run(milliseconds{0}, [this](std::string_view command) {
-      executed.emplace_back(command);
-      return answer.empty() ? std::string(command) + "!" : answer;
-    });
+  void look() { input->run(milliseconds{0}, *this); }
+  CommandReply execute(const CommandSender& sender, std::string_view command) override {
+    executed.emplace_back(command);
+    EXPECT_EQ(sender.process, getpid());
+    EXPECT_EQ(sender.user, geteuid());
+    return {answer.empty() ? std::string(command) + "!" : answer, command.starts_with("stay"), command == "later"};
   }
+  void gone(const CommandSender& sender) override { left.push_back(sender.connection); }
 
   std::string path;
   std::unique_ptr<CommandInput> input;
   std::vector<std::string> executed;
   std::string answer;
+  std::vector<std::uint64_t> left;
 };
+
+TEST_F(CommandSocket, WhoStaysIsAnsweredAgainAndMissedWhenHeGoes) {
+  {
+    const auto client = connect();
+    say(client, "stay 1\nstay 2\n");
+    look();
+    EXPECT_EQ(heard(client), "stay 1!\nstay 2!\n") << "also what came at once";
+    say(client, "stay 3\n");
+    look();
+    EXPECT_EQ(heard(client), "stay 3!\n");
+    EXPECT_THAT(left, testing::IsEmpty());
+  }
+  look();
+  EXPECT_THAT(left, testing::ElementsAre(1U));
+  {
+    const auto client = connect();
+    say(client, "diag\n");
+  }
+  look();
+  EXPECT_THAT(left, testing::ElementsAre(1U)) << "nobody misses who only asked";
+}
+
+TEST_F(CommandSocket, AnswerThatTakesItsTimeHoldsUpNobody) {
+  const auto slow = connect();
+  say(slow, "later\n");
+  look();
+  const auto client = connect();
+  say(client, "diag\n");
+  look();
+  EXPECT_EQ(heard(client), "diag!\n");
+  EXPECT_EQ(heard(slow), "");
+  input->supply(1, "there it is");
+  EXPECT_EQ(heard(slow), "there it is\n");
+  look();
+  input->supply(1, "and again");
+}
+
+TEST_F(CommandSocket, WhoMovesAxesIsNotPushedOutByOthers) {
+  const auto moving = connect();
+  say(moving, "stay\n");
+  look();
+  std::vector<port::FileDescriptor> silent;
+  for (std::size_t i = 0; i < 2 * CommandInput::kMaxClients; ++i) {
+    silent.push_back(connect());
+    look();
+  }
+  say(moving, "stay 2\n");
+  look();
+  EXPECT_EQ(heard(moving), "stay!\nstay 2!\n");
+}
 
 TEST_F(CommandSocket, AnswersALine) {
   const auto client = connect();

@@ -107,7 +107,10 @@ TEST_F(LineTest, RunsAndReports) {
 }
 
 TEST_F(LineTest, TellsOfAFaultWithItsFactsAndTime) {
-  auto line = open(std::string(kSlave) + kAxis + "[[fault]]\nat_ms = 1000\nkind = \"power-off\"\nslave = \"x\"\n");
+  write(directory / "x.csv", "time[s],x[rad]\n0,0\n10,1\n");
+  auto line = open(std::string(kSlave) + kAxis +
+                   "[path]\nfile = \"x.csv\"\nrelative = true\n"
+                   "[[fault]]\nat_ms = 1000\nkind = \"power-off\"\nslave = \"x\"\n");
   ASSERT_TRUE(line) << describe(line.error());
   Listener listener;
   (*line)->observe(listener);

@@ -6,6 +6,7 @@
 #include <string>
 #include <variant>
 
+#include "driveline/runtime/event/axis_events.hpp"
 #include "driveline/runtime/event/operation_events.hpp"
 #include "driveline/runtime/event/result_events.hpp"
 #include "driveline/runtime/event/service_events.hpp"
@@ -25,8 +26,9 @@ using EventFacts = std::variant<
     events::AxisPresenceChanged, events::AxesStopped, events::AxesNotOff, events::NotInInit, events::AxisNeverEnabled,
     events::AxisOffItsSetpoint, events::ForbiddenCalls, events::ForeignTraffic, events::FaultRecorded,
     events::RecordingEnded, events::CaptureIncomplete, events::FileNotWritten, events::EoeUp, events::EoeAddressRefused,
-    events::GatewayUp, events::StreamUp, events::StreamClientCame, events::StreamClientRefused,
-    events::StreamSetpointRefused, events::StreamStarved, events::StreamClientLeft>;
+    events::GatewayUp, events::AxisRequested, events::AxisRequestFailed, events::CallerRefused, events::AxisLeaseLost,
+    events::AxisFailed, events::AxisNotReset, events::AxisRestored, events::StreamUp, events::StreamClientCame,
+    events::StreamClientRefused, events::StreamSetpointRefused, events::StreamStarved, events::StreamClientLeft>;
 
 /// How grave an event is.
 enum class Severity : std::uint8_t {

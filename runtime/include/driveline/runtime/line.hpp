@@ -8,6 +8,8 @@
 
 #include "driveline/ecat_master/cyclic/setpoint_source.hpp"
 #include "driveline/ecat_master/diagnosis/diagnosis.hpp"
+#include "driveline/rt/clock.hpp"
+#include "driveline/runtime/axes/axis_door.hpp"
 #include "driveline/runtime/observer.hpp"
 #include "driveline/runtime/record/run_report.hpp"
 #include "driveline/runtime/setup/session.hpp"
@@ -44,6 +46,7 @@ class Line {
   struct RunSettings {
     std::optional<double> duration_s{};  ///< in operation; none: until the end of the path, or request_stop()
     bool force = false;                  ///< takes the line over from a master that drives it
+    bool enable = true;  ///< axes that nothing moves together are enabled at the start, and hold their place
   };
 
   /// Reads the description and the path, opens the interface or builds the simulated line. Errors: unreadable or wrong
@@ -101,6 +104,10 @@ class Line {
   /// Ends the run in order: the axes come to rest, the line goes to INIT. Any thread, signal handlers too. \rtsafe
   void request_stop() noexcept { stop_.store(true, std::memory_order_relaxed); }
 
+  /// The way of requests to the axes of a line without path, source and task that drives axes. Any thread; requests
+  /// are taken while the line is in operation.
+  [[nodiscard]] AxisDoor& axes() noexcept { return door_; }
+
   /// Diagnosis of the running line. On the owner's thread, in Observer::look(). Errors: the line is not in operation
   /// (kCall), those of the bus (kLine).
   [[nodiscard]] Result<ecat_master::LineDiagnosis> diagnose();
@@ -121,6 +128,8 @@ class Line {
   Observer* observer_ = &silent_;
   std::vector<snapshot::SampleConsumer*> consumers_;
   std::unique_ptr<LineTasks> tasks_;
+  rt::MonotonicClock clock_;  ///< of those who ask for axes
+  AxisDoor door_;
   std::atomic<bool> stop_{false};
   std::unique_ptr<LineRun> run_;
 };

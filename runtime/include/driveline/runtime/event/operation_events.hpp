@@ -15,19 +15,10 @@
 #include "driveline/ecat_master/recovery/line_supervisor.hpp"
 #include "driveline/ecat_master/soe/soe_log.hpp"
 #include "driveline/runtime/config/line_config.hpp"
-#include "driveline/trajectory/position_unit.hpp"
+#include "driveline/runtime/event/axis_events.hpp"
 
 /// Events while a line is in operation. The times in them count from its begin.
 namespace driveline::runtime::events {
-
-/// The axis of an event, and the measure of its lengths, which are in rad or m.
-struct EventAxis {
-  std::string name;                  ///< as configured
-  trajectory::PositionUnit unit;     ///< in which people read its positions
-  double increments_per_unit = 1.0;  ///< drive increments per rad or m
-};
-/// The axis of an event about this one.
-[[nodiscard]] EventAxis event_axis(const ecat_master::AxisConfig& axis);
 
 /// The operation goes on.
 struct Progress {

@@ -63,7 +63,9 @@ struct ClocksLocked {
 struct StateReached {
   wire::AlState state = wire::AlState::kNone;  ///< OP, or INIT in the end
 };
-/// The axes have no path to follow: they hold the place where they are enabled.
-struct NoPath {};
+/// The axes have no path to follow: they wait for requests.
+struct NoPath {
+  bool enabled = true;  ///< they are enabled and hold the place where they stand
+};
 
 }  // namespace driveline::runtime::events

@@ -9,6 +9,7 @@
 #include "driveline/ecat_master/cyclic/cyclic_core.hpp"
 #include "driveline/ecat_master/cyclic/motion.hpp"
 #include "driveline/ecat_master/master.hpp"
+#include "driveline/ecat_master/single_axis/single_axes.hpp"
 #include "driveline/rt/clock.hpp"
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/slaves/line/line.hpp"
@@ -37,6 +38,8 @@ namespace driveline::runtime {
 
 /// How the axes are moved: along the [path], else from where they stand.
 [[nodiscard]] ecat_master::Motion::Settings motion_settings(const LineConfig& config);
+/// Settings of axes that are commanded one by one.
+[[nodiscard]] ecat_master::SingleAxes::Settings single_axis_settings(const LineConfig& config);
 
 /// How process data are exchanged: period, time for the answers, room for acyclic work. Without copies, tasks and
 /// flight recorder. After Master::configure().

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "driveline/runtime/axes/axis_door.hpp"
+
+namespace driveline::cli {
+
+/// Name, unit, state, actual values and owner of an axis.
+[[nodiscard]] nlohmann::json to_json(const runtime::AxisStatus& status);
+/// A table of axes as the document of `axis all status` has them.
+[[nodiscard]] std::string axes_table(const nlohmann::json& axes);
+/// "axis x: Standstill at 90 deg", of an axis in that document.
+[[nodiscard]] std::string axis_line(const nlohmann::json& axis);
+
+}  // namespace driveline::cli

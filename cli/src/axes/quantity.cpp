@@ -1,0 +1,94 @@
+#include "axes/quantity.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <charconv>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "driveline/runtime/toml/suggestion.hpp"
+
+namespace driveline::cli {
+namespace {
+
+/// A unit as it is written, and what makes the SI unit of it.
+struct NamedUnit {
+  std::string name;
+  double factor = 1.0;
+};
+
+std::string_view per(Quantity quantity) {
+  switch (quantity) {
+    case Quantity::kVelocity:
+      return "/s";
+    case Quantity::kAcceleration:
+      return "/s^2";
+    case Quantity::kJerk:
+      return "/s^3";
+    case Quantity::kPosition:
+    case Quantity::kTorque:
+    case Quantity::kTorqueRate:
+      break;
+  }
+  return "";
+}
+
+/// The first one is that of a number without a unit.
+std::vector<NamedUnit> units_of(const ecat_master::AxisConfig& axis, Quantity quantity) {
+  if (quantity == Quantity::kTorque) return {{axis.linear() ? "N" : "Nm"}};
+  if (quantity == Quantity::kTorqueRate) return {{axis.linear() ? "N/s" : "Nm/s"}};
+  const auto& own = ecat_master::position_unit(axis);
+  std::vector<NamedUnit> units{{fmt::format("{}{}", own.name, per(quantity)), own.to_si(1.0)}};
+  for (const auto& unit : trajectory::position_units()) {
+    if (unit.kind != axis.kind || unit.name == own.name) continue;
+    units.push_back({fmt::format("{}{}", unit.name, per(quantity)), unit.to_si(1.0)});
+  }
+  if (quantity != Quantity::kVelocity) return units;
+  constexpr double kMinute = 60.0;
+  if (axis.linear()) {
+    units.push_back({"m/min", 1.0 / kMinute});
+  } else {
+    units.push_back({"rpm", 2.0 * std::numbers::pi / kMinute});
+  }
+  return units;
+}
+
+std::vector<std::string_view> names_of(const std::vector<NamedUnit>& units) {
+  std::vector<std::string_view> names;
+  for (const auto& unit : units) names.emplace_back(unit.name);
+  return names;
+}
+
+}  // namespace
+
+std::optional<LeadingNumber> leading_number(std::string_view text) {
+  if (text.starts_with('+')) text.remove_prefix(1);
+  LeadingNumber number;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number.value);
+  if (error != std::errc{} || !std::isfinite(number.value)) return std::nullopt;
+  number.rest = text.substr(static_cast<std::size_t>(end - text.data()));
+  return number;
+}
+
+Outcome<double> parse_quantity(const ecat_master::AxisConfig& axis, Quantity quantity, std::string_view text,
+                               std::string_view what) {
+  const auto units = units_of(axis, quantity);
+  const auto number = leading_number(text);
+  if (!number) return misused(fmt::format("{} \"{}\": a number is expected, as 10{}", what, text, units.front().name));
+  auto unit = number->rest;
+  while (unit.starts_with(' ')) unit.remove_prefix(1);
+  if (unit.empty()) return number->value * units.front().factor;
+  for (const auto& known : units) {
+    if (known.name == unit) return number->value * known.factor;
+  }
+  const auto names = names_of(units);
+  const auto meant = runtime::closest(unit, names);
+  return misused(fmt::format("{} \"{}\": axis {} has no unit \"{}\" for it{}; {} {}", what, text, axis.name, unit,
+                             meant.empty() ? "" : fmt::format(", did you mean {}?", meant), fmt::join(names, ", "),
+                             names.size() > 1 ? "are possible" : "is expected"));
+}
+
+}  // namespace driveline::cli

@@ -1,0 +1,220 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "axes/axis_view.hpp"
+#include "axes/axis_words.hpp"
+#include "commands/command_input.hpp"
+#include "commands/commands.hpp"
+#include "commands/control_path.hpp"
+#include "commands/tool_options.hpp"
+#include "console.hpp"
+#include "signals.hpp"
+#include "text/json_text.hpp"
+
+namespace driveline::cli {
+namespace {
+
+using nlohmann::json;
+using std::chrono::steady_clock;
+
+/// How often the line is asked how far it is, which also tells it that this command is alive.
+constexpr std::chrono::milliseconds kAskInterval{50};
+/// A command that takes longer tells how far it is.
+constexpr std::chrono::seconds kSilence{2};
+constexpr std::chrono::seconds kTellInterval{1};
+
+struct AxisOptions {
+  std::string axis;
+  std::string request;
+  std::vector<std::string> operands;
+  /// "--velocity" and its like: what the line calls them, and their values.
+  struct Setting {
+    std::string_view name;
+    std::optional<std::string> value{};
+  };
+  std::vector<Setting> settings{{"velocity"}, {"acceleration"}, {"deceleration"}, {"jerk"},
+                                {"by"},       {"add"},          {"superimpose"},  {"buffer"}};
+  std::optional<std::string> duration;
+  std::string control;
+  std::string config;
+  bool take_over = false;
+  bool no_wait = false;
+  bool json = false;
+};
+
+/// What the line is told: `x move 90deg velocity=30deg/s`.
+std::string order_of(const AxisOptions& options) {
+  auto order = fmt::format("axis {} {}", quoted_word(options.axis), options.request);
+  for (const auto& operand : options.operands) order += fmt::format(" {}", quoted_word(operand));
+  for (const auto& setting : options.settings) {
+    if (setting.value) order += fmt::format(" {}", quoted_word(fmt::format("{}={}", setting.name, *setting.value)));
+  }
+  if (options.take_over) order += " take-over";
+  return order;
+}
+
+/// One request to axes of a running line, and what becomes of it.
+class AxisOrder {
+ public:
+  AxisOrder(const AxisOptions& options, CommandConnection connection)
+      : options_(options), connection_(std::move(connection)) {}
+
+  [[nodiscard]] Outcome<int> execute(std::optional<std::chrono::nanoseconds> duration) {
+    auto answer = ask(order_of(options_));
+    if (!answer) return tl::unexpected(answer.error());
+    if (options_.request == "status") return print(*answer);
+    if (options_.no_wait) {
+      if (auto detached = ask("axis detach"); !detached) return tl::unexpected(detached.error());
+      return print(*answer);
+    }
+    if (duration) until_ = begin_ + *duration;
+    return follow();
+  }
+
+ private:
+  [[nodiscard]] bool jogs() const { return options_.request == "jog" || options_.request == "torque"; }
+
+  [[nodiscard]] Outcome<json> ask(const std::string& command) {
+    const auto answer = connection_.ask(command);
+    if (!answer) return tl::unexpected(answer.error());
+    auto document = json::parse(*answer, nullptr, false);
+    if (!document.is_object()) return failed(*answer);
+    if (document.contains("error"))
+      return tl::unexpected(Failure{document.value("status", 1), document.at("error").get<std::string>()});
+    return document;
+  }
+
+  /// Until the request is over, and the axis rests again where it moved on and on.
+  [[nodiscard]] Outcome<int> follow() {
+    for (;;) {
+      auto progress = ask("axis progress");
+      if (!progress) return tl::unexpected(progress.error());
+      const auto& axes = progress->at("axes");
+      for (const auto& axis : axes) {
+        if (axis.contains("failure")) return failed(axis.at("failure").get<std::string>());
+      }
+      const std::string_view end = jogs() && !halted_ ? "over" : "reached";
+      if (std::all_of(axes.begin(), axes.end(), [&](const json& axis) { return axis.at(end).get<bool>(); })) {
+        return finish(*progress);
+      }
+      if (auto stopped = stop_if_due(); !stopped) return tl::unexpected(stopped.error());
+      tell(axes);
+      std::this_thread::sleep_for(kAskInterval);
+    }
+  }
+
+  [[nodiscard]] Outcome<void> stop_if_due() {
+    const bool over = until_ && steady_clock::now() >= *until_;
+    if (halted_ || !(over || stop_requested())) return {};
+    halted_ = true;
+    interrupted_ = !over && !jogs();
+    const auto answer = ask(fmt::format("axis {} halt", quoted_word(options_.axis)));
+    return answer ? Outcome<void>{} : tl::unexpected(answer.error());
+  }
+
+  [[nodiscard]] Outcome<int> finish(const json& progress) {
+    if (!interrupted_) return print(progress);
+    std::string where;
+    for (const auto& axis : progress.at("axes"))
+      where += fmt::format("{}{}", where.empty() ? "" : "; ", axis_line(axis));
+    return failed(fmt::format("interrupted: {}", where));
+  }
+
+  void tell(const json& axes) {
+    const auto now = steady_clock::now();
+    if (now < next_tell_) return;
+    next_tell_ = now + kTellInterval;
+    for (const auto& axis : axes) progress("{}", axis_line(axis));
+  }
+
+  [[nodiscard]] Outcome<int> print(const json& document) const {
+    if (options_.json) {
+      print_out("{}", json_text(document));
+    } else if (options_.request == "status") {
+      print_out("{}", axes_table(document.at("axes")));
+    } else {
+      for (const auto& axis : document.at("axes")) print_out("{}\n", axis_line(axis));
+    }
+    return 0;
+  }
+
+  const AxisOptions& options_;
+  CommandConnection connection_;
+  steady_clock::time_point begin_ = steady_clock::now();
+  steady_clock::time_point next_tell_ = begin_ + kSilence;
+  std::optional<steady_clock::time_point> until_;
+  bool halted_ = false;       ///< this command has sent a halt
+  bool interrupted_ = false;  ///< before the request was over
+};
+
+Outcome<int> order_axis(const AxisOptions& options) {
+  catch_stop_signals();
+  std::optional<std::chrono::nanoseconds> duration;
+  const bool endless = options.request == "jog" || options.request == "torque";
+  if (options.duration) {
+    if (!endless) return misused("--for goes with jog and torque, which have no end of their own");
+    const auto time = parse_time(*options.duration, "--for");
+    if (!time) return tl::unexpected(time.error());
+    duration = *time;
+  }
+  if (endless && options.no_wait) {
+    return misused(
+        fmt::format("--no-wait does not go with {}: the axis moves as long as this command runs", options.request));
+  }
+  const auto path = find_control(options.control, options.config);
+  if (!path) return tl::unexpected(path.error());
+  auto connection = CommandConnection::open(*path, "run");
+  if (!connection) return tl::unexpected(connection.error());
+  return AxisOrder(options, std::move(*connection)).execute(duration);
+}
+
+/// The requests that a line knows, and what this command adds.
+std::vector<std::string_view> request_names() {
+  std::vector<std::string_view> names{"status"};
+  for (const auto verb : axis_verbs()) names.push_back(verb);
+  return names;
+}
+
+}  // namespace
+
+Execute prepare_axis(Arguments& to) {
+  auto options = std::make_shared<AxisOptions>();
+  to.required(&options->axis, Value::text("NAME"), "Name of the axis, or all");
+  to.required(&options->request, Value::choice("REQUEST", request_names()),
+              "status, enable, disable, reset, home, move POSITION, jog VELOCITY, torque TORQUE, halt, stop, "
+              "release-stop, position POSITION, override FACTOR, mode csp|csv|cst");
+  to.positional(&options->operands, Value::text("VALUE"), "With its unit, as 90deg; without: in that of the axis");
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kHelp{{
+      {"--velocity", "Highest velocity, as 30deg/s; default: the limit of the axis"},
+      {"--acceleration", "Highest acceleration, as 100deg/s^2"},
+      {"--deceleration", "Highest deceleration; default: the acceleration"},
+      {"--jerk", "Highest jerk"},
+      {"--by", "move: by this distance from where the axis is to be now"},
+      {"--add", "move: by this distance from the end of the motion before"},
+      {"--superimpose", "move: by this distance on top of the motion under way"},
+      {"--buffer", "How the motion follows the one before: aborting, buffered, blending_low, ..."},
+  }};
+  for (std::size_t i = 0; i < kHelp.size(); ++i) {
+    to.option(kHelp[i].first, &options->settings[i].value, Value::text("VALUE"), kHelp[i].second);
+  }
+  to.option("--for", &options->duration, Value::text("TIME"), "jog, torque: for so long; default: until Ctrl-C");
+  to.flag("--no-wait", options->no_wait, "Do not wait for the end of the motion, which goes on without this command");
+  to.flag("--take-over", options->take_over, "Also when somebody else commands the axis");
+  to.option("--config", &options->config, Value::file(), "Line description of the running line");
+  to.option("--control", &options->control, Value::file("PATH"), "Socket of the running line");
+  add_json_flag(to, options->json);
+  return [options] { return order_axis(*options); };
+}
+
+}  // namespace driveline::cli

@@ -1,0 +1,64 @@
+#include "commands/line_control.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+namespace driveline::cli {
+namespace {
+
+/// How often the socket is looked at, and answers of the line are handed on.
+constexpr std::chrono::milliseconds kControlInterval{10};
+constexpr std::string_view kAxis = "axis ";
+constexpr std::array<std::string_view, 4> kQuestions{"diag", "diag json", "eoe", "eoe json"};
+
+}  // namespace
+
+LineControl::LineControl(std::unique_ptr<CommandInput> input, runtime::AxisDoor& door)
+    : input_(std::move(input)), axes_(door), thread_([this] { serve(); }) {}
+
+LineControl::~LineControl() {
+  stop_ = true;
+  thread_.join();
+}
+
+void LineControl::serve() {
+  while (!stop_) {
+    input_->run(kControlInterval, *this);
+    axes_.watch();
+    std::vector<Question> answered;
+    {
+      const std::lock_guard guard(lock_);
+      answered.swap(answered_);
+    }
+    for (const auto& answer : answered) input_->supply(answer.connection, answer.text);
+  }
+}
+
+CommandReply LineControl::execute(const CommandSender& sender, std::string_view command) {
+  if (command.starts_with(kAxis)) return {axes_.execute(sender, command.substr(kAxis.size())), true, false};
+  if (std::find(kQuestions.begin(), kQuestions.end(), command) == kQuestions.end()) {
+    return {fmt::format("error: \"{}\" is no command of a running line; diag, eoe, diag json, eoe json and axis are",
+                        command)};
+  }
+  const std::lock_guard guard(lock_);
+  asked_.push_back({sender.connection, std::string(command)});
+  return {{}, false, true};
+}
+
+void LineControl::answer_questions(const Answer& answer) {
+  std::vector<Question> asked;
+  {
+    const std::lock_guard guard(lock_);
+    asked.swap(asked_);
+  }
+  for (auto& question : asked) {
+    question.text = answer(question.text);
+    const std::lock_guard guard(lock_);
+    answered_.push_back(std::move(question));
+  }
+}
+
+}  // namespace driveline::cli

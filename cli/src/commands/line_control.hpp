@@ -1,0 +1,52 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "axes/axis_service.hpp"
+#include "commands/command_input.hpp"
+
+namespace driveline::cli {
+
+/// The control socket of a running line, served on a thread of its own: a stop is heard also while the line's thread
+/// waits for a slave. Questions about the line as a whole are answered by the line's thread.
+class LineControl final : private CommandExecutor {
+ public:
+  /// Answers a question.
+  using Answer = std::function<std::string(std::string_view question)>;
+
+  LineControl(std::unique_ptr<CommandInput> input, runtime::AxisDoor& door);
+  LineControl(const LineControl&) = delete;
+  LineControl& operator=(const LineControl&) = delete;
+  /// Ends the thread; the socket is gone then.
+  ~LineControl() override;
+
+  /// On the thread of the line, in operation: answers the questions that have come.
+  void answer_questions(const Answer& answer);
+
+ private:
+  struct Question {
+    std::uint64_t connection = 0;
+    std::string text;  ///< the question, then the answer
+  };
+
+  [[nodiscard]] CommandReply execute(const CommandSender& sender, std::string_view command) override;
+  void gone(const CommandSender& sender) override { axes_.gone(sender); }
+  void refused(const CommandSender& sender) override { axes_.refused(sender); }
+  void serve();
+
+  std::unique_ptr<CommandInput> input_;
+  AxisService axes_;
+  std::mutex lock_;
+  std::vector<Question> asked_;
+  std::vector<Question> answered_;
+  std::atomic<bool> stop_{false};
+  std::thread thread_;
+};
+
+}  // namespace driveline::cli

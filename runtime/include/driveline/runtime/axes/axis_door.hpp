@@ -1,0 +1,121 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "driveline/ecat_master/single_axis/single_axes.hpp"
+#include "driveline/rt/clock.hpp"
+#include "driveline/runtime/axes/axis_authority.hpp"
+#include "driveline/runtime/event.hpp"
+
+namespace driveline::runtime {
+
+/// The caller that enables the axes when a line goes into operation.
+inline constexpr std::string_view kStartOfRun = "the start of the run";
+
+/// One who asks something of axes.
+struct AxisCaller {
+  std::string name;  ///< as leases and events have it: "control socket (process 123, user 1000)"
+  /// His leases end, and his axes stop, when he has not been heard for so long; none: when he gives them back.
+  std::optional<std::chrono::nanoseconds> keep_alive{};
+  bool take_over = false;  ///< axes of others, too
+};
+
+/// How far a request is.
+struct AxisProgress {
+  ecat_master::RequestReport report;     ///< phase and reason
+  std::optional<AxisRefusal> refusal{};  ///< the reason with its facts; none: it has not failed
+};
+
+/// What an axis does, and who commands it.
+struct AxisStatus {
+  events::EventAxis axis;                           ///< name and unit
+  std::string owner;                                ///< empty: nobody
+  std::optional<ecat_master::AxisReport> report{};  ///< none: the axes are moved together, or the line does not run
+};
+
+/// The way of requests to the single axes of a running line: checks what needs no cycle, asks AxisAuthority for the
+/// axis, hands the request on, and keeps the events of it all. A stop or a halt needs no lease; while a path, a task or
+/// a program moves all axes together it ends the run in order.
+///
+/// A lease is had by the first request and given back by leave(). Any thread but the cycle's; a lock inside.
+class AxisDoor {
+ public:
+  /// `stop_all` ends the run in order. `axes` and `clock`, which measures keep-alive times, must outlive it.
+  AxisDoor(const std::vector<ecat_master::AxisConfig>& axes, const rt::Clock& clock, std::function<void()> stop_all);
+
+  // The side of the line.
+  /// Requests are taken from now on, until close(). `axes` must outlive that.
+  void open(ecat_master::SingleAxes& axes);
+  /// `owner` moves all axes, until close().
+  void occupy(const std::string& owner);
+  /// The line goes out of operation.
+  void close();
+  /// Adds an event of those who ask.
+  void note(EventFacts facts);
+  /// Events since the last call, in order.
+  [[nodiscard]] std::vector<EventFacts> take_events();
+
+  // The side of who asks.
+  /// Number of the axis with that name.
+  [[nodiscard]] std::optional<std::size_t> find(std::string_view name) const noexcept;
+  /// Configuration of the axes, in the order of the line description.
+  [[nodiscard]] const std::vector<ecat_master::AxisConfig>& axes() const noexcept { return axes_; }
+  /// Hands on a request: the number to ask progress() with, 0 where it has stopped all axes and nothing remains to ask.
+  [[nodiscard]] tl::expected<std::uint64_t, AxisRefusal> submit(const AxisCaller& caller, std::size_t axis,
+                                                                const ecat_master::AxisRequest& request);
+  /// How far a request to that axis is.
+  [[nodiscard]] AxisProgress progress(std::size_t axis, std::uint64_t request) const;
+  /// The axis as of now.
+  [[nodiscard]] AxisStatus status(std::size_t axis) const;
+  /// The caller is there.
+  void keep_alive(const AxisCaller& caller);
+  /// The caller goes. `stop`: axes that his requests move stop, and he has no lease any more; otherwise his leases last
+  /// as long as his requests.
+  void leave(const std::string& caller, bool stop);
+  /// Gives one axis back.
+  void release(const std::string& caller, std::size_t axis) { authority_.release(axis, caller); }
+  /// Ends leases of who is not heard any more; notes requests that have failed. To be called every few milliseconds.
+  void watch();
+  /// The leases.
+  [[nodiscard]] AxisAuthority& authority() noexcept { return authority_; }
+
+ private:
+  /// A request that has been handed on and was not over at the last watch().
+  struct Pending {
+    std::uint64_t number = 0;
+    std::size_t axis = 0;
+    std::string caller;
+    ecat_master::AxisRequest request;
+  };
+  using Submitted = tl::expected<std::uint64_t, AxisRefusal>;
+
+  [[nodiscard]] Submitted try_to_submit(const AxisCaller& caller, std::size_t axis,
+                                        const ecat_master::AxisRequest& request);
+  [[nodiscard]] tl::expected<void, AxisRefusal> take_lease(const AxisCaller& caller, std::size_t axis);
+  [[nodiscard]] AxisProgress progress_of(std::size_t axis, std::uint64_t request) const;
+  void stop_axis(std::size_t axis);
+  void watch_leases();
+  void watch_requests();
+  void watch_leaving();
+
+  const std::vector<ecat_master::AxisConfig>& axes_;
+  const rt::Clock& clock_;
+  std::function<void()> stop_all_;
+  AxisAuthority authority_;
+  mutable std::mutex lock_;
+  ecat_master::SingleAxes* single_ = nullptr;
+  bool together_ = false;
+  std::vector<Pending> pending_;
+  std::vector<std::string> leaving_;  ///< callers whose leases last as long as their requests
+  std::vector<EventFacts> events_;
+};
+
+}  // namespace driveline::runtime

@@ -1,0 +1,213 @@
+#include "driveline/runtime/axes/axis_door.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "axes/request_check.hpp"
+
+namespace driveline::runtime {
+namespace {
+
+using ecat_master::AxisCommand;
+using ecat_master::AxisError;
+using ecat_master::AxisRequest;
+using ecat_master::PlcopenState;
+using ecat_master::RequestPhase;
+using Why = AxisRefusal::Why;
+
+/// Allowed to everybody.
+bool stops(AxisCommand command) noexcept {
+  return command == AxisCommand::kStop || command == AxisCommand::kHalt;
+}
+
+AxisRequest plain(AxisCommand command) {
+  AxisRequest request;
+  request.command = command;
+  return request;
+}
+
+tl::unexpected<AxisRefusal> refused(Why why) {
+  AxisRefusal refusal;
+  refusal.why = why;
+  return tl::unexpected(std::move(refusal));
+}
+
+}  // namespace
+
+AxisDoor::AxisDoor(const std::vector<ecat_master::AxisConfig>& axes, const rt::Clock& clock,
+                   std::function<void()> stop_all)
+    : axes_(axes), clock_(clock), stop_all_(std::move(stop_all)), authority_(axes.size()) {}
+
+void AxisDoor::open(ecat_master::SingleAxes& axes) {
+  const std::lock_guard guard(lock_);
+  single_ = &axes;
+}
+
+void AxisDoor::occupy(const std::string& owner) {
+  const std::lock_guard guard(lock_);
+  together_ = true;
+  LeaseTerms terms;
+  terms.owner = owner;
+  terms.take_over = true;
+  terms.firm = true;
+  for (std::size_t axis = 0; axis < axes_.size(); ++axis) static_cast<void>(authority_.take(axis, terms));
+}
+
+void AxisDoor::close() {
+  const std::lock_guard guard(lock_);
+  single_ = nullptr;
+  together_ = false;
+  pending_.clear();
+}
+
+void AxisDoor::note(EventFacts facts) {
+  const std::lock_guard guard(lock_);
+  events_.push_back(std::move(facts));
+}
+
+std::vector<EventFacts> AxisDoor::take_events() {
+  const std::lock_guard guard(lock_);
+  return std::exchange(events_, {});
+}
+
+std::optional<std::size_t> AxisDoor::find(std::string_view name) const noexcept {
+  const auto found = std::find_if(axes_.begin(), axes_.end(), [name](const auto& axis) { return axis.name == name; });
+  if (found == axes_.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - axes_.begin());
+}
+
+AxisDoor::Submitted AxisDoor::submit(const AxisCaller& caller, std::size_t axis, const AxisRequest& request) {
+  const std::lock_guard guard(lock_);
+  if (axis >= axes_.size()) return refused(Why::kNotRunning);
+  auto submitted = try_to_submit(caller, axis, request);
+  events::AxisRequested asked{caller.name, events::event_axis(axes_[axis]), request, {}};
+  if (!submitted) asked.refusal = submitted.error();
+  events_.emplace_back(std::move(asked));
+  return submitted;
+}
+
+AxisDoor::Submitted AxisDoor::try_to_submit(const AxisCaller& caller, std::size_t axis, const AxisRequest& request) {
+  if (single_ == nullptr && !together_) return refused(Why::kNotRunning);
+  if (together_ && stops(request.command)) {
+    stop_all_();
+    return 0;
+  }
+  if (auto wrong = check_request(axes_[axis], request)) return tl::unexpected(std::move(*wrong));
+  if (!stops(request.command)) {
+    if (auto leased = take_lease(caller, axis); !leased) return tl::unexpected(leased.error());
+  }
+  const auto number = single_->submit(axis, request);
+  if (number == 0) return refused(Why::kTooMany);
+  pending_.push_back({number, axis, caller.name, request});
+  return number;
+}
+
+tl::expected<void, AxisRefusal> AxisDoor::take_lease(const AxisCaller& caller, std::size_t axis) {
+  LeaseTerms terms;
+  terms.owner = caller.name;
+  terms.take_over = caller.take_over;
+  if (caller.keep_alive) terms.until = clock_.now() + *caller.keep_alive;
+  const auto taken = authority_.take(axis, terms);
+  if (taken) return {};
+  AxisRefusal refusal;
+  refusal.why = taken.error().firm ? Why::kMovedTogether : Why::kOwned;
+  refusal.owner = taken.error().owner;
+  return tl::unexpected(std::move(refusal));
+}
+
+AxisProgress AxisDoor::progress(std::size_t axis, std::uint64_t request) const {
+  const std::lock_guard guard(lock_);
+  return progress_of(axis, request);
+}
+
+AxisProgress AxisDoor::progress_of(std::size_t axis, std::uint64_t request) const {
+  if (request == 0) return {{RequestPhase::kDone, AxisError::kNone}, {}};
+  if (single_ == nullptr) {
+    AxisRefusal refusal;
+    return {{RequestPhase::kAborted, AxisError::kNone}, refusal};
+  }
+  AxisProgress progress{single_->report(request), {}};
+  if (progress.report.error == AxisError::kNone) return progress;
+  auto& refusal = progress.refusal.emplace();
+  refusal.why = Why::kByAxis;
+  refusal.error = progress.report.error;
+  if (refusal.error == AxisError::kFault) refusal.error_code = single_->axis_report(axis).error_code;
+  return progress;
+}
+
+AxisStatus AxisDoor::status(std::size_t axis) const {
+  const std::lock_guard guard(lock_);
+  AxisStatus status{events::event_axis(axes_.at(axis)), authority_.owner_of(axis), {}};
+  if (single_ != nullptr) status.report = single_->axis_report(axis);
+  return status;
+}
+
+void AxisDoor::keep_alive(const AxisCaller& caller) {
+  if (caller.keep_alive) authority_.prolong(caller.name, clock_.now() + *caller.keep_alive);
+}
+
+void AxisDoor::leave(const std::string& caller, bool stop) {
+  const std::lock_guard guard(lock_);
+  if (!stop) {
+    authority_.prolong(caller, std::nullopt);
+    leaving_.push_back(caller);
+    watch_leaving();
+    return;
+  }
+  for (const auto& pending : pending_) {
+    // What another has taken over is moved by him.
+    if (pending.caller == caller && authority_.holds(pending.axis, caller)) stop_axis(pending.axis);
+  }
+  authority_.release_all(caller);
+}
+
+void AxisDoor::watch() {
+  const std::lock_guard guard(lock_);
+  watch_leases();
+  watch_requests();
+  watch_leaving();
+}
+
+void AxisDoor::watch_leases() {
+  for (auto& loss : authority_.losses(clock_.now())) {
+    if (loss.taken_by.empty()) stop_axis(loss.axis);
+    events_.emplace_back(events::AxisLeaseLost{axes_[loss.axis].name, std::move(loss.owner), std::move(loss.taken_by)});
+  }
+}
+
+/// Homing is ended by a stop alone (PLCopen part 1, state diagram), which is withdrawn at once.
+void AxisDoor::stop_axis(std::size_t axis) {
+  if (single_ == nullptr) return;
+  const auto state = single_->axis_report(axis).state;
+  if (state == PlcopenState::kDisabled || state == PlcopenState::kErrorStop || state == PlcopenState::kStopping) return;
+  if (state == PlcopenState::kHoming) {
+    static_cast<void>(single_->submit(axis, plain(AxisCommand::kStop)));
+    static_cast<void>(single_->submit(axis, plain(AxisCommand::kReleaseStop)));
+    return;
+  }
+  static_cast<void>(single_->submit(axis, plain(AxisCommand::kHalt)));
+}
+
+void AxisDoor::watch_requests() {
+  if (single_ == nullptr) return;
+  std::erase_if(pending_, [this](Pending& pending) {
+    auto progress = progress_of(pending.axis, pending.number);
+    if (!progress.report.over() && progress.report.phase != RequestPhase::kUnknown) return false;
+    if (progress.refusal) {
+      events_.emplace_back(events::AxisRequestFailed{std::move(pending.caller), events::event_axis(axes_[pending.axis]),
+                                                     pending.request, std::move(*progress.refusal)});
+    }
+    return true;
+  });
+}
+
+void AxisDoor::watch_leaving() {
+  std::erase_if(leaving_, [this](const std::string& caller) {
+    const auto his = [&](const Pending& pending) { return pending.caller == caller; };
+    if (std::any_of(pending_.begin(), pending_.end(), his)) return false;
+    authority_.release_all(caller);
+    return true;
+  });
+}
+
+}  // namespace driveline::runtime

@@ -1,0 +1,68 @@
+#include "axes/request_check.hpp"
+
+#include <cmath>
+#include <string_view>
+
+namespace driveline::runtime {
+namespace {
+
+using ecat_master::AxisCommand;
+using Why = AxisRefusal::Why;
+
+AxisRefusal not_a_number(std::string_view quantity) {
+  AxisRefusal refusal;
+  refusal.why = Why::kNotANumber;
+  refusal.quantity = quantity;
+  return refusal;
+}
+
+/// A quantity with its range.
+struct Ranged {
+  std::string_view quantity;
+  std::string_view per;
+  double value;
+  double lowest;
+  double highest;
+};
+
+std::optional<AxisRefusal> check(const Ranged& ranged) {
+  if (!std::isfinite(ranged.value)) return not_a_number(ranged.quantity);
+  if (ranged.value >= ranged.lowest && ranged.value <= ranged.highest) return std::nullopt;
+  AxisRefusal refusal;
+  refusal.why = Why::kOutside;
+  refusal.quantity = ranged.quantity;
+  refusal.per = ranged.per;
+  refusal.value = ranged.value;
+  refusal.lowest = ranged.lowest;
+  refusal.highest = ranged.highest;
+  return refusal;
+}
+
+std::optional<AxisRefusal> check_target(const ecat_master::AxisConfig& axis, const ecat_master::AxisRequest& request) {
+  constexpr double kHighestOverride = 2.0;
+  const double fastest = axis.limits.max_velocity;
+  switch (request.command) {
+    case AxisCommand::kMoveVelocity:
+      return check({"velocity", "/s", request.target, -fastest, fastest});
+    case AxisCommand::kSetOverride:
+      return check({"override", "-", request.target, 0.0, kHighestOverride});
+    default:
+      if (!std::isfinite(request.target)) return not_a_number("target");
+      return std::nullopt;
+  }
+}
+
+}  // namespace
+
+std::optional<AxisRefusal> check_request(const ecat_master::AxisConfig& axis, const ecat_master::AxisRequest& request) {
+  if (auto wrong = check_target(axis, request)) return wrong;
+  const auto& limits = axis.limits;
+  if (auto wrong = check({"velocity", "/s", request.velocity, 0.0, limits.max_velocity})) return wrong;
+  if (!std::isfinite(request.jerk) || request.jerk < 0.0) return not_a_number("jerk");
+  // Of a torque it is torque per second.
+  if (request.command == AxisCommand::kTorque) return std::nullopt;
+  if (auto wrong = check({"acceleration", "/s^2", request.acceleration, 0.0, limits.max_acceleration})) return wrong;
+  return check({"deceleration", "/s^2", request.deceleration, 0.0, limits.max_acceleration});
+}
+
+}  // namespace driveline::runtime

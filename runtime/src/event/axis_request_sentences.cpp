@@ -1,0 +1,163 @@
+// Requests to single axes in words.
+#include <fmt/format.h>
+
+#include "driveline/ecat_master/cia402/error_code.hpp"
+#include "event/event_sentence.hpp"
+
+namespace driveline::runtime {
+namespace {
+
+using ecat_master::AxisCommand;
+using ecat_master::AxisError;
+using ecat_master::AxisRequest;
+using ecat_master::BufferMode;
+using Why = AxisRefusal::Why;
+
+std::string length(const events::EventAxis& axis, double value, std::string_view per = "") {
+  return fmt::format("{:.6g} {}{}", axis.unit.from_si(value), axis.unit.name, per);
+}
+
+std::string_view torque_unit(const events::EventAxis& axis) {
+  return axis.unit.kind == trajectory::AxisKind::kLinear ? "N" : "Nm";
+}
+
+std::string_view mode_name(std::int8_t mode) {
+  constexpr std::string_view kNames[] = {"csp", "csv", "cst"};
+  constexpr std::int8_t kFirst = 8;
+  const auto number = static_cast<std::size_t>(mode - kFirst);
+  return mode >= kFirst && number < std::size(kNames) ? kNames[number] : "a mode that is not cyclic";
+}
+
+/// What stands behind the name of the command.
+std::string target_text(const events::EventAxis& axis, const AxisRequest& request) {
+  switch (request.command) {
+    case AxisCommand::kPower:
+      return request.on ? " on" : " off";
+    case AxisCommand::kMoveAbsolute:
+      return fmt::format(" to {}", length(axis, request.target));
+    case AxisCommand::kMoveRelative:
+    case AxisCommand::kMoveAdditive:
+    case AxisCommand::kMoveSuperimposed:
+      return fmt::format(" by {}", length(axis, request.target));
+    case AxisCommand::kMoveVelocity:
+      return fmt::format(" {}", length(axis, request.target, "/s"));
+    case AxisCommand::kTorque:
+      return fmt::format(" {:.6g} {}", request.target, torque_unit(axis));
+    case AxisCommand::kSetPosition:
+      return fmt::format(" {}", length(axis, request.target));
+    case AxisCommand::kSetOverride:
+      return fmt::format(" {:.4g} %", 100.0 * request.target);
+    case AxisCommand::kSetMode:
+      return fmt::format(" {}", mode_name(request.mode));
+    case AxisCommand::kReset:
+    case AxisCommand::kHome:
+    case AxisCommand::kStop:
+    case AxisCommand::kReleaseStop:
+    case AxisCommand::kHalt:
+    case AxisCommand::kFollow:
+      break;
+  }
+  return {};
+}
+
+/// What to do about it; empty where the reason says it all.
+std::string_view remedy(AxisError error) {
+  switch (error) {
+    case AxisError::kNotEnabled:
+      return "; enable it first";
+    case AxisError::kErrorStop:
+      return "; reset it first";
+    case AxisError::kStopping:
+      return "; release-stop withdraws it";
+    default:
+      return "";
+  }
+}
+
+std::string error_text(AxisError error, std::uint16_t code) {
+  auto text = std::string(ecat_master::to_text(error));
+  if (code != 0) text += fmt::format(" ({})", ecat_master::cia402::error_text(code));
+  return text.append(remedy(error));
+}
+
+std::string quantity_text(const events::EventAxis& axis, std::string_view per, double value) {
+  return per == "-" ? fmt::format("{:.6g}", value) : length(axis, value, per);
+}
+
+std::string reason_of(const events::EventAxis& axis, const AxisRefusal& refusal) {
+  switch (refusal.why) {
+    case Why::kNotRunning:
+      break;
+    case Why::kOwned:
+      return fmt::format("is commanded by {}", refusal.owner);
+    case Why::kMovedTogether:
+      return fmt::format("is moved by the {} of this run, together with the others; a stop is all that can be asked",
+                         refusal.owner);
+    case Why::kNotANumber:
+      return fmt::format("{} is not a number that can be", refusal.quantity);
+    case Why::kOutside:
+      return fmt::format(
+          "{} {} is not possible, {} to {} are", refusal.quantity, quantity_text(axis, refusal.per, refusal.value),
+          quantity_text(axis, refusal.per, refusal.lowest), quantity_text(axis, refusal.per, refusal.highest));
+    case Why::kTooMany:
+      return "there are more requests than the cycle can take";
+    case Why::kByAxis:
+      return error_text(refusal.error, refusal.error_code);
+  }
+  return "the line is not in operation";
+}
+
+}  // namespace
+
+std::string describe(const events::EventAxis& axis, const AxisRequest& request) {
+  auto text = fmt::format("{}{}", ecat_master::to_text(request.command), target_text(axis, request));
+  const auto add = [&](std::string_view name, double value, std::string_view per) {
+    if (value != 0.0) text += fmt::format(", {} {}", name, length(axis, value, per));
+  };
+  add("velocity", request.velocity, "/s");
+  if (request.command != AxisCommand::kTorque) add("acceleration", request.acceleration, "/s^2");
+  add("deceleration", request.deceleration, "/s^2");
+  add("jerk", request.jerk, "/s^3");
+  if (request.buffer != BufferMode::kAborting) text += fmt::format(", {}", ecat_master::to_text(request.buffer));
+  return text;
+}
+
+std::string describe(const events::EventAxis& axis, const AxisRefusal& refusal) {
+  return fmt::format("axis {}: {}", axis.name, reason_of(axis, refusal));
+}
+
+std::string EventSentence::operator()(const events::AxisRequested& facts) const {
+  const auto asked = fmt::format("{}: axis {}: {}", facts.who, facts.axis.name, describe(facts.axis, facts.request));
+  return facts.refusal ? fmt::format("{}: refused: {}", asked, reason_of(facts.axis, *facts.refusal)) : asked;
+}
+
+std::string EventSentence::operator()(const events::AxisRequestFailed& facts) const {
+  return fmt::format("{}: axis {}: {}: failed: {}", facts.who, facts.axis.name, describe(facts.axis, facts.request),
+                     reason_of(facts.axis, facts.refusal));
+}
+
+std::string EventSentence::operator()(const events::CallerRefused& facts) const {
+  return fmt::format("{}: refused: {}", facts.who, facts.reason);
+}
+
+std::string EventSentence::operator()(const events::AxisLeaseLost& facts) const {
+  if (!facts.taken_by.empty()) {
+    return fmt::format("axis {}: {} has taken it over from {}", facts.axis, facts.taken_by, facts.owner);
+  }
+  return fmt::format("axis {}: {} is not heard any more: the axis stops", facts.axis, facts.owner);
+}
+
+std::string EventSentence::operator()(const events::AxisFailed& facts) const {
+  return fmt::format("axis {}: ErrorStop: {}; it stops, the others go on", facts.axis.name,
+                     error_text(facts.error, facts.error_code));
+}
+
+std::string EventSentence::operator()(const events::AxisNotReset& facts) const {
+  return fmt::format("axis {}: was in ErrorStop at the end: {}", facts.axis.name, ecat_master::to_text(facts.error));
+}
+
+std::string EventSentence::operator()(const events::AxisRestored& facts) const {
+  return fmt::format("axis {}: reset", facts.axis);
+}
+
+}  // namespace driveline::runtime

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "driveline/ecat_master/cyclic/motion.hpp"
+#include "driveline/runtime/axes/axis_door.hpp"
+#include "driveline/runtime/config/line_config.hpp"
+#include "operation/line_motion.hpp"
+
+namespace driveline::runtime {
+
+/// Axes that move together, along a path or as a source gives their setpoints.
+class JointMotion final : public LineMotion {
+ public:
+  /// `owner`: what moves them, as `door` tells those who ask for an axis. The references must outlive this object.
+  JointMotion(std::unique_ptr<ecat_master::Motion> motion, const LineConfig& config, AxisDoor& door, std::string owner);
+
+  [[nodiscard]] ecat_master::MotionControl& control() noexcept override { return *motion_; }
+  void start() override;
+  void request_stop() override;
+  [[nodiscard]] bool off() const override { return motion_->phase() == ecat_master::MotionPhase::kIdle; }
+  [[nodiscard]] bool done() const override { return motion_->phase() == ecat_master::MotionPhase::kHolding; }
+  [[nodiscard]] bool enables() const override { return true; }
+  [[nodiscard]] events::Progress progress() const override { return {motion_->phase()}; }
+  void look(const Tell& tell) override;
+  [[nodiscard]] std::optional<events::AxesStopped> failure() override;
+
+ private:
+  [[nodiscard]] ecat_master::AxisPresence next_presence(ecat_master::AxisPresence before,
+                                                        ecat_master::AxisPresence now) const;
+  [[nodiscard]] std::optional<ecat_master::MotionFailure> motion_failure() const;
+
+  std::unique_ptr<ecat_master::Motion> motion_;
+  const LineConfig& config_;
+  AxisDoor& door_;
+  std::string owner_;
+  std::vector<ecat_master::AxisPresence> presences_;
+  bool had_power_ = false;        ///< at the last look
+  bool absence_awaited_ = false;  ///< the axes were stopped for an absence of the master that was not told yet
+};
+
+}  // namespace driveline::runtime

@@ -1,0 +1,63 @@
+#include "operation/single_motion.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace driveline::runtime {
+
+using ecat_master::AxisCommand;
+using ecat_master::AxisRequest;
+using ecat_master::PlcopenState;
+
+SingleMotion::SingleMotion(std::unique_ptr<ecat_master::SingleAxes> axes, AxisDoor& door, bool enable)
+    : axes_(std::move(axes)), door_(door), enable_(enable), failed_(axes_->axes().size()) {}
+
+void SingleMotion::start() {
+  door_.open(*axes_);
+  if (!enable_) return;
+  AxisCaller start;
+  start.name = std::string(kStartOfRun);
+  AxisRequest power;
+  power.command = AxisCommand::kPower;
+  for (std::size_t axis = 0; axis < failed_.size(); ++axis) static_cast<void>(door_.submit(start, axis, power));
+  door_.leave(start.name, false);
+}
+
+void SingleMotion::request_stop() {
+  door_.close();
+  AxisRequest power;
+  power.command = AxisCommand::kPower;
+  power.on = false;
+  for (std::size_t axis = 0; axis < failed_.size(); ++axis) switch_off_.push_back(axes_->submit(axis, power));
+}
+
+bool SingleMotion::off() const {
+  return std::all_of(switch_off_.begin(), switch_off_.end(),
+                     [this](std::uint64_t request) { return axes_->report(request).over(); });
+}
+
+void SingleMotion::look(const Tell& tell) {
+  for (std::size_t axis = 0; axis < failed_.size(); ++axis) {
+    const auto report = axes_->axis_report(axis);
+    const bool fails = report.state == PlcopenState::kErrorStop;
+    if (fails == (failed_[axis] != 0)) continue;
+    failed_[axis] = fails ? 1 : 0;
+    const auto& config = axes_->axes()[axis].config();
+    if (fails) {
+      tell(events::AxisFailed{events::event_axis(config), report.error, report.error_code}, Severity::kFault);
+    } else {
+      tell(events::AxisRestored{config.name}, Severity::kNotice);
+    }
+  }
+}
+
+void SingleMotion::judge(const Tell& tell) const {
+  for (std::size_t axis = 0; axis < failed_.size(); ++axis) {
+    const auto report = axes_->axis_report(axis);
+    if (report.state != PlcopenState::kErrorStop) continue;
+    const auto& config = axes_->axes()[axis].config();
+    tell(events::AxisNotReset{events::event_axis(config), report.error, report.error_code}, Severity::kFailure);
+  }
+}
+
+}  // namespace driveline::runtime

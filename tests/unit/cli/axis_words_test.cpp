@@ -1,0 +1,157 @@
+// Requests to axes as they are written: words, units, scripts.
+#include "axes/axis_words.hpp"
+
+#include <gmock/gmock.h>
+
+#include <numbers>
+
+#include "axes/axis_script.hpp"
+#include "axes/quantity.hpp"
+
+namespace driveline::cli {
+namespace {
+
+using ecat_master::AxisCommand;
+using ecat_master::AxisConfig;
+using ecat_master::AxisRequest;
+using ecat_master::BufferMode;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+AxisConfig rotary() {
+  AxisConfig axis;
+  axis.name = "x";
+  axis.unit = trajectory::find_position_unit("deg");
+  return axis;
+}
+
+AxisConfig linear() {
+  AxisConfig axis;
+  axis.name = "z";
+  axis.kind = trajectory::AxisKind::kLinear;
+  axis.unit = trajectory::find_position_unit("mm");
+  return axis;
+}
+
+AxisRequest read(const AxisConfig& axis, std::string_view text) {
+  const auto request = parse_axis_request(axis, split_words(text));
+  EXPECT_TRUE(request) << request.error().text;
+  return request.value_or(AxisRequest{});
+}
+
+std::string refusal(const AxisConfig& axis, std::string_view text) {
+  const auto request = parse_axis_request(axis, split_words(text));
+  EXPECT_FALSE(request) << text;
+  if (request) return {};
+  EXPECT_EQ(request.error().status, 2);
+  return request.error().text;
+}
+
+TEST(AxisWords, AreSeparatedBySpacesAndHeldTogetherByQuotes) {
+  EXPECT_THAT(split_words("  x move\t\"90 deg\"\r"), ElementsAre("x", "move", "90 deg"));
+  EXPECT_THAT(split_words(""), testing::IsEmpty());
+  EXPECT_THAT(split_words("velocity=\"30 deg/s\""), ElementsAre("velocity=30 deg/s"));
+  for (const std::string word : {"x", "90 deg", ""}) {
+    EXPECT_THAT(split_words("a " + quoted_word(word)), ElementsAre("a", word));
+  }
+}
+
+TEST(AxisWords, NumbersHaveTheUnitOfTheAxisOrTheirOwn) {
+  EXPECT_DOUBLE_EQ(read(rotary(), "move 90").target, 90.0 * kDegree);
+  EXPECT_DOUBLE_EQ(read(rotary(), "move +90deg").target, 90.0 * kDegree);
+  EXPECT_DOUBLE_EQ(read(rotary(), "move -1.5rad").target, -1.5);
+  EXPECT_DOUBLE_EQ(read(rotary(), "move \"2 rev\"").target, 4.0 * std::numbers::pi);
+  EXPECT_DOUBLE_EQ(read(linear(), "move 10").target, 0.01);
+  EXPECT_DOUBLE_EQ(read(linear(), "move 10um").target, 1e-5);
+  EXPECT_DOUBLE_EQ(read(rotary(), "jog -20rpm").target, -20.0 * 2.0 * std::numbers::pi / 60.0);
+  EXPECT_DOUBLE_EQ(read(linear(), "jog 6m/min").target, 0.1);
+  EXPECT_DOUBLE_EQ(read(rotary(), "torque 0.5Nm").target, 0.5);
+}
+
+TEST(AxisWords, SettingsBelongToMotions) {
+  const auto request =
+      read(rotary(), "move by=10 velocity=30deg/s acceleration=100deg/s^2 deceleration=50 jerk=1000 buffer=buffered");
+  EXPECT_EQ(request.command, AxisCommand::kMoveRelative);
+  EXPECT_DOUBLE_EQ(request.target, 10.0 * kDegree);
+  EXPECT_DOUBLE_EQ(request.velocity, 30.0 * kDegree);
+  EXPECT_DOUBLE_EQ(request.acceleration, 100.0 * kDegree);
+  EXPECT_DOUBLE_EQ(request.deceleration, 50.0 * kDegree);
+  EXPECT_DOUBLE_EQ(request.jerk, 1000.0 * kDegree);
+  EXPECT_EQ(request.buffer, BufferMode::kBuffered);
+  EXPECT_EQ(read(rotary(), "move add=1").command, AxisCommand::kMoveAdditive);
+  EXPECT_EQ(read(rotary(), "move superimpose=1").command, AxisCommand::kMoveSuperimposed);
+  EXPECT_THAT(refusal(rotary(), "halt velocity=3"), HasSubstr("\"velocity=\" does not belong there"));
+}
+
+TEST(AxisWords, EveryRequestHasItsWord) {
+  EXPECT_TRUE(read(rotary(), "enable").on);
+  EXPECT_FALSE(read(rotary(), "disable").on);
+  EXPECT_EQ(read(rotary(), "reset").command, AxisCommand::kReset);
+  EXPECT_EQ(read(rotary(), "home").command, AxisCommand::kHome);
+  EXPECT_EQ(read(rotary(), "stop").command, AxisCommand::kStop);
+  EXPECT_EQ(read(rotary(), "release-stop").command, AxisCommand::kReleaseStop);
+  EXPECT_EQ(read(rotary(), "halt").command, AxisCommand::kHalt);
+  EXPECT_EQ(read(rotary(), "position 0").command, AxisCommand::kSetPosition);
+  EXPECT_DOUBLE_EQ(read(rotary(), "override 50%").target, 0.5);
+  EXPECT_DOUBLE_EQ(read(rotary(), "override 1.2").target, 1.2);
+  EXPECT_EQ(read(rotary(), "mode csp").mode, 8);
+  EXPECT_EQ(read(rotary(), "mode cst").mode, 10);
+}
+
+TEST(AxisWords, WrongOnesGetASentenceWithWhatWasMeant) {
+  EXPECT_EQ(refusal(rotary(), "mvoe 90"), "axis x: it cannot \"mvoe\"; did you mean move?");
+  EXPECT_THAT(refusal(rotary(), ""), HasSubstr("what is it to do? enable, disable"));
+  EXPECT_EQ(refusal(rotary(), "move"), "axis x: move needs a position, or by=DISTANCE");
+  EXPECT_EQ(refusal(rotary(), "move far"), "position \"far\": a number is expected, as 10deg");
+  EXPECT_EQ(refusal(rotary(), "move 90mm"),
+            "position \"90mm\": axis x has no unit \"mm\" for it; deg, rad, rev are possible");
+  EXPECT_THAT(refusal(rotary(), "jog 90deg/sec"), HasSubstr("did you mean deg/s?"));
+  EXPECT_THAT(refusal(rotary(), "move nan"), HasSubstr("a number is expected"));
+  EXPECT_THAT(refusal(rotary(), "move 1e999"), HasSubstr("a number is expected"));
+  EXPECT_EQ(refusal(rotary(), "move 1 2"), "axis x: move: \"2\" was not expected");
+  EXPECT_EQ(refusal(rotary(), "enable 2"), "axis x: enable: \"2\" was not expected");
+  EXPECT_EQ(refusal(rotary(), "move 1 velocty=3"),
+            "axis x: move: \"velocty=\" does not belong there; did you mean velocity?");
+  EXPECT_EQ(refusal(rotary(), "mode csx"), "mode \"csx\": csp, csv or cst is expected; did you mean csp?");
+  EXPECT_THAT(refusal(rotary(), "move 1 buffer=buferred"), HasSubstr("did you mean buffered?"));
+}
+
+TEST(AxisWords, TimesAndAxes) {
+  using std::chrono::milliseconds;
+  EXPECT_EQ(parse_time("2s", "--for").value(), milliseconds{2000});
+  EXPECT_EQ(parse_time("500ms", "--for").value(), milliseconds{500});
+  EXPECT_EQ(parse_time("0.5", "--for").value(), milliseconds{500});
+  for (const auto* wrong : {"", "-1s", "2h", "soon", "1e9"}) {
+    const auto time = parse_time(wrong, "--for");
+    ASSERT_FALSE(time) << wrong;
+    EXPECT_THAT(time.error().text, HasSubstr("a time such as 2s or 500ms is expected"));
+  }
+  const std::vector<AxisConfig> axes{rotary(), linear()};
+  EXPECT_THAT(find_axes(axes, "all").value(), ElementsAre(0U, 1U));
+  EXPECT_THAT(find_axes(axes, "z").value(), ElementsAre(1U));
+  const auto none = find_axes(axes, "y");
+  ASSERT_FALSE(none);
+  EXPECT_THAT(none.error().text, HasSubstr("there is no axis \"y\"; the line has x, z"));
+  EXPECT_FALSE(find_axes({}, "all"));
+}
+
+TEST(AxisScript, ErrorsHaveFileAndLine) {
+  const std::vector<AxisConfig> axes{rotary(), linear()};
+  const auto wrong = [&](std::string_view text) {
+    const auto script = AxisScript::parse(text, "moves.txt", axes);
+    EXPECT_FALSE(script);
+    return script ? std::string{} : script.error().text;
+  };
+  EXPECT_THAT(wrong("x move 90\n# far\n\ny move 90\n"), HasSubstr("moves.txt:4: there is no axis \"y\""));
+  EXPECT_THAT(wrong("x move 90mm"), HasSubstr("moves.txt:1: position \"90mm\""));
+  EXPECT_THAT(wrong("sleep long"), HasSubstr("moves.txt:1: sleep \"long\""));
+  EXPECT_THAT(wrong("wait"), HasSubstr("moves.txt:1: "));
+  EXPECT_EQ(wrong("# nothing\n"), "moves.txt: there is no request in it");
+  EXPECT_TRUE(AxisScript::parse("all enable\nwait all # here\nx move 90; \n", "m", axes).error().status == 2);
+  EXPECT_TRUE(AxisScript::parse("all enable\r\nwait all # here\nsleep 20ms", "m", axes));
+}
+
+}  // namespace
+}  // namespace driveline::cli

@@ -1,0 +1,97 @@
+// Who may command an axis.
+#include "driveline/runtime/axes/axis_authority.hpp"
+
+#include <gmock/gmock.h>
+
+namespace driveline::runtime {
+namespace {
+
+using std::chrono::nanoseconds;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+LeaseTerms terms(std::string owner, std::optional<nanoseconds> until = std::nullopt) {
+  LeaseTerms terms;
+  terms.owner = std::move(owner);
+  terms.until = until;
+  return terms;
+}
+
+TEST(AxisAuthority, OneAtATime) {
+  AxisAuthority authority(2);
+  EXPECT_EQ(authority.owner_of(0), "");
+  ASSERT_TRUE(authority.take(0, terms("hand")));
+  const auto refused = authority.take(0, terms("stream"));
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().owner, "hand");
+  EXPECT_FALSE(refused.error().firm);
+  EXPECT_TRUE(authority.take(0, terms("hand"))) << "his own again";
+  EXPECT_TRUE(authority.take(1, terms("stream"))) << "each axis by itself";
+  EXPECT_TRUE(authority.holds(0, "hand"));
+  EXPECT_FALSE(authority.holds(0, "stream"));
+}
+
+TEST(AxisAuthority, WhatIsGivenBackCanBeHad) {
+  AxisAuthority authority(3);
+  ASSERT_TRUE(authority.take(0, terms("hand")));
+  ASSERT_TRUE(authority.take(2, terms("hand")));
+  authority.release(0, "stream");
+  EXPECT_EQ(authority.owner_of(0), "hand") << "nobody gives away what is another's";
+  authority.release(0, "hand");
+  EXPECT_TRUE(authority.take(0, terms("stream")));
+  EXPECT_THAT(authority.release_all("hand"), ElementsAre(2U));
+  EXPECT_THAT(authority.losses(nanoseconds{0}), IsEmpty()) << "what is given back is not lost";
+}
+
+TEST(AxisAuthority, WhoLosesItToAnotherIsToldOnce) {
+  AxisAuthority authority(1);
+  ASSERT_TRUE(authority.take(0, terms("stream")));
+  auto takes_over = terms("hand");
+  takes_over.take_over = true;
+  ASSERT_TRUE(authority.take(0, takes_over));
+  const auto lost = authority.losses(nanoseconds{0});
+  ASSERT_EQ(lost.size(), 1U);
+  EXPECT_EQ(lost[0].owner, "stream");
+  EXPECT_EQ(lost[0].taken_by, "hand");
+  EXPECT_THAT(authority.losses(nanoseconds{0}), IsEmpty());
+  ASSERT_TRUE(authority.take(0, takes_over));
+  EXPECT_THAT(authority.losses(nanoseconds{0}), IsEmpty()) << "nobody loses an axis to himself";
+}
+
+TEST(AxisAuthority, NobodyTakesOverFromWhatMovesTheAxesForGood) {
+  AxisAuthority authority(1);
+  auto path = terms("path");
+  path.firm = true;
+  ASSERT_TRUE(authority.take(0, path));
+  auto takes_over = terms("hand");
+  takes_over.take_over = true;
+  const auto refused = authority.take(0, takes_over);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().owner, "path");
+  EXPECT_TRUE(refused.error().firm);
+}
+
+TEST(AxisAuthority, LeaseThatIsNotProlongedEnds) {
+  AxisAuthority authority(2);
+  ASSERT_TRUE(authority.take(0, terms("hand", nanoseconds{100})));
+  ASSERT_TRUE(authority.take(1, terms("stream")));
+  EXPECT_THAT(authority.losses(nanoseconds{99}), IsEmpty());
+  authority.prolong("hand", nanoseconds{200});
+  EXPECT_THAT(authority.losses(nanoseconds{199}), IsEmpty());
+  ASSERT_TRUE(authority.take(0, terms("hand", nanoseconds{100})));
+  authority.prolong("hand", std::nullopt);
+  EXPECT_THAT(authority.losses(nanoseconds{1'000}), IsEmpty()) << "no end any more";
+  ASSERT_TRUE(authority.take(0, terms("hand", nanoseconds{200})));
+  const auto lost = authority.losses(nanoseconds{200});
+  ASSERT_EQ(lost.size(), 1U);
+  EXPECT_EQ(lost[0].axis, 0U);
+  EXPECT_EQ(lost[0].owner, "hand");
+  EXPECT_EQ(lost[0].taken_by, "");
+  EXPECT_TRUE(authority.take(0, terms("other")));
+  authority.prolong("hand", nanoseconds{300});
+  EXPECT_EQ(authority.owner_of(0), "other");
+  EXPECT_EQ(authority.owner_of(1), "stream") << "without an end it goes on";
+}
+
+}  // namespace
+}  // namespace driveline::runtime

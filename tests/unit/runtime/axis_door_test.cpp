@@ -1,0 +1,360 @@
+// Requests to the axes of a line: who may ask, what is refused, what becomes of those who are not heard any more.
+#include "driveline/runtime/axes/axis_door.hpp"
+
+#include <gmock/gmock.h>
+
+#include <limits>
+#include <numbers>
+
+#include "driveline/runtime/line.hpp"
+#include "failure_of.hpp"
+#include "support/temporary_directory.hpp"
+
+namespace driveline::runtime {
+namespace {
+
+using ecat_master::AxisCommand;
+using ecat_master::AxisConfig;
+using ecat_master::AxisRequest;
+using ecat_master::PlcopenState;
+using ecat_master::RequestPhase;
+using std::chrono::milliseconds;
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+AxisRequest ask(AxisCommand command, double target = 0.0) {
+  AxisRequest request;
+  request.command = command;
+  request.target = target;
+  return request;
+}
+
+AxisCaller caller(std::string name, std::optional<std::chrono::nanoseconds> keep_alive = std::nullopt) {
+  AxisCaller caller;
+  caller.name = std::move(name);
+  caller.keep_alive = keep_alive;
+  return caller;
+}
+
+/// A door before two axes in degrees whose cycle does not run: what is asked of them waits.
+class AxisDoorTest : public testing::Test {
+ protected:
+  AxisDoorTest() {
+    std::vector<ecat_master::Axis> made;
+    for (const auto& config : configs) {
+      made.emplace_back(config, ecat_master::ProcessDataPlace{}, ecat_master::axis_pdo_configuration());
+    }
+    single.emplace(std::move(made), ecat_master::SingleAxes::Settings{});
+  }
+  static AxisConfig config(const std::string& name, std::size_t slave) {
+    AxisConfig axis;
+    axis.name = name;
+    axis.slave = slave;
+    axis.limits = {10.0, 100.0};
+    axis.unit = trajectory::find_position_unit("deg");
+    return axis;
+  }
+  /// The sentences since the last time.
+  std::vector<std::string> told() {
+    std::vector<std::string> sentences;
+    for (auto& facts : door.take_events()) sentences.push_back(describe(Event{std::move(facts)}));
+    return sentences;
+  }
+  std::string refusal(const AxisCaller& who, std::size_t axis, const AxisRequest& request) {
+    const auto submitted = door.submit(who, axis, request);
+    return submitted ? "" : describe(events::event_axis(configs[axis]), submitted.error());
+  }
+
+  std::vector<AxisConfig> configs{config("x", 0), config("y", 1)};
+  rt::VirtualClock clock;
+  int stops = 0;
+  AxisDoor door{configs, clock, [this] { ++stops; }};
+  std::optional<ecat_master::SingleAxes> single;
+};
+
+TEST_F(AxisDoorTest, IsClosedUntilTheLineIsInOperation) {
+  EXPECT_EQ(refusal(caller("hand"), 0, ask(AxisCommand::kHalt)), "axis x: the line is not in operation");
+  door.open(*single);
+  EXPECT_EQ(refusal(caller("hand"), 0, ask(AxisCommand::kHalt)), "");
+  door.close();
+  EXPECT_EQ(refusal(caller("hand"), 0, ask(AxisCommand::kHalt)), "axis x: the line is not in operation");
+  EXPECT_FALSE(door.status(0).report);
+}
+
+TEST_F(AxisDoorTest, FindsAxesByName) {
+  EXPECT_EQ(door.find("y"), 1U);
+  EXPECT_FALSE(door.find("z"));
+}
+
+TEST_F(AxisDoorTest, RefusesNumbersThatCannotBeInTheUnitOfTheAxis) {
+  door.open(*single);
+  const auto who = caller("hand");
+  auto fast = ask(AxisCommand::kMoveAbsolute, 1.0);
+  fast.velocity = 20.0;
+  EXPECT_EQ(refusal(who, 0, fast), "axis x: velocity 1145.92 deg/s is not possible, 0 deg/s to 572.958 deg/s are");
+  EXPECT_EQ(refusal(who, 0, ask(AxisCommand::kMoveVelocity, -20.0)),
+            "axis x: velocity -1145.92 deg/s is not possible, -572.958 deg/s to 572.958 deg/s are");
+  EXPECT_EQ(refusal(who, 0, ask(AxisCommand::kSetOverride, 3.0)), "axis x: override 3 is not possible, 0 to 2 are");
+  EXPECT_EQ(refusal(who, 0, ask(AxisCommand::kMoveAbsolute, std::numeric_limits<double>::quiet_NaN())),
+            "axis x: target is not a number that can be");
+  auto backwards = ask(AxisCommand::kMoveAbsolute, 1.0);
+  backwards.acceleration = -1.0;
+  EXPECT_THAT(refusal(who, 0, backwards), HasSubstr("acceleration -57.2958 deg/s^2 is not possible"));
+  EXPECT_EQ(door.authority().owner_of(0), "") << "what is refused takes no axis";
+}
+
+TEST_F(AxisDoorTest, OneCommandsAndEverybodyMayStop) {
+  door.open(*single);
+  EXPECT_EQ(refusal(caller("hand"), 0, ask(AxisCommand::kMoveRelative, std::numbers::pi / 2)), "");
+  EXPECT_EQ(refusal(caller("stream"), 0, ask(AxisCommand::kMoveRelative, 1.0)), "axis x: is commanded by hand");
+  EXPECT_EQ(refusal(caller("stream"), 0, ask(AxisCommand::kHalt)), "");
+  EXPECT_EQ(refusal(caller("stream"), 0, ask(AxisCommand::kStop)), "");
+  EXPECT_EQ(door.status(0).owner, "hand") << "who stops an axis does not command it";
+  EXPECT_THAT(told(), ElementsAre("hand: axis x: move_relative by 90 deg",
+                                  "stream: axis x: move_relative by 57.2958 deg: refused: is commanded by hand",
+                                  "stream: axis x: halt", "stream: axis x: stop"))
+      << "each command is told, with who gave it";
+}
+
+TEST_F(AxisDoorTest, TakingOverIsToldToWhomItConcerns) {
+  door.open(*single);
+  ASSERT_EQ(refusal(caller("stream"), 0, ask(AxisCommand::kMoveRelative, 1.0)), "");
+  auto hand = caller("hand");
+  hand.take_over = true;
+  ASSERT_EQ(refusal(hand, 0, ask(AxisCommand::kMoveRelative, 1.0)), "");
+  static_cast<void>(told());
+  door.watch();
+  EXPECT_THAT(told(), ElementsAre("axis x: hand has taken it over from stream"));
+  EXPECT_EQ(door.status(0).owner, "hand");
+}
+
+TEST_F(AxisDoorTest, WhoIsNotHeardAnyMoreLosesHisAxes) {
+  door.open(*single);
+  const auto hand = caller("hand", milliseconds{500});
+  ASSERT_EQ(refusal(hand, 0, ask(AxisCommand::kMoveVelocity, 1.0)), "");
+  static_cast<void>(told());
+  clock.advance(milliseconds{400});
+  door.keep_alive(hand);
+  clock.advance(milliseconds{400});
+  door.watch();
+  EXPECT_THAT(told(), IsEmpty());
+  clock.advance(milliseconds{100});
+  door.watch();
+  EXPECT_THAT(told(), ElementsAre("axis x: hand is not heard any more: the axis stops"));
+  EXPECT_EQ(door.status(0).owner, "");
+}
+
+TEST_F(AxisDoorTest, WhoLeavesHisRequestsKeepsTheAxisUntilTheyAreOver) {
+  door.open(*single);
+  const auto hand = caller("hand", milliseconds{500});
+  ASSERT_EQ(refusal(hand, 0, ask(AxisCommand::kMoveRelative, 1.0)), "");
+  door.leave("hand", false);
+  clock.advance(milliseconds{5000});
+  door.watch();
+  EXPECT_EQ(door.status(0).owner, "hand");
+  EXPECT_THAT(refusal(caller("other"), 0, ask(AxisCommand::kMoveRelative, 1.0)), HasSubstr("commanded by hand"));
+}
+
+TEST_F(AxisDoorTest, WhoGoesGivesHisAxesBack) {
+  door.open(*single);
+  ASSERT_EQ(refusal(caller("hand"), 0, ask(AxisCommand::kMoveRelative, 1.0)), "");
+  ASSERT_EQ(refusal(caller("hand"), 1, ask(AxisCommand::kPower)), "");
+  door.release("hand", 0);
+  EXPECT_EQ(door.status(0).owner, "");
+  door.leave("hand", true);
+  EXPECT_EQ(door.status(1).owner, "");
+}
+
+TEST_F(AxisDoorTest, AxesThatAPathMovesAreNotToBeHadButStop) {
+  door.occupy("path");
+  auto hand = caller("hand");
+  hand.take_over = true;
+  EXPECT_EQ(refusal(hand, 1, ask(AxisCommand::kMoveRelative, 1.0)),
+            "axis y: is moved by the path of this run, together with the others; a stop is all that can be asked");
+  EXPECT_EQ(stops, 0);
+  const auto stopped = door.submit(hand, 1, ask(AxisCommand::kHalt));
+  ASSERT_TRUE(stopped);
+  EXPECT_EQ(stops, 1);
+  EXPECT_TRUE(door.progress(1, *stopped).report.over());
+}
+
+/// Watches a line, and does something at each look until it says that it is done.
+class Hand final : public Observer {
+ public:
+  void event(const Event& event) override { told.push_back(describe(event)); }
+  void look() override {
+    if (on_look) on_look();
+  }
+  std::vector<std::string> told;
+  std::function<void()> on_look;
+};
+
+class LineByHand : public test::TemporaryDirectory {
+ protected:
+  void open(const std::string& more = "") {
+    std::string text = "[line]\ncycle_us = 1000\n";
+    for (const auto* name : {"x", "y"}) text += std::string("[[slave]]\nname = \"") + name + "\"\n";
+    for (const auto* name : {"x", "y"}) {
+      text += std::string("[[axis]]\nname = \"") + name +
+              "\"\nunit = \"deg\"\nmax_velocity = 720\nmax_acceleration = 7200\n";
+    }
+    const auto config = parse_line_config(text + more, directory / "line.toml");
+    ASSERT_TRUE(config) << describe(config.error());
+    Line::Options options;
+    options.virtual_time = true;
+    options.adjust = [this](LineConfig& read) -> Result<void> {
+      read.output.directory = directory / "out";
+      return {};
+    };
+    auto opened = Line::from_config(*config, options);
+    ASSERT_TRUE(opened) << describe(opened.error());
+    line = std::move(*opened);
+    line->observe(hand);
+  }
+  [[nodiscard]] PlcopenState state(std::size_t axis) { return line->axes().status(axis).report->state; }
+  [[nodiscard]] bool over(std::size_t axis, std::uint64_t request) {
+    return line->axes().progress(axis, request).report.over();
+  }
+  RunReport run(bool enable = true) {
+    Line::RunSettings settings;
+    settings.duration_s = 10.0;
+    settings.enable = enable;
+    auto report = line->run(settings);
+    EXPECT_TRUE(report) << describe(report.error());
+    return report ? std::move(*report) : RunReport{};
+  }
+
+  std::unique_ptr<Line> line;
+  Hand hand;
+};
+
+TEST_F(LineByHand, MovesOneAxisWhileTheOtherHoldsItsPlace) {
+  open();
+  std::uint64_t request = 0;
+  double from = 0.0;
+  double to = 0.0;
+  double other = 0.0;
+  hand.on_look = [&] {
+    auto& axes = line->axes();
+    if (request == 0 && state(0) == PlcopenState::kStandstill && axes.status(0).owner.empty()) {
+      from = axes.status(0).report->position;
+      other = axes.status(1).report->position;
+      request = axes.submit(caller("hand"), 0, ask(AxisCommand::kMoveRelative, 1.5)).value();
+    }
+    if (request == 0 || !over(0, request)) return;
+    to = axes.status(0).report->position;
+    other -= axes.status(1).report->position;
+    line->request_stop();
+  };
+  const auto report = run();
+  EXPECT_EQ(failure_of(report), "");
+  EXPECT_LT(report.duration_s, 5.0);
+  EXPECT_NEAR(to - from, 1.5, 0.01);
+  EXPECT_NEAR(other, 0.0, 0.01);
+  EXPECT_THAT(hand.told, Contains("hand: axis x: move_relative by 85.9437 deg"));
+  EXPECT_THAT(hand.told, Contains("there is no [path]: the axes are enabled and hold the place where they stand"));
+  EXPECT_EQ(hand.told.back(), "all in INIT");
+}
+
+TEST_F(LineByHand, AxesStayOffUntilTheyAreAskedFor) {
+  open();
+  int looks = 0;
+  std::uint64_t request = 0;
+  hand.on_look = [&] {
+    ++looks;
+    if (looks == 50) {
+      EXPECT_EQ(state(0), PlcopenState::kDisabled);
+      request = line->axes().submit(caller("hand"), 0, ask(AxisCommand::kPower)).value();
+    }
+    if (request == 0 || !over(0, request)) return;
+    EXPECT_EQ(state(0), PlcopenState::kStandstill);
+    EXPECT_EQ(state(1), PlcopenState::kDisabled);
+    line->request_stop();
+  };
+  const auto report = run(false);
+  EXPECT_EQ(failure_of(report), "") << "nobody wanted the other one";
+  EXPECT_GT(looks, 50);
+}
+
+TEST_F(LineByHand, WhoDiesWhileAnAxisMovesStopsIt) {
+  open();
+  int moving = 0;
+  bool left = false;
+  hand.on_look = [&] {
+    auto& axes = line->axes();
+    if (moving == 0 && (state(0) != PlcopenState::kStandstill || !axes.status(0).owner.empty())) return;
+    if (moving++ == 0) static_cast<void>(axes.submit(caller("hand"), 0, ask(AxisCommand::kMoveVelocity, 3.0)));
+    if (moving == 20) {
+      EXPECT_EQ(state(0), PlcopenState::kContinuousMotion);
+      axes.leave("hand", true);
+      left = true;
+    }
+    if (!left || state(0) != PlcopenState::kStandstill) return;
+    EXPECT_NEAR(axes.status(0).report->velocity, 0.0, 0.2);
+    EXPECT_EQ(axes.status(0).owner, "");
+    line->request_stop();
+  };
+  const auto report = run();
+  EXPECT_EQ(failure_of(report), "");
+  EXPECT_TRUE(left);
+  EXPECT_LT(report.duration_s, 5.0) << "it has come to rest";
+}
+
+TEST_F(LineByHand, RequestThatTheAxisRefusesIsToldWithWhatToDo) {
+  open();
+  int looks = 0;
+  hand.on_look = [&] {
+    ++looks;
+    if (looks == 10) static_cast<void>(line->axes().submit(caller("hand"), 0, ask(AxisCommand::kMoveRelative, 1.0)));
+    if (looks == 20) line->request_stop();
+  };
+  const auto report = run(false);
+  EXPECT_THAT(hand.told,
+              Contains("hand: axis x: move_relative by 57.2958 deg: failed: the axis is not enabled; enable it "
+                       "first"));
+  EXPECT_EQ(failure_of(report), "") << "the line is well";
+}
+
+TEST_F(LineByHand, AxisThatFailsLeavesTheOthersAloneAndTheReportTells) {
+  open("[recovery]\naxes = \"continue\"\n[[fault]]\nat_ms = 3000\nkind = \"power-off\"\nslave = \"y\"\nfor_ms = 500\n");
+  int failed = 0;
+  hand.on_look = [&] {
+    if (state(1) != PlcopenState::kErrorStop) return;
+    ++failed;
+    EXPECT_EQ(state(0), PlcopenState::kStandstill);
+  };
+  const auto report = run();
+  EXPECT_GT(failed, 0);
+  EXPECT_GE(report.duration_s, 10.0) << "the run goes on";
+  EXPECT_THAT(hand.told, Contains("axis y: ErrorStop: the drive is not there, or has left Operation enabled; it stops, "
+                                  "the others go on"));
+  EXPECT_EQ(failure_of(report),
+            "axis y: was in ErrorStop at the end: the drive is not there, or has left Operation enabled");
+  EXPECT_THAT(hand.told, Contains("all in INIT"));
+}
+
+TEST_F(LineByHand, NobodyMovesTheAxesOfAPath) {
+  write(directory / "path.csv", "time[s],x[deg],y[deg]\n0,0,0\n1,30,30\n2,0,0\n");
+  open("[path]\nfile = \"path.csv\"\nrelative = true\n");
+  std::vector<std::string> refusals;
+  int looks = 0;
+  hand.on_look = [&] {
+    auto& axes = line->axes();
+    // The first look is before anything moves.
+    if (axes.status(0).owner.empty()) return;
+    EXPECT_EQ(axes.status(0).owner, "path");
+    const auto taken = axes.submit(caller("hand"), 0, ask(AxisCommand::kMoveRelative, 1.0));
+    ASSERT_FALSE(taken);
+    EXPECT_EQ(taken.error().owner, "path");
+    if (++looks == 30) static_cast<void>(axes.submit(caller("hand"), 0, ask(AxisCommand::kStop)));
+  };
+  const auto report = run();
+  EXPECT_EQ(failure_of(report), "");
+  EXPECT_EQ(looks, 30) << "a stop ends the run in order";
+  EXPECT_THAT(hand.told, Contains("stop requested: taking the line down"));
+}
+
+}  // namespace
+}  // namespace driveline::runtime
