@@ -1,8 +1,11 @@
-// A program of its own that moves two axes of a running line: sines at 1 kHz, through shared memory. It needs the
-// headers of the stream and links nothing (share/driveline/stream_client of the installation).
+// A program of its own that moves two axes of a running line: sines at 1 kHz, or as many setpoints per second as it is
+// told, through shared memory. It needs the headers of the stream and links nothing (share/driveline/stream_client of
+// the installation).
 //   driveline run --config stream.toml              in one terminal: the axes wait
-//   10_stream_client stream.sock x y 5              in another one: five seconds of it
+//   10_stream_client /tmp/driveline-stream.sock x y 5        in another one: five seconds of it
+//   10_stream_client /tmp/driveline-stream.sock x y 5 8000
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -20,7 +23,7 @@ using namespace std::chrono_literals;
 
 namespace {
 
-constexpr auto kStep = 1ms;         // from one setpoint to the next
+constexpr auto kPause = 1ms;        // until it looks again
 constexpr auto kLead = 8ms;         // how far the setpoints are ahead of the line: what this program may be late
 constexpr double kSwing = 0.5;      // rad
 constexpr double kFrequency = 0.5;  // Hz
@@ -44,7 +47,7 @@ std::optional<stream::StatusRecord> wait_for_power(stream::Client& client) {
 }  // namespace
 
 int main(int count, char** arguments) {
-  if (count != 5) return fail("usage: 10_stream_client SOCKET AXIS AXIS SECONDS");
+  if (count < 5 || count > 6) return fail("usage: 10_stream_client SOCKET AXIS AXIS SECONDS [SETPOINTS-PER-SECOND]");
   auto connected =
       stream::Client::connect(arguments[1], {.name = "sine", .axes = {arguments[2], arguments[3]}, .power = true});
   if (const auto* refusal = std::get_if<std::string>(&connected)) return fail(*refusal);
@@ -53,6 +56,7 @@ int main(int count, char** arguments) {
   if (!begin) return fail("the axes are not switched on");
 
   const auto duration = std::chrono::duration<double>(std::atof(arguments[4]));
+  const auto step = std::chrono::nanoseconds{1s} / std::clamp(count == 6 ? std::atoi(arguments[5]) : 1000, 10, 8000);
   const double omega = 2.0 * std::numbers::pi * kFrequency;
   for (std::chrono::nanoseconds time{0}; time < duration;) {
     const auto status = client.status();
@@ -60,7 +64,7 @@ int main(int count, char** arguments) {
     // The line says where it is on our time axis: so nothing drifts, whatever the clocks do.
     const bool streaming = status->state == stream::SessionState::kStreaming;
     const std::chrono::nanoseconds now{streaming ? status->stream_ns : status->newest_ns};
-    for (; time - now < kLead && time < duration; time += kStep) {
+    for (; time - now < kLead && time < duration; time += step) {
       const double angle = omega * std::chrono::duration<double>(time).count();
       const double way = kSwing * (1.0 - std::cos(angle));
       const double velocity = kSwing * omega * std::sin(angle);
@@ -68,7 +72,7 @@ int main(int count, char** arguments) {
                                             {begin->axes[1].setpoint - way, -velocity}};
       if (!client.send(time, targets)) break;
     }
-    std::this_thread::sleep_for(kStep);
+    std::this_thread::sleep_for(kPause);
   }
   client.end();
   for (int i = 0; i < 2000 && client.connected(); ++i, std::this_thread::sleep_for(1ms)) {
@@ -76,6 +80,7 @@ int main(int count, char** arguments) {
   }
   const auto status = client.status();
   if (!status) return fail("the line has said nothing");
+  if (status->state != stream::SessionState::kOver) return fail("the line is gone");
   std::printf("%llu setpoints taken, %llu late, used up %llu times; %s\n",
               static_cast<unsigned long long>(status->taken),
               static_cast<unsigned long long>(status->count(stream::Refusal::kLate)),

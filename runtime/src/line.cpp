@@ -19,7 +19,8 @@ BusOptions bus_of(const Line::Options& options) {
 }  // namespace
 
 Line::Line(std::unique_ptr<Session> session, std::optional<trajectory::Interpolator> path)
-    : session_(std::move(session)), path_(std::move(path)),
+    : session_(std::move(session)),
+      path_(std::move(path)),
       tasks_(std::make_unique<LineTasks>()),
       door_(session_->config().axes, clock_, [this] { request_stop(); }) {}
 
@@ -87,8 +88,8 @@ Result<RunReport> Line::run(const RunSettings& settings) {
   if (run_) return fail(ErrorKind::kCall, "the line has run before; each run takes a line of its own");
   if (auto claimed = claim(settings.force); !claimed) return tl::unexpected(claimed.error());
   run_ = std::make_unique<LineRun>(
-      *session_, LineRun::Settings{std::move(path_), source_, &door_, settings.enable, tasks_.get(), settings.duration_s, settings.force,
-                                   consumers_, observer_, &stop_});
+      *session_, LineRun::Settings{std::move(path_), source_, &door_, settings.enable, tasks_.get(),
+                                   settings.duration_s, settings.force, consumers_, observer_, &stop_});
   auto report = run_->execute();
   if (report) {
     finish_capture(*report);

@@ -2,7 +2,9 @@
 // it dies, the drives demand nothing beyond the limits of their axes.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <memory>
@@ -10,6 +12,7 @@
 #include <optional>
 #include <random>
 #include <span>
+#include <string>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -19,6 +22,7 @@
 #include "driveline/rt/shared_broadcast.hpp"
 #include "driveline/rt/shared_mapping.hpp"
 #include "driveline/rt/shared_ring.hpp"
+#include "driveline/runtime/axes/axis_authority.hpp"
 #include "driveline/stream/records.hpp"
 #include "fault_ports.hpp"
 #include "stream/single_axes_door.hpp"
@@ -47,6 +51,7 @@ class LateDoor final : public runtime::StreamAxes {
   void lead_to(ecat_master::SingleAxes& axes) { door_.emplace(axes); }
   [[nodiscard]] View view(std::size_t axis) const noexcept override { return door_->view(axis); }
   void follow(std::size_t axis) noexcept override { door_->follow(axis); }
+  void halt(std::size_t axis) noexcept override { door_->halt(axis); }
   void power_on(std::size_t axis) noexcept override { door_->power_on(axis); }
 
  private:
@@ -105,7 +110,8 @@ class FarEnd {
 class StreamLine {
  public:
   explicit StreamLine(std::size_t axes = 2)
-      : hub(door, axes),
+      : authority(axes),
+        hub(door, axes),
         options(stream_options(hub)),
         drives(axes),
         port(drives.line(), LossyPort::Way::kBack, [this](auto, auto) { return lose; }),
@@ -142,17 +148,37 @@ class StreamLine {
   [[nodiscard]] PlcopenState state(std::size_t axis) { return operation.single_axes().axis_report(axis).state; }
   [[nodiscard]] double setpoint(std::size_t axis) { return operation.single_axes().axis_report(axis).setpoint; }
 
-  /// Lets a client in, and switches its axes on.
-  void let_in(std::size_t axes, trajectory::StreamMethod method = trajectory::StreamMethod::kHermite) {
+  /// Somebody commands an axis from now on, whoever did up to now. The number of the lease.
+  std::uint64_t take_over(std::size_t axis, const std::string& owner) {
+    runtime::LeaseTerms terms;
+    terms.owner = owner;
+    terms.take_over = true;
+    return authority.take(axis, terms).value();
+  }
+  void ask(std::size_t axis, AxisCommand command, double target = 0.0) {
+    ecat_master::AxisRequest request;
+    request.command = command;
+    request.target = target;
+    ASSERT_NE(operation.single_axes().submit(axis, request), 0U);
+  }
+  /// Lets a client in that takes its axes over from whoever has them.
+  void admit(std::size_t axes, trajectory::StreamMethod method) {
     std::vector<StreamSession::Member> members;
-    for (std::size_t i = 0; i < axes; ++i)
-      members.push_back({i, runtime::stream_bounds(LineOperation::axis(i, options))});
-    auto made =
-        StreamSession::make(std::move(members), true, {.method = method, .keep_alive = kKeepAlive}, kStreamPeriod);
+    for (std::size_t i = 0; i < axes; ++i) {
+      const bool moved = !authority.owner_of(i).empty();
+      members.push_back({i, runtime::stream_bounds(LineOperation::axis(i, options)), take_over(i, "stream"), moved});
+    }
+    auto made = StreamSession::make(std::move(members), true, {.method = method, .keep_alive = kKeepAlive},
+                                    kStreamPeriod, authority);
     ASSERT_TRUE(made);
     session = std::move(*made);
     ASSERT_TRUE(hub.add(*session));
     client.emplace(*session);
+    streamed = 0;
+  }
+  /// Lets a client in, and switches its axes on.
+  void let_in(std::size_t axes, trajectory::StreamMethod method = trajectory::StreamMethod::kHermite) {
+    admit(axes, method);
     for (int i = 0; i < 8000; ++i) {
       client->say(stream::RecordKind::kHeartbeat);
       cycle();
@@ -169,6 +195,7 @@ class StreamLine {
   void see_out(int at_most = 4000) {
     for (int i = 0; i < at_most && hub.holds(*session); ++i) cycle();
     ASSERT_FALSE(hub.holds(*session));
+    authority.release_all("stream");
     for (std::size_t i = 0; i < session->members().size(); ++i) EXPECT_EQ(state(i), PlcopenState::kStandstill);
   }
   /// Raised cosines of 2 rad in 0.4 s, which none of the limits keeps from being followed.
@@ -200,6 +227,7 @@ class StreamLine {
 
   bool lose = false;
   LateDoor door;
+  runtime::AxisAuthority authority;
   runtime::StreamHub hub;
   RunOptions options;
   DriveLine drives;
@@ -240,6 +268,19 @@ TEST_P(StreamRate, AxesFollowOnTime) {
 // 8 kHz, 1 kHz, and one that fits no grid.
 INSTANTIATE_TEST_SUITE_P(Rates, StreamRate, testing::Values(1, 8, 13));
 
+/// Where an axis is that comes after positions without velocities, by the law of docs/motion.md: it goes towards them
+/// with 50/s times the distance, but no faster than it can brake with a quarter of its acceleration.
+double behind_the_swing(const StreamLine& line, nanoseconds time) {
+  const double braking = 0.5 * LineOperation::axis(0, line.options).limits.max_acceleration;
+  double position = line.start[0];
+  for (nanoseconds at{0}; at < time; at += kStreamPeriod) {
+    const double distance = line.swing(at, 1).targets[0].position - position;
+    const double speed = std::min(50.0 * std::abs(distance), std::sqrt(braking * std::abs(distance)));
+    position += std::copysign(speed, distance) * std::chrono::duration<double>(kStreamPeriod).count();
+  }
+  return position;
+}
+
 class StreamMethods : public testing::TestWithParam<trajectory::StreamMethod> {};
 
 TEST_P(StreamMethods, NoneBreaksALimit) {
@@ -248,10 +289,11 @@ TEST_P(StreamMethods, NoneBreaksALimit) {
   line.forget();
   line.stream_swing(3000, 8);
   EXPECT_EQ(line.state(0), PlcopenState::kSynchronizedMotion);
-  const auto expected = line.swing(nanoseconds{line.client->status().stream_ns}, 1);
-  // Steps that are held have no velocity: the axis comes after them as a filter of 20 ms does.
-  const bool steps = GetParam() == trajectory::StreamMethod::kHold;
-  EXPECT_NEAR(line.setpoint(0), expected.targets[0].position, steps ? 0.05 + 15.8 * 0.02 : 0.05);
+  const nanoseconds now{line.client->status().stream_ns};
+  // Steps that are held have no velocity: the axis comes after them.
+  const double expected = GetParam() == trajectory::StreamMethod::kHold ? behind_the_swing(line, now)
+                                                                        : line.swing(now, 1).targets[0].position;
+  EXPECT_NEAR(line.setpoint(0), expected, 0.05);
   line.expect_obedience();
 }
 
@@ -357,6 +399,63 @@ TEST(Stream, ByHandAnAxisIsTakenAndOnlyGivenBackWhenAsked) {
   line.expect_obedience();
 }
 
+TEST(Stream, ByHandAnAxisIsTakenOverInMotionAndGivenBack) {
+  StreamLine line;
+  line.let_in(2);
+  line.forget();
+  std::mt19937_64 random(26);
+  for (int i = 0; i < 12; ++i) {
+    line.stream_swing(static_cast<int>(200 + random() % 1000), 8);
+    ASSERT_EQ(line.state(0), PlcopenState::kSynchronizedMotion) << "round " << i;
+    line.take_over(0, "hand");
+    // What he asks comes some cycles later, or before the stream has seen that it has lost the axis.
+    line.stream_swing(static_cast<int>(random() % 4), 8);
+    if (i % 2 == 0) {
+      line.ask(0, AxisCommand::kMoveVelocity, i % 4 == 0 ? 10.0 : -10.0);
+    } else {
+      line.ask(0, AxisCommand::kMoveAbsolute, line.start[0]);
+    }
+    line.stream_swing(static_cast<int>(2 + random() % 400), 8);
+    EXPECT_NE(line.state(0), PlcopenState::kSynchronizedMotion) << "round " << i;
+    EXPECT_EQ(line.client->status().axes[0].leased, 0U);
+    EXPECT_EQ(line.state(1), PlcopenState::kSynchronizedMotion) << "each axis by itself";
+    line.client->say(stream::RecordKind::kFollow);
+    line.stream_swing(static_cast<int>(2 + random() % 100), 8);
+    EXPECT_NE(line.state(0), PlcopenState::kSynchronizedMotion) << "it is his, round " << i;
+    EXPECT_TRUE(line.session->asks_for(0));
+    line.authority.release(0, "hand");
+    line.session->give(0, line.take_over(0, "stream"));
+    line.stream_swing(6000, 8);
+    const auto status = line.client->status();
+    const auto expected = line.swing(nanoseconds{status.stream_ns} - kStreamPeriod, 2);
+    EXPECT_NEAR(status.axes[0].setpoint, expected.targets[0].position, 1e-5) << "round " << i;
+  }
+  line.expect_obedience();
+}
+
+TEST(Stream, FromTheHandAnAxisIsTakenOverInMotion) {
+  StreamLine line;
+  line.let_in(2);
+  line.forget();
+  line.client->say(stream::RecordKind::kEnd);
+  line.see_out();
+  std::mt19937_64 random(27);
+  for (int i = 0; i < 12; ++i) {
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      line.take_over(axis, "hand");
+      line.ask(axis, AxisCommand::kMoveVelocity, static_cast<double>(random() % 80) - 40.0);
+    }
+    line.cycles(static_cast<int>(random() % 500));
+    line.admit(2, trajectory::StreamMethod::kHermite);
+    line.stream_swing(static_cast<int>(400 + random() % 4000), i % 2 == 0 ? 1 : 8);
+    EXPECT_EQ(line.state(0), PlcopenState::kSynchronizedMotion) << "round " << i;
+    EXPECT_EQ(line.state(1), PlcopenState::kSynchronizedMotion) << "round " << i;
+    line.client->say(stream::RecordKind::kEnd);
+    line.see_out();
+  }
+  line.expect_obedience();
+}
+
 TEST(Stream, AMasterThatIsAwayAndLostFramesBreakNoLimit) {
   StreamLine line;
   line.let_in(2);
@@ -386,7 +485,6 @@ TEST(Stream, AClientThatDiesAtAnyTimeBreaksNoLimit) {
     line.let_in(2);
     ASSERT_FALSE(testing::Test::HasFailure()) << "death " << death;
     if (death == 0) line.forget();
-    line.streamed = 0;
     const int step = death % 2 == 0 ? 1 : 8;
     line.stream_swing(static_cast<int>(random() % 400), step);
     // Every other one has its connection seen to be gone, the rest is silent.

@@ -35,3 +35,7 @@ foreach(file ${targets})
     message(FATAL_ERROR "${file} refers to the build tree")
   endif()
 endforeach()
+# A program that streams setpoints needs one installed folder of headers and links nothing.
+execute_process(COMMAND ${COMPILER} -std=c++20 -Wall -Wextra -Werror -I${PREFIX}/share/driveline/stream_client
+                        ${PREFIX}/share/driveline/examples/10_stream_client.cpp -o ${PREFIX}/10_stream_client
+                COMMAND_ERROR_IS_FATAL ANY)

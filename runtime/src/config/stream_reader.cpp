@@ -19,7 +19,7 @@ constexpr double kShortestKeepAliveMs = 10.0;
 constexpr double kLongestKeepAliveMs = 10'000.0;
 constexpr double kLongestDelayMs = 500.0;
 
-std::chrono::nanoseconds from_ms(double ms) {
+std::chrono::nanoseconds duration_of_ms(double ms) {
   return std::chrono::round<std::chrono::nanoseconds>(std::chrono::duration<double, std::milli>(ms));
 }
 
@@ -68,14 +68,19 @@ std::optional<StreamConfig> read_stream(TomlReader reader, const std::vector<eca
   if (stream.socket.empty()) reader.fail("socket", "is empty, the path of a socket is expected");
   std::vector<std::string> names;
   for (const auto& axis : axes) names.push_back(axis.name);
-  for (const auto& name : reader.texts_or("axes", names)) stream.axes.push_back(axis_of(reader, name, axes));
+  for (const auto& name : reader.texts_or("axes", names)) {
+    const auto axis = axis_of(reader, name, axes);
+    const bool twice = std::find(stream.axes.begin(), stream.axes.end(), axis) != stream.axes.end();
+    if (twice) reader.fail("axes", fmt::format("has \"{}\" twice", name));
+    stream.axes.push_back(axis);
+  }
   constexpr std::array kMethods = {Method::kHold,  Method::kLinear,  Method::kHermite,
                                    Method::kCubic, Method::kQuintic, Method::kBSpline};
   stream.settings.method =
       kMethods[reader.choice_or("interpolation", 3, {"hold", "linear", "hermite", "cubic", "quintic", "b_spline"})];
   stream.settings.keep_alive =
-      from_ms(reader.number_or("keep_alive_ms", 100.0, kShortestKeepAliveMs, kLongestKeepAliveMs));
-  stream.settings.delay = from_ms(reader.number_or("delay_ms", 5.0, 0.0, kLongestDelayMs));
+      duration_of_ms(reader.number_or("keep_alive_ms", 100.0, kShortestKeepAliveMs, kLongestKeepAliveMs));
+  stream.settings.delay = duration_of_ms(reader.number_or("delay_ms", 5.0, 0.0, kLongestDelayMs));
   for (const auto& name : reader.texts_or("users", {})) stream.allowed.users.push_back(user_of(reader, name));
   if (reader.has("group")) stream.allowed.group = group_of(reader, reader.text("group"));
   reader.finish();

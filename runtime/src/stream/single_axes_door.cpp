@@ -34,6 +34,10 @@ void SingleAxesDoor::follow(std::size_t axis) noexcept {
   axes_.submit_in_cycle(axis, {.command = AxisCommand::kFollow});
 }
 
+void SingleAxesDoor::halt(std::size_t axis) noexcept {
+  axes_.submit_in_cycle(axis, {.command = AxisCommand::kHalt});
+}
+
 void SingleAxesDoor::power_on(std::size_t axis) noexcept {
   axes_.submit_in_cycle(axis, {.command = AxisCommand::kPower});
 }

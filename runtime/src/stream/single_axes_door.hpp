@@ -15,6 +15,7 @@ class SingleAxesDoor final : public StreamAxes {
 
   [[nodiscard]] View view(std::size_t axis) const noexcept override;
   void follow(std::size_t axis) noexcept override;
+  void halt(std::size_t axis) noexcept override;
   void power_on(std::size_t axis) noexcept override;
 
  private:

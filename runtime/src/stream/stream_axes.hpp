@@ -24,6 +24,8 @@ class StreamAxes {
   [[nodiscard]] virtual View view(std::size_t axis) const noexcept = 0;
   /// The axis is to follow its feed.
   virtual void follow(std::size_t axis) noexcept = 0;
+  /// The axis is to come to rest.
+  virtual void halt(std::size_t axis) noexcept = 0;
   /// The axis is to be switched on.
   virtual void power_on(std::size_t axis) noexcept = 0;
 

@@ -56,26 +56,39 @@ bool StreamHub::holds(const StreamSession& session) const noexcept {
 }
 
 void StreamHub::update(const ecat_master::TaskCycle& cycle) noexcept {
+  // All before any of them runs: an axis that one has lost has been let go by its feed before the next one gets it.
   for (auto& slot : slots_) {
-    auto* session = slot.load(std::memory_order_acquire);
-    if (session == nullptr) continue;
-    bind(*session);
-    if (session->update(cycle, axes_)) continue;
-    release(*session);
-    slot.store(nullptr, std::memory_order_release);
+    if (auto* session = slot.load(std::memory_order_acquire)) bind(*session);
   }
+  for (auto& slot : slots_) run(slot, cycle);
 }
 
-/// The owner gives an axis to one session at a time, and the next one only when the cycle has released it.
+void StreamHub::run(std::atomic<StreamSession*>& slot, const ecat_master::TaskCycle& cycle) noexcept {
+  auto* session = slot.load(std::memory_order_acquire);
+  if (session == nullptr) return;
+  const bool over = !session->update(cycle, axes_);
+  unbind(*session, over);
+  if (over) slot.store(nullptr, std::memory_order_release);
+}
+
 void StreamHub::bind(StreamSession& session) noexcept {
   for (std::size_t i = 0; i < session.members().size(); ++i) {
     auto& feed = *feeds_[session.members()[i].axis];
-    if (feed.session() == nullptr) feed.use(&session, i);
+    if (feed.session() != nullptr || !session.commands(i)) continue;
+    feed.use(&session, i);
+    session.bind(i, true);
   }
 }
 
-void StreamHub::release(StreamSession& session) noexcept {
-  for (const auto& member : session.members()) feeds_[member.axis]->use(nullptr, 0);
+/// The axes of a session that is over, and those that it has lost.
+void StreamHub::unbind(StreamSession& session, bool over) noexcept {
+  for (std::size_t i = 0; i < session.members().size(); ++i) {
+    auto& feed = *feeds_[session.members()[i].axis];
+    const bool keeps = !over && (session.follows(i) || session.commands(i));
+    if (feed.session() != &session || keeps) continue;
+    feed.use(nullptr, 0);
+    session.bind(i, false);
+  }
 }
 
 }  // namespace driveline::runtime

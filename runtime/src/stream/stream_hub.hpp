@@ -42,7 +42,8 @@ class StreamHub final : public ecat_master::CycleTask {
   class Feed;
 
   void bind(StreamSession& session) noexcept;
-  void release(StreamSession& session) noexcept;
+  void run(std::atomic<StreamSession*>& slot, const ecat_master::TaskCycle& cycle) noexcept;
+  void unbind(StreamSession& session, bool over) noexcept;
 
   StreamAxes& axes_;
   std::vector<std::unique_ptr<Feed>> feeds_;

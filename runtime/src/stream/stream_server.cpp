@@ -33,16 +33,23 @@ std::string printable(std::string_view text) {
 }  // namespace
 
 Result<std::unique_ptr<StreamServer>> StreamServer::open(const StreamConfig& config, std::vector<StreamAxis> axes,
-                                                         StreamHub& hub, std::chrono::nanoseconds period) {
+                                                         StreamHub& hub, AxisAuthority& authority,
+                                                         std::chrono::nanoseconds period) {
   const bool others = !config.allowed.users.empty() || config.allowed.group.has_value();
   auto socket = StreamSocket::listen(config.socket, others);
   if (!socket) return tl::unexpected(socket.error());
-  return std::unique_ptr<StreamServer>(new StreamServer(config, std::move(axes), hub, period, std::move(*socket)));
+  return std::unique_ptr<StreamServer>(
+      new StreamServer(config, std::move(axes), hub, authority, period, std::move(*socket)));
 }
 
 StreamServer::StreamServer(const StreamConfig& config, std::vector<StreamAxis> axes, StreamHub& hub,
-                           std::chrono::nanoseconds period, StreamSocket socket)
-    : config_(config), axes_(std::move(axes)), hub_(hub), period_(period), socket_(std::move(socket)) {}
+                           AxisAuthority& authority, std::chrono::nanoseconds period, StreamSocket socket)
+    : config_(config),
+      axes_(std::move(axes)),
+      hub_(hub),
+      authority_(authority),
+      period_(period),
+      socket_(std::move(socket)) {}
 
 StreamServer::~StreamServer() = default;
 
@@ -120,12 +127,13 @@ void StreamServer::greet(Visitor& visitor, const stream::Hello& hello) {
     refuse(visitor, members.error().reason);
     return;
   }
-  auto session = StreamSession::make(std::move(*members), hello.power == 1, config_.settings, period_);
+  auto session = make_session(hello, visitor.peer, *members);
   if (!session) {
-    refuse(visitor, describe(session.error()));
+    for (const auto& member : *members) release(visitor.peer, member.axis, member.lease);
+    refuse(visitor, session.error().reason);
     return;
   }
-  accept(visitor, hello, std::move(*session));
+  accept(visitor, std::move(*session));
 }
 
 Result<std::vector<StreamSession::Member>> StreamServer::choose(const stream::Hello& hello) const {
@@ -145,48 +153,66 @@ Result<std::vector<StreamSession::Member>> StreamServer::choose(const stream::He
     if (std::any_of(members.begin(), members.end(), same)) {
       return no(fmt::format("axis {} is named twice", found->name));
     }
-    if (const auto* holder = holder_of(found->axis)) {
-      return no(fmt::format("\"{}\" (process {}, user {}) has axis {}", holder->peer.name, holder->peer.process,
-                            holder->peer.user, found->name));
-    }
     members.push_back({found->axis, found->bounds});
   }
   return members;
 }
 
-const StreamServer::Client* StreamServer::holder_of(std::size_t axis) const {
-  for (const auto& client : clients_) {
-    const auto members = client->session->members();
-    const auto same = [&](const auto& member) { return member.axis == axis; };
-    if (std::any_of(members.begin(), members.end(), same)) return client.get();
+/// A session in the cycle, with a lease of each of its axes. After an error `members` have those that were taken.
+Result<std::unique_ptr<StreamSession>> StreamServer::make_session(const stream::Hello& hello, const StreamPeer& peer,
+                                                                  std::vector<StreamSession::Member>& members) {
+  for (auto& member : members) {
+    if (auto leased = lease(member, peer, hello.take_over == 1); !leased) return tl::unexpected(leased.error());
   }
-  return nullptr;
+  auto session = StreamSession::make(members, hello.power == 1, config_.settings, period_, authority_);
+  if (session && !hub_.add(**session)) return fail(ErrorKind::kMachine, "too many programs stream to this line");
+  return session;
 }
 
-void StreamServer::accept(Visitor& visitor, const stream::Hello& hello, std::unique_ptr<StreamSession> session) {
+Result<void> StreamServer::lease(StreamSession::Member& member, const StreamPeer& peer, bool take_over) {
+  LeaseTerms terms;
+  terms.owner = describe(peer);
+  terms.take_over = take_over;
+  const auto before = authority_.owner_of(member.axis);
+  const auto taken = authority_.take(member.axis, terms);
+  if (taken && before != terms.owner) {
+    member.lease = *taken;
+    member.halt = !before.empty();
+    return {};
+  }
+  // One process may have several clients of one name: what one has, the other has not.
+  const auto owned = taken ? LeaseRefusal{before} : taken.error();
+  AxisRefusal refusal;
+  refusal.why = owned.firm ? AxisRefusal::Why::kMovedTogether : AxisRefusal::Why::kOwned;
+  refusal.owner = owned.owner;
+  return fail(ErrorKind::kSetting, describe(events::EventAxis{name_of(member.axis), {}, 1.0}, refusal));
+}
+
+const std::string& StreamServer::name_of(std::size_t axis) const {
+  return std::find_if(axes_.begin(), axes_.end(), [&](const auto& one) { return one.axis == axis; })->name;
+}
+
+void StreamServer::accept(Visitor& visitor, std::unique_ptr<StreamSession> session) {
   stream::Answer answer;
   answer.accepted = 1;
   answer.period_ns = period_.count();
   answer.keep_alive_ns = config_.settings.keep_alive.count();
   answer.longest_ahead_ns = std::chrono::nanoseconds{StreamSession::kLongestAhead}.count();
   answer.records_per_cycle = StreamSession::kRecordsPerCycle;
-  for (std::size_t i = 0; i < session->members().size(); ++i) answer.bounds[i] = session->members()[i].bounds;
   auto client = std::make_unique<Client>();
   client->peer = visitor.peer;
   client->status.emplace(session->status());
-  const std::array descriptors{session->setpoints().descriptor(), session->status().descriptor()};
-  if (!hub_.add(*session)) {
-    refuse(visitor, "too many programs stream to this line");
-    return;
+  for (std::size_t i = 0; i < session->members().size(); ++i) {
+    answer.bounds[i] = session->members()[i].bounds;
+    client->axes.push_back(name_of(session->members()[i].axis));
   }
+  const std::array descriptors{session->setpoints().descriptor(), session->status().descriptor()};
   client->session = std::move(session);
   // One that is gone again is seen by its closed connection.
   static_cast<void>(send_answer(visitor.socket.get(), answer, descriptors));
   client->socket = std::move(visitor.socket);
-  events::StreamClientCame came{client->peer, {}};
-  for (std::size_t i = 0; i < hello.axis_count; ++i) came.axes.emplace_back(hello.axes[i].text());
+  note(events::StreamClientCame{client->peer, client->axes}, Severity::kProgress);
   clients_.push_back(std::move(client));
-  note(std::move(came), Severity::kProgress);
 }
 
 void StreamServer::refuse(Visitor& visitor, const std::string& reason) {
@@ -206,15 +232,42 @@ void StreamServer::look_after_clients() {
   for (auto& client : clients_) {
     if (receive_message(client->socket.get()).closed) client->session->request_end(EndReason::kGone);
     tell_refusals(*client);
+    lease_again(*client);
     if (hub_.holds(*client->session)) continue;
     tell_refusals(*client);
-    const auto& last = client->last;
-    const bool orderly = last.reason == EndReason::kEnded || last.reason == EndReason::kLine;
-    note(events::StreamClientLeft{client->peer, last.reason, last.taken, last.refused, last.starved},
-         orderly ? Severity::kProgress : Severity::kNotice);
+    for (std::size_t i = 0; i < client->axes.size(); ++i) {
+      release(client->peer, client->session->members()[i].axis, client->session->lease(i));
+    }
+    tell_end(*client);
     client.reset();
   }
   std::erase(clients_, nullptr);
+}
+
+/// Axes that the client wants to have again, if nobody commands them.
+void StreamServer::lease_again(Client& client) {
+  LeaseTerms terms;
+  terms.owner = describe(client.peer);
+  for (std::size_t i = 0; i < client.axes.size(); ++i) {
+    const auto axis = client.session->members()[i].axis;
+    if (!client.session->asks_for(i) || !authority_.owner_of(axis).empty()) continue;
+    const auto taken = authority_.take(axis, terms);
+    if (!taken) continue;
+    client.session->give(i, *taken);
+    note(events::StreamClientCame{client.peer, {client.axes[i]}}, Severity::kProgress);
+  }
+}
+
+/// What another has taken over is his.
+void StreamServer::release(const StreamPeer& peer, std::size_t axis, std::uint64_t lease) {
+  if (authority_.goes_on(axis, lease)) authority_.release(axis, describe(peer));
+}
+
+void StreamServer::tell_end(const Client& client) {
+  const auto& last = client.last;
+  const bool orderly = last.reason == EndReason::kEnded || last.reason == EndReason::kLine;
+  note(events::StreamClientLeft{client.peer, last.reason, last.taken, last.refused, last.starved},
+       orderly ? Severity::kProgress : Severity::kNotice);
 }
 
 void StreamServer::tell_refusals(Client& client) {

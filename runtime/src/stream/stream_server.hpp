@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -9,6 +11,7 @@
 
 #include "driveline/port/file_descriptor.hpp"
 #include "driveline/rt/shared_broadcast.hpp"
+#include "driveline/runtime/axes/axis_authority.hpp"
 #include "driveline/runtime/config/stream_config.hpp"
 #include "driveline/runtime/error.hpp"
 #include "driveline/runtime/event.hpp"
@@ -27,13 +30,14 @@ struct StreamAxis {
   stream::AxisBounds bounds{};
 };
 
-/// Lets clients in, gives each its axes and its memory, and looks after it until the axes are free. Belongs to the
-/// thread that owns the line; never waits.
+/// Lets clients in, gives each its axes and its memory, and looks after it until the axes are free. A client has its
+/// axes by leases (AxisAuthority). Belongs to the thread that owns the line; never waits.
 class StreamServer {
  public:
-  /// Listens. `hub` must outlive it. Error (kMachine): that of the socket.
+  /// Listens. `hub` and `authority` must outlive it. Error (kMachine): that of the socket.
   [[nodiscard]] static Result<std::unique_ptr<StreamServer>> open(const StreamConfig& config,
                                                                   std::vector<StreamAxis> axes, StreamHub& hub,
+                                                                  AxisAuthority& authority,
                                                                   std::chrono::nanoseconds period);
   /// To be destroyed when the cycle does not run.
   ~StreamServer();
@@ -61,6 +65,7 @@ class StreamServer {
   struct Client {
     port::FileDescriptor socket;
     StreamPeer peer;
+    std::vector<std::string> axes;  ///< names, in the order of the session
     std::unique_ptr<StreamSession> session;
     std::optional<rt::SharedBroadcastReader<stream::StatusRecord>> status;
     stream::StatusRecord last{};
@@ -68,7 +73,7 @@ class StreamServer {
     bool told_starved = false;
   };
 
-  StreamServer(const StreamConfig& config, std::vector<StreamAxis> axes, StreamHub& hub,
+  StreamServer(const StreamConfig& config, std::vector<StreamAxis> axes, StreamHub& hub, AxisAuthority& authority,
                std::chrono::nanoseconds period, StreamSocket socket);
 
   void let_in();
@@ -76,16 +81,23 @@ class StreamServer {
   [[nodiscard]] bool hear(Visitor& visitor);
   void greet(Visitor& visitor, const stream::Hello& hello);
   [[nodiscard]] Result<std::vector<StreamSession::Member>> choose(const stream::Hello& hello) const;
-  [[nodiscard]] const Client* holder_of(std::size_t axis) const;
-  void accept(Visitor& visitor, const stream::Hello& hello, std::unique_ptr<StreamSession> session);
+  [[nodiscard]] Result<void> lease(StreamSession::Member& member, const StreamPeer& peer, bool take_over);
+  [[nodiscard]] Result<std::unique_ptr<StreamSession>> make_session(const stream::Hello& hello, const StreamPeer& peer,
+                                                                    std::vector<StreamSession::Member>& members);
+  void accept(Visitor& visitor, std::unique_ptr<StreamSession> session);
   void refuse(Visitor& visitor, const std::string& reason);
   void look_after_clients();
+  void lease_again(Client& client);
+  void release(const StreamPeer& peer, std::size_t axis, std::uint64_t lease);
+  void tell_end(const Client& client);
+  [[nodiscard]] const std::string& name_of(std::size_t axis) const;
   void tell_refusals(Client& client);
   void note(EventFacts facts, Severity severity);
 
   StreamConfig config_;
   std::vector<StreamAxis> axes_;
   StreamHub& hub_;
+  AxisAuthority& authority_;
   std::chrono::nanoseconds period_;
   std::optional<StreamSocket> socket_;
   std::vector<Visitor> visitors_;

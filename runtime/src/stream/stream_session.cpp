@@ -37,7 +37,7 @@ trajectory::StreamSettings curve_settings(const StreamSettings& settings, std::c
 
 std::vector<trajectory::FollowLimits> follow_limits(const std::vector<StreamSession::Member>& members) {
   std::vector<trajectory::FollowLimits> limits;
-  for (const auto& [axis, bounds] : members) {
+  for (const auto& bounds : bounds_of(members)) {
     limits.push_back(
         {{bounds.max_velocity, bounds.max_acceleration}, bounds.max_acceleration / StreamSession::kStopRiseSeconds});
   }
@@ -79,20 +79,23 @@ bool can_follow(AxisState state) noexcept {
 
 Result<std::unique_ptr<StreamSession>> StreamSession::make(std::vector<Member> members, bool power,
                                                            const StreamSettings& settings,
-                                                           std::chrono::nanoseconds period) {
+                                                           std::chrono::nanoseconds period,
+                                                           const AxisAuthority& authority) {
   auto ring = rt::SharedRegion::create("driveline-setpoints", stream::setpoint_ring(kRingRecords));
   if (!ring) return fail(ErrorKind::kMachine, describe(ring.error()));
   auto broadcast = rt::SharedRegion::create("driveline-status", stream::status_broadcast(kStatusRecords));
   if (!broadcast) return fail(ErrorKind::kMachine, describe(broadcast.error()));
-  return std::unique_ptr<StreamSession>(
-      new StreamSession(std::move(members), power, settings, period, std::move(*ring), std::move(*broadcast)));
+  return std::unique_ptr<StreamSession>(new StreamSession(std::move(members), power, settings, period, authority,
+                                                          std::move(*ring), std::move(*broadcast)));
 }
 
 StreamSession::StreamSession(std::vector<Member> members, bool power, const StreamSettings& settings,
-                             std::chrono::nanoseconds period, rt::SharedRegion ring, rt::SharedRegion broadcast)
+                             std::chrono::nanoseconds period, const AxisAuthority& authority, rt::SharedRegion ring,
+                             rt::SharedRegion broadcast)
     : members_(std::move(members)),
       power_(power),
       settings_(settings),
+      authority_(authority),
       ring_(std::move(ring)),
       broadcast_(std::move(broadcast)),
       records_(ring_),
@@ -100,8 +103,16 @@ StreamSession::StreamSession(std::vector<Member> members, bool power, const Stre
       check_(bounds_of(members_)),
       curve_(curve_settings(settings, period), follow_limits(members_)),
       axes_(members_.size()),
+      leases_(members_.size()),
       setpoints_(members_.size()),
-      positions_(members_.size()) {}
+      positions_(members_.size()) {
+  for (std::size_t i = 0; i < members_.size(); ++i) give(i, members_[i].lease);
+}
+
+void StreamSession::give(std::size_t member, std::uint64_t lease) noexcept {
+  leases_[member].number.store(lease, std::memory_order_release);
+  leases_[member].asked.store(false, std::memory_order_relaxed);
+}
 
 void StreamSession::request_end(EndReason reason) noexcept {
   auto none = EndReason::kNone;
@@ -109,7 +120,10 @@ void StreamSession::request_end(EndReason reason) noexcept {
 }
 
 void StreamSession::joined(std::size_t member) noexcept {
-  axes_[member] = {.following = true, .wanted = false, .let_go = false};
+  auto& axis = axes_[member];
+  axis.following = true;
+  axis.wanted = false;
+  axis.let_go = false;
 }
 
 void StreamSession::left(std::size_t member) noexcept {
@@ -117,8 +131,11 @@ void StreamSession::left(std::size_t member) noexcept {
 }
 
 const trajectory::AxisSetpoint* StreamSession::setpoint(std::size_t member) noexcept {
-  if (!ending()) return &setpoints_[member];
-  axes_[member] = {.following = false, .wanted = false, .let_go = true};
+  if (!ending() && commands(member)) return &setpoints_[member];
+  auto& axis = axes_[member];
+  axis.following = false;
+  axis.wanted = false;
+  axis.let_go = true;
   return nullptr;
 }
 
@@ -153,13 +170,20 @@ void StreamSession::take(const stream::SetpointRecord& record) noexcept {
     case RecordKind::kHeartbeat:
       return;
     case RecordKind::kFollow:
-      for (auto& axis : axes_) axis.wanted = !axis.following;
+      follow_again();
       return;
     case RecordKind::kEnd:
       end(EndReason::kEnded);
       return;
   }
   refuse(Refusal::kUnknownKind);
+}
+
+void StreamSession::follow_again() noexcept {
+  for (std::size_t i = 0; i < members_.size(); ++i) {
+    axes_[i].wanted = !axes_[i].following;
+    if (axes_[i].wanted && !commands(i)) leases_[i].asked.store(true, std::memory_order_relaxed);
+  }
 }
 
 void StreamSession::take_setpoint(const stream::SetpointRecord& record) noexcept {
@@ -228,6 +252,7 @@ void StreamSession::end(EndReason reason) noexcept {
   reason_ = reason;
   status_record_.reason = reason;
   status_record_.state = SessionState::kEnding;
+  for (auto& lease : leases_) lease.asked.store(false, std::memory_order_relaxed);
 }
 
 void StreamSession::watch(std::chrono::nanoseconds now) noexcept {
@@ -239,10 +264,16 @@ void StreamSession::watch(std::chrono::nanoseconds now) noexcept {
 void StreamSession::command(StreamAxes& axes) noexcept {
   const bool power = std::exchange(power_, false);
   for (std::size_t i = 0; i < members_.size(); ++i) {
+    if (!commands(i)) {
+      axes_[i].wanted = axes_[i].wanted && asks_for(i);
+      continue;
+    }
     const auto axis = members_[i].axis;
     const auto state = axes.view(axis).state;
     if (power && state == AxisState::kDisabled) axes.power_on(axis);
-    if (ending() || !stream_ns_ || !axes_[i].wanted || !can_follow(state)) continue;
+    if (std::exchange(members_[i].halt, false)) axes.halt(axis);
+    const bool can = axes_[i].bound && can_follow(state);
+    if (ending() || !stream_ns_ || !axes_[i].wanted || !can) continue;
     axes_[i].wanted = false;
     axes.follow(axis);
   }
@@ -250,6 +281,8 @@ void StreamSession::command(StreamAxes& axes) noexcept {
 
 bool StreamSession::at_rest(const StreamAxes& axes) const noexcept {
   for (std::size_t i = 0; i < members_.size(); ++i) {
+    // What somebody else moves now is his.
+    if (!axes_[i].bound || (!axes_[i].following && !commands(i))) continue;
     const auto state = axes.view(members_[i].axis).state;
     const bool stopping = axes_[i].let_go && state == AxisState::kDiscreteMotion;
     if (axes_[i].following || stopping || state == AxisState::kSynchronizedMotion) return false;
@@ -269,6 +302,7 @@ void StreamSession::publish(const ecat_master::TaskCycle& cycle, const StreamAxe
     record.axes[i] = {.state = view.state,
                       .error = view.error,
                       .following = axes_[i].following ? 1U : 0U,
+                      .leased = commands(i) ? 1U : 0U,
                       .setpoint = view.setpoint,
                       .position = inputs.position + view.offset,
                       .velocity = inputs.velocity,

@@ -13,6 +13,7 @@
 #include "driveline/rt/shared_broadcast.hpp"
 #include "driveline/rt/shared_region.hpp"
 #include "driveline/rt/shared_ring.hpp"
+#include "driveline/runtime/axes/axis_authority.hpp"
 #include "driveline/runtime/config/stream_config.hpp"
 #include "driveline/runtime/error.hpp"
 #include "driveline/stream/greeting.hpp"
@@ -47,12 +48,15 @@ class StreamSession {
   struct Member {
     std::size_t axis = 0;  ///< number on the line
     stream::AxisBounds bounds{};
+    std::uint64_t lease = 0;  ///< by which it commands the axis (AxisAuthority)
+    bool halt = false;        ///< somebody else has moved it up to now: it comes to rest before it follows
   };
 
-  /// Error (kMachine): there is no memory to share.
+  /// `authority` must outlive it. Error (kMachine): there is no memory to share.
   [[nodiscard]] static Result<std::unique_ptr<StreamSession>> make(std::vector<Member> members, bool power,
                                                                    const StreamSettings& settings,
-                                                                   std::chrono::nanoseconds period);
+                                                                   std::chrono::nanoseconds period,
+                                                                   const AxisAuthority& authority);
   StreamSession(const StreamSession&) = delete;
   StreamSession& operator=(const StreamSession&) = delete;
 
@@ -65,13 +69,31 @@ class StreamSession {
   [[nodiscard]] const rt::SharedRegion& status() const noexcept { return broadcast_; }
   /// Asks the cycle to end it; the first reason counts.
   void request_end(stream::EndReason reason) noexcept;
+  /// It may command the axis: its lease goes on.
+  [[nodiscard]] bool commands(std::size_t member) const noexcept {
+    return authority_.goes_on(members_[member].axis, leases_[member].number.load(std::memory_order_acquire));
+  }
+  /// The client wants to have an axis again that somebody has taken over.
+  [[nodiscard]] bool asks_for(std::size_t member) const noexcept {
+    return leases_[member].asked.load(std::memory_order_relaxed);
+  }
+  /// A new lease for an axis. The owner's thread.
+  void give(std::size_t member, std::uint64_t lease) noexcept;
+  /// The lease by which it commands the axis, or did.
+  [[nodiscard]] std::uint64_t lease(std::size_t member) const noexcept {
+    return leases_[member].number.load(std::memory_order_relaxed);
+  }
 
   // The cycle's side: \rtsafe.
+  /// The feed of an axis is that of this session, or is not any more.
+  void bind(std::size_t member, bool bound) noexcept { axes_[member].bound = bound; }
+  /// An axis follows.
+  [[nodiscard]] bool follows(std::size_t member) const noexcept { return axes_[member].following; }
   /// An axis begins to follow.
   void joined(std::size_t member) noexcept;
   /// Another motion has taken an axis, or it has failed.
   void left(std::size_t member) noexcept;
-  /// The setpoint of this cycle; null: the session ends, the axis is to come to rest.
+  /// The setpoint of this cycle; null: the session ends, or may not command the axis any more: it is to come to rest.
   [[nodiscard]] const trajectory::AxisSetpoint* setpoint(std::size_t member) noexcept;
   /// One cycle, before the axes ask for setpoints. False: it is over, its axes are free.
   [[nodiscard]] bool update(const ecat_master::TaskCycle& cycle, StreamAxes& axes) noexcept;
@@ -81,14 +103,21 @@ class StreamSession {
     bool following = false;
     bool wanted = true;   ///< it is to follow as soon as it can
     bool let_go = false;  ///< it has been told that there are no more setpoints
+    bool bound = false;   ///< its feed is that of this session
+  };
+  struct Lease {
+    std::atomic<std::uint64_t> number{0};
+    std::atomic<bool> asked{false};
   };
 
   StreamSession(std::vector<Member> members, bool power, const StreamSettings& settings,
-                std::chrono::nanoseconds period, rt::SharedRegion ring, rt::SharedRegion broadcast);
+                std::chrono::nanoseconds period, const AxisAuthority& authority, rt::SharedRegion ring,
+                rt::SharedRegion broadcast);
 
   void take_records(std::chrono::nanoseconds now) noexcept;
   void take(const stream::SetpointRecord& record) noexcept;
   void take_setpoint(const stream::SetpointRecord& record) noexcept;
+  void follow_again() noexcept;
   [[nodiscard]] std::optional<stream::Refusal> push(const stream::SetpointRecord& record) noexcept;
   void begin_at(std::int64_t time_ns) noexcept;
   void refuse(stream::Refusal refusal) noexcept { ++status_record_.refused[static_cast<std::size_t>(refusal)]; }
@@ -105,6 +134,7 @@ class StreamSession {
   std::vector<Member> members_;
   bool power_;
   StreamSettings settings_;
+  const AxisAuthority& authority_;
   rt::SharedRegion ring_;
   rt::SharedRegion broadcast_;
   rt::SharedRingReader<stream::SetpointRecord> records_;
@@ -112,6 +142,7 @@ class StreamSession {
   SetpointCheck check_;
   trajectory::SetpointStream curve_;
   std::vector<AxisSide> axes_;
+  std::vector<Lease> leases_;  ///< of the axes
   std::vector<trajectory::AxisSetpoint> setpoints_;
   std::vector<double> positions_;  ///< of the axes, for the begin of a curve
   std::array<stream::SetpointRecord, kRecordsPerCycle> batch_{};

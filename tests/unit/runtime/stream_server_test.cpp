@@ -30,6 +30,7 @@
 #include <vector>
 
 #include "driveline/ecat_master/axis/axis.hpp"
+#include "driveline/runtime/axes/axis_authority.hpp"
 #include "driveline/stream/client.hpp"
 
 namespace driveline::runtime {
@@ -53,7 +54,8 @@ class FakeAxes final : public StreamAxes {
   struct One {
     View view{};
     bool asked = false;
-    bool powered = false;
+    bool halted = false;
+    int halts = 0;
     int resting = 0;
     std::vector<double> demands{};
   };
@@ -62,6 +64,10 @@ class FakeAxes final : public StreamAxes {
 
   [[nodiscard]] View view(std::size_t axis) const noexcept override { return all[axis].view; }
   void follow(std::size_t axis) noexcept override { all[axis].asked = true; }
+  void halt(std::size_t axis) noexcept override {
+    all[axis].halted = true;
+    ++all[axis].halts;
+  }
   void power_on(std::size_t axis) noexcept override { all[axis].view.state = AxisState::kStandstill; }
 
   /// What the axes do behind the task.
@@ -69,6 +75,11 @@ class FakeAxes final : public StreamAxes {
     for (std::size_t i = 0; i < all.size(); ++i) {
       auto& one = all[i];
       auto& feed = hub.feed(i);
+      if (std::exchange(one.halted, false) && one.view.state != AxisState::kDisabled) {
+        if (one.view.state == AxisState::kSynchronizedMotion) feed.leave(0);
+        one.view.state = AxisState::kDiscreteMotion;
+        one.resting = 10;
+      }
       if (std::exchange(one.asked, false)) {
         feed.join(0, {one.view.setpoint, 0.0, 0.0});
         one.view.state = AxisState::kSynchronizedMotion;
@@ -122,7 +133,7 @@ class Line {
       inputs.emplace_back(ecat_master::AxisConfig{}, ecat_master::ProcessDataPlace{},
                           ecat_master::axis_pdo_configuration());
     }
-    auto opened = StreamServer::open(config, std::move(offered), hub, kPeriod);
+    auto opened = StreamServer::open(config, std::move(offered), hub, authority, kPeriod);
     if (!opened) throw std::runtime_error(describe(opened.error()));
     server = std::move(*opened);
     path = config.socket.string();
@@ -158,8 +169,17 @@ class Line {
   stream::Client client(const stream::Wish& wish) { return std::get<stream::Client>(connect(wish)); }
   std::string refusal(const stream::Wish& wish) { return std::get<std::string>(connect(wish)); }
 
+  /// Somebody else commands an axis from now on.
+  tl::expected<std::uint64_t, LeaseRefusal> take(std::size_t axis, const std::string& owner, bool take_over = false) {
+    LeaseTerms terms;
+    terms.owner = owner;
+    terms.take_over = take_over;
+    return authority.take(axis, terms);
+  }
+
   Folder folder{};
   std::vector<ecat_master::Axis> inputs{};
+  AxisAuthority authority{3};
   FakeAxes axes{3};
   StreamHub hub{axes, 3};
   std::unique_ptr<StreamServer> server{};
@@ -215,17 +235,57 @@ TEST(StreamServer, GivesAxesToAClientThatAsks) {
 TEST(StreamServer, AnAxisHasOneClient) {
   Line line;
   auto first = std::make_unique<stream::Client>(line.client({.name = "first", .axes = {"x", "y"}}));
-  EXPECT_THAT(line.refusal({.name = "second", .axes = {"z", "y"}}), HasSubstr("\"first\" (process "));
+  EXPECT_THAT(line.refusal({.name = "second", .axes = {"z", "y"}}),
+              HasSubstr("axis y: is commanded by stream client \"first\" (process "));
   auto third = line.client({.name = "third", .axes = {"z"}});
   first.reset();
   line.poll();
-  EXPECT_THAT(line.refusal({.axes = {"x"}}), HasSubstr("has axis x")) << "the cycle still has it";
+  EXPECT_THAT(line.refusal({.axes = {"x"}}), HasSubstr("axis x: is commanded by")) << "the cycle still has it";
   line.run(1ms);
   line.poll();
   EXPECT_THAT(line.told.back(), HasSubstr("\"first\""));
   EXPECT_THAT(line.told.back(), HasSubstr("its connection is gone: 0 setpoints; its axes are free"));
   const auto again = line.client({.axes = {"x"}});
   EXPECT_EQ(again.axis_count(), 1U);
+}
+
+TEST(StreamServer, TwoClientsOfOneNameInOneProcessAreTwo) {
+  Line line;
+  const auto first = line.client({.name = "same", .axes = {"x"}});
+  EXPECT_THAT(line.refusal({.name = "same", .axes = {"x"}}), HasSubstr("axis x: is commanded by"));
+  EXPECT_THAT(line.refusal({.name = "same", .axes = {"x"}, .take_over = true}), HasSubstr("axis x: is commanded by"));
+  auto second = std::make_unique<stream::Client>(line.client({.name = "same", .axes = {"y"}}));
+  second.reset();
+  line.poll();
+  line.run(1ms);
+  line.poll();
+  EXPECT_NE(line.authority.owner_of(0), "");
+  EXPECT_EQ(line.authority.owner_of(1), "");
+}
+
+TEST(StreamServer, TakesAnAxisFromSomebodyElseOnlyWhereThatIsAskedFor) {
+  Line line;
+  ASSERT_TRUE(line.take(0, "hand"));
+  line.axes.all[0].view.state = AxisState::kContinuousMotion;
+  EXPECT_EQ(line.refusal({.axes = {"y", "x"}}), "axis x: is commanded by hand");
+  EXPECT_EQ(line.authority.owner_of(1), "") << "all of them, or none";
+  const auto client = line.client({.name = "sine", .axes = {"y", "x"}, .take_over = true});
+  EXPECT_THAT(line.authority.owner_of(0), HasSubstr("stream client \"sine\""));
+  const auto lost = line.authority.losses({});
+  ASSERT_EQ(lost.size(), 1U);
+  EXPECT_EQ(lost[0].owner, "hand");
+  line.run(1ms);
+  EXPECT_EQ(line.axes.all[0].halts, 1) << "what moved it is not heard any more";
+  EXPECT_EQ(line.axes.all[1].halts, 0);
+}
+
+TEST(StreamServer, NobodyStreamsToAxesThatAreMovedTogether) {
+  Line line;
+  LeaseTerms path;
+  path.owner = "path";
+  path.firm = true;
+  ASSERT_TRUE(line.authority.take(0, path));
+  EXPECT_THAT(line.refusal({.axes = {"x"}, .take_over = true}), HasSubstr("axis x: is moved by the path of this run"));
 }
 
 TEST(StreamServer, RefusesWithASentence) {
@@ -297,6 +357,8 @@ TEST(StreamServer, OneWhoSaysNothingIsSentAway) {
     line.poll();
   }
   EXPECT_EQ(silent.back()->refusal(), "too many programs connect at once");
+  EXPECT_EQ(line.refusal({.axes = {"x"}}), "too many programs connect at once")
+      << "also said to one who speaks at once";
   std::this_thread::sleep_for(1100ms);
   line.poll();
   EXPECT_EQ(silent.front()->refusal(), "it has not said what it wants");
@@ -307,7 +369,7 @@ TEST(StreamServer, ReplacesTheSocketOfARunThatDiedButNotOfOneThatLives) {
   Line line;
   StreamConfig config;
   config.socket = line.path;
-  const auto second = StreamServer::open(config, {}, line.hub, kPeriod);
+  const auto second = StreamServer::open(config, {}, line.hub, line.authority, kPeriod);
   ASSERT_FALSE(second);
   EXPECT_THAT(describe(second.error()), HasSubstr("another process listens there"));
   const auto file = (line.folder.path / "old.sock").string();
@@ -319,7 +381,7 @@ TEST(StreamServer, ReplacesTheSocketOfARunThatDiedButNotOfOneThatLives) {
     ASSERT_EQ(::bind(old.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
   }
   config.socket = file;
-  const auto opened = StreamServer::open(config, {}, line.hub, kPeriod);
+  const auto opened = StreamServer::open(config, {}, line.hub, line.authority, kPeriod);
   ASSERT_TRUE(opened) << describe(opened.error());
   struct stat status {};
   ASSERT_EQ(::stat(file.c_str(), &status), 0);
@@ -391,6 +453,7 @@ TEST(StreamSession, ASilentClientLosesItsAxes) {
   EXPECT_EQ(line.axes.all[0].view.state, AxisState::kStandstill);
   line.poll();
   EXPECT_THAT(line.told.back(), HasSubstr("it was silent for longer than the keep-alive time: 50 setpoints"));
+  EXPECT_EQ(line.authority.owner_of(0), "");
   EXPECT_EQ(line.client({.axes = {"x"}}).axis_count(), 1U);
   // It may go on writing for ever: nobody looks.
   EXPECT_TRUE(client.heartbeat());
@@ -438,6 +501,62 @@ TEST(StreamSession, AnAxisThatWasTakenAwayComesBackWhenAsked) {
   EXPECT_TRUE(client.follow());
   stream_swing(line, client, 80, 8, sent);
   EXPECT_EQ(client.status()->axes[1].following, 1U);
+}
+
+TEST(StreamSession, AnAxisThatIsTakenOverComesToRestAndIsGivenBackWhenItIsFree) {
+  Line line;
+  auto client = line.client({.name = "sine", .axes = {"x", "y"}, .power = true});
+  int sent = 0;
+  stream_swing(line, client, 80 * 5, 8, sent);
+  EXPECT_EQ(client.status()->axes[1].leased, 1U);
+  ASSERT_TRUE(line.take(1, "hand", true));
+  stream_swing(line, client, 80 * 5, 8, sent);
+  EXPECT_EQ(client.status()->axes[0].following, 1U) << "each axis by itself";
+  EXPECT_EQ(client.status()->axes[1].following, 0U);
+  EXPECT_EQ(client.status()->axes[1].leased, 0U);
+  EXPECT_EQ(line.axes.all[1].view.state, AxisState::kStandstill);
+  line.poll();
+  line.authority.release(1, "hand");
+  stream_swing(line, client, 80, 8, sent);
+  line.poll();
+  EXPECT_EQ(line.authority.owner_of(1), "") << "it was not asked for";
+  ASSERT_TRUE(line.take(1, "hand"));
+  EXPECT_TRUE(client.follow());
+  stream_swing(line, client, 80 * 5, 8, sent);
+  line.poll();
+  stream_swing(line, client, 80, 8, sent);
+  EXPECT_EQ(client.status()->axes[1].following, 0U) << "somebody has it";
+  line.authority.release(1, "hand");
+  line.poll();
+  EXPECT_THAT(line.told.back(), HasSubstr("stream client \"sine\""));
+  EXPECT_THAT(line.told.back(), HasSubstr("has y"));
+  stream_swing(line, client, 80, 8, sent);
+  EXPECT_EQ(client.status()->axes[1].following, 1U);
+  EXPECT_EQ(client.status()->axes[1].leased, 1U);
+}
+
+TEST(StreamSession, OneClientTakesAnAxisFromAnother) {
+  Line line;
+  auto first = line.client({.name = "first", .axes = {"x"}, .power = true});
+  int sent = 0;
+  stream_swing(line, first, 80 * 5, 8, sent);
+  auto second = line.client({.name = "second", .axes = {"x", "y"}, .power = true, .take_over = true});
+  first.heartbeat();
+  int sent_by_second = 0;
+  stream_swing(line, second, 80 * 5, 8, sent_by_second);
+  EXPECT_EQ(first.status()->axes[0].leased, 0U);
+  EXPECT_LT(first.status()->state, SessionState::kEnding) << "it may ask for the axis again";
+  EXPECT_EQ(second.status()->axes[0].following, 1U);
+  EXPECT_TRUE(first.end());
+  stream_swing(line, second, 80, 8, sent_by_second);
+  EXPECT_EQ(first.status()->state, SessionState::kOver) << "the axis is another's: there is nothing to wait for";
+  line.poll();
+  EXPECT_EQ(second.status()->axes[0].following, 1U);
+  EXPECT_THAT(line.authority.owner_of(0), HasSubstr("\"second\""));
+  EXPECT_TRUE(second.end());
+  line.run(10ms);
+  line.poll();
+  EXPECT_EQ(line.authority.owner_of(0), "");
 }
 
 TEST(StreamSession, AnAxisWithoutPowerWaits) {

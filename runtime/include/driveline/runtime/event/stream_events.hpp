@@ -19,6 +19,9 @@ struct StreamPeer {
   gid_t group = 0;    ///< as the kernel says
 };
 
+/// "stream client "sine" (process 123, user 1000)", as events and leases have it.
+[[nodiscard]] std::string describe(const StreamPeer& peer);
+
 /// Events of setpoints out of other processes.
 namespace events {
 

@@ -35,6 +35,7 @@ struct Wish {
   std::string name = "client";      ///< of itself, for people
   std::vector<std::string> axes{};  ///< by their names in the line description, 1 to kMaxAxes
   bool power = false;               ///< the axes are to be switched on
+  bool take_over = false;           ///< also axes that somebody else commands, who loses them; they are halted first
 };
 
 /// Details of the connection.
@@ -81,8 +82,11 @@ inline std::variant<Received, std::string> receive_answer(int socket, std::chron
   message.msg_iovlen = 1;
   message.msg_control = control.data();
   message.msg_controllen = control.size();
-  const auto length = ::recvmsg(socket, &message, MSG_CMSG_CLOEXEC);
+  auto length = ::recvmsg(socket, &message, MSG_CMSG_CLOEXEC);
+  // A line that has hung up may have said before why: that comes behind the error.
+  if (length < 0 && errno == ECONNRESET) length = ::recvmsg(socket, &message, MSG_CMSG_CLOEXEC);
   if (length < 0) return system_text("the line does not answer");
+  if (length == 0) return std::string{"the line has hung up"};
   Received received;
   for (const cmsghdr* part_of = CMSG_FIRSTHDR(&message); part_of != nullptr;
        part_of = CMSG_NXTHDR(&message, const_cast<cmsghdr*>(part_of))) {
@@ -136,10 +140,12 @@ class Client {
     Hello hello;
     hello.axis_count = static_cast<std::uint32_t>(wish.axes.size());
     hello.power = wish.power ? 1 : 0;
+    hello.take_over = wish.take_over ? 1 : 0;
     hello.name.set(wish.name);
     for (std::size_t i = 0; i < wish.axes.size(); ++i) hello.axes[i].set(wish.axes[i]);
     const auto bytes = to_bytes(hello);
-    if (::send(socket.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL) < 0) return system_text(socket_path);
+    // A line that does not listen any more has said why.
+    static_cast<void>(::send(socket.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL));
     auto received = client_detail::receive_answer(socket.get(), patience);
     if (auto* refusal = std::get_if<std::string>(&received)) return std::move(*refusal);
     return open(std::move(socket), std::get<client_detail::Received>(received), hello.axis_count);
@@ -165,7 +171,8 @@ class Client {
   }
   /// Says that this client is alive, for a time without setpoints. \rtsafe
   bool heartbeat() noexcept { return say(RecordKind::kHeartbeat); }
-  /// Axes that do not follow are to do so again: another motion had taken them, or they were not enabled. \rtsafe
+  /// Axes that do not follow are to do so again: another motion had taken them, or they were not enabled. One that
+  /// somebody else has taken over follows when nobody commands it any more. \rtsafe
   bool follow() noexcept { return say(RecordKind::kFollow); }
   /// The axes are to come to rest; they are free when status() says kOver. \rtsafe
   bool end() noexcept { return say(RecordKind::kEnd); }

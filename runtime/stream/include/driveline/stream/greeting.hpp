@@ -42,7 +42,7 @@ struct Hello {
   std::uint32_t version = kVersion;                    ///< of the sender
   std::uint32_t axis_count = 0;                        ///< of `axes`, at least 1
   std::uint32_t power = 0;                             ///< 1: the axes are to be switched on
-  std::uint32_t reserved = 0;                          ///< 0
+  std::uint32_t take_over = 0;                         ///< 1: also axes that others command, who lose them
   FixedText<kNameBytes> name{};                        ///< of the client, for people
   std::array<FixedText<kNameBytes>, kMaxAxes> axes{};  ///< as in the line description
 };

@@ -22,7 +22,8 @@ inline constexpr std::size_t kMaxAxes = 16;
 enum class RecordKind : std::uint32_t {
   kSetpoint = 1,   ///< where the axes shall be at `time_ns`
   kHeartbeat = 2,  ///< the client is alive; every other record says so as well
-  kFollow = 3,     ///< axes that do not follow are to do so again, after a motion by hand or a failure
+  kFollow = 3,     ///< axes that do not follow are to do so again, after a motion by hand or a failure; those that
+                   ///< somebody has taken over as soon as nobody commands them
   kEnd = 4,        ///< the axes are to come to rest, and are free then
 };
 
@@ -143,7 +144,7 @@ struct AxisStatus {
   AxisState state = AxisState::kDisabled;  ///< of this cycle
   std::uint32_t error = 0;                 ///< of ErrorStop: ecat_master::AxisError
   std::uint32_t following = 0;             ///< 1: it follows the stream
-  std::uint32_t reserved = 0;              ///< 0
+  std::uint32_t leased = 0;                ///< 1: the client may command it; 0: somebody else has taken it over
   double setpoint = 0.0;                   ///< what the drive is given, rad or m
   double position = 0.0;                   ///< actual one
   double velocity = 0.0;                   ///< actual one
