@@ -12,6 +12,8 @@ foreach(wanted
         include/driveline/runtime/devices/device_family.hpp
         include/driveline/wire/registers.hpp
         include/driveline/slaves/line/line.hpp
+        include/driveline/stream/client.hpp
+        share/driveline/stream_client/driveline/stream/client.hpp
         share/driveline/examples/01_scan.cpp
         share/driveline/examples/line8.toml
         share/driveline/esi/moog_msd.xml
@@ -33,3 +35,7 @@ foreach(file ${targets})
     message(FATAL_ERROR "${file} refers to the build tree")
   endif()
 endforeach()
+# A program that streams setpoints needs one installed folder of headers and links nothing.
+execute_process(COMMAND ${COMPILER} -std=c++20 -Wall -Wextra -Werror -I${PREFIX}/share/driveline/stream_client
+                        ${PREFIX}/share/driveline/examples/10_stream_client.cpp -o ${PREFIX}/10_stream_client
+                COMMAND_ERROR_IS_FATAL ANY)

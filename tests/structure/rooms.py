@@ -14,6 +14,7 @@ FOLDERS = {
     "esi": "esi",
     "slaves": "slaves",
     "runtime": "runtime",
+    "runtime/stream": "stream",
     "bridge": "bridge",
     "cli": "cli",
     "tests": "tests",

@@ -250,14 +250,19 @@ class RunConsole final : public ConsoleObserver {
   bool axes_wait_ = false;  ///< for requests
 };
 
-/// The socket that no other run listens at, where others expect it; null: there can be none.
-Outcome<std::unique_ptr<CommandInput>> open_default_control(const std::string& line) {
+/// The socket that no other run listens at, where others expect it; null: there can be none. `force`: nor is there one when
+/// another run has it, whose line is taken away.
+Outcome<std::unique_ptr<CommandInput>> open_default_control(const std::string& line, bool force) {
   if (auto made = make_control_folder(); !made) {
     progress("no control socket, so no `driveline axis`: {}; --control PATH asks for another", made.error().text);
     return nullptr;
   }
   const auto path = control_path(line);
   if (const auto process = listener_at(path)) {
+    if (force) {
+      progress("no control socket, so no `driveline axis`: process {} listens at {}", *process, path.string());
+      return nullptr;
+    }
     return failed(
         fmt::format("{}: process {} runs a line called \"{}\" already and listens there; another [line] name "
                     "or --control PATH is expected",
@@ -269,7 +274,7 @@ Outcome<std::unique_ptr<CommandInput>> open_default_control(const std::string& l
 /// On virtual time a line is over before anybody could say anything to it.
 Outcome<std::unique_ptr<LineControl>> open_control(const RunOptions& options, runtime::Line& line) {
   if (options.control.empty() && options.bus.virtual_time) return nullptr;
-  auto input = options.control.empty() ? open_default_control(line.config().name)
+  auto input = options.control.empty() ? open_default_control(line.config().name, options.force)
                                        : CommandInput::open(options.control, CommandInput::Sources::kSocket);
   if (!input) return tl::unexpected(input.error());
   if (*input == nullptr) return nullptr;

@@ -4,16 +4,18 @@
 
 namespace driveline::runtime {
 
-tl::expected<void, LeaseRefusal> AxisAuthority::take(std::size_t axis, const LeaseTerms& terms) {
+tl::expected<std::uint64_t, LeaseRefusal> AxisAuthority::take(std::size_t axis, const LeaseTerms& terms) {
   const std::lock_guard guard(lock_);
   auto& lease = leases_.at(axis);
-  const bool foreign = !lease.owner.empty() && lease.owner != terms.owner;
+  const bool his = lease.owner == terms.owner;
+  const bool foreign = !his && !lease.owner.empty();
   if (foreign && (lease.firm || !terms.take_over)) {
     return tl::unexpected(LeaseRefusal{lease.owner, lease.firm});
   }
   if (foreign) losses_.push_back({axis, std::move(lease.owner), terms.owner});
+  if (!his) numbers_[axis].store(++last_number_, std::memory_order_release);
   lease = {terms.owner, terms.until, terms.firm};
-  return {};
+  return numbers_[axis].load(std::memory_order_relaxed);
 }
 
 void AxisAuthority::prolong(std::string_view owner, std::optional<std::chrono::nanoseconds> until) {
@@ -25,7 +27,7 @@ void AxisAuthority::prolong(std::string_view owner, std::optional<std::chrono::n
 
 void AxisAuthority::release(std::size_t axis, std::string_view owner) {
   const std::lock_guard guard(lock_);
-  if (auto& lease = leases_.at(axis); lease.owner == owner) lease = {};
+  if (leases_.at(axis).owner == owner) end(axis);
 }
 
 std::vector<std::size_t> AxisAuthority::release_all(std::string_view owner) {
@@ -33,7 +35,7 @@ std::vector<std::size_t> AxisAuthority::release_all(std::string_view owner) {
   std::vector<std::size_t> released;
   for (std::size_t axis = 0; axis < leases_.size(); ++axis) {
     if (leases_[axis].owner != owner) continue;
-    leases_[axis] = {};
+    end(axis);
     released.push_back(axis);
   }
   return released;
@@ -46,9 +48,14 @@ std::vector<LeaseLoss> AxisAuthority::losses(std::chrono::nanoseconds now) {
     auto& lease = leases_[axis];
     if (lease.owner.empty() || !lease.until || *lease.until > now) continue;
     lost.push_back({axis, std::move(lease.owner), {}});
-    lease = {};
+    end(axis);
   }
   return lost;
+}
+
+void AxisAuthority::end(std::size_t axis) noexcept {
+  leases_[axis] = {};
+  numbers_[axis].store(0, std::memory_order_release);
 }
 
 std::string AxisAuthority::owner_of(std::size_t axis) const {

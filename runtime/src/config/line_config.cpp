@@ -13,6 +13,7 @@
 #include "config/process_data_reader.hpp"
 #include "config/slave_device_reader.hpp"
 #include "config/slave_plan_reader.hpp"
+#include "config/stream_reader.hpp"
 #include "config/wiring_config.hpp"
 #include "driveline/ecat_master/axis/axis_objects.hpp"
 #include "driveline/ecat_master/configuration/description_plan.hpp"
@@ -380,6 +381,10 @@ LineConfig read_config(const toml::table& table, const std::filesystem::path& fi
   read_process_data(root, config);
   complete_velocity_gains(config);
   if (root.has("path")) read_path(root.table("path"), file.parent_path(), config);
+  if (root.has("stream")) config.stream = read_stream(root.table("stream"), config.axes);
+  if (config.stream && config.path) {
+    root.fail("stream", "goes with axes that wait for requests: there must be no [path], which they would follow");
+  }
   read_telemetry(root.table("telemetry"), config);
   read_output(root.table("output"), config);
   read_recovery(root.table("recovery"), config.recovery);

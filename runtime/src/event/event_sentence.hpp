@@ -75,6 +75,14 @@ class EventSentence {
   std::string operator()(const events::EoeAddressRefused& facts) const;
   std::string operator()(const events::GatewayUp& facts) const;
 
+  // stream_sentences.cpp
+  std::string operator()(const events::StreamUp& facts) const;
+  std::string operator()(const events::StreamClientCame& facts) const;
+  std::string operator()(const events::StreamClientRefused& facts) const;
+  std::string operator()(const events::StreamSetpointRefused& facts) const;
+  std::string operator()(const events::StreamStarved& facts) const;
+  std::string operator()(const events::StreamClientLeft& facts) const;
+
  private:
   /// "1.25 mm", or "1.25 mm (1311 increments)". `length`: rad or m.
   [[nodiscard]] std::string length_text(const events::EventAxis& axis, double length) const;

@@ -84,6 +84,7 @@ void LineRun::leave_nothing_behind() {
 
 Result<void> LineRun::prepare() {
   if (auto ready = services_.prepare(session_); !ready) return ready;
+  if (auto possible = check_stream(); !possible) return possible;
   std::error_code error;
   created_directory_ = std::filesystem::create_directories(config_.output.directory, error);
   if (error)
@@ -98,6 +99,27 @@ Result<void> LineRun::prepare() {
       static_cast<std::uint64_t>(every), config_.output.increments);
   if (recorder_->problem()) return tl::unexpected(*recorder_->problem());
   return start_telemetry();
+}
+
+Result<void> LineRun::check_stream() const {
+  if (!config_.stream) return {};
+  if (session_.virtual_time()) {
+    return fail(ErrorKind::kSetting, "goes with the time of this machine: its clients cannot follow virtual time",
+                "[stream]");
+  }
+  const auto owner = joint_owner();
+  if (owner.empty()) return {};
+  return fail(
+      ErrorKind::kSetting,
+      fmt::format("the axes are moved together, by the {} of this run: nobody can stream to one of them", owner),
+      "[stream]");
+}
+
+/// What moves all axes together, with a firm lease; empty: nothing.
+std::string_view LineRun::joint_owner() const noexcept {
+  if (settings_.tasks->drive()) return "task";
+  if (settings_.source != nullptr) return "program";
+  return config_.path ? "path" : "";
 }
 
 Result<void> LineRun::start_telemetry() {
@@ -172,8 +194,15 @@ Result<void> LineRun::must_be_free() {
 
 /// Axes that nothing moves together wait for requests, each for its own.
 std::unique_ptr<LineMotion> LineRun::make_motion() {
-  if (config_.path || settings_.source != nullptr) return make_joint_motion();
+  return joint_owner().empty() ? make_single_motion() : make_joint_motion();
+}
+
+std::unique_ptr<LineMotion> LineRun::make_single_motion() {
   auto axes = std::make_unique<ecat_master::SingleAxes>(make_axes(config_, master_), single_axis_settings(config_));
+  if (config_.stream) {
+    stream_ = std::make_unique<StreamService>(config_, *axes, settings_.door->authority());
+    settings_.tasks->serve(stream_->task());
+  }
   return std::make_unique<SingleMotion>(std::move(axes), *settings_.door, settings_.enable);
 }
 
@@ -183,8 +212,7 @@ std::unique_ptr<LineMotion> LineRun::make_joint_motion() {
   auto motion = settings_.source != nullptr
                     ? std::make_unique<ecat_master::Motion>(std::move(axes), *settings_.source, settings)
                     : std::make_unique<ecat_master::Motion>(std::move(axes), *settings_.path, settings);
-  const auto* owner = settings_.source == nullptr ? "path" : settings_.tasks->drive() ? "task" : "program";
-  return std::make_unique<JointMotion>(std::move(motion), config_, *settings_.door, owner);
+  return std::make_unique<JointMotion>(std::move(motion), config_, *settings_.door, std::string(joint_owner()));
 }
 
 Result<void> LineRun::start_cycle() {
@@ -213,8 +241,15 @@ Result<void> LineRun::start_cycle() {
   state_ = "OP";
   if (feed_) feed_->set_state(snapshot::LineState::kOp);
   progress(events::StateReached{wire::AlState::kOp});
+  return start_services();
+}
+
+Result<void> LineRun::start_services() {
   if (auto offered = services_.start(master_); !offered) return offered;
   for (auto& offer : services_.offers()) progress(std::move(offer));
+  if (!stream_) return {};
+  if (auto started = stream_->start(); !started) return started;
+  progress(stream_->offer());
   return {};
 }
 
@@ -242,7 +277,7 @@ void LineRun::begin_operation() {
   settings_.observer->look();
   // The line is up; after a stop request nothing moves any more.
   if (motion_ && !stop_requested()) motion_->start();
-  if (motion_ && !config_.path && settings_.source == nullptr) progress(events::NoPath{settings_.enable});
+  if (motion_ && joint_owner().empty()) progress(events::NoPath{settings_.enable});
 }
 
 void LineRun::operate() {
@@ -274,6 +309,7 @@ bool LineRun::look() {
   settings_.observer->look();
   if (over || stop_requested()) return false;
   note_requests();
+  note_streams();
   if (!settings_.duration_s && motion_ && motion_->done()) return false;
   tell_progress();
   return true;
@@ -321,9 +357,16 @@ void LineRun::note_requests() {
   for (auto& event : settings_.door->take_events()) note(std::move(event), Severity::kNotice);
 }
 
+/// Who streams setpoints, and what is wrong with them.
+void LineRun::note_streams() {
+  if (!stream_) return;
+  for (auto& event : stream_->poll()) note(std::move(event.facts), event.severity);
+}
+
 void LineRun::stop_motion() {
   if (!motion_) return;
   note_requests();
+  if (stream_) stream_->close();
   if (!had(Severity::kFailure)) {
     motion_->judge([this](EventFacts facts, Severity severity) { note(std::move(facts), severity); });
   }
@@ -333,6 +376,7 @@ void LineRun::stop_motion() {
   const auto deadline = session_.clock().now() + kStopTimeout;
   do {
     pass(kWatchInterval);
+    note_streams();
   } while (!motion_->off() && session_.clock().now() < deadline);
   if (!motion_->off()) fail_with(events::AxesNotOff{kStopTimeout});
 }

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -22,6 +23,7 @@
 #include "operation/line_services.hpp"
 #include "operation/line_tasks.hpp"
 #include "operation/line_watch.hpp"
+#include "operation/stream_service.hpp"
 #include "record/cycle_figures.hpp"
 #include "record/fault_records.hpp"
 #include "record/recorder.hpp"
@@ -61,13 +63,17 @@ class LineRun {
 
  private:
   [[nodiscard]] Result<void> prepare();
+  [[nodiscard]] Result<void> check_stream() const;
+  [[nodiscard]] std::string_view joint_owner() const noexcept;
   [[nodiscard]] Result<void> start_telemetry();
   [[nodiscard]] Result<void> bring_up();
   [[nodiscard]] Result<void> bring_up_clocks();
   [[nodiscard]] Result<void> must_be_free();
   [[nodiscard]] std::unique_ptr<LineMotion> make_motion();
   [[nodiscard]] std::unique_ptr<LineMotion> make_joint_motion();
+  [[nodiscard]] std::unique_ptr<LineMotion> make_single_motion();
   [[nodiscard]] Result<void> start_cycle();
+  [[nodiscard]] Result<void> start_services();
   void operate();
   void begin_operation();
   [[nodiscard]] bool look();
@@ -81,6 +87,7 @@ class LineRun {
   void leave_nothing_behind();
   void pass(std::chrono::nanoseconds duration);
   void note_requests();
+  void note_streams();
   void note(EventFacts facts, Severity severity);
   void progress(EventFacts facts) { note(std::move(facts), Severity::kProgress); }
   void fail_with(EventFacts facts) { note(std::move(facts), Severity::kFailure); }
@@ -101,6 +108,7 @@ class LineRun {
   std::unique_ptr<Recorder> recorder_;
   std::unique_ptr<CycleFigures> figures_;
   std::unique_ptr<LineMotion> motion_;
+  std::unique_ptr<StreamService> stream_;  ///< of single axes with [stream]
   std::vector<ecat_master::ProcessDataCopy> copies_;
   std::optional<ecat_master::ProcessVariables> variables_;
   GroupWatch group_watch_;

@@ -176,9 +176,8 @@ class ProgramTest(unittest.TestCase):
         err = open(self.directory / log, "wb")
         self.addCleanup(out.close)
         self.addCleanup(err.close)
-        settings = {"stdout": out, "stderr": err, **options}
-        process = subprocess.Popen([*self.prefix, program, *map(str, arguments)], cwd=self.directory,
-                                   stdin=subprocess.DEVNULL, **settings)
+        settings = {"stdin": subprocess.DEVNULL, "stdout": out, "stderr": err, **options}
+        process = subprocess.Popen([*self.prefix, program, *map(str, arguments)], cwd=self.directory, **settings)
         self.addCleanup(self.kill, process)
         return process
 

@@ -71,6 +71,28 @@ TEST(AxisAuthority, NobodyTakesOverFromWhatMovesTheAxesForGood) {
   EXPECT_TRUE(refused.error().firm);
 }
 
+TEST(AxisAuthority, EachLeaseHasANumberOfItsOwn) {
+  AxisAuthority authority(2);
+  EXPECT_FALSE(authority.goes_on(0, 0)) << "nobody's";
+  const auto first = authority.take(0, terms("stream"));
+  ASSERT_TRUE(first);
+  EXPECT_TRUE(authority.goes_on(0, *first));
+  EXPECT_FALSE(authority.goes_on(1, *first));
+  EXPECT_EQ(authority.take(0, terms("stream")).value_or(0), *first) << "prolonged";
+  authority.release(0, "stream");
+  EXPECT_FALSE(authority.goes_on(0, *first));
+  const auto second = authority.take(0, terms("stream"));
+  ASSERT_TRUE(second);
+  EXPECT_NE(*second, *first);
+  auto takes_over = terms("hand", nanoseconds{100});
+  takes_over.take_over = true;
+  const auto third = authority.take(0, takes_over);
+  ASSERT_TRUE(third);
+  EXPECT_FALSE(authority.goes_on(0, *second));
+  EXPECT_EQ(authority.losses(nanoseconds{100}).size(), 2U);
+  EXPECT_FALSE(authority.goes_on(0, *third));
+}
+
 TEST(AxisAuthority, LeaseThatIsNotProlongedEnds) {
   AxisAuthority authority(2);
   ASSERT_TRUE(authority.take(0, terms("hand", nanoseconds{100})));

@@ -66,7 +66,7 @@ INSTANTIATE_TEST_SUITE_P(
                   ":4: lines: unknown key, expected one of: axis, bus, copy, dc, eoe, fault, gateway, group, line, "
                   "output, path, "
                   "process_data, realtime, recovery, slave, "
-                  "telemetry, wiring"},
+                  "stream, telemetry, wiring"},
         WrongFile{one_slave("[bus]\niface = \"eth1\"\n"),
                   ":5: [bus] iface: unknown key, expected one of: acyclic_bytes, esi, interface, interface2, "
                   "max_lost_cycles, max_lost_ms"},

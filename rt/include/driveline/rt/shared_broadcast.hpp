@@ -31,9 +31,9 @@ class SharedBroadcastWriter {
  public:
   /// The region must have been created, not opened, by this process.
   /// @throws std::invalid_argument if it is not a broadcast of records of this size, or was opened.
-  explicit SharedBroadcastWriter(const SharedRegion& region)
+  explicit SharedBroadcastWriter(const SharedMapping& region)
       : slots_{region, SharedForm::kBroadcast}, head_{shared_detail::load<std::memory_order_acquire>(slots_.head())} {
-    if (region.descriptor() < 0) {
+    if (!region.made_here()) {
       throw std::invalid_argument("shared region: only the process that made a broadcast can write to it");
     }
   }
@@ -66,7 +66,7 @@ class SharedBroadcastReader {
   static constexpr int kAttempts = 4;
 
   /// @throws std::invalid_argument if the region is not a broadcast of records of this size.
-  explicit SharedBroadcastReader(const SharedRegion& region)
+  explicit SharedBroadcastReader(const SharedMapping& region)
       : slots_{region, SharedForm::kBroadcast}, next_{shared_detail::load<std::memory_order_acquire>(slots_.head())} {}
 
   /// Takes as many of the oldest records as there are and fit; counts those that were overwritten before.

@@ -29,7 +29,7 @@ class SharedRingWriter {
   /// Goes on where the writer before it has stopped; at the beginning of a new region. The owner of a region makes its
   /// handle before it gives the descriptor away.
   /// @throws std::invalid_argument if the region is not a ring of records of this size.
-  explicit SharedRingWriter(const SharedRegion& region)
+  explicit SharedRingWriter(const SharedMapping& region)
       : slots_{region, SharedForm::kRing}, head_{shared_detail::load<std::memory_order_acquire>(slots_.head())} {
     const std::uint64_t tail = shared_detail::load<std::memory_order_acquire>(slots_.tail());
     if (head_ - tail > slots_.capacity()) {
@@ -86,7 +86,7 @@ class SharedRingReader {
   /// Goes on where the reader before it has stopped; at the beginning of a new region. The owner of a region makes its
   /// handle before it gives the descriptor away.
   /// @throws std::invalid_argument if the region is not a ring of records of this size.
-  explicit SharedRingReader(const SharedRegion& region)
+  explicit SharedRingReader(const SharedMapping& region)
       : slots_{region, SharedForm::kRing}, tail_{shared_detail::load<std::memory_order_acquire>(slots_.tail())} {
     const std::uint64_t head = shared_detail::load<std::memory_order_acquire>(slots_.head());
     if (head - tail_ > slots_.capacity()) {

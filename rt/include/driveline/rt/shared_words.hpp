@@ -8,7 +8,8 @@
 #include <stdexcept>
 #include <type_traits>
 
-#include "driveline/rt/shared_region.hpp"
+#include "driveline/rt/shared_layout.hpp"
+#include "driveline/rt/shared_mapping.hpp"
 
 namespace driveline::rt {
 
@@ -44,7 +45,7 @@ void load_record(T& value, std::uint64_t* words) noexcept {
 template <SharedRecord T>
 class Slots {
  public:
-  Slots(const SharedRegion& region, SharedForm form)
+  Slots(const SharedMapping& region, SharedForm form)
       : words_{region.words().data()}, mask_{region.layout().capacity - 1} {
     if (region.layout().form != form || region.layout().record_bytes != sizeof(T)) {
       throw std::invalid_argument("shared region: it has another form, or records of another size, than its user");

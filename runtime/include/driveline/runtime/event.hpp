@@ -11,6 +11,7 @@
 #include "driveline/runtime/event/result_events.hpp"
 #include "driveline/runtime/event/service_events.hpp"
 #include "driveline/runtime/event/set_up_events.hpp"
+#include "driveline/runtime/event/stream_events.hpp"
 
 namespace driveline::runtime {
 
@@ -26,7 +27,8 @@ using EventFacts = std::variant<
     events::AxisOffItsSetpoint, events::ForbiddenCalls, events::ForeignTraffic, events::FaultRecorded,
     events::RecordingEnded, events::CaptureIncomplete, events::FileNotWritten, events::EoeUp, events::EoeAddressRefused,
     events::GatewayUp, events::AxisRequested, events::AxisRequestFailed, events::CallerRefused, events::AxisLeaseLost,
-    events::AxisFailed, events::AxisNotReset, events::AxisRestored>;
+    events::AxisFailed, events::AxisNotReset, events::AxisRestored, events::StreamUp, events::StreamClientCame,
+    events::StreamClientRefused, events::StreamSetpointRefused, events::StreamStarved, events::StreamClientLeft>;
 
 /// How grave an event is.
 enum class Severity : std::uint8_t {

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -36,14 +38,15 @@ struct LeaseRefusal {
 /// Who may command the axes of a line: path, task, stream, hand. Each axis has at most one owner at a time. A stop asks
 /// for no lease: it is allowed to everybody. Owners are the same if their names are.
 ///
-/// Any thread but the cycle's; a lock inside.
+/// Any thread but the cycle's, with a lock inside, except where something else is said.
 class AxisAuthority {
  public:
   /// Nobody commands the axes yet.
-  explicit AxisAuthority(std::size_t axes) : leases_(axes) {}
+  explicit AxisAuthority(std::size_t axes) : leases_(axes), numbers_(axes) {}
 
-  /// Takes the axis, or prolongs the owner's own lease. Error: somebody else has it.
-  [[nodiscard]] tl::expected<void, LeaseRefusal> take(std::size_t axis, const LeaseTerms& terms);
+  /// Takes the axis, or prolongs the owner's own lease. The number of the lease, which no other has. Error: somebody
+  /// else has the axis.
+  [[nodiscard]] tl::expected<std::uint64_t, LeaseRefusal> take(std::size_t axis, const LeaseTerms& terms);
   /// Gives all leases of `owner` that have an end another one, or none.
   void prolong(std::string_view owner, std::optional<std::chrono::nanoseconds> until);
   /// Gives the axis back; nothing happens if it is another's.
@@ -57,6 +60,10 @@ class AxisAuthority {
   [[nodiscard]] std::string owner_of(std::size_t axis) const;
   /// Whether the axis is his.
   [[nodiscard]] bool holds(std::size_t axis, std::string_view owner) const;
+  /// Whether the lease of that number goes on; the cycle may ask, too. \rtsafe
+  [[nodiscard]] bool goes_on(std::size_t axis, std::uint64_t number) const noexcept {
+    return number != 0 && numbers_[axis].load(std::memory_order_acquire) == number;
+  }
 
  private:
   struct Lease {
@@ -65,8 +72,12 @@ class AxisAuthority {
     bool firm = false;
   };
 
+  void end(std::size_t axis) noexcept;
+
   mutable std::mutex lock_;
   std::vector<Lease> leases_;
+  std::vector<std::atomic<std::uint64_t>> numbers_;  ///< of the leases; 0: nobody has the axis
+  std::uint64_t last_number_ = 0;
   std::vector<LeaseLoss> losses_;
 };
 

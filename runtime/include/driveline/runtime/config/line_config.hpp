@@ -19,6 +19,7 @@
 #include "driveline/runtime/config/process_data_config.hpp"
 #include "driveline/runtime/config/recovery_config.hpp"
 #include "driveline/runtime/config/slave_plan_config.hpp"
+#include "driveline/runtime/config/stream_config.hpp"
 #include "driveline/runtime/devices/device_registry.hpp"
 #include "driveline/runtime/gateway/mailbox_gateway.hpp"
 #include "driveline/slaves/line/fault.hpp"
@@ -141,6 +142,7 @@ struct LineConfig {
   OutputConfig output;                        ///< what is written into files
   std::optional<EoeConfig> eoe;               ///< none: no EoE
   std::optional<GatewayConfig> gateway;       ///< none: no mailbox gateway
+  std::optional<StreamConfig> stream;         ///< none: no setpoints out of other processes
   RecoveryConfig recovery;                    ///< reaction to lost slaves
   std::vector<std::string> notes;             ///< remarks on the file for its author, a sentence each
 };

@@ -1,24 +1,78 @@
+#pragma once
+
 #include <fcntl.h>
 
+#include <cstdint>
 #include <iomanip>
 #include <sstream>
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <variant>
 
-#include "driveline/rt/shared_region.hpp"
+#include "driveline/rt/shared_layout.hpp"
 
 namespace driveline::rt {
 
-namespace {
+/// A call of the system failed.
+struct SharedCallFailed {
+  const char* call;  ///< e.g. "mmap"
+  int error_number;  ///< errno
+};
 
-std::string hex(std::uint64_t value) {
+/// The descriptor belongs to a file without seals: a plain file, a pipe.
+struct SharedNotMemory {};
+
+/// The memory can still change its size, or its readers can write to it.
+struct SharedNotSealed {
+  unsigned required;  ///< F_SEAL_... that the form needs
+  unsigned present;   ///< F_SEAL_... that are set
+};
+
+/// The memory is smaller than a header, or not of the size that follows from its header.
+struct SharedWrongSize {
+  std::uint64_t expected_bytes;  ///< what it should have, at least
+  std::uint64_t found_bytes;     ///< what it has
+};
+
+/// The memory does not begin as a region of driveline.
+struct SharedWrongMagic {
+  std::uint64_t expected;  ///< kSharedMagic
+  std::uint64_t found;     ///< the first eight bytes
+};
+
+/// The region was made by another version of this library that lays regions out in another way.
+struct SharedWrongVersion {
+  std::uint32_t expected;  ///< kSharedLayoutVersion
+  std::uint32_t found;     ///< of the region
+};
+
+/// The region has another layout or content than expected.
+struct SharedOtherContent {
+  SharedLayout expected;  ///< what was asked for
+  SharedLayout found;     ///< what the header says
+};
+
+/// No region can be made with so many records of this size.
+struct SharedBadCapacity {
+  std::uint64_t capacity;      ///< records, as given
+  std::uint32_t record_bytes;  ///< of each, as given
+};
+
+/// Why there is no shared region.
+using SharedRegionError = std::variant<SharedCallFailed, SharedNotMemory, SharedNotSealed, SharedWrongSize,
+                                       SharedWrongMagic, SharedWrongVersion, SharedOtherContent, SharedBadCapacity>;
+
+/// Words of describe().
+namespace shared_detail {
+
+inline std::string hex(std::uint64_t value) {
   std::ostringstream text;
   text << "0x" << std::hex << std::uppercase << value;
   return text.str();
 }
 
-std::string seal_names(unsigned seals) {
+inline std::string seal_names(unsigned seals) {
   struct Name {
     unsigned seal;
     std::string_view text;
@@ -36,11 +90,11 @@ std::string seal_names(unsigned seals) {
   return text;
 }
 
-std::string differs(std::string_view what, const std::string& found, const std::string& expected) {
+inline std::string differs(std::string_view what, const std::string& found, const std::string& expected) {
   return std::string{what} + " " + found + " instead of " + expected;
 }
 
-std::string form_name(SharedForm form) {
+inline std::string form_name(SharedForm form) {
   switch (form) {
     case SharedForm::kRing:
       return "ring";
@@ -51,7 +105,7 @@ std::string form_name(SharedForm form) {
 }
 
 /// The first thing that is not as expected.
-std::string first_difference(const SharedLayout& found, const SharedLayout& expected) {
+inline std::string first_difference(const SharedLayout& found, const SharedLayout& expected) {
   if (found.form != expected.form) {
     return differs("form", form_name(found.form), form_name(expected.form));
   }
@@ -68,7 +122,7 @@ std::string first_difference(const SharedLayout& found, const SharedLayout& expe
   return differs("capacity", std::to_string(found.capacity), std::to_string(expected.capacity));
 }
 
-struct Sentence {
+struct RegionSentence {
   std::string operator()(const SharedCallFailed& error) const {
     return std::string{error.call} + ": " + std::generic_category().message(error.error_number);
   }
@@ -96,10 +150,11 @@ struct Sentence {
   }
 };
 
-}  // namespace
+}  // namespace shared_detail
 
-std::string describe(const SharedRegionError& error) {
-  return "shared region: " + std::visit(Sentence{}, error);
+/// The error as one sentence with all of its facts.
+[[nodiscard]] inline std::string describe(const SharedRegionError& error) {
+  return "shared region: " + std::visit(shared_detail::RegionSentence{}, error);
 }
 
 }  // namespace driveline::rt

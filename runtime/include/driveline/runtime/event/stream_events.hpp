@@ -1,0 +1,63 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "driveline/stream/records.hpp"
+
+namespace driveline::runtime {
+
+/// A program that streams setpoints, or wants to.
+struct StreamPeer {
+  std::string name;   ///< as it calls itself
+  pid_t process = 0;  ///< as the kernel says
+  uid_t user = 0;     ///< as the kernel says
+  gid_t group = 0;    ///< as the kernel says
+};
+
+/// "stream client "sine" (process 123, user 1000)", as events and leases have it.
+[[nodiscard]] std::string describe(const StreamPeer& peer);
+
+/// Events of setpoints out of other processes.
+namespace events {
+
+/// Programs can connect.
+struct StreamUp {
+  std::string socket;             ///< path
+  std::vector<std::string> axes;  ///< that they may have
+};
+/// A program has been given axes.
+struct StreamClientCame {
+  StreamPeer peer;                ///< who
+  std::vector<std::string> axes;  ///< which it has now
+};
+/// A program was sent away.
+struct StreamClientRefused {
+  StreamPeer peer;         ///< who
+  std::string reason;      ///< as it was told
+  std::uint64_t more = 0;  ///< others that were sent away since the last of these events
+};
+/// The first setpoint of a client that was refused for this reason.
+struct StreamSetpointRefused {
+  StreamPeer peer;           ///< whose
+  stream::Refusal reason{};  ///< why
+};
+/// The axes of a client have used up its setpoints for the first time, and have come to rest.
+struct StreamStarved {
+  StreamPeer peer;  ///< whose
+};
+/// The axes of a client are free again.
+struct StreamClientLeft {
+  StreamPeer peer;                                         ///< who
+  stream::EndReason reason{};                              ///< why
+  std::uint64_t taken = 0;                                 ///< setpoints
+  std::array<std::uint64_t, stream::kRefusals> refused{};  ///< by stream::Refusal
+  std::uint64_t starved = 0;                               ///< how often its setpoints were used up
+};
+
+}  // namespace events
+}  // namespace driveline::runtime

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "driveline/stream/greeting.hpp"
+#include "driveline/stream/records.hpp"
+
+namespace driveline::runtime {
+
+/// Looks at each setpoint of a client before it is believed: the client may have written anything. What times have to
+/// do with one another is left to the trajectory::SetpointStream behind it. Belongs to the cycle; everything but the
+/// constructor is \rtsafe.
+class SetpointCheck {
+ public:
+  /// What becomes of a setpoint.
+  struct Verdict {
+    bool taken = false;
+    std::optional<stream::Refusal> remark{};  ///< why not; kGap also of one that is taken
+  };
+
+  /// `bounds`: of the axes of the client.
+  explicit SetpointCheck(std::vector<stream::AxisBounds> bounds);
+
+  /// `before`: the setpoint that was taken before; null: there is none that this one has to be reached from.
+  [[nodiscard]] Verdict judge(const stream::SetpointRecord& record, const stream::SetpointRecord* before) noexcept;
+
+ private:
+  [[nodiscard]] std::optional<stream::Refusal> wrong_by_itself(const stream::SetpointRecord& record) const noexcept;
+  [[nodiscard]] bool too_far(const stream::SetpointRecord& record, const stream::SetpointRecord& before) const noexcept;
+
+  std::vector<stream::AxisBounds> bounds_;
+  std::uint64_t number_ = 0;  ///< the last, taken or not
+};
+
+}  // namespace driveline::runtime

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cstddef>
+
+#include "driveline/ecat_master/single_axis/single_axes.hpp"
+#include "stream/stream_axes.hpp"
+
+namespace driveline::runtime {
+
+/// The axes of a line that are commanded by requests, for a StreamHub.
+class SingleAxesDoor final : public StreamAxes {
+ public:
+  /// `axes` must outlive it.
+  explicit SingleAxesDoor(ecat_master::SingleAxes& axes) noexcept : axes_(axes) {}
+
+  [[nodiscard]] View view(std::size_t axis) const noexcept override;
+  void follow(std::size_t axis) noexcept override;
+  void halt(std::size_t axis) noexcept override;
+  void power_on(std::size_t axis) noexcept override;
+
+ private:
+  ecat_master::SingleAxes& axes_;
+};
+
+}  // namespace driveline::runtime

@@ -1,0 +1,286 @@
+#include "stream/stream_server.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+#include <utility>
+
+#include "stream/stream_peer.hpp"
+
+namespace driveline::runtime {
+namespace {
+
+using std::chrono::steady_clock;
+using stream::EndReason;
+
+constexpr std::size_t kMostVisitors = 8;
+/// For the Hello of a client that has connected.
+constexpr auto kPatience = std::chrono::seconds{1};
+/// From one event about refused clients to the next.
+constexpr auto kRefusalInterval = std::chrono::seconds{1};
+
+/// What a client says of itself goes to terminals and files.
+std::string printable(std::string_view text) {
+  std::string result(text.empty() ? "?" : text);
+  std::replace_if(
+      result.begin(), result.end(), [](char c) { return c < ' ' || c > '~' || c == '"'; }, '?');
+  return result;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<StreamServer>> StreamServer::open(const StreamConfig& config, std::vector<StreamAxis> axes,
+                                                         StreamHub& hub, AxisAuthority& authority,
+                                                         std::chrono::nanoseconds period) {
+  const bool others = !config.allowed.users.empty() || config.allowed.group.has_value();
+  auto socket = StreamSocket::listen(config.socket, others);
+  if (!socket) return tl::unexpected(socket.error());
+  return std::unique_ptr<StreamServer>(
+      new StreamServer(config, std::move(axes), hub, authority, period, std::move(*socket)));
+}
+
+StreamServer::StreamServer(const StreamConfig& config, std::vector<StreamAxis> axes, StreamHub& hub,
+                           AxisAuthority& authority, std::chrono::nanoseconds period, StreamSocket socket)
+    : config_(config),
+      axes_(std::move(axes)),
+      hub_(hub),
+      authority_(authority),
+      period_(period),
+      socket_(std::move(socket)) {}
+
+StreamServer::~StreamServer() = default;
+
+events::StreamUp StreamServer::offer() const {
+  events::StreamUp up{config_.socket.string(), {}};
+  for (const auto& axis : axes_) up.axes.push_back(axis.name);
+  return up;
+}
+
+std::vector<Event> StreamServer::poll() {
+  if (socket_) let_in();
+  hear_visitors();
+  look_after_clients();
+  return std::exchange(events_, {});
+}
+
+void StreamServer::close() {
+  socket_.reset();
+  visitors_.clear();
+  for (auto& client : clients_) client->session->request_end(EndReason::kLine);
+}
+
+void StreamServer::note(EventFacts facts, Severity severity) {
+  events_.push_back({std::move(facts), severity, {}});
+}
+
+void StreamServer::let_in() {
+  for (std::size_t i = 0; i < kMostVisitors; ++i) {
+    auto socket = socket_->accept();
+    if (!socket.valid()) return;
+    auto peer = peer_of(socket.get());
+    if (!peer) continue;
+    peer->name = "?";
+    Visitor visitor{std::move(socket), std::move(*peer), steady_clock::now()};
+    if (!may_stream(visitor.socket.get(), visitor.peer, config_.allowed)) {
+      refuse(visitor, fmt::format("user {} may not stream to this line", visitor.peer.user));
+    } else if (visitors_.size() == kMostVisitors) {
+      refuse(visitor, "too many programs connect at once");
+    } else {
+      visitors_.push_back(std::move(visitor));
+    }
+  }
+}
+
+void StreamServer::hear_visitors() {
+  std::erase_if(visitors_, [this](Visitor& visitor) { return hear(visitor); });
+}
+
+/// True: there is nothing more to hear.
+bool StreamServer::hear(Visitor& visitor) {
+  const auto message = receive_message(visitor.socket.get());
+  if (message.closed) return true;
+  if (message.bytes.empty()) {
+    if (steady_clock::now() - visitor.since < kPatience) return false;
+    refuse(visitor, "it has not said what it wants");
+    return true;
+  }
+  const auto hello = stream::from_bytes<stream::Hello>(message.bytes);
+  if (!hello) {
+    refuse(visitor, fmt::format("it has not said what it wants in the words of version {}", stream::kVersion));
+  } else {
+    visitor.peer.name = printable(hello->name.text());
+    greet(visitor, *hello);
+  }
+  return true;
+}
+
+void StreamServer::greet(Visitor& visitor, const stream::Hello& hello) {
+  if (hello.version != stream::kVersion) {
+    refuse(visitor, fmt::format("it speaks version {} of the stream, the line {}", hello.version, stream::kVersion));
+    return;
+  }
+  auto members = choose(hello);
+  if (!members) {
+    refuse(visitor, members.error().reason);
+    return;
+  }
+  auto session = make_session(hello, visitor.peer, *members);
+  if (!session) {
+    for (const auto& member : *members) release(visitor.peer, member.axis, member.lease);
+    refuse(visitor, session.error().reason);
+    return;
+  }
+  accept(visitor, std::move(*session));
+}
+
+Result<std::vector<StreamSession::Member>> StreamServer::choose(const stream::Hello& hello) const {
+  const auto no = [](std::string reason) { return fail(ErrorKind::kSetting, std::move(reason)); };
+  if (hello.axis_count == 0 || hello.axis_count > stream::kMaxAxes) {
+    return no(fmt::format("a client has 1 to {} axes, not {}", stream::kMaxAxes, hello.axis_count));
+  }
+  std::vector<StreamSession::Member> members;
+  for (std::size_t i = 0; i < hello.axis_count; ++i) {
+    const auto name = hello.axes[i].text();
+    const auto found = std::find_if(axes_.begin(), axes_.end(), [&](const auto& axis) { return axis.name == name; });
+    if (found == axes_.end()) {
+      return no(
+          fmt::format("there is no axis \"{}\" for streams, but {}", printable(name), fmt::join(offer().axes, ", ")));
+    }
+    const auto same = [&](const auto& member) { return member.axis == found->axis; };
+    if (std::any_of(members.begin(), members.end(), same)) {
+      return no(fmt::format("axis {} is named twice", found->name));
+    }
+    members.push_back({found->axis, found->bounds});
+  }
+  return members;
+}
+
+/// A session in the cycle, with a lease of each of its axes. After an error `members` have those that were taken.
+Result<std::unique_ptr<StreamSession>> StreamServer::make_session(const stream::Hello& hello, const StreamPeer& peer,
+                                                                  std::vector<StreamSession::Member>& members) {
+  for (auto& member : members) {
+    if (auto leased = lease(member, peer, hello.take_over == 1); !leased) return tl::unexpected(leased.error());
+  }
+  auto session = StreamSession::make(members, hello.power == 1, config_.settings, period_, authority_);
+  if (session && !hub_.add(**session)) return fail(ErrorKind::kMachine, "too many programs stream to this line");
+  return session;
+}
+
+Result<void> StreamServer::lease(StreamSession::Member& member, const StreamPeer& peer, bool take_over) {
+  LeaseTerms terms;
+  terms.owner = describe(peer);
+  terms.take_over = take_over;
+  const auto before = authority_.owner_of(member.axis);
+  const auto taken = authority_.take(member.axis, terms);
+  if (taken && before != terms.owner) {
+    member.lease = *taken;
+    member.halt = !before.empty();
+    return {};
+  }
+  // One process may have several clients of one name: what one has, the other has not.
+  const auto owned = taken ? LeaseRefusal{before} : taken.error();
+  AxisRefusal refusal;
+  refusal.why = owned.firm ? AxisRefusal::Why::kMovedTogether : AxisRefusal::Why::kOwned;
+  refusal.owner = owned.owner;
+  return fail(ErrorKind::kSetting, describe(events::EventAxis{name_of(member.axis), {}, 1.0}, refusal));
+}
+
+const std::string& StreamServer::name_of(std::size_t axis) const {
+  return std::find_if(axes_.begin(), axes_.end(), [&](const auto& one) { return one.axis == axis; })->name;
+}
+
+void StreamServer::accept(Visitor& visitor, std::unique_ptr<StreamSession> session) {
+  stream::Answer answer;
+  answer.accepted = 1;
+  answer.period_ns = period_.count();
+  answer.keep_alive_ns = config_.settings.keep_alive.count();
+  answer.longest_ahead_ns = std::chrono::nanoseconds{StreamSession::kLongestAhead}.count();
+  answer.records_per_cycle = StreamSession::kRecordsPerCycle;
+  auto client = std::make_unique<Client>();
+  client->peer = visitor.peer;
+  client->status.emplace(session->status());
+  for (std::size_t i = 0; i < session->members().size(); ++i) {
+    answer.bounds[i] = session->members()[i].bounds;
+    client->axes.push_back(name_of(session->members()[i].axis));
+  }
+  const std::array descriptors{session->setpoints().descriptor(), session->status().descriptor()};
+  client->session = std::move(session);
+  // One that is gone again is seen by its closed connection.
+  static_cast<void>(send_answer(visitor.socket.get(), answer, descriptors));
+  client->socket = std::move(visitor.socket);
+  note(events::StreamClientCame{client->peer, client->axes}, Severity::kProgress);
+  clients_.push_back(std::move(client));
+}
+
+void StreamServer::refuse(Visitor& visitor, const std::string& reason) {
+  stream::Answer answer;
+  answer.refusal.set(reason);
+  static_cast<void>(send_answer(visitor.socket.get(), answer, {}));
+  const auto now = steady_clock::now();
+  if (last_refusal_ != Instant{} && now - last_refusal_ < kRefusalInterval) {
+    ++untold_;
+    return;
+  }
+  last_refusal_ = now;
+  note(events::StreamClientRefused{visitor.peer, reason, std::exchange(untold_, 0)}, Severity::kNotice);
+}
+
+void StreamServer::look_after_clients() {
+  for (auto& client : clients_) {
+    if (receive_message(client->socket.get()).closed) client->session->request_end(EndReason::kGone);
+    tell_refusals(*client);
+    lease_again(*client);
+    if (hub_.holds(*client->session)) continue;
+    tell_refusals(*client);
+    for (std::size_t i = 0; i < client->axes.size(); ++i) {
+      release(client->peer, client->session->members()[i].axis, client->session->lease(i));
+    }
+    tell_end(*client);
+    client.reset();
+  }
+  std::erase(clients_, nullptr);
+}
+
+/// Axes that the client wants to have again, if nobody commands them.
+void StreamServer::lease_again(Client& client) {
+  LeaseTerms terms;
+  terms.owner = describe(client.peer);
+  for (std::size_t i = 0; i < client.axes.size(); ++i) {
+    const auto axis = client.session->members()[i].axis;
+    if (!client.session->asks_for(i) || !authority_.owner_of(axis).empty()) continue;
+    const auto taken = authority_.take(axis, terms);
+    if (!taken) continue;
+    client.session->give(i, *taken);
+    note(events::StreamClientCame{client.peer, {client.axes[i]}}, Severity::kProgress);
+  }
+}
+
+/// What another has taken over is his.
+void StreamServer::release(const StreamPeer& peer, std::size_t axis, std::uint64_t lease) {
+  if (authority_.goes_on(axis, lease)) authority_.release(axis, describe(peer));
+}
+
+void StreamServer::tell_end(const Client& client) {
+  const auto& last = client.last;
+  const bool orderly = last.reason == EndReason::kEnded || last.reason == EndReason::kLine;
+  note(events::StreamClientLeft{client.peer, last.reason, last.taken, last.refused, last.starved},
+       orderly ? Severity::kProgress : Severity::kNotice);
+}
+
+void StreamServer::tell_refusals(Client& client) {
+  stream::StatusRecord record;
+  if (!client.status->latest(record)) return;
+  client.last = record;
+  for (std::size_t i = 0; i < stream::kRefusals; ++i) {
+    if (record.refused[i] == 0 || std::exchange(client.told[i], true)) continue;
+    note(events::StreamSetpointRefused{client.peer, static_cast<stream::Refusal>(i)}, Severity::kNotice);
+  }
+  if (record.starved > 0 && !std::exchange(client.told_starved, true)) {
+    note(events::StreamStarved{client.peer}, Severity::kNotice);
+  }
+}
+
+}  // namespace driveline::runtime

@@ -1,0 +1,110 @@
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "driveline/port/file_descriptor.hpp"
+#include "driveline/rt/shared_broadcast.hpp"
+#include "driveline/runtime/axes/axis_authority.hpp"
+#include "driveline/runtime/config/stream_config.hpp"
+#include "driveline/runtime/error.hpp"
+#include "driveline/runtime/event.hpp"
+#include "driveline/stream/greeting.hpp"
+#include "driveline/stream/records.hpp"
+#include "stream/stream_hub.hpp"
+#include "stream/stream_session.hpp"
+#include "stream/stream_socket.hpp"
+
+namespace driveline::runtime {
+
+/// An axis that clients may have.
+struct StreamAxis {
+  std::string name;      ///< as in the line description
+  std::size_t axis = 0;  ///< number on the line
+  stream::AxisBounds bounds{};
+};
+
+/// Lets clients in, gives each its axes and its memory, and looks after it until the axes are free. A client has its
+/// axes by leases (AxisAuthority). Belongs to the thread that owns the line; never waits.
+class StreamServer {
+ public:
+  /// Listens. `hub` and `authority` must outlive it. Error (kMachine): that of the socket.
+  [[nodiscard]] static Result<std::unique_ptr<StreamServer>> open(const StreamConfig& config,
+                                                                  std::vector<StreamAxis> axes, StreamHub& hub,
+                                                                  AxisAuthority& authority,
+                                                                  std::chrono::nanoseconds period);
+  /// To be destroyed when the cycle does not run.
+  ~StreamServer();
+  StreamServer(const StreamServer&) = delete;
+  StreamServer& operator=(const StreamServer&) = delete;
+
+  /// One look at everything. What has happened since the last one.
+  [[nodiscard]] std::vector<Event> poll();
+  /// Ends all sessions, and lets nobody in any more; poll() tells when they are over.
+  void close();
+  /// There are no sessions.
+  [[nodiscard]] bool idle() const noexcept { return clients_.empty(); }
+  /// Where it listens, and for which axes.
+  [[nodiscard]] events::StreamUp offer() const;
+
+ private:
+  using Instant = std::chrono::steady_clock::time_point;
+
+  /// Connected, and has said nothing yet.
+  struct Visitor {
+    port::FileDescriptor socket;
+    StreamPeer peer;
+    Instant since;
+  };
+  struct Client {
+    port::FileDescriptor socket;
+    StreamPeer peer;
+    std::vector<std::string> axes;  ///< names, in the order of the session
+    std::unique_ptr<StreamSession> session;
+    std::optional<rt::SharedBroadcastReader<stream::StatusRecord>> status;
+    stream::StatusRecord last{};
+    std::array<bool, stream::kRefusals> told{};
+    bool told_starved = false;
+  };
+
+  StreamServer(const StreamConfig& config, std::vector<StreamAxis> axes, StreamHub& hub, AxisAuthority& authority,
+               std::chrono::nanoseconds period, StreamSocket socket);
+
+  void let_in();
+  void hear_visitors();
+  [[nodiscard]] bool hear(Visitor& visitor);
+  void greet(Visitor& visitor, const stream::Hello& hello);
+  [[nodiscard]] Result<std::vector<StreamSession::Member>> choose(const stream::Hello& hello) const;
+  [[nodiscard]] Result<void> lease(StreamSession::Member& member, const StreamPeer& peer, bool take_over);
+  [[nodiscard]] Result<std::unique_ptr<StreamSession>> make_session(const stream::Hello& hello, const StreamPeer& peer,
+                                                                    std::vector<StreamSession::Member>& members);
+  void accept(Visitor& visitor, std::unique_ptr<StreamSession> session);
+  void refuse(Visitor& visitor, const std::string& reason);
+  void look_after_clients();
+  void lease_again(Client& client);
+  void release(const StreamPeer& peer, std::size_t axis, std::uint64_t lease);
+  void tell_end(const Client& client);
+  [[nodiscard]] const std::string& name_of(std::size_t axis) const;
+  void tell_refusals(Client& client);
+  void note(EventFacts facts, Severity severity);
+
+  StreamConfig config_;
+  std::vector<StreamAxis> axes_;
+  StreamHub& hub_;
+  AxisAuthority& authority_;
+  std::chrono::nanoseconds period_;
+  std::optional<StreamSocket> socket_;
+  std::vector<Visitor> visitors_;
+  std::vector<std::unique_ptr<Client>> clients_;
+  std::vector<Event> events_;
+  Instant last_refusal_{};
+  std::uint64_t untold_ = 0;  ///< refusals
+};
+
+}  // namespace driveline::runtime

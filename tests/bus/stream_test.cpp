@@ -1,0 +1,530 @@
+// Setpoints out of another process, as axes of simulated drives follow them: whatever the client writes, and whenever
+// it dies, the drives demand nothing beyond the limits of their axes.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <random>
+#include <span>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "demand_judge.hpp"
+#include "drive_line.hpp"
+#include "driveline/rt/shared_broadcast.hpp"
+#include "driveline/rt/shared_mapping.hpp"
+#include "driveline/rt/shared_ring.hpp"
+#include "driveline/runtime/axes/axis_authority.hpp"
+#include "driveline/stream/records.hpp"
+#include "fault_ports.hpp"
+#include "stream/single_axes_door.hpp"
+#include "stream/stream_bounds.hpp"
+#include "stream/stream_hub.hpp"
+#include "stream/stream_session.hpp"
+
+namespace driveline::bus_test {
+namespace {
+
+using ecat_master::AxisCommand;
+using ecat_master::PlcopenState;
+using runtime::StreamSession;
+using stream::EndReason;
+using stream::Refusal;
+using stream::SessionState;
+using stream::SetpointRecord;
+using stream::StatusRecord;
+
+constexpr nanoseconds kStreamPeriod = microseconds{125};
+constexpr nanoseconds kKeepAlive = milliseconds{10};
+
+/// To axes that are made later.
+class LateDoor final : public runtime::StreamAxes {
+ public:
+  void lead_to(ecat_master::SingleAxes& axes) { door_.emplace(axes); }
+  [[nodiscard]] View view(std::size_t axis) const noexcept override { return door_->view(axis); }
+  void follow(std::size_t axis) noexcept override { door_->follow(axis); }
+  void halt(std::size_t axis) noexcept override { door_->halt(axis); }
+  void power_on(std::size_t axis) noexcept override { door_->power_on(axis); }
+
+ private:
+  std::optional<runtime::SingleAxesDoor> door_;
+};
+
+RunOptions stream_options(ecat_master::CycleTask& task) {
+  RunOptions options;
+  options.single_axes = true;
+  options.task = &task;
+  const auto rate =
+      static_cast<std::uint32_t>(LineOperation::axis(0, options).limits.max_acceleration * kDemandIncrements);
+  const auto bytes = wire::to_le_bytes(rate);
+  options.startup = {{0x6085, 0, {bytes.begin(), bytes.end()}}};
+  return options;
+}
+
+/// The other end of a session, without the socket.
+class FarEnd {
+ public:
+  explicit FarEnd(const StreamSession& session)
+      : ring_memory(open(session.setpoints().descriptor(), stream::setpoint_ring())),
+        broadcast_memory(open(session.status().descriptor(), stream::status_broadcast())),
+        ring(ring_memory),
+        broadcast(broadcast_memory) {}
+
+  void send(SetpointRecord record) {
+    record.kind = stream::RecordKind::kSetpoint;
+    record.number = ++number;
+    EXPECT_TRUE(ring.try_push(record));
+  }
+  void say(stream::RecordKind kind) {
+    SetpointRecord record;
+    record.kind = kind;
+    ring.try_push(record);
+  }
+  [[nodiscard]] StatusRecord status() const {
+    StatusRecord record;
+    EXPECT_TRUE(broadcast.latest(record));
+    return record;
+  }
+
+  static rt::SharedMapping open(int descriptor, const rt::SharedLayout& layout) {
+    auto opened = rt::SharedMapping::open(descriptor, layout);
+    return std::move(std::get<rt::SharedMapping>(opened));
+  }
+
+  rt::SharedMapping ring_memory;
+  rt::SharedMapping broadcast_memory;
+  rt::SharedRingWriter<SetpointRecord> ring;
+  rt::SharedBroadcastReader<StatusRecord> broadcast;
+  std::uint64_t number = 0;
+};
+
+/// A line in OP whose axes may be streamed to.
+class StreamLine {
+ public:
+  explicit StreamLine(std::size_t axes = 2)
+      : authority(axes),
+        hub(door, axes),
+        options(stream_options(hub)),
+        drives(axes),
+        port(drives.line(), LossyPort::Way::kBack, [this](auto, auto) { return lose; }),
+        operation(drives, port, options) {
+    for (std::size_t i = 0; i < axes; ++i) judges.emplace_back(drives, i, LineOperation::axis(i, options).limits);
+    EXPECT_EQ(sentence(operation.to_safe_op()), "");
+    operation.start_cycle([this, axes](ecat_master::CyclicCore& core) -> std::unique_ptr<ecat_master::CycleRunner> {
+      door.lead_to(operation.single_axes());
+      for (std::size_t i = 0; i < axes; ++i) operation.single_axes().add_feed(hub.feed(i), {i});
+      return std::make_unique<ecat_master::InlineRunner>(core, drives.clock);
+    });
+    EXPECT_EQ(sentence(operation.master().go_operational()), "");
+    cycles(100);
+  }
+
+  void cycle() {
+    operation.cycle();
+    const auto place = drives.clock.now() / kStreamPeriod * kStreamPeriod + microseconds{110};
+    drives.leave_alone(std::max(place - drives.clock.now(), nanoseconds{0}));
+    for (auto& judge : judges) judge.look();
+  }
+  void cycles(int count) {
+    for (int i = 0; i < count; ++i) cycle();
+  }
+  /// `periods` go by without a cycle.
+  void stall(int periods) {
+    for (int i = 0; i < periods; ++i) {
+      drives.leave_alone(kStreamPeriod);
+      for (auto& judge : judges) judge.look();
+    }
+    drives.leave_alone(microseconds{15});
+    cycle();
+  }
+  [[nodiscard]] PlcopenState state(std::size_t axis) { return operation.single_axes().axis_report(axis).state; }
+  [[nodiscard]] double setpoint(std::size_t axis) { return operation.single_axes().axis_report(axis).setpoint; }
+
+  /// Somebody commands an axis from now on, whoever did up to now. The number of the lease.
+  std::uint64_t take_over(std::size_t axis, const std::string& owner) {
+    runtime::LeaseTerms terms;
+    terms.owner = owner;
+    terms.take_over = true;
+    return authority.take(axis, terms).value();
+  }
+  void ask(std::size_t axis, AxisCommand command, double target = 0.0) {
+    ecat_master::AxisRequest request;
+    request.command = command;
+    request.target = target;
+    ASSERT_NE(operation.single_axes().submit(axis, request), 0U);
+  }
+  /// Lets a client in that takes its axes over from whoever has them.
+  void admit(std::size_t axes, trajectory::StreamMethod method) {
+    std::vector<StreamSession::Member> members;
+    for (std::size_t i = 0; i < axes; ++i) {
+      const bool moved = !authority.owner_of(i).empty();
+      members.push_back({i, runtime::stream_bounds(LineOperation::axis(i, options)), take_over(i, "stream"), moved});
+    }
+    auto made = StreamSession::make(std::move(members), true, {.method = method, .keep_alive = kKeepAlive},
+                                    kStreamPeriod, authority);
+    ASSERT_TRUE(made);
+    session = std::move(*made);
+    ASSERT_TRUE(hub.add(*session));
+    client.emplace(*session);
+    streamed = 0;
+  }
+  /// Lets a client in, and switches its axes on.
+  void let_in(std::size_t axes, trajectory::StreamMethod method = trajectory::StreamMethod::kHermite) {
+    admit(axes, method);
+    for (int i = 0; i < 8000; ++i) {
+      client->say(stream::RecordKind::kHeartbeat);
+      cycle();
+      bool ready = true;
+      for (std::size_t axis = 0; axis < axes; ++axis) ready = ready && state(axis) == PlcopenState::kStandstill;
+      if (ready) break;
+    }
+    for (std::size_t axis = 0; axis < axes; ++axis) {
+      ASSERT_EQ(state(axis), PlcopenState::kStandstill);
+      start[axis] = setpoint(axis);
+    }
+  }
+  /// Until its axes are free.
+  void see_out(int at_most = 4000) {
+    for (int i = 0; i < at_most && hub.holds(*session); ++i) cycle();
+    ASSERT_FALSE(hub.holds(*session));
+    authority.release_all("stream");
+    for (std::size_t i = 0; i < session->members().size(); ++i) EXPECT_EQ(state(i), PlcopenState::kStandstill);
+  }
+  /// Raised cosines of 2 rad in 0.4 s, which none of the limits keeps from being followed.
+  [[nodiscard]] SetpointRecord swing(nanoseconds time, std::size_t axes) const {
+    constexpr double kOmega = 2.0 * std::numbers::pi / 0.4;
+    const double angle = kOmega * std::chrono::duration<double>(time).count();
+    SetpointRecord record;
+    record.time_ns = time.count();
+    record.axis_count = static_cast<std::uint32_t>(axes);
+    for (std::size_t i = 0; i < axes; ++i) {
+      record.targets[i] = {start[i] + 1.0 - std::cos(angle), kOmega * std::sin(angle),
+                           kOmega * kOmega * std::cos(angle)};
+    }
+    return record;
+  }
+  /// Streams the swing for `count` cycles, a setpoint every `step` cycles.
+  void stream_swing(int count, int step) {
+    for (int i = 0; i < count; ++i, ++streamed) {
+      if (streamed % step == 0) client->send(swing(streamed * kStreamPeriod, session->members().size()));
+      cycle();
+    }
+  }
+  void expect_obedience() const {
+    for (const auto& judge : judges) judge.expect_obedience();
+  }
+  void forget() {
+    for (auto& judge : judges) judge.forget();
+  }
+
+  bool lose = false;
+  LateDoor door;
+  runtime::AxisAuthority authority;
+  runtime::StreamHub hub;
+  RunOptions options;
+  DriveLine drives;
+  LossyPort port;
+  LineOperation operation;
+  std::vector<DemandJudge> judges;
+  std::unique_ptr<StreamSession> session;
+  std::optional<FarEnd> client;
+  std::array<double, 4> start{};
+  int streamed = 0;
+};
+
+class StreamRate : public testing::TestWithParam<int> {};
+
+TEST_P(StreamRate, AxesFollowOnTime) {
+  StreamLine line;
+  line.let_in(2);
+  line.forget();
+  line.stream_swing(4000, GetParam());
+  const auto status = line.client->status();
+  EXPECT_EQ(status.state, SessionState::kStreaming);
+  EXPECT_EQ(status.starved + status.detours, 0U);
+  for (const auto refused : status.refused) EXPECT_EQ(refused, 0U);
+  // The status is of the setpoints before.
+  const auto expected = line.swing(nanoseconds{status.stream_ns} - kStreamPeriod, 2);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(line.state(i), PlcopenState::kSynchronizedMotion);
+    EXPECT_EQ(status.axes[i].following, 1U);
+    EXPECT_NEAR(status.axes[i].setpoint, expected.targets[i].position, 1e-5);
+    EXPECT_NEAR(line.drives.drive(i).position_rad(), expected.targets[i].position, 0.05);
+  }
+  line.client->say(stream::RecordKind::kEnd);
+  line.see_out();
+  EXPECT_EQ(line.client->status().reason, EndReason::kEnded);
+  line.expect_obedience();
+}
+
+// 8 kHz, 1 kHz, and one that fits no grid.
+INSTANTIATE_TEST_SUITE_P(Rates, StreamRate, testing::Values(1, 8, 13));
+
+/// Where an axis is that comes after positions without velocities, by the law of docs/motion.md: it goes towards them
+/// with 50/s times the distance, but no faster than it can brake with a quarter of its acceleration.
+double behind_the_swing(const StreamLine& line, nanoseconds time) {
+  const double braking = 0.5 * LineOperation::axis(0, line.options).limits.max_acceleration;
+  double position = line.start[0];
+  for (nanoseconds at{0}; at < time; at += kStreamPeriod) {
+    const double distance = line.swing(at, 1).targets[0].position - position;
+    const double speed = std::min(50.0 * std::abs(distance), std::sqrt(braking * std::abs(distance)));
+    position += std::copysign(speed, distance) * std::chrono::duration<double>(kStreamPeriod).count();
+  }
+  return position;
+}
+
+class StreamMethods : public testing::TestWithParam<trajectory::StreamMethod> {};
+
+TEST_P(StreamMethods, NoneBreaksALimit) {
+  StreamLine line(1);
+  line.let_in(1, GetParam());
+  line.forget();
+  line.stream_swing(3000, 8);
+  EXPECT_EQ(line.state(0), PlcopenState::kSynchronizedMotion);
+  const nanoseconds now{line.client->status().stream_ns};
+  // Steps that are held have no velocity: the axis comes after them.
+  const double expected = GetParam() == trajectory::StreamMethod::kHold ? behind_the_swing(line, now)
+                                                                        : line.swing(now, 1).targets[0].position;
+  EXPECT_NEAR(line.setpoint(0), expected, 0.05);
+  line.expect_obedience();
+}
+
+using Method = trajectory::StreamMethod;
+INSTANTIATE_TEST_SUITE_P(All, StreamMethods,
+                         testing::Values(Method::kHold, Method::kLinear, Method::kHermite, Method::kCubic,
+                                         Method::kQuintic, Method::kBSpline));
+
+TEST(Stream, JitterWithinTheDelayIsNotSeen) {
+  StreamLine line;
+  line.let_in(2);
+  line.forget();
+  std::mt19937_64 random(21);
+  int sent = 0;
+  for (int i = 0; i < 4000; ++i) {
+    // Up to 4 ms late, in lumps; the first one is on time.
+    const int due = i / 8;
+    const int late = static_cast<int>(random() % 5);
+    for (; sent <= due - (sent == 0 ? 0 : late); ++sent) line.client->send(line.swing(milliseconds{sent}, 2));
+    line.cycle();
+  }
+  const auto status = line.client->status();
+  EXPECT_EQ(status.starved + status.detours, 0U);
+  EXPECT_EQ(status.count(Refusal::kLate), 0U);
+  line.expect_obedience();
+}
+
+TEST(Stream, LossesAndNonsenseBetweenSetpointsCostOnlyThose) {
+  StreamLine line;
+  line.let_in(2);
+  line.forget();
+  std::mt19937_64 random(22);
+  for (int i = 0; i < 8000; ++i) {
+    if (i % 8 == 0) {
+      auto record = line.swing(i * kStreamPeriod, 2);
+      switch (random() % 8) {
+        case 0:
+          ++line.client->number;
+          break;
+        case 1:
+          record.targets[random() % 2].position = std::nan("");
+          break;
+        case 2:
+          record.targets[random() % 2].position += 5.0;
+          break;
+        case 3:
+          record.time_ns -= 20'000'000;
+          break;
+        default:
+          break;
+      }
+      line.client->send(record);
+    }
+    line.cycle();
+  }
+  EXPECT_EQ(line.state(0), PlcopenState::kSynchronizedMotion);
+  const auto status = line.client->status();
+  for (const auto reason : {Refusal::kNotFinite, Refusal::kGap, Refusal::kTooFast, Refusal::kOutOfOrder}) {
+    EXPECT_GT(status.count(reason), 50U) << to_text(reason);
+  }
+  line.expect_obedience();
+}
+
+TEST(Stream, AnAxisElsewhereOrInMotionIsBroughtOntoTheStream) {
+  StreamLine line;
+  line.let_in(2);
+  ecat_master::AxisRequest jog;
+  jog.command = AxisCommand::kMoveVelocity;
+  jog.target = -20.0;
+  static_cast<void>(line.operation.single_axes().submit(0, jog));
+  for (int i = 0; i < 800; ++i) {
+    line.client->say(stream::RecordKind::kHeartbeat);
+    line.cycle();
+  }
+  ASSERT_EQ(line.state(0), PlcopenState::kContinuousMotion);
+  line.forget();
+  line.stream_swing(8000, 8);
+  const auto status = line.client->status();
+  const auto expected = line.swing(nanoseconds{status.stream_ns} - kStreamPeriod, 2);
+  EXPECT_NEAR(status.axes[0].setpoint, expected.targets[0].position, 1e-5);
+  EXPECT_NEAR(status.axes[1].setpoint, expected.targets[1].position, 1e-5);
+  line.expect_obedience();
+}
+
+TEST(Stream, ByHandAnAxisIsTakenAndOnlyGivenBackWhenAsked) {
+  StreamLine line;
+  line.let_in(2);
+  line.forget();
+  line.stream_swing(1000, 8);
+  ecat_master::AxisRequest halt;
+  halt.command = AxisCommand::kHalt;
+  static_cast<void>(line.operation.single_axes().submit(1, halt));
+  line.stream_swing(1000, 8);
+  EXPECT_EQ(line.state(0), PlcopenState::kSynchronizedMotion);
+  EXPECT_EQ(line.state(1), PlcopenState::kStandstill);
+  EXPECT_EQ(line.client->status().axes[1].following, 0U);
+  line.client->say(stream::RecordKind::kFollow);
+  line.stream_swing(4000, 8);
+  EXPECT_EQ(line.state(1), PlcopenState::kSynchronizedMotion);
+  const auto status = line.client->status();
+  const auto expected = line.swing(nanoseconds{status.stream_ns} - kStreamPeriod, 2);
+  EXPECT_NEAR(status.axes[1].setpoint, expected.targets[1].position, 1e-5);
+  line.expect_obedience();
+}
+
+TEST(Stream, ByHandAnAxisIsTakenOverInMotionAndGivenBack) {
+  StreamLine line;
+  line.let_in(2);
+  line.forget();
+  std::mt19937_64 random(26);
+  for (int i = 0; i < 12; ++i) {
+    line.stream_swing(static_cast<int>(200 + random() % 1000), 8);
+    ASSERT_EQ(line.state(0), PlcopenState::kSynchronizedMotion) << "round " << i;
+    line.take_over(0, "hand");
+    // What he asks comes some cycles later, or before the stream has seen that it has lost the axis.
+    line.stream_swing(static_cast<int>(random() % 4), 8);
+    if (i % 2 == 0) {
+      line.ask(0, AxisCommand::kMoveVelocity, i % 4 == 0 ? 10.0 : -10.0);
+    } else {
+      line.ask(0, AxisCommand::kMoveAbsolute, line.start[0]);
+    }
+    line.stream_swing(static_cast<int>(2 + random() % 400), 8);
+    EXPECT_NE(line.state(0), PlcopenState::kSynchronizedMotion) << "round " << i;
+    EXPECT_EQ(line.client->status().axes[0].leased, 0U);
+    EXPECT_EQ(line.state(1), PlcopenState::kSynchronizedMotion) << "each axis by itself";
+    line.client->say(stream::RecordKind::kFollow);
+    line.stream_swing(static_cast<int>(2 + random() % 100), 8);
+    EXPECT_NE(line.state(0), PlcopenState::kSynchronizedMotion) << "it is his, round " << i;
+    EXPECT_TRUE(line.session->asks_for(0));
+    line.authority.release(0, "hand");
+    line.session->give(0, line.take_over(0, "stream"));
+    line.stream_swing(6000, 8);
+    const auto status = line.client->status();
+    const auto expected = line.swing(nanoseconds{status.stream_ns} - kStreamPeriod, 2);
+    EXPECT_NEAR(status.axes[0].setpoint, expected.targets[0].position, 1e-5) << "round " << i;
+  }
+  line.expect_obedience();
+}
+
+TEST(Stream, FromTheHandAnAxisIsTakenOverInMotion) {
+  StreamLine line;
+  line.let_in(2);
+  line.forget();
+  line.client->say(stream::RecordKind::kEnd);
+  line.see_out();
+  std::mt19937_64 random(27);
+  for (int i = 0; i < 12; ++i) {
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      line.take_over(axis, "hand");
+      line.ask(axis, AxisCommand::kMoveVelocity, static_cast<double>(random() % 80) - 40.0);
+    }
+    line.cycles(static_cast<int>(random() % 500));
+    line.admit(2, trajectory::StreamMethod::kHermite);
+    line.stream_swing(static_cast<int>(400 + random() % 4000), i % 2 == 0 ? 1 : 8);
+    EXPECT_EQ(line.state(0), PlcopenState::kSynchronizedMotion) << "round " << i;
+    EXPECT_EQ(line.state(1), PlcopenState::kSynchronizedMotion) << "round " << i;
+    line.client->say(stream::RecordKind::kEnd);
+    line.see_out();
+  }
+  line.expect_obedience();
+}
+
+TEST(Stream, AMasterThatIsAwayAndLostFramesBreakNoLimit) {
+  StreamLine line;
+  line.let_in(2);
+  line.forget();
+  std::mt19937_64 random(23);
+  for (int i = 0; i < 40; ++i) {
+    line.stream_swing(static_cast<int>(50 + random() % 100), 8);
+    if (i % 2 == 0) {
+      const int away = static_cast<int>(1 + random() % 6);
+      line.stall(away);
+      line.streamed += away + 1;
+    } else {
+      line.lose = true;
+      line.stream_swing(static_cast<int>(1 + random() % 4), 8);
+      line.lose = false;
+    }
+  }
+  EXPECT_EQ(line.state(0), PlcopenState::kSynchronizedMotion);
+  EXPECT_EQ(line.state(1), PlcopenState::kSynchronizedMotion);
+  line.expect_obedience();
+}
+
+TEST(Stream, AClientThatDiesAtAnyTimeBreaksNoLimit) {
+  StreamLine line;
+  std::mt19937_64 random(24);
+  for (int death = 0; death < 100; ++death) {
+    line.let_in(2);
+    ASSERT_FALSE(testing::Test::HasFailure()) << "death " << death;
+    if (death == 0) line.forget();
+    const int step = death % 2 == 0 ? 1 : 8;
+    line.stream_swing(static_cast<int>(random() % 400), step);
+    // Every other one has its connection seen to be gone, the rest is silent.
+    if (death % 4 < 2) line.session->request_end(EndReason::kGone);
+    line.see_out();
+    ASSERT_EQ(line.client->status().state, SessionState::kOver) << "death " << death;
+  }
+  line.expect_obedience();
+}
+
+TEST(Stream, NothingInItsMemoryBreaksALimit) {
+  StreamLine line;
+  line.let_in(1);
+  line.forget();
+  std::mt19937_64 random(25);
+  const auto words = line.client->ring_memory.words();
+  constexpr std::size_t kRecordWords = sizeof(SetpointRecord) / 8;
+  for (int i = 0; i < 20'000; ++i) {
+    for (int k = 0; k < 20; ++k) words[random() % words.size()] = random();
+    if (i % 3 != 0) {
+      // Records that are nearly right: setpoints of one axis, anywhere, with rising numbers and times.
+      auto record = line.swing(i * kStreamPeriod, 1);
+      record.kind = stream::RecordKind::kSetpoint;
+      record.number = static_cast<std::uint64_t>(i) + 1;
+      record.targets[0].position += 1e-3 * static_cast<double>(random() % 1000);
+      record.targets[0].velocity = 0.1 * static_cast<double>(random() % 500) - 25.0;
+      record.targets[0].acceleration = 1e6;
+      const auto tail = words[rt::shared_detail::kTailWord] % StreamSession::kRingRecords;
+      rt::shared_detail::store_record<std::memory_order_relaxed>(
+          &words[rt::shared_detail::kRecordsWord + tail * kRecordWords], record);
+      words[rt::shared_detail::kHeadWord] = words[rt::shared_detail::kTailWord] + 1;
+    }
+    line.cycle();
+  }
+  EXPECT_GT(line.client->status().taken, 1000U);
+  EXPECT_NE(line.state(0), PlcopenState::kErrorStop);
+  EXPECT_NE(line.state(1), PlcopenState::kErrorStop);
+  EXPECT_EQ(line.operation.statistics().missed_periods, 0U);
+  line.expect_obedience();
+}
+
+}  // namespace
+}  // namespace driveline::bus_test

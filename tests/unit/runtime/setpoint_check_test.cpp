@@ -1,0 +1,131 @@
+// What is refused of a program that streams setpoints.
+#include "stream/setpoint_check.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <optional>
+#include <random>
+
+namespace driveline::runtime {
+namespace {
+
+using stream::Refusal;
+using stream::SetpointRecord;
+
+constexpr std::int64_t kMs = 1'000'000;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// Two axes, -10 to 10, no faster than 5 per second.
+SetpointCheck make_check() {
+  return SetpointCheck{{{-10.0, 10.0, 5.0, 50.0}, {-10.0, 10.0, 5.0, 50.0}}};
+}
+
+SetpointRecord setpoint(std::uint64_t number, std::int64_t time_ns, double x = 0.0, double y = 0.0) {
+  SetpointRecord record;
+  record.number = number;
+  record.kind = stream::RecordKind::kSetpoint;
+  record.axis_count = 2;
+  record.time_ns = time_ns;
+  record.targets[0].position = x;
+  record.targets[1].position = y;
+  return record;
+}
+
+/// Why the second setpoint is refused, when the first was one at 0.
+std::optional<Refusal> refusal_of(const SetpointRecord& record) {
+  auto check = make_check();
+  const auto first = setpoint(1, 0);
+  EXPECT_TRUE(check.judge(first, nullptr).taken);
+  const auto verdict = check.judge(record, &first);
+  EXPECT_EQ(verdict.taken, !verdict.remark || verdict.remark == Refusal::kGap);
+  return verdict.remark;
+}
+
+TEST(SetpointCheck, TakesWhatFollowsTheLast) {
+  auto check = make_check();
+  auto last = setpoint(1, 0, 9.0, -9.0);
+  EXPECT_TRUE(check.judge(last, nullptr).taken) << "the first may be anywhere";
+  for (std::uint64_t i = 2; i < 50; ++i) {
+    const auto next = setpoint(i, static_cast<std::int64_t>(i) * kMs, 9.0, -9.0);
+    const auto verdict = check.judge(next, &last);
+    EXPECT_TRUE(verdict.taken);
+    EXPECT_FALSE(verdict.remark);
+    last = next;
+  }
+}
+
+TEST(SetpointCheck, NumbersAndTimesRise) {
+  EXPECT_EQ(refusal_of(setpoint(2, kMs)), std::nullopt);
+  EXPECT_EQ(refusal_of(setpoint(1, kMs)), Refusal::kDuplicate);
+  EXPECT_EQ(refusal_of(setpoint(0, kMs)), Refusal::kOutOfOrder);
+  EXPECT_EQ(refusal_of(setpoint(3, kMs)), Refusal::kGap);
+  EXPECT_EQ(refusal_of(setpoint(2, 0)), Refusal::kOutOfOrder);
+  EXPECT_EQ(refusal_of(setpoint(2, -kMs)), Refusal::kOutOfOrder);
+  EXPECT_EQ(refusal_of(setpoint(2, std::numeric_limits<std::int64_t>::max())), Refusal::kTooFarAhead);
+  EXPECT_EQ(refusal_of(setpoint(2, std::numeric_limits<std::int64_t>::min())), Refusal::kTooFarAhead);
+}
+
+TEST(SetpointCheck, OneThatWasRefusedIsNoGap) {
+  auto check = make_check();
+  const auto first = setpoint(1, 0);
+  EXPECT_TRUE(check.judge(first, nullptr).taken);
+  EXPECT_EQ(check.judge(setpoint(2, -kMs), &first).remark, Refusal::kOutOfOrder);
+  const auto next = check.judge(setpoint(3, 3 * kMs), &first);
+  EXPECT_TRUE(next.taken);
+  EXPECT_FALSE(next.remark);
+}
+
+TEST(SetpointCheck, ValuesAreFiniteAndWithinTheBounds) {
+  for (const double wrong : {kInfinity, -kInfinity, std::nan("")}) {
+    EXPECT_EQ(refusal_of(setpoint(2, kMs, wrong)), Refusal::kNotFinite);
+    EXPECT_EQ(refusal_of(setpoint(2, kMs, 0.0, wrong)), Refusal::kNotFinite);
+    auto record = setpoint(2, kMs);
+    record.targets[1].velocity = wrong;
+    EXPECT_EQ(refusal_of(record), Refusal::kNotFinite);
+    record = setpoint(2, kMs);
+    record.targets[1].acceleration = wrong;
+    EXPECT_EQ(refusal_of(record), Refusal::kNotFinite);
+    record = setpoint(2, kMs);
+    record.targets[2].position = wrong;
+    EXPECT_EQ(refusal_of(record), std::nullopt) << "there is no such axis";
+  }
+  EXPECT_EQ(refusal_of(setpoint(2, kMs, 10.1)), Refusal::kOutsideRange);
+  EXPECT_EQ(refusal_of(setpoint(2, kMs, 0.0, -10.1)), Refusal::kOutsideRange);
+  EXPECT_EQ(refusal_of(setpoint(2, kMs, 0.0049)), std::nullopt);
+  EXPECT_EQ(refusal_of(setpoint(2, kMs, 0.0051)), Refusal::kTooFast);
+  auto fast = setpoint(2, kMs);
+  fast.targets[0].velocity = -5.1;
+  EXPECT_EQ(refusal_of(fast), Refusal::kTooFast);
+  auto three = setpoint(2, kMs);
+  three.axis_count = 3;
+  EXPECT_EQ(refusal_of(three), Refusal::kAxisCount);
+}
+
+TEST(SetpointCheck, NoGarbageIsTaken) {
+  std::mt19937_64 random(11);
+  auto check = make_check();
+  const auto first = setpoint(1, 0);
+  ASSERT_TRUE(check.judge(first, nullptr).taken);
+  for (int i = 0; i < 100'000; ++i) {
+    SetpointRecord record;
+    std::array<std::uint64_t, sizeof(SetpointRecord) / 8> words{};
+    for (auto& word : words) word = random();
+    std::memcpy(static_cast<void*>(&record), words.data(), sizeof record);
+    record.axis_count = 2;
+    record.number = static_cast<std::uint64_t>(i) + 2;
+    const auto verdict = check.judge(record, &first);
+    if (!verdict.taken) continue;
+    for (const auto& target : {record.targets[0], record.targets[1]}) {
+      EXPECT_LE(std::abs(target.position), 10.0);
+      EXPECT_LE(std::abs(target.velocity), 5.001);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace driveline::runtime
