@@ -51,7 +51,7 @@ int main(int count, char** arguments) {
   auto connected =
       stream::Client::connect(arguments[1], {.name = "sine", .axes = {arguments[2], arguments[3]}, .power = true});
   if (const auto* refusal = std::get_if<std::string>(&connected)) return fail(*refusal);
-  auto& client = std::get<stream::Client>(connected);
+  auto& client = *std::get_if<stream::Client>(&connected);
   const auto begin = wait_for_power(client);
   if (!begin) return fail("the axes are not switched on");
 

@@ -84,7 +84,7 @@ Outcome<bool> AxisScript::step(runtime::AxisDoor& door, std::chrono::nanoseconds
   begun_ = true;
   if (auto looked = look_at_requests(door); !looked) return tl::unexpected(looked.error());
   while (next_ < steps_.size()) {
-    const auto over = done(door, steps_[next_], now);
+    auto over = done(door, steps_[next_], now);
     if (!over || !*over) return over;
     ++next_;
     step_runs_ = false;

@@ -201,12 +201,12 @@ std::string quoted_word(std::string_view word) {
 }
 
 std::span<const std::string_view> axis_verbs() {
-  static const auto verbs = [] {
+  static const auto kNames = [] {
     std::vector<std::string_view> names;
     for (const auto& verb : kVerbs) names.push_back(verb.name);
     return names;
   }();
-  return verbs;
+  return kNames;
 }
 
 Outcome<AxisRequest> parse_axis_request(const AxisConfig& axis, std::span<const std::string> words) {
@@ -222,12 +222,12 @@ Outcome<AxisRequest> parse_axis_request(const AxisConfig& axis, std::span<const 
 }
 
 Outcome<std::chrono::nanoseconds> parse_time(std::string_view text, std::string_view what) {
-  constexpr double kLongest_s = 1e7;
+  constexpr double kLongestSeconds = 1e7;
   const auto number = leading_number(text);
   std::optional<double> seconds;
   if (number && (number->rest.empty() || number->rest == "s")) seconds = number->value;
   if (number && number->rest == "ms") seconds = number->value / 1e3;
-  if (!seconds || *seconds < 0.0 || *seconds > kLongest_s) {
+  if (!seconds || *seconds < 0.0 || *seconds > kLongestSeconds) {
     return misused(fmt::format("{} \"{}\": a time such as 2s or 500ms is expected", what, text));
   }
   return std::chrono::round<std::chrono::nanoseconds>(std::chrono::duration<double>(*seconds));

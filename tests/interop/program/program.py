@@ -275,14 +275,15 @@ class WireTest(ProgramTest):
     def frames_of_noise(self, log):
         return self.text(f"{log}.out").count("\n")
 
-    def run_beside_noise(self, log, *arguments, frames=20):
-        """A command during which the noise had its turn; on a busy machine it may have none while a tool is at work."""
-        sent = 0
-        while sent < frames:
+    def run_beside_noise(self, log, *arguments, tells, frames=20):
+        """A command that says `tells` on stderr when it has heard the noise. On a busy machine there may be none while it
+        listens: it is run until there was some."""
+        deadline = time.monotonic() + PATIENCE_S
+        while True:
             before = self.frames_of_noise(log)
             result = self.run_program(*arguments)
-            sent = self.frames_of_noise(log) - before
-        return result
+            if self.frames_of_noise(log) - before >= frames and (tells in result.stderr or time.monotonic() > deadline):
+                return result
 
     def end(self, process, number):
         """Sends a signal; the exit status."""

@@ -226,7 +226,7 @@ class OfTheWire(WireTest):
     def test_foreign_frames_are_told_and_cost_nothing(self):
         self.start_line(EXAMPLES / "line8-nic.toml")
         noise = self.start_noise(NOISE, log="noise.log")
-        result = self.run_beside_noise("noise.log", "sii", "read", "-v", "-p", "3", "--iface", "dl-master")
+        result = self.run_beside_noise("noise.log", "sii", "read", "-v", "-p", "3", "--iface", "dl-master", tells="frames that are not ours")
         self.assertIn("Device name", result.stdout, result.stderr)
         self.assertIsNone(noise.poll())
         self.assertTrue(re.search(r"(?m)^\d+ frames that are not ours have come in: another master or other devices use the wire$",

@@ -432,7 +432,7 @@ class OnTheWire(WireTest):
         config = self.write_gentle_line(cycle_us=2000)
         self.start_line(config)
         foreign = self.start_foreign_master()
-        result = self.run_beside_noise("foreign.log", "sii", "read", "-v", "--iface", "dl-master")
+        result = self.run_beside_noise("foreign.log", "sii", "read", "-v", "--iface", "dl-master", tells=self.OTHER_MASTER)
         self.assertIn(self.OTHER_MASTER, result.stderr)
         self.assertIn("02:00:5E:00:00:01", result.stderr)
         master = self.start_master(config, "--no-telemetry")
