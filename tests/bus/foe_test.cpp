@@ -249,8 +249,10 @@ TEST(FoeSpeed, FourMebibytesTakeLessThanFiveSecondsAt125Microseconds) {
   ASSERT_EQ(sentence(file), "");
   const auto cycles = static_cast<double>(operation.master().core()->cycles() - before);
   constexpr std::size_t kData = slaves::msd::kMailboxSize - 12;
-  const auto packets = static_cast<double>(file->size() / kData + 1);
-  constexpr double kOfFourMebibytes = static_cast<double>((4U << 20U) / kData + 1);
+  const auto packet_count = file->size() / kData + 1;
+  const auto packets = static_cast<double>(packet_count);
+  constexpr auto kPacketsOfFourMebibytes = (4U << 20U) / kData + 1;
+  constexpr auto kOfFourMebibytes = static_cast<double>(kPacketsOfFourMebibytes);
   EXPECT_GT(packets, 8.0);
   EXPECT_LT(cycles / packets * kOfFourMebibytes * 125e-6, 5.0) << cycles << " cycles for " << packets << " packets";
 }

@@ -250,8 +250,8 @@ class RunConsole final : public ConsoleObserver {
   bool axes_wait_ = false;  ///< for requests
 };
 
-/// The socket that no other run listens at, where others expect it; null: there can be none. `force`: nor is there one when
-/// another run has it, whose line is taken away.
+/// The socket that no other run listens at, where others expect it; null: there can be none. `force`: nor is there one
+/// when another run has it, whose line is taken away.
 Outcome<std::unique_ptr<CommandInput>> open_default_control(const std::string& line, bool force) {
   if (auto made = make_control_folder(); !made) {
     progress("no control socket, so no `driveline axis`: {}; --control PATH asks for another", made.error().text);

@@ -156,6 +156,6 @@ int main(int count, char** arguments) {
     return 2;
   }
   say("connected");
-  return Probe(std::move(std::get<stream::Client>(connected)), wish.axes)
+  return Probe(std::move(*std::get_if<stream::Client>(&connected)), wish.axes)
       .run(std::chrono::nanoseconds{1s} / std::max(std::atoi(arguments[2]), 1));
 }

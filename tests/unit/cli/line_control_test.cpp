@@ -156,9 +156,10 @@ TEST_F(LineControlTest, RequestsAreTakenRefusedAndTold) {
   EXPECT_FALSE(ask(other, "axis x halt").contains("error"));
   EXPECT_FALSE(ask(other, "axis x move 10deg take-over").contains("error"));
   const auto events = door.take_events();
-  EXPECT_EQ(std::count_if(events.begin(), events.end(),
-                          [](const auto& event) { return std::holds_alternative<runtime::events::AxisRequested>(event); }),
-            4)
+  EXPECT_EQ(
+      std::count_if(events.begin(), events.end(),
+                    [](const auto& event) { return std::holds_alternative<runtime::events::AxisRequested>(event); }),
+      4)
       << "each request that was understood";
 }
 

@@ -17,7 +17,6 @@ using ecat_master::AxisCommand;
 using ecat_master::AxisConfig;
 using ecat_master::AxisRequest;
 using ecat_master::PlcopenState;
-using ecat_master::RequestPhase;
 using std::chrono::milliseconds;
 using testing::Contains;
 using testing::ElementsAre;

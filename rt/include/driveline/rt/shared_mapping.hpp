@@ -166,7 +166,7 @@ class SharedMapping {
     if (const auto* wrong = std::get_if<SharedRegionError>(&header)) {
       return *wrong;
     }
-    const auto& found = std::get<SharedLayout>(header);
+    const auto& found = *std::get_if<SharedLayout>(&header);
     if (!std::has_single_bit(found.capacity) || found.capacity > kMaxSharedBytes) {
       return SharedBadCapacity{.capacity = found.capacity, .record_bytes = found.record_bytes};
     }

@@ -15,6 +15,7 @@
 #include <cstring>
 #include <optional>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -148,7 +149,7 @@ class Client {
     static_cast<void>(::send(socket.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL));
     auto received = client_detail::receive_answer(socket.get(), patience);
     if (auto* refusal = std::get_if<std::string>(&received)) return std::move(*refusal);
-    return open(std::move(socket), std::get<client_detail::Received>(received), hello.axis_count);
+    return open(std::move(socket), *std::get_if<client_detail::Received>(&received), hello.axis_count);
   }
 
   /// What the line has said: period, keep-alive time, bounds of the axes.
@@ -209,8 +210,12 @@ class Client {
     if (const auto* wrong = std::get_if<rt::SharedRegionError>(&ring)) return describe(*wrong);
     auto broadcast = rt::SharedMapping::open(received.descriptors[1].get(), status_broadcast());
     if (const auto* wrong = std::get_if<rt::SharedRegionError>(&broadcast)) return describe(*wrong);
-    return Client{std::move(socket), received.answer, axis_count, std::move(std::get<rt::SharedMapping>(ring)),
-                  std::move(std::get<rt::SharedMapping>(broadcast))};
+    try {
+      return Client{std::move(socket), received.answer, axis_count, std::move(*std::get_if<rt::SharedMapping>(&ring)),
+                    std::move(*std::get_if<rt::SharedMapping>(&broadcast))};
+    } catch (const std::invalid_argument& wrong) {  // ring and broadcast look at the form once more
+      return std::string{wrong.what()};
+    }
   }
 
   Client(client_detail::Descriptor socket, const Answer& answer, std::size_t axis_count, rt::SharedMapping ring,
