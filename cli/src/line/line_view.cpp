@@ -9,6 +9,7 @@
 #include "driveline/ecat_master/configuration/configurator.hpp"
 #include "driveline/ecat_master/discovery/discovery.hpp"
 #include "driveline/runtime/setup/process_data_plan.hpp"
+#include "driveline/wire/mailbox.hpp"
 #include "line/mailbox_registers.hpp"
 
 namespace driveline::cli {
@@ -92,16 +93,17 @@ Outcome<void> LineView::open_mailboxes(std::span<const std::size_t> positions, b
 }
 
 /// A slave drops a mail with the same counter as the previous one (ETG.1000.4 5.6.1), which only its last master knows.
-/// So a harmless request is repeated with other counters until it is answered.
+/// So a harmless request of one mail is repeated with other counters until it is answered: its counter is the last one
+/// then. A request that was dropped is followed by its abort, with a counter of its own, so the next one is further on.
 std::uint8_t LineView::find_counter(ecat_master::SlaveRef slave, ecat_master::MailboxWindow window) {
-  constexpr int kRequests = 2;
   window.timeouts.response = std::chrono::milliseconds{100};
-  ecat_master::MailboxClient mailbox(master_->mailboxes(), slave, window);
-  ecat_master::CoeClient coe(mailbox);
-  std::uint8_t last = 1;
-  // Any answer will do. A request that was dropped is followed by its abort.
-  for (int attempt = 0; attempt < kRequests && went_astray(coe.upload(0x1000, 0)); ++attempt) last += 2;
-  return last;
+  for (const auto before : {std::uint8_t{0}, std::uint8_t{3}}) {
+    window.last_counter = before;
+    ecat_master::MailboxClient mailbox(master_->mailboxes(), slave, window);
+    // Any answer will do.
+    if (!went_astray(ecat_master::CoeClient(mailbox).upload(0x1000, 0))) return wire::next_mailbox_counter(before);
+  }
+  return 6;
 }
 
 Outcome<void> LineView::enter_pre_op(std::span<const std::size_t> positions) {
