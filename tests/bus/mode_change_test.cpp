@@ -1,11 +1,14 @@
 // Changes of the cyclic mode while the axes move: judged by what the drives demand.
 #include <gmock/gmock.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <random>
 #include <string>
 
 #include "drive_line.hpp"
+#include "environment.hpp"
 #include "late_line.hpp"
 
 namespace driveline::bus_test {
@@ -154,6 +157,40 @@ TEST(ModeChange, ThatTheDriveNeverMakesCanBeTakenBack) {
   EXPECT_TRUE(line.axis().mode_ready());
   EXPECT_EQ(line.operation.motion().failure().cause, MotionFailure::Cause::kNone);
   line.expect_obedience();
+}
+
+/// Changes in any order, at any time, also before the one before is over, under a load that nobody knows.
+void random_changes(unsigned seed) {
+  constexpr std::array kModes{Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque};
+  std::mt19937 random(seed);
+  const auto pick = [&random](unsigned of) { return static_cast<int>(random() % of); };
+  auto options = offsets_added(ModeLine::fast_path(), pick(4) == 0);
+  options.mode = kModes[random() % kModes.size()];
+  options.amplitude_rad = 5.0;
+  ModeLine line(options);
+  line.load(std::uniform_real_distribution(-0.3, 0.3)(random));
+  line.cycles(3200);
+  for (auto& judge : line.judges) judge.forget();
+  line.cycles(20);
+  for (int change = 0; change < 12; ++change) {
+    line.cycles(pick(pick(2) == 0 ? 30 : 2000));
+    EXPECT_TRUE(line.axis().set_mode(kModes[random() % kModes.size()]));
+    if (pick(4) == 0) continue;
+    for (int i = 0; i < 100 && !line.axis().mode_ready(); ++i) line.cycle();
+    EXPECT_TRUE(line.axis().mode_ready());
+  }
+  line.cycles(2500);
+  EXPECT_EQ(line.operation.motion().failure().cause, MotionFailure::Cause::kNone);
+  line.expect_obedience();
+}
+
+TEST(ModeChangeCampaign, InAnyOrderAtAnyTimeLeavesTheDemandWithinTheLimits) {
+  const auto runs = environment("DRIVELINE_CAMPAIGN_RUNS", 20);
+  const auto first = environment("DRIVELINE_CAMPAIGN_SEED", 1);
+  for (unsigned seed = first; seed < first + runs; ++seed) {
+    random_changes(seed);
+    ASSERT_FALSE(testing::Test::HasFailure()) << "seed " << seed;
+  }
 }
 
 TEST(ModeChange, IsRefusedWithoutTheObjects) {

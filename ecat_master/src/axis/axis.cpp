@@ -70,7 +70,7 @@ std::int64_t range_of(const AxisConfig& config) {
 ModeChange::Settings change_settings(const AxisConfig& config) {
   constexpr double kShareOfRated = 1e-4;
   return {config.limits, std::chrono::duration<double>(config.period).count(), delay_of(config),
-          kShareOfRated * config.rated_torque};
+          kShareOfRated * config.rated_torque, config.inertia};
 }
 
 }  // namespace
@@ -142,15 +142,29 @@ void Axis::note_change() noexcept {
 }
 
 bool Axis::set_mode(cia402::Mode mode) noexcept {
-  if (mode == mode_) return true;
-  const bool movable = mode != cia402::Mode::kCyclicTorque || config_.velocity_gain > 0.0;
-  if (!possible(mode) || !movable || !mode_object_ || !mode_display_) return false;
+  if (mode == mode_ || !can_change(mode)) return mode == mode_;
   if (enabled()) {
-    change_->begin(measured(), {targets_.position, targets_.velocity, targets_.torque});
+    change_->begin(measured(), {targets_.position, targets_.velocity, targets_.torque, targets_.acceleration,
+                                targets_.feed_velocity});
   }
   mode_ = mode;
   note_change();
   return true;
+}
+
+void Axis::command_torque() noexcept {
+  change_->cancel();
+  note_change();
+}
+
+void Axis::take_over_torque(double load) noexcept {
+  change_->carry(load, inputs_.velocity);
+  note_change();
+}
+
+void Axis::recount() noexcept {
+  count_ = last_count_;
+  inputs_.position = static_cast<double>(count_) / config_.increments_per_unit;
 }
 
 void Axis::read_inputs(std::span<const std::byte> image, bool valid, bool fresh) noexcept {
@@ -213,6 +227,7 @@ Axis::Targets Axis::targets_for(const trajectory::AxisSetpoint& setpoint) noexce
   targets.position = setpoint.position;
   targets.velocity = setpoint.velocity;
   targets.torque = setpoint.torque.value_or(config_.inertia * setpoint.acceleration);
+  targets.acceleration = setpoint.acceleration;
   targets.feed_velocity = targets.velocity;
   targets.feed_torque = targets.torque;
   if (mode_ == cia402::Mode::kCyclicPosition) return targets;
@@ -237,15 +252,17 @@ Axis::Targets Axis::targets_in_change(const trajectory::AxisSetpoint& setpoint) 
   if (!pending_) {
     auto targets = targets_for(reference);
     targets.torque += change_->torque_bias();
+    targets.feed_velocity = change_->feed_velocity();
     return targets;
   }
   Targets targets;
-  targets.feed_velocity = reference.velocity;
+  targets.acceleration = reference.acceleration;
+  targets.feed_velocity = change_->feed_velocity();
   targets.feed_torque = setpoint.torque.value_or(config_.inertia * reference.acceleration);
   correction_ = position_loop(reference);
   const double velocity = reference.velocity + correction_;
   const double loop = setpoint.torque ? 0.0 : config_.velocity_gain * (velocity - inputs_.velocity);
-  change_->follow(now, velocity, targets.feed_torque + loop);
+  change_->follow(now, {velocity, targets.feed_torque + loop, reference.acceleration});
   targets.position = change_->position();
   targets.velocity = change_->velocity();
   targets.torque = targets.feed_torque + loop + change_->torque_bias();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "driveline/trajectory/rejoin.hpp"
 
@@ -12,16 +13,23 @@ using cia402::Mode;
 
 /// Exchanges in which a drive must have shown its mode, so that one that was told to go back has heard of it.
 constexpr std::uint32_t kExchangesShown = 8;
-/// Share of a new measurement in what is followed: positions and torques come in steps, and later than the targets.
-constexpr double kFollowed = 1.0 / 64.0;
-/// The same of a position and the velocity seen in it, in a filter whose memory fades by 0.85 in each cycle, and the
-/// cycles until that is known well.
-constexpr double kObservedPosition = 1.0 - 0.85 * 0.85;
-constexpr double kObservedVelocity = 0.15 * 0.15;
-constexpr std::uint32_t kCyclesObserved = 32;
+/// Share of a new measurement in the torque that is followed.
+constexpr double kFollowed = 1.0 / 4.0;
+/// The same of a position, and of velocity and acceleration seen in it, in a filter whose memory fades in each cycle,
+/// and the cycles until they are known well; by its torque an axis may do anything.
+constexpr double kMemory = 0.75;
+constexpr double kObservedPosition = 1.0 - kMemory * kMemory * kMemory;
+constexpr double kObservedVelocity = 1.5 * (1.0 - kMemory) * (1.0 - kMemory) * (1.0 + kMemory);
+constexpr double kObservedAcceleration = (1.0 - kMemory) * (1.0 - kMemory) * (1.0 - kMemory);
+constexpr std::uint32_t kCyclesObserved = 8;
+constexpr std::uint32_t kCyclesObservedInTorque = 32;
 /// Shares of the limits for the return to the setpoints.
 constexpr double kLeastShare = 0.05;
 constexpr double kMostShare = 0.1;
+/// Share by which the feed-forward of the velocity approaches what it should be.
+constexpr double kFed = 0.05;
+/// When it is there, in shares of the highest velocity.
+constexpr double kFedWell = 1e-5;
 /// Time in which the torque that was taken over from the drive goes back to what the loops of the master want.
 constexpr double kFadeS = 0.2;
 
@@ -34,18 +42,20 @@ void ModeChange::begin(const Measured& measured, const Targets& last) noexcept {
   const bool by_torque = from_ == Mode::kCyclicTorque;
   const bool on_loop = by_torque || from_ == Mode::kCyclicVelocity;
   if (phase_ == Phase::kNone) {
-    on_setpoints_ = on_loop;
+    on_setpoints_ = by_position || on_loop;
     torque_bias_ = 0.0;
   }
   // The target was the feed-forward alone.
   if (!by_torque && measured.torque_known) torque_bias_ = measured.torque - last.torque;
   position_ = last.position;
   velocity_ = by_position ? measured.led_velocity : on_loop ? last.velocity : measured.velocity;
-  preparing_ = by_torque ? kCyclesObserved : 0;
-  // The loops of the master begin where the axis is, and not where its setpoints are already.
-  if (!on_loop) return_from(measured.position - velocity_ * settings_.period_s, velocity_);
+  preparing_ = by_torque ? kCyclesObservedInTorque : kCyclesObserved;
+  observed_ = {measured.position, by_position ? measured.led_velocity : measured.velocity, last.acceleration};
+  feed_velocity_ = last.feed_velocity;
+  before_[0] = before_[1] = velocity_;
+  leading_ = by_position;
+  if (!on_loop && !by_position) return_from(measured.position - velocity_ * settings_.period_s, velocity_);
   velocity_bias_ = 0.0;
-  observing_ = false;
   first_ = true;
   shown_ = 0;
   phase_ = Phase::kPending;
@@ -68,25 +78,48 @@ void ModeChange::settle(const Measured& measured, Mode mode) noexcept {
     return_from(measured.position - velocity_ * settings_.period_s, velocity_);
   }
   if (mode != Mode::kCyclicTorque) torque_bias_ = 0.0;
+  leading_ = false;
   phase_ = cyclic(mode) ? Phase::kReturning : Phase::kNone;
 }
 
 trajectory::AxisSetpoint ModeChange::reference(const Measured& measured,
                                                const trajectory::AxisSetpoint& setpoint) noexcept {
-  auto reference = setpoint;
+  trajectory::AxisSetpoint reference;
   if (led(measured)) {
-    // As long as the drive follows positions it gets those that it always got, and leads the loops of the master.
-    const double acceleration = (measured.led_velocity - velocity_) / settings_.period_s;
-    reference = {measured.position, measured.led_velocity, first_ ? 0.0 : acceleration, setpoint.torque};
-    return_from(measured.position, measured.led_velocity);
-    position_ = setpoint.position;
-    position_velocity_ = setpoint.velocity;
-  } else if (!on_setpoints_) {
-    reference = approach(setpoint);
+    reference = lead(measured, setpoint);
+  } else {
+    // The loops of the master begin where the axis is, and not where its setpoints are already.
+    if (std::exchange(leading_, false)) return_from(led_.position, led_.velocity);
+    reference = on_setpoints_ ? setpoint : approach(setpoint);
   }
   reference_position_ = reference.position;
+  feed(measured, reference);
   if (phase_ == Phase::kReturning) fade();
   return reference;
+}
+
+/// A drive takes the velocity of the feed-forward at once and a position later: where it may get into CSP, that is the
+/// velocity of the axis, and not yet that of the reference.
+void ModeChange::feed(const Measured& measured, const trajectory::AxisSetpoint& reference) noexcept {
+  if (led(measured)) {
+    feed_velocity_ = position_velocity_;
+    return;
+  }
+  const bool by_loop = pending() && measured.shown != Mode::kCyclicPosition;
+  const double wanted = by_loop ? observed_.velocity : reference.velocity;
+  feed_velocity_ += settings_.period_s * reference.acceleration + kFed * (wanted - feed_velocity_);
+  fed_ = std::abs(reference.velocity - feed_velocity_) <= kFedWell * settings_.limits.max_velocity;
+}
+
+/// As long as the drive follows positions it goes on with those that it would get anyway, and leads the loops of the
+/// master.
+trajectory::AxisSetpoint ModeChange::lead(const Measured& measured, const trajectory::AxisSetpoint& setpoint) noexcept {
+  const double acceleration = first_ ? 0.0 : (measured.led_velocity - velocity_) / settings_.period_s;
+  const auto target = on_setpoints_ ? setpoint : approach(setpoint);
+  position_ = target.position;
+  position_velocity_ = target.velocity;
+  led_ = {measured.position, measured.led_velocity, acceleration, setpoint.torque};
+  return led_;
 }
 
 void ModeChange::return_from(double position, double velocity) noexcept {
@@ -120,41 +153,34 @@ trajectory::AxisSetpoint ModeChange::approach(const trajectory::AxisSetpoint& se
 void ModeChange::fade() noexcept {
   torque_bias_ -= torque_bias_ * settings_.period_s / kFadeS;
   if (std::abs(torque_bias_) < settings_.least_torque) torque_bias_ = 0.0;
-  if (on_setpoints_ && !(std::abs(torque_bias_) > 0.0)) phase_ = Phase::kNone;
+  if (on_setpoints_ && fed_ && !(std::abs(torque_bias_) > 0.0)) phase_ = Phase::kNone;
 }
 
-/// What is between the velocity that was wanted two cycles before and that of the axis: a load, or a loop, moves it,
-/// and the measured velocity is filtered.
-void ModeChange::observe(const Measured& measured, double velocity) noexcept {
-  if (!observing_) {
-    observing_ = true;
-    observed_ = measured.position;
-    observed_bias_ = measured.shown == Mode::kCyclicTorque ? measured.velocity - velocity : 0.0;
-    before_[0] = before_[1] = velocity;
-    return;
-  }
-  observed_ += (before_[1] + observed_bias_) * settings_.period_s;
-  before_[1] = before_[0];
-  before_[0] = velocity;
+/// What the axis does, whatever its drive follows: a position comes in steps.
+void ModeChange::observe(const Measured& measured) noexcept {
+  const double t = settings_.period_s;
+  observed_.position += t * (observed_.velocity + 0.5 * t * observed_.acceleration);
+  observed_.velocity += t * observed_.acceleration;
   if (!measured.fresh) return;
-  const double deviation = measured.position - observed_;
-  observed_ += kObservedPosition * deviation;
-  observed_bias_ += kObservedVelocity * deviation / settings_.period_s;
+  const double deviation = measured.position - observed_.position;
+  observed_.position += kObservedPosition * deviation;
+  observed_.velocity += kObservedVelocity * deviation / t;
+  observed_.acceleration += kObservedAcceleration * deviation / (t * t);
 }
 
-void ModeChange::follow(const Measured& measured, double velocity, double torque) noexcept {
+void ModeChange::follow(const Measured& measured, const Wanted& wanted) noexcept {
   const bool by_torque = measured.shown == Mode::kCyclicTorque;
-  const bool by_position = measured.shown == Mode::kCyclicPosition;
-  if (by_position) {
-    observing_ = false;
-  } else {
-    observe(measured, by_torque ? velocity : velocity + velocity_bias_);
-  }
-  if (by_torque && from_ == Mode::kCyclicTorque) velocity_bias_ = observed_bias_;
+  observe(measured);
+  // Between the velocity that was wanted two cycles before and that of the axis: a load, or a loop, moves it.
+  if (by_torque) velocity_bias_ = observed_.velocity - before_[1];
+  before_[1] = before_[0];
+  before_[0] = wanted.velocity;
+  // What the torque is beyond the one that moves the axis as it moves.
+  const double accelerates = settings_.inertia * (wanted.acceleration - observed_.acceleration);
   if (!by_torque && measured.fresh && measured.torque_known)
-    torque_bias_ += kFollowed * (measured.torque - torque - torque_bias_);
-  const double demand = velocity + velocity_bias_;
-  if (!led(measured)) place(by_position, demand);
+    torque_bias_ += kFollowed * (measured.torque - wanted.torque + accelerates - torque_bias_);
+  const double demand = wanted.velocity + velocity_bias_;
+  if (!led(measured)) place(measured.shown == Mode::kCyclicPosition, demand);
   velocity_ = demand;
   if (preparing_ > 0) --preparing_;
   first_ = false;
@@ -163,14 +189,13 @@ void ModeChange::follow(const Measured& measured, double velocity, double torque
 /// The position that leads to the motion of this velocity. The drive takes half a cycle more for a position than for a
 /// velocity.
 void ModeChange::place(bool by_position, double velocity) noexcept {
-  const double half_rise = first_ ? 0.0 : 0.5 * (velocity - velocity_);
   if (by_position) {
-    position_velocity_ = velocity + half_rise;
+    position_velocity_ = velocity + 0.5 * (velocity - velocity_);
     position_ += settings_.period_s * position_velocity_;
     return;
   }
-  const double actual = before_[0] + observed_bias_ - half_rise;
-  position_ = observed_ + settings_.lead_cycles * settings_.period_s * actual;
+  const double ahead = settings_.lead_cycles * settings_.period_s;
+  position_ = observed_.position + ahead * (observed_.velocity + 0.5 * ahead * observed_.acceleration);
   position_velocity_ = velocity;
 }
 

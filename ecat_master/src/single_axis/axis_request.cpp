@@ -104,6 +104,10 @@ std::string_view to_text(AxisError error) noexcept {
       return "there is nothing that it could act on";
     case AxisError::kMode:
       return "it is not possible in this mode, or the process data lack what the mode needs";
+    case AxisError::kNoSuchMode:
+      return "the drive does not have the mode that it needs (6502h)";
+    case AxisError::kNotAtRest:
+      return "the axis is not at a standstill";
     case AxisError::kModeTimeout:
       return "the drive has not changed its mode in time";
     case AxisError::kEnableTimeout:
@@ -120,6 +124,8 @@ std::string_view to_text(AxisError error) noexcept {
       return "the actual position cannot be true";
     case AxisError::kHoming:
       return "the drive could not find its home";
+    case AxisError::kHomingTimeout:
+      return "the drive has not found its home in time";
     case AxisError::kTooFast:
       return "the axis got faster than its limit";
     case AxisError::kFollowing:

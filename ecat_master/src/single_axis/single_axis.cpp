@@ -63,13 +63,14 @@ bool SingleAxis::off() const noexcept {
 void SingleAxis::judge_position(std::chrono::nanoseconds took) noexcept {
   if (axis_->inputs().state == snapshot::AxisState::kUnavailable) return watch_.forget();
   if (!exchanged_) return;
-  const bool driven = axis_->enabled() && (powered() || power_ == Power::kEnabling);
+  const bool driven = axis_->enabled() && (powered() || power_ == Power::kEnabling) && !drive_moves();
   const auto finding = watch_.judge(cycle_, axis_->inputs().position, setpoint_, driven, took);
   axis_->hold_at(watch_.held());
   if (finding.kind == PositionFinding::Kind::kNewPlace) {
     setpoint_ = {watch_.held(), 0.0, 0.0};
     rest();
   }
+  if (finding && torque_ == Torque::kLed) return fail(AxisError::kPosition);
   if (finding && state_ != PlcopenState::kErrorStop) stop_for_position();
 }
 
@@ -112,7 +113,8 @@ void SingleAxis::watch_enabling() noexcept {
 
 void SingleAxis::watch_power() noexcept {
   if (bad_cycles_ >= settings_.bad_cycle_limit) return fail(AxisError::kLost);
-  if (axis_->fault() || axis_->reports_fault()) return fail(AxisError::kFault);
+  if (axis_->fault() || axis_->reports_fault())
+    return fail(homing_has_failed() ? AxisError::kHoming : AxisError::kFault);
   if (!axis_->enabled()) fail(AxisError::kLost);
 }
 
@@ -124,6 +126,8 @@ void SingleAxis::fail(AxisError error) noexcept {
     error_code_ = axis_->inputs().error_code;
   }
   state_ = PlcopenState::kErrorStop;
+  drop_homing(error);
+  torque_ = Torque::kNone;
   finish_move(RequestPhase::kError, error);
   drop_waiting(error);
   finish(power_request_, RequestPhase::kError, error);
@@ -139,6 +143,7 @@ void SingleAxis::advance(const trajectory::AxisSetpoint* fed) noexcept {
 
 /// States in which the drive follows no setpoints.
 void SingleAxis::advance_powerless() noexcept {
+  restore_mode();
   // An axis that is enabled already holds the place where it was enabled.
   if (!axis_->enabled()) setpoint_ = {watch_.held(), 0.0, 0.0};
   switch (power_) {
@@ -186,14 +191,30 @@ void SingleAxis::advance_reset() noexcept {
 
 /// A drive that does not change in time is left in the mode that it had.
 void SingleAxis::advance_mode() noexcept {
-  if (mode_request_ == 0) return;
+  if (!changing_mode_) return;
   if (axis_->mode_ready() || !powered()) {
+    end_mode_change();
     supply_.set_mode(axis_->mode());
     return finish(mode_request_, RequestPhase::kDone);
   }
   if (!exceeded(mode_since_, settings_.mode_timeout)) return;
+  end_mode_change();
   const bool back = axis_->set_mode(mode_before_);
   finish(mode_request_, RequestPhase::kError, back ? AxisError::kModeTimeout : AxisError::kMode);
+}
+
+/// The whole acceleration of the axis is that of its motion again.
+void SingleAxis::end_mode_change() noexcept {
+  changing_mode_ = false;
+  if (active_ && powered()) replan();
+}
+
+/// A drive that has failed in a mode of its own begins in that of the setpoints again.
+void SingleAxis::restore_mode() noexcept {
+  if (!return_mode_ || axis_->enabled()) return;
+  static_cast<void>(axis_->set_mode(*return_mode_));
+  return_mode_.reset();
+  supply_.set_mode(axis_->mode());
 }
 
 cia402::Goal SingleAxis::goal() const noexcept {
@@ -229,7 +250,7 @@ AbsenceEffect SingleAxis::resume(std::int64_t cycle, std::int64_t missed) noexce
     return AbsenceEffect::kStopped;
   }
   supply_.skip(missed);
-  bridge();
+  if (homing_ == Homing::kNone && torque_ != Torque::kLed) bridge();
   return AbsenceEffect::kBridged;
 }
 

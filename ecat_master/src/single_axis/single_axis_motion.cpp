@@ -15,6 +15,8 @@ using trajectory::AxisSetpoint;
 constexpr double kSettling = 0.01;
 /// Velocities that are tried for the passage of a target, each half of the one before; then it is stopped at.
 constexpr int kPassages = 6;
+/// Of the highest acceleration, while a drive changes its mode: the change takes some of it.
+constexpr double kShareInChange = 0.6;
 constexpr double kALittleMore = 1.0 + 1e-9;
 constexpr double kNoJerkLimit = std::numeric_limits<double>::infinity();
 
@@ -40,6 +42,7 @@ PlcopenState state_of(AxisCommand command) noexcept {
     case AxisCommand::kStop:
       return PlcopenState::kStopping;
     case AxisCommand::kMoveVelocity:
+    case AxisCommand::kTorque:
       return PlcopenState::kContinuousMotion;
     case AxisCommand::kFollow:
       return PlcopenState::kSynchronizedMotion;
@@ -56,7 +59,8 @@ double SingleAxis::velocity_of(const AxisRequest& request) const noexcept {
 
 trajectory::ProfileLimits SingleAxis::full_limits() const noexcept {
   const auto& limits = axis_->config().limits;
-  return trajectory::ProfileLimits::symmetric(limits.max_velocity, limits.max_acceleration, jerk_of({}));
+  const double share = changing_mode_ || torque_ == Torque::kEntering ? kShareInChange : 1.0;
+  return trajectory::ProfileLimits::symmetric(limits.max_velocity, share * limits.max_acceleration, jerk_of({}));
 }
 
 /// Of a motion in the direction of `way`: accelerating and braking may differ.
@@ -64,8 +68,9 @@ trajectory::ProfileLimits SingleAxis::limits_of(const AxisRequest& request, doub
   auto limits = full_limits();
   const double most = axis_->config().limits.max_velocity;
   const double velocity = std::clamp(velocity_of(request) * override_, 0.0, most);
-  const double faster = or_else(request.acceleration, limits.max_acceleration);
-  const double slower = or_else(request.deceleration, faster);
+  const double most_acceleration = limits.max_acceleration;
+  const double faster = std::min(or_else(request.acceleration, most_acceleration), most_acceleration);
+  const double slower = std::min(or_else(request.deceleration, faster), most_acceleration);
   limits.max_velocity = velocity;
   limits.min_velocity = -velocity;
   limits.max_acceleration = way >= 0.0 ? faster : slower;
@@ -96,10 +101,14 @@ double SingleAxis::target_of(const AxisRequest& request, double position, double
 }
 
 void SingleAxis::begin_move(const Move& move) noexcept {
+  const bool torque = move.request.command == AxisCommand::kTorque;
+  if (!torque) leave_torque();
   active_ = move;
+  run_velocity_.reset();
   active_->target = target_of(move.request, generator_.state().position, last_target_);
   if (to_position(move.request.command)) last_target_ = active_->target;
   state_ = state_of(move.request.command);
+  if (torque) begin_torque();
   if (move.id != 0) table_->set(move.id, {RequestPhase::kActive, AxisError::kNone});
   replan();
 }
@@ -125,12 +134,12 @@ void SingleAxis::replan() noexcept {
     case AxisCommand::kMoveVelocity: {
       const double most = axis_->config().limits.max_velocity;
       const double velocity = std::clamp(active_->request.target * override_, -most, most);
-      auto limits = limits_of(active_->request, velocity - generator_.state().velocity);
-      limits.max_velocity = most;
-      limits.min_velocity = -most;
-      planned = generator_.to_velocity(velocity, limits);
+      planned = run_at(velocity);
       break;
     }
+    case AxisCommand::kTorque:
+      planned = torque_ == Torque::kLed || plan_on();
+      break;
     case AxisCommand::kFollow:
       // Where it is led, steps count: it continues with the velocity of the last one, not with that at its end.
       rejoin_ = {setpoint_.position, step_velocity_, axis_->config().limits};
@@ -142,12 +151,73 @@ void SingleAxis::replan() noexcept {
   if (!planned) fail(AxisError::kNotFinite);
 }
 
+/// On as it moves now.
+bool SingleAxis::plan_on() noexcept {
+  return generator_.to_velocity(generator_.state().velocity, full_limits());
+}
+
+/// At a velocity: for ever, or to the end of the range.
+bool SingleAxis::run_at(double velocity) noexcept {
+  const auto& config = axis_->config();
+  auto limits = limits_of(active_->request, velocity - generator_.state().velocity);
+  run_velocity_.reset();
+  if (config.software_limits && std::abs(velocity) > 0.0) {
+    const double end = velocity > 0.0 ? config.software_limits->max : config.software_limits->min;
+    // Braking at the end is not the way to the velocity.
+    const double faster = std::max(limits.max_acceleration, -limits.min_acceleration);
+    limits.max_velocity = std::abs(velocity);
+    limits.min_velocity = -std::abs(velocity);
+    limits.max_acceleration = faster;
+    limits.min_acceleration = -faster;
+    run_velocity_ = velocity;
+    return generator_.to_position({end, 0.0, 0.0}, limits);
+  }
+  limits.max_velocity = config.limits.max_velocity;
+  limits.min_velocity = -config.limits.max_velocity;
+  return generator_.to_velocity(velocity, limits);
+}
+
+bool SingleAxis::in_range(double position) const noexcept {
+  const auto& range = axis_->config().software_limits;
+  return !range || (position >= range->min && position <= range->max);
+}
+
+/// Whether the motion ends in the range, and does not leave it on its way.
+bool SingleAxis::reachable(const Move& move) const noexcept {
+  const auto& range = axis_->config().software_limits;
+  const auto& from = generator_.state();
+  if (!range) return true;
+  if (move.request.command == AxisCommand::kMoveVelocity)
+    return move.request.target > 0.0 ? from.position < range->max : from.position > range->min;
+  if (!to_position(move.request.command)) return true;
+  const double target = target_of(move.request, from.position, last_target_);
+  if (!in_range(target)) return false;
+  // From outside there is a way back.
+  if (!in_range(from.position)) return true;
+  const auto way =
+      trajectory::plan_to_position(from, {target, 0.0, 0.0}, limits_of(move.request, target - from.position));
+  return way && trajectory::fits(*way, *range);
+}
+
+/// Whether it could not be stopped in the range any more.
+bool SingleAxis::leaves_range(const AxisSetpoint& from) const noexcept {
+  const auto& config = axis_->config();
+  if (!config.software_limits) return false;
+  const double most = config.limits.max_acceleration;
+  const double speed = std::abs(from.velocity);
+  const double until_braking_s = config.max_jerk ? 2.0 * most / *config.max_jerk : 0.0;
+  const double way = speed * (0.5 * speed / most + until_braking_s);
+  return from.velocity > 0.0 ? from.position + way > config.software_limits->max
+                             : from.velocity < 0.0 && from.position - way < config.software_limits->min;
+}
+
 bool SingleAxis::plan_rest() noexcept {
   go_from_here();
   auto limits = full_limits();
   // A stop or halt says itself how hard it brakes.
   if (active_ && !to_position(active_->request.command)) {
-    const double braking = or_else(active_->request.deceleration, limits.max_acceleration);
+    const double braking =
+        std::min(or_else(active_->request.deceleration, limits.max_acceleration), limits.max_acceleration);
     limits.max_acceleration = braking;
     limits.min_acceleration = -braking;
     limits.max_jerk = jerk_of(active_->request);
@@ -166,6 +236,7 @@ double SingleAxis::end_velocity(const Move& move) const noexcept {
   if (!to_position(waiting_[0].request.command)) return 0.0;
   auto next = waiting_[0];
   next.target = target_of(next.request, move.target, move.target);
+  if (!in_range(next.target)) return 0.0;
   const double way = move.target - generator_.state().position;
   const double on = next.target - move.target;
   // Where it turns round it stops.
@@ -198,6 +269,9 @@ bool SingleAxis::passes(const Move& move, const Move& next, double velocity) con
 /// A setpoint that may not have reached the drive is no time of the motion: it waits, and the axis returns to it within
 /// its limits.
 void SingleAxis::advance_motion(const AxisSetpoint* fed) noexcept {
+  if (homing_ != Homing::kNone) return advance_homing();
+  if (torque_ == Torque::kEntering) enter_torque();
+  if (torque_ == Torque::kLed) return advance_torque();
   if (!supply_.reached()) return bridge();
   if (beside_ && !way_back_) way_back_.emplace(supply_.sent(), supply_.sent_velocity(), axis_->config().limits);
   if (follows()) return follow(fed);
@@ -208,7 +282,16 @@ void SingleAxis::advance_motion(const AxisSetpoint* fed) noexcept {
   } else {
     step_to(target);
   }
-  if (generator_.finished() && !beside_) arrive();
+  if (active_ && run_velocity_) tell_velocity();
+  if (generator_.finished() && !beside_ && torque_ == Torque::kNone) arrive();
+}
+
+/// On its way to the end of the range.
+void SingleAxis::tell_velocity() noexcept {
+  const double missing = *run_velocity_ - generator_.state().velocity;
+  if (std::abs(missing) > 1e-9 * std::abs(*run_velocity_)) return;
+  table_->set(active_->id, {RequestPhase::kReached, AxisError::kNone});
+  if (waiting_count_ > 0) go_on();
 }
 
 void SingleAxis::bridge() noexcept {
@@ -227,8 +310,10 @@ void SingleAxis::step_to(const AxisSetpoint& setpoint) noexcept {
 void SingleAxis::follow(const AxisSetpoint* fed) noexcept {
   const bool usable = fed != nullptr && std::isfinite(fed->position) && std::isfinite(fed->velocity) &&
                       std::isfinite(fed->acceleration);
-  if (!usable) {
-    if (fed != nullptr) finish(active_->id, RequestPhase::kError, AxisError::kFollowing);
+  const bool leaves = leaves_range({setpoint_.position, step_velocity_, 0.0});
+  if (!usable || leaves) {
+    const auto error = leaves ? AxisError::kOutsideRange : AxisError::kFollowing;
+    if (fed != nullptr) finish(active_->id, RequestPhase::kError, error);
     active_->request = {};
     state_ = PlcopenState::kDiscreteMotion;
     replan();
@@ -254,14 +339,25 @@ void SingleAxis::arrive() noexcept {
   }
   if (!active_) return;
   const auto command = active_->request.command;
+  if (run_velocity_) {
+    finish_move(RequestPhase::kError, AxisError::kOutsideRange);
+    drop_waiting(AxisError::kNone);
+    state_ = PlcopenState::kStandstill;
+    return;
+  }
   if (command == AxisCommand::kMoveVelocity) {
     table_->set(active_->id, {RequestPhase::kReached, AxisError::kNone});
     if (waiting_count_ == 0) return;
   }
   // Held by an override of zero.
   if (to_position(command) && !(override_ > 0.0)) return;
+  if (command != AxisCommand::kStop) return go_on();
   finish_move(RequestPhase::kDone);
-  if (command == AxisCommand::kStop) return;
+}
+
+/// To the next motion, if there is one.
+void SingleAxis::go_on() noexcept {
+  finish_move(RequestPhase::kDone);
   if (waiting_count_ == 0) {
     state_ = PlcopenState::kStandstill;
     return;
@@ -269,7 +365,16 @@ void SingleAxis::arrive() noexcept {
   const auto next = waiting_[0];
   std::copy(waiting_.begin() + 1, waiting_.begin() + static_cast<std::ptrdiff_t>(waiting_count_), waiting_.begin());
   --waiting_count_;
-  begin_move(next);
+  if (reachable(next)) return begin_move(next);
+  auto refused = next.id;
+  finish(refused, RequestPhase::kError, AxisError::kOutsideRange);
+  drop_waiting(AxisError::kNone);
+  begin_move({});
+}
+
+void SingleAxis::stay_at(double position) noexcept {
+  setpoint_ = {position, 0.0, 0.0};
+  rest();
 }
 
 /// At rest at its setpoint.

@@ -1,6 +1,8 @@
 // What a single axis is asked, and what is refused.
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 
 #include "driveline/ecat_master/single_axis/single_axis.hpp"
 
@@ -21,10 +23,17 @@ bool is_motion(AxisCommand command) noexcept {
     case AxisCommand::kMoveSuperimposed:
     case AxisCommand::kMoveVelocity:
     case AxisCommand::kFollow:
+    case AxisCommand::kTorque:
       return true;
     default:
       return false;
   }
+}
+
+/// Of which nothing may begin while the drive homes, and which homing may not begin in.
+bool needs_drive(AxisCommand command) noexcept {
+  return is_motion(command) || command == AxisCommand::kHome || command == AxisCommand::kSetMode ||
+         command == AxisCommand::kSetPosition;
 }
 
 bool is_magnitude(double value) noexcept {
@@ -41,6 +50,7 @@ void SingleAxis::finish(std::uint64_t& id, RequestPhase phase, AxisError error) 
 void SingleAxis::finish_move(RequestPhase phase, AxisError error) noexcept {
   if (active_) finish(active_->id, phase, error);
   active_.reset();
+  run_velocity_.reset();
   finish(superimposed_request_, phase, error);
 }
 
@@ -55,7 +65,10 @@ AxisError SingleAxis::refusal_by_state(AxisCommand command) const noexcept {
     const bool allowed = command == AxisCommand::kReset || command == AxisCommand::kSetOverride;
     return allowed ? AxisError::kNone : AxisError::kErrorStop;
   }
-  if (motion && power_ != Power::kOn) return AxisError::kNotEnabled;
+  const bool home = command == AxisCommand::kHome;
+  if ((motion || home) && power_ != Power::kOn) return AxisError::kNotEnabled;
+  if (homing_ != Homing::kNone && needs_drive(command) && command != AxisCommand::kStop) return AxisError::kNotAtRest;
+  if (home && state_ != PlcopenState::kStandstill) return AxisError::kNotAtRest;
   if (motion && state_ == PlcopenState::kStopping && command != AxisCommand::kStop) return AxisError::kStopping;
   if (command == AxisCommand::kFollow && !fed_) return AxisError::kNothingToDo;
   if (command == AxisCommand::kReleaseStop && state_ != PlcopenState::kStopping) return AxisError::kNothingToDo;
@@ -74,10 +87,23 @@ AxisError SingleAxis::refusal_by_numbers(const AxisRequest& request) const noexc
                     request.acceleration > limits.max_acceleration * kRounding ||
                     request.deceleration > limits.max_acceleration * kRounding ||
                     request.jerk > axis_->config().max_jerk.value_or(request.jerk) * kRounding;
+  if (request.command == AxisCommand::kTorque) return refusal_of_torque(request);
   if (is_motion(request.command) && over) return AxisError::kOverLimit;
   const bool factor = request.command == AxisCommand::kSetOverride;
   if (factor && (request.target < 0.0 || request.target > kHighestOverride)) return AxisError::kOverLimit;
   return AxisError::kNone;
+}
+
+AxisError SingleAxis::refusal_of_torque(const AxisRequest& request) const noexcept {
+  const auto& config = axis_->config();
+  const double most = config.rated_torque * std::numeric_limits<std::int16_t>::max() / 1000.0;
+  const bool over = request.velocity > config.limits.max_velocity * kRounding ||
+                    request.deceleration > config.limits.max_acceleration * kRounding ||
+                    request.jerk > config.max_jerk.value_or(request.jerk) * kRounding;
+  if (over || std::abs(request.target) > most) return AxisError::kOverLimit;
+  if (!axis_->supports(cia402::Mode::kCyclicTorque)) return AxisError::kNoSuchMode;
+  const bool possible = axis_->can_change(cia402::Mode::kCyclicTorque) && !changing_mode_;
+  return possible ? AxisError::kNone : AxisError::kMode;
 }
 
 AxisError SingleAxis::refusal(const AxisRequest& request) const noexcept {
@@ -107,8 +133,7 @@ void SingleAxis::take(std::uint64_t id, const AxisRequest& request) noexcept {
     case AxisCommand::kSetMode:
       return take_mode(id, request.mode);
     case AxisCommand::kHome:
-    case AxisCommand::kTorque:
-      return finish(id, RequestPhase::kError, AxisError::kMode);
+      return take_home(id);
     default:
       return take_motion(id, request);
   }
@@ -131,6 +156,8 @@ void SingleAxis::take_power(std::uint64_t id, bool on) noexcept {
   drop_waiting(AxisError::kNone);
   if (power_ == Power::kEnabling) return enter(Power::kDisabling);
   if (power_ != Power::kOn) return;
+  interrupt_homing();
+  leave_torque();
   if (plan_rest()) return enter(Power::kResting);
   fail(AxisError::kNotFinite);
 }
@@ -150,15 +177,25 @@ void SingleAxis::take_override(std::uint64_t id, double factor) noexcept {
 }
 
 void SingleAxis::take_mode(std::uint64_t id, std::int8_t mode) noexcept {
-  finish(mode_request_, RequestPhase::kAborted);
   const auto wanted = static_cast<cia402::Mode>(mode);
-  const auto before = axis_->mode();
   const bool known = cia402::cyclic(wanted) && wanted <= cia402::Mode::kCyclicTorque;
-  if (!known || !axis_->set_mode(wanted)) return finish(id, RequestPhase::kError, AxisError::kMode);
-  mode_before_ = before;
+  if (known && !axis_->supports(wanted)) return finish(id, RequestPhase::kError, AxisError::kNoSuchMode);
+  if (!known || torque_ != Torque::kNone) return finish(id, RequestPhase::kError, AxisError::kMode);
+  finish(mode_request_, RequestPhase::kAborted);
+  if (!change_mode(wanted)) return finish(id, RequestPhase::kError, AxisError::kMode);
   mode_request_ = id;
-  mode_since_ = cycle_;
   table_->set(id, {RequestPhase::kActive, AxisError::kNone});
+}
+
+/// From a cyclic mode to another.
+bool SingleAxis::change_mode(cia402::Mode mode) noexcept {
+  const auto before = axis_->mode();
+  if (!axis_->set_mode(mode)) return false;
+  mode_before_ = before;
+  mode_since_ = cycle_;
+  changing_mode_ = true;
+  if (active_) replan();
+  return true;
 }
 
 void SingleAxis::take_motion(std::uint64_t id, const AxisRequest& request) noexcept {
@@ -166,8 +203,10 @@ void SingleAxis::take_motion(std::uint64_t id, const AxisRequest& request) noexc
   // A velocity never ends, so nothing waits behind it; a feed may.
   const bool waits = request.buffer != BufferMode::kAborting && active_.has_value();
   if (!waits) {
+    if (!reachable(move)) return finish(id, RequestPhase::kError, AxisError::kOutsideRange);
     finish_move(RequestPhase::kAborted);
     drop_waiting(AxisError::kNone);
+    interrupt_homing();
     return begin_move(move);
   }
   if (waiting_count_ == kWaiting) {
@@ -190,6 +229,7 @@ void SingleAxis::take_superimposed(std::uint64_t id, const AxisRequest& request)
   const bool to_position = under_way == AxisCommand::kMoveAbsolute || under_way == AxisCommand::kMoveRelative ||
                            under_way == AxisCommand::kMoveAdditive;
   if (!to_position) return finish(id, RequestPhase::kError, AxisError::kNothingToDo);
+  if (!in_range(active_->target + request.target)) return finish(id, RequestPhase::kError, AxisError::kOutsideRange);
   finish(superimposed_request_, RequestPhase::kAborted);
   superimposed_request_ = id;
   table_->set(id, {RequestPhase::kActive, AxisError::kNone});

@@ -6,6 +6,12 @@
 
 namespace driveline::slaves {
 
+namespace {
+
+constexpr double kSetpointTakeOverS = 1e-3;  ///< ours
+
+}  // namespace
+
 ControllerParameters ControllerParameters::sanitized() const noexcept {
   constexpr double kMost = 1e9;  // what the dictionary can hold
   const ControllerParameters standard;
@@ -40,6 +46,7 @@ void ServoController::reset(double position_rad, double torque_nm) noexcept {
   measured_velocity_rad_s_ = 0.0;
   filtered_feed_forward_rad_s_ = 0.0;
   velocity_setpoint_rad_s_ = 0.0;
+  taken_over_rad_s_ = 0.0;
   integral_nm_ = 0.0;
   torque_nm_ = finite(torque_nm);
   loop_ = ControllerSetpoint::Loop::kTorque;
@@ -77,6 +84,15 @@ double ServoController::velocity_loop(double velocity_setpoint_rad_s, double tor
   return torque;
 }
 
+/// The velocity loop goes on with the setpoint in force, or the measured speed, and gets to its new one: with a step
+/// its torque would leap.
+void ServoController::take_over(double velocity_rad_s) noexcept {
+  const double in_force =
+      loop_ == ControllerSetpoint::Loop::kTorque ? measured_velocity_rad_s_ : velocity_setpoint_rad_s_;
+  filtered_feed_forward_rad_s_ = in_force;
+  taken_over_rad_s_ = in_force - velocity_rad_s;
+}
+
 double ServoController::step(const ControllerSetpoint& setpoint) noexcept {
   using Loop = ControllerSetpoint::Loop;
   const double velocity = finite(setpoint.velocity_rad_s);
@@ -87,8 +103,9 @@ double ServoController::step(const ControllerSetpoint& setpoint) noexcept {
     torque_nm_ = limit_torque(feed_forward_nm);
     return torque_nm_;
   }
-  if (loop_ != setpoint.loop) filtered_feed_forward_rad_s_ = measured_velocity_rad_s_;
-  double velocity_setpoint = velocity;
+  if (loop_ != setpoint.loop) take_over(velocity);
+  double velocity_setpoint = velocity + taken_over_rad_s_;
+  taken_over_rad_s_ -= taken_over_rad_s_ * step_s_ / kSetpointTakeOverS;
   if (setpoint.loop == Loop::kPosition) {
     // The speed measurement lags by its filter; the feed-forward is delayed alike, or it would count as an error.
     filtered_feed_forward_rad_s_ += filter_gain_ * (velocity - filtered_feed_forward_rad_s_);

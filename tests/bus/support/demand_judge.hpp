@@ -22,15 +22,16 @@ inline constexpr double kDemandIncrements = 1048576.0 / 6.283185307179586;
 /// What a drive demands of its axis, as its objects tell it once per period, against the limits of the axis.
 class DemandJudge {
  public:
-  DemandJudge(DriveLine& drives, std::size_t drive, trajectory::AxisLimits limits)
-      : drives_(drives), drive_(drive), limits_(limits) {}
+  /// `range`: increments until positions begin anew.
+  DemandJudge(DriveLine& drives, std::size_t drive, trajectory::AxisLimits limits, double range = 4294967296.0)
+      : drives_(drives), drive_(drive), limits_(limits), range_rad_(range / kDemandIncrements) {}
 
   void look() {
     const auto& drive = drives_.drive(drive_);
     const auto& dictionary = drive.dictionary();
     const auto mode = dictionary.get(slaves::msd::kValue.mode_display);
     modes_.push_back(mode);
-    positions_.push_back(dictionary.get(slaves::msd::kValue.position_demand) / kDemandIncrements);
+    positions_.push_back(unwrapped(dictionary.get(slaves::msd::kValue.position_demand) / kDemandIncrements));
     velocities_.push_back(dictionary.get(slaves::msd::kValue.velocity_demand) / kDemandIncrements);
     actual_velocities_.push_back(drive.velocity_rad_s());
     times_.push_back(std::chrono::duration<double>(drives_.clock.now()).count());
@@ -64,14 +65,20 @@ class DemandJudge {
   /// Positions are whole increments: slopes need some periods to be better than the limits are judged.
   static constexpr std::size_t kWindow = 8;
   static constexpr std::size_t kShort = 2;
+  static constexpr std::int8_t kHomingMode = 6;
   static constexpr std::int8_t kVelocityMode = 9;
   static constexpr std::int8_t kTorqueMode = 10;
 
+  /// The same place next to the last position.
+  [[nodiscard]] double unwrapped(double position) const {
+    if (positions_.empty()) return position;
+    return position + range_rad_ * std::round((positions_.back() - position) / range_rad_);
+  }
   /// In csv the drive demands no positions: 6062h is where the axis gets to by its velocity loop. In cst it is where
-  /// the axis gets to by its torque.
+  /// the axis gets to by its torque. Homing makes a new zero.
   [[nodiscard]] bool demanded(std::size_t at) const {
     const auto mode = modes_[at];
-    return mode != kVelocityMode &&
+    return mode != kVelocityMode && mode != kHomingMode &&
            std::all_of(modes_.begin() + static_cast<std::ptrdiff_t>(at - 2 * kWindow),
                        modes_.begin() + static_cast<std::ptrdiff_t>(at), [mode](auto other) { return other == mode; });
   }
@@ -98,6 +105,7 @@ class DemandJudge {
   DriveLine& drives_;
   std::size_t drive_;
   trajectory::AxisLimits limits_;
+  double range_rad_;
   std::vector<std::int8_t> modes_;
   std::vector<double> positions_;
   std::vector<double> velocities_;

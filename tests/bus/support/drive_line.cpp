@@ -53,7 +53,8 @@ constexpr std::size_t kRingSamples = std::size_t{1} << 15;
 }  // namespace
 
 DriveLine::DriveLine(std::size_t drives, const slaves::SlaveOptions& options, const slaves::LineOptions& line_options,
-                     std::optional<slaves::Wiring> wiring, slaves::msd::Variant variant, double first_position_rad)
+                     std::optional<slaves::Wiring> wiring, slaves::msd::Variant variant, double first_position_rad,
+                     const std::vector<slaves::msd::MachineSwitch>& switches)
     : clock(milliseconds{1}) {
   std::vector<std::unique_ptr<slaves::Slave>> made;
   for (std::size_t i = 0; i < drives; ++i) {
@@ -62,6 +63,7 @@ DriveLine::DriveLine(std::size_t drives, const slaves::SlaveOptions& options, co
     parameters.name = "drive " + std::to_string(i);
     parameters.serial_number = serial_number(i);
     parameters.initial_position_rad = first_position_rad + initial_position_rad(i);
+    parameters.switches = switches;
     auto drive = std::make_unique<slaves::msd::MsdDrive>(parameters);
     drives_.push_back(&drive->core());
     made.push_back(std::make_unique<slaves::Slave>(std::move(drive), options));
@@ -141,6 +143,10 @@ ecat_master::AxisConfig LineOperation::axis(std::size_t position, const RunOptio
   config.velocity_gain = 0.1;
   config.setpoint_delay_cycles = options.setpoint_delay_cycles;
   config.adds_offsets = options.adds_offsets;
+  config.supported_modes = options.supported_modes;
+  config.software_limits = options.software_limits;
+  config.range_min = options.range_min;
+  config.range_max = options.range_max;
   return config;
 }
 
@@ -163,6 +169,7 @@ ecat_master::MotionControl& LineOperation::make_motion() {
     ecat_master::SingleAxes::Settings settings;
     settings.period = options_.period;
     settings.enable_timeout = options_.enable_timeout;
+    settings.homing_timeout = options_.homing_timeout;
     single_axes_ = std::make_unique<ecat_master::SingleAxes>(std::move(axes), settings);
     return *single_axes_;
   }

@@ -25,7 +25,8 @@ class DriveLine {
   /// stands at `first_position_rad` when it is switched on, the others not far from it.
   explicit DriveLine(std::size_t drives, const slaves::SlaveOptions& options = {},
                      const slaves::LineOptions& line_options = {}, std::optional<slaves::Wiring> wiring = std::nullopt,
-                     slaves::msd::Variant variant = slaves::msd::Variant::kMsd, double first_position_rad = 0.0);
+                     slaves::msd::Variant variant = slaves::msd::Variant::kMsd, double first_position_rad = 0.0,
+                     const std::vector<slaves::msd::MachineSwitch>& switches = {});
 
   rt::VirtualClock clock;
 
@@ -71,8 +72,14 @@ struct RunOptions {
   std::optional<double> setpoint_delay_cycles{};  ///< of every axis
   /// PDOs of every axis; none: axis_pdo_configuration()
   std::optional<ecat_master::PdoConfiguration> pdos{};
-  bool single_axes = false;           ///< each axis by itself (SingleAxes), instead of along the path
-  bool adds_offsets = false;          ///< AxisConfig::adds_offsets of every axis
+  bool single_axes = false;                        ///< each axis by itself (SingleAxes), instead of along the path
+  bool adds_offsets = false;                       ///< AxisConfig::adds_offsets of every axis
+  std::optional<std::uint32_t> supported_modes{};  ///< AxisConfig::supported_modes of every axis
+  std::optional<trajectory::PositionRange> software_limits{};  ///< AxisConfig::software_limits of every axis
+  nanoseconds homing_timeout = std::chrono::minutes{2};        ///< of single axes
+  /// AxisConfig::range_min and range_max of every axis
+  std::int32_t range_min = 0;
+  std::int32_t range_max = 0;
   bool accept_swapped_ports = false;  ///< IN and OUT of a slave may be swapped
 };
 

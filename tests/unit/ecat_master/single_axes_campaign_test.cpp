@@ -9,6 +9,7 @@
 #include <memory>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "driveline/ecat_master/single_axis/single_axes.hpp"
@@ -74,14 +75,14 @@ class Told {
   std::int64_t last_cycle_ = 0;
 };
 
-/// Follows its control word at once and its target position exactly.
+/// Follows its control word at once and its target position exactly. Homing takes a while and makes a new zero.
 class IdealDrive {
  public:
   explicit IdealDrive(double position) : position_(static_cast<std::int32_t>(std::llround(position * kIncrements))) {}
 
   [[nodiscard]] std::string outputs(std::int64_t cycle, std::span<const std::byte> image) {
     const auto control = load<std::uint16_t>(image, 0);
-    mode_ = load<std::int8_t>(image, 2);
+    const auto mode_before = std::exchange(mode_, load<std::int8_t>(image, 2));
     const auto target = load<std::int32_t>(image, 3);
     if ((control & 0x80U) != 0 && status_ == kFault) status_ = kSwitchOnDisabled;
     if (status_ == kFault) return {};
@@ -103,16 +104,34 @@ class IdealDrive {
       told_.forget();
       return {};
     }
-    if (!enabled && std::abs(static_cast<double>(target) - position_) > 2.0) return "enabled at another place";
+    if (mode_ == kHomingMode) return home(control);
+    const bool led_anew = !enabled || mode_before == kHomingMode;
+    if (led_anew && std::abs(static_cast<double>(target) - position_) > 2.0) return "enabled at another place";
     position_ = target;
     return told_.hear(cycle, target / kIncrements);
+  }
+  std::string home(std::uint16_t control) {
+    told_.forget();
+    const bool start = (control & 0x10U) != 0;
+    if (start && !homing_) {
+      result_ = 0;
+      left_ = 60;
+    }
+    homing_ = start;
+    if (!homing_) {
+      result_ |= kReached;
+    } else if (left_ > 0 && --left_ == 0) {
+      position_ = kHome;
+      result_ = kAttained | kReached;
+    }
+    return {};
   }
   void fail() {
     status_ = kFault;
     told_.forget();
   }
   void inputs(std::span<std::byte> image) const {
-    PdoEntry<std::uint16_t>(0).set(image, status_);
+    PdoEntry<std::uint16_t>(0).set(image, mode_ == kHomingMode ? status_ | result_ : status_);
     PdoEntry<std::int8_t>(2).set(image, mode_);
     PdoEntry<std::int32_t>(3).set(image, position_);
   }
@@ -123,9 +142,16 @@ class IdealDrive {
   static constexpr std::uint16_t kSwitchedOn = 0x23;
   static constexpr std::uint16_t kEnabled = 0x27;
   static constexpr std::uint16_t kFault = 0x08;
+  static constexpr std::uint16_t kReached = 0x0400;
+  static constexpr std::uint16_t kAttained = 0x1000;
+  static constexpr std::int8_t kHomingMode = 6;
+  static constexpr std::int32_t kHome = 1'234'567;
 
   std::uint16_t status_ = kSwitchOnDisabled;
   std::int8_t mode_ = 8;
+  bool homing_ = false;
+  std::uint16_t result_ = kReached;
+  int left_ = 0;  ///< cycles until home
   std::int32_t position_;
   Told told_;
 };

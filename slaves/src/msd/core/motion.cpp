@@ -180,7 +180,7 @@ void Motion::take_over(MotionCommand command, MotionSource source, bool smooth) 
   const std::uint32_t since = steps_since_sample_ % settings_.steps_per_setpoint;
   const double begin_speed = source == MotionSource::kCyclicPosition ? speed_towards_setpoint(speed, since) : speed;
   position_.reset(measured_position_rad() - begin_speed * since * kControlStepS, begin_speed);
-  velocity_.reset(speed - speed_feed_forward(0.0), 0.0);
+  velocity_.reset(setpoints_.velocity * settings_.scaling.velocity_rad_s, 0.0);
   torque_.reset(torque_demand_nm_ - torque_of(setpoints_.torque_offset_permille), 0.0);
   push_setpoints();
   for (std::uint32_t step = 0; step < since; ++step) {

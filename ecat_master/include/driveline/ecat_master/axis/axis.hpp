@@ -15,6 +15,7 @@
 #include "driveline/snapshot/snapshot.hpp"
 #include "driveline/trajectory/motion_limits.hpp"
 #include "driveline/trajectory/position_unit.hpp"
+#include "driveline/trajectory/profile.hpp"
 #include "driveline/trajectory/setpoint.hpp"
 
 namespace driveline::ecat_master {
@@ -40,7 +41,11 @@ struct AxisConfig {
   /// other. Not below each other: all of the 32 bits.
   std::int32_t range_min = 0;
   std::int32_t range_max = 0;  ///< 607Bh:02
-  double inertia = 0.0;        ///< kg m^2 or kg moved by the axis, for the torque feed-forward; 0: none
+  /// Positions, as the drive counts, that motions of the axis by itself must not leave (SingleAxes); none: anywhere.
+  std::optional<trajectory::PositionRange> software_limits{};
+  /// 6502h of the drive, bit n for mode n + 1; none: not known, every mode is tried.
+  std::optional<std::uint32_t> supported_modes{};
+  double inertia = 0.0;  ///< kg m^2 or kg moved by the axis, for the torque feed-forward; 0: none
   std::chrono::nanoseconds period = std::chrono::microseconds{125};  ///< from one setpoint to the next
   /// The drive adds 60B1h and 60B2h to its targets in CSV, too, as CiA 402-2 says: the feed-forward then goes there in
   /// every mode, the rest into 60FFh and 6071h. False: in CSV and CST the targets have all, and offsets are zero while
@@ -121,10 +126,28 @@ class Axis {
   /// Lets the drive change to another mode. From one cyclic mode to another that is without a step also while the axis
   /// moves (ModeChange), if torque and velocity (6077h, 606Ch) are mapped; on the way to another mode the drive is led
   /// by cyclic setpoints until it shows that. False, and nothing is changed: the process data lack an object of that
-  /// mode or the modes themselves (6060h, 6061h), or for CST there is no velocity gain. Whether the drive has the mode
-  /// (6502h) is not looked at here. A drive that does not change takes part in the motion as it is; when that is too
+  /// mode or the modes themselves (6060h, 6061h), for CST there is no velocity gain, or the drive does not have it
+  /// (supports()). A drive that does not change takes part in the motion as it is; when that is too
   /// long, and what happens then, is the caller's business: set_mode() with the mode before.
   [[nodiscard]] bool set_mode(cia402::Mode mode) noexcept;
+  /// Whether set_mode() would do it.
+  [[nodiscard]] bool can_change(cia402::Mode mode) const noexcept {
+    const bool movable = mode != cia402::Mode::kCyclicTorque || config_.velocity_gain > 0.0;
+    return mode == mode_ || (possible(mode) && supports(mode) && movable && mode_object_ && mode_display_);
+  }
+  /// Whether the drive has the mode, by AxisConfig::supported_modes.
+  [[nodiscard]] bool supports(cia402::Mode mode) const noexcept {
+    return (config_.supported_modes.value_or(~0U) >> (static_cast<unsigned>(mode) - 1U) & 1U) != 0;
+  }
+  /// From now on the torque of the setpoints is all that the drive is told in CST.
+  void command_torque() noexcept;
+  /// The loops of the master take over an axis that was led by torques; `load` of the last one was not for its
+  /// acceleration, and fades.
+  void take_over_torque(double load) noexcept;
+  /// The torque target of the last write_outputs(), Nm or N.
+  [[nodiscard]] double target_torque() const noexcept { return targets_.torque; }
+  /// Positions count as the drive has told the last one: it has a new zero.
+  void recount() noexcept;
   /// Mode that the drive is in, or on its way into.
   [[nodiscard]] cia402::Mode mode() const noexcept { return mode_; }
   /// The drive is in mode(), as 6061h has shown for some exchanges, if it is mapped.
@@ -165,6 +188,7 @@ class Axis {
     double position = 0.0;
     double velocity = 0.0;
     double torque = 0.0;
+    double acceleration = 0.0;   ///< of the setpoint
     double feed_velocity = 0.0;  ///< share of the feed-forward in velocity and torque
     double feed_torque = 0.0;
   };

@@ -24,6 +24,7 @@ class ModeChange {
     double period_s = 125e-6;         ///< from one setpoint to the next
     double lead_cycles = 3.0;         ///< setpoint_delay_cycles() of position setpoints
     double least_torque = 0.0;        ///< Nm or N that make no difference
+    double inertia = 0.0;             ///< kg m^2 or kg; 0: not known
   };
   /// What was measured in this cycle, in units of the axis.
   struct Measured {
@@ -40,14 +41,23 @@ class ModeChange {
   /// Idle.
   explicit ModeChange(const Settings& settings) noexcept : settings_(settings) {}
 
-  /// The last targets of an axis, rad or m, rad/s or m/s, Nm or N.
+  /// The last targets of an axis, rad or m, rad/s or m/s, rad/s^2 or m/s^2, Nm or N.
   struct Targets {
     double position = 0.0;
     double velocity = 0.0;
     double torque = 0.0;
+    double acceleration = 0.0;  ///< of the setpoint
+    double feed_velocity = 0.0;
   };
   /// The drive is to get into another mode.
   void begin(const Measured& measured, const Targets& last) noexcept;
+  /// The loops of the master begin at the setpoints, at this velocity, and add this torque, Nm or N, which fades.
+  void carry(double torque, double velocity) noexcept {
+    torque_bias_ = torque;
+    on_setpoints_ = true;
+    feed_velocity_ = velocity;
+    phase_ = Phase::kReturning;
+  }
   /// The axis does not move by its setpoints any more.
   void cancel() noexcept { phase_ = Phase::kNone; }
   /// Whether targets come from here.
@@ -65,8 +75,14 @@ class ModeChange {
   /// of the target position once it is in CSP.
   [[nodiscard]] trajectory::AxisSetpoint reference(const Measured& measured,
                                                    const trajectory::AxisSetpoint& setpoint) noexcept;
-  /// While pending(): the velocity and torque that the loops of the master want for reference().
-  void follow(const Measured& measured, double velocity, double torque) noexcept;
+  /// What the loops of the master want for reference(), which has the acceleration.
+  struct Wanted {
+    double velocity = 0.0;      ///< rad/s or m/s
+    double torque = 0.0;        ///< Nm or N
+    double acceleration = 0.0;  ///< rad/s^2 or m/s^2
+  };
+  /// While pending().
+  void follow(const Measured& measured, const Wanted& wanted) noexcept;
 
   /// Position of the last reference(); rad or m.
   [[nodiscard]] double reference_position() const noexcept { return reference_position_; }
@@ -74,6 +90,9 @@ class ModeChange {
   [[nodiscard]] double position() const noexcept { return position_; }
   /// rad/s or m/s
   [[nodiscard]] double velocity() const noexcept { return velocity_; }
+  /// Share of the feed-forward in the velocity, rad/s or m/s: in CSP of the setpoint, before and behind of what the
+  /// axis does, and never with a step.
+  [[nodiscard]] double feed_velocity() const noexcept { return feed_velocity_; }
   /// What is to be added to the torque of the master's loop, Nm or N.
   [[nodiscard]] double torque_bias() const noexcept { return torque_bias_; }
 
@@ -82,17 +101,21 @@ class ModeChange {
 
   void settle(const Measured& measured, cia402::Mode mode) noexcept;
   void return_from(double position, double velocity) noexcept;
+  [[nodiscard]] trajectory::AxisSetpoint lead(const Measured& measured,
+                                              const trajectory::AxisSetpoint& setpoint) noexcept;
   [[nodiscard]] trajectory::AxisSetpoint approach(const trajectory::AxisSetpoint& setpoint) noexcept;
   void fade() noexcept;
-  void observe(const Measured& measured, double velocity) noexcept;
+  void feed(const Measured& measured, const trajectory::AxisSetpoint& reference) noexcept;
+  void observe(const Measured& measured) noexcept;
   void place(bool by_position, double velocity) noexcept;
   /// The drive has not left CSP yet.
   [[nodiscard]] bool led(const Measured& measured) const noexcept {
-    return pending() && from_ == cia402::Mode::kCyclicPosition && measured.shown == from_;
+    return pending() && leading_ && measured.shown == cia402::Mode::kCyclicPosition;
   }
 
   Settings settings_{};
   trajectory::AxisSetpoint start_{};  ///< of the return, in the cycle before
+  trajectory::AxisSetpoint led_{};    ///< what the axis did by its position setpoints
   double deviation_ = 0.0;            ///< from the setpoints
   double deviation_velocity_ = 0.0;
   double reference_position_ = 0.0;
@@ -100,16 +123,17 @@ class ModeChange {
   double position_velocity_ = 0.0;
   double velocity_ = 0.0;  ///< target velocity that does
   double velocity_bias_ = 0.0;
-  double observed_ = 0.0;        ///< position that follows from the velocities
-  double observed_bias_ = 0.0;   ///< what the velocity of the axis is beyond the one that was wanted
-  double before_[2] = {};        ///< velocities of the cycles before
+  trajectory::AxisSetpoint observed_{};  ///< what the axis does
+  double feed_velocity_ = 0.0;
+  double before_[2] = {};        ///< velocities that were wanted in the cycles before
   cia402::Mode from_{};          ///< in which the change began
   std::uint32_t preparing_ = 0;  ///< cycles until the drive is told
   double torque_bias_ = 0.0;
   std::uint32_t shown_ = 0;  ///< exchanges in a row in which the wanted mode was shown
   Phase phase_ = Phase::kNone;
   bool first_ = false;         ///< cycle of the change
-  bool observing_ = false;     ///< observed_ is known
+  bool fed_ = false;           ///< feed_velocity_ is that of the reference
+  bool leading_ = false;       ///< the change began in CSP, which the drive has not left
   bool started_ = false;       ///< start_ is new
   bool on_setpoints_ = false;  ///< the reference is the setpoint
 };

@@ -61,6 +61,16 @@ inline constexpr std::uint16_t kHalt = 0x0100;
 inline constexpr std::uint16_t kAll = 0x0170;
 }  // namespace command_bit
 
+/// Bits of the status word that belong to a mode (CiA 402-2; MSD manual Table 12.14).
+namespace status_bit {
+/// The target is reached; in homing: the axis stands.
+inline constexpr std::uint16_t kTargetReached = 0x0400;
+/// Homing: home was found.
+inline constexpr std::uint16_t kHomingAttained = 0x1000;
+/// Homing: it has failed.
+inline constexpr std::uint16_t kHomingError = 0x2000;
+}  // namespace status_bit
+
 /// The state that the master wants an axis in.
 enum class Goal : std::uint8_t {
   kDisabled,   ///< power off, via Shutdown and Disable voltage

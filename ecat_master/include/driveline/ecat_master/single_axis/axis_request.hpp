@@ -11,7 +11,7 @@ namespace driveline::ecat_master {
 enum class AxisCommand : std::uint8_t {
   kPower,             ///< MC_Power: `on`, Operation enabled, or off; a moving axis comes to rest first
   kReset,             ///< MC_Reset: leaves ErrorStop, resetting the fault of the drive
-  kHome,              ///< MC_Home: homing by the drive, by the method set in it (6098h)
+  kHome,              ///< MC_Home: homing by the drive, by what is set in it (6098h, 6099h, 609Ah, 607Ch)
   kStop,              ///< MC_Stop: to rest; other motion is refused until kReleaseStop
   kReleaseStop,       ///< the stop request is withdrawn (MC_Stop with Execute false)
   kHalt,              ///< MC_Halt: to rest; may be replaced by other motion
@@ -74,6 +74,8 @@ enum class AxisError : std::uint8_t {
   kBufferFull,     ///< too many motions wait
   kNothingToDo,    ///< superimposed on nothing, released without a stop
   kMode,           ///< the process data lack what the mode needs, or the command cannot be done in the present mode
+  kNoSuchMode,     ///< the drive does not have the mode (6502h)
+  kNotAtRest,      ///< homing begins at a standstill, and nothing else begins while it lasts
   kModeTimeout,    ///< the drive has not changed its mode in time
   kEnableTimeout,  ///< the drive was not enabled in time
   kResetTimeout,   ///< the fault of the drive stayed
@@ -82,6 +84,7 @@ enum class AxisError : std::uint8_t {
   kMasterAway,     ///< the master missed too many periods
   kPosition,       ///< the actual position cannot be true (PositionWatch)
   kHoming,         ///< the drive could not home
+  kHomingTimeout,  ///< the drive has not homed in time
   kTooFast,        ///< faster than its limit under a torque
   kFollowing,      ///< the setpoints of the source that it follows cannot be
 };

@@ -11,6 +11,7 @@
 #include "driveline/ecat_master/cyclic/position_watch.hpp"
 #include "driveline/ecat_master/cyclic/setpoint_supply.hpp"
 #include "driveline/ecat_master/single_axis/axis_request.hpp"
+#include "driveline/ecat_master/single_axis/homing_handshake.hpp"
 #include "driveline/ecat_master/single_axis/request_table.hpp"
 #include "driveline/ecat_master/single_axis/setpoint_generator.hpp"
 #include "driveline/trajectory/rejoin.hpp"
@@ -33,6 +34,7 @@ class SingleAxis {
     std::chrono::nanoseconds quick_stop_time = std::chrono::seconds{2};  ///< for the drive's own quick stop
     std::chrono::nanoseconds reset_timeout = std::chrono::seconds{2};    ///< until the fault is gone
     std::chrono::nanoseconds mode_timeout = std::chrono::seconds{1};     ///< until 6061h shows another mode
+    std::chrono::nanoseconds homing_timeout = std::chrono::minutes{2};   ///< until the drive has found its home
   };
 
   /// Motions that may wait behind the one under way.
@@ -84,6 +86,21 @@ class SingleAxis {
     kQuickStop,  ///< by the drive
     kDisabling,
   };
+  /// How far homing by the drive is.
+  enum class Homing : std::uint8_t {
+    kNone,
+    kEntering,  ///< the drive gets into its homing mode
+    kRunning,
+    kAttained,     ///< home was found; the new zero has to be seen in the positions
+    kInterrupted,  ///< the drive brakes
+    kLeaving,      ///< the drive gets back into the mode before
+  };
+  /// What leads an axis under kTorque.
+  enum class Torque : std::uint8_t {
+    kNone,
+    kEntering,  ///< setpoints, to rest, until the drive is in CST
+    kLed,       ///< the torque alone
+  };
   /// A motion that was taken.
   struct Move {
     std::uint64_t id = 0;
@@ -95,10 +112,12 @@ class SingleAxis {
   [[nodiscard]] AxisError refusal(const AxisRequest& request) const noexcept;
   [[nodiscard]] AxisError refusal_by_state(AxisCommand command) const noexcept;
   [[nodiscard]] AxisError refusal_by_numbers(const AxisRequest& request) const noexcept;
+  [[nodiscard]] AxisError refusal_of_torque(const AxisRequest& request) const noexcept;
   void take_power(std::uint64_t id, bool on) noexcept;
   void take_reset(std::uint64_t id) noexcept;
   void take_override(std::uint64_t id, double factor) noexcept;
   void take_mode(std::uint64_t id, std::int8_t mode) noexcept;
+  void take_home(std::uint64_t id) noexcept;
   void take_motion(std::uint64_t id, const AxisRequest& request) noexcept;
   void take_superimposed(std::uint64_t id, const AxisRequest& request) noexcept;
   void finish(std::uint64_t& id, RequestPhase phase, AxisError error = AxisError::kNone) noexcept;
@@ -125,6 +144,38 @@ class SingleAxis {
   void follow(const trajectory::AxisSetpoint* fed) noexcept;
   void arrive() noexcept;
   void rest() noexcept;
+  void stay_at(double position) noexcept;
+  [[nodiscard]] bool in_range(double position) const noexcept;
+  [[nodiscard]] bool reachable(const Move& move) const noexcept;
+  [[nodiscard]] bool leaves_range(const trajectory::AxisSetpoint& from) const noexcept;
+  [[nodiscard]] bool plan_on() noexcept;
+  [[nodiscard]] bool run_at(double velocity) noexcept;
+  void tell_velocity() noexcept;
+  void go_on() noexcept;
+
+  // What the drive does by itself.
+  void enter(Homing homing) noexcept;
+  void start_homing() noexcept;
+  void interrupt_homing() noexcept;
+  void advance_homing() noexcept;
+  void judge_homing() noexcept;
+  [[nodiscard]] bool homing_has_failed() noexcept;
+  void watch_interruption() noexcept;
+  void take_new_zero() noexcept;
+  void leave_homing() noexcept;
+  void end_homing() noexcept;
+  void drop_homing(AxisError error) noexcept;
+  [[nodiscard]] std::chrono::nanoseconds homing_for() const noexcept;
+  /// The setpoints of the master have no effect.
+  [[nodiscard]] bool drive_moves() const noexcept { return homing_ > Homing::kEntering && homing_ < Homing::kLeaving; }
+  void begin_torque() noexcept;
+  void enter_torque() noexcept;
+  void lead_by_torque() noexcept;
+  void give_torque_up(AxisError error) noexcept;
+  void advance_torque() noexcept;
+  [[nodiscard]] double within_velocity(double torque) const noexcept;
+  void watch_torque() noexcept;
+  void leave_torque() noexcept;
 
   // States and power.
   void watch() noexcept;
@@ -132,7 +183,10 @@ class SingleAxis {
   void watch_power() noexcept;
   void judge_position(std::chrono::nanoseconds took) noexcept;
   void advance_reset() noexcept;
+  [[nodiscard]] bool change_mode(cia402::Mode mode) noexcept;
   void advance_mode() noexcept;
+  void end_mode_change() noexcept;
+  void restore_mode() noexcept;
   void advance_powerless() noexcept;
   void fail(AxisError error) noexcept;
   void stop_for_position() noexcept;
@@ -162,6 +216,18 @@ class SingleAxis {
   std::int64_t reset_since_ = 0;  ///< cycle
   std::int64_t mode_since_ = 0;   ///< cycle
   cia402::Mode mode_before_ = cia402::Mode::kCyclicPosition;
+  bool changing_mode_ = false;                 ///< from one cyclic mode to another
+  std::optional<cia402::Mode> return_mode_{};  ///< to which homing or torque gives the drive back
+  Homing homing_ = Homing::kNone;
+  HomingHandshake handshake_{};
+  std::int64_t homing_since_ = 0;  ///< cycle, of the phase
+  std::int64_t still_since_ = 0;   ///< cycle
+  Torque torque_ = Torque::kNone;
+  std::int64_t torque_since_ = 0;  ///< cycle
+  double torque_nm_ = 0.0;         ///< of the ramp, Nm or N
+  double acceleration_ = 0.0;      ///< measured
+  double velocity_before_ = 0.0;   ///< measured
+  double too_fast_s_ = 0.0;
   std::uint32_t bad_cycles_ = 0;
   std::uint32_t cycles_at_rest_ = 0;  ///< in Power::kResting
   bool exchanged_ = false;            ///< the position is of this cycle
@@ -170,10 +236,12 @@ class SingleAxis {
   double offset_ = 0.0;
   double override_ = 1.0;
   double last_target_ = 0.0;
+  std::optional<double> run_velocity_{};  ///< of kMoveVelocity on its way to the end of the range
   // 0: there is none.
   std::uint64_t power_request_ = 0;
   std::uint64_t reset_request_ = 0;
   std::uint64_t mode_request_ = 0;
+  std::uint64_t home_request_ = 0;
   std::uint64_t superimposed_request_ = 0;
   std::optional<Move> active_{};
   std::array<Move, kWaiting> waiting_{};

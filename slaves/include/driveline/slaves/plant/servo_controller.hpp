@@ -59,6 +59,7 @@ class ServoController {
 
  private:
   [[nodiscard]] double limit(double value, double low, double high) noexcept;
+  void take_over(double velocity_rad_s) noexcept;
   [[nodiscard]] double limit_torque(double torque_nm) noexcept;
   [[nodiscard]] double velocity_loop(double velocity_setpoint_rad_s, double torque_nm) noexcept;
 
@@ -71,6 +72,7 @@ class ServoController {
   double measured_velocity_rad_s_ = 0.0;
   double filtered_feed_forward_rad_s_ = 0.0;
   double velocity_setpoint_rad_s_ = 0.0;
+  double taken_over_rad_s_ = 0.0;  ///< what is left of the velocity setpoint before the last change of the loop
   double integral_nm_ = 0.0;
   double torque_nm_ = 0.0;
   double lowest_nm_ = -std::numeric_limits<double>::infinity();

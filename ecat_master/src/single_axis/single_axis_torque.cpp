@@ -1,0 +1,108 @@
+// A single axis under a torque.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "driveline/ecat_master/single_axis/single_axis.hpp"
+
+namespace driveline::ecat_master {
+namespace {
+
+/// Of the filter of the acceleration, s.
+constexpr double kAccelerationFilterS = 5e-3;
+/// By how much, and for how long, in s, an axis may be faster than its limit: a velocity is measured late.
+constexpr double kSpareVelocity = 1.1;
+constexpr double kSpareTimeS = 0.01;
+
+}  // namespace
+
+/// The axis goes on as it moves until its drive is in CST.
+void SingleAxis::begin_torque() noexcept {
+  if (torque_ != Torque::kNone) return;
+  return_mode_ = axis_->mode();
+  static_cast<void>(axis_->set_mode(cia402::Mode::kCyclicTorque));  // refusal_of_torque() has asked
+  torque_ = Torque::kEntering;
+  torque_since_ = cycle_;
+}
+
+/// What the drive does now is where the ramp begins.
+void SingleAxis::lead_by_torque() noexcept {
+  supply_.set_mode(axis_->mode());
+  torque_nm_ = axis_->target_torque();
+  axis_->command_torque();
+  velocity_before_ = axis_->inputs().velocity;
+  acceleration_ = 0.0;
+  too_fast_s_ = 0.0;
+  torque_ = Torque::kLed;
+}
+
+void SingleAxis::enter_torque() noexcept {
+  if (axis_->mode_ready()) return lead_by_torque();
+  if (exceeded(torque_since_, settings_.mode_timeout)) return give_torque_up(AxisError::kModeTimeout);
+  if (leaves_range(setpoint_)) give_torque_up(AxisError::kOutsideRange);
+}
+
+/// Before the drive was in CST.
+void SingleAxis::give_torque_up(AxisError error) noexcept {
+  finish_move(RequestPhase::kError, error);
+  leave_torque();
+  begin_move({});
+}
+
+void SingleAxis::advance_torque() noexcept {
+  const auto& inputs = axis_->inputs();
+  const auto& request = active_->request;
+  if (exchanged_) {
+    acceleration_ += std::min(period_s_ / kAccelerationFilterS, 1.0) *
+                     ((inputs.velocity - velocity_before_) / period_s_ - acceleration_);
+    velocity_before_ = inputs.velocity;
+  }
+  const double step =
+      request.acceleration > 0.0 ? request.acceleration * period_s_ : std::numeric_limits<double>::infinity();
+  torque_nm_ += std::clamp(request.target - torque_nm_, -step, step);
+  if (!(std::abs(request.target - torque_nm_) > 0.0))
+    table_->set(active_->id, {RequestPhase::kReached, AxisError::kNone});
+  step_velocity_ = inputs.velocity;
+  setpoint_ = {inputs.position, inputs.velocity, acceleration_, within_velocity(torque_nm_)};
+  generator_.start_from({inputs.position, inputs.velocity, 0.0});
+  watch_torque();
+}
+
+/// So much less torque that the axis gets no faster than it may, and is braked beyond that.
+double SingleAxis::within_velocity(double torque) const noexcept {
+  const double most = velocity_of(active_->request);
+  const double gain = axis_->config().velocity_gain;
+  const double velocity = axis_->inputs().velocity;
+  return std::clamp(torque, gain * (-most - velocity), gain * (most - velocity));
+}
+
+void SingleAxis::watch_torque() noexcept {
+  const auto& config = axis_->config();
+  const double velocity = axis_->inputs().velocity;
+  const bool too_fast = std::abs(velocity) > kSpareVelocity * config.limits.max_velocity;
+  too_fast_s_ = too_fast ? too_fast_s_ + period_s_ : 0.0;
+  if (too_fast_s_ > kSpareTimeS) return fail(AxisError::kTooFast);
+  if (leaves_range(setpoint_)) fail(AxisError::kOutsideRange);
+}
+
+/// The loops take the axis over where it is, with the velocity that it has. What its torque is beyond that for its
+/// acceleration stays, and fades.
+void SingleAxis::leave_torque() noexcept {
+  if (torque_ == Torque::kNone) return;
+  if (torque_ == Torque::kLed) {
+    const double torque = setpoint_.torque.value_or(0.0);
+    axis_->take_over_torque(torque - axis_->config().inertia * acceleration_);
+    const double most = axis_->config().limits.max_velocity;
+    setpoint_ = {axis_->inputs().position, std::clamp(axis_->inputs().velocity, -most, most), 0.0};
+    generator_.start_from(setpoint_);
+    step_velocity_ = setpoint_.velocity;
+    beside_ = false;
+    way_back_.reset();
+  }
+  torque_ = Torque::kNone;
+  if (!axis_->enabled() || !return_mode_) return;
+  static_cast<void>(change_mode(*return_mode_));
+  return_mode_.reset();
+}
+
+}  // namespace driveline::ecat_master

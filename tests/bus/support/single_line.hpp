@@ -1,0 +1,126 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "demand_judge.hpp"
+#include "drive_line.hpp"
+#include "driveline/wire/endian.hpp"
+#include "fault_ports.hpp"
+
+namespace driveline::bus_test {
+
+using ecat_master::AxisCommand;
+using ecat_master::AxisError;
+using ecat_master::AxisRequest;
+using ecat_master::BufferMode;
+using ecat_master::PlcopenState;
+using ecat_master::RequestPhase;
+using ecat_master::RequestReport;
+
+inline constexpr nanoseconds kSinglePeriod = microseconds{125};
+inline AxisRequest request(AxisCommand command, double target = 0.0, double velocity = 0.0) {
+  AxisRequest made;
+  made.command = command;
+  made.target = target;
+  made.velocity = velocity;
+  return made;
+}
+
+inline AxisRequest power(bool on) {
+  AxisRequest made = request(AxisCommand::kPower);
+  made.on = on;
+  return made;
+}
+
+inline AxisRequest move(double target, double velocity = 0.0, BufferMode buffer = BufferMode::kAborting) {
+  auto made = request(AxisCommand::kMoveAbsolute, target, velocity);
+  made.buffer = buffer;
+  return made;
+}
+
+/// The drives brake by their own quick stop no harder than their axes may.
+inline RunOptions single_options() {
+  RunOptions options;
+  options.single_axes = true;
+  const auto rate =
+      static_cast<std::uint32_t>(LineOperation::axis(0, options).limits.max_acceleration * kDemandIncrements);
+  const auto bytes = wire::to_le_bytes(rate);
+  options.startup = {{0x6085, 0, {bytes.begin(), bytes.end()}}};
+  return options;
+}
+
+/// A line in OP whose axes are commanded one by one; its frames can be lost.
+class SingleLine {
+ public:
+  explicit SingleLine(std::size_t axes = 1, const RunOptions& options = single_options(),
+                      const std::vector<slaves::msd::MachineSwitch>& switches = {}, double first_position_rad = 0.0)
+      : drives(axes, {}, {}, std::nullopt, options.variant, first_position_rad, switches),
+        outwards(drives.line(), LossyPort::Way::kOut, [this](auto, auto) { return lose_out; }),
+        port(outwards, LossyPort::Way::kBack, [this](auto, auto) { return lose_back; }),
+        operation(drives, port, options) {
+    const double range = options.range_min < options.range_max
+                             ? static_cast<double>(options.range_max) - options.range_min + 1.0
+                             : 4294967296.0;
+    for (std::size_t i = 0; i < axes; ++i)
+      judges.emplace_back(drives, i, LineOperation::axis(i, options).limits, range);
+    EXPECT_EQ(sentence(operation.to_op()), "");
+    cycles(100);
+  }
+
+  [[nodiscard]] ecat_master::SingleAxes& axes() noexcept { return operation.single_axes(); }
+  [[nodiscard]] PlcopenState state(std::size_t axis = 0) noexcept { return axes().axis_report(axis).state; }
+  [[nodiscard]] double setpoint(std::size_t axis = 0) noexcept { return axes().axis_report(axis).setpoint; }
+  [[nodiscard]] RequestPhase phase(std::uint64_t id) noexcept { return axes().report(id).phase; }
+
+  /// To the same place within the period, in which no control step of the drives and no frame is due.
+  void settle() {
+    const auto place = drives.clock.now() / kSinglePeriod * kSinglePeriod + microseconds{110};
+    drives.leave_alone(std::max(place - drives.clock.now(), nanoseconds{0}));
+  }
+  void cycle() {
+    operation.cycle();
+    settle();
+    for (auto& judge : judges) judge.look();
+  }
+  void cycles(int count) {
+    for (int i = 0; i < count; ++i) cycle();
+  }
+  /// `periods` go by without a cycle.
+  void stall(int periods) {
+    for (int i = 0; i < periods; ++i) {
+      drives.leave_alone(kSinglePeriod);
+      for (auto& judge : judges) judge.look();
+    }
+    drives.leave_alone(microseconds{15});
+    cycle();
+  }
+  std::uint64_t submit(const AxisRequest& asked, std::size_t axis = 0) { return axes().submit(axis, asked); }
+  /// Until it is over, or a second has passed.
+  RequestReport finish(std::uint64_t id, int at_most = 8000) {
+    for (int i = 0; i < at_most && !axes().report(id).over(); ++i) cycle();
+    return axes().report(id);
+  }
+  RequestReport ask(const AxisRequest& asked, std::size_t axis = 0) { return finish(submit(asked, axis)); }
+  void enable(std::size_t axis = 0) {
+    ASSERT_EQ(ask(power(true), axis).phase, RequestPhase::kDone);
+    ASSERT_EQ(state(axis), PlcopenState::kStandstill);
+  }
+  void expect_obedience() const {
+    for (const auto& judge : judges) judge.expect_obedience();
+  }
+
+  bool lose_out = false;
+  bool lose_back = false;
+  DriveLine drives;
+  LossyPort outwards;
+  LossyPort port;
+  LineOperation operation;
+  std::vector<DemandJudge> judges;
+};
+
+}  // namespace driveline::bus_test

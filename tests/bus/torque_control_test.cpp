@@ -1,0 +1,182 @@
+// MC_TorqueControl and the software limits of axes that are commanded one by one.
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "single_line.hpp"
+
+namespace driveline::bus_test {
+namespace {
+
+AxisRequest torque(double target, double velocity = 0.0, double ramp = 0.0) {
+  auto made = request(AxisCommand::kTorque, target, velocity);
+  made.acceleration = ramp;
+  return made;
+}
+
+TEST(TorqueControl, GivesTheTorqueThatIsAskedAndNoMore) {
+  SingleLine line;
+  line.enable();
+  // So much that the axis does not turn.
+  line.drives.drive(0).set_machine_input(slaves::msd::MachineInput::kLoad, 0.5);
+  line.cycles(800);
+  const auto id = line.submit(torque(0.5, 0.0, 2.0));
+  line.cycles(100);
+  EXPECT_EQ(line.state(), PlcopenState::kContinuousMotion);
+  line.cycles(2000);
+  EXPECT_EQ(line.phase(id), RequestPhase::kReached) << "in torque";
+  EXPECT_EQ(line.axes().axis_report(0).mode, 10);
+  EXPECT_NEAR(line.axes().axis_report(0).torque, 0.5, 0.01);
+  EXPECT_EQ(line.ask(request(AxisCommand::kHalt)).phase, RequestPhase::kDone);
+  EXPECT_EQ(line.phase(id), RequestPhase::kAborted);
+  line.cycles(200);
+  EXPECT_EQ(line.state(), PlcopenState::kStandstill);
+  EXPECT_EQ(line.axes().axis_report(0).mode, 8) << "the mode from before";
+  EXPECT_EQ(line.ask(request(AxisCommand::kMoveRelative, 1.0)).phase, RequestPhase::kDone);
+  line.expect_obedience();
+}
+
+TEST(TorqueControl, RampsItsTorque) {
+  SingleLine line;
+  line.enable();
+  line.drives.drive(0).set_machine_input(slaves::msd::MachineInput::kLoad, 0.4);
+  line.cycles(800);
+  const double from = line.axes().axis_report(0).torque;
+  EXPECT_NEAR(from, 0.4, 0.05) << "it begins with the torque in force";
+  const auto id = line.submit(torque(0.6, 0.0, 1.0));
+  line.cycles(800);
+  EXPECT_EQ(line.phase(id), RequestPhase::kActive);
+  EXPECT_NEAR(line.axes().axis_report(0).torque, from + 0.1, 0.05);
+  line.cycles(1600);
+  EXPECT_EQ(line.phase(id), RequestPhase::kReached);
+}
+
+TEST(TorqueControl, IsNoFasterThanItMay) {
+  for (const double direction : {1.0, -1.0}) {
+    SingleLine line;
+    line.enable();
+    line.submit(torque(0.2 * direction, 10.0, 5.0));
+    double fastest = 0.0;
+    for (int i = 0; i < 4000; ++i) {
+      line.cycle();
+      fastest = std::max(fastest, std::abs(line.drives.drive(0).velocity_rad_s()));
+    }
+    EXPECT_GT(fastest, 8.0);
+    EXPECT_LT(fastest, 10.2);
+    // The loops take it over as it moves.
+    EXPECT_EQ(line.ask(request(AxisCommand::kMoveVelocity, 20.0 * direction), 0).phase, RequestPhase::kReached);
+    EXPECT_EQ(line.ask(request(AxisCommand::kHalt)).phase, RequestPhase::kDone);
+    line.expect_obedience();
+  }
+}
+
+TEST(TorqueControl, AnotherTorqueReplacesIt) {
+  SingleLine line;
+  line.enable();
+  const auto first = line.submit(torque(0.15, 20.0));
+  line.cycles(600);
+  EXPECT_EQ(line.phase(first), RequestPhase::kReached);
+  const auto second = line.submit(torque(-0.15, 20.0));
+  line.cycles(2000);
+  EXPECT_EQ(line.phase(first), RequestPhase::kAborted);
+  EXPECT_EQ(line.phase(second), RequestPhase::kReached);
+  EXPECT_LT(line.axes().axis_report(0).velocity, -5.0);
+  EXPECT_EQ(line.ask(power(false)).phase, RequestPhase::kDone) << "it comes to rest first";
+  line.expect_obedience();
+}
+
+TEST(TorqueControl, IsRefusedWithTheReason) {
+  SingleLine line;
+  EXPECT_EQ(line.ask(torque(0.1)).error, AxisError::kNotEnabled);
+  line.enable();
+  EXPECT_EQ(line.ask(torque(std::nan(""))).error, AxisError::kNotFinite);
+  EXPECT_EQ(line.ask(torque(0.1, 51.0)).error, AxisError::kOverLimit);
+  EXPECT_EQ(line.ask(torque(100.0)).error, AxisError::kOverLimit);
+  EXPECT_EQ(line.state(), PlcopenState::kStandstill);
+}
+
+TEST(TorqueControl, AFaultEndsItAndTheAxisBeginsInItsMode) {
+  SingleLine line;
+  line.enable();
+  const auto id = line.submit(torque(0.1, 10.0));
+  line.cycles(800);
+  line.drives.drive(0).raise(slaves::msd::Fault::kOvercurrent);
+  EXPECT_EQ(line.finish(id).error, AxisError::kFault);
+  line.cycles(8000);
+  EXPECT_EQ(line.ask(request(AxisCommand::kReset)).phase, RequestPhase::kDone);
+  line.enable();
+  EXPECT_EQ(line.axes().axis_report(0).mode, 8);
+  EXPECT_EQ(line.ask(request(AxisCommand::kMoveRelative, 1.0)).phase, RequestPhase::kDone);
+}
+
+RunOptions limited() {
+  auto options = single_options();
+  options.software_limits = trajectory::PositionRange{-5.0, 5.0};
+  return options;
+}
+
+TEST(SoftwareLimits, TargetsBeyondThemAreRefused) {
+  SingleLine line(1, limited());
+  line.enable();
+  EXPECT_EQ(line.ask(move(5.1)).error, AxisError::kOutsideRange);
+  EXPECT_EQ(line.ask(move(-5.1)).error, AxisError::kOutsideRange);
+  EXPECT_EQ(line.ask(request(AxisCommand::kMoveRelative, 6.0)).error, AxisError::kOutsideRange);
+  EXPECT_EQ(line.ask(request(AxisCommand::kMoveAdditive, -6.0)).error, AxisError::kOutsideRange);
+  const auto way = line.submit(move(4.0, 10.0));
+  line.cycles(100);
+  EXPECT_EQ(line.ask(request(AxisCommand::kMoveSuperimposed, 2.0, 1.0)).error, AxisError::kOutsideRange);
+  auto behind = move(5.5);
+  behind.buffer = BufferMode::kBlendingPrevious;
+  const auto waiting = line.submit(behind);
+  EXPECT_EQ(line.finish(way).phase, RequestPhase::kDone);
+  EXPECT_EQ(line.finish(waiting).error, AxisError::kOutsideRange);
+  line.cycles(200);
+  EXPECT_NEAR(line.setpoint(), 4.0, 1e-3);
+  EXPECT_EQ(line.state(), PlcopenState::kStandstill);
+  // The drive's count is what they are about, whatever requests call it.
+  EXPECT_EQ(line.ask(request(AxisCommand::kSetPosition, 100.0)).phase, RequestPhase::kDone);
+  EXPECT_EQ(line.ask(move(100.9)).phase, RequestPhase::kDone);
+  EXPECT_EQ(line.ask(move(101.1)).error, AxisError::kOutsideRange);
+  line.expect_obedience();
+}
+
+TEST(SoftwareLimits, AWayThatLeavesThemIsRefusedAndTheOldOneGoesOn) {
+  SingleLine line(1, limited());
+  line.enable();
+  const auto way = line.submit(move(4.9, 50.0));
+  line.cycles(600);
+  ASSERT_GT(line.axes().axis_report(0).velocity, 30.0);
+  auto soft = move(4.9, 50.0);
+  soft.deceleration = 200.0;
+  EXPECT_EQ(line.ask(soft).error, AxisError::kOutsideRange) << "it could not stop before 5";
+  EXPECT_EQ(line.finish(way).phase, RequestPhase::kDone);
+}
+
+TEST(SoftwareLimits, AVelocityEndsAtThem) {
+  for (const double direction : {1.0, -1.0}) {
+    SingleLine line(1, limited());
+    line.enable();
+    const auto id = line.submit(request(AxisCommand::kMoveVelocity, 20.0 * direction));
+    line.cycles(400);
+    EXPECT_EQ(line.phase(id), RequestPhase::kReached) << "in velocity";
+    EXPECT_EQ(line.finish(id).error, AxisError::kOutsideRange);
+    EXPECT_NEAR(line.setpoint(), 5.0 * direction, 1e-9);
+    EXPECT_EQ(line.state(), PlcopenState::kStandstill);
+    EXPECT_EQ(line.ask(request(AxisCommand::kMoveVelocity, direction)).error, AxisError::kOutsideRange);
+    EXPECT_EQ(line.ask(move(0.0)).phase, RequestPhase::kDone) << "there is a way back";
+    line.expect_obedience();
+  }
+}
+
+TEST(SoftwareLimits, ATorqueThatLeadsTheAxisToThemStopsIt) {
+  SingleLine line(1, limited());
+  line.enable();
+  const auto id = line.submit(torque(0.15, 20.0));
+  EXPECT_EQ(line.finish(id).error, AxisError::kOutsideRange);
+  line.cycles(2000);
+  EXPECT_EQ(line.state(), PlcopenState::kErrorStop);
+  EXPECT_LT(line.axes().axis_report(0).position, 5.05);
+}
+
+}  // namespace
+}  // namespace driveline::bus_test
