@@ -1,5 +1,5 @@
-// How far an axis is from its path with and without feed-forward and compensation of the dead time,
-// on the simulated drive with friction and a weight.
+// How far an axis is from its path with and without feed-forward and compensation of the dead time, and the load that a
+// test motion finds, on the simulated drive with friction and a weight.
 #include <gmock/gmock.h>
 #include <unistd.h>
 
@@ -14,6 +14,9 @@
 #include <string>
 #include <vector>
 
+#include "driveline/ecat_master/cyclic/path_source.hpp"
+#include "driveline/runtime/identify/load_estimate.hpp"
+#include "driveline/runtime/identify/test_motion.hpp"
 #include "driveline/runtime/line.hpp"
 #include "driveline/snapshot/sample_consumer.hpp"
 
@@ -156,6 +159,40 @@ TEST_F(FeedForwardLine, AxesOfDifferentDrivesAreAtTheSamePlaceAtTheSameInstant) 
   // One drive is a cycle later than the other: a millisecond at 20 rad/s and more.
   EXPECT_GT(distance("none"), 0.015);
   EXPECT_LT(distance("compensated"), 0.004);
+}
+
+/// Keeps what the axis does.
+class Records final : public snapshot::SampleConsumer {
+ public:
+  void lines(std::span<const snapshot::LineSample>) override {}
+  void axes(std::span<const snapshot::AxisSample> samples) override {
+    for (const auto& sample : samples) {
+      if (sample.state == snapshot::AxisState::kOperationEnabled)
+        list.push_back({static_cast<double>(sample.time_ns) * 1e-9, sample.actual_position, sample.actual_torque});
+    }
+  }
+  std::vector<runtime::LoadSample> list;
+};
+
+TEST_F(FeedForwardLine, ATestMotionFindsTheLoad) {
+  const auto running = line("", "");
+  const auto& axis = running->config().axes.front();
+  auto path = runtime::make_test_path({12.0, 80.0, 1000.0}, axis);
+  ASSERT_TRUE(path) << describe(path.error());
+  ecat_master::PathSource source(std::move(*path), std::span(&axis.limits, 1), ecat_master::LatePolicy::kStay);
+  ASSERT_TRUE(running->use(source));
+  Records records;
+  running->add(records);
+  const auto report = running->run();
+  ASSERT_TRUE(report) << describe(report.error());
+  const auto load = runtime::estimate_load(records.list, {});
+  ASSERT_TRUE(load) << describe(load.error());
+  EXPECT_NEAR(load->inertia.value, kInertia, 0.02 * kInertia);
+  EXPECT_NEAR(load->viscous_friction.value, kViscous, 0.05 * kViscous);
+  EXPECT_NEAR(load->coulomb_friction.value, kCoulomb, 0.03 * kCoulomb);
+  EXPECT_NEAR(load->gravity.value, kGravity, 0.01 * kGravity);
+  EXPECT_LT(load->inertia.interval, 0.02 * kInertia);
+  EXPECT_LT(load->residual_rms, 0.02 * load->torque_rms);
 }
 
 }  // namespace
