@@ -49,12 +49,6 @@ T take(const std::optional<PdoEntry<T>>& pdo_entry, std::span<const std::byte> i
   return pdo_entry ? pdo_entry->get(image) : T{0};
 }
 
-double delay_of(const AxisConfig& config) {
-  if (config.mode != cia402::Mode::kCyclicPosition) return 0.0;
-  constexpr SetpointWay kFreeSpline{std::chrono::microseconds{125}, 1, kSplinePeriods, std::nullopt};
-  return config.setpoint_delay_cycles.value_or(setpoint_delay_cycles(kFreeSpline));
-}
-
 }  // namespace
 
 const trajectory::PositionUnit& position_unit(const AxisConfig& axis) noexcept {
@@ -65,6 +59,12 @@ double position_tolerance(const AxisConfig& axis) noexcept {
   constexpr double kCovered = 1e-3;  // s
   const double least = axis.linear() ? 1e-3 : 0.05;
   return axis.position_tolerance.value_or(std::max(kCovered * axis.limits.max_velocity, least));
+}
+
+double dead_time_cycles(const AxisConfig& axis) noexcept {
+  if (axis.mode != cia402::Mode::kCyclicPosition) return 0.0;
+  constexpr SetpointWay kFreeSpline{std::chrono::microseconds{125}, 1, kSplinePeriods, std::nullopt};
+  return axis.setpoint_delay_cycles.value_or(setpoint_delay_cycles(kFreeSpline));
 }
 
 const PdoConfiguration& axis_pdo_configuration() {
@@ -79,8 +79,9 @@ const PdoConfiguration& axis_pdo_configuration() {
 
 Axis::Axis(AxisConfig config, const ProcessDataPlace& place, const PdoConfiguration& pdos)
     : config_(std::move(config)),
-      complete_(missing_objects(config_.mode, pdos).empty()),
-      setpoints_(delay_of(config_)),
+      complete_(missing_objects(config_.mode, pdos, config_.feed_forward.any()).empty()),
+      setpoints_(dead_time_cycles(config_)),
+      offsets_(config_.mode == cia402::Mode::kCyclicPosition ? config_.offset_delay_cycles : 0.0),
       control_word_(entry<std::uint16_t>(pdos.outputs, place.output_offset, 0x6040)),
       mode_(entry<std::int8_t>(pdos.outputs, place.output_offset, 0x6060)),
       target_position_(entry<std::int32_t>(pdos.outputs, place.output_offset, 0x607A)),
@@ -138,11 +139,24 @@ double Axis::distrust_position() noexcept {
   return std::exchange(correction_, 0.0);
 }
 
+/// A source that computes the torque knows better.
+double Axis::feed_forward(const trajectory::AxisSetpoint& setpoint) const noexcept {
+  if (setpoint.torque) return *setpoint.torque;
+  return config_.inertia * setpoint.acceleration + config_.feed_forward.torque(setpoint);
+}
+
+/// The drive uses a torque offset at once, but is where the setpoint is only later.
+void Axis::delay_offset() noexcept {
+  if (config_.offset_delay_cycles <= 0.0) return;
+  offsets_.push(targets_.torque);
+  targets_.torque = offsets_.followed();
+}
+
 Axis::Targets Axis::targets_for(const trajectory::AxisSetpoint& setpoint) noexcept {
   Targets targets;
   targets.position = setpoint.position;
   targets.velocity = setpoint.velocity;
-  targets.torque = setpoint.torque.value_or(config_.inertia * setpoint.acceleration);
+  targets.torque = feed_forward(setpoint);
   if (config_.mode == cia402::Mode::kCyclicPosition) return targets;
   if (config_.mode == cia402::Mode::kCyclicTorque && setpoint.torque) {
     correction_ = 0.0;
@@ -164,6 +178,7 @@ void Axis::write_outputs(std::span<std::byte> image, cia402::Goal goal, bool res
     correction_ = 0.0;
   }
   targets_ = moving ? targets_for(setpoint) : Targets{0, hold_.value_or(inputs_.position), 0.0, 0.0};
+  delay_offset();
   targets_.control_word = cia402::next_control_word(inputs_.state, goal);
   // Fault reset works on the rising edge of bit 7, so it is given for one request and taken back by the next.
   if (reset_fault && fault()) targets_.control_word = cia402::command::kFaultReset;

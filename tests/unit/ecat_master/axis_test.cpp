@@ -99,6 +99,42 @@ TEST(AxisInputs, TellFaults) {
   EXPECT_TRUE(bench.axis.fault());
 }
 
+TEST(AxisOutputs, FrictionAndWeightArePartOfTheTorque) {
+  auto c = config();
+  c.feed_forward = {.viscous_friction = 0.1, .coulomb_friction = 0.2, .coulomb_velocity = 0.5, .gravity = -1.0};
+  for (const auto mode : {Mode::kCyclicPosition, Mode::kCyclicVelocity}) {
+    c.mode = mode;
+    Bench bench(c);
+    bench.axis.read_inputs(inputs(kEnabledInputs), true);
+    bench.write(Goal::kEnabled, {2.0, 3.0, 4.0});
+    // 0.5 * 4 + 0.1 * 3 + 0.2 - 1.0 = 1.5 of 4 Nm: 375 per mille.
+    const auto written = bench.written();
+    EXPECT_EQ(std::vector(written.end() - 2, written.end()), hex("7701")) << to_text(mode);
+    bench.write(Goal::kEnabled, {2.0, 3.0, 4.0, 1.0});
+    const auto of_the_source = bench.written();
+    EXPECT_EQ(std::vector(of_the_source.end() - 2, of_the_source.end()), hex("FA00")) << "a source knows better";
+  }
+}
+
+TEST(AxisOutputs, TorqueOffsetWaitsForTheDriveToBeThere) {
+  auto c = config();
+  c.offset_delay_cycles = 1.5;
+  Bench bench(c);
+  const auto offset = [&bench] {
+    const auto written = bench.written();
+    return std::to_integer<int>(*(written.end() - 2)) + 256 * std::to_integer<int>(written.back());
+  };
+  bench.axis.read_inputs(inputs("3302 08 E8030000 00000000 00000000 0000 0000"), true);
+  for (int cycle = 0; cycle < 3; ++cycle) bench.write(Goal::kEnabled, {1.0, 0.0, 0.0});
+  bench.axis.read_inputs(inputs(kEnabledInputs), true);
+  std::vector<int> offsets;
+  for (int cycle = 0; cycle < 4; ++cycle) {
+    bench.write(Goal::kEnabled, {1.0, 0.0, 1.6});
+    offsets.push_back(offset());
+  }
+  EXPECT_THAT(offsets, testing::ElementsAre(0, 100, 200, 200)) << "0.5 * 1.6 of 4 Nm are 200 per mille";
+}
+
 TEST(AxisOutputs, InCspAreTargetAndFeedForward) {
   Bench bench(config());
   bench.axis.read_inputs(inputs(kEnabledInputs), true);

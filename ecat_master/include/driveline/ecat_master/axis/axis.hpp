@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "driveline/ecat_master/axis/feed_forward.hpp"
 #include "driveline/ecat_master/axis/setpoint_delay.hpp"
 #include "driveline/ecat_master/cia402/cia402.hpp"
 #include "driveline/ecat_master/process_data/pdo_configuration.hpp"
@@ -31,6 +32,7 @@ struct AxisConfig {
   double rated_torque = 2.4;                                   ///< Nm or N that 1000 per mille stand for (6076h)
   trajectory::AxisLimits limits{200.0, 2000.0};                ///< for the approach of a path and for stops
   double inertia = 0.0;                    ///< kg m^2 or kg moved by the axis, for the torque feed-forward; 0: none
+  FeedForward feed_forward{};              ///< what it needs besides the torque of its inertia
   LossPolicy on_loss = LossPolicy::kStop;  ///< what happens when the drive exchanges no valid process data
 
   /// Loops closed by the master in CSV and CST, where the drive has no position loop of its own.
@@ -40,6 +42,9 @@ struct AxisConfig {
   /// joins its setpoints by a spline. In CSV and CST the loop is closed here, with the setpoint and the actual position
   /// of the same cycle.
   std::optional<double> setpoint_delay_cycles{};
+  /// CSP: cycles by which the drive's motion lags behind what it is told with the same exchange and uses at once, the
+  /// torque offset: that of `feed_forward` waits for so long.
+  double offset_delay_cycles = 0.0;
   /// How far an axis may be from its setpoint until that is a fault, rad or m; none: position_tolerance().
   std::optional<double> position_tolerance{};
   /// Unit of its positions in messages and files, not in calculations; null: rad or m.
@@ -55,6 +60,10 @@ struct AxisConfig {
 /// AxisConfig::position_tolerance, else the distance at highest velocity in a millisecond, at least 0.05 rad or 1 mm.
 /// \rtsafe
 [[nodiscard]] double position_tolerance(const AxisConfig& axis) noexcept;
+
+/// Cycles by which the actual position of the axis lags behind its setpoints where the drive closes the position loop;
+/// 0 where the master does.
+[[nodiscard]] double dead_time_cycles(const AxisConfig& axis) noexcept;
 
 /// Inputs of one axis, decoded; kept from the last valid cycle.
 struct AxisInputs {
@@ -135,6 +144,8 @@ class Axis {
   void write_targets(std::span<std::byte> image) const noexcept;
   void compare(bool moving) noexcept;
   [[nodiscard]] Targets targets_for(const trajectory::AxisSetpoint& setpoint) noexcept;
+  [[nodiscard]] double feed_forward(const trajectory::AxisSetpoint& setpoint) const noexcept;
+  void delay_offset() noexcept;
   [[nodiscard]] double position_loop(const trajectory::AxisSetpoint& setpoint) const noexcept;
   void count(std::int32_t increments) noexcept;
 
@@ -143,6 +154,7 @@ class Axis {
   AxisInputs inputs_;
   Targets targets_;
   SetpointHistory setpoints_;
+  SetpointHistory offsets_;     ///< torque offsets
   bool fresh_ = false;          ///< the inputs are of this cycle
   std::optional<double> hold_;  ///< hold_at()
   bool trusted_ = true;         ///< not distrust_position()
