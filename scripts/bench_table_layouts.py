@@ -139,6 +139,41 @@ def esc(documents):
          (f"memory of the process, MiB ({aim_of(figures.row('256_slaves', 'resident_memory'))})", "r")], rows)
 
 
+def eoe_case(case):
+    """"veth_125us_8_drives": over veth, 125 µs, 8."""
+    where, cycle, drives = re.fullmatch(r"(in_process|veth)_(\d+)us_(\d+)_drives?", case).groups()
+    return {"in_process": "in process", "veth": "over veth"}[where], duration(1e3 * int(cycle)), drives
+
+
+def eoe(documents):
+    figures = Figures(documents["eoe"])
+    rows = []
+    for case in figures.cases("tcp_echo_per_mib"):
+        row = figures.row(case, "tcp_echo_per_mib")
+        where, cycle, drives = eoe_case(case)
+        speed = lambda ms: f"{1e3 / ms:.2f}"
+        rows.append([drives, where, cycle, speed(row["p50"]), speed(row["p50"] / row["ratio_p50"]),
+                     f"{1 / row['ratio_p50']:.2f}", f"{row['p50'] / row['ratio_p50'] / limits(row)['p50']:.2g}: {verdict(row)}",
+                     figures.time(case, "ping"), figures.time(case, "ping", "p99")])
+    return where_from(documents["eoe"]) + table(
+        [("drives", "r"), ("", "l"), ("cycle", "r"), ("MiB/s each way, median", "r"), ("arithmetic limit", "r"), ("part of it", "r"),
+         ("aim", "l"), ("ping p50", "r"), ("p99", "r")], rows)
+
+
+def eoe_cost(documents):
+    figures = Figures(documents["eoe"])
+    rows = []
+    for case in figures.cases("cycle_cost_p999_with_over_without"):
+        upper = figures.row(case, "cycle_cost_p999_upper_end_of_95_interval")
+        rows.append([eoe_case(case)[0], f"{figures.row(case, 'cycle_cost_p999_with_over_without')['p50'] / 100:.2f}",
+                     f"{upper['p50'] / 100:.2f}", f"{limits(upper)['p50'] / 100:.2f}: {verdict(upper)}",
+                     f"{figures.row(case, 'wake_latency_p999_with_over_without')['p50'] / 100:.2f}",
+                     f"{figures.row(case, 'wake_latency_p999_upper_end_of_95_interval')['p50'] / 100:.2f}"])
+    return table([("one drive, 125 µs", "l"), ("p99.9 of the cycle's cost with load over without, median", "r"),
+                  ("upper end of the 95 % interval", "r"), ("aim", "l"), ("the same of the wake-up latency", "r"), ("upper end", "r")],
+                 rows)
+
+
 def drive(documents):
     figures = Figures(documents["drive"])
     names = {("1_drive", "cost_per_cycle"): "one drive, per cycle of 125 µs",
@@ -286,6 +321,8 @@ TABLES = {
     "cycle": (cycle, ["cycle"]),
     "dc": (dc, ["dc"]),
     "drive": (drive, ["drive"]),
+    "eoe": (eoe, ["eoe"]),
+    "eoe_cost": (eoe_cost, ["eoe"]),
     "esc": (esc, ["esc"]),
     "master_cost": (master_cost, ["master_cost"]),
     "startup": (startup, ["startup"]),

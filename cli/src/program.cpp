@@ -7,12 +7,14 @@
 #include <cstring>
 #include <deque>
 #include <sstream>
+#include <string_view>
+#include <vector>
 
 #include "commands/command.hpp"
 #include "console.hpp"
+#include "driveline/runtime/toml/suggestion.hpp"
 #include "process_limits.hpp"
 #include "signals.hpp"
-#include "text/suggestion.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -35,7 +37,7 @@ std::string unexpected(const CLI::App* app, const std::vector<std::string>& word
   } else {
     for (const auto* each : app->get_subcommands({})) known.push_back(each->get_name());
   }
-  const auto meant = closest(word, known);
+  const auto meant = runtime::closest(word, std::vector<std::string_view>(known.begin(), known.end()));
   const auto hint = meant.empty() ? std::string{} : fmt::format("; did you mean {}?", meant);
   if (word.starts_with('-')) return fmt::format("there is no option {}{}", word, hint);
   if (!known.empty()) return fmt::format("there is no command {}{}", word, hint);

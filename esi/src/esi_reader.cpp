@@ -252,7 +252,9 @@ class EsiReader {
     mailbox.eoe_ip = context_.attribute_flag(eoe, "IP");
     mailbox.eoe_mac = context_.attribute_flag(eoe, "MAC");
     mailbox.foe = static_cast<bool>(node.child("FoE"));
-    mailbox.soe = static_cast<bool>(node.child("SoE"));
+    const auto soe = node.child("SoE");
+    mailbox.soe = static_cast<bool>(soe);
+    mailbox.soe_channels = context_.attribute_number<std::uint8_t>(soe, "ChannelCount");
     mailbox.voe = static_cast<bool>(node.child("VoE"));
     const auto coe = node.child("CoE");
     mailbox.coe = static_cast<bool>(coe);

@@ -114,7 +114,10 @@ void append_mailbox(pugi::xml_node node, const MailboxSupport& mailbox) {
     flag(coe, "CompleteAccess", mailbox.coe_complete_access);
   }
   if (mailbox.foe) out.append_child("FoE");
-  if (mailbox.soe) out.append_child("SoE");
+  if (mailbox.soe) {
+    auto soe = out.append_child("SoE");
+    if (mailbox.soe_channels != 0) set_attribute(soe, "ChannelCount", std::to_string(mailbox.soe_channels));
+  }
   if (mailbox.voe) out.append_child("VoE");
 }
 

@@ -83,6 +83,7 @@ SiiGeneral make_general(const DeviceDescription& device, TextTable& texts) {
   general.flags = bit(device.not_lrw, SiiGeneral::kEnableNotLrw);
   general.foe_details = bit(mailbox.foe, 1);
   general.eoe_details = bit(mailbox.eoe, 1);
+  general.soe_channels = mailbox.soe_channels;
   for (std::size_t port = 0; port < std::min(device.physics.size(), kPorts); ++port) {
     general.physical_ports =
         static_cast<std::uint16_t>(general.physical_ports | port_code(device.physics[port]) << (4 * port));
@@ -194,6 +195,7 @@ void read_general(const SiiImage& image, DeviceDescription& device) {
   device.mailbox.coe_pdo_config = coe(SiiGeneral::kCoePdoConfig);
   device.mailbox.coe_upload_at_startup = coe(SiiGeneral::kCoeUploadAtStartup);
   device.mailbox.coe_complete_access = coe(SiiGeneral::kCoeCompleteAccess);
+  device.mailbox.soe_channels = general->soe_channels;
 }
 
 void read_protocols(std::uint16_t bits, MailboxSupport& mailbox) {

@@ -153,6 +153,45 @@ TEST_F(CyclePurity, TheMasterNeitherAllocatesNorLocksWhateverHappens) {
   EXPECT_EQ(ledger.counts.locks, 0U);
 }
 
+TEST_F(CyclePurity, SingleAxesPlanTheirMotionsWithoutEither) {
+  using ecat_master::AxisCommand;
+  UnguardedLine line(drives.line(), ledger);
+  RunOptions options;
+  options.single_axes = true;
+  LineOperation operation(drives, line, options);
+  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  operation.start_cycle(guarded());
+  ASSERT_EQ(sentence(operation.master().go_operational()), "");
+  ledger = {};
+  auto& axes = operation.single_axes();
+  const auto ask = [&](AxisCommand command, double target, ecat_master::BufferMode buffer) {
+    ecat_master::AxisRequest request;
+    request.command = command;
+    request.target = target;
+    request.buffer = buffer;
+    for (std::size_t axis = 0; axis < 3; ++axis) EXPECT_NE(axes.submit(axis, request), 0U);
+    operation.run(milliseconds{20});
+  };
+  ask(AxisCommand::kPower, 0.0, {});
+  operation.run(milliseconds{100});
+  for (int round = 0; round < 20; ++round) {
+    ask(AxisCommand::kMoveAbsolute, round % 2 == 0 ? 3.0 : -3.0, {});
+    ask(AxisCommand::kMoveRelative, round % 3 == 0 ? 2.0 : -2.0, ecat_master::BufferMode::kBlendingLow);
+    ask(AxisCommand::kSetOverride, 0.1 * round, {});
+    ask(AxisCommand::kMoveVelocity, round, {});
+    drives.line().drop_frames(3);
+    drives.clock.advance(microseconds{500});
+    ask(AxisCommand::kHalt, 0.0, {});
+  }
+  operation.run(milliseconds{200});
+  EXPECT_EQ(axes.axis_report(0).state, ecat_master::PlcopenState::kStandstill);
+  drives.drive(1).set_dc_link(false);
+  operation.run(milliseconds{100});
+  EXPECT_EQ(axes.axis_report(1).state, ecat_master::PlcopenState::kErrorStop);
+  EXPECT_GE(ledger.cycles, 10'000U);
+  EXPECT_EQ(ledger.counts.total(), 0U);
+}
+
 TEST_F(CyclePurity, TheSimulatedLineIsAsPureWithoutMailboxTraffic) {
   LineOperation operation(drives, RunOptions{.repeat = true});
   ASSERT_EQ(sentence(operation.to_safe_op()), "");

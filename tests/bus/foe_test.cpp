@@ -239,6 +239,22 @@ TEST(FoeMailbox, AnSdoWaitsForTheFileAndBothAreRight) {
   EXPECT_EQ(sentence(file->result()), "");
 }
 
+/// The cycles of a packet are counted, so that the file need not be so long.
+TEST(FoeSpeed, FourMebibytesTakeLessThanFiveSecondsAt125Microseconds) {
+  DriveLine drives(1);
+  LineOperation operation(drives);
+  ASSERT_EQ(sentence(operation.to_op()), "");
+  const auto before = operation.master().core()->cycles();
+  const auto file = FoeClient(operation.master().mailboxes(), 0).read({"parameters.txt", 0});
+  ASSERT_EQ(sentence(file), "");
+  const auto cycles = static_cast<double>(operation.master().core()->cycles() - before);
+  constexpr std::size_t kData = slaves::msd::kMailboxSize - 12;
+  const auto packets = static_cast<double>(file->size() / kData + 1);
+  constexpr double kOfFourMebibytes = static_cast<double>((4U << 20U) / kData + 1);
+  EXPECT_GT(packets, 8.0);
+  EXPECT_LT(cycles / packets * kOfFourMebibytes * 125e-6, 5.0) << cycles << " cycles for " << packets << " packets";
+}
+
 TEST(FoeLostFrames, OneInAHundredCostsNothingButTime) {
   for (const auto way : {LossyPort::Way::kOut, LossyPort::Way::kBack}) {
     DriveLine drives(1);

@@ -4,7 +4,7 @@ execute_process(COMMAND ${CMAKE_COMMAND} --install ${BUILD} --prefix ${PREFIX} O
 set(program)
 if(PROGRAM)
   set(program bin/driveline share/bash-completion/completions/driveline share/zsh/site-functions/_driveline
-              share/driveline/esi/moog_msd.eds share/driveline/esi/servoone_junior.sii)
+              libexec/driveline/driveline-endpoint share/driveline/esi/moog_msd.eds share/driveline/esi/servoone_junior.sii)
 endif()
 foreach(wanted
         include/driveline/ecat_master/master.hpp

@@ -45,6 +45,13 @@ double limit_of(const AxisLimits& limits, Quantity quantity) {
   return quantity == Quantity::kVelocity ? limits.max_velocity : limits.max_acceleration;
 }
 
+/// Where positions jump, the velocity that a drive sees is the change from one sample to the next.
+void set_mean_velocities(std::span<AxisSetpoint> now, std::span<const AxisSetpoint> previous, double period_s) {
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    now[i].velocity = (now[i].position - previous[i].position) / period_s;
+  }
+}
+
 /// Which limit is exceeded in one sample, if any.
 std::optional<Quantity> find_excess(const AxisSetpoint& now, double previous_velocity, const AxisLimits& limits,
                                     double period_s) {
@@ -62,9 +69,10 @@ std::string LimitViolation::message() const {
   const bool is_velocity = quantity == Quantity::kVelocity;
   const PositionUnit& position_unit = unit_or_si(axis.unit, axis.kind);
   const std::string unit = std::string(position_unit.name) + (is_velocity ? "/s" : "/s^2");
-  return "axis " + in_quotes(axis.name) + " would need " + (is_velocity ? "a velocity" : "an acceleration") + " of " +
-         to_short_text(position_unit.from_si(value)) + " " + unit + " at " + to_short_text(time_s) +
-         " s; its limit is " + to_short_text(position_unit.from_si(limit)) + " " + unit;
+  return "axis " + in_quotes(axis.name) + (jumps ? " would jump from point to point and need " : " would need ") +
+         (is_velocity ? "a velocity" : "an acceleration") + " of " + to_short_text(position_unit.from_si(value)) + " " +
+         unit + " at " + to_short_text(time_s) + " s; its limit is " + to_short_text(position_unit.from_si(limit)) +
+         " " + unit;
 }
 
 tl::expected<void, LimitViolation> check_limits(Interpolator& interpolator, std::span<const AxisLimits> limits,
@@ -73,10 +81,12 @@ tl::expected<void, LimitViolation> check_limits(Interpolator& interpolator, std:
   std::vector<AxisSetpoint> now(interpolator.axes().size());
   std::vector<AxisSetpoint> previous(now.size());
   std::optional<LimitViolation> violation;
+  const bool jumps = facts_of(interpolator.method()).continuity == Continuity::kNone;
   // Multiplying instead of adding up keeps the grid exact; the last sample is the first one after the end.
   for (double sample = 0.0;; sample += 1.0) {
     const double time_s = interpolator.start_s() + sample * period_s;
     interpolator.evaluate(time_s, now);
+    if (jumps && sample > 0.0) set_mean_velocities(now, previous, period_s);
     for (std::size_t i = 0; i < now.size() && !violation; ++i) {
       if (const auto quantity = find_excess(now[i], previous[i].velocity, limits[i], period_s)) {
         violation.emplace();
@@ -84,6 +94,7 @@ tl::expected<void, LimitViolation> check_limits(Interpolator& interpolator, std:
         violation->axis_index = i;
         violation->quantity = *quantity;
         violation->limit = limit_of(limits[i], *quantity);
+        violation->jumps = jumps;
       }
     }
     // Axis and quantity are known; look for the largest value.

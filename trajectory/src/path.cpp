@@ -1,5 +1,6 @@
 #include "driveline/trajectory/path.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -18,6 +19,49 @@ tl::unexpected<PathError> refuse(std::string reason) {
 // Also false for NaN.
 bool is_within(double value, double limit) {
   return std::abs(value) <= limit;
+}
+
+/// One of the values that a point has for an axis.
+struct PointValue {
+  std::string_view name;
+  std::string_view per;  // behind the unit of the position
+  double limit;
+  bool PathAxis::*given;  // null: always
+};
+
+constexpr PointValue kPositionValue{"position", "", kMaxPathPosition, nullptr};
+constexpr PointValue kVelocityValue{"velocity", "/s", kMaxPathVelocity, &PathAxis::gives_velocity};
+constexpr PointValue kAccelerationValue{"acceleration", "/s^2", kMaxPathAcceleration, &PathAxis::gives_acceleration};
+
+bool gives_value(const PathAxis& axis, const PointValue& value_kind) {
+  return value_kind.given == nullptr || axis.*value_kind.given;
+}
+
+bool gives_value(std::span<const PathAxis> axes, const PointValue& value_kind) {
+  return std::any_of(axes.begin(), axes.end(), [&](const PathAxis& axis) { return gives_value(axis, value_kind); });
+}
+
+tl::expected<void, PathError> check_count(std::span<const double> values, std::size_t axes, const char* what) {
+  if (values.size() == axes) return {};
+  return refuse("expected " + std::to_string(axes) + " " + what + ", found " + std::to_string(values.size()));
+}
+
+tl::expected<void, PathError> check_values(std::span<const PathAxis> axes, std::span<const double> values,
+                                           const PointValue& value_kind) {
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (!gives_value(axes[i], value_kind) || is_within(values[i], value_kind.limit)) continue;
+    const std::string unit = std::string(si_unit(axes[i].kind)).append(value_kind.per);
+    return refuse(std::string(value_kind.name) + " " + to_text(values[i]) + " " + unit + " of axis " +
+                  in_quotes(axes[i].name) + " is not within +-" + to_text(value_kind.limit) + " " + unit);
+  }
+  return {};
+}
+
+/// One value per axis if one of them gives them, 0 for the others.
+void append_given(std::span<const PathAxis> axes, std::span<const double> values, const PointValue& value_kind,
+                  std::vector<double>& all) {
+  if (!gives_value(axes, value_kind)) return;
+  for (std::size_t i = 0; i < axes.size(); ++i) all.push_back(gives_value(axes[i], value_kind) ? values[i] : 0.0);
 }
 
 }  // namespace
@@ -53,21 +97,14 @@ tl::expected<void, PathError> PathBuilder::add_axis(PathAxis axis) {
   if (path_.axes_.size() == kMaxPathAxes) {
     return refuse("a path may have at most " + std::to_string(kMaxPathAxes) + " axes");
   }
+  if (axis.gives_acceleration && !axis.gives_velocity) {
+    return refuse("axis " + in_quotes(axis.name) + " gives accelerations and no velocities");
+  }
   path_.axes_.push_back(std::move(axis));
   return {};
 }
 
-tl::expected<void, PathError> PathBuilder::check_point(double time_s, std::span<const double> positions) const {
-  if (path_.axes_.empty()) {
-    return refuse("a path needs at least one axis");
-  }
-  if (positions.size() != path_.axes_.size()) {
-    return refuse("expected " + std::to_string(path_.axes_.size()) + " positions, found " +
-                  std::to_string(positions.size()));
-  }
-  if (path_.positions_.size() + positions.size() > kMaxPathValues) {
-    return refuse("a path may have at most " + std::to_string(kMaxPathValues) + " positions (points times axes)");
-  }
+tl::expected<void, PathError> PathBuilder::check_time(double time_s) const {
   if (!is_within(time_s, kMaxPathTimeS)) {
     return refuse("time " + to_text(time_s) + " s is not within +-" + to_text(kMaxPathTimeS) + " s");
   }
@@ -79,22 +116,39 @@ tl::expected<void, PathError> PathBuilder::check_point(double time_s, std::span<
     return refuse("time " + to_text(time_s) + " s comes less than 1 ns after the previous time " +
                   to_text(path_.end_s()) + " s");
   }
-  for (std::size_t i = 0; i < positions.size(); ++i) {
-    if (!is_within(positions[i], kMaxPathPosition)) {
-      const std::string unit(si_unit(path_.axes_[i].kind));
-      return refuse("position " + to_text(positions[i]) + " " + unit + " of axis " + in_quotes(path_.axes_[i].name) +
-                    " is not within +-" + to_text(kMaxPathPosition) + " " + unit);
-    }
+  return {};
+}
+
+tl::expected<void, PathError> PathBuilder::check_point(const PathPoint& point) const {
+  const auto& axes = path_.axes_;
+  if (axes.empty()) {
+    return refuse("a path needs at least one axis");
+  }
+  if (auto counted = check_count(point.positions, axes.size(), "positions"); !counted) return counted;
+  if (path_.positions_.size() + point.positions.size() > kMaxPathValues) {
+    return refuse("a path may have at most " + std::to_string(kMaxPathValues) + " positions (points times axes)");
+  }
+  if (auto checked = check_time(point.time_s); !checked) return checked;
+  if (auto checked = check_values(axes, point.positions, kPositionValue); !checked) return checked;
+  if (gives_value(axes, kVelocityValue)) {
+    if (auto counted = check_count(point.velocities, axes.size(), "velocities"); !counted) return counted;
+    if (auto checked = check_values(axes, point.velocities, kVelocityValue); !checked) return checked;
+  }
+  if (gives_value(axes, kAccelerationValue)) {
+    if (auto counted = check_count(point.accelerations, axes.size(), "accelerations"); !counted) return counted;
+    if (auto checked = check_values(axes, point.accelerations, kAccelerationValue); !checked) return checked;
   }
   return {};
 }
 
-tl::expected<void, PathError> PathBuilder::add_point(double time_s, std::span<const double> positions) {
-  if (auto checked = check_point(time_s, positions); !checked) {
+tl::expected<void, PathError> PathBuilder::add_point(const PathPoint& point) {
+  if (auto checked = check_point(point); !checked) {
     return checked;
   }
-  path_.times_s_.push_back(time_s);
-  path_.positions_.insert(path_.positions_.end(), positions.begin(), positions.end());
+  path_.times_s_.push_back(point.time_s);
+  path_.positions_.insert(path_.positions_.end(), point.positions.begin(), point.positions.end());
+  append_given(path_.axes_, point.velocities, kVelocityValue, path_.velocities_);
+  append_given(path_.axes_, point.accelerations, kAccelerationValue, path_.accelerations_);
   return {};
 }
 

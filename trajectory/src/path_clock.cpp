@@ -87,6 +87,8 @@ double path_ramp_s(Interpolator path, std::span<const AxisLimits> limits) {
 
 double path_catch_up_rate(Interpolator path, std::span<const AxisLimits> limits, double ramp_s) {
   constexpr double kHighest = 1.25;
+  // Points that are held follow one another as fast as the limits just allow.
+  if (facts_of(path.method()).continuity == Continuity::kNone) return 1.0;
   const auto peaks = peaks_of(path, limits.size());
   double rate = kHighest;
   for (std::size_t i = 0; i < peaks.size(); ++i) {

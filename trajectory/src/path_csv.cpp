@@ -19,21 +19,39 @@ constexpr std::string_view kBlanks = " \t";
 constexpr std::string_view kSeparator = "the separator is a comma, and numbers have a decimal point";
 constexpr std::size_t kMaxFileBytes = std::size_t{128} << 20;
 
+/// What a column holds.
+enum class ColumnKind { kTime, kPosition, kVelocity, kAcceleration };
+
 /// Unit of a column.
 struct Unit {
-  const PositionUnit* position = nullptr;  // null: the column is the time, in
-  double per_second = 0.0;                 // units per second
+  ColumnKind holds = ColumnKind::kTime;
+  const PositionUnit* position = nullptr;  // of positions, and with /s and /s^2 of the others
+  double per_second = 0.0;                 // of the time: units per second
 };
 
 std::optional<Unit> find_unit(std::string_view name) {
   constexpr std::array<std::pair<std::string_view, double>, 3> kTimeUnits{{{"s", 1.0}, {"ms", 1e3}, {"us", 1e6}}};
   for (const auto& [time_unit, per_second] : kTimeUnits) {
     if (time_unit == name) {
-      return Unit{nullptr, per_second};
+      return Unit{ColumnKind::kTime, nullptr, per_second};
+    }
+  }
+  ColumnKind holds = ColumnKind::kPosition;
+  for (const auto& [suffix, derivative] :
+       {std::pair{std::string_view("/s"), ColumnKind::kVelocity}, {"/s^2", ColumnKind::kAcceleration}}) {
+    if (name.ends_with(suffix)) {
+      name.remove_suffix(suffix.size());
+      holds = derivative;
+      break;
     }
   }
   const PositionUnit* const position = find_position_unit(name);
-  return position == nullptr ? std::nullopt : std::optional(Unit{position, 0.0});
+  return position == nullptr ? std::nullopt : std::optional(Unit{holds, position, 0.0});
+}
+
+/// "velocities".
+std::string_view plural(ColumnKind holds) {
+  return holds == ColumnKind::kVelocity ? "velocities" : "accelerations";
 }
 
 std::string_view trimmed(std::string_view text) {
@@ -67,6 +85,15 @@ void split(std::string_view line, std::vector<Field>& fields) {
 struct Place {
   std::size_t line = 0;
   std::size_t column = 0;
+};
+
+/// A column as the header row has it.
+struct Heading {
+  Place place;
+  std::string_view name;
+  std::string_view unit_name;
+  Unit unit;
+  std::size_t axis = 0;  // number of its axis; none for the time
 };
 
 // Walks through the text row by row; a row is a line that is neither blank nor a comment.
@@ -140,20 +167,25 @@ class CsvParser {
                     "expected a header row such as time[s],x[rad], found " + in_quotes(fields_.front().text));
     }
     for (const Field& field : fields_) {
-      if (auto column = read_column(field); !column) {
-        return column;
+      if (auto heading = read_heading(field); !heading) {
+        return heading;
       }
     }
-    if (!time_index_) {
+    for (Heading& heading : headings_) {
+      if (auto taken = take(heading); !taken) {
+        return taken;
+      }
+    }
+    if (!has_time_) {
       return refuse({line_, 0}, "the header has no time column; one column must be time[s], time[ms] or time[us]");
     }
-    if (units_.size() < 2) {
+    if (headings_.size() < 2) {
       return refuse({line_, 0}, "the header names no axis beside the time");
     }
-    return {};
+    return bind_derivatives();
   }
 
-  tl::expected<void, PathError> read_column(const Field& field) {
+  tl::expected<void, PathError> read_heading(const Field& field) {
     const Place place{line_, field.column};
     const std::size_t bracket = field.text.find('[');
     if (bracket == std::string_view::npos || field.text.back() != ']') {
@@ -163,60 +195,118 @@ class CsvParser {
     const std::string_view unit_name = trimmed(field.text.substr(bracket + 1, field.text.size() - bracket - 2));
     const auto unit = find_unit(unit_name);
     if (!unit) {
+      const bool is_rate = unit_name.find('/') != std::string_view::npos;
       return refuse(place, "unknown unit " + in_quotes(unit_name) + " of column " + in_quotes(name) +
-                               "; expected s, ms, us, rad, deg, rev, m, mm or um");
+                               "; expected s, ms, us, rad, deg, rev, m, mm or um" +
+                               (is_rate ? ", with /s for velocities and /s^2 for accelerations" : ""));
     }
-    units_.push_back(*unit);
-    return name == "time" ? take_time(place, *unit) : take_axis(place, name, *unit, unit_name);
-  }
-
-  tl::expected<void, PathError> take_time(Place place, const Unit& unit) {
-    if (unit.position != nullptr) {
-      return refuse(place, "the time column must be in s, ms or us, not in " + std::string(unit.position->name));
-    }
-    if (time_index_) {
-      return refuse(place, "the time column appears twice");
-    }
-    time_index_ = units_.size() - 1;
+    headings_.push_back({place, name, unit_name, *unit});
     return {};
   }
 
-  tl::expected<void, PathError> take_axis(Place place, std::string_view name, const Unit& unit,
-                                          std::string_view unit_name) {
-    if (unit.position == nullptr) {
-      return refuse(place, "axis " + in_quotes(name) + " must be in rad, deg, rev, m, mm or um, not in " +
-                               std::string(unit_name) + "; the column of the time is called time");
+  tl::expected<void, PathError> take(Heading& heading) {
+    if (heading.name == "time") return take_time(heading);
+    switch (heading.unit.holds) {
+      case ColumnKind::kTime:
+        return refuse(heading.place, "axis " + in_quotes(heading.name) +
+                                         " must be in rad, deg, rev, m, mm or um, not in " +
+                                         std::string(heading.unit_name) + "; the column of the time is called time");
+      case ColumnKind::kPosition:
+        return take_axis(heading);
+      case ColumnKind::kVelocity:
+      case ColumnKind::kAcceleration:
+        break;
     }
-    if (auto added = builder_.add_axis({std::string(name), unit.position->kind, unit.position}); !added) {
-      return refuse(place, std::move(added.error().reason));
+    return {};
+  }
+
+  tl::expected<void, PathError> take_time(const Heading& heading) {
+    if (heading.unit.holds != ColumnKind::kTime) {
+      return refuse(heading.place, "the time column must be in s, ms or us, not in " + std::string(heading.unit_name));
     }
+    if (has_time_) {
+      return refuse(heading.place, "the time column appears twice");
+    }
+    has_time_ = true;
+    return {};
+  }
+
+  bool gives(std::string_view name, ColumnKind holds) const {
+    return std::any_of(headings_.begin(), headings_.end(),
+                       [&](const Heading& heading) { return heading.name == name && heading.unit.holds == holds; });
+  }
+
+  tl::expected<void, PathError> take_axis(Heading& heading) {
+    heading.axis = axes_++;
+    PathAxis axis{std::string(heading.name), heading.unit.position->kind, heading.unit.position};
+    axis.gives_velocity = gives(heading.name, ColumnKind::kVelocity);
+    axis.gives_acceleration = gives(heading.name, ColumnKind::kAcceleration);
+    if (auto added = builder_.add_axis(std::move(axis)); !added) {
+      return refuse(heading.place, std::move(added.error().reason));
+    }
+    return {};
+  }
+
+  /// Finds the axes of the columns with velocities and accelerations, which may stand before that of the positions.
+  tl::expected<void, PathError> bind_derivatives() {
+    for (auto heading = headings_.begin(); heading != headings_.end(); ++heading) {
+      const ColumnKind holds = heading->unit.holds;
+      if (holds != ColumnKind::kVelocity && holds != ColumnKind::kAcceleration) continue;
+      const std::string what = std::string("the ").append(plural(holds)) + " of axis " + in_quotes(heading->name);
+      const auto find = [&](auto begin, auto end, ColumnKind wanted) {
+        return std::find_if(begin, end, [&](const Heading& other) {
+          return other.name == heading->name && other.unit.holds == wanted;
+        });
+      };
+      const auto positions = find(headings_.begin(), headings_.end(), ColumnKind::kPosition);
+      if (positions == headings_.end()) {
+        return refuse(heading->place, "there are no positions for " + what);
+      }
+      if (find(headings_.begin(), heading, holds) != heading) {
+        return refuse(heading->place, what + " appear twice");
+      }
+      if (heading->unit.position->kind != positions->unit.position->kind) {
+        return refuse(heading->place, what + " must fit its positions in " + std::string(positions->unit_name) +
+                                          ", not be in " + std::string(heading->unit_name));
+      }
+      heading->axis = positions->axis;
+    }
+    velocities_.resize(axes_);
+    accelerations_.resize(axes_);
+    positions_.resize(axes_);
     return {};
   }
 
   tl::expected<void, PathError> read_row() {
-    if (fields_.size() != units_.size()) {
+    if (fields_.size() != headings_.size()) {
       // Too many fields come from decimal commas, a single one from another separator.
-      const bool foreign = fields_.size() > units_.size() || has_foreign_separator();
-      return refuse({line_, 0}, "expected " + std::to_string(units_.size()) + " fields as in the header, found " +
+      const bool foreign = fields_.size() > headings_.size() || has_foreign_separator();
+      return refuse({line_, 0}, "expected " + std::to_string(headings_.size()) + " fields as in the header, found " +
                                     std::to_string(fields_.size()) + (foreign ? "; " + std::string(kSeparator) : ""));
     }
     double time_s = 0.0;
-    positions_.clear();
     for (std::size_t i = 0; i < fields_.size(); ++i) {
       const auto value = read_number(fields_[i]);
       if (!value) {
         return tl::unexpected(value.error());
       }
-      if (i == *time_index_) {
-        time_s = *value / units_[i].per_second;
+      const auto& [holds, position, per_second] = headings_[i].unit;
+      if (holds == ColumnKind::kTime) {
+        time_s = *value / per_second;
       } else {
-        positions_.push_back(units_[i].position->to_si(*value));
+        values_of(holds)[headings_[i].axis] = position->to_si(*value);
       }
     }
-    if (auto added = builder_.add_point(time_s, positions_); !added) {
+    if (auto added = builder_.add_point({time_s, positions_, velocities_, accelerations_}); !added) {
       return refuse({line_, 0}, std::move(added.error().reason));
     }
     return {};
+  }
+
+  std::vector<double>& values_of(ColumnKind holds) {
+    return holds == ColumnKind::kVelocity       ? velocities_
+           : holds == ColumnKind::kAcceleration ? accelerations_
+                                                : positions_;
   }
 
   tl::expected<double, PathError> read_number(const Field& field) const {
@@ -240,9 +330,12 @@ class CsvParser {
   std::string_view name_;
   std::size_t line_ = 0;
   std::vector<Field> fields_;
-  std::vector<Unit> units_;  // one per column
-  std::optional<std::size_t> time_index_;
-  std::vector<double> positions_;
+  std::vector<Heading> headings_;  // one per column
+  bool has_time_ = false;
+  std::size_t axes_ = 0;
+  std::vector<double> positions_;  // of one point
+  std::vector<double> velocities_;
+  std::vector<double> accelerations_;
   PathBuilder builder_;
 };
 

@@ -21,8 +21,9 @@ AxisSetpoint Rejoin::step(const AxisSetpoint& target, double period_s) noexcept 
   // Near enough to step onto the path with what one step may change.
   const bool near = std::abs(deviation) <= 0.25 * most_change * period_s;
   if (near && std::abs(target.velocity - velocity_) <= 0.5 * most_change) {
+    // Of the step, in which the rest of the deviation is as well: the next one may change it by as much as any.
+    velocity_ = (target.position - position_) / period_s;
     position_ = target.position;
-    velocity_ = target.velocity;
     joined_ = true;
     return target;
   }

@@ -92,6 +92,17 @@ constexpr std::array kCommands = {
             "foe write --iface eth1 -p 0 parameters.txt\n"
             "foe write --iface eth1 -p 0 --boot moog_msd.efw",
             prepare_foe_write},
+    Command{"soe", "", kTools, "Operation data of drives (servo profile over EtherCAT)", "", nullptr},
+    Command{"soe read", "soe_read", "", "Read an operation datum: value, name, unit, limits, attribute",
+            "soe read --config examples/soe.toml -p 0 S-0-0100\n"
+            "soe read --iface eth1 -p 2 --drive 1 P-0-0017 --json",
+            prepare_soe_read},
+    Command{"soe write", "soe_write", "", "Write the value of an operation datum, or execute a procedure command",
+            "soe write --config examples/soe.toml -p 0 S-0-0100 150\n"
+            "soe write --config examples/soe.toml -p 0 S-0-0099 --execute",
+            prepare_soe_write},
+    Command{"soe list", "", "", "List the operation data of a drive", "soe list --config examples/soe.toml -p 0",
+            prepare_soe_list},
     Command{"eoe", "", kTools, "Show the ports, addresses and counters of EoE (Ethernet over EtherCAT)",
             "eoe --control run.socket\n"
             "eoe --config examples/line8.toml\n"

@@ -27,6 +27,9 @@ namespace driveline::cli {
 [[nodiscard]] Execute prepare_download(Arguments& to);
 [[nodiscard]] Execute prepare_foe_read(Arguments& to);
 [[nodiscard]] Execute prepare_foe_write(Arguments& to);
+[[nodiscard]] Execute prepare_soe_read(Arguments& to);
+[[nodiscard]] Execute prepare_soe_write(Arguments& to);
+[[nodiscard]] Execute prepare_soe_list(Arguments& to);
 [[nodiscard]] Execute prepare_reg_read(Arguments& to);
 [[nodiscard]] Execute prepare_reg_write(Arguments& to);
 [[nodiscard]] Execute prepare_reg_list(Arguments& to);

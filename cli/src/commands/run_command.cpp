@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include "commands/command_input.hpp"
@@ -7,6 +8,8 @@
 #include "console.hpp"
 #include "driveline/bridge/dds_publisher.hpp"
 #include "driveline/runtime/line.hpp"
+#include "driveline/runtime/toml/suggestion.hpp"
+#include "driveline/trajectory/interpolation_method.hpp"
 #include "signals.hpp"
 #include "text/diagnosis_json.hpp"
 #include "text/eoe_view.hpp"
@@ -23,6 +26,7 @@ struct RunOptions {
   std::optional<std::string> duration;
   std::string output_directory;  ///< empty: as configured
   std::string capture;           ///< empty: as configured
+  std::string interpolation;     ///< name of a method; empty: as configured
   std::string control;           ///< socket for `diag` and `eoe`; may be empty
   bool no_plots = false;
   bool increments = false;
@@ -65,6 +69,20 @@ void use_modest_cycle(runtime::LineConfig& config) {
   config.telemetry.enabled = false;
 }
 
+std::vector<std::string_view> interpolation_names() {
+  std::vector<std::string_view> names;
+  for (const auto& facts : trajectory::interpolation_methods()) names.push_back(facts.name);
+  return names;
+}
+
+Outcome<void> check_interpolation(const std::string& name) {
+  if (name.empty() || trajectory::find_interpolation_method(name) != nullptr) return {};
+  const auto names = interpolation_names();
+  const auto meant = runtime::closest(name, names);
+  return misused(fmt::format("--interpolation {}: one of {} is expected{}", name, fmt::join(names, ", "),
+                             meant.empty() ? "" : fmt::format("; did you mean {}?", meant)));
+}
+
 Outcome<void> check(const RunOptions& options) {
   if (options.bus.config.empty() && options.bus.interface.empty()) {
     return misused(
@@ -77,10 +95,11 @@ Outcome<void> check(const RunOptions& options) {
   }
   if (options.bus.virtual_time && !options.bus.interface.empty())
     return misused("--virtual runs the simulated line in this process; a network interface has no virtual time");
+  if (auto checked = check_interpolation(options.interpolation); !checked) return checked;
   return check_bus_options(options.bus);
 }
 
-void adjust(const RunOptions& options, runtime::LineConfig& config) {
+runtime::Result<void> adjust(const RunOptions& options, runtime::LineConfig& config) {
   if (!options.output_directory.empty()) config.output.directory = options.output_directory;
   if (!options.capture.empty()) config.output.capture = options.capture;
   if (options.no_plots) config.output.plots = false;
@@ -88,6 +107,12 @@ void adjust(const RunOptions& options, runtime::LineConfig& config) {
   if (options.telemetry) config.telemetry.enabled = true;
   if (options.no_telemetry) config.telemetry.enabled = false;
   if (options.bus.config.empty()) use_modest_cycle(config);
+  if (options.interpolation.empty()) return {};
+  if (!config.path) {
+    return runtime::fail(runtime::ErrorKind::kSetting, "--interpolation is for a path, and the line has none");
+  }
+  config.path->interpolation = trajectory::find_interpolation_method(options.interpolation)->method;
+  return {};
 }
 
 Outcome<std::unique_ptr<runtime::Line>> open_line(const RunOptions& options) {
@@ -95,10 +120,7 @@ Outcome<std::unique_ptr<runtime::Line>> open_line(const RunOptions& options) {
   to.interface = options.bus.interface;
   to.second_interface = options.bus.interface2;
   to.virtual_time = options.bus.virtual_time;
-  to.adjust = [&options](runtime::LineConfig& config) -> runtime::Result<void> {
-    adjust(options, config);
-    return {};
-  };
+  to.adjust = [&options](runtime::LineConfig& config) { return adjust(options, config); };
   auto line = options.bus.config.empty() ? runtime::Line::from_interface(options.bus.interface, to)
                                          : runtime::Line::from_file(options.bus.config, to);
   if (!line) return tl::unexpected(line.error());
@@ -207,6 +229,8 @@ Execute prepare_run(Arguments& to) {
   to.option("--capture", &options->capture, Value::file(), "Write all frames to this pcapng file");
   to.option("--control", &options->control, Value::file("PATH"),
             "Socket to listen at for `driveline diag` and `driveline eoe`");
+  to.option("--interpolation", &options->interpolation, Value::choice("METHOD", interpolation_names()),
+            "How the points of the path are joined, instead of [path] interpolation");
   to.flag("--no-plots", options->no_plots, "Leave only the CSV files");
   to.flag("--increments", options->increments,
           "Drive increments beside what is in the units of the axes: summary, CSV files, plots, faults");

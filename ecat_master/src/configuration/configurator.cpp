@@ -109,7 +109,7 @@ Result<SdoScript> coe_script(const ConfiguredSlave& slave, wire::AlState before)
     for (auto& step : steps) script.steps.push_back(std::move(step));
   }
   if (script.steps.empty() || (slave.mailbox && slave.info.description.mailbox.coe)) return script;
-  return tl::unexpected(Error{facts::NoMailbox{}, slave.info.ref.position});
+  return tl::unexpected(Error{facts::NoMailbox{wire::MailboxType::kCoe}, slave.info.ref.position});
 }
 
 std::vector<ExpectedSlave> expected_slaves(std::span<const SlavePlan> plans) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <optional>
 
+#include "driveline/ecat_master/configuration/idn_mapping.hpp"
+
 namespace driveline::ecat_master {
 namespace {
 
@@ -50,7 +52,7 @@ class Reader {
     for (std::size_t i = 0; i < slaves_.size(); ++i) {
       const auto& device = slaves_[i].description;
       if (!device.mailbox.coe) {
-        results_[i] = pdo_configuration_from_sii(device);
+        results_[i] = maps_by_idn(device) ? read_idn_mapping(engine_, slaves_[i]) : pdo_configuration_from_sii(device);
         continue;
       }
       for (std::size_t n = 0; n < device.sync_managers.size(); ++n) {

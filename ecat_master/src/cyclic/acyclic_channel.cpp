@@ -1,21 +1,23 @@
 #include "driveline/ecat_master/cyclic/acyclic_channel.hpp"
 
 #include <algorithm>
-#include <utility>
 
-#include "driveline/ecat_master/bus/direct_exchange.hpp"
 #include "driveline/wire/frame.hpp"
 #include "driveline/wire/wire_time.hpp"
 
 namespace driveline::ecat_master {
 namespace {
 
-/// Two more than without a cycle: tries follow one another within cycles here, and a disturbance may last for some.
-constexpr int kRetries = 6;
-constexpr auto kAnswerTimeout = std::chrono::milliseconds{100};
-/// A small part of the shortest cycle: an answer that is seen before the next cycle lets the next frame leave in it.
-constexpr auto kPollInterval = std::chrono::microseconds{20};
-constexpr std::size_t kLongestFrame = wire::EthernetHeader::kSize + wire::kMaxPayloadBytes;
+/// No slave has refused what was written to it.
+bool writes_taken(std::span<const std::byte> frame) noexcept {
+  auto cursor = wire::DatagramCursor::open(frame);
+  while (cursor && !cursor->done()) {
+    const auto datagram = cursor->next();
+    if (!datagram) return false;
+    if (datagram->header.command == wire::Command::kFpwr && datagram->working_counter() == 0) return false;
+  }
+  return cursor.has_value();
+}
 
 }  // namespace
 
@@ -28,26 +30,68 @@ AcyclicChannel::AcyclicChannel(std::uint32_t lost_after_cycles, std::size_t byte
 
 FrameTag AcyclicChannel::send_due(port::Port& port, FrameTag last) noexcept {
   // Bytes are saved for the one frame that needs them: a burst of others would delay the next cycle.
-  credit_ = std::min(credit_ + bytes_per_cycle_, waiting_ != nullptr ? port::kMaxFrameBytes : bytes_per_cycle_);
+  credit_ = std::min(credit_ + bytes_per_cycle_, saving_ ? port::kMaxFrameBytes : bytes_per_cycle_);
+  saving_ = false;
   std::size_t gap = 0;
   while (auto* flight = next_waiting()) {
-    auto& job = flight->job;
-    if (job.size + gap > credit_) break;
+    const auto& job = flight->job;
+    if (may_not_go(job)) {
+      withhold(*flight);
+      continue;
+    }
+    if (must_wait(job)) break;
+    saving_ = job.size + gap > credit_;
+    if (saving_) break;
     credit_ -= job.size + gap;
     ++last.sequence;
-    const auto mac = last.to_mac();
-    std::copy(mac.begin(), mac.end(), job.bytes.begin() + 6);
-    flight->tag = last;
-    flight->age = 0;
-    // A frame that could not be sent is treated as lost.
-    flight->state = Flight::State::kFlying;
-    waiting_ = nullptr;
-    ++flying_;
-    static_cast<void>(port.send(std::span(job.bytes).first(job.size)));
+    take_off(*flight, last, port);
     // What every further frame costs on the wire besides its bytes; the budget has it for one.
     gap = wire::kPreambleFcsGap;
   }
   return last;
+}
+
+void AcyclicChannel::take_off(Flight& flight, FrameTag tag, port::Port& port) noexcept {
+  auto& job = flight.job;
+  if (job.round != 0) {
+    if (job.round != round_.number) round_ = {.number = job.round};
+    ++round_.flying;
+  }
+  const auto mac = tag.to_mac();
+  std::copy(mac.begin(), mac.end(), job.bytes.begin() + 6);
+  flight.tag = tag;
+  flight.age = 0;
+  // A frame that could not be sent is treated as lost.
+  flight.state = Flight::State::kFlying;
+  waiting_ = nullptr;
+  ++flying_;
+  static_cast<void>(port.send(std::span(job.bytes).first(job.size)));
+}
+
+/// It stands behind a round that is not over. Its own round has begun when another frame of it was sent.
+bool AcyclicChannel::must_wait(const AcyclicJob& job) const noexcept {
+  return job.behind != 0 && job.round != round_.number && round_.flying != 0;
+}
+
+bool AcyclicChannel::may_not_go(const AcyclicJob& job) const noexcept {
+  if (job.behind == 0) return false;
+  const bool known = job.round == round_.number || job.behind == round_.number;
+  return !known || !round_.good;
+}
+
+bool AcyclicChannel::awaits_round() noexcept {
+  const auto* flight = next_waiting();
+  return flight != nullptr && must_wait(flight->job) && !may_not_go(flight->job);
+}
+
+/// What stands behind it must not go either.
+void AcyclicChannel::withhold(Flight& flight) noexcept {
+  if (flight.job.round != round_.number) round_ = {.number = flight.job.round};
+  round_.good = false;
+  waiting_ = nullptr;
+  flight.state = Flight::State::kFree;
+  flight.job.withheld = true;
+  answers_.try_push(flight.job);
 }
 
 /// The frame to send next, from the ring when none waits; null: there is none, or too many are on their way.
@@ -62,10 +106,15 @@ AcyclicChannel::Flight* AcyclicChannel::next_waiting() noexcept {
 }
 
 void AcyclicChannel::end(Flight& flight, bool answered) noexcept {
-  flight.job.answered = answered;
+  auto& job = flight.job;
+  job.answered = answered;
   flight.state = Flight::State::kFree;
   --flying_;
-  answers_.try_push(flight.job);
+  if (job.round != 0 && job.round == round_.number) {
+    --round_.flying;
+    round_.good = round_.good && answered && writes_taken(std::span<const std::byte>(job.bytes).first(job.size));
+  }
+  answers_.try_push(job);
 }
 
 bool AcyclicChannel::accept(std::span<const std::byte> frame, FrameTag tag) noexcept {
@@ -83,113 +132,6 @@ void AcyclicChannel::end_cycle() noexcept {
   if (flying_ == 0) return;
   for (auto& flight : flights_) {
     if (flight.state == Flight::State::kFlying && ++flight.age >= lost_after_cycles_) end(flight, false);
-  }
-}
-
-CyclicExchange::CyclicExchange(AcyclicChannel& channel, rt::Clock& clock, Pass pass)
-    : channel_(channel), clock_(clock), pass_(std::move(pass)) {}
-
-Result<void> CyclicExchange::exchange(std::span<Request> requests) {
-  for (auto& request : requests) request.answered = false;
-  if (auto done = cut(requests); !done) return done;
-  while (std::any_of(parts_.begin(), parts_.end(), [](const Part& part) { return !part.done; })) {
-    if (auto done = submit_open(requests); !done) return done;
-    if (take_answers(requests)) continue;
-    pass_(kPollInterval);
-    if (!take_answers(requests)) give_up_late(requests);
-  }
-  return {};
-}
-
-/// Divides the requests into frames: at least one in each, more only if they fit into one cycle.
-Result<void> CyclicExchange::cut(std::span<const Request> requests) {
-  parts_.clear();
-  const auto most = std::min(channel_.bytes_per_cycle(), kLongestFrame);
-  std::size_t bytes = 0;
-  for (std::size_t i = 0; i < requests.size(); ++i) {
-    const auto size = requests[i].data.size();
-    if (size > wire::kMaxDatagramData) {
-      return tl::unexpected(
-          Error{facts::ProcessDataSize{.bytes = static_cast<std::uint32_t>(size), .limit = wire::kMaxDatagramData}});
-    }
-    bytes += wire::DatagramHeader::kOverhead + size;
-    if (parts_.empty() || bytes > most) {
-      parts_.push_back({.first = i});
-      bytes = wire::kDatagramsOffset + wire::DatagramHeader::kOverhead + size;
-    }
-    ++parts_.back().count;
-  }
-  return {};
-}
-
-/// Hands over all frames that are not on their way, as many as the channel takes.
-Result<void> CyclicExchange::submit_open(std::span<const Request> requests) {
-  bool under_way = false;
-  for (auto& part : parts_) {
-    under_way = under_way || part.id != 0;
-    if (part.done || part.id != 0) continue;
-    if (part.tries > kRetries) return tl::unexpected(Error{facts::NoAnswer{.tries = kRetries + 1}});
-    if (!channel_.submit(make_job(requests.subspan(part.first, part.count), next_id_))) {
-      if (under_way) return {};
-      return tl::unexpected(Error{facts::ExchangeFull{}});
-    }
-    part.id = next_id_++;
-    ++part.tries;
-    part.deadline = clock_.now() + kAnswerTimeout;
-    under_way = true;
-  }
-  return {};
-}
-
-AcyclicJob CyclicExchange::make_job(std::span<const Request> requests, std::uint64_t id) {
-  AcyclicJob job;
-  job.id = id;
-  wire::FrameBuilder builder(job.bytes, FrameTag{}.to_mac());
-  for (std::size_t i = 0; i < requests.size(); ++i) {
-    const auto& request = requests[i];
-    const auto place = builder.add(request.command, static_cast<std::uint8_t>(i), request.address, request.data.size());
-    std::copy(request.data.begin(), request.data.end(), builder.data(*place).begin());
-  }
-  job.size = static_cast<std::uint16_t>(builder.finish().size());
-  return job;
-}
-
-/// Takes all answers that are there; those to abandoned jobs are skipped. True: something has moved on.
-bool CyclicExchange::take_answers(std::span<Request> requests) {
-  AcyclicJob job;
-  bool any = false;
-  while (channel_.take_answer(job)) {
-    const auto part = std::find_if(parts_.begin(), parts_.end(), [&](const Part& one) { return one.id == job.id; });
-    if (part == parts_.end()) continue;
-    any = true;
-    part->id = 0;
-    part->done = job.answered && match_answers(requests.subspan(part->first, part->count),
-                                               std::span<const std::byte>(job.bytes).first(job.size));
-    if (!part->done) reopen(static_cast<std::size_t>(part - parts_.begin()), requests);
-  }
-  return any;
-}
-
-void CyclicExchange::give_up_late(std::span<const Request> requests) {
-  const auto now = clock_.now();
-  // reopen() appends.
-  for (std::size_t i = 0; i < parts_.size(); ++i) {
-    if (parts_[i].id == 0 || now < parts_[i].deadline) continue;
-    parts_[i].id = 0;
-    reopen(i, requests);
-  }
-}
-
-/// A frame was lost: it is sent again, without what must be sent once only.
-void CyclicExchange::reopen(std::size_t part, std::span<const Request> requests) {
-  const auto lost = parts_[part];
-  const auto own = requests.subspan(lost.first, lost.count);
-  if (std::none_of(own.begin(), own.end(), [](const Request& request) { return request.once; })) return;
-  parts_[part].done = true;
-  for (std::size_t i = 0; i < own.size(); ++i) {
-    if (own[i].once) continue;
-    if (i == 0 || own[i - 1].once) parts_.push_back({.first = lost.first + i, .tries = lost.tries});
-    ++parts_.back().count;
   }
 }
 

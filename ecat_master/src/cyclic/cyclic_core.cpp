@@ -32,8 +32,8 @@ constexpr unsigned kAdpShift = 16;
 
 }  // namespace
 
-CyclicCore::CyclicCore(port::Port& port, rt::Clock& clock, ProcessImage image, MotionControl* motion,
-                       SampleRings rings, Settings settings)
+CyclicCore::CyclicCore(port::Port& port, rt::Clock& clock, ProcessImage image, MotionControl* motion, SampleRings rings,
+                       Settings settings)
     : port_(port),
       clock_(clock),
       image_(std::move(image)),
@@ -212,6 +212,7 @@ bool CyclicCore::due(const CyclicFrame& frame) const noexcept {
 
 void CyclicCore::send() noexcept {
   awaited_ = 0;
+  received_at_ = {};
   for (auto& frame : frames_) {
     if (!due(frame)) continue;
     const bool first = &frame == &frames_.front();
@@ -222,13 +223,23 @@ void CyclicCore::send() noexcept {
     ++awaited_;
     if (first) sent_at_ = port_.last_send_time();
   }
+  take_what_is_back();
   sequence_ = acyclic_.send_due(port_, FrameTag{settings_.instance, sequence_}).sequence;
+}
+
+/// Acyclic frames come back behind those of the cycle, so they are taken in the next one: here when others wait for
+/// them, while the cyclic frames are on the wire.
+void CyclicCore::take_what_is_back() noexcept {
+  while (acyclic_.awaits_round()) {
+    const auto frame = port_.receive();
+    if (!frame) return;
+    dispatch(*frame);
+  }
 }
 
 /// Polls the port until all cyclic frames are back or the deadline has passed. Later frames in the queue wait for the
 /// next cycle, unless an acyclic answer is expected: another look costs a system call.
 void CyclicCore::receive(nanoseconds deadline) noexcept {
-  received_at_ = {};
   auto gave_way_at = sent_at_;
   // Once more after the deadline: a thread that was suspended in between finds the frames that have arrived meanwhile.
   for (bool expired = false;;) {

@@ -1,6 +1,7 @@
 #include "driveline/ecat_master/cyclic/setpoint_supply.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace driveline::ecat_master {
@@ -19,7 +20,10 @@ trajectory::Coast coast_of(const AxisConfig& config) {
 }  // namespace
 
 SetpointSupply::SetpointSupply(const AxisConfig& axis, double period_s)
-    : coast_(coast_of(axis)), max_acceleration_(axis.limits.max_acceleration), period_s_(period_s) {}
+    : coast_(coast_of(axis)),
+      max_velocity_(axis.limits.max_velocity),
+      max_acceleration_(axis.limits.max_acceleration),
+      period_s_(period_s) {}
 
 void SetpointSupply::note(const trajectory::AxisSetpoint& sent) noexcept {
   sent_velocity_ = (sent.position - sent_) / period_s_;
@@ -44,10 +48,12 @@ void SetpointSupply::skip(std::int64_t missed) noexcept {
 }
 
 trajectory::AxisSetpoint SetpointSupply::bridge() const noexcept {
-  const double most = max_acceleration_ * period_s_ * period_s_;
-  const double straight = sent_ + sent_velocity_ * period_s_;
-  const double position = std::clamp(coast_.next(period_s_).position, straight - most, straight + most);
-  return {position, (position - sent_) / period_s_, 0.0};
+  const double most = max_acceleration_ * period_s_;
+  const double top = std::max(max_velocity_, std::abs(sent_velocity_));
+  const double coasting = (coast_.next(period_s_).position - sent_) / period_s_;
+  const double velocity =
+      std::clamp(coasting, std::max(sent_velocity_ - most, -top), std::min(sent_velocity_ + most, top));
+  return {sent_ + velocity * period_s_, velocity, 0.0};
 }
 
 }  // namespace driveline::ecat_master

@@ -33,38 +33,48 @@ void EoePort::closed() {
 
 /// Nothing of what was on its way is left, on either way.
 void EoePort::drop_all() noexcept {
-  given_up();
+  forget();
   while (queue_.try_pop(sending_)) counters_.given_up.add();
   assembler_.reset();
 }
 
 void EoePort::given_up() {
-  if (!in_hand_) return;
-  fragmenter_.abandon();
-  in_hand_ = false;
-  counters_.given_up.add();
+  forget();
 }
 
-/// The last fragment that was pulled has been taken when the next one is asked for.
-void EoePort::note_taken() noexcept {
-  if (!in_hand_ || !fragmenter_.done()) return;
-  in_hand_ = false;
-  counters_.frames_out.add();
-  counters_.bytes_out.add(sending_.size);
+/// The frames of which a fragment is left to be cut, or has not been taken.
+void EoePort::forget() noexcept {
+  const auto open = std::span(open_mails_).first(open_count_);
+  counters_.given_up.add(static_cast<std::uint64_t>(open.size() - std::count(open.begin(), open.end(), 0)));
+  if (!fragmenter_.done()) counters_.given_up.add();
+  fragmenter_.abandon();
+  open_count_ = 0;
+}
+
+void EoePort::taken() {
+  if (open_count_ == 0) return;
+  if (const auto size = open_mails_.front(); size != 0) {
+    counters_.frames_out.add();
+    counters_.bytes_out.add(size);
+  }
+  std::copy(open_mails_.begin() + 1, open_mails_.end(), open_mails_.begin());
+  --open_count_;
 }
 
 std::size_t EoePort::next(std::span<std::byte> out) {
-  note_taken();
   if (!up()) {
     drop_all();
     return 0;
   }
-  if (!in_hand_) {
+  if (open_count_ == open_mails_.size()) return 0;
+  if (fragmenter_.done()) {
     if (!queue_.try_pop(sending_)) return 0;
-    in_hand_ = fragmenter_.begin(std::span<const std::byte>(sending_.bytes).first(sending_.size));
+    if (!fragmenter_.begin(std::span<const std::byte>(sending_.bytes).first(sending_.size))) return 0;
   }
   const auto length = fragmenter_.next(out);
-  if (length != 0) counters_.fragments_out.add();
+  if (length == 0) return 0;
+  counters_.fragments_out.add();
+  open_mails_.at(open_count_++) = fragmenter_.done() ? sending_.size : std::uint16_t{0};
   return length;
 }
 

@@ -49,6 +49,12 @@ class Sentence {
   std::string operator()(const facts::FileBusy& facts) const;
   std::string operator()(const facts::NoEoe& facts) const;
   std::string operator()(const facts::EoeRefused& facts) const;
+  std::string operator()(const facts::SoeRefused& facts) const;
+  std::string operator()(const facts::SoeOther& facts) const;
+  std::string operator()(const facts::SoeFragments& facts) const;
+  std::string operator()(const facts::SoeContent& facts) const;
+  std::string operator()(const facts::SoeCommandEnded& facts) const;
+  std::string operator()(const facts::SoeCommandTimeout& facts) const;
   std::string operator()(const facts::ProcessDataSize& facts) const;
   std::string operator()(const facts::TooFewFmmus& facts) const;
 

@@ -35,6 +35,12 @@ std::string_view refusal_of(wire::EoeType service) {
   }
 }
 
+/// "S-0-0017 of drive 0".
+std::string datum_text(const facts::SoeDatum& datum) {
+  const auto idn = datum.idn.text();
+  return fmt::format("{} of drive {}", std::string_view(idn.data(), idn.size()), datum.drive);
+}
+
 std::string code_text(wire::AlStatusCode code, std::string_view meaning) {
   return fmt::format("AL status code 0x{:04X} ({})", static_cast<std::uint16_t>(code), meaning);
 }
@@ -83,8 +89,9 @@ std::string Sentence::operator()(const facts::StateTimeout& facts) const {
                      code_text(facts.code, wire::to_text(facts.code)));
 }
 
-std::string Sentence::operator()(const facts::NoMailbox& /*facts*/) const {
-  return fmt::format("{}: has no CoE mailbox", who());
+std::string Sentence::operator()(const facts::NoMailbox& facts) const {
+  if (!facts.protocol) return fmt::format("{}: has no mailbox", who());
+  return fmt::format("{}: has no {} mailbox", who(), wire::to_text(*facts.protocol));
 }
 
 std::string Sentence::operator()(const facts::NoBootMailbox& /*facts*/) const {
@@ -138,6 +145,36 @@ std::string Sentence::operator()(const facts::NoEoe& /*facts*/) const {
 std::string Sentence::operator()(const facts::EoeRefused& facts) const {
   return fmt::format("{}: {} EoE result 0x{:04X} ({})", who(), refusal_of(facts.service),
                      static_cast<std::uint16_t>(facts.result), wire::to_text(facts.result));
+}
+
+std::string Sentence::operator()(const facts::SoeRefused& facts) const {
+  return fmt::format("{}: refused {} with SoE error 0x{:04X} ({})", who(), datum_text(facts.datum),
+                     static_cast<std::uint16_t>(facts.code), wire::to_text(facts.code));
+}
+
+std::string Sentence::operator()(const facts::SoeOther& facts) const {
+  return fmt::format("{}: was asked for {} and answered with {}", who(), datum_text(facts.asked),
+                     datum_text(facts.answered));
+}
+
+std::string Sentence::operator()(const facts::SoeFragments& facts) const {
+  return fmt::format("{}: {} further fragments of {} were expected, {} are announced", who(), facts.expected,
+                     datum_text(facts.datum), facts.received);
+}
+
+std::string Sentence::operator()(const facts::SoeContent& facts) const {
+  return fmt::format("{}: the {} bytes of {} are not what its attribute says", who(), facts.bytes,
+                     datum_text(facts.datum));
+}
+
+std::string Sentence::operator()(const facts::SoeCommandEnded& facts) const {
+  return fmt::format("{}: the procedure command {} ended in data state 0x{:04X} ({})", who(), datum_text(facts.datum),
+                     static_cast<std::uint16_t>(facts.state), wire::to_text(facts.state));
+}
+
+std::string Sentence::operator()(const facts::SoeCommandTimeout& facts) const {
+  return fmt::format("{}: the procedure command {} was not over within {} ms", who(), datum_text(facts.datum),
+                     in_ms(facts.timeout));
 }
 
 std::string Sentence::operator()(const facts::ProcessDataSize& facts) const {

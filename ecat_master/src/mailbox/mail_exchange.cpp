@@ -25,10 +25,12 @@ bool is_emergency(std::span<const std::byte> service) {
 
 }  // namespace
 
-MailExchange::MailExchange(wire::MailboxType type, std::vector<std::byte> service, std::chrono::nanoseconds patience)
+MailExchange::MailExchange(wire::MailboxType type, std::vector<std::byte> service,
+                           std::optional<std::chrono::nanoseconds> patience)
     : MailboxDialogue(type, 0), service_(std::move(service)), patience_(patience) {}
 
-void MailExchange::begin(std::uint16_t /*position*/, MailboxRoom /*room*/) {
+void MailExchange::begin(std::uint16_t /*position*/, MailboxRoom room) {
+  answer_room_ = room.in;
   answers_.emplace();
 }
 

@@ -15,6 +15,9 @@ constexpr auto kLeaveTime = std::chrono::milliseconds{100};
 /// Slaves that answer an error reply with an error reply do so within this time.
 constexpr auto kEchoTime = std::chrono::milliseconds{20};
 
+/// More mails than are read ahead.
+constexpr std::size_t kMany = 2;
+
 constexpr std::uint16_t bit_of(wire::MailboxType type) {
   return static_cast<std::uint16_t>(1U << (static_cast<unsigned>(type) & 0x0FU));
 }
@@ -74,12 +77,18 @@ void MailboxChannel::submit(std::shared_ptr<MailboxDialogue> dialogue) {
 }
 
 void MailboxChannel::use_stream(std::shared_ptr<MailboxStream> stream) {
-  if (sender_ == Sender::kStream) sender_ = Sender::kNobody;
+  if (sender_ == Sender::kStream) stop_stream();
   if (stream_) stream_->closed();
   stream_ = std::move(stream);
   if (!stream_) return;
   known_ |= bit_of(stream_->type());
   stream_->opened(max_service());
+}
+
+/// No mail of the stream is sent any more.
+void MailboxChannel::stop_stream() noexcept {
+  sender_ = Sender::kNobody;
+  writer_.drop_ahead();
 }
 
 /// The mail of the dialogue is not sent any more.
@@ -140,6 +149,11 @@ void MailboxChannel::load_mail(nanoseconds now) {
   const auto length = stream_->next(writer_.blank());
   if (length == 0) return;
   writer_.seal(stream_->type(), 0, length);
+  send_stream(now);
+}
+
+/// The mail in writer_ is one of the stream.
+void MailboxChannel::send_stream(nanoseconds now) noexcept {
   sender_ = Sender::kStream;
   stream_deadline_ = now + request_timeout();
 }
@@ -159,18 +173,72 @@ void MailboxChannel::prepare(nanoseconds now, std::vector<Request>& batch, Finis
   start_next(now, finished);
   resume(now, finished);
   load_mail(now);
-  wrote_ = sender_ != Sender::kNobody;
-  if (wrote_) writer_.append(batch);
+  turn_ = {};
+  turn_.wrote = sender_ != Sender::kNobody;
+  if (turn_.wrote) writer_.append(batch);
   attempted_ = attempted_ || sender_ == Sender::kDialogue;
-  fetched_ = reader_.append(now, active_ != nullptr || now < stream_moved_until_, batch);
+  turn_.fetched = reader_.append(now, active_ != nullptr || now < stream_moved_until_, batch);
+  turn_.reads = turn_.fetched && reader_.reads();
+}
+
+void MailboxChannel::prepare_ahead(nanoseconds now, bool alone, std::vector<Request>& batch) {
+  ahead_ = {};
+  ahead_.ahead = MailboxReader::Ahead::kNothing;
+  if (reader_.repeats() || !(turn_.wrote || turn_.fetched)) return;
+  if (busy()) {
+    const bool asks = turn_.wrote && sender_ == Sender::kDialogue && !leaving_ && active_->awaits_answer();
+    if (asks && alone) read_ahead(kMany, batch);
+    return;
+  }
+  if (!stream_) return;
+  ahead_.wrote = turn_.wrote ? append_mail_behind(batch) : append_first_mail(now, batch);
+  if (ahead_.wrote || now < stream_moved_until_) read_ahead(expected(alone), batch);
+}
+
+void MailboxChannel::read_ahead(std::size_t expected, std::vector<Request>& batch) {
+  ahead_.ahead = reader_.append_ahead(turn_.reads, expected, batch);
+  ahead_.fetched = ahead_.ahead != MailboxReader::Ahead::kNothing;
+  ahead_.reads = ahead_.ahead == MailboxReader::Ahead::kRead;
+}
+
+/// Mails that are worth a read without a look.
+std::size_t MailboxChannel::expected(bool alone) const {
+  const bool likely = alone && (!reader_.has_sample() || (turn_.reads && reader_.reads()));
+  return likely ? kMany : stream_->expected();
+}
+
+/// The mail of the stream behind the one that is on its way. False: there is none.
+bool MailboxChannel::append_mail_behind(std::vector<Request>& batch) {
+  if (sender_ != Sender::kStream) return false;
+  if (!writer_.has_ahead()) {
+    const auto length = stream_->next(writer_.blank_ahead());
+    if (length == 0) return false;
+    writer_.seal(stream_->type(), 0, length);
+  }
+  writer_.append_ahead(batch);
+  return true;
+}
+
+/// The mail of the stream when none is on its way. False: there is none.
+bool MailboxChannel::append_first_mail(nanoseconds now, std::vector<Request>& batch) {
+  if (sender_ != Sender::kNobody) return false;
+  load_mail(now);
+  if (sender_ == Sender::kNobody) return false;
+  writer_.append(batch);
+  return true;
 }
 
 bool MailboxChannel::evaluate(nanoseconds now, std::span<const Request> answers, const Deliver& deliver,
                               Finished& finished) {
+  const auto turn = std::exchange(turn_, std::exchange(ahead_, {}));
   bool progress = false;
   std::size_t next = 0;
-  if (wrote_) progress = take_written(now, answers[next++], finished);
-  if (fetched_) progress = take_found(now, reader_.take(now, answers[next]), deliver, finished) || progress;
+  if (turn.wrote) progress = take_written(now, answers[next++], finished);
+  if (turn.fetched) {
+    const auto& answer = answers[next];
+    const auto found = turn.ahead ? reader_.take_ahead(now, *turn.ahead, answer) : reader_.take(now, answer);
+    progress = take_found(now, found, deliver, finished) || progress;
+  }
   look_at_clock(now, finished);
   return progress;
 }
@@ -178,10 +246,13 @@ bool MailboxChannel::evaluate(nanoseconds now, std::span<const Request> answers,
 bool MailboxChannel::take_written(nanoseconds now, const Request& answer, Finished& finished) {
   // Not taken: the slave has not read the previous mailbox yet, or it has this one already and the answer to the write
   // was lost. In the second case it sees the same counter again and drops the repetition.
-  if (answer.working_counter == 0) return false;
+  // The stream that a mail came from may have been closed meanwhile.
+  if (answer.withheld || answer.working_counter == 0 || sender_ == Sender::kNobody) return false;
   ++statistics_.sent;
   const auto sender = std::exchange(sender_, Sender::kNobody);
   if (sender == Sender::kStream) {
+    stream_->taken();
+    if (writer_.advance()) send_stream(now);
     stream_moved_until_ = now + settings_.stream_poll;
     stream_echo_until_ = now + kEchoTime;
     return true;
@@ -299,7 +370,7 @@ void MailboxChannel::take_error(nanoseconds now, std::span<const std::byte> serv
 /// Also while something else keeps arriving: a slave that only chatters does not answer.
 void MailboxChannel::look_at_clock(nanoseconds now, Finished& finished) {
   if (sender_ == Sender::kStream && now >= stream_deadline_) {
-    sender_ = Sender::kNobody;
+    stop_stream();
     stream_->given_up();
   }
   if (!active_ || now < deadline_) return;

@@ -32,6 +32,7 @@ void MailboxEngine::close(std::uint16_t position) {
   {
     const std::scoped_lock lock(step_mutex_);
     take_submissions(finished);
+    lose_begun(finished);
     const auto found = channels_.find(position);
     if (found != channels_.end()) {
       found->second.fail_all(Error{facts::Cancelled{}, position}, finished);
@@ -59,15 +60,19 @@ void MailboxEngine::handle(wire::MailboxType type, MailboxProtocolHandler& handl
 void MailboxEngine::open_stream(std::uint16_t position, std::shared_ptr<MailboxStream> stream) {
   const std::scoped_lock lock(step_mutex_);
   streams_[position] = stream;
-  const auto channel = channels_.find(position);
-  if (channel != channels_.end()) channel->second.use_stream(std::move(stream));
+  use_stream(position, std::move(stream));
 }
 
 void MailboxEngine::close_stream(std::uint16_t position) {
   const std::scoped_lock lock(step_mutex_);
   streams_.erase(position);
+  use_stream(position, nullptr);
+}
+
+/// A mail that is on its way stays the writer's; the channel is told by the next step what became of it.
+void MailboxEngine::use_stream(std::uint16_t position, std::shared_ptr<MailboxStream> stream) {
   const auto channel = channels_.find(position);
-  if (channel != channels_.end()) channel->second.use_stream(nullptr);
+  if (channel != channels_.end()) channel->second.use_stream(std::move(stream));
 }
 
 void MailboxEngine::use_status(const MailboxStatusSource* source) {
@@ -93,7 +98,7 @@ void MailboxEngine::take_submissions(MailboxChannel::Finished& finished) {
       channel->second.submit(std::move(submission.dialogue));
       continue;
     }
-    submission.dialogue->fail(Error{facts::NoMailbox{}, submission.position});
+    submission.dialogue->fail(Error{facts::NoMailbox{submission.dialogue->type()}, submission.position});
     finished.push_back(std::move(submission.dialogue));
   }
 }
@@ -123,37 +128,83 @@ bool MailboxEngine::step() {
   return progress;
 }
 
+bool MailboxEngine::Batch::has(const MailboxChannel& channel) const noexcept {
+  return std::any_of(parts.begin(), parts.end(), [&](const Part& part) { return part.channel == &channel; });
+}
+
+void MailboxEngine::Batch::note(MailboxChannel& channel, std::size_t first) {
+  if (requests.size() > first) parts.push_back({&channel, first, requests.size() - first});
+}
+
+bool MailboxEngine::Batch::failed() const noexcept {
+  return std::any_of(requests.begin(), requests.end(), [](const Request& request) {
+    const bool refused = request.command == wire::Command::kFpwr && request.working_counter == 0;
+    return request.withheld || !request.answered || refused;
+  });
+}
+
 bool MailboxEngine::step_locked(MailboxChannel::Finished& finished) {
   take_requests();
   take_submissions(finished);
-  batch_.clear();
-  std::vector<std::pair<MailboxChannel*, std::size_t>> parts;
-  const auto begin = bus_.exchange().now();
-  for (auto& [position, channel] : channels_) {
-    const auto first = batch_.size();
-    if (status_ != nullptr) channel.use_sample(status_->mailbox_status(position));
-    channel.prepare(begin, batch_, finished);
-    if (batch_.size() > first) parts.emplace_back(&channel, first);
-  }
-  if (batch_.empty()) return false;
-  const auto done = bus_.exchange().exchange(batch_);
-  const auto now = bus_.exchange().now();
-  bool progress = false;
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    auto& [channel, first] = parts[i];
-    if (!done) {
-      channel->fail_all(done.error(), finished);
-      continue;
+  prepare(bus_.exchange().now(), finished);
+  if (begun_.parts.empty() && batch_.parts.empty()) return false;
+  if (const auto done = bus_.exchange().relay({begun_.requests, batch_.requests, next_.requests}); !done) {
+    for (const auto* batch : {&begun_, &batch_}) {
+      for (const auto& part : batch->parts) part.channel->fail_all(done.error(), finished);
     }
-    const auto end = i + 1 < parts.size() ? parts[i + 1].second : batch_.size();
-    const auto hand_out = [this](SlaveRef slave, wire::MailboxType type, std::span<const std::byte> service) {
-      return deliver(slave, type, service);
-    };
-    progress =
-        channel->evaluate(now, std::span<const Request>(batch_).subspan(first, end - first), hand_out, finished) ||
-        progress;
+    begun_.clear();
+    return false;
+  }
+  const bool progress = evaluate(begun_, finished);
+  const bool more = evaluate(batch_, finished);
+  begun_is_held_ = begun_.failed() || batch_.failed();
+  std::swap(begun_, next_);
+  return progress || more || !begun_.parts.empty();
+}
+
+/// What every slave needs now, and what follows when that goes well. Those whose turn is on its way already need
+/// nothing else.
+void MailboxEngine::prepare(std::chrono::nanoseconds now, MailboxChannel::Finished& finished) {
+  batch_.clear();
+  next_.clear();
+  // What stands behind something that is not sent is not sent either.
+  const bool relays = bus_.exchange().relays() && !(begun_is_held_ && !begun_.parts.empty());
+  // As it was the last time.
+  const bool alone = begun_.parts.size() <= 1;
+  for (auto& [position, channel] : channels_) {
+    if (status_ != nullptr) channel.use_sample(status_->mailbox_status(position));
+    if (!begun_.has(channel)) {
+      const auto first = batch_.requests.size();
+      channel.prepare(now, batch_.requests, finished);
+      batch_.note(channel, first);
+    }
+    const auto behind = next_.requests.size();
+    if (relays) channel.prepare_ahead(now, alone, next_.requests);
+    next_.note(channel, behind);
+  }
+}
+
+bool MailboxEngine::evaluate(const Batch& batch, MailboxChannel::Finished& finished) {
+  const auto now = bus_.exchange().now();
+  const auto hand_out = [this](SlaveRef slave, wire::MailboxType type, std::span<const std::byte> service) {
+    return deliver(slave, type, service);
+  };
+  bool progress = false;
+  for (const auto& part : batch.parts) {
+    const auto answers = std::span<const Request>(batch.requests).subspan(part.first, part.count);
+    progress = part.channel->evaluate(now, answers, hand_out, finished) || progress;
   }
   return progress;
+}
+
+/// Nobody will know what became of it: as if its frames were lost.
+void MailboxEngine::lose_begun(MailboxChannel::Finished& finished) {
+  for (auto& request : begun_.requests) {
+    request.answered = request.withheld = false;
+    request.working_counter = 0;
+  }
+  evaluate(begun_, finished);
+  begun_.clear();
 }
 
 bool MailboxEngine::deliver(SlaveRef slave, wire::MailboxType type, std::span<const std::byte> service) {

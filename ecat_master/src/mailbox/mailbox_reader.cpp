@@ -29,7 +29,9 @@ bool is_set(std::byte value, std::uint8_t bits) {
 }  // namespace
 
 MailboxReader::MailboxReader(SlaveRef slave, const MailboxWindow& window, nanoseconds patience, nanoseconds idle_poll)
-    : slave_(slave), address_(window.in_address), patience_(patience), idle_poll_(idle_poll), wire_(window.in_length) {}
+    : slave_(slave), address_(window.in_address), patience_(patience), idle_poll_(idle_poll) {
+  for (auto& buffer : wire_) buffer.resize(window.in_length);
+}
 
 std::uint16_t MailboxReader::status_register() noexcept {
   return in_register(kStatusOffset);
@@ -71,27 +73,61 @@ bool MailboxReader::wants_poll(nanoseconds now, bool awaited) noexcept {
 
 bool MailboxReader::append(nanoseconds now, bool awaited, std::vector<Request>& batch) {
   if (fetch_ == Fetch::kPoll && !wants_poll(now, awaited)) return false;
-  auto access = [&](wire::Command command, std::uint16_t address, std::span<std::byte> data) {
-    batch.push_back({command, wire::DatagramAddress::physical(slave_.station, address), data, 0, false});
-  };
   switch (fetch_) {
     case Fetch::kPoll:
-      access(wire::Command::kFprd, status_register(), std::span(registers_).first(1));
+      append(wire::Command::kFprd, status_register(), std::span(registers_).first(1), batch);
       break;
     case Fetch::kRead:
     case Fetch::kGuess:
-      access(wire::Command::kFprd, address_, wire_);
-      batch.back().once = true;
+      append_read(batch);
       break;
     case Fetch::kRepeatLook:
     case Fetch::kRepeatWait:
-      access(wire::Command::kFprd, status_register(), registers_);
+      append(wire::Command::kFprd, status_register(), registers_, batch);
       break;
     case Fetch::kRepeatToggle:
-      access(wire::Command::kFpwr, in_register(kActivateOffset), std::span(registers_).subspan(1, 1));
+      append(wire::Command::kFpwr, in_register(kActivateOffset), std::span(registers_).subspan(1, 1), batch);
       break;
   }
   return true;
+}
+
+void MailboxReader::append(wire::Command command, std::uint16_t address, std::span<std::byte> data,
+                           std::vector<Request>& batch) {
+  batch.push_back({command, wire::DatagramAddress::physical(slave_.station, address), data, 0, false});
+}
+
+void MailboxReader::append_read(std::vector<Request>& batch) {
+  side_ = 1 - side_;
+  append(wire::Command::kFprd, address_, wire_.at(side_), batch);
+  batch.back().once = true;
+}
+
+MailboxReader::Ahead MailboxReader::append_ahead(bool reading, std::size_t expected, std::vector<Request>& batch) {
+  if (repeats()) return Ahead::kNothing;
+  const bool sampled = sample_ && sample_->full && !sample_is_old_ && sample_->cycle >= sample_from_;
+  const bool looked = fetch_ == Fetch::kRead && !reading;
+  if (sampled || looked || expected > (reading ? 1U : 0U)) {
+    append_read(batch);
+    return Ahead::kRead;
+  }
+  if (sample_) return Ahead::kNothing;
+  side_ = 1 - side_;
+  append(wire::Command::kFprd, status_register(), looks_.at(side_), batch);
+  return Ahead::kLook;
+}
+
+MailboxReader::Found MailboxReader::take_ahead(nanoseconds now, Ahead what, const Request& answer) {
+  if (answer.withheld || repeats()) return Found::kNothing;
+  if (what == Ahead::kRead) {
+    fetch_ = Fetch::kGuess;
+    return take(now, answer);
+  }
+  // The look before has seen a mail already.
+  if (fetch_ == Fetch::kRead) return Found::kNothing;
+  fetch_ = Fetch::kPoll;
+  registers_[0] = answer.data[0];
+  return take(now, answer);
 }
 
 MailboxReader::Found MailboxReader::take(nanoseconds now, const Request& answer) {
@@ -119,9 +155,13 @@ MailboxReader::Found MailboxReader::take_read(nanoseconds now, const Request& an
   if (guessed) begin(Fetch::kPoll, now);
   if (answer.working_counter != 0) {
     fetch_ = Fetch::kPoll;
+    mail_ = answer.data;
     return Found::kMail;
   }
-  if (guessed && answer.answered) return Found::kNothing;
+  if (guessed && answer.answered) {
+    next_idle_poll_ = now + idle_poll_;
+    return Found::kNothing;
+  }
   fetch_ = Fetch::kRepeatLook;
   return Found::kStep;
 }

@@ -19,6 +19,7 @@ Master::Master(port::Port& port, rt::Clock& clock, const Settings& settings)
       bus_(exchange_),
       engine_(bus_) {
   engine_.handle(wire::MailboxType::kCoe, emergencies_);
+  engine_.handle(wire::MailboxType::kSoe, soe_messages_);
 }
 
 Master::~Master() {

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
+#include <vector>
 
 #include "driveline/trajectory/axis_name.hpp"
 #include "driveline/trajectory/motion_limits.hpp"
@@ -14,18 +16,6 @@ namespace {
 
 using trajectory::Interpolator;
 using trajectory::Path;
-
-Interpolator make_interpolator(const Path& path, PathConfig::Interpolation kind) {
-  switch (kind) {
-    case PathConfig::Interpolation::kLinear:
-      return Interpolator::linear(path);
-    case PathConfig::Interpolation::kNaturalSpline:
-      return Interpolator::natural_spline(path);
-    case PathConfig::Interpolation::kClampedSpline:
-      break;
-  }
-  return Interpolator::clamped_spline(path);
-}
 
 /// Column of the path for each axis. Error: a reason.
 Result<std::vector<std::size_t>> columns_of(const Path& path, const LineConfig& config) {
@@ -67,17 +57,23 @@ Result<Path> arrange(const Path& path, const LineConfig& config) {
     if (auto added = builder.add_axis(std::move(axis)); !added)
       return fail(ErrorKind::kSetting, added.error().message());
   }
-  std::vector<double> positions(columns->size());
+  const auto arranged_row = [&columns](std::span<const double> row) {
+    std::vector<double> values;
+    for (const std::size_t column : *columns) values.push_back(row.empty() ? 0.0 : row[column]);
+    return values;
+  };
   for (std::size_t point = 0; point < path.points(); ++point) {
+    const auto positions = arranged_row(path.positions(point));
     for (std::size_t i = 0; i < positions.size(); ++i) {
-      positions[i] = path.positions(point)[(*columns)[i]];
       // Position setpoints are 32-bit increments on the wire.
       if (std::abs(positions[i] * config.axes[i].increments_per_unit) > std::numeric_limits<std::int32_t>::max()) {
         return fail(ErrorKind::kSetting, fmt::format("axis \"{}\" leaves the 32-bit range of its increments at {} s",
                                                      config.axes[i].name, path.times_s()[point]));
       }
     }
-    if (auto added = builder.add_point(path.times_s()[point], positions); !added) {
+    const auto velocities = arranged_row(path.velocities(point));
+    const auto accelerations = arranged_row(path.accelerations(point));
+    if (auto added = builder.add_point({path.times_s()[point], positions, velocities, accelerations}); !added) {
       return fail(ErrorKind::kSetting, added.error().message());
     }
   }
@@ -108,7 +104,7 @@ std::vector<trajectory::AxisLimits> limits_of(const LineConfig& config) {
   for (const auto& axis : config.axes) {
     limits.push_back(axis.limits);
     // Corners of a linear path have no finite acceleration; the drives' own interpolation rounds them.
-    if (config.path->interpolation == PathConfig::Interpolation::kLinear) {
+    if (config.path->interpolation == trajectory::InterpolationMethod::kLinear) {
       limits.back().max_acceleration = std::numeric_limits<double>::infinity();
     }
   }
@@ -130,7 +126,7 @@ Result<Interpolator> load_axis_path(LineConfig& config) {
   }
   const auto path = arrange(*loaded, config);
   if (!path) return fail_file(file, path.error().reason);
-  auto interpolator = make_interpolator(*path, config.path->interpolation);
+  auto interpolator = Interpolator::make(*path, config.path->interpolation);
   const auto period_s = std::chrono::duration<double>(config.period).count();
   if (auto checked = trajectory::check_limits(interpolator, limits_of(config), period_s); !checked) {
     return fail_file(file, checked.error().message());

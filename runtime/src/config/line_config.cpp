@@ -22,6 +22,7 @@
 #include "driveline/runtime/toml/toml_reader.hpp"
 #include "driveline/slaves/esc/sii_file.hpp"
 #include "driveline/trajectory/axis_name.hpp"
+#include "driveline/trajectory/interpolation_method.hpp"
 #include "toml/duration.hpp"
 #include "toml/toml_depth.hpp"
 #include "toml/toml_table.hpp"
@@ -336,10 +337,11 @@ ecat_master::AxisConfig read_axis(TomlReader reader, const LineConfig& config) {
 void read_path(TomlReader reader, const std::filesystem::path& directory, LineConfig& config) {
   PathConfig path;
   path.file = directory / reader.text("file");
-  constexpr PathConfig::Interpolation kKinds[] = {PathConfig::Interpolation::kClampedSpline,
-                                                  PathConfig::Interpolation::kNaturalSpline,
-                                                  PathConfig::Interpolation::kLinear};
-  path.interpolation = kKinds[reader.choice_or("interpolation", 0, {"clamped", "natural", "linear"})];
+  const auto methods = trajectory::interpolation_methods();
+  std::vector<std::string_view> names;
+  for (const auto& facts : methods) names.push_back(facts.name);
+  path.interpolation =
+      methods[reader.choice_or("interpolation", static_cast<std::size_t>(path.interpolation), names)].method;
   path.repeat = reader.boolean_or("repeat", false);
   path.relative = reader.boolean_or("relative", false);
   path.compensate_dead_time = reader.choice_or("dead_time", 0, {"none", "compensated"}) == 1;

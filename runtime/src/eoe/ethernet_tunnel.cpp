@@ -77,26 +77,30 @@ void EthernetTunnel::run(const std::stop_token& stop) {
   }
 }
 
-/// Gives a slave its IP parameters when its mailboxes have been opened, and takes its link up then.
+/// Gives a slave its IP parameters when they are due, and takes its link up then.
 void EthernetTunnel::look_after(Slave& slave) {
   const bool up = slave.port->up();
-  const auto openings = slave.port->openings();
-  if (up && openings != slave.openings) {
+  if (!slave.being_given && up && slave.schedule.due(slave.port->openings(), now())) {
     switch_.set_link(slave.number, false);
-    slave.openings = openings;
     slave.being_given = ecat_master::EoeService::set_ip(slave.host.parameters);
     master_.mailboxes().submit(slave.host.position, slave.being_given);
   }
   if (!up) switch_.set_link(slave.number, false);
   if (!slave.being_given || !slave.being_given->done()) return;
-  const auto service = std::move(slave.being_given);
-  slave.being_given.reset();
-  if (service->result()) {
-    switch_.set_link(slave.number, up);
-  } else if (up) {
-    const std::scoped_lock lock(mutex_);
-    refusals_.push_back({slave.host, service->result().error()});
+  const auto service = std::exchange(slave.being_given, nullptr);
+  if (up) take_result(slave, service->result());
+}
+
+/// The first failure is told; what follows is the same again.
+void EthernetTunnel::take_result(Slave& slave, const ecat_master::Result<void>& result) {
+  if (result) {
+    switch_.set_link(slave.number, true);
+    return;
   }
+  const bool refused = result.error().is<ecat_master::facts::EoeRefused>();
+  if (!refused && !slave.schedule.no_answer(now())) return;
+  const std::scoped_lock lock(mutex_);
+  refusals_.push_back({slave.host, result.error()});
 }
 
 bool EthernetTunnel::take_from_tap() {

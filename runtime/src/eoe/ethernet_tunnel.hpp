@@ -10,6 +10,7 @@
 #include "driveline/ecat_master/eoe/eoe_service.hpp"
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/runtime/eoe/eoe_report.hpp"
+#include "eoe/address_schedule.hpp"
 #include "eoe/tap_device.hpp"
 
 namespace driveline::runtime {
@@ -23,7 +24,8 @@ struct EoeHost {
 
 /// Ethernet over EtherCAT between a TAP interface and slaves: a switch, a port for each of them, and the thread that
 /// moves the frames. A slave whose mailboxes have been opened, at the beginning or again after it was away, is given
-/// its IP parameters; its link is up from then on until its mailboxes are closed.
+/// its IP parameters; its link is up from then on until its mailboxes are closed. One that does not answer is asked
+/// again with growing pauses, one that refuses is not.
 class EthernetTunnel final : private ecat_master::EoeReceiver {
  public:
   /// A slave that has not taken its IP parameters.
@@ -54,7 +56,7 @@ class EthernetTunnel final : private ecat_master::EoeReceiver {
     EoeHost host;
     std::shared_ptr<ecat_master::EoePort> port;
     std::size_t number = 0;                                ///< of its port at the switch
-    std::uint64_t openings = 0;                            ///< of its mailboxes that it was given its parameters after
+    AddressSchedule schedule;                              ///< of its IP parameters
     std::shared_ptr<ecat_master::EoeService> being_given;  ///< its IP parameters are under way
   };
 
@@ -63,6 +65,7 @@ class EthernetTunnel final : private ecat_master::EoeReceiver {
   void receive(std::uint16_t position, std::span<const std::byte> frame) override;
   void run(const std::stop_token& stop);
   void look_after(Slave& slave);
+  void take_result(Slave& slave, const ecat_master::Result<void>& result);
   [[nodiscard]] bool take_from_tap();
   void rest();
   [[nodiscard]] std::chrono::nanoseconds now() { return master_.bus().exchange().now(); }

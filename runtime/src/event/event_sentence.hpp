@@ -34,6 +34,7 @@ class EventSentence {
   std::string operator()(const events::LineChanged& facts) const;
   std::string operator()(const events::SlaveNotBack& facts) const;
   std::string operator()(const events::Emergency& facts) const;
+  std::string operator()(const events::SoeMessage& facts) const;
   std::string operator()(const events::CommunicationLost& facts) const;
   std::string operator()(const events::CommunicationBack& facts) const;
   std::string operator()(const events::CommunicationNotBack& facts) const;

@@ -47,6 +47,10 @@ std::string EventSentence::operator()(const events::Emergency& facts) const {
                      ecat_master::cia402::error_text(message.error_code), message.error_register);
 }
 
+std::string EventSentence::operator()(const events::SoeMessage& facts) const {
+  return fmt::format("{}: {}", slave_text(facts.record.slave, facts.name), ecat_master::describe_message(facts.record));
+}
+
 std::string EventSentence::operator()(const events::CommunicationLost& facts) const {
   if (facts.late == 0) return fmt::format("communication lost: no frame came back for {} cycles", facts.cycles);
   return fmt::format("communication lost: frames come back too late, none in time for {} cycles, {} after their cycle",

@@ -8,9 +8,14 @@
 #include <array>
 #include <cerrno>
 #include <mutex>
+#include <optional>
+#include <set>
+#include <span>
 #include <thread>
 
 #include "driveline/ecat_master/mailbox/mail_exchange.hpp"
+#include "driveline/wire/coe.hpp"
+#include "driveline/wire/foe.hpp"
 #include "gateway/gateway_frame.hpp"
 #include "gateway/gateway_sockets.hpp"
 
@@ -21,13 +26,20 @@ using wire::MailboxErrorCode;
 using wire::MailboxType;
 
 constexpr auto kIdle = std::chrono::milliseconds{100};
-/// For each mail of an answer. The acknowledge of the last packet of a file has none: the slave waits so long then.
+/// For each mail of an answer.
 constexpr auto kPatience = std::chrono::milliseconds{500};
 constexpr std::size_t kMostClients = 64;
 constexpr std::size_t kMostTcpClients = 16;
 /// Requests of one client, and of all, that may be under way at a time. Behind UDP a new client costs nothing.
 constexpr std::size_t kMostUnderWay = 4;
 constexpr std::size_t kMostRequests = 64;
+
+bool is_sdo_abort(std::span<const std::byte> service) {
+  constexpr std::byte kAbort{0x80};  // of the command byte, ETG.1000.6 Table 40
+  const auto header = wire::CoeHeader::decode(service);
+  return header && header->service == wire::CoeService::kSdoRequest && service.size() > wire::CoeHeader::kSize &&
+         (service[wire::CoeHeader::kSize] & std::byte{0xE0}) == kAbort;
+}
 
 }  // namespace
 
@@ -55,6 +67,8 @@ class MailboxGateway::Service {
     bool tcp = false;                ///< also when its socket is closed
     GatewayStream received;          ///< of a TCP client
     std::vector<std::byte> waiting;  ///< of a TCP client: answers that it has not taken yet
+    /// Station addresses of the slaves that have sent it the last packet of a file.
+    std::set<std::uint16_t> files_read;
   };
   struct Request {
     std::shared_ptr<Client> client;
@@ -181,9 +195,30 @@ class MailboxGateway::Service {
       refuse(client, header, MailboxErrorCode::kServiceInWork);
       return;
     }
-    auto exchange = std::make_shared<ecat_master::MailExchange>(header.type, std::move(mail.service), kPatience);
+    std::optional<std::chrono::nanoseconds> patience = kPatience;
+    if (is_last_word(*client, mail)) patience.reset();
+    auto exchange = std::make_shared<ecat_master::MailExchange>(header.type, std::move(mail.service), patience);
     engine_.submit(slave->position, exchange);
     requests_.push_back({client, header, std::move(exchange)});
+  }
+
+  /// Nobody answers it: a wait for that would keep others from the slave's mailbox.
+  static bool is_last_word(Client& client, const GatewayMail& mail) {
+    const std::span<const std::byte> service(mail.service);
+    if (mail.header.type == MailboxType::kCoe) return is_sdo_abort(service);
+    const auto foe = wire::FoeHeader::decode(service);
+    if (mail.header.type != MailboxType::kFoe || !foe) return false;
+    if (foe->op_code == wire::FoeOpCode::kError) return true;
+    const bool end_of_file = client.files_read.erase(mail.header.address) != 0;
+    return end_of_file && foe->op_code == wire::FoeOpCode::kAck;
+  }
+
+  /// A packet that could have been longer is the last one of a file; the client acknowledges it.
+  static void note_end_of_file(const Request& request, std::span<const std::byte> service) {
+    const auto foe = wire::FoeHeader::decode(service);
+    const bool data = request.header.type == MailboxType::kFoe && foe && foe->op_code == wire::FoeOpCode::kData;
+    if (data && service.size() < request.exchange->answer_room())
+      request.client->files_read.insert(request.header.address);
   }
 
   void hand_out_answers() {
@@ -206,6 +241,7 @@ class MailboxGateway::Service {
     }
     for (const auto& service : *answers) {
       ++request.client->figures.answers;
+      note_end_of_file(request, service);
       send(*request.client, {request.header, service});
     }
   }

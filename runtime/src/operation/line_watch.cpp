@@ -56,7 +56,7 @@ bool LineWatch::look() {
   supervisor_.poll();
   const bool line = take_line_events();
   watch_axes();
-  fetch_emergencies();
+  fetch_messages();
   const bool motion = motion_goes_on();
   return line && motion && !waits_in_vain() && clocks_answer();
 }
@@ -169,9 +169,9 @@ bool LineWatch::waits_in_vain() {
   return false;
 }
 
-/// Fetches emergencies that slaves have sent unasked. One round of the mailboxes per look; slaves without a mailbox
+/// Fetches what slaves have sent unasked. One round of the mailboxes per look; slaves without a mailbox
 /// cost nothing.
-void LineWatch::fetch_emergencies() {
+void LineWatch::fetch_messages() {
   if (silent_since_ != nanoseconds{0}) return;
   static_cast<void>(master_.mailboxes().step());
   auto newest = last_emergency_;
@@ -181,6 +181,7 @@ void LineWatch::fetch_emergencies() {
     notice(events::Emergency{record, name_of(record.slave)});
   }
   last_emergency_ = newest;
+  for (const auto& record : master_.soe_messages().take()) notice(events::SoeMessage{record, name_of(record.slave)});
 }
 
 /// The next presence to report for an axis on its way from `before` to `now`. An axis that comes back while the others

@@ -45,7 +45,7 @@ class LineWatch {
                                                         ecat_master::AxisPresence now) const;
   void watch_axes();
   void tell_presence(const ecat_master::AxisConfig& axis, ecat_master::AxisPresence presence);
-  void fetch_emergencies();
+  void fetch_messages();
   [[nodiscard]] bool motion_goes_on();
   [[nodiscard]] std::optional<ecat_master::MotionFailure> motion_failure() const;
   void tell_stop(const ecat_master::MotionFailure& failure);

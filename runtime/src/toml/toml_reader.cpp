@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 #include <cmath>
 
+#include "driveline/runtime/toml/suggestion.hpp"
 #include "toml/toml_table.hpp"
 
 namespace driveline::runtime {
@@ -172,7 +173,9 @@ std::size_t TomlReader::choice_or(std::string_view key, std::size_t fallback,
   for (std::size_t i = 0; i < choices.size(); ++i) {
     if (choices[i] == value) return i;
   }
-  fail(key, fmt::format("is \"{}\", one of \"{}\" is expected", value, fmt::join(choices, "\", \"")));
+  const auto meant = closest(value, choices);
+  fail(key, fmt::format("is \"{}\", one of \"{}\" is expected{}", value, fmt::join(choices, "\", \""),
+                        meant.empty() ? "" : fmt::format("; did you mean \"{}\"?", meant)));
 }
 
 std::vector<std::string> TomlReader::keys() {

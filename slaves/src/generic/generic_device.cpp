@@ -93,10 +93,24 @@ std::unique_ptr<EoeServer> make_eoe(const esi::DeviceDescription& device, std::u
   return std::make_unique<EoeServer>(factory_address(serial_number));
 }
 
-std::vector<MailboxProtocol*> protocols(const esi::DeviceDescription& device, CoeServer& coe, EoeServer* eoe) {
+/// Its drives choose their process data: it has no object dictionary to choose them by, and its description names none.
+bool chooses_by_idn(const esi::DeviceDescription& device) noexcept {
+  return device.mailbox.soe && !device.mailbox.coe && device.rx_pdos.empty() && device.tx_pdos.empty();
+}
+
+std::unique_ptr<SoeDrives> make_soe(const esi::DeviceDescription& device) {
+  if (!device.mailbox.soe) return nullptr;
+  const auto drives = std::clamp<std::size_t>(device.mailbox.soe_channels, 1, SoeDrives::kMaxDrives);
+  return std::make_unique<SoeDrives>(
+      drives, chooses_by_idn(device) ? SoeDrives::ProcessData::kByLists : SoeDrives::ProcessData::kNone);
+}
+
+std::vector<MailboxProtocol*> protocols(const esi::DeviceDescription& device, CoeServer& coe, EoeServer* eoe,
+                                        SoeServer* soe) {
   std::vector<MailboxProtocol*> protocols;
   if (device.mailbox.coe) protocols.push_back(&coe);
   if (eoe != nullptr) protocols.push_back(eoe);
+  if (soe != nullptr) protocols.push_back(soe);
   return protocols;
 }
 
@@ -131,7 +145,10 @@ GenericDevice::GenericDevice(std::shared_ptr<const DeviceModel> model, const Gen
       coe_(dictionary_, *this, coe_options(model_->description())),
       serial_number_(options.serial_number != 0 ? options.serial_number : model_->description().serial_number),
       eoe_(make_eoe(model_->description(), serial_number_)),
-      mailbox_(protocols(model_->description(), coe_, eoe_.get()), longest_mailbox(profile_)),
+      soe_drives_(make_soe(model_->description())),
+      soe_(soe_drives_ ? std::make_unique<SoeServer>(*soe_drives_) : nullptr),
+      mapped_by_idn_(chooses_by_idn(model_->description())),
+      mailbox_(protocols(model_->description(), coe_, eoe_.get(), soe_.get()), longest_mailbox(profile_)),
       looped_(options.loop_back),
       scripts_(options.inputs),
       inputs_(model_->inputs()),
@@ -187,7 +204,16 @@ void GenericDevice::build_loops() {
 }
 
 std::size_t GenericDevice::process_data_size(std::size_t sync_manager) const noexcept {
-  return sync_manager < maps_.size() ? maps_[sync_manager].size() : 0;
+  if (sync_manager >= maps_.size()) return 0;
+  if (!mapped_by_idn_) return maps_[sync_manager].size();
+  switch (model_->description().sync_managers[sync_manager].use) {
+    case Use::kOutputs:
+      return soe_drives_->outputs_size();
+    case Use::kInputs:
+      return soe_drives_->inputs_size();
+    default:
+      return 0;
+  }
 }
 
 void GenericDevice::enter_al_state(AlState state) noexcept {
@@ -234,6 +260,7 @@ void GenericDevice::restart() {
 }
 
 void GenericDevice::clear_outputs() noexcept {
+  if (mapped_by_idn_) soe_drives_->clear_outputs();
   const auto& managers = model_->description().sync_managers;
   for (std::size_t n = 0; n < maps_.size(); ++n) {
     if (managers[n].use != Use::kOutputs) continue;
@@ -291,12 +318,14 @@ AlStatusCode GenericDevice::transition(AlState from, AlState to) noexcept {
   return AlStatusCode::kNoError;
 }
 
-void GenericDevice::fall_back(AlState /*from*/, AlState to, AlStatusCode /*reason*/) noexcept {
+void GenericDevice::fall_back(AlState /*from*/, AlState to, AlStatusCode reason) noexcept {
   enter_al_state(to);
+  if (soe_drives_ && reason == AlStatusCode::kSyncManagerWatchdog) soe_drives_->communication_failed();
 }
 
 void GenericDevice::write_outputs(std::size_t sync_manager, std::span<const std::byte> data) noexcept {
   if (sync_manager >= maps_.size()) return;
+  if (mapped_by_idn_) soe_drives_->write_outputs(data);
   maps_[sync_manager].decode(data, dictionary_);
   loop_back();
 }
@@ -304,11 +333,13 @@ void GenericDevice::write_outputs(std::size_t sync_manager, std::span<const std:
 void GenericDevice::read_inputs(std::size_t sync_manager, std::span<std::byte> data) noexcept {
   std::fill(data.begin(), data.end(), std::byte{0});
   if (sync_manager < maps_.size()) maps_[sync_manager].encode(dictionary_, data);
+  if (mapped_by_idn_) soe_drives_->read_inputs(data);
 }
 
 void GenericDevice::advance(std::chrono::nanoseconds now) noexcept {
   if (!start_) start_ = now;
   now_ = now;
+  if (soe_drives_) soe_drives_->advance(now);
   for (const auto& script : scripts_) {
     const double value = script.signal.at(now - *start_);
     const auto type = script.input->type;

@@ -156,15 +156,24 @@ ecat_master::Result<void> LineOperation::to_safe_op() {
   return master_->configure(plans());
 }
 
-void LineOperation::make_motion() {
+ecat_master::MotionControl& LineOperation::make_motion() {
+  auto axes = runtime::make_axes(config_, *master_);
+  if (options_.single_axes) {
+    ecat_master::SingleAxes::Settings settings;
+    settings.period = options_.period;
+    settings.enable_timeout = options_.enable_timeout;
+    single_axes_ = std::make_unique<ecat_master::SingleAxes>(std::move(axes), settings);
+    return *single_axes_;
+  }
   auto settings = runtime::motion_settings(config_);
   settings.enable_timeout = options_.enable_timeout;
-  motion_ = std::make_unique<ecat_master::Motion>(runtime::make_axes(config_, *master_),
-                                                  make_path(drives_.size(), options_.amplitude_rad), settings);
+  motion_ = std::make_unique<ecat_master::Motion>(std::move(axes), make_path(drives_.size(), options_.amplitude_rad),
+                                                  settings);
+  return *motion_;
 }
 
 void LineOperation::start_cycle(ecat_master::Master::MakeRunner make_runner) {
-  make_motion();
+  auto& motion = make_motion();
   auto settings = runtime::cycle_settings(config_, *master_);
   if (options_.task != nullptr) tasks_.add(*options_.task, {});
   settings.tasks = &tasks_;
@@ -175,7 +184,7 @@ void LineOperation::start_cycle(ecat_master::Master::MakeRunner make_runner) {
       return std::make_unique<ecat_master::InlineRunner>(core, drives_.clock);
     };
   }
-  const auto started = master_->start_cycle(motion_.get(), {&line_ring_, &axis_ring_}, settings, make_runner);
+  const auto started = master_->start_cycle(&motion, {&line_ring_, &axis_ring_}, settings, make_runner);
   if (!started) throw std::runtime_error(started.error().message());
 }
 

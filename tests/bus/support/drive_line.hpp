@@ -6,6 +6,7 @@
 
 #include "driveline/ecat_master/cyclic/motion.hpp"
 #include "driveline/ecat_master/master.hpp"
+#include "driveline/ecat_master/single_axis/single_axes.hpp"
 #include "driveline/rt/clock.hpp"
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/slaves/line/line.hpp"
@@ -69,6 +70,7 @@ struct RunOptions {
   std::optional<double> setpoint_delay_cycles{};  ///< of every axis
   /// PDOs of every axis; none: axis_pdo_configuration()
   std::optional<ecat_master::PdoConfiguration> pdos{};
+  bool single_axes = false;           ///< each axis by itself (SingleAxes), instead of along the path
   bool accept_swapped_ports = false;  ///< IN and OUT of a slave may be swapped
 };
 
@@ -106,6 +108,8 @@ class LineOperation {
 
   [[nodiscard]] ecat_master::Master& master() noexcept { return *master_; }
   [[nodiscard]] ecat_master::Motion& motion() noexcept { return *motion_; }
+  /// With RunOptions::single_axes.
+  [[nodiscard]] ecat_master::SingleAxes& single_axes() noexcept { return *single_axes_; }
   [[nodiscard]] const ecat_master::CycleStatistics& statistics() noexcept { return master_->core()->statistics(); }
 
   std::vector<snapshot::AxisSample> axis_samples;
@@ -113,7 +117,7 @@ class LineOperation {
 
  private:
   [[nodiscard]] ecat_master::Master::Settings master_settings() const;
-  void make_motion();
+  [[nodiscard]] ecat_master::MotionControl& make_motion();
   void drain();
 
   DriveLine& drives_;
@@ -123,6 +127,7 @@ class LineOperation {
   rt::SpscRing<snapshot::LineSample> line_ring_;
   rt::SpscRing<snapshot::AxisSample> axis_ring_;
   std::unique_ptr<ecat_master::Motion> motion_;
+  std::unique_ptr<ecat_master::SingleAxes> single_axes_;
   ecat_master::TaskSchedule tasks_;
   std::unique_ptr<ecat_master::Master> master_;
 };

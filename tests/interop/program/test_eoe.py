@@ -1,6 +1,9 @@
 """TCP/IP from the tools of this machine to the drives of a line, through the mailboxes, while the line runs."""
 import json
+import os
+import pathlib
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -9,6 +12,8 @@ import unittest
 from program import DRIVELINE, EXAMPLES, PATIENCE_S, SANITIZED, WireTest
 
 MEGABYTE = 1 << 20
+# Of the transfer to one drive; .ci/long makes it longer.
+TRANSFER = int(os.environ.get("DRIVELINE_EOE_MIB", "1" if SANITIZED else "8")) * MEGABYTE
 # Sends so many bytes to the TCP echo of a drive, each byte known, and compares what comes back.
 ECHO = """
 import hashlib, random, socket, sys, threading
@@ -72,8 +77,9 @@ class EoeTest(WireTest):
         for address in addresses:
             self.wait_for(f"{address} answers", lambda: self.reachable(address))
 
-    def start_run(self, config, *arguments):
-        run = self.start("run", "--config", config, "--no-plots", "--json", "--control", "run.socket", *arguments, log="run.log")
+    def start_run(self, config, *arguments, program=DRIVELINE):
+        run = self.start("run", "--config", config, "--no-plots", "--json", "--control", "run.socket", *arguments, log="run.log",
+                         program=program)
         self.wait_for("EoE", lambda: "EoE: dl-eoe is 192.168.38.1/24 here" in self.text("run.log"), run)
         return run
 
@@ -105,7 +111,7 @@ class InProcess(EoeTest):
         state = self.run_program("-sS", "--max-time", 60, "http://192.168.38.7/state.json", program="curl")
         self.assertEqual(state.returncode, 0, state.stderr)
         self.assertIsInstance(json.loads(state.stdout), dict)
-        size = MEGABYTE if SANITIZED else 8 * MEGABYTE
+        size = TRANSFER
         self.check_echo(self.echo("192.168.38.6", size), "192.168.38.6", size)
         table = self.run_program("eoe", "--control", "run.socket")
         self.assertRegex(table.stdout, r"(?m)^dl-eoe +up +192\.168\.38\.1 ")
@@ -128,6 +134,14 @@ class InProcess(EoeTest):
         transfers = [self.echo(address, MEGABYTE // 4) for address in addresses]
         for address, transfer in zip(addresses, transfers):
             self.check_echo(transfer, address, MEGABYTE // 4)
+        self.end_run(run)
+
+    def test_an_installed_program_finds_its_end_point(self):
+        for folder, name in (("bin", "driveline"), ("libexec/driveline", "driveline-endpoint")):
+            (self.directory / folder).mkdir(parents=True)
+            shutil.copy(pathlib.Path(DRIVELINE).parent / name, self.directory / folder)
+        run = self.start_run(self.write("line.toml", description(1)), program=self.directory / "bin" / "driveline")
+        self.wait_until_reachable("192.168.38.5")
         self.end_run(run)
 
     def test_an_interface_that_was_made_before_is_used(self):

@@ -48,6 +48,26 @@ class VirtualTime(ProgramTest):
         self.assertEqual(columns, 7 * len(AXES))
         self.assertTrue(all(row.count(",") == columns for row in rows))
 
+    def test_every_interpolation_is_chosen_on_the_command_line(self):
+        ends = {}
+        for method in ("linear", "hermite", "natural", "clamped", "quintic", "cosine", "bspline"):
+            with self.subTest(method=method):
+                self.write("path.csv", "time[s],x[rad],x[rad/s]\n0,0,0\n0.3,4,0\n0.6,0,0\n")
+                config = self.write("line.toml", '[line]\ncycle_us = 500\n[[slave]]\nname = "x"\n[[axis]]\nname = "x"\n'
+                                    '[path]\nfile = "path.csv"\n')
+                result = self.run_program("run", "--config", config, "--virtual", "--no-plots", "--no-telemetry", "--json",
+                                          "--interpolation", method)
+                self.assertEqual(result.returncode, 0, result.stderr)
+                with open(self.directory / "out/axes.csv", encoding="ascii", newline="") as file:
+                    ends[method] = [row[1] for row in csv.reader(file)]
+        self.assertEqual(len({tuple(targets) for targets in ends.values()}), len(ends), "each goes a way of its own")
+        result = self.run_program("run", "--config", "line.toml", "--virtual", "--interpolation", "hold")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("would jump from point to point", result.stderr)
+        result = self.run_program("run", "--config", "line.toml", "--virtual", "--interpolation", "lineer")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("did you mean linear?", result.stderr)
+
     PDOS = ('[[slave.pdo]]\nindex = 0x1600\nentries = ["0x6040:0:16", "0x6060:0:8", "0x607A:0:32"]\n'
             '[[slave.pdo]]\nindex = 0x1A00\nentries = ["0x6041:0:16", "0x6061:0:8", "0x6064:0:32"]\n')
 

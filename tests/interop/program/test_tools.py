@@ -6,7 +6,7 @@ import subprocess
 import sys
 import unittest
 
-from program import ATTEMPTS, DISTURBED, EXAMPLES, PATIENCE_S, ROOT, ProgramTest, WireTest, again_when, again_when_disturbed
+from program import ATTEMPTS, DISTURBED, DRIVELINE, EXAMPLES, PATIENCE_S, ROOT, ProgramTest, WireTest, again_when, again_when_disturbed
 
 LINE8 = EXAMPLES / "line8.toml"
 ESI_FILE = ROOT / "esi/data/moog_msd.xml"
@@ -274,6 +274,17 @@ class InProcess(ProgramTest):
                 self.check_refused(self.run_program("foe", *arguments, "--config", LINE8), status, *parts)
         self.assertEqual(file.read_text(), "7777:00 = 1\n", "what could not be read leaves the file alone")
 
+    def test_files_behind_a_password(self):
+        config = self.write("line.toml", '[line]\ncycle_us = 1000\n[[slave]]\nname = "x"\nfile_password = 0xDEADBEEF\n')
+        read = lambda *password: self.run_program("foe", "read", "--config", config, "parameters.txt", "-o", "set.txt", *password)
+        for wrong in ([], ["--password", "0xDEADBEEE"], ["--password", "0xBEEF"]):
+            with self.subTest(wrong=wrong):
+                self.check_refused(read(*wrong), 1, "slave 0: refused the file with FoE error 0x800A", "wrong password")
+                self.assertFalse((self.directory / "set.txt").exists())
+        right = read("--password", "0xDEADBEEF")
+        self.assertEqual(right.returncode, 0, right.stderr)
+        self.assertIn("6065:00 = ", (self.directory / "set.txt").read_text())
+
     def test_firmware_goes_through_boot(self):
         self.assertEqual(self.run_program("esi", "generate", "devices").returncode, 0)
         firmware = self.directory / "devices" / "moog_msd.efw"
@@ -284,6 +295,45 @@ class InProcess(ProgramTest):
         other = self.directory / "devices" / "servoone.efw"
         result = self.run_program("foe", "write", "--config", LINE8, "-p", "2", "--boot", other)
         self.check_refused(result, 1, "0x800D (firmware does not fit the hardware): the firmware is for another drive")
+
+    def test_operation_data_of_drives(self):
+        line = ["--config", EXAMPLES / "soe.toml", "-p", "1", "--drive", "1"]
+        text = self.run_program("soe", "list", *line).stdout
+        self.assertEqual(len(text.splitlines()), 10)
+        self.assertRegex(text, r"(?m)^S-0-0100  Velocity loop proportional gain +100")
+        document = self.one_document(self.run_program("soe_read", "S-0-0001", *line, "--json").stdout)
+        self.assertEqual([document[key] for key in ("slave", "drive", "idn", "name", "value", "unit", "minimum", "default", "state")],
+                         [1, 1, "S-0-0001", "NC cycle time (TNcyc)", 1000, "us", 125, 1000, None])
+        self.assertEqual(document["attribute"]["protected"], ["SAFEOP", "OP"])
+        listed = self.one_document(self.run_program("soe", "list", *line, "--json").stdout)["idns"]
+        self.assertIn({key: document[key] for key in document if key not in ("slave", "drive")}, listed)
+        for arguments in (["S-0-0100", "150"], ["100", "0x2C"], ["s-0-142", "x" * 512], ["S-0-0142", ""]):
+            with self.subTest(arguments=arguments):
+                result = self.run_program("soe", "write", *arguments, *line)
+                self.assertEqual((result.returncode, result.stdout), (0, ""), result.stderr)
+        result = self.run_program("soe_write", "S-0-0099", "--execute", *line)
+        self.assertEqual((result.returncode, result.stdout), (0, ""), result.stderr)
+        self.assertRegex(result.stderr, r"slave 1 drive 1: data state of S-0-0099 is 0x0003 \(executed\)")
+        for status, arguments, parts in (
+                (2, ["read", "S-0-4096"], ['IDN "S-0-4096": S-0-0017, P-0-0017 or a number is expected']),
+                (2, ["read", "0x10000"], ['IDN "0x10000"']),
+                (2, ["read", "S-0-0001", "--drive", "8"], ["drive"]),
+                (2, ["write", "S-0-0100"], ["VALUE", "--execute"]),
+                (2, ["write", "S-0-0099", "3", "--execute"], ["VALUE", "--execute"]),
+                (2, ["write", "S-0-0100", "70000"], ['"70000" is no value of 2 bytes, unsigned']),
+                (2, ["write", "S-0-0100", "1,2"], ['"1,2" is no value of 2 bytes, unsigned']),
+                (1, ["read", "P-0-0001"], ["slave 1: refused P-0-0001 of drive 1 with SoE error 0x1001 (there is no such IDN)"]),
+                (1, ["list", "--drive", "2"], ["S-0-0017 of drive 2 with SoE error 0x800A (there is no such drive)"]),
+                (1, ["write", "S-0-0011", "0"], ["0x7004 (the value cannot be changed)"]),
+                (1, ["write", "S-0-0100", "0"], ["0x7006 (value below its minimum)"]),
+                (1, ["write", "S-0-0100", "10001"], ["0x7007 (value above its maximum)"]),
+                (1, ["write", "S-0-0142", "x" * 513], ["0x7003 (value too long)"]),
+                (1, ["write", "S-0-0100", "--execute"], ["S-0-0100 is no procedure command"])):
+            with self.subTest(arguments=arguments):
+                self.check_refused(self.run_program("soe", arguments[0], *line[:4], *line[4:] * ("--drive" not in arguments),
+                                                    *arguments[1:]), status, *parts)
+        self.check_refused(self.run_program("soe", "list", "--config", LINE8), 1,
+                           "slave 0: answered with mailbox error 0x0002 (unsupported protocol)")
 
     def test_single_slaves_go_up_to_safeop(self):
         self.assertEqual(self.tool("states", "-p", "1,3", "safeop"), "   1  SAFEOP\n   3  SAFEOP\n")
@@ -314,6 +364,14 @@ class OnTheWire(WireTest):
         result = self.run_program(*arguments, "--iface", "dl-master")
         self.assertEqual(result.returncode, status, result.stderr)
         return result.stdout
+
+    def test_a_full_disk_keeps_the_old_file(self):
+        (self.directory / "full").mkdir()
+        script = 'mount -t tmpfs -o size=4k none full && echo old > full/set.txt && "$@"; echo "status $?: $(cat full/set.txt)"; ls full'
+        result = self.run_program("-m", "sh", "-c", script, "sh", DRIVELINE, "foe", "read", "--config", LINE8, "-p", "1",
+                                  "parameters.txt", "-o", "full/set.txt", program="unshare")
+        self.assertEqual(result.stdout, "status 1: old\nset.txt\n", result.stderr)
+        self.assertRegex(result.stderr, r"^driveline[^\n]*full/set\.txt[^\n]*No space left on device\n$")
 
     def test_looking_changes_nothing(self):
         self.start_line(EXAMPLES / "line8-nic.toml")

@@ -14,6 +14,7 @@
 #include "driveline/wire/mailbox.hpp"
 #include "driveline/wire/registers.hpp"
 #include "driveline/wire/sdo_abort.hpp"
+#include "driveline/wire/soe.hpp"
 #include "driveline/wire/sync_manager.hpp"
 #include "tshark.hpp"
 
@@ -357,6 +358,24 @@ Bytes by_hand(std::string_view text) {
   return bytes;
 }
 
+/// A frame that our encoder had no part in: Ethernet; EtherCAT with one datagram; FPWR to 1001h, 1800h; mailbox header;
+/// service; working counter.
+Bytes frame_by_hand(const Bytes& service, MailboxType type) {
+  auto frame = by_hand("ff ff ff ff ff ff 02 00 00 00 00 01 88 a4");
+  const auto size = static_cast<std::uint8_t>(service.size());
+  const auto append_all = [&frame](const Bytes& bytes) { frame.insert(frame.end(), bytes.begin(), bytes.end()); };
+  append_all({static_cast<std::byte>(10 + 6 + size + 2), std::byte{0x10}});
+  append_all(by_hand("05 42 01 10 00 18"));
+  append_all({static_cast<std::byte>(6 + size), std::byte{0}, std::byte{0}, std::byte{0}});
+  append_all({static_cast<std::byte>(size), std::byte{0}});
+  append_all(by_hand("00 00 00"));
+  append_all({static_cast<std::byte>(0x10 | static_cast<unsigned>(type))});
+  append_all(service);
+  append_all(by_hand("01 00"));
+  frame.resize(std::max<std::size_t>(frame.size(), 60));
+  return frame;
+}
+
 /// FoE mails in frames that our encoder had no part in, as the dissector reads them; the encoder makes the same bytes.
 TEST_F(OwnFrames, FoeMailsMadeByHand) {
   struct Mail {
@@ -377,19 +396,7 @@ TEST_F(OwnFrames, FoeMailsMadeByHand) {
     std::array<std::byte, FoeHeader::kSize> made{};
     mail.header.encode(made);
     EXPECT_TRUE(std::equal(made.begin(), made.end(), service.begin())) << mail.service;
-    // Ethernet; EtherCAT with one datagram; FPWR to 1001h, 1800h; mailbox header; service; working counter.
-    auto frame = by_hand("ff ff ff ff ff ff 02 00 00 00 00 01 88 a4");
-    const auto size = static_cast<std::uint8_t>(service.size());
-    const auto append_all = [&frame](const Bytes& bytes) { frame.insert(frame.end(), bytes.begin(), bytes.end()); };
-    append_all({static_cast<std::byte>(10 + 6 + size + 2), std::byte{0x10}});
-    append_all(by_hand("05 42 01 10 00 18"));
-    append_all({static_cast<std::byte>(6 + size), std::byte{0}, std::byte{0}, std::byte{0}});
-    append_all({static_cast<std::byte>(size), std::byte{0}});
-    append_all(by_hand("00 00 00 14"));
-    append_all(service);
-    append_all(by_hand("01 00"));
-    frame.resize(std::max<std::size_t>(frame.size(), 60));
-    frames.push_back(frame);
+    frames.push_back(frame_by_hand(service, MailboxType::kFoe));
   }
   const auto packets =
       dissected(frames, {"ecat_mailbox.type", "ecat_mailbox.foe_opmode", "ecat_mailbox.foe_filelength",
@@ -410,6 +417,59 @@ TEST_F(OwnFrames, FoeMailsMadeByHand) {
   EXPECT_EQ(packets[4][6].at(0), "none");
   EXPECT_EQ(value(5, 7), 50U);
   EXPECT_EQ(value(5, 8), 100U);
+}
+
+/// SoE mails in frames that our encoder had no part in, as the dissector reads them; the encoder makes the same bytes.
+TEST_F(OwnFrames, SoeMailsMadeByHand) {
+  using E = SoeElement;
+  struct Mail {
+    std::string_view service;
+    SoeHeader header;
+    std::string_view read_as;
+  };
+  const auto everything = E::kState | E::kName | E::kAttribute | E::kUnit | E::kMin | E::kMax | E::kValue | E::kDefault;
+  const Mail mails[] = {
+      {"01 40 11 00", {SoeOpCode::kReadRequest, false, false, 0, E::kValue, 0x0011}, "RRQ (S-0-0017, 'V')"},
+      {"81 ff 01 80", {SoeOpCode::kReadRequest, false, false, 4, everything, 0x8001}, "RRQ (P-0-0001, 'DNAUIXV')"},
+      {"02 40 11 00 04 00 08 00 01 00 0b 00",
+       {SoeOpCode::kReadResponse, false, false, 0, E::kValue, 0x0011},
+       "RRS (S-0-0017, 'V') : 8 Bytes"},
+      {"0a 40 02 00 61 62 63 64", {SoeOpCode::kReadResponse, true, false, 0, E::kValue, 2}, "FragmentsLeft 2"},
+      {"32 40 12 00 08 70", {SoeOpCode::kReadResponse, false, true, 1, E::kValue, 0x0012}, "Error 7008"},
+      {"43 50 2f 80 01 02 03 04",
+       {SoeOpCode::kWriteRequest, false, false, 2, E::kMin | E::kValue, 0x802F},
+       "WRQ (P-0-0047, 'IV') : 4 Bytes"},
+      {"04 40 07 00", {SoeOpCode::kWriteResponse, false, false, 0, E::kValue, 7}, "WRS (S-0-0007, 'V')"},
+      {"05 01 63 00 03 00",
+       {SoeOpCode::kNotification, false, false, 0, E::kState, 99},
+       "NFC (S-0-0099, 'D') : 2 Bytes"},
+      {"46 00 00 00 30 81 0a 01 02 03 04 05", {SoeOpCode::kEmergency, false, false, 2, {}, 0}, "EMGCY"},
+  };
+  std::vector<Bytes> frames;
+  for (const auto& mail : mails) {
+    const auto service = by_hand(mail.service);
+    std::array<std::byte, SoeHeader::kSize> made{};
+    mail.header.encode(made);
+    EXPECT_TRUE(std::equal(made.begin(), made.end(), service.begin())) << mail.service;
+    frames.push_back(frame_by_hand(service, MailboxType::kSoe));
+  }
+  const auto packets =
+      dissected(frames, {"ecat_mailbox.type", "ecat_mailbox.soe_opcode", "ecat_mailbox.soe_header_incomplete",
+                         "ecat_mailbox.soe_header_error", "ecat_mailbox.soe_header_driveno", "_ws.col.Info"});
+  ASSERT_EQ(packets.size(), std::size(mails));
+  for (std::size_t i = 0; i < packets.size(); ++i) {
+    SCOPED_TRACE(mails[i].service);
+    const auto value = [&](std::size_t field) { return to_number(packets[i][field].at(0)); };
+    EXPECT_EQ(value(0), static_cast<unsigned>(MailboxType::kSoe));
+    EXPECT_EQ(value(1), static_cast<unsigned>(mails[i].header.op_code));
+    EXPECT_EQ(value(2) != 0, mails[i].header.incomplete);
+    EXPECT_EQ(value(3) != 0, mails[i].header.error);
+    EXPECT_EQ(value(4), mails[i].header.drive);
+    // The dissector's summary has a comma in it, where its fields are taken apart.
+    std::string summary;
+    for (const auto& part : packets[i][5]) summary += (summary.empty() ? "" : ",") + part;
+    EXPECT_THAT(summary, ::testing::HasSubstr("SoE: " + std::string(mails[i].read_as)));
+  }
 }
 
 TEST_F(OwnFrames, SdoInformationAndEmergency) {

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 
 #include "driveline/ecat_master/cyclic/acyclic_channel.hpp"
+#include "driveline/ecat_master/cyclic/cyclic_exchange.hpp"
 #include "driveline/ecat_master/cyclic/cyclic_frame.hpp"
 #include "driveline/ecat_master/cyclic/motion.hpp"
 #include "driveline/trajectory/path.hpp"

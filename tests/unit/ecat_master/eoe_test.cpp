@@ -193,7 +193,7 @@ TEST(EoePort, DropsWhatWaitsWhenItIsTakenDown) {
 
 TEST(EoePort, GoesDownAndUpWithTheMailboxesOfItsSlave) {
   EthernetBench bench;
-  ASSERT_TRUE(bench.ports[0]->send(frame_of(200)));
+  ASSERT_TRUE(bench.ports[0]->send(frame_of(300)));
   bench.step(1);
   bench.line[EthernetBench::kFirst].say(kEoe, fragment(0, 2, 6, false, frame_of(32)));
   bench.step(3);

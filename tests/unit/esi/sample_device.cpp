@@ -214,6 +214,7 @@ DeviceDescription random_device(std::mt19937& random) {
     device.mailbox.coe_complete_access = coin(random);
     device.mailbox.coe_upload_at_startup = coin(random);
   }
+  if (device.mailbox.soe) device.mailbox.soe_channels = static_cast<std::uint8_t>(number(random, 0, 8));
   device.bootstrap_rx_offset = any<std::uint16_t>(random);
   device.bootstrap_rx_size = any<std::uint16_t>(random);
   device.bootstrap_tx_offset = any<std::uint16_t>(random);

@@ -3,6 +3,8 @@
 
 #include <gmock/gmock.h>
 
+#include <chrono>
+
 #include "support/temporary_directory.hpp"
 
 namespace driveline::runtime {
@@ -114,25 +116,46 @@ TEST_F(AxisPath, CornersOfALinearPathAreLeftToTheDrives) {
   const auto corner = "time[s],x[rad],z[m]\n0,0,0\n1,5,0\n2,0,0\n";
   config.axes[0].limits.max_acceleration = 10.0;
   EXPECT_THAT(complaint(corner), testing::HasSubstr("acceleration"));
-  config.path->interpolation = PathConfig::Interpolation::kLinear;
+  config.path->interpolation = trajectory::InterpolationMethod::kLinear;
   EXPECT_EQ(complaint(corner), "none");
   config.axes[0].limits.max_velocity = 4.0;
   EXPECT_THAT(complaint(corner), testing::HasSubstr("velocity"));
+}
+
+TEST_F(AxisPath, HeldPointsThatJumpAreRefused) {
+  config.path->interpolation = trajectory::InterpolationMethod::kHold;
+  config.axes[1].limits = {8.0, 1e9};
+  config.period = std::chrono::milliseconds{1};
+  EXPECT_EQ(complaint("time[s],x[rad],z[mm]\n0,0,0\n0.5,0,20\n1,0,20\n"),
+            ": axis 'z' would jump from point to point and need a velocity of 20000 mm/s at 0.5 s; its limit is 8000 "
+            "mm/s");
+  EXPECT_EQ(complaint("time[s],x[rad],z[mm]\n0,0,5\n0.5,0,5\n1,0,5\n"), "none");
+}
+
+TEST_F(AxisPath, VelocitiesGoWithTheirAxis) {
+  config.path->interpolation = trajectory::InterpolationMethod::kHermite;
+  config.axes[0].limits = config.axes[1].limits = {1e3, 1e9};
+  auto path = load("x[rad/s],time[s],z[mm],x[rad],x[rad/s^2]\n2,0,7,1,0\n2,1,7,1,5\n");
+  ASSERT_TRUE(path) << describe(path.error());
+  std::vector<trajectory::AxisSetpoint> setpoints(2);
+  path->evaluate(0.25, setpoints);
+  EXPECT_DOUBLE_EQ(setpoints[0].position, 1.0 + 0.1875);  // 2 t (1 - t) (1 - 2 t)
+  EXPECT_DOUBLE_EQ(setpoints[1].position, 7e-3);
 }
 
 TEST_F(AxisPath, InterpolationIsTheConfiguredOne) {
   // Half way between a point at rest and the next: a straight line is at the middle, a clamped spline is not.
   const auto csv = "time[s],x[rad],z[m]\n0,0,0\n1,1,0\n2,0,0\n";
   config.axes[0].limits.max_acceleration = 1e6;  // only the clamped one begins at standstill
-  auto position = [&](PathConfig::Interpolation kind) {
+  auto position = [&](trajectory::InterpolationMethod kind) {
     config.path->interpolation = kind;
     std::vector<trajectory::AxisSetpoint> setpoints(2);
     load(csv).value().evaluate(0.25, setpoints);
     return setpoints[0].position;
   };
-  const double linear = position(PathConfig::Interpolation::kLinear);
-  const double natural = position(PathConfig::Interpolation::kNaturalSpline);
-  const double clamped = position(PathConfig::Interpolation::kClampedSpline);
+  const double linear = position(trajectory::InterpolationMethod::kLinear);
+  const double natural = position(trajectory::InterpolationMethod::kNaturalSpline);
+  const double clamped = position(trajectory::InterpolationMethod::kClampedSpline);
   EXPECT_DOUBLE_EQ(linear, 0.25);
   EXPECT_NEAR(natural, 0.3671875, 1e-12);  // 1.5 t - 0.5 t^3
   EXPECT_NEAR(clamped, 0.15625, 1e-12);    // 3 t^2 - 2 t^3

@@ -75,6 +75,16 @@ TEST(Event, WhatTheMasterHasCausedSaysSo) {
             "the master was away for longer than the 8 cycles that [bus] max_lost_cycles allows; all axes stopped");
 }
 
+TEST(Event, WhatADriveBehindSoeSaysIsInWords) {
+  ecat_master::SoeRecord record{
+      .slave = 4, .drive = 1, .message = ecat_master::SoeNotification{{99}, wire::SoeCommandState::kFailed}};
+  EXPECT_EQ(sentence(events::SoeMessage{record, "y"}),
+            "slave 4 (y): drive 1: data state of S-0-0099 is 0x000F (failed)");
+  record.message = wire::Emergency{0x8130, 0x10, {}};
+  EXPECT_EQ(sentence(events::SoeMessage{record, "y"}),
+            "slave 4 (y): drive 1: emergency 0x8130, error register 0x10, 00 00 00 00 00");
+}
+
 TEST(Event, IsAskedForItsKindAndFacts) {
   const Event event{events::SlaveNotBack{2, "z", std::chrono::seconds{60}}, Severity::kFailure, milliseconds{1250}};
   EXPECT_TRUE(event.is<events::SlaveNotBack>());

@@ -98,7 +98,8 @@ INSTANTIATE_TEST_SUITE_P(
         WrongFile{
             "[[slave]]\nname = \"x\"\naddress = 5\n",
             ":3: [slave 1] address: unknown key, expected one of: alias, dc, device_id, esi, "
-            "factory_start_up_ms, firmware, forwarding_ns, hot_connect, input, ip, lrw, model, name, names, "
+            "factory_start_up_ms, file_password, firmware, forwarding_ns, hot_connect, input, ip, lrw, model, name, "
+            "names, "
             "parameter_file, pdo, plant, processing_ns, "
             "product_code, revision, sdo, serial, sii, sii_file, start_up_ms, switch, timeouts, vendor_id, watchdog"},
         WrongFile{"[[slave]]\nname = \"x\"\n[slave.plant]\nmass = 5\n",
@@ -210,7 +211,11 @@ INSTANTIATE_TEST_SUITE_P(
         WrongFile{one_axis("increments_per_revolution = 0.5\n"),
                   ":6: [axis 1] increments_per_revolution: is 0.5, 1 to 4294967295 is expected"},
         WrongFile{one_slave("[path]\nfile = \"a.csv\"\ninterpolation = \"cubic\"\n"),
-                  ":6: [path] interpolation: is \"cubic\", one of \"clamped\", \"natural\", \"linear\" is expected"},
+                  ":6: [path] interpolation: is \"cubic\", one of \"hold\", \"linear\", \"hermite\", \"natural\", "
+                  "\"clamped\", \"quintic\", \"cosine\", \"bspline\" is expected"},
+        WrongFile{one_slave("[path]\nfile = \"a.csv\"\ninterpolation = \"b-spline\"\n"),
+                  ":6: [path] interpolation: is \"b-spline\", one of \"hold\", \"linear\", \"hermite\", \"natural\", "
+                  "\"clamped\", \"quintic\", \"cosine\", \"bspline\" is expected; did you mean \"bspline\"?"},
         WrongFile{one_slave("[telemetry]\ndomain = 233\n"), ":5: [telemetry] domain: is 233, 0 to 232 is expected"},
         WrongFile{one_slave("[telemetry]\ndecimation = 0\n"),
                   ":5: [telemetry] decimation: is 0, 1 to 1000000 is expected"}));

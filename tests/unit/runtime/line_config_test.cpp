@@ -130,7 +130,7 @@ velocity_gain = 4000
   EXPECT_EQ(config.wake_ahead, std::chrono::nanoseconds{12500});
   ASSERT_TRUE(config.path);
   EXPECT_EQ(config.path->file, "plant/paths/a.csv") << "relative to the line description";
-  EXPECT_EQ(config.path->interpolation, PathConfig::Interpolation::kNaturalSpline);
+  EXPECT_EQ(config.path->interpolation, trajectory::InterpolationMethod::kNaturalSpline);
   EXPECT_TRUE(config.path->repeat);
   EXPECT_EQ(config.path->late, ecat_master::LatePolicy::kCatchUp);
   EXPECT_FALSE(config.telemetry.enabled);

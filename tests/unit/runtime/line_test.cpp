@@ -126,6 +126,28 @@ TEST_F(LineTest, TellsOfAFaultWithItsFactsAndTime) {
   for (const auto& event : report->events) EXPECT_NE(event.severity, Severity::kProgress) << describe(event);
 }
 
+TEST_F(LineTest, TellsWhatTheDrivesOfASlaveSay) {
+  const std::string slave =
+      "[[slave]]\nname = \"y\"\ndevice = \"SD1\"\nesi = \"" DRIVELINE_EXAMPLES_DIR "/soe_drive.xml\"\n";
+  auto line =
+      open("[recovery]\naxes = \"hold\"\n" + slave + "[[fault]]\nat_ms = 1000\nfor_ms = 400\nkind = \"drop\"\n");
+  ASSERT_TRUE(line) << describe(line.error());
+  Listener listener;
+  (*line)->observe(listener);
+  const auto report = (*line)->run({.duration_s = 3.0, .force = false});
+  ASSERT_TRUE(report) << describe(report.error());
+  std::vector<unsigned> drives;
+  for (const auto& event : report->events) {
+    const auto* said = event.as<events::SoeMessage>();
+    if (said == nullptr) continue;
+    drives.push_back(said->record.drive);
+    EXPECT_TRUE(event.time);
+    EXPECT_THAT(listener.told, Contains(describe(event)));
+  }
+  EXPECT_THAT(drives, testing::ElementsAre(0, 1));
+  EXPECT_THAT(listener.told, Contains("slave 0 (y): drive 1: emergency 0x7500, error register 0x10, 00 00 00 00 00"));
+}
+
 TEST_F(LineTest, FollowsAControllerOfItsUser) {
   auto line = open(std::string(kSlave) + kAxis + "mode = \"cst\"\nvelocity_gain = 0.1\n");
   ASSERT_TRUE(line) << describe(line.error());

@@ -6,12 +6,14 @@
 
 #include <array>
 #include <cstring>
+#include <string>
 
 #include "driveline/ecat_master/coe/coe_client.hpp"
 #include "driveline/ecat_master/mailbox/mail_exchange.hpp"
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/runtime/gateway/mailbox_gateway.hpp"
 #include "driveline/runtime/setup/session.hpp"
+#include "driveline/slaves/msd/device_layout.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -239,6 +241,32 @@ TEST_F(Gateway, OwnTransfersGoOnBesideIt) {
     EXPECT_EQ(*product, master_->slaves()[0].info.description.product_code);
     EXPECT_EQ(tool.receive()[13], 1);
   }
+}
+
+/// Reads a file as a tool does, up to the acknowledge of the last packet; returns its packets.
+int read_file(const Tool& tool, const std::string& name) {
+  constexpr int kFoe = 4;
+  Bytes request = {1, 0, 0, 0, 0, 0};
+  request.insert(request.end(), name.begin(), name.end());
+  tool.send(mail(kStation, kFoe, request));
+  for (int packet = 1;; ++packet) {
+    const auto answer = tool.receive();
+    if (answer.size() < 14 || answer[8] != 3) return -1;
+    tool.send(mail(kStation, kFoe, {4, 0, packet & 0xFF, packet >> 8, 0, 0}));
+    constexpr std::size_t kFull = 2 + slaves::msd::kMailboxSize;
+    if (answer.size() < kFull) return packet;
+  }
+}
+
+TEST_F(Gateway, WaitsForNoAnswerToWhatNobodyAnswers) {
+  open();
+  const Tool tool(SOCK_DGRAM, gateway_->port());
+  EXPECT_GT(read_file(tool, "parameters.txt"), 1);
+  tool.send(mail(kStation, kCoe, {0x00, 0x20, 0x80, 0x18, 0x10, 0x01, 0, 0, 0x04, 0x05}));  // an SDO abort
+  tool.send(mail(kStation, 4, {5, 0, 0, 0x80, 0, 0}));                                      // a FoE error
+  tool.send(mail(kStation, kCoe, kUploadVendor));
+  EXPECT_THAT(tool.receive(), SizeIs(18));
+  EXPECT_EQ(master_->mailboxes().statistics(0).timeouts, 0U);
 }
 
 TEST_F(Gateway, APortThatIsTakenIsAnError) {

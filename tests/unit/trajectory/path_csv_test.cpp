@@ -65,6 +65,31 @@ TEST(PathCsv, ToleratesCommentsBlanksCrlfAndByteOrderMark) {
   EXPECT_EQ(path.axes().front().name, "x");
 }
 
+TEST(PathCsv, SecondAndThirdColumnsOfAnAxisGiveItsDerivatives) {
+  const Path path = parse(
+      "y[mm/s^2],time[s],x[rad],y[mm],x[deg/s],y[m/s]\n"
+      "5,0,1,2000,180,4\n"
+      "6,1,2,3000,-90,8\n");
+  ASSERT_EQ(path.axes().size(), 2U);
+  EXPECT_EQ(path.axes()[0].name, "x");
+  EXPECT_TRUE(path.axes()[0].gives_velocity);
+  EXPECT_FALSE(path.axes()[0].gives_acceleration);
+  EXPECT_TRUE(path.axes()[1].gives_velocity && path.axes()[1].gives_acceleration);
+  EXPECT_EQ(path.axes()[1].unit->name, "mm") << "of its positions";
+  EXPECT_THAT(path.positions(1), ElementsAre(2.0, 3.0));
+  EXPECT_THAT(path.velocities(0), ElementsAre(kPi, 4.0));
+  EXPECT_THAT(path.velocities(1), ElementsAre(-kPi / 2.0, 8.0));
+  EXPECT_THAT(path.accelerations(0), ElementsAre(0.0, 5e-3));
+  EXPECT_THAT(path.accelerations(1), ElementsAre(0.0, 6e-3));
+}
+
+TEST(PathCsv, WithoutSuchColumnsThereAreNoDerivatives) {
+  const Path path = parse("time[s],x[rad]\n0,1\n1,2\n");
+  EXPECT_FALSE(path.axes()[0].gives_velocity);
+  EXPECT_TRUE(path.velocities(0).empty());
+  EXPECT_TRUE(path.accelerations(1).empty());
+}
+
 class CommaPoint : public std::numpunct<char> {
  protected:
   char do_decimal_point() const override { return ','; }
@@ -132,6 +157,35 @@ INSTANTIATE_TEST_SUITE_P(
             "and not be time"}));
 
 INSTANTIATE_TEST_SUITE_P(
+    Derivatives, PathCsvBadInput,
+    testing::Values(
+        BadInput{"time[s],x[rad],y[rad/s]\n", "p.csv:1:16: there are no positions for the velocities of axis 'y'"},
+        BadInput{"time[s],x[rad/s]\n", "p.csv:1:9: there are no positions for the velocities of axis 'x'"},
+        BadInput{"time[s],x[rad],x[rad/s^2]\n", "p.csv:1:9: axis 'x' gives accelerations and no velocities"},
+        BadInput{"time[s],x[rad],x[deg/s],x[rad/s]\n", "p.csv:1:25: the velocities of axis 'x' appear twice"},
+        BadInput{"time[s],x[rad],x[mm/s]\n",
+                 "p.csv:1:16: the velocities of axis 'x' must fit its positions in rad, not be in mm/s"},
+        BadInput{"time[s],x[mm],x[mm/s],x[rev/s^2]\n",
+                 "p.csv:1:23: the accelerations of axis 'x' must fit its positions in mm, not be in rev/s^2"},
+        BadInput{"time[s],x[rad],x[rad/min]\n",
+                 "p.csv:1:16: unknown unit 'rad/min' of column 'x'; expected s, ms, us, rad, deg, rev, m, mm or um, "
+                 "with /s for velocities and /s^2 for accelerations"},
+        BadInput{"time[s],x[rad],x[rad/s^2/s]\n",
+                 "p.csv:1:16: unknown unit 'rad/s^2/s' of column 'x'; expected s, ms, us, rad, deg, rev, m, mm or um, "
+                 "with /s for velocities and /s^2 for accelerations"},
+        BadInput{"time[s],x[rad],x[s/s]\n",
+                 "p.csv:1:16: unknown unit 's/s' of column 'x'; expected s, ms, us, rad, deg, rev, m, mm or um, "
+                 "with /s for velocities and /s^2 for accelerations"},
+        BadInput{"time[rad/s],x[rad]\n", "p.csv:1:1: the time column must be in s, ms or us, not in rad/s"},
+        BadInput{"time[s],x[rad],x[rad/s]\n0,1\n", "p.csv:2: expected 3 fields as in the header, found 2"},
+        BadInput{"time[s],x[rad],x[rad/s]\n0,1,fast\n", "p.csv:2:5: 'fast' is not a number"},
+        BadInput{"time[s],x[rad],x[rad/s]\n0,1,nan\n", "p.csv:2:5: 'nan' is not a finite number"},
+        BadInput{"time[s],x[mm],x[m/s]\n0,1,0\n1,1,-2e12\n",
+                 "p.csv:3: velocity -2e+12 m/s of axis 'x' is not within +-1e+12 m/s"},
+        BadInput{"time[s],x[rad],x[rad/s],x[rev/s^2]\n0,1,0,1e15\n",
+                 "p.csv:2: acceleration 6283185307179586 rad/s^2 of axis 'x' is not within +-1e+15 rad/s^2"}));
+
+INSTANTIATE_TEST_SUITE_P(
     Rows, PathCsvBadInput,
     testing::Values(
         BadInput{"time[s],x[rad]\n0,1\n1\n", "p.csv:3: expected 2 fields as in the header, found 1"},
@@ -182,8 +236,9 @@ TEST(PathCsv, TooManyAxesNameTheColumn) {
 }
 
 TEST(PathCsv, DamagedTextIsRefusedOrStillAValidPath) {
-  const std::string valid = "# c\r\ntime[ms],x[rad],y[mm]\n0,1.5,-2e3\n1,0.25,7\n2.5,-1,8\n";
-  constexpr std::string_view kAlphabet("0123456789.-+eEnaif,[]#\r\n \tmsrd\xEF\x00", 33);
+  const std::string valid =
+      "# c\r\ntime[ms],x[rad],y[mm],x[rad/s],x[rad/s^2]\n0,1.5,-2e3,1,1\n1,0.25,7,2,2\n2.5,-1,8,3,3\n";
+  constexpr std::string_view kAlphabet("0123456789.-+eEnaif,[]#\r\n \tmsrd/^\xEF\x00", 35);
   test::Random random;
   std::size_t accepted = 0;
   for (int round = 0; round < 20000; ++round) {

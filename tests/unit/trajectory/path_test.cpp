@@ -89,6 +89,29 @@ TEST(PathBuilder, RefusesWhatIsNoAxis) {
   EXPECT_EQ(refusal(builder.add_axis({"late", AxisKind::kRotary})), "axes must be declared before the first point");
 }
 
+TEST(PathBuilder, TakesDerivativesOfTheAxesThatGiveThem) {
+  PathBuilder builder;
+  require(builder.add_axis({"x", AxisKind::kRotary, nullptr, true, true}));
+  require(builder.add_axis({"y", AxisKind::kLinear, nullptr, false, false}));
+  EXPECT_EQ(refusal(builder.add_axis({"z", AxisKind::kLinear, nullptr, false, true})),
+            "axis 'z' gives accelerations and no velocities");
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  const std::array two{1.0, kNan};  // y gives none: what is there is left out
+  const std::array positions{1.0, 2.0};
+  EXPECT_EQ(refusal(builder.add_point(0.0, positions)), "expected 2 velocities, found 0");
+  EXPECT_EQ(refusal(builder.add_point({0.0, positions, two, std::array{1.0}})), "expected 2 accelerations, found 1");
+  EXPECT_EQ(refusal(builder.add_point({0.0, positions, std::array{kNan, 0.0}, two})),
+            "velocity nan rad/s of axis 'x' is not within +-1e+12 rad/s");
+  EXPECT_EQ(refusal(builder.add_point({0.0, positions, two, std::array{2e15, 0.0}})),
+            "acceleration 2e+15 rad/s^2 of axis 'x' is not within +-1e+15 rad/s^2");
+  require(builder.add_point({0.0, positions, two, two}));
+  require(builder.add_point({1.0, positions, std::array{-1e12, 0.0}, std::array{-1e15, 0.0}}));
+  const Path path = builder.build().value();
+  EXPECT_EQ(path.velocities(0)[0], 1.0);
+  EXPECT_EQ(path.velocities(0)[1], 0.0);
+  EXPECT_EQ(path.accelerations(1)[0], -1e15);
+}
+
 TEST(PathBuilder, RefusesAPathWithoutMotion) {
   PathBuilder empty;
   EXPECT_EQ(refusal(empty.add_point(0.0, {})), "a path needs at least one axis");

@@ -43,6 +43,18 @@ TEST(SplineReference, ClampedSplineAgreesWithExactArithmetic) {
                    kClampedReference);
 }
 
+TEST(SplineReference, BSplineAgreesWithExactArithmetic) {
+  expect_reference(Interpolator::b_spline(reference_path()), kBSplineReference);
+}
+
+TEST(SplineReference, HermiteAgreesWithExactArithmetic) {
+  expect_reference(Interpolator::hermite(reference_path()), kHermiteReference);
+}
+
+TEST(SplineReference, QuinticAgreesWithExactArithmetic) {
+  expect_reference(Interpolator::quintic(reference_path()), kQuinticReference);
+}
+
 enum class Ends { kNatural, kClamped };
 
 /// Power coefficients (time since the segment's start, ascending) of the spline of one axis from one dense system of

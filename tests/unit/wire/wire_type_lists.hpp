@@ -9,9 +9,10 @@
 namespace driveline::wire::test {
 
 /// Every type with encode() and decode(). wire_type_list_test compares with the headers.
-using Structures = std::tuple<EthernetHeader, EtherCatHeader, DatagramHeader, SyncManagerChannel, FmmuEntity,
-                              MailboxHeader, MailboxErrorReply, CoeHeader, SdoHeader, Emergency, SdoInfoHeader,
-                              FoeHeader, EoeHeader, EoeIpParameters, EoeAddressFilter>;
+using Structures =
+    std::tuple<EthernetHeader, EtherCatHeader, DatagramHeader, SyncManagerChannel, FmmuEntity, MailboxHeader,
+               MailboxErrorReply, CoeHeader, SdoHeader, Emergency, SdoInfoHeader, FoeHeader, EoeHeader, EoeIpParameters,
+               EoeAddressFilter, SoeHeader, SoeListHeader, SoeAttribute>;
 
 /// Every type with raw() and from_raw().
 using RegisterTypes = std::tuple<AlControl, AlStatus, DlStatus, SyncManagerControl, SdoSegmentHeader>;

@@ -14,6 +14,7 @@
 #include "driveline/wire/fmmu.hpp"
 #include "driveline/wire/foe.hpp"
 #include "driveline/wire/mailbox.hpp"
+#include "driveline/wire/soe.hpp"
 #include "driveline/wire/sync_manager.hpp"
 
 /// Test data of each wire type: bytes that did not come from our encoder, their source and meaning, and random values.
@@ -277,6 +278,76 @@ struct Sample<FoeHeader> {
             {"an operation of tomorrow", "09 00 00 00 00 00", {static_cast<FoeOpCode>(9), 0}}};
   }
   static FoeHeader random(std::mt19937& random) { return {any<FoeOpCode>(random), any<std::uint32_t>(random)}; }
+};
+
+template <>
+struct Sample<SoeHeader> {
+  static constexpr std::string_view kName = "SoeHeader";
+  /// Read by Wireshark's dissector in tests/replay/wire (OwnFrames.SoeMailsMadeByHand).
+  static std::vector<Golden<SoeHeader>> golden() {
+    return {{"Wireshark: RRQ (S-0-0017, 'V')",
+             "01 40 11 00",
+             {SoeOpCode::kReadRequest, false, false, 0, SoeElement::kValue, 17}},
+            {"Wireshark: WRQ (P-0-0047, 'IV'), drive 2",
+             "43 50 2f 80",
+             {SoeOpCode::kWriteRequest, false, false, 2, SoeElement::kMin | SoeElement::kValue, 0x802F}},
+            {"Wireshark: FragmentsLeft 2",
+             "0a 40 02 00",
+             {SoeOpCode::kReadResponse, true, false, 0, SoeElement::kValue, 2}},
+            {"Wireshark: Error, drive 1",
+             "32 40 12 00",
+             {SoeOpCode::kReadResponse, false, true, 1, SoeElement::kValue, 18}},
+            {"Wireshark: all elements, drive 7, an operation of tomorrow",
+             "e7 ff ff ff",
+             {static_cast<SoeOpCode>(7), false, false, 7, SoeElementSet::of(0xFF), 0xFFFF}}};
+  }
+  static SoeHeader random(std::mt19937& random) {
+    return {static_cast<SoeOpCode>(random() & 7U),
+            coin(random),
+            coin(random),
+            static_cast<std::uint8_t>(random() & 7U),
+            SoeElementSet::of(any<std::uint8_t>(random)),
+            any<std::uint16_t>(random)};
+  }
+};
+
+template <>
+struct Sample<SoeListHeader> {
+  static constexpr std::string_view kName = "SoeListHeader";
+  static std::vector<Golden<SoeListHeader>> golden() {
+    return {{"IEC 61800-7-204, lists: eight bytes of at most 0x0102", "08 00 02 01", {8, 0x0102}}};
+  }
+  static SoeListHeader random(std::mt19937& random) { return {any<std::uint16_t>(random), any<std::uint16_t>(random)}; }
+};
+
+template <>
+struct Sample<SoeAttribute> {
+  static constexpr std::string_view kName = "SoeAttribute";
+  static std::vector<Golden<SoeAttribute>> golden() {
+    return {{"IEC 61800-7-204, element 3: an unsigned number of two bytes",
+             "01 00 11 00",
+             {1, 1, false, false, SoeDisplay::kUnsigned, 0, false, false, false}},
+            {"IEC 61800-7-204, element 3: a list of IDNs that is protected in every phase",
+             "01 00 55 70",
+             {1, 1, true, false, SoeDisplay::kIdn, 0, true, true, true}},
+            {"IEC 61800-7-204, element 3: a procedure command, protected in phase 4",
+             "01 00 09 40",
+             {1, 1, false, true, SoeDisplay::kBinary, 0, false, false, true}},
+            {"IEC 61800-7-204, element 3: signed, eight bytes, factor 1000, three decimals, protected in phase 3",
+             "e8 03 23 23",
+             {1000, 3, false, false, SoeDisplay::kSigned, 3, false, true, false}}};
+  }
+  static SoeAttribute random(std::mt19937& random) {
+    return {any<std::uint16_t>(random),
+            static_cast<std::uint8_t>(random() & 3U),
+            coin(random),
+            coin(random),
+            static_cast<SoeDisplay>(random() & 7U),
+            static_cast<std::uint8_t>(random() & 15U),
+            coin(random),
+            coin(random),
+            coin(random)};
+  }
 };
 
 template <>

@@ -19,12 +19,13 @@ using ErrorFacts = std::variant<
     facts::SiiBusy, facts::SiiError, facts::SiiContent, facts::SiiBlank, facts::SiiVerify, facts::SiiChecksum,
     facts::StateRefused, facts::StateTimeout, facts::NoMailbox, facts::NoBootMailbox, facts::MailboxTimeout,
     facts::MailboxError, facts::MailboxMalformed, facts::SdoAbort, facts::SdoSize, facts::FileRefused,
-    facts::FilePacket, facts::FileSize, facts::FileBusy, facts::NoEoe, facts::EoeRefused, facts::ProcessDataSize,
-    facts::TooFewFmmus, facts::NoClocks, facts::NoClock, facts::ReferenceWithoutClock, facts::BeforeReference,
-    facts::NoClockMode, facts::NotInPreOp, facts::ContradictingDelays, facts::NoReceiveTimes, facts::StartTimePast,
-    facts::SyncRegister, facts::SyncObject, facts::SyncCycleRange, facts::SyncCycleBase, facts::SyncCycleAndPeriod,
-    facts::SyncShift, facts::Sync1WithoutSync0, facts::Sync1Cycle, facts::Sync1Shift, facts::NoCommonCycle,
-    facts::FrameLead, facts::NotLocked, facts::NotSynchronised>;
+    facts::FilePacket, facts::FileSize, facts::FileBusy, facts::NoEoe, facts::EoeRefused, facts::SoeRefused,
+    facts::SoeOther, facts::SoeFragments, facts::SoeContent, facts::SoeCommandEnded, facts::SoeCommandTimeout,
+    facts::ProcessDataSize, facts::TooFewFmmus, facts::NoClocks, facts::NoClock, facts::ReferenceWithoutClock,
+    facts::BeforeReference, facts::NoClockMode, facts::NotInPreOp, facts::ContradictingDelays, facts::NoReceiveTimes,
+    facts::StartTimePast, facts::SyncRegister, facts::SyncObject, facts::SyncCycleRange, facts::SyncCycleBase,
+    facts::SyncCycleAndPeriod, facts::SyncShift, facts::Sync1WithoutSync0, facts::Sync1Cycle, facts::Sync1Shift,
+    facts::NoCommonCycle, facts::FrameLead, facts::NotLocked, facts::NotSynchronised>;
 
 /// An error with its facts; 40 bytes, trivially copyable, made without allocation. `describe()` makes the sentence.
 ///

@@ -11,9 +11,11 @@
 #include "driveline/ecat_master/configuration/configurator.hpp"
 #include "driveline/ecat_master/configuration/register_guard.hpp"
 #include "driveline/ecat_master/cyclic/cycle_runner.hpp"
+#include "driveline/ecat_master/cyclic/cyclic_exchange.hpp"
 #include "driveline/ecat_master/dc/clock_watch.hpp"
 #include "driveline/ecat_master/discovery/topology.hpp"
 #include "driveline/ecat_master/eoe/eoe_ports.hpp"
+#include "driveline/ecat_master/soe/soe_log.hpp"
 #include "driveline/ecat_master/state_machine.hpp"
 
 namespace driveline::ecat_master {
@@ -151,6 +153,8 @@ class Master {
   [[nodiscard]] MailboxEngine& mailboxes() noexcept { return engine_; }
   /// Emergencies that slaves have sent; any ordinary thread.
   [[nodiscard]] EmergencyLog& emergencies() noexcept { return emergencies_; }
+  /// Notifications and emergencies of SoE, of all slaves.
+  [[nodiscard]] SoeLog& soe_messages() noexcept { return soe_messages_; }
   /// Ports of the slaves that Ethernet frames go through, from open_eoe() on; any ordinary thread.
   [[nodiscard]] EoePorts& eoe() noexcept { return eoe_; }
   /// The slave knows EoE, by its ESI or EEPROM.
@@ -180,11 +184,19 @@ class Master {
       const std::scoped_lock lock(mutex_);
       return target_->exchange(requests);
     }
+    [[nodiscard]] bool relays() const noexcept override {
+      const std::scoped_lock lock(mutex_);
+      return target_->relays();
+    }
+    [[nodiscard]] Result<void> relay(const Relay& relay) override {
+      const std::scoped_lock lock(mutex_);
+      return target_->relay(relay);
+    }
     void pause(std::chrono::nanoseconds duration) override { target_->pause(duration); }
     [[nodiscard]] std::chrono::nanoseconds now() const noexcept override { return target_->now(); }
 
    private:
-    std::mutex mutex_;
+    mutable std::mutex mutex_;
     DatagramExchange* target_;
   };
 
@@ -230,6 +242,7 @@ class Master {
   SwitchedExchange exchange_;
   Bus bus_;
   EmergencyLog emergencies_;
+  SoeLog soe_messages_;
   EoePorts eoe_{engine_};
   MailboxEngine engine_;
   CycleMailboxStatus mailbox_status_{*this};

@@ -116,6 +116,7 @@ struct MailboxSupport {
   bool coe_upload_at_startup = false;  ///< the master reads the PDOs at start
   bool eoe_ip = false;                 ///< the master can set the IP parameters
   bool eoe_mac = false;                ///< the master can set the MAC address
+  std::uint8_t soe_channels = 0;       ///< drives behind SoE, at most 8; 0: not told, one
   /// There is a mailbox. \rtsafe
   [[nodiscard]] bool any() const noexcept { return aoe || eoe || coe || foe || soe || voe; }
   bool operator==(const MailboxSupport&) const = default;

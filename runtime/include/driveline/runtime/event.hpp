@@ -19,13 +19,13 @@ using EventFacts =
                  events::TakenOver, events::LineDiffers, events::ClocksBeingSet, events::Configured,
                  events::NoProcessData, events::RealtimeSetUp, events::ClocksLocked, events::StateReached,
                  events::NoPath, events::Progress, events::StopRequested, events::SlaveNotConnected,
-                 events::LineChanged, events::SlaveNotBack, events::Emergency, events::CommunicationLost,
-                 events::CommunicationBack, events::CommunicationNotBack, events::BusFailed, events::ClocksChanged,
-                 events::GroupZeroed, events::GroupReleased, events::MasterAway, events::MasterAwayOften,
-                 events::AxisPresenceChanged, events::AxesStopped, events::AxesNotOff, events::NotInInit,
-                 events::AxisNeverEnabled, events::AxisOffItsSetpoint, events::ForbiddenCalls, events::ForeignTraffic,
-                 events::FaultRecorded, events::RecordingEnded, events::CaptureIncomplete, events::FileNotWritten,
-                 events::EoeUp, events::EoeAddressRefused, events::GatewayUp>;
+                 events::LineChanged, events::SlaveNotBack, events::Emergency, events::SoeMessage,
+                 events::CommunicationLost, events::CommunicationBack, events::CommunicationNotBack, events::BusFailed,
+                 events::ClocksChanged, events::GroupZeroed, events::GroupReleased, events::MasterAway,
+                 events::MasterAwayOften, events::AxisPresenceChanged, events::AxesStopped, events::AxesNotOff,
+                 events::NotInInit, events::AxisNeverEnabled, events::AxisOffItsSetpoint, events::ForbiddenCalls,
+                 events::ForeignTraffic, events::FaultRecorded, events::RecordingEnded, events::CaptureIncomplete,
+                 events::FileNotWritten, events::EoeUp, events::EoeAddressRefused, events::GatewayUp>;
 
 /// How grave an event is.
 enum class Severity : std::uint8_t {

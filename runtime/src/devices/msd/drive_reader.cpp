@@ -270,6 +270,8 @@ MsdParameters read_drive_parameters(TomlReader& slave, slaves::msd::Variant vari
   };
   read_time("start_up_ms", parameters.start_up_time);
   read_time("factory_start_up_ms", parameters.factory_start_up_time);
+  parameters.file_password = static_cast<std::uint32_t>(
+      slave.integer_or("file_password", parameters.file_password, 0, std::numeric_limits<std::uint32_t>::max()));
   return parameters;
 }
 

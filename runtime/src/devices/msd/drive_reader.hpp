@@ -27,7 +27,7 @@ struct PlantKey {
 [[nodiscard]] std::span<const PlantKey> plant_keys();
 
 /// Reads what only a simulated drive has: firmware, [slave.plant] and its tables, [[slave.switch]], [[slave.input]],
-/// parameter_file, start_up_ms, factory_start_up_ms. Throws ConfigError.
+/// parameter_file, start_up_ms, factory_start_up_ms, file_password. Throws ConfigError.
 /// @param directory of the line description
 [[nodiscard]] slaves::msd::MsdParameters read_drive_parameters(TomlReader& slave, slaves::msd::Variant variant,
                                                                const std::filesystem::path& directory);

@@ -11,7 +11,8 @@
 namespace driveline::runtime {
 
 std::vector<std::string_view> MsdFamily::own_keys() const {
-  return {"firmware", "plant", "switch", "input", "parameter_file", "start_up_ms", "factory_start_up_ms"};
+  return {"firmware",     "plant", "switch", "input", "parameter_file", "start_up_ms", "factory_start_up_ms",
+          "file_password"};
 }
 
 std::shared_ptr<const SlaveDevice> MsdFamily::read(const DeviceTable& table) const {

@@ -30,6 +30,7 @@ struct LimitViolation {
   double time_s = 0.0;                      ///< on the path's time axis
   double value = 0.0;                       ///< with its sign
   double limit = 0.0;                       ///< magnitude
+  bool jumps = false;                       ///< the path holds its points and jumps from one to the next
 
   /// One sentence that names axis, quantity, value, time and limit, in the unit of the axis.
   [[nodiscard]] std::string message() const;
@@ -38,10 +39,10 @@ struct LimitViolation {
 /// Evaluates the whole path at the cycle's period, as the cycle will, and compares with the limits (one per axis). An
 /// axis counts as accelerating both by what the interpolator reports and by the change of velocity between two
 /// samples, beginning and ending at standstill; so corners of a linear path and a spline that starts in motion are
-/// found. Exceeding a limit by up to 1e-9 of it is rounding.
-/// For start-up: it allocates and takes some nanoseconds per sample and axis. Leaves the interpolator's cursor at the
-/// end. Throws std::invalid_argument unless there is one pair of positive limits per axis and the period is finite and
-/// at least 1 us.
+/// found. Where points are held, the velocity is the change of position between two samples. Exceeding a limit by up to
+/// 1e-9 of it is rounding. For start-up: it allocates and takes some nanoseconds per sample and axis. Leaves the
+/// interpolator's cursor at the end. Throws std::invalid_argument unless there is one pair of positive limits per axis
+/// and the period is finite and at least 1 us.
 [[nodiscard]] tl::expected<void, LimitViolation> check_limits(Interpolator& interpolator,
                                                               std::span<const AxisLimits> limits, double period_s);
 

@@ -68,7 +68,8 @@ class PathClock {
 };
 
 /// The highest rate, from 1 to 1.25, at which every axis stays within `limits`, also on the ramp to that rate and back
-/// (a quarter as steep as `ramp_s`). It is 1, no catching up, for a path of straight lines. For start-up.
+/// (a quarter as steep as `ramp_s`). It is 1, no catching up, for a path of straight lines or of points that are held.
+/// For start-up.
 [[nodiscard]] double path_catch_up_rate(Interpolator path, std::span<const AxisLimits> limits, double ramp_s);
 
 /// The shortest time, in s, in which a path can be brought from full speed to rest with every axis within `limits` (one

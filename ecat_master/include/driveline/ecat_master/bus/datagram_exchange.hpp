@@ -22,6 +22,16 @@ struct Request {
   /// Not sent again when its frame was lost, because a second time would do something else; it may stay unanswered, and
   /// then nobody knows whether the slave has had it.
   bool once = false;
+  bool withheld = false;  ///< of Relay::next: it was not sent, because something in front of it failed
+};
+
+/// Requests of which some are handed over before others are back, so that no cycle passes unused in between.
+struct Relay {
+  std::span<Request> begun;     ///< `next` of the call before
+  std::span<Request> requests;  ///< as of DatagramExchange::exchange()
+  /// Sent as soon as `begun` and `requests` are back, if all of it was answered at the first try and every write has
+  /// been taken (working counter not zero). The answers are those of the next relay(); until then the data must stay.
+  std::span<Request> next;
 };
 
 /// EtherCAT frames of another master on the wire, and the most harmful datagram among them.
@@ -70,6 +80,14 @@ class DatagramExchange {
   /// Errors: NoAnswer when a frame stays unanswered after all retries, LinkDown, ProcessDataSize when one
   /// request does not fit into a frame. A working counter of zero is no error here.
   [[nodiscard]] virtual Result<void> exchange(std::span<Request> requests) = 0;
+  /// relay() makes use of Relay::next.
+  [[nodiscard]] virtual bool relays() const noexcept { return false; }
+  /// exchange() for Relay::begun, of which each request is sent once, and Relay::requests. What was begun with another
+  /// exchange stays unanswered. Without relays() there must be no Relay::next.
+  [[nodiscard]] virtual Result<void> relay(const Relay& relay) {
+    for (auto& request : relay.begun) request.answered = request.withheld = false;
+    return exchange(relay.requests);
+  }
 
   /// Lets time pass between two polls (on the clock of the line, so that virtual time moves on).
   virtual void pause(std::chrono::nanoseconds duration) = 0;

@@ -1,17 +1,12 @@
 #pragma once
 
 #include <array>
-#include <chrono>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <span>
-#include <vector>
 
-#include "driveline/ecat_master/bus/datagram_exchange.hpp"
 #include "driveline/ecat_master/bus/frame_tag.hpp"
 #include "driveline/port/port.hpp"
-#include "driveline/rt/clock.hpp"
 #include "driveline/rt/spsc_ring.hpp"
 
 namespace driveline::ecat_master {
@@ -20,6 +15,9 @@ namespace driveline::ecat_master {
 struct AcyclicJob {
   std::uint64_t id = 0;                                 ///< chosen by the sender, to recognise the answer
   bool answered = false;                                ///< on the way back: false, when the frame was lost
+  bool withheld = false;                                ///< on the way back: true, when it was not sent
+  std::uint64_t round = 0;                              ///< that it is part of; 0: none
+  std::uint64_t behind = 0;                             ///< round that must have gone well before; 0: none
   std::uint16_t size = 0;                               ///< of `bytes`, Ethernet header included
   std::array<std::byte, port::kMaxFrameBytes> bytes{};  ///< the frame, its answer on the way back
 };
@@ -27,6 +25,10 @@ struct AcyclicJob {
 /// Carries frames of other threads through the cycle: they go in by one wait-free ring and come back by another,
 /// several on the wire at a time. They share a budget of bytes per cycle; a longer frame waits until enough cycles have
 /// accumulated its bytes, so the average never exceeds the budget.
+///
+/// Frames may be handed in before it is known whether they may be sent: one that stands behind a round waits until all
+/// frames of that round are back, and comes back unsent when one of them was lost or a slave has not taken its write.
+/// So the thread that makes the frames has a whole cycle for it, and none passes unused.
 class AcyclicChannel {
  public:
   /// Cycles without an answer until a frame counts as lost.
@@ -42,6 +44,8 @@ class AcyclicChannel {
   /// Sends the next frames as far as the budget allows it, numbered from the one behind `last` on; returns the number
   /// of the last one. Call once per cycle.
   [[nodiscard]] FrameTag send_due(port::Port& port, FrameTag last) noexcept;
+  /// What is to be sent next waits for frames that are on their way.
+  [[nodiscard]] bool awaits_round() noexcept;
   /// Takes a received frame when it is one of those on their way.
   [[nodiscard]] bool accept(std::span<const std::byte> frame, FrameTag tag) noexcept;
   /// A frame is on its way and has not been given up.
@@ -67,7 +71,18 @@ class AcyclicChannel {
     AcyclicJob job;
   };
 
+  /// The last round of which a frame was sent, or was to be sent.
+  struct Round {
+    std::uint64_t number = 0;
+    std::size_t flying = 0;
+    bool good = true;
+  };
+
   [[nodiscard]] Flight* next_waiting() noexcept;
+  [[nodiscard]] bool must_wait(const AcyclicJob& job) const noexcept;
+  [[nodiscard]] bool may_not_go(const AcyclicJob& job) const noexcept;
+  void withhold(Flight& flight) noexcept;
+  void take_off(Flight& flight, FrameTag tag, port::Port& port) noexcept;
   void end(Flight& flight, bool answered) noexcept;
 
   rt::SpscRing<AcyclicJob> requests_;
@@ -77,46 +92,9 @@ class AcyclicChannel {
   std::size_t credit_ = 0;
   std::array<Flight, kMostFrames> flights_;
   Flight* waiting_ = nullptr;  ///< the one that is sent next
+  bool saving_ = false;        ///< it waits for bytes
+  Round round_;
   std::size_t flying_ = 0;
-};
-
-/// DatagramExchange through an AcyclicChannel: acyclic work while the cycle runs.
-class CyclicExchange final : public DatagramExchange {
- public:
-  /// Lets time pass while waiting for the cycle: sleeps beside a real-time thread, runs cycles on virtual time.
-  using Pass = std::function<void(std::chrono::nanoseconds)>;
-
-  /// Channel and clock must outlive this, which belongs to the one thread on the channel's other side. Not \rtsafe.
-  CyclicExchange(AcyclicChannel& channel, rt::Clock& clock, Pass pass);
-
-  /// Errors beside those of DatagramExchange: ExchangeFull when frames given up before still fill the channel.
-  [[nodiscard]] Result<void> exchange(std::span<Request> requests) override;
-  void pause(std::chrono::nanoseconds duration) override { pass_(duration); }
-  [[nodiscard]] std::chrono::nanoseconds now() const noexcept override { return clock_.now(); }
-
- private:
-  /// Requests first to first + count travel in one frame.
-  struct Part {
-    std::size_t first = 0;
-    std::size_t count = 0;
-    std::uint64_t id = 0;  ///< of the job that carries them now; 0: none does
-    int tries = 0;
-    std::chrono::nanoseconds deadline{0};
-    bool done = false;
-  };
-
-  [[nodiscard]] Result<void> cut(std::span<const Request> requests);
-  [[nodiscard]] Result<void> submit_open(std::span<const Request> requests);
-  [[nodiscard]] AcyclicJob make_job(std::span<const Request> requests, std::uint64_t id);
-  [[nodiscard]] bool take_answers(std::span<Request> requests);
-  void give_up_late(std::span<const Request> requests);
-  void reopen(std::size_t part, std::span<const Request> requests);
-
-  AcyclicChannel& channel_;
-  rt::Clock& clock_;
-  Pass pass_;
-  std::uint64_t next_id_ = 1;
-  std::vector<Part> parts_;
 };
 
 }  // namespace driveline::ecat_master

@@ -85,8 +85,8 @@ class CyclicCore {
   static constexpr std::size_t kAbsenceRing = 256;
 
   /// `motion` may be null: process data are exchanged as the image holds them.
-  CyclicCore(port::Port& port, rt::Clock& clock, ProcessImage image, MotionControl* motion,
-             SampleRings rings, Settings settings);
+  CyclicCore(port::Port& port, rt::Clock& clock, ProcessImage image, MotionControl* motion, SampleRings rings,
+             Settings settings);
 
   /// One cycle. \rtsafe
   void cycle(const rt::CycleStart& start) noexcept;
@@ -187,6 +187,7 @@ class CyclicCore {
   void take_counting() noexcept;
   void note_absence(const rt::CycleStart& start) noexcept;
   void send() noexcept;
+  void take_what_is_back() noexcept;
   void receive(std::chrono::nanoseconds deadline) noexcept;
   void dispatch(const port::ReceivedFrame& frame) noexcept;
   void note_foreign(std::span<const std::byte> frame) noexcept;

@@ -18,6 +18,7 @@ class SetpointSupply {
 
   /// Whether the drive has taken the outputs of this cycle, as far as its working counter tells.
   void set_reached(bool reached) noexcept { reached_ = reached; }
+  /// set_reached() of this cycle.
   [[nodiscard]] bool reached() const noexcept { return reached_; }
 
   /// Once per cycle, behind set_reached(): the setpoint that was sent.
@@ -39,6 +40,7 @@ class SetpointSupply {
 
  private:
   trajectory::Coast coast_{};
+  double max_velocity_ = 0.0;
   double max_acceleration_ = 0.0;
   double period_s_ = 1.0;
   double sent_ = 0.0;

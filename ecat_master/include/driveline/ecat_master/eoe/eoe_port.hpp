@@ -79,6 +79,8 @@ class EoePort final : public MailboxStream {
   void opened(std::size_t room) override;
   void closed() override;
   [[nodiscard]] std::size_t next(std::span<std::byte> out) override;
+  [[nodiscard]] std::size_t expected() const override { return assembler_.missing(); }
+  void taken() override;
   void given_up() override;
 
  private:
@@ -99,7 +101,7 @@ class EoePort final : public MailboxStream {
   };
 
   void drop_all() noexcept;
-  void note_taken() noexcept;
+  void forget() noexcept;
 
   std::uint16_t position_;
   EoeReceiver& receiver_;
@@ -108,7 +110,9 @@ class EoePort final : public MailboxStream {
   std::atomic<bool> wanted_{true};
   rt::SpscRing<EoeFrame> queue_{kQueue};
   EoeFrame sending_;
-  bool in_hand_ = false;  ///< fragments of sending_ are left, or the slave has not taken the last one
+  /// Of the mails that the slave has not taken, oldest first: bytes of the frame that ends with it; 0: none does.
+  std::array<std::uint16_t, kMostOpen> open_mails_{};
+  std::size_t open_count_ = 0;
   wire::EoeFragmenter fragmenter_;
   wire::EoeAssembler assembler_;
   Counters counters_;

@@ -9,7 +9,9 @@
 #include "driveline/wire/al_status_code.hpp"
 #include "driveline/wire/eoe.hpp"
 #include "driveline/wire/foe.hpp"
+#include "driveline/wire/mailbox.hpp"
 #include "driveline/wire/sdo_abort.hpp"
+#include "driveline/wire/soe.hpp"
 
 namespace driveline::ecat_master {
 
@@ -156,8 +158,10 @@ struct StateTimeout {
 
 // Mailboxes and CoE.
 
-/// The slave has no mailbox, or none for CoE.
-struct NoMailbox {};
+/// The slave has no mailbox, or none that knows the protocol.
+struct NoMailbox {
+  std::optional<wire::MailboxType> protocol{};  ///< that was to be spoken; none: any
+};
 /// The slave has no mailbox for BOOT.
 struct NoBootMailbox {};
 /// No mailbox reply in time.
@@ -214,6 +218,46 @@ struct NoEoe {};
 struct EoeRefused {
   wire::EoeType service{};   ///< the request
   wire::EoeResult result{};  ///< why, by the slave
+};
+
+// Operation data (SoE).
+
+/// An operation datum of a drive that a slave has.
+struct SoeDatum {
+  std::uint8_t drive = 0;  ///< of the slave, 0 to 7
+  wire::Idn idn{};         ///< its number
+  constexpr bool operator==(const SoeDatum&) const = default;
+};
+/// The slave refused an access to an operation datum.
+struct SoeRefused {
+  SoeDatum datum{};       ///< that was to be read or written
+  wire::SoeError code{};  ///< why, by the slave
+};
+/// An answer is about another operation datum than the one asked for.
+struct SoeOther {
+  SoeDatum asked{};     ///< as it should be
+  SoeDatum answered{};  ///< as it came
+};
+/// A fragment announces another number of fragments to come than the one before.
+struct SoeFragments {
+  SoeDatum datum{};            ///< that is being read
+  std::uint16_t expected = 0;  ///< still to come
+  std::uint16_t received = 0;  ///< as announced
+};
+/// What came of an operation datum is not what its attribute says.
+struct SoeContent {
+  SoeDatum datum{};         ///< that was read
+  std::uint32_t bytes = 0;  ///< that came
+};
+/// A procedure command has not come to a good end.
+struct SoeCommandEnded {
+  SoeDatum datum{};               ///< the command
+  wire::SoeCommandState state{};  ///< as it ended
+};
+/// A procedure command is not over in time.
+struct SoeCommandTimeout {
+  SoeDatum datum{};                     ///< the command
+  std::chrono::nanoseconds timeout{0};  ///< time that it had
 };
 
 // Process data.

@@ -72,7 +72,12 @@ class MailboxChannel {
 
   /// Appends what this slave needs now to `batch`; dialogues that cannot even begin go to `finished`.
   void prepare(std::chrono::nanoseconds now, std::vector<Request>& batch, Finished& finished);
-  /// Takes the answers to what prepare() has appended. True: something has moved on, no need to pause.
+  /// Appends to `batch` what follows when all goes well, before the answers to the last turn are taken: mails of the
+  /// stream, or the answer to what a dialogue has asked. `alone`: no other slave needs the bytes on the wire, so mails
+  /// are read without looking for them.
+  void prepare_ahead(std::chrono::nanoseconds now, bool alone, std::vector<Request>& batch);
+  /// Takes the answers to what prepare(), or prepare_ahead() in the turn before, has appended. True: something has
+  /// moved on, no need to pause.
   bool evaluate(std::chrono::nanoseconds now, std::span<const Request> answers, const Deliver& deliver,
                 Finished& finished);
   /// Ends all dialogues with `error`.
@@ -91,6 +96,15 @@ class MailboxChannel {
   /// Whose mail the slave has not taken yet.
   enum class Sender : std::uint8_t { kNobody, kDialogue, kStream };
 
+  /// What has been appended to a batch.
+  struct Turn {
+    bool wrote = false;    ///< a mail
+    bool fetched = false;  ///< something about the mailbox from the slave
+    bool reads = false;    ///< and that is the read of a mail
+    /// By prepare_ahead().
+    std::optional<MailboxReader::Ahead> ahead;
+  };
+
   [[nodiscard]] std::chrono::nanoseconds request_timeout() const noexcept;
   /// Of the dialogue in progress.
   [[nodiscard]] std::chrono::nanoseconds reply_timeout() const noexcept;
@@ -100,6 +114,12 @@ class MailboxChannel {
   void start_next(std::chrono::nanoseconds now, Finished& finished);
   [[nodiscard]] bool load_outgoing(std::chrono::nanoseconds now);
   void load_mail(std::chrono::nanoseconds now);
+  void read_ahead(std::size_t expected, std::vector<Request>& batch);
+  [[nodiscard]] std::size_t expected(bool alone) const;
+  [[nodiscard]] bool append_mail_behind(std::vector<Request>& batch);
+  [[nodiscard]] bool append_first_mail(std::chrono::nanoseconds now, std::vector<Request>& batch);
+  void send_stream(std::chrono::nanoseconds now) noexcept;
+  void stop_stream() noexcept;
   void withdraw() noexcept;
   bool take_written(std::chrono::nanoseconds now, const Request& answer, Finished& finished);
   bool take_found(std::chrono::nanoseconds now, MailboxReader::Found found, const Deliver& deliver, Finished& finished);
@@ -143,9 +163,8 @@ class MailboxChannel {
   std::chrono::nanoseconds echo_until_{0};
   std::uint8_t last_received_ = 0;
 
-  // What prepare() has appended.
-  bool wrote_ = false;
-  bool fetched_ = false;
+  Turn turn_;   ///< whose answers are taken next
+  Turn ahead_;  ///< behind it
 };
 
 }  // namespace driveline::ecat_master

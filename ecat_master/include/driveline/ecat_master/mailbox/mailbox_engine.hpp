@@ -96,8 +96,34 @@ class MailboxEngine {
     std::shared_ptr<MailboxDialogue> dialogue;
   };
 
+  /// Datagrams of several channels, and whose they are.
+  struct Batch {
+    /// Requests first to first + count are those of one channel.
+    struct Part {
+      MailboxChannel* channel = nullptr;
+      std::size_t first = 0;
+      std::size_t count = 0;
+    };
+    std::vector<Request> requests;
+    std::vector<Part> parts;
+
+    void clear() noexcept {
+      requests.clear();
+      parts.clear();
+    }
+    [[nodiscard]] bool has(const MailboxChannel& channel) const noexcept;
+    /// What stands behind it is not sent.
+    [[nodiscard]] bool failed() const noexcept;
+    /// What was appended to `requests` behind `first` is the channel's.
+    void note(MailboxChannel& channel, std::size_t first);
+  };
+
   /// With step_mutex_ held.
   bool step_locked(MailboxChannel::Finished& finished);
+  void prepare(std::chrono::nanoseconds now, MailboxChannel::Finished& finished);
+  bool evaluate(const Batch& batch, MailboxChannel::Finished& finished);
+  void lose_begun(MailboxChannel::Finished& finished);
+  void use_stream(std::uint16_t position, std::shared_ptr<MailboxStream> stream);
   void take_submissions(MailboxChannel::Finished& finished);
   void take_requests();
   /// False: nobody knows the protocol.
@@ -108,12 +134,15 @@ class MailboxEngine {
   Bus& bus_;
   Settings settings_;
 
-  std::mutex step_mutex_;  ///< channels_, streams_, status_, handlers_, batch_: one thread steps at a time
+  std::mutex step_mutex_;  ///< channels_, streams_, status_, handlers_, batches: one thread steps at a time
   std::map<std::uint16_t, MailboxChannel> channels_;
   std::map<std::uint16_t, std::shared_ptr<MailboxStream>> streams_;
   const MailboxStatusSource* status_ = nullptr;
   std::map<wire::MailboxType, MailboxProtocolHandler*> handlers_;
-  std::vector<Request> batch_;
+  Batch begun_;  ///< on its way since the step before
+  Batch batch_;
+  Batch next_;  ///< becomes begun_
+  bool begun_is_held_ = false;
 
   std::mutex inbox_mutex_;
   std::vector<Submission> inbox_;

@@ -52,8 +52,22 @@ class MailboxReader {
   [[nodiscard]] bool append(std::chrono::nanoseconds now, bool awaited, std::vector<Request>& batch);
   /// Takes the answer to what append() has appended.
   [[nodiscard]] Found take(std::chrono::nanoseconds now, const Request& answer);
+  /// What append_ahead() has appended.
+  enum class Ahead : std::uint8_t { kNothing, kLook, kRead };
+  /// Appends what is likely to be done next, before the answer to the last append() is taken: a read when so many
+  /// mails are `expected` that one is left behind the one that is being read (`reading`), or when one is known to be
+  /// there; else a look.
+  [[nodiscard]] Ahead append_ahead(bool reading, std::size_t expected, std::vector<Request>& batch);
+  /// Takes the answer to what append_ahead() has appended, behind those to everything before it.
+  [[nodiscard]] Found take_ahead(std::chrono::nanoseconds now, Ahead what, const Request& answer);
+  /// The process data tell whether there is a mail.
+  [[nodiscard]] bool has_sample() const noexcept { return sample_.has_value(); }
+  /// The next append() reads a mail.
+  [[nodiscard]] bool reads() const noexcept { return fetch_ == Fetch::kRead || fetch_ == Fetch::kGuess; }
+  /// A mail was lost on the way and is being asked for again.
+  [[nodiscard]] bool repeats() const noexcept { return !reads() && fetch_ != Fetch::kPoll; }
   /// After kMail: the mailbox, header and all.
-  [[nodiscard]] std::span<const std::byte> mail() const noexcept { return wire_; }
+  [[nodiscard]] std::span<const std::byte> mail() const noexcept { return mail_; }
   /// Mails asked for again.
   [[nodiscard]] std::uint64_t repeated() const noexcept { return repeated_; }
   /// The register that tells whether the mailbox is full.
@@ -63,6 +77,8 @@ class MailboxReader {
   enum class Fetch : std::uint8_t { kPoll, kRead, kGuess, kRepeatLook, kRepeatToggle, kRepeatWait };
 
   [[nodiscard]] bool wants_poll(std::chrono::nanoseconds now, bool awaited) noexcept;
+  void append(wire::Command command, std::uint16_t address, std::span<std::byte> data, std::vector<Request>& batch);
+  void append_read(std::vector<Request>& batch);
   void begin(Fetch fetch, std::chrono::nanoseconds now) noexcept;
   [[nodiscard]] Found take_status(std::chrono::nanoseconds now, bool touched);
   [[nodiscard]] Found take_read(std::chrono::nanoseconds now, const Request& answer);
@@ -73,8 +89,11 @@ class MailboxReader {
   std::chrono::nanoseconds patience_;
   std::chrono::nanoseconds idle_poll_;
   Fetch fetch_ = Fetch::kPoll;
-  std::vector<std::byte> wire_;
-  std::array<std::byte, 3> registers_{};  ///< status, activate, PDI control of sync manager 1
+  std::array<std::vector<std::byte>, 2> wire_;  ///< of reads by turns: two may be on their way
+  std::size_t side_ = 0;
+  std::span<const std::byte> mail_;
+  std::array<std::byte, 3> registers_{};             ///< status, activate, PDI control of sync manager 1
+  std::array<std::array<std::byte, 1>, 2> looks_{};  ///< status, by turns
   bool repeat_bit_ = false;
   std::chrono::nanoseconds deadline_{0};
   std::chrono::nanoseconds repeat_deadline_{0};

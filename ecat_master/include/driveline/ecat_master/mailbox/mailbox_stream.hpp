@@ -24,10 +24,16 @@ class MailboxStream {
   virtual void opened(std::size_t room) = 0;
   /// The mailboxes have been closed; nothing is pulled until they are opened again.
   virtual void closed() = 0;
-  /// Writes the next service into `out` and returns its length; 0: there is none now. The mail is carried until the
-  /// slave has taken it, or given_up().
+  /// Writes the next service into `out` and returns its length; 0: there is none now. The mail is carried until it is
+  /// taken() or given_up(); at most kMostOpen are on their way.
   [[nodiscard]] virtual std::size_t next(std::span<std::byte> out) = 0;
-  /// The slave has not taken the last mail in time; nobody will send it again.
+  /// Mails that next() may be asked for before the slave has taken the first of them.
+  static constexpr std::size_t kMostOpen = 2;
+  /// Mails of the slave that certainly come, behind those that the handler has had.
+  [[nodiscard]] virtual std::size_t expected() const = 0;
+  /// The slave has taken the oldest of the mails that are on their way.
+  virtual void taken() = 0;
+  /// The slave has not taken a mail in time; nobody will send it again, nor those behind it.
   virtual void given_up() = 0;
 };
 

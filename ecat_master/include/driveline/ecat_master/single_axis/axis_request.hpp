@@ -9,22 +9,22 @@ namespace driveline::ecat_master {
 /// What is asked of a single axis, named after the function blocks of PLCopen motion control part 1. All but
 /// kRead... ones: reading needs no request.
 enum class AxisCommand : std::uint8_t {
-  kPower,            ///< MC_Power: `on`, Operation enabled, or off; a moving axis comes to rest first
-  kReset,            ///< MC_Reset: leaves ErrorStop, resetting the fault of the drive
-  kHome,             ///< MC_Home: homing by the drive, by the method set in it (6098h)
-  kStop,             ///< MC_Stop: to rest; other motion is refused until kReleaseStop
-  kReleaseStop,      ///< the stop request is withdrawn (MC_Stop with Execute false)
-  kHalt,             ///< MC_Halt: to rest; may be replaced by other motion
-  kMoveAbsolute,     ///< MC_MoveAbsolute: to the position `target`
-  kMoveRelative,     ///< MC_MoveRelative: by `target`, from the setpoint at its begin
-  kMoveAdditive,     ///< MC_MoveAdditive: by `target`, from the target of the motion before
-  kMoveSuperimposed, ///< MC_MoveSuperimposed: by `target`, on top of the motion under way
-  kMoveVelocity,     ///< MC_MoveVelocity: at the velocity `target`, for ever
-  kFollow,           ///< the setpoints of a SetpointFeed; `target` is not used
-  kTorque,           ///< MC_TorqueControl: with the torque `target`, no faster than `velocity`
-  kSetPosition,      ///< MC_SetPosition: the present setpoint is called `target` from now on
-  kSetOverride,      ///< MC_SetOverride: velocities times `target`, 0 to 2
-  kSetMode,          ///< cyclic mode, `mode`, without a step
+  kPower,             ///< MC_Power: `on`, Operation enabled, or off; a moving axis comes to rest first
+  kReset,             ///< MC_Reset: leaves ErrorStop, resetting the fault of the drive
+  kHome,              ///< MC_Home: homing by the drive, by the method set in it (6098h)
+  kStop,              ///< MC_Stop: to rest; other motion is refused until kReleaseStop
+  kReleaseStop,       ///< the stop request is withdrawn (MC_Stop with Execute false)
+  kHalt,              ///< MC_Halt: to rest; may be replaced by other motion
+  kMoveAbsolute,      ///< MC_MoveAbsolute: to the position `target`
+  kMoveRelative,      ///< MC_MoveRelative: by `target`, from the setpoint at its begin
+  kMoveAdditive,      ///< MC_MoveAdditive: by `target`, from the target of the motion before
+  kMoveSuperimposed,  ///< MC_MoveSuperimposed: by `target`, on top of the motion under way
+  kMoveVelocity,      ///< MC_MoveVelocity: at the velocity `target`, for ever
+  kFollow,            ///< the setpoints of a SetpointFeed; `target` is not used
+  kTorque,            ///< MC_TorqueControl: with the torque `target`, no faster than `velocity`
+  kSetPosition,       ///< MC_SetPosition: the present setpoint is called `target` from now on
+  kSetOverride,       ///< MC_SetOverride: velocities times `target`, 0 to 2
+  kSetMode,           ///< cyclic mode, `mode`, without a step
 };
 
 /// How a motion follows the one before it (PLCopen part 1, 2.4.2 "Aborting versus buffered modes").
@@ -39,11 +39,11 @@ enum class BufferMode : std::uint8_t {
 
 /// A request to an axis, in SI units: rad or m, Nm or N. Copied as bytes through rings.
 struct AxisRequest {
-  AxisCommand command = AxisCommand::kHalt;    ///< what is asked
-  BufferMode buffer = BufferMode::kAborting;   ///< of motions
-  bool on = true;                              ///< kPower
-  std::int8_t mode = 8;                        ///< kSetMode: 6060h of a cyclic mode, 8 to 10
-  double target = 0.0;                         ///< position, distance, velocity, torque or factor
+  AxisCommand command = AxisCommand::kHalt;   ///< what is asked
+  BufferMode buffer = BufferMode::kAborting;  ///< of motions
+  bool on = true;                             ///< kPower
+  std::int8_t mode = 8;                       ///< kSetMode: 6060h of a cyclic mode, 8 to 10
+  double target = 0.0;                        ///< position, distance, velocity, torque or factor
   double velocity = 0.0;      ///< magnitude, rad/s or m/s; 0: the limit of the axis. Others than 0 must not be above it
   double acceleration = 0.0;  ///< rad/s^2 or m/s^2; 0: the limit. kTorque: torque per second, 0: at once
   double deceleration = 0.0;  ///< likewise; 0: as `acceleration`
@@ -53,37 +53,37 @@ static_assert(std::is_trivially_copyable_v<AxisRequest>);
 
 /// How far a request is. Done, Busy, Active, CommandAborted and Error of a function block follow from it.
 enum class RequestPhase : std::uint8_t {
-  kUnknown,   ///< there was none of this number, or too many since
-  kWaiting,   ///< not taken yet, or buffered behind another motion: Busy
-  kActive,    ///< Busy and Active
-  kReached,   ///< in velocity or in torque, and still in control: Busy, Active and InVelocity
-  kDone,      ///< Done
-  kAborted,   ///< CommandAborted: another request, or a failure of the axis, has ended it
-  kError,     ///< Error, with a reason; nothing was moved by it, or what it moved has stopped
+  kUnknown,  ///< there was none of this number, or too many since
+  kWaiting,  ///< not taken yet, or buffered behind another motion: Busy
+  kActive,   ///< Busy and Active
+  kReached,  ///< in velocity or in torque, and still in control: Busy, Active and InVelocity
+  kDone,     ///< Done
+  kAborted,  ///< CommandAborted: another request, or a failure of the axis, has ended it
+  kError,    ///< Error, with a reason; nothing was moved by it, or what it moved has stopped
 };
 
 /// Why a request was refused, or why an axis is in ErrorStop.
 enum class AxisError : std::uint8_t {
   kNone,
-  kNotEnabled,       ///< the axis is Disabled
-  kErrorStop,        ///< it must be reset first
-  kStopping,         ///< the stop request has not been withdrawn
-  kNotFinite,        ///< a number is NaN or infinite, or a magnitude is negative
-  kOverLimit,        ///< above a limit of the axis
-  kOutsideRange,     ///< the target, or the way to it, leaves the software limits
-  kBufferFull,       ///< too many motions wait
-  kNothingToDo,      ///< superimposed on nothing, released without a stop
-  kMode,             ///< the process data lack what the mode needs, or the command cannot be done in the present mode
-  kModeTimeout,      ///< the drive has not changed its mode in time
-  kEnableTimeout,    ///< the drive was not enabled in time
-  kResetTimeout,     ///< the fault of the drive stayed
-  kFault,            ///< the drive reports a fault
-  kLost,             ///< the slave is not there, has left OP, or the drive has left Operation enabled by itself
-  kMasterAway,       ///< the master missed too many periods
-  kPosition,         ///< the actual position cannot be true (PositionWatch)
-  kHoming,           ///< the drive could not home
-  kTooFast,          ///< faster than its limit under a torque
-  kFollowing,        ///< the setpoints of the source that it follows cannot be
+  kNotEnabled,     ///< the axis is Disabled
+  kErrorStop,      ///< it must be reset first
+  kStopping,       ///< the stop request has not been withdrawn
+  kNotFinite,      ///< a number is NaN or infinite, or a magnitude is negative
+  kOverLimit,      ///< above a limit of the axis
+  kOutsideRange,   ///< the target, or the way to it, leaves the software limits
+  kBufferFull,     ///< too many motions wait
+  kNothingToDo,    ///< superimposed on nothing, released without a stop
+  kMode,           ///< the process data lack what the mode needs, or the command cannot be done in the present mode
+  kModeTimeout,    ///< the drive has not changed its mode in time
+  kEnableTimeout,  ///< the drive was not enabled in time
+  kResetTimeout,   ///< the fault of the drive stayed
+  kFault,          ///< the drive reports a fault
+  kLost,           ///< the slave is not there, has left OP, or the drive has left Operation enabled by itself
+  kMasterAway,     ///< the master missed too many periods
+  kPosition,       ///< the actual position cannot be true (PositionWatch)
+  kHoming,         ///< the drive could not home
+  kTooFast,        ///< faster than its limit under a torque
+  kFollowing,      ///< the setpoints of the source that it follows cannot be
 };
 
 /// States of an axis (PLCopen part 1, figure "FB state diagram").

@@ -8,6 +8,13 @@
 
 namespace driveline::ecat_master {
 
+/// A request on its way to the cycle.
+struct NumberedRequest {
+  std::uint64_t id = 0;    ///< RequestTable::add()
+  std::uint32_t axis = 0;  ///< number of the axis
+  AxisRequest request{};   ///< what is asked
+};
+
 /// How far a request is, and why it failed.
 struct RequestReport {
   RequestPhase phase = RequestPhase::kUnknown;

@@ -23,8 +23,9 @@ class SetpointFeed {
   virtual void join(std::size_t axis, const trajectory::AxisSetpoint& from) noexcept = 0;
   /// An axis does not follow any more: another motion has taken it, or it has failed.
   virtual void leave(std::size_t axis) noexcept = 0;
-  /// Once per cycle while an axis follows: `period_s` later than the last time. Sets the setpoints of all its axes.
-  /// False: there are no more; the axes come to rest, and their requests are done.
+  /// Positions are those of requests: with AxisCommand::kSetPosition. Once per cycle while an axis follows: `period_s`
+  /// later than the last time. Sets the setpoints of all its axes. False: there are no more; the axes come to rest, and
+  /// their requests are done.
   [[nodiscard]] virtual bool next(double period_s, std::span<trajectory::AxisSetpoint> setpoints) noexcept = 0;
 
  protected:

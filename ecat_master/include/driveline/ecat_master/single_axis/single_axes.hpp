@@ -8,9 +8,9 @@
 
 #include "driveline/ecat_master/cyclic/motion_control.hpp"
 #include "driveline/ecat_master/single_axis/axis_request.hpp"
-#include "driveline/ecat_master/single_axis/single_axis.hpp"
 #include "driveline/ecat_master/single_axis/request_table.hpp"
 #include "driveline/ecat_master/single_axis/setpoint_feed.hpp"
+#include "driveline/ecat_master/single_axis/single_axis.hpp"
 #include "driveline/rt/spsc_ring.hpp"
 
 namespace driveline::ecat_master {
@@ -40,6 +40,9 @@ class SingleAxes final : public MotionControl {
   /// @throws std::invalid_argument if a limit of an axis is not positive and finite, or its process data lack what its
   /// mode needs.
   SingleAxes(std::vector<Axis> axes, Settings settings);
+  ~SingleAxes() override;
+  SingleAxes(const SingleAxes&) = delete;
+  SingleAxes& operator=(const SingleAxes&) = delete;
 
   /// Axes that may follow `feed`, by their numbers, in its order: what AxisCommand::kFollow means for them. Before the
   /// cycle starts; it must outlive this object.
@@ -71,27 +74,28 @@ class SingleAxes final : public MotionControl {
   [[nodiscard]] std::span<const trajectory::AxisSetpoint> setpoints() const noexcept override { return setpoints_; }
 
  private:
-  struct Submitted {
-    std::uint64_t id = 0;
-    std::uint32_t axis = 0;
-    AxisRequest request{};
-  };
   /// AxisReport for other threads.
   struct Shared;
   struct Feed {
     SetpointFeed* feed = nullptr;
     std::vector<std::size_t> axes{};
     std::vector<trajectory::AxisSetpoint> setpoints{};
+    std::vector<char> joined{};
   };
 
+  void advance() noexcept;
+  void advance(Feed& feed) noexcept;
   void publish(std::size_t axis) noexcept;
 
   std::vector<Axis> axes_;
   std::vector<SingleAxis> single_;
+  double period_s_;
+  std::chrono::nanoseconds took_{};
   std::vector<trajectory::AxisSetpoint> setpoints_;
+  std::vector<char> led_;  ///< by a feed, in this cycle
   RequestTable table_;
   std::mutex door_;  ///< of submitting threads; the cycle never takes it
-  rt::SpscRing<Submitted> requests_;
+  rt::SpscRing<NumberedRequest> requests_;
   std::unique_ptr<Shared[]> shared_;
   std::vector<Feed> feeds_;
 };

@@ -106,6 +106,10 @@ class EoeAssembler {
   }
   /// The sender has been away: what is in progress is forgotten. \rtsafe
   constexpr void reset() noexcept { in_progress_ = false; }
+  /// Fragments that the frame in progress lacks, if they are as long as those before; 0: none is in progress. \rtsafe
+  [[nodiscard]] constexpr std::size_t missing() const noexcept {
+    return in_progress_ ? ((size_ - length_) * next_ + length_ - 1) / length_ : 0;
+  }
   /// Since the beginning. \rtsafe
   [[nodiscard]] constexpr const EoeAssembly& seen() const noexcept { return seen_; }
 

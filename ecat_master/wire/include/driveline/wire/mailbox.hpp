@@ -10,6 +10,27 @@ namespace driveline::wire {
 /// Mailbox protocols (ETG.1000.4 Table 29, type field). Other values may arrive and are kept.
 enum class MailboxType : std::uint8_t { kError = 0, kAoe = 1, kEoe = 2, kCoe = 3, kFoe = 4, kSoe = 5, kVoe = 15 };
 
+/// Name of a protocol; "?" when the standard has none.
+[[nodiscard]] constexpr std::string_view to_text(MailboxType type) noexcept {
+  switch (type) {
+    case MailboxType::kError:
+      return "error";
+    case MailboxType::kAoe:
+      return "AoE";
+    case MailboxType::kEoe:
+      return "EoE";
+    case MailboxType::kCoe:
+      return "CoE";
+    case MailboxType::kFoe:
+      return "FoE";
+    case MailboxType::kSoe:
+      return "SoE";
+    case MailboxType::kVoe:
+      return "VoE";
+  }
+  return "?";
+}
+
 /// Mailbox header, 6 bytes in front of every mailbox (ETG.1000.4 5.6).
 struct MailboxHeader {
   static constexpr std::size_t kSize = 6;  ///< on the wire, bytes

@@ -24,6 +24,7 @@
 #include "driveline/slaves/line/fault.hpp"
 #include "driveline/slaves/line/frame_path.hpp"
 #include "driveline/slaves/line/wiring.hpp"
+#include "driveline/trajectory/interpolation_method.hpp"
 
 namespace driveline::runtime {
 
@@ -73,10 +74,9 @@ struct SlaveConfig {
 
 /// [path] of a line description: where the setpoints come from.
 struct PathConfig {
-  /// Between the points of the file.
-  enum class Interpolation : std::uint8_t { kLinear, kNaturalSpline, kClampedSpline };
-  std::filesystem::path file;                                     ///< CSV with a time column and one per axis
-  Interpolation interpolation = Interpolation::kClampedSpline;    ///< how the points are joined
+  std::filesystem::path file;  ///< CSV with a time column and one per axis
+  /// How the points are joined.
+  trajectory::InterpolationMethod interpolation = trajectory::InterpolationMethod::kClampedSpline;
   bool repeat = false;                                            ///< start over at the end
   ecat_master::LatePolicy late = ecat_master::LatePolicy::kStay;  ///< whether a path that is late catches up
   bool relative = false;              ///< positions are relative to where the axes stand when they are enabled

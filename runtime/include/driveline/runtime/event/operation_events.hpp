@@ -13,6 +13,7 @@
 #include "driveline/ecat_master/dc/clock_watch.hpp"
 #include "driveline/ecat_master/error.hpp"
 #include "driveline/ecat_master/recovery/line_supervisor.hpp"
+#include "driveline/ecat_master/soe/soe_log.hpp"
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/trajectory/position_unit.hpp"
 
@@ -59,6 +60,11 @@ struct SlaveNotBack {
 struct Emergency {
   ecat_master::EmergencyRecord record;  ///< from which slave, when by the clock of the line, and what
   std::string name;                     ///< of the slave
+};
+/// A drive behind SoE has sent a notification or an emergency.
+struct SoeMessage {
+  ecat_master::SoeRecord record;  ///< from which slave and drive, when by the clock of the line, and what
+  std::string name;               ///< of the slave
 };
 /// No process data come back from the line.
 struct CommunicationLost {

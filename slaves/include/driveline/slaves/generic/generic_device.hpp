@@ -6,8 +6,10 @@
 
 #include "driveline/slaves/device.hpp"
 #include "driveline/slaves/generic/device_model.hpp"
+#include "driveline/slaves/generic/soe_drives.hpp"
 #include "driveline/slaves/mailbox/coe_server.hpp"
 #include "driveline/slaves/mailbox/eoe_server.hpp"
+#include "driveline/slaves/mailbox/soe_server.hpp"
 #include "driveline/slaves/signal.hpp"
 
 namespace driveline::slaves::generic {
@@ -33,7 +35,7 @@ struct GenericOptions {
 };
 
 /// A device simulated from its description (an ESI file or an EEPROM image): identity, sync managers, process data,
-/// object dictionary, CoE and EoE. Its application is minimal: inputs repeat outputs or follow a script.
+/// object dictionary, CoE, EoE and SoE. Its application is minimal: inputs repeat outputs or follow a script.
 ///
 /// Looped back, each input entry repeats an output entry: going through both in the order of the process data, the next
 /// one of the same length. Outputs become 0 when OP is left. A device without mailbox and with a PDI that has no
@@ -113,7 +115,10 @@ class GenericDevice final : public Device, public DeviceSignals, private Diction
   ObjectDictionary dictionary_;
   CoeServer coe_;
   std::uint32_t serial_number_;
-  std::unique_ptr<EoeServer> eoe_;  ///< null: the device has none
+  std::unique_ptr<EoeServer> eoe_;         ///< null: the device has none
+  std::unique_ptr<SoeDrives> soe_drives_;  ///< null: the device has no SoE
+  std::unique_ptr<SoeServer> soe_;         ///< of soe_drives_
+  bool mapped_by_idn_;                     ///< process data are those of soe_drives_
   MailboxServer mailbox_;
   std::vector<PdoMap> maps_;  ///< by sync manager
   bool looped_;

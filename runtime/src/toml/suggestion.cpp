@@ -1,9 +1,9 @@
-#include "text/suggestion.hpp"
+#include "driveline/runtime/toml/suggestion.hpp"
 
 #include <algorithm>
 #include <vector>
 
-namespace driveline::cli {
+namespace driveline::runtime {
 namespace {
 
 /// Letters to insert, to leave out, to replace, or to swap with their neighbour (optimal string alignment).
@@ -25,12 +25,12 @@ std::size_t edits_between(std::string_view a, std::string_view b) {
   return last[b.size()];
 }
 
-std::string begins_with(std::string_view word, std::span<const std::string> known) {
+std::string begins_with(std::string_view word, std::span<const std::string_view> known) {
   constexpr std::size_t kShortest = 2;
   if (word.size() < kShortest) return {};
   std::string only;
   for (const auto& name : known) {
-    if (!std::string_view(name).starts_with(word)) continue;
+    if (!name.starts_with(word)) continue;
     if (!only.empty()) return {};
     only = name;
   }
@@ -39,7 +39,7 @@ std::string begins_with(std::string_view word, std::span<const std::string> know
 
 }  // namespace
 
-std::string closest(std::string_view word, std::span<const std::string> known) {
+std::string closest(std::string_view word, std::span<const std::string_view> known) {
   // Bounds the time of the comparison, which is quadratic.
   constexpr std::size_t kLongest = 40;
   if (word.size() > kLongest) return {};
@@ -55,4 +55,4 @@ std::string closest(std::string_view word, std::span<const std::string> known) {
   return best.empty() ? begins_with(word, known) : best;
 }
 
-}  // namespace driveline::cli
+}  // namespace driveline::runtime

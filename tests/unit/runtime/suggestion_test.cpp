@@ -1,13 +1,16 @@
-#include "text/suggestion.hpp"
+#include "driveline/runtime/toml/suggestion.hpp"
 
 #include <gtest/gtest.h>
 
+#include <string>
+#include <string_view>
 #include <vector>
 
-namespace driveline::cli {
+namespace driveline::runtime {
 namespace {
 
-const std::vector<std::string> kWords{"run", "scan", "simulate", "slaves", "states", "sdos", "--config", "--control"};
+const std::vector<std::string_view> kWords{"run",    "scan", "simulate", "slaves",
+                                           "states", "sdos", "--config", "--control"};
 
 TEST(Suggestion, IsTheWordThatWasMeant) {
   EXPECT_EQ(closest("rnu", kWords), "run") << "swapped";
@@ -28,4 +31,4 @@ TEST(Suggestion, IsNothingWhereNothingIsNear) {
 }
 
 }  // namespace
-}  // namespace driveline::cli
+}  // namespace driveline::runtime

@@ -1,0 +1,177 @@
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "driveline/ecat_master/axis/axis.hpp"
+#include "driveline/ecat_master/cyclic/master_absence.hpp"
+#include "driveline/ecat_master/cyclic/position_watch.hpp"
+#include "driveline/ecat_master/cyclic/setpoint_supply.hpp"
+#include "driveline/ecat_master/single_axis/axis_request.hpp"
+#include "driveline/ecat_master/single_axis/request_table.hpp"
+#include "driveline/ecat_master/single_axis/setpoint_generator.hpp"
+#include "driveline/trajectory/rejoin.hpp"
+
+namespace driveline::ecat_master {
+
+/// One axis that is commanded by itself: the states of PLCopen part 1, its requests, and the setpoints that follow from
+/// them. Belongs to the cycle; everything but the constructor is \rtsafe.
+///
+/// In each cycle: read_inputs(), begin_cycle(), take() for each request, advance(), write_outputs().
+class SingleAxis {
+ public:
+  /// Settings of all axes.
+  struct Settings {
+    std::chrono::nanoseconds period = std::chrono::microseconds{125};  ///< of the cycle
+    /// Cycles in a row without valid process data of the axis before it is stopped, and periods that the master itself
+    /// may miss.
+    std::uint32_t bad_cycle_limit = 8;
+    std::chrono::nanoseconds enable_timeout = std::chrono::seconds{2};   ///< until Operation enabled
+    std::chrono::nanoseconds quick_stop_time = std::chrono::seconds{2};  ///< for the drive's own quick stop
+    std::chrono::nanoseconds reset_timeout = std::chrono::seconds{2};    ///< until the fault is gone
+  };
+
+  /// Motions that may wait behind the one under way.
+  static constexpr std::size_t kWaiting = 8;
+
+  /// `axis` and `table` must outlive it.
+  SingleAxis(Axis& axis, RequestTable& table, const Settings& settings);
+
+  /// See MotionControl::read_inputs(); of this axis.
+  void read_inputs(std::span<const std::byte> image, bool valid, bool operational, bool fresh) noexcept;
+  /// What has become of the setpoint of the last cycle, and of the drive. `took`: the exchange.
+  void begin_cycle(std::int64_t cycle, std::chrono::nanoseconds took) noexcept;
+  /// A request of this cycle.
+  void take(std::uint64_t id, const AxisRequest& request) noexcept;
+  /// The axis has a feed that it may follow. Before the cycle starts.
+  void set_fed() noexcept { fed_ = true; }
+  /// set_fed() was called.
+  [[nodiscard]] bool fed() const noexcept { return fed_; }
+  /// Whether it follows its feed.
+  [[nodiscard]] bool follows() const noexcept { return active_ && active_->request.command == AxisCommand::kFollow; }
+  /// The setpoint of this cycle. `fed`: that of the feed, null: it has ended, or is not followed.
+  void advance(const trajectory::AxisSetpoint* fed) noexcept;
+  /// Control word, mode and targets of this cycle.
+  void write_outputs(std::span<std::byte> image) noexcept;
+  /// See MotionControl::resume().
+  AbsenceEffect resume(std::int64_t cycle, std::int64_t missed) noexcept;
+
+  /// Of the last cycle.
+  [[nodiscard]] PlcopenState state() const noexcept { return state_; }
+  /// Why it is in ErrorStop.
+  [[nodiscard]] AxisError error() const noexcept { return error_; }
+  /// 603Fh at that time.
+  [[nodiscard]] std::uint16_t error_code() const noexcept { return error_code_; }
+  /// The last setpoint, as the drive counts.
+  [[nodiscard]] const trajectory::AxisSetpoint& setpoint() const noexcept { return setpoint_; }
+  /// What requests call a position is that of the drive plus this (AxisCommand::kSetPosition).
+  [[nodiscard]] double position_offset() const noexcept { return offset_; }
+  /// AxisCommand::kSetOverride.
+  [[nodiscard]] double override_factor() const noexcept { return override_; }
+  /// The drive as an axis.
+  [[nodiscard]] const Axis& axis() const noexcept { return *axis_; }
+
+ private:
+  enum class Power : std::uint8_t {
+    kOff,
+    kEnabling,
+    kOn,
+    kResting,    ///< comes to rest, then is switched off
+    kQuickStop,  ///< by the drive
+    kDisabling,
+  };
+  /// A motion that was taken.
+  struct Move {
+    std::uint64_t id = 0;
+    AxisRequest request{};
+    double target = 0.0;  ///< of a motion to a position, as the drive counts; set when it begins
+  };
+
+  // Requests.
+  [[nodiscard]] AxisError refusal(const AxisRequest& request) const noexcept;
+  [[nodiscard]] AxisError refusal_by_state(AxisCommand command) const noexcept;
+  [[nodiscard]] AxisError refusal_by_numbers(const AxisRequest& request) const noexcept;
+  void take_power(std::uint64_t id, bool on) noexcept;
+  void take_reset(std::uint64_t id) noexcept;
+  void take_override(std::uint64_t id, double factor) noexcept;
+  void take_motion(std::uint64_t id, const AxisRequest& request) noexcept;
+  void take_superimposed(std::uint64_t id, const AxisRequest& request) noexcept;
+  void finish(std::uint64_t& id, RequestPhase phase, AxisError error = AxisError::kNone) noexcept;
+  void finish_move(RequestPhase phase, AxisError error = AxisError::kNone) noexcept;
+  void drop_waiting(AxisError error) noexcept;
+
+  // Motions.
+  void begin_move(const Move& move) noexcept;
+  void go_from_here() noexcept;
+  void replan() noexcept;
+  [[nodiscard]] bool plan_position(const Move& move) noexcept;
+  [[nodiscard]] bool plan_rest() noexcept;
+  [[nodiscard]] double passing_velocity(const Move& move, const Move& next) const noexcept;
+  [[nodiscard]] bool passes(const Move& move, const Move& next, double velocity) const noexcept;
+  [[nodiscard]] double end_velocity(const Move& move) const noexcept;
+  [[nodiscard]] double velocity_of(const AxisRequest& request) const noexcept;
+  [[nodiscard]] double jerk_of(const AxisRequest& request) const noexcept;
+  [[nodiscard]] double target_of(const AxisRequest& request, double position, double last_target) const noexcept;
+  [[nodiscard]] trajectory::ProfileLimits limits_of(const AxisRequest& request, double way) const noexcept;
+  [[nodiscard]] trajectory::ProfileLimits full_limits() const noexcept;
+  void advance_motion(const trajectory::AxisSetpoint* fed) noexcept;
+  void bridge() noexcept;
+  void step_to(const trajectory::AxisSetpoint& setpoint) noexcept;
+  void follow(const trajectory::AxisSetpoint* fed) noexcept;
+  void arrive() noexcept;
+  void rest() noexcept;
+
+  // States and power.
+  void watch() noexcept;
+  void watch_enabling() noexcept;
+  void watch_power() noexcept;
+  void judge_position(std::chrono::nanoseconds took) noexcept;
+  void advance_reset() noexcept;
+  void advance_powerless() noexcept;
+  void fail(AxisError error) noexcept;
+  void stop_for_position() noexcept;
+  void enter(Power power) noexcept;
+  [[nodiscard]] bool powered() const noexcept { return power_ == Power::kOn || power_ == Power::kResting; }
+  [[nodiscard]] bool off() const noexcept;
+  [[nodiscard]] bool exceeded(std::chrono::nanoseconds limit) const noexcept;
+  [[nodiscard]] cia402::Goal goal() const noexcept;
+
+  Axis* axis_;
+  RequestTable* table_;
+  Settings settings_;
+  double period_s_;
+  PositionWatch watch_;
+  SetpointSupply supply_;
+  SetpointGenerator generator_{};
+  trajectory::Rejoin rejoin_{};                   ///< to the setpoints of a feed
+  std::optional<trajectory::Rejoin> way_back_{};  ///< once setpoints reach the drive again
+  trajectory::AxisSetpoint setpoint_{};
+  double step_velocity_ = 0.0;  ///< of the step to it
+  PlcopenState state_ = PlcopenState::kDisabled;
+  AxisError error_ = AxisError::kNone;
+  std::uint16_t error_code_ = 0;
+  Power power_ = Power::kOff;
+  std::int64_t cycle_ = 0;
+  std::int64_t power_since_ = 0;  ///< cycle
+  std::int64_t reset_since_ = 0;  ///< cycle
+  std::uint32_t bad_cycles_ = 0;
+  std::uint32_t cycles_at_rest_ = 0;  ///< in Power::kResting
+  bool exchanged_ = false;            ///< the position is of this cycle
+  bool beside_ = false;               ///< after a gap, until it is back where the generator is
+  bool fed_ = false;                  ///< set_fed()
+  double offset_ = 0.0;
+  double override_ = 1.0;
+  double last_target_ = 0.0;
+  // 0: there is none.
+  std::uint64_t power_request_ = 0;
+  std::uint64_t reset_request_ = 0;
+  std::uint64_t superimposed_request_ = 0;
+  std::optional<Move> active_{};
+  std::array<Move, kWaiting> waiting_{};
+  std::size_t waiting_count_ = 0;
+};
+
+}  // namespace driveline::ecat_master

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "driveline/ecat_master/error.hpp"
+#include "driveline/ecat_master/mailbox/dialogue.hpp"
+#include "driveline/ecat_master/soe/soe_parameter.hpp"
+#include "driveline/wire/soe.hpp"
+
+namespace driveline::ecat_master {
+
+/// Elements of an operation datum to or from a drive of a slave (SoE, ETG.1000.6 5.9). An answer that is too long for
+/// the mailbox comes in fragments, each with the number of those that follow; the number must go down by one from each
+/// to the next, and drive and IDN of the answer must be those asked for.
+class SoeTransfer final : public MailboxDialogue {
+ public:
+  /// Most bytes that are taken of an answer: all elements with the longest lists.
+  static constexpr std::size_t kLargest = std::size_t{6} << 16;
+
+  /// Reads elements.
+  SoeTransfer(facts::SoeDatum at, wire::SoeElementSet elements);
+  /// Writes one element that fits into the mailbox; longer ones are for SoeClient, which sends all but the end of it
+  /// ahead.
+  SoeTransfer(facts::SoeDatum at, wire::SoeElement element, std::vector<std::byte> data, std::uint8_t priority = 0);
+
+  /// After done(): the elements that were read (none after writing). Errors: SoeRefused, SoeOther, SoeFragments,
+  /// Mailbox*, ProcessDataSize, those of the bus.
+  [[nodiscard]] const Result<SoeReading>& result() const noexcept { return result_; }
+
+  /// Takes the services ahead of the last one out of what is to be written to the slave at `position`, for mails with
+  /// `room` bytes; none: it fits into one.
+  [[nodiscard]] std::vector<std::vector<std::byte>> split(std::uint16_t position, std::size_t room);
+  /// What was sent ahead has failed: nothing more is sent, and this is the result.
+  void abandon(const Error& error);
+  /// Something has failed already.
+  [[nodiscard]] bool failed() const noexcept { return !result_; }
+
+  void begin(std::uint16_t position, MailboxRoom room) override;
+  [[nodiscard]] std::span<const std::byte> outgoing() const noexcept override { return outgoing_; }
+  [[nodiscard]] Reaction receive(std::span<const std::byte> service) override;
+  void fail(const Error& error) override;
+
+ private:
+  [[nodiscard]] wire::SoeHeader header() const noexcept;
+  [[nodiscard]] Reaction receive_part(const wire::SoeHeader& header, std::span<const std::byte> data);
+  [[nodiscard]] Reaction receive_last(const wire::SoeHeader& header, std::span<const std::byte> data);
+  [[nodiscard]] bool append(std::span<const std::byte> data);
+  [[nodiscard]] Reaction end(const ErrorFacts& facts);
+
+  facts::SoeDatum at_;
+  wire::SoeElementSet elements_;
+  bool write_;
+  std::vector<std::byte> data_;  ///< to be written, or read so far
+  std::size_t ahead_ = 0;        ///< bytes of it that were sent ahead
+  Result<SoeReading> result_;
+  bool unusable_ = false;  ///< an answer has come that cannot be used
+
+  std::uint16_t position_ = Error::kNoSlave;
+  std::vector<std::byte> outgoing_;
+  std::optional<std::uint16_t> left_;  ///< fragments that follow, as the last one says
+};
+
+}  // namespace driveline::ecat_master

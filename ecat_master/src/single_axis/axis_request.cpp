@@ -1,0 +1,149 @@
+#include "driveline/ecat_master/single_axis/axis_request.hpp"
+
+namespace driveline::ecat_master {
+
+std::string_view to_text(AxisCommand command) noexcept {
+  switch (command) {
+    case AxisCommand::kPower:
+      return "power";
+    case AxisCommand::kReset:
+      return "reset";
+    case AxisCommand::kHome:
+      return "home";
+    case AxisCommand::kStop:
+      return "stop";
+    case AxisCommand::kReleaseStop:
+      return "release_stop";
+    case AxisCommand::kHalt:
+      return "halt";
+    case AxisCommand::kMoveAbsolute:
+      return "move_absolute";
+    case AxisCommand::kMoveRelative:
+      return "move_relative";
+    case AxisCommand::kMoveAdditive:
+      return "move_additive";
+    case AxisCommand::kMoveSuperimposed:
+      return "move_superimposed";
+    case AxisCommand::kMoveVelocity:
+      return "move_velocity";
+    case AxisCommand::kFollow:
+      return "follow";
+    case AxisCommand::kTorque:
+      return "torque";
+    case AxisCommand::kSetPosition:
+      return "set_position";
+    case AxisCommand::kSetOverride:
+      return "set_override";
+    case AxisCommand::kSetMode:
+      return "set_mode";
+  }
+  return "?";
+}
+
+std::string_view to_text(PlcopenState state) noexcept {
+  switch (state) {
+    case PlcopenState::kDisabled:
+      return "Disabled";
+    case PlcopenState::kStandstill:
+      return "Standstill";
+    case PlcopenState::kHoming:
+      return "Homing";
+    case PlcopenState::kStopping:
+      return "Stopping";
+    case PlcopenState::kDiscreteMotion:
+      return "DiscreteMotion";
+    case PlcopenState::kContinuousMotion:
+      return "ContinuousMotion";
+    case PlcopenState::kSynchronizedMotion:
+      return "SynchronizedMotion";
+    case PlcopenState::kErrorStop:
+      return "ErrorStop";
+  }
+  return "?";
+}
+
+std::string_view to_text(RequestPhase phase) noexcept {
+  switch (phase) {
+    case RequestPhase::kUnknown:
+      return "unknown";
+    case RequestPhase::kWaiting:
+      return "waiting";
+    case RequestPhase::kActive:
+      return "active";
+    case RequestPhase::kReached:
+      return "reached";
+    case RequestPhase::kDone:
+      return "done";
+    case RequestPhase::kAborted:
+      return "aborted";
+    case RequestPhase::kError:
+      return "error";
+  }
+  return "?";
+}
+
+std::string_view to_text(AxisError error) noexcept {
+  switch (error) {
+    case AxisError::kNone:
+      return "no error";
+    case AxisError::kNotEnabled:
+      return "the axis is not enabled";
+    case AxisError::kErrorStop:
+      return "the axis is in ErrorStop and must be reset first";
+    case AxisError::kStopping:
+      return "the axis was stopped, and the stop has not been released";
+    case AxisError::kNotFinite:
+      return "a number is not finite, or a magnitude is negative";
+    case AxisError::kOverLimit:
+      return "a limit of the axis is lower";
+    case AxisError::kOutsideRange:
+      return "the target is outside the software limits";
+    case AxisError::kBufferFull:
+      return "too many motions are waiting";
+    case AxisError::kNothingToDo:
+      return "there is nothing that it could act on";
+    case AxisError::kMode:
+      return "it is not possible in this mode, or the process data lack what the mode needs";
+    case AxisError::kModeTimeout:
+      return "the drive has not changed its mode in time";
+    case AxisError::kEnableTimeout:
+      return "the drive was not enabled in time";
+    case AxisError::kResetTimeout:
+      return "the fault of the drive has not gone in time";
+    case AxisError::kFault:
+      return "the drive reports a fault";
+    case AxisError::kLost:
+      return "the drive is not there, or has left Operation enabled";
+    case AxisError::kMasterAway:
+      return "the master was away for too long";
+    case AxisError::kPosition:
+      return "the actual position cannot be true";
+    case AxisError::kHoming:
+      return "the drive could not find its home";
+    case AxisError::kTooFast:
+      return "the axis got faster than its limit";
+    case AxisError::kFollowing:
+      return "the setpoints to follow cannot be";
+  }
+  return "?";
+}
+
+std::string_view to_text(BufferMode mode) noexcept {
+  switch (mode) {
+    case BufferMode::kAborting:
+      return "aborting";
+    case BufferMode::kBuffered:
+      return "buffered";
+    case BufferMode::kBlendingLow:
+      return "blending_low";
+    case BufferMode::kBlendingPrevious:
+      return "blending_previous";
+    case BufferMode::kBlendingNext:
+      return "blending_next";
+    case BufferMode::kBlendingHigh:
+      return "blending_high";
+  }
+  return "?";
+}
+
+}  // namespace driveline::ecat_master

@@ -1,0 +1,180 @@
+#include "driveline/ecat_master/single_axis/single_axes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace driveline::ecat_master {
+namespace {
+
+/// Requests that may wait for the cycle, and those that it takes at a time: planning a motion takes some microseconds.
+constexpr std::size_t kRequests = 256;
+constexpr std::size_t kRequestsPerCycle = 4;
+
+void check(const Axis& axis) {
+  const auto& limits = axis.config().limits;
+  const bool usable = std::isfinite(limits.max_velocity) && limits.max_velocity > 0.0 &&
+                      std::isfinite(limits.max_acceleration) && limits.max_acceleration > 0.0;
+  if (!usable) throw std::invalid_argument("single axes: the limits of an axis must be positive and finite");
+  if (!axis.complete())
+    throw std::invalid_argument("single axes: the process data of an axis lack what its mode needs");
+}
+
+}  // namespace
+
+struct SingleAxes::Shared {
+  std::atomic<PlcopenState> state{PlcopenState::kDisabled};
+  std::atomic<AxisError> error{AxisError::kNone};
+  std::atomic<std::uint16_t> error_code{0};
+  std::atomic<std::int8_t> mode{0};
+  std::atomic<double> setpoint{0.0};
+  std::atomic<double> position{0.0};
+  std::atomic<double> velocity{0.0};
+  std::atomic<double> torque{0.0};
+  std::atomic<double> override_factor{1.0};
+};
+
+SingleAxes::SingleAxes(std::vector<Axis> axes, Settings settings)
+    : axes_(std::move(axes)),
+      period_s_(std::chrono::duration<double>(settings.period).count()),
+      setpoints_(axes_.size()),
+      led_(axes_.size()),
+      requests_(kRequests),
+      shared_(std::make_unique<Shared[]>(axes_.size())) {
+  for (auto& axis : axes_) {
+    check(axis);
+    single_.emplace_back(axis, table_, settings);
+  }
+}
+
+SingleAxes::~SingleAxes() = default;
+
+void SingleAxes::add_feed(SetpointFeed& feed, std::vector<std::size_t> axes) {
+  if (axes.size() != feed.axis_count()) throw std::invalid_argument("single axes: a feed moves another number of axes");
+  for (const auto axis : axes) {
+    if (axis >= axes_.size()) throw std::invalid_argument("single axes: a feed for an axis that there is not");
+    if (single_[axis].fed()) throw std::invalid_argument("single axes: an axis has a feed already");
+    single_[axis].set_fed();
+  }
+  std::vector<trajectory::AxisSetpoint> setpoints(axes.size());
+  feeds_.push_back({&feed, std::move(axes), std::move(setpoints), std::vector<char>(feed.axis_count())});
+}
+
+std::uint64_t SingleAxes::submit(std::size_t axis, const AxisRequest& request) noexcept {
+  const std::lock_guard lock(door_);
+  if (axis >= axes_.size()) return 0;
+  const auto id = table_.add();
+  return requests_.try_push({id, static_cast<std::uint32_t>(axis), request}) ? id : 0;
+}
+
+std::uint64_t SingleAxes::submit_in_cycle(std::size_t axis, const AxisRequest& request) noexcept {
+  if (axis >= axes_.size()) return 0;
+  const auto id = table_.add();
+  single_[axis].take(id, request);
+  return id;
+}
+
+AxisReport SingleAxes::axis_report(std::size_t axis) const noexcept {
+  const auto& shared = shared_[axis];
+  AxisReport report;
+  report.state = shared.state.load(std::memory_order_acquire);
+  report.error = shared.error.load(std::memory_order_relaxed);
+  report.error_code = shared.error_code.load(std::memory_order_relaxed);
+  report.mode = shared.mode.load(std::memory_order_relaxed);
+  report.setpoint = shared.setpoint.load(std::memory_order_relaxed);
+  report.position = shared.position.load(std::memory_order_relaxed);
+  report.velocity = shared.velocity.load(std::memory_order_relaxed);
+  report.torque = shared.torque.load(std::memory_order_relaxed);
+  report.override_factor = shared.override_factor.load(std::memory_order_relaxed);
+  return report;
+}
+
+void SingleAxes::publish(std::size_t axis) noexcept {
+  const auto& one = single_[axis];
+  const auto& inputs = axes_[axis].inputs();
+  auto& shared = shared_[axis];
+  shared.error.store(one.error(), std::memory_order_relaxed);
+  shared.error_code.store(one.error_code(), std::memory_order_relaxed);
+  shared.mode.store(inputs.mode, std::memory_order_relaxed);
+  shared.setpoint.store(one.setpoint().position + one.position_offset(), std::memory_order_relaxed);
+  shared.position.store(inputs.position + one.position_offset(), std::memory_order_relaxed);
+  shared.velocity.store(inputs.velocity, std::memory_order_relaxed);
+  shared.torque.store(inputs.torque, std::memory_order_relaxed);
+  shared.override_factor.store(one.override_factor(), std::memory_order_relaxed);
+  // Last: a reader that sees ErrorStop sees its reason.
+  shared.state.store(one.state(), std::memory_order_release);
+}
+
+void SingleAxes::read_inputs(std::span<const std::byte> image, std::span<const bool> valid,
+                             std::span<const bool> operational, std::span<const bool> fresh,
+                             std::chrono::nanoseconds took) noexcept {
+  took_ = took;
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    const auto slave = axes_[i].config().slave;
+    single_[i].read_inputs(image, valid[slave], operational[slave], fresh.empty() || fresh[slave]);
+  }
+}
+
+void SingleAxes::update(std::int64_t cycle, std::span<std::byte> image) noexcept {
+  for (auto& one : single_) one.begin_cycle(cycle, took_);
+  NumberedRequest request;
+  for (std::size_t i = 0; i < kRequestsPerCycle && requests_.try_pop(request); ++i)
+    single_[request.axis].take(request.id, request.request);
+  advance();
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    setpoints_[i] = single_[i].setpoint();
+    single_[i].write_outputs(image);
+    publish(i);
+  }
+}
+
+/// Each axis once: one that begins to follow a feed in this cycle is led by it from the next one on.
+void SingleAxes::advance() noexcept {
+  std::fill(led_.begin(), led_.end(), char{0});
+  for (auto& feed : feeds_) advance(feed);
+  for (std::size_t i = 0; i < single_.size(); ++i) {
+    if (led_[i] == 0) single_[i].advance(nullptr);
+  }
+}
+
+void SingleAxes::advance(Feed& feed) noexcept {
+  bool followed = false;
+  for (std::size_t i = 0; i < feed.axes.size(); ++i) {
+    const auto& one = single_[feed.axes[i]];
+    const bool follows = one.follows();
+    followed = followed || follows;
+    if (follows == (feed.joined[i] != 0)) continue;
+    feed.joined[i] = static_cast<char>(follows);
+    if (follows) {
+      auto from = one.setpoint();
+      from.position += one.position_offset();
+      feed.feed->join(i, from);
+    } else {
+      feed.feed->leave(i);
+    }
+  }
+  if (!followed) return;
+  const bool goes_on = feed.feed->next(period_s_, feed.setpoints);
+  for (std::size_t i = 0; i < feed.axes.size(); ++i) {
+    if (feed.joined[i] == 0) continue;
+    led_[feed.axes[i]] = 1;
+    single_[feed.axes[i]].advance(goes_on ? &feed.setpoints[i] : nullptr);
+  }
+}
+
+AbsenceEffect SingleAxes::resume(std::int64_t cycle, std::int64_t missed, std::span<std::byte> image) noexcept {
+  auto effect = AbsenceEffect::kNone;
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    effect = std::max(effect, single_[i].resume(cycle, missed));
+    setpoints_[i] = single_[i].setpoint();
+    single_[i].write_outputs(image);
+  }
+  return effect;
+}
+
+bool SingleAxes::failed() const noexcept {
+  return std::any_of(single_.begin(), single_.end(),
+                     [](const SingleAxis& one) { return one.state() == PlcopenState::kErrorStop; });
+}
+
+}  // namespace driveline::ecat_master

@@ -1,0 +1,221 @@
+// States and power of a single axis.
+#include "driveline/ecat_master/single_axis/single_axis.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace driveline::ecat_master {
+namespace {
+
+/// A fault reset needs one cycle with bit 7 set and one without for its edge; several of each tolerate a lost frame.
+constexpr std::int64_t kResetCycles = 4;
+
+double seconds_of(std::chrono::nanoseconds time) noexcept {
+  return std::chrono::duration<double>(time).count();
+}
+
+}  // namespace
+
+SingleAxis::SingleAxis(Axis& axis, RequestTable& table, const Settings& settings)
+    : axis_(&axis),
+      table_(&table),
+      settings_(settings),
+      period_s_(seconds_of(settings.period)),
+      watch_(axis.config(), settings.period),
+      supply_(axis.config(), period_s_) {}
+
+void SingleAxis::read_inputs(std::span<const std::byte> image, bool valid, bool operational, bool fresh) noexcept {
+  exchanged_ = valid && fresh;
+  bad_cycles_ = valid ? 0 : bad_cycles_ + 1;
+  // Single bad cycles are bridged with the inputs of the last good one.
+  if (valid || bad_cycles_ >= settings_.bad_cycle_limit) axis_->read_inputs(image, valid, fresh);
+  if (valid && !operational) axis_->set_unavailable();
+  supply_.set_reached(valid && operational);
+}
+
+void SingleAxis::begin_cycle(std::int64_t cycle, std::chrono::nanoseconds took) noexcept {
+  cycle_ = cycle;
+  supply_.note(setpoint_);
+  judge_position(took);
+  watch();
+}
+
+void SingleAxis::enter(Power power) noexcept {
+  power_ = power;
+  power_since_ = cycle_;
+  cycles_at_rest_ = 0;
+}
+
+bool SingleAxis::exceeded(std::chrono::nanoseconds limit) const noexcept {
+  return static_cast<double>(cycle_ - power_since_) * period_s_ > seconds_of(limit);
+}
+
+/// The drive has no power on its motor.
+bool SingleAxis::off() const noexcept {
+  using snapshot::AxisState;
+  const auto state = axis_->inputs().state;
+  return state != AxisState::kOperationEnabled && state != AxisState::kQuickStopActive &&
+         state != AxisState::kSwitchedOn && state != AxisState::kFaultReactionActive;
+}
+
+/// Before the inputs are used in this cycle. An axis with an implausible position goes on without the loop that is
+/// closed by the master, from this cycle on.
+void SingleAxis::judge_position(std::chrono::nanoseconds took) noexcept {
+  if (axis_->inputs().state == snapshot::AxisState::kUnavailable) return watch_.forget();
+  if (!exchanged_) return;
+  const bool driven = axis_->enabled() && (powered() || power_ == Power::kEnabling);
+  const auto finding = watch_.judge(cycle_, axis_->inputs().position, setpoint_, driven, took);
+  axis_->hold_at(watch_.held());
+  if (finding.kind == PositionFinding::Kind::kNewPlace) {
+    setpoint_ = {watch_.held(), 0.0, 0.0};
+    rest();
+  }
+  if (finding && state_ != PlcopenState::kErrorStop) stop_for_position();
+}
+
+/// By a ramp of the setpoint: the drive itself may be well.
+void SingleAxis::stop_for_position() noexcept {
+  const bool was_powered = powered();
+  auto from = setpoint_;
+  // The loop's share of the velocity is braked together with that of the setpoint.
+  from.velocity += axis_->distrust_position();
+  fail(AxisError::kPosition);
+  if (!was_powered) return enter(Power::kDisabling);
+  generator_.start_from(from);
+  if (plan_rest()) enter(Power::kResting);
+}
+
+void SingleAxis::watch() noexcept {
+  switch (power_) {
+    case Power::kOff:
+      // A drive that has a fault without power has it before it can be enabled.
+      if (state_ == PlcopenState::kDisabled && axis_->fault()) fail(AxisError::kFault);
+      break;
+    case Power::kEnabling:
+      watch_enabling();
+      break;
+    case Power::kOn:
+    case Power::kResting:
+      watch_power();
+      break;
+    case Power::kQuickStop:
+    case Power::kDisabling:
+      break;
+  }
+}
+
+void SingleAxis::watch_enabling() noexcept {
+  if (axis_->reports_fault()) return fail(AxisError::kFault);
+  if (exceeded(settings_.enable_timeout)) fail(watch_.unsteady() ? AxisError::kPosition : AxisError::kEnableTimeout);
+}
+
+void SingleAxis::watch_power() noexcept {
+  if (bad_cycles_ >= settings_.bad_cycle_limit) return fail(AxisError::kLost);
+  if (axis_->fault() || axis_->reports_fault()) return fail(AxisError::kFault);
+  if (!axis_->enabled()) fail(AxisError::kLost);
+}
+
+/// Its motion has ended; a drive with power stops by its own quick stop and is switched off.
+void SingleAxis::fail(AxisError error) noexcept {
+  // The first one counts: on the way to standstill there may be another.
+  if (state_ != PlcopenState::kErrorStop) {
+    error_ = error;
+    error_code_ = axis_->inputs().error_code;
+  }
+  state_ = PlcopenState::kErrorStop;
+  finish_move(RequestPhase::kError, error);
+  drop_waiting(error);
+  finish(power_request_, RequestPhase::kError, error);
+  if (power_ != Power::kOff && power_ != Power::kDisabling) enter(Power::kQuickStop);
+}
+
+void SingleAxis::advance(const trajectory::AxisSetpoint* fed) noexcept {
+  advance_reset();
+  if (powered()) return advance_motion(fed);
+  advance_powerless();
+}
+
+/// States in which the drive follows no setpoints.
+void SingleAxis::advance_powerless() noexcept {
+  // An axis that is enabled already holds the place where it was enabled.
+  if (!axis_->enabled()) setpoint_ = {watch_.held(), 0.0, 0.0};
+  switch (power_) {
+    case Power::kEnabling:
+      if (!axis_->enabled()) break;
+      enter(Power::kOn);
+      rest();
+      state_ = PlcopenState::kStandstill;
+      finish(power_request_, RequestPhase::kDone);
+      break;
+    case Power::kQuickStop:
+      // A drive that stays in Quick stop active (605Ah = 5..8) is switched off once it has had time to stop; so is one
+      // without valid inputs, which is commanded to stop until then.
+      if (off() && axis_->inputs().state != snapshot::AxisState::kUnavailable) {
+        enter(Power::kOff);
+      } else if (exceeded(settings_.quick_stop_time)) {
+        enter(Power::kDisabling);
+      }
+      break;
+    case Power::kDisabling:
+      if (!off()) break;
+      enter(Power::kOff);
+      if (state_ != PlcopenState::kErrorStop) state_ = PlcopenState::kDisabled;
+      finish(power_request_, RequestPhase::kDone);
+      break;
+    default:
+      break;
+  }
+}
+
+/// ErrorStop is left when the drive has come to rest and has no fault any more.
+void SingleAxis::advance_reset() noexcept {
+  if (reset_request_ == 0 || power_ != Power::kOff) return;
+  const bool available = axis_->inputs().state != snapshot::AxisState::kUnavailable;
+  if (available && !axis_->reports_fault()) {
+    state_ = PlcopenState::kDisabled;
+    error_ = AxisError::kNone;
+    error_code_ = 0;
+    return finish(reset_request_, RequestPhase::kDone);
+  }
+  if (static_cast<double>(cycle_ - reset_since_) * period_s_ > seconds_of(settings_.reset_timeout))
+    finish(reset_request_, RequestPhase::kError, AxisError::kResetTimeout);
+}
+
+cia402::Goal SingleAxis::goal() const noexcept {
+  using cia402::Goal;
+  switch (power_) {
+    case Power::kOn:
+    case Power::kResting:
+      return Goal::kEnabled;
+    case Power::kEnabling: {
+      // It will hold the position at which it is enabled.
+      const bool held = axis_->inputs().state == snapshot::AxisState::kOperationEnabled;
+      return held || watch_.steady() ? Goal::kEnabled : Goal::kDisabled;
+    }
+    case Power::kQuickStop:
+      return Goal::kQuickStop;
+    case Power::kOff:
+    case Power::kDisabling:
+      break;
+  }
+  return Goal::kDisabled;
+}
+
+void SingleAxis::write_outputs(std::span<std::byte> image) noexcept {
+  const bool resetting = reset_request_ != 0 && power_ == Power::kOff && cycle_ % (2 * kResetCycles) < kResetCycles;
+  axis_->write_outputs(image, goal(), resetting, setpoint_);
+}
+
+AbsenceEffect SingleAxis::resume(std::int64_t cycle, std::int64_t missed) noexcept {
+  cycle_ = cycle;
+  if (!powered()) return AbsenceEffect::kNone;
+  if (missed > settings_.bad_cycle_limit) {
+    fail(AxisError::kMasterAway);
+    return AbsenceEffect::kStopped;
+  }
+  supply_.skip(missed);
+  bridge();
+  return AbsenceEffect::kBridged;
+}
+
+}  // namespace driveline::ecat_master

@@ -1,0 +1,284 @@
+// The motions of a single axis.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "driveline/ecat_master/single_axis/single_axis.hpp"
+#include "driveline/trajectory/position_profile.hpp"
+
+namespace driveline::ecat_master {
+namespace {
+
+using trajectory::AxisSetpoint;
+
+/// Time at rest until an axis is switched off, in s.
+constexpr double kSettling = 0.01;
+/// Velocities that are tried for the passage of a target, each half of the one before; then it is stopped at.
+constexpr int kPassages = 6;
+constexpr double kALittleMore = 1.0 + 1e-9;
+constexpr double kNoJerkLimit = std::numeric_limits<double>::infinity();
+
+double or_else(double value, double otherwise) noexcept {
+  return value > 0.0 ? value : otherwise;
+}
+
+bool to_position(AxisCommand command) noexcept {
+  return command == AxisCommand::kMoveAbsolute || command == AxisCommand::kMoveRelative ||
+         command == AxisCommand::kMoveAdditive;
+}
+
+bool blends(BufferMode mode) noexcept {
+  return mode != BufferMode::kAborting && mode != BufferMode::kBuffered;
+}
+
+trajectory::PositionRange between(double one, double other) noexcept {
+  return {std::min(one, other), std::max(one, other)};
+}
+
+PlcopenState state_of(AxisCommand command) noexcept {
+  switch (command) {
+    case AxisCommand::kStop:
+      return PlcopenState::kStopping;
+    case AxisCommand::kMoveVelocity:
+      return PlcopenState::kContinuousMotion;
+    case AxisCommand::kFollow:
+      return PlcopenState::kSynchronizedMotion;
+    default:
+      return PlcopenState::kDiscreteMotion;
+  }
+}
+
+}  // namespace
+
+double SingleAxis::velocity_of(const AxisRequest& request) const noexcept {
+  return or_else(request.velocity, axis_->config().limits.max_velocity);
+}
+
+trajectory::ProfileLimits SingleAxis::full_limits() const noexcept {
+  const auto& limits = axis_->config().limits;
+  return trajectory::ProfileLimits::symmetric(limits.max_velocity, limits.max_acceleration, kNoJerkLimit);
+}
+
+/// Of a motion in the direction of `way`: accelerating and braking may differ.
+trajectory::ProfileLimits SingleAxis::limits_of(const AxisRequest& request, double way) const noexcept {
+  auto limits = full_limits();
+  const double most = axis_->config().limits.max_velocity;
+  const double velocity = std::clamp(velocity_of(request) * override_, 0.0, most);
+  const double faster = or_else(request.acceleration, limits.max_acceleration);
+  const double slower = or_else(request.deceleration, faster);
+  limits.max_velocity = velocity;
+  limits.min_velocity = -velocity;
+  limits.max_acceleration = way >= 0.0 ? faster : slower;
+  limits.min_acceleration = way >= 0.0 ? -slower : -faster;
+  limits.max_jerk = jerk_of(request);
+  return limits;
+}
+
+/// An axis that already accelerates hard cannot keep its highest velocity with any jerk: the velocity has precedence.
+double SingleAxis::jerk_of(const AxisRequest& request) const noexcept {
+  const double asked = or_else(request.jerk, kNoJerkLimit);
+  const auto& now = generator_.state();
+  const double most = axis_->config().limits.max_velocity;
+  const double room = now.acceleration > 0.0 ? most - now.velocity : most + now.velocity;
+  const double needed = 0.5 * now.acceleration * now.acceleration * kALittleMore;
+  return asked * room >= needed ? asked : room > 0.0 ? needed / room : kNoJerkLimit;
+}
+
+double SingleAxis::target_of(const AxisRequest& request, double position, double last_target) const noexcept {
+  switch (request.command) {
+    case AxisCommand::kMoveAbsolute:
+      return request.target - offset_;
+    case AxisCommand::kMoveAdditive:
+      return last_target + request.target;
+    default:
+      return position + request.target;
+  }
+}
+
+void SingleAxis::begin_move(const Move& move) noexcept {
+  active_ = move;
+  active_->target = target_of(move.request, generator_.state().position, last_target_);
+  if (to_position(move.request.command)) last_target_ = active_->target;
+  state_ = state_of(move.request.command);
+  if (move.id != 0) table_->set(move.id, {RequestPhase::kActive, AxisError::kNone});
+  replan();
+}
+
+/// A new plan begins with the last setpoint, also where a gap has led away from the one before.
+void SingleAxis::go_from_here() noexcept {
+  if (beside_) generator_.start_from({setpoint_.position, step_velocity_, 0.0});
+  beside_ = false;
+  way_back_.reset();
+}
+
+/// The way to the aim of the motion under way, from the state of the last setpoint.
+void SingleAxis::replan() noexcept {
+  if (!active_) return;
+  go_from_here();
+  bool planned = true;
+  switch (active_->request.command) {
+    case AxisCommand::kMoveAbsolute:
+    case AxisCommand::kMoveRelative:
+    case AxisCommand::kMoveAdditive:
+      planned = override_ > 0.0 ? plan_position(*active_) : plan_rest();
+      break;
+    case AxisCommand::kMoveVelocity: {
+      const double most = axis_->config().limits.max_velocity;
+      const double velocity = std::clamp(active_->request.target * override_, -most, most);
+      auto limits = limits_of(active_->request, velocity - generator_.state().velocity);
+      limits.max_velocity = most;
+      limits.min_velocity = -most;
+      planned = generator_.to_velocity(velocity, limits);
+      break;
+    }
+    case AxisCommand::kFollow:
+      // Where it is led, steps count: it continues with the velocity of the last one, not with that at its end.
+      rejoin_ = {setpoint_.position, step_velocity_, axis_->config().limits};
+      break;
+    default:
+      planned = plan_rest();
+      break;
+  }
+  if (!planned) fail(AxisError::kNotFinite);
+}
+
+bool SingleAxis::plan_rest() noexcept {
+  go_from_here();
+  auto limits = full_limits();
+  // A stop or halt says itself how hard it brakes.
+  if (active_ && !to_position(active_->request.command)) {
+    const double braking = or_else(active_->request.deceleration, limits.max_acceleration);
+    limits.max_acceleration = braking;
+    limits.min_acceleration = -braking;
+    limits.max_jerk = jerk_of(active_->request);
+  }
+  return generator_.to_velocity(0.0, limits);
+}
+
+bool SingleAxis::plan_position(const Move& move) noexcept {
+  const double way = move.target - generator_.state().position;
+  return generator_.to_position({move.target, end_velocity(move), 0.0}, limits_of(move.request, way));
+}
+
+/// With its sign, at which the end of a motion is passed.
+double SingleAxis::end_velocity(const Move& move) const noexcept {
+  if (waiting_count_ == 0 || !blends(waiting_[0].request.buffer)) return 0.0;
+  if (!to_position(waiting_[0].request.command)) return 0.0;
+  auto next = waiting_[0];
+  next.target = target_of(next.request, move.target, move.target);
+  const double way = move.target - generator_.state().position;
+  const double on = next.target - move.target;
+  // Where it turns round it stops.
+  if (!(way * on > 0.0)) return 0.0;
+  double velocity = passing_velocity(move, next);
+  for (int i = 0; i < kPassages; ++i, velocity *= 0.5) {
+    if (passes(move, next, std::copysign(velocity, way))) return std::copysign(velocity, way);
+  }
+  return 0.0;
+}
+
+/// Wanted by the buffer mode; never above that of the motion that ends.
+double SingleAxis::passing_velocity(const Move& move, const Move& next) const noexcept {
+  const double before = std::min(velocity_of(move.request) * override_, axis_->config().limits.max_velocity);
+  const double after = std::min(velocity_of(next.request) * override_, axis_->config().limits.max_velocity);
+  return next.request.buffer == BufferMode::kBlendingPrevious ? before : std::min(before, after);
+}
+
+/// Whether both motions can be done without turning round when the end of the first is passed at this velocity.
+bool SingleAxis::passes(const Move& move, const Move& next, double velocity) const noexcept {
+  const AxisSetpoint middle{move.target, velocity, 0.0};
+  const auto& from = generator_.state();
+  const auto first = trajectory::plan_to_position(from, middle, limits_of(move.request, velocity));
+  const auto second = trajectory::plan_to_position(middle, {next.target, 0.0, 0.0}, limits_of(next.request, velocity));
+  if (!first || !second) return false;
+  return trajectory::fits(*first, between(from.position, move.target)) &&
+         trajectory::fits(*second, between(move.target, next.target));
+}
+
+/// A setpoint that may not have reached the drive is no time of the motion: it waits, and the axis returns to it within
+/// its limits.
+void SingleAxis::advance_motion(const AxisSetpoint* fed) noexcept {
+  if (!supply_.reached()) return bridge();
+  if (beside_ && !way_back_) way_back_.emplace(supply_.sent(), supply_.sent_velocity(), axis_->config().limits);
+  if (follows()) return follow(fed);
+  const auto target = generator_.advance(period_s_);
+  if (beside_) {
+    step_to(way_back_->step(target, period_s_));
+    beside_ = !way_back_->joined();
+  } else {
+    step_to(target);
+  }
+  if (generator_.finished() && !beside_) arrive();
+}
+
+void SingleAxis::bridge() noexcept {
+  setpoint_ = supply_.bridge();
+  step_velocity_ = setpoint_.velocity;
+  beside_ = true;
+  way_back_.reset();
+}
+
+void SingleAxis::step_to(const AxisSetpoint& setpoint) noexcept {
+  step_velocity_ = (setpoint.position - setpoint_.position) / period_s_;
+  setpoint_ = setpoint;
+}
+
+/// A feed is believed as far as the limits of the axis go.
+void SingleAxis::follow(const AxisSetpoint* fed) noexcept {
+  const bool usable = fed != nullptr && std::isfinite(fed->position) && std::isfinite(fed->velocity) &&
+                      std::isfinite(fed->acceleration);
+  if (!usable) {
+    if (fed != nullptr) finish(active_->id, RequestPhase::kError, AxisError::kFollowing);
+    active_->request = {};
+    state_ = PlcopenState::kDiscreteMotion;
+    replan();
+    return step_to(generator_.advance(period_s_));
+  }
+  if (beside_) rejoin_ = *way_back_;
+  beside_ = false;
+  const auto& limits = axis_->config().limits;
+  const AxisSetpoint target{fed->position - offset_,
+                            std::clamp(fed->velocity, -limits.max_velocity, limits.max_velocity),
+                            std::clamp(fed->acceleration, -limits.max_acceleration, limits.max_acceleration)};
+  step_to(rejoin_.step(target, period_s_));
+  generator_.start_from(setpoint_);
+  if (rejoin_.joined()) table_->set(active_->id, {RequestPhase::kReached, AxisError::kNone});
+}
+
+/// The generator has reached its aim.
+void SingleAxis::arrive() noexcept {
+  if (power_ == Power::kResting) {
+    // The drive is a little behind its setpoints.
+    if (++cycles_at_rest_ * period_s_ > kSettling) enter(Power::kDisabling);
+    return;
+  }
+  if (!active_) return;
+  const auto command = active_->request.command;
+  if (command == AxisCommand::kMoveVelocity) {
+    table_->set(active_->id, {RequestPhase::kReached, AxisError::kNone});
+    if (waiting_count_ == 0) return;
+  }
+  // Held by an override of zero.
+  if (to_position(command) && !(override_ > 0.0)) return;
+  finish_move(RequestPhase::kDone);
+  if (command == AxisCommand::kStop) return;
+  if (waiting_count_ == 0) {
+    state_ = PlcopenState::kStandstill;
+    return;
+  }
+  const auto next = waiting_[0];
+  std::copy(waiting_.begin() + 1, waiting_.begin() + static_cast<std::ptrdiff_t>(waiting_count_), waiting_.begin());
+  --waiting_count_;
+  begin_move(next);
+}
+
+/// At rest at its setpoint.
+void SingleAxis::rest() noexcept {
+  generator_.start_from({setpoint_.position, 0.0, 0.0});
+  supply_.rest_at(setpoint_.position);
+  last_target_ = setpoint_.position;
+  step_velocity_ = 0.0;
+  beside_ = false;
+}
+
+}  // namespace driveline::ecat_master

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "driveline/ecat_master/error/facts.hpp"
+#include "driveline/ecat_master/master.hpp"
+#include "driveline/ecat_master/soe/soe_client.hpp"
+#include "driveline/esi/device_description.hpp"
+#include "driveline/rt/clock.hpp"
+#include "driveline/slaves/generic/generic_device.hpp"
+#include "driveline/slaves/line/line.hpp"
+
+namespace driveline::bus_test {
+
+// Operation data of the simulated drives (slaves::generic::SoeDrives).
+inline constexpr ecat_master::facts::SoeDatum kGain{0, {100}};
+inline constexpr ecat_master::facts::SoeDatum kReset{0, {99}};  ///< procedure command
+/// A text of at most 512 bytes.
+inline constexpr ecat_master::facts::SoeDatum kApplication{0, {142}};
+
+/// A device with two drives and with mailboxes of `mailbox` bytes at 1000h and 1400h, which knows SoE and CoE.
+[[nodiscard]] esi::DeviceDescription soe_device(std::uint16_t mailbox);
+
+/// A list as it stands in a mail, behind its length and capacity.
+[[nodiscard]] std::vector<std::byte> as_list(std::span<const std::byte> content);
+
+/// Two devices with drives behind SoE, and their master, on virtual time.
+struct SoeLine {
+  explicit SoeLine(std::uint16_t mailbox = 128) : SoeLine(soe_device(mailbox)) {}
+  explicit SoeLine(const esi::DeviceDescription& device) : line(make(device)), master(*line, clock) {}
+
+  /// The sentence of the error, empty without one.
+  [[nodiscard]] std::string to_pre_op();
+  [[nodiscard]] ecat_master::SoeClient soe(std::uint16_t position = 0) { return {master.mailboxes(), position}; }
+  /// The controller of a device tells it that its watchdog has expired.
+  void lose_process_data(std::size_t device) {
+    devices.at(device)->fall_back(wire::AlState::kOp, wire::AlState::kPreOp, wire::AlStatusCode::kSyncManagerWatchdog);
+  }
+
+  rt::VirtualClock clock{std::chrono::milliseconds{1}};
+  std::array<slaves::generic::GenericDevice*, 2> devices{};  ///< of the line
+  std::unique_ptr<slaves::Line> line;
+  ecat_master::Master master;
+
+ private:
+  [[nodiscard]] std::unique_ptr<slaves::Line> make(const esi::DeviceDescription& device);
+};
+
+}  // namespace driveline::bus_test
