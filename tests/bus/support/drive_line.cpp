@@ -141,6 +141,7 @@ ecat_master::AxisConfig LineOperation::axis(std::size_t position, const RunOptio
   config.velocity_gain = 0.1;
   config.setpoint_delay_cycles = options.setpoint_delay_cycles;
   config.adds_offsets = options.adds_offsets;
+  config.feed_forward = options.feed_forward;
   return config;
 }
 

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "driveline/ecat_master/axis/feed_forward.hpp"
 #include "driveline/ecat_master/cyclic/motion.hpp"
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/ecat_master/single_axis/single_axes.hpp"
@@ -71,9 +72,10 @@ struct RunOptions {
   std::optional<double> setpoint_delay_cycles{};  ///< of every axis
   /// PDOs of every axis; none: axis_pdo_configuration()
   std::optional<ecat_master::PdoConfiguration> pdos{};
-  bool single_axes = false;           ///< each axis by itself (SingleAxes), instead of along the path
-  bool adds_offsets = false;          ///< AxisConfig::adds_offsets of every axis
-  bool accept_swapped_ports = false;  ///< IN and OUT of a slave may be swapped
+  bool single_axes = false;                 ///< each axis by itself (SingleAxes), instead of along the path
+  bool adds_offsets = false;                ///< AxisConfig::adds_offsets of every axis
+  ecat_master::FeedForward feed_forward{};  ///< of every axis
+  bool accept_swapped_ports = false;        ///< IN and OUT of a slave may be swapped
 };
 
 /// A master that runs all drives of a line along a path of raised cosines, each axis with its own amplitude; composed
