@@ -94,3 +94,4 @@ unset multiplot
 PLOT
 
 docs/figures/clocks.sh "$build"
+docs/figures/feed_forward.py "$build"

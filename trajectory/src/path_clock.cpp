@@ -72,11 +72,6 @@ double PathClock::advance(double now_s) noexcept {
   return path_s_;
 }
 
-AxisSetpoint PathClock::scaled(const AxisSetpoint& setpoint) const noexcept {
-  return {setpoint.position, setpoint.velocity * rate_,
-          setpoint.acceleration * rate_ * rate_ + setpoint.velocity * slope_};
-}
-
 double path_ramp_s(Interpolator path, std::span<const AxisLimits> limits) {
   constexpr double kShortest = 1e-3;
   constexpr double kLeastShare = 0.25;

@@ -23,6 +23,10 @@ constexpr std::array kCommands = {
             "axis x jog -20rpm --for 2s\n"
             "axis x stop",
             prepare_axis},
+    Command{"identify", "", kLine, "Move one axis to and fro, and find inertia, friction and weight of its load",
+            "identify --config examples/line8.toml --virtual z --distance 20\n"
+            "identify --config examples/vertical.toml --virtual z --distance 12 --json",
+            prepare_identify},
     Command{"simulate", "", kLine, "Serve the simulated line on a network interface to any master",
             "simulate --config examples/line8-nic.toml --iface dl-line\n"
             "simulate --config examples/line8-nic.toml --iface dl-line --control line.socket",

@@ -120,6 +120,8 @@ nlohmann::json to_json(const runtime::RunReport& report, std::optional<bridge::P
                     {"slave", axis.slave},
                     {"following_error_max", axis.following_error_max},
                     {"following_error_rms", axis.following_error_rms},
+                    {"path_error_max", axis.path_error.maximum},
+                    {"path_error_rms", axis.path_error.rms},
                     {"unit", "increments"},
                     {"position_unit", axis.unit},
                     {"increments_per_position_unit", axis.increments_per_unit},

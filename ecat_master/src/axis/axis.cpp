@@ -50,13 +50,18 @@ double delay_of(const AxisConfig& config) {
   return config.setpoint_delay_cycles.value_or(setpoint_delay_cycles(kFreeSpline));
 }
 
+/// Friction and weight need 60B2h: in CST alone they are part of the target.
+bool needs_torque_offset(const AxisConfig& config) noexcept {
+  return config.feed_forward.any() && config.mode != cia402::Mode::kCyclicTorque;
+}
+
 /// Bit of each mode whose objects are mapped.
-std::uint32_t possible_modes(const PdoConfiguration& pdos) {
+std::uint32_t possible_modes(const AxisConfig& config, const PdoConfiguration& pdos) {
   using cia402::Mode;
   std::uint32_t modes = 0;
   for (const auto mode : {Mode::kProfilePosition, Mode::kProfileVelocity, Mode::kHoming, Mode::kInterpolatedPosition,
                           Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque}) {
-    if (missing_objects(mode, pdos).empty()) modes |= 1U << static_cast<unsigned>(mode);
+    if (missing_objects(mode, pdos, needs_torque_offset(config)).empty()) modes |= 1U << static_cast<unsigned>(mode);
   }
   return modes;
 }
@@ -85,6 +90,10 @@ double position_tolerance(const AxisConfig& axis) noexcept {
   return axis.position_tolerance.value_or(std::max(kCovered * axis.limits.max_velocity, least));
 }
 
+double dead_time_cycles(const AxisConfig& axis) noexcept {
+  return axis.mode == cia402::Mode::kCyclicPosition ? delay_of(axis) : 0.0;
+}
+
 const PdoConfiguration& axis_pdo_configuration() {
   static const PdoConfiguration kConfiguration{{{0x1600, {{0x6040, 0, 16}, {0x6060, 0, 8}, {0x607A, 0, 32}}},
                                                 {0x1601, {{0x60FF, 0, 32}, {0x60B1, 0, 32}}},
@@ -97,11 +106,11 @@ const PdoConfiguration& axis_pdo_configuration() {
 
 Axis::Axis(AxisConfig config, const ProcessDataPlace& place, const PdoConfiguration& pdos)
     : config_(std::move(config)),
-      possible_modes_(possible_modes(pdos)),
+      possible_modes_(possible_modes(config_, pdos)),
       mode_(config_.mode),
-      plain_(!config_.adds_offsets && cyclic(mode_)),
       range_(range_of(config_)),
       setpoints_(delay_of(config_)),
+      feeds_(config_.offset_delay_cycles),
       control_word_(entry<std::uint16_t>(pdos.outputs, place.output_offset, 0x6040)),
       mode_object_(entry<std::int8_t>(pdos.outputs, place.output_offset, 0x6060)),
       target_position_(entry<std::int32_t>(pdos.outputs, place.output_offset, 0x607A)),
@@ -117,7 +126,9 @@ Axis::Axis(AxisConfig config, const ProcessDataPlace& place, const PdoConfigurat
       following_error_object_(entry<std::int32_t>(pdos.inputs, place.input_offset, 0x60F4)),
       actual_torque_(entry<std::int16_t>(pdos.inputs, place.input_offset, 0x6077)),
       error_code_(entry<std::uint16_t>(pdos.inputs, place.input_offset, 0x603F)),
-      change_(std::make_unique<ModeChange>(change_settings(config_))) {}
+      change_(std::make_unique<ModeChange>(change_settings(config_))) {
+  note_change();
+}
 
 Axis::Axis(Axis&& other) noexcept = default;
 Axis& Axis::operator=(Axis&& other) noexcept = default;
@@ -138,7 +149,11 @@ ModeChange::Measured Axis::measured() const noexcept {
 void Axis::note_change() noexcept {
   changing_ = change_->active();
   pending_ = change_->pending();
-  plain_ = !config_.adds_offsets && !pending_ && cyclic(mode_);
+  const bool by_position = !pending_ && mode_ == cia402::Mode::kCyclicPosition;
+  const bool by_velocity = !pending_ && mode_ == cia402::Mode::kCyclicVelocity;
+  const bool adds_torque = config_.adds_offsets || needs_torque_offset(config_);
+  velocity_by_offset_ = by_position || (config_.adds_offsets && velocity_offset_);
+  torque_by_offset_ = by_position || by_velocity || (adds_torque && torque_offset_);
 }
 
 bool Axis::set_mode(cia402::Mode mode) noexcept {
@@ -222,11 +237,26 @@ double Axis::distrust_position() noexcept {
   return std::exchange(correction_, 0.0);
 }
 
+/// A source that computes the torque knows better.
+double Axis::feed_forward(const trajectory::AxisSetpoint& setpoint) const noexcept {
+  if (setpoint.torque) return *setpoint.torque;
+  return config_.inertia * setpoint.acceleration + config_.feed_forward.torque(setpoint);
+}
+
+/// The drive uses a torque offset at once, but is where a position setpoint is only later. While the mode changes the
+/// reference is where the axis is already.
+void Axis::delay_offset() noexcept {
+  if (config_.offset_delay_cycles <= 0.0) return;
+  feeds_.push(targets_.feed_torque);
+  if (pending_ || mode_ != cia402::Mode::kCyclicPosition) return;
+  targets_.torque = targets_.feed_torque = feeds_.followed();
+}
+
 Axis::Targets Axis::targets_for(const trajectory::AxisSetpoint& setpoint) noexcept {
   Targets targets;
   targets.position = setpoint.position;
   targets.velocity = setpoint.velocity;
-  targets.torque = setpoint.torque.value_or(config_.inertia * setpoint.acceleration);
+  targets.torque = feed_forward(setpoint);
   targets.acceleration = setpoint.acceleration;
   targets.feed_velocity = targets.velocity;
   targets.feed_torque = targets.torque;
@@ -258,7 +288,7 @@ Axis::Targets Axis::targets_in_change(const trajectory::AxisSetpoint& setpoint) 
   Targets targets;
   targets.acceleration = reference.acceleration;
   targets.feed_velocity = change_->feed_velocity();
-  targets.feed_torque = setpoint.torque.value_or(config_.inertia * reference.acceleration);
+  targets.feed_torque = feed_forward(reference);
   correction_ = position_loop(reference);
   const double velocity = reference.velocity + correction_;
   const double loop = setpoint.torque ? 0.0 : config_.velocity_gain * (velocity - inputs_.velocity);
@@ -281,20 +311,19 @@ void Axis::write_outputs(std::span<std::byte> image, cia402::Goal goal, bool res
     }
     targets_ = {};
     targets_.position = hold_.value_or(inputs_.position);
+    // A weight does not sag while the drive gets its first setpoints.
+    targets_.torque = targets_.feed_torque = config_.feed_forward.torque({targets_.position, 0.0, 0.0});
   } else {
     targets_ = changing_ ? targets_in_change(setpoint) : targets_for(setpoint);
   }
+  delay_offset();
   targets_.control_word = cia402::next_control_word(inputs_.state, goal);
   // Fault reset works on the rising edge of bit 7, so it is given for one request and taken back by the next.
   if (reset_fault && fault()) targets_.control_word = cia402::command::kFaultReset;
   if (moving && goal == cia402::Goal::kEnabled) targets_.control_word |= command_bits_;
   put(control_word_, image, targets_.control_word);
   put(mode_object_, image, static_cast<std::int8_t>(pending_ ? change_->told(mode_) : mode_));
-  if (plain_) {
-    write_targets(image);
-  } else {
-    write_sums(image);
-  }
+  write_targets(image);
   compare(moving);
 }
 
@@ -315,12 +344,12 @@ double Axis::followed_setpoint() const noexcept {
   return mode_ == cia402::Mode::kCyclicPosition ? setpoints_.followed() : targets_.position;
 }
 
-/// Targets whose sums with the offsets are right in every mode.
-void Axis::write_sums(std::span<std::byte> image) const noexcept {
+/// Sums of targets and offsets are right in the mode of the drive, and in every mode while that changes.
+void Axis::write_targets(std::span<std::byte> image) const noexcept {
   const double scale = config_.increments_per_unit;
   const double permille = 1000.0 / config_.rated_torque;
-  const double velocity = config_.adds_offsets && velocity_offset_ ? targets_.feed_velocity : 0.0;
-  const double torque = config_.adds_offsets && torque_offset_ ? targets_.feed_torque : 0.0;
+  const double velocity = velocity_by_offset_ ? targets_.feed_velocity : 0.0;
+  const double torque = torque_by_offset_ ? targets_.feed_torque : 0.0;
   const auto position = wrapped(targets_.position * scale);
   put(target_position_, image, position);
   put(interpolation_data_, image, position);
@@ -328,20 +357,6 @@ void Axis::write_sums(std::span<std::byte> image) const noexcept {
   put(target_velocity_, image, saturate<std::int32_t>((targets_.velocity - velocity) * scale));
   put(torque_offset_, image, saturate<std::int16_t>(torque * permille));
   put(target_torque_, image, saturate<std::int16_t>((targets_.torque - torque) * permille));
-}
-
-void Axis::write_targets(std::span<std::byte> image) const noexcept {
-  const double scale = config_.increments_per_unit;
-  const double permille = 1000.0 / config_.rated_torque;
-  const auto torque = saturate<std::int16_t>(targets_.torque * permille);
-  put(target_position_, image, wrapped(targets_.position * scale));
-  const bool position_mode = mode_ == cia402::Mode::kCyclicPosition;
-  const bool torque_mode = mode_ == cia402::Mode::kCyclicTorque;
-  // In CSP velocity and torque are feed-forward offsets; in CSV and CST they are the targets themselves.
-  put(velocity_offset_, image, position_mode ? saturate<std::int32_t>(targets_.velocity * scale) : std::int32_t{0});
-  put(target_velocity_, image, position_mode ? std::int32_t{0} : saturate<std::int32_t>(targets_.velocity * scale));
-  put(torque_offset_, image, torque_mode ? std::int16_t{0} : torque);
-  put(target_torque_, image, torque_mode ? torque : std::int16_t{0});
 }
 
 void Axis::fill(snapshot::AxisSample& sample) const noexcept {

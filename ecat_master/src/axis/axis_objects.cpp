@@ -2,12 +2,16 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "driveline/ecat_master/cia402/object_name.hpp"
 
 namespace driveline::ecat_master {
 namespace {
 
 using cia402::Mode;
+
+constexpr std::uint16_t kTorqueOffset = 0x60B2;
 
 /// Width with which the object is mapped somewhere; 0: nowhere.
 std::uint8_t mapped_bits(const std::vector<PdoMapping>& pdos, std::uint16_t index, std::uint8_t subindex) {
@@ -64,7 +68,7 @@ std::optional<std::size_t> object_offset(const std::vector<PdoMapping>& pdos, st
   return std::nullopt;
 }
 
-std::vector<MissingObject> missing_objects(Mode mode, const PdoConfiguration& pdos) {
+std::vector<MissingObject> missing_objects(Mode mode, const PdoConfiguration& pdos, bool torque_offset) {
   std::vector<MissingObject> missing;
   const auto need = [&](MissingObject object) {
     const auto& direction = object.output ? pdos.outputs : pdos.inputs;
@@ -74,6 +78,8 @@ std::vector<MissingObject> missing_objects(Mode mode, const PdoConfiguration& pd
   };
   need({0x6040, 16, true});
   if (const auto target = target_of(mode)) need(*target);
+  const bool uses_offset = mode == Mode::kCyclicPosition || mode == Mode::kCyclicVelocity;
+  if (torque_offset && uses_offset) need({kTorqueOffset, 16, true});
   need({0x6041, 16, false});
   need({0x6064, 32, false});
   if (mode == Mode::kCyclicTorque) need({0x606C, 32, false});
@@ -82,7 +88,9 @@ std::vector<MissingObject> missing_objects(Mode mode, const PdoConfiguration& pd
 
 std::string describe_missing(Mode mode, const std::vector<MissingObject>& missing, const PdoConfiguration& pdos) {
   if (missing.empty()) return {};
-  auto text = fmt::format("{} needs ", to_text(mode));
+  const bool offset =
+      std::any_of(missing.begin(), missing.end(), [](const auto& m) { return m.index == kTorqueOffset; });
+  auto text = fmt::format("{}{} needs ", to_text(mode), offset ? " with a feed-forward of friction or gravity" : "");
   bool outputs = false;
   bool inputs = false;
   for (const auto& object : missing) {

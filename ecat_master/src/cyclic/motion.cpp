@@ -16,6 +16,15 @@ std::vector<trajectory::AxisLimits> limits_of(const std::vector<Axis>& axes) {
   return limits;
 }
 
+/// Of each axis; none where they are not compensated.
+std::vector<double> dead_times_of(const std::vector<Axis>& axes, const Motion::Settings& settings) {
+  std::vector<double> dead_times;
+  for (const auto& axis : axes) {
+    if (settings.compensate_dead_time) dead_times.push_back(dead_time_cycles(axis.config()));
+  }
+  return dead_times;
+}
+
 /// Phases in which the axes follow the source.
 bool led(MotionPhase phase) noexcept {
   return phase == MotionPhase::kFollowing || phase == MotionPhase::kWaiting;
@@ -59,7 +68,8 @@ std::string_view to_text(MotionPhase phase) noexcept {
 Motion::Motion(std::vector<Axis> axes, trajectory::Interpolator path, Settings settings)
     : Motion(std::move(axes), settings) {
   if (path.axes().size() == axes_.size())
-    path_ = std::make_unique<PathSource>(std::move(path), limits_of(axes_), settings_.late);
+    path_ = std::make_unique<PathSource>(std::move(path), limits_of(axes_), settings_.late,
+                                         dead_times_of(axes_, settings_));
   if (!path_) throw std::invalid_argument("motion: the path must have one axis for each axis of the line");
   begin_with(*path_);
 }

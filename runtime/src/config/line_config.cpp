@@ -228,15 +228,15 @@ void complete_velocity_gains(LineConfig& config) {
 }
 
 /// Checks PDOs with entries only: the entries of others are known once the slave has been found.
-void check_objects(const TomlReader& reader, const SlaveConfig& slave, ecat_master::cia402::Mode mode) {
+void check_objects(const TomlReader& reader, const SlaveConfig& slave, const ecat_master::AxisConfig& axis) {
   if (!slave.plan.pdos) return;
   for (const auto* direction : {&slave.plan.pdos->outputs, &slave.plan.pdos->inputs}) {
     if (std::any_of(direction->begin(), direction->end(), [](const auto& pdo) { return pdo.objects.empty(); })) return;
   }
-  const auto missing = ecat_master::missing_objects(mode, *slave.plan.pdos);
+  const auto missing = ecat_master::missing_objects(axis.mode, *slave.plan.pdos, axis.feed_forward.any());
   if (missing.empty()) return;
   reader.fail("slave", fmt::format("the [[slave.pdo]] of \"{}\" are not enough: {}", slave.name,
-                                   ecat_master::describe_missing(mode, missing, *slave.plan.pdos)));
+                                   ecat_master::describe_missing(axis.mode, missing, *slave.plan.pdos)));
 }
 
 /// The unit of the axis; null: the file has none.
@@ -262,6 +262,32 @@ void read_in_unit(TomlReader& reader, std::string_view key, const ecat_master::A
   value = unit.to_si(reader.number(key, unit.from_si(minimum), unit.from_si(maximum)));
 }
 
+/// Friction and weight of an axis.
+void read_feed_forward(TomlReader& reader, ecat_master::AxisConfig& axis) {
+  constexpr double kMost = 1e6;
+  // Below so small a part of the highest velocity an axis counts as standing.
+  constexpr double kStandstill = 1e-3;
+  auto& load = axis.feed_forward;
+  load.viscous_friction = reader.number_or("viscous_friction", 0.0, 0.0, kMost);
+  load.coulomb_friction = reader.number_or("coulomb_friction", 0.0, 0.0, kMost);
+  load.coulomb_velocity = kStandstill * axis.limits.max_velocity;
+  read_in_unit(reader, "coulomb_velocity", axis, 1e-9, kMost, load.coulomb_velocity);
+  load.gravity = reader.number_or("gravity", 0.0, -kMost, kMost);
+  load.pendulum = reader.number_or("pendulum", 0.0, 0.0, kMost);
+  if (load.pendulum > 0.0 && axis.linear())
+    reader.fail("pendulum", "is of a rotary axis, and feed_mm_per_revolution makes this one linear");
+  read_in_unit(reader, "pendulum_zero", axis, -kMost, kMost, load.pendulum_zero);
+}
+
+/// Friction and weight reach a drive as torque offsets, but in cst, where they are part of the target.
+void check_feed_forward(const TomlReader& reader, const LineConfig& config, const SlaveConfig& slave,
+                        const ecat_master::AxisConfig& axis) {
+  if (!axis.feed_forward.any() || axis.mode == ecat_master::cia402::Mode::kCyclicTorque) return;
+  const auto why = drive_rules(config, slave).why_no_torque_offset();
+  if (!why.empty())
+    reader.fail("", fmt::format("a feed-forward of friction or gravity is no use: \"{}\" {}", slave.name, why));
+}
+
 ecat_master::AxisConfig read_axis(TomlReader reader, const LineConfig& config,
                                   std::optional<ecat_master::cia402::Mode> mode) {
   using ecat_master::cia402::Mode;
@@ -283,7 +309,6 @@ ecat_master::AxisConfig read_axis(TomlReader reader, const LineConfig& config,
   constexpr Mode kModes[] = {Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque};
   axis.mode = kModes[reader.choice_or("mode", 0, {"csp", "csv", "cst"})];
   if (mode) axis.mode = *mode;
-  check_objects(reader, *slave, axis.mode);
   const auto defaults = drive_rules(config, *slave).axis_defaults();
   const double increments = reader.number_or("increments_per_revolution", defaults.increments_per_revolution, 1.0,
                                              kMaxIncrementsPerRevolution);
@@ -299,6 +324,9 @@ ecat_master::AxisConfig read_axis(TomlReader reader, const LineConfig& config,
   read_in_unit(reader, "max_acceleration", axis, 1e-6, 1e9, axis.limits.max_acceleration);
   if (reader.has("max_jerk")) read_in_unit(reader, "max_jerk", axis, 1e-6, 1e12, axis.max_jerk.emplace());
   axis.inertia = reader.number_or("inertia", 0.0, 0.0, 1e6);
+  read_feed_forward(reader, axis);
+  check_feed_forward(reader, config, *slave, axis);
+  check_objects(reader, *slave, axis);
   axis.position_gain_1_s = reader.number_or("position_gain_1_s", axis.position_gain_1_s, 0.0, 1e4);
   read_velocity_gain(reader, axis);
   axis.adds_offsets = reader.boolean_or("adds_offsets", false);
@@ -322,6 +350,7 @@ void read_path(TomlReader reader, const std::filesystem::path& directory, LineCo
       methods[reader.choice_or("interpolation", static_cast<std::size_t>(path.interpolation), names)].method;
   path.repeat = reader.boolean_or("repeat", false);
   path.relative = reader.boolean_or("relative", false);
+  path.compensate_dead_time = reader.choice_or("dead_time", 0, {"none", "compensated"}) == 1;
   constexpr ecat_master::LatePolicy kPolicies[] = {ecat_master::LatePolicy::kStay, ecat_master::LatePolicy::kCatchUp};
   path.late = kPolicies[reader.choice_or("late", 0, {"stay", "catch_up"})];
   reader.finish();

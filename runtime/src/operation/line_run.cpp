@@ -96,7 +96,7 @@ Result<void> LineRun::prepare() {
   const auto every = std::max<std::int64_t>(1, milliseconds{1} / config_.period);
   recorder_ = std::make_unique<Recorder>(
       config_.axes, config_.axes.empty() ? std::nullopt : std::optional(config_.output.directory / "axes.csv"),
-      static_cast<std::uint64_t>(every), config_.output.increments);
+      static_cast<std::uint64_t>(every), config_.output.increments, compensates_dead_time(config_));
   if (recorder_->problem()) return tl::unexpected(*recorder_->problem());
   return start_telemetry();
 }
@@ -480,6 +480,8 @@ void LineRun::report_axes(RunReport& report) const {
     report.axes.push_back({axis.name, axis.slave, error.maximum * axis.increments_per_unit,
                            error.rms() * axis.increments_per_unit, std::string(unit.name),
                            axis.increments_per_unit * unit.to_si(1.0), error.unavailable});
+    report.axes.back().path_error = {error.path.maximum * axis.increments_per_unit,
+                                     error.path.rms() * axis.increments_per_unit};
     if (error.drive.samples == 0) continue;
     report.axes.back().by_drive = {error.drive.maximum * axis.increments_per_unit,
                                    error.drive.rms() * axis.increments_per_unit};

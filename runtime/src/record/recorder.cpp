@@ -28,14 +28,23 @@ void Recorder::Extremes::add(double value) noexcept {
 }
 
 Recorder::Recorder(const std::vector<ecat_master::AxisConfig>& axes, std::optional<std::filesystem::path> csv,
-                   std::uint64_t every, bool increments)
-    : errors_(axes.size()), csv_(std::move(csv)), every_(every), increments_(increments), extremes_(axes.size()) {
+                   std::uint64_t every, bool increments, bool compensated)
+    : errors_(axes.size()),
+      csv_(std::move(csv)),
+      every_(every),
+      increments_(increments),
+      compensated_(compensated),
+      extremes_(axes.size()) {
   for (const auto& axis : axes) {
     columns_.push_back({axis.name, axis.linear(), &ecat_master::position_unit(axis), axis.increments_per_unit});
   }
   if (!csv_) return;
   stream_.open(partial_name(*csv_), std::ios::trunc);
   if (!stream_) note_problem("cannot be written");
+}
+
+double Recorder::path_error(const snapshot::AxisSample& sample) const noexcept {
+  return compensated_ ? sample.following_error : sample.target_position - sample.actual_position;
 }
 
 /// Three columns for each axis first, then the less important ones. Which drives report a following error of their own
@@ -56,6 +65,9 @@ void Recorder::write_header(const std::vector<snapshot::AxisSample>& row) {
     if (!std::isnan(row[i].drive_following_error)) head(columns_[i], "drive_following_error", columns_[i].unit->name);
   }
   for (const auto& column : columns_) {
+    if (compensated_) head(column, "commanded", column.unit->name);
+  }
+  for (const auto& column : columns_) {
     if (!increments_) break;
     for (const auto* figure : {"target", "actual", "following_error"}) head(column, figure, "increments");
   }
@@ -74,6 +86,7 @@ void Recorder::axes(std::span<const snapshot::AxisSample> samples) {
     if (operating) error.last = sample;
     if (sample.state == snapshot::AxisState::kOperationEnabled) {
       error.add(sample.following_error);
+      error.path.add(path_error(sample));
       if (!std::isnan(sample.drive_following_error)) error.drive.add(sample.drive_following_error);
       extremes_[sample.axis].add(sample.following_error);
     }
@@ -127,6 +140,8 @@ void Recorder::write_row(const std::vector<snapshot::AxisSample>& row) {
     const double error = row[i].drive_following_error;
     if (!std::isnan(error)) add(FMT_STRING(",{:.4g}"), shown(i, error));
   }
+  for (std::size_t i = 0; compensated_ && i < row.size(); ++i)
+    add(FMT_STRING(",{:.7g}"), shown(i, row[i].actual_position + path_error(row[i])));
   for (std::size_t i = 0; increments_ && i < row.size(); ++i) {
     const double scale = columns_[i].increments_per_unit;
     add(FMT_STRING(",{:.0f},{:.0f},{:.1f}"), row[i].target_position * scale, row[i].actual_position * scale,

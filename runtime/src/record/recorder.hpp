@@ -27,6 +27,7 @@ struct ErrorFigures {
 
 /// Following error of one axis while it was in Operation enabled, in rad or m: as the master computes it.
 struct FollowingError : ErrorFigures {
+  ErrorFigures path;              ///< of the path at this instant, instead of the setpoint that the drive followed
   ErrorFigures drive;             ///< as the drive reports it (60F4h); no samples: the object is not mapped
   std::uint64_t unavailable = 0;  ///< cycles in operation in which the axis was unavailable
   std::optional<snapshot::AxisSample> last{};  ///< last sample in operation
@@ -44,9 +45,10 @@ class Recorder final : public snapshot::SampleConsumer {
   static constexpr std::uint64_t kMaxRows = 120'000;
 
   /// `csv`: none, nothing is written. `every`: one row per so many cycles. `increments`: beside what is in the units of
-  /// the axes, behind everything else.
+  /// the axes, behind everything else. `compensated`: setpoints lead the path by the dead times, so that the setpoint a
+  /// drive has followed is that of the path at this instant.
   Recorder(const std::vector<ecat_master::AxisConfig>& axes, std::optional<std::filesystem::path> csv,
-           std::uint64_t every, bool increments = false);
+           std::uint64_t every, bool increments = false, bool compensated = false);
   /// Removes a file that has not been finished.
   ~Recorder() override;
   Recorder(const Recorder&) = delete;
@@ -72,6 +74,7 @@ class Recorder final : public snapshot::SampleConsumer {
   [[nodiscard]] const std::optional<Error>& problem() const noexcept { return problem_; }
 
  private:
+  [[nodiscard]] double path_error(const snapshot::AxisSample& sample) const noexcept;
   void drop_file();
   void note_problem(std::string_view what);
   void add_to_row(const snapshot::AxisSample& sample);
@@ -97,6 +100,7 @@ class Recorder final : public snapshot::SampleConsumer {
   std::optional<std::filesystem::path> csv_;
   std::uint64_t every_;
   bool increments_;
+  bool compensated_;
   std::ofstream stream_;
   std::vector<snapshot::AxisSample> row_;
   std::vector<snapshot::AxisSample> last_row_;  ///< complete, of a cycle behind the last row of the file

@@ -38,6 +38,31 @@ std::unique_ptr<slaves::Slave> make_slave(const SlaveConfig& config, std::uint32
   return std::make_unique<slaves::Slave>(std::move(device), options);
 }
 
+ecat_master::SetpointWay setpoint_way(const LineConfig& config, const ecat_master::AxisConfig& axis,
+                                      const ecat_master::Master& master) {
+  ecat_master::SetpointWay way;
+  const auto& slave = config.slaves[axis.slave];
+  way.period = config.period;
+  way.divider = exchange_divider(config, slave);
+  way.interpolation = drive_rules(config, slave).interpolation_exchanges();
+  const auto position = master.position_of(axis.slave).value_or(axis.slave);
+  const auto* clocks = master.clocks();
+  if (clocks != nullptr && position < clocks->slaves.size() && clocks->slaves[position].signals.sync0()) {
+    const auto& signals = clocks->slaves[position].signals;
+    const auto cycle = std::max(signals.sync0_cycle, std::chrono::nanoseconds{1});
+    way.to_sync0 = ((clocks->frame_lead + signals.sync0_shift) % cycle + cycle) % cycle;
+  }
+  return way;
+}
+
+/// A drive moves from one setpoint to the next while it is given one further on: a torque offset, which it uses at
+/// once, belongs to the middle of that. Where the inertia alone is fed forward it leaves with the setpoint.
+double offset_delay(double setpoint_delay_cycles, ecat_master::SetpointWay way) {
+  way.interpolation = 0;
+  const double interpolation = setpoint_delay_cycles - ecat_master::setpoint_delay_cycles(way);
+  return std::max(interpolation - 0.5 * way.divider, 0.0);
+}
+
 }  // namespace
 
 std::vector<std::unique_ptr<slaves::Slave>> make_simulated_slaves(const LineConfig& config) {
@@ -86,19 +111,7 @@ std::vector<ecat_master::SlavePlan> make_slave_plans(const LineConfig& config) {
 
 double setpoint_delay(const LineConfig& config, const ecat_master::AxisConfig& axis,
                       const ecat_master::Master& master) {
-  ecat_master::SetpointWay way;
-  const auto& slave = config.slaves[axis.slave];
-  way.period = config.period;
-  way.divider = exchange_divider(config, slave);
-  way.interpolation = drive_rules(config, slave).interpolation_exchanges();
-  const auto position = master.position_of(axis.slave).value_or(axis.slave);
-  const auto* clocks = master.clocks();
-  if (clocks != nullptr && position < clocks->slaves.size() && clocks->slaves[position].signals.sync0()) {
-    const auto& signals = clocks->slaves[position].signals;
-    const auto cycle = std::max(signals.sync0_cycle, std::chrono::nanoseconds{1});
-    way.to_sync0 = ((clocks->frame_lead + signals.sync0_shift) % cycle + cycle) % cycle;
-  }
-  return ecat_master::setpoint_delay_cycles(way);
+  return ecat_master::setpoint_delay_cycles(setpoint_way(config, axis, master));
 }
 
 std::vector<ecat_master::Axis> make_axes(const LineConfig& config, const ecat_master::Master& master) {
@@ -106,7 +119,9 @@ std::vector<ecat_master::Axis> make_axes(const LineConfig& config, const ecat_ma
   for (auto axis : config.axes) {
     axis.on_loss = config.recovery.axes;
     axis.period = config.period;
-    if (!axis.setpoint_delay_cycles) axis.setpoint_delay_cycles = setpoint_delay(config, axis, master);
+    const auto way = setpoint_way(config, axis, master);
+    if (!axis.setpoint_delay_cycles) axis.setpoint_delay_cycles = ecat_master::setpoint_delay_cycles(way);
+    if (axis.feed_forward.any()) axis.offset_delay_cycles = offset_delay(*axis.setpoint_delay_cycles, way);
     // The description names slaves; those with an alias may be anywhere on the line. All are there, or configure() had
     // failed.
     axis.slave = master.position_of(axis.slave).value_or(axis.slave);
@@ -125,6 +140,7 @@ ecat_master::Motion::Settings motion_settings(const LineConfig& config) {
   settings.relative = !config.path || config.path->relative;
   settings.bad_cycle_limit = config.max_lost_cycles;
   if (config.path) settings.late = config.path->late;
+  settings.compensate_dead_time = compensates_dead_time(config);
   return settings;
 }
 

@@ -105,7 +105,7 @@ Result<void> check_axis_objects(const LineConfig& config, const ecat_master::Mas
   for (const auto& axis : config.axes) {
     const auto position = master.position_of(axis.slave).value_or(axis.slave);
     const auto& plan = master.slaves()[position].plan;
-    const auto missing = ecat_master::missing_objects(axis.mode, plan.pdos);
+    const auto missing = ecat_master::missing_objects(axis.mode, plan.pdos, axis.feed_forward.any());
     if (missing.empty()) continue;
     return fail(ErrorKind::kSetting, fmt::format("axis {}, slave {} ({}): {}", axis.name, position, plan.name,
                                                  ecat_master::describe_missing(axis.mode, missing, plan.pdos)));

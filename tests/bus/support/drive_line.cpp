@@ -147,6 +147,7 @@ ecat_master::AxisConfig LineOperation::axis(std::size_t position, const RunOptio
   config.software_limits = options.software_limits;
   config.range_min = options.range_min;
   config.range_max = options.range_max;
+  config.feed_forward = options.feed_forward;
   return config;
 }
 

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "driveline/ecat_master/axis/feed_forward.hpp"
 #include "driveline/ecat_master/cyclic/motion.hpp"
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/ecat_master/single_axis/single_axes.hpp"
@@ -80,6 +81,7 @@ struct RunOptions {
   /// AxisConfig::range_min and range_max of every axis
   std::int32_t range_min = 0;
   std::int32_t range_max = 0;
+  ecat_master::FeedForward feed_forward{};  ///< of every axis
   bool accept_swapped_ports = false;  ///< IN and OUT of a slave may be swapped
 };
 

@@ -122,6 +122,34 @@ class VirtualTime(ProgramTest):
         self.check_refused(self.run_program("run", "--config", config, "--mode", "cvs"), 2, "did you mean csv?")
         self.check_refused(self.run_program("run", "--iface", "lo", "--mode", "csv"), 2, "--config FILE")
 
+    def test_a_test_motion_finds_the_load(self):
+        self.write("line.toml", "[line]\ncycle_us = 500\n[[slave]]\nname = \"x\"\n[slave.plant]\ninertia_kg_m2 = 5e-4\n"
+                   "viscous_friction_nm_s = 1e-3\ncoulomb_friction_nm = 0.1\n[slave.plant.load]\ngravity_nm = -0.6\n"
+                   "[[slave]]\nname = \"y\"\n[[axis]]\nname = \"y\"\n[[axis]]\nname = \"x\"\nunit = \"rev\"\nmax_velocity = 30\n")
+        asked = ["identify", "--config", "line.toml", "--virtual", "x", "--output", "out"]
+        document = self.one_document(self.run_program(*asked, "--distance", "-2", "--json").stdout)
+        self.assertEqual(document["axis"], "x")
+        for key, truth in {"inertia": 5e-4, "viscous_friction": 1e-3, "coulomb_friction": 0.1, "gravity": -0.6}.items():
+            self.assertAlmostEqual(document["load"][key]["value"] / truth, 1.0, delta=0.05, msg=key)
+        self.assertEqual(set(document["files"]), {"load_csv", "load_plot", "axes_csv"})
+        for file in document["files"].values():
+            self.assertTrue((self.directory / file).is_file(), file)
+        text = self.run_program(*asked, "--distance", "-2", "--no-plots").stdout
+        keys = text.partition("for the [[axis]] of the line description:\n\n")[2]
+        self.assertEqual([line.partition(" = ")[0] for line in keys.splitlines()],
+                         ["inertia", "viscous_friction", "coulomb_friction", "gravity"])
+        # The keys as they are printed are taken, and bring the axis nearer to its path.
+        with open(self.directory / "line.toml", "a") as line:
+            line.write(keys)
+        self.assertEqual(self.run_program("run", "--config", "line.toml", "--virtual", "--duration", "0.1", "--no-plots",
+                                          "--no-telemetry").returncode, 0)
+        for wrong, sentence in ((["--distance", "0.0001"], "needed"), (["--distance", "2", "--velocity", "31"], "its limit of 30 rev/s"),
+                                (["--distance", "far"], "a number is expected, in rev"), ([], "Give --distance")):
+            result = self.run_program(*asked, *wrong)
+            self.assertNotEqual(result.returncode, 0)
+            self.assertIn(sentence, result.stderr)
+        self.assertIn('there is no axis "z", but y, x', self.run_program(*asked[:4], "z", "--distance", "1").stderr)
+
     def test_torque_mode_moves_with_the_inertia_alone(self):
         self.write("path.csv", "time[s],x[rad]\n0,0\n1,31\n1.5,31\n")
         result, document = self.run_axis("", 'mode = "cst"\ninertia = 3e-4\n')

@@ -21,6 +21,7 @@ runtime::RunReport report_of_a_run() {
   report.line = "press";
   report.state = "OP";
   report.axes = {{"x", 0, 120.0, 30.5, "rad", 1000.0}, {"z", 3, 8.0, 2.0, "mm", 1e3, 17}};
+  report.axes[1].path_error = {90.5, 60.0};
   report.period = std::chrono::microseconds{125};
   report.duration_s = 5.0;
   auto& statistics = report.statistics;
@@ -67,10 +68,11 @@ TEST(RunReport, JsonHasTheKeysOfTheContractAndNoOthers) {
   for (const auto* times : {"wake_latency_ns", "cycle_cost_ns", "round_trip_ns"}) {
     EXPECT_THAT(keys(document[times]), UnorderedElementsAre("p50", "p99", "p999", "max"));
   }
-  EXPECT_THAT(keys(document["axes"][0]), UnorderedElementsAre("name", "slave", "following_error_max",
-                                                              "following_error_rms", "unit", "unavailable_cycles",
-                                                              // Added since:
-                                                              "position_unit", "increments_per_position_unit"));
+  EXPECT_THAT(
+      keys(document["axes"][0]),
+      UnorderedElementsAre("name", "slave", "following_error_max", "following_error_rms", "unit", "unavailable_cycles",
+                           // Added since:
+                           "position_unit", "increments_per_position_unit", "path_error_max", "path_error_rms"));
 }
 
 TEST(RunReport, JsonHasTheFigures) {
@@ -83,10 +85,12 @@ TEST(RunReport, JsonHasTheFigures) {
     "round_trip_ns": {"p50": 60, "p99": 60, "p999": 60, "max": 60}, "round_trip_modelled": false,
     "dc": {"locked": false, "difference_ns": {"p50": null, "p99": null, "max": null}},
     "axes": [
-      {"name": "x", "slave": 0, "following_error_max": 120.0, "following_error_rms": 30.5, "unit": "increments",
+      {"name": "x", "slave": 0, "following_error_max": 120.0, "following_error_rms": 30.5,
+       "path_error_max": 0.0, "path_error_rms": 0.0, "unit": "increments",
        "position_unit": "rad", "increments_per_position_unit": 1000.0,
        "unavailable_cycles": 0},
-      {"name": "z", "slave": 3, "following_error_max": 8.0, "following_error_rms": 2.0, "unit": "increments",
+      {"name": "z", "slave": 3, "following_error_max": 8.0, "following_error_rms": 2.0,
+       "path_error_max": 90.5, "path_error_rms": 60.0, "unit": "increments",
        "position_unit": "mm", "increments_per_position_unit": 1000.0,
        "unavailable_cycles": 17}],
     "telemetry": {"published": 80000, "dropped": 5},

@@ -38,6 +38,19 @@ TEST(AxisObjects, EachModeNeedsItsTargetAndWhatItsLoopIsClosedWith) {
                           MissingObject{0x6041, 16, false}, MissingObject{0x6064, 32, false}));
 }
 
+TEST(AxisObjects, AFeedForwardOfFrictionNeedsTheTorqueOffset) {
+  const auto pdos =
+      mapped({kControl, {0x607A, 0, 32}, {0x60FF, 0, 32}, {0x6071, 0, 16}}, {kStatus, kActual, {0x606C, 0, 32}});
+  const auto offset = ElementsAre(MissingObject{0x60B2, 16, true});
+  EXPECT_THAT(missing_objects(Mode::kCyclicPosition, pdos, true), offset);
+  EXPECT_THAT(missing_objects(Mode::kCyclicVelocity, pdos, true), offset);
+  EXPECT_THAT(missing_objects(Mode::kCyclicTorque, pdos, true), IsEmpty()) << "it is part of the target";
+  AxisConfig config;
+  EXPECT_TRUE(Axis(config, {0, 12, 0, 10}, pdos).complete());
+  config.feed_forward.gravity = 1.0;
+  EXPECT_FALSE(Axis(config, {0, 12, 0, 10}, pdos).complete());
+}
+
 TEST(AxisObjects, AreEnoughWithoutTheModeOfOperation) {
   const auto pdos = mapped({kControl, {0x607A, 0, 32}}, {kStatus, kActual});
   EXPECT_THAT(missing_objects(Mode::kCyclicPosition, pdos), IsEmpty());

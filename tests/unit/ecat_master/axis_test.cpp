@@ -102,6 +102,79 @@ TEST(AxisInputs, TellFaults) {
   EXPECT_TRUE(bench.axis.fault());
 }
 
+TEST(AxisOutputs, FrictionAndWeightArePartOfTheTorque) {
+  auto c = config();
+  c.feed_forward = {.viscous_friction = 0.1, .coulomb_friction = 0.2, .coulomb_velocity = 0.5, .gravity = -1.0};
+  for (const auto mode : {Mode::kCyclicPosition, Mode::kCyclicVelocity}) {
+    c.mode = mode;
+    Bench bench(c);
+    bench.axis.read_inputs(inputs(kEnabledInputs), true);
+    bench.write(Goal::kEnabled, {2.0, 3.0, 4.0});
+    // 0.5 * 4 + 0.1 * 3 + 0.2 - 1.0 = 1.5 of 4 Nm: 375 per mille.
+    const auto written = bench.written();
+    EXPECT_EQ(std::vector(written.end() - 2, written.end()), hex("7701")) << to_text(mode);
+    bench.write(Goal::kEnabled, {2.0, 3.0, 4.0, 1.0});
+    const auto of_the_source = bench.written();
+    EXPECT_EQ(std::vector(of_the_source.end() - 2, of_the_source.end()), hex("FA00")) << "a source knows better";
+  }
+}
+
+TEST(AxisOutputs, TorqueOffsetWaitsForTheDriveToBeThere) {
+  auto c = config();
+  c.offset_delay_cycles = 1.5;
+  Bench bench(c);
+  const auto offset = [&bench] {
+    const auto written = bench.written();
+    return std::to_integer<int>(*(written.end() - 2)) + 256 * std::to_integer<int>(written.back());
+  };
+  bench.axis.read_inputs(inputs("3302 08 E8030000 00000000 00000000 0000 0000"), true);
+  for (int cycle = 0; cycle < 3; ++cycle) bench.write(Goal::kEnabled, {1.0, 0.0, 0.0});
+  bench.axis.read_inputs(inputs(kEnabledInputs), true);
+  std::vector<int> offsets;
+  for (int cycle = 0; cycle < 4; ++cycle) {
+    bench.write(Goal::kEnabled, {1.0, 0.0, 1.6});
+    offsets.push_back(offset());
+  }
+  EXPECT_THAT(offsets, testing::ElementsAre(0, 100, 200, 200)) << "0.5 * 1.6 of 4 Nm are 200 per mille";
+}
+
+TEST(AxisOutputs, AWeightIsHeldFromTheInstantOfEnablingOn) {
+  auto c = config();
+  c.feed_forward = {.viscous_friction = 0.1, .coulomb_friction = 0.2, .gravity = -1.0};
+  for (const auto mode : {Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque}) {
+    c.mode = mode;
+    Bench bench(c);
+    bench.axis.read_inputs(inputs("3302 08 E8030000 00000000 00000000 0000 0000"), true);
+    bench.write(Goal::kEnabled, {2.0, 3.0, 4.0});
+    const auto written = bench.written();
+    // -250 per mille, as offset or target.
+    EXPECT_EQ(std::vector(written.end() - 4, written.end()),
+              hex(mode == Mode::kCyclicTorque ? "06FF 0000" : "0000 06FF"));
+  }
+}
+
+/// A drive that has been given the weight as an offset is given it while it changes its mode, too.
+TEST(AxisOutputs, AWeightStaysInTheTorqueOffsetWhileTheModeChanges) {
+  for (const auto mode : {Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque}) {
+    for (const auto to : {Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque}) {
+      auto c = config(mode);
+      c.feed_forward.gravity = -1.0;
+      Bench bench(c);
+      auto shown = inputs(kEnabledInputs);
+      shown[kOffset + 2] = static_cast<std::byte>(mode);
+      bench.axis.read_inputs(shown, true);
+      bench.write(Goal::kEnabled, {1.0, 0.0, 0.0});
+      ASSERT_TRUE(bench.axis.set_mode(to));
+      bench.axis.read_inputs(shown, true);
+      bench.write(Goal::kEnabled, {1.0, 0.0, 0.0});
+      const auto written = bench.written();
+      // -250 per mille. Nothing says that a drive which begins in CST uses offsets elsewhere.
+      EXPECT_EQ(std::vector(written.end() - 2, written.end()), hex(mode == Mode::kCyclicTorque ? "0000" : "06FF"))
+          << to_text(mode) << " to " << to_text(to);
+    }
+  }
+}
+
 TEST(AxisOutputs, InCspAreTargetAndFeedForward) {
   Bench bench(config());
   bench.axis.read_inputs(inputs(kEnabledInputs), true);

@@ -70,6 +70,18 @@ TEST(MsdStartup, OfAnAxisThatMayChangeToCspIsThatOfCsp) {
   }
 }
 
+TEST(MsdStartup, TakesTheTorqueFromTheMasterWhereThatKnowsMoreThanTheInertia) {
+  auto one = axis();
+  one.feed_forward.coulomb_friction = 0.1;
+  // P 379 = 217Bh: sub 2, the torque comes from 60B2h.
+  EXPECT_THAT(written(msd().startup_sdos(one, microseconds{1000})), testing::Contains("217B:02 0100"));
+  one.mode = Mode::kCyclicVelocity;
+  EXPECT_THAT(written(msd().startup_sdos(one, microseconds{1000})), testing::Contains("217B:02 0100"));
+  one.mode = Mode::kCyclicTorque;
+  EXPECT_THAT(written(msd().startup_sdos(one, microseconds{1000})), testing::Not(testing::Contains("217B:02 0100")))
+      << "part of the target there";
+}
+
 TEST(MsdStartup, RefusesAPeriodTheDriveCannotBeTold) {
   EXPECT_THROW(static_cast<void>(msd().startup_sdos(axis(), nanoseconds{312'500})), std::invalid_argument);
 }

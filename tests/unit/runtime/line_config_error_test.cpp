@@ -49,6 +49,27 @@ INSTANTIATE_TEST_SUITE_P(
             "in a TxPDO, 6064h (Position actual value, 32 bits) in a TxPDO; the TxPDOs map nothing"}));
 
 INSTANTIATE_TEST_SUITE_P(
+    FeedForward, LineConfigError,
+    testing::Values(
+        WrongFile{one_axis("viscous_friction = -1\n"),
+                  ":6: [axis 1] viscous_friction: is -1, 0 to 1000000 is expected"},
+        WrongFile{one_axis("coulomb_friction = nan\n"),
+                  ":6: [axis 1] coulomb_friction: is nan, 0 to 1000000 is expected"},
+        WrongFile{one_axis("gravity = inf\n"), ":6: [axis 1] gravity: is inf, -1000000 to 1000000 is expected"},
+        WrongFile{one_axis("coulomb_velocity = 0\n"),
+                  ":6: [axis 1] coulomb_velocity: is 0, 1e-09 to 1000000 is expected"},
+        WrongFile{one_axis("feed_mm_per_revolution = 5\npendulum = 1\n"),
+                  ":7: [axis 1] pendulum: is of a rotary axis, and feed_mm_per_revolution makes this one linear"},
+        WrongFile{"[[slave]]\nname = \"x\"\nmodel = \"servoone\"\n[[axis]]\nname = \"x\"\ngravity = 1\n",
+                  ":4: [axis 1]: a feed-forward of friction or gravity is no use: \"x\" takes torque offsets with an "
+                  "interpolation only that driveline does not use (P 370 = 2)"},
+        WrongFile{one_slave("[[slave.pdo]]\nindex = 0x1600\nentries = [\"0x6040:0:16\", \"0x607A:0:32\"]\n"
+                            "[[slave.pdo]]\nindex = 0x1A00\nentries = [\"0x6041:0:16\", \"0x6064:0:32\"]\n"
+                            "[[axis]]\nname = \"x\"\ngravity = 1\n"),
+                  ":10: [axis 1] slave: the [[slave.pdo]] of \"x\" are not enough: csp with a feed-forward of friction "
+                  "or gravity needs 60B2h (Torque offset, 16 bits) in an RxPDO; the RxPDOs map 6040h, 607Ah"}));
+
+INSTANTIATE_TEST_SUITE_P(
     AxesThatWouldNeverMove, LineConfigError,
     testing::Values(
         WrongFile{one_axis("mode = \"cst\"\n"),
@@ -87,13 +108,14 @@ INSTANTIATE_TEST_SUITE_P(
                   "peak_torque_nm, pole_pairs, rated_current_a, rated_speed_rpm, rated_torque_nm, thermal, "
                   "torque_lag_us, viscous_friction_nm_s, winding"},
         WrongFile{one_axis("limit = 5\n"),
-                  ":6: [axis 1] limit: unknown key, expected one of: adds_offsets, feed_mm_per_revolution, "
-                  "increments_per_revolution, inertia, max_acceleration, max_jerk, max_velocity, mode, name, "
-                  "position_gain_1_s, "
-                  "position_tolerance, "
-                  "rated_torque_nm, setpoint_delay_cycles, slave, unit, velocity_gain"},
-        WrongFile{one_slave("[path]\nfile = \"a.csv\"\nspeed = 2\n"),
-                  ":6: [path] speed: unknown key, expected one of: file, interpolation, late, relative, repeat"},
+                  ":6: [axis 1] limit: unknown key, expected one of: adds_offsets, coulomb_friction, coulomb_velocity, "
+                  "feed_mm_per_revolution, gravity, "
+                  "increments_per_revolution, inertia, max_acceleration, max_jerk, max_velocity, mode, name, pendulum, "
+                  "pendulum_zero, position_gain_1_s, position_tolerance, "
+                  "rated_torque_nm, setpoint_delay_cycles, slave, unit, velocity_gain, viscous_friction"},
+        WrongFile{
+            one_slave("[path]\nfile = \"a.csv\"\nspeed = 2\n"),
+            ":6: [path] speed: unknown key, expected one of: dead_time, file, interpolation, late, relative, repeat"},
         WrongFile{one_slave("[telemetry]\nrate = 2\n"),
                   ":5: [telemetry] rate: unknown key, expected one of: decimation, domain, enabled, interfaces"},
         WrongFile{one_slave("[output]\nplot = false\n"),

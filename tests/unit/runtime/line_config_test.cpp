@@ -163,6 +163,29 @@ velocity_gain = 4000
   EXPECT_EQ(axis.velocity_gain, 4000.0);
 }
 
+TEST(LineConfig, FrictionAndGravityAreForTheFeedForward) {
+  const std::string begin = "[[slave]]\nname = \"x\"\n[[axis]]\nname = \"x\"\n";
+  EXPECT_FALSE(parsed(begin + "inertia = 1\n").axes[0].feed_forward.any());
+  const auto axis = parsed(begin +
+                           "unit = \"deg\"\nmax_velocity = 18000\nviscous_friction = 1e-3\ncoulomb_friction = 0.5\n"
+                           "gravity = -2\npendulum = 3\npendulum_zero = 90\n")
+                        .axes[0];
+  EXPECT_EQ(axis.feed_forward.viscous_friction, 1e-3);
+  EXPECT_EQ(axis.feed_forward.coulomb_friction, 0.5);
+  EXPECT_DOUBLE_EQ(axis.feed_forward.coulomb_velocity, std::numbers::pi / 10.0) << "a thousandth of the highest";
+  EXPECT_EQ(axis.feed_forward.gravity, -2.0);
+  EXPECT_EQ(axis.feed_forward.pendulum, 3.0);
+  EXPECT_DOUBLE_EQ(axis.feed_forward.pendulum_zero, std::numbers::pi / 2.0);
+  EXPECT_EQ(parsed(begin + "coulomb_velocity = 2.5\n").axes[0].feed_forward.coulomb_velocity, 2.5);
+}
+
+TEST(LineConfig, DeadTimesAreCompensatedOnRequest) {
+  const std::string begin = "[[slave]]\nname = \"x\"\n";
+  EXPECT_FALSE(compensates_dead_time(parsed(begin)));
+  EXPECT_FALSE(compensates_dead_time(parsed(begin + "[path]\nfile = \"a.csv\"\n")));
+  EXPECT_TRUE(compensates_dead_time(parsed(begin + "[path]\nfile = \"a.csv\"\ndead_time = \"compensated\"\n")));
+}
+
 TEST(LineConfig, LostCyclesMayBeWrittenAsTime) {
   const std::string slave = "[[slave]]\nname = \"x\"\n";
   EXPECT_EQ(max_lost_text(lost_limit(parsed(slave))), "the 8 cycles that [bus] max_lost_cycles allows");

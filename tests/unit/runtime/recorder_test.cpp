@@ -157,6 +157,23 @@ TEST_F(RecorderTest, FollowingErrorsOfTheDrivesThatReportThemStandBeside) {
   EXPECT_EQ(recorder.following_errors()[1].maximum, 0.5);
 }
 
+TEST_F(RecorderTest, PathErrorIsThatOfThePathAtThisInstant) {
+  for (const bool compensated : {false, true}) {
+    Recorder recorder(two_axes(), csv(), 1, false, compensated);
+    auto x = sample(3, 0, 0.5);
+    x.target_position = 9.0;
+    x.actual_position = 7.0;
+    feed(recorder, {x, sample(3, 1)});
+    recorder.finish({});
+    // The setpoint 9 is that of this instant; or it is given ahead, and the path is at the setpoint followed, 7.5.
+    EXPECT_EQ(recorder.following_errors()[0].path.maximum, compensated ? 0.5 : 2.0);
+    EXPECT_EQ(recorder.following_errors()[0].maximum, 0.5);
+    const auto text = read(csv());
+    EXPECT_EQ(text.find(",x_commanded[rad],z_commanded[m]\n") != std::string::npos, compensated);
+    EXPECT_EQ(text.find(",7.5,") != std::string::npos, compensated);
+  }
+}
+
 TEST_F(RecorderTest, FileGetsItsNameWhenItIsComplete) {
   Recorder recorder(two_axes(), csv(), 1);
   feed(recorder, {sample(0, 0), sample(0, 1)});

@@ -1,8 +1,11 @@
 #include "devices/msd/msd_family.hpp"
 
+#include <algorithm>
+
 #include "devices/msd/drive_reader.hpp"
 #include "devices/msd/msd_rules.hpp"
 #include "driveline/runtime/devices/msd_device.hpp"
+#include "driveline/slaves/msd/core/variant.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"
 
 namespace driveline::runtime {
@@ -23,8 +26,14 @@ bool MsdFamily::simulates(const DeviceIdentity& identity, std::uint32_t revision
 }
 
 const DriveRules* MsdFamily::rules_for(const DeviceIdentity& identity) const noexcept {
-  static const MsdRules kRules;
-  return identity.vendor_id == slaves::msd::kVendorId ? &kRules : nullptr;
+  static const MsdRules kMsd;
+  static const ServoOneRules kServoOne;
+  if (identity.vendor_id != slaves::msd::kVendorId) return nullptr;
+  const bool needs_spline =
+      std::any_of(slaves::msd::kVariants.begin(), slaves::msd::kVariants.end(), [&](const auto& of) {
+        return of.product_code == identity.product_code && of.external_feed_forward_needs_spline;
+      });
+  return needs_spline ? static_cast<const DriveRules*>(&kServoOne) : &kMsd;
 }
 
 DeviceIdentity MsdDevice::identity() const noexcept {

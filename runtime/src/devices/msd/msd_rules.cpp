@@ -12,6 +12,10 @@ constexpr std::uint16_t parameter(unsigned number) {
   return static_cast<std::uint16_t>(0x2000 + number);
 }
 
+/// Where the torque feed-forward comes from (MSD manual Table 12.26): 60B2h instead of inertia times acceleration.
+constexpr std::uint8_t kTorqueSource = 2;
+constexpr std::uint16_t kExternal = 1;
+
 ecat_master::StartupSdo real_sdo(std::uint16_t index, double value) {
   return startup_sdo(index, 0, std::bit_cast<std::uint32_t>(static_cast<float>(value)));
 }
@@ -26,6 +30,9 @@ std::vector<ecat_master::StartupSdo> MsdRules::startup_sdos(const ecat_master::A
   constexpr std::uint8_t kCubicSpline = 3;
   sdos.push_back(startup_sdo(parameter(370), 0, kCubicSpline));
   if (axis.inertia > 0.0 && !axis.linear()) sdos.push_back(real_sdo(parameter(1516), axis.inertia));
+  if (axis.feed_forward.any() && axis.mode != ecat_master::cia402::Mode::kCyclicTorque) {
+    sdos.push_back(startup_sdo(parameter(379), kTorqueSource, kExternal));
+  }
   return sdos;
 }
 

@@ -7,6 +7,19 @@
 
 namespace driveline::trajectory {
 
+/// A moment of the motion along a path.
+struct PathMoment {
+  double path_s = 0.0;  ///< time along the path
+  double rate = 1.0;    ///< seconds along the path per second
+  double slope = 0.0;   ///< change of the rate per second
+
+  /// `setpoint`, of the path at path_s, with velocity and acceleration scaled to this rate. \rtsafe
+  [[nodiscard]] AxisSetpoint scaled(const AxisSetpoint& setpoint) const noexcept {
+    return {setpoint.position, setpoint.velocity * rate,
+            setpoint.acceleration * rate * rate + setpoint.velocity * slope};
+  }
+};
+
 /// The time along a path, which can be brought to rest and set going again while all axes stay on the path. At full
 /// speed it advances exactly with the time that has passed. A plain value without memory of its own.
 class PathClock {
@@ -34,7 +47,9 @@ class PathClock {
   /// At rest. \rtsafe
   [[nodiscard]] bool at_rest() const noexcept { return rate_ <= 0.0; }
   /// `setpoint` with velocity and acceleration scaled to the present rate. \rtsafe
-  [[nodiscard]] AxisSetpoint scaled(const AxisSetpoint& setpoint) const noexcept;
+  [[nodiscard]] AxisSetpoint scaled(const AxisSetpoint& setpoint) const noexcept { return moment().scaled(setpoint); }
+  /// This moment. \rtsafe
+  [[nodiscard]] PathMoment moment() const noexcept { return {path_s_, rate_, slope_}; }
 
  private:
   [[nodiscard]] double wanted_rate(double step) const noexcept;

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 
+#include "driveline/ecat_master/axis/feed_forward.hpp"
 #include "driveline/ecat_master/axis/mode_change.hpp"
 #include "driveline/ecat_master/axis/setpoint_delay.hpp"
 #include "driveline/ecat_master/cia402/cia402.hpp"
@@ -45,11 +46,13 @@ struct AxisConfig {
   std::optional<trajectory::PositionRange> software_limits{};
   /// 6502h of the drive, bit n for mode n + 1; none: not known, every mode is tried.
   std::optional<std::uint32_t> supported_modes{};
-  double inertia = 0.0;  ///< kg m^2 or kg moved by the axis, for the torque feed-forward; 0: none
+  double inertia = 0.0;        ///< kg m^2 or kg moved by the axis, for the torque feed-forward; 0: none
+  FeedForward feed_forward{};  ///< what it needs besides the torque of its inertia
   std::chrono::nanoseconds period = std::chrono::microseconds{125};  ///< from one setpoint to the next
   /// The drive adds 60B1h and 60B2h to its targets in CSV, too, as CiA 402-2 says: the feed-forward then goes there in
   /// every mode, the rest into 60FFh and 6071h. False: in CSV and CST the targets have all, and offsets are zero while
-  /// the mode changes.
+  /// the mode changes; but 60B2h is used in every mode if there is a `feed_forward` and the axis begins in CSP or CSV,
+  /// where nothing else brings that to the drive.
   bool adds_offsets = false;
   LossPolicy on_loss = LossPolicy::kStop;  ///< what happens when the drive exchanges no valid process data
 
@@ -60,6 +63,9 @@ struct AxisConfig {
   /// joins its setpoints by a spline. In CSV and CST the loop is closed here, with the setpoint and the actual position
   /// of the same cycle.
   std::optional<double> setpoint_delay_cycles{};
+  /// CSP: cycles by which the drive's motion lags behind what it is told with the same exchange and uses at once, the
+  /// torque offset: that of `feed_forward` waits for so long.
+  double offset_delay_cycles = 0.0;
   /// How far an axis may be from its setpoint until that is a fault, rad or m; none: position_tolerance().
   std::optional<double> position_tolerance{};
   /// Unit of its positions in messages and files, not in calculations; null: rad or m.
@@ -75,6 +81,10 @@ struct AxisConfig {
 /// AxisConfig::position_tolerance, else the distance at highest velocity in a millisecond, at least 0.05 rad or 1 mm.
 /// \rtsafe
 [[nodiscard]] double position_tolerance(const AxisConfig& axis) noexcept;
+
+/// Cycles by which the actual position of the axis lags behind its setpoints where the drive closes the position loop;
+/// 0 where the master does.
+[[nodiscard]] double dead_time_cycles(const AxisConfig& axis) noexcept;
 
 /// Inputs of one axis, decoded; kept from the last valid cycle.
 struct AxisInputs {
@@ -119,7 +129,7 @@ class Axis {
   [[nodiscard]] double distrust_position() noexcept;
 
   /// Writes control word, mode and targets. While the axis is not in Operation enabled the targets are where it stands
-  /// (hold_at()), so that enabling never starts with a jump.
+  /// (hold_at()), so that enabling never starts with a jump, and what holds its weight.
   void write_outputs(std::span<std::byte> image, cia402::Goal goal, bool reset_fault,
                      const trajectory::AxisSetpoint& setpoint) noexcept;
 
@@ -193,7 +203,6 @@ class Axis {
     double feed_torque = 0.0;
   };
   void write_targets(std::span<std::byte> image) const noexcept;
-  void write_sums(std::span<std::byte> image) const noexcept;
   [[nodiscard]] bool shows_mode() const noexcept {
     return !mode_display_ || inputs_.mode == static_cast<std::int8_t>(mode_);
   }
@@ -207,6 +216,8 @@ class Axis {
   [[nodiscard]] std::int32_t wrapped(double increments) const noexcept;
   void compare(bool moving) noexcept;
   [[nodiscard]] Targets targets_for(const trajectory::AxisSetpoint& setpoint) noexcept;
+  [[nodiscard]] double feed_forward(const trajectory::AxisSetpoint& setpoint) const noexcept;
+  void delay_offset() noexcept;
   [[nodiscard]] double position_loop(const trajectory::AxisSetpoint& setpoint) const noexcept;
   void count(std::int32_t increments) noexcept;
 
@@ -215,12 +226,15 @@ class Axis {
   cia402::Mode mode_;
   bool changing_ = false;  ///< change_ is active
   bool pending_ = false;   ///< and pending
-  bool plain_;             ///< targets are written for mode_ alone
+  /// Whether the feed-forward goes out as offset, and the rest of it in the target.
+  bool velocity_by_offset_ = false;
+  bool torque_by_offset_ = false;
   std::uint16_t command_bits_ = 0;
   std::int64_t range_;  ///< positions until they begin anew
   AxisInputs inputs_;
   Targets targets_;
   SetpointHistory setpoints_;
+  SetpointHistory feeds_;       ///< torques of the feed-forward
   bool fresh_ = false;          ///< the inputs are of this cycle
   std::optional<double> hold_;  ///< hold_at()
   bool trusted_ = true;         ///< not distrust_position()

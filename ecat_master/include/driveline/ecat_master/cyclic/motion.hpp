@@ -99,6 +99,9 @@ class Motion final : public MotionControl {
     /// itself may miss. The drives' own watchdog is the second line of defence.
     std::uint32_t bad_cycle_limit = 8;
     LatePolicy late = LatePolicy::kStay;  ///< behaviour of a path that is late
+    /// The setpoints of a path lead it by the dead time of each axis (dead_time_cycles(), PathLeads). A source of the
+    /// caller's looks ahead by itself, as far as it can.
+    bool compensate_dead_time = false;
     /// time limit until all axes are in Operation enabled, also for one that has returned
     std::chrono::nanoseconds enable_timeout = std::chrono::seconds{2};
     /// time for the drives' own quick stop; then they are switched off

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <optional>
 #include <span>
+#include <vector>
 
 #include "driveline/ecat_master/cyclic/master_absence.hpp"
+#include "driveline/ecat_master/cyclic/path_leads.hpp"
 #include "driveline/ecat_master/cyclic/setpoint_source.hpp"
 #include "driveline/trajectory/interpolator.hpp"
 #include "driveline/trajectory/path_clock.hpp"
@@ -13,8 +16,10 @@ namespace driveline::ecat_master {
 class PathSource final : public SetpointSource {
  public:
   /// `limits`, one for each axis of the path, apply when the path stops, and when it catches up. Evaluates the path at
-  /// some thousand points; for start-up.
-  PathSource(trajectory::Interpolator path, std::span<const trajectory::AxisLimits> limits, LatePolicy late);
+  /// some thousand points; for start-up. `dead_times`, in cycles and one for each axis: they are compensated
+  /// (PathLeads); empty: setpoints are those of the path at this instant.
+  PathSource(trajectory::Interpolator path, std::span<const trajectory::AxisLimits> limits, LatePolicy late,
+             std::span<const double> dead_times = {});
 
   [[nodiscard]] std::size_t axis_count() const noexcept override { return path_.axes().size(); }
   void rewind(std::span<trajectory::AxisSetpoint> first) noexcept override;
@@ -26,8 +31,12 @@ class PathSource final : public SetpointSource {
   [[nodiscard]] double behind_s() const noexcept override { return clock_.behind_s(); }
 
  private:
+  [[nodiscard]] bool next_ahead(std::span<trajectory::AxisSetpoint> setpoints) noexcept;
+
   trajectory::Interpolator path_;
   trajectory::PathClock clock_;
+  std::optional<PathLeads> leads_;
+  std::vector<trajectory::AxisSetpoint> at_delay_;  ///< of all axes, at one of the delays
 };
 
 }  // namespace driveline::ecat_master

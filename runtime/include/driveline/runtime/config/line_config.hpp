@@ -80,7 +80,8 @@ struct PathConfig {
   trajectory::InterpolationMethod interpolation = trajectory::InterpolationMethod::kClampedSpline;
   bool repeat = false;                                            ///< start over at the end
   ecat_master::LatePolicy late = ecat_master::LatePolicy::kStay;  ///< whether a path that is late catches up
-  bool relative = false;  ///< positions are relative to where the axes stand when they are enabled
+  bool relative = false;              ///< positions are relative to where the axes stand when they are enabled
+  bool compensate_dead_time = false;  ///< setpoints lead the path by the dead times of bus and drives
 };
 
 /// [telemetry] of a line description.
@@ -158,6 +159,11 @@ struct LostLimit {
 }
 /// In the words of the file: "the 8 cycles that [bus] max_lost_cycles allows".
 [[nodiscard]] std::string max_lost_text(const LostLimit& limit);
+
+/// Whether the setpoints of the line lead its path by the dead times of bus and drives.
+[[nodiscard]] inline bool compensates_dead_time(const LineConfig& config) noexcept {
+  return config.path && config.path->compensate_dead_time;
+}
 
 /// Cycles of the line from one exchange with a slave to the next: the divider of its group.
 [[nodiscard]] std::uint32_t exchange_divider(const LineConfig& config, const SlaveConfig& slave) noexcept;

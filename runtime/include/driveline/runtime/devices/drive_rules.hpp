@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <string_view>
 #include <vector>
 
 #include "driveline/ecat_master/axis/axis.hpp"
@@ -36,6 +37,9 @@ class DriveRules {
   /// Exchanges until the drive reaches a received position setpoint: 1 with linear interpolation,
   /// ecat_master::kSplinePeriods on a spline. For the following error.
   [[nodiscard]] virtual unsigned interpolation_exchanges() const noexcept { return 1; }
+
+  /// Why the drive cannot use torque offsets (60B2h) in CSP and CSV, as the end of a sentence about it; empty: it can.
+  [[nodiscard]] virtual std::string_view why_no_torque_offset() const noexcept { return {}; }
 
   /// The cycle of SYNC0 must be a multiple of it; 0: any.
   [[nodiscard]] virtual std::chrono::nanoseconds clock_base() const noexcept { return {}; }

@@ -34,6 +34,8 @@ struct AxisReport {
     double rms = 0.0;
   };
   std::optional<Reported> by_drive{};  ///< none: it is not mapped
+  /// The path at the instant at which the position was read, minus that; drive increments.
+  Reported path_error{};
 };
 
 /// Figures of the clocks of the line.
