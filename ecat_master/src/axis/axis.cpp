@@ -108,6 +108,7 @@ Axis::Axis(AxisConfig config, const ProcessDataPlace& place, const PdoConfigurat
     : config_(std::move(config)),
       possible_modes_(possible_modes(config_, pdos)),
       mode_(config_.mode),
+      wanted_(config_.mode),
       range_(range_of(config_)),
       setpoints_(delay_of(config_)),
       feeds_(config_.offset_delay_cycles),
@@ -157,14 +158,19 @@ void Axis::note_change() noexcept {
 }
 
 bool Axis::set_mode(cia402::Mode mode) noexcept {
-  if (mode == mode_ || !can_change(mode)) return mode == mode_;
+  if (mode == wanted_ || !can_change(mode)) return mode == wanted_;
+  wanted_ = mode;
+  if (!change_->committed()) start_change();
+  return true;
+}
+
+void Axis::start_change() noexcept {
   if (enabled()) {
     change_->begin(measured(), {targets_.position, targets_.velocity, targets_.torque, targets_.acceleration,
                                 targets_.feed_velocity});
   }
-  mode_ = mode;
+  mode_ = wanted_;
   note_change();
-  return true;
 }
 
 void Axis::command_torque() noexcept {
@@ -305,8 +311,9 @@ void Axis::write_outputs(std::span<std::byte> image, cia402::Goal goal, bool res
   if (!moving) {
     trusted_ = true;
     correction_ = 0.0;
-    if (changing_) {
+    if (changing_ || mode_ != wanted_) {
       change_->cancel();
+      mode_ = wanted_;
       note_change();
     }
     targets_ = {};
@@ -314,6 +321,7 @@ void Axis::write_outputs(std::span<std::byte> image, cia402::Goal goal, bool res
     // A weight does not sag while the drive gets its first setpoints.
     targets_.torque = targets_.feed_torque = config_.feed_forward.torque({targets_.position, 0.0, 0.0});
   } else {
+    if (mode_ != wanted_ && !change_->committed()) start_change();
     targets_ = changing_ ? targets_in_change(setpoint) : targets_for(setpoint);
   }
   delay_offset();

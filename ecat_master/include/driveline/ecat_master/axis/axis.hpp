@@ -135,15 +135,16 @@ class Axis {
 
   /// Lets the drive change to another mode. From one cyclic mode to another that is without a step also while the axis
   /// moves (ModeChange), if torque and velocity (6077h, 606Ch) are mapped; on the way to another mode the drive is led
-  /// by cyclic setpoints until it shows that. False, and nothing is changed: the process data lack an object of that
-  /// mode or the modes themselves (6060h, 6061h), for CST there is no velocity gain, or the drive does not have it
-  /// (supports()). A drive that does not change takes part in the motion as it is; when that is too
-  /// long, and what happens then, is the caller's business: set_mode() with the mode before.
+  /// by cyclic setpoints until it shows that. While a drive that has been told may change at any moment, another
+  /// request waits until it has (ModeChange::committed()). False, and nothing is changed: the process data lack an
+  /// object of that mode or the modes themselves (6060h, 6061h), for CST there is no velocity gain, or the drive does
+  /// not have it (supports()). A drive that does not change takes part in the motion as it is; when that is too long,
+  /// and what happens then, is the caller's business: set_mode() with the mode before.
   [[nodiscard]] bool set_mode(cia402::Mode mode) noexcept;
   /// Whether set_mode() would do it.
   [[nodiscard]] bool can_change(cia402::Mode mode) const noexcept {
     const bool movable = mode != cia402::Mode::kCyclicTorque || config_.velocity_gain > 0.0;
-    return mode == mode_ || (possible(mode) && supports(mode) && movable && mode_object_ && mode_display_);
+    return mode == wanted_ || (possible(mode) && supports(mode) && movable && mode_object_ && mode_display_);
   }
   /// Whether the drive has the mode, by AxisConfig::supported_modes.
   [[nodiscard]] bool supports(cia402::Mode mode) const noexcept {
@@ -158,10 +159,10 @@ class Axis {
   [[nodiscard]] double target_torque() const noexcept { return targets_.torque; }
   /// Positions count as the drive has told the last one: it has a new zero.
   void recount() noexcept;
-  /// Mode that the drive is in, or on its way into.
-  [[nodiscard]] cia402::Mode mode() const noexcept { return mode_; }
+  /// Mode that the drive is in, or on its way into; that of the last set_mode().
+  [[nodiscard]] cia402::Mode mode() const noexcept { return wanted_; }
   /// The drive is in mode(), as 6061h has shown for some exchanges, if it is mapped.
-  [[nodiscard]] bool mode_ready() const noexcept { return !pending_ && shows_mode(); }
+  [[nodiscard]] bool mode_ready() const noexcept { return !pending_ && mode_ == wanted_ && shows_mode(); }
   /// Bits of cia402::command_bit that the control word of an enabled axis gets from now on, besides those of its state.
   /// In the modes in which the drive makes its motion, setpoint position and velocity are written as they are (607Ah,
   /// 60FFh), and take effect as these bits say.
@@ -213,6 +214,7 @@ class Axis {
   [[nodiscard]] Targets targets_in_change(const trajectory::AxisSetpoint& setpoint) noexcept;
   [[nodiscard]] ModeChange::Measured measured() const noexcept;
   void note_change() noexcept;
+  void start_change() noexcept;
   [[nodiscard]] std::int32_t wrapped(double increments) const noexcept;
   void compare(bool moving) noexcept;
   [[nodiscard]] Targets targets_for(const trajectory::AxisSetpoint& setpoint) noexcept;
@@ -223,9 +225,10 @@ class Axis {
 
   AxisConfig config_;
   std::uint32_t possible_modes_;  ///< bit of each whose objects are mapped
-  cia402::Mode mode_;
-  bool changing_ = false;  ///< change_ is active
-  bool pending_ = false;   ///< and pending
+  cia402::Mode mode_;             ///< that the drive is told, or about to be
+  cia402::Mode wanted_;           ///< another one: next
+  bool changing_ = false;         ///< change_ is active
+  bool pending_ = false;          ///< and pending
   /// Whether the feed-forward goes out as offset, and the rest of it in the target.
   bool velocity_by_offset_ = false;
   bool torque_by_offset_ = false;
