@@ -82,7 +82,7 @@ struct RunOptions {
   std::int32_t range_min = 0;
   std::int32_t range_max = 0;
   ecat_master::FeedForward feed_forward{};  ///< of every axis
-  bool accept_swapped_ports = false;  ///< IN and OUT of a slave may be swapped
+  bool accept_swapped_ports = false;        ///< IN and OUT of a slave may be swapped
 };
 
 /// A master that runs all drives of a line along a path of raised cosines, each axis with its own amplitude; composed
