@@ -320,6 +320,7 @@ def interpolation(documents):
         aim = f"{limits(aimed)['p50']:.0f} ns: {verdict(aimed)}" if limits(aimed) else ""
         rows.append([INTERPOLATIONS[kind], method, *(f"{row['p50']:.1f} ns" for row in each), f"{aimed['p99']:.1f} ns",
                      f"{aimed['ratio_p50']:.2f}", aim])
+    rows.sort(key=lambda row: list(INTERPOLATIONS.values()).index(row[0]))
     return where_from(documents["trajectory"]) + table(
         [("per axis and cycle", "l"), ("method", "l"), ("1 axis", "r"), ("8 axes", "r"), ("32 axes", "r"), ("128 axes", "r"),
          ("32 axes, p99", "r"), ("times bare cubics", "r"), ("aim, 32 axes", "l")], rows)
