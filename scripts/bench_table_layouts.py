@@ -304,6 +304,40 @@ def dc(documents):
          ("phase of the grid, largest error", "r"), ("aims", "l"), ("frames late by up to", "r")], rows)
 
 
+INTERPOLATIONS = {"path": "a path that is known", "curve": "a curve that is continued", "stream": "a stream, with its checks and limits"}
+
+
+def interpolation(documents):
+    figures = Figures(documents["trajectory"])
+    counts = ("1", "8", "32", "128")
+    rows = []
+    for case in figures.cases("cost_per_axis"):
+        kind, method, axes = re.fullmatch(r"(path|curve|stream)_(\w+)_(\d+)_axes", case).groups()
+        if axes != "1":
+            continue
+        each = [figures.row(f"{kind}_{method}_{count}_axes", "cost_per_axis") for count in counts]
+        aimed = each[counts.index("32")]
+        aim = f"{limits(aimed)['p50']:.0f} ns: {verdict(aimed)}" if limits(aimed) else ""
+        rows.append([INTERPOLATIONS[kind], method, *(f"{row['p50']:.1f} ns" for row in each), f"{aimed['p99']:.1f} ns",
+                     f"{aimed['ratio_p50']:.2f}", aim])
+    rows.sort(key=lambda row: list(INTERPOLATIONS.values()).index(row[0]))
+    return where_from(documents["trajectory"]) + table(
+        [("per axis and cycle", "l"), ("method", "l"), ("1 axis", "r"), ("8 axes", "r"), ("32 axes", "r"), ("128 axes", "r"),
+         ("32 axes, p99", "r"), ("times bare cubics", "r"), ("aim, 32 axes", "l")], rows)
+
+
+def profiles(documents):
+    figures = Figures(documents["trajectory"])
+    rows = []
+    for case in figures.cases("time_per_plan"):
+        row = figures.row(case, "time_per_plan")
+        failures = figures.row(case, "failures")
+        rows.append([case.split("_")[1], f"{row['n']:,}", *(figures.time(case, "time_per_plan", key) for key in ("p50", "p99", "p999", "max")),
+                     figures.time(case, "slowest_repeated", "max"), f"{failures['max']:.0f}", f"{duration(limits(row)['p50'])}: {verdict(row)}"])
+    return table([("axes", "r"), ("problems", "r"), ("p50", "r"), ("p99", "r"), ("p99.9", "r"), ("max", "r"),
+                  ("the slowest planned again, max", "r"), ("failures", "r"), ("aim of the median", "l")], rows)
+
+
 def aims(documents):
     rows = []
     for name in sorted(documents):
@@ -325,7 +359,9 @@ TABLES = {
     "eoe": (eoe, ["eoe"]),
     "eoe_cost": (eoe_cost, ["eoe"]),
     "esc": (esc, ["esc"]),
+    "interpolation": (interpolation, ["trajectory"]),
     "master_cost": (master_cost, ["master_cost"]),
+    "profiles": (profiles, ["trajectory"]),
     "startup": (startup, ["startup"]),
     "startup_memory": (startup_memory, ["startup"]),
     "turnaround": (turnaround, ["turnaround"]),

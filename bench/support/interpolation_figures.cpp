@@ -16,6 +16,7 @@
 #include "driveline/trajectory/interpolator.hpp"
 #include "driveline/trajectory/path.hpp"
 #include "driveline/trajectory/setpoint_stream.hpp"
+#include "driveline/trajectory/stream_curve.hpp"
 #include "support/realtime.hpp"
 #include "support/samples.hpp"
 #include "support/stopwatch.hpp"
@@ -123,7 +124,13 @@ bool is_cubic(InterpolationMethod method) {
          method == InterpolationMethod::kClampedSpline || method == InterpolationMethod::kBSpline;
 }
 
-std::optional<double> aim_of(InterpolationMethod method, std::size_t axes) {
+bool is_cubic(StreamMethod method) {
+  return method == StreamMethod::kHermite || method == StreamMethod::kCubic || method == StreamMethod::kBSpline;
+}
+
+/// Of interpolation alone.
+template <typename Method>
+std::optional<double> aim_of(Method method, std::size_t axes) {
   if (axes != kAimedAxes) return std::nullopt;
   return is_cubic(method) ? kCubicAimNs : kOtherAimNs;
 }
@@ -137,29 +144,66 @@ Summary path_cost(const trajectory::Path& path, InterpolationMethod method, int 
   });
 }
 
+/// Setpoints of a stream, made beforehand: there and back, so that none leaps when they start over.
+class StreamedWalk {
+ public:
+  explicit StreamedWalk(std::size_t axes) : setpoints_(kMade, std::vector<trajectory::StreamPoint>(axes)) {
+    Walk walk(axes);
+    for (std::size_t k = 0; k < kMade / 2; ++k) {
+      walk.step();
+      for (std::size_t i = 0; i < axes; ++i) {
+        setpoints_[k][i] = {walk.positions()[i], walk.velocities()[i], 0.0};
+        setpoints_[kMade - 1 - k][i] = {walk.positions()[i], -walk.velocities()[i], 0.0};
+      }
+    }
+  }
+
+  /// Those of a cycle; none: no new ones come in it.
+  [[nodiscard]] const std::vector<trajectory::StreamPoint>* of(int cycle) const {
+    if (cycle % kCyclesPerPoint != 0) return nullptr;
+    return &setpoints_[static_cast<std::size_t>(cycle / kCyclesPerPoint) % kMade];
+  }
+
+ private:
+  static constexpr std::size_t kMade = 512;
+  std::vector<std::vector<trajectory::StreamPoint>> setpoints_;
+};
+
+/// Setpoints that the curve is behind those that come in.
+double delay_s(StreamMethod method) {
+  return static_cast<double>(facts_of(method).delay + 1) * kCyclesPerPoint * kCycleS;
+}
+
+/// The curve alone: new setpoints taken in, coefficients and evaluation; nothing is checked and no limits are kept.
+Summary curve_cost(StreamMethod method, std::size_t axes, int batches) {
+  constexpr std::size_t kRoom = 16;
+  trajectory::StreamCurve curve(method, axes, kRoom, kCyclesPerPoint * kCycleS);
+  const StreamedWalk walk(axes);
+  std::vector<AxisSetpoint> out(axes);
+  bool reached = false;
+  const auto cost = measure(axes, batches, [&](int cycle) {
+    const double now_s = cycle * kCycleS;
+    if (const auto* setpoints = walk.of(cycle)) curve.add(now_s, *setpoints);
+    reached = curve.advance(now_s - delay_s(method));
+    if (curve.begun()) curve.evaluate(now_s - delay_s(method), out);
+    keep(out.front());
+  });
+  if (!reached) throw std::runtime_error("a curve that was measured did not reach the present");
+  return cost;
+}
+
+/// All of it: setpoints checked, joined, and followed within the limits.
 Summary stream_cost(StreamMethod method, std::size_t axes, int batches) {
   trajectory::StreamSettings settings;
   settings.method = method;
-  settings.delay_s = static_cast<double>(facts_of(method).delay + 1) * kCyclesPerPoint * kCycleS;
+  settings.delay_s = delay_s(method);
   trajectory::SetpointStream stream(settings, std::vector<trajectory::FollowLimits>(axes, {{1e3, 1e6}, 1e9}));
   stream.begin(0.0, std::vector<double>(axes));
-  // The setpoints are made beforehand, there and back, so that none leaps when they start over.
-  constexpr std::size_t kMade = 512;
-  std::vector<std::vector<trajectory::StreamPoint>> setpoints(kMade, std::vector<trajectory::StreamPoint>(axes));
-  Walk walk(axes);
-  for (std::size_t k = 0; k < kMade / 2; ++k) {
-    walk.step();
-    for (std::size_t i = 0; i < axes; ++i) {
-      setpoints[k][i] = {walk.positions()[i], walk.velocities()[i], 0.0};
-      setpoints[kMade - 1 - k][i] = {walk.positions()[i], -walk.velocities()[i], 0.0};
-    }
-  }
+  const StreamedWalk walk(axes);
   std::vector<AxisSetpoint> out(axes);
   const auto cost = measure(axes, batches, [&](int cycle) {
     const double now_s = cycle * kCycleS;
-    if (cycle % kCyclesPerPoint == 0) {
-      (void)stream.push(now_s, setpoints[static_cast<std::size_t>(cycle / kCyclesPerPoint) % kMade]);
-    }
+    if (const auto* setpoints = walk.of(cycle)) (void)stream.push(now_s, *setpoints);
     (void)stream.evaluate(now_s, out);
     keep(out.front());
   });
@@ -188,7 +232,10 @@ void add_interpolation_figures(Report& report, const Options& options) {
     for (const auto& facts : trajectory::interpolation_methods()) {
       add("path", facts.name, path_cost(path, facts.method, batches), aim_of(facts.method, axes));
     }
-    for (const auto& [method, name] : kStreams) add("stream", name, stream_cost(method, axes, batches), std::nullopt);
+    for (const auto& [method, name] : kStreams) {
+      add("curve", name, curve_cost(method, axes, batches), aim_of(method, axes));
+      add("stream", name, stream_cost(method, axes, batches), std::nullopt);
+    }
   }
 }
 

@@ -95,3 +95,4 @@ PLOT
 
 docs/figures/clocks.sh "$build"
 docs/figures/feed_forward.py "$build"
+docs/figures/motion.py "$build"

@@ -1,6 +1,7 @@
 #include "driveline/trajectory/stream_curve.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "b_spline.hpp"
 #include "segment.hpp"
@@ -77,11 +78,11 @@ bool StreamCurve::advance(double time_s) noexcept {
   if (!begun_) {
     if (!complete(segment_) || time_s < time_of(segment_)) return false;
     begun_ = true;
-    start_segment();
+    start_segment(false);
   }
   const std::uint64_t before = segment_;
   while (complete(segment_ + 1) && time_s >= time_of(segment_ + 1)) ++segment_;
-  if (segment_ != before) start_segment();
+  if (segment_ != before) start_segment(segment_ == before + 1);
   const double end_s = segment_ + 1 < end_ ? time_of(segment_ + 1) : time_of(segment_) + hold_s_;
   return time_s <= end_s;
 }
@@ -99,29 +100,38 @@ void StreamCurve::estimate_velocities(std::uint64_t index, Row& velocities) noex
 }
 
 /// As for a path: the straight lines through the setpoints at the mean of three knots.
-double StreamCurve::control_point(std::uint64_t index, std::size_t axis) noexcept {
+StreamCurve::ControlPoints StreamCurve::control_points(std::uint64_t index) noexcept {
   const double before_s = time_of(index) - time_of(index - 1);
   const double after_s = time_of(index + 1) - time_of(index);
   const double shift = (after_s - before_s) / 3.0;
-  const double at = row(positions_, index)[axis];
-  const double slope = shift > 0.0 ? (row(positions_, index + 1)[axis] - at) / after_s
-                                   : (at - row(positions_, index - 1)[axis]) / before_s;
-  return at + shift * slope;
+  const double* const at = row(positions_, index);
+  if (shift > 0.0) return {at, row(positions_, index + 1), shift / after_s};
+  return {at, row(positions_, index - 1), -shift / before_s};
 }
 
 void StreamCurve::approximate(std::uint64_t index, Row& positions, Row& accelerations) noexcept {
   const auto knot = segment_detail::b_spline_knot(
       {time_of(index - 2), time_of(index - 1), time_of(index), time_of(index + 1), time_of(index + 2)});
+  const ControlPoints points = control_points(index);
+  const ControlPoints points_before = control_points(index - 1);
+  const ControlPoints points_after = control_points(index + 1);
   for (std::size_t i = 0; i < axes_; ++i) {
-    const double at = control_point(index, i);
-    const double before = control_point(index - 1, i) - at;
-    const double after = control_point(index + 1, i) - at;
+    const double at = points.of(i);
+    const double before = points_before.of(i) - at;
+    const double after = points_after.of(i) - at;
     positions[i] = at + knot.weight_before * before + knot.weight_after * after;
     accelerations[i] = knot.acceleration_before * before + knot.acceleration_after * after;
   }
 }
 
-void StreamCurve::start_segment() noexcept {
+/// What the method derives from several setpoints around one.
+void StreamCurve::derive(std::uint64_t index, Ends& ends) noexcept {
+  if (method_ == StreamMethod::kCubic) estimate_velocities(index, ends.derivatives);
+  if (method_ == StreamMethod::kBSpline) approximate(index, ends.positions, ends.derivatives);
+}
+
+/// `next_one`: the segment before it ended where this one begins.
+void StreamCurve::start_segment(bool next_one) noexcept {
   using segment_detail::Knot;
   const std::uint64_t next = segment_ + 1;
   start_s_ = time_of(segment_);
@@ -131,6 +141,12 @@ void StreamCurve::start_segment() noexcept {
     return;
   }
   const double step = time_of(next) - time_of(segment_);
+  if (next_one) {
+    std::swap(from_, to_);
+  } else {
+    derive(segment_, from_);
+  }
+  derive(next, to_);
   const Knot from{row(positions_, segment_), row(velocities_, segment_), row(accelerations_, segment_)};
   const Knot to{row(positions_, next), row(velocities_, next), row(accelerations_, next)};
   switch (method_) {
@@ -141,14 +157,10 @@ void StreamCurve::start_segment() noexcept {
     case StreamMethod::kQuintic:
       return segment_detail::fill_quintic(c, axes_, step, from, to);
     case StreamMethod::kBSpline:
-      approximate(segment_, from_.positions, from_.derivatives);
-      approximate(next, to_.positions, to_.derivatives);
       return segment_detail::fill_moments(c, axes_, step, {from_.positions.data(), nullptr, from_.derivatives.data()},
                                           {to_.positions.data(), nullptr, to_.derivatives.data()});
     case StreamMethod::kHold:
     case StreamMethod::kCubic:
-      estimate_velocities(segment_, from_.derivatives);
-      estimate_velocities(next, to_.derivatives);
       return segment_detail::fill_cubic(c, axes_, step, {from.position, from_.derivatives.data()},
                                         {to.position, to_.derivatives.data()});
   }

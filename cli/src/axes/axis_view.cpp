@@ -6,23 +6,15 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "driveline/ecat_master/cia402/cia402.hpp"
 #include "driveline/ecat_master/cia402/error_code.hpp"
 
 namespace driveline::cli {
 namespace {
 
+/// 6061h is 0 until a mode is set.
 std::string_view mode_text(std::int8_t mode) {
-  using ecat_master::cia402::Mode;
-  switch (static_cast<Mode>(mode)) {
-    case Mode::kCyclicPosition:
-      return "csp";
-    case Mode::kCyclicVelocity:
-      return "csv";
-    case Mode::kCyclicTorque:
-      return "cst";
-    default:
-      return "-";
-  }
+  return mode == 0 ? "-" : to_text(static_cast<ecat_master::cia402::Mode>(mode));
 }
 
 std::string number(const nlohmann::json& axis, std::string_view key, std::string_view unit) {

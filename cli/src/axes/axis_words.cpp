@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "axes/quantity.hpp"
+#include "driveline/ecat_master/cia402/cyclic_mode.hpp"
 #include "driveline/runtime/config/finite_number.hpp"
 #include "driveline/runtime/toml/suggestion.hpp"
 
@@ -110,13 +111,13 @@ class RequestReader {
   }
 
   [[nodiscard]] Outcome<void> read_mode(std::string_view word) {
-    constexpr std::array<std::string_view, 3> names{"csp", "csv", "cst"};
-    const auto* const found = std::find(names.begin(), names.end(), word);
-    if (found == names.end()) {
-      return misused(fmt::format("mode \"{}\": csp, csv or cst is expected{}", word, hint(word, names)));
+    namespace cia402 = ecat_master::cia402;
+    const auto mode = cia402::find_cyclic_mode(word);
+    if (!mode) {
+      return misused(
+          fmt::format("mode \"{}\": csp, csv or cst is expected{}", word, hint(word, cia402::cyclic_mode_names())));
     }
-    constexpr auto kFirst = static_cast<std::int8_t>(ecat_master::cia402::Mode::kCyclicPosition);
-    request_.mode = static_cast<std::int8_t>(kFirst + (found - names.begin()));
+    request_.mode = static_cast<std::int8_t>(*mode);
     return {};
   }
 

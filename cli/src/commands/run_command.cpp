@@ -2,9 +2,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <nlohmann/json.hpp>
-#include <utility>
 
 #include "axes/axis_script.hpp"
 #include "commands/command_input.hpp"
@@ -14,7 +12,7 @@
 #include "commands/tool_options.hpp"
 #include "console.hpp"
 #include "driveline/bridge/dds_publisher.hpp"
-#include "driveline/ecat_master/cia402/cia402.hpp"
+#include "driveline/ecat_master/cia402/cyclic_mode.hpp"
 #include "driveline/runtime/line.hpp"
 #include "driveline/runtime/toml/suggestion.hpp"
 #include "driveline/trajectory/interpolation_method.hpp"
@@ -27,6 +25,9 @@
 
 namespace driveline::cli {
 namespace {
+
+using ecat_master::cia402::cyclic_mode_names;
+using ecat_master::cia402::find_cyclic_mode;
 
 /// What `run` was asked for.
 struct RunOptions {
@@ -86,23 +87,6 @@ std::vector<std::string_view> interpolation_names() {
   return names;
 }
 
-constexpr std::array kModes{std::pair{std::string_view("csp"), ecat_master::cia402::Mode::kCyclicPosition},
-                            std::pair{std::string_view("csv"), ecat_master::cia402::Mode::kCyclicVelocity},
-                            std::pair{std::string_view("cst"), ecat_master::cia402::Mode::kCyclicTorque}};
-
-std::vector<std::string_view> mode_names() {
-  std::vector<std::string_view> names;
-  for (const auto& mode : kModes) names.push_back(mode.first);
-  return names;
-}
-
-std::optional<ecat_master::cia402::Mode> find_mode(std::string_view name) {
-  const auto* found =
-      std::find_if(kModes.begin(), kModes.end(), [name](const auto& mode) { return mode.first == name; });
-  if (found == kModes.end()) return std::nullopt;
-  return found->second;
-}
-
 /// An option that is left out is empty.
 Outcome<void> check_choice(std::string_view option, const std::string& name,
                            const std::vector<std::string_view>& names) {
@@ -128,7 +112,7 @@ Outcome<void> check(const RunOptions& options) {
     return misused("--virtual runs the simulated line in this process; a network interface has no virtual time");
   if (auto checked = check_choice("--interpolation", options.interpolation, interpolation_names()); !checked)
     return checked;
-  if (auto checked = check_choice("--mode", options.mode, mode_names()); !checked) return checked;
+  if (auto checked = check_choice("--mode", options.mode, cyclic_mode_names()); !checked) return checked;
   if (!options.mode.empty() && options.bus.config.empty())
     return misused("--mode is for the axes of a line description: it needs --config FILE");
   return check_bus_options(options.bus);
@@ -155,7 +139,7 @@ Outcome<std::unique_ptr<runtime::Line>> open_line(const RunOptions& options) {
   to.interface = options.bus.interface;
   to.second_interface = options.bus.interface2;
   to.virtual_time = options.bus.virtual_time;
-  to.mode = find_mode(options.mode);
+  to.mode = find_cyclic_mode(options.mode);
   to.adjust = [&options](runtime::LineConfig& config) { return adjust(options, config); };
   auto line = options.bus.config.empty() ? runtime::Line::from_interface(options.bus.interface, to)
                                          : runtime::Line::from_file(options.bus.config, to);
@@ -339,7 +323,7 @@ Execute prepare_run(Arguments& to) {
   to.flag("--no-enable", options->no_enable, "Without [path]: leave the axes disabled until they are asked for");
   to.option("--interpolation", &options->interpolation, Value::choice("METHOD", interpolation_names()),
             "How the points of the path are joined, instead of [path] interpolation");
-  to.option("--mode", &options->mode, Value::choice("MODE", mode_names()),
+  to.option("--mode", &options->mode, Value::choice("MODE", cyclic_mode_names()),
             "Mode of operation of all axes, instead of their own in the description");
   to.flag("--no-plots", options->no_plots, "Leave only the CSV files");
   to.flag("--increments", options->increments,

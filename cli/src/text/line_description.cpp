@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 
+#include "driveline/ecat_master/cia402/cyclic_mode.hpp"
 #include "driveline/ecat_master/coe/coe_client.hpp"
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/runtime/devices/device_registry.hpp"
@@ -138,17 +138,15 @@ std::string slave_lines(const FoundSlave& slave, const IdentityUses& names) {
   return text + place_lines(slave, names) + pdo_lines(slave);
 }
 
-/// Bits of 6502h (CiA 402-2) of the modes that the master can use.
-struct ModeRow {
-  std::string_view key;
-  unsigned bit;
-};
-constexpr std::array kCyclicModes = {ModeRow{"csp", 7}, ModeRow{"csv", 8}, ModeRow{"cst", 9}};
-
+/// Names of the modes that drive and master have. A drive that does not tell has CSP.
 std::vector<std::string_view> cyclic_modes(const DriveFacts& drive) {
+  namespace cia402 = ecat_master::cia402;
+  // In 6502h bit 0 is mode 1, and so on (CiA 402-2).
+  const auto bit = [](cia402::Mode mode) { return 1U << (static_cast<unsigned>(mode) - 1U); };
   std::vector<std::string_view> modes;
-  for (const auto& mode : kCyclicModes) {
-    if ((drive.supported_modes.value_or(1U << kCyclicModes[0].bit) >> mode.bit & 1U) != 0) modes.push_back(mode.key);
+  for (const auto mode : cia402::kCyclicModes) {
+    const auto supported = drive.supported_modes.value_or(bit(cia402::Mode::kCyclicPosition));
+    if ((supported & bit(mode)) != 0) modes.push_back(to_text(mode));
   }
   return modes;
 }

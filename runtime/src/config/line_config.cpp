@@ -16,6 +16,7 @@
 #include "config/stream_reader.hpp"
 #include "config/wiring_config.hpp"
 #include "driveline/ecat_master/axis/axis_objects.hpp"
+#include "driveline/ecat_master/cia402/cyclic_mode.hpp"
 #include "driveline/ecat_master/configuration/description_plan.hpp"
 #include "driveline/ecat_master/cyclic/acyclic_channel.hpp"
 #include "driveline/rt/cycle_timer.hpp"
@@ -290,7 +291,6 @@ void check_feed_forward(const TomlReader& reader, const LineConfig& config, cons
 
 ecat_master::AxisConfig read_axis(TomlReader reader, const LineConfig& config,
                                   std::optional<ecat_master::cia402::Mode> mode) {
-  using ecat_master::cia402::Mode;
   const auto& slaves = config.slaves;
   const auto& others = config.axes;
   ecat_master::AxisConfig axis;
@@ -306,9 +306,8 @@ ecat_master::AxisConfig read_axis(TomlReader reader, const LineConfig& config,
   if (std::any_of(others.begin(), others.end(), [&](const auto& other) { return other.slave == axis.slave; })) {
     reader.fail("slave", fmt::format("\"{}\" is driven by another axis already", slave_name));
   }
-  constexpr Mode kModes[] = {Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque};
-  axis.mode = kModes[reader.choice_or("mode", 0, {"csp", "csv", "cst"})];
-  if (mode) axis.mode = *mode;
+  const auto chosen = reader.choice_or("mode", 0, ecat_master::cia402::cyclic_mode_names());
+  axis.mode = mode.value_or(ecat_master::cia402::kCyclicModes.at(chosen));
   const auto defaults = drive_rules(config, *slave).axis_defaults();
   const double increments = reader.number_or("increments_per_revolution", defaults.increments_per_revolution, 1.0,
                                              kMaxIncrementsPerRevolution);

@@ -1,6 +1,7 @@
 // Requests to single axes in words.
 #include <fmt/format.h>
 
+#include "driveline/ecat_master/cia402/cia402.hpp"
 #include "driveline/ecat_master/cia402/error_code.hpp"
 #include "event/event_sentence.hpp"
 
@@ -19,13 +20,6 @@ std::string length(const events::EventAxis& axis, double value, std::string_view
 
 std::string_view torque_unit(const events::EventAxis& axis) {
   return axis.unit.kind == trajectory::AxisKind::kLinear ? "N" : "Nm";
-}
-
-std::string_view mode_name(std::int8_t mode) {
-  constexpr std::string_view kNames[] = {"csp", "csv", "cst"};
-  constexpr std::int8_t kFirst = 8;
-  const auto number = static_cast<std::size_t>(mode - kFirst);
-  return mode >= kFirst && number < std::size(kNames) ? kNames[number] : "a mode that is not cyclic";
 }
 
 /// What stands behind the name of the command.
@@ -48,7 +42,7 @@ std::string target_text(const events::EventAxis& axis, const AxisRequest& reques
     case AxisCommand::kSetOverride:
       return fmt::format(" {:.4g} %", 100.0 * request.target);
     case AxisCommand::kSetMode:
-      return fmt::format(" {}", mode_name(request.mode));
+      return fmt::format(" {}", to_text(static_cast<ecat_master::cia402::Mode>(request.mode)));
     case AxisCommand::kReset:
     case AxisCommand::kHome:
     case AxisCommand::kStop:

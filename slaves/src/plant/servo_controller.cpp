@@ -1,6 +1,7 @@
 #include "driveline/slaves/plant/servo_controller.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "in_range.hpp"
 
@@ -84,11 +85,11 @@ double ServoController::velocity_loop(double velocity_setpoint_rad_s, double tor
   return torque;
 }
 
-/// The velocity loop goes on with the setpoint in force, or the measured speed, and gets to its new one: with a step
-/// its torque would leap.
-void ServoController::take_over(double velocity_rad_s) noexcept {
-  const double in_force =
-      loop_ == ControllerSetpoint::Loop::kTorque ? measured_velocity_rad_s_ : velocity_setpoint_rad_s_;
+/// The velocity loop goes on with the setpoint in force and gets to its new one: with a step its torque would leap.
+/// Where there was none, or the axis could not follow it, with the measured speed.
+void ServoController::take_over(double velocity_rad_s, bool could_follow) noexcept {
+  const bool by_torque = loop_ == ControllerSetpoint::Loop::kTorque;
+  const double in_force = by_torque || !could_follow ? measured_velocity_rad_s_ : velocity_setpoint_rad_s_;
   filtered_feed_forward_rad_s_ = in_force;
   taken_over_rad_s_ = in_force - velocity_rad_s;
 }
@@ -97,13 +98,13 @@ double ServoController::step(const ControllerSetpoint& setpoint) noexcept {
   using Loop = ControllerSetpoint::Loop;
   const double velocity = finite(setpoint.velocity_rad_s);
   const double feed_forward_nm = finite(setpoint.torque_nm);
-  limited_ = false;
+  const bool could_follow = !std::exchange(limited_, false);
   if (setpoint.loop == Loop::kTorque) {
     loop_ = Loop::kTorque;
     torque_nm_ = limit_torque(feed_forward_nm);
     return torque_nm_;
   }
-  if (loop_ != setpoint.loop) take_over(velocity);
+  if (loop_ != setpoint.loop) take_over(velocity, could_follow);
   double velocity_setpoint = velocity + taken_over_rad_s_;
   taken_over_rad_s_ -= taken_over_rad_s_ * step_s_ / kSetpointTakeOverS;
   if (setpoint.loop == Loop::kPosition) {

@@ -29,6 +29,31 @@ s.bind(f"\0driveline/interface/{socket.if_nametoindex('dl-master')}")
 print("begins", flush=True)
 time.sleep(3600)
 """
+# Another master: leaves the first slave with the counter in argv[1] as that of the last mail, and no answer behind. A
+# mail with the counter of the one before is dropped, so of these two the second is always taken.
+LEAVE_COUNTER = r"""
+import socket, struct, sys
+wire = socket.socket(socket.AF_PACKET, socket.SOCK_RAW, socket.htons(0x88A4))
+wire.bind(("dl-master", 0))
+wire.settimeout(1)
+
+def access(command, address, data):
+    body = struct.pack("<BBHHHH", command, 0x5A, 0x1001, address, len(data), 0) + data + bytes(2)
+    wire.send(b"\xff" * 6 + bytes.fromhex("000000000001 88a4") + struct.pack("<H", 0x1000 | len(body)) + body)
+    while True:
+        frame = wire.recv(2000)
+        if frame[6] & 2 and frame[17] == 0x5A:
+            return frame[26 + len(data)]
+
+last = int(sys.argv[1])
+for counter in ((last + 5) % 7 + 1, last):
+    upload = bytes.fromhex("0020 40 0010 00 00000000")
+    mail = struct.pack("<HHBB", len(upload), 0, 0, 3 | counter << 4) + upload
+    assert access(5, 0x1000, mail.ljust(512, b"\0")) == 1, "not taken"
+    silent = 0
+    while silent < 50:
+        silent = 0 if access(4, 0x1200, bytes(512)) else silent + 1
+"""
 
 
 class InProcess(ProgramTest):
@@ -426,6 +451,15 @@ class OnTheWire(WireTest):
 
     def start_foreign_master(self):
         return self.start_noise(FOREIGN_MASTER, log="foreign.log")
+
+    def test_tools_are_heard_behind_whatever_mail_another_master_has_sent(self):
+        self.start_line(EXAMPLES / "line8-nic.toml")
+        self.tool("states", "PREOP")
+        for counter in range(1, 8):
+            with self.subTest(counter=counter):
+                left = self.run_program("-c", LEAVE_COUNTER, counter, program=sys.executable)
+                self.assertEqual(left.returncode, 0, left.stderr)
+                self.tool("foe", "read", "-p", "0", "parameters.txt", "-o", "set.txt")
 
     @again_when_disturbed
     def test_another_master_on_the_wire_is_named(self):

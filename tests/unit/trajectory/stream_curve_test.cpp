@@ -124,6 +124,25 @@ TEST_P(StreamMethods, HasRoomForWhatWasAskedFor) {
   EXPECT_FALSE(curve.advance(100.0));
 }
 
+/// What came before the first setpoint is not lost where many come before the curve begins.
+TEST_P(StreamMethods, BeginsTheSameHoweverMuchHasComeBefore) {
+  constexpr std::size_t kFew = 5;
+  StreamCurve full(GetParam(), 1, kFew, 1.0);
+  StreamCurve roomy(GetParam(), 1, 4 * kFew, 1.0);
+  for (int k = 0; !full.full(); ++k) {
+    const double t = 0.1 * k;
+    const std::array points{StreamPoint{t * t * t, 3.0 * t * t, 6.0 * t}};
+    full.add(t, points);
+    roomy.add(t, points);
+  }
+  for (double t = 0.001; t < 0.3; t += 0.01) {
+    const auto is = at(full, t);
+    const auto should = at(roomy, t);
+    EXPECT_EQ(is.position, should.position) << t;
+    EXPECT_EQ(is.velocity, should.velocity) << t;
+  }
+}
+
 // Positions within 10 rad, steps from 1 to 50 ms: derivatives up to 1e4 and 1e7.
 TEST_P(StreamMethods, AreContinuousAsFarAsClaimedAndNoFurther) {
   const auto claimed = static_cast<int>(facts_of(GetParam()).continuity);

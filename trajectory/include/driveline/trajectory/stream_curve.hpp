@@ -73,6 +73,14 @@ class StreamCurve {
     Row derivatives;
   };
 
+  // Control points of a B-spline, of all axes: each at a setpoint, or a part of the way to the one beside it.
+  struct ControlPoints {
+    const double* at;
+    const double* beside;
+    double weight;
+    [[nodiscard]] double of(std::size_t axis) const noexcept { return at[axis] + weight * (beside[axis] - at[axis]); }
+  };
+
   [[nodiscard]] double& time_of(std::uint64_t index) noexcept { return times_s_[index % times_s_.size()]; }
   [[nodiscard]] double* row(Row& rows, std::uint64_t index) noexcept {
     return &rows[(index % times_s_.size()) * axes_];
@@ -80,9 +88,10 @@ class StreamCurve {
   [[nodiscard]] bool complete(std::uint64_t segment) const noexcept { return segment + delay_ < end_; }
   void extend_backwards() noexcept;
   void estimate_velocities(std::uint64_t index, Row& velocities) noexcept;
-  [[nodiscard]] double control_point(std::uint64_t index, std::size_t axis) noexcept;
+  [[nodiscard]] ControlPoints control_points(std::uint64_t index) noexcept;
   void approximate(std::uint64_t index, Row& positions, Row& accelerations) noexcept;
-  void start_segment() noexcept;
+  void derive(std::uint64_t index, Ends& ends) noexcept;
+  void start_segment(bool next_one) noexcept;
 
   StreamMethod method_;
   std::size_t axes_;

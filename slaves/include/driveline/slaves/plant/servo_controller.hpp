@@ -59,7 +59,7 @@ class ServoController {
 
  private:
   [[nodiscard]] double limit(double value, double low, double high) noexcept;
-  void take_over(double velocity_rad_s) noexcept;
+  void take_over(double velocity_rad_s, bool could_follow) noexcept;
   [[nodiscard]] double limit_torque(double torque_nm) noexcept;
   [[nodiscard]] double velocity_loop(double velocity_setpoint_rad_s, double torque_nm) noexcept;
 

@@ -1,0 +1,135 @@
+#!/usr/bin/env python3
+"""Draws the figures of docs/motion.md, Modes, A path and Requests, anew: motion.py [build folder]
+
+On virtual time: one coarse path by every method of interpolation, one path in every mode of operation, and the
+requests of examples/moves.txt."""
+import csv
+import math
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+BUILD = Path(sys.argv[1] if len(sys.argv) > 1 else "build")
+FIGURES = Path(__file__).parent
+EXAMPLES = FIGURES.parent.parent / "examples"
+
+METHODS = ("hold", "linear", "cosine", "bspline", "hermite", "natural", "clamped", "quintic")
+MODES = ("csp", "csv", "cst")
+# Positions in rad, and the time from one to the next.
+STEP_S = 0.1
+POINTS = (0, 0, 0.4, 1.6, 1.8, 1.8, 1.0, 1.3, 0.5, 0, 0)
+
+AXIS = """[line]
+cycle_us = 1000
+[path]
+file = "path.csv"
+[telemetry]
+enabled = false
+[[slave]]
+name = "x"
+[[axis]]
+name = "x"
+inertia = 3e-4
+max_velocity = 2000
+max_acceleration = 5e6
+"""
+
+
+def run(config, output, *arguments):
+    subprocess.run([BUILD / "driveline", "run", "--config", config, "--virtual", "--no-plots", "--output", output, *arguments],
+                   check=True, capture_output=True)
+    with open(output / "axes.csv", encoding="utf-8", newline="") as rows:
+        return list(csv.DictReader(rows))
+
+
+def write_path(file, points):
+    file.write_text("time[s],x[rad]\n" + "".join(f"{time:.6g},{at:.9g}\n" for time, at in points), encoding="utf-8")
+
+
+def column(rows, name):
+    return [float(row[name]) for row in rows]
+
+
+def slope(times, values):
+    """Between each row and the one before it."""
+    return [0.0] + [(b - a) / (t - s) for (s, t), (a, b) in zip(zip(times, times[1:]), zip(values, values[1:]))]
+
+
+def write_columns(file, *columns):
+    file.write_text("\n".join(",".join(f"{value:.6g}" for value in row) for row in zip(*columns)) + "\n", encoding="utf-8")
+
+
+def draw(name, height, layout, commands):
+    script = (f"set terminal svg size 760,{height} font 'sans,11' background 'white' noenhanced\n"
+              f"set output '{FIGURES}/{name}.svg'\nset datafile separator ','\nset grid\nset key above\n"
+              f"set multiplot layout {layout}\nset lmargin 9\nset rmargin 2\n{commands}\nunset multiplot\n")
+    subprocess.run(["gnuplot"], input=script, check=True, text=True)
+
+
+def interpolation(folder):
+    config = folder / "line.toml"
+    config.write_text(AXIS, encoding="utf-8")
+    write_path(folder / "path.csv", [(i * STEP_S, at) for i, at in enumerate(POINTS)])
+    begin_s = None
+    for method in METHODS:
+        rows = run(config, folder / method, "--interpolation", method)
+        times, targets = column(rows, "time[s]"), column(rows, "x_target[rad]")
+        if begin_s is None:  # "hold" leaps to the first point that is another
+            moved = next(time for time, at in zip(times, targets) if at != POINTS[0])
+            begin_s = moved - STEP_S * next(i for i, at in enumerate(POINTS) if at != POINTS[0])
+        times = [time - begin_s for time in times]
+        velocities = slope(times, targets)
+        write_columns(folder / f"{method}.csv", times, targets, velocities, slope(times, velocities))
+    write_columns(folder / "points.csv", [i * STEP_S for i in range(len(POINTS))], POINTS)
+    points = f", '{folder}/points.csv' using 1:2 with points pt 7 ps 0.5 lc rgb 'black' notitle"
+    commands = "set xrange [0:1]\n"
+    for number, (quantity, span) in enumerate((("position, rad", "-0.2:2"), ("velocity, rad/s", "-20:20"),
+                                               ("acceleration, rad/s²", "-700:700"))):
+        for methods in (METHODS[:4], METHODS[4:]):
+            plots = (f"for [m in '{' '.join(methods)}'] '{folder}/'.m.'.csv' every 2 using 1:{number + 2} with lines lw 1.3 "
+                     + ("title m" if number == 0 else "notitle"))
+            commands += (f"set yrange [{span}]\nset ylabel '{quantity}'\n"
+                         f"set xlabel '{'time in s' if number == 2 else ''}'\nplot {plots}{points if number == 0 else ''}\n")
+    draw("interpolation", 720, "3,2", commands)
+
+
+def modes(folder):
+    config = folder / "line.toml"
+    config.write_text(AXIS, encoding="utf-8")
+    # 30 rad/s and 280 rad/s² at most.
+    write_path(folder / "path.csv", [(i / 1000, 3.2 * (1 - math.cos(3 * math.pi * i / 1000))) for i in range(1334)])
+    for mode in MODES:
+        rows = run(config, folder / mode, "--mode", mode, "--interpolation", "natural")
+        write_columns(folder / f"{mode}.csv", column(rows, "time[s]"), column(rows, "x_target[rad]"),
+                      [1000 * error for error in column(rows, "x_following_error[rad]")], column(rows, "x_torque[Nm]"))
+    plots = f"for [m in '{' '.join(MODES)}'] '{folder}/'.m.'.csv' using 1:{{0}} with lines title m"
+    draw("modes", 600, "3,1",
+         "set ylabel 'position, rad'\n" f"plot '{folder}/csp.csv' using 1:2 with lines lc rgb '#606060' title 'path'\n"
+         "set ylabel 'following error, mrad'\n" f"plot {plots.format(3)}\n"
+         "set xlabel 'time in s'\nset ylabel 'torque, Nm'\n" f"plot {plots.format(4)}")
+
+
+def requests(folder):
+    rows = run(EXAMPLES / "by_hand.toml", folder / "requests", "--script", EXAMPLES / "moves.txt")
+    times = column(rows, "time[s]")
+    axes = {"turn": "deg", "slide": "mm"}
+    places = {name: column(rows, f"{name}_target[{unit}]") for name, unit in axes.items()}
+    velocities = {name: slope(times, place) for name, place in places.items()}
+    write_columns(folder / "requests.csv", times, *places.values(), *velocities.values())
+    file = folder / "requests.csv"
+    draw("requests", 480, "2,1",
+         "set ylabel 'position'\n"
+         f"plot '{file}' using 1:2 with lines title 'turn, deg', '{file}' using 1:3 with lines title 'slide, mm'\n"
+         "set xlabel 'time in s'\nset ylabel 'velocity'\n"
+         f"plot '{file}' using 1:4 with lines title 'turn, deg/s', '{file}' using 1:5 with lines title 'slide, mm/s'")
+
+
+def main():
+    for picture in (interpolation, modes, requests):
+        with tempfile.TemporaryDirectory() as folder:
+            picture(Path(folder))
+
+
+if __name__ == "__main__":
+    main()

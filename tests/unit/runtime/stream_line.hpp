@@ -1,0 +1,202 @@
+// A line of axes that follow streams at once, with its server, on a time of its own.
+#pragma once
+
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <filesystem>
+#include <future>
+#include <memory>
+#include <numbers>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "driveline/ecat_master/axis/axis.hpp"
+#include "driveline/runtime/axes/axis_authority.hpp"
+#include "driveline/stream/client.hpp"
+#include "stream/stream_server.hpp"
+
+namespace driveline::runtime {
+
+inline constexpr auto kPeriod = std::chrono::microseconds{125};
+
+/// Axes that follow their feeds without inertia, and take ten cycles to come to rest.
+class StreamedAxes final : public StreamAxes {
+ public:
+  struct One {
+    View view{};
+    bool asked = false;
+    bool halted = false;
+    int halts = 0;
+    int resting = 0;
+    std::vector<double> demands{};
+  };
+
+  explicit StreamedAxes(std::size_t count) : all(count) {}
+
+  [[nodiscard]] View view(std::size_t axis) const noexcept override { return all[axis].view; }
+  void follow(std::size_t axis) noexcept override { all[axis].asked = true; }
+  void halt(std::size_t axis) noexcept override {
+    all[axis].halted = true;
+    ++all[axis].halts;
+  }
+  void power_on(std::size_t axis) noexcept override { all[axis].view.state = stream::AxisState::kStandstill; }
+
+  /// What the axes do behind the task.
+  void update(StreamHub& hub) {
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      auto& one = all[i];
+      auto& feed = hub.feed(i);
+      if (std::exchange(one.halted, false) && one.view.state != stream::AxisState::kDisabled) {
+        if (one.view.state == stream::AxisState::kSynchronizedMotion) feed.leave(0);
+        one.view.state = stream::AxisState::kDiscreteMotion;
+        one.resting = 10;
+      }
+      if (std::exchange(one.asked, false)) {
+        feed.join(0, {one.view.setpoint, 0.0, 0.0});
+        one.view.state = stream::AxisState::kSynchronizedMotion;
+      }
+      std::array<trajectory::AxisSetpoint, 1> setpoint{};
+      if (one.view.state == stream::AxisState::kSynchronizedMotion) {
+        if (feed.next(125e-6, setpoint)) {
+          one.view.setpoint = setpoint[0].position;
+        } else {
+          one.view.state = stream::AxisState::kDiscreteMotion;
+          one.resting = 10;
+        }
+      } else if (one.resting > 0 && --one.resting == 0) {
+        one.view.state = stream::AxisState::kStandstill;
+      }
+      one.demands.push_back(one.view.setpoint);
+    }
+  }
+  /// Another motion takes an axis.
+  void take_away(StreamHub& hub, std::size_t axis) {
+    hub.feed(axis).leave(0);
+    all[axis].view.state = stream::AxisState::kDiscreteMotion;
+  }
+
+  std::vector<One> all;
+};
+
+/// A folder that goes with it.
+class StreamFolder {
+ public:
+  StreamFolder() {
+    std::string pattern = std::filesystem::temp_directory_path() / "driveline-stream-XXXXXX";
+    if (::mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("mkdtemp");
+    path = pattern;
+  }
+  ~StreamFolder() { std::filesystem::remove_all(path); }
+  StreamFolder(const StreamFolder&) = delete;
+  StreamFolder& operator=(const StreamFolder&) = delete;
+  std::filesystem::path path;
+};
+
+/// A line of three axes in this process, on a time of its own, with its server.
+class StreamLine {
+ public:
+  explicit StreamLine(StreamConfig config = {}) {
+    config.socket = folder.path / "stream.sock";
+    config.axes = {0, 1, 2};
+    std::vector<StreamAxis> offered;
+    for (std::size_t i = 0; i < 3; ++i) {
+      offered.push_back({std::string(1, static_cast<char>('x' + i)), i, {-100.0, 100.0, 10.0, 100.0}});
+      inputs.emplace_back(ecat_master::AxisConfig{}, ecat_master::ProcessDataPlace{},
+                          ecat_master::axis_pdo_configuration());
+    }
+    auto opened = StreamServer::open(config, std::move(offered), hub, authority, kPeriod);
+    if (!opened) throw std::runtime_error(describe(opened.error()));
+    server = std::move(*opened);
+    path = config.socket.string();
+  }
+
+  void cycle() {
+    ecat_master::TaskCycle now;
+    now.cycle = ++number;
+    now.grid = number * std::chrono::nanoseconds{kPeriod};
+    now.elapsed = kPeriod;
+    now.axes = inputs;
+    hub.update(now);
+    axes.update(hub);
+  }
+  void run(std::chrono::nanoseconds duration) {
+    for (auto left = duration; left > std::chrono::nanoseconds{0}; left -= kPeriod) cycle();
+  }
+  void poll() {
+    for (auto& event : server->poll()) told.push_back(describe(event));
+  }
+  /// The owner looks again and again while `work` runs in another thread.
+  template <typename Work>
+  auto beside(Work work) {
+    auto done = std::async(std::launch::async, work);
+    while (done.wait_for(std::chrono::milliseconds{1}) != std::future_status::ready) poll();
+    poll();
+    return done.get();
+  }
+  std::variant<stream::Client, std::string> connect(const stream::Wish& wish) {
+    return beside([&] { return stream::Client::connect(path, wish); });
+  }
+  /// @throws std::bad_variant_access if it is refused.
+  stream::Client client(const stream::Wish& wish) { return std::get<stream::Client>(connect(wish)); }
+  std::string refusal(const stream::Wish& wish) { return std::get<std::string>(connect(wish)); }
+
+  /// Somebody else commands an axis from now on.
+  tl::expected<std::uint64_t, LeaseRefusal> take(std::size_t axis, const std::string& owner, bool take_over = false) {
+    LeaseTerms terms;
+    terms.owner = owner;
+    terms.take_over = take_over;
+    return authority.take(axis, terms);
+  }
+
+  StreamFolder folder{};
+  std::vector<ecat_master::Axis> inputs{};
+  AxisAuthority authority{3};
+  StreamedAxes axes{3};
+  StreamHub hub{axes, 3};
+  std::unique_ptr<StreamServer> server{};
+  std::string path{};
+  std::int64_t number = 0;
+  std::vector<std::string> told{};
+};
+
+/// A swing of 1 rad in half a second that begins at 0: no faster than 6.3 rad/s and 79 rad/s^2.
+inline stream::AxisTarget swing(double seconds) {
+  const double omega = 2.0 * std::numbers::pi * 2.0;
+  return {0.5 - 0.5 * std::cos(omega * seconds), 0.5 * omega * std::sin(omega * seconds),
+          0.5 * omega * omega * std::cos(omega * seconds)};
+}
+
+/// Sends what belongs to the next `cycles`, a setpoint every `step` cycles, and runs them.
+inline void stream_swing(StreamLine& line, stream::Client& client, int cycles, int step, int& sent) {
+  for (int i = 0; i < cycles; ++i) {
+    if (i % step == 0) {
+      const auto time = sent++ * step * std::chrono::nanoseconds{kPeriod};
+      const auto target = swing(std::chrono::duration<double>(time).count());
+      const std::array targets{target, target};
+      EXPECT_TRUE(client.send(time, std::span(targets).first(client.axis_count())));
+    }
+    line.cycle();
+  }
+}
+
+/// Between two demands that follow one another.
+inline double largest_step(const std::vector<double>& demands) {
+  double step = 0.0;
+  for (std::size_t i = 1; i < demands.size(); ++i) step = std::max(step, std::abs(demands[i] - demands[i - 1]));
+  return step;
+}
+
+}  // namespace driveline::runtime
