@@ -145,6 +145,7 @@ ecat_master::AxisConfig LineOperation::axis(std::size_t position, const RunOptio
   config.adds_offsets = options.adds_offsets;
   config.supported_modes = options.supported_modes;
   config.software_limits = options.software_limits;
+  config.max_torque = options.max_torque;
   config.range_min = options.range_min;
   config.range_max = options.range_max;
   config.feed_forward = options.feed_forward;
@@ -171,6 +172,7 @@ ecat_master::MotionControl& LineOperation::make_motion() {
     settings.period = options_.period;
     settings.enable_timeout = options_.enable_timeout;
     settings.homing_timeout = options_.homing_timeout;
+    settings.target_timeout = options_.target_timeout;
     single_axes_ = std::make_unique<ecat_master::SingleAxes>(std::move(axes), settings);
     return *single_axes_;
   }

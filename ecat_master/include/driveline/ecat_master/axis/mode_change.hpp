@@ -64,6 +64,8 @@ class ModeChange {
   [[nodiscard]] bool active() const noexcept { return phase_ != Phase::kNone; }
   /// Whether the drive may be in any mode.
   [[nodiscard]] bool pending() const noexcept { return phase_ == Phase::kPending; }
+  /// The axis is on its way to its setpoints, which takes some of its acceleration.
+  [[nodiscard]] bool returning() const noexcept { return active() && !on_setpoints_; }
   /// What the drive is to be told (6060h) when it is to get into `wanted`: the mode it is in until its motion is known.
   [[nodiscard]] cia402::Mode told(cia402::Mode wanted) const noexcept {
     return pending() && preparing_ > 0 ? from_ : wanted;
