@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <stdexcept>
 #include <utility>
 
 #include "driveline/slaves/msd/core/drive_values.hpp"
@@ -142,6 +143,16 @@ TEST(TorqueLimit, WhatTheMasterAsksForStaysWithinIt) {
   EXPECT_EQ(limited, 100);
   EXPECT_LE(held, 100);
   EXPECT_GT(held, 95);
+}
+
+TEST(TorqueLimit, ThatLeavesNothingIsRefused) {
+  for (const double limit : {0.0, -1.0, std::nan("")}) {
+    auto options = single_options();
+    options.max_torque = limit;
+    EXPECT_THROW(SingleLine(1, options), std::invalid_argument);
+    options.single_axes = false;
+    EXPECT_THROW(SingleLine(1, options), std::invalid_argument);
+  }
 }
 
 TEST(TorqueLimit, ATorqueBeyondItIsRefused) {

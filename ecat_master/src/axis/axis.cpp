@@ -34,6 +34,11 @@ std::uint32_t possible_modes(const AxisConfig& config, const PdoConfiguration& p
   return modes;
 }
 
+/// The drive follows position setpoints.
+bool by_positions(cia402::Mode mode) noexcept {
+  return mode == cia402::Mode::kCyclicPosition || mode == cia402::Mode::kInterpolatedPosition;
+}
+
 /// Number of positions, 2^32 without a range.
 std::int64_t range_of(const AxisConfig& config) {
   if (config.range_min >= config.range_max) return std::int64_t{1} << 32;
@@ -122,7 +127,7 @@ ModeChange::Measured Axis::measured() const noexcept {
 void Axis::note_change() noexcept {
   changing_ = change_->active();
   pending_ = change_->pending();
-  const bool by_position = !pending_ && mode_ == cia402::Mode::kCyclicPosition;
+  const bool by_position = !pending_ && by_positions(mode_);
   const bool by_velocity = !pending_ && mode_ == cia402::Mode::kCyclicVelocity;
   const bool adds_torque = config_.adds_offsets || needs_torque_offset(config_);
   velocity_by_offset_ = by_position || (config_.adds_offsets && velocity_offset_);
@@ -131,8 +136,20 @@ void Axis::note_change() noexcept {
 
 bool Axis::set_mode(cia402::Mode mode) noexcept {
   if (mode == wanted_ || !can_change(mode)) return mode == wanted_;
+  const bool interpolated =
+      mode == cia402::Mode::kInterpolatedPosition || wanted_ == cia402::Mode::kInterpolatedPosition;
+  if (interpolated) return set_interpolation(mode);
   wanted_ = mode;
   if (!change_->committed()) start_change();
+  return true;
+}
+
+/// The setpoints are the same, so there is nothing to lead over; from a loop that is closed here there would be.
+bool Axis::set_interpolation(cia402::Mode mode) noexcept {
+  if (pending_ || !by_positions(mode) || !by_positions(mode_)) return false;
+  passing_ = enabled();
+  mode_ = wanted_ = mode;
+  note_change();
   return true;
 }
 
@@ -178,6 +195,7 @@ void Axis::read_inputs(std::span<const std::byte> image, bool valid, bool fresh)
   inputs_.error_code = take(error_code_, image);
   inputs_.mode = take(mode_display_, image);
   inputs_.state = cia402::decode_state(inputs_.status_word);
+  passing_ = passing_ && !shows_mode();
   count(take(actual_position_, image));
   inputs_.position = static_cast<double>(count_) / config_.increments_per_unit;
   inputs_.velocity = take(actual_velocity_, image) / config_.increments_per_unit;
@@ -234,7 +252,7 @@ double Axis::feed_forward(const trajectory::AxisSetpoint& setpoint) const noexce
 void Axis::delay_offset() noexcept {
   if (config_.offset_delay_cycles <= 0.0) return;
   feeds_.push(targets_.feed_torque);
-  if (pending_ || mode_ != cia402::Mode::kCyclicPosition) return;
+  if (pending_ || !by_positions(mode_)) return;
   targets_.torque = targets_.feed_torque = feeds_.followed();
 }
 
@@ -254,7 +272,7 @@ Axis::Targets Axis::targets_for(const trajectory::AxisSetpoint& setpoint) noexce
   targets.acceleration = setpoint.acceleration;
   targets.feed_velocity = targets.velocity;
   targets.feed_torque = targets.torque;
-  if (mode_ == cia402::Mode::kCyclicPosition) return targets;
+  if (by_positions(mode_)) return targets;
   if (!cyclic(mode_)) return {0, setpoint.position, setpoint.velocity, 0.0};
   if (mode_ == cia402::Mode::kCyclicTorque && setpoint.torque) {
     correction_ = 0.0;
@@ -317,7 +335,10 @@ void Axis::write_outputs(std::span<std::byte> image, cia402::Goal goal, bool res
   targets_.control_word = cia402::next_control_word(inputs_.state, goal);
   // Fault reset works on the rising edge of bit 7, so it is given for one request and taken back by the next.
   if (reset_fault && fault()) targets_.control_word = cia402::command::kFaultReset;
-  if (moving && goal == cia402::Goal::kEnabled) targets_.control_word |= command_bits_;
+  if (moving && goal == cia402::Goal::kEnabled) {
+    const bool interpolated = mode_ == cia402::Mode::kInterpolatedPosition;
+    targets_.control_word |= interpolated ? cia402::command_bit::kInterpolate : command_bits_;
+  }
   put(control_word_, image, targets_.control_word);
   put(mode_object_, image, static_cast<std::int8_t>(pending_ ? change_->told(mode_) : mode_));
   write_targets(image);
@@ -340,8 +361,8 @@ void Axis::compare(bool moving) noexcept {
 /// Loops that are closed here compare with the setpoint of the same cycle.
 double Axis::followed_setpoint() const noexcept {
   if (pending_) return change_->reference_position();
-  if (!cyclic(mode_)) return inputs_.position;
-  return mode_ == cia402::Mode::kCyclicPosition ? setpoints_.followed() : targets_.position;
+  if (by_positions(mode_)) return setpoints_.followed();
+  return cyclic(mode_) ? targets_.position : inputs_.position;
 }
 
 /// Sums of targets and offsets are right in the mode of the drive, and in every mode while that changes.

@@ -99,8 +99,10 @@ Motion::Motion(std::vector<Axis> axes, Settings settings)
   for (const auto& axis : axes_) {
     position_watches_.emplace_back(axis.config(), settings_.period);
     const auto& limits = axis.config().limits;
+    const double most_torque = axis.config().max_torque.value_or(1.0);
     const bool usable = std::isfinite(limits.max_velocity) && limits.max_velocity > 0.0 &&
-                        std::isfinite(limits.max_acceleration) && limits.max_acceleration > 0.0;
+                        std::isfinite(limits.max_acceleration) && limits.max_acceleration > 0.0 &&
+                        std::isfinite(most_torque) && most_torque > 0.0;
     if (!usable) throw std::invalid_argument("motion: the limits of an axis must be positive and finite");
     // It moves only by torque from velocity errors.
     if (axis.config().mode == cia402::Mode::kCyclicTorque && !(axis.config().velocity_gain > 0.0))

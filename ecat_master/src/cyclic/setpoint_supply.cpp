@@ -13,7 +13,8 @@ constexpr std::uint32_t kBridgedPeriods = 8;
 /// In CSV and CST a drive without new setpoints does not slow down.
 trajectory::Coast coast_of(cia402::Mode mode, double max_acceleration) noexcept {
   constexpr auto kForGood = std::numeric_limits<std::uint32_t>::max();
-  if (mode != cia402::Mode::kCyclicPosition) return {kForGood, 0.0};
+  const bool by_positions = mode == cia402::Mode::kCyclicPosition || mode == cia402::Mode::kInterpolatedPosition;
+  if (!by_positions) return {kForGood, 0.0};
   return {kBridgedPeriods, max_acceleration};
 }
 

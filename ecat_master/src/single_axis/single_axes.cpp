@@ -13,8 +13,10 @@ constexpr std::size_t kRequestsPerCycle = 4;
 
 void check(const Axis& axis) {
   const auto& limits = axis.config().limits;
+  const double most_torque = axis.config().max_torque.value_or(1.0);
   const bool usable = std::isfinite(limits.max_velocity) && limits.max_velocity > 0.0 &&
-                      std::isfinite(limits.max_acceleration) && limits.max_acceleration > 0.0;
+                      std::isfinite(limits.max_acceleration) && limits.max_acceleration > 0.0 &&
+                      std::isfinite(most_torque) && most_torque > 0.0;
   if (!usable) throw std::invalid_argument("single axes: the limits of an axis must be positive and finite");
   if (!axis.complete())
     throw std::invalid_argument("single axes: the process data of an axis lack what its mode needs");

@@ -5,7 +5,7 @@ namespace driveline::ecat_master {
 
 void SingleAxis::take_home(std::uint64_t id) noexcept {
   if (!axis_->supports(cia402::Mode::kHoming)) return finish(id, RequestPhase::kError, AxisError::kNoSuchMode);
-  if (changing_mode_ || !axis_->can_change(cia402::Mode::kHoming))
+  if (!mode_may_change() || !axis_->can_change(cia402::Mode::kHoming))
     return finish(id, RequestPhase::kError, AxisError::kMode);
   state_ = PlcopenState::kHoming;
   start_by_drive(id, AxisCommand::kHome, cia402::Mode::kHoming);

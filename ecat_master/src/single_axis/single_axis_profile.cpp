@@ -14,7 +14,7 @@ AxisError SingleAxis::refusal_of_profile(const AxisRequest& request) const noexc
   const auto mode = mode_of(request.command);
   const auto& objects = axis_->profile();
   if (!axis_->supports(mode)) return AxisError::kNoSuchMode;
-  if (changing_mode_ || !axis_->can_change(mode)) return AxisError::kMode;
+  if (!mode_may_change() || !axis_->can_change(mode)) return AxisError::kMode;
   // What is not mapped is as the drive has it set.
   const bool given = (!(request.velocity > 0.0) || objects.takes_velocity()) &&
                      (!(request.acceleration > 0.0) || objects.takes_acceleration()) &&

@@ -149,7 +149,7 @@ AxisError SingleAxis::refusal_of_torque(const AxisRequest& request) const noexce
                     request.jerk > config.max_jerk.value_or(request.jerk) * kRounding;
   if (over || std::abs(request.target) > most) return AxisError::kOverLimit;
   if (!axis_->supports(cia402::Mode::kCyclicTorque)) return AxisError::kNoSuchMode;
-  const bool possible = axis_->can_change(cia402::Mode::kCyclicTorque) && !changing_mode_;
+  const bool possible = axis_->can_change(cia402::Mode::kCyclicTorque) && mode_may_change();
   return possible ? AxisError::kNone : AxisError::kMode;
 }
 
@@ -235,7 +235,8 @@ void SingleAxis::take_override(std::uint64_t id, double factor) noexcept {
 
 void SingleAxis::take_mode(std::uint64_t id, std::int8_t mode) noexcept {
   const auto wanted = static_cast<cia402::Mode>(mode);
-  const bool known = cia402::cyclic(wanted) && wanted <= cia402::Mode::kCyclicTorque;
+  const bool known = (cia402::cyclic(wanted) && wanted <= cia402::Mode::kCyclicTorque) ||
+                     wanted == cia402::Mode::kInterpolatedPosition;
   if (known && !axis_->supports(wanted)) return finish(id, RequestPhase::kError, AxisError::kNoSuchMode);
   if (!known || torque_ != Torque::kNone) return finish(id, RequestPhase::kError, AxisError::kMode);
   finish(mode_request_, RequestPhase::kAborted);

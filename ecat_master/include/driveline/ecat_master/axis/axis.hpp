@@ -192,7 +192,7 @@ class Axis {
   [[nodiscard]] double following_error() const noexcept { return following_error_; }
   /// Whether it is in Operation enabled, in mode() or on its way into it if 6061h is mapped. \rtsafe
   [[nodiscard]] bool enabled() const noexcept {
-    return inputs_.state == snapshot::AxisState::kOperationEnabled && (shows_mode() || pending_);
+    return inputs_.state == snapshot::AxisState::kOperationEnabled && (shows_mode() || pending_ || passing_);
   }
   /// Whether the drive reports a fault, or is in Fault reaction active. \rtsafe
   [[nodiscard]] bool fault() const noexcept {
@@ -228,6 +228,7 @@ class Axis {
   [[nodiscard]] ModeChange::Measured measured() const noexcept;
   void note_change() noexcept;
   void start_change() noexcept;
+  [[nodiscard]] bool set_interpolation(cia402::Mode mode) noexcept;
   [[nodiscard]] std::int32_t wrapped(double increments) const noexcept;
   void compare(bool moving) noexcept;
   [[nodiscard]] Targets targets_for(const trajectory::AxisSetpoint& setpoint) noexcept;
@@ -247,7 +248,8 @@ class Axis {
   bool velocity_by_offset_ = false;
   bool torque_by_offset_ = false;
   std::uint16_t command_bits_ = 0;
-  std::int64_t range_;  ///< positions until they begin anew
+  bool passing_ = false;  ///< from CSP to interpolated position or back, until the drive shows it
+  std::int64_t range_;    ///< positions until they begin anew
   AxisInputs inputs_;
   Targets targets_;
   SetpointHistory setpoints_;

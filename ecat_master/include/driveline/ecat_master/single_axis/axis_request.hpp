@@ -51,7 +51,7 @@ struct AxisRequest {
   AxisCommand command = AxisCommand::kHalt;   ///< what is asked
   BufferMode buffer = BufferMode::kAborting;  ///< of motions
   bool on = true;                             ///< kPower
-  std::int8_t mode = 8;                       ///< kSetMode: 6060h of a cyclic mode, 8 to 10
+  std::int8_t mode = 8;                       ///< kSetMode: 6060h, 8 to 10; 7 from 8, and back, where the drive has it
   double target = 0.0;                        ///< position, distance, velocity, torque or factor
   double velocity = 0.0;      ///< magnitude, rad/s or m/s; 0: the limit of the axis. Others than 0 must not be above it
   double acceleration = 0.0;  ///< rad/s^2 or m/s^2; 0: the limit. kTorque: torque per second, 0: at once

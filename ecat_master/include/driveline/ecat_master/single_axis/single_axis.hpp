@@ -221,6 +221,10 @@ class SingleAxis {
   [[nodiscard]] bool change_mode(cia402::Mode mode) noexcept;
   void advance_mode() noexcept;
   void judge_mode() noexcept;
+  /// From interpolated position there is no way but to CSP.
+  [[nodiscard]] bool mode_may_change() const noexcept {
+    return !changing_mode_ && axis_->mode() != cia402::Mode::kInterpolatedPosition;
+  }
   [[nodiscard]] bool eases() const noexcept;
   void restore_mode() noexcept;
   void advance_powerless() noexcept;
