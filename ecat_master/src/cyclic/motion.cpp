@@ -98,6 +98,7 @@ Motion::Motion(std::vector<Axis> axes, Settings settings)
       exchanged_(axes_.size()) {
   for (const auto& axis : axes_) {
     position_watches_.emplace_back(axis.config(), settings_.period);
+    following_watches_.emplace_back(axis.config(), settings_.period);
     const auto& limits = axis.config().limits;
     const bool usable = std::isfinite(limits.max_velocity) && limits.max_velocity > 0.0 &&
                         std::isfinite(limits.max_acceleration) && limits.max_acceleration > 0.0;
@@ -200,6 +201,22 @@ void Motion::watch_axis(std::size_t axis, std::int64_t cycle) noexcept {
   }
   if (axes_[axis].fault() || axes_[axis].reports_fault()) return fail(Cause::kAxisFault, axis, cycle);
   if (!axes_[axis].enabled()) return fail(Cause::kAxisLost, axis, cycle);
+  watch_following(axis, cycle);
+}
+
+/// On the way to standstill a following error does not matter any more.
+void Motion::watch_following(std::size_t axis, std::int64_t cycle) noexcept {
+  const double error = axes_[axis].following_error();
+  if (!following_watches_[axis].judge(cycle, error, phase_ != MotionPhase::kStopping)) return;
+  const auto& inputs = axes_[axis].inputs();
+  failure_ = {MotionFailure::Cause::kFollowingError,
+              static_cast<std::uint16_t>(axis),
+              inputs.status_word,
+              inputs.error_code,
+              {},
+              error};
+  plan_stop();
+  enter(MotionPhase::kStopping, cycle);
 }
 
 void Motion::fail(MotionFailure::Cause cause, std::size_t axis, std::int64_t cycle) noexcept {

@@ -263,6 +263,19 @@ void read_in_unit(TomlReader& reader, std::string_view key, const ecat_master::A
   value = unit.to_si(reader.number(key, unit.from_si(minimum), unit.from_si(maximum)));
 }
 
+void read_following_error(TomlReader& reader, ecat_master::AxisConfig& axis) {
+  constexpr std::int64_t kLongestMs = 60'000;
+  if (!reader.has("following_error_window")) {
+    if (reader.has("following_error_timeout_ms"))
+      reader.fail("following_error_timeout_ms", "is of no use without following_error_window");
+    return;
+  }
+  read_in_unit(reader, "following_error_window", axis, 1e-9, 1e6, axis.following_error_window.emplace());
+  axis.following_error_timeout = std::chrono::milliseconds{reader.integer_or(
+      "following_error_timeout_ms",
+      std::chrono::duration_cast<std::chrono::milliseconds>(axis.following_error_timeout).count(), 0, kLongestMs)};
+}
+
 /// Friction and weight of an axis.
 void read_feed_forward(TomlReader& reader, ecat_master::AxisConfig& axis) {
   constexpr double kMost = 1e6;
@@ -332,6 +345,7 @@ ecat_master::AxisConfig read_axis(TomlReader reader, const LineConfig& config,
   if (reader.has("position_tolerance")) {
     read_in_unit(reader, "position_tolerance", axis, 0.0, 1e6, axis.position_tolerance.emplace());
   }
+  read_following_error(reader, axis);
   constexpr double kLongestDelay = 10'000.0;
   if (reader.has("setpoint_delay_cycles"))
     axis.setpoint_delay_cycles = reader.number("setpoint_delay_cycles", 0.0, kLongestDelay);

@@ -60,6 +60,11 @@ std::string EventSentence::operator()(const events::AxesStopped& facts) const {
           "axis {}: was given a setpoint beyond its limits, or no number; all axes stopped within their limits", name);
     case Cause::kTooFast:
       return fmt::format("axis {}: got faster than its limit under the torques it was given; all axes stopped", name);
+    case Cause::kFollowingError:
+      return fmt::format(
+          "axis {}: its following error was {}, and beyond its window for too long (following_error_window): blocked, "
+          "overloaded, or sent too fast; all axes stopped within their limits",
+          name, length_text(facts.axis, failure.following_error));
     case Cause::kPositionLeap:
     case Cause::kPositionFrozen:
     case Cause::kPositionUnsteady:

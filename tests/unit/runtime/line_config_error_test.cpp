@@ -109,7 +109,7 @@ INSTANTIATE_TEST_SUITE_P(
                   "torque_lag_us, viscous_friction_nm_s, winding"},
         WrongFile{one_axis("limit = 5\n"),
                   ":6: [axis 1] limit: unknown key, expected one of: adds_offsets, coulomb_friction, coulomb_velocity, "
-                  "feed_mm_per_revolution, gravity, "
+                  "feed_mm_per_revolution, following_error_timeout_ms, following_error_window, gravity, "
                   "increments_per_revolution, inertia, max_acceleration, max_jerk, max_velocity, mode, name, pendulum, "
                   "pendulum_zero, position_gain_1_s, position_tolerance, "
                   "rated_torque_nm, setpoint_delay_cycles, slave, unit, velocity_gain, viscous_friction"},
@@ -205,6 +205,10 @@ INSTANTIATE_TEST_SUITE_P(
                   ":4: [slave 1.plant] initial_position_rev: is 10000, -1000 to 1000 is expected"},
         WrongFile{one_axis("mode = \"pp\"\n"),
                   ":6: [axis 1] mode: is \"pp\", one of \"csp\", \"csv\", \"cst\" is expected"},
+        WrongFile{one_axis("following_error_window = 0\n"),
+                  ":6: [axis 1] following_error_window: is 0, 1e-09 to 1000000 is expected"},
+        WrongFile{one_axis("following_error_timeout_ms = 5\n"),
+                  ":6: [axis 1] following_error_timeout_ms: is of no use without following_error_window"},
         WrongFile{one_axis("max_velocity = 0\n"), ":6: [axis 1] max_velocity: is 0, 1e-06 to 1000000 is expected"},
         WrongFile{one_axis("max_acceleration = inf\n"),
                   ":6: [axis 1] max_acceleration: is inf, 1e-06 to 1000000000 is expected"},

@@ -213,6 +213,16 @@ TEST(LineConfig, RotaryAxisCountsInRadians) {
   EXPECT_EQ(config.axes[0].mode, Mode::kCyclicVelocity);
 }
 
+TEST(LineConfig, FollowingErrorIsWatchedWhereThatIsAskedFor) {
+  const std::string line = "[[slave]]\nname = \"x\"\n[[axis]]\nname = \"x\"\nunit = \"deg\"\n";
+  EXPECT_FALSE(parsed(line).axes[0].following_error_window);
+  const auto watched = parsed(line + "following_error_window = 18\n").axes[0];
+  EXPECT_DOUBLE_EQ(watched.following_error_window.value(), 0.1 * std::numbers::pi);
+  EXPECT_EQ(watched.following_error_timeout, std::chrono::milliseconds{10});
+  const auto later = parsed(line + "following_error_window = 18\nfollowing_error_timeout_ms = 250\n").axes[0];
+  EXPECT_EQ(later.following_error_timeout, std::chrono::milliseconds{250});
+}
+
 TEST(LineConfig, LimitsAreInTheUnitOfTheAxis) {
   const std::string line =
       "[[slave]]\nname = \"x\"\n[[axis]]\nname = \"x\"\nmax_velocity = 720\nmax_acceleration = 3600\n"

@@ -68,6 +68,10 @@ struct AxisConfig {
   double offset_delay_cycles = 0.0;
   /// How far an axis may be from its setpoint until that is a fault, rad or m; none: position_tolerance().
   std::optional<double> position_tolerance{};
+  /// How far the actual position may be from the setpoint that belongs to it, rad or m, for no longer than
+  /// `following_error_timeout`; none: it is not watched here, but by the drive (6065h, 6066h) in its own position loop.
+  std::optional<double> following_error_window{};
+  std::chrono::nanoseconds following_error_timeout = std::chrono::milliseconds{10};  ///< of `following_error_window`
   /// Unit of its positions in messages and files, not in calculations; null: rad or m.
   const trajectory::PositionUnit* unit = nullptr;
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "driveline/ecat_master/axis/axis.hpp"
+#include "driveline/ecat_master/cyclic/following_error_watch.hpp"
 #include "driveline/ecat_master/cyclic/master_absence.hpp"
 #include "driveline/ecat_master/cyclic/motion_control.hpp"
 #include "driveline/ecat_master/cyclic/position_watch.hpp"
@@ -36,7 +37,8 @@ enum class MotionPhase : std::uint8_t {
 /// "following" and the like, for people. \rtsafe
 [[nodiscard]] std::string_view to_text(MotionPhase phase) noexcept;
 
-/// Why the axes were stopped: by MotionPhase::kQuickStop, or for a position that cannot be true by kStopping.
+/// Why the axes were stopped: by MotionPhase::kQuickStop, or for a position that cannot be true and for a following
+/// error by kStopping.
 struct MotionFailure {
   /// Kind of failure.
   enum class Cause : std::uint8_t {
@@ -51,12 +53,14 @@ struct MotionFailure {
     kPositionUnsteady,  ///< the actual position kept leaping, the axis could not be enabled
     kSetpoint,          ///< the source gave a setpoint beyond the limits of the axis, or not a finite number
     kTooFast,           ///< the axis exceeded its velocity limit under a source that gives torques
+    kFollowingError,    ///< beyond AxisConfig::following_error_window for too long; it is `following_error`
   };
   Cause cause = Cause::kNone;  ///< kNone: there was no failure
   std::uint16_t axis = 0;      ///< number of the axis, as given to the constructor; the first one where several failed
   std::uint16_t status_word = 0;  ///< 6041h when it failed
   std::uint16_t error_code = 0;   ///< 603Fh when it failed, if it is mapped; else 0
   PositionFinding position{};     ///< what was wrong with the actual position, where that was the cause
+  double following_error = 0.0;   ///< rad or m, where that was the cause
 };
 
 /// Participation of an axis in the motion. Other values than kPresent occur only for axes whose loss does not stop the
@@ -186,6 +190,7 @@ class Motion final : public MotionControl {
   [[nodiscard]] MotionFailure::Cause enable_failure(std::size_t axis) const noexcept;
   void watch_enabling(std::int64_t cycle) noexcept;
   void watch_axis(std::size_t axis, std::int64_t cycle) noexcept;
+  void watch_following(std::size_t axis, std::int64_t cycle) noexcept;
   void watch_absence(std::size_t axis, std::int64_t cycle) noexcept;
   void set_presence(std::size_t axis, AxisPresence presence, std::int64_t cycle) noexcept;
   void aim() noexcept;
@@ -246,6 +251,7 @@ class Motion final : public MotionControl {
   std::unique_ptr<std::atomic<AxisPresence>[]> presence_shared_;
   std::vector<std::uint32_t> bad_cycles_;
   std::vector<PositionWatch> position_watches_;
+  std::vector<FollowingErrorWatch> following_watches_;
   std::vector<char> exchanged_;  ///< the position of the axis is of this cycle
   std::chrono::nanoseconds exchange_took_{};
   MotionPhase phase_ = MotionPhase::kIdle;
