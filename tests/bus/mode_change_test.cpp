@@ -177,6 +177,33 @@ TEST(ModeChange, ThatTheDriveNeverMakesCanBeTakenBack) {
   line.expect_obedience();
 }
 
+/// A drive may change in any cycle from the one on in which it is told.
+TEST(ModeChange, TakenBackInTheCycleInWhichTheDriveMakesItIsWithinTheLimits) {
+  constexpr std::array kModes{Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque};
+  for (const auto from : kModes) {
+    for (const auto to : kModes) {
+      if (from == to) continue;
+      const int told = from == Mode::kCyclicTorque ? 32 : 8;
+      for (int moment = told - 2; moment < told + 12; ++moment) {
+        SCOPED_TRACE(testing::Message() << to_text(from) << " to " << to_text(to) << ", " << moment << " cycles");
+        auto options = ModeLine::fast_path();
+        options.mode = from;
+        options.amplitude_rad = 5.0;
+        ModeLine line(options);
+        line.load(0.2);
+        line.cycles(3700);
+        for (auto& judge : line.judges) judge.forget();
+        line.cycles(20);
+        EXPECT_TRUE(line.axis().set_mode(to));
+        line.cycles(moment);
+        line.change(from);
+        line.cycles(400);
+        line.expect_obedience();
+      }
+    }
+  }
+}
+
 /// Changes in any order, at any time, also before the one before is over, under a load that nobody knows.
 void random_changes(unsigned seed) {
   constexpr std::array kModes{Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque};

@@ -1,8 +1,12 @@
 // MC_TorqueControl and the software limits of axes that are commanded one by one.
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
+#include "driveline/slaves/msd/core/drive_values.hpp"
 #include "single_line.hpp"
 
 namespace driveline::bus_test {
@@ -83,6 +87,73 @@ TEST(TorqueControl, AnotherTorqueReplacesIt) {
   EXPECT_LT(line.axes().axis_report(0).velocity, -5.0);
   EXPECT_EQ(line.ask(power(false)).phase, RequestPhase::kDone) << "it comes to rest first";
   line.expect_obedience();
+}
+
+TEST(TorqueControl, OutOfAMotionAndIntoAnotherIsWithinTheLimits) {
+  for (const double velocity : {5.0, 20.0, 40.0}) {
+    for (const double load_nm : {0.0, 0.2, -0.2}) {
+      for (const int moment : {100, 137, 400, 900}) {
+        SCOPED_TRACE(testing::Message() << velocity << " rad/s, " << load_nm << " Nm, cycle " << moment);
+        SingleLine line;
+        line.enable();
+        line.drives.drive(0).set_machine_input(slaves::msd::MachineInput::kLoad, load_nm);
+        line.submit(request(AxisCommand::kMoveVelocity, velocity));
+        line.cycles(moment);
+        const auto led = line.submit(torque(0.15, 30.0, 5.0));
+        line.cycles(moment);
+        EXPECT_THAT(line.phase(led), testing::AnyOf(RequestPhase::kActive, RequestPhase::kReached));
+        EXPECT_EQ(line.ask(request(AxisCommand::kMoveRelative, -10.0)).phase, RequestPhase::kDone);
+        EXPECT_EQ(line.phase(led), RequestPhase::kAborted);
+        line.cycles(400);
+        EXPECT_EQ(line.axes().axis_report(0).mode, 8);
+        line.expect_obedience();
+      }
+    }
+  }
+}
+
+/// Per mille that the master asks of the drive at most while the axis moves as hard as it may in CST, and the most that
+/// the drive demands of its motor.
+std::pair<int, int> most_torque(std::optional<double> limit) {
+  auto options = single_options();
+  options.max_torque = limit;
+  options.mode = ecat_master::cia402::Mode::kCyclicTorque;
+  SingleLine line(1, options);
+  line.enable();
+  line.submit(move(4.0));
+  std::pair<int, int> most{0, 0};
+  const auto& values = line.drives.drive(0).dictionary();
+  for (int i = 0; i < 4000; ++i) {
+    line.cycle();
+    const int asked = values.get(slaves::msd::kValue.target_torque) + values.get(slaves::msd::kValue.torque_offset);
+    most.first = std::max(most.first, std::abs(asked));
+    most.second = std::max(most.second, std::abs(int{values.get(slaves::msd::kValue.torque_demand)}));
+  }
+  EXPECT_NEAR(line.axes().axis_report(0).position, 4.0, 0.1) << "it gets there all the same";
+  return most;
+}
+
+TEST(TorqueLimit, WhatTheMasterAsksForStaysWithinIt) {
+  const auto [asked, demanded] = most_torque(std::nullopt);
+  EXPECT_GT(asked, 140);
+  EXPECT_GT(demanded, 140);
+  // 0.24 of 2.4 Nm.
+  const auto [limited, held] = most_torque(0.24);
+  EXPECT_EQ(limited, 100);
+  EXPECT_LE(held, 100);
+  EXPECT_GT(held, 95);
+}
+
+TEST(TorqueLimit, ATorqueBeyondItIsRefused) {
+  auto options = single_options();
+  options.max_torque = 0.24;
+  SingleLine line(1, options);
+  line.enable();
+  EXPECT_EQ(line.ask(torque(0.25)).error, AxisError::kOverLimit);
+  EXPECT_EQ(line.ask(torque(-0.25)).error, AxisError::kOverLimit);
+  const auto most = line.submit(torque(0.24, 5.0));
+  line.cycles(400);
+  EXPECT_THAT(line.phase(most), testing::AnyOf(RequestPhase::kActive, RequestPhase::kReached));
 }
 
 TEST(TorqueControl, IsRefusedWithTheReason) {

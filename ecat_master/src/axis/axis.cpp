@@ -3,46 +3,14 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <utility>
 
+#include "axis/axis_entries.hpp"
 #include "driveline/ecat_master/axis/axis_objects.hpp"
 #include "driveline/ecat_master/axis/mode_change.hpp"
 
 namespace driveline::ecat_master {
 namespace {
-
-template <typename T>
-std::optional<PdoEntry<T>> entry(const std::vector<PdoMapping>& pdos, std::size_t base, std::uint16_t index,
-                                 std::uint8_t subindex = 0) {
-  const auto offset = object_offset(pdos, index, 8 * sizeof(T), subindex);
-  return offset ? std::optional(PdoEntry<T>(base + *offset)) : std::nullopt;
-}
-
-/// The integer next to it; |value| < 2^62. A few instructions where std::llround is a call of the library, several of
-/// them for every axis in every cycle.
-std::int64_t to_nearest(double value) noexcept {
-  return static_cast<std::int64_t>(value + std::copysign(0.5, value));
-}
-
-/// Rounds to a wire integer; out-of-range values end at the limit, NaN at zero.
-template <typename T>
-T saturate(double value) noexcept {
-  if (std::isnan(value)) return 0;
-  constexpr auto kMin = static_cast<double>(std::numeric_limits<T>::min());
-  constexpr auto kMax = static_cast<double>(std::numeric_limits<T>::max());
-  return static_cast<T>(to_nearest(std::clamp(value, kMin, kMax)));
-}
-
-template <typename T>
-void put(const std::optional<PdoEntry<T>>& pdo_entry, std::span<std::byte> image, T value) noexcept {
-  if (pdo_entry) pdo_entry->set(image, value);
-}
-
-template <typename T>
-T take(const std::optional<PdoEntry<T>>& pdo_entry, std::span<const std::byte> image) noexcept {
-  return pdo_entry ? pdo_entry->get(image) : T{0};
-}
 
 /// Of position setpoints.
 double delay_of(const AxisConfig& config) {
@@ -108,6 +76,7 @@ Axis::Axis(AxisConfig config, const ProcessDataPlace& place, const PdoConfigurat
     : config_(std::move(config)),
       possible_modes_(possible_modes(config_, pdos)),
       mode_(config_.mode),
+      wanted_(config_.mode),
       range_(range_of(config_)),
       setpoints_(delay_of(config_)),
       feeds_(config_.offset_delay_cycles),
@@ -126,6 +95,10 @@ Axis::Axis(AxisConfig config, const ProcessDataPlace& place, const PdoConfigurat
       following_error_object_(entry<std::int32_t>(pdos.inputs, place.input_offset, 0x60F4)),
       actual_torque_(entry<std::int16_t>(pdos.inputs, place.input_offset, 0x6077)),
       error_code_(entry<std::uint16_t>(pdos.inputs, place.input_offset, 0x603F)),
+      probe_(place, pdos),
+      profile_(place, pdos,
+               {config_.limits.max_velocity, config_.limits.max_acceleration, config_.limits.max_acceleration,
+                config_.increments_per_unit}),
       change_(std::make_unique<ModeChange>(change_settings(config_))) {
   note_change();
 }
@@ -157,14 +130,19 @@ void Axis::note_change() noexcept {
 }
 
 bool Axis::set_mode(cia402::Mode mode) noexcept {
-  if (mode == mode_ || !can_change(mode)) return mode == mode_;
+  if (mode == wanted_ || !can_change(mode)) return mode == wanted_;
+  wanted_ = mode;
+  if (!change_->committed()) start_change();
+  return true;
+}
+
+void Axis::start_change() noexcept {
   if (enabled()) {
     change_->begin(measured(), {targets_.position, targets_.velocity, targets_.torque, targets_.acceleration,
                                 targets_.feed_velocity});
   }
-  mode_ = mode;
+  mode_ = wanted_;
   note_change();
-  return true;
 }
 
 void Axis::command_torque() noexcept {
@@ -175,6 +153,13 @@ void Axis::command_torque() noexcept {
 void Axis::take_over_torque(double load) noexcept {
   change_->carry(load, inputs_.velocity);
   note_change();
+}
+
+double Axis::position_of(std::int32_t increments) const noexcept {
+  std::int64_t step = std::int64_t{increments} - last_count_;
+  if (step > range_ / 2) step -= range_;
+  if (step < -range_ / 2) step += range_;
+  return static_cast<double>(count_ + step) / config_.increments_per_unit;
 }
 
 void Axis::recount() noexcept {
@@ -188,6 +173,7 @@ void Axis::read_inputs(std::span<const std::byte> image, bool valid, bool fresh)
     inputs_.state = snapshot::AxisState::kUnavailable;
     return;
   }
+  probe_.read(image, fresh_);
   inputs_.status_word = take(status_word_, image);
   inputs_.error_code = take(error_code_, image);
   inputs_.mode = take(mode_display_, image);
@@ -252,6 +238,14 @@ void Axis::delay_offset() noexcept {
   targets_.torque = targets_.feed_torque = feeds_.followed();
 }
 
+/// The offset is a part of the sum.
+void Axis::limit_torque() noexcept {
+  if (!config_.max_torque) return;
+  const double most = *config_.max_torque;
+  targets_.torque = std::clamp(targets_.torque, -most, most);
+  targets_.feed_torque = std::clamp(targets_.feed_torque, -most, most);
+}
+
 Axis::Targets Axis::targets_for(const trajectory::AxisSetpoint& setpoint) noexcept {
   Targets targets;
   targets.position = setpoint.position;
@@ -305,8 +299,9 @@ void Axis::write_outputs(std::span<std::byte> image, cia402::Goal goal, bool res
   if (!moving) {
     trusted_ = true;
     correction_ = 0.0;
-    if (changing_) {
+    if (changing_ || mode_ != wanted_) {
       change_->cancel();
+      mode_ = wanted_;
       note_change();
     }
     targets_ = {};
@@ -314,9 +309,11 @@ void Axis::write_outputs(std::span<std::byte> image, cia402::Goal goal, bool res
     // A weight does not sag while the drive gets its first setpoints.
     targets_.torque = targets_.feed_torque = config_.feed_forward.torque({targets_.position, 0.0, 0.0});
   } else {
+    if (mode_ != wanted_ && !change_->committed()) start_change();
     targets_ = changing_ ? targets_in_change(setpoint) : targets_for(setpoint);
   }
   delay_offset();
+  limit_torque();
   targets_.control_word = cia402::next_control_word(inputs_.state, goal);
   // Fault reset works on the rising edge of bit 7, so it is given for one request and taken back by the next.
   if (reset_fault && fault()) targets_.control_word = cia402::command::kFaultReset;
@@ -324,6 +321,8 @@ void Axis::write_outputs(std::span<std::byte> image, cia402::Goal goal, bool res
   put(control_word_, image, targets_.control_word);
   put(mode_object_, image, static_cast<std::int8_t>(pending_ ? change_->told(mode_) : mode_));
   write_targets(image);
+  probe_.write(image);
+  profile_.write(image);
   compare(moving);
 }
 
@@ -341,6 +340,7 @@ void Axis::compare(bool moving) noexcept {
 /// Loops that are closed here compare with the setpoint of the same cycle.
 double Axis::followed_setpoint() const noexcept {
   if (pending_) return change_->reference_position();
+  if (!cyclic(mode_)) return inputs_.position;
   return mode_ == cia402::Mode::kCyclicPosition ? setpoints_.followed() : targets_.position;
 }
 
@@ -355,8 +355,10 @@ void Axis::write_targets(std::span<std::byte> image) const noexcept {
   put(interpolation_data_, image, position);
   put(velocity_offset_, image, saturate<std::int32_t>(velocity * scale));
   put(target_velocity_, image, saturate<std::int32_t>((targets_.velocity - velocity) * scale));
-  put(torque_offset_, image, saturate<std::int16_t>(torque * permille));
-  put(target_torque_, image, saturate<std::int16_t>((targets_.torque - torque) * permille));
+  const auto offset = saturate<std::int16_t>(torque * permille);
+  put(torque_offset_, image, offset);
+  // Their sum is rounded once.
+  put(target_torque_, image, saturate<std::int16_t>(saturate<std::int16_t>(targets_.torque * permille) - offset));
 }
 
 void Axis::fill(snapshot::AxisSample& sample) const noexcept {

@@ -23,6 +23,10 @@ constexpr double kObservedVelocity = 1.5 * (1.0 - kMemory) * (1.0 - kMemory) * (
 constexpr double kObservedAcceleration = (1.0 - kMemory) * (1.0 - kMemory) * (1.0 - kMemory);
 constexpr std::uint32_t kCyclesObserved = 8;
 constexpr std::uint32_t kCyclesObservedInTorque = 32;
+/// In which a drive changes that is going to.
+constexpr double kPatienceS = 0.25;
+/// Of a velocity that the axis lacks, the share that position setpoints begin without: the demand and the axis meet.
+constexpr double kLagTaken = 0.5;
 /// Shares of the limits for the return to the setpoints.
 constexpr double kLeastShare = 0.05;
 constexpr double kMostShare = 0.1;
@@ -36,6 +40,8 @@ constexpr double kFadeS = 0.2;
 }  // namespace
 
 void ModeChange::begin(const Measured& measured, const Targets& last) noexcept {
+  told_s_ = 0.0;
+  shown_ = 0;
   if (phase_ == Phase::kPending) return;
   from_ = measured.shown;
   const bool by_position = from_ == Mode::kCyclicPosition;
@@ -51,14 +57,20 @@ void ModeChange::begin(const Measured& measured, const Targets& last) noexcept {
   velocity_ = by_position ? measured.led_velocity : on_loop ? last.velocity : measured.velocity;
   preparing_ = by_torque ? kCyclesObservedInTorque : kCyclesObserved;
   observed_ = {measured.position, by_position ? measured.led_velocity : measured.velocity, last.acceleration};
+  // The measured position of a cycle is looked at in the same cycle once more.
+  if (measured.fresh) observed_.position -= observed_.velocity * settings_.period_s;
   feed_velocity_ = last.feed_velocity;
   before_[0] = before_[1] = velocity_;
   leading_ = by_position;
   if (!on_loop && !by_position) return_from(measured.position - velocity_ * settings_.period_s, velocity_);
   velocity_bias_ = 0.0;
+  lag_ = 0.0;
   first_ = true;
-  shown_ = 0;
   phase_ = Phase::kPending;
+}
+
+bool ModeChange::committed() const noexcept {
+  return pending() && preparing_ == 0 && (shown_ > 0 || told_s_ < kPatienceS);
 }
 
 void ModeChange::look(const Measured& measured, Mode wanted) noexcept {
@@ -101,13 +113,11 @@ trajectory::AxisSetpoint ModeChange::reference(const Measured& measured,
 /// A drive takes the velocity of the feed-forward at once and a position later: where it may get into CSP, that is the
 /// velocity of the axis, and not yet that of the reference.
 void ModeChange::feed(const Measured& measured, const trajectory::AxisSetpoint& reference) noexcept {
-  if (led(measured)) {
-    feed_velocity_ = position_velocity_;
-    return;
-  }
+  const bool by_setpoints = led(measured);
   const bool by_loop = pending() && measured.shown != Mode::kCyclicPosition;
-  const double wanted = by_loop ? observed_.velocity : reference.velocity;
-  feed_velocity_ += settings_.period_s * reference.acceleration + kFed * (wanted - feed_velocity_);
+  const double wanted = by_setpoints ? position_velocity_ : by_loop ? observed_.velocity : reference.velocity;
+  const double acceleration = by_setpoints ? position_acceleration_ : reference.acceleration;
+  feed_velocity_ += settings_.period_s * acceleration + kFed * (wanted - feed_velocity_);
   fed_ = std::abs(reference.velocity - feed_velocity_) <= kFedWell * settings_.limits.max_velocity;
 }
 
@@ -118,6 +128,7 @@ trajectory::AxisSetpoint ModeChange::lead(const Measured& measured, const trajec
   const auto target = on_setpoints_ ? setpoint : approach(setpoint);
   position_ = target.position;
   position_velocity_ = target.velocity;
+  position_acceleration_ = target.acceleration;
   led_ = {measured.position, measured.led_velocity, acceleration, setpoint.torque};
   return led_;
 }
@@ -173,6 +184,7 @@ void ModeChange::follow(const Measured& measured, const Wanted& wanted) noexcept
   observe(measured);
   // Between the velocity that was wanted two cycles before and that of the axis: a load, or a loop, moves it.
   if (by_torque) velocity_bias_ = observed_.velocity - before_[1];
+  if (measured.shown == Mode::kCyclicVelocity) lag_ = observed_.velocity - before_[1] - velocity_bias_;
   before_[1] = before_[0];
   before_[0] = wanted.velocity;
   // What the torque is beyond the one that moves the axis as it moves.
@@ -182,7 +194,11 @@ void ModeChange::follow(const Measured& measured, const Wanted& wanted) noexcept
   const double demand = wanted.velocity + velocity_bias_;
   if (!led(measured)) place(measured.shown == Mode::kCyclicPosition, demand);
   velocity_ = demand;
-  if (preparing_ > 0) --preparing_;
+  if (preparing_ > 0) {
+    --preparing_;
+  } else {
+    told_s_ += settings_.period_s;
+  }
   first_ = false;
 }
 
@@ -190,7 +206,7 @@ void ModeChange::follow(const Measured& measured, const Wanted& wanted) noexcept
 /// velocity.
 void ModeChange::place(bool by_position, double velocity) noexcept {
   if (by_position) {
-    position_velocity_ = velocity + 0.5 * (velocity - velocity_);
+    position_velocity_ = velocity + kLagTaken * lag_ + 0.5 * (velocity - velocity_);
     position_ += settings_.period_s * position_velocity_;
     return;
   }

@@ -36,6 +36,18 @@ std::string_view to_text(AxisCommand command) noexcept {
       return "set_override";
     case AxisCommand::kSetMode:
       return "set_mode";
+    case AxisCommand::kTouchProbe:
+      return "touch_probe";
+    case AxisCommand::kAbortTrigger:
+      return "abort_trigger";
+    case AxisCommand::kHomeByProbe:
+      return "home_by_probe";
+    case AxisCommand::kDriveMoveAbsolute:
+      return "drive_move_absolute";
+    case AxisCommand::kDriveMoveRelative:
+      return "drive_move_relative";
+    case AxisCommand::kDriveMoveVelocity:
+      return "drive_move_velocity";
   }
   return "?";
 }
@@ -132,6 +144,16 @@ std::string_view to_text(AxisError error) noexcept {
       return "its following error was beyond its window for too long";
     case AxisError::kFollowing:
       return "the setpoints to follow cannot be";
+    case AxisError::kProbeObjects:
+      return "the process data lack the touch probe: 60B8h, 60B9h, or the value of its edge (60BAh to 60BDh)";
+    case AxisError::kProbe:
+      return "the drive does not switch its touch probe on";
+    case AxisError::kNoEdge:
+      return "the touch probe has seen nothing within the distance";
+    case AxisError::kNoTarget:
+      return "the drive has not taken its target";
+    case AxisError::kTargetTimeout:
+      return "the drive has not reached its target in time";
   }
   return "?";
 }

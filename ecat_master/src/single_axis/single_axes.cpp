@@ -32,6 +32,8 @@ struct SingleAxes::Shared {
   std::atomic<double> velocity{0.0};
   std::atomic<double> torque{0.0};
   std::atomic<double> override_factor{1.0};
+  std::atomic<double> recorded_position{0.0};
+  std::atomic<std::uint64_t> recorded_request{0};
 };
 
 SingleAxes::SingleAxes(std::vector<Axis> axes, Settings settings)
@@ -86,6 +88,8 @@ AxisReport SingleAxes::axis_report(std::size_t axis) const noexcept {
   report.velocity = shared.velocity.load(std::memory_order_relaxed);
   report.torque = shared.torque.load(std::memory_order_relaxed);
   report.override_factor = shared.override_factor.load(std::memory_order_relaxed);
+  report.recorded_request = shared.recorded_request.load(std::memory_order_acquire);
+  report.recorded_position = shared.recorded_position.load(std::memory_order_relaxed);
   return report;
 }
 
@@ -101,6 +105,8 @@ void SingleAxes::publish(std::size_t axis) noexcept {
   shared.velocity.store(inputs.velocity, std::memory_order_relaxed);
   shared.torque.store(inputs.torque, std::memory_order_relaxed);
   shared.override_factor.store(one.override_factor(), std::memory_order_relaxed);
+  shared.recorded_position.store(one.recorded().position, std::memory_order_relaxed);
+  shared.recorded_request.store(one.recorded().request, std::memory_order_release);
   // Last: a reader that sees ErrorStop sees its reason.
   shared.state.store(one.state(), std::memory_order_release);
 }

@@ -133,17 +133,19 @@ void SingleAxis::fail(AxisError error) noexcept {
     error_code_ = axis_->inputs().error_code;
   }
   state_ = PlcopenState::kErrorStop;
-  drop_homing(error);
+  drop_by_drive(error);
   torque_ = Torque::kNone;
   finish_move(RequestPhase::kError, error);
   drop_waiting(error);
   finish(power_request_, RequestPhase::kError, error);
+  end_probe(RequestPhase::kError, error);
   if (power_ != Power::kOff && power_ != Power::kDisabling) enter(Power::kQuickStop);
 }
 
 void SingleAxis::advance(const trajectory::AxisSetpoint* fed) noexcept {
   advance_reset();
   advance_mode();
+  advance_probe();
   if (powered()) return advance_motion(fed);
   advance_powerless();
 }
@@ -196,24 +198,30 @@ void SingleAxis::advance_reset() noexcept {
     finish(reset_request_, RequestPhase::kError, AxisError::kResetTimeout);
 }
 
-/// A drive that does not change in time is left in the mode that it had.
+/// The change of a mode, and the way back to the setpoints, need some of the acceleration of the axis.
+bool SingleAxis::eases() const noexcept {
+  return changing_mode_ || torque_ == Torque::kEntering || axis_->returning();
+}
+
 void SingleAxis::advance_mode() noexcept {
-  if (!changing_mode_) return;
+  if (changing_mode_) judge_mode();
+  const bool eased = eased_;
+  eased_ = eases();
+  // The whole acceleration of the axis is that of its motion again.
+  if (eased && !eased_ && powered() && by_drive_ == ByDrive::kNone) replan();
+}
+
+/// A drive that does not change in time is left in the mode that it had.
+void SingleAxis::judge_mode() noexcept {
   if (axis_->mode_ready() || !powered()) {
-    end_mode_change();
+    changing_mode_ = false;
     supply_.set_mode(axis_->mode());
     return finish(mode_request_, RequestPhase::kDone);
   }
   if (!exceeded(mode_since_, settings_.mode_timeout)) return;
-  end_mode_change();
+  changing_mode_ = false;
   const bool back = axis_->set_mode(mode_before_);
   finish(mode_request_, RequestPhase::kError, back ? AxisError::kModeTimeout : AxisError::kMode);
-}
-
-/// The whole acceleration of the axis is that of its motion again.
-void SingleAxis::end_mode_change() noexcept {
-  changing_mode_ = false;
-  if (active_ && powered()) replan();
 }
 
 /// A drive that has failed in a mode of its own begins in that of the setpoints again.
@@ -246,7 +254,8 @@ cia402::Goal SingleAxis::goal() const noexcept {
 
 void SingleAxis::write_outputs(std::span<std::byte> image) noexcept {
   const bool resetting = reset_request_ != 0 && power_ == Power::kOff && cycle_ % (2 * kResetCycles) < kResetCycles;
-  axis_->write_outputs(image, goal(), resetting, setpoint_);
+  const bool by_generator = drive_moves() && !homes();
+  axis_->write_outputs(image, goal(), resetting, by_generator ? drive_target_ : setpoint_);
 }
 
 AbsenceEffect SingleAxis::resume(std::int64_t cycle, std::int64_t missed) noexcept {
@@ -257,7 +266,7 @@ AbsenceEffect SingleAxis::resume(std::int64_t cycle, std::int64_t missed) noexce
     return AbsenceEffect::kStopped;
   }
   supply_.skip(missed);
-  if (homing_ == Homing::kNone && torque_ != Torque::kLed) bridge();
+  if (by_drive_ == ByDrive::kNone && torque_ != Torque::kLed) bridge();
   return AbsenceEffect::kBridged;
 }
 

@@ -26,7 +26,7 @@ double or_else(double value, double otherwise) noexcept {
 
 bool to_position(AxisCommand command) noexcept {
   return command == AxisCommand::kMoveAbsolute || command == AxisCommand::kMoveRelative ||
-         command == AxisCommand::kMoveAdditive;
+         command == AxisCommand::kMoveAdditive || command == AxisCommand::kHomeByProbe;
 }
 
 bool blends(BufferMode mode) noexcept {
@@ -59,7 +59,7 @@ double SingleAxis::velocity_of(const AxisRequest& request) const noexcept {
 
 trajectory::ProfileLimits SingleAxis::full_limits() const noexcept {
   const auto& limits = axis_->config().limits;
-  const double share = changing_mode_ || torque_ == Torque::kEntering ? kShareInChange : 1.0;
+  const double share = eases() ? kShareInChange : 1.0;
   return trajectory::ProfileLimits::symmetric(limits.max_velocity, share * limits.max_acceleration, jerk_of({}));
 }
 
@@ -129,6 +129,7 @@ void SingleAxis::replan() noexcept {
     case AxisCommand::kMoveAbsolute:
     case AxisCommand::kMoveRelative:
     case AxisCommand::kMoveAdditive:
+    case AxisCommand::kHomeByProbe:
       planned = override_ > 0.0 ? plan_position(*active_) : plan_rest();
       break;
     case AxisCommand::kMoveVelocity: {
@@ -269,7 +270,8 @@ bool SingleAxis::passes(const Move& move, const Move& next, double velocity) con
 /// A setpoint that may not have reached the drive is no time of the motion: it waits, and the axis returns to it within
 /// its limits.
 void SingleAxis::advance_motion(const AxisSetpoint* fed) noexcept {
-  if (homing_ != Homing::kNone) return advance_homing();
+  if (by_drive_ != ByDrive::kNone) return advance_by_drive();
+  if (search_ != Search::kNone) advance_search();
   if (torque_ == Torque::kEntering) enter_torque();
   if (torque_ == Torque::kLed) return advance_torque();
   if (!supply_.reached()) return bridge();
@@ -351,6 +353,7 @@ void SingleAxis::arrive() noexcept {
   }
   // Held by an override of zero.
   if (to_position(command) && !(override_ > 0.0)) return;
+  if (search_ != Search::kNone && !arrive_in_search()) return;
   if (command != AxisCommand::kStop) return go_on();
   finish_move(RequestPhase::kDone);
 }

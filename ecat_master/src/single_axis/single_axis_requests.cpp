@@ -33,7 +33,31 @@ bool is_motion(AxisCommand command) noexcept {
 /// Of which nothing may begin while the drive homes, and which homing may not begin in.
 bool needs_drive(AxisCommand command) noexcept {
   return is_motion(command) || command == AxisCommand::kHome || command == AxisCommand::kSetMode ||
-         command == AxisCommand::kSetPosition;
+         command == AxisCommand::kSetPosition || command == AxisCommand::kHomeByProbe;
+}
+
+bool is_profile(AxisCommand command) noexcept {
+  return command == AxisCommand::kDriveMoveAbsolute || command == AxisCommand::kDriveMoveRelative ||
+         command == AxisCommand::kDriveMoveVelocity;
+}
+
+/// Begins at a standstill.
+bool begins_at_rest(AxisCommand command) noexcept {
+  return command == AxisCommand::kHome || command == AxisCommand::kHomeByProbe || is_profile(command);
+}
+
+/// For which a drive that moves by its profile generator is halted.
+bool may_replace_profile(AxisCommand command) noexcept {
+  switch (command) {
+    case AxisCommand::kHalt:
+    case AxisCommand::kMoveAbsolute:
+    case AxisCommand::kMoveRelative:
+    case AxisCommand::kMoveAdditive:
+    case AxisCommand::kMoveVelocity:
+      return true;
+    default:
+      return false;
+  }
 }
 
 bool is_magnitude(double value) noexcept {
@@ -51,6 +75,7 @@ void SingleAxis::finish_move(RequestPhase phase, AxisError error) noexcept {
   if (active_) finish(active_->id, phase, error);
   active_.reset();
   run_velocity_.reset();
+  end_search();
   finish(superimposed_request_, phase, error);
 }
 
@@ -65,14 +90,32 @@ AxisError SingleAxis::refusal_by_state(AxisCommand command) const noexcept {
     const bool allowed = command == AxisCommand::kReset || command == AxisCommand::kSetOverride;
     return allowed ? AxisError::kNone : AxisError::kErrorStop;
   }
-  const bool home = command == AxisCommand::kHome;
-  if ((motion || home) && power_ != Power::kOn) return AxisError::kNotEnabled;
-  if (homing_ != Homing::kNone && needs_drive(command) && command != AxisCommand::kStop) return AxisError::kNotAtRest;
-  if (home && state_ != PlcopenState::kStandstill) return AxisError::kNotAtRest;
+  const bool at_rest = begins_at_rest(command);
+  if ((motion || at_rest) && power_ != Power::kOn) return AxisError::kNotEnabled;
+  if (const auto error = refusal_by_drive(command); error != AxisError::kNone) return error;
+  if (at_rest && by_drive_ == ByDrive::kNone && state_ != PlcopenState::kStandstill) return AxisError::kNotAtRest;
   if (motion && state_ == PlcopenState::kStopping && command != AxisCommand::kStop) return AxisError::kStopping;
   if (command == AxisCommand::kFollow && !fed_) return AxisError::kNothingToDo;
   if (command == AxisCommand::kReleaseStop && state_ != PlcopenState::kStopping) return AxisError::kNothingToDo;
   return AxisError::kNone;
+}
+
+/// While the drive moves by itself, or the master homes.
+AxisError SingleAxis::refusal_by_drive(AxisCommand command) const noexcept {
+  if (command == AxisCommand::kStop) return AxisError::kNone;
+  if (search_ != Search::kNone) {
+    const bool meanwhile = needs_drive(command) || is_profile(command) || command == AxisCommand::kTouchProbe;
+    return meanwhile ? AxisError::kNotAtRest : AxisError::kNone;
+  }
+  if (by_drive_ == ByDrive::kNone) return AxisError::kNone;
+  if (is_profile(command)) {
+    // Another target of the same mode is given at once; the other mode begins at a standstill.
+    const bool same =
+        (command == AxisCommand::kDriveMoveVelocity) == (drive_command_ == AxisCommand::kDriveMoveVelocity);
+    return !homes() && same && by_drive_ == ByDrive::kRunning ? AxisError::kNone : AxisError::kNotAtRest;
+  }
+  if (!needs_drive(command) || (!homes() && may_replace_profile(command))) return AxisError::kNone;
+  return AxisError::kNotAtRest;
 }
 
 AxisError SingleAxis::refusal_by_numbers(const AxisRequest& request) const noexcept {
@@ -81,14 +124,17 @@ AxisError SingleAxis::refusal_by_numbers(const AxisRequest& request) const noexc
   for (const double magnitude : {request.velocity, request.acceleration, request.deceleration, request.jerk}) {
     if (!is_magnitude(magnitude)) return AxisError::kNotFinite;
   }
-  const double speed =
-      std::max(request.velocity, request.command == AxisCommand::kMoveVelocity ? std::abs(request.target) : 0.0);
+  const bool runs = request.command == AxisCommand::kMoveVelocity || request.command == AxisCommand::kDriveMoveVelocity;
+  const double speed = std::max(request.velocity, runs ? std::abs(request.target) : 0.0);
   const bool over = speed > limits.max_velocity * kRounding ||
                     request.acceleration > limits.max_acceleration * kRounding ||
                     request.deceleration > limits.max_acceleration * kRounding ||
                     request.jerk > axis_->config().max_jerk.value_or(request.jerk) * kRounding;
   if (request.command == AxisCommand::kTorque) return refusal_of_torque(request);
-  if (is_motion(request.command) && over) return AxisError::kOverLimit;
+  if ((is_motion(request.command) || begins_at_rest(request.command)) && over) return AxisError::kOverLimit;
+  if (is_profile(request.command)) return refusal_of_profile(request);
+  if (request.command == AxisCommand::kTouchProbe || request.command == AxisCommand::kHomeByProbe)
+    return refusal_of_probe(request);
   const bool factor = request.command == AxisCommand::kSetOverride;
   if (factor && (request.target < 0.0 || request.target > kHighestOverride)) return AxisError::kOverLimit;
   return AxisError::kNone;
@@ -96,7 +142,8 @@ AxisError SingleAxis::refusal_by_numbers(const AxisRequest& request) const noexc
 
 AxisError SingleAxis::refusal_of_torque(const AxisRequest& request) const noexcept {
   const auto& config = axis_->config();
-  const double most = config.rated_torque * std::numeric_limits<std::int16_t>::max() / 1000.0;
+  const double range = config.rated_torque * std::numeric_limits<std::int16_t>::max() / 1000.0;
+  const double most = std::min(config.max_torque.value_or(range) * kRounding, range);
   const bool over = request.velocity > config.limits.max_velocity * kRounding ||
                     request.deceleration > config.limits.max_acceleration * kRounding ||
                     request.jerk > config.max_jerk.value_or(request.jerk) * kRounding;
@@ -134,6 +181,16 @@ void SingleAxis::take(std::uint64_t id, const AxisRequest& request) noexcept {
       return take_mode(id, request.mode);
     case AxisCommand::kHome:
       return take_home(id);
+    case AxisCommand::kTouchProbe:
+      return take_probe(id, request);
+    case AxisCommand::kAbortTrigger:
+      return take_abort_trigger(id);
+    case AxisCommand::kHomeByProbe:
+      return take_search(id, request);
+    case AxisCommand::kDriveMoveAbsolute:
+    case AxisCommand::kDriveMoveRelative:
+    case AxisCommand::kDriveMoveVelocity:
+      return take_profile(id, request);
     default:
       return take_motion(id, request);
   }
@@ -156,7 +213,7 @@ void SingleAxis::take_power(std::uint64_t id, bool on) noexcept {
   drop_waiting(AxisError::kNone);
   if (power_ == Power::kEnabling) return enter(Power::kDisabling);
   if (power_ != Power::kOn) return;
-  interrupt_homing();
+  interrupt_drive();
   leave_torque();
   if (plan_rest()) return enter(Power::kResting);
   fail(AxisError::kNotFinite);
@@ -206,7 +263,7 @@ void SingleAxis::take_motion(std::uint64_t id, const AxisRequest& request) noexc
     if (!reachable(move)) return finish(id, RequestPhase::kError, AxisError::kOutsideRange);
     finish_move(RequestPhase::kAborted);
     drop_waiting(AxisError::kNone);
-    interrupt_homing();
+    interrupt_drive();
     return begin_move(move);
   }
   if (waiting_count_ == kWaiting) {

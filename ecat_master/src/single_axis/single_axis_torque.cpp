@@ -13,11 +13,14 @@ constexpr double kAccelerationFilterS = 5e-3;
 /// By how much, and for how long, in s, an axis may be faster than its limit: a velocity is measured late.
 constexpr double kSpareVelocity = 1.1;
 constexpr double kSpareTimeS = 0.01;
+/// Of the highest acceleration, to slow down an axis that is faster than the torque control may be: a load takes part.
+constexpr double kBrakingShare = 0.8;
 
 }  // namespace
 
 /// The axis goes on as it moves until its drive is in CST.
 void SingleAxis::begin_torque() noexcept {
+  torque_top_ = std::abs(axis_->inputs().velocity);
   if (torque_ != Torque::kNone) return;
   return_mode_ = axis_->mode();
   static_cast<void>(axis_->set_mode(cia402::Mode::kCyclicTorque));  // refusal_of_torque() has asked
@@ -31,6 +34,7 @@ void SingleAxis::lead_by_torque() noexcept {
   torque_nm_ = axis_->target_torque();
   axis_->command_torque();
   velocity_before_ = axis_->inputs().velocity;
+  torque_top_ = std::abs(velocity_before_);
   acceleration_ = 0.0;
   too_fast_s_ = 0.0;
   torque_ = Torque::kLed;
@@ -60,6 +64,8 @@ void SingleAxis::advance_torque() noexcept {
   const double step =
       request.acceleration > 0.0 ? request.acceleration * period_s_ : std::numeric_limits<double>::infinity();
   torque_nm_ += std::clamp(request.target - torque_nm_, -step, step);
+  const double slower = torque_top_ - kBrakingShare * axis_->config().limits.max_acceleration * period_s_;
+  torque_top_ = std::max(velocity_of(request), slower);
   if (!(std::abs(request.target - torque_nm_) > 0.0))
     table_->set(active_->id, {RequestPhase::kReached, AxisError::kNone});
   step_velocity_ = inputs.velocity;
@@ -68,12 +74,11 @@ void SingleAxis::advance_torque() noexcept {
   watch_torque();
 }
 
-/// So much less torque that the axis gets no faster than it may, and is braked beyond that.
+/// So much less torque that the axis gets no faster than it may, and is braked beyond that, no harder than it may be.
 double SingleAxis::within_velocity(double torque) const noexcept {
-  const double most = velocity_of(active_->request);
   const double gain = axis_->config().velocity_gain;
   const double velocity = axis_->inputs().velocity;
-  return std::clamp(torque, gain * (-most - velocity), gain * (most - velocity));
+  return std::clamp(torque, gain * (-torque_top_ - velocity), gain * (torque_top_ - velocity));
 }
 
 void SingleAxis::watch_torque() noexcept {

@@ -28,12 +28,15 @@ std::string target_text(const events::EventAxis& axis, const AxisRequest& reques
     case AxisCommand::kPower:
       return request.on ? " on" : " off";
     case AxisCommand::kMoveAbsolute:
+    case AxisCommand::kDriveMoveAbsolute:
       return fmt::format(" to {}", length(axis, request.target));
     case AxisCommand::kMoveRelative:
+    case AxisCommand::kDriveMoveRelative:
     case AxisCommand::kMoveAdditive:
     case AxisCommand::kMoveSuperimposed:
       return fmt::format(" by {}", length(axis, request.target));
     case AxisCommand::kMoveVelocity:
+    case AxisCommand::kDriveMoveVelocity:
       return fmt::format(" {}", length(axis, request.target, "/s"));
     case AxisCommand::kTorque:
       return fmt::format(" {:.6g} {}", request.target, torque_unit(axis));
@@ -49,6 +52,9 @@ std::string target_text(const events::EventAxis& axis, const AxisRequest& reques
     case AxisCommand::kReleaseStop:
     case AxisCommand::kHalt:
     case AxisCommand::kFollow:
+    case AxisCommand::kTouchProbe:
+    case AxisCommand::kAbortTrigger:
+    case AxisCommand::kHomeByProbe:
       break;
   }
   return {};

@@ -146,6 +146,7 @@ ecat_master::AxisConfig LineOperation::axis(std::size_t position, const RunOptio
   config.supported_modes = options.supported_modes;
   config.software_limits = options.software_limits;
   config.following_error_window = options.following_error_window;
+  config.max_torque = options.max_torque;
   config.range_min = options.range_min;
   config.range_max = options.range_max;
   config.feed_forward = options.feed_forward;
@@ -172,6 +173,7 @@ ecat_master::MotionControl& LineOperation::make_motion() {
     settings.period = options_.period;
     settings.enable_timeout = options_.enable_timeout;
     settings.homing_timeout = options_.homing_timeout;
+    settings.target_timeout = options_.target_timeout;
     single_axes_ = std::make_unique<ecat_master::SingleAxes>(std::move(axes), settings);
     return *single_axes_;
   }

@@ -77,7 +77,9 @@ struct RunOptions {
   bool adds_offsets = false;                       ///< AxisConfig::adds_offsets of every axis
   std::optional<std::uint32_t> supported_modes{};  ///< AxisConfig::supported_modes of every axis
   std::optional<trajectory::PositionRange> software_limits{};  ///< AxisConfig::software_limits of every axis
+  std::optional<double> max_torque{};                          ///< AxisConfig::max_torque of every axis
   nanoseconds homing_timeout = std::chrono::minutes{2};        ///< of single axes
+  nanoseconds target_timeout = std::chrono::minutes{2};        ///< of single axes
   std::optional<double> following_error_window{};              ///< AxisConfig::following_error_window of every axis
   /// AxisConfig::range_min and range_max of every axis
   std::int32_t range_min = 0;

@@ -9,7 +9,9 @@
 
 #include "driveline/ecat_master/axis/feed_forward.hpp"
 #include "driveline/ecat_master/axis/mode_change.hpp"
+#include "driveline/ecat_master/axis/profile_objects.hpp"
 #include "driveline/ecat_master/axis/setpoint_delay.hpp"
+#include "driveline/ecat_master/axis/touch_probe.hpp"
 #include "driveline/ecat_master/cia402/cia402.hpp"
 #include "driveline/ecat_master/process_data/pdo_configuration.hpp"
 #include "driveline/ecat_master/process_data/process_image.hpp"
@@ -38,6 +40,9 @@ struct AxisConfig {
   double rated_torque = 2.4;                                   ///< Nm or N that 1000 per mille stand for (6076h)
   trajectory::AxisLimits limits{200.0, 2000.0};                ///< for the approach of a path and for stops
   std::optional<double> max_jerk{};  ///< rad/s^3 or m/s^3, of motions that the master plans; none: no limit
+  /// Nm or N that the master asks for at most, either way: of 6071h and 60B2h together. What the loops of the drive add
+  /// in CSP and CSV is limited in the drive (6072h). None: no limit.
+  std::optional<double> max_torque{};
   /// Increments between which positions count, as 607Bh has them: an axis that goes on beyond one end comes back at the
   /// other. Not below each other: all of the 32 bits.
   std::int32_t range_min = 0;
@@ -139,15 +144,16 @@ class Axis {
 
   /// Lets the drive change to another mode. From one cyclic mode to another that is without a step also while the axis
   /// moves (ModeChange), if torque and velocity (6077h, 606Ch) are mapped; on the way to another mode the drive is led
-  /// by cyclic setpoints until it shows that. False, and nothing is changed: the process data lack an object of that
-  /// mode or the modes themselves (6060h, 6061h), for CST there is no velocity gain, or the drive does not have it
-  /// (supports()). A drive that does not change takes part in the motion as it is; when that is too
-  /// long, and what happens then, is the caller's business: set_mode() with the mode before.
+  /// by cyclic setpoints until it shows that. While a drive that has been told may change at any moment, another
+  /// request waits until it has (ModeChange::committed()). False, and nothing is changed: the process data lack an
+  /// object of that mode or the modes themselves (6060h, 6061h), for CST there is no velocity gain, or the drive does
+  /// not have it (supports()). A drive that does not change takes part in the motion as it is; when that is too long,
+  /// and what happens then, is the caller's business: set_mode() with the mode before.
   [[nodiscard]] bool set_mode(cia402::Mode mode) noexcept;
   /// Whether set_mode() would do it.
   [[nodiscard]] bool can_change(cia402::Mode mode) const noexcept {
     const bool movable = mode != cia402::Mode::kCyclicTorque || config_.velocity_gain > 0.0;
-    return mode == mode_ || (possible(mode) && supports(mode) && movable && mode_object_ && mode_display_);
+    return mode == wanted_ || (possible(mode) && supports(mode) && movable && mode_object_ && mode_display_);
   }
   /// Whether the drive has the mode, by AxisConfig::supported_modes.
   [[nodiscard]] bool supports(cia402::Mode mode) const noexcept {
@@ -160,12 +166,20 @@ class Axis {
   void take_over_torque(double load) noexcept;
   /// The torque target of the last write_outputs(), Nm or N.
   [[nodiscard]] double target_torque() const noexcept { return targets_.torque; }
+  /// A change of mode is over, but the axis still on its way back to its setpoints.
+  [[nodiscard]] bool returning() const noexcept { return changing_ && change_->returning(); }
   /// Positions count as the drive has told the last one: it has a new zero.
   void recount() noexcept;
-  /// Mode that the drive is in, or on its way into.
-  [[nodiscard]] cia402::Mode mode() const noexcept { return mode_; }
+  /// A place that the drive has told in increments, near where it stands; rad or m as AxisInputs::position.
+  [[nodiscard]] double position_of(std::int32_t increments) const noexcept;
+  /// The touch probe of the drive, as far as its objects are mapped.
+  [[nodiscard]] TouchProbe& probe() noexcept { return probe_; }
+  /// Limits of the movements that the drive makes itself, as far as their objects are mapped.
+  [[nodiscard]] ProfileObjects& profile() noexcept { return profile_; }
+  /// Mode that the drive is in, or on its way into; that of the last set_mode().
+  [[nodiscard]] cia402::Mode mode() const noexcept { return wanted_; }
   /// The drive is in mode(), as 6061h has shown for some exchanges, if it is mapped.
-  [[nodiscard]] bool mode_ready() const noexcept { return !pending_ && shows_mode(); }
+  [[nodiscard]] bool mode_ready() const noexcept { return !pending_ && mode_ == wanted_ && shows_mode(); }
   /// Bits of cia402::command_bit that the control word of an enabled axis gets from now on, besides those of its state.
   /// In the modes in which the drive makes its motion, setpoint position and velocity are written as they are (607Ah,
   /// 60FFh), and take effect as these bits say.
@@ -217,19 +231,22 @@ class Axis {
   [[nodiscard]] Targets targets_in_change(const trajectory::AxisSetpoint& setpoint) noexcept;
   [[nodiscard]] ModeChange::Measured measured() const noexcept;
   void note_change() noexcept;
+  void start_change() noexcept;
   [[nodiscard]] std::int32_t wrapped(double increments) const noexcept;
   void compare(bool moving) noexcept;
   [[nodiscard]] Targets targets_for(const trajectory::AxisSetpoint& setpoint) noexcept;
   [[nodiscard]] double feed_forward(const trajectory::AxisSetpoint& setpoint) const noexcept;
   void delay_offset() noexcept;
+  void limit_torque() noexcept;
   [[nodiscard]] double position_loop(const trajectory::AxisSetpoint& setpoint) const noexcept;
   void count(std::int32_t increments) noexcept;
 
   AxisConfig config_;
   std::uint32_t possible_modes_;  ///< bit of each whose objects are mapped
-  cia402::Mode mode_;
-  bool changing_ = false;  ///< change_ is active
-  bool pending_ = false;   ///< and pending
+  cia402::Mode mode_;             ///< that the drive is told, or about to be
+  cia402::Mode wanted_;           ///< another one: next
+  bool changing_ = false;         ///< change_ is active
+  bool pending_ = false;          ///< and pending
   /// Whether the feed-forward goes out as offset, and the rest of it in the target.
   bool velocity_by_offset_ = false;
   bool torque_by_offset_ = false;
@@ -262,6 +279,8 @@ class Axis {
   std::optional<PdoEntry<std::int32_t>> following_error_object_;  // 60F4h
   std::optional<PdoEntry<std::int16_t>> actual_torque_;           // 6077h
   std::optional<PdoEntry<std::uint16_t>> error_code_;             // 603Fh
+  TouchProbe probe_;                                              // 60B8h to 60BDh
+  ProfileObjects profile_;                                        // 6081h, 6083h, 6084h
   std::unique_ptr<ModeChange> change_;                            ///< beside what every cycle needs
 };
 

@@ -64,10 +64,15 @@ class ModeChange {
   [[nodiscard]] bool active() const noexcept { return phase_ != Phase::kNone; }
   /// Whether the drive may be in any mode.
   [[nodiscard]] bool pending() const noexcept { return phase_ == Phase::kPending; }
+  /// The axis is on its way to its setpoints, which takes some of its acceleration.
+  [[nodiscard]] bool returning() const noexcept { return active() && !on_setpoints_; }
   /// What the drive is to be told (6060h) when it is to get into `wanted`: the mode it is in until its motion is known.
   [[nodiscard]] cia402::Mode told(cia402::Mode wanted) const noexcept {
     return pending() && preparing_ > 0 ? from_ : wanted;
   }
+  /// The drive has been told, and may change at any moment: it must not be told to go back, unless it takes so long
+  /// that it is not going to change.
+  [[nodiscard]] bool committed() const noexcept;
 
   /// To be called first in a cycle. While the mode shown is not `wanted`, or has not been for long, it stays pending().
   void look(const Measured& measured, cia402::Mode wanted) noexcept;
@@ -121,13 +126,16 @@ class ModeChange {
   double reference_position_ = 0.0;
   double position_ = 0.0;  ///< target position that goes on with the motion
   double position_velocity_ = 0.0;
-  double velocity_ = 0.0;  ///< target velocity that does
+  double position_acceleration_ = 0.0;  ///< while the drive is led
+  double velocity_ = 0.0;               ///< target velocity that does
   double velocity_bias_ = 0.0;
+  double lag_ = 0.0;                     ///< velocity by which the axis was behind its velocity target
   trajectory::AxisSetpoint observed_{};  ///< what the axis does
   double feed_velocity_ = 0.0;
   double before_[2] = {};        ///< velocities that were wanted in the cycles before
   cia402::Mode from_{};          ///< in which the change began
   std::uint32_t preparing_ = 0;  ///< cycles until the drive is told
+  double told_s_ = 0.0;          ///< time since then
   double torque_bias_ = 0.0;
   std::uint32_t shown_ = 0;  ///< exchanges in a row in which the wanted mode was shown
   Phase phase_ = Phase::kNone;

@@ -65,6 +65,8 @@ inline constexpr std::uint16_t kAll = 0x0170;
 namespace status_bit {
 /// The target is reached; in homing: the axis stands.
 inline constexpr std::uint16_t kTargetReached = 0x0400;
+/// Profile position: the new setpoint has been taken.
+inline constexpr std::uint16_t kSetpointAcknowledge = 0x1000;
 /// Homing: home was found.
 inline constexpr std::uint16_t kHomingAttained = 0x1000;
 /// Homing: it has failed.

@@ -4,6 +4,8 @@
 #include <string_view>
 #include <type_traits>
 
+#include "driveline/ecat_master/axis/probe_trigger.hpp"
+
 namespace driveline::ecat_master {
 
 /// What is asked of a single axis, named after the function blocks of PLCopen motion control part 1. All but
@@ -25,6 +27,13 @@ enum class AxisCommand : std::uint8_t {
   kSetPosition,       ///< MC_SetPosition: the present setpoint is called `target` from now on
   kSetOverride,       ///< MC_SetOverride: velocities times `target`, 0 to 2
   kSetMode,           ///< cyclic mode, `mode`, without a step
+  kTouchProbe,        ///< MC_TouchProbe: records where the axis is at `trigger`, within the window if there is one
+  kAbortTrigger,      ///< MC_AbortTrigger: nothing is recorded any more
+  kHomeByProbe,       ///< homing by the master: as far as `distance` until `trigger`, whose place is called `target`
+  // Movements of the profile generator in the drive.
+  kDriveMoveAbsolute,  ///< to the position `target` (profile position mode)
+  kDriveMoveRelative,  ///< by `target`, from where the axis is
+  kDriveMoveVelocity,  ///< at the velocity `target`, for ever (profile velocity mode)
 };
 
 /// How a motion follows the one before it (PLCopen part 1, 2.4.2 "Aborting versus buffered modes").
@@ -48,6 +57,10 @@ struct AxisRequest {
   double acceleration = 0.0;  ///< rad/s^2 or m/s^2; 0: the limit. kTorque: torque per second, 0: at once
   double deceleration = 0.0;  ///< likewise; 0: as `acceleration`
   double jerk = 0.0;          ///< rad/s^3 or m/s^3; 0: the limit of the axis
+  ProbeTrigger trigger = ProbeTrigger::kFirstRising;  ///< kTouchProbe, kHomeByProbe
+  double window_first = 0.0;                          ///< kTouchProbe: positions at which an event counts
+  double window_last = 0.0;                           ///< the other end; the same: any position
+  double distance = 0.0;                              ///< kHomeByProbe, with the sign of the direction
 };
 static_assert(std::is_trivially_copyable_v<AxisRequest>);
 
@@ -88,6 +101,11 @@ enum class AxisError : std::uint8_t {
   kTooFast,         ///< faster than its limit under a torque
   kFollowingError,  ///< beyond AxisConfig::following_error_window for too long
   kFollowing,       ///< the setpoints of the source that it follows cannot be
+  kProbeObjects,    ///< the process data lack the touch probe (60B8h, 60B9h, and 60BAh to 60BDh of its edge)
+  kProbe,           ///< the drive does not switch its touch probe on
+  kNoEdge,          ///< there was no event within the distance
+  kNoTarget,        ///< the drive has not taken its target
+  kTargetTimeout,   ///< the drive has not reached its target in time
 };
 
 /// States of an axis (PLCopen part 1, figure "FB state diagram").

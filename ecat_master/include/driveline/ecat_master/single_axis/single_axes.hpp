@@ -26,6 +26,8 @@ struct AxisReport {
   double velocity = 0.0;               ///< actual one
   double torque = 0.0;                 ///< actual one, Nm or N
   double override_factor = 1.0;        ///< AxisCommand::kSetOverride
+  double recorded_position = 0.0;      ///< by AxisCommand::kTouchProbe, as of that time; rad or m
+  std::uint64_t recorded_request = 0;  ///< number of the request that has recorded it; 0: none
 };
 
 /// Each axis of a line by itself, commanded by requests. One axis that fails does not stop the others.

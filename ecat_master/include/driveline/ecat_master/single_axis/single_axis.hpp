@@ -13,6 +13,7 @@
 #include "driveline/ecat_master/cyclic/setpoint_supply.hpp"
 #include "driveline/ecat_master/single_axis/axis_request.hpp"
 #include "driveline/ecat_master/single_axis/homing_handshake.hpp"
+#include "driveline/ecat_master/single_axis/profile_handshake.hpp"
 #include "driveline/ecat_master/single_axis/request_table.hpp"
 #include "driveline/ecat_master/single_axis/setpoint_generator.hpp"
 #include "driveline/trajectory/rejoin.hpp"
@@ -36,6 +37,7 @@ class SingleAxis {
     std::chrono::nanoseconds reset_timeout = std::chrono::seconds{2};    ///< until the fault is gone
     std::chrono::nanoseconds mode_timeout = std::chrono::seconds{1};     ///< until 6061h shows another mode
     std::chrono::nanoseconds homing_timeout = std::chrono::minutes{2};   ///< until the drive has found its home
+    std::chrono::nanoseconds target_timeout = std::chrono::minutes{2};   ///< until it is at a target it goes to itself
   };
 
   /// Motions that may wait behind the one under way.
@@ -73,6 +75,13 @@ class SingleAxis {
   [[nodiscard]] const trajectory::AxisSetpoint& setpoint() const noexcept { return setpoint_; }
   /// What requests call a position is that of the drive plus this (AxisCommand::kSetPosition).
   [[nodiscard]] double position_offset() const noexcept { return offset_; }
+  /// Where AxisCommand::kTouchProbe has recorded the axis last, as requests call positions, and its number; 0: never.
+  struct Recorded {
+    double position = 0.0;
+    std::uint64_t request = 0;
+  };
+  /// The last one. \rtsafe
+  [[nodiscard]] const Recorded& recorded() const noexcept { return recorded_; }
   /// AxisCommand::kSetOverride.
   [[nodiscard]] double override_factor() const noexcept { return override_; }
   /// The drive as an axis.
@@ -87,14 +96,21 @@ class SingleAxis {
     kQuickStop,  ///< by the drive
     kDisabling,
   };
-  /// How far homing by the drive is.
-  enum class Homing : std::uint8_t {
+  /// How far a movement is that the drive makes itself: homing, or one of its profile generator.
+  enum class ByDrive : std::uint8_t {
     kNone,
-    kEntering,  ///< the drive gets into its homing mode
+    kEntering,  ///< the drive gets into its mode
     kRunning,
     kAttained,     ///< home was found; the new zero has to be seen in the positions
     kInterrupted,  ///< the drive brakes
     kLeaving,      ///< the drive gets back into the mode before
+  };
+  /// How far homing by the master is.
+  enum class Search : std::uint8_t {
+    kNone,
+    kArming,     ///< the touch probe has to be on first
+    kSearching,  ///< on its way, until the event or the end of the distance
+    kReturning,  ///< to the place of the event
   };
   /// What leads an axis under kTorque.
   enum class Torque : std::uint8_t {
@@ -113,12 +129,19 @@ class SingleAxis {
   [[nodiscard]] AxisError refusal(const AxisRequest& request) const noexcept;
   [[nodiscard]] AxisError refusal_by_state(AxisCommand command) const noexcept;
   [[nodiscard]] AxisError refusal_by_numbers(const AxisRequest& request) const noexcept;
+  [[nodiscard]] AxisError refusal_by_drive(AxisCommand command) const noexcept;
   [[nodiscard]] AxisError refusal_of_torque(const AxisRequest& request) const noexcept;
+  [[nodiscard]] AxisError refusal_of_profile(const AxisRequest& request) const noexcept;
+  [[nodiscard]] AxisError refusal_of_probe(const AxisRequest& request) const noexcept;
   void take_power(std::uint64_t id, bool on) noexcept;
   void take_reset(std::uint64_t id) noexcept;
   void take_override(std::uint64_t id, double factor) noexcept;
   void take_mode(std::uint64_t id, std::int8_t mode) noexcept;
   void take_home(std::uint64_t id) noexcept;
+  void take_profile(std::uint64_t id, const AxisRequest& request) noexcept;
+  void take_probe(std::uint64_t id, const AxisRequest& request) noexcept;
+  void take_abort_trigger(std::uint64_t id) noexcept;
+  void take_search(std::uint64_t id, const AxisRequest& request) noexcept;
   void take_motion(std::uint64_t id, const AxisRequest& request) noexcept;
   void take_superimposed(std::uint64_t id, const AxisRequest& request) noexcept;
   void finish(std::uint64_t& id, RequestPhase phase, AxisError error = AxisError::kNone) noexcept;
@@ -155,20 +178,27 @@ class SingleAxis {
   void go_on() noexcept;
 
   // What the drive does by itself.
-  void enter(Homing homing) noexcept;
+  void enter(ByDrive phase) noexcept;
+  void start_by_drive(std::uint64_t id, AxisCommand command, cia402::Mode mode) noexcept;
   void start_homing() noexcept;
-  void interrupt_homing() noexcept;
-  void advance_homing() noexcept;
+  void interrupt_drive() noexcept;
+  void advance_by_drive() noexcept;
   void judge_homing() noexcept;
   [[nodiscard]] bool homing_has_failed() noexcept;
   void watch_interruption() noexcept;
   void take_new_zero() noexcept;
-  void leave_homing() noexcept;
-  void end_homing() noexcept;
-  void drop_homing(AxisError error) noexcept;
-  [[nodiscard]] std::chrono::nanoseconds homing_for() const noexcept;
+  void leave_drive_mode() noexcept;
+  void end_by_drive() noexcept;
+  void drop_by_drive(AxisError error) noexcept;
+  [[nodiscard]] std::chrono::nanoseconds driven_for() const noexcept;
   /// The setpoints of the master have no effect.
-  [[nodiscard]] bool drive_moves() const noexcept { return homing_ > Homing::kEntering && homing_ < Homing::kLeaving; }
+  [[nodiscard]] bool drive_moves() const noexcept {
+    return by_drive_ > ByDrive::kEntering && by_drive_ < ByDrive::kLeaving;
+  }
+  [[nodiscard]] bool homes() const noexcept { return drive_command_ == AxisCommand::kHome; }
+  [[nodiscard]] double drive_target_of(const AxisRequest& request) const noexcept;
+  void start_profile() noexcept;
+  void judge_profile() noexcept;
   void begin_torque() noexcept;
   void enter_torque() noexcept;
   void lead_by_torque() noexcept;
@@ -177,6 +207,11 @@ class SingleAxis {
   [[nodiscard]] double within_velocity(double torque) const noexcept;
   void watch_torque() noexcept;
   void leave_torque() noexcept;
+  void advance_probe() noexcept;
+  void end_probe(RequestPhase phase, AxisError error) noexcept;
+  void advance_search() noexcept;
+  void end_search() noexcept;
+  [[nodiscard]] bool arrive_in_search() noexcept;
 
   // States and power.
   void watch() noexcept;
@@ -186,7 +221,8 @@ class SingleAxis {
   void advance_reset() noexcept;
   [[nodiscard]] bool change_mode(cia402::Mode mode) noexcept;
   void advance_mode() noexcept;
-  void end_mode_change() noexcept;
+  void judge_mode() noexcept;
+  [[nodiscard]] bool eases() const noexcept;
   void restore_mode() noexcept;
   void advance_powerless() noexcept;
   void fail(AxisError error) noexcept;
@@ -220,14 +256,19 @@ class SingleAxis {
   std::int64_t mode_since_ = 0;   ///< cycle
   cia402::Mode mode_before_ = cia402::Mode::kCyclicPosition;
   bool changing_mode_ = false;                 ///< from one cyclic mode to another
+  bool eased_ = false;                         ///< eases() of the last cycle
   std::optional<cia402::Mode> return_mode_{};  ///< to which homing or torque gives the drive back
-  Homing homing_ = Homing::kNone;
+  ByDrive by_drive_ = ByDrive::kNone;
+  AxisCommand drive_command_ = AxisCommand::kHome;
+  trajectory::AxisSetpoint drive_target_{};  ///< of its profile generator
+  ProfileHandshake profile_{};
   HomingHandshake handshake_{};
-  std::int64_t homing_since_ = 0;  ///< cycle, of the phase
-  std::int64_t still_since_ = 0;   ///< cycle
+  std::int64_t drive_since_ = 0;  ///< cycle, of the phase
+  std::int64_t still_since_ = 0;  ///< cycle
   Torque torque_ = Torque::kNone;
   std::int64_t torque_since_ = 0;  ///< cycle
   double torque_nm_ = 0.0;         ///< of the ramp, Nm or N
+  double torque_top_ = 0.0;        ///< velocity above which the axis is braked, rad/s or m/s
   double acceleration_ = 0.0;      ///< measured
   double velocity_before_ = 0.0;   ///< measured
   double too_fast_s_ = 0.0;
@@ -244,8 +285,14 @@ class SingleAxis {
   std::uint64_t power_request_ = 0;
   std::uint64_t reset_request_ = 0;
   std::uint64_t mode_request_ = 0;
-  std::uint64_t home_request_ = 0;
+  std::uint64_t drive_request_ = 0;
   std::uint64_t superimposed_request_ = 0;
+  std::uint64_t probe_request_ = 0;
+  AxisRequest probed_{};          ///< what it has asked for
+  std::int64_t probe_since_ = 0;  ///< cycle
+  Recorded recorded_{};
+  Search search_ = Search::kNone;
+  double home_ = 0.0;  ///< place of the event that it has searched for, as the drive counts
   std::optional<Move> active_{};
   std::array<Move, kWaiting> waiting_{};
   std::size_t waiting_count_ = 0;

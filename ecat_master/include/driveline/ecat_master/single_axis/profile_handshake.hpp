@@ -1,0 +1,48 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+
+namespace driveline::ecat_master {
+
+/// A target for the profile generator of a drive, as bits 4, 5, 10 and 12 of control and status word hand it over and
+/// tell that it is reached (CiA 402-2 "Profile position mode", "Profile velocity mode"; MSD manual 12.2.1, 12.2.3).
+/// Positions are always given as absolute ones: a distance (bit 6) that is handed over a second time, because the
+/// answer to the first was lost, would be gone twice. A plain value; everything is \rtsafe.
+class ProfileHandshake {
+ public:
+  /// How far it is.
+  enum class State : std::uint8_t {
+    kRunning,
+    kReached,   ///< as the drive says
+    kNotTaken,  ///< the drive does not acknowledge the target
+  };
+  /// In which a drive has seen a new target velocity.
+  static constexpr std::chrono::milliseconds kReaction{50};
+  /// In which it has taken a target position.
+  static constexpr std::chrono::milliseconds kPatience{500};
+
+  /// There is a new target position: at once, whatever the movement before.
+  void start_position() noexcept;
+  /// There is a new target velocity; `status_word`: the last one without it.
+  void start_velocity(std::uint16_t status_word) noexcept;
+  /// Of the control word (cia402::command_bit), from now on.
+  [[nodiscard]] std::uint16_t command_bits() const noexcept;
+  /// The status word of an exchange, so long after the start.
+  [[nodiscard]] State judge(std::uint16_t status_word, std::chrono::nanoseconds since) noexcept;
+
+ private:
+  enum class Step : std::uint8_t {
+    kFreeing,  ///< the acknowledgement of a target before has to go
+    kGiving,   ///< bit 4 is set, until the drive acknowledges it
+    kTaken,    ///< it is taken back, until the drive has seen that
+    kUnderWay,
+  };
+  void hand_over(bool acknowledged) noexcept;
+
+  Step step_ = Step::kUnderWay;
+  bool position_ = false;
+  std::uint16_t stale_ = 0;  ///< bit 10 of the target before
+};
+
+}  // namespace driveline::ecat_master

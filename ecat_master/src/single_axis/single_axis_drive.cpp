@@ -1,0 +1,105 @@
+// What the drive of a single axis does by itself: into its mode, and the way back to the cyclic one.
+#include "driveline/ecat_master/single_axis/single_axis.hpp"
+
+namespace driveline::ecat_master {
+namespace {
+
+/// Until a new zero and the end of a movement have been seen in the positions, too.
+constexpr std::chrono::milliseconds kDriveSettling{5};
+
+}  // namespace
+
+/// The axis has been asked whether it can.
+void SingleAxis::start_by_drive(std::uint64_t id, AxisCommand command, cia402::Mode mode) noexcept {
+  return_mode_ = axis_->mode();
+  static_cast<void>(axis_->set_mode(mode));
+  drive_command_ = command;
+  drive_request_ = id;
+  table_->set(id, {RequestPhase::kActive, AxisError::kNone});
+  enter(ByDrive::kEntering);
+}
+
+void SingleAxis::enter(ByDrive phase) noexcept {
+  by_drive_ = phase;
+  drive_since_ = cycle_;
+}
+
+std::chrono::nanoseconds SingleAxis::driven_for() const noexcept {
+  return (cycle_ - drive_since_) * settings_.period;
+}
+
+/// Taking the start bit back ends homing, halt every other movement; the drive brakes.
+void SingleAxis::interrupt_drive() noexcept {
+  if (by_drive_ == ByDrive::kNone) return;
+  finish(drive_request_, by_drive_ == ByDrive::kLeaving ? RequestPhase::kDone : RequestPhase::kAborted);
+  if (by_drive_ == ByDrive::kEntering) return leave_drive_mode();
+  if (by_drive_ == ByDrive::kInterrupted || by_drive_ == ByDrive::kLeaving) return;
+  axis_->set_command_bits(homes() ? 0 : cia402::command_bit::kHalt);
+  still_since_ = cycle_;
+  enter(ByDrive::kInterrupted);
+}
+
+void SingleAxis::advance_by_drive() noexcept {
+  if (drive_moves()) stay_at(axis_->inputs().position);
+  switch (by_drive_) {
+    case ByDrive::kNone:
+      break;
+    case ByDrive::kEntering:
+      if (axis_->mode_ready()) return homes() ? start_homing() : start_profile();
+      if (exceeded(drive_since_, settings_.mode_timeout)) {
+        finish(drive_request_, RequestPhase::kError, AxisError::kModeTimeout);
+        leave_drive_mode();
+      }
+      break;
+    case ByDrive::kRunning:
+      return homes() ? judge_homing() : judge_profile();
+    case ByDrive::kAttained:
+      if (driven_for() >= kDriveSettling && watch_.steady()) take_new_zero();
+      break;
+    case ByDrive::kInterrupted:
+      watch_interruption();
+      break;
+    case ByDrive::kLeaving:
+      if (axis_->mode_ready()) return end_by_drive();
+      if (exceeded(drive_since_, settings_.mode_timeout)) fail(AxisError::kModeTimeout);
+      break;
+  }
+}
+
+/// It stands when the drive has said so for a while: what it says first may be older than the end of the movement.
+void SingleAxis::watch_interruption() noexcept {
+  const bool stands = (axis_->inputs().status_word & cia402::status_bit::kTargetReached) != 0;
+  if (!stands) still_since_ = cycle_;
+  if ((cycle_ - still_since_) * settings_.period >= kDriveSettling) return leave_drive_mode();
+  if (exceeded(drive_since_, settings_.quick_stop_time))
+    fail(homes() ? AxisError::kHomingTimeout : AxisError::kTargetTimeout);
+}
+
+/// The drive follows setpoints again, which begin where the axis is. A halt is taken back when it does: in its own mode
+/// the drive would go on.
+void SingleAxis::leave_drive_mode() noexcept {
+  if (!axis_->set_mode(*return_mode_)) return fail(AxisError::kMode);
+  enter(ByDrive::kLeaving);
+}
+
+void SingleAxis::end_by_drive() noexcept {
+  by_drive_ = ByDrive::kNone;
+  axis_->set_command_bits(0);
+  return_mode_.reset();
+  supply_.set_mode(axis_->mode());
+  if (state_ != PlcopenState::kStopping && !active_) state_ = PlcopenState::kStandstill;
+  finish(drive_request_, RequestPhase::kDone);
+  // A motion, or being switched off, has waited for it.
+  if (active_) return replan();
+  if (power_ == Power::kResting && !plan_rest()) fail(AxisError::kNotFinite);
+}
+
+/// The drive has lost its power, or stops by itself: its mode comes back when it is off.
+void SingleAxis::drop_by_drive(AxisError error) noexcept {
+  if (by_drive_ == ByDrive::kNone) return;
+  finish(drive_request_, RequestPhase::kError, error);
+  axis_->set_command_bits(0);
+  by_drive_ = ByDrive::kNone;
+}
+
+}  // namespace driveline::ecat_master

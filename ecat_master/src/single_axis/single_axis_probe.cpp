@@ -1,0 +1,123 @@
+// The touch probe of a single axis: MC_TouchProbe, and homing by the master with it.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "driveline/ecat_master/single_axis/single_axis.hpp"
+
+namespace driveline::ecat_master {
+namespace {
+
+/// In which a drive has switched its touch probe on.
+constexpr std::chrono::milliseconds kProbeReaction{500};
+
+/// Equal ends: everywhere.
+bool in_window(const AxisRequest& asked, double position) noexcept {
+  const auto [low, high] = std::minmax(asked.window_first, asked.window_last);
+  return !(low < high) || (position >= low && position <= high);
+}
+
+}  // namespace
+
+AxisError SingleAxis::refusal_of_probe(const AxisRequest& request) const noexcept {
+  const bool finite =
+      std::isfinite(request.window_first) && std::isfinite(request.window_last) && std::isfinite(request.distance);
+  if (!finite) return AxisError::kNotFinite;
+  if (!axis_->probe().possible(request.trigger)) return AxisError::kProbeObjects;
+  if (request.command == AxisCommand::kTouchProbe) return AxisError::kNone;
+  if (!(std::abs(request.distance) > 0.0)) return AxisError::kNothingToDo;
+  return in_range(generator_.state().position + request.distance) ? AxisError::kNone : AxisError::kOutsideRange;
+}
+
+void SingleAxis::take_probe(std::uint64_t id, const AxisRequest& request) noexcept {
+  end_probe(RequestPhase::kAborted, AxisError::kNone);
+  probe_request_ = id;
+  probed_ = request;
+  probe_since_ = cycle_;
+  axis_->probe().arm(request.trigger);
+  table_->set(id, {RequestPhase::kActive, AxisError::kNone});
+}
+
+void SingleAxis::take_abort_trigger(std::uint64_t id) noexcept {
+  if (probe_request_ == 0) return finish(id, RequestPhase::kError, AxisError::kNothingToDo);
+  end_probe(RequestPhase::kAborted, AxisError::kNone);
+  finish(id, RequestPhase::kDone);
+}
+
+void SingleAxis::end_probe(RequestPhase phase, AxisError error) noexcept {
+  if (probe_request_ == 0) return;
+  axis_->probe().disarm();
+  finish(probe_request_, phase, error);
+}
+
+void SingleAxis::advance_probe() noexcept {
+  if (probe_request_ == 0) return;
+  auto& probe = axis_->probe();
+  if (axis_->inputs().state == snapshot::AxisState::kUnavailable)
+    return end_probe(RequestPhase::kError, AxisError::kLost);
+  if (probe.phase() == TouchProbe::Phase::kLatched) {
+    const double position = axis_->position_of(probe.value()) + offset_;
+    if (in_window(probed_, position)) {
+      recorded_ = {position, probe_request_};
+      return end_probe(RequestPhase::kDone, AxisError::kNone);
+    }
+    probe_since_ = cycle_;
+    return probe.arm(probed_.trigger);
+  }
+  if (probe.phase() < TouchProbe::Phase::kArmed && exceeded(probe_since_, kProbeReaction))
+    end_probe(RequestPhase::kError, AxisError::kProbe);
+}
+
+/// The axis stands until the touch probe is on.
+void SingleAxis::take_search(std::uint64_t id, const AxisRequest& request) noexcept {
+  end_probe(RequestPhase::kAborted, AxisError::kNone);
+  probe_since_ = cycle_;
+  axis_->probe().arm(request.trigger);
+  active_ = Move{id, request, generator_.state().position};
+  search_ = Search::kArming;
+  state_ = PlcopenState::kHoming;
+  table_->set(id, {RequestPhase::kActive, AxisError::kNone});
+  replan();
+}
+
+/// The way back to the place of the event begins in the motion.
+void SingleAxis::advance_search() noexcept {
+  auto& probe = axis_->probe();
+  if (search_ == Search::kReturning) return;
+  if (probe.phase() == TouchProbe::Phase::kLatched) {
+    home_ = axis_->position_of(probe.value());
+    probe.disarm();
+    search_ = Search::kReturning;
+    active_->target = home_;
+    return replan();
+  }
+  if (search_ == Search::kSearching) return;
+  if (probe.phase() == TouchProbe::Phase::kArmed) {
+    search_ = Search::kSearching;
+    active_->target = generator_.state().position + active_->request.distance;
+    return replan();
+  }
+  if (!exceeded(probe_since_, kProbeReaction)) return;
+  finish_move(RequestPhase::kError, AxisError::kProbe);
+  state_ = PlcopenState::kStandstill;
+}
+
+/// Whether it is done.
+bool SingleAxis::arrive_in_search() noexcept {
+  if (search_ == Search::kReturning) {
+    offset_ = active_->request.target - home_;
+    return true;
+  }
+  if (search_ == Search::kArming) return false;
+  finish_move(RequestPhase::kError, AxisError::kNoEdge);
+  state_ = PlcopenState::kStandstill;
+  return false;
+}
+
+void SingleAxis::end_search() noexcept {
+  if (search_ == Search::kNone) return;
+  search_ = Search::kNone;
+  axis_->probe().disarm();
+}
+
+}  // namespace driveline::ecat_master

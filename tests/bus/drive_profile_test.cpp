@@ -1,0 +1,322 @@
+// Profile position and profile velocity in the drives, from the master's side.
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "driveline/slaves/msd/core/variant.hpp"
+#include "single_line.hpp"
+
+namespace driveline::bus_test {
+namespace {
+
+using slaves::msd::Variant;
+
+constexpr double kOwnVelocity = 10.0;  ///< set in the drive, rad/s; what is not mapped is as it is there
+
+template <typename Integer>
+void set_profile(RunOptions& options, std::uint16_t index, Integer value) {
+  const auto bytes = wire::to_le_bytes(value);
+  options.startup.push_back({index, 0, {bytes.begin(), bytes.end()}});
+}
+
+RunOptions profile_options(Variant variant = Variant::kMsd) {
+  auto options = single_options();
+  options.variant = variant;
+  const auto increments = [](double value) { return static_cast<std::uint32_t>(value * kDemandIncrements); };
+  set_profile(options, 0x6081, increments(kOwnVelocity));
+  set_profile(options, 0x6083, increments(500.0));
+  set_profile(options, 0x6084, increments(800.0));
+  return options;
+}
+
+/// 6081h and 6083h are mapped.
+RunOptions mapped_options() {
+  auto options = profile_options();
+  options.pdos = ecat_master::PdoConfiguration{{{0x1600, {{0x6040, 0, 16}, {0x6060, 0, 8}, {0x607A, 0, 32}}},
+                                                {0x1601, {{0x60FF, 0, 32}, {0x6081, 0, 32}}},
+                                                {0x1602, {{0x6083, 0, 32}}}},
+                                               {{0x1A00, {{0x6041, 0, 16}, {0x6061, 0, 8}, {0x6064, 0, 32}}},
+                                                {0x1A01, {{0x606C, 0, 32}, {0x60F4, 0, 32}}},
+                                                {0x1A02, {{0x6077, 0, 16}, {0x603F, 0, 16}}}}};
+  return options;
+}
+
+AxisRequest to(double target) {
+  return request(AxisCommand::kDriveMoveAbsolute, target);
+}
+AxisRequest by(double distance) {
+  return request(AxisCommand::kDriveMoveRelative, distance);
+}
+AxisRequest at(double velocity) {
+  return request(AxisCommand::kDriveMoveVelocity, velocity);
+}
+
+class ProfileLine : public SingleLine {
+ public:
+  explicit ProfileLine(const RunOptions& options = profile_options()) : SingleLine(1, options) { enable(); }
+  [[nodiscard]] ecat_master::AxisReport now() { return axes().axis_report(0); }
+  /// The axis is one that can be used.
+  void expect_use() {
+    cycles(200);
+    EXPECT_EQ(state(), PlcopenState::kStandstill);
+    EXPECT_EQ(now().mode, 8);
+    EXPECT_EQ(ask(request(AxisCommand::kMoveRelative, 1.0)).phase, RequestPhase::kDone);
+  }
+  /// The fastest that the axis gets within so many cycles.
+  double fastest(int count) {
+    double found = 0.0;
+    for (int i = 0; i < count; ++i) {
+      cycle();
+      found = std::max(found, std::abs(now().velocity));
+    }
+    return found;
+  }
+};
+
+class EveryProfile : public testing::TestWithParam<Variant> {};
+
+TEST_P(EveryProfile, GoesToPositionsAndComesBackIntoItsMode) {
+  ProfileLine line(profile_options(GetParam()));
+  ASSERT_EQ(line.ask(request(AxisCommand::kSetPosition, line.setpoint() + 100.0)).phase, RequestPhase::kDone);
+  const auto first = line.submit(to(105.0));
+  line.cycles(200);
+  EXPECT_EQ(line.phase(first), RequestPhase::kActive);
+  EXPECT_EQ(line.state(), PlcopenState::kDiscreteMotion);
+  EXPECT_EQ(line.now().mode, 1);
+  EXPECT_NEAR(line.fastest(2000), kOwnVelocity, 0.5);
+  EXPECT_EQ(line.finish(first).phase, RequestPhase::kDone);
+  line.cycles(200);
+  EXPECT_NEAR(line.now().position, 105.0, 0.01);
+  EXPECT_EQ(line.ask(by(-2.0)).phase, RequestPhase::kDone);
+  line.cycles(200);
+  EXPECT_NEAR(line.now().position, 103.0, 0.01);
+  line.expect_use();
+  line.expect_obedience();
+}
+
+TEST_P(EveryProfile, RunsAtAVelocityUntilItIsHalted) {
+  ProfileLine line(profile_options(GetParam()));
+  for (const double velocity : {20.0, -15.0}) {
+    const auto running = line.submit(at(velocity));
+    line.cycles(2000);
+    EXPECT_EQ(line.phase(running), RequestPhase::kReached);
+    EXPECT_EQ(line.state(), PlcopenState::kContinuousMotion);
+    EXPECT_EQ(line.now().mode, 3);
+    EXPECT_NEAR(line.now().velocity, velocity, 0.5);
+    EXPECT_EQ(line.ask(request(AxisCommand::kHalt)).phase, RequestPhase::kDone);
+    EXPECT_EQ(line.phase(running), RequestPhase::kAborted);
+    line.expect_use();
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(OfDrives, EveryProfile, testing::Values(Variant::kMsd, Variant::kServoOne),
+                         [](const auto& row) { return std::string(row.param == Variant::kMsd ? "Msd" : "ServoOne"); });
+
+TEST(DriveProfile, VelocityAndRampsAreGivenWhereTheyAreMapped) {
+  ProfileLine line(mapped_options());
+  auto slow = by(3.0);
+  slow.velocity = 4.0;
+  slow.acceleration = 100.0;
+  const auto id = line.submit(slow);
+  EXPECT_NEAR(line.fastest(6000), 4.0, 0.2);
+  EXPECT_EQ(line.finish(id).phase, RequestPhase::kDone);
+  slow.deceleration = 100.0;
+  EXPECT_EQ(line.ask(slow).error, AxisError::kMode) << "6084h is not mapped";
+  const auto fast = line.submit(by(10.0));
+  EXPECT_NEAR(line.fastest(6000), 50.0, 1.0) << "the limit of the axis";
+  EXPECT_EQ(line.finish(fast).phase, RequestPhase::kDone);
+}
+
+TEST(DriveProfile, ANewTargetReplacesTheOneUnderWay) {
+  ProfileLine line;
+  const double from = line.setpoint();
+  const auto first = line.submit(to(from + 8.0));
+  line.cycles(2000);
+  const auto second = line.submit(to(from - 1.0));
+  line.cycles(2);
+  EXPECT_EQ(line.phase(first), RequestPhase::kAborted);
+  EXPECT_EQ(line.finish(second, 20'000).phase, RequestPhase::kDone);
+  line.cycles(200);
+  EXPECT_NEAR(line.now().position, from - 1.0, 0.01);
+  const auto running = line.submit(at(10.0));
+  line.cycles(1000);
+  const auto faster = line.submit(at(30.0));
+  line.cycles(1500);
+  EXPECT_EQ(line.phase(running), RequestPhase::kAborted);
+  EXPECT_EQ(line.phase(faster), RequestPhase::kReached);
+  EXPECT_NEAR(line.now().velocity, 30.0, 1.0);
+  EXPECT_EQ(line.ask(to(0.0)).error, AxisError::kNotAtRest) << "the other mode";
+}
+
+TEST(DriveProfile, AMotionOfTheMasterFollowsBehindAHalt) {
+  for (const auto& before : {by(10.0), at(20.0)}) {
+    ProfileLine line;
+    const auto driven = line.submit(before);
+    line.cycles(1000);
+    const auto next = line.submit(move(1.0, 20.0));
+    EXPECT_EQ(line.finish(next, 20'000).phase, RequestPhase::kDone);
+    EXPECT_EQ(line.phase(driven), RequestPhase::kAborted);
+    EXPECT_NEAR(line.setpoint(), 1.0, 1e-9);
+    EXPECT_EQ(line.now().mode, 8);
+  }
+}
+
+TEST(DriveProfile, AStopAtAnyMomentLeavesTheAxisAtRest) {
+  for (const auto& driven : {by(10.0), at(20.0)}) {
+    for (const int moment : {0, 1, 5, 9, 12, 20, 24, 40, 400}) {
+      SCOPED_TRACE(testing::Message() << to_text(driven.command) << ", cycle " << moment);
+      ProfileLine line;
+      line.submit(driven);
+      line.cycles(moment);
+      EXPECT_EQ(line.ask(request(AxisCommand::kStop)).phase, RequestPhase::kDone);
+      EXPECT_EQ(line.state(), PlcopenState::kStopping);
+      EXPECT_NEAR(line.now().velocity, 0.0, 0.3);
+      EXPECT_EQ(line.ask(by(1.0)).error, AxisError::kNotAtRest);
+      EXPECT_EQ(line.ask(request(AxisCommand::kReleaseStop)).phase, RequestPhase::kDone);
+      line.expect_use();
+    }
+  }
+}
+
+TEST(DriveProfile, SwitchedOffMeanwhileItComesToRestFirst) {
+  ProfileLine line;
+  const auto driven = line.submit(at(20.0));
+  line.cycles(1000);
+  EXPECT_EQ(line.ask(power(false)).phase, RequestPhase::kDone);
+  EXPECT_EQ(line.phase(driven), RequestPhase::kAborted);
+  EXPECT_EQ(line.state(), PlcopenState::kDisabled);
+  line.enable();
+  line.expect_use();
+}
+
+TEST(DriveProfile, IsRefusedWithTheReason) {
+  auto options = profile_options();
+  options.supported_modes = 0x03E7U & ~(1U << 2U);  // no pv
+  options.software_limits = trajectory::PositionRange{-5.0, 5.0};
+  ProfileLine line(options);
+  EXPECT_EQ(line.ask(at(1.0)).error, AxisError::kNoSuchMode);
+  EXPECT_EQ(line.ask(to(5.1)).error, AxisError::kOutsideRange);
+  EXPECT_EQ(line.ask(by(-6.0)).error, AxisError::kOutsideRange);
+  EXPECT_EQ(line.ask(to(std::nan(""))).error, AxisError::kNotFinite);
+  auto fast = to(1.0);
+  fast.velocity = 51.0;
+  EXPECT_EQ(line.ask(fast).error, AxisError::kOverLimit);
+  fast.velocity = 5.0;
+  EXPECT_EQ(line.ask(fast).error, AxisError::kMode) << "6081h is not mapped";
+  line.submit(request(AxisCommand::kMoveVelocity, 1.0));
+  line.cycles(100);
+  EXPECT_EQ(line.ask(to(1.0)).error, AxisError::kNotAtRest);
+  SingleLine off(1, profile_options());
+  EXPECT_EQ(off.ask(to(1.0)).error, AxisError::kNotEnabled);
+  EXPECT_EQ(off.ask(at(60.0)).error, AxisError::kNotEnabled);
+}
+
+TEST(DriveProfile, AVelocityEndsAtTheSoftwareLimits) {
+  auto options = profile_options();
+  options.software_limits = trajectory::PositionRange{-5.0, 5.0};
+  ProfileLine line(options);
+  const auto running = line.submit(at(10.0));
+  EXPECT_EQ(line.finish(running).error, AxisError::kOutsideRange);
+  line.cycles(1000);
+  EXPECT_EQ(line.state(), PlcopenState::kStandstill);
+  EXPECT_LT(line.now().position, 5.1) << "as the drive halts";
+  EXPECT_EQ(line.ask(move(0.0)).phase, RequestPhase::kDone);
+}
+
+TEST(DriveProfile, AFaultOfTheDriveEndsIt) {
+  for (const auto& asked : {by(10.0), at(20.0)}) {
+    ProfileLine line;
+    const auto driven = line.submit(asked);
+    line.cycles(500);
+    line.drives.drive(0).raise(slaves::msd::Fault::kOvercurrent);
+    EXPECT_EQ(line.finish(driven).error, AxisError::kFault);
+    line.cycles(8000);
+    EXPECT_EQ(line.ask(request(AxisCommand::kReset)).phase, RequestPhase::kDone);
+    line.enable();
+    line.expect_use();
+  }
+}
+
+TEST(DriveProfile, SingleLostFramesAreNoMatter) {
+  ProfileLine line;
+  const double from = line.setpoint();
+  for (const auto& asked : {by(3.0), by(-1.0), by(-2.0)}) {
+    const auto driven = line.submit(asked);
+    for (int cycle = 0; cycle < 20'000 && !line.axes().report(driven).over(); ++cycle) {
+      line.lose_out = cycle % 3 == 1;
+      line.lose_back = cycle % 5 == 1;
+      line.cycle();
+    }
+    line.lose_out = line.lose_back = false;
+    EXPECT_EQ(line.phase(driven), RequestPhase::kDone);
+    line.cycles(200);
+  }
+  EXPECT_NEAR(line.now().position, from, 0.01) << "each distance once";
+  line.expect_use();
+}
+
+TEST(DriveProfile, LostCommunicationOrAnAbsenceOfTheMasterEndsIt) {
+  for (const bool lost : {true, false}) {
+    ProfileLine line;
+    const auto driven = line.submit(at(10.0));
+    line.cycles(1000);
+    if (lost) {
+      line.lose_back = true;
+      line.cycles(20);
+      line.lose_back = false;
+    } else {
+      line.stall(9);
+    }
+    EXPECT_EQ(line.axes().report(driven).error, lost ? AxisError::kLost : AxisError::kMasterAway);
+    EXPECT_EQ(line.state(), PlcopenState::kErrorStop);
+    line.cycles(20'000);
+    EXPECT_EQ(line.ask(request(AxisCommand::kReset)).phase, RequestPhase::kDone);
+    line.enable();
+    line.expect_use();
+  }
+}
+
+TEST(DriveProfile, ATargetThatIsNotReachedInTimeStopsTheAxis) {
+  auto options = profile_options();
+  options.target_timeout = milliseconds{200};
+  ProfileLine line(options);
+  EXPECT_EQ(line.ask(by(10.0)).error, AxisError::kTargetTimeout);
+  EXPECT_EQ(line.state(), PlcopenState::kErrorStop);
+}
+
+/// Hides bit 12 of the status word: a drive that takes no target.
+class Deaf final : public ecat_master::CycleTask {
+ public:
+  void update(const ecat_master::TaskCycle& cycle) noexcept override { cycle.outputs[0] &= std::byte{0xEF}; }
+};
+
+TEST(DriveProfile, ADriveThatDoesNotTakeItsTargetIsStopped) {
+  Deaf deaf;
+  auto options = profile_options();
+  options.task = &deaf;
+  options.task_order = ecat_master::TaskTiming::Order::kAfterMotion;
+  ProfileLine line(options);
+  EXPECT_EQ(line.ask(by(1.0)).error, AxisError::kNoTarget);
+  EXPECT_EQ(line.state(), PlcopenState::kErrorStop);
+}
+
+TEST(DriveProfile, FromEveryCyclicModeAndBack) {
+  for (const auto mode : {std::int8_t{9}, std::int8_t{10}}) {
+    ProfileLine line;
+    auto change = request(AxisCommand::kSetMode);
+    change.mode = mode;
+    ASSERT_EQ(line.ask(change).phase, RequestPhase::kDone);
+    line.cycles(400);
+    const double from = line.setpoint();
+    EXPECT_EQ(line.ask(by(2.0)).phase, RequestPhase::kDone);
+    line.cycles(400);
+    EXPECT_EQ(line.now().mode, mode);
+    EXPECT_NEAR(line.now().position, from + 2.0, 0.05);
+  }
+}
+
+}  // namespace
+}  // namespace driveline::bus_test
