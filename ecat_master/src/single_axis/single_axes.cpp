@@ -32,6 +32,7 @@ struct SingleAxes::Shared {
   std::atomic<double> velocity{0.0};
   std::atomic<double> torque{0.0};
   std::atomic<double> override_factor{1.0};
+  std::atomic<double> position_offset{0.0};
 };
 
 SingleAxes::SingleAxes(std::vector<Axis> axes, Settings settings)
@@ -86,6 +87,7 @@ AxisReport SingleAxes::axis_report(std::size_t axis) const noexcept {
   report.velocity = shared.velocity.load(std::memory_order_relaxed);
   report.torque = shared.torque.load(std::memory_order_relaxed);
   report.override_factor = shared.override_factor.load(std::memory_order_relaxed);
+  report.position_offset = shared.position_offset.load(std::memory_order_relaxed);
   return report;
 }
 
@@ -101,6 +103,7 @@ void SingleAxes::publish(std::size_t axis) noexcept {
   shared.velocity.store(inputs.velocity, std::memory_order_relaxed);
   shared.torque.store(inputs.torque, std::memory_order_relaxed);
   shared.override_factor.store(one.override_factor(), std::memory_order_relaxed);
+  shared.position_offset.store(one.position_offset(), std::memory_order_relaxed);
   // Last: a reader that sees ErrorStop sees its reason.
   shared.state.store(one.state(), std::memory_order_release);
 }

@@ -35,9 +35,11 @@ struct AxisConfig {
   cia402::Mode mode = cia402::Mode::kCyclicPosition;           ///< mode of operation to begin with; see Axis::mode()
   trajectory::AxisKind kind = trajectory::AxisKind::kRotary;   ///< linear: positions in m, forces in N, not rad and Nm
   double increments_per_unit = 1048576.0 / 6.283185307179586;  ///< drive increments per rad or m
-  double rated_torque = 2.4;                                   ///< Nm or N that 1000 per mille stand for (6076h)
-  trajectory::AxisLimits limits{200.0, 2000.0};                ///< for the approach of a path and for stops
-  std::optional<double> max_jerk{};  ///< rad/s^3 or m/s^3, of motions that the master plans; none: no limit
+  double unit_per_revolution = 0.0;                            ///< rad or m per turn of the motor; 0: not known
+  bool scale_assumed = false;                    ///< increments_per_unit is a guess: the drive knows better
+  double rated_torque = 2.4;                     ///< Nm or N that 1000 per mille stand for (6076h)
+  trajectory::AxisLimits limits{200.0, 2000.0};  ///< for the approach of a path and for stops
+  std::optional<double> max_jerk{};              ///< rad/s^3 or m/s^3, of motions that the master plans; none: no limit
   /// Increments between which positions count, as 607Bh has them: an axis that goes on beyond one end comes back at the
   /// other. Not below each other: all of the 32 bits.
   std::int32_t range_min = 0;

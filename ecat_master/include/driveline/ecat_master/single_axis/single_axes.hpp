@@ -26,6 +26,7 @@ struct AxisReport {
   double velocity = 0.0;               ///< actual one
   double torque = 0.0;                 ///< actual one, Nm or N
   double override_factor = 1.0;        ///< AxisCommand::kSetOverride
+  double position_offset = 0.0;        ///< these positions are those of the drive plus this
 };
 
 /// Each axis of a line by itself, commanded by requests. One axis that fails does not stop the others.
