@@ -67,9 +67,11 @@ std::string_view to_text(MotionPhase phase) noexcept {
 
 Motion::Motion(std::vector<Axis> axes, trajectory::Interpolator path, Settings settings)
     : Motion(std::move(axes), settings) {
-  if (path.axes().size() == axes_.size())
+  if (path.axes().size() == axes_.size()) {
+    if (limited_) extents_ = trajectory::path_extents(path, seconds(1));
     path_ = std::make_unique<PathSource>(std::move(path), limits_of(axes_), settings_.late,
                                          dead_times_of(axes_, settings_));
+  }
   if (!path_) throw std::invalid_argument("motion: the path must have one axis for each axis of the line");
   begin_with(*path_);
 }
@@ -91,6 +93,7 @@ Motion::Motion(std::vector<Axis> axes, Settings settings)
       targets_(axes_.size()),
       before_(axes_.size()),
       most_(axes_.size()),
+      reaches_(axes_.size()),
       supplies_(axes_.size()),
       absences_(axes_.size()),
       presence_shared_(std::make_unique<std::atomic<AxisPresence>[]>(axes_.size())),
@@ -112,6 +115,7 @@ Motion::Motion(std::vector<Axis> axes, Settings settings)
     supplies_[i].given = {axes_[i].config(), seconds(1)};
     most_[i] = kStepMargin * axes_[i].config().limits.max_velocity;
   }
+  set_ranges();
 }
 
 void Motion::begin_with(SetpointSource& source) {
@@ -275,6 +279,9 @@ void Motion::advance_powerless(std::int64_t cycle) noexcept {
         for (std::size_t i = 0; i < axes_.size(); ++i) {
           if (axes_[i].enabled()) anchor(i);
           supply_from_rest(i);
+        }
+        for (std::size_t i = 0; i < axes_.size(); ++i) {
+          if (axes_[i].enabled() && !begins_in_range(i, cycle)) return;
         }
         plan_approach();
         enter(MotionPhase::kApproach, cycle);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "config/axis_range_reader.hpp"
 #include "config/clock_config.hpp"
 #include "config/device_files.hpp"
 #include "config/eoe_reader.hpp"
@@ -325,9 +326,10 @@ ecat_master::AxisConfig read_axis(TomlReader reader, const LineConfig& config,
   const double increments = reader.number_or("increments_per_revolution", defaults.increments_per_revolution, 1.0,
                                              kMaxIncrementsPerRevolution);
   if (reader.has("feed_mm_per_revolution")) axis.kind = trajectory::AxisKind::kLinear;
-  const double unit_per_revolution =
+  axis.unit_per_revolution =
       axis.linear() ? reader.number("feed_mm_per_revolution", 1e-6, 1e6) / 1000.0 : 2.0 * std::numbers::pi;
-  axis.increments_per_unit = increments / unit_per_revolution;
+  axis.increments_per_unit = increments / axis.unit_per_revolution;
+  axis.scale_assumed = !reader.has("increments_per_revolution");
   axis.rated_torque =
       reader.number_or(axis.linear() ? "rated_force_n" : "rated_torque_nm", defaults.rated_torque, 1e-6, 1e6);
   axis.unit = read_unit(reader, axis.kind);
@@ -335,6 +337,7 @@ ecat_master::AxisConfig read_axis(TomlReader reader, const LineConfig& config,
   read_in_unit(reader, "max_velocity", axis, 1e-6, 1e6, axis.limits.max_velocity);
   read_in_unit(reader, "max_acceleration", axis, 1e-6, 1e9, axis.limits.max_acceleration);
   if (reader.has("max_jerk")) read_in_unit(reader, "max_jerk", axis, 1e-6, 1e12, axis.max_jerk.emplace());
+  read_axis_range(reader, axis);
   axis.inertia = reader.number_or("inertia", 0.0, 0.0, 1e6);
   read_feed_forward(reader, axis);
   check_feed_forward(reader, config, *slave, axis);
@@ -422,6 +425,7 @@ LineConfig read_config(const toml::table& table, const std::filesystem::path& fi
   for (auto& reader : root.tables("axis")) config.axes.push_back(read_axis(std::move(reader), config, mode));
   read_process_data(root, config);
   complete_velocity_gains(config);
+  check_moduli(root, config);
   if (root.has("path")) read_path(root.table("path"), file.parent_path(), config);
   if (root.has("stream")) config.stream = read_stream(root.table("stream"), config.axes);
   if (config.stream && config.path) {

@@ -54,6 +54,21 @@ TEST(LineConfig, OneNamedSlaveIsEnough) {
   EXPECT_EQ(config.recovery.give_up, std::chrono::seconds{60});
 }
 
+TEST(LineConfig, AnAxisHasItsRangeInItsUnit) {
+  const auto config = parsed(
+      "[[slave]]\nname = \"x\"\n[[slave]]\nname = \"y\"\n"
+      "[[axis]]\nname = \"x\"\nunit = \"deg\"\nmin_position = -90\nmax_position = 180\n"
+      "[[axis]]\nname = \"y\"\nunit = \"deg\"\nincrements_per_revolution = 1000000\nmodulo = 360\n");
+  const auto& x = config.axes[0];
+  ASSERT_TRUE(x.software_limits);
+  EXPECT_NEAR(x.software_limits->min, -std::numbers::pi / 2, 1e-12);
+  EXPECT_NEAR(x.software_limits->max, std::numbers::pi, 1e-12);
+  EXPECT_EQ(x.range_max, 0) << "no modulo";
+  EXPECT_FALSE(config.axes[1].software_limits);
+  EXPECT_EQ(config.axes[1].range_min, 0);
+  EXPECT_EQ(config.axes[1].range_max, 999'999);
+}
+
 TEST(LineConfig, EveryKeyArrives) {
   const auto config = parsed(R"(
 [line]
