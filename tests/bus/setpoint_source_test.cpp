@@ -160,6 +160,45 @@ TEST(SetpointSource, IsRefusedInMotionAndForOtherAxes) {
   EXPECT_EQ(swing.asked, 0);
 }
 
+TEST(SetpointSource, ThatLeadsOutOfTheSoftwareLimitsIsStoppedBeforeThem) {
+  DriveLine drives(2);
+  RunOptions options;
+  options.software_limits = trajectory::PositionRange{-1.0, 1.5};
+  LineOperation operation(drives, options);
+  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  operation.start_cycle();
+  ASSERT_EQ(sentence(operation.to_op()), "");
+  Swing swing(2);
+  ASSERT_TRUE(operation.motion().use(swing));
+  operation.motion().request_start();
+  ASSERT_TRUE(operation.run_until(MotionPhase::kStopping, std::chrono::seconds{3}));
+  EXPECT_EQ(operation.motion().failure().cause, MotionFailure::Cause::kOutsideRange);
+  EXPECT_GT(operation.motion().failure().reaches, 1.5);
+  EXPECT_TRUE(operation.run_until(MotionPhase::kIdle, std::chrono::seconds{2}));
+  expect_within_limits(operation, options);
+  double farthest = 0.0;
+  for (const auto& sample : operation.axis_samples) farthest = std::max(farthest, sample.target_position);
+  EXPECT_LE(farthest, 1.5);
+  EXPECT_GT(farthest, 1.49) << "no sooner than it must";
+}
+
+TEST(SetpointSource, ThatBeginsOutsideTheSoftwareLimitsMovesNothing) {
+  DriveLine drives(2);
+  RunOptions options;
+  options.software_limits = trajectory::PositionRange{1.0, 5.0};
+  LineOperation operation(drives, options);
+  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  operation.start_cycle();
+  ASSERT_EQ(sentence(operation.to_op()), "");
+  Swing swing(2);
+  ASSERT_TRUE(operation.motion().use(swing));
+  operation.motion().request_start();
+  ASSERT_TRUE(operation.run_until(MotionPhase::kQuickStop, std::chrono::seconds{3}));
+  EXPECT_EQ(operation.motion().failure().cause, MotionFailure::Cause::kOutsideRange);
+  EXPECT_NEAR(operation.motion().failure().reaches, 0.0, 0.01);
+  EXPECT_EQ(swing.asked, 0);
+}
+
 class WrongSetpoint : public testing::TestWithParam<AxisSetpoint> {};
 
 TEST_P(WrongSetpoint, NeverLeavesAndStopsTheAxesWithinTheirLimits) {

@@ -173,6 +173,21 @@ TEST(SingleAxis, ABlendedMotionThatTurnsRoundStopsInBetween) {
   line.expect_obedience();
 }
 
+TEST(SingleAxis, ABlendedMotionIsNoFasterThanTheWayBehindItAllows) {
+  SingleLine line;
+  line.enable();
+  const double from = line.setpoint();
+  line.submit(move(from + 5.0, 30.0));
+  const auto little = line.submit(move(from + 5.01, 30.0, BufferMode::kBlendingPrevious));
+  double highest = from;
+  while (!line.axes().report(little).over()) {
+    line.cycle();
+    highest = std::max(highest, line.setpoint());
+  }
+  EXPECT_LE(highest, from + 5.01 + 1e-9);
+  line.expect_obedience();
+}
+
 TEST(SingleAxis, RunsAtAVelocityUntilItIsHalted) {
   SingleLine line;
   line.enable();

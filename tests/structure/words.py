@@ -1,4 +1,5 @@
 """Checks of the documents: links that lead somewhere, a page per room, proofs that exist."""
+import collections
 import re
 
 from rooms import FOLDERS, code_only, sources
@@ -22,8 +23,14 @@ def without_code(text):
 
 def anchors(text):
     """Anchors of the headings, formed as the usual forges form them."""
-    plain = (re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in HEADING.findall(text))
-    return set(plain)
+    found = set()
+    seen = collections.Counter()
+    for heading in HEADING.findall(text):
+        plain = re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
+        # One that is there already gets a number.
+        found.add(f"{plain}-{seen[plain]}" if seen[plain] else plain)
+        seen[plain] += 1
+    return found
 
 
 def link_errors(root):

@@ -67,9 +67,11 @@ std::string_view to_text(MotionPhase phase) noexcept {
 
 Motion::Motion(std::vector<Axis> axes, trajectory::Interpolator path, Settings settings)
     : Motion(std::move(axes), settings) {
-  if (path.axes().size() == axes_.size())
+  if (path.axes().size() == axes_.size()) {
+    if (limited_) extents_ = trajectory::path_extents(path, seconds(1));
     path_ = std::make_unique<PathSource>(std::move(path), limits_of(axes_), settings_.late,
                                          dead_times_of(axes_, settings_));
+  }
   if (!path_) throw std::invalid_argument("motion: the path must have one axis for each axis of the line");
   begin_with(*path_);
 }
@@ -91,6 +93,7 @@ Motion::Motion(std::vector<Axis> axes, Settings settings)
       targets_(axes_.size()),
       before_(axes_.size()),
       most_(axes_.size()),
+      reaches_(axes_.size()),
       supplies_(axes_.size()),
       absences_(axes_.size()),
       presence_shared_(std::make_unique<std::atomic<AxisPresence>[]>(axes_.size())),
@@ -98,6 +101,7 @@ Motion::Motion(std::vector<Axis> axes, Settings settings)
       exchanged_(axes_.size()) {
   for (const auto& axis : axes_) {
     position_watches_.emplace_back(axis.config(), settings_.period);
+    following_watches_.emplace_back(axis.config(), settings_.period);
     const auto& limits = axis.config().limits;
     const double most_torque = axis.config().max_torque.value_or(1.0);
     const bool usable = std::isfinite(limits.max_velocity) && limits.max_velocity > 0.0 &&
@@ -113,6 +117,7 @@ Motion::Motion(std::vector<Axis> axes, Settings settings)
     supplies_[i].given = {axes_[i].config(), seconds(1)};
     most_[i] = kStepMargin * axes_[i].config().limits.max_velocity;
   }
+  set_ranges();
 }
 
 void Motion::begin_with(SetpointSource& source) {
@@ -202,6 +207,22 @@ void Motion::watch_axis(std::size_t axis, std::int64_t cycle) noexcept {
   }
   if (axes_[axis].fault() || axes_[axis].reports_fault()) return fail(Cause::kAxisFault, axis, cycle);
   if (!axes_[axis].enabled()) return fail(Cause::kAxisLost, axis, cycle);
+  watch_following(axis, cycle);
+}
+
+/// On the way to standstill a following error does not matter any more.
+void Motion::watch_following(std::size_t axis, std::int64_t cycle) noexcept {
+  const double error = axes_[axis].following_error();
+  if (!following_watches_[axis].judge(cycle, error, phase_ != MotionPhase::kStopping)) return;
+  const auto& inputs = axes_[axis].inputs();
+  failure_ = {MotionFailure::Cause::kFollowingError,
+              static_cast<std::uint16_t>(axis),
+              inputs.status_word,
+              inputs.error_code,
+              {},
+              error};
+  plan_stop();
+  enter(MotionPhase::kStopping, cycle);
 }
 
 void Motion::fail(MotionFailure::Cause cause, std::size_t axis, std::int64_t cycle) noexcept {
@@ -260,6 +281,9 @@ void Motion::advance_powerless(std::int64_t cycle) noexcept {
         for (std::size_t i = 0; i < axes_.size(); ++i) {
           if (axes_[i].enabled()) anchor(i);
           supply_from_rest(i);
+        }
+        for (std::size_t i = 0; i < axes_.size(); ++i) {
+          if (axes_[i].enabled() && !begins_in_range(i, cycle)) return;
         }
         plan_approach();
         enter(MotionPhase::kApproach, cycle);

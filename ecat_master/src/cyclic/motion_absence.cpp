@@ -68,6 +68,7 @@ void Motion::watch_absence(std::size_t axis, std::int64_t cycle) noexcept {
     case AxisPresence::kEnabling:
       if (axes_[axis].enabled()) {
         anchor(axis);
+        if (!begins_in_range(axis, cycle)) return;
         absence.rejoin = trajectory::Rejoin(place_of(axis), inputs.velocity, axes_[axis].config().limits);
         set_presence(axis, AxisPresence::kReturning, cycle);
       } else if (seconds(cycle - absence.since) > std::chrono::duration<double>(settings_.enable_timeout).count()) {

@@ -41,6 +41,9 @@ void Motion::take_source(std::int64_t cycle) noexcept {
     anchors_[i] = targets_[i].position - source_start_[i].position;
     source_start_[i].position = targets_[i].position;
   }
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    if (!begins_in_range(i, cycle)) return;
+  }
   plan_approach();
   enter(MotionPhase::kApproach, cycle);
 }
@@ -55,12 +58,13 @@ void Motion::rewind_source() noexcept {
 
 /// A wrong setpoint is never sent: the axes come to rest from the last one that was.
 bool Motion::believe_setpoints(std::int64_t cycle) noexcept {
-  if (plain_setpoints()) return true;
+  if (plain_setpoints() && in_ranges()) return true;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     const auto cause = judge_setpoint(i);
     if (cause == MotionFailure::Cause::kNone) continue;
     const auto& inputs = axes_[i].inputs();
     failure_ = {cause, static_cast<std::uint16_t>(i), inputs.status_word, inputs.error_code, {}};
+    if (cause == MotionFailure::Cause::kOutsideRange) failure_.reaches = reach(i);
     plan_stop();
     enter(MotionPhase::kStopping, cycle);
     // The setpoint of this cycle is the first of the stop already.
@@ -95,9 +99,10 @@ MotionFailure::Cause Motion::judge_setpoint(std::size_t axis) const noexcept {
   const double most = most_[axis];
   // A source that gives torques alone gives no positions: the actual position is taken as the setpoint.
   const bool torque_alone = target.torque && axes_[axis].config().mode == cia402::Mode::kCyclicTorque;
-  if (torque_alone) return std::abs(axes_[axis].inputs().velocity) > most ? Cause::kTooFast : Cause::kNone;
+  const auto range = source_ != path_.get() && leaves_range(axis) ? Cause::kOutsideRange : Cause::kNone;
+  if (torque_alone) return std::abs(axes_[axis].inputs().velocity) > most ? Cause::kTooFast : range;
   const double step = std::abs(target.position - before_[axis]);
-  return step > most * seconds(1) || std::abs(target.velocity) > most ? Cause::kSetpoint : Cause::kNone;
+  return step > most * seconds(1) || std::abs(target.velocity) > most ? Cause::kSetpoint : range;
 }
 
 }  // namespace driveline::ecat_master

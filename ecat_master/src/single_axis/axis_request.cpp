@@ -140,6 +140,8 @@ std::string_view to_text(AxisError error) noexcept {
       return "the drive has not found its home in time";
     case AxisError::kTooFast:
       return "the axis got faster than its limit";
+    case AxisError::kFollowingError:
+      return "its following error was beyond its window for too long";
     case AxisError::kFollowing:
       return "the setpoints to follow cannot be";
     case AxisError::kProbeObjects:

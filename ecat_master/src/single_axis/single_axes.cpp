@@ -36,6 +36,7 @@ struct SingleAxes::Shared {
   std::atomic<double> override_factor{1.0};
   std::atomic<double> recorded_position{0.0};
   std::atomic<std::uint64_t> recorded_request{0};
+  std::atomic<double> position_offset{0.0};
 };
 
 SingleAxes::SingleAxes(std::vector<Axis> axes, Settings settings)
@@ -92,6 +93,7 @@ AxisReport SingleAxes::axis_report(std::size_t axis) const noexcept {
   report.override_factor = shared.override_factor.load(std::memory_order_relaxed);
   report.recorded_request = shared.recorded_request.load(std::memory_order_acquire);
   report.recorded_position = shared.recorded_position.load(std::memory_order_relaxed);
+  report.position_offset = shared.position_offset.load(std::memory_order_relaxed);
   return report;
 }
 
@@ -109,6 +111,7 @@ void SingleAxes::publish(std::size_t axis) noexcept {
   shared.override_factor.store(one.override_factor(), std::memory_order_relaxed);
   shared.recorded_position.store(one.recorded().position, std::memory_order_relaxed);
   shared.recorded_request.store(one.recorded().request, std::memory_order_release);
+  shared.position_offset.store(one.position_offset(), std::memory_order_relaxed);
   // Last: a reader that sees ErrorStop sees its reason.
   shared.state.store(one.state(), std::memory_order_release);
 }

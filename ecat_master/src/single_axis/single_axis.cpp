@@ -22,6 +22,7 @@ SingleAxis::SingleAxis(Axis& axis, RequestTable& table, const Settings& settings
       settings_(settings),
       period_s_(seconds_of(settings.period)),
       watch_(axis.config(), settings.period),
+      following_watch_(axis.config(), settings.period),
       supply_(axis.config(), period_s_) {}
 
 void SingleAxis::read_inputs(std::span<const std::byte> image, bool valid, bool operational, bool fresh) noexcept {
@@ -74,13 +75,17 @@ void SingleAxis::judge_position(std::chrono::nanoseconds took) noexcept {
   if (finding && state_ != PlcopenState::kErrorStop) stop_for_position();
 }
 
-/// By a ramp of the setpoint: the drive itself may be well.
 void SingleAxis::stop_for_position() noexcept {
-  const bool was_powered = powered();
-  auto from = setpoint_;
   // The loop's share of the velocity is braked together with that of the setpoint.
-  from.velocity += axis_->distrust_position();
-  fail(AxisError::kPosition);
+  setpoint_.velocity += axis_->distrust_position();
+  stop_by_ramp(AxisError::kPosition);
+}
+
+/// By a ramp of the setpoint: the drive itself may be well.
+void SingleAxis::stop_by_ramp(AxisError error) noexcept {
+  const bool was_powered = powered();
+  const auto from = setpoint_;
+  fail(error);
   if (!was_powered) return enter(Power::kDisabling);
   generator_.start_from(from);
   if (plan_rest()) enter(Power::kResting);
@@ -115,7 +120,9 @@ void SingleAxis::watch_power() noexcept {
   if (bad_cycles_ >= settings_.bad_cycle_limit) return fail(AxisError::kLost);
   if (axis_->fault() || axis_->reports_fault())
     return fail(homing_has_failed() ? AxisError::kHoming : AxisError::kFault);
-  if (!axis_->enabled()) fail(AxisError::kLost);
+  if (!axis_->enabled()) return fail(AxisError::kLost);
+  const bool follows = state_ != PlcopenState::kErrorStop && torque_ == Torque::kNone && !drive_moves();
+  if (following_watch_.judge(cycle_, axis_->following_error(), follows)) stop_by_ramp(AxisError::kFollowingError);
 }
 
 /// Its motion has ended; a drive with power stops by its own quick stop and is switched off.

@@ -92,7 +92,8 @@ AxisDoor::Submitted AxisDoor::try_to_submit(const AxisCaller& caller, std::size_
     stop_all_();
     return 0;
   }
-  if (auto wrong = check_request(axes_[axis], request)) return tl::unexpected(std::move(*wrong));
+  const auto report = single_ != nullptr ? single_->axis_report(axis) : ecat_master::AxisReport{};
+  if (auto wrong = check_request(axes_[axis], report, request)) return tl::unexpected(std::move(*wrong));
   if (!stops(request.command)) {
     if (auto leased = take_lease(caller, axis); !leased) return tl::unexpected(leased.error());
   }
@@ -131,7 +132,13 @@ AxisProgress AxisDoor::progress_of(std::size_t axis, std::uint64_t request) cons
   auto& refusal = progress.refusal.emplace();
   refusal.why = Why::kByAxis;
   refusal.error = progress.report.error;
-  if (refusal.error == AxisError::kFault) refusal.error_code = single_->axis_report(axis).error_code;
+  const auto report = single_->axis_report(axis);
+  if (refusal.error == AxisError::kFault) refusal.error_code = report.error_code;
+  const auto range = range_of_requests(axes_[axis], report);
+  if (refusal.error != AxisError::kOutsideRange || !range) return progress;
+  refusal.software_limits = true;
+  refusal.lowest = range->min;
+  refusal.highest = range->max;
   return progress;
 }
 

@@ -1,6 +1,7 @@
 #include "axes/request_check.hpp"
 
 #include <cmath>
+#include <optional>
 #include <string_view>
 
 namespace driveline::runtime {
@@ -52,10 +53,45 @@ std::optional<AxisRefusal> check_target(const ecat_master::AxisConfig& axis, con
   }
 }
 
+/// Where the request would lead, as far as that is known before it begins: from a standstill, or to a place by its
+/// name.
+std::optional<double> destination(const ecat_master::AxisReport& report, const ecat_master::AxisRequest& request) {
+  switch (request.command) {
+    case AxisCommand::kMoveAbsolute:
+      return request.target;
+    case AxisCommand::kMoveRelative:
+    case AxisCommand::kMoveAdditive:
+    case AxisCommand::kMoveSuperimposed:
+      if (report.state != ecat_master::PlcopenState::kStandstill) return std::nullopt;
+      return report.setpoint + request.target;
+    default:
+      return std::nullopt;
+  }
+}
+
+std::optional<AxisRefusal> check_destination(const ecat_master::AxisConfig& axis, const ecat_master::AxisReport& report,
+                                             const ecat_master::AxisRequest& request) {
+  const auto range = range_of_requests(axis, report);
+  const auto to = destination(report, request);
+  if (!range || !to) return std::nullopt;
+  auto wrong = check({"position", "", *to, range->min, range->max});
+  if (wrong) wrong->software_limits = true;
+  return wrong;
+}
+
 }  // namespace
 
-std::optional<AxisRefusal> check_request(const ecat_master::AxisConfig& axis, const ecat_master::AxisRequest& request) {
+std::optional<trajectory::PositionRange> range_of_requests(const ecat_master::AxisConfig& axis,
+                                                           const ecat_master::AxisReport& report) {
+  if (!axis.software_limits) return std::nullopt;
+  return trajectory::PositionRange{axis.software_limits->min + report.position_offset,
+                                   axis.software_limits->max + report.position_offset};
+}
+
+std::optional<AxisRefusal> check_request(const ecat_master::AxisConfig& axis, const ecat_master::AxisReport& report,
+                                         const ecat_master::AxisRequest& request) {
   if (auto wrong = check_target(axis, request)) return wrong;
+  if (auto wrong = check_destination(axis, report, request)) return wrong;
   const auto& limits = axis.limits;
   if (auto wrong = check({"velocity", "/s", request.velocity, 0.0, limits.max_velocity})) return wrong;
   if (!std::isfinite(request.jerk) || request.jerk < 0.0) return not_a_number("jerk");

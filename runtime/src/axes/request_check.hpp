@@ -3,12 +3,19 @@
 #include <optional>
 
 #include "driveline/ecat_master/axis/axis.hpp"
+#include "driveline/ecat_master/single_axis/single_axes.hpp"
 #include "driveline/runtime/event/axis_events.hpp"
+#include "driveline/trajectory/profile.hpp"
 
 namespace driveline::runtime {
 
-/// What is wrong with the numbers of a request, as far as the configuration of the axis tells; none: nothing.
+/// What is wrong with the numbers of a request, as far as configuration and state of the axis tell; none: nothing.
 [[nodiscard]] std::optional<AxisRefusal> check_request(const ecat_master::AxisConfig& axis,
+                                                       const ecat_master::AxisReport& report,
                                                        const ecat_master::AxisRequest& request);
+
+/// The software limits of the axis as its requests count positions; none: it has none.
+[[nodiscard]] std::optional<trajectory::PositionRange> range_of_requests(const ecat_master::AxisConfig& axis,
+                                                                         const ecat_master::AxisReport& report);
 
 }  // namespace driveline::runtime

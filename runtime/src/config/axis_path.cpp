@@ -10,6 +10,7 @@
 
 #include "driveline/trajectory/axis_name.hpp"
 #include "driveline/trajectory/motion_limits.hpp"
+#include "driveline/trajectory/path_extent.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -111,6 +112,27 @@ std::vector<trajectory::AxisLimits> limits_of(const LineConfig& config) {
   return limits;
 }
 
+/// A path that begins where the axes stand is checked when that is known.
+Result<void> check_software_limits(Interpolator& path, const LineConfig& config) {
+  const bool limited = std::any_of(config.axes.begin(), config.axes.end(),
+                                   [](const auto& axis) { return axis.software_limits.has_value(); });
+  if (!limited || config.path->relative) return {};
+  const auto extents = trajectory::path_extents(path, std::chrono::duration<double>(config.period).count());
+  for (std::size_t i = 0; i < extents.size(); ++i) {
+    const auto& range = config.axes[i].software_limits;
+    if (!range || trajectory::fits(extents[i], *range)) continue;
+    const bool low = extents[i].lowest < range->min;
+    const auto& unit = trajectory::unit_or_si(path.axes()[i].unit, path.axes()[i].kind);
+    return fail(
+        ErrorKind::kSetting,
+        fmt::format("axis \"{}\" would go to {:.6g} {} at {:.6g} s; its {} is {:.6g} {}", config.axes[i].name,
+                    unit.from_si(low ? extents[i].lowest : extents[i].highest), unit.name,
+                    low ? extents[i].lowest_at_s : extents[i].highest_at_s, low ? "min_position" : "max_position",
+                    unit.from_si(low ? range->min : range->max), unit.name));
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<Interpolator> load_axis_path(LineConfig& config) {
@@ -131,6 +153,8 @@ Result<Interpolator> load_axis_path(LineConfig& config) {
   if (auto checked = trajectory::check_limits(interpolator, limits_of(config), period_s); !checked) {
     return fail_file(file, checked.error().message());
   }
+  if (auto checked = check_software_limits(interpolator, config); !checked)
+    return fail_file(file, checked.error().reason);
   for (std::size_t i = 0; i < config.axes.size(); ++i) config.axes[i].unit = interpolator.axes()[i].unit;
   return interpolator;
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "config/axis_range_reader.hpp"
 #include "config/clock_config.hpp"
 #include "config/device_files.hpp"
 #include "config/eoe_reader.hpp"
@@ -263,6 +264,19 @@ void read_in_unit(TomlReader& reader, std::string_view key, const ecat_master::A
   value = unit.to_si(reader.number(key, unit.from_si(minimum), unit.from_si(maximum)));
 }
 
+void read_following_error(TomlReader& reader, ecat_master::AxisConfig& axis) {
+  constexpr std::int64_t kLongestMs = 60'000;
+  if (!reader.has("following_error_window")) {
+    if (reader.has("following_error_timeout_ms"))
+      reader.fail("following_error_timeout_ms", "is of no use without following_error_window");
+    return;
+  }
+  read_in_unit(reader, "following_error_window", axis, 1e-9, 1e6, axis.following_error_window.emplace());
+  axis.following_error_timeout = std::chrono::milliseconds{reader.integer_or(
+      "following_error_timeout_ms",
+      std::chrono::duration_cast<std::chrono::milliseconds>(axis.following_error_timeout).count(), 0, kLongestMs)};
+}
+
 /// Friction and weight of an axis.
 void read_feed_forward(TomlReader& reader, ecat_master::AxisConfig& axis) {
   constexpr double kMost = 1e6;
@@ -312,9 +326,10 @@ ecat_master::AxisConfig read_axis(TomlReader reader, const LineConfig& config,
   const double increments = reader.number_or("increments_per_revolution", defaults.increments_per_revolution, 1.0,
                                              kMaxIncrementsPerRevolution);
   if (reader.has("feed_mm_per_revolution")) axis.kind = trajectory::AxisKind::kLinear;
-  const double unit_per_revolution =
+  axis.unit_per_revolution =
       axis.linear() ? reader.number("feed_mm_per_revolution", 1e-6, 1e6) / 1000.0 : 2.0 * std::numbers::pi;
-  axis.increments_per_unit = increments / unit_per_revolution;
+  axis.increments_per_unit = increments / axis.unit_per_revolution;
+  axis.scale_assumed = !reader.has("increments_per_revolution");
   axis.rated_torque =
       reader.number_or(axis.linear() ? "rated_force_n" : "rated_torque_nm", defaults.rated_torque, 1e-6, 1e6);
   axis.unit = read_unit(reader, axis.kind);
@@ -322,6 +337,7 @@ ecat_master::AxisConfig read_axis(TomlReader reader, const LineConfig& config,
   read_in_unit(reader, "max_velocity", axis, 1e-6, 1e6, axis.limits.max_velocity);
   read_in_unit(reader, "max_acceleration", axis, 1e-6, 1e9, axis.limits.max_acceleration);
   if (reader.has("max_jerk")) read_in_unit(reader, "max_jerk", axis, 1e-6, 1e12, axis.max_jerk.emplace());
+  read_axis_range(reader, axis);
   axis.inertia = reader.number_or("inertia", 0.0, 0.0, 1e6);
   read_feed_forward(reader, axis);
   check_feed_forward(reader, config, *slave, axis);
@@ -332,6 +348,7 @@ ecat_master::AxisConfig read_axis(TomlReader reader, const LineConfig& config,
   if (reader.has("position_tolerance")) {
     read_in_unit(reader, "position_tolerance", axis, 0.0, 1e6, axis.position_tolerance.emplace());
   }
+  read_following_error(reader, axis);
   constexpr double kLongestDelay = 10'000.0;
   if (reader.has("setpoint_delay_cycles"))
     axis.setpoint_delay_cycles = reader.number("setpoint_delay_cycles", 0.0, kLongestDelay);
@@ -408,6 +425,7 @@ LineConfig read_config(const toml::table& table, const std::filesystem::path& fi
   for (auto& reader : root.tables("axis")) config.axes.push_back(read_axis(std::move(reader), config, mode));
   read_process_data(root, config);
   complete_velocity_gains(config);
+  check_moduli(root, config);
   if (root.has("path")) read_path(root.table("path"), file.parent_path(), config);
   if (root.has("stream")) config.stream = read_stream(root.table("stream"), config.axes);
   if (config.stream && config.path) {

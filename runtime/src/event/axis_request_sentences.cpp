@@ -97,11 +97,16 @@ std::string reason_of(const events::EventAxis& axis, const AxisRefusal& refusal)
       return fmt::format("{} is not a number that can be", refusal.quantity);
     case Why::kOutside:
       return fmt::format(
-          "{} {} is not possible, {} to {} are", refusal.quantity, quantity_text(axis, refusal.per, refusal.value),
-          quantity_text(axis, refusal.per, refusal.lowest), quantity_text(axis, refusal.per, refusal.highest));
+          "{} {} is not possible, {} to {} are{}", refusal.quantity, quantity_text(axis, refusal.per, refusal.value),
+          quantity_text(axis, refusal.per, refusal.lowest), quantity_text(axis, refusal.per, refusal.highest),
+          refusal.software_limits ? " (min_position, max_position)" : "");
     case Why::kTooMany:
       return "there are more requests than the cycle can take";
     case Why::kByAxis:
+      if (refusal.software_limits) {
+        return fmt::format("it would leave its software limits, {} to {} are possible", length(axis, refusal.lowest),
+                           length(axis, refusal.highest));
+      }
       return error_text(refusal.error, refusal.error_code);
   }
   return "the line is not in operation";

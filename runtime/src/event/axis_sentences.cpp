@@ -14,7 +14,7 @@ using ecat_master::LossPolicy;
 using Cause = ecat_master::MotionFailure::Cause;
 
 events::EventAxis events::event_axis(const ecat_master::AxisConfig& axis) {
-  return {axis.name, ecat_master::position_unit(axis), axis.increments_per_unit};
+  return {axis.name, ecat_master::position_unit(axis), axis.increments_per_unit, axis.software_limits};
 }
 
 std::string EventSentence::length_text(const events::EventAxis& axis, double length) const {
@@ -60,6 +60,13 @@ std::string EventSentence::operator()(const events::AxesStopped& facts) const {
           "axis {}: was given a setpoint beyond its limits, or no number; all axes stopped within their limits", name);
     case Cause::kTooFast:
       return fmt::format("axis {}: got faster than its limit under the torques it was given; all axes stopped", name);
+    case Cause::kFollowingError:
+      return fmt::format(
+          "axis {}: its following error was {}, and beyond its window for too long (following_error_window): blocked, "
+          "overloaded, or sent too fast; all axes stopped within their limits",
+          name, length_text(facts.axis, failure.following_error));
+    case Cause::kOutsideRange:
+      return range_text(facts);
     case Cause::kPositionLeap:
     case Cause::kPositionFrozen:
     case Cause::kPositionUnsteady:
@@ -89,6 +96,15 @@ std::string EventSentence::position_text(const events::AxesStopped& facts) const
                        leap);
   }
   return fmt::format("axis {}: was not enabled, its actual position is not steady: it {}", name, leap);
+}
+
+std::string EventSentence::range_text(const events::AxesStopped& facts) const {
+  const auto range = facts.axis.software_limits.value_or(trajectory::PositionRange{});
+  return fmt::format(
+      "axis {}: would go to {}; its software limits are {} and {} (min_position, max_position); all axes stopped "
+      "within them",
+      facts.axis.name, length_text(facts.axis, facts.failure.reaches), length_text(facts.axis, range.min),
+      length_text(facts.axis, range.max));
 }
 
 std::string EventSentence::operator()(const events::AxesNotOff& facts) const {

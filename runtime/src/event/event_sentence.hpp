@@ -21,6 +21,7 @@ class EventSentence {
   std::string operator()(const events::LineDiffers& facts) const;
   std::string operator()(const events::ClocksBeingSet& facts) const;
   std::string operator()(const events::Configured& facts) const;
+  std::string operator()(const events::ScaleDiffers& facts) const;
   std::string operator()(const events::NoProcessData& facts) const;
   std::string operator()(const events::RealtimeSetUp& facts) const;
   std::string operator()(const events::ClocksLocked& facts) const;
@@ -86,6 +87,8 @@ class EventSentence {
  private:
   /// "1.25 mm", or "1.25 mm (1311 increments)". `length`: rad or m.
   [[nodiscard]] std::string length_text(const events::EventAxis& axis, double length) const;
+  /// About a way that leaves the software limits.
+  [[nodiscard]] std::string range_text(const events::AxesStopped& facts) const;
   /// About an actual position that cannot be true.
   [[nodiscard]] std::string position_text(const events::AxesStopped& facts) const;
 

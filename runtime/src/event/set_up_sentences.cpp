@@ -43,6 +43,14 @@ std::string EventSentence::operator()(const events::Configured& facts) const {
                      facts.frames, describe(facts.wire, facts.on_interface));
 }
 
+std::string EventSentence::operator()(const events::ScaleDiffers& facts) const {
+  return fmt::format(
+      "axis {}: increments_per_revolution is {:.10g}, and by 6092h, 6091h and 608Fh of its drive a turn of the motor "
+      "is "
+      "{:.10g}; the line description counts",
+      facts.axis, facts.described, facts.told);
+}
+
 std::string EventSentence::operator()(const events::NoProcessData& /*facts*/) const {
   return "there are no process data: no slave has PDOs assigned by itself; `driveline pdos` shows what they have, "
          "[[slave.pdo]] of a line description names what is to be exchanged";

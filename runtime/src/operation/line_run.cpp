@@ -10,6 +10,7 @@
 #include "driveline/runtime/setup/clock_plan.hpp"
 #include "driveline/runtime/setup/clock_text.hpp"
 #include "driveline/runtime/setup/composition.hpp"
+#include "driveline/runtime/setup/drive_facts.hpp"
 #include "driveline/runtime/setup/process_data_plan.hpp"
 #include "driveline/runtime/setup/wire_budget.hpp"
 #include "operation/axis_verdict.hpp"
@@ -139,6 +140,7 @@ Result<void> LineRun::bring_up() {
   tell_problems(master_, *settings_.observer);
   if (!session_.has_config()) {
     session_.use_found_slaves(describe_found(master_.slaves()));
+    config_.slaves = session_.config().slaves;
     progress(events::NoDescription{});
   }
   if (auto checked = check_planned_pdos(config_, master_.slaves()); !checked) return checked;
@@ -148,6 +150,7 @@ Result<void> LineRun::bring_up() {
   if (auto done = configure_line(master_, &config_, *settings_.observer); !done) return done;
   state_ = "SAFEOP";
   if (auto complete = check_axis_objects(config_, master_); !complete) return complete;
+  if (auto asked = ask_drives(); !asked) return asked;
   auto named = name_process_data(config_, master_);
   if (!named) return tl::unexpected(named.error());
   copies_ = std::move(named->copies);
@@ -173,6 +176,21 @@ Result<void> LineRun::bring_up_clocks() {
   master_.use_clocks(std::move(*plan));
   if (session_.ring() != nullptr) master_.use_ring(*session_.ring());
   progress(events::ClocksBeingSet{});
+  return {};
+}
+
+/// Completes the axes by what their drives tell.
+Result<void> LineRun::ask_drives() {
+  const auto facts = read_drive_facts(master_, config_);
+  for (std::size_t i = 0; i < config_.axes.size(); ++i) {
+    if (!facts[i]) return fail_line(facts[i].error());
+    auto& axis = config_.axes[i];
+    const auto difference = take_drive_facts(axis, *facts[i]);
+    if (!difference) return tl::unexpected(difference.error());
+    if (*difference)
+      note(events::ScaleDiffers{axis.name, (*difference)->described, (*difference)->told}, Severity::kNotice);
+    recorder_->set_scale(i, axis.increments_per_unit);
+  }
   return {};
 }
 

@@ -68,6 +68,7 @@ class LineRun {
   [[nodiscard]] Result<void> start_telemetry();
   [[nodiscard]] Result<void> bring_up();
   [[nodiscard]] Result<void> bring_up_clocks();
+  [[nodiscard]] Result<void> ask_drives();
   [[nodiscard]] Result<void> must_be_free();
   [[nodiscard]] std::unique_ptr<LineMotion> make_motion();
   [[nodiscard]] std::unique_ptr<LineMotion> make_joint_motion();
@@ -100,7 +101,7 @@ class LineRun {
   [[nodiscard]] bool stop_requested() const noexcept { return settings_.stop->load(std::memory_order_relaxed); }
 
   Session& session_;
-  const LineConfig& config_;
+  LineConfig config_;  ///< of the session, completed by what is found on the line
   Settings settings_;
   rt::SpscRing<snapshot::LineSample> line_ring_;
   rt::SpscRing<snapshot::AxisSample> axis_ring_;

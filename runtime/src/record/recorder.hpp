@@ -57,6 +57,10 @@ class Recorder final : public snapshot::SampleConsumer {
   /// Keeps no file at the end. Any thread.
   void discard() noexcept { discarded_.store(true, std::memory_order_relaxed); }
 
+  /// The increments of that axis per rad or m, where they are not those given to the constructor; before the cycle.
+  void set_scale(std::size_t axis, double increments_per_unit) noexcept {
+    columns_[axis].increments_per_unit = increments_per_unit;
+  }
   /// The line is in operation from one grid time to the other: axes that are unavailable in between are counted. Any
   /// thread.
   void begin_operation(std::chrono::nanoseconds now) noexcept { operation_begin_.store(now.count()); }

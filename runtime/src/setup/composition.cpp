@@ -38,6 +38,13 @@ std::unique_ptr<slaves::Slave> make_slave(const SlaveConfig& config, std::uint32
   return std::make_unique<slaves::Slave>(std::move(device), options);
 }
 
+/// Of an axis with a modulo; another counts as its drive is set.
+void add_range(const ecat_master::AxisConfig& axis, std::vector<ecat_master::StartupSdo>& sdos) {
+  if (axis.range_min >= axis.range_max) return;
+  sdos.push_back(ecat_master::startup_sdo(0x607B, 1, axis.range_min));
+  sdos.push_back(ecat_master::startup_sdo(0x607B, 2, axis.range_max));
+}
+
 ecat_master::SetpointWay setpoint_way(const LineConfig& config, const ecat_master::AxisConfig& axis,
                                       const ecat_master::Master& master) {
   ecat_master::SetpointWay way;
@@ -96,6 +103,7 @@ std::vector<ecat_master::SlavePlan> make_slave_plans(const LineConfig& config) {
     if (axis != config.axes.end()) {
       const auto period = config.period * exchange_divider(config, slave);
       plan.startup_sdos = drive_rules(config, slave).startup_sdos(*axis, period);
+      add_range(*axis, plan.startup_sdos);
       plan.pdos = ecat_master::axis_pdo_configuration();
       // PDOs of the user's choice may be without 6060h.
       if (slave.plan.pdos) plan.startup_sdos.push_back(ecat_master::mode_sdo(axis->mode));

@@ -16,7 +16,8 @@ constexpr double kRounding = 1.0 + 1e-9;
 
 }  // namespace
 
-SetpointCheck::SetpointCheck(std::vector<stream::AxisBounds> bounds) : bounds_(std::move(bounds)) {}
+SetpointCheck::SetpointCheck(std::vector<stream::AxisBounds> bounds)
+    : bounds_(std::move(bounds)), offsets_(bounds_.size()) {}
 
 SetpointCheck::Verdict SetpointCheck::judge(const stream::SetpointRecord& record,
                                             const stream::SetpointRecord* before) noexcept {
@@ -37,7 +38,8 @@ std::optional<Refusal> SetpointCheck::wrong_by_itself(const stream::SetpointReco
     const auto& target = record.targets[i];
     // NaN and infinity make the sum so.
     if (!std::isfinite(target.position + target.velocity + target.acceleration)) return Refusal::kNotFinite;
-    if (target.position < bounds_[i].lowest || target.position > bounds_[i].highest) return Refusal::kOutsideRange;
+    const double position = target.position - offsets_[i];
+    if (position < bounds_[i].lowest || position > bounds_[i].highest) return Refusal::kOutsideRange;
     if (std::abs(target.velocity) > kRounding * bounds_[i].max_velocity) return Refusal::kTooFast;
   }
   return std::nullopt;

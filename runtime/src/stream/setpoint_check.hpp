@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -20,8 +21,11 @@ class SetpointCheck {
     std::optional<stream::Refusal> remark{};  ///< why not; kGap also of one that is taken
   };
 
-  /// `bounds`: of the axes of the client.
+  /// `bounds`: of the axes of the client, as their drives count.
   explicit SetpointCheck(std::vector<stream::AxisBounds> bounds);
+
+  /// The positions of setpoints of this axis are those of the drive plus `offset` from now on.
+  void set_offset(std::size_t axis, double offset) noexcept { offsets_[axis] = offset; }
 
   /// `before`: the setpoint that was taken before; null: there is none that this one has to be reached from.
   [[nodiscard]] Verdict judge(const stream::SetpointRecord& record, const stream::SetpointRecord* before) noexcept;
@@ -31,6 +35,7 @@ class SetpointCheck {
   [[nodiscard]] bool too_far(const stream::SetpointRecord& record, const stream::SetpointRecord& before) const noexcept;
 
   std::vector<stream::AxisBounds> bounds_;
+  std::vector<double> offsets_;
   std::uint64_t number_ = 0;  ///< the last, taken or not
 };
 

@@ -142,7 +142,9 @@ const trajectory::AxisSetpoint* StreamSession::setpoint(std::size_t member) noex
 bool StreamSession::update(const ecat_master::TaskCycle& cycle, StreamAxes& axes) noexcept {
   // Where a new curve would begin: at the setpoints that the axes have.
   for (std::size_t i = 0; i < members_.size(); ++i) {
-    positions_[i] = axes_[i].following ? setpoints_[i].position : axes.view(members_[i].axis).setpoint;
+    const auto view = axes.view(members_[i].axis);
+    check_.set_offset(i, view.offset);
+    positions_[i] = axes_[i].following ? setpoints_[i].position : view.setpoint;
   }
   take_records(cycle.grid);
   watch(cycle.grid);

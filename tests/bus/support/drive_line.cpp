@@ -145,6 +145,7 @@ ecat_master::AxisConfig LineOperation::axis(std::size_t position, const RunOptio
   config.adds_offsets = options.adds_offsets;
   config.supported_modes = options.supported_modes;
   config.software_limits = options.software_limits;
+  config.following_error_window = options.following_error_window;
   config.max_torque = options.max_torque;
   config.range_min = options.range_min;
   config.range_max = options.range_max;

@@ -80,6 +80,7 @@ struct RunOptions {
   std::optional<double> max_torque{};                          ///< AxisConfig::max_torque of every axis
   nanoseconds homing_timeout = std::chrono::minutes{2};        ///< of single axes
   nanoseconds target_timeout = std::chrono::minutes{2};        ///< of single axes
+  std::optional<double> following_error_window{};              ///< AxisConfig::following_error_window of every axis
   /// AxisConfig::range_min and range_max of every axis
   std::int32_t range_min = 0;
   std::int32_t range_max = 0;

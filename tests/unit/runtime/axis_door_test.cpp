@@ -104,6 +104,17 @@ TEST_F(AxisDoorTest, RefusesNumbersThatCannotBeInTheUnitOfTheAxis) {
   EXPECT_EQ(door.authority().owner_of(0), "") << "what is refused takes no axis";
 }
 
+TEST_F(AxisDoorTest, RefusesPlacesBeyondTheSoftwareLimits) {
+  configs[0].software_limits = trajectory::PositionRange{-1.0, 2.0};
+  door.open(*single);
+  const auto who = caller("hand");
+  EXPECT_EQ(refusal(who, 0, ask(AxisCommand::kMoveAbsolute, 2.5)),
+            "axis x: position 143.239 deg is not possible, -57.2958 deg to 114.592 deg are (min_position, "
+            "max_position)");
+  EXPECT_EQ(refusal(who, 0, ask(AxisCommand::kMoveAbsolute, 2.0)), "");
+  EXPECT_EQ(refusal(who, 1, ask(AxisCommand::kMoveAbsolute, 2.5)), "") << "the other one has none";
+}
+
 TEST_F(AxisDoorTest, OneCommandsAndEverybodyMayStop) {
   door.open(*single);
   EXPECT_EQ(refusal(caller("hand"), 0, ask(AxisCommand::kMoveRelative, std::numbers::pi / 2)), "");
@@ -192,12 +203,12 @@ class Hand final : public Observer {
 
 class LineByHand : public test::TemporaryDirectory {
  protected:
-  void open(const std::string& more = "") {
+  void open(const std::string& more = "", const std::string& keys = "") {
     std::string text = "[line]\ncycle_us = 1000\n";
     for (const auto* name : {"x", "y"}) text += std::string("[[slave]]\nname = \"") + name + "\"\n";
     for (const auto* name : {"x", "y"}) {
       text += std::string("[[axis]]\nname = \"") + name +
-              "\"\nunit = \"deg\"\nmax_velocity = 720\nmax_acceleration = 7200\n";
+              "\"\nunit = \"deg\"\nmax_velocity = 720\nmax_acceleration = 7200\n" + keys;
     }
     const auto config = parse_line_config(text + more, directory / "line.toml");
     ASSERT_TRUE(config) << describe(config.error());
@@ -314,6 +325,67 @@ TEST_F(LineByHand, RequestThatTheAxisRefusesIsToldWithWhatToDo) {
               Contains("hand: axis x: move_relative by 57.2958 deg: failed: the axis is not enabled; enable it "
                        "first"));
   EXPECT_EQ(failure_of(report), "") << "the line is well";
+}
+
+TEST_F(LineByHand, NoRequestLeavesTheSoftwareLimits) {
+  open("", "min_position = -90\nmax_position = 90\n");
+  const auto turn = std::numbers::pi;
+  struct Step {
+    AxisRequest request;
+    std::string refusal{};  ///< at once
+  };
+  const std::vector<Step> steps{
+      {ask(AxisCommand::kMoveAbsolute, 3.0 * turn),
+       "axis x: position 540 deg is not possible, -90 deg to 90 deg are (min_position, max_position)"},
+      {ask(AxisCommand::kMoveAbsolute, 0.25 * turn)},
+      {ask(AxisCommand::kMoveRelative, 0.5 * turn),
+       "axis x: position 135 deg is not possible, -90 deg to 90 deg are (min_position, max_position)"},
+      {ask(AxisCommand::kMoveVelocity, 2.0)},
+      {ask(AxisCommand::kSetPosition, 0.0)},
+      {ask(AxisCommand::kMoveAbsolute, 0.1),
+       "axis x: position 5.72958 deg is not possible, -180 deg to 0 deg are (min_position, max_position)"},
+  };
+  std::size_t next = 0;
+  std::uint64_t request = 0;
+  double highest = 0.0;
+  hand.on_look = [&] {
+    auto& axes = line->axes();
+    if (axes.status(0).report) highest = std::max(highest, std::abs(axes.status(0).report->velocity));
+    const bool ready =
+        request != 0 ? over(0, request) : state(0) == PlcopenState::kStandstill && axes.status(0).owner.empty();
+    if (!ready) return;
+    while (next < steps.size()) {
+      const auto& step = steps[next++];
+      const auto taken = axes.submit(caller("hand"), 0, step.request);
+      EXPECT_EQ(taken ? "" : describe(events::event_axis(line->config().axes[0]), taken.error()), step.refusal);
+      if (!taken) continue;
+      request = *taken;
+      return;
+    }
+    line->request_stop();
+  };
+  const auto report = run();
+  EXPECT_EQ(failure_of(report), "");
+  EXPECT_EQ(next, steps.size());
+  EXPECT_THAT(hand.told,
+              Contains("hand: axis x: move_velocity 114.592 deg/s: failed: it would leave its software limits, "
+                       "-90 deg to 90 deg are possible"))
+      << "it has come to rest there";
+  EXPECT_GT(highest, 1.0);
+}
+
+TEST_F(LineByHand, ARelativePathThatLeavesTheSoftwareLimitsIsRefusedWhereItBegins) {
+  write(directory / "path.csv", "time[s],x[deg],y[deg]\n0,0,0\n1,30,30\n2,0,0\n");
+  open("[path]\nfile = \"path.csv\"\nrelative = true\n", "min_position = -20\nmax_position = 20\n");
+  double highest = 0.0;
+  hand.on_look = [] {};
+  const auto report = run();
+  for (const auto& axis : report.axes) highest = std::max(highest, axis.following_error_max);
+  EXPECT_EQ(failure_of(report),
+            "axis x: would go to 30 deg; its software limits are -20 deg and 20 deg (min_position, max_position); all "
+            "axes stopped within them");
+  EXPECT_LT(report.duration_s, 2.0);
+  EXPECT_LT(highest, 100.0) << "nothing has moved";
 }
 
 TEST_F(LineByHand, AxisThatFailsLeavesTheOthersAloneAndTheReportTells) {

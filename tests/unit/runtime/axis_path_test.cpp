@@ -94,6 +94,22 @@ TEST_F(AxisPath, LimitsOfTheAxis) {
   EXPECT_THAT(complaint("time[s],x[rad],z[m]\n0,0,0\n0.1,0,5\n0.2,0,10\n"), testing::HasSubstr("acceleration"));
 }
 
+TEST_F(AxisPath, SoftwareLimits) {
+  config.axes[0].limits = {1e3, 1e6};
+  config.axes[0].software_limits = trajectory::PositionRange{-1.0, 2.0};
+  EXPECT_EQ(complaint("time[s],x[rad],z[m]\n0,-1,0\n1,2,0\n2,-1,0\n"), "none");
+  EXPECT_EQ(complaint("time[s],x[rad],z[m]\n0,0,0\n1,2.5,0\n2,0,0\n"),
+            ": axis \"x\" would go to 2.5 rad at 1 s; its max_position is 2 rad");
+  config.axes[0].unit = nullptr;
+  EXPECT_EQ(complaint("time[s],x[deg],z[m]\n0,0,0\n1,-90,0\n2,0,0\n"),
+            ": axis \"x\" would go to -90 deg at 1 s; its min_position is -57.2958 deg");
+  EXPECT_THAT(complaint("time[s],x[rad],z[m]\n0,0,0\n1,2,0\n2,2,0\n3,0,0\n"),
+              testing::HasSubstr("its max_position is 2 rad"))
+      << "a spline that overshoots its points";
+  config.path->relative = true;
+  EXPECT_EQ(complaint("time[s],x[rad],z[m]\n0,0,0\n1,2.5,0\n2,0,0\n"), "none") << "it is not known where it begins";
+}
+
 TEST_F(AxisPath, UnitIsThatOfTheColumnUnlessTheLineSaysOne) {
   ASSERT_TRUE(load("time[s],z[mm],x[deg]\n0,1000,2\n1,1000,2\n"));
   EXPECT_EQ(ecat_master::position_unit(config.axes[0]).name, "deg");

@@ -55,6 +55,14 @@ TEST(Event, ALeapIsInTheUnitOfTheAxis) {
             "possible");
 }
 
+TEST(Event, AFollowingErrorIsInTheUnitOfTheAxis) {
+  auto facts = stopped(slide("mm"), Cause::kFollowingError);
+  facts.failure.following_error = -0.0035;
+  EXPECT_EQ(sentence(facts),
+            "axis z: its following error was -3.5 mm, and beyond its window for too long (following_error_window): "
+            "blocked, overloaded, or sent too fast; all axes stopped within their limits");
+}
+
 TEST(Event, AStandstillIsInTheUnitOfTheAxis) {
   EXPECT_EQ(
       sentence(stopped(slide("um"), Cause::kPositionFrozen)),

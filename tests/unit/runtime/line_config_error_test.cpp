@@ -70,6 +70,37 @@ INSTANTIATE_TEST_SUITE_P(
                   "or gravity needs 60B2h (Torque offset, 16 bits) in an RxPDO; the RxPDOs map 6040h, 607Ah"}));
 
 INSTANTIATE_TEST_SUITE_P(
+    RangeOfAnAxis, LineConfigError,
+    testing::Values(
+        WrongFile{one_axis("min_position = -1\n"),
+                  ":6: [axis 1] min_position: stands without max_position: both ends are expected"},
+        WrongFile{one_axis("max_position = 1\n"),
+                  ":6: [axis 1] max_position: stands without min_position: both ends are expected"},
+        WrongFile{one_axis("unit = \"deg\"\nmin_position = 90\nmax_position = -90\n"),
+                  ":8: [axis 1] max_position: is -90 deg, more than the 90 deg of min_position is expected"},
+        WrongFile{one_axis("min_position = 0\nmax_position = 0\n"),
+                  ":7: [axis 1] max_position: is 0 rad, more than the 0 rad of min_position is expected"},
+        WrongFile{one_axis("min_position = nan\nmax_position = 1\n"),
+                  ":6: [axis 1] min_position: is nan, -1000000 to 1000000 is expected"},
+        WrongFile{one_axis("modulo = 0\n"),
+                  ":6: [axis 1] modulo: needs increments_per_revolution: the drive is told the modulo before it has "
+                  "told its own"},
+        WrongFile{one_axis("increments_per_revolution = 1048576\nmodulo = 0\n"),
+                  ":7: [axis 1] modulo: is 0, 1e-06 to 1000000 is expected"},
+        WrongFile{one_axis("increments_per_revolution = 1048576\nmodulo = 6.28\n"),
+                  ":7: [axis 1] modulo: is 1048044.417 increments of the drive, a whole number is expected: positions "
+                  "would drift with every turn"},
+        WrongFile{one_axis("unit = \"rev\"\nincrements_per_revolution = 1048576\nmodulo = 4096\n"),
+                  ":8: [axis 1] modulo: is 4.29497e+09 increments of the drive, 2 to 2147483647 are expected"},
+        WrongFile{one_axis("unit = \"rev\"\nincrements_per_revolution = 1048576\nmin_position = 0\nmax_position = 1\n"
+                           "modulo = 1\n"),
+                  ":10: [axis 1] modulo: is of an axis without ends, and min_position and max_position give it some"},
+        WrongFile{
+            one_axis("unit = \"deg\"\nincrements_per_revolution = 1048576\nmodulo = 11.25\nmax_velocity = 24000\n"),
+            ":4: axis: \"x\" goes 3 deg from one exchange to the next at its max_velocity, and less than a "
+            "quarter of its modulo of 11.25 deg is expected"}));
+
+INSTANTIATE_TEST_SUITE_P(
     AxesThatWouldNeverMove, LineConfigError,
     testing::Values(
         WrongFile{one_axis("mode = \"cst\"\n"),
@@ -107,12 +138,14 @@ INSTANTIATE_TEST_SUITE_P(
                   "dc_link, dc_link_v, encoder, inertia_kg_m2, initial_position_rev, load, max_speed_rpm, "
                   "peak_torque_nm, pole_pairs, rated_current_a, rated_speed_rpm, rated_torque_nm, thermal, "
                   "torque_lag_us, viscous_friction_nm_s, winding"},
-        WrongFile{one_axis("limit = 5\n"),
-                  ":6: [axis 1] limit: unknown key, expected one of: adds_offsets, coulomb_friction, coulomb_velocity, "
-                  "feed_mm_per_revolution, gravity, "
-                  "increments_per_revolution, inertia, max_acceleration, max_jerk, max_velocity, mode, name, pendulum, "
-                  "pendulum_zero, position_gain_1_s, position_tolerance, "
-                  "rated_torque_nm, setpoint_delay_cycles, slave, unit, velocity_gain, viscous_friction"},
+        WrongFile{
+            one_axis("limit = 5\n"),
+            ":6: [axis 1] limit: unknown key, expected one of: adds_offsets, coulomb_friction, coulomb_velocity, "
+            "feed_mm_per_revolution, following_error_timeout_ms, following_error_window, gravity, "
+            "increments_per_revolution, inertia, max_acceleration, max_jerk, max_position, max_velocity, min_position, "
+            "mode, modulo, name, pendulum, "
+            "pendulum_zero, position_gain_1_s, position_tolerance, "
+            "rated_torque_nm, setpoint_delay_cycles, slave, unit, velocity_gain, viscous_friction"},
         WrongFile{
             one_slave("[path]\nfile = \"a.csv\"\nspeed = 2\n"),
             ":6: [path] speed: unknown key, expected one of: dead_time, file, interpolation, late, relative, repeat"},
@@ -205,6 +238,10 @@ INSTANTIATE_TEST_SUITE_P(
                   ":4: [slave 1.plant] initial_position_rev: is 10000, -1000 to 1000 is expected"},
         WrongFile{one_axis("mode = \"pp\"\n"),
                   ":6: [axis 1] mode: is \"pp\", one of \"csp\", \"csv\", \"cst\" is expected"},
+        WrongFile{one_axis("following_error_window = 0\n"),
+                  ":6: [axis 1] following_error_window: is 0, 1e-09 to 1000000 is expected"},
+        WrongFile{one_axis("following_error_timeout_ms = 5\n"),
+                  ":6: [axis 1] following_error_timeout_ms: is of no use without following_error_window"},
         WrongFile{one_axis("max_velocity = 0\n"), ":6: [axis 1] max_velocity: is 0, 1e-06 to 1000000 is expected"},
         WrongFile{one_axis("max_acceleration = inf\n"),
                   ":6: [axis 1] max_acceleration: is inf, 1e-06 to 1000000000 is expected"},

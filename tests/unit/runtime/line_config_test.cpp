@@ -54,6 +54,21 @@ TEST(LineConfig, OneNamedSlaveIsEnough) {
   EXPECT_EQ(config.recovery.give_up, std::chrono::seconds{60});
 }
 
+TEST(LineConfig, AnAxisHasItsRangeInItsUnit) {
+  const auto config = parsed(
+      "[[slave]]\nname = \"x\"\n[[slave]]\nname = \"y\"\n"
+      "[[axis]]\nname = \"x\"\nunit = \"deg\"\nmin_position = -90\nmax_position = 180\n"
+      "[[axis]]\nname = \"y\"\nunit = \"deg\"\nincrements_per_revolution = 1000000\nmodulo = 360\n");
+  const auto& x = config.axes[0];
+  ASSERT_TRUE(x.software_limits);
+  EXPECT_NEAR(x.software_limits->min, -std::numbers::pi / 2, 1e-12);
+  EXPECT_NEAR(x.software_limits->max, std::numbers::pi, 1e-12);
+  EXPECT_EQ(x.range_max, 0) << "no modulo";
+  EXPECT_FALSE(config.axes[1].software_limits);
+  EXPECT_EQ(config.axes[1].range_min, 0);
+  EXPECT_EQ(config.axes[1].range_max, 999'999);
+}
+
 TEST(LineConfig, EveryKeyArrives) {
   const auto config = parsed(R"(
 [line]
@@ -211,6 +226,16 @@ TEST(LineConfig, RotaryAxisCountsInRadians) {
   EXPECT_DOUBLE_EQ(config.axes[0].increments_per_unit, 4096 / (2 * std::numbers::pi));
   EXPECT_EQ(config.axes[0].rated_torque, 7.5);
   EXPECT_EQ(config.axes[0].mode, Mode::kCyclicVelocity);
+}
+
+TEST(LineConfig, FollowingErrorIsWatchedWhereThatIsAskedFor) {
+  const std::string line = "[[slave]]\nname = \"x\"\n[[axis]]\nname = \"x\"\nunit = \"deg\"\n";
+  EXPECT_FALSE(parsed(line).axes[0].following_error_window);
+  const auto watched = parsed(line + "following_error_window = 18\n").axes[0];
+  EXPECT_DOUBLE_EQ(watched.following_error_window.value(), 0.1 * std::numbers::pi);
+  EXPECT_EQ(watched.following_error_timeout, std::chrono::milliseconds{10});
+  const auto later = parsed(line + "following_error_window = 18\nfollowing_error_timeout_ms = 250\n").axes[0];
+  EXPECT_EQ(later.following_error_timeout, std::chrono::milliseconds{250});
 }
 
 TEST(LineConfig, LimitsAreInTheUnitOfTheAxis) {

@@ -80,6 +80,13 @@ TEST(SetpointCheck, OneThatWasRefusedIsNoGap) {
   EXPECT_FALSE(next.remark);
 }
 
+TEST(SetpointCheck, BoundsGoWithTheNamesOfPositions) {
+  auto check = make_check();
+  check.set_offset(0, 100.0);
+  EXPECT_EQ(check.judge(setpoint(1, 0, 9.0), nullptr).remark, Refusal::kOutsideRange);
+  EXPECT_TRUE(check.judge(setpoint(2, 0, 109.0), nullptr).taken);
+}
+
 TEST(SetpointCheck, ValuesAreFiniteAndWithinTheBounds) {
   for (const double wrong : {kInfinity, -kInfinity, std::nan("")}) {
     EXPECT_EQ(refusal_of(setpoint(2, kMs, wrong)), Refusal::kNotFinite);

@@ -37,9 +37,11 @@ struct AxisConfig {
   cia402::Mode mode = cia402::Mode::kCyclicPosition;           ///< mode of operation to begin with; see Axis::mode()
   trajectory::AxisKind kind = trajectory::AxisKind::kRotary;   ///< linear: positions in m, forces in N, not rad and Nm
   double increments_per_unit = 1048576.0 / 6.283185307179586;  ///< drive increments per rad or m
-  double rated_torque = 2.4;                                   ///< Nm or N that 1000 per mille stand for (6076h)
-  trajectory::AxisLimits limits{200.0, 2000.0};                ///< for the approach of a path and for stops
-  std::optional<double> max_jerk{};  ///< rad/s^3 or m/s^3, of motions that the master plans; none: no limit
+  double unit_per_revolution = 0.0;                            ///< rad or m per turn of the motor; 0: not known
+  bool scale_assumed = false;                    ///< increments_per_unit is a guess: the drive knows better
+  double rated_torque = 2.4;                     ///< Nm or N that 1000 per mille stand for (6076h)
+  trajectory::AxisLimits limits{200.0, 2000.0};  ///< for the approach of a path and for stops
+  std::optional<double> max_jerk{};              ///< rad/s^3 or m/s^3, of motions that the master plans; none: no limit
   /// Nm or N that the master asks for at most, either way: of 6071h and 60B2h together. What the loops of the drive add
   /// in CSP and CSV is limited in the drive (6072h). None: no limit.
   std::optional<double> max_torque{};
@@ -73,6 +75,10 @@ struct AxisConfig {
   double offset_delay_cycles = 0.0;
   /// How far an axis may be from its setpoint until that is a fault, rad or m; none: position_tolerance().
   std::optional<double> position_tolerance{};
+  /// How far the actual position may be from the setpoint that belongs to it, rad or m, for no longer than
+  /// `following_error_timeout`; none: it is not watched here, but by the drive (6065h, 6066h) in its own position loop.
+  std::optional<double> following_error_window{};
+  std::chrono::nanoseconds following_error_timeout = std::chrono::milliseconds{10};  ///< of `following_error_window`
   /// Unit of its positions in messages and files, not in calculations; null: rad or m.
   const trajectory::PositionUnit* unit = nullptr;
 

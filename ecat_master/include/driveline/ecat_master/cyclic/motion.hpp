@@ -2,18 +2,21 @@
 
 #include <atomic>
 #include <chrono>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <tl/expected.hpp>
 #include <vector>
 
 #include "driveline/ecat_master/axis/axis.hpp"
+#include "driveline/ecat_master/cyclic/following_error_watch.hpp"
 #include "driveline/ecat_master/cyclic/master_absence.hpp"
 #include "driveline/ecat_master/cyclic/motion_control.hpp"
 #include "driveline/ecat_master/cyclic/position_watch.hpp"
 #include "driveline/ecat_master/cyclic/setpoint_source.hpp"
 #include "driveline/ecat_master/cyclic/setpoint_supply.hpp"
 #include "driveline/trajectory/interpolator.hpp"
+#include "driveline/trajectory/path_extent.hpp"
 #include "driveline/trajectory/rejoin.hpp"
 #include "driveline/trajectory/start_ramp.hpp"
 #include "driveline/trajectory/stop_profile.hpp"
@@ -36,7 +39,8 @@ enum class MotionPhase : std::uint8_t {
 /// "following" and the like, for people. \rtsafe
 [[nodiscard]] std::string_view to_text(MotionPhase phase) noexcept;
 
-/// Why the axes were stopped: by MotionPhase::kQuickStop, or for a position that cannot be true by kStopping.
+/// Why the axes were stopped: by MotionPhase::kQuickStop, or for a position that cannot be true and for a following
+/// error by kStopping.
 struct MotionFailure {
   /// Kind of failure.
   enum class Cause : std::uint8_t {
@@ -51,12 +55,16 @@ struct MotionFailure {
     kPositionUnsteady,  ///< the actual position kept leaping, the axis could not be enabled
     kSetpoint,          ///< the source gave a setpoint beyond the limits of the axis, or not a finite number
     kTooFast,           ///< the axis exceeded its velocity limit under a source that gives torques
+    kFollowingError,    ///< beyond AxisConfig::following_error_window for too long; it is `following_error`
+    kOutsideRange,      ///< its way would leave AxisConfig::software_limits, to `reaches`
   };
   Cause cause = Cause::kNone;  ///< kNone: there was no failure
   std::uint16_t axis = 0;      ///< number of the axis, as given to the constructor; the first one where several failed
   std::uint16_t status_word = 0;  ///< 6041h when it failed
   std::uint16_t error_code = 0;   ///< 603Fh when it failed, if it is mapped; else 0
   PositionFinding position{};     ///< what was wrong with the actual position, where that was the cause
+  double following_error = 0.0;   ///< rad or m, where that was the cause
+  double reaches = 0.0;           ///< kOutsideRange: where it would come, rad or m
 };
 
 /// Participation of an axis in the motion. Other values than kPresent occur only for axes whose loss does not stop the
@@ -173,6 +181,13 @@ class Motion final : public MotionControl {
     std::optional<trajectory::Rejoin> way_back{};  ///< once setpoints reach the drive again
   };
 
+  /// Positions that a source may lead to, with the way until the axis rests.
+  struct Reach {
+    double lowest = -std::numeric_limits<double>::infinity();
+    double highest = std::numeric_limits<double>::infinity();
+    double way_per_square = 0.0;  ///< way to rest per velocity squared
+  };
+
   void enter(MotionPhase phase, std::int64_t cycle) noexcept;
   [[nodiscard]] double seconds(std::int64_t cycles) const noexcept;
   [[nodiscard]] double elapsed_s(std::int64_t cycle) const noexcept { return seconds(cycle - phase_start_); }
@@ -186,6 +201,7 @@ class Motion final : public MotionControl {
   [[nodiscard]] MotionFailure::Cause enable_failure(std::size_t axis) const noexcept;
   void watch_enabling(std::int64_t cycle) noexcept;
   void watch_axis(std::size_t axis, std::int64_t cycle) noexcept;
+  void watch_following(std::size_t axis, std::int64_t cycle) noexcept;
   void watch_absence(std::size_t axis, std::int64_t cycle) noexcept;
   void set_presence(std::size_t axis, AxisPresence presence, std::int64_t cycle) noexcept;
   void aim() noexcept;
@@ -206,6 +222,11 @@ class Motion final : public MotionControl {
   [[nodiscard]] bool believe_setpoints(std::int64_t cycle) noexcept;
   [[nodiscard]] bool plain_setpoints() const noexcept;
   [[nodiscard]] MotionFailure::Cause judge_setpoint(std::size_t axis) const noexcept;
+  void set_ranges();
+  [[nodiscard]] bool begins_in_range(std::size_t axis, std::int64_t cycle) noexcept;
+  [[nodiscard]] double reach(std::size_t axis) const noexcept;
+  [[nodiscard]] bool leaves_range(std::size_t axis) const noexcept;
+  [[nodiscard]] bool in_ranges() const noexcept;
   void rewind_source() noexcept;
   void take_source(std::int64_t cycle) noexcept;
   void anchor(std::size_t axis) noexcept;
@@ -236,16 +257,20 @@ class Motion final : public MotionControl {
   std::vector<trajectory::AxisSetpoint> source_start_;
   std::vector<std::optional<double>> anchors_;  ///< relative paths: offset added to them, set when the axis is enabled
   std::vector<trajectory::AxisSetpoint> targets_;  ///< setpoints of the source
-  std::vector<double> before_;    ///< positions of targets_ in the previous cycle, for the check of the source
-  std::vector<double> most_;      ///< highest velocities allowed for a source, by axis
-  std::int64_t path_begin_ = 0;   ///< in given periods
-  std::int64_t given_ = 0;        ///< periods for which setpoints have been made since the start
-  std::int64_t phase_given_ = 0;  ///< value of given_ when the phase began
+  std::vector<double> before_;  ///< positions of targets_ in the previous cycle, for the check of the source
+  std::vector<double> most_;    ///< highest velocities allowed for a source, by axis
+  std::vector<Reach> reaches_;  ///< where a source may lead, by axis
+  bool limited_ = false;        ///< some axis has software limits
+  std::vector<trajectory::PathExtent> extents_;  ///< of the path, if limited_
+  std::int64_t path_begin_ = 0;                  ///< in given periods
+  std::int64_t given_ = 0;                       ///< periods for which setpoints have been made since the start
+  std::int64_t phase_given_ = 0;                 ///< value of given_ when the phase began
   std::vector<Supply> supplies_;
   std::vector<Absence> absences_;
   std::unique_ptr<std::atomic<AxisPresence>[]> presence_shared_;
   std::vector<std::uint32_t> bad_cycles_;
   std::vector<PositionWatch> position_watches_;
+  std::vector<FollowingErrorWatch> following_watches_;
   std::vector<char> exchanged_;  ///< the position of the axis is of this cycle
   std::chrono::nanoseconds exchange_took_{};
   MotionPhase phase_ = MotionPhase::kIdle;

@@ -78,33 +78,34 @@ enum class RequestPhase : std::uint8_t {
 /// Why a request was refused, or why an axis is in ErrorStop.
 enum class AxisError : std::uint8_t {
   kNone,
-  kNotEnabled,     ///< the axis is Disabled
-  kErrorStop,      ///< it must be reset first
-  kStopping,       ///< the stop request has not been withdrawn
-  kNotFinite,      ///< a number is NaN or infinite, or a magnitude is negative
-  kOverLimit,      ///< above a limit of the axis
-  kOutsideRange,   ///< the target, or the way to it, leaves the software limits
-  kBufferFull,     ///< too many motions wait
-  kNothingToDo,    ///< superimposed on nothing, released without a stop
-  kMode,           ///< the process data lack what the mode needs, or the command cannot be done in the present mode
-  kNoSuchMode,     ///< the drive does not have the mode (6502h)
-  kNotAtRest,      ///< homing begins at a standstill, and nothing else begins while it lasts
-  kModeTimeout,    ///< the drive has not changed its mode in time
-  kEnableTimeout,  ///< the drive was not enabled in time
-  kResetTimeout,   ///< the fault of the drive stayed
-  kFault,          ///< the drive reports a fault
-  kLost,           ///< the slave is not there, has left OP, or the drive has left Operation enabled by itself
-  kMasterAway,     ///< the master missed too many periods
-  kPosition,       ///< the actual position cannot be true (PositionWatch)
-  kHoming,         ///< the drive could not home
-  kHomingTimeout,  ///< the drive has not homed in time
-  kTooFast,        ///< faster than its limit under a torque
-  kFollowing,      ///< the setpoints of the source that it follows cannot be
-  kProbeObjects,   ///< the process data lack the touch probe (60B8h, 60B9h, and 60BAh to 60BDh of its edge)
-  kProbe,          ///< the drive does not switch its touch probe on
-  kNoEdge,         ///< there was no event within the distance
-  kNoTarget,       ///< the drive has not taken its target
-  kTargetTimeout,  ///< the drive has not reached its target in time
+  kNotEnabled,      ///< the axis is Disabled
+  kErrorStop,       ///< it must be reset first
+  kStopping,        ///< the stop request has not been withdrawn
+  kNotFinite,       ///< a number is NaN or infinite, or a magnitude is negative
+  kOverLimit,       ///< above a limit of the axis
+  kOutsideRange,    ///< the target, or the way to it, leaves the software limits
+  kBufferFull,      ///< too many motions wait
+  kNothingToDo,     ///< superimposed on nothing, released without a stop
+  kMode,            ///< the process data lack what the mode needs, or the command cannot be done in the present mode
+  kNoSuchMode,      ///< the drive does not have the mode (6502h)
+  kNotAtRest,       ///< homing begins at a standstill, and nothing else begins while it lasts
+  kModeTimeout,     ///< the drive has not changed its mode in time
+  kEnableTimeout,   ///< the drive was not enabled in time
+  kResetTimeout,    ///< the fault of the drive stayed
+  kFault,           ///< the drive reports a fault
+  kLost,            ///< the slave is not there, has left OP, or the drive has left Operation enabled by itself
+  kMasterAway,      ///< the master missed too many periods
+  kPosition,        ///< the actual position cannot be true (PositionWatch)
+  kHoming,          ///< the drive could not home
+  kHomingTimeout,   ///< the drive has not homed in time
+  kTooFast,         ///< faster than its limit under a torque
+  kFollowingError,  ///< beyond AxisConfig::following_error_window for too long
+  kFollowing,       ///< the setpoints of the source that it follows cannot be
+  kProbeObjects,    ///< the process data lack the touch probe (60B8h, 60B9h, and 60BAh to 60BDh of its edge)
+  kProbe,           ///< the drive does not switch its touch probe on
+  kNoEdge,          ///< there was no event within the distance
+  kNoTarget,        ///< the drive has not taken its target
+  kTargetTimeout,   ///< the drive has not reached its target in time
 };
 
 /// States of an axis (PLCopen part 1, figure "FB state diagram").

@@ -28,6 +28,7 @@ struct AxisReport {
   double override_factor = 1.0;        ///< AxisCommand::kSetOverride
   double recorded_position = 0.0;      ///< by AxisCommand::kTouchProbe, as of that time; rad or m
   std::uint64_t recorded_request = 0;  ///< number of the request that has recorded it; 0: none
+  double position_offset = 0.0;        ///< these positions are those of the drive plus this
 };
 
 /// Each axis of a line by itself, commanded by requests. One axis that fails does not stop the others.

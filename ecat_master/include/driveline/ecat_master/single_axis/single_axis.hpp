@@ -7,6 +7,7 @@
 #include <span>
 
 #include "driveline/ecat_master/axis/axis.hpp"
+#include "driveline/ecat_master/cyclic/following_error_watch.hpp"
 #include "driveline/ecat_master/cyclic/master_absence.hpp"
 #include "driveline/ecat_master/cyclic/position_watch.hpp"
 #include "driveline/ecat_master/cyclic/setpoint_supply.hpp"
@@ -230,6 +231,7 @@ class SingleAxis {
   void advance_powerless() noexcept;
   void fail(AxisError error) noexcept;
   void stop_for_position() noexcept;
+  void stop_by_ramp(AxisError error) noexcept;
   void enter(Power power) noexcept;
   [[nodiscard]] bool powered() const noexcept { return power_ == Power::kOn || power_ == Power::kResting; }
   [[nodiscard]] bool off() const noexcept;
@@ -241,6 +243,7 @@ class SingleAxis {
   Settings settings_;
   double period_s_;
   PositionWatch watch_;
+  FollowingErrorWatch following_watch_;
   SetpointSupply supply_;
   SetpointGenerator generator_{};
   trajectory::Rejoin rejoin_{};                   ///< to the setpoints of a feed

@@ -9,6 +9,7 @@
 #include "driveline/ecat_master/axis/axis.hpp"
 #include "driveline/ecat_master/single_axis/axis_request.hpp"
 #include "driveline/trajectory/position_unit.hpp"
+#include "driveline/trajectory/profile.hpp"
 
 namespace driveline::runtime {
 
@@ -33,6 +34,8 @@ struct AxisRefusal {
   double highest = 0.0;            ///< rad or m
   ecat_master::AxisError error{};  ///< kByAxis
   std::uint16_t error_code = 0;    ///< kByAxis: of the drive (603Fh); 0: none
+  /// `lowest` and `highest` are the software limits of the axis; also of kByAxis.
+  bool software_limits = false;
 };
 
 namespace events {
@@ -42,6 +45,8 @@ struct EventAxis {
   std::string name;                  ///< as configured
   trajectory::PositionUnit unit;     ///< in which people read its positions
   double increments_per_unit = 1.0;  ///< drive increments per rad or m
+  /// AxisConfig::software_limits.
+  std::optional<trajectory::PositionRange> software_limits{};
 };
 /// The axis of an event about this one.
 [[nodiscard]] EventAxis event_axis(const ecat_master::AxisConfig& axis);

@@ -48,6 +48,12 @@ struct Configured {
   WireBudget wire;            ///< of a cycle
   bool on_interface = false;  ///< false: a simulated line in this process
 };
+/// A drive scales positions otherwise than the line description, which counts.
+struct ScaleDiffers {
+  std::string axis;        ///< its name
+  double described = 0.0;  ///< increments per turn of the motor by the line description
+  double told = 0.0;       ///< the same by the drive
+};
 /// Nothing is exchanged, because no slave has process data assigned and the description names none.
 struct NoProcessData {};
 /// The real-time thread of the cycle runs.

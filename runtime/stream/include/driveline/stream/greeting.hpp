@@ -49,7 +49,7 @@ struct Hello {
 
 /// What an axis allows.
 struct AxisBounds {
-  double lowest = 0.0;            ///< position, rad or m
+  double lowest = 0.0;            ///< position as the drive counts, rad or m
   double highest = 0.0;           ///< position
   double max_velocity = 0.0;      ///< rad/s or m/s
   double max_acceleration = 0.0;  ///< rad/s^2 or m/s^2; setpoints beyond it are followed as fast as it allows

@@ -1,0 +1,86 @@
+#include "config/axis_range_reader.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <string_view>
+
+namespace driveline::runtime {
+namespace {
+
+constexpr double kFarthest = 1e6;  // rad or m
+
+/// In rad or m.
+double read_position(TomlReader& reader, std::string_view key, const trajectory::PositionUnit& unit) {
+  return unit.to_si(reader.number(key, unit.from_si(-kFarthest), unit.from_si(kFarthest)));
+}
+
+/// Both ends or none.
+void read_software_limits(TomlReader& reader, ecat_master::AxisConfig& axis) {
+  const bool lowest = reader.has("min_position");
+  const bool highest = reader.has("max_position");
+  if (!lowest && !highest) return;
+  if (!lowest) reader.fail("max_position", "stands without min_position: both ends are expected");
+  if (!highest) reader.fail("min_position", "stands without max_position: both ends are expected");
+  const auto& unit = ecat_master::position_unit(axis);
+  const trajectory::PositionRange range{read_position(reader, "min_position", unit),
+                                        read_position(reader, "max_position", unit)};
+  if (!(range.min < range.max)) {
+    reader.fail("max_position", fmt::format("is {:.6g} {}, more than the {:.6g} {} of min_position is expected",
+                                            unit.from_si(range.max), unit.name, unit.from_si(range.min), unit.name));
+  }
+  axis.software_limits = range;
+}
+
+void read_modulo(TomlReader& reader, ecat_master::AxisConfig& axis) {
+  constexpr double kLeast = 1e-6;  // rad or m
+  constexpr double kRoundingIncrements = 1e-3;
+  if (!reader.has("modulo")) return;
+  if (axis.software_limits)
+    reader.fail("modulo", "is of an axis without ends, and min_position and max_position give it some");
+  if (!reader.has("increments_per_revolution")) {
+    reader.fail("modulo", "needs increments_per_revolution: the drive is told the modulo before it has told its own");
+  }
+  const auto& unit = ecat_master::position_unit(axis);
+  const double modulo = unit.to_si(reader.number("modulo", unit.from_si(kLeast), unit.from_si(kFarthest)));
+  const double increments = modulo * axis.increments_per_unit;
+  const double whole = std::round(increments);
+  if (whole < 2.0 || whole > std::numeric_limits<std::int32_t>::max()) {
+    reader.fail("modulo", fmt::format("is {:.6g} increments of the drive, 2 to {} are expected", increments,
+                                      std::numeric_limits<std::int32_t>::max()));
+  }
+  if (std::abs(increments - whole) > kRoundingIncrements) {
+    reader.fail("modulo", fmt::format("is {:.3f} increments of the drive, a whole number is expected: positions would "
+                                      "drift with every turn",
+                                      increments));
+  }
+  axis.range_min = 0;
+  axis.range_max = static_cast<std::int32_t>(whole) - 1;
+}
+
+}  // namespace
+
+void read_axis_range(TomlReader& reader, ecat_master::AxisConfig& axis) {
+  read_software_limits(reader, axis);
+  read_modulo(reader, axis);
+}
+
+void check_moduli(const TomlReader& root, const LineConfig& config) {
+  constexpr double kShare = 0.25;  // of the modulo: beyond, a step may be one the other way
+  for (const auto& axis : config.axes) {
+    if (axis.range_min >= axis.range_max) continue;
+    const double modulo = (axis.range_max - axis.range_min + 1.0) / axis.increments_per_unit;
+    const std::chrono::duration<double> exchange = config.period * exchange_divider(config, config.slaves[axis.slave]);
+    const double way = axis.limits.max_velocity * exchange.count();
+    if (way < kShare * modulo) continue;
+    const auto& unit = ecat_master::position_unit(axis);
+    root.fail("axis", fmt::format("\"{}\" goes {:.6g} {} from one exchange to the next at its max_velocity, and less "
+                                  "than a quarter of its modulo of {:.6g} {} is expected",
+                                  axis.name, unit.from_si(way), unit.name, unit.from_si(modulo), unit.name));
+  }
+}
+
+}  // namespace driveline::runtime

@@ -1,0 +1,194 @@
+#include "driveline/runtime/setup/drive_facts.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <array>
+#include <cmath>
+#include <string>
+#include <string_view>
+
+#include "driveline/ecat_master/coe/coe_client.hpp"
+#include "driveline/ecat_master/error.hpp"
+#include "driveline/ecat_master/error/facts.hpp"
+#include "driveline/wire/endian.hpp"
+
+namespace driveline::runtime {
+namespace {
+
+using ecat_master::SdoFuture;
+using ecat_master::cia402::Mode;
+
+constexpr std::uint16_t kPositionRange = 0x607B;
+constexpr std::uint16_t kPolarity = 0x607E;
+constexpr std::uint16_t kEncoder = 0x608F;
+constexpr std::uint16_t kGear = 0x6091;
+constexpr std::uint16_t kFeed = 0x6092;
+constexpr std::uint16_t kSupportedModes = 0x6502;
+constexpr unsigned kVelocityTurned = 0x40;  // bits of 607Eh
+constexpr unsigned kPositionTurned = 0x80;
+
+/// The value of an object; none: the drive does not have it, or in another size.
+template <typename T>
+ecat_master::Result<std::optional<T>> value_of(const SdoFuture& asked) {
+  const auto& data = asked.get();
+  if (data && data->size() == sizeof(T)) return wire::load_le<T>(*data);
+  if (data || data.error().template as<ecat_master::facts::SdoAbort>() != nullptr) return std::nullopt;
+  return tl::unexpected(data.error());
+}
+
+/// Everything that is asked of one drive, under way.
+class DriveInquiry {
+ public:
+  DriveInquiry(ecat_master::MailboxEngine& engine, std::uint16_t position, bool range) : coe_(engine, position) {
+    modes_ = ask(kSupportedModes, 0);
+    polarity_ = ask(kPolarity, 0);
+    for (std::uint8_t sub = 1; sub <= 2; ++sub) {
+      gear_[sub - 1U] = ask(kGear, sub);
+      feed_[sub - 1U] = ask(kFeed, sub);
+      encoder_[sub - 1U] = ask(kEncoder, sub);
+      if (range) range_[sub - 1U] = ask(kPositionRange, sub);
+    }
+  }
+
+  [[nodiscard]] ecat_master::Result<DriveFacts> finish() const {
+    DriveFacts facts;
+    auto taken = take(modes_, facts.supported_modes);
+    if (taken) taken = take(polarity_, facts.polarity);
+    if (taken) taken = take_ratio(gear_, facts.gear);
+    if (taken) taken = take_ratio(feed_, facts.feed);
+    if (taken) taken = take_ratio(encoder_, facts.encoder);
+    if (taken) taken = take(range_[0], facts.range_min);
+    if (taken) taken = take(range_[1], facts.range_max);
+    if (!taken) return tl::unexpected(taken.error());
+    return facts;
+  }
+
+ private:
+  using Asked = std::optional<SdoFuture>;
+
+  [[nodiscard]] SdoFuture ask(std::uint16_t index, std::uint8_t subindex) {
+    return coe_.start_upload({index, subindex, false});
+  }
+  template <typename T>
+  [[nodiscard]] static ecat_master::Result<void> take(const Asked& asked, std::optional<T>& to) {
+    if (!asked) return {};
+    const auto value = value_of<T>(*asked);
+    if (!value) return tl::unexpected(value.error());
+    to = *value;
+    return {};
+  }
+  [[nodiscard]] static ecat_master::Result<void> take_ratio(const std::array<Asked, 2>& asked,
+                                                            std::optional<DriveRatio>& to) {
+    std::optional<std::uint32_t> numerator;
+    std::optional<std::uint32_t> divisor;
+    if (auto taken = take(asked[0], numerator); !taken) return taken;
+    if (auto taken = take(asked[1], divisor); !taken) return taken;
+    if (numerator && divisor) to = DriveRatio{*numerator, *divisor};
+    return {};
+  }
+
+  ecat_master::CoeClient coe_;
+  Asked modes_;
+  Asked polarity_;
+  std::array<Asked, 2> gear_;
+  std::array<Asked, 2> feed_;
+  std::array<Asked, 2> encoder_;
+  std::array<Asked, 2> range_;
+};
+
+std::optional<double> usable(const std::optional<DriveRatio>& ratio) noexcept {
+  if (!ratio || ratio->numerator == 0 || ratio->divisor == 0) return std::nullopt;
+  return static_cast<double>(ratio->numerator) / ratio->divisor;
+}
+
+/// "pp, pv, csp": those of 6502h.
+std::string mode_names(std::uint32_t modes) {
+  constexpr std::array<std::string_view, 10> kNames{"pp", "vl", "pv", "tq", "", "hm", "ip", "csp", "csv", "cst"};
+  std::vector<std::string_view> names;
+  for (std::size_t bit = 0; bit < kNames.size(); ++bit) {
+    if ((modes >> bit & 1U) != 0 && !kNames[bit].empty()) names.push_back(kNames[bit]);
+  }
+  return names.empty() ? "none of CiA 402" : fmt::format("{}", fmt::join(names, ", "));
+}
+
+Result<void> take_modes(ecat_master::AxisConfig& axis, const DriveFacts& facts) {
+  const auto modes = facts.supported_modes.value_or(0);
+  if (modes == 0) return {};
+  if ((modes >> (static_cast<unsigned>(axis.mode) - 1U) & 1U) == 0) {
+    return fail(ErrorKind::kSetting,
+                fmt::format("axis {}: its drive does not have the mode {}; by 6502h it has {}", axis.name,
+                            ecat_master::cia402::to_text(axis.mode), mode_names(modes)));
+  }
+  axis.supported_modes = modes;
+  return {};
+}
+
+/// A drive that turns the sign of positions alone would run away under the loops of the master.
+Result<void> check_polarity(const ecat_master::AxisConfig& axis, const DriveFacts& facts) {
+  const unsigned polarity = facts.polarity.value_or(0);
+  const bool position = (polarity & kPositionTurned) != 0;
+  const bool velocity = (polarity & kVelocityTurned) != 0;
+  if (position == velocity) return {};
+  return fail(ErrorKind::kSetting,
+              fmt::format("axis {}: by 607Eh, which is {:02X}h, its drive counts positions in another direction than "
+                          "velocities: both of bits 7 and 6 are expected, or none",
+                          axis.name, polarity));
+}
+
+Result<std::optional<ScaleDifference>> take_scale(ecat_master::AxisConfig& axis, const DriveFacts& facts) {
+  constexpr double kRounding = 1e-6;
+  const auto told = increments_per_revolution(facts);
+  if (!told || !(axis.unit_per_revolution > 0.0)) return std::nullopt;
+  const double assumed = axis.increments_per_unit * axis.unit_per_revolution;
+  if (std::abs(*told - assumed) <= kRounding * assumed) return std::nullopt;
+  if (!axis.scale_assumed) return ScaleDifference{assumed, *told};
+  if (*told < 1.0 || *told > kMaxIncrementsPerRevolution) {
+    return fail(ErrorKind::kSetting,
+                fmt::format("axis {}: by 6092h, 6091h and 608Fh a turn of its motor is {:.6g} increments, 1 to {:.0f} "
+                            "are expected: increments_per_revolution is needed",
+                            axis.name, *told, kMaxIncrementsPerRevolution));
+  }
+  axis.increments_per_unit = *told / axis.unit_per_revolution;
+  return std::nullopt;
+}
+
+void take_range(ecat_master::AxisConfig& axis, const DriveFacts& facts) {
+  const auto lowest = facts.range_min.value_or(0);
+  const auto highest = facts.range_max.value_or(0);
+  if (lowest >= highest) return;
+  axis.range_min = lowest;
+  axis.range_max = highest;
+}
+
+}  // namespace
+
+std::optional<double> increments_per_revolution(const DriveFacts& facts) noexcept {
+  if (const auto feed = usable(facts.feed)) return *feed / usable(facts.gear).value_or(1.0);
+  return usable(facts.encoder);
+}
+
+std::vector<ecat_master::Result<DriveFacts>> read_drive_facts(ecat_master::Master& master, const LineConfig& config) {
+  std::vector<std::optional<DriveInquiry>> inquiries;
+  for (const auto& axis : config.axes) {
+    auto& inquiry = inquiries.emplace_back();
+    const auto position = master.position_of(axis.slave).value_or(axis.slave);
+    const auto& slave = master.slaves()[position];
+    if (!slave.present || !slave.mailbox || !slave.info.description.mailbox.coe) continue;
+    // A modulo has been written at start-up.
+    inquiry.emplace(master.mailboxes(), slave.info.ref.position, axis.range_min >= axis.range_max);
+  }
+  std::vector<ecat_master::Result<DriveFacts>> facts;
+  for (const auto& inquiry : inquiries)
+    facts.push_back(inquiry ? inquiry->finish() : ecat_master::Result<DriveFacts>{});
+  return facts;
+}
+
+Result<std::optional<ScaleDifference>> take_drive_facts(ecat_master::AxisConfig& axis, const DriveFacts& facts) {
+  if (auto taken = take_modes(axis, facts); !taken) return tl::unexpected(taken.error());
+  if (auto checked = check_polarity(axis, facts); !checked) return tl::unexpected(checked.error());
+  take_range(axis, facts);
+  return take_scale(axis, facts);
+}
+
+}  // namespace driveline::runtime

@@ -1,0 +1,198 @@
+// What drives tell about themselves at the start of a run.
+#include "driveline/runtime/setup/drive_facts.hpp"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "driveline/runtime/event.hpp"
+#include "driveline/runtime/line.hpp"
+#include "driveline/runtime/setup/composition.hpp"
+#include "failure_of.hpp"
+#include "support/temporary_directory.hpp"
+
+namespace driveline::runtime {
+namespace {
+
+using ecat_master::AxisConfig;
+using ecat_master::cia402::Mode;
+using testing::Contains;
+
+constexpr double kTurn = 2.0 * std::numbers::pi;
+
+AxisConfig rotary_axis(double increments, bool assumed) {
+  AxisConfig axis;
+  axis.name = "x";
+  axis.unit_per_revolution = kTurn;
+  axis.increments_per_unit = increments / kTurn;
+  axis.scale_assumed = assumed;
+  return axis;
+}
+
+/// The refusal, or the difference.
+std::string take(AxisConfig& axis, const DriveFacts& facts) {
+  const auto taken = take_drive_facts(axis, facts);
+  if (!taken) return describe(taken.error());
+  if (!*taken) return "";
+  return describe(Event{events::ScaleDiffers{axis.name, (*taken)->described, (*taken)->told}});
+}
+
+TEST(DriveFacts, ScaleIsFeedOverGearElseTheEncoder) {
+  DriveFacts facts;
+  EXPECT_FALSE(increments_per_revolution(facts));
+  facts.encoder = DriveRatio{65536, 1};
+  EXPECT_EQ(increments_per_revolution(facts), 65536.0);
+  facts.feed = DriveRatio{36000, 2};
+  EXPECT_EQ(increments_per_revolution(facts), 18000.0);
+  facts.gear = DriveRatio{10, 1};
+  EXPECT_EQ(increments_per_revolution(facts), 1800.0);
+  facts.gear = DriveRatio{10, 0};
+  EXPECT_EQ(increments_per_revolution(facts), 18000.0) << "no such gear";
+  facts.feed = DriveRatio{0, 1};
+  EXPECT_EQ(increments_per_revolution(facts), 65536.0);
+}
+
+TEST(DriveFacts, ScaleOfTheDriveCountsWhereTheDescriptionHasNone) {
+  DriveFacts facts;
+  facts.feed = DriveRatio{360000, 1};
+  auto axis = rotary_axis(1048576.0, true);
+  EXPECT_EQ(take(axis, facts), "");
+  EXPECT_NEAR(axis.increments_per_unit * kTurn, 360000.0, 1e-6);
+  facts.feed = DriveRatio{1, 2};
+  EXPECT_EQ(take(axis, facts),
+            "axis x: by 6092h, 6091h and 608Fh a turn of its motor is 0.5 increments, 1 to 4294967295 are expected: "
+            "increments_per_revolution is needed");
+}
+
+TEST(DriveFacts, ScaleOfTheDescriptionCountsBeforeThatOfTheDriveAndThatIsTold) {
+  DriveFacts facts;
+  facts.feed = DriveRatio{360000, 1};
+  auto axis = rotary_axis(360000.0, false);
+  EXPECT_EQ(take(axis, facts), "");
+  axis = rotary_axis(1048576.0, false);
+  EXPECT_EQ(take(axis, facts),
+            "axis x: increments_per_revolution is 1048576, and by 6092h, 6091h and 608Fh of its drive a turn of the "
+            "motor is 360000; the line description counts");
+  EXPECT_NEAR(axis.increments_per_unit * kTurn, 1048576.0, 1e-6);
+}
+
+TEST(DriveFacts, ModeThatTheDriveLacksIsRefusedWithThoseThatItHas) {
+  auto axis = rotary_axis(1048576.0, true);
+  axis.mode = Mode::kCyclicVelocity;
+  DriveFacts facts;
+  EXPECT_EQ(take(axis, facts), "");
+  EXPECT_FALSE(axis.supported_modes) << "it does not tell";
+  facts.supported_modes = 0x000000A1;
+  EXPECT_EQ(take(axis, facts), "axis x: its drive does not have the mode csv; by 6502h it has pp, hm, csp");
+  axis.mode = Mode::kCyclicPosition;
+  EXPECT_EQ(take(axis, facts), "");
+  EXPECT_EQ(axis.supported_modes, 0xA1U);
+}
+
+TEST(DriveFacts, PolarityThatTurnsHalfOfItIsRefused) {
+  auto axis = rotary_axis(1048576.0, true);
+  DriveFacts facts;
+  for (const auto both : {std::uint8_t{0x00}, std::uint8_t{0xC0}}) {
+    facts.polarity = both;
+    EXPECT_EQ(take(axis, facts), "");
+  }
+  facts.polarity = 0x80;
+  EXPECT_EQ(take(axis, facts),
+            "axis x: by 607Eh, which is 80h, its drive counts positions in another direction than velocities: both of "
+            "bits 7 and 6 are expected, or none");
+}
+
+TEST(DriveFacts, RangeOfTheDriveIsThatOfTheAxis) {
+  auto axis = rotary_axis(1048576.0, true);
+  DriveFacts facts;
+  facts.range_min = -500;
+  facts.range_max = 499;
+  EXPECT_EQ(take(axis, facts), "");
+  EXPECT_EQ(axis.range_min, -500);
+  EXPECT_EQ(axis.range_max, 499);
+}
+
+class Events final : public Observer {
+ public:
+  void event(const Event& event) override { told.push_back(describe(event)); }
+  void look() override {}
+  std::vector<std::string> told;
+};
+
+class DriveFactsOfALine : public test::TemporaryDirectory {
+ protected:
+  RunReport run(const std::string& drive, const std::string& axis) {
+    const auto config =
+        parse_line_config("[line]\ncycle_us = 1000\n[telemetry]\nenabled = false\n[[slave]]\nname = \"x\"\n" + drive +
+                              "[[axis]]\nname = \"x\"\nunit = \"rev\"\n" + axis,
+                          directory / "line.toml");
+    EXPECT_TRUE(config) << describe(config.error());
+    Line::Options options;
+    options.virtual_time = true;
+    options.adjust = [this](LineConfig& read) -> Result<void> {
+      read.output.directory = directory / "out";
+      return {};
+    };
+    auto line = Line::from_config(config.value(), options);
+    EXPECT_TRUE(line) << describe(line.error());
+    (*line)->observe(events);
+    Line::RunSettings settings;
+    settings.duration_s = 0.5;
+    auto report = (*line)->run(settings);
+    EXPECT_TRUE(report) << describe(report.error());
+    return report ? std::move(*report) : RunReport{};
+  }
+  Events events;
+};
+
+TEST_F(DriveFactsOfALine, ScaleIsAskedForWhereItIsLeftOut) {
+  const auto report = run("[slave.plant.encoder]\nincrements_per_revolution = 65536\n", "");
+  EXPECT_EQ(failure_of(report), "");
+  EXPECT_NEAR(report.axes.at(0).increments_per_unit, 65536.0, 1e-6);
+}
+
+TEST_F(DriveFactsOfALine, ScaleThatIsAnotherIsTold) {
+  const auto report =
+      run("[slave.plant.encoder]\nincrements_per_revolution = 65536\n", "increments_per_revolution = 1048576\n");
+  EXPECT_NEAR(report.axes.at(0).increments_per_unit, 1048576.0, 1e-6);
+  EXPECT_THAT(
+      events.told,
+      Contains("axis x: increments_per_revolution is 1048576, and by 6092h, 6091h and 608Fh of its drive a turn "
+               "of the motor is 65536; the line description counts"));
+}
+
+TEST_F(DriveFactsOfALine, FactorsThatTheLineDescriptionWritesAreThoseThatCount) {
+  const auto report =
+      run("[[slave.sdo]]\nindex = 0x6092\nsubindex = 1\ntype = \"uint32\"\nvalue = 36000\n"
+          "[[slave.sdo]]\nindex = 0x6091\nsubindex = 1\ntype = \"uint32\"\nvalue = 10\n",
+          "");
+  EXPECT_EQ(failure_of(report), "");
+  EXPECT_NEAR(report.axes.at(0).increments_per_unit, 3600.0, 1e-6);
+}
+
+TEST_F(DriveFactsOfALine, ModuloIsWrittenToTheDrive) {
+  const auto config = parse_line_config(
+      "[[slave]]\nname = \"x\"\n[[axis]]\nname = \"x\"\nunit = \"rev\"\nincrements_per_revolution = 1048576\nmodulo = "
+      "1\n",
+      "line.toml");
+  ASSERT_TRUE(config) << describe(config.error());
+  const auto plans = make_slave_plans(*config);
+  const auto& sdos = plans.at(0).startup_sdos;
+  const auto written = [&](std::uint8_t subindex, std::int32_t value) {
+    const auto expected = ecat_master::startup_sdo(0x607B, subindex, value);
+    return std::any_of(sdos.begin(), sdos.end(), [&](const auto& sdo) {
+      return sdo.index == expected.index && sdo.subindex == expected.subindex && sdo.data == expected.data;
+    });
+  };
+  EXPECT_TRUE(written(1, 0));
+  EXPECT_TRUE(written(2, 1048575));
+  EXPECT_EQ(failure_of(run("", "increments_per_revolution = 1048576\nmodulo = 1\n")), "");
+}
+
+}  // namespace
+}  // namespace driveline::runtime

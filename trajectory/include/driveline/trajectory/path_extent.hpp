@@ -1,0 +1,26 @@
+#pragma once
+
+#include <vector>
+
+#include "driveline/trajectory/interpolator.hpp"
+#include "driveline/trajectory/profile.hpp"
+
+namespace driveline::trajectory {
+
+/// How far an axis goes on a path, rad or m.
+struct PathExtent {
+  double lowest = 0.0;
+  double highest = 0.0;
+  double lowest_at_s = 0.0;   ///< when it is at `lowest`, on the path's time axis
+  double highest_at_s = 0.0;  ///< when it is at `highest`
+};
+
+/// Evaluates the whole path at the cycle's period, as the cycle will: the extent of each axis. For start-up. Leaves the
+/// interpolator's cursor at the end. Throws std::invalid_argument unless the period is positive and finite.
+[[nodiscard]] std::vector<PathExtent> path_extents(Interpolator& path, double period_s);
+
+/// Whether the way stays in the range, when it is moved by `offset`; exceeding an end by up to 1e-9 of the range is
+/// rounding. \rtsafe
+[[nodiscard]] bool fits(const PathExtent& extent, const PositionRange& range, double offset = 0.0) noexcept;
+
+}  // namespace driveline::trajectory
