@@ -12,8 +12,11 @@ tl::expected<std::uint64_t, LeaseRefusal> AxisAuthority::take(std::size_t axis, 
   if (foreign && (lease.firm || !terms.take_over)) {
     return tl::unexpected(LeaseRefusal{lease.owner, lease.firm});
   }
+  if (!his) {
+    note({axis, foreign ? LeaseChange::Kind::kTakenOver : LeaseChange::Kind::kTaken, terms.owner, lease.owner});
+    numbers_[axis].store(++last_number_, std::memory_order_release);
+  }
   if (foreign) losses_.push_back({axis, std::move(lease.owner), terms.owner});
-  if (!his) numbers_[axis].store(++last_number_, std::memory_order_release);
   lease = {terms.owner, terms.until, terms.firm};
   return numbers_[axis].load(std::memory_order_relaxed);
 }
@@ -27,7 +30,7 @@ void AxisAuthority::prolong(std::string_view owner, std::optional<std::chrono::n
 
 void AxisAuthority::release(std::size_t axis, std::string_view owner) {
   const std::lock_guard guard(lock_);
-  if (leases_.at(axis).owner == owner) end(axis);
+  if (leases_.at(axis).owner == owner) end(axis, LeaseChange::Kind::kReleased);
 }
 
 std::vector<std::size_t> AxisAuthority::release_all(std::string_view owner) {
@@ -35,7 +38,7 @@ std::vector<std::size_t> AxisAuthority::release_all(std::string_view owner) {
   std::vector<std::size_t> released;
   for (std::size_t axis = 0; axis < leases_.size(); ++axis) {
     if (leases_[axis].owner != owner) continue;
-    end(axis);
+    end(axis, LeaseChange::Kind::kReleased);
     released.push_back(axis);
   }
   return released;
@@ -47,15 +50,27 @@ std::vector<LeaseLoss> AxisAuthority::losses(std::chrono::nanoseconds now) {
   for (std::size_t axis = 0; axis < leases_.size(); ++axis) {
     auto& lease = leases_[axis];
     if (lease.owner.empty() || !lease.until || *lease.until > now) continue;
-    lost.push_back({axis, std::move(lease.owner), {}});
-    end(axis);
+    lost.push_back({axis, lease.owner, {}});
+    end(axis, LeaseChange::Kind::kExpired);
   }
   return lost;
 }
 
-void AxisAuthority::end(std::size_t axis) noexcept {
+void AxisAuthority::end(std::size_t axis, LeaseChange::Kind kind) {
+  if (!leases_[axis].owner.empty()) note({axis, kind, {}, std::move(leases_[axis].owner)});
   leases_[axis] = {};
   numbers_[axis].store(0, std::memory_order_release);
+}
+
+void AxisAuthority::note(LeaseChange change) {
+  if (changes_.size() == kMostChanges) changes_.pop_front();
+  changes_.push_back(std::move(change));
+}
+
+std::vector<LeaseChange> AxisAuthority::take_changes() {
+  const std::lock_guard guard(lock_);
+  const auto changes = std::exchange(changes_, {});
+  return {changes.begin(), changes.end()};
 }
 
 std::string AxisAuthority::owner_of(std::size_t axis) const {

@@ -1,6 +1,8 @@
 #include "axes/request_check.hpp"
 
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <optional>
 #include <string_view>
 
@@ -47,10 +49,22 @@ std::optional<AxisRefusal> check_target(const ecat_master::AxisConfig& axis, con
       return check({"velocity", "/s", request.target, -fastest, fastest});
     case AxisCommand::kSetOverride:
       return check({"override", "-", request.target, 0.0, kHighestOverride});
+    case AxisCommand::kTorque: {
+      // 6071h has 16 bits.
+      const double most = axis.rated_torque * std::numeric_limits<std::int16_t>::max() / 1000.0;
+      return check({"torque", "torque", request.target, -most, most});
+    }
     default:
       if (!std::isfinite(request.target)) return not_a_number("target");
       return std::nullopt;
   }
+}
+
+/// The loops of the master are closed by torques.
+bool led_by_torque(const ecat_master::AxisRequest& request) {
+  constexpr auto kTorqueMode = static_cast<std::int8_t>(ecat_master::cia402::Mode::kCyclicTorque);
+  return request.command == AxisCommand::kTorque ||
+         (request.command == AxisCommand::kSetMode && request.mode == kTorqueMode);
 }
 
 /// Where the request would lead, as far as that is known before it begins: from a standstill, or to a place by its
@@ -92,6 +106,11 @@ std::optional<AxisRefusal> check_request(const ecat_master::AxisConfig& axis, co
                                          const ecat_master::AxisRequest& request) {
   if (auto wrong = check_target(axis, request)) return wrong;
   if (auto wrong = check_destination(axis, report, request)) return wrong;
+  if (led_by_torque(request) && !(axis.velocity_gain > 0.0)) {
+    AxisRefusal refusal;
+    refusal.why = Why::kNoVelocityGain;
+    return refusal;
+  }
   const auto& limits = axis.limits;
   if (auto wrong = check({"velocity", "/s", request.velocity, 0.0, limits.max_velocity})) return wrong;
   if (!std::isfinite(request.jerk) || request.jerk < 0.0) return not_a_number("jerk");

@@ -1,6 +1,8 @@
 // Requests to single axes in words.
 #include <fmt/format.h>
 
+#include <cstdint>
+
 #include "driveline/ecat_master/cia402/cia402.hpp"
 #include "driveline/ecat_master/cia402/error_code.hpp"
 #include "event/event_sentence.hpp"
@@ -65,8 +67,6 @@ std::string_view remedy(AxisError error) {
   switch (error) {
     case AxisError::kNotEnabled:
       return "; enable it first";
-    case AxisError::kErrorStop:
-      return "; reset it first";
     case AxisError::kStopping:
       return "; release-stop withdraws it";
     default:
@@ -80,7 +80,20 @@ std::string error_text(AxisError error, std::uint16_t code) {
   return text.append(remedy(error));
 }
 
+std::string range_reason(const events::EventAxis& axis, double lowest, double highest) {
+  return fmt::format("it would leave its software limits, {} to {} are possible", length(axis, lowest),
+                     length(axis, highest));
+}
+
+/// Of an axis in ErrorStop.
+std::string failure_text(const events::EventAxis& axis, AxisError error, std::uint16_t code) {
+  const auto& range = axis.software_limits;
+  return error == AxisError::kOutsideRange && range ? range_reason(axis, range->min, range->max)
+                                                    : error_text(error, code);
+}
+
 std::string quantity_text(const events::EventAxis& axis, std::string_view per, double value) {
+  if (per == "torque") return fmt::format("{:.6g} {}", value, torque_unit(axis));
   return per == "-" ? fmt::format("{:.6g}", value) : length(axis, value, per);
 }
 
@@ -100,13 +113,12 @@ std::string reason_of(const events::EventAxis& axis, const AxisRefusal& refusal)
           "{} {} is not possible, {} to {} are{}", refusal.quantity, quantity_text(axis, refusal.per, refusal.value),
           quantity_text(axis, refusal.per, refusal.lowest), quantity_text(axis, refusal.per, refusal.highest),
           refusal.software_limits ? " (min_position, max_position)" : "");
+    case Why::kNoVelocityGain:
+      return "torques need velocity_gain or inertia in its [[axis]], by which its velocity is kept";
     case Why::kTooMany:
       return "there are more requests than the cycle can take";
     case Why::kByAxis:
-      if (refusal.software_limits) {
-        return fmt::format("it would leave its software limits, {} to {} are possible", length(axis, refusal.lowest),
-                           length(axis, refusal.highest));
-      }
+      if (refusal.software_limits) return range_reason(axis, refusal.lowest, refusal.highest);
       return error_text(refusal.error, refusal.error_code);
   }
   return "the line is not in operation";
@@ -120,7 +132,11 @@ std::string describe(const events::EventAxis& axis, const AxisRequest& request) 
     if (value != 0.0) text += fmt::format(", {} {}", name, length(axis, value, per));
   };
   add("velocity", request.velocity, "/s");
-  if (request.command != AxisCommand::kTorque) add("acceleration", request.acceleration, "/s^2");
+  if (request.command != AxisCommand::kTorque) {
+    add("acceleration", request.acceleration, "/s^2");
+  } else if (request.acceleration > 0.0) {
+    text += fmt::format(", {:.6g} {}/s", request.acceleration, torque_unit(axis));
+  }
   add("deceleration", request.deceleration, "/s^2");
   add("jerk", request.jerk, "/s^3");
   if (request.buffer != BufferMode::kAborting) text += fmt::format(", {}", ecat_master::to_text(request.buffer));
@@ -154,11 +170,12 @@ std::string EventSentence::operator()(const events::AxisLeaseLost& facts) const 
 
 std::string EventSentence::operator()(const events::AxisFailed& facts) const {
   return fmt::format("axis {}: ErrorStop: {}; it stops, the others go on", facts.axis.name,
-                     error_text(facts.error, facts.error_code));
+                     failure_text(facts.axis, facts.error, facts.error_code));
 }
 
 std::string EventSentence::operator()(const events::AxisNotReset& facts) const {
-  return fmt::format("axis {}: was in ErrorStop at the end: {}", facts.axis.name, ecat_master::to_text(facts.error));
+  return fmt::format("axis {}: was in ErrorStop at the end: {}", facts.axis.name,
+                     failure_text(facts.axis, facts.error, 0));
 }
 
 std::string EventSentence::operator()(const events::AxisRestored& facts) const {

@@ -373,6 +373,8 @@ bool LineRun::had(Severity severity) const noexcept {
 void LineRun::note_requests() {
   settings_.door->watch();
   for (auto& event : settings_.door->take_events()) note(std::move(event), Severity::kNotice);
+  for (auto& change : settings_.door->authority().take_changes())
+    authority_.push_back({seconds_in_operation(), config_.axes[change.axis].name, std::move(change)});
 }
 
 /// Who streams setpoints, and what is wrong with them.
@@ -485,6 +487,7 @@ RunReport LineRun::make_report() {
   report.eoe = services_.eoe();
   report.gateway_clients = services_.clients();
   report.events = events_;
+  report.authority = authority_;
   if (watch_) report.recoveries = watch_->supervisor().recoveries();
   report_files(report);
   return report;

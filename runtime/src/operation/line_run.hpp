@@ -120,7 +120,8 @@ class LineRun {
   bool created_directory_ = false;
   FolderLock folder_;
   std::unique_ptr<LineWatch> watch_;
-  std::vector<Event> events_;         ///< all but progress
+  std::vector<Event> events_;  ///< all but progress
+  std::vector<AuthorityRecord> authority_;
   std::vector<SlaveMargin> margins_;  ///< as of the end of the operation
   std::string state_ = "INIT";
   double next_progress_s_ = 1.0;

@@ -3,6 +3,10 @@
 
 #include <gmock/gmock.h>
 
+#include <string>
+#include <tuple>
+#include <vector>
+
 namespace driveline::runtime {
 namespace {
 
@@ -41,6 +45,29 @@ TEST(AxisAuthority, WhatIsGivenBackCanBeHad) {
   EXPECT_TRUE(authority.take(0, terms("stream")));
   EXPECT_THAT(authority.release_all("hand"), ElementsAre(2U));
   EXPECT_THAT(authority.losses(nanoseconds{0}), IsEmpty()) << "what is given back is not lost";
+}
+
+TEST(AxisAuthority, EveryChangeOfHandsIsKnownInOrder) {
+  using Kind = LeaseChange::Kind;
+  AxisAuthority authority(2);
+  ASSERT_TRUE(authority.take(1, terms("stream")));
+  ASSERT_TRUE(authority.take(1, terms("stream"))) << "no change";
+  EXPECT_FALSE(authority.take(1, terms("hand"))) << "none either";
+  auto takes_over = terms("hand", nanoseconds{100});
+  takes_over.take_over = true;
+  ASSERT_TRUE(authority.take(1, takes_over));
+  static_cast<void>(authority.losses(nanoseconds{100}));
+  ASSERT_TRUE(authority.take(0, terms("path")));
+  static_cast<void>(authority.release_all("path"));
+  authority.release(0, "path");
+  std::vector<std::tuple<std::size_t, Kind, std::string, std::string>> seen;
+  for (const auto& change : authority.take_changes())
+    seen.emplace_back(change.axis, change.kind, change.owner, change.before);
+  EXPECT_THAT(seen,
+              ElementsAre(std::tuple(1, Kind::kTaken, "stream", ""), std::tuple(1, Kind::kTakenOver, "hand", "stream"),
+                          std::tuple(1, Kind::kExpired, "", "hand"), std::tuple(0, Kind::kTaken, "path", ""),
+                          std::tuple(0, Kind::kReleased, "", "path")));
+  EXPECT_THAT(authority.take_changes(), IsEmpty());
 }
 
 TEST(AxisAuthority, WhoLosesItToAnotherIsToldOnce) {

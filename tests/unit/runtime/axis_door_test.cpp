@@ -3,6 +3,8 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numbers>
 
@@ -113,6 +115,30 @@ TEST_F(AxisDoorTest, RefusesPlacesBeyondTheSoftwareLimits) {
             "max_position)");
   EXPECT_EQ(refusal(who, 0, ask(AxisCommand::kMoveAbsolute, 2.0)), "");
   EXPECT_EQ(refusal(who, 1, ask(AxisCommand::kMoveAbsolute, 2.5)), "") << "the other one has none";
+}
+
+TEST_F(AxisDoorTest, RefusesTorquesThatItCannotLead) {
+  door.open(*single);
+  const auto who = caller("hand");
+  const auto* const without_gain =
+      "axis x: torques need velocity_gain or inertia in its [[axis]], by which its velocity is kept";
+  EXPECT_EQ(refusal(who, 0, ask(AxisCommand::kTorque, 0.5)), without_gain);
+  auto mode = ask(AxisCommand::kSetMode);
+  mode.mode = 10;
+  EXPECT_EQ(refusal(who, 0, mode), without_gain);
+  configs[0].velocity_gain = 0.03;
+  EXPECT_EQ(refusal(who, 0, mode), "");
+  EXPECT_EQ(refusal(who, 0, ask(AxisCommand::kTorque, -100.0)),
+            "axis x: torque -100 Nm is not possible, -78.6408 Nm to 78.6408 Nm are");
+  auto fast = ask(AxisCommand::kTorque, 0.5);
+  fast.velocity = 20.0;
+  EXPECT_THAT(refusal(who, 0, fast), HasSubstr("velocity 1145.92 deg/s is not possible"));
+  static_cast<void>(told());
+  auto ramp = ask(AxisCommand::kTorque, 0.5);
+  ramp.velocity = 1.0;
+  ramp.acceleration = 2.0;
+  EXPECT_EQ(refusal(who, 0, ramp), "");
+  EXPECT_THAT(told(), ElementsAre("hand: axis x: torque 0.5 Nm, velocity 57.2958 deg/s, 2 Nm/s"));
 }
 
 TEST_F(AxisDoorTest, OneCommandsAndEverybodyMayStop) {
@@ -325,6 +351,63 @@ TEST_F(LineByHand, RequestThatTheAxisRefusesIsToldWithWhatToDo) {
               Contains("hand: axis x: move_relative by 57.2958 deg: failed: the axis is not enabled; enable it "
                        "first"));
   EXPECT_EQ(failure_of(report), "") << "the line is well";
+}
+
+TEST_F(LineByHand, AnAxisHomesByItsDrive) {
+  // Method 33: in negative direction to the next index pulse.
+  open("[[slave.sdo]]\nindex = 0x6098\ntype = \"int8\"\nvalue = 33\n");
+  std::uint64_t moved = 0;
+  std::uint64_t homed = 0;
+  bool homing = false;
+  double place = 1e9;
+  hand.on_look = [&] {
+    auto& axes = line->axes();
+    if (moved == 0 && state(1) == PlcopenState::kStandstill && axes.status(1).owner.empty())
+      moved = axes.submit(caller("hand"), 1, ask(AxisCommand::kMoveRelative, 1.5)).value();
+    if (moved != 0 && homed == 0 && over(1, moved))
+      homed = axes.submit(caller("hand"), 1, ask(AxisCommand::kHome)).value();
+    if (homed == 0) return;
+    homing = homing || state(1) == PlcopenState::kHoming;
+    if (!over(1, homed)) return;
+    EXPECT_EQ(axes.progress(1, homed).report.phase, ecat_master::RequestPhase::kDone);
+    place = axes.status(1).report->position;
+    line->request_stop();
+  };
+  const auto report = run();
+  EXPECT_EQ(failure_of(report), "");
+  EXPECT_TRUE(homing);
+  EXPECT_NEAR(place, 0.0, 0.2) << "it comes to rest a little behind the pulse";
+  EXPECT_THAT(hand.told, Contains("hand: axis y: home"));
+}
+
+TEST_F(LineByHand, AnAxisIsLedByATorqueNoFasterThanItMay) {
+  open("", "inertia = 3e-4\n");
+  std::uint64_t pulled = 0;
+  std::uint64_t halted = 0;
+  int looks = 0;
+  double fastest = 0.0;
+  hand.on_look = [&] {
+    auto& axes = line->axes();
+    if (pulled == 0 && (state(0) != PlcopenState::kStandstill || !axes.status(0).owner.empty())) return;
+    auto request = ask(AxisCommand::kTorque, 0.5);
+    request.velocity = 3.0;
+    if (pulled == 0) pulled = axes.submit(caller("hand"), 0, request).value();
+    fastest = std::max(fastest, axes.status(0).report->velocity);
+    if (++looks == 50) {
+      EXPECT_EQ(state(0), PlcopenState::kContinuousMotion);
+      EXPECT_EQ(axes.progress(0, pulled).report.phase, ecat_master::RequestPhase::kReached);
+      EXPECT_EQ(axes.status(0).report->mode, 10);
+      halted = axes.submit(caller("hand"), 0, ask(AxisCommand::kHalt)).value();
+    }
+    if (halted == 0 || !over(0, halted) || axes.status(0).report->mode != 8) return;
+    EXPECT_EQ(state(0), PlcopenState::kStandstill);
+    line->request_stop();
+  };
+  const auto report = run();
+  EXPECT_EQ(failure_of(report), "");
+  EXPECT_LT(report.duration_s, 5.0);
+  EXPECT_GT(fastest, 1.0);
+  EXPECT_LT(fastest, 3.1);
 }
 
 TEST_F(LineByHand, NoRequestLeavesTheSoftwareLimits) {

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -29,6 +30,21 @@ struct LeaseLoss {
   std::string taken_by;  ///< who has it now; empty: it was not prolonged in time
 };
 
+/// An axis has changed hands, willingly or not.
+struct LeaseChange {
+  /// How.
+  enum class Kind : std::uint8_t {
+    kTaken,      ///< nobody had it
+    kTakenOver,  ///< from `before`
+    kReleased,   ///< by `before`, and nobody has it now
+    kExpired,    ///< the same, because `before` has not prolonged it in time
+  };
+  std::size_t axis = 0;      ///< by its number
+  Kind kind = Kind::kTaken;  ///< how
+  std::string owner;         ///< who has it now; empty: nobody
+  std::string before;        ///< who had it; empty: nobody
+};
+
 /// Why a lease is not to be had.
 struct LeaseRefusal {
   std::string owner;  ///< who has it
@@ -41,6 +57,9 @@ struct LeaseRefusal {
 /// Any thread but the cycle's, with a lock inside, except where something else is said.
 class AxisAuthority {
  public:
+  /// Changes that are kept for take_changes().
+  static constexpr std::size_t kMostChanges = 1024;
+
   /// Nobody commands the axes yet.
   explicit AxisAuthority(std::size_t axes) : leases_(axes), numbers_(axes) {}
 
@@ -56,6 +75,8 @@ class AxisAuthority {
 
   /// Ends the leases that were not prolonged in time. All that were lost since the last call, once.
   [[nodiscard]] std::vector<LeaseLoss> losses(std::chrono::nanoseconds now);
+  /// How axes have changed hands since the last call, in order; the newest kMostChanges.
+  [[nodiscard]] std::vector<LeaseChange> take_changes();
   /// The owner of an axis; empty: nobody.
   [[nodiscard]] std::string owner_of(std::size_t axis) const;
   /// Whether the axis is his.
@@ -72,13 +93,15 @@ class AxisAuthority {
     bool firm = false;
   };
 
-  void end(std::size_t axis) noexcept;
+  void end(std::size_t axis, LeaseChange::Kind kind);
+  void note(LeaseChange change);
 
   mutable std::mutex lock_;
   std::vector<Lease> leases_;
   std::vector<std::atomic<std::uint64_t>> numbers_;  ///< of the leases; 0: nobody has the axis
   std::uint64_t last_number_ = 0;
   std::vector<LeaseLoss> losses_;
+  std::deque<LeaseChange> changes_;
 };
 
 }  // namespace driveline::runtime

@@ -17,21 +17,22 @@ namespace driveline::runtime {
 struct AxisRefusal {
   /// The reason.
   enum class Why : std::uint8_t {
-    kNotRunning,     ///< the line is not in operation, or has no such axis
-    kOwned,          ///< `owner` commands the axis
-    kMovedTogether,  ///< `owner` moves all axes as long as the line runs
-    kNotANumber,     ///< `quantity` is not finite, or a magnitude is negative
-    kOutside,        ///< `quantity` has the value `value`; `lowest` to `highest` are possible
-    kTooMany,        ///< more requests than the cycle can take
-    kByAxis,         ///< the axis itself, with `error`
+    kNotRunning,      ///< the line is not in operation, or has no such axis
+    kOwned,           ///< `owner` commands the axis
+    kMovedTogether,   ///< `owner` moves all axes as long as the line runs
+    kNotANumber,      ///< `quantity` is not finite, or a magnitude is negative
+    kOutside,         ///< `quantity` has the value `value`; `lowest` to `highest` are possible
+    kNoVelocityGain,  ///< neither inertia nor velocity gain are known, without which the master closes no loop in CST
+    kTooMany,         ///< more requests than the cycle can take
+    kByAxis,          ///< the axis itself, with `error`
   };
   Why why = Why::kNotRunning;      ///< the reason
   std::string owner{};             ///< kOwned, kMovedTogether
   std::string_view quantity{};     ///< "velocity"
-  std::string_view per{};          ///< of the unit of `quantity`: "/s"; "-" where it has none
-  double value = 0.0;              ///< rad or m
-  double lowest = 0.0;             ///< rad or m
-  double highest = 0.0;            ///< rad or m
+  std::string_view per{};          ///< of the unit of `quantity`: "/s"; "-" where it has none; "torque": Nm or N
+  double value = 0.0;              ///< rad or m, or Nm or N
+  double lowest = 0.0;             ///< likewise
+  double highest = 0.0;            ///< likewise
   ecat_master::AxisError error{};  ///< kByAxis
   std::uint16_t error_code = 0;    ///< kByAxis: of the drive (603Fh); 0: none
   /// `lowest` and `highest` are the software limits of the axis; also of kByAxis.

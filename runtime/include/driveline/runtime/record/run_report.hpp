@@ -9,6 +9,7 @@
 #include "driveline/ecat_master/cyclic/cyclic_core.hpp"
 #include "driveline/ecat_master/dc/sync_objects.hpp"
 #include "driveline/port/redundant_port.hpp"
+#include "driveline/runtime/axes/axis_authority.hpp"
 #include "driveline/runtime/eoe/eoe_report.hpp"
 #include "driveline/runtime/error.hpp"
 #include "driveline/runtime/event.hpp"
@@ -60,6 +61,13 @@ struct RingReport {
   std::uint64_t late_halves = 0;  ///< those of them whose other half was waited for in vain
 };
 
+/// An axis has changed hands.
+struct AuthorityRecord {
+  double time_s = 0.0;  ///< in operation
+  std::string axis;     ///< its name
+  LeaseChange change;   ///< from whom to whom
+};
+
 /// Results of a run.
 struct RunReport {
   std::string line;
@@ -80,6 +88,7 @@ struct RunReport {
   std::optional<EoeReport> eoe;                        ///< none: the line has no EoE
   std::vector<GatewayClient> gateway_clients;          ///< of the mailbox gateway
   std::vector<Event> events;                           ///< faults, and what else happened; oldest first
+  std::vector<AuthorityRecord> authority;              ///< who has commanded the axes, oldest first
   std::uint64_t recoveries = 0;                        ///< slaves brought back to OP
   std::map<std::string, std::filesystem::path> files;  ///< written files, by their key in the summary
   /// Inputs at the end of the run, for a line without axes.
