@@ -76,4 +76,10 @@ std::string axis_line(const nlohmann::json& axis) {
                      number(axis, "position", axis.at("unit").get<std::string>()));
 }
 
+std::string motion_line(const nlohmann::json& axis) {
+  if (!axis.contains("state")) return axis_line(axis);
+  return fmt::format("{}, {}, {}", axis_line(axis), number(axis, "velocity", axis.at("unit").get<std::string>() + "/s"),
+                     number(axis, "torque", text(axis, "torque_unit")));
+}
+
 }  // namespace driveline::cli

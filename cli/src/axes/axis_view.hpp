@@ -13,5 +13,7 @@ namespace driveline::cli {
 [[nodiscard]] std::string axes_table(const nlohmann::json& axes);
 /// "axis x: Standstill at 90 deg", of an axis in that document.
 [[nodiscard]] std::string axis_line(const nlohmann::json& axis);
+/// The same with velocity and torque: "axis x: ContinuousMotion at 90 deg, 30 deg/s, 0.5 Nm".
+[[nodiscard]] std::string motion_line(const nlohmann::json& axis);
 
 }  // namespace driveline::cli

@@ -84,6 +84,7 @@ class AxisOrder {
 
  private:
   [[nodiscard]] bool jogs() const { return options_.request == "jog" || options_.request == "torque"; }
+  [[nodiscard]] bool homes() const { return options_.request == "home"; }
 
   [[nodiscard]] Outcome<json> ask(const std::string& command) {
     const auto answer = connection_.ask(command);
@@ -119,12 +120,17 @@ class AxisOrder {
     if (halted_ || !(over || stop_requested())) return {};
     halted_ = true;
     interrupted_ = !over && !jogs();
-    const auto answer = ask(fmt::format("axis {} halt", quoted_word(options_.axis)));
+    // Homing by a drive is ended by a stop alone, which finish() withdraws.
+    const auto answer = ask(fmt::format("axis {} {}", quoted_word(options_.axis), homes() ? "stop" : "halt"));
     return answer ? Outcome<void>{} : tl::unexpected(answer.error());
   }
 
   [[nodiscard]] Outcome<int> finish(const json& progress) {
     if (!interrupted_) return print(progress);
+    if (homes()) {
+      const auto released = ask(fmt::format("axis {} release-stop", quoted_word(options_.axis)));
+      if (!released) return tl::unexpected(released.error());
+    }
     std::string where;
     for (const auto& axis : progress.at("axes"))
       where += fmt::format("{}{}", where.empty() ? "" : "; ", axis_line(axis));
@@ -135,7 +141,7 @@ class AxisOrder {
     const auto now = steady_clock::now();
     if (now < next_tell_) return;
     next_tell_ = now + kTellInterval;
-    for (const auto& axis : axes) progress("{}", axis_line(axis));
+    for (const auto& axis : axes) progress("{}", jogs() ? motion_line(axis) : axis_line(axis));
   }
 
   [[nodiscard]] Outcome<int> print(const json& document) const {

@@ -109,6 +109,33 @@ std::string axes_to_text(const std::vector<runtime::AxisReport>& axes, bool incr
   return text;
 }
 
+std::string_view change_text(runtime::LeaseChange::Kind kind) {
+  using Kind = runtime::LeaseChange::Kind;
+  switch (kind) {
+    case Kind::kTaken:
+      return "taken";
+    case Kind::kTakenOver:
+      return "taken over";
+    case Kind::kReleased:
+      return "released";
+    case Kind::kExpired:
+      break;
+  }
+  return "expired";
+}
+
+nlohmann::json authority_to_json(const std::vector<runtime::AuthorityRecord>& records) {
+  auto rows = nlohmann::json::array();
+  for (const auto& record : records) {
+    rows.push_back({{"time_s", record.time_s},
+                    {"axis", record.axis},
+                    {"change", std::string(change_text(record.change.kind))},
+                    {"owner", record.change.owner},
+                    {"before", record.change.before}});
+  }
+  return rows;
+}
+
 }  // namespace
 
 nlohmann::json to_json(const runtime::RunReport& report, std::optional<bridge::PublishCounters> telemetry) {
@@ -164,6 +191,7 @@ nlohmann::json to_json(const runtime::RunReport& report, std::optional<bridge::P
   if (report.process_data) document["process_data"] = to_json(*report.process_data);
   if (report.eoe) document["eoe"] = to_json(*report.eoe);
   if (!report.gateway_clients.empty()) document["gateway"] = to_json(report.gateway_clients);
+  if (!report.authority.empty()) document["authority"] = authority_to_json(report.authority);
   if (!report.inputs.empty()) document["inputs"] = to_json(report.inputs);
   return document;
 }

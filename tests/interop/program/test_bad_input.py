@@ -6,7 +6,7 @@ import signal
 import subprocess
 import unittest
 
-from program import DRIVELINE, EXAMPLES, PATIENCE_S, ROOT, SANITIZED, ProgramTest, WireTest, line_description, path_csv
+from program import AXES, DRIVELINE, EXAMPLES, PATIENCE_S, ROOT, SANITIZED, ProgramTest, WireTest, line_description, path_csv
 
 LINE8 = EXAMPLES / "line8.toml"
 
@@ -154,6 +154,13 @@ class Files(ProgramTest):
     def test_limits(self):
         path = self.write("path.csv", path_csv([(0, 0), (1, 10000), (2, 0)]))
         self.refused(2, "path.csv", "'x'", "limit", path=path)
+
+    def test_software_limits(self):
+        path = self.write("path.csv", path_csv([(0, 0), (1, 2), (2, 0)]))
+        self.refused(2, "path.csv", f'axis "{AXES[-1]}" would go to 2 rad at 1 s; its max_position is 1.5 rad', path=path,
+                     tail="min_position = -1\nmax_position = 1.5\n")
+        self.refused(2, "line.toml:", "max_position: is -1 rad, more than the 1 rad of min_position is expected",
+                     tail="min_position = 1\nmax_position = -1\n")
 
     def test_folder_that_cannot_be_made(self):
         self.write("out", "a file")

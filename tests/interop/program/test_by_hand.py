@@ -70,6 +70,51 @@ class Script(ProgramTest):
         self.assertEqual(result.returncode, 1, result.stderr)
         self.assertIn("moves.txt:3: axis x: the axis is not enabled", result.stderr.splitlines()[-1])
 
+    def test_axis_homes_and_is_led_by_a_torque(self):
+        line = LINE.replace("[[slave]]", '[[slave]]\nsdo = [{ index = 0x6098, type = "int8", value = 33 }]').replace(
+            "max_acceleration = 7200", "max_acceleration = 7200\ninertia = 3e-4")
+        result = self.run_script("x move by=90\nwait x\nx home\nwait x\nx torque 0.5 velocity=180deg/s acceleration=5Nm/s\n"
+                                 "sleep 1s\nx halt\nwait x\n", line=line)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("script: axis x: torque 0.5 Nm, velocity 180 deg/s, 5 Nm/s", result.stderr)
+        places = self.positions("x")
+        self.assertAlmostEqual(max(places[:len(places) // 2]), 90, delta=2)
+        self.assertGreater(places[-1], 30)
+
+    def test_bad_input_is_one_sentence_and_nothing_leaps(self):
+        limited = LINE.replace('name = "x"\nunit', 'name = "x"\nmin_position = -90\nmax_position = 90\nunit')
+        for script, line, status, sentence in (
+                ("x move nan\n", LINE, 2, 'moves.txt:1: position "nan": a number is expected'),
+                ("x move inf\n", LINE, 2, 'moves.txt:1: position "inf": a number is expected'),
+                ("x move 1e999\n", LINE, 2, 'moves.txt:1: position "1e999": a number is expected'),
+                ("x jog 10 acceleration=-5\n", LINE, 1, "axis x: acceleration -5 deg/s^2 is not possible"),
+                ("x override -1\n", LINE, 1, "axis x: override -1 is not possible, 0 to 2 are"),
+                ("x move 91\n", limited, 1, "axis x: position 91 deg is not possible, -90 deg to 90 deg are"),
+                ("x move by=80\nwait x\nx move by=11\n", limited, 1, "moves.txt:3: axis x: position 91 deg is not possible"),
+                ("x jog 90\nwait x\nsleep 3s\n", limited, 1, "moves.txt:1: axis x: it would leave its software limits, -90 deg to 90 deg"),
+                ("x torque 1\n", LINE, 1, "axis x: torques need velocity_gain or inertia")):
+            with self.subTest(script=script):
+                result = self.run_script(script, line=line)
+                self.assertEqual(result.returncode, status, result.stderr)
+                self.assertIn(sentence, result.stderr.splitlines()[-1])
+                if status == 1:
+                    self.assertLess(max(abs(place) for place in self.positions("x")), 90.5)
+
+    def test_drive_with_a_fault_is_not_enabled(self):
+        faulty = LINE.replace('[[slave]]\nname = "y"', '[[slave.input]]\nentry = "ENCODER_CABLE"\nshape = "steps"\n'
+                              'at_ms = [0, 2000]\nvalues = [1, 0]\n[[slave]]\nname = "y"')
+        result = self.run_script("sleep 3s\nx enable\nwait x\n", "--no-enable", line=faulty)
+        self.assertEqual(result.returncode, 1, result.stderr)
+        self.assertIn("moves.txt:2: axis x: the axis is in ErrorStop and must be reset first", result.stderr.splitlines()[-1])
+        self.assertIn("axis x: ErrorStop: the drive reports a fault", result.stderr)
+
+    def test_axis_that_is_lost_in_motion_is_told_and_fails_alone(self):
+        result = self.run_script("x jog 90\ny jog 90\nwait x\nsleep 4s\nx halt\nwait x\n", line=LINE + '[recovery]\naxes = "continue"\n'
+                                 '[[fault]]\nat_ms = 4000\nkind = "power-off"\nslave = "y"\nfor_ms = 500\n')
+        self.assertEqual(result.returncode, 1, result.stderr)
+        self.assertIn("moves.txt:2: axis y: the drive is not there, or has left Operation enabled", result.stderr.splitlines()[-1])
+        self.assertNotIn("axis x: ErrorStop", result.stderr)
+
     def test_axes_of_a_path_take_no_script(self):
         self.write("path.csv", "time[s],x[deg],y[deg]\n0,0,0\n1,1,1\n")
         self.check_refused(self.run_script("x halt\n", line=LINE + '[path]\nfile = "path.csv"\n'), 2, "this one has a path")
@@ -130,6 +175,37 @@ class Hand(ProgramTest):
         self.assertTrue(any("refused: velocity 9999 deg/s" in event for event in events), events)
 
     @undisturbed
+    def test_axis_homes_and_is_led_by_a_torque(self):
+        # Method 33: in negative direction to the next index pulse, half a revolution per second.
+        run = self.start_run(line=LINE + 'inertia = 3e-4\n[[slave.sdo]]\nindex = 0x6098\ntype = "int8"\nvalue = 33\n')
+        self.wait_for_state("y", "Standstill")
+        self.assertEqual(self.axis("y", "move", "--by", "300deg").returncode, 0)
+        home = self.start("axis", "y", "home", log="home.log")
+        self.wait_for_state("y", "Homing")
+        self.check_refused(self.axis("y", "move", "0"), 1, "axis y: is commanded by control socket")
+        home.send_signal(signal.SIGINT)
+        self.assertEqual(home.wait(PATIENCE_S), 1)
+        self.assertIn("interrupted: axis y: ", self.text("home.log"))
+        self.wait_for_state("y", "Standstill")
+        homed = self.axis("y", "home", "--json")
+        self.assertEqual(homed.returncode, 0, homed.stderr)
+        axis = self.one_document(homed.stdout)["axes"][0]
+        self.assertEqual(axis["phase"], "done")
+        self.assertAlmostEqual(axis["position"], 0, delta=15)
+        pulled = self.axis("y", "torque", "0.5", "--velocity", "180deg/s", "--for", "500ms")
+        self.assertEqual(pulled.returncode, 0, pulled.stderr)
+        self.assertRegex(pulled.stdout, r"\Aaxis y: Standstill at \S+ deg\n\Z")
+        self.assertGreater(self.status()["y"]["position"], axis["position"] + 5)
+        self.wait_for("csp again", lambda: self.status()["y"]["mode"] == "csp")
+        self.check_refused(self.axis("y", "torque", "100"), 1, "axis y: torque 100 Nm is not possible, -78.6408 Nm to 78.6408 Nm are")
+        self.check_refused(self.axis("x", "torque", "0.3"), 1, "axis x: torques need velocity_gain or inertia")
+        self.check_refused(self.axis("y", "torque", "0.3deg"), 2, 'has no unit "deg"')
+        self.check_refused(self.axis("y", "home", "--for", "1s"), 2, "--for goes with jog and torque")
+        events = self.end(run)["events"]
+        for words in ("axis y: home", "axis y: torque 0.5 Nm, velocity 180 deg/s"):
+            self.assertTrue(any(event.endswith(words) for event in events), events)
+
+    @undisturbed
     def test_axes_wait_disabled_where_that_is_asked_for(self):
         run = self.start_run("--no-enable")
         self.assertEqual({axis["state"] for axis in self.status().values()}, {"Disabled"})
@@ -153,8 +229,10 @@ class Hand(ProgramTest):
             if status is not None:
                 self.assertEqual(jog.wait(PATIENCE_S), status, self.text("jog.log"))
             self.kill(jog)
-        events = self.end(run)["events"]
-        self.assertTrue(any("is not heard any more: the axis stops" in event for event in events), events)
+        document = self.end(run)
+        self.assertTrue(any("is not heard any more: the axis stops" in event for event in document["events"]), document["events"])
+        self.assertEqual([row["change"] for row in document["authority"] if row["axis"] == "x" and "taken" not in row["change"]],
+                         ["released", "released", "expired", "released"])
 
     @undisturbed
     def test_one_commands_an_axis_and_everybody_may_stop_it(self):
@@ -173,8 +251,15 @@ class Hand(ProgramTest):
         self.wait_for_state("x", "ContinuousMotion")
         self.assertEqual(self.axis("x", "move", "--by", "1", "--take-over").returncode, 0)
         self.assertEqual(jog.wait(PATIENCE_S), 1)
-        events = self.end(run)["events"]
-        self.assertTrue(any("has taken it over from control socket" in event for event in events), events)
+        document = self.end(run)
+        self.assertTrue(any("has taken it over from control socket" in event for event in document["events"]), document["events"])
+        changes = [row for row in document["authority"] if row["axis"] == "x"]
+        self.assertEqual([row["change"] for row in changes[:2]], ["taken", "released"])
+        self.assertEqual((changes[0]["owner"], changes[1]["before"]), ("the start of the run", "the start of the run"))
+        taken_over = [row for row in changes if row["change"] == "taken over"]
+        self.assertEqual(len(taken_over), 1, changes)
+        self.assertIn(f"process {jog.pid}", taken_over[0]["before"])
+        self.assertEqual(changes[-1]["owner"], "", "nobody has it in the end")
 
     @undisturbed
     def test_motion_goes_on_without_its_command_where_that_is_asked_for(self):

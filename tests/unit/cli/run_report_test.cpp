@@ -112,6 +112,17 @@ TEST(RunReport, WhatTheDriveReportsOfItsFollowingErrorStandsBesideOurs) {
   EXPECT_THAT(to_text(report), HasSubstr("120.0 inc         30.50 inc   (60F4h: max 0.0125 rad, 12.5 inc)\n"));
 }
 
+TEST(RunReport, JsonTellsWhoHasCommandedTheAxes) {
+  auto report = report_of_a_run();
+  using Kind = runtime::LeaseChange::Kind;
+  report.authority = {{0.5, "x", {0, Kind::kTaken, "script", ""}}, {1.5, "x", {0, Kind::kTakenOver, "hand", "script"}}};
+  const auto rows = to_json(report).at("authority");
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_EQ(rows[0].dump(), R"({"axis":"x","before":"","change":"taken","owner":"script","time_s":0.5})");
+  EXPECT_EQ(rows[1].at("change"), "taken over");
+  EXPECT_EQ(rows[1].at("before"), "script");
+}
+
 TEST(RunReport, JsonOfNothingIsComplete) {
   const auto document = to_json(runtime::RunReport{});
   EXPECT_EQ(document["axes"], json::array());
