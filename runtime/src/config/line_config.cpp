@@ -338,6 +338,7 @@ ecat_master::AxisConfig read_axis(TomlReader reader, const LineConfig& config,
   read_in_unit(reader, "max_acceleration", axis, 1e-6, 1e9, axis.limits.max_acceleration);
   if (reader.has("max_jerk")) read_in_unit(reader, "max_jerk", axis, 1e-6, 1e12, axis.max_jerk.emplace());
   read_axis_range(reader, axis);
+  if (reader.has("max_torque")) axis.max_torque = reader.number("max_torque", 1e-9, 1e6);
   axis.inertia = reader.number_or("inertia", 0.0, 0.0, 1e6);
   read_feed_forward(reader, axis);
   check_feed_forward(reader, config, *slave, axis);

@@ -142,7 +142,7 @@ INSTANTIATE_TEST_SUITE_P(
             one_axis("limit = 5\n"),
             ":6: [axis 1] limit: unknown key, expected one of: adds_offsets, coulomb_friction, coulomb_velocity, "
             "feed_mm_per_revolution, following_error_timeout_ms, following_error_window, gravity, "
-            "increments_per_revolution, inertia, max_acceleration, max_jerk, max_position, max_velocity, min_position, "
+            "increments_per_revolution, inertia, max_acceleration, max_jerk, max_position, max_torque, max_velocity, min_position, "
             "mode, modulo, name, pendulum, "
             "pendulum_zero, position_gain_1_s, position_tolerance, "
             "rated_torque_nm, setpoint_delay_cycles, slave, unit, velocity_gain, viscous_friction"},
@@ -238,6 +238,7 @@ INSTANTIATE_TEST_SUITE_P(
                   ":4: [slave 1.plant] initial_position_rev: is 10000, -1000 to 1000 is expected"},
         WrongFile{one_axis("mode = \"pp\"\n"),
                   ":6: [axis 1] mode: is \"pp\", one of \"csp\", \"csv\", \"cst\" is expected"},
+        WrongFile{one_axis("max_torque = 0\n"), ":6: [axis 1] max_torque: is 0, 1e-09 to 1000000 is expected"},
         WrongFile{one_axis("following_error_window = 0\n"),
                   ":6: [axis 1] following_error_window: is 0, 1e-09 to 1000000 is expected"},
         WrongFile{one_axis("following_error_timeout_ms = 5\n"),

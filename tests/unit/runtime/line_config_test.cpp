@@ -228,6 +228,12 @@ TEST(LineConfig, RotaryAxisCountsInRadians) {
   EXPECT_EQ(config.axes[0].mode, Mode::kCyclicVelocity);
 }
 
+TEST(LineConfig, ATorqueLimitIsThereWhereItIsAskedFor) {
+  const std::string line = "[[slave]]\nname = \"x\"\n[[axis]]\nname = \"x\"\n";
+  EXPECT_FALSE(parsed(line).axes[0].max_torque);
+  EXPECT_EQ(parsed(line + "max_torque = 1.5\n").axes[0].max_torque, 1.5);
+}
+
 TEST(LineConfig, FollowingErrorIsWatchedWhereThatIsAskedFor) {
   const std::string line = "[[slave]]\nname = \"x\"\n[[axis]]\nname = \"x\"\nunit = \"deg\"\n";
   EXPECT_FALSE(parsed(line).axes[0].following_error_window);
