@@ -43,7 +43,7 @@ class Rounds {
  public:
   void look(SingleLine& line) {
     const auto now = line.drives.drive(0).dictionary().get(slaves::msd::kValue.position_actual);
-    if (std::abs(static_cast<double>(now) - last_) > kEndlessRange / 2 && known_) ++count_;
+    if (std::abs(static_cast<double>(now) - last_) > 0.5 * static_cast<double>(kEndlessRange) && known_) ++count_;
     known_ = true;
     last_ = now;
     low_ = std::min(low_, last_);

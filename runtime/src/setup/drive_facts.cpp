@@ -17,7 +17,6 @@ namespace driveline::runtime {
 namespace {
 
 using ecat_master::SdoFuture;
-using ecat_master::cia402::Mode;
 
 constexpr std::uint16_t kPositionRange = 0x607B;
 constexpr std::uint16_t kPolarity = 0x607E;

@@ -110,7 +110,7 @@ class Script(ProgramTest):
 
     def test_axis_that_is_lost_in_motion_is_told_and_fails_alone(self):
         result = self.run_script("x jog 90\ny jog 90\nwait x\nsleep 4s\nx halt\nwait x\n", line=LINE + '[recovery]\naxes = "continue"\n'
-                                 '[[fault]]\nat_ms = 4000\nkind = "power-off"\nslave = "y"\nfor_ms = 500\n')
+                                 '[[fault]]\nat_ms = 1500\nkind = "power-off"\nslave = "y"\nfor_ms = 500\n')
         self.assertEqual(result.returncode, 1, result.stderr)
         self.assertIn("moves.txt:2: axis y: the drive is not there, or has left Operation enabled", result.stderr.splitlines()[-1])
         self.assertNotIn("axis x: ErrorStop", result.stderr)

@@ -90,7 +90,7 @@ TEST(AxisObjects, AMotionTakesNoAxisWithoutThem) {
   ASSERT_TRUE(builder.add_point(1.0, std::vector{1.0}));
   auto path = builder.build();
   ASSERT_TRUE(path);
-  const auto interpolator = trajectory::Interpolator::clamped_spline(std::move(*path));
+  const auto interpolator = trajectory::Interpolator::clamped_spline(*path);
   const auto motion = [&](const PdoConfiguration& pdos) {
     std::vector<Axis> axes;
     axes.emplace_back(AxisConfig{}, ProcessDataPlace{0, 6, 0, 6}, pdos);

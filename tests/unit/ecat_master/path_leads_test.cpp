@@ -16,7 +16,6 @@ namespace {
 
 using testing::ElementsAre;
 using trajectory::AxisSetpoint;
-using trajectory::PathMoment;
 
 TEST(PathLeads, TheAxisWithTheLongestDeadTimeIsToldFirst) {
   const PathLeads leads(std::array{1.5, 3.0, 0.0, 3.0});
