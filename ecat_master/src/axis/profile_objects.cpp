@@ -15,9 +15,13 @@ void ProfileObjects::set(double velocity, double acceleration, double decelerati
 }
 
 void ProfileObjects::write(std::span<std::byte> image) const noexcept {
-  put(velocity_, image, saturate<std::uint32_t>(limits_.velocity * limits_.scale));
-  put(acceleration_, image, saturate<std::uint32_t>(limits_.acceleration * limits_.scale));
-  put(deceleration_, image, saturate<std::uint32_t>(limits_.deceleration * limits_.scale));
+  // In every cycle of every axis, most of which map none of them: nothing is computed for those.
+  const auto write_mapped = [&](const std::optional<PdoEntry<std::uint32_t>>& object, double magnitude) {
+    if (object) object->set(image, saturate<std::uint32_t>(magnitude * limits_.scale));
+  };
+  write_mapped(velocity_, limits_.velocity);
+  write_mapped(acceleration_, limits_.acceleration);
+  write_mapped(deceleration_, limits_.deceleration);
 }
 
 }  // namespace driveline::ecat_master

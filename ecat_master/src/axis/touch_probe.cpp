@@ -73,7 +73,7 @@ void TouchProbe::read(std::span<const std::byte> image, bool fresh) noexcept {
 }
 
 void TouchProbe::write(std::span<std::byte> image) const noexcept {
-  put(function_, image, function());
+  if (function_) function_->set(image, function());
 }
 
 }  // namespace driveline::ecat_master
