@@ -99,9 +99,9 @@ tl::expected<RealtimeReport, RealtimeError> RealtimeThread::start(const Realtime
   launch->config = config;
   launch->task = &task;
   launch->report.platform = inspect_platform(PlatformSource::this_machine(), config.cpu);
-  launch->report.platform.push_back(config.cpu_latency
-                                        ? launch->latency.request(*config.cpu_latency, config.cpu_latency_device)
-                                        : CpuLatencyHold::not_requested());
+  launch->report.cpu_latency = config.cpu_latency
+                                   ? launch->latency.request(*config.cpu_latency, config.cpu_latency_device)
+                                   : CpuLatencyHold::not_requested();
   launch->report.settings.push_back(setup::lock_memory(config.lock_memory));
   launch->report.settings.push_back(setup::keep_heap(config.lock_memory));
 

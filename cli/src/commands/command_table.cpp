@@ -142,6 +142,11 @@ constexpr std::array kCommands = {
     Command{"esi validate", "", "", "Check an ESI file and tell what was passed over",
             "esi validate esi/data/moog_msd.xml", prepare_esi_validate},
     Command{"esi show", "", "", "List the devices of an ESI file", "esi show esi/data/moog_msd.xml", prepare_esi_show},
+    Command{"doctor", "", kMeasuring,
+            "Tell what of this machine stands in the way of a punctual cycle, and what mends it",
+            "doctor --iface eth1 --cpu 1\n"
+            "doctor --config examples/line8-nic.toml --iface eth1 --json",
+            prepare_doctor},
     Command{"bench", "", kMeasuring, "Run the benchmarks and put their figures together, with pictures",
             "bench --list\n"
             "bench wake --quick --output out",

@@ -39,10 +39,11 @@ namespace driveline::cli {
 [[nodiscard]] Execute prepare_sii_compare(Arguments& to);
 [[nodiscard]] Execute prepare_sii_alias(Arguments& to);
 
-// These work on files, not on a bus.
+// These work on files or the machine, not on a bus.
 [[nodiscard]] Execute prepare_esi_generate(Arguments& to);
 [[nodiscard]] Execute prepare_esi_validate(Arguments& to);
 [[nodiscard]] Execute prepare_esi_show(Arguments& to);
+[[nodiscard]] Execute prepare_doctor(Arguments& to);
 [[nodiscard]] Execute prepare_bench(Arguments& to);
 [[nodiscard]] Execute prepare_completion(Arguments& to);
 

@@ -3,9 +3,14 @@
 #include <net/if.h>
 #include <net/if_arp.h>
 #include <sys/ioctl.h>
+#include <sys/socket.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <memory>
+#include <system_error>
+
+#include "driveline/port/file_descriptor.hpp"
 
 namespace driveline::port {
 
@@ -43,6 +48,51 @@ std::string ethernet_interface_names(int socket) {
     names += (names.empty() ? "" : ", ") + name;
   }
   return names;
+}
+
+tl::unexpected<PortError> failure(PortErrorCode code, std::string message, int error_number) {
+  return tl::unexpected(PortError{code, error_number, std::move(message)});
+}
+
+tl::unexpected<PortError> system_failure(const std::string& what, int error_number) {
+  return failure(PortErrorCode::kSystem, what + ": " + std::generic_category().message(error_number) + ".",
+                 error_number);
+}
+
+std::string quoted(const std::string& name) {
+  return "'" + name + "'";
+}
+
+tl::expected<NetworkInterface, PortError> find_interface(const std::string& name) {
+  if (name.empty() || name.size() > kMaxInterfaceName || name.find('\0') != std::string::npos) {
+    return failure(PortErrorCode::kInvalidName, "The interface name " + quoted(name) +
+                                                    " is not valid: Linux allows 1 to " +
+                                                    std::to_string(kMaxInterfaceName) + " characters, see `ip link`.");
+  }
+  // Any socket answers questions about interfaces; this kind needs neither privileges nor a network.
+  const FileDescriptor socket{::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)};
+  if (!socket.valid()) return system_failure("Cannot ask the kernel about interface " + quoted(name), errno);
+
+  const auto interface = query_interface(socket.get(), name);
+  if (!interface) {
+    const std::string others = ethernet_interface_names(socket.get());
+    return failure(PortErrorCode::kNoSuchInterface,
+                   "There is no interface " + quoted(name) + "; " +
+                       (others.empty() ? "this machine has no Ethernet interface." : "choose one of: " + others + "."));
+  }
+  if (interface->loopback) {
+    return failure(PortErrorCode::kNotEthernet,
+                   "Interface " + quoted(name) +
+                       " is the loopback interface, which no EtherCAT slave can be connected to; name an Ethernet "
+                       "interface or one end of a veth pair.");
+  }
+  if (!interface->ethernet) {
+    return failure(PortErrorCode::kNotEthernet,
+                   "Interface " + quoted(name) +
+                       " carries no Ethernet frames; name an Ethernet interface or one end "
+                       "of a veth pair.");
+  }
+  return *interface;
 }
 
 }  // namespace driveline::port

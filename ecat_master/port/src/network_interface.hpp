@@ -2,7 +2,9 @@
 
 #include <optional>
 #include <string>
+#include <tl/expected.hpp>
 
+#include "driveline/port/port_error.hpp"
 #include "driveline/wire/ethernet.hpp"
 
 namespace driveline::port {
@@ -17,6 +19,10 @@ struct NetworkInterface {
   wire::MacAddress mac{};
 };
 
+/// What lets a process open raw sockets.
+inline constexpr const char* kGrantCapabilities =
+    "run as root or grant it with `setcap cap_net_raw,cap_sys_nice,cap_ipc_lock+ep build/driveline`";
+
 /// Longest name of an interface, without the terminating zero.
 inline constexpr std::size_t kMaxInterfaceName = 15;
 
@@ -26,5 +32,16 @@ inline constexpr std::size_t kMaxInterfaceName = 15;
 
 /// The names of all Ethernet interfaces, separated by ", "; empty if there is none.
 [[nodiscard]] std::string ethernet_interface_names(int socket);
+
+/// The Ethernet interface `name`, up or down. Errors: kInvalidName, kNoSuchInterface (names those there are),
+/// kNotEthernet, kSystem.
+[[nodiscard]] tl::expected<NetworkInterface, PortError> find_interface(const std::string& name);
+
+/// An error with its sentence.
+[[nodiscard]] tl::unexpected<PortError> failure(PortErrorCode code, std::string message, int error_number = 0);
+/// A refusal of the kernel: what could not be done, and errno.
+[[nodiscard]] tl::unexpected<PortError> system_failure(const std::string& what, int error_number);
+/// A name in the quotation marks of an error's sentence.
+[[nodiscard]] std::string quoted(const std::string& name);
 
 }  // namespace driveline::port

@@ -29,57 +29,15 @@ constexpr nanoseconds kOneInstant = std::chrono::microseconds{1};
 constexpr int kReadAttempts = 4;
 /// Frames never wait longer than this: an older time stamp means that the machine's clock was set meanwhile.
 constexpr nanoseconds kLongestWait = std::chrono::seconds{1};
-constexpr const char* kGrantCapabilities =
-    "run as root or grant it with `setcap cap_net_raw,cap_sys_nice,cap_ipc_lock+ep build/driveline`";
-
-tl::unexpected<PortError> failure(PortErrorCode code, std::string message, int error_number = 0) {
-  return tl::unexpected(PortError{code, error_number, std::move(message)});
-}
-
-tl::unexpected<PortError> system_failure(const std::string& what, int error_number) {
-  return failure(PortErrorCode::kSystem, what + ": " + std::generic_category().message(error_number) + ".",
-                 error_number);
-}
-
-std::string quoted(const std::string& name) {
-  return "'" + name + "'";
-}
 
 /// The interface, if it exists and can be used.
-tl::expected<NetworkInterface, PortError> find_interface(const std::string& name) {
-  if (name.empty() || name.size() > kMaxInterfaceName || name.find('\0') != std::string::npos) {
-    return failure(PortErrorCode::kInvalidName, "The interface name " + quoted(name) +
-                                                    " is not valid: Linux allows 1 to " +
-                                                    std::to_string(kMaxInterfaceName) + " characters, see `ip link`.");
-  }
-  // Any socket answers questions about interfaces; this kind needs neither privileges nor a network.
-  const FileDescriptor socket{::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)};
-  if (!socket.valid()) return system_failure("Cannot ask the kernel about interface " + quoted(name), errno);
-
-  const auto interface = query_interface(socket.get(), name);
-  if (!interface) {
-    const std::string others = ethernet_interface_names(socket.get());
-    return failure(PortErrorCode::kNoSuchInterface,
-                   "There is no interface " + quoted(name) + "; " +
-                       (others.empty() ? "this machine has no Ethernet interface." : "choose one of: " + others + "."));
-  }
-  if (interface->loopback) {
-    return failure(PortErrorCode::kNotEthernet,
-                   "Interface " + quoted(name) +
-                       " is the loopback interface, which no EtherCAT slave can be connected to; name an Ethernet "
-                       "interface or one end of a veth pair.");
-  }
-  if (!interface->ethernet) {
-    return failure(PortErrorCode::kNotEthernet,
-                   "Interface " + quoted(name) +
-                       " carries no Ethernet frames; name an Ethernet interface or one end "
-                       "of a veth pair.");
-  }
-  if (!interface->up) {
+tl::expected<NetworkInterface, PortError> find_usable_interface(const std::string& name) {
+  auto interface = find_interface(name);
+  if (interface && !interface->up) {
     return failure(PortErrorCode::kInterfaceDown,
                    "Interface " + quoted(name) + " is down; bring it up with `ip link set dev " + name + " up`.");
   }
-  return *interface;
+  return interface;
 }
 
 /// The packet socket. Protocol 0 keeps it deaf until it is bound: no frame of another interface gets into its queue.
@@ -116,7 +74,7 @@ bool set_option(int socket, int level, int option, int value) noexcept {
 
 tl::expected<std::unique_ptr<RawSocketPort>, PortError> RawSocketPort::open(const RawSocketConfig& config,
                                                                             const rt::Clock& clock) {
-  const auto interface = find_interface(config.interface);
+  const auto interface = find_usable_interface(config.interface);
   if (!interface) return tl::unexpected(interface.error());
   auto socket = open_socket(config.interface);
   if (!socket) return tl::unexpected(socket.error());

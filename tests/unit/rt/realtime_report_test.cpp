@@ -20,22 +20,58 @@ RealtimeReport sample() {
        .remedy = "run as root"},
       {.name = "heap", .requested = "kept", .effective = "not kept", .ok = false, .remedy = {}},
   };
-  report.platform = {{.name = "kernel preemption",
+  report.cpu_latency = {
+      .name = "CPU wake-up time", .requested = "at most 0 us", .effective = "at most 0 us", .remedy = {}};
+  report.platform = {{.name = "timer tick",
+                      .requested = "stopped",
+                      .effective = "ticks",
+                      .ok = false,
+                      .remedy = "boot with nohz_full=1",
+                      .cost = Cost::kMicroseconds},
+                     {.name = "clock source", .requested = "tsc", .effective = "tsc", .remedy = {}},
+                     {.name = "kernel preemption",
                       .requested = "PREEMPT_RT",
                       .effective = "PREEMPT_DYNAMIC",
                       .ok = false,
-                      .remedy = "boot another kernel"}};
+                      .remedy = "boot another kernel",
+                      .cost = Cost::kPeriods},
+                     {.name = "CPU isolation",
+                      .requested = "isolated",
+                      .effective = "not isolated",
+                      .ok = false,
+                      .remedy = "isolate it",
+                      .cost = Cost::kPeriods}};
   return report;
 }
 
-TEST(RealtimeReport, OneLinePerItem) {
-  EXPECT_THAT(to_lines(sample()),
-              testing::ElementsAre("CPU                   ok       1",
-                                   "scheduler             MISSING  SCHED_OTHER instead of SCHED_FIFO 80 (Operation not "
-                                   "permitted); remedy: run as root",
-                                   "heap                  MISSING  not kept instead of kept",
-                                   "kernel preemption     note     PREEMPT_DYNAMIC instead of PREEMPT_RT; remedy: boot "
-                                   "another kernel"));
+TEST(RealtimeReport, OneLinePerSettingAndTheMostImportantFinding) {
+  EXPECT_THAT(
+      to_lines(sample()),
+      testing::ElementsAre("CPU                   ok       1",
+                           "scheduler             MISSING  SCHED_OTHER instead of SCHED_FIFO 80 (Operation not "
+                           "permitted); remedy: run as root",
+                           "heap                  MISSING  not kept instead of kept",
+                           "CPU wake-up time      ok       at most 0 us",
+                           "kernel preemption     note     PREEMPT_DYNAMIC instead of PREEMPT_RT; remedy: boot "
+                           "another kernel",
+                           "machine               note     2 more findings; `driveline doctor` shows them all"));
+}
+
+TEST(RealtimeReport, OneFindingIsToldWithoutPointingToMore) {
+  RealtimeReport report;
+  report.platform = {sample().platform[2], sample().platform[1]};
+  EXPECT_THAT(to_lines(report), testing::ElementsAre(testing::StartsWith("kernel preemption")));
+  report.platform.erase(report.platform.begin());
+  EXPECT_THAT(to_lines(report), testing::IsEmpty()) << "what is fine is not told";
+}
+
+TEST(RealtimeReport, TheMostImportantFindingCostsMostAndIsTheFirstOfThose) {
+  auto items = sample().platform;
+  EXPECT_EQ(most_important(items)->name, "kernel preemption");
+  items[3].cost = Cost::kPrevents;
+  EXPECT_EQ(most_important(items)->name, "CPU isolation");
+  for (auto& item : items) item.ok = true;
+  EXPECT_EQ(most_important(items), nullptr);
 }
 
 TEST(RealtimeReport, IsCompleteWhenAllSettingsAreWhateverThePlatform) {

@@ -1,4 +1,4 @@
-#include "realtime_neighbours.hpp"
+#include "checks.hpp"
 
 #include <sched.h>
 #include <unistd.h>
@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-namespace driveline::rt {
+namespace driveline::rt::checks {
 
 namespace {
 
@@ -85,25 +85,24 @@ void collect_neighbours(const fs::path& process, int cpu, std::vector<std::strin
 
 }  // namespace
 
-RealtimeItem inspect_neighbours(const std::string& root, std::optional<int> cpu) {
-  RealtimeItem item{.name = "neighbours",
-                    .requested = cpu ? "no other real-time thread on CPU " + std::to_string(*cpu) : "not requested",
-                    .effective = cpu ? "none" : "not looked for on all CPUs",
-                    .remedy = {}};
+RealtimeItem neighbours(const PlatformSource& source, Cpu cpu) {
+  auto item = fine("neighbours", cpu ? "no other real-time thread on CPU " + std::to_string(*cpu) : "not requested",
+                   cpu ? "none" : "not looked for on all CPUs");
   if (!cpu) return item;
   const auto self = std::to_string(getpid());
-  std::vector<std::string> found;
+  std::vector<std::string> list;
   std::error_code error;
-  for (fs::directory_iterator process(root + "/proc", error), end; !error && process != end; process.increment(error)) {
+  for (fs::directory_iterator process(source.root + "/proc", error), end; !error && process != end;
+       process.increment(error)) {
     const auto name = process->path().filename().string();
-    if (is_process_number(name) && name != self) collect_neighbours(process->path(), *cpu, found);
+    if (is_process_number(name) && name != self) collect_neighbours(process->path(), *cpu, list);
   }
-  if (found.empty()) return item;
-  item.ok = false;
+  if (list.empty()) return item;
   item.effective.clear();
-  for (const auto& neighbour : found) item.effective += (item.effective.empty() ? "" : ", ") + neighbour;
-  item.remedy = "give each a CPU of its own ([realtime] `cpu` of a master, `simulation_cpu` of `simulate`)";
-  return item;
+  for (const auto& neighbour : list) item.effective += (item.effective.empty() ? "" : ", ") + neighbour;
+  return found(std::move(item), Cost::kPeriods,
+               "a thread of the same or a higher priority runs first, for as long as it likes",
+               "give each a CPU of its own ([realtime] `cpu` of a master, `simulation_cpu` of `simulate`)");
 }
 
-}  // namespace driveline::rt
+}  // namespace driveline::rt::checks

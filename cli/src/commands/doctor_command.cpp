@@ -1,0 +1,131 @@
+#include <algorithm>
+#include <chrono>
+#include <thread>
+
+#include "commands/commands.hpp"
+#include "commands/tool_options.hpp"
+#include "console.hpp"
+#include "driveline/port/interface_check.hpp"
+#include "driveline/rt/realtime_platform.hpp"
+#include "driveline/rt/realtime_thread.hpp"
+#include "driveline/runtime/config/line_config.hpp"
+#include "text/json_text.hpp"
+#include "text/machine_report.hpp"
+
+namespace driveline::cli {
+namespace {
+
+struct DoctorOptions {
+  std::string config;
+  std::string interface;
+  std::optional<std::string> cpu;
+  bool json = false;
+};
+
+/// Who is examined: the thread that a run would have, and its interface.
+struct Patient {
+  rt::RealtimeConfig realtime;
+  std::string interface;  ///< empty: none
+};
+
+Outcome<Patient> find_patient(const DoctorOptions& options) {
+  Patient patient;
+  if (!options.config.empty()) {
+    const auto config = runtime::load_line_config(options.config);
+    if (!config) return tl::unexpected(Failure(config.error()));
+    patient.realtime = config->realtime;
+    patient.interface = config->interface.value_or("");
+  }
+  if (!options.interface.empty()) patient.interface = options.interface;
+  if (options.cpu) {
+    constexpr std::uint32_t kMostCpus = 4095;
+    const auto cpu = parse_number(*options.cpu, kMostCpus, "--cpu");
+    if (!cpu) return tl::unexpected(cpu.error());
+    patient.realtime.cpu = static_cast<int>(*cpu);
+  }
+  return patient;
+}
+
+/// Ends at once: the set-up of its thread is what is looked at.
+class NoTask final : public rt::RealtimeTask {
+ public:
+  void run(std::stop_token /*stop*/) noexcept override {}
+};
+
+/// Sets a thread up as a run would, and tells what came of it.
+std::vector<rt::RealtimeItem> try_thread(rt::RealtimeConfig config) {
+  config.policy = rt::RealtimePolicy::kDegrade;
+  NoTask task;
+  rt::RealtimeThread thread;
+  const auto tried = thread.start(config, task);
+  auto report = tried ? *tried : tried.error().report;
+  for (auto& item : report.settings) {
+    if (item.ok) continue;
+    item.cost = rt::Cost::kPrevents;
+    item.consequence = "a run on a network interface is refused, unless its line description says policy = \"degrade\"";
+  }
+  auto items = std::move(report.settings);
+  if (!report.cpu_latency.ok) {
+    report.cpu_latency.cost = rt::Cost::kPeriods;
+    report.cpu_latency.consequence = "an idle CPU may sleep deeply: the cycle wakes up to some 100 us late";
+  }
+  items.push_back(std::move(report.cpu_latency));
+  items.insert(items.end(), report.platform.begin(), report.platform.end());
+  return items;
+}
+
+/// How busy the CPU is while nothing of ours runs.
+std::optional<rt::RealtimeItem> try_load(int cpu) {
+  constexpr std::chrono::milliseconds kLook{1000};
+  const auto source = rt::PlatformSource::this_machine();
+  const auto before = rt::read_cpu_times(source, cpu);
+  std::this_thread::sleep_for(kLook);
+  const auto after = rt::read_cpu_times(source, cpu);
+  if (!before || !after) return std::nullopt;
+  return rt::inspect_load(cpu, *before, *after);
+}
+
+Outcome<int> examine(const DoctorOptions& options) {
+  const auto patient = find_patient(options);
+  if (!patient) return tl::unexpected(patient.error());
+  std::vector<rt::RealtimeItem> items;
+  if (!patient->interface.empty()) {
+    const auto facts = port::read_interface_facts(patient->interface);
+    if (!facts) return failed(facts.error().message);
+    items = port::inspect_interface(*facts);
+  }
+  items.push_back(port::inspect_raw_socket());
+  const auto cpu = patient->realtime.cpu;
+  if (cpu) {
+    if (const auto load = try_load(*cpu)) items.push_back(*load);
+  }
+  // Behind the load: it locks memory and starts a thread.
+  auto of_machine = try_thread(patient->realtime);
+  items.insert(items.begin(), std::make_move_iterator(of_machine.begin()), std::make_move_iterator(of_machine.end()));
+  if (options.json) {
+    nlohmann::json document = {{"cpu", nullptr}, {"interface", nullptr}, {"findings", machine_json(items)}};
+    if (cpu) document["cpu"] = *cpu;
+    if (!patient->interface.empty()) document["interface"] = patient->interface;
+    print_out("{}", json_text(document));
+  } else {
+    print_out(
+        "{}, {}\n\n{}", cpu ? fmt::format("CPU {}", *cpu) : "any CPU (--cpu N looks at one)",
+        patient->interface.empty() ? "no interface (--iface NAME looks at one)" : "interface " + patient->interface,
+        machine_text(items));
+  }
+  const auto* const most = rt::most_important(items);
+  return most != nullptr && most->cost == rt::Cost::kPrevents ? 1 : 0;
+}
+
+}  // namespace
+
+Execute prepare_doctor(Arguments& to) {
+  auto options = std::make_shared<DoctorOptions>();
+  to.option("--config", &options->config, Value::file(), "Line description: its interface, CPU and priority");
+  to.option("--iface", &options->interface, Value::interface(), "Network interface of the line");
+  to.option("--cpu", &options->cpu, Value::text("N"), "CPU of the cycle");
+  add_json_flag(to, options->json);
+  return [options] { return examine(*options); };
+}
+
+}  // namespace driveline::cli
