@@ -117,6 +117,22 @@ TEST(DriveFacts, RangeOfTheDriveIsThatOfTheAxis) {
   EXPECT_EQ(axis.range_max, 499);
 }
 
+TEST(DriveFacts, ObjectsThatCannotBeReadAreLeftOut) {
+  std::vector<std::uint16_t> asked;
+  const auto facts =
+      ask_drive_facts([&](std::uint16_t index, std::uint8_t sub) -> std::optional<std::vector<std::byte>> {
+        asked.push_back(index);
+        if (index == 0x6092)
+          return std::vector<std::byte>{std::byte{sub == 1 ? std::uint8_t{200} : std::uint8_t{2}}, {}, {}, {}};
+        if (index == 0x6091) return std::vector<std::byte>(2);
+        return std::nullopt;
+      });
+  EXPECT_EQ(increments_per_revolution(facts), 100.0);
+  EXPECT_FALSE(facts.supported_modes);
+  EXPECT_FALSE(facts.gear) << "of another size";
+  EXPECT_THAT(asked, Contains(0x608F));
+}
+
 class Events final : public Observer {
  public:
   void event(const Event& event) override { told.push_back(describe(event)); }

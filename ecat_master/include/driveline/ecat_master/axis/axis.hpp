@@ -13,6 +13,7 @@
 #include "driveline/ecat_master/axis/setpoint_delay.hpp"
 #include "driveline/ecat_master/axis/touch_probe.hpp"
 #include "driveline/ecat_master/cia402/cia402.hpp"
+#include "driveline/ecat_master/cia402/cyclic_mode.hpp"
 #include "driveline/ecat_master/process_data/pdo_configuration.hpp"
 #include "driveline/ecat_master/process_data/process_image.hpp"
 #include "driveline/snapshot/snapshot.hpp"
@@ -159,7 +160,7 @@ class Axis {
   }
   /// Whether the drive has the mode, by AxisConfig::supported_modes.
   [[nodiscard]] bool supports(cia402::Mode mode) const noexcept {
-    return (config_.supported_modes.value_or(~0U) >> (static_cast<unsigned>(mode) - 1U) & 1U) != 0;
+    return (config_.supported_modes.value_or(~0U) & cia402::mode_bit(mode)) != 0;
   }
   /// From now on the torque of the setpoints is all that the drive is told in CST.
   void command_torque() noexcept;

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -30,6 +32,11 @@ struct DriveFacts {
 /// Position units per turn of the motor: the feed over the gear ratio, or the increments of the encoder where the drive
 /// has no factors. None: it does not tell, or tells a zero.
 [[nodiscard]] std::optional<double> increments_per_revolution(const DriveFacts& facts) noexcept;
+
+/// Reads an object of a drive by index and sub-index; none: it cannot be read.
+using ReadObject = std::function<std::optional<std::vector<std::byte>>(std::uint16_t, std::uint8_t)>;
+/// Asks one drive, object by object; what cannot be read is left out.
+[[nodiscard]] DriveFacts ask_drive_facts(const ReadObject& read);
 
 /// Asks the drives of all axes, side by side; objects that they do not have are left out. After Master::configure().
 /// Nothing is asked of slaves without CoE and of those that are not on the line. One result per axis.
