@@ -81,7 +81,8 @@ class StreamServer {
   [[nodiscard]] bool hear(Visitor& visitor);
   void greet(Visitor& visitor, const stream::Hello& hello);
   [[nodiscard]] Result<std::vector<StreamSession::Member>> choose(const stream::Hello& hello) const;
-  [[nodiscard]] Result<void> lease(StreamSession::Member& member, const StreamPeer& peer, bool take_over);
+  [[nodiscard]] Result<void> check(const StreamSession::Member& member, const LeaseTerms& terms) const;
+  [[nodiscard]] Error refusal_of(const StreamSession::Member& member, const LeaseRefusal& owned) const;
   [[nodiscard]] Result<std::unique_ptr<StreamSession>> make_session(const stream::Hello& hello, const StreamPeer& peer,
                                                                     std::vector<StreamSession::Member>& members);
   void accept(Visitor& visitor, std::unique_ptr<StreamSession> session);
@@ -90,7 +91,7 @@ class StreamServer {
   void lease_again(Client& client);
   void release(const StreamPeer& peer, std::size_t axis, std::uint64_t lease);
   void tell_end(const Client& client);
-  [[nodiscard]] const std::string& name_of(std::size_t axis) const;
+  [[nodiscard]] const StreamAxis& offered(std::size_t axis) const;
   void tell_refusals(Client& client);
   void note(EventFacts facts, Severity severity);
 

@@ -79,6 +79,9 @@ class StreamSession {
   }
   /// A new lease for an axis. The owner's thread.
   void give(std::size_t member, std::uint64_t lease) noexcept;
+  /// Somebody else has moved the axis up to now: it comes to rest before it follows. The owner's thread, before the
+  /// session belongs to the cycle.
+  void halt_first(std::size_t member) noexcept { members_[member].halt = true; }
   /// The lease by which it commands the axis, or did.
   [[nodiscard]] std::uint64_t lease(std::size_t member) const noexcept {
     return leases_[member].number.load(std::memory_order_relaxed);
