@@ -42,6 +42,7 @@ nlohmann::json to_json(const runtime::AxisStatus& status) {
   axis["torque_unit"] = unit.kind == trajectory::AxisKind::kLinear ? "N" : "Nm";
   axis["mode"] = std::string(mode_text(report.mode));
   axis["override"] = report.override_factor;
+  if (report.recorded_request != 0) axis["recorded_position"] = unit.from_si(report.recorded_position);
   if (report.error == ecat_master::AxisError::kNone) return axis;
   axis["error"] = std::string(ecat_master::to_text(report.error));
   if (report.error_code != 0) axis["error_code"] = ecat_master::cia402::error_text(report.error_code);
@@ -80,6 +81,11 @@ std::string motion_line(const nlohmann::json& axis) {
   if (!axis.contains("state")) return axis_line(axis);
   return fmt::format("{}, {}, {}", axis_line(axis), number(axis, "velocity", axis.at("unit").get<std::string>() + "/s"),
                      number(axis, "torque", text(axis, "torque_unit")));
+}
+
+std::string recorded_line(const nlohmann::json& axis) {
+  return fmt::format("axis {}: recorded {}", axis.at("name").get<std::string>(),
+                     number(axis, "recorded_position", axis.at("unit").get<std::string>()));
 }
 
 }  // namespace driveline::cli

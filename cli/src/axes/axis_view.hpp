@@ -15,5 +15,7 @@ namespace driveline::cli {
 [[nodiscard]] std::string axis_line(const nlohmann::json& axis);
 /// The same with velocity and torque: "axis x: ContinuousMotion at 90 deg, 30 deg/s, 0.5 Nm".
 [[nodiscard]] std::string motion_line(const nlohmann::json& axis);
+/// "axis x: recorded 90 deg": where its touch probe has last had an event.
+[[nodiscard]] std::string recorded_line(const nlohmann::json& axis);
 
 }  // namespace driveline::cli

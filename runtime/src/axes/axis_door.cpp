@@ -20,6 +20,11 @@ bool stops(AxisCommand command) noexcept {
   return command == AxisCommand::kStop || command == AxisCommand::kHalt;
 }
 
+/// Moves nothing, and asks for no lease.
+bool probes(AxisCommand command) noexcept {
+  return command == AxisCommand::kTouchProbe || command == AxisCommand::kAbortTrigger;
+}
+
 /// Once the axis has taken it, the axis does nothing else that it has done before.
 bool begins_motion(AxisCommand command) noexcept {
   switch (command) {
@@ -134,6 +139,7 @@ AxisDoor::Submitted AxisDoor::try_to_submit(const AxisCaller& caller, std::size_
 /// Takes the lease of an axis that nobody else has; one of another owner stays his, see settle_take_overs().
 AxisDoor::Permission AxisDoor::permission(const AxisCaller& caller, std::size_t axis, AxisCommand command) {
   if (stops(command)) return Way::kOpen;
+  if (probes(command)) return probe_permission(caller, axis, command);
   const auto owner = authority_.owner_of(axis);
   auto terms = terms_of(caller);
   if (!owner.empty() && owner != caller.name && takes_over(caller, axis)) {
@@ -144,6 +150,18 @@ AxisDoor::Permission AxisDoor::permission(const AxisCaller& caller, std::size_t 
   terms.take_over = false;
   if (const auto taken = authority_.take(axis, terms); !taken) return refused(taken.error());
   return owner.empty() ? Way::kNewLease : Way::kOpen;
+}
+
+/// Everybody may switch a touch probe off; whose it is may be replaced by those who take over alone.
+AxisDoor::Permission AxisDoor::probe_permission(const AxisCaller& caller, std::size_t axis, AxisCommand command) const {
+  if (together_) return refused(Why::kMovedTogether, authority_.owner_of(axis));
+  if (command == AxisCommand::kAbortTrigger || caller.take_over) return Way::kOpen;
+  for (const auto& pending : pending_) {
+    const bool his = pending.caller.name == caller.name;
+    if (his || pending.axis != axis || pending.request.command != AxisCommand::kTouchProbe) continue;
+    if (!progress_of(axis, pending.number).report.over()) return refused(Why::kProbeTaken, pending.caller.name);
+  }
+  return Way::kOpen;
 }
 
 /// He asks for that, or has asked for it with a request that the axis has not looked at yet.
@@ -187,12 +205,18 @@ AxisProgress AxisDoor::progress(std::size_t axis, std::uint64_t request) const {
 }
 
 AxisProgress AxisDoor::progress_of(std::size_t axis, std::uint64_t request) const {
-  if (request == 0) return {{RequestPhase::kDone, AxisError::kNone}, {}};
+  if (request == 0) return {{RequestPhase::kDone, AxisError::kNone}, {}, {}};
   if (single_ == nullptr) {
     AxisRefusal refusal;
-    return {{RequestPhase::kAborted, AxisError::kNone}, refusal};
+    return {{RequestPhase::kAborted, AxisError::kNone}, refusal, {}};
   }
-  AxisProgress progress{single_->report(request), {}};
+  AxisProgress progress{single_->report(request), {}, {}};
+  if (progress.report.phase == RequestPhase::kDone) {
+    const auto now = single_->axis_report(axis);
+    if (now.recorded_request == request) progress.recorded_position = now.recorded_position;
+    // The position is told at the end of the cycle in which the request is done.
+    if (now.recorded_request < request && is_probe(request)) progress.report.phase = RequestPhase::kActive;
+  }
   if (progress.report.error == AxisError::kNone) return progress;
   auto& refusal = progress.refusal.emplace();
   refusal.why = Why::kByAxis;
@@ -205,6 +229,13 @@ AxisProgress AxisDoor::progress_of(std::size_t axis, std::uint64_t request) cons
   refusal.lowest = range->min;
   refusal.highest = range->max;
   return progress;
+}
+
+/// One that is not over yet.
+bool AxisDoor::is_probe(std::uint64_t request) const {
+  return std::any_of(pending_.begin(), pending_.end(), [request](const Pending& pending) {
+    return pending.number == request && pending.request.command == AxisCommand::kTouchProbe;
+  });
 }
 
 AxisStatus AxisDoor::status(std::size_t axis) const {
@@ -237,7 +268,11 @@ void AxisDoor::leave(const std::string& caller, bool stop) {
 
 /// Its caller goes.
 void AxisDoor::drop(Pending& pending) {
-  if (pending.takes_over) {
+  const auto progress = progress_of(pending.axis, pending.number);
+  if (pending.request.command == AxisCommand::kTouchProbe) {
+    if (single_ != nullptr && !progress.report.over())
+      static_cast<void>(single_->submit(pending.axis, plain(AxisCommand::kAbortTrigger)));
+  } else if (pending.takes_over) {
     pending.gone = true;
   } else if (authority_.holds(pending.axis, pending.caller.name)) {
     // What another has taken over is moved by him.
@@ -282,6 +317,9 @@ void AxisDoor::watch_requests() {
     if (progress.refusal) {
       events_.emplace_back(events::AxisRequestFailed{std::move(pending.caller.name), std::move(axis), pending.request,
                                                      std::move(*progress.refusal)});
+    } else if (progress.recorded_position) {
+      events_.emplace_back(events::AxisProbed{std::move(pending.caller.name), std::move(axis), pending.request,
+                                              *progress.recorded_position});
     }
     return true;
   });

@@ -206,6 +206,53 @@ TEST_F(AxisDoorTest, WhatIsOneTooManyTakesNothing) {
   EXPECT_EQ(door.status(1).owner, "");
 }
 
+TEST_F(AxisDoorTest, ATouchProbeNeedsNoLeaseAndIsOneAtATime) {
+  door.open(*single);
+  ASSERT_EQ(refusal(caller("stream"), 0, ask(AxisCommand::kPower)), "");
+  const auto probe = ask(AxisCommand::kTouchProbe);
+  EXPECT_EQ(refusal(caller("hand"), 0, probe), "");
+  EXPECT_EQ(door.status(0).owner, "stream") << "it moves nothing";
+  EXPECT_EQ(refusal(caller("other"), 0, probe), "axis x: its touch probe is used by hand");
+  EXPECT_EQ(refusal(caller("other"), 1, probe), "") << "that of another axis is free";
+  EXPECT_EQ(refusal(caller("hand"), 0, probe), "") << "his own";
+  auto taking = caller("other");
+  taking.take_over = true;
+  EXPECT_EQ(refusal(taking, 0, probe), "");
+  EXPECT_EQ(door.status(0).owner, "stream");
+  EXPECT_EQ(refusal(caller("third"), 0, ask(AxisCommand::kAbortTrigger)), "") << "to anybody";
+  door.close();
+  door.occupy("path");
+  EXPECT_THAT(refusal(taking, 0, probe), HasSubstr("is moved by the path of this run"));
+}
+
+TEST_F(AxisDoorTest, RequestsOfProbesAndDrivesHaveSentences) {
+  configs[0].software_limits = trajectory::PositionRange{-1.0, 2.0};
+  door.open(*single);
+  auto probe = ask(AxisCommand::kTouchProbe);
+  probe.trigger = ecat_master::ProbeTrigger::kSecondFalling;
+  probe.window_last = 1.0;
+  auto homing = ask(AxisCommand::kHomeByProbe, 0.5);
+  homing.trigger = ecat_master::ProbeTrigger::kZeroPulse;
+  homing.distance = -0.5;
+  homing.velocity = 1.0;
+  for (const auto& request : {probe, homing, ask(AxisCommand::kDriveMoveAbsolute, 1.0),
+                              ask(AxisCommand::kDriveMoveVelocity, -1.0), ask(AxisCommand::kAbortTrigger)})
+    EXPECT_EQ(refusal(caller("hand"), 0, request), "");
+  EXPECT_THAT(told(), ElementsAre("hand: axis x: touch_probe 2, falling edge, from 0 deg to 57.2958 deg",
+                                  "hand: axis x: home_by_probe zero pulse, as far as -28.6479 deg, at 28.6479 deg, "
+                                  "velocity 57.2958 deg/s",
+                                  "hand: axis x: drive_move_absolute to 57.2958 deg",
+                                  "hand: axis x: drive_move_velocity -57.2958 deg/s", "hand: axis x: abort_trigger"));
+  homing.distance = -1.5;
+  EXPECT_THAT(refusal(caller("hand"), 0, homing), HasSubstr("position -85.9437 deg is not possible, -57.2958 deg to"));
+  EXPECT_THAT(refusal(caller("hand"), 0, ask(AxisCommand::kDriveMoveAbsolute, 2.5)),
+              HasSubstr("position 143.239 deg is not possible"));
+  EXPECT_THAT(refusal(caller("hand"), 0, ask(AxisCommand::kDriveMoveVelocity, 11.0)),
+              HasSubstr("velocity 630.254 deg/s is not possible"));
+  probe.window_first = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(refusal(caller("hand"), 0, probe), "axis x: window is not a number that can be");
+}
+
 TEST_F(AxisDoorTest, WhoIsNotHeardAnyMoreLosesHisAxes) {
   door.open(*single);
   const auto hand = caller("hand", milliseconds{500});

@@ -30,8 +30,9 @@ struct AxisCaller {
 
 /// How far a request is.
 struct AxisProgress {
-  ecat_master::RequestReport report;     ///< phase and reason
+  ecat_master::RequestReport report;          ///< phase and reason
   std::optional<AxisRefusal> refusal{};  ///< the reason with its facts; none: it has not failed
+  std::optional<double> recorded_position{};  ///< by AxisCommand::kTouchProbe, rad or m as requests count
 };
 
 /// What an axis does, and who commands it.
@@ -43,7 +44,8 @@ struct AxisStatus {
 
 /// The way of requests to the single axes of a running line: checks what needs no cycle, asks AxisAuthority for the
 /// axis, hands the request on, and keeps the events of it all. A stop or a halt needs no lease; while a path, a task or
-/// a program moves all axes together it ends the run in order.
+/// a program moves all axes together it ends the run in order. Nor does a touch probe need one, which moves nothing:
+/// one caller at a time has it, and everybody may switch it off.
 ///
 /// A lease is had by the first request and given back by leave(). An axis of another owner is taken over when it has
 /// taken the request: what is refused leaves the axis, and its motion, to that owner. Any thread but the cycle's; a
@@ -111,9 +113,12 @@ class AxisDoor {
   [[nodiscard]] Submitted try_to_submit(const AxisCaller& caller, std::size_t axis,
                                         const ecat_master::AxisRequest& request);
   [[nodiscard]] Permission permission(const AxisCaller& caller, std::size_t axis, ecat_master::AxisCommand command);
+  [[nodiscard]] Permission probe_permission(const AxisCaller& caller, std::size_t axis,
+                                            ecat_master::AxisCommand command) const;
   [[nodiscard]] bool takes_over(const AxisCaller& caller, std::size_t axis) const;
   [[nodiscard]] LeaseTerms terms_of(const AxisCaller& caller) const;
   [[nodiscard]] AxisProgress progress_of(std::size_t axis, std::uint64_t request) const;
+  [[nodiscard]] bool is_probe(std::uint64_t request) const;
   void stop_axis(std::size_t axis);
   void drop(Pending& pending);
   void settle_take_overs();
