@@ -288,11 +288,20 @@ void StreamServer::tell_refusals(Client& client) {
   client.last = record;
   for (std::size_t i = 0; i < stream::kRefusals; ++i) {
     if (record.refused[i] == 0 || std::exchange(client.told[i], true)) continue;
-    note(events::StreamSetpointRefused{client.peer, static_cast<stream::Refusal>(i)}, Severity::kNotice);
+    tell_refusal(client, static_cast<stream::Refusal>(i));
   }
   if (record.starved > 0 && !std::exchange(client.told_starved, true)) {
     note(events::StreamStarved{client.peer}, Severity::kNotice);
   }
+}
+
+void StreamServer::tell_refusal(const Client& client, stream::Refusal reason) {
+  events::StreamSetpointRefused refused{client.peer, reason, {}, client.session->first_fault(reason)};
+  if (refused.fault) {
+    const auto& axis = offered(client.session->members()[refused.fault->axis].axis);
+    refused.axis = {axis.name, axis.unit};
+  }
+  note(std::move(refused), Severity::kNotice);
 }
 
 }  // namespace driveline::runtime

@@ -17,6 +17,7 @@
 #include "driveline/runtime/event.hpp"
 #include "driveline/stream/greeting.hpp"
 #include "driveline/stream/records.hpp"
+#include "driveline/trajectory/position_unit.hpp"
 #include "stream/stream_hub.hpp"
 #include "stream/stream_session.hpp"
 #include "stream/stream_socket.hpp"
@@ -28,6 +29,7 @@ struct StreamAxis {
   std::string name;      ///< as in the line description
   std::size_t axis = 0;  ///< number on the line
   stream::AxisBounds bounds{};
+  trajectory::PositionUnit unit = *trajectory::find_position_unit("rad");  ///< in which people read its positions
 };
 
 /// Lets clients in, gives each its axes and its memory, and looks after it until the axes are free. A client has its
@@ -93,6 +95,7 @@ class StreamServer {
   void tell_end(const Client& client);
   [[nodiscard]] const StreamAxis& offered(std::size_t axis) const;
   void tell_refusals(Client& client);
+  void tell_refusal(const Client& client, stream::Refusal reason);
   void note(EventFacts facts, Severity severity);
 
   StreamConfig config_;
