@@ -306,6 +306,21 @@ class Hand(ProgramTest):
         self.end(run)
 
     @undisturbed
+    def test_endless_axis_is_shown_within_its_modulo(self):
+        run = self.start_run(line=LINE.replace('name = "x"\nunit', 'name = "x"\nincrements_per_revolution = 1048576\nmodulo = 360\nunit'))
+        self.wait_for_state("x", "Standstill")
+        moved = self.axis("x", "move", "800deg")
+        self.assertEqual(moved.returncode, 0, moved.stderr)
+        self.assertRegex(moved.stdout, r"\Aaxis x: Standstill at (799|800)\S* deg \((79|80)\S* of 360 deg\)\n\Z")
+        x = self.status()["x"]
+        self.assertAlmostEqual(x["position"], 800, delta=1)
+        self.assertAlmostEqual(x["modulo_position"], 80, delta=1)
+        self.assertAlmostEqual(x["modulo"], 360)
+        self.assertNotIn("modulo", self.status()["y"])
+        self.assertIn("of 360 deg)", self.axis("all", "status").stdout)
+        self.end(run)
+
+    @undisturbed
     def test_axes_wait_disabled_where_that_is_asked_for(self):
         run = self.start_run("--no-enable")
         self.assertEqual({axis["state"] for axis in self.status().values()}, {"Disabled"})

@@ -64,6 +64,7 @@ TEST(LineConfig, AnAxisHasItsRangeInItsUnit) {
   EXPECT_NEAR(x.software_limits->min, -std::numbers::pi / 2, 1e-12);
   EXPECT_NEAR(x.software_limits->max, std::numbers::pi, 1e-12);
   EXPECT_EQ(x.range_max, 0) << "no modulo";
+  EXPECT_FALSE(x.modulo);
   EXPECT_FALSE(config.axes[1].software_limits);
   EXPECT_EQ(config.axes[1].range_min, 0);
   EXPECT_EQ(config.axes[1].range_max, 999'999);

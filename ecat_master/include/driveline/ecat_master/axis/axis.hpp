@@ -50,7 +50,10 @@ struct AxisConfig {
   /// other. Not below each other: all of the 32 bits.
   std::int32_t range_min = 0;
   std::int32_t range_max = 0;  ///< 607Bh:02
-  /// Positions, as the drive counts, that motions of the axis by itself must not leave (SingleAxes); none: anywhere.
+  /// After which an endless axis is where it was, rad or m; positions are shown within it, too. None: it has none.
+  std::optional<double> modulo{};
+  /// Positions, before AxisCommand::kSetPosition, that motions of the axis by itself must not leave (SingleAxes); none:
+  /// anywhere.
   std::optional<trajectory::PositionRange> software_limits{};
   /// 6502h of the drive, bit n for mode n + 1; none: not known, every mode is tried.
   std::optional<std::uint32_t> supported_modes{};

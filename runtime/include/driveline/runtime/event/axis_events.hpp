@@ -49,6 +49,7 @@ struct EventAxis {
   double increments_per_unit = 1.0;  ///< drive increments per rad or m
   /// AxisConfig::software_limits.
   std::optional<trajectory::PositionRange> software_limits{};
+  std::optional<double> modulo{};  ///< AxisConfig::modulo
 };
 /// The axis of an event about this one.
 [[nodiscard]] EventAxis event_axis(const ecat_master::AxisConfig& axis);
