@@ -129,11 +129,25 @@ Result<void> take_modes(ecat_master::AxisConfig& axis, const DriveFacts& facts) 
   return {};
 }
 
-/// A drive that turns the sign of positions alone would run away under the loops of the master.
+/// The master tells the drive torques, or may be asked to.
+bool uses_torques(const ecat_master::AxisConfig& axis) {
+  return axis.mode == ecat_master::cia402::Mode::kCyclicTorque || axis.velocity_gain > 0.0 || axis.inertia > 0.0 ||
+         axis.feed_forward.any();
+}
+
+/// A drive that turns the sign of positions alone would run away under the loops of the master; one that turns both,
+/// but no torques, for which 607Eh has no bit (CiA 402-2; MSD manual 2361-2372), under its torques.
 Result<void> check_polarity(const ecat_master::AxisConfig& axis, const DriveFacts& facts) {
   const unsigned polarity = facts.polarity.value_or(0);
   const bool position = (polarity & kPositionTurned) != 0;
   const bool velocity = (polarity & kVelocityTurned) != 0;
+  if (position && velocity && uses_torques(axis)) {
+    return fail(ErrorKind::kSetting,
+                fmt::format("axis {}: 607Eh of its drive, which is {:02X}h, turns positions and velocities but not "
+                            "torques, which the master would give it in the wrong direction: polarity = \"reversed\" "
+                            "in the [[axis]] turns all of them, with 607Eh at 0",
+                            axis.name, polarity));
+  }
   if (position == velocity) return {};
   return fail(ErrorKind::kSetting,
               fmt::format("axis {}: by 607Eh, which is {:02X}h, its drive counts positions in another direction than "

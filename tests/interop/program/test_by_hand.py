@@ -28,6 +28,8 @@ pdo = [
 ]
 switch = [{ input = "ISD05", from_rev = 0.25, to_rev = 0.5 }]
 """)
+# Against the drive.
+REVERSED = LINE.replace('name = "x"\nunit', 'name = "x"\npolarity = "reversed"\nunit')
 
 
 class Script(ProgramTest):
@@ -121,6 +123,20 @@ class Script(ProgramTest):
         self.assertAlmostEqual(max(places), 200, delta=1)
         self.assertLess(min(places[places.index(max(places)):]), 80)
         self.assertAlmostEqual(places[-1], 100, delta=1)
+
+    def test_reversed_axis_counts_against_its_drive(self):
+        script = "x move 0\nwait x\nx drive-move 90\nwait x\n"
+        pages = {}
+        for name, line in (("normal", LINE), ("reversed", REVERSED)):
+            result = self.run_script(script + "x home\nwait x\n", line=line.replace(
+                "[[slave]]", '[[slave]]\nsdo = [{ index = 0x6098, type = "int8", value = 33 }]'))
+            self.assertEqual(result.returncode, 0, result.stderr)
+            pages[name] = self.positions("x")
+            self.assertAlmostEqual(max(pages[name]), 90 if name == "normal" else 360, delta=15)
+        result = self.run_script("x move 1\n", line=LINE.replace(
+            'name = "x"\nunit', 'name = "x"\ninertia = 3e-4\nunit').replace(
+            "[[slave]]", '[[slave]]\nsdo = [{ index = 0x607E, type = "uint8", value = 0xC0 }]', 1))
+        self.check_refused(result, 2, "axis x: 607Eh of its drive, which is C0h, turns positions and velocities but not torques")
 
     def test_bad_input_is_one_sentence_and_nothing_leaps(self):
         limited = LINE.replace('name = "x"\nunit', 'name = "x"\nmin_position = -90\nmax_position = 90\nunit')

@@ -107,6 +107,23 @@ TEST(DriveFacts, PolarityThatTurnsHalfOfItIsRefused) {
             "bits 7 and 6 are expected, or none");
 }
 
+TEST(DriveFacts, PolarityThatTurnsNoTorquesIsRefusedWhereTheseAreUsed) {
+  DriveFacts facts;
+  facts.polarity = 0xC0;
+  const auto* const refusal =
+      "axis x: 607Eh of its drive, which is C0h, turns positions and velocities but not torques, which the master "
+      "would give it in the wrong direction: polarity = \"reversed\" in the [[axis]] turns all of them, with 607Eh at "
+      "0";
+  auto axis = rotary_axis(1048576.0, true);
+  axis.inertia = 3e-4;
+  EXPECT_EQ(take(axis, facts), refusal);
+  axis = rotary_axis(1048576.0, true);
+  axis.mode = Mode::kCyclicTorque;
+  EXPECT_EQ(take(axis, facts), refusal);
+  axis.mode = Mode::kCyclicVelocity;
+  EXPECT_EQ(take(axis, facts), "");
+}
+
 TEST(DriveFacts, RangeOfTheDriveIsThatOfTheAxis) {
   auto axis = rotary_axis(1048576.0, true);
   DriveFacts facts;

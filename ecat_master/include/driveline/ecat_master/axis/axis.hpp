@@ -39,7 +39,10 @@ struct AxisConfig {
   trajectory::AxisKind kind = trajectory::AxisKind::kRotary;   ///< linear: positions in m, forces in N, not rad and Nm
   double increments_per_unit = 1048576.0 / 6.283185307179586;  ///< drive increments per rad or m
   double unit_per_revolution = 0.0;                            ///< rad or m per turn of the motor; 0: not known
-  bool scale_assumed = false;                    ///< increments_per_unit is a guess: the drive knows better
+  bool scale_assumed = false;  ///< increments_per_unit is a guess: the drive knows better
+  /// The axis counts against its drive: positions, velocities, torques, offsets and places of the touch probe have the
+  /// other sign there. Everything here is as the axis counts, but `range_min` and `range_max`.
+  bool reversed = false;
   double rated_torque = 2.4;                     ///< Nm or N that 1000 per mille stand for (6076h)
   trajectory::AxisLimits limits{200.0, 2000.0};  ///< for the approach of a path and for stops
   std::optional<double> max_jerk{};              ///< rad/s^3 or m/s^3, of motions that the master plans; none: no limit
@@ -252,6 +255,8 @@ class Axis {
   std::uint32_t possible_modes_;  ///< bit of each whose objects are mapped
   cia402::Mode mode_;             ///< that the drive is told, or about to be
   cia402::Mode wanted_;           ///< another one: next
+  double scale_;                  ///< increments of the drive per rad or m, with the sign of its direction
+  double nm_per_permille_;        ///< likewise; N of linear axes
   bool changing_ = false;         ///< change_ is active
   bool pending_ = false;          ///< and pending
   /// Whether the feed-forward goes out as offset, and the rest of it in the target.

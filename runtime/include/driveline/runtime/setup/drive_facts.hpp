@@ -52,7 +52,7 @@ struct ScaleDifference {
 /// Completes the axis by what its drive tells: its modes, how positions are scaled where the line description leaves
 /// that out, and the range after which they begin anew. The difference where the line description scales otherwise,
 /// which then counts. Errors: the drive does not have the mode of the axis, counts positions in another direction than
-/// velocities, or tells a scale that cannot be.
+/// velocities, or both in another than torques that the axis uses, or tells a scale that cannot be.
 [[nodiscard]] Result<std::optional<ScaleDifference>> take_drive_facts(ecat_master::AxisConfig& axis,
                                                                       const DriveFacts& facts);
 
