@@ -71,6 +71,22 @@ nlohmann::json to_json(const runtime::AxisStatus& status) {
   return axis;
 }
 
+nlohmann::json owners_json(const runtime::AxisDoor& door) {
+  auto rows = nlohmann::json::array();
+  for (std::size_t axis = 0; axis < door.axes().size(); ++axis)
+    rows.push_back({{"name", door.axes()[axis].name}, {"owner", door.status(axis).owner}});
+  return rows;
+}
+
+std::string owners_text(const runtime::AxisDoor& door) {
+  std::string lines;
+  for (std::size_t axis = 0; axis < door.axes().size(); ++axis) {
+    const auto owner = door.status(axis).owner;
+    lines += fmt::format("axis {} is commanded by {}\n", door.axes()[axis].name, owner.empty() ? "nobody" : owner);
+  }
+  return lines;
+}
+
 std::string axes_table(const nlohmann::json& axes) {
   std::size_t widest = 4;
   for (const auto& axis : axes) widest = std::max(widest, axis.at("name").get_ref<const std::string&>().size());

@@ -337,6 +337,32 @@ class Hand(ProgramTest):
         self.end(run)
 
     @undisturbed
+    def test_refused_take_over_takes_nothing(self):
+        run = self.start_run()
+        self.wait_for_state("x", "Standstill")
+        jog = self.start("axis", "x", "jog", "60rpm", log="jog.log")
+        self.wait_for_state("x", "ContinuousMotion")
+        self.check_refused(self.axis("x", "home", "--take-over"), 1, "axis x: the axis is not at a standstill")
+        x = self.status()["x"]
+        self.assertIn(f"process {jog.pid}", x["owner"])
+        self.assertEqual(x["state"], "ContinuousMotion")
+        self.assertIsNone(jog.poll())
+        for arguments, found in (((), f"axis x is commanded by {x['owner']}\naxis y is commanded by nobody\n"),
+                                 (("--json",), None)):
+            diagnosed = self.run_program("diag", *arguments)
+            self.assertEqual(diagnosed.returncode, 0, diagnosed.stderr)
+            if found:
+                self.assertIn(found, diagnosed.stdout)
+            else:
+                self.assertEqual(self.one_document(diagnosed.stdout)["axes"],
+                                 [{"name": "x", "owner": x["owner"]}, {"name": "y", "owner": ""}])
+        jog.send_signal(signal.SIGINT)
+        self.assertEqual(jog.wait(PATIENCE_S), 0, self.text("jog.log"))
+        document = self.end(run)
+        self.assertFalse([row for row in document["authority"] if row["change"] == "taken over"], document["authority"])
+        self.assertEqual([axis["owner"] for axis in document["axes"]], ["", ""])
+
+    @undisturbed
     def test_axes_wait_disabled_where_that_is_asked_for(self):
         run = self.start_run("--no-enable")
         self.assertEqual({axis["state"] for axis in self.status().values()}, {"Disabled"})
@@ -449,6 +475,7 @@ class Hand(ProgramTest):
         self.check_refused(self.axis("x", "probe"), 1, "axis x: is moved by the path of this run")
         self.assertEqual(self.axis("x", "stop").returncode, 0)
         self.assertEqual(run.wait(PATIENCE_S), 0, self.logs())
+        self.assertEqual([axis["owner"] for axis in self.one_document(self.text("run.log.out"))["axes"]], ["path", "path"])
 
 
 if __name__ == "__main__":
