@@ -120,5 +120,29 @@ INSTANTIATE_TEST_SUITE_P(InEachMode, EndlessAxis,
                                   (std::get<1>(row.param) > 0.0 ? "Upwards" : "Downwards");
                          });
 
+/// It counts against its drive: ends are those of the drive.
+TEST(EndlessReversedAxis, TurnsOnOverThreeEndsOfItsRange) {
+  for (const double direction : {1.0, -1.0}) {
+    auto options = endless(Mode::kCyclicPosition, 0, kEndlessRange - 1);
+    options.reversed = true;
+    SingleLine line(1, options, {}, 0.3);
+    line.enable();
+    const double from = line.setpoint();
+    const double shaft = line.drives.drive(0).position_rad();
+    Rounds rounds;
+    line.submit(request(AxisCommand::kMoveVelocity, 30.0 * direction));
+    for (int i = 0; i < 6500; ++i) {
+      line.cycle();
+      rounds.look(line);
+    }
+    EXPECT_GE(rounds.count(), 3);
+    EXPECT_EQ(line.ask(request(AxisCommand::kHalt)).phase, RequestPhase::kDone);
+    line.cycles(800);
+    EXPECT_GT((line.setpoint() - from) * direction, 3.0 * kEndlessTurn);
+    EXPECT_NEAR(line.drives.drive(0).position_rad() - shaft, from - line.setpoint(), 0.05);
+    line.expect_obedience();
+  }
+}
+
 }  // namespace
 }  // namespace driveline::bus_test

@@ -105,6 +105,22 @@ INSTANTIATE_TEST_SUITE_P(OfDrives, EveryTrigger,
                                   (std::get<1>(row.param) == Variant::kMsd ? "Msd" : "ServoOne");
                          });
 
+TEST(TouchProbe, PlacesAreAsAReversedAxisCounts) {
+  auto options = probe_options();
+  options.reversed = true;
+  ProbeLine line(options);
+  const auto id = line.submit(probe(ProbeTrigger::kFirstRising, -2.5, -1.5));
+  EXPECT_EQ(line.ask(move(-2.3, 10.0)).phase, RequestPhase::kDone);
+  EXPECT_EQ(line.phase(id), RequestPhase::kDone);
+  EXPECT_NEAR(line.now().recorded_position, -kCloses, tolerance(10.0));
+  EXPECT_EQ(line.ask(move(0.0, 10.0)).phase, RequestPhase::kDone);
+  EXPECT_EQ(line.ask(search(ProbeTrigger::kFirstRising, -8.0, 10.0, 50.0)).phase, RequestPhase::kDone);
+  line.cycles(1000);
+  EXPECT_NEAR(line.drives.drive(0).position_rad(), kCloses, tolerance(10.0) + 0.02);
+  EXPECT_NEAR(line.now().position, 50.0, 0.02);
+  line.expect_obedience();
+}
+
 TEST(TouchProbe, OnlyTheWindowCounts) {
   ProbeLine line;
   // The encoder's zero pulse comes once per turn.

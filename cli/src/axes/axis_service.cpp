@@ -85,6 +85,8 @@ json AxisService::progress(const Client& client) const {
     row["phase"] = std::string(ecat_master::to_text(progress.report.phase));
     row["over"] = progress.report.over() || progress.report.phase == RequestPhase::kUnknown;
     row["reached"] = progress.report.phase == RequestPhase::kReached || progress.report.phase == RequestPhase::kDone;
+    if (progress.recorded_position)
+      row["recorded_position"] = door_.status(axis).axis.unit.from_si(*progress.recorded_position);
     if (auto why = failure_of(client, axis, progress); !why.empty()) row["failure"] = std::move(why);
     rows.push_back(std::move(row));
   }

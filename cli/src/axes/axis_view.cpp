@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
@@ -22,6 +23,23 @@ std::string number(const nlohmann::json& axis, std::string_view key, std::string
   return value == axis.end() ? "-" : fmt::format("{:.6g} {}", value->get<double>(), unit);
 }
 
+/// The place within the modulo, from 0 on, of a position that has gone on beyond it.
+double within(double position, double modulo) {
+  const double rest = std::fmod(position, modulo);
+  const double place = rest < 0.0 ? rest + modulo : rest;
+  // A rounding below zero would be a whole modulo above it.
+  return place < modulo ? place : 0.0;
+}
+
+/// "372.5 deg", of an axis with a modulo "372.5 deg (12.5 of 360 deg)".
+std::string place_text(const nlohmann::json& axis) {
+  const auto unit = axis.at("unit").get<std::string>();
+  const auto place = number(axis, "position", unit);
+  const auto modulo = axis.find("modulo_position");
+  if (modulo == axis.end()) return place;
+  return fmt::format("{} ({:.6g} of {})", place, modulo->get<double>(), number(axis, "modulo", unit));
+}
+
 std::string text(const nlohmann::json& axis, std::string_view key) {
   const auto value = axis.find(key);
   return value == axis.end() || value->get_ref<const std::string&>().empty() ? "-" : value->get<std::string>();
@@ -37,28 +55,51 @@ nlohmann::json to_json(const runtime::AxisStatus& status) {
   axis["state"] = std::string(ecat_master::to_text(report.state));
   axis["setpoint"] = unit.from_si(report.setpoint);
   axis["position"] = unit.from_si(report.position);
+  if (const auto modulo = status.axis.modulo) {
+    axis["modulo"] = unit.from_si(*modulo);
+    axis["modulo_position"] = unit.from_si(within(report.position, *modulo));
+  }
   axis["velocity"] = unit.from_si(report.velocity);
   axis["torque"] = report.torque;
   axis["torque_unit"] = unit.kind == trajectory::AxisKind::kLinear ? "N" : "Nm";
   axis["mode"] = std::string(mode_text(report.mode));
   axis["override"] = report.override_factor;
+  if (report.recorded_request != 0) axis["recorded_position"] = unit.from_si(report.recorded_position);
   if (report.error == ecat_master::AxisError::kNone) return axis;
   axis["error"] = std::string(ecat_master::to_text(report.error));
   if (report.error_code != 0) axis["error_code"] = ecat_master::cia402::error_text(report.error_code);
   return axis;
 }
 
+nlohmann::json owners_json(const runtime::AxisDoor& door) {
+  auto rows = nlohmann::json::array();
+  for (std::size_t axis = 0; axis < door.axes().size(); ++axis)
+    rows.push_back({{"name", door.axes()[axis].name}, {"owner", door.status(axis).owner}});
+  return rows;
+}
+
+std::string owners_text(const runtime::AxisDoor& door) {
+  std::string lines;
+  for (std::size_t axis = 0; axis < door.axes().size(); ++axis) {
+    const auto owner = door.status(axis).owner;
+    lines += fmt::format("axis {} is commanded by {}\n", door.axes()[axis].name, owner.empty() ? "nobody" : owner);
+  }
+  return lines;
+}
+
 std::string axes_table(const nlohmann::json& axes) {
   std::size_t widest = 4;
   for (const auto& axis : axes) widest = std::max(widest, axis.at("name").get_ref<const std::string&>().size());
-  auto table = fmt::format("{:<{}}  {:<20}{:>16}{:>18}{:>12}  {:<5}{:>9}  {}\n", "axis", widest, "state", "position",
-                           "velocity", "torque", "mode", "override", "commanded by");
+  std::size_t places = 16;
+  for (const auto& axis : axes) places = std::max(places, place_text(axis).size() + 2);
+  auto table = fmt::format("{:<{}}  {:<20}{:>{}}{:>18}{:>12}  {:<5}{:>9}  {}\n", "axis", widest, "state", "position",
+                           places, "velocity", "torque", "mode", "override", "commanded by");
   for (const auto& axis : axes) {
     const auto unit = axis.at("unit").get<std::string>();
     const auto override_factor = axis.find("override");
     table += fmt::format(
-        "{:<{}}  {:<20}{:>16}{:>18}{:>12}  {:<5}{:>9}  {}\n", axis.at("name").get<std::string>(), widest,
-        text(axis, "state"), number(axis, "position", unit), number(axis, "velocity", unit + "/s"),
+        "{:<{}}  {:<20}{:>{}}{:>18}{:>12}  {:<5}{:>9}  {}\n", axis.at("name").get<std::string>(), widest,
+        text(axis, "state"), place_text(axis), places, number(axis, "velocity", unit + "/s"),
         number(axis, "torque", text(axis, "torque_unit")), text(axis, "mode"),
         override_factor == axis.end() ? "-" : fmt::format("{:.4g} %", 100.0 * override_factor->get<double>()),
         text(axis, "owner"));
@@ -72,14 +113,18 @@ std::string axes_table(const nlohmann::json& axes) {
 
 std::string axis_line(const nlohmann::json& axis) {
   if (!axis.contains("state")) return fmt::format("axis {}", axis.at("name").get<std::string>());
-  return fmt::format("axis {}: {} at {}", axis.at("name").get<std::string>(), text(axis, "state"),
-                     number(axis, "position", axis.at("unit").get<std::string>()));
+  return fmt::format("axis {}: {} at {}", axis.at("name").get<std::string>(), text(axis, "state"), place_text(axis));
 }
 
 std::string motion_line(const nlohmann::json& axis) {
   if (!axis.contains("state")) return axis_line(axis);
   return fmt::format("{}, {}, {}", axis_line(axis), number(axis, "velocity", axis.at("unit").get<std::string>() + "/s"),
                      number(axis, "torque", text(axis, "torque_unit")));
+}
+
+std::string recorded_line(const nlohmann::json& axis) {
+  return fmt::format("axis {}: recorded {}", axis.at("name").get<std::string>(),
+                     number(axis, "recorded_position", axis.at("unit").get<std::string>()));
 }
 
 }  // namespace driveline::cli

@@ -19,6 +19,7 @@ using ecat_master::AxisCommand;
 using ecat_master::AxisConfig;
 using ecat_master::AxisRequest;
 using ecat_master::BufferMode;
+using ecat_master::ProbeTrigger;
 
 /// A word behind the name of an axis.
 struct Verb {
@@ -41,8 +42,17 @@ constexpr std::array kVerbs = {
     Verb{"halt", AxisCommand::kHalt},
     Verb{"position", AxisCommand::kSetPosition, true, "a position"},
     Verb{"override", AxisCommand::kSetOverride, true, "a factor such as 50%"},
-    Verb{"mode", AxisCommand::kSetMode, true, "csp, csv or cst"},
+    Verb{"mode", AxisCommand::kSetMode, true, "csp, csv, cst or ip"},
+    Verb{"probe", AxisCommand::kTouchProbe},
+    Verb{"abort-probe", AxisCommand::kAbortTrigger},
+    Verb{"home-probe", AxisCommand::kHomeByProbe, true, "a distance, with the sign of its direction"},
+    Verb{"drive-move", AxisCommand::kDriveMoveAbsolute, true, "a position, or by=DISTANCE"},
+    Verb{"drive-jog", AxisCommand::kDriveMoveVelocity, true, "a velocity"},
 };
+
+/// Everything that may stand before an equals sign, for hints.
+constexpr std::array<std::string_view, 11> kOptions{"velocity", "acceleration", "deceleration", "jerk", "buffer", "by",
+                                                    "add",      "superimpose",  "from",         "to",   "at"};
 
 constexpr std::array kBufferModes = {BufferMode::kAborting,     BufferMode::kBuffered,
                                      BufferMode::kBlendingLow,  BufferMode::kBlendingPrevious,
@@ -53,10 +63,46 @@ std::string hint(std::string_view word, std::span<const std::string_view> known)
   return meant.empty() ? std::string{} : fmt::format("; did you mean {}?", meant);
 }
 
+/// By the setpoints of the master.
 bool moves(AxisCommand command) {
   return command == AxisCommand::kMoveAbsolute || command == AxisCommand::kMoveVelocity ||
-         command == AxisCommand::kTorque;
+         command == AxisCommand::kTorque || command == AxisCommand::kHomeByProbe;
 }
+
+bool moves_by_drive(AxisCommand command) {
+  return command == AxisCommand::kDriveMoveAbsolute || command == AxisCommand::kDriveMoveVelocity;
+}
+
+bool probes(AxisCommand command) {
+  return command == AxisCommand::kTouchProbe || command == AxisCommand::kHomeByProbe;
+}
+
+/// The event of a touch probe: "1 rising", in any order and with either left out, or "zero".
+class TriggerReader {
+ public:
+  /// False: it is no word of an event, or the second one of its kind.
+  [[nodiscard]] bool read(std::string_view word) {
+    if (word == "1" || word == "2" || word == "zero") return take(input_, word);
+    return (word == "rising" || word == "falling") && take(edge_, word);
+  }
+  /// None: the zero pulse has no edges.
+  [[nodiscard]] std::optional<ProbeTrigger> trigger() const {
+    const bool falling = edge_ == "falling";
+    if (input_ == "zero") return edge_.empty() ? std::optional(ProbeTrigger::kZeroPulse) : std::nullopt;
+    if (input_ == "2") return falling ? ProbeTrigger::kSecondFalling : ProbeTrigger::kSecondRising;
+    return falling ? ProbeTrigger::kFirstFalling : ProbeTrigger::kFirstRising;
+  }
+
+ private:
+  [[nodiscard]] static bool take(std::string& place, std::string_view word) {
+    const bool first = place.empty();
+    if (first) place = word;
+    return first;
+  }
+
+  std::string input_;
+  std::string edge_;
+};
 
 /// Puts a request together, word by word.
 class RequestReader {
@@ -70,8 +116,18 @@ class RequestReader {
     for (const auto& word : words) {
       if (auto read = this->read(word); !read) return tl::unexpected(read.error());
     }
-    if (verb_.operand.empty() || operand_) return request_;
-    return misused(fmt::format("axis {}: {} needs {}", axis_.name, verb_.name, verb_.operand));
+    if (!verb_.operand.empty() && !operand_) {
+      return misused(fmt::format("axis {}: {} needs {}", axis_.name, verb_.name, verb_.operand));
+    }
+    if (window_first_ != window_last_) {
+      return misused(fmt::format("axis {}: {}: from= and to= go together", axis_.name, verb_.name));
+    }
+    const auto trigger = trigger_.trigger();
+    if (!trigger) {
+      return misused(fmt::format("axis {}: {}: the zero pulse of an encoder has no edges", axis_.name, verb_.name));
+    }
+    request_.trigger = *trigger;
+    return request_;
   }
 
  private:
@@ -79,18 +135,31 @@ class RequestReader {
     const auto equals = word.find('=');
     if (equals != std::string_view::npos) return read_option(word.substr(0, equals), word.substr(equals + 1));
     if (verb_.operand.empty() || operand_) {
+      if (probes(verb_.command)) return read_trigger(word);
       return misused(fmt::format("axis {}: {}: \"{}\" was not expected", axis_.name, verb_.name, word));
     }
     operand_ = true;
     return read_operand(word);
   }
 
+  [[nodiscard]] Outcome<void> read_trigger(std::string_view word) {
+    if (trigger_.read(word)) return {};
+    return misused(
+        fmt::format("axis {}: {}: \"{}\" was not expected; 1, 2 or zero says which touch probe, rising or "
+                    "falling which edge",
+                    axis_.name, verb_.name, word));
+  }
+
   [[nodiscard]] Outcome<void> read_operand(std::string_view word) {
     switch (verb_.command) {
       case AxisCommand::kMoveAbsolute:
       case AxisCommand::kSetPosition:
+      case AxisCommand::kDriveMoveAbsolute:
         return take(request_.target, Quantity::kPosition, word, "position");
+      case AxisCommand::kHomeByProbe:
+        return take(request_.distance, Quantity::kPosition, word, "distance");
       case AxisCommand::kMoveVelocity:
+      case AxisCommand::kDriveMoveVelocity:
         return take(request_.target, Quantity::kVelocity, word, "velocity");
       case AxisCommand::kTorque:
         return take(request_.target, Quantity::kTorque, word, "torque");
@@ -112,10 +181,11 @@ class RequestReader {
 
   [[nodiscard]] Outcome<void> read_mode(std::string_view word) {
     namespace cia402 = ecat_master::cia402;
-    const auto mode = cia402::find_cyclic_mode(word);
+    auto names = cia402::cyclic_mode_names();
+    names.push_back(to_text(cia402::Mode::kInterpolatedPosition));
+    const auto mode = word == names.back() ? cia402::Mode::kInterpolatedPosition : cia402::find_cyclic_mode(word);
     if (!mode) {
-      return misused(
-          fmt::format("mode \"{}\": csp, csv or cst is expected{}", word, hint(word, cia402::cyclic_mode_names())));
+      return misused(fmt::format("mode \"{}\": csp, csv, cst or ip is expected{}", word, hint(word, names)));
     }
     request_.mode = static_cast<std::int8_t>(*mode);
     return {};
@@ -130,17 +200,33 @@ class RequestReader {
         return take(request_.acceleration, torque ? Quantity::kTorqueRate : Quantity::kAcceleration, value, name);
       if (name == "deceleration") return take(request_.deceleration, Quantity::kAcceleration, value, name);
       if (name == "jerk") return take(request_.jerk, Quantity::kJerk, value, name);
-      if (name == "buffer") return read_buffer(value);
+      if (name == "buffer" && verb_.command != AxisCommand::kHomeByProbe) return read_buffer(value);
     }
+    if (moves_by_drive(verb_.command)) {
+      if (name == "velocity" && verb_.command == AxisCommand::kDriveMoveAbsolute)
+        return take(request_.velocity, Quantity::kVelocity, value, name);
+      if (name == "acceleration") return take(request_.acceleration, Quantity::kAcceleration, value, name);
+      if (name == "deceleration") return take(request_.deceleration, Quantity::kAcceleration, value, name);
+    }
+    if (verb_.command == AxisCommand::kHomeByProbe && name == "at")
+      return take(request_.target, Quantity::kPosition, value, name);
+    if (verb_.command == AxisCommand::kTouchProbe && (name == "from" || name == "to")) return read_window(name, value);
     if (verb_.command == AxisCommand::kMoveAbsolute && !operand_) {
       if (name == "by") return relative(AxisCommand::kMoveRelative, value);
       if (name == "add") return relative(AxisCommand::kMoveAdditive, value);
       if (name == "superimpose") return relative(AxisCommand::kMoveSuperimposed, value);
     }
-    constexpr std::array<std::string_view, 8> known{"velocity", "acceleration", "deceleration", "jerk",
-                                                    "buffer",   "by",           "add",          "superimpose"};
+    if (verb_.command == AxisCommand::kDriveMoveAbsolute && !operand_ && name == "by")
+      return relative(AxisCommand::kDriveMoveRelative, value);
+    const bool known = std::find(kOptions.begin(), kOptions.end(), name) != kOptions.end();
     return misused(fmt::format("axis {}: {}: \"{}=\" does not belong there{}", axis_.name, verb_.name, name,
-                               std::find(known.begin(), known.end(), name) == known.end() ? hint(name, known) : ""));
+                               known ? "" : hint(name, kOptions)));
+  }
+
+  [[nodiscard]] Outcome<void> read_window(std::string_view name, std::string_view value) {
+    const bool first = name == "from";
+    (first ? window_first_ : window_last_) = true;
+    return take(first ? request_.window_first : request_.window_last, Quantity::kPosition, value, name);
   }
 
   [[nodiscard]] Outcome<void> relative(AxisCommand command, std::string_view value) {
@@ -170,7 +256,10 @@ class RequestReader {
   const AxisConfig& axis_;
   const Verb& verb_;
   AxisRequest request_;
+  TriggerReader trigger_;
   bool operand_ = false;
+  bool window_first_ = false;
+  bool window_last_ = false;
 };
 
 }  // namespace

@@ -43,8 +43,8 @@ struct AxisOptions {
     std::string_view name;
     std::optional<std::string> value{};
   };
-  std::vector<Setting> settings{{"velocity"}, {"acceleration"}, {"deceleration"}, {"jerk"},
-                                {"by"},       {"add"},          {"superimpose"},  {"buffer"}};
+  std::vector<Setting> settings{{"velocity"},    {"acceleration"}, {"deceleration"}, {"jerk"}, {"by"}, {"add"},
+                                {"superimpose"}, {"buffer"},       {"from"},         {"to"},   {"at"}};
   std::optional<std::string> duration;
   std::string control;
   std::string config;
@@ -52,6 +52,11 @@ struct AxisOptions {
   bool no_wait = false;
   bool json = false;
 };
+
+/// Goes on for ever.
+bool endless(std::string_view request) {
+  return request == "jog" || request == "torque" || request == "drive-jog";
+}
 
 /// What the line is told: `x move 90deg velocity=30deg/s`.
 std::string order_of(const AxisOptions& options) {
@@ -83,8 +88,11 @@ class AxisOrder {
   }
 
  private:
-  [[nodiscard]] bool jogs() const { return options_.request == "jog" || options_.request == "torque"; }
-  [[nodiscard]] bool homes() const { return options_.request == "home"; }
+  [[nodiscard]] bool jogs() const { return endless(options_.request); }
+  [[nodiscard]] bool homes() const { return options_.request == "home" || options_.request == "home-probe"; }
+  [[nodiscard]] bool probes() const { return options_.request == "probe"; }
+  /// What ends it early. Homing is ended by a stop alone, which finish() withdraws.
+  [[nodiscard]] std::string_view ending() const { return homes() ? "stop" : probes() ? "abort-probe" : "halt"; }
 
   [[nodiscard]] Outcome<json> ask(const std::string& command) {
     const auto answer = connection_.ask(command);
@@ -120,8 +128,7 @@ class AxisOrder {
     if (halted_ || !(over || stop_requested())) return {};
     halted_ = true;
     interrupted_ = !over && !jogs();
-    // Homing by a drive is ended by a stop alone, which finish() withdraws.
-    const auto answer = ask(fmt::format("axis {} {}", quoted_word(options_.axis), homes() ? "stop" : "halt"));
+    const auto answer = ask(fmt::format("axis {} {}", quoted_word(options_.axis), ending()));
     return answer ? Outcome<void>{} : tl::unexpected(answer.error());
   }
 
@@ -150,7 +157,8 @@ class AxisOrder {
     } else if (options_.request == "status") {
       print_out("{}", axes_table(document.at("axes")));
     } else {
-      for (const auto& axis : document.at("axes")) print_out("{}\n", axis_line(axis));
+      const bool recorded = probes() && !options_.no_wait;
+      for (const auto& axis : document.at("axes")) print_out("{}\n", recorded ? recorded_line(axis) : axis_line(axis));
     }
     return 0;
   }
@@ -167,14 +175,14 @@ class AxisOrder {
 Outcome<int> order_axis(const AxisOptions& options) {
   catch_stop_signals();
   std::optional<std::chrono::nanoseconds> duration;
-  const bool endless = options.request == "jog" || options.request == "torque";
   if (options.duration) {
-    if (!endless) return misused("--for goes with jog and torque, which have no end of their own");
+    if (!endless(options.request))
+      return misused("--for goes with jog, drive-jog and torque, which have no end of their own");
     const auto time = parse_time(*options.duration, "--for");
     if (!time) return tl::unexpected(time.error());
     duration = *time;
   }
-  if (endless && options.no_wait) {
+  if (endless(options.request) && options.no_wait) {
     return misused(
         fmt::format("--no-wait does not go with {}: the axis moves as long as this command runs", options.request));
   }
@@ -199,22 +207,28 @@ Execute prepare_axis(Arguments& to) {
   to.required(&options->axis, Value::text("NAME"), "Name of the axis, or all");
   to.required(&options->request, Value::choice("REQUEST", request_names()),
               "status, enable, disable, reset, home, move POSITION, jog VELOCITY, torque TORQUE, halt, stop, "
-              "release-stop, position POSITION, override FACTOR, mode csp|csv|cst");
+              "release-stop, position POSITION, override FACTOR, mode csp|csv|cst|ip, probe [1|2|zero] "
+              "[rising|falling], abort-probe, home-probe DISTANCE [1|2|zero] [rising|falling], drive-move POSITION, "
+              "drive-jog VELOCITY");
   to.positional(&options->operands, Value::text("VALUE"), "With its unit, as 90deg; without: in that of the axis");
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kHelp{{
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 11> kHelp{{
       {"--velocity", "Highest velocity, as 30deg/s; default: the limit of the axis"},
       {"--acceleration", "Highest acceleration, as 100deg/s^2"},
       {"--deceleration", "Highest deceleration; default: the acceleration"},
       {"--jerk", "Highest jerk"},
-      {"--by", "move: by this distance from where the axis is to be now"},
+      {"--by", "move, drive-move: by this distance from where the axis is to be now"},
       {"--add", "move: by this distance from the end of the motion before"},
       {"--superimpose", "move: by this distance on top of the motion under way"},
       {"--buffer", "How the motion follows the one before: aborting, buffered, blending_low, ..."},
+      {"--from", "probe: events count from this position on, up to --to"},
+      {"--to", "probe: the other end"},
+      {"--at", "home-probe: the place of the event is called so; default: 0"},
   }};
   for (std::size_t i = 0; i < kHelp.size(); ++i) {
     to.option(kHelp[i].first, &options->settings[i].value, Value::text("VALUE"), kHelp[i].second);
   }
-  to.option("--for", &options->duration, Value::text("TIME"), "jog, torque: for so long; default: until Ctrl-C");
+  to.option("--for", &options->duration, Value::text("TIME"),
+            "jog, drive-jog, torque: for so long; default: until Ctrl-C");
   to.flag("--no-wait", options->no_wait, "Do not wait for the end of the motion, which goes on without this command");
   to.flag("--take-over", options->take_over, "Also when somebody else commands the axis");
   to.option("--config", &options->config, Value::file(), "Line description of the running line");

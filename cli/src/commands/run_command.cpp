@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "axes/axis_script.hpp"
+#include "axes/axis_view.hpp"
 #include "commands/command_input.hpp"
 #include "commands/commands.hpp"
 #include "commands/control_path.hpp"
@@ -224,7 +225,10 @@ class RunConsole final : public ConsoleObserver {
   [[nodiscard]] std::string diagnosis(bool as_json) {
     const auto diagnosis = line_.diagnose();
     if (!diagnosis) return fmt::format("error: {}", runtime::describe(diagnosis.error()));
-    return as_json ? json_text(to_json(*diagnosis)) : to_text(*diagnosis);
+    if (!as_json) return to_text(*diagnosis) + owners_text(line_.axes());
+    auto document = to_json(*diagnosis);
+    document["axes"] = owners_json(line_.axes());
+    return json_text(document);
   }
 
   runtime::Line& line_;

@@ -10,6 +10,7 @@
 #include "driveline/ecat_master/coe/coe_client.hpp"
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/runtime/devices/device_registry.hpp"
+#include "driveline/runtime/setup/drive_facts.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -30,31 +31,6 @@ std::string plain(std::string_view text) {
   }
   return safe;
 }
-
-/// Objects of one slave.
-class Objects {
- public:
-  Objects(LineView& line, ecat_master::MailboxClient& mailbox)
-      : line_(line), position_(mailbox.slave().position), coe_(mailbox) {}
-
-  std::optional<std::uint32_t> number(std::uint16_t index, std::uint8_t subindex) {
-    const auto data = line_.ask(position_, [&] { return coe_.upload(index, subindex); });
-    if (!data || data->size() != 4) return std::nullopt;
-    return wire::load_le<std::uint32_t>(*data);
-  }
-  /// Sub-index 1 over sub-index 2.
-  std::optional<double> ratio(std::uint16_t index) {
-    const auto numerator = number(index, 1);
-    const auto denominator = number(index, 2);
-    if (!numerator || !denominator || *numerator == 0 || *denominator == 0) return std::nullopt;
-    return static_cast<double>(*numerator) / static_cast<double>(*denominator);
-  }
-
- private:
-  LineView& line_;
-  std::size_t position_;
-  ecat_master::CoeClient coe_;
-};
 
 /// The families that a line description can name.
 const runtime::DeviceRegistry& families() {
@@ -141,12 +117,10 @@ std::string slave_lines(const FoundSlave& slave, const IdentityUses& names) {
 /// Names of the modes that drive and master have. A drive that does not tell has CSP.
 std::vector<std::string_view> cyclic_modes(const DriveFacts& drive) {
   namespace cia402 = ecat_master::cia402;
-  // In 6502h bit 0 is mode 1, and so on (CiA 402-2).
-  const auto bit = [](cia402::Mode mode) { return 1U << (static_cast<unsigned>(mode) - 1U); };
   std::vector<std::string_view> modes;
   for (const auto mode : cia402::kCyclicModes) {
-    const auto supported = drive.supported_modes.value_or(bit(cia402::Mode::kCyclicPosition));
-    if ((supported & bit(mode)) != 0) modes.push_back(to_text(mode));
+    const auto supported = drive.supported_modes.value_or(cia402::mode_bit(cia402::Mode::kCyclicPosition));
+    if ((supported & cia402::mode_bit(mode)) != 0) modes.push_back(to_text(mode));
   }
   return modes;
 }
@@ -248,19 +222,27 @@ std::string comment(std::string_view lines) {
 }  // namespace
 
 std::optional<DriveFacts> DriveFacts::read(LineView& line, ecat_master::MailboxClient& mailbox) {
-  Objects objects(line, mailbox);
-  const auto type = objects.number(0x1000, 0);
+  ecat_master::CoeClient coe(mailbox);
+  const auto read = [&](std::uint16_t index, std::uint8_t subindex) {
+    return line.ask(mailbox.slave().position, [&] { return coe.upload(index, subindex); });
+  };
+  const auto number = [&](std::uint16_t index) -> std::optional<std::uint32_t> {
+    const auto data = read(index, 0);
+    if (!data || data->size() != sizeof(std::uint32_t)) return std::nullopt;
+    return wire::load_le<std::uint32_t>(*data);
+  };
+  const auto type = number(0x1000);
   if (!type || (*type & kProfileMask) != kDriveProfile) return std::nullopt;
+  const auto told = runtime::ask_drive_facts([&](std::uint16_t index, std::uint8_t subindex) {
+    auto data = read(index, subindex);
+    return data ? std::optional(std::move(*data)) : std::nullopt;
+  });
   DriveFacts facts;
-  facts.supported_modes = objects.number(0x6502, 0);
-  // Position units per turn of the motor: feed per turn of the shaft over turns of the motor per turn of the shaft; the
-  // encoder's own increments where the drive has no factors (CiA 402-2, factor group).
-  const auto feed = objects.ratio(0x6092);
-  facts.increments_per_revolution =
-      feed ? std::optional(*feed / objects.ratio(0x6091).value_or(1.0)) : objects.ratio(0x608F);
+  facts.supported_modes = told.supported_modes;
+  facts.increments_per_revolution = runtime::increments_per_revolution(told);
   constexpr double kMilli = 1e-3;
-  if (const auto torque = objects.number(0x6076, 0); torque.value_or(0) != 0) facts.rated_torque_nm = *torque * kMilli;
-  if (const auto rpm = objects.number(0x6080, 0); rpm.value_or(0) != 0) {
+  if (const auto torque = number(0x6076); torque.value_or(0) != 0) facts.rated_torque_nm = *torque * kMilli;
+  if (const auto rpm = number(0x6080); rpm.value_or(0) != 0) {
     facts.max_velocity_rad_s = *rpm * 2.0 * std::numbers::pi / 60.0;
   }
   return facts;

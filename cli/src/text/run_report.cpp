@@ -145,6 +145,7 @@ nlohmann::json to_json(const runtime::RunReport& report, std::optional<bridge::P
   for (const auto& axis : report.axes) {
     axes.push_back({{"name", axis.name},
                     {"slave", axis.slave},
+                    {"owner", axis.owner},
                     {"following_error_max", axis.following_error_max},
                     {"following_error_rms", axis.following_error_rms},
                     {"path_error_max", axis.path_error.maximum},

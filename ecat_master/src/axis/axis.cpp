@@ -82,6 +82,8 @@ Axis::Axis(AxisConfig config, const ProcessDataPlace& place, const PdoConfigurat
       possible_modes_(possible_modes(config_, pdos)),
       mode_(config_.mode),
       wanted_(config_.mode),
+      scale_(config_.reversed ? -config_.increments_per_unit : config_.increments_per_unit),
+      nm_per_permille_((config_.reversed ? -config_.rated_torque : config_.rated_torque) / 1000.0),
       range_(range_of(config_)),
       setpoints_(delay_of(config_)),
       feeds_(config_.offset_delay_cycles),
@@ -176,12 +178,12 @@ double Axis::position_of(std::int32_t increments) const noexcept {
   std::int64_t step = std::int64_t{increments} - last_count_;
   if (step > range_ / 2) step -= range_;
   if (step < -range_ / 2) step += range_;
-  return static_cast<double>(count_ + step) / config_.increments_per_unit;
+  return static_cast<double>(count_ + step) / scale_;
 }
 
 void Axis::recount() noexcept {
   count_ = last_count_;
-  inputs_.position = static_cast<double>(count_) / config_.increments_per_unit;
+  inputs_.position = static_cast<double>(count_) / scale_;
 }
 
 void Axis::read_inputs(std::span<const std::byte> image, bool valid, bool fresh) noexcept {
@@ -197,10 +199,10 @@ void Axis::read_inputs(std::span<const std::byte> image, bool valid, bool fresh)
   inputs_.state = cia402::decode_state(inputs_.status_word);
   passing_ = passing_ && !shows_mode();
   count(take(actual_position_, image));
-  inputs_.position = static_cast<double>(count_) / config_.increments_per_unit;
-  inputs_.velocity = take(actual_velocity_, image) / config_.increments_per_unit;
-  inputs_.torque = take(actual_torque_, image) * config_.rated_torque / 1000.0;
-  inputs_.drive_following_error = take(following_error_object_, image) / config_.increments_per_unit;
+  inputs_.position = static_cast<double>(count_) / scale_;
+  inputs_.velocity = take(actual_velocity_, image) / scale_;
+  inputs_.torque = take(actual_torque_, image) * nm_per_permille_;
+  inputs_.drive_following_error = take(following_error_object_, image) / scale_;
 }
 
 /// A step of less than a quarter of the range goes on across its end while the drive is switched on; anything else, a
@@ -367,15 +369,14 @@ double Axis::followed_setpoint() const noexcept {
 
 /// Sums of targets and offsets are right in the mode of the drive, and in every mode while that changes.
 void Axis::write_targets(std::span<std::byte> image) const noexcept {
-  const double scale = config_.increments_per_unit;
-  const double permille = 1000.0 / config_.rated_torque;
+  const double permille = 1.0 / nm_per_permille_;
   const double velocity = velocity_by_offset_ ? targets_.feed_velocity : 0.0;
   const double torque = torque_by_offset_ ? targets_.feed_torque : 0.0;
-  const auto position = wrapped(targets_.position * scale);
+  const auto position = wrapped(targets_.position * scale_);
   put(target_position_, image, position);
   put(interpolation_data_, image, position);
-  put(velocity_offset_, image, saturate<std::int32_t>(velocity * scale));
-  put(target_velocity_, image, saturate<std::int32_t>((targets_.velocity - velocity) * scale));
+  put(velocity_offset_, image, saturate<std::int32_t>(velocity * scale_));
+  put(target_velocity_, image, saturate<std::int32_t>((targets_.velocity - velocity) * scale_));
   const auto offset = saturate<std::int16_t>(torque * permille);
   put(torque_offset_, image, offset);
   // Their sum is rounded once.

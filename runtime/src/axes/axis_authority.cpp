@@ -4,14 +4,26 @@
 
 namespace driveline::runtime {
 
+/// With the lock held.
+std::optional<LeaseRefusal> AxisAuthority::obstacle(std::size_t axis, const LeaseTerms& terms) const {
+  const auto& lease = leases_.at(axis);
+  const bool foreign = !lease.owner.empty() && lease.owner != terms.owner;
+  if (!foreign || (terms.take_over && !lease.firm)) return std::nullopt;
+  return LeaseRefusal{lease.owner, lease.firm};
+}
+
+tl::expected<void, LeaseRefusal> AxisAuthority::check(std::size_t axis, const LeaseTerms& terms) const {
+  const std::lock_guard guard(lock_);
+  if (auto refusal = obstacle(axis, terms)) return tl::unexpected(std::move(*refusal));
+  return {};
+}
+
 tl::expected<std::uint64_t, LeaseRefusal> AxisAuthority::take(std::size_t axis, const LeaseTerms& terms) {
   const std::lock_guard guard(lock_);
   auto& lease = leases_.at(axis);
   const bool his = lease.owner == terms.owner;
   const bool foreign = !his && !lease.owner.empty();
-  if (foreign && (lease.firm || !terms.take_over)) {
-    return tl::unexpected(LeaseRefusal{lease.owner, lease.firm});
-  }
+  if (auto refusal = obstacle(axis, terms)) return tl::unexpected(std::move(*refusal));
   if (!his) {
     note({axis, foreign ? LeaseChange::Kind::kTakenOver : LeaseChange::Kind::kTaken, terms.owner, lease.owner});
     numbers_[axis].store(++last_number_, std::memory_order_release);

@@ -20,16 +20,47 @@ bool stops(AxisCommand command) noexcept {
   return command == AxisCommand::kStop || command == AxisCommand::kHalt;
 }
 
+/// Moves nothing, and asks for no lease.
+bool probes(AxisCommand command) noexcept {
+  return command == AxisCommand::kTouchProbe || command == AxisCommand::kAbortTrigger;
+}
+
+/// Once the axis has taken it, the axis does nothing else that it has done before.
+bool begins_motion(AxisCommand command) noexcept {
+  switch (command) {
+    case AxisCommand::kHome:
+    case AxisCommand::kMoveAbsolute:
+    case AxisCommand::kMoveRelative:
+    case AxisCommand::kMoveAdditive:
+    case AxisCommand::kMoveSuperimposed:
+    case AxisCommand::kMoveVelocity:
+    case AxisCommand::kFollow:
+    case AxisCommand::kTorque:
+    case AxisCommand::kHomeByProbe:
+    case AxisCommand::kDriveMoveAbsolute:
+    case AxisCommand::kDriveMoveRelative:
+    case AxisCommand::kDriveMoveVelocity:
+      return true;
+    default:
+      return false;
+  }
+}
+
 AxisRequest plain(AxisCommand command) {
   AxisRequest request;
   request.command = command;
   return request;
 }
 
-tl::unexpected<AxisRefusal> refused(Why why) {
+tl::unexpected<AxisRefusal> refused(Why why, std::string owner = {}) {
   AxisRefusal refusal;
   refusal.why = why;
+  refusal.owner = std::move(owner);
   return tl::unexpected(std::move(refusal));
+}
+
+tl::unexpected<AxisRefusal> refused(const LeaseRefusal& lease) {
+  return refused(lease.firm ? Why::kMovedTogether : Why::kOwned, lease.owner);
 }
 
 }  // namespace
@@ -94,26 +125,78 @@ AxisDoor::Submitted AxisDoor::try_to_submit(const AxisCaller& caller, std::size_
   }
   const auto report = single_ != nullptr ? single_->axis_report(axis) : ecat_master::AxisReport{};
   if (auto wrong = check_request(axes_[axis], report, request)) return tl::unexpected(std::move(*wrong));
-  if (!stops(request.command)) {
-    if (auto leased = take_lease(caller, axis); !leased) return tl::unexpected(leased.error());
-  }
+  const auto way = permission(caller, axis, request.command);
+  if (!way) return tl::unexpected(way.error());
   const auto number = single_->submit(axis, request);
-  if (number == 0) return refused(Why::kTooMany);
-  pending_.push_back({number, axis, caller.name, request});
+  if (number == 0) {
+    if (*way == Way::kNewLease) authority_.release(axis, caller.name);
+    return refused(Why::kTooMany);
+  }
+  pending_.push_back({number, axis, caller, request, *way == Way::kTakesOver});
   return number;
 }
 
-tl::expected<void, AxisRefusal> AxisDoor::take_lease(const AxisCaller& caller, std::size_t axis) {
+/// Takes the lease of an axis that nobody else has; one of another owner stays his, see settle_take_overs().
+AxisDoor::Permission AxisDoor::permission(const AxisCaller& caller, std::size_t axis, AxisCommand command) {
+  if (stops(command)) return Way::kOpen;
+  if (probes(command)) return probe_permission(caller, axis, command);
+  const auto owner = authority_.owner_of(axis);
+  auto terms = terms_of(caller);
+  if (!owner.empty() && owner != caller.name && takes_over(caller, axis)) {
+    terms.take_over = true;
+    if (const auto free = authority_.check(axis, terms); !free) return refused(free.error());
+    return Way::kTakesOver;
+  }
+  terms.take_over = false;
+  if (const auto taken = authority_.take(axis, terms); !taken) return refused(taken.error());
+  return owner.empty() ? Way::kNewLease : Way::kOpen;
+}
+
+/// Everybody may switch a touch probe off; whose it is may be replaced by those who take over alone.
+AxisDoor::Permission AxisDoor::probe_permission(const AxisCaller& caller, std::size_t axis, AxisCommand command) const {
+  if (together_) return refused(Why::kMovedTogether, authority_.owner_of(axis));
+  if (command == AxisCommand::kAbortTrigger || caller.take_over) return Way::kOpen;
+  for (const auto& pending : pending_) {
+    const bool his = pending.caller.name == caller.name;
+    if (his || pending.axis != axis || pending.request.command != AxisCommand::kTouchProbe) continue;
+    if (!progress_of(axis, pending.number).report.over()) return refused(Why::kProbeTaken, pending.caller.name);
+  }
+  return Way::kOpen;
+}
+
+/// He asks for that, or has asked for it with a request that the axis has not looked at yet.
+bool AxisDoor::takes_over(const AxisCaller& caller, std::size_t axis) const {
+  return caller.take_over || std::any_of(pending_.begin(), pending_.end(), [&](const Pending& pending) {
+           return pending.takes_over && pending.axis == axis && pending.caller.name == caller.name;
+         });
+}
+
+LeaseTerms AxisDoor::terms_of(const AxisCaller& caller) const {
   LeaseTerms terms;
   terms.owner = caller.name;
-  terms.take_over = caller.take_over;
   if (caller.keep_alive) terms.until = clock_.now() + *caller.keep_alive;
-  const auto taken = authority_.take(axis, terms);
-  if (taken) return {};
-  AxisRefusal refusal;
-  refusal.why = taken.error().firm ? Why::kMovedTogether : Why::kOwned;
-  refusal.owner = taken.error().owner;
-  return tl::unexpected(std::move(refusal));
+  return terms;
+}
+
+/// The axes of others that requests have been taken by are those callers' from now on.
+void AxisDoor::settle_take_overs() {
+  if (single_ == nullptr) return;
+  for (auto& pending : pending_) {
+    const auto phase = pending.takes_over ? single_->report(pending.number).phase : RequestPhase::kWaiting;
+    if (phase == RequestPhase::kWaiting) continue;
+    pending.takes_over = false;
+    const bool taken =
+        phase == RequestPhase::kActive || phase == RequestPhase::kReached || phase == RequestPhase::kDone;
+    if (!taken) continue;
+    if (pending.gone) {
+      if (begins_motion(pending.request.command)) stop_axis(pending.axis);
+      continue;
+    }
+    auto terms = terms_of(pending.caller);
+    terms.take_over = true;
+    if (std::find(leaving_.begin(), leaving_.end(), terms.owner) != leaving_.end()) terms.until.reset();
+    static_cast<void>(authority_.take(pending.axis, terms));
+  }
 }
 
 AxisProgress AxisDoor::progress(std::size_t axis, std::uint64_t request) const {
@@ -122,12 +205,18 @@ AxisProgress AxisDoor::progress(std::size_t axis, std::uint64_t request) const {
 }
 
 AxisProgress AxisDoor::progress_of(std::size_t axis, std::uint64_t request) const {
-  if (request == 0) return {{RequestPhase::kDone, AxisError::kNone}, {}};
+  if (request == 0) return {{RequestPhase::kDone, AxisError::kNone}, {}, {}};
   if (single_ == nullptr) {
     AxisRefusal refusal;
-    return {{RequestPhase::kAborted, AxisError::kNone}, refusal};
+    return {{RequestPhase::kAborted, AxisError::kNone}, refusal, {}};
   }
-  AxisProgress progress{single_->report(request), {}};
+  AxisProgress progress{single_->report(request), {}, {}};
+  if (progress.report.phase == RequestPhase::kDone) {
+    const auto now = single_->axis_report(axis);
+    if (now.recorded_request == request) progress.recorded_position = now.recorded_position;
+    // The position is told at the end of the cycle in which the request is done.
+    if (now.recorded_request < request && is_probe(request)) progress.report.phase = RequestPhase::kActive;
+  }
   if (progress.report.error == AxisError::kNone) return progress;
   auto& refusal = progress.refusal.emplace();
   refusal.why = Why::kByAxis;
@@ -142,6 +231,13 @@ AxisProgress AxisDoor::progress_of(std::size_t axis, std::uint64_t request) cons
   return progress;
 }
 
+/// One that is not over yet.
+bool AxisDoor::is_probe(std::uint64_t request) const {
+  return std::any_of(pending_.begin(), pending_.end(), [request](const Pending& pending) {
+    return pending.number == request && pending.request.command == AxisCommand::kTouchProbe;
+  });
+}
+
 AxisStatus AxisDoor::status(std::size_t axis) const {
   const std::lock_guard guard(lock_);
   AxisStatus status{events::event_axis(axes_.at(axis)), authority_.owner_of(axis), {}};
@@ -150,26 +246,43 @@ AxisStatus AxisDoor::status(std::size_t axis) const {
 }
 
 void AxisDoor::keep_alive(const AxisCaller& caller) {
+  const std::lock_guard guard(lock_);
+  settle_take_overs();
   if (caller.keep_alive) authority_.prolong(caller.name, clock_.now() + *caller.keep_alive);
 }
 
 void AxisDoor::leave(const std::string& caller, bool stop) {
   const std::lock_guard guard(lock_);
+  settle_take_overs();
   if (!stop) {
     authority_.prolong(caller, std::nullopt);
     leaving_.push_back(caller);
     watch_leaving();
     return;
   }
-  for (const auto& pending : pending_) {
-    // What another has taken over is moved by him.
-    if (pending.caller == caller && authority_.holds(pending.axis, caller)) stop_axis(pending.axis);
+  for (auto& pending : pending_) {
+    if (pending.caller.name == caller) drop(pending);
   }
   authority_.release_all(caller);
 }
 
+/// Its caller goes.
+void AxisDoor::drop(Pending& pending) {
+  const auto progress = progress_of(pending.axis, pending.number);
+  if (pending.request.command == AxisCommand::kTouchProbe) {
+    if (single_ != nullptr && !progress.report.over())
+      static_cast<void>(single_->submit(pending.axis, plain(AxisCommand::kAbortTrigger)));
+  } else if (pending.takes_over) {
+    pending.gone = true;
+  } else if (authority_.holds(pending.axis, pending.caller.name)) {
+    // What another has taken over is moved by him.
+    stop_axis(pending.axis);
+  }
+}
+
 void AxisDoor::watch() {
   const std::lock_guard guard(lock_);
+  settle_take_overs();
   watch_leases();
   watch_requests();
   watch_leaving();
@@ -200,9 +313,13 @@ void AxisDoor::watch_requests() {
   std::erase_if(pending_, [this](Pending& pending) {
     auto progress = progress_of(pending.axis, pending.number);
     if (!progress.report.over() && progress.report.phase != RequestPhase::kUnknown) return false;
+    auto axis = events::event_axis(axes_[pending.axis]);
     if (progress.refusal) {
-      events_.emplace_back(events::AxisRequestFailed{std::move(pending.caller), events::event_axis(axes_[pending.axis]),
-                                                     pending.request, std::move(*progress.refusal)});
+      events_.emplace_back(events::AxisRequestFailed{std::move(pending.caller.name), std::move(axis), pending.request,
+                                                     std::move(*progress.refusal)});
+    } else if (progress.recorded_position) {
+      events_.emplace_back(events::AxisProbed{std::move(pending.caller.name), std::move(axis), pending.request,
+                                              *progress.recorded_position});
     }
     return true;
   });
@@ -210,7 +327,7 @@ void AxisDoor::watch_requests() {
 
 void AxisDoor::watch_leaving() {
   std::erase_if(leaving_, [this](const std::string& caller) {
-    const auto his = [&](const Pending& pending) { return pending.caller == caller; };
+    const auto his = [&](const Pending& pending) { return pending.caller.name == caller; };
     if (std::any_of(pending_.begin(), pending_.end(), his)) return false;
     authority_.release_all(caller);
     return true;

@@ -46,6 +46,7 @@ std::optional<AxisRefusal> check_target(const ecat_master::AxisConfig& axis, con
   const double fastest = axis.limits.max_velocity;
   switch (request.command) {
     case AxisCommand::kMoveVelocity:
+    case AxisCommand::kDriveMoveVelocity:
       return check({"velocity", "/s", request.target, -fastest, fastest});
     case AxisCommand::kSetOverride:
       return check({"override", "-", request.target, 0.0, kHighestOverride});
@@ -56,6 +57,8 @@ std::optional<AxisRefusal> check_target(const ecat_master::AxisConfig& axis, con
     }
     default:
       if (!std::isfinite(request.target)) return not_a_number("target");
+      if (!std::isfinite(request.distance)) return not_a_number("distance");
+      if (!std::isfinite(request.window_first) || !std::isfinite(request.window_last)) return not_a_number("window");
       return std::nullopt;
   }
 }
@@ -72,10 +75,14 @@ bool led_by_torque(const ecat_master::AxisRequest& request) {
 std::optional<double> destination(const ecat_master::AxisReport& report, const ecat_master::AxisRequest& request) {
   switch (request.command) {
     case AxisCommand::kMoveAbsolute:
+    case AxisCommand::kDriveMoveAbsolute:
       return request.target;
+    case AxisCommand::kHomeByProbe:
+      return report.setpoint + request.distance;
     case AxisCommand::kMoveRelative:
     case AxisCommand::kMoveAdditive:
     case AxisCommand::kMoveSuperimposed:
+    case AxisCommand::kDriveMoveRelative:
       if (report.state != ecat_master::PlcopenState::kStandstill) return std::nullopt;
       return report.setpoint + request.target;
     default:

@@ -57,6 +57,7 @@ void read_modulo(TomlReader& reader, ecat_master::AxisConfig& axis) {
                                       "drift with every turn",
                                       increments));
   }
+  axis.modulo = modulo;
   axis.range_min = 0;
   axis.range_max = static_cast<std::int32_t>(whole) - 1;
 }

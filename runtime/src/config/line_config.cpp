@@ -330,6 +330,7 @@ ecat_master::AxisConfig read_axis(TomlReader reader, const LineConfig& config,
       axis.linear() ? reader.number("feed_mm_per_revolution", 1e-6, 1e6) / 1000.0 : 2.0 * std::numbers::pi;
   axis.increments_per_unit = increments / axis.unit_per_revolution;
   axis.scale_assumed = !reader.has("increments_per_revolution");
+  axis.reversed = reader.choice_or("polarity", 0, {"normal", "reversed"}) == 1;
   axis.rated_torque =
       reader.number_or(axis.linear() ? "rated_force_n" : "rated_torque_nm", defaults.rated_torque, 1e-6, 1e6);
   axis.unit = read_unit(reader, axis.kind);

@@ -24,6 +24,30 @@ std::string_view torque_unit(const events::EventAxis& axis) {
   return axis.unit.kind == trajectory::AxisKind::kLinear ? "N" : "Nm";
 }
 
+std::string_view trigger_text(ecat_master::ProbeTrigger trigger) {
+  using ecat_master::ProbeTrigger;
+  switch (trigger) {
+    case ProbeTrigger::kFirstRising:
+      return "1, rising edge";
+    case ProbeTrigger::kFirstFalling:
+      return "1, falling edge";
+    case ProbeTrigger::kSecondRising:
+      return "2, rising edge";
+    case ProbeTrigger::kSecondFalling:
+      return "2, falling edge";
+    case ProbeTrigger::kZeroPulse:
+      break;
+  }
+  return "zero pulse";
+}
+
+/// "1, rising edge, from 10 deg to 20 deg".
+std::string probe_text(const events::EventAxis& axis, const AxisRequest& request) {
+  auto text = fmt::format(" {}", trigger_text(request.trigger));
+  if (request.window_first == request.window_last) return text;
+  return text + fmt::format(", from {} to {}", length(axis, request.window_first), length(axis, request.window_last));
+}
+
 /// What stands behind the name of the command.
 std::string target_text(const events::EventAxis& axis, const AxisRequest& request) {
   switch (request.command) {
@@ -54,10 +78,13 @@ std::string target_text(const events::EventAxis& axis, const AxisRequest& reques
     case AxisCommand::kReleaseStop:
     case AxisCommand::kHalt:
     case AxisCommand::kFollow:
-    case AxisCommand::kTouchProbe:
     case AxisCommand::kAbortTrigger:
-    case AxisCommand::kHomeByProbe:
       break;
+    case AxisCommand::kTouchProbe:
+      return probe_text(axis, request);
+    case AxisCommand::kHomeByProbe:
+      return fmt::format(" {}, as far as {}, at {}", trigger_text(request.trigger), length(axis, request.distance),
+                         length(axis, request.target));
   }
   return {};
 }
@@ -106,6 +133,8 @@ std::string reason_of(const events::EventAxis& axis, const AxisRefusal& refusal)
     case Why::kMovedTogether:
       return fmt::format("is moved by the {} of this run, together with the others; a stop is all that can be asked",
                          refusal.owner);
+    case Why::kProbeTaken:
+      return fmt::format("its touch probe is used by {}", refusal.owner);
     case Why::kNotANumber:
       return fmt::format("{} is not a number that can be", refusal.quantity);
     case Why::kOutside:
@@ -155,6 +184,11 @@ std::string EventSentence::operator()(const events::AxisRequested& facts) const 
 std::string EventSentence::operator()(const events::AxisRequestFailed& facts) const {
   return fmt::format("{}: axis {}: {}: failed: {}", facts.who, facts.axis.name, describe(facts.axis, facts.request),
                      reason_of(facts.axis, facts.refusal));
+}
+
+std::string EventSentence::operator()(const events::AxisProbed& facts) const {
+  return fmt::format("{}: axis {}: {}: recorded {}", facts.who, facts.axis.name, describe(facts.axis, facts.request),
+                     length(facts.axis, facts.position));
 }
 
 std::string EventSentence::operator()(const events::CallerRefused& facts) const {

@@ -14,7 +14,7 @@ using ecat_master::LossPolicy;
 using Cause = ecat_master::MotionFailure::Cause;
 
 events::EventAxis events::event_axis(const ecat_master::AxisConfig& axis) {
-  return {axis.name, ecat_master::position_unit(axis), axis.increments_per_unit, axis.software_limits};
+  return {axis.name, ecat_master::position_unit(axis), axis.increments_per_unit, axis.software_limits, axis.modulo};
 }
 
 std::string EventSentence::length_text(const events::EventAxis& axis, double length) const {

@@ -56,6 +56,7 @@ class EventSentence {
   // axis_request_sentences.cpp
   std::string operator()(const events::AxisRequested& facts) const;
   std::string operator()(const events::AxisRequestFailed& facts) const;
+  std::string operator()(const events::AxisProbed& facts) const;
   std::string operator()(const events::CallerRefused& facts) const;
   std::string operator()(const events::AxisLeaseLost& facts) const;
   std::string operator()(const events::AxisFailed& facts) const;

@@ -6,6 +6,27 @@
 #include "event/event_sentence.hpp"
 
 namespace driveline::runtime {
+namespace {
+
+/// "axis x: position 120 deg, -90 deg to 90 deg are possible".
+std::string fault_text(const events::EventAxis& axis, const SetpointFault& fault, stream::Refusal reason) {
+  using Figure = SetpointFault::Figure;
+  const auto* const name = fault.figure == Figure::kPosition       ? "position"
+                           : fault.figure == Figure::kAcceleration ? "acceleration"
+                           : fault.figure == Figure::kVelocity     ? "velocity"
+                                                                   : "velocity to it from the one before";
+  const auto* const per = fault.figure == Figure::kPosition       ? ""
+                          : fault.figure == Figure::kAcceleration ? "/s^2"
+                                                                  : "/s";
+  const auto figure = [&](double value) {
+    return fmt::format("{:.6g} {}{}", axis.unit.from_si(value), axis.unit.name, per);
+  };
+  const auto text = fmt::format("axis {}: {} {}", axis.name, name, figure(fault.value));
+  if (reason == stream::Refusal::kNotFinite) return text;
+  return fmt::format("{}, {} to {} are possible", text, figure(fault.lowest), figure(fault.highest));
+}
+
+}  // namespace
 
 std::string describe(const StreamPeer& peer) {
   return fmt::format("stream client \"{}\" (process {}, user {})", peer.name, peer.process, peer.user);
@@ -26,7 +47,10 @@ std::string EventSentence::operator()(const events::StreamClientRefused& facts) 
 }
 
 std::string EventSentence::operator()(const events::StreamSetpointRefused& facts) const {
-  return fmt::format("a setpoint of {} is {}; its status counts them", describe(facts.peer), to_text(facts.reason));
+  const auto what =
+      facts.fault ? fmt::format(": {}", fault_text(facts.axis, *facts.fault, facts.reason)) : std::string{};
+  return fmt::format("a setpoint of {} is {}{}; its status counts them", describe(facts.peer), to_text(facts.reason),
+                     what);
 }
 
 std::string EventSentence::operator()(const events::StreamStarved& facts) const {

@@ -16,7 +16,8 @@ StreamService::StreamService(const LineConfig& config, ecat_master::SingleAxes& 
 Result<void> StreamService::start() {
   std::vector<StreamAxis> axes;
   for (const auto axis : config_.stream->axes) {
-    axes.push_back({config_.axes[axis].name, axis, stream_bounds(config_.axes[axis])});
+    const auto& described = config_.axes[axis];
+    axes.push_back({described.name, axis, stream_bounds(described), ecat_master::position_unit(described)});
   }
   auto opened = StreamServer::open(*config_.stream, std::move(axes), hub_, authority_, config_.period);
   if (!opened) return tl::unexpected(opened.error());

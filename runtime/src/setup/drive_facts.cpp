@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include "driveline/ecat_master/cia402/cyclic_mode.hpp"
 #include "driveline/ecat_master/coe/coe_client.hpp"
 #include "driveline/ecat_master/error.hpp"
 #include "driveline/ecat_master/error/facts.hpp"
@@ -17,6 +18,7 @@ namespace driveline::runtime {
 namespace {
 
 using ecat_master::SdoFuture;
+using ObjectData = ecat_master::Result<std::vector<std::byte>>;
 
 constexpr std::uint16_t kPositionRange = 0x607B;
 constexpr std::uint16_t kPolarity = 0x607E;
@@ -27,73 +29,77 @@ constexpr std::uint16_t kSupportedModes = 0x6502;
 constexpr unsigned kVelocityTurned = 0x40;  // bits of 607Eh
 constexpr unsigned kPositionTurned = 0x80;
 
-/// The value of an object; none: the drive does not have it, or in another size.
-template <typename T>
-ecat_master::Result<std::optional<T>> value_of(const SdoFuture& asked) {
-  const auto& data = asked.get();
-  if (data && data->size() == sizeof(T)) return wire::load_le<T>(*data);
-  if (data || data.error().template as<ecat_master::facts::SdoAbort>() != nullptr) return std::nullopt;
-  return tl::unexpected(data.error());
+/// Takes facts out of objects, one after the other, until one of them cannot be had for another reason than that the
+/// drive does not have it. `Read`: of index and sub-index, their data.
+template <typename Read>
+class FactReader {
+ public:
+  explicit FactReader(const Read& read) : read_(read) {}
+
+  /// Left out: the drive does not have it, or in another size.
+  template <typename T>
+  void take(std::uint16_t index, std::uint8_t subindex, std::optional<T>& to) {
+    if (error_) return;
+    const ObjectData data = read_(index, subindex);
+    if (data && data->size() == sizeof(T)) to = wire::load_le<T>(*data);
+    if (data || data.error().template as<ecat_master::facts::SdoAbort>() != nullptr) return;
+    error_ = data.error();
+  }
+  /// Left out without either of both.
+  void take(std::uint16_t index, std::optional<DriveRatio>& to) {
+    std::optional<std::uint32_t> numerator;
+    std::optional<std::uint32_t> divisor;
+    take(index, 1, numerator);
+    take(index, 2, divisor);
+    if (numerator && divisor) to = DriveRatio{*numerator, *divisor};
+  }
+  [[nodiscard]] const std::optional<ecat_master::Error>& error() const noexcept { return error_; }
+
+ private:
+  const Read& read_;
+  std::optional<ecat_master::Error> error_{};
+};
+
+/// `range`: 607Bh counts.
+template <typename Read>
+ecat_master::Result<DriveFacts> facts_of(const Read& read, bool range) {
+  DriveFacts facts;
+  FactReader reader(read);
+  reader.take(kSupportedModes, 0, facts.supported_modes);
+  reader.take(kPolarity, 0, facts.polarity);
+  reader.take(kGear, facts.gear);
+  reader.take(kFeed, facts.feed);
+  reader.take(kEncoder, facts.encoder);
+  if (range) {
+    reader.take(kPositionRange, 1, facts.range_min);
+    reader.take(kPositionRange, 2, facts.range_max);
+  }
+  if (reader.error()) return tl::unexpected(*reader.error());
+  return facts;
 }
 
 /// Everything that is asked of one drive, under way.
 class DriveInquiry {
  public:
-  DriveInquiry(ecat_master::MailboxEngine& engine, std::uint16_t position, bool range) : coe_(engine, position) {
-    modes_ = ask(kSupportedModes, 0);
-    polarity_ = ask(kPolarity, 0);
-    for (std::uint8_t sub = 1; sub <= 2; ++sub) {
-      gear_[sub - 1U] = ask(kGear, sub);
-      feed_[sub - 1U] = ask(kFeed, sub);
-      encoder_[sub - 1U] = ask(kEncoder, sub);
-      if (range) range_[sub - 1U] = ask(kPositionRange, sub);
-    }
+  DriveInquiry(ecat_master::MailboxEngine& engine, std::uint16_t position, bool range)
+      : coe_(engine, position), range_(range) {
+    // All at once; the answers are read in this order.
+    const auto ask = [this](std::uint16_t index, std::uint8_t subindex) -> ObjectData {
+      asked_.push_back(coe_.start_upload({index, subindex, false}));
+      return {};
+    };
+    static_cast<void>(facts_of(ask, range_));
   }
 
   [[nodiscard]] ecat_master::Result<DriveFacts> finish() const {
-    DriveFacts facts;
-    auto taken = take(modes_, facts.supported_modes);
-    if (taken) taken = take(polarity_, facts.polarity);
-    if (taken) taken = take_ratio(gear_, facts.gear);
-    if (taken) taken = take_ratio(feed_, facts.feed);
-    if (taken) taken = take_ratio(encoder_, facts.encoder);
-    if (taken) taken = take(range_[0], facts.range_min);
-    if (taken) taken = take(range_[1], facts.range_max);
-    if (!taken) return tl::unexpected(taken.error());
-    return facts;
+    auto next = asked_.begin();
+    return facts_of([&next](std::uint16_t, std::uint8_t) { return (next++)->get(); }, range_);
   }
 
  private:
-  using Asked = std::optional<SdoFuture>;
-
-  [[nodiscard]] SdoFuture ask(std::uint16_t index, std::uint8_t subindex) {
-    return coe_.start_upload({index, subindex, false});
-  }
-  template <typename T>
-  [[nodiscard]] static ecat_master::Result<void> take(const Asked& asked, std::optional<T>& to) {
-    if (!asked) return {};
-    const auto value = value_of<T>(*asked);
-    if (!value) return tl::unexpected(value.error());
-    to = *value;
-    return {};
-  }
-  [[nodiscard]] static ecat_master::Result<void> take_ratio(const std::array<Asked, 2>& asked,
-                                                            std::optional<DriveRatio>& to) {
-    std::optional<std::uint32_t> numerator;
-    std::optional<std::uint32_t> divisor;
-    if (auto taken = take(asked[0], numerator); !taken) return taken;
-    if (auto taken = take(asked[1], divisor); !taken) return taken;
-    if (numerator && divisor) to = DriveRatio{*numerator, *divisor};
-    return {};
-  }
-
   ecat_master::CoeClient coe_;
-  Asked modes_;
-  Asked polarity_;
-  std::array<Asked, 2> gear_;
-  std::array<Asked, 2> feed_;
-  std::array<Asked, 2> encoder_;
-  std::array<Asked, 2> range_;
+  bool range_;
+  std::vector<SdoFuture> asked_;
 };
 
 std::optional<double> usable(const std::optional<DriveRatio>& ratio) noexcept {
@@ -114,7 +120,7 @@ std::string mode_names(std::uint32_t modes) {
 Result<void> take_modes(ecat_master::AxisConfig& axis, const DriveFacts& facts) {
   const auto modes = facts.supported_modes.value_or(0);
   if (modes == 0) return {};
-  if ((modes >> (static_cast<unsigned>(axis.mode) - 1U) & 1U) == 0) {
+  if ((modes & ecat_master::cia402::mode_bit(axis.mode)) == 0) {
     return fail(ErrorKind::kSetting,
                 fmt::format("axis {}: its drive does not have the mode {}; by 6502h it has {}", axis.name,
                             ecat_master::cia402::to_text(axis.mode), mode_names(modes)));
@@ -123,11 +129,25 @@ Result<void> take_modes(ecat_master::AxisConfig& axis, const DriveFacts& facts) 
   return {};
 }
 
-/// A drive that turns the sign of positions alone would run away under the loops of the master.
+/// The master tells the drive torques, or may be asked to.
+bool uses_torques(const ecat_master::AxisConfig& axis) {
+  return axis.mode == ecat_master::cia402::Mode::kCyclicTorque || axis.velocity_gain > 0.0 || axis.inertia > 0.0 ||
+         axis.feed_forward.any();
+}
+
+/// A drive that turns the sign of positions alone would run away under the loops of the master; one that turns both,
+/// but no torques, for which 607Eh has no bit (CiA 402-2; MSD manual 2361-2372), under its torques.
 Result<void> check_polarity(const ecat_master::AxisConfig& axis, const DriveFacts& facts) {
   const unsigned polarity = facts.polarity.value_or(0);
   const bool position = (polarity & kPositionTurned) != 0;
   const bool velocity = (polarity & kVelocityTurned) != 0;
+  if (position && velocity && uses_torques(axis)) {
+    return fail(ErrorKind::kSetting,
+                fmt::format("axis {}: 607Eh of its drive, which is {:02X}h, turns positions and velocities but not "
+                            "torques, which the master would give it in the wrong direction: polarity = \"reversed\" "
+                            "in the [[axis]] turns all of them, with 607Eh at 0",
+                            axis.name, polarity));
+  }
   if (position == velocity) return {};
   return fail(ErrorKind::kSetting,
               fmt::format("axis {}: by 607Eh, which is {:02X}h, its drive counts positions in another direction than "
@@ -165,6 +185,14 @@ void take_range(ecat_master::AxisConfig& axis, const DriveFacts& facts) {
 std::optional<double> increments_per_revolution(const DriveFacts& facts) noexcept {
   if (const auto feed = usable(facts.feed)) return *feed / usable(facts.gear).value_or(1.0);
   return usable(facts.encoder);
+}
+
+DriveFacts ask_drive_facts(const ReadObject& read) {
+  // Nothing is as long as no object.
+  const auto data = [&read](std::uint16_t index, std::uint8_t subindex) -> ObjectData {
+    return read(index, subindex).value_or(std::vector<std::byte>{});
+  };
+  return facts_of(data, true).value_or(DriveFacts{});
 }
 
 std::vector<ecat_master::Result<DriveFacts>> read_drive_facts(ecat_master::Master& master, const LineConfig& config) {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "driveline/runtime/event/stream_events.hpp"
 #include "driveline/stream/greeting.hpp"
 #include "driveline/stream/records.hpp"
 
@@ -19,6 +20,7 @@ class SetpointCheck {
   struct Verdict {
     bool taken = false;
     std::optional<stream::Refusal> remark{};  ///< why not; kGap also of one that is taken
+    std::optional<SetpointFault> fault{};     ///< what of which axis; none: it is wrong as a whole
   };
 
   /// `bounds`: of the axes of the client, as their drives count.
@@ -31,8 +33,10 @@ class SetpointCheck {
   [[nodiscard]] Verdict judge(const stream::SetpointRecord& record, const stream::SetpointRecord* before) noexcept;
 
  private:
-  [[nodiscard]] std::optional<stream::Refusal> wrong_by_itself(const stream::SetpointRecord& record) const noexcept;
-  [[nodiscard]] bool too_far(const stream::SetpointRecord& record, const stream::SetpointRecord& before) const noexcept;
+  [[nodiscard]] std::optional<Verdict> wrong_by_itself(const stream::SetpointRecord& record) const noexcept;
+  [[nodiscard]] std::optional<Verdict> wrong_target(std::size_t axis, const stream::AxisTarget& target) const noexcept;
+  [[nodiscard]] std::optional<Verdict> too_far(const stream::SetpointRecord& record,
+                                               const stream::SetpointRecord& before) const noexcept;
 
   std::vector<stream::AxisBounds> bounds_;
   std::vector<double> offsets_;

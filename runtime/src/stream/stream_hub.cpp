@@ -50,6 +50,11 @@ bool StreamHub::add(StreamSession& session) noexcept {
   return false;
 }
 
+bool StreamHub::full() const noexcept {
+  return std::all_of(slots_.begin(), slots_.end(),
+                     [](const auto& slot) { return slot.load(std::memory_order_relaxed) != nullptr; });
+}
+
 bool StreamHub::holds(const StreamSession& session) const noexcept {
   return std::any_of(slots_.begin(), slots_.end(),
                      [&](const auto& slot) { return slot.load(std::memory_order_acquire) == &session; });

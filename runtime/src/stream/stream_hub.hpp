@@ -32,6 +32,8 @@ class StreamHub final : public ecat_master::CycleTask {
   // The owner's thread.
   /// Hands a session to the cycle; it must live until holds() says no. False: there are too many.
   [[nodiscard]] bool add(StreamSession& session) noexcept;
+  /// There are as many sessions as can be.
+  [[nodiscard]] bool full() const noexcept;
   /// The cycle still uses it.
   [[nodiscard]] bool holds(const StreamSession& session) const noexcept;
 

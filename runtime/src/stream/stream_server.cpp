@@ -158,38 +158,50 @@ Result<std::vector<StreamSession::Member>> StreamServer::choose(const stream::He
   return members;
 }
 
-/// A session in the cycle, with a lease of each of its axes. After an error `members` have those that were taken.
+/// A session in the cycle, with a lease of each of its axes. Nothing is taken from anybody before it is clear that it
+/// can be had. After an error `members` have the leases that were taken.
 Result<std::unique_ptr<StreamSession>> StreamServer::make_session(const stream::Hello& hello, const StreamPeer& peer,
                                                                   std::vector<StreamSession::Member>& members) {
-  for (auto& member : members) {
-    if (auto leased = lease(member, peer, hello.take_over == 1); !leased) return tl::unexpected(leased.error());
+  LeaseTerms terms;
+  terms.owner = describe(peer);
+  terms.take_over = hello.take_over == 1;
+  for (const auto& member : members) {
+    if (auto free = check(member, terms); !free) return tl::unexpected(free.error());
   }
+  if (hub_.full()) return fail(ErrorKind::kMachine, "too many programs stream to this line");
   auto session = StreamSession::make(members, hello.power == 1, config_.settings, period_, authority_);
-  if (session && !hub_.add(**session)) return fail(ErrorKind::kMachine, "too many programs stream to this line");
+  if (!session) return session;
+  for (std::size_t i = 0; i < members.size(); ++i) {
+    auto& member = members[i];
+    const bool moved = !authority_.owner_of(member.axis).empty();
+    const auto taken = authority_.take(member.axis, terms);
+    if (!taken) return tl::unexpected(refusal_of(member, taken.error()));
+    member.lease = *taken;
+    (*session)->give(i, *taken);
+    if (moved) (*session)->halt_first(i);
+  }
+  if (!hub_.add(**session)) return fail(ErrorKind::kMachine, "too many programs stream to this line");
   return session;
 }
 
-Result<void> StreamServer::lease(StreamSession::Member& member, const StreamPeer& peer, bool take_over) {
-  LeaseTerms terms;
-  terms.owner = describe(peer);
-  terms.take_over = take_over;
-  const auto before = authority_.owner_of(member.axis);
-  const auto taken = authority_.take(member.axis, terms);
-  if (taken && before != terms.owner) {
-    member.lease = *taken;
-    member.halt = !before.empty();
-    return {};
-  }
+Result<void> StreamServer::check(const StreamSession::Member& member, const LeaseTerms& terms) const {
+  const auto owner = authority_.owner_of(member.axis);
   // One process may have several clients of one name: what one has, the other has not.
-  const auto owned = taken ? LeaseRefusal{before} : taken.error();
+  if (owner == terms.owner) return tl::unexpected(refusal_of(member, {owner}));
+  if (const auto free = authority_.check(member.axis, terms); !free)
+    return tl::unexpected(refusal_of(member, free.error()));
+  return {};
+}
+
+Error StreamServer::refusal_of(const StreamSession::Member& member, const LeaseRefusal& owned) const {
   AxisRefusal refusal;
   refusal.why = owned.firm ? AxisRefusal::Why::kMovedTogether : AxisRefusal::Why::kOwned;
   refusal.owner = owned.owner;
-  return fail(ErrorKind::kSetting, describe(events::EventAxis{name_of(member.axis), {}, 1.0}, refusal));
+  return fail(ErrorKind::kSetting, describe(events::EventAxis{offered(member.axis).name, {}, 1.0}, refusal)).value();
 }
 
-const std::string& StreamServer::name_of(std::size_t axis) const {
-  return std::find_if(axes_.begin(), axes_.end(), [&](const auto& one) { return one.axis == axis; })->name;
+const StreamAxis& StreamServer::offered(std::size_t axis) const {
+  return *std::find_if(axes_.begin(), axes_.end(), [&](const auto& one) { return one.axis == axis; });
 }
 
 void StreamServer::accept(Visitor& visitor, std::unique_ptr<StreamSession> session) {
@@ -204,7 +216,7 @@ void StreamServer::accept(Visitor& visitor, std::unique_ptr<StreamSession> sessi
   client->status.emplace(session->status());
   for (std::size_t i = 0; i < session->members().size(); ++i) {
     answer.bounds[i] = session->members()[i].bounds;
-    client->axes.push_back(name_of(session->members()[i].axis));
+    client->axes.push_back(offered(session->members()[i].axis).name);
   }
   const std::array descriptors{session->setpoints().descriptor(), session->status().descriptor()};
   client->session = std::move(session);
@@ -276,11 +288,20 @@ void StreamServer::tell_refusals(Client& client) {
   client.last = record;
   for (std::size_t i = 0; i < stream::kRefusals; ++i) {
     if (record.refused[i] == 0 || std::exchange(client.told[i], true)) continue;
-    note(events::StreamSetpointRefused{client.peer, static_cast<stream::Refusal>(i)}, Severity::kNotice);
+    tell_refusal(client, static_cast<stream::Refusal>(i));
   }
   if (record.starved > 0 && !std::exchange(client.told_starved, true)) {
     note(events::StreamStarved{client.peer}, Severity::kNotice);
   }
+}
+
+void StreamServer::tell_refusal(const Client& client, stream::Refusal reason) {
+  events::StreamSetpointRefused refused{client.peer, reason, {}, client.session->first_fault(reason)};
+  if (refused.fault) {
+    const auto& axis = offered(client.session->members()[refused.fault->axis].axis);
+    refused.axis = {axis.name, axis.unit};
+  }
+  note(std::move(refused), Severity::kNotice);
 }
 
 }  // namespace driveline::runtime

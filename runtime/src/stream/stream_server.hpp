@@ -17,6 +17,7 @@
 #include "driveline/runtime/event.hpp"
 #include "driveline/stream/greeting.hpp"
 #include "driveline/stream/records.hpp"
+#include "driveline/trajectory/position_unit.hpp"
 #include "stream/stream_hub.hpp"
 #include "stream/stream_session.hpp"
 #include "stream/stream_socket.hpp"
@@ -28,6 +29,7 @@ struct StreamAxis {
   std::string name;      ///< as in the line description
   std::size_t axis = 0;  ///< number on the line
   stream::AxisBounds bounds{};
+  trajectory::PositionUnit unit = *trajectory::find_position_unit("rad");  ///< in which people read its positions
 };
 
 /// Lets clients in, gives each its axes and its memory, and looks after it until the axes are free. A client has its
@@ -81,7 +83,8 @@ class StreamServer {
   [[nodiscard]] bool hear(Visitor& visitor);
   void greet(Visitor& visitor, const stream::Hello& hello);
   [[nodiscard]] Result<std::vector<StreamSession::Member>> choose(const stream::Hello& hello) const;
-  [[nodiscard]] Result<void> lease(StreamSession::Member& member, const StreamPeer& peer, bool take_over);
+  [[nodiscard]] Result<void> check(const StreamSession::Member& member, const LeaseTerms& terms) const;
+  [[nodiscard]] Error refusal_of(const StreamSession::Member& member, const LeaseRefusal& owned) const;
   [[nodiscard]] Result<std::unique_ptr<StreamSession>> make_session(const stream::Hello& hello, const StreamPeer& peer,
                                                                     std::vector<StreamSession::Member>& members);
   void accept(Visitor& visitor, std::unique_ptr<StreamSession> session);
@@ -90,8 +93,9 @@ class StreamServer {
   void lease_again(Client& client);
   void release(const StreamPeer& peer, std::size_t axis, std::uint64_t lease);
   void tell_end(const Client& client);
-  [[nodiscard]] const std::string& name_of(std::size_t axis) const;
+  [[nodiscard]] const StreamAxis& offered(std::size_t axis) const;
   void tell_refusals(Client& client);
+  void tell_refusal(const Client& client, stream::Refusal reason);
   void note(EventFacts facts, Severity severity);
 
   StreamConfig config_;

@@ -191,7 +191,7 @@ void StreamSession::follow_again() noexcept {
 void StreamSession::take_setpoint(const stream::SetpointRecord& record) noexcept {
   const auto verdict = check_.judge(record, newest_ ? &*newest_ : nullptr);
   if (verdict.remark) refuse(*verdict.remark);
-  if (!verdict.taken) return;
+  if (!verdict.taken) return note_fault(verdict);
   if (!stream_ns_) begin_at(record.time_ns);
   if (const auto refusal = push(record)) {
     refuse(*refusal);
@@ -202,6 +202,14 @@ void StreamSession::take_setpoint(const stream::SetpointRecord& record) noexcept
   ++status_record_.taken;
   status_record_.newest_ns = record.time_ns;
   status_record_.state = SessionState::kStreaming;
+}
+
+void StreamSession::note_fault(const SetpointCheck::Verdict& verdict) noexcept {
+  if (!verdict.remark || !verdict.fault) return;
+  auto& first = first_faults_[static_cast<std::size_t>(*verdict.remark)];
+  if (first.known.load(std::memory_order_relaxed)) return;
+  first.fault = *verdict.fault;
+  first.known.store(true, std::memory_order_release);
 }
 
 /// Into the curve; why it was not taken there.

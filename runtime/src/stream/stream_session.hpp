@@ -77,8 +77,17 @@ class StreamSession {
   [[nodiscard]] bool asks_for(std::size_t member) const noexcept {
     return leases_[member].asked.load(std::memory_order_relaxed);
   }
+  /// What was wrong with the first setpoint that was refused for this reason; none: with it as a whole, or there was
+  /// none. Once its status counts one, it stays.
+  [[nodiscard]] std::optional<SetpointFault> first_fault(stream::Refusal reason) const noexcept {
+    const auto& first = first_faults_[static_cast<std::size_t>(reason)];
+    return first.known.load(std::memory_order_acquire) ? std::optional(first.fault) : std::nullopt;
+  }
   /// A new lease for an axis. The owner's thread.
   void give(std::size_t member, std::uint64_t lease) noexcept;
+  /// Somebody else has moved the axis up to now: it comes to rest before it follows. The owner's thread, before the
+  /// session belongs to the cycle.
+  void halt_first(std::size_t member) noexcept { members_[member].halt = true; }
   /// The lease by which it commands the axis, or did.
   [[nodiscard]] std::uint64_t lease(std::size_t member) const noexcept {
     return leases_[member].number.load(std::memory_order_relaxed);
@@ -109,6 +118,11 @@ class StreamSession {
     std::atomic<std::uint64_t> number{0};
     std::atomic<bool> asked{false};
   };
+  /// Written once, by the cycle, before it is known.
+  struct FirstFault {
+    SetpointFault fault{};
+    std::atomic<bool> known{false};
+  };
 
   StreamSession(std::vector<Member> members, bool power, const StreamSettings& settings,
                 std::chrono::nanoseconds period, const AxisAuthority& authority, rt::SharedRegion ring,
@@ -121,6 +135,7 @@ class StreamSession {
   [[nodiscard]] std::optional<stream::Refusal> push(const stream::SetpointRecord& record) noexcept;
   void begin_at(std::int64_t time_ns) noexcept;
   void refuse(stream::Refusal refusal) noexcept { ++status_record_.refused[static_cast<std::size_t>(refusal)]; }
+  void note_fault(const SetpointCheck::Verdict& verdict) noexcept;
   void end(stream::EndReason reason) noexcept;
   void watch(std::chrono::nanoseconds now) noexcept;
   void advance(std::chrono::nanoseconds elapsed) noexcept;
@@ -151,6 +166,7 @@ class StreamSession {
   std::int64_t begin_ns_ = 0;                        ///< where the curve has begun there
   std::optional<stream::SetpointRecord> newest_{};   ///< of the curve
   std::uint64_t breaches_ = 0;
+  std::array<FirstFault, stream::kRefusals> first_faults_{};  ///< by stream::Refusal
   stream::EndReason reason_ = stream::EndReason::kNone;
   stream::StatusRecord status_record_{};
   std::atomic<stream::EndReason> end_request_{stream::EndReason::kNone};

@@ -150,6 +150,7 @@ ecat_master::AxisConfig LineOperation::axis(std::size_t position, const RunOptio
   config.range_min = options.range_min;
   config.range_max = options.range_max;
   config.feed_forward = options.feed_forward;
+  config.reversed = options.reversed;
   return config;
 }
 

@@ -85,6 +85,7 @@ struct RunOptions {
   std::int32_t range_min = 0;
   std::int32_t range_max = 0;
   ecat_master::FeedForward feed_forward{};  ///< of every axis
+  bool reversed = false;                    ///< AxisConfig::reversed of every axis
   bool accept_swapped_ports = false;        ///< IN and OUT of a slave may be swapped
 };
 

@@ -14,6 +14,22 @@ LINE = ('[bus]\nmax_lost_cycles = 1000\n[line]\nname = "hand"\ncycle_us = 2000\n
         '[telemetry]\nenabled = false\n[[slave]]\nname = "x"\n[[slave]]\nname = "y"\n'
         '[[axis]]\nname = "x"\nunit = "deg"\nmax_velocity = 720\nmax_acceleration = 7200\n'
         '[[axis]]\nname = "y"\nunit = "deg"\nmax_velocity = 720\nmax_acceleration = 7200\n')
+# x maps the touch probe and the ramps of its profile generator; a switch at touch probe 1 closes from 90 to 180 deg.
+PROBING = LINE.replace('[[slave]]\nname = "x"\n', """[[slave]]
+name = "x"
+sdo = [{ index = 0x206A, type = "uint16", value = 15 }]
+pdo = [
+  { index = 0x1600, entries = ["0x6040:0:16", "0x6060:0:8", "0x607A:0:32"] },
+  { index = 0x1601, entries = ["0x60FF:0:32", "0x6081:0:32"] },
+  { index = 0x1602, entries = ["0x6071:0:16", "0x60B8:0:16", "0x60C1:1:32"] },
+  { index = 0x1A00, entries = ["0x6041:0:16", "0x6061:0:8", "0x6064:0:32"] },
+  { index = 0x1A01, entries = ["0x606C:0:32", "0x60BA:0:32"] },
+  { index = 0x1A02, entries = ["0x6077:0:16", "0x60B9:0:16", "0x60BB:0:32"] },
+]
+switch = [{ input = "ISD05", from_rev = 0.25, to_rev = 0.5 }]
+""")
+# Against the drive.
+REVERSED = LINE.replace('name = "x"\nunit', 'name = "x"\npolarity = "reversed"\nunit')
 
 
 class Script(ProgramTest):
@@ -81,6 +97,47 @@ class Script(ProgramTest):
         self.assertAlmostEqual(max(places[:len(places) // 2]), 90, delta=2)
         self.assertGreater(places[-1], 30)
 
+    def test_touch_probe_records_and_homes(self):
+        result = self.run_script("x move 0\nwait x\nx probe 1 rising from=80 to=100\nx move 150 velocity=360\nwait x\nx probe falling\n"
+                                 "x move 250 velocity=360\nwait x\nx probe zero\nx move -10\nwait x\n"
+                                 "x home-probe 1rev velocity=90 at=1000deg\nwait x\n", "--json", line=PROBING)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        events = self.one_document(result.stdout)["events"]
+        for words, place in (("touch_probe 1, rising edge, from 80 deg to 100 deg: recorded ", 90),
+                             ("touch_probe 1, falling edge: recorded ", 180), ("touch_probe zero pulse: recorded ", 0)):
+            told = [event.partition(words)[2] for event in events if words in event]
+            self.assertEqual(len(told), 1, events)
+            self.assertAlmostEqual(float(told[0].removesuffix(" deg")), place, delta=0.2)
+        self.assertTrue(any("home_by_probe 1, rising edge, as far as 360 deg, at 1000 deg, velocity 90 deg/s" in event
+                            for event in events), events)
+        self.assertAlmostEqual(self.positions("x")[-1], 90, delta=1)
+
+    def test_drive_moves_by_itself_and_interpolates(self):
+        result = self.run_script("x drive-move 200 velocity=360\nwait x\nx drive-move by=-50\nwait x\nx drive-jog -90\nwait x\n"
+                                 "sleep 1s\nx halt\nwait x\nx mode ip\nwait x\nx move 100\nwait x\n", line=PROBING)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        for words in ("drive_move_absolute to 200 deg, velocity 360 deg/s", "drive_move_relative by -50 deg",
+                      "drive_move_velocity -90 deg/s", "set_mode ip"):
+            self.assertIn(f"script: axis x: {words}\n", result.stderr)
+        places = self.positions("x")
+        self.assertAlmostEqual(max(places), 200, delta=1)
+        self.assertLess(min(places[places.index(max(places)):]), 80)
+        self.assertAlmostEqual(places[-1], 100, delta=1)
+
+    def test_reversed_axis_counts_against_its_drive(self):
+        script = "x move 0\nwait x\nx drive-move 90\nwait x\n"
+        pages = {}
+        for name, line in (("normal", LINE), ("reversed", REVERSED)):
+            result = self.run_script(script + "x home\nwait x\n", line=line.replace(
+                "[[slave]]", '[[slave]]\nsdo = [{ index = 0x6098, type = "int8", value = 33 }]'))
+            self.assertEqual(result.returncode, 0, result.stderr)
+            pages[name] = self.positions("x")
+            self.assertAlmostEqual(max(pages[name]), 90 if name == "normal" else 360, delta=15)
+        result = self.run_script("x move 1\n", line=LINE.replace(
+            'name = "x"\nunit', 'name = "x"\ninertia = 3e-4\nunit').replace(
+            "[[slave]]", '[[slave]]\nsdo = [{ index = 0x607E, type = "uint8", value = 0xC0 }]', 1))
+        self.check_refused(result, 2, "axis x: 607Eh of its drive, which is C0h, turns positions and velocities but not torques")
+
     def test_bad_input_is_one_sentence_and_nothing_leaps(self):
         limited = LINE.replace('name = "x"\nunit', 'name = "x"\nmin_position = -90\nmax_position = 90\nunit')
         for script, line, status, sentence in (
@@ -92,7 +149,15 @@ class Script(ProgramTest):
                 ("x move 91\n", limited, 1, "axis x: position 91 deg is not possible, -90 deg to 90 deg are"),
                 ("x move by=80\nwait x\nx move by=11\n", limited, 1, "moves.txt:3: axis x: position 91 deg is not possible"),
                 ("x jog 90\nwait x\nsleep 3s\n", limited, 1, "moves.txt:1: axis x: it would leave its software limits, -90 deg to 90 deg"),
-                ("x torque 1\n", LINE, 1, "axis x: torques need velocity_gain or inertia")):
+                ("x torque 1\n", LINE, 1, "axis x: torques need velocity_gain or inertia"),
+                ("x probe 3\n", PROBING, 2, 'moves.txt:1: axis x: probe: "3" was not expected; 1, 2 or zero says which'),
+                ("x probe\n", LINE, 1, "axis x: the process data lack the touch probe: 60B8h, 60B9h, or the value of its edge"),
+                ("x probe 2\n", PROBING, 1, "axis x: the process data lack the touch probe"),
+                ("x abort-probe\n", PROBING, 1, "axis x: there is nothing that it could act on"),
+                ("x home-probe 10\n", PROBING, 1, "moves.txt:1: axis x: the touch probe has seen nothing within the distance"),
+                ("x drive-move 9 acceleration=7\n", PROBING, 1, "axis x: it is not possible in this mode, or the process data lack"),
+                ("x drive-jog 721\n", LINE, 1, "axis x: velocity 721 deg/s is not possible"),
+                ("x mode ip\n", LINE, 1, "axis x: it is not possible in this mode, or the process data lack")):
             with self.subTest(script=script):
                 result = self.run_script(script, line=line)
                 self.assertEqual(result.returncode, status, result.stderr)
@@ -200,10 +265,102 @@ class Hand(ProgramTest):
         self.check_refused(self.axis("y", "torque", "100"), 1, "axis y: torque 100 Nm is not possible, -78.6408 Nm to 78.6408 Nm are")
         self.check_refused(self.axis("x", "torque", "0.3"), 1, "axis x: torques need velocity_gain or inertia")
         self.check_refused(self.axis("y", "torque", "0.3deg"), 2, 'has no unit "deg"')
-        self.check_refused(self.axis("y", "home", "--for", "1s"), 2, "--for goes with jog and torque")
+        self.check_refused(self.axis("y", "home", "--for", "1s"), 2, "--for goes with jog, drive-jog and torque")
         events = self.end(run)["events"]
         for words in ("axis y: home", "axis y: torque 0.5 Nm, velocity 180 deg/s"):
             self.assertTrue(any(event.endswith(words) for event in events), events)
+
+    @undisturbed
+    def test_touch_probe_is_looked_at_beside_who_moves_the_axis(self):
+        run = self.start_run(line=PROBING)
+        self.wait_for_state("x", "Standstill")
+        probe = self.start("axis", "x", "probe", "--json", log="probe.log")
+        self.wait_for("the probe", lambda: "touch_probe 1, rising edge" in self.text("run.log"), run)
+        self.check_refused(self.axis("x", "probe", "2"), 1, f"axis x: its touch probe is used by control socket", f"process {probe.pid}")
+        self.assertEqual(self.axis("x", "move", "150").returncode, 0)
+        self.assertEqual(probe.wait(PATIENCE_S), 0, self.logs())
+        axis = self.one_document(self.text("probe.log.out"))["axes"][0]
+        self.assertAlmostEqual(axis["recorded_position"], 90, delta=1)
+        self.assertAlmostEqual(self.status()["x"]["recorded_position"], 90, delta=1)
+        self.assertNotIn("recorded_position", self.status()["y"])
+        self.assertEqual(self.axis("x", "probe", "falling", "--from", "170", "--to", "190", "--no-wait").returncode, 0)
+        aborted = self.axis("x", "abort-probe")
+        self.assertEqual(aborted.returncode, 0, aborted.stderr)
+        probe = self.start("axis", "x", "probe", "zero", log="probe.log")
+        self.wait_for("the probe", lambda: "touch_probe zero pulse" in self.text("run.log"), run)
+        probe.send_signal(signal.SIGINT)
+        self.assertEqual(probe.wait(PATIENCE_S), 1)
+        self.assertIn("interrupted: axis x: ", self.text("probe.log"))
+        homed = self.axis("x", "home-probe", "-100", "falling", "--velocity", "90", "--at", "7")
+        self.assertEqual(homed.returncode, 0, homed.stderr)
+        self.assertRegex(homed.stdout, r"\Aaxis x: Standstill at \S+ deg\n\Z")
+        self.assertAlmostEqual(self.status()["x"]["position"], 7, delta=1)
+        homing = self.start("axis", "x", "home-probe", "2rev", "2", "--velocity", "20", log="home.log")
+        self.assertEqual(homing.wait(PATIENCE_S), 1)
+        self.assertIn("the process data lack the touch probe", self.text("home.log"))
+        self.check_refused(self.axis("x", "probe", "--from", "3"), 2, "from= and to= go together")
+        self.end(run)
+
+    @undisturbed
+    def test_drive_is_sent_by_its_profile_generator(self):
+        run = self.start_run(line=PROBING)
+        self.wait_for_state("x", "Standstill")
+        moved = self.axis("x", "drive-move", "90", "--velocity", "360deg/s", "--json")
+        self.assertEqual(moved.returncode, 0, moved.stderr)
+        self.assertAlmostEqual(self.one_document(moved.stdout)["axes"][0]["position"], 90, delta=2)
+        jog = self.start("axis", "x", "drive-jog", "60rpm", log="jog.log")
+        self.wait_for_state("x", "ContinuousMotion")
+        self.wait_for("pv", lambda: self.status()["x"]["mode"] == "pv")
+        jog.send_signal(signal.SIGINT)
+        self.assertEqual(jog.wait(PATIENCE_S), 0, self.text("jog.log"))
+        self.wait_for_state("x", "Standstill")
+        self.assertEqual(self.axis("x", "drive-jog", "-20rpm", "--for", "300ms").returncode, 0)
+        self.assertEqual(self.axis("x", "mode", "ip").returncode, 0)
+        self.assertEqual(self.status()["x"]["mode"], "ip")
+        self.assertEqual(self.axis("x", "move", "--by", "10").returncode, 0)
+        self.check_refused(self.axis("x", "drive-jog", "1rpm", "--no-wait"), 2, "--no-wait does not go with drive-jog")
+        self.end(run)
+
+    @undisturbed
+    def test_endless_axis_is_shown_within_its_modulo(self):
+        run = self.start_run(line=LINE.replace('name = "x"\nunit', 'name = "x"\nincrements_per_revolution = 1048576\nmodulo = 360\nunit'))
+        self.wait_for_state("x", "Standstill")
+        moved = self.axis("x", "move", "800deg")
+        self.assertEqual(moved.returncode, 0, moved.stderr)
+        self.assertRegex(moved.stdout, r"\Aaxis x: Standstill at (799|800)\S* deg \((79|80)\S* of 360 deg\)\n\Z")
+        x = self.status()["x"]
+        self.assertAlmostEqual(x["position"], 800, delta=1)
+        self.assertAlmostEqual(x["modulo_position"], 80, delta=1)
+        self.assertAlmostEqual(x["modulo"], 360)
+        self.assertNotIn("modulo", self.status()["y"])
+        self.assertIn("of 360 deg)", self.axis("all", "status").stdout)
+        self.end(run)
+
+    @undisturbed
+    def test_refused_take_over_takes_nothing(self):
+        run = self.start_run()
+        self.wait_for_state("x", "Standstill")
+        jog = self.start("axis", "x", "jog", "60rpm", log="jog.log")
+        self.wait_for_state("x", "ContinuousMotion")
+        self.check_refused(self.axis("x", "home", "--take-over"), 1, "axis x: the axis is not at a standstill")
+        x = self.status()["x"]
+        self.assertIn(f"process {jog.pid}", x["owner"])
+        self.assertEqual(x["state"], "ContinuousMotion")
+        self.assertIsNone(jog.poll())
+        for arguments, found in (((), f"axis x is commanded by {x['owner']}\naxis y is commanded by nobody\n"),
+                                 (("--json",), None)):
+            diagnosed = self.run_program("diag", *arguments)
+            self.assertEqual(diagnosed.returncode, 0, diagnosed.stderr)
+            if found:
+                self.assertIn(found, diagnosed.stdout)
+            else:
+                self.assertEqual(self.one_document(diagnosed.stdout)["axes"],
+                                 [{"name": "x", "owner": x["owner"]}, {"name": "y", "owner": ""}])
+        jog.send_signal(signal.SIGINT)
+        self.assertEqual(jog.wait(PATIENCE_S), 0, self.text("jog.log"))
+        document = self.end(run)
+        self.assertFalse([row for row in document["authority"] if row["change"] == "taken over"], document["authority"])
+        self.assertEqual([axis["owner"] for axis in document["axes"]], ["", ""])
 
     @undisturbed
     def test_axes_wait_disabled_where_that_is_asked_for(self):
@@ -315,8 +472,10 @@ class Hand(ProgramTest):
         self.wait_for("following the path", lambda: "following the path" in self.text("run.log"), run)
         self.check_refused(self.axis("x", "move", "1", "--take-over"), 1, "axis x: is moved by the path of this run")
         self.assertEqual(self.status()["x"]["owner"], "path")
+        self.check_refused(self.axis("x", "probe"), 1, "axis x: is moved by the path of this run")
         self.assertEqual(self.axis("x", "stop").returncode, 0)
         self.assertEqual(run.wait(PATIENCE_S), 0, self.logs())
+        self.assertEqual([axis["owner"] for axis in self.one_document(self.text("run.log.out"))["axes"]], ["path", "path"])
 
 
 if __name__ == "__main__":

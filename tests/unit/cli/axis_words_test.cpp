@@ -15,6 +15,7 @@ using ecat_master::AxisCommand;
 using ecat_master::AxisConfig;
 using ecat_master::AxisRequest;
 using ecat_master::BufferMode;
+using ecat_master::ProbeTrigger;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
@@ -98,6 +99,65 @@ TEST(AxisWords, EveryRequestHasItsWord) {
   EXPECT_DOUBLE_EQ(read(rotary(), "override 1.2").target, 1.2);
   EXPECT_EQ(read(rotary(), "mode csp").mode, 8);
   EXPECT_EQ(read(rotary(), "mode cst").mode, 10);
+  EXPECT_EQ(read(rotary(), "mode ip").mode, 7);
+  EXPECT_EQ(read(rotary(), "abort-probe").command, AxisCommand::kAbortTrigger);
+}
+
+TEST(AxisWords, ATouchProbeHasAnInputAndAnEdge) {
+  const auto trigger = [](std::string_view words) {
+    const auto request = read(rotary(), words);
+    EXPECT_EQ(request.command, AxisCommand::kTouchProbe);
+    return request.trigger;
+  };
+  EXPECT_EQ(trigger("probe"), ProbeTrigger::kFirstRising);
+  EXPECT_EQ(trigger("probe 1 rising"), ProbeTrigger::kFirstRising);
+  EXPECT_EQ(trigger("probe falling"), ProbeTrigger::kFirstFalling);
+  EXPECT_EQ(trigger("probe 2"), ProbeTrigger::kSecondRising);
+  EXPECT_EQ(trigger("probe falling 2"), ProbeTrigger::kSecondFalling);
+  EXPECT_EQ(trigger("probe zero"), ProbeTrigger::kZeroPulse);
+  const auto window = read(rotary(), "probe 2 from=10 to=-20deg");
+  EXPECT_DOUBLE_EQ(window.window_first, 10.0 * kDegree);
+  EXPECT_DOUBLE_EQ(window.window_last, -20.0 * kDegree);
+  EXPECT_EQ(refusal(rotary(), "probe 3"),
+            "axis x: probe: \"3\" was not expected; 1, 2 or zero says which touch probe, rising or falling which edge");
+  EXPECT_THAT(refusal(rotary(), "probe 1 2"), HasSubstr("probe: \"2\" was not expected"));
+  EXPECT_THAT(refusal(rotary(), "probe rising falling"), HasSubstr("probe: \"falling\" was not expected"));
+  EXPECT_EQ(refusal(rotary(), "probe zero rising"), "axis x: probe: the zero pulse of an encoder has no edges");
+  EXPECT_EQ(refusal(rotary(), "probe from=1"), "axis x: probe: from= and to= go together");
+  EXPECT_EQ(refusal(rotary(), "probe velocity=1"), "axis x: probe: \"velocity=\" does not belong there");
+  EXPECT_THAT(refusal(rotary(), "probe from=far to=1"), HasSubstr("from \"far\": a number is expected"));
+  EXPECT_EQ(refusal(rotary(), "abort-probe 1"), "axis x: abort-probe: \"1\" was not expected");
+}
+
+TEST(AxisWords, HomingByATouchProbeHasADistance) {
+  const auto request = read(linear(), "home-probe -100 2 falling velocity=5mm/s at=7 acceleration=20");
+  EXPECT_EQ(request.command, AxisCommand::kHomeByProbe);
+  EXPECT_EQ(request.trigger, ProbeTrigger::kSecondFalling);
+  EXPECT_DOUBLE_EQ(request.distance, -0.1);
+  EXPECT_DOUBLE_EQ(request.velocity, 0.005);
+  EXPECT_DOUBLE_EQ(request.acceleration, 0.02);
+  EXPECT_DOUBLE_EQ(request.target, 0.007);
+  EXPECT_DOUBLE_EQ(read(linear(), "home-probe 1").distance, 0.001) << "the first number is the distance";
+  EXPECT_EQ(refusal(linear(), "home-probe"), "axis z: home-probe needs a distance, with the sign of its direction");
+  EXPECT_EQ(refusal(linear(), "home-probe rising"), "distance \"rising\": a number is expected, as 10mm");
+  EXPECT_EQ(refusal(linear(), "home-probe 1 buffer=buffered"), "axis z: home-probe: \"buffer=\" does not belong there");
+}
+
+TEST(AxisWords, DrivesMoveByThemselves) {
+  auto request = read(rotary(), "drive-move 90 velocity=30 acceleration=10 deceleration=20");
+  EXPECT_EQ(request.command, AxisCommand::kDriveMoveAbsolute);
+  EXPECT_DOUBLE_EQ(request.target, 90.0 * kDegree);
+  EXPECT_DOUBLE_EQ(request.velocity, 30.0 * kDegree);
+  EXPECT_DOUBLE_EQ(request.acceleration, 10.0 * kDegree);
+  EXPECT_DOUBLE_EQ(request.deceleration, 20.0 * kDegree);
+  EXPECT_EQ(read(rotary(), "drive-move by=-1rev").command, AxisCommand::kDriveMoveRelative);
+  request = read(rotary(), "drive-jog -60rpm deceleration=20");
+  EXPECT_EQ(request.command, AxisCommand::kDriveMoveVelocity);
+  EXPECT_DOUBLE_EQ(request.target, -2.0 * std::numbers::pi);
+  EXPECT_EQ(refusal(rotary(), "drive-move"), "axis x: drive-move needs a position, or by=DISTANCE");
+  EXPECT_EQ(refusal(rotary(), "drive-move 1 jerk=3"), "axis x: drive-move: \"jerk=\" does not belong there");
+  EXPECT_EQ(refusal(rotary(), "drive-jog 1 velocity=3"), "axis x: drive-jog: \"velocity=\" does not belong there");
+  EXPECT_EQ(refusal(rotary(), "drive-mvoe 1"), "axis x: it cannot \"drive-mvoe\"; did you mean drive-move?");
 }
 
 TEST(AxisWords, WrongOnesGetASentenceWithWhatWasMeant) {
@@ -114,7 +174,7 @@ TEST(AxisWords, WrongOnesGetASentenceWithWhatWasMeant) {
   EXPECT_EQ(refusal(rotary(), "enable 2"), "axis x: enable: \"2\" was not expected");
   EXPECT_EQ(refusal(rotary(), "move 1 velocty=3"),
             "axis x: move: \"velocty=\" does not belong there; did you mean velocity?");
-  EXPECT_EQ(refusal(rotary(), "mode csx"), "mode \"csx\": csp, csv or cst is expected; did you mean csp?");
+  EXPECT_EQ(refusal(rotary(), "mode csx"), "mode \"csx\": csp, csv, cst or ip is expected; did you mean csp?");
   EXPECT_THAT(refusal(rotary(), "move 1 buffer=buferred"), HasSubstr("did you mean buffered?"));
 }
 

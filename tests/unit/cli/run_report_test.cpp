@@ -22,6 +22,7 @@ runtime::RunReport report_of_a_run() {
   report.state = "OP";
   report.axes = {{"x", 0, 120.0, 30.5, "rad", 1000.0}, {"z", 3, 8.0, 2.0, "mm", 1e3, 17}};
   report.axes[1].path_error = {90.5, 60.0};
+  report.axes[0].owner = "path";
   report.period = std::chrono::microseconds{125};
   report.duration_s = 5.0;
   auto& statistics = report.statistics;
@@ -68,11 +69,11 @@ TEST(RunReport, JsonHasTheKeysOfTheContractAndNoOthers) {
   for (const auto* times : {"wake_latency_ns", "cycle_cost_ns", "round_trip_ns"}) {
     EXPECT_THAT(keys(document[times]), UnorderedElementsAre("p50", "p99", "p999", "max"));
   }
-  EXPECT_THAT(
-      keys(document["axes"][0]),
-      UnorderedElementsAre("name", "slave", "following_error_max", "following_error_rms", "unit", "unavailable_cycles",
-                           // Added since:
-                           "position_unit", "increments_per_position_unit", "path_error_max", "path_error_rms"));
+  EXPECT_THAT(keys(document["axes"][0]), UnorderedElementsAre("name", "slave", "following_error_max",
+                                                              "following_error_rms", "unit", "unavailable_cycles",
+                                                              // Added since:
+                                                              "position_unit", "increments_per_position_unit",
+                                                              "path_error_max", "path_error_rms", "owner"));
 }
 
 TEST(RunReport, JsonHasTheFigures) {
@@ -85,11 +86,11 @@ TEST(RunReport, JsonHasTheFigures) {
     "round_trip_ns": {"p50": 60, "p99": 60, "p999": 60, "max": 60}, "round_trip_modelled": false,
     "dc": {"locked": false, "difference_ns": {"p50": null, "p99": null, "max": null}},
     "axes": [
-      {"name": "x", "slave": 0, "following_error_max": 120.0, "following_error_rms": 30.5,
+      {"name": "x", "slave": 0, "owner": "path", "following_error_max": 120.0, "following_error_rms": 30.5,
        "path_error_max": 0.0, "path_error_rms": 0.0, "unit": "increments",
        "position_unit": "rad", "increments_per_position_unit": 1000.0,
        "unavailable_cycles": 0},
-      {"name": "z", "slave": 3, "following_error_max": 8.0, "following_error_rms": 2.0,
+      {"name": "z", "slave": 3, "owner": "", "following_error_max": 8.0, "following_error_rms": 2.0,
        "path_error_max": 90.5, "path_error_rms": 60.0, "unit": "increments",
        "position_unit": "mm", "increments_per_position_unit": 1000.0,
        "unavailable_cycles": 17}],

@@ -35,6 +35,25 @@ TEST(AxisAuthority, OneAtATime) {
   EXPECT_FALSE(authority.holds(0, "stream"));
 }
 
+TEST(AxisAuthority, WhatCouldBeHadIsToldWithoutTakingIt) {
+  AxisAuthority authority(2);
+  EXPECT_TRUE(authority.check(0, terms("hand")));
+  EXPECT_EQ(authority.owner_of(0), "");
+  ASSERT_TRUE(authority.take(0, terms("hand")));
+  const auto refused = authority.check(0, terms("stream"));
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().owner, "hand");
+  auto taking = terms("stream");
+  taking.take_over = true;
+  EXPECT_TRUE(authority.check(0, taking));
+  EXPECT_EQ(authority.owner_of(0), "hand");
+  EXPECT_THAT(authority.losses(nanoseconds{0}), IsEmpty());
+  auto firm = terms("path");
+  firm.firm = true;
+  ASSERT_TRUE(authority.take(1, firm));
+  EXPECT_TRUE(authority.check(1, taking).error().firm);
+}
+
 TEST(AxisAuthority, WhatIsGivenBackCanBeHad) {
   AxisAuthority authority(3);
   ASSERT_TRUE(authority.take(0, terms("hand")));

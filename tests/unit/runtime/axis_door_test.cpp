@@ -63,6 +63,11 @@ class AxisDoorTest : public testing::Test {
     for (auto& facts : door.take_events()) sentences.push_back(describe(Event{std::move(facts)}));
     return sentences;
   }
+  /// One cycle of the axes, without a line.
+  void cycle() {
+    std::vector<std::byte> image(256);
+    single->update(++cycles, image);
+  }
   std::string refusal(const AxisCaller& who, std::size_t axis, const AxisRequest& request) {
     const auto submitted = door.submit(who, axis, request);
     return submitted ? "" : describe(events::event_axis(configs[axis]), submitted.error());
@@ -71,6 +76,7 @@ class AxisDoorTest : public testing::Test {
   std::vector<AxisConfig> configs{config("x", 0), config("y", 1)};
   rt::VirtualClock clock;
   int stops = 0;
+  std::int64_t cycles = 0;
   AxisDoor door{configs, clock, [this] { ++stops; }};
   std::optional<ecat_master::SingleAxes> single;
 };
@@ -157,13 +163,94 @@ TEST_F(AxisDoorTest, OneCommandsAndEverybodyMayStop) {
 TEST_F(AxisDoorTest, TakingOverIsToldToWhomItConcerns) {
   door.open(*single);
   ASSERT_EQ(refusal(caller("stream"), 0, ask(AxisCommand::kMoveRelative, 1.0)), "");
+  cycle();
+  door.watch();
   auto hand = caller("hand");
   hand.take_over = true;
-  ASSERT_EQ(refusal(hand, 0, ask(AxisCommand::kMoveRelative, 1.0)), "");
+  ASSERT_EQ(refusal(hand, 0, ask(AxisCommand::kPower)), "");
   static_cast<void>(told());
+  door.watch();
+  EXPECT_EQ(door.status(0).owner, "stream") << "the axis has not looked at it yet";
+  cycle();
   door.watch();
   EXPECT_THAT(told(), ElementsAre("axis x: hand has taken it over from stream"));
   EXPECT_EQ(door.status(0).owner, "hand");
+}
+
+TEST_F(AxisDoorTest, WhatTheAxisRefusesTakesNothingOver) {
+  door.open(*single);
+  ASSERT_EQ(refusal(caller("stream"), 0, ask(AxisCommand::kPower)), "");
+  cycle();
+  auto hand = caller("hand");
+  hand.take_over = true;
+  // It is not enabled yet.
+  ASSERT_EQ(refusal(hand, 0, ask(AxisCommand::kMoveRelative, 1.0)), "");
+  cycle();
+  door.watch();
+  EXPECT_EQ(door.status(0).owner, "stream");
+  door.leave("hand", true);
+  door.watch();
+  EXPECT_EQ(door.status(0).owner, "stream");
+  for (const auto& change : door.authority().take_changes()) EXPECT_NE(change.owner, "hand");
+}
+
+TEST_F(AxisDoorTest, WhatIsOneTooManyTakesNothing) {
+  door.open(*single);
+  ASSERT_EQ(refusal(caller("stream"), 0, ask(AxisCommand::kPower)), "");
+  for (int i = 0; i < 1000 && refusal(caller("stream"), 0, ask(AxisCommand::kPower)).empty(); ++i) continue;
+  auto hand = caller("hand");
+  hand.take_over = true;
+  EXPECT_EQ(refusal(hand, 0, ask(AxisCommand::kPower)), "axis x: there are more requests than the cycle can take");
+  EXPECT_EQ(refusal(hand, 1, ask(AxisCommand::kPower)), "axis y: there are more requests than the cycle can take");
+  EXPECT_EQ(door.status(0).owner, "stream");
+  EXPECT_EQ(door.status(1).owner, "");
+}
+
+TEST_F(AxisDoorTest, ATouchProbeNeedsNoLeaseAndIsOneAtATime) {
+  door.open(*single);
+  ASSERT_EQ(refusal(caller("stream"), 0, ask(AxisCommand::kPower)), "");
+  const auto probe = ask(AxisCommand::kTouchProbe);
+  EXPECT_EQ(refusal(caller("hand"), 0, probe), "");
+  EXPECT_EQ(door.status(0).owner, "stream") << "it moves nothing";
+  EXPECT_EQ(refusal(caller("other"), 0, probe), "axis x: its touch probe is used by hand");
+  EXPECT_EQ(refusal(caller("other"), 1, probe), "") << "that of another axis is free";
+  EXPECT_EQ(refusal(caller("hand"), 0, probe), "") << "his own";
+  auto taking = caller("other");
+  taking.take_over = true;
+  EXPECT_EQ(refusal(taking, 0, probe), "");
+  EXPECT_EQ(door.status(0).owner, "stream");
+  EXPECT_EQ(refusal(caller("third"), 0, ask(AxisCommand::kAbortTrigger)), "") << "to anybody";
+  door.close();
+  door.occupy("path");
+  EXPECT_THAT(refusal(taking, 0, probe), HasSubstr("is moved by the path of this run"));
+}
+
+TEST_F(AxisDoorTest, RequestsOfProbesAndDrivesHaveSentences) {
+  configs[0].software_limits = trajectory::PositionRange{-1.0, 2.0};
+  door.open(*single);
+  auto probe = ask(AxisCommand::kTouchProbe);
+  probe.trigger = ecat_master::ProbeTrigger::kSecondFalling;
+  probe.window_last = 1.0;
+  auto homing = ask(AxisCommand::kHomeByProbe, 0.5);
+  homing.trigger = ecat_master::ProbeTrigger::kZeroPulse;
+  homing.distance = -0.5;
+  homing.velocity = 1.0;
+  for (const auto& request : {probe, homing, ask(AxisCommand::kDriveMoveAbsolute, 1.0),
+                              ask(AxisCommand::kDriveMoveVelocity, -1.0), ask(AxisCommand::kAbortTrigger)})
+    EXPECT_EQ(refusal(caller("hand"), 0, request), "");
+  EXPECT_THAT(told(), ElementsAre("hand: axis x: touch_probe 2, falling edge, from 0 deg to 57.2958 deg",
+                                  "hand: axis x: home_by_probe zero pulse, as far as -28.6479 deg, at 28.6479 deg, "
+                                  "velocity 57.2958 deg/s",
+                                  "hand: axis x: drive_move_absolute to 57.2958 deg",
+                                  "hand: axis x: drive_move_velocity -57.2958 deg/s", "hand: axis x: abort_trigger"));
+  homing.distance = -1.5;
+  EXPECT_THAT(refusal(caller("hand"), 0, homing), HasSubstr("position -85.9437 deg is not possible, -57.2958 deg to"));
+  EXPECT_THAT(refusal(caller("hand"), 0, ask(AxisCommand::kDriveMoveAbsolute, 2.5)),
+              HasSubstr("position 143.239 deg is not possible"));
+  EXPECT_THAT(refusal(caller("hand"), 0, ask(AxisCommand::kDriveMoveVelocity, 11.0)),
+              HasSubstr("velocity 630.254 deg/s is not possible"));
+  probe.window_first = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(refusal(caller("hand"), 0, probe), "axis x: window is not a number that can be");
 }
 
 TEST_F(AxisDoorTest, WhoIsNotHeardAnyMoreLosesHisAxes) {
@@ -336,6 +423,55 @@ TEST_F(LineByHand, WhoDiesWhileAnAxisMovesStopsIt) {
   EXPECT_EQ(failure_of(report), "");
   EXPECT_TRUE(left);
   EXPECT_LT(report.duration_s, 5.0) << "it has come to rest";
+}
+
+TEST_F(LineByHand, ARefusedTakeOverLeavesTheAxisAndItsMotionToItsOwner) {
+  for (const int stays : {0, 1, 5}) {
+    SCOPED_TRACE(stays);
+    open();
+    auto taker = caller("taker", milliseconds{500});
+    taker.take_over = true;
+    int moving = 0;
+    std::uint64_t jog = 0;
+    hand.on_look = [&] {
+      auto& axes = line->axes();
+      if (moving == 0 && (state(0) != PlcopenState::kStandstill || !axes.status(0).owner.empty())) return;
+      if (moving++ == 0) jog = axes.submit(caller("hand"), 0, ask(AxisCommand::kMoveVelocity, 3.0)).value();
+      // It homes at a standstill only, which the axis knows.
+      if (moving == 20) static_cast<void>(axes.submit(taker, 0, ask(AxisCommand::kHome)).value());
+      if (moving == 20 + stays) axes.leave("taker", true);
+      if (moving < 60) return;
+      EXPECT_EQ(state(0), PlcopenState::kContinuousMotion);
+      EXPECT_EQ(axes.progress(0, jog).report.phase, ecat_master::RequestPhase::kReached);
+      EXPECT_EQ(axes.status(0).owner, "hand");
+      line->request_stop();
+    };
+    EXPECT_EQ(failure_of(run()), "");
+    EXPECT_GE(moving, 60);
+  }
+}
+
+TEST_F(LineByHand, WhoTakesOverAndGoesAtOnceLeavesTheAxisAtRest) {
+  for (const int stays : {0, 1, 5}) {
+    SCOPED_TRACE(stays);
+    open();
+    auto taker = caller("taker", milliseconds{500});
+    taker.take_over = true;
+    int moving = 0;
+    hand.on_look = [&] {
+      auto& axes = line->axes();
+      if (moving == 0 && (state(0) != PlcopenState::kStandstill || !axes.status(0).owner.empty())) return;
+      if (moving++ == 0) static_cast<void>(axes.submit(caller("hand"), 0, ask(AxisCommand::kMoveVelocity, 3.0)));
+      if (moving == 20) static_cast<void>(axes.submit(taker, 0, ask(AxisCommand::kMoveVelocity, -3.0)).value());
+      if (moving == 20 + stays) axes.leave("taker", true);
+      if (moving < 200) return;
+      EXPECT_EQ(state(0), PlcopenState::kStandstill);
+      EXPECT_NE(axes.status(0).owner, "taker");
+      line->request_stop();
+    };
+    EXPECT_EQ(failure_of(run()), "");
+    EXPECT_GE(moving, 200);
+  }
 }
 
 TEST_F(LineByHand, RequestThatTheAxisRefusesIsToldWithWhatToDo) {

@@ -107,6 +107,23 @@ TEST(DriveFacts, PolarityThatTurnsHalfOfItIsRefused) {
             "bits 7 and 6 are expected, or none");
 }
 
+TEST(DriveFacts, PolarityThatTurnsNoTorquesIsRefusedWhereTheseAreUsed) {
+  DriveFacts facts;
+  facts.polarity = 0xC0;
+  const auto* const refusal =
+      "axis x: 607Eh of its drive, which is C0h, turns positions and velocities but not torques, which the master "
+      "would give it in the wrong direction: polarity = \"reversed\" in the [[axis]] turns all of them, with 607Eh at "
+      "0";
+  auto axis = rotary_axis(1048576.0, true);
+  axis.inertia = 3e-4;
+  EXPECT_EQ(take(axis, facts), refusal);
+  axis = rotary_axis(1048576.0, true);
+  axis.mode = Mode::kCyclicTorque;
+  EXPECT_EQ(take(axis, facts), refusal);
+  axis.mode = Mode::kCyclicVelocity;
+  EXPECT_EQ(take(axis, facts), "");
+}
+
 TEST(DriveFacts, RangeOfTheDriveIsThatOfTheAxis) {
   auto axis = rotary_axis(1048576.0, true);
   DriveFacts facts;
@@ -115,6 +132,22 @@ TEST(DriveFacts, RangeOfTheDriveIsThatOfTheAxis) {
   EXPECT_EQ(take(axis, facts), "");
   EXPECT_EQ(axis.range_min, -500);
   EXPECT_EQ(axis.range_max, 499);
+}
+
+TEST(DriveFacts, ObjectsThatCannotBeReadAreLeftOut) {
+  std::vector<std::uint16_t> asked;
+  const auto facts =
+      ask_drive_facts([&](std::uint16_t index, std::uint8_t sub) -> std::optional<std::vector<std::byte>> {
+        asked.push_back(index);
+        if (index == 0x6092)
+          return std::vector<std::byte>{std::byte{sub == 1 ? std::uint8_t{200} : std::uint8_t{2}}, {}, {}, {}};
+        if (index == 0x6091) return std::vector<std::byte>(2);
+        return std::nullopt;
+      });
+  EXPECT_EQ(increments_per_revolution(facts), 100.0);
+  EXPECT_FALSE(facts.supported_modes);
+  EXPECT_FALSE(facts.gear) << "of another size";
+  EXPECT_THAT(asked, Contains(0x608F));
 }
 
 class Events final : public Observer {

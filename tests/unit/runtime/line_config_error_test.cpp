@@ -101,6 +101,14 @@ INSTANTIATE_TEST_SUITE_P(
             "quarter of its modulo of 11.25 deg is expected"}));
 
 INSTANTIATE_TEST_SUITE_P(
+    Polarity, LineConfigError,
+    testing::Values(
+        WrongFile{one_axis("polarity = \"revrsed\"\n"),
+                  ":6: [axis 1] polarity: is \"revrsed\", one of \"normal\", \"reversed\" is expected; did you mean "
+                  "\"reversed\"?"},
+        WrongFile{one_axis("polarity = -1\n"), ":6: [axis 1] polarity: is an integer, a string is expected"}));
+
+INSTANTIATE_TEST_SUITE_P(
     AxesThatWouldNeverMove, LineConfigError,
     testing::Values(
         WrongFile{one_axis("mode = \"cst\"\n"),
@@ -144,7 +152,7 @@ INSTANTIATE_TEST_SUITE_P(
                   "increments_per_revolution, inertia, max_acceleration, max_jerk, max_position, max_torque, "
                   "max_velocity, min_position, "
                   "mode, modulo, name, pendulum, "
-                  "pendulum_zero, position_gain_1_s, position_tolerance, "
+                  "pendulum_zero, polarity, position_gain_1_s, position_tolerance, "
                   "rated_torque_nm, setpoint_delay_cycles, slave, unit, velocity_gain, viscous_friction"},
         WrongFile{
             one_slave("[path]\nfile = \"a.csv\"\nspeed = 2\n"),

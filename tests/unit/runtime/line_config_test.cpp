@@ -64,9 +64,20 @@ TEST(LineConfig, AnAxisHasItsRangeInItsUnit) {
   EXPECT_NEAR(x.software_limits->min, -std::numbers::pi / 2, 1e-12);
   EXPECT_NEAR(x.software_limits->max, std::numbers::pi, 1e-12);
   EXPECT_EQ(x.range_max, 0) << "no modulo";
+  EXPECT_FALSE(x.modulo);
   EXPECT_FALSE(config.axes[1].software_limits);
   EXPECT_EQ(config.axes[1].range_min, 0);
   EXPECT_EQ(config.axes[1].range_max, 999'999);
+  EXPECT_NEAR(config.axes[1].modulo.value(), 2.0 * std::numbers::pi, 1e-12);
+}
+
+TEST(LineConfig, AnAxisCountsAsItsDriveOrAgainstIt) {
+  for (const auto& [key, reversed] :
+       {std::pair{"", false}, {"polarity = \"normal\"\n", false}, {"polarity = \"reversed\"\n", true}}) {
+    const auto config = parsed(std::string("[[slave]]\nname = \"x\"\n[[axis]]\nname = \"x\"\n") + key);
+    EXPECT_EQ(config.axes[0].reversed, reversed) << key;
+    EXPECT_GT(config.axes[0].increments_per_unit, 0.0);
+  }
 }
 
 TEST(LineConfig, EveryKeyArrives) {

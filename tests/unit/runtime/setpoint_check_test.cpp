@@ -113,6 +113,45 @@ TEST(SetpointCheck, ValuesAreFiniteAndWithinTheBounds) {
   EXPECT_EQ(refusal_of(three), Refusal::kAxisCount);
 }
 
+TEST(SetpointCheck, TellsWhatOfWhichAxisWasWrong) {
+  using Figure = SetpointFault::Figure;
+  auto check = make_check();
+  check.set_offset(1, 100.0);
+  const auto first = setpoint(1, 0, 0.0, 100.0);
+  ASSERT_TRUE(check.judge(first, nullptr).taken);
+  std::uint64_t number = 1;
+  const auto fault_of = [&](SetpointRecord record) {
+    record.number = ++number;
+    const auto verdict = check.judge(record, &first);
+    EXPECT_FALSE(verdict.taken);
+    return verdict.fault.value_or(SetpointFault{99, {}, 0.0, 0.0, 0.0});
+  };
+  auto fault = fault_of(setpoint(0, kMs, 0.0, 120.0));
+  EXPECT_EQ(fault.axis, 1U);
+  EXPECT_EQ(fault.figure, Figure::kPosition);
+  EXPECT_EQ(fault.value, 120.0);
+  EXPECT_EQ(fault.lowest, 90.0) << "as its requests count";
+  EXPECT_EQ(fault.highest, 110.0);
+  auto fast = setpoint(0, kMs, 0.0, 100.0);
+  fast.targets[0].velocity = -6.0;
+  fault = fault_of(fast);
+  EXPECT_EQ(fault.axis, 0U);
+  EXPECT_EQ(fault.figure, Figure::kVelocity);
+  EXPECT_EQ(fault.value, -6.0);
+  EXPECT_EQ(fault.highest, 5.0);
+  fault = fault_of(setpoint(0, kMs, -0.02, 100.0));
+  EXPECT_EQ(fault.axis, 0U);
+  EXPECT_EQ(fault.figure, Figure::kStep);
+  EXPECT_NEAR(fault.value, -20.0, 1e-9);
+  EXPECT_EQ(fault.lowest, -5.0);
+  auto endless = setpoint(0, kMs, 0.0, 100.0);
+  endless.targets[1].acceleration = kInfinity;
+  fault = fault_of(endless);
+  EXPECT_EQ(fault.axis, 1U);
+  EXPECT_EQ(fault.figure, Figure::kAcceleration);
+  EXPECT_FALSE(check.judge(setpoint(2, 0), &first).fault) << "wrong as a whole";
+}
+
 TEST(SetpointCheck, NoGarbageIsTaken) {
   std::mt19937_64 random(11);
   auto check = make_check();

@@ -113,7 +113,10 @@ class StreamLine {
     config.axes = {0, 1, 2};
     std::vector<StreamAxis> offered;
     for (std::size_t i = 0; i < 3; ++i) {
-      offered.push_back({std::string(1, static_cast<char>('x' + i)), i, {-100.0, 100.0, 10.0, 100.0}});
+      offered.push_back({std::string(1, static_cast<char>('x' + i)),
+                         i,
+                         {-100.0, 100.0, 10.0, 100.0},
+                         *trajectory::find_position_unit("deg")});
       inputs.emplace_back(ecat_master::AxisConfig{}, ecat_master::ProcessDataPlace{},
                           ecat_master::axis_pdo_configuration());
     }

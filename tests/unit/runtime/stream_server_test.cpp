@@ -95,6 +95,18 @@ TEST(StreamServer, TakesAnAxisFromSomebodyElseOnlyWhereThatIsAskedFor) {
   EXPECT_EQ(line.axes.all[1].halts, 0);
 }
 
+TEST(StreamServer, WhoIsSentAwayHasTakenNothingFromAnybody) {
+  StreamLine line;
+  ASSERT_TRUE(line.take(0, "hand"));
+  const auto first = line.client({.name = "same", .axes = {"y"}});
+  static_cast<void>(line.authority.take_changes());
+  EXPECT_THAT(line.refusal({.name = "same", .axes = {"x", "y"}, .take_over = true}),
+              HasSubstr("axis y: is commanded by"));
+  EXPECT_EQ(line.authority.owner_of(0), "hand");
+  EXPECT_TRUE(line.authority.losses({}).empty());
+  EXPECT_TRUE(line.authority.take_changes().empty());
+}
+
 TEST(StreamServer, NobodyStreamsToAxesThatAreMovedTogether) {
   StreamLine line;
   LeaseTerms path;

@@ -237,7 +237,28 @@ TEST(StreamSession, CountsWhatItRefuses) {
   EXPECT_EQ(status->taken, 1U);
   line.poll();
   EXPECT_EQ(line.told.size(), 6U) << "one event for each reason";
-  EXPECT_THAT(line.told[1], HasSubstr("is not finite; its status counts them"));
+  EXPECT_THAT(line.told[1], HasSubstr("is not finite: axis x: position nan deg; its status counts them"));
+}
+
+TEST(StreamSession, TheFirstSetpointThatIsRefusedIsToldWithAxisValueAndLimit) {
+  StreamLine line;
+  auto client = line.client({.axes = {"y", "x"}, .power = true});
+  EXPECT_TRUE(client.send(0ms, std::array<AxisTarget, 2>{}));
+  line.run(1ms);
+  EXPECT_TRUE(client.send(10ms, std::array{AxisTarget{}, AxisTarget{101.0}}));
+  EXPECT_TRUE(client.send(10ms, std::array{AxisTarget{-200.0}, AxisTarget{}}));
+  EXPECT_TRUE(client.send(10ms, std::array{AxisTarget{0.0, 11.0}, AxisTarget{}}));
+  EXPECT_TRUE(client.send(10ms, std::array{AxisTarget{0.0, 12.0}, AxisTarget{}}));
+  line.run(1ms);
+  line.poll();
+  line.poll();
+  ASSERT_EQ(line.told.size(), 3U) << "the first one of each reason";
+  EXPECT_THAT(line.told[1], HasSubstr("too fast for an axis: axis y: velocity 630.254 deg/s, -572.958 deg/s to "
+                                      "572.958 deg/s are possible; its status counts them"));
+  EXPECT_THAT(line.told[2], HasSubstr("outside the range of an axis: axis x: position 5786.87 deg, -5729.58 deg to "
+                                      "5729.58 deg are possible; its status counts them"));
+  EXPECT_EQ(client.status()->count(Refusal::kTooFast), 2U);
+  EXPECT_EQ(client.status()->count(Refusal::kOutsideRange), 2U);
 }
 
 TEST(StreamSession, TakesABoundedNumberOfRecordsInACycle) {

@@ -26,7 +26,7 @@ using EventFacts = std::variant<
     events::MasterAwayOften, events::AxisPresenceChanged, events::AxesStopped, events::AxesNotOff, events::NotInInit,
     events::AxisNeverEnabled, events::AxisOffItsSetpoint, events::ForbiddenCalls, events::ForeignTraffic,
     events::FaultRecorded, events::RecordingEnded, events::CaptureIncomplete, events::FileNotWritten, events::EoeUp,
-    events::EoeAddressRefused, events::GatewayUp, events::AxisRequested, events::AxisRequestFailed,
+    events::EoeAddressRefused, events::GatewayUp, events::AxisRequested, events::AxisRequestFailed, events::AxisProbed,
     events::CallerRefused, events::AxisLeaseLost, events::AxisFailed, events::AxisNotReset, events::AxisRestored,
     events::StreamUp, events::StreamClientCame, events::StreamClientRefused, events::StreamSetpointRefused,
     events::StreamStarved, events::StreamClientLeft>;

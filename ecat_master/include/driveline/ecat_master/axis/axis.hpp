@@ -13,6 +13,7 @@
 #include "driveline/ecat_master/axis/setpoint_delay.hpp"
 #include "driveline/ecat_master/axis/touch_probe.hpp"
 #include "driveline/ecat_master/cia402/cia402.hpp"
+#include "driveline/ecat_master/cia402/cyclic_mode.hpp"
 #include "driveline/ecat_master/process_data/pdo_configuration.hpp"
 #include "driveline/ecat_master/process_data/process_image.hpp"
 #include "driveline/snapshot/snapshot.hpp"
@@ -38,7 +39,10 @@ struct AxisConfig {
   trajectory::AxisKind kind = trajectory::AxisKind::kRotary;   ///< linear: positions in m, forces in N, not rad and Nm
   double increments_per_unit = 1048576.0 / 6.283185307179586;  ///< drive increments per rad or m
   double unit_per_revolution = 0.0;                            ///< rad or m per turn of the motor; 0: not known
-  bool scale_assumed = false;                    ///< increments_per_unit is a guess: the drive knows better
+  bool scale_assumed = false;  ///< increments_per_unit is a guess: the drive knows better
+  /// The axis counts against its drive: positions, velocities, torques, offsets and places of the touch probe have the
+  /// other sign there. Everything here is as the axis counts, but `range_min` and `range_max`.
+  bool reversed = false;
   double rated_torque = 2.4;                     ///< Nm or N that 1000 per mille stand for (6076h)
   trajectory::AxisLimits limits{200.0, 2000.0};  ///< for the approach of a path and for stops
   std::optional<double> max_jerk{};              ///< rad/s^3 or m/s^3, of motions that the master plans; none: no limit
@@ -49,7 +53,10 @@ struct AxisConfig {
   /// other. Not below each other: all of the 32 bits.
   std::int32_t range_min = 0;
   std::int32_t range_max = 0;  ///< 607Bh:02
-  /// Positions, as the drive counts, that motions of the axis by itself must not leave (SingleAxes); none: anywhere.
+  /// After which an endless axis is where it was, rad or m; positions are shown within it, too. None: it has none.
+  std::optional<double> modulo{};
+  /// Positions, before AxisCommand::kSetPosition, that motions of the axis by itself must not leave (SingleAxes); none:
+  /// anywhere.
   std::optional<trajectory::PositionRange> software_limits{};
   /// 6502h of the drive, bit n for mode n + 1; none: not known, every mode is tried.
   std::optional<std::uint32_t> supported_modes{};
@@ -159,7 +166,7 @@ class Axis {
   }
   /// Whether the drive has the mode, by AxisConfig::supported_modes.
   [[nodiscard]] bool supports(cia402::Mode mode) const noexcept {
-    return (config_.supported_modes.value_or(~0U) >> (static_cast<unsigned>(mode) - 1U) & 1U) != 0;
+    return (config_.supported_modes.value_or(~0U) & cia402::mode_bit(mode)) != 0;
   }
   /// From now on the torque of the setpoints is all that the drive is told in CST.
   void command_torque() noexcept;
@@ -248,6 +255,8 @@ class Axis {
   std::uint32_t possible_modes_;  ///< bit of each whose objects are mapped
   cia402::Mode mode_;             ///< that the drive is told, or about to be
   cia402::Mode wanted_;           ///< another one: next
+  double scale_;                  ///< increments of the drive per rad or m, with the sign of its direction
+  double nm_per_permille_;        ///< likewise; N of linear axes
   bool changing_ = false;         ///< change_ is active
   bool pending_ = false;          ///< and pending
   /// Whether the feed-forward goes out as offset, and the rest of it in the target.

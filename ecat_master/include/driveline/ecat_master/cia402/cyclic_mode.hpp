@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -13,7 +14,12 @@ namespace driveline::ecat_master::cia402 {
 /// The modes in which an axis follows the master's setpoints.
 inline constexpr std::array kCyclicModes{Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque};
 
-/// Their names, in that order: "csp", "csv", "cst".
+/// The bit of a mode in object 6502h, supported drive modes: bit 0 is mode 1, and so on (CiA 402-2). \rtsafe
+[[nodiscard]] constexpr std::uint32_t mode_bit(Mode mode) noexcept {
+  return std::uint32_t{1} << (static_cast<unsigned>(mode) - 1U);
+}
+
+/// Names of kCyclicModes, in that order: "csp", "csv", "cst".
 [[nodiscard]] inline std::vector<std::string_view> cyclic_mode_names() {
   std::vector<std::string_view> names;
   for (const auto mode : kCyclicModes) names.push_back(to_text(mode));

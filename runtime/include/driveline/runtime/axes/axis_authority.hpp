@@ -66,6 +66,8 @@ class AxisAuthority {
   /// Takes the axis, or prolongs the owner's own lease. The number of the lease, which no other has. Error: somebody
   /// else has the axis.
   [[nodiscard]] tl::expected<std::uint64_t, LeaseRefusal> take(std::size_t axis, const LeaseTerms& terms);
+  /// Whether take() would give the axis away now, without doing it.
+  [[nodiscard]] tl::expected<void, LeaseRefusal> check(std::size_t axis, const LeaseTerms& terms) const;
   /// Gives all leases of `owner` that have an end another one, or none.
   void prolong(std::string_view owner, std::optional<std::chrono::nanoseconds> until);
   /// Gives the axis back; nothing happens if it is another's.
@@ -93,6 +95,7 @@ class AxisAuthority {
     bool firm = false;
   };
 
+  [[nodiscard]] std::optional<LeaseRefusal> obstacle(std::size_t axis, const LeaseTerms& terms) const;
   void end(std::size_t axis, LeaseChange::Kind kind);
   void note(LeaseChange change);
 

@@ -30,8 +30,9 @@ struct AxisCaller {
 
 /// How far a request is.
 struct AxisProgress {
-  ecat_master::RequestReport report;     ///< phase and reason
+  ecat_master::RequestReport report;          ///< phase and reason
   std::optional<AxisRefusal> refusal{};  ///< the reason with its facts; none: it has not failed
+  std::optional<double> recorded_position{};  ///< by AxisCommand::kTouchProbe, rad or m as requests count
 };
 
 /// What an axis does, and who commands it.
@@ -43,9 +44,12 @@ struct AxisStatus {
 
 /// The way of requests to the single axes of a running line: checks what needs no cycle, asks AxisAuthority for the
 /// axis, hands the request on, and keeps the events of it all. A stop or a halt needs no lease; while a path, a task or
-/// a program moves all axes together it ends the run in order.
+/// a program moves all axes together it ends the run in order. Nor does a touch probe need one, which moves nothing:
+/// one caller at a time has it, and everybody may switch it off.
 ///
-/// A lease is had by the first request and given back by leave(). Any thread but the cycle's; a lock inside.
+/// A lease is had by the first request and given back by leave(). An axis of another owner is taken over when it has
+/// taken the request: what is refused leaves the axis, and its motion, to that owner. Any thread but the cycle's; a
+/// lock inside.
 class AxisDoor {
  public:
   /// `stop_all` ends the run in order. `axes` and `clock`, which measures keep-alive times, must outlive it.
@@ -92,16 +96,32 @@ class AxisDoor {
   struct Pending {
     std::uint64_t number = 0;
     std::size_t axis = 0;
-    std::string caller;
+    AxisCaller caller;
     ecat_master::AxisRequest request;
+    bool takes_over = false;  ///< the axis from another owner, as soon as the axis has taken the request
+    bool gone = false;        ///< the caller has left before that
+  };
+  /// How a request comes to its axis.
+  enum class Way : std::uint8_t {
+    kOpen,       ///< the caller commands the axis already, or the request asks for no lease
+    kNewLease,   ///< nobody commanded the axis before
+    kTakesOver,  ///< another one does until the axis has taken the request
   };
   using Submitted = tl::expected<std::uint64_t, AxisRefusal>;
+  using Permission = tl::expected<Way, AxisRefusal>;
 
   [[nodiscard]] Submitted try_to_submit(const AxisCaller& caller, std::size_t axis,
                                         const ecat_master::AxisRequest& request);
-  [[nodiscard]] tl::expected<void, AxisRefusal> take_lease(const AxisCaller& caller, std::size_t axis);
+  [[nodiscard]] Permission permission(const AxisCaller& caller, std::size_t axis, ecat_master::AxisCommand command);
+  [[nodiscard]] Permission probe_permission(const AxisCaller& caller, std::size_t axis,
+                                            ecat_master::AxisCommand command) const;
+  [[nodiscard]] bool takes_over(const AxisCaller& caller, std::size_t axis) const;
+  [[nodiscard]] LeaseTerms terms_of(const AxisCaller& caller) const;
   [[nodiscard]] AxisProgress progress_of(std::size_t axis, std::uint64_t request) const;
+  [[nodiscard]] bool is_probe(std::uint64_t request) const;
   void stop_axis(std::size_t axis);
+  void drop(Pending& pending);
+  void settle_take_overs();
   void watch_leases();
   void watch_requests();
   void watch_leaving();

@@ -20,6 +20,7 @@ struct AxisRefusal {
     kNotRunning,      ///< the line is not in operation, or has no such axis
     kOwned,           ///< `owner` commands the axis
     kMovedTogether,   ///< `owner` moves all axes as long as the line runs
+    kProbeTaken,      ///< `owner` waits for the touch probe of the axis
     kNotANumber,      ///< `quantity` is not finite, or a magnitude is negative
     kOutside,         ///< `quantity` has the value `value`; `lowest` to `highest` are possible
     kNoVelocityGain,  ///< neither inertia nor velocity gain are known, without which the master closes no loop in CST
@@ -27,7 +28,7 @@ struct AxisRefusal {
     kByAxis,          ///< the axis itself, with `error`
   };
   Why why = Why::kNotRunning;      ///< the reason
-  std::string owner{};             ///< kOwned, kMovedTogether
+  std::string owner{};             ///< kOwned, kMovedTogether, kProbeTaken
   std::string_view quantity{};     ///< "velocity"
   std::string_view per{};          ///< of the unit of `quantity`: "/s"; "-" where it has none; "torque": Nm or N
   double value = 0.0;              ///< rad or m, or Nm or N
@@ -48,6 +49,7 @@ struct EventAxis {
   double increments_per_unit = 1.0;  ///< drive increments per rad or m
   /// AxisConfig::software_limits.
   std::optional<trajectory::PositionRange> software_limits{};
+  std::optional<double> modulo{};  ///< AxisConfig::modulo
 };
 /// The axis of an event about this one.
 [[nodiscard]] EventAxis event_axis(const ecat_master::AxisConfig& axis);
@@ -65,6 +67,13 @@ struct AxisRequestFailed {
   EventAxis axis;                    ///< of which
   ecat_master::AxisRequest request;  ///< what was asked
   AxisRefusal refusal;               ///< why
+};
+/// The touch probe of an axis has recorded where the axis was.
+struct AxisProbed {
+  std::string who;                   ///< who has asked for it
+  EventAxis axis;                    ///< of which
+  ecat_master::AxisRequest request;  ///< what was asked
+  double position = 0.0;             ///< rad or m, as requests count
 };
 /// Somebody was refused at a door of the line, and nothing was done.
 struct CallerRefused {

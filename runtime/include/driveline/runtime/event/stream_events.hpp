@@ -3,10 +3,13 @@
 #include <sys/types.h>
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "driveline/runtime/event/axis_events.hpp"
 #include "driveline/stream/records.hpp"
 
 namespace driveline::runtime {
@@ -21,6 +24,22 @@ struct StreamPeer {
 
 /// "stream client "sine" (process 123, user 1000)", as events and leases have it.
 [[nodiscard]] std::string describe(const StreamPeer& peer);
+
+/// What of a setpoint of a stream was wrong, where it was a figure of an axis.
+struct SetpointFault {
+  /// The figure.
+  enum class Figure : std::uint8_t {
+    kPosition,      ///< rad or m, as requests count
+    kVelocity,      ///< rad/s or m/s
+    kAcceleration,  ///< rad/s^2 or m/s^2
+    kStep,          ///< rad/s or m/s: the velocity that it takes to get there from the setpoint before
+  };
+  std::size_t axis = 0;               ///< of those of the session
+  Figure figure = Figure::kPosition;  ///< which
+  double value = 0.0;                 ///< its value
+  double lowest = 0.0;                ///< that is possible; with stream::Refusal::kNotFinite nothing is said of it
+  double highest = 0.0;               ///< likewise
+};
 
 /// Events of setpoints out of other processes.
 namespace events {
@@ -43,8 +62,10 @@ struct StreamClientRefused {
 };
 /// The first setpoint of a client that was refused for this reason.
 struct StreamSetpointRefused {
-  StreamPeer peer;           ///< whose
-  stream::Refusal reason{};  ///< why
+  StreamPeer peer;                       ///< whose
+  stream::Refusal reason{};              ///< why
+  EventAxis axis{};                      ///< the axis of `fault`
+  std::optional<SetpointFault> fault{};  ///< none: it was wrong as a whole
 };
 /// The axes of a client have used up its setpoints for the first time, and have come to rest.
 struct StreamStarved {

@@ -35,6 +35,7 @@ struct AxisReport {
     double rms = 0.0;
   };
   std::optional<Reported> by_drive{};  ///< none: it is not mapped
+  std::string owner{};                 ///< who commanded it at the end of the operation; empty: nobody
   /// The path at the instant at which the position was read, minus that; drive increments.
   Reported path_error{};
 };

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -31,6 +33,11 @@ struct DriveFacts {
 /// has no factors. None: it does not tell, or tells a zero.
 [[nodiscard]] std::optional<double> increments_per_revolution(const DriveFacts& facts) noexcept;
 
+/// Reads an object of a drive by index and sub-index; none: it cannot be read.
+using ReadObject = std::function<std::optional<std::vector<std::byte>>(std::uint16_t, std::uint8_t)>;
+/// Asks one drive, object by object; what cannot be read is left out.
+[[nodiscard]] DriveFacts ask_drive_facts(const ReadObject& read);
+
 /// Asks the drives of all axes, side by side; objects that they do not have are left out. After Master::configure().
 /// Nothing is asked of slaves without CoE and of those that are not on the line. One result per axis.
 [[nodiscard]] std::vector<ecat_master::Result<DriveFacts>> read_drive_facts(ecat_master::Master& master,
@@ -45,7 +52,7 @@ struct ScaleDifference {
 /// Completes the axis by what its drive tells: its modes, how positions are scaled where the line description leaves
 /// that out, and the range after which they begin anew. The difference where the line description scales otherwise,
 /// which then counts. Errors: the drive does not have the mode of the axis, counts positions in another direction than
-/// velocities, or tells a scale that cannot be.
+/// velocities, or both in another than torques that the axis uses, or tells a scale that cannot be.
 [[nodiscard]] Result<std::optional<ScaleDifference>> take_drive_facts(ecat_master::AxisConfig& axis,
                                                                       const DriveFacts& facts);
 
