@@ -31,7 +31,7 @@ CONTRACT = {
     "axes": [
         {"name": str, "slave": int, "following_error_max": float, "following_error_rms": float, "unit": str}
     ],
-    "telemetry": {"published": int, "dropped": int},
+    "telemetry": {"published": int, "dropped": int, "restarts": int},
     "faults": [str],
     "files": dict,
 }

@@ -44,18 +44,21 @@ struct DdsPublisher::State {
   // Shared by the owner of the line and the drain thread.
   std::mutex mutex;
   snapshot::LineStatus status;
+  PublishCounters earlier;
   bool status_urgent = false;
 };
 
 void DdsPublisher::State::publish_status(const snapshot::DrainCounters& counters) {
   count_drops(counters);
+  PublishCounters sum;
   {
     const std::lock_guard lock{mutex};
     set_status(status_message, status);
+    sum = earlier;
     status_urgent = false;
   }
-  status_message.telemetry_published(published.load(std::memory_order_relaxed));
-  status_message.telemetry_dropped(dropped.load(std::memory_order_relaxed));
+  status_message.telemetry_published(sum.published + published.load(std::memory_order_relaxed));
+  status_message.telemetry_dropped(sum.dropped + dropped.load(std::memory_order_relaxed));
   entities.write_status(&status_message);
 }
 
@@ -80,6 +83,11 @@ void DdsPublisher::set_line_status(const snapshot::LineStatus& status) {
   state_->status_urgent =
       state_->status_urgent || status.state != state_->status.state || status.faults != state_->status.faults;
   state_->status = status;
+}
+
+void DdsPublisher::set_earlier(const PublishCounters& counters) {
+  const std::lock_guard lock{state_->mutex};
+  state_->earlier = counters;
 }
 
 PublishCounters DdsPublisher::counters() const noexcept {

@@ -6,6 +6,9 @@ if(PROGRAM)
   set(program bin/driveline share/bash-completion/completions/driveline share/zsh/site-functions/_driveline
               libexec/driveline/driveline-endpoint share/driveline/esi/moog_msd.eds share/driveline/esi/servoone_junior.sii)
 endif()
+if(BRIDGE)
+  list(APPEND program libexec/driveline/driveline-bridge)
+endif()
 foreach(wanted
         include/driveline/ecat_master/master.hpp
         include/driveline/runtime/line.hpp

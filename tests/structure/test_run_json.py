@@ -14,7 +14,7 @@ HEALTHY = {
     "longest_absence_ns": 0, "longest_absence_at_s": None, "path_late_ns": 0, "wake_latency_ns": LATENCY, "cycle_cost_ns": LATENCY, "round_trip_ns": LATENCY,
     "dc": {"locked": True, "difference_ns": {"p50": 1, "p99": 2, "max": 3}},
     "axes": [{"name": name, "slave": 0, "following_error_max": 3, "following_error_rms": 1.5, "unit": "increments"} for name in "xy"],
-    "telemetry": {"published": 100, "dropped": 0}, "faults": [], "files": {},
+    "telemetry": {"published": 100, "dropped": 0, "restarts": 0}, "faults": [], "files": {},
 }
 
 
@@ -45,7 +45,7 @@ class RunJson(unittest.TestCase):
         still = [{**axis, "following_error_rms": 0} for axis in HEALTHY["axes"]]
         for changes in ({"state": "SAFE-OP"}, {"axes_count": 1}, {"axes": HEALTHY["axes"][:1]}, {"axes": still}, {"wkc_errors": 1}, {"lost_frames": 1},
                         {"faults": ["x"]}, {"cycles": 30000}, {"cycles": 50000}, {"cycles": 10, "missed_periods": 39990},
-                        {"telemetry": {"published": 0, "dropped": 0}}, {"cycle_cost_ns": {**LATENCY, "p99": 50}}):
+                        {"telemetry": {"published": 0, "dropped": 0, "restarts": 0}}, {"cycle_cost_ns": {**LATENCY, "p99": 50}}):
             self.assertEqual(len(self.errors(**changes)), 1, changes)
 
 

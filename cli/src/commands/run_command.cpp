@@ -12,7 +12,6 @@
 #include "commands/line_control.hpp"
 #include "commands/tool_options.hpp"
 #include "console.hpp"
-#include "driveline/bridge/dds_publisher.hpp"
 #include "driveline/ecat_master/cia402/cyclic_mode.hpp"
 #include "driveline/runtime/line.hpp"
 #include "driveline/runtime/toml/suggestion.hpp"
@@ -124,7 +123,10 @@ runtime::Result<void> adjust(const RunOptions& options, runtime::LineConfig& con
   if (!options.capture.empty()) config.output.capture = options.capture;
   if (options.no_plots) config.output.plots = false;
   config.output.increments = options.increments;
-  if (options.telemetry) config.telemetry.enabled = true;
+  if (options.telemetry) {
+    config.telemetry.enabled = true;
+    config.telemetry.asked = true;
+  }
   if (options.no_telemetry) config.telemetry.enabled = false;
   if (options.bus.config.empty()) use_modest_cycle(config);
   if (options.interpolation.empty()) return {};
@@ -148,27 +150,7 @@ Outcome<std::unique_ptr<runtime::Line>> open_line(const RunOptions& options) {
   const auto& config = (*line)->config();
   for (const auto& note : config.notes) progress("{}", note);
   if (auto claimed = (*line)->claim(options.force); !claimed) return tl::unexpected(claimed.error());
-  const bool silent = config.interface && !config.telemetry.enabled && !config.telemetry.asked;
-  if (silent && !options.bus.config.empty() && !options.no_telemetry) {
-    progress("telemetry: off on a network interface; --telemetry, or enabled = true in [telemetry], asks for it");
-  }
   return std::move(*line);
-}
-
-/// The publisher; null: telemetry is off.
-Outcome<std::unique_ptr<bridge::DdsPublisher>> make_publisher(const runtime::LineConfig& config) {
-  if (!config.telemetry.enabled) return nullptr;
-  bridge::DdsConfig dds;
-  dds.domain_id = config.telemetry.domain;
-  dds.line_name = config.name;
-  dds.decimation = config.telemetry.decimation;
-  dds.interfaces = config.telemetry.interfaces;
-  for (const auto& axis : config.axes) {
-    dds.axes.push_back({axis.name, axis.linear() ? bridge::AxisKind::kLinear : bridge::AxisKind::kRotary});
-  }
-  auto publisher = bridge::DdsPublisher::create(std::move(dds));
-  if (!publisher) return failed(fmt::format("telemetry: {}", describe(publisher.error())));
-  return std::move(*publisher);
 }
 
 /// Shows what happens to the line, answers `driveline diag` and `driveline eoe`, goes through the script, and hands
@@ -283,6 +265,7 @@ Outcome<int> run_line(const RunOptions& options) {
   runtime::Line::RunSettings settings;
   settings.force = options.force;
   settings.enable = !options.no_enable;
+  settings.telemetry = true;
   if (options.duration) {
     const auto seconds = parse_seconds(*options.duration, "--duration");
     if (!seconds) return tl::unexpected(seconds.error());
@@ -295,16 +278,12 @@ Outcome<int> run_line(const RunOptions& options) {
   if (!script) return tl::unexpected(script.error());
   const auto control = open_control(options, **line);
   if (!control) return tl::unexpected(control.error());
-  const auto publisher = make_publisher((*line)->config());
-  if (!publisher) return tl::unexpected(publisher.error());
-  if (*publisher) (*line)->add(**publisher);
   RunConsole console(**line, control->get(), *script ? &**script : nullptr);
   (*line)->observe(console);
   auto report = (*line)->run(settings);
   if (!report) return tl::unexpected(report.error());
   write_files((*line)->config(), *report);
-  const auto telemetry = *publisher ? std::optional((*publisher)->counters()) : std::nullopt;
-  print_out("{}", options.json ? json_text(cli::to_json(*report, telemetry)) : cli::to_text(*report, telemetry));
+  print_out("{}", options.json ? json_text(cli::to_json(*report)) : cli::to_text(*report));
   if (const auto& failure = console.script_failure()) return tl::unexpected(*failure);
   if (const auto* failure = report->failure()) return failed(runtime::describe(*failure, report->increments));
   return 0;
@@ -332,7 +311,7 @@ Execute prepare_run(Arguments& to) {
   to.flag("--no-plots", options->no_plots, "Leave only the CSV files");
   to.flag("--increments", options->increments,
           "Drive increments beside what is in the units of the axes: summary, CSV files, plots, faults");
-  to.flag("--telemetry", options->telemetry, "Publish over DDS also where the line is on a network interface");
+  to.flag("--telemetry", options->telemetry, "Publish over DDS, whatever the description says, or do not run");
   to.flag("--no-telemetry", options->no_telemetry, "Do not publish over DDS");
   add_force_flag(to, options->force);
   add_json_flag(to, options->json);

@@ -109,6 +109,19 @@ std::string axes_to_text(const std::vector<runtime::AxisReport>& axes, bool incr
   return text;
 }
 
+nlohmann::json telemetry_to_json(const std::optional<runtime::TelemetryReport>& telemetry) {
+  const auto report = telemetry.value_or(runtime::TelemetryReport{});
+  return {{"published", report.published}, {"dropped", report.dropped}, {"restarts", report.restarts}};
+}
+
+std::string telemetry_to_text(const std::optional<runtime::TelemetryReport>& telemetry) {
+  if (!telemetry) return "\n  telemetry: off\n";
+  auto text =
+      fmt::format("\n  telemetry: {} axis samples published, {} dropped", telemetry->published, telemetry->dropped);
+  if (telemetry->restarts > 0) text += fmt::format(", bridge started again {} times", telemetry->restarts);
+  return text + "\n";
+}
+
 std::string_view change_text(runtime::LeaseChange::Kind kind) {
   using Kind = runtime::LeaseChange::Kind;
   switch (kind) {
@@ -138,8 +151,7 @@ nlohmann::json authority_to_json(const std::vector<runtime::AuthorityRecord>& re
 
 }  // namespace
 
-nlohmann::json to_json(const runtime::RunReport& report, std::optional<bridge::PublishCounters> telemetry) {
-  const auto counters = telemetry.value_or(bridge::PublishCounters{});
+nlohmann::json to_json(const runtime::RunReport& report) {
   const auto& statistics = report.statistics;
   nlohmann::json axes = nlohmann::json::array();
   for (const auto& axis : report.axes) {
@@ -178,7 +190,7 @@ nlohmann::json to_json(const runtime::RunReport& report, std::optional<bridge::P
                              {"round_trip_modelled", report.round_trip_modelled},
                              {"dc", clocks_to_json(report.clocks)},
                              {"axes", std::move(axes)},
-                             {"telemetry", {{"published", counters.published}, {"dropped", counters.dropped}}},
+                             {"telemetry", telemetry_to_json(report.telemetry)},
                              {"faults", faults_of(report)},
                              {"events", events_of(report)},
                              {"recoveries", report.recoveries},
@@ -197,7 +209,7 @@ nlohmann::json to_json(const runtime::RunReport& report, std::optional<bridge::P
   return document;
 }
 
-std::string to_text(const runtime::RunReport& report, std::optional<bridge::PublishCounters> telemetry) {
+std::string to_text(const runtime::RunReport& report) {
   const auto& statistics = report.statistics;
   std::string text = fmt::format("\n{}: {} axes, cycle {} us, {:.3f} s in operation, line state {}\n\n", report.line,
                                  report.axes.size(), static_cast<double>(report.period.count()) / 1000.0,
@@ -231,9 +243,7 @@ std::string to_text(const runtime::RunReport& report, std::optional<bridge::Publ
   if (!report.axes.empty()) {
     text += axes_to_text(report.axes, report.increments);
   }
-  text += telemetry ? fmt::format("\n  telemetry: {} axis samples published, {} dropped\n", telemetry->published,
-                                  telemetry->dropped)
-                    : std::string("\n  telemetry: off\n");
+  text += telemetry_to_text(report.telemetry);
   if (report.eoe) text += fmt::format("\n  EoE\n{}\n", to_text(*report.eoe));
   if (!report.gateway_clients.empty()) {
     text += fmt::format("\n  mailbox gateway\n{}\n", to_text(report.gateway_clients));

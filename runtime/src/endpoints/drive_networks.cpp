@@ -3,17 +3,15 @@
 #include <fmt/format.h>
 
 #include <poll.h>
-#include <cstdlib>
 
 #include <algorithm>
 #include <mutex>
 #include <stop_token>
-#include <string_view>
-#include <system_error>
 #include <thread>
 #include <utility>
 
 #include "endpoints/endpoint_host.hpp"
+#include "helper/helper_program.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -21,7 +19,6 @@ namespace {
 using Clock = EndpointHost::Clock;
 using std::chrono::milliseconds;
 
-constexpr std::string_view kProgram = "driveline-endpoint";
 /// Frames of the line cannot wake the thread, because that takes a system call in the cycle: it looks for them.
 constexpr std::chrono::microseconds kBusyPause{200};
 constexpr milliseconds kIdlePause{10};
@@ -111,20 +108,7 @@ Result<std::unique_ptr<DriveNetworks>> DriveNetworks::start(slaves::Line& line, 
 }
 
 Result<std::filesystem::path> DriveNetworks::find_program() {
-  std::error_code error;
-  if (const char* named = std::getenv("DRIVELINE_ENDPOINT"); named != nullptr && *named != '\0') {
-    if (std::filesystem::exists(named, error)) return std::filesystem::path(named);
-    return fail(ErrorKind::kMachine, "is named by DRIVELINE_ENDPOINT, but there is no such file", named);
-  }
-  const auto self = std::filesystem::read_symlink("/proc/self/exe", error);
-  const auto folder = self.parent_path();
-  for (const auto& place : {folder / kProgram, folder.parent_path() / "libexec" / "driveline" / kProgram}) {
-    if (std::filesystem::exists(place, error)) return place;
-  }
-  return fail(ErrorKind::kMachine,
-              fmt::format("the program is neither in {} nor in {}; DRIVELINE_ENDPOINT may name it", folder.string(),
-                          (folder.parent_path() / "libexec" / "driveline").string()),
-              std::string(kProgram));
+  return find_helper_program("driveline-endpoint", "DRIVELINE_ENDPOINT");
 }
 
 std::vector<DriveNetworks::Figures> DriveNetworks::figures() const {

@@ -9,7 +9,7 @@ namespace {
 using slaves::EndpointLink;
 using slaves::EndpointMessage;
 using slaves::EndpointPacket;
-using Transfer = EndpointProcess::Transfer;
+using Transfer = HelperProcess::Transfer;
 
 /// Messages in one direction before the other has its turn.
 constexpr int kBatch = 64;
@@ -17,7 +17,7 @@ constexpr int kBatch = 64;
 }  // namespace
 
 Result<void> EndpointHost::start() {
-  auto started = EndpointProcess::start(program_);
+  auto started = HelperProcess::start(program_, {"--socket", std::to_string(HelperProcess::kSocket)});
   if (!started) return tl::unexpected(started.error());
   process_ = std::move(*started);
   told_address_.reset();
@@ -30,8 +30,7 @@ void EndpointHost::ended(Clock::time_point now) {
   process_.end();
   figures_.running = false;
   figures_.process = 0;
-  pause_ = pause_.count() == 0 ? settings_.first_pause : std::min(2 * pause_, settings_.longest_pause);
-  again_at_ = now + pause_;
+  again_at_ = now + pause_.next();
 }
 
 bool EndpointHost::serve(Clock::time_point now) {
@@ -55,12 +54,14 @@ bool EndpointHost::serve(Clock::time_point now) {
 bool EndpointHost::take_messages(Clock::time_point now) {
   for (int i = 0; i < kBatch; ++i) {
     if (!network_.has_room()) return i != 0;
-    const auto transfer = process_.receive(packet_);
+    std::size_t length = 0;
+    const auto transfer = process_.receive(packet_.room(), length);
     if (transfer == Transfer::kNotNow) return i != 0;
     if (transfer == Transfer::kEnded) {
       ended(now);
       return true;
     }
+    packet_.set_length(length);
     if (!take(packet_)) ++figures_.malformed;
   }
   return true;
@@ -74,7 +75,7 @@ bool EndpointHost::take(const EndpointPacket& packet) {
   switch (*message) {
     case EndpointMessage::kReady:
       figures_.running = true;
-      pause_ = std::chrono::milliseconds{0};
+      pause_.reset();
       return true;
     case EndpointMessage::kFailed:
       figures_.failure.clear();
@@ -98,7 +99,7 @@ bool EndpointHost::take(const EndpointPacket& packet) {
 
 template <typename Content>
 bool EndpointHost::send(EndpointMessage message, const Content& content) {
-  return packet_.write(message, content) && process_.send(packet_) == Transfer::kDone;
+  return packet_.write(message, content) && process_.send(packet_.bytes()) == Transfer::kDone;
 }
 
 /// Address and link before the frames that depend on them.
@@ -128,7 +129,8 @@ bool EndpointHost::send_frames() {
     if (!network_.next_frame(frame_)) return i != 0;
     ++figures_.from_master;
     const auto bytes = std::span<const std::byte>(frame_.bytes).first(frame_.length);
-    if (packet_.write(EndpointMessage::kFrame, bytes) && process_.send(packet_) != Transfer::kDone) ++figures_.dropped;
+    if (packet_.write(EndpointMessage::kFrame, bytes) && process_.send(packet_.bytes()) != Transfer::kDone)
+      ++figures_.dropped;
   }
   return true;
 }

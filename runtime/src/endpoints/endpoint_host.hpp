@@ -7,7 +7,8 @@
 
 #include "driveline/runtime/endpoints/drive_networks.hpp"
 #include "endpoints/device_network.hpp"
-#include "endpoints/endpoint_process.hpp"
+#include "helper/helper_process.hpp"
+#include "helper/restart_pause.hpp"
 
 namespace driveline::runtime {
 
@@ -19,7 +20,11 @@ class EndpointHost {
   /// Of the device at position `slave`, which must outlive this.
   EndpointHost(std::size_t slave, slaves::Device& device, std::filesystem::path program,
                const DriveNetworks::Settings& settings)
-      : network_(device, settings.queue), device_(&device), program_(std::move(program)), settings_(settings) {
+      : network_(device, settings.queue),
+        device_(&device),
+        program_(std::move(program)),
+        settings_(settings),
+        pause_(settings.first_pause, settings.longest_pause) {
     figures_.slave = slave;
   }
   EndpointHost(const EndpointHost&) = delete;  // the device refers to the network in here
@@ -54,9 +59,9 @@ class EndpointHost {
   slaves::Device* device_;
   std::filesystem::path program_;
   DriveNetworks::Settings settings_;
-  EndpointProcess process_;
+  HelperProcess process_;
   DriveNetworks::Figures figures_;
-  std::chrono::milliseconds pause_{0};
+  RestartPause pause_;
   Clock::time_point again_at_{};
   Clock::time_point next_status_{};
   std::optional<slaves::EndpointAddress> told_address_;

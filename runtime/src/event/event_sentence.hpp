@@ -85,6 +85,12 @@ class EventSentence {
   std::string operator()(const events::StreamStarved& facts) const;
   std::string operator()(const events::StreamClientLeft& facts) const;
 
+  // telemetry_sentences.cpp
+  std::string operator()(const events::TelemetryOff& facts) const;
+  std::string operator()(const events::BridgeStopped& facts) const;
+  std::string operator()(const events::BridgeBack& facts) const;
+  std::string operator()(const events::BridgeUnbelieved& facts) const;
+
  private:
   /// "1.25 mm", or "1.25 mm (1311 increments)". `length`: rad or m.
   [[nodiscard]] std::string length_text(const events::EventAxis& axis, double length) const;

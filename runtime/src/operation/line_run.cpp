@@ -123,11 +123,29 @@ std::string_view LineRun::joint_owner() const noexcept {
   return config_.path ? "path" : "";
 }
 
+/// A machine without the bridge runs lines all the same, unless somebody has asked for telemetry.
+Result<void> LineRun::start_bridge() {
+  if (!settings_.telemetry || !config_.telemetry.enabled) return {};
+  auto program = TelemetryService::find_program();
+  if (!program) {
+    if (config_.telemetry.asked.value_or(false)) return tl::unexpected(program.error());
+    note(events::TelemetryOff{describe(program.error())}, Severity::kNotice);
+    return {};
+  }
+  auto started = TelemetryService::start(config_, session_.virtual_time(), {.program = std::move(*program)});
+  if (!started) return tl::unexpected(started.error());
+  telemetry_ = std::move(*started);
+  return {};
+}
+
 Result<void> LineRun::start_telemetry() {
+  if (auto started = start_bridge(); !started) return started;
   figures_ = std::make_unique<CycleFigures>(config_.period);
-  feed_ = std::make_unique<StatusFeed>(settings_.consumers, config_.period);
+  auto listeners = settings_.consumers;
+  if (telemetry_) listeners.push_back(telemetry_.get());
+  feed_ = std::make_unique<StatusFeed>(listeners, config_.period);
   std::vector<snapshot::SampleConsumer*> consumers{recorder_.get(), figures_.get(), feed_.get()};
-  consumers.insert(consumers.end(), settings_.consumers.begin(), settings_.consumers.end());
+  consumers.insert(consumers.end(), listeners.begin(), listeners.end());
   drain_ = std::make_unique<snapshot::DrainThread>(line_ring_, axis_ring_, std::move(consumers));
   if (auto started = drain_->start(); !started) return fail(ErrorKind::kMachine, describe(started.error()));
   return {};
@@ -328,6 +346,7 @@ bool LineRun::look() {
   if (over || stop_requested()) return false;
   note_requests();
   note_streams();
+  note_telemetry();
   if (!settings_.duration_s && motion_ && motion_->done()) return false;
   tell_progress();
   return true;
@@ -383,6 +402,16 @@ void LineRun::note_streams() {
   for (auto& event : stream_->poll()) note(std::move(event.facts), event.severity);
 }
 
+/// What becomes of the bridge is no fault of the line, but subscribers are to know.
+void LineRun::note_telemetry() {
+  if (!telemetry_) return;
+  for (auto& facts : telemetry_->poll()) {
+    const bool stopped = std::holds_alternative<events::BridgeStopped>(facts);
+    note(std::move(facts), Severity::kNotice);
+    if (stopped && feed_) feed_->add_fault(describe(events_.back()));
+  }
+}
+
 void LineRun::stop_motion() {
   if (!motion_) return;
   note_requests();
@@ -413,6 +442,7 @@ void LineRun::take_down() {
     fail_with(events::NotInInit{down.error()});
   }
   if (drain_) drain_->stop();
+  note_telemetry();
   judge_axes();
   judge_tasks();
   if (recorder_ && recorder_->problem()) fail_with(events::FileNotWritten{*recorder_->problem()});
@@ -486,6 +516,7 @@ RunReport LineRun::make_report() {
   report.tasks = settings_.tasks->report();
   report.eoe = services_.eoe();
   report.gateway_clients = services_.clients();
+  if (telemetry_) report.telemetry = telemetry_->report();
   report.events = events_;
   report.authority = authority_;
   if (watch_) report.recoveries = watch_->supervisor().recoveries();

@@ -28,6 +28,7 @@
 #include "record/fault_records.hpp"
 #include "record/recorder.hpp"
 #include "record/status_feed.hpp"
+#include "telemetry/telemetry_service.hpp"
 
 namespace driveline::runtime {
 
@@ -43,6 +44,7 @@ class LineRun {
     LineTasks* tasks = nullptr;                     ///< never null
     std::optional<double> duration_s;               ///< none: until the end of the path
     bool force = false;                             ///< takes the line over from a master that drives it
+    bool telemetry = false;                         ///< publishes over DDS as [telemetry] says
     std::vector<snapshot::SampleConsumer*> consumers{};
     Observer* observer = nullptr;             ///< never null
     const std::atomic<bool>* stop = nullptr;  ///< never null; set: the run is to end in order
@@ -65,6 +67,7 @@ class LineRun {
   [[nodiscard]] Result<void> prepare();
   [[nodiscard]] Result<void> check_stream() const;
   [[nodiscard]] std::string_view joint_owner() const noexcept;
+  [[nodiscard]] Result<void> start_bridge();
   [[nodiscard]] Result<void> start_telemetry();
   [[nodiscard]] Result<void> bring_up();
   [[nodiscard]] Result<void> bring_up_clocks();
@@ -89,6 +92,7 @@ class LineRun {
   void pass(std::chrono::nanoseconds duration);
   void note_requests();
   void note_streams();
+  void note_telemetry();
   void note(EventFacts facts, Severity severity);
   void progress(EventFacts facts) { note(std::move(facts), Severity::kProgress); }
   void fail_with(EventFacts facts) { note(std::move(facts), Severity::kFailure); }
@@ -105,6 +109,7 @@ class LineRun {
   Settings settings_;
   rt::SpscRing<snapshot::LineSample> line_ring_;
   rt::SpscRing<snapshot::AxisSample> axis_ring_;
+  std::unique_ptr<TelemetryService> telemetry_;  ///< none: nothing is published
   std::unique_ptr<StatusFeed> feed_;
   std::unique_ptr<Recorder> recorder_;
   std::unique_ptr<CycleFigures> figures_;

@@ -91,8 +91,6 @@ Result<void> Session::take_options(const BusOptions& options, const Adjust& adju
   // A simulated line in this process may run anywhere; where drives may hang on the wire, it must be said.
   config.realtime.policy =
       config.policy.value_or(config.interface ? rt::RealtimePolicy::kEnforce : rt::RealtimePolicy::kDegrade);
-  // Whatever comes to the ports of DDS, from whomever, is read in the process that holds the drives.
-  config.telemetry.enabled = config.telemetry.asked.value_or(!config.interface);
   virtual_time_ = options.virtual_time;
   if (options.virtual_time && config.interface) {
     return fail(ErrorKind::kSetting,

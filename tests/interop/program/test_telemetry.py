@@ -57,39 +57,37 @@ class Telemetry(ProgramTest):
 
 
 class OnTheWire(WireTest):
-    """DDS listens at UDP ports, and what comes there is read in the process that drives the axes."""
-
     def udp_sockets(self):
         return self.run_program("/proc/net/udp", program="cat").stdout.splitlines()[1:]
 
-    def run_line(self, *arguments, telemetry="decimation = 8"):
-        """The number of UDP sockets in the namespace while a run is in operation, and what the run says."""
-        config = self.write_gentle_line(cycle_us=2000, telemetry=telemetry)
+    def run_line(self, *arguments, telemetry=""):
+        """The number of UDP sockets in the namespace while a run is in operation, and the document of the run."""
+        config = self.write_gentle_line(cycle_us=2000, telemetry=f"{telemetry}domain = {80 + os.getpid() % 10}\ndecimation = 8")
         line = self.start_line(config)
         master = self.start_master(config, *arguments)
         sockets = len(self.udp_sockets())
         self.assertEqual(self.end(master, signal.SIGTERM), 0, self.logs())
         self.end_line(line)
-        return sockets, self.text("master.log")
+        return sockets, self.one_document(self.text("master.log.out"))
 
     @again_when_disturbed
-    def test_nobody_listens_unless_asked(self):
-        sockets, said = self.run_line()
-        self.assertEqual(sockets, 0, said)
-        self.assertIn("telemetry: off on a network interface; --telemetry", said)
-
-    def check_asked_for(self, *arguments, telemetry=""):
-        sockets, said = self.run_line(*arguments, telemetry=f"{telemetry}domain = {80 + os.getpid() % 10}")
+    def test_a_line_on_an_interface_is_published(self):
+        sockets, document = self.run_line()
         self.assertGreater(sockets, 0)
-        self.assertNotIn("telemetry: off", said)
+        self.assertGreater(document["telemetry"]["published"], 0)
+
+    def check_nobody_listens(self, *arguments, telemetry=""):
+        sockets, document = self.run_line(*arguments, telemetry=telemetry)
+        self.assertEqual(sockets, 0)
+        self.assertEqual(document["telemetry"]["published"], 0)
 
     @again_when_disturbed
-    def test_it_can_be_asked_for_on_the_command_line(self):
-        self.check_asked_for("--telemetry")
+    def test_nobody_listens_where_it_is_off_on_the_command_line(self):
+        self.check_nobody_listens("--no-telemetry")
 
     @again_when_disturbed
-    def test_it_can_be_asked_for_in_the_line_file(self):
-        self.check_asked_for(telemetry="enabled = true\n")
+    def test_nobody_listens_where_it_is_off_in_the_line_file(self):
+        self.check_nobody_listens(telemetry="enabled = false\n")
 
 
 if __name__ == "__main__":

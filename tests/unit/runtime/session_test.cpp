@@ -40,7 +40,7 @@ TEST_F(SessionTest, RealtimeIsEnforcedWhereverThereIsANetworkInterface) {
   EXPECT_EQ(policy(std::string("[realtime]\npolicy = \"enforce\"\n") + kSlave), rt::RealtimePolicy::kEnforce);
 }
 
-TEST_F(SessionTest, TelemetryOnANetworkInterfaceIsOffUnlessTheFileAsksForIt) {
+TEST_F(SessionTest, TelemetryIsOnUnlessTheFileSaysOtherwise) {
   const auto enabled = [this](const std::string& telemetry, const std::string& interface) {
     bool on = false;
     BusOptions options;
@@ -52,11 +52,11 @@ TEST_F(SessionTest, TelemetryOnANetworkInterfaceIsOffUnlessTheFileAsksForIt) {
     return on;
   };
   EXPECT_TRUE(enabled("", ""));
-  EXPECT_FALSE(enabled("", "eth7"));
-  EXPECT_FALSE(enabled("[bus]\ninterface = \"eth7\"\n", "")) << "also when the file names it";
-  EXPECT_FALSE(enabled("[telemetry]\ndomain = 3\n", "eth7")) << "how is not whether";
+  EXPECT_TRUE(enabled("", "eth7")) << "also on a network interface: nothing of DDS is in this process";
+  EXPECT_TRUE(enabled("[bus]\ninterface = \"eth7\"\n", ""));
   EXPECT_TRUE(enabled("[telemetry]\nenabled = true\n", "eth7"));
   EXPECT_FALSE(enabled("[telemetry]\nenabled = false\n", ""));
+  EXPECT_FALSE(enabled("[telemetry]\nenabled = false\n", "eth7"));
 }
 
 TEST_F(SessionTest, NoBusIsMisuse) {

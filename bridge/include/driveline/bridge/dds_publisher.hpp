@@ -40,8 +40,12 @@ class DdsPublisher final : public snapshot::SampleConsumer {
   /// anything else with the next period. Any thread but the real-time one (it locks).
   void set_line_status(const snapshot::LineStatus& status) override;
 
-  /// Any thread.
+  /// Of this publisher. Any thread.
   [[nodiscard]] PublishCounters counters() const noexcept;
+
+  /// Counters of publishers of the same line before this one, to which the line status adds its own. Any thread but the
+  /// real-time one (it locks).
+  void set_earlier(const PublishCounters& counters);
 
   void lines(std::span<const snapshot::LineSample> samples) override;
   void axes(std::span<const snapshot::AxisSample> samples) override;

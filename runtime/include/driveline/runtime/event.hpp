@@ -12,6 +12,7 @@
 #include "driveline/runtime/event/service_events.hpp"
 #include "driveline/runtime/event/set_up_events.hpp"
 #include "driveline/runtime/event/stream_events.hpp"
+#include "driveline/runtime/event/telemetry_events.hpp"
 
 namespace driveline::runtime {
 
@@ -29,7 +30,8 @@ using EventFacts = std::variant<
     events::EoeAddressRefused, events::GatewayUp, events::AxisRequested, events::AxisRequestFailed, events::AxisProbed,
     events::CallerRefused, events::AxisLeaseLost, events::AxisFailed, events::AxisNotReset, events::AxisRestored,
     events::StreamUp, events::StreamClientCame, events::StreamClientRefused, events::StreamSetpointRefused,
-    events::StreamStarved, events::StreamClientLeft>;
+    events::StreamStarved, events::StreamClientLeft, events::TelemetryOff, events::BridgeStopped, events::BridgeBack,
+    events::BridgeUnbelieved>;
 
 /// How grave an event is.
 enum class Severity : std::uint8_t {

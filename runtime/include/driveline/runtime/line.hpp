@@ -47,6 +47,9 @@ class Line {
   struct RunSettings {
     std::optional<double> duration_s{};  ///< in operation; none: until the end of the path, or request_stop()
     bool force = false;                  ///< takes the line over from a master that drives it
+    /// Publishes over DDS as [telemetry] says, by the program `driveline-bridge` beside this one or in
+    /// ../libexec/driveline.
+    bool telemetry = false;
     bool enable = true;  ///< axes that nothing moves together are enabled at the start, and hold their place
   };
 

@@ -86,7 +86,7 @@ struct PathConfig {
 
 /// [telemetry] of a line description.
 struct TelemetryConfig {
-  /// `enabled` of the file; none: it is left out. On a network interface telemetry is off unless the file asks for it.
+  /// `enabled` of the file; none: it is left out. A run that was asked for telemetry does not begin without.
   std::optional<bool> asked;
   bool enabled = true;                                  ///< false: nothing is sent
   std::uint32_t domain = 0;                             ///< DDS domain, 0 to 232

@@ -17,6 +17,7 @@
 #include "driveline/runtime/record/image_view.hpp"
 #include "driveline/runtime/record/input_values.hpp"
 #include "driveline/runtime/setup/task.hpp"
+#include "driveline/runtime/telemetry/telemetry_report.hpp"
 
 namespace driveline::runtime {
 
@@ -88,6 +89,7 @@ struct RunReport {
   std::vector<TaskReport> tasks;                       ///< of the application, in the order in which they were added
   std::optional<EoeReport> eoe;                        ///< none: the line has no EoE
   std::vector<GatewayClient> gateway_clients;          ///< of the mailbox gateway
+  std::optional<TelemetryReport> telemetry;            ///< none: nothing was published over DDS
   std::vector<Event> events;                           ///< faults, and what else happened; oldest first
   std::vector<AuthorityRecord> authority;              ///< who has commanded the axes, oldest first
   std::uint64_t recoveries = 0;                        ///< slaves brought back to OP

@@ -1,0 +1,170 @@
+#include "bridge.hpp"
+
+#include <poll.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstring>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "confinement.hpp"
+
+namespace driveline::bridge {
+namespace {
+
+/// Cycles of one pass, so that status and counts are told in between.
+constexpr int kCyclesPerPass = 512;
+/// Between two passes over an empty feed.
+constexpr int kPauseMs = 1;
+/// For what is left in the feed, and for subscribers to have it.
+constexpr unsigned kFarewellSeconds = 5;
+/// Longest message to the supervisor.
+constexpr std::size_t kLongestMessage = 500;
+
+DdsConfig config_of(const snapshot::FeedDescription& description) {
+  DdsConfig config;
+  config.domain_id = description.domain;
+  config.line_name = description.line.view();
+  config.decimation = description.decimation;
+  config.interfaces.clear();
+  for (std::uint32_t i = 0; i < description.interfaces; ++i) {
+    config.interfaces.emplace_back(description.interface[i].view());
+  }
+  for (std::uint32_t i = 0; i < description.axes; ++i) {
+    const auto& axis = description.axis[i];
+    config.axes.push_back(
+        {.name = std::string{axis.name.view()}, .kind = axis.linear != 0 ? AxisKind::kLinear : AxisKind::kRotary});
+  }
+  return config;
+}
+
+snapshot::Percentiles percentiles_of(const std::array<std::int64_t, 3>& from) {
+  using std::chrono::nanoseconds;
+  return {nanoseconds{from[0]}, nanoseconds{from[1]}, nanoseconds{from[2]}};
+}
+
+snapshot::LineStatus line_status(const snapshot::FeedStatus& from, std::int64_t period_ns) {
+  const bool known = from.state <= static_cast<std::uint8_t>(snapshot::LineState::kOp);
+  snapshot::LineStatus status;
+  status.state = known ? static_cast<snapshot::LineState>(from.state) : snapshot::LineState::kDown;
+  status.cycle_period = std::chrono::nanoseconds{period_ns};
+  status.cycles = from.cycles;
+  status.missed_periods = from.missed_periods;
+  status.wkc_errors = from.wkc_errors;
+  status.lost_frames = from.lost_frames;
+  status.wake_latency = percentiles_of(from.wake_latency_ns);
+  status.cycle_cost = percentiles_of(from.cycle_cost_ns);
+  for (std::uint16_t i = 0; i < from.faults; ++i) status.faults.emplace_back(from.fault[i].view());
+  return status;
+}
+
+}  // namespace
+
+std::string Bridge::set_up() {
+  std::optional<std::uint64_t> from;
+  if (options_.counts >= 0) {
+    auto opened = snapshot::FeedReturnWriter::open(options_.counts);
+    if (!opened) return describe(opened.error());
+    return_.emplace(*std::move(opened));
+    from = return_->told().next;
+  }
+  auto opened = snapshot::FeedReader::open(options_.feed, options_.feed + 1, options_.feed + 2, from);
+  if (!opened) return describe(opened.error());
+  feed_.emplace(*std::move(opened));
+  const auto& description = feed_->description();
+  if (auto wrong = give_up_privileges(description.realtime_cpu); !wrong.empty()) return wrong;
+  // After the change of user, which resets it.
+  if (options_.supervisor >= 0) ::prctl(PR_SET_PDEATHSIG, SIGTERM);
+  auto publisher = DdsPublisher::create(config_of(description));
+  if (!publisher) return describe(publisher.error());
+  publisher_ = *std::move(publisher);
+  return filter_system_calls();
+}
+
+std::string Bridge::run() {
+  if (auto wrong = set_up(); !wrong.empty()) {
+    say('F', wrong);
+    return wrong;
+  }
+  say('R', {});
+  bool more = false;
+  bool told = false;
+  while (!told && !stop_.load(std::memory_order_relaxed) && (more || status_.ended == 0)) {
+    more = pass();
+    told = told_to_end(more ? 0 : kPauseMs);
+  }
+  ::alarm(kFarewellSeconds);
+  while (pass()) continue;
+  if (status_.ended == 0) end_without_line();
+  publisher_->finish(counters_);
+  tell();
+  return {};
+}
+
+/// True: there is more.
+bool Bridge::pass() {
+  take_status();
+  int taken = 0;
+  for (; taken < kCyclesPerPass && feed_->take(); ++taken) {
+    if (const auto* line = feed_->line()) publisher_->lines({line, 1});
+    publisher_->axes(feed_->axes());
+  }
+  counters_.lines_dropped = feed_->lost();
+  counters_.axes_dropped = feed_->lost() * feed_->description().axes;
+  publisher_->pass_done(counters_);
+  tell();
+  return taken == kCyclesPerPass;
+}
+
+void Bridge::take_status() {
+  snapshot::FeedStatus status;
+  if (!feed_->status(status)) return;
+  if (std::memcmp(&status, &status_, sizeof(status)) == 0 && beats_ > 0) return;
+  status_ = status;
+  publisher_->set_earlier({.published = status.published_before, .dropped = status.dropped_before});
+  publisher_->set_line_status(line_status(status, feed_->description().period_ns));
+}
+
+void Bridge::tell() {
+  ++beats_;
+  if (!return_) return;
+  const auto own = publisher_->counters();
+  return_->tell({.beats = beats_,
+                 .next = feed_->next(),
+                 .published = own.published,
+                 .lost = feed_->lost(),
+                 .refused = own.dropped - counters_.lines_dropped - counters_.axes_dropped});
+}
+
+/// Waits a little; the supervisor says nothing, but its side of the socket is closed in the end.
+bool Bridge::told_to_end(int timeout_ms) {
+  pollfd waiting{options_.supervisor, POLLIN, 0};  // a negative descriptor is passed over
+  if (::poll(&waiting, 1, timeout_ms) <= 0) return false;
+  char ignored = 0;
+  const auto length = ::recv(options_.supervisor, &ignored, sizeof(ignored), MSG_DONTWAIT);
+  return length == 0 || (length < 0 && errno != EAGAIN && errno != EINTR);
+}
+
+/// The process of the line has ended without a word: subscribers are to know.
+void Bridge::end_without_line() {
+  auto status = line_status(status_, feed_->description().period_ns);
+  status.state = snapshot::LineState::kDown;
+  status.faults.emplace_back("the process of the line has ended, or its telemetry was stopped");
+  publisher_->set_line_status(status);
+}
+
+void Bridge::say(char kind, std::string_view text) const {
+  if (options_.supervisor < 0) return;
+  std::string message{kind};
+  message += text.substr(0, kLongestMessage);
+  static_cast<void>(::send(options_.supervisor, message.data(), message.size(), MSG_DONTWAIT | MSG_NOSIGNAL));
+}
+
+}  // namespace driveline::bridge

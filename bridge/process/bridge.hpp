@@ -1,0 +1,44 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "driveline/bridge/dds_publisher.hpp"
+#include "driveline/snapshot/feed/feed_reader.hpp"
+#include "options.hpp"
+
+namespace driveline::bridge {
+
+/// Takes cycles out of a feed and hands them to DDS.
+class Bridge {
+ public:
+  /// `stop`: set by a signal.
+  Bridge(const Options& options, const std::atomic<bool>& stop) : options_(options), stop_(stop) {}
+
+  /// Gives up privileges, publishes until the feed, its supervisor or a signal ends it. What was wrong; empty: nothing.
+  [[nodiscard]] std::string run();
+
+ private:
+  [[nodiscard]] std::string set_up();
+  [[nodiscard]] bool pass();
+  void take_status();
+  void tell();
+  [[nodiscard]] bool told_to_end(int timeout_ms);
+  void say(char kind, std::string_view text) const;
+  void end_without_line();
+
+  Options options_;
+  const std::atomic<bool>& stop_;
+  std::optional<snapshot::FeedReader> feed_;
+  std::optional<snapshot::FeedReturnWriter> return_;
+  std::unique_ptr<DdsPublisher> publisher_;
+  snapshot::FeedStatus status_;
+  snapshot::DrainCounters counters_;
+  std::uint64_t beats_ = 0;
+};
+
+}  // namespace driveline::bridge

@@ -1,0 +1,92 @@
+#include "confinement.hpp"
+
+#include <grp.h>
+#include <linux/capability.h>
+#include <pthread.h>
+#include <sched.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+namespace driveline::bridge {
+namespace {
+
+constexpr unsigned kNobody = 65534;
+constexpr rlim_t kMostMemory = 256U << 20;
+constexpr rlim_t kMostFiles = 64;
+/// Of the threads of Fast DDS, which would have 8 MiB each.
+constexpr std::size_t kThreadStack = 512 * 1024;
+
+std::string failed(const char* what) {
+  return std::string{what} + ": " + std::strerror(errno);
+}
+
+void become_ordinary(int realtime_cpu) {
+  const sched_param no_priority{};
+  static_cast<void>(::sched_setscheduler(0, SCHED_OTHER, &no_priority));
+  cpu_set_t cpus;
+  if (realtime_cpu < 0 || realtime_cpu >= CPU_SETSIZE || ::sched_getaffinity(0, sizeof(cpus), &cpus) != 0) return;
+  CPU_CLR(static_cast<std::size_t>(realtime_cpu), &cpus);
+  if (CPU_COUNT(&cpus) > 0) static_cast<void>(::sched_setaffinity(0, sizeof(cpus), &cpus));
+}
+
+/// Root becomes nobody. Anybody else stays who he is: that is no privilege.
+std::string give_up_user() {
+  if (::geteuid() != 0 && ::getuid() != 0) return {};
+  if (::setgroups(0, nullptr) != 0) return failed("the groups of root cannot be given up");
+  if (::setresgid(kNobody, kNobody, kNobody) != 0) return failed("the group of root cannot be given up");
+  if (::setresuid(kNobody, kNobody, kNobody) != 0) return failed("root cannot be given up");
+  return {};
+}
+
+std::string give_up_capabilities() {
+  static_cast<void>(::prctl(PR_CAP_AMBIENT, PR_CAP_AMBIENT_CLEAR_ALL, 0, 0, 0));
+  __user_cap_header_struct header{};
+  header.version = _LINUX_CAPABILITY_VERSION_3;
+  std::array<__user_cap_data_struct, 2> none{};
+  if (::syscall(SYS_capset, &header, none.data()) != 0) return failed("capabilities cannot be given up");
+  if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) return failed("PR_SET_NO_NEW_PRIVS");
+  return {};
+}
+
+std::string limit_resources() {
+  const rlimit files{kMostFiles, kMostFiles};
+  if (::setrlimit(RLIMIT_NOFILE, &files) != 0) return failed("RLIMIT_NOFILE");
+  const rlimit none{0, 0};
+  if (::setrlimit(RLIMIT_CORE, &none) != 0) return failed("RLIMIT_CORE");
+#ifndef DRIVELINE_SANITIZED  // whose shadow memory is larger
+  const rlimit memory{kMostMemory, kMostMemory};
+  if (::setrlimit(RLIMIT_DATA, &memory) != 0) return failed("RLIMIT_DATA");
+#endif
+  return {};
+}
+
+void make_thread_stacks_small() {
+  pthread_attr_t attributes;
+  if (pthread_attr_init(&attributes) != 0) return;
+  static_cast<void>(pthread_attr_setstacksize(&attributes, kThreadStack));
+  static_cast<void>(pthread_setattr_default_np(&attributes));
+  pthread_attr_destroy(&attributes);
+}
+
+}  // namespace
+
+std::string give_up_privileges(int realtime_cpu) {
+  become_ordinary(realtime_cpu);
+  for (unsigned capability = 0; ::prctl(PR_CAPBSET_READ, capability) >= 0; ++capability) {
+    // The bounding set can be made smaller by CAP_SETPCAP alone; without, there is nothing to be gained from it.
+    static_cast<void>(::prctl(PR_CAPBSET_DROP, capability));
+  }
+  for (auto* const step : {give_up_user, give_up_capabilities, limit_resources}) {
+    if (auto wrong = step(); !wrong.empty()) return wrong;
+  }
+  make_thread_stacks_small();
+  return {};
+}
+
+}  // namespace driveline::bridge

@@ -1,0 +1,49 @@
+#include "options.hpp"
+
+#include <charconv>
+#include <string_view>
+#include <system_error>
+
+namespace driveline::bridge {
+
+const char* const kHelp =
+    "usage: driveline-bridge --feed-fd N [--return-fd N] [--supervisor-fd N]\n"
+    "Publishes a drive line over DDS. `driveline run` starts it and keeps it running.\n"
+    "  --feed-fd N        inherited descriptors N, N+1 and N+2: description, status and cycles of a line's feed\n"
+    "  --return-fd N      inherited descriptor of the region for what it has published\n"
+    "  --supervisor-fd N  inherited socket: it says there that it publishes, and ends when the other side is closed\n"
+    "  --help             this text\n"
+    "Without --supervisor-fd it ends with the line, or by SIGTERM. By hand, beside a run that is process P and "
+    "publishes\n"
+    "already, in another domain or not: descriptors D, S, C of P are memfd:driveline-feed-description, -status and\n"
+    "-cycles in /proc/P/fd:\n"
+    "  driveline-bridge --feed-fd 3 3</proc/P/fd/D 4</proc/P/fd/S 5</proc/P/fd/C\n";
+
+Options read_options(int count, const char* const* arguments) {
+  Options options;
+  for (int i = 0; i < count; ++i) {
+    const std::string_view name = arguments[i];
+    if (name == "--help") {
+      options.help = true;
+      return options;
+    }
+    int* const value = name == "--feed-fd"         ? &options.feed
+                       : name == "--return-fd"     ? &options.counts
+                       : name == "--supervisor-fd" ? &options.supervisor
+                                                   : nullptr;
+    if (value == nullptr) {
+      options.problem = "there is no option " + std::string{name};
+      return options;
+    }
+    const std::string_view text = ++i < count ? arguments[i] : "";
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), *value);
+    if (text.empty() || error != std::errc{} || end != text.data() + text.size() || *value < 0) {
+      options.problem = std::string{name} + " needs the number of a descriptor";
+      return options;
+    }
+  }
+  if (options.feed < 0) options.problem = "--feed-fd is missing: what is to be published?";
+  return options;
+}
+
+}  // namespace driveline::bridge

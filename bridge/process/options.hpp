@@ -1,0 +1,22 @@
+#pragma once
+
+#include <string>
+
+namespace driveline::bridge {
+
+/// The command line of `driveline-bridge`. Descriptors are inherited.
+struct Options {
+  int feed = -1;        ///< description of the feed; its status and its cycles have the next two numbers
+  int counts = -1;      ///< where it tells what it has published; -1: nowhere
+  int supervisor = -1;  ///< socket whose end is its own; -1: it ends with the feed, or by SIGTERM
+  bool help = false;
+  std::string problem;  ///< with the command line; empty: none
+};
+
+/// Of the arguments after the name of the program.
+[[nodiscard]] Options read_options(int count, const char* const* arguments);
+
+/// What `--help` prints.
+extern const char* const kHelp;
+
+}  // namespace driveline::bridge

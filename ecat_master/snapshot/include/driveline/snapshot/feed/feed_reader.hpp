@@ -1,0 +1,164 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <tl/expected.hpp>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "driveline/rt/shared_mapping.hpp"
+#include "driveline/snapshot/feed/feed_records.hpp"
+
+namespace driveline::snapshot {
+
+/// Why a feed cannot be read: the region, and what is wrong with it.
+struct FeedError {
+  const char* region;  ///< "description", "status", "cycles", "return"
+  std::string reason;  ///< describe(rt::SharedRegionError), or what its content lacks
+};
+
+/// The error as a sentence.
+[[nodiscard]] inline std::string describe(const FeedError& error) {
+  return "feed, " + std::string{error.region} + ": " + error.reason;
+}
+
+/// A side of a feed that reads. It maps the feed read-only, copies every record before it looks at it, and lives with
+/// whatever is in it: numbers are brought into their ranges.
+///
+/// Belongs to one thread.
+class FeedReader {
+ public:
+  /// Maps a feed: its description, status and cycles, whose descriptors remain the caller's. Begins with record number
+  /// `from` of the cycles, as far as it is still there; none: with what comes. Errors: a region is not that of a feed
+  /// of this version, or there is no description in it.
+  [[nodiscard]] static tl::expected<FeedReader, FeedError> open(int description, int status, int cycles,
+                                                                std::optional<std::uint64_t> from = std::nullopt) {
+    const auto described = map("description", description, feed_description_layout());
+    if (!described) return tl::unexpected(described.error());
+    auto text = std::make_unique<FeedDescription>();
+    if (!rt::SharedBroadcastReader<FeedDescription>{*described}.latest(*text)) {
+      return tl::unexpected(FeedError{"description", "there is none"});
+    }
+    if (text->axes > kMaxFeedAxes || text->interfaces > kMaxFeedInterfaces || text->decimation == 0) {
+      return tl::unexpected(
+          FeedError{"description", "more axes or interfaces than there can be, or a decimation of 0"});
+    }
+    auto state = map("status", status, feed_status_layout());
+    if (!state) return tl::unexpected(state.error());
+    auto records = map("cycles", cycles, feed_cycles_layout(text->axes));
+    if (!records) return tl::unexpected(records.error());
+    return FeedReader{std::move(text), *std::move(state), *std::move(records), from};
+  }
+
+  /// What does not change, with as many axes and interfaces as it says.
+  [[nodiscard]] const FeedDescription& description() const noexcept { return *description_; }
+
+  /// The next cycle: its samples, valid until the next call. False: there is none.
+  [[nodiscard]] bool take() noexcept {
+    if (!cycles_.take(record_)) return false;
+    const auto line = part<FeedLine>(0);
+    axes_.clear();
+    const std::size_t count = std::min<std::size_t>(line.axes, description_->axes);
+    for (std::size_t i = 0; i < count; ++i) {
+      axes_.push_back(from_feed(part<FeedAxisSample>(feed_axis_offset(i)), line.cycle));
+    }
+    has_line_ = line.present != 0;
+    line_ = from_feed(line, static_cast<std::uint16_t>(count));
+    return true;
+  }
+  /// The line in the cycle that was taken; null: its sample was lost.
+  [[nodiscard]] const LineSample* line() const noexcept { return has_line_ ? &line_ : nullptr; }
+  /// The axes in that cycle.
+  [[nodiscard]] std::span<const AxisSample> axes() const noexcept { return axes_; }
+
+  /// Copies the newest status. False: the writer was faster, try again later.
+  [[nodiscard]] bool status(FeedStatus& status) const noexcept {
+    if (!status_reader_.latest(status)) return false;
+    status.faults = static_cast<std::uint16_t>(std::min<std::size_t>(status.faults, kMaxFeedFaults));
+    return true;
+  }
+
+  /// Cycles that were overwritten before they were taken.
+  [[nodiscard]] std::uint64_t lost() const noexcept { return cycles_.lost(); }
+  /// Number of the record of a cycle that comes next.
+  [[nodiscard]] std::uint64_t next() const noexcept { return cycles_.next(); }
+
+ private:
+  static tl::expected<rt::SharedMapping, FeedError> map(const char* name, int descriptor,
+                                                        const rt::SharedLayout& layout) {
+    auto mapped = rt::SharedMapping::open(descriptor, layout);
+    if (const auto* error = std::get_if<rt::SharedRegionError>(&mapped)) {
+      return tl::unexpected(FeedError{name, rt::describe(*error)});
+    }
+    return std::move(*std::get_if<rt::SharedMapping>(&mapped));
+  }
+
+  /// What lies at `offset` bytes in the copy of the record.
+  template <rt::SharedRecord T>
+  [[nodiscard]] T part(std::size_t offset) const noexcept {
+    T value;
+    std::memcpy(static_cast<void*>(&value), record_.data() + offset / sizeof(std::uint64_t), sizeof(value));
+    return value;
+  }
+
+  FeedReader(std::unique_ptr<FeedDescription> description, rt::SharedMapping status, rt::SharedMapping cycles,
+             std::optional<std::uint64_t> from)
+      : description_{std::move(description)},
+        status_region_{std::move(status)},
+        cycles_region_{std::move(cycles)},
+        status_reader_{status_region_},
+        cycles_{cycles_region_, from},
+        record_(cycles_.record_words()) {
+    axes_.reserve(description_->axes);
+  }
+
+  std::unique_ptr<FeedDescription> description_;  // larger than a stack likes
+  rt::SharedMapping status_region_;
+  rt::SharedMapping cycles_region_;
+  rt::SharedBroadcastReader<FeedStatus> status_reader_;
+  rt::SharedBlockReader cycles_;
+  std::vector<std::uint64_t> record_;
+  LineSample line_;
+  bool has_line_ = false;
+  std::vector<AxisSample> axes_;
+};
+
+/// The record that the bridge writes; for its side.
+class FeedReturnWriter {
+ public:
+  /// Maps the region behind `descriptor`, which remains the caller's.
+  [[nodiscard]] static tl::expected<FeedReturnWriter, FeedError> open(int descriptor) {
+    auto mapped = rt::SharedMapping::open(descriptor, feed_return_layout());
+    if (const auto* error = std::get_if<rt::SharedRegionError>(&mapped)) {
+      return tl::unexpected(FeedError{"return", rt::describe(*error)});
+    }
+    return FeedReturnWriter{std::move(*std::get_if<rt::SharedMapping>(&mapped))};
+  }
+
+  /// Replaces what was told before.
+  void tell(const FeedReturn& record) noexcept {
+    rt::shared_detail::store_record<std::memory_order_release>(region_.words().data() + rt::shared_detail::kRecordsWord,
+                                                               record);
+  }
+  /// What stands there now: at the start, where the bridge before this one has ended.
+  [[nodiscard]] FeedReturn told() const noexcept {
+    FeedReturn record;
+    rt::shared_detail::load_record<std::memory_order_acquire>(record,
+                                                              region_.words().data() + rt::shared_detail::kRecordsWord);
+    return record;
+  }
+
+ private:
+  explicit FeedReturnWriter(rt::SharedMapping region) : region_{std::move(region)} {}
+
+  rt::SharedMapping region_;
+};
+
+}  // namespace driveline::snapshot

@@ -1,0 +1,235 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "driveline/rt/shared_block.hpp"
+#include "driveline/rt/shared_broadcast.hpp"
+#include "driveline/snapshot/line_status.hpp"
+#include "driveline/snapshot/snapshot.hpp"
+
+/// What a process that holds a line tells others on this machine, in shared memory: a description of the line that does
+/// not change, a record for every cycle, and the status of the line. They map it read-only. What one of them, the
+/// bridge to DDS, has to say goes into a region of its own, FeedReturn.
+///
+/// Every pattern of bits is a value of these records; who reads them checks what matters.
+namespace driveline::snapshot {
+
+/// Most axes of a feed.
+inline constexpr std::size_t kMaxFeedAxes = 512;
+/// Most network interfaces that a feed names.
+inline constexpr std::size_t kMaxFeedInterfaces = 16;
+/// Faults in a status.
+inline constexpr std::size_t kMaxFeedFaults = 16;
+
+/// A text of at most kBytes bytes; a longer one is cut off.
+template <std::size_t kBytes>
+struct FeedText {
+  std::array<char, kBytes + 1> bytes{};  ///< up to the first 0
+
+  /// Of `text`, as far as it fits.
+  void set(std::string_view text) noexcept {
+    bytes = {};
+    std::copy_n(text.begin(), std::min(text.size(), kBytes), bytes.begin());
+  }
+  /// Up to the first 0, or all of it.
+  [[nodiscard]] std::string_view view() const noexcept {
+    const auto end = std::find(bytes.begin(), bytes.end(), '\0');
+    return {bytes.data(), static_cast<std::size_t>(end - bytes.begin())};
+  }
+};
+
+/// An axis of the line.
+struct FeedAxis {
+  FeedText<31> name;         ///< as configured
+  std::uint64_t linear = 0;  ///< 0: rad, rad/s, Nm; else m, m/s, N
+};
+
+/// What does not change while the line runs.
+struct FeedDescription {
+  FeedText<31> line;                                       ///< name of the line
+  std::uint32_t axes = 0;                                  ///< up to kMaxFeedAxes
+  std::uint32_t domain = 0;                                ///< DDS domain
+  std::uint32_t decimation = 1;                            ///< axis samples of every n-th cycle are published
+  std::uint32_t interfaces = 0;                            ///< how many addresses; 0: every interface
+  std::int32_t realtime_cpu = -1;                          ///< CPU of the cycle, which others leave alone; -1: none
+  std::uint32_t reserved = 0;                              ///< 0
+  std::int64_t period_ns = 0;                              ///< of the cycle
+  std::array<FeedText<47>, kMaxFeedInterfaces> interface;  ///< IPv4 addresses
+  std::array<FeedAxis, kMaxFeedAxes> axis;                 ///< by index
+};
+
+/// LineSample, without its type `bool`. A record of a cycle begins with it.
+struct FeedLine {
+  std::uint64_t cycle = 0;                     ///< LineSample::cycle
+  std::int64_t time_ns = 0;                    ///< LineSample::time_ns
+  std::int64_t wake_latency_ns = 0;            ///< LineSample::wake_latency_ns
+  std::int64_t cost_ns = 0;                    ///< LineSample::cost_ns
+  std::int64_t round_trip_ns = 0;              ///< LineSample::round_trip_ns
+  std::int64_t dc_difference_ns = 0;           ///< LineSample::dc_difference_ns
+  std::uint32_t missed_periods = 0;            ///< LineSample::missed_periods
+  std::uint16_t working_counter = 0;           ///< LineSample::working_counter
+  std::uint16_t expected_working_counter = 0;  ///< LineSample::expected_working_counter
+  std::uint16_t axes = 0;                      ///< how many FeedAxisSample follow in this record
+  std::uint8_t frame_received = 0;             ///< LineSample::frame_received
+  std::uint8_t dc_locked = 0;                  ///< LineSample::dc_locked
+  std::uint8_t present = 0;                    ///< 0: the cycle's own sample was lost; only `cycle` and the axes count
+  std::array<std::uint8_t, 3> reserved{};      ///< 0
+};
+
+/// AxisSample in a record of its cycle.
+struct FeedAxisSample {
+  std::int64_t time_ns = 0;          ///< AxisSample::time_ns
+  std::uint16_t axis = 0;            ///< AxisSample::axis
+  std::uint16_t control_word = 0;    ///< AxisSample::control_word
+  std::uint16_t status_word = 0;     ///< AxisSample::status_word
+  std::int8_t mode = 0;              ///< AxisSample::mode
+  std::uint8_t state = 0;            ///< AxisSample::state
+  double target_position = 0;        ///< AxisSample::target_position
+  double actual_position = 0;        ///< AxisSample::actual_position
+  double target_velocity = 0;        ///< AxisSample::target_velocity
+  double actual_velocity = 0;        ///< AxisSample::actual_velocity
+  double target_torque = 0;          ///< AxisSample::target_torque
+  double actual_torque = 0;          ///< AxisSample::actual_torque
+  double following_error = 0;        ///< AxisSample::following_error
+  double drive_following_error = 0;  ///< AxisSample::drive_following_error
+};
+
+/// LineStatus, and what becomes of the feed.
+struct FeedStatus {
+  std::uint8_t state = 0;                           ///< LineStatus::state
+  std::uint8_t ended = 0;                           ///< not 0: nothing follows
+  std::uint16_t faults = 0;                         ///< how many, up to kMaxFeedFaults
+  std::uint32_t restarts = 0;                       ///< of the bridge
+  std::uint64_t cycles = 0;                         ///< LineStatus::cycles
+  std::uint64_t missed_periods = 0;                 ///< LineStatus::missed_periods
+  std::uint64_t wkc_errors = 0;                     ///< LineStatus::wkc_errors
+  std::uint64_t lost_frames = 0;                    ///< LineStatus::lost_frames
+  std::array<std::int64_t, 3> wake_latency_ns{};    ///< median, 99th percentile, largest
+  std::array<std::int64_t, 3> cycle_cost_ns{};      ///< median, 99th percentile, largest
+  std::uint64_t published_before = 0;               ///< axis samples, by bridges before the one that runs
+  std::uint64_t dropped_before = 0;                 ///< samples lost before the feed, or by those bridges
+  std::array<FeedText<255>, kMaxFeedFaults> fault;  ///< oldest first
+};
+
+/// What the bridge tells: one record, which it alone writes and the process of the line does not believe unseen.
+struct FeedReturn {
+  std::uint64_t beats = 0;      ///< passes over the feed; a bridge that stands still does not count on
+  std::uint64_t next = 0;       ///< number of the cycle's record that it takes next
+  std::uint64_t published = 0;  ///< axis samples handed to DDS
+  std::uint64_t lost = 0;       ///< records that were overwritten before it had taken them
+  std::uint64_t refused = 0;    ///< axis samples that DDS has refused
+};
+
+/// Numbers of the regions' contents, and the version of all of them.
+inline constexpr std::uint32_t kFeedVersion = 1;
+inline constexpr std::uint32_t kFeedDescriptionContent = 0x4644'4553;  ///< FeedDescription
+inline constexpr std::uint32_t kFeedStatusContent = 0x4653'5441;       ///< FeedStatus
+inline constexpr std::uint32_t kFeedCyclesContent = 0x4643'5943;       ///< FeedLine with its FeedAxisSample
+inline constexpr std::uint32_t kFeedReturnContent = 0x4652'4554;       ///< FeedReturn
+
+/// Where sample number `index` lies in the record of a cycle, in bytes.
+[[nodiscard]] constexpr std::size_t feed_axis_offset(std::size_t index) noexcept {
+  return sizeof(FeedLine) + index * sizeof(FeedAxisSample);
+}
+static_assert(sizeof(FeedLine) % sizeof(std::uint64_t) == 0 && sizeof(FeedAxisSample) % sizeof(std::uint64_t) == 0);
+
+/// \name Layouts of the regions
+/// @{
+
+/// Of the description.
+[[nodiscard]] constexpr rt::SharedLayout feed_description_layout(std::uint64_t capacity = 0) noexcept {
+  return rt::shared_broadcast<FeedDescription>(kFeedDescriptionContent, kFeedVersion, capacity);
+}
+/// Of the status.
+[[nodiscard]] constexpr rt::SharedLayout feed_status_layout(std::uint64_t capacity = 0) noexcept {
+  return rt::shared_broadcast<FeedStatus>(kFeedStatusContent, kFeedVersion, capacity);
+}
+/// Of the cycles of a line with so many axes.
+[[nodiscard]] constexpr rt::SharedLayout feed_cycles_layout(std::size_t axes, std::uint64_t capacity = 0) noexcept {
+  return rt::shared_blocks(kFeedCyclesContent, kFeedVersion, static_cast<std::uint32_t>(feed_axis_offset(axes)),
+                           capacity);
+}
+/// Of the counts of the bridge; both sides can write it.
+[[nodiscard]] constexpr rt::SharedLayout feed_return_layout(std::uint64_t capacity = 0) noexcept {
+  return {rt::SharedForm::kRing, kFeedReturnContent, kFeedVersion, sizeof(FeedReturn), capacity};
+}
+/// @}
+
+/// \name The records of the cycle as they lie in the feed, and back
+/// @{
+
+/// With `present` set; the number of axes is that of FeedWriter::push().
+[[nodiscard]] inline FeedLine to_feed(const LineSample& sample) noexcept {
+  FeedLine line;
+  line.cycle = sample.cycle;
+  line.time_ns = sample.time_ns;
+  line.wake_latency_ns = sample.wake_latency_ns;
+  line.cost_ns = sample.cost_ns;
+  line.round_trip_ns = sample.round_trip_ns;
+  line.dc_difference_ns = sample.dc_difference_ns;
+  line.missed_periods = sample.missed_periods;
+  line.working_counter = sample.working_counter;
+  line.expected_working_counter = sample.expected_working_counter;
+  line.frame_received = sample.frame_received ? 1 : 0;
+  line.dc_locked = sample.dc_locked ? 1 : 0;
+  line.present = 1;
+  return line;
+}
+/// Without the cycle, which is that of the record.
+[[nodiscard]] inline FeedAxisSample to_feed(const AxisSample& sample) noexcept {
+  return {.time_ns = sample.time_ns,
+          .axis = sample.axis,
+          .control_word = sample.control_word,
+          .status_word = sample.status_word,
+          .mode = sample.mode,
+          .state = static_cast<std::uint8_t>(sample.state),
+          .target_position = sample.target_position,
+          .actual_position = sample.actual_position,
+          .target_velocity = sample.target_velocity,
+          .actual_velocity = sample.actual_velocity,
+          .target_torque = sample.target_torque,
+          .actual_torque = sample.actual_torque,
+          .following_error = sample.following_error,
+          .drive_following_error = sample.drive_following_error};
+}
+/// `axes`: how many samples of axes there are.
+[[nodiscard]] inline LineSample from_feed(const FeedLine& line, std::uint16_t axes) noexcept {
+  return {.cycle = line.cycle,
+          .time_ns = line.time_ns,
+          .wake_latency_ns = line.wake_latency_ns,
+          .cost_ns = line.cost_ns,
+          .round_trip_ns = line.round_trip_ns,
+          .dc_difference_ns = line.dc_difference_ns,
+          .missed_periods = line.missed_periods,
+          .working_counter = line.working_counter,
+          .expected_working_counter = line.expected_working_counter,
+          .axes = axes,
+          .frame_received = line.frame_received != 0,
+          .dc_locked = line.dc_locked != 0};
+}
+/// A state that does not exist is AxisState::kUnavailable.
+[[nodiscard]] inline AxisSample from_feed(const FeedAxisSample& sample, std::uint64_t cycle) noexcept {
+  const bool known = sample.state <= static_cast<std::uint8_t>(AxisState::kUnavailable);
+  return {.cycle = cycle,
+          .time_ns = sample.time_ns,
+          .axis = sample.axis,
+          .control_word = sample.control_word,
+          .status_word = sample.status_word,
+          .mode = sample.mode,
+          .state = known ? static_cast<AxisState>(sample.state) : AxisState::kUnavailable,
+          .target_position = sample.target_position,
+          .actual_position = sample.actual_position,
+          .target_velocity = sample.target_velocity,
+          .actual_velocity = sample.actual_velocity,
+          .target_torque = sample.target_torque,
+          .actual_torque = sample.actual_torque,
+          .following_error = sample.following_error,
+          .drive_following_error = sample.drive_following_error};
+}
+/// @}
+
+}  // namespace driveline::snapshot

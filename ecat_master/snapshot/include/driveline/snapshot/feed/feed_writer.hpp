@@ -1,0 +1,86 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <tl/expected.hpp>
+#include <utility>
+
+#include "driveline/rt/shared_region.hpp"
+#include "driveline/snapshot/feed/feed_records.hpp"
+
+namespace driveline::snapshot {
+
+/// The side of a feed that holds the line: makes the regions and writes them. What readers do does not matter to it.
+///
+/// Belongs to one thread at a time.
+class FeedWriter {
+ public:
+  /// Makes the regions of a feed that holds `cycles` cycles, rounded up to a power of two; `description` is complete.
+  /// Error: there is no memory, or a line cannot have so many axes. Not real-time safe.
+  [[nodiscard]] static tl::expected<FeedWriter, rt::SharedRegionError> create(const FeedDescription& description,
+                                                                              std::uint64_t cycles) {
+    auto described = rt::SharedRegion::create("driveline-feed-description", feed_description_layout(1));
+    if (!described) return tl::unexpected(described.error());
+    auto status = rt::SharedRegion::create("driveline-feed-status", feed_status_layout(4));
+    if (!status) return tl::unexpected(status.error());
+    const std::size_t axes = std::min<std::size_t>(description.axes, kMaxFeedAxes);
+    auto made = rt::SharedRegion::create("driveline-feed-cycles", feed_cycles_layout(axes, cycles));
+    if (!made) return tl::unexpected(made.error());
+    rt::SharedBroadcastWriter<FeedDescription>{*described}.push(description);
+    FeedWriter writer{*std::move(described), *std::move(status), *std::move(made), axes};
+    writer.set_status({});
+    return writer;
+  }
+
+  /// Publishes one cycle: one commit, whatever the number of axes. Samples beyond the axes of the line are left out.
+  /// `line.axes` need not be set. \rtsafe
+  void push(FeedLine line, std::span<const FeedAxisSample> axes) noexcept {
+    const std::size_t count = std::min(axes.size(), axes_);
+    line.axes = static_cast<std::uint16_t>(count);
+    writer_.begin();
+    writer_.write(0, line);
+    for (std::size_t i = 0; i < count; ++i) writer_.write(feed_axis_offset(i), axes[i]);
+    writer_.commit();
+  }
+
+  /// Replaces the status. \rtsafe
+  void set_status(const FeedStatus& status) noexcept { status_writer_.push(status); }
+
+  /// Cycles ever pushed. \rtsafe
+  [[nodiscard]] std::uint64_t written() const noexcept { return writer_.written(); }
+  /// Cycles that the feed holds. \rtsafe
+  [[nodiscard]] std::uint64_t capacity() const noexcept { return writer_.capacity(); }
+  /// Axes of the line. \rtsafe
+  [[nodiscard]] std::size_t axes() const noexcept { return axes_; }
+
+  /// \name Descriptors for readers, in the order in which FeedReader::open() takes them
+  /// @{
+
+  /// Of the FeedDescription.
+  [[nodiscard]] int description_descriptor() const noexcept { return description_.descriptor(); }
+  /// Of the FeedStatus.
+  [[nodiscard]] int status_descriptor() const noexcept { return status_.descriptor(); }
+  /// Of the cycles.
+  [[nodiscard]] int cycles_descriptor() const noexcept { return cycles_.descriptor(); }
+  /// @}
+
+ private:
+  FeedWriter(rt::SharedRegion description, rt::SharedRegion status, rt::SharedRegion cycles, std::size_t axes)
+      : description_{std::move(description)},
+        status_{std::move(status)},
+        cycles_{std::move(cycles)},
+        status_writer_{status_},
+        writer_{cycles_},
+        axes_{axes} {}
+
+  rt::SharedRegion description_;
+  rt::SharedRegion status_;
+  rt::SharedRegion cycles_;
+  rt::SharedBroadcastWriter<FeedStatus> status_writer_;
+  rt::SharedBlockWriter writer_;
+  std::size_t axes_;
+};
+
+}  // namespace driveline::snapshot

@@ -1,0 +1,128 @@
+#include "telemetry/bridge_supervisor.hpp"
+
+#include <poll.h>
+
+#include <cstddef>
+#include <utility>
+
+namespace driveline::runtime {
+namespace {
+
+/// Messages of the bridge begin with one of these letters.
+constexpr char kReady = 'R';
+constexpr char kFailed = 'F';
+/// Longest message that is read; the bridge sends one or two in its life.
+constexpr std::size_t kLongestMessage = 512;
+constexpr int kMessagesAtOnce = 4;
+/// For the last samples; a subscriber that does not answer costs the bridge a third of a second.
+constexpr std::chrono::milliseconds kFarewell{3000};
+constexpr int kStartPollMs = 5;
+
+/// What the bridge says may be anything.
+std::string printable(std::span<const std::byte> text) {
+  std::string clean;
+  for (const auto byte : text) {
+    const auto letter = std::to_integer<unsigned char>(byte);
+    clean += letter >= ' ' && letter < 0x7F ? static_cast<char>(letter) : ' ';
+  }
+  return clean;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<BridgeSupervisor>> BridgeSupervisor::create(const snapshot::FeedWriter& feed,
+                                                                   Settings settings) {
+  auto region = rt::SharedRegion::create("driveline-feed-return", snapshot::feed_return_layout(1));
+  if (!region) return fail(ErrorKind::kMachine, rt::describe(region.error()), "telemetry");
+  return std::unique_ptr<BridgeSupervisor>(new BridgeSupervisor(feed, std::move(settings), *std::move(region)));
+}
+
+Result<void> BridgeSupervisor::spawn(Clock::time_point now) {
+  counts_.begin(feed_.written());
+  reason_.clear();
+  running_ = false;
+  told_nonsense_ = false;
+  beats_ = 0;
+  alive_at_ = now;
+  started_at_ = now;
+  constexpr int kFeed = HelperProcess::kSocket + 1;
+  const std::array passed{feed_.description_descriptor(), feed_.status_descriptor(), feed_.cycles_descriptor(),
+                          region_.descriptor()};
+  auto started = HelperProcess::start(settings_.program,
+                                      {"--supervisor-fd", std::to_string(HelperProcess::kSocket), "--feed-fd",
+                                       std::to_string(kFeed), "--return-fd", std::to_string(kFeed + 3)},
+                                      passed);
+  if (!started) return tl::unexpected(started.error());
+  process_ = std::move(*started);
+  return {};
+}
+
+Result<void> BridgeSupervisor::start() {
+  auto now = Clock::now();
+  if (auto started = spawn(now); !started) return started;
+  const auto limit = now + settings_.start_limit;
+  while (process_.valid() && !running_ && now < limit) {
+    pollfd waiting{process_.descriptor(), POLLIN, 0};
+    static_cast<void>(::poll(&waiting, 1, kStartPollMs));
+    take_messages();
+    if (!reason_.empty()) return fail(ErrorKind::kMachine, reason_, "telemetry");
+    now = Clock::now();
+    if (const auto status = process_.reap()) ended(describe_end(*status), now);
+  }
+  return {};
+}
+
+void BridgeSupervisor::serve(Clock::time_point now) {
+  if (!process_.valid()) {
+    if (now < again_at_) return;
+    ++restarts_;
+    if (const auto started = spawn(now); !started) ended(started.error().reason, now);
+    return;
+  }
+  take_messages();
+  look_at_counts(now);
+  if (const auto status = process_.reap()) {
+    ended(describe_end(*status), now);
+    return;
+  }
+  if (now - alive_at_ > settings_.hang_limit) process_.kill();
+}
+
+void BridgeSupervisor::take_messages() {
+  std::array<std::byte, kLongestMessage> room;
+  for (int i = 0; i < kMessagesAtOnce; ++i) {
+    std::size_t length = 0;
+    if (process_.receive(room, length) != HelperProcess::Transfer::kDone) return;
+    const auto message = std::span<const std::byte>(room).first(std::min(length, room.size()));
+    if (message[0] == std::byte{kFailed}) reason_ = printable(message.subspan(1));
+    if (message[0] != std::byte{kReady} || running_) continue;
+    running_ = true;
+    if (restarts_ > 0) events_.emplace_back(events::BridgeBack{process_.id()});
+  }
+}
+
+void BridgeSupervisor::look_at_counts(Clock::time_point now) {
+  if (!counts_.look(feed_.written())) {
+    ++unbelieved_;
+    if (!std::exchange(told_nonsense_, true)) events_.emplace_back(events::BridgeUnbelieved{});
+    return;
+  }
+  if (std::exchange(beats_, counts_.beats()) == counts_.beats()) return;
+  alive_at_ = now;
+  if (now - started_at_ > settings_.proven) pause_.reset();
+}
+
+void BridgeSupervisor::ended(const std::string& how, Clock::time_point now) {
+  running_ = false;
+  const auto pause = pause_.next();
+  again_at_ = now + pause;
+  events_.emplace_back(events::BridgeStopped{how, reason_, pause});
+}
+
+void BridgeSupervisor::end() {
+  if (process_.valid()) static_cast<void>(process_.end(kFarewell));
+  running_ = false;
+  counts_.end(feed_.written());
+}
+
+}  // namespace driveline::runtime

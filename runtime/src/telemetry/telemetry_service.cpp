@@ -1,0 +1,125 @@
+#include "telemetry/telemetry_service.hpp"
+
+#include <iterator>
+#include <thread>
+#include <utility>
+
+#include "helper/helper_program.hpp"
+#include "telemetry/line_feed.hpp"
+
+namespace driveline::runtime {
+namespace {
+
+/// Between two looks at the bridge.
+constexpr std::chrono::milliseconds kLookPeriod{10};
+/// On virtual time, for a bridge that does not go on.
+constexpr std::chrono::milliseconds kPatienceWithBridge{200};
+
+}  // namespace
+
+Result<std::filesystem::path> TelemetryService::find_program() {
+  return find_helper_program("driveline-bridge", "DRIVELINE_BRIDGE");
+}
+
+TelemetryService::TelemetryService(const LineConfig& config, snapshot::FeedWriter feed, bool virtual_time)
+    : feed_(std::move(feed)),
+      assembler_(config.axes.size(), [this](const snapshot::FeedLine& line,
+                                            std::span<const snapshot::FeedAxisSample> axes) { push(line, axes); }),
+      waits_(virtual_time) {}
+
+Result<std::unique_ptr<TelemetryService>> TelemetryService::start(const LineConfig& config, bool virtual_time,
+                                                                  BridgeSupervisor::Settings settings) {
+  const auto description = describe_for_feed(config);
+  if (!description) return tl::unexpected(description.error());
+  auto feed = snapshot::FeedWriter::create(*description, feed_cycles(config));
+  if (!feed) return fail(ErrorKind::kMachine, rt::describe(feed.error()), "telemetry");
+  std::unique_ptr<TelemetryService> service(new TelemetryService(config, *std::move(feed), virtual_time));
+  auto supervisor = BridgeSupervisor::create(service->feed_, std::move(settings));
+  if (!supervisor) return tl::unexpected(supervisor.error());
+  service->supervisor_ = *std::move(supervisor);
+  if (auto started = service->supervisor_->start(); !started) return tl::unexpected(started.error());
+  return service;
+}
+
+void TelemetryService::push(const snapshot::FeedLine& line, std::span<const snapshot::FeedAxisSample> axes) {
+  if (waits_) wait_for_bridge();
+  feed_.push(line, axes);
+}
+
+/// Half of the feed stays free. A bridge that has stood still for long is not waited for until it goes on.
+void TelemetryService::wait_for_bridge() {
+  const auto& counts = supervisor_->counts();
+  const auto behind = [&] { return feed_.written() - counts.next() >= feed_.capacity() / 2; };
+  if (!behind() || !supervisor_->running()) return;
+  auto limit = Clock::now() + kPatienceWithBridge;
+  for (auto seen = counts.next(); behind() && supervisor_->running() && seen != stuck_at_;) {
+    std::this_thread::sleep_for(std::chrono::microseconds{200});
+    const auto now = Clock::now();
+    supervisor_->serve(now);
+    if (counts.next() != seen) limit = now + kPatienceWithBridge;
+    seen = counts.next();
+    if (now > limit) stuck_at_ = seen;
+  }
+}
+
+void TelemetryService::lines(std::span<const snapshot::LineSample> samples) {
+  for (const auto& sample : samples) assembler_.add(sample);
+}
+
+void TelemetryService::axes(std::span<const snapshot::AxisSample> samples) {
+  for (const auto& sample : samples) assembler_.add(sample);
+}
+
+void TelemetryService::set_line_status(const snapshot::LineStatus& status) {
+  set_status(status_, status);
+  tell_status();
+}
+
+void TelemetryService::tell_status() {
+  status_.restarts = static_cast<std::uint32_t>(supervisor_->restarts());
+  status_.published_before = supervisor_->counts().published_before();
+  status_.dropped_before = supervisor_->counts().dropped_before() + dropped_by_rings_;
+  feed_.set_status(status_);
+}
+
+void TelemetryService::pass_done(const snapshot::DrainCounters& counters) {
+  const auto now = Clock::now();
+  if (now < next_look_) return;
+  next_look_ = now + kLookPeriod;
+  dropped_by_rings_ = counters.lines_dropped + counters.axes_dropped;
+  const auto restarts = supervisor_->restarts();
+  supervisor_->serve(now);
+  if (supervisor_->restarts() != restarts) tell_status();
+  hand_over(counters);
+}
+
+void TelemetryService::finish(const snapshot::DrainCounters& counters) {
+  assembler_.finish();
+  dropped_by_rings_ = counters.lines_dropped + counters.axes_dropped;
+  status_.ended = 1;
+  tell_status();
+  supervisor_->end();
+  hand_over(counters);
+}
+
+void TelemetryService::hand_over(const snapshot::DrainCounters& counters) {
+  auto events = supervisor_->take_events();
+  const std::lock_guard lock(mutex_);
+  std::move(events.begin(), events.end(), std::back_inserter(events_));
+  report_.published = supervisor_->counts().published();
+  report_.dropped = counters.lines_dropped + counters.axes_dropped + supervisor_->counts().dropped();
+  report_.restarts = supervisor_->restarts();
+  report_.unbelieved = supervisor_->unbelieved();
+}
+
+std::vector<EventFacts> TelemetryService::poll() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(events_, {});
+}
+
+TelemetryReport TelemetryService::report() const {
+  const std::lock_guard lock(mutex_);
+  return report_;
+}
+
+}  // namespace driveline::runtime
