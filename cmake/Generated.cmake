@@ -6,7 +6,7 @@ find_package(Python3 COMPONENTS Interpreter)
 set(esi_data ${CMAKE_SOURCE_DIR}/esi/data)
 set(esi_files moog_msd.xml servoone.xml)
 list(TRANSFORM esi_files PREPEND ${esi_data}/ OUTPUT_VARIABLE kept_esi_files)
-install(FILES ${kept_esi_files} DESTINATION ${CMAKE_INSTALL_DATADIR}/driveline/esi)
+install(FILES ${kept_esi_files} DESTINATION ${CMAKE_INSTALL_DATADIR}/driveline/esi COMPONENT program)
 if(NOT TARGET driveline)
   return()
 endif()
@@ -23,7 +23,7 @@ add_custom_command(
   COMMENT "Generating ESI, SII, EDS and object pages of the simulated drives"
   VERBATIM)
 add_custom_target(device_files ALL DEPENDS ${device_files} ${made_esi_files})
-install(FILES ${device_files} DESTINATION ${CMAKE_INSTALL_DATADIR}/driveline/esi)
+install(FILES ${device_files} DESTINATION ${CMAKE_INSTALL_DATADIR}/driveline/esi COMPONENT program)
 
 # Generated files kept in the tree; each is compared by a test.
 if(Python3_FOUND)

@@ -14,14 +14,13 @@ write_basic_package_version_file(${CMAKE_BINARY_DIR}/drivelineConfigVersion.cmak
 install(FILES ${CMAKE_BINARY_DIR}/drivelineConfig.cmake ${CMAKE_BINARY_DIR}/drivelineConfigVersion.cmake
         DESTINATION ${package_folder})
 
-install(DIRECTORY examples/ DESTINATION ${CMAKE_INSTALL_DATADIR}/driveline/examples
+install(DIRECTORY examples/ DESTINATION ${CMAKE_INSTALL_DATADIR}/driveline/examples COMPONENT program
         PATTERN CMakeLists.txt EXCLUDE)
-install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
 if(TARGET driveline)
-  install(TARGETS driveline)
+  install(TARGETS driveline COMPONENT program)
   install(FILES ${CMAKE_BINARY_DIR}/completion/driveline
-          DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
+          DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT program)
   install(FILES ${CMAKE_BINARY_DIR}/completion/_driveline
-          DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-functions)
+          DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-functions COMPONENT program)
 endif()

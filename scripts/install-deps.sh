@@ -39,6 +39,10 @@ cyclonedds-dev        oracle for the telemetry: another DDS implementation
 cyclonedds-tools      its IDL compiler
 curl                  asks the web page of a simulated drive
 iputils-ping          asks its IP stack
+dpkg-dev              Debian packages: what they depend on
+lintian               judges them
+systemd               judges the unit of the service
+strace                which system calls a run makes, against those that the unit allows
 procps                sysctl: this machine as the router of a service PC
 python3               structure checks, checks of JSON output
 doxygen               reference of the library

@@ -1,7 +1,12 @@
 #include "console.hpp"
 
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 
 #include "text/visible_text.hpp"
 
@@ -15,10 +20,31 @@ bool write_console(std::FILE* file, std::string_view text) noexcept {
   return std::fwrite(text.data(), 1, text.size(), file) == text.size();
 }
 
+/// systemd.exec(5): device and inode of the stream in JOURNAL_STREAM.
+bool stderr_is_the_journal() noexcept {
+  const char* const stream = std::getenv("JOURNAL_STREAM");
+  struct stat found = {};
+  return stream != nullptr && ::fstat(STDERR_FILENO, &found) == 0 &&
+         stream == fmt::format("{}:{}", found.st_dev, found.st_ino);
+}
+
 }  // namespace
 
-void print_line(std::string_view text) noexcept {
-  write_console(stderr, visible_text(text) + '\n');
+void print_line(std::string_view text, Gravity gravity) noexcept {
+  static const bool journal = stderr_is_the_journal();
+  if (!journal) {
+    write_console(stderr, visible_text(text) + '\n');
+    return;
+  }
+  // The journal makes an entry of each line.
+  const auto prefix = fmt::format("<{}>", static_cast<int>(gravity));
+  std::string entries;
+  while (!text.empty()) {
+    const auto end = std::min(text.find('\n'), text.size());
+    entries += prefix + visible_text(text.substr(0, end)) + '\n';
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  write_console(stderr, entries);
 }
 
 void print_text(std::string_view text) noexcept {
@@ -29,6 +55,13 @@ int finish_output() noexcept {
   if (std::fflush(stdout) != 0 && stdout_error == 0) stdout_error = errno;
   if (std::ferror(stdout) != 0 && stdout_error == 0) stdout_error = EIO;
   return stdout_error;
+}
+
+void ConsoleObserver::event(const runtime::Event& event) {
+  const auto gravity = event.is_fault()                               ? Gravity::kError
+                       : event.severity == runtime::Severity::kNotice ? Gravity::kNotice
+                                                                      : Gravity::kInformation;
+  print_line(fmt::format("{}{}", event.is_fault() ? "fault: " : "", runtime::describe(event, increments_)), gravity);
 }
 
 }  // namespace driveline::cli

@@ -1,15 +1,20 @@
 #pragma once
 
 #include <fmt/format.h>
+#include <cstdint>
 #include <string_view>
 
 #include "driveline/runtime/observer.hpp"
 
 namespace driveline::cli {
 
+/// How grave a line on stderr is, in the numbers of syslog(3).
+enum class Gravity : std::uint8_t { kError = 3, kNotice = 5, kInformation = 6 };
+
 /// One line for the user on stderr. Never fails, because the line must not depend on a reader. Control sequences are
-/// made visible: texts come from files and slaves.
-void print_line(std::string_view text) noexcept;
+/// made visible: texts come from files and slaves. Where stderr is the journal, its gravity goes in front
+/// (sd-daemon(3)).
+void print_line(std::string_view text, Gravity gravity = Gravity::kInformation) noexcept;
 
 /// Text for the user on stdout, control sequences made visible.
 void print_text(std::string_view text) noexcept;
@@ -33,9 +38,7 @@ class ConsoleObserver : public runtime::Observer {
  public:
   /// `increments`: lengths in drive increments, too.
   explicit ConsoleObserver(bool increments = false) noexcept : increments_(increments) {}
-  void event(const runtime::Event& event) override {
-    progress("{}{}", event.is_fault() ? "fault: " : "", runtime::describe(event, increments_));
-  }
+  void event(const runtime::Event& event) override;
 
  private:
   bool increments_;

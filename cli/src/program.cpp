@@ -14,6 +14,7 @@
 #include "console.hpp"
 #include "driveline/runtime/toml/suggestion.hpp"
 #include "process_limits.hpp"
+#include "program_version.hpp"
 #include "signals.hpp"
 
 namespace driveline::cli {
@@ -150,7 +151,7 @@ int execute_command(const Built& command) {
   const auto outcome = command.execute();
   if (const int status = finish_printing(); status != 0) return status;
   if (outcome) return *outcome;
-  progress("{}: {}", full_name(command.app), outcome.error().text);
+  print_line(fmt::format("{}: {}", full_name(command.app), outcome.error().text), Gravity::kError);
   return outcome.error().status;
 }
 
@@ -176,7 +177,7 @@ int run_program(int argc, const char* const* argv) {
   }
   CLI::App app{"A real-time EtherCAT master for servo drive lines, and the drives to run it against", "driveline"};
   app.failure_message(failure_message);
-  app.set_version_flag("--version", DRIVELINE_VERSION);
+  app.set_version_flag("--version", std::string(program_version()));
   app.footer("driveline COMMAND --help tells the options of a command and shows examples.");
   // One at most: a word behind a command is its argument, even if it is the name of another command (`bench dc`).
   app.require_subcommand(0, 1);

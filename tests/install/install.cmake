@@ -4,6 +4,8 @@ execute_process(COMMAND ${CMAKE_COMMAND} --install ${BUILD} --prefix ${PREFIX} O
 set(program)
 if(PROGRAM)
   set(program bin/driveline share/bash-completion/completions/driveline share/zsh/site-functions/_driveline
+              share/man/man1/driveline.1 share/man/man1/driveline-esi-show.1 lib/systemd/system/driveline@.service
+              lib/udev/rules.d/60-driveline.rules
               libexec/driveline/driveline-endpoint share/driveline/esi/moog_msd.eds share/driveline/esi/servoone_junior.sii)
 endif()
 if(BRIDGE)

@@ -153,6 +153,10 @@ constexpr std::array kCommands = {
             prepare_bench},
     Command{"completion", "", kFiles, "Print a script that lets the shell complete commands and options",
             "completion bash > ~/.local/share/bash-completion/completions/driveline", prepare_completion},
+    Command{"manual", "", kFiles, "Print the manual page of the program or of a command",
+            "manual\n"
+            "manual esi show",
+            prepare_manual},
 };
 
 }  // namespace

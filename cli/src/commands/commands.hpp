@@ -46,5 +46,6 @@ namespace driveline::cli {
 [[nodiscard]] Execute prepare_doctor(Arguments& to);
 [[nodiscard]] Execute prepare_bench(Arguments& to);
 [[nodiscard]] Execute prepare_completion(Arguments& to);
+[[nodiscard]] Execute prepare_manual(Arguments& to);
 
 }  // namespace driveline::cli

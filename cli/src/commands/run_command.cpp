@@ -16,6 +16,8 @@
 #include "driveline/runtime/line.hpp"
 #include "driveline/runtime/toml/suggestion.hpp"
 #include "driveline/trajectory/interpolation_method.hpp"
+#include "service/cycle_witness.hpp"
+#include "service/service_manager.hpp"
 #include "signals.hpp"
 #include "text/diagnosis_json.hpp"
 #include "text/eoe_view.hpp"
@@ -159,16 +161,20 @@ class RunConsole final : public ConsoleObserver {
  public:
   /// `control` and `script` may be null.
   RunConsole(runtime::Line& line, LineControl* control, AxisScript* script)
-      : ConsoleObserver(line.config().output.increments), line_(line), control_(control), script_(script) {}
+      : ConsoleObserver(line.config().output.increments), line_(line), control_(control), script_(script) {
+    if (manager_.has_watchdog()) line_.add(cycles_);
+  }
 
   void event(const runtime::Event& event) override {
     ConsoleObserver::event(event);
+    if (const auto* reached = event.as<runtime::events::StateReached>()) tell_manager(reached->state);
     if (!event.is<runtime::events::NoPath>()) return;
     axes_wait_ = true;
     if (control_ != nullptr && script_ == nullptr) tell_how_to_move();
   }
 
   void look() override {
+    manager_.alive(cycles_.cycles(), ServiceManager::Clock::now());
     if (stop_requested()) line_.request_stop();
     if (script_ != nullptr && axes_wait_) go_on_with_script();
     if (control_ == nullptr) return;
@@ -179,6 +185,16 @@ class RunConsole final : public ConsoleObserver {
   [[nodiscard]] const std::optional<Failure>& script_failure() const noexcept { return script_failure_; }
 
  private:
+  void tell_manager(wire::AlState state) {
+    if (state == wire::AlState::kOp) {
+      const auto& config = line_.config();
+      manager_.ready(
+          fmt::format("{} in OP, {} slaves, {} axes", config.name, config.slaves.size(), config.axes.size()));
+    } else {
+      manager_.ending();
+    }
+  }
+
   void tell_how_to_move() const {
     const auto& axis = line_.config().axes.front();
     progress("`driveline axis {} move --by {}{}` moves an axis; driveline axis --help tells more", axis.name, 1,
@@ -216,6 +232,8 @@ class RunConsole final : public ConsoleObserver {
   runtime::Line& line_;
   LineControl* control_;
   AxisScript* script_;
+  ServiceManager manager_;
+  CycleWitness cycles_;
   std::optional<Failure> script_failure_;
   bool axes_wait_ = false;  ///< for requests
 };

@@ -31,7 +31,7 @@ struct AxisCaller {
 /// How far a request is.
 struct AxisProgress {
   ecat_master::RequestReport report;          ///< phase and reason
-  std::optional<AxisRefusal> refusal{};  ///< the reason with its facts; none: it has not failed
+  std::optional<AxisRefusal> refusal{};       ///< the reason with its facts; none: it has not failed
   std::optional<double> recorded_position{};  ///< by AxisCommand::kTouchProbe, rad or m as requests count
 };
 
