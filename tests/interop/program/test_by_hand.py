@@ -136,7 +136,9 @@ class Script(ProgramTest):
         result = self.run_script("x move 1\n", line=LINE.replace(
             'name = "x"\nunit', 'name = "x"\ninertia = 3e-4\nunit').replace(
             "[[slave]]", '[[slave]]\nsdo = [{ index = 0x607E, type = "uint8", value = 0xC0 }]', 1))
-        self.check_refused(result, 2, "axis x: 607Eh of its drive, which is C0h, turns positions and velocities but not torques")
+        self.assertEqual(result.returncode, 2, result.stderr)
+        self.assertIn("axis x: 607Eh of its drive, which is C0h, turns positions and velocities but not torques",
+                      result.stderr.splitlines()[-1])
 
     def test_bad_input_is_one_sentence_and_nothing_leaps(self):
         limited = LINE.replace('name = "x"\nunit', 'name = "x"\nmin_position = -90\nmax_position = 90\nunit')
