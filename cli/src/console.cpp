@@ -21,18 +21,22 @@ bool write_console(std::FILE* file, std::string_view text) noexcept {
 }
 
 /// systemd.exec(5): device and inode of the stream in JOURNAL_STREAM.
-bool stderr_is_the_journal() noexcept {
+bool compare_stderr_with_the_journal() noexcept {
   const char* const stream = std::getenv("JOURNAL_STREAM");
   struct stat found = {};
   return stream != nullptr && ::fstat(STDERR_FILENO, &found) == 0 &&
          stream == fmt::format("{}:{}", found.st_dev, found.st_ino);
 }
 
+bool stderr_is_the_journal() noexcept {
+  static const bool is = compare_stderr_with_the_journal();
+  return is;
+}
+
 }  // namespace
 
 void print_line(std::string_view text, Gravity gravity) noexcept {
-  static const bool journal = stderr_is_the_journal();
-  if (!journal) {
+  if (!stderr_is_the_journal()) {
     write_console(stderr, visible_text(text) + '\n');
     return;
   }
@@ -58,6 +62,8 @@ int finish_output() noexcept {
 }
 
 void ConsoleObserver::event(const runtime::Event& event) {
+  // For somebody who waits; a journal would be full of it.
+  if (event.is<runtime::events::Progress>() && stderr_is_the_journal()) return;
   const auto gravity = event.is_fault()                               ? Gravity::kError
                        : event.severity == runtime::Severity::kNotice ? Gravity::kNotice
                                                                       : Gravity::kInformation;

@@ -151,8 +151,9 @@ class Service(unittest.TestCase):
             pass
         self.assertEqual(last, {"STOPPING": "1"})
         self.assertEqual(process.wait(PATIENCE_S), 0, self.text())
-        for line in self.text().split("line", 1)[0].splitlines():
-            self.assertRegex(line, "^<[356]>")
+        on_stderr = [line for line in self.text().splitlines() if line.startswith("<")]
+        self.assertGreater(len(on_stderr), 8)
+        self.assertNotRegex("\n".join(on_stderr), r"[0-9] s  ", "progress, second by second, fills the journal")
 
     def test_signs_of_life_end_when_the_process_stands_still(self):
         process = self.start((EXAMPLES / "by_hand.toml").read_text(encoding="utf-8"))
