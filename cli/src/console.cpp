@@ -29,8 +29,8 @@ bool compare_stderr_with_the_journal() noexcept {
 }
 
 bool stderr_is_the_journal() noexcept {
-  static const bool is = compare_stderr_with_the_journal();
-  return is;
+  static const bool kIsTheJournal = compare_stderr_with_the_journal();
+  return kIsTheJournal;
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ double within(double position, double modulo) {
 /// "372.5 deg", of an axis with a modulo "372.5 deg (12.5 of 360 deg)".
 std::string place_text(const nlohmann::json& axis) {
   const auto unit = axis.at("unit").get<std::string>();
-  const auto place = number(axis, "position", unit);
+  auto place = number(axis, "position", unit);
   const auto modulo = axis.find("modulo_position");
   if (modulo == axis.end()) return place;
   return fmt::format("{} ({:.6g} of {})", place, modulo->get<double>(), number(axis, "modulo", unit));
