@@ -33,6 +33,8 @@ DdsConfig config_of(const snapshot::FeedDescription& description) {
   config.domain_id = description.domain;
   config.line_name = description.line.view();
   config.decimation = description.decimation;
+  config.virtual_time = description.virtual_time != 0;
+  config.cycle_period = std::chrono::nanoseconds{std::max<std::int64_t>(description.period_ns, 0)};
   config.interfaces.clear();
   for (std::uint32_t i = 0; i < description.interfaces; ++i) {
     config.interfaces.emplace_back(description.interface[i].view());
@@ -75,7 +77,8 @@ std::string Bridge::set_up() {
     return_.emplace(*std::move(opened));
     from = return_->told().next;
   }
-  auto opened = snapshot::FeedReader::open(options_.feed, options_.feed + 1, options_.feed + 2, from);
+  auto opened =
+      snapshot::FeedReader::open(options_.feed, options_.feed + 1, options_.feed + 2, options_.feed + 3, from);
   if (!opened) return describe(opened.error());
   feed_.emplace(*std::move(opened));
   const auto& description = feed_->description();
@@ -111,6 +114,7 @@ std::string Bridge::run() {
 /// True: there is more.
 bool Bridge::pass() {
   take_status();
+  take_events();
   int taken = 0;
   for (; taken < kCyclesPerPass && feed_->take(); ++taken) {
     if (const auto* line = feed_->line()) publisher_->lines({line, 1});
@@ -130,6 +134,19 @@ void Bridge::take_status() {
   status_ = status;
   publisher_->set_earlier({.published = status.published_before, .dropped = status.dropped_before});
   publisher_->set_line_status(line_status(status, feed_->description().period_ns));
+}
+
+void Bridge::take_events() {
+  snapshot::FeedEvent event;
+  std::uint64_t number = 0;
+  for (std::size_t i = 0; i < snapshot::kFeedEvents && feed_->take_event(event, number); ++i) {
+    const auto severity =
+        std::min<std::uint64_t>(event.severity, static_cast<std::uint64_t>(DdsEventSeverity::kFailure));
+    publisher_->event({.number = number,
+                       .wall_time_ns = event.wall_time_ns,
+                       .severity = static_cast<DdsEventSeverity>(severity),
+                       .text = std::string{event.text.view()}});
+  }
 }
 
 void Bridge::tell() {

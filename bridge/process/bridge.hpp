@@ -26,6 +26,7 @@ class Bridge {
   [[nodiscard]] std::string set_up();
   [[nodiscard]] bool pass();
   void take_status();
+  void take_events();
   void tell();
   [[nodiscard]] bool told_to_end(int timeout_ms);
   void say(char kind, std::string_view text) const;

@@ -9,15 +9,15 @@ namespace driveline::bridge {
 const char* const kHelp =
     "usage: driveline-bridge --feed-fd N [--return-fd N] [--supervisor-fd N]\n"
     "Publishes a drive line over DDS. `driveline run` starts it and keeps it running.\n"
-    "  --feed-fd N        inherited descriptors N, N+1 and N+2: description, status and cycles of a line's feed\n"
+    "  --feed-fd N        inherited descriptors N to N+3: description, status, cycles and events of a line's feed\n"
     "  --return-fd N      inherited descriptor of the region for what it has published\n"
     "  --supervisor-fd N  inherited socket: it says there that it publishes, and ends when the other side is closed\n"
     "  --help             this text\n"
     "Without --supervisor-fd it ends with the line, or by SIGTERM. By hand, beside a run that is process P and "
     "publishes\n"
-    "already, in another domain or not: descriptors D, S, C of P are memfd:driveline-feed-description, -status and\n"
-    "-cycles in /proc/P/fd:\n"
-    "  driveline-bridge --feed-fd 3 3</proc/P/fd/D 4</proc/P/fd/S 5</proc/P/fd/C\n";
+    "already, in another domain or not: descriptors D, S, C, E of P are memfd:driveline-feed-description, -status,\n"
+    "-cycles and -events in /proc/P/fd:\n"
+    "  driveline-bridge --feed-fd 3 3</proc/P/fd/D 4</proc/P/fd/S 5</proc/P/fd/C 6</proc/P/fd/E\n";
 
 Options read_options(int count, const char* const* arguments) {
   Options options;

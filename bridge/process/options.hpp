@@ -6,7 +6,7 @@ namespace driveline::bridge {
 
 /// The command line of `driveline-bridge`. Descriptors are inherited.
 struct Options {
-  int feed = -1;        ///< description of the feed; its status and its cycles have the next two numbers
+  int feed = -1;        ///< description of the feed; its status, cycles and events have the next three numbers
   int counts = -1;      ///< where it tells what it has published; -1: nowhere
   int supervisor = -1;  ///< socket whose end is its own; -1: it ends with the feed, or by SIGTERM
   bool help = false;

@@ -29,6 +29,8 @@ constexpr const char* kLoopback = "127.0.0.1";
 constexpr const char* kDiscoveryMulticast = "239.255.0.1";  // RTPS 2.2, 9.6.1.4.1
 constexpr std::uint32_t kParticipantsPerPeer = 16;          // participants of one machine found without multicast
 constexpr std::int32_t kAxisHistory = 16;                   // samples kept per axis
+constexpr std::int32_t kBatchHistory = 4;                   // batches
+constexpr std::int32_t kEventHistory = 64;                  // as the IDL says
 constexpr std::uint32_t kSharedMemorySegment = 256 * 1024;  // bytes
 const Duration_t kFarewell{0, 300'000'000};                 // how long the last status may take to arrive
 
@@ -111,6 +113,37 @@ dds::DataWriterQos status_writer_qos() {
   return qos;
 }
 
+/// A batch is large, and the next one comes in a millisecond.
+dds::DataWriterQos batch_writer_qos() {
+  dds::DataWriterQos qos;
+  qos.reliability().kind = dds::BEST_EFFORT_RELIABILITY_QOS;
+  qos.durability().kind = dds::VOLATILE_DURABILITY_QOS;
+  qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
+  qos.history().depth = kBatchHistory;
+  qos.resource_limits().max_instances = 1;
+  qos.resource_limits().max_samples_per_instance = kBatchHistory;
+  qos.resource_limits().max_samples = kBatchHistory;
+  qos.resource_limits().allocated_samples = 1;
+  qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+  qos.data_sharing().off();
+  return qos;
+}
+
+/// What has happened is to be known to who comes later, too.
+dds::DataWriterQos event_writer_qos() {
+  dds::DataWriterQos qos;
+  qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
+  qos.durability().kind = dds::TRANSIENT_LOCAL_DURABILITY_QOS;
+  qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
+  qos.history().depth = kEventHistory;
+  qos.resource_limits().max_instances = 1;
+  qos.resource_limits().max_samples_per_instance = kEventHistory;
+  qos.resource_limits().max_samples = kEventHistory;
+  qos.resource_limits().allocated_samples = kEventHistory;
+  qos.data_sharing().off();
+  return qos;
+}
+
 dds::DataWriter* create_writer(dds::DomainParticipant& participant, dds::Publisher& publisher,
                                const dds::TypeSupport& type, const std::string& topic_name,
                                const dds::DataWriterQos& qos) {
@@ -166,6 +199,20 @@ tl::expected<void, DdsError> DdsEntities::create_writers(const DdsConfig& config
   if (status_writer_ == nullptr) {
     return tl::unexpected(DdsNoWriter{config.status_topic});
   }
+  if (!config.batch_topic.empty()) {
+    batch_writer_ = create_writer(*participant_, *publisher, dds::TypeSupport{new telemetry::AxisBatchPubSubType},
+                                  config.batch_topic, batch_writer_qos());
+    if (batch_writer_ == nullptr) {
+      return tl::unexpected(DdsNoWriter{config.batch_topic});
+    }
+  }
+  if (!config.event_topic.empty()) {
+    event_writer_ = create_writer(*participant_, *publisher, dds::TypeSupport{new telemetry::EventPubSubType},
+                                  config.event_topic, event_writer_qos());
+    if (event_writer_ == nullptr) {
+      return tl::unexpected(DdsNoWriter{config.event_topic});
+    }
+  }
   return {};
 }
 
@@ -177,8 +224,28 @@ bool DdsEntities::write_status(void* message) {
   return status_writer_->write(message);
 }
 
+bool DdsEntities::write_batch(void* message) {
+  return batch_writer_ != nullptr && batch_writer_->write(message);
+}
+
+bool DdsEntities::write_event(void* message) {
+  return event_writer_ != nullptr && event_writer_->write(message);
+}
+
+bool DdsEntities::batch_has_readers() const {
+  if (batch_writer_ == nullptr) {
+    return false;
+  }
+  dds::PublicationMatchedStatus matched;
+  return batch_writer_->get_publication_matched_status(matched) == ReturnCode_t::RETCODE_OK &&
+         matched.current_count > 0;
+}
+
 void DdsEntities::wait_for_status_readers() {
   status_writer_->wait_for_acknowledgments(kFarewell);
+  if (event_writer_ != nullptr) {
+    event_writer_->wait_for_acknowledgments(kFarewell);
+  }
 }
 
 }  // namespace driveline::bridge

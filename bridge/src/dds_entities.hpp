@@ -24,12 +24,19 @@ class DdsEntities {
   DdsEntities(DdsEntities&& other) noexcept
       : participant_(std::exchange(other.participant_, nullptr)),
         axis_writer_(other.axis_writer_),
-        status_writer_(other.status_writer_) {}
+        status_writer_(other.status_writer_),
+        batch_writer_(other.batch_writer_),
+        event_writer_(other.event_writer_) {}
   DdsEntities& operator=(DdsEntities&&) = delete;
 
-  /// Both return false when DDS refuses the sample.
+  /// All return false when DDS refuses the sample.
   bool write_axis(void* message);
   bool write_status(void* message);
+  bool write_batch(void* message);
+  bool write_event(void* message);
+
+  /// Somebody reads batches.
+  [[nodiscard]] bool batch_has_readers() const;
 
   /// Waits, for a fraction of a second at most, until every subscriber has the last status.
   void wait_for_status_readers();
@@ -42,6 +49,8 @@ class DdsEntities {
   eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;
   eprosima::fastdds::dds::DataWriter* axis_writer_ = nullptr;
   eprosima::fastdds::dds::DataWriter* status_writer_ = nullptr;
+  eprosima::fastdds::dds::DataWriter* batch_writer_ = nullptr;  ///< null: there is no such topic
+  eprosima::fastdds::dds::DataWriter* event_writer_ = nullptr;  ///< null: there is no such topic
 };
 
 }  // namespace driveline::bridge

@@ -1,11 +1,14 @@
 #include "driveline/bridge/dds_publisher.hpp"
 
+#include <time.h>
+
 #include <atomic>
 #include <chrono>
 #include <mutex>
 #include <utility>
 #include <vector>
 
+#include "axis_batcher.hpp"
 #include "config_check.hpp"
 #include "dds_entities.hpp"
 #include "idl_types.hpp"
@@ -15,10 +18,25 @@ namespace {
 
 using SteadyTime = std::chrono::steady_clock::time_point;
 
+/// Bound of Event::text in the IDL.
+constexpr std::size_t kLongestEvent = 511;
+
+std::int64_t now_ns(clockid_t clock) {
+  timespec time{};
+  ::clock_gettime(clock, &time);
+  return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
+}
+
+/// The clock of the machine minus the monotonic one, which is the master's.
+std::int64_t wall_offset_ns() {
+  return now_ns(CLOCK_REALTIME) - now_ns(CLOCK_MONOTONIC);
+}
+
 }  // namespace
 
 struct DdsPublisher::State {
-  State(DdsConfig from, DdsEntities made) : config(std::move(from)), entities(std::move(made)) {
+  State(DdsConfig from, DdsEntities made) : config(std::move(from)), entities(std::move(made)), batcher(config) {
+    batcher.set_wall_offset(wall_offset_ns());
     for (std::size_t i = 0; i < config.axes.size(); ++i) {
       axis_messages.push_back(axis_message(static_cast<std::uint16_t>(i), config.axes[i]));
     }
@@ -35,6 +53,8 @@ struct DdsPublisher::State {
   DdsEntities entities;
   // Used by the drain thread only.
   std::vector<telemetry::AxisTelemetry> axis_messages;
+  AxisBatcher batcher;
+  bool batches_wanted = false;
   telemetry::LineStatus status_message;
   SteadyTime next_status = SteadyTime::min();
   std::uint64_t refused = 0;
@@ -101,7 +121,15 @@ void DdsPublisher::lines(std::span<const snapshot::LineSample> samples) {
 
 void DdsPublisher::axes(std::span<const snapshot::AxisSample> samples) {
   std::uint64_t written = 0;
+  if (state_->config.virtual_time && !samples.empty()) {
+    state_->batcher.set_wall_offset(now_ns(CLOCK_REALTIME) - samples.back().time_ns);
+  }
   for (const snapshot::AxisSample& sample : samples) {
+    if (state_->batches_wanted && sample.axis < state_->axis_messages.size()) {
+      if (auto* batch = state_->batcher.add(sample)) {
+        state_->entities.write_batch(batch);
+      }
+    }
     if (sample.cycle % state_->config.decimation != 0) {
       continue;
     }
@@ -124,13 +152,29 @@ void DdsPublisher::pass_done(const snapshot::DrainCounters& counters) {
     urgent = state_->status_urgent;
   }
   state_->count_drops(counters);
+  state_->batches_wanted = state_->entities.batch_has_readers();
+  if (!state_->config.virtual_time) {
+    state_->batcher.set_wall_offset(wall_offset_ns());
+  }
   if (urgent || now >= state_->next_status) {
     state_->next_status = now + state_->config.status_period;
     state_->publish_status(counters);
   }
 }
 
+void DdsPublisher::event(const DdsEvent& event) {
+  telemetry::Event message;
+  message.number(event.number);
+  message.wall_time_ns(event.wall_time_ns);
+  message.severity(static_cast<telemetry::EventSeverity>(event.severity));
+  message.text(event.text.substr(0, kLongestEvent).c_str());
+  state_->entities.write_event(&message);
+}
+
 void DdsPublisher::finish(const snapshot::DrainCounters& counters) {
+  if (auto* batch = state_->batches_wanted ? state_->batcher.flush() : nullptr) {
+    state_->entities.write_batch(batch);
+  }
   state_->publish_status(counters);
   state_->entities.wait_for_status_readers();
 }

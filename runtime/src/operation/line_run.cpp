@@ -380,6 +380,9 @@ void LineRun::note(EventFacts facts, Severity severity) {
     if (feed_) feed_->add_fault(describe(event, config_.output.increments));
     if (fault_records_) fault_records_->note_fault();
   }
+  // What goes on as it should is no news; that a state has been reached is.
+  if (telemetry_ && (severity != Severity::kProgress || event.is<events::StateReached>()))
+    telemetry_->tell(severity, describe(event, config_.output.increments));
   if (severity != Severity::kProgress) events_.push_back(std::move(event));
 }
 

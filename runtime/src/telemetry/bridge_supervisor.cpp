@@ -47,10 +47,10 @@ Result<void> BridgeSupervisor::spawn(Clock::time_point now) {
   started_at_ = now;
   constexpr int kFeed = HelperProcess::kSocket + 1;
   const std::array passed{feed_.description_descriptor(), feed_.status_descriptor(), feed_.cycles_descriptor(),
-                          region_.descriptor()};
+                          feed_.events_descriptor(), region_.descriptor()};
   auto started = HelperProcess::start(settings_.program,
                                       {"--supervisor-fd", std::to_string(HelperProcess::kSocket), "--feed-fd",
-                                       std::to_string(kFeed), "--return-fd", std::to_string(kFeed + 3)},
+                                       std::to_string(kFeed), "--return-fd", std::to_string(kFeed + 4)},
                                       passed);
   if (!started) return tl::unexpected(started.error());
   process_ = std::move(*started);

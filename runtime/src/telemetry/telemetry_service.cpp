@@ -14,6 +14,8 @@ namespace {
 constexpr std::chrono::milliseconds kLookPeriod{10};
 /// On virtual time, for a bridge that does not go on.
 constexpr std::chrono::milliseconds kPatienceWithBridge{200};
+/// More than the feed holds, so that the newest are there whatever happens at once.
+constexpr std::size_t kMostWaitingEvents = 4 * snapshot::kFeedEvents;
 
 }  // namespace
 
@@ -29,8 +31,9 @@ TelemetryService::TelemetryService(const LineConfig& config, snapshot::FeedWrite
 
 Result<std::unique_ptr<TelemetryService>> TelemetryService::start(const LineConfig& config, bool virtual_time,
                                                                   BridgeSupervisor::Settings settings) {
-  const auto description = describe_for_feed(config);
+  auto description = describe_for_feed(config);
   if (!description) return tl::unexpected(description.error());
+  description->virtual_time = virtual_time ? 1 : 0;
   auto feed = snapshot::FeedWriter::create(*description, feed_cycles(config));
   if (!feed) return fail(ErrorKind::kMachine, rt::describe(feed.error()), "telemetry");
   std::unique_ptr<TelemetryService> service(new TelemetryService(config, *std::move(feed), virtual_time));
@@ -87,6 +90,7 @@ void TelemetryService::pass_done(const snapshot::DrainCounters& counters) {
   if (now < next_look_) return;
   next_look_ = now + kLookPeriod;
   dropped_by_rings_ = counters.lines_dropped + counters.axes_dropped;
+  tell_events();
   const auto restarts = supervisor_->restarts();
   supervisor_->serve(now);
   if (supervisor_->restarts() != restarts) tell_status();
@@ -95,11 +99,31 @@ void TelemetryService::pass_done(const snapshot::DrainCounters& counters) {
 
 void TelemetryService::finish(const snapshot::DrainCounters& counters) {
   assembler_.finish();
+  tell_events();
   dropped_by_rings_ = counters.lines_dropped + counters.axes_dropped;
   status_.ended = 1;
   tell_status();
   supervisor_->end();
   hand_over(counters);
+}
+
+void TelemetryService::tell(Severity severity, std::string sentence) {
+  snapshot::FeedEvent event;
+  event.wall_time_ns =
+      std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+  event.severity = static_cast<std::uint64_t>(severity);
+  event.text.set(sentence);
+  const std::lock_guard lock(mutex_);
+  if (told_.size() < kMostWaitingEvents) told_.push_back(event);
+}
+
+void TelemetryService::tell_events() {
+  std::vector<snapshot::FeedEvent> events;
+  {
+    const std::lock_guard lock(mutex_);
+    events.swap(told_);
+  }
+  for (const auto& event : events) feed_.push_event(event);
 }
 
 void TelemetryService::hand_over(const snapshot::DrainCounters& counters) {

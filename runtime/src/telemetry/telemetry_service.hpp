@@ -33,6 +33,8 @@ class TelemetryService final : public snapshot::SampleConsumer {
 
   /// What has happened since the last call. Any thread.
   [[nodiscard]] std::vector<EventFacts> poll();
+  /// Something has happened to the line: `severity` of it, and its sentence. Any thread but the real-time one.
+  void tell(Severity severity, std::string sentence);
   /// So far. Any thread.
   [[nodiscard]] TelemetryReport report() const;
 
@@ -51,6 +53,7 @@ class TelemetryService final : public snapshot::SampleConsumer {
   void push(const snapshot::FeedLine& line, std::span<const snapshot::FeedAxisSample> axes);
   void wait_for_bridge();
   void tell_status();
+  void tell_events();
   void hand_over(const snapshot::DrainCounters& counters);
 
   snapshot::FeedWriter feed_;
@@ -63,6 +66,7 @@ class TelemetryService final : public snapshot::SampleConsumer {
   Clock::time_point next_look_{};
   mutable std::mutex mutex_;  ///< of what follows
   std::vector<EventFacts> events_;
+  std::vector<snapshot::FeedEvent> told_;  ///< to be put into the feed
   TelemetryReport report_;
 };
 

@@ -54,7 +54,8 @@ AxisSample moving_axis(std::uint64_t cycle, std::uint16_t axis) {
           .actual_velocity = velocity,
           .target_torque = 0.25 * axis,
           .actual_torque = -0.25 * axis,
-          .following_error = 0.001};
+          .following_error = 0.001,
+          .drive_following_error = 0.25 * axis};
 }
 
 LineSample moving_line(std::uint64_t cycle) {
@@ -77,6 +78,7 @@ DdsConfig line_config(std::uint32_t domain) {
   }
   config.axes[7].kind = AxisKind::kLinear;
   config.status_period = 20ms;
+  config.cycle_period = std::chrono::nanoseconds{kCycleNs};
   return config;
 }
 
@@ -124,6 +126,8 @@ class SyntheticLine {
                                  .wake_latency = {.p50 = 4us, .p99 = 9us, .max = 31us},
                                  .cycle_cost = {.p50 = 12us, .p99 = 15us, .max = 60us},
                                  .faults = {"axis3: following error", "a \"quoted\" fault"}});
+    publisher_->event({.number = 41, .wall_time_ns = 1'700'000'000'000'000'123, .text = "slave 3 (z): back in OP"});
+    publisher_->event({.number = 42, .severity = DdsEventSeverity::kFailure, .text = std::string(600, 'x')});
     drain_ = std::make_unique<snapshot::DrainThread>(lines_, axes_,
                                                      std::vector<snapshot::SampleConsumer*>{publisher_.get()});
     if (auto started = drain_->start(); !started) {
@@ -228,6 +232,62 @@ TEST(DdsInterop, CycloneReadsBothTopicsWithEveryValue) {
     expect_moving_axis(got["axes"][axis], axis, kMinSamples);
   }
   expect_line_in_op(got["line_status"], line.published());
+}
+
+/// A row of the subscriber's document: index of the cycle, axis, words, mode, state, values.
+json row_of(const AxisSample& sample, std::size_t cycle_index) {
+  return {cycle_index,
+          sample.axis,
+          sample.control_word,
+          sample.status_word,
+          sample.mode,
+          static_cast<int>(sample.state),
+          sample.target_position,
+          sample.actual_position,
+          sample.target_velocity,
+          sample.actual_velocity,
+          sample.target_torque,
+          sample.actual_torque,
+          sample.following_error,
+          sample.drive_following_error};
+}
+
+TEST(DdsInterop, CycloneReadsBatchesOfEveryCycleAndEvents) {
+  constexpr int kBatches = 50;
+  const std::uint32_t domain = test_domain();
+  const SyntheticLine line{domain};
+  const auto before = std::chrono::system_clock::now().time_since_epoch();
+  const ProcessResult subscriber =
+      run("timeout -k 5 80 " CYCLONE_BATCHES " " + std::to_string(domain) + " " + std::to_string(kBatches) + " 60");
+  ASSERT_EQ(subscriber.exit_status, 0) << subscriber.output;
+  const json got = json::parse(subscriber.output);
+  EXPECT_GE(got["batches"], kBatches);
+  const json& last = got["last"];
+  EXPECT_EQ(last["cycle_period_ns"], kCycleNs);
+  EXPECT_EQ(last["axes"], kAxes);
+  ASSERT_EQ(last["cycles"].size(), 8U) << "a millisecond";
+  ASSERT_EQ(last["samples"].size(), 8U * kAxes);
+  const std::uint64_t first = last["cycles"][0][0];
+  EXPECT_EQ(first % 8, 0U);
+  for (std::size_t i = 0; i < 8; ++i) {
+    const json& time = last["cycles"][i];
+    EXPECT_EQ(time[0], first + i);
+    EXPECT_EQ(time[1], static_cast<std::int64_t>(first + i) * kCycleNs);
+    for (std::uint16_t axis = 0; axis < kAxes; ++axis) {
+      EXPECT_EQ(last["samples"][i * kAxes + axis], row_of(moving_axis(first + i, axis), i)) << i << " " << axis;
+    }
+  }
+  // Times of the line that start with 0 here are on the monotonic clock in a run: 0 is when the machine was started.
+  const auto up = std::chrono::steady_clock::now().time_since_epoch();
+  const std::int64_t wall = last["cycles"][0][2].get<std::int64_t>() - last["cycles"][0][1].get<std::int64_t>();
+  EXPECT_NEAR(static_cast<double>(wall), static_cast<double>(std::chrono::nanoseconds{before - up}.count()), 60e9);
+  ASSERT_EQ(got["events"].size(), 2U) << "also for who comes late";
+  EXPECT_EQ(got["events"][0], json({{"number", 41},
+                                    {"wall_time_ns", 1'700'000'000'000'000'123},
+                                    {"severity", "NOTICE"},
+                                    {"text", "slave 3 (z): back in OP"}}));
+  EXPECT_EQ(got["events"][1]["severity"], "FAILURE");
+  EXPECT_EQ(got["events"][1]["text"], std::string(511, 'x'));
 }
 
 TEST(DdsInterop, LateCycloneSubscriberGetsTheLastStatusOfASilentLine) {

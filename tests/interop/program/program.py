@@ -17,6 +17,7 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 EXAMPLES = ROOT / "examples"
 DRIVELINE = os.environ["DRIVELINE"]
+CYCLONE_BATCHES = os.environ.get("CYCLONE_BATCHES", "")
 CYCLONE_SUBSCRIBER = os.environ.get("CYCLONE_SUBSCRIBER", "")  # built with DDS
 SANITIZED = bool(os.environ.get("DRIVELINE_SANITIZE"))
 AXES = list("xyzabcuv")

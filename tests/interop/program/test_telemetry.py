@@ -1,9 +1,10 @@
 """Another DDS implementation receives the telemetry of a run."""
 import os
 import signal
+import time
 import unittest
 
-from program import AXES, CYCLONE_SUBSCRIBER, PATIENCE_S, ProgramTest, WireTest, again_when_disturbed
+from program import AXES, CYCLONE_BATCHES, CYCLONE_SUBSCRIBER, PATIENCE_S, ProgramTest, WireTest, again_when_disturbed
 
 
 class Telemetry(ProgramTest):
@@ -41,6 +42,28 @@ class Telemetry(ProgramTest):
         self.assertTrue(any(axis["actual_position_max"] > axis["actual_position_min"] for axis in document["axes"]))
         published = self.one_document(self.text("run.log.out"))["telemetry"]["published"]
         self.assertGreaterEqual(published, status["telemetry"]["published"])
+
+    def test_cyclone_dds_receives_every_cycle_and_what_has_happened(self):
+        domain = 90 + os.getpid() % 10
+        config = self.write_gentle_line(cycle_us=1000, telemetry=f"domain = {domain}")
+        run = self.start("run", "--config", config, "--json", "--no-plots", log="run.log")
+        self.wait_for("following the path", lambda: "following the path" in self.text("run.log"), run)
+        received = self.run_program(domain, 300, PATIENCE_S // 2, program=CYCLONE_BATCHES)
+        now_ns = time.time_ns()
+        run.send_signal(signal.SIGTERM)
+        self.assertEqual(run.wait(PATIENCE_S), 0, self.logs())
+        self.assertEqual(received.returncode, 0, received.stdout + received.stderr + self.logs())
+        document = self.one_document(received.stdout)
+        self.assertEqual(document["samples"], document["cycles"] * len(AXES))
+        last = document["last"]
+        self.assertEqual(last["axes"], len(AXES))
+        self.assertEqual(last["cycle_period_ns"], 1_000_000)
+        self.assertEqual([row[1] for row in last["samples"]], list(range(len(AXES))))
+        self.assertLess(abs(now_ns - last["cycles"][0][2]), 30e9)
+        sentences = {event["text"]: event for event in document["events"]}
+        self.assertIn("all in OP", sentences)
+        self.assertEqual(sentences["all in OP"]["severity"], "PROGRESS")
+        self.assertLess(abs(now_ns - sentences["all in OP"]["wall_time_ns"]), PATIENCE_S * 1e9)
 
     def test_cyclone_dds_learns_how_the_clocks_are(self):
         domain = 80 + os.getpid() % 10

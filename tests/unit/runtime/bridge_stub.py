@@ -35,7 +35,7 @@ if word == "fail":
 if word == "silent":
     time.sleep(600)
 if word in ("garbage", "count"):
-    counts = mmap.mmap(7, 4096)
+    counts = mmap.mmap(8, 4096)
     if word == "garbage":
         counts[:] = os.urandom(4096)
     else:

@@ -37,8 +37,8 @@ FeedWriter feed_of(std::uint32_t axes, std::uint64_t cycles) {
 }
 
 FeedReader reader_of(const FeedWriter& feed, std::optional<std::uint64_t> from = std::nullopt) {
-  auto reader =
-      FeedReader::open(feed.description_descriptor(), feed.status_descriptor(), feed.cycles_descriptor(), from);
+  auto reader = FeedReader::open(feed.description_descriptor(), feed.status_descriptor(), feed.cycles_descriptor(),
+                                 feed.events_descriptor(), from);
   if (!reader) throw std::runtime_error(describe(reader.error()));
   return *std::move(reader);
 }
@@ -261,6 +261,27 @@ TEST(Feed, ItsStatusIsTheNewest) {
   EXPECT_EQ(got.fault[0].view(), "axis z: cable");
 }
 
+TEST(Feed, ALateReaderHasTheLastEventsWithTheirNumbers) {
+  auto feed = feed_of(1, 4);
+  FeedEvent event;
+  for (std::uint64_t i = 0; i < kFeedEvents + 3; ++i) {
+    event.wall_time_ns = static_cast<std::int64_t>(i) * 1000;
+    event.severity = i % 4;
+    event.text.set("event " + std::to_string(i));
+    feed.push_event(event);
+  }
+  auto reader = reader_of(feed);
+  std::uint64_t number = 0;
+  for (std::uint64_t i = 3; i < kFeedEvents + 3; ++i) {
+    ASSERT_TRUE(reader.take_event(event, number));
+    EXPECT_EQ(number, i);
+    EXPECT_EQ(event.wall_time_ns, static_cast<std::int64_t>(i) * 1000);
+    EXPECT_EQ(event.severity, i % 4);
+    EXPECT_EQ(event.text.view(), "event " + std::to_string(i));
+  }
+  EXPECT_FALSE(reader.take_event(event, number));
+}
+
 TEST(Feed, NumbersThatCannotBeAreBroughtIntoTheirRanges) {
   auto feed = feed_of(1, 4);
   auto reader = reader_of(feed);
@@ -299,8 +320,8 @@ TEST(Feed, AnIndexThatCannotBeCostsRecordsAndNeverTime) {
 
 TEST(Feed, RegionsThatAreNoFeedAreRefusedInASentence) {
   const auto feed = feed_of(1, 4);
-  const auto open = [](int description, int status, int cycles) {
-    const auto reader = FeedReader::open(description, status, cycles);
+  const auto open = [&feed](int description, int status, int cycles) {
+    const auto reader = FeedReader::open(description, status, cycles, feed.events_descriptor());
     return reader ? std::string{} : describe(reader.error());
   };
   EXPECT_THAT(open(0, feed.status_descriptor(), feed.cycles_descriptor()), HasSubstr("feed, description: "));
@@ -327,7 +348,8 @@ TEST(Feed, ADescriptionThatCannotBeIsRefused) {
     ASSERT_TRUE(region);
     rt::SharedBroadcastWriter<FeedDescription>{*region}.push(description);
     const auto feed = feed_of(1, 4);
-    const auto reader = FeedReader::open(region->descriptor(), feed.status_descriptor(), feed.cycles_descriptor());
+    const auto reader = FeedReader::open(region->descriptor(), feed.status_descriptor(), feed.cycles_descriptor(),
+                                         feed.events_descriptor());
     ASSERT_FALSE(reader);
     EXPECT_THAT(describe(reader.error()), HasSubstr("than there can be"));
   }

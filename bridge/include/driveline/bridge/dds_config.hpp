@@ -31,6 +31,15 @@ struct DdsConfig {
   std::vector<AxisInfo> axes;                  ///< by axis index; samples of other axes are refused and counted
   std::string axis_topic = "driveline/axis_telemetry";  ///< name of the DDS topic of the axis samples
   std::string status_topic = "driveline/line_status";   ///< name of the DDS topic of the line's status
+  /// Name of the DDS topic of batches: all axes in every cycle. Empty: none.
+  std::string batch_topic = "driveline/v1/axis_batch";
+  std::string event_topic = "driveline/v1/event";  ///< name of the DDS topic of events; empty: none
+  /// Of the line; a batch has as many cycles as batch_period holds, up to 64, and up to 512 samples. 0: not known, a
+  /// batch has one cycle.
+  std::chrono::nanoseconds cycle_period{0};
+  /// The time of the samples is not that of this machine: their wall time is that of their publication.
+  bool virtual_time = false;
+  std::chrono::nanoseconds batch_period = std::chrono::milliseconds{1};  ///< of the cycles in one batch
   /// Axis samples are published in every cycle whose number it divides; 8 makes 1 kHz of a 125 µs cycle. At least 1.
   std::uint32_t decimation = 8;
   /// Time between two line statuses while the state and the faults stay as they are.

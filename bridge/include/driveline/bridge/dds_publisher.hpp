@@ -21,6 +21,17 @@ struct PublishCounters {
   std::uint64_t dropped = 0;
 };
 
+/// How grave a DdsEvent is.
+enum class DdsEventSeverity : std::uint8_t { kProgress, kNotice, kFault, kFailure };
+
+/// Something that has happened to the line.
+struct DdsEvent {
+  std::uint64_t number = 0;                               ///< of the event, from 0
+  std::int64_t wall_time_ns = 0;                          ///< since 1970-01-01 UTC
+  DdsEventSeverity severity = DdsEventSeverity::kNotice;  ///< how grave it is
+  std::string text;                                       ///< one sentence; up to 511 bytes of it are published
+};
+
 /// Publishes a line over DDS: one instance of AxisTelemetry per axis and the LineStatus (bridge/idl/driveline.idl).
 ///
 /// Axis telemetry is best effort and keeps the last samples; line status is reliable and transient local, so a late
@@ -42,6 +53,9 @@ class DdsPublisher final : public snapshot::SampleConsumer {
 
   /// Of this publisher. Any thread.
   [[nodiscard]] PublishCounters counters() const noexcept;
+
+  /// Publishes an event; the last 64 reach late subscribers. On the thread of the samples.
+  void event(const DdsEvent& event);
 
   /// Counters of publishers of the same line before this one, to which the line status adds its own. Any thread but the
   /// real-time one (it locks).

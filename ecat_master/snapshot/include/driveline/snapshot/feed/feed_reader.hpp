@@ -20,7 +20,7 @@ namespace driveline::snapshot {
 
 /// Why a feed cannot be read: the region, and what is wrong with it.
 struct FeedError {
-  const char* region;  ///< "description", "status", "cycles", "return"
+  const char* region;  ///< "description", "status", "cycles", "events", "return"
   std::string reason;  ///< describe(rt::SharedRegionError), or what its content lacks
 };
 
@@ -35,10 +35,10 @@ struct FeedError {
 /// Belongs to one thread.
 class FeedReader {
  public:
-  /// Maps a feed: its description, status and cycles, whose descriptors remain the caller's. Begins with record number
-  /// `from` of the cycles, as far as it is still there; none: with what comes. Errors: a region is not that of a feed
-  /// of this version, or there is no description in it.
-  [[nodiscard]] static tl::expected<FeedReader, FeedError> open(int description, int status, int cycles,
+  /// Maps a feed: its description, status, cycles and events, whose descriptors remain the caller's. Begins with record
+  /// number `from` of the cycles, as far as it is still there; none: with what comes. Errors: a region is not that of a
+  /// feed of this version, or there is no description in it.
+  [[nodiscard]] static tl::expected<FeedReader, FeedError> open(int description, int status, int cycles, int events,
                                                                 std::optional<std::uint64_t> from = std::nullopt) {
     const auto described = map("description", description, feed_description_layout());
     if (!described) return tl::unexpected(described.error());
@@ -54,7 +54,9 @@ class FeedReader {
     if (!state) return tl::unexpected(state.error());
     auto records = map("cycles", cycles, feed_cycles_layout(text->axes));
     if (!records) return tl::unexpected(records.error());
-    return FeedReader{std::move(text), *std::move(state), *std::move(records), from};
+    auto happened = map("events", events, feed_events_layout());
+    if (!happened) return tl::unexpected(happened.error());
+    return FeedReader{std::move(text), *std::move(state), *std::move(records), *std::move(happened), from};
   }
 
   /// What does not change, with as many axes and interfaces as it says.
@@ -77,6 +79,14 @@ class FeedReader {
   [[nodiscard]] const LineSample* line() const noexcept { return has_line_ ? &line_ : nullptr; }
   /// The axes in that cycle.
   [[nodiscard]] std::span<const AxisSample> axes() const noexcept { return axes_; }
+
+  /// The next event, from the oldest that the feed still holds on. False: there is none.
+  [[nodiscard]] bool take_event(FeedEvent& event, std::uint64_t& number) noexcept {
+    if (!events_.take(record_)) return false;
+    event = part<FeedEvent>(0);
+    number = events_.next() - 1;
+    return true;
+  }
 
   /// Copies the newest status. False: the writer was faster, try again later.
   [[nodiscard]] bool status(FeedStatus& status) const noexcept {
@@ -109,21 +119,25 @@ class FeedReader {
   }
 
   FeedReader(std::unique_ptr<FeedDescription> description, rt::SharedMapping status, rt::SharedMapping cycles,
-             std::optional<std::uint64_t> from)
+             rt::SharedMapping events, std::optional<std::uint64_t> from)
       : description_{std::move(description)},
         status_region_{std::move(status)},
         cycles_region_{std::move(cycles)},
+        events_region_{std::move(events)},
         status_reader_{status_region_},
         cycles_{cycles_region_, from},
-        record_(cycles_.record_words()) {
+        events_{events_region_, 0},
+        record_(std::max(cycles_.record_words(), events_.record_words())) {
     axes_.reserve(description_->axes);
   }
 
   std::unique_ptr<FeedDescription> description_;  // larger than a stack likes
   rt::SharedMapping status_region_;
   rt::SharedMapping cycles_region_;
+  rt::SharedMapping events_region_;
   rt::SharedBroadcastReader<FeedStatus> status_reader_;
   rt::SharedBlockReader cycles_;
+  rt::SharedBlockReader events_;
   std::vector<std::uint64_t> record_;
   LineSample line_;
   bool has_line_ = false;

@@ -12,8 +12,8 @@
 #include "driveline/snapshot/snapshot.hpp"
 
 /// What a process that holds a line tells others on this machine, in shared memory: a description of the line that does
-/// not change, a record for every cycle, and the status of the line. They map it read-only. What one of them, the
-/// bridge to DDS, has to say goes into a region of its own, FeedReturn.
+/// not change, a record for every cycle, the status of the line, and what has happened to it. They map it read-only.
+/// What one of them, the bridge to DDS, has to say goes into a region of its own, FeedReturn.
 ///
 /// Every pattern of bits is a value of these records; who reads them checks what matters.
 namespace driveline::snapshot {
@@ -24,6 +24,8 @@ inline constexpr std::size_t kMaxFeedAxes = 512;
 inline constexpr std::size_t kMaxFeedInterfaces = 16;
 /// Faults in a status.
 inline constexpr std::size_t kMaxFeedFaults = 16;
+/// Events that a feed holds.
+inline constexpr std::size_t kFeedEvents = 64;
 
 /// A text of at most kBytes bytes; a longer one is cut off.
 template <std::size_t kBytes>
@@ -56,7 +58,7 @@ struct FeedDescription {
   std::uint32_t decimation = 1;                            ///< axis samples of every n-th cycle are published
   std::uint32_t interfaces = 0;                            ///< how many addresses; 0: every interface
   std::int32_t realtime_cpu = -1;                          ///< CPU of the cycle, which others leave alone; -1: none
-  std::uint32_t reserved = 0;                              ///< 0
+  std::uint32_t virtual_time = 0;                          ///< not 0: its time is not that of the machine
   std::int64_t period_ns = 0;                              ///< of the cycle
   std::array<FeedText<47>, kMaxFeedInterfaces> interface;  ///< IPv4 addresses
   std::array<FeedAxis, kMaxFeedAxes> axis;                 ///< by index
@@ -115,6 +117,13 @@ struct FeedStatus {
   std::array<FeedText<255>, kMaxFeedFaults> fault;  ///< oldest first
 };
 
+/// Something that has happened to the line. Its number is that of the record, from 0.
+struct FeedEvent {
+  std::int64_t wall_time_ns = 0;  ///< since 1970-01-01 UTC
+  std::uint64_t severity = 0;     ///< 0: a step of the run, 1: a notice, 2: a fault, 3: a failure
+  FeedText<511> text;             ///< one sentence
+};
+
 /// What the bridge tells: one record, which it alone writes and the process of the line does not believe unseen.
 struct FeedReturn {
   std::uint64_t beats = 0;      ///< passes over the feed; a bridge that stands still does not count on
@@ -129,6 +138,7 @@ inline constexpr std::uint32_t kFeedVersion = 1;
 inline constexpr std::uint32_t kFeedDescriptionContent = 0x4644'4553;  ///< FeedDescription
 inline constexpr std::uint32_t kFeedStatusContent = 0x4653'5441;       ///< FeedStatus
 inline constexpr std::uint32_t kFeedCyclesContent = 0x4643'5943;       ///< FeedLine with its FeedAxisSample
+inline constexpr std::uint32_t kFeedEventsContent = 0x4645'564E;       ///< FeedEvent
 inline constexpr std::uint32_t kFeedReturnContent = 0x4652'4554;       ///< FeedReturn
 
 /// Where sample number `index` lies in the record of a cycle, in bytes.
@@ -152,6 +162,10 @@ static_assert(sizeof(FeedLine) % sizeof(std::uint64_t) == 0 && sizeof(FeedAxisSa
 [[nodiscard]] constexpr rt::SharedLayout feed_cycles_layout(std::size_t axes, std::uint64_t capacity = 0) noexcept {
   return rt::shared_blocks(kFeedCyclesContent, kFeedVersion, static_cast<std::uint32_t>(feed_axis_offset(axes)),
                            capacity);
+}
+/// Of the events.
+[[nodiscard]] constexpr rt::SharedLayout feed_events_layout(std::uint64_t capacity = 0) noexcept {
+  return rt::shared_blocks(kFeedEventsContent, kFeedVersion, sizeof(FeedEvent), capacity);
 }
 /// Of the counts of the bridge; both sides can write it.
 [[nodiscard]] constexpr rt::SharedLayout feed_return_layout(std::uint64_t capacity = 0) noexcept {

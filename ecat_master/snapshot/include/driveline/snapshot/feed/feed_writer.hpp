@@ -28,8 +28,10 @@ class FeedWriter {
     const std::size_t axes = std::min<std::size_t>(description.axes, kMaxFeedAxes);
     auto made = rt::SharedRegion::create("driveline-feed-cycles", feed_cycles_layout(axes, cycles));
     if (!made) return tl::unexpected(made.error());
+    auto events = rt::SharedRegion::create("driveline-feed-events", feed_events_layout(kFeedEvents));
+    if (!events) return tl::unexpected(events.error());
     rt::SharedBroadcastWriter<FeedDescription>{*described}.push(description);
-    FeedWriter writer{*std::move(described), *std::move(status), *std::move(made), axes};
+    FeedWriter writer{*std::move(described), *std::move(status), *std::move(made), *std::move(events), axes};
     writer.set_status({});
     return writer;
   }
@@ -48,6 +50,13 @@ class FeedWriter {
   /// Replaces the status. \rtsafe
   void set_status(const FeedStatus& status) noexcept { status_writer_.push(status); }
 
+  /// Adds an event. \rtsafe
+  void push_event(const FeedEvent& event) noexcept {
+    event_writer_.begin();
+    event_writer_.write(0, event);
+    event_writer_.commit();
+  }
+
   /// Cycles ever pushed. \rtsafe
   [[nodiscard]] std::uint64_t written() const noexcept { return writer_.written(); }
   /// Cycles that the feed holds. \rtsafe
@@ -64,22 +73,29 @@ class FeedWriter {
   [[nodiscard]] int status_descriptor() const noexcept { return status_.descriptor(); }
   /// Of the cycles.
   [[nodiscard]] int cycles_descriptor() const noexcept { return cycles_.descriptor(); }
+  /// Of the events.
+  [[nodiscard]] int events_descriptor() const noexcept { return events_.descriptor(); }
   /// @}
 
  private:
-  FeedWriter(rt::SharedRegion description, rt::SharedRegion status, rt::SharedRegion cycles, std::size_t axes)
+  FeedWriter(rt::SharedRegion description, rt::SharedRegion status, rt::SharedRegion cycles, rt::SharedRegion events,
+             std::size_t axes)
       : description_{std::move(description)},
         status_{std::move(status)},
         cycles_{std::move(cycles)},
+        events_{std::move(events)},
         status_writer_{status_},
         writer_{cycles_},
+        event_writer_{events_},
         axes_{axes} {}
 
   rt::SharedRegion description_;
   rt::SharedRegion status_;
   rt::SharedRegion cycles_;
+  rt::SharedRegion events_;
   rt::SharedBroadcastWriter<FeedStatus> status_writer_;
   rt::SharedBlockWriter writer_;
+  rt::SharedBlockWriter event_writer_;
   std::size_t axes_;
 };
 

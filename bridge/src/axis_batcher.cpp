@@ -1,0 +1,76 @@
+#include "axis_batcher.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace driveline::bridge {
+namespace {
+
+// Bounds of the sequences in the IDL.
+constexpr std::int64_t kMostCycles = 64;
+constexpr std::size_t kMostSamples = 512;
+
+std::uint64_t cycles_in_a_batch(const DdsConfig& config) {
+  const auto wanted = config.cycle_period.count() > 0 ? config.batch_period / config.cycle_period : 1;
+  const auto room = static_cast<std::int64_t>(kMostSamples / std::max<std::size_t>(config.axes.size(), 1));
+  return static_cast<std::uint64_t>(
+      std::clamp<std::int64_t>(wanted, 1, std::clamp<std::int64_t>(room, 1, kMostCycles)));
+}
+
+telemetry::AxisValues values_of(const snapshot::AxisSample& sample, std::size_t cycle_index) {
+  telemetry::AxisValues values;
+  values.cycle_index(static_cast<std::uint16_t>(cycle_index));
+  values.axis(sample.axis);
+  values.control_word(sample.control_word);
+  values.status_word(sample.status_word);
+  values.mode(sample.mode);
+  values.state(static_cast<telemetry::AxisState>(sample.state));
+  values.target_position(sample.target_position);
+  values.actual_position(sample.actual_position);
+  values.target_velocity(sample.target_velocity);
+  values.actual_velocity(sample.actual_velocity);
+  values.target_torque(sample.target_torque);
+  values.actual_torque(sample.actual_torque);
+  values.following_error(sample.following_error);
+  values.drive_following_error(sample.drive_following_error);
+  return values;
+}
+
+}  // namespace
+
+AxisBatcher::AxisBatcher(const DdsConfig& config) : cycles_(cycles_in_a_batch(config)), axes_(config.axes.size()) {
+  filling_.cycle_period_ns(config.cycle_period.count());
+  filling_.axes(static_cast<std::uint16_t>(axes_));
+}
+
+telemetry::AxisBatch* AxisBatcher::add(const snapshot::AxisSample& sample) {
+  telemetry::AxisBatch* ended = group_ && *group_ != sample.cycle / cycles_ ? flush() : nullptr;
+  group_ = sample.cycle / cycles_;
+  auto& cycles = filling_.cycles();
+  if (cycles.empty() || cycles.back().cycle() != sample.cycle) {
+    telemetry::CycleTime time;
+    time.cycle(sample.cycle);
+    time.time_ns(sample.time_ns);
+    time.wall_time_ns(sample.time_ns + wall_offset_ns_);
+    if (cycles.size() < cycles_) cycles.push_back(time);
+  }
+  // A feed that says otherwise than it should loses samples.
+  if (filling_.samples().size() < kMostSamples) filling_.samples().push_back(values_of(sample, cycles.size() - 1));
+  // The last sample of the last cycle: nothing else belongs to this batch.
+  const bool whole = sample.cycle % cycles_ == cycles_ - 1 && sample.axis + 1U == axes_;
+  return whole && ended == nullptr ? flush() : ended;
+}
+
+telemetry::AxisBatch* AxisBatcher::flush() {
+  if (filling_.cycles().empty()) return nullptr;
+  std::swap(done_, filling_);
+  filling_.number(done_.number() + 1);
+  filling_.cycle_period_ns(done_.cycle_period_ns());
+  filling_.axes(done_.axes());
+  filling_.cycles().clear();
+  filling_.samples().clear();
+  group_.reset();
+  return &done_;
+}
+
+}  // namespace driveline::bridge
