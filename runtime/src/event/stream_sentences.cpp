@@ -21,7 +21,7 @@ std::string fault_text(const events::EventAxis& axis, const SetpointFault& fault
   const auto figure = [&](double value) {
     return fmt::format("{:.6g} {}{}", axis.unit.from_si(value), axis.unit.name, per);
   };
-  const auto text = fmt::format("axis {}: {} {}", axis.name, name, figure(fault.value));
+  auto text = fmt::format("axis {}: {} {}", axis.name, name, figure(fault.value));
   if (reason == stream::Refusal::kNotFinite) return text;
   return fmt::format("{}, {} to {} are possible", text, figure(fault.lowest), figure(fault.highest));
 }
