@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Runs a campaign of random sequences in as many processes as there are processors, each with its share of the seeds.
-# Ends at the first that fails, with what it has said.
+# Fails with what the first of them that fails has said.
 set -euo pipefail
 
 usage="usage: scripts/campaign.sh RUNS FIRST_SEED PROGRAM FILTER"
@@ -35,13 +35,13 @@ for ((i = 0; i < processes; ++i)); do
   children+=($!)
   seed=$((seed + share))
 done
-for ((i = 0; i < processes; ++i)); do
-  if ! wait -n -p done "${children[@]}"; then
-    for ((k = 0; k < processes; ++k)); do
-      [ "${children[k]}" != "$done" ] || cat "$said/$k"
-    done
-    exit 1
-  fi
+failed=
+for ((i = 0; i < processes && ${#failed} == 0; ++i)); do
+  wait "${children[i]}" || failed=$i
 done
+if [ -n "$failed" ]; then
+  cat "$said/$failed"
+  exit 1
+fi
 children=()
 tail -qn 1 "$said"/*

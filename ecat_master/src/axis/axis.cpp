@@ -274,7 +274,7 @@ double Axis::velocity_loop(double velocity) noexcept {
 
 /// The last setpoint stands for the first of them, and the next one belongs behind them all.
 void Axis::skip(std::int64_t periods) noexcept {
-  if (pending_) change_->skip(periods);
+  if (pending_) change_->skip(periods - 1);
   const double step = setpoints_.whole_cycles() > 0 ? setpoints_.ago(0) - setpoints_.ago(1) : 0.0;
   for (std::int64_t period = 1; period < periods; ++period) setpoints_.push(setpoints_.ago(0) + step);
 }
