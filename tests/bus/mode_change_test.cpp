@@ -102,7 +102,8 @@ TEST_P(EveryChange, LeavesTheDemandWithinTheLimits) {
       line.cycles(3200 + place);
       for (auto& judge : line.judges) judge.forget();
       line.cycles(20);
-      EXPECT_LE(line.change(to), from == Mode::kCyclicTorque ? 50 : 20);
+      // A drive is told when the axis does what it was told last: where that turns round, that takes some cycles.
+      EXPECT_LE(line.change(to), 60);
       line.cycles(2500);
       line.expect_obedience();
     }
@@ -221,7 +222,7 @@ void random_changes(unsigned seed) {
     line.cycles(pick(pick(2) == 0 ? 30 : 2000));
     EXPECT_TRUE(line.axis().set_mode(kModes[random() % kModes.size()]));
     if (pick(4) == 0) continue;
-    for (int i = 0; i < 100 && !line.axis().mode_ready(); ++i) line.cycle();
+    for (int i = 0; i < 400 && !line.axis().mode_ready(); ++i) line.cycle();
     EXPECT_TRUE(line.axis().mode_ready());
   }
   line.cycles(2500);

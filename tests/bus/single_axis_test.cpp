@@ -5,10 +5,8 @@
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <random>
 #include <string>
 
-#include "environment.hpp"
 #include "single_line.hpp"
 
 namespace driveline::bus_test {
@@ -352,48 +350,6 @@ TEST(SingleAxis, TooLongAnAbsenceOfTheMasterStopsIt) {
   line.stall(9);
   EXPECT_EQ(line.state(), PlcopenState::kErrorStop);
   EXPECT_EQ(line.axes().axis_report(0).error, AxisError::kMasterAway);
-}
-
-/// Half a second of three drives, of which anything may be asked while frames are lost and periods missed. Faults of
-/// drives are left out: a drive without power does not obey its axis.
-void random_requests(unsigned seed) {
-  std::mt19937 random(seed);
-  const auto pick = [&random](unsigned of) { return static_cast<unsigned>(random() % of); };
-  const auto number = [&random](double from, double to) { return std::uniform_real_distribution(from, to)(random); };
-  SingleLine line(3);
-  for (std::size_t axis = 0; axis < 3; ++axis) line.submit(power(true), axis);
-  line.cycles(400);
-  for (auto& judge : line.judges) judge.forget();
-  for (int cycle = 0; cycle < 4000; ++cycle) {
-    if (pick(40) == 0) {
-      auto asked = request(static_cast<AxisCommand>(static_cast<unsigned>(AxisCommand::kStop) +
-                                                    pick(static_cast<unsigned>(AxisCommand::kFollow) -
-                                                         static_cast<unsigned>(AxisCommand::kStop))),
-                           number(-30.0, 30.0), number(1.0, 50.0));
-      asked.buffer = static_cast<BufferMode>(pick(6));
-      if (pick(2) == 0) asked.acceleration = number(50.0, 1000.0);
-      if (pick(2) == 0) asked.jerk = std::exp(number(8.0, 14.0));
-      line.submit(asked, pick(3));
-      if (pick(4) == 0) line.submit(request(AxisCommand::kReleaseStop), pick(3));
-      if (pick(4) == 0) line.submit(request(AxisCommand::kSetOverride, number(0.0, 2.0)), pick(3));
-    }
-    if (pick(400) == 0) line.stall(1 + static_cast<int>(pick(3)));
-    line.lose_out = pick(100) == 0;
-    line.lose_back = pick(100) == 0;
-    line.cycle();
-  }
-  // Drives that miss setpoints at random interpolate between those that they have; after a longer gap than these they
-  // leave their extrapolation in one period, which shows in 606Bh.
-  for (const auto& judge : line.judges) judge.expect_obedience(1.25);
-}
-
-TEST(SingleAxisCampaign, DrivesDemandNoMoreThanTheirAxesMay) {
-  const auto runs = environment("DRIVELINE_CAMPAIGN_RUNS", 10);
-  const auto first = environment("DRIVELINE_CAMPAIGN_SEED", 1);
-  for (unsigned seed = first; seed < first + runs; ++seed) {
-    random_requests(seed);
-    ASSERT_FALSE(testing::Test::HasFailure()) << "seed " << seed;
-  }
 }
 
 }  // namespace

@@ -142,7 +142,7 @@ bool Axis::set_mode(cia402::Mode mode) noexcept {
       mode == cia402::Mode::kInterpolatedPosition || wanted_ == cia402::Mode::kInterpolatedPosition;
   if (interpolated) return set_interpolation(mode);
   wanted_ = mode;
-  if (!change_->committed()) start_change();
+  if (!enabled()) start_change();
   return true;
 }
 
@@ -230,11 +230,13 @@ std::int32_t Axis::wrapped(double increments) const noexcept {
   return static_cast<std::int32_t>(config_.range_min + (place < 0 ? place + range_ : place));
 }
 
-/// Velocity for the way that is left, so that the axis gets no faster than its limit or its setpoint.
+/// Velocity for the way that is left, so that the axis gets no faster than its limit or its setpoint. Without a new
+/// position it stays as it was: the setpoint has gone on, and the old position has not.
 double Axis::position_loop(const trajectory::AxisSetpoint& setpoint) const noexcept {
   if (!trusted_) return 0.0;
   const double most = std::max(config_.limits.max_velocity, std::abs(setpoint.velocity));
-  const double wanted = setpoint.velocity + config_.position_gain_1_s * (setpoint.position - inputs_.position);
+  const double left = fresh_ ? config_.position_gain_1_s * (setpoint.position - inputs_.position) : correction_;
+  const double wanted = setpoint.velocity + left;
   return std::clamp(wanted, -most, most) - setpoint.velocity;
 }
 
@@ -266,6 +268,19 @@ void Axis::limit_torque() noexcept {
   targets_.feed_torque = std::clamp(targets_.feed_torque, -most, most);
 }
 
+/// Without a new velocity it stays as it was.
+double Axis::velocity_loop(double velocity) noexcept {
+  if (fresh_) loop_torque_ = config_.velocity_gain * (velocity - inputs_.velocity);
+  return loop_torque_;
+}
+
+/// The last setpoint stands for the first of them, and the next one belongs behind them all.
+void Axis::skip(std::int64_t periods) noexcept {
+  if (pending_) change_->skip(periods - 1);
+  const double step = setpoints_.whole_cycles() > 0 ? setpoints_.ago(0) - setpoints_.ago(1) : 0.0;
+  for (std::int64_t period = 1; period < periods; ++period) setpoints_.push(setpoints_.ago(0) + step);
+}
+
 Axis::Targets Axis::targets_for(const trajectory::AxisSetpoint& setpoint) noexcept {
   Targets targets;
   targets.position = setpoint.position;
@@ -283,7 +298,7 @@ Axis::Targets Axis::targets_for(const trajectory::AxisSetpoint& setpoint) noexce
   correction_ = position_loop(setpoint);
   targets.velocity += correction_;
   if (mode_ == cia402::Mode::kCyclicTorque) {
-    targets.torque += config_.velocity_gain * (targets.velocity - inputs_.velocity);
+    targets.torque += velocity_loop(targets.velocity);
   }
   return targets;
 }
@@ -305,12 +320,18 @@ Axis::Targets Axis::targets_in_change(const trajectory::AxisSetpoint& setpoint) 
   targets.feed_torque = feed_forward(reference);
   correction_ = position_loop(reference);
   const double velocity = reference.velocity + correction_;
-  const double loop = setpoint.torque ? 0.0 : config_.velocity_gain * (velocity - inputs_.velocity);
+  const double loop = setpoint.torque ? 0.0 : velocity_loop(velocity);
   change_->follow(now, {velocity, targets.feed_torque + loop, reference.acceleration});
   targets.position = change_->position();
   targets.velocity = change_->velocity();
   targets.torque = targets.feed_torque + loop + change_->torque_bias();
   return targets;
+}
+
+trajectory::AxisSetpoint Axis::held() const noexcept {
+  const double period_s = std::chrono::duration<double>(config_.period).count();
+  const double ahead = by_positions(mode_) ? delay_of(config_) * period_s : 0.0;
+  return {hold_.value_or(inputs_.position) + ahead * hold_velocity_, hold_velocity_, 0.0};
 }
 
 void Axis::write_outputs(std::span<std::byte> image, cia402::Goal goal, bool reset_fault,
@@ -319,17 +340,24 @@ void Axis::write_outputs(std::span<std::byte> image, cia402::Goal goal, bool res
   if (!moving) {
     trusted_ = true;
     correction_ = 0.0;
+    loop_torque_ = 0.0;
     if (changing_ || mode_ != wanted_) {
       change_->cancel();
       mode_ = wanted_;
       note_change();
     }
-    targets_ = {};
-    targets_.position = hold_.value_or(inputs_.position);
-    // A weight does not sag while the drive gets its first setpoints.
-    targets_.torque = targets_.feed_torque = config_.feed_forward.torque({targets_.position, 0.0, 0.0});
+    const auto place = held();
+    // A drive may use what comes with the command to stop for a moment: it goes on as before.
+    if (goal != cia402::Goal::kQuickStop) {
+      targets_ = {};
+      targets_.velocity = targets_.feed_velocity = place.velocity;
+      // A weight does not sag while the drive gets its first setpoints.
+      targets_.torque = targets_.feed_torque = config_.feed_forward.torque({place.position, 0.0, 0.0});
+    }
+    targets_.position = place.position;
   } else {
-    if (mode_ != wanted_ && !change_->committed()) start_change();
+    // It begins with what the axis does now.
+    if (mode_ != wanted_ && fresh_ && !change_->committed()) start_change();
     targets_ = changing_ ? targets_in_change(setpoint) : targets_for(setpoint);
   }
   delay_offset();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "driveline/trajectory/rejoin.hpp"
@@ -23,6 +24,13 @@ constexpr double kObservedVelocity = 1.5 * (1.0 - kMemory) * (1.0 - kMemory) * (
 constexpr double kObservedAcceleration = (1.0 - kMemory) * (1.0 - kMemory) * (1.0 - kMemory);
 constexpr std::uint32_t kCyclesObserved = 8;
 constexpr std::uint32_t kCyclesObservedInTorque = 32;
+/// How many cycles longer a drive is not told while the axis does not do yet what it was told last: its acceleration
+/// has just changed, and its drive would take over from a motion that is about to be another one.
+constexpr std::uint32_t kCyclesUnsettled = 240;
+/// Of the highest acceleration: what the axis may have of another one than wanted; and the time in which that makes the
+/// velocity that it may lack.
+constexpr double kSettledShare = 0.25;
+constexpr double kSettledS = 1e-3;
 /// In which a drive changes that is going to.
 constexpr double kPatienceS = 0.25;
 /// Of a velocity that the axis lacks, the share that position setpoints begin without: the demand and the axis meet.
@@ -36,6 +44,8 @@ constexpr double kFed = 0.05;
 constexpr double kFedWell = 1e-5;
 /// Time in which the torque that was taken over from the drive goes back to what the loops of the master want.
 constexpr double kFadeS = 0.2;
+/// Shares of the change of a torque that have come into effect in the three cycles after it was told.
+constexpr double kTorqueArrives[] = {0.3, 0.4, 0.3};
 
 }  // namespace
 
@@ -55,12 +65,14 @@ void ModeChange::begin(const Measured& measured, const Targets& last) noexcept {
   if (!by_torque && measured.torque_known) torque_bias_ = measured.torque - last.torque;
   position_ = last.position;
   velocity_ = by_position ? measured.led_velocity : on_loop ? last.velocity : measured.velocity;
-  preparing_ = by_torque ? kCyclesObservedInTorque : kCyclesObserved;
+  preparing_ = kCyclesUnsettled + (by_torque ? kCyclesObservedInTorque : kCyclesObserved);
   observed_ = {measured.position, by_position ? measured.led_velocity : measured.velocity, last.acceleration};
   // The measured position of a cycle is looked at in the same cycle once more.
   if (measured.fresh) observed_.position -= observed_.velocity * settings_.period_s;
   feed_velocity_ = last.feed_velocity;
   before_[0] = before_[1] = velocity_;
+  std::fill(std::begin(told_torque_), std::end(told_torque_), last.torque);
+  on_its_way_ = 0.0;
   leading_ = by_position;
   if (!on_loop && !by_position) return_from(measured.position - velocity_ * settings_.period_s, velocity_);
   velocity_bias_ = 0.0;
@@ -71,6 +83,13 @@ void ModeChange::begin(const Measured& measured, const Targets& last) noexcept {
 
 bool ModeChange::committed() const noexcept {
   return pending() && preparing_ == 0 && (shown_ > 0 || told_s_ < kPatienceS);
+}
+
+void ModeChange::skip(std::int64_t periods) noexcept {
+  const double time = static_cast<double>(periods) * settings_.period_s;
+  observed_.position += time * (observed_.velocity + 0.5 * time * observed_.acceleration);
+  observed_.velocity += time * observed_.acceleration;
+  led_.position += time * led_.velocity;
 }
 
 void ModeChange::look(const Measured& measured, Mode wanted) noexcept {
@@ -129,7 +148,9 @@ trajectory::AxisSetpoint ModeChange::lead(const Measured& measured, const trajec
   position_ = target.position;
   position_velocity_ = target.velocity;
   position_acceleration_ = target.acceleration;
-  led_ = {measured.position, measured.led_velocity, acceleration, setpoint.torque};
+  const bool seen = first_ || measured.fresh;
+  const double position = seen ? measured.position : led_.position + measured.led_velocity * settings_.period_s;
+  led_ = {position, measured.led_velocity, acceleration, setpoint.torque};
   return led_;
 }
 
@@ -179,8 +200,22 @@ void ModeChange::observe(const Measured& measured) noexcept {
   observed_.acceleration += kObservedAcceleration * deviation / (t * t);
 }
 
+/// By the torque that it was told in the last cycles the axis is going to accelerate otherwise than it was seen to.
+void ModeChange::expect(double torque) noexcept {
+  if (!(settings_.inertia > 0.0)) return;
+  double arrives = 0.0;
+  for (std::size_t i = 0; i < 3; ++i) arrives += kTorqueArrives[i] * (told_torque_[i] - told_torque_[i + 1]);
+  observed_.acceleration += arrives / settings_.inertia;
+  const double rest = kTorqueArrives[2] * (told_torque_[1] - told_torque_[2]) +
+                      (1.0 - kTorqueArrives[0]) * (told_torque_[0] - told_torque_[1]);
+  on_its_way_ = (torque - told_torque_[0] + rest) / settings_.inertia;
+  std::copy_backward(std::begin(told_torque_), std::end(told_torque_) - 1, std::end(told_torque_));
+  told_torque_[0] = torque;
+}
+
 void ModeChange::follow(const Measured& measured, const Wanted& wanted) noexcept {
   const bool by_torque = measured.shown == Mode::kCyclicTorque;
+  if (by_torque) expect(wanted.torque + torque_bias_);
   observe(measured);
   // Between the velocity that was wanted two cycles before and that of the axis: a load, or a loop, moves it.
   if (by_torque) velocity_bias_ = observed_.velocity - before_[1];
@@ -196,6 +231,13 @@ void ModeChange::follow(const Measured& measured, const Wanted& wanted) noexcept
   velocity_ = demand;
   if (preparing_ > 0) {
     --preparing_;
+    const double most = kSettledShare * settings_.limits.max_acceleration;
+    const bool settled = std::abs(lag_) <= kSettledS * most && measured.fresh &&
+                         std::abs(wanted.acceleration - observed_.acceleration) <= most;
+    told_s_ = settled ? told_s_ + settings_.period_s : 0.0;
+    const bool long_enough = told_s_ > (kCyclesObserved - 0.5) * settings_.period_s;
+    if (preparing_ <= kCyclesUnsettled && long_enough) preparing_ = 0;
+    if (preparing_ == 0) told_s_ = 0.0;
   } else {
     told_s_ += settings_.period_s;
   }
@@ -211,7 +253,8 @@ void ModeChange::place(bool by_position, double velocity) noexcept {
     return;
   }
   const double ahead = settings_.lead_cycles * settings_.period_s;
-  position_ = observed_.position + ahead * (observed_.velocity + 0.5 * ahead * observed_.acceleration);
+  const double acceleration = observed_.acceleration + on_its_way_;
+  position_ = observed_.position + ahead * (observed_.velocity + 0.5 * ahead * acceleration);
   position_velocity_ = velocity;
 }
 

@@ -93,6 +93,7 @@ AbsenceEffect Motion::resume(std::int64_t cycle, std::int64_t missed, std::span<
       continue;
     }
     supplies_[i].given.skip(missed);
+    axes_[i].skip(missed);
     bridge(i);
   }
   for (std::size_t i = 0; i < axes_.size(); ++i) {

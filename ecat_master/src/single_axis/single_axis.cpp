@@ -3,12 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace driveline::ecat_master {
 namespace {
 
 /// A fault reset needs one cycle with bit 7 set and one without for its edge; several of each tolerate a lost frame.
 constexpr std::int64_t kResetCycles = 4;
+/// Share of the highest velocity at which an axis counts as standing.
+constexpr double kStanding = 2e-3;
 
 double seconds_of(std::chrono::nanoseconds time) noexcept {
   return std::chrono::duration<double>(time).count();
@@ -59,6 +62,17 @@ bool SingleAxis::off() const noexcept {
          state != AxisState::kSwitchedOn && state != AxisState::kFaultReactionActive;
 }
 
+/// Velocity of an axis that its drive has not stopped, or that a load moves; 0: it stands, whatever the filter of the
+/// velocity still says.
+double SingleAxis::coasting() noexcept {
+  if (!exchanged_) return coasting_;
+  const double standing = kStanding * axis_->config().limits.max_velocity;
+  const double moved = std::abs(watch_.held() - std::exchange(place_, watch_.held())) / period_s_;
+  const double velocity = axis_->inputs().velocity;
+  coasting_ = moved > standing && std::abs(velocity) > standing ? velocity : 0.0;
+  return coasting_;
+}
+
 /// Before the inputs are used in this cycle. An axis with an implausible position goes on without the loop that is
 /// closed by the master, from this cycle on.
 void SingleAxis::judge_position(std::chrono::nanoseconds took) noexcept {
@@ -66,7 +80,7 @@ void SingleAxis::judge_position(std::chrono::nanoseconds took) noexcept {
   if (!exchanged_) return;
   const bool driven = axis_->enabled() && (powered() || power_ == Power::kEnabling) && !drive_moves();
   const auto finding = watch_.judge(cycle_, axis_->inputs().position, setpoint_, driven, took);
-  axis_->hold_at(watch_.held());
+  axis_->hold_at(watch_.held(), coasting());
   if (finding.kind == PositionFinding::Kind::kNewPlace) {
     setpoint_ = {watch_.held(), 0.0, 0.0};
     rest();
@@ -154,14 +168,11 @@ void SingleAxis::advance(const trajectory::AxisSetpoint* fed) noexcept {
 void SingleAxis::advance_powerless() noexcept {
   restore_mode();
   // An axis that is enabled already holds the place where it was enabled.
-  if (!axis_->enabled()) setpoint_ = {watch_.held(), 0.0, 0.0};
+  if (!axis_->enabled()) setpoint_ = axis_->held();
   switch (power_) {
     case Power::kEnabling:
       if (!axis_->enabled()) break;
-      enter(Power::kOn);
-      rest();
-      state_ = PlcopenState::kStandstill;
-      finish(power_request_, RequestPhase::kDone);
+      begin_powered();
       break;
     case Power::kQuickStop:
       // A drive that stays in Quick stop active (605Ah = 5..8) is switched off once it has had time to stop; so is one
@@ -182,6 +193,23 @@ void SingleAxis::advance_powerless() noexcept {
     default:
       break;
   }
+}
+
+/// An axis that coasts is braked from there.
+void SingleAxis::begin_powered() noexcept {
+  enter(Power::kOn);
+  if (std::abs(setpoint_.velocity) > 0.0) {
+    setpoint_.position += setpoint_.velocity * period_s_;
+    step_velocity_ = setpoint_.velocity;
+    last_target_ = setpoint_.position;
+    beside_ = false;
+    generator_.start_from(setpoint_);
+    begin_move({});
+  } else {
+    rest();
+    state_ = PlcopenState::kStandstill;
+  }
+  finish(power_request_, RequestPhase::kDone);
 }
 
 /// ErrorStop is left when the drive has come to rest and has no fault any more.
@@ -241,7 +269,10 @@ cia402::Goal SingleAxis::goal() const noexcept {
     case Power::kEnabling: {
       // It will hold the position at which it is enabled.
       const bool held = axis_->inputs().state == snapshot::AxisState::kOperationEnabled;
-      return held || watch_.steady() ? Goal::kEnabled : Goal::kDisabled;
+      const bool in_limits = std::abs(coasting_) <= axis_->config().limits.max_velocity;
+      // One that coasts is caught where it is, and not where it was when it was seen last.
+      const bool seen = exchanged_ || !(std::abs(coasting_) > 0.0);
+      return held || (watch_.steady() && in_limits && seen) ? Goal::kEnabled : Goal::kDisabled;
     }
     case Power::kQuickStop:
       return Goal::kQuickStop;
@@ -266,6 +297,7 @@ AbsenceEffect SingleAxis::resume(std::int64_t cycle, std::int64_t missed) noexce
     return AbsenceEffect::kStopped;
   }
   supply_.skip(missed);
+  axis_->skip(missed);
   if (by_drive_ == ByDrive::kNone && torque_ != Torque::kLed) bridge();
   return AbsenceEffect::kBridged;
 }

@@ -59,8 +59,12 @@ double SingleAxis::velocity_of(const AxisRequest& request) const noexcept {
 
 trajectory::ProfileLimits SingleAxis::full_limits() const noexcept {
   const auto& limits = axis_->config().limits;
-  const double share = eases() ? kShareInChange : 1.0;
-  return trajectory::ProfileLimits::symmetric(limits.max_velocity, share * limits.max_acceleration, jerk_of({}));
+  return trajectory::ProfileLimits::symmetric(limits.max_velocity, most_acceleration(), jerk_of({}));
+}
+
+/// That a motion may have.
+double SingleAxis::most_acceleration() const noexcept {
+  return (eases() ? kShareInChange : 1.0) * axis_->config().limits.max_acceleration;
 }
 
 /// Of a motion in the direction of `way`: accelerating and braking may differ.
@@ -102,6 +106,12 @@ double SingleAxis::target_of(const AxisRequest& request, double position, double
 
 void SingleAxis::begin_move(const Move& move) noexcept {
   const bool torque = move.request.command == AxisCommand::kTorque;
+  // One that has waited may find another mode than the one in which it was accepted.
+  if (torque && torque_ == Torque::kNone && !(mode_may_change() && axis_->can_change(cia402::Mode::kCyclicTorque))) {
+    auto refused = move.id;
+    finish(refused, RequestPhase::kError, AxisError::kMode);
+    return begin_move({});
+  }
   if (!torque) leave_torque();
   active_ = move;
   run_velocity_.reset();
@@ -143,7 +153,7 @@ void SingleAxis::replan() noexcept {
       break;
     case AxisCommand::kFollow:
       // Where it is led, steps count: it continues with the velocity of the last one, not with that at its end.
-      rejoin_ = {setpoint_.position, step_velocity_, axis_->config().limits};
+      rejoin_ = {setpoint_.position, step_velocity_, {axis_->config().limits.max_velocity, most_acceleration()}};
       break;
     default:
       planned = plan_rest();

@@ -69,9 +69,15 @@ void SingleAxis::advance_torque() noexcept {
   if (!(std::abs(request.target - torque_nm_) > 0.0))
     table_->set(active_->id, {RequestPhase::kReached, AxisError::kNone});
   step_velocity_ = inputs.velocity;
-  setpoint_ = {inputs.position, inputs.velocity, acceleration_, within_velocity(torque_nm_)};
-  generator_.start_from({inputs.position, inputs.velocity, 0.0});
+  setpoint_ = {place_under_torque(), inputs.velocity, acceleration_, within_velocity(torque_nm_)};
+  generator_.start_from({setpoint_.position, inputs.velocity, 0.0});
   watch_torque();
+}
+
+/// Without a new position it goes on from the one before.
+double SingleAxis::place_under_torque() const noexcept {
+  const auto& inputs = axis_->inputs();
+  return exchanged_ ? inputs.position : setpoint_.position + inputs.velocity * period_s_;
 }
 
 /// So much less torque that the axis gets no faster than it may, and is braked beyond that, no harder than it may be.
@@ -98,7 +104,9 @@ void SingleAxis::leave_torque() noexcept {
     const double torque = setpoint_.torque.value_or(0.0);
     axis_->take_over_torque(torque - axis_->config().inertia * acceleration_);
     const double most = axis_->config().limits.max_velocity;
-    setpoint_ = {axis_->inputs().position, std::clamp(axis_->inputs().velocity, -most, most), 0.0};
+    // A period before the place where it is now, to which the setpoint of this cycle leads.
+    const double velocity = std::clamp(axis_->inputs().velocity, -most, most);
+    setpoint_ = {place_under_torque() - velocity * period_s_, velocity, 0.0};
     generator_.start_from(setpoint_);
     step_velocity_ = setpoint_.velocity;
     beside_ = false;

@@ -9,7 +9,7 @@ namespace driveline::slaves {
 
 namespace {
 
-constexpr double kSetpointTakeOverS = 1e-3;  ///< ours
+constexpr double kSetpointTakeOverS = 3e-3;  ///< ours
 
 }  // namespace
 
@@ -90,7 +90,7 @@ double ServoController::velocity_loop(double velocity_setpoint_rad_s, double tor
 void ServoController::take_over(double velocity_rad_s, bool could_follow) noexcept {
   const bool by_torque = loop_ == ControllerSetpoint::Loop::kTorque;
   const double in_force = by_torque || !could_follow ? measured_velocity_rad_s_ : velocity_setpoint_rad_s_;
-  filtered_feed_forward_rad_s_ = in_force;
+  filtered_feed_forward_rad_s_ = velocity_rad_s;
   taken_over_rad_s_ = in_force - velocity_rad_s;
 }
 
@@ -105,16 +105,20 @@ double ServoController::step(const ControllerSetpoint& setpoint) noexcept {
     return torque_nm_;
   }
   if (loop_ != setpoint.loop) take_over(velocity, could_follow);
-  double velocity_setpoint = velocity + taken_over_rad_s_;
+  const double taken_over = taken_over_rad_s_;
+  double velocity_setpoint = velocity + taken_over;
   taken_over_rad_s_ -= taken_over_rad_s_ * step_s_ / kSetpointTakeOverS;
   if (setpoint.loop == Loop::kPosition) {
     // The speed measurement lags by its filter; the feed-forward is delayed alike, or it would count as an error.
     filtered_feed_forward_rad_s_ += filter_gain_ * (velocity - filtered_feed_forward_rad_s_);
-    velocity_setpoint = filtered_feed_forward_rad_s_ +
+    velocity_setpoint = filtered_feed_forward_rad_s_ + taken_over +
                         parameters_.position_gain_per_s * (finite(setpoint.position_rad) - measured_position_rad_);
   }
-  if (loop_ == Loop::kTorque) {  // without a speed error the torque goes on as it was
-    integral_nm_ = std::clamp(torque_nm_ - feed_forward_nm, -parameters_.max_torque_nm, parameters_.max_torque_nm);
+  if (loop_ == Loop::kTorque) {
+    // Without a speed error the torque goes on as it was. Of the first feed-forward, which may be that of a kink,
+    // counts what may be in that already.
+    const double part = std::clamp(feed_forward_nm, std::min(torque_nm_, 0.0), std::max(torque_nm_, 0.0));
+    integral_nm_ = std::clamp(torque_nm_ - part, -parameters_.max_torque_nm, parameters_.max_torque_nm);
   }
   loop_ = setpoint.loop;
   torque_nm_ = velocity_loop(velocity_setpoint, feed_forward_nm);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <stdexcept>
 
 #include "driveline/runtime/devices/msd_device.hpp"
@@ -129,8 +130,8 @@ LineOperation::LineOperation(DriveLine& drives, port::Port& port, const RunOptio
       port_(port),
       options_(options),
       config_(describe(drives.size(), options)),
-      line_ring_(kRingSamples),
-      axis_ring_(kRingSamples),
+      line_ring_(options.samples ? kRingSamples : 1),
+      axis_ring_(options.samples ? kRingSamples : 1),
       master_(std::make_unique<ecat_master::Master>(port_, drives.clock, master_settings())) {}
 
 ecat_master::AxisConfig LineOperation::axis(std::size_t position, const RunOptions& options) {
@@ -176,6 +177,11 @@ ecat_master::MotionControl& LineOperation::make_motion() {
     settings.homing_timeout = options_.homing_timeout;
     settings.target_timeout = options_.target_timeout;
     single_axes_ = std::make_unique<ecat_master::SingleAxes>(std::move(axes), settings);
+    if (options_.feed != nullptr) {
+      std::vector<std::size_t> fed(options_.feed->axis_count());
+      std::iota(fed.begin(), fed.end(), std::size_t{0});
+      single_axes_->add_feed(*options_.feed, fed);
+    }
     return *single_axes_;
   }
   auto settings = runtime::motion_settings(config_);
@@ -197,7 +203,9 @@ void LineOperation::start_cycle(ecat_master::Master::MakeRunner make_runner) {
       return std::make_unique<ecat_master::InlineRunner>(core, drives_.clock);
     };
   }
-  const auto started = master_->start_cycle(&motion, {&line_ring_, &axis_ring_}, settings, make_runner);
+  const ecat_master::SampleRings rings =
+      options_.samples ? ecat_master::SampleRings{&line_ring_, &axis_ring_} : ecat_master::SampleRings{};
+  const auto started = master_->start_cycle(&motion, rings, settings, make_runner);
   if (!started) throw std::runtime_error(started.error().message());
 }
 

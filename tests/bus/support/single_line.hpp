@@ -108,6 +108,8 @@ class SingleLine {
   RequestReport ask(const AxisRequest& asked, std::size_t axis = 0) { return finish(submit(asked, axis)); }
   void enable(std::size_t axis = 0) {
     ASSERT_EQ(ask(power(true), axis).phase, RequestPhase::kDone);
+    // One that coasts is braked first.
+    for (int i = 0; i < 4000 && state(axis) == PlcopenState::kDiscreteMotion; ++i) cycle();
     ASSERT_EQ(state(axis), PlcopenState::kStandstill);
   }
   void expect_obedience() const {

@@ -90,11 +90,14 @@ void FineInterpolator::push(double sample, double velocity) noexcept {
 }
 
 /// Whether the output would have to change its speed by more than it may in a period to be on the curve at the end of
-/// the next one.
+/// the next one, or the curve itself does so behind a sample that was made up.
 bool FineInterpolator::leaps() const noexcept {
   if (method_ == Method::kNone || method_ == Method::kCosine || !std::isfinite(stop_rate_)) return false;
-  const double end = method_ == Method::kLinear || method_ == Method::kExternal ? samples_[0] : samples_[1];
-  return std::abs((end - output_.position) / period_s() - output_.velocity) > stop_rate_ * period_s();
+  const double most = stop_rate_ * period_s();
+  const bool ends_at_newest = method_ == Method::kLinear || method_ == Method::kExternal;
+  const double end = ends_at_newest ? samples_[0] : samples_[1];
+  if (std::abs((end - output_.position) / period_s() - output_.velocity) > most) return true;
+  return !ends_at_newest && std::abs(samples_[0] - 2.0 * samples_[1] + samples_[2]) / period_s() > most;
 }
 
 /// The curve restarts at the samples, and the output approaches it.

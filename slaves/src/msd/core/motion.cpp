@@ -44,6 +44,9 @@ void Motion::configure(const MotionSettings& settings) noexcept {
                                                                          : FineInterpolator::Method::kLinear;
   velocity_.configure(method, settings.steps_per_setpoint, kControlStepS);
   torque_.configure(method, settings.steps_per_setpoint, kControlStepS);
+  // Without one they are held: on a line that goes on, a speed would leave its limits (ours).
+  velocity_.set_limits(0, 0.0);
+  torque_.set_limits(0, 0.0);
 }
 
 double Motion::measured_position_rad() const noexcept {

@@ -98,7 +98,8 @@ TEST(MsdMachine, PowerComesBackToATurningMotorWithoutAJerk) {
   rig.target_velocity = rig.velocity;
   for (int i = 0; i < 80; ++i) {
     rig.cycle();
-    EXPECT_NEAR(rig.drive.velocity_rad_s(), coasting, 5.0);
+    // The speed in force fades out while the setpoint, which came later, fades in.
+    EXPECT_NEAR(rig.drive.velocity_rad_s(), coasting, 8.0);
   }
 }
 

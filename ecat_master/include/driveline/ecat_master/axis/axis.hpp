@@ -140,14 +140,21 @@ class Axis {
   /// The slave has fallen out of OP: it does not take its outputs. Until the next read_inputs().
   void set_unavailable() noexcept { inputs_.state = snapshot::AxisState::kUnavailable; }
 
-  /// Where the axis is to be held when it is enabled: the target position until then, instead of the actual one.
-  void hold_at(double position) noexcept { hold_ = position; }
+  /// Where the axis is when it is enabled, instead of the actual position, and the velocity with which it coasts until
+  /// then, rad/s or m/s: where the targets are until it is.
+  void hold_at(double position, double velocity = 0.0) noexcept {
+    hold_ = position;
+    hold_velocity_ = velocity;
+  }
+  /// The setpoint that goes on with the motion of an axis without power: of hold_at(), and as far ahead as the drive
+  /// takes to follow a position.
+  [[nodiscard]] trajectory::AxisSetpoint held() const noexcept;
   /// Switches the master's position loop of CSV and CST off until the axis is enabled anew, because the actual position
   /// is implausible. Returns the velocity that the loop has added last, from which a stop begins.
   [[nodiscard]] double distrust_position() noexcept;
 
-  /// Writes control word, mode and targets. While the axis is not in Operation enabled the targets are where it stands
-  /// (hold_at()), so that enabling never starts with a jump, and what holds its weight.
+  /// Writes control word, mode and targets. While the axis is not in Operation enabled the targets are where it is
+  /// (held()), so that enabling never starts with a jump, and what holds its weight.
   void write_outputs(std::span<std::byte> image, cia402::Goal goal, bool reset_fault,
                      const trajectory::AxisSetpoint& setpoint) noexcept;
 
@@ -173,6 +180,8 @@ class Axis {
   /// The loops of the master take over an axis that was led by torques; `load` of the last one was not for its
   /// acceleration, and fades.
   void take_over_torque(double load) noexcept;
+  /// So many periods have gone by without write_outputs(), in which the axis went on.
+  void skip(std::int64_t periods) noexcept;
   /// The torque target of the last write_outputs(), Nm or N.
   [[nodiscard]] double target_torque() const noexcept { return targets_.torque; }
   /// A change of mode is over, but the axis still on its way back to its setpoints.
@@ -249,6 +258,7 @@ class Axis {
   void delay_offset() noexcept;
   void limit_torque() noexcept;
   [[nodiscard]] double position_loop(const trajectory::AxisSetpoint& setpoint) const noexcept;
+  [[nodiscard]] double velocity_loop(double velocity) noexcept;
   void count(std::int32_t increments) noexcept;
 
   AxisConfig config_;
@@ -271,8 +281,10 @@ class Axis {
   SetpointHistory feeds_;       ///< torques of the feed-forward
   bool fresh_ = false;          ///< the inputs are of this cycle
   std::optional<double> hold_;  ///< hold_at()
+  double hold_velocity_ = 0.0;  ///< hold_at()
   bool trusted_ = true;         ///< not distrust_position()
   double correction_ = 0.0;     ///< velocity that the position loop adds
+  double loop_torque_ = 0.0;    ///< torque that the velocity loop adds
   /// Actual position without the wrap at 32 bits, and as it came.
   std::int64_t count_ = 0;
   std::int32_t last_count_ = 0;

@@ -74,6 +74,8 @@ class ModeChange {
   /// that it is not going to change.
   [[nodiscard]] bool committed() const noexcept;
 
+  /// So many periods have gone by without a cycle.
+  void skip(std::int64_t periods) noexcept;
   /// To be called first in a cycle. While the mode shown is not `wanted`, or has not been for long, it stays pending().
   void look(const Measured& measured, cia402::Mode wanted) noexcept;
   /// What the axis is to do in this cycle so that it gets to `setpoint`: on its way in terms of the actual position, or
@@ -112,6 +114,7 @@ class ModeChange {
   void fade() noexcept;
   void feed(const Measured& measured, const trajectory::AxisSetpoint& reference) noexcept;
   void observe(const Measured& measured) noexcept;
+  void expect(double torque) noexcept;
   void place(bool by_position, double velocity) noexcept;
   /// The drive has not left CSP yet.
   [[nodiscard]] bool led(const Measured& measured) const noexcept {
@@ -131,6 +134,8 @@ class ModeChange {
   double velocity_bias_ = 0.0;
   double lag_ = 0.0;                     ///< velocity by which the axis was behind its velocity target
   trajectory::AxisSetpoint observed_{};  ///< what the axis does
+  double on_its_way_ = 0.0;              ///< acceleration that the torques told last are going to add
+  double told_torque_[4] = {};           ///< in the cycles before
   double feed_velocity_ = 0.0;
   double before_[2] = {};        ///< velocities that were wanted in the cycles before
   cia402::Mode from_{};          ///< in which the change began

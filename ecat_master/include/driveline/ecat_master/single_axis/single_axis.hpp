@@ -162,6 +162,7 @@ class SingleAxis {
   [[nodiscard]] double target_of(const AxisRequest& request, double position, double last_target) const noexcept;
   [[nodiscard]] trajectory::ProfileLimits limits_of(const AxisRequest& request, double way) const noexcept;
   [[nodiscard]] trajectory::ProfileLimits full_limits() const noexcept;
+  [[nodiscard]] double most_acceleration() const noexcept;
   void advance_motion(const trajectory::AxisSetpoint* fed) noexcept;
   void bridge() noexcept;
   void step_to(const trajectory::AxisSetpoint& setpoint) noexcept;
@@ -205,6 +206,7 @@ class SingleAxis {
   void give_torque_up(AxisError error) noexcept;
   void advance_torque() noexcept;
   [[nodiscard]] double within_velocity(double torque) const noexcept;
+  [[nodiscard]] double place_under_torque() const noexcept;
   void watch_torque() noexcept;
   void leave_torque() noexcept;
   void advance_probe() noexcept;
@@ -218,6 +220,8 @@ class SingleAxis {
   void watch_enabling() noexcept;
   void watch_power() noexcept;
   void judge_position(std::chrono::nanoseconds took) noexcept;
+  [[nodiscard]] double coasting() noexcept;
+  void begin_powered() noexcept;
   void advance_reset() noexcept;
   [[nodiscard]] bool change_mode(cia402::Mode mode) noexcept;
   void advance_mode() noexcept;
@@ -279,6 +283,8 @@ class SingleAxis {
   std::uint32_t bad_cycles_ = 0;
   std::uint32_t cycles_at_rest_ = 0;  ///< in Power::kResting
   bool exchanged_ = false;            ///< the position is of this cycle
+  double place_ = 0.0;                ///< before it was enabled
+  double coasting_ = 0.0;             ///< with which velocity it moves then
   bool beside_ = false;               ///< after a gap, until it is back where the generator is
   bool fed_ = false;                  ///< set_fed()
   double offset_ = 0.0;

@@ -139,6 +139,8 @@ class DriveCore final : private MachineEvents {
   [[nodiscard]] double external_velocity_rad_s() const noexcept { return motion_.external_velocity_rad_s(); }
   /// The same of the torque (60B2h). \rtsafe
   [[nodiscard]] double external_torque_nm() const noexcept { return motion_.external_torque_nm(); }
+  /// What it demands of its motor, and by what settings. \rtsafe
+  [[nodiscard]] const Motion& motion() const noexcept { return motion_; }
   /// Of the CiA 402 state machine. \rtsafe
   [[nodiscard]] PowerState state() const noexcept { return control_.power().state(); }
   [[nodiscard]] std::uint16_t status() const noexcept;  ///< 6041h

@@ -1,0 +1,369 @@
+// Random sequences of all requests, faults, lost frames and missed periods: what simulated drives demand of their
+// motors obeys the limits of their axes, whatever happens. What drives are told is judged in tests/unit, without
+// drives.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <limits>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "demand_judge.hpp"
+#include "demand_watch.hpp"
+#include "drive_line.hpp"
+#include "driveline/wire/endian.hpp"
+#include "environment.hpp"
+#include "fault_ports.hpp"
+
+namespace driveline::bus_test {
+namespace {
+
+using ecat_master::AxisCommand;
+using ecat_master::AxisRequest;
+using ecat_master::BufferMode;
+using ecat_master::PlcopenState;
+using ecat_master::ProbeTrigger;
+using ecat_master::RequestPhase;
+using ecat_master::cia402::Mode;
+using slaves::msd::Fault;
+using slaves::msd::Input;
+using slaves::msd::MachineInput;
+using slaves::msd::MachineSwitch;
+using slaves::msd::Variant;
+
+constexpr std::size_t kAxes = 3;
+constexpr int kCycles = 8000;  ///< a second
+constexpr nanoseconds kPeriod = microseconds{125};
+constexpr trajectory::AxisLimits kLimits{50.0, 1000.0};
+constexpr std::size_t kCommands = static_cast<std::size_t>(AxisCommand::kDriveMoveVelocity) + 1;
+constexpr double kMostLoad = 0.08;  ///< Nm
+constexpr double kTurn = 6.283185307179586;
+
+/// Jumps about, as no feed should.
+class WildFeed final : public ecat_master::SetpointFeed {
+ public:
+  explicit WildFeed(unsigned seed) : random_(seed) {}
+  [[nodiscard]] std::size_t axis_count() const noexcept override { return at_.size(); }
+  void join(std::size_t axis, const trajectory::AxisSetpoint& from) noexcept override { at_[axis] = from; }
+  void leave(std::size_t) noexcept override {}
+  [[nodiscard]] bool next(double period_s, std::span<trajectory::AxisSetpoint> setpoints) noexcept override {
+    for (std::size_t i = 0; i < setpoints.size(); ++i) {
+      if (random_() % 200 == 0) at_[i].velocity = static_cast<double>(random_() % 121) - 60.0;
+      if (random_() % 500 == 0) at_[i].position += static_cast<double>(random_() % 21) - 10.0;
+      at_[i].position += at_[i].velocity * period_s;
+      setpoints[i] = at_[i];
+    }
+    return random_() % 2000 != 0;
+  }
+
+ private:
+  std::mt19937 random_;
+  std::array<trajectory::AxisSetpoint, 2> at_{};
+};
+
+/// How the line of a sequence is made.
+struct Scene {
+  RunOptions options;
+  std::vector<MachineSwitch> switches;
+  bool interpolates = false;  ///< 60C1h is mapped, instead of 6081h and 6083h
+};
+
+template <typename Integer>
+void set_object(RunOptions& options, std::uint16_t index, std::uint8_t subindex, Integer value) {
+  const auto bytes = wire::to_le_bytes(value);
+  options.startup.push_back({index, subindex, {bytes.begin(), bytes.end()}});
+}
+
+/// All that the requests need, in PDOs of at most 8 bytes each.
+ecat_master::PdoConfiguration pdos(bool interpolates) {
+  ecat_master::PdoConfiguration made{{{0x1600, {{0x6040, 0, 16}, {0x6060, 0, 8}, {0x607A, 0, 32}}},
+                                      {0x1601, {{0x60FF, 0, 32}, {0x60B1, 0, 32}}},
+                                      {0x1602, {{0x6071, 0, 16}, {0x60B2, 0, 16}, {0x60B8, 0, 16}}}},
+                                     {{0x1A00, {{0x6041, 0, 16}, {0x6061, 0, 8}, {0x6064, 0, 32}}},
+                                      {0x1A01, {{0x606C, 0, 32}, {0x60BA, 0, 32}}},
+                                      {0x1A02, {{0x6077, 0, 16}, {0x603F, 0, 16}, {0x60B9, 0, 16}}},
+                                      {0x1A03, {{0x60BB, 0, 32}, {0x60BC, 0, 32}}}}};
+  if (interpolates) {
+    made.outputs.push_back({0x1603, {{0x60C1, 1, 32}}});
+  } else {
+    made.outputs.push_back({0x1603, {{0x6081, 0, 32}, {0x6083, 0, 32}}});
+  }
+  return made;
+}
+
+/// What a drive does by itself is set no harder than its axis may be moved; its slow down ramp is its own.
+Scene make_scene(std::mt19937& random, ecat_master::SetpointFeed& feed) {
+  static constexpr std::array kMethods{24, 33, 34, 35, 37};
+  static constexpr std::array kModes{Mode::kCyclicPosition, Mode::kCyclicPosition, Mode::kCyclicVelocity,
+                                     Mode::kCyclicTorque};
+  const auto increments = [](double value) { return static_cast<std::uint32_t>(value * kDemandIncrements); };
+  Scene scene;
+  auto& options = scene.options;
+  options.single_axes = true;
+  options.samples = false;
+  options.feed = &feed;
+  options.variant = random() % 4 == 0 ? Variant::kServoOne : Variant::kMsd;
+  scene.interpolates = random() % 3 == 0;
+  options.pdos = pdos(scene.interpolates);
+  options.mode = kModes[random() % kModes.size()];
+  set_object(options, 0x6081, 0, increments(20.0));
+  set_object(options, 0x6083, 0, increments(700.0));
+  set_object(options, 0x6084, 0, increments(800.0));
+  set_object(options, 0x6085, 0, increments(kLimits.max_acceleration));
+  set_object(options, 0x6098, 0, static_cast<std::int8_t>(kMethods[random() % kMethods.size()]));
+  set_object(options, 0x6099, 1, increments(4.0 * kTurn));
+  set_object(options, 0x6099, 2, increments(1.0 * kTurn));
+  set_object(options, 0x609A, 0, increments(900.0));
+  set_object<std::uint16_t>(options, 0x2067, 0, 10);  // ISD02: reference switch
+  set_object<std::uint16_t>(options, 0x206A, 0, 15);  // ISD05 and ISD06: touch probes
+  set_object<std::uint16_t>(options, 0x206B, 0, 15);
+  constexpr double kEndless = std::numeric_limits<double>::infinity();
+  scene.switches = {{Input::kIsd05, 2.0, 3.5}, {Input::kIsd06, 2.6, kEndless}, {Input::kIsd02, 1.0, 2.0}};
+  return scene;
+}
+
+/// What the campaign has seen.
+struct Coverage {
+  std::array<std::uint64_t, kCommands> taken{};  ///< requests that were not refused, by command
+  std::array<std::uint64_t, 11> modes{};         ///< cycles of enabled drives, by 6061h
+  std::uint64_t judged = 0;
+};
+
+/// One second of three axes.
+class Sequence {
+ public:
+  Sequence(unsigned seed, Coverage& coverage)
+      : random_(seed),
+        feed_(seed + 1),
+        scene_(make_scene(random_, feed_)),
+        coverage_(coverage),
+        drives_(kAxes, {}, {}, std::nullopt, scene_.options.variant, 0.0, scene_.switches),
+        outwards_(drives_.line(), LossyPort::Way::kOut, [this](auto, auto) { return lost_ > 0 && lost_outwards_; }),
+        port_(outwards_, LossyPort::Way::kBack, [this](auto, auto) { return lost_ > 0; }),
+        operation_(drives_, port_, scene_.options) {
+    for (std::size_t i = 0; i < kAxes; ++i) {
+      watches_.emplace_back(drives_.drive(i), kLimits);
+      load_[i] = number(-kMostLoad, kMostLoad);
+    }
+  }
+
+  /// What is wrong; empty: nothing.
+  [[nodiscard]] std::string execute() {
+    if (const auto done = operation_.to_op(); !done) return sentence(done);
+    for (int i = 0; i < 100; ++i) cycle();
+    for (std::size_t axis = 0; axis < kAxes; ++axis) submit(axis, AxisCommand::kPower);
+    for (int i = 0; i < kCycles; ++i) {
+      if (chance(60)) ask();
+      harm();
+      const bool missed = chance(150);
+      if (missed && !catching()) {
+        miss(1 + static_cast<int>(pick(chance(4) ? 12 : 5)));
+      } else {
+        lost_ = chance(40) ? 1 + static_cast<int>(pick(chance(8) ? 12 : 4)) : std::max(lost_ - 1, 0);
+        lost_outwards_ = chance(2);
+        if (catching()) lost_ = 0;
+        cycle();
+      }
+      for (std::size_t axis = 0; axis < kAxes; ++axis) {
+        const auto& finding = watches_[axis].finding();
+        if (!finding.empty()) return "axis " + std::to_string(axis) + ": " + finding;
+      }
+    }
+    for (const auto& watch : watches_) coverage_.judged += watch.judged();
+    return {};
+  }
+
+ private:
+  [[nodiscard]] std::size_t pick(std::size_t of) { return random_() % of; }
+  [[nodiscard]] bool chance(std::size_t one_in) { return pick(one_in) == 0; }
+  [[nodiscard]] double number(double from, double to) { return std::uniform_real_distribution(from, to)(random_); }
+  [[nodiscard]] ecat_master::SingleAxes& axes() { return operation_.single_axes(); }
+
+  void look() {
+    for (std::size_t i = 0; i < kAxes; ++i) {
+      watches_[i].look(drives_.clock.now());
+      const auto& drive = drives_.drive(i);
+      const auto mode = drive.dictionary().get(slaves::msd::kValue.mode_display);
+      if (drive.power_on() && mode >= 0 && mode < 11) ++coverage_.modes[static_cast<std::size_t>(mode)];
+    }
+  }
+  void cycle() {
+    operation_.cycle();
+    // To the same place within the period, in which no control step of the drives and no frame is due.
+    const auto place = drives_.clock.now() / kPeriod * kPeriod + microseconds{110};
+    drives_.leave_alone(std::max(place - drives_.clock.now(), nanoseconds{0}));
+    look();
+    ++now_;
+    note_taken();
+    load();
+    for (std::size_t i = 0; i < kAxes; ++i) {
+      if (blocked_[i] == 0 || --blocked_[i] > 0) continue;
+      drives_.drive(i).set_machine_input(MachineInput::kAxisBlocked, 0.0);
+    }
+  }
+  void miss(int periods) {
+    for (int i = 0; i < periods; ++i) {
+      drives_.leave_alone(kPeriod);
+      look();
+    }
+    drives_.leave_alone(microseconds{15});
+    cycle();
+  }
+
+  /// An axis that coasts is being switched on, or was just now: frames are not lost then. A drive that has heard of its
+  /// motion once takes it over from too little.
+  [[nodiscard]] bool catching() {
+    constexpr int kHeard = 8;  // cycles
+    for (std::size_t i = 0; i < kAxes; ++i) {
+      const auto& drive = drives_.drive(i);
+      const bool off = drive.motion().command() == slaves::MotionCommand::kOff;
+      if (off && std::abs(drive.velocity_rad_s()) > 0.05) caught_ = now_ + kHeard;
+    }
+    return now_ < caught_;
+  }
+
+  /// A weight that the drive takes over from a brake, and leaves to it.
+  void load() {
+    constexpr double kStep = kMostLoad / 400;
+    for (std::size_t i = 0; i < kAxes; ++i) {
+      auto& drive = drives_.drive(i);
+      const bool carries = drive.motion().command() != slaves::MotionCommand::kOff;
+      carried_[i] = carries ? carried_[i] + std::clamp(load_[i] - carried_[i], -kStep, kStep) : 0.0;
+      drive.set_machine_input(MachineInput::kLoad, carried_[i]);
+    }
+  }
+
+  /// What may happen to a drive.
+  void harm() {
+    static constexpr std::array kFaults{Fault::kFollowingError, Fault::kMotorTemperature, Fault::kOvercurrent,
+                                        Fault::kPositiveLimitSwitch, Fault::kAmplifierTemperature};
+    if (!chance(1200)) return;
+    const auto axis = pick(kAxes);
+    auto& drive = drives_.drive(axis);
+    if (chance(3)) {
+      // Until it is free again, and has come to where it is told to be.
+      blocked_[axis] = 1 + static_cast<int>(pick(400));
+      drive.set_machine_input(MachineInput::kAxisBlocked, 1.0);
+      watches_[axis].disturb(drives_.clock.now() + blocked_[axis] * kPeriod + milliseconds{400});
+      return;
+    }
+    drive.raise(kFaults[pick(kFaults.size())]);
+  }
+
+  std::uint64_t submit(std::size_t axis, AxisCommand command) {
+    AxisRequest request;
+    request.command = command;
+    return axes().submit(axis, request);
+  }
+
+  /// Requests that begin at a standstill are rare among all, and so are axes that stand.
+  [[nodiscard]] AxisCommand any_command(PlcopenState state) {
+    static constexpr std::array kAtRest{AxisCommand::kHome, AxisCommand::kHomeByProbe, AxisCommand::kDriveMoveAbsolute,
+                                        AxisCommand::kDriveMoveRelative, AxisCommand::kDriveMoveVelocity};
+    if (state == PlcopenState::kStandstill && chance(2)) return kAtRest[pick(kAtRest.size())];
+    return static_cast<AxisCommand>(pick(kCommands));
+  }
+
+  void ask() {
+    const auto axis = pick(kAxes);
+    AxisRequest request;
+    request.command = any_command(axes().axis_report(axis).state);
+    request.buffer = static_cast<BufferMode>(pick(6));
+    request.on = !chance(4);
+    request.target = number(-30.0, 30.0);
+    if (request.command == AxisCommand::kSetOverride) request.target = number(-0.1, 2.1);
+    // With its load it accelerates no harder than it may.
+    if (request.command == AxisCommand::kTorque) request.target = number(-0.15, 0.15);
+    request.mode = static_cast<std::int8_t>(7 + pick(4));
+    request.trigger = std::array{ProbeTrigger::kFirstRising, ProbeTrigger::kFirstFalling, ProbeTrigger::kSecondRising,
+                                 ProbeTrigger::kZeroPulse}[pick(4)];
+    request.distance = number(-8.0, 8.0);
+    const bool by_drive = request.command >= AxisCommand::kDriveMoveAbsolute;
+    if (chance(2)) request.velocity = number(0.01, 50.0);
+    if (chance(3)) request.acceleration = number(50.0, 1000.0);
+    if (!by_drive && chance(3)) request.deceleration = number(50.0, 1000.0);
+    if (!by_drive && chance(3)) request.jerk = std::exp(number(8.0, 14.0));
+    if (by_drive && scene_.interpolates) request.velocity = request.acceleration = 0.0;
+    asked_ = {axes().submit(axis, request), now_, request.command};
+    keep_going();
+  }
+
+  /// A campaign whose axes are off has nothing to judge.
+  void keep_going() {
+    const auto axis = pick(kAxes);
+    const auto state = axes().axis_report(axis).state;
+    if (state == PlcopenState::kErrorStop) submit(axis, AxisCommand::kReset);
+    if (state == PlcopenState::kDisabled) submit(axis, AxisCommand::kPower);
+    if (state == PlcopenState::kStopping && chance(3)) submit(axis, AxisCommand::kReleaseStop);
+  }
+  void note_taken() {
+    if (asked_.id == 0 || now_ < asked_.cycle + 3) return;
+    const auto phase = axes().report(asked_.id).phase;
+    if (phase != RequestPhase::kError && phase != RequestPhase::kUnknown)
+      ++coverage_.taken[static_cast<std::size_t>(asked_.command)];
+    asked_.id = 0;
+  }
+
+  struct Asked {
+    std::uint64_t id = 0;
+    std::int64_t cycle = 0;
+    AxisCommand command{};
+  };
+
+  std::mt19937 random_;
+  WildFeed feed_;
+  Scene scene_;
+  Coverage& coverage_;
+  DriveLine drives_;
+  LossyPort outwards_;
+  LossyPort port_;
+  LineOperation operation_;
+  std::vector<DemandWatch> watches_;
+  std::array<double, kAxes> load_{};     ///< Nm
+  std::array<double, kAxes> carried_{};  ///< of it, now
+  std::array<int, kAxes> blocked_{};
+  Asked asked_{};
+  std::int64_t now_ = 0;
+  std::int64_t caught_ = 0;
+  int lost_ = 0;
+  bool lost_outwards_ = false;
+};
+
+/// A line for those who wait, where it takes long.
+void tell_progress(unsigned done, unsigned runs) {
+  constexpr unsigned kMany = 2000;
+  if (runs < kMany || done % (runs / 20) != 0) return;
+  std::fprintf(stderr, "%u of %u sequences\n", done, runs);
+}
+
+/// Sequences in which all requests are seen.
+constexpr unsigned kCovering = 60;
+
+TEST(DemandCampaign, DrivesDemandNoMoreThanTheirAxesMay) {
+  const auto runs = environment("DRIVELINE_CAMPAIGN_RUNS", kCovering);
+  const auto first = environment("DRIVELINE_CAMPAIGN_SEED", 1);
+  constexpr int kEnough = 20;  // that are told
+  Coverage coverage;
+  int failed = 0;
+  for (unsigned seed = first; seed < first + runs && failed < kEnough; ++seed) {
+    Sequence sequence(seed, coverage);
+    const auto finding = sequence.execute();
+    EXPECT_EQ(finding, "") << "seed " << seed;
+    if (!finding.empty()) ++failed;
+    tell_progress(seed - first + 1, runs);
+  }
+  if (runs < kCovering || failed > 0) return;
+  for (std::size_t i = 0; i < kCommands; ++i)
+    EXPECT_GT(coverage.taken[i], 0U) << to_text(static_cast<AxisCommand>(i)) << ": always refused";
+  for (const auto mode : {1U, 3U, 6U, 7U, 8U, 9U, 10U}) EXPECT_GT(coverage.modes[mode], 0U) << "mode " << mode;
+  EXPECT_GT(coverage.judged, std::uint64_t{runs} * kCycles) << "the axes hardly moved: nothing was judged";
+}
+
+}  // namespace
+}  // namespace driveline::bus_test
