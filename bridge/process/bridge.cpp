@@ -33,6 +33,7 @@ DdsConfig config_of(const snapshot::FeedDescription& description) {
   config.domain_id = description.domain;
   config.line_name = description.line.view();
   config.decimation = description.decimation;
+  config.ros2 = description.ros2 != 0;
   config.virtual_time = description.virtual_time != 0;
   config.cycle_period = std::chrono::nanoseconds{std::max<std::int64_t>(description.period_ns, 0)};
   config.interfaces.clear();

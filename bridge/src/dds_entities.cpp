@@ -15,6 +15,8 @@
 #include <mutex>
 
 #include "drivelinePubSubTypes.h"
+#include "joint_states.hpp"
+#include "ros2PubSubTypes.h"
 
 namespace driveline::bridge {
 namespace {
@@ -30,6 +32,7 @@ constexpr const char* kDiscoveryMulticast = "239.255.0.1";  // RTPS 2.2, 9.6.1.4
 constexpr std::uint32_t kParticipantsPerPeer = 16;          // participants of one machine found without multicast
 constexpr std::int32_t kAxisHistory = 16;                   // samples kept per axis
 constexpr std::int32_t kBatchHistory = 4;                   // batches
+constexpr std::int32_t kJointHistory = 10;                  // messages
 constexpr std::int32_t kEventHistory = 64;                  // as the IDL says
 constexpr std::uint32_t kSharedMemorySegment = 256 * 1024;  // bytes
 const Duration_t kFarewell{0, 300'000'000};                 // how long the last status may take to arrive
@@ -144,6 +147,20 @@ dds::DataWriterQos event_writer_qos() {
   return qos;
 }
 
+/// As writers of ROS 2 are by default: its readers are reliable, and do not match one that is not.
+dds::DataWriterQos joint_writer_qos() {
+  dds::DataWriterQos qos;
+  qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
+  qos.durability().kind = dds::VOLATILE_DURABILITY_QOS;
+  qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
+  qos.history().depth = kJointHistory;
+  qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+  qos.data_sharing().off();
+  const std::string hash{kJointStateTypeHash};
+  qos.user_data().setValue({hash.begin(), hash.end()});
+  return qos;
+}
+
 dds::DataWriter* create_writer(dds::DomainParticipant& participant, dds::Publisher& publisher,
                                const dds::TypeSupport& type, const std::string& topic_name,
                                const dds::DataWriterQos& qos) {
@@ -213,6 +230,14 @@ tl::expected<void, DdsError> DdsEntities::create_writers(const DdsConfig& config
       return tl::unexpected(DdsNoWriter{config.event_topic});
     }
   }
+  if (config.ros2) {
+    joint_writer_ =
+        create_writer(*participant_, *publisher, dds::TypeSupport{new sensor_msgs::msg::dds_::JointState_PubSubType},
+                      kJointStatesTopic, joint_writer_qos());
+    if (joint_writer_ == nullptr) {
+      return tl::unexpected(DdsNoWriter{kJointStatesTopic});
+    }
+  }
   return {};
 }
 
@@ -230,6 +255,10 @@ bool DdsEntities::write_batch(void* message) {
 
 bool DdsEntities::write_event(void* message) {
   return event_writer_ != nullptr && event_writer_->write(message);
+}
+
+bool DdsEntities::write_joints(void* message) {
+  return joint_writer_ != nullptr && joint_writer_->write(message);
 }
 
 bool DdsEntities::batch_has_readers() const {

@@ -26,7 +26,8 @@ class DdsEntities {
         axis_writer_(other.axis_writer_),
         status_writer_(other.status_writer_),
         batch_writer_(other.batch_writer_),
-        event_writer_(other.event_writer_) {}
+        event_writer_(other.event_writer_),
+        joint_writer_(other.joint_writer_) {}
   DdsEntities& operator=(DdsEntities&&) = delete;
 
   /// All return false when DDS refuses the sample.
@@ -34,6 +35,7 @@ class DdsEntities {
   bool write_status(void* message);
   bool write_batch(void* message);
   bool write_event(void* message);
+  bool write_joints(void* message);
 
   /// Somebody reads batches.
   [[nodiscard]] bool batch_has_readers() const;
@@ -51,6 +53,7 @@ class DdsEntities {
   eprosima::fastdds::dds::DataWriter* status_writer_ = nullptr;
   eprosima::fastdds::dds::DataWriter* batch_writer_ = nullptr;  ///< null: there is no such topic
   eprosima::fastdds::dds::DataWriter* event_writer_ = nullptr;  ///< null: there is no such topic
+  eprosima::fastdds::dds::DataWriter* joint_writer_ = nullptr;  ///< null: there is no such topic
 };
 
 }  // namespace driveline::bridge

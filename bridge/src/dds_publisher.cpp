@@ -12,6 +12,7 @@
 #include "config_check.hpp"
 #include "dds_entities.hpp"
 #include "idl_types.hpp"
+#include "joint_states.hpp"
 
 namespace driveline::bridge {
 namespace {
@@ -35,8 +36,9 @@ std::int64_t wall_offset_ns() {
 }  // namespace
 
 struct DdsPublisher::State {
-  State(DdsConfig from, DdsEntities made) : config(std::move(from)), entities(std::move(made)), batcher(config) {
-    batcher.set_wall_offset(wall_offset_ns());
+  State(DdsConfig from, DdsEntities made)
+      : config(std::move(from)), entities(std::move(made)), batcher(config), joints(config) {
+    set_wall_offset(wall_offset_ns());
     for (std::size_t i = 0; i < config.axes.size(); ++i) {
       axis_messages.push_back(axis_message(static_cast<std::uint16_t>(i), config.axes[i]));
     }
@@ -44,6 +46,10 @@ struct DdsPublisher::State {
     status_message.axes(static_cast<std::uint16_t>(config.axes.size()));
   }
 
+  void set_wall_offset(std::int64_t offset_ns) {
+    batcher.set_wall_offset(offset_ns);
+    joints.set_wall_offset(offset_ns);
+  }
   void publish_status(const snapshot::DrainCounters& counters);
   void count_drops(const snapshot::DrainCounters& counters) {
     dropped.store(counters.lines_dropped + counters.axes_dropped + refused, std::memory_order_relaxed);
@@ -54,6 +60,7 @@ struct DdsPublisher::State {
   // Used by the drain thread only.
   std::vector<telemetry::AxisTelemetry> axis_messages;
   AxisBatcher batcher;
+  JointStates joints;
   bool batches_wanted = false;
   telemetry::LineStatus status_message;
   SteadyTime next_status = SteadyTime::min();
@@ -122,9 +129,12 @@ void DdsPublisher::lines(std::span<const snapshot::LineSample> samples) {
 void DdsPublisher::axes(std::span<const snapshot::AxisSample> samples) {
   std::uint64_t written = 0;
   if (state_->config.virtual_time && !samples.empty()) {
-    state_->batcher.set_wall_offset(now_ns(CLOCK_REALTIME) - samples.back().time_ns);
+    state_->set_wall_offset(now_ns(CLOCK_REALTIME) - samples.back().time_ns);
   }
   for (const snapshot::AxisSample& sample : samples) {
+    if (auto* joints = state_->config.ros2 ? state_->joints.add(sample) : nullptr) {
+      state_->entities.write_joints(joints);
+    }
     if (state_->batches_wanted && sample.axis < state_->axis_messages.size()) {
       if (auto* batch = state_->batcher.add(sample)) {
         state_->entities.write_batch(batch);
@@ -154,7 +164,7 @@ void DdsPublisher::pass_done(const snapshot::DrainCounters& counters) {
   state_->count_drops(counters);
   state_->batches_wanted = state_->entities.batch_has_readers();
   if (!state_->config.virtual_time) {
-    state_->batcher.set_wall_offset(wall_offset_ns());
+    state_->set_wall_offset(wall_offset_ns());
   }
   if (urgent || now >= state_->next_status) {
     state_->next_status = now + state_->config.status_period;

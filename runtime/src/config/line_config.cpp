@@ -382,6 +382,7 @@ void read_telemetry(TomlReader reader, LineConfig& config) {
   telemetry.domain = static_cast<std::uint32_t>(reader.integer_or("domain", 0, 0, 232));
   telemetry.decimation = static_cast<std::uint32_t>(reader.integer_or("decimation", 8, 1, 1000000));
   telemetry.interfaces = reader.texts_or("interfaces", telemetry.interfaces);
+  telemetry.ros2 = reader.boolean_or("ros2", false);
   reader.finish();
 }
 

@@ -33,6 +33,7 @@ Result<snapshot::FeedDescription> describe_for_feed(const LineConfig& config) {
   description.line.set(config.name);
   description.domain = telemetry.domain;
   description.decimation = telemetry.decimation;
+  description.ros2 = telemetry.ros2 ? 1 : 0;
   description.realtime_cpu = config.realtime.cpu.value_or(-1);
   description.period_ns = config.period.count();
   for (const auto& interface : telemetry.interfaces) {

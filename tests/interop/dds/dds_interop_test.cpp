@@ -78,6 +78,7 @@ DdsConfig line_config(std::uint32_t domain) {
   }
   config.axes[7].kind = AxisKind::kLinear;
   config.status_period = 20ms;
+  config.ros2 = true;
   config.cycle_period = std::chrono::nanoseconds{kCycleNs};
   return config;
 }
@@ -288,6 +289,32 @@ TEST(DdsInterop, CycloneReadsBatchesOfEveryCycleAndEvents) {
                                     {"text", "slave 3 (z): back in OP"}}));
   EXPECT_EQ(got["events"][1]["severity"], "FAILURE");
   EXPECT_EQ(got["events"][1]["text"], std::string(511, 'x'));
+}
+
+TEST(DdsInterop, CycloneReadsJointStatesAsARos2NodeDoes) {
+  const std::uint32_t domain = test_domain();
+  const SyntheticLine line{domain};
+  const ProcessResult subscriber = run("timeout -k 5 80 " CYCLONE_JOINTS " " + std::to_string(domain) + " 5 60");
+  ASSERT_EQ(subscriber.exit_status, 0) << subscriber.output;
+  const json got = json::parse(subscriber.output);
+  EXPECT_EQ(got["user_data"], "typehash=RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e;");
+  EXPECT_EQ(got["frame_id"], "");
+  EXPECT_LT(got["nanosec"], 1'000'000'000);
+  ASSERT_EQ(got["name"].size(), kAxes);
+  // Positions tell which cycle this was: those of all axes fit to one that is a multiple of 80.
+  bool found = false;
+  for (std::uint64_t cycle = 0; cycle < 800 && !found; cycle += 80) {
+    found = true;
+    for (std::uint16_t axis = 0; axis < kAxes; ++axis) {
+      const AxisSample sent = moving_axis(cycle, axis);
+      EXPECT_EQ(got["name"][axis], "axis" + std::to_string(axis));
+      EXPECT_EQ(got["effort"][axis], sent.actual_torque);
+      // The sine of a later turn differs in its last bits.
+      found = found && std::abs(got["position"][axis].get<double>() - sent.actual_position) < 1e-6 &&
+              std::abs(got["velocity"][axis].get<double>() - sent.actual_velocity) < 1e-3;
+    }
+  }
+  EXPECT_TRUE(found) << subscriber.output;
 }
 
 TEST(DdsInterop, LateCycloneSubscriberGetsTheLastStatusOfASilentLine) {

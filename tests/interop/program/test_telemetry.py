@@ -4,7 +4,7 @@ import signal
 import time
 import unittest
 
-from program import AXES, CYCLONE_BATCHES, CYCLONE_SUBSCRIBER, PATIENCE_S, ProgramTest, WireTest, again_when_disturbed
+from program import AXES, CYCLONE_BATCHES, CYCLONE_JOINTS, CYCLONE_SUBSCRIBER, PATIENCE_S, ProgramTest, WireTest, again_when_disturbed
 
 
 class Telemetry(ProgramTest):
@@ -64,6 +64,24 @@ class Telemetry(ProgramTest):
         self.assertIn("all in OP", sentences)
         self.assertEqual(sentences["all in OP"]["severity"], "PROGRESS")
         self.assertLess(abs(now_ns - sentences["all in OP"]["wall_time_ns"]), PATIENCE_S * 1e9)
+
+    def test_joint_states_are_as_a_ros_2_node_wants_them(self):
+        domain = 90 + os.getpid() % 10
+        config = self.write_gentle_line(cycle_us=1000, telemetry=f"domain = {domain}\nros2 = true")
+        run = self.start("run", "--config", config, "--json", "--no-plots", log="run.log")
+        self.wait_for("following the path", lambda: "following the path" in self.text("run.log"), run)
+        received = self.run_program(domain, 30, PATIENCE_S // 2, program=CYCLONE_JOINTS)
+        now = time.time()
+        run.send_signal(signal.SIGTERM)
+        self.assertEqual(run.wait(PATIENCE_S), 0, self.logs())
+        self.assertEqual(received.returncode, 0, received.stdout + received.stderr + self.logs())
+        document = self.one_document(received.stdout)
+        self.assertEqual(document["name"], AXES)
+        self.assertLess(abs(document["sec"] - now), 30)
+        low, high = self.GENTLE_RANGE_RAD
+        for position in document["position"]:
+            self.assertTrue(low - 0.1 <= position <= high + 0.1, document)
+        self.assertTrue(document["user_data"].startswith("typehash=RIHS01_a13ee3a3"), document)
 
     def test_cyclone_dds_learns_how_the_clocks_are(self):
         domain = 80 + os.getpid() % 10

@@ -44,6 +44,7 @@ TEST(LineConfig, OneNamedSlaveIsEnough) {
   EXPECT_FALSE(config.path);
   EXPECT_TRUE(config.telemetry.enabled);
   EXPECT_EQ(config.telemetry.domain, 0U);
+  EXPECT_FALSE(config.telemetry.ros2);
   EXPECT_EQ(config.telemetry.decimation, 8U);
   EXPECT_THAT(config.telemetry.interfaces, testing::ElementsAre("127.0.0.1"));
   EXPECT_EQ(config.output.directory, "out");
@@ -110,6 +111,7 @@ enabled = false
 domain = 17
 decimation = 1
 interfaces = []
+ros2 = true
 [output]
 directory = "results"
 plots = false
@@ -163,6 +165,7 @@ velocity_gain = 4000
   EXPECT_EQ(config.telemetry.domain, 17U);
   EXPECT_EQ(config.telemetry.decimation, 1U);
   EXPECT_TRUE(config.telemetry.interfaces.empty());
+  EXPECT_TRUE(config.telemetry.ros2);
   EXPECT_EQ(config.output.directory, "results") << "relative to the working directory";
   EXPECT_FALSE(config.output.plots);
   EXPECT_EQ(config.output.capture, "c.pcapng");

@@ -84,6 +84,7 @@ TEST(LineFeed, DescribesTheLine) {
   config.axes[1].kind = trajectory::AxisKind::kLinear;
   config.telemetry.domain = 9;
   config.telemetry.decimation = 3;
+  config.telemetry.ros2 = true;
   config.telemetry.interfaces = {"127.0.0.1", "192.168.1.10"};
   config.realtime.cpu = 1;
   const auto description = describe_for_feed(config);
@@ -95,6 +96,7 @@ TEST(LineFeed, DescribesTheLine) {
   EXPECT_EQ(description->axis[1].linear, 1U);
   EXPECT_EQ(description->domain, 9U);
   EXPECT_EQ(description->decimation, 3U);
+  EXPECT_EQ(description->ros2, 1U);
   EXPECT_EQ(description->interfaces, 2U);
   EXPECT_EQ(description->interface[1].view(), "192.168.1.10");
   EXPECT_EQ(description->realtime_cpu, 1);

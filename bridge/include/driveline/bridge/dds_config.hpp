@@ -34,6 +34,8 @@ struct DdsConfig {
   /// Name of the DDS topic of batches: all axes in every cycle. Empty: none.
   std::string batch_topic = "driveline/v1/axis_batch";
   std::string event_topic = "driveline/v1/event";  ///< name of the DDS topic of events; empty: none
+  /// Also publishes the ROS 2 topic `joint_states`: sensor_msgs/msg/JointState, a hundred times in a second.
+  bool ros2 = false;
   /// Of the line; a batch has as many cycles as batch_period holds, up to 64, and up to 512 samples. 0: not known, a
   /// batch has one cycle.
   std::chrono::nanoseconds cycle_period{0};

@@ -92,6 +92,7 @@ struct TelemetryConfig {
   std::uint32_t domain = 0;                             ///< DDS domain, 0 to 232
   std::uint32_t decimation = 8;                         ///< axis samples of every n-th cycle are sent
   std::vector<std::string> interfaces = {"127.0.0.1"};  ///< IPv4 addresses DDS uses; empty: all
+  bool ros2 = false;                                    ///< also the ROS 2 topic joint_states
 };
 
 /// [output] of a line description.

@@ -59,6 +59,8 @@ struct FeedDescription {
   std::uint32_t interfaces = 0;                            ///< how many addresses; 0: every interface
   std::int32_t realtime_cpu = -1;                          ///< CPU of the cycle, which others leave alone; -1: none
   std::uint32_t virtual_time = 0;                          ///< not 0: its time is not that of the machine
+  std::uint32_t ros2 = 0;                                  ///< not 0: joint states of ROS 2, too
+  std::uint32_t reserved = 0;                              ///< 0
   std::int64_t period_ns = 0;                              ///< of the cycle
   std::array<FeedText<47>, kMaxFeedInterfaces> interface;  ///< IPv4 addresses
   std::array<FeedAxis, kMaxFeedAxes> axis;                 ///< by index
