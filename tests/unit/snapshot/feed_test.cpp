@@ -219,6 +219,9 @@ TEST(Feed, PartsThatDoNotFitAreLeftOut) {
   std::array<std::uint64_t, 2> record{};
   ASSERT_TRUE(reader.take(record));
   EXPECT_THAT(record, testing::ElementsAre(1, 2));
+  // The third takes the place of the first; behind that lies the number of the second.
+  writer.begin();
+  writer.write(16, std::uint64_t{8});
   ASSERT_TRUE(reader.take(record));
   EXPECT_THAT(record, testing::ElementsAre(6, 7)) << "the record behind is not touched";
   EXPECT_FALSE(reader.take(std::span{record}.first(1)));
