@@ -104,7 +104,15 @@ double ServoController::step(const ControllerSetpoint& setpoint) noexcept {
     torque_nm_ = limit_torque(feed_forward_nm);
     return torque_nm_;
   }
-  if (loop_ != setpoint.loop) take_over(velocity, could_follow);
+  if (loop_ != setpoint.loop) {
+    // Without any torque before, as when the motor is switched on, the filter of the feed-forward is all that smooths
+    // its begin: the first setpoints may leap, as those of new units do.
+    const bool from_nothing = loop_ == Loop::kTorque && !(std::abs(torque_nm_) > 0.0);
+    take_over(velocity, could_follow);
+    if (from_nothing && setpoint.loop == Loop::kPosition) {
+      filtered_feed_forward_rad_s_ = velocity + std::exchange(taken_over_rad_s_, 0.0);
+    }
+  }
   const double taken_over = taken_over_rad_s_;
   double velocity_setpoint = velocity + taken_over;
   taken_over_rad_s_ -= taken_over_rad_s_ * step_s_ / kSetpointTakeOverS;
