@@ -53,7 +53,7 @@ class TwoProcesses(WireTest):
         self.assertNotIn(cpu, others)
         master = self.start_master(config, "--no-telemetry")
         self.assertEqual(self.allowed_cpus(master)["driveline-rt"], {cpu})
-        self.assertRegex(self.text("master.log"), "(?m)^  neighbours +ok +none$")
+        self.assertNotIn("neighbours", self.text("master.log"), "what costs nothing is not told")
         self.end(master, signal.SIGTERM)
         self.end_line(line)
 
