@@ -365,5 +365,15 @@ TEST(DemandCampaign, DrivesDemandNoMoreThanTheirAxesMay) {
   EXPECT_GT(coverage.judged, std::uint64_t{runs} * kCycles) << "the axes hardly moved: nothing was judged";
 }
 
+/// Frames lost while an axis returned to its setpoints behind a change of its mode, a master away when a drive was to
+/// be told to change, and drives that had made up for missing setpoints.
+TEST(DemandCampaign, WhatWasOnceBeyondTheLimitsIsNotAnyMore) {
+  Coverage coverage;
+  for (const unsigned seed : {1731U, 2452U, 3224U, 3433U, 6446U}) {
+    Sequence sequence(seed, coverage);
+    EXPECT_EQ(sequence.execute(), "") << "seed " << seed;
+  }
+}
+
 }  // namespace
 }  // namespace driveline::bus_test

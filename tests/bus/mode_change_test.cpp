@@ -205,6 +205,28 @@ TEST(ModeChange, TakenBackInTheCycleInWhichTheDriveMakesItIsWithinTheLimits) {
   }
 }
 
+/// The drive would begin with a position that was only expected, and then be told another one.
+TEST(ModeChange, WithAMasterThatIsAwayWhenItIsToldIsWithinTheLimits) {
+  constexpr int kTold = 8;
+  for (int moment = kTold - 3; moment < kTold + 4; ++moment) {
+    SCOPED_TRACE(testing::Message() << moment << " cycles");
+    auto options = ModeLine::fast_path();
+    options.mode = Mode::kCyclicVelocity;
+    options.amplitude_rad = 5.0;
+    ModeLine line(options);
+    line.load(0.2);
+    line.cycles(3700);
+    for (auto& judge : line.judges) judge.forget();
+    line.cycles(20);
+    EXPECT_TRUE(line.axis().set_mode(Mode::kCyclicPosition));
+    line.cycles(moment);
+    line.stall(7);
+    line.change(Mode::kCyclicPosition, 400);
+    line.cycles(400);
+    line.expect_obedience();
+  }
+}
+
 /// Changes in any order, at any time, also before the one before is over, under a load that nobody knows.
 void random_changes(unsigned seed) {
   constexpr std::array kModes{Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque};

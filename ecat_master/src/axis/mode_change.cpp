@@ -90,6 +90,8 @@ void ModeChange::skip(std::int64_t periods) noexcept {
   observed_.position += time * (observed_.velocity + 0.5 * time * observed_.acceleration);
   observed_.velocity += time * observed_.acceleration;
   led_.position += time * led_.velocity;
+  // What was told last has not been sent: its drive would begin with a place that nobody has seen.
+  if (pending() && preparing_ == 0 && shown_ == 0 && !(told_s_ > 0.0)) preparing_ = kCyclesUnsettled;
 }
 
 void ModeChange::look(const Measured& measured, Mode wanted) noexcept {
@@ -230,7 +232,7 @@ void ModeChange::follow(const Measured& measured, const Wanted& wanted) noexcept
   if (!led(measured)) place(measured.shown == Mode::kCyclicPosition, demand);
   velocity_ = demand;
   if (preparing_ > 0) {
-    --preparing_;
+    if (preparing_ > 1 || measured.fresh) --preparing_;
     const double most = kSettledShare * settings_.limits.max_acceleration;
     const bool settled = std::abs(lag_) <= kSettledS * most && measured.fresh &&
                          std::abs(wanted.acceleration - observed_.acceleration) <= most;

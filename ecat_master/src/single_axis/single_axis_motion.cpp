@@ -285,7 +285,10 @@ void SingleAxis::advance_motion(const AxisSetpoint* fed) noexcept {
   if (torque_ == Torque::kEntering) enter_torque();
   if (torque_ == Torque::kLed) return advance_torque();
   if (!supply_.reached()) return bridge();
-  if (beside_ && !way_back_) way_back_.emplace(supply_.sent(), supply_.sent_velocity(), axis_->config().limits);
+  if (beside_ && !way_back_) {
+    const trajectory::AxisLimits limits{axis_->config().limits.max_velocity, most_acceleration()};
+    way_back_.emplace(supply_.sent(), supply_.sent_velocity(), limits);
+  }
   if (follows()) return follow(fed);
   const auto target = generator_.advance(period_s_);
   if (beside_) {

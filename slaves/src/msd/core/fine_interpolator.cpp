@@ -80,8 +80,8 @@ void FineInterpolator::take_sample(double sample) noexcept {
 
 void FineInterpolator::push(double sample, double velocity) noexcept {
   const bool late = made_up_ > 0 || elapsed_ > steps_;
-  // The sample after a late one seems early when it comes in time.
-  const bool off_time = late || (late_ && elapsed_ < steps_);
+  // The sample after a late one seems early when it comes in time, and has one before it that was made up.
+  const bool off_time = late || late_;
   late_ = late;
   take_sample(sample);
   elapsed_ = 0;
@@ -97,7 +97,10 @@ bool FineInterpolator::leaps() const noexcept {
   const bool ends_at_newest = method_ == Method::kLinear || method_ == Method::kExternal;
   const double end = ends_at_newest ? samples_[0] : samples_[1];
   if (std::abs((end - output_.position) / period_s() - output_.velocity) > most) return true;
-  return !ends_at_newest && std::abs(samples_[0] - 2.0 * samples_[1] + samples_[2]) / period_s() > most;
+  if (ends_at_newest) return false;
+  const double slope = (samples_[0] - samples_[2]) / (2.0 * period_s());
+  if (std::abs(slope - output_.velocity) > most) return true;
+  return std::abs(samples_[0] - 2.0 * samples_[1] + samples_[2]) / period_s() > most;
 }
 
 /// The curve restarts at the samples, and the output approaches it.

@@ -209,6 +209,41 @@ TEST(FineInterpolator, PursuesACurveThatItCouldMeetOnlyByALeap) {
   }
 }
 
+/// Behind a gap the path goes on otherwise than the samples that were made up: the axis that was missing samples has
+/// slowed down meanwhile, as its master knows, stands elsewhere by a little, and accelerates at once.
+TEST(FineInterpolator, GoesOverFromSamplesThatWereMadeUpWithoutAKink) {
+  constexpr double kRate = 1000.0;
+  constexpr int kBridged = 8;
+  constexpr int kGapBegins = 20;
+  constexpr double kMost = 1.25 * kRate;
+  for (const auto method : kSmooth) {
+    for (int gap = 1; gap < 24; ++gap) {
+      for (int beside = -20; beside <= 20; ++beside) {
+        SCOPED_TRACE(testing::Message() << "gap of " << gap << ", beside by " << beside);
+        auto f = make_interpolator(method);
+        f.set_limits(kBridged, kRate, 200.0);
+        double speed = 20.0;
+        f.reset(0.0, speed);
+        double sample = 0.0;
+        std::array<double, 60> output{};
+        for (int k = 0; k < 60; ++k, run(f)) {
+          if (k >= kGapBegins + kBridged && k < kGapBegins + gap) speed -= kRate * kPeriod;
+          if (k >= kGapBegins + gap) speed -= 0.9 * kRate * kPeriod;
+          sample += speed * kPeriod;
+          if (k < kGapBegins) f.push(sample);
+          if (k >= kGapBegins + gap) f.push(sample + 2e-5 * beside);
+          output[static_cast<std::size_t>(k)] = f.value();
+        }
+        // Of two periods each, from where the samples have led the output.
+        for (std::size_t k = 14; k < output.size(); ++k) {
+          const double change = output[k] - 2.0 * output[k - 2] + output[k - 4];
+          ASSERT_LE(std::abs(change), kMost * 4.0 * kPeriod * kPeriod) << "sample " << k;
+        }
+      }
+    }
+  }
+}
+
 TEST(FineInterpolator, EarlyAndLateSamplesCauseNoJump) {
   for (const auto method : kSmooth) {
     auto f = make_interpolator(method);
