@@ -107,7 +107,7 @@ void TelemetryService::finish(const snapshot::DrainCounters& counters) {
   hand_over(counters);
 }
 
-void TelemetryService::tell(Severity severity, std::string sentence) {
+void TelemetryService::tell(Severity severity, std::string_view sentence) {
   snapshot::FeedEvent event;
   event.wall_time_ns =
       std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();

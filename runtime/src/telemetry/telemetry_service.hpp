@@ -5,6 +5,7 @@
 #include <memory>
 #include <mutex>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "driveline/runtime/config/line_config.hpp"
@@ -34,7 +35,7 @@ class TelemetryService final : public snapshot::SampleConsumer {
   /// What has happened since the last call. Any thread.
   [[nodiscard]] std::vector<EventFacts> poll();
   /// Something has happened to the line: `severity` of it, and its sentence. Any thread but the real-time one.
-  void tell(Severity severity, std::string sentence);
+  void tell(Severity severity, std::string_view sentence);
   /// So far. Any thread.
   [[nodiscard]] TelemetryReport report() const;
 
