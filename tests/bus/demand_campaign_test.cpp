@@ -189,7 +189,7 @@ class Sequence {
     for (std::size_t i = 0; i < kAxes; ++i) {
       watches_[i].look(drives_.clock.now());
       const auto& drive = drives_.drive(i);
-      const auto mode = drive.dictionary().get(slaves::msd::kValue.mode_display);
+      const int mode = drive.dictionary().get(slaves::msd::kValue.mode_display);
       if (drive.power_on() && mode >= 0 && mode < 11) ++coverage_.modes[static_cast<std::size_t>(mode)];
     }
   }
