@@ -14,7 +14,6 @@ namespace driveline::bridge {
 namespace {
 
 using namespace std::chrono_literals;
-using sensor_msgs::msg::dds_::JointState_;
 using Bytes = std::vector<std::uint8_t>;
 
 snapshot::AxisSample joint(std::uint64_t cycle, std::uint16_t axis) {
