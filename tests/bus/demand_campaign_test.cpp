@@ -189,8 +189,9 @@ class Sequence {
     for (std::size_t i = 0; i < kAxes; ++i) {
       watches_[i].look(drives_.clock.now());
       const auto& drive = drives_.drive(i);
-      const int mode = drive.dictionary().get(slaves::msd::kValue.mode_display);
-      if (drive.power_on() && mode >= 0 && mode < 11) ++coverage_.modes[static_cast<std::size_t>(mode)];
+      // Negative ones, which are none of these, become large.
+      const auto mode = static_cast<unsigned char>(drive.dictionary().get(slaves::msd::kValue.mode_display));
+      if (drive.power_on() && mode < coverage_.modes.size()) ++coverage_.modes[mode];
     }
   }
   void cycle() {
