@@ -59,10 +59,8 @@ std::string limit_resources() {
   if (::setrlimit(RLIMIT_NOFILE, &files) != 0) return failed("RLIMIT_NOFILE");
   const rlimit none{0, 0};
   if (::setrlimit(RLIMIT_CORE, &none) != 0) return failed("RLIMIT_CORE");
-#ifndef DRIVELINE_SANITIZED  // whose shadow memory is larger
   const rlimit memory{kMostMemory, kMostMemory};
-  if (::setrlimit(RLIMIT_DATA, &memory) != 0) return failed("RLIMIT_DATA");
-#endif
+  if (!kSanitized && ::setrlimit(RLIMIT_DATA, &memory) != 0) return failed("RLIMIT_DATA");
   return {};
 }
 

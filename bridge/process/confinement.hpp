@@ -4,6 +4,13 @@
 
 namespace driveline::bridge {
 
+/// Whether a sanitizer is part of the program: it needs more memory, reads /proc, and stops its threads in the end.
+#ifdef DRIVELINE_SANITIZED
+inline constexpr bool kSanitized = true;
+#else
+inline constexpr bool kSanitized = false;
+#endif
+
 /// Gives up, before Fast DDS is started, what a process that reads a network needs not have: user and groups where it
 /// is root (it becomes `nobody`), capabilities, new privileges, core files, more than 256 MiB of its own memory and 64
 /// open files, real-time scheduling, and `realtime_cpu` (-1: none) where there is another CPU. Its threads get smaller
