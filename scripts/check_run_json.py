@@ -11,6 +11,7 @@ import sys
 LATENCY = {"p50": float, "p99": float, "p999": float, "max": float}
 # A number, or null where there is nothing to measure (clocks that are not synchronised have no difference).
 OPTIONAL = (float, type(None))
+THREAD_COUNTERS = ("minor_faults", "major_faults", "voluntary_switches", "involuntary_switches")
 CONTRACT = {
     "state": str,
     "axes_count": int,
@@ -27,6 +28,7 @@ CONTRACT = {
     "wake_latency_ns": LATENCY,
     "cycle_cost_ns": LATENCY,
     "round_trip_ns": LATENCY,
+    "realtime_thread": (dict, type(None)),
     "dc": {"locked": bool, "difference_ns": {"p50": OPTIONAL, "p99": OPTIONAL, "max": OPTIONAL}},
     "axes": [
         {"name": str, "slave": int, "following_error_max": float, "following_error_rms": float, "unit": str}
@@ -96,6 +98,10 @@ def value_errors(run, axes, duration_s, no_lost_frames):
     expect(run["telemetry"]["published"] > 0, "no telemetry was published")
     expect(run["wake_latency_ns"]["max"] >= run["longest_absence_ns"],
            f"the master was away for {run['longest_absence_ns']} ns, but wake-ups are late by {run['wake_latency_ns']['max']} ns at most")
+    if run["realtime_thread"] is not None:
+        for name in THREAD_COUNTERS:
+            count = run["realtime_thread"].get(name)
+            expect(has_type(count, int) and count >= 0, f"realtime_thread.{name} is {count!r}")
     for name in ("wake_latency_ns", "cycle_cost_ns", "round_trip_ns"):
         figures = [run[name][key] for key in ("p50", "p99", "p999", "max")]
         expect(figures == sorted(figures), f"the percentiles of {name} do not rise: {figures}")

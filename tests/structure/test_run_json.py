@@ -12,6 +12,7 @@ HEALTHY = {
     "state": "OP", "axes_count": 2, "cycle_ns": 125000, "duration_s": 5.0, "cycles": 39990, "missed_periods": 10,
     "wkc_errors": 0, "lost_frames": 0, "late_frames": 0,
     "longest_absence_ns": 0, "longest_absence_at_s": None, "path_late_ns": 0, "wake_latency_ns": LATENCY, "cycle_cost_ns": LATENCY, "round_trip_ns": LATENCY,
+    "realtime_thread": {"minor_faults": 0, "major_faults": 0, "voluntary_switches": 39990, "involuntary_switches": 3},
     "dc": {"locked": True, "difference_ns": {"p50": 1, "p99": 2, "max": 3}},
     "axes": [{"name": name, "slave": 0, "following_error_max": 3, "following_error_rms": 1.5, "unit": "increments"} for name in "xy"],
     "telemetry": {"published": 100, "dropped": 0, "restarts": 0}, "faults": [], "files": {},
@@ -25,6 +26,9 @@ class RunJson(unittest.TestCase):
 
     def test_a_healthy_run_passes(self):
         self.assertEqual(self.errors(), [])
+
+    def test_on_virtual_time_the_cycle_has_no_thread(self):
+        self.assertEqual(self.errors(realtime_thread=None), [])
 
     def test_every_missing_key_is_named(self):
         for key in CONTRACT:
@@ -45,6 +49,7 @@ class RunJson(unittest.TestCase):
         still = [{**axis, "following_error_rms": 0} for axis in HEALTHY["axes"]]
         for changes in ({"state": "SAFE-OP"}, {"axes_count": 1}, {"axes": HEALTHY["axes"][:1]}, {"axes": still}, {"wkc_errors": 1}, {"lost_frames": 1},
                         {"faults": ["x"]}, {"cycles": 30000}, {"cycles": 50000}, {"cycles": 10, "missed_periods": 39990},
+                        {"realtime_thread": {**HEALTHY["realtime_thread"], "minor_faults": -1}},
                         {"telemetry": {"published": 0, "dropped": 0, "restarts": 0}}, {"cycle_cost_ns": {**LATENCY, "p99": 50}}):
             self.assertEqual(len(self.errors(**changes)), 1, changes)
 

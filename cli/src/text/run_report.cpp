@@ -122,6 +122,21 @@ std::string telemetry_to_text(const std::optional<runtime::TelemetryReport>& tel
   return text + "\n";
 }
 
+nlohmann::json thread_to_json(const std::optional<rt::ThreadUsage>& thread) {
+  if (!thread) return nullptr;
+  return {{"minor_faults", thread->minor_faults},
+          {"major_faults", thread->major_faults},
+          {"voluntary_switches", thread->voluntary_switches},
+          {"involuntary_switches", thread->involuntary_switches}};
+}
+
+std::string thread_to_text(const rt::ThreadUsage& thread) {
+  return fmt::format(
+      "\n  thread of the cycle: {} page faults ({} from disk), {} context switches of its own, {} forced on it\n",
+      thread.minor_faults + thread.major_faults, thread.major_faults, thread.voluntary_switches,
+      thread.involuntary_switches);
+}
+
 std::string_view change_text(runtime::LeaseChange::Kind kind) {
   using Kind = runtime::LeaseChange::Kind;
   switch (kind) {
@@ -188,6 +203,7 @@ nlohmann::json to_json(const runtime::RunReport& report) {
                              {"cycle_cost_ns", percentiles_json(statistics.cost)},
                              {"round_trip_ns", percentiles_json(statistics.round_trip)},
                              {"round_trip_modelled", report.round_trip_modelled},
+                             {"realtime_thread", thread_to_json(report.thread)},
                              {"dc", clocks_to_json(report.clocks)},
                              {"axes", std::move(axes)},
                              {"telemetry", telemetry_to_json(report.telemetry)},
@@ -230,6 +246,7 @@ std::string to_text(const runtime::RunReport& report) {
   text += fmt::format("  {:<22}{:>9}{:>9}{:>9}{:>9}\n", "time in us", "p50", "p99", "p99.9", "max");
   text += row("wake-up latency", statistics.wake_latency) + row("cycle cost", statistics.cost) +
           row(report.round_trip_modelled ? "round trip (modelled)" : "round trip", statistics.round_trip);
+  if (report.thread) text += thread_to_text(*report.thread);
   if (report.clocks) {
     const auto& differences = report.clocks->differences;
     text += fmt::format("\n  clocks: {}; slaves off the reference clock by p50 {} ns, p99 {} ns, max {} ns\n",

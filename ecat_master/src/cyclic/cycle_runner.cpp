@@ -25,11 +25,13 @@ tl::expected<void, rt::RealtimeError> RealtimeRunner::start() {
 }
 
 void RealtimeRunner::run(std::stop_token stop) noexcept {
+  const auto before = rt::ThreadUsage::now();
   timer_.start(core_.first_grid(clock_.now() + kPeriodsAhead * timer_.period()));
   while (!stop.stop_requested()) {
     core_.cycle(timer_.wait_next());
     timer_.shift_phase(core_.grid_shift());
   }
+  usage_ = rt::ThreadUsage::now().since(before);
 }
 
 void RealtimeRunner::pass(nanoseconds duration) {

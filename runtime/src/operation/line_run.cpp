@@ -496,6 +496,7 @@ RunReport LineRun::make_report() {
   report.period = config_.period;
   report.duration_s = seconds_in_operation();
   report.statistics = master_.core()->statistics();
+  if (const auto* runner = master_.runner()) report.thread = runner->usage();
   if (motion_) report.path_late = motion_->control().path_late();
   report.longest_absence_at_s =
       std::chrono::duration<double>(report.statistics.longest_absence_at - operation_start_).count();

@@ -272,6 +272,27 @@ class LateMaster(ProgramTest):
         self.assertEqual(document["state"], "OP")
 
 
+class ThreadOfTheCycle(ProgramTest):
+    def test_its_page_faults_and_context_switches_are_in_document_and_summary(self):
+        config = self.write("line.toml", '[line]\ncycle_us = 1000\n[realtime]\npolicy = "degrade"\n'
+                            '[telemetry]\nenabled = false\n[[slave]]\nname = "x"\n')
+        result = self.run_program("run", "--config", config, "--duration", 0.5, "--json", "--no-plots")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        document = self.one_document(result.stdout)
+        thread = document["realtime_thread"]
+        self.assertEqual(set(thread), {"minor_faults", "major_faults", "voluntary_switches", "involuntary_switches"})
+        self.assertGreaterEqual(min(thread.values()), 0)
+        self.assertGreater(document["cycles"], 0)
+        self.assertGreater(thread["voluntary_switches"], 0, "it sleeps between its cycles")
+        # Its memory is there before the first cycle: a page fault in each would be seen.
+        self.assertLess(thread["minor_faults"] + thread["major_faults"], document["cycles"])
+        text = self.run_program("run", "--config", config, "--duration", 0.1, "--no-plots").stdout
+        self.assertRegex(text, r"\n  thread of the cycle: \d+ page faults \(\d+ from disk\), \d+ context switches of its own, "
+                               r"\d+ forced on it\n")
+        text = self.run_program("run", "--config", config, "--duration", 0.1, "--no-plots", "--virtual").stdout
+        self.assertNotIn("thread of the cycle", text)
+
+
 class FilesAndSummary(ProgramTest):
     def test_plots_and_csv_are_where_the_document_says(self):
         result = self.run_program("run", "--config", LINE8, "--virtual", "--duration", 1, "--json", "--no-telemetry",

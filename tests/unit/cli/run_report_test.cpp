@@ -63,7 +63,7 @@ TEST(RunReport, JsonHasTheKeysOfTheContractAndNoOthers) {
                                    "dc", "axes", "telemetry", "faults", "files",
                                    // Added since:
                                    "events", "recoveries", "late_frames", "round_trip_modelled", "longest_absence_ns",
-                                   "longest_absence_at_s", "path_late_ns"));
+                                   "longest_absence_at_s", "path_late_ns", "realtime_thread"));
   for (const auto* times : {"wake_latency_ns", "cycle_cost_ns", "round_trip_ns"}) {
     EXPECT_THAT(keys(document[times]), UnorderedElementsAre("p50", "p99", "p999", "max"));
   }
@@ -81,7 +81,7 @@ TEST(RunReport, JsonHasTheFigures) {
     "late_frames": 3, "longest_absence_ns": 1375000, "longest_absence_at_s": 0.85, "path_late_ns": 2000000,
     "wake_latency_ns": {"p50": 50, "p99": 99, "p999": 100, "max": 100},
     "cycle_cost_ns": {"p50": 8000, "p99": 8000, "p999": 8000, "max": 8000},
-    "round_trip_ns": {"p50": 60, "p99": 60, "p999": 60, "max": 60}, "round_trip_modelled": false,
+    "round_trip_ns": {"p50": 60, "p99": 60, "p999": 60, "max": 60}, "round_trip_modelled": false, "realtime_thread": null,
     "dc": {"locked": false, "difference_ns": {"p50": null, "p99": null, "max": null}},
     "axes": [
       {"name": "x", "slave": 0, "owner": "path", "following_error_max": 120.0, "following_error_rms": 30.5,
@@ -175,6 +175,17 @@ TEST(RunReport, TheRoundTripOfAModelIsNoMeasurement) {
   report.round_trip_modelled = true;
   EXPECT_THAT(to_text(report), HasSubstr("  round trip (modelled)       0.1"));
   EXPECT_EQ(to_json(report)["round_trip_modelled"], true);
+}
+
+TEST(RunReport, TellsWhatTheKernelHasCountedOfTheThreadOfTheCycle) {
+  auto report = report_of_a_run();
+  EXPECT_THAT(to_text(report), Not(HasSubstr("thread of the cycle"))) << "it had none of its own";
+  report.thread = rt::ThreadUsage{12, 1, 40'010, 31};
+  EXPECT_EQ(to_json(report)["realtime_thread"], json::parse(R"({"minor_faults": 12, "major_faults": 1,
+    "voluntary_switches": 40010, "involuntary_switches": 31})"));
+  EXPECT_THAT(to_text(report),
+              HasSubstr("  thread of the cycle: 13 page faults (1 from disk), 40010 context switches of "
+                        "its own, 31 forced on it\n"));
 }
 
 TEST(RunReport, TextSaysWhenTelemetryWasOff) {

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "driveline/ecat_master/cyclic/cyclic_core.hpp"
 #include "driveline/rt/realtime_thread.hpp"
+#include "driveline/rt/thread_usage.hpp"
 
 namespace driveline::ecat_master {
 
@@ -18,6 +20,9 @@ class CycleRunner {
   virtual void pass(std::chrono::nanoseconds duration) = 0;
   /// Ends cycling; returns when no cycle runs any more.
   virtual void stop() = 0;
+  /// What the kernel has counted of the thread of the cycle, from before the first cycle until behind the last one;
+  /// after stop(). None: the cycle has no thread of its own.
+  [[nodiscard]] virtual std::optional<rt::ThreadUsage> usage() const noexcept { return std::nullopt; }
 };
 
 /// Cycles in a real-time thread of their own.
@@ -30,6 +35,7 @@ class RealtimeRunner final : public CycleRunner, private rt::RealtimeTask {
   [[nodiscard]] tl::expected<void, rt::RealtimeError> start() override;
   void pass(std::chrono::nanoseconds duration) override;
   void stop() override;
+  [[nodiscard]] std::optional<rt::ThreadUsage> usage() const noexcept override { return usage_; }
   /// The settings in effect after start().
   [[nodiscard]] const rt::RealtimeReport& report() const noexcept { return report_; }
 
@@ -42,6 +48,7 @@ class RealtimeRunner final : public CycleRunner, private rt::RealtimeTask {
   rt::CycleTimer timer_;
   rt::RealtimeThread thread_;
   rt::RealtimeReport report_;
+  std::optional<rt::ThreadUsage> usage_;  ///< written by the thread at its end, read once it has been joined
 };
 
 /// Cycles in the caller's thread whenever it lets time pass: deterministic on a virtual clock.

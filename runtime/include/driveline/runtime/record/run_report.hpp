@@ -9,6 +9,7 @@
 #include "driveline/ecat_master/cyclic/cyclic_core.hpp"
 #include "driveline/ecat_master/dc/sync_objects.hpp"
 #include "driveline/port/redundant_port.hpp"
+#include "driveline/rt/thread_usage.hpp"
 #include "driveline/runtime/axes/axis_authority.hpp"
 #include "driveline/runtime/eoe/eoe_report.hpp"
 #include "driveline/runtime/error.hpp"
@@ -79,6 +80,8 @@ struct RunReport {
   std::chrono::nanoseconds period{};
   double duration_s = 0.0;  ///< in operation
   ecat_master::CycleStatistics statistics;
+  /// Of the cycle's thread, from its first cycle to its last one; none: the cycle had no thread of its own.
+  std::optional<rt::ThreadUsage> thread;
   /// The round trip was not measured: the line is simulated in this process and its model gives the times.
   bool round_trip_modelled = false;
   double longest_absence_at_s = 0.0;                   ///< when the longest absence of the master began, in operation
