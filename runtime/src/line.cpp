@@ -87,9 +87,10 @@ Result<void> Line::claim(bool force) {
 Result<RunReport> Line::run(const RunSettings& settings) {
   if (run_) return fail(ErrorKind::kCall, "the line has run before; each run takes a line of its own");
   if (auto claimed = claim(settings.force); !claimed) return tl::unexpected(claimed.error());
-  run_ = std::make_unique<LineRun>(*session_, LineRun::Settings{std::move(path_), source_, &door_, settings.enable,
-                                                                tasks_.get(), settings.duration_s, settings.force,
-                                                                settings.telemetry, consumers_, observer_, &stop_});
+  run_ = std::make_unique<LineRun>(
+      *session_,
+      LineRun::Settings{std::move(path_), source_, &door_, settings.enable, tasks_.get(), settings.duration_s,
+                        settings.force, settings.telemetry, settings.trace, consumers_, observer_, &stop_});
   auto report = run_->execute();
   if (report) {
     finish_capture(*report);

@@ -206,13 +206,15 @@ TEST_F(CyclePurity, TheSimulatedLineIsAsPureWithoutMailboxTraffic) {
   EXPECT_EQ(operation.motion().failure().cause, MotionFailure::Cause::kNone);
 }
 
-TEST_F(CyclePurity, GroupsRecoveryAndRecordingDoNotChangeThat) {
+TEST_F(CyclePurity, GroupsRecoveryRecordingAndTracingDoNotChangeThat) {
   UnguardedLine line(drives.line(), ledger);
   ecat_master::FlightRecorder recorder(3);
   RunOptions options{.repeat = true};
   options.layout = {ecat_master::ImageLayout::kSeparate, {{1, 0, 50}, {2, 0, 50}, {1, 0, 50}}};
   options.groups = 3;
   options.recorder = &recorder;
+  ecat_master::CycleTrace trace;
+  options.trace = &trace;
   options.amplitude_rad = 0.1;
   LineOperation operation(drives, line, options);
   ASSERT_EQ(sentence(operation.to_safe_op()), "");
@@ -241,6 +243,7 @@ TEST_F(CyclePurity, GroupsRecoveryAndRecordingDoNotChangeThat) {
     for (std::size_t group = 0; group < 3; ++group) operation.master().core()->release_outputs(group);
   }
   EXPECT_EQ(supervisor.recoveries(), 12U);
+  EXPECT_GE(trace.cycles().size(), ecat_master::CycleTrace::kCycles);
   EXPECT_GE(ledger.cycles, 100'000U);
   EXPECT_EQ(ledger.counts.total(), 0U);
 }

@@ -19,6 +19,7 @@
 #include "service/cycle_witness.hpp"
 #include "service/service_manager.hpp"
 #include "signals.hpp"
+#include "text/cycle_trace.hpp"
 #include "text/diagnosis_json.hpp"
 #include "text/eoe_view.hpp"
 #include "text/json_text.hpp"
@@ -37,6 +38,7 @@ struct RunOptions {
   std::optional<std::string> duration;
   std::string output_directory;  ///< empty: as configured
   std::string capture;           ///< empty: as configured
+  std::string trace;             ///< file for the phases of the cycles; empty: none
   std::string interpolation;     ///< name of a method; empty: as configured
   std::string mode;              ///< of all axes; empty: as configured
   std::string control;           ///< socket for other commands; empty: the default one
@@ -74,6 +76,28 @@ void write_files(const runtime::LineConfig& config, runtime::RunReport& report) 
   } else {
     progress("{}", pictures.error());
   }
+}
+
+/// The trace is asked for by itself, so it goes where it was said and not beside the other files.
+void write_trace(const std::string& file, runtime::RunReport& report) {
+  if (file.empty()) return;
+  if (auto written = write_trace_file(report, file); !written) {
+    note_failure(report, written.error());
+    return;
+  }
+  report.files["trace"] = file;
+}
+
+/// Found before the run and not behind it.
+Outcome<void> check_trace(const std::string& file) {
+  if (file.empty()) return {};
+  const auto folder = std::filesystem::path(file).parent_path();
+  std::error_code ignored;
+  if (!folder.empty() && !std::filesystem::is_directory(folder, ignored))
+    return misused(fmt::format("--trace {}: there is no folder {}", file, folder.string()));
+  if (std::filesystem::is_directory(file, ignored))
+    return misused(fmt::format("--trace {}: this is a folder; the name of a file is expected", file));
+  return {};
 }
 
 /// Without a description nothing is published, and the cycle is one that any machine can keep.
@@ -117,6 +141,7 @@ Outcome<void> check(const RunOptions& options) {
   if (auto checked = check_choice("--mode", options.mode, cyclic_mode_names()); !checked) return checked;
   if (!options.mode.empty() && options.bus.config.empty())
     return misused("--mode is for the axes of a line description: it needs --config FILE");
+  if (auto checked = check_trace(options.trace); !checked) return checked;
   return check_bus_options(options.bus);
 }
 
@@ -284,6 +309,7 @@ Outcome<int> run_line(const RunOptions& options) {
   settings.force = options.force;
   settings.enable = !options.no_enable;
   settings.telemetry = true;
+  settings.trace = !options.trace.empty();
   if (options.duration) {
     const auto seconds = parse_seconds(*options.duration, "--duration");
     if (!seconds) return tl::unexpected(seconds.error());
@@ -301,6 +327,7 @@ Outcome<int> run_line(const RunOptions& options) {
   auto report = (*line)->run(settings);
   if (!report) return tl::unexpected(report.error());
   write_files((*line)->config(), *report);
+  write_trace(options.trace, *report);
   print_out("{}", options.json ? json_text(cli::to_json(*report)) : cli::to_text(*report));
   if (const auto& failure = console.script_failure()) return tl::unexpected(*failure);
   if (const auto* failure = report->failure()) return failed(runtime::describe(*failure, report->increments));
@@ -317,6 +344,8 @@ Execute prepare_run(Arguments& to) {
   to.flag("--virtual", options->bus.virtual_time, "Simulated line on virtual time: deterministic, as fast as possible");
   to.option("--output", &options->output_directory, Value::folder(), "Folder for CSV files and plots");
   to.option("--capture", &options->capture, Value::file(), "Write all frames to this pcapng file");
+  to.option("--trace", &options->trace, Value::file(),
+            "Write when the phases of the last cycles and of the worst ones began and ended, as JSON for Perfetto");
   to.option("--control", &options->control, Value::file("PATH"),
             "Socket to listen at for `driveline axis`, `diag` and `eoe`; default: one named after the line, in "
             "$XDG_RUNTIME_DIR/driveline or /run/driveline");

@@ -74,27 +74,37 @@ CyclicCore::CyclicCore(port::Port& port, rt::Clock& clock, ProcessImage image, M
 void CyclicCore::cycle(const rt::CycleStart& start) noexcept {
   begin(start);
   send();
+  mark(CyclePhase::kSend);
   // A late wake-up must not turn an answer that is on its way into a lost frame: half the window is always waited.
   receive(std::max(start.grid + settings_.receive_window, sent_at_ + settings_.receive_window / 2));
+  mark(CyclePhase::kReceive);
   evaluate(start);
   grid_shift_ = {};
   if (settings_.clocks != nullptr && due(frames_.front())) {
     grid_shift_ = settings_.clocks->finish(start, sent_at_, frames_.front().drift());
   }
+  mark(CyclePhase::kJudge);
   const std::span<const bool> valid(slave_valid_.get(), conditions_.size());
   if (motion_ != nullptr) {
     motion_->read_inputs(image_.inputs(), valid, {slave_operational_.get(), conditions_.size()}, due_slaves(),
                          exchanged_at_ - start.wake);
   }
+  mark(CyclePhase::kInputs);
   if (settings_.tasks != nullptr) settings_.tasks->begin(start);
   run_tasks(TaskTiming::Order::kBeforeMotion, start);
+  mark(CyclePhase::kTasksBefore);
   if (motion_ != nullptr) motion_->update(start.cycle, image_.outputs());
+  mark(CyclePhase::kMotion);
   run_tasks(TaskTiming::Order::kAfterMotion, start);
   apply_copies(settings_.copies, valid, image_.inputs(), image_.outputs());
   acyclic_.end_cycle();
-  const auto cost = clock_.now() - start.wake;
+  const auto done = clock_.now();
+  if (settings_.trace != nullptr) settings_.trace->mark(CyclePhase::kTasksAfter, done);
+  const auto cost = done - start.wake;
   tally(start, cost);
   publish(start, cost);
+  mark(CyclePhase::kPublish);
+  if (settings_.trace != nullptr && counting_) settings_.trace->end();
 }
 
 void CyclicCore::run_tasks(TaskTiming::Order order, const rt::CycleStart& start) noexcept {
@@ -133,6 +143,7 @@ void CyclicCore::begin(const rt::CycleStart& start) noexcept {
   for (std::size_t i = 0; i < settings.size(); ++i) tallies_[i].due = settings[i].due(cycle_number_);
   if (recovery_requests_.load(std::memory_order_acquire) != recovery_requests_seen_) take_recovery_requests();
   take_counting();
+  if (settings_.trace != nullptr) settings_.trace->begin(start, settings_.period);
   if (start.missed > 0) note_absence(start);
 }
 
@@ -143,6 +154,7 @@ void CyclicCore::take_counting() noexcept {
   counting_ = wanted;
   if (!counting_) return;
   statistics_ = CycleStatistics{};
+  if (settings_.trace != nullptr) settings_.trace->clear();
   missing_.fill(0);
 }
 

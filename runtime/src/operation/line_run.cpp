@@ -259,6 +259,8 @@ Result<void> LineRun::start_cycle() {
       config_.output.directory, motion_ ? axis_labels(config_) : std::vector<ecat_master::FlightRecorder::AxisLabel>{},
       !session_.virtual_time());
   settings.recorder = &fault_records_->recorder();
+  if (settings_.trace) trace_ = std::make_unique<ecat_master::CycleTrace>();
+  settings.trace = trace_.get();
   auto make_runner = [this](ecat_master::CyclicCore& core) -> std::unique_ptr<ecat_master::CycleRunner> {
     if (session_.virtual_time()) return std::make_unique<ecat_master::InlineRunner>(core, session_.clock());
     return std::make_unique<ecat_master::RealtimeRunner>(core, session_.clock(), config_.realtime, config_.wake_ahead);
@@ -497,6 +499,7 @@ RunReport LineRun::make_report() {
   report.duration_s = seconds_in_operation();
   report.statistics = master_.core()->statistics();
   if (const auto* runner = master_.runner()) report.thread = runner->usage();
+  if (trace_) report.trace = trace_->cycles();
   if (motion_) report.path_late = motion_->control().path_late();
   report.longest_absence_at_s =
       std::chrono::duration<double>(report.statistics.longest_absence_at - operation_start_).count();

@@ -45,6 +45,7 @@ class LineRun {
     std::optional<double> duration_s;               ///< none: until the end of the path
     bool force = false;                             ///< takes the line over from a master that drives it
     bool telemetry = false;                         ///< publishes over DDS as [telemetry] says
+    bool trace = false;                             ///< RunReport::trace is wanted
     std::vector<snapshot::SampleConsumer*> consumers{};
     Observer* observer = nullptr;             ///< never null
     const std::atomic<bool>* stop = nullptr;  ///< never null; set: the run is to end in order
@@ -119,6 +120,7 @@ class LineRun {
   std::optional<ecat_master::ProcessVariables> variables_;
   GroupWatch group_watch_;
   std::unique_ptr<FaultRecords> fault_records_;
+  std::unique_ptr<ecat_master::CycleTrace> trace_;  ///< none: not wanted
   ecat_master::Master master_;
   LineServices services_;
   std::unique_ptr<snapshot::DrainThread> drain_;

@@ -64,6 +64,7 @@ struct RunOptions {
   ecat_master::TaskTiming::Order task_order = ecat_master::TaskTiming::Order::kBeforeMotion;
   std::vector<std::size_t> hot_connect{};  ///< these drives
   ecat_master::FlightRecorder* recorder = nullptr;
+  ecat_master::CycleTrace* trace = nullptr;
   /// Process data handed from slave to slave, in the image of the line.
   std::function<std::vector<ecat_master::ProcessDataCopy>(const ecat_master::Master&)> copies{};
   ecat_master::LossPolicy on_loss = ecat_master::LossPolicy::kStop;  ///< of every axis

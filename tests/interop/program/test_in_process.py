@@ -1,5 +1,6 @@
 """The line in this process: the document, its files, virtual time, memory, signals."""
 import csv
+import json
 import math
 import os
 import signal
@@ -291,6 +292,75 @@ class ThreadOfTheCycle(ProgramTest):
                                r"\d+ forced on it\n")
         text = self.run_program("run", "--config", config, "--duration", 0.1, "--no-plots", "--virtual").stdout
         self.assertNotIn("thread of the cycle", text)
+
+
+class Trace(ProgramTest):
+    LINE = ('[line]\ncycle_us = 1000\n[realtime]\npolicy = "degrade"\n[telemetry]\nenabled = false\n'
+            '[[slave]]\nname = "x"\n')
+    PHASES = ["send", "receive", "judge", "inputs", "tasks before motion", "motion", "tasks after motion", "publish"]
+
+    def traced(self, *options):
+        config = self.write("line.toml", self.LINE)
+        result = self.run_program("run", "--config", config, "--duration", 0.5, "--json", "--no-plots", "--trace", "t.json",
+                                  *options)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        document = self.one_document(result.stdout)
+        self.assertEqual(document["files"]["trace"], "t.json")
+        return document, json.loads(self.text("t.json"))
+
+    def check_format(self, trace):
+        """What the trace event format asks of every event."""
+        self.assertEqual(trace["displayTimeUnit"], "ns")
+        for event in trace["traceEvents"]:
+            self.assertIn(event["ph"], ("M", "X"))
+            self.assertIsInstance(event["name"], str)
+            self.assertIsInstance(event["pid"], int)
+            self.assertIsInstance(event["tid"], int)
+            if event["ph"] == "X":
+                self.assertGreaterEqual(event["ts"], 0)
+                self.assertGreaterEqual(event["dur"], 0)
+
+    def check_nesting(self, trace):
+        """Each cycle is filled by its phases without a gap, and they add up to its cost, to the nanosecond."""
+        ns = lambda us: round(us * 1000)
+        events = [event for event in trace["traceEvents"] if event["ph"] == "X" and event["tid"] == 1]
+        cycles = events[::1 + len(self.PHASES)]
+        for i, cycle in enumerate(cycles):
+            self.assertTrue(cycle["name"].startswith("cycle"))
+            phases = events[i * (1 + len(self.PHASES)) + 1:(i + 1) * (1 + len(self.PHASES))]
+            self.assertEqual([phase["name"] for phase in phases], self.PHASES)
+            at = ns(cycle["ts"])
+            for phase in phases:
+                self.assertEqual(ns(phase["ts"]), at)
+                at += ns(phase["dur"])
+            self.assertEqual(at, ns(cycle["ts"]) + ns(cycle["dur"]))
+            self.assertEqual(sum(ns(phase["dur"]) for phase in phases[:-1]), cycle["args"]["cycle_cost_ns"])
+        return [cycle["args"] for cycle in cycles]
+
+    def test_every_cycle_of_a_short_run_is_in_it_and_the_worst_is_marked(self):
+        document, trace = self.traced()
+        self.check_format(trace)
+        cycles = self.check_nesting(trace)
+        self.assertEqual(len(cycles), document["cycles"])
+        self.assertEqual(max(cycle["cycle_cost_ns"] for cycle in cycles), document["cycle_cost_ns"]["max"])
+        self.assertEqual(max(cycle["wake_latency_ns"] for cycle in cycles), document["wake_latency_ns"]["max"])
+        self.assertEqual(sum(cycle["missed_periods"] for cycle in cycles), document["missed_periods"])
+        ranked = sorted((cycle for cycle in cycles if "worst" in cycle), key=lambda cycle: cycle["worst"])
+        self.assertEqual([cycle["worst"] for cycle in ranked], list(range(1, 17)))
+        self.assertEqual(trace["otherData"]["cycles_of_the_run"], document["cycles"])
+
+    def test_a_run_on_virtual_time_has_one_too(self):
+        document, trace = self.traced("--virtual")
+        self.check_format(trace)
+        self.assertEqual(len(self.check_nesting(trace)), document["cycles"])
+
+    def test_a_file_that_cannot_be_is_refused_before_the_run(self):
+        config = self.write("line.toml", self.LINE)
+        for file, reason in (("no/t.json", "--trace no/t.json: there is no folder no"), (".", "--trace .: this is a folder")):
+            result = self.run_program("run", "--config", config, "--virtual", "--duration", 0.1, "--trace", file)
+            self.assertEqual(result.returncode, 2)
+            self.assertIn(reason, result.stderr)
+        self.assertEqual(self.files(), ["line.toml"])
 
 
 class FilesAndSummary(ProgramTest):

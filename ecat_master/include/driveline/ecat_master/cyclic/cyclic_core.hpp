@@ -8,6 +8,7 @@
 #include "driveline/ecat_master/bus/datagram_exchange.hpp"
 #include "driveline/ecat_master/cyclic/acyclic_channel.hpp"
 #include "driveline/ecat_master/cyclic/cycle_task.hpp"
+#include "driveline/ecat_master/cyclic/cycle_trace.hpp"
 #include "driveline/ecat_master/cyclic/cyclic_event.hpp"
 #include "driveline/ecat_master/cyclic/cyclic_frame.hpp"
 #include "driveline/ecat_master/cyclic/flight_recorder.hpp"
@@ -78,6 +79,7 @@ class CyclicCore {
     TaskSchedule* tasks = nullptr;        ///< of the application, before and after the motion; must outlive the core
     std::vector<ProcessDataCopy> copies;  ///< slave to slave, done in every cycle behind tasks and motion
     FlightRecorder* recorder = nullptr;   ///< must outlive the core
+    CycleTrace* trace = nullptr;          ///< of the cycles that are counted; must outlive the core
     dc::ClockFollower* clocks = nullptr;  ///< distributed clocks; null: none. Must outlive the core
   };
   /// Events the ring holds while nobody fetches them; more are dropped and counted.
@@ -183,6 +185,10 @@ class CyclicCore {
 
   [[nodiscard]] bool due(const CyclicFrame& frame) const noexcept;
   void begin(const rt::CycleStart& start) noexcept;
+  /// Without a trace one branch.
+  void mark(CyclePhase phase) noexcept {
+    if (settings_.trace != nullptr) settings_.trace->mark(phase, clock_.now());
+  }
   [[nodiscard]] std::span<const bool> due_slaves() noexcept;
   void take_recovery_requests() noexcept;
   void take_counting() noexcept;

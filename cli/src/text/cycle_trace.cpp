@@ -1,0 +1,109 @@
+#include "text/cycle_trace.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "driveline/runtime/files/output_file.hpp"
+
+namespace driveline::cli {
+namespace {
+
+using ecat_master::CyclePhase;
+using ecat_master::TracedCycle;
+using nlohmann::json;
+using std::chrono::nanoseconds;
+
+constexpr int kProcess = 1;
+constexpr int kCycleTrack = 1;
+constexpr int kLatencyTrack = 2;
+
+/// The unit of the format, with three digits behind the point.
+double in_us(nanoseconds time) {
+  return static_cast<double>(time.count()) / 1000.0;
+}
+
+json name_event(std::string_view what, int track, const std::string& name) {
+  return {{"ph", "M"}, {"pid", kProcess}, {"tid", track}, {"name", what}, {"args", {{"name", name}}}};
+}
+
+/// Writes one event after another, so that a trace need not be in memory twice.
+class EventWriter {
+ public:
+  EventWriter(std::ostream& out, nanoseconds origin) : out_(out), origin_(origin) {}
+
+  void write(const json& event) {
+    out_ << (first_ ? "\n" : ",\n") << event.dump();
+    first_ = false;
+  }
+  /// A stretch of time on a track. `arguments`: null: none.
+  void stretch(int track, std::string_view name, nanoseconds begin, nanoseconds end, const json& arguments = nullptr) {
+    json event = {{"ph", "X"},
+                  {"pid", kProcess},
+                  {"tid", track},
+                  {"name", name},
+                  {"ts", in_us(begin - origin_)},
+                  {"dur", in_us(end - begin)}};
+    if (!arguments.is_null()) event["args"] = arguments;
+    write(event);
+  }
+
+ private:
+  std::ostream& out_;
+  nanoseconds origin_;
+  bool first_ = true;
+};
+
+void write_cycle(EventWriter& to, const TracedCycle& cycle) {
+  const auto& stamps = cycle.stamps;
+  json facts = {{"cycle", stamps.cycle},
+                {"missed_periods", stamps.missed},
+                {"wake_latency_ns", (stamps.wake - stamps.due).count()},
+                {"cycle_cost_ns", stamps.cost().count()}};
+  if (cycle.rank > 0) facts["worst"] = cycle.rank;
+  if (stamps.wake > stamps.due) to.stretch(kLatencyTrack, "wake-up latency", stamps.due, stamps.wake);
+  to.stretch(kCycleTrack, cycle.rank > 0 ? fmt::format("cycle, worst {}", cycle.rank) : "cycle", stamps.wake,
+             stamps.end.back(), facts);
+  auto begin = stamps.wake;
+  for (std::size_t i = 0; i < ecat_master::kCyclePhases; ++i) {
+    to.stretch(kCycleTrack, name_of(static_cast<CyclePhase>(i)), begin, stamps.end[i]);
+    begin = stamps.end[i];
+  }
+}
+
+}  // namespace
+
+void write_trace_events(std::ostream& out, const runtime::RunReport& report) {
+  const auto& cycles = report.trace;
+  const auto ranked = std::count_if(cycles.begin(), cycles.end(), [](const auto& cycle) { return cycle.rank > 0; });
+  const json about = {{"line", report.line},
+                      {"cycle_ns", report.period.count()},
+                      {"cycles", cycles.size()},
+                      {"worst_cycles", ranked},
+                      {"cycles_of_the_run", report.statistics.cycles}};
+  out << R"({"displayTimeUnit":"ns","otherData":)" << about.dump() << R"(,"traceEvents":[)";
+  EventWriter to(out, cycles.empty() ? nanoseconds{0} : cycles.front().stamps.due);
+  to.write(name_event("process_name", kCycleTrack, report.line));
+  to.write(name_event("thread_name", kCycleTrack, "cycle"));
+  to.write(name_event("thread_name", kLatencyTrack, "wake-up latency"));
+  for (const auto& cycle : cycles) write_cycle(to, cycle);
+  out << "\n]}\n";
+}
+
+runtime::Result<void> write_trace_file(const runtime::RunReport& report, const std::filesystem::path& file) {
+  const auto partial = runtime::partial_name(file);
+  std::ofstream stream(partial, std::ios::binary | std::ios::trunc);
+  write_trace_events(stream, report);
+  stream.close();
+  if (stream) return runtime::complete_file(file);
+  auto reason = fmt::format("cannot be written: {}", std::strerror(errno));
+  std::error_code ignored;
+  std::filesystem::remove(partial, ignored);
+  return runtime::fail(runtime::ErrorKind::kMachine, std::move(reason), file.string());
+}
+
+}  // namespace driveline::cli

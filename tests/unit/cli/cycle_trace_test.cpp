@@ -1,0 +1,99 @@
+#include "text/cycle_trace.hpp"
+
+#include <gmock/gmock.h>
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+namespace driveline::cli {
+namespace {
+
+using nlohmann::json;
+using std::chrono::nanoseconds;
+
+/// Two cycles of 125 us; the second one, 41.001 us late behind a missed period, is the worst.
+runtime::RunReport traced_run() {
+  runtime::RunReport report;
+  report.line = "press";
+  report.period = nanoseconds{125'000};
+  report.statistics.cycles = 900;
+  constexpr std::int64_t kDay = 86'400'000'000'000;  // of a clock that has run for long
+  for (const std::int64_t number : {400, 402}) {
+    ecat_master::TracedCycle cycle;
+    cycle.stamps.cycle = number;
+    cycle.stamps.missed = number == 402 ? 1 : 0;
+    cycle.stamps.due = nanoseconds{kDay + (number == 402 ? 401 : number) * 125'000};
+    cycle.stamps.wake = cycle.stamps.due + nanoseconds{number == 402 ? 125'000 + 41'001 : 0};
+    for (std::size_t i = 0; i < ecat_master::kCyclePhases; ++i) {
+      cycle.stamps.end[i] = cycle.stamps.wake + nanoseconds{1'003 * static_cast<std::int64_t>(i + 1)};
+    }
+    cycle.rank = number == 402 ? 1 : 2;
+    report.trace.push_back(cycle);
+  }
+  return report;
+}
+
+json written(const runtime::RunReport& report) {
+  std::ostringstream out;
+  write_trace_events(out, report);
+  return json::parse(out.str());
+}
+
+std::vector<json> named(const json& document, const std::string& name) {
+  std::vector<json> found;
+  for (const auto& event : document["traceEvents"]) {
+    if (event["name"] == name) found.push_back(event);
+  }
+  return found;
+}
+
+TEST(TraceEvents, HaveAnObjectForWhatIsMeasuredAndNamesForTheTracks) {
+  const auto document = written(traced_run());
+  EXPECT_EQ(document["displayTimeUnit"], "ns");
+  EXPECT_EQ(
+      document["otherData"],
+      (json{{"line", "press"}, {"cycle_ns", 125'000}, {"cycles", 2}, {"worst_cycles", 2}, {"cycles_of_the_run", 900}}));
+  EXPECT_EQ(named(document, "process_name")[0]["args"]["name"], "press");
+  const auto tracks = named(document, "thread_name");
+  ASSERT_EQ(tracks.size(), 2U);
+  EXPECT_EQ(tracks[0],
+            json::parse(R"({"ph": "M", "pid": 1, "tid": 1, "name": "thread_name", "args": {"name": "cycle"}})"));
+  EXPECT_EQ(tracks[1]["args"]["name"], "wake-up latency");
+}
+
+TEST(TraceEvents, ACycleHasItsFactsAndTheLatencyIsInFrontOfIt) {
+  const auto document = written(traced_run());
+  const auto worst = named(document, "cycle, worst 1");
+  ASSERT_EQ(worst.size(), 1U);
+  EXPECT_EQ(worst[0],
+            json::parse(R"({"ph": "X", "pid": 1, "tid": 1, "name": "cycle, worst 1", "ts": 291.001, "dur": 8.024,
+    "args": {"cycle": 402, "missed_periods": 1, "wake_latency_ns": 166001, "cycle_cost_ns": 7021, "worst": 1}})"));
+  const auto late = named(document, "wake-up latency");
+  ASSERT_EQ(late.size(), 1U) << "the other one was not late";
+  EXPECT_EQ(late[0],
+            json::parse(R"({"ph": "X", "pid": 1, "tid": 2, "name": "wake-up latency", "ts": 125.0, "dur": 166.001})"));
+}
+
+TEST(TraceEvents, PhasesFollowOneAnotherAndFillTheirCycle) {
+  const auto document = written(traced_run());
+  const auto cycle = named(document, "cycle, worst 2")[0];
+  EXPECT_EQ(cycle["ts"], 0.0);
+  double end = cycle["ts"].get<double>();
+  for (std::size_t i = 0; i < ecat_master::kCyclePhases; ++i) {
+    const auto phases = named(document, std::string(name_of(static_cast<ecat_master::CyclePhase>(i))));
+    ASSERT_EQ(phases.size(), 2U) << i;
+    EXPECT_EQ(phases[0]["tid"], cycle["tid"]);
+    EXPECT_NEAR(phases[0]["ts"].get<double>(), end, 1e-6);
+    EXPECT_EQ(phases[0]["dur"], 1.003);
+    end = phases[0]["ts"].get<double>() + phases[0]["dur"].get<double>();
+  }
+  EXPECT_NEAR(end, cycle["dur"].get<double>(), 1e-6);
+}
+
+TEST(TraceEvents, ARunWithoutACycleIsADocumentAllTheSame) {
+  EXPECT_EQ(written(runtime::RunReport{})["traceEvents"].size(), 3U);
+}
+
+}  // namespace
+}  // namespace driveline::cli

@@ -1,0 +1,121 @@
+#include "driveline/ecat_master/cyclic/cycle_trace.hpp"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+
+namespace driveline::ecat_master {
+namespace {
+
+using std::chrono::microseconds;
+using std::chrono::nanoseconds;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+constexpr nanoseconds kTracePeriod = microseconds{125};
+
+/// A cycle that wakes `late` after its instant, behind `missed` others, and whose phases take `each`.
+void trace_cycle(CycleTrace& trace, std::int64_t number, nanoseconds each, nanoseconds late = {},
+                 std::int64_t missed = 0) {
+  const auto grid = number * kTracePeriod;
+  trace.begin({number, grid, grid + late, missed}, kTracePeriod);
+  auto now = grid + late;
+  for (std::size_t phase = 0; phase < kCyclePhases; ++phase) {
+    now += each;
+    trace.mark(static_cast<CyclePhase>(phase), now);
+  }
+  trace.end();
+}
+
+std::vector<std::int64_t> numbers(const std::vector<TracedCycle>& cycles) {
+  std::vector<std::int64_t> list;
+  for (const auto& cycle : cycles) list.push_back(cycle.stamps.cycle);
+  return list;
+}
+
+/// By rank.
+std::vector<std::int64_t> worst_of(std::vector<TracedCycle> cycles) {
+  std::erase_if(cycles, [](const TracedCycle& cycle) { return cycle.rank == 0; });
+  std::sort(cycles.begin(), cycles.end(), [](const auto& a, const auto& b) { return a.rank < b.rank; });
+  for (std::size_t i = 0; i < cycles.size(); ++i) EXPECT_EQ(cycles[i].rank, i + 1);
+  return numbers(cycles);
+}
+
+TEST(CycleTrace, HasNothingBeforeTheFirstCycle) {
+  EXPECT_THAT(CycleTrace(4).cycles(), IsEmpty());
+}
+
+TEST(CycleTrace, HasWakeUpPhasesAndCostOfACycle) {
+  CycleTrace trace(4);
+  trace_cycle(trace, 7, nanoseconds{100}, nanoseconds{40});
+  const auto cycles = trace.cycles();
+  ASSERT_EQ(cycles.size(), 1U);
+  const auto& stamps = cycles[0].stamps;
+  EXPECT_EQ(stamps.due, 7 * kTracePeriod);
+  EXPECT_EQ(stamps.wake - stamps.due, nanoseconds{40});
+  EXPECT_EQ(stamps.end.front() - stamps.wake, nanoseconds{100});
+  EXPECT_EQ(stamps.cost(), nanoseconds{700}) << "without the publishing";
+  EXPECT_EQ(stamps.span(), nanoseconds{840});
+  EXPECT_EQ(cycles[0].rank, 1U);
+}
+
+TEST(CycleTrace, AnAbsenceCountsFromTheFirstInstantThatWasMissed) {
+  CycleTrace trace(4);
+  trace_cycle(trace, 10, nanoseconds{100}, nanoseconds{40}, 3);
+  const auto stamps = trace.cycles()[0].stamps;
+  EXPECT_EQ(stamps.missed, 3);
+  EXPECT_EQ(stamps.due, 7 * kTracePeriod);
+  EXPECT_EQ(stamps.span(), 3 * kTracePeriod + nanoseconds{840});
+}
+
+TEST(CycleTrace, KeepsTheLastCyclesOldestFirst) {
+  CycleTrace trace(CycleTrace::kWorst + 4);
+  for (int i = 0; i < 100; ++i) trace_cycle(trace, i, nanoseconds{100});
+  const auto list = numbers(trace.cycles());
+  ASSERT_GE(list.size(), CycleTrace::kWorst + 4);
+  for (std::size_t i = 0; i < CycleTrace::kWorst + 4; ++i) {
+    EXPECT_EQ(list[list.size() - 1 - i], 99 - static_cast<int>(i));
+  }
+}
+
+TEST(CycleTrace, KeepsTheWorstCyclesWholeHoweverLongAgo) {
+  CycleTrace trace(3);
+  for (int i = 0; i < 10'000; ++i) {
+    // 16 bad ones at 500, 1000, ...: each a little worse than the one before. The worst is late, not slow.
+    const bool bad = i % 500 == 0 && i > 0 && i <= 8000;
+    trace_cycle(trace, i, bad ? nanoseconds{10'000 + i} : nanoseconds{100},
+                i == 3000 ? microseconds{90} : nanoseconds{});
+  }
+  const auto cycles = trace.cycles();
+  std::vector<std::int64_t> expected{3000};
+  for (int i = 8000; i > 0; i -= 500) {
+    if (i != 3000) expected.push_back(i);
+  }
+  EXPECT_EQ(worst_of(cycles), expected);
+  const auto worst = std::find_if(cycles.begin(), cycles.end(), [](const auto& cycle) { return cycle.rank == 1; });
+  EXPECT_EQ(worst->stamps.wake - worst->stamps.due, microseconds{90});
+  EXPECT_EQ(worst->stamps.cost(), 7 * nanoseconds{13'000});
+  const auto list = numbers(cycles);
+  EXPECT_TRUE(std::is_sorted(list.begin(), list.end()));
+  EXPECT_EQ(list.size(), 16U + 3U);
+  EXPECT_EQ(list.back(), 9999);
+}
+
+TEST(CycleTrace, ACycleThatIsBothAmongTheLastAndTheWorstIsThereOnce) {
+  CycleTrace trace(4);
+  for (int i = 0; i < 4; ++i) trace_cycle(trace, i, nanoseconds{100 * (4 - i)});
+  EXPECT_THAT(numbers(trace.cycles()), ElementsAre(0, 1, 2, 3));
+  EXPECT_THAT(worst_of(trace.cycles()), ElementsAre(0, 1, 2, 3));
+}
+
+TEST(CycleTrace, ForgetsEverythingWhenItIsCleared) {
+  CycleTrace trace(4);
+  for (int i = 0; i < 40; ++i) trace_cycle(trace, i, microseconds{50});
+  trace.clear();
+  EXPECT_THAT(trace.cycles(), IsEmpty());
+  trace_cycle(trace, 41, nanoseconds{100});
+  EXPECT_THAT(worst_of(trace.cycles()), ElementsAre(41));
+}
+
+}  // namespace
+}  // namespace driveline::ecat_master
