@@ -25,6 +25,19 @@ def last_line(text):
     return lines[-1] if lines else "without a word"
 
 
+def incomplete_histogram(results):
+    """A sentence about a distribution that leaves measurements out, or nothing."""
+    for row in results:
+        if "histogram" not in row:
+            continue
+        bins, deadline = row["histogram"]["bins"], row["histogram"]["deadline_us"]
+        total, missed = sum(count for _, count in bins), sum(count for us, count in bins if us >= deadline)
+        if (total, missed) != (row["n"], row["histogram"]["missed"]):
+            return (f"printed a distribution of {total} measurements, {missed} of them missed, for {row['n']} and "
+                    f"{row['histogram']['missed']}: {row['case']} {row['metric']}")
+    return None
+
+
 def problem_with(program, seconds):
     """A sentence, or nothing when the program has measured everything."""
     try:
@@ -42,10 +55,13 @@ def problem_with(program, seconds):
     try:
         document = json.loads(done.stdout)
         results = document["results"]
+        incomplete = incomplete_histogram(results)
     except (ValueError, KeyError, TypeError):
         return "printed no document"
     if not results:
         return "measured nothing"
+    if incomplete:
+        return incomplete
     program.with_suffix(".json").write_text(done.stdout, encoding="utf-8")
     return None
 

@@ -44,7 +44,8 @@ def read_documents(folder):
     documents = {}
     for file in sorted(folder.glob("*.json")):
         document = json.loads(file.read_text(encoding="utf-8"))
-        documents[document["bench"]] = document
+        if "bench" in document:  # report.json beside them has all of them once more
+            documents[document["bench"]] = document
     return documents
 
 

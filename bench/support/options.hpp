@@ -10,6 +10,7 @@ struct Options {
   bool json = false;      ///< one JSON document instead of a table
   bool quick = false;     ///< a tenth of the measurements: to see that it works
   std::string figures;    ///< folder for the curves behind the pictures of the documents, instead of a report
+  double duration_s = 0;  ///< how long each way is measured; 0: as the program likes (jitter)
   std::string histogram;  ///< file that the measured histogram is written to
   /// Scales a number of measurements.
   [[nodiscard]] int count(int full) const noexcept { return quick ? full / 10 : full; }

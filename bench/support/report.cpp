@@ -27,6 +27,12 @@ bool is_met(const Row& row) {
   return row.figures.p50 <= *row.aim && (!row.aim_p999 || row.figures.p999 <= *row.aim_p999);
 }
 
+nlohmann::ordered_json to_json(const MicrosecondBins& bins) {
+  auto counts = nlohmann::ordered_json::array();
+  for (const auto& [us, count] : bins.counts) counts.push_back({us, count});
+  return {{"bin_us", 1}, {"deadline_us", bins.deadline_us}, {"missed", bins.missed()}, {"bins", std::move(counts)}};
+}
+
 nlohmann::ordered_json to_json(const Row& row) {
   const auto& figures = row.figures;
   nlohmann::ordered_json json{{"case", row.name},
@@ -46,6 +52,7 @@ nlohmann::ordered_json to_json(const Row& row) {
     json["aim"] = aim_text(row);
     json["met"] = is_met(row);
   }
+  if (row.bins) json["histogram"] = to_json(*row.bins);
   return json;
 }
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "support/microsecond_bins.hpp"
 #include "support/options.hpp"
 #include "support/samples.hpp"
 
@@ -23,7 +24,8 @@ struct Row {
   Summary figures;
   std::optional<double> aim{};  ///< the median shall not be above
   std::optional<Baseline> against{};
-  std::optional<double> aim_p999{};  ///< nor 99.9 % of the measurements above this
+  std::optional<double> aim_p999{};       ///< nor 99.9 % of the measurements above this
+  std::optional<MicrosecondBins> bins{};  ///< all measurements, for a picture of their distribution
 };
 
 /// The answer of one program: a table for people or one JSON document, the same schema for all programs.

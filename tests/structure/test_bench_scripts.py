@@ -58,6 +58,17 @@ class Quick(Folder):
             self.assertIn(sentence, result.stderr)
         self.assertNotIn("cycle", result.stderr)
 
+    def test_a_distribution_that_leaves_measurements_out_is_named(self):
+        row = {"case": "idle_cycle", "metric": "wake_latency", "n": 10,
+               "histogram": {"deadline_us": 125.0, "missed": 1, "bins": [[14, 9], [300, 1]]}}
+        self.prints("jitter", {**DOCUMENT, "results": [row]})
+        self.assertEqual(self.quick().returncode, 0)
+        for change in ({"n": 11}, {"histogram": {**row["histogram"], "missed": 0}}):
+            self.prints("jitter", {**DOCUMENT, "results": [{**row, **change}]})
+            result = self.quick()
+            self.assertEqual(result.returncode, 1)
+            self.assertIn("jitter printed a distribution of 10 measurements, 1 of them missed", result.stderr)
+
     def test_an_empty_folder_is_no_success(self):
         self.assertEqual(self.quick().returncode, 2)
 
@@ -90,6 +101,10 @@ class Tables(Folder):
     def test_the_tables_here_are_current(self):
         result = self.tables("--check")
         self.assertEqual((result.returncode, result.stderr), (0, ""))
+
+    def test_a_report_of_all_programs_beside_them_is_no_document_of_one(self):
+        (self.results / "report.json").write_text('{"benches": []}', encoding="utf-8")
+        self.assertEqual(self.tables("--check").returncode, 0)
 
     def test_a_figure_that_was_typed_is_found_and_written_over(self):
         before = self.page.read_text(encoding="utf-8")

@@ -8,12 +8,15 @@
 #include <cerrno>
 #include <chrono>
 #include <filesystem>
+#include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "commands/commands.hpp"
 #include "console.hpp"
 #include "driveline/runtime/files/output_file.hpp"
+#include "text/bench_html.hpp"
 #include "text/bench_report.hpp"
 #include "text/gnuplot.hpp"
 #include "text/json_text.hpp"
@@ -120,6 +123,12 @@ tl::expected<Output, std::string> output_of(const fs::path& program, bool quick)
   return Output{std::move(text), code == kSkipped};
 }
 
+/// The content of a picture that was drawn; empty when it cannot be read.
+std::string picture_in(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
 /// Writes documents, report and pictures. Without gnuplot only the pictures are missing.
 Outcome<void> write_output(const fs::path& directory, const std::vector<json>& documents) {
   std::error_code error;
@@ -131,6 +140,7 @@ Outcome<void> write_output(const fs::path& directory, const std::vector<json>& d
     return {};
   };
   auto report = bench_report(documents);
+  std::map<std::string, std::string> pictures;
   for (const auto& document : documents) {
     if (auto done = write(document["bench"].get<std::string>() + ".json", document.dump(2) + "\n"); !done) return done;
   }
@@ -142,8 +152,11 @@ Outcome<void> write_output(const fs::path& directory, const std::vector<json>& d
       continue;
     }
     report += fmt::format("\n![{0}]({0}.svg)\n", figure.name);
+    pictures[figure.name] = picture_in(directory / (figure.name + ".svg"));
   }
-  return write("report.md", report);
+  if (auto done = write("report.md", report); !done) return done;
+  if (auto done = write("report.json", json{{"benches", documents}}.dump(1) + "\n"); !done) return done;
+  return write("report.html", bench_html(documents, pictures));
 }
 
 Outcome<int> bench(const Options& options) {
@@ -190,7 +203,9 @@ Execute prepare_bench(Arguments& to) {
   auto options = std::make_shared<Options>();
   to.option("--dir", &options->directory, Value::folder(),
             "Folder of the programs (default: bench beside this program)");
-  to.option("-o,--output", &options->output, Value::folder(), "Write the documents, a report and pictures there");
+  to.option(
+      "-o,--output", &options->output, Value::folder(),
+      "Write the documents, pictures and a report there: report.html holds everything, report.json all documents");
   to.flag("--quick", options->quick, "A tenth of the measurements: to see that it works");
   to.flag("--list", options->list, "List the programs instead of running them");
   to.flag("--json", options->json, "One JSON document on stdout");

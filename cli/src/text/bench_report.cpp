@@ -7,6 +7,8 @@
 #include <optional>
 #include <string_view>
 
+#include "text/jitter_figure.hpp"
+
 namespace driveline::cli {
 namespace {
 
@@ -18,6 +20,35 @@ constexpr std::string_view kSvgTerminal =
 /// Keys that every row of a document must have; the others are optional.
 constexpr std::string_view kResultKeys[] = {"case", "metric", "unit"};
 constexpr std::string_view kFigures[] = {"n", "p50", "p99", "p999", "max"};
+
+bool is_bin(const json& bin) {
+  return bin.is_array() && bin.size() == 2 && bin[0].is_number_integer() && bin[1].is_number_unsigned();
+}
+
+/// A distribution leaves nothing out: whole microseconds whose counts are as many as were measured, and of them those
+/// that were missed.
+std::optional<std::string> histogram_problem(const json& row) {
+  if (!row.contains("histogram")) return std::nullopt;
+  const auto& histogram = row["histogram"];
+  const auto has = [&histogram](const char* key, auto is) { return histogram.contains(key) && is(histogram[key]); };
+  if (!histogram.is_object() || !has("deadline_us", [](const json& value) { return value.is_number(); }) ||
+      !has("missed", [](const json& value) { return value.is_number_unsigned(); }) ||
+      !has("bins", [](const json& value) { return value.is_array(); }))
+    return "a histogram lacks \"deadline_us\", \"missed\" or \"bins\"";
+  std::uint64_t total = 0;
+  std::uint64_t missed = 0;
+  for (const auto& bin : histogram["bins"]) {
+    if (!is_bin(bin)) return "a bin of a histogram is not [microsecond, count]";
+    const auto count = bin[1].get<std::uint64_t>();
+    total += count;
+    if (bin[0].get<double>() >= histogram["deadline_us"].get<double>()) missed += count;
+  }
+  if (total != row["n"].get<std::uint64_t>())
+    return fmt::format("a histogram holds {} measurements of {}", total, row["n"].dump());
+  if (missed != histogram["missed"].get<std::uint64_t>())
+    return fmt::format("a histogram calls {} measurements missed, {} are", histogram["missed"].dump(), missed);
+  return std::nullopt;
+}
 
 std::string row_text(const json& row) {
   auto text = fmt::format("| {} | {} | {} |", row["case"].get<std::string>(), row["metric"].get<std::string>(),
@@ -137,6 +168,7 @@ tl::expected<json, std::string> parse_bench_document(const std::string& text) {
       if (!row.contains(key) || !row[std::string(key)].is_number())
         return tl::unexpected(fmt::format("a result has no \"{}\"", key));
     }
+    if (auto wrong = histogram_problem(row)) return tl::unexpected(std::move(*wrong));
   }
   return document;
 }
@@ -169,6 +201,9 @@ std::vector<BenchFigure> bench_figures(const std::vector<json>& documents) {
   draw("cycle", cycle_figure);
   draw("master_cost", master_cost_figure);
   draw("wake", wake_figure);
+  if (const auto* document = find_document(documents, "jitter")) {
+    for (auto& figure : jitter_figures(*document)) figures.push_back(std::move(figure));
+  }
   return figures;
 }
 

@@ -1,9 +1,35 @@
 """`driveline bench`: programs that stand in for those of bench/ are found, run, judged and put together."""
 import json
 import shutil
+import subprocess
 import unittest
 
-from program import ProgramTest
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote
+
+from program import DRIVELINE, PATIENCE_S, ProgramTest
+
+
+class Page(HTMLParser):
+    """What a browser would make of the report."""
+
+    def __init__(self):
+        super().__init__()
+        self.titles, self.pictures, self.tags, self.text = [], [], set(), ""
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.add(tag)
+        if tag in ("h1", "h2"):
+            self.titles.append("")
+        for key, value in attrs:
+            if key in ("src", "href"):
+                self.pictures.append(value)
+
+    def handle_data(self, data):
+        self.text += data
+        if self.lasttag in ("h1", "h2") and data.strip():
+            self.titles[-1] += data.strip()
 
 ENVIRONMENT = {"kernel": "6.1", "cpu": "x", "cores": 4, "compiler": "gcc", "commit": "abc", "virtual_machine": True}
 
@@ -94,11 +120,101 @@ class Bench(ProgramTest):
             self.assertIn("<svg", (out / "wake.svg").read_text())
             self.assertIn("![wake](wake.svg)", (out / "report.md").read_text())
 
+    def test_one_page_and_one_document_hold_everything(self):
+        row = {**document("jitter", "idle_cycle")["results"][0], "unit": "ns", "n": 11, "max": 250000.0,
+               "histogram": {"bin_us": 1, "deadline_us": 125.0, "missed": 2, "bins": [[1, 9], [130, 1], [250, 1]]}}
+        jitter = {**document("jitter"), "results": [row]}
+        self.program_that_prints("jitter", jitter)
+        self.program_that_prints("wake", document("wake", "<script>alert(1)</script>"))
+        out = self.directory / "out"
+        self.assertEqual(self.bench("--output", out).returncode, 0)
+        self.assertEqual(json.loads((out / "report.json").read_text()),
+                         {"benches": [jitter, document("wake", "<script>alert(1)</script>")]})
+        page = (out / "report.html").read_text()
+        reader = Page()
+        reader.feed(page)
+        self.assertEqual(reader.titles, ["Benchmarks", "jitter", "wake"])
+        self.assertIn("idle_cycle", reader.text)
+        self.assertIn("<script>alert(1)</script>", reader.text, "shown, not run")
+        self.assertNotIn("script", reader.tags)
+        self.assertTrue(all(address.startswith("data:image/svg+xml,") for address in reader.pictures), "nothing is fetched")
+        if shutil.which("gnuplot"):
+            self.assertEqual(len(reader.pictures), 2)
+            self.assertEqual(unquote(reader.pictures[0].split(",", 1)[1]), (out / "jitter_idle_wake_latency.svg").read_text())
+            # What was drawn adds up to all that was measured.
+            rows = [line.split() for line in (out / "jitter_idle_wake_latency.dat").read_text().splitlines()]
+            self.assertEqual(sum(int(cells[1]) for cells in rows if len(cells) == 2 and cells[0] != "#"), 11)
+        row["n"] = 12
+        self.program_that_prints("jitter", {**jitter, "results": [row]})
+        self.assertIn("jitter a histogram holds 11 measurements of 12", self.bench("jitter").stderr)
+
     def test_wrong_use(self):
         self.check_refused(self.bench(), 2, "no benchmark program", str(self.folder))
         self.program_that_prints("wake", document("wake", "bare"))
         self.check_refused(self.bench("sleep"), 2, "no benchmark 'sleep'", "wake")
         self.check_refused(self.run_program("bench", "--dir", "nowhere"), 2, "nowhere", "--dir")
+
+
+class Jitter(ProgramTest):
+    """The program of bench/ itself, with others in the place of cyclictest and stress-ng."""
+
+    CYCLICTEST = ("[ \"$1 $2 $9\" = '-m -q -i' ] || exit 9\necho '# Histogram'\necho '000014 003990'\n"
+                  "echo '000130 000008'\necho '# Max Latencies: 25000'\necho '# Histogram Overflows: 00002'")
+
+    def tool(self, name, script):
+        folder = self.directory / "tools"
+        folder.mkdir(exist_ok=True)
+        (folder / name).write_text(f"#!/bin/sh\n{script}\n", encoding="utf-8")
+        (folder / name).chmod(0o755)
+
+    def jitter(self):
+        """Nothing else is installed but what makes the veth pair."""
+        (self.directory / "tools").mkdir(exist_ok=True)
+        if ip := shutil.which("ip"):
+            (self.directory / "tools/ip").symlink_to(ip)
+        result = subprocess.run([Path(DRIVELINE).parent / "bench/jitter", "--duration", "0.5", "--json"], capture_output=True,
+                                text=True, timeout=PATIENCE_S, check=False, env={"PATH": str(self.directory / "tools")})
+        if result.returncode == 77:
+            self.skipTest(result.stderr.strip().splitlines()[-1])
+        return result
+
+    def test_every_way_has_its_whole_distribution_idle_and_under_load(self):
+        self.tool("cyclictest", self.CYCLICTEST)
+        self.tool("stress-ng", "exec /bin/sleep 60")
+        result = self.jitter()
+        self.assertEqual(result.returncode, 0, result.stderr)
+        rows = {(row["case"], row["metric"]): row for row in self.one_document(result.stdout)["results"]}
+        ways = ["bare_loop", "cycle", "cycle_25us_ahead"]
+        self.assertEqual(set(rows), {(f"{state}_{way}", metric) for state in ("idle", "load") for way in ways
+                                     for metric in ("wake_latency", "send_time", "arrival_period_off")} |
+                         {(f"{state}_cyclictest", "wake_latency") for state in ("idle", "load")})
+        for (case, metric), row in rows.items():
+            histogram = row["histogram"]
+            self.assertEqual(sum(count for _, count in histogram["bins"]), row["n"], (case, metric))
+            self.assertEqual(sum(count for us, count in histogram["bins"] if us >= 125), histogram["missed"])
+            self.assertEqual(histogram["bins"][-1][0], int(row["max"] // 1000), "the largest of all is in it")
+            if metric != "arrival_period_off":
+                self.assertGreaterEqual(row["n"], 4000)
+        for way in ways:
+            wake, send = rows[f"idle_{way}", "wake_latency"], rows[f"idle_{way}", "send_time"]
+            self.assertEqual(wake["n"], send["n"], "one frame for each wake-up")
+            self.assertGreaterEqual(send["max"], wake["max"], "no frame goes before the thread runs")
+        peer = rows["load_cyclictest", "wake_latency"]
+        self.assertEqual((peer["n"], peer["p50"], peer["p999"], peer["max"]), (4000, 14000, 130000, 25000000))
+        self.assertEqual(peer["histogram"]["missed"], 10)
+
+    def test_what_is_not_installed_is_left_out_with_a_sentence(self):
+        result = self.jitter()
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("no comparison with cyclictest: it is not installed (Debian: rt-tests)", result.stderr)
+        self.assertIn("nothing measured under load: stress-ng is not installed", result.stderr)
+        self.assertEqual(len(self.one_document(result.stdout)["results"]), 9)
+
+    def test_a_report_that_lacks_latencies_is_not_taken(self):
+        self.tool("cyclictest", "echo '000014 003990'")
+        result = self.jitter()
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("cyclictest tells of 3990 latencies, not of the 4000 that it was asked for", result.stderr)
 
 
 if __name__ == "__main__":

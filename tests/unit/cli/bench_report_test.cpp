@@ -57,6 +57,28 @@ TEST(BenchDocument, ThatIsNoneIsRefusedWithWhatIsMissing) {
   }
 }
 
+TEST(BenchDocument, AHistogramThatLeavesMeasurementsOutIsRefused) {
+  auto whole = row("idle_cycle", "wake_latency", 15'000, 300'000);
+  whole["histogram"] = json::parse(R"({"deadline_us": 125.0, "missed": 1, "bins": [[14, 4], [15, 5], [300, 1]]})");
+  EXPECT_EQ(problem_of(document("jitter", {whole}).dump()), "");
+  const auto with = [&whole](const char* key, const json& value) {
+    auto changed = whole;
+    changed["histogram"][key] = value;
+    return problem_of(document("jitter", {changed}).dump());
+  };
+  EXPECT_EQ(with("bins", json::parse("[[14, 4], [15, 5]]")), "a histogram holds 9 measurements of 10");
+  EXPECT_EQ(with("missed", 0), "a histogram calls 0 measurements missed, 1 are");
+  EXPECT_EQ(with("deadline_us", 400.0), "a histogram calls 1 measurements missed, 0 are");
+  for (const auto* bins : {"[[14, -4]]", "[[14]]", "[[1.5, 10]]", "[3]"}) {
+    EXPECT_EQ(with("bins", json::parse(bins)), "a bin of a histogram is not [microsecond, count]") << bins;
+  }
+  for (const auto* key : {"deadline_us", "missed", "bins"}) {
+    EXPECT_EQ(with(key, nullptr), "a histogram lacks \"deadline_us\", \"missed\" or \"bins\"");
+  }
+  whole["histogram"] = 3;
+  EXPECT_NE(problem_of(document("jitter", {whole}).dump()), "");
+}
+
 TEST(BenchReport, TellsWhatWasAimedAtAndWhetherItWasMet) {
   auto met = row("1_drive", "cost", 294.04, 500.0);
   met["aim"] = "p50<=400";

@@ -1,0 +1,70 @@
+#include "text/jitter_figure.hpp"
+
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+
+namespace driveline::cli {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+using testing::Not;
+
+json jitter_row(const std::string& name, const std::string& metric, const std::string& bins, int missed) {
+  return {{"case", name},
+          {"metric", metric},
+          {"unit", "ns"},
+          {"n", 10},
+          {"p50", 14'000},
+          {"p99", 15'000},
+          {"p999", 300'500},
+          {"max", 300'500},
+          {"histogram", {{"deadline_us", 125.0}, {"missed", missed}, {"bins", json::parse(bins)}}}};
+}
+
+json jitter_document(const std::vector<json>& rows) {
+  return {{"bench", "jitter"}, {"environment", json::object()}, {"results", rows}};
+}
+
+TEST(JitterFigure, HasEveryMeasurementAndMissedPeriodsInABarOfTheirOwn) {
+  const auto figures = jitter_figures(
+      jitter_document({jitter_row("idle_bare_loop", "wake_latency", "[[13, 10]]", 0),
+                       jitter_row("idle_cycle_25us_ahead", "wake_latency", "[[0, 8], [15, 1], [300, 1]]", 1)}));
+  ASSERT_EQ(figures.size(), 1U);
+  EXPECT_EQ(figures[0].name, "jitter_idle_wake_latency");
+  // Two blocks for each way; a dummy keeps the number of an empty one.
+  EXPECT_EQ(figures[0].data,
+            "# bare_loop\n13 10\n\n\n# bare_loop, missed\n-1 0\n\n\n"
+            "# cycle_25us_ahead\n0 8\n15 1\n\n\n# cycle_25us_ahead, missed\n131 1\n\n\n");
+  const auto& script = figures[0].script;
+  EXPECT_THAT(script, HasSubstr("set logscale y"));
+  EXPECT_THAT(script, HasSubstr("set arrow 1 from 125,graph 0 to 125,graph 1 nohead lw 2 lc 'red'")) << "the deadline";
+  EXPECT_THAT(script, HasSubstr("'p50 14.0'"));
+  EXPECT_THAT(script, HasSubstr("'p99 15.0'"));
+  EXPECT_THAT(script, Not(HasSubstr("'p99.9 300.5'"))) << "beyond the deadline, where the bar is";
+  EXPECT_THAT(script,
+              HasSubstr("'bare_loop: 10 instants, max 300.5 us', NaN with boxes lc rgb 'red' title 'missed: none'"));
+  EXPECT_THAT(script, HasSubstr("index 3 using 1:2:(8) with boxes lc rgb 'red' title 'missed: 1'"));
+}
+
+TEST(JitterFigure, IsOnePerStateOfTheMachineAndMetric) {
+  const auto figures = jitter_figures(jitter_document({jitter_row("idle_cycle", "wake_latency", "[[13, 10]]", 0),
+                                                       jitter_row("idle_cycle", "send_time", "[[13, 10]]", 0),
+                                                       jitter_row("load_cycle", "wake_latency", "[[130, 10]]", 10)}));
+  ASSERT_EQ(figures.size(), 3U);
+  EXPECT_EQ(figures[1].name, "jitter_idle_send_time");
+  EXPECT_EQ(figures[2].name, "jitter_load_wake_latency");
+  EXPECT_THAT(figures[2].script, HasSubstr("plot NaN title 'cycle: 10 instants, max 300.5 us', "
+                                           "'jitter_load_wake_latency.dat' index 1"))
+      << "all of them were missed";
+}
+
+TEST(JitterFigure, ANameCannotEndItsQuotes) {
+  const auto figures =
+      jitter_figures(jitter_document({jitter_row("idle_a'; system 'x", "wake_latency", "[[1, 10]]", 0)}));
+  EXPECT_THAT(figures.at(0).script, Not(HasSubstr("a'; system")));
+}
+
+}  // namespace
+}  // namespace driveline::cli
