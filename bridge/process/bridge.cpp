@@ -35,6 +35,7 @@ DdsConfig config_of(const snapshot::FeedDescription& description) {
   config.decimation = description.decimation;
   config.ros2 = description.ros2 != 0;
   config.virtual_time = description.virtual_time != 0;
+  config.slaves = description.slaves;
   config.cycle_period = std::chrono::nanoseconds{std::max<std::int64_t>(description.period_ns, 0)};
   config.interfaces.clear();
   for (std::uint32_t i = 0; i < description.interfaces; ++i) {
@@ -64,6 +65,7 @@ snapshot::LineStatus line_status(const snapshot::FeedStatus& from, std::int64_t 
   status.lost_frames = from.lost_frames;
   status.wake_latency = percentiles_of(from.wake_latency_ns);
   status.cycle_cost = percentiles_of(from.cycle_cost_ns);
+  status.statistics = from.statistics;
   for (std::uint16_t i = 0; i < from.faults; ++i) status.faults.emplace_back(from.fault[i].view());
   return status;
 }
@@ -83,6 +85,11 @@ std::string Bridge::set_up() {
   if (!opened) return describe(opened.error());
   feed_.emplace(*std::move(opened));
   const auto& description = feed_->description();
+  if (options_.condition >= 0) {
+    auto condition = snapshot::FeedConditionReader::open(options_.condition, description.slaves);
+    if (!condition) return describe(condition.error());
+    condition_.emplace(*std::move(condition));
+  }
   if (auto wrong = give_up_privileges(description.realtime_cpu); !wrong.empty()) return wrong;
   // After the change of user, which resets it.
   if (options_.supervisor >= 0) ::prctl(PR_SET_PDEATHSIG, SIGTERM);
@@ -116,6 +123,7 @@ std::string Bridge::run() {
 bool Bridge::pass() {
   take_status();
   take_events();
+  take_condition();
   int taken = 0;
   for (; taken < kCyclesPerPass && feed_->take(); ++taken) {
     if (const auto* line = feed_->line()) publisher_->lines({line, 1});
@@ -148,6 +156,11 @@ void Bridge::take_events() {
                        .severity = static_cast<DdsEventSeverity>(severity),
                        .text = std::string{event.text.view()}});
   }
+}
+
+void Bridge::take_condition() {
+  snapshot::FeedCondition condition;
+  if (condition_ && condition_->take(condition)) publisher_->set_condition(condition);
 }
 
 void Bridge::tell() {

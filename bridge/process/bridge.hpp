@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "driveline/bridge/dds_publisher.hpp"
+#include "driveline/snapshot/feed/feed_condition.hpp"
 #include "driveline/snapshot/feed/feed_reader.hpp"
 #include "options.hpp"
 
@@ -27,6 +28,7 @@ class Bridge {
   [[nodiscard]] bool pass();
   void take_status();
   void take_events();
+  void take_condition();
   void tell();
   [[nodiscard]] bool told_to_end(int timeout_ms);
   void say(char kind, std::string_view text) const;
@@ -35,6 +37,7 @@ class Bridge {
   Options options_;
   const std::atomic<bool>& stop_;
   std::optional<snapshot::FeedReader> feed_;
+  std::optional<snapshot::FeedConditionReader> condition_;
   std::optional<snapshot::FeedReturnWriter> return_;
   std::unique_ptr<DdsPublisher> publisher_;
   snapshot::FeedStatus status_;

@@ -7,17 +7,19 @@
 namespace driveline::bridge {
 
 const char* const kHelp =
-    "usage: driveline-bridge --feed-fd N [--return-fd N] [--supervisor-fd N]\n"
+    "usage: driveline-bridge --feed-fd N [--condition-fd N] [--return-fd N] [--supervisor-fd N]\n"
     "Publishes a drive line over DDS. `driveline run` starts it and keeps it running.\n"
     "  --feed-fd N        inherited descriptors N to N+3: description, status, cycles and events of a line's feed\n"
+    "  --condition-fd N   inherited descriptor of the feed's condition: the slaves\n"
     "  --return-fd N      inherited descriptor of the region for what it has published\n"
     "  --supervisor-fd N  inherited socket: it says there that it publishes, and ends when the other side is closed\n"
     "  --help             this text\n"
     "Without --supervisor-fd it ends with the line, or by SIGTERM. By hand, beside a run that is process P and "
     "publishes\n"
-    "already, in another domain or not: descriptors D, S, C, E of P are memfd:driveline-feed-description, -status,\n"
-    "-cycles and -events in /proc/P/fd:\n"
-    "  driveline-bridge --feed-fd 3 3</proc/P/fd/D 4</proc/P/fd/S 5</proc/P/fd/C 6</proc/P/fd/E\n";
+    "already, in another domain or not: descriptors D, S, C, E, L of P are memfd:driveline-feed-description, -status,\n"
+    "-cycles, -events and -condition in /proc/P/fd:\n"
+    "  driveline-bridge --feed-fd 3 --condition-fd 7 3</proc/P/fd/D 4</proc/P/fd/S 5</proc/P/fd/C 6</proc/P/fd/E \\\n"
+    "    7</proc/P/fd/L\n";
 
 Options read_options(int count, const char* const* arguments) {
   Options options;
@@ -29,6 +31,7 @@ Options read_options(int count, const char* const* arguments) {
     }
     int* const value = name == "--feed-fd"         ? &options.feed
                        : name == "--return-fd"     ? &options.counts
+                       : name == "--condition-fd"  ? &options.condition
                        : name == "--supervisor-fd" ? &options.supervisor
                                                    : nullptr;
     if (value == nullptr) {

@@ -8,6 +8,7 @@ namespace driveline::bridge {
 struct Options {
   int feed = -1;        ///< description of the feed; its status, cycles and events have the next three numbers
   int counts = -1;      ///< where it tells what it has published; -1: nowhere
+  int condition = -1;   ///< condition of the feed: its slaves; -1: they are not published
   int supervisor = -1;  ///< socket whose end is its own; -1: it ends with the feed, or by SIGTERM
   bool help = false;
   std::string problem;  ///< with the command line; empty: none

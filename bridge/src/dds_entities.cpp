@@ -17,6 +17,7 @@
 #include "drivelinePubSubTypes.h"
 #include "joint_states.hpp"
 #include "ros2PubSubTypes.h"
+#include "writer_qos.hpp"
 
 namespace driveline::bridge {
 namespace {
@@ -30,10 +31,6 @@ using eprosima::fastrtps::rtps::Locator_t;
 constexpr const char* kLoopback = "127.0.0.1";
 constexpr const char* kDiscoveryMulticast = "239.255.0.1";  // RTPS 2.2, 9.6.1.4.1
 constexpr std::uint32_t kParticipantsPerPeer = 16;          // participants of one machine found without multicast
-constexpr std::int32_t kAxisHistory = 16;                   // samples kept per axis
-constexpr std::int32_t kBatchHistory = 4;                   // batches
-constexpr std::int32_t kJointHistory = 10;                  // messages
-constexpr std::int32_t kEventHistory = 64;                  // as the IDL says
 constexpr std::uint32_t kSharedMemorySegment = 256 * 1024;  // bytes
 const Duration_t kFarewell{0, 300'000'000};                 // how long the last status may take to arrive
 
@@ -85,80 +82,48 @@ dds::DomainParticipantQos participant_qos(const DdsConfig& config) {
   return qos;
 }
 
-/// Only the newest values matter: best effort, a short history per axis, allocated once.
-dds::DataWriterQos axis_writer_qos(std::size_t axes) {
-  const auto instances = static_cast<std::int32_t>(std::max<std::size_t>(axes, 1));
-  dds::DataWriterQos qos;
-  qos.reliability().kind = dds::BEST_EFFORT_RELIABILITY_QOS;
-  qos.durability().kind = dds::VOLATILE_DURABILITY_QOS;
-  qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
-  qos.history().depth = kAxisHistory;
-  qos.resource_limits().max_instances = instances;
-  qos.resource_limits().max_samples_per_instance = kAxisHistory;
-  qos.resource_limits().max_samples = instances * kAxisHistory;
-  qos.resource_limits().allocated_samples = instances;
-  qos.data_sharing().off();
-  return qos;
+std::string name_of(TopicId topic, const DdsConfig& config) {
+  switch (topic) {
+    case TopicId::kAxis:
+      return config.axis_topic;
+    case TopicId::kStatus:
+      return config.status_topic;
+    case TopicId::kBatch:
+      return config.batch_topic;
+    case TopicId::kEvent:
+      return config.event_topic;
+    case TopicId::kSlave:
+      return config.slave_topic;
+    case TopicId::kTopology:
+      return config.topology_topic;
+    case TopicId::kStatistics:
+      return config.statistics_topic;
+    case TopicId::kJoints:
+      return config.ros2 ? kJointStatesTopic : "";
+  }
+  return {};
 }
 
-/// A late subscriber must get the status, too: reliable, and the last sample is kept.
-dds::DataWriterQos status_writer_qos() {
-  dds::DataWriterQos qos;
-  qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
-  qos.durability().kind = dds::TRANSIENT_LOCAL_DURABILITY_QOS;
-  qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
-  qos.history().depth = 1;
-  qos.resource_limits().max_instances = 1;
-  qos.resource_limits().max_samples_per_instance = 1;
-  qos.resource_limits().max_samples = 1;
-  qos.resource_limits().allocated_samples = 1;
-  qos.data_sharing().off();
-  return qos;
-}
-
-/// A batch is large, and the next one comes in a millisecond.
-dds::DataWriterQos batch_writer_qos() {
-  dds::DataWriterQos qos;
-  qos.reliability().kind = dds::BEST_EFFORT_RELIABILITY_QOS;
-  qos.durability().kind = dds::VOLATILE_DURABILITY_QOS;
-  qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
-  qos.history().depth = kBatchHistory;
-  qos.resource_limits().max_instances = 1;
-  qos.resource_limits().max_samples_per_instance = kBatchHistory;
-  qos.resource_limits().max_samples = kBatchHistory;
-  qos.resource_limits().allocated_samples = 1;
-  qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
-  qos.data_sharing().off();
-  return qos;
-}
-
-/// What has happened is to be known to who comes later, too.
-dds::DataWriterQos event_writer_qos() {
-  dds::DataWriterQos qos;
-  qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
-  qos.durability().kind = dds::TRANSIENT_LOCAL_DURABILITY_QOS;
-  qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
-  qos.history().depth = kEventHistory;
-  qos.resource_limits().max_instances = 1;
-  qos.resource_limits().max_samples_per_instance = kEventHistory;
-  qos.resource_limits().max_samples = kEventHistory;
-  qos.resource_limits().allocated_samples = kEventHistory;
-  qos.data_sharing().off();
-  return qos;
-}
-
-/// As writers of ROS 2 are by default: its readers are reliable, and do not match one that is not.
-dds::DataWriterQos joint_writer_qos() {
-  dds::DataWriterQos qos;
-  qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
-  qos.durability().kind = dds::VOLATILE_DURABILITY_QOS;
-  qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
-  qos.history().depth = kJointHistory;
-  qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
-  qos.data_sharing().off();
-  const std::string hash{kJointStateTypeHash};
-  qos.user_data().setValue({hash.begin(), hash.end()});
-  return qos;
+dds::TypeSupport type_of(TopicId topic) {
+  switch (topic) {
+    case TopicId::kAxis:
+      return dds::TypeSupport{new telemetry::AxisTelemetryPubSubType};
+    case TopicId::kStatus:
+      return dds::TypeSupport{new telemetry::LineStatusPubSubType};
+    case TopicId::kBatch:
+      return dds::TypeSupport{new telemetry::AxisBatchPubSubType};
+    case TopicId::kEvent:
+      return dds::TypeSupport{new telemetry::EventPubSubType};
+    case TopicId::kSlave:
+      return dds::TypeSupport{new telemetry::SlavePubSubType};
+    case TopicId::kTopology:
+      return dds::TypeSupport{new telemetry::TopologyPubSubType};
+    case TopicId::kStatistics:
+      return dds::TypeSupport{new telemetry::CycleStatisticsPubSubType};
+    case TopicId::kJoints:
+      return dds::TypeSupport{new sensor_msgs::msg::dds_::JointState_PubSubType};
+  }
+  return {};
 }
 
 dds::DataWriter* create_writer(dds::DomainParticipant& participant, dds::Publisher& publisher,
@@ -206,74 +171,38 @@ tl::expected<void, DdsError> DdsEntities::create_writers(const DdsConfig& config
   if (publisher == nullptr) {
     return tl::unexpected(DdsNoPublisher{});
   }
-  axis_writer_ = create_writer(*participant_, *publisher, dds::TypeSupport{new telemetry::AxisTelemetryPubSubType},
-                               config.axis_topic, axis_writer_qos(config.axes.size()));
-  if (axis_writer_ == nullptr) {
-    return tl::unexpected(DdsNoWriter{config.axis_topic});
-  }
-  status_writer_ = create_writer(*participant_, *publisher, dds::TypeSupport{new telemetry::LineStatusPubSubType},
-                                 config.status_topic, status_writer_qos());
-  if (status_writer_ == nullptr) {
-    return tl::unexpected(DdsNoWriter{config.status_topic});
-  }
-  if (!config.batch_topic.empty()) {
-    batch_writer_ = create_writer(*participant_, *publisher, dds::TypeSupport{new telemetry::AxisBatchPubSubType},
-                                  config.batch_topic, batch_writer_qos());
-    if (batch_writer_ == nullptr) {
-      return tl::unexpected(DdsNoWriter{config.batch_topic});
+  for (std::size_t i = 0; i < kTopics; ++i) {
+    const auto topic = static_cast<TopicId>(i);
+    const std::string name = name_of(topic, config);
+    if (name.empty()) {
+      continue;
     }
-  }
-  if (!config.event_topic.empty()) {
-    event_writer_ = create_writer(*participant_, *publisher, dds::TypeSupport{new telemetry::EventPubSubType},
-                                  config.event_topic, event_writer_qos());
-    if (event_writer_ == nullptr) {
-      return tl::unexpected(DdsNoWriter{config.event_topic});
-    }
-  }
-  if (config.ros2) {
-    joint_writer_ =
-        create_writer(*participant_, *publisher, dds::TypeSupport{new sensor_msgs::msg::dds_::JointState_PubSubType},
-                      kJointStatesTopic, joint_writer_qos());
-    if (joint_writer_ == nullptr) {
-      return tl::unexpected(DdsNoWriter{kJointStatesTopic});
+    writers_[i] = create_writer(*participant_, *publisher, type_of(topic), name, writer_qos(topic, config));
+    if (writers_[i] == nullptr) {
+      return tl::unexpected(DdsNoWriter{name});
     }
   }
   return {};
 }
 
-bool DdsEntities::write_axis(void* message) {
-  return axis_writer_->write(message);
+bool DdsEntities::write(TopicId topic, void* message) {
+  dds::DataWriter* writer = writers_[static_cast<std::size_t>(topic)];
+  return writer != nullptr && writer->write(message);
 }
 
-bool DdsEntities::write_status(void* message) {
-  return status_writer_->write(message);
-}
-
-bool DdsEntities::write_batch(void* message) {
-  return batch_writer_ != nullptr && batch_writer_->write(message);
-}
-
-bool DdsEntities::write_event(void* message) {
-  return event_writer_ != nullptr && event_writer_->write(message);
-}
-
-bool DdsEntities::write_joints(void* message) {
-  return joint_writer_ != nullptr && joint_writer_->write(message);
-}
-
-bool DdsEntities::batch_has_readers() const {
-  if (batch_writer_ == nullptr) {
-    return false;
-  }
+bool DdsEntities::has_readers(TopicId topic) const {
+  dds::DataWriter* const writer = writers_[static_cast<std::size_t>(topic)];
   dds::PublicationMatchedStatus matched;
-  return batch_writer_->get_publication_matched_status(matched) == ReturnCode_t::RETCODE_OK &&
+  return writer != nullptr && writer->get_publication_matched_status(matched) == ReturnCode_t::RETCODE_OK &&
          matched.current_count > 0;
 }
 
-void DdsEntities::wait_for_status_readers() {
-  status_writer_->wait_for_acknowledgments(kFarewell);
-  if (event_writer_ != nullptr) {
-    event_writer_->wait_for_acknowledgments(kFarewell);
+void DdsEntities::wait_for_readers() {
+  // Those whose last sample tells how a line was in the end; the first has the longest way.
+  for (const TopicId topic : {TopicId::kStatus, TopicId::kEvent, TopicId::kSlave, TopicId::kStatistics}) {
+    if (dds::DataWriter* writer = writers_[static_cast<std::size_t>(topic)]; writer != nullptr) {
+      writer->wait_for_acknowledgments(kFarewell);
+    }
   }
 }
 

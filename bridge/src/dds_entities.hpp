@@ -1,10 +1,13 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <tl/expected.hpp>
 #include <utility>
 
 #include "driveline/bridge/dds_config.hpp"
 #include "driveline/bridge/dds_error.hpp"
+#include "topic_id.hpp"
 
 namespace eprosima::fastdds::dds {
 class DataWriter;
@@ -22,26 +25,17 @@ class DdsEntities {
   [[nodiscard]] static tl::expected<DdsEntities, DdsError> create(const DdsConfig& config);
   ~DdsEntities();
   DdsEntities(DdsEntities&& other) noexcept
-      : participant_(std::exchange(other.participant_, nullptr)),
-        axis_writer_(other.axis_writer_),
-        status_writer_(other.status_writer_),
-        batch_writer_(other.batch_writer_),
-        event_writer_(other.event_writer_),
-        joint_writer_(other.joint_writer_) {}
+      : participant_(std::exchange(other.participant_, nullptr)), writers_(other.writers_) {}
   DdsEntities& operator=(DdsEntities&&) = delete;
 
-  /// All return false when DDS refuses the sample.
-  bool write_axis(void* message);
-  bool write_status(void* message);
-  bool write_batch(void* message);
-  bool write_event(void* message);
-  bool write_joints(void* message);
+  /// False when DDS refuses the sample, or there is no such topic. `message`: of the type of the topic.
+  bool write(TopicId topic, void* message);
 
-  /// Somebody reads batches.
-  [[nodiscard]] bool batch_has_readers() const;
+  /// Somebody reads the topic.
+  [[nodiscard]] bool has_readers(TopicId topic) const;
 
-  /// Waits, for a fraction of a second at most, until every subscriber has the last status.
-  void wait_for_status_readers();
+  /// Waits, for a fraction of a second per topic at most, until every subscriber has the last status.
+  void wait_for_readers();
 
  private:
   DdsEntities() = default;
@@ -49,11 +43,7 @@ class DdsEntities {
   tl::expected<void, DdsError> create_writers(const DdsConfig& config);
 
   eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;
-  eprosima::fastdds::dds::DataWriter* axis_writer_ = nullptr;
-  eprosima::fastdds::dds::DataWriter* status_writer_ = nullptr;
-  eprosima::fastdds::dds::DataWriter* batch_writer_ = nullptr;  ///< null: there is no such topic
-  eprosima::fastdds::dds::DataWriter* event_writer_ = nullptr;  ///< null: there is no such topic
-  eprosima::fastdds::dds::DataWriter* joint_writer_ = nullptr;  ///< null: there is no such topic
+  std::array<eprosima::fastdds::dds::DataWriter*, kTopics> writers_{};  ///< by TopicId; null: there is no such topic
 };
 
 }  // namespace driveline::bridge

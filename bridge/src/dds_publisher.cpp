@@ -13,6 +13,7 @@
 #include "dds_entities.hpp"
 #include "idl_types.hpp"
 #include "joint_states.hpp"
+#include "slave_topics.hpp"
 
 namespace driveline::bridge {
 namespace {
@@ -37,7 +38,7 @@ std::int64_t wall_offset_ns() {
 
 struct DdsPublisher::State {
   State(DdsConfig from, DdsEntities made)
-      : config(std::move(from)), entities(std::move(made)), batcher(config), joints(config) {
+      : config(std::move(from)), entities(std::move(made)), batcher(config), joints(config), slaves(config, entities) {
     set_wall_offset(wall_offset_ns());
     for (std::size_t i = 0; i < config.axes.size(); ++i) {
       axis_messages.push_back(axis_message(static_cast<std::uint16_t>(i), config.axes[i]));
@@ -51,6 +52,7 @@ struct DdsPublisher::State {
     joints.set_wall_offset(offset_ns);
   }
   void publish_status(const snapshot::DrainCounters& counters);
+  void publish_statistics();
   void count_drops(const snapshot::DrainCounters& counters) {
     dropped.store(counters.lines_dropped + counters.axes_dropped + refused, std::memory_order_relaxed);
   }
@@ -62,7 +64,9 @@ struct DdsPublisher::State {
   AxisBatcher batcher;
   JointStates joints;
   bool batches_wanted = false;
+  SlaveTopics slaves;
   telemetry::LineStatus status_message;
+  std::uint64_t statistics_told = 0;  ///< number of those that were published last
   SteadyTime next_status = SteadyTime::min();
   std::uint64_t refused = 0;
   // Read by any thread.
@@ -86,7 +90,23 @@ void DdsPublisher::State::publish_status(const snapshot::DrainCounters& counters
   }
   status_message.telemetry_published(sum.published + published.load(std::memory_order_relaxed));
   status_message.telemetry_dropped(sum.dropped + dropped.load(std::memory_order_relaxed));
-  entities.write_status(&status_message);
+  entities.write(TopicId::kStatus, &status_message);
+}
+
+void DdsPublisher::State::publish_statistics() {
+  snapshot::CycleStatistics newest;
+  std::int64_t period_ns = 0;
+  {
+    const std::lock_guard lock{mutex};
+    newest = status.statistics;
+    period_ns = status.cycle_period.count();
+  }
+  if (newest.number == statistics_told) {
+    return;
+  }
+  statistics_told = newest.number;
+  auto message = statistics_message(newest, period_ns);
+  entities.write(TopicId::kStatistics, &message);
 }
 
 tl::expected<std::unique_ptr<DdsPublisher>, DdsError> DdsPublisher::create(DdsConfig config) {
@@ -133,11 +153,11 @@ void DdsPublisher::axes(std::span<const snapshot::AxisSample> samples) {
   }
   for (const snapshot::AxisSample& sample : samples) {
     if (auto* joints = state_->config.ros2 ? state_->joints.add(sample) : nullptr) {
-      state_->entities.write_joints(joints);
+      state_->entities.write(TopicId::kJoints, joints);
     }
     if (state_->batches_wanted && sample.axis < state_->axis_messages.size()) {
       if (auto* batch = state_->batcher.add(sample)) {
-        state_->entities.write_batch(batch);
+        state_->entities.write(TopicId::kBatch, batch);
       }
     }
     if (sample.cycle % state_->config.decimation != 0) {
@@ -147,7 +167,7 @@ void DdsPublisher::axes(std::span<const snapshot::AxisSample> samples) {
     if (sample.axis < state_->axis_messages.size()) {
       telemetry::AxisTelemetry& message = state_->axis_messages[sample.axis];
       set_sample(message, sample);
-      accepted = state_->entities.write_axis(&message);
+      accepted = state_->entities.write(TopicId::kAxis, &message);
     }
     ++(accepted ? written : state_->refused);
   }
@@ -162,7 +182,7 @@ void DdsPublisher::pass_done(const snapshot::DrainCounters& counters) {
     urgent = state_->status_urgent;
   }
   state_->count_drops(counters);
-  state_->batches_wanted = state_->entities.batch_has_readers();
+  state_->batches_wanted = state_->entities.has_readers(TopicId::kBatch);
   if (!state_->config.virtual_time) {
     state_->set_wall_offset(wall_offset_ns());
   }
@@ -170,6 +190,12 @@ void DdsPublisher::pass_done(const snapshot::DrainCounters& counters) {
     state_->next_status = now + state_->config.status_period;
     state_->publish_status(counters);
   }
+  state_->publish_statistics();
+  state_->slaves.repeat(now);
+}
+
+void DdsPublisher::set_condition(const snapshot::FeedCondition& condition) {
+  state_->slaves.set(condition, std::chrono::steady_clock::now());
 }
 
 void DdsPublisher::event(const DdsEvent& event) {
@@ -178,15 +204,16 @@ void DdsPublisher::event(const DdsEvent& event) {
   message.wall_time_ns(event.wall_time_ns);
   message.severity(static_cast<telemetry::EventSeverity>(event.severity));
   message.text(event.text.substr(0, kLongestEvent).c_str());
-  state_->entities.write_event(&message);
+  state_->entities.write(TopicId::kEvent, &message);
 }
 
 void DdsPublisher::finish(const snapshot::DrainCounters& counters) {
   if (auto* batch = state_->batches_wanted ? state_->batcher.flush() : nullptr) {
-    state_->entities.write_batch(batch);
+    state_->entities.write(TopicId::kBatch, batch);
   }
+  state_->publish_statistics();
   state_->publish_status(counters);
-  state_->entities.wait_for_status_readers();
+  state_->entities.wait_for_readers();
 }
 
 }  // namespace driveline::bridge

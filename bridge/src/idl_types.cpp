@@ -1,6 +1,7 @@
 #include "idl_types.hpp"
 
 #include <cstdint>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -38,6 +39,73 @@ telemetry::Percentiles percentiles(const snapshot::Percentiles& from) {
   to.p99_ns(from.p99.count());
   to.max_ns(from.max.count());
   return to;
+}
+
+telemetry::TimeDistribution distribution(const snapshot::TimeDistribution& from) {
+  telemetry::TimeDistribution to;
+  to.count(from.count);
+  to.p50_ns(from.p50_ns);
+  to.p90_ns(from.p90_ns);
+  to.p99_ns(from.p99_ns);
+  to.p999_ns(from.p999_ns);
+  to.max_ns(from.max_ns);
+  return to;
+}
+
+telemetry::CycleInterval interval(const snapshot::CycleInterval& from) {
+  telemetry::CycleInterval to;
+  to.duration_ns(from.duration_ns);
+  to.cycles(from.cycles);
+  to.missed_periods(from.missed_periods);
+  to.wkc_errors(from.wkc_errors);
+  to.lost_frames(from.lost_frames);
+  to.wake_latency(distribution(from.wake_latency));
+  to.cycle_cost(distribution(from.cost));
+  to.jitter(distribution(from.jitter));
+  to.round_trip(distribution(from.round_trip));
+  to.dc_difference(distribution(from.dc_difference));
+  return to;
+}
+
+/// AL status 0130h, bits 0 to 3 (ETG.1000.6, table of the AL states).
+telemetry::SlaveState slave_state(std::uint8_t al_state) {
+  switch (al_state) {
+    case 1:
+      return telemetry::SLAVE_INIT;
+    case 2:
+      return telemetry::SLAVE_PRE_OP;
+    case 3:
+      return telemetry::SLAVE_BOOTSTRAP;
+    case 4:
+      return telemetry::SLAVE_SAFE_OP;
+    case 8:
+      return telemetry::SLAVE_OP;
+    default:
+      return telemetry::SLAVE_UNKNOWN;
+  }
+}
+
+telemetry::SlavePort slave_port(const snapshot::FeedSlavePort& from) {
+  telemetry::SlavePort to;
+  to.link(from.link != 0);
+  to.open(from.open != 0);
+  to.invalid_frames(from.invalid_frames);
+  to.receive_errors(from.receive_errors);
+  to.forwarded_errors(from.forwarded);
+  to.lost_links(from.lost_links);
+  return to;
+}
+
+telemetry::TopologyPort port_of(std::uint32_t slave, std::uint32_t port) {
+  telemetry::TopologyPort to;
+  to.position(static_cast<std::uint16_t>(slave));
+  to.port(static_cast<std::uint8_t>(port % snapshot::kFeedSlavePorts));
+  return to;
+}
+
+template <std::size_t kBytes>
+std::string text_of(const snapshot::FeedText<kBytes>& text) {
+  return std::string{text.view().substr(0, kBytes)};
 }
 
 }  // namespace
@@ -87,6 +155,77 @@ void set_cycle(telemetry::LineStatus& message, const snapshot::LineSample& sampl
   message.time_ns(sample.time_ns);
   message.dc_locked(sample.dc_locked);
   message.dc_difference_ns(sample.dc_difference_ns);
+}
+
+telemetry::CycleStatistics statistics_message(const snapshot::CycleStatistics& statistics, std::int64_t period_ns) {
+  telemetry::CycleStatistics message;
+  message.number(statistics.number);
+  message.cycle(statistics.cycle);
+  message.time_ns(statistics.time_ns);
+  message.wall_time_ns(statistics.wall_time_ns);
+  message.cycle_period_ns(period_ns);
+  message.dc_locked(statistics.dc_locked != 0);
+  message.dc_difference_ns(statistics.dc_difference_ns);
+  message.last(interval(statistics.last));
+  message.total(interval(statistics.total));
+  return message;
+}
+
+telemetry::Slave slave_message(const snapshot::FeedSlave& slave, std::size_t position) {
+  telemetry::Slave message;
+  message.position(static_cast<std::uint16_t>(position));
+  message.name(text_of(slave.name));
+  message.device(text_of(slave.device));
+  message.vendor_id(slave.vendor_id);
+  message.product_code(slave.product_code);
+  message.revision(slave.revision);
+  message.serial_number(slave.serial_number);
+  message.station_address(slave.station);
+  message.alias(slave.alias);
+  message.hot_connect(slave.hot_connect != 0);
+  message.answers(slave.answers != 0);
+  message.wall_time_ns(slave.read_at_ns);
+  message.state(slave_state(slave.al_state));
+  message.error(slave.al_error != 0);
+  message.al_status_code(slave.al_status_code);
+  message.al_status_text(text_of(slave.al_text));
+  for (std::size_t i = 0; i < snapshot::kFeedSlavePorts; ++i) {
+    message.ports()[i] = slave_port(slave.port[i]);
+  }
+  message.processing_unit_errors(slave.processing_unit_errors);
+  message.pdi_errors(slave.pdi_errors);
+  message.dc_clock(slave.clock != 0);
+  message.dc_reference(slave.clock == 2);
+  message.dc_delay_ns(slave.clock_delay_ns);
+  message.dc_difference_max_ns(slave.clock_difference_ns);
+  message.dc_sync0_cycle_ns(slave.sync0_cycle_ns);
+  return message;
+}
+
+telemetry::Topology topology_message(const snapshot::FeedCondition& condition) {
+  telemetry::Topology message;
+  message.slaves(static_cast<std::uint16_t>(condition.slaves.size()));
+  for (std::size_t i = 0; i < condition.slaves.size(); ++i) {
+    const auto& slave = condition.slaves[i];
+    if (slave.parent < snapshot::kFeedParentMaster) {
+      continue;
+    }
+    telemetry::TopologyNode node;
+    node.position(static_cast<std::uint16_t>(i));
+    node.parent(slave.parent);
+    node.parent_port(slave.parent_port);
+    node.entry_port(slave.entry_port);
+    node.depth(static_cast<std::uint16_t>(slave.depth));
+    message.nodes().push_back(node);
+  }
+  const auto& head = condition.head;
+  if (head.ring_slave >= 0) {
+    message.ring_end().push_back(port_of(static_cast<std::uint32_t>(head.ring_slave), head.ring_port));
+  }
+  for (std::uint32_t i = 0; i < head.silent_ports; ++i) {
+    message.silent_ports().push_back(port_of(head.silent[i] / snapshot::kFeedSlavePorts, head.silent[i]));
+  }
+  return message;
 }
 
 }  // namespace driveline::bridge

@@ -167,6 +167,8 @@ Result<void> LineRun::bring_up() {
   }
   if (auto done = configure_line(master_, &config_, *settings_.observer); !done) return done;
   state_ = "SAFEOP";
+  if (telemetry_) slave_watch_.emplace(master_, session_.clock());
+  tell_slaves(true);
   if (auto complete = check_axis_objects(config_, master_); !complete) return complete;
   if (auto asked = ask_drives(); !asked) return asked;
   auto named = name_process_data(config_, master_);
@@ -313,6 +315,7 @@ void LineRun::begin_operation() {
   make_watch();
   operation_start_ = session_.clock().now();
   settings_.observer->look();
+  tell_slaves(true);
   // The line is up; after a stop request nothing moves any more.
   if (motion_ && !stop_requested()) motion_->start();
   if (motion_ && joint_owner().empty()) progress(events::NoPath{settings_.enable});
@@ -349,6 +352,7 @@ bool LineRun::look() {
   note_requests();
   note_streams();
   note_telemetry();
+  tell_slaves(false);
   if (!settings_.duration_s && motion_ && motion_->done()) return false;
   tell_progress();
   return true;
@@ -417,6 +421,17 @@ void LineRun::note_telemetry() {
   }
 }
 
+/// For subscribers: `now`, or when something has changed or it is time.
+void LineRun::tell_slaves(bool now) {
+  if (!slave_watch_) return;
+  if (now) {
+    slave_watch_->read();
+  } else if (!slave_watch_->look()) {
+    return;
+  }
+  telemetry_->set_condition(slave_watch_->condition());
+}
+
 void LineRun::stop_motion() {
   if (!motion_) return;
   note_requests();
@@ -443,6 +458,7 @@ void LineRun::take_down() {
   const auto down = master_.shut_down();
   if (down) {
     progress(events::StateReached{wire::AlState::kInit});
+    tell_slaves(true);
   } else {
     fail_with(events::NotInInit{down.error()});
   }

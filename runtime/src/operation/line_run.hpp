@@ -28,6 +28,7 @@
 #include "record/fault_records.hpp"
 #include "record/recorder.hpp"
 #include "record/status_feed.hpp"
+#include "telemetry/slave_watch.hpp"
 #include "telemetry/telemetry_service.hpp"
 
 namespace driveline::runtime {
@@ -94,6 +95,7 @@ class LineRun {
   void note_requests();
   void note_streams();
   void note_telemetry();
+  void tell_slaves(bool now);
   void note(EventFacts facts, Severity severity);
   void progress(EventFacts facts) { note(std::move(facts), Severity::kProgress); }
   void fail_with(EventFacts facts) { note(std::move(facts), Severity::kFailure); }
@@ -111,6 +113,7 @@ class LineRun {
   rt::SpscRing<snapshot::LineSample> line_ring_;
   rt::SpscRing<snapshot::AxisSample> axis_ring_;
   std::unique_ptr<TelemetryService> telemetry_;  ///< none: nothing is published
+  std::optional<SlaveWatch> slave_watch_;        ///< with telemetry_
   std::unique_ptr<StatusFeed> feed_;
   std::unique_ptr<Recorder> recorder_;
   std::unique_ptr<CycleFigures> figures_;

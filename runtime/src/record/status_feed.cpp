@@ -18,7 +18,7 @@ snapshot::Percentiles to_percentiles(const rt::Histogram& histogram) {
 }  // namespace
 
 StatusFeed::StatusFeed(std::vector<snapshot::SampleConsumer*> listeners, nanoseconds period)
-    : listeners_(std::move(listeners)) {
+    : listeners_(std::move(listeners)), statistics_(period) {
   status_.cycle_period = period;
 }
 
@@ -42,6 +42,7 @@ void StatusFeed::lines(std::span<const snapshot::LineSample> samples) {
     rt::record_lateness(wake_latency_, nanoseconds{sample.wake_latency_ns}, sample.missed_periods,
                         status_.cycle_period);
     cost_.record(nanoseconds{sample.cost_ns});
+    if (statistics_.add(sample)) changed_.store(true, std::memory_order_release);
   }
 }
 
@@ -53,10 +54,12 @@ void StatusFeed::pass_done(const snapshot::DrainCounters&) {
 }
 
 void StatusFeed::finish(const snapshot::DrainCounters&) {
+  static_cast<void>(statistics_.close());
   hand_over();
 }
 
 void StatusFeed::hand_over() {
+  status_.statistics = statistics_.statistics();
   status_.state = state_.load(std::memory_order_relaxed);
   status_.wake_latency = to_percentiles(wake_latency_);
   status_.cycle_cost = to_percentiles(cost_);

@@ -10,6 +10,7 @@
 #include "driveline/rt/histogram.hpp"
 #include "driveline/snapshot/line_status.hpp"
 #include "driveline/snapshot/sample_consumer.hpp"
+#include "record/cycle_tally.hpp"
 
 namespace driveline::runtime {
 
@@ -42,6 +43,7 @@ class StatusFeed final : public snapshot::SampleConsumer {
   snapshot::LineStatus status_;
   rt::Histogram wake_latency_;
   rt::Histogram cost_;
+  StatisticsClock statistics_;
   std::chrono::steady_clock::time_point due_{};
   std::atomic<bool> changed_{false};
   std::atomic<snapshot::LineState> state_{snapshot::LineState::kDown};

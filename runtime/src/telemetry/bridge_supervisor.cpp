@@ -47,11 +47,12 @@ Result<void> BridgeSupervisor::spawn(Clock::time_point now) {
   started_at_ = now;
   constexpr int kFeed = HelperProcess::kSocket + 1;
   const std::array passed{feed_.description_descriptor(), feed_.status_descriptor(), feed_.cycles_descriptor(),
-                          feed_.events_descriptor(), region_.descriptor()};
-  auto started = HelperProcess::start(settings_.program,
-                                      {"--supervisor-fd", std::to_string(HelperProcess::kSocket), "--feed-fd",
-                                       std::to_string(kFeed), "--return-fd", std::to_string(kFeed + 4)},
-                                      passed);
+                          feed_.events_descriptor(),      region_.descriptor(),      feed_.condition_descriptor()};
+  auto started = HelperProcess::start(
+      settings_.program,
+      {"--supervisor-fd", std::to_string(HelperProcess::kSocket), "--feed-fd", std::to_string(kFeed), "--return-fd",
+       std::to_string(kFeed + 4), "--condition-fd", std::to_string(kFeed + 5)},
+      passed);
   if (!started) return tl::unexpected(started.error());
   process_ = std::move(*started);
   return {};

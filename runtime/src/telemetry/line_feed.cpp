@@ -6,6 +6,8 @@
 #include <bit>
 #include <chrono>
 
+#include "driveline/snapshot/feed/feed_condition.hpp"
+
 namespace driveline::runtime {
 namespace {
 
@@ -36,6 +38,9 @@ Result<snapshot::FeedDescription> describe_for_feed(const LineConfig& config) {
   description.ros2 = telemetry.ros2 ? 1 : 0;
   description.realtime_cpu = config.realtime.cpu.value_or(-1);
   description.period_ns = config.period.count();
+  // A line without a description is as long as it turns out to be.
+  description.slaves = static_cast<std::uint32_t>(
+      config.slaves.empty() ? snapshot::kMaxFeedSlaves : std::min(config.slaves.size(), snapshot::kMaxFeedSlaves));
   for (const auto& interface : telemetry.interfaces) {
     if (interface.size() > kLongestAddress || interface.find('\0') != std::string::npos)
       return refused("one of the interfaces is no IPv4 address such as 192.168.1.10");
@@ -66,6 +71,7 @@ void set_status(snapshot::FeedStatus& record, const snapshot::LineStatus& status
   record.lost_frames = status.lost_frames;
   record.wake_latency_ns = three(status.wake_latency);
   record.cycle_cost_ns = three(status.cycle_cost);
+  record.statistics = status.statistics;
   const auto count = std::min(status.faults.size(), snapshot::kMaxFeedFaults);
   record.faults = static_cast<std::uint16_t>(count);
   for (std::size_t i = 0; i < count; ++i) record.fault[i].set(status.faults[status.faults.size() - count + i]);

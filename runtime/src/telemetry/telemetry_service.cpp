@@ -91,6 +91,7 @@ void TelemetryService::pass_done(const snapshot::DrainCounters& counters) {
   next_look_ = now + kLookPeriod;
   dropped_by_rings_ = counters.lines_dropped + counters.axes_dropped;
   tell_events();
+  tell_condition();
   const auto restarts = supervisor_->restarts();
   supervisor_->serve(now);
   if (supervisor_->restarts() != restarts) tell_status();
@@ -100,6 +101,7 @@ void TelemetryService::pass_done(const snapshot::DrainCounters& counters) {
 void TelemetryService::finish(const snapshot::DrainCounters& counters) {
   assembler_.finish();
   tell_events();
+  tell_condition();
   dropped_by_rings_ = counters.lines_dropped + counters.axes_dropped;
   status_.ended = 1;
   tell_status();
@@ -124,6 +126,20 @@ void TelemetryService::tell_events() {
     events.swap(told_);
   }
   for (const auto& event : events) feed_.push_event(event);
+}
+
+void TelemetryService::set_condition(const snapshot::FeedCondition& condition) {
+  const std::lock_guard lock(mutex_);
+  condition_ = condition;
+}
+
+void TelemetryService::tell_condition() {
+  std::optional<snapshot::FeedCondition> condition;
+  {
+    const std::lock_guard lock(mutex_);
+    condition.swap(condition_);
+  }
+  if (condition) feed_.set_condition(condition->head, condition->slaves);
 }
 
 void TelemetryService::hand_over(const snapshot::DrainCounters& counters) {

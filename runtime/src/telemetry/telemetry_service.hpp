@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -36,6 +37,8 @@ class TelemetryService final : public snapshot::SampleConsumer {
   [[nodiscard]] std::vector<EventFacts> poll();
   /// Something has happened to the line: `severity` of it, and its sentence. Any thread but the real-time one.
   void tell(Severity severity, std::string_view sentence);
+  /// Replaces what is told of the slaves. Any thread but the real-time one.
+  void set_condition(const snapshot::FeedCondition& condition);
   /// So far. Any thread.
   [[nodiscard]] TelemetryReport report() const;
 
@@ -55,6 +58,7 @@ class TelemetryService final : public snapshot::SampleConsumer {
   void wait_for_bridge();
   void tell_status();
   void tell_events();
+  void tell_condition();
   void hand_over(const snapshot::DrainCounters& counters);
 
   snapshot::FeedWriter feed_;
@@ -67,7 +71,8 @@ class TelemetryService final : public snapshot::SampleConsumer {
   Clock::time_point next_look_{};
   mutable std::mutex mutex_;  ///< of what follows
   std::vector<EventFacts> events_;
-  std::vector<snapshot::FeedEvent> told_;  ///< to be put into the feed
+  std::vector<snapshot::FeedEvent> told_;             ///< to be put into the feed
+  std::optional<snapshot::FeedCondition> condition_;  ///< to be put into the feed
   TelemetryReport report_;
 };
 

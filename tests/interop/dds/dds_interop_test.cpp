@@ -291,6 +291,180 @@ TEST(DdsInterop, CycloneReadsBatchesOfEveryCycleAndEvents) {
   EXPECT_EQ(got["events"][1]["text"], std::string(511, 'x'));
 }
 
+/// No two of its times are alike.
+snapshot::TimeDistribution times_of(std::int64_t base) {
+  return {.count = static_cast<std::uint64_t>(base),
+          .p50_ns = base + 1,
+          .p90_ns = base + 2,
+          .p99_ns = base + 3,
+          .p999_ns = base + 4,
+          .max_ns = base + 5};
+}
+
+json to_json(const snapshot::TimeDistribution& times) {
+  return {{"count", times.count},   {"p50_ns", times.p50_ns},   {"p90_ns", times.p90_ns},
+          {"p99_ns", times.p99_ns}, {"p999_ns", times.p999_ns}, {"max_ns", times.max_ns}};
+}
+
+snapshot::CycleInterval interval_of(std::int64_t base) {
+  return {.duration_ns = base + 100,
+          .cycles = static_cast<std::uint64_t>(base) + 101,
+          .missed_periods = static_cast<std::uint64_t>(base) + 102,
+          .wkc_errors = static_cast<std::uint64_t>(base) + 103,
+          .lost_frames = static_cast<std::uint64_t>(base) + 104,
+          .wake_latency = times_of(base + 10),
+          .cost = times_of(base + 20),
+          .jitter = times_of(base + 30),
+          .round_trip = times_of(base + 40),
+          .dc_difference = times_of(base + 50)};
+}
+
+json to_json(const snapshot::CycleInterval& interval) {
+  return {{"duration_ns", interval.duration_ns},        {"cycles", interval.cycles},
+          {"missed_periods", interval.missed_periods},  {"wkc_errors", interval.wkc_errors},
+          {"lost_frames", interval.lost_frames},        {"wake_latency", to_json(interval.wake_latency)},
+          {"cycle_cost", to_json(interval.cost)},       {"jitter", to_json(interval.jitter)},
+          {"round_trip", to_json(interval.round_trip)}, {"dc_difference", to_json(interval.dc_difference)}};
+}
+
+snapshot::FeedSlave slave_in_trouble() {
+  snapshot::FeedSlave slave;
+  slave.name.set("a \"quoted\" name");
+  slave.device.set(std::string(63, 'd'));
+  slave.al_text.set("sync manager watchdog");
+  slave.vendor_id = 0xFFFF'0001;
+  slave.product_code = 0xFFFF'0002;
+  slave.revision = 0xFFFF'0003;
+  slave.serial_number = 0xFFFF'0004;
+  slave.station = 0x1002;
+  slave.alias = 0xF00D;
+  slave.al_status_code = 0x001B;
+  slave.al_state = 4;
+  slave.al_error = 1;
+  slave.answers = 1;
+  slave.hot_connect = 1;
+  slave.processing_unit_errors = 254;
+  slave.pdi_errors = 253;
+  slave.clock = 2;
+  slave.parent = 0;
+  slave.parent_port = 3;
+  slave.entry_port = 1;
+  slave.depth = 1;
+  slave.read_at_ns = 1'700'000'000'000'000'123;
+  slave.clock_delay_ns = 640;
+  slave.clock_difference_ns = 33;
+  slave.sync0_cycle_ns = 250'000;
+  for (std::uint8_t port = 0; port < 4; ++port) {
+    const auto base = static_cast<std::uint8_t>(10 * port);
+    slave.port[port] = {static_cast<std::uint8_t>(port % 2),
+                        static_cast<std::uint8_t>(port / 2),
+                        static_cast<std::uint8_t>(base + 1),
+                        static_cast<std::uint8_t>(base + 2),
+                        static_cast<std::uint8_t>(base + 3),
+                        static_cast<std::uint8_t>(base + 4),
+                        {}};
+  }
+  return slave;
+}
+
+json ports_in_trouble() {
+  json ports;
+  for (int port = 0; port < 4; ++port) {
+    ports.push_back({{"link", port % 2 != 0},
+                     {"open", port / 2 != 0},
+                     {"invalid_frames", 10 * port + 1},
+                     {"receive_errors", 10 * port + 2},
+                     {"forwarded_errors", 10 * port + 3},
+                     {"lost_links", 10 * port + 4}});
+  }
+  return ports;
+}
+
+json expected_slave_in_trouble() {
+  return {{"position", 1},
+          {"name", "a \"quoted\" name"},
+          {"device", std::string(63, 'd')},
+          {"vendor_id", 0xFFFF'0001},
+          {"product_code", 0xFFFF'0002},
+          {"revision", 0xFFFF'0003},
+          {"serial_number", 0xFFFF'0004},
+          {"station_address", 0x1002},
+          {"alias", 0xF00D},
+          {"hot_connect", true},
+          {"answers", true},
+          {"wall_time_ns", 1'700'000'000'000'000'123},
+          {"state", "SAFE_OP"},
+          {"error", true},
+          {"al_status_code", 0x001B},
+          {"al_status_text", "sync manager watchdog"},
+          {"ports", ports_in_trouble()},
+          {"processing_unit_errors", 254},
+          {"pdi_errors", 253},
+          {"dc_clock", true},
+          {"dc_reference", true},
+          {"dc_delay_ns", 640},
+          {"dc_difference_max_ns", 33},
+          {"dc_sync0_cycle_ns", 250'000}};
+}
+
+ProcessResult run_line_subscriber(std::uint32_t domain, int statistics, int timeout_s) {
+  return run("timeout -k 5 " + std::to_string(timeout_s + 20) + " " CYCLONE_LINE " " + std::to_string(domain) + " " +
+             std::to_string(statistics) + " " + std::to_string(timeout_s));
+}
+
+TEST(DdsInterop, CycloneReadsSlavesTopologyAndStatisticsWithEveryField) {
+  const std::uint32_t domain = test_domain();
+  DdsConfig config = line_config(domain);
+  config.slaves = 2;
+  const auto publisher = DdsPublisher::create(config);
+  ASSERT_TRUE(publisher) << describe(publisher.error());
+  snapshot::FeedCondition condition;
+  condition.slaves = {{}, slave_in_trouble()};
+  condition.slaves[0].parent = snapshot::kFeedParentMaster;
+  condition.slaves[0].read_at_ns = 1;
+  condition.head.ring_slave = 1;
+  condition.head.ring_port = 2;
+  condition.head.silent_ports = 2;
+  condition.head.silent[0] = 3;
+  condition.head.silent[1] = 5;
+  (*publisher)->set_condition(condition);
+  snapshot::LineStatus status;
+  status.cycle_period = 125us;
+  status.statistics = {.number = 17,
+                       .time_ns = 123,
+                       .cycle = 456,
+                       .wall_time_ns = 789,
+                       .dc_difference_ns = -42,
+                       .dc_locked = 1,
+                       .last = interval_of(1000),
+                       .total = interval_of(2000)};
+  (*publisher)->set_line_status(status);
+  (*publisher)->pass_done({});
+
+  // It comes late.
+  const ProcessResult subscriber = run_line_subscriber(domain, 1, 60);
+  ASSERT_EQ(subscriber.exit_status, 0) << subscriber.output;
+  const json got = json::parse(subscriber.output);
+  EXPECT_EQ(got["slave_messages"], 2);
+  ASSERT_EQ(got["slaves"].size(), 2U);
+  EXPECT_EQ(got["slaves"][0]["position"], 0);
+  EXPECT_EQ(got["slaves"][0]["state"], "UNKNOWN");
+  EXPECT_EQ(got["slaves"][1], expected_slave_in_trouble());
+  EXPECT_EQ(got["topology"], json({{"slaves", 2},
+                                   {"nodes", {{0, -1, 0, 0, 0}, {1, 0, 3, 1, 1}}},
+                                   {"ring_end", {{1, 2}}},
+                                   {"silent_ports", {{0, 3}, {1, 1}}}}));
+  EXPECT_EQ(got["statistics"], json({{"number", 17},
+                                     {"cycle", 456},
+                                     {"time_ns", 123},
+                                     {"wall_time_ns", 789},
+                                     {"cycle_period_ns", 125'000},
+                                     {"dc_locked", true},
+                                     {"dc_difference_ns", -42},
+                                     {"last", to_json(interval_of(1000))},
+                                     {"total", to_json(interval_of(2000))}}));
+}
+
 TEST(DdsInterop, CycloneReadsJointStatesAsARos2NodeDoes) {
   const std::uint32_t domain = test_domain();
   const SyntheticLine line{domain};

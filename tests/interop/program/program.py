@@ -19,6 +19,7 @@ EXAMPLES = ROOT / "examples"
 DRIVELINE = os.environ["DRIVELINE"]
 CYCLONE_BATCHES = os.environ.get("CYCLONE_BATCHES", "")
 CYCLONE_JOINTS = os.environ.get("CYCLONE_JOINTS", "")
+CYCLONE_LINE = os.environ.get("CYCLONE_LINE", "")
 CYCLONE_SUBSCRIBER = os.environ.get("CYCLONE_SUBSCRIBER", "")  # built with DDS
 SANITIZED = bool(os.environ.get("DRIVELINE_SANITIZE"))
 AXES = list("xyzabcuv")

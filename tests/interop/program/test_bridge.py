@@ -151,7 +151,7 @@ class ABridge(BridgeTest):
             self.assertLess(int(status["VmRSS"].split()[0]), 128 * 1024)
         # Its own socket, its feed and what Fast DDS opened; nothing of the process of the line.
         targets = [os.readlink(link) for link in pathlib.Path(f"/proc/{process}/fd").iterdir()]
-        self.assertEqual(sum("memfd:driveline" in target for target in targets), 5, targets)
+        self.assertEqual(sum("memfd:driveline" in target for target in targets), 6, targets)
         self.assertEqual([target for target in targets if target.startswith(str(self.directory)) and "run.log" not in target], [])
         self.end_run(run)
         self.assertFalse(pathlib.Path(f"/proc/{process}").exists())
@@ -217,9 +217,9 @@ class ABridge(BridgeTest):
         self.wait_for_bridge(run)
         folder = pathlib.Path(f"/proc/{run.pid}/fd")
         feed = {os.readlink(link).partition("memfd:driveline-feed-")[2].partition(" ")[0]: link for link in folder.iterdir()}
-        files = [os.open(feed[part], os.O_RDONLY) for part in ("description", "status", "cycles", "events")]
+        files = [os.open(feed[part], os.O_RDONLY) for part in ("description", "status", "cycles", "events", "condition")]
         script = "import os, sys; [os.dup2(int(f), 100 + i) for i, f in enumerate(sys.argv[2:])];" \
-                 "[os.dup2(100 + i, 3 + i) for i in range(4)]; os.execv(sys.argv[1], [sys.argv[1], '--feed-fd', '3'])"
+                 "[os.dup2(100 + i, 3 + i) for i in range(5)]; os.execv(sys.argv[1], [sys.argv[1], '--feed-fd', '3', '--condition-fd', '7'])"
         bridge = self.start("-c", script, BRIDGE, *files, program=sys.executable, log="bridge.log", pass_fds=files)
         for file in files:
             os.close(file)

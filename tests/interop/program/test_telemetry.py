@@ -4,7 +4,7 @@ import signal
 import time
 import unittest
 
-from program import AXES, CYCLONE_BATCHES, CYCLONE_JOINTS, CYCLONE_SUBSCRIBER, PATIENCE_S, ProgramTest, WireTest, again_when_disturbed
+from program import AXES, CYCLONE_BATCHES, CYCLONE_JOINTS, CYCLONE_LINE, CYCLONE_SUBSCRIBER, PATIENCE_S, ProgramTest, WireTest, again_when_disturbed
 
 
 class Telemetry(ProgramTest):
@@ -95,6 +95,156 @@ class Telemetry(ProgramTest):
         status = self.one_document(received.stdout)["line_status"]
         self.assertIs(status["dc_locked"], True)
         self.assertLessEqual(abs(status["dc_difference_ns"]), 100)
+
+
+# Three drives of which the second has a bad cable, and the third loses its supply, comes back and refuses OP.
+TROUBLE = """[line]
+name = "trouble"
+cycle_us = 1000
+[bus]
+max_lost_cycles = 800
+[realtime]
+policy = "degrade"
+[dc]
+[recovery]
+axes = "continue"
+[telemetry]
+domain = {domain}
+[[slave]]
+name = "x"
+[[slave]]
+name = "y"
+alias = 4660
+[[slave]]
+name = "z"
+alias = 22136
+hot_connect = true
+[[axis]]
+name = "x"
+[[axis]]
+name = "y"
+[[fault]]
+at_ms = 2500
+kind = "damage"
+slave = "y"
+port = 0
+count = 3
+[[fault]]
+at_ms = 3000
+kind = "power-off"
+slave = "z"
+for_ms = 300
+[[fault]]
+at_ms = 3000
+kind = "refuse-transition"
+slave = "z"
+state = "OP"
+code = 27
+"""
+# No simulated fault counts them; SlaveWatch.TellsEveryRegister and the interop test do.
+NEVER_HERE = {"receive_errors", "processing_unit_errors", "pdi_errors", "ring_end", "silent_ports"}
+
+
+def leaves(value, name=""):
+    """Every value of a document without parts, with its name."""
+    if isinstance(value, dict):
+        for key, part in value.items():
+            yield from leaves(part, key)
+    elif isinstance(value, list) and value:
+        for part in value:
+            yield from leaves(part, name)
+    else:
+        yield name, value
+
+
+class WhatChangesNowAndThen(ProgramTest):
+    def receive(self, domain, statistics=1):
+        received = self.run_program(domain, statistics, PATIENCE_S // 2, program=CYCLONE_LINE)
+        self.assertEqual(received.returncode, 0, received.stdout + received.stderr + self.logs())
+        return self.one_document(received.stdout)
+
+    def receive_when(self, domain, condition, run):
+        """A late subscriber's document in which the condition holds."""
+        found = []
+
+        def look():
+            found[:] = [self.receive(domain)]
+            return condition(found[0])
+
+        self.wait_for("the condition", look, run)
+        return found[0]
+
+    def test_slaves_topology_and_statistics_are_those_of_the_line(self):
+        domain = 80 + os.getpid() % 10
+        config = self.write("trouble.toml", TROUBLE.format(domain=domain))
+        scanned = self.one_document(self.run_program("scan", "--config", config, "--json").stdout)["slaves"]
+        run = self.start("run", "--config", config, "--json", "--no-plots", log="run.log")
+        self.wait_for("all in OP", lambda: "all in OP" in self.text("run.log"), run)
+        got = self.receive_when(domain, lambda got: got["slaves"][2]["error"] and got["slaves"][2]["answers"], run)
+        self.check_slaves(got, scanned)
+        self.assertEqual(got["topology"]["slaves"], 3)
+        self.assertEqual(got["topology"]["nodes"], [[0, -1, 0, 0, 0], [1, 0, 1, 0, 1], [2, 1, 1, 0, 2]])
+        run.send_signal(signal.SIGTERM)
+        run.wait(PATIENCE_S)
+        self.check_statistics(got["statistics"], self.one_document(self.text("run.log.out")))
+        filled = {name for name, value in leaves([got["slaves"], got["topology"], got["statistics"]]) if value}
+        missing = {name for name, _ in leaves([got["slaves"], got["topology"], got["statistics"]])} - filled
+        by_chance = {"missed_periods", "wkc_errors", "dc_difference_ns"}  # of the last cycle, and of a quiet machine
+        self.assertLessEqual(missing, NEVER_HERE | by_chance, "nothing fills these fields")
+
+    def check_slaves(self, got, scanned):
+        for slave, found in zip(got["slaves"], scanned, strict=True):
+            for key in ("position", "vendor_id", "product_code", "revision", "serial_number", "station_address", "alias"):
+                self.assertEqual(slave[key], found[key], key)
+            self.assertEqual(slave["device"], found["name"])
+            self.assertLess(abs(slave["wall_time_ns"] - time.time_ns()), 60e9)
+            self.assertIs(slave["dc_clock"], True)
+            self.assertEqual(slave["dc_sync0_cycle_ns"], 1_000_000)
+        x, y, z = got["slaves"]
+        self.assertEqual([x["name"], y["name"], z["name"]], ["x", "y", "z"])
+        self.assertEqual([x["state"], y["state"], z["state"]], ["OP", "OP", "SAFE_OP"])
+        self.assertEqual([x["dc_reference"], y["dc_reference"], z["dc_reference"]], [True, False, False])
+        self.assertGreater(z["dc_delay_ns"], y["dc_delay_ns"])
+        self.assertEqual(y["ports"][0]["invalid_frames"], 3)
+        self.assertEqual(x["ports"][1]["forwarded_errors"], 3)
+        self.assertEqual(y["ports"][1]["lost_links"], 1)
+        self.assertEqual(z["al_status_code"], 27)
+        self.assertIn("watchdog", z["al_status_text"].lower())
+        self.assertIs(z["hot_connect"], True)
+
+    def check_statistics(self, statistics, document):
+        self.assertEqual(statistics["cycle_period_ns"], 1_000_000)
+        self.assertLess(abs(statistics["wall_time_ns"] - time.time_ns()), 60e9)
+        total, last = statistics["total"], statistics["last"]
+        self.assertAlmostEqual(last["duration_ns"], 1e9, delta=0.3e9)
+        self.assertEqual(last["duration_ns"], (last["cycles"] + last["missed_periods"]) * 1_000_000)
+        self.assertGreaterEqual(statistics["number"], 2)
+        # The document begins with operation, the statistics with the cycle, which is before; and it ends later.
+        self.assertLessEqual(total["lost_frames"] - document["lost_frames"], 3)
+        self.assertGreaterEqual(total["lost_frames"], 1, "damaged ones; some carry no process data")
+        self.assertIs(statistics["dc_locked"], True)
+        self.assertTrue(0 < last["dc_difference"]["max_ns"] < 100_000, last)
+        for name in ("wake_latency", "cycle_cost", "jitter", "round_trip"):
+            times = [total[name][key] for key in ("p50_ns", "p90_ns", "p99_ns", "p999_ns")]
+            self.assertEqual(times, sorted(times), name)
+            self.assertGreater(times[0], 0, name)
+
+    def test_a_late_subscriber_has_it_all_and_the_last_is_that_of_the_end(self):
+        domain = 80 + os.getpid() % 10
+        config = self.write_gentle_line(cycle_us=1000, telemetry=f"domain = {domain}")
+        subscriber = self.start(domain, 10**6, 10, program=CYCLONE_LINE, log="subscriber.log")
+        result = self.run_program("run", "--config", config, "--json", "--no-plots", "--duration", "3")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        subscriber.wait(PATIENCE_S)
+        got = self.one_document(self.text("subscriber.log.out"))
+        document = self.one_document(result.stdout)
+        self.assertEqual([slave["state"] for slave in got["slaves"]], ["INIT"] * len(AXES))
+        self.assertEqual([slave["name"] for slave in got["slaves"]], AXES)
+        total = got["statistics"]["total"]
+        self.assertGreaterEqual(total["cycles"], document["cycles"])
+        self.assertGreaterEqual(total["missed_periods"], document["missed_periods"])
+        self.assertGreaterEqual(total["wake_latency"]["max_ns"], document["wake_latency_ns"]["max"] * 0.99)
+        self.assertLess(total["cycles"] - document["cycles"], 2000)
 
 
 class OnTheWire(WireTest):

@@ -146,12 +146,13 @@ TEST(Confinement, KeepsOffTheProcessorOfTheCycleWhereThereIsAnother) {
 }
 
 TEST(BridgeOptions, AreDescriptors) {
-  const char* const line[] = {"--supervisor-fd", "3", "--feed-fd", "4", "--return-fd", "7"};
-  const auto options = read_options(6, line);
+  const char* const line[] = {"--supervisor-fd", "3", "--feed-fd", "4", "--return-fd", "7", "--condition-fd", "9"};
+  const auto options = read_options(8, line);
   EXPECT_EQ(options.problem, "");
   EXPECT_EQ(options.supervisor, 3);
   EXPECT_EQ(options.feed, 4);
   EXPECT_EQ(options.counts, 7);
+  EXPECT_EQ(options.condition, 9);
   for (const char* const bad : {"", "-1", "4x", "99999999999"}) {
     const char* const wrong[] = {"--feed-fd", bad};
     EXPECT_EQ(read_options(2, wrong).problem, "--feed-fd needs the number of a descriptor") << bad;

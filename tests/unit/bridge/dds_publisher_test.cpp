@@ -20,6 +20,7 @@ using snapshot::LineSample;
 using test::AxisSubscriber;
 using test::StatusSubscriber;
 using test::test_domain;
+namespace dds = test::dds;
 using testing::ElementsAre;
 
 DdsConfig config_with_axes(std::size_t axes) {
@@ -276,6 +277,33 @@ class Blocker : public snapshot::SampleConsumer {
  private:
   bool done_ = false;
 };
+
+TEST(DdsPublisher, ASlaveIsPublishedWhenItHasChangedAndNowAndThen) {
+  auto config = config_with_axes(0);
+  config.slaves = 2;
+  config.slave_period = 50ms;
+  const auto publisher = created(config);
+  dds::DataReaderQos qos;
+  qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
+  qos.durability().kind = dds::TRANSIENT_LOCAL_DURABILITY_QOS;
+  qos.history().depth = 100;
+  test::Subscriber<telemetry::Slave, telemetry::SlavePubSubType> subscriber{test_domain(), config.slave_topic, qos};
+  snapshot::FeedCondition condition;
+  condition.slaves.resize(2);
+  publisher->set_condition(condition);
+  ASSERT_TRUE(subscriber.wait_for(2));
+  subscriber.forget();
+  condition.slaves[0].read_at_ns = 5;
+  publisher->set_condition(condition);
+  condition.slaves[1].al_state = 8;
+  publisher->set_condition(condition);
+  ASSERT_TRUE(subscriber.wait_for(1));
+  EXPECT_EQ(subscriber.received().front().position(), 1U) << "that it was read again is no change";
+  EXPECT_EQ(subscriber.received().front().state(), telemetry::SLAVE_OP);
+  subscriber.forget();
+  ASSERT_TRUE(subscriber.wait_for(2, [&] { publisher->pass_done({}); })) << "both, after the period";
+  EXPECT_EQ(subscriber.received().front().wall_time_ns(), 5);
+}
 
 TEST(DdsPublisher, FedFromTheRingsItReportsWhatTheRingsDropped) {
   constexpr std::size_t kCapacity = 64;  // one burst of them fits into a socket's receive buffer

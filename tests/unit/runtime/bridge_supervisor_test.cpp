@@ -89,7 +89,7 @@ TEST_F(BridgeSupervisorTest, StartsTheBridgeWithItsDescriptorsAndEndsIt) {
   ASSERT_TRUE(supervisor_->start());
   EXPECT_TRUE(supervisor_->running());
   const auto process = supervisor_->process();
-  EXPECT_THAT(starts(), ElementsAre(HasSubstr("--supervisor-fd 3 --feed-fd 4 --return-fd 8")));
+  EXPECT_THAT(starts(), ElementsAre(HasSubstr("--supervisor-fd 3 --feed-fd 4 --return-fd 8 --condition-fd 9")));
   supervisor_->end();
   EXPECT_NE(::kill(process, 0), 0);
   EXPECT_TRUE(supervisor_->take_events().empty()) << "an end in order is no event";

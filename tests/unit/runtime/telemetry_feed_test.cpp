@@ -101,6 +101,9 @@ TEST(LineFeed, DescribesTheLine) {
   EXPECT_EQ(description->interface[1].view(), "192.168.1.10");
   EXPECT_EQ(description->realtime_cpu, 1);
   EXPECT_EQ(description->period_ns, 125'000);
+  EXPECT_EQ(description->slaves, snapshot::kMaxFeedSlaves) << "a line without a description may be as long";
+  config.slaves.resize(3);
+  EXPECT_EQ(describe_for_feed(config)->slaves, 3U);
 }
 
 TEST(LineFeed, RefusesWhatHasNoRoom) {
@@ -142,6 +145,7 @@ TEST(LineFeed, KeepsTheNewestFaultsOfAStatus) {
   status.lost_frames = 8;
   status.wake_latency = {std::chrono::nanoseconds{1}, std::chrono::nanoseconds{2}, std::chrono::nanoseconds{3}};
   status.cycle_cost = {std::chrono::nanoseconds{4}, std::chrono::nanoseconds{5}, std::chrono::nanoseconds{6}};
+  status.statistics.number = 9;
   for (int i = 0; i < 20; ++i) status.faults.push_back("fault " + std::to_string(i));
   snapshot::FeedStatus record;
   record.published_before = 77;
@@ -153,6 +157,7 @@ TEST(LineFeed, KeepsTheNewestFaultsOfAStatus) {
   EXPECT_EQ(record.lost_frames, 8U);
   EXPECT_THAT(record.wake_latency_ns, ElementsAre(1, 2, 3));
   EXPECT_THAT(record.cycle_cost_ns, ElementsAre(4, 5, 6));
+  EXPECT_EQ(record.statistics.number, 9U);
   EXPECT_EQ(record.faults, 16U);
   EXPECT_EQ(record.fault[0].view(), "fault 4");
   EXPECT_EQ(record.fault[15].view(), "fault 19");

@@ -303,6 +303,70 @@ TEST(Feed, NumbersThatCannotBeAreBroughtIntoTheirRanges) {
   EXPECT_EQ(status.fault[3].view().size(), 256U);
 }
 
+FeedWriter feed_of_slaves(std::uint32_t slaves) {
+  auto description = description_of(1);
+  description.slaves = slaves;
+  auto feed = FeedWriter::create(description, 4);
+  if (!feed) throw std::runtime_error(rt::describe(feed.error()));
+  return *std::move(feed);
+}
+
+TEST(Feed, TheNewestConditionArrivesToTheBit) {
+  auto feed = feed_of_slaves(2);
+  auto reader = FeedConditionReader::open(feed.condition_descriptor(), 2);
+  ASSERT_TRUE(reader) << describe(reader.error());
+  FeedCondition got;
+  EXPECT_FALSE(reader->take(got)) << "nothing is known yet";
+  std::vector<FeedSlave> slaves(2);
+  FeedConditionHead head;
+  head.ring_slave = 1;
+  head.silent_ports = 1;
+  head.silent[0] = 7;
+  for (std::uint16_t i = 0; i < 3; ++i) {
+    slaves[1].name.set("y");
+    slaves[1].alias = i;
+    slaves[1].port[3].lost_links = 9;
+    feed.set_condition(head, slaves);
+  }
+  ASSERT_TRUE(reader->take(got));
+  EXPECT_EQ(got.head.slaves, 2U);
+  EXPECT_EQ(got.head.ring_slave, 1);
+  EXPECT_EQ(got.head.silent[0], 7U);
+  ASSERT_EQ(got.slaves.size(), 2U);
+  EXPECT_EQ(got.slaves[1].name.view(), "y");
+  EXPECT_EQ(got.slaves[1].alias, 2U) << "the newest";
+  EXPECT_EQ(got.slaves[1].port[3].lost_links, 9U);
+  EXPECT_FALSE(reader->take(got)) << "nothing new";
+  auto late = FeedConditionReader::open(feed.condition_descriptor(), 2);
+  ASSERT_TRUE(late);
+  EXPECT_TRUE(late->take(got)) << "who comes late has it, too";
+}
+
+TEST(Feed, AConditionHasNoMoreThanItsRoom) {
+  auto feed = feed_of_slaves(2);
+  feed.set_condition({}, std::vector<FeedSlave>(5));
+  auto region = rt::SharedRegion::create("driveline-test", feed_condition_layout(2, 4));
+  ASSERT_TRUE(region);
+  rt::SharedBlockWriter liar{*region};
+  FeedConditionHead head;
+  head.slaves = 4'000'000'000;
+  head.silent_ports = 4'000'000'000;
+  liar.begin();
+  liar.write(0, head);
+  liar.commit();
+  for (const int descriptor : {feed.condition_descriptor(), region->descriptor()}) {
+    auto reader = FeedConditionReader::open(descriptor, 2);
+    ASSERT_TRUE(reader);
+    FeedCondition got;
+    ASSERT_TRUE(reader->take(got));
+    EXPECT_EQ(got.slaves.size(), 2U);
+    EXPECT_LE(got.head.silent_ports, kMaxFeedSilentPorts);
+  }
+  const auto other = FeedConditionReader::open(feed.condition_descriptor(), 3);
+  ASSERT_FALSE(other);
+  EXPECT_THAT(describe(other.error()), HasSubstr("feed, condition: "));
+}
+
 TEST(Feed, AnIndexThatCannotBeCostsRecordsAndNeverTime) {
   auto region = rt::SharedRegion::create("driveline-test", feed_cycles_layout(1, 4));
   ASSERT_TRUE(region);

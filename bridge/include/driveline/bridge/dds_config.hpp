@@ -33,7 +33,13 @@ struct DdsConfig {
   std::string status_topic = "driveline/line_status";   ///< name of the DDS topic of the line's status
   /// Name of the DDS topic of batches: all axes in every cycle. Empty: none.
   std::string batch_topic = "driveline/v1/axis_batch";
-  std::string event_topic = "driveline/v1/event";  ///< name of the DDS topic of events; empty: none
+  std::string event_topic = "driveline/v1/event";                  ///< name of the DDS topic of events; empty: none
+  std::string slave_topic = "driveline/v1/slave";                  ///< name of the DDS topic of the slaves; empty: none
+  std::string topology_topic = "driveline/v1/topology";            ///< name of the DDS topic of the wiring; empty: none
+  std::string statistics_topic = "driveline/v1/cycle_statistics";  ///< of the cycle's statistics; empty: none
+  std::size_t slaves = 0;                                          ///< most slaves of the line
+  /// Time after which a slave is published although nothing of it has changed.
+  std::chrono::nanoseconds slave_period = std::chrono::seconds{10};
   /// Also publishes the ROS 2 topic `joint_states`: sensor_msgs/msg/JointState, a hundred times in a second.
   bool ros2 = false;
   /// Of the line; a batch has as many cycles as batch_period holds, up to 64, and up to 512 samples. 0: not known, a

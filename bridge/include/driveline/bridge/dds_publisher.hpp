@@ -8,6 +8,7 @@
 
 #include "driveline/bridge/dds_config.hpp"
 #include "driveline/bridge/dds_error.hpp"
+#include "driveline/snapshot/feed/feed_condition.hpp"
 #include "driveline/snapshot/line_status.hpp"
 #include "driveline/snapshot/sample_consumer.hpp"
 
@@ -56,6 +57,10 @@ class DdsPublisher final : public snapshot::SampleConsumer {
 
   /// Publishes an event; the last 64 reach late subscribers. On the thread of the samples.
   void event(const DdsEvent& event);
+
+  /// What is known of the slaves: those that have changed are published, and the topology if it has. On the thread of
+  /// the samples.
+  void set_condition(const snapshot::FeedCondition& condition);
 
   /// Counters of publishers of the same line before this one, to which the line status adds its own. Any thread but the
   /// real-time one (it locks).

@@ -14,20 +14,11 @@
 #include <vector>
 
 #include "driveline/rt/shared_mapping.hpp"
+#include "driveline/snapshot/feed/feed_condition.hpp"
+#include "driveline/snapshot/feed/feed_error.hpp"
 #include "driveline/snapshot/feed/feed_records.hpp"
 
 namespace driveline::snapshot {
-
-/// Why a feed cannot be read: the region, and what is wrong with it.
-struct FeedError {
-  const char* region;  ///< "description", "status", "cycles", "events", "return"
-  std::string reason;  ///< describe(rt::SharedRegionError), or what its content lacks
-};
-
-/// The error as a sentence.
-[[nodiscard]] inline std::string describe(const FeedError& error) {
-  return "feed, " + std::string{error.region} + ": " + error.reason;
-}
 
 /// A side of a feed that reads. It maps the feed read-only, copies every record before it looks at it, and lives with
 /// whatever is in it: numbers are brought into their ranges.
@@ -46,9 +37,10 @@ class FeedReader {
     if (!rt::SharedBroadcastReader<FeedDescription>{*described}.latest(*text)) {
       return tl::unexpected(FeedError{"description", "there is none"});
     }
-    if (text->axes > kMaxFeedAxes || text->interfaces > kMaxFeedInterfaces || text->decimation == 0) {
+    if (text->axes > kMaxFeedAxes || text->interfaces > kMaxFeedInterfaces || text->decimation == 0 ||
+        text->slaves > kMaxFeedSlaves) {
       return tl::unexpected(
-          FeedError{"description", "more axes or interfaces than there can be, or a decimation of 0"});
+          FeedError{"description", "more axes, slaves or interfaces than there can be, or a decimation of 0"});
     }
     auto state = map("status", status, feed_status_layout());
     if (!state) return tl::unexpected(state.error());

@@ -60,7 +60,7 @@ struct FeedDescription {
   std::int32_t realtime_cpu = -1;                          ///< CPU of the cycle, which others leave alone; -1: none
   std::uint32_t virtual_time = 0;                          ///< not 0: its time is not that of the machine
   std::uint32_t ros2 = 0;                                  ///< not 0: joint states of ROS 2, too
-  std::uint32_t reserved = 0;                              ///< 0
+  std::uint32_t slaves = 0;                                ///< for how many the condition has room
   std::int64_t period_ns = 0;                              ///< of the cycle
   std::array<FeedText<47>, kMaxFeedInterfaces> interface;  ///< IPv4 addresses
   std::array<FeedAxis, kMaxFeedAxes> axis;                 ///< by index
@@ -116,6 +116,7 @@ struct FeedStatus {
   std::array<std::int64_t, 3> cycle_cost_ns{};      ///< median, 99th percentile, largest
   std::uint64_t published_before = 0;               ///< axis samples, by bridges before the one that runs
   std::uint64_t dropped_before = 0;                 ///< samples lost before the feed, or by those bridges
+  CycleStatistics statistics;                       ///< LineStatus::statistics
   std::array<FeedText<255>, kMaxFeedFaults> fault;  ///< oldest first
 };
 
@@ -136,7 +137,7 @@ struct FeedReturn {
 };
 
 /// Numbers of the regions' contents, and the version of all of them.
-inline constexpr std::uint32_t kFeedVersion = 1;
+inline constexpr std::uint32_t kFeedVersion = 2;
 inline constexpr std::uint32_t kFeedDescriptionContent = 0x4644'4553;  ///< FeedDescription
 inline constexpr std::uint32_t kFeedStatusContent = 0x4653'5441;       ///< FeedStatus
 inline constexpr std::uint32_t kFeedCyclesContent = 0x4643'5943;       ///< FeedLine with its FeedAxisSample

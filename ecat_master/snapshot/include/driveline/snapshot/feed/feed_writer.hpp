@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "driveline/rt/shared_region.hpp"
+#include "driveline/snapshot/feed/feed_condition.hpp"
 #include "driveline/snapshot/feed/feed_records.hpp"
 
 namespace driveline::snapshot {
@@ -30,8 +31,13 @@ class FeedWriter {
     if (!made) return tl::unexpected(made.error());
     auto events = rt::SharedRegion::create("driveline-feed-events", feed_events_layout(kFeedEvents));
     if (!events) return tl::unexpected(events.error());
+    auto condition = rt::SharedRegion::create("driveline-feed-condition",
+                                              feed_condition_layout(description.slaves, kFeedConditions));
+    if (!condition) return tl::unexpected(condition.error());
     rt::SharedBroadcastWriter<FeedDescription>{*described}.push(description);
-    FeedWriter writer{*std::move(described), *std::move(status), *std::move(made), *std::move(events), axes};
+    FeedWriter writer{*std::move(described), *std::move(status),    *std::move(made),
+                      *std::move(events),    *std::move(condition), axes,
+                      description.slaves};
     writer.set_status({});
     return writer;
   }
@@ -57,6 +63,11 @@ class FeedWriter {
     event_writer_.commit();
   }
 
+  /// Replaces what is told of the slaves. \rtsafe
+  void set_condition(const FeedConditionHead& head, std::span<const FeedSlave> slaves) noexcept {
+    condition_writer_.push(head, slaves);
+  }
+
   /// Cycles ever pushed. \rtsafe
   [[nodiscard]] std::uint64_t written() const noexcept { return writer_.written(); }
   /// Cycles that the feed holds. \rtsafe
@@ -75,27 +86,33 @@ class FeedWriter {
   [[nodiscard]] int cycles_descriptor() const noexcept { return cycles_.descriptor(); }
   /// Of the events.
   [[nodiscard]] int events_descriptor() const noexcept { return events_.descriptor(); }
+  /// Of the condition, which FeedConditionReader takes.
+  [[nodiscard]] int condition_descriptor() const noexcept { return condition_.descriptor(); }
   /// @}
 
  private:
   FeedWriter(rt::SharedRegion description, rt::SharedRegion status, rt::SharedRegion cycles, rt::SharedRegion events,
-             std::size_t axes)
+             rt::SharedRegion condition, std::size_t axes, std::size_t slaves)
       : description_{std::move(description)},
         status_{std::move(status)},
         cycles_{std::move(cycles)},
         events_{std::move(events)},
+        condition_{std::move(condition)},
         status_writer_{status_},
         writer_{cycles_},
         event_writer_{events_},
+        condition_writer_{condition_, slaves},
         axes_{axes} {}
 
   rt::SharedRegion description_;
   rt::SharedRegion status_;
   rt::SharedRegion cycles_;
   rt::SharedRegion events_;
+  rt::SharedRegion condition_;
   rt::SharedBroadcastWriter<FeedStatus> status_writer_;
   rt::SharedBlockWriter writer_;
   rt::SharedBlockWriter event_writer_;
+  FeedConditionWriter condition_writer_;
   std::size_t axes_;
 };
 

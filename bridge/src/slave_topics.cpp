@@ -1,0 +1,45 @@
+#include "slave_topics.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+#include "idl_types.hpp"
+
+namespace driveline::bridge {
+
+bool differ(snapshot::FeedSlave before, snapshot::FeedSlave now) noexcept {
+  before.read_at_ns = now.read_at_ns = 0;
+  // The texts are the same to the last byte, because they are set with zeros behind them.
+  return std::memcmp(&before, &now, sizeof(now)) != 0;
+}
+
+void SlaveTopics::set(const snapshot::FeedCondition& condition, Time now) {
+  newest_ = condition.slaves;
+  for (std::size_t i = 0; i < newest_.size(); ++i) {
+    if (i >= told_.size() || differ(told_[i].slave, newest_[i])) {
+      publish(i, newest_[i], now);
+    }
+  }
+  auto topology = topology_message(condition);
+  if (!topology_ || *topology_ != topology) {
+    topology_ = topology;
+    entities_.write(TopicId::kTopology, &topology);
+  }
+}
+
+void SlaveTopics::repeat(Time now) {
+  for (std::size_t i = 0; i < newest_.size(); ++i) {
+    if (now - told_[i].at >= period_) {
+      publish(i, newest_[i], now);
+    }
+  }
+}
+
+void SlaveTopics::publish(std::size_t position, const snapshot::FeedSlave& slave, Time now) {
+  told_.resize(std::max(told_.size(), position + 1));
+  told_[position] = {slave, now};
+  auto message = slave_message(slave, position);
+  entities_.write(TopicId::kSlave, &message);
+}
+
+}  // namespace driveline::bridge

@@ -1,0 +1,126 @@
+#include "writer_qos.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <string>
+
+#include "joint_states.hpp"
+
+namespace driveline::bridge {
+namespace {
+
+namespace dds = eprosima::fastdds::dds;
+
+constexpr std::int32_t kAxisHistory = 16;   // samples kept per axis
+constexpr std::int32_t kBatchHistory = 4;   // batches
+constexpr std::int32_t kJointHistory = 10;  // messages
+constexpr std::int32_t kEventHistory = 64;  // as the IDL says
+
+/// Only the newest values matter: best effort, a short history per axis, allocated once.
+dds::DataWriterQos axis_writer_qos(std::size_t axes) {
+  const auto instances = static_cast<std::int32_t>(std::max<std::size_t>(axes, 1));
+  dds::DataWriterQos qos;
+  qos.reliability().kind = dds::BEST_EFFORT_RELIABILITY_QOS;
+  qos.durability().kind = dds::VOLATILE_DURABILITY_QOS;
+  qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
+  qos.history().depth = kAxisHistory;
+  qos.resource_limits().max_instances = instances;
+  qos.resource_limits().max_samples_per_instance = kAxisHistory;
+  qos.resource_limits().max_samples = instances * kAxisHistory;
+  qos.resource_limits().allocated_samples = instances;
+  qos.data_sharing().off();
+  return qos;
+}
+
+/// A late subscriber must get the newest sample of each instance, too: reliable, and that is kept.
+dds::DataWriterQos kept_writer_qos(std::size_t count) {
+  const auto instances = static_cast<std::int32_t>(std::max<std::size_t>(count, 1));
+  dds::DataWriterQos qos;
+  qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
+  qos.durability().kind = dds::TRANSIENT_LOCAL_DURABILITY_QOS;
+  qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
+  qos.history().depth = 1;
+  qos.resource_limits().max_instances = instances;
+  qos.resource_limits().max_samples_per_instance = 1;
+  qos.resource_limits().max_samples = instances;
+  qos.resource_limits().allocated_samples = 1;
+  qos.data_sharing().off();
+  return qos;
+}
+
+/// The same for a message that may be long.
+dds::DataWriterQos kept_sequence_qos() {
+  auto qos = kept_writer_qos(1);
+  qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+  return qos;
+}
+
+/// A batch is large, and the next one comes in a millisecond.
+dds::DataWriterQos batch_writer_qos() {
+  dds::DataWriterQos qos;
+  qos.reliability().kind = dds::BEST_EFFORT_RELIABILITY_QOS;
+  qos.durability().kind = dds::VOLATILE_DURABILITY_QOS;
+  qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
+  qos.history().depth = kBatchHistory;
+  qos.resource_limits().max_instances = 1;
+  qos.resource_limits().max_samples_per_instance = kBatchHistory;
+  qos.resource_limits().max_samples = kBatchHistory;
+  qos.resource_limits().allocated_samples = 1;
+  qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+  qos.data_sharing().off();
+  return qos;
+}
+
+/// What has happened is to be known to who comes later, too.
+dds::DataWriterQos event_writer_qos() {
+  dds::DataWriterQos qos;
+  qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
+  qos.durability().kind = dds::TRANSIENT_LOCAL_DURABILITY_QOS;
+  qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
+  qos.history().depth = kEventHistory;
+  qos.resource_limits().max_instances = 1;
+  qos.resource_limits().max_samples_per_instance = kEventHistory;
+  qos.resource_limits().max_samples = kEventHistory;
+  qos.resource_limits().allocated_samples = kEventHistory;
+  qos.data_sharing().off();
+  return qos;
+}
+
+/// As writers of ROS 2 are by default: its readers are reliable, and do not match one that is not.
+dds::DataWriterQos joint_writer_qos() {
+  dds::DataWriterQos qos;
+  qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
+  qos.durability().kind = dds::VOLATILE_DURABILITY_QOS;
+  qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
+  qos.history().depth = kJointHistory;
+  qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+  qos.data_sharing().off();
+  const std::string hash{kJointStateTypeHash};
+  qos.user_data().setValue({hash.begin(), hash.end()});
+  return qos;
+}
+
+}  // namespace
+
+dds::DataWriterQos writer_qos(TopicId topic, const DdsConfig& config) {
+  switch (topic) {
+    case TopicId::kAxis:
+      return axis_writer_qos(config.axes.size());
+    case TopicId::kBatch:
+      return batch_writer_qos();
+    case TopicId::kEvent:
+      return event_writer_qos();
+    case TopicId::kSlave:
+      return kept_writer_qos(config.slaves);
+    case TopicId::kTopology:
+      return kept_sequence_qos();
+    case TopicId::kJoints:
+      return joint_writer_qos();
+    case TopicId::kStatus:
+    case TopicId::kStatistics:
+      return kept_writer_qos(1);
+  }
+  return {};
+}
+
+}  // namespace driveline::bridge

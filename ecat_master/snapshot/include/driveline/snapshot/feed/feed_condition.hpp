@@ -1,0 +1,175 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <tl/expected.hpp>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "driveline/rt/shared_block.hpp"
+#include "driveline/rt/shared_mapping.hpp"
+#include "driveline/snapshot/feed/feed_error.hpp"
+#include "driveline/snapshot/feed/feed_records.hpp"
+
+/// The part of a feed for what changes now and then: the slaves and how they hang together.
+namespace driveline::snapshot {
+
+/// Most slaves of a feed; those behind them are left out.
+inline constexpr std::size_t kMaxFeedSlaves = 1024;
+/// Ports of a slave controller.
+inline constexpr std::size_t kFeedSlavePorts = 4;
+/// Ports with a link and nobody behind it that a feed names.
+inline constexpr std::size_t kMaxFeedSilentPorts = 16;
+/// FeedSlave::parent: the interface of the master.
+inline constexpr std::int32_t kFeedParentMaster = -1;
+/// FeedSlave::parent: nothing is known of it.
+inline constexpr std::int32_t kFeedParentUnknown = -2;
+
+/// A port of a slave: its link, and its error counters, which stop at 255.
+struct FeedSlavePort {
+  std::uint8_t link = 0;                   ///< not 0: physical link (DL status 0110h)
+  std::uint8_t open = 0;                   ///< not 0: frames leave and come in here
+  std::uint8_t invalid_frames = 0;         ///< came in damaged here for the first time on their way (0300h)
+  std::uint8_t receive_errors = 0;         ///< symbols that the physical layer could not read (0301h)
+  std::uint8_t forwarded = 0;              ///< damaged and marked as such by a slave before (0308h)
+  std::uint8_t lost_links = 0;             ///< 0310h
+  std::array<std::uint8_t, 2> reserved{};  ///< 0
+};
+
+/// A slave. Until it is on the line it has a name and a place alone.
+struct FeedSlave {
+  FeedText<31> name;                         ///< as configured
+  FeedText<63> device;                       ///< name of the device, as its EEPROM or its description has it
+  FeedText<95> al_text;                      ///< AL status code in words; empty: there is none
+  std::uint32_t vendor_id = 0;               ///< of the EEPROM
+  std::uint32_t product_code = 0;            ///< of the EEPROM
+  std::uint32_t revision = 0;                ///< of the EEPROM
+  std::uint32_t serial_number = 0;           ///< of the EEPROM; 0: none
+  std::uint16_t station = 0;                 ///< configured station address
+  std::uint16_t alias = 0;                   ///< 0: none
+  std::uint16_t al_status_code = 0;          ///< 0134h
+  std::uint8_t al_state = 0;                 ///< 0130h, bits 0 to 3
+  std::uint8_t al_error = 0;                 ///< not 0: error indication, 0130h bit 4
+  std::uint8_t answers = 0;                  ///< 0: the values of its registers are those of before
+  std::uint8_t hot_connect = 0;              ///< not 0: it may be missing
+  std::uint8_t processing_unit_errors = 0;   ///< 030Ch
+  std::uint8_t pdi_errors = 0;               ///< 030Dh
+  std::uint8_t clock = 0;                    ///< 0: no clock in use, 1: it follows the reference clock, 2: it is that
+  std::uint8_t entry_port = 0;               ///< port towards the master
+  std::uint8_t parent_port = 0;              ///< of the slave before, which leads here
+  std::uint8_t reserved = 0;                 ///< 0
+  std::int32_t parent = kFeedParentUnknown;  ///< slave before it, kFeedParentMaster or kFeedParentUnknown
+  std::int32_t depth = 0;                    ///< slaves between it and the master
+  std::int64_t read_at_ns = 0;               ///< when its registers were read, since 1970-01-01 UTC
+  std::int64_t clock_delay_ns = 0;           ///< from the reference clock (0928h)
+  std::int64_t clock_difference_ns = 0;      ///< largest since operation began, without its sign (092Ch)
+  std::int64_t sync0_cycle_ns = 0;           ///< 0: no SYNC0
+  std::array<FeedSlavePort, kFeedSlavePorts> port;  ///< by number
+};
+
+/// What of the line's wiring is not of one slave.
+struct FeedConditionHead {
+  std::uint32_t slaves = 0;                      ///< how many FeedSlave count
+  std::uint32_t silent_ports = 0;                ///< how many `silent` count
+  std::int32_t ring_slave = kFeedParentUnknown;  ///< its `ring_port` leads back to the master; unknown: no ring
+  std::uint32_t ring_port = 0;                   ///< of `ring_slave`
+  std::array<std::uint32_t, kMaxFeedSilentPorts> silent{};  ///< slave * 4 + port: a link, and nobody answers behind it
+};
+
+static_assert(sizeof(FeedSlave) % sizeof(std::uint64_t) == 0 && sizeof(FeedConditionHead) % sizeof(std::uint64_t) == 0);
+
+/// Number of the region's content.
+inline constexpr std::uint32_t kFeedConditionContent = 0x4643'4F4E;
+/// Records that its region holds: a reader that is interrupted while it copies takes the next one.
+inline constexpr std::uint64_t kFeedConditions = 4;
+
+/// Layout of the region for a line of so many slaves.
+[[nodiscard]] constexpr rt::SharedLayout feed_condition_layout(std::size_t slaves,
+                                                               std::uint64_t capacity = 0) noexcept {
+  return rt::shared_blocks(kFeedConditionContent, kFeedVersion,
+                           static_cast<std::uint32_t>(sizeof(FeedConditionHead) + slaves * sizeof(FeedSlave)),
+                           capacity);
+}
+
+/// All of it.
+struct FeedCondition {
+  FeedConditionHead head;         ///< `slaves` is not looked at when it is written
+  std::vector<FeedSlave> slaves;  ///< by position
+};
+
+/// The side that holds the line. Belongs to one thread at a time.
+class FeedConditionWriter {
+ public:
+  /// `region`: of feed_condition_layout(slaves); must outlive the writer.
+  FeedConditionWriter(const rt::SharedMapping& region, std::size_t slaves) : writer_{region}, slaves_{slaves} {}
+
+  /// Replaces what was told before; slaves beyond those of the layout are left out. \rtsafe
+  void push(const FeedConditionHead& head, std::span<const FeedSlave> slaves) noexcept {
+    const std::size_t count = std::min(slaves.size(), slaves_);
+    auto told = head;
+    told.slaves = static_cast<std::uint32_t>(count);
+    writer_.begin();
+    writer_.write(0, told);
+    for (std::size_t i = 0; i < count; ++i) {
+      writer_.write(sizeof(FeedConditionHead) + i * sizeof(FeedSlave), slaves[i]);
+    }
+    writer_.commit();
+  }
+
+ private:
+  rt::SharedBlockWriter writer_;
+  std::size_t slaves_;
+};
+
+/// The other side. Belongs to one thread.
+class FeedConditionReader {
+ public:
+  /// Maps the region behind `descriptor`, which remains the caller's, of a feed whose description says `slaves`. Error:
+  /// the region is not that of such a feed.
+  [[nodiscard]] static tl::expected<FeedConditionReader, FeedError> open(int descriptor, std::size_t slaves) {
+    auto mapped = rt::SharedMapping::open(descriptor, feed_condition_layout(slaves));
+    if (const auto* error = std::get_if<rt::SharedRegionError>(&mapped)) {
+      return tl::unexpected(FeedError{"condition", rt::describe(*error)});
+    }
+    return FeedConditionReader{std::move(*std::get_if<rt::SharedMapping>(&mapped)), slaves};
+  }
+
+  /// The newest condition; false: nothing new since the last call. Counts are brought into their ranges.
+  [[nodiscard]] bool take(FeedCondition& condition) {
+    bool any = false;
+    while (reader_.take(record_)) any = true;
+    if (!any) return false;
+    condition.head = part<FeedConditionHead>(0);
+    condition.head.slaves = std::min(condition.head.slaves, static_cast<std::uint32_t>(slaves_));
+    condition.head.silent_ports =
+        std::min(condition.head.silent_ports, static_cast<std::uint32_t>(kMaxFeedSilentPorts));
+    condition.slaves.resize(condition.head.slaves);
+    for (std::size_t i = 0; i < condition.slaves.size(); ++i) {
+      condition.slaves[i] = part<FeedSlave>(sizeof(FeedConditionHead) + i * sizeof(FeedSlave));
+    }
+    return true;
+  }
+
+ private:
+  FeedConditionReader(rt::SharedMapping region, std::size_t slaves)
+      : region_{std::move(region)}, slaves_{slaves}, reader_{region_, 0}, record_(reader_.record_words()) {}
+
+  template <rt::SharedRecord T>
+  [[nodiscard]] T part(std::size_t offset) const noexcept {
+    T value;
+    std::memcpy(static_cast<void*>(&value), record_.data() + offset / sizeof(std::uint64_t), sizeof(value));
+    return value;
+  }
+
+  rt::SharedMapping region_;
+  std::size_t slaves_;
+  rt::SharedBlockReader reader_;
+  std::vector<std::uint64_t> record_;
+};
+
+}  // namespace driveline::snapshot

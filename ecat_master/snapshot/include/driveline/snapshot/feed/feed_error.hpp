@@ -1,0 +1,18 @@
+#pragma once
+
+#include <string>
+
+namespace driveline::snapshot {
+
+/// Why a feed cannot be read: the region, and what is wrong with it.
+struct FeedError {
+  const char* region;  ///< "description", "status", "cycles", "events", "condition", "return"
+  std::string reason;  ///< describe(rt::SharedRegionError), or what its content lacks
+};
+
+/// The error as a sentence.
+[[nodiscard]] inline std::string describe(const FeedError& error) {
+  return "feed, " + std::string{error.region} + ": " + error.reason;
+}
+
+}  // namespace driveline::snapshot
