@@ -113,8 +113,27 @@ AxisDoor::Submitted AxisDoor::submit(const AxisCaller& caller, std::size_t axis,
   auto submitted = try_to_submit(caller, axis, request);
   events::AxisRequested asked{caller.name, events::event_axis(axes_[axis]), request, {}};
   if (!submitted) asked.refusal = submitted.error();
-  events_.emplace_back(std::move(asked));
+  if (!caller.quiet) events_.emplace_back(std::move(asked));
   return submitted;
+}
+
+tl::expected<std::uint64_t, AxisRefusal> AxisDoor::acquire(const AxisCaller& caller, std::size_t axis) {
+  const std::lock_guard guard(lock_);
+  if (axis >= axes_.size() || (single_ == nullptr && !together_)) return refused(Why::kNotRunning);
+  const auto taken = authority_.take(axis, terms_of(caller));
+  if (!taken) return refused(taken.error());
+  return *taken;
+}
+
+bool AxisDoor::holds(const AxisCaller& caller, std::size_t axis) const {
+  return caller.lease && authority_.goes_on(axis, *caller.lease) && authority_.holds(axis, caller.name);
+}
+
+void AxisDoor::give_back(const std::string& caller, std::size_t axis) {
+  const std::lock_guard guard(lock_);
+  if (!authority_.holds(axis, caller)) return;
+  stop_axis(axis);
+  authority_.release(axis, caller);
 }
 
 AxisDoor::Submitted AxisDoor::try_to_submit(const AxisCaller& caller, std::size_t axis, const AxisRequest& request) {
@@ -140,6 +159,7 @@ AxisDoor::Submitted AxisDoor::try_to_submit(const AxisCaller& caller, std::size_
 AxisDoor::Permission AxisDoor::permission(const AxisCaller& caller, std::size_t axis, AxisCommand command) {
   if (stops(command)) return Way::kOpen;
   if (probes(command)) return probe_permission(caller, axis, command);
+  if (caller.lease && !holds(caller, axis)) return refused(Why::kNoLease);
   const auto owner = authority_.owner_of(axis);
   auto terms = terms_of(caller);
   if (!owner.empty() && owner != caller.name && takes_over(caller, axis)) {
@@ -314,7 +334,7 @@ void AxisDoor::watch_requests() {
     auto progress = progress_of(pending.axis, pending.number);
     if (!progress.report.over() && progress.report.phase != RequestPhase::kUnknown) return false;
     auto axis = events::event_axis(axes_[pending.axis]);
-    if (progress.refusal) {
+    if (progress.refusal && !pending.caller.quiet) {
       events_.emplace_back(events::AxisRequestFailed{std::move(pending.caller.name), std::move(axis), pending.request,
                                                      std::move(*progress.refusal)});
     } else if (progress.recorded_position) {

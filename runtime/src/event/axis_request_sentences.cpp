@@ -133,6 +133,8 @@ std::string reason_of(const events::EventAxis& axis, const AxisRefusal& refusal)
     case Why::kMovedTogether:
       return fmt::format("is moved by the {} of this run, together with the others; a stop is all that can be asked",
                          refusal.owner);
+    case Why::kNoLease:
+      return "the lease is not, or no longer, the caller's; he must acquire the axis first";
     case Why::kProbeTaken:
       return fmt::format("its touch probe is used by {}", refusal.owner);
     case Why::kNotANumber:

@@ -91,6 +91,12 @@ class EventSentence {
   std::string operator()(const events::BridgeBack& facts) const;
   std::string operator()(const events::BridgeUnbelieved& facts) const;
 
+  // command_sentences.cpp
+  std::string operator()(const events::CommandAnswered& facts) const;
+  std::string operator()(const events::CommandsUntold& facts) const;
+  std::string operator()(const events::CommanderLost& facts) const;
+  std::string operator()(const events::CommandsUnbelieved& facts) const;
+
  private:
   /// "1.25 mm", or "1.25 mm (1311 increments)". `length`: rad or m.
   [[nodiscard]] std::string length_text(const events::EventAxis& axis, double length) const;

@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "driveline/runtime/event/axis_events.hpp"
+#include "driveline/runtime/event/command_events.hpp"
 #include "driveline/runtime/event/operation_events.hpp"
 #include "driveline/runtime/event/result_events.hpp"
 #include "driveline/runtime/event/service_events.hpp"
@@ -31,7 +32,8 @@ using EventFacts = std::variant<
     events::CallerRefused, events::AxisLeaseLost, events::AxisFailed, events::AxisNotReset, events::AxisRestored,
     events::StreamUp, events::StreamClientCame, events::StreamClientRefused, events::StreamSetpointRefused,
     events::StreamStarved, events::StreamClientLeft, events::TelemetryOff, events::BridgeStopped, events::BridgeBack,
-    events::BridgeUnbelieved>;
+    events::BridgeUnbelieved, events::CommandAnswered, events::CommandsUntold, events::CommanderLost,
+    events::CommandsUnbelieved>;
 
 /// How grave an event is.
 enum class Severity : std::uint8_t {

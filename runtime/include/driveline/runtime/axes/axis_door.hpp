@@ -26,6 +26,9 @@ struct AxisCaller {
   /// His leases end, and his axes stop, when he has not been heard for so long; none: when he gives them back.
   std::optional<std::chrono::nanoseconds> keep_alive{};
   bool take_over = false;  ///< axes of others, too
+  /// His requests need the lease of that number, of acquire(); none: the first one takes the lease.
+  std::optional<std::uint64_t> lease{};
+  bool quiet = false;  ///< there is no event for each of his requests
 };
 
 /// How far a request is.
@@ -75,6 +78,10 @@ class AxisDoor {
   /// Hands on a request: the number to ask progress() with, 0 where it has stopped all axes and nothing remains to ask.
   [[nodiscard]] tl::expected<std::uint64_t, AxisRefusal> submit(const AxisCaller& caller, std::size_t axis,
                                                                 const ecat_master::AxisRequest& request);
+  /// Takes the axis for a caller who names its lease with every request. The number of the lease.
+  [[nodiscard]] tl::expected<std::uint64_t, AxisRefusal> acquire(const AxisCaller& caller, std::size_t axis);
+  /// Whether the axis is the caller's, by the lease that he names.
+  [[nodiscard]] bool holds(const AxisCaller& caller, std::size_t axis) const;
   /// How far a request to that axis is.
   [[nodiscard]] AxisProgress progress(std::size_t axis, std::uint64_t request) const;
   /// The axis as of now.
@@ -84,6 +91,8 @@ class AxisDoor {
   /// The caller goes. `stop`: axes that his requests move stop, and he has no lease any more; otherwise his leases last
   /// as long as his requests.
   void leave(const std::string& caller, bool stop);
+  /// Gives one axis back, after it has been told to stop; nothing happens if it is another's.
+  void give_back(const std::string& caller, std::size_t axis);
   /// Gives one axis back.
   void release(const std::string& caller, std::size_t axis) { authority_.release(axis, caller); }
   /// Ends leases of who is not heard any more; notes requests that have failed. To be called every few milliseconds.

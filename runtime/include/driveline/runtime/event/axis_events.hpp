@@ -20,6 +20,7 @@ struct AxisRefusal {
     kNotRunning,      ///< the line is not in operation, or has no such axis
     kOwned,           ///< `owner` commands the axis
     kMovedTogether,   ///< `owner` moves all axes as long as the line runs
+    kNoLease,         ///< the caller does not have the lease that he names
     kProbeTaken,      ///< `owner` waits for the touch probe of the axis
     kNotANumber,      ///< `quantity` is not finite, or a magnitude is negative
     kOutside,         ///< `quantity` has the value `value`; `lowest` to `highest` are possible

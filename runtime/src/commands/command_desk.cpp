@@ -1,0 +1,310 @@
+#include "commands/command_desk.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+
+#include "driveline/runtime/event/axis_events.hpp"
+
+namespace driveline::runtime {
+namespace {
+
+using ecat_master::AxisCommand;
+using ecat_master::AxisRequest;
+using ecat_master::RequestPhase;
+using snapshot::CommandKind;
+using snapshot::CommandRecord;
+using snapshot::CommandResult;
+
+constexpr std::chrono::seconds kSumInterval{1};
+/// A silent client without axes makes room for another one after so long.
+constexpr std::chrono::seconds kForgetAfter{10};
+/// Bytes of a participant that are his (RTPS 2.2, 8.2.4.2).
+constexpr std::size_t kPrefixBytes = 12;
+
+struct KindName {
+  CommandKind kind;
+  std::string_view name;
+  AxisCommand command = AxisCommand::kHalt;  ///< of those that ask something of the axis
+};
+/// By number.
+constexpr std::array kKinds = {
+    KindName{CommandKind::kAcquire, "acquire"},
+    KindName{CommandKind::kRenew, "renew"},
+    KindName{CommandKind::kRelease, "release"},
+    KindName{CommandKind::kEnable, "enable", AxisCommand::kPower},
+    KindName{CommandKind::kDisable, "disable", AxisCommand::kPower},
+    KindName{CommandKind::kReset, "reset", AxisCommand::kReset},
+    KindName{CommandKind::kHalt, "halt", AxisCommand::kHalt},
+    KindName{CommandKind::kQuickStop, "quick stop", AxisCommand::kStop},
+    KindName{CommandKind::kReleaseStop, "release stop", AxisCommand::kReleaseStop},
+    KindName{CommandKind::kJog, "jog", AxisCommand::kMoveVelocity},
+    KindName{CommandKind::kMoveAbsolute, "move absolute", AxisCommand::kMoveAbsolute},
+    KindName{CommandKind::kMoveRelative, "move relative", AxisCommand::kMoveRelative},
+};
+
+/// Null: there is no such command.
+const KindName* kind_of(const CommandRecord& record) noexcept {
+  return record.kind < kKinds.size() ? &kKinds[record.kind] : nullptr;
+}
+
+std::string name_of_kind(const CommandRecord& record) {
+  const auto* const kind = kind_of(record);
+  return kind != nullptr ? std::string(kind->name) : fmt::format("command {}", record.kind);
+}
+
+bool is_lease(CommandKind kind) noexcept {
+  return kind == CommandKind::kAcquire || kind == CommandKind::kRenew || kind == CommandKind::kRelease;
+}
+
+bool is_stop(const CommandRecord& record) noexcept {
+  const auto* const kind = kind_of(record);
+  return kind != nullptr && (kind->kind == CommandKind::kHalt || kind->kind == CommandKind::kQuickStop);
+}
+
+/// A text of a client goes to terminals, files and subscribers.
+bool printable(std::string_view text) noexcept {
+  return std::all_of(text.begin(), text.end(), [](char c) { return c >= ' ' && c <= '~'; });
+}
+
+std::string shown(std::string_view text) {
+  std::string clean(text);
+  std::replace_if(
+      clean.begin(), clean.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+  return clean;
+}
+
+/// As leases and events have him.
+std::string name_of(const CommandRecord& record, std::string_view name) {
+  auto text = fmt::format("dds {} (participant ", name.empty() ? "?" : shown(name));
+  for (std::size_t i = 0; i < kPrefixBytes; ++i) text += fmt::format("{:02x}", record.participant[i]);
+  return text + ')';
+}
+
+AxisRequest request_of(const CommandRecord& record, const KindName& kind) {
+  AxisRequest request;
+  request.command = kind.command;
+  request.on = kind.kind == CommandKind::kEnable;
+  const bool moves = kind.kind == CommandKind::kJog || kind.kind == CommandKind::kMoveAbsolute ||
+                     kind.kind == CommandKind::kMoveRelative;
+  if (!moves) return request;
+  request.target = record.target;
+  request.velocity = kind.kind == CommandKind::kJog ? 0.0 : record.velocity;
+  request.acceleration = record.acceleration;
+  request.deceleration = record.deceleration;
+  request.jerk = record.jerk;
+  return request;
+}
+
+}  // namespace
+
+void CommandDesk::take(const CommandRecord& record) {
+  const auto now = clock_.now();
+  if (!total_.take(now)) {
+    ++untold_.dropped;
+    return;
+  }
+  const auto name = record.client.view();
+  auto who = name_of(record, name);
+  if (name.empty() || !printable(name)) {
+    refuse(who, record, "the name of a client has 1 to 63 printable letters of ASCII");
+    return;
+  }
+  auto* const client = find_client(record, name);
+  if (client == nullptr) {
+    refuse(who, record, fmt::format("there are {} clients already", kMostClients));
+    return;
+  }
+  if (!client->begun) client->caller.name = std::move(who);
+  auto& limit = is_stop(record) ? client->stops : client->rate;
+  if (!limit.take(now)) {
+    ++untold_.refused;
+    answer(record, CommandResult::kRefused, fmt::format("too many: {} commands a second are taken", kClientRate));
+    return;
+  }
+  if (client->begun && record.number <= client->last_number) {
+    refuse(client->caller.name, record,
+           fmt::format("number {} is not above {}, that of the command before", record.number, client->last_number));
+    return;
+  }
+  client->begun = true;
+  client->heard = now;
+  client->last_number = record.number;
+  judge(*client, record);
+}
+
+/// Null: there are too many.
+CommandDesk::Client* CommandDesk::find_client(const CommandRecord& record, std::string_view name) {
+  Key key{record.participant, std::string(name)};
+  if (const auto found = clients_.find(key); found != clients_.end()) return &found->second;
+  if (clients_.size() >= kMostClients && !make_room()) return nullptr;
+  auto& client = clients_[std::move(key)];
+  client.caller.keep_alive = lease_timeout_;
+  return &client;
+}
+
+bool CommandDesk::make_room() {
+  const auto now = clock_.now();
+  const auto free = std::find_if(clients_.begin(), clients_.end(), [&](const auto& entry) {
+    const auto& client = entry.second;
+    return client.pending.empty() &&
+           now - client.heard > std::max<std::chrono::nanoseconds>(kForgetAfter, lease_timeout_);
+  });
+  if (free == clients_.end()) return false;
+  clients_.erase(free);
+  return true;
+}
+
+void CommandDesk::judge(Client& client, const CommandRecord& record) {
+  const auto* const kind = kind_of(record);
+  if (kind == nullptr) {
+    refuse(client.caller.name, record, fmt::format("there is no command of number {}", record.kind));
+    return;
+  }
+  const auto axis = door_.find(record.axis.view());
+  if (!axis) {
+    refuse(client.caller.name, record, fmt::format("there is no axis \"{}\"", shown(record.axis.view())));
+    return;
+  }
+  if (is_lease(kind->kind)) {
+    lease(client, record, *axis);
+  } else {
+    request(client, record, *axis);
+  }
+}
+
+void CommandDesk::lease(Client& client, const CommandRecord& record, std::size_t axis) {
+  auto caller = client.caller;
+  caller.lease = record.lease;
+  const auto& name = door_.axes()[axis].name;
+  const auto kind = kKinds[record.kind].kind;
+  if (kind == CommandKind::kAcquire) {
+    const auto taken = door_.acquire(client.caller, axis);
+    if (!taken) {
+      refuse(caller.name, record, describe(events::event_axis(door_.axes()[axis]), taken.error()));
+      return;
+    }
+    client.commands = true;
+    note({caller.name, name, name_of_kind(record), {}});
+    answer(record, CommandResult::kDone, {}, *taken);
+    return;
+  }
+  if (!door_.holds(caller, axis)) {
+    AxisRefusal refusal;
+    refusal.why = AxisRefusal::Why::kNoLease;
+    refuse(caller.name, record, describe(events::event_axis(door_.axes()[axis]), refusal));
+    return;
+  }
+  if (kind == CommandKind::kRenew) {
+    door_.keep_alive(client.caller);
+    answer(record, CommandResult::kDone, {}, record.lease);
+    return;
+  }
+  door_.give_back(caller.name, axis);
+  note({caller.name, name, name_of_kind(record), {}});
+  answer(record, CommandResult::kDone, {});
+}
+
+void CommandDesk::request(Client& client, const CommandRecord& record, std::size_t axis) {
+  if (client.pending.size() >= kMostRequests && !is_stop(record)) {
+    refuse(client.caller.name, record, fmt::format("{} commands are under way already", kMostRequests));
+    return;
+  }
+  auto caller = client.caller;
+  caller.lease = record.lease;
+  caller.quiet = !may_tell();
+  const auto submitted = door_.submit(caller, axis, request_of(record, kKinds[record.kind]));
+  if (caller.quiet) ++(submitted ? untold_.accepted : untold_.refused);
+  if (!submitted) {
+    answer(record, CommandResult::kRefused, describe(events::event_axis(door_.axes()[axis]), submitted.error()));
+    return;
+  }
+  const auto lease = door_.holds(caller, axis) ? record.lease : 0;
+  if (*submitted == 0) {
+    answer(record, CommandResult::kDone, "all axes stop, and the run ends", lease);
+    return;
+  }
+  answer(record, CommandResult::kAccepted, {}, lease);
+  if (client.pending.size() < 2 * kMostRequests) client.pending.push_back({record, axis, *submitted});
+}
+
+void CommandDesk::look() {
+  door_.watch();
+  for (auto& [key, client] : clients_) look_at(client);
+  const auto now = clock_.now();
+  if (now < next_sum_) return;
+  next_sum_ = now + kSumInterval;
+  const auto sum = std::exchange(untold_, {});
+  if (sum.accepted + sum.refused + sum.dropped > 0) door_.note(sum);
+}
+
+/// Requests of a client that are over have another answer.
+void CommandDesk::look_at(Client& client) {
+  std::erase_if(client.pending, [&](const Pending& pending) {
+    const auto progress = door_.progress(pending.axis, pending.request);
+    const auto phase = progress.report.phase;
+    if (phase == RequestPhase::kWaiting || phase == RequestPhase::kActive) return false;
+    auto caller = client.caller;
+    caller.lease = pending.record.lease;
+    const auto lease = door_.holds(caller, pending.axis) ? pending.record.lease : 0;
+    const auto axis = events::event_axis(door_.axes()[pending.axis]);
+    if (phase == RequestPhase::kDone || phase == RequestPhase::kReached) {
+      answer(pending.record, CommandResult::kDone, phase == RequestPhase::kReached ? "the velocity is reached" : "",
+             lease);
+    } else if (progress.refusal) {
+      answer(pending.record, CommandResult::kAborted, describe(axis, *progress.refusal), lease);
+    } else {
+      answer(pending.record, CommandResult::kAborted, fmt::format("axis {}: another request has ended it", axis.name),
+             lease);
+    }
+    return true;
+  });
+}
+
+void CommandDesk::bridge_lost() {
+  told_nonsense_ = false;
+  for (auto& [key, client] : clients_) {
+    if (!client.commands) continue;
+    bool holds = false;
+    for (std::size_t axis = 0; axis < door_.axes().size(); ++axis) {
+      if (door_.status(axis).owner != client.caller.name) continue;
+      holds = true;
+      door_.give_back(client.caller.name, axis);
+    }
+    if (holds) door_.note(events::CommanderLost{client.caller.name});
+  }
+  clients_.clear();
+}
+
+void CommandDesk::unbelieved() {
+  if (!std::exchange(told_nonsense_, true)) door_.note(events::CommandsUnbelieved{});
+}
+
+void CommandDesk::answer(const CommandRecord& record, CommandResult result, std::string_view text,
+                         std::uint64_t lease) {
+  snapshot::CommandAnswer answer;
+  answer.participant = record.participant;
+  answer.client = record.client;
+  answer.axis = record.axis;
+  answer.number = record.number;
+  answer.lease = lease;
+  answer.result = static_cast<std::uint32_t>(result);
+  answer.text.set(text);
+  answers_.push_back(answer);
+}
+
+void CommandDesk::refuse(const std::string& who, const CommandRecord& record, const Problem& problem) {
+  note({who, shown(record.axis.view()), name_of_kind(record), problem});
+  answer(record, CommandResult::kRefused, problem);
+}
+
+void CommandDesk::note(events::CommandAnswered facts) {
+  if (may_tell()) {
+    door_.note(std::move(facts));
+  } else {
+    ++(facts.refusal.empty() ? untold_.accepted : untold_.refused);
+  }
+}
+
+}  // namespace driveline::runtime

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <memory>
+#include <thread>
+#include <vector>
+
+#include "commands/command_desk.hpp"
+#include "driveline/rt/clock.hpp"
+#include "driveline/rt/shared_region.hpp"
+#include "driveline/runtime/axes/axis_door.hpp"
+#include "driveline/runtime/error.hpp"
+
+namespace driveline::runtime {
+
+/// Reads the commands that the bridge writes into shared memory, on a thread of its own and a bounded number in each
+/// pass, and writes the answers that it reads. Whatever the bridge writes there, neither the cycle nor the thread of
+/// the line has anything to do with it.
+class CommandService {
+ public:
+  /// `door` must outlive it. Error (kMachine): there is no memory.
+  [[nodiscard]] static Result<std::unique_ptr<CommandService>> start(AxisDoor& door,
+                                                                     std::chrono::nanoseconds lease_timeout);
+  CommandService(const CommandService&) = delete;
+  CommandService& operator=(const CommandService&) = delete;
+  ~CommandService();
+
+  /// Of the regions for the bridge: commands, answers.
+  [[nodiscard]] std::vector<int> descriptors() const { return {commands_.descriptor(), answers_.descriptor()}; }
+  /// The bridge has ended. Any thread.
+  void bridge_lost() noexcept { lost_.store(true, std::memory_order_release); }
+
+ private:
+  CommandService(AxisDoor& door, std::chrono::nanoseconds lease_timeout, rt::SharedRegion commands,
+                 rt::SharedRegion answers);
+  void serve();
+  void pass();
+  void forget_bridge();
+
+  rt::SharedRegion commands_;
+  rt::SharedRegion answers_;
+  rt::SharedRingReader<snapshot::CommandRecord> reader_;
+  rt::SharedBlockWriter writer_;
+  rt::MonotonicClock clock_;
+  CommandDesk desk_;
+  std::uint64_t breaches_ = 0;
+  std::vector<snapshot::CommandRecord> room_;
+  std::atomic<bool> lost_{false};
+  std::atomic<bool> stop_{false};
+  std::thread thread_;
+};
+
+}  // namespace driveline::runtime

@@ -1,0 +1,27 @@
+// Commands over DDS in words.
+#include <fmt/format.h>
+
+#include "event/event_sentence.hpp"
+
+namespace driveline::runtime {
+
+std::string EventSentence::operator()(const events::CommandAnswered& facts) const {
+  const auto asked = facts.axis.empty() ? fmt::format("{}: {}", facts.who, facts.what)
+                                        : fmt::format("{}: axis {}: {}", facts.who, facts.axis, facts.what);
+  return facts.refusal.empty() ? asked : fmt::format("{}: refused: {}", asked, facts.refusal);
+}
+
+std::string EventSentence::operator()(const events::CommandsUntold& facts) const {
+  return fmt::format("commands: more came than are told one by one: {} accepted, {} refused, {} not looked at",
+                     facts.accepted, facts.refused, facts.dropped);
+}
+
+std::string EventSentence::operator()(const events::CommanderLost& facts) const {
+  return fmt::format("{}: its bridge has stopped: its axes stop, and are free", facts.who);
+}
+
+std::string EventSentence::operator()(const events::CommandsUnbelieved& /*facts*/) const {
+  return "commands: what the bridge has written cannot be, and is left out";
+}
+
+}  // namespace driveline::runtime

@@ -1,0 +1,60 @@
+// Two axes whose cycle a test runs by hand, and commands to them as a bridge would write them.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "driveline/ecat_master/single_axis/single_axes.hpp"
+#include "driveline/rt/clock.hpp"
+#include "driveline/runtime/axes/axis_door.hpp"
+#include "driveline/snapshot/feed/command_records.hpp"
+
+namespace driveline::runtime {
+
+class AxesForCommands {
+ protected:
+  AxesForCommands() {
+    std::vector<ecat_master::Axis> made;
+    for (const auto& config : configs) {
+      made.emplace_back(config, ecat_master::ProcessDataPlace{}, ecat_master::axis_pdo_configuration());
+    }
+    single.emplace(std::move(made), ecat_master::SingleAxes::Settings{});
+  }
+  static ecat_master::AxisConfig config(const std::string& name, std::size_t slave) {
+    ecat_master::AxisConfig axis;
+    axis.name = name;
+    axis.slave = slave;
+    axis.limits = {10.0, 100.0};
+    axis.unit = trajectory::find_position_unit("deg");
+    axis.software_limits = trajectory::PositionRange{-3.0, 3.0};
+    return axis;
+  }
+  /// One cycle of the axes, without a line.
+  void cycle() {
+    std::vector<std::byte> image(256);
+    single->update(++cycles, image);
+  }
+  /// The next command of somebody.
+  snapshot::CommandRecord command(const char* client, const char* axis, snapshot::CommandKind kind,
+                                  std::uint64_t lease = 0, std::uint8_t participant = 1) {
+    snapshot::CommandRecord record;
+    record.participant[0] = participant;
+    record.client.set(client);
+    record.axis.set(axis);
+    record.number = ++number;
+    record.lease = lease;
+    record.kind = static_cast<std::uint32_t>(kind);
+    return record;
+  }
+
+  std::vector<ecat_master::AxisConfig> configs{config("x", 0), config("y", 1)};
+  std::optional<ecat_master::SingleAxes> single;
+  std::int64_t cycles = 0;
+  std::uint64_t number = 0;
+};
+
+}  // namespace driveline::runtime
