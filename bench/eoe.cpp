@@ -129,18 +129,6 @@ double p999(std::vector<double> samples) {
   return summarize(std::move(samples)).p999;
 }
 
-/// Upper end of the 95 % interval of the mean of the logarithms, as a ratio. Student's t with 19 degrees of freedom for
-/// 20 pairs; 2.26 for the ten of the quick form.
-double upper_95(const std::vector<double>& ratios) {
-  const double n = static_cast<double>(ratios.size());
-  double mean = 0.0;
-  for (const double ratio : ratios) mean += std::log(ratio) / n;
-  double variance = 0.0;
-  for (const double ratio : ratios) variance += (std::log(ratio) - mean) * (std::log(ratio) - mean) / (n - 1.0);
-  const double t = ratios.size() >= 20 ? 2.09 : 2.26;
-  return std::exp(mean + t * std::sqrt(variance / n));
-}
-
 /// Windows with and without load by turns, in one run.
 void measure_cost(Report& report, const EoeLine::Settings& settings, const Options& options) {
   EoeLine line(settings);

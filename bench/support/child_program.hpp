@@ -3,6 +3,7 @@
 #include <sys/types.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,28 +11,44 @@
 
 namespace driveline::bench {
 
-/// Another program of the machine, found along PATH. It ends with this object.
+/// Another program, found along PATH unless its name is a path. It ends with this object (SIGTERM).
 class ChildProgram {
  public:
-  /// Starts it; its stdout comes here, its stderr is ours. Null: there is no such program. Throws std::runtime_error
-  /// when there is but it cannot be started.
+  /// Starts it; its stdout and stderr are kept. Null: there is no such program. Throws std::runtime_error when there is
+  /// but it cannot be started.
   [[nodiscard]] static std::unique_ptr<ChildProgram> start(std::vector<std::string> words);
   ~ChildProgram();
   ChildProgram(const ChildProgram&) = delete;
   ChildProgram& operator=(const ChildProgram&) = delete;
 
-  /// It has ended by itself.
+  [[nodiscard]] pid_t id() const noexcept { return process_; }
+  void signal(int number) const noexcept;
+  /// It has ended by itself; does not wait.
   [[nodiscard]] bool has_ended() noexcept;
-  /// Waits for its end; what it has printed. Throws std::runtime_error when it failed.
+  /// Waits for its end; its stdout. Throws std::runtime_error with the last line of its stderr when it failed.
   [[nodiscard]] std::string finish();
 
  private:
-  ChildProgram(pid_t process, port::FileDescriptor out, std::string name);
-  int wait() noexcept;
+  ChildProgram(std::string name, port::FileDescriptor output, port::FileDescriptor errors);
+  void wait(int options) noexcept;
 
-  pid_t process_;  ///< -1: it has ended
-  port::FileDescriptor out_;
   std::string name_;
+  port::FileDescriptor output_;
+  port::FileDescriptor errors_;
+  pid_t process_ = -1;
+  std::optional<int> status_;
 };
+
+/// What a process has used so far.
+struct ProcessUse {
+  double cpu_s = 0.0;     ///< of all its threads
+  double peak_mib = 0.0;  ///< most memory that was resident
+};
+
+/// Nothing: there is no such process.
+[[nodiscard]] std::optional<ProcessUse> use_of(pid_t process);
+
+/// A child of `parent` whose name begins so; 0: there is none. Linux keeps 15 bytes of a name.
+[[nodiscard]] pid_t child_named(pid_t parent, const std::string& name);
 
 }  // namespace driveline::bench

@@ -18,6 +18,9 @@ struct Summary {
 /// All zero for no samples.
 [[nodiscard]] Summary summarize(std::vector<double> samples);
 
+/// Upper end of the 95 % interval of the mean of the logarithms of so many ratios (positive, at least two), as a ratio.
+[[nodiscard]] double upper_95(const std::vector<double>& ratios);
+
 /// The summary of the samples divided by `divisor` (> 0).
 [[nodiscard]] Summary divided(const Summary& summary, double divisor);
 

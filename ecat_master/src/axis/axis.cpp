@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "axis/axis_entries.hpp"
@@ -423,7 +424,8 @@ void Axis::fill(snapshot::AxisSample& sample) const noexcept {
   sample.target_torque = targets_.torque;
   sample.actual_torque = inputs_.torque;
   sample.following_error = following_error_;
-  if (following_error_object_) sample.drive_following_error = inputs_.drive_following_error;
+  sample.drive_following_error =
+      following_error_object_ ? inputs_.drive_following_error : std::numeric_limits<double>::quiet_NaN();
 }
 
 }  // namespace driveline::ecat_master

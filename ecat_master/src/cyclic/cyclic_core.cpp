@@ -494,14 +494,7 @@ void CyclicCore::publish(const rt::CycleStart& start, nanoseconds cost) noexcept
   if (!sampled) return;
   rings_.lines->try_push(line);
   if (rings_.axes == nullptr || motion_ == nullptr) return;
-  for (std::size_t i = 0; i < motion_->axes().size(); ++i) {
-    snapshot::AxisSample sample;
-    sample.cycle = line.cycle;
-    sample.time_ns = line.time_ns;
-    sample.axis = static_cast<std::uint16_t>(i);
-    motion_->axes()[i].fill(sample);
-    rings_.axes->try_push(sample);
-  }
+  ecat_master::publish(motion_->axes(), line, *rings_.axes);
 }
 
 /// The recorder stops a little after the motion has failed, or process data have been bad for as long as it takes.

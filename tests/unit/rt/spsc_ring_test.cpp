@@ -51,6 +51,28 @@ TEST(SpscRing, FullRingDropsTheNewestAndCounts) {
   EXPECT_EQ(ring.dropped(), 6u);
 }
 
+TEST(SpscRing, PushesAllOrNone) {
+  SpscRing<int> ring{8};
+  const auto number = [](int first) {
+    return [first](std::size_t i, int& slot) noexcept { slot = first + static_cast<int>(i); };
+  };
+  EXPECT_TRUE(ring.try_push_all(5, number(0)));
+  EXPECT_FALSE(ring.try_push_all(4, number(5)));
+  EXPECT_EQ(ring.dropped(), 4u);
+  EXPECT_EQ(ring.size(), 5u);
+  std::array<int, 3> first{};
+  ASSERT_EQ(ring.pop(first), 3u);
+  // Across the seam, into the last slot that is free.
+  EXPECT_TRUE(ring.try_push_all(6, number(100)));
+  EXPECT_FALSE(ring.try_push(7));
+  EXPECT_TRUE(ring.try_push_all(0, number(0)));
+  EXPECT_FALSE(ring.try_push_all(9, number(0))) << "more than it ever holds";
+  EXPECT_EQ(ring.dropped(), 4u + 1u + 9u);
+  std::array<int, 9> rest{};
+  ASSERT_EQ(ring.pop(rest), 8u);
+  EXPECT_EQ((std::vector<int>(rest.begin(), rest.begin() + 8)), (std::vector<int>{3, 4, 100, 101, 102, 103, 104, 105}));
+}
+
 TEST(SpscRing, BatchTakesWhatFitsAcrossTheSeam) {
   SpscRing<int> ring{8};
   int pushed = 0;

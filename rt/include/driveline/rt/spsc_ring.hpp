@@ -9,6 +9,7 @@
 #include <span>
 #include <stdexcept>
 #include <type_traits>
+#include <utility>
 
 #include "driveline/rt/cache_line.hpp"
 
@@ -35,20 +36,29 @@ class SpscRing {
   /// Producer: appends a copy of `value`, or drops it and counts the drop if the ring is full.
   /// @return false if it was dropped. \rtsafe
   bool try_push(const T& value) noexcept {
+    return try_push_all(1, [&value](std::size_t, T& slot) noexcept { slot = value; });
+  }
+
+  /// Producer: appends `count` elements, which the consumer sees at once, or drops and counts them all if there is not
+  /// room for each. `fill(i, slot)` writes element `i` where it stays; a slot still has what was in it before.
+  /// @return false if they were dropped. \rtsafe if `fill` is.
+  template <typename Fill>
+  bool try_push_all(std::size_t count, const Fill& fill) noexcept {
+    static_assert(noexcept(fill(std::size_t{}, std::declval<T&>())), "an exception would leave half of them");
     // Only this thread writes head: its own value needs no ordering.
     const std::uint64_t head = producer_.head.load(std::memory_order_relaxed);
-    if (head - producer_.cached_tail > mask_) {
+    if (head - producer_.cached_tail + count > capacity()) {
       // Acquire pairs with the consumer's release: it has finished reading the slots it gave back.
       producer_.cached_tail = consumer_.tail.load(std::memory_order_acquire);
-      if (head - producer_.cached_tail > mask_) {
+      if (head - producer_.cached_tail + count > capacity()) {
         // A plain statistic, orders nothing. Single writer, so load and store suffice.
-        producer_.dropped.store(producer_.dropped.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+        producer_.dropped.store(producer_.dropped.load(std::memory_order_relaxed) + count, std::memory_order_relaxed);
         return false;
       }
     }
-    slots_[head & mask_] = value;
-    // Release: a consumer that sees the new head sees the slot filled.
-    producer_.head.store(head + 1, std::memory_order_release);
+    for (std::size_t i = 0; i < count; ++i) fill(i, slots_[(head + i) & mask_]);
+    // Release: a consumer that sees the new head sees the slots filled.
+    producer_.head.store(head + count, std::memory_order_release);
     return true;
   }
 

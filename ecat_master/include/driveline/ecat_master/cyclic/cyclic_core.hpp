@@ -13,6 +13,7 @@
 #include "driveline/ecat_master/cyclic/cyclic_frame.hpp"
 #include "driveline/ecat_master/cyclic/flight_recorder.hpp"
 #include "driveline/ecat_master/cyclic/motion_control.hpp"
+#include "driveline/ecat_master/cyclic/sample_rings.hpp"
 #include "driveline/ecat_master/dc/clock_follower.hpp"
 #include "driveline/ecat_master/process_data/process_copy.hpp"
 #include "driveline/port/counter.hpp"
@@ -21,12 +22,6 @@
 #include "driveline/snapshot/snapshot.hpp"
 
 namespace driveline::ecat_master {
-
-/// Rings the cycle writes its samples to; both may be left out.
-struct SampleRings {
-  rt::SpscRing<snapshot::LineSample>* lines = nullptr;  ///< one sample per sampled cycle
-  rt::SpscRing<snapshot::AxisSample>* axes = nullptr;   ///< one per axis and sampled cycle
-};
 
 /// Counters and times while counting was on; owned by the cycle, to be read once it has ended.
 struct CycleStatistics {

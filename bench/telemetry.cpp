@@ -1,0 +1,227 @@
+// What do readers of the telemetry receive of every cycle at 8 kHz, and what does telemetry cost the cycle?
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+#include <memory>
+
+#include "driveline/ecat_master/cyclic/sample_rings.hpp"
+#include "driveline/rt/clock.hpp"
+#include "driveline/rt/cycle_timer.hpp"
+#include "support/line_rig.hpp"
+#include "support/realtime.hpp"
+#include "support/report.hpp"
+#include "support/retry.hpp"
+#include "support/samples.hpp"
+#include "support/stopwatch.hpp"
+#include "support/telemetry_run.hpp"
+
+namespace {
+
+using namespace driveline;
+using namespace driveline::bench;
+using namespace std::chrono_literals;
+
+constexpr int kPairs = 10;
+constexpr double kPercent = 0.01;
+constexpr double kCostAim = 105.0;        // %, upper end of the interval
+constexpr double kLatencyAimUs = 2000.0;  // p99, with batches of a millisecond
+constexpr double kBridgeAimMib = 128.0;
+constexpr double kRunAimMib = 48.0;  // 8 axes
+constexpr double kSampleAimNs = 20.0;
+constexpr std::size_t kFewAxes = 8;
+
+struct Pair {
+  TelemetryFigures without;
+  TelemetryFigures with;
+};
+
+/// The same number for all percentiles.
+Summary just(double value, std::size_t n) {
+  return {n, value, value, value, value};
+}
+
+using Figure = std::function<double(const TelemetryFigures&)>;
+
+std::vector<double> each(const std::vector<Pair>& pairs, const Figure& figure) {
+  std::vector<double> values;
+  for (const auto& pair : pairs) values.push_back(figure(pair.with));
+  return values;
+}
+
+std::vector<double> ratios(const std::vector<Pair>& pairs, const Figure& figure) {
+  std::vector<double> values;
+  for (const auto& pair : pairs) values.push_back(figure(pair.with) / figure(pair.without));
+  return values;
+}
+
+/// A cost with over without: of all pairs, and as far as it may be, for all that they say.
+void add_ratio(Report& report, const std::string& name, const char* what, const std::vector<double>& values,
+               std::optional<double> aim) {
+  report.add({name, fmt::format("{}_p999_with_over_without", what), "%", divided(summarize(values), kPercent)});
+  report.add({name, fmt::format("{}_p999_upper_end_of_95_interval", what), "%",
+              just(upper_95(values) / kPercent, values.size()), aim});
+}
+
+void add_costs(Report& report, const std::string& name, const std::vector<Pair>& pairs, std::optional<double> aim) {
+  add_ratio(report, name, "cycle_cost", ratios(pairs, [](const auto& run) { return run.cycle_cost_p999_us; }), aim);
+  add_ratio(report, name, "wake_latency", ratios(pairs, [](const auto& run) { return run.wake_latency_p999_us; }),
+            std::nullopt);
+  std::vector<double> missed_with;
+  std::vector<double> missed_without;
+  for (const auto& pair : pairs) {
+    missed_with.push_back(pair.with.missed_periods);
+    missed_without.push_back(pair.without.missed_periods);
+  }
+  report.add({name, "missed_periods_with", "1", summarize(missed_with)});
+  report.add({name, "missed_periods_without", "1", summarize(missed_without)});
+}
+
+void add_received(Report& report, const std::string& name, const std::vector<Pair>& pairs) {
+  const auto add = [&](const char* metric, const char* unit, const Figure& figure, std::optional<double> aim = {}) {
+    report.add({name, metric, unit, summarize(each(pairs, figure)), aim});
+  };
+  double lost = 0.0;
+  double longest = 0.0;
+  for (const auto& [without, with] : pairs) {
+    lost += with.dropped + with.received->lost_batches;
+    longest = std::max(longest, with.received->latency_us[3]);
+  }
+  report.add({name, "samples_and_batches_lost", "1", just(lost, pairs.size()), 0.0});
+  add("cycles_received", "1", [](const auto& run) { return run.received->cycles; });
+  add("latency_p50", "us", [](const auto& run) { return run.received->latency_us[0]; });
+  add(
+      "latency_p99", "us", [](const auto& run) { return run.received->latency_us[1]; }, kLatencyAimUs);
+  add("latency_p999", "us", [](const auto& run) { return run.received->latency_us[2]; });
+  report.add({name, "latency_max", "us", just(longest, pairs.size())});
+  add("bridge_cpu", "%", [](const auto& run) { return run.bridge_cpu_share / kPercent; });
+  add("reader_cpu", "%", [](const auto& run) { return run.received->cpu_share / kPercent; });
+}
+
+/// Runs with and without by turns: neither is always the first.
+std::vector<Pair> measure_pairs(TelemetryRuns& runs, const std::string& name, const TelemetryPlan& with,
+                                const TelemetryPlan& without, int count) {
+  std::vector<Pair> pairs;
+  for (int i = 0; i < count; ++i) {
+    undisturbed(name, [&] {
+      Pair pair;
+      if (i % 2 == 0) pair.without = runs.measure(without);
+      pair.with = runs.measure(with);
+      if (i % 2 != 0) pair.without = runs.measure(without);
+      pairs.push_back(std::move(pair));
+    });
+    fmt::print(stderr, "{}: {} of {} pairs\n", name, i + 1, count);
+  }
+  return pairs;
+}
+
+const char* text(TelemetryReader reader) {
+  return reader == TelemetryReader::kFastDds ? "fast_dds" : "cyclone";
+}
+
+void measure_reader(Report& report, TelemetryRuns& runs, std::size_t axes, TelemetryReader reader,
+                    const Options& options) {
+  const auto name = fmt::format("{}_axes_{}", axes, text(reader));
+  const TelemetryPlan with{.axes = axes, .reader = reader, .duration = options.quick ? 1000ms : 2000ms};
+  auto without = with;
+  without.telemetry = false;
+  without.reader.reset();
+  const auto pairs = measure_pairs(runs, name, with, without, options.quick ? 2 : kPairs);
+  for (const auto& pair : pairs) {
+    if (pair.with.received->cycles < 1.0) throw std::runtime_error(name + ": the reader has received nothing");
+  }
+  add_received(report, name, pairs);
+  add_costs(report, name, pairs, kCostAim);
+  const auto memory = [&](const char* metric, const Figure& figure, std::optional<double> aim) {
+    report.add({name, metric, "MiB", summarize(each(pairs, figure)), aim});
+  };
+  memory(
+      "memory_of_the_bridge", [](const auto& run) { return run.bridge_mib; }, kBridgeAimMib);
+  memory(
+      "memory_of_the_run", [](const auto& run) { return run.run_mib; },
+      axes == kFewAxes ? std::optional(kRunAimMib) : std::nullopt);
+}
+
+/// The bridge stops for two seconds, with a reader, against the same without.
+void measure_stall(Report& report, TelemetryRuns& runs, const Options& options) {
+  const auto name = fmt::format("{}_axes_bridge_stopped", kFewAxes);
+  const TelemetryPlan without{.axes = kFewAxes, .reader = TelemetryReader::kFastDds, .duration = 4000ms};
+  auto with = without;
+  with.stall = true;
+  const auto pairs = measure_pairs(runs, name, with, without, options.quick ? 2 : kPairs);
+  for (const auto& pair : pairs) {
+    if (pair.with.dropped < 1.0) throw std::runtime_error(name + ": nothing was dropped, so it was not stopped");
+  }
+  report.add({name, "samples_dropped", "1", summarize(each(pairs, [](const auto& run) { return run.dropped; }))});
+  add_costs(report, name, pairs, kCostAim);
+}
+
+/// One cycle after the other, in the caller's thread.
+class Cycles final : public ecat_master::CycleRunner {
+ public:
+  Cycles(ecat_master::CyclicCore& core, rt::Clock& clock, LineRig& rig)
+      : core_(core), clock_(clock), rig_(rig), timer_(clock, LineRig::kPeriod) {}
+
+  [[nodiscard]] tl::expected<void, rt::RealtimeError> start() override { return {}; }
+  void pass(std::chrono::nanoseconds duration) override {
+    const auto end = clock_.now() + duration;
+    do {
+      core_.cycle(timer_.wait_next());
+      rig_.drain();
+    } while (clock_.now() < end);
+  }
+  void stop() override {}
+
+ private:
+  ecat_master::CyclicCore& core_;
+  rt::Clock& clock_;
+  LineRig& rig_;
+  rt::CycleTimer timer_;
+};
+
+/// What the cycle does for the telemetry: the samples of its axes, in OP.
+void measure_samples(Report& report, const Options& options) {
+  constexpr int kBatch = 64;
+  for (const std::size_t axes : {8U, 32U}) {
+    rt::VirtualClock clock;
+    LineRig rig(clock, axes, 2s);
+    rig.bring_up([&](ecat_master::CyclicCore& core) { return std::make_unique<Cycles>(core, clock, rig); });
+    rt::SpscRing<snapshot::AxisSample> ring(kBatch * axes);
+    std::vector<snapshot::AxisSample> taken(ring.capacity());
+    const snapshot::LineSample line;
+    std::vector<double> samples;
+    for (int i = 0; i < options.count(20'000); ++i) {
+      const double begin = now_ns();
+      for (int k = 0; k < kBatch; ++k) ecat_master::publish(rig.motion().axes(), line, ring);
+      samples.push_back((now_ns() - begin - reading_cost_ns()) / (kBatch * static_cast<double>(axes)));
+      if (ring.pop(taken) != kBatch * axes) throw std::runtime_error("samples were dropped");
+    }
+    report.add({fmt::format("{}_axes", axes), "sample_per_axis", "ns", summarize(std::move(samples)), kSampleAimNs});
+  }
+}
+
+void measure_all(const Options& options) {
+  Report report("telemetry");
+  measure_samples(report, options);
+  TelemetryRuns runs;
+  for (const std::size_t axes : {kFewAxes, std::size_t{32}}) {
+    for (const auto reader : {TelemetryReader::kFastDds, TelemetryReader::kCyclone})
+      measure_reader(report, runs, axes, reader, options);
+  }
+  measure_stall(report, runs, options);
+  report.note(
+      "Every run is `driveline run` on a simulated line, every 125 us, with its drives in the same process; the "
+      "reader\n"
+      "is another process on this machine and takes driveline/v1/axis_batch over UDP on the loopback interface. "
+      "Latency:\n"
+      "from the instant of a cycle until the reader has it, of which a batch takes up to a millisecond to be full.");
+  report.print(options);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return run(argc, argv,
+             "What do readers of the telemetry receive of every cycle at 8 kHz, and what does it cost the cycle?",
+             measure_all);
+}
