@@ -107,13 +107,13 @@ TelemetryFigures figures_of(const std::string& text) {
 
 /// A path of 20 seconds at 100 Hz, of which a run takes what it needs.
 void write_path(const std::filesystem::path& file, std::size_t axes) {
-  constexpr int kPoints = 2000;
+  constexpr int kPathPoints = 2000;
   constexpr double kStep = 0.01;
   std::ofstream path(file);
   path << "time[s]";
   for (std::size_t i = 0; i < axes; ++i) fmt::print(path, ",a{}[rad]", i);
   path << '\n';
-  for (int point = 0; point <= kPoints; ++point) {
+  for (int point = 0; point <= kPathPoints; ++point) {
     const double time = point * kStep;
     fmt::print(path, "{}", time);
     for (std::size_t i = 0; i < axes; ++i)
