@@ -482,12 +482,13 @@ void CyclicCore::publish(const rt::CycleStart& start, nanoseconds cost) noexcept
   if (!sampled) return;
   rings_.lines->try_push(line);
   if (rings_.axes == nullptr || motion_ == nullptr) return;
-  for (std::size_t i = 0; i < motion_->axes().size(); ++i) {
+  const std::size_t axes = motion_->axes().size();
+  for (std::size_t i = 0; i < axes; ++i) {
     snapshot::AxisSample sample;
     sample.cycle = line.cycle;
     sample.time_ns = line.time_ns;
     sample.axis = static_cast<std::uint16_t>(i);
-    motion_->axes()[i].fill(sample);
+    motion_->fill(i, sample);
     rings_.axes->try_push(sample);
   }
 }
