@@ -192,7 +192,7 @@ void measure_samples(Report& report, const Options& options) {
     std::vector<double> samples;
     for (int i = 0; i < options.count(20'000); ++i) {
       const double begin = now_ns();
-      for (int k = 0; k < kBatch; ++k) ecat_master::publish(rig.motion().axes(), line, ring);
+      for (int k = 0; k < kBatch; ++k) ecat_master::publish(rig.motion(), line, ring);
       samples.push_back((now_ns() - begin - reading_cost_ns()) / (kBatch * static_cast<double>(axes)));
       if (ring.pop(taken) != kBatch * axes) throw std::runtime_error("samples were dropped");
     }

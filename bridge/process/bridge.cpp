@@ -86,7 +86,7 @@ std::string Bridge::set_up() {
   feed_.emplace(*std::move(opened));
   const auto& description = feed_->description();
   if (options_.condition >= 0) {
-    auto condition = snapshot::FeedConditionReader::open(options_.condition, description.slaves);
+    auto condition = snapshot::FeedConditionReader::open(options_.condition, description.slaves, description.axes);
     if (!condition) return describe(condition.error());
     condition_.emplace(*std::move(condition));
   }

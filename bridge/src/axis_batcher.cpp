@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "idl_types.hpp"
+
 namespace driveline::bridge {
 namespace {
 
@@ -20,19 +22,13 @@ std::uint64_t cycles_in_a_batch(const DdsConfig& config) {
 telemetry::AxisValues values_of(const snapshot::AxisSample& sample, std::size_t cycle_index) {
   telemetry::AxisValues values;
   values.cycle_index(static_cast<std::uint16_t>(cycle_index));
-  values.axis(sample.axis);
-  values.control_word(sample.control_word);
-  values.status_word(sample.status_word);
-  values.mode(sample.mode);
-  values.state(static_cast<telemetry::AxisState>(sample.state));
-  values.target_position(sample.target_position);
-  values.actual_position(sample.actual_position);
-  values.target_velocity(sample.target_velocity);
-  values.actual_velocity(sample.actual_velocity);
-  values.target_torque(sample.target_torque);
-  values.actual_torque(sample.actual_torque);
-  values.following_error(sample.following_error);
+  set_values(values, sample);
   values.drive_following_error(sample.drive_following_error);
+  values.demand_position(sample.demand_position);
+  values.demand_velocity(sample.demand_velocity);
+  values.demand_torque(sample.demand_torque);
+  values.digital_inputs(inputs_of(sample));
+  values.plcopen_state(static_cast<telemetry::PlcopenState>(sample.plcopen_state));
   return values;
 }
 

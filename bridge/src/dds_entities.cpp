@@ -98,6 +98,8 @@ std::string name_of(TopicId topic, const DdsConfig& config) {
       return config.topology_topic;
     case TopicId::kStatistics:
       return config.statistics_topic;
+    case TopicId::kAxisStatus:
+      return config.axis_state_topic;
     case TopicId::kJoints:
       return config.ros2 ? kJointStatesTopic : "";
   }
@@ -120,6 +122,8 @@ dds::TypeSupport type_of(TopicId topic) {
       return dds::TypeSupport{new telemetry::TopologyPubSubType};
     case TopicId::kStatistics:
       return dds::TypeSupport{new telemetry::CycleStatisticsPubSubType};
+    case TopicId::kAxisStatus:
+      return dds::TypeSupport{new telemetry::AxisStatusPubSubType};
     case TopicId::kJoints:
       return dds::TypeSupport{new sensor_msgs::msg::dds_::JointState_PubSubType};
   }
@@ -199,7 +203,8 @@ bool DdsEntities::has_readers(TopicId topic) const {
 
 void DdsEntities::wait_for_readers() {
   // Those whose last sample tells how a line was in the end; the first has the longest way.
-  for (const TopicId topic : {TopicId::kStatus, TopicId::kEvent, TopicId::kSlave, TopicId::kStatistics}) {
+  for (const TopicId topic :
+       {TopicId::kStatus, TopicId::kEvent, TopicId::kSlave, TopicId::kStatistics, TopicId::kAxisStatus}) {
     if (dds::DataWriter* writer = writers_[static_cast<std::size_t>(topic)]; writer != nullptr) {
       writer->wait_for_acknowledgments(kFarewell);
     }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "axis_batcher.hpp"
+#include "axis_states.hpp"
 #include "config_check.hpp"
 #include "dds_entities.hpp"
 #include "idl_types.hpp"
@@ -38,7 +39,12 @@ std::int64_t wall_offset_ns() {
 
 struct DdsPublisher::State {
   State(DdsConfig from, DdsEntities made)
-      : config(std::move(from)), entities(std::move(made)), batcher(config), joints(config), slaves(config, entities) {
+      : config(std::move(from)),
+        entities(std::move(made)),
+        batcher(config),
+        joints(config),
+        slaves(config, entities),
+        axis_states(config, entities) {
     set_wall_offset(wall_offset_ns());
     for (std::size_t i = 0; i < config.axes.size(); ++i) {
       axis_messages.push_back(axis_message(static_cast<std::uint16_t>(i), config.axes[i]));
@@ -50,6 +56,7 @@ struct DdsPublisher::State {
   void set_wall_offset(std::int64_t offset_ns) {
     batcher.set_wall_offset(offset_ns);
     joints.set_wall_offset(offset_ns);
+    axis_states.set_wall_offset(offset_ns);
   }
   void publish_status(const snapshot::DrainCounters& counters);
   void publish_statistics();
@@ -65,6 +72,7 @@ struct DdsPublisher::State {
   JointStates joints;
   bool batches_wanted = false;
   SlaveTopics slaves;
+  AxisStates axis_states;
   telemetry::LineStatus status_message;
   std::uint64_t statistics_told = 0;  ///< number of those that were published last
   SteadyTime next_status = SteadyTime::min();
@@ -155,6 +163,7 @@ void DdsPublisher::axes(std::span<const snapshot::AxisSample> samples) {
     if (auto* joints = state_->config.ros2 ? state_->joints.add(sample) : nullptr) {
       state_->entities.write(TopicId::kJoints, joints);
     }
+    state_->axis_states.add(sample);
     if (state_->batches_wanted && sample.axis < state_->axis_messages.size()) {
       if (auto* batch = state_->batcher.add(sample)) {
         state_->entities.write(TopicId::kBatch, batch);
@@ -192,10 +201,12 @@ void DdsPublisher::pass_done(const snapshot::DrainCounters& counters) {
   }
   state_->publish_statistics();
   state_->slaves.repeat(now);
+  state_->axis_states.publish(now);
 }
 
 void DdsPublisher::set_condition(const snapshot::FeedCondition& condition) {
   state_->slaves.set(condition, std::chrono::steady_clock::now());
+  state_->axis_states.set_owners(condition.owners);
 }
 
 void DdsPublisher::event(const DdsEvent& event) {
@@ -212,6 +223,7 @@ void DdsPublisher::finish(const snapshot::DrainCounters& counters) {
     state_->entities.write(TopicId::kBatch, batch);
   }
   state_->publish_statistics();
+  state_->axis_states.publish(std::chrono::steady_clock::now() + state_->config.input_period);
   state_->publish_status(counters);
   state_->entities.wait_for_readers();
 }

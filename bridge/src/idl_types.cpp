@@ -23,6 +23,18 @@ static_assert(same(AxisState::kQuickStopActive, telemetry::AXIS_QUICK_STOP_ACTIV
 static_assert(same(AxisState::kFaultReactionActive, telemetry::AXIS_FAULT_REACTION_ACTIVE));
 static_assert(same(AxisState::kFault, telemetry::AXIS_FAULT));
 static_assert(same(AxisState::kUnavailable, telemetry::AXIS_UNAVAILABLE));
+static_assert(same(snapshot::PlcopenState::kNone, telemetry::PLCOPEN_NONE));
+static_assert(same(snapshot::PlcopenState::kDisabled, telemetry::PLCOPEN_DISABLED));
+static_assert(same(snapshot::PlcopenState::kStandstill, telemetry::PLCOPEN_STANDSTILL));
+static_assert(same(snapshot::PlcopenState::kHoming, telemetry::PLCOPEN_HOMING));
+static_assert(same(snapshot::PlcopenState::kStopping, telemetry::PLCOPEN_STOPPING));
+static_assert(same(snapshot::PlcopenState::kDiscreteMotion, telemetry::PLCOPEN_DISCRETE_MOTION));
+static_assert(same(snapshot::PlcopenState::kContinuousMotion, telemetry::PLCOPEN_CONTINUOUS_MOTION));
+static_assert(same(snapshot::PlcopenState::kSynchronizedMotion, telemetry::PLCOPEN_SYNCHRONIZED_MOTION));
+static_assert(same(snapshot::PlcopenState::kErrorStop, telemetry::PLCOPEN_ERROR_STOP));
+static_assert(same(snapshot::AxisHomed::kUnknown, telemetry::HOMED_UNKNOWN));
+static_assert(same(snapshot::AxisHomed::kNo, telemetry::HOMED_NO));
+static_assert(same(snapshot::AxisHomed::kYes, telemetry::HOMED_YES));
 static_assert(same(AxisKind::kRotary, telemetry::AXIS_ROTARY));
 static_assert(same(AxisKind::kLinear, telemetry::AXIS_LINEAR));
 static_assert(same(snapshot::LineState::kDown, telemetry::LINE_DOWN));
@@ -121,17 +133,7 @@ telemetry::AxisTelemetry axis_message(std::uint16_t axis, const AxisInfo& info) 
 void set_sample(telemetry::AxisTelemetry& message, const snapshot::AxisSample& sample) {
   message.cycle(sample.cycle);
   message.time_ns(sample.time_ns);
-  message.control_word(sample.control_word);
-  message.status_word(sample.status_word);
-  message.mode(sample.mode);
-  message.state(static_cast<telemetry::AxisState>(sample.state));
-  message.target_position(sample.target_position);
-  message.actual_position(sample.actual_position);
-  message.target_velocity(sample.target_velocity);
-  message.actual_velocity(sample.actual_velocity);
-  message.target_torque(sample.target_torque);
-  message.actual_torque(sample.actual_torque);
-  message.following_error(sample.following_error);
+  set_values(message, sample);
 }
 
 void set_status(telemetry::LineStatus& message, const snapshot::LineStatus& status) {

@@ -15,7 +15,29 @@ namespace driveline::bridge {
 /// A message for one axis with all that never changes filled in.
 [[nodiscard]] telemetry::AxisTelemetry axis_message(std::uint16_t axis, const AxisInfo& info);
 
-/// Fills in the values of a sample; leaves the identity of the axis as it is.
+/// Fills in what a sample has and both AxisTelemetry and AxisValues tell.
+template <class Message>
+void set_values(Message& message, const snapshot::AxisSample& sample) {
+  message.axis(sample.axis);
+  message.control_word(sample.control_word);
+  message.status_word(sample.status_word);
+  message.mode(sample.mode);
+  message.state(static_cast<telemetry::AxisState>(sample.state));
+  message.target_position(sample.target_position);
+  message.actual_position(sample.actual_position);
+  message.target_velocity(sample.target_velocity);
+  message.actual_velocity(sample.actual_velocity);
+  message.target_torque(sample.target_torque);
+  message.actual_torque(sample.actual_torque);
+  message.following_error(sample.following_error);
+}
+
+/// Object 60FDh as it goes out: 0 where it is not mapped.
+[[nodiscard]] inline std::uint32_t inputs_of(const snapshot::AxisSample& sample) noexcept {
+  return sample.digital_inputs < 0 ? 0 : static_cast<std::uint32_t>(sample.digital_inputs);
+}
+
+/// Fills in the values of a sample of the axis; leaves its name and kind as they are.
 void set_sample(telemetry::AxisTelemetry& message, const snapshot::AxisSample& sample);
 
 /// Fills in state, figures and faults of the line.

@@ -34,7 +34,9 @@ dds::DataWriterQos axis_writer_qos(std::size_t axes) {
 
 /// A late subscriber must get the newest sample of each instance, too: reliable, and that is kept.
 dds::DataWriterQos kept_writer_qos(std::size_t count) {
-  const auto instances = static_cast<std::int32_t>(std::max<std::size_t>(count, 1));
+  // One more than there can be: a history that is full (depth times instances) loses its oldest sample, of whatever
+  // instance, before Fast DDS 2.9 sees that the new one takes the place of another.
+  const auto instances = static_cast<std::int32_t>(std::max<std::size_t>(count, 1)) + 1;
   dds::DataWriterQos qos;
   qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
   qos.durability().kind = dds::TRANSIENT_LOCAL_DURABILITY_QOS;
@@ -112,6 +114,8 @@ dds::DataWriterQos writer_qos(TopicId topic, const DdsConfig& config) {
       return event_writer_qos();
     case TopicId::kSlave:
       return kept_writer_qos(config.slaves);
+    case TopicId::kAxisStatus:
+      return kept_writer_qos(config.axes.size());
     case TopicId::kTopology:
       return kept_sequence_qos();
     case TopicId::kJoints:

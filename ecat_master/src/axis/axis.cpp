@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "axis/axis_entries.hpp"
@@ -103,6 +102,10 @@ Axis::Axis(AxisConfig config, const ProcessDataPlace& place, const PdoConfigurat
       following_error_object_(entry<std::int32_t>(pdos.inputs, place.input_offset, 0x60F4)),
       actual_torque_(entry<std::int16_t>(pdos.inputs, place.input_offset, 0x6077)),
       error_code_(entry<std::uint16_t>(pdos.inputs, place.input_offset, 0x603F)),
+      demand_position_(entry<std::int32_t>(pdos.inputs, place.input_offset, 0x6062)),
+      demand_velocity_(entry<std::int32_t>(pdos.inputs, place.input_offset, 0x606B)),
+      demand_torque_(entry<std::int16_t>(pdos.inputs, place.input_offset, 0x6074)),
+      digital_inputs_(entry<std::uint32_t>(pdos.inputs, place.input_offset, 0x60FD)),
       probe_(place, pdos),
       profile_(place, pdos,
                {config_.limits.max_velocity, config_.limits.max_acceleration, config_.limits.max_acceleration,
@@ -204,6 +207,10 @@ void Axis::read_inputs(std::span<const std::byte> image, bool valid, bool fresh)
   inputs_.velocity = take(actual_velocity_, image) / scale_;
   inputs_.torque = take(actual_torque_, image) * nm_per_permille_;
   inputs_.drive_following_error = take(following_error_object_, image) / scale_;
+  if (demand_position_) inputs_.demand_position = position_of(take(demand_position_, image));
+  if (demand_velocity_) inputs_.demand_velocity = take(demand_velocity_, image) / scale_;
+  if (demand_torque_) inputs_.demand_torque = take(demand_torque_, image) * nm_per_permille_;
+  if (digital_inputs_) inputs_.digital_inputs = take(digital_inputs_, image);
 }
 
 /// A step of less than a quarter of the range goes on across its end while the drive is switched on; anything else, a
@@ -424,8 +431,12 @@ void Axis::fill(snapshot::AxisSample& sample) const noexcept {
   sample.target_torque = targets_.torque;
   sample.actual_torque = inputs_.torque;
   sample.following_error = following_error_;
-  sample.drive_following_error =
-      following_error_object_ ? inputs_.drive_following_error : std::numeric_limits<double>::quiet_NaN();
+  if (following_error_object_) sample.drive_following_error = inputs_.drive_following_error;
+  sample.error_code = inputs_.error_code;
+  sample.digital_inputs = inputs_.digital_inputs;
+  sample.demand_position = inputs_.demand_position;
+  sample.demand_velocity = inputs_.demand_velocity;
+  sample.demand_torque = inputs_.demand_torque;
 }
 
 }  // namespace driveline::ecat_master

@@ -494,7 +494,7 @@ void CyclicCore::publish(const rt::CycleStart& start, nanoseconds cost) noexcept
   if (!sampled) return;
   rings_.lines->try_push(line);
   if (rings_.axes == nullptr || motion_ == nullptr) return;
-  ecat_master::publish(motion_->axes(), line, *rings_.axes);
+  ecat_master::publish(*motion_, line, *rings_.axes);
 }
 
 /// The recorder stops a little after the motion has failed, or process data have been bad for as long as it takes.

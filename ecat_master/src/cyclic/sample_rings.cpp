@@ -2,13 +2,12 @@
 
 namespace driveline::ecat_master {
 
-void publish(std::span<const Axis> axes, const snapshot::LineSample& line,
+void publish(const MotionControl& motion, const snapshot::LineSample& line,
              rt::SpscRing<snapshot::AxisSample>& ring) noexcept {
-  ring.try_push_all(axes.size(), [&](std::size_t i, snapshot::AxisSample& sample) noexcept {
-    sample.cycle = line.cycle;
-    sample.time_ns = line.time_ns;
+  ring.try_push_all(motion.axes().size(), [&](std::size_t i, snapshot::AxisSample& sample) noexcept {
+    sample = {.cycle = line.cycle, .time_ns = line.time_ns};
     sample.axis = static_cast<std::uint16_t>(i);
-    axes[i].fill(sample);
+    motion.fill(i, sample);
   });
 }
 

@@ -97,6 +97,17 @@ AxisReport SingleAxes::axis_report(std::size_t axis) const noexcept {
   return report;
 }
 
+// Of snapshot::PlcopenState, which has one more in front: axes that are moved together.
+static_assert(static_cast<int>(snapshot::PlcopenState::kDisabled) == static_cast<int>(PlcopenState::kDisabled) + 1);
+static_assert(static_cast<int>(snapshot::PlcopenState::kErrorStop) == static_cast<int>(PlcopenState::kErrorStop) + 1);
+
+void SingleAxes::fill(std::size_t axis, snapshot::AxisSample& sample) const noexcept {
+  axes_[axis].fill(sample);
+  const auto& one = single_[axis];
+  sample.plcopen_state = static_cast<snapshot::PlcopenState>(static_cast<std::uint8_t>(one.state()) + 1);
+  sample.homed = one.homed();
+}
+
 void SingleAxes::publish(std::size_t axis) noexcept {
   const auto& one = single_[axis];
   const auto& inputs = axes_[axis].inputs();

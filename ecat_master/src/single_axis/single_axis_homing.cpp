@@ -15,6 +15,7 @@ void SingleAxis::take_home(std::uint64_t id) noexcept {
 void SingleAxis::start_homing() noexcept {
   handshake_.start(axis_->inputs().status_word);
   axis_->set_command_bits(cia402::command_bit::kHomingStart);
+  homed_ = snapshot::AxisHomed::kNo;
   enter(ByDrive::kRunning);
 }
 
@@ -39,6 +40,7 @@ void SingleAxis::take_new_zero() noexcept {
   watch_.forget();
   end_probe(RequestPhase::kAborted, AxisError::kNone);
   offset_ = 0.0;
+  homed_ = snapshot::AxisHomed::kYes;
   stay_at(axis_->inputs().position);
   leave_drive_mode();
 }

@@ -106,6 +106,7 @@ void SingleAxis::advance_search() noexcept {
 bool SingleAxis::arrive_in_search() noexcept {
   if (search_ == Search::kReturning) {
     offset_ = active_->request.target - home_;
+    homed_ = snapshot::AxisHomed::kYes;
     return true;
   }
   if (search_ == Search::kArming) return false;

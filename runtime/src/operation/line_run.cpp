@@ -424,11 +424,15 @@ void LineRun::note_telemetry() {
 /// For subscribers: `now`, or when something has changed or it is time.
 void LineRun::tell_slaves(bool now) {
   if (!slave_watch_) return;
+  std::vector<std::string> owners;
+  for (std::size_t i = 0; i < config_.axes.size(); ++i) owners.push_back(settings_.door->authority().owner_of(i));
+  bool changed = slave_watch_->set_owners(owners) || now;
   if (now) {
     slave_watch_->read();
-  } else if (!slave_watch_->look()) {
-    return;
+  } else {
+    changed = slave_watch_->look() || changed;
   }
+  if (!changed) return;
   telemetry_->set_condition(slave_watch_->condition());
 }
 

@@ -127,6 +127,18 @@ void SlaveWatch::read() {
   set_clocks();
 }
 
+bool SlaveWatch::set_owners(const std::vector<std::string>& owners) {
+  bool changed = condition_.owners.size() != owners.size();
+  condition_.owners.resize(owners.size());
+  for (std::size_t i = 0; i < owners.size(); ++i) {
+    snapshot::FeedOwner told;
+    told.name.set(owners[i]);
+    changed = changed || told.name.bytes != condition_.owners[i].name.bytes;
+    condition_.owners[i] = told;
+  }
+  return changed;
+}
+
 void SlaveWatch::set_clocks() {
   const auto* watch = master_.clock_watch();
   const auto* clocks = watch != nullptr ? &watch->clocks() : master_.clocks();

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "driveline/ecat_master/diagnosis/diagnosis.hpp"
@@ -34,6 +35,8 @@ class SlaveWatch {
   void read();
   /// The same when they are due. True: there is something to tell.
   [[nodiscard]] bool look();
+  /// Who commands the axes, by their number; empty: nobody. True: that is new.
+  [[nodiscard]] bool set_owners(const std::vector<std::string>& owners);
   /// What is known.
   [[nodiscard]] const snapshot::FeedCondition& condition() const noexcept { return condition_; }
 

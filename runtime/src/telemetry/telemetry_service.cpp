@@ -139,7 +139,7 @@ void TelemetryService::tell_condition() {
     const std::lock_guard lock(mutex_);
     condition.swap(condition_);
   }
-  if (condition) feed_.set_condition(condition->head, condition->slaves);
+  if (condition) feed_.set_condition(*condition);
 }
 
 void TelemetryService::hand_over(const snapshot::DrainCounters& counters) {

@@ -37,7 +37,7 @@ class TelemetryService final : public snapshot::SampleConsumer {
   [[nodiscard]] std::vector<EventFacts> poll();
   /// Something has happened to the line: `severity` of it, and its sentence. Any thread but the real-time one.
   void tell(Severity severity, std::string_view sentence);
-  /// Replaces what is told of the slaves. Any thread but the real-time one.
+  /// Replaces what is told of the slaves and of who commands the axes. Any thread but the real-time one.
   void set_condition(const snapshot::FeedCondition& condition);
   /// So far. Any thread.
   [[nodiscard]] TelemetryReport report() const;

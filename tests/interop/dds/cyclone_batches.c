@@ -134,7 +134,10 @@ static void print_last(void) {
     print_number(values->actual_torque);
     print_number(values->following_error);
     print_number(values->drive_following_error);
-    printf("]");
+    print_number(values->demand_position);
+    print_number(values->demand_velocity);
+    print_number(values->demand_torque);
+    printf(",%u,%u]", values->digital_inputs, (unsigned)values->plcopen_state);
   }
   printf("]}");
 }

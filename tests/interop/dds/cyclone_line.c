@@ -1,5 +1,5 @@
-/* Subscribes to what changes now and then on a drive line with Cyclone DDS, slaves, topology and statistics of the cycle,
- * and prints what it received as one JSON document, with every field of the types.
+/* Subscribes to what changes now and then on a drive line with Cyclone DDS, slaves, topology, states of the axes and
+ * statistics of the cycle, and prints what it received as one JSON document, with every field of the types.
  *
  *   cyclone_line <domain> <min_statistics> <timeout_s>
  *
@@ -15,18 +15,29 @@
 
 #include "driveline.h"
 
-enum { kMostSlaves = 64 };
+enum { kMostSlaves = 64, kMostAxes = 64 };
 
 typedef driveline_telemetry_Slave Slave;
 typedef driveline_telemetry_Topology Topology;
+typedef driveline_telemetry_AxisStatus AxisStatus;
 typedef driveline_telemetry_CycleStatistics CycleStatistics;
 
 static Slave slaves[kMostSlaves];
-static unsigned long slave_messages, topologies, statistics;
+static AxisStatus axes[kMostAxes];
+static bool axis_seen[kMostAxes];
+static unsigned long axis_messages, slave_messages, topologies, statistics;
 static Topology topology;
 static CycleStatistics newest;
 
 static const char* const kSlaveStates[] = {"UNKNOWN", "INIT", "PRE_OP", "BOOTSTRAP", "SAFE_OP", "OP"};
+
+static const char* const kStates[] = {"NOT_READY_TO_SWITCH_ON", "SWITCH_ON_DISABLED", "READY_TO_SWITCH_ON",
+                                      "SWITCHED_ON",            "OPERATION_ENABLED",  "QUICK_STOP_ACTIVE",
+                                      "FAULT_REACTION_ACTIVE",  "FAULT",              "UNAVAILABLE"};
+static const char* const kPlcopenStates[] = {"NONE",     "DISABLED",        "STANDSTILL",        "HOMING",
+                                             "STOPPING", "DISCRETE_MOTION", "CONTINUOUS_MOTION", "SYNCHRONIZED_MOTION",
+                                             "ERROR_STOP"};
+static const char* const kHomed[] = {"UNKNOWN", "NO", "YES"};
 
 /* As in cyclone_subscriber.c: loopback has no multicast flag on most machines. */
 static const char kLoopbackOnly[] =
@@ -66,13 +77,47 @@ static void take_slaves(dds_entity_t reader) {
   }
 }
 
-/* The newest message of a topic with one instance; how many have come. */
-static unsigned long take_newest(dds_entity_t reader, void* newest_message) {
-  void* sample[1] = {newest_message};
+static void take_axes(dds_entity_t reader) {
+  AxisStatus next = {0};
+  void* sample[1] = {&next};
   dds_sample_info_t info;
-  unsigned long count = 0;
-  while (dds_take(reader, sample, &info, 1, 1) > 0) count += info.valid_data ? 1 : 0;
-  return count;
+  while (dds_take(reader, sample, &info, 1, 1) > 0) {
+    if (!info.valid_data || next.axis >= kMostAxes) continue;
+    axes[next.axis] = next;
+    axis_seen[next.axis] = true;
+    ++axis_messages;
+  }
+}
+
+/* One message of a topic with one instance; a writer that goes sends one without data, which must not replace it. */
+static bool take_one(dds_entity_t reader, void* message, bool* valid) {
+  void* sample[1] = {message};
+  dds_sample_info_t info;
+  if (dds_take(reader, sample, &info, 1, 1) <= 0) return false;
+  *valid = info.valid_data;
+  return true;
+}
+
+static void take_topology(dds_entity_t reader) {
+  static Topology next;
+  bool valid = false;
+  while (take_one(reader, &next, &valid)) {
+    if (!valid) continue;
+    const Topology before = topology;
+    topology = next;
+    next = before; /* its memory is used again */
+    ++topologies;
+  }
+}
+
+static void take_statistics(dds_entity_t reader) {
+  CycleStatistics next;
+  bool valid = false;
+  while (take_one(reader, &next, &valid)) {
+    if (!valid) continue;
+    newest = next;
+    ++statistics;
+  }
 }
 
 static const char* truth(bool value) {
@@ -124,6 +169,23 @@ static void print_slave(const Slave* slave) {
          "\"dc_difference_max_ns\":%lld,\"dc_sync0_cycle_ns\":%lld}",
          slave->processing_unit_errors, slave->pdi_errors, truth(slave->dc_clock), truth(slave->dc_reference),
          (long long)slave->dc_delay_ns, (long long)slave->dc_difference_max_ns, (long long)slave->dc_sync0_cycle_ns);
+}
+
+static const char* word(const char* const* words, unsigned count, unsigned number) {
+  return number < count ? words[number] : "?";
+}
+
+static void print_axis(const AxisStatus* axis) {
+  printf("{\"axis\":%u,\"name\":", axis->axis);
+  print_string(axis->name);
+  printf(",\"kind\":\"%s\",\"cycle\":%llu,\"time_ns\":%lld,\"wall_time_ns\":%lld,\"state\":\"%s\",\"plcopen_state\":\"%s\"",
+         axis->kind == driveline_telemetry_AXIS_LINEAR ? "LINEAR" : "ROTARY", (unsigned long long)axis->cycle,
+         (long long)axis->time_ns, (long long)axis->wall_time_ns, word(kStates, 9, (unsigned)axis->state),
+         word(kPlcopenStates, 9, (unsigned)axis->plcopen_state));
+  printf(",\"mode\":%d,\"error_code\":%u,\"owner\":", axis->mode, axis->error_code);
+  print_string(axis->owner);
+  printf(",\"homed\":\"%s\",\"digital_inputs_mapped\":%s,\"digital_inputs\":%u}",
+         word(kHomed, 3, (unsigned)axis->homed), truth(axis->digital_inputs_mapped), axis->digital_inputs);
 }
 
 static void print_topology_ports(const char* name, const driveline_telemetry_TopologyPort* ports, uint32_t count) {
@@ -191,6 +253,12 @@ static void print_report(void) {
     if (printed++ > 0) putchar(',');
     print_slave(&slaves[i]);
   }
+  printf("],\"axis_messages\":%lu,\"axes\":[", axis_messages);
+  for (unsigned i = 0, printed = 0; i < kMostAxes; ++i) {
+    if (!axis_seen[i]) continue;
+    if (printed++ > 0) putchar(',');
+    print_axis(&axes[i]);
+  }
   printf("],\"topology\":");
   if (topologies > 0) print_topology();
   else printf("null");
@@ -226,13 +294,21 @@ int main(int argc, char** argv) {
       create_reader(participant, &driveline_telemetry_Topology_desc, "driveline/v1/topology");
   const dds_entity_t statistics_reader =
       create_reader(participant, &driveline_telemetry_CycleStatistics_desc, "driveline/v1/cycle_statistics");
+  const dds_entity_t axis_reader =
+      create_reader(participant, &driveline_telemetry_AxisStatus_desc, "driveline/v1/axis_state");
   bool complete = false;
   while (!complete && dds_time() < deadline) {
     dds_sleepfor(DDS_MSECS(20));
     take_slaves(slave_reader);
-    topologies += take_newest(topology_reader, &topology);
-    statistics += take_newest(statistics_reader, &newest);
+    take_axes(axis_reader);
+    take_topology(topology_reader);
+    take_statistics(statistics_reader);
     complete = all_slaves() && statistics >= min_statistics;
+  }
+  /* They are reliable, but on a way of their own. */
+  for (int i = 0; i < 5; ++i) {
+    dds_sleepfor(DDS_MSECS(50));
+    take_axes(axis_reader);
   }
   print_report();
   dds_delete(DDS_CYCLONEDDS_HANDLE);

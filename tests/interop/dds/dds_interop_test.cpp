@@ -48,6 +48,10 @@ AxisSample moving_axis(std::uint64_t cycle, std::uint16_t axis) {
           .status_word = 0x1637,
           .mode = 8,
           .state = AxisState::kOperationEnabled,
+          .plcopen_state = snapshot::PlcopenState::kContinuousMotion,
+          .homed = snapshot::AxisHomed::kYes,
+          .error_code = 0x8611,
+          .digital_inputs = 0x8000'0000 + axis,
           .target_position = position,
           .actual_position = position - 0.001,
           .target_velocity = velocity,
@@ -55,7 +59,10 @@ AxisSample moving_axis(std::uint64_t cycle, std::uint16_t axis) {
           .target_torque = 0.25 * axis,
           .actual_torque = -0.25 * axis,
           .following_error = 0.001,
-          .drive_following_error = 0.25 * axis};
+          .drive_following_error = 0.25 * axis,
+          .demand_position = position + 0.0625,
+          .demand_velocity = velocity + 0.125,
+          .demand_torque = 0.75 * axis};
 }
 
 LineSample moving_line(std::uint64_t cycle) {
@@ -250,7 +257,12 @@ json row_of(const AxisSample& sample, std::size_t cycle_index) {
           sample.target_torque,
           sample.actual_torque,
           sample.following_error,
-          sample.drive_following_error};
+          sample.drive_following_error,
+          sample.demand_position,
+          sample.demand_velocity,
+          sample.demand_torque,
+          sample.digital_inputs,
+          static_cast<int>(sample.plcopen_state)};
 }
 
 TEST(DdsInterop, CycloneReadsBatchesOfEveryCycleAndEvents) {
@@ -412,7 +424,7 @@ ProcessResult run_line_subscriber(std::uint32_t domain, int statistics, int time
              std::to_string(statistics) + " " + std::to_string(timeout_s));
 }
 
-TEST(DdsInterop, CycloneReadsSlavesTopologyAndStatisticsWithEveryField) {
+TEST(DdsInterop, CycloneReadsWhatChangesNowAndThenWithEveryField) {
   const std::uint32_t domain = test_domain();
   DdsConfig config = line_config(domain);
   config.slaves = 2;
@@ -427,7 +439,11 @@ TEST(DdsInterop, CycloneReadsSlavesTopologyAndStatisticsWithEveryField) {
   condition.head.silent_ports = 2;
   condition.head.silent[0] = 3;
   condition.head.silent[1] = 5;
+  condition.owners.resize(kAxes);
+  condition.owners[7].name.set("control socket (process 123, user 1000)");
   (*publisher)->set_condition(condition);
+  const auto sample = moving_axis(40, 7);
+  (*publisher)->axes({&sample, 1});
   snapshot::LineStatus status;
   status.cycle_period = 125us;
   status.statistics = {.number = 17,
@@ -450,6 +466,23 @@ TEST(DdsInterop, CycloneReadsSlavesTopologyAndStatisticsWithEveryField) {
   EXPECT_EQ(got["slaves"][0]["position"], 0);
   EXPECT_EQ(got["slaves"][0]["state"], "UNKNOWN");
   EXPECT_EQ(got["slaves"][1], expected_slave_in_trouble());
+  ASSERT_EQ(got["axes"].size(), 1U) << "of the others nothing is known";
+  auto axis = got["axes"][0];
+  EXPECT_GT(axis["wall_time_ns"], sample.time_ns);
+  axis.erase("wall_time_ns");
+  EXPECT_EQ(axis, json({{"axis", 7},
+                        {"name", "axis7"},
+                        {"kind", "LINEAR"},
+                        {"cycle", 40},
+                        {"time_ns", sample.time_ns},
+                        {"state", "OPERATION_ENABLED"},
+                        {"plcopen_state", "CONTINUOUS_MOTION"},
+                        {"mode", 8},
+                        {"error_code", 0x8611},
+                        {"owner", "control socket (process 123, user 1000)"},
+                        {"homed", "YES"},
+                        {"digital_inputs_mapped", true},
+                        {"digital_inputs", 0x8000'0007}}));
   EXPECT_EQ(got["topology"], json({{"slaves", 2},
                                    {"nodes", {{0, -1, 0, 0, 0}, {1, 0, 3, 1, 1}}},
                                    {"ring_end", {{1, 2}}},

@@ -141,6 +141,43 @@ slave = "z"
 state = "OP"
 code = 27
 """
+# Two axes that are commanded one by one; the first drive has its demand values and digital inputs among its process data.
+BY_HAND = """[line]
+name = "hand"
+cycle_us = 1000
+[bus]
+max_lost_cycles = 800
+[realtime]
+policy = "degrade"
+[telemetry]
+domain = {domain}
+[[slave]]
+name = "x"
+[[slave.pdo]]
+index = 0x1600
+entries = ["0x6040:0:16", "0x6060:0:8", "0x607A:0:32"]
+[[slave.pdo]]
+index = 0x1A00
+entries = ["0x6041:0:16", "0x6061:0:8", "0x6064:0:32"]
+[[slave.pdo]]
+index = 0x1A01
+entries = ["0x6062:0:32", "0x606B:0:32"]
+[[slave.pdo]]
+index = 0x1A02
+entries = ["0x6074:0:16", "0x60FD:0:32", "0x603F:0:16"]
+[[slave]]
+name = "y"
+[[axis]]
+name = "x"
+unit = "deg"
+max_velocity = 720
+max_acceleration = 1800
+[[axis]]
+name = "y"
+unit = "deg"
+max_velocity = 720
+max_acceleration = 1800
+"""
 # No simulated fault counts them; SlaveWatch.TellsEveryRegister and the interop test do.
 NEVER_HERE = {"receive_errors", "processing_unit_errors", "pdi_errors", "ring_end", "silent_ports"}
 
@@ -191,6 +228,51 @@ class WhatChangesNowAndThen(ProgramTest):
         missing = {name for name, _ in leaves([got["slaves"], got["topology"], got["statistics"]])} - filled
         by_chance = {"missed_periods", "wkc_errors", "dc_difference_ns"}  # of the last cycle, and of a quiet machine
         self.assertLessEqual(missing, NEVER_HERE | by_chance, "nothing fills these fields")
+
+    def axis(self, *words):
+        done = self.run_program("axis", *words)
+        self.assertEqual(done.returncode, 0, done.stderr + self.logs())
+
+    def test_axes_are_told_as_who_commands_them_sees_them(self):
+        domain = 80 + os.getpid() % 10
+        config = self.write("hand.toml", BY_HAND.format(domain=domain))
+        run = self.start("run", "--config", config, "--json", "--no-plots", log="run.log")
+        x, y = self.receive_when(domain, lambda got: [axis["plcopen_state"] for axis in got["axes"]] == ["STANDSTILL"] * 2,
+                                 run)["axes"]
+        self.assertEqual([x["name"], y["name"], x["axis"], y["axis"]], ["x", "y", 0, 1])
+        self.assertEqual([x["owner"], x["homed"], x["state"], x["mode"]], ["", "UNKNOWN", "OPERATION_ENABLED", 8])
+        self.assertLess(abs(x["wall_time_ns"] - time.time_ns()), 60e9)
+        self.assertEqual([x["digital_inputs_mapped"], y["digital_inputs_mapped"]], [True, False])
+        self.assertNotEqual(x["digital_inputs"], 0, "the safety relay is closed")
+        jog = self.start("axis", "x", "jog", "60rpm", log="jog.log")
+        x, y = self.receive_when(domain, lambda got: [axis["plcopen_state"] for axis in got["axes"]] == ["CONTINUOUS_MOTION", "STANDSTILL"],
+                                 run)["axes"]
+        self.assertEqual(x["owner"], f"control socket {x['owner'].split()[2]} (process {jog.pid}, user {os.geteuid()})")
+        self.assertEqual([y["owner"], y["plcopen_state"]], ["", "STANDSTILL"])
+        batches = self.run_program(domain, 300, PATIENCE_S // 2, program=CYCLONE_BATCHES)
+        self.assertEqual(batches.returncode, 0, batches.stderr)
+        self.check_samples(self.one_document(batches.stdout)["last"]["samples"], x["digital_inputs"])
+        jog.send_signal(signal.SIGINT)
+        jog.wait(PATIENCE_S)
+        self.receive_when(domain, lambda got: [axis["plcopen_state"] for axis in got["axes"]] == ["STANDSTILL"] * 2, run)
+        self.axis("x", "home")
+        x, _ = self.receive_when(domain, lambda got: [(axis["homed"], axis["owner"]) for axis in got["axes"]] ==
+                                 [("YES", ""), ("UNKNOWN", "")], run)["axes"]
+        self.assertEqual([x["plcopen_state"], x["mode"]], ["STANDSTILL", 8])
+        run.send_signal(signal.SIGTERM)
+        self.assertEqual(run.wait(PATIENCE_S), 0, self.logs())
+
+    def check_samples(self, samples, inputs):
+        """Of cyclone_batches.c."""
+        x = next(row for row in samples if row[1] == 0)
+        y = next(row for row in samples if row[1] == 1)
+        target, actual = x[6], x[7]
+        position, velocity, torque = x[14:17]
+        self.assertTrue(min(target, actual) - 1e-3 <= position <= max(target, actual) + 1e-3, "the drive is on its way to the target")
+        self.assertAlmostEqual(velocity, 6.283, delta=0.2)
+        self.assertLess(abs(torque), 1)
+        self.assertEqual(x[17:], [inputs, 6])
+        self.assertEqual(y[14:], [None, None, None, 0, 2])
 
     def check_slaves(self, got, scanned):
         for slave, found in zip(got["slaves"], scanned, strict=True):

@@ -305,6 +305,32 @@ TEST(DdsPublisher, ASlaveIsPublishedWhenItHasChangedAndNowAndThen) {
   EXPECT_EQ(subscriber.received().front().wall_time_ns(), 5);
 }
 
+TEST(DdsPublisher, ALateSubscriberHasEveryAxisHoweverOftenOneOfThemHasChanged) {
+  const auto config = config_with_axes(3);
+  const auto publisher = created(config);
+  for (std::uint16_t axis = 0; axis < 3; ++axis) {
+    const auto sample = sample_of(1, axis);
+    publisher->axes({&sample, 1});
+  }
+  publisher->pass_done({});
+  for (std::uint16_t change = 0; change < 10; ++change) {
+    auto sample = sample_of(2, 1);
+    sample.error_code = change;
+    publisher->axes({&sample, 1});
+    publisher->pass_done({});
+  }
+  dds::DataReaderQos qos;
+  qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
+  qos.durability().kind = dds::TRANSIENT_LOCAL_DURABILITY_QOS;
+  qos.history().depth = 100;
+  test::Subscriber<telemetry::AxisStatus, telemetry::AxisStatusPubSubType> late{test_domain(), config.axis_state_topic,
+                                                                                qos};
+  ASSERT_TRUE(late.wait_for(3));
+  std::map<std::uint16_t, std::uint16_t> codes;
+  for (const auto& message : late.received()) codes[message.axis()] = message.error_code();
+  EXPECT_EQ(codes, (std::map<std::uint16_t, std::uint16_t>{{0, 0}, {1, 9}, {2, 0}}));
+}
+
 TEST(DdsPublisher, FedFromTheRingsItReportsWhatTheRingsDropped) {
   constexpr std::size_t kCapacity = 64;  // one burst of them fits into a socket's receive buffer
   rt::SpscRing<LineSample> lines{kCapacity};

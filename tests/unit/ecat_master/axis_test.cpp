@@ -287,6 +287,33 @@ TEST(AxisSample, CarriesTargetsAndInputs) {
   EXPECT_DOUBLE_EQ(sample.drive_following_error, -0.01);
 }
 
+TEST(AxisSample, HasTheDemandOfTheDriveAndItsInputsWhereTheyAreMapped) {
+  auto reversed = config();
+  reversed.reversed = true;
+  const PdoConfiguration pdos{
+      {{0x1600, {{0x6040, 0, 16}, {0x607A, 0, 32}}}},
+      {{0x1A00, {{0x6041, 0, 16}, {0x6064, 0, 32}, {0x6062, 0, 32}, {0x606B, 0, 32}, {0x6074, 0, 16}}},
+       {0x1A01, {{0x60FD, 0, 32}, {0x603F, 0, 16}}}}};
+  Axis axis(reversed, ProcessDataPlace{0, 6, 0, 22}, pdos);
+  axis.read_inputs(hex("3702 FFFFFF7F 01000080 D0070000 7D00 0100FF80 1186"), true);
+  snapshot::AxisSample sample;
+  axis.fill(sample);
+  EXPECT_DOUBLE_EQ(sample.demand_position, sample.actual_position - 0.002) << "across the end of the 32 bits";
+  EXPECT_DOUBLE_EQ(sample.demand_velocity, -2.0);
+  EXPECT_DOUBLE_EQ(sample.demand_torque, -0.5);
+  EXPECT_EQ(sample.digital_inputs, 0x80FF0001);
+  EXPECT_EQ(sample.error_code, 0x8611);
+
+  Bench bench(config());
+  bench.axis.read_inputs(inputs(kEnabledInputs), true);
+  snapshot::AxisSample none;
+  bench.axis.fill(none);
+  EXPECT_TRUE(std::isnan(none.demand_position));
+  EXPECT_TRUE(std::isnan(none.demand_velocity));
+  EXPECT_TRUE(std::isnan(none.demand_torque));
+  EXPECT_EQ(none.digital_inputs, snapshot::kNoDigitalInputs);
+}
+
 TEST(AxisRange, IsWrappedAsTheDriveCounts) {
   for (const int direction : {1, -1}) {
     auto c = config();

@@ -53,6 +53,10 @@ AxisSample axis_of(std::uint64_t cycle, std::uint16_t axis) {
           .status_word = 0x1637,
           .mode = -3,
           .state = AxisState::kOperationEnabled,
+          .plcopen_state = PlcopenState::kStopping,
+          .homed = AxisHomed::kYes,
+          .error_code = 0x8611,
+          .digital_inputs = 0xFFFF'0000,
           .target_position = base + 0.1,
           .actual_position = base + 0.2,
           .target_velocity = base + 0.3,
@@ -60,7 +64,10 @@ AxisSample axis_of(std::uint64_t cycle, std::uint16_t axis) {
           .target_torque = base + 0.5,
           .actual_torque = base + 0.6,
           .following_error = base + 0.7,
-          .drive_following_error = base + 0.8};
+          .drive_following_error = base + 0.8,
+          .demand_position = base + 0.9,
+          .demand_velocity = base + 0.91,
+          .demand_torque = base + 0.92};
 }
 
 LineSample line_of(std::uint64_t cycle) {
@@ -99,6 +106,8 @@ void expect_cycle(const FeedReader& reader, std::uint64_t cycle) {
     EXPECT_EQ(got.axis, i);
     EXPECT_EQ(got.target_position, sent.target_position);
     EXPECT_EQ(got.drive_following_error, sent.drive_following_error);
+    EXPECT_EQ(got.demand_torque, sent.demand_torque);
+    EXPECT_EQ(got.digital_inputs, 0xFFFF'0000);
   }
 }
 
@@ -313,7 +322,7 @@ FeedWriter feed_of_slaves(std::uint32_t slaves) {
 
 TEST(Feed, TheNewestConditionArrivesToTheBit) {
   auto feed = feed_of_slaves(2);
-  auto reader = FeedConditionReader::open(feed.condition_descriptor(), 2);
+  auto reader = FeedConditionReader::open(feed.condition_descriptor(), 2, 1);
   ASSERT_TRUE(reader) << describe(reader.error());
   FeedCondition got;
   EXPECT_FALSE(reader->take(got)) << "nothing is known yet";
@@ -326,7 +335,9 @@ TEST(Feed, TheNewestConditionArrivesToTheBit) {
     slaves[1].name.set("y");
     slaves[1].alias = i;
     slaves[1].port[3].lost_links = 9;
-    feed.set_condition(head, slaves);
+    FeedOwner owner;
+    owner.name.set("stream");
+    feed.set_condition({head, slaves, {owner}});
   }
   ASSERT_TRUE(reader->take(got));
   EXPECT_EQ(got.head.slaves, 2U);
@@ -336,33 +347,37 @@ TEST(Feed, TheNewestConditionArrivesToTheBit) {
   EXPECT_EQ(got.slaves[1].name.view(), "y");
   EXPECT_EQ(got.slaves[1].alias, 2U) << "the newest";
   EXPECT_EQ(got.slaves[1].port[3].lost_links, 9U);
+  ASSERT_EQ(got.owners.size(), 1U);
+  EXPECT_EQ(got.owners[0].name.view(), "stream");
   EXPECT_FALSE(reader->take(got)) << "nothing new";
-  auto late = FeedConditionReader::open(feed.condition_descriptor(), 2);
+  auto late = FeedConditionReader::open(feed.condition_descriptor(), 2, 1);
   ASSERT_TRUE(late);
   EXPECT_TRUE(late->take(got)) << "who comes late has it, too";
 }
 
 TEST(Feed, AConditionHasNoMoreThanItsRoom) {
   auto feed = feed_of_slaves(2);
-  feed.set_condition({}, std::vector<FeedSlave>(5));
-  auto region = rt::SharedRegion::create("driveline-test", feed_condition_layout(2, 4));
+  feed.set_condition({{}, std::vector<FeedSlave>(5), std::vector<FeedOwner>(5)});
+  auto region = rt::SharedRegion::create("driveline-test", feed_condition_layout(2, 1, 4));
   ASSERT_TRUE(region);
   rt::SharedBlockWriter liar{*region};
   FeedConditionHead head;
   head.slaves = 4'000'000'000;
+  head.axes = 4'000'000'000;
   head.silent_ports = 4'000'000'000;
   liar.begin();
   liar.write(0, head);
   liar.commit();
   for (const int descriptor : {feed.condition_descriptor(), region->descriptor()}) {
-    auto reader = FeedConditionReader::open(descriptor, 2);
+    auto reader = FeedConditionReader::open(descriptor, 2, 1);
     ASSERT_TRUE(reader);
     FeedCondition got;
     ASSERT_TRUE(reader->take(got));
     EXPECT_EQ(got.slaves.size(), 2U);
+    EXPECT_EQ(got.owners.size(), 1U);
     EXPECT_LE(got.head.silent_ports, kMaxFeedSilentPorts);
   }
-  const auto other = FeedConditionReader::open(feed.condition_descriptor(), 3);
+  const auto other = FeedConditionReader::open(feed.condition_descriptor(), 3, 1);
   ASSERT_FALSE(other);
   EXPECT_THAT(describe(other.error()), HasSubstr("feed, condition: "));
 }

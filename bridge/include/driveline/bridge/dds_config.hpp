@@ -37,7 +37,10 @@ struct DdsConfig {
   std::string slave_topic = "driveline/v1/slave";                  ///< name of the DDS topic of the slaves; empty: none
   std::string topology_topic = "driveline/v1/topology";            ///< name of the DDS topic of the wiring; empty: none
   std::string statistics_topic = "driveline/v1/cycle_statistics";  ///< of the cycle's statistics; empty: none
-  std::size_t slaves = 0;                                          ///< most slaves of the line
+  std::string axis_state_topic = "driveline/v1/axis_state";  ///< of what axes do, and who commands them; empty: none
+  /// Shortest time between two samples of an axis of which only digital inputs have changed.
+  std::chrono::nanoseconds input_period = std::chrono::milliseconds{10};
+  std::size_t slaves = 0;  ///< most slaves of the line
   /// Time after which a slave is published although nothing of it has changed.
   std::chrono::nanoseconds slave_period = std::chrono::seconds{10};
   /// Also publishes the ROS 2 topic `joint_states`: sensor_msgs/msg/JointState, a hundred times in a second.

@@ -58,8 +58,8 @@ class DdsPublisher final : public snapshot::SampleConsumer {
   /// Publishes an event; the last 64 reach late subscribers. On the thread of the samples.
   void event(const DdsEvent& event);
 
-  /// What is known of the slaves: those that have changed are published, and the topology if it has. On the thread of
-  /// the samples.
+  /// What is known of the slaves and of who commands the axes: what has changed is published. On the thread of the
+  /// samples.
   void set_condition(const snapshot::FeedCondition& condition);
 
   /// Counters of publishers of the same line before this one, to which the line status adds its own. Any thread but the

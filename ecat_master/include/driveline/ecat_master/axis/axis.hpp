@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -114,6 +115,11 @@ struct AxisInputs {
   double velocity = 0.0;                                          ///< rad/s or m/s
   double torque = 0.0;                                            ///< Nm or N
   double drive_following_error = 0.0;                             ///< as the drive reports it (60F4h); rad or m
+  /// What the loops of the drive follow (6062h, 606Bh, 6074h); each not a number where it is not mapped.
+  double demand_position = std::numeric_limits<double>::quiet_NaN();  ///< rad or m
+  double demand_velocity = std::numeric_limits<double>::quiet_NaN();  ///< rad/s or m/s
+  double demand_torque = std::numeric_limits<double>::quiet_NaN();    ///< Nm or N
+  std::int64_t digital_inputs = snapshot::kNoDigitalInputs;           ///< 60FDh; kNoDigitalInputs: not mapped
 };
 
 /// The process data objects an axis is driven with: three RxPDOs and three TxPDOs of at most 8 bytes each (MSD manual
@@ -225,7 +231,7 @@ class Axis {
     const auto state = cia402::decode_state(inputs_.status_word);
     return state == snapshot::AxisState::kFault || state == snapshot::AxisState::kFaultReactionActive;
   }
-  /// Fills everything but cycle, time and axis number.
+  /// Fills everything but cycle, time, axis number, and what only MotionControl::fill() knows.
   void fill(snapshot::AxisSample& sample) const noexcept;
 
  private:
@@ -304,6 +310,10 @@ class Axis {
   std::optional<PdoEntry<std::int32_t>> following_error_object_;  // 60F4h
   std::optional<PdoEntry<std::int16_t>> actual_torque_;           // 6077h
   std::optional<PdoEntry<std::uint16_t>> error_code_;             // 603Fh
+  std::optional<PdoEntry<std::int32_t>> demand_position_;         // 6062h
+  std::optional<PdoEntry<std::int32_t>> demand_velocity_;         // 606Bh
+  std::optional<PdoEntry<std::int16_t>> demand_torque_;           // 6074h
+  std::optional<PdoEntry<std::uint32_t>> digital_inputs_;         // 60FDh
   TouchProbe probe_;                                              // 60B8h to 60BDh
   ProfileObjects profile_;                                        // 6081h, 6083h, 6084h
   std::unique_ptr<ModeChange> change_;                            ///< beside what every cycle needs

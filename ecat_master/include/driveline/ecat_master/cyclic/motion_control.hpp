@@ -37,6 +37,8 @@ class MotionControl {
   [[nodiscard]] virtual bool failed() const noexcept = 0;
   /// In the order of the line description.
   [[nodiscard]] virtual std::span<const Axis> axes() const noexcept = 0;
+  /// Fills the sample of an axis but for cycle, time and axis number.
+  virtual void fill(std::size_t axis, snapshot::AxisSample& sample) const noexcept { axes()[axis].fill(sample); }
   /// The setpoints of the last update(), one for each axis.
   [[nodiscard]] virtual std::span<const trajectory::AxisSetpoint> setpoints() const noexcept = 0;
 

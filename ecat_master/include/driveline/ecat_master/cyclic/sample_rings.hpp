@@ -1,8 +1,6 @@
 #pragma once
 
-#include <span>
-
-#include "driveline/ecat_master/axis/axis.hpp"
+#include "driveline/ecat_master/cyclic/motion_control.hpp"
 #include "driveline/rt/spsc_ring.hpp"
 #include "driveline/snapshot/snapshot.hpp"
 
@@ -16,7 +14,7 @@ struct SampleRings {
 
 /// Writes a sample of each axis, of the cycle that `line` is of, into the ring: all of them, or none where there is not
 /// room for all. \rtsafe
-void publish(std::span<const Axis> axes, const snapshot::LineSample& line,
+void publish(const MotionControl& motion, const snapshot::LineSample& line,
              rt::SpscRing<snapshot::AxisSample>& ring) noexcept;
 
 }  // namespace driveline::ecat_master

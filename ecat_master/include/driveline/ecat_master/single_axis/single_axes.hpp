@@ -74,6 +74,7 @@ class SingleAxes final : public MotionControl {
   [[nodiscard]] std::chrono::nanoseconds path_late() const noexcept override { return {}; }
   [[nodiscard]] bool failed() const noexcept override;
   [[nodiscard]] std::span<const Axis> axes() const noexcept override { return axes_; }
+  void fill(std::size_t axis, snapshot::AxisSample& sample) const noexcept override;
   [[nodiscard]] std::span<const trajectory::AxisSetpoint> setpoints() const noexcept override { return setpoints_; }
 
  private:

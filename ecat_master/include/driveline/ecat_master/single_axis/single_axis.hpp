@@ -67,6 +67,8 @@ class SingleAxis {
 
   /// Of the last cycle.
   [[nodiscard]] PlcopenState state() const noexcept { return state_; }
+  /// Whether a request has had it homed.
+  [[nodiscard]] snapshot::AxisHomed homed() const noexcept { return homed_; }
   /// Why it is in ErrorStop.
   [[nodiscard]] AxisError error() const noexcept { return error_; }
   /// 603Fh at that time.
@@ -288,6 +290,7 @@ class SingleAxis {
   bool beside_ = false;               ///< after a gap, until it is back where the generator is
   bool fed_ = false;                  ///< set_fed()
   double offset_ = 0.0;
+  snapshot::AxisHomed homed_ = snapshot::AxisHomed::kUnknown;
   double override_ = 1.0;
   double last_target_ = 0.0;
   std::optional<double> run_velocity_{};  ///< of kMoveVelocity on its way to the end of the range

@@ -21,25 +21,57 @@ enum class AxisState : std::uint8_t {
   kUnavailable,  ///< the slave does not exchange valid process data
 };
 
+/// State of an axis in the sense of PLCopen (Motion Control, part 1: the state diagram).
+enum class PlcopenState : std::uint8_t {
+  kNone,  ///< the axes of the line are moved together: by a path, a task or a program
+  kDisabled,
+  kStandstill,
+  kHoming,
+  kStopping,
+  kDiscreteMotion,
+  kContinuousMotion,
+  kSynchronizedMotion,
+  kErrorStop,
+};
+
+/// Whether the axis has found its reference in this run.
+enum class AxisHomed : std::uint8_t {
+  kUnknown,  ///< nobody has had it homed in this run: the drive may know its place all the same
+  kNo,       ///< homing is under way, or has failed
+  kYes,      ///< homed in this run
+};
+
+/// AxisSample::digital_inputs of an axis that has none.
+inline constexpr std::int64_t kNoDigitalInputs = -1;
+
 /// One axis in one cycle.
 struct AxisSample {
-  std::uint64_t cycle = 0;                    ///< number of the cycle since cyclic operation started
-  std::int64_t time_ns = 0;                   ///< grid time of the cycle on the master's clock
-  std::uint16_t axis = 0;                     ///< index of the axis in the line description
-  std::uint16_t control_word = 0;             ///< 6040h as sent in this cycle
-  std::uint16_t status_word = 0;              ///< 6041h as received in this cycle
-  std::int8_t mode = 0;                       ///< 6061h mode of operation display
-  AxisState state = AxisState::kUnavailable;  ///< CiA 402 state of the drive
-  double target_position = 0;                 ///< commanded in this cycle; rad, m for a linear axis
-  double actual_position = 0;                 ///< as the drive reported it; rad, m for a linear axis
-  double target_velocity = 0;                 ///< commanded; rad/s, m/s for a linear axis
-  double actual_velocity = 0;                 ///< as the drive reported it; rad/s, m/s for a linear axis
-  double target_torque = 0;                   ///< commanded; Nm, N for a linear axis
-  double actual_torque = 0;                   ///< as the drive reported it; Nm, N for a linear axis
+  std::uint64_t cycle = 0;                           ///< number of the cycle since cyclic operation started
+  std::int64_t time_ns = 0;                          ///< grid time of the cycle on the master's clock
+  std::uint16_t axis = 0;                            ///< index of the axis in the line description
+  std::uint16_t control_word = 0;                    ///< 6040h as sent in this cycle
+  std::uint16_t status_word = 0;                     ///< 6041h as received in this cycle
+  std::int8_t mode = 0;                              ///< 6061h mode of operation display
+  AxisState state = AxisState::kUnavailable;         ///< CiA 402 state of the drive
+  PlcopenState plcopen_state = PlcopenState::kNone;  ///< of an axis that is commanded by itself
+  AxisHomed homed = AxisHomed::kUnknown;             ///< by a request of this run
+  std::uint16_t error_code = 0;                      ///< 603Fh; 0 also where it is not mapped
+  std::uint32_t reserved = 0;                        ///< 0
+  std::int64_t digital_inputs = kNoDigitalInputs;    ///< 60FDh, 32 bits; kNoDigitalInputs where it is not mapped
+  double target_position = 0;                        ///< commanded in this cycle; rad, m for a linear axis
+  double actual_position = 0;                        ///< as the drive reported it; rad, m for a linear axis
+  double target_velocity = 0;                        ///< commanded; rad/s, m/s for a linear axis
+  double actual_velocity = 0;                        ///< as the drive reported it; rad/s, m/s for a linear axis
+  double target_torque = 0;                          ///< commanded; Nm, N for a linear axis
+  double actual_torque = 0;                          ///< as the drive reported it; Nm, N for a linear axis
   /// Setpoint the drive was following at the time of `actual_position`, minus that position; rad, m for a linear axis.
   double following_error = 0;
   /// The following error that the drive itself reports (60F4h), in the same unit; not a number where it is not mapped.
   double drive_following_error = std::numeric_limits<double>::quiet_NaN();
+  /// What the loops of the drive follow (6062h, 606Bh, 6074h); each not a number where it is not mapped.
+  double demand_position = std::numeric_limits<double>::quiet_NaN();  ///< rad, m for a linear axis
+  double demand_velocity = std::numeric_limits<double>::quiet_NaN();  ///< rad/s, m/s for a linear axis
+  double demand_torque = std::numeric_limits<double>::quiet_NaN();    ///< Nm, N for a linear axis
 };
 static_assert(std::is_trivially_copyable_v<AxisSample>);
 

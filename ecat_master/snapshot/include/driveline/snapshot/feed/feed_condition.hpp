@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <span>
 #include <tl/expected.hpp>
 #include <utility>
 #include <variant>
@@ -16,7 +15,7 @@
 #include "driveline/snapshot/feed/feed_error.hpp"
 #include "driveline/snapshot/feed/feed_records.hpp"
 
-/// The part of a feed for what changes now and then: the slaves and how they hang together.
+/// The part of a feed for what changes now and then: the slaves, how they hang together, and who commands the axes.
 namespace driveline::snapshot {
 
 /// Most slaves of a feed; those behind them are left out.
@@ -72,51 +71,68 @@ struct FeedSlave {
   std::array<FeedSlavePort, kFeedSlavePorts> port;  ///< by number
 };
 
+/// Who commands an axis.
+struct FeedOwner {
+  FeedText<95> name;  ///< as leases have it; empty: nobody
+};
+
 /// What of the line's wiring is not of one slave.
 struct FeedConditionHead {
   std::uint32_t slaves = 0;                      ///< how many FeedSlave count
+  std::uint32_t axes = 0;                        ///< how many FeedOwner count
   std::uint32_t silent_ports = 0;                ///< how many `silent` count
   std::int32_t ring_slave = kFeedParentUnknown;  ///< its `ring_port` leads back to the master; unknown: no ring
   std::uint32_t ring_port = 0;                   ///< of `ring_slave`
+  std::uint32_t reserved = 0;                    ///< 0
   std::array<std::uint32_t, kMaxFeedSilentPorts> silent{};  ///< slave * 4 + port: a link, and nobody answers behind it
 };
 
-static_assert(sizeof(FeedSlave) % sizeof(std::uint64_t) == 0 && sizeof(FeedConditionHead) % sizeof(std::uint64_t) == 0);
+static_assert(sizeof(FeedSlave) % sizeof(std::uint64_t) == 0 &&
+              sizeof(FeedConditionHead) % sizeof(std::uint64_t) == 0 && sizeof(FeedOwner) % sizeof(std::uint64_t) == 0);
 
 /// Number of the region's content.
 inline constexpr std::uint32_t kFeedConditionContent = 0x4643'4F4E;
 /// Records that its region holds: a reader that is interrupted while it copies takes the next one.
 inline constexpr std::uint64_t kFeedConditions = 4;
 
-/// Layout of the region for a line of so many slaves.
-[[nodiscard]] constexpr rt::SharedLayout feed_condition_layout(std::size_t slaves,
+/// Where the owner of axis 0 lies in the record of a line of so many slaves, in bytes.
+[[nodiscard]] constexpr std::size_t feed_owners_offset(std::size_t slaves) noexcept {
+  return sizeof(FeedConditionHead) + slaves * sizeof(FeedSlave);
+}
+
+/// Layout of the region for a line of so many slaves and axes.
+[[nodiscard]] constexpr rt::SharedLayout feed_condition_layout(std::size_t slaves, std::size_t axes,
                                                                std::uint64_t capacity = 0) noexcept {
   return rt::shared_blocks(kFeedConditionContent, kFeedVersion,
-                           static_cast<std::uint32_t>(sizeof(FeedConditionHead) + slaves * sizeof(FeedSlave)),
-                           capacity);
+                           static_cast<std::uint32_t>(feed_owners_offset(slaves) + axes * sizeof(FeedOwner)), capacity);
 }
 
 /// All of it.
 struct FeedCondition {
-  FeedConditionHead head;         ///< `slaves` is not looked at when it is written
+  FeedConditionHead head;         ///< `slaves` and `axes` are not looked at when it is written
   std::vector<FeedSlave> slaves;  ///< by position
+  std::vector<FeedOwner> owners;  ///< by axis
 };
 
 /// The side that holds the line. Belongs to one thread at a time.
 class FeedConditionWriter {
  public:
-  /// `region`: of feed_condition_layout(slaves); must outlive the writer.
-  FeedConditionWriter(const rt::SharedMapping& region, std::size_t slaves) : writer_{region}, slaves_{slaves} {}
+  /// `region`: of feed_condition_layout(slaves, axes); must outlive the writer.
+  FeedConditionWriter(const rt::SharedMapping& region, std::size_t slaves, std::size_t axes)
+      : writer_{region}, slaves_{slaves}, axes_{axes} {}
 
-  /// Replaces what was told before; slaves beyond those of the layout are left out. \rtsafe
-  void push(const FeedConditionHead& head, std::span<const FeedSlave> slaves) noexcept {
-    const std::size_t count = std::min(slaves.size(), slaves_);
-    auto told = head;
-    told.slaves = static_cast<std::uint32_t>(count);
+  /// Replaces what was told before; slaves and axes beyond those of the layout are left out. \rtsafe
+  void push(const FeedCondition& condition) noexcept {
+    auto head = condition.head;
+    head.slaves = static_cast<std::uint32_t>(std::min(condition.slaves.size(), slaves_));
+    head.axes = static_cast<std::uint32_t>(std::min(condition.owners.size(), axes_));
     writer_.begin();
-    writer_.write(0, told);
-    for (std::size_t i = 0; i < count; ++i) {
-      writer_.write(sizeof(FeedConditionHead) + i * sizeof(FeedSlave), slaves[i]);
+    writer_.write(0, head);
+    for (std::size_t i = 0; i < head.slaves; ++i) {
+      writer_.write(sizeof(FeedConditionHead) + i * sizeof(FeedSlave), condition.slaves[i]);
+    }
+    for (std::size_t i = 0; i < head.axes; ++i) {
+      writer_.write(feed_owners_offset(slaves_) + i * sizeof(FeedOwner), condition.owners[i]);
     }
     writer_.commit();
   }
@@ -124,19 +140,21 @@ class FeedConditionWriter {
  private:
   rt::SharedBlockWriter writer_;
   std::size_t slaves_;
+  std::size_t axes_;
 };
 
 /// The other side. Belongs to one thread.
 class FeedConditionReader {
  public:
-  /// Maps the region behind `descriptor`, which remains the caller's, of a feed whose description says `slaves`. Error:
+  /// Maps the region behind `descriptor`, which remains the caller's, of a feed with so many slaves and axes. Error:
   /// the region is not that of such a feed.
-  [[nodiscard]] static tl::expected<FeedConditionReader, FeedError> open(int descriptor, std::size_t slaves) {
-    auto mapped = rt::SharedMapping::open(descriptor, feed_condition_layout(slaves));
+  [[nodiscard]] static tl::expected<FeedConditionReader, FeedError> open(int descriptor, std::size_t slaves,
+                                                                         std::size_t axes) {
+    auto mapped = rt::SharedMapping::open(descriptor, feed_condition_layout(slaves, axes));
     if (const auto* error = std::get_if<rt::SharedRegionError>(&mapped)) {
       return tl::unexpected(FeedError{"condition", rt::describe(*error)});
     }
-    return FeedConditionReader{std::move(*std::get_if<rt::SharedMapping>(&mapped)), slaves};
+    return FeedConditionReader{std::move(*std::get_if<rt::SharedMapping>(&mapped)), slaves, axes};
   }
 
   /// The newest condition; false: nothing new since the last call. Counts are brought into their ranges.
@@ -152,12 +170,21 @@ class FeedConditionReader {
     for (std::size_t i = 0; i < condition.slaves.size(); ++i) {
       condition.slaves[i] = part<FeedSlave>(sizeof(FeedConditionHead) + i * sizeof(FeedSlave));
     }
+    condition.head.axes = std::min(condition.head.axes, static_cast<std::uint32_t>(axes_));
+    condition.owners.resize(condition.head.axes);
+    for (std::size_t i = 0; i < condition.owners.size(); ++i) {
+      condition.owners[i] = part<FeedOwner>(feed_owners_offset(slaves_) + i * sizeof(FeedOwner));
+    }
     return true;
   }
 
  private:
-  FeedConditionReader(rt::SharedMapping region, std::size_t slaves)
-      : region_{std::move(region)}, slaves_{slaves}, reader_{region_, 0}, record_(reader_.record_words()) {}
+  FeedConditionReader(rt::SharedMapping region, std::size_t slaves, std::size_t axes)
+      : region_{std::move(region)},
+        slaves_{slaves},
+        axes_{axes},
+        reader_{region_, 0},
+        record_(reader_.record_words()) {}
 
   template <rt::SharedRecord T>
   [[nodiscard]] T part(std::size_t offset) const noexcept {
@@ -168,6 +195,7 @@ class FeedConditionReader {
 
   rt::SharedMapping region_;
   std::size_t slaves_;
+  std::size_t axes_;
   rt::SharedBlockReader reader_;
   std::vector<std::uint64_t> record_;
 };

@@ -92,6 +92,11 @@ struct FeedAxisSample {
   std::uint16_t status_word = 0;     ///< AxisSample::status_word
   std::int8_t mode = 0;              ///< AxisSample::mode
   std::uint8_t state = 0;            ///< AxisSample::state
+  std::uint8_t plcopen_state = 0;    ///< AxisSample::plcopen_state
+  std::uint8_t homed = 0;            ///< AxisSample::homed
+  std::uint16_t error_code = 0;      ///< AxisSample::error_code
+  std::uint32_t reserved = 0;        ///< 0
+  std::int64_t digital_inputs = 0;   ///< AxisSample::digital_inputs
   double target_position = 0;        ///< AxisSample::target_position
   double actual_position = 0;        ///< AxisSample::actual_position
   double target_velocity = 0;        ///< AxisSample::target_velocity
@@ -100,6 +105,9 @@ struct FeedAxisSample {
   double actual_torque = 0;          ///< AxisSample::actual_torque
   double following_error = 0;        ///< AxisSample::following_error
   double drive_following_error = 0;  ///< AxisSample::drive_following_error
+  double demand_position = 0;        ///< AxisSample::demand_position
+  double demand_velocity = 0;        ///< AxisSample::demand_velocity
+  double demand_torque = 0;          ///< AxisSample::demand_torque
 };
 
 /// LineStatus, and what becomes of the feed.
@@ -204,6 +212,11 @@ static_assert(sizeof(FeedLine) % sizeof(std::uint64_t) == 0 && sizeof(FeedAxisSa
           .status_word = sample.status_word,
           .mode = sample.mode,
           .state = static_cast<std::uint8_t>(sample.state),
+          .plcopen_state = static_cast<std::uint8_t>(sample.plcopen_state),
+          .homed = static_cast<std::uint8_t>(sample.homed),
+          .error_code = sample.error_code,
+          .reserved = 0,
+          .digital_inputs = sample.digital_inputs,
           .target_position = sample.target_position,
           .actual_position = sample.actual_position,
           .target_velocity = sample.target_velocity,
@@ -211,7 +224,10 @@ static_assert(sizeof(FeedLine) % sizeof(std::uint64_t) == 0 && sizeof(FeedAxisSa
           .target_torque = sample.target_torque,
           .actual_torque = sample.actual_torque,
           .following_error = sample.following_error,
-          .drive_following_error = sample.drive_following_error};
+          .drive_following_error = sample.drive_following_error,
+          .demand_position = sample.demand_position,
+          .demand_velocity = sample.demand_velocity,
+          .demand_torque = sample.demand_torque};
 }
 /// `axes`: how many samples of axes there are.
 [[nodiscard]] inline LineSample from_feed(const FeedLine& line, std::uint16_t axes) noexcept {
@@ -228,9 +244,11 @@ static_assert(sizeof(FeedLine) % sizeof(std::uint64_t) == 0 && sizeof(FeedAxisSa
           .frame_received = line.frame_received != 0,
           .dc_locked = line.dc_locked != 0};
 }
-/// A state that does not exist is AxisState::kUnavailable.
+/// A state that does not exist is AxisState::kUnavailable, PlcopenState::kNone, AxisHomed::kUnknown.
 [[nodiscard]] inline AxisSample from_feed(const FeedAxisSample& sample, std::uint64_t cycle) noexcept {
   const bool known = sample.state <= static_cast<std::uint8_t>(AxisState::kUnavailable);
+  const bool plcopen = sample.plcopen_state <= static_cast<std::uint8_t>(PlcopenState::kErrorStop);
+  const bool homed = sample.homed <= static_cast<std::uint8_t>(AxisHomed::kYes);
   return {.cycle = cycle,
           .time_ns = sample.time_ns,
           .axis = sample.axis,
@@ -238,6 +256,11 @@ static_assert(sizeof(FeedLine) % sizeof(std::uint64_t) == 0 && sizeof(FeedAxisSa
           .status_word = sample.status_word,
           .mode = sample.mode,
           .state = known ? static_cast<AxisState>(sample.state) : AxisState::kUnavailable,
+          .plcopen_state = plcopen ? static_cast<PlcopenState>(sample.plcopen_state) : PlcopenState::kNone,
+          .homed = homed ? static_cast<AxisHomed>(sample.homed) : AxisHomed::kUnknown,
+          .error_code = sample.error_code,
+          .reserved = 0,
+          .digital_inputs = sample.digital_inputs,
           .target_position = sample.target_position,
           .actual_position = sample.actual_position,
           .target_velocity = sample.target_velocity,
@@ -245,7 +268,10 @@ static_assert(sizeof(FeedLine) % sizeof(std::uint64_t) == 0 && sizeof(FeedAxisSa
           .target_torque = sample.target_torque,
           .actual_torque = sample.actual_torque,
           .following_error = sample.following_error,
-          .drive_following_error = sample.drive_following_error};
+          .drive_following_error = sample.drive_following_error,
+          .demand_position = sample.demand_position,
+          .demand_velocity = sample.demand_velocity,
+          .demand_torque = sample.demand_torque};
 }
 /// @}
 

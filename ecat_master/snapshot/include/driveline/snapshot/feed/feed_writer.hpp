@@ -32,7 +32,7 @@ class FeedWriter {
     auto events = rt::SharedRegion::create("driveline-feed-events", feed_events_layout(kFeedEvents));
     if (!events) return tl::unexpected(events.error());
     auto condition = rt::SharedRegion::create("driveline-feed-condition",
-                                              feed_condition_layout(description.slaves, kFeedConditions));
+                                              feed_condition_layout(description.slaves, axes, kFeedConditions));
     if (!condition) return tl::unexpected(condition.error());
     rt::SharedBroadcastWriter<FeedDescription>{*described}.push(description);
     FeedWriter writer{*std::move(described), *std::move(status),    *std::move(made),
@@ -63,10 +63,8 @@ class FeedWriter {
     event_writer_.commit();
   }
 
-  /// Replaces what is told of the slaves. \rtsafe
-  void set_condition(const FeedConditionHead& head, std::span<const FeedSlave> slaves) noexcept {
-    condition_writer_.push(head, slaves);
-  }
+  /// Replaces what is told of the slaves and of who commands the axes. \rtsafe
+  void set_condition(const FeedCondition& condition) noexcept { condition_writer_.push(condition); }
 
   /// Cycles ever pushed. \rtsafe
   [[nodiscard]] std::uint64_t written() const noexcept { return writer_.written(); }
@@ -101,7 +99,7 @@ class FeedWriter {
         status_writer_{status_},
         writer_{cycles_},
         event_writer_{events_},
-        condition_writer_{condition_, slaves},
+        condition_writer_{condition_, slaves, axes},
         axes_{axes} {}
 
   rt::SharedRegion description_;
