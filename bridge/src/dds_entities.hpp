@@ -37,6 +37,9 @@ class DdsEntities {
   bool write_event(void* message);
   bool write_joints(void* message);
 
+  /// Of the entities.
+  [[nodiscard]] eprosima::fastdds::dds::DomainParticipant& participant() noexcept { return *participant_; }
+
   /// Somebody reads batches.
   [[nodiscard]] bool batch_has_readers() const;
 
