@@ -96,6 +96,11 @@ std::string Bridge::set_up() {
   auto publisher = DdsPublisher::create(config_of(description));
   if (!publisher) return describe(publisher.error());
   publisher_ = *std::move(publisher);
+  if (options_.commands >= 0) {
+    auto relay = CommandRelay::open(options_.commands, *publisher_);
+    if (!relay) return describe(relay.error());
+    commands_ = *std::move(relay);
+  }
   return filter_system_calls();
 }
 
@@ -124,6 +129,7 @@ bool Bridge::pass() {
   take_status();
   take_events();
   take_condition();
+  if (commands_) commands_->serve();
   int taken = 0;
   for (; taken < kCyclesPerPass && feed_->take(); ++taken) {
     if (const auto* line = feed_->line()) publisher_->lines({line, 1});

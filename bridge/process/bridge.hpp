@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "command_relay.hpp"
 #include "driveline/bridge/dds_publisher.hpp"
 #include "driveline/snapshot/feed/feed_condition.hpp"
 #include "driveline/snapshot/feed/feed_reader.hpp"
@@ -40,6 +41,7 @@ class Bridge {
   std::optional<snapshot::FeedConditionReader> condition_;
   std::optional<snapshot::FeedReturnWriter> return_;
   std::unique_ptr<DdsPublisher> publisher_;
+  std::unique_ptr<CommandRelay> commands_;  ///< none: it takes no commands
   snapshot::FeedStatus status_;
   snapshot::DrainCounters counters_;
   std::uint64_t beats_ = 0;

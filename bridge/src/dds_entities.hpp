@@ -33,6 +33,8 @@ class DdsEntities {
 
   /// Somebody reads the topic.
   [[nodiscard]] bool has_readers(TopicId topic) const;
+  /// Of the entities.
+  [[nodiscard]] eprosima::fastdds::dds::DomainParticipant& participant() noexcept { return *participant_; }
 
   /// Waits, for a fraction of a second per topic at most, until every subscriber has the last status.
   void wait_for_readers();

@@ -48,6 +48,9 @@ struct Sentence {
   std::string operator()(const DdsNoWriter& error) const {
     return "Cannot create a DDS writer for topic '" + error.topic + "'.";
   }
+  std::string operator()(const DdsNoReader& error) const {
+    return "Cannot create a DDS reader for topic '" + error.topic + "'.";
+  }
 };
 
 }  // namespace

@@ -145,6 +145,10 @@ void DdsPublisher::set_earlier(const PublishCounters& counters) {
   state_->earlier = counters;
 }
 
+eprosima::fastdds::dds::DomainParticipant& DdsPublisher::participant() noexcept {
+  return state_->entities.participant();
+}
+
 PublishCounters DdsPublisher::counters() const noexcept {
   return {.published = state_->published.load(std::memory_order_relaxed),
           .dropped = state_->dropped.load(std::memory_order_relaxed)};

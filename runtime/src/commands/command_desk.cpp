@@ -120,12 +120,14 @@ void CommandDesk::take(const CommandRecord& record) {
   auto& limit = is_stop(record) ? client->stops : client->rate;
   if (!limit.take(now)) {
     ++untold_.refused;
-    answer(record, CommandResult::kRefused, fmt::format("too many: {} commands a second are taken", kClientRate));
+    answer(record, CommandResult::kRefused, fmt::format("too many: {} commands a second are taken", kClientRate),
+           held(*client, record));
     return;
   }
   if (client->begun && record.number <= client->last_number) {
     refuse(client->caller.name, record,
-           fmt::format("number {} is not above {}, that of the command before", record.number, client->last_number));
+           fmt::format("number {} is not above {}, that of the command before", record.number, client->last_number),
+           held(*client, record));
     return;
   }
   client->begun = true;
@@ -159,7 +161,8 @@ bool CommandDesk::make_room() {
 void CommandDesk::judge(Client& client, const CommandRecord& record) {
   const auto* const kind = kind_of(record);
   if (kind == nullptr) {
-    refuse(client.caller.name, record, fmt::format("there is no command of number {}", record.kind));
+    refuse(client.caller.name, record, fmt::format("there is no command of number {}", record.kind),
+           held(client, record));
     return;
   }
   const auto axis = door_.find(record.axis.view());
@@ -208,7 +211,8 @@ void CommandDesk::lease(Client& client, const CommandRecord& record, std::size_t
 
 void CommandDesk::request(Client& client, const CommandRecord& record, std::size_t axis) {
   if (client.pending.size() >= kMostRequests && !is_stop(record)) {
-    refuse(client.caller.name, record, fmt::format("{} commands are under way already", kMostRequests));
+    refuse(client.caller.name, record, fmt::format("{} commands are under way already", kMostRequests),
+           held(client, record));
     return;
   }
   auto caller = client.caller;
@@ -217,10 +221,11 @@ void CommandDesk::request(Client& client, const CommandRecord& record, std::size
   const auto submitted = door_.submit(caller, axis, request_of(record, kKinds[record.kind]));
   if (caller.quiet) ++(submitted ? untold_.accepted : untold_.refused);
   if (!submitted) {
-    answer(record, CommandResult::kRefused, describe(events::event_axis(door_.axes()[axis]), submitted.error()));
+    answer(record, CommandResult::kRefused, describe(events::event_axis(door_.axes()[axis]), submitted.error()),
+           held(client, record));
     return;
   }
-  const auto lease = door_.holds(caller, axis) ? record.lease : 0;
+  const auto lease = held(client, record);
   if (*submitted == 0) {
     answer(record, CommandResult::kDone, "all axes stop, and the run ends", lease);
     return;
@@ -245,9 +250,7 @@ void CommandDesk::look_at(Client& client) {
     const auto progress = door_.progress(pending.axis, pending.request);
     const auto phase = progress.report.phase;
     if (phase == RequestPhase::kWaiting || phase == RequestPhase::kActive) return false;
-    auto caller = client.caller;
-    caller.lease = pending.record.lease;
-    const auto lease = door_.holds(caller, pending.axis) ? pending.record.lease : 0;
+    const auto lease = held(client, pending.record);
     const auto axis = events::event_axis(door_.axes()[pending.axis]);
     if (phase == RequestPhase::kDone || phase == RequestPhase::kReached) {
       answer(pending.record, CommandResult::kDone, phase == RequestPhase::kReached ? "the velocity is reached" : "",
@@ -294,9 +297,18 @@ void CommandDesk::answer(const CommandRecord& record, CommandResult result, std:
   answers_.push_back(answer);
 }
 
-void CommandDesk::refuse(const std::string& who, const CommandRecord& record, const Problem& problem) {
+void CommandDesk::refuse(const std::string& who, const CommandRecord& record, const Problem& problem,
+                         std::uint64_t lease) {
   note({who, shown(record.axis.view()), name_of_kind(record), problem});
-  answer(record, CommandResult::kRefused, problem);
+  answer(record, CommandResult::kRefused, problem, lease);
+}
+
+/// The lease that he names, if it is his; 0: it is not.
+std::uint64_t CommandDesk::held(const Client& client, const CommandRecord& record) const {
+  const auto axis = door_.find(record.axis.view());
+  auto caller = client.caller;
+  caller.lease = record.lease;
+  return axis && door_.holds(caller, *axis) ? record.lease : 0;
 }
 
 void CommandDesk::note(events::CommandAnswered facts) {

@@ -86,7 +86,9 @@ class CommandDesk {
   void look_at(Client& client);
   void answer(const snapshot::CommandRecord& record, snapshot::CommandResult result, std::string_view text,
               std::uint64_t lease = 0);
-  void refuse(const std::string& who, const snapshot::CommandRecord& record, const Problem& problem);
+  void refuse(const std::string& who, const snapshot::CommandRecord& record, const Problem& problem,
+              std::uint64_t lease = 0);
+  [[nodiscard]] std::uint64_t held(const Client& client, const snapshot::CommandRecord& record) const;
   void note(events::CommandAnswered facts);
   [[nodiscard]] bool may_tell() { return events_.take(clock_.now()); }
 

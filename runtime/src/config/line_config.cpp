@@ -7,6 +7,7 @@
 
 #include "config/axis_range_reader.hpp"
 #include "config/clock_config.hpp"
+#include "config/command_reader.hpp"
 #include "config/device_files.hpp"
 #include "config/eoe_reader.hpp"
 #include "config/fault_config.hpp"
@@ -435,6 +436,7 @@ LineConfig read_config(const toml::table& table, const std::filesystem::path& fi
     root.fail("stream", "goes with axes that wait for requests: there must be no [path], which they would follow");
   }
   read_telemetry(root.table("telemetry"), config);
+  if (root.has("commands")) config.commands = read_commands(root.table("commands"), config.telemetry.enabled);
   read_output(root.table("output"), config);
   read_recovery(root.table("recovery"), config.recovery);
   root.finish();

@@ -5,6 +5,11 @@
 
 namespace driveline::runtime {
 
+std::string EventSentence::operator()(const events::CommandsOpen& facts) const {
+  if (!facts.insecure) return "commands: taken over DDS, from those whom its permissions name";
+  return "commands: taken over DDS without security (insecure = true): everybody in its network may move the axes";
+}
+
 std::string EventSentence::operator()(const events::CommandAnswered& facts) const {
   const auto asked = facts.axis.empty() ? fmt::format("{}: {}", facts.who, facts.what)
                                         : fmt::format("{}: axis {}: {}", facts.who, facts.axis, facts.what);

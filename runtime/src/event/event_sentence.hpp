@@ -92,6 +92,7 @@ class EventSentence {
   std::string operator()(const events::BridgeUnbelieved& facts) const;
 
   // command_sentences.cpp
+  std::string operator()(const events::CommandsOpen& facts) const;
   std::string operator()(const events::CommandAnswered& facts) const;
   std::string operator()(const events::CommandsUntold& facts) const;
   std::string operator()(const events::CommanderLost& facts) const;

@@ -86,6 +86,7 @@ void LineRun::leave_nothing_behind() {
 Result<void> LineRun::prepare() {
   if (auto ready = services_.prepare(session_); !ready) return ready;
   if (auto possible = check_stream(); !possible) return possible;
+  if (auto possible = check_commands(); !possible) return possible;
   std::error_code error;
   created_directory_ = std::filesystem::create_directories(config_.output.directory, error);
   if (error)
@@ -116,6 +117,17 @@ Result<void> LineRun::check_stream() const {
       "[stream]");
 }
 
+Result<void> LineRun::check_commands() const {
+  if (!config_.commands) return {};
+  if (session_.virtual_time()) {
+    return fail(ErrorKind::kSetting, "go with the time of this machine: leases of virtual time mean nothing to clients",
+                "[commands]");
+  }
+  if (settings_.telemetry) return {};
+  return fail(ErrorKind::kSetting, "come by the process that publishes the line, but this run has no telemetry",
+              "[commands]");
+}
+
 /// What moves all axes together, with a firm lease; empty: nothing.
 std::string_view LineRun::joint_owner() const noexcept {
   if (settings_.tasks->drive()) return "task";
@@ -128,13 +140,25 @@ Result<void> LineRun::start_bridge() {
   if (!settings_.telemetry || !config_.telemetry.enabled) return {};
   auto program = TelemetryService::find_program();
   if (!program) {
-    if (config_.telemetry.asked.value_or(false)) return tl::unexpected(program.error());
+    if (config_.telemetry.asked.value_or(false) || config_.commands) return tl::unexpected(program.error());
     note(events::TelemetryOff{describe(program.error())}, Severity::kNotice);
     return {};
   }
-  auto started = TelemetryService::start(config_, session_.virtual_time(), {.program = std::move(*program)});
+  if (auto ready = start_commands(); !ready) return ready;
+  BridgeSupervisor::Settings settings{.program = std::move(*program)};
+  if (commands_) settings.commands = commands_->descriptors();
+  auto started = TelemetryService::start(config_, session_.virtual_time(), std::move(settings));
   if (!started) return tl::unexpected(started.error());
   telemetry_ = std::move(*started);
+  return {};
+}
+
+Result<void> LineRun::start_commands() {
+  if (!config_.commands) return {};
+  auto started = CommandService::start(*settings_.door, config_.commands->lease_timeout);
+  if (!started) return tl::unexpected(started.error());
+  commands_ = std::move(*started);
+  note(events::CommandsOpen{config_.commands->insecure}, Severity::kNotice);
   return {};
 }
 
@@ -416,6 +440,7 @@ void LineRun::note_telemetry() {
   if (!telemetry_) return;
   for (auto& facts : telemetry_->poll()) {
     const bool stopped = std::holds_alternative<events::BridgeStopped>(facts);
+    if (stopped && commands_) commands_->bridge_lost();
     note(std::move(facts), Severity::kNotice);
     if (stopped && feed_) feed_->add_fault(describe(events_.back()));
   }

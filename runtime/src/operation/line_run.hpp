@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "commands/command_service.hpp"
 #include "driveline/ecat_master/diagnosis/diagnosis.hpp"
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/runtime/axes/axis_door.hpp"
@@ -68,8 +69,10 @@ class LineRun {
  private:
   [[nodiscard]] Result<void> prepare();
   [[nodiscard]] Result<void> check_stream() const;
+  [[nodiscard]] Result<void> check_commands() const;
   [[nodiscard]] std::string_view joint_owner() const noexcept;
   [[nodiscard]] Result<void> start_bridge();
+  [[nodiscard]] Result<void> start_commands();
   [[nodiscard]] Result<void> start_telemetry();
   [[nodiscard]] Result<void> bring_up();
   [[nodiscard]] Result<void> bring_up_clocks();
@@ -112,6 +115,7 @@ class LineRun {
   Settings settings_;
   rt::SpscRing<snapshot::LineSample> line_ring_;
   rt::SpscRing<snapshot::AxisSample> axis_ring_;
+  std::unique_ptr<CommandService> commands_;     ///< none: nothing is commanded over DDS
   std::unique_ptr<TelemetryService> telemetry_;  ///< none: nothing is published
   std::optional<SlaveWatch> slave_watch_;        ///< with telemetry_
   std::unique_ptr<StatusFeed> feed_;

@@ -46,13 +46,18 @@ Result<void> BridgeSupervisor::spawn(Clock::time_point now) {
   alive_at_ = now;
   started_at_ = now;
   constexpr int kFeed = HelperProcess::kSocket + 1;
-  const std::array passed{feed_.description_descriptor(), feed_.status_descriptor(), feed_.cycles_descriptor(),
+  std::vector<int> passed{feed_.description_descriptor(), feed_.status_descriptor(), feed_.cycles_descriptor(),
                           feed_.events_descriptor(),      region_.descriptor(),      feed_.condition_descriptor()};
-  auto started = HelperProcess::start(
-      settings_.program,
-      {"--supervisor-fd", std::to_string(HelperProcess::kSocket), "--feed-fd", std::to_string(kFeed), "--return-fd",
-       std::to_string(kFeed + 4), "--condition-fd", std::to_string(kFeed + 5)},
-      passed);
+  std::vector<std::string> arguments{"--supervisor-fd", std::to_string(HelperProcess::kSocket),
+                                     "--feed-fd",       std::to_string(kFeed),
+                                     "--return-fd",     std::to_string(kFeed + 4)};
+  const auto add = [&](const char* option, const std::vector<int>& descriptors) {
+    if (descriptors.empty()) return;
+    arguments.insert(arguments.end(), {option, std::to_string(HelperProcess::kSocket + 1 + passed.size())});
+    passed.insert(passed.end(), descriptors.begin(), descriptors.end());
+  };
+  add("--commands-fd", settings_.commands);
+  auto started = HelperProcess::start(settings_.program, std::move(arguments), passed);
   if (!started) return tl::unexpected(started.error());
   process_ = std::move(*started);
   return {};

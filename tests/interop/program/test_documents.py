@@ -87,6 +87,7 @@ class Reference(DocumentTest):
         "copy": ['slave = [{ name = "x" }]\n[[copy]]\nfrom = "x.6041h"\nto = "x.6040h"'],
         "eoe": ['slave = [{ name = "x", ip = "192.168.38.5" }]\n[eoe]\ninterface = "dl-eoe"\naddress = "192.168.38.1/24"'],
         "gateway": ['slave = [{ name = "x" }]\n[gateway]'],
+        "commands": ['slave = [{ name = "x" }]\n[commands]'],
         "stream": ['slave = [{ name = "x" }]\n[stream]\nsocket = "/tmp/x"'],
         "dc": ['slave = [{ name = "x" }]\n[dc]'],
         "slave.dc": ['[[slave]]\nname = "x"\n[slave.dc]'],

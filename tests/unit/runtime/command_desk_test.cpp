@@ -123,6 +123,8 @@ TEST_F(CommandDeskTest, RefusesWhatCannotBe) {
   auto record = command("panel", "x", CommandKind::kJog, lease);
   record.target = 20.0;
   EXPECT_EQ(refusal(record), "axis x: velocity 1145.92 deg/s is not possible, -572.958 deg/s to 572.958 deg/s are");
+  record.number = ++number;
+  EXPECT_EQ(ask(record).lease, lease) << "it is his all the same";
   record = command("panel", "x", CommandKind::kMoveAbsolute, lease);
   record.target = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(refusal(record), "axis x: target is not a number that can be");

@@ -63,9 +63,14 @@ struct DdsNoWriter {
   std::string topic;  ///< topic of the writer
 };
 
+/// Fast DDS refuses to make a reader.
+struct DdsNoReader {
+  std::string topic;  ///< topic of the reader
+};
+
 /// Why a line is not published.
 using DdsError = std::variant<DdsNameLength, DdsNoAddress, DdsForeignInterface, DdsTooManyAxes, DdsDomainOutOfRange,
-                              DdsNoDecimation, DdsTopicNames, DdsCannotJoin, DdsNoPublisher, DdsNoWriter>;
+                              DdsNoDecimation, DdsTopicNames, DdsCannotJoin, DdsNoPublisher, DdsNoWriter, DdsNoReader>;
 
 /// The error as a sentence that names the value that is wrong or the step that failed.
 [[nodiscard]] std::string describe(const DdsError& error);

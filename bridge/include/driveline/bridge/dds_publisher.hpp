@@ -12,6 +12,10 @@
 #include "driveline/snapshot/line_status.hpp"
 #include "driveline/snapshot/sample_consumer.hpp"
 
+namespace eprosima::fastdds::dds {
+class DomainParticipant;
+}
+
 namespace driveline::bridge {
 
 /// Counters of the telemetry.
@@ -51,6 +55,9 @@ class DdsPublisher final : public snapshot::SampleConsumer {
   /// The status to publish from now on; a change of state or faults goes out with the next pass of the drain thread,
   /// anything else with the next period. Any thread but the real-time one (it locks).
   void set_line_status(const snapshot::LineStatus& status) override;
+
+  /// In which it publishes.
+  [[nodiscard]] eprosima::fastdds::dds::DomainParticipant& participant() noexcept;
 
   /// Of this publisher. Any thread.
   [[nodiscard]] PublishCounters counters() const noexcept;

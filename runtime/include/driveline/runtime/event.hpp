@@ -32,8 +32,8 @@ using EventFacts = std::variant<
     events::CallerRefused, events::AxisLeaseLost, events::AxisFailed, events::AxisNotReset, events::AxisRestored,
     events::StreamUp, events::StreamClientCame, events::StreamClientRefused, events::StreamSetpointRefused,
     events::StreamStarved, events::StreamClientLeft, events::TelemetryOff, events::BridgeStopped, events::BridgeBack,
-    events::BridgeUnbelieved, events::CommandAnswered, events::CommandsUntold, events::CommanderLost,
-    events::CommandsUnbelieved>;
+    events::BridgeUnbelieved, events::CommandsOpen, events::CommandAnswered, events::CommandsUntold,
+    events::CommanderLost, events::CommandsUnbelieved>;
 
 /// How grave an event is.
 enum class Severity : std::uint8_t {

@@ -15,6 +15,7 @@
 #include "driveline/ecat_master/dc/line_clocks.hpp"
 #include "driveline/esi/esi_library.hpp"
 #include "driveline/rt/realtime_thread.hpp"
+#include "driveline/runtime/config/command_config.hpp"
 #include "driveline/runtime/config/eoe_config.hpp"
 #include "driveline/runtime/config/process_data_config.hpp"
 #include "driveline/runtime/config/recovery_config.hpp"
@@ -141,6 +142,7 @@ struct LineConfig {
   std::vector<ecat_master::AxisConfig> axes;  ///< in the order of the path's columns
   std::optional<PathConfig> path;             ///< none: the axes hold the place where they are enabled
   TelemetryConfig telemetry;                  ///< what goes out over DDS
+  std::optional<CommandConfig> commands;      ///< none: nothing comes in over DDS
   OutputConfig output;                        ///< what is written into files
   std::optional<EoeConfig> eoe;               ///< none: no EoE
   std::optional<GatewayConfig> gateway;       ///< none: no mailbox gateway

@@ -7,6 +7,10 @@
 /// (AxisRequested).
 namespace driveline::runtime::events {
 
+/// The line takes commands.
+struct CommandsOpen {
+  bool insecure = false;  ///< from everybody in the network
+};
 /// A command that asks nothing of an axis, or was refused before its door.
 struct CommandAnswered {
   std::string who;      ///< "dds panel (participant 010f45d2e8a1b2c3d4e5f607)"

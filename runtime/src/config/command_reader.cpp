@@ -1,0 +1,30 @@
+#include "config/command_reader.hpp"
+
+#include <chrono>
+
+namespace driveline::runtime {
+namespace {
+
+constexpr double kDefaultLeaseMs = 500.0;
+constexpr double kShortestLeaseMs = 50.0;
+constexpr double kLongestLeaseMs = 60'000.0;
+
+}  // namespace
+
+std::optional<CommandConfig> read_commands(TomlReader reader, bool published) {
+  CommandConfig commands;
+  const bool enabled = reader.boolean_or("enabled", false);
+  commands.insecure = reader.boolean_or("insecure", false);
+  commands.lease_timeout = std::chrono::round<std::chrono::nanoseconds>(std::chrono::duration<double, std::milli>(
+      reader.number_or("lease_timeout_ms", kDefaultLeaseMs, kShortestLeaseMs, kLongestLeaseMs)));
+  reader.finish();
+  if (!enabled) return std::nullopt;
+  if (!published) reader.fail("enabled", "needs telemetry, by whose process commands come, but [telemetry] is off");
+  if (!commands.insecure) {
+    reader.fail("enabled",
+                "needs insecure = true, by which everybody in the network of [telemetry] interfaces may move the axes");
+  }
+  return commands;
+}
+
+}  // namespace driveline::runtime
