@@ -1,5 +1,5 @@
 # Debian packages: `scripts/package.sh` builds and calls cpack. driveline is the program with its service,
-# driveline-bridge the process that publishes over DDS, and libdriveline-dev the library (static), with what other programs
+# driveline-bridge what publishes and reads over DDS, and libdriveline-dev the library (static), with what other programs
 # need to be built on it.
 include_guard()
 if(NOT TARGET driveline)
@@ -57,7 +57,8 @@ set(CPACK_DEBIAN_BRIDGE_PACKAGE_SECTION misc)
 set(CPACK_DEBIAN_BRIDGE_PACKAGE_DEPENDS "driveline (= ${PROJECT_VERSION}-1)")
 set(CPACK_DEBIAN_BRIDGE_DESCRIPTION "telemetry of servo drive lines over DDS
 Publishes what the lines of driveline do, with Fast DDS, from a process
-without privileges that the real-time program starts and supervises.")
+without privileges that the real-time program starts and supervises, and
+shows and records it on any machine.")
 
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libdriveline-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)

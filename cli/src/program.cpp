@@ -88,6 +88,8 @@ void declare(CLI::App& app, const Argument& argument) {
     option->option_text(argument.required ? " " : "(optional)");
   }
   if (argument.required) option->required();
+  // An option that may be given several times takes one value each time; the next word is not its own.
+  if (!argument.positional()) option->allow_extra_args(false);
 }
 
 /// Examples as they are typed, under the name that the command has here.

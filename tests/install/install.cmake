@@ -9,7 +9,7 @@ if(PROGRAM)
               libexec/driveline/driveline-endpoint share/driveline/esi/moog_msd.eds share/driveline/esi/servoone_junior.sii)
 endif()
 if(BRIDGE)
-  list(APPEND program libexec/driveline/driveline-bridge)
+  list(APPEND program libexec/driveline/driveline-bridge libexec/driveline/driveline-dds)
 endif()
 foreach(wanted
         include/driveline/ecat_master/master.hpp

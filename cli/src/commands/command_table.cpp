@@ -6,6 +6,7 @@ namespace driveline::cli {
 namespace {
 
 constexpr std::string_view kLine = "Lines";
+constexpr std::string_view kDds = "Telemetry, from any machine";
 constexpr std::string_view kTools = "Bus tools";
 constexpr std::string_view kFiles = "Files and the shell";
 constexpr std::string_view kMeasuring = "Measuring";
@@ -42,6 +43,16 @@ constexpr std::array kCommands = {
             "input --control line.socket x ENPO=0\n"
             "input --control line.socket analogue \"Channel 1/Value=500\"",
             prepare_input},
+    Command{"echo", "", kDds, "Print what a line publishes, sample by sample",
+            "echo line_status\n"
+            "echo driveline/v1/event --json --timeout 2\n"
+            "echo axis_telemetry --count 1 --domain 3 --interface all",
+            prepare_echo},
+    Command{"record", "", kDds, "Record what a line publishes, for PlotJuggler, Foxglove, tables and programs",
+            "record --output run.mcap\n"
+            "record --output run.mcap --duration 60 --topic axis_batch --topic event\n"
+            "record --output axes.csv --topic axis_telemetry --force",
+            prepare_record},
     Command{"scan", "", kTools, "Show what is on the line, and write a line description of it",
             "scan --config examples/line8.toml\n"
             "scan --iface eth1 --write line.toml\n"

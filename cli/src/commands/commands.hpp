@@ -12,6 +12,10 @@ namespace driveline::cli {
 [[nodiscard]] Execute prepare_fault(Arguments& to);
 [[nodiscard]] Execute prepare_input(Arguments& to);
 
+// A line seen over DDS.
+[[nodiscard]] Execute prepare_echo(Arguments& to);
+[[nodiscard]] Execute prepare_record(Arguments& to);
+
 [[nodiscard]] Execute prepare_scan(Arguments& to);
 [[nodiscard]] Execute prepare_graph(Arguments& to);
 [[nodiscard]] Execute prepare_diag(Arguments& to);

@@ -10,8 +10,8 @@
 #include <thread>
 #include <utility>
 
+#include "driveline/runtime/helper/helper_program.hpp"
 #include "endpoints/endpoint_host.hpp"
-#include "helper/helper_program.hpp"
 
 namespace driveline::runtime {
 namespace {

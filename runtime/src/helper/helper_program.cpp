@@ -1,4 +1,4 @@
-#include "helper/helper_program.hpp"
+#include "driveline/runtime/helper/helper_program.hpp"
 
 #include <fmt/format.h>
 

@@ -4,7 +4,7 @@
 #include <thread>
 #include <utility>
 
-#include "helper/helper_program.hpp"
+#include "driveline/runtime/helper/helper_program.hpp"
 #include "telemetry/line_feed.hpp"
 
 namespace driveline::runtime {

@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "driveline/runtime/event.hpp"
-#include "helper/helper_program.hpp"
+#include "driveline/runtime/helper/helper_program.hpp"
 #include "support/temporary_directory.hpp"
 
 namespace driveline::runtime {

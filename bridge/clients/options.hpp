@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <tl/expected.hpp>
+#include <vector>
+
+namespace driveline::bridge::clients {
+
+/// Why a command ends: its exit status, and one sentence.
+struct Failure {
+  int status;  ///< 1: the operation failed; 2: the command line is wrong
+  std::string text;
+};
+template <typename T>
+using Outcome = tl::expected<T, Failure>;
+/// The operation failed.
+[[nodiscard]] inline tl::unexpected<Failure> failed(std::string text) {
+  return tl::unexpected(Failure{1, std::move(text)});
+}
+/// The command line is wrong.
+[[nodiscard]] inline tl::unexpected<Failure> misused(std::string text) {
+  return tl::unexpected(Failure{2, std::move(text)});
+}
+
+/// Where a line is looked for.
+struct Place {
+  std::uint32_t domain = 0;
+  std::vector<std::string> interfaces;  ///< IPv4 addresses; empty: all
+  std::vector<std::string> peers;       ///< IPv4 addresses of machines that multicast does not reach
+  std::string partition;
+
+  [[nodiscard]] std::string text() const;  ///< "domain 3 on 127.0.0.1"
+};
+
+/// The command line of driveline-dds.
+struct Options {
+  std::string command;   ///< echo, record, plot, top
+  std::string argument;  ///< what stands without an option: a topic, a recording
+  Place place;
+  std::vector<std::string> topics;
+  std::vector<std::string> axes;
+  std::string output;
+  std::optional<std::uint64_t> count;
+  std::optional<double> duration_s;
+  std::optional<double> timeout_s;
+  std::optional<double> period_s;
+  bool json = false;
+  bool force = false;
+  bool once = false;
+  bool help = false;
+};
+
+/// Reads it; addresses of interfaces are looked up.
+[[nodiscard]] Outcome<Options> read_options(int count, const char* const* words);
+
+extern const char* const kHelp;
+
+}  // namespace driveline::bridge::clients

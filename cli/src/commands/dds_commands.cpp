@@ -1,0 +1,135 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <memory>
+
+#include "commands/commands.hpp"
+#include "commands/tool_options.hpp"
+#include "driveline/runtime/helper/helper_program.hpp"
+
+// A line seen over DDS. This program links no DDS: these commands hand their words to another one, driveline-dds.
+namespace driveline::cli {
+namespace {
+
+/// The words behind the name of driveline-dds.
+class DdsWords {
+ public:
+  explicit DdsWords(std::string_view command) : words_{"driveline-dds", std::string(command)} {}
+
+  void flag(const char* name, bool given) {
+    if (given) words_.emplace_back(name);
+  }
+  void option(const char* name, const std::optional<std::string>& value) {
+    if (value) words_.insert(words_.end(), {name, *value});
+  }
+  void option(const char* name, const std::vector<std::string>& values) {
+    for (const auto& value : values) option(name, std::optional(value));
+  }
+  void argument(const std::string& value) { words_.push_back(value); }
+
+  /// Goes on as driveline-dds; returns only when that cannot be.
+  [[nodiscard]] Outcome<int> become() {
+    const auto program = runtime::find_helper_program("driveline-dds", "DRIVELINE_DDS");
+    if (!program) {
+      return failed(runtime::describe(program.error()) + "; it belongs to the Debian package driveline-bridge");
+    }
+    std::vector<char*> arguments;
+    for (auto& word : words_) arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    ::execv(program->c_str(), arguments.data());
+    return failed(fmt::format("{}: cannot be started: {}", program->string(), std::strerror(errno)));
+  }
+
+ private:
+  std::vector<std::string> words_;
+};
+
+/// Where a line is looked for.
+struct DdsPlace {
+  std::optional<std::string> domain;
+  std::vector<std::string> interfaces;
+  std::vector<std::string> peers;
+  std::optional<std::string> partition;
+
+  void declare(Arguments& to) {
+    to.option("--domain", &domain, Value::text("N"), "DDS domain, [telemetry] domain of the line (default: 0)");
+    to.option("--interface", &interfaces, Value::interface(),
+              "Look on this interface, by name or IPv4 address, or on all (default: this machine only)");
+    to.option("--peer", &peers, Value::text("ADDRESS"), "Machine that multicast does not reach, by IPv4 address");
+    to.option("--partition", &partition, Value::text("NAME"), "DDS partition (default: none)");
+  }
+  void add_to(DdsWords& words) const {
+    words.option("--domain", domain);
+    words.option("--interface", interfaces);
+    words.option("--peer", peers);
+    words.option("--partition", partition);
+  }
+};
+
+struct EchoOptions {
+  DdsPlace place;
+  std::string topic;
+  std::optional<std::string> count;
+  std::optional<std::string> timeout;
+  bool json = false;
+};
+
+struct RecordOptions {
+  DdsPlace place;
+  std::optional<std::string> output;
+  std::vector<std::string> topics;
+  std::optional<std::string> duration;
+  std::optional<std::string> timeout;
+  bool force = false;
+  bool json = false;
+};
+
+}  // namespace
+
+Execute prepare_echo(Arguments& to) {
+  auto options = std::make_shared<EchoOptions>();
+  to.required(&options->topic, Value::text("TOPIC"),
+              "Name of the topic; what stands in front of its last / may be left out");
+  to.option("--count", &options->count, Value::text("N"), "End after so many samples");
+  to.option("--timeout", &options->timeout, Value::text("SECONDS"), "End when nothing comes for so long");
+  to.flag("--json", options->json, "One JSON document per line for each sample");
+  options->place.declare(to);
+  return [options] {
+    DdsWords words("echo");
+    words.argument(options->topic);
+    words.option("--count", options->count);
+    words.option("--timeout", options->timeout);
+    words.flag("--json", options->json);
+    options->place.add_to(words);
+    return words.become();
+  };
+}
+
+Execute prepare_record(Arguments& to) {
+  auto options = std::make_shared<RecordOptions>();
+  to.option("-o,--output", &options->output, Value::file(), "File to write: NAME.mcap, or NAME.csv for one topic");
+  to.option("--topic", &options->topics, Value::text("TOPIC"),
+            "Record this topic; may be given several times (default: all)");
+  to.option("--duration", &options->duration, Value::text("SECONDS"),
+            "End so long after the first sample (default: Ctrl-C)");
+  to.option("--timeout", &options->timeout, Value::text("SECONDS"),
+            "Give up when no line is there for so long (default: 10)");
+  to.flag("--force", options->force, "Also when the file exists, which is then overwritten");
+  add_json_flag(to, options->json);
+  options->place.declare(to);
+  return [options] {
+    DdsWords words("record");
+    words.option("--output", options->output);
+    words.option("--topic", options->topics);
+    words.option("--duration", options->duration);
+    words.option("--timeout", options->timeout);
+    words.flag("--force", options->force);
+    words.flag("--json", options->json);
+    options->place.add_to(words);
+    return words.become();
+  };
+}
+
+}  // namespace driveline::cli

@@ -1,0 +1,338 @@
+"""A line seen over DDS: `driveline echo` and `record`, and what reads the recordings."""
+import csv
+import json
+import os
+import pathlib
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import unittest
+
+import mcap_check
+from program import AXES, DRIVELINE, EXAMPLES, PATIENCE_S, ROOT, ProgramTest
+
+sys.path.insert(0, str(EXAMPLES))
+import read_recording  # noqa: E402
+
+BATCH, TELEMETRY, STATUS, EVENT = "driveline/v1/axis_batch", "driveline/axis_telemetry", "driveline/line_status", "driveline/v1/event"
+
+
+def known_topics():
+    """Topics by name, and their types, as the list has them that the clients are made of."""
+    rows = (line.split() for line in (ROOT / "bridge/idl/topics.txt").read_text(encoding="utf-8").splitlines())
+    return {words[0]: words[1] for words in rows if words and words[0] != "#"}
+
+
+class ClientTest(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        self.domain = 70 + os.getpid() % 10  # of no other test
+        os.environ.pop("DRIVELINE_DDS", None)
+        self.addCleanup(os.environ.pop, "DRIVELINE_DDS", None)
+
+    def start_run(self, *arguments, telemetry="", **options):
+        config = self.write_gentle_line(cycle_us=1000, telemetry=f"domain = {self.domain}\ndecimation = 4\n{telemetry}", **options)
+        run = self.start("run", "--config", config, "--json", "--no-plots", *arguments, log="run.log")
+        self.wait_for("following the path", lambda: "following the path" in self.text("run.log"), run)
+        return run
+
+    def end_run(self, run):
+        run.send_signal(signal.SIGTERM)
+        self.assertEqual(run.wait(PATIENCE_S), 0, self.logs())
+        return self.one_document(self.text("run.log.out"))
+
+    def client(self, command, *arguments, **options):
+        return self.run_program(command, *arguments, "--domain", self.domain, **options)
+
+    def record(self, name, *arguments):
+        """Records while a line runs; what `record` tells."""
+        result = self.client("record", "--output", name, "--json", *arguments)
+        self.assertEqual(result.returncode, 0, result.stderr + self.logs())
+        return {topic["name"]: topic for topic in self.one_document(result.stdout)["topics"]}
+
+    def samples(self, name, topic):
+        return [sample for _, _, sample in read_recording.samples(self.directory / name, topic)]
+
+
+class Echo(ClientTest):
+    def test_prints_samples_as_text_and_as_json(self):
+        run = self.start_run()
+        text = self.client("echo", "axis_telemetry", "--count", 2)
+        self.assertEqual((text.returncode, text.stderr), (0, ""))
+        self.assertEqual(text.stdout.count("---\n"), 2)
+        self.assertRegex(text.stdout, r"(?m)\Aaxis: \d\nname: [xyzabcuv]\nkind: AXIS_ROTARY\ncycle: \d+\n")
+        self.assertIn("\nstate: AXIS_OPERATION_ENABLED\n", text.stdout)
+        result = self.client("echo", BATCH, "--count", 20, "--json", "--timeout", PATIENCE_S)
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        batches = [json.loads(line) for line in result.stdout.splitlines()]
+        self.assertEqual(len(batches), 20)
+        for batch in batches:
+            self.assertEqual([sample["axis"] for sample in batch["samples"]], list(range(len(AXES))) * len(batch["cycles"]))
+        # Late, and all the same there.
+        status = json.loads(self.client("echo", "line_status", "--count", 1, "--json").stdout)
+        self.assertEqual((status["name"], status["state"], status["axes"]), ("line8", "LINE_OP", len(AXES)))
+        event = self.client("echo", "event", "--count", 1, "--timeout", PATIENCE_S)
+        self.assertEqual(event.returncode, 0, event.stderr)
+        self.assertIn("\ntext: all in OP\n", event.stdout)
+        self.end_run(run)
+
+    def test_ends_when_nothing_comes_or_is_asked_for(self):
+        self.check_refused(self.client("echo", STATUS, "--timeout", 1), 1, STATUS, f"nothing came for 1 s in domain {self.domain}")
+        waiting = self.start("echo", STATUS, "--domain", self.domain, log="echo.log")
+        time.sleep(1)
+        waiting.send_signal(signal.SIGTERM)
+        self.assertEqual((waiting.wait(PATIENCE_S), self.text("echo.log")), (0, ""))
+
+    def test_wrong_words_are_answered_by_a_sentence(self):
+        self.check_refused(self.client("echo", "evnt"), 2, 'there is no topic "evnt"', *known_topics())
+        self.check_refused(self.run_program("echo", "event", "--domain", "300"), 2, '--domain "300": 0 to 232 is expected')
+        self.check_refused(self.client("echo", "event", "--count", "0"), 2, '--count "0"')
+        self.check_refused(self.client("echo", "event", "--timeout", "soon"), 2, '--timeout "soon"')
+        self.check_refused(self.client("echo", "event", "--interface", "nowhere0"), 2, '"nowhere0"', "lo (127.0.0.1)")
+        self.check_refused(self.client("echo", "event", "--peer", "elsewhere"), 2, '"elsewhere"', "IPv4")
+        self.check_refused(self.client("echo"), 2, "TOPIC")
+        self.check_refused(self.client("record", "--duration", "-1", "--output", "a.mcap"), 2, '--duration "-1"')
+
+    def test_without_its_program_names_the_package(self):
+        os.environ["DRIVELINE_DDS"] = "/nowhere/driveline-dds"
+        self.check_refused(self.client("echo", "event"), 1, "/nowhere/driveline-dds: is named by DRIVELINE_DDS",
+                           "Debian package driveline-bridge")
+        alone = pathlib.Path(shutil.copy(DRIVELINE, self.directory))
+        del os.environ["DRIVELINE_DDS"]
+        self.check_refused(self.run_program("echo", "event", program=alone), 1, "driveline-dds: the program is neither in",
+                           "Debian package driveline-bridge")
+
+    def test_another_partition_is_another_line(self):
+        run = self.start_run()
+        self.check_refused(self.client("echo", STATUS, "--partition", "other", "--timeout", 2), 1, "partition other")
+        self.end_run(run)
+
+
+class Record(ClientTest):
+    def check_numbers(self, counters, told):
+        """A counter per sample: what is there and what is told to be missing is all that there was."""
+        self.assertEqual(counters, sorted(set(counters)))
+        self.assertEqual(counters[-1] - counters[0] + 1, len(counters) + told)
+
+    def test_has_every_sample_of_every_topic(self):
+        run = self.start_run(telemetry="ros2 = true")
+        told = self.record("all.mcap", "--duration", 3)
+        self.end_run(run)
+        self.assertEqual(set(told), set(known_topics()))
+        file = mcap_check.File(self.directory / "all.mcap")
+        self.assertEqual(file.library, "driveline")
+        for name, topic in told.items():
+            self.assertEqual(sum(message[0] == name for message in file.messages), topic["samples"], name)
+            self.assertEqual([message[1] for message in file.messages if message[0] == name], list(range(topic["samples"])))
+        for schema, topic, encoding, _ in file.channels.values():
+            name, language, _ = file.schemas[schema]
+            self.assertEqual((language, encoding), ("ros2msg", "cdr"))
+            package, *_, kind = known_topics()[topic].split("::")
+            self.assertEqual(name, f"{package}/msg/{kind.removesuffix('_')}")
+        for _, _, logged, published, data in file.messages:
+            self.assertIn(data[:2], (b"\0\0", b"\0\1"), "the bytes of DDS with their header")
+            self.assertLessEqual(published, logged + 10**9)
+        self.check_batches(told)
+        by_axis = {}
+        for sample in self.samples("all.mcap", TELEMETRY):
+            by_axis.setdefault(sample["name"], []).append(sample["cycle"] // 4)
+        self.assertEqual(set(by_axis), set(AXES))
+        missing = sum(cycles[-1] - cycles[0] + 1 - len(cycles) for cycles in by_axis.values())
+        self.assertEqual(missing, told[TELEMETRY]["missing"])
+        self.assertIn("all in OP", [event["text"] for event in self.samples("all.mcap", EVENT)])
+
+    def check_batches(self, told):
+        batches = self.samples("all.mcap", BATCH)
+        self.assertGreater(len(batches), 1000)
+        self.check_numbers([batch["number"] for batch in batches], told[BATCH]["missing"])
+        low, high = self.GENTLE_RANGE_RAD
+        for batch in batches:
+            for sample in batch["samples"]:
+                self.assertTrue(low - 0.1 <= sample["actual_position"] <= high + 0.1, sample)
+                self.assertEqual(sample["state"], "AXIS_OPERATION_ENABLED")
+
+    def test_has_the_setpoints_that_the_run_has_written(self):
+        """On virtual time everything is as fast as it can be; the values are those of the run's own table."""
+        config = self.write_gentle_line(cycle_us=1000, telemetry=f"domain = {self.domain}")
+        recorder = self.start("record", "--output", "run.mcap", "--domain", self.domain, "--json", log="record.log")
+        run = self.run_program("run", "--config", config, "--virtual", "--duration", 6, "--no-plots", "--json")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        recorder.send_signal(signal.SIGTERM)
+        self.assertEqual(recorder.wait(PATIENCE_S), 0, self.logs())
+        told = {topic["name"]: topic for topic in self.one_document(self.text("record.log.out"))["topics"]}
+        batches = self.samples("run.mcap", BATCH)
+        self.assertGreater(len(batches), 100, self.logs())
+        numbers = [batch["number"] for batch in batches]
+        self.check_numbers(numbers, told[BATCH]["missing"])
+        recorded = {}  # x over the cycles
+        for batch in batches:
+            for sample in batch["samples"]:
+                if sample["axis"] == 0:
+                    recorded[batch["cycles"][sample["cycle_index"]]["cycle"]] = sample["target_position"]
+        with open(self.directory / "out/axes.csv", encoding="utf-8", newline="") as rows:
+            written = [float(row["x_target[rad]"]) for row in csv.DictReader(rows)]
+        fits = [first for first in range(min(recorded) - len(written), max(recorded) + 1)
+                if self.same_path(recorded, written, first)]
+        self.assertEqual(len(fits), 1, "the run's table lies at one place in the recording")
+
+    @staticmethod
+    def same_path(recorded, written, first):
+        both = range(max(first, min(recorded)), min(first + len(written), max(recorded) + 1))
+        return len(both) > len(written) // 2 and all(abs(recorded[cycle] - written[cycle - first]) < 1e-6 for cycle in both if cycle in recorded)
+
+    def test_is_a_table_when_it_is_a_csv_file(self):
+        run = self.start_run()
+        told = self.record("axes.csv", "--topic", "axis_batch", "--duration", 1)[BATCH]
+        told_status = self.record("line.csv", "--topic", STATUS, "--duration", 1)[STATUS]
+        self.end_run(run)
+        with open(self.directory / "axes.csv", encoding="utf-8", newline="") as file:
+            rows = list(csv.DictReader(file))
+        numbers = list(dict.fromkeys(int(row["number"]) for row in rows))
+        self.assertEqual(len(numbers), told["samples"])
+        self.check_numbers(numbers, told["missing"])
+        self.assertEqual([int(row["axis"]) for row in rows], list(range(len(AXES))) * (len(rows) // len(AXES)))
+        cycles = [int(row["cycle"]) for row in rows if row["axis"] == "0"]
+        self.assertEqual(cycles, sorted(set(cycles)))
+        for row in rows:
+            self.assertEqual(None not in row and None not in row.values(), True, "as many cells as columns")
+            self.assertLess(abs(float(row["actual_position"]) - float(row["target_position"])), 0.1)
+        with open(self.directory / "line.csv", encoding="utf-8", newline="") as file:
+            rows = list(csv.DictReader(file))
+        self.assertEqual(len(rows), told_status["samples"])
+        self.assertIsNone(told_status["missing"])
+        self.assertGreater(int(rows[0]["wake_latency.max_ns"]), 0)
+
+    def test_is_refused_where_a_file_is(self):
+        self.write("there.mcap", "precious")
+        self.check_refused(self.client("record", "--output", "there.mcap"), 2, "there.mcap: exists; --force overwrites it")
+        self.assertEqual(self.text("there.mcap"), "precious")
+        self.check_refused(self.client("record", "--output", "run.bag"), 2, "run.bag", ".mcap or .csv")
+        self.check_refused(self.client("record", "--output", "run.csv"), 2, "one topic")
+        self.check_refused(self.client("record", "--output", "none/run.mcap"), 1, "none/run.mcap")
+        self.check_refused(self.client("record"), 2, "--output")
+
+    def test_without_a_line_leaves_no_file(self):
+        result = self.client("record", "--output", "run.mcap", "--timeout", 1)
+        self.check_refused(result, 1, "no line publishes in domain", "nothing came for 1 s")
+        self.assertEqual(self.files(), [])
+
+    def test_by_force_and_ended_by_a_signal_is_complete(self):
+        run = self.start_run()
+        self.write("run.mcap", "x" * 10_000_000)
+        recorder = self.start("record", "--output", "run.mcap", "--force", "--domain", self.domain, log="record.log")
+        time.sleep(3)
+        recorder.send_signal(signal.SIGTERM)
+        self.assertEqual(recorder.wait(PATIENCE_S), 0, self.logs())
+        self.end_run(run)
+        self.assertGreater(len(mcap_check.File(self.directory / "run.mcap").messages), 1000)
+        self.assertRegex(self.text("record.log.out"), rf"(?m)^{BATCH} +\d+ +\d+$")
+
+    def test_that_is_killed_is_read_to_where_it_came(self):
+        run = self.start_run()
+        recorder = self.start("record", "--output", "run.mcap", "--domain", self.domain, log="record.log")
+        file = self.directory / "run.mcap"
+        self.wait_for("some seconds", lambda: file.exists() and file.stat().st_size > 1_000_000, recorder)
+        recorder.kill()
+        recorder.wait(PATIENCE_S)
+        self.end_run(run)
+        with self.assertRaises(mcap_check.Malformed):
+            mcap_check.File(self.directory / "run.mcap")
+        self.assertGreater(len(self.samples("run.mcap", BATCH)), 300)
+
+    def check_full(self, name, *arguments, **options):
+        """A recording that found no more room: it says so and is whole."""
+        result = self.client("record", "--output", name, "--timeout", PATIENCE_S, *arguments, **options)
+        self.assertEqual(result.returncode, 1, result.stderr)
+        self.assertRegex(result.stderr, r"\Adriveline record: .*: cannot be written any further: .*; what was recorded before is in it\n\Z")
+        return result
+
+    def test_on_a_full_disk_is_whole(self):
+        disk = self.directory / "disk"
+        disk.mkdir()
+        mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=3m", "tmpfs", str(disk)], capture_output=True, text=True, check=False)
+        if mounted.returncode != 0:
+            self.skipTest(f"no file system of its own: {mounted.stderr.strip()}")
+        self.addCleanup(subprocess.run, ["umount", str(disk)], check=True)
+        run = self.start_run()
+        self.check_full("disk/run.mcap")
+        file = mcap_check.File(disk / "run.mcap")
+        self.assertGreater(len(file.messages), 500)
+        (disk / "run.mcap").unlink()
+        self.check_full("disk/run.csv", "--topic", "axis_batch")
+        self.end_run(run)
+        table = (disk / "run.csv").read_text(encoding="utf-8")
+        self.assertGreater(len(table), 1_000_000)
+        columns = {line.count(",") for line in table.splitlines()}
+        self.assertEqual((len(columns), table[-1]), (1, "\n"))
+
+    def test_of_a_file_that_may_not_get_longer_is_whole(self):
+        run = self.start_run()
+        script = 'ulimit -f 1000; exec "$@"'
+        result = self.run_program("-c", script, "bash", DRIVELINE, "record", "--output", "run.mcap", "--domain", self.domain, program="bash")
+        self.end_run(run)
+        self.assertEqual(result.returncode, 1, result.stderr)
+        self.assertIn("File too large", result.stderr)
+        self.assertGreater(len(mcap_check.File(self.directory / "run.mcap").messages), 100)
+
+
+class Reader(ClientTest):
+    """The reader among the examples."""
+
+    def test_tells_topics_and_samples(self):
+        run = self.start_run()
+        told = self.record("run.mcap", "--duration", 1)
+        self.end_run(run)
+        script = EXAMPLES / "read_recording.py"
+        listed = self.run_program(script, "run.mcap", program=sys.executable).stdout
+        for name, topic in told.items():
+            self.assertEqual(f"{name}: {topic['samples']} samples\n" in listed, topic["samples"] > 0, listed)
+        lines = self.run_program(script, "run.mcap", STATUS, program=sys.executable).stdout.splitlines()
+        self.assertEqual(len(lines), told[STATUS]["samples"])
+        status = json.loads(lines[-1])
+        self.assertEqual((status["name"], status["state"], status["axes"]), ("line8", "LINE_OP", len(AXES)))
+        self.assertLess(abs(status["log_time_ns"] - time.time_ns()), PATIENCE_S * 1e9)
+
+
+class Topics(ProgramTest):
+    """What clients know of topics is made of the IDL and a list; nothing in them is passed over."""
+
+    def make(self, idl, topics):
+        return self.run_program("-B", ROOT / "bridge/clients/make_topics.py", self.write("topics.txt", topics), "out.cpp",
+                                self.write("a.idl", idl), program=sys.executable)
+
+    def test_what_is_not_understood_is_refused(self):
+        good = "module m {\n@final\nstruct S {\n  unsigned long long n;\n  double d;\n};\n};\n"
+        row = "t m::S best_effort n -\n"
+        self.assertEqual(self.make(good, row).stderr, "")
+        for idl, topics, sentence in (
+                (good.replace("@final", "@appendable"), row, "a.idl:2: '@appendable'"),
+                (good.replace("double d", "double d[3][3]"), row, "a.idl:5: '['"),
+                (good.replace("double d", "sequence<double> d[3]"), row, "a.idl:5: 'd' is an array of sequences"),
+                (good.replace("double d;", "double d = 3;"), row, "a.idl:5: '=' is not expected"),
+                (good.replace("double", "wchar"), row, "a.idl:5: there is no type wchar"),
+                (good.replace("double", "@optional double"), row, "a.idl:5: "),
+                (good.replace("double d", "@key double d"), row.replace("S best", "T best"), "topics.txt:1: no structure m::T"),
+                (good.replace("double d", "@key string d"), row, "a.idl:5: key 'd'"),
+                (good, row.replace(" n ", " d "), "topics.txt:1: d is no whole number"),
+                (good, row.replace("best_effort", "quick"), "topics.txt:1: reader 'quick'"),
+                (good, row.replace("n -", "n d"), "topics.txt:1: d is no sequence"),
+                (good, row + row, "topics.txt:2: topic t has a row already"),
+                (good, "", "no topic has the type m::S"),
+                (good.replace("};\n};", "};"), row, "end of file")):
+            with self.subTest(sentence=sentence):
+                result = self.make(idl, topics)
+                self.assertEqual(result.returncode, 1, result.stdout)
+                self.assertIn(sentence, result.stderr)
+                self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
+
+    def test_are_those_of_the_document(self):
+        text = (ROOT / "docs/dds_topics.md").read_text(encoding="utf-8")
+        documented = dict(re.findall(r"(?m)^\| `([\w/]+)` \| `([\w:]+)` \|", text))
+        self.assertEqual(documented, known_topics())
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,82 @@
+"""Recordings as the libraries read them that Foxglove is built of: @mcap/core, and its decoder of messages of ROS 2."""
+import json
+import pathlib
+import shutil
+import subprocess
+import sys
+import unittest
+
+from program import DRIVELINE, EXAMPLES, PATIENCE_S, ROOT
+from test_clients import BATCH, STATUS, TELEMETRY, ClientTest
+
+sys.path.insert(0, str(EXAMPLES))
+import read_recording  # noqa: E402
+
+SOURCES = ROOT / "tests/interop/mcap"
+
+
+def modules():
+    """A folder of the build tree with the modules that package-lock.json names, by version and checksum."""
+    folder = pathlib.Path(DRIVELINE).parent / "tests/interop/mcap"
+    lock = (SOURCES / "package-lock.json").read_text(encoding="utf-8")
+    if not shutil.which("node"):
+        raise unittest.SkipTest("node is not installed (Debian package nodejs)")
+    done = folder / "installed"
+    if done.is_file() and done.read_text(encoding="utf-8") == lock:
+        return folder
+    if not shutil.which("npm"):
+        raise unittest.SkipTest("@mcap/core is not installed, and there is no npm to get it (Debian package npm)")
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in ("package.json", "package-lock.json"):
+        shutil.copy(SOURCES / name, folder)
+    try:
+        result = subprocess.run(["npm", "ci", "--ignore-scripts", "--no-audit", "--no-fund"], cwd=folder, capture_output=True, text=True,
+                                timeout=PATIENCE_S, check=False)
+    except subprocess.TimeoutExpired as late:
+        raise unittest.SkipTest("@mcap/core is not installed, and npm does not reach its registry in time") from late
+    if result.returncode != 0:
+        if "EINTEGRITY" in result.stderr:
+            raise AssertionError(result.stderr)
+        raise unittest.SkipTest(f"@mcap/core is not installed, and npm cannot get it: {result.stderr.strip().splitlines()[-1]}")
+    done.write_text(lock, encoding="utf-8")
+    return folder
+
+
+class McapCore(ClientTest):
+    @classmethod
+    def setUpClass(cls):
+        cls.modules = modules()
+
+    def read(self, name):
+        result = self.run_program(SOURCES / "read_recording.mjs", name, self.modules, program="node")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        head, *samples = map(json.loads, result.stdout.splitlines())
+        return head, samples
+
+    def test_reads_every_sample(self):
+        run = self.start_run(telemetry="ros2 = true")
+        told = self.record("run.mcap", "--duration", 3)
+        self.end_run(run)
+        head, read = self.read("run.mcap")
+        self.assertTrue(head["complete"])
+        self.assertEqual(head["counts"], {name: topic["samples"] for name, topic in told.items()})
+        self.assertEqual(head["records"]["ChunkIndex"], head["chunks"])
+        self.assertEqual(head["types"]["rt/joint_states"], "sensor_msgs/msg/JointState")
+        for name in told:
+            self.assertEqual(sorted(sample["sequence"] for sample in read if sample["topic"] == name), list(range(told[name]["samples"])))
+        self.check_values(read)
+
+    def check_values(self, read):
+        """What another decoder finds in the same bytes; there numbers of 64 bits are texts, and enumerations numbers."""
+        for topic, field in ((BATCH, "number"), (TELEMETRY, "cycle"), (STATUS, "cycle")):
+            ours = [sample for _, _, sample in read_recording.samples(self.directory / "run.mcap", topic)]
+            theirs = [sample["sample"] for sample in read if sample["topic"] == topic]
+            self.assertEqual([sample[field] for sample in ours], [int(sample[field]) for sample in theirs])
+        batch = next(sample for _, _, sample in read_recording.samples(self.directory / "run.mcap", BATCH))
+        theirs = next(sample["sample"] for sample in read if sample["topic"] == BATCH)
+        self.assertEqual([sample["actual_position"] for sample in batch["samples"]], [sample["actual_position"] for sample in theirs["samples"]])
+        self.assertEqual({sample["state"] for sample in theirs["samples"]}, {4}, "AXIS_OPERATION_ENABLED")
+
+
+if __name__ == "__main__":
+    unittest.main()
