@@ -7,7 +7,7 @@ import hashlib
 import json
 
 # type_description_interfaces/msg/FieldType
-INT32, UINT32, FLOAT64, STRING, NESTED = 6, 7, 11, 17, 1
+INT32, UINT32, FLOAT64, BYTE, STRING, NESTED = 6, 7, 11, 16, 17, 1
 UNBOUNDED_SEQUENCE = 144
 
 # As the .msg files of ROS 2 have them: field, type, name of a nested type.
@@ -20,6 +20,18 @@ TYPES = {
         ("position", UNBOUNDED_SEQUENCE + FLOAT64, ""),
         ("velocity", UNBOUNDED_SEQUENCE + FLOAT64, ""),
         ("effort", UNBOUNDED_SEQUENCE + FLOAT64, ""),
+    ],
+    "diagnostic_msgs/msg/KeyValue": [("key", STRING, ""), ("value", STRING, "")],
+    "diagnostic_msgs/msg/DiagnosticStatus": [
+        ("level", BYTE, ""),
+        ("name", STRING, ""),
+        ("message", STRING, ""),
+        ("hardware_id", STRING, ""),
+        ("values", UNBOUNDED_SEQUENCE + NESTED, "diagnostic_msgs/msg/KeyValue"),
+    ],
+    "diagnostic_msgs/msg/DiagnosticArray": [
+        ("header", NESTED, "std_msgs/msg/Header"),
+        ("status", UNBOUNDED_SEQUENCE + NESTED, "diagnostic_msgs/msg/DiagnosticStatus"),
     ],
 }
 

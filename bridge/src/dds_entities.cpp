@@ -14,6 +14,7 @@
 #include <memory>
 #include <mutex>
 
+#include "diagnostics.hpp"
 #include "drivelinePubSubTypes.h"
 #include "joint_states.hpp"
 #include "ros2PubSubTypes.h"
@@ -100,6 +101,8 @@ std::string name_of(TopicId topic, const DdsConfig& config) {
       return config.statistics_topic;
     case TopicId::kAxisStatus:
       return config.axis_state_topic;
+    case TopicId::kDiagnostics:
+      return config.ros2 ? kDiagnosticsTopic : "";
     case TopicId::kJoints:
       return config.ros2 ? kJointStatesTopic : "";
   }
@@ -124,6 +127,8 @@ dds::TypeSupport type_of(TopicId topic) {
       return dds::TypeSupport{new telemetry::CycleStatisticsPubSubType};
     case TopicId::kAxisStatus:
       return dds::TypeSupport{new telemetry::AxisStatusPubSubType};
+    case TopicId::kDiagnostics:
+      return dds::TypeSupport{new diagnostic_msgs::msg::dds_::DiagnosticArray_PubSubType};
     case TopicId::kJoints:
       return dds::TypeSupport{new sensor_msgs::msg::dds_::JointState_PubSubType};
   }

@@ -12,6 +12,7 @@
 #include "axis_states.hpp"
 #include "config_check.hpp"
 #include "dds_entities.hpp"
+#include "diagnostics.hpp"
 #include "idl_types.hpp"
 #include "joint_states.hpp"
 #include "slave_topics.hpp"
@@ -21,6 +22,8 @@ namespace {
 
 using SteadyTime = std::chrono::steady_clock::time_point;
 
+/// What ROS 2 tools expect of diagnostics, which they take for stale after some seconds.
+constexpr std::chrono::seconds kDiagnosticsPeriod{1};
 /// Bound of Event::text in the IDL.
 constexpr std::size_t kLongestEvent = 511;
 
@@ -44,7 +47,8 @@ struct DdsPublisher::State {
         batcher(config),
         joints(config),
         slaves(config, entities),
-        axis_states(config, entities) {
+        axis_states(config, entities),
+        diagnostics(config) {
     set_wall_offset(wall_offset_ns());
     for (std::size_t i = 0; i < config.axes.size(); ++i) {
       axis_messages.push_back(axis_message(static_cast<std::uint16_t>(i), config.axes[i]));
@@ -60,6 +64,7 @@ struct DdsPublisher::State {
   }
   void publish_status(const snapshot::DrainCounters& counters);
   void publish_statistics();
+  void publish_diagnostics();
   void count_drops(const snapshot::DrainCounters& counters) {
     dropped.store(counters.lines_dropped + counters.axes_dropped + refused, std::memory_order_relaxed);
   }
@@ -73,6 +78,8 @@ struct DdsPublisher::State {
   bool batches_wanted = false;
   SlaveTopics slaves;
   AxisStates axis_states;
+  Diagnostics diagnostics;
+  SteadyTime next_diagnostics = SteadyTime::min();
   telemetry::LineStatus status_message;
   std::uint64_t statistics_told = 0;  ///< number of those that were published last
   SteadyTime next_status = SteadyTime::min();
@@ -115,6 +122,15 @@ void DdsPublisher::State::publish_statistics() {
   statistics_told = newest.number;
   auto message = statistics_message(newest, period_ns);
   entities.write(TopicId::kStatistics, &message);
+}
+
+void DdsPublisher::State::publish_diagnostics() {
+  snapshot::LineStatus line;
+  {
+    const std::lock_guard lock{mutex};
+    line = status;
+  }
+  entities.write(TopicId::kDiagnostics, diagnostics.message(line, now_ns(CLOCK_REALTIME)));
 }
 
 tl::expected<std::unique_ptr<DdsPublisher>, DdsError> DdsPublisher::create(DdsConfig config) {
@@ -168,6 +184,7 @@ void DdsPublisher::axes(std::span<const snapshot::AxisSample> samples) {
       state_->entities.write(TopicId::kJoints, joints);
     }
     state_->axis_states.add(sample);
+    state_->diagnostics.add(sample);
     if (state_->batches_wanted && sample.axis < state_->axis_messages.size()) {
       if (auto* batch = state_->batcher.add(sample)) {
         state_->entities.write(TopicId::kBatch, batch);
@@ -206,11 +223,16 @@ void DdsPublisher::pass_done(const snapshot::DrainCounters& counters) {
   state_->publish_statistics();
   state_->slaves.repeat(now);
   state_->axis_states.publish(now);
+  if (state_->config.ros2 && now >= state_->next_diagnostics) {
+    state_->next_diagnostics = now + kDiagnosticsPeriod;
+    state_->publish_diagnostics();
+  }
 }
 
 void DdsPublisher::set_condition(const snapshot::FeedCondition& condition) {
   state_->slaves.set(condition, std::chrono::steady_clock::now());
   state_->axis_states.set_owners(condition.owners);
+  state_->diagnostics.set(condition);
 }
 
 void DdsPublisher::event(const DdsEvent& event) {
@@ -228,6 +250,9 @@ void DdsPublisher::finish(const snapshot::DrainCounters& counters) {
   }
   state_->publish_statistics();
   state_->axis_states.publish(std::chrono::steady_clock::now() + state_->config.input_period);
+  if (state_->config.ros2) {
+    state_->publish_diagnostics();
+  }
   state_->publish_status(counters);
   state_->entities.wait_for_readers();
 }

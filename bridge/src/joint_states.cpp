@@ -10,7 +10,8 @@ namespace {
 constexpr std::chrono::milliseconds kPeriod{10};
 constexpr std::int64_t kSecond = 1'000'000'000;
 
-/// Rounded down, also before 1970.
+}  // namespace
+
 builtin_interfaces::msg::dds_::Time_ stamp_of(std::int64_t wall_time_ns) {
   const std::int64_t rest = (wall_time_ns % kSecond + kSecond) % kSecond;
   builtin_interfaces::msg::dds_::Time_ stamp;
@@ -18,8 +19,6 @@ builtin_interfaces::msg::dds_::Time_ stamp_of(std::int64_t wall_time_ns) {
   stamp.nanosec_(static_cast<std::uint32_t>(rest));
   return stamp;
 }
-
-}  // namespace
 
 JointStates::JointStates(const DdsConfig& config)
     : decimation_(config.cycle_period.count() > 0

@@ -16,6 +16,9 @@ inline constexpr const char* kJointStatesTopic = "rt/joint_states";
 inline constexpr const char* kJointStateTypeHash =
     "typehash=RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e;";
 
+/// A time of ROS 2, of nanoseconds since 1970-01-01 UTC; rounded down, also before.
+[[nodiscard]] builtin_interfaces::msg::dds_::Time_ stamp_of(std::int64_t wall_time_ns);
+
 /// Puts the samples of all axes in one cycle together to a JointState of ROS 2, about a hundred times in a second.
 class JointStates {
  public:

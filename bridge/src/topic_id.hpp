@@ -15,6 +15,7 @@ enum class TopicId : std::uint8_t {
   kTopology,
   kStatistics,
   kAxisStatus,
+  kDiagnostics,
   kJoints
 };
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 
+#include "diagnostics.hpp"
 #include "joint_states.hpp"
 
 namespace driveline::bridge {
@@ -13,7 +14,7 @@ namespace dds = eprosima::fastdds::dds;
 
 constexpr std::int32_t kAxisHistory = 16;   // samples kept per axis
 constexpr std::int32_t kBatchHistory = 4;   // batches
-constexpr std::int32_t kJointHistory = 10;  // messages
+constexpr std::int32_t kRos2History = 10;   // messages
 constexpr std::int32_t kEventHistory = 64;  // as the IDL says
 
 /// Only the newest values matter: best effort, a short history per axis, allocated once.
@@ -89,15 +90,14 @@ dds::DataWriterQos event_writer_qos() {
 }
 
 /// As writers of ROS 2 are by default: its readers are reliable, and do not match one that is not.
-dds::DataWriterQos joint_writer_qos() {
+dds::DataWriterQos ros2_writer_qos(const std::string& hash) {
   dds::DataWriterQos qos;
   qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
   qos.durability().kind = dds::VOLATILE_DURABILITY_QOS;
   qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
-  qos.history().depth = kJointHistory;
+  qos.history().depth = kRos2History;
   qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
   qos.data_sharing().off();
-  const std::string hash{kJointStateTypeHash};
   qos.user_data().setValue({hash.begin(), hash.end()});
   return qos;
 }
@@ -118,8 +118,10 @@ dds::DataWriterQos writer_qos(TopicId topic, const DdsConfig& config) {
       return kept_writer_qos(config.axes.size());
     case TopicId::kTopology:
       return kept_sequence_qos();
+    case TopicId::kDiagnostics:
+      return ros2_writer_qos(kDiagnosticsTypeHash);
     case TopicId::kJoints:
-      return joint_writer_qos();
+      return ros2_writer_qos(kJointStateTypeHash);
     case TopicId::kStatus:
     case TopicId::kStatistics:
       return kept_writer_qos(1);

@@ -20,6 +20,10 @@ class TypeHash(unittest.TestCase):
         source = (ROOT / "bridge/src/joint_states.hpp").read_text(encoding="utf-8")
         self.assertEqual(re.findall(r'"typehash=(\w+);"', source), [JOINT_STATE])
 
+    def test_of_diagnostics_is_the_one_that_the_bridge_tells(self):
+        source = (ROOT / "bridge/src/diagnostics.hpp").read_text(encoding="utf-8")
+        self.assertEqual(re.findall(r'"typehash=(\w+);"', source), [r.type_hash("diagnostic_msgs/msg/DiagnosticArray")])
+
     def test_changes_with_a_field(self):
         before = r.TYPES["std_msgs/msg/Header"]
         self.addCleanup(r.TYPES.update, {"std_msgs/msg/Header": before})

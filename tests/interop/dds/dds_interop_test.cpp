@@ -524,6 +524,25 @@ TEST(DdsInterop, CycloneReadsJointStatesAsARos2NodeDoes) {
   EXPECT_TRUE(found) << subscriber.output;
 }
 
+TEST(DdsInterop, CycloneReadsDiagnosticsAsARos2NodeDoes) {
+  const std::uint32_t domain = test_domain();
+  const SyntheticLine line{domain};
+  const ProcessResult subscriber = run("timeout -k 5 80 " CYCLONE_DIAGNOSTICS " " + std::to_string(domain) + " 1 60");
+  ASSERT_EQ(subscriber.exit_status, 0) << subscriber.output;
+  const json got = json::parse(subscriber.output);
+  EXPECT_EQ(got["user_data"], "typehash=RIHS01_5a8a36efb05fb25070fa0fb3810290c0e6cd4862b54a8fb975a1ee8dc55a333e;");
+  EXPECT_EQ(got["frame_id"], "");
+  EXPECT_GT(got["sec"], 1'700'000'000);
+  ASSERT_EQ(got["status"].size(), 1U + kAxes);
+  EXPECT_EQ(got["status"][0]["level"], 1);
+  EXPECT_EQ(got["status"][0]["name"], "driveline synthetic \"line\": line");
+  EXPECT_EQ(got["status"][0]["message"], "OP; a \"quoted\" fault");
+  EXPECT_EQ(got["status"][0]["hardware_id"], "synthetic \"line\"");
+  EXPECT_EQ(got["status"][0]["values"]["cycles"], "123456");
+  EXPECT_EQ(got["status"][8]["message"], "ContinuousMotion, operation enabled");
+  EXPECT_EQ(got["status"][8]["values"]["owner"], "");
+}
+
 TEST(DdsInterop, LateCycloneSubscriberGetsTheLastStatusOfASilentLine) {
   const std::uint32_t domain = test_domain();
   DdsConfig config = line_config(domain);

@@ -18,6 +18,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[3]
 EXAMPLES = ROOT / "examples"
 DRIVELINE = os.environ["DRIVELINE"]
 CYCLONE_BATCHES = os.environ.get("CYCLONE_BATCHES", "")
+CYCLONE_DIAGNOSTICS = os.environ.get("CYCLONE_DIAGNOSTICS", "")
 CYCLONE_JOINTS = os.environ.get("CYCLONE_JOINTS", "")
 CYCLONE_LINE = os.environ.get("CYCLONE_LINE", "")
 CYCLONE_SUBSCRIBER = os.environ.get("CYCLONE_SUBSCRIBER", "")  # built with DDS

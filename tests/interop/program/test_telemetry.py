@@ -4,7 +4,7 @@ import signal
 import time
 import unittest
 
-from program import AXES, CYCLONE_BATCHES, CYCLONE_JOINTS, CYCLONE_LINE, CYCLONE_SUBSCRIBER, PATIENCE_S, ProgramTest, WireTest, again_when_disturbed
+from program import AXES, CYCLONE_BATCHES, CYCLONE_DIAGNOSTICS, CYCLONE_JOINTS, CYCLONE_LINE, CYCLONE_SUBSCRIBER, PATIENCE_S, ProgramTest, WireTest, again_when_disturbed
 
 
 class Telemetry(ProgramTest):
@@ -71,6 +71,7 @@ class Telemetry(ProgramTest):
         run = self.start("run", "--config", config, "--json", "--no-plots", log="run.log")
         self.wait_for("following the path", lambda: "following the path" in self.text("run.log"), run)
         received = self.run_program(domain, 30, PATIENCE_S // 2, program=CYCLONE_JOINTS)
+        diagnosed = self.run_program(domain, 2, PATIENCE_S // 2, program=CYCLONE_DIAGNOSTICS)
         now = time.time()
         run.send_signal(signal.SIGTERM)
         self.assertEqual(run.wait(PATIENCE_S), 0, self.logs())
@@ -82,6 +83,17 @@ class Telemetry(ProgramTest):
         for position in document["position"]:
             self.assertTrue(low - 0.1 <= position <= high + 0.1, document)
         self.assertTrue(document["user_data"].startswith("typehash=RIHS01_a13ee3a3"), document)
+        self.assertEqual(diagnosed.returncode, 0, diagnosed.stdout + diagnosed.stderr + self.logs())
+        document = self.one_document(diagnosed.stdout)
+        self.assertLess(abs(document["sec"] - now), 30)
+        told = {status["name"]: status for status in document["status"]}
+        self.assertEqual(len(told), 1 + 2 * len(AXES))
+        self.assertEqual(told["driveline line8: line"]["values"]["state"], "OP")
+        for i, name in enumerate(AXES):
+            self.assertEqual([told[f"driveline line8: slave {i} {name}"][key] for key in ("level", "message")], [0, "OP"])
+            axis = told[f"driveline line8: axis {name}"]
+            self.assertEqual([axis["level"], axis["message"]], [0, "operation enabled"])
+            self.assertEqual([axis["values"]["mode"], axis["values"]["owner"]], ["8", "path"])
 
     def test_cyclone_dds_learns_how_the_clocks_are(self):
         domain = 80 + os.getpid() % 10

@@ -3,18 +3,18 @@
 
 #include <gmock/gmock.h>
 
-#include <bit>
-#include <cstring>
 #include <string>
 #include <vector>
 
+#include "cdr.hpp"
 #include "ros2PubSubTypes.h"
 
 namespace driveline::bridge {
 namespace {
 
 using namespace std::chrono_literals;
-using Bytes = std::vector<std::uint8_t>;
+using test::Bytes;
+using test::Cdr;
 
 snapshot::AxisSample joint(std::uint64_t cycle, std::uint16_t axis) {
   snapshot::AxisSample sample;
@@ -33,30 +33,6 @@ DdsConfig two_joints(std::chrono::nanoseconds period = 1ms) {
   config.cycle_period = period;
   return config;
 }
-
-/// A message by the definition of its parts (OMG CORBA 15.3, plain CDR): every value at a multiple of its size, counted
-/// from behind the four bytes that tell the encoding. Shares nothing with the generated code.
-class Cdr {
- public:
-  void number(std::uint64_t value, std::size_t size) {
-    while (bytes_.size() % size != 0) bytes_.push_back(0);
-    for (std::size_t i = 0; i < size; ++i) bytes_.push_back(static_cast<std::uint8_t>(value >> 8 * i));
-  }
-  void real(double value) { number(std::bit_cast<std::uint64_t>(value), 8); }
-  void text(const std::string& value) {
-    number(value.size() + 1, 4);
-    bytes_.insert(bytes_.end(), value.begin(), value.end());
-    bytes_.push_back(0);
-  }
-  [[nodiscard]] Bytes message() const {
-    Bytes all{0, 1, 0, 0};  // CDR, little endian
-    all.insert(all.end(), bytes_.begin(), bytes_.end());
-    return all;
-  }
-
- private:
-  Bytes bytes_;
-};
 
 TEST(JointStates, HaveTheBytesOfTheMessageDefinition) {
   JointStates states(two_joints());

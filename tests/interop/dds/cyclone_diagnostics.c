@@ -1,0 +1,132 @@
+/* Subscribes to the diagnostics that ROS 2 nodes would see, as one of them does by default, and prints the last message and
+ * what its writer tells of the type.
+ *
+ *   cyclone_diagnostics <domain> <min_messages> <timeout_s>
+ *
+ * Ends with status 0 when so many messages have arrived, with 1 when the time has passed first, with 2 on bad usage or when
+ * DDS refuses to start. It stays on the loopback interface unless CYCLONEDDS_URI says otherwise.
+ */
+#include <dds/dds.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "ros2.h"
+
+typedef diagnostic_msgs_msg_dds__DiagnosticArray_ DiagnosticArray;
+
+static const char kLoopbackOnly[] =
+    "<Domain><General><Interfaces><NetworkInterface address=\"127.0.0.1\"/></Interfaces>"
+    "<AllowMulticast>false</AllowMulticast></General>"
+    "<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>15</MaxAutoParticipantIndex>"
+    "<Peers><Peer address=\"127.0.0.1\"/></Peers></Discovery></Domain>";
+
+static dds_entity_t checked(dds_entity_t entity, const char* what) {
+  if (entity < 0) {
+    fprintf(stderr, "cyclone_diagnostics: cannot create the %s: %s\n", what, dds_strretcode(-entity));
+    exit(2);
+  }
+  return entity;
+}
+
+static unsigned long parse(const char* text, unsigned long max) {
+  char* end = NULL;
+  const unsigned long value = strtoul(text, &end, 10);
+  if (text[0] < '0' || text[0] > '9' || *end != '\0' || value > max) {
+    fprintf(stderr, "usage: cyclone_diagnostics <domain> <min_messages> <timeout_s>\n");
+    exit(2);
+  }
+  return value;
+}
+
+/* Ours have nothing in them that JSON would write otherwise, but for quotes. */
+static void print_string(const char* text) {
+  putchar('"');
+  for (; *text != '\0'; ++text) {
+    if (*text == '"' || *text == '\\') putchar('\\');
+    putchar(*text);
+  }
+  putchar('"');
+}
+
+static void print_status(const diagnostic_msgs_msg_dds__DiagnosticStatus_* status) {
+  printf("{\"level\":%u,\"name\":", status->level_);
+  print_string(status->name_);
+  printf(",\"message\":");
+  print_string(status->message_);
+  printf(",\"hardware_id\":");
+  print_string(status->hardware_id_);
+  printf(",\"values\":{");
+  for (uint32_t i = 0; i < status->values_._length; ++i) {
+    if (i > 0) putchar(',');
+    print_string(status->values_._buffer[i].key_);
+    putchar(':');
+    print_string(status->values_._buffer[i].value_);
+  }
+  printf("}}");
+}
+
+/* What the writer tells of its type in USER_DATA. */
+static void print_user_data(dds_entity_t reader) {
+  dds_instance_handle_t writer = 0;
+  printf(",\"user_data\":\"");
+  if (dds_get_matched_publications(reader, &writer, 1) > 0) {
+    dds_builtintopic_endpoint_t* endpoint = dds_get_matched_publication_data(reader, writer);
+    void* data = NULL;
+    size_t length = 0;
+    if (endpoint != NULL && dds_qget_userdata(endpoint->qos, &data, &length)) {
+      printf("%.*s", (int)length, (const char*)data);
+      dds_free(data);
+    }
+    if (endpoint != NULL) dds_builtintopic_free_endpoint(endpoint);
+  }
+  printf("\"");
+}
+
+static void print_report(unsigned long messages, const DiagnosticArray* last, dds_entity_t reader) {
+  printf("{\"messages\":%lu", messages);
+  print_user_data(reader);
+  if (messages > 0) {
+    printf(",\"sec\":%d,\"nanosec\":%u,\"frame_id\":\"%s\",\"status\":[", last->header_.stamp_.sec_,
+           last->header_.stamp_.nanosec_, last->header_.frame_id_);
+    for (uint32_t i = 0; i < last->status_._length; ++i) {
+      if (i > 0) putchar(',');
+      print_status(&last->status_._buffer[i]);
+    }
+    printf("]");
+  }
+  printf("}\n");
+}
+
+int main(int argc, char** argv) {
+  if (argc != 4) {
+    parse("", 0);
+  }
+  const dds_domainid_t domain = (dds_domainid_t)parse(argv[1], 230);
+  const unsigned long wanted = parse(argv[2], 1000000);
+  const dds_time_t deadline = dds_time() + DDS_SECS((int64_t)parse(argv[3], 1000000));
+  if (getenv("CYCLONEDDS_URI") == NULL) {
+    checked(dds_create_domain(domain, kLoopbackOnly), "domain");
+  }
+  const dds_entity_t participant = checked(dds_create_participant(domain, NULL, NULL), "participant");
+  const dds_entity_t topic = checked(
+      dds_create_topic(participant, &diagnostic_msgs_msg_dds__DiagnosticArray__desc, "rt/diagnostics", NULL, NULL), "topic");
+  dds_qos_t* qos = dds_create_qos();
+  dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
+  dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, 10);
+  const dds_entity_t reader = checked(dds_create_reader(participant, topic, qos, NULL), "reader");
+  dds_delete_qos(qos);
+
+  static DiagnosticArray last;
+  void* sample[1] = {&last};
+  dds_sample_info_t info;
+  unsigned long messages = 0;
+  while (messages < wanted && dds_time() < deadline) {
+    dds_sleepfor(DDS_MSECS(2));
+    while (messages < wanted && dds_take(reader, sample, &info, 1, 1) > 0) {
+      if (info.valid_data) ++messages;
+    }
+  }
+  print_report(messages, &last, reader);
+  dds_delete(DDS_CYCLONEDDS_HANDLE);
+  return messages >= wanted ? 0 : 1;
+}
