@@ -11,7 +11,7 @@ import sys
 LATENCY = {"p50": float, "p99": float, "p999": float, "max": float}
 # A number, or null where there is nothing to measure (clocks that are not synchronised have no difference).
 OPTIONAL = (float, type(None))
-THREAD_COUNTERS = ("minor_faults", "major_faults", "voluntary_switches", "involuntary_switches")
+THREAD_COUNTERS = ("minor_faults", "major_faults", "voluntary_switches", "involuntary_switches", "wake_ahead_ns")
 CONTRACT = {
     "state": str,
     "axes_count": int,

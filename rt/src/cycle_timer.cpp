@@ -16,12 +16,12 @@ constexpr int kLongAwake = 2;
 
 }  // namespace
 
-CycleTimer::CycleTimer(Clock& clock, nanoseconds period, nanoseconds wake_ahead)
-    : clock_{clock}, period_{period}, wake_ahead_{wake_ahead} {
+CycleTimer::CycleTimer(Clock& clock, nanoseconds period, std::optional<nanoseconds> wake_ahead)
+    : clock_{clock}, period_{period}, wake_ahead_{wake_ahead}, margin_{max_wake_ahead(period)} {
   if (period <= nanoseconds::zero()) {
     throw std::invalid_argument("cycle timer: the period must be longer than 0 ns");
   }
-  if (wake_ahead < nanoseconds::zero() || wake_ahead > max_wake_ahead(period)) {
+  if (wake_ahead && (*wake_ahead < nanoseconds::zero() || *wake_ahead > max_wake_ahead(period))) {
     throw std::invalid_argument("cycle timer: the wake-up lead must lie between 0 and a quarter of the period");
   }
   start(clock_.now());
@@ -70,7 +70,7 @@ void CycleTimer::sleep_towards_next() noexcept {
   const nanoseconds now = clock_.now();
   owe_rest(now - awake_since_);
 
-  nanoseconds target = next_ - wake_ahead_;
+  nanoseconds target = next_ - this->wake_ahead();
   // Small debts wait: the sleep at the end of an ordinary period pays them.
   if (rest_debt_ >= period_ / 2 && target < now + rest_debt_) {
     target = next_at_or_after(now + rest_debt_);
@@ -78,6 +78,8 @@ void CycleTimer::sleep_towards_next() noexcept {
   }
   clock_.sleep_until(target);
   awake_since_ = clock_.now();
+  // A thread that did not sleep did not wake either.
+  if (target > now) margin_.observe(awake_since_ - target);
   rest_debt_ = std::max(nanoseconds::zero(), rest_debt_ - (awake_since_ - now));
 }
 

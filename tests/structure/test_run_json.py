@@ -12,7 +12,7 @@ HEALTHY = {
     "state": "OP", "axes_count": 2, "cycle_ns": 125000, "duration_s": 5.0, "cycles": 39990, "missed_periods": 10,
     "wkc_errors": 0, "lost_frames": 0, "late_frames": 0,
     "longest_absence_ns": 0, "longest_absence_at_s": None, "path_late_ns": 0, "wake_latency_ns": LATENCY, "cycle_cost_ns": LATENCY, "round_trip_ns": LATENCY,
-    "realtime_thread": {"minor_faults": 0, "major_faults": 0, "voluntary_switches": 39990, "involuntary_switches": 3},
+    "realtime_thread": {"minor_faults": 0, "major_faults": 0, "voluntary_switches": 39990, "involuntary_switches": 3, "wake_ahead_ns": 14000},
     "dc": {"locked": True, "difference_ns": {"p50": 1, "p99": 2, "max": 3}},
     "axes": [{"name": name, "slave": 0, "following_error_max": 3, "following_error_rms": 1.5, "unit": "increments"} for name in "xy"],
     "telemetry": {"published": 100, "dropped": 0, "restarts": 0}, "faults": [], "files": {},

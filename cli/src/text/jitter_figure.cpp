@@ -17,7 +17,7 @@ constexpr int kPanelHeight = 190;
 constexpr double kMissedAt = 6.0;
 constexpr double kMissedWidth = 8.0;
 
-/// The first word of a case, "idle" of "idle_cycle_25us_ahead", and the rest.
+/// The first word of a case, "idle" of "idle_cycle_pure_sleep", and the rest.
 std::pair<std::string, std::string> state_and_way(const std::string& name) {
   const auto end = name.find('_');
   if (end == std::string::npos) return {name, name};

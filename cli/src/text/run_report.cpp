@@ -122,19 +122,22 @@ std::string telemetry_to_text(const std::optional<runtime::TelemetryReport>& tel
   return text + "\n";
 }
 
-nlohmann::json thread_to_json(const std::optional<rt::ThreadUsage>& thread) {
+nlohmann::json thread_to_json(const runtime::RunReport& report) {
+  const auto& thread = report.thread;
   if (!thread) return nullptr;
   return {{"minor_faults", thread->minor_faults},
           {"major_faults", thread->major_faults},
           {"voluntary_switches", thread->voluntary_switches},
-          {"involuntary_switches", thread->involuntary_switches}};
+          {"involuntary_switches", thread->involuntary_switches},
+          {"wake_ahead_ns", report.wake_ahead.count()}};
 }
 
-std::string thread_to_text(const rt::ThreadUsage& thread) {
+std::string thread_to_text(const rt::ThreadUsage& thread, std::chrono::nanoseconds wake_ahead) {
   return fmt::format(
-      "\n  thread of the cycle: {} page faults ({} from disk), {} context switches of its own, {} forced on it\n",
+      "\n  thread of the cycle: {} page faults ({} from disk), {} context switches of its own, {} forced on it; "
+      "it woke {:.1f} us ahead\n",
       thread.minor_faults + thread.major_faults, thread.major_faults, thread.voluntary_switches,
-      thread.involuntary_switches);
+      thread.involuntary_switches, static_cast<double>(wake_ahead.count()) / 1000.0);
 }
 
 std::string_view change_text(runtime::LeaseChange::Kind kind) {
@@ -203,7 +206,7 @@ nlohmann::json to_json(const runtime::RunReport& report) {
                              {"cycle_cost_ns", percentiles_json(statistics.cost)},
                              {"round_trip_ns", percentiles_json(statistics.round_trip)},
                              {"round_trip_modelled", report.round_trip_modelled},
-                             {"realtime_thread", thread_to_json(report.thread)},
+                             {"realtime_thread", thread_to_json(report)},
                              {"dc", clocks_to_json(report.clocks)},
                              {"axes", std::move(axes)},
                              {"telemetry", telemetry_to_json(report.telemetry)},
@@ -246,7 +249,7 @@ std::string to_text(const runtime::RunReport& report) {
   text += fmt::format("  {:<22}{:>9}{:>9}{:>9}{:>9}\n", "time in us", "p50", "p99", "p99.9", "max");
   text += row("wake-up latency", statistics.wake_latency) + row("cycle cost", statistics.cost) +
           row(report.round_trip_modelled ? "round trip (modelled)" : "round trip", statistics.round_trip);
-  if (report.thread) text += thread_to_text(*report.thread);
+  if (report.thread) text += thread_to_text(*report.thread, report.wake_ahead);
   if (report.clocks) {
     const auto& differences = report.clocks->differences;
     text += fmt::format("\n  clocks: {}; slaves off the reference clock by p50 {} ns, p99 {} ns, max {} ns\n",

@@ -10,7 +10,8 @@ constexpr int kPeriodsAhead = 4;
 
 }  // namespace
 
-RealtimeRunner::RealtimeRunner(CyclicCore& core, rt::Clock& clock, rt::RealtimeConfig config, nanoseconds wake_ahead)
+RealtimeRunner::RealtimeRunner(CyclicCore& core, rt::Clock& clock, rt::RealtimeConfig config,
+                               std::optional<nanoseconds> wake_ahead)
     : core_(core), clock_(clock), config_(std::move(config)), timer_(clock, core.settings().period, wake_ahead) {}
 
 RealtimeRunner::~RealtimeRunner() {

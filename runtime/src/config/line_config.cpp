@@ -101,7 +101,13 @@ void read_realtime(TomlReader reader, LineConfig& config) {
   const auto latency_us = reader.integer_or("cpu_latency_us", 0, -1, kLongestLatencyUs);
   realtime.cpu_latency = latency_us < 0 ? std::nullopt : std::optional(std::chrono::microseconds{latency_us});
   const double longest = static_cast<double>(rt::CycleTimer::max_wake_ahead(config.period).count()) / 1000.0;
-  config.wake_ahead = from_us(reader.number_or("wake_ahead_us", 0.0, 0.0, longest));
+  if (reader.is_text("wake_ahead_us")) {
+    const auto word = reader.text("wake_ahead_us");
+    if (word != "auto")
+      reader.fail("wake_ahead_us", fmt::format("is \"{}\", \"auto\" or 0 to {:g} is expected", word, longest));
+  } else if (reader.has("wake_ahead_us")) {
+    config.wake_ahead = from_us(reader.number("wake_ahead_us", 0.0, longest));
+  }
   reader.finish();
 }
 

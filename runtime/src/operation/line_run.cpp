@@ -543,7 +543,10 @@ RunReport LineRun::make_report() {
   report.period = config_.period;
   report.duration_s = seconds_in_operation();
   report.statistics = master_.core()->statistics();
-  if (const auto* runner = master_.runner()) report.thread = runner->usage();
+  if (const auto* runner = master_.runner()) {
+    report.thread = runner->usage();
+    report.wake_ahead = runner->wake_ahead().value_or(nanoseconds{0});
+  }
   if (trace_) report.trace = trace_->cycles();
   if (motion_) report.path_late = motion_->control().path_late();
   report.longest_absence_at_s =

@@ -184,7 +184,7 @@ class Jitter(ProgramTest):
         result = self.jitter()
         self.assertEqual(result.returncode, 0, result.stderr)
         rows = {(row["case"], row["metric"]): row for row in self.one_document(result.stdout)["results"]}
-        ways = ["bare_loop", "cycle", "cycle_25us_ahead"]
+        ways = ["bare_loop", "cycle", "cycle_pure_sleep"]
         self.assertEqual(set(rows), {(f"{state}_{way}", metric) for state in ("idle", "load") for way in ways
                                      for metric in ("wake_latency", "send_time", "arrival_period_off")} |
                          {(f"{state}_cyclictest", "wake_latency") for state in ("idle", "load")})

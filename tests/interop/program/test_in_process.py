@@ -281,7 +281,8 @@ class ThreadOfTheCycle(ProgramTest):
         self.assertEqual(result.returncode, 0, result.stderr)
         document = self.one_document(result.stdout)
         thread = document["realtime_thread"]
-        self.assertEqual(set(thread), {"minor_faults", "major_faults", "voluntary_switches", "involuntary_switches"})
+        self.assertEqual(set(thread), {"minor_faults", "major_faults", "voluntary_switches", "involuntary_switches", "wake_ahead_ns"})
+        self.assertLessEqual(thread["wake_ahead_ns"], document["cycle_ns"] / 4)
         self.assertGreaterEqual(min(thread.values()), 0)
         self.assertGreater(document["cycles"], 0)
         self.assertGreater(thread["voluntary_switches"], 0, "it sleeps between its cycles")
@@ -289,7 +290,11 @@ class ThreadOfTheCycle(ProgramTest):
         self.assertLess(thread["minor_faults"] + thread["major_faults"], document["cycles"])
         text = self.run_program("run", "--config", config, "--duration", 0.1, "--no-plots").stdout
         self.assertRegex(text, r"\n  thread of the cycle: \d+ page faults \(\d+ from disk\), \d+ context switches of its own, "
-                               r"\d+ forced on it\n")
+                               r"\d+ forced on it; it woke \d+\.\d us ahead\n")
+        for ahead in (0, 25):
+            fixed = self.write("fixed.toml", self.text("line.toml").replace("[realtime]", f"[realtime]\nwake_ahead_us = {ahead}"))
+            result = self.run_program("run", "--config", fixed, "--duration", 0.1, "--no-plots", "--json")
+            self.assertEqual(self.one_document(result.stdout)["realtime_thread"]["wake_ahead_ns"], 1000 * ahead)
         text = self.run_program("run", "--config", config, "--duration", 0.1, "--no-plots", "--virtual").stdout
         self.assertNotIn("thread of the cycle", text)
 

@@ -30,13 +30,13 @@ json jitter_document(const std::vector<json>& rows) {
 TEST(JitterFigure, HasEveryMeasurementAndMissedPeriodsInABarOfTheirOwn) {
   const auto figures = jitter_figures(
       jitter_document({jitter_row("idle_bare_loop", "wake_latency", "[[13, 10]]", 0),
-                       jitter_row("idle_cycle_25us_ahead", "wake_latency", "[[0, 8], [15, 1], [300, 1]]", 1)}));
+                       jitter_row("idle_cycle_pure_sleep", "wake_latency", "[[0, 8], [15, 1], [300, 1]]", 1)}));
   ASSERT_EQ(figures.size(), 1U);
   EXPECT_EQ(figures[0].name, "jitter_idle_wake_latency");
   // Two blocks for each way; a dummy keeps the number of an empty one.
   EXPECT_EQ(figures[0].data,
             "# bare_loop\n13 10\n\n\n# bare_loop, missed\n-1 0\n\n\n"
-            "# cycle_25us_ahead\n0 8\n15 1\n\n\n# cycle_25us_ahead, missed\n131 1\n\n\n");
+            "# cycle_pure_sleep\n0 8\n15 1\n\n\n# cycle_pure_sleep, missed\n131 1\n\n\n");
   const auto& script = figures[0].script;
   EXPECT_THAT(script, HasSubstr("set logscale y"));
   EXPECT_THAT(script, HasSubstr("set arrow 1 from 125,graph 0 to 125,graph 1 nohead lw 2 lc 'red'")) << "the deadline";

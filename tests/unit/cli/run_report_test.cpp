@@ -181,11 +181,12 @@ TEST(RunReport, TellsWhatTheKernelHasCountedOfTheThreadOfTheCycle) {
   auto report = report_of_a_run();
   EXPECT_THAT(to_text(report), Not(HasSubstr("thread of the cycle"))) << "it had none of its own";
   report.thread = rt::ThreadUsage{12, 1, 40'010, 31};
+  report.wake_ahead = nanoseconds{14'230};
   EXPECT_EQ(to_json(report)["realtime_thread"], json::parse(R"({"minor_faults": 12, "major_faults": 1,
-    "voluntary_switches": 40010, "involuntary_switches": 31})"));
+    "voluntary_switches": 40010, "involuntary_switches": 31, "wake_ahead_ns": 14230})"));
   EXPECT_THAT(to_text(report),
               HasSubstr("  thread of the cycle: 13 page faults (1 from disk), 40010 context switches of "
-                        "its own, 31 forced on it\n"));
+                        "its own, 31 forced on it; it woke 14.2 us ahead\n"));
 }
 
 TEST(RunReport, TextSaysWhenTelemetryWasOff) {

@@ -224,6 +224,8 @@ INSTANTIATE_TEST_SUITE_P(
                   ":5: [realtime] cpu_latency_us: is -2, -1 to 1000000 is expected"},
         WrongFile{one_slave("[realtime]\nwake_ahead_us = 126\n"),
                   ":5: [realtime] wake_ahead_us: is 126, 0 to 31.25 is expected"},
+        WrongFile{one_slave("[realtime]\nwake_ahead_us = \"aut\"\n"),
+                  ":5: [realtime] wake_ahead_us: is \"aut\", \"auto\" or 0 to 31.25 is expected"},
         WrongFile{one_slave("[realtime]\npolicy = \"strict\"\n"),
                   ":5: [realtime] policy: is \"strict\", one of \"enforce\", \"degrade\" is expected"},
         WrongFile{"[[slave]]\nname = \"x\"\nvendor_id = 0\n",

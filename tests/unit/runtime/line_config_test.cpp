@@ -33,7 +33,7 @@ TEST(LineConfig, OneNamedSlaveIsEnough) {
   EXPECT_EQ(config.realtime.priority, 80);
   EXPECT_FALSE(config.realtime.cpu);
   EXPECT_TRUE(config.realtime.lock_memory);
-  EXPECT_EQ(config.wake_ahead, microseconds{0});
+  EXPECT_EQ(config.wake_ahead, std::nullopt) << "as the machine needs it";
   EXPECT_FALSE(config.simulation_cpu);
   EXPECT_EQ(config.realtime.cpu_latency, microseconds{0});
   ASSERT_EQ(config.slaves.size(), 1U);

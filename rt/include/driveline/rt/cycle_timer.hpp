@@ -2,8 +2,10 @@
 
 #include <chrono>
 #include <cstdint>
+#include <optional>
 
 #include "driveline/rt/clock.hpp"
+#include "driveline/rt/wake_margin.hpp"
 
 namespace driveline::rt {
 
@@ -43,9 +45,11 @@ class CycleTimer {
 
   /// A grid of `period` (> 0) on `clock`, which must outlive the timer. `wake_ahead` (0 .. max_wake_ahead) is how long
   /// before the grid instant to wake and spin: an idle virtual CPU needs 15 to 25 us to wake, a spinning one none.
-  /// The grid starts now until start() says otherwise.
+  /// None: as long as wake-ups turn out to take (WakeMargin), on a clock whose sleeps end in time not at all. The grid
+  /// starts now until start() says otherwise.
   /// @throws std::invalid_argument if a value is out of range.
-  CycleTimer(Clock& clock, std::chrono::nanoseconds period, std::chrono::nanoseconds wake_ahead = {});
+  CycleTimer(Clock& clock, std::chrono::nanoseconds period,
+             std::optional<std::chrono::nanoseconds> wake_ahead = std::chrono::nanoseconds{0});
 
   /// Puts instant 0 of the grid at `first` (usually a little ahead) and forgets shifts and counters.
   void start(std::chrono::nanoseconds first) noexcept;
@@ -63,6 +67,8 @@ class CycleTimer {
   [[nodiscard]] std::chrono::nanoseconds period() const noexcept { return period_; }
   /// Sum of all accepted shifts since start().
   [[nodiscard]] std::chrono::nanoseconds phase_shift() const noexcept { return phase_shift_; }
+  /// How long before the grid instant it wakes now.
+  [[nodiscard]] std::chrono::nanoseconds wake_ahead() const noexcept { return wake_ahead_.value_or(margin_.value()); }
   /// Periods skipped since start().
   [[nodiscard]] std::int64_t missed_total() const noexcept { return missed_total_; }
   /// How often since start() the sleep had to be lengthened to leave the CPU its share.
@@ -75,7 +81,8 @@ class CycleTimer {
 
   Clock& clock_;
   std::chrono::nanoseconds period_;
-  std::chrono::nanoseconds wake_ahead_;
+  std::optional<std::chrono::nanoseconds> wake_ahead_;  // none: margin_
+  WakeMargin margin_;
   std::chrono::nanoseconds next_{};           // the next grid instant
   std::chrono::nanoseconds pending_shift_{};  // accepted, taken over by the next wait_next()
   std::chrono::nanoseconds phase_shift_{};

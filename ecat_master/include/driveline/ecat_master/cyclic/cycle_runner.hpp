@@ -23,19 +23,25 @@ class CycleRunner {
   /// What the kernel has counted of the thread of the cycle, from before the first cycle until behind the last one;
   /// after stop(). None: the cycle has no thread of its own.
   [[nodiscard]] virtual std::optional<rt::ThreadUsage> usage() const noexcept { return std::nullopt; }
+  /// How long before the grid time it woke at last; after stop(). None: it does not sleep.
+  [[nodiscard]] virtual std::optional<std::chrono::nanoseconds> wake_ahead() const noexcept { return std::nullopt; }
 };
 
 /// Cycles in a real-time thread of their own.
 class RealtimeRunner final : public CycleRunner, private rt::RealtimeTask {
  public:
   /// `wake_ahead`: see rt::CycleTimer.
-  RealtimeRunner(CyclicCore& core, rt::Clock& clock, rt::RealtimeConfig config, std::chrono::nanoseconds wake_ahead);
+  RealtimeRunner(CyclicCore& core, rt::Clock& clock, rt::RealtimeConfig config,
+                 std::optional<std::chrono::nanoseconds> wake_ahead);
   ~RealtimeRunner() override;
 
   [[nodiscard]] tl::expected<void, rt::RealtimeError> start() override;
   void pass(std::chrono::nanoseconds duration) override;
   void stop() override;
   [[nodiscard]] std::optional<rt::ThreadUsage> usage() const noexcept override { return usage_; }
+  [[nodiscard]] std::optional<std::chrono::nanoseconds> wake_ahead() const noexcept override {
+    return timer_.wake_ahead();
+  }
   /// The settings in effect after start().
   [[nodiscard]] const rt::RealtimeReport& report() const noexcept { return report_; }
 

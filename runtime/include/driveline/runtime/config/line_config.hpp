@@ -130,25 +130,25 @@ struct LineConfig {
                                       ///< of whole cycles in it
   /// Bytes per cycle that SDO and other acyclic frames may use on the wire; none: what the process data leave.
   std::optional<std::size_t> acyclic_bytes;
-  rt::RealtimeConfig realtime;                ///< all but the policy
-  std::optional<rt::RealtimePolicy> policy;   ///< none: enforced on a network interface only
-  std::chrono::nanoseconds wake_ahead{};      ///< see rt::CycleTimer
-  std::optional<int> simulation_cpu;          ///< where `simulate` runs its slaves
-  std::vector<SlaveConfig> slaves;            ///< by position
-  ProcessDataConfig process_data;             ///< groups, copies, layout
-  std::optional<slaves::Wiring> wiring;       ///< of the simulated line; none: a plain line
-  std::vector<FaultPlan> faults;              ///< in the order of the file
-  std::optional<ClockConfig> clocks;          ///< none: the drives run free
-  std::vector<ecat_master::AxisConfig> axes;  ///< in the order of the path's columns
-  std::optional<PathConfig> path;             ///< none: the axes hold the place where they are enabled
-  TelemetryConfig telemetry;                  ///< what goes out over DDS
-  std::optional<CommandConfig> commands;      ///< none: nothing comes in over DDS
-  OutputConfig output;                        ///< what is written into files
-  std::optional<EoeConfig> eoe;               ///< none: no EoE
-  std::optional<GatewayConfig> gateway;       ///< none: no mailbox gateway
-  std::optional<StreamConfig> stream;         ///< none: no setpoints out of other processes
-  RecoveryConfig recovery;                    ///< reaction to lost slaves
-  std::vector<std::string> notes;             ///< remarks on the file for its author, a sentence each
+  rt::RealtimeConfig realtime;                           ///< all but the policy
+  std::optional<rt::RealtimePolicy> policy;              ///< none: enforced on a network interface only
+  std::optional<std::chrono::nanoseconds> wake_ahead{};  ///< none: as the machine needs it, see rt::CycleTimer
+  std::optional<int> simulation_cpu;                     ///< where `simulate` runs its slaves
+  std::vector<SlaveConfig> slaves;                       ///< by position
+  ProcessDataConfig process_data;                        ///< groups, copies, layout
+  std::optional<slaves::Wiring> wiring;                  ///< of the simulated line; none: a plain line
+  std::vector<FaultPlan> faults;                         ///< in the order of the file
+  std::optional<ClockConfig> clocks;                     ///< none: the drives run free
+  std::vector<ecat_master::AxisConfig> axes;             ///< in the order of the path's columns
+  std::optional<PathConfig> path;                        ///< none: the axes hold the place where they are enabled
+  TelemetryConfig telemetry;                             ///< what goes out over DDS
+  std::optional<CommandConfig> commands;                 ///< none: nothing comes in over DDS
+  OutputConfig output;                                   ///< what is written into files
+  std::optional<EoeConfig> eoe;                          ///< none: no EoE
+  std::optional<GatewayConfig> gateway;                  ///< none: no mailbox gateway
+  std::optional<StreamConfig> stream;                    ///< none: no setpoints out of other processes
+  RecoveryConfig recovery;                               ///< reaction to lost slaves
+  std::vector<std::string> notes;                        ///< remarks on the file for its author, a sentence each
 };
 
 /// Absence of process data or of the master up to which axes are taken across it.

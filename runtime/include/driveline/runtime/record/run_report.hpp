@@ -82,6 +82,7 @@ struct RunReport {
   ecat_master::CycleStatistics statistics;
   /// Of the cycle's thread, from its first cycle to its last one; none: the cycle had no thread of its own.
   std::optional<rt::ThreadUsage> thread;
+  std::chrono::nanoseconds wake_ahead{};  ///< how long before the grid time that thread woke at last
   /// The last cycles and the worst ones, oldest first; empty: Line::RunSettings::trace was not set.
   std::vector<ecat_master::TracedCycle> trace;
   /// The round trip was not measured: the line is simulated in this process and its model gives the times.
