@@ -75,6 +75,46 @@ TEST_P(ReversedAxis, KeepsTheSoftwareLimitsAsItCounts) {
   line.expect_obedience();
 }
 
+/// 607Eh turns positions and velocities, and no torques: 6077h has the other sign. An axis that knows nothing of
+/// torques changes between CSP and CSV all the same, and gives its drive none.
+TEST(TurnedDrive, ChangesFromCspToCsvUnderALoadLikeAnyOther) {
+  for (const bool added : {false, true}) {
+    for (const auto polarity : {std::uint8_t{0x00}, std::uint8_t{0xC0}}) {
+      SCOPED_TRACE(testing::Message() << int{polarity} << (added ? ", offsets added" : ""));
+      auto options = single_options();
+      options.knows_torques = false;
+      options.adds_offsets = added;
+      options.startup.push_back({0x607E, 0, {std::byte{polarity}}});
+      // P 379: feed-forward from the bus, of velocity and torque.
+      if (added) {
+        for (const auto part : {std::uint8_t{1}, std::uint8_t{2}})
+          options.startup.push_back({0x217B, part, {std::byte{1}, std::byte{0}}});
+      }
+      ReversedLine line(options);
+      line.drives.drive(0).set_machine_input(slaves::msd::MachineInput::kLoad, 0.4);
+      line.cycles(400);
+      for (auto& judge : line.judges) judge.forget();
+      line.cycles(20);
+      line.submit(gentle(request(AxisCommand::kMoveVelocity, 15.0)));
+      line.cycles(400);
+      EXPECT_NEAR(line.shaft_velocity(), polarity == 0 ? 15.0 : -15.0, 0.5);
+      double mode = 9.0;
+      for (int change = 0; change < 4; ++change, mode = 17.0 - mode) {
+        auto changed = request(AxisCommand::kSetMode);
+        changed.mode = static_cast<std::int8_t>(mode);
+        const auto id = line.submit(changed);
+        for (int i = 0; i < 400; ++i) {
+          line.cycle();
+          ASSERT_EQ(line.object(slaves::msd::kValue.torque_offset), 0);
+        }
+        EXPECT_EQ(line.phase(id), RequestPhase::kDone);
+        EXPECT_NEAR(line.now().velocity, 15.0, 0.5);
+      }
+      line.expect_obedience();
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(InEachMode, ReversedAxis,
                          testing::Values(Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque),
                          [](const auto& row) { return std::string(to_text(row.param)); });

@@ -140,8 +140,10 @@ ecat_master::AxisConfig LineOperation::axis(std::size_t position, const RunOptio
   config.slave = position;
   config.mode = options.mode;
   config.limits = {50.0, 1000.0};
-  config.inertia = slaves::MotorParameters{}.inertia_kg_m2;
-  config.velocity_gain = 0.1;
+  if (options.knows_torques) {
+    config.inertia = slaves::MotorParameters{}.inertia_kg_m2;
+    config.velocity_gain = 0.1;
+  }
   config.setpoint_delay_cycles = options.setpoint_delay_cycles;
   config.adds_offsets = options.adds_offsets;
   config.supported_modes = options.supported_modes;

@@ -223,6 +223,28 @@ class Stream(ProgramTest):
         self.assertTrue(any('axis x: stream client "probe"' in event and "has taken it over from control socket" in event
                             for event in events), events)
 
+    def test_a_setpoint_that_is_refused_is_told_with_axis_value_and_limit(self):
+        """In the summary, and in the events of the JSON document."""
+        config = self.line()
+        text = config.read_text(encoding="utf-8")
+        limited = text.replace('name = "x"\nunit = "deg"\n', 'name = "x"\nunit = "deg"\nmin_position = -90\nmax_position = 30\n')
+        self.assertNotEqual(text, limited)
+        config.write_text(limited, encoding="utf-8")
+        # The example swings by one radian.
+        sentence = r"is outside the range of an axis: axis x: position (30\.\d+|3[1-9](\.\d+)?) deg, -90 deg to 30 deg are possible"
+        for document in ((), ("--json",)):
+            run = self.start("run", "--config", config, "--no-plots", *document, log="run.log")
+            self.wait_for("live setpoints", lambda: "live setpoints of x, y, z at" in self.text("run.log"), run)
+            client = self.start_stranger(CLIENT, self.socket, "x", "y", "1", "1000", log="client.log")
+            client.wait(PATIENCE_S)
+            run.send_signal(signal.SIGINT)
+            run.wait(PATIENCE_S)
+            told = self.text("run.log.out")
+            if document:
+                told = "\n".join(self.one_document(told)["events"])
+            self.assertRegex(told, sentence)
+            self.assertEqual(told.count("axis x: position"), 1, "the others are counted")
+
     def test_strangers_are_not_let_in(self):
         run = self.start_run(users=("1",))
         probe = self.start_probe("x")
