@@ -25,6 +25,8 @@ constexpr int kCyclesPerPass = 512;
 constexpr int kPauseMs = 1;
 /// For what is left in the feed, and for subscribers to have it.
 constexpr unsigned kFarewellSeconds = 5;
+/// A process of the line that tells nothing for so long stands still: it does so every 50 ms.
+constexpr std::chrono::seconds kStandsStill{1};
 /// Longest message to the supervisor.
 constexpr std::size_t kLongestMessage = 500;
 
@@ -145,6 +147,9 @@ bool Bridge::pass() {
 void Bridge::take_status() {
   snapshot::FeedStatus status;
   if (!feed_->status(status)) return;
+  const auto now = std::chrono::steady_clock::now();
+  if (status.beats != status_.beats || beats_ == 0) line_alive_at_ = now;
+  publisher_->set_stalled(status.ended == 0 && now - line_alive_at_ > kStandsStill);
   if (std::memcmp(&status, &status_, sizeof(status)) == 0 && beats_ > 0) return;
   status_ = status;
   publisher_->set_earlier({.published = status.published_before, .dropped = status.dropped_before});

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -45,6 +46,7 @@ class Bridge {
   snapshot::FeedStatus status_;
   snapshot::DrainCounters counters_;
   std::uint64_t beats_ = 0;
+  std::chrono::steady_clock::time_point line_alive_at_{};  ///< when its process was seen to go on
 };
 
 }  // namespace driveline::bridge

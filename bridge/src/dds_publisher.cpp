@@ -81,6 +81,7 @@ struct DdsPublisher::State {
   Diagnostics diagnostics;
   SteadyTime next_diagnostics = SteadyTime::min();
   telemetry::LineStatus status_message;
+  bool stalled = false;
   std::uint64_t statistics_told = 0;  ///< number of those that were published last
   SteadyTime next_status = SteadyTime::min();
   std::uint64_t refused = 0;
@@ -216,7 +217,7 @@ void DdsPublisher::pass_done(const snapshot::DrainCounters& counters) {
   if (!state_->config.virtual_time) {
     state_->set_wall_offset(wall_offset_ns());
   }
-  if (urgent || now >= state_->next_status) {
+  if (!state_->stalled && (urgent || now >= state_->next_status)) {
     state_->next_status = now + state_->config.status_period;
     state_->publish_status(counters);
   }
@@ -233,6 +234,10 @@ void DdsPublisher::set_condition(const snapshot::FeedCondition& condition) {
   state_->slaves.set(condition, std::chrono::steady_clock::now());
   state_->axis_states.set_owners(condition.owners);
   state_->diagnostics.set(condition);
+}
+
+void DdsPublisher::set_stalled(bool stalled) {
+  state_->stalled = stalled;
 }
 
 void DdsPublisher::event(const DdsEvent& event) {

@@ -1,6 +1,7 @@
 #include "writer_qos.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cstdint>
 #include <string>
 
@@ -12,6 +13,8 @@ namespace {
 
 namespace dds = eprosima::fastdds::dds;
 
+/// A status is told ten times in a second, unless it is configured otherwise.
+constexpr std::chrono::seconds kLeastDeadline{1};
 constexpr std::int32_t kAxisHistory = 16;   // samples kept per axis
 constexpr std::int32_t kBatchHistory = 4;   // batches
 constexpr std::int32_t kRos2History = 10;   // messages
@@ -48,6 +51,18 @@ dds::DataWriterQos kept_writer_qos(std::size_t count) {
   qos.resource_limits().max_samples = instances;
   qos.resource_limits().allocated_samples = 1;
   qos.data_sharing().off();
+  return qos;
+}
+
+/// A line that nobody tells of any more is noticed by a subscriber that asks for a deadline or for liveliness.
+dds::DataWriterQos status_writer_qos(const DdsConfig& config) {
+  auto qos = kept_writer_qos(1);
+  const auto promised = std::max<std::chrono::nanoseconds>(kLeastDeadline, 3 * config.status_period);
+  const double seconds = std::chrono::duration<double>(promised).count();
+  qos.deadline().period = eprosima::fastrtps::Duration_t(seconds);
+  qos.liveliness().kind = dds::MANUAL_BY_TOPIC_LIVELINESS_QOS;
+  qos.liveliness().lease_duration = eprosima::fastrtps::Duration_t(seconds);
+  qos.liveliness().announcement_period = eprosima::fastrtps::Duration_t(0.5 * seconds);
   return qos;
 }
 
@@ -123,6 +138,7 @@ dds::DataWriterQos writer_qos(TopicId topic, const DdsConfig& config) {
     case TopicId::kJoints:
       return ros2_writer_qos(kJointStateTypeHash);
     case TopicId::kStatus:
+      return status_writer_qos(config);
     case TopicId::kStatistics:
       return kept_writer_qos(1);
   }

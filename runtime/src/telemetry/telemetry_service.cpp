@@ -82,6 +82,7 @@ void TelemetryService::tell_status() {
   status_.restarts = static_cast<std::uint32_t>(supervisor_->restarts());
   status_.published_before = supervisor_->counts().published_before();
   status_.dropped_before = supervisor_->counts().dropped_before() + dropped_by_rings_;
+  ++status_.beats;
   feed_.set_status(status_);
 }
 

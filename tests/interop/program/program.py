@@ -21,6 +21,7 @@ CYCLONE_BATCHES = os.environ.get("CYCLONE_BATCHES", "")
 CYCLONE_DIAGNOSTICS = os.environ.get("CYCLONE_DIAGNOSTICS", "")
 CYCLONE_JOINTS = os.environ.get("CYCLONE_JOINTS", "")
 CYCLONE_LINE = os.environ.get("CYCLONE_LINE", "")
+CYCLONE_WATCH = os.environ.get("CYCLONE_WATCH", "")
 CYCLONE_SUBSCRIBER = os.environ.get("CYCLONE_SUBSCRIBER", "")  # built with DDS
 SANITIZED = bool(os.environ.get("DRIVELINE_SANITIZE"))
 AXES = list("xyzabcuv")

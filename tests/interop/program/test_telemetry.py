@@ -4,7 +4,7 @@ import signal
 import time
 import unittest
 
-from program import AXES, CYCLONE_BATCHES, CYCLONE_DIAGNOSTICS, CYCLONE_JOINTS, CYCLONE_LINE, CYCLONE_SUBSCRIBER, PATIENCE_S, ProgramTest, WireTest, again_when_disturbed
+from program import AXES, CYCLONE_BATCHES, CYCLONE_DIAGNOSTICS, CYCLONE_JOINTS, CYCLONE_LINE, CYCLONE_SUBSCRIBER, CYCLONE_WATCH, PATIENCE_S, ProgramTest, WireTest, again_when_disturbed
 
 
 class Telemetry(ProgramTest):
@@ -339,6 +339,31 @@ class WhatChangesNowAndThen(ProgramTest):
         self.assertGreaterEqual(total["missed_periods"], document["missed_periods"])
         self.assertGreaterEqual(total["wake_latency"]["max_ns"], document["wake_latency_ns"]["max"] * 0.99)
         self.assertLess(total["cycles"] - document["cycles"], 2000)
+
+
+class AMaster(ProgramTest):
+    def watch(self, domain, seconds):
+        return self.one_document(self.run_program(domain, seconds, program=CYCLONE_WATCH).stdout)
+
+    def test_that_stands_still_is_noticed(self):
+        domain = 80 + os.getpid() % 10
+        config = self.write_gentle_line(cycle_us=1000, telemetry=f"domain = {domain}")
+        run = self.start("run", "--config", config, "--json", "--no-plots", log="run.log")
+        self.wait_for("following the path", lambda: "following the path" in self.text("run.log"), run)
+        before = self.watch(domain, 4)
+        self.assertEqual([before["deadlines_missed"], before["alive"]], [0, 1], before)
+        self.assertGreater(before["statuses"], 10)
+        watch = self.start(domain, 9, program=CYCLONE_WATCH, log="watch.log")
+        time.sleep(2)
+        run.send_signal(signal.SIGSTOP)
+        watch.wait(PATIENCE_S)
+        run.send_signal(signal.SIGCONT)
+        seen = self.one_document(self.text("watch.log.out"))
+        # Its writer is not alive any more before the deadline of this subscriber is over.
+        self.assertEqual(seen["alive"], 0, seen)
+        self.assertGreater(seen["statuses"], 5)
+        run.send_signal(signal.SIGTERM)
+        run.wait(PATIENCE_S)
 
 
 class OnTheWire(WireTest):

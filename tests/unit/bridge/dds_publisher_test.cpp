@@ -5,6 +5,7 @@
 #include <future>
 #include <map>
 #include <stdexcept>
+#include <thread>
 #include <vector>
 
 #include "driveline/snapshot/drain_thread.hpp"
@@ -329,6 +330,32 @@ TEST(DdsPublisher, ALateSubscriberHasEveryAxisHoweverOftenOneOfThemHasChanged) {
   std::map<std::uint16_t, std::uint16_t> codes;
   for (const auto& message : late.received()) codes[message.axis()] = message.error_code();
   EXPECT_EQ(codes, (std::map<std::uint16_t, std::uint16_t>{{0, 0}, {1, 9}, {2, 0}}));
+}
+
+TEST(DdsPublisher, ALineThatNobodyTellsOfIsNoticed) {
+  auto config = config_with_axes(0);
+  config.status_period = 20ms;
+  const auto publisher = created(config);
+  dds::DataReaderQos qos;
+  qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
+  qos.durability().kind = dds::TRANSIENT_LOCAL_DURABILITY_QOS;
+  qos.history().depth = 100;
+  qos.deadline().period = eprosima::fastrtps::Duration_t(2, 0);
+  qos.liveliness().kind = dds::MANUAL_BY_TOPIC_LIVELINESS_QOS;
+  qos.liveliness().lease_duration = eprosima::fastrtps::Duration_t(2, 0);
+  test::Subscriber<telemetry::LineStatus, telemetry::LineStatusPubSubType> watcher{test_domain(), config.status_topic,
+                                                                                   qos};
+  ASSERT_TRUE(watcher.wait_for(20, [&] { publisher->pass_done({}); }));
+  EXPECT_EQ(watcher.deadlines_missed(), 0);
+  EXPECT_EQ(watcher.writers_alive(), 1);
+  publisher->set_stalled(true);
+  const auto limit = std::chrono::steady_clock::now() + 20s;
+  while ((watcher.deadlines_missed() == 0 || watcher.writers_alive() > 0) && std::chrono::steady_clock::now() < limit) {
+    publisher->pass_done({});
+    std::this_thread::sleep_for(5ms);
+  }
+  EXPECT_GT(watcher.deadlines_missed(), 0);
+  EXPECT_EQ(watcher.writers_alive(), 0);
 }
 
 TEST(DdsPublisher, FedFromTheRingsItReportsWhatTheRingsDropped) {

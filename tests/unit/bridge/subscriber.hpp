@@ -74,6 +74,17 @@ class Subscriber {
     return wait_for(count, [] {});
   }
 
+  int deadlines_missed() {
+    dds::RequestedDeadlineMissedStatus missed;
+    reader_->get_requested_deadline_missed_status(missed);
+    return static_cast<int>(missed.total_count);
+  }
+  int writers_alive() {
+    dds::LivelinessChangedStatus changed;
+    reader_->get_liveliness_changed_status(changed);
+    return changed.alive_count;
+  }
+
   void forget() {
     received();
     received_.clear();

@@ -69,6 +69,10 @@ class DdsPublisher final : public snapshot::SampleConsumer {
   /// samples.
   void set_condition(const snapshot::FeedCondition& condition);
 
+  /// Nothing is known of the line any more, though nobody has said that it has ended: no line status is published, so
+  /// that its deadline and its liveliness tell subscribers. On the thread of the samples.
+  void set_stalled(bool stalled);
+
   /// Counters of publishers of the same line before this one, to which the line status adds its own. Any thread but the
   /// real-time one (it locks).
   void set_earlier(const PublishCounters& counters);

@@ -124,6 +124,7 @@ struct FeedStatus {
   std::array<std::int64_t, 3> cycle_cost_ns{};      ///< median, 99th percentile, largest
   std::uint64_t published_before = 0;               ///< axis samples, by bridges before the one that runs
   std::uint64_t dropped_before = 0;                 ///< samples lost before the feed, or by those bridges
+  std::uint64_t beats = 0;                          ///< how often it was told; stands still where the process does
   CycleStatistics statistics;                       ///< LineStatus::statistics
   std::array<FeedText<255>, kMaxFeedFaults> fault;  ///< oldest first
 };
