@@ -113,6 +113,7 @@ class LineRun {
   rt::SpscRing<snapshot::LineSample> line_ring_;
   rt::SpscRing<snapshot::AxisSample> axis_ring_;
   std::unique_ptr<CommandService> commands_;     ///< none: nothing is commanded over DDS
+  std::vector<port::FileDescriptor> security_;   ///< empty: telemetry without DDS Security
   std::unique_ptr<TelemetryService> telemetry_;  ///< none: nothing is published
   std::unique_ptr<StatusFeed> feed_;
   std::unique_ptr<Recorder> recorder_;
