@@ -51,6 +51,12 @@ DdsConfig config_of(const snapshot::FeedDescription& description) {
   return config;
 }
 
+/// Descriptors have names, which Fast DDS opens: the files themselves may be another user's.
+DdsSecurity security_of(int first) {
+  const auto name = [first](int file) { return "/proc/self/fd/" + std::to_string(first + file); };
+  return {name(0), name(1), name(2), name(3), name(4), name(5)};
+}
+
 snapshot::Percentiles percentiles_of(const std::array<std::int64_t, 3>& from) {
   using std::chrono::nanoseconds;
   return {nanoseconds{from[0]}, nanoseconds{from[1]}, nanoseconds{from[2]}};
@@ -95,7 +101,9 @@ std::string Bridge::set_up() {
   if (auto wrong = give_up_privileges(description.realtime_cpu); !wrong.empty()) return wrong;
   // After the change of user, which resets it.
   if (options_.supervisor >= 0) ::prctl(PR_SET_PDEATHSIG, SIGTERM);
-  auto publisher = DdsPublisher::create(config_of(description));
+  auto config = config_of(description);
+  if (options_.security >= 0) config.security = security_of(options_.security);
+  auto publisher = DdsPublisher::create(std::move(config));
   if (!publisher) return describe(publisher.error());
   publisher_ = *std::move(publisher);
   if (options_.commands >= 0) {

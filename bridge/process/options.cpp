@@ -7,12 +7,15 @@
 namespace driveline::bridge {
 
 const char* const kHelp =
-    "usage: driveline-bridge --feed-fd N [--condition-fd N] [--return-fd N] [--commands-fd N] [--supervisor-fd N]\n"
+    "usage: driveline-bridge --feed-fd N [--condition-fd N] [--return-fd N] [--commands-fd N] [--security-fd N]\n"
+    "                        [--supervisor-fd N]\n"
     "Publishes a drive line over DDS. `driveline run` starts it and keeps it running.\n"
     "  --feed-fd N        inherited descriptors N to N+3: description, status, cycles and events of a line's feed\n"
     "  --condition-fd N   inherited descriptor of the feed's condition: the slaves\n"
     "  --return-fd N      inherited descriptor of the region for what it has published\n"
     "  --commands-fd N    inherited descriptors N and N+1: of the regions for commands and for their answers\n"
+    "  --security-fd N    inherited descriptors N to N+5: identity CA, certificate, private key, permissions CA,\n"
+    "                     governance and permissions of DDS Security\n"
     "  --supervisor-fd N  inherited socket: it says there that it publishes, and ends when the other side is closed\n"
     "  --help             this text\n"
     "Without --supervisor-fd it ends with the line, or by SIGTERM. By hand, beside a run that is process P and "
@@ -34,6 +37,7 @@ Options read_options(int count, const char* const* arguments) {
                        : name == "--return-fd"     ? &options.counts
                        : name == "--condition-fd"  ? &options.condition
                        : name == "--commands-fd"   ? &options.commands
+                       : name == "--security-fd"   ? &options.security
                        : name == "--supervisor-fd" ? &options.supervisor
                                                    : nullptr;
     if (value == nullptr) {

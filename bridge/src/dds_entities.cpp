@@ -58,9 +58,28 @@ bool reaches_loopback(const DdsConfig& config) {
          std::find(config.interfaces.begin(), config.interfaces.end(), kLoopback) != config.interfaces.end();
 }
 
+/// The plug-ins of the specification, which the packaged Fast DDS has built in.
+void add_security(dds::DomainParticipantQos& qos, const DdsSecurity& files) {
+  const std::string authentication = "dds.sec.auth.builtin.PKI-DH.";
+  const std::string access = "dds.sec.access.builtin.Access-Permissions.";
+  auto& properties = qos.properties().properties();
+  properties.emplace_back("dds.sec.auth.plugin", "builtin.PKI-DH");
+  properties.emplace_back("dds.sec.crypto.plugin", "builtin.AES-GCM-GMAC");
+  properties.emplace_back("dds.sec.access.plugin", "builtin.Access-Permissions");
+  properties.emplace_back(authentication + "identity_ca", "file://" + files.identity_ca);
+  properties.emplace_back(authentication + "identity_certificate", "file://" + files.certificate);
+  properties.emplace_back(authentication + "private_key", "file://" + files.private_key);
+  properties.emplace_back(access + "permissions_ca", "file://" + files.permissions_ca);
+  properties.emplace_back(access + "governance", "file://" + files.governance);
+  properties.emplace_back(access + "permissions", "file://" + files.permissions);
+}
+
 dds::DomainParticipantQos participant_qos(const DdsConfig& config) {
   dds::DomainParticipantQos qos;
   qos.name(config.participant_name.c_str());
+  if (config.security) {
+    add_security(qos, *config.security);
+  }
   auto udp = std::make_shared<rtps::UDPv4TransportDescriptor>();
   udp->interfaceWhiteList = config.interfaces;
   udp->non_blocking_send = true;  // rather lose a best-effort sample than wait for a full socket

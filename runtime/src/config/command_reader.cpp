@@ -11,7 +11,7 @@ constexpr double kLongestLeaseMs = 60'000.0;
 
 }  // namespace
 
-std::optional<CommandConfig> read_commands(TomlReader reader, bool published) {
+std::optional<CommandConfig> read_commands(TomlReader reader, bool published, bool secured) {
   CommandConfig commands;
   const bool enabled = reader.boolean_or("enabled", false);
   commands.insecure = reader.boolean_or("insecure", false);
@@ -20,10 +20,13 @@ std::optional<CommandConfig> read_commands(TomlReader reader, bool published) {
   reader.finish();
   if (!enabled) return std::nullopt;
   if (!published) reader.fail("enabled", "needs telemetry, by whose process commands come, but [telemetry] is off");
-  if (!commands.insecure) {
-    reader.fail("enabled",
-                "needs insecure = true, by which everybody in the network of [telemetry] interfaces may move the axes");
+  if (!commands.insecure && !secured) {
+    reader.fail(
+        "enabled",
+        "needs [telemetry] security, or insecure = true, by which everybody in the network of its interfaces may "
+        "move the axes");
   }
+  commands.insecure = !secured;
   return commands;
 }
 

@@ -7,7 +7,8 @@
 
 namespace driveline::runtime {
 
-/// [commands] of a line description; none: it is off. `published`: [telemetry] is not off.
-[[nodiscard]] std::optional<CommandConfig> read_commands(TomlReader reader, bool published);
+/// [commands] of a line description; none: it is off. `published`: [telemetry] is not off; `secured`: by DDS
+/// Security.
+[[nodiscard]] std::optional<CommandConfig> read_commands(TomlReader reader, bool published, bool secured);
 
 }  // namespace driveline::runtime

@@ -382,7 +382,7 @@ void read_path(TomlReader reader, const std::filesystem::path& directory, LineCo
   config.path = path;
 }
 
-void read_telemetry(TomlReader reader, LineConfig& config) {
+void read_telemetry(TomlReader reader, const std::filesystem::path& folder, LineConfig& config) {
   auto& telemetry = config.telemetry;
   if (reader.has("enabled")) telemetry.asked = reader.boolean_or("enabled", true);
   telemetry.enabled = telemetry.asked.value_or(true);
@@ -390,6 +390,7 @@ void read_telemetry(TomlReader reader, LineConfig& config) {
   telemetry.decimation = static_cast<std::uint32_t>(reader.integer_or("decimation", 8, 1, 1000000));
   telemetry.interfaces = reader.texts_or("interfaces", telemetry.interfaces);
   telemetry.ros2 = reader.boolean_or("ros2", false);
+  if (reader.has("security")) telemetry.security = folder / reader.text("security");
   reader.finish();
 }
 
@@ -441,8 +442,10 @@ LineConfig read_config(const toml::table& table, const std::filesystem::path& fi
   if (config.stream && config.path) {
     root.fail("stream", "goes with axes that wait for requests: there must be no [path], which they would follow");
   }
-  read_telemetry(root.table("telemetry"), config);
-  if (root.has("commands")) config.commands = read_commands(root.table("commands"), config.telemetry.enabled);
+  read_telemetry(root.table("telemetry"), file.parent_path(), config);
+  if (root.has("commands"))
+    config.commands =
+        read_commands(root.table("commands"), config.telemetry.enabled, config.telemetry.security.has_value());
   read_output(root.table("output"), config);
   read_recovery(root.table("recovery"), config.recovery);
   root.finish();

@@ -16,6 +16,7 @@
 #include "operation/axis_verdict.hpp"
 #include "operation/joint_motion.hpp"
 #include "operation/single_motion.hpp"
+#include "telemetry/security_files.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -147,6 +148,12 @@ Result<void> LineRun::start_bridge() {
   if (auto ready = start_commands(); !ready) return ready;
   BridgeSupervisor::Settings settings{.program = std::move(*program)};
   if (commands_) settings.commands = commands_->descriptors();
+  if (config_.telemetry.security) {
+    auto files = open_security_files(*config_.telemetry.security);
+    if (!files) return tl::unexpected(files.error());
+    security_ = std::move(*files);
+    for (const auto& file : security_) settings.security.push_back(file.get());
+  }
   auto started = TelemetryService::start(config_, session_.virtual_time(), std::move(settings));
   if (!started) return tl::unexpected(started.error());
   telemetry_ = std::move(*started);

@@ -116,6 +116,7 @@ class LineRun {
   rt::SpscRing<snapshot::LineSample> line_ring_;
   rt::SpscRing<snapshot::AxisSample> axis_ring_;
   std::unique_ptr<CommandService> commands_;     ///< none: nothing is commanded over DDS
+  std::vector<port::FileDescriptor> security_;   ///< empty: telemetry without DDS Security
   std::unique_ptr<TelemetryService> telemetry_;  ///< none: nothing is published
   std::optional<SlaveWatch> slave_watch_;        ///< with telemetry_
   std::unique_ptr<StatusFeed> feed_;

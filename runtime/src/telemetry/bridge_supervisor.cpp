@@ -57,6 +57,7 @@ Result<void> BridgeSupervisor::spawn(Clock::time_point now) {
     passed.insert(passed.end(), descriptors.begin(), descriptors.end());
   };
   add("--commands-fd", settings_.commands);
+  add("--security-fd", settings_.security);
   auto started = HelperProcess::start(settings_.program, std::move(arguments), passed);
   if (!started) return tl::unexpected(started.error());
   process_ = std::move(*started);

@@ -27,6 +27,7 @@ class BridgeSupervisor {
   struct Settings {
     std::filesystem::path program{};             ///< the bridge
     std::vector<int> commands{};                 ///< descriptors of CommandService; empty: it takes no commands
+    std::vector<int> security{};                 ///< descriptors of open_security_files(); empty: without
     std::chrono::milliseconds first_pause{100};  ///< before a dead one is started again, doubled each time
     std::chrono::milliseconds longest_pause{10'000};
     std::chrono::milliseconds proven{30'000};      ///< a bridge that has run so long has the first pause again

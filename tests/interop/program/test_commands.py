@@ -7,13 +7,13 @@ import subprocess
 import time
 import unittest
 
-from program import DISTURBED, PATIENCE_S, WATCHDOG, ProgramTest, again_when
+from program import CYCLONE_SUBSCRIBER, DISTURBED, PATIENCE_S, ROOT, WATCHDOG, ProgramTest, again_when
 
 COMMANDER = os.environ["CYCLONE_COMMANDER"]
 # A busy machine may suspend a client for longer than its leases last.
 undisturbed = again_when(*DISTURBED, WATCHDOG, "is not heard any more")
 MAX_VELOCITY, MAX_ACCELERATION, MAX_JERK = 5.0, 10.0, 200.0  # rad/s, ...
-FIRST_OF_RUN = "all in OP"
+PLUGINS = pathlib.Path("/usr/lib/x86_64-linux-gnu/libddsc0debian")  # of Cyclone DDS, which its own library does not find
 
 # A bridge that has been taken over: it writes into all of the memory that it may write.
 GARBAGE = """#!/usr/bin/env python3
@@ -38,10 +38,10 @@ while True:
 class Commander:
     """A client of the line, and the answers that it has had."""
 
-    def __init__(self, test, domain, name, log):
+    def __init__(self, test, domain, name, log, **options):
         self.test = test
         self.log = log
-        self.process = test.start(domain, name, program=COMMANDER, log=log, stdin=subprocess.PIPE)
+        self.process = test.start(domain, name, program=COMMANDER, log=log, stdin=subprocess.PIPE, **options)
         test.addCleanup(self.process.stdin.close)
 
     def said(self):
@@ -89,10 +89,10 @@ class CommandTest(ProgramTest):
         os.environ.pop("DRIVELINE_BRIDGE", None)
         self.addCleanup(os.environ.pop, "DRIVELINE_BRIDGE", None)
 
-    def line(self, commands="enabled = true\ninsecure = true\nlease_timeout_ms = 400", tail=""):
+    def line(self, commands="enabled = true\ninsecure = true\nlease_timeout_ms = 400", telemetry="", tail=""):
         axis = (f'max_velocity = {MAX_VELOCITY}\nmax_acceleration = {MAX_ACCELERATION}\nmax_jerk = {MAX_JERK}\n')
         return self.write("line.toml", '[bus]\nmax_lost_cycles = 1000\n[line]\nname = "commanded"\ncycle_us = 1000\n'
-                          f'[realtime]\npolicy = "degrade"\n[telemetry]\ndomain = {self.domain}\n[commands]\n{commands}\n'
+                          f'[realtime]\npolicy = "degrade"\n[telemetry]\ndomain = {self.domain}\n{telemetry}\n[commands]\n{commands}\n'
                           '[[slave]]\nname = "x"\n[[slave]]\nname = "y"\n'
                           f'[[axis]]\nname = "x"\n{axis}[[axis]]\nname = "y"\n{axis}{tail}')
 
@@ -101,8 +101,8 @@ class CommandTest(ProgramTest):
         self.wait_for("enabled", lambda: all(one.get("state") == "Standstill" and one["owner"] == "" for one in self.status().values()), run)
         return run
 
-    def commander(self, name="panel", log="panel.log"):
-        return Commander(self, self.domain, name, log)
+    def commander(self, name="panel", log="panel.log", **options):
+        return Commander(self, self.domain, name, log, **options)
 
     def status(self):
         result = self.run_program("axis", "all", "status", "--json")
@@ -305,6 +305,88 @@ class ABridge(CommandTest):
         self.assertLess(len(document["events"]), 400)
 
 
+@unittest.skipUnless(PLUGINS.is_dir(), "Cyclone DDS has no plug-ins for DDS Security here")
+class Secured(CommandTest):
+    """Between Fast DDS and Cyclone DDS."""
+
+    def keys(self, *arguments, folder="keys"):
+        made = subprocess.run([str(ROOT / "scripts/dds-keys.sh"), str(self.directory / folder), *arguments], capture_output=True, text=True,
+                              check=False, timeout=PATIENCE_S)
+        return made
+
+    def make_keys(self, folder="keys", **identities):
+        for arguments in (["new"], *(["add", name, role] for name, role in identities.items())):
+            made = self.keys(*arguments, folder=folder)
+            self.assertEqual(made.returncode, 0, made.stderr)
+
+    def environment(self, name=None, folder="keys"):
+        """In which Cyclone DDS is that participant; none: one without security."""
+        security = ""
+        if name:
+            own = self.directory / folder / name
+
+            def library(file, what):
+                return f'<Library path="{PLUGINS}/libdds_security_{file}.so" initFunction="init_{what}" finalizeFunction="finalize_{what}"/>'
+            security = (f'<Security><Authentication>{library("auth", "authentication")}<IdentityCA>file:{own}/identity_ca.pem</IdentityCA>'
+                        f'<IdentityCertificate>file:{own}/certificate.pem</IdentityCertificate><PrivateKey>file:{own}/private_key.pem</PrivateKey>'
+                        f'</Authentication><Cryptographic>{library("crypto", "crypto")}</Cryptographic>'
+                        f'<AccessControl>{library("ac", "access_control")}<PermissionsCA>file:{own}/permissions_ca.pem</PermissionsCA>'
+                        f'<Governance>file:{own}/governance.p7s</Governance><Permissions>file:{own}/permissions.p7s</Permissions>'
+                        '</AccessControl></Security>')
+        return {**os.environ, "CYCLONEDDS_URI":
+                '<Domain><General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces><AllowMulticast>false</AllowMulticast>'
+                '</General><Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>15</MaxAutoParticipantIndex>'
+                f'<Peers><Peer address="127.0.0.1"/></Peers></Discovery>{security}</Domain>'}
+
+    def reads(self, environment):
+        """Whether telemetry reaches that participant."""
+        return self.run_program(self.domain, 10, 8, program=CYCLONE_SUBSCRIBER, env=environment)
+
+    @undisturbed
+    def test_lets_in_whom_the_permissions_name_and_nobody_else(self):
+        self.make_keys(line="line", panel="command", eye="observe")
+        self.make_keys("others", panel="command")
+        run = self.start_run(commands="enabled = true\nlease_timeout_ms = 2000", telemetry='security = "keys/line"')
+        self.wait_for_sentence("commands: taken over DDS, from those whom its permissions name", run)
+        panel = self.commander(env=self.environment("panel")).wait_for_line()
+        self.check(panel.ask("acquire x"), "DONE")
+        panel.tell("keep 100")
+        self.check(panel.do("move-absolute x 0.5"), "DONE")
+        # Telemetry is read by who may, and by nobody else.
+        seen = self.reads(self.environment("eye"))
+        self.assertEqual(seen.returncode, 0, seen.stdout + seen.stderr)
+        for stranger in (self.environment(), self.environment("panel", "others")):
+            seen = self.reads(stranger)
+            self.assertEqual(seen.returncode, 1, seen.stdout + seen.stderr)
+        # Who may read may not command, and others are not even found.
+        eye = self.commander("eye", "eye.log", env=self.environment("eye"))
+        self.assertEqual(eye.process.wait(PATIENCE_S), 2)
+        self.assertIn("Not Allowed By Security", self.text("eye.log"))
+        strangers = [self.commander("panel", "stranger.log", env=self.environment()),
+                     self.commander("panel", "other.log", env=self.environment("panel", "others"))]
+        time.sleep(8)
+        self.assertEqual([stranger.said() for stranger in strangers], [[], []])
+        self.check(panel.do("move-absolute x 0.2"), "DONE")
+        self.end_run(run)
+        self.assertNotIn("insecure", self.text("run.log"))
+
+    def test_that_lacks_a_file_is_refused(self):
+        self.make_keys(line="line")
+        (self.directory / "keys/line/permissions.p7s").unlink()
+        result = self.run_program("run", "--config", self.line("enabled = true", telemetry='security = "keys/line"'), "--duration", 0.1)
+        self.assertNotEqual(result.returncode, 0)
+        self.assertIn("keys/line/permissions.p7s: cannot be read: No such file or directory", result.stderr.splitlines()[-1])
+
+    def test_keys_that_cannot_be_made_are_refused_in_a_sentence(self):
+        self.make_keys(line="line")
+        for arguments, sentence in ((["add", "x", "admin"], '"admin" is no role'), (["add", "a b", "line"], '"a b" is no name'),
+                                    (["add", "line", "line"], "is there already"), (["new"], "is there already"), ([], "usage: dds-keys.sh")):
+            with self.subTest(arguments=arguments):
+                made = self.keys(*arguments)
+                self.assertEqual(made.returncode, 2)
+                self.assertIn(sentence, made.stderr)
+
+
 class Settings(CommandTest):
     def refused(self, *parts, commands="enabled = true", arguments=(), **description):
         result = self.run_program("run", "--config", self.line(commands, **description), "--duration", 0.1, "--no-plots", *arguments)
@@ -319,7 +401,7 @@ class Settings(CommandTest):
         self.assertEqual(silent.said(), [])
 
     def test_without_security_are_refused_or_printed(self):
-        self.assertEqual(self.refused("[commands] enabled: needs insecure = true").returncode, 2)
+        self.assertEqual(self.refused("[commands] enabled: needs [telemetry] security, or insecure = true").returncode, 2)
         run = self.start_run()
         sentence = "commands: taken over DDS without security (insecure = true): everybody in its network may move the axes"
         self.wait_for_sentence(sentence, run)

@@ -31,8 +31,17 @@ TEST(CommandConfig, IsOffUnlessItIsSwitchedOn) {
   EXPECT_EQ(config->commands->lease_timeout, std::chrono::milliseconds{500});
 }
 
+TEST(CommandConfig, IsSecuredByTheFilesOfTelemetry) {
+  const auto config = read_commands_of("[telemetry]\nsecurity = \"keys\"\n[commands]\nenabled = true\n");
+  ASSERT_TRUE(config) << describe(config.error());
+  ASSERT_TRUE(config->commands);
+  EXPECT_FALSE(config->commands->insecure);
+  EXPECT_EQ(config->telemetry.security, "keys");
+}
+
 TEST(CommandConfig, RefusesWhatCannotBe) {
-  EXPECT_THAT(refusal_of("[commands]\nenabled = true\n"), HasSubstr("[commands] enabled: needs insecure = true"));
+  EXPECT_THAT(refusal_of("[commands]\nenabled = true\n"),
+              HasSubstr("[commands] enabled: needs [telemetry] security, or insecure = true"));
   EXPECT_THAT(refusal_of("[commands]\nenabled = true\ninsecure = true\n[telemetry]\nenabled = false\n"),
               HasSubstr("[telemetry] is off"));
   EXPECT_THAT(refusal_of("[commands]\nlease_timeout_ms = 49\n"), HasSubstr("lease_timeout_ms"));

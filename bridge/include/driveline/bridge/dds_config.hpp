@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,17 @@ struct AxisInfo {
 
 /// Longest name of an axis or a line, in bytes (the bound in the IDL).
 inline constexpr std::size_t kMaxNameLength = 31;
+
+/// Files of DDS Security (OMG DDS Security 1.1, 8.3 and 8.4) that say who this participant is, whom it believes, and
+/// what who may do. Others in the domain who have none, or whom the permissions do not name, see nothing.
+struct DdsSecurity {
+  std::string identity_ca;     ///< certificate of the authority that signs identities, PEM
+  std::string certificate;     ///< own identity, PEM
+  std::string private_key;     ///< of the identity, PEM
+  std::string permissions_ca;  ///< certificate of the authority that signs the next two, PEM
+  std::string governance;      ///< rules of the domain, signed
+  std::string permissions;     ///< what this participant may do, signed
+};
 
 /// Where and how often a DdsPublisher publishes.
 struct DdsConfig {
@@ -61,6 +73,7 @@ struct DdsConfig {
   /// IPv4 addresses of machines to announce ourselves to one by one, for networks without multicast. The own machine
   /// is always among them while `interfaces` allows it.
   std::vector<std::string> peers;
+  std::optional<DdsSecurity> security;  ///< none: everybody in the domain reads, and may say that he is somebody else
   /// Also offer Fast DDS's shared memory. Off, because driveline mostly runs as root: a subscriber of another user may
   /// not open the segments, yet would be sent nothing over UDP any more.
   bool shared_memory = false;

@@ -94,6 +94,7 @@ struct TelemetryConfig {
   std::uint32_t decimation = 8;                         ///< axis samples of every n-th cycle are sent
   std::vector<std::string> interfaces = {"127.0.0.1"};  ///< IPv4 addresses DDS uses; empty: all
   bool ros2 = false;                                    ///< also the ROS 2 topic joint_states
+  std::optional<std::filesystem::path> security;        ///< folder with the files of DDS Security; none: without
 };
 
 /// [output] of a line description.
