@@ -14,6 +14,10 @@ namespace driveline::bridge::clients {
 [[nodiscard]] Outcome<int> echo(const Options& options);
 /// Likewise.
 [[nodiscard]] Outcome<int> record(const Options& options);
+/// Likewise.
+[[nodiscard]] Outcome<int> top(const Options& options);
+/// Likewise.
+[[nodiscard]] Outcome<int> plot(const Options& options);
 
 /// What the commands share.
 

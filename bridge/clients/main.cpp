@@ -17,7 +17,7 @@ struct Command {
   Outcome<int> (*execute)(const Options& options);
 };
 
-constexpr Command kCommands[] = {{"echo", echo}, {"record", record}};
+constexpr Command kCommands[] = {{"echo", echo}, {"plot", plot}, {"record", record}, {"top", top}};
 
 Outcome<int> execute(const Options& options) {
   for (const auto& command : kCommands) {

@@ -53,6 +53,15 @@ constexpr std::array kCommands = {
             "record --output run.mcap --duration 60 --topic axis_batch --topic event\n"
             "record --output axes.csv --topic axis_telemetry --force",
             prepare_record},
+    Command{"plot", "", kDds, "Draw positions, following errors and events of a recording",
+            "plot run.mcap\n"
+            "plot run.mcap --axis x --axis y --output xy.svg",
+            prepare_plot},
+    Command{"top", "", kDds, "Show a line as a page that refreshes: state, cycle, axes, events",
+            "top\n"
+            "top --once\n"
+            "top --domain 3 --interface all --period 0.2",
+            prepare_top},
     Command{"scan", "", kTools, "Show what is on the line, and write a line description of it",
             "scan --config examples/line8.toml\n"
             "scan --iface eth1 --write line.toml\n"

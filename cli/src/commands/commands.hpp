@@ -15,6 +15,8 @@ namespace driveline::cli {
 // A line seen over DDS.
 [[nodiscard]] Execute prepare_echo(Arguments& to);
 [[nodiscard]] Execute prepare_record(Arguments& to);
+[[nodiscard]] Execute prepare_plot(Arguments& to);
+[[nodiscard]] Execute prepare_top(Arguments& to);
 
 [[nodiscard]] Execute prepare_scan(Arguments& to);
 [[nodiscard]] Execute prepare_graph(Arguments& to);

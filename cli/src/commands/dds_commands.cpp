@@ -86,6 +86,19 @@ struct RecordOptions {
   bool json = false;
 };
 
+struct PlotOptions {
+  std::string recording;
+  std::optional<std::string> output;
+  std::vector<std::string> axes;
+};
+
+struct TopOptions {
+  DdsPlace place;
+  std::optional<std::string> period;
+  std::optional<std::string> timeout;
+  bool once = false;
+};
+
 }  // namespace
 
 Execute prepare_echo(Arguments& to) {
@@ -127,6 +140,37 @@ Execute prepare_record(Arguments& to) {
     words.option("--timeout", options->timeout);
     words.flag("--force", options->force);
     words.flag("--json", options->json);
+    options->place.add_to(words);
+    return words.become();
+  };
+}
+
+Execute prepare_plot(Arguments& to) {
+  auto options = std::make_shared<PlotOptions>();
+  to.required(&options->recording, Value::file("RECORDING"), "Recording (MCAP) of `driveline record`");
+  to.option("-o,--output", &options->output, Value::file(), "Picture to write (default: RECORDING with .svg)");
+  to.option("--axis", &options->axes, Value::text("NAME"), "Draw this axis; may be given several times (default: all)");
+  return [options] {
+    DdsWords words("plot");
+    words.argument(options->recording);
+    words.option("--output", options->output);
+    words.option("--axis", options->axes);
+    return words.become();
+  };
+}
+
+Execute prepare_top(Arguments& to) {
+  auto options = std::make_shared<TopOptions>();
+  to.flag("--once", options->once, "Print one page and end");
+  to.option("--period", &options->period, Value::text("SECONDS"), "Time between two pages (default: 0.5)");
+  to.option("--timeout", &options->timeout, Value::text("SECONDS"),
+            "Give up when no line is there for so long (default: 10)");
+  options->place.declare(to);
+  return [options] {
+    DdsWords words("top");
+    words.flag("--once", options->once);
+    words.option("--period", options->period);
+    words.option("--timeout", options->timeout);
     options->place.add_to(words);
     return words.become();
   };

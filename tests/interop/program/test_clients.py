@@ -278,6 +278,81 @@ class Record(ClientTest):
         self.assertGreater(len(mcap_check.File(self.directory / "run.mcap").messages), 100)
 
 
+class Plot(ClientTest):
+    @unittest.skipUnless(shutil.which("gnuplot"), "gnuplot is not installed")
+    def test_draws_axes_and_events(self):
+        fault = '[[fault]]\nkind = "power-off"\nslave = "v"\nat_ms = 6000\nfor_ms = 300\n'
+        run = self.start_run(head='[recovery]\naxes = "continue"\n', tail=fault)
+        recorder = self.start("record", "--output", "run.mcap", "--domain", self.domain, log="record.log")
+        self.wait_for("the fault is over", lambda: "slave 7 (v): back in OP" in self.text("run.log"), run)
+        time.sleep(1)
+        run.send_signal(signal.SIGTERM)
+        run.wait(PATIENCE_S)  # whether it calls itself failed is none of our business
+        recorder.send_signal(signal.SIGTERM)
+        self.assertEqual(recorder.wait(PATIENCE_S), 0, self.logs())
+        result = self.run_program("plot", "run.mcap")
+        self.assertEqual((result.returncode, result.stdout, result.stderr), (0, "run.svg\n", ""))
+        picture = self.text("run.svg")
+        for axis in AXES:
+            self.assertIn(f">{axis} in rad<", picture)
+        for words in ("commanded", "actual", "following error", "error in rad", "time in s"):
+            self.assertIn(words, picture)
+        self.assertGreater(self.curve_points(picture), 1000)
+        self.check_events(picture)
+        one = self.run_program("plot", "run.mcap", "--axis", "y", "--output", "y.svg")
+        self.assertEqual(one.returncode, 0, one.stderr)
+        self.assertIn(">y in rad<", self.text("y.svg"))
+        self.assertNotIn(">x in rad<", self.text("y.svg"))
+        self.check_refused(self.run_program("plot", "run.mcap", "--axis", "w"), 2, 'there is no axis "w"', "x, y, z")
+
+    def check_events(self, picture):
+        """All that happened while batches came, numbered."""
+        walls = [cycle["wall_time_ns"] for batch in self.samples("run.mcap", BATCH) for cycle in batch["cycles"]]
+        events = [event for event in self.samples("run.mcap", EVENT) if min(walls) <= event["wall_time_ns"] < max(walls)]
+        for number, event in enumerate(events, 1):
+            self.assertRegex(picture, rf">{number}  \d+\.\d{{3}} s  {re.escape(event['text'][:20])}")
+        self.assertIn("slave 7 (v): back in OP", [event["text"] for event in events])
+        self.assertEqual(len(re.findall(r">\d+  \d+\.\d{3} s  ", picture)), len(events))
+
+    @staticmethod
+    def curve_points(picture):
+        return sum(path.count(" ") for path in re.findall(r"<path[^>]* d='([^']*)'", picture))
+
+
+class Top(ClientTest):
+    def test_is_one_page_of_the_line(self):
+        run = self.start_run()
+        result = self.client("top", "--once", "--timeout", PATIENCE_S)
+        self.end_run(run)
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        self.assertRegex(result.stdout, r"\Aline8: OP, cycle \d+ of 1000 us\n\d+ cycles, \d+ periods missed, ")
+        self.assertNotIn("\x1b", result.stdout)
+        for axis in AXES:
+            self.assertRegex(result.stdout, rf"(?m)^{axis} +-?\d+\.\d{{6}} rad +-?\d+\.\d{{6}} rad/s +-?\d\.\d{{3}}e[+-]\d\d rad +"
+                                            r"OPERATION ENABLED +CSP$")
+        self.assertRegex(result.stdout, r"(?m)^events\n  \d\d:\d\d:\d\d\.\d{3}  all in OP$")
+
+    def test_refreshes_on_a_terminal_and_ends_in_order(self):
+        run = self.start_run()
+        ours, theirs = os.openpty()
+        self.addCleanup(os.close, ours)
+        top = self.start("top", "--domain", self.domain, "--period", "0.1", log="top.log", stdout=theirs)
+        os.close(theirs)
+        shown = b""
+        deadline = time.monotonic() + PATIENCE_S
+        while shown.count(b"\x1b[H") < 5 and time.monotonic() < deadline:
+            shown += os.read(ours, 65536)
+        top.send_signal(signal.SIGTERM)
+        self.assertEqual(top.wait(PATIENCE_S), 0, self.logs())
+        self.end_run(run)
+        cycles = [int(cycle) for cycle in re.findall(rb"line8: OP, cycle (\d+) of", shown)]
+        self.assertGreaterEqual(len(cycles), 4)
+        self.assertLess(cycles[0], cycles[-1])
+
+    def test_without_a_line_ends(self):
+        self.check_refused(self.client("top", "--timeout", 1), 1, "no line publishes in domain", "nothing came for 1 s")
+
+
 class Reader(ClientTest):
     """The reader among the examples."""
 
@@ -294,6 +369,25 @@ class Reader(ClientTest):
         status = json.loads(lines[-1])
         self.assertEqual((status["name"], status["state"], status["axes"]), ("line8", "LINE_OP", len(AXES)))
         self.assertLess(abs(status["log_time_ns"] - time.time_ns()), PATIENCE_S * 1e9)
+
+
+class Examples(ClientTest):
+    """Subscribers of fifty lines."""
+
+    def test_print_where_the_axes_are(self):
+        run = self.start_run()
+        low, high = self.GENTLE_RANGE_RAD
+        for example in ("FAST_DDS_EXAMPLE", "CYCLONE_DDS_EXAMPLE"):
+            with self.subTest(example=example):
+                result = self.run_program(self.domain, 200, program=os.environ[example])
+                self.assertEqual((result.returncode, result.stderr), (0, ""), self.logs())
+                told = re.findall(r"(?m)^cycle (\d+): (\w) is at (-?\d+\.\d{6}) rad$", result.stdout)
+                self.assertEqual(len(told), 200)
+                self.assertEqual({name for _, name, _ in told}, set(AXES))
+                for cycle, _, position in told:
+                    self.assertEqual(int(cycle) % 4, 0)
+                    self.assertTrue(low - 0.1 <= float(position) <= high + 0.1, position)
+        self.end_run(run)
 
 
 class Topics(ProgramTest):

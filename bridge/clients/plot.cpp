@@ -1,0 +1,288 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <map>
+#include <memory>
+
+#include "client.hpp"
+#include "recorded.hpp"
+#include "text.hpp"
+
+namespace driveline::bridge::clients {
+namespace {
+
+// Of a picture, in dots.
+constexpr double kWidth = 760;
+constexpr double kPanelHeight = 110;  // of each of the two of an axis
+constexpr double kSpacing = 55;       // between them: tics, and what the curves are
+constexpr double kAbove = 40;
+constexpr double kBelow = 62;
+constexpr double kLineHeight = 16;         // of the sentence of an event
+constexpr std::size_t kIntervals = 1500;   // more than the picture has dots
+constexpr std::size_t kLongestText = 110;  // of an event
+constexpr std::string_view kBatch = "driveline/v1/axis_batch";
+constexpr std::string_view kAxis = "driveline/axis_telemetry";
+constexpr std::string_view kEvent = "driveline/v1/event";
+
+struct Point {
+  std::int64_t time_ns;
+  double target;
+  double actual;
+  double error;
+};
+
+struct Axis {
+  std::string name;
+  std::string unit = "rad or m";  // until its kind is known
+  std::vector<Point> points;      ///< of every cycle
+  std::vector<Point> thinned;     ///< of the samples in between
+};
+
+struct Mark {
+  std::int64_t wall_ns;
+  std::string text;
+};
+
+/// What a picture is made of.
+class Curves {
+ public:
+  void add(const Recorded& recorded) {
+    const auto sample = decode(*recorded.topic->structure, recorded.bytes);
+    if (!sample) return;
+    if (recorded.topic->name == kBatch) add_batch(*sample);
+    if (recorded.topic->name == kAxis) add_axis(*sample, recorded.received_ns);
+    if (recorded.topic->name == kEvent) {
+      marks_.push_back({static_cast<std::int64_t>(sample->find("wall_time_ns")->whole()),
+                        std::string(sample->find("text")->text())});
+    }
+  }
+
+  /// Axes by their numbers, with the points that they are drawn of: every cycle, or where no batches were recorded the
+  /// samples in between.
+  [[nodiscard]] std::map<std::uint64_t, Axis> take_axes() {
+    for (auto& [number, axis] : axes_) {
+      if (axis.name.empty()) axis.name = fmt::format("axis {}", number);
+      if (axis.points.empty()) axis.points = std::move(axis.thinned);
+    }
+    std::erase_if(axes_, [](const auto& each) { return each.second.points.empty(); });
+    return std::move(axes_);
+  }
+
+  /// Events with the time of the line at which they were; those before and behind the recording are left out.
+  [[nodiscard]] std::vector<std::pair<std::int64_t, std::string>> events() const {
+    std::vector<std::pair<std::int64_t, std::string>> found;
+    for (const auto& mark : marks_) {
+      const auto behind = times_.upper_bound(mark.wall_ns);
+      if (behind != times_.begin() && behind != times_.end()) found.emplace_back(std::prev(behind)->second, mark.text);
+    }
+    return found;
+  }
+
+ private:
+  static Point point(const Value& sample, std::int64_t time_ns) {
+    return {time_ns, sample.find("target_position")->number(), sample.find("actual_position")->number(),
+            sample.find("following_error")->number()};
+  }
+
+  void add_batch(const Value& batch) {
+    const auto& cycles = batch.find("cycles")->parts;
+    for (const auto& cycle : cycles) {
+      times_.emplace(static_cast<std::int64_t>(cycle.find("wall_time_ns")->whole()),
+                     static_cast<std::int64_t>(cycle.find("time_ns")->whole()));
+    }
+    for (const auto& sample : batch.find("samples")->parts) {
+      const auto index = sample.find("cycle_index")->whole();
+      if (index >= cycles.size()) continue;
+      const auto time_ns = static_cast<std::int64_t>(cycles[index].find("time_ns")->whole());
+      axes_[sample.find("axis")->whole()].points.push_back(point(sample, time_ns));
+    }
+  }
+
+  void add_axis(const Value& sample, std::int64_t received_ns) {
+    const auto time_ns = static_cast<std::int64_t>(sample.find("time_ns")->whole());
+    times_.emplace(received_ns, time_ns);
+    auto& axis = axes_[sample.find("axis")->whole()];
+    axis.name = sample.find("name")->text();
+    axis.unit = sample.find("kind")->text() == "AXIS_LINEAR" ? "m" : "rad";
+    axis.thinned.push_back(point(sample, time_ns));
+  }
+
+  std::map<std::uint64_t, Axis> axes_;
+  std::vector<Mark> marks_;
+  std::map<std::int64_t, std::int64_t> times_;  ///< of the line, by the time of day
+};
+
+/// A quoted string of gnuplot: texts come from recordings, and must not end the string and inject commands.
+std::string quoted(std::string_view text) {
+  std::string safe = "'";
+  for (const char c : visible(text)) {
+    safe += c;
+    if (c == '\'') safe += c;
+  }
+  return safe + "'";
+}
+
+/// The first point of each interval, and those with its least and greatest following error: no peak is lost.
+std::vector<Point> reduced(const std::vector<Point>& points, std::int64_t begin_ns, std::int64_t end_ns) {
+  const auto width = std::max<std::int64_t>((end_ns - begin_ns) / static_cast<std::int64_t>(kIntervals), 1);
+  std::vector<Point> kept;
+  for (std::size_t i = 0; i < points.size();) {
+    const auto interval = (points[i].time_ns - begin_ns) / width;
+    std::vector<std::size_t> of_interval{i, i, i};
+    for (; i < points.size() && (points[i].time_ns - begin_ns) / width == interval; ++i) {
+      if (points[i].error < points[of_interval[1]].error) of_interval[1] = i;
+      if (points[i].error > points[of_interval[2]].error) of_interval[2] = i;
+    }
+    std::sort(of_interval.begin(), of_interval.end());
+    of_interval.erase(std::unique(of_interval.begin(), of_interval.end()), of_interval.end());
+    for (const auto each : of_interval) kept.push_back(points[each]);
+  }
+  return kept;
+}
+
+class Picture {
+ public:
+  Picture(std::vector<Axis> axes, const std::vector<std::pair<std::int64_t, std::string>>& events)
+      : axes_(std::move(axes)) {
+    for (const auto& axis : axes_) {
+      begin_ns_ = std::min(begin_ns_, axis.points.front().time_ns);
+      end_ns_ = std::max(end_ns_, axis.points.back().time_ns);
+    }
+    for (const auto& [time_ns, text] : events) {
+      if (time_ns >= begin_ns_ && time_ns <= end_ns_) events_.emplace_back(seconds(time_ns), text);
+    }
+  }
+
+  [[nodiscard]] std::string script(const std::string& output) const {
+    const auto panels_count = static_cast<double>(2 * axes_.size());
+    const auto below = kBelow + kLineHeight * static_cast<double>(events_.size());
+    const auto height = kAbove + panels_count * kPanelHeight + (panels_count - 1) * kSpacing + below;
+    auto text = fmt::format(
+        "set terminal svg size {},{} font 'sans,11' background 'white' noenhanced\nset output {}\nset grid\nset key "
+        "above\n"
+        "set xrange [0:{:.9g}]\n",
+        kWidth, height, quoted(output), std::max(seconds(end_ns_), 1e-9));
+    for (std::size_t i = 0; i < axes_.size(); ++i) text += data(i);
+    text += fmt::format("set multiplot layout {},1 margins 0.14,0.98,{:.6f},{:.6f} spacing 0,{:.6f}\n",
+                        2 * axes_.size(), below / height, 1 - kAbove / height, kSpacing / height);
+    text += arrows();
+    for (std::size_t i = 0; i < axes_.size(); ++i) {
+      text += panels(i, i + 1 == axes_.size() ? sentences(height) : std::string{});
+    }
+    return text + "unset multiplot\n";
+  }
+
+ private:
+  [[nodiscard]] double seconds(std::int64_t time_ns) const { return static_cast<double>(time_ns - begin_ns_) * 1e-9; }
+
+  [[nodiscard]] std::string data(std::size_t i) const {
+    auto text = fmt::format("$axis{} << END\n", i);
+    for (const auto& point : reduced(axes_[i].points, begin_ns_, end_ns_)) {
+      text += fmt::format("{:.9f} {} {} {}\n", seconds(point.time_ns), point.target, point.actual, point.error);
+    }
+    return text + "END\n";
+  }
+
+  /// A line for each event, in every panel, with its number.
+  [[nodiscard]] std::string arrows() const {
+    std::string text;
+    for (std::size_t i = 0; i < events_.size(); ++i) {
+      const auto at = events_[i].first;
+      text +=
+          fmt::format("set arrow from {0:.9f}, graph 0 to {0:.9f}, graph 1 nohead dashtype 2 lc rgb '#a63603'\n", at);
+      text += fmt::format("set label '{}' at {:.9f}, graph 1.07 center font 'sans,9'\n", i + 1, at);
+    }
+    return text;
+  }
+
+  /// What the numbers mean, below the last panel.
+  [[nodiscard]] std::string sentences(double height) const {
+    std::string text;
+    for (std::size_t i = 0; i < events_.size(); ++i) {
+      const auto& sentence = events_[i].second;
+      const auto shown = sentence.size() > kLongestText ? sentence.substr(0, kLongestText) + " ..." : sentence;
+      const auto line = static_cast<double>(events_.size() - i) - 0.5;
+      text += fmt::format("set label {} at screen 0.02, screen {:.6f} font 'sans,9'\n",
+                          quoted(fmt::format("{}  {:.3f} s  {}", i + 1, events_[i].first, shown)),
+                          line * kLineHeight / height);
+    }
+    return text;
+  }
+
+  /// `below`: what stands below the second of them.
+  [[nodiscard]] std::string panels(std::size_t i, const std::string& below) const {
+    const auto& axis = axes_[i];
+    auto text = fmt::format("set ylabel {}\n", quoted(fmt::format("{} in {}", axis.name, axis.unit)));
+    // The actual position upon a broad and pale band: where both are the same both can be seen.
+    text += fmt::format(
+        "plot $axis{0} using 1:2 with lines lw 4 lc rgb '#9ecae1' title 'commanded', "
+        "'' using 1:3 with lines lc rgb '#08306b' title 'actual'\n",
+        i);
+    if (i + 1 == axes_.size()) text += "set xlabel 'time in s'\n" + below;
+    text += fmt::format("set ylabel {}\n", quoted(fmt::format("error in {}", axis.unit)));
+    return text + fmt::format("plot $axis{} using 1:4 with lines lc rgb '#a63603' title 'following error'\n", i);
+  }
+
+  std::vector<Axis> axes_;
+  std::vector<std::pair<double, std::string>> events_;
+  std::int64_t begin_ns_ = std::numeric_limits<std::int64_t>::max();
+  std::int64_t end_ns_ = std::numeric_limits<std::int64_t>::min();
+};
+
+/// The axes that are asked for, in that order; all without a name.
+Outcome<std::vector<Axis>> select_axes(std::map<std::uint64_t, Axis> axes, const std::vector<std::string>& names) {
+  std::vector<Axis> chosen;
+  std::string known;
+  for (auto& [number, axis] : axes) known += (known.empty() ? "" : ", ") + axis.name;
+  for (const auto& name : names) {
+    const auto found =
+        std::find_if(axes.begin(), axes.end(), [&](const auto& each) { return each.second.name == name; });
+    if (found == axes.end()) return misused(fmt::format("there is no axis \"{}\"; there are {}", name, known));
+    chosen.push_back(found->second);
+  }
+  if (names.empty()) {
+    for (auto& [number, axis] : axes) chosen.push_back(std::move(axis));
+  }
+  return chosen;
+}
+
+Outcome<void> run_gnuplot(const std::string& script) {
+  constexpr int kNoProgram = 127 << 8;
+  auto* const pipe = ::popen("exec gnuplot 2>/dev/null", "w");  // these words alone; names stand in the script
+  if (pipe == nullptr) return failed("gnuplot cannot be started");
+  std::fwrite(script.data(), 1, script.size(), pipe);
+  const int status = ::pclose(pipe);
+  if (status == 0) return {};
+  return failed(status == kNoProgram ? "gnuplot is not installed (Debian package gnuplot-nox)"
+                                     : "gnuplot fails on what it is given");
+}
+
+}  // namespace
+
+Outcome<int> plot(const Options& options) {
+  const auto& name = options.argument;
+  if (name.empty()) return misused("which recording?");
+  Curves curves;
+  if (auto read = read_recording(name, [&](const Recorded& each) { curves.add(each); }); !read) {
+    return tl::unexpected(read.error());
+  }
+  auto axes = curves.take_axes();
+  if (axes.empty()) return failed(fmt::format("{}: has no samples of axes", name));
+  auto chosen = select_axes(std::move(axes), options.axes);
+  if (!chosen) return tl::unexpected(chosen.error());
+  auto output = options.output;
+  if (output.empty()) output = (name.ends_with(".mcap") ? name.substr(0, name.size() - 5) : name) + ".svg";
+  // gnuplot goes on when it cannot write.
+  auto* const file = std::fopen(output.c_str(), "w");
+  if (file == nullptr || std::fclose(file) != 0) return failed(fmt::format("{}: cannot be written", output));
+  if (auto done = run_gnuplot(Picture(std::move(*chosen), curves.events()).script(output)); !done) {
+    return tl::unexpected(done.error());
+  }
+  if (auto told = print(visible(output) + '\n'); !told) return tl::unexpected(told.error());
+  return 0;
+}
+
+}  // namespace driveline::bridge::clients

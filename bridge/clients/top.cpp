@@ -1,0 +1,205 @@
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <ctime>
+#include <deque>
+#include <map>
+#include <optional>
+
+#include "client.hpp"
+#include "subscription.hpp"
+#include "text.hpp"
+
+namespace driveline::bridge::clients {
+namespace {
+
+constexpr double kPatience_s = 10;  // for a line
+constexpr double kPeriod_s = 0.5;
+constexpr double kRestPatience_s = 2;  // of a page by itself, for axes and events when the line is there
+constexpr std::size_t kEvents = 8;
+constexpr std::chrono::seconds kSilence{2};  // status comes ten times in a second
+
+/// A sample that stays.
+struct Kept {
+  std::vector<std::uint8_t> bytes;
+  Value value;  ///< its strings point into `bytes`
+};
+
+std::string mode_name(std::int64_t mode) {
+  static const std::map<std::int64_t, std::string_view> names{{1, "PP"}, {3, "PV"},  {4, "PT"},  {6, "HM"},
+                                                              {7, "IP"}, {8, "CSP"}, {9, "CSV"}, {10, "CST"}};
+  const auto found = names.find(mode);
+  return found == names.end() ? fmt::format("{}", mode) : std::string(found->second);
+}
+
+/// "OPERATION ENABLED" of "AXIS_OPERATION_ENABLED".
+std::string state_name(const Value& state) {
+  auto name = std::string(state.text().substr(std::min(state.text().find('_'), state.text().size() - 1) + 1));
+  for (auto& c : name) {
+    if (c == '_') c = ' ';
+  }
+  return name.empty() ? fmt::format("{}", state.whole()) : name;
+}
+
+std::string times(const Value& percentiles) {
+  const auto us = [&](std::string_view name) { return percentiles.find(name)->number() * 1e-3; };
+  return fmt::format("p50 {:.1f} us, p99 {:.1f} us, max {:.1f} us", us("p50_ns"), us("p99_ns"), us("max_ns"));
+}
+
+/// What is known of a line, and its page.
+class LinePage {
+ public:
+  void add(const Sample& sample) {
+    Kept kept{{sample.bytes.begin(), sample.bytes.end()}, {}};
+    auto value = decode(*sample.topic->structure, kept.bytes);
+    if (!value) {
+      other_version_ = true;
+      return;
+    }
+    kept.value = *std::move(value);
+    if (const auto* axis = kept.value.find("actual_position"); axis != nullptr) {
+      const auto number = kept.value.find("axis")->whole();
+      axes_.insert_or_assign(number, std::move(kept));
+    } else if (kept.value.find("severity") != nullptr) {
+      add_event(std::move(kept));
+    } else {
+      status_ = std::move(kept);
+      status_at_ = Clock::now();
+    }
+  }
+
+  [[nodiscard]] bool known() const { return status_.has_value(); }
+  [[nodiscard]] bool complete() const { return known() && axes_.size() >= number("axes") && !events_.empty(); }
+  [[nodiscard]] bool other_version() const { return other_version_ && !known(); }
+
+  [[nodiscard]] std::vector<std::string> lines() const {
+    auto page = head();
+    page.emplace_back();
+    page.push_back(fmt::format("{:<16}{:>15}{:>15}{:>13} {:<6} {:<24}{}", "axis", "position", "velocity", "error", "",
+                               "state", "mode"));
+    for (const auto& [number, axis] : axes_) page.push_back(axis_line(axis.value));
+    const auto& faults = status_->value.find("faults")->parts;
+    if (!faults.empty()) page.insert(page.end(), {"", "faults"});
+    for (const auto& fault : faults) page.push_back("  " + visible(fault.text()));
+    if (!events_.empty()) page.insert(page.end(), {"", "events"});
+    for (const auto& event : events_) page.push_back(event_line(event.value));
+    return page;
+  }
+
+ private:
+  [[nodiscard]] const Value& field(std::string_view name) const { return *status_->value.find(name); }
+  [[nodiscard]] std::uint64_t number(std::string_view name) const { return field(name).whole(); }
+
+  void add_event(Kept event) {
+    const auto numbered = event.value.find("number")->whole();
+    // After a restart of the bridge the last ones come again.
+    for (const auto& other : events_) {
+      if (other.value.find("number")->whole() == numbered) return;
+    }
+    events_.push_back(std::move(event));
+    if (events_.size() > kEvents) events_.pop_front();
+  }
+
+  [[nodiscard]] std::vector<std::string> head() const {
+    const auto silent = Clock::now() - status_at_;
+    const auto state = silent < kSilence
+                           ? state_name(field("state"))
+                           : fmt::format("nothing has come for {} s",
+                                         std::chrono::duration_cast<std::chrono::seconds>(silent).count());
+    return {
+        fmt::format("{}: {}, cycle {} of {:.9g} us", visible(field("name").text()), state, number("cycle"),
+                    field("cycle_period_ns").number() * 1e-3),
+        fmt::format("{} cycles, {} periods missed, {} working counter errors, {} frames lost", number("cycles"),
+                    number("missed_periods"), number("wkc_errors"), number("lost_frames")),
+        "wake-up  " + times(field("wake_latency")),
+        "cost     " + times(field("cycle_cost")),
+        fmt::format("clocks   {}", number("dc_locked") != 0
+                                       ? fmt::format("locked, {} ns off", field("dc_difference_ns").number())
+                                       : std::string("not locked")),
+        fmt::format("samples  {} published, {} dropped", number("telemetry_published"), number("telemetry_dropped"))};
+  }
+
+  static std::string axis_line(const Value& axis) {
+    const bool linear = axis.find("kind")->text() == "AXIS_LINEAR";
+    const auto value = [&](std::string_view name) { return axis.find(name)->number(); };
+    return fmt::format("{:<16}{:>13.6f} {}{:>13.6f} {}{:>13.3e} {:<6} {:<24}{}", visible(axis.find("name")->text()),
+                       value("actual_position"), linear ? "m " : "rad", value("actual_velocity"),
+                       linear ? "m/s  " : "rad/s", value("following_error"), linear ? "m" : "rad",
+                       state_name(*axis.find("state")), mode_name(static_cast<std::int64_t>(value("mode"))));
+  }
+
+  static std::string event_line(const Value& event) {
+    const auto at_ns = static_cast<std::int64_t>(event.find("wall_time_ns")->whole());
+    const auto grave = event.find("severity")->text();
+    const auto* const word = grave == "EVENT_FAULT" ? "fault: " : grave == "EVENT_FAILURE" ? "FAILURE: " : "";
+    return fmt::format("  {:%H:%M:%S}.{:03}  {}{}", fmt::localtime(static_cast<std::time_t>(at_ns / 1'000'000'000)),
+                       at_ns / 1'000'000 % 1000, word, visible(event.find("text")->text()));
+  }
+
+  std::optional<Kept> status_;
+  Clock::time_point status_at_;
+  std::map<std::uint64_t, Kept> axes_;
+  std::deque<Kept> events_;
+  bool other_version_ = false;
+};
+
+/// Prints pages one behind the other, on a terminal in the same place (ECMA-48 control sequences).
+class Screen {
+ public:
+  Outcome<void> show(const std::vector<std::string>& page) {
+    std::string text = terminal_ ? "\x1B[?7l\x1B[H" : "";  // no wrapping; begin at the top
+    const auto rows = most_rows();
+    for (std::size_t i = 0; i < page.size() && i < rows; ++i) text += page[i] + (terminal_ ? "\x1B[K\n" : "\n");
+    text += terminal_ ? "\x1B[J\x1B[?7h" : "\n";  // clear what is below
+    return print(text);
+  }
+
+ private:
+  [[nodiscard]] std::size_t most_rows() const {
+    winsize size = {};
+    const bool known = terminal_ && ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_row > 1;
+    return known ? size.ws_row - 1U : SIZE_MAX;
+  }
+
+  bool terminal_ = ::isatty(STDOUT_FILENO) != 0;
+};
+
+}  // namespace
+
+Outcome<int> top(const Options& options) {
+  const auto chosen = select_topics({"driveline/line_status", "driveline/axis_telemetry", "driveline/v1/event"});
+  if (!chosen) return tl::unexpected(chosen.error());
+  auto subscription = Subscription::create(options.place, *chosen);
+  if (!subscription) return tl::unexpected(subscription.error());
+  LinePage page;
+  const auto patience_s = options.timeout_s.value_or(kPatience_s);
+  const auto patience = after(patience_s);
+  auto rest_patience = Clock::time_point::max();
+  auto next = Clock::now();
+  Screen screen;
+  while (!stop_requested()) {
+    subscription->take(kWait, [&](const Sample& sample) { page.add(sample); });
+    if (!page.known()) {
+      if (Clock::now() < patience) continue;
+      if (page.other_version()) return failed("a line of another version publishes in " + options.place.text());
+      return failed(fmt::format("no line publishes in {}: nothing came for {} s", options.place.text(), patience_s));
+    }
+    if (rest_patience == Clock::time_point::max()) rest_patience = after(kRestPatience_s);
+    if (options.once) {
+      if (!page.complete() && Clock::now() < rest_patience) continue;
+      for (const auto& line : page.lines()) {
+        if (auto told = print(line + '\n'); !told) return tl::unexpected(told.error());
+      }
+      return 0;
+    }
+    if (Clock::now() < next) continue;
+    next = after(options.period_s.value_or(kPeriod_s));
+    if (auto shown = screen.show(page.lines()); !shown) return tl::unexpected(shown.error());
+  }
+  return 0;
+}
+
+}  // namespace driveline::bridge::clients
