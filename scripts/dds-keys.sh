@@ -12,7 +12,7 @@ set -euo pipefail
 
 readonly DAYS=3650
 readonly TELEMETRY=(driveline/axis_telemetry driveline/line_status 'driveline/v1/axis_batch' driveline/v1/event driveline/v1/slave
-  driveline/v1/topology driveline/v1/statistics driveline/v1/axis_state rt/joint_states)
+  driveline/v1/topology driveline/v1/cycle_statistics driveline/v1/axis_state rt/diagnostics rt/joint_states)
 readonly COMMANDS=(driveline/v1/command)
 readonly ANSWERS=(driveline/v1/command_answer)
 
