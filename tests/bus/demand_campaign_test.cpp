@@ -1,6 +1,10 @@
 // Random sequences of all requests, faults, lost frames and missed periods: what simulated drives demand of their
-// motors obeys the limits of their axes, whatever happens. What drives are told is judged in tests/unit, without
-// drives.
+// motors obeys the limits of their axes, whatever happens: also while an axis that coasts is switched on, and while its
+// mode changes. What drives are told is judged in tests/unit, without drives.
+//
+// Judged is (DemandWatch has the margins, and why there are any): 6062h where the drive follows positions, 606Bh where
+// it has power, and under a torque, where it demands no velocity, what the shaft does. Not judged is what nobody has
+// demanded: a motor without power, a stop with all the torque, and 606Bh of an axis that something holds fast.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -162,12 +166,11 @@ class Sequence {
       if (chance(60)) ask();
       harm();
       const bool missed = chance(150);
-      if (missed && !catching()) {
+      if (missed) {
         miss(1 + static_cast<int>(pick(chance(4) ? 12 : 5)));
       } else {
         lost_ = chance(40) ? 1 + static_cast<int>(pick(chance(8) ? 12 : 4)) : std::max(lost_ - 1, 0);
         lost_outwards_ = chance(2);
-        if (catching()) lost_ = 0;
         cycle();
       }
       for (std::size_t axis = 0; axis < kAxes; ++axis) {
@@ -215,18 +218,6 @@ class Sequence {
     }
     drives_.leave_alone(microseconds{15});
     cycle();
-  }
-
-  /// An axis that coasts is being switched on, or was just now: frames are not lost then. A drive that has heard of its
-  /// motion once takes it over from too little.
-  [[nodiscard]] bool catching() {
-    constexpr int kHeard = 8;  // cycles
-    for (std::size_t i = 0; i < kAxes; ++i) {
-      const auto& drive = drives_.drive(i);
-      const bool off = drive.motion().command() == slaves::MotionCommand::kOff;
-      if (off && std::abs(drive.velocity_rad_s()) > 0.05) caught_ = now_ + kHeard;
-    }
-    return now_ < caught_;
   }
 
   /// A weight that the drive takes over from a brake, and leaves to it.
@@ -331,7 +322,6 @@ class Sequence {
   std::array<int, kAxes> blocked_{};
   Asked asked_{};
   std::int64_t now_ = 0;
-  std::int64_t caught_ = 0;
   int lost_ = 0;
   bool lost_outwards_ = false;
 };
@@ -367,10 +357,13 @@ TEST(DemandCampaign, DrivesDemandNoMoreThanTheirAxesMay) {
 }
 
 /// Frames lost while an axis returned to its setpoints behind a change of its mode, a master away when a drive was to
-/// be told to change, and drives that had made up for missing setpoints.
+/// be told to change, drives that had made up for missing setpoints, periods missed and frames lost just when an axis
+/// that coasted was switched on (3367 to 16028, the last one in interpolated position mode), and a frame lost while an
+/// axis braked in CSV (30041).
 TEST(DemandCampaign, WhatWasOnceBeyondTheLimitsIsNotAnyMore) {
   Coverage coverage;
-  for (const unsigned seed : {1731U, 2452U, 3224U, 3433U, 6446U}) {
+  for (const unsigned seed :
+       {1731U, 2452U, 3224U, 3433U, 6446U, 1732U, 3367U, 4663U, 10491U, 10845U, 13372U, 14484U, 16028U, 30041U}) {
     Sequence sequence(seed, coverage);
     EXPECT_EQ(sequence.execute(), "") << "seed " << seed;
   }

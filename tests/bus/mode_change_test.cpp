@@ -227,6 +227,41 @@ TEST(ModeChange, WithAMasterThatIsAwayWhenItIsToldIsWithinTheLimits) {
   }
 }
 
+/// In CST a drive goes on with the torque that it was told last, in CSV with the velocity, in CSP with the positions.
+TEST(ModeChange, WithPeriodsMissedAtAnyMomentIsWithinTheLimits) {
+  constexpr std::array kModes{Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque};
+  for (const auto from : kModes) {
+    for (const auto to : kModes) {
+      const int told = from == Mode::kCyclicTorque ? 32 : 8;
+      for (const double load_nm : {0.2, -0.2}) {
+        for (const int periods : {4, 7}) {
+          for (int moment = told - 8; moment < told + 12; moment += 3) {
+            // Where it brakes hard at speed, and where it is about to turn round.
+            for (const int place : {3700, 4500}) {
+              SCOPED_TRACE(testing::Message() << to_text(from) << " to " << to_text(to) << ", " << load_nm << " Nm, "
+                                              << periods << " periods, " << moment << " cycles, at " << place);
+              auto options = ModeLine::fast_path();
+              options.mode = from;
+              options.amplitude_rad = 5.0;
+              ModeLine line(options);
+              line.load(load_nm);
+              line.cycles(place);
+              for (auto& judge : line.judges) judge.forget();
+              line.cycles(20);
+              EXPECT_TRUE(line.axis().set_mode(to));
+              line.cycles(moment);
+              line.stall(periods);
+              line.change(to, 400);
+              line.cycles(400);
+              line.expect_obedience();
+            }
+          }
+        }
+      }
+    }
+  }
+}
+
 /// Changes in any order, at any time, also before the one before is over, under a load that nobody knows.
 void random_changes(unsigned seed) {
   constexpr std::array kModes{Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque};

@@ -5,15 +5,17 @@
 
 namespace driveline::trajectory {
 
-void Coast::give(double position, double velocity) noexcept {
+void Coast::give(double position, double velocity, double acceleration) noexcept {
   position_ = position;
   velocity_ = velocity;
+  acceleration_ = acceleration;
   missed_ = 0;
 }
 
 void Coast::step(double period_s) noexcept {
   if (missed_ < straight_) {
     ++missed_;
+    velocity_ += acceleration_ * period_s;
   } else {
     velocity_ -= std::copysign(std::min(std::abs(velocity_), deceleration_ * period_s), velocity_);
   }
@@ -23,7 +25,7 @@ void Coast::step(double period_s) noexcept {
 AxisSetpoint Coast::next(double period_s) const noexcept {
   Coast later = *this;
   later.step(period_s);
-  return {later.position_, later.velocity_, 0.0};
+  return {later.position_, later.velocity_, missed_ < straight_ ? acceleration_ : 0.0};
 }
 
 }  // namespace driveline::trajectory

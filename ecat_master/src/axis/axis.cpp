@@ -284,7 +284,7 @@ double Axis::velocity_loop(double velocity) noexcept {
 
 /// The last setpoint stands for the first of them, and the next one belongs behind them all.
 void Axis::skip(std::int64_t periods) noexcept {
-  if (pending_) change_->skip(periods - 1);
+  if (pending_) change_->skip(periods - 1, mode_);
   const double step = setpoints_.whole_cycles() > 0 ? setpoints_.ago(0) - setpoints_.ago(1) : 0.0;
   for (std::int64_t period = 1; period < periods; ++period) setpoints_.push(setpoints_.ago(0) + step);
 }
@@ -373,9 +373,12 @@ void Axis::write_outputs(std::span<std::byte> image, cia402::Goal goal, bool res
   targets_.control_word = cia402::next_control_word(inputs_.state, goal);
   // Fault reset works on the rising edge of bit 7, so it is given for one request and taken back by the next.
   if (reset_fault && fault()) targets_.control_word = cia402::command::kFaultReset;
-  if (moving && goal == cia402::Goal::kEnabled) {
-    const bool interpolated = mode_ == cia402::Mode::kInterpolatedPosition;
-    targets_.control_word |= interpolated ? cia402::command_bit::kInterpolate : command_bits_;
+  const bool interpolated = mode_ == cia402::Mode::kInterpolatedPosition;
+  // From the command to enable on: a drive that was enabled without this bit would brake until it got it.
+  if (interpolated && targets_.control_word == cia402::command::kEnableOperation) {
+    targets_.control_word |= cia402::command_bit::kInterpolate;
+  } else if (moving && goal == cia402::Goal::kEnabled) {
+    targets_.control_word |= command_bits_;
   }
   put(control_word_, image, targets_.control_word);
   put(mode_object_, image, static_cast<std::int8_t>(pending_ ? change_->told(mode_) : mode_));

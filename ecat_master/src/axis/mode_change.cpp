@@ -5,8 +5,6 @@
 #include <iterator>
 #include <utility>
 
-#include "driveline/trajectory/rejoin.hpp"
-
 namespace driveline::ecat_master {
 namespace {
 
@@ -33,11 +31,10 @@ constexpr double kSettledShare = 0.25;
 constexpr double kSettledS = 1e-3;
 /// In which a drive changes that is going to.
 constexpr double kPatienceS = 0.25;
+/// In which a drive that changes at once has done so.
+constexpr double kAnswersS = 1e-3;
 /// Of a velocity that the axis lacks, the share that position setpoints begin without: the demand and the axis meet.
 constexpr double kLagTaken = 0.5;
-/// Shares of the limits for the return to the setpoints.
-constexpr double kLeastShare = 0.05;
-constexpr double kMostShare = 0.1;
 /// Share by which the feed-forward of the velocity approaches what it should be.
 constexpr double kFed = 0.05;
 /// When it is there, in shares of the highest velocity.
@@ -85,8 +82,20 @@ bool ModeChange::committed() const noexcept {
   return pending() && preparing_ == 0 && (shown_ > 0 || told_s_ < kPatienceS);
 }
 
-void ModeChange::skip(std::int64_t periods) noexcept {
+cia402::Mode ModeChange::in_force(Mode wanted) const noexcept {
+  if (preparing_ > 0) return from_;
+  return shown_ > 0 || told_s_ < kAnswersS ? wanted : from_;
+}
+
+/// A drive that holds its torque goes on as all that it was told accelerates it, any other one at its velocity.
+void ModeChange::skip(std::int64_t periods, Mode wanted) noexcept {
+  if (periods <= 0) return;
   const double time = static_cast<double>(periods) * settings_.period_s;
+  if (in_force(wanted) == Mode::kCyclicTorque) {
+    hold_torque();
+  } else {
+    observed_.acceleration = 0.0;
+  }
   observed_.position += time * (observed_.velocity + 0.5 * time * observed_.acceleration);
   observed_.velocity += time * observed_.acceleration;
   led_.position += time * led_.velocity;
@@ -157,31 +166,15 @@ trajectory::AxisSetpoint ModeChange::lead(const Measured& measured, const trajec
 }
 
 void ModeChange::return_from(double position, double velocity) noexcept {
-  start_ = {position, velocity, 0.0};
-  started_ = true;
+  return_ = {position, velocity, settings_.limits};
   on_setpoints_ = false;
 }
 
 /// The deviation from the setpoints goes to zero with what the motion leaves of the limits.
 trajectory::AxisSetpoint ModeChange::approach(const trajectory::AxisSetpoint& setpoint) noexcept {
-  if (started_) {
-    const double before = setpoint.position - setpoint.velocity * settings_.period_s;
-    deviation_ = start_.position - before;
-    deviation_velocity_ = start_.velocity - setpoint.velocity;
-    started_ = false;
-  }
-  const auto& limits = settings_.limits;
-  const trajectory::AxisLimits spare{
-      std::max(limits.max_velocity - std::abs(setpoint.velocity), kLeastShare * limits.max_velocity),
-      std::clamp(limits.max_acceleration - std::abs(setpoint.acceleration), kLeastShare * limits.max_acceleration,
-                 kMostShare * limits.max_acceleration)};
-  trajectory::Rejoin way(deviation_, deviation_velocity_, spare);
-  const auto deviation = way.step({}, settings_.period_s);
-  deviation_ = deviation.position;
-  deviation_velocity_ = deviation.velocity;
-  on_setpoints_ = way.joined();
-  return {setpoint.position + deviation.position, setpoint.velocity + deviation.velocity,
-          setpoint.acceleration + deviation.acceleration, setpoint.torque};
+  const auto reference = return_.step(setpoint, settings_.period_s);
+  on_setpoints_ = return_.joined();
+  return reference;
 }
 
 void ModeChange::fade() noexcept {
@@ -213,6 +206,16 @@ void ModeChange::expect(double torque) noexcept {
   on_its_way_ = (torque - told_torque_[0] + rest) / settings_.inertia;
   std::copy_backward(std::begin(told_torque_), std::end(told_torque_) - 1, std::end(told_torque_));
   told_torque_[0] = torque;
+}
+
+/// The torque of the last cycle has not been sent; those before it come into effect.
+void ModeChange::hold_torque() noexcept {
+  if (!(settings_.inertia > 0.0)) return;
+  const double arrives = (1.0 - kTorqueArrives[0]) * (told_torque_[1] - told_torque_[2]) +
+                         kTorqueArrives[2] * (told_torque_[2] - told_torque_[3]);
+  observed_.acceleration += arrives / settings_.inertia;
+  on_its_way_ = 0.0;
+  std::fill(std::begin(told_torque_), std::end(told_torque_), told_torque_[1]);
 }
 
 void ModeChange::follow(const Measured& measured, const Wanted& wanted) noexcept {

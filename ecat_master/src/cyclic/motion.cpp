@@ -98,9 +98,12 @@ Motion::Motion(std::vector<Axis> axes, Settings settings)
       absences_(axes_.size()),
       presence_shared_(std::make_unique<std::atomic<AxisPresence>[]>(axes_.size())),
       bad_cycles_(axes_.size()),
-      exchanged_(axes_.size()) {
+      arrests_(axes_.size()),
+      exchanged_(axes_.size()),
+      seen_(axes_.size()) {
   for (const auto& axis : axes_) {
     position_watches_.emplace_back(axis.config(), settings_.period);
+    coast_watches_.emplace_back(axis.config(), seconds(1));
     following_watches_.emplace_back(axis.config(), settings_.period);
     const auto& limits = axis.config().limits;
     const double most_torque = axis.config().max_torque.value_or(1.0);
@@ -147,6 +150,7 @@ void Motion::read_inputs(std::span<const std::byte> image, std::span<const bool>
     const bool ok = valid[axes_[i].config().slave];
     const bool now = fresh.empty() || fresh[axes_[i].config().slave];
     exchanged_[i] = static_cast<char>(ok && now);
+    if (now) seen_[i] = static_cast<char>(ok);
     bad_cycles_[i] = ok ? 0 : bad_cycles_[i] + 1;
     // Single bad cycles are bridged with the inputs of the last good one.
     if (ok || bad_cycles_[i] >= settings_.bad_cycle_limit) axes_[i].read_inputs(image, ok, now);
@@ -174,6 +178,7 @@ void Motion::obey(std::int64_t cycle) noexcept {
     for (std::size_t i = 0; i < axes_.size(); ++i) {
       set_presence(i, AxisPresence::kPresent, cycle);
       anchors_[i].reset();
+      arrests_[i] = {};
     }
     rewind_source();
     tell_path_late();
@@ -272,22 +277,7 @@ void Motion::advance(std::int64_t cycle) noexcept {
 void Motion::advance_powerless(std::int64_t cycle) noexcept {
   switch (phase_) {
     case MotionPhase::kEnabling:
-      // An axis that is enabled already holds the place where it was enabled.
-      for (std::size_t i = 0; i < axes_.size(); ++i) {
-        if (!axes_[i].enabled()) setpoints_[i] = {place_of(i), 0.0, 0.0};
-      }
-      if (all_enabled()) {
-        std::copy(setpoints_.begin(), setpoints_.end(), targets_.begin());
-        for (std::size_t i = 0; i < axes_.size(); ++i) {
-          if (axes_[i].enabled()) anchor(i);
-          supply_from_rest(i);
-        }
-        for (std::size_t i = 0; i < axes_.size(); ++i) {
-          if (axes_[i].enabled() && !begins_in_range(i, cycle)) return;
-        }
-        plan_approach();
-        enter(MotionPhase::kApproach, cycle);
-      }
+      advance_enabling(cycle);
       break;
     case MotionPhase::kQuickStop:
       // A drive that stays in Quick stop active (605Ah = 5..8) is switched off once it has had time to stop; so is one

@@ -52,7 +52,6 @@ void Motion::watch_enabling(std::int64_t cycle) noexcept {
 
 void Motion::watch_absence(std::size_t axis, std::int64_t cycle) noexcept {
   auto& absence = absences_[axis];
-  const auto& inputs = axes_[axis].inputs();
   if (unavailable(axis)) {
     if (absence.presence != AxisPresence::kMissing) set_presence(axis, AxisPresence::kMissing, cycle);
     return;
@@ -69,7 +68,8 @@ void Motion::watch_absence(std::size_t axis, std::int64_t cycle) noexcept {
       if (axes_[axis].enabled()) {
         anchor(axis);
         if (!begins_in_range(axis, cycle)) return;
-        absence.rejoin = trajectory::Rejoin(place_of(axis), inputs.velocity, axes_[axis].config().limits);
+        // With the velocity that it has, should it coast.
+        absence.rejoin = {setpoints_[axis].position, setpoints_[axis].velocity, axes_[axis].config().limits};
         set_presence(axis, AxisPresence::kReturning, cycle);
       } else if (seconds(cycle - absence.since) > std::chrono::duration<double>(settings_.enable_timeout).count()) {
         fail(enable_failure(axis), axis, cycle);
@@ -97,9 +97,10 @@ bool Motion::reset_due(std::size_t axis, std::int64_t cycle) const noexcept {
 cia402::Goal Motion::goal(std::size_t axis) const noexcept {
   using cia402::Goal;
   if (phase_ == MotionPhase::kQuickStop) return Goal::kQuickStop;
-  // It will hold the position at which it is enabled.
+  // It will hold the position at which it is enabled, or brake from there.
   const bool held = axes_[axis].inputs().state == snapshot::AxisState::kOperationEnabled;
-  const auto enabled = held || position_watches_[axis].steady() ? Goal::kEnabled : Goal::kDisabled;
+  const bool ready = position_watches_[axis].steady() && coast_watches_[axis].catchable(seen_[axis] != 0);
+  const auto enabled = held || ready ? Goal::kEnabled : Goal::kDisabled;
   if (phase_ != MotionPhase::kEnabling && !powered()) return Goal::kDisabled;
   switch (absences_[axis].presence) {
     case AxisPresence::kMissing:

@@ -10,15 +10,18 @@ void Motion::judge_positions(std::int64_t cycle) noexcept {
     auto& watch = position_watches_[i];
     if (unavailable(i)) {
       watch.forget();
+      coast_watches_[i].forget();
       continue;
     }
     if (!exchanged_[i]) continue;
     const bool driven = axes_[i].enabled() && (powered() || phase_ == MotionPhase::kEnabling);
     const auto finding = watch.judge(cycle, axes_[i].inputs().position, setpoints_[i], driven, exchange_took_);
-    axes_[i].hold_at(watch.held());
+    coast_watches_[i].look(watch.held(), axes_[i].inputs().velocity);
+    axes_[i].hold_at(watch.held(), coast_watches_[i].velocity());
     if (finding.kind == PositionFinding::Kind::kNewPlace) {
       setpoints_[i] = {watch.held(), 0.0, 0.0};
       supply_from_rest(i);
+      arrests_[i] = {};
     }
     // On the way to standstill the finding is known already, or does not matter any more.
     if (finding && phase_ != MotionPhase::kStopping) stop_for(finding, i, cycle);

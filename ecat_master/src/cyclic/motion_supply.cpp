@@ -7,7 +7,7 @@ namespace driveline::ecat_master {
 
 /// Records the setpoints sent in this cycle and the resulting state of the drives.
 void Motion::note_supplies() noexcept {
-  for (std::size_t i = 0; i < axes_.size(); ++i) supplies_[i].given.note(setpoints_[i]);
+  for (std::size_t i = 0; i < axes_.size(); ++i) supplies_[i].given.note(setpoints_[i], axes_[i].mode_in_force());
 }
 
 /// The axis is at rest at its setpoint.
@@ -32,7 +32,7 @@ void Motion::bridge(std::size_t axis) noexcept {
   auto& supply = supplies_[axis];
   const auto presence = absences_[axis].presence;
   if (presence == AxisPresence::kMissing || presence == AxisPresence::kEnabling) {
-    setpoints_[axis] = {place_of(axis), 0.0, 0.0};
+    setpoints_[axis] = axes_[axis].held();
     return;
   }
   setpoints_[axis] = supply.given.bridge();
@@ -43,9 +43,7 @@ void Motion::bridge(std::size_t axis) noexcept {
 trajectory::AxisSetpoint Motion::aim_present(std::size_t axis) noexcept {
   auto& supply = supplies_[axis];
   if (!supply.beside_path) return targets_[axis];
-  if (!supply.way_back) {
-    supply.way_back.emplace(supply.given.sent(), supply.given.sent_velocity(), axes_[axis].config().limits);
-  }
+  if (!supply.way_back) supply.way_back.emplace(supply.given, axes_[axis].config().limits);
   const auto setpoint = supply.way_back->step(targets_[axis], seconds(1));
   if (supply.way_back->joined()) supply.beside_path = false;
   return setpoint;
@@ -67,7 +65,7 @@ void Motion::aim() noexcept {
       setpoints_[i] = absence.rejoin.step(targets_[i], seconds(1));
       if (absence.rejoin.joined()) set_presence(i, AxisPresence::kPresent, phase_start_);
     } else {
-      setpoints_[i] = {place_of(i), 0.0, 0.0};
+      setpoints_[i] = axes_[i].held();
       supply.beside_path = false;
     }
   }
@@ -84,10 +82,13 @@ void Motion::tell_path_late() noexcept {
 }
 
 AbsenceEffect Motion::resume(std::int64_t cycle, std::int64_t missed, std::span<std::byte> image) noexcept {
-  if (!powered()) return AbsenceEffect::kNone;
+  bool moving = powered();
+  for (std::size_t i = 0; i < axes_.size(); ++i) moving = moving || arresting(i);
+  if (!moving) return AbsenceEffect::kNone;
   const bool too_long = missed > settings_.bad_cycle_limit;
   if (!too_long) fall_behind(missed);
-  for (std::size_t i = 0; i < axes_.size() && powered(); ++i) {
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    if (!powered() && !arresting(i)) continue;
     if (too_long) {
       give_up(i, cycle);
       continue;
@@ -105,7 +106,7 @@ AbsenceEffect Motion::resume(std::int64_t cycle, std::int64_t missed, std::span<
 /// The position of the drive cannot be predicted any more: it stops by itself. Axes that may be missing are treated as
 /// if they had been, the others stop all.
 void Motion::give_up(std::size_t axis, std::int64_t cycle) noexcept {
-  if (!tolerated(axis)) return fail(MotionFailure::Cause::kMasterAway, axis, cycle);
+  if (!tolerated(axis) || phase_ == MotionPhase::kEnabling) return fail(MotionFailure::Cause::kMasterAway, axis, cycle);
   set_presence(axis, AxisPresence::kMissing, cycle);
   absences_[axis].braking = true;
 }

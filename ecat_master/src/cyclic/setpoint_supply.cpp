@@ -10,32 +10,39 @@ namespace {
 /// Number of missing setpoint periods that drives bridge at their last velocity.
 constexpr std::uint32_t kBridgedPeriods = 8;
 
-/// In CSV and CST a drive without new setpoints does not slow down.
+bool by_positions(cia402::Mode mode) noexcept {
+  return mode == cia402::Mode::kCyclicPosition || mode == cia402::Mode::kInterpolatedPosition;
+}
+
+/// In CSV and CST a drive without new setpoints does not slow down: it holds its velocity, or its torque.
 trajectory::Coast coast_of(cia402::Mode mode, double max_acceleration) noexcept {
   constexpr auto kForGood = std::numeric_limits<std::uint32_t>::max();
-  const bool by_positions = mode == cia402::Mode::kCyclicPosition || mode == cia402::Mode::kInterpolatedPosition;
-  if (!by_positions) return {kForGood, 0.0};
+  if (!by_positions(mode)) return {kForGood, 0.0};
   return {kBridgedPeriods, max_acceleration};
 }
 
 }  // namespace
 
 SetpointSupply::SetpointSupply(const AxisConfig& axis, double period_s)
-    : coast_(coast_of(axis.mode, axis.limits.max_acceleration)),
+    : mode_(axis.mode),
+      coast_(coast_of(axis.mode, axis.limits.max_acceleration)),
       max_velocity_(axis.limits.max_velocity),
       max_acceleration_(axis.limits.max_acceleration),
       period_s_(period_s) {}
 
 void SetpointSupply::set_mode(cia402::Mode mode) noexcept {
+  mode_ = mode;
   coast_ = coast_of(mode, max_acceleration_);
-  coast_.give(sent_, sent_velocity_);
+  coast_.give(sent_, sent_velocity_, held_acceleration());
 }
 
-void SetpointSupply::note(const trajectory::AxisSetpoint& sent) noexcept {
+void SetpointSupply::note(const trajectory::AxisSetpoint& sent, cia402::Mode mode) noexcept {
+  if (mode != mode_) set_mode(mode);
   sent_velocity_ = (sent.position - sent_) / period_s_;
   sent_ = sent.position;
+  sent_acceleration_ = sent.acceleration;
   if (reached_) {
-    coast_.give(sent_, sent_velocity_);
+    coast_.give(sent_, sent_velocity_, held_acceleration());
   } else {
     coast_.step(period_s_);
   }
@@ -44,6 +51,7 @@ void SetpointSupply::note(const trajectory::AxisSetpoint& sent) noexcept {
 void SetpointSupply::rest_at(double position) noexcept {
   sent_ = position;
   sent_velocity_ = 0.0;
+  sent_acceleration_ = 0.0;
   coast_.give(position, 0.0);
 }
 
@@ -56,10 +64,16 @@ void SetpointSupply::skip(std::int64_t missed) noexcept {
 trajectory::AxisSetpoint SetpointSupply::bridge() const noexcept {
   const double most = max_acceleration_ * period_s_;
   const double top = std::max(max_velocity_, std::abs(sent_velocity_));
-  const double coasting = (coast_.next(period_s_).position - sent_) / period_s_;
-  const double velocity =
-      std::clamp(coasting, std::max(sent_velocity_ - most, -top), std::min(sent_velocity_ + most, top));
-  return {sent_ + velocity * period_s_, velocity, 0.0};
+  const double step = by_positions(mode_) ? (coast_.next(period_s_).position - sent_) / period_s_
+                                          : sent_velocity_ + held_acceleration() * period_s_;
+  const double velocity = std::clamp(step, std::max(sent_velocity_ - most, -top), std::min(sent_velocity_ + most, top));
+  const double acceleration = by_torque() ? (velocity - sent_velocity_) / period_s_ : 0.0;
+  return {sent_ + velocity * period_s_, velocity, acceleration};
+}
+
+/// What a torque that is held goes on with.
+double SetpointSupply::held_acceleration() const noexcept {
+  return by_torque() ? std::clamp(sent_acceleration_, -max_acceleration_, max_acceleration_) : 0.0;
 }
 
 }  // namespace driveline::ecat_master

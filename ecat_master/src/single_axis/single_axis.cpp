@@ -10,8 +10,6 @@ namespace {
 
 /// A fault reset needs one cycle with bit 7 set and one without for its edge; several of each tolerate a lost frame.
 constexpr std::int64_t kResetCycles = 4;
-/// Share of the highest velocity at which an axis counts as standing.
-constexpr double kStanding = 2e-3;
 
 double seconds_of(std::chrono::nanoseconds time) noexcept {
   return std::chrono::duration<double>(time).count();
@@ -26,10 +24,12 @@ SingleAxis::SingleAxis(Axis& axis, RequestTable& table, const Settings& settings
       period_s_(seconds_of(settings.period)),
       watch_(axis.config(), settings.period),
       following_watch_(axis.config(), settings.period),
+      coast_(axis.config(), period_s_),
       supply_(axis.config(), period_s_) {}
 
 void SingleAxis::read_inputs(std::span<const std::byte> image, bool valid, bool operational, bool fresh) noexcept {
   exchanged_ = valid && fresh;
+  if (fresh) seen_ = valid;
   bad_cycles_ = valid ? 0 : bad_cycles_ + 1;
   // Single bad cycles are bridged with the inputs of the last good one.
   if (valid || bad_cycles_ >= settings_.bad_cycle_limit) axis_->read_inputs(image, valid, fresh);
@@ -39,7 +39,7 @@ void SingleAxis::read_inputs(std::span<const std::byte> image, bool valid, bool 
 
 void SingleAxis::begin_cycle(std::int64_t cycle, std::chrono::nanoseconds took) noexcept {
   cycle_ = cycle;
-  supply_.note(setpoint_);
+  supply_.note(setpoint_, axis_->mode_in_force());
   judge_position(took);
   watch();
 }
@@ -62,25 +62,18 @@ bool SingleAxis::off() const noexcept {
          state != AxisState::kSwitchedOn && state != AxisState::kFaultReactionActive;
 }
 
-/// Velocity of an axis that its drive has not stopped, or that a load moves; 0: it stands, whatever the filter of the
-/// velocity still says.
-double SingleAxis::coasting() noexcept {
-  if (!exchanged_) return coasting_;
-  const double standing = kStanding * axis_->config().limits.max_velocity;
-  const double moved = std::abs(watch_.held() - std::exchange(place_, watch_.held())) / period_s_;
-  const double velocity = axis_->inputs().velocity;
-  coasting_ = moved > standing && std::abs(velocity) > standing ? velocity : 0.0;
-  return coasting_;
-}
-
 /// Before the inputs are used in this cycle. An axis with an implausible position goes on without the loop that is
 /// closed by the master, from this cycle on.
 void SingleAxis::judge_position(std::chrono::nanoseconds took) noexcept {
-  if (axis_->inputs().state == snapshot::AxisState::kUnavailable) return watch_.forget();
+  if (axis_->inputs().state == snapshot::AxisState::kUnavailable) {
+    watch_.forget();
+    return coast_.forget();
+  }
   if (!exchanged_) return;
   const bool driven = axis_->enabled() && (powered() || power_ == Power::kEnabling) && !drive_moves();
   const auto finding = watch_.judge(cycle_, axis_->inputs().position, setpoint_, driven, took);
-  axis_->hold_at(watch_.held(), coasting());
+  coast_.look(watch_.held(), axis_->inputs().velocity);
+  axis_->hold_at(watch_.held(), coast_.velocity());
   if (finding.kind == PositionFinding::Kind::kNewPlace) {
     setpoint_ = {watch_.held(), 0.0, 0.0};
     rest();
@@ -243,7 +236,6 @@ void SingleAxis::advance_mode() noexcept {
 void SingleAxis::judge_mode() noexcept {
   if (axis_->mode_ready() || !powered()) {
     changing_mode_ = false;
-    supply_.set_mode(axis_->mode());
     return finish(mode_request_, RequestPhase::kDone);
   }
   if (!exceeded(mode_since_, settings_.mode_timeout)) return;
@@ -257,7 +249,6 @@ void SingleAxis::restore_mode() noexcept {
   if (!return_mode_ || axis_->enabled()) return;
   static_cast<void>(axis_->set_mode(*return_mode_));
   return_mode_.reset();
-  supply_.set_mode(axis_->mode());
 }
 
 cia402::Goal SingleAxis::goal() const noexcept {
@@ -269,10 +260,7 @@ cia402::Goal SingleAxis::goal() const noexcept {
     case Power::kEnabling: {
       // It will hold the position at which it is enabled.
       const bool held = axis_->inputs().state == snapshot::AxisState::kOperationEnabled;
-      const bool in_limits = std::abs(coasting_) <= axis_->config().limits.max_velocity;
-      // One that coasts is caught where it is, and not where it was when it was seen last.
-      const bool seen = exchanged_ || !(std::abs(coasting_) > 0.0);
-      return held || (watch_.steady() && in_limits && seen) ? Goal::kEnabled : Goal::kDisabled;
+      return held || (watch_.steady() && coast_.catchable(seen_)) ? Goal::kEnabled : Goal::kDisabled;
     }
     case Power::kQuickStop:
       return Goal::kQuickStop;

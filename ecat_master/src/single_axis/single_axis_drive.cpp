@@ -86,7 +86,6 @@ void SingleAxis::end_by_drive() noexcept {
   by_drive_ = ByDrive::kNone;
   axis_->set_command_bits(0);
   return_mode_.reset();
-  supply_.set_mode(axis_->mode());
   if (state_ != PlcopenState::kStopping && !active_) state_ = PlcopenState::kStandstill;
   finish(drive_request_, RequestPhase::kDone);
   // A motion, or being switched off, has waited for it.

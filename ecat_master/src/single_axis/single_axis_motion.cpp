@@ -287,7 +287,7 @@ void SingleAxis::advance_motion(const AxisSetpoint* fed) noexcept {
   if (!supply_.reached()) return bridge();
   if (beside_ && !way_back_) {
     const trajectory::AxisLimits limits{axis_->config().limits.max_velocity, most_acceleration()};
-    way_back_.emplace(supply_.sent(), supply_.sent_velocity(), limits);
+    way_back_.emplace(supply_, limits);
   }
   if (follows()) return follow(fed);
   const auto target = generator_.advance(period_s_);
@@ -334,7 +334,8 @@ void SingleAxis::follow(const AxisSetpoint* fed) noexcept {
     replan();
     return step_to(generator_.advance(period_s_));
   }
-  if (beside_) rejoin_ = *way_back_;
+  if (beside_)
+    rejoin_ = {supply_.sent(), supply_.sent_velocity(), {axis_->config().limits.max_velocity, most_acceleration()}};
   beside_ = false;
   const auto& limits = axis_->config().limits;
   const AxisSetpoint target{fed->position - offset_,

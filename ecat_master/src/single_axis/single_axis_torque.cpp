@@ -30,7 +30,6 @@ void SingleAxis::begin_torque() noexcept {
 
 /// What the drive does now is where the ramp begins.
 void SingleAxis::lead_by_torque() noexcept {
-  supply_.set_mode(axis_->mode());
   torque_nm_ = axis_->target_torque();
   axis_->command_torque();
   velocity_before_ = axis_->inputs().velocity;

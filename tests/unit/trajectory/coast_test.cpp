@@ -28,6 +28,21 @@ TEST(Coast, BeginsAnewWithEverySetpointThatArrives) {
   EXPECT_DOUBLE_EQ(coast.velocity(), 2.0);
 }
 
+TEST(Coast, ThatHoldsATorqueGoesOnAccelerating) {
+  Coast coast(2, 4.0);
+  coast.give(0.0, 1.0, 2.0);
+  EXPECT_DOUBLE_EQ(coast.next(kCoastPeriod).velocity, 2.0);
+  EXPECT_DOUBLE_EQ(coast.next(kCoastPeriod).acceleration, 2.0);
+  for (const double velocity : {2.0, 3.0, 1.0}) {
+    coast.step(kCoastPeriod);
+    EXPECT_DOUBLE_EQ(coast.velocity(), velocity);
+  }
+  EXPECT_DOUBLE_EQ(coast.position(), 3.0);
+  coast.give(0.0, 1.0);
+  coast.step(kCoastPeriod);
+  EXPECT_DOUBLE_EQ(coast.velocity(), 1.0) << "without a torque it holds its velocity";
+}
+
 TEST(Coast, WithoutDecelerationNeverSlowsDown) {
   Coast coast(1, 0.0);
   coast.give(0.0, 2.0);

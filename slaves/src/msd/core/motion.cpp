@@ -68,7 +68,9 @@ double Motion::torque_of(double permille) const noexcept {
 
 void Motion::set(const Setpoints& setpoints) noexcept {
   setpoints_ = setpoints;
-  if (command_ == MotionCommand::kFollow) push_setpoints();
+  if (command_ == MotionCommand::kFollow) return push_setpoints();
+  // A drive that is switched on later knows how old its setpoint is.
+  steps_since_sample_ = 0;
 }
 
 void Motion::push_setpoints() noexcept {

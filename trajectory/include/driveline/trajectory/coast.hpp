@@ -6,17 +6,18 @@
 
 namespace driveline::trajectory {
 
-/// Estimates where a drive is while setpoints do not reach it: it goes on at its last velocity for some periods and
-/// then slows down. A plain value without memory of its own.
+/// Estimates where a drive is while setpoints do not reach it: it goes on as it moved for some periods and then slows
+/// down. A plain value without memory of its own.
 class Coast {
  public:
   Coast() = default;
-  /// `straight`: number of periods at the last velocity; then the drive slows down by `deceleration`, in rad/s^2 or
-  /// m/s^2 (0: never).
+  /// `straight`: number of periods with the last velocity or acceleration; then the drive slows down by `deceleration`,
+  /// in rad/s^2 or m/s^2 (0: never).
   Coast(std::uint32_t straight, double deceleration) noexcept : straight_(straight), deceleration_(deceleration) {}
 
-  /// A setpoint has reached the drive; `velocity` is that of the step to it. \rtsafe
-  void give(double position, double velocity) noexcept;
+  /// A setpoint has reached the drive; `velocity` is that of the step to it. `acceleration`, rad/s^2 or m/s^2: with
+  /// which a drive that holds its torque goes on; 0: it holds its velocity. \rtsafe
+  void give(double position, double velocity, double acceleration = 0.0) noexcept;
   /// A period has passed without a setpoint for the drive. \rtsafe
   void step(double period_s) noexcept;
 
@@ -33,6 +34,7 @@ class Coast {
   std::uint32_t missed_ = 0;
   double position_ = 0.0;
   double velocity_ = 0.0;
+  double acceleration_ = 0.0;
 };
 
 }  // namespace driveline::trajectory

@@ -202,6 +202,8 @@ class Axis {
   [[nodiscard]] ProfileObjects& profile() noexcept { return profile_; }
   /// Mode that the drive is in, or on its way into; that of the last set_mode().
   [[nodiscard]] cia402::Mode mode() const noexcept { return wanted_; }
+  /// Mode by which the drive goes on when nothing reaches it any more.
+  [[nodiscard]] cia402::Mode mode_in_force() const noexcept { return pending_ ? change_->in_force(mode_) : mode_; }
   /// The drive is in mode(), as 6061h has shown for some exchanges, if it is mapped.
   [[nodiscard]] bool mode_ready() const noexcept { return !pending_ && mode_ == wanted_ && shows_mode(); }
   /// Bits of cia402::command_bit that the control word of an enabled axis gets from now on, besides those of its state.

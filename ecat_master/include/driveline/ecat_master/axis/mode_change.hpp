@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "driveline/ecat_master/cia402/cia402.hpp"
+#include "driveline/trajectory/deviation.hpp"
 #include "driveline/trajectory/motion_limits.hpp"
 #include "driveline/trajectory/setpoint.hpp"
 
@@ -70,12 +71,15 @@ class ModeChange {
   [[nodiscard]] cia402::Mode told(cia402::Mode wanted) const noexcept {
     return pending() && preparing_ > 0 ? from_ : wanted;
   }
+  /// By which the drive goes on while nothing reaches it: in the mode that it was told last, unless it has not changed
+  /// for so long that it is slow.
+  [[nodiscard]] cia402::Mode in_force(cia402::Mode wanted) const noexcept;
   /// The drive has been told, and may change at any moment: it must not be told to go back, unless it takes so long
   /// that it is not going to change.
   [[nodiscard]] bool committed() const noexcept;
 
   /// So many periods have gone by without a cycle.
-  void skip(std::int64_t periods) noexcept;
+  void skip(std::int64_t periods, cia402::Mode wanted) noexcept;
   /// To be called first in a cycle. While the mode shown is not `wanted`, or has not been for long, it stays pending().
   void look(const Measured& measured, cia402::Mode wanted) noexcept;
   /// What the axis is to do in this cycle so that it gets to `setpoint`: on its way in terms of the actual position, or
@@ -115,6 +119,7 @@ class ModeChange {
   void feed(const Measured& measured, const trajectory::AxisSetpoint& reference) noexcept;
   void observe(const Measured& measured) noexcept;
   void expect(double torque) noexcept;
+  void hold_torque() noexcept;
   void place(bool by_position, double velocity) noexcept;
   /// The drive has not left CSP yet.
   [[nodiscard]] bool led(const Measured& measured) const noexcept {
@@ -122,10 +127,8 @@ class ModeChange {
   }
 
   Settings settings_{};
-  trajectory::AxisSetpoint start_{};  ///< of the return, in the cycle before
-  trajectory::AxisSetpoint led_{};    ///< what the axis did by its position setpoints
-  double deviation_ = 0.0;            ///< from the setpoints
-  double deviation_velocity_ = 0.0;
+  trajectory::Deviation return_{};  ///< to the setpoints
+  trajectory::AxisSetpoint led_{};  ///< what the axis did by its position setpoints
   double reference_position_ = 0.0;
   double position_ = 0.0;  ///< target position that goes on with the motion
   double position_velocity_ = 0.0;
@@ -147,7 +150,6 @@ class ModeChange {
   bool first_ = false;         ///< cycle of the change
   bool fed_ = false;           ///< feed_velocity_ is that of the reference
   bool leading_ = false;       ///< the change began in CSP, which the drive has not left
-  bool started_ = false;       ///< start_ is new
   bool on_setpoints_ = false;  ///< the reference is the setpoint
 };
 

@@ -9,12 +9,14 @@
 #include <vector>
 
 #include "driveline/ecat_master/axis/axis.hpp"
+#include "driveline/ecat_master/cyclic/coast_watch.hpp"
 #include "driveline/ecat_master/cyclic/following_error_watch.hpp"
 #include "driveline/ecat_master/cyclic/master_absence.hpp"
 #include "driveline/ecat_master/cyclic/motion_control.hpp"
 #include "driveline/ecat_master/cyclic/position_watch.hpp"
 #include "driveline/ecat_master/cyclic/setpoint_source.hpp"
 #include "driveline/ecat_master/cyclic/setpoint_supply.hpp"
+#include "driveline/ecat_master/cyclic/way_back.hpp"
 #include "driveline/trajectory/interpolator.hpp"
 #include "driveline/trajectory/path_extent.hpp"
 #include "driveline/trajectory/rejoin.hpp"
@@ -177,8 +179,14 @@ class Motion final : public MotionControl {
   /// Which setpoints have reached the drive of an axis, and its way back onto the path behind a gap.
   struct Supply {
     SetpointSupply given{};
-    bool beside_path = false;                      ///< after a gap, until it is back on the path
-    std::optional<trajectory::Rejoin> way_back{};  ///< once setpoints reach the drive again
+    bool beside_path = false;           ///< after a gap, until it is back on the path
+    std::optional<WayBack> way_back{};  ///< once setpoints reach the drive again
+  };
+
+  /// The way to rest of an axis that coasted when it was enabled, before all are.
+  struct Arrest {
+    std::optional<trajectory::StopProfile> stop{};  ///< from the setpoint with which it was enabled
+    std::int64_t given = 0;                         ///< periods since then for which setpoints were given
   };
 
   /// Positions that a source may lead to, with the way until the axis rests.
@@ -209,6 +217,9 @@ class Motion final : public MotionControl {
   void advance(std::int64_t cycle) noexcept;
   void advance_powerless(std::int64_t cycle) noexcept;
   void advance_stop(std::int64_t cycle) noexcept;
+  void advance_enabling(std::int64_t cycle) noexcept;
+  [[nodiscard]] bool arrest(std::size_t axis) noexcept;
+  [[nodiscard]] bool arresting(std::size_t axis) const noexcept;
   void advance_path(std::int64_t cycle) noexcept;
   void supply_from_rest(std::size_t axis) noexcept;
   void note_supplies() noexcept;
@@ -269,9 +280,12 @@ class Motion final : public MotionControl {
   std::vector<Absence> absences_;
   std::unique_ptr<std::atomic<AxisPresence>[]> presence_shared_;
   std::vector<std::uint32_t> bad_cycles_;
+  std::vector<Arrest> arrests_;
   std::vector<PositionWatch> position_watches_;
+  std::vector<CoastWatch> coast_watches_;
   std::vector<FollowingErrorWatch> following_watches_;
   std::vector<char> exchanged_;  ///< the position of the axis is of this cycle
+  std::vector<char> seen_;       ///< in the last cycle in which it was to be exchanged
   std::chrono::nanoseconds exchange_took_{};
   MotionPhase phase_ = MotionPhase::kIdle;
   bool powered_ = false;  ///< in this phase the drives are given setpoints

@@ -16,16 +16,13 @@ class SetpointSupply {
   /// `period_s`: of the cycle.
   SetpointSupply(const AxisConfig& axis, double period_s);
 
-  /// The drive has changed its mode.
-  void set_mode(cia402::Mode mode) noexcept;
-
   /// Whether the drive has taken the outputs of this cycle, as far as its working counter tells.
   void set_reached(bool reached) noexcept { reached_ = reached; }
   /// set_reached() of this cycle.
   [[nodiscard]] bool reached() const noexcept { return reached_; }
 
-  /// Once per cycle, behind set_reached(): the setpoint that was sent.
-  void note(const trajectory::AxisSetpoint& sent) noexcept;
+  /// Once per cycle, behind set_reached(): the setpoint that was sent, and the mode that the drive is in.
+  void note(const trajectory::AxisSetpoint& sent, cia402::Mode mode) noexcept;
   /// The axis is at rest there.
   void rest_at(double position) noexcept;
   /// `missed` periods have passed in which nothing was sent.
@@ -33,7 +30,9 @@ class SetpointSupply {
 
   /// The next setpoint of a drive that may not have got the last one: continues from the position that it has reached
   /// without it. If only the answer was lost, the drive has followed the setpoint that was sent: the step from that one
-  /// is within the limits, too.
+  /// is within the limits, too. Where the master closes the loops it goes on from the last one that was sent, with the
+  /// velocity that the drive holds, or the acceleration by the torque that it holds: whether it has got the last one or
+  /// the one before, it is one step away, and the loops see where it is.
   [[nodiscard]] trajectory::AxisSetpoint bridge() const noexcept;
 
   /// The last setpoint that left, in rad or m.
@@ -41,13 +40,21 @@ class SetpointSupply {
   /// The velocity of the step to it.
   [[nodiscard]] double sent_velocity() const noexcept { return sent_velocity_; }
 
+  /// A drive that gets nothing new holds its torque: the loops of the master answer late.
+  [[nodiscard]] bool by_torque() const noexcept { return mode_ == cia402::Mode::kCyclicTorque; }
+
  private:
+  void set_mode(cia402::Mode mode) noexcept;
+  [[nodiscard]] double held_acceleration() const noexcept;
+
+  cia402::Mode mode_ = cia402::Mode::kCyclicPosition;
   trajectory::Coast coast_{};
   double max_velocity_ = 0.0;
   double max_acceleration_ = 0.0;
   double period_s_ = 1.0;
   double sent_ = 0.0;
   double sent_velocity_ = 0.0;
+  double sent_acceleration_ = 0.0;
   bool reached_ = true;
 };
 

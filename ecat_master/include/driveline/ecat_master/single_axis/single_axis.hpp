@@ -7,10 +7,12 @@
 #include <span>
 
 #include "driveline/ecat_master/axis/axis.hpp"
+#include "driveline/ecat_master/cyclic/coast_watch.hpp"
 #include "driveline/ecat_master/cyclic/following_error_watch.hpp"
 #include "driveline/ecat_master/cyclic/master_absence.hpp"
 #include "driveline/ecat_master/cyclic/position_watch.hpp"
 #include "driveline/ecat_master/cyclic/setpoint_supply.hpp"
+#include "driveline/ecat_master/cyclic/way_back.hpp"
 #include "driveline/ecat_master/single_axis/axis_request.hpp"
 #include "driveline/ecat_master/single_axis/homing_handshake.hpp"
 #include "driveline/ecat_master/single_axis/profile_handshake.hpp"
@@ -222,7 +224,6 @@ class SingleAxis {
   void watch_enabling() noexcept;
   void watch_power() noexcept;
   void judge_position(std::chrono::nanoseconds took) noexcept;
-  [[nodiscard]] double coasting() noexcept;
   void begin_powered() noexcept;
   void advance_reset() noexcept;
   [[nodiscard]] bool change_mode(cia402::Mode mode) noexcept;
@@ -250,10 +251,11 @@ class SingleAxis {
   double period_s_;
   PositionWatch watch_;
   FollowingErrorWatch following_watch_;
+  CoastWatch coast_;
   SetpointSupply supply_;
   SetpointGenerator generator_{};
-  trajectory::Rejoin rejoin_{};                   ///< to the setpoints of a feed
-  std::optional<trajectory::Rejoin> way_back_{};  ///< once setpoints reach the drive again
+  trajectory::Rejoin rejoin_{};        ///< to the setpoints of a feed
+  std::optional<WayBack> way_back_{};  ///< once setpoints reach the drive again
   trajectory::AxisSetpoint setpoint_{};
   double step_velocity_ = 0.0;  ///< of the step to it
   PlcopenState state_ = PlcopenState::kDisabled;
@@ -285,8 +287,7 @@ class SingleAxis {
   std::uint32_t bad_cycles_ = 0;
   std::uint32_t cycles_at_rest_ = 0;  ///< in Power::kResting
   bool exchanged_ = false;            ///< the position is of this cycle
-  double place_ = 0.0;                ///< before it was enabled
-  double coasting_ = 0.0;             ///< with which velocity it moves then
+  bool seen_ = false;                 ///< in the last cycle in which it was to be exchanged
   bool beside_ = false;               ///< after a gap, until it is back where the generator is
   bool fed_ = false;                  ///< set_fed()
   double offset_ = 0.0;

@@ -1,0 +1,55 @@
+// Axes that are being enabled together.
+#include <algorithm>
+
+#include "driveline/ecat_master/cyclic/motion.hpp"
+
+namespace driveline::ecat_master {
+
+/// The approach begins when all have power and stand.
+void Motion::advance_enabling(std::int64_t cycle) noexcept {
+  bool at_rest = true;
+  for (std::size_t i = 0; i < axes_.size(); ++i) at_rest = arrest(i) && at_rest;
+  if (!at_rest || !all_enabled()) return;
+  std::copy(setpoints_.begin(), setpoints_.end(), targets_.begin());
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    if (axes_[i].enabled()) anchor(i);
+    supply_from_rest(i);
+  }
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    if (axes_[i].enabled() && !begins_in_range(i, cycle)) return;
+  }
+  plan_approach();
+  enter(MotionPhase::kApproach, cycle);
+}
+
+/// An axis that coasts when it is enabled is braked within its limits and held where it comes to rest; one that stands,
+/// at once. False while it is on its way there.
+bool Motion::arrest(std::size_t axis) noexcept {
+  auto& [stop, given] = arrests_[axis];
+  auto& supply = supplies_[axis];
+  if (!axes_[axis].enabled()) {
+    setpoints_[axis] = axes_[axis].held();
+    supply.beside_path = false;
+    stop.reset();
+    return true;
+  }
+  if (!stop) {
+    stop = trajectory::StopProfile::plan(setpoints_[axis], {axes_[axis].config().limits.max_acceleration});
+    given = 0;
+  }
+  if (!supply.given.reached()) {
+    bridge(axis);
+    return false;
+  }
+  if (stop) targets_[axis] = stop->evaluate(seconds(++given));
+  setpoints_[axis] = aim_present(axis);
+  return !arresting(axis);
+}
+
+/// It is on its way to rest.
+bool Motion::arresting(std::size_t axis) const noexcept {
+  const auto& [stop, given] = arrests_[axis];
+  return phase_ == MotionPhase::kEnabling && stop && (!stop->finished(seconds(given)) || supplies_[axis].beside_path);
+}
+
+}  // namespace driveline::ecat_master

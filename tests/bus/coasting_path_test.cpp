@@ -1,0 +1,105 @@
+// Axes of a path that coast when they are switched on: judged by what their drives demand.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "demand_watch.hpp"
+#include "late_line.hpp"
+
+namespace driveline::bus_test {
+namespace {
+
+using ecat_master::MotionPhase;
+using slaves::msd::Fault;
+
+/// A path that is ended by a fault of the first axis, which coasts then, and is started again at once.
+class CoastingLine : public LateLine {
+ public:
+  explicit CoastingLine(const RunOptions& options = fast_path()) : LateLine(options, 2) {
+    for (std::size_t i = 0; i < 2; ++i) watches_.emplace_back(drives.drive(i), LineOperation::axis(i, options).limits);
+  }
+
+  [[nodiscard]] MotionPhase phase() { return operation.motion().phase(); }
+  [[nodiscard]] double velocity() { return drives.drive(0).velocity_rad_s(); }
+  void watched_cycle() {
+    cycle();
+    watch();
+  }
+  void miss(int periods) {
+    for (int i = 0; i < periods; ++i) {
+      drives.leave_alone(kLatePeriod);
+      watch();
+    }
+    drives.leave_alone(microseconds{15});
+    watched_cycle();
+  }
+  void fail_and_start() {
+    drives.drive(0).raise(Fault::kOvercurrent);
+    for (int i = 0; i < 4000 && phase() != MotionPhase::kIdle; ++i) watched_cycle();
+    ASSERT_EQ(phase(), MotionPhase::kIdle);
+    operation.motion().request_start();
+  }
+  /// Of both axes; empty: nothing was wrong.
+  [[nodiscard]] std::string finding() const { return watches_[0].finding() + watches_[1].finding(); }
+
+ private:
+  void watch() {
+    for (auto& watch : watches_) watch.look(drives.clock.now());
+  }
+  std::vector<DemandWatch> watches_;
+};
+
+/// Frames are lost and periods missed from before the axis is switched on until it stands.
+TEST(CoastingPath, IsBrakedWithinItsLimitsBeforeThePathBegins) {
+  for (unsigned seed = 1; seed <= 40; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    CoastingLine line;
+    line.cycles(400 + static_cast<int>(random() % 3000));
+    for (int i = 0; i < 3000 && std::abs(line.velocity()) < 20.0; ++i) line.watched_cycle();
+    line.fail_and_start();
+    const double before = line.velocity();
+    bool seen = false;
+    double caught = 0.0;
+    int lost = 0;
+    for (int i = 0; i < 8000 && line.phase() != MotionPhase::kFollowing; ++i) {
+      if (!seen && line.drives.drive(0).power_on()) {
+        seen = true;
+        caught = line.velocity();
+      }
+      if (seed > 10 && random() % 40 == 0) {
+        line.miss(1 + static_cast<int>(random() % 5));
+        continue;
+      }
+      lost = seed > 10 && lost == 0 && random() % 15 == 0 ? 1 + static_cast<int>(random() % 4) : std::max(lost - 1, 0);
+      line.lose_out = lost > 0 && random() % 2 == 0;
+      line.lose_back = lost > 0;
+      line.watched_cycle();
+    }
+    EXPECT_EQ(line.phase(), MotionPhase::kFollowing)
+        << "failed by " << static_cast<int>(line.operation.motion().failure().cause);
+    EXPECT_GT(std::abs(before), 8.0) << "it does not coast";
+    EXPECT_GT(std::abs(caught), 4.0) << "it does not coast any more when it is switched on";
+    EXPECT_EQ(line.finding(), "");
+  }
+}
+
+/// An axis that is faster than its limit is not switched on.
+TEST(CoastingPath, FasterThanItsLimitIsSwitchedOnWhenItIsSlower) {
+  CoastingLine line;
+  line.cycles(400);
+  for (int i = 0; i < 3000 && std::abs(line.velocity()) < 20.0; ++i) line.watched_cycle();
+  line.fail_and_start();
+  const double most = LineOperation::axis(0, CoastingLine::fast_path()).limits.max_velocity;
+  line.drives.drive(0).set_machine_input(slaves::msd::MachineInput::kLoad, line.velocity() > 0.0 ? -0.6 : 0.6);
+  for (int i = 0; i < 8000 && std::abs(line.velocity()) < 1.2 * most; ++i) {
+    line.watched_cycle();
+    ASSERT_FALSE(line.drives.drive(0).power_on() && std::abs(line.velocity()) > most);
+  }
+}
+
+}  // namespace
+}  // namespace driveline::bus_test

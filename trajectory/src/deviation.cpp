@@ -1,0 +1,53 @@
+#include "driveline/trajectory/deviation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "driveline/trajectory/rejoin.hpp"
+
+namespace driveline::trajectory {
+namespace {
+
+/// Share of the highest velocity for the way back, whatever the path leaves.
+constexpr double kLeastVelocity = 0.01;
+/// Shares of the highest acceleration for it.
+constexpr double kLeastShare = 0.05;
+constexpr double kMostShare = 0.1;
+/// The same by which an axis that is faster than it may be is braked.
+constexpr double kTooFastShare = 0.4;
+
+}  // namespace
+
+AxisSetpoint Deviation::step(const AxisSetpoint& target, double period_s) noexcept {
+  if (!begun_) {
+    last_velocity_ = velocity_;
+    position_ -= target.position - target.velocity * period_s;
+    velocity_ -= target.velocity;
+    begun_ = true;
+  }
+  const AxisLimits spare{
+      std::max(limits_.max_velocity - std::abs(target.velocity), kLeastVelocity * limits_.max_velocity),
+      std::clamp(limits_.max_acceleration - std::abs(target.acceleration), kLeastShare * limits_.max_acceleration,
+                 kMostShare * limits_.max_acceleration)};
+  Rejoin way(position_, velocity_, spare);
+  const auto deviation = way.step({}, period_s);
+  joined_ = way.joined();
+  const double before = std::exchange(last_velocity_, allowed(target.velocity, deviation.velocity, period_s));
+  const double cut = target.velocity + deviation.velocity - last_velocity_;
+  velocity_ = deviation.velocity - cut;
+  position_ = deviation.position - cut * period_s;
+  // While it is cut, the path does not tell its acceleration.
+  const double acceleration =
+      std::abs(cut) > 0.0 ? (last_velocity_ - before) / period_s : target.acceleration + deviation.acceleration;
+  return {target.position + position_, last_velocity_, acceleration, target.torque};
+}
+
+/// No faster than it may be, or than the path; an axis that is, gets slower.
+double Deviation::allowed(double path, double deviation, double period_s) const noexcept {
+  const double slower = std::abs(last_velocity_) - kTooFastShare * limits_.max_acceleration * period_s;
+  const double most = std::max({limits_.max_velocity, std::abs(path), slower});
+  return std::clamp(path + deviation, -most, most);
+}
+
+}  // namespace driveline::trajectory
