@@ -1,6 +1,7 @@
 """The scripts refuse what they do not know, and install-deps.sh touches only what is missing."""
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -42,6 +43,15 @@ class Usage(unittest.TestCase):
     def test_every_script_is_here(self):
         there = {f"scripts/{path.name}" for path in (ROOT / "scripts").glob("*.sh")} | {"run.sh", "test.sh"}
         self.assertEqual(there - set(self.SCRIPTS), {"scripts/sources.sh"})  # takes folders, has no flags
+
+
+class DdsKeys(unittest.TestCase):
+    def test_the_permissions_know_every_topic(self):
+        text = (ROOT / "scripts/dds-keys.sh").read_text(encoding="utf-8")
+        known = {word.strip("'") for found in re.findall(r"^readonly (?:TELEMETRY|COMMANDS|ANSWERS)=\(([^)]*)\)", text, re.MULTILINE)
+                 for word in found.split()}
+        rows = (ROOT / "bridge/idl/topics.txt").read_text(encoding="utf-8").splitlines()
+        self.assertEqual(known, {row.split()[0] for row in rows if row and not row.startswith("#")})
 
 
 class TidyFiles(unittest.TestCase):
