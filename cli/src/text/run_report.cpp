@@ -223,6 +223,7 @@ nlohmann::json to_json(const runtime::RunReport& report) {
   if (report.process_data) document["process_data"] = to_json(*report.process_data);
   if (report.eoe) document["eoe"] = to_json(*report.eoe);
   if (!report.gateway_clients.empty()) document["gateway"] = to_json(report.gateway_clients);
+  if (report.events_left_out > 0) document["events_left_out"] = report.events_left_out;
   if (!report.authority.empty()) document["authority"] = authority_to_json(report.authority);
   if (!report.inputs.empty()) document["inputs"] = to_json(report.inputs);
   return document;
@@ -269,6 +270,9 @@ std::string to_text(const runtime::RunReport& report) {
     text += fmt::format("\n  mailbox gateway\n{}\n", to_text(report.gateway_clients));
   }
   for (const auto& event : events_of(report)) text += fmt::format("  {}\n", event);
+  if (report.events_left_out > 0)
+    text +=
+        fmt::format("  {} more events, between the first and the last ones, are not kept\n", report.events_left_out);
   for (const auto& fault : faults_of(report)) text += fmt::format("  fault: {}\n", fault);
   for (const auto& [key, path] : report.files) text += fmt::format("  {:<22}{}\n", key, path.string());
   return text;

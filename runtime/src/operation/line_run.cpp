@@ -145,15 +145,15 @@ Result<void> LineRun::start_bridge() {
     note(events::TelemetryOff{describe(program.error())}, Severity::kNotice);
     return {};
   }
-  if (auto ready = start_commands(); !ready) return ready;
   BridgeSupervisor::Settings settings{.program = std::move(*program)};
-  if (commands_) settings.commands = commands_->descriptors();
   if (config_.telemetry.security) {
     auto files = open_security_files(*config_.telemetry.security);
     if (!files) return tl::unexpected(files.error());
     security_ = std::move(*files);
     for (const auto& file : security_) settings.security.push_back(file.get());
   }
+  if (auto ready = start_commands(); !ready) return ready;
+  if (commands_) settings.commands = commands_->descriptors();
   auto started = TelemetryService::start(config_, session_.virtual_time(), std::move(settings));
   if (!started) return tl::unexpected(started.error());
   telemetry_ = std::move(*started);
@@ -420,12 +420,9 @@ void LineRun::note(EventFacts facts, Severity severity) {
   // What goes on as it should is no news; that a state has been reached is.
   if (telemetry_ && (severity != Severity::kProgress || event.is<events::StateReached>()))
     telemetry_->tell(severity, describe(event, config_.output.increments));
-  if (severity != Severity::kProgress) events_.push_back(std::move(event));
-}
-
-/// An event that is at least so grave.
-bool LineRun::had(Severity severity) const noexcept {
-  return std::any_of(events_.begin(), events_.end(), [&](const Event& event) { return event.severity >= severity; });
+  if (severity == Severity::kProgress) return;
+  worst_ = std::max(worst_, severity);
+  events_.add(std::move(event));
 }
 
 /// What was asked of single axes, and what has become of it.
@@ -433,7 +430,7 @@ void LineRun::note_requests() {
   settings_.door->watch();
   for (auto& event : settings_.door->take_events()) note(std::move(event), Severity::kNotice);
   for (auto& change : settings_.door->authority().take_changes())
-    authority_.push_back({seconds_in_operation(), config_.axes[change.axis].name, std::move(change)});
+    authority_.add({seconds_in_operation(), config_.axes[change.axis].name, std::move(change)});
 }
 
 /// Who streams setpoints, and what is wrong with them.
@@ -449,7 +446,7 @@ void LineRun::note_telemetry() {
     const bool stopped = std::holds_alternative<events::BridgeStopped>(facts);
     if (stopped && commands_) commands_->bridge_lost();
     note(std::move(facts), Severity::kNotice);
-    if (stopped && feed_) feed_->add_fault(describe(events_.back()));
+    if (stopped && feed_) feed_->add_fault(describe(events_.newest()));
   }
 }
 
@@ -579,8 +576,9 @@ RunReport LineRun::make_report() {
   report.eoe = services_.eoe();
   report.gateway_clients = services_.clients();
   if (telemetry_) report.telemetry = telemetry_->report();
-  report.events = events_;
-  report.authority = authority_;
+  report.events = events_.all();
+  report.events_left_out = events_.left_out();
+  report.authority = authority_.all();
   if (watch_) report.recoveries = watch_->supervisor().recoveries();
   report_files(report);
   return report;

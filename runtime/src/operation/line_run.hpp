@@ -27,6 +27,7 @@
 #include "operation/stream_service.hpp"
 #include "record/cycle_figures.hpp"
 #include "record/fault_records.hpp"
+#include "record/kept_ends.hpp"
 #include "record/recorder.hpp"
 #include "record/status_feed.hpp"
 #include "telemetry/slave_watch.hpp"
@@ -102,7 +103,7 @@ class LineRun {
   void note(EventFacts facts, Severity severity);
   void progress(EventFacts facts) { note(std::move(facts), Severity::kProgress); }
   void fail_with(EventFacts facts) { note(std::move(facts), Severity::kFailure); }
-  [[nodiscard]] bool had(Severity severity) const noexcept;
+  [[nodiscard]] bool had(Severity severity) const noexcept { return worst_ >= severity; }
   void make_watch();
   [[nodiscard]] RunReport make_report();
   void report_axes(RunReport& report) const;
@@ -135,8 +136,9 @@ class LineRun {
   bool created_directory_ = false;
   FolderLock folder_;
   std::unique_ptr<LineWatch> watch_;
-  std::vector<Event> events_;  ///< all but progress
-  std::vector<AuthorityRecord> authority_;
+  KeptEnds<Event> events_;                ///< all but progress
+  Severity worst_ = Severity::kProgress;  ///< of them all
+  KeptEnds<AuthorityRecord> authority_;
   std::vector<SlaveMargin> margins_;  ///< as of the end of the operation
   std::string state_ = "INIT";
   double next_progress_s_ = 1.0;

@@ -122,6 +122,15 @@ TEST(RunReport, JsonTellsWhoHasCommandedTheAxes) {
   EXPECT_EQ(rows[1].at("before"), "script");
 }
 
+TEST(RunReport, TellsOfEventsThatWereNotKept) {
+  runtime::RunReport report;
+  EXPECT_FALSE(to_json(report).contains("events_left_out"));
+  EXPECT_THAT(to_text(report), Not(HasSubstr("not kept")));
+  report.events_left_out = 17;
+  EXPECT_EQ(to_json(report).at("events_left_out"), 17);
+  EXPECT_THAT(to_text(report), HasSubstr("  17 more events, between the first and the last ones, are not kept\n"));
+}
+
 TEST(RunReport, JsonOfNothingIsComplete) {
   const auto document = to_json(runtime::RunReport{});
   EXPECT_EQ(document["axes"], json::array());

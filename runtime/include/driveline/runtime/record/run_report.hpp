@@ -97,7 +97,8 @@ struct RunReport {
   std::vector<GatewayClient> gateway_clients;          ///< of the mailbox gateway
   std::optional<TelemetryReport> telemetry;            ///< none: nothing was published over DDS
   std::vector<Event> events;                           ///< faults, and what else happened; oldest first
-  std::vector<AuthorityRecord> authority;              ///< who has commanded the axes, oldest first
+  std::uint64_t events_left_out = 0;                   ///< between the first 1000 and the last 4000 of them
+  std::vector<AuthorityRecord> authority;              ///< who has commanded the axes, oldest first; likewise
   std::uint64_t recoveries = 0;                        ///< slaves brought back to OP
   std::map<std::string, std::filesystem::path> files;  ///< written files, by their key in the summary
   /// Inputs at the end of the run, for a line without axes.
