@@ -20,15 +20,15 @@
 
 namespace {
 
-namespace dds = eprosima::fastdds::dds;
+namespace fast = eprosima::fastdds::dds;
 using driveline::telemetry::AxisBatch;
 
 Received received;
 
-class Counting final : public dds::DataReaderListener {
+class Counting final : public fast::DataReaderListener {
  public:
-  void on_data_available(dds::DataReader* reader) override {
-    dds::SampleInfo info;
+  void on_data_available(fast::DataReader* reader) override {
+    fast::SampleInfo info;
     while (reader->take_next_sample(&batch_, &info) == ReturnCode_t::RETCODE_OK) {
       if (!info.valid_data) continue;
       note_batch(&received, batch_.number(), batch_.samples().size());
@@ -40,15 +40,15 @@ class Counting final : public dds::DataReaderListener {
   AxisBatch batch_;
 };
 
-dds::DataReader* make_reader(dds::DomainParticipant& participant, Counting& listener) {
-  dds::TypeSupport type{new driveline::telemetry::AxisBatchPubSubType};
+fast::DataReader* make_reader(fast::DomainParticipant& participant, Counting& listener) {
+  fast::TypeSupport type{new driveline::telemetry::AxisBatchPubSubType};
   type.register_type(&participant);
-  auto* topic = participant.create_topic("driveline/v1/axis_batch", type.get_type_name(), dds::TOPIC_QOS_DEFAULT);
-  dds::DataReaderQos qos;
-  qos.reliability().kind = dds::BEST_EFFORT_RELIABILITY_QOS;
-  qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
+  auto* topic = participant.create_topic("driveline/v1/axis_batch", type.get_type_name(), fast::TOPIC_QOS_DEFAULT);
+  fast::DataReaderQos qos;
+  qos.reliability().kind = fast::BEST_EFFORT_RELIABILITY_QOS;
+  qos.history().kind = fast::KEEP_LAST_HISTORY_QOS;
   qos.history().depth = 256;
-  auto* subscriber = participant.create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);
+  auto* subscriber = participant.create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT);
   return subscriber->create_datareader(topic, qos, &listener);
 }
 
@@ -63,14 +63,14 @@ int main(int argc, char** argv) {
   sigemptyset(&end);
   sigaddset(&end, SIGTERM);
   pthread_sigmask(SIG_BLOCK, &end, nullptr);
-  dds::DomainParticipantQos qos;
+  fast::DomainParticipantQos qos;
   const auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
   udp->interfaceWhiteList = {"127.0.0.1"};
   qos.transport().use_builtin_transports = false;
   qos.transport().user_transports.push_back(udp);
-  auto* factory = dds::DomainParticipantFactory::get_instance();
+  auto* factory = fast::DomainParticipantFactory::get_instance();
   auto* participant =
-      factory->create_participant(static_cast<dds::DomainId_t>(std::strtoul(argv[1], nullptr, 10)), qos);
+      factory->create_participant(static_cast<fast::DomainId_t>(std::strtoul(argv[1], nullptr, 10)), qos);
   Counting listener;
   auto* reader = participant == nullptr ? nullptr : make_reader(*participant, listener);
   if (reader == nullptr) {

@@ -12,7 +12,6 @@
 namespace driveline::runtime {
 namespace {
 
-using ecat_master::AxisCommand;
 using snapshot::CommandAnswer;
 using snapshot::CommandKind;
 using snapshot::CommandRecord;
