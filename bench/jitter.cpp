@@ -127,8 +127,8 @@ class Turns final : public rt::RealtimeTask {
       const auto late = clock_.now() - next;
       const auto missed = late / kPeriod;
       const auto bytes = frame.stamped(turn_, instant + missed);
-      const auto sent = clock_.now() - next;
       if (send(socket_.get(), bytes.data(), bytes.size(), 0) < 0) ++failed_sends_;
+      const auto sent = clock_.now() - next;
       if (i >= 0) moments[static_cast<std::size_t>(i)] = {instant + missed, missed, late, sent};
       instant += missed + 1;
       next += (missed + 1) * kPeriod;
@@ -142,7 +142,7 @@ class Turns final : public rt::RealtimeTask {
       const auto start = timer.wait_next();
       if (port_.send(frame.stamped(turn_, start.cycle)) != port::SendStatus::kSent) ++failed_sends_;
       const auto late = start.late(kPeriod);
-      const auto sent = late + (port_.last_send_time() - start.wake);
+      const auto sent = late + (clock_.now() - start.wake);
       if (i >= 0) moments[static_cast<std::size_t>(i)] = {start.cycle, start.missed, late, sent};
     }
   }
@@ -343,9 +343,11 @@ void measure_all(const Options& options) {
   report.note(fmt::format(
       "Delays against a grid of 125 us; instants that were missed count, each with its own. Each way for {} s, in "
       "turns of\n"
-      "half a second on one processor. send_time: the frame is handed to the kernel. arrival_period_off: how far two\n"
+      "half a second on one processor. send_time: the kernel has taken the frame. arrival_period_off: how far two\n"
       "frames are from 125 us apart at the other end of a veth pair, by the kernel's stamps. cyclictest tells whole\n"
-      "microseconds, and of a latency beyond the period only that one instant.",
+      "microseconds, of a latency beyond the period only that one instant, and the first cycles of each turn, which "
+      "the\n"
+      "other ways leave out.",
       seconds));
   report.print(options);
   if (!obstacle.empty()) throw Skipped(obstacle);

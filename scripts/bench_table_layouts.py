@@ -175,52 +175,6 @@ def eoe_cost(documents):
                  rows)
 
 
-TELEMETRY_CASES = {"fast_dds": "Fast DDS", "cyclone": "Cyclone DDS", "bridge_stopped": "Fast DDS, bridge stopped for 2 s"}
-
-
-def telemetry_case(case):
-    """"8_axes_fast_dds": 8, Fast DDS."""
-    axes, reader = re.fullmatch(r"(\d+)_axes_(\w+)", case).groups()
-    return axes, TELEMETRY_CASES[reader]
-
-
-def telemetry(documents):
-    figures = Figures(documents["telemetry"])
-    rows = []
-    for case in figures.cases("latency_p99"):
-        lost = figures.row(case, "samples_and_batches_lost")
-        p99 = figures.row(case, "latency_p99")
-        share = lambda metric: f"{figures.row(case, metric)['p50']:.0f} %"
-        memory = lambda metric: f"{figures.row(case, metric)['p50']:.0f} MiB {verdict(figures.row(case, metric))}".strip()
-        rows.append([*telemetry_case(case), f"{lost['p50']:.0f} {verdict(lost)}", figures.time(case, "latency_p50"),
-                     f"{figures.time(case, 'latency_p99')} {verdict(p99)}", figures.time(case, "latency_p999"),
-                     figures.time(case, "latency_max", "max"), share("bridge_cpu"), share("reader_cpu"),
-                     memory("memory_of_the_bridge"), memory("memory_of_the_run")])
-    samples = [figures.row(f"{axes}_axes", "sample_per_axis") for axes in (8, 32)]
-    written = ", ".join(f"{row['p50']:.1f} ns with {axes} axes ({limits(row)['p50']:.0f} ns: {verdict(row)})"
-                        for axes, row in zip((8, 32), samples))
-    return where_from(documents["telemetry"]) + table(
-        [("axes", "r"), ("reader", "l"), ("samples and batches lost, aim 0", "r"), ("latency p50", "r"), ("p99, aim 2 ms", "r"), ("p99.9", "r"),
-         ("max", "r"), ("processor, bridge", "r"), ("reader", "r"), ("memory, bridge, aim 128 MiB", "r"), ("run, aim 48 MiB", "r")],
-        rows) + ["", f"In the cycle, a sample of an axis takes {written}."]
-
-
-def telemetry_cost(documents):
-    figures = Figures(documents["telemetry"])
-    rows = []
-    for case in figures.cases("cycle_cost_p999_with_over_without"):
-        upper = figures.row(case, "cycle_cost_p999_upper_end_of_95_interval")
-        missed = lambda metric: f"{figures.row(case, metric)['p50']:.0f}"
-        ratio = lambda metric: f"{figures.row(case, metric)['p50'] / 100:.2f}"
-        rows.append([*telemetry_case(case), str(upper["n"]), ratio("cycle_cost_p999_with_over_without"),
-                     ratio("cycle_cost_p999_upper_end_of_95_interval"), f"{limits(upper)['p50'] / 100:.2f}: {verdict(upper)}",
-                     ratio("wake_latency_p999_with_over_without"), ratio("wake_latency_p999_upper_end_of_95_interval"),
-                     missed("missed_periods_with"), missed("missed_periods_without")])
-    return table([("axes", "r"), ("reader", "l"), ("pairs", "r"), ("p99.9 of the cycle's cost with over without, median", "r"),
-                  ("upper end of the 95 % interval", "r"), ("aim", "l"), ("the same of the wake-up latency", "r"), ("upper end", "r"),
-                  ("missed periods with, median", "r"), ("without", "r")], rows)
-
-
 def drive(documents):
     figures = Figures(documents["drive"])
     names = {("1_drive", "cost_per_cycle"): "one drive, per cycle of 125 µs",
@@ -410,8 +364,6 @@ TABLES = {
     "profiles": (profiles, ["trajectory"]),
     "startup": (startup, ["startup"]),
     "startup_memory": (startup_memory, ["startup"]),
-    "telemetry": (telemetry, ["telemetry"]),
-    "telemetry_cost": (telemetry_cost, ["telemetry"]),
     "turnaround": (turnaround, ["turnaround"]),
     "wake": (wake, ["wake"]),
 }

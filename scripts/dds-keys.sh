@@ -117,11 +117,14 @@ first_byte() { # COMMON-NAME: of the SHA-256 of the subject name in DER, from wh
 
 # The participant with the lower GUID begins the handshake. Cyclone DDS 0.10 does not understand how Fast DDS 2.9 begins one, which a line uses;
 # so lines have names whose GUID is high, and others lower ones.
+# Permissions are those of a name: no two identities have the same, and one whose folder was deleted keeps its own.
 common_name() { # NAME ROLE
   local name=$1 number=0 byte
   while true; do
     byte=$(first_byte "$name")
-    if [[ $2 == line ]]; then
+    if [[ -e $folder/authority/names/$name ]]; then
+      :
+    elif [[ $2 == line ]]; then
       ((byte < 0xF0)) || break
     else
       ((byte >= 0xF0)) || break
@@ -141,6 +144,8 @@ add_identity() { # NAME ROLE
   subject=CN=$(common_name "$1" "$2")
   umask 077
   mkdir "$own"
+  mkdir -p "$folder/authority/names"
+  : >"$folder/authority/names/${subject#CN=}"
   quietly openssl ecparam -name prime256v1 -genkey -noout -out "$own/private_key.ec"
   quietly openssl pkcs8 -topk8 -nocrypt -in "$own/private_key.ec" -out "$own/private_key.pem"
   quietly openssl req -new -key "$own/private_key.pem" -subj "/$subject" -utf8 -out "$own/request.pem"

@@ -4,6 +4,7 @@
 #include <fmt/ostream.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <csignal>
 #include <fstream>
@@ -38,7 +39,10 @@ class Watched {
       first_ = use;
       began_ = std::chrono::steady_clock::now();
     }
+    // A process that is about to end has no memory any more.
+    const double peak = std::max(last_.peak_mib, use->peak_mib);
     last_ = *use;
+    last_.peak_mib = peak;
     ended_ = std::chrono::steady_clock::now();
   }
   [[nodiscard]] double cpu_share() const {

@@ -37,6 +37,8 @@ using mcap::Writer;
 
 constexpr std::size_t kChunkSize = 1U << 18;  // bytes of records, about
 constexpr std::string_view kLibrary = "driveline";
+constexpr std::uint64_t kChunkIndexSize = 73;         // of its record, without the message indices
+constexpr std::uint64_t kMessageIndexEntrySize = 10;  // in it
 
 using Times = std::pair<std::uint64_t, std::uint64_t>;  // log time of a message, and offset in its chunk
 
@@ -65,6 +67,8 @@ class McapRecording final : public Recording {
     head.end(header);
     add_schemas(head);
     add_channels(head);
+    constexpr std::uint64_t kOffsetOfChunkIndices = 26;  // in the summary, as soon as there are any
+    end_size_ = end_of_file().size() + kOffsetOfChunkIndices;
     return add_piece(head);
   }
 
@@ -92,9 +96,12 @@ class McapRecording final : public Recording {
     Writer piece;
     auto entry = add_chunk(piece);
     // The summary gets longer by the entry of this chunk.
+    const std::uint64_t longer = kChunkIndexSize + kMessageIndexEntrySize * entry.indices.size();
+    end_size_ += longer;
     chunks_.push_back(std::move(entry));
     if (auto done = add_piece(piece); !done) {
       chunks_.pop_back();
+      end_size_ -= longer;
       return done;
     }
     for (std::size_t i = 0; i < topics_.size(); ++i) written_[i] += std::exchange(waiting_[i], 0);
@@ -124,9 +131,9 @@ class McapRecording final : public Recording {
     chunk_last_ns_ = 0;
   }
 
-  /// Behind it the summary has room.
+  /// Behind it the summary has room, whose size is kept rather than made anew with every chunk: it grows with each.
   Outcome<void> add_piece(const Writer& piece) {
-    if (auto done = file_.add(piece.content(), end_of_file().size()); !done) return done;
+    if (auto done = file_.add(piece.content(), end_size_); !done) return done;
     data_crc_.add(piece.content());
     return {};
   }
@@ -270,6 +277,7 @@ class McapRecording final : public Recording {
   std::vector<std::uint64_t> waiting_;  ///< of them in the chunk that is being made
   mcap::Crc data_crc_;
   std::vector<ChunkEntry> chunks_;
+  std::uint64_t end_size_ = 0;  // of the end of the file, were it to end now
   std::uint64_t first_ns_ = std::numeric_limits<std::uint64_t>::max();
   std::uint64_t last_ns_ = 0;
   Writer chunk_;

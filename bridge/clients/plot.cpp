@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <limits>
 #include <map>
 #include <memory>
@@ -275,6 +276,9 @@ Outcome<int> plot(const Options& options) {
   if (!chosen) return tl::unexpected(chosen.error());
   auto output = options.output;
   if (output.empty()) output = (name.ends_with(".mcap") ? name.substr(0, name.size() - 5) : name) + ".svg";
+  if (output.starts_with('|')) output.insert(0, "./");  // gnuplot would start a program
+  std::error_code ignored;
+  if (std::filesystem::equivalent(output, name, ignored)) return misused(fmt::format("{}: is the recording", output));
   // gnuplot goes on when it cannot write.
   auto* const file = std::fopen(output.c_str(), "w");
   if (file == nullptr || std::fclose(file) != 0) return failed(fmt::format("{}: cannot be written", output));

@@ -11,6 +11,7 @@
 #include <cstring>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "mcap_format.hpp"
 
@@ -117,7 +118,10 @@ class RecordingReader {
     } else if (opcode == Opcode::kChunk) {
       fields.bytes(8 + 8 + 8 + 4);  // times, size, checksum
       if (!fields.string().empty()) return failed("is compressed, which is not understood here");
-      return records(fields.bytes(fields.number(8)));
+      if (std::exchange(in_chunk_, true)) return failed("has a chunk within a chunk");
+      auto done = records(fields.bytes(fields.number(8)));
+      in_chunk_ = false;
+      return done;
     } else if (opcode == Opcode::kDataEnd) {
       ended_ = true;
     }
@@ -140,6 +144,7 @@ class RecordingReader {
   std::map<std::uint64_t, std::string_view> schemas_;
   std::map<std::uint64_t, const Topic*> channels_;
   bool ended_ = false;
+  bool in_chunk_ = false;
 };
 
 }  // namespace

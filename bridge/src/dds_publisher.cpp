@@ -222,9 +222,9 @@ void DdsPublisher::pass_done(const snapshot::DrainCounters& counters) {
     state_->publish_status(counters);
   }
   state_->publish_statistics();
-  state_->slaves.repeat(now);
+  if (!state_->stalled) state_->slaves.repeat(now);
   state_->axis_states.publish(now);
-  if (state_->config.ros2 && now >= state_->next_diagnostics) {
+  if (!state_->stalled && state_->config.ros2 && now >= state_->next_diagnostics) {
     state_->next_diagnostics = now + kDiagnosticsPeriod;
     state_->publish_diagnostics();
   }

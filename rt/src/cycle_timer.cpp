@@ -70,7 +70,10 @@ void CycleTimer::sleep_towards_next() noexcept {
   const nanoseconds now = clock_.now();
   owe_rest(now - awake_since_);
 
-  nanoseconds target = next_ - this->wake_ahead();
+  // What was learned never takes the sleep that is owed, which would be paid by a whole period.
+  const nanoseconds lead =
+      wake_ahead_.value_or(std::max(nanoseconds::zero(), std::min(margin_.value(), next_ - now - rest_debt_)));
+  nanoseconds target = next_ - lead;
   // Small debts wait: the sleep at the end of an ordinary period pays them.
   if (rest_debt_ >= period_ / 2 && target < now + rest_debt_) {
     target = next_at_or_after(now + rest_debt_);

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <fstream>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "driveline/runtime/files/output_file.hpp"
@@ -22,9 +24,13 @@ constexpr int kProcess = 1;
 constexpr int kCycleTrack = 1;
 constexpr int kLatencyTrack = 2;
 
-/// The unit of the format, with three digits behind the point.
+/// The unit of the format. Readers cut off what is below a nanosecond, instead of rounding: a phase would begin before
+/// the end of the one in front of it, and be left out.
 double in_us(nanoseconds time) {
-  return static_cast<double>(time.count()) / 1000.0;
+  constexpr double kNsPerUs = 1000.0;
+  const double us = static_cast<double>(time.count()) / kNsPerUs;
+  const bool cut_off = static_cast<std::int64_t>(us * kNsPerUs) < time.count();
+  return cut_off ? std::nextafter(us, std::numeric_limits<double>::infinity()) : us;
 }
 
 json name_event(std::string_view what, int track, const std::string& name) {

@@ -101,7 +101,8 @@ AxisRequest request_of(const CommandRecord& record, const KindName& kind) {
 
 void CommandDesk::take(const CommandRecord& record) {
   const auto now = clock_.now();
-  if (!total_.take(now)) {
+  // Whoever floods keeps nobody from stopping.
+  if (!(is_stop(record) ? total_stops_ : total_).take(now)) {
     ++untold_.dropped;
     return;
   }
@@ -113,7 +114,7 @@ void CommandDesk::take(const CommandRecord& record) {
   }
   auto* const client = find_client(record, name);
   if (client == nullptr) {
-    refuse(who, record, fmt::format("there are {} clients already", kMostClients));
+    refuse(who, record, "there are too many clients already");
     return;
   }
   if (!client->begun) client->caller.name = std::move(who);
@@ -140,17 +141,20 @@ void CommandDesk::take(const CommandRecord& record) {
 CommandDesk::Client* CommandDesk::find_client(const CommandRecord& record, std::string_view name) {
   Key key{record.participant, std::string(name)};
   if (const auto found = clients_.find(key); found != clients_.end()) return &found->second;
-  if (clients_.size() >= kMostClients && !make_room()) return nullptr;
+  const auto names = std::count_if(clients_.begin(), clients_.end(),
+                                   [&](const auto& entry) { return entry.first.first == record.participant; });
+  if (names >= kMostNames && !make_room(&record.participant)) return nullptr;
+  if (clients_.size() >= kMostClients && !make_room(nullptr)) return nullptr;
   auto& client = clients_[std::move(key)];
   client.caller.keep_alive = lease_timeout_;
   return &client;
 }
 
-bool CommandDesk::make_room() {
+bool CommandDesk::make_room(const snapshot::CommandParticipant* of) {
   const auto now = clock_.now();
   const auto free = std::find_if(clients_.begin(), clients_.end(), [&](const auto& entry) {
     const auto& client = entry.second;
-    return client.pending.empty() &&
+    return (of == nullptr || entry.first.first == *of) && client.pending.empty() &&
            now - client.heard > std::max<std::chrono::nanoseconds>(kForgetAfter, lease_timeout_);
   });
   if (free == clients_.end()) return false;

@@ -38,6 +38,8 @@ class CommandDesk {
   static constexpr double kEventsAtOnce = 100.0;
   /// Clients at a time; one that has nothing and is silent makes room.
   static constexpr std::size_t kMostClients = 64;
+  /// Of them, of one participant: it is not to keep others out by its many names.
+  static constexpr std::ptrdiff_t kMostNames = 8;
   /// Requests under way, of one client.
   static constexpr std::size_t kMostRequests = 32;
 
@@ -79,7 +81,8 @@ class CommandDesk {
   using Problem = std::string;
 
   [[nodiscard]] Client* find_client(const snapshot::CommandRecord& record, std::string_view name);
-  [[nodiscard]] bool make_room();
+  /// Forgets a client that has nothing and is silent; of one participant, or of all (null).
+  [[nodiscard]] bool make_room(const snapshot::CommandParticipant* of);
   void judge(Client& client, const snapshot::CommandRecord& record);
   void lease(Client& client, const snapshot::CommandRecord& record, std::size_t axis);
   void request(Client& client, const snapshot::CommandRecord& record, std::size_t axis);
@@ -98,6 +101,7 @@ class CommandDesk {
   std::map<Key, Client> clients_;
   std::vector<snapshot::CommandAnswer> answers_;
   RateLimit total_{kTotalRate, kTotalAtOnce};
+  RateLimit total_stops_{kTotalRate, kTotalAtOnce};
   RateLimit events_{kEventRate, kEventsAtOnce};
   events::CommandsUntold untold_;
   std::chrono::nanoseconds next_sum_{};

@@ -52,7 +52,9 @@ void CycleTally::reset() noexcept {
 }
 
 bool StatisticsClock::add(const snapshot::LineSample& sample) {
-  const auto before = newest_ ? std::optional(newest_->wake_latency_ns) : std::nullopt;
+  // Of samples that were lost in between nothing is known.
+  const bool next = newest_ && newest_->cycle + sample.missed_periods + 1 == sample.cycle;
+  const auto before = next ? std::optional(newest_->wake_latency_ns) : std::nullopt;
   if (!newest_) begun_ns_ = sample.time_ns - period_.count();
   newest_ = sample;
   last_.add(sample, before);

@@ -39,8 +39,8 @@ void set_identity(FeedSlave& record, const ecat_master::ConfiguredSlave& slave) 
 
 void set_registers(FeedSlave& record, const ecat_master::SlaveDiagnosis& slave, std::int64_t wall_time_ns) {
   record.answers = slave.answers ? 1 : 0;
-  record.read_at_ns = wall_time_ns;
   if (!slave.answers) return;
+  record.read_at_ns = wall_time_ns;
   record.al_state = static_cast<std::uint8_t>(slave.al.status.state);
   record.al_error = slave.al.status.error ? 1 : 0;
   record.al_status_code = static_cast<std::uint16_t>(slave.al.code);

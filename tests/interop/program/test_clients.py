@@ -279,6 +279,19 @@ class Record(ClientTest):
 
 
 class Plot(ClientTest):
+    def test_a_file_that_was_made_to_harm_is_refused(self):
+        def record(opcode, content):
+            return bytes([opcode]) + len(content).to_bytes(8, "little") + content
+
+        def chunk(content):
+            return record(6, bytes(28) + bytes(4) + len(content).to_bytes(8, "little") + content)
+        magic = b"\x89MCAP0\r\n"
+        content = b""
+        for _ in range(1000):
+            content = chunk(content)
+        (self.directory / "deep.mcap").write_bytes(magic + content)
+        self.check_refused(self.run_program("plot", "deep.mcap"), 1, "deep.mcap", "has a chunk within a chunk")
+
     @unittest.skipUnless(shutil.which("gnuplot"), "gnuplot is not installed")
     def test_draws_axes_and_events(self):
         fault = '[[fault]]\nkind = "power-off"\nslave = "v"\nat_ms = 6000\nfor_ms = 300\n'

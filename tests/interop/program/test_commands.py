@@ -2,6 +2,7 @@
 import json
 import os
 import pathlib
+import shutil
 import signal
 import subprocess
 import time
@@ -376,6 +377,17 @@ class Secured(CommandTest):
         result = self.run_program("run", "--config", self.line("enabled = true", telemetry='security = "keys/line"'), "--duration", 0.1)
         self.assertNotEqual(result.returncode, 0)
         self.assertIn("keys/line/permissions.p7s: cannot be read: No such file or directory", result.stderr.splitlines()[-1])
+
+    def test_no_two_identities_have_the_same_name(self):
+        """Permissions are those of a name; peers see them, and could show those of another one."""
+        names = [f"viewer{number}" for number in ("", "-1", "-2", "-1-1")]
+        self.make_keys(**{name: role for name, role in zip(names, ("observe", "command", "line", "command"))})
+        shutil.rmtree(self.directory / "keys/viewer")
+        self.assertEqual(self.keys("add", "viewer", "line").returncode, 0)
+        subjects = {subprocess.run(["openssl", "x509", "-noout", "-subject", "-in", self.directory / "keys" / name / "certificate.pem"],
+                                   capture_output=True, text=True, check=True).stdout for name in names}
+        self.assertEqual(len(subjects), 4)
+        self.assertEqual(len(list((self.directory / "keys/authority/names").iterdir())), 5, "that of the one who is gone stays")
 
     def test_keys_that_cannot_be_made_are_refused_in_a_sentence(self):
         self.make_keys(line="line")

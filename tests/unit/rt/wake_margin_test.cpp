@@ -104,6 +104,22 @@ TEST(AdaptiveTimer, SoonWakesInTimeWhateverAWakeUpTakes) {
   }
 }
 
+/// Otherwise the spinning takes the sleep that the thread owes, and a period has to be left out for it.
+TEST(AdaptiveTimer, WhatItLearnedDoesNotTakeTheSleepOfALongCycle) {
+  for (const auto work : {95us, 100us, 105us}) {
+    DrowsyClock clock;
+    clock.oversleep(15us, 25us);
+    CycleTimer timer(clock, kMarginPeriod, std::nullopt);
+    timer.start(1ms);
+    for (int i = 0; i < 20'000; ++i) {
+      timer.wait_next();
+      clock.work(work);
+    }
+    EXPECT_EQ(timer.forced_rests(), 0) << work.count();
+    EXPECT_EQ(timer.missed_total(), 0) << work.count();
+  }
+}
+
 TEST(AdaptiveTimer, SpinsForAQuarterOfThePeriodAtMost) {
   DrowsyClock clock;
   clock.oversleep(80us, 90us);

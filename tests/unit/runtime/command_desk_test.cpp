@@ -251,11 +251,29 @@ TEST_F(CommandDeskTest, GarbageMovesNothing) {
 
 TEST_F(CommandDeskTest, KeepsABoundedNumberOfClients) {
   for (std::size_t i = 0; i < CommandDesk::kMostClients; ++i) {
-    refusal(command(("c" + std::to_string(i)).c_str(), "q", CommandKind::kHalt));
+    refusal(command(("c" + std::to_string(i)).c_str(), "q", CommandKind::kHalt, 0, static_cast<std::uint8_t>(i / 8)));
   }
-  EXPECT_EQ(refusal(command("one more", "q", CommandKind::kHalt)), "there are 64 clients already");
+  EXPECT_EQ(refusal(command("one more", "q", CommandKind::kHalt, 0, 99)), "there are too many clients already");
   clock.advance(std::chrono::seconds{11});
   EXPECT_EQ(refusal(command("one more", "q", CommandKind::kHalt)), "there is no axis \"q\"");
+}
+
+TEST_F(CommandDeskTest, OneParticipantKeepsNobodyOutByItsManyNames) {
+  for (int i = 0; i < 64; ++i) {
+    ask(command(("c" + std::to_string(i)).c_str(), "q", CommandKind::kHalt));
+    clock.advance(milliseconds{20});
+  }
+  EXPECT_EQ(refusal(command("one more", "q", CommandKind::kHalt)), "there are too many clients already");
+  EXPECT_EQ(refusal(command("panel", "q", CommandKind::kHalt, 0, 2)), "there is no axis \"q\"");
+}
+
+TEST_F(CommandDeskTest, AStopIsLookedAtInTheFloodOfOthers) {
+  clock.advance(std::chrono::seconds{1});
+  for (int i = 0; i < 10'000; ++i) {
+    desk.take(command("flood", "y", CommandKind::kJog, 1, static_cast<std::uint8_t>(i % 50)));
+  }
+  desk.take_answers();
+  EXPECT_EQ(refusal(command("panel", "q", CommandKind::kHalt, 0, 99)), "there is no axis \"q\"");
 }
 
 }  // namespace
