@@ -117,7 +117,7 @@ class Curves {
 };
 
 /// A quoted string of gnuplot: texts come from recordings, and must not end the string and inject commands.
-std::string quoted(std::string_view text) {
+std::string in_quotes(std::string_view text) {
   std::string safe = "'";
   for (const char c : visible(text)) {
     safe += c;
@@ -165,7 +165,7 @@ class Picture {
         "set terminal svg size {},{} font 'sans,11' background 'white' noenhanced\nset output {}\nset grid\nset key "
         "above\n"
         "set xrange [0:{:.9g}]\n",
-        kWidth, height, quoted(output), std::max(seconds(end_ns_), 1e-9));
+        kWidth, height, in_quotes(output), std::max(seconds(end_ns_), 1e-9));
     for (std::size_t i = 0; i < axes_.size(); ++i) text += data(i);
     text += fmt::format("set multiplot layout {},1 margins 0.14,0.98,{:.6f},{:.6f} spacing 0,{:.6f}\n",
                         2 * axes_.size(), below / height, 1 - kAbove / height, kSpacing / height);
@@ -207,7 +207,7 @@ class Picture {
       const auto shown = sentence.size() > kLongestText ? sentence.substr(0, kLongestText) + " ..." : sentence;
       const auto line = static_cast<double>(events_.size() - i) - 0.5;
       text += fmt::format("set label {} at screen 0.02, screen {:.6f} font 'sans,9'\n",
-                          quoted(fmt::format("{}  {:.3f} s  {}", i + 1, events_[i].first, shown)),
+                          in_quotes(fmt::format("{}  {:.3f} s  {}", i + 1, events_[i].first, shown)),
                           line * kLineHeight / height);
     }
     return text;
@@ -216,14 +216,14 @@ class Picture {
   /// `below`: what stands below the second of them.
   [[nodiscard]] std::string panels(std::size_t i, const std::string& below) const {
     const auto& axis = axes_[i];
-    auto text = fmt::format("set ylabel {}\n", quoted(fmt::format("{} in {}", axis.name, axis.unit)));
+    auto text = fmt::format("set ylabel {}\n", in_quotes(fmt::format("{} in {}", axis.name, axis.unit)));
     // The actual position upon a broad and pale band: where both are the same both can be seen.
     text += fmt::format(
         "plot $axis{0} using 1:2 with lines lw 4 lc rgb '#9ecae1' title 'commanded', "
         "'' using 1:3 with lines lc rgb '#08306b' title 'actual'\n",
         i);
     if (i + 1 == axes_.size()) text += "set xlabel 'time in s'\n" + below;
-    text += fmt::format("set ylabel {}\n", quoted(fmt::format("error in {}", axis.unit)));
+    text += fmt::format("set ylabel {}\n", in_quotes(fmt::format("error in {}", axis.unit)));
     return text + fmt::format("plot $axis{} using 1:4 with lines lc rgb '#a63603' title 'following error'\n", i);
   }
 

@@ -272,7 +272,7 @@ TEST_F(CommandDeskTest, AStopIsLookedAtInTheFloodOfOthers) {
   for (int i = 0; i < 10'000; ++i) {
     desk.take(command("flood", "y", CommandKind::kJog, 1, static_cast<std::uint8_t>(i % 50)));
   }
-  desk.take_answers();
+  EXPECT_FALSE(desk.take_answers().empty());
   EXPECT_EQ(refusal(command("panel", "q", CommandKind::kHalt, 0, 99)), "there is no axis \"q\"");
 }
 
