@@ -47,7 +47,7 @@ Result<void> BridgeSupervisor::spawn(Clock::time_point now) {
   started_at_ = now;
   constexpr int kFeed = HelperProcess::kSocket + 1;
   std::vector<int> passed{feed_.description_descriptor(), feed_.status_descriptor(), feed_.cycles_descriptor(),
-                          feed_.events_descriptor(),      region_.descriptor(),      feed_.condition_descriptor()};
+                          feed_.events_descriptor(), region_.descriptor()};
   std::vector<std::string> arguments{"--supervisor-fd", std::to_string(HelperProcess::kSocket),
                                      "--feed-fd",       std::to_string(kFeed),
                                      "--return-fd",     std::to_string(kFeed + 4)};
@@ -56,6 +56,7 @@ Result<void> BridgeSupervisor::spawn(Clock::time_point now) {
     arguments.insert(arguments.end(), {option, std::to_string(HelperProcess::kSocket + 1 + passed.size())});
     passed.insert(passed.end(), descriptors.begin(), descriptors.end());
   };
+  add("--condition-fd", {feed_.condition_descriptor()});
   add("--commands-fd", settings_.commands);
   add("--security-fd", settings_.security);
   auto started = HelperProcess::start(settings_.program, std::move(arguments), passed);
