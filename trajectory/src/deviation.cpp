@@ -12,7 +12,7 @@ namespace {
 /// Share of the highest velocity for the way back, whatever the path leaves.
 constexpr double kLeastVelocity = 0.01;
 /// Shares of the highest acceleration for it.
-constexpr double kLeastShare = 0.05;
+constexpr double kLeastReserve = 0.05;
 constexpr double kMostShare = 0.1;
 /// The same by which an axis that is faster than it may be is braked.
 constexpr double kTooFastShare = 0.4;
@@ -28,7 +28,7 @@ AxisSetpoint Deviation::step(const AxisSetpoint& target, double period_s) noexce
   }
   const AxisLimits spare{
       std::max(limits_.max_velocity - std::abs(target.velocity), kLeastVelocity * limits_.max_velocity),
-      std::clamp(limits_.max_acceleration - std::abs(target.acceleration), kLeastShare * limits_.max_acceleration,
+      std::clamp(limits_.max_acceleration - std::abs(target.acceleration), kLeastReserve * limits_.max_acceleration,
                  kMostShare * limits_.max_acceleration)};
   Rejoin way(position_, velocity_, spare);
   const auto deviation = way.step({}, period_s);
