@@ -9,7 +9,7 @@
 namespace driveline::bridge::clients {
 namespace {
 
-constexpr double kPatience_s = 10;  // for a line
+constexpr double kPatienceSeconds = 10;  // for a line
 /// What a power failure or a kill costs at most.
 constexpr std::chrono::seconds kFlushPeriod{1};
 
@@ -32,7 +32,7 @@ class Recorder {
   }
 
   Outcome<int> run() {
-    const auto patience_s = options_.timeout_s.value_or(kPatience_s);
+    const auto patience_s = options_.timeout_s.value_or(kPatienceSeconds);
     const auto patience = after(patience_s);
     while (!stop_requested() && outcome_ && !over()) {
       subscription_.take(kWait, [this](const Sample& sample) { add(sample); });

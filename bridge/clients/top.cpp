@@ -17,7 +17,7 @@
 namespace driveline::bridge::clients {
 namespace {
 
-constexpr double kPatience_s = 10;  // for a line
+constexpr double kPatienceSeconds = 10;  // for a line
 constexpr double kPeriod_s = 0.5;
 constexpr double kRestPatience_s = 2;  // of a page by itself, for axes and events when the line is there
 constexpr std::size_t kEvents = 8;
@@ -179,7 +179,7 @@ Outcome<int> top(const Options& options) {
   auto subscription = Subscription::create(options.place, *chosen);
   if (!subscription) return tl::unexpected(subscription.error());
   LinePage page;
-  const auto patience_s = options.timeout_s.value_or(kPatience_s);
+  const auto patience_s = options.timeout_s.value_or(kPatienceSeconds);
   const auto patience = after(patience_s);
   auto rest_patience = Clock::time_point::max();
   auto next = Clock::now();

@@ -24,6 +24,12 @@ class CoastingLine : public LateLine {
 
   [[nodiscard]] MotionPhase phase() { return operation.motion().phase(); }
   [[nodiscard]] double velocity() { return drives.drive(0).velocity_rad_s(); }
+  /// The target of the first drive (607Ah) beside where it is, in rad.
+  [[nodiscard]] double told_beside() {
+    const auto& values = drives.drive(0).dictionary();
+    const auto target = values.get(slaves::msd::kValue.target_position);
+    return static_cast<double>(target - values.get(slaves::msd::kValue.position_actual)) / kDemandIncrements;
+  }
   void watched_cycle() {
     cycle();
     watch();
@@ -36,10 +42,13 @@ class CoastingLine : public LateLine {
     drives.leave_alone(microseconds{15});
     watched_cycle();
   }
-  void fail_and_start() {
+  void fail() {
     drives.drive(0).raise(Fault::kOvercurrent);
     for (int i = 0; i < 4000 && phase() != MotionPhase::kIdle; ++i) watched_cycle();
     ASSERT_EQ(phase(), MotionPhase::kIdle);
+  }
+  void fail_and_start() {
+    fail();
     operation.motion().request_start();
   }
   /// Of both axes; empty: nothing was wrong.
@@ -92,13 +101,69 @@ TEST(CoastingPath, FasterThanItsLimitIsSwitchedOnWhenItIsSlower) {
   CoastingLine line;
   line.cycles(400);
   for (int i = 0; i < 3000 && std::abs(line.velocity()) < 20.0; ++i) line.watched_cycle();
-  line.fail_and_start();
+  line.fail();
   const double most = LineOperation::axis(0, CoastingLine::fast_path()).limits.max_velocity;
   line.drives.drive(0).set_machine_input(slaves::msd::MachineInput::kLoad, line.velocity() > 0.0 ? -0.6 : 0.6);
-  for (int i = 0; i < 8000 && std::abs(line.velocity()) < 1.2 * most; ++i) {
+  for (int i = 0; i < 8000 && std::abs(line.velocity()) < 1.2 * most; ++i) line.watched_cycle();
+  ASSERT_GE(std::abs(line.velocity()), 1.2 * most);
+  line.drives.drive(0).set_machine_input(slaves::msd::MachineInput::kLoad, 0.0);
+  line.operation.motion().request_start();
+  for (int i = 0; i < 400; ++i) {
     line.watched_cycle();
     ASSERT_FALSE(line.drives.drive(0).power_on() && std::abs(line.velocity()) > most);
   }
+  ASSERT_GT(std::abs(line.velocity()), most);
+  line.drives.drive(0).set_machine_input(slaves::msd::MachineInput::kLoad, line.velocity() > 0.0 ? 0.6 : -0.6);
+  bool on = false;
+  for (int i = 0; i < 8000 && !on; ++i) {
+    line.watched_cycle();
+    on = line.drives.drive(0).power_on();
+  }
+  EXPECT_TRUE(on);
+  EXPECT_LE(std::abs(line.velocity()), most);
+}
+
+/// The outputs with which an axis is switched on may have been made before the master was away, for a place where it was
+/// then. Judged by what its drive is told, which a simulated drive makes the best of.
+TEST(CoastingPath, IsToldWhereItIsThoughTheMasterWasAway) {
+  constexpr double kStale = 4.0;  // periods of its way; the master was away for seven
+  for (int moment = 0; moment < 60; ++moment) {
+    SCOPED_TRACE(moment);
+    CoastingLine line;
+    line.cycles(400);
+    for (int i = 0; i < 3000 && std::abs(line.velocity()) < 20.0; ++i) line.watched_cycle();
+    line.fail_and_start();
+    for (int i = 0; i < moment; ++i) line.watched_cycle();
+    const bool before = !line.drives.drive(0).power_on();
+    line.miss(7);
+    for (int i = 0; i < 2000 && !line.drives.drive(0).power_on(); ++i) line.watched_cycle();
+    ASSERT_TRUE(line.drives.drive(0).power_on());
+    if (before) {
+      const double way = std::abs(line.velocity()) * kStale * 125e-6;
+      EXPECT_LE(std::abs(line.told_beside()), way);
+    }
+    for (int i = 0; i < 8000 && line.phase() != MotionPhase::kFollowing; ++i) line.watched_cycle();
+    EXPECT_EQ(line.finding(), "");
+  }
+}
+
+TEST(CoastingPath, IsNotSwitchedOffByAStopWhileItIsBraked) {
+  CoastingLine line;
+  line.cycles(400);
+  for (int i = 0; i < 3000 && std::abs(line.velocity()) < 20.0; ++i) line.watched_cycle();
+  line.fail_and_start();
+  for (int i = 0; i < 3000 && !line.drives.drive(0).power_on(); ++i) line.watched_cycle();
+  for (int i = 0; i < 10; ++i) line.watched_cycle();
+  ASSERT_GT(std::abs(line.velocity()), 8.0);
+  line.operation.motion().request_stop();
+  line.watched_cycle();
+  EXPECT_EQ(line.phase(), MotionPhase::kQuickStop);
+  for (int i = 0; i < 8000 && line.phase() != MotionPhase::kIdle; ++i) {
+    line.watched_cycle();
+    ASSERT_TRUE(line.drives.drive(0).power_on() || std::abs(line.velocity()) < 1.0) << "it coasts again";
+  }
+  EXPECT_EQ(line.phase(), MotionPhase::kIdle);
+  EXPECT_EQ(line.finding(), "");
 }
 
 }  // namespace

@@ -184,7 +184,12 @@ void Motion::obey(std::int64_t cycle) noexcept {
     tell_path_late();
     enter(MotionPhase::kEnabling, cycle);
   } else if (command == Command::kStop) {
-    if (phase_ == MotionPhase::kEnabling) enter(MotionPhase::kDisabling, cycle);
+    if (phase_ == MotionPhase::kEnabling) {
+      // Without power one that is being braked would coast again.
+      bool moves = false;
+      for (std::size_t i = 0; i < axes_.size(); ++i) moves = moves || arresting(i);
+      enter(moves ? MotionPhase::kQuickStop : MotionPhase::kDisabling, cycle);
+    }
     if (powered() && phase_ != MotionPhase::kStopping) {
       plan_stop();
       enter(MotionPhase::kStopping, cycle);

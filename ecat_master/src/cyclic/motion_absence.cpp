@@ -43,6 +43,8 @@ void Motion::watch_enabling(std::int64_t cycle) noexcept {
     const bool missing = absences_[i].presence == AxisPresence::kMissing;
     if (tolerated(i) && missing != unavailable(i))
       set_presence(i, missing ? AxisPresence::kPresent : AxisPresence::kMissing, cycle);
+    if (arresting(i) && following_watches_[i].judge(cycle, axes_[i].following_error(), true))
+      return fail(MotionFailure::Cause::kFollowingError, i, cycle);
     if (absences_[i].presence == AxisPresence::kMissing || axes_[i].enabled()) continue;
     const double waited = seconds(cycle - std::max(phase_start_, absences_[i].since));
     if (waited > std::chrono::duration<double>(settings_.enable_timeout).count())

@@ -279,7 +279,11 @@ void SingleAxis::write_outputs(std::span<std::byte> image) noexcept {
 
 AbsenceEffect SingleAxis::resume(std::int64_t cycle, std::int64_t missed) noexcept {
   cycle_ = cycle;
-  if (!powered()) return AbsenceEffect::kNone;
+  if (!powered()) {
+    // One that coasts has gone on: it is switched on when it has been seen again.
+    seen_ = false;
+    return AbsenceEffect::kNone;
+  }
   if (missed > settings_.bad_cycle_limit) {
     fail(AxisError::kMasterAway);
     return AbsenceEffect::kStopped;
