@@ -18,8 +18,8 @@ namespace driveline::bridge::clients {
 namespace {
 
 constexpr double kPatienceSeconds = 10;  // for a line
-constexpr double kPeriod_s = 0.5;
-constexpr double kRestPatience_s = 2;  // of a page by itself, for axes and events when the line is there
+constexpr double kPeriodSeconds = 0.5;
+constexpr double kRestPatienceSeconds = 2;  // of a page by itself, for axes and events when the line is there
 constexpr std::size_t kEvents = 8;
 constexpr std::chrono::seconds kSilence{2};  // status comes ten times in a second
 
@@ -30,10 +30,10 @@ struct Kept {
 };
 
 std::string mode_name(std::int64_t mode) {
-  static const std::map<std::int64_t, std::string_view> names{{1, "PP"}, {3, "PV"},  {4, "PT"},  {6, "HM"},
-                                                              {7, "IP"}, {8, "CSP"}, {9, "CSV"}, {10, "CST"}};
-  const auto found = names.find(mode);
-  return found == names.end() ? fmt::format("{}", mode) : std::string(found->second);
+  static const std::map<std::int64_t, std::string_view> kNames{{1, "PP"}, {3, "PV"},  {4, "PT"},  {6, "HM"},
+                                                               {7, "IP"}, {8, "CSP"}, {9, "CSV"}, {10, "CST"}};
+  const auto found = kNames.find(mode);
+  return found == kNames.end() ? fmt::format("{}", mode) : std::string(found->second);
 }
 
 /// "OPERATION ENABLED" of "AXIS_OPERATION_ENABLED".
@@ -191,7 +191,7 @@ Outcome<int> top(const Options& options) {
       if (page.other_version()) return failed("a line of another version publishes in " + options.place.text());
       return failed(fmt::format("no line publishes in {}: nothing came for {} s", options.place.text(), patience_s));
     }
-    if (rest_patience == Clock::time_point::max()) rest_patience = after(kRestPatience_s);
+    if (rest_patience == Clock::time_point::max()) rest_patience = after(kRestPatienceSeconds);
     if (options.once) {
       if (!page.complete() && Clock::now() < rest_patience) continue;
       for (const auto& line : page.lines()) {
@@ -200,7 +200,7 @@ Outcome<int> top(const Options& options) {
       return 0;
     }
     if (Clock::now() < next) continue;
-    next = after(options.period_s.value_or(kPeriod_s));
+    next = after(options.period_s.value_or(kPeriodSeconds));
     if (auto shown = screen.show(page.lines()); !shown) return tl::unexpected(shown.error());
   }
   return 0;

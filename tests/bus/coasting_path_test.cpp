@@ -123,8 +123,8 @@ TEST(CoastingPath, FasterThanItsLimitIsSwitchedOnWhenItIsSlower) {
   EXPECT_LE(std::abs(line.velocity()), most);
 }
 
-/// The outputs with which an axis is switched on may have been made before the master was away, for a place where it was
-/// then. Judged by what its drive is told, which a simulated drive makes the best of.
+/// The outputs with which an axis is switched on may have been made before the master was away, for a place where it
+/// was then. Judged by what its drive is told, which a simulated drive makes the best of.
 TEST(CoastingPath, IsToldWhereItIsThoughTheMasterWasAway) {
   constexpr double kStale = 4.0;  // periods of its way; the master was away for seven
   for (int moment = 0; moment < 60; ++moment) {
