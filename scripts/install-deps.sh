@@ -42,6 +42,7 @@ iputils-ping          asks its IP stack
 dpkg-dev              Debian packages: what they depend on
 lintian               judges them
 systemd               judges the unit of the service
+openssl               keys and permissions of DDS Security
 strace                which system calls a run makes, against those that the unit allows
 procps                sysctl: this machine as the router of a service PC
 python3               structure checks, checks of JSON output
