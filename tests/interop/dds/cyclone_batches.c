@@ -10,7 +10,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "cyclone_tool.h"
 #include "driveline.h"
+
+static const char kUsage[] = "<domain> <min_batches> <timeout_s>";
 
 enum { kMostEvents = 64 };
 
@@ -24,21 +27,6 @@ static Event events[kMostEvents];
 static unsigned event_count;
 
 static const char* const kSeverities[] = {"PROGRESS", "NOTICE", "FAULT", "FAILURE"};
-
-/* As in cyclone_subscriber.c: loopback has no multicast flag on most machines. */
-static const char kLoopbackOnly[] =
-    "<Domain><General><Interfaces><NetworkInterface address=\"127.0.0.1\"/></Interfaces>"
-    "<AllowMulticast>false</AllowMulticast></General>"
-    "<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>15</MaxAutoParticipantIndex>"
-    "<Peers><Peer address=\"127.0.0.1\"/></Peers></Discovery></Domain>";
-
-static dds_entity_t checked(dds_entity_t entity, const char* what) {
-  if (entity < 0) {
-    fprintf(stderr, "cyclone_batches: cannot create the %s: %s\n", what, dds_strretcode(-entity));
-    exit(2);
-  }
-  return entity;
-}
 
 static dds_entity_t create_reader(dds_entity_t participant, const dds_topic_descriptor_t* type, const char* topic_name,
                                   dds_reliability_kind_t reliability, dds_durability_kind_t durability, int depth) {
@@ -87,21 +75,6 @@ static void take_events(dds_entity_t reader) {
     if (dds_take(reader, sample, &info, 1, 1) <= 0) break;
     if (info.valid_data) ++event_count;
   }
-}
-
-static void print_string(const char* text) {
-  putchar('"');
-  for (; *text != '\0'; ++text) {
-    const unsigned char c = (unsigned char)*text;
-    if (c == '"' || c == '\\') {
-      printf("\\%c", c);
-    } else if (c < 0x20) {
-      printf("\\u%04x", c);
-    } else {
-      putchar(c);
-    }
-  }
-  putchar('"');
 }
 
 static void print_number(double value) {
@@ -157,27 +130,14 @@ static void print_report(void) {
   printf("]}\n");
 }
 
-static unsigned long parse(const char* text, unsigned long max) {
-  char* end = NULL;
-  const unsigned long value = strtoul(text, &end, 10);
-  if (text[0] < '0' || text[0] > '9' || *end != '\0' || value > max) {
-    fprintf(stderr, "usage: cyclone_batches <domain> <min_batches> <timeout_s>\n");
-    exit(2);
-  }
-  return value;
-}
-
 int main(int argc, char** argv) {
   if (argc != 4) {
-    parse("", 0);
+    parse(kUsage, "", 0);
   }
-  const dds_domainid_t domain = (dds_domainid_t)parse(argv[1], 230);
-  const unsigned long min_batches = parse(argv[2], 1000000000);
-  const dds_time_t deadline = dds_time() + DDS_SECS((int64_t)parse(argv[3], 1000000));
-  if (getenv("CYCLONEDDS_URI") == NULL) {
-    checked(dds_create_domain(domain, kLoopbackOnly), "domain");
-  }
-  const dds_entity_t participant = checked(dds_create_participant(domain, NULL, NULL), "participant");
+  const dds_domainid_t domain = (dds_domainid_t)parse(kUsage, argv[1], 230);
+  const unsigned long min_batches = parse(kUsage, argv[2], 1000000000);
+  const dds_time_t deadline = dds_time() + DDS_SECS((int64_t)parse(kUsage, argv[3], 1000000));
+  const dds_entity_t participant = join_domain(domain);
   const dds_entity_t batch_reader =
       create_reader(participant, &driveline_telemetry_AxisBatch_desc, "driveline/v1/axis_batch",
                     DDS_RELIABILITY_BEST_EFFORT, DDS_DURABILITY_VOLATILE, 256);

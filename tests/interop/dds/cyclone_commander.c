@@ -22,6 +22,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "cyclone_tool.h"
 #include "commands.h"
 
 typedef driveline_commands_Command Command;
@@ -34,13 +35,6 @@ static const char* const kKindNames[kKinds] = {"acquire",      "renew", "release
                                                "release-stop", "jog",   "move-absolute", "move-relative"};
 static const char* const kResultNames[] = {"ACCEPTED", "DONE", "REFUSED", "ABORTED"};
 
-/* As in cyclone_subscriber.c: loopback has no multicast flag on most machines. */
-static const char kLoopbackOnly[] =
-    "<Domain><General><Interfaces><NetworkInterface address=\"127.0.0.1\"/></Interfaces>"
-    "<AllowMulticast>false</AllowMulticast></General>"
-    "<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>15</MaxAutoParticipantIndex>"
-    "<Peers><Peer address=\"127.0.0.1\"/></Peers></Discovery></Domain>";
-
 static struct {
   char name[32];
   uint64_t lease;
@@ -49,14 +43,6 @@ static struct {
 static const char* client;
 static uint64_t number;
 static dds_entity_t writer, reader;
-
-static dds_entity_t checked(dds_entity_t entity, const char* what) {
-  if (entity < 0) {
-    fprintf(stderr, "cyclone_commander: cannot create the %s: %s\n", what, dds_strretcode(-entity));
-    exit(2);
-  }
-  return entity;
-}
 
 /* Of the axis; a place for it is made where there is none. */
 static uint64_t* lease_of(const char* axis) {
@@ -82,21 +68,6 @@ static void send_command(uint32_t kind, char* axis, const double* values) {
   command.jerk = values[4];
   const dds_return_t done = dds_write(writer, &command);
   if (done < 0) fprintf(stderr, "cyclone_commander: %s\n", dds_strretcode(-done));
-}
-
-static void print_string(const char* text) {
-  putchar('"');
-  for (; *text != '\0'; ++text) {
-    const unsigned char c = (unsigned char)*text;
-    if (c == '"' || c == '\\') {
-      printf("\\%c", c);
-    } else if (c < 0x20) {
-      printf("\\u%04x", c);
-    } else {
-      putchar(c);
-    }
-  }
-  putchar('"');
 }
 
 static void take_answers(void) {
@@ -203,8 +174,7 @@ int main(int argc, char** argv) {
   }
   const dds_domainid_t domain = (dds_domainid_t)strtoul(argv[1], NULL, 10);
   client = argv[2];
-  if (getenv("CYCLONEDDS_URI") == NULL) checked(dds_create_domain(domain, kLoopbackOnly), "domain");
-  const dds_entity_t participant = checked(dds_create_participant(domain, NULL, NULL), "participant");
+  const dds_entity_t participant = join_domain(domain);
   dds_qos_t* qos = dds_create_qos();
   dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(10));
   dds_qset_history(qos, DDS_HISTORY_KEEP_ALL, 0);

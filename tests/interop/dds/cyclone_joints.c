@@ -10,55 +10,17 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "cyclone_tool.h"
 #include "ros2.h"
 
+static const char kUsage[] = "<domain> <min_messages> <timeout_s>";
+
 typedef sensor_msgs_msg_dds__JointState_ JointState;
-
-static const char kLoopbackOnly[] =
-    "<Domain><General><Interfaces><NetworkInterface address=\"127.0.0.1\"/></Interfaces>"
-    "<AllowMulticast>false</AllowMulticast></General>"
-    "<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>15</MaxAutoParticipantIndex>"
-    "<Peers><Peer address=\"127.0.0.1\"/></Peers></Discovery></Domain>";
-
-static dds_entity_t checked(dds_entity_t entity, const char* what) {
-  if (entity < 0) {
-    fprintf(stderr, "cyclone_joints: cannot create the %s: %s\n", what, dds_strretcode(-entity));
-    exit(2);
-  }
-  return entity;
-}
-
-static unsigned long parse(const char* text, unsigned long max) {
-  char* end = NULL;
-  const unsigned long value = strtoul(text, &end, 10);
-  if (text[0] < '0' || text[0] > '9' || *end != '\0' || value > max) {
-    fprintf(stderr, "usage: cyclone_joints <domain> <min_messages> <timeout_s>\n");
-    exit(2);
-  }
-  return value;
-}
 
 static void print_reals(const char* key, const dds_sequence_double* values) {
   printf(",\"%s\":[", key);
   for (uint32_t i = 0; i < values->_length; ++i) printf("%s%.17g", i == 0 ? "" : ",", values->_buffer[i]);
   printf("]");
-}
-
-/* What the writer tells of its type in USER_DATA. */
-static void print_user_data(dds_entity_t reader) {
-  dds_instance_handle_t writer = 0;
-  printf(",\"user_data\":\"");
-  if (dds_get_matched_publications(reader, &writer, 1) > 0) {
-    dds_builtintopic_endpoint_t* endpoint = dds_get_matched_publication_data(reader, writer);
-    void* data = NULL;
-    size_t length = 0;
-    if (endpoint != NULL && dds_qget_userdata(endpoint->qos, &data, &length)) {
-      printf("%.*s", (int)length, (const char*)data);
-      dds_free(data);
-    }
-    if (endpoint != NULL) dds_builtintopic_free_endpoint(endpoint);
-  }
-  printf("\"");
 }
 
 static void print_report(unsigned long messages, const JointState* last, dds_entity_t reader) {
@@ -78,15 +40,12 @@ static void print_report(unsigned long messages, const JointState* last, dds_ent
 
 int main(int argc, char** argv) {
   if (argc != 4) {
-    parse("", 0);
+    parse(kUsage, "", 0);
   }
-  const dds_domainid_t domain = (dds_domainid_t)parse(argv[1], 230);
-  const unsigned long wanted = parse(argv[2], 1000000);
-  const dds_time_t deadline = dds_time() + DDS_SECS((int64_t)parse(argv[3], 1000000));
-  if (getenv("CYCLONEDDS_URI") == NULL) {
-    checked(dds_create_domain(domain, kLoopbackOnly), "domain");
-  }
-  const dds_entity_t participant = checked(dds_create_participant(domain, NULL, NULL), "participant");
+  const dds_domainid_t domain = (dds_domainid_t)parse(kUsage, argv[1], 230);
+  const unsigned long wanted = parse(kUsage, argv[2], 1000000);
+  const dds_time_t deadline = dds_time() + DDS_SECS((int64_t)parse(kUsage, argv[3], 1000000));
+  const dds_entity_t participant = join_domain(domain);
   const dds_entity_t topic = checked(
       dds_create_topic(participant, &sensor_msgs_msg_dds__JointState__desc, "rt/joint_states", NULL, NULL), "topic");
   dds_qos_t* qos = dds_create_qos();

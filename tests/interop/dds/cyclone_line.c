@@ -13,7 +13,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "cyclone_tool.h"
 #include "driveline.h"
+
+static const char kUsage[] = "<domain> <min_statistics> <timeout_s>";
 
 enum { kMostSlaves = 64, kMostAxes = 64 };
 
@@ -38,21 +41,6 @@ static const char* const kPlcopenStates[] = {"NONE",     "DISABLED",        "STA
                                              "STOPPING", "DISCRETE_MOTION", "CONTINUOUS_MOTION", "SYNCHRONIZED_MOTION",
                                              "ERROR_STOP"};
 static const char* const kHomed[] = {"UNKNOWN", "NO", "YES"};
-
-/* As in cyclone_subscriber.c: loopback has no multicast flag on most machines. */
-static const char kLoopbackOnly[] =
-    "<Domain><General><Interfaces><NetworkInterface address=\"127.0.0.1\"/></Interfaces>"
-    "<AllowMulticast>false</AllowMulticast></General>"
-    "<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>15</MaxAutoParticipantIndex>"
-    "<Peers><Peer address=\"127.0.0.1\"/></Peers></Discovery></Domain>";
-
-static dds_entity_t checked(dds_entity_t entity, const char* what) {
-  if (entity < 0) {
-    fprintf(stderr, "cyclone_line: cannot create the %s: %s\n", what, dds_strretcode(-entity));
-    exit(2);
-  }
-  return entity;
-}
 
 /* Whatever is reliable and kept for late joiners is asked for as that: a writer that offers less does not match. */
 static dds_entity_t create_reader(dds_entity_t participant, const dds_topic_descriptor_t* type, const char* topic_name) {
@@ -122,21 +110,6 @@ static void take_statistics(dds_entity_t reader) {
 
 static const char* truth(bool value) {
   return value ? "true" : "false";
-}
-
-static void print_string(const char* text) {
-  putchar('"');
-  for (; *text != '\0'; ++text) {
-    const unsigned char c = (unsigned char)*text;
-    if (c == '"' || c == '\\') {
-      printf("\\%c", c);
-    } else if (c < 0x20) {
-      printf("\\u%04x", c);
-    } else {
-      putchar(c);
-    }
-  }
-  putchar('"');
 }
 
 static void print_ports(const Slave* slave) {
@@ -268,27 +241,14 @@ static void print_report(void) {
   printf("}\n");
 }
 
-static unsigned long parse(const char* text, unsigned long max) {
-  char* end = NULL;
-  const unsigned long value = strtoul(text, &end, 10);
-  if (text[0] < '0' || text[0] > '9' || *end != '\0' || value > max) {
-    fprintf(stderr, "usage: cyclone_line <domain> <min_statistics> <timeout_s>\n");
-    exit(2);
-  }
-  return value;
-}
-
 int main(int argc, char** argv) {
   if (argc != 4) {
-    parse("", 0);
+    parse(kUsage, "", 0);
   }
-  const dds_domainid_t domain = (dds_domainid_t)parse(argv[1], 230);
-  const unsigned long min_statistics = parse(argv[2], 1000000000);
-  const dds_time_t deadline = dds_time() + DDS_SECS((int64_t)parse(argv[3], 1000000));
-  if (getenv("CYCLONEDDS_URI") == NULL) {
-    checked(dds_create_domain(domain, kLoopbackOnly), "domain");
-  }
-  const dds_entity_t participant = checked(dds_create_participant(domain, NULL, NULL), "participant");
+  const dds_domainid_t domain = (dds_domainid_t)parse(kUsage, argv[1], 230);
+  const unsigned long min_statistics = parse(kUsage, argv[2], 1000000000);
+  const dds_time_t deadline = dds_time() + DDS_SECS((int64_t)parse(kUsage, argv[3], 1000000));
+  const dds_entity_t participant = join_domain(domain);
   const dds_entity_t slave_reader = create_reader(participant, &driveline_telemetry_Slave_desc, "driveline/v1/slave");
   const dds_entity_t topology_reader =
       create_reader(participant, &driveline_telemetry_Topology_desc, "driveline/v1/topology");

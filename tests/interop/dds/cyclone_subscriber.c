@@ -12,7 +12,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cyclone_tool.h"
 #include "driveline.h"
+
+static const char kUsage[] = "<domain> <min_samples> <timeout_s> [<axis topic> <status topic>]";
 
 enum { kMaxAxes = 256, kBatch = 64 };
 
@@ -43,21 +46,6 @@ static const char* const kAxisStates[] = {"NOT_READY_TO_SWITCH_ON",
                                           "UNAVAILABLE"};
 static const char* const kLineStates[] = {"DOWN", "INIT", "PRE_OP", "SAFE_OP", "OP"};
 static const char* const kAxisKinds[] = {"rotary", "linear"};
-
-/* Loopback has no multicast flag on most machines: find the publisher by asking its discovery ports one by one. */
-static const char kLoopbackOnly[] =
-    "<Domain><General><Interfaces><NetworkInterface address=\"127.0.0.1\"/></Interfaces>"
-    "<AllowMulticast>false</AllowMulticast></General>"
-    "<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>15</MaxAutoParticipantIndex>"
-    "<Peers><Peer address=\"127.0.0.1\"/></Peers></Discovery></Domain>";
-
-static dds_entity_t checked(dds_entity_t entity, const char* what) {
-  if (entity < 0) {
-    fprintf(stderr, "cyclone_subscriber: cannot create the %s: %s\n", what, dds_strretcode(-entity));
-    exit(2);
-  }
-  return entity;
-}
 
 static dds_entity_t create_reader(dds_entity_t participant, const dds_topic_descriptor_t* type, const char* topic_name,
                                   dds_reliability_kind_t reliability, dds_durability_kind_t durability, int depth) {
@@ -134,21 +122,6 @@ static const char* name_of(const char* const* names, size_t count, uint32_t valu
   return value < count ? names[value] : "?";
 }
 #define NAME_OF(names, value) name_of(names, sizeof(names) / sizeof((names)[0]), (uint32_t)(value))
-
-static void print_string(const char* text) {
-  putchar('"');
-  for (; *text != '\0'; ++text) {
-    const unsigned char c = (unsigned char)*text;
-    if (c == '"' || c == '\\') {
-      printf("\\%c", c);
-    } else if (c < 0x20) {
-      printf("\\u%04x", c);
-    } else {
-      putchar(c);
-    }
-  }
-  putchar('"');
-}
 
 static void print_double(const char* key, double value) {
   if (isfinite(value)) {
@@ -227,28 +200,17 @@ static void print_report(bool complete) {
   printf("}\n");
 }
 
-static bool parse(const char* text, unsigned long max, unsigned long* value) {
-  char* end = NULL;
-  *value = strtoul(text, &end, 10);
-  return text[0] >= '0' && text[0] <= '9' && *end == '\0' && *value <= max;
-}
-
 int main(int argc, char** argv) {
-  unsigned long domain = 0;
-  unsigned long min_samples = 0;
-  unsigned long timeout_s = 0;
-  if ((argc != 4 && argc != 6) || !parse(argv[1], 230, &domain) || !parse(argv[2], 1000000000, &min_samples) ||
-      !parse(argv[3], 1000000, &timeout_s)) {
-    fprintf(stderr, "usage: %s <domain> <min_samples> <timeout_s> [<axis topic> <status topic>]\n", argv[0]);
-    return 2;
+  if (argc != 4 && argc != 6) {
+    parse(kUsage, "", 0);
   }
+  const dds_domainid_t domain = (dds_domainid_t)parse(kUsage, argv[1], 230);
+  const unsigned long min_samples = parse(kUsage, argv[2], 1000000000);
+  const unsigned long timeout_s = parse(kUsage, argv[3], 1000000);
   const char* axis_topic = argc == 6 ? argv[4] : "driveline/axis_telemetry";
   const char* status_topic = argc == 6 ? argv[5] : "driveline/line_status";
 
-  if (getenv("CYCLONEDDS_URI") == NULL) {
-    checked(dds_create_domain((dds_domainid_t)domain, kLoopbackOnly), "domain");
-  }
-  const dds_entity_t participant = checked(dds_create_participant((dds_domainid_t)domain, NULL, NULL), "participant");
+  const dds_entity_t participant = join_domain(domain);
   const dds_entity_t axis_reader = create_reader(participant, &driveline_telemetry_AxisTelemetry_desc, axis_topic,
                                                  DDS_RELIABILITY_BEST_EFFORT, DDS_DURABILITY_VOLATILE, 256);
   const dds_entity_t status_reader = create_reader(participant, &driveline_telemetry_LineStatus_desc, status_topic,

@@ -10,32 +10,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "cyclone_tool.h"
 #include "driveline.h"
 
-/* As in cyclone_subscriber.c: loopback has no multicast flag on most machines. */
-static const char kLoopbackOnly[] =
-    "<Domain><General><Interfaces><NetworkInterface address=\"127.0.0.1\"/></Interfaces>"
-    "<AllowMulticast>false</AllowMulticast></General>"
-    "<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>15</MaxAutoParticipantIndex>"
-    "<Peers><Peer address=\"127.0.0.1\"/></Peers></Discovery></Domain>";
-
-static dds_entity_t checked(dds_entity_t entity, const char* what) {
-  if (entity < 0) {
-    fprintf(stderr, "cyclone_watch: cannot create the %s: %s\n", what, dds_strretcode(-entity));
-    exit(2);
-  }
-  return entity;
-}
-
-static unsigned long parse(const char* text, unsigned long max) {
-  char* end = NULL;
-  const unsigned long value = strtoul(text, &end, 10);
-  if (text[0] < '0' || text[0] > '9' || *end != '\0' || value > max) {
-    fprintf(stderr, "usage: cyclone_watch <domain> <seconds>\n");
-    exit(2);
-  }
-  return value;
-}
+static const char kUsage[] = "<domain> <seconds>";
 
 static dds_entity_t create_reader(dds_entity_t participant) {
   const dds_entity_t topic = checked(
@@ -52,14 +30,11 @@ static dds_entity_t create_reader(dds_entity_t participant) {
 
 int main(int argc, char** argv) {
   if (argc != 3) {
-    parse("", 0);
+    parse(kUsage, "", 0);
   }
-  const dds_domainid_t domain = (dds_domainid_t)parse(argv[1], 230);
-  const dds_time_t end = dds_time() + DDS_SECS((int64_t)parse(argv[2], 1000000));
-  if (getenv("CYCLONEDDS_URI") == NULL) {
-    checked(dds_create_domain(domain, kLoopbackOnly), "domain");
-  }
-  const dds_entity_t participant = checked(dds_create_participant(domain, NULL, NULL), "participant");
+  const dds_domainid_t domain = (dds_domainid_t)parse(kUsage, argv[1], 230);
+  const dds_time_t end = dds_time() + DDS_SECS((int64_t)parse(kUsage, argv[2], 1000000));
+  const dds_entity_t participant = join_domain(domain);
   const dds_entity_t reader = create_reader(participant);
   static driveline_telemetry_LineStatus status;
   void* sample[1] = {&status};
